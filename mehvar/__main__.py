@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The `mehvar` command: exit 0 done, 1 the answer is no, 2 bad usage or input, 3 the run itself failed."""
+
+from __future__ import annotations
+
+import sys
+
+
+def main() -> None:
+    """Run the command line; a user's mistake ends in one message, never in a traceback."""
+    from mehvar.cli import app
+    from runtime.errors import BuildError, InputError
+
+    try:
+        app()
+    except InputError as error:
+        _fail(error, 2)
+    except BuildError as error:
+        _fail(error, 3)
+    except OSError as error:
+        where = f" {error.filename}" if error.filename else ""
+        _fail(f"{error.strerror or error}{where}", 2)
+    except ValueError as error:
+        if not _is_model_mistake(error):
+            raise
+        _fail(error, 2)
+    except KeyboardInterrupt:
+        _fail("interrupted", 130)
+
+
+def _is_model_mistake(error: ValueError) -> bool:
+    """Tell a mistake in a model's text, which derivation reports, from a fault of our own."""
+    mistakes = {
+        "models.system": "ModelError",
+        "codegen.generate": "GenerateError",
+        "codegen.lower": "LoweringError",
+        "codegen.tape": "TapeError",
+    }
+    return any(
+        home in sys.modules and isinstance(error, getattr(sys.modules[home], name)) for home, name in mistakes.items()
+    )
+
+
+def _fail(message: object, code: int) -> None:
+    print(f"mehvar: {message}", file=sys.stderr)
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

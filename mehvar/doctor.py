@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar doctor`: what is installed, what is missing, and the command that would install it."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from importlib.metadata import PackageNotFoundError, version
+
+from mehvar.console import print_table
+from runtime.build import cache_folder
+from runtime.compiler import find_compiler
+from runtime.errors import InputError
+
+_PACKAGES = {
+    "numpy": "every run",
+    "scipy": "runs without a compiler",
+    "xarray": "results",
+    "h5netcdf": "result files",
+    "sympy": "derivation",
+    "casadi": "code generation",
+    "matplotlib": "pictures and the report",
+}
+_EXTRAS = {"matplotlib": "plot"}
+
+
+def examine() -> int:
+    """Print the state of this installation; return 1 when something that runs need is missing."""
+    rows = [["python", platform.python_version(), sys.executable, ""], _compiler_row()]
+    rows += [_package_row(name, use) for name, use in _PACKAGES.items()]
+    rows.append(["cache", str(cache_folder()), "compiled models; safe to delete", ""])
+    print_table("", ["part", "found", "used for", "install with"], rows)
+    missing = [row[0] for row in rows if row[1] in ("missing", "does not work")]
+    return int(bool(missing))
+
+
+def _compiler_row() -> list[str]:
+    try:
+        compiler = find_compiler()
+    except InputError as error:
+        return ["C compiler", "does not work", str(error), ""]
+    if compiler is None:
+        return ["C compiler", "missing", "fast runs; without one the Python module runs", 'pip install "mehvar[cc]"']
+    return ["C compiler", compiler.version, " ".join(compiler.command), ""]
+
+
+def _package_row(name: str, use: str) -> list[str]:
+    try:
+        return [name, version(name), use, ""]
+    except PackageNotFoundError:
+        target = f'"mehvar[{_EXTRAS[name]}]"' if name in _EXTRAS else name
+        return [name, "missing", use, f"pip install {target}"]

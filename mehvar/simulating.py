@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar simulate`: one run from the command line, its summary, file and picture."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from mehvar.console import print_table, progress
+from runtime.errors import InputError, bad_value
+from runtime.metrics import metrics
+from runtime.problem import Status
+from runtime.simulate import Run
+from runtime.simulate import simulate as simulate_run
+
+_NUMBERS = ("dt_out", "hold", "rtol", "atol", "step")
+_COUNTS = ("delay", "max_steps")
+
+
+def simulate_command(
+    model: str,
+    controller: str,
+    scenario: str | None,
+    settings: Sequence[str],
+    t_end: float | None,
+    out: Path | None,
+    plot: Path | None,
+) -> int:
+    """Run, print, save; return the exit status.
+
+    Raises
+    ------
+    InputError
+        For anything unknown, malformed, out of bounds or not writable; files are tried before the run.
+    """
+    for path in (out, plot):
+        if path is not None:
+            _check_folder(path)
+    values, options = _parse(settings)
+    with progress(f"{model} {controller}") as advance:
+        run = simulate_run(
+            model, controller, scenario, values, t_end=t_end, progress=advance, origin="--set", **options
+        )
+    _summary(run)
+    _save(run, out, plot)
+    if run.status is not Status.DONE:
+        typer.echo(f"mehvar: the run ended early: {run.reason}", err=True)
+        return 3
+    return 0
+
+
+def _check_folder(path: Path) -> None:
+    """Refuse a file that cannot be written before the run, not after it."""
+    if not path.parent.is_dir():
+        raise bad_value("output file", str(path), "in a folder that exists")
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        raise bad_value("output file", str(path), "a file in a folder that can be written")
+
+
+def _parse(settings: Sequence[str]) -> tuple[dict[str, float], dict[str, Any]]:
+    values: dict[str, float] = {}
+    options: dict[str, Any] = {}
+    for item in settings:
+        name, sign, text = item.partition("=")
+        if not sign or not name or not text:
+            raise bad_value("--set", item, "NAME=VALUE")
+        if name in values or name in options:
+            raise InputError(f"--set {name} is given twice")
+        if name in ("method", "backend"):
+            options[name] = text
+        elif name in _COUNTS:
+            options[name] = _number(name, text, int)
+        elif name in _NUMBERS:
+            options[name] = _number(name, text, float)
+        else:
+            values[name] = _number(name, text, float)
+    return values, options
+
+
+def _number(name: str, text: str, kind: type[int] | type[float]) -> Any:
+    try:
+        return kind(text)
+    except ValueError:
+        raise bad_value(name, text, "a whole number" if kind is int else "a number", "--set") from None
+
+
+def _summary(run: Run) -> None:
+    law, case = run.controller.name, run.scenario.name
+    typer.echo(f"{run.manifest.model} {law} {case}: {run.reason}, t = {run.t_stop:g} s, {run.run_seconds * 1e3:.1f} ms")
+    if run.backend == "python":
+        typer.echo("run by the generated Python module; with a C compiler it is much faster (mehvar doctor)")
+    rows = [
+        [name, f"{value:.6g}", run.manifest.metrics[name].unit, run.manifest.metrics[name].description]
+        for name, value in metrics(run, run.manifest).items()
+    ]
+    print_table("", ["metric", "value", "unit", "meaning"], rows)
+
+
+def _save(run: Run, out: Path | None, plot: Path | None) -> None:
+    if out is None and plot is None:
+        return
+    from runtime.results import save, to_dataset
+
+    dataset = to_dataset(run)
+    if out is not None:
+        save(dataset, out)
+        typer.echo(f"saved {out}")
+    if plot is not None:
+        from mehvar.plots import picture
+        from mehvar.plots import save as save_picture
+
+        save_picture(picture(dataset, run.manifest), plot)
+        typer.echo(f"saved {plot}")

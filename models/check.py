@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What makes a model's text wrong: unused parameters, unknown names, values out of bounds, branches on symbols."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
+
+import sympy as sp
+
+from models.system import Controller, Expr, Group, ModelError, Parameter, System, free_symbols
+from models.tables import suggestion
+
+_FORMULA_NAMESPACE: dict[str, Any] = {"sqrt": sp.sqrt, "pi": sp.pi}
+
+
+def check(system: System) -> None:
+    """Refuse a system whose parts do not fit together.
+
+    Raises
+    ------
+    ModelError
+        Naming the parameter, scenario or metric and what would be right.
+    """
+    _check_parameters_used(system)
+    _check_scenarios(system)
+    _check_metrics(system)
+
+
+def formulas(group: Group) -> dict[str, Expr]:
+    """Return the defaults of a group that are formulas in its other parameters.
+
+    Raises
+    ------
+    ModelError
+        If a formula is not an expression in parameters of the group.
+    """
+    symbols = {q.name: q.symbol for q in group}
+    found = {}
+    for parameter in group:
+        if isinstance(parameter, Parameter) and isinstance(parameter.default, str):
+            found[parameter.name] = _parse_formula(parameter, symbols)
+    return found
+
+
+@contextlib.contextmanager
+def no_branching() -> Iterator[None]:
+    """Make a Python `if` on a symbol an error while a model is derived.
+
+    SymPy already refuses `if x > 0`. It lets `if x:` and `if x == 0:` pass and takes one branch silently; inside this
+    context both raise `ModelError` when they stand in a model's own text.
+    """
+    plain_eq, plain_ne = sp.Expr.__eq__, sp.Expr.__ne__
+
+    def truth(expr: Expr) -> bool:
+        _refuse_outside_sympy(expr, "the truth of")
+        return True
+
+    def compare(plain: Callable[[Expr, object], bool], sign: str) -> Callable[[Expr, object], bool]:
+        def compared(expr: Expr, other: object) -> bool:
+            if isinstance(other, int | float | sp.Expr) and (_symbolic(expr) or _symbolic(other)):
+                _refuse_outside_sympy(expr, f"'{sign}' on")
+            return plain(expr, other)
+
+        return compared
+
+    sp.Expr.__bool__ = truth
+    sp.Expr.__eq__ = compare(plain_eq, "==")
+    sp.Expr.__ne__ = compare(plain_ne, "!=")
+    try:
+        yield
+    finally:
+        del sp.Expr.__bool__
+        sp.Expr.__eq__, sp.Expr.__ne__ = plain_eq, plain_ne
+
+
+def _symbolic(value: object) -> bool:
+    return isinstance(value, sp.Expr) and bool(value.free_symbols)
+
+
+def _refuse_outside_sympy(expr: Expr, what: str) -> None:
+    frame = sys._getframe(2)
+    if frame.f_globals.get("__name__", "").partition(".")[0] in ("sympy", "mpmath"):
+        return
+    if expr.free_symbols:
+        raise ModelError(
+            f"{frame.f_code.co_filename}:{frame.f_lineno}: a Python branch asks for {what} the symbolic expression "
+            f"{expr}; use sympy.Piecewise so that both branches are kept (or compare with 'is')"
+        )
+
+
+def _parse_formula(parameter: Parameter, symbols: Mapping[str, sp.Symbol]) -> Expr:
+    where = f"default of {parameter.name} = {parameter.default!r}"
+    try:
+        expr = sp.sympify(parameter.default, locals={**_FORMULA_NAMESPACE, **symbols})
+    except (sp.SympifyError, TypeError, AttributeError) as error:
+        raise ModelError(f"{where} is not a formula: {error}") from error
+    unknown = {s.name for s in expr.free_symbols} - set(symbols)
+    if unknown:
+        name = sorted(unknown)[0]
+        raise ModelError(f"{where} uses {name!r}, which is no parameter of this group{suggestion(name, symbols)}")
+    return expr
+
+
+def _used_by(system: System, expressions: Iterable[Expr]) -> set[str]:
+    return {s.name for s in free_symbols(expressions, system.definitions)}
+
+
+def _system_expressions(system: System) -> list[Expr]:
+    coordinates = system.coordinates.rhs if system.coordinates else ()
+    conditions = [c.margin for c in (*system.limits, *system.constraints)]
+    own = [expr for function in system.functions for _, expr in function.results]
+    return [*system.rhs, *coordinates, *system.output, *system.initial, *system.reference, *conditions, *own]
+
+
+def _law_expressions(controller: Controller) -> list[Expr]:
+    return [*controller.command, *(c.margin for c in controller.constraints)]
+
+
+def _check_parameters_used(system: System) -> None:
+    common = _used_by(system, _system_expressions(system))
+    laws = {c.name: _used_by(system, _law_expressions(c)) for c in system.controllers}
+    by_laws = common.union(*laws.values())
+    for group in (system.parameters, system.scenario_parameters):
+        _refuse_unused(group, by_laws, f"group {group.name!r} of {system.name}")
+    for controller in system.controllers:
+        inside = {s.name for f in formulas(controller.parameters).values() for s in f.free_symbols}
+        _refuse_unused(controller.parameters, common | laws[controller.name] | inside, f"law {controller.name!r}")
+
+
+def _refuse_unused(group: Group, used: set[str], where: str) -> None:
+    for quantity in group:
+        if quantity.name not in used:
+            raise ModelError(
+                f"parameter {quantity.name!r} ({where}) is used by no right-hand side, output, law or scenario; "
+                f"remove it or use it{suggestion(quantity.name, used)}"
+            )
+
+
+def _check_scenarios(system: System) -> None:
+    laws = {c.name: _by_name(c.parameters) for c in system.controllers}
+    shared = _by_name(system.parameters) | _by_name(system.scenario_parameters)
+    metrics = {m.name for m in system.metrics}
+    for scenario in system.scenarios:
+        where = f"scenario {scenario.name!r} of {system.name}"
+        _check_values(scenario.values, shared, where)
+        for table in (scenario.controllers, scenario.expect):
+            _known(table, laws, f"{where}: controller")
+        for law, values in scenario.controllers.items():
+            _check_values(values, laws[law], f"{where}, law {law!r}")
+        for expected in scenario.expect.values():
+            _known(expected, metrics, f"{where}: metric")
+
+
+def _check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter], where: str) -> None:
+    _known(values, allowed, f"{where}: parameter")
+    for name, value in values.items():
+        if value not in allowed[name].bounds:
+            raise ModelError(f"{where}: {name} = {value:g} is outside its bounds {allowed[name].bounds}")
+
+
+def _check_metrics(system: System) -> None:
+    variables = {q.name for q in (*system.states, *system.outputs)} | {f"u_{q.name}" for q in system.inputs}
+    for metric in system.metrics:
+        _known(metric.of, variables, f"metric {metric.name!r} of {system.name}: variable")
+
+
+def _known(names: Iterable[str], known: Iterable[str], what: str) -> None:
+    for name in names:
+        if name not in known:
+            raise ModelError(f"{what} {name!r} is not known{suggestion(name, known)}")
+
+
+def _by_name(group: Group) -> dict[str, Parameter]:
+    return {q.name: q for q in group if isinstance(q, Parameter)}

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Strict reading of parameters.toml and scenarios.toml: what is not understood is refused, with a suggestion."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from models.system import Group, Interval, Metric, ModelError, Parameter, Scenario
+
+_INTERVAL = re.compile(r"^([(\[])\s*([^,\s]+)\s*,\s*([^,\s]+)\s*([)\]])$")
+_UNIT = re.compile(r"^(1|[A-Za-z]+(\^-?\d+)?( [A-Za-z]+(\^-?\d+)?)*(/[A-Za-z]+(\^-?\d+)?)*|1(/[A-Za-z]+(\^-?\d+)?)+)$")
+_SOURCE = re.compile(r"^(paper\b|assumption: |addition: )")
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+
+Row = TypeVar("Row", bound=_Strict)
+
+
+class _ParameterRow(_Strict):
+    unit: str
+    default: float | str
+    bounds: str
+    source: str
+    description: str
+    latex: str = ""
+
+    @field_validator("default", mode="before")
+    @classmethod
+    def _number(cls, value: object) -> object:
+        return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+    @field_validator("unit")
+    @classmethod
+    def _unit(cls, value: str) -> str:
+        if not _UNIT.match(value):
+            raise ValueError(f"unit {value!r} is not written like 'kg m^2/s', or '1' for a dimensionless number")
+        return value
+
+    @field_validator("source")
+    @classmethod
+    def _source(cls, value: str) -> str:
+        if not _SOURCE.match(value):
+            raise ValueError(f"source {value!r} must begin with 'paper', 'assumption: ' or 'addition: '")
+        return value
+
+    @field_validator("bounds")
+    @classmethod
+    def _bounds(cls, value: str) -> str:
+        parse_interval(value)
+        return value
+
+
+class _MetricRow(_Strict):
+    kind: str = Field(pattern="^(settling|max|min|max_abs|travel|sign_changes|final)$")
+    of: list[str]
+    unit: str
+    description: str
+    band: float = 0.0
+
+
+class _ScenarioRow(_Strict):
+    title: str
+    duration: float = Field(gt=0)
+    step: float = Field(gt=0)
+    values: dict[str, float] = {}
+    controllers: dict[str, dict[str, float]] = {}
+    expect: dict[str, dict[str, float]] = {}
+
+
+class _ScenarioFile(_Strict):
+    scenarios: dict[str, _ScenarioRow]
+    metrics: dict[str, _MetricRow] = {}
+
+
+def parse_interval(text: str) -> Interval:
+    """Read "(0, inf)" or "[0, 1]".
+
+    Raises
+    ------
+    ValueError
+        If the text is not an interval or is empty.
+    """
+    match = _INTERVAL.match(text)
+    if not match:
+        raise ValueError(f"bounds {text!r} are not an interval like '(0, inf)' or '[0, 1]'")
+    left, lower, upper, right = match.groups()
+    try:
+        interval = Interval(float(lower), float(upper), left == "(", right == ")")
+    except ValueError:
+        raise ValueError(f"bounds {text!r} hold something that is not a number") from None
+    if not interval.lower < interval.upper:
+        raise ValueError(f"bounds {text!r} are empty")
+    return interval
+
+
+def read_parameters(path: Path) -> dict[str, Group]:
+    """Read a parameter table: one TOML table per group, one entry per parameter.
+
+    Returns
+    -------
+    dict of str to Group
+        Groups of `Parameter` by name, in the order of the file.
+
+    Raises
+    ------
+    ModelError
+        If the file is unreadable or malformed, a key is unknown, a unit is missing, or a value is out of bounds.
+    """
+    groups = {}
+    for group, rows in _read_toml(path).items():
+        if not isinstance(rows, dict):
+            raise ModelError(f"{path.name}: {group!r} stands outside a group; write it under [plant.{group}] or the like")
+        groups[group] = Group(group, tuple(_parameter(path, group, name, row) for name, row in rows.items()))
+    return groups
+
+
+def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
+    """Read the scenarios of a model and the metrics they are judged by.
+
+    Raises
+    ------
+    ModelError
+        If the file is unreadable or malformed or a key is unknown.
+    """
+    table = _validate(_ScenarioFile, _read_toml(path), f"{path.name}: ")
+    metrics = tuple(
+        Metric(name, row.kind, tuple(row.of), row.unit, row.description, row.band)
+        for name, row in table.metrics.items()
+    )
+    scenarios = tuple(
+        Scenario(name, row.title, row.duration, row.step, row.values, row.controllers, row.expect)
+        for name, row in table.scenarios.items()
+    )
+    return scenarios, metrics
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """Return " (did you mean ...?)" for the nearest known word, or nothing."""
+    near = difflib.get_close_matches(word, list(known), n=1)
+    return f" (did you mean {near[0]!r}?)" if near else ""
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ModelError(f"cannot read {path.name}: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ModelError(f"{path.name} is not valid TOML: {error}") from error
+
+
+def _parameter(path: Path, group: str, name: str, row: object) -> Parameter:
+    where = f"{path.name}: [{group}.{name}]: "
+    checked = _validate(_ParameterRow, row, where)
+    bounds = parse_interval(checked.bounds)
+    default = checked.default
+    if isinstance(default, float) and default not in bounds:
+        raise ModelError(f"{where}default = {default:g} is outside its bounds {bounds}")
+    return Parameter(
+        name, checked.unit, checked.description, checked.latex, bounds.positive, default, bounds, checked.source
+    )
+
+
+def _validate(model: type[Row], row: object, where: str) -> Row:
+    try:
+        return model.model_validate(row)
+    except ValidationError as error:
+        raise ModelError(where + "; ".join(_explain(model, dict(e)) for e in error.errors())) from None
+
+
+def _explain(model: type[_Strict], error: Mapping[str, Any]) -> str:
+    place = ".".join(str(part) for part in error["loc"])
+    if error["type"] == "extra_forbidden":
+        return f"unknown key {place!r}{suggestion(str(error['loc'][-1]), _fields(model))}"
+    if error["type"] == "missing":
+        return f"{place!r} is missing"
+    return f"{place or 'entry'} = {error['input']!r}: {error['msg'].removeprefix('Value error, ')}"
+
+
+def _fields(model: type[_Strict]) -> set[str]:
+    nested = {"_ScenarioFile": (_ScenarioRow, _MetricRow)}.get(model.__name__, ())
+    return set(model.model_fields).union(*(set(inner.model_fields) for inner in nested))

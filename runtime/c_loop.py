@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Closed loops in C: the native loop drives the compiled functions of a model."""
+
+from __future__ import annotations
+
+import ctypes
+import time
+
+import numpy as np
+
+from .backend import CBackend, FloatArray
+from .build import load_native
+from .errors import InputError
+from .manifest import Function, identifier
+from .problem import METHODS, Problem, Status, Trajectory
+
+_STAGES = 12
+_CHUNK_SECONDS = 0.03  # between two looks at the keyboard and the progress callback
+
+_ARGUMENTS = {
+    "rhs": "x u p",
+    "outputs": "x u r p",
+    "limits": "x p",
+    "from_coordinates": "q",
+    "reference": "t s",
+    "law": "x r p c",
+    "law_memory": "x r z p c",
+    "loop": "q r p c",
+    "observe": "q r p c",
+}
+
+
+class _Stepper(ctypes.Structure):
+    """Mirrors mv_stepper of integrator.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_int32) for name in ("method", "n", "held", "ready")),
+        *((name, ctypes.c_double) for name in ("rtol", "atol", "step", "t", "h")),
+        *((name, ctypes.c_int64) for name in ("max_steps", "accepted", "rejected", "evaluations")),
+        ("work", ctypes.c_void_p),
+    )
+
+
+class _Loop(ctypes.Structure):
+    """Mirrors mv_loop of loop.c."""
+
+    _fields_ = (
+        ("stepper", _Stepper),
+        *((name, ctypes.c_int32) for name in ("nx", "nu", "nr", "nq", "nz", "ny", "nm")),
+        *((name, ctypes.c_int32) for name in ("reference_constant", "sampled", "delay", "violated")),
+        *((name, ctypes.c_int64) for name in ("hold_every", "record_every", "ticks", "tick", "records")),
+        *((name, ctypes.c_void_p) for name in _ARGUMENTS),
+        *((name, ctypes.c_void_p) for name in ("p", "c", "s", "t")),
+        *(
+            (name, ctypes.c_void_p)
+            for name in ("q", "x", "u", "u_cmd", "r", "z", "z_next", "margin", "queue")
+        ),
+        *((name, ctypes.c_void_p) for name in ("rec_t", "rec_x", "rec_u", "rec_u_cmd", "rec_y", "rec_z")),
+    )
+
+
+def run(problem: Problem, backend: CBackend) -> Trajectory:
+    """Integrate a closed loop; the interpreter lock is free while it runs."""
+    library = load_native()
+    if library.mv_loop_size() != ctypes.sizeof(_Loop):
+        raise RuntimeError("the native loop and its Python mirror disagree; reinstall mehvar")
+    loop, arrays = _prepare(problem, backend)
+    status = _drive(library, loop, problem)
+    count = loop.records
+    steps = loop.stepper
+    return Trajectory(
+        t=arrays["rec_t"][:count],
+        x=arrays["rec_x"][:count],
+        u=arrays["rec_u"][:count],
+        u_cmd=arrays["rec_u_cmd"][:count],
+        y=arrays["rec_y"][:count],
+        z=arrays["rec_z"][:count],
+        status=status,
+        violated=loop.violated,
+        t_stop=float(steps.t),
+        statistics={"steps": steps.accepted, "rejected": steps.rejected, "evaluations": steps.evaluations},
+    )
+
+
+def _drive(library: ctypes.CDLL, loop: _Loop, problem: Problem) -> Status:
+    """Call the native loop in chunks of samples: interrupts and the progress callback get their turn."""
+    chunk, end = 16, len(problem.t)
+    while loop.tick < end:
+        start = time.perf_counter()
+        until = min(loop.tick + chunk, end)
+        status = Status(library.mv_run(ctypes.byref(loop), ctypes.c_int64(until)))
+        if status is not Status.DONE:
+            return status
+        if problem.progress:
+            problem.progress(float(problem.t[until - 1]), float(problem.t[-1]))
+        elapsed = max(time.perf_counter() - start, 1e-6)
+        chunk = max(1, int(chunk * min(8.0, _CHUNK_SECONDS / elapsed)))
+    return Status.DONE
+
+
+def _prepare(problem: Problem, backend: CBackend) -> tuple[_Loop, dict[str, FloatArray]]:
+    """Return the loop structure and the arrays that it points to."""
+    manifest = problem.model.manifest
+    sampled = problem.hold_every is not None
+    addresses = _addresses(problem, backend)
+    x0 = problem.x0
+    if not sampled and "to_coordinates" in manifest.functions:
+        x0 = problem.model.functions["to_coordinates"](x0)
+    nq, nx, nu = len(x0), len(manifest.states), len(manifest.inputs)
+    ny, nz = len(manifest.outputs), len(problem.controller.memory)
+    nr, nm = len(manifest.references), len(manifest.limits)
+    rows = (len(problem.t) - 1 + problem.record_every - 1) // problem.record_every + 1
+    given = {"p": problem.p, "c": problem.c, "s": problem.s, "t": problem.t}
+    state = {"q": x0, "z": [m.initial for m in problem.controller.memory]}
+    shapes: dict[str, tuple[int, ...]] = {
+        **{"x": (nx,), "u": (nu,), "u_cmd": (nu,), "r": (nr,), "z_next": (nz,), "margin": (nm,)},
+        **{"queue": (problem.delay, nu), "work": (_STAGES + 3, nq)},
+        **{"rec_t": (rows,), "rec_x": (rows, nx), "rec_u": (rows, nu), "rec_u_cmd": (rows, nu)},
+        **{"rec_y": (rows, ny), "rec_z": (rows, nz)},
+    }
+    arrays = {name: np.array(value, dtype=np.float64) for name, value in (given | state).items()}
+    arrays |= {name: np.zeros(shape) for name, shape in shapes.items()}
+    pointers = {name: array.ctypes.data for name, array in arrays.items()}
+    stepper = _Stepper(
+        method=METHODS.index(problem.method),
+        n=nq,
+        held=sampled,
+        rtol=problem.rtol,
+        atol=problem.atol,
+        step=problem.step,
+        t=problem.t[0],
+        max_steps=problem.max_steps,
+        work=pointers.pop("work"),
+    )
+    loop = _Loop(
+        stepper=stepper,
+        **{"nx": nx, "nu": nu, "nr": nr, "nq": nq, "nz": nz, "ny": ny, "nm": nm},
+        reference_constant=manifest.reference_constant,
+        sampled=sampled,
+        delay=problem.delay,
+        hold_every=problem.hold_every or 1,
+        record_every=problem.record_every,
+        ticks=len(problem.t),
+        **addresses,
+        **pointers,
+    )
+    return loop, arrays
+
+
+def _addresses(problem: Problem, backend: CBackend) -> dict[str, int]:
+    """Return the C functions that the loop calls, after a look at their signatures."""
+    functions, law = problem.model.manifest.functions, identifier(problem.controller.name)
+    by_identifier = {identifier(name): function for name, function in functions.items()}
+    names = {name: name for name in ("rhs", "outputs", "reference")}
+    if problem.model.manifest.limits:
+        names["limits"] = "limits"
+    if problem.hold_every is None:
+        names |= {"loop": f"{law}_loop", "observe": f"{law}_observe"}
+        if "from_coordinates" in functions:
+            names["from_coordinates"] = "from_coordinates"
+    else:
+        names["law_memory" if problem.controller.memory else "law"] = law
+    found = {role: _checked(by_identifier, name, _ARGUMENTS[role].split()) for role, name in names.items()}
+    return {role: backend.address(function.name) for role, function in found.items()}
+
+
+def _checked(functions: dict[str, Function], name: str, arguments: list[str]) -> Function:
+    function = functions.get(name)
+    if function is None or [a.name for a in function.arguments] != arguments:
+        wanted = f"{name}({', '.join(arguments)})"
+        raise InputError(f"the generated folder lacks the function {wanted}; generate the model again")
+    return function

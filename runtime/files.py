@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files that are either complete or absent."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from .errors import InputError
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary name beside `path`, and rename it to `path` when the block ends well.
+
+    Parameters
+    ----------
+    path : path
+        The file to be written; an old one of that name stays untouched until the new one is complete.
+
+    Yields
+    ------
+    pathlib.Path
+        Where the block writes. It is removed when the block raises.
+
+    Raises
+    ------
+    InputError
+        If the folder of `path` does not exist, or `path` is a folder.
+    OSError
+        If the file cannot be written; the message names `path`.
+    """
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise InputError(f"cannot write {target}: the folder {target.parent} does not exist")
+    if target.is_dir():
+        raise InputError(f"cannot write {target}: it is a folder")
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
+    try:
+        yield temporary
+        temporary.replace(target)
+    except OSError as error:
+        raise _named(error, target) from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink()
+
+
+def write_atomic(path: str | os.PathLike[str], content: str | bytes) -> None:
+    """Write a whole file; on failure the old one is as it was.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    content : str or bytes
+        Text is written as UTF-8 with the line ends it has.
+    """
+    with replacing(path) as temporary:
+        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def _named(error: OSError, target: Path) -> OSError:
+    reason = error.strerror or str(error)
+    return OSError(error.errno or 0, f"cannot write {target}: {reason}")

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers that sum up a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .backend import FloatArray
+from .errors import InputError, unknown_name
+from .manifest import Manifest, Metric
+from .simulate import Run
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
+    """Return every metric that a model defines, by name.
+
+    Parameters
+    ----------
+    run : Run or xarray.Dataset
+        A run, or what `to_dataset` or `open_result` make of it.
+    manifest : Manifest
+        Says what to compute.
+
+    Returns
+    -------
+    dict of str to float
+        `inf` for a settling time of something that does not settle; NaN where the series holds NaN.
+
+    Raises
+    ------
+    InputError
+        If a metric is of an unknown kind or the result lacks a variable.
+    """
+    series = run.variables() if isinstance(run, Run) else {str(k): v.values for k, v in run.data_vars.items()}
+    t = run.t if isinstance(run, Run) else run["t"].values
+    return {name: _evaluate(metric, t, series) for name, metric in manifest.metrics.items()}
+
+
+def _evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) -> float:
+    for name in metric.of:
+        if name not in series:
+            raise unknown_name(f"variable in metric {metric.name}", name, series)
+    if metric.kind not in _KINDS:
+        raise unknown_name(f"kind of metric {metric.name}", metric.kind, _KINDS)
+    if not metric.of:
+        raise InputError(f"metric {metric.name} names no variable")
+    values = np.stack([series[name] for name in metric.of])
+    return float(_KINDS[metric.kind](t, values, metric.band))
+
+
+def _settling(t: FloatArray, values: FloatArray, band: float) -> float:
+    return max(_settling_of_one(t, row, band) for row in values)
+
+
+def _settling_of_one(t: FloatArray, row: FloatArray, band: float) -> float:
+    """Return where the line between the last sample outside the band and the next one enters it."""
+    outside = np.flatnonzero(~(np.abs(row) <= band))
+    if outside.size == 0:
+        return float(t[0])
+    last = outside[-1]
+    if last == len(t) - 1:
+        return math.inf
+    edge = math.copysign(band, row[last])
+    part = (row[last] - edge) / (row[last] - row[last + 1])
+    return float(t[last] + part * (t[last + 1] - t[last])) if math.isfinite(part) else float(t[last + 1])
+
+
+def _sign_changes(_t: FloatArray, values: FloatArray, band: float) -> float:
+    signs = (np.sign(row[np.abs(row) > band]) for row in values)
+    return float(sum(np.count_nonzero(np.diff(s)) for s in signs))
+
+
+_KINDS: Mapping[str, Callable[[FloatArray, FloatArray, float], float]] = {
+    "settling": _settling,
+    "max": lambda _t, values, _band: float(np.max(values)),
+    "min": lambda _t, values, _band: float(np.min(values)),
+    "max_abs": lambda _t, values, _band: float(np.max(np.abs(values))),
+    "travel": lambda _t, values, _band: float(np.sum(np.abs(np.diff(values, axis=1)))),
+    "sign_changes": _sign_changes,
+    "final": lambda _t, values, _band: float(values[0, -1]),
+}

@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "integrator.h"
+
+#include <math.h>
+
+#include "tableaux.h"
+
+#define SAFETY 0.9
+#define SHRINK 0.2
+#define GROW 10.0
+
+static int finite_all(const double *v, int n)
+{
+    double zero = 0.0;
+    for (int i = 0; i < n; i++) zero += v[i] - v[i];
+    return zero == 0.0;
+}
+
+static double scaled_rms(const mv_stepper *s, const double *v, const double *x)
+{
+    double sum = 0.0;
+    for (int i = 0; i < s->n; i++) {
+        const double part = v[i] / (s->atol + s->rtol * fabs(x[i]));
+        sum += part * part;
+    }
+    return sqrt(sum / s->n);
+}
+
+static void evaluate(mv_stepper *s, mv_rhs f, double t, const double *x, double *dx, void *context)
+{
+    f(t, x, dx, context);
+    s->evaluations++;
+}
+
+/* y = sum_j w[j] k_j */
+static void combine(const double *w, int count, const double *k, int n, double *y)
+{
+    for (int i = 0; i < n; i++) y[i] = 0.0;
+    for (int j = 0; j < count; j++) {
+        if (w[j] == 0.0) continue;
+        for (int i = 0; i < n; i++) y[i] += w[j] * k[j * n + i];
+    }
+}
+
+static void shifted(const double *x, double h, int n, double *y)
+{
+    for (int i = 0; i < n; i++) y[i] = x[i] + h * y[i];
+}
+
+/* Starting step: Hairer, Norsett & Wanner I, section II.4. */
+static double first_step(mv_stepper *s, const double *x, double room, const mv_tableau *m, mv_rhs f, void *context)
+{
+    const int n = s->n;
+    const double *k = s->work;
+    double *probe = s->work + (MV_STAGES + 1) * n, *slope = probe + n;
+    const double size = scaled_rms(s, x, x), rate = scaled_rms(s, k, x);
+    double h = size < 1e-5 || rate < 1e-5 ? 1e-6 : 0.01 * size / rate;
+    h = fmin(h, room);
+    for (int i = 0; i < n; i++) probe[i] = x[i] + h * k[i];
+    evaluate(s, f, s->t + h, probe, slope, context);
+    if (!finite_all(slope, n)) return h;
+    for (int i = 0; i < n; i++) slope[i] -= k[i];
+    const double steepest = fmax(rate, scaled_rms(s, slope, x) / h);
+    const double next = steepest <= 1e-15 ? fmax(1e-6, h * 1e-3) : pow(0.01 / steepest, 1.0 / m->order);
+    return fmin(100 * h, next);
+}
+
+/* Error of the step x -> y over its tolerance: the step is good when this is below one. NaN when anything is. */
+static double error_ratio(const mv_stepper *s, const mv_tableau *m, double h, const double *x, const double *y,
+                          double *scratch)
+{
+    const int n = s->n, count = m->stages + m->end_in_error;
+    double main = 0.0, third = 0.0;
+    combine(m->e, count, s->work, n, scratch);
+    for (int i = 0; i < n; i++) {
+        const double part = scratch[i] / (s->atol + s->rtol * fmax(fabs(x[i]), fabs(y[i])));
+        main += part * part;
+    }
+    if (!m->e3) return h * sqrt(main / n);
+    combine(m->e3, count, s->work, n, scratch);
+    for (int i = 0; i < n; i++) {
+        const double part = scratch[i] / (s->atol + s->rtol * fmax(fabs(x[i]), fabs(y[i])));
+        third += part * part;
+    }
+    if (main == 0.0 && third == 0.0) return 0.0;
+    return h * main / sqrt((main + 0.01 * third) * n);
+}
+
+/* One trial step x -> y; returns the error ratio (0 for a fixed step), or NaN when the step leaves the finite. */
+static double try_step(mv_stepper *s, const mv_tableau *m, const double *x, double *y, double h, int want_end, mv_rhs f,
+                       void *context)
+{
+    const int n = s->n;
+    double *k = s->work, *stage = k + (MV_STAGES + 1) * n, *end = k + m->stages * n;
+    for (int i = 1; i < m->stages; i++) {
+        combine(m->a[i], i, k, n, stage);
+        shifted(x, h, n, stage);
+        evaluate(s, f, s->t + m->c[i] * h, stage, k + i * n, context);
+    }
+    combine(m->b, m->stages, k, n, y);
+    shifted(x, h, n, y);
+    if (!finite_all(y, n)) return NAN;
+    if (m->end_in_error) evaluate(s, f, s->t + h, y, end, context);
+    const double ratio = m->order ? error_ratio(s, m, h, x, y, stage) : 0.0;
+    if (!(ratio <= 1.0) || !want_end) return ratio;
+    if (!m->end_in_error) evaluate(s, f, s->t + h, y, end, context);
+    return finite_all(end, n) ? ratio : NAN;
+}
+
+static double step_factor(double ratio, int order)
+{
+    if (ratio == 0.0) return GROW;
+    if (!isfinite(ratio)) return SHRINK;
+    return fmin(GROW, fmax(SHRINK, SAFETY * pow(ratio, -1.0 / order)));
+}
+
+int mv_advance(mv_stepper *s, double *x, double target, mv_rhs f, mv_check check, void *context)
+{
+    const mv_tableau *m = &mv_tableaux[s->method];
+    const int n = s->n;
+    double *k = s->work, *y = k + (MV_STAGES + 2) * n;
+    if (s->t >= target) return MV_DONE;
+    if (!s->ready) evaluate(s, f, s->t, x, k, context);
+    s->ready = 1;
+    if (!finite_all(k, n)) return MV_NOT_FINITE;
+    if (!m->order)
+        s->h = (target - s->t) / ceil((target - s->t) / s->step * (1 - 1e-12));
+    else if (s->h == 0.0)
+        s->h = first_step(s, x, target - s->t, m, f, context);
+
+    int bounded = 0; /* the previous trial of this step failed: do not grow */
+    for (int64_t trial = 0; s->t < target; trial++) {
+        if (trial == s->max_steps) return MV_TOO_MANY_STEPS;
+        const double room = target - s->t;
+        const int last = 1.01 * s->h >= room;
+        const double h = last ? room : s->h;
+        const int want_end = !(last && s->held);
+        const double ratio = try_step(s, m, x, y, h, want_end, f, context);
+        if (!(ratio <= 1.0)) {
+            s->rejected++;
+            bounded = 1;
+            if (!m->order) return MV_NOT_FINITE;
+            s->h = h * fmin(1.0, step_factor(ratio, m->order));
+            if (s->h < 10 * (nextafter(s->t, INFINITY) - s->t))
+                return isfinite(ratio) ? MV_STEP_UNDERFLOW : MV_NOT_FINITE;
+            continue;
+        }
+        s->accepted++;
+        s->t = last ? target : s->t + h;
+        for (int i = 0; i < n; i++) x[i] = y[i];
+        for (int i = 0; i < n; i++) k[i] = k[m->stages * n + i];
+        if (m->order) {
+            const double factor = fmin(bounded ? 1.0 : GROW, step_factor(ratio, m->order));
+            /* a step cut short by the target says nothing against the longer one */
+            s->h = h < s->h && factor >= 1.0 ? fmax(s->h, h * factor) : h * factor;
+        }
+        bounded = 0;
+        if (check && !check(x, context)) return MV_LIMIT;
+    }
+    if (s->held) s->ready = 0;
+    return MV_DONE;
+}

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Coefficients of the explicit Runge-Kutta methods. */
+#ifndef MEHVAR_TABLEAUX_H
+#define MEHVAR_TABLEAUX_H
+
+#include "integrator.h"
+
+typedef struct {
+    int stages;
+    int order;                      /* the local error goes like step^order; 0 = fixed step */
+    int end_in_error;               /* the estimate e needs f at the end of the step */
+    const double (*a)[MV_STAGES];
+    const double *b, *c;
+    const double *e;                /* main error estimate, stages + 1 numbers */
+    const double *e3;               /* third-order estimate of dop853, or null */
+} mv_tableau;
+
+extern const mv_tableau mv_tableaux[3];  /* by enum mv_method */
+
+#endif

@@ -1,0 +1,340 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One closed-loop run of a model under a control law."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import c_loop, python_loop
+from .backend import BackendName, CBackend, FloatArray
+from .errors import InputError, bad_value
+from .manifest import Controller, Manifest, Scenario, identifier
+from .model import Model, load
+from .parameters import Resolved, named_values, number, resolve, say
+from .problem import METHODS, Method, Problem, Progress, Status, Trajectory
+
+OPTIONS = ("t_end", "dt_out", "hold", "delay", "method", "rtol", "atol", "step", "max_steps")
+
+_MULTIPLE = 1e-9  # relative tolerance of "is an integer multiple of"
+_MOST_TICKS = 20_000_000
+_SMALLEST_RTOL = 100 * float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True)
+class Run:
+    """A closed-loop run: one row per sample, columns in the manifest's order.
+
+    Attributes
+    ----------
+    t : array, (n,)
+        Sample instants in seconds.
+    x, y : array, (n, nx) and (n, ny)
+        States and outputs.
+    u : array, (n, nu)
+        The input really applied over [t_k, t_k+1); u(t_k) of a continuous loop.
+    u_cmd : array, (n, nu)
+        What the law commanded; differs from u with a delay.
+    z : array, (n, nz)
+        The law's memory as the law found it at t_k.
+    status : Status
+        How the run ended; `reason` says it in words, `t_stop` is the last instant reached.
+    hold : float or None
+        Hold time of a sampled law in seconds; None for a continuous loop.
+    parameters : Resolved
+        Effective parameters with their origins.
+    options : mapping
+        Effective method, tolerances, sampling.
+    statistics : mapping
+        Steps, rejected steps, evaluations of the right-hand side.
+    compile_seconds, run_seconds : float
+        Time to compile or load the code, and to integrate.
+    """
+
+    manifest: Manifest
+    controller: Controller
+    scenario: Scenario
+    backend: BackendName
+    t: FloatArray
+    x: FloatArray
+    u: FloatArray
+    u_cmd: FloatArray
+    y: FloatArray
+    z: FloatArray
+    status: Status
+    reason: str
+    t_stop: float
+    hold: float | None
+    parameters: Resolved
+    options: Mapping[str, float | str]
+    statistics: Mapping[str, int]
+    compile_seconds: float
+    run_seconds: float
+
+    def variables(self) -> dict[str, FloatArray]:
+        """Return every series by the name it has in a result file."""
+        manifest = self.manifest
+        columns = {q.name: self.x[:, i] for i, q in enumerate(manifest.states)}
+        columns |= {f"u_{q.name}": self.u[:, i] for i, q in enumerate(manifest.inputs)}
+        if self.hold is not None:
+            columns |= {f"u_cmd_{q.name}": self.u_cmd[:, i] for i, q in enumerate(manifest.inputs)}
+        columns |= {q.name: self.y[:, i] for i, q in enumerate(manifest.outputs)}
+        columns |= {q.name: self.z[:, i] for i, q in enumerate(self.controller.memory)}
+        return columns
+
+
+def simulate(
+    model: Model | str | os.PathLike[str],
+    controller: str,
+    scenario: str | None = None,
+    parameters: Mapping[str, object] | None = None,
+    initial: Mapping[str, object] | None = None,
+    t_end: float | None = None,
+    dt_out: float | None = None,
+    hold: float | None = None,
+    delay: int = 0,
+    method: Method = "dop853",
+    rtol: float = 1e-9,
+    atol: float = 1e-9,
+    step: float | None = None,
+    max_steps: int = 100_000,
+    backend: BackendName | None = None,
+    progress: Progress | None = None,
+    origin: str = "the call",
+    **options: object,
+) -> Run:
+    """Integrate a closed loop.
+
+    Parameters
+    ----------
+    model : Model, str or path
+        A loaded model, or what `load` takes.
+    controller : str
+        The control law.
+    scenario : str, optional
+        The model's first scenario unless given.
+    parameters : mapping, optional
+        Values of plant, law and scenario parameters by name.
+    initial : mapping, optional
+        States that start elsewhere than the scenario says.
+    t_end, dt_out : float, optional
+        End time and sampling step of the result, s; the scenario's unless given. The end is sampled too.
+    hold : float, optional
+        Sample the law every `hold` seconds and hold its input in between. One of `hold` and `dt_out` is an
+        integer multiple of the other. Unless given: the law's own period, or else a continuous loop.
+    delay : int
+        Samples of the law between computing an input and applying it; zero input before.
+    method : {"dop853", "dopri5", "rk4"}
+        Integration method, adaptive but for rk4.
+    rtol, atol : float
+        Tolerances of the adaptive methods.
+    step : float, optional
+        Largest step of rk4, s; the sampling step unless given.
+    max_steps : int
+        Trial steps between two samples after which the run ends.
+    backend : {"c", "python"}, optional
+        As for `load`; only when `model` is not loaded yet.
+    progress : callable, optional
+        Called now and then with the time reached and the end time.
+    origin : str
+        How error messages call these arguments.
+    **options : float
+        Further parameters by name, as in `disturbance=0.001`.
+
+    Returns
+    -------
+    Run
+        Also when the run ends early; see its status.
+
+    Raises
+    ------
+    InputError
+        For anything unknown, out of bounds or infeasible; the message says where the value came from.
+    """
+    loaded = model if isinstance(model, Model) else load(model, backend)
+    manifest = loaded.manifest
+    law, case = manifest.controller(controller), manifest.scenario(scenario)
+    started = time.perf_counter()
+    loaded.evaluator.prepare()
+    compile_seconds = time.perf_counter() - started
+
+    values = _merged(parameters or {}, options, origin)
+    resolved = resolve(manifest, loaded.functions, law, case, values, origin, OPTIONS)
+    x0 = _start(loaded, case, resolved, initial or {}, origin)
+    end = _positive("t_end", case.duration if t_end is None else t_end, origin)
+    dt = _positive("dt_out", case.step if dt_out is None else dt_out, origin)
+    held = law.period if hold is None else _positive("hold", hold, origin)
+    ticks, record_every, hold_every = _grid(end, dt, held, origin)
+    _check_law(loaded, law, held, delay, origin)
+    if method not in METHODS:
+        raise bad_value("method", method, "dop853, dopri5 or rk4", origin)
+    problem = Problem(
+        model=loaded,
+        controller=law,
+        p=resolved.p,
+        c=resolved.c,
+        s=resolved.s,
+        x0=x0,
+        t=ticks,
+        record_every=record_every,
+        hold_every=hold_every,
+        delay=_count("delay", delay, 0, origin),
+        method=method,
+        rtol=_tolerance("rtol", rtol, _SMALLEST_RTOL, origin),
+        atol=_tolerance("atol", atol, float(np.finfo(np.float64).tiny), origin),
+        step=_positive("step", min(dt, held or dt) if step is None else step, origin),
+        max_steps=_count("max_steps", max_steps, 1, origin),
+        progress=progress,
+    )
+    started = time.perf_counter()
+    evaluator = loaded.evaluator
+    trajectory = (
+        c_loop.run(problem, evaluator)
+        if isinstance(evaluator, CBackend)
+        else python_loop.run(problem, evaluator)
+    )
+    run_seconds = time.perf_counter() - started
+    return Run(
+        manifest=manifest,
+        controller=law,
+        scenario=case,
+        backend=loaded.backend,
+        t=trajectory.t,
+        x=trajectory.x,
+        u=trajectory.u,
+        u_cmd=trajectory.u_cmd,
+        y=trajectory.y,
+        z=trajectory.z,
+        status=trajectory.status,
+        reason=_reason(problem, resolved, trajectory),
+        t_stop=trajectory.t_stop,
+        hold=held,
+        parameters=resolved,
+        options=_effective(problem, end, dt, held),
+        statistics=trajectory.statistics,
+        compile_seconds=compile_seconds,
+        run_seconds=run_seconds,
+    )
+
+
+def _merged(
+    parameters: Mapping[str, object], options: Mapping[str, object], origin: str
+) -> dict[str, object]:
+    twice = [name for name in options if name in parameters]
+    if twice:
+        raise InputError(f"{twice[0]} is given twice (from {origin}): in `parameters` and as an option")
+    return {**parameters, **options}
+
+
+def _positive(name: str, value: object, origin: str) -> float:
+    result = number(name, value, origin)
+    if result <= 0:
+        raise bad_value(name, value, "a number > 0", origin)
+    return result
+
+
+def _tolerance(name: str, value: object, least: float, origin: str) -> float:
+    result = number(name, value, origin)
+    if not least <= result < 1:
+        raise bad_value(name, value, f"a number in [{least:.3g}, 1)", origin)
+    return result
+
+
+def _count(name: str, value: object, least: int, origin: str) -> int:
+    result = number(name, value, origin)
+    if result != int(result) or not least <= result < 2**31:
+        raise bad_value(name, value, f"a whole number >= {least}", origin)
+    return int(result)
+
+
+def _check_law(model: Model, law: Controller, hold: float | None, delay: object, origin: str) -> None:
+    """Refuse what a law cannot do: run without samples, or be delayed without them."""
+    names = {identifier(name) for name in model.manifest.functions}
+    if hold is None and f"{identifier(law.name)}_loop" not in names:
+        raise InputError(f"{law.name} is a sampled law without a period of its own: set hold, in seconds")
+    if hold is None and _count("delay", delay, 0, origin):
+        raise bad_value("delay", delay, f"0 unless hold is set: {law.name} is continuous in time", origin)
+
+
+def _start(
+    model: Model, scenario: Scenario, resolved: Resolved, initial: Mapping[str, object], origin: str
+) -> FloatArray:
+    """Return the initial state, which must be finite and within the limits."""
+    given = named_values(model.state_names, f"state of {model.name} in initial", initial, origin)
+    x0 = np.array(model.functions["initial"](resolved.p, resolved.s))
+    for name, value in given.items():
+        x0[model.state_names.index(name)] = value
+    for name, value in zip(model.state_names, x0, strict=True):
+        if not math.isfinite(value):
+            place = f"scenario {scenario.name}"
+            raise bad_value(f"initial state {name}", float(value), "a finite number", place)
+    if not model.manifest.limits:
+        return x0
+    margins = model.functions["limits"](x0, resolved.p)
+    for message, margin in zip(model.manifest.limits, margins, strict=True):
+        if not margin > 0:
+            place = f"{origin}, initial" if given else f"scenario {scenario.name}"
+            text = say(message, {**resolved.values, **dict(zip(model.state_names, x0, strict=True))})
+            raise InputError(f"the initial state (from {place}) is outside the limits: {text}")
+    return x0
+
+
+def _grid(end: float, dt: float, hold: float | None, origin: str) -> tuple[FloatArray, int, int | None]:
+    """Return the ticks, ticks per recorded sample and ticks per hold; samples are at k dt to the last bit."""
+    tick = dt if hold is None else min(dt, hold)
+    record_every = _ratio(dt, tick, hold, origin)
+    hold_every = None if hold is None else _ratio(hold, tick, dt, origin)
+    count = end / tick
+    if count > _MOST_TICKS:
+        raise bad_value("t_end", end, f"at most {_MOST_TICKS} times the sampling step {tick:g} s", origin)
+    k = np.arange(math.floor(count * (1 + _MULTIPLE)) + 1)
+    ticks = (k // record_every) * dt + (k % record_every) * tick
+    if end - ticks[-1] > _MULTIPLE * tick:
+        ticks = np.append(ticks, end)
+    else:
+        ticks[-1] = end
+    return ticks, record_every, hold_every
+
+
+def _ratio(longer: float, tick: float, other: float | None, origin: str) -> int:
+    ratio = longer / tick
+    if abs(ratio - round(ratio)) > _MULTIPLE * ratio:
+        pair = sorted((longer, other if other is not None else tick))
+        raise InputError(
+            f"hold and dt_out are {pair[0]:g} s and {pair[1]:g} s (from {origin}): "
+            "one must be an integer multiple of the other"
+        )
+    return round(ratio)
+
+
+def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str:
+    """Say in words how a run ended."""
+    model, at = problem.model, f"at t = {trajectory.t_stop:.6g} s"
+    if trajectory.status is Status.DONE:
+        return "end time reached"
+    if trajectory.status is Status.LIMIT:
+        last = dict(zip(model.state_names, trajectory.x[-1], strict=True))
+        message = model.manifest.limits[trajectory.violated]
+        return f"{say(message, {**resolved.values, **last})} ({at})"
+    if trajectory.status is Status.NOT_FINITE:
+        broken = np.flatnonzero(~np.isfinite(trajectory.u_cmd[-1]))
+        name = model.input_names[broken[0]] if broken.size else ""
+        what = f"the input {name} of {problem.controller.name}" if name else "the state derivative"
+        return f"{what} is not finite {at}"
+    if trajectory.status is Status.STEP_UNDERFLOW:
+        return f"the tolerance needs a step below the resolution of time {at}"
+    return f"more than {problem.max_steps} steps from one sample to the next {at}"
+
+
+def _effective(problem: Problem, end: float, dt: float, hold: float | None) -> dict[str, float | str]:
+    options: dict[str, float | str] = {"t_end": end, "dt_out": dt, "method": problem.method}
+    if hold is not None:
+        options |= {"hold": hold, "delay": problem.delay}
+    if problem.method == "rk4":
+        return options | {"step": problem.step}
+    return options | {"rtol": problem.rtol, "atol": problem.atol}

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every generated function against CasADi's machine, CasADi's own C, mpmath, and itself in lanes and in float.
+
+Points where a rounding of the arguments would already change the result (next to a switch) are left out and counted.
+"""
+
+import ctypes
+import functools
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.casadi_c import casadi_c
+from codegen.functions import GeneratedFunction, bindings, generate_functions, requests
+from codegen.generate import derive, installed_tree, system_of
+from models.system import System
+from runtime.backend import Functions, PythonBackend
+from runtime.compiler import require_compiler
+from runtime.manifest import find_model
+from tests.codegen.high_precision import HighPrecision
+from tests.sampling import sample
+
+CASES = [("triangle", {}), ("triangle", {"masses": "general"})]
+BUILDS = [("double", 1), ("double", 4), ("double", 8), ("float", 1), ("float", 8), ("float", 16)]
+POINTS = 240
+TOLERANCE = {"double": 1e-13, "float": 5e-6}
+NATIVE = Path(__file__).parents[2] / "runtime" / "native"
+
+
+class Case:
+    """A derived model, its texts in a folder, and random arguments for each function."""
+
+    def __init__(self, model: str, structure: dict[str, str], folder: Path) -> None:
+        self.model, self.folder = model, folder
+        self.system: System = system_of(installed_tree(), model, structure)
+        self.functions: list[GeneratedFunction] = generate_functions(self.system)
+        for name, text in (derive(installed_tree(), model, structure) | casadi_c(model, self.functions)).items():
+            (folder / name).write_text(text)
+        self.requests = {request.name: request for request in requests(self.system)}
+        self.arguments = {f.name: self._arguments(f) for f in self.functions}
+
+    def _arguments(self, function):
+        request = self.requests["rhs" if function.jacobian else function.name]
+        rng = np.random.default_rng(sum(map(ord, function.name)))
+        values = [sample(self.model, group, 4 * POINTS, rng) for group in request.arguments]
+        kept = np.flatnonzero(self._smooth(function, values, 1e-8))
+        assert len(kept) >= POINTS, f"{function.name}: only {len(kept)} of {4 * POINTS} points are away from switches"
+        return [v[kept[:POINTS]] for v in values]
+
+    def _smooth(self, function, values, change):
+        """Tell the points whose result follows a small change of the arguments with a bounded slope."""
+        base, scale = machine(function, values), 1.0
+        near = [machine(function, [v * (1 + sign * change) for v in values]) for sign in (-1, 1)]
+        scale = np.maximum(1, np.abs(base).max(axis=1))
+        return np.all([np.abs(n - base).max(axis=1) <= 30 * change * scale for n in near], axis=0)
+
+    @functools.cached_property
+    def casadi_library(self) -> ctypes.CDLL:
+        return compile_library(self.folder, [f"{self.model}_casadi.c"], ["-O1"], "casadi")
+
+    @functools.cache  # noqa: B019
+    def library(self, real: str, lanes: int) -> ctypes.CDLL:
+        flags = ["-O1", "-ffp-contract=off", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}", f"-I{NATIVE}"]
+        flags += ["-DMEHVAR_FLOAT"] if real == "float" else []
+        return compile_library(self.folder, [f"{self.model}.c", f"{self.model}_jac.c"], flags, f"{real}{lanes}")
+
+
+def compile_library(folder: Path, sources: list[str], flags: list[str], tag: str) -> ctypes.CDLL:
+    target = folder / f"{tag}.so"
+    command = [*require_compiler().command, "-std=gnu11", "-fPIC", "-shared", *flags, *sources, "-o", str(target), "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
+    return ctypes.CDLL(str(target))
+
+
+def machine(function: GeneratedFunction, values: list[np.ndarray]) -> np.ndarray:
+    """Evaluate on CasADi's virtual machine; one row a point, results side by side."""
+    results = function.graph.map(len(values[0]))(*(v.T for v in values))
+    results = [results] if function.graph.n_out() == 1 else list(results)
+    return np.concatenate([np.asarray(r).T for r in results], axis=1)
+
+
+def aligned(shape: tuple[int, ...], kind: type) -> np.ndarray:
+    """Return zeros aligned for vector loads."""
+    count = int(np.prod(shape)) * np.dtype(kind).itemsize
+    raw = np.zeros(count + 64, dtype=np.uint8)
+    start = -raw.ctypes.data % 64
+    return raw[start : start + count].view(kind).reshape(shape)
+
+
+def generated(case: Case, function: GeneratedFunction, values: list[np.ndarray], real: str, lanes: int) -> np.ndarray:
+    """Evaluate the generated C, `lanes` points a call."""
+    kind = np.float32 if real == "float" else np.float64
+    call = getattr(case.library(real, lanes), f"{case.model}_{function.name}")
+    sizes = [max(size, 1) for _, size in function.results]
+    results = np.zeros((len(values[0]), sum(sizes)))
+    for first in range(0, len(values[0]), lanes):
+        inputs = [aligned((v.shape[1], lanes), kind) for v in values]
+        for array, v in zip(inputs, values, strict=True):
+            array[...] = v[first : first + lanes].T
+        outputs = [aligned((size, lanes), kind) for size in sizes]
+        call(*(ctypes.c_void_p(a.ctypes.data) for a in (*inputs, *outputs)))
+        results[first : first + lanes] = np.concatenate(outputs).T
+    return results
+
+
+def casadi_compiled(case: Case, function: GeneratedFunction, values: list[np.ndarray]) -> np.ndarray:
+    """Evaluate CasADi's own C through its calling convention."""
+    call = getattr(case.casadi_library, function.graph.name())
+    sizes = [max(size, 1) for _, size in function.results]
+    results = np.zeros((len(values[0]), sum(sizes)))
+    pointer = ctypes.POINTER(ctypes.c_double)
+    work = (ctypes.c_double * (function.graph.sz_w() + 1))()
+    for k in range(len(values[0])):
+        rows = [np.ascontiguousarray(v[k]) for v in values]
+        outputs = [np.zeros(size) for size in sizes]
+        arg = (pointer * max(function.graph.sz_arg(), 1))(*(r.ctypes.data_as(pointer) for r in rows))
+        res = (pointer * max(function.graph.sz_res(), 1))(*(o.ctypes.data_as(pointer) for o in outputs))
+        assert call(arg, res, None, work, 0) == 0
+        results[k] = np.concatenate(outputs)
+    return results
+
+
+def assert_close(found: np.ndarray, wanted: np.ndarray, tolerance: float, name: str) -> None:
+    error = np.abs(found - wanted).max(axis=1) / np.maximum(1, np.abs(wanted).max(axis=1))
+    assert np.all(error <= tolerance), f"{name}: error {np.nanmax(error):.2e} at point {int(np.nanargmax(error))}"
+
+
+@pytest.fixture(scope="module", params=CASES, ids=lambda c: f"{c[0]}-{'-'.join(c[1].values()) or 'default'}")
+def case(request, tmp_path_factory):
+    return Case(*request.param, tmp_path_factory.mktemp("oracle"))
+
+
+def test_casadis_own_c_agrees(case):
+    for function in case.functions:
+        values = case.arguments[function.name]
+        wanted = machine(function, values)
+        assert_close(casadi_compiled(case, function, values), wanted, TOLERANCE["double"], function.name)
+
+
+@pytest.mark.parametrize(("real", "lanes"), BUILDS)
+def test_generated_c_agrees_lane_by_lane(case, real, lanes):
+    for function in case.functions:
+        values = case.arguments[function.name]
+        if real == "float":
+            values = [v.astype(np.float32).astype(float) for v in values]
+        found = generated(case, function, values, real, lanes)
+        if real == "float":
+            kept = case._smooth(function, values, 2e-7)
+            assert kept.mean() > 0.75, f"{function.name}: too few points away from switches"
+            found, values = found[kept], [v[kept] for v in values]
+        assert_close(found, machine(function, values), TOLERANCE[real], f"{function.name} {real} x{lanes}")
+
+
+def test_lanes_do_not_change_a_bit(case):
+    for function in case.functions:
+        values = case.arguments[function.name]
+        scalar = generated(case, function, values, "double", 1)
+        for lanes in (4, 8):
+            assert np.array_equal(scalar, generated(case, function, values, "double", lanes)), function.name
+
+
+def test_generated_python_agrees(case):
+    functions = Functions(PythonBackend(find_model(case.folder)), find_model(case.folder))
+    for function in case.functions:
+        values = case.arguments[function.name]
+        arguments = [v if size else v[:, 0] for v, (_, size) in zip(values, function.arguments, strict=True)]
+        found = functions[function.name](*arguments)
+        found = found if isinstance(found, tuple) else (found,)
+        flat = np.concatenate([np.reshape(f, (POINTS, -1)) for f in found], axis=1)
+        assert_close(flat, machine(function, values), TOLERANCE["double"], function.name)
+
+
+def test_agrees_with_mpmath(case):
+    for function in case.functions:
+        if function.jacobian:
+            continue
+        request, values = case.requests[function.name], case.arguments[function.name]
+        symbols = [s for group in request.arguments for s in group.symbols]
+        bound = {k: v for k, v in bindings(case.system, request).items() if k not in symbols}
+        wanted = []
+        for k in range(3):
+            numbers = dict(zip(symbols, np.concatenate([v[k] for v in values]), strict=True))
+            evaluate = HighPrecision(numbers, case.system.definitions | bound)
+            wanted.append([float(evaluate(expr)) for _, exprs in request.results for expr in exprs])
+        found = generated(case, function, [v[:3] for v in values], "double", 1)
+        assert_close(found, np.array(wanted), TOLERANCE["double"], function.name)
+
+
+def test_jacobians_agree_with_differences(case):
+    by_name = {f.name: f for f in case.functions}
+    rhs, step = by_name["rhs"], 1e-6
+    for argument in ("x", "u"):
+        jacobian = by_name[f"jac_{argument}"]
+        values = case.arguments[jacobian.name]
+        place = [name for name, _ in rhs.arguments].index(argument)
+        columns = []
+        for j in range(values[place].shape[1]):
+            shift = np.zeros(values[place].shape[1])
+            shift[j] = step
+            ahead = [v + shift if k == place else v for k, v in enumerate(values)]
+            behind = [v - shift if k == place else v for k, v in enumerate(values)]
+            columns.append((machine(rhs, ahead) - machine(rhs, behind)) / (2 * step))
+        wanted = np.stack(columns, axis=-1).reshape(POINTS, -1)
+        assert_close(machine(jacobian, values), wanted, 1e-8, jacobian.name)

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Strict tables: everything that is not understood is refused with the place and a suggestion."""
+
+import pytest
+
+from models.system import ModelError
+from models.tables import parse_interval, read_parameters, read_scenarios
+
+GOOD = """
+[plant]
+mass = { unit = "kg", default = 2, bounds = "(0, inf)", source = "paper Table 1", description = "a mass" }
+[sliding]
+eta = { unit = "1/s", default = "mass/2", bounds = "[0, 5]", source = "assumption: half", description = "a rate" }
+"""
+SCENARIO = """
+[scenarios.paper]
+title = "a run"
+duration = 35.0
+step = 0.01
+[metrics.top]
+kind = "max"
+of = ["rho"]
+unit = "1"
+description = "largest"
+"""
+
+
+def write(tmp_path, text, name="parameters.toml"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_good_table_is_read_in_order(tmp_path):
+    groups = read_parameters(write(tmp_path, GOOD))
+    assert list(groups) == ["plant", "sliding"]
+    (mass,) = groups["plant"]
+    assert (mass.name, mass.unit, mass.default, str(mass.bounds)) == ("mass", "kg", 2.0, "(0, inf)")
+    assert mass.symbol.is_positive
+    assert groups["sliding"].quantities[0].default == "mass/2"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("unit = \"kg\", ", ""), r"\[plant.mass\]: 'unit' is missing"),
+        (("unit = \"kg\"", "unit = \"kg*m\""), "unit 'kg\\*m' is not written like"),
+        (("default = 2", "default = -2"), r"default = -2 is outside its bounds \(0, inf\)"),
+        (("default = 2", "default = nan"), "is outside its bounds"),
+        (("default = 2", "defalt = 2"), r"unknown key 'defalt' \(did you mean 'default'\?\)"),
+        (("default = 2", "default = true"), "default"),
+        (("bounds = \"(0, inf)\"", "bounds = \"0..1\""), "bounds '0..1' are not an interval"),
+        (("bounds = \"(0, inf)\"", "bounds = \"(1, 0)\""), "are empty"),
+        (("source = \"paper Table 1\"", "source = \"somewhere\""), "source 'somewhere' must begin with"),
+        (("[plant]", "[plant"), "parameters.toml is not valid TOML"),
+        (("[plant]", "gain = 3\n[plant]"), "'gain' stands outside a group"),
+    ],
+)
+def test_a_bad_table_is_refused(tmp_path, change, message):
+    with pytest.raises(ModelError, match=message):
+        read_parameters(write(tmp_path, GOOD.replace(*change)))
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(ModelError, match=r"cannot read nowhere.toml: No such file"):
+        read_parameters(tmp_path / "nowhere.toml")
+
+
+def test_bytes_that_are_not_text_are_refused(tmp_path):
+    path = tmp_path / "parameters.toml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ModelError, match="not valid TOML"):
+        read_parameters(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("duration = 35.0", "duration = -1.0"), "duration"),
+        (("duration = 35.0", "durations = 35.0"), r"unknown key 'scenarios.paper.durations' \(did you mean 'duration'\?\)"),
+        (("kind = \"max\"", "kind = \"maximum\""), "kind"),
+        (("step = 0.01", ""), "'scenarios.paper.step' is missing"),
+    ],
+)
+def test_a_bad_scenario_is_refused(tmp_path, change, message):
+    with pytest.raises(ModelError, match=message):
+        read_scenarios(write(tmp_path, SCENARIO.replace(*change), "scenarios.toml"))
+
+
+def test_intervals_say_what_they_hold():
+    assert 0 not in parse_interval("(0, 1]")
+    assert 1 in parse_interval("(0, 1]")
+    assert parse_interval("(0, inf)").positive
+    assert not parse_interval("[0, inf)").positive
+    assert float("nan") not in parse_interval("(-inf, inf)")

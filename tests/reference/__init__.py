@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Independent hand-written computations that the derived models are checked against."""

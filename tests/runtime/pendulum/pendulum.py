@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The functions of pendulum.c in NumPy, in the form of a generated module."""
+
+import numpy as np
+
+
+def _vector(*elements):
+    return np.stack(np.broadcast_arrays(*elements), axis=-1)
+
+
+def rhs(x, u, p):
+    m, l, g, b, wall, k_wall, cube, _ = np.moveaxis(p, -1, 0)
+    torque = u[..., 0] - b * x[..., 1] - m * g * l * np.sin(x[..., 0])
+    extra = k_wall * np.sqrt(wall - x[..., 0]) + cube * x[..., 0] * x[..., 0] * x[..., 0]
+    return _vector(x[..., 1], torque / (m * l * l) + extra)
+
+
+def outputs(x, u, r, p):
+    m, l, g = p[..., 0], p[..., 1], p[..., 2]
+    energy = 0.5 * m * l * l * x[..., 1] * x[..., 1] + m * g * l * (1.0 - np.cos(x[..., 0]))
+    return _vector(energy, x[..., 0] - r[..., 0], u[..., 0] * x[..., 1])
+
+
+def limits(x, p):
+    return _vector(p[..., 7] - np.abs(x[..., 1]))
+
+
+def to_coordinates(x):
+    return _vector(2.0 * x[..., 0], x[..., 1])
+
+
+def from_coordinates(q):
+    return _vector(0.5 * q[..., 0], q[..., 1])
+
+
+def initial(p, s):
+    return _vector(s[..., 0], s[..., 1])
+
+
+def reference(t, s):
+    return _vector(s[..., 2] + s[..., 3] * t)
+
+
+def constraints(p, s):
+    return _vector(np.pi - np.abs(s[..., 0]))
+
+
+def pd(x, r, p, c):
+    return _vector(-c[..., 0] * (x[..., 0] - r[..., 0]) - c[..., 1] * x[..., 1])
+
+
+def pd_observe(q, r, p, c):
+    x = from_coordinates(q)
+    return x, pd(x, r, p, c)
+
+
+def pd_loop(q, r, p, c):
+    x, u = pd_observe(q, r, p, c)
+    dx = rhs(x, u, p)
+    return _vector(2.0 * dx[..., 0], dx[..., 1])
+
+
+def pd_defaults(c):
+    return _vector(2.0 * np.sqrt(c[..., 0]))
+
+
+def pd_constraints(p, c, s):
+    return _vector(c[..., 0] - p[..., 0] * p[..., 2] * p[..., 1])
+
+
+def p_sum(x, r, z, p, c):
+    error = x[..., 0] - r[..., 0]
+    return _vector(-c[..., 0] * error - c[..., 1] * z[..., 0]), _vector(z[..., 0] + error)
+
+
+def swing(l, g):
+    omega = np.sqrt(g / l)
+    return 6.283185307179586 / omega, omega
+
+
+def jac_x(x, u, p):
+    m, l, g, b, wall, k_wall, cube, _ = np.moveaxis(p, -1, 0)
+    angle = x[..., 0]
+    stiffness = 3.0 * cube * angle * angle - g / l * np.cos(angle) - 0.5 * k_wall / np.sqrt(wall - angle)
+    J = _vector(0.0, 1.0, stiffness, -b / (m * l * l))
+    return J.reshape(*J.shape[:-1], 2, 2)
+
+
+def jac_u(x, u, p):
+    J = _vector(0.0, 1.0 / (p[..., 0] * p[..., 1] * p[..., 1]) + 0.0 * x[..., 0])
+    return J.reshape(*J.shape[:-1], 2, 1)
