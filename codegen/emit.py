@@ -51,10 +51,37 @@ def _python_constant(value: float) -> str:
     return repr(value)
 
 
-_MATH = (
-    "sqrt fabs sign copysign min max floor ceil fmod hypot sin cos tan asin acos atan atan2 exp log log1p expm1 "
-    "sinh cosh tanh asinh acosh atanh erf pow"
-).split()
+_MATH = [
+    "sqrt",
+    "fabs",
+    "sign",
+    "copysign",
+    "min",
+    "max",
+    "floor",
+    "ceil",
+    "fmod",
+    "hypot",
+    "sin",
+    "cos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "atan2",
+    "exp",
+    "log",
+    "log1p",
+    "expm1",
+    "sinh",
+    "cosh",
+    "tanh",
+    "asinh",
+    "acosh",
+    "atanh",
+    "erf",
+    "pow",
+]
 _BINARY = {"copysign", "min", "max", "fmod", "hypot", "atan2", "pow"}
 
 C = Language(
@@ -97,7 +124,9 @@ PYTHON = Language(
 )  # fmt: skip
 
 
-def statements(tape: Tape, arguments: Sequence[tuple[str, int]], language: Language) -> tuple[list[str], list[list[str]]]:
+def statements(
+    tape: Tape, arguments: Sequence[tuple[str, int]], language: Language
+) -> tuple[list[str], list[list[str]]]:
     """Print a tape.
 
     Parameters
@@ -183,7 +212,9 @@ class _Printer:
             return f"{self._operand(left, own)} {_INFIX[instruction.op]} {self._operand(right, own + 1)}"
         if instruction.op == "neg":
             return f"-{self._operand(instruction.args[0], _ATOM)}"
-        return self._language.functions[instruction.op].format(*(self._argument(instruction.op, a) for a in instruction.args))
+        return self._language.functions[instruction.op].format(
+            *(self._argument(instruction.op, a) for a in instruction.args)
+        )
 
     def _operand(self, k: int, least: int) -> str:
         """Spell an operand, in brackets when it binds less tightly than needed; rounding follows the tape's order."""

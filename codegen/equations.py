@@ -83,7 +83,11 @@ def _rows(value: object) -> str:
     if isinstance(value, list):
         return "[\n" + ",\n".join("  " + json.dumps(v, ensure_ascii=False) for v in value) + "\n]"
     if isinstance(value, dict):
-        return "{\n" + ",\n".join(f"  {json.dumps(k)}: {json.dumps(v, ensure_ascii=False)}" for k, v in value.items()) + "\n}"
+        return (
+            "{\n"
+            + ",\n".join(f"  {json.dumps(k)}: {json.dumps(v, ensure_ascii=False)}" for k, v in value.items())
+            + "\n}"
+        )
     return json.dumps(value, ensure_ascii=False)
 
 
@@ -129,7 +133,12 @@ def _symbols(system: System) -> list[dict[str, Any]]:
     rows = []
     for role, group in _groups(system).items():
         for q in group:
-            row: dict[str, Any] = {"name": q.name, "role": role, "unit": q.unit, "sign": "positive" if q.positive else "real"}
+            row: dict[str, Any] = {
+                "name": q.name,
+                "role": role,
+                "unit": q.unit,
+                "sign": "positive" if q.positive else "real",
+            }
             if isinstance(q, Parameter):
                 row |= {"bounds": str(q.bounds), "source": q.source}
             rows.append(row)
@@ -140,13 +149,22 @@ def equations_markdown(system: System) -> str:
     """Write the derivation as a page with LaTeX that a forge renders."""
     names = _latex_names(system)
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATES), trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+        loader=jinja2.FileSystemLoader(_TEMPLATES),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
     )
     sections: dict[str, list[dict[str, str]]] = {}
     for step in system.steps:
         left = step.latex if isinstance(step, Definition) else step.left
         sections.setdefault(step.section, []).append(
-            {"left": left, "right": _latex(step.expr, names), "number": step.number, "title": step.title, "unit": step.unit}
+            {
+                "left": left,
+                "right": _latex(step.expr, names),
+                "number": step.number,
+                "title": step.title,
+                "unit": step.unit,
+            }
         )
     results = [
         {"left": _left(name, kind, names), "right": _latex(expr, names), "kind": kind}
@@ -154,7 +172,11 @@ def equations_markdown(system: System) -> str:
         if kind in ("rhs", "law")
     ]
     return environment.get_template("equations.md.j2").render(
-        system=system, sections=sections, results=results, groups=_groups(system), latex=lambda q: _quantity_latex(q)
+        system=system,
+        sections=sections,
+        results=results,
+        groups=_groups(system),
+        latex=lambda q: _quantity_latex(q),
     )
 
 
@@ -164,7 +186,9 @@ def _latex_names(system: System) -> dict[sp.Symbol, str]:
 
 
 def _quantity_latex(quantity: Quantity) -> str:
-    return quantity.latex or (sp.latex(quantity.symbol) if len(quantity.name) < 3 else rf"\mathrm{{{quantity.name}}}".replace("_", r"\_"))
+    return quantity.latex or (
+        sp.latex(quantity.symbol) if len(quantity.name) < 3 else rf"\mathrm{{{quantity.name}}}".replace("_", r"\_")
+    )
 
 
 def _latex(expr: sp.Basic, names: Mapping[sp.Symbol, str]) -> str:

@@ -3,15 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import sympy as sp
 
 from codegen.lower import to_casadi
-from models.check import formulas
-from models.system import TIME, Controller, Expr, Group, System, scalar
+from codegen.requests import Request, bindings, requests
+from models.system import Expr, Group, System
 
 Signature = tuple[tuple[str, int], ...]
 
@@ -40,18 +40,6 @@ class GeneratedFunction:
     jacobian: bool = False
 
 
-@dataclass(frozen=True)
-class Request:
-    """A function to generate, still in SymPy."""
-
-    name: str
-    description: str
-    arguments: tuple[Group, ...]
-    results: tuple[tuple[str, tuple[Expr, ...]], ...]
-    scalars: bool = False
-    law: Controller | None = None
-
-
 def generate_functions(system: System) -> list[GeneratedFunction]:
     """Build every function of a system, Jacobians last.
 
@@ -73,70 +61,21 @@ def generate_functions(system: System) -> list[GeneratedFunction]:
     return [*functions, _jacobian(rhs, "x"), _jacobian(rhs, "u")]
 
 
-def requests(system: System) -> list[Request]:
-    """List the functions of a system, Jacobians excepted."""
-    x, u, r, p, s = system.states, system.inputs, system.references, system.parameters, system.scenario_parameters
-    margins = tuple(c.margin for c in system.limits)
-    plant = [
-        Request("rhs", "state derivative", (x, u, p), (("dx", system.rhs),)),
-        Request("outputs", "outputs of a run", (x, u, r, p), (("y", system.output),)),
-        Request("limits", "margins that stay positive along a run", (x, p), (("margin", margins),)),
-        Request("initial", "initial state of a scenario", (p, s), (("x", system.initial),)),
-        Request("reference", "reference of a scenario", (scalar(TIME), s), (("r", system.reference),)),
-        Request("constraints", "margins that stay positive for a feasible scenario", (p, s),
-                 (("margin", tuple(c.margin for c in system.constraints)),)),
-    ]  # fmt: skip
-    if system.coordinates:
-        q = system.coordinates.states
-        plant += [
-            Request("to_coordinates", "regular coordinates of a state", (x,), (("q", q.symbols),)),
-            Request("from_coordinates", "state at regular coordinates", (q,), (("x", x.symbols),)),
-        ]
-    own = [
-        Request(f.name, f.description, f.arguments,
-                 ((f.vector, tuple(e for _, e in f.results)),) if f.vector
-                 else tuple((quantity.name, (expr,)) for quantity, expr in f.results), not f.vector)
-        for f in system.functions
-    ]  # fmt: skip
-    return plant + own + [request for law in system.controllers for request in _law_requests(system, law)]
-
-
-def _law_requests(system: System, law: Controller) -> list[Request]:
-    x, u, r, p, s, c = (
-        system.states, system.inputs, system.references, system.parameters, system.scenario_parameters, law.parameters,
-    )  # fmt: skip
-    name = law.name.replace("-", "_")
-    q, rhs = (system.coordinates.states, system.coordinates.rhs) if system.coordinates else (x, system.rhs)
-    margins = tuple(condition.margin for condition in law.constraints)
-    derived = tuple(formulas(c).values())
-    found = [
-        Request(name, law.title, (x, r, p, c), (("u", u.symbols),), law=law),
-        Request(f"{name}_loop", f"closed loop of {law.name}", (q, r, p, c), (("dq", rhs),), law=law),
-        Request(f"{name}_observe", f"state and input in the loop of {law.name}", (q, r, p, c),
-                 (("x", x.symbols), ("u", u.symbols)), law=law),
-        Request(f"{name}_constraints", f"margins that stay positive for a feasible {law.name}", (p, c, s),
-                 (("margin", margins),), law=law),
-    ]  # fmt: skip
-    if derived:
-        found.append(Request(f"{name}_defaults", f"formula defaults of {law.name}", (c,), (("derived", derived),)))
-    return found
-
-
 def _common_subexpressions(system: System, wanted: Sequence[Request]) -> tuple[dict[sp.Symbol, Expr], list[Expr]]:
     """Share subexpressions over the whole model; temporaries are definitions like any other."""
     names = list(system.definitions)
-    coordinates = system.coordinates
-    maps = (*coordinates.from_state, *coordinates.from_input, *coordinates.to_state, *coordinates.to_input) if coordinates else ()
-    commands = [e for law in system.controllers for e in law.command]
+    shared = [*system.definitions.values(), *(e for law in system.controllers for e in (*law.command, *law.update))]
     results = [e for request in wanted for _, exprs in request.results for e in exprs]
     temporaries = sp.numbered_symbols("cse_", cls=sp.Symbol)
-    pairs, reduced = sp.cse([*system.definitions.values(), *maps, *commands, *results], symbols=temporaries, order="none")
-    named = dict(pairs) | dict(zip(names, reduced, strict=False))
-    return named, reduced[len(names) + len(maps) + len(commands) :]
+    pairs, reduced = sp.cse([*shared, *results], symbols=temporaries, order="none")
+    return dict(pairs) | dict(zip(names, reduced, strict=False)), reduced[len(shared) :]
 
 
 def _build(
-    system: System, request: Request, results: Sequence[tuple[str, Sequence[Expr]]], named: dict[sp.Symbol, Expr]
+    system: System,
+    request: Request,
+    results: Sequence[tuple[str, Sequence[Expr]]],
+    named: dict[sp.Symbol, Expr],
 ) -> GeneratedFunction:
     vectors = [ca.SX.sym(group.name, max(len(group), 1)) for group in request.arguments]
     symbols = {
@@ -159,25 +98,6 @@ def _is_scalar(group: Group) -> bool:
     return len(group) == 1 and group.name == group.quantities[0].name
 
 
-def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
-    """Return what the symbols stand for that a function does not receive: another chart, the law's input, the reference."""
-    x, u, r = system.states.symbols, system.inputs.symbols, system.references.symbols
-    received = {group.name for group in request.arguments}
-    bound = _pairs(r, system.reference) if "s" in received else {}
-    coordinates, law = system.coordinates, request.law
-    if coordinates is None:
-        return bound | (_pairs(u, law.command) if law else {})
-    command = coordinates.inputs.symbols
-    bound |= _pairs(command, law.command if law else coordinates.from_input)
-    bound |= _pairs(u, coordinates.to_input) if law else {}
-    return bound | (_pairs(x, coordinates.to_state) if "q" in received else _pairs(coordinates.states.symbols, coordinates.from_state))
-
-
-def _pairs(symbols: Iterable[sp.Symbol], expressions: Iterable[Expr]) -> dict[sp.Symbol, Expr]:
-    """Pair symbols with what they stand for; a symbol that is the same in both charts stands for itself."""
-    return {s: e for s, e in zip(symbols, expressions, strict=True) if s is not e}
-
-
 def _jacobian(rhs: GeneratedFunction, name: str) -> GeneratedFunction:
     """Differentiate the right-hand side with respect to one argument; rows of the result follow each other."""
     position = [argument for argument, _ in rhs.arguments].index(name)
@@ -187,4 +107,11 @@ def _jacobian(rhs: GeneratedFunction, name: str) -> GeneratedFunction:
     (flat,) = ca.cse([ca.vec(matrix.T)])
     graph = ca.Function(f"jac_{name}", arguments, [flat], rhs.graph.name_in(), ["res_J"])
     size = matrix.shape[0] * matrix.shape[1]
-    return GeneratedFunction(f"jac_{name}", f"Jacobian of rhs with respect to {name}, row by row", rhs.arguments, (("J", size),), graph, True)
+    return GeneratedFunction(
+        f"jac_{name}",
+        f"Jacobian of rhs with respect to {name}, row by row",
+        rhs.arguments,
+        (("J", size),),
+        graph,
+        True,
+    )

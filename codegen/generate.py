@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import importlib
 import json
-import os
 import sys
 import tempfile
 from collections.abc import Iterable, Mapping
@@ -136,7 +135,7 @@ def generate(
     if not reasons:
         return Report(model)
     texts = derive(tree, model, chosen, casadi)
-    _write(folder, texts)
+    write(folder, texts)
     return Report(model, tuple(texts), reasons)
 
 
@@ -175,13 +174,18 @@ def load_model(tree: Tree, model: str) -> ModuleType:
     Raises
     ------
     GenerateError
-        If there is no such model.
+        If there is no such model, or this process has imported another tree's models before.
     """
     if model not in tree.models:
         raise GenerateError(f"model {model!r} is not known in {tree.root / 'models'}; known: {', '.join(tree.models)}")
     if str(tree.root) not in sys.path:
         sys.path.insert(0, str(tree.root))
-    return importlib.import_module(f"models.{model}")
+    package = importlib.import_module(f"models.{model}")
+    if not Path(package.__file__ or "").is_relative_to(tree.root):
+        raise GenerateError(
+            f"models is already imported from {Path(package.__file__ or '').parents[2]}; use a new process"
+        )
+    return package
 
 
 def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
@@ -221,7 +225,7 @@ def _reasons(
         recorded = json.loads(path.read_text(encoding="utf-8"))
         before, files = recorded["inputs_sha256"], recorded["files_sha256"]
         was = recorded["structure"]
-    except (json.JSONDecodeError, KeyError, UnicodeDecodeError):
+    except (json.JSONDecodeError, KeyError, TypeError, UnicodeDecodeError):
         return (f"{path} is damaged",)
     reasons = [f"{name} {change}" for name, change in _changes(before, tree.sources(model))]
     reasons += [f"structure {k} was {was.get(k)!r}" for k, v in (structure or {}).items() if was.get(k) != v]
@@ -246,17 +250,25 @@ def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterable[tupl
 
 
 def _texts_of(model: str) -> list[str]:
-    return [f"{model}.c", f"{model}_jac.c", f"{model}.h", f"{model}.py", "equations.json", "equations.md", "manifest.json"]
+    return [
+        f"{model}.c",
+        f"{model}_jac.c",
+        f"{model}.h",
+        f"{model}.py",
+        "equations.json",
+        "equations.md",
+        "manifest.json",
+    ]
 
 
-def _write(folder: Path, texts: Mapping[str, str]) -> None:
+def write(folder: Path, texts: Mapping[str, str]) -> None:
     """Write all files under temporary names, then rename them, the manifest last: what is half done shows as stale."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as scratch:
         for name, text in texts.items():
             (Path(scratch) / name).write_text(text, encoding="utf-8", newline="\n")
         for name in texts:
-            os.replace(Path(scratch) / name, folder / name)
+            (Path(scratch) / name).replace(folder / name)
 
 
 def _sha256(path: Path) -> str:

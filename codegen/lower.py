@@ -103,7 +103,7 @@ class _Converter:
             return (sp.sympify(self._definitions[node]),)
         if isinstance(node, sp.Piecewise):
             return tuple(part for pair in node.args for part in pair.args)
-        return node.args
+        return tuple(node.args)
 
     def _convert(self, node: sp.Basic) -> ca.SX:
         if isinstance(node, sp.Symbol):

@@ -10,12 +10,24 @@ from importlib.metadata import version
 from typing import Any
 
 from codegen.texts import PrintedFunction, model_hash
-from models.system import TIME, Condition, Controller, Group, Metric, Parameter, Scenario, System, free_symbols
+from models.system import (
+    TIME,
+    Condition,
+    Controller,
+    Group,
+    Metric,
+    Parameter,
+    Scenario,
+    System,
+    free_symbols,
+)
 
 SCHEMA = 1
 
 
-def manifest(system: System, functions: Sequence[PrintedFunction], inputs: Mapping[str, str], files: Mapping[str, str]) -> str:
+def manifest(
+    system: System, functions: Sequence[PrintedFunction], inputs: Mapping[str, str], files: Mapping[str, str]
+) -> str:
     """Write the manifest of a generated model.
 
     Parameters
@@ -46,6 +58,8 @@ def manifest(system: System, functions: Sequence[PrintedFunction], inputs: Mappi
         "limits": _messages(system.limits),
         "constraints": _messages(system.constraints),
         "reference_constant": not time_dependent,
+        "choices": {c.name: {"values": list(c.values), "description": c.description} for c in system.choices},
+        "noise": _quantities(system.sensor.noise) if system.sensor else [],
         "scenarios": {scenario.name: _scenario(scenario) for scenario in system.scenarios},
         "metrics": {metric.name: _metric(metric) for metric in system.metrics},
         "functions": {f.name: _function(system.name, f) for f in functions},
@@ -87,8 +101,8 @@ def _finite(value: float) -> float | None:
 def _controller(law: Controller) -> dict[str, Any]:
     return {
         "title": law.title,
-        "memory": [],
-        "period": None,
+        "memory": _quantities(law.memory),
+        "period": law.period or None,
         "parameters": _parameters(law.parameters),
         "constraints": _messages(law.constraints),
     }

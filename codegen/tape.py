@@ -125,7 +125,7 @@ class _Builder:
 
 
 def _read(function: ca.Function) -> Tape:
-    builder, register = _Builder(), {}
+    builder, register = _Builder(), dict[int, int]()
     results = [[0] * function.nnz_out(i) for i in range(function.n_out())]
     for k in range(function.n_instructions()):
         op = function.instruction_id(k)

@@ -12,6 +12,7 @@ import jinja2
 
 from codegen.emit import PYTHON, C, statements
 from codegen.functions import GeneratedFunction
+from codegen.requests import identifier
 from codegen.tape import Tape, tape
 from models.system import Group, Quantity, System
 
@@ -126,6 +127,7 @@ def model_hash(system: System, functions: Sequence[PrintedFunction]) -> str:
 
 def vectors(system: System) -> list[Vector]:
     """Return the named vectors of a system."""
+
     def named(title: str, prefix: str, constant: str, group: Group) -> Vector:
         return Vector(title, prefix, constant, group.quantities)
 
@@ -140,8 +142,10 @@ def vectors(system: System) -> list[Vector]:
     if system.coordinates:
         found.append(named("regular coordinates q", "Q", "COORDINATES", system.coordinates.states))
     for law in system.controllers:
-        upper = law.name.upper().replace("-", "_")
+        upper = identifier(law.name).upper()
         found.append(named(f"parameters c of the law {law.name}", f"{upper}_C", f"{upper}_PARAMETERS", law.parameters))
+        if law.memory:
+            found.append(named(f"memory z of the law {law.name}", f"{upper}_Z", f"{upper}_MEMORY", law.memory))
     return found
 
 

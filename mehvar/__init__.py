@@ -42,12 +42,12 @@ _HOMES = {
     "codegen.lower": ("to_casadi",),
     "models.tables": ("read_parameters", "read_scenarios"),
     "models.system": (
-        "Condition", "Controller", "Coordinates", "Derivation", "Function", "Group", "Metric", "ModelError", "Parameter",
-        "Quantity", "Scenario", "System",
+        "Condition", "Controller", "Coordinates", "Derivation", "Function", "Group", "Metric", "ModelError",
+        "Parameter", "Quantity", "Scenario", "System",
     ),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
-__all__ = sorted(_HOME)  # noqa: PLE0605
+__all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> Any:

@@ -17,7 +17,8 @@ app = typer.Typer(
 )
 
 Settings = Annotated[
-    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter or an option; repeat as needed.")
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter or an option; repeat as needed."),
 ]
 
 
@@ -47,7 +48,9 @@ def list_() -> None:
 
 
 @app.command()
-def show(model: Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")]) -> None:
+def show(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")],
+) -> None:
     """Show a model: states, inputs, parameters with unit, default, bounds and source."""
     from mehvar.tables import show_model
 

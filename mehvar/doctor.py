@@ -40,7 +40,12 @@ def _compiler_row() -> list[str]:
     except InputError as error:
         return ["C compiler", "does not work", str(error), ""]
     if compiler is None:
-        return ["C compiler", "missing", "fast runs; without one the Python module runs", 'pip install "mehvar[cc]"']
+        return [
+            "C compiler",
+            "missing",
+            "fast runs; without one the Python module runs",
+            'pip install "mehvar[cc]"',
+        ]
     return ["C compiler", compiler.version, " ".join(compiler.command), ""]
 
 

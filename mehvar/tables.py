@@ -46,9 +46,7 @@ def _quantities(title: str, quantities: Sequence[Quantity]) -> None:
 
 
 def _parameters(title: str, parameters: Sequence[Parameter]) -> None:
-    rows = [
-        [q.name, q.unit, q.formula or f"{q.default:g}", q.interval, q.description, q.source] for q in parameters
-    ]
+    rows = [[q.name, q.unit, q.formula or f"{q.default:g}", q.interval, q.description, q.source] for q in parameters]
     print_table(title, ["name", "unit", "default", "allowed", "meaning", "source"], rows)
     typer.echo()
 
@@ -61,7 +59,11 @@ def _scenarios(manifest: Manifest) -> None:
 
 def _functions(manifest: Manifest) -> None:
     rows = [
-        [f"{f.name}({', '.join(a.name for a in f.arguments)})", ", ".join(a.name for a in f.results), str(f.operations)]
+        [
+            f"{f.name}({', '.join(a.name for a in f.arguments)})",
+            ", ".join(a.name for a in f.results),
+            str(f.operations),
+        ]
         for f in manifest.functions.values()
     ]
     print_table("functions", ["call", "returns", "operations"], rows)

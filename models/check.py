@@ -109,18 +109,26 @@ def _used_by(system: System, expressions: Iterable[Expr]) -> set[str]:
 
 
 def _system_expressions(system: System) -> list[Expr]:
-    coordinates = system.coordinates.rhs if system.coordinates else ()
+    plants = [e for variant in system.variants for e in variant.rhs]
+    loop = system.coordinates.rhs if system.coordinates else ()
+    hardware = (
+        *(system.actuator.applied if system.actuator else ()),
+        *(system.sensor.measured if system.sensor else ()),
+    )
     conditions = [c.margin for c in (*system.limits, *system.constraints)]
     own = [expr for function in system.functions for _, expr in function.results]
-    return [*system.rhs, *coordinates, *system.output, *system.initial, *system.reference, *conditions, *own]
+    ends = (*system.output, *system.initial, *system.reference)
+    return [*system.rhs, *plants, *loop, *hardware, *ends, *conditions, *own]
 
 
 def _law_expressions(controller: Controller) -> list[Expr]:
-    return [*controller.command, *(c.margin for c in controller.constraints)]
+    return [*controller.command, *controller.update, *controller.start, *(c.margin for c in controller.constraints)]
 
 
 def _check_parameters_used(system: System) -> None:
-    common = _used_by(system, _system_expressions(system))
+    loops = [e for variant in system.variants for loop in variant.loops.values() for e in loop]
+    periods = {c.period for c in system.controllers}
+    common = _used_by(system, [*_system_expressions(system), *loops]) | periods
     laws = {c.name: _used_by(system, _law_expressions(c)) for c in system.controllers}
     by_laws = common.union(*laws.values())
     for group in (system.parameters, system.scenario_parameters):
@@ -163,6 +171,8 @@ def _check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter],
 
 def _check_metrics(system: System) -> None:
     variables = {q.name for q in (*system.states, *system.outputs)} | {f"u_{q.name}" for q in system.inputs}
+    memories = [{q.name for q in law.memory} for law in system.controllers]
+    variables |= set.intersection(*memories) if memories else set()
     for metric in system.metrics:
         _known(metric.of, variables, f"metric {metric.name!r} of {system.name}: variable")
 

@@ -2,211 +2,45 @@
 """The vocabulary of a model: what a system, a control law and a scenario are made of.
 
 Everything here is a small frozen dataclass. A model builds one `System`; code generation reads it and
-knows nothing else about the model.
+knows nothing else about the model. Quantities and derivations have modules of their own and are named here too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import sympy as sp
 
-Expr = sp.Expr
+from models.derivation import Definition, Derivation, Equation, Expr, free_symbols
+from models.quantities import EMPTY, TIME, Group, Interval, ModelError, Parameter, Quantity, scalar
 
-
-class ModelError(ValueError):
-    """A mistake in a model's text: a derivation, a parameter table or a scenario table."""
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A named number with a unit.
-
-    Parameters
-    ----------
-    name : str
-        ASCII identifier, the same in C, Python and result files.
-    unit : str
-        SI unit, radians inside; "1" for a dimensionless number.
-    description : str
-        One line for people.
-    latex : str, optional
-        How the paper writes it; SymPy's guess from the name when empty.
-    positive : bool, optional
-        SymPy may assume that the value is positive.
-    """
-
-    name: str
-    unit: str
-    description: str
-    latex: str = ""
-    positive: bool = False
-
-    @property
-    def symbol(self) -> sp.Symbol:
-        """The SymPy symbol of this quantity."""
-        return sp.Symbol(self.name, positive=True) if self.positive else sp.Symbol(self.name, real=True)
-
-
-@dataclass(frozen=True)
-class Interval:
-    """Allowed values of a parameter, written "(0, inf)" or "[0, 1]" in a table."""
-
-    lower: float
-    upper: float
-    lower_open: bool
-    upper_open: bool
-
-    def __contains__(self, value: float) -> bool:
-        above = value > self.lower if self.lower_open else value >= self.lower
-        below = value < self.upper if self.upper_open else value <= self.upper
-        return above and below
-
-    def __str__(self) -> str:
-        return f"{'(['[not self.lower_open]}{self.lower:g}, {self.upper:g}{')]'[not self.upper_open]}"
-
-    @property
-    def positive(self) -> bool:
-        """Whether every allowed value is above zero."""
-        return self.lower > 0 or (self.lower == 0 and self.lower_open)
-
-
-@dataclass(frozen=True)
-class Parameter(Quantity):
-    """A number that the user may change: an input of the generated functions, never a constant in them.
-
-    Parameters
-    ----------
-    default : float or str, optional
-        The value, or a formula in other parameters of the same group.
-    bounds : Interval
-        Allowed values.
-    source : str
-        Where the number comes from: "paper ...", "assumption: ..." or "addition: ...".
-    """
-
-    default: float | str = 0.0
-    bounds: Interval = field(default_factory=lambda: Interval(-float("inf"), float("inf"), True, True))
-    source: str = ""
-
-
-@dataclass(frozen=True)
-class Definition:
-    """A named step of a derivation, in the order a reader would take it.
-
-    Parameters
-    ----------
-    symbol : sympy.Symbol
-        The name given to the expression; later expressions refer to it.
-    expr : sympy.Expr
-        What it stands for.
-    number : str
-        Equation number of the paper, "(20)"; empty for a step of our own.
-    title : str
-        What it is, in a few words.
-    section : str
-        Heading under which it is printed.
-    unit : str
-        SI unit.
-    latex : str
-        How the symbol is printed.
-    """
-
-    symbol: sp.Symbol
-    expr: Expr
-    number: str
-    title: str
-    section: str
-    unit: str
-    latex: str
-
-
-@dataclass(frozen=True)
-class Equation:
-    """A derived result that is shown and compared but not evaluated, such as a differential equation."""
-
-    left: str
-    expr: Expr
-    number: str
-    title: str
-    section: str
-    unit: str
-
-
-class Derivation:
-    """An ordered list of definitions and equations under section headings."""
-
-    def __init__(self) -> None:
-        self.steps: list[Definition | Equation] = []
-        self._section = ""
-        self._names: set[str] = set()
-
-    @property
-    def definitions(self) -> dict[sp.Symbol, Expr]:
-        """The definitions made so far, by symbol."""
-        return {step.symbol: step.expr for step in self.steps if isinstance(step, Definition)}
-
-    def section(self, title: str) -> None:
-        """Start a new heading."""
-        self._section = title
-
-    def define(
-        self,
-        name: str,
-        expr: Expr | float,
-        number: str = "",
-        title: str = "",
-        unit: str = "1",
-        latex: str = "",
-        positive: bool = False,
-    ) -> sp.Symbol:
-        """Name an expression and return its symbol for use in later steps.
-
-        Raises
-        ------
-        ModelError
-            If the name has been used before.
-        """
-        if name in self._names:
-            raise ModelError(f"definition {name!r} is made twice")
-        self._names.add(name)
-        quantity = Quantity(name, unit, title, latex, positive)
-        definition = Definition(
-            quantity.symbol, sp.sympify(expr), number, title, self._section, unit, latex or sp.latex(quantity.symbol)
-        )
-        self.steps.append(definition)
-        return quantity.symbol
-
-    def show(self, left: str, expr: Expr, number: str = "", title: str = "", unit: str = "1") -> None:
-        """Record a derived equation `left = expr` (left in LaTeX) that no function evaluates by itself."""
-        self.steps.append(Equation(left, sp.sympify(expr), number, title, self._section, unit))
-
-
-@dataclass(frozen=True)
-class Group:
-    """Quantities that travel together as one vector, such as the state or the plant's parameters."""
-
-    name: str
-    quantities: tuple[Quantity, ...]
-
-    def __iter__(self) -> Iterator[Quantity]:
-        return iter(self.quantities)
-
-    def __len__(self) -> int:
-        return len(self.quantities)
-
-    @property
-    def symbols(self) -> tuple[sp.Symbol, ...]:
-        """The SymPy symbols in order."""
-        return tuple(q.symbol for q in self.quantities)
-
-    def __getattr__(self, name: str) -> sp.Symbol:
-        for quantity in object.__getattribute__(self, "quantities"):
-            if quantity.name == name:
-                return quantity.symbol
-        raise AttributeError(f"group {self.name!r} has no quantity {name!r}")
+__all__ = [
+    "EMPTY",
+    "TIME",
+    "Actuator",
+    "Choice",
+    "Condition",
+    "Controller",
+    "Coordinates",
+    "Definition",
+    "Derivation",
+    "Equation",
+    "Expr",
+    "Function",
+    "Group",
+    "Interval",
+    "Metric",
+    "ModelError",
+    "Parameter",
+    "Quantity",
+    "Scenario",
+    "Sensor",
+    "System",
+    "Variant",
+    "free_symbols",
+    "scalar",
+]
 
 
 @dataclass(frozen=True)
@@ -286,10 +120,18 @@ class Controller:
     parameters : Group
         The law's own parameters.
     command : tuple of Expr
-        Inputs of the coordinates in which loops are integrated, as a function of coordinates,
-        reference, plant parameters and law parameters.
+        The commanded input as a function of state, reference, plant parameters and law parameters; with regular
+        coordinates, the inputs that go with them. A sampled law may use its memory and the applied input too.
     constraints : tuple of Condition
         What plant, law and scenario parameters must satisfy before a run.
+    period : str
+        Plant parameter that holds the sampling period; empty for a law that is continuous in time.
+    applied : Group
+        Symbols of the input that was really applied over the last sample, for a sampled law.
+    memory : Group
+        What a sampled law keeps from one sample to the next.
+    start, update : tuple of Expr
+        The memory before the first sample (a function of state, reference, p and c) and after each one.
     """
 
     name: str
@@ -297,6 +139,71 @@ class Controller:
     parameters: Group
     command: tuple[Expr, ...]
     constraints: tuple[Condition, ...] = ()
+    period: str = ""
+    applied: Group = EMPTY
+    memory: Group = EMPTY
+    start: tuple[Expr, ...] = ()
+    update: tuple[Expr, ...] = ()
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """What becomes of a commanded input before it acts: limits, gimbals, wheels.
+
+    Parameters
+    ----------
+    commanded : Group
+        Symbols of the commanded input, one for each input.
+    applied : tuple of Expr
+        The input that acts, as a function of state, commanded input and p.
+    """
+
+    commanded: Group
+    applied: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """What a law sees of the state.
+
+    Parameters
+    ----------
+    noise : Group
+        Independent standard normal numbers, drawn anew at each sample.
+    measured : tuple of Expr
+        The state that the law sees, as a function of state, noise and p.
+    """
+
+    noise: Group
+    measured: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """An option of a run with named values, such as a simpler plant; the first value is the default."""
+
+    name: str
+    values: tuple[str, ...]
+    description: str
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What a system becomes when choices differ from their defaults.
+
+    Parameters
+    ----------
+    values : tuple of str
+        One value for each choice of the system, in order.
+    rhs : tuple of Expr
+        x' as a function of x, u, p.
+    loops : mapping of str to tuple of Expr
+        Closed loops that are not simply `rhs` under the law, by law.
+    """
+
+    values: tuple[str, ...]
+    rhs: tuple[Expr, ...]
+    loops: Mapping[str, tuple[Expr, ...]]
 
 
 @dataclass(frozen=True)
@@ -369,23 +276,31 @@ class System:
     steps : tuple
         The derivation, in order.
     limits : tuple of Condition
-        What must hold along a run, as a function of x and p.
+        What must hold along a run, as a function of x, u and p.
     initial : tuple of Expr
         x(0) as a function of p and s.
     reference : tuple of Expr
-        r as a function of time and s.
+        r as a function of time, p and s.
     constraints : tuple of Condition
         What plant and scenario parameters must satisfy.
     functions : tuple of Function
         Further public functions.
     coordinates : Coordinates, optional
         Regular chart for continuous loops.
+    actuator : Actuator, optional
+        What becomes of a commanded input; the input acts as commanded without one.
+    sensor : Sensor, optional
+        What sampled laws see; the state itself without one.
+    projection : tuple of Expr
+        Applied to the integrated coordinates after each accepted step, such as the norm of a quaternion.
+    choices, variants : tuple
+        Options of a run with named values, and a variant for each combination other than the defaults.
     """
 
     name: str
     title: str
     source: str
-    structure: Mapping[str, Any]
+    structure: Mapping[str, str]
     states: Group
     inputs: Group
     references: Group
@@ -404,29 +319,13 @@ class System:
     scenarios: tuple[Scenario, ...]
     metrics: tuple[Metric, ...]
     coordinates: Coordinates | None = None
+    actuator: Actuator | None = None
+    sensor: Sensor | None = None
+    projection: tuple[Expr, ...] = ()
+    choices: tuple[Choice, ...] = ()
+    variants: tuple[Variant, ...] = ()
 
     @property
     def definitions(self) -> dict[sp.Symbol, Expr]:
         """Every definition of the derivation, by symbol."""
         return {step.symbol: step.expr for step in self.steps if isinstance(step, Definition)}
-
-
-TIME = Quantity("t", "s", "time")
-
-
-def scalar(quantity: Quantity) -> Group:
-    """Wrap one quantity as a scalar argument."""
-    return Group(quantity.name, (quantity,))
-
-
-def free_symbols(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
-    """Return the symbols that expressions depend on, definitions followed to their ends."""
-    seen: set[sp.Symbol] = set()
-    stack = [s for e in expressions for s in sp.sympify(e).free_symbols]
-    while stack:
-        symbol = stack.pop()
-        if symbol not in seen:
-            seen.add(symbol)
-            if symbol in definitions:
-                stack.extend(definitions[symbol].free_symbols)
-    return {s for s in seen if s not in definitions}

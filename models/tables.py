@@ -119,7 +119,9 @@ def read_parameters(path: Path) -> dict[str, Group]:
     groups = {}
     for group, rows in _read_toml(path).items():
         if not isinstance(rows, dict):
-            raise ModelError(f"{path.name}: {group!r} stands outside a group; write it under [plant.{group}] or the like")
+            raise ModelError(
+                f"{path.name}: {group!r} stands outside a group; write it under [plant.{group}] or the like"
+            )
         groups[group] = Group(group, tuple(_parameter(path, group, name, row) for name, row in rows.items()))
     return groups
 
@@ -167,7 +169,14 @@ def _parameter(path: Path, group: str, name: str, row: object) -> Parameter:
     if isinstance(default, float) and default not in bounds:
         raise ModelError(f"{where}default = {default:g} is outside its bounds {bounds}")
     return Parameter(
-        name, checked.unit, checked.description, checked.latex, bounds.positive, default, bounds, checked.source
+        name,
+        checked.unit,
+        checked.description,
+        checked.latex,
+        bounds.positive,
+        default,
+        bounds,
+        checked.source,
     )
 
 

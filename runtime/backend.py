@@ -31,9 +31,7 @@ class Backend(Protocol):
     def prepare(self) -> None:
         """Load everything but the Jacobians."""
 
-    def evaluate(
-        self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]
-    ) -> list[FloatArray]:
+    def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
         """Return each result with the leading axes `shape`."""
 
 
@@ -65,12 +63,8 @@ class GeneratedFunction:
         specs = self._function.arguments
         if len(arguments) != len(specs):
             raise InputError(f"{self!r} takes {len(specs)} arguments, got {len(arguments)}")
-        arrays = [
-            _as_array(self._function, spec, value) for spec, value in zip(specs, arguments, strict=True)
-        ]
-        leading = [
-            array.shape[: array.ndim - len(spec.shape)] for spec, array in zip(specs, arrays, strict=True)
-        ]
+        arrays = [_as_array(self._function, spec, value) for spec, value in zip(specs, arguments, strict=True)]
+        leading = [array.shape[: array.ndim - len(spec.shape)] for spec, array in zip(specs, arrays, strict=True)]
         try:
             shape = np.broadcast_shapes(*leading)
         except ValueError as error:
@@ -119,9 +113,7 @@ class CBackend:
             if not _is_jacobian(function):
                 self._library(function.file)
 
-    def evaluate(
-        self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]
-    ) -> list[FloatArray]:
+    def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
         """Run one C loop over all leading indices, without copies of contiguous arguments."""
         axes = len(shape)
         results = [np.empty(shape + spec.shape) for spec in function.results]
@@ -195,13 +187,9 @@ class PythonBackend:
         """Import the module."""
         self.raw("rhs")
 
-    def evaluate(
-        self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]
-    ) -> list[FloatArray]:
+    def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
         """Call the module; what it leaves unbroadcast is broadcast here."""
-        wide = [
-            np.broadcast_to(a, shape + s.shape) for s, a in zip(function.arguments, arguments, strict=True)
-        ]
+        wide = [np.broadcast_to(a, shape + s.shape) for s, a in zip(function.arguments, arguments, strict=True)]
         with np.errstate(all="ignore"):
             out = self.raw(function.name)(*wide)
         results = [out] if len(function.results) == 1 else list(out)

@@ -73,7 +73,7 @@ def load_library(
         if library is not None:
             return library
     command = [*compiler.command, *flags, *units, "-o", file, "-lm"]
-    path = _compile(_writable_cache() / file, sources, command, compiler)
+    path = _compile(cache_folder() / file, sources, command, compiler)
     try:
         return ctypes.CDLL(str(path))
     except OSError as error:
@@ -92,6 +92,31 @@ def load_native() -> ctypes.CDLL:
     names = ("integrator.h", "tableaux.h", "integrator.c", "tableaux.c", "loop.c", "map.c")
     sources = {name: (NATIVE / name).read_text(encoding="utf-8") for name in names}
     return load_library("native", sources, [name for name in names if name.endswith(".c")])
+
+
+def cache_folder() -> Path:
+    """Return the folder that new libraries go to, made if necessary.
+
+    It is $MEHVAR_CACHE, or `mehvar` below $XDG_CACHE_HOME or ~/.cache, or else a private temporary folder.
+
+    Raises
+    ------
+    InputError
+        If $MEHVAR_CACHE is set and cannot be written.
+    """
+    reasons = []
+    for folder in _cache_folders():
+        try:
+            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            tempfile.TemporaryFile(dir=folder).close()
+        except OSError as error:
+            reasons.append(f"{folder}: {error.strerror or error}")
+            continue
+        if _is_ours(folder):
+            return folder
+    if os.environ.get("MEHVAR_CACHE"):
+        raise InputError(f"$MEHVAR_CACHE must be a folder that can be written: {reasons[0]}")
+    return Path(tempfile.mkdtemp(prefix="mehvar-"))
 
 
 def _key(sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str], compiler: Compiler) -> str:
@@ -136,22 +161,6 @@ def _is_ours(folder: Path) -> bool:
     except OSError:
         return False
     return stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o022
-
-
-def _writable_cache() -> Path:
-    reasons = []
-    for folder in _cache_folders():
-        try:
-            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-            tempfile.TemporaryFile(dir=folder).close()
-        except OSError as error:
-            reasons.append(f"{folder}: {error.strerror or error}")
-            continue
-        if _is_ours(folder):
-            return folder
-    if os.environ.get("MEHVAR_CACHE"):
-        raise InputError(f"$MEHVAR_CACHE must be a folder that can be written: {reasons[0]}")
-    return Path(tempfile.mkdtemp(prefix="mehvar-"))
 
 
 def _digest_path(library: Path) -> Path:

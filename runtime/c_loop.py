@@ -20,9 +20,8 @@ _CHUNK_SECONDS = 0.03  # between two looks at the keyboard and the progress call
 _ARGUMENTS = {
     "rhs": "x u p",
     "outputs": "x u r p",
-    "limits": "x p",
-    "from_coordinates": "q",
-    "reference": "t s",
+    "limits": "x u p",
+    "reference": "t p s",
     "law": "x r p c",
     "law_memory": "x r z p c",
     "loop": "q r p c",
@@ -46,15 +45,12 @@ class _Loop(ctypes.Structure):
 
     _fields_ = (
         ("stepper", _Stepper),
-        *((name, ctypes.c_int32) for name in ("nx", "nu", "nr", "nq", "nz", "ny", "nm")),
+        *((name, ctypes.c_int32) for name in ("nx", "nu", "nz", "ny", "nm")),
         *((name, ctypes.c_int32) for name in ("reference_constant", "sampled", "delay", "violated")),
         *((name, ctypes.c_int64) for name in ("hold_every", "record_every", "ticks", "tick", "records")),
         *((name, ctypes.c_void_p) for name in _ARGUMENTS),
         *((name, ctypes.c_void_p) for name in ("p", "c", "s", "t")),
-        *(
-            (name, ctypes.c_void_p)
-            for name in ("q", "x", "u", "u_cmd", "r", "z", "z_next", "margin", "queue")
-        ),
+        *((name, ctypes.c_void_p) for name in ("q", "x", "u", "u_cmd", "r", "z", "z_next", "margin", "queue")),
         *((name, ctypes.c_void_p) for name in ("rec_t", "rec_x", "rec_u", "rec_u_cmd", "rec_y", "rec_z")),
     )
 
@@ -68,6 +64,9 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
     status = _drive(library, loop, problem)
     count = loop.records
     steps = loop.stepper
+    x_stop = arrays["q"]
+    if problem.hold_every is None and "from_coordinates" in problem.model.manifest.functions:
+        x_stop = problem.model.functions["from_coordinates"](x_stop)
     return Trajectory(
         t=arrays["rec_t"][:count],
         x=arrays["rec_x"][:count],
@@ -78,6 +77,7 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
         status=status,
         violated=loop.violated,
         t_stop=float(steps.t),
+        x_stop=x_stop,
         statistics={"steps": steps.accepted, "rejected": steps.rejected, "evaluations": steps.evaluations},
     )
 
@@ -134,7 +134,7 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[_Loop, dict[str, Floa
     )
     loop = _Loop(
         stepper=stepper,
-        **{"nx": nx, "nu": nu, "nr": nr, "nq": nq, "nz": nz, "ny": ny, "nm": nm},
+        **{"nx": nx, "nu": nu, "nz": nz, "ny": ny, "nm": nm},
         reference_constant=manifest.reference_constant,
         sampled=sampled,
         delay=problem.delay,
@@ -156,8 +156,6 @@ def _addresses(problem: Problem, backend: CBackend) -> dict[str, int]:
         names["limits"] = "limits"
     if problem.hold_every is None:
         names |= {"loop": f"{law}_loop", "observe": f"{law}_observe"}
-        if "from_coordinates" in functions:
-            names["from_coordinates"] = "from_coordinates"
     else:
         names["law_memory" if problem.controller.memory else "law"] = law
     found = {role: _checked(by_identifier, name, _ARGUMENTS[role].split()) for role, name in names.items()}

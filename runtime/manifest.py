@@ -19,9 +19,7 @@ SCHEMA = 1
 FILE = "manifest.json"
 
 # Size 0 means a scalar, except for these names: theirs is an empty vector.
-VECTORS = frozenset(
-    ["x", "u", "p", "c", "s", "r", "q", "z", "dx", "dq", "y", "z_next", "margin", "derived", "J"]
-)
+VECTORS = frozenset(["x", "u", "p", "c", "s", "r", "q", "z", "dx", "dq", "y", "z_next", "margin", "derived", "J"])
 
 
 @dataclass(frozen=True)
@@ -52,12 +50,16 @@ class Parameter(Quantity):
         return above and below
 
     @property
-    def allowed(self) -> str:
-        """The bounds and the unit, as in "[0, inf) kg"."""
+    def interval(self) -> str:
+        """The bounds as in "[0, inf)"."""
         left = "(" if self.lower_open or math.isinf(self.lower) else "["
         right = ")" if self.upper_open or math.isinf(self.upper) else "]"
-        unit = "" if self.unit == "1" else f" {self.unit}"
-        return f"{left}{self.lower:.12g}, {self.upper:.12g}{right}{unit}"
+        return f"{left}{self.lower:.12g}, {self.upper:.12g}{right}"
+
+    @property
+    def allowed(self) -> str:
+        """The bounds with their unit as in "[0, inf) kg"."""
+        return self.interval if self.unit == "1" else f"{self.interval} {self.unit}"
 
 
 @dataclass(frozen=True)
@@ -284,8 +286,7 @@ def _parameters(entries: list[dict[str, Any]]) -> tuple[Parameter, ...]:
 
 def _controller(name: str, entry: Mapping[str, Any]) -> Controller:
     memory = tuple(
-        Memory(e["name"], e["unit"], e.get("description", ""), float(e["initial"]))
-        for e in entry.get("memory", [])
+        Memory(e["name"], e["unit"], e.get("description", ""), float(e["initial"])) for e in entry.get("memory", [])
     )
     period = entry.get("period")
     return Controller(

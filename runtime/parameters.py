@@ -168,9 +168,7 @@ def _default(parameter: Parameter) -> Setting:
     return Setting(parameter.default, "default")
 
 
-def _formulas(
-    functions: Functions, controller: Controller, settings: Mapping[str, Setting]
-) -> dict[str, Setting]:
+def _formulas(functions: Functions, controller: Controller, settings: Mapping[str, Setting]) -> dict[str, Setting]:
     """Return the law parameters that nobody set and whose default is a formula.
 
     A formula may use another one: each pass settles at least one more.
@@ -183,10 +181,7 @@ def _formulas(
     found: dict[str, Setting] = {}
     for _ in missing:
         known = {**settings, **found}
-        c = [
-            math.nan if q in missing and q.name not in found else _given(q, known)
-            for q in controller.parameters
-        ]
+        c = [math.nan if q in missing and q.name not in found else _given(q, known) for q in controller.parameters]
         for parameter, value in zip(derived, formulas(np.array(c, dtype=np.float64)), strict=True):
             if parameter in missing and not math.isnan(value):
                 found[parameter.name] = Setting(float(value), f"formula {parameter.formula}")
@@ -197,9 +192,7 @@ def _given(parameter: Parameter, settings: Mapping[str, Setting]) -> float:
     return checked(parameter, settings.get(parameter.name) or _default(parameter))
 
 
-def _check_constraints(
-    manifest: Manifest, functions: Functions, controller: Controller, resolved: Resolved
-) -> None:
+def _check_constraints(manifest: Manifest, functions: Functions, controller: Controller, resolved: Resolved) -> None:
     law = f"{identifier(controller.name)}_constraints"
     if manifest.constraints:
         _check(manifest.constraints, functions["constraints"](resolved.p, resolved.s), resolved)

@@ -45,6 +45,8 @@ class Problem:
         Initial state.
     t : array
         Ticks in seconds, the first at 0 and the last at the end; integration stops at each of them exactly.
+    dt, hold : float
+        Sampling step of the result and hold time of the law, s; no hold time for a continuous closed loop.
     record_every : int
         Ticks from one recorded sample to the next; the last tick is recorded too.
     hold_every : int or None
@@ -70,6 +72,8 @@ class Problem:
     s: FloatArray
     x0: FloatArray
     t: FloatArray
+    dt: float
+    hold: float | None
     record_every: int
     hold_every: int | None
     delay: int
@@ -86,7 +90,7 @@ class Trajectory:
     """Recorded samples, one row each, and how the run ended.
 
     `z` is the law's memory as the law finds it at the sample; `violated` is the index of the limit that
-    Status.LIMIT is about.
+    Status.LIMIT is about, and `x_stop` the state there.
     """
 
     t: FloatArray
@@ -98,4 +102,5 @@ class Trajectory:
     status: Status
     violated: int
     t_stop: float
+    x_stop: FloatArray
     statistics: Mapping[str, int]

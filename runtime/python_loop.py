@@ -19,6 +19,8 @@ from .manifest import identifier
 from .problem import Problem, Status, Trajectory
 
 _PROGRESS_SECONDS = 0.1
+_DENSE = 0.01  # tolerance where samples come from the dense output, which is less accurate than the steps
+_SMALLEST_RTOL = 100 * float(np.finfo(np.float64).eps)  # SciPy's own limit
 
 _Slope = Callable[[float, FloatArray], FloatArray]
 
@@ -26,15 +28,15 @@ _Slope = Callable[[float, FloatArray], FloatArray]
 class _EndOfRun(Exception):  # noqa: N818 - an early end is a result, not an error
     """The run ends before its time."""
 
-    def __init__(self, status: Status, t: float, violated: int = 0) -> None:
+    def __init__(self, status: Status, t: float, violated: int = 0, x: FloatArray | None = None) -> None:
         super().__init__(status.text)
-        self.status, self.t, self.violated = status, t, violated
+        self.status, self.t, self.violated, self.x = status, t, violated, x
 
 
 def run(problem: Problem, backend: PythonBackend) -> Trajectory:
     """Integrate a closed loop."""
     loop = _Loop(problem, backend)
-    status, violated, t_stop = Status.DONE, 0, float(problem.t[-1])
+    end = _EndOfRun(Status.DONE, float(problem.t[-1]))
     with np.errstate(all="ignore"):
         try:
             if problem.hold_every is not None:
@@ -43,10 +45,11 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
                 _run_stopping(loop)
             else:
                 _run_dense(loop)
-        except _EndOfRun as end:
-            status, violated, t_stop = end.status, end.violated, end.t
+        except _EndOfRun as early:
+            end = early
     t, x, u, u_cmd, y, z = (np.stack(column) for column in zip(*loop.rows, strict=True))
-    return Trajectory(t, x, u, u_cmd, y, z, status, violated, t_stop, loop.statistics)
+    x_stop = x[-1] if end.x is None else end.x
+    return Trajectory(t, x, u, u_cmd, y, z, end.status, end.violated, float(end.t), x_stop, loop.statistics)
 
 
 class _Loop:
@@ -60,13 +63,12 @@ class _Loop:
         self.rhs, self.outputs = raw("rhs"), raw("outputs")
         self.limits = raw("limits") if manifest.limits else None
         self.to_coordinates = raw("to_coordinates") if regular else _same
-        self.from_coordinates = raw("from_coordinates") if regular else _same
         self.law = raw(law)
         self._loop = raw(f"{law}_loop") if continuous else None
         self._observe = raw(f"{law}_observe") if continuous else None
         self.u = np.zeros(len(manifest.inputs))
         self.rows: list[tuple[FloatArray, ...]] = []
-        self.statistics = {"steps": 0, "rejected": 0, "evaluations": 0}
+        self.statistics = {"steps": 0, "evaluations": 0}
         self._reference = raw("reference")
         self._constant = self._reference_at(0.0) if manifest.reference_constant else None
         self._no_memory = np.empty(0)
@@ -77,7 +79,7 @@ class _Loop:
         return self._reference_at(t) if self._constant is None else self._constant
 
     def _reference_at(self, t: float) -> FloatArray:
-        return np.asarray(self._reference(np.float64(t), self.problem.s), dtype=np.float64)
+        return np.asarray(self._reference(np.float64(t), self.problem.p, self.problem.s), dtype=np.float64)
 
     def closed(self, t: float, q: FloatArray) -> FloatArray:
         """Return q' of the continuous closed loop."""
@@ -96,9 +98,7 @@ class _Loop:
         x, u = self._observe(q, self.reference(t), self.problem.p, self.problem.c)
         return x, u
 
-    def record(
-        self, tick: int, x: FloatArray, u: FloatArray, u_cmd: FloatArray, z: FloatArray | None = None
-    ) -> None:
+    def record(self, tick: int, x: FloatArray, u: FloatArray, u_cmd: FloatArray, z: FloatArray | None = None) -> None:
         """Record a sample where one is due; end the run when it is not finite."""
         t = float(self.problem.t[tick])
         healthy = bool(np.all(np.isfinite(x)) and np.all(np.isfinite(u_cmd)))
@@ -112,13 +112,14 @@ class _Loop:
             self._reported = time.perf_counter()
             self.problem.progress(t, float(self.problem.t[-1]))
 
-    def check(self, t: float, x: FloatArray) -> None:
+    def check(self, t: float, q: FloatArray) -> None:
         """End the run when a limit is reached."""
         if self.limits is None:
             return
-        violated = np.flatnonzero(~(np.atleast_1d(self.limits(x, self.problem.p)) > 0))
+        x, u = (q, self.u) if self._observe is None else self.observed(t, q)
+        violated = np.flatnonzero(~(self.limits(x, u, self.problem.p) > 0))
         if violated.size:
-            raise _EndOfRun(Status.LIMIT, t, int(violated[0]))
+            raise _EndOfRun(Status.LIMIT, t, int(violated[0]), x)
 
 
 def _same(x: FloatArray) -> FloatArray:
@@ -131,15 +132,15 @@ def _run_dense(loop: _Loop) -> None:
     q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
     loop.record(0, *_with_command(loop.observed(t[0], q)))
     tick = 1
-    for step in solver.steps(t[0], q, t[-1], None):
+    for step in solver.steps(t[0], q, t[-1], None, _DENSE):
         dense = step.dense_output()
         while tick < len(t) and t[tick] <= step.t:
             at_tick = dense(t[tick]) if t[tick] < step.t else step.y
-            loop.check(t[tick], loop.from_coordinates(at_tick))
+            loop.check(t[tick], at_tick)
             loop.record(tick, *_with_command(loop.observed(t[tick], at_tick)))
             solver.trials = 0
             tick += 1
-        loop.check(step.t, loop.from_coordinates(step.y))
+        loop.check(step.t, step.y)
 
 
 def _run_stopping(loop: _Loop) -> None:
@@ -149,7 +150,7 @@ def _run_stopping(loop: _Loop) -> None:
     for tick in range(len(t)):
         loop.record(tick, *_with_command(loop.observed(t[tick], q)))
         if tick + 1 < len(t):
-            q = solver.advance(t[tick], q, t[tick + 1], loop.from_coordinates)
+            q = solver.advance(t[tick], q, t[tick + 1])
 
 
 def _run_sampled(loop: _Loop) -> None:
@@ -171,7 +172,7 @@ def _run_sampled(loop: _Loop) -> None:
         loop.record(tick, x, u, u_cmd, z_found)
         if tick + 1 < len(t):
             loop.u = u
-            x = solver.advance(t[tick], x, t[tick + 1], _same)
+            x = solver.advance(t[tick], x, t[tick + 1])
 
 
 def _with_command(observed: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -189,19 +190,17 @@ class _Solver:
         self._h: float | None = None
         self._last_finite = True
 
-    def advance(
-        self, t: float, x: FloatArray, end: float, to_state: Callable[[FloatArray], FloatArray]
-    ) -> FloatArray:
+    def advance(self, t: float, x: FloatArray, end: float) -> FloatArray:
         """Integrate to `end` exactly, with a look at the limits after every step."""
         self.trials = 0
         if self._loop.problem.method == "rk4":
-            return self._advance_rk4(t, x, end, to_state)
+            return self._advance_rk4(t, x, end)
         for step in self.steps(t, x, end, self._h):
             self._h, x = step.h_abs, step.y
-            self._loop.check(step.t, to_state(x))
+            self._loop.check(step.t, x)
         return x
 
-    def steps(self, t: float, x: FloatArray, end: float, h: float | None) -> Any:
+    def steps(self, t: float, x: FloatArray, end: float, h: float | None, tighter: float = 1.0) -> Any:
         """Yield SciPy's solver after every accepted step."""
         from scipy.integrate import DOP853, RK45
 
@@ -210,7 +209,8 @@ class _Solver:
             raise _EndOfRun(Status.NOT_FINITE, t)
         method = DOP853 if problem.method == "dop853" else RK45
         first = None if h is None else min(h, end - t)
-        solver = method(self._evaluate, t, x, end, rtol=problem.rtol, atol=problem.atol, first_step=first)
+        rtol = max(problem.rtol * tighter, _SMALLEST_RTOL)
+        solver = method(self._evaluate, t, x, end, rtol=rtol, atol=problem.atol * tighter, first_step=first)
         while solver.status == "running":
             if self.trials == problem.max_steps:
                 raise _EndOfRun(Status.TOO_MANY_STEPS, solver.t)
@@ -228,9 +228,7 @@ class _Solver:
         self._last_finite = bool(np.all(np.isfinite(slope)))
         return slope
 
-    def _advance_rk4(
-        self, t: float, x: FloatArray, end: float, to_state: Callable[[FloatArray], FloatArray]
-    ) -> FloatArray:
+    def _advance_rk4(self, t: float, x: FloatArray, end: float) -> FloatArray:
         count = int(np.ceil((end - t) / self._loop.problem.step * (1 - 1e-12)))
         if count > self._loop.problem.max_steps:
             raise _EndOfRun(Status.TOO_MANY_STEPS, t)
@@ -246,5 +244,5 @@ class _Solver:
                 raise _EndOfRun(Status.NOT_FINITE, now)
             x = y
             self._loop.statistics["steps"] += 1
-            self._loop.check(now + h, to_state(x))
+            self._loop.check(now + h, x)
         return x

@@ -7,7 +7,7 @@ import math
 import os
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -19,11 +19,28 @@ from .model import Model, load
 from .parameters import Resolved, named_values, number, resolve, say
 from .problem import METHODS, Method, Problem, Progress, Status, Trajectory
 
-OPTIONS = ("t_end", "dt_out", "hold", "delay", "method", "rtol", "atol", "step", "max_steps")
-
 _MULTIPLE = 1e-9  # relative tolerance of "is an integer multiple of"
 _MOST_TICKS = 20_000_000
+_MOST_SAMPLES = 5_000_000
 _SMALLEST_RTOL = 100 * float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """How the caller wants a run integrated and sampled, unchecked."""
+
+    t_end: float | None
+    dt_out: float | None
+    hold: float | None
+    delay: int
+    method: Method
+    rtol: float
+    atol: float
+    step: float | None
+    max_steps: int
+
+
+OPTIONS = tuple(field.name for field in fields(_Asked))
 
 
 @dataclass(frozen=True)
@@ -51,7 +68,7 @@ class Run:
     options : mapping
         Effective method, tolerances, sampling.
     statistics : mapping
-        Steps, rejected steps, evaluations of the right-hand side.
+        Steps and evaluations of the right-hand side; rejected steps too where the backend counts them.
     compile_seconds, run_seconds : float
         Time to compile or load the code, and to integrate.
     """
@@ -138,7 +155,7 @@ def simulate(
     max_steps : int
         Trial steps between two samples after which the run ends.
     backend : {"c", "python"}, optional
-        As for `load`; only when `model` is not loaded yet.
+        As for `load`; a loaded model has its own.
     progress : callable, optional
         Called now and then with the time reached and the end time.
     origin : str
@@ -157,50 +174,23 @@ def simulate(
         For anything unknown, out of bounds or infeasible; the message says where the value came from.
     """
     loaded = model if isinstance(model, Model) else load(model, backend)
-    manifest = loaded.manifest
-    law, case = manifest.controller(controller), manifest.scenario(scenario)
+    if backend not in (None, loaded.backend):
+        raise bad_value("backend", backend, f"{loaded.backend!r}, as the model was loaded", origin)
+    law, case = loaded.manifest.controller(controller), loaded.manifest.scenario(scenario)
     started = time.perf_counter()
     loaded.evaluator.prepare()
     compile_seconds = time.perf_counter() - started
 
     values = _merged(parameters or {}, options, origin)
-    resolved = resolve(manifest, loaded.functions, law, case, values, origin, OPTIONS)
+    resolved = resolve(loaded.manifest, loaded.functions, law, case, values, origin, OPTIONS)
     x0 = _start(loaded, case, resolved, initial or {}, origin)
-    end = _positive("t_end", case.duration if t_end is None else t_end, origin)
-    dt = _positive("dt_out", case.step if dt_out is None else dt_out, origin)
-    held = law.period if hold is None else _positive("hold", hold, origin)
-    ticks, record_every, hold_every = _grid(end, dt, held, origin)
-    _check_law(loaded, law, held, delay, origin)
-    if method not in METHODS:
-        raise bad_value("method", method, "dop853, dopri5 or rk4", origin)
-    problem = Problem(
-        model=loaded,
-        controller=law,
-        p=resolved.p,
-        c=resolved.c,
-        s=resolved.s,
-        x0=x0,
-        t=ticks,
-        record_every=record_every,
-        hold_every=hold_every,
-        delay=_count("delay", delay, 0, origin),
-        method=method,
-        rtol=_tolerance("rtol", rtol, _SMALLEST_RTOL, origin),
-        atol=_tolerance("atol", atol, float(np.finfo(np.float64).tiny), origin),
-        step=_positive("step", min(dt, held or dt) if step is None else step, origin),
-        max_steps=_count("max_steps", max_steps, 1, origin),
-        progress=progress,
-    )
+    asked = _Asked(t_end, dt_out, hold, delay, method, rtol, atol, step, max_steps)
+    problem = _problem(loaded, law, case, resolved, x0, asked, progress, origin)
     started = time.perf_counter()
-    evaluator = loaded.evaluator
-    trajectory = (
-        c_loop.run(problem, evaluator)
-        if isinstance(evaluator, CBackend)
-        else python_loop.run(problem, evaluator)
-    )
+    trajectory = _integrate(problem)
     run_seconds = time.perf_counter() - started
     return Run(
-        manifest=manifest,
+        manifest=loaded.manifest,
         controller=law,
         scenario=case,
         backend=loaded.backend,
@@ -213,18 +203,64 @@ def simulate(
         status=trajectory.status,
         reason=_reason(problem, resolved, trajectory),
         t_stop=trajectory.t_stop,
-        hold=held,
+        hold=problem.hold,
         parameters=resolved,
-        options=_effective(problem, end, dt, held),
+        options=_effective(problem),
         statistics=trajectory.statistics,
         compile_seconds=compile_seconds,
         run_seconds=run_seconds,
     )
 
 
-def _merged(
-    parameters: Mapping[str, object], options: Mapping[str, object], origin: str
-) -> dict[str, object]:
+def _integrate(problem: Problem) -> Trajectory:
+    evaluator = problem.model.evaluator
+    if isinstance(evaluator, CBackend):
+        return c_loop.run(problem, evaluator)
+    return python_loop.run(problem, evaluator)
+
+
+def _problem(
+    model: Model,
+    law: Controller,
+    scenario: Scenario,
+    resolved: Resolved,
+    x0: FloatArray,
+    asked: _Asked,
+    progress: Progress | None,
+    origin: str,
+) -> Problem:
+    """Check how the run is to be integrated and sampled, and fill in what was not asked for."""
+    end = _positive("t_end", scenario.duration if asked.t_end is None else asked.t_end, origin)
+    dt = _positive("dt_out", scenario.step if asked.dt_out is None else asked.dt_out, origin)
+    hold = law.period if asked.hold is None else _positive("hold", asked.hold, origin)
+    delay = _count("delay", asked.delay, 0, origin)
+    _check_law(model, law, hold, delay, origin)
+    if asked.method not in METHODS:
+        raise bad_value("method", asked.method, "dop853, dopri5 or rk4", origin)
+    ticks, record_every, hold_every = _grid(end, dt, hold, origin)
+    return Problem(
+        model=model,
+        controller=law,
+        p=resolved.p,
+        c=resolved.c,
+        s=resolved.s,
+        x0=x0,
+        t=ticks,
+        dt=dt,
+        hold=hold,
+        record_every=record_every,
+        hold_every=hold_every,
+        delay=delay,
+        method=asked.method,
+        rtol=_tolerance("rtol", asked.rtol, _SMALLEST_RTOL, origin),
+        atol=_tolerance("atol", asked.atol, float(np.finfo(np.float64).tiny), origin),
+        step=_positive("step", min(dt, hold or dt) if asked.step is None else asked.step, origin),
+        max_steps=_count("max_steps", asked.max_steps, 1, origin),
+        progress=progress,
+    )
+
+
+def _merged(parameters: Mapping[str, object], options: Mapping[str, object], origin: str) -> dict[str, object]:
     twice = [name for name in options if name in parameters]
     if twice:
         raise InputError(f"{twice[0]} is given twice (from {origin}): in `parameters` and as an option")
@@ -252,12 +288,12 @@ def _count(name: str, value: object, least: int, origin: str) -> int:
     return int(result)
 
 
-def _check_law(model: Model, law: Controller, hold: float | None, delay: object, origin: str) -> None:
+def _check_law(model: Model, law: Controller, hold: float | None, delay: int, origin: str) -> None:
     """Refuse what a law cannot do: run without samples, or be delayed without them."""
     names = {identifier(name) for name in model.manifest.functions}
     if hold is None and f"{identifier(law.name)}_loop" not in names:
         raise InputError(f"{law.name} is a sampled law without a period of its own: set hold, in seconds")
-    if hold is None and _count("delay", delay, 0, origin):
+    if hold is None and delay:
         raise bad_value("delay", delay, f"0 unless hold is set: {law.name} is continuous in time", origin)
 
 
@@ -275,7 +311,7 @@ def _start(
             raise bad_value(f"initial state {name}", float(value), "a finite number", place)
     if not model.manifest.limits:
         return x0
-    margins = model.functions["limits"](x0, resolved.p)
+    margins = model.functions["limits"](x0, np.zeros(len(model.input_names)), resolved.p)
     for message, margin in zip(model.manifest.limits, margins, strict=True):
         if not margin > 0:
             place = f"{origin}, initial" if given else f"scenario {scenario.name}"
@@ -292,6 +328,8 @@ def _grid(end: float, dt: float, hold: float | None, origin: str) -> tuple[Float
     count = end / tick
     if count > _MOST_TICKS:
         raise bad_value("t_end", end, f"at most {_MOST_TICKS} times the sampling step {tick:g} s", origin)
+    if end / dt > _MOST_SAMPLES:
+        raise bad_value("dt_out", dt, f"at least {end / _MOST_SAMPLES:g} s, for {_MOST_SAMPLES} samples", origin)
     k = np.arange(math.floor(count * (1 + _MULTIPLE)) + 1)
     ticks = (k // record_every) * dt + (k % record_every) * tick
     if end - ticks[-1] > _MULTIPLE * tick:
@@ -318,7 +356,7 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
     if trajectory.status is Status.DONE:
         return "end time reached"
     if trajectory.status is Status.LIMIT:
-        last = dict(zip(model.state_names, trajectory.x[-1], strict=True))
+        last = dict(zip(model.state_names, trajectory.x_stop, strict=True))
         message = model.manifest.limits[trajectory.violated]
         return f"{say(message, {**resolved.values, **last})} ({at})"
     if trajectory.status is Status.NOT_FINITE:
@@ -331,10 +369,11 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
     return f"more than {problem.max_steps} steps from one sample to the next {at}"
 
 
-def _effective(problem: Problem, end: float, dt: float, hold: float | None) -> dict[str, float | str]:
-    options: dict[str, float | str] = {"t_end": end, "dt_out": dt, "method": problem.method}
-    if hold is not None:
-        options |= {"hold": hold, "delay": problem.delay}
+def _effective(problem: Problem) -> dict[str, float | str]:
+    options: dict[str, float | str] = {"t_end": float(problem.t[-1]), "dt_out": problem.dt}
+    if problem.hold is not None:
+        options |= {"hold": problem.hold, "delay": problem.delay}
+    options |= {"method": problem.method}
     if problem.method == "rk4":
         return options | {"step": problem.step}
     return options | {"rtol": problem.rtol, "atol": problem.atol}

@@ -22,7 +22,7 @@ void triangle_outputs(const real *x, const real *u, const real *r, const real *p
     const real v9 = x[0] * s8;
     const real v10 = K(1.7320508075688772) * v9;
     const real v12 = x[0] * c8;
-    const real v17 = mv_sqrt(K(1.0) - (v12 * v12 + v9 * v9));
+    const real v17 = mv_sqrt(K(1.0) - v12 * v12 - v9 * v9);
     const real v18 = v10 * v17;
     const real v20 = v12 * v17;
     const real v23 = v3 * mv_sqrt(K(1.0) + v18 - v20);
@@ -70,11 +70,31 @@ void triangle_outputs(const real *x, const real *u, const real *r, const real *p
 }
 
 /* margins that stay positive along a run; 2 operations. */
-void triangle_limits(const real *x, const real *p, real *margin)
+void triangle_limits(const real *x, const real *u, const real *p, real *margin)
 {
+    (void)u;
     (void)p;
     margin[0] = K(0.5) - x[0] * x[0];
     margin[1] = x[2];
+}
+
+/* regular coordinates of a state; 4 operations. */
+void triangle_to_coordinates(const real *x, real *q)
+{
+    real s2, c2; mv_sincos(x[1], &s2, &c2);
+    q[0] = x[0] * c2;
+    q[1] = x[0] * s2;
+    q[2] = x[2];
+    q[3] = x[3];
+}
+
+/* state at regular coordinates; 5 operations. */
+void triangle_from_coordinates(const real *q, real *x)
+{
+    x[0] = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
+    x[1] = mv_atan2(q[1], q[0]);
+    x[2] = q[2];
+    x[3] = q[3];
 }
 
 /* initial state of a scenario; 29 operations. */
@@ -97,9 +117,10 @@ void triangle_initial(const real *p, const real *s, real *x)
 }
 
 /* reference of a scenario; 29 operations. */
-void triangle_reference(const real *t, const real *s, real *r)
+void triangle_reference(const real *t, const real *p, const real *s, real *r)
 {
     (void)t;
+    (void)p;
     const real v2 = s[6] * s[6];
     const real v7 = s[4] * s[4] + s[5] * s[5];
     const real v8 = v2 + v7;
@@ -125,25 +146,6 @@ void triangle_constraints(const real *p, const real *s, real *margin)
     margin[1] = v21;
 }
 
-/* regular coordinates of a state; 4 operations. */
-void triangle_to_coordinates(const real *x, real *q)
-{
-    real s2, c2; mv_sincos(x[1], &s2, &c2);
-    q[0] = x[0] * c2;
-    q[1] = x[0] * s2;
-    q[2] = x[2];
-    q[3] = x[3];
-}
-
-/* state at regular coordinates; 5 operations. */
-void triangle_from_coordinates(const real *q, real *x)
-{
-    x[0] = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
-    x[1] = mv_atan2(q[1], q[0]);
-    x[2] = q[2];
-    x[3] = q[3];
-}
-
 /* rod lengths of a shape (20); 26 operations. */
 void triangle_lengths(const real *rho, const real *phi, const real *mu, real *l1, real *l2, real *l3)
 {
@@ -151,7 +153,7 @@ void triangle_lengths(const real *rho, const real *phi, const real *mu, real *l1
     real s8, c8; mv_sincos(phi[0], &s8, &c8);
     const real v9 = rho[0] * s8;
     const real v12 = rho[0] * c8;
-    const real v17 = mv_sqrt(K(1.0) - (v12 * v12 + v9 * v9));
+    const real v17 = mv_sqrt(K(1.0) - v12 * v12 - v9 * v9);
     const real v18 = K(1.7320508075688772) * v9 * v17;
     const real v20 = v12 * v17;
     l1[0] = v3 * mv_sqrt(K(1.0) + v18 - v20);
@@ -184,7 +186,7 @@ void triangle_length_rates(const real *x, const real *u, real *u_l)
     const real v10 = x[0] * s9;
     const real v11 = K(1.7320508075688772) * v10;
     const real v13 = x[0] * c9;
-    const real v18 = mv_sqrt(K(1.0) - (v13 * v13 + v10 * v10));
+    const real v18 = mv_sqrt(K(1.0) - v13 * v13 - v10 * v10);
     const real v19 = v11 * v18;
     const real v21 = v13 * v18;
     const real v26 = x[2] * v18;
@@ -281,7 +283,7 @@ void triangle_sliding_loop(const real *q, const real *r, const real *p, const re
     dq[0] = v104;
     dq[1] = -v107;
     dq[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
-    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - (q[0] * v107 + v104 * q[1]);
+    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v107 - v104 * q[1];
 }
 
 /* state and input in the loop of sliding; 108 operations. */
@@ -326,7 +328,7 @@ void triangle_sliding_observe(const real *q, const real *r, const real *p, const
     u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
 }
 
-/* margins that stay positive for a feasible sliding; 58 operations. */
+/* margins of a feasible sliding; 58 operations. */
 void triangle_sliding_constraints(const real *p, const real *c, const real *s, real *margin)
 {
     (void)p;
@@ -505,7 +507,7 @@ void triangle_path_loop(const real *q, const real *r, const real *p, const real 
     dq[0] = v211;
     dq[1] = -v214;
     dq[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
-    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - (q[0] * v214 + v211 * q[1]);
+    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v214 - v211 * q[1];
 }
 
 /* state and input in the loop of path; 204 operations. */
@@ -588,7 +590,7 @@ void triangle_path_observe(const real *q, const real *r, const real *p, const re
     u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
 }
 
-/* margins that stay positive for a feasible path; 58 operations. */
+/* margins of a feasible path; 58 operations. */
 void triangle_path_constraints(const real *p, const real *c, const real *s, real *margin)
 {
     (void)p;

@@ -10,7 +10,7 @@
 
 #include "mehvar_math.h"
 
-#define TRIANGLE_HASH "31299f2f13be9714303fa9a24a70c8214f9cafc13ac2f6b0c6c7bc44588a43d2"
+#define TRIANGLE_HASH "6ad6c2a09a53c31b3a7748e41191d5ffaf08150a6ace47f990ed23383550c11f"
 
 /* state x */
 enum {
@@ -117,22 +117,22 @@ void triangle_rhs(const real *x, const real *u, const real *p, real *dx);
 void triangle_outputs(const real *x, const real *u, const real *r, const real *p, real *y);
 
 /* margins that stay positive along a run */
-void triangle_limits(const real *x, const real *p, real *margin);
-
-/* initial state of a scenario */
-void triangle_initial(const real *p, const real *s, real *x);
-
-/* reference of a scenario */
-void triangle_reference(const real *t, const real *s, real *r);
-
-/* margins that stay positive for a feasible scenario */
-void triangle_constraints(const real *p, const real *s, real *margin);
+void triangle_limits(const real *x, const real *u, const real *p, real *margin);
 
 /* regular coordinates of a state */
 void triangle_to_coordinates(const real *x, real *q);
 
 /* state at regular coordinates */
 void triangle_from_coordinates(const real *q, real *x);
+
+/* initial state of a scenario */
+void triangle_initial(const real *p, const real *s, real *x);
+
+/* reference of a scenario */
+void triangle_reference(const real *t, const real *p, const real *s, real *r);
+
+/* margins that stay positive for a feasible scenario */
+void triangle_constraints(const real *p, const real *s, real *margin);
 
 /* rod lengths of a shape (20) */
 void triangle_lengths(const real *rho, const real *phi, const real *mu, real *l1, real *l2, real *l3);
@@ -152,7 +152,7 @@ void triangle_sliding_loop(const real *q, const real *r, const real *p, const re
 /* state and input in the loop of sliding */
 void triangle_sliding_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u);
 
-/* margins that stay positive for a feasible sliding */
+/* margins of a feasible sliding */
 void triangle_sliding_constraints(const real *p, const real *c, const real *s, real *margin);
 
 /* formula defaults of sliding */
@@ -167,7 +167,7 @@ void triangle_path_loop(const real *q, const real *r, const real *p, const real 
 /* state and input in the loop of path */
 void triangle_path_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u);
 
-/* margins that stay positive for a feasible path */
+/* margins of a feasible path */
 void triangle_path_constraints(const real *p, const real *c, const real *s, real *margin);
 
 /* Jacobian of rhs with respect to x, row by row */

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "31299f2f13be9714303fa9a24a70c8214f9cafc13ac2f6b0c6c7bc44588a43d2"
+HASH = "6ad6c2a09a53c31b3a7748e41191d5ffaf08150a6ace47f990ed23383550c11f"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )
@@ -44,7 +44,7 @@ def outputs(x, u, r, p):
         v9 = x[..., 0] * s8
         v10 = 1.7320508075688772 * v9
         v12 = x[..., 0] * c8
-        v17 = np.sqrt(1.0 - (v12 * v12 + v9 * v9))
+        v17 = np.sqrt(1.0 - v12 * v12 - v9 * v9)
         v18 = v10 * v17
         v20 = v12 * v17
         v23 = v3 * np.sqrt(1.0 + v18 - v20)
@@ -81,11 +81,26 @@ def outputs(x, u, r, p):
         return _vector(v23, v27, v31, 0.5 / v23 * v66, 0.5 / v27 * v79, 0.5 / v31 * (v87 - 0.6666666666666666 * v62 * v12), v106, v114, r[..., 0] * v97 + v118, v118, np.fmax(v142, np.abs(v31 - v122 * np.sqrt(1.0 + (v130 + v130)))))
 
 
-def limits(x, p):
-    """Margins that stay positive along a run: (x, p) -> margin."""
-    x, p = _arrays(x, p)
+def limits(x, u, p):
+    """Margins that stay positive along a run: (x, u, p) -> margin."""
+    x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
         return _vector(0.5 - x[..., 0] * x[..., 0], x[..., 2])
+
+
+def to_coordinates(x):
+    """Regular coordinates of a state: (x) -> q."""
+    x, = _arrays(x)
+    with np.errstate(all="ignore"):
+        s2, c2 = np.sin(x[..., 1]), np.cos(x[..., 1])
+        return _vector(x[..., 0] * c2, x[..., 0] * s2, x[..., 2], x[..., 3])
+
+
+def from_coordinates(q):
+    """State at regular coordinates: (q) -> x."""
+    q, = _arrays(q)
+    with np.errstate(all="ignore"):
+        return _vector(np.sqrt(q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1]), np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3])
 
 
 def initial(p, s):
@@ -104,9 +119,9 @@ def initial(p, s):
         return _vector(np.sqrt(v14 + v21) / v35, np.arctan2(v20, -v13), v8, s[..., 3])
 
 
-def reference(t, s):
-    """Reference of a scenario: (t, s) -> r."""
-    t, s = _arrays(t, s)
+def reference(t, p, s):
+    """Reference of a scenario: (t, p, s) -> r."""
+    t, p, s = _arrays(t, p, s)
     with np.errstate(all="ignore"):
         v2 = s[..., 6] * s[..., 6]
         v7 = s[..., 4] * s[..., 4] + s[..., 5] * s[..., 5]
@@ -129,21 +144,6 @@ def constraints(p, s):
         return _vector(np.fmin(v7, s[..., 1] + s[..., 2] - s[..., 0]), np.fmin(v18, s[..., 5] + s[..., 6] - s[..., 4]))
 
 
-def to_coordinates(x):
-    """Regular coordinates of a state: (x) -> q."""
-    x, = _arrays(x)
-    with np.errstate(all="ignore"):
-        s2, c2 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        return _vector(x[..., 0] * c2, x[..., 0] * s2, x[..., 2], x[..., 3])
-
-
-def from_coordinates(q):
-    """State at regular coordinates: (q) -> x."""
-    q, = _arrays(q)
-    with np.errstate(all="ignore"):
-        return _vector(np.sqrt(q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1]), np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3])
-
-
 def lengths(rho, phi, mu):
     """Rod lengths of a shape (20): (rho, phi, mu) -> l1, l2, l3."""
     rho, phi, mu = _arrays(rho, phi, mu)
@@ -152,7 +152,7 @@ def lengths(rho, phi, mu):
         s8, c8 = np.sin(phi), np.cos(phi)
         v9 = rho * s8
         v12 = rho * c8
-        v17 = np.sqrt(1.0 - (v12 * v12 + v9 * v9))
+        v17 = np.sqrt(1.0 - v12 * v12 - v9 * v9)
         v18 = 1.7320508075688772 * v9 * v17
         v20 = v12 * v17
         return np.asarray(v3 * np.sqrt(1.0 + v18 - v20))[()], np.asarray(v3 * np.sqrt(1.0 - v20 - v18))[()], np.asarray(v3 * np.sqrt(1.0 + (v20 + v20)))[()]
@@ -183,7 +183,7 @@ def length_rates(x, u):
         v10 = x[..., 0] * s9
         v11 = 1.7320508075688772 * v10
         v13 = x[..., 0] * c9
-        v18 = np.sqrt(1.0 - (v13 * v13 + v10 * v10))
+        v18 = np.sqrt(1.0 - v13 * v13 - v10 * v10)
         v19 = v11 * v18
         v21 = v13 * v18
         v26 = x[..., 2] * v18
@@ -276,7 +276,7 @@ def sliding_loop(q, r, p, c):
         v104 = v95 * s2 - v102 * c2
         v107 = v102 * s2 + v95 * c2
         v117 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - q[..., 2])))
-        v129 = p[..., 1] + 3.0 * p[..., 0] / p[..., 2] / q[..., 2] - (q[..., 0] * v107 + v104 * q[..., 1])
+        v129 = p[..., 1] + 3.0 * p[..., 0] / p[..., 2] / q[..., 2] - q[..., 0] * v107 - v104 * q[..., 1]
         return _vector(v104, -v107, v117, v129)
 
 
@@ -318,7 +318,7 @@ def sliding_observe(q, r, p, c):
 
 
 def sliding_constraints(p, c, s):
-    """Margins that stay positive for a feasible sliding: (p, c, s) -> margin."""
+    """Margins of a feasible sliding: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
         v3 = s[..., 6] * s[..., 6]
@@ -492,7 +492,7 @@ def path_loop(q, r, p, c):
         v211 = v204 * s2 - v209 * c2
         v214 = v209 * s2 + v204 * c2
         v224 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
-        v236 = p[..., 1] + 3.0 * p[..., 0] / p[..., 2] / q[..., 2] - (q[..., 0] * v214 + v211 * q[..., 1])
+        v236 = p[..., 1] + 3.0 * p[..., 0] / p[..., 2] / q[..., 2] - q[..., 0] * v214 - v211 * q[..., 1]
         return _vector(v211, -v214, v224, v236)
 
 
@@ -571,7 +571,7 @@ def path_observe(q, r, p, c):
 
 
 def path_constraints(p, c, s):
-    """Margins that stay positive for a feasible path: (p, c, s) -> margin."""
+    """Margins of a feasible path: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
         v3 = s[..., 6] * s[..., 6]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two control laws of the triangle: sliding mode, equations (29)-(39), and online path, equations (40)-(51).
 
-Both turn the plane so that the target lies at the origin, (25)-(27): w = rho~ exp(i phi~) points from the current shape to
-the target. A law gives rho~' and phi~'; mu follows (52) on its own.
+Both turn the plane so that the target lies at the origin, (25)-(27): w = rho~ exp(i phi~) points from the current
+shape to the target. A law gives rho~' and phi~'; mu follows (52) on its own.
 """
 
 from __future__ import annotations
@@ -53,15 +53,47 @@ def shifted_state(reference: Group, area_factor: Expr, d: Derivation) -> Shifted
     """Define the shifted coordinates (25)-(27) of the current state."""
     a, target_phi = reference.rho_ref, reference.phi_ref
     w1, w2 = shifted_position(a, target_phi)
-    w1 = d.define("w_along", w1, "(25)", "component of w along the target's direction", latex=r"\tilde\rho\cos\tilde\varphi")
+    w1 = d.define(
+        "w_along",
+        w1,
+        "(25)",
+        "component of w along the target's direction",
+        latex=r"\tilde\rho\cos\tilde\varphi",
+    )
     w2 = d.define("w_across", w2, "(25)", "component of w across it", latex=r"\tilde\rho\sin\tilde\varphi")
     rho = d.define("rho_t", sp.sqrt(w1**2 + w2**2), "(25)", "distance to the target", latex=r"\tilde\rho")
     away = rho > _ORIGIN
-    cosine = d.define("cos_t", sp.Piecewise((w1 / rho, away), (1, True)), "(25)", "direction of the target", latex=r"\cos\tilde\varphi")
-    sine = d.define("sin_t", sp.Piecewise((w2 / rho, away), (0, True)), "(25)", "direction of the target", latex=r"\sin\tilde\varphi")
+    cosine = d.define(
+        "cos_t",
+        sp.Piecewise((w1 / rho, away), (1, True)),
+        "(25)",
+        "direction of the target",
+        latex=r"\cos\tilde\varphi",
+    )
+    sine = d.define(
+        "sin_t",
+        sp.Piecewise((w2 / rho, away), (0, True)),
+        "(25)",
+        "direction of the target",
+        latex=r"\sin\tilde\varphi",
+    )
     error = THETA.symbol - reference.theta_ref
-    exact = d.define("theta_exact", shifted_attitude(error, a, (w1, w2), sp.S.One), "(27)", "shifted attitude", "rad", r"\tilde\theta")
-    theta = d.define("theta_t", shifted_attitude(error, a, (w1, w2), area_factor), "(27)", "shifted attitude the law sees", "rad", r"\tilde\theta_c")
+    exact = d.define(
+        "theta_exact",
+        shifted_attitude(error, a, (w1, w2), sp.S.One),
+        "(27)",
+        "shifted attitude",
+        "rad",
+        r"\tilde\theta",
+    )
+    theta = d.define(
+        "theta_t",
+        shifted_attitude(error, a, (w1, w2), area_factor),
+        "(27)",
+        "shifted attitude the law sees",
+        "rad",
+        r"\tilde\theta_c",
+    )
     return Shifted(a, rho, cosine, sine, exact, theta, target_phi)
 
 
@@ -74,17 +106,38 @@ def sliding(shifted: Shifted, law: Group, d: Derivation) -> tuple[Expr, Expr]:
         zeta1', zeta2'.
     """
     radius, slope = _circle(shifted, law.R, d)
-    closeness = d.define("tau", sp.Abs(shifted.theta) / law.theta_star, "(31)", "|shifted attitude| over theta*", latex=r"\tau")
+    closeness = d.define(
+        "tau", sp.Abs(shifted.theta) / law.theta_star, "(31)", "|shifted attitude| over theta*", latex=r"\tau"
+    )
     f = d.define("f", closeness ** (1 / law.m), "(31)", "size of the surface's circle", latex="f")
     s = d.define("s", shifted.rho - f * radius, "(30)", "sliding variable", latex="s")
     ratio = shifted.rho / radius
     speed = law.k_phi * sp.sqrt(ratio) / (closeness + ratio**2)
-    sigma = d.define("sigma", sp.Piecewise((speed, shifted.rho > 0), (0, True)), "(37)", "speed of the turn", "1/s", r"\sigma")
+    sigma = d.define(
+        "sigma",
+        sp.Piecewise((speed, shifted.rho > 0), (0, True)),
+        "(37)",
+        "speed of the turn",
+        "1/s",
+        r"\sigma",
+    )
     side = _saturate(shifted.theta / law.theta_min)
-    phi_rate = d.define("phi_t_rate", -sigma * f ** (law.m - 1) * side, "(36)", "turn of the direction", "rad/s", r"\tilde\varphi'")
+    phi_rate = d.define(
+        "phi_t_rate",
+        -sigma * f ** (law.m - 1) * side,
+        "(36)",
+        "turn of the direction",
+        "rad/s",
+        r"\tilde\varphi'",
+    )
     along_surface = _equivalent_rate(sigma, radius, slope, shifted, law)
     rho_rate = d.define(
-        "rho_t_rate", along_surface - law.eta_rho * _saturate(s / law.s_min), "(34)", "approach to the target", "1/s", r"\tilde\rho'"
+        "rho_t_rate",
+        along_surface - law.eta_rho * _saturate(s / law.s_min),
+        "(34)",
+        "approach to the target",
+        "1/s",
+        r"\tilde\rho'",
     )
     return _shape_rate(rho_rate, shifted.rho * phi_rate, shifted)
 
@@ -99,8 +152,20 @@ def _circle(shifted: Shifted, radius: Expr, d: Derivation) -> tuple[Expr, Expr]:
     root_rate = sp.diff(discriminant, angle) / (2 * root)
     g = sp.factor(-(sp.diff(-linear / 2, angle) + root_rate) / h)
     here = {sp.sin(angle): shifted.sine, sp.cos(angle): shifted.cosine}
-    chord = d.define("chord", sp.sqrt(discriminant.subs(here)), "(28)", "half chord of the circle rho = R", latex=r"\sqrt{R^2-a^2\sin^2\tilde\varphi}")
-    h = d.define("h", h.subs(here).subs(root, chord), "(28)", "distance from the target to the circle rho = R", latex="h")
+    chord = d.define(
+        "chord",
+        sp.sqrt(discriminant.subs(here)),
+        "(28)",
+        "half chord of the circle rho = R",
+        latex=r"\sqrt{R^2-a^2\sin^2\tilde\varphi}",
+    )
+    h = d.define(
+        "h",
+        h.subs(here).subs(root, chord),
+        "(28)",
+        "distance from the target to the circle rho = R",
+        latex="h",
+    )
     return h, d.define("g", g.subs(here).subs(root, chord), "(32)", "relative slope -h'/h of the circle", latex="g")
 
 
@@ -133,13 +198,34 @@ def path(shifted: Shifted, law: Group, d: Derivation) -> tuple[Expr, Expr]:
     ratio = sp.Min(2 * sp.Abs(shifted.theta) / distance_squared, _LARGEST_K)
     ratio = d.define("K", ratio, "(42)", "attitude error over the square of the distance", latex="K")
     free = chord_angle(ratio, d)
-    x = d.define("x", sp.Min(free, _tangent_angle(shifted, law.R, alpha, d)), "(47)", "angle between chord and arc, kept inside rho = R", "rad", "x")
+    x = d.define(
+        "x",
+        sp.Min(free, _tangent_angle(shifted, law.R, alpha, d)),
+        "(47)",
+        "angle between chord and arc, kept inside rho = R",
+        "rad",
+        "x",
+    )
     closing = -law.k_phi * sp.cos(x) * shifted.rho
     # An arc of area |theta~| needs a distance of about its root: near the target rounding must not kick the state out.
     escape = sp.Min(law.rho_escape, sp.sqrt(sp.Abs(shifted.theta)))
     leaving = -law.k_phi * sp.cos(x) * sp.Max(shifted.rho, escape)
-    rho_rate = d.define("rho_p_rate", sp.Piecewise((leaving, sp.cos(x) < 0), (closing, True)), "(46)", "approach to the target", "1/s", r"\tilde\rho'")
-    turn = d.define("turn_rate", -law.k_phi * alpha * sp.sin(x) * shifted.rho, "(46)", "rho~ phi~': motion across the direction of the target", "1/s", r"\tilde\rho\tilde\varphi'")
+    rho_rate = d.define(
+        "rho_p_rate",
+        sp.Piecewise((leaving, sp.cos(x) < 0), (closing, True)),
+        "(46)",
+        "approach to the target",
+        "1/s",
+        r"\tilde\rho'",
+    )
+    turn = d.define(
+        "turn_rate",
+        -law.k_phi * alpha * sp.sin(x) * shifted.rho,
+        "(46)",
+        "rho~ phi~': motion across the direction of the target",
+        "1/s",
+        r"\tilde\rho\tilde\varphi'",
+    )
     return _shape_rate(rho_rate, turn, shifted)
 
 
@@ -203,7 +289,13 @@ def _tangent_angle(shifted: Shifted, radius: Expr, alpha: Expr, d: Derivation) -
     when rho~ = A cos(phi~ - phi*). With delta = phi* - phi~ that is P cos delta + Q sin delta = rho~ R.
     """
     a = shifted.a
-    p = d.define("P", radius**2 - a**2 + a * shifted.rho * shifted.cosine, "(47)", "tangency: coefficient of cos delta", latex="P")
+    p = d.define(
+        "P",
+        radius**2 - a**2 + a * shifted.rho * shifted.cosine,
+        "(47)",
+        "tangency: coefficient of cos delta",
+        latex="P",
+    )
     q = d.define("Q", -a * shifted.rho * shifted.sine, "(47)", "tangency: coefficient of sin delta", latex="Q")
     cosine = sp.Min(1, shifted.rho * radius / sp.sqrt(p**2 + q**2))
     limit = sp.pi / 2 - alpha * sp.atan2(q, p) + sp.acos(cosine)

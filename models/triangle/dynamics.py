@@ -79,8 +79,24 @@ def base_triangle(masses: tuple[Expr, Expr, Expr], d: Derivation) -> BaseTriangl
         across = {0: 1, 1: -1, 2: 0}[k] * sp.sqrt(1 - along**2)
         cosine, sine = sp.simplify(2 * along**2 - 1), sp.simplify(2 * along * across)
         lengths.append(_name(d, f"L{k + 1}_sq", squared, f"squared base edge {k + 1}", f"L_{k + 1}^2", True))
-        cosines.append(_name(d, f"edge_cos{k + 1}", cosine, f"cosine of twice the direction of edge {k + 1}", rf"\cos 2\epsilon_{k + 1}"))
-        sines.append(_name(d, f"edge_sin{k + 1}", sine, f"sine of twice the direction of edge {k + 1}", rf"\sin 2\epsilon_{k + 1}"))
+        cosines.append(
+            _name(
+                d,
+                f"edge_cos{k + 1}",
+                cosine,
+                f"cosine of twice the direction of edge {k + 1}",
+                rf"\cos 2\epsilon_{k + 1}",
+            )
+        )
+        sines.append(
+            _name(
+                d,
+                f"edge_sin{k + 1}",
+                sine,
+                f"sine of twice the direction of edge {k + 1}",
+                rf"\sin 2\epsilon_{k + 1}",
+            )
+        )
     return BaseTriangle(mean, tuple(lengths), tuple(cosines), tuple(sines))
 
 
@@ -95,9 +111,21 @@ def _ends(k: int) -> tuple[int, int]:
 
 
 def stretch(d: Derivation) -> sp.Matrix:
-    """Write S by shape and size: S = sqrt(mu/3) [[n + zeta1, -zeta2], [-zeta2, n - zeta1]], n^2 = 1 - |zeta|^2 (Table 1)."""
-    n = d.define("n", sp.sqrt(1 - zeta.dot(zeta)), "(19)", "complement of rho: rho^2 + n^2 = 1", latex="n", positive=True)
-    sigma = d.define("sigma_mu", sp.sqrt(mu / 3), "(18)", "root of Ibar", unit="m", latex=r"\sqrt{\bar I}", positive=True)
+    """Write S by shape and size (Table 1).
+
+    S = sqrt(mu/3) [[n + zeta1, -zeta2], [-zeta2, n - zeta1]] with n^2 = 1 - |zeta|^2.
+    """
+    n = d.define(
+        "n",
+        sp.sqrt(1 - zeta.dot(zeta)),
+        "(19)",
+        "complement of rho: rho^2 + n^2 = 1",
+        latex="n",
+        positive=True,
+    )
+    sigma = d.define(
+        "sigma_mu", sp.sqrt(mu / 3), "(18)", "root of Ibar", unit="m", latex=r"\sqrt{\bar I}", positive=True
+    )
     return sigma * sp.Matrix([[n + zeta[0], -zeta[1]], [-zeta[1], n - zeta[0]]])
 
 
@@ -126,7 +154,7 @@ def attitude_rate(stretch_matrix: sp.Matrix, base: BaseTriangle, momentum: Expr,
 
 
 def _momentum_over_mean_mass(s: sp.Matrix, rates: dict[sp.Symbol, sp.Symbol]) -> Expr:
-    """Sum X x X' with X = Q S x (5) over the masses: second moments of x are mbar/2 along each axis and 0 across (13)."""
+    """Sum X x X' with X = Q S x (5) over the masses; the second moments of x are mbar/2, mbar/2 and 0 (13)."""
     x = sp.Matrix(sp.symbols("x_1 x_2"))
     theta = THETA.symbol
     turn = sp.cos(theta) * sp.eye(2) + sp.sin(theta) * QUARTER_TURN
@@ -148,7 +176,15 @@ def rod_lengths(stretch_matrix: sp.Matrix, base: BaseTriangle, d: Derivation) ->
         stretched = trace * (1 + difference * base.cosine[k] + shear * base.sine[k])
         name = f"length{k + 1}"
         lengths.append(
-            d.define(name, sp.sqrt(base.length_squared[k] * stretched), "(20)", f"length of rod {k + 1}", "m", f"l_{k + 1}", True)
+            d.define(
+                name,
+                sp.sqrt(base.length_squared[k] * stretched),
+                "(20)",
+                f"length of rod {k + 1}",
+                "m",
+                f"l_{k + 1}",
+                True,
+            )
         )
     return tuple(lengths)
 
@@ -179,9 +215,21 @@ def polar_rate(theta_rate: Expr, d: Derivation) -> Expr:
 def target_lengths(lengths: tuple[Expr, ...], rho: Expr, phi: Expr, size: Expr, d: Derivation) -> tuple[Expr, ...]:
     """Return the rods of a target shape, by (20)."""
     definitions = d.definitions
-    goal = {zeta[0]: rho * sp.cos(phi), zeta[1]: rho * sp.sin(phi), mu: size, sp.Symbol("n", positive=True): sp.sqrt(1 - rho**2)}
+    goal = {
+        zeta[0]: rho * sp.cos(phi),
+        zeta[1]: rho * sp.sin(phi),
+        mu: size,
+        sp.Symbol("n", positive=True): sp.sqrt(1 - rho**2),
+    }
     return tuple(
-        d.define(f"length{k + 1}_ref", definitions[length].subs(goal, simultaneous=True), "(20)", f"final length of rod {k + 1}", "m", f"l_{{{k + 1},f}}")
+        d.define(
+            f"length{k + 1}_ref",
+            definitions[length].subs(goal, simultaneous=True),
+            "(20)",
+            f"final length of rod {k + 1}",
+            "m",
+            f"l_{{{k + 1},f}}",
+        )
         for k, length in enumerate(lengths)
     )
 
@@ -214,12 +262,26 @@ def shape_from_lengths(
         for k in range(3)
     ]
     solution = sp.solve(balance, [xx, yy, xy], dict=True)[0]
-    size = d.define("mu" + suffix, sp.factor(sp.together(3 * trace.subs(solution))), "(18)", "size from the rod lengths", "m^2", rf"\mu_{{{suffix[1:]}}}", True)
+    size = d.define(
+        "mu" + suffix,
+        sp.factor(sp.together(3 * trace.subs(solution))),
+        "(18)",
+        "size from the rod lengths",
+        "m^2",
+        rf"\mu_{{{suffix[1:]}}}",
+        True,
+    )
     z1 = sp.factor(3 * (xx - yy).subs(solution) / 4) / size
     z2 = sp.factor(-3 * xy.subs(solution) / 2) / size
     z1 = d.define("z1" + suffix, z1, "(19)", "rho sqrt(1 - rho^2) cos(phi)", latex=rf"z_{{1,{suffix[1:]}}}")
     z2 = d.define("z2" + suffix, z2, "(19)", "rho sqrt(1 - rho^2) sin(phi)", latex=rf"z_{{2,{suffix[1:]}}}")
-    margin = d.define("open" + suffix, 1 - 4 * (z1**2 + z2**2), "(19)", "3 eta/mu^2: zero for collinear masses", latex=rf"3\eta/\mu^2_{{{suffix[1:]}}}")
+    margin = d.define(
+        "open" + suffix,
+        1 - 4 * (z1**2 + z2**2),
+        "(19)",
+        "3 eta/mu^2: zero for collinear masses",
+        latex=rf"3\eta/\mu^2_{{{suffix[1:]}}}",
+    )
     rho = sp.sqrt((z1**2 + z2**2) / ((1 + sp.sqrt(sp.Max(margin, 0))) / 2))
     return rho, sp.atan2(z2, z1), size, margin
 

@@ -79,7 +79,10 @@ _OUTPUTS = (
 
 
 _LIMITS = (
-    Condition(sp.Rational(1, 2) - RHO.symbol**2, "rho left the disc rho < sqrt(2)/2: the three masses became collinear"),
+    Condition(
+        sp.Rational(1, 2) - RHO.symbol**2,
+        "rho left the disc rho < sqrt(2)/2: the three masses became collinear",
+    ),
     Condition(MU.symbol, "mu is no longer positive: the three masses fell together"),
 )
 _LAWS: dict[str, tuple[str, Law]] = {
@@ -159,7 +162,13 @@ def system(masses: str = "equal") -> System:
 
 
 def _law(
-    name: str, title: str, law: Law, tables: dict[str, Group], shifted: Shifted, start_rho: Expr, d: Derivation
+    name: str,
+    title: str,
+    law: Law,
+    tables: dict[str, Group],
+    shifted: Shifted,
+    start_rho: Expr,
+    d: Derivation,
 ) -> Controller:
     """Derive one law in a section of its own, followed by the law of mu that both share."""
     parameters = Group("c", tables[name].quantities + tables["laws"].quantities)
@@ -167,7 +176,8 @@ def _law(
     shape_rate = law(shifted, parameters, d)
     inside = Condition(
         parameters.R - _REFERENCES.rho_ref,
-        "R = {R:g} must be larger than rho_f, the rho of the final rods l1_f = {l1_f:g} m, l2_f = {l2_f:g} m, l3_f = {l3_f:g} m",
+        "R = {R:g} must be larger than rho_f, the rho of the final rods "
+        "l1_f = {l1_f:g} m, l2_f = {l2_f:g} m, l3_f = {l3_f:g} m",
     )
     begins = Condition(
         parameters.R - start_rho,
@@ -205,7 +215,8 @@ def _inequality(which: str, suffix: str, scenario: Group) -> Condition:
     """Return the triangle inequality of three rods; the collinear case is refused too."""
     a, b, c = (getattr(scenario, f"l{k}_{suffix}") for k in (1, 2, 3))
     message = (
-        f"{which} rods l1_{suffix} = {{l1_{suffix}:g}} m, l2_{suffix} = {{l2_{suffix}:g}} m, l3_{suffix} = {{l3_{suffix}:g}} m "
+        f"{which} rods l1_{suffix} = {{l1_{suffix}:g}} m, l2_{suffix} = {{l2_{suffix}:g}} m, "
+        f"l3_{suffix} = {{l3_{suffix}:g}} m "
         "do not form a triangle: each must be shorter than the other two together"
     )
     return Condition(sp.Min(b + c - a, c + a - b, a + b - c), message)
@@ -230,6 +241,10 @@ def _functions(
             "shape with given rod lengths (19)",
         ),
         Function(
-            "length_rates", (_STATES, _INPUTS, *last), tuple(zip(RATES, rates, strict=True)), "rod rates (22)", vector="u_l"
+            "length_rates",
+            (_STATES, _INPUTS, *last),
+            tuple(zip(RATES, rates, strict=True)),
+            "rod rates (22)",
+            vector="u_l",
         ),
     )

@@ -5,8 +5,6 @@
 
 #include "integrator.h"
 
-typedef void (*fn_1_1)(const double *, double *);
-typedef void (*fn_2_1)(const double *, const double *, double *);
 typedef void (*fn_3_1)(const double *, const double *, const double *, double *);
 typedef void (*fn_4_1)(const double *, const double *, const double *, const double *, double *);
 typedef void (*fn_4_2)(const double *, const double *, const double *, const double *, double *, double *);
@@ -15,8 +13,8 @@ typedef void (*fn_5_2)(const double *, const double *, const double *, const dou
 
 typedef struct {
     mv_stepper stepper;
-    /* sizes: state, input, reference, integrated coordinates, memory, outputs, limits */
-    int32_t nx, nu, nr, nq, nz, ny, nm;
+    /* sizes: state, input, memory, outputs, limits */
+    int32_t nx, nu, nz, ny, nm;
     int32_t reference_constant;
     int32_t sampled;          /* law evaluated every hold_every ticks, input held in between */
     int32_t delay;            /* input applied `delay` evaluations after it was computed */
@@ -27,9 +25,8 @@ typedef struct {
 
     fn_3_1 rhs;               /* x, u, p -> dx */
     fn_4_1 outputs;           /* x, u, r, p -> y */
-    fn_2_1 limits;            /* x, p -> margin; may be null */
-    fn_1_1 from_coordinates;  /* q -> x; null when q is x */
-    fn_2_1 reference;         /* t, s -> r */
+    fn_3_1 limits;            /* x, u, p -> margin; null without limits */
+    fn_3_1 reference;         /* t, p, s -> r */
     fn_4_1 law;               /* x, r, p, c -> u */
     fn_5_2 law_memory;        /* x, r, z, p, c -> u, z_next; null without memory */
     fn_4_1 loop;              /* q, r, p, c -> dq */
@@ -55,7 +52,7 @@ static void copy(double *to, const double *from, int64_t n) { memcpy(to, from, (
 static void continuous_rhs(double t, const double *q, double *dq, void *context)
 {
     mv_loop *l = context;
-    if (!l->reference_constant) l->reference(&t, l->s, l->r);
+    if (!l->reference_constant) l->reference(&t, l->p, l->s, l->r);
     l->loop(q, l->r, l->p, l->c, dq);
 }
 
@@ -71,11 +68,12 @@ static int within_limits(const double *q, void *context)
     mv_loop *l = context;
     const double *x = q;
     if (!l->limits) return 1;
-    if (!l->sampled && l->from_coordinates) {
-        l->from_coordinates(q, l->x);
+    if (!l->sampled) {
+        if (!l->reference_constant) l->reference(&l->stepper.t, l->p, l->s, l->r);
+        l->observe(q, l->r, l->p, l->c, l->x, l->u);
         x = l->x;
     }
-    l->limits(x, l->p, l->margin);
+    l->limits(x, l->u, l->p, l->margin);
     for (int i = 0; i < l->nm; i++)
         if (!(l->margin[i] > 0.0)) {
             l->violated = i;
@@ -100,7 +98,7 @@ static void apply_delayed(mv_loop *l)
 static void sample(mv_loop *l)
 {
     const double t = l->t[l->tick];
-    l->reference(&t, l->s, l->r);
+    l->reference(&t, l->p, l->s, l->r);
     if (!l->sampled) {
         l->observe(l->q, l->r, l->p, l->c, l->x, l->u);
         copy(l->u_cmd, l->u, l->nu);

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Evaluate SymPy definitions with mpmath, without CasADi: a second opinion on every generated function."""
 
+import sys
 from collections.abc import Mapping
 
 import mpmath
 import sympy as sp
 
 mpmath.mp.dps = 40
+sys.setrecursionlimit(20_000)  # definitions nest a few hundred deep
 
 
 class HighPrecision:

@@ -15,7 +15,8 @@ POSITIVE = [
     sp.sqrt(X), X ** sp.Rational(3, 2), X**-3, X**5, X ** sp.Rational(1, 3), X**Y, sp.log(X), sp.exp(-Y), sp.tanh(X),
     sp.sin(X) * sp.cos(Y), sp.tan(X / 5), sp.asin(X / 10), sp.acos(X / 10), sp.atan(X), sp.atan2(Y, X), sp.Abs(Y - X),
     sp.sign(Y - X), sp.Min(X, Y, 1), sp.Max(X, Y, 1), sp.floor(X), sp.ceiling(X), sp.sinh(X), sp.cosh(X), sp.asinh(X),
-    sp.Piecewise((X, X < Y), (Y**2, sp.And(Y > 1, X > 2)), (sp.pi, True)), sp.Piecewise((1, sp.Or(X < 1, ~(Y < 2))), (0, True)),
+    sp.Piecewise((X, X < Y), (Y**2, sp.And(Y > 1, X > 2)), (sp.pi, True)),
+    sp.Piecewise((1, sp.Or(X < 1, ~(Y < 2))), (0, True)),
     X / Y - sp.Rational(1, 3), sp.erf(X),
 ]  # fmt: skip
 

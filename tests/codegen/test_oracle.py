@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from codegen.casadi_c import casadi_c
-from codegen.functions import GeneratedFunction, bindings, generate_functions, requests
+from codegen.functions import GeneratedFunction, generate_functions
 from codegen.generate import derive, installed_tree, system_of
+from codegen.requests import bindings, requests
 from models.system import System
 from runtime.backend import Functions, PythonBackend
 from runtime.compiler import require_compiler
@@ -69,7 +70,17 @@ class Case:
 
 def compile_library(folder: Path, sources: list[str], flags: list[str], tag: str) -> ctypes.CDLL:
     target = folder / f"{tag}.so"
-    command = [*require_compiler().command, "-std=gnu11", "-fPIC", "-shared", *flags, *sources, "-o", str(target), "-lm"]
+    command = [
+        *require_compiler().command,
+        "-std=gnu11",
+        "-fPIC",
+        "-shared",
+        *flags,
+        *sources,
+        "-o",
+        str(target),
+        "-lm",
+    ]
     subprocess.run(command, cwd=folder, check=True)
     return ctypes.CDLL(str(target))
 

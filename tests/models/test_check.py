@@ -14,7 +14,9 @@ SYSTEM = system()
 
 
 def with_parameter(group: Group, name: str, default: float | str = 1.0) -> Group:
-    extra = Parameter(name, "1", "extra", default=default, bounds=Interval(0, 2, False, False), source="assumption: test")
+    extra = Parameter(
+        name, "1", "extra", default=default, bounds=Interval(0, 2, False, False), source="assumption: test"
+    )
     return Group(group.name, (*group.quantities, extra))
 
 
@@ -44,7 +46,10 @@ def test_a_formula_in_an_unknown_name_is_refused():
 @pytest.mark.parametrize(
     ("scenario", "message"),
     [
-        (Scenario("s", "", 1, 0.1, {"l1_00": 0.2}, {}, {}), r"parameter 'l1_00' is not known \(did you mean 'l1_0'"),
+        (
+            Scenario("s", "", 1, 0.1, {"l1_00": 0.2}, {}, {}),
+            r"parameter 'l1_00' is not known \(did you mean 'l1_0'",
+        ),
         (Scenario("s", "", 1, 0.1, {"l1_0": -0.2}, {}, {}), r"l1_0 = -0.2 is outside its bounds \(0, inf\)"),
         (Scenario("s", "", 1, 0.1, {}, {"slidng": {}}, {}), "controller 'slidng' is not known"),
         (Scenario("s", "", 1, 0.1, {}, {"path": {"k_phi": 0.0}}, {}), "k_phi = 0 is outside"),

@@ -43,15 +43,15 @@ def test_a_good_table_is_read_in_order(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("unit = \"kg\", ", ""), r"\[plant.mass\]: 'unit' is missing"),
-        (("unit = \"kg\"", "unit = \"kg*m\""), "unit 'kg\\*m' is not written like"),
+        (('unit = "kg", ', ""), r"\[plant.mass\]: 'unit' is missing"),
+        (('unit = "kg"', 'unit = "kg*m"'), "unit 'kg\\*m' is not written like"),
         (("default = 2", "default = -2"), r"default = -2 is outside its bounds \(0, inf\)"),
         (("default = 2", "default = nan"), "is outside its bounds"),
         (("default = 2", "defalt = 2"), r"unknown key 'defalt' \(did you mean 'default'\?\)"),
         (("default = 2", "default = true"), "default"),
-        (("bounds = \"(0, inf)\"", "bounds = \"0..1\""), "bounds '0..1' are not an interval"),
-        (("bounds = \"(0, inf)\"", "bounds = \"(1, 0)\""), "are empty"),
-        (("source = \"paper Table 1\"", "source = \"somewhere\""), "source 'somewhere' must begin with"),
+        (('bounds = "(0, inf)"', 'bounds = "0..1"'), "bounds '0..1' are not an interval"),
+        (('bounds = "(0, inf)"', 'bounds = "(1, 0)"'), "are empty"),
+        (('source = "paper Table 1"', 'source = "somewhere"'), "source 'somewhere' must begin with"),
         (("[plant]", "[plant"), "parameters.toml is not valid TOML"),
         (("[plant]", "gain = 3\n[plant]"), "'gain' stands outside a group"),
     ],
@@ -77,8 +77,11 @@ def test_bytes_that_are_not_text_are_refused(tmp_path):
     ("change", "message"),
     [
         (("duration = 35.0", "duration = -1.0"), "duration"),
-        (("duration = 35.0", "durations = 35.0"), r"unknown key 'scenarios.paper.durations' \(did you mean 'duration'\?\)"),
-        (("kind = \"max\"", "kind = \"maximum\""), "kind"),
+        (
+            ("duration = 35.0", "durations = 35.0"),
+            r"unknown key 'scenarios.paper.durations' \(did you mean 'duration'\?\)",
+        ),
+        (('kind = "max"', 'kind = "maximum"'), "kind"),
         (("step = 0.01", ""), "'scenarios.paper.step' is missing"),
     ],
 )

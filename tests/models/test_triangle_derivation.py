@@ -16,7 +16,14 @@ SYSTEM = system()
 EQUATIONS = {step.left: step.expr for step in SYSTEM.steps if not isinstance(step, Definition)}
 RHO, PHI, MU = (q.symbol for q in SYSTEM.states.quantities[:3])
 W1, W2, W3 = SYSTEM.inputs.symbols
-POINT = {RHO: sp.Rational(2, 5), PHI: sp.Rational(7, 10), MU: sp.Rational(1, 3), W1: sp.Rational(1, 7), W2: -sp.Rational(3, 5), W3: sp.Rational(1, 9)}
+POINT = {
+    RHO: sp.Rational(2, 5),
+    PHI: sp.Rational(7, 10),
+    MU: sp.Rational(1, 3),
+    W1: sp.Rational(1, 7),
+    W2: -sp.Rational(3, 5),
+    W3: sp.Rational(1, 9),
+}
 
 
 def in_paper_chart(expr: sp.Expr) -> sp.Expr:
@@ -58,7 +65,9 @@ def test_base_triangle_meets_its_conditions(masses):
     mean = sum(map(sp.Rational, masses)) / 3
     edges = []
     for squared, cosine, sine in zip(base.length_squared, base.cosine, base.sine, strict=True):
-        squared, cosine, sine = (sp.N(sp.sympify(e).subs(d.definitions).subs(d.definitions), 40) for e in (squared, cosine, sine))
+        squared, cosine, sine = (
+            sp.N(sp.sympify(e).subs(d.definitions).subs(d.definitions), 40) for e in (squared, cosine, sine)
+        )
         length, double = sp.sqrt(squared), sp.atan2(sine, cosine)
         edges.append((length, double / 2))
     options = itertools.product((0, sp.pi), repeat=2)
@@ -71,7 +80,7 @@ def test_base_triangle_meets_its_conditions(masses):
 
 
 def _moment_error(masses, mean, edges, turns):
-    """Close the triangle with edge 3 along +x, centre it and compare its second moments; the second value is its area."""
+    """Close the triangle with edge 3 along +x and compare its second moments; the second value is its area."""
     d1, d2, d3 = (
         sp.Matrix([length * sp.cos(angle + turn), length * sp.sin(angle + turn)]).evalf(40)
         for (length, angle), turn in zip(edges, (*turns, 0), strict=True)
@@ -87,7 +96,12 @@ def test_shape_of_27_obeys_26():
     """d(theta~)/dt = rho~^2 phi~' holds identically for the derived factor and fails for the printed half."""
     t, a, target = sp.symbols("t a phi_f", real=True)
     w = [sp.Function(f"w{k}")(t) for k in (1, 2)]
-    position = sp.Matrix([(a - w[0]) * sp.cos(target) + w[1] * sp.sin(target), (a - w[0]) * sp.sin(target) - w[1] * sp.cos(target)])
+    position = sp.Matrix(
+        [
+            (a - w[0]) * sp.cos(target) + w[1] * sp.sin(target),
+            (a - w[0]) * sp.sin(target) - w[1] * sp.cos(target),
+        ]
+    )
     theta_rate = planar_cross(position, position.diff(t))
     for factor, holds in ((1, True), (sp.Rational(1, 2), False)):
         shift = shifted_attitude(sp.S.Zero, a, tuple(w), factor)
@@ -117,5 +131,18 @@ def test_equal_masses_are_a_case_of_the_general_ones():
 
 def test_every_number_the_derivation_carries_is_of_the_paper():
     numbers = {n for step in SYSTEM.steps for n in step.number.replace(" ", "").split(",") if n}
-    assert {"(19)", "(20)", "(22)", "(25)", "(27)", "(28)", "(30)", "(31)", "(36)", "(37)", "(42)", "(46)"} <= numbers
+    assert {
+        "(19)",
+        "(20)",
+        "(22)",
+        "(25)",
+        "(27)",
+        "(28)",
+        "(30)",
+        "(31)",
+        "(36)",
+        "(37)",
+        "(42)",
+        "(46)",
+    } <= numbers
     assert all(1 <= int(n.strip("()")) <= 53 for n in numbers)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "pendulum.h"
 
-/* p: m, l, g, b, wall, k_wall, cube, rate_max */
+/* p: m, l, g, b, wall, k_wall, cube, rate_max, torque_max */
 void pendulum_rhs(const real *x, const real *u, const real *p, real *dx)
 {
     const real torque = u[0] - p[3] * x[1] - p[0] * p[2] * p[1] * mv_sin(x[0]);
@@ -16,7 +16,11 @@ void pendulum_outputs(const real *x, const real *u, const real *r, const real *p
     y[2] = u[0] * x[1];
 }
 
-void pendulum_limits(const real *x, const real *p, real *margin) { margin[0] = p[7] - mv_fabs(x[1]); }
+void pendulum_limits(const real *x, const real *u, const real *p, real *margin)
+{
+    margin[0] = p[7] - mv_fabs(x[1]);
+    margin[1] = p[8] - mv_fabs(u[0]);
+}
 
 void pendulum_to_coordinates(const real *x, real *q)
 {
@@ -38,7 +42,11 @@ void pendulum_initial(const real *p, const real *s, real *x)
     x[1] = s[1];
 }
 
-void pendulum_reference(const real *t, const real *s, real *r) { r[0] = s[2] + s[3] * t[0]; }
+void pendulum_reference(const real *t, const real *p, const real *s, real *r)
+{
+    (void)p;
+    r[0] = s[2] + s[3] * t[0];
+}
 
 void pendulum_constraints(const real *p, const real *s, real *margin)
 {

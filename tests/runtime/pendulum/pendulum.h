@@ -7,11 +7,11 @@
 
 void pendulum_rhs(const real *x, const real *u, const real *p, real *dx);
 void pendulum_outputs(const real *x, const real *u, const real *r, const real *p, real *y);
-void pendulum_limits(const real *x, const real *p, real *margin);
+void pendulum_limits(const real *x, const real *u, const real *p, real *margin);
 void pendulum_to_coordinates(const real *x, real *q);
 void pendulum_from_coordinates(const real *q, real *x);
 void pendulum_initial(const real *p, const real *s, real *x);
-void pendulum_reference(const real *t, const real *s, real *r);
+void pendulum_reference(const real *t, const real *p, const real *s, real *r);
 void pendulum_constraints(const real *p, const real *s, real *margin);
 void pendulum_pd(const real *x, const real *r, const real *p, const real *c, real *u);
 void pendulum_pd_loop(const real *q, const real *r, const real *p, const real *c, real *dq);

@@ -9,20 +9,20 @@ def _vector(*elements):
 
 
 def rhs(x, u, p):
-    m, l, g, b, wall, k_wall, cube, _ = np.moveaxis(p, -1, 0)
-    torque = u[..., 0] - b * x[..., 1] - m * g * l * np.sin(x[..., 0])
+    m, arm, g, b, wall, k_wall, cube, *_ = np.moveaxis(p, -1, 0)
+    torque = u[..., 0] - b * x[..., 1] - m * g * arm * np.sin(x[..., 0])
     extra = k_wall * np.sqrt(wall - x[..., 0]) + cube * x[..., 0] * x[..., 0] * x[..., 0]
-    return _vector(x[..., 1], torque / (m * l * l) + extra)
+    return _vector(x[..., 1], torque / (m * arm * arm) + extra)
 
 
 def outputs(x, u, r, p):
-    m, l, g = p[..., 0], p[..., 1], p[..., 2]
-    energy = 0.5 * m * l * l * x[..., 1] * x[..., 1] + m * g * l * (1.0 - np.cos(x[..., 0]))
+    m, arm, g = p[..., 0], p[..., 1], p[..., 2]
+    energy = 0.5 * m * arm * arm * x[..., 1] * x[..., 1] + m * g * arm * (1.0 - np.cos(x[..., 0]))
     return _vector(energy, x[..., 0] - r[..., 0], u[..., 0] * x[..., 1])
 
 
-def limits(x, p):
-    return _vector(p[..., 7] - np.abs(x[..., 1]))
+def limits(x, u, p):
+    return _vector(p[..., 7] - np.abs(x[..., 1]), p[..., 8] - np.abs(u[..., 0]))
 
 
 def to_coordinates(x):
@@ -37,7 +37,7 @@ def initial(p, s):
     return _vector(s[..., 0], s[..., 1])
 
 
-def reference(t, s):
+def reference(t, p, s):
     return _vector(s[..., 2] + s[..., 3] * t)
 
 
@@ -73,16 +73,16 @@ def p_sum(x, r, z, p, c):
     return _vector(-c[..., 0] * error - c[..., 1] * z[..., 0]), _vector(z[..., 0] + error)
 
 
-def swing(l, g):
-    omega = np.sqrt(g / l)
+def swing(arm, g):
+    omega = np.sqrt(g / arm)
     return 6.283185307179586 / omega, omega
 
 
 def jac_x(x, u, p):
-    m, l, g, b, wall, k_wall, cube, _ = np.moveaxis(p, -1, 0)
+    m, arm, g, b, wall, k_wall, cube, *_ = np.moveaxis(p, -1, 0)
     angle = x[..., 0]
-    stiffness = 3.0 * cube * angle * angle - g / l * np.cos(angle) - 0.5 * k_wall / np.sqrt(wall - angle)
-    J = _vector(0.0, 1.0, stiffness, -b / (m * l * l))
+    stiffness = 3.0 * cube * angle * angle - g / arm * np.cos(angle) - 0.5 * k_wall / np.sqrt(wall - angle)
+    J = _vector(0.0, 1.0, stiffness, -b / (m * arm * arm))
     return J.reshape(*J.shape[:-1], 2, 2)
 
 

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a benchmark ran on, and how its tables are written."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+from runtime.compiler import find_compiler
+
+RESULTS = Path(__file__).parent / "results"
+
+
+def machine() -> list[str]:
+    """Name processor, system, compiler and versions; never the host."""
+    compiler = find_compiler()
+    packages = ", ".join(f"{name} {version(name)}" for name in ("mehvar", "numpy", "scipy", "sympy", "casadi"))
+    return [
+        f"- processor: {_processor()}, {os.cpu_count()} logical cores seen",
+        f"- system: {platform.system()} {platform.machine()}, Python {platform.python_version()}",
+        f"- C compiler: {compiler.version if compiler else 'none'}",
+        f"- packages: {packages}",
+    ]
+
+
+def interleaved(jobs: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, float]:
+    """Return the median wall time of each job in seconds; the jobs take turns, so that drift hits all alike."""
+    times: dict[str, list[float]] = {name: [] for name in jobs}
+    for _ in range(repeats):
+        for name, job in jobs.items():
+            start = perf_counter()
+            job()
+            times[name].append(perf_counter() - start)
+    return {name: median(values) for name, values in times.items()}
+
+
+def table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return a Markdown table."""
+    lines = [columns, ["---"] * len(columns), *rows]
+    return [f"| {' | '.join(line)} |" for line in lines]
+
+
+def write(name: str, lines: Sequence[str]) -> None:
+    """Print a result and write it to benchmarks/results."""
+    text = "\n".join(lines) + "\n"
+    print(text)
+    (RESULTS / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def _processor() -> str:
+    listed = subprocess.run(["lscpu"], capture_output=True, text=True, check=False, env={**os.environ, "LC_ALL": "C"})
+    for line in listed.stdout.splitlines():
+        key, _, value = line.partition(":")
+        if key.strip() == "Model name":
+            return value.strip()
+    return platform.processor() or "unknown"

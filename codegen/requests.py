@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which functions are generated for a system, still in SymPy, and what their symbols stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import sympy as sp
+
+from models.check import formulas
+from models.system import TIME, Condition, Controller, Expr, Function, Group, System, scalar
+
+
+@dataclass(frozen=True)
+class Request:
+    """A function to generate.
+
+    Attributes
+    ----------
+    name, description : str
+        Its name in C and Python, and one line for people.
+    arguments : tuple of Group
+        What it receives; a group of one quantity with the same name is a scalar.
+    results : tuple of (name, expressions)
+        What it returns.
+    scalars : bool
+        Whether each result is a scalar instead of a vector.
+    law : Controller, optional
+        The law that gives the input where the function does not receive it.
+    """
+
+    name: str
+    description: str
+    arguments: tuple[Group, ...]
+    results: tuple[tuple[str, tuple[Expr, ...]], ...]
+    scalars: bool = False
+    law: Controller | None = None
+
+
+def identifier(name: str) -> str:
+    """Return a law's name as it stands in C and Python."""
+    return name.replace("-", "_")
+
+
+def requests(system: System) -> list[Request]:
+    """List the functions of a system, right-hand side first, Jacobians excepted."""
+    own = [_own(function) for function in system.functions]
+    laws = [request for law in system.controllers for request in _law(system, law)]
+    return [*_plant(system), *_scenario(system), *own, *laws]
+
+
+def _plant(system: System) -> list[Request]:
+    x, u, r, p = system.states, system.inputs, system.references, system.parameters
+    found = [
+        Request("rhs", "state derivative", (x, u, p), (("dx", system.rhs),)),
+        Request("outputs", "outputs of a run", (x, u, r, p), (("y", system.output),)),
+        Request("limits", "margins that stay positive along a run", (x, u, p), (("margin", _margins(system.limits)),)),
+    ]
+    for variant in system.variants:
+        description = f"state derivative, {', '.join(variant.values)}"
+        found.append(Request(f"rhs_{suffix(system, variant.values)}", description, (x, u, p), (("dx", variant.rhs),)))
+    if system.coordinates:
+        q = system.coordinates.states
+        found.append(Request("to_coordinates", "regular coordinates of a state", (x,), (("q", q.symbols),)))
+        found.append(Request("from_coordinates", "state at regular coordinates", (q,), (("x", x.symbols),)))
+    if system.projection:
+        q = system.coordinates.states if system.coordinates else x
+        found.append(
+            Request("project", "coordinates put back on their manifold", (q,), (("q_next", system.projection),))
+        )
+    if system.actuator:
+        commanded = Group("u_cmd", system.actuator.commanded.quantities)
+        found.append(Request("actuate", "input that acts", (x, commanded, p), (("u", system.actuator.applied),)))
+    if system.sensor:
+        noise = Group("e", system.sensor.noise.quantities)
+        found.append(Request("measure", "state that a law sees", (x, noise, p), (("x_seen", system.sensor.measured),)))
+    return found
+
+
+def _scenario(system: System) -> list[Request]:
+    p, s = system.parameters, system.scenario_parameters
+    margins = _margins(system.constraints)
+    return [
+        Request("initial", "initial state of a scenario", (p, s), (("x", system.initial),)),
+        Request("reference", "reference of a scenario", (scalar(TIME), p, s), (("r", system.reference),)),
+        Request("constraints", "margins that stay positive for a feasible scenario", (p, s), (("margin", margins),)),
+    ]
+
+
+def _own(function: Function) -> Request:
+    scalars = tuple((quantity.name, (expr,)) for quantity, expr in function.results)
+    vector = ((function.vector, tuple(expr for _, expr in function.results)),)
+    results = vector if function.vector else scalars
+    return Request(function.name, function.description, function.arguments, results, not function.vector)
+
+
+def _law(system: System, law: Controller) -> list[Request]:
+    x, r, p, c, s = system.states, system.references, system.parameters, law.parameters, system.scenario_parameters
+    name, margins, derived = identifier(law.name), _margins(law.constraints), tuple(formulas(c).values())
+    found = _sampled(system, law) if law.period else _continuous(system, law)
+    constraints = (("margin", margins),)
+    found.append(Request(f"{name}_constraints", f"margins of a feasible {law.name}", (p, c, s), constraints, law=law))
+    if law.start:
+        description = f"memory of {law.name} before the first sample"
+        found.append(Request(f"{name}_start", description, (x, r, p, c), (("z", law.start),), law=law))
+    if derived:
+        found.append(Request(f"{name}_defaults", f"formula defaults of {law.name}", (c,), (("derived", derived),)))
+    return found
+
+
+def _sampled(system: System, law: Controller) -> list[Request]:
+    x, r, p, c = system.states, system.references, system.parameters, law.parameters
+    name, command = identifier(law.name), ("u", _commanded(system))
+    if not law.memory:
+        return [Request(name, law.title, (x, r, p, c), (command,), law=law)]
+    arguments = (x, r, Group("v", law.applied.quantities), Group("z", law.memory.quantities), p, c)
+    return [Request(name, law.title, arguments, (command, ("z_next", law.update)), law=law)]
+
+
+def _continuous(system: System, law: Controller) -> list[Request]:
+    x, r, p, c = system.states, system.references, system.parameters, law.parameters
+    q, rhs = (system.coordinates.states, system.coordinates.rhs) if system.coordinates else (x, system.rhs)
+    name = identifier(law.name)
+    command = ("u_cmd", _commanded(system))
+    seen = (("x", x.symbols), ("u", system.inputs.symbols), *((command,) if system.actuator else ()))
+    found = [
+        Request(name, law.title, (x, r, p, c), (("u", _commanded(system)),), law=law),
+        Request(f"{name}_loop", f"closed loop of {law.name}", (q, r, p, c), (("dq", rhs),), law=law),
+        Request(f"{name}_observe", f"state and input in the loop of {law.name}", (q, r, p, c), seen, law=law),
+    ]
+    for variant in system.variants:
+        loop = variant.loops.get(law.name, variant.rhs)
+        description = f"closed loop of {law.name}, {', '.join(variant.values)}"
+        tag = f"{name}_loop_{suffix(system, variant.values)}"
+        found.append(Request(tag, description, (q, r, p, c), (("dq", loop),), law=law))
+    return found
+
+
+def suffix(system: System, values: Iterable[str]) -> str:
+    """Return what is appended to the names of a variant's functions: its values that are not the default."""
+    return "_".join(value for choice, value in zip(system.choices, values, strict=True) if value != choice.values[0])
+
+
+def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
+    """Return what symbols stand for that a function does not receive: another chart, the input, the reference."""
+    received = {group.name for group in request.arguments}
+    bound = _pairs(system.references.symbols, system.reference) if "s" in received else {}
+    law, coordinates = request.law, system.coordinates
+    if coordinates and "q" in received:
+        bound |= _pairs(system.states.symbols, coordinates.to_state)
+    elif coordinates:
+        bound |= _pairs(coordinates.states.symbols, coordinates.from_state)
+    if coordinates and law and not law.period:
+        bound |= _pairs(coordinates.inputs.symbols, law.command) | _pairs(system.inputs.symbols, coordinates.to_input)
+    elif coordinates and not law:
+        bound |= _pairs(coordinates.inputs.symbols, coordinates.from_input)
+    elif law:
+        bound |= _pairs(_commanded(system), law.command)
+        bound |= _pairs(system.inputs.symbols, system.actuator.applied) if system.actuator else {}
+    return bound
+
+
+def _commanded(system: System) -> tuple[sp.Symbol, ...]:
+    return system.actuator.commanded.symbols if system.actuator else system.inputs.symbols
+
+
+def _margins(conditions: Iterable[Condition]) -> tuple[Expr, ...]:
+    return tuple(condition.margin for condition in conditions)
+
+
+def _pairs(symbols: Iterable[sp.Symbol], expressions: Iterable[Expr]) -> dict[sp.Symbol, Expr]:
+    """Pair symbols with what they stand for; a symbol that is the same in both charts stands for itself."""
+    return {s: e for s, e in zip(symbols, expressions, strict=True) if s is not e}

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A derivation as an ordered list of named steps, each with the paper's equation number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import sympy as sp
+
+from models.quantities import ModelError, Quantity
+
+Expr: TypeAlias = sp.Expr
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A named step of a derivation, in the order a reader would take it.
+
+    Parameters
+    ----------
+    symbol : sympy.Symbol
+        The name given to the expression; later expressions refer to it.
+    expr : sympy.Expr
+        What it stands for.
+    number : str
+        Equation number of the paper, "(20)"; empty for a step of our own.
+    title : str
+        What it is, in a few words.
+    section : str
+        Heading under which it is printed.
+    unit : str
+        SI unit.
+    latex : str
+        How the symbol is printed.
+    """
+
+    symbol: sp.Symbol
+    expr: Expr
+    number: str
+    title: str
+    section: str
+    unit: str
+    latex: str
+
+
+@dataclass(frozen=True)
+class Equation:
+    """A derived result that is shown and compared but not evaluated, such as a differential equation."""
+
+    left: str
+    expr: Expr
+    number: str
+    title: str
+    section: str
+    unit: str
+
+
+class Derivation:
+    """An ordered list of definitions and equations under section headings."""
+
+    def __init__(self) -> None:
+        self.steps: list[Definition | Equation] = []
+        self._section = ""
+        self._names: set[str] = set()
+
+    @property
+    def definitions(self) -> dict[sp.Symbol, Expr]:
+        """The definitions made so far, by symbol."""
+        return {step.symbol: step.expr for step in self.steps if isinstance(step, Definition)}
+
+    def section(self, title: str) -> None:
+        """Start a new heading."""
+        self._section = title
+
+    def define(
+        self,
+        name: str,
+        expr: Expr | float,
+        number: str = "",
+        title: str = "",
+        unit: str = "1",
+        latex: str = "",
+        positive: bool = False,
+    ) -> sp.Symbol:
+        """Name an expression and return its symbol for use in later steps.
+
+        Raises
+        ------
+        ModelError
+            If the name has been used before.
+        """
+        if name in self._names:
+            raise ModelError(f"definition {name!r} is made twice")
+        self._names.add(name)
+        quantity = Quantity(name, unit, title, latex, positive)
+        definition = Definition(
+            quantity.symbol,
+            sp.sympify(expr),
+            number,
+            title,
+            self._section,
+            unit,
+            latex or sp.latex(quantity.symbol),
+        )
+        self.steps.append(definition)
+        return quantity.symbol
+
+    def show(self, left: str, expr: Expr, number: str = "", title: str = "", unit: str = "1") -> None:
+        """Record a derived equation `left = expr` (left in LaTeX) that no function evaluates by itself."""
+        self.steps.append(Equation(left, sp.sympify(expr), number, title, self._section, unit))
+
+
+def free_symbols(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
+    """Return the symbols that expressions depend on, definitions followed to their ends."""
+    seen: set[sp.Symbol] = set()
+    stack = [s for e in expressions for s in sp.sympify(e).free_symbols]
+    while stack:
+        symbol = stack.pop()
+        if symbol not in seen:
+            seen.add(symbol)
+            if symbol in definitions:
+                stack.extend(definitions[symbol].free_symbols)
+    return {s for s in seen if s not in definitions}

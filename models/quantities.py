@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Named numbers with units, and the groups in which they travel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+
+class ModelError(ValueError):
+    """A mistake in a model's text: a derivation, a parameter table or a scenario table."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A named number with a unit.
+
+    Parameters
+    ----------
+    name : str
+        ASCII identifier, the same in C, Python and result files.
+    unit : str
+        SI unit, radians inside; "1" for a dimensionless number.
+    description : str
+        One line for people.
+    latex : str, optional
+        How the paper writes it; SymPy's guess from the name when empty.
+    positive : bool, optional
+        SymPy may assume that the value is positive.
+    """
+
+    name: str
+    unit: str
+    description: str
+    latex: str = ""
+    positive: bool = False
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """The SymPy symbol of this quantity."""
+        return sp.Symbol(self.name, positive=True) if self.positive else sp.Symbol(self.name, real=True)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Allowed values of a parameter, written "(0, inf)" or "[0, 1]" in a table."""
+
+    lower: float
+    upper: float
+    lower_open: bool
+    upper_open: bool
+
+    def __contains__(self, value: float) -> bool:
+        above = value > self.lower if self.lower_open else value >= self.lower
+        below = value < self.upper if self.upper_open else value <= self.upper
+        return above and below
+
+    def __str__(self) -> str:
+        return f"{'(['[not self.lower_open]}{self.lower:g}, {self.upper:g}{')]'[not self.upper_open]}"
+
+    @property
+    def positive(self) -> bool:
+        """Whether every allowed value is above zero."""
+        return self.lower > 0 or (self.lower == 0 and self.lower_open)
+
+
+@dataclass(frozen=True)
+class Parameter(Quantity):
+    """A number that the user may change: an input of the generated functions, never a constant in them.
+
+    Parameters
+    ----------
+    default : float or str, optional
+        The value, or a formula in other parameters of the same group.
+    bounds : Interval
+        Allowed values.
+    source : str
+        Where the number comes from: "paper ...", "assumption: ..." or "addition: ...".
+    """
+
+    default: float | str = 0.0
+    bounds: Interval = field(default_factory=lambda: Interval(-float("inf"), float("inf"), True, True))
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Quantities that travel together as one vector, such as the state or the plant's parameters."""
+
+    name: str
+    quantities: tuple[Quantity, ...]
+
+    def __iter__(self) -> Iterator[Quantity]:
+        return iter(self.quantities)
+
+    def __len__(self) -> int:
+        return len(self.quantities)
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """The SymPy symbols in order."""
+        return tuple(q.symbol for q in self.quantities)
+
+    def __getattr__(self, name: str) -> sp.Symbol:
+        for quantity in object.__getattribute__(self, "quantities"):
+            if quantity.name == name:
+                return quantity.symbol
+        raise AttributeError(f"group {self.name!r} has no quantity {name!r}")
+
+
+TIME = Quantity("t", "s", "time")
+
+
+def scalar(quantity: Quantity) -> Group:
+    """Wrap one quantity as a scalar argument."""
+    return Group(quantity.name, (quantity,))
+
+
+EMPTY = Group("", ())
+"""A group without quantities."""

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Generated folders: same sources, same bytes; stale files are named with their cause; nothing is half written."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from codegen.generate import GenerateError, Tree, check, derive, find_tree, generate, installed_tree, write
+
+ROOT = installed_tree().root
+MODELS = installed_tree().models
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """A copy of models/ and generated/ that a test may change."""
+    for name in ("models", "generated"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    return Tree(tmp_path)
+
+
+def python(code: str, folder: Path, **environment: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout
+
+
+def generate_in(tree: Tree) -> None:
+    """Generate in a process of its own: this one has imported the models of another tree."""
+    code = "from codegen.generate import *; generate(find_tree(Path.cwd()), 'triangle')"
+    python(code, tree.root, PYTHONPATH=f"{tree.root}:{ROOT}")
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("seed", ["0", "4242"])
+def test_regenerating_gives_the_committed_bytes(model, seed, tmp_path):
+    """Two hash seeds, each in a working folder of its own."""
+    code = (
+        "import json; from codegen.generate import derive, installed_tree\n"
+        f"print(json.dumps(derive(installed_tree(), {model!r})))"
+    )
+    texts = json.loads(python(code, tmp_path, PYTHONHASHSEED=seed))
+    folder = ROOT / "generated" / model
+    assert {p.name for p in folder.iterdir() if p.is_file()} == set(texts)
+    for name, text in texts.items():
+        assert (folder / name).read_text(encoding="utf-8") == text, f"{name}: run mehvar generate {model}"
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_committed_files_are_fresh(model):
+    assert check(installed_tree(), model).reasons == ()
+
+
+def test_checking_needs_neither_sympy_nor_casadi(tmp_path):
+    code = (
+        "import sys; from codegen.generate import check, generate, installed_tree\n"
+        f"check(installed_tree(), 'triangle'); generate(installed_tree(), 'triangle')\n"
+        "print([m for m in ('sympy', 'casadi') if m in sys.modules])"
+    )
+    assert python(code, tmp_path).strip() == "[]"
+
+
+def test_a_changed_source_is_named(tree):
+    path = tree.root / "models" / "triangle" / "parameters.toml"
+    path.write_text(path.read_text() + "\n# a remark\n")
+    report = check(tree, "triangle")
+    assert report.reasons == ("models/triangle/parameters.toml changed",)
+    assert "triangle.c" in report.written
+
+
+def test_an_edited_or_missing_file_is_named(tree):
+    folder = tree.root / "generated" / "triangle"
+    (folder / "triangle.c").write_text("/* mine */")
+    (folder / "triangle.py").unlink()
+    assert check(tree, "triangle").reasons == ("triangle.c was edited by hand", "triangle.py is missing")
+    generate_in(tree)
+    assert check(tree, "triangle").reasons == ()
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"schema": 1}'])
+def test_a_damaged_manifest_is_mended(tree, text):
+    (tree.root / "generated" / "triangle" / "manifest.json").write_text(text)
+    assert "is damaged" in check(tree, "triangle").reasons[0]
+
+
+def test_a_changed_number_changes_no_code(tree):
+    path = tree.root / "models" / "triangle" / "parameters.toml"
+    path.write_text(path.read_text().replace("default = 0.65", "default = 0.6"))
+    before = {p.name: p.read_bytes() for p in (tree.root / "generated" / "triangle").iterdir()}
+    generate_in(tree)
+    after = {p.name: p.read_bytes() for p in (tree.root / "generated" / "triangle").iterdir()}
+    changed = {name for name in before if before[name] != after[name]}
+    assert changed == {"manifest.json", "equations.md"}
+
+
+def test_nothing_is_half_written(tree, monkeypatch):
+    """A disk that fills up while writing leaves the old files whole and no scratch behind."""
+    folder = tree.root / "generated" / "triangle"
+    before = {p.name: p.read_bytes() for p in folder.iterdir()}
+    texts = derive(installed_tree(), "triangle", {"masses": "general"})
+    plain = Path.write_text
+
+    def full(self, text, **options):
+        if self.name == "triangle.py":
+            raise OSError(28, "No space left on device", str(self))
+        return plain(self, text, **options)
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(OSError, match="No space left"):
+        write(folder, texts)
+    assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
+
+
+def test_a_variant_goes_where_it_is_told(tmp_path):
+    generate(installed_tree(), "triangle", out=tmp_path / "mine", structure={"masses": "general"})
+    manifest = json.loads((tmp_path / "mine" / "manifest.json").read_text())
+    assert [p["name"] for p in manifest["parameters"]] == ["H", "disturbance", "m1", "m2", "m3"]
+    assert not generate(installed_tree(), "triangle", out=tmp_path / "mine", structure={"masses": "general"}).stale
+
+
+def test_casadis_own_c_is_written_on_request(tmp_path):
+    texts = derive(installed_tree(), "triangle", casadi=True)
+    assert "casadi_int rhs(const casadi_real** arg" in texts["triangle_casadi.c"].replace("int rhs(", "casadi_int rhs(")
+
+
+@pytest.mark.parametrize(
+    ("model", "structure", "message"),
+    [
+        ("triangel", {}, "model 'triangel' is not known"),
+        ("triangle", {"mass": "equal"}, "triangle has no structure 'mass'; it has: masses"),
+        ("triangle", {"masses": "odd"}, "structure masses = 'odd' is not one of equal, general"),
+    ],
+)
+def test_unknown_names_are_refused(model, structure, message):
+    with pytest.raises(GenerateError, match=message):
+        derive(installed_tree(), model, structure)
+
+
+def test_the_tree_is_found_from_inside(tree):
+    assert find_tree(tree.root / "models" / "triangle") == tree
+    assert find_tree(Path("/")) is None
+
+
+def test_texts_hold_no_machine_path_and_no_date():
+    for path in (ROOT / "generated").rglob("*"):
+        if path.is_file() and path.suffix in (".c", ".h", ".py", ".json", ".md"):
+            assert str(ROOT) not in path.read_text(encoding="utf-8")

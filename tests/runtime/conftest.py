@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The pendulum: a hand-written model in the form of a generated one."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+import runtime
+
+PENDULUM = Path(__file__).parent / "pendulum"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MEHVAR_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="session")
+def folder() -> Path:
+    return PENDULUM
+
+
+@pytest.fixture(scope="session")
+def pendulum() -> runtime.Model:
+    return runtime.load(PENDULUM, backend="c")
+
+
+@pytest.fixture(scope="session")
+def slow_pendulum() -> runtime.Model:
+    return runtime.load(PENDULUM, backend="python")
+
+
+@pytest.fixture
+def edited(tmp_path: Path) -> Callable[[str, str, str], Path]:
+    """Return a function that copies the pendulum's folder and replaces text in one of its files."""
+
+    def edit(file: str, old: str, new: str) -> Path:
+        copy = tmp_path / "pendulum"
+        if not copy.exists():
+            shutil.copytree(PENDULUM, copy)
+        text = (copy / file).read_text()
+        assert old in text
+        (copy / file).write_text(text.replace(old, new))
+        return copy
+
+    return edit
