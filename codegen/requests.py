@@ -171,4 +171,4 @@ def _margins(conditions: Iterable[Condition]) -> tuple[Expr, ...]:
 
 def _pairs(symbols: Iterable[sp.Symbol], expressions: Iterable[Expr]) -> dict[sp.Symbol, Expr]:
     """Pair symbols with what they stand for; a symbol that is the same in both charts stands for itself."""
-    return {s: e for s, e in zip(symbols, expressions, strict=True) if s is not e}
+    return {s: e for s, e in zip(symbols, expressions, strict=True) if s != e}

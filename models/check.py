@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import sympy as sp
@@ -49,8 +49,8 @@ def formulas(group: Group) -> dict[str, Expr]:
 def no_branching() -> Iterator[None]:
     """Make a Python `if` on a symbol an error while a model is derived.
 
-    SymPy already refuses `if x > 0`. It lets `if x:` and `if x == 0:` pass and takes one branch silently; inside this
-    context both raise `ModelError` when they stand in a model's own text.
+    SymPy already refuses `if x > 0`. It lets `if x:` and `if x == 0:` pass and takes one branch silently, the second
+    because the two differ in form; inside this context both raise `ModelError` when they stand in a model's own text.
     """
     plain_eq, plain_ne = sp.Expr.__eq__, sp.Expr.__ne__
 
@@ -58,17 +58,18 @@ def no_branching() -> Iterator[None]:
         _refuse_outside_sympy(expr, "the truth of")
         return True
 
-    def compare(plain: Callable[[Expr, object], bool], sign: str) -> Callable[[Expr, object], bool]:
-        def compared(expr: Expr, other: object) -> bool:
-            if isinstance(other, int | float | sp.Expr) and (_symbolic(expr) or _symbolic(other)):
-                _refuse_outside_sympy(expr, f"'{sign}' on")
-            return plain(expr, other)
+    def equal(expr: Expr, other: object) -> Any:
+        same = plain_eq(expr, other)
+        if same is False and isinstance(other, int | float | sp.Expr) and (_symbolic(expr) or _symbolic(other)):
+            _refuse_outside_sympy(expr, "equality with")
+        return same
 
-        return compared
+    def unequal(expr: Expr, other: object) -> Any:
+        same = equal(expr, other)
+        return same if same is NotImplemented else not same
 
     sp.Expr.__bool__ = truth
-    sp.Expr.__eq__ = compare(plain_eq, "==")
-    sp.Expr.__ne__ = compare(plain_ne, "!=")
+    sp.Expr.__eq__, sp.Expr.__ne__ = equal, unequal
     try:
         yield
     finally:
@@ -82,12 +83,14 @@ def _symbolic(value: object) -> bool:
 
 def _refuse_outside_sympy(expr: Expr, what: str) -> None:
     frame = sys._getframe(2)
+    while frame.f_globals.get("__name__") == __name__ and frame.f_back:
+        frame = frame.f_back
     if frame.f_globals.get("__name__", "").partition(".")[0] in ("sympy", "mpmath"):
         return
     if expr.free_symbols:
         raise ModelError(
             f"{frame.f_code.co_filename}:{frame.f_lineno}: a Python branch asks for {what} the symbolic expression "
-            f"{expr}; use sympy.Piecewise so that both branches are kept (or compare with 'is')"
+            f"{expr}; use sympy.Piecewise so that both branches are kept"
         )
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -37,7 +38,7 @@ class Quantity:
     latex: str = ""
     positive: bool = False
 
-    @property
+    @functools.cached_property
     def symbol(self) -> sp.Symbol:
         """The SymPy symbol of this quantity."""
         return sp.Symbol(self.name, positive=True) if self.positive else sp.Symbol(self.name, real=True)

@@ -78,7 +78,7 @@ def draw_triangle(ax: Axes, points: NDArray[np.complex128], mass: float, width: 
 def arrow(ax: Axes, tail: Complex, head: Complex, color: str, **style: Any) -> None:
     """Draw an arrow between two points of the plane."""
     look = {"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11, **style}
-    ax.annotate("", (head.real, head.imag), (tail.real, tail.imag), arrowprops=look, zorder=5)
+    ax.annotate("", (head.real, head.imag), (tail.real, tail.imag), arrowprops=look, annotation_clip=False, zorder=5)
 
 
 def angle_mark(ax: Axes, centre: Complex, radius: float, start: float, end: float, text: str, color: str) -> None:
@@ -105,45 +105,43 @@ def shape_disc(ax: Axes, radius: float = R) -> None:
 
 def schematic(runs: Runs) -> Figure:
     """Draw figure 1: masses, rods and the attitude."""
-    theta, lengths = np.radians(35.0), (0.36, 0.52, 0.50)
-    figure = new_figure(6.2, 4.4)
+    theta, lengths = np.radians(28.0), (0.40, 0.34, 0.56)
+    figure = new_figure(6.2, 4.0)
     ax = figure.subplots()
     points = vertices(lengths, theta)
-    base = vertices(np.full(3, np.sqrt(np.square(lengths).sum() / 3)), theta)
+    base = vertices(np.full(3, np.sqrt(np.square(lengths).mean())), theta)
     ax.add_patch(Polygon(np.c_[base.real, base.imag], fill=False, edgecolor=GREY, ls=(0, (4, 3)), lw=1.1))
-    draw_triangle(ax, points, 0.026, 4.0)
+    draw_triangle(ax, points, 0.024, 4.0)
     for k in range(3):
         ax.text(points[k].real, points[k].imag, str(k + 1), color="white", ha="center", va="center", zorder=6)
         middle = (points[(k + 1) % 3] + points[(k + 2) % 3]) / 2
-        at = middle * (1 + 0.052 / abs(middle))
+        at = middle * (1 + 0.075 / abs(middle))
         ax.text(at.real, at.imag, rf"$l_{k + 1}$", color=RODS[k], ha="center", va="center", fontsize=14)
-    _axes_cross(ax, theta)
-    corner = base[np.argmin(base.imag)]
+    _attitude_axes(ax, theta)
+    at = base[1]
     ax.annotate(
-        "base triangle,\nturned by θ",
-        (corner.real, corner.imag),
-        (corner.real + 0.14, corner.imag - 0.005),
+        "base triangle\nturned by θ",
+        (at.real, at.imag),
+        (at.real + 0.10, at.imag - 0.10),
         arrowprops={"arrowstyle": "-", "color": GREY, "lw": 0.8},
         color=GREY,
+        ha="left",
         va="center",
     )
     ax.set_aspect("equal")
-    ax.margins(0.06)
+    ax.set(xlim=(-0.40, 0.56), ylim=(-0.27, 0.34))
     ax.axis("off")
     return figure
 
 
-def _axes_cross(ax: Axes, theta: float) -> None:
-    """Draw the fixed axes and the turned one at the centre of mass."""
-    reach = 0.40
-    for direction, name in ((1, "X"), (1j, "Y")):
-        arrow(ax, 0j, reach * direction, GREY, lw=1.0)
-        at = (reach + 0.022) * direction
-        ax.text(at.real, at.imag, name, color=GREY, ha="center", va="center")
-    turned = np.exp(1j * theta)
-    arrow(ax, 0j, reach * turned, BLACK, lw=1.2)
-    angle_mark(ax, 0j, 0.16, 0.0, theta, "θ", BLACK)
-    ax.plot(0, 0, "+", color=BLACK, ms=9, zorder=6)
+def _attitude_axes(ax: Axes, theta: float) -> None:
+    """Draw the fixed axes at the centre of mass, and the first one turned by theta."""
+    for head, name, color in ((0.44, "x", GREY), (0.30j, "y", GREY), (0.44 * np.exp(1j * theta), "x'", BLACK)):
+        arrow(ax, 0j, head, color, lw=1.1)
+        at = head * (1 + 0.022 / abs(head))
+        ax.text(at.real, at.imag, name, color=color, ha="center", va="center", style="italic")
+    angle_mark(ax, 0j, 0.10, 0.0, theta, "θ", BLACK)
+    ax.plot(0, 0, "o", color=BLACK, ms=4, zorder=6)
 
 
 def shape_grid(runs: Runs) -> Figure:
@@ -154,9 +152,9 @@ def shape_grid(runs: Runs) -> Figure:
     for row, distance in enumerate(distances):
         for column, turn in enumerate(turns):
             lengths = runs.model.functions["lengths"](distance, np.radians(turn), 1.0)
-            draw_triangle(ax, 0.52 * vertices(lengths) + complex(column, row), 0.033, 2.2)
+            draw_triangle(ax, 0.62 * vertices(lengths) + complex(column, row), 0.033, 2.2)
     ax.set_aspect("equal")
-    ax.set_xticks(range(len(turns)), [f"{turn}°" for turn in turns])
+    ax.set_xticks(range(len(turns)), [f"{turn}°".replace("-", "−") for turn in turns])
     ax.set_yticks(range(len(distances)), [f"{distance:g}" for distance in distances])
     ax.set(xlim=(-0.6, len(turns) - 0.4), ylim=(-0.5, len(distances) - 0.5))
     ax.set(xlabel=r"direction $\varphi$ in the shape disc [°]", ylabel=r"distance $\rho$ from the base shape [1]")
@@ -166,31 +164,50 @@ def shape_grid(runs: Runs) -> Figure:
 
 def polar_plane(runs: Runs) -> Figure:
     """Draw figure 3: the triangles at sample points of the disc."""
-    figure = new_figure(6.4, 6.4)
+    figure = new_figure(6.4, 6.6)
     ax = figure.subplots()
     shape_disc(ax)
-    for distance, count in ((0.0, 1), (0.2, 6), (0.4, 12), (0.6, 12)):
+    _polar_grid(ax, (0.2, 0.4, 0.57))
+    for distance, count in ((0.0, 1), (0.2, 6), (0.4, 12), (0.57, 12)):
         for turn in np.linspace(0, 2 * np.pi, count, endpoint=False):
             lengths = runs.model.functions["lengths"](distance, turn, 1.0)
             centre = distance * np.exp(1j * turn)
             draw_triangle(ax, 0.115 * vertices(lengths) + centre, 0.0085, 1.8)
-    ax.text(0, -COLLINEAR - 0.012, r"$\rho=\sqrt{2}/2$: collinear", color=GREY, ha="center", va="top", fontsize=8)
-    _boundary_text(ax)
     _rod_legend(figure)
     return figure
 
 
-def _boundary_text(ax: Axes) -> None:
-    at = R * np.exp(1j * np.radians(135))
-    ax.annotate(
-        r"$\rho=R$",
-        (at.real, at.imag),
-        (-0.66, 0.66),
-        color=BLACK,
-        ha="center",
-        va="center",
-        arrowprops={"arrowstyle": "-", "color": BLACK, "lw": 0.8},
-    )
+def _polar_grid(ax: Axes, distances: tuple[float, ...]) -> None:
+    """Draw circles and spokes in place of the square grid, and name the boundaries and directions."""
+    ax.grid(False)
+    for distance in distances:
+        ax.add_patch(Circle((0, 0), distance, fill=False, edgecolor=LIGHT, lw=0.7, zorder=0.8))
+    for turn in range(0, 360, 30):
+        way = np.exp(1j * np.radians(turn))
+        ax.plot([0, R * way.real], [0, R * way.imag], color=LIGHT, lw=0.7, zorder=0.8)
+        if turn % 90:
+            at = 0.755 * way
+            ax.text(at.real, at.imag, f"{turn}°", color=GREY, ha="center", va="center", fontsize=8)
+    boundary_names(ax)
+
+
+def boundary_names(ax: Axes) -> None:
+    """Name the circle rho = R and the collinear boundary along themselves, at the lower left."""
+    for radius, text, color in ((R, r"$\rho=R$", BLACK), (COLLINEAR, "collinear", GREY)):
+        at = radius * np.exp(1j * np.radians(225))
+        look = {"arrowstyle": "-", "color": color, "lw": 0.8}
+        shift = -0.02 - 0.10j if radius == R else -0.10 - 0.01j
+        place = COLLINEAR * np.exp(1j * np.radians(225)) + shift
+        ax.annotate(
+            text,
+            (at.real, at.imag),
+            (place.real, place.imag),
+            color=color,
+            ha="center",
+            va="center",
+            fontsize=8,
+            arrowprops=look,
+        )
 
 
 def _rod_legend(figure: Figure) -> None:
@@ -203,29 +220,30 @@ def _rod_legend(figure: Figure) -> None:
 def shifted_origin(runs: Runs) -> Figure:
     """Draw figure 4: the shape seen from the target of scenario paper-b."""
     target = target_shape(runs.model, runs("path", "paper-b"))
-    target_phi, point = float(np.angle(target)), 0.42 * np.exp(1j * np.radians(68))
+    target_phi, point = float(np.angle(target)), 0.50 * np.exp(1j * np.radians(66))
     way = target - point
     figure = new_figure(5.8, 5.8)
     ax = figure.subplots()
     shape_disc(ax)
-    ax.plot([0, 0.6], [0, 0], color=LIGHT, lw=1.2)
-    far = point + 0.22 * np.exp(1j * target_phi)
-    ax.plot([point.real, far.real], [point.imag, far.imag], color=TARGET, ls=":", lw=1.4)
+    boundary_names(ax)
+    ax.plot([0, R], [0, 0], color=GREY, lw=0.9)
+    far = point + 0.28 * np.exp(1j * target_phi)
+    ax.plot([point.real, far.real], [point.imag, far.imag], color=TARGET, ls=":", lw=1.6)
     arrow(ax, 0j, point, START)
     arrow(ax, 0j, target, TARGET)
     arrow(ax, point, target, BLACK, lw=2.0)
-    angle_mark(ax, 0j, 0.11, 0.0, float(np.angle(point)), r"$\varphi$", START)
-    angle_mark(ax, 0j, 0.20, 0.0, target_phi, r"$\varphi_f$", TARGET)
-    angle_mark(ax, point, 0.12, target_phi, float(np.angle(way)), r"$\tilde\varphi$", BLACK)
+    angle_mark(ax, 0j, 0.09, 0.0, float(np.angle(point)), r"$\varphi$", START)
+    angle_mark(ax, 0j, 0.13, 0.0, target_phi, r"$\varphi_f$", TARGET)
+    angle_mark(ax, point, 0.17, target_phi, float(np.angle(way)), r"$\tilde\varphi$", BLACK)
     for at, shift, name, color in (
-        (point / 2, -0.05 + 0.015j, r"$\rho$", START),
-        (target / 2, -0.03 - 0.045j, r"$\rho_f=a$", TARGET),
-        (point + way / 2, 0.05 + 0.02j, r"$\tilde\rho$", BLACK),
+        (point / 2, -0.045 - 0.02j, r"$\rho$", START),
+        (target / 2, -0.04 - 0.05j, r"$\rho_f=a$", TARGET),
+        (point + way / 2, 0.045 + 0.02j, r"$\tilde\rho$", BLACK),
     ):
         place = at + shift
         ax.text(place.real, place.imag, name, color=color, ha="center", va="center", fontsize=12)
     _point(ax, point, START, "current shape", 0.05j)
-    _point(ax, target, TARGET, "target: the new origin", -0.05j + 0.05)
+    _point(ax, target, TARGET, "target: the new origin", 0.02 - 0.05j)
     return figure
 
 

@@ -72,12 +72,13 @@ def test_branches_on_symbols_are_refused():
     with no_branching():
         with pytest.raises(ModelError, match="Python branch asks for the truth of"):
             bool(x + 1)
-        with pytest.raises(ModelError, match="'==' on"):
+        with pytest.raises(ModelError, match="equality with"):
             _ = x == 0
-        with pytest.raises(ModelError, match="'!=' on"):
+        with pytest.raises(ModelError, match="equality with"):
             _ = x**2 != x
         with pytest.raises(TypeError):
             bool(x > 0)
+        assert x == sp.Symbol("x", real=True)
         assert sp.integrate(sp.sin(x) ** 2, (x, 0, sp.pi)) is not None
     assert bool(x + 1)
     assert (x == 0) is False
