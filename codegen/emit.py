@@ -125,7 +125,7 @@ PYTHON = Language(
 
 
 def statements(
-    tape: Tape, arguments: Sequence[tuple[str, int]], language: Language
+    tape: Tape, arguments: Sequence[tuple[str, int | None]], language: Language
 ) -> tuple[list[str], list[list[str]]]:
     """Print a tape.
 
@@ -134,7 +134,7 @@ def statements(
     tape : Tape
         What to print.
     arguments : sequence of (name, size)
-        Names of the arguments; size 0 for a scalar.
+        Names of the arguments; size None for a scalar.
     language : Language
         `C` or `PYTHON`.
 
@@ -149,7 +149,7 @@ def statements(
 
 
 class _Printer:
-    def __init__(self, tape: Tape, arguments: Sequence[tuple[str, int]], language: Language) -> None:
+    def __init__(self, tape: Tape, arguments: Sequence[tuple[str, int | None]], language: Language) -> None:
         self._tape, self._arguments, self._language = tape, arguments, language
         self._text: dict[int, str] = {}
         self._precedence: dict[int, int] = {}
@@ -186,7 +186,7 @@ class _Printer:
 
     def _input(self, argument: int, element: int) -> str:
         name, size = self._arguments[argument]
-        return (self._language.element if size else self._language.scalar).format(name=name, index=element)
+        return (self._language.scalar if size is None else self._language.element).format(name=name, index=element)
 
     def _fused(self, k: int, instruction: Instruction) -> None:
         other = self._partner[k]

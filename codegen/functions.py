@@ -13,7 +13,7 @@ from codegen.lower import to_casadi
 from codegen.requests import Request, bindings, requests
 from models.system import Expr, Group, System
 
-Signature = tuple[tuple[str, int], ...]
+Signature = tuple[tuple[str, int | None], ...]
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class GeneratedFunction:
     name, description : str
         Its name in C and Python, and one line for people.
     arguments, results : tuple of (name, size)
-        Vectors; scalars have size 0.
+        Vectors; the size of a scalar is None.
     graph : casadi.Function
         The SX function that the text is printed from.
     jacobian : bool
@@ -87,8 +87,8 @@ def _build(
     definitions = named | {symbol: expr for symbol, expr in bound.items() if symbol not in symbols}
     outputs = [ca.vertcat(*to_casadi(exprs, symbols, definitions)) if exprs else ca.SX(0, 1) for _, exprs in results]
     shared = ca.cse(outputs)
-    signature = tuple((g.name, 0 if _is_scalar(g) else len(g)) for g in request.arguments)
-    sizes = tuple((name, 0 if request.scalars else len(exprs)) for name, exprs in results)
+    signature = tuple((g.name, None if _is_scalar(g) else len(g)) for g in request.arguments)
+    sizes = tuple((name, None if request.scalars else len(exprs)) for name, exprs in results)
     argument_names = [f"arg_{group.name}" for group in request.arguments]
     graph = ca.Function(request.name, vectors, shared, argument_names, [f"res_{name}" for name, _ in results])
     return GeneratedFunction(request.name, request.description, signature, sizes, graph)

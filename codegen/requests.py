@@ -60,12 +60,11 @@ def _plant(system: System) -> list[Request]:
     for variant in system.variants:
         description = f"state derivative, {', '.join(variant.values)}"
         found.append(Request(f"rhs_{suffix(system, variant.values)}", description, (x, u, p), (("dx", variant.rhs),)))
+    q = _integrated(system)
     if system.coordinates:
-        q = system.coordinates.states
         found.append(Request("to_coordinates", "regular coordinates of a state", (x,), (("q", q.symbols),)))
         found.append(Request("from_coordinates", "state at regular coordinates", (q,), (("x", x.symbols),)))
     if system.projection:
-        q = system.coordinates.states if system.coordinates else x
         found.append(
             Request("project", "coordinates put back on their manifold", (q,), (("q_next", system.projection),))
         )
@@ -120,7 +119,7 @@ def _sampled(system: System, law: Controller) -> list[Request]:
 
 def _continuous(system: System, law: Controller) -> list[Request]:
     x, r, p, c = system.states, system.references, system.parameters, law.parameters
-    q, rhs = (system.coordinates.states, system.coordinates.rhs) if system.coordinates else (x, system.rhs)
+    q, rhs = _integrated(system), system.coordinates.rhs if system.coordinates else system.rhs
     name = identifier(law.name)
     command = ("u_cmd", _commanded(system))
     seen = (("x", x.symbols), ("u", system.inputs.symbols), *((command,) if system.actuator else ()))
@@ -159,6 +158,11 @@ def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
         bound |= _pairs(_commanded(system), law.command)
         bound |= _pairs(system.inputs.symbols, system.actuator.applied) if system.actuator else {}
     return bound
+
+
+def _integrated(system: System) -> Group:
+    """Return the coordinates in which continuous loops are integrated: the regular chart, or the state itself."""
+    return Group("q", (system.coordinates.states if system.coordinates else system.states).quantities)
 
 
 def _commanded(system: System) -> tuple[sp.Symbol, ...]:

@@ -35,8 +35,8 @@ class PrintedFunction:
 
     name: str
     description: str
-    arguments: tuple[tuple[str, int], ...]
-    results: tuple[tuple[str, int], ...]
+    arguments: tuple[tuple[str, int | None], ...]
+    results: tuple[tuple[str, int | None], ...]
     jacobian: bool
     tape: Tape
 
@@ -98,13 +98,13 @@ class PrintedFunction:
         values = statements(self.tape, self.arguments, PYTHON)[1]
         return ", ".join(self._python_result(result, v) for result, v in zip(self.results, values, strict=True))
 
-    def _python_result(self, result: tuple[str, int], values: list[str]) -> str:
-        if not result[1]:
+    def _python_result(self, result: tuple[str, int | None], values: list[str]) -> str:
+        if result[1] is None:
             return f"np.asarray({values[0]})[()]"
         vector = f"_vector({', '.join(values)})"
         if not self.jacobian:
             return vector
-        rows = next(size for name, size in self.arguments if name == "x")
+        rows = dict(self.arguments)["x"] or 1
         return f"(lambda J: J.reshape(*J.shape[:-1], {rows}, {result[1] // rows}))({vector})"
 
 

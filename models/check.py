@@ -60,7 +60,7 @@ def no_branching() -> Iterator[None]:
 
     def equal(expr: Expr, other: object) -> Any:
         same = plain_eq(expr, other)
-        if same is False and isinstance(other, int | float | sp.Expr) and (_symbolic(expr) or _symbolic(other)):
+        if same is not True and isinstance(other, int | float | sp.Expr) and (_symbolic(expr) or _symbolic(other)):
             _refuse_outside_sympy(expr, "equality with")
         return same
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
@@ -30,3 +30,120 @@ def rotate(vector: tuple[sp.Expr, sp.Expr], cosine: sp.Expr, sine: sp.Expr) -> t
     """Rotate a vector of the plane by the angle with this cosine and sine."""
     x, y = vector
     return x * cosine - y * sine, x * sine + y * cosine
+
+
+def cross_matrix(vector: sp.Matrix) -> sp.Matrix:
+    """Return [v x], so that [v x] a = v x a."""
+    x, y, z = vector
+    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def frame_turn(axis: int, angle: sp.Expr) -> sp.Matrix:
+    """Return the matrix that takes components to a frame turned about axis 0, 1 or 2 by `angle`, rad."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    turn = sp.eye(3)
+    turn[i, i] = turn[j, j] = sp.cos(angle)
+    turn[i, j], turn[j, i] = sp.sin(angle), -sp.sin(angle)
+    return turn
+
+
+def angular_velocity(rotation: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Matrix:
+    """Return the rate of the turned frame in its own axes: Omega of C' = -[Omega x] C, for C = `rotation`."""
+    spin = -matrix_rate(rotation, rates) * rotation.T
+    return sp.Matrix([sp.trigsimp(sp.expand(spin[row, column])) for row, column in ((2, 1), (0, 2), (1, 0))])
+
+
+def angle_rates(rotation: sp.Matrix, angles: Sequence[sp.Symbol], omega: Sequence[sp.Expr]) -> sp.Matrix:
+    """Solve the rate of a frame for the rates of the three angles that place it.
+
+    Parameters
+    ----------
+    rotation : sympy.Matrix
+        Matrix that takes components to the turned frame, a function of the angles.
+    angles : sequence of Symbol
+        Three angles, rad.
+    omega : sequence of Expr
+        Rate of the turned frame in its own axes, rad/s.
+    """
+    unknown = sp.symbols("rate_0:3", real=True)
+    spin = angular_velocity(rotation, dict(zip(angles, unknown, strict=True)))
+    matrix = spin.jacobian(unknown)
+    determinant = sp.trigsimp(sp.expand(matrix.det()))
+    adjugate = matrix.adjugate().applyfunc(lambda entry: sp.trigsimp(sp.expand(entry)))
+    return (adjugate / determinant).applyfunc(sp.cancel) * sp.Matrix(omega)
+
+
+def quaternion_product(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Matrix:
+    """Multiply two quaternions, scalar first."""
+    u, v = sp.Matrix(a[1:]), sp.Matrix(b[1:])
+    return sp.Matrix([a[0] * b[0] - u.dot(v), *(a[0] * v + b[0] * u + u.cross(v))])
+
+
+def quaternion_rotation(q: Sequence[sp.Expr]) -> sp.Matrix:
+    """Return the matrix v -> q* v q of a unit quaternion, scalar first: components in the frame that q places."""
+    conjugate = (q[0], -q[1], -q[2], -q[3])
+    columns = []
+    for axis in range(3):
+        unit = (0, *(1 if axis is k else 0 for k in range(3)))
+        turned = quaternion_product(quaternion_product(conjugate, unit), q)
+        columns.append(turned[1:, 0].applyfunc(sp.expand))
+    return sp.Matrix.hstack(*columns)
+
+
+def quaternion_rates(q: Sequence[sp.Expr], omega: Sequence[sp.Expr]) -> sp.Matrix:
+    """Return q' = q (0, Omega)/2 for the rate Omega of the frame that q places, in its own axes."""
+    return quaternion_product(q, (sp.S.Zero, *omega)) / 2
+
+
+def quaternion_of_turns(turns: Sequence[tuple[int, sp.Expr]]) -> sp.Matrix:
+    """Return the quaternion of turns made one after the other, each given by its axis 0, 1 or 2 and its angle, rad."""
+    total = sp.Matrix([1, 0, 0, 0])
+    for axis, angle in turns:
+        single = [sp.cos(angle / 2), 0, 0, 0]
+        single[axis + 1] = sp.sin(angle / 2)
+        total = quaternion_product(total, single)
+    return total
+
+
+def kirchhoff(
+    energy: sp.Expr,
+    velocity: sp.Matrix,
+    rate: sp.Matrix,
+    rates: Mapping[sp.Symbol, sp.Expr],
+) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return the left sides of Kirchhoff's equations for a kinetic energy in quasi-velocities.
+
+    Parameters
+    ----------
+    energy : Expr
+        Kinetic energy T(V, Omega, q, q'), J.
+    velocity, rate : sympy.Matrix
+        Velocity V of the reference point, m/s, and rate Omega of the axes, rad/s, both in those axes.
+    rates : mapping of Symbol to Expr
+        Time derivatives of V, Omega, q and q'.
+
+    Returns
+    -------
+    force, moment : sympy.Matrix
+        d/dt(dT/dV) + Omega x dT/dV, N, and d/dt(dT/dOmega) + Omega x dT/dOmega + V x dT/dV, N m.
+    """
+    linear = sp.Matrix([energy.diff(v) for v in velocity])
+    angular = sp.Matrix([energy.diff(w) for w in rate])
+    force = matrix_rate(linear, rates) + rate.cross(linear)
+    moment = matrix_rate(angular, rates) + rate.cross(angular) + velocity.cross(linear)
+    return force, moment
+
+
+def lagrange(
+    energy: sp.Expr,
+    dissipation: sp.Expr,
+    coordinates: Sequence[sp.Symbol],
+    speeds: Sequence[sp.Symbol],
+    rates: Mapping[sp.Symbol, sp.Expr],
+) -> sp.Matrix:
+    """Return d/dt(dT/dq') - dT/dq + dR/dq' for a kinetic energy T and a Rayleigh function R."""
+    rows = [
+        time_derivative(energy.diff(speed), rates) - energy.diff(coordinate) + dissipation.diff(speed)
+        for coordinate, speed in zip(coordinates, speeds, strict=True)
+    ]
+    return sp.Matrix(rows)

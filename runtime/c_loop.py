@@ -23,9 +23,13 @@ _ARGUMENTS = {
     "limits": "x u p",
     "reference": "t p s",
     "law": "x r p c",
-    "law_memory": "x r z p c",
+    "law_memory": "x r v z p c",
     "loop": "q r p c",
     "observe": "q r p c",
+    "observe_command": "q r p c",
+    "actuate": "x u_cmd p",
+    "measure": "x e p",
+    "project": "q",
 }
 
 
@@ -45,12 +49,13 @@ class _Loop(ctypes.Structure):
 
     _fields_ = (
         ("stepper", _Stepper),
-        *((name, ctypes.c_int32) for name in ("nx", "nu", "nz", "ny", "nm")),
+        *((name, ctypes.c_int32) for name in ("nq", "nx", "nu", "nz", "ny", "nm", "ne")),
         *((name, ctypes.c_int32) for name in ("reference_constant", "sampled", "delay", "violated")),
         *((name, ctypes.c_int64) for name in ("hold_every", "record_every", "ticks", "tick", "records")),
         *((name, ctypes.c_void_p) for name in _ARGUMENTS),
-        *((name, ctypes.c_void_p) for name in ("p", "c", "s", "t")),
-        *((name, ctypes.c_void_p) for name in ("q", "x", "u", "u_cmd", "r", "z", "z_next", "margin", "queue")),
+        *((name, ctypes.c_void_p) for name in ("p", "c", "s", "t", "noise")),
+        *((name, ctypes.c_void_p) for name in ("q", "q_next", "x", "seen", "u", "u_cmd", "delayed", "r")),
+        *((name, ctypes.c_void_p) for name in ("z", "z_next", "margin", "queue")),
         *((name, ctypes.c_void_p) for name in ("rec_t", "rec_x", "rec_u", "rec_u_cmd", "rec_y", "rec_z")),
     )
 
@@ -110,10 +115,11 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[_Loop, dict[str, Floa
     ny, nz = len(manifest.outputs), len(problem.controller.memory)
     nr, nm = len(manifest.references), len(manifest.limits)
     rows = (len(problem.t) - 1 + problem.record_every - 1) // problem.record_every + 1
-    given = {"p": problem.p, "c": problem.c, "s": problem.s, "t": problem.t}
-    state = {"q": x0, "z": [m.initial for m in problem.controller.memory]}
+    given = {"p": problem.p, "c": problem.c, "s": problem.s, "t": problem.t, "noise": problem.noise}
+    state = {"q": x0, "z": problem.z0}
     shapes: dict[str, tuple[int, ...]] = {
         **{"x": (nx,), "u": (nu,), "u_cmd": (nu,), "r": (nr,), "z_next": (nz,), "margin": (nm,)},
+        **{"q_next": (nq,), "seen": (nx,), "delayed": (nu,)},
         **{"queue": (problem.delay, nu), "work": (_STAGES + 3, nq)},
         **{"rec_t": (rows,), "rec_x": (rows, nx), "rec_u": (rows, nu), "rec_u_cmd": (rows, nu)},
         **{"rec_y": (rows, ny), "rec_z": (rows, nz)},
@@ -134,7 +140,7 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[_Loop, dict[str, Floa
     )
     loop = _Loop(
         stepper=stepper,
-        **{"nx": nx, "nu": nu, "nz": nz, "ny": ny, "nm": nm},
+        **{"nq": nq, "nx": nx, "nu": nu, "nz": nz, "ny": ny, "nm": nm, "ne": problem.noise.shape[-1]},
         reference_constant=manifest.reference_constant,
         sampled=sampled,
         delay=problem.delay,
@@ -151,13 +157,17 @@ def _addresses(problem: Problem, backend: CBackend) -> dict[str, int]:
     """Return the C functions that the loop calls, after a look at their signatures."""
     functions, law = problem.model.manifest.functions, identifier(problem.controller.name)
     by_identifier = {identifier(name): function for name, function in functions.items()}
-    names = {name: name for name in ("rhs", "outputs", "reference")}
+    names = {"rhs": f"rhs{problem.suffix}", "outputs": "outputs", "reference": "reference"}
     if problem.model.manifest.limits:
         names["limits"] = "limits"
     if problem.hold_every is None:
-        names |= {"loop": f"{law}_loop", "observe": f"{law}_observe"}
+        seen = "observe_command" if "actuate" in by_identifier else "observe"
+        names |= {"loop": f"{law}_loop{problem.suffix}", seen: f"{law}_observe"}
     else:
         names["law_memory" if problem.controller.memory else "law"] = law
+        names |= {name: name for name in ("actuate", "measure") if name in by_identifier}
+    if "project" in by_identifier and (problem.hold_every is None or "to_coordinates" not in by_identifier):
+        names["project"] = "project"
     found = {role: _checked(by_identifier, name, _ARGUMENTS[role].split()) for role, name in names.items()}
     return {role: backend.address(function.name) for role, function in found.items()}
 

@@ -18,9 +18,6 @@ from .errors import InputError, unknown_name
 SCHEMA = 1
 FILE = "manifest.json"
 
-# Size 0 means a scalar, except for these names: theirs is an empty vector.
-VECTORS = frozenset(["x", "u", "p", "c", "s", "r", "q", "z", "dx", "dq", "y", "z_next", "margin", "derived", "J"])
-
 
 @dataclass(frozen=True)
 class Quantity:
@@ -63,20 +60,22 @@ class Parameter(Quantity):
 
 
 @dataclass(frozen=True)
-class Memory(Quantity):
-    """A number that a sampled law keeps from one sample to the next."""
+class Choice:
+    """An option of a run with named values; the first is the default."""
 
-    initial: float
+    name: str
+    values: tuple[str, ...]
+    description: str
 
 
 @dataclass(frozen=True)
 class Controller:
-    """A control law: its parameters, its memory, and its period in seconds when it is sampled by nature."""
+    """A control law: its parameters, its memory, and the plant parameter that is its period when it is sampled."""
 
     name: str
     title: str
-    memory: tuple[Memory, ...]
-    period: float | None
+    memory: tuple[Quantity, ...]
+    period: str | None
     parameters: tuple[Parameter, ...]
     constraints: tuple[str, ...]
 
@@ -152,6 +151,8 @@ class Manifest:
     scenarios: Mapping[str, Scenario]
     metrics: Mapping[str, Metric]
     reference_constant: bool
+    choices: Mapping[str, Choice]
+    noise: tuple[Quantity, ...]
     functions: Mapping[str, Function]
     versions: Mapping[str, str]
     text: str
@@ -256,6 +257,11 @@ def _manifest(folder: Path, data: Mapping[str, Any], text: str) -> Manifest:
         scenarios={name: _scenario(name, entry) for name, entry in data["scenarios"].items()},
         metrics={name: _metric(name, entry) for name, entry in data["metrics"].items()},
         reference_constant=bool(data["reference_constant"]),
+        choices={
+            name: Choice(name, tuple(entry["values"]), entry["description"])
+            for name, entry in data.get("choices", {}).items()
+        },
+        noise=_quantities(data.get("noise") or []),
         functions={name: _function(name, entry) for name, entry in data["functions"].items()},
         versions=data.get("versions", {}),
         text=text,
@@ -285,15 +291,11 @@ def _parameters(entries: list[dict[str, Any]]) -> tuple[Parameter, ...]:
 
 
 def _controller(name: str, entry: Mapping[str, Any]) -> Controller:
-    memory = tuple(
-        Memory(e["name"], e["unit"], e.get("description", ""), float(e["initial"])) for e in entry.get("memory", [])
-    )
-    period = entry.get("period")
     return Controller(
         name=name,
         title=entry["title"],
-        memory=memory,
-        period=None if period is None else float(period),
+        memory=_quantities(entry.get("memory", [])),
+        period=entry.get("period"),
         parameters=_parameters(entry["parameters"]),
         constraints=tuple(entry.get("constraints", [])),
     )
@@ -341,6 +343,4 @@ def _function(name: str, entry: Mapping[str, Any]) -> Function:
 
 
 def _array(name: str, size: int | None) -> Array:
-    if name in VECTORS:
-        return Array(name, (int(size or 0),))
-    return Array(name, (size,) if size else ())
+    return Array(name, () if size is None else (int(size),))

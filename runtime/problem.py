@@ -41,8 +41,12 @@ class Problem:
     ----------
     p, c, s : array
         Parameters of plant, law and scenario.
-    x0 : array
-        Initial state.
+    x0, z0 : array
+        Initial state, and the memory of a sampled law before its first sample.
+    noise : array, (n, ne)
+        Independent standard normal numbers for each evaluation of a sampled law.
+    suffix : str
+        Of the functions that the chosen variant of the plant has of its own.
     t : array
         Ticks in seconds, the first at 0 and the last at the end; integration stops at each of them exactly.
     dt, hold : float
@@ -71,6 +75,9 @@ class Problem:
     c: FloatArray
     s: FloatArray
     x0: FloatArray
+    z0: FloatArray
+    noise: FloatArray
+    suffix: str
     t: FloatArray
     dt: float
     hold: float | None

@@ -60,11 +60,15 @@ class _Loop:
         raw, continuous = backend.raw, problem.hold_every is None
         regular = continuous and "to_coordinates" in manifest.functions
         self.problem = problem
-        self.rhs, self.outputs = raw("rhs"), raw("outputs")
+        self.rhs, self.outputs = raw(f"rhs{problem.suffix}"), raw("outputs")
         self.limits = raw("limits") if manifest.limits else None
         self.to_coordinates = raw("to_coordinates") if regular else _same
         self.law = raw(law)
-        self._loop = raw(f"{law}_loop") if continuous else None
+        self.actuate, self.measure, project = (
+            raw(name) if name in manifest.functions else None for name in ("actuate", "measure", "project")
+        )
+        self._project = project if continuous or "to_coordinates" not in manifest.functions else None
+        self._loop = raw(f"{law}_loop{problem.suffix}") if continuous else None
         self._observe = raw(f"{law}_observe") if continuous else None
         self.u = np.zeros(len(manifest.inputs))
         self.rows: list[tuple[FloatArray, ...]] = []
@@ -92,16 +96,20 @@ class _Loop:
         slope: FloatArray = self.rhs(x, self.u, self.problem.p)
         return slope
 
-    def observed(self, t: float, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return state and input of the continuous closed loop."""
+    def observed(self, t: float, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return state, input and commanded input of the continuous closed loop."""
         assert self._observe is not None
-        x, u = self._observe(q, self.reference(t), self.problem.p, self.problem.c)
-        return x, u
+        x, u, *command = self._observe(q, self.reference(t), self.problem.p, self.problem.c)
+        return x, u, command[0] if command else u
+
+    def projected(self, q: FloatArray) -> FloatArray:
+        """Return coordinates put back on their manifold."""
+        return q if self._project is None else np.asarray(self._project(q), dtype=np.float64)
 
     def record(self, tick: int, x: FloatArray, u: FloatArray, u_cmd: FloatArray, z: FloatArray | None = None) -> None:
         """Record a sample where one is due; end the run when it is not finite."""
         t = float(self.problem.t[tick])
-        healthy = bool(np.all(np.isfinite(x)) and np.all(np.isfinite(u_cmd)))
+        healthy = all(bool(np.all(np.isfinite(v))) for v in (x, u_cmd, u))
         if tick % self.problem.record_every == 0 or tick + 1 == len(self.problem.t) or not healthy:
             y = self.outputs(x, u, self.reference(t), self.problem.p)
             row = (t, x, u, u_cmd, y, self._no_memory if z is None else z)
@@ -116,7 +124,7 @@ class _Loop:
         """End the run when a limit is reached."""
         if self.limits is None:
             return
-        x, u = (q, self.u) if self._observe is None else self.observed(t, q)
+        x, u = (q, self.u) if self._observe is None else self.observed(t, q)[:2]
         violated = np.flatnonzero(~(self.limits(x, u, self.problem.p) > 0))
         if violated.size:
             raise _EndOfRun(Status.LIMIT, t, int(violated[0]), x)
@@ -130,14 +138,15 @@ def _run_dense(loop: _Loop) -> None:
     """Run a continuous closed loop in the integrator's own steps."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed)
     q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
-    loop.record(0, *_with_command(loop.observed(t[0], q)))
+    loop.record(0, *loop.observed(t[0], q))
     tick = 1
     for step in solver.steps(t[0], q, t[-1], None, _DENSE):
         dense = step.dense_output()
+        solver.project(step)
         while tick < len(t) and t[tick] <= step.t:
             at_tick = dense(t[tick]) if t[tick] < step.t else step.y
             loop.check(t[tick], at_tick)
-            loop.record(tick, *_with_command(loop.observed(t[tick], at_tick)))
+            loop.record(tick, *loop.observed(t[tick], at_tick))
             solver.trials = 0
             tick += 1
         loop.check(step.t, step.y)
@@ -148,7 +157,7 @@ def _run_stopping(loop: _Loop) -> None:
     t, solver = loop.problem.t, _Solver(loop, loop.closed)
     q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
     for tick in range(len(t)):
-        loop.record(tick, *_with_command(loop.observed(t[tick], q)))
+        loop.record(tick, *loop.observed(t[tick], q))
         if tick + 1 < len(t):
             q = solver.advance(t[tick], q, t[tick + 1])
 
@@ -157,27 +166,35 @@ def _run_sampled(loop: _Loop) -> None:
     """Run a sampled law with a held, perhaps delayed input."""
     problem, t = loop.problem, loop.problem.t
     assert problem.hold_every is not None
-    p, c = problem.p, problem.c
-    x, z = problem.x0, np.array([m.initial for m in problem.controller.memory], dtype=np.float64)
+    x, z = problem.x0, problem.z0
     solver = _Solver(loop, loop.held)
     u = u_cmd = loop.u
     queue = deque([u] * problem.delay)
     for tick in range(len(t)):
         z_found = z
         if tick % problem.hold_every == 0:
-            r = loop.reference(t[tick])
-            u_cmd, z = loop.law(x, r, z, p, c) if problem.controller.memory else (loop.law(x, r, p, c), z)
+            u_cmd, z = _command(loop, tick, x, u, z)
             queue.append(u_cmd)
             u = queue.popleft()
+            u = u if loop.actuate is None else loop.actuate(x, u, problem.p)
         loop.record(tick, x, u, u_cmd, z_found)
         if tick + 1 < len(t):
             loop.u = u
             x = solver.advance(t[tick], x, t[tick + 1])
 
 
-def _with_command(observed: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    x, u = observed
-    return x, u, u
+def _command(
+    loop: _Loop, tick: int, x: FloatArray, applied: FloatArray, z: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return what a sampled law commands at a tick, and its memory afterwards."""
+    problem = loop.problem
+    assert problem.hold_every is not None
+    r = loop.reference(problem.t[tick])
+    seen = x if loop.measure is None else loop.measure(x, problem.noise[tick // problem.hold_every], problem.p)
+    if not problem.controller.memory:
+        return loop.law(seen, r, problem.p, problem.c), z
+    u_cmd, z_next = loop.law(seen, r, applied, z, problem.p, problem.c)
+    return u_cmd, z_next
 
 
 class _Solver:
@@ -196,7 +213,7 @@ class _Solver:
         if self._loop.problem.method == "rk4":
             return self._advance_rk4(t, x, end)
         for step in self.steps(t, x, end, self._h):
-            self._h, x = step.h_abs, step.y
+            self._h, x = step.h_abs, self.project(step)
             self._loop.check(step.t, x)
         return x
 
@@ -222,6 +239,13 @@ class _Solver:
             statistics["steps"] += 1
             yield solver
 
+    def project(self, step: Any) -> FloatArray:
+        """Put a SciPy solver's point back on the manifold, its slope with it."""
+        moved = self._loop.projected(step.y)
+        if moved is not step.y:
+            step.y, step.f = moved, self._evaluate(step.t, moved)
+        return moved
+
     def _evaluate(self, t: float, x: FloatArray) -> FloatArray:
         self._loop.statistics["evaluations"] += 1
         slope = np.asarray(self._slope(t, x), dtype=np.float64)
@@ -242,7 +266,7 @@ class _Solver:
             y = x + h * (k1 / 6 + k2 / 3 + k3 / 3 + k4 / 6)
             if not np.all(np.isfinite(y)):
                 raise _EndOfRun(Status.NOT_FINITE, now)
-            x = y
+            x = self._loop.projected(y)
             self._loop.statistics["steps"] += 1
             self._loop.check(now + h, x)
         return x

@@ -33,6 +33,7 @@ class _Asked:
     dt_out: float | None
     hold: float | None
     delay: int
+    seed: int
     method: Method
     rtol: float
     atol: float
@@ -115,9 +116,10 @@ def simulate(
     dt_out: float | None = None,
     hold: float | None = None,
     delay: int = 0,
+    seed: int = 0,
     method: Method = "dop853",
-    rtol: float = 1e-9,
-    atol: float = 1e-9,
+    rtol: float = 1e-11,
+    atol: float = 1e-11,
     step: float | None = None,
     max_steps: int = 100_000,
     backend: BackendName | None = None,
@@ -145,7 +147,10 @@ def simulate(
         Sample the law every `hold` seconds and hold its input in between. One of `hold` and `dt_out` is an
         integer multiple of the other. Unless given: the law's own period, or else a continuous loop.
     delay : int
-        Samples of the law between computing an input and applying it; zero input before.
+        Samples of the law between computing an input and applying it; zero input before. A law with a parameter of
+        that name is designed for it.
+    seed : int
+        Of the measurement noise.
     method : {"dop853", "dopri5", "rk4"}
         Integration method, adaptive but for rk4.
     rtol, atol : float
@@ -160,8 +165,8 @@ def simulate(
         Called now and then with the time reached and the end time.
     origin : str
         How error messages call these arguments.
-    **options : float
-        Further parameters by name, as in `disturbance=0.001`.
+    **options : float or str
+        Further parameters by name, as in `disturbance=0.001`, and choices of the model, as in `plant="reduced"`.
 
     Returns
     -------
@@ -181,11 +186,16 @@ def simulate(
     loaded.evaluator.prepare()
     compile_seconds = time.perf_counter() - started
 
+    choices = {name: options.pop(name) for name in loaded.manifest.choices if name in options}
+    suffix = _suffix(loaded.manifest, law, choices, origin)
     values = _merged(parameters or {}, options, origin)
-    resolved = resolve(loaded.manifest, loaded.functions, law, case, values, origin, OPTIONS)
+    if any(q.name == "delay" for q in law.parameters):
+        values.setdefault("delay", delay)
+    known = (*OPTIONS, *loaded.manifest.choices)
+    resolved = resolve(loaded.manifest, loaded.functions, law, case, values, origin, known)
     x0 = _start(loaded, case, resolved, initial or {}, origin)
-    asked = _Asked(t_end, dt_out, hold, delay, method, rtol, atol, step, max_steps)
-    problem = _problem(loaded, law, case, resolved, x0, asked, progress, origin)
+    asked = _Asked(t_end, dt_out, hold, delay, seed, method, rtol, atol, step, max_steps)
+    problem = _problem(loaded, law, case, resolved, x0, asked, suffix, progress, origin)
     started = time.perf_counter()
     trajectory = _integrate(problem)
     run_seconds = time.perf_counter() - started
@@ -226,13 +236,15 @@ def _problem(
     resolved: Resolved,
     x0: FloatArray,
     asked: _Asked,
+    suffix: str,
     progress: Progress | None,
     origin: str,
 ) -> Problem:
     """Check how the run is to be integrated and sampled, and fill in what was not asked for."""
     end = _positive("t_end", scenario.duration if asked.t_end is None else asked.t_end, origin)
     dt = _positive("dt_out", scenario.step if asked.dt_out is None else asked.dt_out, origin)
-    hold = law.period if asked.hold is None else _positive("hold", asked.hold, origin)
+    own = None if law.period is None else resolved.values[law.period]
+    hold = own if asked.hold is None else _positive("hold", asked.hold, origin)
     delay = _count("delay", asked.delay, 0, origin)
     _check_law(model, law, hold, delay, origin)
     if asked.method not in METHODS:
@@ -245,6 +257,9 @@ def _problem(
         c=resolved.c,
         s=resolved.s,
         x0=x0,
+        z0=_memory(model, law, resolved, x0),
+        noise=_noise(model, len(ticks), hold_every, _count("seed", asked.seed, 0, origin)),
+        suffix=suffix,
         t=ticks,
         dt=dt,
         hold=hold,
@@ -265,6 +280,34 @@ def _merged(parameters: Mapping[str, object], options: Mapping[str, object], ori
     if twice:
         raise InputError(f"{twice[0]} is given twice (from {origin}): in `parameters` and as an option")
     return {**parameters, **options}
+
+
+def _suffix(manifest: Manifest, law: Controller, chosen: Mapping[str, object], origin: str) -> str:
+    """Return what the names of the chosen variant's functions end with."""
+    for name, value in chosen.items():
+        allowed = manifest.choices[name].values
+        if value not in allowed:
+            raise bad_value(name, value, " or ".join(map(repr, allowed)), origin)
+    values = [str(chosen[c.name]) for c in manifest.choices.values() if chosen.get(c.name, c.values[0]) != c.values[0]]
+    suffix = "".join(f"_{value}" for value in values)
+    if f"rhs{suffix}" not in manifest.functions:
+        raise InputError(f"{manifest.model} has no variant for {' with '.join(values)} (from {origin})")
+    return suffix
+
+
+def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:
+    """Return a sampled law's memory before its first sample."""
+    if not law.memory:
+        return np.empty(0)
+    r = model.functions["reference"](0.0, resolved.p, resolved.s)
+    return np.array(model.functions[f"{identifier(law.name)}_start"](x0, r, resolved.p, resolved.c))
+
+
+def _noise(model: Model, ticks: int, hold_every: int | None, seed: int) -> FloatArray:
+    """Return standard normal numbers for each evaluation of a sampled law; the same seed gives the same ones."""
+    evaluations = 0 if hold_every is None else (ticks - 1) // hold_every + 1
+    generator = np.random.Generator(np.random.Philox(seed))
+    return generator.standard_normal((evaluations, len(model.manifest.noise)))
 
 
 def _positive(name: str, value: object, origin: str) -> float:

@@ -10,7 +10,7 @@
 
 #include "mehvar_math.h"
 
-#define TRIANGLE_HASH "6ad6c2a09a53c31b3a7748e41191d5ffaf08150a6ace47f990ed23383550c11f"
+#define TRIANGLE_HASH "f30270aeeef556ae43dfb6d34f5edb17bfddf371b2db3c5114353f8b40cc1028"
 
 /* state x */
 enum {

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "6ad6c2a09a53c31b3a7748e41191d5ffaf08150a6ace47f990ed23383550c11f"
+HASH = "f30270aeeef556ae43dfb6d34f5edb17bfddf371b2db3c5114353f8b40cc1028"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )

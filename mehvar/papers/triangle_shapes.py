@@ -12,15 +12,13 @@ import numpy as np
 from matplotlib.patches import Arc, Circle, Polygon
 
 from mehvar.papers import Runs
+from mehvar.papers.triangle_chart import target_shape
 from mehvar.plots import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, VERMILLION, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike, NDArray
-
-    from runtime.model import Model
-    from runtime.simulate import Run
 
 RODS = (BLUE, VERMILLION, GREEN)
 R = 0.65
@@ -56,14 +54,9 @@ def _on_edge(lengths: ArrayLike) -> NDArray[np.complex128]:
     """Return the vertices with rod 3 along +x, the centre at zero."""
     l1, l2, l3 = np.asarray(lengths, dtype=float)
     along = (l3**2 + l2**2 - l1**2) / (2 * l3)
-    points = np.array([0, l3, along + 1j * np.sqrt(max(l2**2 - along**2, 0.0))])
-    return points - points.mean()
-
-
-def target_shape(model: Model, run: Run) -> complex:
-    """Return zeta_f = rho_f exp(i phi_f) of a run."""
-    reference = model.functions["reference"](0.0, run.parameters.p, run.parameters.s)
-    return complex(reference[0] * np.exp(1j * reference[1]))
+    points: NDArray[np.complex128] = np.array([0, l3, along + 1j * np.sqrt(max(l2**2 - along**2, 0.0))])
+    points -= points.mean()
+    return points
 
 
 def draw_triangle(ax: Axes, points: NDArray[np.complex128], mass: float, width: float) -> None:
@@ -85,9 +78,7 @@ def angle_mark(ax: Axes, centre: Complex, radius: float, start: float, end: floa
     """Draw an arc between two directions (rad) and name the angle beside its middle."""
     first, last = sorted((start, end))
     size, at = 2 * radius, (centre.real, centre.imag)
-    ax.add_patch(
-        Arc(at, size, size, theta1=np.degrees(first), theta2=np.degrees(last), color=color, lw=1.3, zorder=5)
-    )
+    ax.add_patch(Arc(at, size, size, theta1=np.degrees(first), theta2=np.degrees(last), color=color, lw=1.3, zorder=5))
     place = centre + 1.28 * radius * np.exp(0.5j * (start + end))
     ax.text(place.real, place.imag, text, color=color, ha="center", va="center", fontsize=11, zorder=6)
 
@@ -191,13 +182,15 @@ def _polar_grid(ax: Axes, distances: tuple[float, ...]) -> None:
     boundary_names(ax)
 
 
-def boundary_names(ax: Axes) -> None:
-    """Name the circle rho = R and the collinear boundary along themselves, at the lower left."""
-    for radius, text, color in ((R, r"$\rho=R$", BLACK), (COLLINEAR, "collinear", GREY)):
-        at = radius * np.exp(1j * np.radians(225))
+def boundary_names(ax: Axes, radius: float = R) -> None:
+    """Name the circle rho = R and the collinear boundary at the lower left, outside the disc."""
+    way = np.exp(1j * np.radians(225))
+    for at, shift, text, color in (
+        (radius * way, -0.02 - 0.10j, r"$\rho=R$", BLACK),
+        (COLLINEAR * way, -0.10 - 0.01j, "collinear", GREY),
+    ):
         look = {"arrowstyle": "-", "color": color, "lw": 0.8}
-        shift = -0.02 - 0.10j if radius == R else -0.10 - 0.01j
-        place = COLLINEAR * np.exp(1j * np.radians(225)) + shift
+        place = COLLINEAR * way + shift
         ax.annotate(
             text,
             (at.real, at.imag),

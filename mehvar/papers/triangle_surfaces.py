@@ -1,28 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures 5 to 8 of the triangle's paper: sliding surfaces and arcs.
 
-Points of the disc are complex numbers; zeta = rho exp(i phi), and w points from the shape to the target, turned by
--phi_f (25). What a law does is read off the model's own closed loop.
+Points of the disc are complex numbers, as in `triangle_chart`. What a law does is read off the model's own closed loop.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.patches import Circle
-from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from mehvar.papers import Runs
-from mehvar.papers.triangle_shapes import (
-    PATH,
-    START,
-    TARGET,
-    boundary_names,
-    shape_disc,
-    target_shape,
-)
-from mehvar.plots import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILLION, label, new_figure
+from mehvar.papers.triangle_chart import law_direction, target_shape
+from mehvar.papers.triangle_shapes import PATH, START, TARGET, boundary_names, shape_disc
+from mehvar.plots import BLACK, BLUE, GREEN, GREY, PURPLE, SKY, VERMILLION, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,32 +25,6 @@ if TYPE_CHECKING:
 _CIRCLE = np.exp(1j * np.linspace(0, 2 * np.pi, 241))
 
 
-def law_direction(runs: Runs, run: Run, w: ArrayLike, theta: ArrayLike, target: complex) -> NDArray[np.complex128]:
-    """Return w'/w of a law at points of the shifted chart.
-
-    Parameters
-    ----------
-    run : Run
-        Gives law, parameters and mu.
-    w : array_like of complex
-        From the shape to the target, turned by -phi_f.
-    theta : array_like
-        Shifted attitude in rad.
-    target : complex
-        zeta_f, which need not be the run's.
-    """
-    points, a, phi = np.asarray(w, dtype=complex), abs(target), np.angle(target)
-    zeta = (a - points) * np.exp(1j * phi)
-    attitude = np.asarray(theta) - a * points.imag
-    mu = np.full(zeta.shape, run.x[-1, 2])
-    q = np.stack(np.broadcast_arrays(zeta.real, zeta.imag, mu, attitude), axis=-1)
-    loop = runs.model.functions[f"{run.controller.name}_loop"]
-    rate = loop(q, [a, phi, run.x[-1, 2], 0.0], run.parameters.p, run.parameters.c)
-    w_rate = -(rate[..., 0] + 1j * rate[..., 1]) * np.exp(-1j * phi)
-    direction: NDArray[np.complex128] = w_rate / points
-    return direction
-
-
 def law_xi(runs: Runs, ratio: ArrayLike) -> NDArray[np.float64]:
     """Return xi (42) as the path law computes it, from w' = -k w exp(i alpha (pi - xi)/2).
 
@@ -67,7 +32,7 @@ def law_xi(runs: Runs, ratio: ArrayLike) -> NDArray[np.float64]:
     """
     close, run = 1e-3, runs("path", "paper", rho_escape=1e-12)
     theta = np.asarray(ratio, dtype=float) * close**2 / 2
-    direction = law_direction(runs, run, np.full(theta.shape, close), theta, 0j)
+    direction = law_direction(runs.model, run, np.full(theta.shape, close), theta, 0j)
     xi: NDArray[np.float64] = np.pi - 2 * np.angle(-direction)
     return xi
 
@@ -121,7 +86,7 @@ def cylinder(runs: Runs) -> Figure:
     series, values = run.variables(), run.parameters.values
     a, top = abs(target_shape(runs.model, run)), 1.2
     figure = new_figure(6.4, 5.2)
-    ax = cast(Axes3D, figure.add_subplot(projection="3d"))
+    ax: Any = figure.add_subplot(projection="3d")
     theta = top * np.linspace(0, 1, 60)[:, None] ** 3
     surface = surface_scale(run, theta) * (a + values["R"] * _CIRCLE[None, ::4])
     wall = np.broadcast_to(a + values["R"] * _CIRCLE[None, ::4], surface.shape)
@@ -143,7 +108,7 @@ def cylinder(runs: Runs) -> Figure:
     return figure
 
 
-def _cylinder_axes(ax: Axes3D) -> None:
+def _cylinder_axes(ax: Any) -> None:
     ax.set_xlabel(r"$\tilde\rho\,\cos\tilde\varphi$ [1]")
     ax.set_ylabel(r"$\tilde\rho\,\sin\tilde\varphi$ [1]")
     ax.set_zlabel(label(r"$\tilde\theta$", "shifted attitude", "rad"))
@@ -189,20 +154,20 @@ def limited_arc(runs: Runs) -> Figure:
     theta, start = float(series["theta_shifted"][0]), complex(w[0])
     alpha = float(np.sign(theta))
     asked = (np.pi - law_xi(runs, 2 * abs(theta) / abs(start) ** 2)) / 2
-    allowed = abs(np.angle(-law_direction(runs, run, start, theta, target)))
+    allowed = abs(np.angle(-law_direction(runs.model, run, start, theta, target)))
     zeta = series["rho"] * np.exp(1j * series["phi"])
-    figure = new_figure(6.4, 5.6)
+    figure = new_figure(6.2, 6.2)
     ax = figure.subplots()
     shape_disc(ax, run.parameters.values["R"])
     for x, color, style, name in (
-        (asked, VERMILLION, "--", r"arc that encloses $|\tilde\theta|=1$: not allowed"),
-        (allowed, GREEN, "-", r"first arc: encloses $\tilde\theta_{max}$, touches $\rho=R$"),
+        (asked, VERMILLION, "--", rf"encloses $|\tilde\theta|={abs(theta):.2g}$, leaves the disc"),
+        (allowed, GREEN, "-", r"encloses $\tilde\theta_{max}$, touches $\rho=R$"),
     ):
         arc = target - arc_to(start, float(x), alpha) * target / abs(target)
         ax.plot(arc.real, arc.imag, style, color=color, lw=1.6, label=name)
     ax.plot(zeta.real, zeta.imag, color=PATH, lw=1.4, label="the run")
     _ends(ax, complex(zeta[0]), target)
-    ax.set(xlim=(-0.78, 1.02), ylim=(-0.78, 0.78))
+    ax.set(xlim=(-0.78, 0.86), ylim=(-0.78, 0.86))
     boundary_names(ax)
     figure.legend(loc="outside upper center", ncols=2)
     return figure

@@ -114,7 +114,7 @@ static double step_factor(double ratio, int order)
     return fmin(GROW, fmax(SHRINK, SAFETY * pow(ratio, -1.0 / order)));
 }
 
-int mv_advance(mv_stepper *s, double *x, double target, mv_rhs f, mv_check check, void *context)
+int mv_advance(mv_stepper *s, double *x, double target, mv_rhs f, mv_accept accept, void *context)
 {
     const mv_tableau *m = &mv_tableaux[s->method];
     const int n = s->n;
@@ -155,7 +155,9 @@ int mv_advance(mv_stepper *s, double *x, double target, mv_rhs f, mv_check check
             s->h = h < s->h && factor >= 1.0 ? fmax(s->h, h * factor) : h * factor;
         }
         bounded = 0;
-        if (check && !check(x, context)) return MV_LIMIT;
+        const enum mv_verdict verdict = accept ? accept(x, context) : MV_GO_ON;
+        if (verdict == MV_STOP) return MV_LIMIT;
+        if (verdict == MV_MOVED) evaluate(s, f, s->t, x, k, context);
     }
     if (s->held) s->ready = 0;
     return MV_DONE;

@@ -10,8 +10,9 @@ enum mv_method { MV_RK4, MV_DOPRI5, MV_DOP853 };
 
 /* dx = f(t, x) */
 typedef void (*mv_rhs)(double t, const double *x, double *dx, void *context);
-/* true while the integration may go on from x */
-typedef int (*mv_check)(const double *x, void *context);
+/* Called with every accepted x, which it may put back on a manifold. */
+enum mv_verdict { MV_STOP, MV_GO_ON, MV_MOVED };
+typedef enum mv_verdict (*mv_accept)(double *x, void *context);
 
 typedef struct {
     int32_t method;
@@ -30,6 +31,6 @@ typedef struct {
 #define MV_STAGES 12
 
 /* Integrate x from s->t to exactly target; on any status but MV_DONE, (s->t, x) is the last good point. */
-int mv_advance(mv_stepper *s, double *x, double target, mv_rhs f, mv_check check, void *context);
+int mv_advance(mv_stepper *s, double *x, double target, mv_rhs f, mv_accept accept, void *context);
 
 #endif

@@ -5,16 +5,18 @@
 
 #include "integrator.h"
 
+typedef void (*fn_1_1)(const double *, double *);
 typedef void (*fn_3_1)(const double *, const double *, const double *, double *);
 typedef void (*fn_4_1)(const double *, const double *, const double *, const double *, double *);
 typedef void (*fn_4_2)(const double *, const double *, const double *, const double *, double *, double *);
-typedef void (*fn_5_2)(const double *, const double *, const double *, const double *, const double *, double *,
-                       double *);
+typedef void (*fn_4_3)(const double *, const double *, const double *, const double *, double *, double *, double *);
+typedef void (*fn_6_2)(const double *, const double *, const double *, const double *, const double *, const double *,
+                       double *, double *);
 
 typedef struct {
     mv_stepper stepper;
-    /* sizes: state, input, memory, outputs, limits */
-    int32_t nx, nu, nz, ny, nm;
+    /* sizes: coordinates, state, input, memory, outputs, limits, noise */
+    int32_t nq, nx, nu, nz, ny, nm, ne;
     int32_t reference_constant;
     int32_t sampled;          /* law evaluated every hold_every ticks, input held in between */
     int32_t delay;            /* input applied `delay` evaluations after it was computed */
@@ -28,12 +30,17 @@ typedef struct {
     fn_3_1 limits;            /* x, u, p -> margin; null without limits */
     fn_3_1 reference;         /* t, p, s -> r */
     fn_4_1 law;               /* x, r, p, c -> u */
-    fn_5_2 law_memory;        /* x, r, z, p, c -> u, z_next; null without memory */
+    fn_6_2 law_memory;        /* x, r, v, z, p, c -> u, z_next; null without memory */
     fn_4_1 loop;              /* q, r, p, c -> dq */
-    fn_4_2 observe;           /* q, r, p, c -> x, u */
+    fn_4_2 observe;           /* q, r, p, c -> x, u; null with an actuator */
+    fn_4_3 observe_command;   /* q, r, p, c -> x, u, u_cmd; null without an actuator */
+    fn_3_1 actuate;           /* x, u_cmd, p -> u; null without an actuator */
+    fn_3_1 measure;           /* x, e, p -> what the law sees of x; null when it sees x */
+    fn_1_1 project;           /* q -> q; null without a manifold */
 
     const double *p, *c, *s, *t;
-    double *q, *x, *u, *u_cmd, *r, *z, *z_next, *margin;
+    const double *noise;      /* ne numbers for each evaluation of the law */
+    double *q, *q_next, *x, *seen, *u, *u_cmd, *delayed, *r, *z, *z_next, *margin;
     double *queue;            /* the `delay` inputs computed last, oldest first */
     double *rec_t, *rec_x, *rec_u, *rec_u_cmd, *rec_y, *rec_z;
 } mv_loop;
@@ -63,14 +70,23 @@ static void held_rhs(double t, const double *x, double *dx, void *context)
     l->rhs(x, l->u, l->p, dx);
 }
 
-static int within_limits(const double *q, void *context)
+static void observe(mv_loop *l, const double *q)
 {
-    mv_loop *l = context;
+    if (l->observe_command) {
+        l->observe_command(q, l->r, l->p, l->c, l->x, l->u, l->u_cmd);
+        return;
+    }
+    l->observe(q, l->r, l->p, l->c, l->x, l->u);
+    copy(l->u_cmd, l->u, l->nu);
+}
+
+static int within_limits(mv_loop *l, const double *q)
+{
     const double *x = q;
     if (!l->limits) return 1;
     if (!l->sampled) {
         if (!l->reference_constant) l->reference(&l->stepper.t, l->p, l->s, l->r);
-        l->observe(q, l->r, l->p, l->c, l->x, l->u);
+        observe(l, q);
         x = l->x;
     }
     l->limits(x, l->u, l->p, l->margin);
@@ -82,17 +98,32 @@ static int within_limits(const double *q, void *context)
     return 1;
 }
 
-/* The law's input enters the queue; the oldest one leaves it and is applied. */
-static void apply_delayed(mv_loop *l)
+static enum mv_verdict accept(double *q, void *context)
 {
-    if (l->delay == 0) {
-        copy(l->u, l->u_cmd, l->nu);
-        return;
+    mv_loop *l = context;
+    if (l->project) {
+        l->project(q, l->q_next);
+        copy(q, l->q_next, l->nq);
     }
-    const int64_t rest = (int64_t)(l->delay - 1) * l->nu;
-    copy(l->u, l->queue, l->nu);
-    memmove(l->queue, l->queue + l->nu, (size_t)rest * sizeof(double));
-    copy(l->queue + rest, l->u_cmd, l->nu);
+    if (!within_limits(l, q)) return MV_STOP;
+    return l->project ? MV_MOVED : MV_GO_ON;
+}
+
+/* The law's input enters the queue; the oldest one leaves it and goes to the actuator. */
+static void apply(mv_loop *l)
+{
+    const double *wanted = l->u_cmd;
+    if (l->delay > 0) {
+        const int64_t rest = (int64_t)(l->delay - 1) * l->nu;
+        copy(l->delayed, l->queue, l->nu);
+        memmove(l->queue, l->queue + l->nu, (size_t)rest * sizeof(double));
+        copy(l->queue + rest, l->u_cmd, l->nu);
+        wanted = l->delayed;
+    }
+    if (l->actuate)
+        l->actuate(l->x, wanted, l->p, l->u);
+    else
+        copy(l->u, wanted, l->nu);
 }
 
 static void sample(mv_loop *l)
@@ -100,17 +131,21 @@ static void sample(mv_loop *l)
     const double t = l->t[l->tick];
     l->reference(&t, l->p, l->s, l->r);
     if (!l->sampled) {
-        l->observe(l->q, l->r, l->p, l->c, l->x, l->u);
-        copy(l->u_cmd, l->u, l->nu);
+        observe(l, l->q);
         return;
     }
     copy(l->x, l->q, l->nx);
     if (l->tick % l->hold_every != 0) return;
+    const double *seen = l->x;
+    if (l->measure) {
+        l->measure(l->x, l->noise + l->tick / l->hold_every * l->ne, l->p, l->seen);
+        seen = l->seen;
+    }
     if (l->law_memory)
-        l->law_memory(l->x, l->r, l->z, l->p, l->c, l->u_cmd, l->z_next);
+        l->law_memory(seen, l->r, l->u, l->z, l->p, l->c, l->u_cmd, l->z_next);
     else
-        l->law(l->x, l->r, l->p, l->c, l->u_cmd);
-    apply_delayed(l);
+        l->law(seen, l->r, l->p, l->c, l->u_cmd);
+    apply(l);
 }
 
 static void record(mv_loop *l)
@@ -130,12 +165,12 @@ int mv_run(mv_loop *l, int64_t until)
     const mv_rhs f = l->sampled ? held_rhs : continuous_rhs;
     for (; l->tick < until; l->tick++) {
         sample(l);
-        const int healthy = finite_all(l->x, l->nx) && finite_all(l->u_cmd, l->nu);
+        const int healthy = finite_all(l->x, l->nx) && finite_all(l->u_cmd, l->nu) && finite_all(l->u, l->nu);
         if (l->tick % l->record_every == 0 || l->tick + 1 == l->ticks || !healthy) record(l);
         if (!healthy) return MV_NOT_FINITE;
         if (l->sampled && l->law_memory && l->tick % l->hold_every == 0) copy(l->z, l->z_next, l->nz);
         if (l->tick + 1 == l->ticks) continue;
-        const int status = mv_advance(&l->stepper, l->q, l->t[l->tick + 1], f, within_limits, l);
+        const int status = mv_advance(&l->stepper, l->q, l->t[l->tick + 1], f, accept, l);
         if (status != MV_DONE) return status;
     }
     return MV_DONE;

@@ -65,7 +65,7 @@ def test_the_committed_files_are_fresh(model):
 def test_checking_needs_neither_sympy_nor_casadi(tmp_path):
     code = (
         "import sys; from codegen.generate import check, generate, installed_tree\n"
-        f"check(installed_tree(), 'triangle'); generate(installed_tree(), 'triangle')\n"
+        "check(installed_tree(), 'triangle'); generate(installed_tree(), 'triangle')\n"
         "print([m for m in ('sympy', 'casadi') if m in sys.modules])"
     )
     assert python(code, tmp_path).strip() == "[]"

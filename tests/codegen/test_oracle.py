@@ -104,7 +104,7 @@ def generated(case: Case, function: GeneratedFunction, values: list[np.ndarray],
     """Evaluate the generated C, `lanes` points a call."""
     kind = np.float32 if real == "float" else np.float64
     call = getattr(case.library(real, lanes), f"{case.model}_{function.name}")
-    sizes = [max(size, 1) for _, size in function.results]
+    sizes = [function.graph.nnz_out(k) for k in range(function.graph.n_out())]
     results = np.zeros((len(values[0]), sum(sizes)))
     for first in range(0, len(values[0]), lanes):
         inputs = [aligned((v.shape[1], lanes), kind) for v in values]
@@ -119,7 +119,7 @@ def generated(case: Case, function: GeneratedFunction, values: list[np.ndarray],
 def casadi_compiled(case: Case, function: GeneratedFunction, values: list[np.ndarray]) -> np.ndarray:
     """Evaluate CasADi's own C through its calling convention."""
     call = getattr(case.casadi_library, function.graph.name())
-    sizes = [max(size, 1) for _, size in function.results]
+    sizes = [function.graph.nnz_out(k) for k in range(function.graph.n_out())]
     results = np.zeros((len(values[0]), sum(sizes)))
     pointer = ctypes.POINTER(ctypes.c_double)
     work = (ctypes.c_double * (function.graph.sz_w() + 1))()
@@ -176,7 +176,7 @@ def test_generated_python_agrees(case):
     functions = Functions(PythonBackend(find_model(case.folder)), find_model(case.folder))
     for function in case.functions:
         values = case.arguments[function.name]
-        arguments = [v if size else v[:, 0] for v, (_, size) in zip(values, function.arguments, strict=True)]
+        arguments = [v[:, 0] if size is None else v for v, (_, size) in zip(values, function.arguments, strict=True)]
         found = functions[function.name](*arguments)
         found = found if isinstance(found, tuple) else (found,)
         flat = np.concatenate([np.reshape(f, (POINTS, -1)) for f in found], axis=1)

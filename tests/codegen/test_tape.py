@@ -17,7 +17,7 @@ def ops(t: Tape) -> list[str]:
 
 def run_python(t: Tape, *values: float) -> list[float]:
     """Execute the printed Python."""
-    lines, results = statements(t, (("x", 3), ("y", 0)), PYTHON)
+    lines, results = statements(t, (("x", 3), ("y", None)), PYTHON)
     names = {"np": np, "x": np.array(values[:3]), "y": values[3]}
     with np.errstate(all="ignore"):
         exec("\n".join(lines), names)
@@ -70,13 +70,13 @@ def test_operations_count_arithmetic_only():
 
 
 def test_sine_and_cosine_of_one_angle_are_fused():
-    lines, _ = statements(build(ca.sin(Y) + ca.cos(Y))[0], (("x", 3), ("y", 0)), C)
+    lines, _ = statements(build(ca.sin(Y) + ca.cos(Y))[0], (("x", 3), ("y", None)), C)
     assert sum("mv_sincos" in line for line in lines) == 1
     assert not any("mv_sin(" in line or "mv_cos(" in line for line in lines)
 
 
 def test_constant_results_have_full_width():
-    _, results = statements(build(ca.SX(2.5))[0], (("x", 3), ("y", 0)), C)
+    _, results = statements(build(ca.SX(2.5))[0], (("x", 3), ("y", None)), C)
     assert results == [["SPLAT(K(2.5))"]]
 
 
@@ -101,5 +101,5 @@ def test_rounding_order_survives_printing():
 def test_an_unknown_operation_is_named():
     function = ca.Function("f", [Y], [ca.SX(1) * Y])
     assert tape(function).operations == 0
-    with pytest.raises(TapeError, match="printme|operation number"):
+    with pytest.raises(TapeError, match="operation number"):
         tape(ca.Function("f", [Y], [Y.printme(Y)]))

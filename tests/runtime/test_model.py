@@ -101,7 +101,7 @@ def test_scalar_functions(model: Model) -> None:
 
 
 def test_laws_are_functions_under_their_names(model: Model) -> None:
-    u, z_next = model.functions["p-sum"]([1.0, 0.0], [0.5], [0.25], model.parameters(), [2.0, 4.0])
+    u, z_next = model.functions["p-sum"]([1.0, 0.0], [0.5], [0.0], [0.25], model.parameters(), [2.0, 4.0])
     np.testing.assert_allclose(u, [-2.0])
     np.testing.assert_allclose(z_next, [0.75])
     assert model.functions["p_sum"] is model.functions["p-sum"]
@@ -134,7 +134,7 @@ def test_bad_arguments(model: Model, arguments: tuple[Any, Any], message: str) -
 
 
 def test_wrong_number_of_arguments(model: Model) -> None:
-    with pytest.raises(InputError, match=r"rhs\(x\[2\], u\[1\], p\[9\]\) -> dx\[2\] takes 3 arguments, got 1"):
+    with pytest.raises(InputError, match=r"rhs\(x\[2\], u\[1\], p\[10\]\) -> dx\[2\] takes 3 arguments, got 1"):
         model.functions["rhs"]([0.0, 0.0])
 
 

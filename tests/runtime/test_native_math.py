@@ -21,12 +21,12 @@ from runtime.compiler import require_compiler
 
 Array = np.ndarray[Any, Any]
 DTYPES = (np.float64, np.float32)
-WARNINGS = "-Wall -Wextra -Wconversion -Wdouble-promotion -Wno-psabi -Werror".split()
+WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wno-psabi", "-Werror"]
 ZIG = (sys.executable, "-m", "ziglang", "cc") if importlib.util.find_spec("ziglang") else None
 
-OWN_UNARY = "sqrt fabs floor ceil sign sin cos tan asin acos atan exp log".split()
-OWN_BINARY = "copysign min max hypot atan2 pow".split()
-LIBM_UNARY = "sinh cosh tanh asinh acosh atanh expm1 log1p erf".split()
+OWN_UNARY = ["sqrt", "fabs", "floor", "ceil", "sign", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "log"]
+OWN_BINARY = ["copysign", "min", "max", "hypot", "atan2", "pow"]
+LIBM_UNARY = ["sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "expm1", "log1p", "erf"]
 OWN = {
     **{name: f"mv_{name}(a)" for name in OWN_UNARY},
     **{name: f"mv_{name}(a, b)" for name in OWN_BINARY},
@@ -78,7 +78,8 @@ class Arithmetic:
 def _aligned(n: int, dtype: Any) -> Array:
     buffer = np.zeros(n * np.dtype(dtype).itemsize + 64, np.uint8)
     start = -buffer.ctypes.data % 64
-    return buffer[start : start + n * np.dtype(dtype).itemsize].view(dtype)
+    values: Array = buffer[start : start + n * np.dtype(dtype).itemsize].view(dtype)
+    return values
 
 
 def _harness(expressions: dict[str, str]) -> str:
@@ -95,8 +96,9 @@ def _flags(dtype: Any, lanes: int) -> list[str]:
     return [*FLAGS, *WARNINGS, f"-I{NATIVE}", f"-DMEHVAR_LANES={lanes}", *kind]
 
 
-def _run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+def _run(command: list[str], folder: Path) -> None:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def _compile(folder: Path, dtype: Any, lanes: int, flags: list[str], zig: bool = False) -> Arithmetic:
@@ -105,11 +107,10 @@ def _compile(folder: Path, dtype: Any, lanes: int, flags: list[str], zig: bool =
     flags = [*_flags(dtype, lanes), *flags]
     if zig:
         assert ZIG is not None
-        done = _run([*ZIG, *flags, "-fno-sanitize=undefined", "-c", "harness.c", "-o", "harness.o"], folder)
-        assert done.returncode == 0, done.stderr
-    source = "harness.o" if zig else "harness.c"
-    done = _run([*compiler.command, *flags, *compiler.flags, source, "-o", "harness.so", "-lm"], folder)
-    assert done.returncode == 0, done.stderr
+        _run([*ZIG, *flags, "-fno-sanitize=undefined", "-c", "harness.c", "-o", "harness.o"], folder)
+        _run([*compiler.command, "-shared", "harness.o", "-o", "harness.so", "-lm"], folder)
+    else:
+        _run([*compiler.command, *flags, *compiler.flags, "harness.c", "-o", "harness.so", "-lm"], folder)
     return Arithmetic(ctypes.CDLL(str(folder / "harness.so")), lanes, dtype)
 
 
@@ -265,7 +266,7 @@ def test_special_pairs(scalar: Arithmetic, name: str) -> None:
 
 
 def test_hypotenuse(scalar: Arithmetic) -> None:
-    _assert_identical(scalar("hypot", [3.0, -0.0, -np.inf, 1e30], [-4.0, 0.0, 1.0, 0.0])[:3], np.array([5.0, 0.0, np.inf]))
+    _assert_identical(scalar("hypot", [3.0, -0.0, -np.inf], [-4.0, 0.0, 1.0]), np.array([5.0, 0.0, np.inf]))
 
 
 def test_nan_is_ignored_by_min_and_max_only(scalar: Arithmetic) -> None:
@@ -313,16 +314,14 @@ def test_constants_mix_with_numbers(scalar: Arithmetic) -> None:
 def test_needs_no_c_library(dtype: Any, tmp_path: Path) -> None:
     """Nothing is left undefined in a free-standing library, so a board needs no libm."""
     compiler = require_compiler()
-    (tmp_path / "board.c").write_text(_harness(OWN))
+    (tmp_path / "board.c").write_text(_harness(OWN) + "#ifdef MEHVAR_LIBM_H\n#error hosted\n#endif\n")
     flags = [*_flags(dtype, 1), *compiler.flags, "-O2", "-ffreestanding", "-nostdlib", "-Wl,-z,defs"]
-    done = _run([*compiler.command, *flags, "board.c", "-o", "board.so"], tmp_path)
-    assert done.returncode == 0, done.stderr
+    _run([*compiler.command, *flags, "board.c", "-o", "board.so"], tmp_path)
 
 
 @pytest.mark.parametrize("flag", ["-DMEHVAR_LANES=3", "-ffast-math"])
 def test_refuses_what_it_cannot_keep_exact(flag: str, tmp_path: Path) -> None:
     compiler = require_compiler()
     (tmp_path / "harness.c").write_text(_harness(OWN))
-    done = _run([*compiler.command, f"-I{NATIVE}", flag, "-fsyntax-only", "harness.c"], tmp_path)
-    assert done.returncode != 0
-    assert "MEHVAR_LANES must be" in done.stderr or "own precision" in done.stderr
+    with pytest.raises(AssertionError, match=r"MEHVAR_LANES must be|own precision"):
+        _run([*compiler.command, f"-I{NATIVE}", flag, "-fsyntax-only", "harness.c"], tmp_path)

@@ -328,7 +328,7 @@ def test_unknown_controller(model: Model) -> None:
 
 
 def test_sampled_law_without_period_needs_a_hold(edited: Edit) -> None:
-    model = runtime.load(edited(FILE, '"period": 0.05', '"period": null'), backend="python")
+    model = runtime.load(edited(FILE, '"period": "Ts"', '"period": null'), backend="python")
     with pytest.raises(InputError, match="p-sum is a sampled law without a period of its own: set hold"):
         simulate(model, "p-sum")
     assert simulate(model, "p-sum", hold=0.1).hold == 0.1

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "pendulum.h"
 
-/* p: m, l, g, b, wall, k_wall, cube, rate_max, torque_max */
+/* p: m, l, g, b, wall, k_wall, cube, rate_max, torque_max, Ts */
 void pendulum_rhs(const real *x, const real *u, const real *p, real *dx)
 {
     const real torque = u[0] - p[3] * x[1] - p[0] * p[2] * p[1] * mv_sin(x[0]);
@@ -84,9 +84,16 @@ void pendulum_pd_constraints(const real *p, const real *c, const real *s, real *
 }
 
 /* c: k_p, k_i */
-void pendulum_p_sum(const real *x, const real *r, const real *z, const real *p, const real *c, real *u, real *z_next)
+void pendulum_p_sum_start(const real *x, const real *r, const real *p, const real *c, real *z)
 {
-    (void)p;
+    (void)x, (void)r, (void)p, (void)c;
+    z[0] = SPLAT(K(0.25));
+}
+
+void pendulum_p_sum(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, real *u,
+                    real *z_next)
+{
+    (void)v, (void)p;
     u[0] = -c[0] * (x[0] - r[0]) - c[1] * z[0];
     z_next[0] = z[0] + (x[0] - r[0]);
 }

@@ -18,7 +18,9 @@ void pendulum_pd_loop(const real *q, const real *r, const real *p, const real *c
 void pendulum_pd_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u);
 void pendulum_pd_defaults(const real *c, real *derived);
 void pendulum_pd_constraints(const real *p, const real *c, const real *s, real *margin);
-void pendulum_p_sum(const real *x, const real *r, const real *z, const real *p, const real *c, real *u, real *z_next);
+void pendulum_p_sum_start(const real *x, const real *r, const real *p, const real *c, real *z);
+void pendulum_p_sum(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, real *u,
+                    real *z_next);
 void pendulum_swing(const real *l, const real *g, real *period, real *omega);
 void pendulum_jac_x(const real *x, const real *u, const real *p, real *J);
 void pendulum_jac_u(const real *x, const real *u, const real *p, real *J);

@@ -68,7 +68,11 @@ def pd_constraints(p, c, s):
     return _vector(c[..., 0] - p[..., 0] * p[..., 2] * p[..., 1])
 
 
-def p_sum(x, r, z, p, c):
+def p_sum_start(x, r, p, c):
+    return _vector(0.25 + 0.0 * x[..., 0])
+
+
+def p_sum(x, r, v, z, p, c):
     error = x[..., 0] - r[..., 0]
     return _vector(-c[..., 0] * error - c[..., 1] * z[..., 0]), _vector(z[..., 0] + error)
 

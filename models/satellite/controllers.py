@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The sampled laws: adaptive control that keeps the plant's zero, the paper's that cancels it (32), and PD (50).
+
+Each axis has its own reference model C1 w = D r and, in the adaptive laws, its own estimator. A command computed from
+y(k) acts over [k, k+1), or over [k+1, k+2) with a delay of one sample: d = 1 or 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import sympy as sp
+
+from models.satellite import estimator
+from models.satellite.dynamics import AXES, TORQUES, angles, rates
+from models.satellite.estimator import HALF, SAMPLES, SENSOR_LOST, Estimate, smallest_gain
+from models.satellite.polynomials import (
+    RIGHT,
+    a1,
+    a2,
+    b0,
+    b1,
+    cancelling,
+    closed_loop,
+    numerators,
+    put,
+    resultant,
+    retaining,
+    s1,
+)
+from models.system import Condition, Controller, Derivation, Expr, Group, Quantity
+
+REFERENCES = Group("r", tuple(Quantity(f"ref_{axis}", "rad", f"wanted {axis}", f"r_{{{axis}}}") for axis in AXES))
+APPLIED = Group("v", tuple(Quantity(f"{q.name}_applied", q.unit, f"applied {q.description}") for q in TORQUES))
+
+_LARGEST = sp.Integer(10) ** 30
+"""A number beyond this is no measurement and no torque; it is finite in single precision too."""
+_PAST = 4
+"""Past values of w that d = 2 needs: Ac has degree four."""
+
+Law = Callable[[int, Estimate, "Model", Group, Group, Derivation], Expr]
+
+
+@dataclass(frozen=True)
+class Model:
+    """The reference model of an axis in this sample.
+
+    Attributes
+    ----------
+    w : tuple of Expr
+        w(k), w(k-1), ...
+    late : Rel
+        Whether d = 2.
+    """
+
+    w: tuple[Expr, ...]
+    late: sp.Rel
+
+
+def model_memory(axis: str, keeps_zero: bool) -> tuple[Quantity, ...]:
+    """Return what the reference model of an axis keeps."""
+    past = (
+        Quantity(f"wm{k}_{axis}", "rad", f"reference model of {axis} before its zero, {k} samples ago", f"w(k-{k})")
+        for k in range(1, (_PAST if keeps_zero else 2) + 1)
+    )
+    return (Quantity(f"ym_{axis}", "rad", f"reference model's {axis}", "y_m"), *past)
+
+
+def reference_models(law: Group, plant: Group, d: Derivation) -> tuple[Model, ...]:
+    """Define w(k) of each axis: C1 w = D r with a double pole and unit gain (16)."""
+    pole = d.define("model_pole", sp.exp(-plant.Ts / law.tau_m), "", "double pole of C1", latex="p")
+    C1 = closed_loop(pole, 2)
+    models = []
+    for k, axis in enumerate(AXES):
+        past = tuple(q.symbol for q in model_memory(axis, True)[1:])
+        moved = sp.factor(sp.Add(*C1)) * REFERENCES.symbols[k] - C1[1] * past[0] - C1[2] * past[1]
+        now = d.define(f"w_{axis}", moved, "(16)", f"reference model of {axis} before its zero", "rad", "w(k)")
+        models.append(Model((now, *past), law.design_delay > HALF))
+    return tuple(models)
+
+
+def _model_update(model: Model, keeps_zero: bool) -> dict[str, Expr]:
+    """Return the reference model's memory after the sample; y_m is that of the next one."""
+    w = model.w
+    if keeps_zero:
+        ahead = sp.Piecewise(((w[1] + w[2]) / 2, model.late), ((w[0] + w[1]) / 2, True))
+    else:
+        ahead = sp.Piecewise((w[1], model.late), (w[0], True))
+    return {"ym": ahead, **{f"wm{k}": w[k - 1] for k in range(1, _PAST + 1)}}
+
+
+def retain(axis: int, found: Estimate, model: Model, law: Group, plant: Group, d: Derivation) -> Expr:
+    """Law of section 2.3: place the poles, keep the zero of B, cancel the estimated offset."""
+    name = AXES[axis]
+    ea1, ea2, eb0, eb1, offset = found.theta
+    floor = smallest_gain(axis, law, plant)
+    lift = d.define(f"lift_{name}", sp.Max(0, floor - (eb0 + eb1) / 2), "", "what b0 and b1 lack", "rad/N/m", r"\delta_b")
+    gain = d.define(f"B1_{name}", eb0 + eb1 + 2 * lift, "", "B(1)", "rad/N/m", "B(1)")
+    values = {a1: ea1, a2: ea2, b0: eb0 + lift, b1: eb1 + lift}
+    early, late = retaining(law.rho, 1), retaining(law.rho, 2)
+    first = d.define(f"s1_{name}", put(late.first[0], values), "(22)", "first coefficient of S when d = 2", latex="s_1")
+    values |= {s1: first}
+    right = [
+        d.define(f"e{i + 1}_{name}", sp.Piecewise((put(two, values), model.late), (put(one, values), True)), "(22)",
+                 f"right-hand side {i + 1} of the polynomial equation", latex=f"e_{i + 1}")
+        for i, (one, two) in enumerate(zip(early.right, late.right, strict=True))
+    ]  # fmt: skip
+    values |= dict(zip(RIGHT, right, strict=True))
+    size = d.define(f"res_{name}", put(resultant(early.matrix), values), "", "resultant of A and B", latex="R(A,B)")
+    last, t0, t1 = (
+        d.define(f"{n}_{name}", put(numerator, values) / size, "(22)", f"{n} of A S + q^-d B T = Ac", latex=latex)
+        for (n, latex), numerator in zip(
+            (("sd", "s_d"), ("t0", "t_0"), ("t1", "t_1")), numerators(early.matrix), strict=True
+        )
+    )
+    first = sp.Piecewise((first, model.late), (0, True))
+    wanted = sp.Add(*(
+        sp.Piecewise((two, model.late), (one, True)) * w
+        for one, two, w in zip((*closed_loop(law.rho, 3), sp.S.Zero), closed_loop(law.rho, 4), model.w, strict=True)
+    ))  # fmt: skip
+    wanted = d.define(f"Acw_{name}", wanted, "", "Ac w(k)", "rad", "A_c w")
+    past = last * found.torque + first * estimator.symbols(name)["u1"]
+    return (wanted - (1 + first + last) * offset) / gain - t0 * found.y - t1 * found.y1 - past
+
+
+def cancel(axis: int, found: Estimate, model: Model, law: Group, plant: Group, d: Derivation) -> Expr:
+    """Law (32) as printed, with the offset term: it cancels B, whose true zero is -1."""
+    name = AXES[axis]
+    ea1, ea2, eb0, eb1, offset = found.theta
+    leading = d.define(
+        f"b0_used_{name}", sp.Max(eb0, smallest_gain(axis, law, plant)), "", "b0 that the law divides by", "rad/N/m", "b_0"
+    )
+    values = {a1: ea1, a2: ea2, b0: leading, b1: eb1}
+    early, late = (cancelling((law.C2_pole, law.C2_pole), d_) for d_ in (1, 2))
+    pairs = zip(("t0", "t1"), early.T, late.T, strict=True)
+    t0, t1 = (
+        d.define(f"{n}_cancel_{name}", sp.Piecewise((put(two, values), model.late), (put(one, values), True)), "(24)",
+                 f"{n} of C2 = A S + q^-d T", latex=f"t_{n[1]}")
+        for n, one, two in pairs
+    )  # fmt: skip
+    first = d.define(f"s1_cancel_{name}", put(late.S[1], values), "(23)", "s1 of S when d = 2", latex="s_1")
+    commanded = estimator.symbols(name)["u1"]
+    two = (eb1 + leading * first) * commanded + eb1 * first * found.torque
+    past = sp.Piecewise((two, model.late), (eb1 * found.torque, True))
+    past = d.define(f"BSu_{name}", past, "(33)", "(B S - b0) u", "rad", "B_S' u")
+    C2 = closed_loop(law.C2_pole, 2)
+    wanted = sp.Add(*(c * w for c, w in zip(C2, model.w, strict=False)))
+    offset_gain = sp.Piecewise((1 + first, model.late), (1, True))
+    return (wanted - t0 * found.y - t1 * found.y1 - past - offset_gain * offset) / leading
+
+
+def adaptive(
+    name: str, title: str, form: Law, law: Group, plant: Group, shared: Shared, d: Derivation
+) -> Controller:
+    """Put an adaptive law together from its form and the estimators that both adaptive laws share."""
+    d.section(f"Law: {title}")
+    keeps_zero = form is retain
+    tag = name.replace("-", "_")
+    commands = [
+        d.define(f"u_{axis}_{tag}", form(k, found, model, law, plant, d), "", f"torque about {axis}", "N m", "u(k)")
+        for k, (axis, found, model) in enumerate(zip(AXES, shared.estimates, shared.models, strict=True))
+    ]
+    traces = [found.trace for found in shared.estimates]
+    healthy = _healthy(tag, (*angles, *APPLIED.symbols, *REFERENCES.symbols, *commands, *traces), d)
+    rows: list[tuple[Quantity, Expr, Expr]] = []
+    for k, axis in enumerate(AXES):
+        after = shared.estimates[k].update | {"u1": commands[k]} | _model_update(shared.models[k], keeps_zero)
+        before = estimator.start(k, law, plant) | _model_start(k, law)
+        for q in (*estimator.memory(axis), *model_memory(axis, keeps_zero)):
+            key = q.name.removesuffix(f"_{axis}")
+            rows.append((q, before[key], after[key]))
+    count = sp.Piecewise((sp.Min(SAMPLES.symbol + 1, estimator.WARM), healthy), (0, True))
+    extra = ((SAMPLES, sp.S.Zero, count),)
+    return _controller(name, title, law, commands, healthy, rows, extra)
+
+
+@dataclass(frozen=True)
+class Shared:
+    """What the laws share in a sample: reference models, and the estimators of the adaptive ones."""
+
+    models: tuple[Model, ...]
+    estimates: tuple[Estimate, ...]
+
+
+def pd(title: str, omega: Iterable[Expr], law: Group, shared: Shared, d: Derivation) -> Controller:
+    """Law (50): proportional to the angle error, with the rate relative to the orbit axes as damping."""
+    d.section(f"Law: {title}")
+    commands, rows = [], []
+    for k, (i, rate) in enumerate(zip("xyz", omega, strict=True)):
+        axis, model = AXES[k], shared.models[k]
+        memory = model_memory(axis, False)
+        goal = sp.Piecewise((memory[0].symbol, law.follow_model > HALF), (REFERENCES.symbols[k], True))
+        torque = getattr(law, f"Kp_{i}") * (goal - angles[k]) - getattr(law, f"Kd_{i}") * rate
+        commands.append(d.define(f"u_{axis}_pd", torque, "(50)", f"torque about {axis}", "N m", "u(k)"))
+        after, before = _model_update(model, True), _model_start(k, law)
+        for q in memory:
+            key = q.name.removesuffix(f"_{axis}")
+            rows.append((q, before[key], after[key]))
+    healthy = _healthy("pd", (*angles, *rates, *REFERENCES.symbols, *commands), d)
+    return _controller("pd", title, law, commands, healthy, rows, ())
+
+
+def _model_start(axis: int, law: Group) -> dict[str, Expr]:
+    """Return the reference model before the first sample: at rest at the measured angle, or at zero."""
+    first = sp.Piecewise((angles[axis], law.matched > HALF), (0, True))
+    return {"ym": first, **{f"wm{k}": first for k in range(1, _PAST + 1)}}
+
+
+def _healthy(tag: str, numbers: Iterable[Expr], d: Derivation) -> sp.Rel:
+    """Define whether everything that enters and leaves a law is finite; NaN fails every comparison."""
+    finite = sp.And(*(sp.Abs(number) < _LARGEST for number in numbers))
+    flag = d.define(f"healthy_{tag}", sp.Piecewise((1, finite), (0, True)), "", "1 when all numbers are finite")
+    return flag > HALF
+
+
+def _controller(
+    name: str,
+    title: str,
+    law: Group,
+    commands: list[Expr],
+    healthy: sp.Rel,
+    rows: list[tuple[Quantity, Expr, Expr]],
+    extra: tuple[tuple[Quantity, Expr, Expr], ...],
+) -> Controller:
+    """Keep the last good memory and command nothing when a number is not finite."""
+    kept = [sp.Piecewise((after, healthy), (q.symbol, True)) for q, _, after in rows]
+    lost = sp.Piecewise((0, healthy), (1, True))
+    memory = Group("z", (*(q for q, _, _ in rows), *(q for q, _, _ in extra), SENSOR_LOST))
+    return Controller(
+        name,
+        title,
+        law,
+        tuple(sp.Piecewise((u, healthy), (0, True)) for u in commands),
+        _conditions(law),
+        "Ts",
+        APPLIED,
+        memory,
+        (*(before for _, before, _ in rows), *(before for _, before, _ in extra), sp.S.Zero),
+        (*kept, *(after for _, _, after in extra), lost),
+    )
+
+
+def _conditions(law: Group) -> tuple[Condition, ...]:
+    samples = law.design_delay
+    whole = sp.Rational(1, 10**9) - sp.Abs(samples * (1 - samples))
+    return (Condition(whole, "design_delay = {design_delay:g} samples is not known: it must be 0 or 1"),)

@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Attitude of a rigid satellite with three reaction wheels on a circular orbit, equations (1)-(7).
+
+Orbit axes: x along the velocity, y opposite to the orbit normal, z to nadir. Body axes are principal axes. C takes
+components from orbit to body axes; the attitude is three angles (turns about z, y, x in this order) or a quaternion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from models.mechanics import angle_rates, frame_turn, quaternion_rates, quaternion_rotation
+from models.system import Derivation, Expr, Group, Quantity
+
+ANGLES = (
+    Quantity("roll", "rad", "roll, the last turn, about x", r"\varphi"),
+    Quantity("pitch", "rad", "pitch, the second turn, about y", r"\theta"),
+    Quantity("yaw", "rad", "yaw, the first turn, about z", r"\psi"),
+)
+QUATERNION = tuple(
+    Quantity(f"q{k}", "1", f"quaternion of the body axes in the orbit axes, {part}", f"q_{k}")
+    for k, part in enumerate(("scalar", "x", "y", "z"))
+)
+RATES = tuple(Quantity(f"w{i}", "rad/s", f"inertial rate about body {i}", rf"\omega_{i}") for i in "xyz")
+WHEELS = tuple(Quantity(f"h{i}", "N m s", f"absolute momentum of wheel {i} about its axis", f"h_{i}") for i in "xyz")
+LATITUDE = Quantity("latitude", "rad", "argument of latitude, the satellite's place on its orbit", r"\nu")
+TORQUES = tuple(Quantity(f"T{i}", "N m", f"control torque on the body about {i}", f"T_{i}") for i in "xyz")
+
+angles = tuple(q.symbol for q in ANGLES)
+rates = sp.Matrix([q.symbol for q in RATES])
+wheels = sp.Matrix([q.symbol for q in WHEELS])
+torques = sp.Matrix([q.symbol for q in TORQUES])
+latitude = LATITUDE.symbol
+
+AXES = ("roll", "pitch", "yaw")
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """A chart of the attitude and what the rest of the model needs of it.
+
+    Attributes
+    ----------
+    states : tuple of Quantity
+        Coordinates of the chart.
+    rotation : sympy.Matrix
+        C, orbit axes to body axes.
+    omega : sympy.Matrix
+        Omega, rate relative to the orbit axes, in body axes.
+    rate : tuple of Expr
+        Rates of the coordinates.
+    """
+
+    states: tuple[Quantity, ...]
+    rotation: sp.Matrix
+    omega: sp.Matrix
+    rate: tuple[Expr, ...]
+
+
+def euler_rotation() -> sp.Matrix:
+    """Return C = R1(roll) R2(pitch) R3(yaw)."""
+    roll, pitch, yaw = angles
+    return frame_turn(0, roll) * frame_turn(1, pitch) * frame_turn(2, yaw)
+
+
+def orbit_rate(rotation: sp.Matrix, omega0: Expr) -> sp.Matrix:
+    """Return the rate of the orbit axes in body axes (3): about -y, because z is nadir and x is velocity."""
+    return rotation * sp.Matrix([0, -omega0, 0])
+
+
+def attitude(chart: str, omega0: Expr, d: Derivation) -> Attitude:
+    """Define C, Omega and the kinematics of a chart.
+
+    Parameters
+    ----------
+    chart : {"euler", "quaternion"}
+        Three angles, or a unit quaternion with the angles as derived quantities.
+    omega0 : Expr
+        Orbital rate, rad/s.
+    d : Derivation
+        Receives the steps.
+    """
+    d.section("Attitude and kinematics")
+    quaternion = chart == "quaternion"
+    states = QUATERNION if quaternion else ANGLES
+    coordinates = tuple(q.symbol for q in states)
+    rotation = _named_rotation(quaternion_rotation(coordinates) if quaternion else euler_rotation(), d)
+    if quaternion:
+        _define_angles(rotation, d)
+    omega = rates - orbit_rate(rotation, omega0)
+    names = [
+        d.define(f"rate_{i}", omega[k], "(4)", f"rate relative to the orbit axes about {i}", "rad/s", rf"\Omega_{i}")
+        for k, i in enumerate("xyz")
+    ]
+    for coordinate, rate in zip(angles, angle_rates(euler_rotation(), angles, names), strict=True):
+        number = dict(zip(angles, ("(5)", "(6)", "(7)"), strict=True))[coordinate]
+        d.show(f"{coordinate}'", rate, number, "rate of the angle, solved from C' = -[Omega x] C", "rad/s")
+    rate = quaternion_rates(coordinates, names) if quaternion else angle_rates(euler_rotation(), angles, names)
+    return Attitude(states, rotation, sp.Matrix(names), tuple(rate))
+
+
+def _named_rotation(rotation: sp.Matrix, d: Derivation) -> sp.Matrix:
+    title = "orbit axes to body axes"
+    return sp.Matrix(
+        3,
+        3,
+        lambda i, j: d.define(
+            f"C{i + 1}{j + 1}", rotation[i, j], "(3)", title, "1", f"C_{{{i + 1}{j + 1}}}"
+        ),
+    )
+
+
+def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
+    """Read the three angles off C: what the laws see when the state is a quaternion."""
+    sine = sp.Max(-1, sp.Min(1, rotation[0, 2]))
+    found = (
+        sp.atan2(rotation[1, 2], rotation[2, 2]),
+        -sp.asin(sine),
+        sp.atan2(rotation[0, 1], rotation[0, 0]),
+    )
+    for quantity, expr in zip(ANGLES, found, strict=True):
+        d.define(quantity.name, expr, "", quantity.description, "rad", quantity.latex)
+
+
+def gravity_gradient(rotation: sp.Matrix, inertia: sp.Matrix, omega0: Expr) -> sp.Matrix:
+    """Return 3 w0^2 n x (J n) with n the nadir direction in body axes."""
+    nadir = rotation[:, 2]
+    return 3 * omega0**2 * nadir.cross(inertia * nadir)
+
+
+def torque_excess(inertia: sp.Matrix, rate: sp.Matrix, acceleration: sp.Matrix, momentum: sp.Matrix) -> sp.Matrix:
+    """Return what the torques on the body must equal, (1) and (2): J w' + w x (J w + h)."""
+    return inertia * acceleration + rate.cross(inertia * rate + momentum)
+
+
+def inertia_matrix(plant: Group) -> sp.Matrix:
+    """Return J, taken as the tabled principal inertia."""
+    return sp.diag(plant.I_x, plant.I_y, plant.I_z)
+
+
+def wheel_inertia(plant: Group) -> tuple[Expr, Expr, Expr]:
+    """Return the spin inertias of the wheels."""
+    return plant.Iw_x, plant.Iw_y, plant.Iw_z
+
+
+def accelerations(torque: sp.Matrix, plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:
+    """Solve the momentum balance (1) for w', with the torque on the body and the momentum stored in the wheels.
+
+    Notes
+    -----
+    h' = -u and H = J w + h, so u acts on the body as an external torque would and h enters through w x h only.
+    """
+    unknown = sp.Matrix(sp.symbols("wx' wy' wz'", real=True))
+    balance = torque_excess(inertia_matrix(plant), rates, unknown, wheels) - torque
+    found = []
+    for k, i in enumerate("xyz"):
+        rest, coefficient = balance[k].subs(unknown[k], 0), balance[k].coeff(unknown[k])
+        found.append(
+            d.define(f"w{i}_rate", -rest / coefficient, "(1)", f"angular acceleration about {i}", "rad/s^2", rf"\omega_{i}'")
+        )
+    return tuple(found)
+
+
+def wheel_speeds(plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:
+    """Return the wheel speeds relative to the body: h = Iw (Omega_w + w)."""
+    return tuple(
+        d.define(
+            f"wheel_{i}",
+            wheels[k] / wheel_inertia(plant)[k] - rates[k],
+            "",
+            f"speed of wheel {i} relative to the body",
+            "rad/s",
+            rf"\Omega_{{w{i}}}",
+        )
+        for k, i in enumerate("xyz")
+    )
+
+
+def energy(rotation: sp.Matrix, plant: Group) -> Expr:
+    """Return the energy of rotation of body and wheels and the potential of the gravity gradient."""
+    inertia, nadir = inertia_matrix(plant), rotation[:, 2]
+    spin = sp.Add(*(h**2 / i for h, i in zip(wheels, wheel_inertia(plant), strict=True)))
+    return (rates.dot(inertia * rates) + spin + 3 * plant.omega0**2 * nadir.dot(inertia * nadir)) / 2
+
+
+def inertial_momentum(rotation: sp.Matrix, plant: Group) -> sp.Matrix:
+    """Return J w + h in the inertial axes that the orbit axes pass at latitude zero."""
+    in_orbit = rotation.T * (inertia_matrix(plant) * rates + wheels)
+    return frame_turn(1, -latitude).T * in_orbit

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recursive least squares of one axis, equations (34)-(42), written once and used by each axis of each adaptive law.
+
+The covariance F is kept as its upper triangle, so it stays symmetric. Additions: a cap on its trace, a dead zone, and a
+lower bound of the gain that the laws use.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from models.satellite.dynamics import AXES, angles, inertia_matrix
+from models.satellite.linear import nominal_gain
+from models.system import Derivation, Expr, Group, Quantity
+
+HALF = sp.Rational(1, 2)
+"""Parameters that switch something are on above one half."""
+WARM = 2
+"""Samples after a start or a gap before the regressors are whole."""
+
+_THETA = (("a1", "1", "a_1"), ("a2", "1", "a_2"), ("b0", "rad/N/m", "b_0"), ("b1", "rad/N/m", "b_1"), ("d", "rad", "d"))
+_PAIRS = tuple((i, j) for i in range(5) for j in range(i, 5))
+
+SAMPLES = Quantity("samples", "1", "samples since the start or the last gap, up to two")
+SENSOR_LOST = Quantity("sensor_lost", "1", "1 while a measurement is not finite: memory kept, torque zero")
+
+
+def memory(axis: str) -> tuple[Quantity, ...]:
+    """Return what the estimator of an axis keeps: estimates, upper triangle of F, past angles and torques."""
+    estimates = (
+        Quantity(f"{name}_{axis}", unit, f"estimate of {name}, {axis}", rf"\hat {latex}") for name, unit, latex in _THETA
+    )
+    covariance = (
+        Quantity(f"F{i + 1}{j + 1}_{axis}", "1", f"covariance entry {i + 1}, {j + 1}, {axis}", f"F_{{{i + 1}{j + 1}}}")
+        for i, j in _PAIRS
+    )
+    past = (
+        Quantity(f"y1_{axis}", "rad", f"{axis} one sample ago", "y(k-1)"),
+        Quantity(f"y2_{axis}", "rad", f"{axis} two samples ago", "y(k-2)"),
+        Quantity(f"v1_{axis}", "N m", f"torque applied one sample before the last, {axis}", "v(k-1)"),
+        Quantity(f"u1_{axis}", "N m", f"torque commanded one sample ago, {axis}", "u(k-1)"),
+        Quantity(f"u2_{axis}", "N m", f"torque commanded two samples ago, {axis}", "u(k-2)"),
+    )
+    return (*estimates, *covariance, *past)
+
+
+def symbols(axis: str) -> dict[str, sp.Symbol]:
+    """Return the symbols of the memory of an axis by name without the axis."""
+    return {q.name.removesuffix(f"_{axis}"): q.symbol for q in memory(axis)}
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What the estimator of an axis found in this sample.
+
+    Attributes
+    ----------
+    y, y1 : Expr
+        The angle now and one sample ago.
+    torque : Expr
+        v(k), torque over the last sample.
+    theta : tuple of Expr
+        a1, a2, b0, b1, d.
+    trace : Expr
+        Trace of F.
+    update : dict of str to Expr
+        Memory after the sample by name; the torques commanded are the law's to add.
+    """
+
+    y: Expr
+    y1: Expr
+    torque: Expr
+    theta: tuple[Expr, ...]
+    trace: Expr
+    update: dict[str, Expr]
+
+
+def estimate(axis: int, applied: Expr, law: Group, plant: Group, d: Derivation) -> Estimate:
+    """Define one step of the estimator.
+
+    Parameters
+    ----------
+    axis : int
+        0, 1, 2 for roll, pitch, yaw.
+    applied : Expr
+        Torque really applied since the last sample.
+    law, plant : Group
+        Parameters.
+    d : Derivation
+        Receives the steps.
+    """
+    name, y = AXES[axis], angles[axis]
+    z = symbols(name)
+    # after a gap the angle of one sample ago is not known
+    y1 = d.define(f"y1_used_{name}", sp.Piecewise((y, SAMPLES.symbol < HALF), (z["y1"], True)), "", "y(k-1)", "rad", "y_1")
+    assumed = sp.Piecewise((z["u2"], law.design_delay > HALF), (z["u1"], True))
+    torque = sp.Piecewise((applied, law.applied_regressor > HALF), (assumed, True))
+    torque = d.define(f"v_{name}", torque, "(36)", "torque over the last sample", "N m", "v")
+    phi = (-y1, -z["y2"], torque, z["v1"], sp.S.One)
+    theta = tuple(z[n] for n, _, _ in _THETA)
+    predicted = sp.Add(*(p * t for p, t in zip(phi, theta, strict=True)))
+    predicted = d.define(f"y_hat_{name}", predicted, "(34)", f"prediction of {name}", "rad", r"\hat y")
+    error = d.define(f"eps_{name}", y - predicted, "(39)", "prediction error", "rad", r"\epsilon")
+    product, gain = _gain(name, phi, z, law, d)
+    learns = _learns(name, error, law, plant, d)
+    covariance, trace = _covariance(name, product, gain, z, learns, law, d)
+    following = tuple(
+        d.define(
+            f"{n}_now_{name}",
+            sp.Piecewise((t + g * error, learns), (t, True)),
+            "(42)",
+            f"estimate of {n} after this sample",
+            unit,
+            latex,
+        )
+        for (n, unit, latex), t, g in zip(_THETA, theta, gain, strict=True)
+    )
+    update = dict(zip((n for n, _, _ in _THETA), following, strict=True)) | covariance
+    update |= {"y1": y, "y2": y1, "v1": torque, "u2": z["u1"]}
+    return Estimate(y, y1, torque, following, trace, update)
+
+
+def _entry(z: dict[str, sp.Symbol], i: int, j: int) -> sp.Symbol:
+    return z[f"F{min(i, j) + 1}{max(i, j) + 1}"]
+
+
+def _gain(
+    name: str, phi: tuple[Expr, ...], z: dict[str, sp.Symbol], law: Group, d: Derivation
+) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
+    """Define F Phi and the gain G (40)."""
+    product = tuple(
+        d.define(
+            f"Fphi{i + 1}_{name}",
+            sp.Add(*(_entry(z, i, j) * phi[j] for j in range(5))),
+            "(40)",
+            f"entry {i + 1} of F Phi",
+            latex=rf"(F\Phi)_{i + 1}",
+        )
+        for i in range(5)
+    )
+    size = law.forgetting + sp.Add(*(p * f for p, f in zip(phi, product, strict=True)))
+    size = d.define(f"den_{name}", size, "(40)", "lambda + Phi' F Phi", latex=r"\lambda+\Phi^TF\Phi")
+    gain = tuple(
+        d.define(f"G{i + 1}_{name}", f / size, "(40)", f"gain {i + 1}", latex=f"G_{i + 1}") for i, f in enumerate(product)
+    )
+    return product, gain
+
+
+def _learns(name: str, error: Expr, law: Group, plant: Group, d: Derivation) -> sp.Rel:
+    """Define when the estimator moves: adaptation on, regressors whole, error outside the dead zone."""
+    width = sp.Max(law.dead_zone, law.dead_zone_sigma * plant.noise)
+    when = sp.And(law.adapt > HALF, SAMPLES.symbol > WARM - HALF, sp.Abs(error) > width)
+    flag = d.define(f"learns_{name}", sp.Piecewise((1, when), (0, True)), "", "1 when the estimates move")
+    return flag > HALF
+
+
+def _covariance(
+    name: str,
+    product: tuple[Expr, ...],
+    gain: tuple[Expr, ...],
+    z: dict[str, sp.Symbol],
+    learns: sp.Rel,
+    law: Group,
+    d: Derivation,
+) -> tuple[dict[str, Expr], Expr]:
+    """Define F after the sample (41), capped: a step that would exceed the trace allowed does not forget."""
+    forgotten = {
+        (i, j): d.define(
+            f"F{i + 1}{j + 1}_free_{name}",
+            (_entry(z, i, j) - product[i] * gain[j]) / law.forgetting,
+            "(41)",
+            f"covariance entry {i + 1}, {j + 1}",
+            latex=f"F_{{{i + 1}{j + 1}}}",
+        )
+        for i, j in _PAIRS
+    }
+    trace = sp.Add(*(forgotten[i, i] for i in range(5)))
+    trace = d.define(f"trace_{name}", trace, "", "trace of F", latex=r"\mathrm{tr} F")
+    factor = sp.Piecewise((law.forgetting, trace > law.trace_max), (1, True))
+    factor = d.define(f"cap_{name}", factor, "", "lambda when the trace is above its cap", latex="c_F")
+    update = {
+        f"F{i + 1}{j + 1}": sp.Piecewise((factor * forgotten[i, j], learns), (_entry(z, i, j), True)) for i, j in _PAIRS
+    }
+    return update, trace
+
+
+def start(axis: int, law: Group, plant: Group) -> dict[str, Expr]:
+    """Return the memory before the first sample: first guess, F = F0 I, at rest at the measured angle."""
+    name, y = AXES[axis], angles[axis]
+    nominal = law.guess * nominal_gain(inertia_matrix(plant)[axis, axis], plant.Ts)
+
+    def first(which: str) -> Expr:
+        given = getattr(law, f"{which}_{name}_0")
+        return sp.Piecewise((given, given > 0), (nominal, True))
+
+    values: dict[str, Expr] = {f"F{i + 1}{j + 1}": law.F0 if i is j else sp.S.Zero for i, j in _PAIRS}
+    values |= {"a1": sp.Integer(-2), "a2": sp.S.One, "b0": first("b0"), "b1": first("b1"), "d": sp.S.Zero}
+    values |= {"y1": y, "y2": y, "v1": sp.S.Zero, "u1": sp.S.Zero, "u2": sp.S.Zero}
+    return values
+
+
+def smallest_gain(axis: int, law: Group, plant: Group) -> Expr:
+    """Return b_min, the floor of the gain that a law uses."""
+    return sp.Max(law.b_min, law.b_min_ratio * nominal_gain(inertia_matrix(plant)[axis, axis], plant.Ts))
+
+

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The linear model (8)-(11), linearised from the nonlinear one, and its exact sampled form (43)-(45)."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from models.mechanics import angular_velocity, time_derivative
+from models.satellite.dynamics import (
+    AXES,
+    angles,
+    euler_rotation,
+    gravity_gradient,
+    inertia_matrix,
+    orbit_rate,
+    torque_excess,
+    wheels,
+)
+from models.system import Derivation, Expr, Group
+
+_RATES = sp.symbols(r"\dot\varphi \dot\theta \dot\psi", real=True)
+_ACCELERATIONS = sp.symbols(r"\ddot\varphi \ddot\theta \ddot\psi", real=True)
+_PRINTED_B = ("0.307 + 0.0586 q^-1", "0.305 + 0.0411 q^-1", "0.302 + 0.0404 q^-1")
+
+
+def linear_torques(plant: Group) -> tuple[Expr, Expr, Expr]:
+    """Return the control torque of a motion near the orbit axes, to first order in angles and their rates."""
+    rotation, scale = euler_rotation(), sp.Symbol("epsilon")
+    motion = dict(zip((*angles, *_RATES), (*_RATES, *_ACCELERATIONS), strict=True))
+    relative = angular_velocity(rotation, dict(zip(angles, _RATES, strict=True)))
+    rate = relative + orbit_rate(rotation, plant.omega0)
+    acceleration = rate.applyfunc(lambda expr: time_derivative(expr, motion))
+    inertia = inertia_matrix(plant)
+    torque = torque_excess(inertia, rate, acceleration, wheels) - gravity_gradient(rotation, inertia, plant.omega0)
+    small = {s: scale * s for s in (*angles, *_RATES, *_ACCELERATIONS)}
+    return tuple(_first_order(expr.subs(small, simultaneous=True), scale) for expr in torque)
+
+
+def _first_order(expr: Expr, scale: sp.Symbol) -> Expr:
+    return sp.expand(expr.subs(scale, 0) + sp.diff(expr, scale).subs(scale, 0))
+
+
+def show_linear_model(plant: Group, d: Derivation) -> None:
+    """Show (8)-(11): what the paper keeps, the roll-yaw coupling it drops, and what stored momentum adds."""
+    d.section("Linear model")
+    no_momentum = dict.fromkeys(wheels, 0)
+    for k, torque in enumerate(linear_torques(plant)):
+        name, axis = f"T_{'xyz'[k]}", AXES[k]
+        own = {angles[k], _RATES[k], _ACCELERATIONS[k]}
+        without = torque.subs(no_momentum)
+        coupling = sp.Add(*(t for t in sp.Add.make_args(without) if not own & t.free_symbols))
+        kept = sp.collect(sp.expand(without - coupling), [angles[k], _ACCELERATIONS[k]], sp.factor)
+        d.show(name, kept, f"({8 + k})", f"{axis}: kept by the paper (printed with the first derivative)", "N m")
+        dropped = sp.collect(coupling, _RATES, sp.factor)
+        d.show(f"{name} dropped", dropped, f"({8 + k})", f"{axis}: roll-yaw coupling, dropped by the paper", "N m")
+        stored = sp.expand(torque - without)
+        d.show(f"{name} stored", stored, f"({8 + k})", f"{axis}: added by momentum in the wheels", "N m")
+        _show_state_space(k, kept, dropped, plant, d)
+
+
+def _show_state_space(k: int, kept: Expr, dropped: Expr, plant: Group, d: Derivation) -> None:
+    """Show the entries of A and B of (11) in the row of one acceleration; x holds three angles, then three rates."""
+    inertia = inertia_matrix(plant)[k, k]
+    row = k + 4
+    stiffness = -sp.expand(kept).coeff(angles[k]) / inertia
+    d.show(f"A_{row}{k + 1}", sp.factor(stiffness), "(11)", f"stiffness of {AXES[k]}", "1/s^2")
+    d.show(f"B_{row}{k + 1}", 1 / inertia, "(11)", f"torque to acceleration of {AXES[k]}", "1/kg/m^2")
+    for j in range(3):
+        entry = -sp.expand(dropped).coeff(_RATES[j]) / inertia
+        if entry is not sp.S.Zero:
+            d.show(f"A_{row}{j + 4}", sp.factor(entry), "(11)", "coupling, zero in the paper", "1/s")
+
+
+def pulse_transfer(inertia: Expr, period: Expr, frequency: Expr | None = None) -> tuple[list[Expr], list[Expr]]:
+    """Discretise I y'' + I w^2 y = u exactly, with u held over each sample.
+
+    Parameters
+    ----------
+    inertia, period : Expr
+        I and the sampling period.
+    frequency : Expr, optional
+        w; a double integrator without it.
+
+    Returns
+    -------
+    list of Expr, list of Expr
+        Coefficients of A(q^-1) and of B(q^-1) in A y(k) = q^-1 B u(k), the lowest power first.
+    """
+    stiffness = sp.S.Zero if frequency is None else frequency**2
+    held = sp.Matrix([[0, 1, 0], [-stiffness, 0, 1 / inertia], [0, 0, 0]])
+    step = (held * period).exp().applyfunc(lambda entry: sp.simplify(entry.rewrite(sp.cos)))
+    state, push = step[:2, :2], step[:2, 2]
+    # y(k) = [1 0] x(k), and the characteristic polynomial of the state matrix annihilates x
+    trace, determinant = sp.simplify(state.trace()), sp.simplify(state.det())
+    first = push[0]
+    second = (state * push)[0] - trace * push[0]
+    return [sp.S.One, -trace, determinant], [sp.simplify(first), sp.simplify(second)]
+
+
+def show_sampled_model(plant: Group, d: Derivation) -> None:
+    """Show (43)-(45), and that stiffness leaves b0 = b1."""
+    d.section("Sampled model")
+    frequency, inertia = sp.symbols("w I", positive=True)
+    delay = sp.Symbol("q^{-1}", real=True)
+    A, B = pulse_transfer(inertia, plant.Ts, frequency)
+    d.show("A stiff", _polynomial(A, delay), "(43)-(45)", "A(q^-1) of an axis with stiffness I w^2")
+    d.show("B stiff", _polynomial(B, delay), "(43)-(45)", "B(q^-1) of the same: its zero is -1 at any stiffness", "rad/N/m")
+    for k, axis in enumerate(AXES):
+        A, B = pulse_transfer(inertia_matrix(plant)[k, k], plant.Ts)
+        number = f"({43 + k})"
+        d.show(f"A_{axis}", _polynomial(A, delay), number, f"A(q^-1) of {axis}, as printed")
+        printed = f"B(q^-1) of {axis}; printed {_PRINTED_B[k]}, whose first coefficient is not this one"
+        d.show(f"B_{axis}", sp.factor(_polynomial(B, delay)), number, printed, "rad/N/m")
+
+
+def _polynomial(coefficients: list[Expr], delay: sp.Symbol) -> Expr:
+    return sp.Add(*(c * delay**k for k, c in enumerate(coefficients)))
+
+
+def nominal_gain(inertia: Expr, period: Expr) -> Expr:
+    """Return b0 = b1 of an axis without stiffness, rad/(N m)."""
+    return pulse_transfer(inertia, period)[1][0]

@@ -1,0 +1,379 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Evaluation form of (9)-(16) for pendulums described by angles: O(N), without a large matrix.
+
+The equations (15), (16) are solved for the angle accelerations and put into the hull's balances (arrow elimination).
+It is done in the frame of each pendulum: e_x, e_t = (0, S, C) through the bob and e_n = (0, C, -S), with the directions
+s = -c e_x + s e_t of the arm, e_phi = s e_x + c e_t of phi and e_n of theta. Rates in that frame are W_n, W_t, and w = W1 -
+theta'; p = phi' + W_n and nu = -(c W_t + s w) turn the arm, chi = c w - s W_t spins it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from models.slosh.hull import SIZE, Arm, Balance, Lump, Pull, balance, lump
+from models.slosh.linear import Factors, factorise, solve
+from models.slosh.variables import Pendulum, angle_quantities, angle_rate_quantities, rate
+from models.system import Derivation, Expr, Group
+
+
+@dataclass(frozen=True)
+class Swing:
+    """Named quantities of one pendulum at a state.
+
+    Attributes
+    ----------
+    s, c, S, C : Expr
+        Sines and cosines of phi and theta.
+    phi_rate, theta_rate : Expr
+        rad/s.
+    wn, wt, w : Expr
+        Rates in the pendulum's frame, rad/s.
+    nu_chi, p_chi, squared : Expr
+        nu chi, (p + phi') chi or p chi by convention, and p^2 + nu^2, 1/s^2.
+    """
+
+    s: Expr
+    c: Expr
+    S: Expr
+    C: Expr
+    phi_rate: Expr
+    theta_rate: Expr
+    wn: Expr
+    wt: Expr
+    w: Expr
+    p: Expr
+    chi: Expr
+    nu_chi: Expr
+    squared: Expr
+
+
+@dataclass(frozen=True)
+class Accelerations:
+    """What the equations of motion give at a state and input.
+
+    Attributes
+    ----------
+    unknown : tuple of Expr
+        a_C, roll acceleration, G_y and G_z.
+    angles : tuple of Expr
+        phi_1'', theta_1'', phi_2'', ...
+    """
+
+    unknown: tuple[Expr, ...]
+    angles: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """The evaluation form, for the right-hand side and for its inversion.
+
+    Attributes
+    ----------
+    hull : Lump
+        Common terms.
+    balance : Balance
+        K X + n = applied.
+    factors : Factors
+        Of K, in the order of the unknowns.
+    accelerations : Accelerations
+        Their solution for the inputs.
+    """
+
+    hull: Lump
+    balance: Balance
+    factors: Factors
+    accelerations: Accelerations
+
+
+def angle_dynamics(p: Group, pendulums: Sequence[Pendulum], inertia: str, d: Derivation) -> Dynamics:
+    """Define the accelerations for pendulums described by angles.
+
+    Parameters
+    ----------
+    p : Group
+        Parameters of the plant.
+    pendulums : sequence of Pendulum
+        Parameters of each.
+    inertia : {"paper", "hinge"}
+        Convention of their inertia term.
+    d : Derivation
+        Receives the steps.
+    """
+    geared = inertia == "paper"
+    hull, arms = lump(p, pendulums, geared, d)
+    swings = [_swing(k, d) for k in range(1, len(pendulums) + 1)]
+    pull, recover = (_geared_pull, _geared_angles) if geared else (_hinged_pull, _hinged_angles)
+    pulls = [pull(a, arm, swing, hull, d) for a, arm, swing in zip(pendulums, arms, swings, strict=True)]
+    whole = balance(hull, pulls, d)
+    factors = factorise(whole.matrix, "K", d)
+    right = [
+        d.define(f"b{k}", applied - bias, title="right side", latex=f"b_{k}")
+        for k, (applied, bias) in enumerate(zip(hull.applied, whole.bias, strict=True), 1)
+    ]
+    unknown = solve(factors, right, "X", d)
+    angles = [
+        angle
+        for a, arm, swing in zip(pendulums, arms, swings, strict=True)
+        for angle in recover(a, arm, swing, hull, unknown, d)
+    ]
+    return Dynamics(hull, whole, factors, Accelerations(unknown, tuple(angles)))
+
+
+def _swing(k: int, d: Derivation) -> Swing:
+    phi, theta = (q.symbol for q in angle_quantities(k))
+    phi_rate, theta_rate = (q.symbol for q in angle_rate_quantities(k))
+
+    def name(text: str, value: Expr, title: str, unit: str, latex: str) -> sp.Symbol:
+        return d.define(f"{text}{k}", value, title=f"{title} {k}", unit=unit, latex=latex)
+
+    s = name("sin_phi", sp.sin(phi), "sine of phi", "1", rf"s_{k}")
+    c = name("cos_phi", sp.cos(phi), "cosine of phi", "1", rf"c_{k}")
+    S = name("sin_theta", sp.sin(theta), "sine of theta", "1", rf"S_{k}")
+    C = name("cos_theta", sp.cos(theta), "cosine of theta", "1", rf"C_{k}")
+    w1, w2, w3 = rate
+    wn = name("Wn", w2 * C - w3 * S, "body rate across the plane of arm", "rad/s", rf"W_{{n{k}}}")
+    wt = name("Wt", w2 * S + w3 * C, "body rate along the azimuth of arm", "rad/s", rf"W_{{t{k}}}")
+    w = name("w_x", w1 - theta_rate, "roll rate of the plane of arm", "rad/s", rf"w_{k}")
+    p = name("p", phi_rate + wn, "inertial rate of arm in its plane,", "rad/s", rf"p_{k}")
+    nu = name("nu", -(c * wt + s * w), "inertial rate across its plane of arm", "rad/s", rf"\nu_{k}")
+    chi = name("chi", c * w - s * wt, "spin of arm", "rad/s", rf"\chi_{k}")
+    return Swing(
+        s,
+        c,
+        S,
+        C,
+        phi_rate,
+        theta_rate,
+        wn,
+        wt,
+        w,
+        p,
+        chi,
+        name("nu_chi", nu * chi, "product of rates of arm", "rad^2/s^2", rf"\nu_{k}\chi_{k}"),
+        name("sigma_sq", p**2 + nu**2, "squared rate of arm", "rad^2/s^2", rf"|\sigma_{k}|^2"),
+    )
+
+
+def _in_body(radial: Sequence[Expr], along: Sequence[Expr], across: Sequence[Expr], name: _Namer) -> sp.Matrix:
+    """Turn a pendulum's matrix from its frame to body axes.
+
+    Parameters
+    ----------
+    radial : sequence of Expr
+        Entries x-x, x-t and x-G_t.
+    along, across : sequence of Expr
+        Entries t-t, t-G_t, G_t-G_t and n-n, n-G_n, G_n-G_n.
+    name : callable
+        Names an expression.
+    """
+    S, C = name.swing.S, name.swing.C
+    S_squared, SC = name("S_sq", S**2), name("SC", S * C)
+    matrix = sp.zeros(SIZE, SIZE)
+    matrix[0, 0] = radial[0]
+    for row, entry in ((1, radial[1]), (4, radial[2])):
+        matrix[row, 0], matrix[row + 1, 0] = entry * S, entry * C
+    for (row, column), t, n in zip(((1, 1), (4, 1), (4, 4)), along, across, strict=True):
+        difference = name(f"tn{row}{column}_", t - n)
+        mixed = difference * SC
+        matrix[row, column] = n + difference * S_squared
+        matrix[row + 1, column + 1] = t - difference * S_squared
+        matrix[row + 1, column] = mixed
+        if row > column:
+            matrix[row, column + 1] = mixed
+    return matrix
+
+
+class _Namer:
+    """Names expressions of one pendulum."""
+
+    def __init__(self, k: str, swing: Swing, d: Derivation) -> None:
+        self.k, self.swing, self._d = k, swing, d
+
+    def __call__(self, text: str, value: Expr, title: str = "product", unit: str = "1", latex: str = "") -> Expr:
+        return self._d.define(f"{text}{self.k}", value, title=f"{title}, pendulum {self.k}", unit=unit, latex=latex)
+
+
+def _bias_in_body(force: Sequence[Expr], turning: Sequence[Expr], roll: Expr, name: _Namer) -> list[Expr]:
+    """Turn force (x, t, n) and the terms of (G_t, G_n) to body axes and put them in the order of the unknowns."""
+    S, C = name.swing.S, name.swing.C
+    (ft, fn), (gt, gn) = force[1:], turning
+    return [force[0], S * ft + C * fn, C * ft - S * fn, roll, S * gt + C * gn, C * gt - S * gn]
+
+
+def _along_arm(a: Pendulum, arm: Arm, hull: Lump, name: _Namer) -> tuple[Expr, Expr, list[Expr], list[Expr]]:
+    """Return what the arm's tension adds: reaction at rest of the unknowns, e G_x, and entries x-. and t-.."""
+    swing = name.swing
+    lead = name("eG1_", arm.lever * hull.g1, "centripetal acceleration of the pivot", "m/s^2")
+    pull = name(
+        "tension",
+        -(arm.moving * swing.c * lead + a.mass * a.length * swing.squared),
+        "force along the arm",
+        "N",
+    )
+    As = name("As_", arm.moving * swing.s)
+    Ass, Asc = name("Ass_", As * swing.s), name("Asc_", As * swing.c)
+    eAss = name("eAss_", arm.lever * Ass)
+    return lead, pull, [arm.moving - Ass, -Asc, -arm.lever * Asc], [Ass, eAss, arm.lever * eAss]
+
+
+def _geared_pull(a: Pendulum, arm: Arm, swing: Swing, hull: Lump, d: Derivation) -> Pull:
+    """Return a pendulum's terms with the paper's inertia: rotors geared to phi (about x) and to theta (about z)."""
+    name = _Namer(a.name, swing, d)
+    w1, w2, w3 = rate
+    lead, pull, radial, along = _along_arm(a, arm, hull, name)
+    q = name("q_", a.length * swing.s, "distance of the bob from the pivot's axis", "m")
+    reach = name("lc_", a.length * swing.c)
+    coupling = name("B_", arm.lumped * a.length, "lumped mass times length", "kg m", f"B_{a.name}")
+    Bs, Bc, Bl = name("Bs_", coupling * swing.s), name("Bc_", coupling * swing.c), name("Bl_", coupling * a.length)
+    turn = name("g_", arm.lever - reach, "bob from C along x", "m")
+    share = name("th_", a.mass / (a.mass * q**2 + a.inertia), "m over the inertia of theta", "1/m^2")
+    weight = name("wth_", share * a.inertia)
+    eBc = name("eBc_", arm.lever * Bc)
+    radial = [radial[0], radial[1], radial[2] - Bs]
+    along = [along[0], along[1] - Bc, along[2] - 2 * eBc + Bl]
+    weighted = name("wg_", weight * turn)
+    base = arm.lumped * arm.lever
+    across = [weight - arm.lumped, weighted - base, weighted * turn - base * arm.lever]
+    matrix = _in_body(radial, along, across, name)
+    S, C = swing.S, swing.C
+    swept, leant = name("wq_", weight * q), name("wqg_", weighted * q)
+    roll = name("wqq_", swept * q)
+    y, z, gy, gz = (name(t, v) for t, v in (("wqC_", swept * C), ("wqS_", swept * S), ("wgC_", leant * C), ("wgS_", leant * S)))
+    matrix[3, 0] = -Bs
+    matrix[3, 1], matrix[3, 2], matrix[3, 3] = -(Bc * S + y), z - Bc * C, Bl + roll
+    rest = Bl - eBc
+    matrix[4, 3], matrix[5, 3] = rest * S - gy + roll, rest * C + gz
+    matrix[4, 1] -= y
+    matrix[4, 2] += z
+    matrix[4, 4] += roll - 2 * gy
+    matrix[5, 4] += gz
+    return Pull(matrix, _geared_bias(a, arm, hull, name, lead, pull, coupling, q, reach, turn, share))
+
+
+def _geared_bias(
+    a: Pendulum,
+    arm: Arm,
+    hull: Lump,
+    name: _Namer,
+    lead: Expr,
+    pull: Expr,
+    coupling: Expr,
+    q: Expr,
+    reach: Expr,
+    turn: Expr,
+    share: Expr,
+) -> tuple[Expr, ...]:
+    swing = name.swing
+    w1, w2, w3 = rate
+    phi_loss = name("loss_phi", a.damping * swing.phi_rate, "damping moment of phi", "N m")
+    theta_loss = name("loss_theta", a.damping * swing.theta_rate, "damping moment of theta", "N m")
+    eta = name("eta", -(swing.w * swing.wt + swing.nu_chi), "velocity terms of phi''", "rad/s^2")
+    zeta = reach * swing.w * swing.wn - a.length * (swing.p + swing.phi_rate) * swing.chi
+    zeta = name("zeta", zeta + q * hull.xy, "velocity terms of the bob across its plane", "m/s^2")
+    swung = name("F_phi", -(coupling * eta + arm.ratio * phi_loss), "force along e_phi", "N")
+    across = name("F_n", share * (a.inertia * zeta - q * theta_loss), "force along e_n", "N")
+    lever_force = name("M_n", a.length * swung + coupling * swing.s * lead, "moment about e_n", "N m")
+    radial = swing.s * swung - swing.c * pull
+    along = name("F_t", swing.s * pull + swing.c * swung, "force along e_t", "N")
+    roll = name("M_q", q * across, "moment of the force along e_n", "N m")
+    bias = _bias_in_body(
+        (radial, along, across), (arm.lever * along - lever_force, turn * across), -(lever_force + phi_loss + roll), name
+    )
+    spin_x = name("I_phi", a.inertia * swing.phi_rate, "angular momentum of the rotor of phi", "kg m^2/s")
+    spin_z = name("I_theta", a.inertia * swing.theta_rate, "angular momentum of the rotor of theta", "kg m^2/s")
+    bias[3] += w2 * spin_z
+    bias[4] -= w2 * spin_x + roll + theta_loss
+    bias[5] -= w3 * spin_x - w1 * spin_z
+    return tuple(bias)
+
+
+def _at_pivot(swing: Swing, unknown: Sequence[Expr]) -> tuple[Expr, Expr, Expr, Expr]:
+    """Return a_t, a_n of C and G_t, G_n."""
+    (_, a2, a3, _, g2, g3), S, C = unknown, swing.S, swing.C
+    return S * a2 + C * a3, C * a2 - S * a3, S * g2 + C * g3, C * g2 - S * g3
+
+
+def _phi_acceleration(
+    a: Pendulum, arm: Arm, unknown: Sequence[Expr], along: Expr, turning: Expr, moment: Expr, name: _Namer
+) -> Expr:
+    """Solve the equation of phi for p' + nu chi, given its moment without the acceleration of the pivot."""
+    swing = name.swing
+    k = a.name
+    lead = sp.Symbol(f"eG1_{k}", real=True)
+    pivot = swing.s * (unknown[0] + lead) + swing.c * (along + arm.lever * turning)
+    return -(arm.ratio * pivot + moment / arm.total)
+
+
+def _geared_angles(
+    a: Pendulum, arm: Arm, swing: Swing, hull: Lump, unknown: Sequence[Expr], d: Derivation
+) -> tuple[Expr, Expr]:
+    name = _Namer(a.name, swing, d)
+    k = a.name
+    q, turn, share, eta, zeta, phi_loss, theta_loss = (
+        sp.Symbol(f"{text}{k}", real=True) for text in ("q_", "g_", "th_", "eta", "zeta", "loss_phi", "loss_theta")
+    )
+    at, an, gt, gn = _at_pivot(swing, unknown)
+    gt = name("G_t", gt, "G along e_t", "1/s^2")
+    turned = name("Gt_eta", gt + eta, "p' + nu chi of the rigid spacecraft, less phi''", "rad/s^2")
+    arm_rate = _phi_acceleration(a, arm, unknown, at, gt, a.inertia * (unknown[3] + turned) + phi_loss, name)
+    phi = name("phi_acc", arm_rate + turned, "acceleration of phi", "rad/s^2", rf"\ddot\varphi_{k}")
+    across = an + turn * gn - q * (unknown[3] + unknown[4]) + zeta
+    theta = hull.xy - unknown[4] - share * (q * across + theta_loss / a.mass)
+    return phi, name("theta_acc", theta, "acceleration of theta", "rad/s^2", rf"\ddot\theta_{k}")
+
+
+def _hinged_pull(a: Pendulum, arm: Arm, swing: Swing, hull: Lump, d: Derivation) -> Pull:
+    """Return a pendulum's terms with a rigid bob on hinges: theta about -x, then phi."""
+    name = _Namer(a.name, swing, d)
+    lead, pull, radial, along = _along_arm(a, arm, hull, name)
+    s, c, wn, w = swing.s, swing.c, swing.wn, swing.w
+    q = name("q_", a.length * s, "distance of the bob from the pivot's axis", "m")
+    whole = name("th_", 1 / (a.mass * q**2 + a.inertia), "reciprocal of the inertia of theta", "1/(kg m^2)")
+    weight = name("wb_", arm.total * a.inertia * whole, "inertia that turns with W_t", "kg m^2")
+    kc = name("kc_", arm.ratio * c)
+    side = name("side", 1 - arm.lever * kc)
+    pressed = name("wkc_", weight * kc)
+    across = [pressed * kc, -pressed * side, weight * side**2]
+    matrix = _in_body(radial, along, across, name)
+    phi_loss = name("loss_phi", a.damping * swing.phi_rate, "damping moment of phi", "N m")
+    theta_loss = name("loss_theta", a.damping * swing.theta_rate, "damping moment of theta", "N m")
+    p_chi = name("p_chi", swing.p * swing.chi, "product of rates of the arm", "rad^2/s^2")
+    swinging = a.mass * a.length * q
+    crosswise = a.inertia * (arm.total * w * (swing.phi_rate - wn) + c * a.mass * a.length**2 * p_chi)
+    twist = name("twist", whole * (crosswise + c * swinging * theta_loss), "moment about e_t", "N m")
+    swung = arm.ratio * (a.inertia * swing.nu_chi - phi_loss)
+    swung = name("F_phi", swung, "force along e_phi", "N")
+    side_force = -kc * twist - arm.ratio * (s * theta_loss + a.inertia * p_chi)
+    side_force = name("F_n", side_force, "force along e_n", "N")
+    forward = name("F_t", s * pull + c * swung, "force along e_t", "N")
+    bias = _bias_in_body(
+        (s * swung - c * pull, forward, side_force),
+        (arm.lever * forward + phi_loss, arm.lever * side_force + twist),
+        theta_loss,
+        name,
+    )
+    return Pull(matrix, tuple(bias))
+
+
+def _hinged_angles(
+    a: Pendulum, arm: Arm, swing: Swing, hull: Lump, unknown: Sequence[Expr], d: Derivation
+) -> tuple[Expr, Expr]:
+    name = _Namer(a.name, swing, d)
+    k = a.name
+    q, whole, p_chi, phi_loss, theta_loss = (
+        sp.Symbol(f"{text}{k}", real=True) for text in ("q_", "th_", "p_chi", "loss_phi", "loss_theta")
+    )
+    at, an, gt, gn = _at_pivot(swing, unknown)
+    gt = name("G_t", gt, "G along e_t", "1/s^2")
+    arm_rate = _phi_acceleration(a, arm, unknown, at, gt, phi_loss - a.inertia * swing.nu_chi, name)
+    turned = gt - swing.w * swing.wt - swing.nu_chi
+    phi = name("phi_acc", arm_rate + turned, "acceleration of phi", "rad/s^2", rf"\ddot\varphi_{k}")
+    gn = name("G_n", gn, "G along e_n", "1/s^2")
+    inward = swing.c * (gn - swing.w * swing.wn) + p_chi + swing.phi_rate * swing.chi
+    across = a.mass * q * (an + arm.lever * gn - a.length * inward)
+    turn = whole * (across + a.inertia * swing.phi_rate * swing.wt + theta_loss)
+    return phi, name("theta_acc", unknown[3] - turn, "acceleration of theta", "rad/s^2", rf"\ddot\theta_{k}")

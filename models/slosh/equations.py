@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The spacecraft's equations of motion (1)-(17) for any number of pendulums, energy and momentum.
+
+The kinetic energy is a sum over hull, fixed fuel and pendulums, so each part is derived once and the pendulum's part is
+copied for every pendulum. What is derived here is linear in the accelerations and implicit; the right-hand side is
+evaluated in another form (dynamics.py) that has to agree with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from models.mechanics import kirchhoff
+from models.slosh.pendulum import (
+    acceleration,
+    angle_acceleration,
+    angular_acceleration,
+    contribution,
+    frame_rates,
+    galilean,
+    instance,
+)
+from models.slosh.variables import GIMBALS, MOMENTS, Pendulum, rate, velocity
+from models.system import Derivation, Expr, Group
+
+ACCELERATIONS = (*acceleration, *angular_acceleration)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Energy, momenta and left sides for the spacecraft with its pendulums.
+
+    Attributes
+    ----------
+    energy : Expr
+        Kinetic energy (5), J.
+    momentum : sympy.Matrix
+        dT/dV, kg m/s, and dT/dOmega about O, kg m^2/s, in body axes: six numbers.
+    wrench : sympy.Matrix
+        Left sides of (9)-(14) as functions of a, Omega' and the pendulums' accelerations.
+    rows : tuple of sympy.Matrix
+        Left sides of (15), (16) or of their counterpart, by pendulum.
+    dissipation : Expr
+        Power that the pendulums lose, -dT/dt without inputs, W.
+    """
+
+    energy: Expr
+    momentum: sp.Matrix
+    wrench: sp.Matrix
+    rows: tuple[sp.Matrix, ...]
+    dissipation: Expr
+
+
+def thrust(p: Group) -> sp.Matrix:
+    """Return tau_t, the thrust in body axes, N: its magnitude is F whatever the gimbal angles."""
+    d1, d2 = (q.symbol for q in GIMBALS)
+    return p.F * sp.Matrix([sp.cos(d1) * sp.cos(d2), sp.sin(d2), -sp.sin(d1) * sp.cos(d2)])
+
+
+def gimbal_position(p: Group) -> sp.Matrix:
+    """Return r_F, the point on the x axis where the thrust acts, m."""
+    return sp.Matrix([-(p.b + p.d), 0, 0])
+
+
+def applied_wrench(p: Group) -> sp.Matrix:
+    """Return tau_t and tau_r about O: the right sides of (9)-(14)."""
+    force = thrust(p)
+    moment = sp.Matrix([q.symbol for q in MOMENTS]) + gimbal_position(p).cross(force)
+    return sp.Matrix([*force, *moment])
+
+
+def hull_energy(p: Group) -> Expr:
+    """Return the kinetic energy of hull and fixed fuel, the first terms of (5)."""
+    hull = velocity + rate.cross(sp.Matrix([-p.b, 0, 0]))
+    fuel = velocity + rate.cross(sp.Matrix([-p.h0, 0, 0]))
+    inertia = sp.diag(p.J_x + p.I0, p.J_y + p.I0, p.J_z + p.I0)
+    return p.m * hull.dot(hull) / 2 + p.m0 * fuel.dot(fuel) / 2 + rate.dot(inertia * rate) / 2
+
+
+def motion(p: Group, pendulums: Sequence[Pendulum], inertia: str) -> Motion:
+    """Put the spacecraft together from its parts, with pendulums described by angles.
+
+    Parameters
+    ----------
+    p : Group
+        Parameters of the plant.
+    pendulums : sequence of Pendulum
+        Parameters of each.
+    inertia : {"paper", "hinge"}
+        Convention of their inertia term.
+    """
+    part = contribution(inertia)
+    copies = [_copy(pendulum, k) for k, pendulum in enumerate(pendulums, 1)]
+    hull = hull_energy(p)
+    force, moment = (galilean(side) for side in kirchhoff(hull, velocity, rate, frame_rates()))
+    momentum = sp.Matrix([hull.diff(symbol) for symbol in (*velocity, *rate)])
+    wrench = sp.Matrix([*force, *moment])
+    part_wrench, part_momentum = sp.Matrix([*part.force, *part.moment]), sp.Matrix([*part.linear, *part.angular])
+    return Motion(
+        sp.Add(hull, *(copy(part.energy) for copy in copies)),
+        _sum(momentum, [part_momentum.applyfunc(copy) for copy in copies]),
+        _sum(wrench, [part_wrench.applyfunc(copy) for copy in copies]),
+        tuple(part.rows.applyfunc(copy) for copy in copies),
+        sp.Add(*(2 * copy(part.dissipation) for copy in copies)),
+    )
+
+
+def accelerations_of(k: int) -> tuple[sp.Symbol, sp.Symbol]:
+    """Return the symbols of the angular accelerations of pendulum k."""
+    return sp.Symbol(f"phi{k}_ddot", real=True), sp.Symbol(f"theta{k}_ddot", real=True)
+
+
+def _copy(pendulum: Pendulum, k: int) -> Callable[[Expr], Expr]:
+    """Return the map from generic symbols to those of pendulum k."""
+    named = instance(pendulum, k) | dict(zip(angle_acceleration, accelerations_of(k), strict=True))
+    return lambda expr: expr.xreplace(named)
+
+
+def _sum(first: sp.Matrix, others: Sequence[sp.Matrix]) -> sp.Matrix:
+    return sp.Matrix([sp.Add(*entries) for entries in zip(first, *others, strict=True)])
+
+
+def implicit_equations(
+    p: Group, pendulums: Sequence[Pendulum], inertia: str
+) -> tuple[tuple[sp.Symbol, ...], tuple[Expr, ...]]:
+    """Return the derived equations of motion (9)-(16) as residuals that the true accelerations make zero.
+
+    Returns
+    -------
+    accelerations : tuple of Symbol
+        a, Omega', then phi_i'', theta_i'' pendulum by pendulum.
+    residuals : tuple of Expr
+        As many, linear in them: left sides less right sides.
+    """
+    whole = motion(p, pendulums, inertia)
+    unknown = (*ACCELERATIONS, *(s for k in range(1, len(pendulums) + 1) for s in accelerations_of(k)))
+    balance = whole.wrench - applied_wrench(p)
+    return unknown, (*balance, *(entry for rows in whole.rows for entry in rows))
+
+
+def velocity_accelerations(rates: Mapping[sp.Symbol, Expr]) -> dict[sp.Symbol, Expr]:
+    """Return a = V' + Omega x V (17) and Omega' from the rates of V and Omega."""
+    linear = sp.Matrix([rates[v] for v in velocity]) + rate.cross(velocity)
+    return dict(zip(ACCELERATIONS, (*linear, *(rates[w] for w in rate)), strict=True))
+
+
+_BALANCES = (
+    ("F_x", "(9)", "balance of forces along x", "N"),
+    ("F_y", "(10)", "balance of forces along y", "N"),
+    ("F_z", "(11)", "balance of forces along z", "N"),
+    ("M_x", "(12)", "balance of moments about x", "N m"),
+    ("M_y", "(13)", "balance of moments about y", "N m"),
+    ("M_z", "(14)", "balance of moments about z", "N m"),
+)
+
+
+def show_equations(p: Group, inertia: str, d: Derivation) -> None:
+    """Write the derivation down: energy, dissipation and the equations of motion with their numbers.
+
+    A pendulum's terms stand once, with the index i; the balances hold their sums over i.
+    """
+    part = contribution(inertia)
+    d.section("Energy and dissipation")
+    for axis, entry in zip("xyz", part.position, strict=True):
+        d.show(rf"{axis}_i", entry, "(7)", f"position of bob i from O, {axis}", "m")
+    total = sp.Symbol(r"\sum_i T_i", real=True)
+    d.show("T", hull_energy(p) + total, "(5), (6)", "kinetic energy of hull, fixed fuel and pendulums", "J")
+    d.show("T_i", part.energy, "(5), (6)", "kinetic energy of pendulum i", "J")
+    d.show("R_i", part.dissipation, "(8)", "Rayleigh function of pendulum i", "W")
+    d.section("Equations of motion")
+    for axis, entry in zip("xyz", acceleration, strict=True):
+        place = "xyz".index(axis)
+        spelled = sp.Symbol(rf"\dot v_{axis}", real=True) + rate.cross(velocity)[place]
+        d.show(sp.latex(entry), spelled, "(17)", f"acceleration of O along {axis}", "m/s^2")
+    force, moment = (galilean(side) for side in kirchhoff(hull_energy(p), velocity, rate, frame_rates()))
+    parts = (*part.force, *part.moment)
+    right = applied_wrench(p)
+    for k, (name, number, title, unit) in enumerate(_BALANCES):
+        d.show(f"{name}^{{(i)}}", parts[k], number, f"{title}: terms of pendulum i", unit)
+        terms = sp.Symbol(rf"\sum_i {name}^{{(i)}}", real=True)
+        d.show("0", (*force, *moment)[k] + terms - right[k], number, title, unit)
+    d.show("0", part.rows[0], "(15)", "equation of phi_i", "N m")
+    d.show("0", part.rows[1], "(16)", "equation of theta_i", "N m")

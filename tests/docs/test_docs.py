@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The pages keep their word: their Python and their commands run, say what the pages show, and links lead somewhere.
+
+What a page may say to this test, in a comment on the line before a block:
+`<!-- not run: reason -->`, `<!-- exit: 2 -->` for a block that ends with that status, `<!-- file: NAME -->` for a block
+that is written to a file. A `text` block after a Python block, and the lines without `$ ` in a `console` block, are
+looked for in the output; `...` stands for anything.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(
+    [
+        *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
+        *(ROOT / "docs").rglob("*.md"),
+        *(ROOT / "benchmarks").glob("*.md"),
+    ]
+)
+SHELLS = ("console", "bash")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: its language, its lines, the line it starts on, and what the comment before it says."""
+
+    language: str
+    lines: tuple[str, ...]
+    start: int
+    marker: str
+
+
+def blocks(text: str) -> Iterator[Block]:
+    """Find the fenced blocks of a page."""
+    found: list[str] | None = None
+    fence = language = marker = ""
+    start = 0
+    for number, line in enumerate(text.splitlines(), 1):
+        opening = re.match(r"^(`{3,})(\w*)\s*$", line)
+        if found is not None and line.rstrip() == fence:
+            yield Block(language, tuple(found), start, marker)
+            found, marker = None, ""
+        elif found is not None:
+            found.append(line)
+        elif opening:
+            fence, language = opening.groups()
+            found, start = [], number
+        elif line.strip():
+            marker = line.strip()
+    assert found is None, f"the block that starts on line {start} has no end"
+
+
+def said(block: Block, what: str) -> str:
+    """Return what the comment before a block says about `what`, or nothing."""
+    match = re.match(rf"^<!-- {what}: (.+) -->$", block.marker)
+    return match.group(1) if match else ""
+
+
+def test_blocks_are_found_with_their_markers() -> None:
+    page = "text\n<!-- exit: 2 -->\n\n```console\n$ false\n```\nmore\n```python\nx = 1\n```\n"
+    first, second = blocks(page)
+    assert (first.language, first.lines, first.start, said(first, "exit")) == ("console", ("$ false",), 4, "2")
+    assert (second.language, second.lines, said(second, "exit")) == ("python", ("x = 1",), "")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    names: dict[str, Any] = {"__name__": "__main__"}
+    output = ""
+    for block in blocks(page.read_text(encoding="utf-8")):
+        where = f"{page.relative_to(ROOT)}:{block.start}"
+        if said(block, "not run"):
+            output = ""
+        elif name := said(block, "file"):
+            (tmp_path / name).write_text("\n".join(block.lines) + "\n", encoding="utf-8")
+        elif block.language == "python":
+            output = run_python(block, page, names)
+        elif block.language in SHELLS:
+            output = run_shell(block, where, tmp_path)
+        elif block.language == "text" and output:
+            expect(block.lines, output, where)
+
+
+def run_python(block: Block, page: Path, names: dict[str, Any]) -> str:
+    """Run a block in the names of its page; a traceback shows the line of the page."""
+    text = "\n" * block.start + "\n".join(block.lines)
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(text, str(page), "exec"), names)
+    return printed.getvalue()
+
+
+def run_shell(block: Block, where: str, folder: Path) -> str:
+    """Run a block as one script and compare status and output with what the page shows."""
+    script, shown = commands(block)
+    wanted = int(said(block, "exit") or 0)
+    done = subprocess.run(
+        ["bash", "-euo", "pipefail", "-c", script],
+        cwd=folder,
+        env=environment(folder),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == wanted, f"{where}: exit {done.returncode}, not {wanted}:\n{script}\n{done.stdout}"
+    expect(shown, done.stdout, where)
+    return done.stdout
+
+
+def commands(block: Block) -> tuple[str, list[str]]:
+    """Split a console block into a script and the output it shows; a bash block is a script as a whole."""
+    if block.language == "bash":
+        return "\n".join(block.lines), []
+    script, shown, continued = [], [], False
+    for line in block.lines:
+        if line.startswith("$ ") or continued:
+            script.append(line.removeprefix("$ "))
+            continued = line.endswith("\\")
+        else:
+            shown.append(line)
+    return "\n".join(script), shown
+
+
+def environment(folder: Path) -> dict[str, str]:
+    """Return an environment in which `mehvar` and `python` are those that run this test."""
+    programs = folder / ".bin"
+    if not programs.exists():
+        programs.mkdir()
+        for name, call in (("python", ""), ("mehvar", " -m mehvar")):
+            program = programs / name
+            program.write_text(f'#!/bin/sh\nexec "{sys.executable}"{call} "$@"\n', encoding="utf-8")
+            program.chmod(0o755)
+    return {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
+
+
+def expect(shown: Sequence[str], output: str, where: str) -> None:
+    """Look for the shown lines in the output, in their order; blanks count as one."""
+    rest = [squeezed(line) for line in output.splitlines()]
+    for line in filter(None, map(squeezed, shown)):
+        if line == "...":
+            continue
+        pattern = ".*".join(map(re.escape, line.split("...")))
+        position = next((k for k, real in enumerate(rest) if re.fullmatch(pattern, real)), None)
+        assert position is not None, f"{where}: the output lacks the line\n  {line}\nIt is:\n{output}"
+        del rest[: position + 1]
+
+
+def squeezed(line: str) -> str:
+    return " ".join(line.split())
+
+
+def test_expect_refuses_what_is_not_there() -> None:
+    expect(["a ... c", "...", "d"], "a  b c\nx\nd\n", "here")
+    with pytest.raises(AssertionError, match="lacks the line"):
+        expect(["d", "a b c"], "a b c\nd\n", "here")
+
+
+def test_a_command_that_fails_is_noticed(tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match="exit 2, not 0"):
+        run_shell(Block("console", ("$ mehvar show nonsense",), 1, ""), "here", tmp_path)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in links(page):
+        path, _, anchor = target.partition("#")
+        place = (page.parent / path).resolve() if path else page
+        assert place.exists(), f"{page.relative_to(ROOT)}: no file {target}"
+        assert place.is_relative_to(ROOT), f"{page.relative_to(ROOT)}: {target} leads out of the repository"
+        if anchor:
+            assert anchor in anchors(place), f"{page.relative_to(ROOT)}: no heading for {target}"
+
+
+def test_every_page_can_be_reached() -> None:
+    seen, waiting = set(), [ROOT / "README.md"]
+    while waiting:
+        page = waiting.pop()
+        if page in seen:
+            continue
+        seen.add(page)
+        targets = ((page.parent / target.partition("#")[0]).resolve() for target in links(page))
+        waiting += [place for place in targets if place.suffix == ".md" and place.is_file()]
+    missing = [str(page.relative_to(ROOT)) for page in PAGES if page not in seen]
+    assert not missing, f"no link leads to {', '.join(missing)}"
+
+
+def links(page: Path) -> Iterator[str]:
+    """Return the relative links of a page, code excepted."""
+    text = re.sub(r"^(`{3,}).*?^\1\s*$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"`[^`\n]*`", "", text)):
+        if not re.match(r"^[a-z]+:", target):
+            yield target
+
+
+def anchors(page: Path) -> set[str]:
+    """Return the anchors that a forge gives the headings of a page."""
+    text = re.sub(r"^(`{3,}).*?^\1\s*$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    headings = re.findall(r"^#+\s+(.+?)\s*$", text, flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_the_citation_names_this_version() -> None:
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    version = re.search(r'^version = "(.+)"$', project, flags=re.MULTILINE)
+    assert version
+    assert f"version: {version.group(1)}\n" in citation
