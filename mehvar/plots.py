@@ -165,11 +165,11 @@ def pretty_unit(unit: str) -> str:
 
 
 def headline(dataset: xr.Dataset) -> str:
-    """Return what was run and, when it ended early, when and why."""
+    """Return what was run and, when it ended early, why."""
     text = f"{dataset.attrs['title']} (scenario {dataset.attrs['scenario']})"
     if dataset.attrs["status"] == "done":
         return text
-    return f"{text}\nended at t = {dataset.attrs['t_stop']:.6g} s: {dataset.attrs['reason']}"
+    return f"{text}\nended early: {dataset.attrs['reason']}"
 
 
 def _panels_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:

@@ -185,7 +185,7 @@ def _typeset(text: str) -> str:
     """Return text with proper minus signs and powers of ten."""
 
     def power(match: re.Match[str]) -> str:
-        return f"{match[1]} · 10{str(int(match[2])).translate(_SUPERSCRIPTS)}"
+        return f"{match[1]}×10{str(int(match[2])).translate(_SUPERSCRIPTS)}"
 
     text = re.sub(r"(\d)e([+-]?\d+)", power, text)
     return re.sub(r"(?<![\w.\-])-(?=\d)", "−", text)

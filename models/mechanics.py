@@ -47,10 +47,23 @@ def frame_turn(axis: int, angle: sp.Expr) -> sp.Matrix:
     return turn
 
 
+def reduce_sines(expr: sp.Expr) -> sp.Expr:
+    """Expand and write even powers of sines by cosines, which brings a trigonometric polynomial to one normal form."""
+
+    def even(power: sp.Pow) -> sp.Expr:
+        square = 1 - sp.cos(power.base.args[0]) ** 2
+        return square ** (power.exp // 2) * power.base ** (power.exp % 2)
+
+    def is_power_of_sine(term: sp.Basic) -> bool:
+        return isinstance(term, sp.Pow) and isinstance(term.base, sp.sin) and bool(term.exp.is_Integer)
+
+    return sp.expand(sp.expand(expr).replace(is_power_of_sine, even))
+
+
 def angular_velocity(rotation: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Matrix:
     """Return the rate of the turned frame in its own axes: Omega of C' = -[Omega x] C, for C = `rotation`."""
     spin = -matrix_rate(rotation, rates) * rotation.T
-    return sp.Matrix([sp.trigsimp(sp.expand(spin[row, column])) for row, column in ((2, 1), (0, 2), (1, 0))])
+    return sp.Matrix([reduce_sines(spin[row, column]) for row, column in ((2, 1), (0, 2), (1, 0))])
 
 
 def angle_rates(rotation: sp.Matrix, angles: Sequence[sp.Symbol], omega: Sequence[sp.Expr]) -> sp.Matrix:
@@ -68,9 +81,8 @@ def angle_rates(rotation: sp.Matrix, angles: Sequence[sp.Symbol], omega: Sequenc
     unknown = sp.symbols("rate_0:3", real=True)
     spin = angular_velocity(rotation, dict(zip(angles, unknown, strict=True)))
     matrix = spin.jacobian(unknown)
-    determinant = sp.trigsimp(sp.expand(matrix.det()))
-    adjugate = matrix.adjugate().applyfunc(lambda entry: sp.trigsimp(sp.expand(entry)))
-    return (adjugate / determinant).applyfunc(sp.cancel) * sp.Matrix(omega)
+    determinant = reduce_sines(matrix.det())
+    return (matrix.adjugate().applyfunc(reduce_sines) / determinant).applyfunc(sp.cancel) * sp.Matrix(omega)
 
 
 def quaternion_product(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Matrix:

@@ -48,8 +48,8 @@ READINGS = (
     "Gain of the path law: printed 5, read as 0.5. With 5 the run is ten times faster than the sliding run, and what "
     "the paper says about comparing the two is not so (scenario printed).",
     "Equation (22) needs a minus sign before its last term, and (27) has no factor 1/2 (claim 9).",
-    "The expected numbers were computed beforehand by an independent program from the corrected equations; the paper "
-    "itself prints none of them.",
+    "The expected numbers were computed beforehand by an independent program from the corrected equations; the text "
+    "of the paper puts its claims in words.",
 )
 
 
@@ -184,7 +184,7 @@ def disturbed_runs(runs: Runs) -> Figure:
         axes[right].autoscale(axis="y")
     for law, color, line in (("path", BLUE, "-"), ("sliding", VERMILLION, "--")):
         axes["e"].plot(both[law]["t"], both[law]["theta"], line, color=color, label=f"{law} law")
-    _time_axis(axes["e"], both["path"], label(r"$\theta$", "attitude", "rad"))
+    _time_axis(axes["e"], label(r"$\theta$", "attitude", "rad"))
     axes["e"].set_title("(e) attitude")
     axes["e"].legend(loc="upper right")
     return figure
@@ -196,7 +196,7 @@ def rod_lengths(ax: Axes, dataset: xr.Dataset, final: tuple[float, ...]) -> None
         ax.plot(dataset["t"], dataset[f"l{k}"], color=color, label=f"$l_{k}$")
         ax.axhline(final[k - 1], color=color, ls=(0, (4, 3)), lw=0.8)
     ax.set_ylim(bottom=0.0)
-    _time_axis(ax, dataset, label("$l$", "rod length", "m"))
+    _time_axis(ax, label("$l$", "rod length", "m"))
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, handlelength=1.2)
 
 
@@ -204,7 +204,7 @@ def rod_rates(ax: Axes, dataset: xr.Dataset) -> None:
     """Draw the rates of the three rods over time."""
     for k, color in enumerate(RODS, 1):
         ax.plot(dataset["t"], dataset[f"u_l{k}"], color=color, label=f"$l_{k}'$")
-    _time_axis(ax, dataset, label("$l'$", "rod rate", "m/s"))
+    _time_axis(ax, label("$l'$", "rod rate", "m/s"))
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, handlelength=1.2)
 
 
@@ -212,7 +212,7 @@ def _attitude(ax: Axes, dataset: xr.Dataset) -> None:
     ax.plot(dataset["t"], dataset["theta"], color=BLACK)
     target = float(dataset["theta"][-1] - dataset["theta_error"][-1])
     ax.axhline(target, color=TARGET, ls=(0, (4, 3)), lw=1.0)
-    _time_axis(ax, dataset, label(r"$\theta$", "attitude", "rad"))
+    _time_axis(ax, label(r"$\theta$", "attitude", "rad"))
 
 
 def _disc(ax: Axes, dataset: xr.Dataset, target: complex) -> None:
@@ -226,10 +226,9 @@ def _disc(ax: Axes, dataset: xr.Dataset, target: complex) -> None:
     ax.legend(loc="lower right", bbox_to_anchor=(1.03, -0.01), handlelength=1.2)
 
 
-def _time_axis(ax: Axes, dataset: xr.Dataset, text: str) -> None:
+def _time_axis(ax: Axes, text: str) -> None:
     ax.axhline(0.0, color=GREY, lw=0.6)
     ax.margins(x=0)
-    ax.set_xlim(0.0, float(dataset["t"][-1]))
     ax.set_xlabel(label("$t$", "time", "s"))
     ax.set_ylabel(text)
 

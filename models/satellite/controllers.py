@@ -95,7 +95,9 @@ def retain(axis: int, found: Estimate, model: Model, law: Group, plant: Group, d
     name = AXES[axis]
     ea1, ea2, eb0, eb1, offset = found.theta
     floor = smallest_gain(axis, law, plant)
-    lift = d.define(f"lift_{name}", sp.Max(0, floor - (eb0 + eb1) / 2), "", "what b0 and b1 lack", "rad/N/m", r"\delta_b")
+    lift = d.define(
+        f"lift_{name}", sp.Max(0, floor - (eb0 + eb1) / 2), "", "what b0 and b1 lack", "rad/N/m", r"\delta_b"
+    )
     gain = d.define(f"B1_{name}", eb0 + eb1 + 2 * lift, "", "B(1)", "rad/N/m", "B(1)")
     values = {a1: ea1, a2: ea2, b0: eb0 + lift, b1: eb1 + lift}
     early, late = retaining(law.rho, 1), retaining(law.rho, 2)
@@ -129,7 +131,12 @@ def cancel(axis: int, found: Estimate, model: Model, law: Group, plant: Group, d
     name = AXES[axis]
     ea1, ea2, eb0, eb1, offset = found.theta
     leading = d.define(
-        f"b0_used_{name}", sp.Max(eb0, smallest_gain(axis, law, plant)), "", "b0 that the law divides by", "rad/N/m", "b_0"
+        f"b0_used_{name}",
+        sp.Max(eb0, smallest_gain(axis, law, plant)),
+        "",
+        "b0 that the law divides by",
+        "rad/N/m",
+        "b_0",
     )
     values = {a1: ea1, a2: ea2, b0: leading, b1: eb1}
     early, late = (cancelling((law.C2_pole, law.C2_pole), d_) for d_ in (1, 2))
@@ -150,9 +157,7 @@ def cancel(axis: int, found: Estimate, model: Model, law: Group, plant: Group, d
     return (wanted - t0 * found.y - t1 * found.y1 - past - offset_gain * offset) / leading
 
 
-def adaptive(
-    name: str, title: str, form: Law, law: Group, plant: Group, shared: Shared, d: Derivation
-) -> Controller:
+def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared: Shared, d: Derivation) -> Controller:
     """Put an adaptive law together from its form and the estimators that both adaptive laws share."""
     d.section(f"Law: {title}")
     keeps_zero = form is retain

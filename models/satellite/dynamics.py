@@ -94,10 +94,10 @@ def attitude(chart: str, omega0: Expr, d: Derivation) -> Attitude:
         d.define(f"rate_{i}", omega[k], "(4)", f"rate relative to the orbit axes about {i}", "rad/s", rf"\Omega_{i}")
         for k, i in enumerate("xyz")
     ]
-    for coordinate, rate in zip(angles, angle_rates(euler_rotation(), angles, names), strict=True):
-        number = dict(zip(angles, ("(5)", "(6)", "(7)"), strict=True))[coordinate]
-        d.show(f"{coordinate}'", rate, number, "rate of the angle, solved from C' = -[Omega x] C", "rad/s")
-    rate = quaternion_rates(coordinates, names) if quaternion else angle_rates(euler_rotation(), angles, names)
+    turning = angle_rates(euler_rotation(), angles, names)
+    for quantity, rate, number in zip(ANGLES, turning, ("(5)", "(6)", "(7)"), strict=True):
+        d.show(f"{quantity.latex}'", rate, number, f"rate of {quantity.name}, from C' = -[Omega x] C", "rad/s")
+    rate = quaternion_rates(coordinates, names) if quaternion else turning
     return Attitude(states, rotation, sp.Matrix(names), tuple(rate))
 
 
@@ -106,9 +106,7 @@ def _named_rotation(rotation: sp.Matrix, d: Derivation) -> sp.Matrix:
     return sp.Matrix(
         3,
         3,
-        lambda i, j: d.define(
-            f"C{i + 1}{j + 1}", rotation[i, j], "(3)", title, "1", f"C_{{{i + 1}{j + 1}}}"
-        ),
+        lambda i, j: d.define(f"C{i + 1}{j + 1}", rotation[i, j], "(3)", title, "1", f"C_{{{i + 1}{j + 1}}}"),
     )
 
 
@@ -158,7 +156,9 @@ def accelerations(torque: sp.Matrix, plant: Group, d: Derivation) -> tuple[Expr,
     for k, i in enumerate("xyz"):
         rest, coefficient = balance[k].subs(unknown[k], 0), balance[k].coeff(unknown[k])
         found.append(
-            d.define(f"w{i}_rate", -rest / coefficient, "(1)", f"angular acceleration about {i}", "rad/s^2", rf"\omega_{i}'")
+            d.define(
+                f"w{i}_rate", -rest / coefficient, "(1)", f"angular acceleration about {i}", "rad/s^2", rf"\omega_{i}'"
+            )
         )
     return tuple(found)
 

@@ -29,11 +29,13 @@ def environment_torque(rotation: sp.Matrix, plant: Group, d: Derivation) -> sp.M
     """
     arm = sp.Matrix([plant.arm_x, plant.arm_y, plant.arm_z])
     dipole = sp.Matrix([plant.dipole_x, plant.dipole_y, plant.dipole_z])
-    field = rotation * _field(plant, d)
-    drag = arm.cross(rotation * sp.Matrix([-_air_force(plant, d), 0, 0]))
-    push = plant.solar_pressure * (1 + plant.reflectance) * plant.area
-    light = arm.cross(rotation * (-push * _sun(plant, d)))
-    total = dipole.cross(field) + drag + light
+    light = -plant.solar_pressure * (1 + plant.reflectance) * plant.area * _sun(plant, d)
+    force = rotation * (light - sp.Matrix([_air_force(plant, d), 0, 0]))
+    names = [
+        d.define(f"F_{i}", force[k], "", f"force of air and sunlight along body {i}", "N", f"F_{i}")
+        for k, i in enumerate("xyz")
+    ]
+    total = dipole.cross(rotation * _field(plant, d)) + arm.cross(sp.Matrix(names))
     return sp.Matrix(
         [
             d.define(f"Tenv_{i}", total[k], "", f"dipole, drag and sunlight about {i}", "N m", f"T_{{env,{i}}}")

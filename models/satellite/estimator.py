@@ -30,7 +30,8 @@ SENSOR_LOST = Quantity("sensor_lost", "1", "1 while a measurement is not finite:
 def memory(axis: str) -> tuple[Quantity, ...]:
     """Return what the estimator of an axis keeps: estimates, upper triangle of F, past angles and torques."""
     estimates = (
-        Quantity(f"{name}_{axis}", unit, f"estimate of {name}, {axis}", rf"\hat {latex}") for name, unit, latex in _THETA
+        Quantity(f"{name}_{axis}", unit, f"estimate of {name}, {axis}", rf"\hat {latex}")
+        for name, unit, latex in _THETA
     )
     covariance = (
         Quantity(f"F{i + 1}{j + 1}_{axis}", "1", f"covariance entry {i + 1}, {j + 1}, {axis}", f"F_{{{i + 1}{j + 1}}}")
@@ -94,7 +95,9 @@ def estimate(axis: int, applied: Expr, law: Group, plant: Group, d: Derivation) 
     name, y = AXES[axis], angles[axis]
     z = symbols(name)
     # after a gap the angle of one sample ago is not known
-    y1 = d.define(f"y1_used_{name}", sp.Piecewise((y, SAMPLES.symbol < HALF), (z["y1"], True)), "", "y(k-1)", "rad", "y_1")
+    y1 = d.define(
+        f"y1_used_{name}", sp.Piecewise((y, SAMPLES.symbol < HALF), (z["y1"], True)), "", "y(k-1)", "rad", "y_1"
+    )
     assumed = sp.Piecewise((z["u2"], law.design_delay > HALF), (z["u1"], True))
     torque = sp.Piecewise((applied, law.applied_regressor > HALF), (assumed, True))
     torque = d.define(f"v_{name}", torque, "(36)", "torque over the last sample", "N m", "v")
@@ -143,7 +146,8 @@ def _gain(
     size = law.forgetting + sp.Add(*(p * f for p, f in zip(phi, product, strict=True)))
     size = d.define(f"den_{name}", size, "(40)", "lambda + Phi' F Phi", latex=r"\lambda+\Phi^TF\Phi")
     gain = tuple(
-        d.define(f"G{i + 1}_{name}", f / size, "(40)", f"gain {i + 1}", latex=f"G_{i + 1}") for i, f in enumerate(product)
+        d.define(f"G{i + 1}_{name}", f / size, "(40)", f"gain {i + 1}", latex=f"G_{i + 1}")
+        for i, f in enumerate(product)
     )
     return product, gain
 
@@ -204,5 +208,3 @@ def start(axis: int, law: Group, plant: Group) -> dict[str, Expr]:
 def smallest_gain(axis: int, law: Group, plant: Group) -> Expr:
     """Return b_min, the floor of the gain that a law uses."""
     return sp.Max(law.b_min, law.b_min_ratio * nominal_gain(inertia_matrix(plant)[axis, axis], plant.Ts))
-
-

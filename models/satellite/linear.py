@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import sympy as sp
 
 from models.mechanics import angular_velocity, time_derivative
@@ -52,7 +54,9 @@ def show_linear_model(plant: Group, d: Derivation) -> None:
         kept = sp.collect(sp.expand(without - coupling), [angles[k], _ACCELERATIONS[k]], sp.factor)
         d.show(name, kept, f"({8 + k})", f"{axis}: kept by the paper (printed with the first derivative)", "N m")
         dropped = sp.collect(coupling, _RATES, sp.factor)
-        d.show(f"{name} dropped", dropped, f"({8 + k})", f"{axis}: roll-yaw coupling, dropped by the paper", "N m")
+        if dropped is not sp.S.Zero:
+            title = f"{axis}: roll-yaw coupling, dropped by the paper"
+            d.show(f"{name} dropped", dropped, f"({8 + k})", title, "N m")
         stored = sp.expand(torque - without)
         d.show(f"{name} stored", stored, f"({8 + k})", f"{axis}: added by momentum in the wheels", "N m")
         _show_state_space(k, kept, dropped, plant, d)
@@ -71,7 +75,10 @@ def _show_state_space(k: int, kept: Expr, dropped: Expr, plant: Group, d: Deriva
             d.show(f"A_{row}{j + 4}", sp.factor(entry), "(11)", "coupling, zero in the paper", "1/s")
 
 
-def pulse_transfer(inertia: Expr, period: Expr, frequency: Expr | None = None) -> tuple[list[Expr], list[Expr]]:
+@functools.cache
+def pulse_transfer(
+    inertia: Expr, period: Expr, frequency: Expr | None = None
+) -> tuple[tuple[Expr, Expr, Expr], tuple[Expr, Expr]]:
     """Discretise I y'' + I w^2 y = u exactly, with u held over each sample.
 
     Parameters
@@ -83,18 +90,17 @@ def pulse_transfer(inertia: Expr, period: Expr, frequency: Expr | None = None) -
 
     Returns
     -------
-    list of Expr, list of Expr
+    tuple of Expr, tuple of Expr
         Coefficients of A(q^-1) and of B(q^-1) in A y(k) = q^-1 B u(k), the lowest power first.
     """
     stiffness = sp.S.Zero if frequency is None else frequency**2
     held = sp.Matrix([[0, 1, 0], [-stiffness, 0, 1 / inertia], [0, 0, 0]])
     step = (held * period).exp().applyfunc(lambda entry: sp.simplify(entry.rewrite(sp.cos)))
     state, push = step[:2, :2], step[:2, 2]
-    # y(k) = [1 0] x(k), and the characteristic polynomial of the state matrix annihilates x
     trace, determinant = sp.simplify(state.trace()), sp.simplify(state.det())
     first = push[0]
     second = (state * push)[0] - trace * push[0]
-    return [sp.S.One, -trace, determinant], [sp.simplify(first), sp.simplify(second)]
+    return (sp.S.One, -trace, determinant), (sp.simplify(first), sp.simplify(second))
 
 
 def show_sampled_model(plant: Group, d: Derivation) -> None:
@@ -104,7 +110,9 @@ def show_sampled_model(plant: Group, d: Derivation) -> None:
     delay = sp.Symbol("q^{-1}", real=True)
     A, B = pulse_transfer(inertia, plant.Ts, frequency)
     d.show("A stiff", _polynomial(A, delay), "(43)-(45)", "A(q^-1) of an axis with stiffness I w^2")
-    d.show("B stiff", _polynomial(B, delay), "(43)-(45)", "B(q^-1) of the same: its zero is -1 at any stiffness", "rad/N/m")
+    d.show(
+        "B stiff", _polynomial(B, delay), "(43)-(45)", "B(q^-1) of the same: its zero is -1 at any stiffness", "rad/N/m"
+    )
     for k, axis in enumerate(AXES):
         A, B = pulse_transfer(inertia_matrix(plant)[k, k], plant.Ts)
         number = f"({43 + k})"
@@ -113,7 +121,7 @@ def show_sampled_model(plant: Group, d: Derivation) -> None:
         d.show(f"B_{axis}", sp.factor(_polynomial(B, delay)), number, printed, "rad/N/m")
 
 
-def _polynomial(coefficients: list[Expr], delay: sp.Symbol) -> Expr:
+def _polynomial(coefficients: tuple[Expr, ...], delay: sp.Symbol) -> Expr:
     return sp.Add(*(c * delay**k for k, c in enumerate(coefficients)))
 
 

@@ -82,7 +82,9 @@ def retaining(pole: Expr, d: int) -> Retained:
     unknown = (last, t0, t1)
     first = tuple(sp.solve(e, x)[0] for e, x in zip(balance, s, strict=False))
     system = sp.Matrix(balance[d - 1 :])
-    return Retained(first, system.jacobian(unknown), tuple(-system.subs(dict.fromkeys(unknown, 0)).applyfunc(sp.expand)))
+    return Retained(
+        first, system.jacobian(unknown), tuple(-system.subs(dict.fromkeys(unknown, 0)).applyfunc(sp.expand))
+    )
 
 
 def resultant(matrix: sp.Matrix) -> Expr:

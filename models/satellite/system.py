@@ -48,9 +48,9 @@ _INPUTS = Group("u", TORQUES)
 _OUTPUTS = (
     *REFERENCES,
     *(Quantity(f"{axis}_error", "rad", f"{axis} less its reference") for axis in AXES),
-    *(Quantity(f"rate_{i}", "rad/s", f"rate relative to the orbit axes about {i}") for i in "xyz"),
-    *(Quantity(f"wheel_{i}", "rad/s", f"speed of wheel {i} relative to the body") for i in "xyz"),
-    *(Quantity(f"Tenv_{i}", "N m", f"dipole, drag and sunlight about {i}") for i in "xyz"),
+    *(Quantity(f"rate_{i}", "rad/s", f"rate relative to the orbit axes about {i}", rf"\Omega_{i}") for i in "xyz"),
+    *(Quantity(f"wheel_{i}", "rad/s", f"speed of wheel {i} relative to the body", rf"\Omega_{{w{i}}}") for i in "xyz"),
+    *(Quantity(f"Tenv_{i}", "N m", f"dipole, drag and sunlight about {i}", f"T_{{env,{i}}}") for i in "xyz"),
 )
 _DEGREE = sp.pi / 180
 
@@ -122,7 +122,9 @@ def _rhs(placed: Attitude, plant: Group, d: Derivation) -> tuple[Expr, ...]:
     gradient = gravity_gradient(placed.rotation, inertia_matrix(plant), plant.omega0)
     gradient = sp.Matrix(
         [
-            d.define(f"Tgg_{i}", sp.expand(gradient[k]), "(8)-(10)", f"gravity gradient about {i}", "N m", f"T_{{gg,{i}}}")
+            d.define(
+                f"Tgg_{i}", sp.factor(gradient[k]), "(8)-(10)", f"gravity gradient about {i}", "N m", f"T_{{gg,{i}}}"
+            )
             for k, i in enumerate("xyz")
         ]
     )
@@ -148,7 +150,13 @@ def _laws(tables: dict[str, Group], placed: Attitude, plant: Group, d: Derivatio
             "mrac", "adaptive, keeps the sampled zero, section 2.3", controllers.retain, mrac, plant, shared, d
         ),
         controllers.adaptive(
-            "mrac-literal", "adaptive, as the paper's (32): cancels the zero", controllers.cancel, literal, plant, shared, d
+            "mrac-literal",
+            "adaptive, as the paper's (32): cancels the zero",
+            controllers.cancel,
+            literal,
+            plant,
+            shared,
+            d,
         ),
         controllers.pd("proportional and derivative (50)", placed.omega, gains, shared, d),
     )

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Exponential, logarithm and power. Errors are below 2 units in the last place in both precisions, subnormal numbers
+/* Exponential, logarithm and power. Errors are below 1.4 units in the last place in both precisions, subnormal numbers
  * included. Polynomials as in mehvar_trig.h. */
 #ifndef MEHVAR_EXP_H
 #define MEHVAR_EXP_H

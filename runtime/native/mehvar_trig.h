@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Circular functions and their inverses. Errors are below 2 units in the last place in both precisions.
+/* Circular functions and their inverses. Errors are below 1.6 units in the last place in both precisions.
  *
  * Polynomials are minimax in relative error (Remez exchange in 60 digits, coefficients rounded one after the other,
  * the remaining ones refitted each time). */
@@ -135,7 +135,7 @@ static inline real mv_tan(real x)
     return mv_flip_sign(q + lost / bottom, mv_to_bits(x));
 }
 
-/* n eighths of a turn over two (n pi/4, n <= 4) + a + b, rounded almost only once; n = 0 or |b| << |a| <= n pi/4 */
+/* n eighths of a turn + a + b, rounded almost only once; n <= 4, and n = 0 or |b| << |a| <= n pi/4 */
 static inline real mv_eighths_plus(real n, real a, real b)
 {
 #ifdef MEHVAR_FLOAT
@@ -189,7 +189,7 @@ static inline real mv_acos(real x)
 {
     real s, tail;
     const mask large = mv_asin_parts(x, &s, &tail), negative = LT(x, K(0));
-    const real sign = mv_copysign(SELECT(large, SPLAT(2), SPLAT(-1)), SELECT(XOR(large, negative), SPLAT(1), SPLAT(-1)));
+    const real positive = SELECT(large, SPLAT(2), SPLAT(-1)), sign = SELECT(negative, -positive, positive);
     const real eighths = SELECT(large, SELECT(negative, SPLAT(4), SPLAT(0)), SPLAT(2));
     return mv_eighths_plus(eighths, sign * s, sign * tail);
 }

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Equilibrium and reduced model, equations (18)-(26): the hull's accelerations are the inputs, a_x is constant.
+
+The pendulums' equations (15), (16) are diagonal in their own accelerations, so they are solved one by one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from models.slosh.equations import ACCELERATIONS
+from models.slosh.pendulum import (
+    acceleration,
+    angle_acceleration,
+    contribution,
+    instance,
+    phi,
+    phi_rate,
+    theta,
+    theta_rate,
+)
+from models.slosh.variables import DEMAND, Pendulum, rate, velocity
+from models.system import Derivation, Expr, Group
+
+demand = sp.Matrix(DEMAND.symbols)
+"""u1..u5: a_y, a_z and Omega'."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """The equation of one angle, D q'' + g.a + c.Omega' + k = 0, in generic symbols.
+
+    Attributes
+    ----------
+    inertia, bias : Expr
+        D and k.
+    force, moment : sympy.Matrix
+        g and c: how the accelerations of O and of the axes enter.
+    """
+
+    inertia: Expr
+    force: sp.Matrix
+    moment: sp.Matrix
+    bias: Expr
+
+
+@dataclass(frozen=True)
+class AngleRow:
+    """The equation of one angle of one pendulum with its parts named.
+
+    Attributes
+    ----------
+    angle, speed : Symbol
+        phi_i or theta_i and its rate.
+    row : Row
+        Named parts.
+    generic : Row
+        The same in the symbols of pendulum i, for differentiation.
+    names : mapping
+        What the generic symbols stand for.
+    """
+
+    pendulum: Pendulum
+    speed: sp.Symbol
+    row: Row
+    generic: Row
+    names: dict[sp.Symbol, Expr]
+
+
+def generic_rows(inertia: str) -> tuple[Row, Row]:
+    """Split the derived equations (15), (16) by the accelerations they are linear in."""
+    rows = []
+    for left, second in zip(contribution(inertia).rows, angle_acceleration, strict=True):
+        zero = dict.fromkeys((*ACCELERATIONS, *angle_acceleration), sp.S.Zero)
+        parts = [left.diff(symbol) for symbol in ACCELERATIONS]
+        force, moment = (sp.Matrix([_shorten(e) for e in parts[k : k + 3]]) for k in (0, 3))
+        rows.append(Row(_shorten(left.diff(second)), force, moment, _shorten(left.xreplace(zero), turned=True)))
+    return rows[0], rows[1]
+
+
+def _shorten(expr: Expr, turned: bool = False) -> Expr:
+    """Use sin^2 + cos^2 = 1; with `turned`, in terms of the rates W_t and W_n in the pendulum's plane."""
+    S, C = sp.sin(theta), sp.cos(theta)
+    if turned:
+        along, across = sp.symbols("W_t W_n", real=True)
+        in_plane = {rate[1]: S * along + C * across, rate[2]: C * along - S * across}
+        expr = _shorten(expr.subs(in_plane, simultaneous=True))
+        return expr.subs({along: rate[1] * S + rate[2] * C, across: rate[1] * C - rate[2] * S})
+    expr = sp.expand(expr)
+    for angle in (theta, phi):
+        expr = sp.expand(expr.subs(sp.sin(angle) ** 2, 1 - sp.cos(angle) ** 2))
+    return expr
+
+
+def angle_rows(pendulums: Sequence[Pendulum], inertia: str, d: Derivation) -> tuple[AngleRow, ...]:
+    """Name the parts of the equations of phi_i and theta_i, pendulum by pendulum."""
+    generic = generic_rows(inertia)
+    found = []
+    for k, pendulum in enumerate(pendulums, 1):
+        names = instance(pendulum, k)
+        for text, row, speed in zip(("phi", "theta"), generic, (phi_rate, theta_rate), strict=True):
+            found.append(AngleRow(pendulum, names[speed], _named(row, names, f"{text}{k}", d), row, names))
+    return tuple(found)
+
+
+def _named(row: Row, names: dict[sp.Symbol, Expr], angle: str, d: Derivation) -> Row:
+    number = "(25)" if angle.startswith("phi") else "(26)"
+    spelled = rf"\{angle[:-1].rstrip('0123456789')}_{{{angle.lstrip('phieta')}}}"
+
+    def name(text: str, value: Expr, title: str, unit: str) -> Expr:
+        plain = value.xreplace(names)
+        if plain.is_number:
+            return plain
+        return d.define(f"{text}_{angle}", plain, number, f"{title} {angle}", unit, rf"{text}^{{{spelled}}}")
+
+    return Row(
+        name("D", row.inertia, "inertia of", "kg m^2"),
+        sp.Matrix([name(f"g{axis}", e, f"a_{axis} in the equation of", "kg m") for axis, e in zip("xyz", row.force, strict=True)]),
+        sp.Matrix([name(f"c{axis}", e, f"Omega'_{axis} in the equation of", "kg m^2") for axis, e in zip("xyz", row.moment, strict=True)]),
+        name("k", row.bias, "velocity terms of", "N m"),
+    )
+
+
+def longitudinal(p: Group, pendulums: Sequence[Pendulum], d: Derivation) -> Expr:
+    """Return a_x at the equilibrium (18): (9) with all rates and angles zero and no gimbal angle, (19)."""
+    total = p.m + p.m0 + sp.Add(*(pendulum.mass for pendulum in pendulums))
+    return d.define("ax_eq", p.F / total, "(19)", "longitudinal acceleration at the equilibrium", "m/s^2", "a_x")
+
+
+def angle_accelerations(
+    rows: Sequence[AngleRow], linear: Sequence[Expr], angular: Sequence[Expr]
+) -> tuple[Expr, ...]:
+    """Solve (25), (26) for phi_i'' and theta_i'' at given a and Omega'."""
+    found = []
+    for angle in rows:
+        row = angle.row
+        total = row.force.dot(sp.Matrix(linear)) + row.moment.dot(sp.Matrix(angular)) + row.bias
+        found.append(-total / row.inertia)
+    return tuple(found)
+
+
+def reduced_velocity(axial: Expr, inputs: Sequence[Expr]) -> tuple[Expr, ...]:
+    """Return V' of (20), (21) and of v_x from a = (a_x, u1, u2) by (17)."""
+    linear = sp.Matrix([axial, *inputs[:2]]) - rate.cross(velocity)
+    return tuple(linear)
+
+
+def show_reduced(inertia: str, d: Derivation) -> None:
+    """Write (18)-(26) down for pendulum i."""
+    axial = sp.Symbol("a_x", real=True)
+    for name, entry, number in zip("xyz", reduced_velocity(axial, demand), ("(20)", "(20)", "(21)"), strict=True):
+        d.show(rf"\dot v_{name}", entry, number if name != "x" else "", f"reduced model: v_{name}", "m/s^2")
+    for k in range(3):
+        d.show(rf"\dot\Omega_{k + 1}", demand[2 + k], f"({22 + k})", "reduced model: body rate", "rad/s^2")
+    inputs = dict(zip((*acceleration[1:], *ACCELERATIONS[3:]), demand, strict=True))
+    for row, symbol, number in zip(generic_rows(inertia), (r"\ddot\varphi_i", r"\ddot\theta_i"), ("(25)", "(26)"), strict=True):
+        total = row.force.dot(sp.Matrix(acceleration)) + row.moment.dot(sp.Matrix(ACCELERATIONS[3:])) + row.bias
+        d.show(symbol, -total.xreplace(inputs) / row.inertia, number, "reduced model: pendulum i", "rad/s^2")

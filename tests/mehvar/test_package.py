@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What importing costs and needs."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import mehvar
+
+HEAVY = ("sympy", "casadi", "pydantic", "jinja2", "xarray", "pandas", "matplotlib", "typer", "rich", "scipy")
+
+
+def python(code: str) -> str:
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@pytest.mark.parametrize("module", ["mehvar", "runtime"])
+def test_importing_stays_light(module):
+    assert python(f"import sys, {module}; print([m for m in {HEAVY} if m in sys.modules])") == "[]"
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_generated_models_run_on_numpy_and_scipy_alone(backend):
+    """With SymPy, CasADi and all other parts made impossible to import."""
+    blocked = tuple(name for name in HEAVY if name != "scipy")
+    code = (
+        f"import sys\nfor name in {blocked}: sys.modules[name] = None\n"
+        "from runtime import load, simulate\n"
+        f"m = load('triangle', {backend!r})\n"
+        "m.jac_x(m.state(rho=0.3, mu=0.2), [0, 0, 0], m.parameters())\n"
+        "print(simulate(m, 'path', t_end=1.0).status.name)"
+    )
+    assert python(code) == "DONE"
+
+
+def test_every_public_name_is_there():
+    for name in mehvar.__all__:
+        assert getattr(mehvar, name).__doc__, name
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = mehvar.nothing
+
+
+def test_the_contract_of_a_model():
+    m = mehvar.load("triangle")
+    assert m.state_names == ("rho", "phi", "mu", "theta")
+    assert m.input_names == ("w1", "w2", "w3")
+    x, u, p = m.state(rho=0.3, mu=0.2), np.array([0.1, 0.2, 0.0]), m.parameters(H=0.01)
+    assert m.rhs(np.stack([x] * 5), u, p).shape == (5, 4)
+    A, B, C, D = m.linearize(x, u, p)
+    assert (A.shape, B.shape, C.shape, D.shape) == ((4, 4), (4, 3), (4, 4), (4, 3))
+    np.testing.assert_allclose(A[3], [2 * 0.3 * 0.2, 0, -3 * 0.01 / 0.2**2, 0], atol=1e-15)
+    rho, phi, mu = m.functions["shape"](*m.functions["lengths"](0.3, 0.4, 0.2))
+    np.testing.assert_allclose([rho, phi, mu], [0.3, 0.4, 0.2], atol=1e-15)
+    assert m.functions["length_rates"](x, u).shape == (3,)
+    with pytest.raises(ValueError, match="no_such_parameter"):
+        m.parameters(no_such_parameter=1.0)
+
+
+def test_a_result_carries_units_and_its_manifest():
+    ds = mehvar.simulate("triangle", controller="sliding", scenario="paper", t_end=1.0, disturbance=0.001)
+    assert ds.t.attrs["units"] == "s"
+    for name in ("rho", "theta", "l1", "u_l1", "u_w1"):
+        assert ds[name].attrs["units"]
+    assert ds.attrs["model_hash"] in ds.attrs["manifest"]
