@@ -147,11 +147,17 @@ def save(figure: Figure, path: Path) -> None:
     OSError
         If the file cannot be written; the message names it.
     """
+    suffix = checked_suffix(path)
+    with replacing(path) as temporary, style():
+        figure.savefig(temporary, format=suffix[1:], metadata=_METADATA[suffix])
+
+
+def checked_suffix(path: Path) -> str:
+    """Return the suffix of a picture's file in small letters, or raise InputError for one that is no format."""
     suffix = Path(path).suffix.lower()
     if suffix not in _METADATA:
         raise bad_value("picture", str(path), "a file name that ends in .png, .svg or .pdf")
-    with replacing(path) as temporary, style():
-        figure.savefig(temporary, format=suffix[1:], metadata=_METADATA[suffix])
+    return suffix
 
 
 def label(symbol: str, meaning: str, unit: str) -> str:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +12,15 @@ import typer
 
 from mehvar.console import print_table, progress
 from runtime.errors import InputError, bad_value
+from runtime.manifest import find_model
 from runtime.metrics import metrics
 from runtime.problem import Status
 from runtime.simulate import Run
 from runtime.simulate import simulate as simulate_run
 
 _NUMBERS = ("dt_out", "hold", "rtol", "atol", "step")
-_COUNTS = ("delay", "max_steps")
+_WORDS = ("method", "backend", "real")
+_COUNTS = ("delay", "max_steps", "seed")
 
 
 def simulate_command(
@@ -40,7 +42,7 @@ def simulate_command(
     for path in (out, plot):
         if path is not None:
             _check_folder(path)
-    values, options = _parse(settings)
+    values, options = _parse(settings, find_model(model).choices)
     with progress(f"{model} {controller}") as advance:
         run = simulate_run(
             model, controller, scenario, values, t_end=t_end, progress=advance, origin="--set", **options
@@ -61,7 +63,7 @@ def _check_folder(path: Path) -> None:
         raise bad_value("output file", str(path), "a file in a folder that can be written")
 
 
-def _parse(settings: Sequence[str]) -> tuple[dict[str, float], dict[str, Any]]:
+def _parse(settings: Sequence[str], choices: Collection[str]) -> tuple[dict[str, float], dict[str, Any]]:
     values: dict[str, float] = {}
     options: dict[str, Any] = {}
     for item in settings:
@@ -70,7 +72,7 @@ def _parse(settings: Sequence[str]) -> tuple[dict[str, float], dict[str, Any]]:
             raise bad_value("--set", item, "NAME=VALUE")
         if name in values or name in options:
             raise InputError(f"--set {name} is given twice")
-        if name in ("method", "backend"):
+        if name in _WORDS or name in choices:
             options[name] = text
         elif name in _COUNTS:
             options[name] = _number(name, text, int)

@@ -36,6 +36,10 @@ def show_model(model: str) -> None:
     for law in manifest.controllers.values():
         _parameters(f"controller {law.name}: {law.title}", law.parameters)
     _parameters("scenario parameters s", manifest.scenario_parameters)
+    if manifest.choices:
+        rows = [[c.name, " ".join(c.values), c.description] for c in manifest.choices.values()]
+        print_table("choices (the first value is the default)", ["name", "values", "meaning"], rows)
+        typer.echo()
     _scenarios(manifest)
     _functions(manifest)
 

@@ -18,6 +18,7 @@ from .manifest import Array, Function, Manifest, identifier
 
 FloatArray = NDArray[np.float64]
 BackendName = Literal["c", "python"]
+Real = Literal["double", "float"]
 
 _MAX_AXES = 32  # of mv_map
 _POINTER = ctypes.c_void_p
@@ -103,7 +104,7 @@ class CBackend:
 
     def __init__(self, manifest: Manifest) -> None:
         self._manifest = manifest
-        self._libraries: dict[str, ctypes.CDLL] = {}
+        self._libraries: dict[tuple[str, Real], ctypes.CDLL] = {}
         self._map: Any = None
 
     def prepare(self) -> None:
@@ -137,11 +138,11 @@ class CBackend:
         )
         return results
 
-    def address(self, name: str) -> int:
-        """Return the address of a C function, for the native loop."""
+    def address(self, name: str, real: Real = "double") -> int:
+        """Return the address of a C function on doubles, for the native loop; `real` is what it computes with."""
         function = self._manifest.functions[name]
-        symbol = _symbol(self._manifest, function)
-        return ctypes.cast(getattr(self._library(function.file), symbol), _POINTER).value or 0
+        symbol = _symbol(self._manifest, function) if real == "double" else f"narrow_{identifier(name)}"
+        return ctypes.cast(getattr(self._library(function.file, real), symbol), _POINTER).value or 0
 
     def _native_map(self) -> Any:
         if self._map is None:
@@ -150,21 +151,23 @@ class CBackend:
             self._map.argtypes = [_POINTER, *[ctypes.c_int64] * 3, *[_POINTER] * 5]
         return self._map
 
-    def _library(self, file: str) -> ctypes.CDLL:
-        if file not in self._libraries:
-            self._libraries[file] = self._build(file)
-        return self._libraries[file]
+    def _library(self, file: str, real: Real = "double") -> ctypes.CDLL:
+        if (file, real) not in self._libraries:
+            self._libraries[file, real] = self._build(file, real)
+        return self._libraries[file, real]
 
-    def _build(self, file: str) -> ctypes.CDLL:
+    def _build(self, file: str, real: Real) -> ctypes.CDLL:
         functions = [f for f in self._manifest.functions.values() if f.file == file]
         header = f"{self._manifest.model}.h"
         sources = {name: self._read(name) for name in (file, header)}
         sources |= native_headers()
-        sources["calls.c"] = _calls_text(self._manifest, file, functions)
+        calls = _calls_text if real == "double" else _narrow_text
+        sources["calls.c"] = calls(self._manifest, file, functions)
         optimise = "-O1" if all(_is_jacobian(f) for f in functions) else "-O2"
         # vectorising straight-line scalar code costs more moves than it saves
         name = identifier(file.removesuffix(".c"))
-        return load_library(name, sources, ["calls.c"], [optimise, "-fno-tree-slp-vectorize"])
+        flags = [optimise, "-fno-tree-slp-vectorize", *(["-DMEHVAR_FLOAT"] if real == "float" else [])]
+        return load_library(name, sources, ["calls.c"], flags)
 
     def _read(self, name: str) -> str:
         path = self._manifest.folder / name
@@ -238,6 +241,22 @@ def _calls_text(manifest: Manifest, file: str, functions: list[Function]) -> str
             f"void call_{identifier(function.name)}(const double *const *a, double *const *r)",
             f"{{ {_symbol(manifest, function)}({', '.join(arguments + results)}); }}",
         ]
+    return "\n".join(lines) + "\n"
+
+
+def _narrow_text(manifest: Manifest, file: str, functions: list[Function]) -> str:
+    """C text that includes a generated file in float and gives its functions arguments in double."""
+    lines = [f'#include "{file}"', ""]
+    for function in functions:
+        given, found = function.arguments, function.results
+        signature = [f"const double *{a.name}" for a in given] + [f"double *{r.name}" for r in found]
+        lines.append(f"void narrow_{identifier(function.name)}({', '.join(signature)})\n{{")
+        lines += [f"    float {a.name}_f[{max(a.size, 1)}];" for a in (*given, *found)]
+        lines += [f"    for (int i = 0; i < {a.size}; i++) {a.name}_f[i] = (float){a.name}[i];" for a in given]
+        names = ", ".join(f"{a.name}_f" for a in (*given, *found))
+        lines.append(f"    {_symbol(manifest, function)}({names});")
+        lines += [f"    for (int i = 0; i < {r.size}; i++) {r.name}[i] = (double){r.name}_f[i];" for r in found]
+        lines.append("}")
     return "\n".join(lines) + "\n"
 
 

@@ -169,7 +169,11 @@ def _addresses(problem: Problem, backend: CBackend) -> dict[str, int]:
     if "project" in by_identifier and (problem.hold_every is None or "to_coordinates" not in by_identifier):
         names["project"] = "project"
     found = {role: _checked(by_identifier, name, _ARGUMENTS[role].split()) for role, name in names.items()}
-    return {role: backend.address(function.name) for role, function in found.items()}
+    narrow = {"law", "law_memory"} if problem.real == "float" else set()
+    return {
+        role: backend.address(function.name, "float" if role in narrow else "double")
+        for role, function in found.items()
+    }
 
 
 def _checked(functions: dict[str, Function], name: str, arguments: list[str]) -> Function:

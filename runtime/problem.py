@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal
 
-from .backend import FloatArray
+from .backend import FloatArray, Real
 from .manifest import Controller
 from .model import Model
 
@@ -47,6 +47,8 @@ class Problem:
         Independent standard normal numbers for each evaluation of a sampled law.
     suffix : str
         Of the functions that the chosen variant of the plant has of its own.
+    real : str
+        What a sampled law computes with, "double" or "float".
     t : array
         Ticks in seconds, the first at 0 and the last at the end; integration stops at each of them exactly.
     dt, hold : float
@@ -78,6 +80,7 @@ class Problem:
     z0: FloatArray
     noise: FloatArray
     suffix: str
+    real: Real
     t: FloatArray
     dt: float
     hold: float | None

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from . import c_loop, python_loop
-from .backend import BackendName, CBackend, FloatArray
+from .backend import BackendName, CBackend, FloatArray, Real
 from .errors import InputError, bad_value
 from .manifest import Controller, Manifest, Scenario, identifier
 from .model import Model, load
@@ -34,6 +34,7 @@ class _Asked:
     hold: float | None
     delay: int
     seed: int
+    real: Real
     method: Method
     rtol: float
     atol: float
@@ -117,6 +118,7 @@ def simulate(
     hold: float | None = None,
     delay: int = 0,
     seed: int = 0,
+    real: Real = "double",
     method: Method = "dop853",
     rtol: float = 1e-11,
     atol: float = 1e-11,
@@ -151,6 +153,8 @@ def simulate(
         that name is designed for it.
     seed : int
         Of the measurement noise.
+    real : {"double", "float"}
+        What a sampled law computes with; float needs the C backend.
     method : {"dop853", "dopri5", "rk4"}
         Integration method, adaptive but for rk4.
     rtol, atol : float
@@ -194,7 +198,7 @@ def simulate(
     known = (*OPTIONS, *loaded.manifest.choices)
     resolved = resolve(loaded.manifest, loaded.functions, law, case, values, origin, known)
     x0 = _start(loaded, case, resolved, initial or {}, origin)
-    asked = _Asked(t_end, dt_out, hold, delay, seed, method, rtol, atol, step, max_steps)
+    asked = _Asked(t_end, dt_out, hold, delay, seed, real, method, rtol, atol, step, max_steps)
     problem = _problem(loaded, law, case, resolved, x0, asked, suffix, progress, origin)
     started = time.perf_counter()
     trajectory = _integrate(problem)
@@ -260,6 +264,7 @@ def _problem(
         z0=_memory(model, law, resolved, x0),
         noise=_noise(model, len(ticks), hold_every, _count("seed", asked.seed, 0, origin)),
         suffix=suffix,
+        real=_real(model, asked.real, hold, origin),
         t=ticks,
         dt=dt,
         hold=hold,
@@ -301,6 +306,14 @@ def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -
         return np.empty(0)
     r = model.functions["reference"](0.0, resolved.p, resolved.s)
     return np.array(model.functions[f"{identifier(law.name)}_start"](x0, r, resolved.p, resolved.c))
+
+
+def _real(model: Model, real: Real, hold: float | None, origin: str) -> Real:
+    if real not in ("double", "float"):
+        raise bad_value("real", real, "double or float", origin)
+    if real == "float" and (hold is None or model.backend != "c"):
+        raise bad_value("real", real, "double unless a sampled law runs on the C backend", origin)
+    return real
 
 
 def _noise(model: Model, ticks: int, hold_every: int | None, seed: int) -> FloatArray:

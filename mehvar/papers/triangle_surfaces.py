@@ -57,7 +57,7 @@ def nested_surfaces(runs: Runs) -> Figure:
         circle = target + surface_scale(run, level) * (values["R"] * _CIRCLE - target)
         ax.plot(circle.real, circle.imag, color=color, lw=1.8)
         top = circle[np.argmax(circle.imag)]
-        text = rf"$|\tilde\theta|={level:g}$"
+        text = rf"$|\tilde\theta|={level:g}$ rad"
         look = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
         ax.text(top.real, top.imag, text, color=color, ha="center", va="center", fontsize=8, bbox=look)
     ax.plot(target.real, target.imag, "o", color=TARGET, ms=6, mec="white", zorder=7)
@@ -110,7 +110,7 @@ def cylinder(runs: Runs) -> Figure:
 
 def _cylinder_axes(ax: Any) -> None:
     ax.set_xlabel(r"$\tilde\rho\,\cos\tilde\varphi$ [1]")
-    ax.set_ylabel(r"$\tilde\rho\,\sin\tilde\varphi$ [1]")
+    ax.set_ylabel(r"$\tilde\rho\,\sin\tilde\varphi$ [1]", labelpad=8)
     ax.set_zlabel(label(r"$\tilde\theta$", "shifted attitude", "rad"))
     ax.set_xticks([-0.2, 0.2, 0.6, 1.0])
     ax.set_yticks([-0.6, -0.2, 0.2, 0.6])
@@ -160,7 +160,7 @@ def limited_arc(runs: Runs) -> Figure:
     ax = figure.subplots()
     shape_disc(ax, run.parameters.values["R"])
     for x, color, style, name in (
-        (asked, VERMILLION, "--", rf"encloses $|\tilde\theta|={abs(theta):.2g}$, leaves the disc"),
+        (asked, VERMILLION, "--", rf"encloses $|\tilde\theta|={abs(theta):.2g}$ rad, leaves the disc"),
         (allowed, GREEN, "-", r"encloses $\tilde\theta_{max}$, touches $\rho=R$"),
     ):
         arc = target - arc_to(start, float(x), alpha) * target / abs(target)

@@ -32,7 +32,9 @@ from models.satellite.polynomials import (
 from models.system import Condition, Controller, Derivation, Expr, Group, Quantity
 
 REFERENCES = Group("r", tuple(Quantity(f"ref_{axis}", "rad", f"wanted {axis}", f"r_{{{axis}}}") for axis in AXES))
-APPLIED = Group("v", tuple(Quantity(f"{q.name}_applied", q.unit, f"applied {q.description}") for q in TORQUES))
+APPLIED = Group(
+    "v", tuple(Quantity(f"{q.name}_applied", q.unit, f"applied {q.description}", f"{q.latex}^a") for q in TORQUES)
+)
 
 _LARGEST = sp.Integer(10) ** 30
 """A number beyond this is no measurement and no torque; it is finite in single precision too."""
@@ -75,7 +77,14 @@ def reference_models(law: Group, plant: Group, d: Derivation) -> tuple[Model, ..
     for k, axis in enumerate(AXES):
         past = tuple(q.symbol for q in model_memory(axis, True)[1:])
         moved = sp.factor(sp.Add(*C1)) * REFERENCES.symbols[k] - C1[1] * past[0] - C1[2] * past[1]
-        now = d.define(f"w_{axis}", moved, "(16)", f"reference model of {axis} before its zero", "rad", "w(k)")
+        now = d.define(
+            f"w_{axis}",
+            moved,
+            "(16)",
+            f"reference model of {axis} before its zero",
+            "rad",
+            rf"w_{{\mathrm{{{axis}}}}}(k)",
+        )
         models.append(Model((now, *past), law.design_delay > HALF))
     return tuple(models)
 
@@ -91,7 +100,7 @@ def _model_update(model: Model, keeps_zero: bool) -> dict[str, Expr]:
 
 
 def retain(axis: int, found: Estimate, model: Model, law: Group, plant: Group, d: Derivation) -> Expr:
-    """Law of section 2.3: place the poles, keep the zero of B, cancel the estimated offset."""
+    """Place the poles, keep the zero of B, cancel the estimated offset."""
     name = AXES[axis]
     ea1, ea2, eb0, eb1, offset = found.theta
     floor = smallest_gain(axis, law, plant)
@@ -157,15 +166,24 @@ def cancel(axis: int, found: Estimate, model: Model, law: Group, plant: Group, d
     return (wanted - t0 * found.y - t1 * found.y1 - past - offset_gain * offset) / leading
 
 
+@dataclass(frozen=True)
+class Shared:
+    """What the laws share in a sample: reference models, and the estimators of the adaptive ones."""
+
+    models: tuple[Model, ...]
+    estimates: tuple[Estimate, ...]
+
+
 def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared: Shared, d: Derivation) -> Controller:
     """Put an adaptive law together from its form and the estimators that both adaptive laws share."""
-    d.section(f"Law: {title}")
     keeps_zero = form is retain
     tag = name.replace("-", "_")
-    commands = [
-        d.define(f"u_{axis}_{tag}", form(k, found, model, law, plant, d), "", f"torque about {axis}", "N m", "u(k)")
-        for k, (axis, found, model) in enumerate(zip(AXES, shared.estimates, shared.models, strict=True))
-    ]
+    commands = []
+    for k, axis in enumerate(AXES):
+        d.section(f"Law {name}, {axis}: {title}")
+        torque = form(k, shared.estimates[k], shared.models[k], law, plant, d)
+        commands.append(d.define(f"u_{axis}_{tag}", torque, "", f"torque about {axis}", "N m", "u(k)"))
+    d.section(f"Law {name}: check of the numbers")
     traces = [found.trace for found in shared.estimates]
     healthy = _healthy(tag, (*angles, *APPLIED.symbols, *REFERENCES.symbols, *commands, *traces), d)
     rows: list[tuple[Quantity, Expr, Expr]] = []
@@ -180,17 +198,9 @@ def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared:
     return _controller(name, title, law, commands, healthy, rows, extra)
 
 
-@dataclass(frozen=True)
-class Shared:
-    """What the laws share in a sample: reference models, and the estimators of the adaptive ones."""
-
-    models: tuple[Model, ...]
-    estimates: tuple[Estimate, ...]
-
-
 def pd(title: str, omega: Iterable[Expr], law: Group, shared: Shared, d: Derivation) -> Controller:
     """Law (50): proportional to the angle error, with the rate relative to the orbit axes as damping."""
-    d.section(f"Law: {title}")
+    d.section(f"Law pd: {title}")
     commands, rows = [], []
     for k, (i, rate) in enumerate(zip("xyz", omega, strict=True)):
         axis, model = AXES[k], shared.models[k]

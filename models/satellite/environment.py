@@ -9,7 +9,9 @@ from models.mechanics import quaternion_of_turns
 from models.satellite.dynamics import ANGLES, RATES, TORQUES, angles, latitude, rates, torques, wheels
 from models.system import Actuator, Derivation, Expr, Group, Quantity, Sensor
 
-COMMANDED = Group("u_cmd", tuple(Quantity(f"{q.name}_cmd", q.unit, f"commanded {q.description}") for q in TORQUES))
+COMMANDED = Group(
+    "u_cmd", tuple(Quantity(f"{q.name}_cmd", q.unit, f"commanded {q.description}", f"{q.latex}^c") for q in TORQUES)
+)
 NOISE = Group(
     "e",
     (

@@ -20,7 +20,13 @@ HALF = sp.Rational(1, 2)
 WARM = 2
 """Samples after a start or a gap before the regressors are whole."""
 
-_THETA = (("a1", "1", "a_1"), ("a2", "1", "a_2"), ("b0", "rad/N/m", "b_0"), ("b1", "rad/N/m", "b_1"), ("d", "rad", "d"))
+_THETA = (
+    ("a1", "1", "a_1"),
+    ("a2", "1", "a_2"),
+    ("b0", "rad/N/m", "b_0"),
+    ("b1", "rad/N/m", "b_1"),
+    ("d", "rad", "d_o"),
+)
 _PAIRS = tuple((i, j) for i in range(5) for j in range(i, 5))
 
 SAMPLES = Quantity("samples", "1", "samples since the start or the last gap, up to two")
@@ -94,6 +100,7 @@ def estimate(axis: int, applied: Expr, law: Group, plant: Group, d: Derivation) 
     """
     name, y = AXES[axis], angles[axis]
     z = symbols(name)
+    d.section(f"Estimator, {name}")
     # after a gap the angle of one sample ago is not known
     y1 = d.define(
         f"y1_used_{name}", sp.Piecewise((y, SAMPLES.symbol < HALF), (z["y1"], True)), "", "y(k-1)", "rad", "y_1"

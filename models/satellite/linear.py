@@ -47,18 +47,20 @@ def show_linear_model(plant: Group, d: Derivation) -> None:
     d.section("Linear model")
     no_momentum = dict.fromkeys(wheels, 0)
     for k, torque in enumerate(linear_torques(plant)):
-        name, axis = f"T_{'xyz'[k]}", AXES[k]
+        name, axis = "xyz"[k], AXES[k]
         own = {angles[k], _RATES[k], _ACCELERATIONS[k]}
         without = torque.subs(no_momentum)
         coupling = sp.Add(*(t for t in sp.Add.make_args(without) if not own & t.free_symbols))
         kept = sp.collect(sp.expand(without - coupling), [angles[k], _ACCELERATIONS[k]], sp.factor)
-        d.show(name, kept, f"({8 + k})", f"{axis}: kept by the paper (printed with the first derivative)", "N m")
+        d.show(f"T_{name}", kept, f"({8 + k})", f"{axis}: kept by the paper (printed with the first derivative)", "N m")
         dropped = sp.collect(coupling, _RATES, sp.factor)
         if dropped is not sp.S.Zero:
             title = f"{axis}: roll-yaw coupling, dropped by the paper"
-            d.show(f"{name} dropped", dropped, f"({8 + k})", title, "N m")
+            d.show(rf"T_{{{name},\mathrm{{dropped}}}}", dropped, f"({8 + k})", title, "N m")
         stored = sp.expand(torque - without)
-        d.show(f"{name} stored", stored, f"({8 + k})", f"{axis}: added by momentum in the wheels", "N m")
+        d.show(
+            rf"T_{{{name},\mathrm{{stored}}}}", stored, f"({8 + k})", f"{axis}: added by momentum in the wheels", "N m"
+        )
         _show_state_space(k, kept, dropped, plant, d)
 
 
@@ -67,12 +69,12 @@ def _show_state_space(k: int, kept: Expr, dropped: Expr, plant: Group, d: Deriva
     inertia = inertia_matrix(plant)[k, k]
     row = k + 4
     stiffness = -sp.expand(kept).coeff(angles[k]) / inertia
-    d.show(f"A_{row}{k + 1}", sp.factor(stiffness), "(11)", f"stiffness of {AXES[k]}", "1/s^2")
-    d.show(f"B_{row}{k + 1}", 1 / inertia, "(11)", f"torque to acceleration of {AXES[k]}", "1/kg/m^2")
+    d.show(f"A_{{{row}{k + 1}}}", sp.factor(stiffness), "(11)", f"stiffness of {AXES[k]}", "1/s^2")
+    d.show(f"B_{{{row}{k + 1}}}", 1 / inertia, "(11)", f"torque to acceleration of {AXES[k]}", "1/kg/m^2")
     for j in range(3):
         entry = -sp.expand(dropped).coeff(_RATES[j]) / inertia
         if entry is not sp.S.Zero:
-            d.show(f"A_{row}{j + 4}", sp.factor(entry), "(11)", "coupling, zero in the paper", "1/s")
+            d.show(f"A_{{{row}{j + 4}}}", sp.factor(entry), "(11)", "coupling, zero in the paper", "1/s")
 
 
 @functools.cache
@@ -107,22 +109,21 @@ def show_sampled_model(plant: Group, d: Derivation) -> None:
     """Show (43)-(45), and that stiffness leaves b0 = b1."""
     d.section("Sampled model")
     frequency, inertia = sp.symbols("w I", positive=True)
-    delay = sp.Symbol("q^{-1}", real=True)
     A, B = pulse_transfer(inertia, plant.Ts, frequency)
-    d.show("A stiff", _polynomial(A, delay), "(43)-(45)", "A(q^-1) of an axis with stiffness I w^2")
-    d.show(
-        "B stiff", _polynomial(B, delay), "(43)-(45)", "B(q^-1) of the same: its zero is -1 at any stiffness", "rad/N/m"
-    )
+    d.show("A", _polynomial(A), "(43)-(45)", "A(q^-1) of an axis with stiffness I w^2")
+    title = "B(q^-1) of the same: b0 = b1, so its zero is -1 at any stiffness"
+    d.show("B", sp.factor(_polynomial(B)), "(43)-(45)", title, "rad/N/m")
     for k, axis in enumerate(AXES):
         A, B = pulse_transfer(inertia_matrix(plant)[k, k], plant.Ts)
         number = f"({43 + k})"
-        d.show(f"A_{axis}", _polynomial(A, delay), number, f"A(q^-1) of {axis}, as printed")
+        d.show(rf"A_{{\mathrm{{{axis}}}}}", _polynomial(A), number, f"A(q^-1) of {axis}, as printed")
         printed = f"B(q^-1) of {axis}; printed {_PRINTED_B[k]}, whose first coefficient is not this one"
-        d.show(f"B_{axis}", sp.factor(_polynomial(B, delay)), number, printed, "rad/N/m")
+        d.show(rf"B_{{\mathrm{{{axis}}}}}", sp.factor(_polynomial(B)), number, printed, "rad/N/m")
 
 
-def _polynomial(coefficients: tuple[Expr, ...], delay: sp.Symbol) -> Expr:
-    return sp.Add(*(c * delay**k for k, c in enumerate(coefficients)))
+def _polynomial(coefficients: tuple[Expr, ...]) -> Expr:
+    delays = (sp.S.One, *sp.symbols("q^{-1} q^{-2}", real=True))
+    return sp.Add(*(c * delay for c, delay in zip(coefficients, delays, strict=False)))
 
 
 def nominal_gain(inertia: Expr, period: Expr) -> Expr:

@@ -82,8 +82,7 @@ def system(chart: str = "euler") -> System:
     limited, measured = actuator(plant, d), sensor(states, chart, plant, d)
     laws = _laws(tables, placed, plant, d)
     errors = tuple(angle - r for angle, r in zip(angles, REFERENCES.symbols, strict=True))
-    derived = tuple(step.symbol for step in d.steps if getattr(step, "symbol", None) is not None)
-    known = {s.name: s for s in derived}
+    known = {symbol.name: symbol for symbol in d.definitions}
     return System(
         name="satellite",
         title="a satellite in a circular orbit with three reaction wheels",
@@ -142,7 +141,6 @@ def _laws(tables: dict[str, Group], placed: Attitude, plant: Group, d: Derivatio
     gains = Group("c", tables["pd"].quantities + loop)
     d.section("Reference model")
     models = controllers.reference_models(mrac, plant, d)
-    d.section("Estimator")
     estimates = tuple(estimate(k, controllers.APPLIED.symbols[k], mrac, plant, d) for k in range(3))
     shared = Shared(models, estimates)
     return (

@@ -9,7 +9,6 @@ evaluated in another form (dynamics.py) that has to agree with it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import sympy as sp
 
@@ -27,31 +26,6 @@ from models.slosh.variables import GIMBALS, MOMENTS, Pendulum, rate, velocity
 from models.system import Derivation, Expr, Group
 
 ACCELERATIONS = (*acceleration, *angular_acceleration)
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Energy, momenta and left sides for the spacecraft with its pendulums.
-
-    Attributes
-    ----------
-    energy : Expr
-        Kinetic energy (5), J.
-    momentum : sympy.Matrix
-        dT/dV, kg m/s, and dT/dOmega about O, kg m^2/s, in body axes: six numbers.
-    wrench : sympy.Matrix
-        Left sides of (9)-(14) as functions of a, Omega' and the pendulums' accelerations.
-    rows : tuple of sympy.Matrix
-        Left sides of (15), (16) or of their counterpart, by pendulum.
-    dissipation : Expr
-        Power that the pendulums lose, -dT/dt without inputs, W.
-    """
-
-    energy: Expr
-    momentum: sp.Matrix
-    wrench: sp.Matrix
-    rows: tuple[sp.Matrix, ...]
-    dissipation: Expr
 
 
 def thrust(p: Group) -> sp.Matrix:
@@ -80,32 +54,29 @@ def hull_energy(p: Group) -> Expr:
     return p.m * hull.dot(hull) / 2 + p.m0 * fuel.dot(fuel) / 2 + rate.dot(inertia * rate) / 2
 
 
-def motion(p: Group, pendulums: Sequence[Pendulum], inertia: str) -> Motion:
-    """Put the spacecraft together from its parts, with pendulums described by angles.
+def kinetic_energy(p: Group, pendulums: Sequence[Pendulum], inertia: str) -> Expr:
+    """Return T (5) in J, for pendulums described by angles."""
+    part = contribution(inertia).energy
+    return sp.Add(hull_energy(p), *(_copy(pendulum, k)(part) for k, pendulum in enumerate(pendulums, 1)))
 
-    Parameters
-    ----------
-    p : Group
-        Parameters of the plant.
-    pendulums : sequence of Pendulum
-        Parameters of each.
-    inertia : {"paper", "hinge"}
-        Convention of their inertia term.
-    """
-    part = contribution(inertia)
+
+def momentum(p: Group, pendulums: Sequence[Pendulum], inertia: str) -> tuple[Expr, ...]:
+    """Return dT/dV, kg m/s, and dT/dOmega about O, kg m^2/s, in body axes: six numbers."""
+    hull, part = hull_energy(p), contribution(inertia)
+    own = [hull.diff(symbol) for symbol in (*velocity, *rate)]
+    return _with_copies(own, (*part.linear, *part.angular), pendulums)
+
+
+def dissipated_power(pendulums: Sequence[Pendulum], inertia: str) -> Expr:
+    """Return twice the Rayleigh function (8), the power that damping takes, W."""
+    part = contribution(inertia).dissipation
+    return sp.Add(*(2 * _copy(pendulum, k)(part) for k, pendulum in enumerate(pendulums, 1)))
+
+
+def _with_copies(own: Sequence[Expr], part: Sequence[Expr], pendulums: Sequence[Pendulum]) -> tuple[Expr, ...]:
+    """Add the pendulums' copies of a part to what hull and fixed fuel contribute."""
     copies = [_copy(pendulum, k) for k, pendulum in enumerate(pendulums, 1)]
-    hull = hull_energy(p)
-    force, moment = (galilean(side) for side in kirchhoff(hull, velocity, rate, frame_rates()))
-    momentum = sp.Matrix([hull.diff(symbol) for symbol in (*velocity, *rate)])
-    wrench = sp.Matrix([*force, *moment])
-    part_wrench, part_momentum = sp.Matrix([*part.force, *part.moment]), sp.Matrix([*part.linear, *part.angular])
-    return Motion(
-        sp.Add(hull, *(copy(part.energy) for copy in copies)),
-        _sum(momentum, [part_momentum.applyfunc(copy) for copy in copies]),
-        _sum(wrench, [part_wrench.applyfunc(copy) for copy in copies]),
-        tuple(part.rows.applyfunc(copy) for copy in copies),
-        sp.Add(*(2 * copy(part.dissipation) for copy in copies)),
-    )
+    return tuple(sp.Add(mine, *(copy(entry) for copy in copies)) for mine, entry in zip(own, part, strict=True))
 
 
 def accelerations_of(k: int) -> tuple[sp.Symbol, sp.Symbol]:
@@ -117,10 +88,6 @@ def _copy(pendulum: Pendulum, k: int) -> Callable[[Expr], Expr]:
     """Return the map from generic symbols to those of pendulum k."""
     named = instance(pendulum, k) | dict(zip(angle_acceleration, accelerations_of(k), strict=True))
     return lambda expr: expr.xreplace(named)
-
-
-def _sum(first: sp.Matrix, others: Sequence[sp.Matrix]) -> sp.Matrix:
-    return sp.Matrix([sp.Add(*entries) for entries in zip(first, *others, strict=True)])
 
 
 def implicit_equations(
@@ -135,10 +102,13 @@ def implicit_equations(
     residuals : tuple of Expr
         As many, linear in them: left sides less right sides.
     """
-    whole = motion(p, pendulums, inertia)
+    part = contribution(inertia)
+    force, moment = (galilean(side) for side in kirchhoff(hull_energy(p), velocity, rate, frame_rates()))
+    left = _with_copies((*force, *moment), (*part.force, *part.moment), pendulums)
+    balance = (side - applied for side, applied in zip(left, applied_wrench(p), strict=True))
+    rows = (_copy(pendulum, k)(row) for k, pendulum in enumerate(pendulums, 1) for row in part.rows)
     unknown = (*ACCELERATIONS, *(s for k in range(1, len(pendulums) + 1) for s in accelerations_of(k)))
-    balance = whole.wrench - applied_wrench(p)
-    return unknown, (*balance, *(entry for rows in whole.rows for entry in rows))
+    return unknown, (*balance, *rows)
 
 
 def velocity_accelerations(rates: Mapping[sp.Symbol, Expr]) -> dict[sp.Symbol, Expr]:

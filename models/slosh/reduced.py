@@ -89,10 +89,9 @@ def _shorten(expr: Expr, turned: bool = False) -> Expr:
         in_plane = {rate[1]: S * along + C * across, rate[2]: C * along - S * across}
         expr = _shorten(expr.subs(in_plane, simultaneous=True))
         return expr.subs({along: rate[1] * S + rate[2] * C, across: rate[1] * C - rate[2] * S})
-    expr = sp.expand(expr)
-    for angle in (theta, phi):
-        expr = sp.expand(expr.subs(sp.sin(angle) ** 2, 1 - sp.cos(angle) ** 2))
-    return expr
+    for keep, drop in ((sp.cos(theta), sp.sin(theta)), (sp.sin(phi), sp.cos(phi))):
+        expr = sp.rem(sp.Poly(expr, drop), sp.Poly(drop**2 + keep**2 - 1, drop)).as_expr()
+    return sp.expand(expr)
 
 
 def angle_rows(pendulums: Sequence[Pendulum], inertia: str, d: Derivation) -> tuple[AngleRow, ...]:

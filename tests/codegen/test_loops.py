@@ -148,3 +148,12 @@ def test_the_manifest_tells_of_the_parts(folder):
     assert data["controllers"]["sum-law"]["period"] == "Ts"
     assert [q["name"] for q in data["noise"]] == ["w_noise"]
     assert {"actuate", "measure", "project", "rhs_free", "smooth_loop_free", "sum_law_start"} <= set(data["functions"])
+
+
+def test_a_law_may_compute_in_float(folder):
+    wide, narrow = (simulate(folder, "sum-law", real=real) for real in ("double", "float"))
+    assert 0 < np.abs(wide.x - narrow.x).max() < 1e-5
+    assert np.array_equal(narrow.z, narrow.z.astype(np.float32))
+    for model, law in ((load(folder, "python"), "sum-law"), (load(folder, "c"), "smooth")):
+        with pytest.raises(InputError, match="real = 'float'"):
+            simulate(model, law, real="float")

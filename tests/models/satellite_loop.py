@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A sampled loop around the generated satellite, in NumPy, many runs side by side: what the tests of the model drive."""
+"""A sampled loop around the generated satellite, in NumPy, many runs side by side."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A satellite under sampled attitude control, written by hand: plant, reference model, estimator and laws in plain numpy.
+"""A satellite under sampled attitude control, by hand: plant, reference model, estimator and laws in plain numpy.
 
-SI units, radians. Orbit axes: x along the velocity, y opposite to the orbit normal, z to nadir; body axes are principal;
-attitude by the 3-2-1 angles (roll, pitch, yaw). Polynomials in q^-1 are arrays, lowest power first.
+SI units, radians. Orbit axes: x along the velocity, y opposite to the orbit normal, z to nadir; body axes are
+principal; attitude by the 3-2-1 angles (roll, pitch, yaw). Polynomials in q^-1 are arrays, lowest power first.
 """
 
 from __future__ import annotations
