@@ -57,7 +57,7 @@ def nested_surfaces(runs: Runs) -> Figure:
         circle = target + surface_scale(run, level) * (values["R"] * _CIRCLE - target)
         ax.plot(circle.real, circle.imag, color=color, lw=1.8)
         top = circle[np.argmax(circle.imag)]
-        text = rf"$|\tilde\theta|={level:g}$ rad"
+        text = rf"$|\tilde\theta|={level:g}$ rad" if level == levels[-1] else f"{level:g} rad"
         look = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
         ax.text(top.real, top.imag, text, color=color, ha="center", va="center", fontsize=8, bbox=look)
     ax.plot(target.real, target.imag, "o", color=TARGET, ms=6, mec="white", zorder=7)

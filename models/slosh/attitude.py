@@ -63,12 +63,11 @@ def by_quaternion(scenario: Group, d: Derivation) -> Attitude:
         for k, value in enumerate(values, 1)
     )
     start = quaternion_of_turns(((2, scenario.att3_0), (1, scenario.att2_0), (0, scenario.att1_0)))
-    # one Newton step for 1/|q|: exact to rounding near the unit sphere, and no square root
-    scale = sp.Rational(3, 2) - sp.Add(*(e**2 for e in q)) / 2
+    length = sp.sqrt(sp.Add(*(e**2 for e in q)))
     return Attitude(
         QUATERNION,
         {"quaternion": tuple(quaternion_rates(q, rate))},
         named,
         tuple(start),
-        tuple(scale * e for e in q),
+        tuple(e / length for e in q),
     )
