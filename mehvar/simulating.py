@@ -11,6 +11,7 @@ from typing import Any
 import typer
 
 from mehvar.console import print_table, progress
+from mehvar.plots import checked_suffix
 from runtime.errors import InputError, bad_value
 from runtime.manifest import find_model
 from runtime.metrics import metrics
@@ -42,6 +43,8 @@ def simulate_command(
     for path in (out, plot):
         if path is not None:
             _check_folder(path)
+    if plot is not None:
+        checked_suffix(plot)
     values, options = _parse(settings, find_model(model).choices)
     with progress(f"{model} {controller}") as advance:
         run = simulate_run(

@@ -126,6 +126,7 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         "lyapunov-v2": _derive_law("v2", model, tables, d),
     }
     inputs = {name: _physical(law, name[-2:], model, d) for name, (law, _) in demanded.items()}
+    functions = _functions(model, inertia, demanded, inputs, d)
     actuator = gimbal_limits(model.plant, d)
     choices = (_PLANT, _ATTITUDE) if attitude == "angles" else (_PLANT,)
     laws = {name: law for name, (law, _) in demanded.items()}
@@ -147,7 +148,7 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         initial=_initial(scenario, placed, starts),
         reference=(),
         constraints=_constraints(p, scenario, starts),
-        functions=_functions(model, inertia, demanded, inputs, d),
+        functions=functions,
         controllers=tuple(
             Controller(name, _LAWS[name], c, inputs[name].command, _law_constraints(name, c, model))
             for name, (_, c) in demanded.items()

@@ -32,9 +32,7 @@ def base_triangle(masses: Sequence[float]) -> Array:
 def attitude(positions: Array, masses: Sequence[float]) -> Array:
     """Return theta (rad, unwrapped along the first axis) of positions of shape ``(..., 3, 2)``."""
     x = base_triangle(masses)
-    edges = np.stack(
-        [positions[..., 1, :] - positions[..., 0, :], positions[..., 2, :] - positions[..., 0, :]], -1
-    )
+    edges = np.stack([positions[..., 1, :] - positions[..., 0, :], positions[..., 2, :] - positions[..., 0, :]], -1)
     A = edges @ np.linalg.inv(np.column_stack([x[1] - x[0], x[2] - x[0]]))
     theta: Array = np.arctan2(A[..., 1, 0] - A[..., 0, 1], A[..., 0, 0] + A[..., 1, 1])
     return np.unwrap(theta, axis=0) if theta.ndim else theta

@@ -48,9 +48,7 @@ def rod_rates(zeta: ComplexArray, mu: Array, zeta_rate: ComplexArray, mu_rate: A
     n = np.sqrt(1 - np.abs(zeta) ** 2)[:, None]
     n_rate = -(np.conj(zeta) * zeta_rate).real[:, None] / n
     c, c_rate = (zeta[:, None] * EDGE_TURNS).real, (zeta_rate[:, None] * EDGE_TURNS).real
-    squares_rate: Array = (1 + 2 * n * c) * mu_rate[:, None] / 3 + 2 * mu[:, None] / 3 * (
-        n_rate * c + n * c_rate
-    )
+    squares_rate: Array = (1 + 2 * n * c) * mu_rate[:, None] / 3 + 2 * mu[:, None] / 3 * (n_rate * c + n * c_rate)
     return squares_rate / (2 * rods(zeta, mu))
 
 

@@ -39,9 +39,7 @@ def test_place_has_the_lengths_and_the_attitude(masses: tuple[float, ...]) -> No
 
 @pytest.mark.parametrize("masses", MASSES)
 @pytest.mark.parametrize(("radius", "centre", "laps"), [(0.25, 0j, 1), (0.65, 0j, 1), (0.2, 0.3 - 0.1j, 2)])
-def test_loop_turns_by_twice_its_area(
-    masses: tuple[float, ...], radius: float, centre: complex, laps: int
-) -> None:
+def test_loop_turns_by_twice_its_area(masses: tuple[float, ...], radius: float, centre: complex, laps: int) -> None:
     theta = cartesian.theta_after_loop(radius, centre, masses, laps)
     assert theta == pytest.approx(2 * np.pi * radius**2 * laps, abs=1e-9)
 
