@@ -27,7 +27,7 @@ DURATION = 35.0
 TOLERANCES = tuple(10.0**-k for k in range(3, 13))
 ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
 REFERENCE_TOLERANCE = 1e-13
-REPEATS = 3
+REPEATS = 5
 OURS, SCIPY, MIXED = "mehvar, C", "SciPy, generated Python", "SciPy, compiled right-hand side"
 
 
@@ -160,7 +160,7 @@ def _distance(samples: Array, exact: Array) -> float:
 
 def _single_runs(model: Model, compile_seconds: float) -> list[str]:
     jobs = {law: partial(simulate, model, law, "paper") for law in ("sliding", "path")}
-    medians = interleaved(jobs, 7 * REPEATS)
+    medians = interleaved(jobs, 4 * REPEATS)
     rows = [[law, f"{seconds * 1e3:.1f}"] for law, seconds in medians.items()]
     return [
         "## One run with the defaults",

@@ -18,11 +18,12 @@ RESULTS = Path(__file__).parent / "results"
 
 
 def machine() -> list[str]:
-    """Name processor, system, compiler and versions; never the host."""
+    """Name processor, load, system, compiler and versions; never the host."""
     compiler = find_compiler()
     packages = ", ".join(f"{name} {version(name)}" for name in ("mehvar", "numpy", "scipy", "sympy", "casadi"))
     return [
-        f"- processor: {_processor()}, {os.cpu_count()} logical cores seen",
+        f"- processor: {_processor()}, {os.cpu_count()} logical cores seen; "
+        f"other programs kept {os.getloadavg()[0]:.1f} busy when the benchmark began",
         f"- system: {platform.system()} {platform.machine()}, Python {platform.python_version()}",
         f"- C compiler: {compiler.version if compiler else 'none'}",
         f"- packages: {packages}",

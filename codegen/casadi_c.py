@@ -13,7 +13,7 @@ from codegen.functions import GeneratedFunction
 
 
 def casadi_c(model: str, functions: Sequence[GeneratedFunction]) -> dict[str, str]:
-    """Let CasADi print the same graphs.
+    """Let CasADi print the same graphs, under names that begin with the model's.
 
     Returns
     -------
@@ -21,9 +21,14 @@ def casadi_c(model: str, functions: Sequence[GeneratedFunction]) -> dict[str, st
         MODEL_casadi.c and MODEL_casadi.h.
     """
     name = f"{model}_casadi"
-    generator = ca.CodeGenerator(f"{name}.c", {"with_header": True, "casadi_real": "double", "casadi_int": "int"})
+    generator = ca.CodeGenerator(f"{name}.c", {"with_header": True})
     for function in functions:
-        generator.add(function.graph)
+        generator.add(_renamed(function.graph, f"{model}_{function.name}"))
     with tempfile.TemporaryDirectory() as folder:
         generator.generate(folder + "/")
         return {f"{name}.{kind}": (Path(folder) / f"{name}.{kind}").read_text(encoding="utf-8") for kind in ("c", "h")}
+
+
+def _renamed(graph: ca.Function, name: str) -> ca.Function:
+    arguments = graph.sx_in()
+    return ca.Function(name, arguments, graph.call(arguments), graph.name_in(), graph.name_out())

@@ -129,6 +129,8 @@ def _metric(metric: Metric) -> dict[str, Any]:
         "kind": metric.kind,
         "of": list(metric.of),
         "band": metric.band,
+        "since": metric.since,
+        "until": _finite(metric.until),
         "unit": metric.unit,
         "description": metric.description,
     }

@@ -17,6 +17,8 @@ def main() -> None:
         _fail(error, 2)
     except BuildError as error:
         _fail(error, 3)
+    except ModuleNotFoundError as error:
+        _fail(f"the package {error.name} is missing: pip install {error.name} (mehvar doctor lists them all)", 2)
     except OSError as error:
         where = f" {error.filename}" if error.filename else ""
         _fail(f"{error.strerror or error}{where}", 2)

@@ -8,7 +8,7 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 
 from mehvar.console import print_table
-from runtime.build import cache_folder
+from runtime.build import NATIVE, cache_folder
 from runtime.compiler import find_compiler
 from runtime.errors import InputError
 
@@ -28,6 +28,7 @@ def examine() -> int:
     """Print the state of this installation; return 1 when something that runs need is missing."""
     rows = [["python", platform.python_version(), sys.executable, ""], _compiler_row()]
     rows += [_package_row(name, use) for name, use in _PACKAGES.items()]
+    rows.append(["C headers", str(NATIVE), "for generated C in other projects: cc -I", ""])
     rows.append(["cache", str(cache_folder()), "compiled models; safe to delete", ""])
     print_table("", ["part", "found", "used for", "install with"], rows)
     missing = [row[0] for row in rows if row[1] in ("missing", "does not work")]

@@ -177,7 +177,11 @@ def _check_metrics(system: System) -> None:
     memories = [{q.name for q in law.memory} for law in system.controllers]
     variables |= set.intersection(*memories) if memories else set()
     for metric in system.metrics:
-        _known(metric.of, variables, f"metric {metric.name!r} of {system.name}: variable")
+        _known(
+            (part.strip() for of in metric.of for part in of.split(" - ")),
+            variables,
+            f"metric {metric.name!r} of {system.name}: variable",
+        )
 
 
 def _known(names: Iterable[str], known: Iterable[str], what: str) -> None:

@@ -213,11 +213,13 @@ class Metric:
     Parameters
     ----------
     name, kind, unit, description : str
-        `kind` is one of settling, max, min, max_abs, travel, sign_changes, final.
+        `kind` is one of settling, settling_about_end, max, min, max_abs, rms, travel, sign_changes, final.
     of : tuple of str
-        Variables of the result.
+        Variables of the result, or differences of two as in "roll - ym_roll".
     band : float
         Settling band or dead band, in the unit of the variables.
+    since, until : float
+        Part of the run that counts, s.
     """
 
     name: str
@@ -226,6 +228,8 @@ class Metric:
     unit: str
     description: str
     band: float = 0.0
+    since: float = 0.0
+    until: float = float("inf")
 
 
 @dataclass(frozen=True)

@@ -61,11 +61,13 @@ class _ParameterRow(_Strict):
 
 
 class _MetricRow(_Strict):
-    kind: str = Field(pattern="^(settling|max|min|max_abs|travel|sign_changes|final)$")
+    kind: str = Field(pattern="^(settling|settling_about_end|max|min|max_abs|rms|travel|sign_changes|final)$")
     of: list[str]
     unit: str
     description: str
     band: float = 0.0
+    since: float = 0.0
+    until: float = float("inf")
 
 
 class _ScenarioRow(_Strict):
@@ -136,7 +138,7 @@ def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]
     """
     table = _validate(_ScenarioFile, _read_toml(path), f"{path.name}: ")
     metrics = tuple(
-        Metric(name, row.kind, tuple(row.of), row.unit, row.description, row.band)
+        Metric(name, row.kind, tuple(row.of), row.unit, row.description, row.band, row.since, row.until)
         for name, row in table.metrics.items()
     )
     scenarios = tuple(

@@ -8,6 +8,7 @@ digest beside each library tells a complete file from a damaged one before the l
 from __future__ import annotations
 
 import ctypes
+import functools
 import hashlib
 import os
 import platform
@@ -87,6 +88,7 @@ def native_headers() -> dict[str, str]:
     return {path.name: path.read_text(encoding="utf-8") for path in sorted(NATIVE.glob("mehvar_*.h"))}
 
 
+@functools.cache
 def load_native() -> ctypes.CDLL:
     """Load the integrators, the closed loop and the array map, which know no model."""
     names = ("integrator.h", "tableaux.h", "integrator.c", "tableaux.c", "loop.c", "map.c")

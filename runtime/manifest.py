@@ -95,7 +95,10 @@ class Scenario:
 
 @dataclass(frozen=True)
 class Metric:
-    """A number that sums up a run; `of` names variables of the result, `band` is in their unit."""
+    """A number that sums up a run from `since` to `until`, s.
+
+    `of` names variables of the result, or differences of two as in "roll - ym_roll"; `band` is in their unit.
+    """
 
     name: str
     kind: str
@@ -103,6 +106,8 @@ class Metric:
     band: float
     unit: str
     description: str
+    since: float = 0.0
+    until: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -322,6 +327,8 @@ def _metric(name: str, entry: Mapping[str, Any]) -> Metric:
         kind=entry["kind"],
         of=tuple(entry["of"]),
         band=float(entry.get("band") or 0.0),
+        since=float(entry.get("since") or 0.0),
+        until=math.inf if entry.get("until") is None else float(entry["until"]),
         unit=entry["unit"],
         description=entry["description"],
     )

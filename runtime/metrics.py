@@ -31,7 +31,8 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        `inf` for a settling time of something that does not settle; NaN where the series holds NaN.
+        `inf` for a settling time of something that does not settle; NaN where the series holds NaN or the run ended
+        before the part that counts.
 
     Raises
     ------
@@ -44,15 +45,25 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
 
 
 def _evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) -> float:
-    for name in metric.of:
-        if name not in series:
-            raise unknown_name(f"variable in metric {metric.name}", name, series)
     if metric.kind not in _KINDS:
         raise unknown_name(f"kind of metric {metric.name}", metric.kind, _KINDS)
     if not metric.of:
         raise InputError(f"metric {metric.name} names no variable")
-    values = np.stack([series[name] for name in metric.of])
-    return float(_KINDS[metric.kind](t, values, metric.band))
+    counted = (t >= metric.since) & (t <= metric.until)
+    if not counted.any():
+        return math.nan
+    values = np.stack([_signal(metric, of, series)[counted] for of in metric.of])
+    return float(_KINDS[metric.kind](t[counted], values, metric.band))
+
+
+def _signal(metric: Metric, of: str, series: Mapping[str, FloatArray]) -> FloatArray:
+    """Return a variable, or the difference of two."""
+    names = [name.strip() for name in of.split(" - ")]
+    for name in names:
+        if name not in series:
+            raise unknown_name(f"variable in metric {metric.name}", name, series)
+    first, *rest = (series[name] for name in names)
+    return first - rest[0] if rest else first
 
 
 def _settling(t: FloatArray, values: FloatArray, band: float) -> float:
@@ -79,9 +90,11 @@ def _sign_changes(_t: FloatArray, values: FloatArray, band: float) -> float:
 
 _KINDS: Mapping[str, Callable[[FloatArray, FloatArray, float], float]] = {
     "settling": _settling,
+    "settling_about_end": lambda t, values, band: _settling(t, values - values[:, -1:], band),
     "max": lambda _t, values, _band: float(np.max(values)),
     "min": lambda _t, values, _band: float(np.min(values)),
     "max_abs": lambda _t, values, _band: float(np.max(np.abs(values))),
+    "rms": lambda _t, values, _band: float(np.sqrt(np.mean(values**2))),
     "travel": lambda _t, values, _band: float(np.sum(np.abs(np.diff(values, axis=1)))),
     "sign_changes": _sign_changes,
     "final": lambda _t, values, _band: float(values[0, -1]),

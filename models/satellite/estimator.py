@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recursive least squares of one axis, equations (34)-(42), written once and used by each axis of each adaptive law.
 
-The covariance F is kept as its upper triangle, so it stays symmetric. Additions: a cap on its trace, a dead zone, and a
-lower bound of the gain that the laws use.
+The covariance is kept as F = U D U', U upper triangular with a unit diagonal and D diagonal, and updated by Bierman's
+algorithm: F stays positive in single precision too. Further additions: a cap on its trace, a dead zone, and a lower
+bound of the gain that the laws use.
 """
 
 from __future__ import annotations
@@ -27,21 +28,27 @@ _THETA = (
     ("b1", "rad/N/m", "b_1"),
     ("d", "rad", "d_o"),
 )
-_PAIRS = tuple((i, j) for i in range(5) for j in range(i, 5))
+_ABOVE = tuple((i, j) for j in range(5) for i in range(j))
+"""Rows and columns of U above its diagonal."""
 
 SAMPLES = Quantity("samples", "1", "samples since the start or the last gap, up to two")
 SENSOR_LOST = Quantity("sensor_lost", "1", "1 while a measurement is not finite: memory kept, torque zero")
 
 
 def memory(axis: str) -> tuple[Quantity, ...]:
-    """Return what the estimator of an axis keeps: estimates, upper triangle of F, past angles and torques."""
+    """Return what the estimator of an axis keeps: estimates, factors of F, past angles and torques."""
     estimates = (
         Quantity(f"{name}_{axis}", unit, f"estimate of {name}, {axis}", rf"\hat {latex}")
         for name, unit, latex in _THETA
     )
-    covariance = (
-        Quantity(f"F{i + 1}{j + 1}_{axis}", "1", f"covariance entry {i + 1}, {j + 1}, {axis}", f"F_{{{i + 1}{j + 1}}}")
-        for i, j in _PAIRS
+    diagonal = (
+        Quantity(f"D{i + 1}_{axis}", "1", f"F = U D U', entry {i + 1} of D, {axis}", f"D_{i + 1}") for i in range(5)
+    )
+    upper = (
+        Quantity(
+            f"U{i + 1}{j + 1}_{axis}", "1", f"F = U D U', entry {i + 1}, {j + 1} of U, {axis}", f"U_{{{i + 1}{j + 1}}}"
+        )
+        for i, j in _ABOVE
     )
     past = (
         Quantity(f"y1_{axis}", "rad", f"{axis} one sample ago", "y(k-1)"),
@@ -50,7 +57,7 @@ def memory(axis: str) -> tuple[Quantity, ...]:
         Quantity(f"u1_{axis}", "N m", f"torque commanded one sample ago, {axis}", "u(k-1)"),
         Quantity(f"u2_{axis}", "N m", f"torque commanded two samples ago, {axis}", "u(k-2)"),
     )
-    return (*estimates, *covariance, *past)
+    return (*estimates, *diagonal, *upper, *past)
 
 
 def symbols(axis: str) -> dict[str, sp.Symbol]:
@@ -102,9 +109,8 @@ def estimate(axis: int, applied: Expr, law: Group, plant: Group, d: Derivation) 
     z = symbols(name)
     d.section(f"Estimator, {name}")
     # after a gap the angle of one sample ago is not known
-    y1 = d.define(
-        f"y1_used_{name}", sp.Piecewise((y, SAMPLES.symbol < HALF), (z["y1"], True)), "", "y(k-1)", "rad", "y_1"
-    )
+    y1 = sp.Piecewise((y, SAMPLES.symbol < HALF), (z["y1"], True))
+    y1 = d.define(f"y1_used_{name}", y1, "", "angle one sample ago", "rad", "y(k-1)")
     assumed = sp.Piecewise((z["u2"], law.design_delay > HALF), (z["u1"], True))
     torque = sp.Piecewise((applied, law.applied_regressor > HALF), (assumed, True))
     torque = d.define(f"v_{name}", torque, "(36)", "torque over the last sample", "N m", "v")
@@ -113,9 +119,9 @@ def estimate(axis: int, applied: Expr, law: Group, plant: Group, d: Derivation) 
     predicted = sp.Add(*(p * t for p, t in zip(phi, theta, strict=True)))
     predicted = d.define(f"y_hat_{name}", predicted, "(34)", f"prediction of {name}", "rad", r"\hat y")
     error = d.define(f"eps_{name}", y - predicted, "(39)", "prediction error", "rad", r"\epsilon")
-    product, gain = _gain(name, phi, z, law, d)
+    factors, gain = _bierman(name, phi, z, law, d)
     learns = _learns(name, error, law, plant, d)
-    covariance, trace = _covariance(name, product, gain, z, learns, law, d)
+    covariance, trace = _capped(name, factors, z, learns, law, d)
     following = tuple(
         d.define(
             f"{n}_now_{name}",
@@ -132,31 +138,49 @@ def estimate(axis: int, applied: Expr, law: Group, plant: Group, d: Derivation) 
     return Estimate(y, y1, torque, following, trace, update)
 
 
-def _entry(z: dict[str, sp.Symbol], i: int, j: int) -> sp.Symbol:
-    return z[f"F{min(i, j) + 1}{max(i, j) + 1}"]
-
-
-def _gain(
+def _bierman(
     name: str, phi: tuple[Expr, ...], z: dict[str, sp.Symbol], law: Group, d: Derivation
-) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
-    """Define F Phi and the gain G (40)."""
-    product = tuple(
-        d.define(
-            f"Fphi{i + 1}_{name}",
-            sp.Add(*(_entry(z, i, j) * phi[j] for j in range(5))),
-            "(40)",
-            f"entry {i + 1} of F Phi",
-            latex=rf"(F\Phi)_{i + 1}",
-        )
-        for i in range(5)
-    )
-    size = law.forgetting + sp.Add(*(p * f for p, f in zip(phi, product, strict=True)))
-    size = d.define(f"den_{name}", size, "(40)", "lambda + Phi' F Phi", latex=r"\lambda+\Phi^TF\Phi")
+) -> tuple[dict[str, Expr], tuple[Expr, ...]]:
+    """Define the gain (40) and the factors of F (41) after a sample, one regressor at a time.
+
+    Notes
+    -----
+    With f = U' Phi and v = D f the denominator of (40) is lambda + sum f_j v_j. Its partial sums alpha_j give D_j and
+    column j of U; the gain is F Phi over the last of them.
+    """
+    alpha: Expr = law.forgetting
+    factors: dict[str, Expr] = {}
+    product: list[Expr] = []
+    for j in range(5):
+        n = j + 1
+        turned = phi[j] + sp.Add(*(z[f"U{i + 1}{n}"] * phi[i] for i in range(j)))
+        turned = d.define(f"f{n}_{name}", turned, "(40)", f"entry {n} of U' Phi", latex=f"f_{n}")
+        weighted = d.define(f"Df{n}_{name}", z[f"D{n}"] * turned, "(40)", f"entry {n} of D U' Phi", latex=f"v_{n}")
+        title = "lambda + Phi' F Phi" if j > 3 else f"lambda and the first {n} terms of Phi' F Phi"
+        total = d.define(f"alpha{n}_{name}", alpha + turned * weighted, "(40)", title, latex=rf"\alpha_{n}")
+        smaller = z[f"D{n}"] * alpha / (total * law.forgetting)
+        factors[f"D{n}"] = d.define(f"D{n}_free_{name}", smaller, "(41)", f"entry {n} of D", latex=f"D_{n}'")
+        for i in range(j):
+            entry = z[f"U{i + 1}{n}"]
+            title = f"entry {i + 1}, {n} of U"
+            moved = entry - product[i] * turned / alpha
+            factors[f"U{i + 1}{n}"] = d.define(
+                f"U{i + 1}{n}_free_{name}", moved, "(41)", title, latex=f"U_{{{i + 1}{n}}}'"
+            )
+            product[i] = d.define(
+                f"b{i + 1}_{n}_{name}",
+                product[i] + entry * weighted,
+                "(40)",
+                f"entry {i + 1} of F Phi, {n} terms",
+                latex=f"b_{{{i + 1},{n}}}",
+            )
+        product.append(weighted)
+        alpha = total
     gain = tuple(
-        d.define(f"G{i + 1}_{name}", f / size, "(40)", f"gain {i + 1}", latex=f"G_{i + 1}")
-        for i, f in enumerate(product)
+        d.define(f"G{i + 1}_{name}", b / alpha, "(40)", f"gain {i + 1}", latex=f"G_{i + 1}")
+        for i, b in enumerate(product)
     )
-    return product, gain
+    return factors, gain
 
 
 def _learns(name: str, error: Expr, law: Group, plant: Group, d: Derivation) -> sp.Rel:
@@ -167,34 +191,18 @@ def _learns(name: str, error: Expr, law: Group, plant: Group, d: Derivation) -> 
     return flag > HALF
 
 
-def _covariance(
-    name: str,
-    product: tuple[Expr, ...],
-    gain: tuple[Expr, ...],
-    z: dict[str, sp.Symbol],
-    learns: sp.Rel,
-    law: Group,
-    d: Derivation,
+def _capped(
+    name: str, factors: dict[str, Expr], z: dict[str, sp.Symbol], learns: sp.Rel, law: Group, d: Derivation
 ) -> tuple[dict[str, Expr], Expr]:
-    """Define F after the sample (41), capped: a step that would exceed the trace allowed does not forget."""
-    forgotten = {
-        (i, j): d.define(
-            f"F{i + 1}{j + 1}_free_{name}",
-            (_entry(z, i, j) - product[i] * gain[j]) / law.forgetting,
-            "(41)",
-            f"covariance entry {i + 1}, {j + 1}",
-            latex=f"F_{{{i + 1}{j + 1}}}",
-        )
-        for i, j in _PAIRS
-    }
-    trace = sp.Add(*(forgotten[i, i] for i in range(5)))
-    trace = d.define(f"trace_{name}", trace, "", "trace of F", latex=r"\mathrm{tr} F")
+    """Cap F: a step that would take its trace above the cap does not forget. Return its factors, and the trace."""
+    squares = (sp.S.One if i is j else factors[f"U{i + 1}{j + 1}"] ** 2 for j in range(5) for i in range(j + 1))
+    weights = (factors[f"D{j + 1}"] for j in range(5) for _ in range(j + 1))
+    trace = sp.Add(*(s * w for s, w in zip(squares, weights, strict=True)))
+    trace = d.define(f"trace_{name}", trace, "(41)", "trace of F", latex=r"\mathrm{tr} F")
     factor = sp.Piecewise((law.forgetting, trace > law.trace_max), (1, True))
     factor = d.define(f"cap_{name}", factor, "", "lambda when the trace is above its cap", latex="c_F")
-    update = {
-        f"F{i + 1}{j + 1}": sp.Piecewise((factor * forgotten[i, j], learns), (_entry(z, i, j), True)) for i, j in _PAIRS
-    }
-    return update, trace
+    scaled = {n: factor * value if n.startswith("D") else value for n, value in factors.items()}
+    return {n: sp.Piecewise((value, learns), (z[n], True)) for n, value in scaled.items()}, trace
 
 
 def start(axis: int, law: Group, plant: Group) -> dict[str, Expr]:
@@ -206,7 +214,8 @@ def start(axis: int, law: Group, plant: Group) -> dict[str, Expr]:
         given = getattr(law, f"{which}_{name}_0")
         return sp.Piecewise((given, given > 0), (nominal, True))
 
-    values: dict[str, Expr] = {f"F{i + 1}{j + 1}": law.F0 if i is j else sp.S.Zero for i, j in _PAIRS}
+    values: dict[str, Expr] = {f"D{i + 1}": law.F0 for i in range(5)}
+    values |= {f"U{i + 1}{j + 1}": sp.S.Zero for i, j in _ABOVE}
     values |= {"a1": sp.Integer(-2), "a2": sp.S.One, "b0": first("b0"), "b1": first("b1"), "d": sp.S.Zero}
     values |= {"y1": y, "y2": y, "v1": sp.S.Zero, "u1": sp.S.Zero, "u2": sp.S.Zero}
     return values

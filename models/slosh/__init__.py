@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spacecraft with sloshing fuel as spherical pendulums, steered by its thrust: full and reduced model, Lyapunov laws."""
+"""Spacecraft with fuel sloshing as spherical pendulums: full and reduced model, two Lyapunov laws."""
 
 from models.slosh.system import STRUCTURE, system
 

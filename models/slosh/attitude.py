@@ -63,10 +63,14 @@ def by_quaternion(scenario: Group, d: Derivation) -> Attitude:
         for k, value in enumerate(values, 1)
     )
     start = quaternion_of_turns(((2, scenario.att3_0), (1, scenario.att2_0), (0, scenario.att1_0)))
+    half = [
+        d.define(f"half_w{k}", w / 2, title="half the body rate", unit="rad/s", latex=rf"\Omega_{k}/2")
+        for k, w in enumerate(rate, 1)
+    ]
     length = sp.sqrt(sp.Add(*(e**2 for e in q)))
     return Attitude(
         QUATERNION,
-        {"quaternion": tuple(quaternion_rates(q, rate))},
+        {"quaternion": tuple(quaternion_rates(q, [2 * w for w in half]))},
         named,
         tuple(start),
         tuple(e / length for e in q),

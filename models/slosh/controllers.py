@@ -8,15 +8,14 @@ The printed u1 = w1 B, u2 = w2 C have the wrong sign for positive gains; what is
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
 from models.mechanics import time_derivative
 from models.slosh.linear import factorise, solve
-from models.slosh.pendulum import phi, phi_rate, theta, theta_rate
-from models.slosh.reduced import AngleRow, demand, reduced_velocity
+from models.slosh.reduced import demand, reduced_velocity
 from models.slosh.variables import rate, velocity
 from models.system import Derivation, Expr, Group, ModelError
 
@@ -62,14 +61,19 @@ class Law:
 
 
 def derivative_form(value: Expr, rates: Mapping[sp.Symbol, Expr]) -> Form:
-    """Differentiate V along the reduced model and collect the inputs and the body rates.
+    """Differentiate V along the reduced model and collect as in (29)."""
+    return collect(time_derivative(value, rates))
+
+
+def collect(derivative: Expr) -> Form:
+    """Collect the inputs and the body rates of V' (29).
 
     Raises
     ------
     ModelError
         If V' is not of the form (29): Omega' must appear multiplied by Omega only.
     """
-    derivative = sp.expand(time_derivative(value, rates))
+    derivative = sp.expand(derivative)
     at_rest = dict.fromkeys(rate, sp.S.Zero)
     turning = [derivative.diff(u) for u in demand[2:]]
     if any(sp.expand(term.xreplace(at_rest)) is not sp.S.Zero for term in turning):
@@ -82,6 +86,16 @@ def derivative_form(value: Expr, rates: Mapping[sp.Symbol, Expr]) -> Form:
         sp.Matrix(3, 3, lambda i, j: turning[j].diff(rate[i])),
         sp.Matrix([free.diff(w).xreplace(at_rest) for w in rate]),
     )
+
+
+def mapped(form: Form, change: Callable[[Expr], Expr]) -> Form:
+    """Change every coefficient."""
+    return Form(change(form.A), change(form.B), change(form.C), form.f.applyfunc(change), form.g.applyfunc(change))
+
+
+def placed(form: Form, values: Mapping[sp.Symbol, Expr]) -> Form:
+    """Replace symbols in every coefficient."""
+    return mapped(form, lambda expr: expr.xreplace(dict(values)))
 
 
 def hull_value(c: Group, attitude: Sequence[Expr]) -> Expr:
@@ -101,12 +115,6 @@ def hull_value(c: Group, attitude: Sequence[Expr]) -> Expr:
     return sp.Add(*squares) / 2
 
 
-def pendulum_value(angle: AngleRow, weight: Expr) -> Expr:
-    """Return what V1 (27) adds for one angle: its rate squared, and the product that cancels its coupling to Omega'."""
-    row, speed = angle.row, angle.speed
-    return angle.pendulum.mass * weight * (speed**2 + 2 * speed * row.moment.dot(rate) / row.inertia) / 2
-
-
 def hull_rates(axial: Expr, attitude: Sequence[sp.Symbol]) -> dict[sp.Symbol, Expr]:
     """Return the reduced model of the hull (20)-(24), with a_j' = Omega_j."""
     linear = reduced_velocity(axial, demand)
@@ -114,25 +122,12 @@ def hull_rates(axial: Expr, attitude: Sequence[sp.Symbol]) -> dict[sp.Symbol, Ex
     return dict(zip(symbols, (*linear, *demand[2:], *rate), strict=True))
 
 
-def pendulum_rates(angle: AngleRow, axial: Expr) -> dict[sp.Symbol, Expr]:
-    """Return the rates of the speed, (25) or (26), and of the named coefficients that move with the pendulum."""
-    row, generic = angle.row, angle.generic
-    turning = {phi: phi_rate, theta: theta_rate}
-    moving = {
-        symbol: time_derivative(expr, turning).xreplace(angle.names)
-        for symbol, expr in zip((row.inertia, *row.moment), (generic.inertia, *generic.moment), strict=True)
-        if expr.free_symbols.intersection(turning)
-    }
-    push = row.force.dot(sp.Matrix([axial, *demand[:2]])) + row.moment.dot(sp.Matrix(demand[2:])) + row.bias
-    turned = dict(zip(rate, demand[2:], strict=True))
-    return {angle.speed: -push / row.inertia} | turned | moving
-
-
 def lyapunov_v2(c: Group, axial: Expr, attitude: Sequence[sp.Symbol], angles: Sequence[Expr], d: Derivation) -> Law:
     """Derive the law from V2, which looks at the hull only: (28), (34)-(36)."""
     value = hull_value(c, attitude)
-    form = _at(derivative_form(value, hull_rates(axial, attitude)), attitude, angles)
-    return _law("v2", ("(28)", "(34)", "(35)", "(36)"), value.xreplace(dict(zip(attitude, angles, strict=True))), form, c, d)
+    named = _renamed(attitude, angles)
+    form = placed(derivative_form(value, hull_rates(axial, attitude)), named)
+    return _law("v2", ("(28)", "(34)", "(35)", "(36)"), value.xreplace(named), form, c, d)
 
 
 def lyapunov_v1(
@@ -140,33 +135,40 @@ def lyapunov_v1(
     axial: Expr,
     attitude: Sequence[sp.Symbol],
     angles: Sequence[Expr],
-    rows: Sequence[AngleRow],
+    terms: Sequence[tuple[Expr, Form]],
     d: Derivation,
 ) -> Law:
-    """Derive the law from V1, which weighs the pendulums' rates too: (27), (31)-(33)."""
-    value = hull_value(c, attitude)
-    forms = [_at(derivative_form(value, hull_rates(axial, attitude)), attitude, angles)]
-    values = [value.xreplace(dict(zip(attitude, angles, strict=True)))]
-    for angle, weight in zip(rows, (c.r9, c.r10) * (len(rows) // 2), strict=True):
-        term = pendulum_value(angle, weight)
-        values.append(term)
-        forms.append(derivative_form(term, pendulum_rates(angle, axial)))
+    """Derive the law from V1, which weighs the pendulums' rates too: (27), (31)-(33).
+
+    Parameters
+    ----------
+    c : Group
+        Parameters of the law.
+    axial : Expr
+        a_x (19).
+    attitude, angles : sequence
+        Symbols of the attitude angles, and what they stand for.
+    terms : sequence of (Expr, Form)
+        The pendulums' terms of V1 and their part of (29).
+    d : Derivation
+        Receives the steps.
+    """
+    value, named = hull_value(c, attitude), _renamed(attitude, angles)
+    values = [value.xreplace(named), *(term for term, _ in terms)]
+    forms = [placed(derivative_form(value, hull_rates(axial, attitude)), named), *(form for _, form in terms)]
     total = Form(
         sp.Add(*(form.A for form in forms)),
         sp.Add(*(form.B for form in forms)),
         sp.Add(*(form.C for form in forms)),
-        sum((form.f for form in forms), sp.zeros(3, 3)),
-        sum((form.g for form in forms), sp.zeros(3, 1)),
+        sp.Matrix(3, 3, lambda i, j: sp.Add(*(form.f[i, j] for form in forms))),
+        sp.Matrix(3, 1, lambda i, _: sp.Add(*(form.g[i] for form in forms))),
     )
     return _law("v1", ("(27)", "(31)", "(32)", "(33)"), sp.Add(*values), total, c, d)
 
 
-def _at(form: Form, attitude: Sequence[sp.Symbol], angles: Sequence[Expr]) -> Form:
-    """Put attitude angles in place of their symbols, where another chart is the state."""
-    named = {s: a for s, a in zip(attitude, angles, strict=True) if s is not a}
-    if not named:
-        return form
-    return Form(*(e.xreplace(named) for e in (form.A, form.B, form.C, form.f, form.g)))
+def _renamed(attitude: Sequence[sp.Symbol], angles: Sequence[Expr]) -> dict[sp.Symbol, Expr]:
+    """Return the attitude angles where another chart is the state."""
+    return {s: a for s, a in zip(attitude, angles, strict=True) if s is not a}
 
 
 def _law(tag: str, numbers: Sequence[str], value: Expr, form: Form, c: Group, d: Derivation) -> Law:
@@ -175,12 +177,22 @@ def _law(tag: str, numbers: Sequence[str], value: Expr, form: Form, c: Group, d:
     a = d.define(f"A_{tag}", form.A, "(29)", "derivative of V without inputs and body rates", "1/s", "A")
     b = d.define(f"B_{tag}", form.B, "(29)", "coefficient of u1", "s/m", "B")
     cc = d.define(f"C_{tag}", form.C, "(29)", "coefficient of u2", "s/m", "C")
-    g = [d.define(f"g{k + 1}_{tag}", form.g[k], "(29)", f"coefficient of Omega_{k + 1}", "1/rad", f"g_{k + 1}") for k in range(3)]
+    g = [
+        d.define(f"g{k + 1}_{tag}", form.g[k], "(29)", f"coefficient of Omega_{k + 1}", "1/rad", f"g_{k + 1}")
+        for k in range(3)
+    ]
     f = sp.Matrix(3, 3, lambda i, j: form.f[i, j] if j <= i else sp.S.Zero)
     for i in range(3):
         for j in range(i + 1):
             if f[i, j].is_number is not True:
-                f[i, j] = d.define(f"f{i + 1}{j + 1}_{tag}", f[i, j], "(29)", "coefficient of Omega_i u_j", "s^2/rad^2", f"f_{{{i + 1}{j + 1}}}")
+                f[i, j] = d.define(
+                    f"f{i + 1}{j + 1}_{tag}",
+                    f[i, j],
+                    "(29)",
+                    "coefficient of Omega_i u_j",
+                    "s^2/rad^2",
+                    f"f_{{{i + 1}{j + 1}}}",
+                )
     gains = (c.w3, c.w4, c.w5)
     right = [-(g[k] + gains[k] * rate[k]) for k in range(3)]
     turns = solve(factorise(f, f"f_{tag}", d), right, f"u_{tag}", d)

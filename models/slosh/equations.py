@@ -8,21 +8,13 @@ evaluated in another form (dynamics.py) that has to agree with it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
 from models.mechanics import kirchhoff
-from models.slosh.pendulum import (
-    acceleration,
-    angle_acceleration,
-    angular_acceleration,
-    contribution,
-    frame_rates,
-    galilean,
-    instance,
-)
-from models.slosh.variables import GIMBALS, MOMENTS, Pendulum, rate, velocity
+from models.slosh.pendulum import Contribution, acceleration, angular_acceleration, frame_rates, galilean
+from models.slosh.variables import GIMBALS, MOMENTS, rate, velocity
 from models.system import Derivation, Expr, Group
 
 ACCELERATIONS = (*acceleration, *angular_acceleration)
@@ -54,61 +46,28 @@ def hull_energy(p: Group) -> Expr:
     return p.m * hull.dot(hull) / 2 + p.m0 * fuel.dot(fuel) / 2 + rate.dot(inertia * rate) / 2
 
 
-def kinetic_energy(p: Group, pendulums: Sequence[Pendulum], inertia: str) -> Expr:
-    """Return T (5) in J, for pendulums described by angles."""
-    part = contribution(inertia).energy
-    return sp.Add(hull_energy(p), *(_copy(pendulum, k)(part) for k, pendulum in enumerate(pendulums, 1)))
+def whole(own: Sequence[Expr], part: Sequence[Expr], copies: Sequence[Mapping[sp.Symbol, Expr]]) -> tuple[Expr, ...]:
+    """Add a generic part's copies, one a pendulum, to what hull and fixed fuel contribute."""
+    return tuple(
+        sp.Add(mine, *(entry.xreplace(dict(copy)) for copy in copies)) for mine, entry in zip(own, part, strict=True)
+    )
 
 
-def momentum(p: Group, pendulums: Sequence[Pendulum], inertia: str) -> tuple[Expr, ...]:
-    """Return dT/dV, kg m/s, and dT/dOmega about O, kg m^2/s, in body axes: six numbers."""
-    hull, part = hull_energy(p), contribution(inertia)
-    own = [hull.diff(symbol) for symbol in (*velocity, *rate)]
-    return _with_copies(own, (*part.linear, *part.angular), pendulums)
+def hull_momentum(p: Group) -> tuple[Expr, ...]:
+    """Return dT/dV, kg m/s, and dT/dOmega about O, kg m^2/s, of hull and fixed fuel."""
+    energy = hull_energy(p)
+    return tuple(energy.diff(symbol) for symbol in (*velocity, *rate))
 
 
-def dissipated_power(pendulums: Sequence[Pendulum], inertia: str) -> Expr:
-    """Return twice the Rayleigh function (8), the power that damping takes, W."""
-    part = contribution(inertia).dissipation
-    return sp.Add(*(2 * _copy(pendulum, k)(part) for k, pendulum in enumerate(pendulums, 1)))
-
-
-def _with_copies(own: Sequence[Expr], part: Sequence[Expr], pendulums: Sequence[Pendulum]) -> tuple[Expr, ...]:
-    """Add the pendulums' copies of a part to what hull and fixed fuel contribute."""
-    copies = [_copy(pendulum, k) for k, pendulum in enumerate(pendulums, 1)]
-    return tuple(sp.Add(mine, *(copy(entry) for copy in copies)) for mine, entry in zip(own, part, strict=True))
+def hull_wrench(p: Group) -> tuple[Expr, ...]:
+    """Return the terms of hull and fixed fuel on the left sides of (9)-(14)."""
+    force, moment = (galilean(side) for side in kirchhoff(hull_energy(p), velocity, rate, frame_rates()))
+    return (*force, *moment)
 
 
 def accelerations_of(k: int) -> tuple[sp.Symbol, sp.Symbol]:
     """Return the symbols of the angular accelerations of pendulum k."""
     return sp.Symbol(f"phi{k}_ddot", real=True), sp.Symbol(f"theta{k}_ddot", real=True)
-
-
-def _copy(pendulum: Pendulum, k: int) -> Callable[[Expr], Expr]:
-    """Return the map from generic symbols to those of pendulum k."""
-    named = instance(pendulum, k) | dict(zip(angle_acceleration, accelerations_of(k), strict=True))
-    return lambda expr: expr.xreplace(named)
-
-
-def implicit_equations(
-    p: Group, pendulums: Sequence[Pendulum], inertia: str
-) -> tuple[tuple[sp.Symbol, ...], tuple[Expr, ...]]:
-    """Return the derived equations of motion (9)-(16) as residuals that the true accelerations make zero.
-
-    Returns
-    -------
-    accelerations : tuple of Symbol
-        a, Omega', then phi_i'', theta_i'' pendulum by pendulum.
-    residuals : tuple of Expr
-        As many, linear in them: left sides less right sides.
-    """
-    part = contribution(inertia)
-    force, moment = (galilean(side) for side in kirchhoff(hull_energy(p), velocity, rate, frame_rates()))
-    left = _with_copies((*force, *moment), (*part.force, *part.moment), pendulums)
-    balance = (side - applied for side, applied in zip(left, applied_wrench(p), strict=True))
-    rows = (_copy(pendulum, k)(row) for k, pendulum in enumerate(pendulums, 1) for row in part.rows)
-    unknown = (*ACCELERATIONS, *(s for k in range(1, len(pendulums) + 1) for s in accelerations_of(k)))
-    return unknown, (*balance, *rows)
 
 
 def velocity_accelerations(rates: Mapping[sp.Symbol, Expr]) -> dict[sp.Symbol, Expr]:
@@ -127,12 +86,22 @@ _BALANCES = (
 )
 
 
-def show_equations(p: Group, inertia: str, d: Derivation) -> None:
+def show_equations(p: Group, part: Contribution, rows: Sequence[tuple[str, Expr]], d: Derivation) -> None:
     """Write the derivation down: energy, dissipation and the equations of motion with their numbers.
 
     A pendulum's terms stand once, with the index i; the balances hold their sums over i.
+
+    Parameters
+    ----------
+    p : Group
+        Parameters of the plant.
+    part : Contribution
+        A pendulum's part, in generic symbols.
+    rows : sequence of (str, Expr)
+        Number and left side of the pendulum's own equations.
+    d : Derivation
+        Receives the steps.
     """
-    part = contribution(inertia)
     d.section("Energy and dissipation")
     for axis, entry in zip("xyz", part.position, strict=True):
         d.show(rf"{axis}_i", entry, "(7)", f"position of bob i from O, {axis}", "m")
@@ -141,16 +110,14 @@ def show_equations(p: Group, inertia: str, d: Derivation) -> None:
     d.show("T_i", part.energy, "(5), (6)", "kinetic energy of pendulum i", "J")
     d.show("R_i", part.dissipation, "(8)", "Rayleigh function of pendulum i", "W")
     d.section("Equations of motion")
-    for axis, entry in zip("xyz", acceleration, strict=True):
-        place = "xyz".index(axis)
+    for place, (axis, entry) in enumerate(zip("xyz", acceleration, strict=True)):
         spelled = sp.Symbol(rf"\dot v_{axis}", real=True) + rate.cross(velocity)[place]
         d.show(sp.latex(entry), spelled, "(17)", f"acceleration of O along {axis}", "m/s^2")
-    force, moment = (galilean(side) for side in kirchhoff(hull_energy(p), velocity, rate, frame_rates()))
+    own, right = hull_wrench(p), applied_wrench(p)
     parts = (*part.force, *part.moment)
-    right = applied_wrench(p)
     for k, (name, number, title, unit) in enumerate(_BALANCES):
         d.show(f"{name}^{{(i)}}", parts[k], number, f"{title}: terms of pendulum i", unit)
         terms = sp.Symbol(rf"\sum_i {name}^{{(i)}}", real=True)
-        d.show("0", (*force, *moment)[k] + terms - right[k], number, title, unit)
-    d.show("0", part.rows[0], "(15)", "equation of phi_i", "N m")
-    d.show("0", part.rows[1], "(16)", "equation of theta_i", "N m")
+        d.show("0", own[k] + terms - right[k], number, title, unit)
+    for number, row in rows:
+        d.show("0", row, number, "equation of pendulum i", "N m")

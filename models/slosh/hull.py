@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from models.slosh.equations import gimbal_position, thrust
+from models.slosh.linear import Factors
 from models.slosh.variables import INPUTS, Pendulum, rate, velocity
 from models.system import Derivation, Expr, Group
 
@@ -37,8 +38,8 @@ class Lump:
         G_x = -(W2^2 + W3^2), 1/s^2.
     xy, xz : Expr
         W1 W2 and W1 W3, 1/s^2.
-    gyration : tuple of Expr
-        Velocity terms of the roll, G_y and G_z equations, N m.
+    gyration : tuple of (Expr, Expr)
+        Velocity terms of the roll, G_y and G_z equations: constant and product of rates.
     applied : tuple of Expr
         Force, roll moment, and moments about C as they go with G_y and G_z.
     """
@@ -49,7 +50,7 @@ class Lump:
     g1: Expr
     xy: Expr
     xz: Expr
-    gyration: tuple[Expr, Expr, Expr]
+    gyration: tuple[tuple[Expr, Expr], ...]
     applied: tuple[Expr, ...]
 
 
@@ -118,9 +119,9 @@ def lump(p: Group, pendulums: Sequence[Pendulum], geared: bool, d: Derivation) -
     xy = d.define("W12", w1 * w2, title="product of rates", unit="rad^2/s^2", latex=r"\Omega_1\Omega_2")
     xz = d.define("W13", w1 * w3, title="product of rates", unit="rad^2/s^2", latex=r"\Omega_1\Omega_3")
     gyration = (
-        (p.J_z - p.J_y) * w2 * w3,
-        (p.J_y - p.J_x - about_z) * xy,
-        (p.J_z - p.J_x - about_y) * xz,
+        (p.J_z - p.J_y, w2 * w3),
+        (p.J_y - p.J_x - about_z, xy),
+        (p.J_z - p.J_x - about_y, xz),
     )
     arms = tuple(
         Arm(*c, d.define(f"e{a.name}", a.pivot - centre, title=f"pivot {a.name} from C", unit="m", latex=f"e_{a.name}"))
@@ -197,6 +198,31 @@ class Balance:
     bias: tuple[Expr, ...]
 
 
+@dataclass(frozen=True)
+class Dynamics:
+    """The evaluation form, for the right-hand side and for its inversion.
+
+    Attributes
+    ----------
+    hull : Lump
+        Common terms.
+    balance : Balance
+        K X + n = applied.
+    factors : Factors
+        Of K, in the order of the unknowns.
+    unknown : tuple of Expr
+        X for the inputs: a_C, roll acceleration, G_y and G_z.
+    bobs : tuple of Expr
+        Accelerations of the pendulums, one after the other.
+    """
+
+    hull: Lump
+    balance: Balance
+    factors: Factors
+    unknown: tuple[Expr, ...]
+    bobs: tuple[Expr, ...]
+
+
 _ROWS = ("1", "2", "3", "4", "5", "6")
 
 
@@ -213,7 +239,7 @@ def balance(hull: Lump, pulls: Sequence[Pull], d: Derivation) -> Balance:
                     f"K{_ROWS[i]}{_ROWS[j]}", entry, title="entry of the hull's matrix", latex=f"K_{{{i + 1}{j + 1}}}"
                 )
             matrix[i, j] = matrix[j, i] = entry
-    own_bias = (sp.S.Zero,) * 3 + hull.gyration
+    own_bias = (sp.S.Zero,) * 3 + tuple(factor * product for factor, product in hull.gyration)
     bias = tuple(
         d.define(
             f"n{_ROWS[i]}",

@@ -51,19 +51,18 @@ def factorise(matrix: sp.Matrix, name: str, d: Derivation) -> Factors:
         pivot = d.define(f"{name}_D{j + 1}", left[j, j], title=f"pivot {j + 1}", latex=rf"D^{{{name}}}_{j + 1}")
         pivots.append(pivot)
         for i in range(j + 1, size):
-            lower[i].append(_factor(f"{name}_L{i + 1}{j + 1}", left[i, j], pivot, d))
+            lower[i].append(_factor(name, i, j, left[i, j] / pivot, d))
         for i in range(j + 1, size):
             for k in range(j + 1, i + 1):
                 left[i, k] = left[i, k] - lower[i][j] * left[k, j]
     return Factors(tuple(map(tuple, lower)), tuple(pivots))
 
 
-def _factor(name: str, entry: Expr, pivot: Expr, d: Derivation) -> Expr:
+def _factor(name: str, i: int, j: int, value: Expr, d: Derivation) -> Expr:
     """Name one entry of L, unless it is zero by structure."""
-    if entry is sp.S.Zero:
-        return entry
-    row, column = name[-2:]
-    return d.define(name, entry / pivot, title="factor", latex=rf"L^{{{name[:-4]}}}_{{{row}{column}}}")
+    if value is sp.S.Zero:
+        return value
+    return d.define(f"{name}_L{i + 1}{j + 1}", value, title="factor", latex=rf"L^{{{name}}}_{{{i + 1}{j + 1}}}")
 
 
 def solve(factors: Factors, right: Sequence[Expr], name: str, d: Derivation) -> tuple[Expr, ...]:

@@ -6,6 +6,7 @@ The pendulums' equations (15), (16) are diagonal in their own accelerations, so 
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -53,8 +54,12 @@ class AngleRow:
 
     Attributes
     ----------
-    angle, speed : Symbol
-        phi_i or theta_i and its rate.
+    name, latex : str
+        "phi1" and how it is printed.
+    pendulum : Pendulum
+        Whose angle it is.
+    speed : Symbol
+        Rate of the angle.
     row : Row
         Named parts.
     generic : Row
@@ -63,6 +68,8 @@ class AngleRow:
         What the generic symbols stand for.
     """
 
+    name: str
+    latex: str
     pendulum: Pendulum
     speed: sp.Symbol
     row: Row
@@ -70,6 +77,7 @@ class AngleRow:
     names: dict[sp.Symbol, Expr]
 
 
+@functools.cache
 def generic_rows(inertia: str) -> tuple[Row, Row]:
     """Split the derived equations (15), (16) by the accelerations they are linear in."""
     rows = []
@@ -90,8 +98,9 @@ def _shorten(expr: Expr, turned: bool = False) -> Expr:
         expr = _shorten(expr.subs(in_plane, simultaneous=True))
         return expr.subs({along: rate[1] * S + rate[2] * C, across: rate[1] * C - rate[2] * S})
     for keep, drop in ((sp.cos(theta), sp.sin(theta)), (sp.sin(phi), sp.cos(phi))):
-        expr = sp.rem(sp.Poly(expr, drop), sp.Poly(drop**2 + keep**2 - 1, drop)).as_expr()
-    return sp.expand(expr)
+        powers = {drop**n: (1 - keep**2) ** (n // 2) * drop ** (n % 2) for n in range(2, 7)}
+        expr = sp.expand(sp.expand(expr).xreplace(powers))
+    return expr
 
 
 def angle_rows(pendulums: Sequence[Pendulum], inertia: str, d: Derivation) -> tuple[AngleRow, ...]:
@@ -100,14 +109,17 @@ def angle_rows(pendulums: Sequence[Pendulum], inertia: str, d: Derivation) -> tu
     found = []
     for k, pendulum in enumerate(pendulums, 1):
         names = instance(pendulum, k)
-        for text, row, speed in zip(("phi", "theta"), generic, (phi_rate, theta_rate), strict=True):
-            found.append(AngleRow(pendulum, names[speed], _named(row, names, f"{text}{k}", d), row, names))
+        for text, spelled, row, speed in zip(
+            ("phi", "theta"), (r"\varphi", r"\theta"), generic, (phi_rate, theta_rate), strict=True
+        ):
+            latex = f"{spelled}_{{{k}}}"
+            named = _named(row, names, f"{text}{k}", latex, d)
+            found.append(AngleRow(f"{text}{k}", latex, pendulum, names[speed], named, row, names))
     return tuple(found)
 
 
-def _named(row: Row, names: dict[sp.Symbol, Expr], angle: str, d: Derivation) -> Row:
+def _named(row: Row, names: dict[sp.Symbol, Expr], angle: str, spelled: str, d: Derivation) -> Row:
     number = "(25)" if angle.startswith("phi") else "(26)"
-    spelled = rf"\{angle[:-1].rstrip('0123456789')}_{{{angle.lstrip('phieta')}}}"
 
     def name(text: str, value: Expr, title: str, unit: str) -> Expr:
         plain = value.xreplace(names)
@@ -117,8 +129,18 @@ def _named(row: Row, names: dict[sp.Symbol, Expr], angle: str, d: Derivation) ->
 
     return Row(
         name("D", row.inertia, "inertia of", "kg m^2"),
-        sp.Matrix([name(f"g{axis}", e, f"a_{axis} in the equation of", "kg m") for axis, e in zip("xyz", row.force, strict=True)]),
-        sp.Matrix([name(f"c{axis}", e, f"Omega'_{axis} in the equation of", "kg m^2") for axis, e in zip("xyz", row.moment, strict=True)]),
+        sp.Matrix(
+            [
+                name(f"g{axis}", e, f"a_{axis} in the equation of", "kg m")
+                for axis, e in zip("xyz", row.force, strict=True)
+            ]
+        ),
+        sp.Matrix(
+            [
+                name(f"c{axis}", e, f"Omega'_{axis} in the equation of", "kg m^2")
+                for axis, e in zip("xyz", row.moment, strict=True)
+            ]
+        ),
         name("k", row.bias, "velocity terms of", "N m"),
     )
 
@@ -129,9 +151,7 @@ def longitudinal(p: Group, pendulums: Sequence[Pendulum], d: Derivation) -> Expr
     return d.define("ax_eq", p.F / total, "(19)", "longitudinal acceleration at the equilibrium", "m/s^2", "a_x")
 
 
-def angle_accelerations(
-    rows: Sequence[AngleRow], linear: Sequence[Expr], angular: Sequence[Expr]
-) -> tuple[Expr, ...]:
+def angle_accelerations(rows: Sequence[AngleRow], linear: Sequence[Expr], angular: Sequence[Expr]) -> tuple[Expr, ...]:
     """Solve (25), (26) for phi_i'' and theta_i'' at given a and Omega'."""
     found = []
     for angle in rows:
@@ -147,14 +167,31 @@ def reduced_velocity(axial: Expr, inputs: Sequence[Expr]) -> tuple[Expr, ...]:
     return tuple(linear)
 
 
-def show_reduced(inertia: str, d: Derivation) -> None:
-    """Write (18)-(26) down for pendulum i."""
+def show_reduced(pendulum: Sequence[tuple[str, str, Expr]], d: Derivation) -> None:
+    """Write (20)-(26) down.
+
+    Parameters
+    ----------
+    pendulum : sequence of (str, str, Expr)
+        Left side, number and right side of the equations of pendulum i, in the accelerations of O and of the axes.
+    d : Derivation
+        Receives the steps.
+    """
+    d.section("Reduced model")
     axial = sp.Symbol("a_x", real=True)
     for name, entry, number in zip("xyz", reduced_velocity(axial, demand), ("(20)", "(20)", "(21)"), strict=True):
         d.show(rf"\dot v_{name}", entry, number if name != "x" else "", f"reduced model: v_{name}", "m/s^2")
     for k in range(3):
         d.show(rf"\dot\Omega_{k + 1}", demand[2 + k], f"({22 + k})", "reduced model: body rate", "rad/s^2")
     inputs = dict(zip((*acceleration[1:], *ACCELERATIONS[3:]), demand, strict=True))
-    for row, symbol, number in zip(generic_rows(inertia), (r"\ddot\varphi_i", r"\ddot\theta_i"), ("(25)", "(26)"), strict=True):
-        total = row.force.dot(sp.Matrix(acceleration)) + row.moment.dot(sp.Matrix(ACCELERATIONS[3:])) + row.bias
-        d.show(symbol, -total.xreplace(inputs) / row.inertia, number, "reduced model: pendulum i", "rad/s^2")
+    for left, number, right in pendulum:
+        d.show(left, right.xreplace(inputs), number, "reduced model: pendulum i", "rad/s^2")
+
+
+def generic_accelerations(inertia: str) -> tuple[Expr, Expr]:
+    """Return phi_i'' and theta_i'' for given a and Omega', in generic symbols: (25), (26)."""
+    linear, angular = sp.Matrix(acceleration), sp.Matrix(ACCELERATIONS[3:])
+    first, second = (
+        -(row.force.dot(linear) + row.moment.dot(angular) + row.bias) / row.inertia for row in generic_rows(inertia)
+    )
+    return first, second

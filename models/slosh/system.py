@@ -9,20 +9,23 @@ from pathlib import Path
 
 import sympy as sp
 
+from models.slosh import ball, pendulum
 from models.slosh.attitude import Attitude, by_angles, by_quaternion
+from models.slosh.bobs import Bobs, Start, angle_bobs, ball_bobs, parts, pendulum_equations
+from models.slosh.bobs import accelerations as pendulum_accelerations
 from models.slosh.controllers import Law, lyapunov_v1, lyapunov_v2
-from models.slosh.dynamics import Dynamics, angle_dynamics
-from models.slosh.equations import kinetic_energy, momentum, show_equations
-from models.slosh.hull import velocity_rates
-from models.slosh.reduced import (
-    AngleRow,
-    angle_accelerations,
-    angle_rows,
-    longitudinal,
-    reduced_velocity,
-    show_reduced,
+from models.slosh.equations import (
+    applied_wrench,
+    hull_energy,
+    hull_momentum,
+    hull_wrench,
+    show_equations,
+    velocity_accelerations,
+    whole,
 )
-from models.slosh.thrust import Inputs, Plant, gimbal_limits, to_physical
+from models.slosh.hull import velocity_rates
+from models.slosh.reduced import generic_accelerations, longitudinal, reduced_velocity, show_reduced
+from models.slosh.thrust import Inputs, gimbal_limits, to_physical
 from models.slosh.variables import (
     ATTITUDE,
     DEMAND,
@@ -31,9 +34,12 @@ from models.slosh.variables import (
     RATE,
     VELOCITY,
     Pendulum,
-    angle_quantities,
     angle_rate_quantities,
+    arm_rate_quantities,
     pendulum_parameters,
+    point_allowed,
+    rate,
+    velocity,
 )
 from models.system import (
     Choice,
@@ -53,15 +59,14 @@ MOST = 64
 """Largest number of pendulums offered."""
 STRUCTURE = {
     "pendulums": ("2", "1", *(str(k) for k in range(3, MOST + 1))),
-    "inertia": ("paper", "hinge"),
+    "inertia": ("paper", "hinge", "ball"),
     "attitude": ("angles", "quaternion"),
 }
 """Structural choices and their values; the first is the default."""
 
 _HERE = Path(__file__).parent
 _SOURCE = (
-    "Navabi, Davoodi: Spacecraft slosh control (in Persian), "
-    "Modares Mechanical Engineering 19(9), 2019, 2121-2128"
+    "Navabi, Davoodi: Spacecraft slosh control (in Persian), Modares Mechanical Engineering 19(9), 2019, 2121-2128"
 )
 _PLANT = Choice("plant", ("full", "reduced"), "equations of motion (9)-(16), or the reduced model (20)-(26)")
 _ATTITUDE = Choice("attitude", ("small", "euler"), "attitude rates equal to body rates, or 3-2-1 angles")
@@ -77,16 +82,19 @@ class _Model:
     """The derived parts that functions, laws and variants are made of."""
 
     p: Group
+    inertia: str
     pendulums: tuple[Pendulum, ...]
-    states: Group
     attitude: Attitude
-    dynamics: Dynamics
-    plant: Plant
-    rows: tuple[AngleRow, ...]
+    bobs: Bobs
     axial: Expr
     linear: tuple[Expr, ...]
     angular: tuple[Expr, ...]
     acceleration: tuple[Expr, ...]
+
+    @property
+    def states(self) -> Group:
+        """The state."""
+        return Group("x", (*VELOCITY, *RATE, *self.attitude.states, *self.bobs.states))
 
 
 def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles") -> System:
@@ -96,8 +104,8 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
     ----------
     pendulums : str
         How many, "1" to "64"; the default is the paper's.
-    inertia : {"paper", "hinge"}
-        Inertia of the bobs: rotors geared to the angles, as published, or rigid bobs on hinges.
+    inertia : {"paper", "hinge", "ball"}
+        Bobs as rotors geared to the angles, as published; rigid on hinges; or on ball joints, without angles.
     attitude : {"angles", "quaternion"}
         Three angles, small or 3-2-1 as the run chooses, or a quaternion.
 
@@ -108,26 +116,17 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
     """
     tables = read_parameters(_HERE / "parameters.toml")
     scenarios, metrics = read_scenarios(_HERE / "scenarios.toml")
-    numbers = range(1, int(pendulums) + 1)
-    groups = [pendulum_parameters(k, tables[f"pendulum{min(k, 2)}"]) for k in numbers]
-    p = Group("p", (*tables["plant"].quantities, *(q for group in groups for q in group)))
-    bobs = tuple(
-        Pendulum(str(k), *(q.symbol for q in group)) for k, group in zip(numbers, groups, strict=True)
-    )
-    starts = [pendulum_parameters(k, tables[f"start{min(k, 2)}"]) for k in numbers]
+    p, bobs = plant_parameters(tables, int(pendulums), inertia)
+    starts = [pendulum_parameters(k, tables[f"start{min(k, 2)}"]) for k in range(1, int(pendulums) + 1)]
     scenario = Group("s", (*tables["scenario"].quantities, *(q for group in starts for q in group)))
     d = Derivation()
-    show_equations(p, inertia, d)
-    show_reduced(inertia, d)
+    _show(p, inertia, d)
     placed = by_angles(scenario) if attitude == "angles" else by_quaternion(scenario, d)
-    model = _derive(p, bobs, inertia, placed, d)
-    demanded = {
-        "lyapunov-v1": _derive_law("v1", model, tables, d),
-        "lyapunov-v2": _derive_law("v2", model, tables, d),
-    }
+    model = _derive(p, bobs, inertia, placed, scenario, d)
+    demanded = {name: _derive_law(name, model, tables, d) for name in _LAWS}
     inputs = {name: _physical(law, name[-2:], model, d) for name, (law, _) in demanded.items()}
-    functions = _functions(model, inertia, demanded, inputs, d)
-    actuator = gimbal_limits(model.plant, d)
+    functions = _functions(model, demanded, inputs, d)
+    actuator = gimbal_limits(p, model.bobs.dynamics, d)
     choices = (_PLANT, _ATTITUDE) if attitude == "angles" else (_PLANT,)
     laws = {name: law for name, (law, _) in demanded.items()}
     return System(
@@ -138,16 +137,16 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         states=model.states,
         inputs=INPUTS,
         references=_REFERENCES,
-        outputs=_outputs(placed),
+        outputs=Group("y", tuple(quantity for quantity, _ in _outputs(model))),
         parameters=p,
         scenario_parameters=scenario,
         rhs=_full(model, next(iter(placed.rates))),
-        output=_output(model),
+        output=tuple(expr for _, expr in _outputs(model)),
         steps=tuple(d.steps),
         limits=(),
-        initial=_initial(scenario, placed, starts),
+        initial=(*scenario.symbols[:6], *placed.start, *model.bobs.start),
         reference=(),
-        constraints=_constraints(p, scenario, starts),
+        constraints=_constraints(p, scenario),
         functions=functions,
         controllers=tuple(
             Controller(name, _LAWS[name], c, inputs[name].command, _law_constraints(name, c, model))
@@ -162,38 +161,105 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
     )
 
 
+def plant_parameters(tables: Mapping[str, Group], count: int, inertia: str) -> tuple[Group, tuple[Pendulum, ...]]:
+    """Return the plant's parameters with those of each pendulum.
+
+    Parameters
+    ----------
+    tables : mapping of str to Group
+        Groups of parameters.toml.
+    count : int
+        Number of pendulums.
+    inertia : str
+        On ball joints I_i = 0 is allowed: a point bob.
+    """
+    groups = [pendulum_parameters(k, tables[f"pendulum{min(k, 2)}"]) for k in range(1, count + 1)]
+    if inertia == "ball":
+        groups = [tuple(point_allowed(q) if q.name.startswith("I") else q for q in group) for group in groups]
+    p = Group("p", (*tables["plant"].quantities, *(q for group in groups for q in group)))
+    return p, tuple(Pendulum(str(k), *(q.symbol for q in group)) for k, group in enumerate(groups, 1))
+
+
+def residuals(
+    pendulums: str = "2", inertia: str = "paper", attitude: str = "angles"
+) -> tuple[dict[str, sp.Symbol], tuple[Expr, ...]]:
+    """Return the derived equations of motion as residuals that the true rates of the states make zero.
+
+    Parameters
+    ----------
+    pendulums, inertia, attitude : str
+        As for `system`.
+
+    Returns
+    -------
+    rates : dict of str to Symbol
+        For each velocity state, the symbol of its rate.
+    residuals : tuple of Expr
+        As many, linear in these symbols, in the states, inputs and plant parameters: (9)-(16), left less right sides.
+    """
+    p, bobs = plant_parameters(read_parameters(_HERE / "parameters.toml"), int(pendulums), inertia)
+    part, copies = parts(inertia, bobs)
+    own = [sp.Symbol(f"{q.name}_rate", real=True) for q in (*VELOCITY, *RATE)]
+    unknown, rows = pendulum_equations(inertia, bobs)
+    accelerations = velocity_accelerations(dict(zip((*velocity, *rate), own, strict=True)))
+    named = [copy | pendulum_accelerations(inertia, k) for k, copy in enumerate(copies, 1)]
+    left = whole(hull_wrench(p), (*part.force, *part.moment), named)
+    balance = [side - applied for side, applied in zip(left, applied_wrench(p), strict=True)]
+    states = [q.name for q in (*VELOCITY, *RATE)]
+    for k in range(1, len(bobs) + 1):
+        moving = arm_rate_quantities(k) if inertia == "ball" else angle_rate_quantities(k)
+        states += [q.name for q in moving]
+    found = tuple(entry.xreplace(accelerations) for entry in (*balance, *rows))
+    return dict(zip(states, (*own, *unknown), strict=True)), found
+
+
+def _show(p: Group, inertia: str, d: Derivation) -> None:
+    """Write the published side of the derivation down, (5)-(26), in generic symbols."""
+    if inertia == "ball":
+        part = ball.contribution()
+        show_equations(p, part, [("(15), (16)", row) for row in ball.tangential_rows()], d)
+        arm = [
+            (rf"\dot\sigma_{{i,{axis}}}", "(25), (26)", e) for axis, e in zip("xyz", ball.arm_equation(), strict=True)
+        ]
+        show_reduced(arm, d)
+        return
+    part = pendulum.contribution(inertia)
+    show_equations(p, part, list(zip(("(15)", "(16)"), part.rows, strict=True)), d)
+    first, second = generic_accelerations(inertia)
+    show_reduced([(r"\ddot\varphi_i", "(25)", first), (r"\ddot\theta_i", "(26)", second)], d)
+
+
 def _derive(
-    p: Group, pendulums: tuple[Pendulum, ...], inertia: str, placed: Attitude, d: Derivation
+    p: Group, pendulums: tuple[Pendulum, ...], inertia: str, placed: Attitude, scenario: Group, d: Derivation
 ) -> _Model:
-    d.section("Evaluation of the equations of motion")
-    dynamics = angle_dynamics(p, pendulums, inertia, d)
-    linear, angular, acceleration = velocity_rates(dynamics.accelerations.unknown, dynamics.hull)
-    d.section("Reduced model, pendulum by pendulum")
-    rows = angle_rows(pendulums, inertia, d)
+    starts = [
+        Start(
+            *(
+                getattr(scenario, f"{name.format(bob.name)}_0")
+                for name in ("phi{}", "theta{}", "phi{}_dot", "theta{}_dot")
+            )
+        )
+        for bob in pendulums
+    ]
+    if inertia == "ball":
+        bobs = ball_bobs(p, pendulums, starts, (scenario.wx_0, scenario.wy_0, scenario.wz_0), d)
+    else:
+        bobs = angle_bobs(p, pendulums, inertia, starts, d)
+    linear, angular, acceleration = velocity_rates(bobs.dynamics.unknown, bobs.dynamics.hull)
     axial = longitudinal(p, pendulums, d)
-    numbers = range(1, len(pendulums) + 1)
-    angles = (q for k in numbers for q in angle_quantities(k))
-    speeds = (q for k in numbers for q in angle_rate_quantities(k))
-    states = Group("x", (*VELOCITY, *RATE, *placed.states, *angles, *speeds))
-    plant = Plant(p, dynamics.hull, dynamics.balance, dynamics.factors)
-    return _Model(p, pendulums, states, placed, dynamics, plant, rows, axial, linear, angular, acceleration)
-
-
-def _speeds(model: _Model) -> tuple[Expr, ...]:
-    return tuple(row.speed for row in model.rows)
+    return _Model(p, inertia, pendulums, placed, bobs, axial, linear, angular, acceleration)
 
 
 def _full(model: _Model, kinematics: str) -> tuple[Expr, ...]:
     """Return x' of the full model."""
-    turned = model.attitude.rates[kinematics]
-    return (*model.linear, *model.angular, *turned, *_speeds(model), *model.dynamics.accelerations.angles)
+    return (*model.linear, *model.angular, *model.attitude.rates[kinematics], *model.bobs.rates)
 
 
 def _reduced(model: _Model, demand: Sequence[Expr], kinematics: str) -> tuple[Expr, ...]:
     """Return x' of the reduced model for its inputs u1..u5."""
     linear = reduced_velocity(model.axial, demand)
-    angles = angle_accelerations(model.rows, (model.axial, *demand[:2]), demand[2:])
-    return (*linear, *demand[2:], *model.attitude.rates[kinematics], *_speeds(model), *angles)
+    bobs = model.bobs.reduced((model.axial, *demand[:2]), demand[2:])
+    return (*linear, *demand[2:], *model.attitude.rates[kinematics], *bobs)
 
 
 def _variants(model: _Model, choices: Sequence[Choice], laws: Mapping[str, Law]) -> tuple[Variant, ...]:
@@ -215,21 +281,21 @@ def _variants(model: _Model, choices: Sequence[Choice], laws: Mapping[str, Law])
     return tuple(found[1:])
 
 
-def _derive_law(tag: str, model: _Model, tables: Mapping[str, Group], d: Derivation) -> tuple[Law, Group]:
+def _derive_law(name: str, model: _Model, tables: Mapping[str, Group], d: Derivation) -> tuple[Law, Group]:
     symbols = tuple(q.symbol for q in ATTITUDE)
     angles = model.attitude.angles
-    if tag == "v1":
-        d.section("Law of V1")
-        c = Group("c", (*tables["laws"].quantities, *tables["lyapunov-v1"].quantities))
-        return lyapunov_v1(c, model.axial, symbols, angles, model.rows, d), c
-    d.section("Law of V2")
-    c = Group("c", tables["laws"].quantities)
-    return lyapunov_v2(c, model.axial, symbols, angles, d), c
+    d.section(f"Law: {_LAWS[name]}")
+    if name == "lyapunov-v2":
+        c = Group("c", tables["laws"].quantities)
+        return lyapunov_v2(c, model.axial, symbols, angles, d), c
+    weights = tables["lyapunov-v1"].quantities
+    c = Group("c", (*tables["laws"].quantities, *(weights[:1] if model.inertia == "ball" else weights)))
+    return lyapunov_v1(c, model.axial, symbols, angles, model.bobs.terms(c, model.axial), d), c
 
 
 def _physical(law: Law, tag: str, model: _Model, d: Derivation) -> Inputs:
     d.section(f"Physical inputs of the law of {tag.upper()}")
-    return to_physical(model.plant, law.demand, tag, d)
+    return to_physical(model.p, model.bobs.dynamics, law.demand, tag, d)
 
 
 _EXTRA = (
@@ -238,44 +304,31 @@ _EXTRA = (
 )
 
 
-def _outputs(placed: Attitude) -> Group:
-    angles = () if placed.states is ATTITUDE else ATTITUDE
-    return Group("y", (*DEMAND.quantities, *_EXTRA, *angles))
-
-
-def _output(model: _Model) -> tuple[Expr, ...]:
-    """Return the accelerations that the equations of motion give for the inputs, and the thrust across x."""
+def _outputs(model: _Model) -> tuple[tuple[Quantity, Expr], ...]:
+    """Return the accelerations that come about, the thrust across x, and angles that are no states."""
     d1, d2 = (q.symbol for q in GIMBALS)
     across = sp.sqrt(sp.sin(d2) ** 2 + (sp.sin(d1) * sp.cos(d2)) ** 2)
-    angles = () if model.attitude.states is ATTITUDE else model.attitude.angles
-    return (*model.acceleration[1:], *model.angular, model.acceleration[0], across, *angles)
-
-
-def _initial(scenario: Group, placed: Attitude, starts: Sequence[Sequence[Quantity]]) -> tuple[Expr, ...]:
-    hull = scenario.symbols[:6]
-    angles = (q.symbol for group in starts for q in group[:2])
-    speeds = (q.symbol for group in starts for q in group[2:])
-    return (*hull, *placed.start, *angles, *speeds)
+    produced = zip(DEMAND, (*model.acceleration[1:], *model.angular), strict=True)
+    extra = zip(_EXTRA, (model.acceleration[0], across), strict=True)
+    angles = () if model.attitude.states is ATTITUDE else zip(ATTITUDE, model.attitude.angles, strict=True)
+    return (*produced, *extra, *angles, *model.bobs.outputs)
 
 
 def _projection(model: _Model) -> tuple[Expr, ...]:
-    """Put a quaternion back on its sphere; angles need nothing."""
-    if model.attitude.states is ATTITUDE:
+    """Put quaternion and directions back on their spheres; angles need nothing."""
+    if model.attitude.states is ATTITUDE and not model.bobs.outputs:
         return ()
-    before, after = 6, 6 + len(model.attitude.states)
-    symbols = model.states.symbols
-    return (*symbols[:before], *model.attitude.projected, *symbols[after:])
+    return (*velocity, *rate, *model.attitude.projected, *model.bobs.projected)
 
 
-def _constraints(p: Group, scenario: Group, starts: Sequence[Sequence[Quantity]]) -> tuple[Condition, ...]:
+def _constraints(p: Group, scenario: Group) -> tuple[Condition, ...]:
     """Return what parameters and initial state must satisfy."""
     triangle = Condition(
         sp.Min(p.J_y + p.J_z - p.J_x, p.J_z + p.J_x - p.J_y, p.J_x + p.J_y - p.J_z),
         "J_x = {J_x:g}, J_y = {J_y:g}, J_z = {J_z:g} kg m^2 are no moments of inertia of a body: "
         "each must be smaller than the other two together",
     )
-    angles = [q for q in scenario if q.name.startswith("att")] + [q for group in starts for q in group[:2]]
-    return (triangle, *(_in_radians(q) for q in angles))
+    return (triangle, *(_in_radians(q) for q in scenario if q.unit == "rad"))
 
 
 def _in_radians(angle: Quantity) -> Condition:
@@ -292,18 +345,22 @@ def _law_constraints(name: str, c: Group, model: _Model) -> tuple[Condition, ...
     )
     if name == "lyapunov-v2":
         return (thrust,)
-    bound = sp.Add(*(_largest_correction(bob, c) for bob in model.pendulums))
+    bound = sp.Add(*(_largest_correction(bob, model.inertia, c) for bob in model.pendulums))
+    weights = "r9 = {r9:g} s^2/kg is" if model.inertia == "ball" else "r9 = {r9:g}, r10 = {r10:g} s^2/kg are"
     message = (
-        "r9 = {r9:g}, r10 = {r10:g} s^2/kg are too large beside r4 = {r4:g}, r6 = {r6:g}, r8 = {r8:g} s^2/rad^2: "
+        f"{weights} too large beside "
+        "r4 = {r4:g}, r6 = {r6:g}, r8 = {r8:g} s^2/rad^2: "
         "the matrix f of (29) may lose its inverse"
     )
     return (thrust, Condition(sp.Min(c.r4, c.r6, c.r8) - bound, message))
 
 
-def _largest_correction(bob: Pendulum, c: Group) -> Expr:
+def _largest_correction(bob: Pendulum, inertia: str, c: Group) -> Expr:
     """Bound what one pendulum takes from the eigenvalues of f: sum of m r |c|^2/D^2, with D_theta >= I."""
-    swing = bob.mass * bob.length * (bob.length + sp.Abs(bob.pivot)) + bob.inertia
     whole = bob.mass * bob.length**2 + bob.inertia
+    if inertia == "ball":
+        return bob.mass * c.r9 * (1 + bob.mass * bob.length * sp.Abs(bob.pivot) / whole) ** 2
+    swing = bob.mass * bob.length * (bob.length + sp.Abs(bob.pivot)) + bob.inertia
     of_phi = c.r9 * (swing**2 + bob.inertia**2) / whole**2
     of_theta = c.r10 * (swing**2 + whole**2) / bob.inertia**2
     return bob.mass * (of_phi + of_theta)
@@ -311,27 +368,29 @@ def _largest_correction(bob: Pendulum, c: Group) -> Expr:
 
 def _functions(
     model: _Model,
-    inertia: str,
     laws: Mapping[str, tuple[Law, Group]],
     inputs: Mapping[str, Inputs],
     d: Derivation,
 ) -> tuple[Function, ...]:
     """Return energy, momentum, the inversion of the inputs, and what each law looks at."""
-    d.section("Physical inputs of a demand")
-    physical = to_physical(model.plant, DEMAND.symbols, "any", d)
     x, p = model.states, model.p
+    part, copies = parts(model.inertia, model.pendulums)
+    (kinetic,) = whole((hull_energy(p),), (part.energy,), copies)
+    momenta = whole(hull_momentum(p), (*part.linear, *part.angular), copies)
+    d.section("Physical inputs of a demand")
+    physical = to_physical(p, model.bobs.dynamics, DEMAND.symbols, "any", d)
     energy = Quantity("energy", "J", "kinetic energy")
-    parts = tuple(
+    components = tuple(
         Quantity(f"{kind}{axis}", unit, title)
         for kind, unit, title in (("p", "kg m/s", "linear momentum"), ("h", "kg m^2/s", "angular momentum about O"))
         for axis in "xyz"
     )
     found = [
-        Function("energy", (x, p), ((energy, kinetic_energy(p, model.pendulums, inertia)),), "kinetic energy (5)"),
+        Function("energy", (x, p), ((energy, kinetic),), "kinetic energy (5)"),
         Function(
             "momentum",
             (x, p),
-            tuple(zip(parts, momentum(p, model.pendulums, inertia), strict=True)),
+            tuple(zip(components, momenta, strict=True)),
             "linear momentum and angular momentum about O, in body axes",
             vector="momentum",
         ),

@@ -8,38 +8,16 @@ found last, from the thrust that really acts, so that the demanded Omega' is met
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
 from models.slosh.equations import gimbal_position
-from models.slosh.hull import Balance, Lump
-from models.slosh.linear import Factors, solve
+from models.slosh.hull import Dynamics
+from models.slosh.linear import solve
 from models.slosh.variables import GIMBALS, INPUTS, MOMENTS
 from models.system import Actuator, Derivation, Expr, Group, Quantity
-
-
-@dataclass(frozen=True)
-class Plant:
-    """What the inversion needs of the equations of motion.
-
-    Attributes
-    ----------
-    p : Group
-        Parameters.
-    hull : Lump
-        Common terms.
-    balance : Balance
-        K X + n = applied.
-    factors : Factors
-        Of K, force unknowns first.
-    """
-
-    p: Group
-    hull: Lump
-    balance: Balance
-    factors: Factors
 
 
 @dataclass(frozen=True)
@@ -61,12 +39,14 @@ class Inputs:
     excess: Expr
 
 
-def to_physical(plant: Plant, demand: Sequence[Expr], tag: str, d: Derivation) -> Inputs:
+def to_physical(p: Group, plant: Dynamics, demand: Sequence[Expr], tag: str, d: Derivation) -> Inputs:
     """Invert (9)-(16): moments and gimbal angles that produce a_y, a_z and Omega'.
 
     Parameters
     ----------
-    plant : Plant
+    p : Group
+        Parameters of the plant.
+    plant : Dynamics
         Equations of motion at a state.
     demand : sequence of Expr
         a_y, a_z of O, m/s^2, and Omega', rad/s^2.
@@ -98,13 +78,13 @@ def to_physical(plant: Plant, demand: Sequence[Expr], tag: str, d: Derivation) -
         )
         for k in range(3)
     ]
-    axial = _axial(plant, offsets, name)
+    axial = _axial(p, plant, offsets, name)
     force = [
         name(f"f{k + 1}", offsets[k] + matrix[k, 0] * axial, f"demanded force along {'xyz'[k]}", "N", f"f_{'xyz'[k]}")
         for k in range(3)
     ]
-    delta1, delta2 = _gimbal_angles(force, plant.p, name)
-    acting = _thrust(plant.p, delta1, delta2)
+    delta1, delta2 = _gimbal_angles(force, p, name)
+    acting = _thrust(p, delta1, delta2)
     missing = [
         name(f"df{k + 1}", acting[k] - force[k], f"thrust less demand along {'xyz'[k]}", "N", rf"\Delta f_{'xyz'[k]}")
         for k in range(3)
@@ -114,24 +94,25 @@ def to_physical(plant: Plant, demand: Sequence[Expr], tag: str, d: Derivation) -
         bias[k] + matrix[k, 0] * axial + sp.Add(*(matrix[k, j + 1] * x for j, x in enumerate(known))) for k in (3, 4, 5)
     ]
     turned = [moment + extra for moment, extra in zip(demanded, change, strict=True)]
-    lever = gimbal_position(plant.p)[0] - hull.centre
+    lever = gimbal_position(p)[0] - hull.centre
     moments = (turned[0], lever * acting[2] - turned[2], turned[1] - lever * acting[1])
     named = [name(q.name, moment, q.description, q.unit, q.latex) for q, moment in zip(MOMENTS, moments, strict=True)]
     across = name("lateral", sp.sqrt(force[1] ** 2 + force[2] ** 2), "demanded lateral force", "N", r"f_\perp")
-    return Inputs((*named, delta1, delta2), across, sp.Max(across - plant.p.F, 0))
+    return Inputs((*named, delta1, delta2), across, sp.Max(across - p.F, 0))
 
 
-class _Named:
-    def __call__(self, text: str, value: Expr, title: str, unit: str, latex: str) -> sp.Symbol: ...
+_Named = Callable[[str, Expr, str, str, str], sp.Symbol]
 
 
-def _axial(plant: Plant, offsets: Sequence[Expr], name: _Named) -> Expr:
+def _axial(p: Group, plant: Dynamics, offsets: Sequence[Expr], name: _Named) -> Expr:
     """Solve |q + P a|^2 = F^2 for the larger a; without a root take the a of the smallest |f|."""
     column = [plant.balance.matrix[k, 0] for k in range(3)]
     square = name("PP", sp.Add(*(e**2 for e in column)), "P.P", "kg^2", r"P\cdot P")
     mixed = name("Pq", sp.Add(*(e * q for e, q in zip(column, offsets, strict=True))), "P.q", "kg N", r"P\cdot q")
-    rest = sp.Add(*(q**2 for q in offsets)) - plant.p.F**2
-    root = name("root", sp.sqrt(sp.Max(mixed**2 - square * rest, 0)), "root of the discriminant", "kg N", r"\sqrt\Delta")
+    rest = sp.Add(*(q**2 for q in offsets)) - p.F**2
+    root = name(
+        "root", sp.sqrt(sp.Max(mixed**2 - square * rest, 0)), "root of the discriminant", "kg N", r"\sqrt\Delta"
+    )
     return name("ax", (root - mixed) / square, "acceleration of C along x that |f| = F leaves", "m/s^2", "a_{C,x}")
 
 
@@ -158,7 +139,7 @@ def _thrust(p: Group, delta1: Expr, delta2: Expr) -> tuple[Expr, ...]:
     )
 
 
-def _moment_change(plant: Plant, missing: Sequence[Expr], tag: str, d: Derivation) -> list[Expr]:
+def _moment_change(plant: Dynamics, missing: Sequence[Expr], tag: str, d: Derivation) -> list[Expr]:
     """Return what a change of the force changes in the roll, G_y and G_z equations at the same Omega'."""
     response = solve(plant.factors.leading(3), missing, tag, d)
     matrix = plant.balance.matrix
@@ -171,9 +152,8 @@ COMMANDED = Group(
 )
 
 
-def gimbal_limits(plant: Plant, d: Derivation) -> Actuator:
+def gimbal_limits(p: Group, plant: Dynamics, d: Derivation) -> Actuator:
     """Clip delta2, then delta1 for the z force that is still to be served; keep Omega' by new moments."""
-    p = plant.p
     d.section("Gimbal limits")
     *moments, wanted1, wanted2 = COMMANDED.symbols
     delta2 = _clip(wanted2, p.delta2_max)
@@ -185,7 +165,9 @@ def gimbal_limits(plant: Plant, d: Derivation) -> Actuator:
     delta1 = d.define("delta1_act", delta1, title="gimbal angle within its limit", unit="rad", latex=r"\delta_1")
     acting, wanted = _thrust(p, delta1, delta2), _thrust(p, wanted1, wanted2)
     missing = [
-        d.define(f"df{k + 1}_act", acting[k] - wanted[k], title="thrust less command", unit="N", latex=rf"\Delta f_{k + 1}")
+        d.define(
+            f"df{k + 1}_act", acting[k] - wanted[k], title="thrust less command", unit="N", latex=rf"\Delta f_{k + 1}"
+        )
         for k in range(3)
     ]
     change = _moment_change(plant, missing, "da_act", d)

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import sympy as sp
 
-from models.system import Expr, Group, Parameter, Quantity
+from models.system import Expr, Group, Interval, Parameter, Quantity
 
 VELOCITY = tuple(
     Quantity(f"v{axis}", "m/s", f"velocity of the tank centre O along body {axis}", f"v_{axis}") for axis in "xyz"
@@ -117,4 +118,14 @@ def renumbered(parameter: Parameter, old: int, new: int) -> Parameter:
         parameter.default,
         parameter.bounds,
         f"addition: pendulums beyond the second start from the numbers of pendulum {old}",
+    )
+
+
+def point_allowed(inertia: Parameter) -> Parameter:
+    """Return a bob's moment of inertia with zero allowed, as a ball joint does."""
+    return dataclasses.replace(
+        inertia,
+        positive=False,
+        bounds=Interval(0.0, float("inf"), False, True),
+        description=inertia.description.partition(" (")[0],
     )

@@ -131,7 +131,8 @@ def test_a_variant_goes_where_it_is_told(tmp_path):
 
 def test_casadis_own_c_is_written_on_request(tmp_path):
     texts = derive(installed_tree(), "triangle", casadi=True)
-    assert "casadi_int rhs(const casadi_real** arg" in texts["triangle_casadi.c"].replace("int rhs(", "casadi_int rhs(")
+    assert "int triangle_rhs(const casadi_real** arg" in texts["triangle_casadi.c"]
+    assert "triangle_jac_x" in texts["triangle_casadi.h"]
 
 
 @pytest.mark.parametrize(

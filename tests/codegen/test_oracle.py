@@ -118,7 +118,7 @@ def generated(case: Case, function: GeneratedFunction, values: list[np.ndarray],
 
 def casadi_compiled(case: Case, function: GeneratedFunction, values: list[np.ndarray]) -> np.ndarray:
     """Evaluate CasADi's own C through its calling convention."""
-    call = getattr(case.casadi_library, function.graph.name())
+    call = getattr(case.casadi_library, f"{case.model}_{function.name}")
     sizes = [function.graph.nnz_out(k) for k in range(function.graph.n_out())]
     results = np.zeros((len(values[0]), sum(sizes)))
     pointer = ctypes.POINTER(ctypes.c_double)

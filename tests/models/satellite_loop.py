@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import json
 import math
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,8 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.generate import derive, installed_tree, write
+
 Array = NDArray[np.float64]
 Settings = Mapping[str, float]
+Case = tuple[str, Settings]
+"""A scenario and what is set beyond it."""
 _OPTIONS = ("delay",)
 
 
@@ -26,6 +32,7 @@ class Generated:
 
     module: ModuleType
     manifest: Mapping[str, Any]
+    folder: Path
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         return getattr(self.module, name)
@@ -62,6 +69,14 @@ def _value(q: Mapping[str, Any], values: Settings, group: Sequence[Mapping[str, 
     return _value(source, values, group)
 
 
+@functools.cache
+def satellite(chart: str = "euler") -> Generated:
+    """Derive the satellite into a temporary folder and import it."""
+    folder = Path(tempfile.mkdtemp(prefix=f"satellite_{chart}_"))
+    write(folder, derive(installed_tree(), "satellite", {"chart": chart}))
+    return load(folder)
+
+
 def load(folder: Path, name: str = "satellite") -> Generated:
     """Import a generated folder."""
     spec = importlib.util.spec_from_file_location(f"generated_{folder.name}", folder / f"{name}.py")
@@ -69,7 +84,7 @@ def load(folder: Path, name: str = "satellite") -> Generated:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return Generated(module, json.loads((folder / "manifest.json").read_text(encoding="utf-8")))
+    return Generated(module, json.loads((folder / "manifest.json").read_text(encoding="utf-8")), folder)
 
 
 @dataclass(frozen=True)
@@ -96,19 +111,18 @@ class Runs:
 def run(
     generated: Generated,
     law: str,
-    cases: Sequence[Settings],
-    scenario: str = "paper",
+    cases: Sequence[Case],
     samples: int = 1600,
     substeps: int = 5,
     seed: int | None = None,
     corrupt: Callable[[int, Array], Array] = lambda _k, x: x,
 ) -> Runs:
-    """Run a law for several settings at once, with Runge-Kutta 4 between the samples.
+    """Run a law for several cases at once, with Runge-Kutta 4 between the samples.
 
     A run counts as lost, and stays where it is, when |u| > 1e4 N m was commanded or the state is no longer finite.
     """
     with np.errstate(all="ignore"):
-        return _Loop(generated, law, cases, scenario, seed, corrupt).run(samples, substeps)
+        return _Loop(generated, law, cases, seed, corrupt).run(samples, substeps)
 
 
 class _Loop:
@@ -116,14 +130,13 @@ class _Loop:
         self,
         generated: Generated,
         law: str,
-        cases: Sequence[Settings],
-        scenario: str,
+        cases: Sequence[Case],
         seed: int | None,
         corrupt: Callable[[int, Array], Array],
     ) -> None:
-        vectors = [generated.parameters(case, law, scenario) for case in cases]
+        vectors = [generated.parameters(settings, law, scenario) for scenario, settings in cases]
         self.p, self.c, self.s = (np.stack(group) for group in zip(*vectors, strict=True))
-        self.delay = np.array([int(case.get("delay", 0)) for case in cases])
+        self.delay = np.array([int(settings.get("delay", 0)) for _, settings in cases])
         self.generated = generated
         self.corrupt = corrupt
         self.random = np.random.default_rng(seed) if seed is not None else None

@@ -121,6 +121,7 @@ class Design:
     floor_ratio: float = 0.2
     matched: bool = True
     time_constant: float = 10.0
+    knows_applied: bool = True
 
 
 class ReferenceModel:
@@ -156,14 +157,18 @@ class Axis:
         self.b_min = max(design.floor, design.floor_ratio * nominal)
         self.model = ReferenceModel(math.exp(-period / design.time_constant), y if design.matched else 0.0)
         self.y = [y, y]
-        self.applied = [0.0, 0.0]
-        self.u = [0.0, 0.0, 0.0]
+        self.torque = 0.0
+        self.commanded = [0.0, 0.0]
+        self.u: list[float] = []
         self.samples = 0
         self.ym = y if design.matched else 0.0
 
     def step(self, y: float, r: float, applied: float) -> float:
         """Take the sample y(k), the reference r(k) and the torque applied since y(k-1); return u(k)."""
-        phi = np.array([-self.y[0], -self.y[1], applied, self.applied[0], 1.0])
+        d = self.design.d
+        torque = applied if self.design.knows_applied else self.commanded[d - 1]
+        self.u = [torque] if d == 1 else [self.commanded[0], torque]
+        phi = np.array([-self.y[0], -self.y[1], torque, self.torque, 1.0])
         if self.design.adapt and self.samples >= 2:
             self._estimate(phi, y)
         self.model.step(r)
@@ -171,8 +176,8 @@ class Axis:
         u = law(y)
         self.ym = self.model.output(self.design.d, self.design.form == "retain")
         self.y = [y, self.y[0]]
-        self.applied = [applied, self.applied[0]]
-        self.u = [u, *self.u[:-1]]
+        self.torque = torque
+        self.commanded = [u, self.commanded[0]]
         self.samples += 1
         return u
 
@@ -244,7 +249,7 @@ def diophantine(A: Array, B: Array, Ac: Array, d: int) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Run:
-    """Samples of a run, one row each, up to the sample at which the loop was lost."""
+    """Samples of a run, one row each, up to the sample at which |u| > 1e4 N m was commanded (`lost`)."""
 
     t: Array
     x: Array
@@ -264,6 +269,7 @@ def simulate(
     samples: int = 1600,
     period: float = 0.5,
     follow_model: bool = False,
+    substeps: int = 5,
     measure: Measure = lambda _k, y: y,
 ) -> Run:
     """Run the loop; without a design the PD law (50) acts."""
@@ -286,10 +292,10 @@ def simulate(
         queue.append(u)
         applied = wheel_limit(plant, x[6:], queue.pop(0), period)
         rows.append((k * period, x, ym, applied, np.array([axis.theta for axis in axes])))
-        if abs(x[1]) > math.radians(85) or np.abs(u).max() > 1e4:
+        if not np.abs(u).max() <= 1e4:
             lost = k * period
             break
-        x = advance(plant, x, applied, period)
+        x = advance(plant, x, applied, period, substeps)
     t, xs, yms, us, thetas = (np.array(column) for column in zip(*rows, strict=True))
     return Run(t, xs, yms, us, thetas, lost)
 

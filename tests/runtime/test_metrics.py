@@ -23,8 +23,8 @@ SERIES = {
 }
 
 
-def value(kind: str, *of: str, band: float = 0.0) -> float:
-    return _evaluate(Metric("test", kind, of, band, "1", ""), T, SERIES)
+def value(kind: str, *of: str, band: float = 0.0, since: float = 0.0, until: float = math.inf) -> float:
+    return _evaluate(Metric("test", kind, of, band, "1", "", since, until), T, SERIES)
 
 
 @pytest.mark.parametrize(
@@ -46,10 +46,20 @@ def value(kind: str, *of: str, band: float = 0.0) -> float:
         ("sign_changes", ("a", "b"), 0.5, 3.0),
         ("sign_changes", ("calm",), 0.0, 0.0),
         ("final", ("b",), 0.0, -0.1),
+        ("rms", ("a",), 0.0, math.sqrt((16 + 4 + 4 + 0.25) / 5)),
+        ("settling_about_end", ("b",), 0.25, 2 + 0.65 / 1.1),
+        ("max_abs", ("a - b",), 0.0, 5.0),
     ],
 )
 def test_kinds(kind: str, of: tuple[str, ...], band: float, expected: float) -> None:
     assert value(kind, *of, band=band) == pytest.approx(expected)
+
+
+def test_only_the_part_that_counts_is_looked_at() -> None:
+    assert value("max", "a", since=1.0) == 2.0
+    assert value("travel", "a", until=2.0) == 6.0
+    assert value("min", "a", since=3.0, until=3.5) == 0.5
+    assert math.isnan(value("max", "a", since=9.0))
 
 
 def test_nan_shows() -> None:
