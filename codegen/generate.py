@@ -146,6 +146,8 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     ------
     GenerateError
         If the model or a structural choice is not known.
+    VerificationError
+        If the form that is evaluated is not the one that was derived.
     """
     sources = tree.sources(model)
     system = system_of(tree, model, structure or {})
@@ -153,7 +155,9 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     from codegen.functions import generate_functions
     from codegen.manifest import manifest
     from codegen.texts import printed, texts
+    from codegen.verify import verify
 
+    verify(system)
     graphs = generate_functions(system)
     functions = printed(graphs)
     written = texts(system, functions)

@@ -37,6 +37,7 @@ def _is_model_mistake(error: ValueError) -> bool:
         "codegen.generate": "GenerateError",
         "codegen.lower": "LoweringError",
         "codegen.tape": "TapeError",
+        "codegen.verify": "VerificationError",
     }
     return any(
         home in sys.modules and isinstance(error, getattr(sys.modules[home], name)) for home, name in mistakes.items()

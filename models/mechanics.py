@@ -32,12 +32,6 @@ def rotate(vector: tuple[sp.Expr, sp.Expr], cosine: sp.Expr, sine: sp.Expr) -> t
     return x * cosine - y * sine, x * sine + y * cosine
 
 
-def cross_matrix(vector: sp.Matrix) -> sp.Matrix:
-    """Return [v x], so that [v x] a = v x a."""
-    x, y, z = vector
-    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-
-
 def frame_turn(axis: int, angle: sp.Expr) -> sp.Matrix:
     """Return the matrix that takes components to a frame turned about axis 0, 1 or 2 by `angle`, rad."""
     i, j = (axis + 1) % 3, (axis + 2) % 3

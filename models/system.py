@@ -8,7 +8,7 @@ knows nothing else about the model. Quantities and derivations have modules of t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
 
@@ -299,6 +299,11 @@ class System:
         Applied to the integrated coordinates after each accepted step, such as the norm of a quaternion.
     choices, variants : tuple
         Options of a run with named values, and a variant for each combination other than the defaults.
+    rates : mapping of str to sympy.Symbol
+        For each state that the derived equations of motion are about, the symbol of its rate in `residual`.
+    residual : tuple of Expr
+        These equations, as many, zero for the true rates; given when `rhs` is another form of them that is faster to
+        evaluate. Generation fails unless both agree.
     """
 
     name: str
@@ -328,6 +333,8 @@ class System:
     projection: tuple[Expr, ...] = ()
     choices: tuple[Choice, ...] = ()
     variants: tuple[Variant, ...] = ()
+    rates: Mapping[str, sp.Symbol] = field(default_factory=dict)
+    residual: tuple[Expr, ...] = ()
 
     @property
     def definitions(self) -> dict[sp.Symbol, Expr]:

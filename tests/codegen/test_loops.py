@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From vocabulary to run: a small system with everything a sampled loop can have, against a loop written by hand."""
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import sympy as sp
 from codegen.functions import generate_functions
 from codegen.manifest import manifest
 from codegen.texts import printed, texts
+from codegen.verify import VerificationError, verify
 from models.check import check
 from models.system import (
     Actuator,
@@ -148,6 +150,22 @@ def test_the_manifest_tells_of_the_parts(folder):
     assert data["controllers"]["sum-law"]["period"] == "Ts"
     assert [q["name"] for q in data["noise"]] == ["w_noise"]
     assert {"actuate", "measure", "project", "rhs_free", "smooth_loop_free", "sum_law_start"} <= set(data["functions"])
+
+
+def residual(drag: sp.Expr) -> tuple[dict[str, sp.Symbol], tuple[sp.Expr, ...]]:
+    rate, w, torque = (sp.Symbol(name, real=True) for name in ("w_rate", "w", "torque"))
+    return {"w": rate}, (2 * rate + 2 * drag * w - 2 * torque,)
+
+
+def test_the_evaluation_form_is_held_against_the_derived_equations():
+    system = spinner()
+    rates, right = residual(system.parameters.drag)
+    verify(dataclasses.replace(system, rates=rates, residual=right))
+    _, wrong = residual(-system.parameters.drag)
+    with pytest.raises(
+        VerificationError, match="spinner: w' of the evaluation form differs from the derived equations"
+    ):
+        verify(dataclasses.replace(system, rates=rates, residual=wrong))
 
 
 def test_a_law_may_compute_in_float(folder):
