@@ -29,7 +29,7 @@ class GeneratedFunction:
     graph : casadi.Function
         The SX function that the text is printed from.
     jacobian : bool
-        Whether it goes into the Jacobian file.
+        Whether it is a derivative of the right-hand side and goes into a file of its own.
     """
 
     name: str
@@ -41,7 +41,7 @@ class GeneratedFunction:
 
 
 def generate_functions(system: System) -> list[GeneratedFunction]:
-    """Build every function of a system, Jacobians last.
+    """Build every function of a system, derivatives of the right-hand side last.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def generate_functions(system: System) -> list[GeneratedFunction]:
             position += len(exprs)
         functions.append(_build(system, request, results, named))
     rhs = functions[0]
-    return [*functions, _jacobian(rhs, "x"), _jacobian(rhs, "u")]
+    return [*functions, _jacobian(rhs, "x"), _jacobian(rhs, "u"), _directional(rhs)]
 
 
 def _common_subexpressions(system: System, wanted: Sequence[Request]) -> tuple[dict[sp.Symbol, Expr], list[Expr]]:
@@ -115,3 +115,17 @@ def _jacobian(rhs: GeneratedFunction, name: str) -> GeneratedFunction:
         graph,
         True,
     )
+
+
+def _directional(rhs: GeneratedFunction) -> GeneratedFunction:
+    """Differentiate the right-hand side along a change of state and input: costs about as much as the right-hand side."""
+    arguments = rhs.graph.sx_in()
+    x, u = arguments[:2]
+    along_x, along_u = ca.SX.sym("along_x", x.shape[0]), ca.SX.sym("along_u", u.shape[0])
+    value = rhs.graph(*arguments)
+    (change,) = ca.cse([ca.jtimes(value, ca.vertcat(x, u), ca.vertcat(along_x, along_u))])
+    names = [*rhs.graph.name_in(), "arg_along_x", "arg_along_u"]
+    graph = ca.Function("jvp", [*arguments, along_x, along_u], [change], names, ["res_change"])
+    given = (*rhs.arguments, ("along_x", x.shape[0]), ("along_u", u.shape[0]))
+    description = "change of rhs along a change of state and input: J_x along_x + J_u along_u"
+    return GeneratedFunction("jvp", description, given, (("change", x.shape[0]),), graph, True)

@@ -102,7 +102,7 @@ class PrintedFunction:
         if result[1] is None:
             return f"np.asarray({values[0]})[()]"
         vector = f"_vector({', '.join(values)})"
-        if not self.jacobian:
+        if result[0] != "J":
             return vector
         rows = dict(self.arguments)["x"] or 1
         return f"(lambda J: J.reshape(*J.shape[:-1], {rows}, {result[1] // rows}))({vector})"

@@ -66,7 +66,7 @@ def checked(parameter: Parameter, setting: Setting) -> float:
     """Return the value of a parameter, or raise InputError when its bounds do not allow it."""
     value = number(parameter.name, setting.value, setting.origin)
     if not parameter.allows(value):
-        raise bad_value(parameter.name, value, f"in {parameter.allowed}", setting.origin)
+        raise bad_value(parameter.name, value, f"in {parameter.allowed}{_degrees_hint(parameter, value)}", setting.origin)
     return value
 
 

@@ -248,7 +248,7 @@ void satellite_energy(const real *x, const real *p, real *E)
     E[0] = v35 + v56;
 }
 
-/* adaptive, keeps the sampled zero, section 2.3; 1016 operations. */
+/* adaptive, keeps the sampled zero at -1; 1016 operations. */
 void satellite_mrac(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, real *u, real *z_next)
 {
     const mask m4 = LT(mv_fabs(v[0]), K(1e+30));

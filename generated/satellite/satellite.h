@@ -418,7 +418,7 @@ void satellite_momentum(const real *x, const real *p, real *H);
 /* energy of rotation of body and wheels, and potential of the gravity gradient */
 void satellite_energy(const real *x, const real *p, real *E);
 
-/* adaptive, keeps the sampled zero, section 2.3 */
+/* adaptive, keeps the sampled zero at -1 */
 void satellite_mrac(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, real *u, real *z_next);
 
 /* margins of a feasible mrac */

@@ -243,7 +243,7 @@ def energy(x, p):
 
 
 def mrac(x, r, v, z, p, c):
-    """Adaptive, keeps the sampled zero, section 2.3: (x, r, v, z, p, c) -> u, z_next."""
+    """Adaptive, keeps the sampled zero at -1: (x, r, v, z, p, c) -> u, z_next."""
     x, r, v, z, p, c = _arrays(x, r, v, z, p, c)
     with np.errstate(all="ignore"):
         m4 = (np.abs(v[..., 0]) < 1e+30)

@@ -10,7 +10,7 @@
 
 #include "mehvar_math.h"
 
-#define TRIANGLE_HASH "f30270aeeef556ae43dfb6d34f5edb17bfddf371b2db3c5114353f8b40cc1028"
+#define TRIANGLE_HASH "e4c20ef6c8edaf316f1f20f233c66175555a36b9421d311a5ede8915f8e16da3"
 
 /* state x */
 enum {
@@ -175,5 +175,8 @@ void triangle_jac_x(const real *x, const real *u, const real *p, real *J);
 
 /* Jacobian of rhs with respect to u, row by row */
 void triangle_jac_u(const real *x, const real *u, const real *p, real *J);
+
+/* change of rhs along a change of state and input: J_x along_x + J_u along_u */
+void triangle_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change);
 
 #endif

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "f30270aeeef556ae43dfb6d34f5edb17bfddf371b2db3c5114353f8b40cc1028"
+HASH = "e4c20ef6c8edaf316f1f20f233c66175555a36b9421d311a5ede8915f8e16da3"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )
@@ -606,3 +606,12 @@ def jac_u(x, u, p):
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
         return (lambda J: J.reshape(*J.shape[:-1], 4, 3))(_vector(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, x[..., 0] * x[..., 0], 0.0))
+
+
+def jvp(x, u, p, along_x, along_u):
+    """Change of rhs along a change of state and input: J_x along_x + J_u along_u: (x, u, p, along_x, along_u) -> change."""
+    x, u, p, along_x, along_u = _arrays(x, u, p, along_x, along_u)
+    with np.errstate(all="ignore"):
+        v11 = u[..., 1] * ((x[..., 0] + x[..., 0]) * along_x[..., 0]) + x[..., 0] * x[..., 0] * along_u[..., 1]
+        v19 = 1.0 / x[..., 2]
+        return _vector(along_u[..., 0], along_u[..., 1], along_u[..., 2], v11 - 3.0 * p[..., 0] / p[..., 2] * v19 * v19 * along_x[..., 2])

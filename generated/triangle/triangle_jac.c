@@ -44,3 +44,14 @@ void triangle_jac_u(const real *x, const real *u, const real *p, real *J)
     J[10] = x[0] * x[0];
     J[11] = SPLAT(K(0.0));
 }
+
+/* change of rhs along a change of state and input: J_x along_x + J_u along_u; 13 operations. */
+void triangle_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change)
+{
+    const real v19 = K(1.0) / x[2];
+    const real v24 = u[1] * ((x[0] + x[0]) * along_x[0]) + x[0] * x[0] * along_u[1] - K(3.0) * p[0] / p[2] * v19 * v19 * along_x[2];
+    change[0] = along_u[0];
+    change[1] = along_u[1];
+    change[2] = along_u[2];
+    change[3] = v24;
+}

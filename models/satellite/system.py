@@ -145,7 +145,7 @@ def _laws(tables: dict[str, Group], placed: Attitude, plant: Group, d: Derivatio
     shared = Shared(models, estimates)
     return (
         controllers.adaptive(
-            "mrac", "adaptive, keeps the sampled zero, section 2.3", controllers.retain, mrac, plant, shared, d
+            "mrac", "adaptive, keeps the sampled zero at -1", controllers.retain, mrac, plant, shared, d
         ),
         controllers.adaptive(
             "mrac-literal",

@@ -46,6 +46,8 @@ class Case:
         request = self.requests["rhs" if function.jacobian else function.name]
         rng = np.random.default_rng(sum(map(ord, function.name)))
         values = [sample(self.model, group, 4 * POINTS, rng) for group in request.arguments]
+        if function.name == "jvp":
+            values += [rng.uniform(-1, 1, size=(4 * POINTS, size)) for _, size in function.arguments[-2:]]
         kept = np.flatnonzero(self._smooth(function, values, 1e-8))
         assert len(kept) >= POINTS, f"{function.name}: only {len(kept)} of {4 * POINTS} points are away from switches"
         return [v[kept[:POINTS]] for v in values]
@@ -215,3 +217,15 @@ def test_jacobians_agree_with_differences(case):
             columns.append((machine(rhs, ahead) - machine(rhs, behind)) / (2 * step))
         wanted = np.stack(columns, axis=-1).reshape(POINTS, -1)
         assert_close(machine(jacobian, values), wanted, 1e-8, jacobian.name)
+
+
+def test_a_directional_derivative_is_the_jacobians_product(case):
+    by_name = {f.name: f for f in case.functions}
+    values = case.arguments["jvp"]
+    *point, along_x, along_u = values
+    shapes = [(POINTS, along_x.shape[1], -1)] * 2
+    J_x, J_u = (
+        machine(by_name[name], point).reshape(shape) for name, shape in zip(("jac_x", "jac_u"), shapes, strict=True)
+    )
+    wanted = np.einsum("kij,kj->ki", J_x, along_x) + np.einsum("kij,kj->ki", J_u, along_u)
+    assert_close(machine(by_name["jvp"], values), wanted, 1e-12, "jvp")

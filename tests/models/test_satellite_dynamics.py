@@ -84,7 +84,7 @@ def test_gravity_gradient_of_six_point_masses():
         assert found == pytest.approx(torque, rel=1e-6, abs=1e-12)
 
 
-def test_the_linear_model_is_that_of_section_1():
+def test_the_generated_jacobian_holds_the_linear_model():
     p = plant()
     w0 = p[P.index("omega0")]
     x = np.zeros(10)
