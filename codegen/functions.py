@@ -118,7 +118,7 @@ def _jacobian(rhs: GeneratedFunction, name: str) -> GeneratedFunction:
 
 
 def _directional(rhs: GeneratedFunction) -> GeneratedFunction:
-    """Differentiate the right-hand side along a change of state and input: costs about as much as the right-hand side."""
+    """Differentiate the right-hand side along a change of state and input, at a few times its own cost."""
     arguments = rhs.graph.sx_in()
     x, u = arguments[:2]
     along_x, along_u = ca.SX.sym("along_x", x.shape[0]), ca.SX.sym("along_u", u.shape[0])

@@ -105,6 +105,7 @@ def _controller(law: Controller) -> dict[str, Any]:
         "period": law.period or None,
         "parameters": _parameters(law.parameters),
         "constraints": _messages(law.constraints),
+        "warnings": [{"message": w.message, "shown": len(w.shown)} for w in law.warnings],
     }
 
 

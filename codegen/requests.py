@@ -100,6 +100,10 @@ def _law(system: System, law: Controller) -> list[Request]:
     found = _sampled(system, law) if law.period else _continuous(system, law)
     constraints = (("margin", margins),)
     found.append(Request(f"{name}_constraints", f"margins of a feasible {law.name}", (p, c, s), constraints, law=law))
+    if law.warnings:
+        shown = tuple(value for condition in law.warnings for value in (condition.margin, *condition.shown))
+        description = f"margins that a run of {law.name} should have, each with the values to show"
+        found.append(Request(f"{name}_warnings", description, (p, c, s), (("margin", shown),), law=law))
     if law.start:
         description = f"memory of {law.name} before the first sample"
         found.append(Request(f"{name}_start", description, (x, r, p, c), (("z", law.start),), law=law))

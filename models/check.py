@@ -125,7 +125,8 @@ def _system_expressions(system: System) -> list[Expr]:
 
 
 def _law_expressions(controller: Controller) -> list[Expr]:
-    return [*controller.command, *controller.update, *controller.start, *(c.margin for c in controller.constraints)]
+    margins = (c.margin for c in (*controller.constraints, *controller.warnings))
+    return [*controller.command, *controller.update, *controller.start, *margins]
 
 
 def _check_parameters_used(system: System) -> None:

@@ -102,11 +102,14 @@ class Condition:
     margin : Expr
         Allowed while greater than zero.
     message : str
-        Said when it is not; `{name}` is replaced by the value of that parameter.
+        Said when it is not; `{name}` is replaced by the value of that parameter, `{0}`, `{1}` by the values shown.
+    shown : tuple of Expr
+        Further values for the message.
     """
 
     margin: Expr
     message: str
+    shown: tuple[Expr, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -122,8 +125,8 @@ class Controller:
     command : tuple of Expr
         The commanded input as a function of state, reference, plant parameters and law parameters; with regular
         coordinates, the inputs that go with them. A sampled law may use its memory and the applied input too.
-    constraints : tuple of Condition
-        What plant, law and scenario parameters must satisfy before a run.
+    constraints, warnings : tuple of Condition
+        What plant, law and scenario parameters must satisfy before a run, and what they should satisfy.
     period : str
         Plant parameter that holds the sampling period; empty for a law that is continuous in time.
     applied : Group
@@ -139,6 +142,7 @@ class Controller:
     parameters: Group
     command: tuple[Expr, ...]
     constraints: tuple[Condition, ...] = ()
+    warnings: tuple[Condition, ...] = ()
     period: str = ""
     applied: Group = EMPTY
     memory: Group = EMPTY

@@ -69,6 +69,14 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class Advice:
+    """What a law says of parameters that it accepts but should not have; `shown` values go into the message."""
+
+    message: str
+    shown: int
+
+
+@dataclass(frozen=True)
 class Controller:
     """A control law: its parameters, its memory, and the plant parameter that is its period when it is sampled."""
 
@@ -78,6 +86,7 @@ class Controller:
     period: str | None
     parameters: tuple[Parameter, ...]
     constraints: tuple[str, ...]
+    warnings: tuple[Advice, ...]
 
 
 @dataclass(frozen=True)
@@ -303,6 +312,7 @@ def _controller(name: str, entry: Mapping[str, Any]) -> Controller:
         period=entry.get("period"),
         parameters=_parameters(entry["parameters"]),
         constraints=tuple(entry.get("constraints", [])),
+        warnings=tuple(Advice(e["message"], int(e["shown"])) for e in entry.get("warnings", [])),
     )
 
 

@@ -66,7 +66,9 @@ def checked(parameter: Parameter, setting: Setting) -> float:
     """Return the value of a parameter, or raise InputError when its bounds do not allow it."""
     value = number(parameter.name, setting.value, setting.origin)
     if not parameter.allows(value):
-        raise bad_value(parameter.name, value, f"in {parameter.allowed}{_degrees_hint(parameter, value)}", setting.origin)
+        raise bad_value(
+            parameter.name, value, f"in {parameter.allowed}{_degrees_hint(parameter, value)}", setting.origin
+        )
     return value
 
 
@@ -204,6 +206,27 @@ def _check(messages: Sequence[str], margins: FloatArray, resolved: Resolved) -> 
     for message, margin in zip(messages, margins, strict=True):
         if not margin > 0:
             raise InputError(say(message, resolved.values) + _origins(message, resolved))
+
+
+def advice(functions: Functions, controller: Controller, resolved: Resolved) -> tuple[str, ...]:
+    """Return what a law warns of: parameters that it accepts but should not have."""
+    if not controller.warnings:
+        return ()
+    margins = functions[f"{identifier(controller.name)}_warnings"](resolved.p, resolved.c, resolved.s)
+    found, place = [], 0
+    for warning in controller.warnings:
+        margin, *shown = margins[place : place + 1 + warning.shown]
+        place += 1 + warning.shown
+        if not margin > 0:
+            values = {name: _Number(value) for name, value in resolved.values.items()}
+            found.append(warning.message.format(*map(float, shown), **values))
+    return tuple(found)
+
+
+def _degrees_hint(parameter: Parameter, value: float) -> str:
+    """Return a hint when an angle is out of bounds but would be in them if it was meant in degrees."""
+    radians = math.radians(value)
+    return f"; {value:g} degrees are {radians:.6g} rad" if parameter.unit == "rad" and parameter.allows(radians) else ""
 
 
 def _origins(message: str, resolved: Resolved) -> str:

@@ -106,28 +106,46 @@ class _Loop:
         """Return coordinates put back on their manifold."""
         return q if self._project is None else np.asarray(self._project(q), dtype=np.float64)
 
-    def record(self, tick: int, x: FloatArray, u: FloatArray, u_cmd: FloatArray, z: FloatArray | None = None) -> None:
-        """Record a sample where one is due; end the run when it is not finite."""
+    def record(
+        self,
+        tick: int,
+        x: FloatArray,
+        u: FloatArray,
+        u_cmd: FloatArray,
+        z: FloatArray | None = None,
+        violated: int | None = None,
+    ) -> None:
+        """Record a sample where one is due; end the run when it is not finite or a limit is violated."""
         t = float(self.problem.t[tick])
         healthy = all(bool(np.all(np.isfinite(v))) for v in (x, u_cmd, u))
-        if tick % self.problem.record_every == 0 or tick + 1 == len(self.problem.t) or not healthy:
+        last = tick + 1 == len(self.problem.t) or not healthy or violated is not None
+        if tick % self.problem.record_every == 0 or last:
             y = self.outputs(x, u, self.reference(t), self.problem.p)
             row = (t, x, u, u_cmd, y, self._no_memory if z is None else z)
             self.rows.append(tuple(np.array(v, dtype=np.float64) for v in row))
         if not healthy:
             raise _EndOfRun(Status.NOT_FINITE, t)
+        if violated is not None:
+            raise _EndOfRun(Status.LIMIT, t, violated, x)
         if self.problem.progress and time.perf_counter() - self._reported > _PROGRESS_SECONDS:
             self._reported = time.perf_counter()
             self.problem.progress(t, float(self.problem.t[-1]))
 
     def check(self, t: float, q: FloatArray) -> None:
-        """End the run when a limit is reached."""
-        if self.limits is None:
+        """End a continuous loop when a limit is violated; a sampled one is looked at where its law looks."""
+        if self.limits is None or self._observe is None:
             return
-        x, u = (q, self.u) if self._observe is None else self.observed(t, q)[:2]
-        violated = np.flatnonzero(~(self.limits(x, u, self.problem.p) > 0))
-        if violated.size:
-            raise _EndOfRun(Status.LIMIT, t, int(violated[0]), x)
+        x, u, _ = self.observed(t, q)
+        violated = self.violated(x, u)
+        if violated is not None:
+            raise _EndOfRun(Status.LIMIT, t, violated, x)
+
+    def violated(self, x: FloatArray, u: FloatArray) -> int | None:
+        """Return the first limit that does not hold."""
+        if self.limits is None:
+            return None
+        found = np.flatnonzero(~(self.limits(x, u, self.problem.p) > 0))
+        return int(found[0]) if found.size else None
 
 
 def _same(x: FloatArray) -> FloatArray:
@@ -171,13 +189,14 @@ def _run_sampled(loop: _Loop) -> None:
     u = u_cmd = loop.u
     queue = deque([u] * problem.delay)
     for tick in range(len(t)):
-        z_found = z
+        z_found, violated = z, None
         if tick % problem.hold_every == 0:
             u_cmd, z = _command(loop, tick, x, u, z)
             queue.append(u_cmd)
             u = queue.popleft()
             u = u if loop.actuate is None else loop.actuate(x, u, problem.p)
-        loop.record(tick, x, u, u_cmd, z_found)
+            violated = loop.violated(x, u_cmd)
+        loop.record(tick, x, u, u_cmd, z_found, violated)
         if tick + 1 < len(t):
             loop.u = u
             x = solver.advance(t[tick], x, t[tick + 1])

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import os
 import time
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
@@ -16,7 +17,7 @@ from .backend import BackendName, CBackend, FloatArray, Real
 from .errors import InputError, bad_value
 from .manifest import Controller, Manifest, Scenario, identifier
 from .model import Model, load
-from .parameters import Resolved, named_values, number, resolve, say
+from .parameters import Resolved, advice, named_values, number, resolve, say
 from .problem import METHODS, Method, Problem, Progress, Status, Trajectory
 
 _MULTIPLE = 1e-9  # relative tolerance of "is an integer multiple of"
@@ -197,6 +198,8 @@ def simulate(
         values.setdefault("delay", delay)
     known = (*OPTIONS, *loaded.manifest.choices)
     resolved = resolve(loaded.manifest, loaded.functions, law, case, values, origin, known)
+    for text in advice(loaded.functions, law, resolved):
+        warnings.warn(text, stacklevel=2)
     x0 = _start(loaded, case, resolved, initial or {}, origin)
     asked = _Asked(t_end, dt_out, hold, delay, seed, real, method, rtol, atol, step, max_steps)
     problem = _problem(loaded, law, case, resolved, x0, asked, suffix, progress, origin)

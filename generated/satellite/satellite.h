@@ -10,7 +10,7 @@
 
 #include "mehvar_math.h"
 
-#define SATELLITE_HASH "ced413e2d96f006be7cf0246ec215c7236d18898c47ef7e856029ec0de1014b9"
+#define SATELLITE_HASH "1c41a7f9e592ec4cb6bef75de2cd82b4fdf46926f9f6804bd8e4cc4a5744ba17"
 
 /* state x */
 enum {
@@ -448,6 +448,9 @@ void satellite_pd(const real *x, const real *r, const real *v, const real *z, co
 /* margins of a feasible pd */
 void satellite_pd_constraints(const real *p, const real *c, const real *s, real *margin);
 
+/* margins that a run of pd should have, each with the values to show */
+void satellite_pd_warnings(const real *p, const real *c, const real *s, real *margin);
+
 /* memory of pd before the first sample */
 void satellite_pd_start(const real *x, const real *r, const real *p, const real *c, real *z);
 
@@ -459,5 +462,8 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J);
 
 /* Jacobian of rhs with respect to u, row by row */
 void satellite_jac_u(const real *x, const real *u, const real *p, real *J);
+
+/* change of rhs along a change of state and input: J_x along_x + J_u along_u */
+void satellite_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change);
 
 #endif

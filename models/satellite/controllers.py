@@ -198,7 +198,7 @@ def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared:
     return _controller(name, title, law, commands, healthy, rows, extra)
 
 
-def pd(title: str, omega: Iterable[Expr], law: Group, shared: Shared, d: Derivation) -> Controller:
+def pd(title: str, omega: Iterable[Expr], plant: Group, law: Group, shared: Shared, d: Derivation) -> Controller:
     """Law (50): proportional to the angle error, with the rate relative to the orbit axes as damping."""
     d.section(f"Law pd: {title}")
     commands, rows = [], []
@@ -213,7 +213,23 @@ def pd(title: str, omega: Iterable[Expr], law: Group, shared: Shared, d: Derivat
             key = q.name.removesuffix(f"_{axis}")
             rows.append((q, before[key], after[key]))
     healthy = _healthy("pd", (*angles, *rates, *REFERENCES.symbols, *commands), d)
-    return _controller("pd", title, law, commands, healthy, rows, ())
+    unstable = tuple(_wrong_sign(i, plant, law) for i in "xyz")
+    return _controller("pd", title, law, commands, healthy, rows, (), unstable)
+
+
+def _wrong_sign(i: str, plant: Group, law: Group) -> Condition:
+    """Warn of gains of an axis that do not hold it: both roots of I s^2 + Kd s + Kp belong in the left half plane."""
+    inertia, stiffness, damping = (getattr(group, name) for group, name in (
+        (plant, f"I_{i}"), (law, f"Kp_{i}"), (law, f"Kd_{i}"),
+    ))  # fmt: skip
+    middle = -damping / (2 * inertia)
+    discriminant = middle**2 - stiffness / inertia
+    root, turn = sp.sqrt(sp.Max(discriminant, 0)), sp.sqrt(sp.Max(-discriminant, 0))
+    message = (
+        f"Kp_{i} = {{Kp_{i}:g}} N m/rad and Kd_{i} = {{Kd_{i}:g}} N m s/rad make the loop about {i} unstable: "
+        "its poles are {0:.4g}{1:+.4g}i and {2:.4g}{3:+.4g}i rad/s"
+    )
+    return Condition(sp.Min(stiffness, damping), message, (middle + root, turn, middle - root, -turn))
 
 
 def _model_start(axis: int, law: Group) -> dict[str, Expr]:
@@ -237,6 +253,7 @@ def _controller(
     healthy: sp.Rel,
     rows: list[tuple[Quantity, Expr, Expr]],
     extra: tuple[tuple[Quantity, Expr, Expr], ...],
+    warnings: tuple[Condition, ...] = (),
 ) -> Controller:
     """Keep the last good memory and command nothing when a number is not finite."""
     kept = [sp.Piecewise((after, healthy), (q.symbol, True)) for q, _, after in rows]
@@ -247,12 +264,13 @@ def _controller(
         title,
         law,
         tuple(sp.Piecewise((u, healthy), (0, True)) for u in commands),
-        _conditions(law),
-        "Ts",
-        APPLIED,
-        memory,
-        (*(before for _, before, _ in rows), *(before for _, before, _ in extra), sp.S.Zero),
-        (*kept, *(after for _, _, after in extra), lost),
+        constraints=_conditions(law),
+        warnings=warnings,
+        period="Ts",
+        applied=APPLIED,
+        memory=memory,
+        start=(*(before for _, before, _ in rows), *(before for _, before, _ in extra), sp.S.Zero),
+        update=(*kept, *(after for _, _, after in extra), lost),
     )
 
 

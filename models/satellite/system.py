@@ -156,7 +156,7 @@ def _laws(tables: dict[str, Group], placed: Attitude, plant: Group, d: Derivatio
             shared,
             d,
         ),
-        controllers.pd("proportional and derivative (50)", placed.omega, gains, shared, d),
+        controllers.pd("proportional and derivative (50)", placed.omega, plant, gains, shared, d),
     )
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,6 +117,10 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
     """
     tables = read_parameters(_HERE / "parameters.toml")
     scenarios, metrics = read_scenarios(_HERE / "scenarios.toml")
+    if (pendulums, inertia) != ("2", "paper"):
+        scenarios = tuple(dataclasses.replace(scenario, expect={}) for scenario in scenarios)
+    if pendulums == "1":
+        metrics = tuple(metric for metric in metrics if not {"phi2", "theta2"}.intersection(metric.of))
     p, bobs = plant_parameters(tables, int(pendulums), inertia)
     starts = [pendulum_parameters(k, tables[f"start{min(k, 2)}"]) for k in range(1, int(pendulums) + 1)]
     scenario = Group("s", (*tables["scenario"].quantities, *(q for group in starts for q in group)))
@@ -129,6 +134,7 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
     actuator = gimbal_limits(p, model.bobs.dynamics, d)
     choices = (_PLANT, _ATTITUDE) if attitude == "angles" else (_PLANT,)
     laws = {name: law for name, (law, _) in demanded.items()}
+    rates, residual = residuals(p, bobs, inertia)
     return System(
         name="slosh",
         title="spacecraft with sloshing fuel, steered by its thrust",
@@ -158,6 +164,8 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         projection=_projection(model),
         choices=choices,
         variants=_variants(model, choices, laws),
+        rates=rates,
+        residual=residual,
     )
 
 
@@ -180,24 +188,25 @@ def plant_parameters(tables: Mapping[str, Group], count: int, inertia: str) -> t
     return p, tuple(Pendulum(str(k), *(q.symbol for q in group)) for k, group in enumerate(groups, 1))
 
 
-def residuals(
-    pendulums: str = "2", inertia: str = "paper", attitude: str = "angles"
-) -> tuple[dict[str, sp.Symbol], tuple[Expr, ...]]:
+def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[str, sp.Symbol], tuple[Expr, ...]]:
     """Return the derived equations of motion as residuals that the true rates of the states make zero.
 
     Parameters
     ----------
-    pendulums, inertia, attitude : str
-        As for `system`.
+    p : Group
+        Parameters of the plant.
+    bobs : sequence of Pendulum
+        Parameters of each pendulum.
+    inertia : str
+        Convention of their inertia.
 
     Returns
     -------
     rates : dict of str to Symbol
         For each velocity state, the symbol of its rate.
     residuals : tuple of Expr
-        As many, linear in these symbols, in the states, inputs and plant parameters: (9)-(16), left less right sides.
+        As many, linear in these symbols: (9)-(16), left less right sides.
     """
-    p, bobs = plant_parameters(read_parameters(_HERE / "parameters.toml"), int(pendulums), inertia)
     part, copies = parts(inertia, bobs)
     own = [sp.Symbol(f"{q.name}_rate", real=True) for q in (*VELOCITY, *RATE)]
     unknown, rows = pendulum_equations(inertia, bobs)

@@ -80,16 +80,10 @@ static void observe(mv_loop *l, const double *q)
     copy(l->u_cmd, l->u, l->nu);
 }
 
-static int within_limits(mv_loop *l, const double *q)
+static int within_limits(mv_loop *l, const double *x, const double *u)
 {
-    const double *x = q;
     if (!l->limits) return 1;
-    if (!l->sampled) {
-        if (!l->reference_constant) l->reference(&l->stepper.t, l->p, l->s, l->r);
-        observe(l, q);
-        x = l->x;
-    }
-    l->limits(x, l->u, l->p, l->margin);
+    l->limits(x, u, l->p, l->margin);
     for (int i = 0; i < l->nm; i++)
         if (!(l->margin[i] > 0.0)) {
             l->violated = i;
@@ -105,7 +99,12 @@ static enum mv_verdict accept(double *q, void *context)
         l->project(q, l->q_next);
         copy(q, l->q_next, l->nq);
     }
-    if (!within_limits(l, q)) return MV_STOP;
+    /* a sampled loop is looked at where its law looks: at the samples */
+    if (l->limits && !l->sampled) {
+        if (!l->reference_constant) l->reference(&l->stepper.t, l->p, l->s, l->r);
+        observe(l, q);
+        if (!within_limits(l, l->x, l->u)) return MV_STOP;
+    }
     return l->project ? MV_MOVED : MV_GO_ON;
 }
 
@@ -165,10 +164,13 @@ int mv_run(mv_loop *l, int64_t until)
     const mv_rhs f = l->sampled ? held_rhs : continuous_rhs;
     for (; l->tick < until; l->tick++) {
         sample(l);
+        const int due = l->sampled && l->tick % l->hold_every == 0;
+        const int allowed = !due || within_limits(l, l->x, l->u_cmd);
         const int healthy = finite_all(l->x, l->nx) && finite_all(l->u_cmd, l->nu) && finite_all(l->u, l->nu);
-        if (l->tick % l->record_every == 0 || l->tick + 1 == l->ticks || !healthy) record(l);
+        if (l->tick % l->record_every == 0 || l->tick + 1 == l->ticks || !healthy || !allowed) record(l);
         if (!healthy) return MV_NOT_FINITE;
-        if (l->sampled && l->law_memory && l->tick % l->hold_every == 0) copy(l->z, l->z_next, l->nz);
+        if (!allowed) return MV_LIMIT;
+        if (due && l->law_memory) copy(l->z, l->z_next, l->nz);
         if (l->tick + 1 == l->ticks) continue;
         const int status = mv_advance(&l->stepper, l->q, l->t[l->tick + 1], f, accept, l);
         if (status != MV_DONE) return status;

@@ -13,7 +13,6 @@ import numpy as np
 from codegen.lower import to_casadi
 from codegen.requests import Request, bindings, requests
 from models.slosh import system
-from models.slosh.system import residuals
 from models.system import Parameter, System
 from tests.reference import reference_slosh as reference
 
@@ -155,7 +154,7 @@ def _call(graph: ca.Function) -> Callable[..., np.ndarray]:
 def implicit(pendulums: str = "2", inertia: str = "paper") -> ca.Function:
     """Return (x, u, p) -> (matrix, rest) of the derived equations: matrix @ rates + rest = 0."""
     model = slosh(pendulums, inertia).system
-    rates, equations = residuals(pendulums, inertia)
+    rates, equations = model.rates, model.residual
     groups = (model.states, model.inputs, model.parameters)
     vectors = [ca.SX.sym(g.name, len(g)) for g in groups]
     unknown = ca.SX.sym("rates", len(rates))
@@ -168,5 +167,4 @@ def implicit(pendulums: str = "2", inertia: str = "paper") -> ca.Function:
 
 def rate_positions(model: Slosh) -> list[int]:
     """Return where the rates of the derived equations stand in the right-hand side."""
-    rates, _ = residuals(str(model.count), model.convention)
-    return [model.index(name) for name in rates]
+    return [model.index(name) for name in model.system.rates]

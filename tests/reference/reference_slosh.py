@@ -180,7 +180,9 @@ def accelerations(craft: Spacecraft, convention: str, x: Motion, u: Sequence[flo
     z = solve_linear(residual, 6 + width * len(craft.pendulums))
     own = z[6:].reshape(-1, width)
     if convention == "ball":
-        own = np.array([arm_rate_change(x.W, s, sigma, turning) for s, sigma, turning in zip(x.q, x.qd, own, strict=True)])
+        own = np.array(
+            [arm_rate_change(x.W, s, sigma, turning) for s, sigma, turning in zip(x.q, x.qd, own, strict=True)]
+        )
     return z[:3], z[3:6], own
 
 
