@@ -132,7 +132,7 @@ class _Loop:
             self.problem.progress(t, float(self.problem.t[-1]))
 
     def check(self, t: float, q: FloatArray) -> None:
-        """End a continuous loop when a limit is violated; a sampled one is looked at where its law looks."""
+        """End a continuous loop when a limit is violated; a sampled one is looked at tick by tick."""
         if self.limits is None or self._observe is None:
             return
         x, u, _ = self.observed(t, q)
@@ -189,14 +189,13 @@ def _run_sampled(loop: _Loop) -> None:
     u = u_cmd = loop.u
     queue = deque([u] * problem.delay)
     for tick in range(len(t)):
-        z_found, violated = z, None
+        z_found = z
         if tick % problem.hold_every == 0:
             u_cmd, z = _command(loop, tick, x, u, z)
             queue.append(u_cmd)
             u = queue.popleft()
             u = u if loop.actuate is None else loop.actuate(x, u, problem.p)
-            violated = loop.violated(x, u_cmd)
-        loop.record(tick, x, u, u_cmd, z_found, violated)
+        loop.record(tick, x, u, u_cmd, z_found, loop.violated(x, u_cmd))
         if tick + 1 < len(t):
             loop.u = u
             x = solver.advance(t[tick], x, t[tick + 1])

@@ -99,7 +99,7 @@ static enum mv_verdict accept(double *q, void *context)
         l->project(q, l->q_next);
         copy(q, l->q_next, l->nq);
     }
-    /* a sampled loop is looked at where its law looks: at the samples */
+    /* a sampled loop is looked at tick by tick */
     if (l->limits && !l->sampled) {
         if (!l->reference_constant) l->reference(&l->stepper.t, l->p, l->s, l->r);
         observe(l, q);
@@ -165,7 +165,7 @@ int mv_run(mv_loop *l, int64_t until)
     for (; l->tick < until; l->tick++) {
         sample(l);
         const int due = l->sampled && l->tick % l->hold_every == 0;
-        const int allowed = !due || within_limits(l, l->x, l->u_cmd);
+        const int allowed = !l->sampled || within_limits(l, l->x, l->u_cmd);
         const int healthy = finite_all(l->x, l->nx) && finite_all(l->u_cmd, l->nu) && finite_all(l->u, l->nu);
         if (l->tick % l->record_every == 0 || l->tick + 1 == l->ticks || !healthy || !allowed) record(l);
         if (!healthy) return MV_NOT_FINITE;
