@@ -17,12 +17,10 @@ from .backend import BackendName, CBackend, FloatArray, Real
 from .errors import InputError, bad_value
 from .manifest import Controller, Manifest, Scenario, identifier
 from .model import Model, load
-from .parameters import Resolved, advice, named_values, number, resolve, say
+from .parameters import Resolved, advice, named_values, resolve, say
 from .problem import METHODS, Method, Problem, Progress, Status, Trajectory
+from .ticks import count, positive, ticks_of, tolerance
 
-_MULTIPLE = 1e-9  # relative tolerance of "is an integer multiple of"
-_MOST_TICKS = 20_000_000
-_MOST_SAMPLES = 5_000_000
 _SMALLEST_RTOL = 100 * float(np.finfo(np.float64).eps)
 
 
@@ -248,15 +246,15 @@ def _problem(
     origin: str,
 ) -> Problem:
     """Check how the run is to be integrated and sampled, and fill in what was not asked for."""
-    end = _positive("t_end", scenario.duration if asked.t_end is None else asked.t_end, origin)
-    dt = _positive("dt_out", scenario.step if asked.dt_out is None else asked.dt_out, origin)
+    end = positive("t_end", scenario.duration if asked.t_end is None else asked.t_end, origin)
+    dt = positive("dt_out", scenario.step if asked.dt_out is None else asked.dt_out, origin)
     own = None if law.period is None else resolved.values[law.period]
-    hold = own if asked.hold is None else _positive("hold", asked.hold, origin)
-    delay = _count("delay", asked.delay, 0, origin)
+    hold = own if asked.hold is None else positive("hold", asked.hold, origin)
+    delay = count("delay", asked.delay, 0, origin)
     _check_law(model, law, hold, delay, origin)
     if asked.method not in METHODS:
         raise bad_value("method", asked.method, "dop853, dopri5 or rk4", origin)
-    ticks, record_every, hold_every = _grid(end, dt, hold, origin)
+    ticks, record_every, hold_every = ticks_of(end, dt, hold, origin)
     return Problem(
         model=model,
         controller=law,
@@ -265,7 +263,7 @@ def _problem(
         s=resolved.s,
         x0=x0,
         z0=_memory(model, law, resolved, x0),
-        noise=_noise(model, len(ticks), hold_every, _count("seed", asked.seed, 0, origin)),
+        noise=_noise(model, len(ticks), hold_every, count("seed", asked.seed, 0, origin)),
         suffix=suffix,
         real=_real(model, asked.real, hold, origin),
         t=ticks,
@@ -275,10 +273,10 @@ def _problem(
         hold_every=hold_every,
         delay=delay,
         method=asked.method,
-        rtol=_tolerance("rtol", asked.rtol, _SMALLEST_RTOL, origin),
-        atol=_tolerance("atol", asked.atol, float(np.finfo(np.float64).tiny), origin),
-        step=_positive("step", min(dt, hold or dt) if asked.step is None else asked.step, origin),
-        max_steps=_count("max_steps", asked.max_steps, 1, origin),
+        rtol=tolerance("rtol", asked.rtol, _SMALLEST_RTOL, origin),
+        atol=tolerance("atol", asked.atol, float(np.finfo(np.float64).tiny), origin),
+        step=positive("step", min(dt, hold or dt) if asked.step is None else asked.step, origin),
+        max_steps=count("max_steps", asked.max_steps, 1, origin),
         progress=progress,
     )
 
@@ -326,27 +324,6 @@ def _noise(model: Model, ticks: int, hold_every: int | None, seed: int) -> Float
     return generator.standard_normal((evaluations, len(model.manifest.noise)))
 
 
-def _positive(name: str, value: object, origin: str) -> float:
-    result = number(name, value, origin)
-    if result <= 0:
-        raise bad_value(name, value, "a number > 0", origin)
-    return result
-
-
-def _tolerance(name: str, value: object, least: float, origin: str) -> float:
-    result = number(name, value, origin)
-    if not least <= result < 1:
-        raise bad_value(name, value, f"a number in [{least:.3g}, 1)", origin)
-    return result
-
-
-def _count(name: str, value: object, least: int, origin: str) -> int:
-    result = number(name, value, origin)
-    if result != int(result) or not least <= result < 2**31:
-        raise bad_value(name, value, f"a whole number >= {least}", origin)
-    return int(result)
-
-
 def _check_law(model: Model, law: Controller, hold: float | None, delay: int, origin: str) -> None:
     """Refuse what a law cannot do: run without samples, or be delayed without them."""
     names = {identifier(name) for name in model.manifest.functions}
@@ -377,36 +354,6 @@ def _start(
             text = say(message, {**resolved.values, **dict(zip(model.state_names, x0, strict=True))})
             raise InputError(f"the initial state (from {place}) is outside the limits: {text}")
     return x0
-
-
-def _grid(end: float, dt: float, hold: float | None, origin: str) -> tuple[FloatArray, int, int | None]:
-    """Return the ticks, ticks per recorded sample and ticks per hold; samples are at k dt to the last bit."""
-    tick = dt if hold is None else min(dt, hold)
-    record_every = _ratio(dt, tick, hold, origin)
-    hold_every = None if hold is None else _ratio(hold, tick, dt, origin)
-    count = end / tick
-    if count > _MOST_TICKS:
-        raise bad_value("t_end", end, f"at most {_MOST_TICKS} times the sampling step {tick:g} s", origin)
-    if end / dt > _MOST_SAMPLES:
-        raise bad_value("dt_out", dt, f"at least {end / _MOST_SAMPLES:g} s, for {_MOST_SAMPLES} samples", origin)
-    k = np.arange(math.floor(count * (1 + _MULTIPLE)) + 1)
-    ticks = (k // record_every) * dt + (k % record_every) * tick
-    if end - ticks[-1] > _MULTIPLE * tick:
-        ticks = np.append(ticks, end)
-    else:
-        ticks[-1] = end
-    return ticks, record_every, hold_every
-
-
-def _ratio(longer: float, tick: float, other: float | None, origin: str) -> int:
-    ratio = longer / tick
-    if abs(ratio - round(ratio)) > _MULTIPLE * ratio:
-        pair = sorted((longer, other if other is not None else tick))
-        raise InputError(
-            f"hold and dt_out are {pair[0]:g} s and {pair[1]:g} s (from {origin}): "
-            "one must be an integer multiple of the other"
-        )
-    return round(ratio)
 
 
 def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str:
