@@ -17,7 +17,7 @@ _MOST_SAMPLES = 5_000_000
 
 
 def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[FloatArray, int, int | None]:
-    """Return the instants at which a run stops, ticks per recorded sample and ticks per hold; samples are at k dt to the last bit."""
+    """Return the instants at which a run stops, at k dt to the last bit; ticks per recorded sample; ticks per hold."""
     tick = dt if hold is None else min(dt, hold)
     record_every = _ratio(dt, tick, hold, origin)
     hold_every = None if hold is None else _ratio(hold, tick, dt, origin)

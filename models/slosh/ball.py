@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """One bob on a frictionless ball joint, by the direction s of its arm: beyond the paper, singular nowhere.
 
-The bob does not spin about its arm, so its rotation holds I/2 |sigma|^2 with sigma = s' + Omega x s, the inertial rate of
-s; T depends on s and sigma alone and needs no chart. Damping is R = eps/2 |s'|^2 = eps/2 (phi'^2 + sin^2 phi theta'^2):
-it acts on the motion of the bob relative to the hull, unlike eps/2 (phi'^2 + theta'^2) of (8) it does not see the
-turning of an arm about itself. With I = 0 and eps = 0 this is the pendulum of the other two conventions.
+The bob does not spin about its arm, so its rotation holds I/2 |sigma|^2 with sigma = s' + Omega x s, the inertial rate
+of s; T depends on s and sigma alone and needs no chart. Damping is R = eps/2 |s'|^2, that is
+eps/2 (phi'^2 + sin^2 phi theta'^2): it acts on the motion of the bob relative to the hull. Unlike eps/2 (phi'^2 +
+theta'^2) of (8) it does not see the turning of an arm about itself. With I = 0 and eps = 0 this is the pendulum of the
+other two conventions.
 """
 
 from __future__ import annotations

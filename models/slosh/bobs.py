@@ -22,6 +22,7 @@ from models.slosh.variables import (
     angle_rate_quantities,
     arm_rate_quantities,
     direction_quantities,
+    rate,
 )
 from models.slosh.weights import angle_form, ball_term, slip_symbols
 from models.system import Derivation, Expr, Group, Quantity
@@ -78,6 +79,16 @@ def parts(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[Contribution, li
     if inertia == "ball":
         return ball.contribution(), [ball.instance(a, k) for k, a in enumerate(pendulums, 1)]
     return pendulum.contribution(inertia), [pendulum.instance(a, k) for k, a in enumerate(pendulums, 1)]
+
+
+def straight(inertia: str) -> dict[sp.Symbol, Expr]:
+    """Return the equilibrium (18) of hull and pendulum i: no rates, arm along -x, and only a_x left of a and Omega'."""
+    still: tuple[Expr, ...] = (*rate, *ACCELERATIONS[1:])
+    if inertia == "ball":
+        still = (*still, *ball.direction, *ball.arm_rate, *ball.arm_acceleration)
+        return dict.fromkeys(still, sp.S.Zero) | {ball.direction[0]: sp.S.NegativeOne}
+    angles = (pendulum.phi, pendulum.theta, pendulum.phi_rate, pendulum.theta_rate, *angle_acceleration)
+    return dict.fromkeys((*still, *angles), sp.S.Zero)
 
 
 def angle_bobs(p: Group, pendulums: Sequence[Pendulum], inertia: str, starts: Sequence[Start], d: Derivation) -> Bobs:

@@ -24,7 +24,7 @@ from models.slosh.pendulum import (
     theta_rate,
 )
 from models.slosh.variables import DEMAND, Pendulum, rate, velocity
-from models.system import Derivation, Expr, Group
+from models.system import Derivation, Expr
 
 demand = sp.Matrix(DEMAND.symbols)
 """u1..u5: a_y, a_z and Omega'."""
@@ -145,10 +145,24 @@ def _named(row: Row, names: dict[sp.Symbol, Expr], angle: str, spelled: str, d: 
     )
 
 
-def longitudinal(p: Group, pendulums: Sequence[Pendulum], d: Derivation) -> Expr:
-    """Return a_x at the equilibrium (18): (9) with all rates and angles zero and no gimbal angle, (19)."""
-    total = p.m + p.m0 + sp.Add(*(pendulum.mass for pendulum in pendulums))
-    return d.define("ax_eq", p.F / total, "(19)", "longitudinal acceleration at the equilibrium", "m/s^2", "a_x")
+def longitudinal(thrust: Expr, left: Expr, d: Derivation) -> Expr:
+    """Solve (9) at the equilibrium (18) for a_x: (19).
+
+    Parameters
+    ----------
+    thrust : Expr
+        F, along x without gimbal angles, N.
+    left : Expr
+        Left side of (9) with zero rates and straight pendulums, linear in a_x.
+    d : Derivation
+        Receives the steps.
+    """
+    d.section("Equilibrium")
+    axial = acceleration[0]
+    d.show("0", left - thrust, "(18)", "balance of forces along x at the equilibrium", "N")
+    return d.define(
+        "ax_eq", thrust / left.diff(axial), "(19)", "longitudinal acceleration at the equilibrium", "m/s^2", "a_x"
+    )
 
 
 def angle_accelerations(rows: Sequence[AngleRow], linear: Sequence[Expr], angular: Sequence[Expr]) -> tuple[Expr, ...]:

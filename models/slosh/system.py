@@ -10,22 +10,14 @@ from pathlib import Path
 
 import sympy as sp
 
-from models.slosh import ball, pendulum
 from models.slosh.attitude import Attitude, by_angles, by_quaternion
-from models.slosh.bobs import Bobs, Start, angle_bobs, ball_bobs, parts, pendulum_equations
-from models.slosh.bobs import accelerations as pendulum_accelerations
+from models.slosh.bobs import Bobs, Start, angle_bobs, ball_bobs, parts, straight
+from models.slosh.conditions import constraints, law_constraints
 from models.slosh.controllers import Law, lyapunov_v1, lyapunov_v2
-from models.slosh.equations import (
-    applied_wrench,
-    hull_energy,
-    hull_momentum,
-    hull_wrench,
-    show_equations,
-    velocity_accelerations,
-    whole,
-)
+from models.slosh.equations import hull_energy, hull_momentum, hull_wrench, whole
 from models.slosh.hull import velocity_rates
-from models.slosh.reduced import generic_accelerations, longitudinal, reduced_velocity, show_reduced
+from models.slosh.implicit import residuals, show
+from models.slosh.reduced import longitudinal, reduced_velocity
 from models.slosh.thrust import Inputs, gimbal_limits, to_physical
 from models.slosh.variables import (
     ATTITUDE,
@@ -35,8 +27,6 @@ from models.slosh.variables import (
     RATE,
     VELOCITY,
     Pendulum,
-    angle_rate_quantities,
-    arm_rate_quantities,
     pendulum_parameters,
     point_allowed,
     rate,
@@ -44,7 +34,6 @@ from models.slosh.variables import (
 )
 from models.system import (
     Choice,
-    Condition,
     Controller,
     Derivation,
     Expr,
@@ -125,7 +114,7 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
     starts = [pendulum_parameters(k, tables[f"start{min(k, 2)}"]) for k in range(1, int(pendulums) + 1)]
     scenario = Group("s", (*tables["scenario"].quantities, *(q for group in starts for q in group)))
     d = Derivation()
-    _show(p, inertia, d)
+    show(p, inertia, d)
     placed = by_angles(scenario) if attitude == "angles" else by_quaternion(scenario, d)
     model = _derive(p, bobs, inertia, placed, scenario, d)
     demanded = {name: _derive_law(name, model, tables, d) for name in _LAWS}
@@ -152,10 +141,10 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         limits=(),
         initial=(*scenario.symbols[:6], *placed.start, *model.bobs.start),
         reference=(),
-        constraints=_constraints(p, scenario),
+        constraints=constraints(p, scenario),
         functions=functions,
         controllers=tuple(
-            Controller(name, _LAWS[name], c, inputs[name].command, _law_constraints(name, c, model))
+            Controller(name, _LAWS[name], c, inputs[name].command, law_constraints(name, p, c, bobs, inertia))
             for name, (_, c) in demanded.items()
         ),
         scenarios=scenarios,
@@ -188,56 +177,6 @@ def plant_parameters(tables: Mapping[str, Group], count: int, inertia: str) -> t
     return p, tuple(Pendulum(str(k), *(q.symbol for q in group)) for k, group in enumerate(groups, 1))
 
 
-def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[str, sp.Symbol], tuple[Expr, ...]]:
-    """Return the derived equations of motion as residuals that the true rates of the states make zero.
-
-    Parameters
-    ----------
-    p : Group
-        Parameters of the plant.
-    bobs : sequence of Pendulum
-        Parameters of each pendulum.
-    inertia : str
-        Convention of their inertia.
-
-    Returns
-    -------
-    rates : dict of str to Symbol
-        For each velocity state, the symbol of its rate.
-    residuals : tuple of Expr
-        As many, linear in these symbols: (9)-(16), left less right sides.
-    """
-    part, copies = parts(inertia, bobs)
-    own = [sp.Symbol(f"{q.name}_rate", real=True) for q in (*VELOCITY, *RATE)]
-    unknown, rows = pendulum_equations(inertia, bobs)
-    accelerations = velocity_accelerations(dict(zip((*velocity, *rate), own, strict=True)))
-    named = [copy | pendulum_accelerations(inertia, k) for k, copy in enumerate(copies, 1)]
-    left = whole(hull_wrench(p), (*part.force, *part.moment), named)
-    balance = [side - applied for side, applied in zip(left, applied_wrench(p), strict=True)]
-    states = [q.name for q in (*VELOCITY, *RATE)]
-    for k in range(1, len(bobs) + 1):
-        moving = arm_rate_quantities(k) if inertia == "ball" else angle_rate_quantities(k)
-        states += [q.name for q in moving]
-    found = tuple(entry.xreplace(accelerations) for entry in (*balance, *rows))
-    return dict(zip(states, (*own, *unknown), strict=True)), found
-
-
-def _show(p: Group, inertia: str, d: Derivation) -> None:
-    """Write the published side of the derivation down, (5)-(26), in generic symbols."""
-    if inertia == "ball":
-        part = ball.contribution()
-        show_equations(p, part, [("(15), (16)", row) for row in ball.tangential_rows()], d)
-        arm = [
-            (rf"\dot\sigma_{{i,{axis}}}", "(25), (26)", e) for axis, e in zip("xyz", ball.arm_equation(), strict=True)
-        ]
-        show_reduced(arm, d)
-        return
-    part = pendulum.contribution(inertia)
-    show_equations(p, part, list(zip(("(15)", "(16)"), part.rows, strict=True)), d)
-    first, second = generic_accelerations(inertia)
-    show_reduced([(r"\ddot\varphi_i", "(25)", first), (r"\ddot\theta_i", "(26)", second)], d)
-
-
 def _derive(
     p: Group, pendulums: tuple[Pendulum, ...], inertia: str, placed: Attitude, scenario: Group, d: Derivation
 ) -> _Model:
@@ -255,7 +194,10 @@ def _derive(
     else:
         bobs = angle_bobs(p, pendulums, inertia, starts, d)
     linear, angular, acceleration = velocity_rates(bobs.dynamics.unknown, bobs.dynamics.hull)
-    axial = longitudinal(p, pendulums, d)
+    part, copies = parts(inertia, pendulums)
+    still = straight(inertia)
+    (left,) = whole((hull_wrench(p)[0].xreplace(still),), (part.force[0].xreplace(still),), copies)
+    axial = longitudinal(p.F, left, d)
     return _Model(p, inertia, pendulums, placed, bobs, axial, linear, angular, acceleration)
 
 
@@ -328,51 +270,6 @@ def _projection(model: _Model) -> tuple[Expr, ...]:
     if model.attitude.states is ATTITUDE and not model.bobs.outputs:
         return ()
     return (*velocity, *rate, *model.attitude.projected, *model.bobs.projected)
-
-
-def _constraints(p: Group, scenario: Group) -> tuple[Condition, ...]:
-    """Return what parameters and initial state must satisfy."""
-    triangle = Condition(
-        sp.Min(p.J_y + p.J_z - p.J_x, p.J_z + p.J_x - p.J_y, p.J_x + p.J_y - p.J_z),
-        "J_x = {J_x:g}, J_y = {J_y:g}, J_z = {J_z:g} kg m^2 are no moments of inertia of a body: "
-        "each must be smaller than the other two together",
-    )
-    return (triangle, *(_in_radians(q) for q in scenario if q.unit == "rad"))
-
-
-def _in_radians(angle: Quantity) -> Condition:
-    name = angle.name
-    return Condition(
-        2 * sp.pi - sp.Abs(angle.symbol),
-        f"{name} = {{{name}:g}} rad is more than a full turn; angles are given in radians (30 degrees are 0.5236 rad)",
-    )
-
-
-def _law_constraints(name: str, c: Group, model: _Model) -> tuple[Condition, ...]:
-    thrust = Condition(
-        model.p.F, f"F = {{F:g}} N: {name} steers by the direction of the thrust and divides by F; it must be positive"
-    )
-    if name == "lyapunov-v2":
-        return (thrust,)
-    bound = sp.Add(*(_largest_correction(bob, model.inertia, c) for bob in model.pendulums))
-    weights = "r9 = {r9:g} s^2/kg is" if model.inertia == "ball" else "r9 = {r9:g}, r10 = {r10:g} s^2/kg are"
-    message = (
-        f"{weights} too large beside "
-        "r4 = {r4:g}, r6 = {r6:g}, r8 = {r8:g} s^2/rad^2: "
-        "the matrix f of (29) may lose its inverse"
-    )
-    return (thrust, Condition(sp.Min(c.r4, c.r6, c.r8) - bound, message))
-
-
-def _largest_correction(bob: Pendulum, inertia: str, c: Group) -> Expr:
-    """Bound what one pendulum takes from the eigenvalues of f: sum of m r |c|^2/D^2, with D_theta >= I."""
-    whole = bob.mass * bob.length**2 + bob.inertia
-    if inertia == "ball":
-        return bob.mass * c.r9 * (1 + bob.mass * bob.length * sp.Abs(bob.pivot) / whole) ** 2
-    swing = bob.mass * bob.length * (bob.length + sp.Abs(bob.pivot)) + bob.inertia
-    of_phi = c.r9 * (swing**2 + bob.inertia**2) / whole**2
-    of_theta = c.r10 * (swing**2 + whole**2) / bob.inertia**2
-    return bob.mass * (of_phi + of_theta)
 
 
 def _functions(

@@ -111,10 +111,8 @@ class Slosh:
         """Return a of O, Omega' and the pendulums' accelerations of the right-hand side."""
         dx = self.functions["rhs"](x, u, p)
         a = dx[:3] + np.cross(x[3:6], x[:3])
-        if self.convention == "ball":
-            own = dx[self.index("s1x") :].reshape(-1, 6)[:, 3:]
-        else:
-            own = dx[self.index("phi1_dot") :]
+        joint = self.convention == "ball"
+        own = dx[self.index("s1x") :].reshape(-1, 6)[:, 3:] if joint else dx[self.index("phi1_dot") :]
         return np.concatenate([a, dx[3:6], np.ravel(own)])
 
 

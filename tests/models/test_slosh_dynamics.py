@@ -82,9 +82,9 @@ def arm_acceleration(bob, motion, k, angles, alpha):
     phid, thetad = motion.qd[k]
     spin = thetad * hinge + phid * tilt
     change = angles[1] * hinge + angles[0] * tilt + np.cross(thetad * hinge, phid * tilt)
-    slip = np.cross(spin, r) / bob.l
-    slip_rate = (np.cross(change, r) + np.cross(spin, np.cross(spin, r))) / bob.l
-    return slip_rate + np.cross(alpha, r / bob.l) + np.cross(motion.W, slip)
+    slip = np.cross(spin, r) / bob.length
+    slip_rate = (np.cross(change, r) + np.cross(spin, np.cross(spin, r))) / bob.length
+    return slip_rate + np.cross(alpha, r / bob.length) + np.cross(motion.W, slip)
 
 
 def test_ball_joint_keeps_its_constraints():

@@ -37,14 +37,16 @@ def world(craft: reference.Spacecraft, pendulums: str, hull: np.ndarray, timeste
 
 def hinged(bob: reference.Pendulum, inertia: float, damping: float) -> str:
     return f"""<body pos="{numbers(bob.h, 0, 0)}">
-      <joint type="hinge" axis="-1 0 0" damping="{numbers(damping)}"/><joint type="hinge" axis="0 1 0" damping="{numbers(damping)}"/>
-      <inertial pos="{numbers(-bob.l, 0, 0)}" mass="{numbers(bob.m)}" diaginertia="{numbers(*(inertia,) * 3)}"/>
+      <joint type="hinge" axis="-1 0 0" damping="{numbers(damping)}"/>
+      <joint type="hinge" axis="0 1 0" damping="{numbers(damping)}"/>
+      <inertial pos="{numbers(-bob.length, 0, 0)}" mass="{numbers(bob.m)}" diaginertia="{numbers(*(inertia,) * 3)}"/>
     </body>"""
 
 
 def jointed(bob: reference.Pendulum) -> str:
     return f"""<body pos="{numbers(bob.h, 0, 0)}"><joint type="ball"/>
-      <inertial pos="{numbers(-bob.l, 0, 0)}" mass="{numbers(bob.m)}" diaginertia="{numbers(*(bob.I,) * 3)}"/></body>"""
+      <inertial pos="{numbers(-bob.length, 0, 0)}" mass="{numbers(bob.m)}"
+        diaginertia="{numbers(*(bob.inertia,) * 3)}"/></body>"""
 
 
 def disc(axis: str, inertia: tuple[float, float, float]) -> str:
@@ -73,7 +75,7 @@ def plain_sample(inertia: str, seed: int):
 def test_hinge_convention(seed):
     model, x, u, p, craft = plain_sample("hinge", seed)
     motion = model.motion(x)
-    built = world(craft, "".join(hinged(bob, bob.I, bob.eps) for bob in craft.pendulums), craft.J)
+    built = world(craft, "".join(hinged(bob, bob.inertia, bob.eps) for bob in craft.pendulums), craft.J)
     data = mujoco.MjData(built)
     data.qpos[7:] = interleaved(motion, motion.q)
     data.qvel[:] = np.concatenate([motion.V, motion.W, interleaved(motion, motion.qd)])
@@ -90,11 +92,11 @@ def test_paper_convention_with_geared_discs(seed):
     """Two discs a pendulum, geared to phi about x and to theta about z, carry the paper's inertia terms."""
     model, x, u, p, craft = plain_sample("paper", seed)
     motion = model.motion(x)
-    total = sum(bob.I for bob in craft.pendulums)
+    total = sum(bob.inertia for bob in craft.pendulums)
     text = "".join(
         hinged(bob, TINY, 0.0)
-        + disc("1 0 0", (bob.I, K * bob.I, K * bob.I))
-        + disc("0 0 1", (K * bob.I, K * bob.I, bob.I))
+        + disc("1 0 0", (bob.inertia, K * bob.inertia, K * bob.inertia))
+        + disc("0 0 1", (K * bob.inertia, K * bob.inertia, bob.inertia))
         for bob in craft.pendulums
     )
     built = world(craft, text, craft.J + total * np.array([-K, 1 - 2 * K, -K]))
@@ -162,7 +164,7 @@ def test_forced_damped_trajectory_on_hinges():
     x[9:] *= 0.6
     u = np.array([20.0, -35.0, 25.0, 0.05, -0.08])
     motion = model.motion(x)
-    built = world(craft, "".join(hinged(bob, bob.I, bob.eps) for bob in craft.pendulums), craft.J)
+    built = world(craft, "".join(hinged(bob, bob.inertia, bob.eps) for bob in craft.pendulums), craft.J)
     data = mujoco.MjData(built)
     data.qpos[7:] = interleaved(motion, motion.q)
     data.qvel[:] = np.concatenate([motion.V, motion.W, interleaved(motion, motion.qd)])
@@ -178,9 +180,7 @@ def test_forced_damped_trajectory_on_hinges():
             mujoco.mj_step(built, data)
     finally:
         mujoco.set_mjcb_control(None)
-    run = solve_ivp(
-        lambda _t, y: model.functions["rhs"](y, u, p), (0, 5), x, method="DOP853", rtol=1e-11, atol=1e-12
-    )
+    run = solve_ivp(lambda _t, y: model.functions["rhs"](y, u, p), (0, 5), x, method="DOP853", rtol=1e-11, atol=1e-12)
     end = model.motion(run.y[:, -1])
     mujoco.mju_quat2Mat(turn, data.qpos[3:7])
     velocity = turn.reshape(3, 3).T @ data.qvel[:3]

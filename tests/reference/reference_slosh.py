@@ -22,9 +22,9 @@ class Pendulum:
     """Mass (kg), length (m), pivot ahead of O (m), moment of inertia (kg m^2) and damping (N m s/rad)."""
 
     m: float
-    l: float
+    length: float
     h: float
-    I: float
+    inertia: float
     eps: float
 
 
@@ -99,7 +99,7 @@ def arm(bob: Pendulum, q: Array) -> tuple[Array, Array, Array]:
     phi, theta = q
     # at rest the arm points along -x; phi turns it about y towards z, theta about -x
     placed = turn(0, -theta) @ turn(1, phi)
-    return -X, turn(0, -theta) @ Y, placed @ (-bob.l * X)
+    return -X, turn(0, -theta) @ Y, placed @ (-bob.length * X)
 
 
 def angle_balance(
@@ -116,11 +116,11 @@ def angle_balance(
     push = bob.m * point_acceleration(a, alpha, x.W, place, v, rdd)
     if geared:
         rotors = x.W + np.array([phid, 0, thetad])
-        couple = bob.I * (alpha + np.array([qdd[0], 0, qdd[1]]))
-        total = couple + np.cross(x.W, bob.I * rotors)
+        couple = bob.inertia * (alpha + np.array([qdd[0], 0, qdd[1]]))
+        total = couple + np.cross(x.W, bob.inertia * rotors)
         own = np.array([couple[0], couple[2]])
     else:
-        total = bob.I * (alpha + np.cross(x.W, spin) + spin_rate)
+        total = bob.inertia * (alpha + np.cross(x.W, spin) + spin_rate)
         own = np.array([tilt @ total, hinge @ total])
     partial = np.array([np.cross(tilt, r) @ push, np.cross(hinge, r) @ push])
     return push, np.cross(place, push) + total, partial + own + bob.eps * qd
@@ -133,11 +133,11 @@ def ball_balance(
     omega = np.cross(s, sigma)
     arm_acceleration = np.cross(turning, s) + np.cross(omega, np.cross(omega, s))
     pivot = point_acceleration(a, alpha, x.W, bob.h * X, np.zeros(3), np.zeros(3))
-    push = bob.m * (pivot + bob.l * arm_acceleration)
-    couple = bob.I * turning
+    push = bob.m * (pivot + bob.length * arm_acceleration)
+    couple = bob.inertia * turning
     damping = bob.eps * np.cross(s, sigma - np.cross(x.W, s))
-    place = bob.h * X + bob.l * s
-    return push, np.cross(place, push) + couple, np.cross(bob.l * s, push) + couple + damping
+    place = bob.h * X + bob.length * s
+    return push, np.cross(place, push) + couple, np.cross(bob.length * s, push) + couple + damping
 
 
 def solve_linear(residual: Callable[[Array], Array], size: int) -> Array:
@@ -196,4 +196,4 @@ def arm_rate_change(W: Array, s: Array, sigma: Array, turning: Array) -> Array:
 def bob_motion(bob: Pendulum, q: Array, qd: Array) -> tuple[Array, Array]:
     """Return direction and inertial-rate-free velocity of a bob at angles q: s and s'."""
     hinge, tilt, r = arm(bob, q)
-    return r / bob.l, np.cross(qd[1] * hinge + qd[0] * tilt, r) / bob.l
+    return r / bob.length, np.cross(qd[1] * hinge + qd[0] * tilt, r) / bob.length
