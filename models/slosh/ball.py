@@ -20,14 +20,14 @@ from models.slosh.pendulum import GENERIC, Contribution, frame_rates, galilean
 from models.slosh.variables import Pendulum, arm_rate_quantities, direction_quantities, rate, velocity
 from models.system import Expr
 
-direction = sp.Matrix(sp.symbols("s_i_x s_i_y s_i_z", real=True))
+direction = sp.Matrix(sp.symbols("s_{ix} s_{iy} s_{iz}", real=True))
 """s, the unit vector from pivot to bob, in body axes."""
-arm_rate = sp.Matrix(sp.symbols("sigma_i_x sigma_i_y sigma_i_z", real=True))
+arm_rate = sp.Matrix(sp.symbols(r"\sigma_{ix} \sigma_{iy} \sigma_{iz}", real=True))
 """sigma = s' + Omega x s; sigma.s = 0."""
-arm_acceleration = sp.Matrix(sp.symbols("sigma_i_x' sigma_i_y' sigma_i_z'", real=True))
+arm_acceleration = sp.Matrix(sp.symbols(r"\dot{\sigma}_{ix} \dot{\sigma}_{iy} \dot{\sigma}_{iz}", real=True))
 """sigma', by components."""
-_slip = sp.Matrix(sp.symbols("s_i_x' s_i_y' s_i_z'", real=True))
-_slip_rate = sp.Matrix(sp.symbols("s_i_x'' s_i_y'' s_i_z''", real=True))
+_slip = sp.Matrix(sp.symbols(r"\dot{s}_{ix} \dot{s}_{iy} \dot{s}_{iz}", real=True))
+_slip_rate = sp.Matrix(sp.symbols(r"\ddot{s}_{ix} \ddot{s}_{iy} \ddot{s}_{iz}", real=True))
 
 
 @functools.cache

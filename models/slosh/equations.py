@@ -105,7 +105,7 @@ def show_equations(p: Group, part: Contribution, rows: Sequence[tuple[str, Expr]
     d.section("Energy and dissipation")
     for axis, entry in zip("xyz", part.position, strict=True):
         d.show(rf"{axis}_i", entry, "(7)", f"position of bob i from O, {axis}", "m")
-    total = sp.Symbol(r"\sum_i T_i", real=True)
+    total = sp.Symbol(r"\sum_{i} T_{i}", real=True)
     d.show("T", hull_energy(p) + total, "(5), (6)", "kinetic energy of hull, fixed fuel and pendulums", "J")
     d.show("T_i", part.energy, "(5), (6)", "kinetic energy of pendulum i", "J")
     d.show("R_i", part.dissipation, "(8)", "Rayleigh function of pendulum i", "W")
@@ -117,7 +117,7 @@ def show_equations(p: Group, part: Contribution, rows: Sequence[tuple[str, Expr]
     parts = (*part.force, *part.moment)
     for k, (name, number, title, unit) in enumerate(_BALANCES):
         d.show(f"{name}^{{(i)}}", parts[k], number, f"{title}: terms of pendulum i", unit)
-        terms = sp.Symbol(rf"\sum_i {name}^{{(i)}}", real=True)
+        terms = sp.Symbol(rf"\sum_{{i}} {name}^{{(i)}}", real=True)
         d.show("0", own[k] + terms - right[k], number, title, unit)
     for number, row in rows:
         d.show("0", row, number, "equation of pendulum i", "N m")

@@ -17,15 +17,15 @@ from models.mechanics import kirchhoff, lagrange, matrix_rate
 from models.slosh.variables import Pendulum, angle_quantities, angle_rate_quantities, rate, velocity
 from models.system import Expr, ModelError
 
-_NAMES = ("m_i", "l_i", "h_i", "I_i", "eps_i")
+_NAMES = ("m_i", "l_i", "h_i", "I_i", r"\varepsilon_{i}")
 GENERIC = Pendulum("i", *(sp.Symbol(name, real=True) for name in _NAMES))
 """A pendulum whose parameters are placeholders."""
-phi, theta = sp.symbols("phi_i theta_i", real=True)
-phi_rate, theta_rate = sp.symbols("phi_i_dot theta_i_dot", real=True)
+phi, theta = sp.symbols(r"\varphi_{i} \theta_{i}", real=True)
+phi_rate, theta_rate = sp.symbols(r"\dot{\varphi}_{i} \dot{\theta}_{i}", real=True)
 acceleration = sp.Matrix(sp.symbols("a_x a_y a_z", real=True))
 """a = V' + Omega x V (17), the acceleration of O in body axes."""
 angular_acceleration = sp.Matrix(sp.symbols("alpha_x alpha_y alpha_z", real=True))
-angle_acceleration = sp.symbols("phi_i_ddot theta_i_ddot", real=True)
+angle_acceleration = sp.symbols(r"\ddot{\varphi}_{i} \ddot{\theta}_{i}", real=True)
 
 
 @dataclass(frozen=True)

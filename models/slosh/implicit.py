@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The derived equations as a whole: written down with their numbers, and as residuals to hold an evaluation against."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from models.slosh import ball, pendulum
+from models.slosh.bobs import accelerations, parts, pendulum_equations
+from models.slosh.equations import applied_wrench, hull_wrench, show_equations, velocity_accelerations, whole
+from models.slosh.reduced import generic_accelerations, show_reduced
+from models.slosh.variables import (
+    RATE,
+    VELOCITY,
+    Pendulum,
+    angle_rate_quantities,
+    arm_rate_quantities,
+    rate,
+    velocity,
+)
+from models.system import Derivation, Expr, Group
+
+
+def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[str, sp.Symbol], tuple[Expr, ...]]:
+    """Return the derived equations of motion as residuals that the true rates of the states make zero.
+
+    Parameters
+    ----------
+    p : Group
+        Parameters of the plant.
+    bobs : sequence of Pendulum
+        Parameters of each pendulum.
+    inertia : str
+        Convention of their inertia.
+
+    Returns
+    -------
+    rates : dict of str to Symbol
+        For each velocity state, the symbol of its rate.
+    residuals : tuple of Expr
+        As many, linear in these symbols: (9)-(16), left less right sides.
+    """
+    part, copies = parts(inertia, bobs)
+    own = [sp.Symbol(f"{q.name}_rate", real=True) for q in (*VELOCITY, *RATE)]
+    unknown, rows = pendulum_equations(inertia, bobs)
+    hull = velocity_accelerations(dict(zip((*velocity, *rate), own, strict=True)))
+    named = [copy | accelerations(inertia, k) for k, copy in enumerate(copies, 1)]
+    left = whole(hull_wrench(p), (*part.force, *part.moment), named)
+    balance = [side - applied for side, applied in zip(left, applied_wrench(p), strict=True)]
+    states = [q.name for q in (*VELOCITY, *RATE)]
+    for k in range(1, len(bobs) + 1):
+        moving = arm_rate_quantities(k) if inertia == "ball" else angle_rate_quantities(k)
+        states += [q.name for q in moving]
+    found = tuple(entry.xreplace(hull) for entry in (*balance, *rows))
+    return dict(zip(states, (*own, *unknown), strict=True)), found
+
+
+def show(p: Group, inertia: str, d: Derivation) -> None:
+    """Write the published side of the derivation down, (5)-(26), in generic symbols."""
+    if inertia == "ball":
+        part = ball.contribution()
+        show_equations(p, part, [("(15), (16)", row) for row in ball.tangential_rows()], d)
+        arm = [
+            (rf"\dot\sigma_{{i,{axis}}}", "(25), (26)", e) for axis, e in zip("xyz", ball.arm_equation(), strict=True)
+        ]
+        show_reduced(arm, d)
+        return
+    part = pendulum.contribution(inertia)
+    show_equations(p, part, list(zip(("(15)", "(16)"), part.rows, strict=True)), d)
+    first, second = generic_accelerations(inertia)
+    show_reduced([(r"\ddot\varphi_i", "(25)", first), (r"\ddot\theta_i", "(26)", second)], d)
