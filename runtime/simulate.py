@@ -99,7 +99,7 @@ class Run:
         manifest = self.manifest
         columns = {q.name: self.x[:, i] for i, q in enumerate(manifest.states)}
         columns |= {f"u_{q.name}": self.u[:, i] for i, q in enumerate(manifest.inputs)}
-        if self.hold is not None:
+        if self.hold is not None or "actuate" in manifest.functions:
             columns |= {f"u_cmd_{q.name}": self.u_cmd[:, i] for i, q in enumerate(manifest.inputs)}
         columns |= {q.name: self.y[:, i] for i, q in enumerate(manifest.outputs)}
         columns |= {q.name: self.z[:, i] for i, q in enumerate(self.controller.memory)}

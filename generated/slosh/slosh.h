@@ -10,7 +10,7 @@
 
 #include "mehvar_math.h"
 
-#define SLOSH_HASH "153bf6b85be687eba5d6cf37d7609974f9ed94bd1dcbcf3302be7fffb8a3b434"
+#define SLOSH_HASH "db5ec817436de1e5ab8dc420f34252c7d7a25b26ee593185d75f8019b279c1e8"
 
 /* state x */
 enum {
@@ -246,5 +246,8 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J);
 
 /* Jacobian of rhs with respect to u, row by row */
 void slosh_jac_u(const real *x, const real *u, const real *p, real *J);
+
+/* change of rhs along a change of state and input: J_x along_x + J_u along_u */
+void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change);
 
 #endif
