@@ -15,11 +15,50 @@ RANGES = {
         "l1": (0.3, 0.5), "l2": (0.3, 0.5), "l3": (0.3, 0.5), "t": (0, 10), "area_factor": (0.5, 1),
         **{f"l{k}_{end}": (0.3, 0.5) for k in (1, 2, 3) for end in "0f"},
     },
+    "slosh": {
+        **{f"v{axis}": (-3, 3) for axis in "xyz"}, **{f"w{axis}": (-1, 1) for axis in "xyz"},
+        **{f"att{k}": (-0.6, 0.6) for k in (1, 2, 3)},
+        "q0": (0.7, 0.9), **{f"q{k}": (-0.3, 0.3) for k in (1, 2, 3)},
+        **{f"M{axis}{end}": (-3, 3) for axis in "xyz" for end in ("", "_cmd")},
+        **{f"delta{k}{end}": (-0.6, 0.6) for k in "12" for end in ("", "_cmd")},
+        **{f"delta{k}_max": (0.1, 0.4) for k in "12"},
+        "ay": (-0.5, 0.5), "az": (-0.5, 0.5), **{f"alpha{k}": (-0.5, 0.5) for k in (1, 2, 3)},
+        "m": (4, 8), "m0": (2, 4), "I0": (1, 2), "J_x": (3, 4), "J_y": (3, 4), "J_z": (3, 4),
+        "h0": (0.2, 0.6), "b": (-0.9, -0.5), "d": (1, 1.5), "F": (30, 40),
+        **{f"m{k}": (1, 2) for k in range(1, 9)}, **{f"l{k}": (0.4, 0.8) for k in range(1, 9)},
+        **{f"h{k}": (0.3, 0.9) for k in range(1, 9)}, **{f"I{k}": (0.2, 0.5) for k in range(1, 9)},
+        **{f"eps{k}": (0.2, 0.8) for k in range(1, 9)},
+        **{f"phi{k}{end}": (0.3, 1.2) for k in range(1, 9) for end in ("", "_0")},
+        **{f"theta{k}{end}": (-1.5, 1.5) for k in range(1, 9) for end in ("", "_0")},
+        **{f"{angle}{k}_dot{end}": (-1, 1) for angle in ("phi", "theta") for k in range(1, 9) for end in ("", "_0")},
+        **{f"s{k}{axis}": (-0.8, 0.8) for k in range(1, 9) for axis in "xyz"},
+        **{f"sigma{k}{axis}": (-1, 1) for k in range(1, 9) for axis in "xyz"},
+        **{f"r{k}": (0.5, 1.5) for k in range(1, 11)}, **{f"w{k}": (0.1, 0.2) for k in range(1, 6)},
+        **{f"v{axis}_0": (-3, 3) for axis in "xyz"}, **{f"w{axis}_0": (-1, 1) for axis in "xyz"},
+        **{f"att{k}_0": (-0.6, 0.6) for k in (1, 2, 3)},
+    },
+    "satellite": {
+        "roll": (-1, 1), "pitch": (-1, 1), "yaw": (-1, 1),
+        "q0": (0.7, 0.9), **{f"q{k}": (-0.3, 0.3) for k in (1, 2, 3)},
+        **{f"{name}{axis}": (-1, 1) for name in ("w", "h", "T") for axis in "xyz"},
+        **{f"T{axis}_cmd": (-2, 2) for axis in "xyz"}, "latitude": (-3, 3),
+        "Iw_x": (0.1, 0.3), "Iw_y": (0.1, 0.3), "Iw_z": (0.1, 0.3), "omega0": (0.3, 0.6),
+        "orbit_radius": (1, 2), "inclination": (0.3, 1.2), "wheels": (0.55, 0.95), "umax": (0.5, 1.5),
+        "hmax": (1, 2), "wheel_friction": (0.1, 0.3), "field_moment": (1, 2),
+        **{f"{name}_{axis}": (-1, 1) for name in ("dipole", "arm") for axis in "xyz"},
+        "air_density": (0.5, 1), "area": (0.4, 0.8), "solar_pressure": (0.3, 0.6), "reflectance": (0.3, 0.8),
+        "sun_latitude": (-1, 1), "sun_elevation": (-0.8, 0.8),
+        "noise": (0.01, 0.02), "noise_rate": (0.01, 0.02), "quantum": (0.01, 0.05), "torque_lost": (5, 9),
+        **{f"e_{name}": (-2, 2) for name in ("roll", "pitch", "yaw", "wx", "wy", "wz")},
+        "roll_ref": (-1, 1), "pitch_ref": (-1, 1), "yaw_ref": (-1, 1), "t": (0, 1000),
+    },
 }  # fmt: skip
 
 
 def sample(model: str, group: Group, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Return n random vectors of a group, shape (n, size)."""
+    """Return n random vectors of a group, shape (n, size); functions take one unused number for an empty group."""
+    if not len(group):
+        return np.zeros((n, 1))
     return np.stack([rng.uniform(*_range(model, q), size=n) for q in group], axis=-1)
 
 

@@ -33,6 +33,7 @@ class Verdict(StrEnum):
 
     HOLDS = "holds"
     NOTE = "holds with a note"
+    REFUTED = "does not hold, as documented"
     FAILS = "does not hold"
 
 
@@ -52,18 +53,24 @@ class Check:
 
 @dataclass(frozen=True)
 class Claim:
-    """Something a paper says and the checks that decide it; `explanation` is about the checks that may fail."""
+    """Something a paper says and the checks that decide it; `explanation` is about the checks that may fail.
+
+    What a paper says and our documents refute is `refuted`: it fails when its checks hold.
+    """
 
     number: str
     text: str
     checks: tuple[Check, ...]
     explanation: str = ""
+    refuted: bool = False
 
     @property
     def verdict(self) -> Verdict:
         """What became of the claim."""
         failed = [check for check in self.checks if not check.holds]
         if any(check.essential for check in failed):
+            return Verdict.REFUTED if self.refuted else Verdict.FAILS
+        if self.refuted:
             return Verdict.FAILS
         return Verdict.NOTE if failed else Verdict.HOLDS
 

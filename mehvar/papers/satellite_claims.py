@@ -239,6 +239,7 @@ def _literal_controls(runs: Runs) -> Claim:
         "samples alternates for ever or grows. The paper's argument needs zeros inside the unit circle, as its printed "
         "B has, but the plant has not (claim 12). What the paper says about adaptive control holds with law mrac, "
         "which has the same estimator and keeps the zero (claims 1 to 5).",
+        refuted=True,
     )
 
 
@@ -302,6 +303,7 @@ def _sampled_model(runs: Runs) -> Claim:
         "With the torque held over Ts both coefficients of B are Ts^2/(2 I): the printed b1 are right, the printed b0 "
         "five to seven and a half times too large. The zero is at -1, on the unit circle, not well inside it. Where "
         "the printed b0 come from is not known; as first guess of the estimator they serve (claim 5).",
+        refuted=True,
     )
 
 
@@ -320,4 +322,5 @@ def _wheels(runs: Runs) -> Claim:
         "Spin inertias of 1.3e-5 to 1.5e-5 kg m^2 are too small for a body of 3 kg m^2: the manoeuvre stores 0.12 N m "
         "s. The runs have no momentum limit unless hmax is set, and the paper's cannot have had one. With 1e-3 in "
         "place of 1e-5 the wheels would do; whether that was meant cannot be decided.",
+        refuted=True,
     )

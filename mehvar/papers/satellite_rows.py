@@ -120,7 +120,9 @@ EXPECTED = {
 
 
 def measure(run: Run) -> Measured:
-    """Measure a run that reached its end; its last sample, where the reference switches, does not count."""
+    """Measure a run, NaN if it did not reach its end; the last sample, where the reference switches, does not count."""
+    if run.status is not Status.DONE:
+        return Measured(*np.full((6, 3), math.nan))
     series = {name: column[:-1] for name, column in run.variables().items()}
     t, torque = run.t[:-1], np.abs(run.u[:-1])
     late = t >= LATE
@@ -162,7 +164,7 @@ def _checks(runs: Runs, row: Row) -> tuple[Check, ...]:
     if row.settings.get("real") == "float" and runs.model.backend != "c":
         return (beside(Check("all numbers", "within 2 %", "not run", False)),)
     seeds = range(SEEDS if "noise" in row.settings else 1)
-    found = [runs(row.law, row.scenario, **row.settings, **({"seed": seed} if seed else {})) for seed in seeds]
+    found = [runs(row.law, row.scenario, seed=seed, **row.settings) for seed in seeds]
     lost = [run for run in found if run.status is not Status.DONE]
     if lost:
         return (Check("run", "reaches its end", lost[0].reason, False),)

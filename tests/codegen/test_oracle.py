@@ -23,7 +23,15 @@ from runtime.manifest import find_model
 from tests.codegen.high_precision import HighPrecision
 from tests.sampling import sample
 
-CASES = [("triangle", {}), ("triangle", {"masses": "general"})]
+CASES = [
+    ("triangle", {}),
+    ("triangle", {"masses": "general"}),
+    ("slosh", {}),
+    ("slosh", {"inertia": "hinge"}),
+    ("slosh", {"inertia": "ball", "attitude": "quaternion"}),
+    ("satellite", {}),
+    ("satellite", {"chart": "quaternion"}),
+]
 BUILDS = [("double", 1), ("double", 4), ("double", 8), ("float", 1), ("float", 8), ("float", 16)]
 POINTS = 240
 TOLERANCE = {"double": 1e-13, "float": 5e-6}
