@@ -51,7 +51,7 @@ def test_printed_b0_and_zeros_fail_and_printed_b1_hold(claims):
     ("change", "broken"),
     [
         ({"tau_m": 5.0}, {"R5", "R6", "R17"}),
-        ({"I_y": 2.5}, {"R1", "R5", "R15", "12"}),
+        ({"I_y": 2.5}, {"R1", "R5", "R15"}),
         ({"half_period": 100.0}, {"R1", "R2", "R3", "R4"}),
         ({"forgetting": 0.98}, {"9", "R9", "R17"}),
     ],
