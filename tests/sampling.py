@@ -11,6 +11,7 @@ RANGES = {
         "w1": (-1, 1), "w2": (-1, 1), "w3": (-0.1, 0.1),
         "zeta1": (-0.4, 0.4), "zeta2": (-0.4, 0.4),
         "rho_ref": (0.05, 0.6), "phi_ref": (-3, 3), "mu_ref": (0.1, 0.6), "theta_ref": (-1, 1),
+        "theta_min": (0.05, 0.5), "rho_escape": (0.1, 0.8),
         "H": (-0.1, 0.1), "disturbance": (-0.01, 0.01), "R": (0.61, 0.7), "mu_rate_max": (0.01, 0.1),
         "l1": (0.3, 0.5), "l2": (0.3, 0.5), "l3": (0.3, 0.5), "t": (0, 10), "area_factor": (0.5, 1),
         **{f"l{k}_{end}": (0.3, 0.5) for k in (1, 2, 3) for end in "0f"},
@@ -50,7 +51,12 @@ RANGES = {
         "sun_latitude": (-1, 1), "sun_elevation": (-0.8, 0.8),
         "noise": (0.01, 0.02), "noise_rate": (0.01, 0.02), "quantum": (0.01, 0.05), "torque_lost": (5, 9),
         **{f"e_{name}": (-2, 2) for name in ("roll", "pitch", "yaw", "wx", "wy", "wz")},
-        "roll_ref": (-1, 1), "pitch_ref": (-1, 1), "yaw_ref": (-1, 1), "t": (0, 1000),
+        "ref_roll": (-1, 1), "ref_pitch": (-1, 1), "ref_yaw": (-1, 1), "t": (0, 1000),
+        **dict.fromkeys(("design_delay", "follow_model", "matched", "adapt", "applied_regressor"), (0.49, 0.51)),
+        **{f"{b}_{axis}": (0.01, 0.1) for b in ("b0", "b1") for axis in ("roll", "pitch", "yaw")},
+        **{f"{b}_{axis}_0": (-0.05, 0.1) for b in ("b0", "b1") for axis in ("roll", "pitch", "yaw")},
+        "b_min": (0.02, 0.06), "b_min_ratio": (0.5, 1.5), "samples": (1, 3), "trace_max": (1, 5),
+        "dead_zone": (0.3, 0.6), "dead_zone_sigma": (20, 40),
     },
 }  # fmt: skip
 

@@ -26,13 +26,12 @@ from tests.sampling import sample
 CASES = [
     ("triangle", {}),
     ("triangle", {"masses": "general"}),
-    ("slosh", {}),
-    ("slosh", {"inertia": "hinge"}),
-    ("slosh", {"inertia": "ball", "attitude": "quaternion"}),
     ("satellite", {}),
     ("satellite", {"chart": "quaternion"}),
 ]
-BUILDS = [("double", 1), ("double", 4), ("double", 8), ("float", 1), ("float", 8), ("float", 16)]
+BUILDS = [("double", 1), ("double", 8), ("float", 16)]
+"""What every case is compiled for; the smallest model, for the other widths too."""
+FURTHER_BUILDS = [("double", 4), ("float", 1), ("float", 8)]
 POINTS = 240
 TOLERANCE = {"double": 1e-13, "float": 5e-6}
 NATIVE = Path(__file__).parents[2] / "runtime" / "native"
@@ -44,9 +43,11 @@ class Case:
     def __init__(self, model: str, structure: dict[str, str], folder: Path) -> None:
         self.model, self.folder = model, folder
         self.system: System = system_of(installed_tree(), model, structure)
-        self.functions: list[GeneratedFunction] = generate_functions(self.system)
-        for name, text in (derive(installed_tree(), model, structure) | casadi_c(model, self.functions)).items():
+        functions = generate_functions(self.system)
+        for name, text in (derive(installed_tree(), model, structure) | casadi_c(model, functions)).items():
             (folder / name).write_text(text)
+        self.functions: list[GeneratedFunction] = [f for f in functions if any(size != 0 for _, size in f.results)]
+        self.builds = BUILDS + (FURTHER_BUILDS if model == "triangle" else [])
         self.requests = {request.name: request for request in requests(self.system)}
         self.arguments = {f.name: self._arguments(f) for f in self.functions}
 
@@ -160,25 +161,29 @@ def test_casadis_own_c_agrees(case):
         assert_close(casadi_compiled(case, function, values), wanted, TOLERANCE["double"], function.name)
 
 
-@pytest.mark.parametrize(("real", "lanes"), BUILDS)
-def test_generated_c_agrees_lane_by_lane(case, real, lanes):
-    for function in case.functions:
-        values = case.arguments[function.name]
-        if real == "float":
-            values = [v.astype(np.float32).astype(float) for v in values]
-        found = generated(case, function, values, real, lanes)
-        if real == "float":
-            kept = case._smooth(function, values, 2e-7)
-            assert kept.mean() > 0.75, f"{function.name}: too few points away from switches"
-            found, values = found[kept], [v[kept] for v in values]
-        assert_close(found, machine(function, values), TOLERANCE[real], f"{function.name} {real} x{lanes}")
+def test_generated_c_agrees_lane_by_lane(case):
+    for real, lanes in case.builds:
+        for function in case.functions:
+            agrees_lane_by_lane(case, function, real, lanes)
+
+
+def agrees_lane_by_lane(case: Case, function: GeneratedFunction, real: str, lanes: int) -> None:
+    values = case.arguments[function.name]
+    if real == "float":
+        values = [v.astype(np.float32).astype(float) for v in values]
+    found = generated(case, function, values, real, lanes)
+    if real == "float":
+        kept = case._smooth(function, values, 2e-7)
+        assert kept.mean() > 0.75, f"{function.name}: too few points away from switches"
+        found, values = found[kept], [v[kept] for v in values]
+    assert_close(found, machine(function, values), TOLERANCE[real], f"{function.name} {real} x{lanes}")
 
 
 def test_lanes_do_not_change_a_bit(case):
     for function in case.functions:
         values = case.arguments[function.name]
         scalar = generated(case, function, values, "double", 1)
-        for lanes in (4, 8):
+        for lanes in {lanes for real, lanes in case.builds if real == "double"} - {1}:
             assert np.array_equal(scalar, generated(case, function, values, "double", lanes)), function.name
 
 
