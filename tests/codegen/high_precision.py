@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Evaluate SymPy definitions with mpmath, without CasADi: a second opinion on every generated function."""
 
+import functools
 import sys
 from collections.abc import Mapping
 
@@ -34,6 +35,10 @@ class HighPrecision:
             return mpmath.mpf(str(expr))
         if not expr.args:
             return mpmath.mpf(sp.N(expr, 45)._mpf_) if not expr.is_Rational else mpmath.mpf(expr.p) / expr.q
-        symbols = [sp.Dummy() for _ in expr.args]
-        operation = sp.lambdify(symbols, expr.func(*symbols, evaluate=False), "mpmath")
-        return operation(*(self(argument) for argument in expr.args))
+        return _operation(expr.func, len(expr.args))(*(self(argument) for argument in expr.args))
+
+
+@functools.cache
+def _operation(head, count):
+    symbols = [sp.Dummy() for _ in range(count)]
+    return sp.lambdify(symbols, head(*symbols, evaluate=False), "mpmath")

@@ -28,6 +28,9 @@ CASES = [
     ("triangle", {"masses": "general"}),
     ("satellite", {}),
     ("satellite", {"chart": "quaternion"}),
+    ("slosh", {}),
+    ("slosh", {"inertia": "hinge"}),
+    ("slosh", {"inertia": "ball", "attitude": "quaternion"}),
 ]
 BUILDS = [("double", 1), ("double", 8), ("float", 16)]
 """What every case is compiled for; the smallest model, for the other widths too."""
@@ -61,12 +64,16 @@ class Case:
         assert len(kept) >= POINTS, f"{function.name}: only {len(kept)} of {4 * POINTS} points are away from switches"
         return [v[kept[:POINTS]] for v in values]
 
-    def _smooth(self, function, values, change):
+    def _smooth(self, function, values, change, slope=30):
         """Tell the points whose result follows a small change of the arguments with a bounded slope."""
-        base, scale = machine(function, values), 1.0
-        near = [machine(function, [v * (1 + sign * change) for v in values]) for sign in (-1, 1)]
+        base, rng = machine(function, values), np.random.default_rng(1)
+        signs = [rng.choice((-1, 1), size=v.shape) for v in values]
+        near = [
+            machine(function, [v * (1 + turn * change * sign) for v, sign in zip(values, signs, strict=True)])
+            for turn in (-1, 1)
+        ]
         scale = np.maximum(1, np.abs(base).max(axis=1))
-        return np.all([np.abs(n - base).max(axis=1) <= 30 * change * scale for n in near], axis=0)
+        return np.all([np.abs(n - base).max(axis=1) <= slope * change * scale for n in near], axis=0)
 
     @functools.cached_property
     def casadi_library(self) -> ctypes.CDLL:
@@ -74,7 +81,7 @@ class Case:
 
     @functools.cache  # noqa: B019
     def library(self, real: str, lanes: int) -> ctypes.CDLL:
-        flags = ["-O1", "-ffp-contract=off", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}", f"-I{NATIVE}"]
+        flags = ["-O1", "-march=native", "-ffp-contract=off", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}", f"-I{NATIVE}"]
         flags += ["-DMEHVAR_FLOAT"] if real == "float" else []
         return compile_library(self.folder, [f"{self.model}.c", f"{self.model}_jac.c"], flags, f"{real}{lanes}")
 
@@ -173,8 +180,8 @@ def agrees_lane_by_lane(case: Case, function: GeneratedFunction, real: str, lane
         values = [v.astype(np.float32).astype(float) for v in values]
     found = generated(case, function, values, real, lanes)
     if real == "float":
-        kept = case._smooth(function, values, 2e-7)
-        assert kept.mean() > 0.75, f"{function.name}: too few points away from switches"
+        kept = case._smooth(function, values, 2e-7, slope=10)
+        assert kept.mean() > 0.7, f"{function.name}: too few points away from switches"
         found, values = found[kept], [v[kept] for v in values]
     assert_close(found, machine(function, values), TOLERANCE[real], f"{function.name} {real} x{lanes}")
 
@@ -191,7 +198,8 @@ def test_generated_python_agrees(case):
     functions = Functions(PythonBackend(find_model(case.folder)), find_model(case.folder))
     for function in case.functions:
         values = case.arguments[function.name]
-        arguments = [v[:, 0] if size is None else v for v, (_, size) in zip(values, function.arguments, strict=True)]
+        sizes = [size for _, size in function.arguments]
+        arguments = [v[:, 0] if size is None else v[:, :size] for v, size in zip(values, sizes, strict=True)]
         found = functions[function.name](*arguments)
         found = found if isinstance(found, tuple) else (found,)
         flat = np.concatenate([np.reshape(f, (POINTS, -1)) for f in found], axis=1)
@@ -207,7 +215,8 @@ def test_agrees_with_mpmath(case):
         bound = {k: v for k, v in bindings(case.system, request).items() if k not in symbols}
         wanted = []
         for k in range(3):
-            numbers = dict(zip(symbols, np.concatenate([v[k] for v in values]), strict=True))
+            row = [v[k, : len(group)] for v, group in zip(values, request.arguments, strict=True)]
+            numbers = dict(zip(symbols, np.concatenate(row), strict=True))
             evaluate = HighPrecision(numbers, case.system.definitions | bound)
             wanted.append([float(evaluate(expr)) for _, exprs in request.results for expr in exprs])
         found = generated(case, function, [v[:3] for v in values], "double", 1)
