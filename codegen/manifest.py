@@ -16,6 +16,7 @@ from models.system import (
     Controller,
     Group,
     Metric,
+    Output,
     Parameter,
     Scenario,
     System,
@@ -105,8 +106,14 @@ def _controller(law: Controller) -> dict[str, Any]:
         "period": law.period or None,
         "parameters": _parameters(law.parameters),
         "constraints": _messages(law.constraints),
+        "outputs": [_output(output) for output in law.outputs],
         "warnings": [{"message": w.message, "shown": len(w.shown)} for w in law.warnings],
     }
+
+
+def _output(output: Output) -> dict[str, Any]:
+    q = output.quantity
+    return {"name": q.name, "unit": q.unit, "description": q.description, "at_most": _finite(output.at_most)}
 
 
 def _messages(conditions: Sequence[Condition]) -> list[str]:

@@ -107,6 +107,9 @@ def _law(system: System, law: Controller) -> list[Request]:
     if law.start:
         description = f"memory of {law.name} before the first sample"
         found.append(Request(f"{name}_start", description, (x, r, p, c), (("z", law.start),), law=law))
+    if law.outputs:
+        reported = (("w", tuple(output.value for output in law.outputs)),)
+        found.append(Request(f"{name}_outputs", f"what {law.name} reports", (x, r, p, c), reported, law=law))
     if derived:
         found.append(Request(f"{name}_defaults", f"formula defaults of {law.name}", (c,), (("derived", derived),)))
     return found

@@ -96,6 +96,8 @@ def _number(name: str, text: str, kind: type[int] | type[float]) -> Any:
 def _summary(run: Run) -> None:
     law, case = run.controller.name, run.scenario.name
     typer.echo(f"{run.manifest.model} {law} {case}: {run.reason}, t = {run.t_stop:g} s, {run.run_seconds * 1e3:.1f} ms")
+    for text in run.exceeded():
+        typer.echo(f"note: {text}")
     if run.backend == "python":
         typer.echo("run by the generated Python module; with a C compiler it is much faster (mehvar doctor)")
     rows = [

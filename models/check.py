@@ -126,7 +126,8 @@ def _system_expressions(system: System) -> list[Expr]:
 
 def _law_expressions(controller: Controller) -> list[Expr]:
     margins = (c.margin for c in (*controller.constraints, *controller.warnings))
-    return [*controller.command, *controller.update, *controller.start, *margins]
+    reported = (output.value for output in controller.outputs)
+    return [*controller.command, *controller.update, *controller.start, *margins, *reported]
 
 
 def _check_parameters_used(system: System) -> None:
@@ -175,7 +176,9 @@ def _check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter],
 
 def _check_metrics(system: System) -> None:
     variables = {q.name for q in (*system.states, *system.outputs)} | {f"u_{q.name}" for q in system.inputs}
-    memories = [{q.name for q in law.memory} for law in system.controllers]
+    memories = [
+        {q.name for q in (*law.memory, *(output.quantity for output in law.outputs))} for law in system.controllers
+    ]
     variables |= set.intersection(*memories) if memories else set()
     for metric in system.metrics:
         _known(

@@ -32,6 +32,7 @@ __all__ = [
     "Interval",
     "Metric",
     "ModelError",
+    "Output",
     "Parameter",
     "Quantity",
     "Scenario",
@@ -113,6 +114,25 @@ class Condition:
 
 
 @dataclass(frozen=True)
+class Output:
+    """What a law reports along a run, computed from the recorded samples.
+
+    Parameters
+    ----------
+    quantity : Quantity
+        Its name in a result.
+    value : Expr
+        A function of state, reference, p and c.
+    at_most : float
+        Above it the run is not as it should be: the result says when and by how much.
+    """
+
+    quantity: Quantity
+    value: Expr
+    at_most: float = float("inf")
+
+
+@dataclass(frozen=True)
 class Controller:
     """A control law as a symbolic function (measurement, reference) -> input.
 
@@ -135,6 +155,8 @@ class Controller:
         What a sampled law keeps from one sample to the next.
     start, update : tuple of Expr
         The memory before the first sample (a function of state, reference, p and c) and after each one.
+    outputs : tuple of Output
+        What the law reports beside its command.
     """
 
     name: str
@@ -148,6 +170,7 @@ class Controller:
     memory: Group = EMPTY
     start: tuple[Expr, ...] = ()
     update: tuple[Expr, ...] = ()
+    outputs: tuple[Output, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -77,8 +77,15 @@ class Advice:
 
 
 @dataclass(frozen=True)
+class Output(Quantity):
+    """What a law reports along a run; a run in which it is above `at_most` is not as it should be."""
+
+    at_most: float
+
+
+@dataclass(frozen=True)
 class Controller:
-    """A control law: its parameters, its memory, and the plant parameter that is its period when it is sampled."""
+    """A control law: parameters, memory, reports, and the plant parameter that is its period when it is sampled."""
 
     name: str
     title: str
@@ -87,6 +94,7 @@ class Controller:
     parameters: tuple[Parameter, ...]
     constraints: tuple[str, ...]
     warnings: tuple[Advice, ...]
+    outputs: tuple[Output, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -313,6 +321,10 @@ def _controller(name: str, entry: Mapping[str, Any]) -> Controller:
         parameters=_parameters(entry["parameters"]),
         constraints=tuple(entry.get("constraints", [])),
         warnings=tuple(Advice(e["message"], int(e["shown"])) for e in entry.get("warnings", [])),
+        outputs=tuple(
+            Output(e["name"], e["unit"], e["description"], math.inf if e["at_most"] is None else float(e["at_most"]))
+            for e in entry.get("outputs", [])
+        ),
     )
 
 

@@ -32,7 +32,7 @@ def to_dataset(run: Run) -> xarray.Dataset:
     -------
     xarray.Dataset
         Coordinate `t` in seconds; one variable per state, `u_NAME` per input, `u_cmd_NAME` per input of a
-        sampled law, one per output and per number of the law's memory, each with `units` and `long_name`.
+        sampled law, one per output, per number of the law's memory and per report of the law, each with `units` and `long_name`.
         The attributes hold model, law, scenario, status, effective parameters and the manifest, structured
         ones as JSON.
     """
@@ -86,7 +86,8 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
 def _descriptions(run: Run) -> dict[str, tuple[str, str]]:
     """Return unit and long name of every variable."""
     manifest, inputs = run.manifest, run.manifest.inputs
-    quantities = (*manifest.states, *manifest.outputs, *run.controller.memory)
+    law = run.controller
+    quantities = (*manifest.states, *manifest.outputs, *law.memory, *law.outputs)
     return {
         **{q.name: (q.unit, q.description) for q in quantities},
         **{f"u_{q.name}": (q.unit, f"{q.description}, applied") for q in inputs},
@@ -106,6 +107,7 @@ def _attributes(run: Run) -> dict[str, str | float]:
         "status": run.status.text,
         "reason": run.reason,
         "t_stop": run.t_stop,
+        "exceeded": "; ".join(run.exceeded()),
         "structure": json.dumps(manifest.structure),
         "parameters": json.dumps(run.parameters.values),
         "parameter_origins": json.dumps(run.parameters.origins),

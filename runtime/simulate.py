@@ -60,6 +60,8 @@ class Run:
         What the law commanded; differs from u with a delay.
     z : array, (n, nz)
         The law's memory as the law found it at t_k.
+    w : array, (n, nw)
+        What the law reports.
     status : Status
         How the run ended; `reason` says it in words, `t_stop` is the last instant reached.
     hold : float or None
@@ -84,6 +86,7 @@ class Run:
     u_cmd: FloatArray
     y: FloatArray
     z: FloatArray
+    w: FloatArray
     status: Status
     reason: str
     t_stop: float
@@ -103,7 +106,22 @@ class Run:
             columns |= {f"u_cmd_{q.name}": self.u_cmd[:, i] for i, q in enumerate(manifest.inputs)}
         columns |= {q.name: self.y[:, i] for i, q in enumerate(manifest.outputs)}
         columns |= {q.name: self.z[:, i] for i, q in enumerate(self.controller.memory)}
+        columns |= {q.name: self.w[:, i] for i, q in enumerate(self.controller.outputs)}
         return columns
+
+    def exceeded(self) -> list[str]:
+        """Say of each report of the law that is above what it should be when, how long and by how much."""
+        found = []
+        for report, series in zip(self.controller.outputs, self.w.T, strict=True):
+            above = np.flatnonzero(series > report.at_most)
+            if above.size:
+                worst = above[np.argmax(series[above])]
+                found.append(
+                    f"{report.description} is above {report.at_most:g} {report.unit} at {above.size} of {len(self.t)} "
+                    f"samples from t = {self.t[above[0]]:.6g} s to {self.t[above[-1]]:.6g} s, "
+                    f"most at t = {self.t[worst]:.6g} s: {series[worst]:.6g} {report.unit}"
+                )
+        return found
 
 
 def simulate(
@@ -215,6 +233,7 @@ def simulate(
         u_cmd=trajectory.u_cmd,
         y=trajectory.y,
         z=trajectory.z,
+        w=_reports(problem, resolved, trajectory),
         status=trajectory.status,
         reason=_reason(problem, resolved, trajectory),
         t_stop=trajectory.t_stop,
@@ -224,6 +243,17 @@ def simulate(
         statistics=trajectory.statistics,
         compile_seconds=compile_seconds,
         run_seconds=run_seconds,
+    )
+
+
+def _reports(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> FloatArray:
+    """Return what the law reports at each sample."""
+    model, law = problem.model, problem.controller
+    if not law.outputs:
+        return np.empty((len(trajectory.t), 0))
+    r = model.functions["reference"](trajectory.t, resolved.p, resolved.s)
+    return np.asarray(
+        model.functions[f"{identifier(law.name)}_outputs"](trajectory.x, r, resolved.p, resolved.c), dtype=np.float64
     )
 
 

@@ -10,7 +10,7 @@
 
 #include "mehvar_math.h"
 
-#define SLOSH_HASH "db5ec817436de1e5ab8dc420f34252c7d7a25b26ee593185d75f8019b279c1e8"
+#define SLOSH_HASH "a6365b85bded9ae27039306c36bc9b3d8a53e01619055dad19e8e8db3286d8f6"
 
 /* state x */
 enum {
@@ -220,6 +220,9 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
 /* margins of a feasible lyapunov-v1 */
 void slosh_lyapunov_v1_constraints(const real *p, const real *c, const real *s, real *margin);
 
+/* what lyapunov-v1 reports */
+void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, const real *c, real *w);
+
 /* Lyapunov law of velocities and attitude, (28), (34)-(36) */
 void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *c, real *u);
 
@@ -240,6 +243,9 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
 
 /* margins of a feasible lyapunov-v2 */
 void slosh_lyapunov_v2_constraints(const real *p, const real *c, const real *s, real *margin);
+
+/* what lyapunov-v2 reports */
+void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, const real *c, real *w);
 
 /* Jacobian of rhs with respect to x, row by row */
 void slosh_jac_x(const real *x, const real *u, const real *p, real *J);

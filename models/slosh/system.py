@@ -39,6 +39,7 @@ from models.system import (
     Expr,
     Function,
     Group,
+    Output,
     Quantity,
     System,
     Variant,
@@ -144,8 +145,15 @@ def system(pendulums: str = "2", inertia: str = "paper", attitude: str = "angles
         constraints=constraints(p, scenario),
         functions=functions,
         controllers=tuple(
-            Controller(name, _LAWS[name], c, inputs[name].command, law_constraints(name, p, c, bobs, inertia))
-            for name, (_, c) in demanded.items()
+            Controller(
+                name,
+                _LAWS[name],
+                c,
+                inputs[name].command,
+                law_constraints(name, p, c, bobs, inertia),
+                outputs=_reports(law, inputs[name]),
+            )
+            for name, (law, c) in demanded.items()
         ),
         scenarios=scenarios,
         metrics=metrics,
@@ -324,6 +332,13 @@ def _functions(
             ),
         ]
     return tuple(found)
+
+
+def _reports(law: Law, inputs: Inputs) -> tuple[Output, ...]:
+    """Report V, and the lateral force that the law asks of the thrust: more than F is infeasible."""
+    value = Quantity("V", "1", "Lyapunov function")
+    lateral, excess = _DEMANDED
+    return (Output(value, law.value), Output(lateral, inputs.lateral), Output(excess, inputs.excess, at_most=0.0))
 
 
 _DEMANDED = (

@@ -8,6 +8,7 @@ import pytest
 
 import mehvar
 from codegen.generate import derive, installed_tree, write
+from runtime.simulate import simulate
 
 TABLE = {
     "t_vy": (552.3, 559.5, 551.3, 558.9, 554.6, 562.3),
@@ -191,3 +192,15 @@ def tumble(m, x, p, step: float = 2e-3, steps: int = 5000) -> np.ndarray:
     assert lowest < -0.97
     assert highest > 0.97
     return x
+
+
+def test_an_infeasible_demand_is_reported_with_time_and_amount():
+    run = simulate("slosh", "lyapunov-v2", parameters={"vy_0": 400.0}, t_end=50.0)
+    excess = run.variables()["lateral_excess"]
+    beyond = run.t[excess > 0]
+    assert beyond.size > 1
+    assert np.allclose(excess, np.maximum(run.variables()["lateral_demand"] - run.parameters.values["F"], 0))
+    (text,) = run.exceeded()
+    assert f"from t = {beyond[0]:.6g} s to {beyond[-1]:.6g} s" in text
+    assert f"{excess.max():.6g} N" in text
+    assert not simulate("slosh", "lyapunov-v2", t_end=5.0).exceeded()
