@@ -6,16 +6,18 @@ Deriving needs SymPy and CasADi; finding out that nothing has changed needs neit
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import importlib
 import json
+import os
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from models.system import System
@@ -134,9 +136,27 @@ def generate(
     reasons = _reasons(tree, model, folder, chosen, casadi)
     if not reasons:
         return Report(model)
-    texts = derive(tree, model, chosen, casadi)
+    texts = _renumbered(tree, model, folder, chosen, casadi) or derive(tree, model, chosen, casadi)
     write(folder, texts)
     return Report(model, tuple(texts), reasons)
+
+
+def _renumbered(
+    tree: Tree, model: str, folder: Path, structure: Mapping[str, str], casadi: bool
+) -> dict[str, str] | None:
+    """Return the new manifest when nothing but numbers in the tables has changed since the model was derived."""
+    recorded = _recorded(folder)
+    if recorded is None or not recorded.get("shapes_sha256"):
+        return None
+    from codegen.renumber import manifest_text, renumber, shapes
+
+    tables, sources = tree.root / "models" / model, tree.sources(model)
+    moved = {f"models/{model}/{name}": sources.get(f"models/{model}/{name}") for name in recorded["shapes_sha256"]}
+    document = recorded | {"inputs_sha256": recorded["inputs_sha256"] | moved}
+    if shapes(tables) != recorded["shapes_sha256"] or _differences(document, tree, model, folder, structure, casadi):
+        return None
+    new = renumber(document, tables)
+    return None if new is None else {"manifest.json": manifest_text(new)}
 
 
 def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, casadi: bool = False) -> dict[str, str]:
@@ -154,6 +174,7 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     from codegen.equations import equations_json, equations_markdown
     from codegen.functions import generate_functions
     from codegen.manifest import manifest
+    from codegen.renumber import TABLES, manifest_text, renumber, shapes
     from codegen.texts import printed, texts
     from codegen.verify import verify
 
@@ -168,7 +189,11 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
 
         written |= casadi_c(system.name, graphs)
     hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in written.items()}
-    written["manifest.json"] = manifest(system, functions, sources, hashes)
+    document = manifest(system, functions, sources, hashes)
+    tables, found = tree.root / "models" / model, shapes(tree.root / "models" / model)
+    if len(found) == len(TABLES) and renumber(document, tables) == document:
+        document["shapes_sha256"] = found
+    written["manifest.json"] = manifest_text(document)
     return written
 
 
@@ -225,14 +250,29 @@ def _reasons(
     path = folder / "manifest.json"
     if not path.is_file():
         return (f"{path} is missing",)
-    try:
-        recorded = json.loads(path.read_text(encoding="utf-8"))
-        before, files = recorded["inputs_sha256"], recorded["files_sha256"]
-        was = recorded["structure"]
-    except (json.JSONDecodeError, KeyError, TypeError, UnicodeDecodeError):
+    recorded = _recorded(folder)
+    if recorded is None:
         return (f"{path} is damaged",)
-    reasons = [f"{name} {change}" for name, change in _changes(before, tree.sources(model))]
-    reasons += [f"structure {k} was {was.get(k)!r}" for k, v in (structure or {}).items() if was.get(k) != v]
+    return _differences(recorded, tree, model, folder, structure or {}, casadi)
+
+
+def _recorded(folder: Path) -> dict[str, Any] | None:
+    """Return the manifest of a generated folder; None when there is none that can be read."""
+    try:
+        recorded: dict[str, Any] = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+        parts = (recorded["inputs_sha256"], recorded["files_sha256"], recorded["structure"])
+    except (OSError, json.JSONDecodeError, KeyError, TypeError, UnicodeDecodeError):
+        return None
+    return recorded if all(isinstance(part, dict) for part in parts) else None
+
+
+def _differences(
+    recorded: Mapping[str, Any], tree: Tree, model: str, folder: Path, structure: Mapping[str, str], casadi: bool
+) -> tuple[str, ...]:
+    """Compare sources, structure and files with what a manifest has recorded of them."""
+    files, was = recorded["files_sha256"], recorded["structure"]
+    reasons = [f"{name} {change}" for name, change in _changes(recorded["inputs_sha256"], tree.sources(model))]
+    reasons += [f"structure {k} was {was.get(k)!r}" for k, v in structure.items() if was.get(k) != v]
     if casadi and f"{model}_casadi.c" not in files:
         reasons.append(f"{model}_casadi.c was not asked for before")
     for name, digest in files.items():
@@ -266,13 +306,33 @@ def _texts_of(model: str) -> list[str]:
 
 
 def write(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write all files under temporary names, then rename them, the manifest last: what is half done shows as stale."""
+    """Write all files under temporary names, then rename them, the manifest last: what is half done shows as stale.
+
+    One process at a time renames, so that the files of two never mix.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as scratch:
         for name, text in texts.items():
             (Path(scratch) / name).write_text(text, encoding="utf-8", newline="\n")
-        for name in texts:
-            (Path(scratch) / name).replace(folder / name)
+        with locked(folder):
+            for name in texts:
+                (Path(scratch) / name).replace(folder / name)
+
+
+@contextlib.contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold a folder's lock, which the system takes back from a process that dies."""
+    if sys.platform == "win32":
+        yield
+        return
+    import fcntl
+
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
 
 
 def _sha256(path: Path) -> str:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
@@ -28,8 +27,8 @@ SCHEMA = 1
 
 def manifest(
     system: System, functions: Sequence[PrintedFunction], inputs: Mapping[str, str], files: Mapping[str, str]
-) -> str:
-    """Write the manifest of a generated model.
+) -> dict[str, Any]:
+    """Return the manifest of a generated model.
 
     Parameters
     ----------
@@ -41,7 +40,7 @@ def manifest(
         SHA-256 of every source file it depends on and of every other file that was written.
     """
     time_dependent = TIME.symbol in free_symbols(system.reference, system.definitions)
-    document = {
+    return {
         "schema": SCHEMA,
         "model": system.name,
         "title": system.title,
@@ -68,7 +67,6 @@ def manifest(
         "inputs_sha256": dict(sorted(inputs.items())),
         "files_sha256": dict(sorted(files.items())),
     }
-    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
 
 
 def _quantities(group: Group) -> list[dict[str, str]]:

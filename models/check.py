@@ -11,7 +11,7 @@ from typing import Any
 import sympy as sp
 
 from models.system import Controller, Expr, Group, ModelError, Parameter, System, free_symbols
-from models.tables import suggestion
+from models.tables import check_names, check_values, suggestion
 
 _FORMULA_NAMESPACE: dict[str, Any] = {"sqrt": sp.sqrt, "pi": sp.pi}
 
@@ -158,20 +158,13 @@ def _check_scenarios(system: System) -> None:
     metrics = {m.name for m in system.metrics}
     for scenario in system.scenarios:
         where = f"scenario {scenario.name!r} of {system.name}"
-        _check_values(scenario.values, shared, where)
+        check_values(scenario.values, shared, where)
         for table in (scenario.controllers, scenario.expect):
-            _known(table, laws, f"{where}: controller")
+            check_names(table, laws, f"{where}: controller")
         for law, values in scenario.controllers.items():
-            _check_values(values, laws[law], f"{where}, law {law!r}")
+            check_values(values, laws[law], f"{where}, law {law!r}")
         for expected in scenario.expect.values():
-            _known(expected, metrics, f"{where}: metric")
-
-
-def _check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter], where: str) -> None:
-    _known(values, allowed, f"{where}: parameter")
-    for name, value in values.items():
-        if value not in allowed[name].bounds:
-            raise ModelError(f"{where}: {name} = {value:g} is outside its bounds {allowed[name].bounds}")
+            check_names(expected, metrics, f"{where}: metric")
 
 
 def _check_metrics(system: System) -> None:
@@ -181,17 +174,11 @@ def _check_metrics(system: System) -> None:
     ]
     variables |= set.intersection(*memories) if memories else set()
     for metric in system.metrics:
-        _known(
+        check_names(
             (part.strip() for of in metric.of for part in of.split(" - ")),
             variables,
             f"metric {metric.name!r} of {system.name}: variable",
         )
-
-
-def _known(names: Iterable[str], known: Iterable[str], what: str) -> None:
-    for name in names:
-        if name not in known:
-            raise ModelError(f"{what} {name!r} is not known{suggestion(name, known)}")
 
 
 def _by_name(group: Group) -> dict[str, Parameter]:

@@ -6,8 +6,10 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-import sympy as sp
+if TYPE_CHECKING:
+    import sympy as sp
 
 
 class ModelError(ValueError):
@@ -41,6 +43,8 @@ class Quantity:
     @functools.cached_property
     def symbol(self) -> sp.Symbol:
         """The SymPy symbol of this quantity."""
+        import sympy as sp  # tables of numbers are read without it
+
         return sp.Symbol(self.name, positive=True) if self.positive else sp.Symbol(self.name, real=True)
 
 

@@ -2,7 +2,8 @@
 """The vocabulary of a model: what a system, a control law and a scenario are made of.
 
 Everything here is a small frozen dataclass. A model builds one `System`; code generation reads it and
-knows nothing else about the model. Quantities and derivations have modules of their own and are named here too.
+knows nothing else about the model. Quantities, derivations and scenarios have modules of their own and are named here
+too.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import sympy as sp
 
 from models.derivation import Definition, Derivation, Equation, Expr, free_symbols
 from models.quantities import EMPTY, TIME, Group, Interval, ModelError, Parameter, Quantity, scalar
+from models.scenarios import Metric, Scenario
 
 __all__ = [
     "EMPTY",
@@ -231,59 +233,6 @@ class Variant:
     values: tuple[str, ...]
     rhs: tuple[Expr, ...]
     loops: Mapping[str, tuple[Expr, ...]]
-
-
-@dataclass(frozen=True)
-class Metric:
-    """A number that sums up a run.
-
-    Parameters
-    ----------
-    name, kind, unit, description : str
-        `kind` is one of settling, settling_about_end, max, min, max_abs, rms, travel, sign_changes, final.
-    of : tuple of str
-        Variables of the result, or differences of two as in "roll - ym_roll".
-    band : float
-        Settling band or dead band, in the unit of the variables.
-    since, until : float
-        Part of the run that counts, s.
-    """
-
-    name: str
-    kind: str
-    of: tuple[str, ...]
-    unit: str
-    description: str
-    band: float = 0.0
-    since: float = 0.0
-    until: float = float("inf")
-
-
-@dataclass(frozen=True)
-class Scenario:
-    """A run that the paper or we describe: values, duration and the numbers it is expected to show.
-
-    Parameters
-    ----------
-    name, title : str
-        Identifier and one line for people.
-    duration, step : float
-        Length of the run and sampling step of its result, s.
-    values : mapping of str to float
-        Plant and scenario parameters that differ from their defaults.
-    controllers : mapping of str to mapping
-        Law parameters that differ from their defaults, per law.
-    expect : mapping of str to mapping
-        Expected metrics per law.
-    """
-
-    name: str
-    title: str
-    duration: float
-    step: float
-    values: Mapping[str, float]
-    controllers: Mapping[str, Mapping[str, float]]
-    expect: Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from models.system import Group, Interval, Metric, ModelError, Parameter, Scenario
+from models.quantities import Group, Interval, ModelError, Parameter
+from models.scenarios import Metric, Scenario
 
 _INTERVAL = re.compile(r"^([(\[])\s*([^,\s]+)\s*,\s*([^,\s]+)\s*([)\]])$")
 _UNIT = re.compile(r"^(1|[A-Za-z]+(\^-?\d+)?( [A-Za-z]+(\^-?\d+)?)*(/[A-Za-z]+(\^-?\d+)?)*|1(/[A-Za-z]+(\^-?\d+)?)+)$")
@@ -152,6 +153,21 @@ def suggestion(word: str, known: Iterable[str]) -> str:
     """Return " (did you mean ...?)" for the nearest known word, or nothing."""
     near = difflib.get_close_matches(word, list(known), n=1)
     return f" (did you mean {near[0]!r}?)" if near else ""
+
+
+def check_names(names: Iterable[str], known: Iterable[str], what: str) -> None:
+    """Refuse a name that is not known, with a suggestion."""
+    for name in names:
+        if name not in known:
+            raise ModelError(f"{what} {name!r} is not known{suggestion(name, known)}")
+
+
+def check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter], where: str) -> None:
+    """Refuse a value of something that is no parameter, or that is outside its bounds."""
+    check_names(values, allowed, f"{where}: parameter")
+    for name, value in values.items():
+        if value not in allowed[name].bounds:
+            raise ModelError(f"{where}: {name} = {value:g} is outside its bounds {allowed[name].bounds}")
 
 
 def _read_toml(path: Path) -> dict[str, Any]:

@@ -32,8 +32,8 @@ def to_dataset(run: Run) -> xarray.Dataset:
     -------
     xarray.Dataset
         Coordinate `t` in seconds; one variable per state, `u_NAME` per input, `u_cmd_NAME` per input of a
-        sampled law, one per output, per number of the law's memory and per report of the law, each with `units` and `long_name`.
-        The attributes hold model, law, scenario, status, effective parameters and the manifest, structured
+        sampled law, one per output, per number of the law's memory and per report of the law, each with `units` and
+        `long_name`. The attributes hold model, law, scenario, status, effective parameters and the manifest, structured
         ones as JSON.
     """
     import xarray

@@ -10,9 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from codegen.generate import GenerateError, Tree, check, derive, find_tree, generate, installed_tree, write
+from codegen.generate import GenerateError, Tree, check, derive, find_tree, generate, installed_tree, locked, write
+from codegen.renumber import shapes
+from models.quantities import ModelError
 
 ROOT = installed_tree().root
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 MODELS = installed_tree().models
 
 
@@ -98,10 +101,71 @@ def test_a_changed_number_changes_no_code(tree):
     path = tree.root / "models" / "triangle" / "parameters.toml"
     path.write_text(path.read_text().replace("default = 0.65", "default = 0.6"))
     before = {p.name: p.read_bytes() for p in (tree.root / "generated" / "triangle").iterdir()}
+    code = (
+        "import sys; from codegen.generate import *; generate(find_tree(Path.cwd()), 'triangle')\n"
+        "print([m for m in ('sympy', 'casadi') if m in sys.modules])"
+    )
+    assert python(code, tree.root, PYTHONPATH=f"{tree.root}:{ROOT}").strip() == "[]"
+    assert check(tree, "triangle").reasons == ()
+    folder = tree.root / "generated" / "triangle"
+    renumbered = {p.name: p.read_bytes() for p in folder.iterdir()}
+    assert {name for name in before if before[name] != renumbered[name]} == {"manifest.json"}
+    (folder / "manifest.json").unlink()
     generate_in(tree)
-    after = {p.name: p.read_bytes() for p in (tree.root / "generated" / "triangle").iterdir()}
-    changed = {name for name in before if before[name] != after[name]}
-    assert changed == {"manifest.json", "equations.md"}
+    assert {p.name: p.read_bytes() for p in folder.iterdir()} == renumbered, "deriving gives other files"
+
+
+@pytest.mark.parametrize(
+    ("table", "old", "new"),
+    [
+        ("parameters.toml", 'bounds = "(0, inf)"', 'bounds = "[0, inf)"'),
+        ("parameters.toml", "default = 0.65", 'default = "2*R"'),
+        ("scenarios.toml", 'kind = "max"', 'kind = "min"'),
+    ],
+)
+def test_more_than_a_number_is_derived_again(tree, table, old, new):
+    path = tree.root / "models" / "triangle" / table
+    shape = shapes(path.parent)[table]
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new, 1))
+    assert shapes(path.parent)[table] != shape
+
+
+@pytest.mark.parametrize(
+    ("table", "old", "new", "message"),
+    [
+        ("parameters.toml", "default = 0.65", "default = -1.0", "default = -1 is outside its bounds"),
+        ("scenarios.toml", "k_phi = 5.0", "k_phi = -5.0", "k_phi = -5 is outside its bounds"),
+    ],
+)
+def test_a_number_out_of_bounds_is_refused_and_nothing_is_written(tree, table, old, new, message):
+    path = tree.root / "models" / "triangle" / table
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new, 1))
+    manifest = tree.root / "generated" / "triangle" / "manifest.json"
+    before = manifest.read_bytes()
+    with pytest.raises(ModelError, match=message):
+        generate(tree, "triangle")
+    assert manifest.read_bytes() == before
+
+
+def test_two_at_once_do_not_mix(tmp_path):
+    """Two processes write different texts again and again; whoever looks under the lock sees one set."""
+    code = (
+        "import sys; from pathlib import Path; from codegen.generate import write\n"
+        "for k in range(40): write(Path('out'), {f'{n}.txt': sys.argv[1] + str(k) for n in range(20)})"
+    )
+    writers = [subprocess.Popen([sys.executable, "-c", code, who], cwd=tmp_path, env=ENVIRONMENT) for who in "ab"]
+    looks = 0
+    while any(writer.poll() is None for writer in writers):
+        folder = tmp_path / "out"
+        if folder.is_dir():
+            with locked(folder):
+                seen = {p.read_text() for p in folder.glob("*.txt")}
+            assert len(seen) <= 1
+            looks += bool(seen)
+    assert looks
+    assert [writer.returncode for writer in writers] == [0, 0]
 
 
 def test_nothing_is_half_written(tree, monkeypatch):

@@ -11,6 +11,7 @@ import sympy as sp
 
 from codegen.functions import generate_functions
 from codegen.manifest import manifest
+from codegen.renumber import manifest_text
 from codegen.texts import printed, texts
 from codegen.verify import VerificationError, verify
 from models.check import check
@@ -80,7 +81,7 @@ def folder(tmp_path_factory) -> Path:
     functions = printed(generate_functions(system))
     for name, text in texts(system, functions).items():
         (path / name).write_text(text)
-    (path / "manifest.json").write_text(manifest(system, functions, {}, {}))
+    (path / "manifest.json").write_text(manifest_text(manifest(system, functions, {}, {})))
     return path
 
 
