@@ -42,8 +42,8 @@ CITATION = (
 READINGS = (
     "Every equation was derived again from the energy (5), the dissipation (8) and the balances (1) to (3). The text "
     "that could be had is garbled and its pictures are missing, so they are drawn anew. Equations (12) to (16), (25) "
-    "and (26) are abbreviated there and damp the pendulums with the wrong sign; (31), (32), (34) and (35) lack a minus "
-    "sign (claim 11).",
+    "and (26) are abbreviated or misprinted there, the damping of (15), (25) and (26) with the wrong sign; (31), (32), "
+    "(34) and (35) lack a minus sign (claim 11).",
     "The paper counts drawings (1 and 2) and diagrams (1 to 8) apart. Figures 1 to 8 here are its diagrams, figure 9 "
     "its two drawings, figure 10 is ours.",
     "Taken as printed: the masses, I1, I2, F, h0, l2, eps2, r1, r2, r4, r6, r8, r9, r10 and the initial state.",

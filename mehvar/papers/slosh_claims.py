@@ -227,7 +227,7 @@ def _order_of_azimuths(runs: Runs) -> Claim:
         tuple(checks),
         "Not reproduced. With the corrected equations both bobs turn into the direction of the lateral acceleration "
         "and stay there from about a minute on, theta_1 first. The printed equations (15), (16), (25) and (26) lack "
-        "terms and damp with the wrong sign; what the paper's diagram was computed with is not known.",
+        "terms, and all but (16) damp with the wrong sign; what the paper's diagram was computed with is not known.",
         refuted=True,
     )
 
