@@ -216,7 +216,7 @@ def _order_of_azimuths(runs: Runs) -> Claim:
         checks.append(
             Check(
                 f"settling of theta_1 and theta_2 within 2 degrees of the end, {plant} V{law[-1]}",
-                "theta_1 later by a factor of 2 or more",
+                "theta_1 twice as late",
                 f"{found['t_theta1']:.1f} and {found['t_theta2']:.1f} s",
                 found["t_theta1"] > 2 * found["t_theta2"],
             )
