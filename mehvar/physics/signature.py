@@ -9,6 +9,8 @@ from codegen.requests import Request, identifier
 from mehvar.physics.machine import Machine, draw
 
 CHANGE = 0.01
+NOISE = 1e-12
+"""Relative change of a result that rounding may cause."""
 _GROUPS = ("p", "s", "c")
 
 
@@ -46,7 +48,7 @@ def _moved(subject: Machine, request: Request, place: int, waiting: dict[int, st
     for k, name in waiting.items():
         changed = [v.copy() for v in values]
         changed[place][:, k] *= 1 + CHANGE
-        if np.any(subject(request.name, *changed) != before):
+        if np.any(np.abs(subject(request.name, *changed) - before) > NOISE * np.abs(before)):
             found.add(name)
     return found
 

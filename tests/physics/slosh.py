@@ -7,7 +7,7 @@ import functools
 
 import numpy as np
 
-from mehvar.physics.gates import Gate, Symmetry, balance, dot, identity, never_rises, smaller, symmetric
+from mehvar.physics.gates import Change, Gate, Symmetry, balance, dot, identity, never_rises, smaller, symmetric
 from mehvar.physics.machine import Array, Machine, Points
 from models.slosh.variables import RATE, VELOCITY
 from tests.physics import bodies, rotations
@@ -38,20 +38,19 @@ def _balances(attitude: str) -> list[Gate]:
         identity("energy of the bodies", energy, bodies.energy),
         identity("momentum of the bodies", lambda at: at.call("momentum"), bodies.momentum),
         balance("power", energy, lambda at: power(at) - dissipation(at)),
-        never_rises("energy without inputs", energy, lambda at: at.moved(F=0.0, Mx=0.0, My=0.0, Mz=0.0)),
-        *_momenta("rhs", level if attitude == "angles" else None),
+        never_rises("energy without inputs", energy, unforced),
+        *momenta("rhs", level if attitude == "angles" else None),
         identity("Galilean invariance", accelerations, lambda at: accelerations(_faster(at))),
     ]
     if attitude == "angles":
-        found += _momenta("rhs_euler", None)
+        found += momenta("rhs_euler", None, ", 3-2-1 angles")
     else:
         found.append(balance("unit quaternion", lambda at: dot(_q(at), _q(at)), lambda at: np.zeros(len(_q(at)))))
     return found
 
 
-def _momenta(flow: str, where) -> list[Gate]:
+def momenta(flow: str, where: Change | None, suffix: str = "") -> list[Gate]:
     """Return the rates of linear and angular momentum in inertial axes."""
-    suffix = "" if flow == "rhs" else f", {flow}"
     return [
         balance(
             f"linear momentum{suffix}",
@@ -294,6 +293,10 @@ def turned(at: Points) -> Array:
 def level(at: Points) -> Points:
     """Return the points at zero attitude, where the paper's small angles are exact."""
     return at.moved(att1=0.0, att2=0.0, att3=0.0)
+
+
+def unforced(at: Points) -> Points:
+    return at.moved(F=0.0, Mx=0.0, My=0.0, Mz=0.0)
 
 
 def _faster(at: Points) -> Points:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from mehvar.physics.gates import Gate, Symmetry, balance, identity, symmetric
@@ -17,7 +19,6 @@ def gates_of(subject: Machine) -> list[Gate]:
     """Return what must hold for equal or general masses."""
     found = [
         identity("angular momentum", momentum, lambda at: at["H"] + at["disturbance"] * _inertia(at)),
-        identity("attitude by the loop's area", _turn_of_a_loop, lambda at: _twice_the_area(at)),
         identity("rods join the masses", lambda at: at.call("lengths"), rods),
         identity("rates of rods", lambda at: at.call("length_rates"), lambda at: at.along(rods)),
         identity("outputs: rods", lambda at: at.call("outputs")[:, :6], _rods_and_rates),
@@ -36,6 +37,7 @@ def gates_of(subject: Machine) -> list[Gate]:
     ]
     if subject.system.structure["masses"] == "equal":
         found.append(identity("order of rods", _turned_rods, lambda at: np.roll(at.call("lengths"), 1, axis=1)))
+    found.append(identity("attitude by the loop's area", _turn_of_a_loop, _twice_the_area))
     return found
 
 
@@ -86,12 +88,17 @@ def masses(at: Points) -> Array:
 
 def positions(at: Points) -> Array:
     """Return the masses' places Q S x_i about their centre, shape (n, 3, 2)."""
-    base = np.stack([base_triangle(m) for m in masses(at)])
+    base = np.stack([_base(*m) for m in masses(at)])
     z1, z2 = at["rho"] * np.cos(at["phi"]), at["rho"] * np.sin(at["phi"])
     n = np.sqrt(1 - at["rho"] ** 2)
     stretch = np.sqrt(at["mu"] / 3) * np.array([[n + z1, -z2], [-z2, n - z1]])
     c, s = np.cos(at["theta"]), np.sin(at["theta"])
     return np.einsum("ijn,jkn,nmk->nmi", np.array([[c, -s], [s, c]]), stretch, base)
+
+
+@functools.cache
+def _base(*masses: float) -> Array:
+    return base_triangle(np.array(masses))
 
 
 def momentum(at: Points) -> Array:
