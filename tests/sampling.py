@@ -3,7 +3,8 @@
 
 import numpy as np
 
-from models.system import Group, Parameter
+from mehvar.physics.machine import draw
+from models.system import Group
 
 RANGES = {
     "triangle": {
@@ -64,14 +65,4 @@ RANGES = {
 
 def sample(model: str, group: Group, n: int, rng: np.random.Generator) -> np.ndarray:
     """Return n random vectors of a group, shape (n, size); functions take one unused number for an empty group."""
-    if not len(group):
-        return np.zeros((n, 1))
-    return np.stack([rng.uniform(*_range(model, q), size=n) for q in group], axis=-1)
-
-
-def _range(model, quantity):
-    if quantity.name in RANGES[model]:
-        return RANGES[model][quantity.name]
-    if isinstance(quantity, Parameter) and isinstance(quantity.default, float) and quantity.default:
-        return tuple(sorted((0.8 * quantity.default, 1.25 * quantity.default)))
-    return (0.1, 1.0)
+    return draw(RANGES[model], group, n, rng)

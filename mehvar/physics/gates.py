@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Physics that a wrong term must break, written once; a model declares which of it applies and how to read it.
+
+A gate compares two sides at random points. Balances differentiate what is read along the motion and compare with what
+supplies it; symmetries move points and right-hand side together; limits compare with a smaller system.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mehvar.physics.machine import Array, Machine, Points, points
+
+TOLERANCE = 1e-9
+Reading = Callable[[Points], Array]
+Change = Callable[[Points], Points]
+
+
+@dataclass(frozen=True)
+class Gate:
+    """Two sides that are equal for the true equations.
+
+    Attributes
+    ----------
+    name : str
+        What must hold.
+    sides : callable
+        Points -> both sides, each of shape (n,) or (n, size).
+    """
+
+    name: str
+    sides: Callable[[Points], tuple[Array, Array]]
+
+    def error(self, at: Points) -> float:
+        """Return the largest difference over the points, relative to the sides of the point where above 1."""
+        with np.errstate(all="ignore"):
+            left, right = (np.reshape(side, (len(side), -1)) for side in self.sides(at))
+            scale = np.maximum(1, np.maximum(np.abs(left).max(axis=1), np.abs(right).max(axis=1)))
+            error = (np.abs(left - right).max(axis=1) / scale).max()
+        return float(error) if np.isfinite(error) else float("inf")
+
+
+@dataclass(frozen=True)
+class Symmetry:
+    """A change of points under which a right-hand side changes with the states.
+
+    Attributes
+    ----------
+    name : str
+        What it is.
+    signs : frozenset of str
+        States, inputs and parameters that change sign.
+    swaps : mapping of str to str
+        Each takes the value of another.
+    shifts : mapping of str to float
+        Added afterwards.
+    """
+
+    name: str
+    signs: frozenset[str] = frozenset()
+    swaps: Mapping[str, str] | None = None
+    shifts: Mapping[str, float] | None = None
+
+    def moved(self, at: Points) -> Points:
+        """Return the image of points."""
+        swaps, shifts = self.swaps or {}, self.shifts or {}
+        names = {*self.signs, *swaps, *shifts}
+        return at.moved(**{k: self._sign(k) * at[swaps.get(k, k)] + shifts.get(k, 0.0) for k in names})
+
+    def image(self, rate: Array, names: list[str]) -> Array:
+        """Return the image of a rate of the states."""
+        places = [names.index((self.swaps or {}).get(k, k)) for k in names]
+        return np.asarray(rate[:, places] * np.array([self._sign(k) for k in names]))
+
+    def _sign(self, name: str) -> int:
+        return -1 if name in self.signs else 1
+
+
+def gates(declared: list[Gate], subject: Machine, n: int = 12) -> dict[str, float]:
+    """Return the error of each gate."""
+    at = points(subject, n)
+    return {gate.name: gate.error(at) for gate in declared}
+
+
+def balance(name: str, reading: Reading, supply: Reading, flow: str = "rhs", where: Change | None = None) -> Gate:
+    """Require that what is read changes by what is supplied.
+
+    Parameters
+    ----------
+    name : str
+        Name of the gate.
+    reading, supply : callable
+        Points -> values, shape (n,) or (n, size).
+    flow : str
+        The right-hand side that moves the points.
+    where : callable, optional
+        Points -> points at which it holds.
+    """
+
+    def sides(at: Points) -> tuple[Array, Array]:
+        here = at if where is None else where(at)
+        return here.along(lambda p: _columns(reading(p)), flow), _columns(supply(here))
+
+    return Gate(name, sides)
+
+
+def never_rises(name: str, reading: Reading, where: Change) -> Gate:
+    """Require that what is read does not grow at the points chosen, such as energy without inputs."""
+
+    def sides(at: Points) -> tuple[Array, Array]:
+        rate = where(at).along(lambda p: _columns(reading(p)))
+        return np.maximum(rate, 0), np.zeros_like(rate)
+
+    return Gate(name, sides)
+
+
+def symmetric(symmetry: Symmetry, flow: str = "rhs") -> Gate:
+    """Require that the right-hand side at the image is the image of the right-hand side."""
+
+    def sides(at: Points) -> tuple[Array, Array]:
+        names = [q.name for q in at.machine.system.states]
+        return symmetry.moved(at).call(flow), symmetry.image(at.call(flow), names)
+
+    return Gate(symmetry.name, sides)
+
+
+def smaller(name: str, part: Machine, source: Callable[[str], str], values: Mapping[str, float | Reading]) -> Gate:
+    """Require that a system moves as a smaller one does.
+
+    Parameters
+    ----------
+    name : str
+        Name of the gate.
+    part : Machine
+        The smaller system.
+    source : callable
+        Name of a quantity -> the quantity of the smaller system that it copies, or "" for none.
+    values : mapping
+        Quantities that are set instead: a number, or a function of the smaller system's points.
+    """
+
+    def sides(at: Points) -> tuple[Array, Array]:
+        small = points(part, len(at.values["x"]))
+        names = [q.name for g in (at.machine.system.states, at.machine.system.inputs) for q in g]
+        names += [q.name for q in at.machine.system.parameters]
+        copied = {k: small[source(k)] for k in names if source(k) and k not in values}
+        given = {k: v(small) if callable(v) else v for k, v in values.items()}
+        large = at.moved(**copied, **given)
+        shared = [q.name for q in at.machine.system.states if source(q.name)]
+        return large.result("rhs", *shared), small.result("rhs", *(source(k) for k in shared))
+
+    return Gate(name, sides)
+
+
+def identity(name: str, left: Reading, right: Reading) -> Gate:
+    """Require that two readings agree."""
+    return Gate(name, lambda at: (left(at), right(at)))
+
+
+def derived_equations() -> Gate:
+    """Require that the evaluated rates solve the derived equations, as generation does."""
+
+    def left(at: Points) -> Array:
+        rates = at.result("rhs", *at.machine.system.rates)
+        return at.machine("residual", at.values["x"], at.values["u"], at.values["p"], rates)
+
+    return identity(
+        "derived equations", left, lambda at: np.zeros((len(at.values["x"]), len(at.machine.system.residual)))
+    )
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Scalar products, point by point."""
+    return np.asarray(np.sum(a * b, axis=-1))
+
+
+def _columns(values: Array) -> Array:
+    return np.reshape(values, (len(values), -1))

@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Mutants of a plant's equations: each additive term of each definition flipped, dropped or doubled, one at a time.
+
+Every term gets a weight, 1 as derived, which the compiled functions receive: a mutant is another vector of weights, so
+thousands of them cost one derivation.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import sympy as sp
+
+from mehvar.physics.gates import TOLERANCE, Gate, derived_equations
+from mehvar.physics.machine import Array, Machine, Points, Ranges, points
+from models.system import Coordinates, Definition, Expr, Function, Quantity, System
+
+CHANGES = {"flipped": -1.0, "dropped": 0.0, "doubled": 2.0}
+SAME = 1e-13
+"""Relative difference below which a mutant's functions count as unchanged."""
+_EQUIVALENCE_POINTS = 500
+
+
+@dataclass(frozen=True)
+class Term:
+    """An additive term.
+
+    Attributes
+    ----------
+    owner : str
+        Definition or function that it stands in.
+    text : str
+        The term.
+    weight : Symbol
+        What it is multiplied by.
+    """
+
+    owner: str
+    text: str
+    weight: sp.Symbol
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A term and what was done to it."""
+
+    term: Term
+    change: str
+
+
+@dataclass
+class Verdict:
+    """What became of the mutants of one structure.
+
+    Attributes
+    ----------
+    terms, total : int
+        Terms of the equations, and mutants tried.
+    killers : Counter
+        Mutants killed, by the first gate that notices.
+    equivalent : list of Mutant
+        Mutants that no gate notices and that change no function at 500 random points.
+    survivors : list of Mutant
+        The others that no gate notices.
+    verified : list of Mutant
+        Survivors that the comparison with the derived equations kills.
+    """
+
+    terms: int
+    total: int = 0
+    killers: Counter[str] = field(default_factory=Counter)
+    equivalent: list[Mutant] = field(default_factory=list)
+    survivors: list[Mutant] = field(default_factory=list)
+    verified: list[Mutant] = field(default_factory=list)
+
+    @property
+    def killed(self) -> int:
+        """Mutants killed by the gates."""
+        return self.killers.total()
+
+
+def run(
+    system: System, ranges: Ranges, gates_of: Callable[[Machine], list[Gate]], sample: int = 0, n: int = 6
+) -> Verdict:
+    """Try the mutants of a system's plant.
+
+    Parameters
+    ----------
+    system : System
+        As derived.
+    ranges : mapping of str to (float, float)
+        Plausible values of its quantities.
+    gates_of : callable
+        Machine -> gates that the true equations pass.
+    sample : int
+        Try so many mutants, drawn with a fixed seed; 0 for all.
+    n : int
+        Points at which each gate looks.
+
+    Raises
+    ------
+    ValueError
+        If the equations themselves do not pass a gate.
+    """
+    changed, terms = weighted(system)
+    subject = Machine(changed, ranges, [term.weight for term in terms])
+    declared, at = gates_of(subject), points(subject, n)
+    further = [derived_equations()] if system.residual else []
+    broken = [gate.name for gate in (*declared, *further) if gate.error(at) > TOLERANCE]
+    if broken:
+        raise ValueError(f"{system.name}: the equations themselves do not pass {', '.join(broken)}")
+    same = _Unchanged(subject)
+    verdict = Verdict(len(terms))
+    for k, change in _chosen(len(terms), sample):
+        mutant = Mutant(terms[k], change)
+        subject.weights[k] = CHANGES[change]
+        verdict.total += 1
+        if killer := _first(declared, at):
+            verdict.killers[killer] += 1
+        elif same():
+            verdict.equivalent.append(mutant)
+        else:
+            verdict.survivors.append(mutant)
+            if _first(further, at):
+                verdict.verified.append(mutant)
+        subject.weights[k] = 1.0
+    return verdict
+
+
+def _chosen(terms: int, sample: int) -> list[tuple[int, str]]:
+    everything = [(k, change) for k in range(terms) for change in CHANGES]
+    if not sample:
+        return everything
+    picked = np.random.default_rng(0).choice(len(everything), min(sample, len(everything)), replace=False)
+    return [everything[k] for k in sorted(picked)]
+
+
+def _first(gates: Iterable[Gate], at: Points) -> str:
+    """Return the first gate that the points do not pass."""
+    return next((gate.name for gate in gates if not gate.error(at) <= TOLERANCE), "")
+
+
+class _Unchanged:
+    """Whether a mutant leaves every function of the plant as it was at many points."""
+
+    def __init__(self, subject: Machine) -> None:
+        self.at = points(subject, _EQUIVALENCE_POINTS, seed=1)
+        groups = set(self.at.values)
+        requests = [r for r in subject.requests.values() if not r.law and groups >= {g.name for g in r.arguments}]
+        self.names = [request.name for request in requests]
+        self.before = self._all()
+
+    def __call__(self) -> bool:
+        return all(_close(new, old) for new, old in zip(self._all(), self.before, strict=True))
+
+    def _all(self) -> list[Array]:
+        return [self.at.call(name) for name in self.names]
+
+
+def _close(new: Array, old: Array) -> bool:
+    return bool(np.allclose(new, old, rtol=SAME, atol=SAME, equal_nan=True))
+
+
+def weighted(system: System) -> tuple[System, tuple[Term, ...]]:
+    """Return the system with a weight at each additive term of its plant, and the terms.
+
+    Weighted are x', outputs, initial state, reference, the regular chart, the model's own functions except those of
+    laws, and every definition that these lead to.
+    """
+    bench = _Weights()
+    own = {f.name for f in system.functions if "c" not in [group.name for group in f.arguments]}
+    used = _reached(_evaluated(system, own), system)
+    steps = tuple(
+        dataclasses.replace(step, expr=bench.weigh(step.symbol.name, [step.expr])[0])
+        if isinstance(step, Definition) and step.symbol in used
+        else step
+        for step in system.steps
+    )
+    bench.shared = {}
+    changed = dataclasses.replace(
+        system,
+        steps=steps,
+        rhs=bench.weigh("rhs", system.rhs),
+        variants=tuple(
+            dataclasses.replace(v, rhs=bench.weigh(f"rhs of {' '.join(v.values)}", v.rhs)) for v in system.variants
+        ),
+        output=bench.weigh("outputs", system.output),
+        initial=bench.weigh("initial", system.initial),
+        reference=bench.weigh("reference", system.reference),
+        functions=tuple(_function(f, bench) if f.name in own else f for f in system.functions),
+        coordinates=system.coordinates and _chart(system, system.coordinates, bench),
+    )
+    return changed, tuple(bench.terms)
+
+
+def _evaluated(system: System, own: set[str]) -> list[Expr]:
+    found = [*system.rhs, *system.output, *system.initial, *system.reference]
+    found += [e for variant in system.variants for e in variant.rhs]
+    found += [e for f in system.functions if f.name in own for _, e in f.results]
+    chart = system.coordinates
+    return [*found, *chart.rhs, *chart.from_state, *chart.to_state, *chart.from_input] if chart else found
+
+
+def _function(function: Function, bench: _Weights) -> Function:
+    quantities, expressions = zip(*function.results, strict=True)
+    weighed = bench.weigh(function.name, expressions)
+    return dataclasses.replace(function, results=tuple(zip(quantities, weighed, strict=True)))
+
+
+def _chart(system: System, chart: Coordinates, bench: _Weights) -> Coordinates:
+    """Weigh a chart; a coordinate that both charts share is no equation."""
+    return dataclasses.replace(
+        chart,
+        rhs=bench.weigh("chart rhs", chart.rhs),
+        from_state=bench.weigh("chart from_state", chart.from_state, chart.states.symbols),
+        to_state=bench.weigh("chart to_state", chart.to_state, system.states.symbols),
+        from_input=bench.weigh("chart from_input", chart.from_input, chart.inputs.symbols),
+    )
+
+
+def _reached(expressions: Sequence[Expr], system: System) -> set[sp.Symbol]:
+    """Return the definitions that expressions lead to."""
+    definitions = system.definitions
+    waiting, found = [s for e in expressions for s in e.free_symbols], set()
+    while waiting:
+        symbol = waiting.pop()
+        if symbol in definitions and symbol not in found:
+            found.add(symbol)
+            waiting.extend(definitions[symbol].free_symbols)
+    return found
+
+
+class _Weights:
+    """Puts weights at terms; one sum has the same weights wherever it occurs in what is weighed together."""
+
+    def __init__(self) -> None:
+        self.terms: list[Term] = []
+        self.shared: dict[Expr, Expr] | None = None
+
+    def weigh(self, owner: str, expressions: Sequence[Expr], names: Sequence[sp.Symbol] = ()) -> tuple[Expr, ...]:
+        """Return the expressions with weights, except where one is its own name."""
+        memo: dict[Expr, Expr] = {} if self.shared is None else self.shared
+        return tuple(e if e in names else self._top(owner, sp.sympify(e), memo) for e in expressions)
+
+    def _top(self, owner: str, expr: Expr, memo: dict[Expr, Expr]) -> Expr:
+        if expr.is_number or isinstance(expr, sp.Add):
+            return self._inside(owner, expr, memo)
+        key = sp.Tuple(expr)
+        if key not in memo:
+            memo[key] = self._term(owner, expr) * self._inside(owner, expr, memo)
+        return memo[key]
+
+    def _inside(self, owner: str, expr: Expr, memo: dict[Expr, Expr]) -> Expr:
+        if not expr.args:
+            return expr
+        if expr not in memo:
+            parts = [self._inside(owner, part, memo) for part in expr.args]
+            if isinstance(expr, sp.Add):
+                parts = [self._term(owner, old) * new for old, new in zip(expr.args, parts, strict=True)]
+            memo[expr] = expr.func(*parts)
+        return memo[expr]
+
+    def _term(self, owner: str, expr: Expr) -> sp.Symbol:
+        weight = Quantity(f"weight_{len(self.terms)}", "1", "weight of a term").symbol
+        self.terms.append(Term(owner, str(expr), weight))
+        return weight

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether every parameter matters: changed a little, it changes a result of some function that receives it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from codegen.requests import Request, identifier
+from mehvar.physics.machine import Machine, draw
+
+CHANGE = 0.01
+NOISE = 1e-12
+"""Relative change of a result that rounding may cause."""
+_GROUPS = ("p", "s", "c")
+
+
+def idle_parameters(subject: Machine, sizes: tuple[int, ...] = (40, 1500)) -> list[str]:
+    """Return the parameters of plant, scenario and laws that change nothing at random points.
+
+    A few points show most of them; those of switches need many.
+    """
+    wanted: set[str] = set()
+    moved: set[str] = set()
+    for n in sizes:
+        for request in filter(_counts, subject.requests.values()):
+            for place, group in enumerate(request.arguments):
+                if group.name in _GROUPS:
+                    owner = _owner(subject, request, group.name)
+                    names = [f"{owner}{q.name}" for q in group]
+                    wanted |= set(names)
+                    waiting = {k: name for k, name in enumerate(names) if name not in moved}
+                    moved |= _moved(subject, request, place, waiting, n)
+    return sorted(wanted - moved)
+
+
+def _counts(request: Request) -> bool:
+    """Return whether a function decides a run: motion, outputs, inputs, its end. Constraints only refuse one."""
+    return request.name == "limits" or all(name != "margin" for name, _ in request.results)
+
+
+def _moved(subject: Machine, request: Request, place: int, waiting: dict[int, str], n: int) -> set[str]:
+    """Return which of an argument's entries change the function's result."""
+    if not waiting:
+        return set()
+    rng = np.random.default_rng(sum(map(ord, request.name)))
+    values = [draw(subject.ranges, group, n, rng) for group in request.arguments]
+    before, found = subject(request.name, *values), set()
+    for k, name in waiting.items():
+        changed = [v.copy() for v in values]
+        changed[place][:, k] *= 1 + CHANGE
+        if np.any(np.abs(subject(request.name, *changed) - before) > NOISE * np.abs(before)):
+            found.add(name)
+    return found
+
+
+def _owner(subject: Machine, request: Request, group: str) -> str:
+    """Return which law a parameter belongs to: laws have parameters of their own."""
+    if group != "c":
+        return ""
+    tags = {identifier(law.name): law.name for law in subject.system.controllers}
+    longest = max((tag for tag in tags if request.name.startswith(tag)), key=len)
+    return f"{tags[longest]}: "

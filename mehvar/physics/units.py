@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Dimensions of every argument and result from its unit, and what a change of units does to a function."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+import numpy as np
+
+from codegen.requests import Request
+from mehvar.physics.machine import Array, Machine, draw
+from models.check import formulas
+from models.system import Group, System
+
+UNITS = {
+    "kg": {"kg": 1}, "m": {"m": 1}, "s": {"s": 1}, "A": {"A": 1}, "1": {}, "rad": {}, "deg": {},
+    "N": {"kg": 1, "m": 1, "s": -2}, "J": {"kg": 1, "m": 2, "s": -2}, "W": {"kg": 1, "m": 2, "s": -3},
+    "Wb": {"kg": 1, "m": 2, "s": -2, "A": -1},
+}  # fmt: skip
+SCALES = {"kg": 1.7, "m": 0.6, "s": 1.3, "A": 1.9}
+"""Numbers of new units that make up an old one."""
+SAME_TORQUE = SCALES | {"kg": SCALES["s"] ** 2 / SCALES["m"] ** 2}
+"""Units in which a newton metre stays one."""
+
+
+def dimension(unit: str) -> dict[str, int]:
+    """Return the exponents of kg, m, s and A: "N m s/rad" is a product up to the slash, "1/(kg m)" divides by both."""
+    above, *below = unit.split("/")
+    total: dict[str, int] = {}
+    for part, sign in ((above, 1), *((part, -1) for part in below)):
+        for factor in part.strip("()").split():
+            name, _, power = factor.partition("^")
+            for base, exponent in UNITS[name].items():
+                total[base] = total.get(base, 0) + sign * exponent * int(power or 1)
+    return total
+
+
+def scale(unit: str, scales: Mapping[str, float]) -> float:
+    """Return how many new units make up one of the old ones."""
+    assert re.fullmatch(r"[A-Za-z0-9^ /()-]+", unit), unit
+    return float(np.prod([scales[base] ** exponent for base, exponent in dimension(unit).items()]))
+
+
+def misfit(subject: Machine, name: str, scales: Mapping[str, float] = SCALES, n: int = 16) -> float:
+    """Return how far a function is from giving the same result in other units, relative to that result."""
+    request = subject.requests[name]
+    rng = np.random.default_rng(sum(map(ord, name)))
+    values = [draw(subject.ranges, group, n, rng) for group in request.arguments]
+    changed = [v * _factors(group, scales) for v, group in zip(values, request.arguments, strict=True)]
+    before, after = subject(name, *values), subject(name, *changed)
+    expected = _results(subject.system, request)
+    factors = _observed(before, after) if expected is None else np.array([scale(unit, scales) for unit in expected])
+    size = np.maximum(np.abs(before).max(axis=0), 1e-6)
+    error = np.abs(after / factors - before) / size
+    return float(error.max()) if error.size else 0.0
+
+
+def _factors(group: Group, scales: Mapping[str, float]) -> Array:
+    return np.array([scale(q.unit, scales) for q in group] or [1.0])
+
+
+def _observed(before: Array, after: Array) -> Array:
+    """Return the positive factor of each result that has no stated unit, such as a margin."""
+    nonzero = np.abs(before).argmax(axis=0)
+    columns = np.arange(before.shape[1])
+    top, bottom = after[nonzero, columns], before[nonzero, columns]
+    return np.where(bottom == 0, 1.0, np.abs(top) / np.where(bottom == 0, 1.0, np.abs(bottom)))
+
+
+def _results(system: System, request: Request) -> list[str] | None:
+    """Return the units of a function's results; None where they are margins."""
+    own = {f.name: [q.unit for q, _ in f.results] for f in system.functions}
+    if request.name in own:
+        return own[request.name]
+    parts = [_units(system, request, name) for name, _ in request.results]
+    return None if None in parts else [unit for part in parts if part is not None for unit in part]
+
+
+def _units(system: System, request: Request, name: str) -> list[str] | None:
+    chart = system.coordinates
+    q, n = (chart.states, chart.inputs) if chart else (system.states, system.inputs)
+    memory = request.law.memory if request.law else ()
+    groups = {
+        "x": system.states, "u": system.inputs, "y": system.outputs, "r": system.references,
+        "q": q, "n": n, "q_next": q, "u_cmd": system.inputs, "x_seen": system.states, "z": memory, "z_next": memory,
+    }  # fmt: skip
+    if name in ("dx", "dq"):
+        return [f"{quantity.unit}/s" for quantity in (system.states if name == "dx" else q)]
+    if name == "derived":
+        (group,) = request.arguments
+        return [p.unit for p in group if p.name in formulas(group)]
+    return [quantity.unit for quantity in groups[name]] if name in groups else None
