@@ -10,7 +10,7 @@ run: setup
 
 test: setup lint
 	$(BIN)/mehvar generate --check
-	$(BIN)/pytest
+	$(BIN)/pytest -n auto --dist loadscope
 
 lint: setup
 	$(BIN)/ruff check .
