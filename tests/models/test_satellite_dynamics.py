@@ -117,7 +117,7 @@ def test_both_charts_describe_the_same_motion():
     assert quaternion[:, 4:] == pytest.approx(euler[:, 3:], abs=1e-9)
 
 
-@pytest.mark.parametrize("generated", [EULER, QUATERNION])
+@pytest.mark.parametrize("generated", [EULER, QUATERNION], ids=["euler", "quaternion"])
 def test_inertial_momentum_is_constant_without_external_torque(generated):
     p = plant(generated, omega0=0.0, wheel_friction=1e-6)
     x = random_states(1)[0]
@@ -221,7 +221,7 @@ def test_friction_slows_the_wheels_and_turns_the_body():
     assert states[-1, 3] > 0
 
 
-@pytest.mark.parametrize("generated", [EULER, QUATERNION])
+@pytest.mark.parametrize("generated", [EULER, QUATERNION], ids=["euler", "quaternion"])
 def test_the_sensor_adds_noise_and_rounds(generated):
     x = random_states(1)[0]
     x[:3] = 0.3, -0.2, 0.1
