@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import importlib
 import json
 import os
 import sys
@@ -16,17 +15,27 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
+
+from codegen.tree import GenerateError, Tree, find_tree, installed_tree, load_model, sha256
 
 if TYPE_CHECKING:
     from models.system import System
 
-_TOOL = Path(__file__).parent
-
-
-class GenerateError(ValueError):
-    """A model that cannot be generated as asked."""
+__all__ = [
+    "GenerateError",
+    "Report",
+    "Tree",
+    "check",
+    "derive",
+    "find_tree",
+    "generate",
+    "installed_tree",
+    "load_model",
+    "locked",
+    "system_of",
+    "write",
+]
 
 
 @dataclass(frozen=True)
@@ -51,47 +60,6 @@ class Report:
     def stale(self) -> bool:
         """Whether anything differed from the sources."""
         return bool(self.reasons)
-
-
-@dataclass(frozen=True)
-class Tree:
-    """Where models are read from and generated text is written to.
-
-    Attributes
-    ----------
-    root : Path
-        Folder with models/ and generated/.
-    """
-
-    root: Path
-
-    @property
-    def models(self) -> tuple[str, ...]:
-        """Names of the models in this tree."""
-        found = (self.root / "models").glob("*/__init__.py")
-        return tuple(sorted(path.parent.name for path in found))
-
-    def sources(self, model: str) -> dict[str, str]:
-        """Return the SHA-256 of each file that the model's generated text depends on."""
-        shared = (self.root / "models").glob("*.py")
-        own = (p for p in (self.root / "models" / model).rglob("*") if p.suffix in (".py", ".toml"))
-        tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2"))
-        names = {p: p.relative_to(self.root).as_posix() for p in (*shared, *own)}
-        names |= {p: "codegen/" + p.relative_to(_TOOL).as_posix() for p in tool}
-        return {name: _sha256(path) for path, name in sorted(names.items(), key=lambda item: item[1])}
-
-
-def find_tree(start: Path) -> Tree | None:
-    """Return the nearest folder at or above `start` that has models/ and generated/."""
-    for folder in (start, *start.parents):
-        if (folder / "models" / "system.py").is_file() and (folder / "generated").is_dir():
-            return Tree(folder)
-    return None
-
-
-def installed_tree() -> Tree:
-    """Return the tree that this package was installed with."""
-    return Tree(_TOOL.parent)
 
 
 def check(tree: Tree, model: str) -> Report:
@@ -197,26 +165,6 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     return written
 
 
-def load_model(tree: Tree, model: str) -> ModuleType:
-    """Import a model's package from the tree it lives in.
-
-    Raises
-    ------
-    GenerateError
-        If there is no such model, or this process has imported another tree's models before.
-    """
-    if model not in tree.models:
-        raise GenerateError(f"model {model!r} is not known in {tree.root / 'models'}; known: {', '.join(tree.models)}")
-    if str(tree.root) not in sys.path:
-        sys.path.insert(0, str(tree.root))
-    package = importlib.import_module(f"models.{model}")
-    if not Path(package.__file__ or "").is_relative_to(tree.root):
-        raise GenerateError(
-            f"models is already imported from {Path(package.__file__ or '').parents[2]}; use a new process"
-        )
-    return package
-
-
 def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     """Derive a model and check it, without writing anything.
 
@@ -278,7 +226,7 @@ def _differences(
     for name, digest in files.items():
         if not (folder / name).is_file():
             reasons.append(f"{name} is missing")
-        elif _sha256(folder / name) != digest:
+        elif sha256(folder / name) != digest:
             reasons.append(f"{name} was edited by hand")
     return tuple(reasons)
 
@@ -333,7 +281,3 @@ def locked(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(handle)
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()

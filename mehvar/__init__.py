@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from codegen.lower import to_casadi as to_casadi
     from mehvar.api import simulate as simulate
+    from models.mechanics import kirchhoff as kirchhoff
+    from models.mechanics import lagrange as lagrange
+    from models.mechanics import time_derivative as time_derivative
     from models.system import Condition as Condition
     from models.system import Controller as Controller
     from models.system import Coordinates as Coordinates
@@ -21,6 +24,7 @@ if TYPE_CHECKING:
     from models.system import Group as Group
     from models.system import Metric as Metric
     from models.system import ModelError as ModelError
+    from models.system import Output as Output
     from models.system import Parameter as Parameter
     from models.system import Quantity as Quantity
     from models.system import Scenario as Scenario
@@ -40,10 +44,11 @@ _HOMES = {
     "runtime.model": ("Model", "load"),
     "runtime.results": ("open_result",),
     "codegen.lower": ("to_casadi",),
+    "models.mechanics": ("kirchhoff", "lagrange", "time_derivative"),
     "models.tables": ("read_parameters", "read_scenarios"),
     "models.system": (
         "Condition", "Controller", "Coordinates", "Derivation", "Function", "Group", "Metric", "ModelError",
-        "Parameter", "Quantity", "Scenario", "System",
+        "Output", "Parameter", "Quantity", "Scenario", "System",
     ),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

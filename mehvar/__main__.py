@@ -33,8 +33,8 @@ def main() -> None:
 def _is_model_mistake(error: ValueError) -> bool:
     """Tell a mistake in a model's text, which derivation reports, from a fault of our own."""
     mistakes = {
-        "models.system": "ModelError",
-        "codegen.generate": "GenerateError",
+        "models.quantities": "ModelError",
+        "codegen.tree": "GenerateError",
         "codegen.lower": "LoweringError",
         "codegen.tape": "TapeError",
         "codegen.verify": "VerificationError",

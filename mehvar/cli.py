@@ -92,6 +92,17 @@ def simulate(
 
 
 @app.command()
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the system, such as reaction_wheel.")],
+) -> None:
+    """Write a new system into a folder of its name: an example that generates, simulates and passes its tests."""
+    from mehvar.scaffold import scaffold
+
+    folder = scaffold(name, Path.cwd())
+    typer.echo(f"wrote {folder}; {folder.name}/README.md says what is where and what to type next")
+
+
+@app.command()
 def doctor() -> None:
     """Say what is installed, what is missing, and the command that would install it."""
     from mehvar.doctor import examine

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where models live: a checkout of mehvar, the installed package, or a folder of the user's own."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+_TOOL = Path(__file__).parent
+_COMPARING = _TOOL / "diff"
+"""Reads generated text and writes none."""
+
+
+class GenerateError(ValueError):
+    """A model that cannot be generated as asked."""
+
+
+@dataclass(frozen=True)
+class Tree:
+    """Where models are read from and generated text is written to.
+
+    Attributes
+    ----------
+    root : Path
+        Folder with models/ and generated/.
+    """
+
+    root: Path
+
+    @property
+    def has_vocabulary(self) -> bool:
+        """Whether this is a checkout of mehvar; a user's own tree takes the vocabulary of the installed package."""
+        return (self.root / "models" / "system.py").is_file()
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Names of the models in this tree."""
+        return tuple(sorted(path.parent.name for path in (self.root / "models").glob("*/system.py")))
+
+    def sources(self, model: str) -> dict[str, str]:
+        """Return the SHA-256 of each file that the model's generated text depends on."""
+        vocabulary = (self.root if self.has_vocabulary else _TOOL.parent) / "models"
+        own = (p for p in (self.root / "models" / model).rglob("*") if p.suffix in (".py", ".toml"))
+        tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2") and _COMPARING not in p.parents)
+        names = {p: "models/" + p.name for p in vocabulary.glob("*.py")}
+        names |= {p: p.relative_to(self.root).as_posix() for p in own}
+        names |= {p: "codegen/" + p.relative_to(_TOOL).as_posix() for p in tool}
+        return {name: sha256(path) for path, name in sorted(names.items(), key=lambda item: item[1])}
+
+
+def find_tree(start: Path) -> Tree | None:
+    """Return the nearest folder at or above `start` that has generated/ and a model in models/."""
+    for folder in (start, *start.parents):
+        if (folder / "generated").is_dir() and Tree(folder).models:
+            return Tree(folder)
+    return None
+
+
+def installed_tree() -> Tree:
+    """Return the tree that this package was installed with."""
+    return Tree(_TOOL.parent)
+
+
+def load_model(tree: Tree, model: str) -> ModuleType:
+    """Import a model's package from the tree it lives in.
+
+    Raises
+    ------
+    GenerateError
+        If there is no such model, or this process has imported another tree's models before.
+    """
+    if model not in tree.models:
+        raise GenerateError(f"model {model!r} is not known in {tree.root / 'models'}; known: {', '.join(tree.models)}")
+    if not tree.has_vocabulary:
+        return _load_by_path(tree.root / "models" / model)
+    if str(tree.root) not in sys.path:
+        sys.path.insert(0, str(tree.root))
+    package = importlib.import_module(f"models.{model}")
+    if not Path(package.__file__ or "").is_relative_to(tree.root):
+        raise GenerateError(
+            f"models is already imported from {Path(package.__file__ or '').parents[2]}; use a new process"
+        )
+    return package
+
+
+def _load_by_path(folder: Path) -> ModuleType:
+    """Import a user's model under a name that cannot clash with a package of theirs or ours."""
+    name = f"mehvar_own_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}_{folder.name}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(
+        name, folder / "__init__.py", submodule_search_locations=[str(folder)]
+    )
+    if spec is None or spec.loader is None or not (folder / "__init__.py").is_file():
+        raise GenerateError(f"{folder} lacks __init__.py with STRUCTURE and system")
+    package = sys.modules[name] = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(package)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return package
+
+
+def sha256(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
