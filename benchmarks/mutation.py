@@ -48,7 +48,7 @@ def _head() -> list[str]:
         "margins are not mutated. A mutant is killed when a gate's relative error exceeds 1e-9 at one of six random",
         "points. The gates stand alone: the comparison with the derived equations, which generation makes, is not one",
         "of them. Equivalent is a mutant that no gate notices and that leaves every function of the plant unchanged,",
-        "to 1e-13, at 500 random points of the ranges in `tests/sampling.py`.",
+        "to 1e-13, at 500 random points of the ranges in `tests/sampling.py`. A side that is not finite is noticed.",
         "",
         "## Machine",
         "",

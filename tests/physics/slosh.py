@@ -218,9 +218,8 @@ def _as_first(name: str) -> str:
 
 def mirror(count: int, inertia: str, attitude: str) -> Symmetry:
     """Return the reflection y -> -y."""
-    signs = {"vy", "wx", "wz", "Mx", "Mz", "delta2", "att1", "att3"} if attitude == "angles" else {
-        "vy", "wx", "wz", "Mx", "Mz", "delta2", "q1", "q3",
-    }  # fmt: skip
+    signs = {"vy", "wx", "wz", "Mx", "Mz", "delta2"}
+    signs |= {"att1", "att3"} if attitude == "angles" else {"q1", "q3"}
     for k in range(1, count + 1):
         signs |= {f"s{k}y", f"sigma{k}y"} if inertia == "ball" else {f"theta{k}", f"theta{k}_dot"}
     return Symmetry("mirror y", frozenset(signs))
