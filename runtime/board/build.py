@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,10 +26,12 @@ FIRMWARE = Path(__file__).parent / "firmware"
 STACK_SIZE = 1536
 """Bytes reserved; what is used is measured."""
 FLAGS = (
-    "-std=c99", "-O2", "-g", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables", "-ffp-contract=off", "-fno-math-errno", "-DMEHVAR_FLOAT",
-    "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-I.",
+    "-std=c99", "-g", "-ffp-contract=off", "-fno-math-errno", "-DMEHVAR_FLOAT", "-DMEHVAR_SMALL", "-I.",
+    "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables",
 )  # fmt: skip
 """For every board and compiler. None of them changes a result: no contraction, no reassociation."""
+LAW_FLAGS, OTHER_FLAGS = ("-O2",), ("-Os",)
+"""Generated code is compiled for speed, the rest for size."""
 _PORTABLE = ("app.c", "link.c", "main.c")
 _SMALL = ("-ffreestanding", "-fno-builtin", "-Ilibc", "-fno-strict-aliasing")
 
@@ -127,8 +130,8 @@ def build(made: Program, board: Board | None, toolchain: Toolchain) -> Image:
         If the compiler fails; the message holds the command and what it printed.
     """
     texts = sources(made, board)
-    command = compile_command(texts, board, toolchain)
-    folder = cache_folder() / f"board-{_key(texts, command, toolchain)}"
+    commands = compile_commands(texts, made.model.manifest.model, board, toolchain)
+    folder = cache_folder() / f"board-{_key(texts, commands, toolchain)}"
     path = folder / "firmware.elf"
     if path.is_file():
         return Image(path, made, board, toolchain, False)
@@ -136,7 +139,9 @@ def build(made: Program, board: Board | None, toolchain: Toolchain) -> Image:
     scratch = Path(tempfile.mkdtemp(prefix="build-", dir=folder.parent))
     try:
         write_sources(scratch, texts)
-        _run(command, scratch, toolchain)
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(lambda command: _run(command, scratch, toolchain), commands[:-1]))
+        _run(commands[-1], scratch, toolchain)
         folder.mkdir(exist_ok=True)
         (scratch / path.name).replace(path)
     finally:
@@ -144,16 +149,23 @@ def build(made: Program, board: Board | None, toolchain: Toolchain) -> Image:
     return Image(path, made, board, toolchain, True)
 
 
-def compile_command(texts: Mapping[str, str], board: Board | None, toolchain: Toolchain) -> list[str]:
-    """Return the command that compiles a folder of sources into firmware.elf."""
+def compile_commands(texts: Mapping[str, str], model: str, board: Board | None, toolchain: Toolchain) -> list[list[str]]:
+    """Return the commands that compile a folder of sources into firmware.elf; the last one links."""
+    own: tuple[str, ...] = ()
+    link: tuple[str, ...] = ("-lm",)
+    if board is not None:
+        defines = (f"-D{name}={value}" for name, value in board.defines.items())
+        own = (*toolchain.flags(board), *_SMALL, *defines)
+        own += ("-fno-tree-loop-distribute-patterns",) if toolchain.name == "gcc" else ()
+        link = ("-T", "board.ld", *toolchain.libraries)
+    law = f"{model}.c"
     units = [name for name in texts if name.endswith(".c")]
-    if board is None:
-        return [*toolchain.command, *FLAGS, *units, "-o", "firmware.elf", "-lm"]
-    defines = [f"-D{name}={value}" for name, value in board.defines.items()]
-    own = toolchain.flags(board)
-    freestanding = (*_SMALL, *(("-fno-tree-loop-distribute-patterns",) if toolchain.name == "gcc" else ()))
-    link = ("-T", "board.ld", "-o", "firmware.elf", *toolchain.libraries)
-    return [*toolchain.command, *own, *FLAGS, *freestanding, *defines, *units, *link]
+    objects = {name: Path(name).with_suffix(".o").name for name in units}
+    start = [*toolchain.command, *own, *FLAGS]
+    return [
+        *([*start, *(LAW_FLAGS if name == law else OTHER_FLAGS), "-c", name, "-o", objects[name]] for name in units),
+        [*start, *LAW_FLAGS, "-Wl,--gc-sections", *objects.values(), *link, "-o", "firmware.elf"],
+    ]
 
 
 def write_sources(folder: Path, texts: Mapping[str, str]) -> None:
@@ -171,9 +183,10 @@ def _linker_script(board: Board) -> str:
     return text
 
 
-def _key(texts: Mapping[str, str], command: list[str], toolchain: Toolchain) -> str:
+def _key(texts: Mapping[str, str], commands: list[list[str]], toolchain: Toolchain) -> str:
     digest = hashlib.sha256()
-    for part in (toolchain.version, *command, *(item for name in sorted(texts) for item in (name, texts[name]))):
+    words = (word for command in commands for word in command)
+    for part in (toolchain.version, *words, *(item for name in sorted(texts) for item in (name, texts[name]))):
         digest.update(len(part.encode()).to_bytes(8, "little") + part.encode())
     return digest.hexdigest()[:32]
 
@@ -184,6 +197,6 @@ def _run(command: list[str], folder: Path, toolchain: Toolchain) -> None:
         command, cwd=folder, env={**zig, **os.environ}, capture_output=True, text=True, errors="replace",
         check=False, stdin=subprocess.DEVNULL,
     )  # fmt: skip
-    if done.returncode != 0 or not (folder / "firmware.elf").is_file():
+    if done.returncode != 0:
         report = f"exit status {done.returncode}\n$ {shlex.join(command)}\n{done.stderr or done.stdout}".rstrip()
         raise BuildError(f"{toolchain.version} failed on the firmware: {report}")

@@ -18,7 +18,7 @@ from .glue import Layout
 
 FloatArray = NDArray[np.float32]
 HELLO, RESET, STEP, GET, SET, STATS, SELFTEST, REBOOT, NAK, REPLY = 1, 2, 3, 4, 5, 6, 7, 8, 0x7F, 0x80
-_REFUSALS = {1: "it does not know this type of request", 2: "the payload has the wrong size"}
+_REFUSALS = {1: "it does not know this type of request", 2: "the payload has the wrong size", 3: "it has no memory to start from"}
 _VERSION = 1
 _HELLO = struct.Struct("<BB16s7HI16s16s16s")
 _STATS = (
@@ -151,9 +151,9 @@ class Link:
         finally:
             self._tries, self._timeout = tries, timeout
 
-    def reset(self, measurement: FloatArray | None = None) -> None:
-        """Forget memory and set parameters; with a measurement, start the memory from it and keep the parameters."""
-        self._request(RESET, b"" if measurement is None else measurement.astype("<f4").tobytes())
+    def reset(self) -> None:
+        """Forget memory and counters and put the compiled-in parameters back."""
+        self._request(RESET)
 
     def step(self, sequence: int, numbers: FloatArray) -> Answer:
         """Evaluate the law once; the same sequence number again gives the same answer and no evaluation."""
@@ -168,9 +168,11 @@ class Link:
         u = np.frombuffer(reply.payload[:size], "<f4").astype(np.float32)
         return Answer(u, int.from_bytes(reply.payload[size:], "little"), flags)
 
-    def get(self, group: str) -> FloatArray:
-        """Return the memory "z" or the parameters "p", "c", "s"."""
+    def get(self, group: str) -> FloatArray | None:
+        """Return the memory "z" or the parameters "p", "c", "s"; None for the memory of a board that has none yet."""
         reply = self._request(GET, bytes([_group(group)]))
+        if group == "z" and reply.flags & Flags.FRESH:
+            return None
         return np.frombuffer(reply.payload, "<f4").astype(np.float32)
 
     def set(self, group: str, values: NDArray[np.floating]) -> None:
@@ -178,7 +180,7 @@ class Link:
         self._request(SET, bytes([_group(group)]) + values.astype("<f4").tobytes())
 
     def stats(self) -> dict[str, int]:
-        """Return the board's counters, and what its actuators hold as `output`."""
+        """Return the board's counters."""
         payload = self._request(STATS).payload
         numbers = struct.unpack_from(f"<{len(_STATS)}I", payload)
         return dict(zip(_STATS, numbers, strict=True))
@@ -186,15 +188,10 @@ class Link:
     def output(self) -> FloatArray:
         """Return what the board's actuators hold."""
         payload = self._request(STATS).payload
-        return np.frombuffer(payload[4 * len(_STATS) + 4 :], "<f4").astype(np.float32)
-
-    def position(self) -> tuple[int, bool, bool]:
-        """Return the number of the last step, whether there is one, and whether the board has a memory to go on from."""
-        last, state = struct.unpack_from("<HH", self._request(STATS).payload, 4 * len(_STATS))
-        return last, bool(state & 2), bool(state & 1)
+        return np.frombuffer(payload[4 * len(_STATS) :], "<f4").astype(np.float32)
 
     def selftest(self, samples: int, timeout: float = 600.0) -> SelfTest:
-        """Run law and plant on the target; the memory is lost."""
+        """Run law and plant on the target, from the memory and the parameters that were set; the memory is lost."""
         before, self._timeout = self._timeout, timeout
         try:
             payload = self._request(SELFTEST, samples.to_bytes(4, "little")).payload

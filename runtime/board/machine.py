@@ -15,6 +15,7 @@ import unicorn
 from unicorn import arm_const
 
 from .elf import Elf
+from .link import LinkError
 from .toolchains import Board
 
 _CPUS = {
@@ -27,7 +28,7 @@ _PERIPHERALS = (0x40000000, 0x24000)
 _SYSTEM = (0xE000E000, _PAGE)
 _SYST_CSR, _SYST_RVR, _SYST_CVR, _AIRCR = 0x10, 0x14, 0x18, 0xD0C
 _RESET_KEY = 0x05FA0004
-_TIMEOUT = 600 * unicorn.UC_SECOND_SCALE
+_NOWHERE = 0xFFFFFFFE
 _STEP_MS = 20
 
 Hook = Callable[[int, int], None]
@@ -60,8 +61,8 @@ class Machine:
 
     def power_on(self) -> None:
         """Load the image and start it, as after a reset."""
-        for address, size in (self._board.ram,):
-            self._uc.mem_write(address, b"\xa5" * size)
+        address, size = self._board.ram
+        self._uc.mem_write(address, b"\xa5" * size)
         for address, content in self._elf.segments:
             self._uc.mem_write(address, content)
         stack, start = struct.unpack("<2I", bytes(self._uc.mem_read(self._board.flash[0], 8)))
@@ -85,7 +86,11 @@ class Machine:
     def run(self) -> None:
         """Run until the board sleeps with nothing on the line."""
         while True:
-            self._uc.emu_start(self._pc | 1, 0xFFFFFFFE, timeout=_TIMEOUT)
+            try:
+                self._uc.emu_start(self._pc | 1, _NOWHERE)
+            except unicorn.UcError as error:
+                at = self._uc.reg_read(arm_const.UC_ARM_REG_PC)
+                raise LinkError(f"the program stopped at {at:#010x}: {error}") from error
             self._pc = self._uc.reg_read(arm_const.UC_ARM_REG_PC)
             if self._reboot:
                 self.power_on()
@@ -109,11 +114,6 @@ class Machine:
         address, size = self._elf.symbols[symbol]
         return bytes(self._uc.mem_read(address, size))
 
-    def on_blocks(self, function: str, hook: Hook) -> None:
-        """Call `hook` for each block of instructions within a function."""
-        address, size = self._elf.symbols[function]
-        self.on_range(address, address + size - 1, hook)
-
     def on_range(self, first: int, last: int, hook: Hook) -> None:
         """Call `hook` for each block of instructions that starts within a range of addresses."""
 
@@ -134,9 +134,9 @@ class Machine:
         """Return bytes of the program."""
         return bytes(self._uc.mem_read(address, size))
 
-    def stack_pointer(self) -> int:
-        """Return the stack pointer."""
-        return int(self._uc.reg_read(arm_const.UC_ARM_REG_SP))
+    def link_register(self) -> int:
+        """Return where the function that runs now returns to."""
+        return int(self._uc.reg_read(arm_const.UC_ARM_REG_LR)) & ~1
 
     def _map(self) -> None:
         for address, size in (self._board.flash, self._board.ram):

@@ -89,7 +89,7 @@ class Toolchain:
     def flags(self, board: Board) -> tuple[str, ...]:
         """Return what this compiler needs to build for a board."""
         if self.name == "gcc":
-            return (*_GCC_CPU[board.cpu], "-mthumb", "-nostdlib", "-fno-trapping-math")
+            return (*_GCC_CPU[board.cpu], "-mthumb", "-nostdlib", "-fno-trapping-math", "-fno-tree-pre")
         return (*_ZIG_CPU[board.cpu], "-fno-sanitize=all")
 
     @property

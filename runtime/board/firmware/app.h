@@ -17,7 +17,7 @@ typedef struct {
 /* Put the compiled-in parameters back and forget the memory. */
 void app_defaults(void);
 
-/* Start the memory from a first measurement. */
+/* Start the memory from a first measurement. The framed link does without: the host sets the memory. */
 void app_start(const real in[BOARD_IN]);
 
 /* Evaluate the law: `in` is state, reference and applied input as the names of board_model.h say. Returns whether all
@@ -28,7 +28,7 @@ int app_step(real in[BOARD_IN], real u[BOARD_NU]);
 /* A group of numbers and how many they are; null when there is no such group. */
 real *app_group(uint32_t group, uint32_t *count);
 
-/* Law and plant in closed loop on the target, from the scenario's start. Replaces the memory. */
+/* Law and plant in closed loop on the target, from the scenario's start and the memory as it is. */
 void app_selftest(uint32_t samples, app_test *result);
 
 #endif

@@ -39,12 +39,6 @@ static uint8_t *put(uint8_t *to, const void *from, uint32_t size)
 
 static uint8_t *put32(uint8_t *to, uint32_t value) { return put(to, &value, sizeof value); }
 
-static uint8_t *put16(uint8_t *to, uint32_t value)
-{
-    const uint16_t half = (uint16_t)value;
-    return put(to, &half, sizeof half);
-}
-
 static uint8_t *put_name(uint8_t *to, const char *name)
 {
     uint32_t i = 0;
@@ -56,7 +50,7 @@ static uint8_t *put_name(uint8_t *to, const char *name)
 static void reply(uint8_t flags, const uint8_t *end)
 {
     line.frame.bytes[0] = (uint8_t)(line.frame.bytes[0] | SERVER_REPLY);
-    line.frame.bytes[1] = flags;
+    line.frame.bytes[1] = (uint8_t)(flags | (ready ? 0 : SERVER_FRESH));
     link_send(&line, (uint32_t)(end - payload()));
 }
 
@@ -108,20 +102,15 @@ static void hello(uint32_t size)
     reply(0, to);
 }
 
-/* Without payload: parameters as compiled in, no memory. With a measurement: memory started from it. */
+/* Parameters as compiled in, and no memory. */
 static void reset(uint32_t size)
 {
-    real in[BOARD_IN];
-    if (size != 0 && size != sizeof in) {
+    if (size != 0) {
         refuse(SERVER_WRONG_SIZE);
         return;
     }
-    if (size == 0) app_defaults();
-    if (size != 0) {
-        memcpy(in, payload(), sizeof in);
-        app_start(in);
-    }
-    ready = size != 0;
+    app_defaults();
+    ready = 0;
     forget_steps();
     reply(0, payload());
 }
@@ -133,7 +122,7 @@ static void note_ticks(uint32_t ticks)
     if (ticks > count.ticks_most) count.ticks_most = ticks;
 }
 
-static void evaluate(uint16_t number)
+static uint8_t evaluate(uint16_t number)
 {
     real in[BOARD_IN];
     const int gap = has_answer && number != (uint16_t)(answered + 1u);
@@ -152,6 +141,7 @@ static void evaluate(uint16_t number)
     silent = 0;
     last_ms = board_ms();
     set_output(answer.u);
+    return answer_flags;
 }
 
 static void step(uint32_t size)
@@ -163,13 +153,11 @@ static void step(uint32_t size)
     }
     if (!ready) {
         memset(&answer, 0, sizeof answer);
-        flags = SERVER_FRESH;
     } else if (has_answer && sequence() == answered) {
         count.duplicates++;
         flags = (uint8_t)(answer_flags | SERVER_DUPLICATE);
     } else {
-        evaluate(sequence());
-        flags = answer_flags;
+        flags = evaluate(sequence());
     }
     reply(flags, put32(put(payload(), answer.u, sizeof answer.u), answer.ticks));
 }
@@ -185,7 +173,7 @@ static void get(uint32_t size)
     reply(0, put(payload(), group, numbers * (uint32_t)sizeof *group));
 }
 
-/* Setting the memory makes the law ready to go on from it. */
+/* Setting the memory makes the law ready to start, or to go on, from it. */
 static void set(uint32_t size)
 {
     uint32_t numbers = 0;
@@ -216,7 +204,6 @@ static void stats(uint32_t size)
     to = put32(put32(to, line.frames), line.crc);
     to = put32(put32(to, line.length), line.cobs);
     to = put32(to, board_ms());
-    to = put16(put16(to, answered), (uint32_t)(ready | has_answer << 1 | silent << 2));
     reply(0, put(to, output, sizeof output));
 }
 
@@ -226,6 +213,10 @@ static void selftest(uint32_t size)
     uint32_t samples = 0;
     if (size != sizeof samples) {
         refuse(SERVER_WRONG_SIZE);
+        return;
+    }
+    if (!ready) {
+        refuse(SERVER_NO_MEMORY);
         return;
     }
     memcpy(&samples, payload(), sizeof samples);

@@ -18,15 +18,15 @@ enum {
     SERVER_REPLY = 0x80 /* added to the type of a request */
 };
 
-enum { SERVER_UNKNOWN_TYPE = 1, SERVER_WRONG_SIZE = 2 }; /* payload of a NAK */
+enum { SERVER_UNKNOWN_TYPE = 1, SERVER_WRONG_SIZE = 2, SERVER_NO_MEMORY = 3 }; /* payload of a NAK */
 
-/* flags of the reply to a step */
+/* flags of a reply; all but the last belong to a step */
 enum {
     SERVER_LOST = 1,      /* the link was silent for two samples: the inputs were set to zero */
     SERVER_DUPLICATE = 2, /* the answer of before; nothing was evaluated */
     SERVER_GAP = 4,       /* a sequence number was left out */
     SERVER_NONFINITE = 8, /* a number was not finite: the inputs are zero */
-    SERVER_FRESH = 16     /* no memory since the start of the program: nothing was evaluated, the inputs are zero */
+    SERVER_FRESH = 16     /* no memory, as after a start of the program: a step was not evaluated, the inputs are zero */
 };
 
 void server_init(void);
