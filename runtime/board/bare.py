@@ -16,6 +16,7 @@ from .glue import raw_numbers
 from .link import LinkError, Port
 
 Doubles = NDArray[np.float64]
+_FIRST_TRIES, _FIRST_TIMEOUT = 10, 0.5
 
 
 class BareLaw:
@@ -34,18 +35,27 @@ class BareLaw:
         """Evaluate the law at the next sample."""
         numbers = np.concatenate([x, r, v] if self._memory else [x, r])
         self._packet[: len(numbers)] = numbers
-        self._port.write(self._packet.tobytes())
-        data = b""
-        while len(data) < self._answer:
-            more = self._port.read(self._timeout)
-            if not more:
-                raise LinkError(f"no answer from {self._port.name} to packet {len(self.u)} in {self._timeout:g} s")
-            data += more
-        if len(data) > self._answer:
-            raise LinkError(f"{self._port.name} answers {len(data)} bytes instead of {self._answer}: is it a bare link?")
+        # the line may open before the board listens
+        for _ in range(1 if self.u else _FIRST_TRIES):
+            self._port.write(self._packet.tobytes())
+            data = self._received(_FIRST_TIMEOUT if not self.u else self._timeout)
+            if data:
+                break
+        if len(data) != self._answer:
+            raise LinkError(
+                f"{self._port.name} answers {len(data)} bytes instead of {self._answer} to packet {len(self.u)}: "
+                "does it run the image for the bare link?"
+            )
         u = np.frombuffer(data, "<f4").astype(np.float32)
         self.u.append(u)
         return u.astype(np.float64), z
+
+
+    def _received(self, timeout: float) -> bytes:
+        data = b""
+        while len(data) < self._answer and (more := self._port.read(timeout)):
+            data += more
+        return data
 
 
 class HostLaw:

@@ -32,6 +32,7 @@ FLAGS = (
 """For every board and compiler. None of them changes a result: no contraction, no reassociation."""
 LAW_FLAGS, OTHER_FLAGS = ("-O2",), ("-Os",)
 """Generated code is compiled for speed, the rest for size."""
+_LONGEST_HOLD = 0.02
 _PORTABLE = ("app.c", "link.c", "main.c")
 _SMALL = ("-ffreestanding", "-fno-builtin", "-Ilibc", "-fno-strict-aliasing")
 
@@ -82,16 +83,25 @@ class Image:
     built: bool
 
 
+def period_of(law: Controller, scenario: Scenario, resolved: Resolved) -> float:
+    """Return the time between two samples of a law, s; one that is continuous in time is sampled every 20 ms or faster."""
+    return resolved.values[law.period] if law.period else min(scenario.step, _LONGEST_HOLD)
+
+
+def delay_of(law: Controller) -> int:
+    """Return the samples between computing and applying an input: one for a law that can be designed for it."""
+    return int(any(q.name == "delay" for q in law.parameters))
+
+
 def program(model: Model, law: str, scenario: str | None = None, raw: bool = False) -> Program:
     """Return what the firmware of a law is made from; its compiled-in parameters are those of a scenario.
 
-    A command acts one sample after it was computed, so a law that can be designed for a delay is designed for one.
+    Over a line a command acts one sample after it was computed, and a law that can be designed for that is.
     """
     controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
-    values = {"delay": 1.0} if any(q.name == "delay" for q in controller.parameters) else {}
+    values = {"delay": 1.0} if delay_of(controller) else {}
     resolved = resolve(model.manifest, model.functions, controller, case, values, "the board's one sample of delay")
-    period = resolved.values[controller.period] if controller.period else case.step
-    return Program(model, controller, case, resolved, period, raw)
+    return Program(model, controller, case, resolved, period_of(controller, case, resolved), raw)
 
 
 def sources(made: Program, board: Board | None) -> dict[str, str]:
@@ -110,7 +120,7 @@ def sources(made: Program, board: Board | None) -> dict[str, str]:
             texts[file] = (manifest.folder / file).read_text(encoding="utf-8")
         except OSError as error:
             raise InputError(f"cannot read {manifest.folder / file} ({error.strerror}); generate it again") from error
-    texts["board_model.h"] = board_model_header(manifest, made.law, made.resolved, made.period)
+    texts["board_model.h"] = board_model_header(manifest, made.law, made.resolved, made.period, delay_of(made.law))
     if board is not None:
         texts["board.ld"] = _linker_script(board)
     return texts

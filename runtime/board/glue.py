@@ -64,7 +64,9 @@ def raw_numbers(found: Layout) -> int:
     return max(len(found.inputs), _RAW_NUMBERS)
 
 
-def board_model_header(manifest: Manifest, law: Controller, resolved: Resolved, period: float, suffix: str = "") -> str:
+def board_model_header(
+    manifest: Manifest, law: Controller, resolved: Resolved, period: float, delay: int, suffix: str = ""
+) -> str:
     """Return the text of board_model.h.
 
     Parameters
@@ -73,6 +75,8 @@ def board_model_header(manifest: Manifest, law: Controller, resolved: Resolved, 
         The parameters that the program has before the host sets others.
     period : float
         Of the law, s.
+    delay : int
+        Samples between a command and its action in the self-test, 0 or 1.
     suffix : str
         Of the right-hand side of the plant's variant, for the self-test.
     """
@@ -102,6 +106,7 @@ def board_model_header(manifest: Manifest, law: Controller, resolved: Resolved, 
         f"    BOARD_PAYLOAD = {payload},",
         f"    BOARD_RAW_IN = {raw_numbers(found)},",
         f"    BOARD_SUBSTEPS = {SUBSTEPS},",
+        f"    BOARD_DELAY = {delay},",
         f"    BOARD_LAW_BEARS_LOSS = {int('sensor_lost' in found.memory)}, /* it checks its numbers itself */",
         f"    BOARD_PERIOD_MS = {max(1, round(1000 * period))}",
         "};",

@@ -62,6 +62,7 @@ class StepProfiler:
         self._return: int | None = None
         self._inside = False
         self._blocks: list[tuple[int, int]] = []
+        self._lengths: dict[tuple[int, int], int] = {}
         machine.on_range(self._entry, self._entry, self._find_return)
 
     def _find_return(self, _address: int, _size: int) -> None:
@@ -86,15 +87,21 @@ class StepProfiler:
         found, blocks = self.profile, self._blocks
         if not blocks:
             return
-        instructions = sum(len(self._decoded(*block)) for block in blocks)
+        instructions = sum(map(self._length, blocks))
         found.steps += 1
         found.least = min(found.least or instructions, instructions)
         if instructions > found.most:
             found.most = instructions
             found.cycles = self._estimate(blocks) if self._cycles else 0
-        for block in set(blocks):
-            found.addresses.update(address for address, _, _ in self._decoded(*block))
         blocks.clear()
+
+    def _length(self, block: tuple[int, int]) -> int:
+        """Return the instructions of a block, and note on first sight that they ran."""
+        if block not in self._lengths:
+            decoded = self._decoded(*block)
+            self.profile.addresses.update(address for address, _, _ in decoded)
+            self._lengths[block] = len(decoded)
+        return self._lengths[block]
 
     def close(self) -> None:
         """Stop watching."""

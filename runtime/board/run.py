@@ -6,7 +6,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..model import Model
-from ..parameters import Resolved
+from ..parameters import Resolved, resolve
 from ..problem import Status
 from ..simulate import Run, simulate
 from .bare import BareLaw, HostLaw
-from .build import Image, build, program
+from .build import Image, build, delay_of, period_of, program
 from .elf import Elf, read_elf
 from .link import Counters, Hello, Link, Port, SelfTest
 from .profile import Coverage, Profile, StepProfiler, coverage
@@ -40,15 +40,15 @@ class Asked:
     target : str
         "sil", "unicorn", "qemu" or a serial port.
     board, compiler : str, optional
-        Of the image; "stm32f4", and zig or else gcc, unless given. Software in the loop has no board.
+        Of the image; "stm32f4", and gcc or else zig, unless given. Software in the loop has no board.
     samples : int
         Evaluations of the law; the reference goes on past the scenario's end.
-    delay : int
-        Samples between computing an input and applying it.
+    delay : int, optional
+        Samples between computing an input and applying it; one for a law that can be designed for it unless given.
     values, options : mapping
         As `--set` gives them: parameters, and options of `simulate`.
-    every : int
-        Samples between two comparisons of the law's memory.
+    every : int, optional
+        Samples between two comparisons of the law's memory; 1 where the line is fast, else 10.
     raw : bool
         Bare packets.
     journal : Path, optional
@@ -63,10 +63,10 @@ class Asked:
     compiler: str | None = None
     scenario: str | None = None
     samples: int = 600
-    delay: int = 1
+    delay: int | None = None
     values: Mapping[str, float] | None = None
     options: Mapping[str, Any] | None = None
-    every: int = 1
+    every: int | None = None
     raw: bool = False
     journal: Path | None = None
     selftest: int = _SELF_TEST
@@ -175,7 +175,7 @@ def _run_framed(model: Model, asked: Asked, image: Image, port: Port, single: Ru
         assert image.board is not None
         profiler = StepProfiler(port.machine, elf, image.board.cpu == "m4f")
     journal = None if asked.journal is None else _journal(asked, layout.hash, single, layout.sizes)
-    law = BoardLaw(link, single.parameters, layout, asked.every, journal, profiler.done if profiler else None)
+    law = BoardLaw(link, single.parameters, layout, asked.every or _every(asked.target), journal, profiler.done if profiler else None)
     begin, done = time.perf_counter(), False
     try:
         board = _simulate(model, asked, law=law)
@@ -225,23 +225,29 @@ def _simulate(model: Model, asked: Asked, **changed: Any) -> Run:
     """Run the same closed loop with the law elsewhere."""
     law = model.manifest.controller(asked.controller)
     scenario = model.manifest.scenario(asked.scenario)
-    options: dict[str, Any] = {"delay": asked.delay, **(asked.options or {}), **changed}
-    if law.period is None:
-        options.setdefault("hold", scenario.step)
-        period = float(options["hold"])
-    else:
-        values = {q.name: q.default for q in model.manifest.parameters} | dict(scenario.values) | dict(asked.values or {})
-        period = float(values[law.period] or 0.0)
-    options.setdefault("dt_out", period)
+    delay = delay_of(law) if asked.delay is None else asked.delay
+    options: dict[str, Any] = {"delay": delay, **(asked.options or {}), **changed}
+    period = float(options.get("hold") or period_of(law, scenario, _resolved(model, asked)))
+    options |= {"dt_out": period, "hold": period}
     t_end = (asked.samples - 1) * period
     return simulate(model, asked.controller, scenario.name, asked.values, t_end=t_end, origin="--set", **options)
 
 
+def _resolved(model: Model, asked: Asked) -> Resolved:
+    law, scenario = model.manifest.controller(asked.controller), model.manifest.scenario(asked.scenario)
+    return resolve(model.manifest, model.functions, law, scenario, asked.values or {}, "--set")
+
+
+def _every(target: str) -> int:
+    return 1 if target in ("sil", "unicorn") else 10
+
+
 def _undelayed(model: Model, asked: Asked) -> Run | None:
-    if (asked.options or {}).get("delay", asked.delay) == 0:
+    delay = (asked.options or {}).get("delay", asked.delay)
+    if delay == 0 or (delay is None and not delay_of(model.manifest.controller(asked.controller))):
         return None
     options = {key: value for key, value in (asked.options or {}).items() if key != "delay"}
-    return _simulate(model, Asked(**{**vars(asked), "delay": 0, "options": options}))
+    return _simulate(model, replace(asked, delay=0, options=options))
 
 
 def _self_test(link: Link, law: BoardLaw, samples: int) -> SelfTest | None:

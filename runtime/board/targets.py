@@ -21,6 +21,7 @@ from .link import LinkError, Port
 TARGETS = ("sil", "unicorn", "qemu")
 """Targets that need no hardware; anything else is the name of a serial port."""
 _CHUNK = 4096
+_GATHER = 0.0005
 
 
 class ProcessPort:
@@ -102,7 +103,10 @@ class SocketPort:
     def read(self, timeout: float) -> bytes:
         """Return what has come."""
         ready, _, _ = select.select([self._line], [], [], timeout)
-        return self._line.recv(_CHUNK) if ready else b""
+        if not ready:
+            return b""
+        time.sleep(_GATHER)  # the emulator hands over bytes one at a time
+        return self._line.recv(_CHUNK)
 
     def close(self) -> None:
         """End the emulator."""

@@ -106,7 +106,7 @@ def board(name: str) -> Board:
 
 
 def toolchain(name: str | None = None) -> Toolchain:
-    """Return a cross compiler: the one asked for, else zig, else gcc.
+    """Return a cross compiler: the one asked for, else gcc, whose code is smaller and faster, else zig.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def toolchain(name: str | None = None) -> Toolchain:
     """
     if name not in (None, "zig", "gcc"):
         raise unknown_name("compiler", name, ("zig", "gcc"))
-    for candidate in ("zig", "gcc") if name is None else (name,):
+    for candidate in ("gcc", "zig") if name is None else (name,):
         found = _zig() if candidate == "zig" else _gcc()
         if found:
             return found

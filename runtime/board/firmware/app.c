@@ -116,7 +116,7 @@ void app_selftest(uint32_t samples, app_test *result)
         const uint32_t ticks = board_ticks() - begin;
         if (ticks > result->ticks) result->ticks = ticks;
         result->crc = crc32(result->crc, u, BOARD_NU);
-        board_actuate(x, before, p, applied); /* a command acts one sample later */
+        board_actuate(x, BOARD_DELAY ? before : u, p, applied);
         memcpy(before, u, sizeof before);
         advance(x, applied);
         board_ms();

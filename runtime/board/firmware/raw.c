@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Another server: the paper's bare packets, BOARD_RAW_IN numbers down and BOARD_NU numbers up, without frame, check or
- * sequence number. A pause within a packet of more than RAW_PAUSE_MS starts the next one. The first packet starts the
+ * sequence number. A pause within a packet of more than half a period starts the next one. The first packet starts the
  * law's memory. */
 #include <string.h>
 
@@ -8,7 +8,7 @@
 #include "board.h"
 #include "server.h"
 
-enum { RAW_PAUSE_MS = 50 };
+enum { RAW_PAUSE_MS = BOARD_PERIOD_MS / 2 };
 
 static union {
     real numbers[BOARD_RAW_IN];
