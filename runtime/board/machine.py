@@ -14,6 +14,7 @@ from typing import Any
 import unicorn
 from unicorn import arm_const
 
+from ..errors import InputError
 from .elf import Elf
 from .link import LinkError
 from .toolchains import Board
@@ -29,6 +30,8 @@ _SYSTEM = (0xE000E000, _PAGE)
 _SYST_CSR, _SYST_RVR, _SYST_CVR, _AIRCR = 0x10, 0x14, 0x18, 0xD0C
 _RESET_KEY = 0x05FA0004
 _NOWHERE = 0xFFFFFFFE
+_RCC_CR, _RCC_CFGR = 0x23800, 0x23808
+_HSI_ON_AND_READY, _PLL_ON = 0x83, 1 << 24
 _STEP_MS = 20
 
 Hook = Callable[[int, int], None]
@@ -54,6 +57,7 @@ class Machine:
         self._reload, self._wrapped = 0xFFFFFF, False
         self._reboot = False
         self._hooks: list[int] = []
+        self.clock_control = {_RCC_CR: _HSI_ON_AND_READY, _RCC_CFGR: 0}
         self._uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
         self._uc.ctl_set_cpu_model(_CPUS[board.cpu])
         self._map()
@@ -63,7 +67,10 @@ class Machine:
         """Load the image and start it, as after a reset."""
         address, size = self._board.ram
         self._uc.mem_write(address, b"\xa5" * size)
+        first, size = self._board.flash
         for address, content in self._elf.segments:
+            if not first <= address <= address + len(content) <= first + size:
+                raise InputError(f"the image is not for {self._board.name}: it begins at {address:#010x}")
             self._uc.mem_write(address, content)
         stack, start = struct.unpack("<2I", bytes(self._uc.mem_read(self._board.flash[0], 8)))
         self._uc.reg_write(arm_const.UC_ARM_REG_SP, stack)
@@ -182,6 +189,12 @@ class Machine:
 
 
 def _read_stm32(machine: Machine, at: int) -> int:
+    if at == _RCC_CR:
+        value = machine.clock_control[at]
+        return value | (value & _PLL_ON) << 1
+    if at == _RCC_CFGR:
+        value = machine.clock_control[at]
+        return value | (value & 3) << 2
     if at in (0x11000, 0x4400):
         return 0xC0 | machine.waiting() << 5
     if at in (0x11004, 0x4404):
@@ -190,6 +203,8 @@ def _read_stm32(machine: Machine, at: int) -> int:
 
 
 def _write_stm32(machine: Machine, at: int, value: int) -> None:
+    if at in machine.clock_control:
+        machine.clock_control[at] = value
     if at in (0x11004, 0x4404):
         machine.send(value)
 

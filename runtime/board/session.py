@@ -17,7 +17,7 @@ from ..parameters import Resolved
 from .glue import Layout
 from .link import Answer, Flags, Link, LinkError
 
-_CHECKPOINT = 100
+_CHECKPOINT = 25
 """Samples between two looks at the board's memory, from which a board that was reset goes on."""
 _RESTORES = 5
 
