@@ -123,6 +123,14 @@ class _Builder:
         """Return a number: the value itself, or 1 and 0 for a truth value."""
         return self.add("num", position) if self.instructions[position].op in MASKS else position
 
+    def is_flag(self, bound: int, position: int) -> bool:
+        """Whether a number is above the bound exactly when the truth value it was made from holds."""
+        low, flag = self.instructions[bound], self.instructions[position]
+        if low.op != "const" or flag.op != "select0":
+            return False
+        high = self.instructions[flag.args[1]]
+        return high.op == "const" and 0.0 <= low.value < high.value
+
 
 def _read(function: ca.Function) -> Tape:
     builder, register = _Builder(), dict[int, int]()
@@ -155,6 +163,8 @@ def _operation(builder: _Builder, op: int, operands: list[int], function: ca.Fun
     if name == "select0":
         return builder.add(name, builder.mask(operands[0]), builder.number(operands[1]))
     numbers = [builder.number(o) for o in operands]
+    if name == "lt" and builder.is_flag(*numbers):
+        return builder.instructions[numbers[1]].args[0]
     if name in ("sq", "twice"):
         return builder.add("mul" if name == "sq" else "add", numbers[0], numbers[0])
     if name == "inv":

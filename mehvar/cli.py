@@ -124,3 +124,98 @@ def reproduce(
     if not holds:
         typer.echo("some claims do not hold; see the report")
         raise typer.Exit(1)
+
+
+board = typer.Typer(help="Take a law to a microcontroller, emulated or real.", no_args_is_help=True)
+app.add_typer(board, name="board")
+
+BoardModel = Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")]
+BoardLaw = Annotated[str, typer.Option(metavar="C", help="The control law.")]
+BoardName = Annotated[
+    str | None,
+    typer.Option("--board", metavar="B", help="stm32f4 (default), stm32f4-usart2, mps2-m3, mps2-m4f or mps2-m7."),
+]
+BoardCompiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="gcc when installed, else zig.")]
+BoardScenario = Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")]
+BoardTarget = Annotated[str, typer.Option(metavar="T", help="sil, unicorn, qemu, or a serial port.")]
+BoardSamples = Annotated[int, typer.Option(metavar="N", help="Evaluations of the law.")]
+BoardRaw = Annotated[bool, typer.Option("--raw", help="Bare packets, as in the satellite's paper.")]
+
+
+@board.command("build")
+def board_build(
+    model: BoardModel,
+    controller: BoardLaw,
+    board_: BoardName = None,
+    compiler: BoardCompiler = None,
+    scenario: BoardScenario = None,
+    target: BoardTarget = "unicorn",
+    raw: BoardRaw = False,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write sources, fragments and images here.")] = None,
+) -> None:
+    """Compile the firmware of a law."""
+    from mehvar.boarding import build_command
+    from runtime.board.run import Asked
+
+    asked = Asked(controller, target, board_, compiler, scenario, raw=raw)
+    raise typer.Exit(build_command(model, asked, out))
+
+
+@board.command("run")
+def board_run(
+    model: BoardModel,
+    controller: BoardLaw,
+    target: BoardTarget = "unicorn",
+    samples: BoardSamples = 600,
+    format_: Annotated[str, typer.Option("--format", metavar="text|json", help="How to print.")] = "text",
+    board_: BoardName = None,
+    compiler: BoardCompiler = None,
+    scenario: BoardScenario = None,
+    settings: Settings = None,
+    raw: BoardRaw = False,
+    journal: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Keep what was answered; a run that was stopped goes on from it.")
+    ] = None,
+) -> None:
+    """Run a closed loop with the law on a board and compare it, bit for bit, with the law on this machine."""
+    from mehvar.boarding import run_command
+    from runtime.board.run import Asked
+
+    asked = Asked(controller, target, board_, compiler, scenario, samples, raw=raw, journal=journal)
+    raise typer.Exit(run_command(model, settings or [], asked, format_))
+
+
+@board.command("report")
+def board_report(
+    model: BoardModel,
+    controller: BoardLaw,
+    target: BoardTarget = "unicorn",
+    samples: BoardSamples = 1600,
+    board_: BoardName = None,
+    compiler: BoardCompiler = None,
+    scenario: BoardScenario = None,
+    settings: Settings = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the report.")] = Path("board-report"),
+) -> None:
+    """Run as `board run` does, and write what was found as HTML and JSON."""
+    from mehvar.boardreport import report_command
+    from runtime.board.run import Asked
+
+    asked = Asked(controller, target, board_, compiler, scenario, samples)
+    raise typer.Exit(report_command(model, settings or [], asked, out))
+
+
+@board.command("flash")
+def board_flash(
+    model: BoardModel,
+    controller: BoardLaw,
+    board_: BoardName = None,
+    compiler: BoardCompiler = None,
+    scenario: BoardScenario = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only print the commands.")] = False,
+) -> None:
+    """Build for an STM32 board and flash it. Not tested on silicon."""
+    from mehvar.boarding import flash_command
+    from runtime.board.run import Asked
+
+    raise typer.Exit(flash_command(model, Asked(controller, "port", board_, compiler, scenario), dry_run))

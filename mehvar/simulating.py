@@ -45,7 +45,7 @@ def simulate_command(
             _check_folder(path)
     if plot is not None:
         checked_suffix(plot)
-    values, options = _parse(settings, find_model(model).choices)
+    values, options = parse_settings(settings, find_model(model).choices)
     with progress(f"{model} {controller}") as advance:
         run = simulate_run(
             model, controller, scenario, values, t_end=t_end, progress=advance, origin="--set", **options
@@ -66,7 +66,8 @@ def _check_folder(path: Path) -> None:
         raise bad_value("output file", str(path), "a file in a folder that can be written")
 
 
-def _parse(settings: Sequence[str], choices: Collection[str]) -> tuple[dict[str, float], dict[str, Any]]:
+def parse_settings(settings: Sequence[str], choices: Collection[str]) -> tuple[dict[str, float], dict[str, Any]]:
+    """Return parameters and options of `simulate` as `--set NAME=VALUE` gives them."""
     values: dict[str, float] = {}
     options: dict[str, Any] = {}
     for item in settings:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ctypes
 import time
+from typing import Any
 
 import numpy as np
 
@@ -66,7 +67,10 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
     if library.mv_loop_size() != ctypes.sizeof(_Loop):
         raise RuntimeError("the native loop and its Python mirror disagree; reinstall mehvar")
     loop, arrays = _prepare(problem, backend)
+    elsewhere = None if problem.law is None else _Elsewhere(problem, loop)
     status = _drive(library, loop, problem)
+    if elsewhere is not None and elsewhere.error is not None:
+        raise elsewhere.error
     count = loop.records
     steps = loop.stepper
     x_stop = arrays["q"]
@@ -85,6 +89,47 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
         x_stop=x_stop,
         statistics={"steps": steps.accepted, "rejected": steps.rejected, "evaluations": steps.evaluations},
     )
+
+
+class _Elsewhere:
+    """Has a Python callable evaluate the law; what it raises ends the run and is kept, as C cannot pass it on."""
+
+    def __init__(self, problem: Problem, loop: _Loop) -> None:
+        assert problem.law is not None
+        self.error: BaseException | None = None
+        self._law = problem.law
+        self._nx, self._nu, self._nz = loop.nx, loop.nu, loop.nz
+        self._nr = len(problem.model.manifest.references)
+        pointer = ctypes.POINTER(ctypes.c_double)
+        with_memory = bool(problem.controller.memory)
+        kind = ctypes.CFUNCTYPE(None, *[pointer] * (8 if with_memory else 5))
+        self._callback = kind(self._with_memory if with_memory else self._without)
+        address = ctypes.cast(self._callback, ctypes.c_void_p)
+        if with_memory:
+            loop.law_memory = address
+        else:
+            loop.law = address
+
+    def _without(self, x: Any, r: Any, _p: Any, _c: Any, u: Any) -> None:
+        applied, memory = np.zeros(self._nu), np.empty(0)
+        self._evaluate(_view(x, self._nx), _view(r, self._nr), applied, memory, _view(u, self._nu), memory)
+
+    def _with_memory(self, x: Any, r: Any, v: Any, z: Any, _p: Any, _c: Any, u: Any, z_next: Any) -> None:
+        given = _view(x, self._nx), _view(r, self._nr), _view(v, self._nu), _view(z, self._nz)
+        self._evaluate(*given, _view(u, self._nu), _view(z_next, self._nz))
+
+    def _evaluate(
+        self, x: FloatArray, r: FloatArray, v: FloatArray, z: FloatArray, u: FloatArray, z_next: FloatArray
+    ) -> None:
+        try:
+            u[:], z_next[:] = self._law(x, r, v, z)
+        except BaseException as error:
+            self.error = error
+            u[:] = np.nan
+
+
+def _view(pointer: Any, size: int) -> FloatArray:
+    return np.ctypeslib.as_array(pointer, (size,)) if size else np.empty(0)
 
 
 def _drive(library: ctypes.CDLL, loop: _Loop, problem: Problem) -> Status:

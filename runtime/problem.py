@@ -14,6 +14,8 @@ from .model import Model
 
 Method = Literal["dop853", "dopri5", "rk4"]
 Progress = Callable[[float, float], None]
+Law = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+"""A sampled law evaluated elsewhere: state as measured, reference, applied input, memory -> input, memory."""
 
 METHODS: tuple[Method, ...] = ("rk4", "dopri5", "dop853")  # numbered as in the native integrator
 
@@ -69,6 +71,8 @@ class Problem:
         Trial steps from one tick to the next after which the run ends.
     progress : callable, optional
         Called now and then with the time reached and the end time.
+    law : callable, optional
+        Evaluates the sampled law in place of the generated function.
     """
 
     model: Model
@@ -93,6 +97,7 @@ class Problem:
     step: float
     max_steps: int
     progress: Progress | None
+    law: Law | None = None
 
 
 @dataclass(frozen=True)

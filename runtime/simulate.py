@@ -8,7 +8,7 @@ import os
 import time
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from .errors import InputError, bad_value
 from .manifest import Controller, Manifest, Scenario, identifier
 from .model import Model, load
 from .parameters import Resolved, advice, named_values, resolve, say
-from .problem import METHODS, Method, Problem, Progress, Status, Trajectory
+from .problem import METHODS, Law, Method, Problem, Progress, Status, Trajectory
 from .ticks import count, positive, ticks_of, tolerance
 
 _SMALLEST_RTOL = 100 * float(np.finfo(np.float64).eps)
@@ -143,6 +143,7 @@ def simulate(
     max_steps: int = 100_000,
     backend: BackendName | None = None,
     progress: Progress | None = None,
+    law: Law | None = None,
     origin: str = "the call",
     **options: object,
 ) -> Run:
@@ -184,6 +185,9 @@ def simulate(
         As for `load`; a loaded model has its own.
     progress : callable, optional
         Called now and then with the time reached and the end time.
+    law : callable, optional
+        Evaluates a sampled law elsewhere, such as on a board: (x, r, v, z) -> (u, z_next) as the generated function,
+        with the state as measured and the input v applied over the last period. Needs the C backend.
     origin : str
         How error messages call these arguments.
     **options : float or str
@@ -202,29 +206,31 @@ def simulate(
     loaded = model if isinstance(model, Model) else load(model, backend)
     if backend not in (None, loaded.backend):
         raise bad_value("backend", backend, f"{loaded.backend!r}, as the model was loaded", origin)
-    law, case = loaded.manifest.controller(controller), loaded.manifest.scenario(scenario)
+    controlled, case = loaded.manifest.controller(controller), loaded.manifest.scenario(scenario)
     started = time.perf_counter()
     loaded.evaluator.prepare()
     compile_seconds = time.perf_counter() - started
 
     choices = {name: options.pop(name) for name in loaded.manifest.choices if name in options}
-    suffix = _suffix(loaded.manifest, law, choices, origin)
+    suffix = _suffix(loaded.manifest, controlled, choices, origin)
     values = _merged(parameters or {}, options, origin)
-    if any(q.name == "delay" for q in law.parameters):
+    if any(q.name == "delay" for q in controlled.parameters):
         values.setdefault("delay", delay)
     known = (*OPTIONS, *loaded.manifest.choices)
-    resolved = resolve(loaded.manifest, loaded.functions, law, case, values, origin, known)
-    for text in advice(loaded.functions, law, resolved):
+    resolved = resolve(loaded.manifest, loaded.functions, controlled, case, values, origin, known)
+    for text in advice(loaded.functions, controlled, resolved):
         warnings.warn(text, stacklevel=2)
     x0 = _start(loaded, case, resolved, initial or {}, origin)
     asked = _Asked(t_end, dt_out, hold, delay, seed, real, method, rtol, atol, step, max_steps)
-    problem = _problem(loaded, law, case, resolved, x0, asked, suffix, progress, origin)
+    problem = _problem(loaded, controlled, case, resolved, x0, asked, suffix, progress, origin)
+    if law is not None:
+        problem = _elsewhere(problem, law, origin)
     started = time.perf_counter()
     trajectory = _integrate(problem)
     run_seconds = time.perf_counter() - started
     return Run(
         manifest=loaded.manifest,
-        controller=law,
+        controller=controlled,
         scenario=case,
         backend=loaded.backend,
         t=trajectory.t,
@@ -262,6 +268,12 @@ def _integrate(problem: Problem) -> Trajectory:
     if isinstance(evaluator, CBackend):
         return c_loop.run(problem, evaluator)
     return python_loop.run(problem, evaluator)
+
+
+def _elsewhere(problem: Problem, law: Law, origin: str) -> Problem:
+    if problem.hold is None or problem.model.backend != "c":
+        raise bad_value("law", "a callable", "left out unless a sampled law runs on the C backend", origin)
+    return replace(problem, law=law)
 
 
 def _problem(

@@ -10,7 +10,7 @@
 
 #include "mehvar_math.h"
 
-#define SATELLITE_HASH "1c41a7f9e592ec4cb6bef75de2cd82b4fdf46926f9f6804bd8e4cc4a5744ba17"
+#define SATELLITE_HASH "cc4f3b316c35f951b5e9d4def5124738d5c007d01c6bf60d55e7f80b82ce8a2c"
 
 /* state x */
 enum {

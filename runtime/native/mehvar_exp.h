@@ -40,7 +40,7 @@ static inline real mv_scale(real y, real n)
     return y * mv_from_bits(half << MV_DIGITS) * mv_from_bits((k - half) << MV_DIGITS);
 }
 
-static inline real mv_exp(real x)
+MV_LARGE real mv_exp(real x)
 {
 #ifdef MEHVAR_FLOAT
     const real least = SPLAT(-104), most = SPLAT(89);
@@ -64,7 +64,7 @@ static inline void mv_split(real x, real *k, real *f)
 
 /* log(1 + f) = 2 atanh(s) = 2s + s R with s = f/(2 + f); 2s is written as f - f^2/2 + s f^2/2, whose first terms carry
  * no rounding error that counts. */
-static inline real mv_log(real x)
+MV_LARGE real mv_log(real x)
 {
     real k, f;
     mv_split(x, &k, &f);
@@ -133,7 +133,7 @@ static inline real mv_pow_magnitude(real a, real y)
 
 /* Special cases as in C99: among them x^0 = 1 and 1^y = 1 also for NaN, and NaN for a negative number to a power that
  * is not an integer. */
-static inline real mv_pow(real x, real y)
+MV_LARGE real mv_pow(real x, real y)
 {
     const real a = mv_fabs(x), b = mv_fabs(y), h = K(0.5) * b;
     const mask zero = EQ(a, K(0)), infinite = EQ(a, MV_INFINITY), rises = LT(K(0), y);

@@ -3,6 +3,7 @@
  *
  * MEHVAR_LANES  1 (default), 4, 8 or 16
  * MEHVAR_FLOAT  when defined, the scalar is a float instead of a double
+ * MEHVAR_SMALL  when defined, the larger functions are called rather than copied to where they are used
  *
  * Nothing branches on data, so each lane gets the same bits at every number of lanes and from every compiler that
  * keeps IEEE 754 and does not contract a*b + c (-ffp-contract=off). Vectors need GNU C (gcc, clang) and their natural
@@ -45,6 +46,11 @@ typedef uint64_t mv_word;
 #define MV_ROUND K(0x1.8p52)
 #define MV_ROUND_BITS 0x4338000000000000u
 #define MV_SCALAR(function) __builtin_##function
+#endif
+#ifdef MEHVAR_SMALL
+#define MV_LARGE static inline __attribute__((noinline))
+#else
+#define MV_LARGE static inline
 #endif
 #define MV_SIGN_BITS ((mv_word)1 << (8 * MV_BYTES - 1))
 

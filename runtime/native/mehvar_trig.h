@@ -99,7 +99,7 @@ static inline mv_reduced mv_reduce(real x)
     return (mv_reduced){r, sine_rest, most, cosine_rest, turns};
 }
 
-static inline void mv_sincos(real x, real *sine, real *cosine)
+MV_LARGE void mv_sincos(real x, real *sine, real *cosine)
 {
     const mv_reduced v = mv_reduce(x);
     const real s = v.sine + v.sine_rest, c = v.cosine + v.cosine_rest;
@@ -109,14 +109,14 @@ static inline void mv_sincos(real x, real *sine, real *cosine)
     *cosine = mv_flip_sign(SELECT(odd, s, c), (v.turns + 1) << shift);
 }
 
-static inline real mv_sin(real x)
+MV_LARGE real mv_sin(real x)
 {
     real s, c;
     mv_sincos(x, &s, &c);
     return s;
 }
 
-static inline real mv_cos(real x)
+MV_LARGE real mv_cos(real x)
 {
     real s, c;
     mv_sincos(x, &s, &c);
@@ -124,7 +124,7 @@ static inline real mv_cos(real x)
 }
 
 /* the quotient, with what numerator and denominator lost by rounding put back */
-static inline real mv_tan(real x)
+MV_LARGE real mv_tan(real x)
 {
     const mv_reduced v = mv_reduce(x);
     const mask odd = mv_lowest_bit(v.turns);
@@ -149,7 +149,7 @@ static inline real mv_eighths_plus(real n, real a, real b)
 
 /* Quadrants and signed zeros as in C99. The quotient is at most 1/2: near a diagonal, atan2 is pi/4 less the angle of
  * (large + small, large - small), which must not overflow. */
-static inline real mv_atan2(real y, real x)
+MV_LARGE real mv_atan2(real y, real x)
 {
     const real a = mv_fabs(y), b = mv_fabs(x);
     const mask steep = LT(b, a), left = mv_is_signed(x);
@@ -177,7 +177,7 @@ static inline mask mv_asin_parts(real x, real *s, real *tail)
     return large;
 }
 
-static inline real mv_asin(real x)
+MV_LARGE real mv_asin(real x)
 {
     real s, tail;
     const mask large = mv_asin_parts(x, &s, &tail);
@@ -185,7 +185,7 @@ static inline real mv_asin(real x)
     return mv_copysign(mv_eighths_plus(K(2) * NUM(large), sign * s, sign * tail), x);
 }
 
-static inline real mv_acos(real x)
+MV_LARGE real mv_acos(real x)
 {
     real s, tail;
     const mask large = mv_asin_parts(x, &s, &tail), negative = LT(x, K(0));

@@ -52,6 +52,14 @@ def test_a_branch_not_taken_cannot_poison():
     assert run_python(t, 1.0, 2.0, 3.0, 0.0) == [0.0]
 
 
+@pytest.mark.parametrize(("low", "high", "kept"), [(0.5, 1.0, 1), (0.0, 1.0, 1), (1.0, 1.0, 2), (-0.5, 1.0, 2)])
+def test_a_flag_compared_again_is_the_comparison_it_came_from(low, high, kept):
+    t, f = build(ca.if_else(low < ca.if_else(X[0] < X[1], high, 0), X[2], Y))
+    assert ops(t).count("lt") == kept
+    for values in ([1, 2, 3, 4], [2, 1, 3, 4], [np.nan, 1, 3, 4]):
+        assert run_python(t, *values)[0] == float(f(values[:3], values[3]))
+
+
 def test_comparisons_used_as_numbers_are_converted():
     t, f = build((X[0] < X[1]) + (X[1] < X[2]) * 2)
     assert run_python(t, 1.0, 2.0, 3.0, 0.0)[0] == float(f([1, 2, 3], 0)) == 3.0

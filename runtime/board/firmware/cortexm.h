@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What Cortex-M boards share: start-up, clock, sleep, stack. Names of handlers and sections as in CMSIS.
+ *
+ * Interrupts stay masked: an enabled interrupt that is pending ends `wfi` all the same, and nothing runs behind the
+ * main loop's back. */
+#ifndef CORTEXM_H
+#define CORTEXM_H
+
+#include <stdint.h>
+
+#define REGISTER(address) (*(volatile uint32_t *)(address))
+
+void cortexm_clock(uint32_t hertz); /* start SysTick, which counts the processor's clock */
+void cortexm_wake_by(uint32_t interrupt);
+
+#endif

@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "link.h"
+
+#include "board.h"
+
+uint16_t link_crc16(const uint8_t *bytes, uint32_t count)
+{
+    uint32_t crc = 0xFFFFu;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t x = (crc >> 8) ^ bytes[i];
+        x ^= x >> 4;
+        crc = ((crc << 8) ^ (x << 12) ^ (x << 5) ^ x) & 0xFFFFu;
+    }
+    return (uint16_t)crc;
+}
+
+static void restart(link_state *link)
+{
+    link->size = 0;
+    link->left = 0;
+    link->code = 0;
+    link->overlong = 0;
+}
+
+static void append(link_state *link, uint8_t byte)
+{
+    if (link->size < LINK_MAX)
+        link->frame.bytes[link->size++] = byte;
+    else
+        link->overlong = 1;
+}
+
+static int finish(link_state *link)
+{
+    const uint32_t size = link->size;
+    const int empty = link->code == 0, whole = link->left == 0, overlong = link->overlong;
+    restart(link);
+    if (empty) return -1;
+    if (!whole) {
+        link->cobs++;
+        return -1;
+    }
+    if (overlong || size < LINK_SMALLEST) {
+        link->length++;
+        return -1;
+    }
+    const uint8_t *end = link->frame.bytes + size - LINK_CRC;
+    if (link_crc16(link->frame.bytes, size - LINK_CRC) != (uint16_t)(end[0] | (uint32_t)end[1] << 8)) {
+        link->crc++;
+        return -1;
+    }
+    link->frames++;
+    return (int)(size - LINK_SMALLEST);
+}
+
+int link_receive(link_state *link, uint8_t byte)
+{
+    if (byte == 0) return finish(link);
+    if (link->left > 0) {
+        append(link, byte);
+        link->left--;
+        return -1;
+    }
+    if (link->code != 0 && link->code != 0xFF) append(link, 0); /* the zero that ended the block before */
+    link->code = byte;
+    link->left = (uint8_t)(byte - 1);
+    return -1;
+}
+
+static void send_encoded(const uint8_t *bytes, uint32_t count)
+{
+    uint32_t start = 0;
+    for (;;) {
+        uint32_t end = start;
+        while (end < count && bytes[end] != 0 && end - start < 254) end++;
+        const uint8_t code = (uint8_t)(end - start + 1);
+        board_write(&code, 1);
+        board_write(bytes + start, end - start);
+        if (end == count) return;
+        start = bytes[end] == 0 ? end + 1 : end; /* a block of 254 stands for no zero */
+    }
+}
+
+void link_send(link_state *link, uint32_t payload)
+{
+    static const uint8_t zero = 0;
+    uint8_t *bytes = link->frame.bytes;
+    const uint32_t body = LINK_HEADER + payload;
+    const uint16_t crc = link_crc16(bytes, body);
+    bytes[body] = (uint8_t)crc;
+    bytes[body + 1] = (uint8_t)(crc >> 8);
+    board_write(&zero, 1);
+    send_encoded(bytes, body + LINK_CRC);
+    board_write(&zero, 1);
+    restart(link);
+}

@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "server.h"
+
+#include <string.h>
+
+#include "app.h"
+#include "board.h"
+#include "link.h"
+
+enum { VERSION = 1, NAME = 16 };
+
+typedef struct {
+    real u[BOARD_NU];
+    uint32_t ticks;
+} step_reply;
+
+typedef struct {
+    uint32_t steps, duplicates, gaps, lost, nonfinite; /* since the last reset */
+    uint32_t ticks_last, ticks_least, ticks_most;
+} counters;
+
+static link_state line;
+static counters count;
+static step_reply answer;     /* to the last step */
+static uint16_t answered;     /* its sequence number */
+static uint8_t answer_flags, has_answer, ready, silent;
+static uint32_t last_ms;
+static real output[BOARD_NU]; /* what the actuators hold */
+
+static uint8_t *payload(void) { return line.frame.bytes + LINK_HEADER; }
+
+static uint16_t sequence(void) { return (uint16_t)(line.frame.bytes[2] | (uint32_t)line.frame.bytes[3] << 8); }
+
+static uint8_t *put(uint8_t *to, const void *from, uint32_t size)
+{
+    memcpy(to, from, size);
+    return to + size;
+}
+
+static uint8_t *put32(uint8_t *to, uint32_t value) { return put(to, &value, sizeof value); }
+
+static uint8_t *put_name(uint8_t *to, const char *name)
+{
+    uint32_t i = 0;
+    for (; i < NAME - 1 && name[i] != 0; i++) to[i] = (uint8_t)name[i];
+    for (; i < NAME; i++) to[i] = 0;
+    return to + NAME;
+}
+
+static void reply(uint8_t flags, const uint8_t *end)
+{
+    line.frame.bytes[0] = (uint8_t)(line.frame.bytes[0] | SERVER_REPLY);
+    line.frame.bytes[1] = (uint8_t)(flags | (ready ? 0 : SERVER_FRESH));
+    link_send(&line, (uint32_t)(end - payload()));
+}
+
+static void refuse(uint8_t reason)
+{
+    line.frame.bytes[0] = SERVER_NAK;
+    payload()[0] = reason;
+    reply(0, payload() + 1);
+}
+
+static void set_output(const real *u)
+{
+    memcpy(output, u, sizeof output);
+    board_output(output);
+}
+
+static void clear_output(void)
+{
+    static const real zero[BOARD_NU];
+    set_output(zero);
+}
+
+static void forget_steps(void)
+{
+    memset(&count, 0, sizeof count);
+    count.ticks_least = 0xFFFFFFFFu;
+    has_answer = 0;
+    silent = 0;
+    clear_output();
+}
+
+static void hello(uint32_t size)
+{
+    static const uint8_t hash[] = BOARD_HASH;
+    static const uint16_t sizes[] = {BOARD_IN, BOARD_NU, BOARD_NZ, BOARD_NP, BOARD_NC, BOARD_NS, BOARD_NX};
+    if (size != 0) {
+        refuse(SERVER_WRONG_SIZE);
+        return;
+    }
+    uint8_t *to = payload();
+    *to++ = VERSION;
+    *to++ = (uint8_t)sizeof(real);
+    to = put(to, hash, sizeof hash);
+    to = put(to, sizes, sizeof sizes);
+    to = put32(to, board_ticks_per_second());
+    to = put_name(to, board_name);
+    to = put_name(to, BOARD_MODEL);
+    to = put_name(to, BOARD_LAW);
+    reply(0, to);
+}
+
+/* Parameters as compiled in, and no memory. */
+static void reset(uint32_t size)
+{
+    if (size != 0) {
+        refuse(SERVER_WRONG_SIZE);
+        return;
+    }
+    app_defaults();
+    ready = 0;
+    forget_steps();
+    reply(0, payload());
+}
+
+static void note_ticks(uint32_t ticks)
+{
+    count.ticks_last = ticks;
+    if (ticks < count.ticks_least) count.ticks_least = ticks;
+    if (ticks > count.ticks_most) count.ticks_most = ticks;
+}
+
+static uint8_t evaluate(uint16_t number)
+{
+    real in[BOARD_IN];
+    const int gap = has_answer && number != (uint16_t)(answered + 1u);
+    answer_flags = (uint8_t)((silent ? SERVER_LOST : 0) | (gap ? SERVER_GAP : 0));
+    memcpy(in, payload(), sizeof in);
+    const uint32_t begin = board_ticks();
+    const int finite = app_step(in, answer.u);
+    answer.ticks = board_ticks() - begin;
+    if (!finite) answer_flags |= SERVER_NONFINITE;
+    count.steps++;
+    count.gaps += (uint32_t)gap;
+    count.nonfinite += (uint32_t)!finite;
+    note_ticks(answer.ticks);
+    answered = number;
+    has_answer = 1;
+    silent = 0;
+    last_ms = board_ms();
+    set_output(answer.u);
+    return answer_flags;
+}
+
+static void step(uint32_t size)
+{
+    uint8_t flags = 0;
+    if (size != BOARD_IN * sizeof(real)) {
+        refuse(SERVER_WRONG_SIZE);
+        return;
+    }
+    if (!ready) {
+        memset(&answer, 0, sizeof answer);
+    } else if (has_answer && sequence() == answered) {
+        count.duplicates++;
+        flags = (uint8_t)(answer_flags | SERVER_DUPLICATE);
+    } else {
+        flags = evaluate(sequence());
+    }
+    reply(flags, put32(put(payload(), answer.u, sizeof answer.u), answer.ticks));
+}
+
+static void get(uint32_t size)
+{
+    uint32_t numbers = 0;
+    const real *group = size == 1 ? app_group(payload()[0], &numbers) : 0;
+    if (!group) {
+        refuse(SERVER_WRONG_SIZE);
+        return;
+    }
+    reply(0, put(payload(), group, numbers * (uint32_t)sizeof *group));
+}
+
+/* Setting the memory makes the law ready to start, or to go on, from it. */
+static void set(uint32_t size)
+{
+    uint32_t numbers = 0;
+    const uint32_t which = payload()[0];
+    real *group = size >= 1 ? app_group(which, &numbers) : 0;
+    if (!group || size != 1 + numbers * sizeof *group) {
+        refuse(SERVER_WRONG_SIZE);
+        return;
+    }
+    memcpy(group, payload() + 1, numbers * sizeof *group);
+    if (which == APP_MEMORY) {
+        ready = 1;
+        has_answer = 0;
+    }
+    reply(0, payload());
+}
+
+static void stats(uint32_t size)
+{
+    uint32_t used = 0, available = 0;
+    if (size != 0) {
+        refuse(SERVER_WRONG_SIZE);
+        return;
+    }
+    board_stack(&used, &available);
+    uint8_t *to = put(payload(), &count, sizeof count);
+    to = put32(put32(to, used), available);
+    to = put32(put32(to, line.frames), line.crc);
+    to = put32(put32(to, line.length), line.cobs);
+    to = put32(to, board_ms());
+    reply(0, put(to, output, sizeof output));
+}
+
+static void selftest(uint32_t size)
+{
+    app_test test;
+    uint32_t samples = 0;
+    if (size != sizeof samples) {
+        refuse(SERVER_WRONG_SIZE);
+        return;
+    }
+    if (!ready) {
+        refuse(SERVER_NO_MEMORY);
+        return;
+    }
+    memcpy(&samples, payload(), sizeof samples);
+    ready = 0;
+    forget_steps();
+    app_selftest(samples, &test);
+    reply(0, put(payload(), &test, sizeof test));
+}
+
+static void handle(uint32_t size)
+{
+    switch (line.frame.bytes[0]) {
+    case SERVER_HELLO: hello(size); return;
+    case SERVER_RESET: reset(size); return;
+    case SERVER_STEP: step(size); return;
+    case SERVER_GET: get(size); return;
+    case SERVER_SET: set(size); return;
+    case SERVER_STATS: stats(size); return;
+    case SERVER_SELFTEST: selftest(size); return;
+    case SERVER_REBOOT: board_reset(); return;
+    default: refuse(SERVER_UNKNOWN_TYPE);
+    }
+}
+
+void server_init(void)
+{
+    app_defaults();
+    forget_steps();
+}
+
+void server_byte(uint8_t byte)
+{
+    const int size = link_receive(&line, byte);
+    if (size >= 0) handle((uint32_t)size);
+}
+
+void server_watch(uint32_t ms)
+{
+    if (!has_answer || silent || ms - last_ms <= 2u * BOARD_PERIOD_MS) return;
+    silent = 1;
+    count.lost++;
+    clear_output();
+}

@@ -1,0 +1,313 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A closed loop with the law on a board, compared with the same law in float and in double on this machine."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..model import Model
+from ..parameters import Resolved, resolve
+from ..problem import Status
+from ..simulate import Run, simulate
+from .bare import BareLaw, HostLaw
+from .build import Image, build, delay_of, period_of, program
+from .elf import Elf, read_elf
+from .link import Counters, Hello, Link, Port, SelfTest
+from .profile import Coverage, Profile, StepProfiler, coverage
+from .session import BoardLaw, Journal
+from .targets import TARGETS, MachinePort, open_target
+from .toolchains import board as board_named
+from .toolchains import host_toolchain, toolchain
+
+_SELF_TEST = 200
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is to be run.
+
+    Attributes
+    ----------
+    target : str
+        "sil", "unicorn", "qemu" or a serial port.
+    board, compiler : str, optional
+        Of the image; "stm32f4", and gcc or else zig, unless given. Software in the loop has no board.
+    samples : int
+        Evaluations of the law; the reference goes on past the scenario's end.
+    delay : int, optional
+        Samples between computing an input and applying it; one for a law that can be designed for it unless given.
+    values, options : mapping
+        As `--set` gives them: parameters, and options of `simulate`.
+    every : int, optional
+        Samples between two comparisons of the law's memory; 1 where the line is fast, else 10.
+    raw : bool
+        Bare packets.
+    journal : Path, optional
+        File that lets a run whose host was stopped go on.
+    selftest : int
+        Samples of the self-test with law and plant on the target.
+    """
+
+    controller: str
+    target: str = "unicorn"
+    board: str | None = None
+    compiler: str | None = None
+    scenario: str | None = None
+    samples: int = 600
+    delay: int | None = None
+    values: Mapping[str, float] | None = None
+    options: Mapping[str, Any] | None = None
+    every: int | None = None
+    raw: bool = False
+    journal: Path | None = None
+    selftest: int = _SELF_TEST
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far two series of floats are apart: in units of the last place, and in size."""
+
+    compared: int
+    ulp: int
+    size: float
+    first: int | None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A run on a board and what it was compared with.
+
+    Attributes
+    ----------
+    board, single, double, undelayed : Run
+        The law on the board; in float and in double on this machine; in double and without the delay.
+    u, z : Difference
+        Board against float on this machine.
+    profile : Profile or None
+        Instructions, where the emulator counts them.
+    """
+
+    asked: Asked
+    image: Image
+    elf: Elf | None
+    hello: Hello | None
+    board: Run
+    single: Run
+    double: Run
+    undelayed: Run | None
+    u: Difference
+    z: Difference
+    x: Difference
+    rate: float
+    counters: Counters | None
+    stats: Mapping[str, int]
+    restored: int
+    ticks: tuple[int, ...]
+    selftest: SelfTest | None
+    profile: Profile | None
+    covered: tuple[Coverage, ...]
+
+    @property
+    def max_ulp(self) -> int:
+        """The largest difference of any input or memory number, in units of the last place."""
+        return max(self.u.ulp, self.z.ulp)
+
+
+def build_image(model: Model, asked: Asked) -> Image:
+    """Compile the firmware that a run wants.
+
+    Raises
+    ------
+    InputError
+        If board, compiler or law are not known, or a compiler is missing.
+    BuildError
+        If the compiler fails.
+    """
+    made = program(model, asked.controller, asked.scenario, asked.raw)
+    if asked.target == "sil":
+        if asked.board is not None:
+            raise InputError(f"board = {asked.board!r}: must be left out for software in the loop (--target sil)")
+        return build(made, None, host_toolchain(asked.compiler))
+    return build(made, board_named(asked.board or "stm32f4"), toolchain(asked.compiler))
+
+
+def run_on_board(model: Model, asked: Asked) -> Outcome:
+    """Run a closed loop with the law on a board and compare.
+
+    Raises
+    ------
+    InputError
+        For anything unknown or out of bounds, or a board that runs another program.
+    LinkError
+        If the board does not answer.
+    """
+    if asked.samples < 2:
+        raise InputError(f"samples = {asked.samples}: must be a whole number >= 2")
+    if asked.raw and (asked.values or asked.journal):
+        raise InputError("raw: a bare link has neither parameters nor a journal; leave --set and --journal out")
+    single = _simulate(model, asked, real="float")
+    image = build_image(model, asked)
+    port = open_target(asked.target, image)
+    try:
+        if asked.raw:
+            return _run_bare(model, asked, image, port)
+        return _run_framed(model, asked, image, port, single)
+    finally:
+        port.close()
+
+
+def _run_framed(model: Model, asked: Asked, image: Image, port: Port, single: Run) -> Outcome:
+    layout = image.program.layout
+    link = Link(port, layout)
+    hello = link.connect()
+    elf = None if image.board is None else read_elf(image.path)
+    profiler = None
+    if isinstance(port, MachinePort) and elf is not None:
+        assert image.board is not None
+        profiler = StepProfiler(port.machine, elf, image.board.cpu == "m4f")
+    journal = None if asked.journal is None else _journal(asked, layout.hash, single, layout.sizes)
+    law = BoardLaw(link, single.parameters, layout, asked.every or _every(asked.target), journal, profiler.done if profiler else None)
+    begin, done = time.perf_counter(), False
+    try:
+        board = _simulate(model, asked, law=law)
+        done = True
+    finally:
+        if journal is not None:
+            journal.close(done)
+    seconds = time.perf_counter() - begin
+    stats = link.stats()
+    if profiler:
+        profiler.close()
+    test = _self_test(link, law, asked.selftest)
+    stats |= {key: value for key, value in link.stats().items() if key.startswith("stack")}
+    z, expected = _memories(law, single)
+    covered: tuple[Coverage, ...] = ()
+    if profiler and elf:
+        names = [name for name in (_law_symbol(model, asked), "app_step") if name in elf.symbols]
+        covered = tuple(coverage(image.path, elf, names, profiler.profile.addresses))
+    return Outcome(
+        asked=asked, image=image, elf=elf, hello=hello, board=board, single=single,
+        double=_simulate(model, asked), undelayed=_undelayed(model, asked),
+        u=difference(np.array(law.u), single.u_cmd[: len(law.u)]), z=difference(z, expected),
+        x=difference(board.x, single.x),
+        rate=len(law.ticks) / seconds, counters=link.counters, stats=stats, restored=law.restored,
+        ticks=tuple(law.ticks), selftest=test, profile=profiler.profile if profiler else None, covered=covered,
+    )  # fmt: skip
+
+
+def _run_bare(model: Model, asked: Asked, image: Image, port: Port) -> Outcome:
+    law = BareLaw(port, image.program)
+    resolved = image.program.resolved
+    begin = time.perf_counter()
+    board = _simulate(model, asked, law=law)
+    seconds = time.perf_counter() - begin
+    single = _simulate(model, asked, law=HostLaw(image.program, resolved))
+    none = difference(np.empty(0), np.empty(0))
+    return Outcome(
+        asked=asked, image=image, elf=None if image.board is None else read_elf(image.path), hello=None, board=board,
+        single=single, double=_simulate(model, asked), undelayed=_undelayed(model, asked),
+        u=difference(np.array(law.u), single.u_cmd), z=none, x=difference(board.x, single.x),
+        rate=len(law.u) / seconds, counters=None, stats={}, restored=0, ticks=(), selftest=None, profile=None,
+        covered=(),
+    )  # fmt: skip
+
+
+def _simulate(model: Model, asked: Asked, **changed: Any) -> Run:
+    """Run the same closed loop with the law elsewhere."""
+    law = model.manifest.controller(asked.controller)
+    scenario = model.manifest.scenario(asked.scenario)
+    delay = delay_of(law) if asked.delay is None else asked.delay
+    options: dict[str, Any] = {"delay": delay, **(asked.options or {}), **changed}
+    period = float(options.get("hold") or period_of(law, scenario, _resolved(model, asked)))
+    options |= {"dt_out": period, "hold": period}
+    t_end = (asked.samples - 1) * period
+    return simulate(model, asked.controller, scenario.name, asked.values, t_end=t_end, origin="--set", **options)
+
+
+def _resolved(model: Model, asked: Asked) -> Resolved:
+    law, scenario = model.manifest.controller(asked.controller), model.manifest.scenario(asked.scenario)
+    return resolve(model.manifest, model.functions, law, scenario, asked.values or {}, "--set")
+
+
+def _every(target: str) -> int:
+    return 1 if target in ("sil", "unicorn") else 10
+
+
+def _undelayed(model: Model, asked: Asked) -> Run | None:
+    delay = (asked.options or {}).get("delay", asked.delay)
+    if delay == 0 or (delay is None and not delay_of(model.manifest.controller(asked.controller))):
+        return None
+    options = {key: value for key, value in (asked.options or {}).items() if key != "delay"}
+    return _simulate(model, replace(asked, delay=0, options=options))
+
+
+def _self_test(link: Link, law: BoardLaw, samples: int) -> SelfTest | None:
+    """Run law and plant on the target from the start of the run."""
+    if samples <= 0:
+        return None
+    law.rewind()
+    law.prepare()
+    return link.selftest(samples)
+
+
+def _journal(asked: Asked, digest: bytes, single: Run, sizes: tuple[int, ...]) -> Journal:
+    assert asked.journal is not None
+    chosen = hashlib.sha256(repr((sorted(single.parameters.values.items()), sorted(single.options.items()))).encode())
+    identity: dict[str, object] = {"layout": digest.hex(), "run": chosen.hexdigest()[:16]}
+    return Journal(asked.journal, identity, sizes[0], sizes[1])
+
+
+def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Return the board's memory after the samples that were looked at, and what it should be."""
+    known = [k for k in sorted(law.z) if k + 1 < len(single.z)]
+    if not known:
+        return np.empty(0, np.float32), np.empty(0)
+    return np.stack([law.z[k] for k in known]), single.z[[k + 1 for k in known]]
+
+
+def _law_symbol(model: Model, asked: Asked) -> str:
+    from ..manifest import identifier
+
+    return f"{identifier(model.name)}_{identifier(asked.controller)}"
+
+
+def difference(found: NDArray[Any], expected: NDArray[Any]) -> Difference:
+    """Compare two series as floats.
+
+    Parameters
+    ----------
+    found, expected : array, (n, ...)
+        One row per sample; a missing row of `found` is a difference.
+    """
+    a, b = np.asarray(found, np.float32), np.asarray(expected, np.float32)
+    rows = min(len(a), len(b))
+    apart = np.abs(_ordered(a[:rows]) - _ordered(b[:rows]))
+    size = np.abs(np.asarray(found[:rows], np.float64) - np.asarray(expected[:rows], np.float64))
+    differing = np.flatnonzero(apart.reshape(rows, -1).any(axis=1)) if rows else np.empty(0, int)
+    first = int(differing[0]) if differing.size else rows if len(a) != len(b) else None
+    largest = float(np.nanmax(size, initial=0.0))
+    ulp = int(apart.max(initial=0))
+    return Difference(int(a[:rows].size), max(ulp, int(len(a) != len(b))), largest, first)
+
+
+def _ordered(values: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Number the floats from the smallest to the largest; all NaN are one, zeros of either sign too."""
+    bits = np.where(np.isnan(values), np.float32(np.nan), values).astype(np.float32).view(np.int32).astype(np.int64)
+    return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
+
+
+def ended(outcome: Outcome) -> bool:
+    """Whether the run on the board came to its end."""
+    return outcome.board.status is Status.DONE
+
+
+__all__ = ["TARGETS", "Asked", "Difference", "Outcome", "Resolved", "build_image", "difference", "ended", "run_on_board"]

@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lines to boards: a process, Unicorn, QEMU, a serial port."""
+
+from __future__ import annotations
+
+import os
+import select
+import shutil
+import socket
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import IO
+
+from ..errors import InputError
+from .build import Image
+from .elf import read_elf
+from .link import LinkError, Port
+
+TARGETS = ("sil", "unicorn", "qemu")
+"""Targets that need no hardware; anything else is the name of a serial port."""
+_CHUNK = 4096
+_GATHER = 0.0005
+
+
+class ProcessPort:
+    """Software in the loop: the firmware as a process."""
+
+    def __init__(self, path: Path) -> None:
+        self.name = f"process {path}"
+        self._process = subprocess.Popen([path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._to, self._from = self._process.stdin.fileno(), self._process.stdout.fileno()
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        os.write(self._to, data)
+
+    def read(self, timeout: float) -> bytes:
+        """Return what has come."""
+        ready, _, _ = select.select([self._from], [], [], timeout)
+        return os.read(self._from, _CHUNK) if ready else b""
+
+    def close(self) -> None:
+        """End the process."""
+        _end(self._process)
+
+
+class MachinePort:
+    """A board under Unicorn; an answer comes at once or never, so nothing waits."""
+
+    def __init__(self, image: Image) -> None:
+        try:
+            from .machine import Machine
+        except ModuleNotFoundError as error:
+            raise InputError('the target unicorn needs its package: pip install "mehvar[board]"') from error
+        assert image.board is not None
+        self.name = f"unicorn {image.board.name}"
+        self.machine = Machine(read_elf(image.path), image.board)
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        self.machine.write(data)
+
+    def read(self, timeout: float) -> bytes:
+        """Run the board until it sleeps and return what it sent."""
+        return self.machine.read()
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+
+class SocketPort:
+    """A board under QEMU, its serial line on a Unix socket."""
+
+    def __init__(self, image: Image, options: tuple[str, ...] = ()) -> None:
+        assert image.board is not None
+        program = shutil.which("qemu-system-arm")
+        if program is None:
+            raise InputError("the target qemu needs qemu-system-arm: apt-get install qemu-system-arm")
+        self.name = f"qemu {image.board.machine}"
+        self._folder = tempfile.TemporaryDirectory(prefix="mehvar-qemu-")
+        path, log = Path(self._folder.name) / "line", Path(self._folder.name) / "log"
+        quiet = ("-serial", "null") if image.board.defines.get("BOARD_USART") == 2 else ()
+        line = ("-serial", f"unix:{path},server=on,wait=on")
+        command = [
+            program, "-M", image.board.machine, "-kernel", str(image.path), "-display", "none", "-monitor", "none",
+            "-nodefaults", *quiet, *line, *options,
+        ]  # fmt: skip
+        with log.open("wb") as errors:
+            self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors)
+        self._line = _connected(path, self._process, log)
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        try:
+            self._line.sendall(data)
+        except OSError as error:
+            raise LinkError(f"{self.name} closed the line") from error
+
+    def read(self, timeout: float) -> bytes:
+        """Return what has come."""
+        ready, _, _ = select.select([self._line], [], [], timeout)
+        if not ready:
+            return b""
+        time.sleep(_GATHER)  # the emulator hands over bytes one at a time
+        return self._line.recv(_CHUNK)
+
+    def close(self) -> None:
+        """End the emulator."""
+        self._line.close()
+        _end(self._process)
+        self._folder.cleanup()
+
+
+class SerialPort:
+    """A serial port, or anything that pyserial opens: /dev/ttyUSB0, COM3, a pty, socket://host:port."""
+
+    def __init__(self, name: str, baud: int = 115200) -> None:
+        try:
+            import serial
+        except ModuleNotFoundError as error:
+            raise InputError(f'the port {name} needs pyserial: pip install "mehvar[board]"') from error
+        self.name = name
+        try:
+            self._port = serial.serial_for_url(name, baudrate=baud, timeout=0)
+        except (serial.SerialException, ValueError) as error:
+            allowed = f"{', '.join(TARGETS)}, or a serial port that can be opened"
+            raise InputError(f"target = {name!r}: must be {allowed} ({error})") from error
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        self._port.write(data)
+
+    def read(self, timeout: float) -> bytes:
+        """Return what has come."""
+        self._port.timeout = timeout
+        first = self._port.read(1)
+        return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.close()
+
+
+def open_target(target: str, image: Image) -> Port:
+    """Open the line to a board.
+
+    Parameters
+    ----------
+    target : str
+        "sil", "unicorn", "qemu", or the name of a serial port.
+    image : Image
+        What the emulators run; a board at a serial port is expected to run it already.
+
+    Raises
+    ------
+    InputError
+        If the emulator is not installed or the port cannot be opened.
+    """
+    if target == "sil":
+        return ProcessPort(image.path)
+    if target == "unicorn":
+        return MachinePort(image)
+    if target == "qemu":
+        return SocketPort(image)
+    return SerialPort(target)
+
+
+def _connected(path: Path, process: subprocess.Popen[bytes], log: Path) -> socket.socket:
+    line = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    for _ in range(1000):
+        try:
+            line.connect(str(path))
+            return line
+        except OSError:
+            if process.poll() is not None:
+                break
+            time.sleep(0.01)
+    _end(process)
+    raise LinkError(f"qemu-system-arm did not start: {log.read_text(errors='replace').strip()}")
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    pipes: list[IO[bytes]] = [pipe for pipe in (process.stdin, process.stdout) if pipe]
+    for pipe in pipes:
+        pipe.close()
+    process.terminate()
+    try:
+        process.wait(2.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()

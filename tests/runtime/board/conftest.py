@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Programs, lines with faults, and a session with a law on an emulated board."""
+
+from __future__ import annotations
+
+import functools
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import runtime
+from runtime.board.build import build, program
+from runtime.board.link import Link
+from runtime.board.targets import MachinePort
+from runtime.board.toolchains import board, toolchain
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _zig_cache() -> Iterator[None]:
+    """Keep the compiler's own libraries from one test run to the next."""
+    with pytest.MonkeyPatch.context() as patch:
+        if "ZIG_GLOBAL_CACHE_DIR" not in os.environ:
+            patch.setenv("ZIG_GLOBAL_CACHE_DIR", str(Path(tempfile.gettempdir()) / f"mehvar-zig-{os.getuid()}"))
+        yield
+
+
+@functools.cache
+def load(model: str) -> runtime.Model:
+    return runtime.load(model, backend="c")
+
+
+class Bench:
+    """A law on an emulated board, its line, and the closed loop that the host expects."""
+
+    def __init__(self, model: str = "satellite", law: str = "mrac", samples: int = 60, delay: int = 1) -> None:
+        self.model = load(model)
+        self.program = program(self.model, law)
+        self.samples, self.delay, self.law = samples, delay, law
+        self.port = MachinePort(build(self.program, board("stm32f4"), toolchain("gcc" if _gcc() else "zig")))
+        self.expected = self.simulate(real="float")
+
+    def link(self, port: object = None, tries: int = 200) -> Link:
+        """Return a connected link, over the board's own line or one that wraps it."""
+        link = Link(port or self.port, self.program.layout, tries=tries)  # type: ignore[arg-type]
+        link.connect()
+        return link
+
+    def simulate(self, **options: object) -> runtime.Run:
+        """Run the closed loop."""
+        period = self.program.period
+        return runtime.simulate(
+            self.model, self.law, t_end=(self.samples - 1) * period, dt_out=period, hold=period, delay=self.delay, **options
+        )  # fmt: skip
+
+    def numbers(self, k: int) -> np.ndarray:
+        """Return the payload of sample k of the closed loop."""
+        run = self.expected
+        r = self.model.functions["reference"](run.t[k], run.parameters.p, run.parameters.s)
+        applied = run.u[k - 1] if k else np.zeros(run.u.shape[1])
+        return np.concatenate([run.x[k], r, applied]).astype(np.float32)
+
+    def start(self, link: Link) -> None:
+        """Set parameters and memory as the closed loop starts."""
+        link.reset()
+        for group, values in zip("pcs", (self.expected.parameters.p, self.expected.parameters.c, self.expected.parameters.s), strict=True):
+            link.set(group, values)
+        link.set("z", self.expected.z[0])
+
+    def same(self, run: runtime.Run) -> bool:
+        """Whether a run has the very bits of the one on the host."""
+        return run.u_cmd.tobytes() == self.expected.u_cmd.tobytes() and run.x.tobytes() == self.expected.x.tobytes()
+
+
+def _gcc() -> bool:
+    import shutil
+
+    return shutil.which("arm-none-eabi-gcc") is not None
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+class Noisy:
+    """A line that damages what it carries."""
+
+    name = "noisy line"
+
+    def __init__(self, port: MachinePort, damage: Callable[[bytes], bytes], back: Callable[[bytes], bytes]) -> None:
+        self._port, self._damage, self._back = port, damage, back
+
+    def write(self, data: bytes) -> None:
+        self._port.write(self._damage(data))
+
+    def read(self, timeout: float) -> bytes:
+        return self._back(self._port.read(timeout))
+
+    def close(self) -> None:
+        self._port.close()

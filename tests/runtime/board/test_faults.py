@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever happens on the line, to the board or to the host: the trajectory keeps its bits."""
+
+from __future__ import annotations
+
+import random
+import struct
+
+import numpy as np
+import pytest
+
+from runtime.board.build import build, program
+from runtime.board.frames import Frame, encode
+from runtime.board.link import Flags, Link, LinkError
+from runtime.board.session import BoardLaw, Journal
+from runtime.board.targets import MachinePort
+from runtime.board.toolchains import board, toolchain
+from runtime.errors import InputError
+from tests.runtime.board.conftest import Bench, Noisy, load
+
+RATE = 0.004
+
+
+def flips(rng):
+    return lambda data: bytes(b ^ 1 << rng.randrange(8) if rng.random() < RATE else b for b in data)
+
+
+def losses(rng):
+    return lambda data: bytes(b for b in data if rng.random() >= RATE)
+
+
+def insertions(rng):
+    return lambda data: b"".join(bytes([b]) + rng.randbytes(rng.random() < RATE) for b in data)
+
+
+def cuts(rng):
+    return lambda data: data[: rng.randrange(len(data))] if data and rng.random() < 0.2 else data
+
+
+def silences(rng):
+    return lambda data: b"" if rng.random() < 0.2 else data
+
+
+def garbage(rng):
+    return lambda data: rng.randbytes(rng.randrange(40)) + data
+
+
+@pytest.mark.parametrize("damage", [flips, losses, insertions, cuts, silences, garbage])
+def test_a_bad_line_changes_nothing(bench, damage):
+    rng = random.Random(7)
+    link = Link(Noisy(bench.port, damage(rng), damage(rng)), bench.program.layout, tries=200)
+    link.connect()
+    law = BoardLaw(link, bench.expected.parameters, bench.program.layout)
+    assert bench.same(bench.simulate(law=law))
+    assert link.counters.resent + link.counters.damaged > 5
+    stats = Link(bench.port, bench.program.layout).stats()
+    assert stats["steps"] == bench.samples
+    assert stats["gaps"] == 0
+
+
+def test_a_long_burst_of_garbage_is_forgotten(bench):
+    link = bench.link()
+    bench.start(link)
+    bench.port.write(random.Random(3).randbytes(1500))
+    assert link.step(0, bench.numbers(0)).u.tobytes() == bench.expected.u_cmd[0].astype("<f4").tobytes()
+
+
+def test_half_a_frame_does_not_spoil_the_next(bench):
+    link = bench.link()
+    bench.start(link)
+    bench.port.write(encode(Frame(3, 0, 0, bench.numbers(0).tobytes()))[:40])
+    assert link.step(0, bench.numbers(0)).flags == 0
+    assert link.stats()["steps"] == 1
+
+
+class Rebooting:
+    """Reboots the board before some of the exchanges."""
+
+    name = "rebooting board"
+
+    def __init__(self, port: MachinePort, every: int) -> None:
+        self._port, self._every, self.writes = port, every, 0
+
+    def write(self, data: bytes) -> None:
+        self.writes += 1
+        if self.writes % self._every == 0:
+            self._port.machine.power_on()
+        self._port.write(data)
+
+    def read(self, timeout: float) -> bytes:
+        return self._port.read(timeout)
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize("every", [101, 150])
+def test_a_board_that_reboots_gets_its_memory_back(every):
+    bench = Bench(samples=150)
+    link = Link(Rebooting(bench.port, every), bench.program.layout)
+    link.connect()
+    law = BoardLaw(link, bench.expected.parameters, bench.program.layout)
+    assert bench.same(bench.simulate(law=law))
+    assert law.restored >= 2
+
+
+def test_a_request_to_reboot_forgets_the_memory(bench):
+    link = bench.link()
+    bench.start(link)
+    link.reboot()
+    bench.port.read(0)
+    answer = link.step(0, bench.numbers(0))
+    assert answer.flags & Flags.FRESH
+    assert not answer.u.any()
+
+
+class Stopped(Exception):  # noqa: N818 - stands for the end of the host's process
+    """The host is killed."""
+
+
+@pytest.mark.parametrize("board_forgets", [False, True])
+def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
+    path, identity, sizes = tmp_path / "journal", {"run": 1}, bench.program.layout.sizes
+    calls = 0
+
+    def stop() -> None:
+        nonlocal calls
+        calls += 1
+        if calls == 23:
+            raise Stopped
+
+    journal = Journal(path, identity, sizes[0], sizes[1])
+    law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout, journal=journal, after=stop)
+    with pytest.raises(Stopped):
+        bench.simulate(law=law)
+    journal.close(done=False)
+    with path.open("ab") as file:
+        file.write(b"half a record")
+    if board_forgets:
+        bench.port.machine.power_on()
+    journal = Journal(path, identity, sizes[0], sizes[1])
+    assert journal.length == 23
+    law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout, journal=journal)
+    assert bench.same(bench.simulate(law=law))
+    assert len(law.ticks) == bench.samples - 23
+    journal.close(done=True)
+    assert not path.exists()
+
+
+def test_a_journal_of_another_run_is_refused(tmp_path):
+    path = tmp_path / "journal"
+    Journal(path, {"run": 1}, 16, 3).close(done=False)
+    with pytest.raises(InputError, match="belongs to another run"):
+        Journal(path, {"run": 2}, 16, 3)
+
+
+def test_another_law_is_refused(bench):
+    other = program(load("satellite"), "pd").layout
+    with pytest.raises(InputError, match=r"runs satellite mrac .* but satellite pd"):
+        Link(bench.port, other).connect()
+
+
+def test_an_image_for_another_board_is_refused():
+    made = program(load("satellite"), "pd")
+    image = build(made, board("stm32f4"), toolchain())
+    elsewhere = type(image)(image.path, made, board("mps2-m4f"), image.toolchain, False)
+    with pytest.raises(InputError, match="not for mps2-m4f"):
+        MachinePort(elsewhere)
+
+
+def test_repeated_and_missing_sequence_numbers(bench):
+    link = bench.link()
+    bench.start(link)
+    first = link.step(0, bench.numbers(0))
+    again = link.step(0, bench.numbers(1))
+    assert again.flags == Flags.DUPLICATE
+    assert again.u.tobytes() == first.u.tobytes()
+    assert link.step(1, bench.numbers(1)).flags == 0
+    assert link.step(5, bench.numbers(2)).flags == Flags.GAP
+    stats = link.stats()
+    assert (stats["steps"], stats["duplicates"], stats["gaps"]) == (3, 1, 1)
+
+
+def test_unknown_types_and_wrong_sizes_are_refused(bench):
+    link = bench.link()
+    with pytest.raises(LinkError, match="does not know"):
+        link._request(99)
+    for kind, payload in ((1, b"x"), (3, b"\0" * 60), (4, b"\x09"), (5, b"\1\0"), (6, b"x"), (7, b"")):
+        with pytest.raises(LinkError, match="wrong size"):
+            link._request(kind, payload)
+    with pytest.raises(LinkError, match="no memory"):
+        link._request(7, b"\1\0\0\0")
+
+
+def test_a_silent_link_holds_for_two_samples_then_outputs_nothing(bench):
+    link = bench.link()
+    bench.start(link)
+    last = link.step(0, bench.numbers(0)).u
+    assert last.any()
+    bench.port.machine.advance(990)
+    assert link.output().tobytes() == last.tobytes()
+    bench.port.machine.advance(60)
+    assert not link.output().any()
+    answer = link.step(1, bench.numbers(1))
+    assert answer.flags == Flags.LOST
+    assert answer.u.tobytes() == bench.expected.u_cmd[1].astype("<f4").tobytes()
+    assert link.stats()["lost"] == 1
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e35])
+@pytest.mark.parametrize("place", [0, 5, 9, 11, 14])
+def test_what_is_no_number_reaches_no_actuator(bench, bad, place):
+    """The next whole measurements find an estimator without a trace of it."""
+    link = bench.link()
+    bench.start(link)
+    for k in range(20):
+        numbers = bench.numbers(k)
+        if 8 <= k < 10:
+            numbers[place] = bad
+        answer = link.step(k, numbers)
+        assert np.isfinite(answer.u).all()
+        if 8 <= k < 10 and not np.isfinite(bad):
+            assert answer.flags & Flags.NONFINITE
+            assert not answer.u.any()
+            assert not link.output().any()
+    memory = link.get("z")
+    assert np.isfinite(memory).all()
+    assert np.abs(answer.u).max() < 0.1
+
+
+@pytest.mark.parametrize("law", ["sliding", "path"])
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_law_without_checks_of_its_own_is_guarded_too(law, bad):
+    bench = Bench("triangle", law)
+    link = bench.link()
+    bench.start(link)
+    for place in range(8):
+        numbers = np.full(8, 0.3, np.float32)
+        numbers[place] = bad
+        answer = link.step(place, numbers)
+        assert answer.flags & Flags.NONFINITE
+        assert not answer.u.any()
+
+
+def test_numbers_below_the_smallest_normal_one_are_zero(bench):
+    answers = []
+    for value in (1e-40, 0.0):
+        link = bench.link()
+        bench.start(link)
+        numbers = bench.numbers(0)
+        numbers[[0, 3, 12]] = value
+        answers.append(link.step(0, numbers).u.tobytes() + link.get("z").tobytes())
+    assert answers[0] == answers[1]
+
+
+def test_frames_without_end_are_bounded(bench):
+    link = bench.link()
+    bench.port.write(b"\0" + b"\x05abcd" * 400 + b"\0")
+    bench.port.read(0)
+    assert link.stats()["length_errors"] == 1
+    bench.port.write(b"\0\x20abc\0" + struct.pack("<I", 0))
+    bench.port.read(0)
+    assert link.stats()["cobs_errors"] == 1
