@@ -41,10 +41,11 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
     """
     series = run.variables() if isinstance(run, Run) else {str(k): v.values for k, v in run.data_vars.items()}
     t = run.t if isinstance(run, Run) else run["t"].values
-    return {name: _evaluate(metric, t, series) for name, metric in manifest.metrics.items()}
+    return {name: evaluate(metric, t, series) for name, metric in manifest.metrics.items()}
 
 
-def _evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) -> float:
+def evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) -> float:
+    """Return one metric of series by name."""
     if metric.kind not in _KINDS:
         raise unknown_name(f"kind of metric {metric.name}", metric.kind, _KINDS)
     if not metric.of:
