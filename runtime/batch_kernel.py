@@ -209,11 +209,8 @@ class Kernel:
         if hold is None and period is not None:
             hold = float(p[0, [q.name for q in manifest.parameters].index(period)])
         ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
-        rows = (
-            [] if save_every is None else np.arange(int(t_end / save_every * (1 + 1e-9)) + 1) * * round(
-            save_every / dt
-        )
-        )
+        every = 1 if save_every is None else round(save_every / dt)
+        rows = [] if save_every is None else range(0, int(t_end / dt * (1 + 1e-9)) + 1, every)
         width = len(self.variables)
         found = Block(
             final=np.empty((n, len(manifest.states))),
