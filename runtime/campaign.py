@@ -6,21 +6,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .dispersions import read_dispersions
 from .errors import InputError, bad_value, unknown_name
 from .manifest import Parameter, Quantity, identifier
 from .model import Model
 from .parameters import Resolved, named_values, resolve
+from .posing import OPTIONS
 from .sampling import Design, FloatArray, Sampler
-from .simulate import OPTIONS
 from .ticks import count
 
 MOST_RUNS = 2**32
 INITIAL = "initial_"
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -91,12 +94,12 @@ class Plan:
 
     def __init__(self, model: Model, campaign: Campaign, origin: str = "the call") -> None:
         manifest = model.manifest
-        self.model, self.campaign, self._origin = model, campaign, origin
+        self.model, self.campaign, self.origin = model, campaign, origin
         self.law, self.scenario = manifest.controller(campaign.controller), manifest.scenario(campaign.scenario)
         if count("n", campaign.n, 1, origin) > MOST_RUNS:
             raise bad_value("n", campaign.n, f"at most {MOST_RUNS}", origin)
         seed = count("seed", campaign.seed, 0, origin)
-        self.dispersions = read_dispersions(campaign.vary, origin)
+        self.dispersions = read_dispersions(dict(sorted(campaign.vary.items())), origin)
         self.names = tuple(name for d in self.dispersions for name in d.names)
         groups = (manifest.parameters, self.law.parameters, manifest.scenario_parameters)
         self._columns = [{q.name: i for i, q in enumerate(group)} for group in groups]
@@ -106,6 +109,9 @@ class Plan:
         self._sampler = Sampler(campaign.sampling, [d.names for d in self.dispersions], campaign.n, seed)
         centres = {name: value for d in self.dispersions for name, value in d.centre().items()}
         self.nominal = self._resolved(centres, f"{origin} or the middle of vary" if centres else origin)
+
+        start = model.functions["initial"](self.nominal.p, self.nominal.s)
+        self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})
 
     def labels(self) -> tuple[str, ...]:
         """Return the dispersed names as a store has them: a state is called `initial_NAME`."""
@@ -122,33 +128,30 @@ class Plan:
         """Return the runs first ... first + count - 1; a run is the same whichever others are drawn with it."""
         values = self._values(first, count)
         vectors = [np.tile(v, (count, 1)) for v in (self.nominal.p, self.nominal.c, self.nominal.s)]
-        for name, column in zip(self.names, values.T, strict=True):
-            for vector, columns in zip(vectors, self._columns, strict=True):
-                if name in columns:
-                    vector[:, columns[name]] = column
+        drawn = dict(zip(self.names, values.T, strict=True))
+        for vector, columns in zip(vectors, self._columns, strict=True):
+            for name in drawn.keys() & columns.keys():
+                vector[:, columns[name]] = drawn[name]
         p, c, s = vectors
         self._fill_formulas(c)
         x0 = np.array(self.model.functions["initial"](p, s))
-        for name, value in self._initial.items():
-            x0[:, self._states[name]] = value
-        for name, column in zip(self.names, values.T, strict=True):
-            if not self._is_parameter(name):
-                x0[:, self._states[name]] = column
+        x0 = self._started(x0, {**self._initial, **self._only_states(drawn)})
         return Draw(first, values, p, c, s, x0, self._possible(p, c, s, x0))
+
+    def drawn(self, run: int) -> dict[str, float]:
+        """Return the drawn values of a run by name."""
+        return dict(zip(self.names, map(float, self._values(run, 1)[0]), strict=True))
 
     def settings(self, run: int) -> tuple[dict[str, float], dict[str, float]]:
         """Return parameters and initial states that a single run is given to repeat this one."""
-        drawn = dict(zip(self.names, map(float, self._values(run, 1)[0]), strict=True))
+        drawn = self.drawn(run)
         parameters = {name: value for name, value in drawn.items() if self._is_parameter(name)}
-        states = {name: value for name, value in drawn.items() if name not in parameters}
-        return {**self.campaign.parameters, **parameters}, {**self._initial, **states}
+        return {**self.campaign.parameters, **parameters}, {**self._initial, **self._only_states(drawn)}
 
     def refusal(self, run: int) -> str:
         """Say why a run is impossible; nothing when it is not."""
-        parameters, _ = self.settings(run)
         try:
-            drawn = {name: value for name, value in parameters.items() if name in self.names}
-            self._resolved(drawn, f"run {run}")
+            self._resolved(self.drawn(run), f"run {run}")
         except InputError as error:
             return str(error)
         draw = self.draw(run, 1)
@@ -175,6 +178,15 @@ class Plan:
         known = (*OPTIONS, *manifest.choices)
         return resolve(manifest, functions, self.law, self.scenario, values, origin, known)
 
+    def _only_states(self, values: Mapping[str, _T]) -> dict[str, _T]:
+        return {name: value for name, value in values.items() if not self._is_parameter(name)}
+
+    def _started(self, x0: FloatArray, states: Mapping[str, ArrayLike]) -> FloatArray:
+        """Put initial states that are given by name into x0, shape (..., nx)."""
+        for name, value in states.items():
+            x0[..., self._states[name]] = value
+        return x0
+
     def _is_parameter(self, name: str) -> bool:
         return any(name in columns for columns in self._columns)
 
@@ -184,11 +196,11 @@ class Plan:
         for name in self.names:
             if name not in known:
                 kind = f"parameter or state of {self.model.name} with {self.law.name}"
-                raise unknown_name(kind, name, known, f"vary, {self._origin}")
+                raise unknown_name(kind, name, known, f"vary, {self.origin}")
             if name in fixed:
-                raise InputError(f"{name} is both set and varied (from {self._origin})")
+                raise InputError(f"{name} is both set and varied (from {self.origin})")
             if name in ("delay", self.law.period):
-                raise InputError(f"{name} cannot vary (from {self._origin}): it decides when {self.law.name} samples")
+                raise InputError(f"{name} cannot vary (from {self.origin}): it decides when {self.law.name} samples")
 
     def _fill_formulas(self, c: FloatArray) -> None:
         """Compute the law parameters that follow from others, as `resolve` does for one run."""

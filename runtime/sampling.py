@@ -107,8 +107,8 @@ class Sampler:
 
 
 def stream(seed: int, name: str) -> np.random.Philox:
-    """Return the generator of a seed and a name, at its start."""
-    word = int.from_bytes(hashlib.blake2b(name.encode(), digest_size=8).digest(), "little")
+    """Return the generator of a seed and a name, at its start; measurement noise has keys without the highest bit."""
+    word = int.from_bytes(hashlib.blake2b(name.encode(), digest_size=8).digest(), "little") | 1 << 63
     return np.random.Philox(key=np.array([seed, word], dtype=np.uint64))
 
 

@@ -65,11 +65,11 @@ class Store:
         Runs per block, and runs in all.
     """
 
-    def __init__(self, group: zarr.Group, path: Path | None) -> None:
-        self._group: Any = group
+    def __init__(self, group: Any, path: Path | None) -> None:
+        self._group = group
         self.path = path
         self.attributes: dict[str, Any] = dict(group.attrs)
-        self._status: Any = self._group[STATUS]
+        self._status = self._group[STATUS]
         self.chunk = int(self._status.chunks[0])
 
     @property
@@ -97,6 +97,12 @@ class Store:
             names = [entry.name for entry in folder.iterdir()] if folder.is_dir() else []
             return sorted(int(name) for name in names if name.isdigit() and int(name) < self.blocks())
         return [block for block in range(self.blocks()) if self._status[block * self.chunk] != NOT_RUN]
+
+    def position(self, run: int) -> int:
+        """Return the place of a run among the stored ones."""
+        block = run // self.chunk
+        before = sum(len(self.runs(b)) for b in self.stored() if b < block)
+        return before + run - self.runs(block).start
 
     def write(self, block: int, values: Mapping[str, NDArray[Any]]) -> None:
         """Store a block, its status last.
@@ -143,10 +149,9 @@ class Store:
         """Return what the store holds, by name."""
         found: dict[str, Variable] = {}
         for name, array in self._group.arrays():
-            dimensions = array.metadata.dimension_names or ()
-            second = dimensions[1] if len(dimensions) > 1 else ""
-            size = array.shape[1] if len(dimensions) > 1 else 0
-            if dimensions[0] == "run":
+            first, *rest = array.metadata.dimension_names
+            second, size = (rest[0], array.shape[1]) if rest else ("", 0)
+            if first == "run":
                 found[name] = Variable(name, str(array.dtype), second, size, dict(array.attrs))
         return dict(sorted(found.items()))
 
@@ -163,8 +168,10 @@ class Store:
         """Open it with xarray; values are read when they are used."""
         import xarray
 
-        opened: xarray.Dataset = xarray.open_zarr(self._group.store, consolidated=False, chunks=None)
-        return opened
+        names: list[str] = self.attributes["variables"]
+        opened: xarray.Dataset = xarray.open_zarr(self._group.store, chunks=None)
+        ordered: xarray.Dataset = opened[names]
+        return ordered
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[None]:
@@ -268,7 +275,11 @@ def _fill(
 ) -> Store:
     import zarr
 
-    group = zarr.create_group(target, zarr_format=3, attributes={"mehvar_batch": FORMAT, **attributes})
+    group = zarr.create_group(
+        target,
+        zarr_format=3,
+        attributes={"mehvar_batch": FORMAT, "variables": [v.name for v in variables], **attributes},
+    )
     for variable in variables:
         _array(group, variable, n, chunk)
     for name, values in coordinates.variables.items():
