@@ -68,23 +68,27 @@ static double first_step(mv_stepper *s, const double *x, double room, const mv_t
     return fmin(100 * h, next);
 }
 
+static double weighted_square(const mv_stepper *s, const double *v, const double *x, const double *y)
+{
+    double sum = 0.0;
+    for (int i = 0; i < s->n; i++) {
+        const double weight = 1.0 / (s->atol + s->rtol * fmax(fabs(x[i]), fabs(y[i])));
+        const double part = v[i] * weight;
+        sum += part * part;
+    }
+    return sum;
+}
+
 /* Error of the step x -> y over its tolerance: the step is good when this is below one. NaN when anything is. */
 static double error_ratio(const mv_stepper *s, const mv_tableau *m, double h, const double *x, const double *y,
                           double *scratch)
 {
     const int n = s->n, count = m->stages + m->end_in_error;
-    double main = 0.0, third = 0.0;
     combine(m->e, count, s->work, n, scratch);
-    for (int i = 0; i < n; i++) {
-        const double part = scratch[i] / (s->atol + s->rtol * fmax(fabs(x[i]), fabs(y[i])));
-        main += part * part;
-    }
+    const double main = weighted_square(s, scratch, x, y);
     if (!m->e3) return h * sqrt(main / n);
     combine(m->e3, count, s->work, n, scratch);
-    for (int i = 0; i < n; i++) {
-        const double part = scratch[i] / (s->atol + s->rtol * fmax(fabs(x[i]), fabs(y[i])));
-        third += part * part;
-    }
+    const double third = weighted_square(s, scratch, x, y);
     if (main == 0.0 && third == 0.0) return 0.0;
     return h * main / sqrt((main + 0.01 * third) * n);
 }

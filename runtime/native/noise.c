@@ -4,5 +4,5 @@
 
 void mv_normals(uint64_t seed, uint64_t run, int64_t samples, int64_t size, double *e)
 {
-    for (int64_t k = 0; k < samples; k++) mv_noise(&seed, &run, (uint64_t)k, (int)size, e + k * size);
+    for (int64_t k = 0; k < samples; k++) mv_noise(seed, &run, (uint64_t)k, (int)size, e + k * size);
 }
