@@ -86,11 +86,13 @@ class StopRule:
 
 
 def interval(successes: int, runs: int) -> tuple[float, float]:
-    """Return the exact interval of a probability (Clopper and Pearson 1934), at 95 %."""
-    from scipy.stats import binomtest
+    """Return the exact interval of a probability at 95 % (Clopper and Pearson 1934)."""
+    from scipy.special import betaincinv
 
-    found = binomtest(successes, runs).proportion_ci(CONFIDENCE, method="exact")
-    return float(found.low), float(found.high)
+    tail, failures = (1 - CONFIDENCE) / 2, runs - successes
+    low = float(betaincinv(successes, failures + 1, tail)) if successes else 0.0
+    high = float(betaincinv(successes + 1, failures, 1 - tail)) if failures else 1.0
+    return low, high
 
 
 def scalars(store: Store) -> list[str]:
