@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .backend import FloatArray
 from .campaign import Plan
 from .errors import InputError, bad_value
 from .metrics import metrics
@@ -63,8 +64,16 @@ def difference(run: Run, store: Store, number: int) -> str | None:
     if run.status is Status.DONE:
         pairs["final"] = (run.x[-1], store.read("final", [block])[row])
     told = [
-        f"{name} by up to {np.nanmax(np.abs(np.subtract(here, there, dtype=np.float64))):.3g}"
+        f"{name} by up to {_largest(here, there):.3g}"
         for name, (here, there) in pairs.items()
         if not np.array_equal(here, there, equal_nan=here.dtype.kind == "f")
     ]
     return f"differs from the store in {', '.join(told)}" if told else ""
+
+
+def _largest(one: FloatArray, other: FloatArray) -> float:
+    """Return the largest difference; infinite where only one of two numbers is finite."""
+    with np.errstate(invalid="ignore"):
+        gap = np.abs(np.subtract(one, other, dtype=np.float64))
+    alike = (one == other) | (np.isnan(one) & np.isnan(other))
+    return float(np.max(np.where(alike, 0.0, np.where(np.isfinite(gap), gap, np.inf))))
