@@ -75,9 +75,8 @@ def kernel_sources(loop: Loop) -> dict[str, str]:
     InputError
         If the generated folder lacks a function.
     """
-    model = loop.manifest.model
     sources = native_headers() | {name: (NATIVE / name).read_text(encoding="utf-8") for name in _FILES}
-    for name in (f"{model}.c", f"{model}.h"):
+    for name in _files(loop.manifest):
         sources[name] = (loop.manifest.folder / name).read_text(encoding="utf-8")
     return sources | {"calls.h": _calls(loop), "stages.h": _stages(loop.method)}
 
@@ -108,26 +107,43 @@ def _calls(loop: Loop) -> str:
     """Return the sizes, the constants of a run, and the calls of generated functions."""
     manifest, roles = loop.manifest, _roles(loop)
     functions = {identifier(name): function for name, function in manifest.functions.items()}
-    prepared = {role: f"{identifier(f.name)}_prepare" for role, f in roles.items()}
-    prepared = {role: name for role, name in prepared.items() if name in functions}
-    hoisted = {role: functions[name].results[0].size for role, name in prepared.items()}
+    parts = {role: _parts(functions, function) for role, function in roles.items()}
     lines = ["/* SPDX-License-Identifier: Apache-2.0 */", '#include "mehvar_math.h"']
-    lines += [f"static {_declaration(manifest, f)};" for f in functions.values() if not f.file.endswith("_jac.c")]
-    lines += [f'#include "{manifest.model}.c"', *_sizes(loop, roles), "typedef struct {"]
+    lines += [f"static {_declaration(manifest, f)};" for f in functions.values() if f.file in _files(manifest)]
+    lines += [f'#include "{file}"' for file in _files(manifest) if file.endswith(".c")]
+    lines += [*_sizes(loop, roles), "typedef struct {"]
     lines += [f"    real {name}[N{name.upper()} + 1];" for name in "pcs"]
-    lines += [f"    real h_{role}[{size}];" for role, size in hoisted.items()]
-    lines += ["} mv_constants;", "static void mv_prepare(mv_constants *k, const real *r)", "{", "    (void)r;"]
-    for role, name in prepared.items():
-        given = [_given(a.name) for a in functions[name].arguments]
-        lines.append(f"    {_symbol(manifest, name)}({', '.join([*given, f'k->h_{role}'])});")
-    lines.append("}")
+    for role, found in parts.items():
+        lines += [f"    real {f.results[0].name}_{role}[{f.results[0].size}];" for f in found.values()]
+    lines.append("} mv_constants;")
+    for step, received in (("prepare", "r"), ("hold", "u")):
+        lines += [
+            f"static void mv_{step}(mv_constants *k, const real *{received})",
+            "{",
+            f"    (void)k; (void){received};",
+        ]
+        for role, found in parts.items():
+            lines += [f"    {_invocation(manifest, role, found[step])};" for _ in range(step in found)]
+        lines.append("}")
     lines += _reference(manifest, roles["reference"])
     for role in _CALLS:
         function = roles.get(role)
-        if function is not None and role in prepared:
-            function = functions[f"{identifier(function.name)}_prepared"]
+        if parts.get(role):
+            function = functions[f"{identifier(roles[role].name)}_prepared"]
         lines += _call(manifest, role, function)
     return "\n".join(lines) + "\n"
+
+
+def _parts(functions: Mapping[str, Function], function: Function) -> dict[str, Function]:
+    """Return what is computed of a function before it is called: once per run, and when the input changes."""
+    names = {step: f"{identifier(function.name)}_{step}" for step in ("prepare", "hold")}
+    return {step: functions[name] for step, name in names.items() if name in functions}
+
+
+def _files(manifest: Manifest) -> list[str]:
+    """Return the files of the model that a kernel takes in."""
+    names = {f.file for f in manifest.functions.values() if not f.file.endswith("_jac.c")}
+    return [*sorted(names), f"{manifest.model}.h"]
 
 
 def _sizes(loop: Loop, roles: Mapping[str, Function]) -> list[str]:
@@ -155,12 +171,20 @@ def _symbol(manifest: Manifest, name: str) -> str:
     return f"{identifier(manifest.model)}_{identifier(name)}"
 
 
-def _given(name: str) -> str:
-    return f"k->{name}" if name in ("p", "c", "s") else name
+def _given(name: str, role: str) -> str:
+    """Return the C expression of an argument."""
+    if name in ("p", "c", "s"):
+        return f"k->{name}"
+    return f"k->{name}_{role}" if name in ("h", "w") else name
+
+
+def _invocation(manifest: Manifest, role: str, function: Function) -> str:
+    arrays = (*function.arguments, *function.results)
+    return f"{_symbol(manifest, function.name)}({', '.join(_given(a.name, role) for a in arrays)})"
 
 
 def _reference(manifest: Manifest, function: Function) -> list[str]:
-    given = ", ".join("&t" if a.name == "t" else _given(a.name) for a in function.arguments)
+    given = ", ".join("&t" if a.name == "t" else _given(a.name, "") for a in function.arguments)
     return [
         "static inline void mv_call_reference(const mv_constants *k, real t, real *r)",
         f"{{ (void)k; (void)t; {_symbol(manifest, function.name)}({given}, r); }}",
@@ -175,8 +199,7 @@ def _call(manifest: Manifest, role: str, function: Function | None) -> list[str]
     lines.append("    " + " ".join(f"(void){name};" for name in ("k", *arguments, *results)))
     found = [] if function is None else [r.name for r in function.results]
     if function is not None:
-        hoisted = {"h": f"k->h_{role}"}
-        given = [hoisted.get(a.name, _given(a.name)) for a in function.arguments]
+        given = [_given(a.name, role) for a in function.arguments]
         lines.append(f"    {_symbol(manifest, function.name)}({', '.join([*given, *results[: len(found)]])});")
     if role in _INSTEAD and len(found) < len(results):
         target, _, source, size = _INSTEAD[role].split()

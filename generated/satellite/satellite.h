@@ -10,7 +10,7 @@
 
 #include "mehvar_math.h"
 
-#define SATELLITE_HASH "1c41a7f9e592ec4cb6bef75de2cd82b4fdf46926f9f6804bd8e4cc4a5744ba17"
+#define SATELLITE_HASH "3218f20aeb910157e77a6a05250b34846fd5db1322cc7c00f09838e169aaaaae"
 
 /* state x */
 enum {
@@ -465,5 +465,47 @@ void satellite_jac_u(const real *x, const real *u, const real *p, real *J);
 
 /* change of rhs along a change of state and input: J_x along_x + J_u along_u */
 void satellite_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change);
+
+/* what rhs computes once per run */
+void satellite_rhs_prepare(const real *p, real *h);
+
+/* the rest of rhs */
+void satellite_rhs_prepared(const real *x, const real *u, const real *p, const real *h, real *dx);
+
+/* what outputs computes once per run */
+void satellite_outputs_prepare(const real *p, real *h);
+
+/* the rest of outputs */
+void satellite_outputs_prepared(const real *x, const real *u, const real *r, const real *p, const real *h, real *y);
+
+/* what actuate computes once per run */
+void satellite_actuate_prepare(const real *p, real *h);
+
+/* the rest of actuate */
+void satellite_actuate_prepared(const real *x, const real *u_cmd, const real *p, const real *h, real *u);
+
+/* what measure computes once per run */
+void satellite_measure_prepare(const real *p, real *h);
+
+/* the rest of measure */
+void satellite_measure_prepared(const real *x, const real *e, const real *p, const real *h, real *x_seen);
+
+/* what mrac computes once per run */
+void satellite_mrac_prepare(const real *p, const real *c, real *h);
+
+/* the rest of mrac */
+void satellite_mrac_prepared(const real *x, const real *r, const real *v, const real *z, const real *c, const real *h, real *u, real *z_next);
+
+/* what mrac_literal computes once per run */
+void satellite_mrac_literal_prepare(const real *p, const real *c, real *h);
+
+/* the rest of mrac_literal */
+void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v, const real *z, const real *c, const real *h, real *u, real *z_next);
+
+/* what pd computes once per run */
+void satellite_pd_prepare(const real *p, const real *c, real *h);
+
+/* the rest of pd */
+void satellite_pd_prepared(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, const real *h, real *u, real *z_next);
 
 #endif

@@ -155,6 +155,9 @@ static mask mv_trial(mv_block *b, real target, real h, mask open, mask last, rea
 static void mv_advance(mv_block *b, double goal)
 {
     const real target = SPLAT(goal);
+#if SAMPLED
+    mv_hold(&b->fixed, b->column + U_COLUMN);
+#endif
     if (!b->ready) mv_slope(b, b->t, b->q, b->k[0]);
     b->ready = !SAMPLED;
     mv_retire(b, AND(b->alive, NOT(mv_finite(b->k[0], NQ))), MV_NOT_FINITE);

@@ -151,13 +151,13 @@ def test_stops_when_told_to():
 
 def test_refuses_what_it_cannot_do():
     triangle, satellite = model("triangle"), model("satellite")
-    with pytest.raises(InputError, match="profile = 'quick'.*portable or fast"):
+    with pytest.raises(InputError, match=r"profile = 'quick'.*portable or fast"):
         compile_kernel(triangle, "path", profile="quick")
-    with pytest.raises(InputError, match="lanes = 3.*1, 2, 4 or 8"):
+    with pytest.raises(InputError, match=r"lanes = 3.*1, 2, 4 or 8"):
         compile_kernel(triangle, "path", lanes=3)
-    with pytest.raises(InputError, match="delay = 1.*hold"):
+    with pytest.raises(InputError, match=r"delay = 1.*hold"):
         compile_kernel(triangle, "path", delay=1)
     p, c, s, x0 = dispersed("satellite", "pd", 2)
     p[1, satellite.parameter_names.index("Ts")] *= 2
-    with pytest.raises(InputError, match="Ts.*same in all runs"):
+    with pytest.raises(InputError, match=r"Ts.*same in all runs"):
         compile_kernel(satellite, "pd").run(0, p, c, s, x0, seed=0, t_end=1.0, dt=0.5)
