@@ -42,7 +42,7 @@ class CampaignFile(_Strict):
     until: str | None = None
     out: Path | None = None
     save: Save | None = None
-    set: dict[str, float | str] = {}
+    set: dict[str, int | float | str] = {}
     initial: dict[str, float] = {}
     vary: dict[str, str] = {}
 
@@ -102,7 +102,7 @@ def campaign_of(asked: CampaignFile, origin: str) -> Campaign:
 def _sentence(item: dict[str, object]) -> str:
     """Say field, value and what is allowed from one of pydantic's errors."""
     place = item["loc"]
-    field = ".".join(str(part) for part in place if part not in ("float", "str")) if isinstance(place, tuple) else ""
+    field = ".".join(str(part) for part in place if part not in ("int", "float", "str")) if isinstance(place, tuple) else ""
     if item["type"] == "missing":
         return f"{field} is missing"
     if item["type"] == "extra_forbidden":

@@ -18,7 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .blocks import IMPOSSIBLE, Blocks, Values, check_names
+from .build import FLAGS
 from .campaign import Campaign, Plan
+from .compiler import require_compiler
 from .errors import InputError, bad_value
 from .manifest import find_model, known_models
 from .model import Model, load
@@ -112,15 +114,12 @@ def run_batch(
         warnings.warn(text, stacklevel=2)
     rule = None if until is None else StopRule(until, campaign.sampling)
     blocks = Blocks(plan, threads or available_processors())
+    condition = Success(success)
+    condition.check(blocks.scalars())
+    source = _here(blocks) if client is None else _there(client, plan)
     store = _opened(plan, blocks, out, resume, chunk, {"success": success or "", "until": until or ""})
-    filling = _Filling(store, plan, rule, Success(success), strict, report)
     with store.writing():
-        if client is None:
-            filling.run(_here(blocks))
-        else:
-            from .cluster import on_workers
-
-            filling.run(on_workers(client, plan))
+        _Filling(store, plan, rule, condition, strict, report).run(source)
     return store
 
 
@@ -179,6 +178,9 @@ def _opened(
         seed=plan.campaign.seed,
         drawn=json.dumps(plan.labels()),
         metrics=json.dumps(list(manifest.metrics)),
+        profile=plan.campaign.options.get("profile", "portable"),
+        flags=" ".join(FLAGS),
+        compiler=require_compiler().version,
         nominal=json.dumps(plan.nominal.values),
         structure=json.dumps(manifest.structure),
         versions=json.dumps({**manifest.versions, **versions()}),
@@ -283,6 +285,12 @@ def _here(blocks: Blocks) -> BlockSource:
                 stop.set()
 
     return produce
+
+
+def _there(client: Client, plan: Plan) -> BlockSource:
+    from .cluster import on_workers
+
+    return on_workers(client, plan)
 
 
 def _taken(waiting: list[tuple[int, Future[Values | None]]]) -> tuple[int, Values]:

@@ -97,6 +97,12 @@ class Blocks:
             found = found.assign_coords(t=("t", self.instants, {"units": "s", "long_name": "time"}))
         return found
 
+    def scalars(self) -> list[str]:
+        """Return every name that stands for one number per run, as conditions use them."""
+        wide = [f"{summary}({name})" for summary in _SUMMARIES for name in self._kernel.variables]
+        ends = [f"final({name})" for name in self.plan.model.state_names]
+        return [*self.plan.labels(), *self.plan.model.manifest.metrics, "t_stop", "error", *ends, *wide]
+
     def quantities(self) -> dict[str, Quantity]:
         """Return every variable of a run, in the order of the kernel's columns."""
         manifest = self.plan.model.manifest

@@ -96,7 +96,8 @@ def on_workers(client: Client, plan: Plan) -> BlockSource:
             return future
 
         threads = sum(client.nthreads().values())
-        under_way = as_completed([f for f in (submit() for _ in range(_AHEAD * max(threads, 1))) if f])
+        started = [future for _ in range(_AHEAD * max(threads, 1)) if (future := submit()) is not None]
+        under_way = as_completed(started, loop=client.loop)
         try:
             for future in under_way:
                 block = numbers.pop(future)
@@ -111,8 +112,9 @@ def on_workers(client: Client, plan: Plan) -> BlockSource:
 
 def _bundle(plan: Plan) -> Bundle:
     manifest = plan.model.manifest
-    names = {FILE, f"{manifest.model}.h", *(f.file for f in manifest.functions.values() if "jac" not in f.name)}
-    files = {name: (manifest.folder / name).read_text(encoding="utf-8") for name in sorted(names)}
+    sources = (path for path in manifest.folder.iterdir() if path.suffix in (".c", ".h"))
+    names = [FILE, *sorted(path.name for path in sources if not path.stem.endswith("_jac"))]
+    files = {name: (manifest.folder / name).read_text(encoding="utf-8") for name in names}
     return Bundle(files, json.dumps(dataclasses.asdict(plan.campaign), sort_keys=True))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import ast
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -58,16 +58,16 @@ class Condition:
             raise self._refused()
 
     def __call__(self, values: Values) -> NDArray[np.bool_]:
-        """Return for which runs it holds; comparisons with NaN do not.
-
-        Raises
-        ------
-        InputError
-            For a name that the values lack.
-        """
+        """Return for which runs it holds; comparisons with NaN do not. The values have every name of `names`."""
         with np.errstate(all="ignore"):
             result: NDArray[np.bool_] = np.asarray(self._value(self._tree, values), dtype=np.bool_)
         return result
+
+    def check(self, known: Collection[str]) -> None:
+        """Raise InputError for a name that is not known."""
+        for name in sorted(self.names):
+            if name not in known:
+                raise unknown_name("number of a run", name, known, f"{self._origin} = {self.text!r}")
 
     def _refused(self) -> InputError:
         return bad_value(self._origin, self.text, _USAGE)
@@ -98,8 +98,6 @@ class Condition:
 
     def _value(self, node: ast.expr, values: Values) -> Any:
         if (name := _name(node)) is not None:
-            if name not in values:
-                raise unknown_name("number of a run", name, values, f"{self._origin} = {self.text!r}")
             return values[name]
         parts = [self._value(child, values) for child in self._operands(node)]
         match node:

@@ -45,11 +45,13 @@ class Success:
         done: NDArray[np.bool_] = store.read(STATUS, blocks) == Status.DONE
         if self._condition is None:
             return done
-        known = scalars(store)
-        values = {name: column(store, name, blocks) for name in self._condition.names if name in known}
-        for name in known:
-            values.setdefault(name, np.empty(0))
-        return done & self._condition(values)
+        self.check(scalars(store))
+        return done & self._condition({name: column(store, name, blocks) for name in self._condition.names})
+
+    def check(self, known: Sequence[str]) -> None:
+        """Raise InputError when the condition asks for a name that is not known."""
+        if self._condition is not None:
+            self._condition.check(known)
 
 
 class StopRule:
