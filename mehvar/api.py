@@ -119,7 +119,7 @@ def batch(
     scheduler : str or distributed.Client, optional
         A dask cluster that computes the runs.
     report : callable, optional
-        Called after each block with runs stored, runs in all, and runs that did not reach their end.
+        Called at the start and after each block with runs stored, runs in all, and runs that did not reach their end.
     **options
         `t_end`, `dt_out`, `method`, ... and choices as in `simulate`, `profile`, or parameters by name.
 

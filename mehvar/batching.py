@@ -60,8 +60,7 @@ def batch_command(given: BatchOptions) -> int:
         raise InputError("a batch needs a store: --out STORE.zarr")
     campaign = campaign_of(asked, "the command line")
     client = _client(given.scheduler)
-    started = time.perf_counter()
-    seen = _Seen()
+    clock = _Clock()
     try:
         with client as connected, _bar(f"{asked.model} {asked.controller}") as show:
             store = run_batch(
@@ -74,7 +73,7 @@ def batch_command(given: BatchOptions) -> int:
                 strict=given.strict,
                 threads=given.threads,
                 client=connected,
-                report=seen.then(show),
+                report=clock.then(show),
                 origin="--set",
             )
     except KeyboardInterrupt:
@@ -83,7 +82,7 @@ def batch_command(given: BatchOptions) -> int:
         return _stopped(str(error.strerror), asked.out, 3)
     except ImpossibleRunError as error:
         return _stopped(f"--strict: {error}", asked.out, 2)
-    _say_rate(seen, time.perf_counter() - started)
+    clock.say()
     print_statistics(store, asked.success)
     return 0
 
@@ -168,23 +167,28 @@ def _stopped(why: str, out: Path, status: int) -> int:
     return status
 
 
-class _Seen:
-    """What has been reported: runs that were there at the start, and the last report."""
+class _Clock:
+    """How many runs were computed, and how long that took from the first report on."""
 
     def __init__(self) -> None:
-        self.first: int | None = None
-        self.runs = 0
+        self._reports: list[tuple[float, int]] = []
 
     def then(self, show: Report) -> Report:
+        """Return a report that is noted and shown."""
+
         def report(runs: int, total: int, failed: int) -> None:
-            self.runs = runs
+            self._reports = [*self._reports[:1], (time.perf_counter(), runs)]
             show(runs, total, failed)
 
         return report
 
-
-def _say_rate(seen: _Seen, seconds: float) -> None:
-    typer.echo(f"{seen.runs} runs in {seconds:.1f} s")
+    def say(self) -> None:
+        """Print runs, time and rate; nothing when no run was computed."""
+        (begun, first), *rest = self._reports or [(0.0, 0)]
+        if rest:
+            (ended, last) = rest[0]
+            runs, seconds = last - first, ended - begun
+            typer.echo(f"{runs} runs in {seconds:.3g} s, {runs / seconds:.3g} runs/s")
 
 
 @contextmanager
@@ -202,11 +206,16 @@ def _bar(what: str) -> Iterator[Report]:
         disable=not console.is_terminal,
     )
     with bar:
-        task = bar.add_task(what, total=None, rate="", failed=0)
+        task = bar.add_task(what, total=1, rate="compiling", failed=0)
+        begun = False
 
         def show(runs: int, total: int, failed: int) -> None:
+            nonlocal begun
+            if not begun:
+                bar.reset(task, total=total, completed=runs)
+                begun = True
             speed = bar.tasks[0].finished_speed or bar.tasks[0].speed
-            rate = f"{speed:.3g} runs/s" if speed else "compiling"
+            rate = f"{speed:.3g} runs/s" if speed else "started"
             bar.update(task, completed=runs, total=total, rate=rate, failed=failed)
 
         yield show

@@ -89,7 +89,7 @@ def run_batch(
     chunk : int, optional
         Runs per block; unless given, chosen from n and from what is stored of each run.
     report : callable, optional
-        Called after each block.
+        Called at the start and after each block.
     origin : str
         How error messages call the arguments.
 
@@ -233,20 +233,21 @@ class _Filling:
         present = self._store.stored()
         if any(self._is_enough(block, self._store.read(STATUS, [block])) for block in present):
             return
+        self._tell()
         missing = sorted(set(range(self._store.blocks())) - set(present))
         produced = source([(block, self._store.runs(block)) for block in missing])
         with contextlib.closing(produced):
             for block, values in produced:
                 self._store.write(block, values)
-                if self._is_enough(block, values[STATUS]):
+                enough = self._is_enough(block, values[STATUS])
+                self._tell()
+                if enough:
                     return
 
     def _is_enough(self, block: int, status: NDArray[Any]) -> bool:
         """Count a stored block; true when the stop rule is fulfilled, and the store then ends there."""
         self._stored += len(status)
         self._failed += int(np.count_nonzero(status != Status.DONE))
-        if self._report:
-            self._report(self._stored, self._store.n, self._failed)
         impossible = np.flatnonzero(status == IMPOSSIBLE)
         if self._strict and impossible.size:
             raise ImpossibleRunError(self._plan.refusal(self._store.runs(block).start + int(impossible[0])))
@@ -254,6 +255,10 @@ class _Filling:
             return False
         self._successes[block] = int(np.count_nonzero(self._success(self._store, [block])))
         return self._ends(self._rule)
+
+    def _tell(self) -> None:
+        if self._report:
+            self._report(self._stored, self._store.n, self._failed)
 
     def _ends(self, rule: StopRule) -> bool:
         """Look at the runs from 0 on without a gap, so that the end depends on no order; cut the store there."""
