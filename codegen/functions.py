@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import sympy as sp
 
 from codegen.lower import to_casadi
-from codegen.requests import Request, bindings, requests
+from codegen.requests import Request, bindings, held_arguments, parameter_arguments, requests
 from models.system import Expr, Group, System
 
 Signature = tuple[tuple[str, int | None], ...]
@@ -30,6 +30,10 @@ class GeneratedFunction:
         The SX function that the text is printed from.
     jacobian : bool
         Whether it is a derivative of the right-hand side and goes into a file of its own.
+    parameters : set of int
+        The arguments that stay the same along a run; empty for a function that a run does not call again and again.
+    held : set of int
+        The arguments that stay the same from one sample of a law to the next.
     """
 
     name: str
@@ -38,6 +42,8 @@ class GeneratedFunction:
     results: Signature
     graph: ca.Function
     jacobian: bool = False
+    parameters: frozenset[int] = frozenset()
+    held: frozenset[int] = frozenset()
 
 
 def generate_functions(system: System) -> list[GeneratedFunction]:
@@ -91,7 +97,10 @@ def _build(
     sizes = tuple((name, None if request.scalars else len(exprs)) for name, exprs in results)
     argument_names = [f"arg_{group.name}" for group in request.arguments]
     graph = ca.Function(request.name, vectors, shared, argument_names, [f"res_{name}" for name, _ in results])
-    return GeneratedFunction(request.name, request.description, signature, sizes, graph)
+    found = GeneratedFunction(request.name, request.description, signature, sizes, graph)
+    if not request.repeated:
+        return found
+    return replace(found, parameters=parameter_arguments(system, request), held=held_arguments(request))
 
 
 def _is_scalar(group: Group) -> bool:

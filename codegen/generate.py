@@ -245,6 +245,7 @@ def _texts_of(model: str) -> list[str]:
     return [
         f"{model}.c",
         f"{model}_jac.c",
+        f"{model}_prepared.c",
         f"{model}.h",
         f"{model}.py",
         "equations.json",

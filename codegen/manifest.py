@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
-from codegen.texts import PrintedFunction, model_hash
+from codegen.requests import reference_moves
+from codegen.texts import PrintedFunction, file_of, model_hash
 from models.system import (
-    TIME,
     Condition,
     Controller,
     Group,
@@ -19,7 +19,6 @@ from models.system import (
     Parameter,
     Scenario,
     System,
-    free_symbols,
 )
 
 SCHEMA = 1
@@ -39,7 +38,6 @@ def manifest(
     inputs, files : mapping of str to str
         SHA-256 of every source file it depends on and of every other file that was written.
     """
-    time_dependent = TIME.symbol in free_symbols(system.reference, system.definitions)
     return {
         "schema": SCHEMA,
         "model": system.name,
@@ -57,7 +55,7 @@ def manifest(
         "controllers": {law.name: _controller(law) for law in system.controllers},
         "limits": _messages(system.limits),
         "constraints": _messages(system.constraints),
-        "reference_constant": not time_dependent,
+        "reference_constant": not reference_moves(system),
         "choices": {c.name: {"values": list(c.values), "description": c.description} for c in system.choices},
         "noise": _quantities(system.sensor.noise) if system.sensor else [],
         "scenarios": {scenario.name: _scenario(scenario) for scenario in system.scenarios},
@@ -148,5 +146,5 @@ def _function(model: str, f: PrintedFunction) -> dict[str, Any]:
         "args": [[name, size] for name, size in f.arguments],
         "results": [[name, size] for name, size in f.results],
         "operations": f.operations,
-        "file": f"{model}_jac.c" if f.jacobian else f"{model}.c",
+        "file": file_of(model, f.part),
     }

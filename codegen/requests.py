@@ -9,7 +9,17 @@ from dataclasses import dataclass
 import sympy as sp
 
 from models.check import formulas
-from models.system import TIME, Condition, Controller, Expr, Function, Group, System, scalar
+from models.system import (
+    TIME,
+    Condition,
+    Controller,
+    Expr,
+    Function,
+    Group,
+    System,
+    free_symbols,
+    scalar,
+)
 
 
 @dataclass(frozen=True)
@@ -28,6 +38,8 @@ class Request:
         Whether each result is a scalar instead of a vector.
     law : Controller, optional
         The law that gives the input where the function does not receive it.
+    repeated : bool
+        Whether a run calls it again and again with the same parameters.
     """
 
     name: str
@@ -36,6 +48,7 @@ class Request:
     results: tuple[tuple[str, tuple[Expr, ...]], ...]
     scalars: bool = False
     law: Controller | None = None
+    repeated: bool = False
 
 
 def identifier(name: str) -> str:
@@ -52,14 +65,16 @@ def requests(system: System) -> list[Request]:
 
 def _plant(system: System) -> list[Request]:
     x, u, r, p = system.states, system.inputs, system.references, system.parameters
+    margins = _margins(system.limits)
     found = [
-        Request("rhs", "state derivative", (x, u, p), (("dx", system.rhs),)),
-        Request("outputs", "outputs of a run", (x, u, r, p), (("y", system.output),)),
-        Request("limits", "margins that stay positive along a run", (x, u, p), (("margin", _margins(system.limits)),)),
+        Request("rhs", "state derivative", (x, u, p), (("dx", system.rhs),), repeated=True),
+        Request("outputs", "outputs of a run", (x, u, r, p), (("y", system.output),), repeated=True),
+        Request("limits", "margins that stay positive along a run", (x, u, p), (("margin", margins),), repeated=True),
     ]
     for variant in system.variants:
         description = f"state derivative, {', '.join(variant.values)}"
-        found.append(Request(f"rhs_{suffix(system, variant.values)}", description, (x, u, p), (("dx", variant.rhs),)))
+        name, result = f"rhs_{suffix(system, variant.values)}", (("dx", variant.rhs),)
+        found.append(Request(name, description, (x, u, p), result, repeated=True))
     q = _integrated(system)
     if system.coordinates:
         found.append(Request("to_coordinates", "regular coordinates of a state", (x,), (("q", q.symbols),)))
@@ -70,10 +85,12 @@ def _plant(system: System) -> list[Request]:
         )
     if system.actuator:
         commanded = Group("u_cmd", system.actuator.commanded.quantities)
-        found.append(Request("actuate", "input that acts", (x, commanded, p), (("u", system.actuator.applied),)))
+        result = (("u", system.actuator.applied),)
+        found.append(Request("actuate", "input that acts", (x, commanded, p), result, repeated=True))
     if system.sensor:
         noise = Group("e", system.sensor.noise.quantities)
-        found.append(Request("measure", "state that a law sees", (x, noise, p), (("x_seen", system.sensor.measured),)))
+        result = (("x_seen", system.sensor.measured),)
+        found.append(Request("measure", "state that a law sees", (x, noise, p), result, repeated=True))
     return found
 
 
@@ -119,9 +136,9 @@ def _sampled(system: System, law: Controller) -> list[Request]:
     x, r, p, c = system.states, system.references, system.parameters, law.parameters
     name, command = identifier(law.name), ("u", _commanded(system))
     if not law.memory:
-        return [Request(name, law.title, (x, r, p, c), (command,), law=law)]
+        return [Request(name, law.title, (x, r, p, c), (command,), law=law, repeated=True)]
     arguments = (x, r, Group("v", law.applied.quantities), Group("z", law.memory.quantities), p, c)
-    return [Request(name, law.title, arguments, (command, ("z_next", law.update)), law=law)]
+    return [Request(name, law.title, arguments, (command, ("z_next", law.update)), law=law, repeated=True)]
 
 
 def _continuous(system: System, law: Controller) -> list[Request]:
@@ -131,15 +148,17 @@ def _continuous(system: System, law: Controller) -> list[Request]:
     command = ("u_cmd", _commanded(system))
     seen = (("x", x.symbols), ("u", system.inputs.symbols), *((command,) if system.actuator else ()))
     found = [
-        Request(name, law.title, (x, r, p, c), (("u", _commanded(system)),), law=law),
-        Request(f"{name}_loop", f"closed loop of {law.name}", (q, r, p, c), (("dq", rhs),), law=law),
-        Request(f"{name}_observe", f"state and input in the loop of {law.name}", (q, r, p, c), seen, law=law),
+        Request(name, law.title, (x, r, p, c), (("u", _commanded(system)),), law=law, repeated=True),
+        Request(f"{name}_loop", f"closed loop of {law.name}", (q, r, p, c), (("dq", rhs),), law=law, repeated=True),
+        Request(
+            f"{name}_observe", f"state and input in the loop of {law.name}", (q, r, p, c), seen, law=law, repeated=True
+        ),
     ]
     for variant in system.variants:
         loop = variant.loops.get(law.name, variant.rhs)
         description = f"closed loop of {law.name}, {', '.join(variant.values)}"
         tag = f"{name}_loop_{suffix(system, variant.values)}"
-        found.append(Request(tag, description, (q, r, p, c), (("dq", loop),), law=law))
+        found.append(Request(tag, description, (q, r, p, c), (("dq", loop),), law=law, repeated=True))
     return found
 
 
@@ -165,6 +184,23 @@ def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
         bound |= _pairs(_commanded(system), law.command)
         bound |= _pairs(system.inputs.symbols, system.actuator.applied) if system.actuator else {}
     return bound
+
+
+def parameter_arguments(system: System, request: Request) -> frozenset[int]:
+    """Return the arguments that stay the same along a run: parameters, and a reference that does not move."""
+    fixed = {"p", "c", "s"} | (set() if reference_moves(system) else {"r"})
+    return frozenset(k for k, group in enumerate(request.arguments) if group.name in fixed)
+
+
+def held_arguments(request: Request) -> frozenset[int]:
+    """Return the arguments that a state derivative finds unchanged from one sample of a law to the next: the input."""
+    derivative = [name for name, _ in request.results] == ["dx"]
+    return frozenset(k for k, group in enumerate(request.arguments) if derivative and group.name == "u")
+
+
+def reference_moves(system: System) -> bool:
+    """Tell whether the reference depends on time."""
+    return TIME.symbol in free_symbols(system.reference, system.definitions)
 
 
 def _integrated(system: System) -> Group:

@@ -8,7 +8,7 @@ its reciprocal; sine and cosine of one angle are fused; CasADi's pair of `if_els
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 import casadi as ca
@@ -86,15 +86,23 @@ class Tape:
         return counts
 
 
-def tape(function: ca.Function) -> Tape:
+def tape(function: ca.Function, parameters: frozenset[int] = frozenset()) -> Tape:
     """Read a CasADi SX function into a tape.
+
+    Parameters
+    ----------
+    function : casadi.Function
+        What to read.
+    parameters : set of int
+        Arguments that stay the same from call to call: divisors that depend on these alone are inverted, so that the
+        inverse can be computed once.
 
     Raises
     ------
     TapeError
         If the function uses an operation that cannot be printed.
     """
-    return _prune(_share_reciprocals(_fuse_selects(_read(function))))
+    return prune(_share_reciprocals(_fuse_selects(_read(function)), parameters))
 
 
 class _Builder:
@@ -191,9 +199,28 @@ def _fuse_selects(tape_: Tape) -> Tape:
     return _rewrite(tape_, change)
 
 
-def _share_reciprocals(tape_: Tape) -> Tape:
-    """Divide once by each denominator that is used more than once."""
+def early(tape_: Tape, parameters: Collection[int]) -> list[bool]:
+    """Tell for each value whether it depends on some arguments, the parameters, alone."""
+    known: list[bool] = []
+    for i in tape_.instructions:
+        known.append(i.args[0] in parameters if i.op == "input" else all(known[a] for a in i.operands))
+    return known
+
+
+def keeps_place(instruction: Instruction) -> bool:
+    """Tell whether computing a value again is as cheap as having it, or it is no number that could be kept."""
+    return instruction.op in _FREE or instruction.op in MASKS
+
+
+def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
+    """Divide once by each denominator that is used more than once, or that never changes from call to call."""
+    known = early(tape_, parameters)
     divisors = Counter(i.args[1] for i in tape_.instructions if i.op == "div")
+    divisors.update(
+        i.args[1]
+        for i in tape_.instructions
+        if i.op == "div" and known[i.args[1]] and not known[i.args[0]] and tape_.instructions[i.args[1]].op != "const"
+    )
     builder, moved, inverse = _Builder(), {}, {}
     for k, instruction in enumerate(tape_.instructions):
         if instruction.op in ("input", "const"):
@@ -213,7 +240,7 @@ def _share_reciprocals(tape_: Tape) -> Tape:
     return Tape(tuple(builder.instructions), results)
 
 
-def _prune(tape_: Tape) -> Tape:
+def prune(tape_: Tape) -> Tape:
     """Drop what no result needs and renumber."""
     needed = set(_reachable(tape_))
     order = [k for k in range(len(tape_.instructions)) if k in needed]

@@ -5,16 +5,21 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import jinja2
 
 from codegen.emit import PYTHON, C, statements
 from codegen.functions import GeneratedFunction
+from codegen.hoist import split
 from codegen.requests import identifier
 from codegen.tape import Tape, tape
 from models.system import Group, Quantity, System
+
+Part = Literal["", "jac", "prepared"]
+"""Which of the model's C files a function is in."""
 
 _TEMPLATES = Path(__file__).parent / "templates"
 
@@ -37,7 +42,7 @@ class PrintedFunction:
     description: str
     arguments: tuple[tuple[str, int | None], ...]
     results: tuple[tuple[str, int | None], ...]
-    jacobian: bool
+    part: Part
     tape: Tape
 
     @property
@@ -109,10 +114,41 @@ class PrintedFunction:
 
 
 def printed(functions: Sequence[GeneratedFunction]) -> list[PrintedFunction]:
-    """Turn graphs into tapes ready to print."""
-    return [
-        PrintedFunction(f.name, f.description, f.arguments, f.results, f.jacobian, tape(f.graph)) for f in functions
+    """Turn graphs into tapes ready to print; what a run calls again and again is printed in two parts as well."""
+    found = [
+        PrintedFunction(
+            f.name, f.description, f.arguments, f.results, "jac" if f.jacobian else "", tape(f.graph, f.parameters)
+        )
+        for f in functions
     ]
+    parts = (_in_parts(p, f.parameters, f.held) for p, f in zip(found, functions, strict=True))
+    return [*found, *(part for several in parts for part in several)]
+
+
+def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[int]) -> list[PrintedFunction]:
+    """Split off what is computed once per run and once per sample of a law; nothing where there is nothing of it."""
+    rest, known, parts = f, {f.arguments[k][0] for k in parameters}, list[PrintedFunction]()
+    steps: tuple[tuple[str, str, str, set[str]], ...] = (
+        ("prepare", "h", "once per run", set()),
+        ("hold", "w", "when the input changes", {"u"} if held else set()),
+    )
+    for step, vector, when, more in steps if known else ():
+        known |= more
+        halves = split(rest.tape, rest.arguments, {k for k, (a, _) in enumerate(rest.arguments) if a in known}, vector)
+        if halves is None:
+            continue
+        once, result = f"what {f.name} computes {when}", ((vector, halves.size),)
+        parts.append(PrintedFunction(f"{f.name}_{step}", once, halves.first, result, "prepared", halves.prepare))
+        rest = replace(rest, arguments=halves.second, tape=halves.prepared)
+        known |= {vector}
+    if not parts:
+        return []
+    return [*parts, replace(rest, name=f"{f.name}_prepared", description=f"the rest of {f.name}", part="prepared")]
+
+
+def file_of(model: str, part: Part) -> str:
+    """Return the name of a C file."""
+    return f"{model}_{part}.c" if part else f"{model}.c"
 
 
 def model_hash(system: System, functions: Sequence[PrintedFunction]) -> str:
@@ -155,7 +191,7 @@ def texts(system: System, functions: Sequence[PrintedFunction]) -> dict[str, str
     Returns
     -------
     dict of str to str
-        File name to text: MODEL.c, MODEL_jac.c, MODEL.h, MODEL.py.
+        File name to text: MODEL.c, MODEL_jac.c, MODEL_prepared.c, MODEL.h, MODEL.py.
     """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_TEMPLATES),
@@ -178,10 +214,9 @@ def texts(system: System, functions: Sequence[PrintedFunction]) -> dict[str, str
     def fill(template: str, chosen: Sequence[PrintedFunction], what: str = "") -> str:
         return environment.get_template(template).render(common, functions=chosen, what=what)
 
-    plain, jacobians = [f for f in functions if not f.jacobian], [f for f in functions if f.jacobian]
+    titles: dict[Part, str] = {"": "", "jac": ", Jacobians", "prepared": ", in two parts for many calls of a run"}
     return {
-        f"{name}.c": fill("model.c.j2", plain),
-        f"{name}_jac.c": fill("model.c.j2", jacobians, ", Jacobians"),
+        **{file_of(name, p): fill("model.c.j2", [f for f in functions if f.part == p], t) for p, t in titles.items()},
         f"{name}.h": fill("model.h.j2", functions),
         f"{name}.py": fill("model.py.j2", functions),
     }

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from codegen.lower import to_casadi as to_casadi
+    from mehvar.api import batch as batch
     from mehvar.api import simulate as simulate
     from models.mechanics import kirchhoff as kirchhoff
     from models.mechanics import lagrange as lagrange
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 __version__ = version("mehvar")
 
 _HOMES = {
-    "mehvar.api": ("simulate",),
+    "mehvar.api": ("batch", "simulate"),
     "runtime.errors": ("InputError",),
     "runtime.model": ("Model", "load"),
     "runtime.results": ("open_result",),

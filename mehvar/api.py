@@ -5,14 +5,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from runtime.batch import Report, run_batch
+from runtime.campaign import Campaign
+from runtime.errors import InputError
+from runtime.manifest import find_model
 from runtime.model import Model
+from runtime.posing import OPTIONS
 from runtime.results import to_dataset
 from runtime.simulate import simulate as simulate_run
 
 if TYPE_CHECKING:
     import xarray as xr
+    from distributed import Client
+
+    from runtime.sampling import Design
 
 
 def simulate(
@@ -51,3 +61,126 @@ def simulate(
         For anything unknown, out of bounds or infeasible.
     """
     return to_dataset(simulate_run(model, controller, scenario, parameters, initial, **options))
+
+
+def batch(
+    model: Model | str | os.PathLike[str],
+    controller: str | None = None,
+    n: int | None = None,
+    scenario: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    initial: Mapping[str, float] | None = None,
+    *,
+    vary: Mapping[str, str] | None = None,
+    seed: int = 0,
+    sampling: Design = "random",
+    save: float | None = None,
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    success: str | None = None,
+    until: str | None = None,
+    strict: bool = False,
+    threads: int | None = None,
+    scheduler: str | Client | None = None,
+    report: Report | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Integrate many closed loops.
+
+    Parameters
+    ----------
+    model : str, path or Model
+        Name of a model, a generated folder, a loaded model, or a campaign file that ends in `.toml`; of such a file
+        only `out` and what follows it may be given otherwise.
+    controller, n : str, int
+        The law, and how many runs.
+    scenario : str, optional
+        The model's first scenario unless given.
+    parameters, initial : mapping, optional
+        Parameters and initial states that all runs share.
+    vary : mapping of str to str, optional
+        Names of parameters or initial states to distributions, as in `{"m1": "normal(50, 2)"}`.
+    seed : int
+        What all random numbers start from. Run i of a seed is the same run wherever and with whatever it is computed.
+    sampling : {"random", "latin", "sobol", "saltelli"}
+        Design of the drawn points.
+    save : float, optional
+        Store series too, one sample every `save` seconds.
+    out : path, optional
+        The store, a new folder; in memory unless given.
+    resume : bool
+        Continue the store `out`.
+    success, until : str, optional
+        What a run must fulfil to succeed, as in "T_theta < 20"; when to stop, as in "ci(success) < 0.01".
+    strict : bool
+        Stop at a run whose drawn values are not allowed, instead of marking it `impossible`.
+    threads : int, optional
+        All processors unless given.
+    scheduler : str or distributed.Client, optional
+        A dask cluster that computes the runs.
+    report : callable, optional
+        Called at the start and after each block with runs stored, runs in all, and runs that did not reach their end.
+    **options
+        `t_end`, `dt_out`, `method`, ... and choices as in `simulate`, `profile`, or parameters by name.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension `run`: drawn values, metrics, `final`, `minimum`, `maximum`, `t_stop`, `status` and, with `save`,
+        series. Values are read from the store when they are used.
+
+    Raises
+    ------
+    InputError
+        For anything unknown, out of bounds or infeasible.
+    OSError
+        If the store cannot be written; `resume=True` goes on from what it has.
+    """
+    if str(model).endswith(".toml"):
+        from mehvar.campaign_file import campaign_of, read_campaign
+
+        asked = read_campaign(Path(str(model)))
+        model, out, success, until = asked.model, out or asked.out, asked.success, asked.until
+        campaign = campaign_of(asked, "the campaign file")
+    elif controller is None or n is None:
+        raise InputError("a batch needs controller and n")
+    else:
+        manifest = model.manifest if isinstance(model, Model) else find_model(model)
+        known = {*OPTIONS, *manifest.choices, "profile"} - {"seed", "run"}
+        shared = {name: value for name, value in options.items() if name not in known}
+        campaign = Campaign(
+            controller=controller,
+            n=n,
+            scenario=manifest.scenario(scenario).name,
+            seed=seed,
+            vary=dict(vary or {}),
+            parameters={**(parameters or {}), **shared},
+            initial=dict(initial or {}),
+            sampling=sampling,
+            options={name: value for name, value in options.items() if name in known},
+            save_every=save,
+        )
+    with _connected(scheduler) as client:
+        store = run_batch(
+            model,
+            campaign,
+            out,
+            resume=resume,
+            success=success,
+            until=until,
+            strict=strict,
+            threads=threads,
+            client=client,
+            report=report,
+        )
+    return store.dataset()
+
+
+def _connected(scheduler: str | Client | None) -> AbstractContextManager[Client | None]:
+    """Connect to an address; a client that is given stays open."""
+    if not isinstance(scheduler, str):
+        return nullcontext(scheduler)
+    from runtime.cluster import connect
+
+    client: AbstractContextManager[Client | None] = connect(scheduler)
+    return client

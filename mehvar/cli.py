@@ -77,17 +77,27 @@ def generate(
 
 @app.command()
 def simulate(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")],
-    controller: Annotated[str, typer.Option(metavar="C", help="The control law.")],
+    model: Annotated[str | None, typer.Argument(metavar="MODEL", help="A model or a generated folder.")] = None,
+    controller: Annotated[str | None, typer.Option(metavar="C", help="The control law.")] = None,
     scenario: Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")] = None,
     settings: Settings = None,
     t_end: Annotated[float | None, typer.Option(metavar="T", help="End time, s.")] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Save the result as NetCDF.")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Save a picture of the run.")] = None,
+    store: Annotated[
+        Path | None, typer.Option("--from", metavar="STORE", help="Repeat a run of this batch; needs --run.")
+    ] = None,
+    run: Annotated[int | None, typer.Option(metavar="ID", help="Which run of the batch, counted from 0.")] = None,
 ) -> None:
-    """Run one closed loop and print a summary."""
-    from mehvar.simulating import simulate_command
+    """Run one closed loop and print a summary, or repeat a run of a batch: --from STORE --run ID."""
+    from mehvar.simulating import repeat_command, simulate_command
 
+    if store is not None or run is not None:
+        if store is None or run is None or model or controller or scenario or settings or t_end:
+            raise typer.BadParameter("--from STORE and --run ID come together and without what the batch decides")
+        raise typer.Exit(repeat_command(store, run, out, plot))
+    if model is None or controller is None:
+        raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
     raise typer.Exit(simulate_command(model, controller, scenario, settings or [], t_end, out, plot))
 
 
@@ -100,6 +110,66 @@ def new(
 
     folder = scaffold(name, Path.cwd())
     typer.echo(f"wrote {folder}; {folder.name}/README.md says what is where and what to type next")
+
+
+@app.command()
+def batch(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="A model, a generated folder, or a campaign.toml.")],
+    controller: Annotated[str | None, typer.Option(metavar="C", help="The control law.")] = None,
+    n: Annotated[int | None, typer.Option("-n", metavar="N", help="Number of runs.")] = None,
+    scenario: Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(metavar="K", help="What random numbers start from; 0 unless given.")
+    ] = None,
+    settings: Settings = None,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(metavar='"NAME=DIST(...)"', help="Draw a parameter or an initial state for each run; repeat."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="STORE.zarr", help="The store, a new folder.")] = None,
+    save: Annotated[
+        str | None, typer.Option(metavar="every=DT", help="Store series too, one sample each DT s.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue the store.")] = False,
+    until: Annotated[str | None, typer.Option(metavar="EXPR", help='Stop at "ci(success) < 0.01".')] = None,
+    success: Annotated[
+        str | None,
+        typer.Option(metavar="EXPR", help='What a run must fulfil besides reaching its end: "T_theta < 20".'),
+    ] = None,
+    sampling: Annotated[
+        str | None, typer.Option(metavar="DESIGN", help="random (unless given), latin, sobol or saltelli.")
+    ] = None,
+    t_end: Annotated[float | None, typer.Option(metavar="T", help="End time, s.")] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Stop at a run whose values are not allowed.")] = False,
+    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler: tcp://host:8786.")] = None,
+    threads: Annotated[
+        int | None, typer.Option(min=1, help="Threads of this process; all processors unless given.")
+    ] = None,
+) -> None:
+    """Run many closed loops into a store, with statistics at the end; an interrupted batch goes on with --resume."""
+    from mehvar.batching import BatchOptions, batch_command
+
+    given = BatchOptions(
+        model, controller, n, scenario, seed, settings or [], vary or [], out, save, resume, until, success, sampling,
+        t_end, strict, scheduler, threads,
+    )  # fmt: skip
+    raise typer.Exit(batch_command(given))
+
+
+@app.command()
+def stats(
+    store: Annotated[Path, typer.Argument(metavar="STORE", help="A batch, finished or not.")],
+    success: Annotated[
+        str | None,
+        typer.Option(metavar="EXPR", help="What counts as success; what the batch was asked for unless given."),
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw bands and worst cases.")] = None,
+    of: Annotated[list[str] | None, typer.Option(metavar="NAME", help="What to draw; repeat.")] = None,
+) -> None:
+    """Print the statistics of a batch: success, metrics, worst runs, sensitivities."""
+    from mehvar.statistics import stats_command
+
+    raise typer.Exit(stats_command(store, success, plot, of or []))
 
 
 @app.command()
@@ -174,7 +244,8 @@ def board_run(
     settings: Settings = None,
     raw: BoardRaw = False,
     journal: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Keep what was answered; a run that was stopped goes on from it.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep what was answered; a run that was stopped goes on from it."),
     ] = None,
 ) -> None:
     """Run a closed loop with the law on a board and compare it, bit for bit, with the law on this machine."""

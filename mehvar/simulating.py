@@ -40,16 +40,52 @@ def simulate_command(
     InputError
         For anything unknown, malformed, out of bounds or not writable; files are tried before the run.
     """
-    for path in (out, plot):
-        if path is not None:
-            _check_folder(path)
-    if plot is not None:
-        checked_suffix(plot)
+    _check_outputs(out, plot)
     values, options = parse_settings(settings, find_model(model).choices)
     with progress(f"{model} {controller}") as advance:
         run = simulate_run(
             model, controller, scenario, values, t_end=t_end, progress=advance, origin="--set", **options
         )
+    return _finish(run, out, plot)
+
+
+def repeat_command(store_path: Path, number: int, out: Path | None, plot: Path | None) -> int:
+    """Repeat one run of a batch with full logging, and say whether it is the same to the last bit.
+
+    Raises
+    ------
+    InputError
+        For a store that is none, a run that it does not have, or one whose drawn values are not allowed.
+    """
+    from runtime.batch import plan_of
+    from runtime.repeat import difference, repeat_run
+    from runtime.store import open_store
+
+    _check_outputs(out, plot)
+    store = open_store(store_path)
+    plan = plan_of(store)
+    with progress(f"{plan.model.name} run {number}") as advance:
+        run = repeat_run(plan, store, number, advance)
+    what = f"run {number} of {store_path}"
+    drawn = ", ".join(f"{name} = {value!r}" for name, value in plan.drawn(number).items())
+    typer.echo(f"{what}: {drawn}" if drawn else what)
+    different = difference(run, store, number)
+    if different is None:
+        typer.echo("this run is not stored yet: there is nothing to compare with")
+    else:
+        typer.echo(different or "the same as in the store, bit for bit")
+    return _finish(run, out, plot)
+
+
+def _check_outputs(out: Path | None, plot: Path | None) -> None:
+    for path in (out, plot):
+        if path is not None:
+            _check_folder(path)
+    if plot is not None:
+        checked_suffix(plot)
+
+
+def _finish(run: Run, out: Path | None, plot: Path | None) -> int:
     _summary(run)
     _save(run, out, plot)
     if run.status is not Status.DONE:
@@ -67,7 +103,7 @@ def _check_folder(path: Path) -> None:
 
 
 def parse_settings(settings: Sequence[str], choices: Collection[str]) -> tuple[dict[str, float], dict[str, Any]]:
-    """Return parameters and options of `simulate` as `--set NAME=VALUE` gives them."""
+    """Return parameters, and options and choices, from texts NAME=VALUE; raise InputError for what is malformed."""
     values: dict[str, float] = {}
     options: dict[str, Any] = {}
     for item in settings:

@@ -108,11 +108,9 @@ class CBackend:
         self._map: Any = None
 
     def prepare(self) -> None:
-        """Compile or load the integrators and the model, not the Jacobians."""
+        """Compile or load the integrators and the model, neither the Jacobians nor what only a batch calls."""
         self._native_map()
-        for function in self._manifest.functions.values():
-            if not _is_jacobian(function):
-                self._library(function.file)
+        self._library(f"{self._manifest.model}.c")
 
     def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
         """Run one C loop over all leading indices, without copies of contiguous arguments."""

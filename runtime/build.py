@@ -26,6 +26,7 @@ from .errors import BuildError, InputError
 from .files import write_atomic
 
 NATIVE = Path(__file__).parent / "native"
+_UNITS = ("integrator.c", "tableaux.c", "loop.c", "map.c", "noise.c")
 
 # No flag here changes a result: no contraction, no reassociation, NaN and infinity as IEEE 754 has them.
 FLAGS = (
@@ -91,9 +92,9 @@ def native_headers() -> dict[str, str]:
 @functools.cache
 def load_native() -> ctypes.CDLL:
     """Load the integrators, the closed loop and the array map, which know no model."""
-    names = ("integrator.h", "tableaux.h", "integrator.c", "tableaux.c", "loop.c", "map.c")
+    names = ("integrator.h", "tableaux.h", "philox.h", "noise.h", *_UNITS)
     sources = {name: (NATIVE / name).read_text(encoding="utf-8") for name in names}
-    return load_library("native", sources, [name for name in names if name.endswith(".c")])
+    return load_library("native", native_headers() | sources, _UNITS)
 
 
 def cache_folder() -> Path:

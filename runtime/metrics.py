@@ -41,10 +41,11 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
     """
     series = run.variables() if isinstance(run, Run) else {str(k): v.values for k, v in run.data_vars.items()}
     t = run.t if isinstance(run, Run) else run["t"].values
-    return {name: _evaluate(metric, t, series) for name, metric in manifest.metrics.items()}
+    return {name: evaluate(metric, t, series) for name, metric in manifest.metrics.items()}
 
 
-def _evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) -> float:
+def evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) -> float:
+    """Return one metric of series by name."""
     if metric.kind not in _KINDS:
         raise unknown_name(f"kind of metric {metric.name}", metric.kind, _KINDS)
     if not metric.of:
@@ -83,6 +84,12 @@ def _settling_of_one(t: FloatArray, row: FloatArray, band: float) -> float:
     return float(t[last] + part * (t[last + 1] - t[last])) if math.isfinite(part) else float(t[last + 1])
 
 
+def _sum(values: FloatArray) -> float:
+    """Add up in the order of time and then over the rows, as a batch does: the same bits."""
+    rows = np.add.accumulate(values, axis=1)[:, -1:]
+    return float(np.add.accumulate(rows, axis=0)[-1, 0]) if rows.size else 0.0
+
+
 def _sign_changes(_t: FloatArray, values: FloatArray, band: float) -> float:
     signs = (np.sign(row[np.abs(row) > band]) for row in values)
     return float(sum(np.count_nonzero(np.diff(s)) for s in signs))
@@ -94,8 +101,9 @@ _KINDS: Mapping[str, Callable[[FloatArray, FloatArray, float], float]] = {
     "max": lambda _t, values, _band: float(np.max(values)),
     "min": lambda _t, values, _band: float(np.min(values)),
     "max_abs": lambda _t, values, _band: float(np.max(np.abs(values))),
-    "rms": lambda _t, values, _band: float(np.sqrt(np.mean(values**2))),
-    "travel": lambda _t, values, _band: float(np.sum(np.abs(np.diff(values, axis=1)))),
+    "rms": lambda _t, values, _band: math.sqrt(_sum(values * values) / values.size),
+    "travel": lambda _t, values, _band: _sum(np.abs(np.diff(values, axis=1))),
     "sign_changes": _sign_changes,
     "final": lambda _t, values, _band: float(values[0, -1]),
 }
+KINDS = tuple(_KINDS)  # numbered as in native/batch.h

@@ -17,7 +17,7 @@ from .simulate import Run
 if TYPE_CHECKING:
     import xarray
 
-_PACKAGES = ("mehvar", "numpy", "scipy", "xarray", "h5netcdf")
+_PACKAGES = ("mehvar", "numpy", "scipy", "xarray", "h5netcdf", "zarr")
 
 
 def to_dataset(run: Run) -> xarray.Dataset:
@@ -114,11 +114,12 @@ def _attributes(run: Run) -> dict[str, str | float]:
         "options": json.dumps(run.options),
         "statistics": json.dumps(run.statistics),
         "manifest": manifest.text,
-        "versions": json.dumps({**manifest.versions, **_versions()}),
+        "versions": json.dumps({**manifest.versions, **versions()}),
     }
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that results depend on."""
     import importlib.metadata  # costs more to import than the rest of this package
 
     found = {"python": platform.python_version()}

@@ -8,7 +8,7 @@ import os
 import time
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,30 +18,8 @@ from .errors import InputError, bad_value
 from .manifest import Controller, Manifest, Scenario, identifier
 from .model import Model, load
 from .parameters import Resolved, advice, named_values, resolve, say
-from .problem import METHODS, Law, Method, Problem, Progress, Status, Trajectory
-from .ticks import count, positive, ticks_of, tolerance
-
-_SMALLEST_RTOL = 100 * float(np.finfo(np.float64).eps)
-
-
-@dataclass(frozen=True)
-class _Asked:
-    """How the caller wants a run integrated and sampled, unchecked."""
-
-    t_end: float | None
-    dt_out: float | None
-    hold: float | None
-    delay: int
-    seed: int
-    real: Real
-    method: Method
-    rtol: float
-    atol: float
-    step: float | None
-    max_steps: int
-
-
-OPTIONS = tuple(field.name for field in fields(_Asked))
+from .posing import OPTIONS, Asked, pose, variant_suffix
+from .problem import Law, Method, Problem, Progress, Status, Trajectory
 
 
 @dataclass(frozen=True)
@@ -135,6 +113,7 @@ def simulate(
     hold: float | None = None,
     delay: int = 0,
     seed: int = 0,
+    run: int = 0,
     real: Real = "double",
     method: Method = "dop853",
     rtol: float = 1e-11,
@@ -169,8 +148,8 @@ def simulate(
     delay : int
         Samples of the law between computing an input and applying it; zero input before. A law with a parameter of
         that name is designed for it.
-    seed : int
-        Of the measurement noise.
+    seed, run : int
+        Of the measurement noise: run 1234 of a batch with this seed has the noise of run 1234 alone.
     real : {"double", "float"}
         What a sampled law computes with; float needs the C backend.
     method : {"dop853", "dopri5", "rk4"}
@@ -212,7 +191,7 @@ def simulate(
     compile_seconds = time.perf_counter() - started
 
     choices = {name: options.pop(name) for name in loaded.manifest.choices if name in options}
-    suffix = _suffix(loaded.manifest, controlled, choices, origin)
+    suffix = variant_suffix(loaded.manifest, choices, origin)
     values = _merged(parameters or {}, options, origin)
     if any(q.name == "delay" for q in controlled.parameters):
         values.setdefault("delay", delay)
@@ -221,8 +200,8 @@ def simulate(
     for text in advice(loaded.functions, controlled, resolved):
         warnings.warn(text, stacklevel=2)
     x0 = _start(loaded, case, resolved, initial or {}, origin)
-    asked = _Asked(t_end, dt_out, hold, delay, seed, real, method, rtol, atol, step, max_steps)
-    problem = _problem(loaded, controlled, case, resolved, x0, asked, suffix, progress, origin)
+    asked = Asked(t_end, dt_out, hold, delay, seed, run, real, method, rtol, atol, step, max_steps)
+    problem = pose(loaded, controlled, case, resolved, x0, asked, suffix, progress, origin)
     if law is not None:
         problem = _elsewhere(problem, law, origin)
     started = time.perf_counter()
@@ -276,103 +255,11 @@ def _elsewhere(problem: Problem, law: Law, origin: str) -> Problem:
     return replace(problem, law=law)
 
 
-def _problem(
-    model: Model,
-    law: Controller,
-    scenario: Scenario,
-    resolved: Resolved,
-    x0: FloatArray,
-    asked: _Asked,
-    suffix: str,
-    progress: Progress | None,
-    origin: str,
-) -> Problem:
-    """Check how the run is to be integrated and sampled, and fill in what was not asked for."""
-    end = positive("t_end", scenario.duration if asked.t_end is None else asked.t_end, origin)
-    dt = positive("dt_out", scenario.step if asked.dt_out is None else asked.dt_out, origin)
-    own = None if law.period is None else resolved.values[law.period]
-    hold = own if asked.hold is None else positive("hold", asked.hold, origin)
-    delay = count("delay", asked.delay, 0, origin)
-    _check_law(model, law, hold, delay, origin)
-    if asked.method not in METHODS:
-        raise bad_value("method", asked.method, "dop853, dopri5 or rk4", origin)
-    ticks, record_every, hold_every = ticks_of(end, dt, hold, origin)
-    return Problem(
-        model=model,
-        controller=law,
-        p=resolved.p,
-        c=resolved.c,
-        s=resolved.s,
-        x0=x0,
-        z0=_memory(model, law, resolved, x0),
-        noise=_noise(model, len(ticks), hold_every, count("seed", asked.seed, 0, origin)),
-        suffix=suffix,
-        real=_real(model, asked.real, hold, origin),
-        t=ticks,
-        dt=dt,
-        hold=hold,
-        record_every=record_every,
-        hold_every=hold_every,
-        delay=delay,
-        method=asked.method,
-        rtol=tolerance("rtol", asked.rtol, _SMALLEST_RTOL, origin),
-        atol=tolerance("atol", asked.atol, float(np.finfo(np.float64).tiny), origin),
-        step=positive("step", min(dt, hold or dt) if asked.step is None else asked.step, origin),
-        max_steps=count("max_steps", asked.max_steps, 1, origin),
-        progress=progress,
-    )
-
-
 def _merged(parameters: Mapping[str, object], options: Mapping[str, object], origin: str) -> dict[str, object]:
     twice = [name for name in options if name in parameters]
     if twice:
         raise InputError(f"{twice[0]} is given twice (from {origin}): in `parameters` and as an option")
     return {**parameters, **options}
-
-
-def _suffix(manifest: Manifest, law: Controller, chosen: Mapping[str, object], origin: str) -> str:
-    """Return what the names of the chosen variant's functions end with."""
-    for name, value in chosen.items():
-        allowed = manifest.choices[name].values
-        if value not in allowed:
-            raise bad_value(name, value, " or ".join(map(repr, allowed)), origin)
-    values = [str(chosen[c.name]) for c in manifest.choices.values() if chosen.get(c.name, c.values[0]) != c.values[0]]
-    suffix = "".join(f"_{value}" for value in values)
-    if f"rhs{suffix}" not in manifest.functions:
-        raise InputError(f"{manifest.model} has no variant for {' with '.join(values)} (from {origin})")
-    return suffix
-
-
-def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:
-    """Return a sampled law's memory before its first sample."""
-    if not law.memory:
-        return np.empty(0)
-    r = model.functions["reference"](0.0, resolved.p, resolved.s)
-    return np.array(model.functions[f"{identifier(law.name)}_start"](x0, r, resolved.p, resolved.c))
-
-
-def _real(model: Model, real: Real, hold: float | None, origin: str) -> Real:
-    if real not in ("double", "float"):
-        raise bad_value("real", real, "double or float", origin)
-    if real == "float" and (hold is None or model.backend != "c"):
-        raise bad_value("real", real, "double unless a sampled law runs on the C backend", origin)
-    return real
-
-
-def _noise(model: Model, ticks: int, hold_every: int | None, seed: int) -> FloatArray:
-    """Return standard normal numbers for each evaluation of a sampled law; the same seed gives the same ones."""
-    evaluations = 0 if hold_every is None else (ticks - 1) // hold_every + 1
-    generator = np.random.Generator(np.random.Philox(seed))
-    return generator.standard_normal((evaluations, len(model.manifest.noise)))
-
-
-def _check_law(model: Model, law: Controller, hold: float | None, delay: int, origin: str) -> None:
-    """Refuse what a law cannot do: run without samples, or be delayed without them."""
-    names = {identifier(name) for name in model.manifest.functions}
-    if hold is None and f"{identifier(law.name)}_loop" not in names:
-        raise InputError(f"{law.name} is a sampled law without a period of its own: set hold, in seconds")
-    if hold is None and delay:
-        raise bad_value("delay", delay, f"0 unless hold is set: {law.name} is continuous in time", origin)
 
 
 def _start(

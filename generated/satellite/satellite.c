@@ -4,7 +4,7 @@
  */
 #include "satellite.h"
 
-/* state derivative; 180 operations. */
+/* state derivative; 186 operations. */
 void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
 {
     real s2, c2; mv_sincos(x[1], &s2, &c2);
@@ -49,30 +49,30 @@ void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
     const real v128 = K(3.0) * v82 * v63;
     const real v131 = v65 * p[15] + v100 * p[22] - v111 * p[16] - v119 * p[23] - (p[1] - p[2]) * v128 * v109;
     const real v135 = p[13] * p[10];
-    const real v141 = u[0] + v135 * (x[6] / p[3] - x[3]);
-    const real v145 = x[7] + x[4] * p[1];
-    const real v150 = x[8] + x[5] * p[2];
-    const real v155 = c2 * c4;
-    const real v160 = v52 * v155 - v57 * v5 - v62 * s2;
-    const real v166 = v90 * v155 + v93 * v5 - v98 * s2;
-    const real v178 = v160 * p[16] + v166 * p[23] - v65 * p[14] - v100 * p[21] - v128 * s2 * (p[0] - p[2]);
-    const real v184 = u[1] + v135 * (x[7] / p[4] - x[4]);
-    const real v189 = x[6] + x[3] * p[0];
-    const real v206 = v111 * p[14] + v119 * p[21] - v160 * p[15] - v166 * p[22] - K(-3.0) * v82 * (p[0] - p[1]) * s2 * v109;
-    const real v212 = u[2] + v135 * (x[8] / p[5] - x[5]);
+    const real v142 = u[0] + v135 * (x[6] * (K(1.0) / p[3]) - x[3]);
+    const real v146 = x[7] + x[4] * p[1];
+    const real v151 = x[8] + x[5] * p[2];
+    const real v157 = c2 * c4;
+    const real v162 = v52 * v157 - v57 * v5 - v62 * s2;
+    const real v168 = v90 * v157 + v93 * v5 - v98 * s2;
+    const real v180 = v162 * p[16] + v168 * p[23] - v65 * p[14] - v100 * p[21] - v128 * s2 * (p[0] - p[2]);
+    const real v187 = u[1] + v135 * (x[7] * (K(1.0) / p[4]) - x[4]);
+    const real v192 = x[6] + x[3] * p[0];
+    const real v210 = v111 * p[14] + v119 * p[21] - v162 * p[15] - v168 * p[22] - K(-3.0) * v82 * (p[0] - p[1]) * s2 * v109;
+    const real v217 = u[2] + v135 * (x[8] * (K(1.0) / p[5]) - x[5]);
     dx[0] = x[3] + v5 * p[6] + s2 * v24 + s2 * v35;
     dx[1] = c11 * v23 - s11 * v34;
     dx[2] = v24 + v35;
-    dx[3] = (v131 + v141 + v145 * x[5] - v150 * x[4]) / p[0];
-    dx[4] = (v178 + v184 + v150 * x[3] - v189 * x[5]) / p[1];
-    dx[5] = (v206 + v212 + v189 * x[4] - v145 * x[3]) / p[2];
-    dx[6] = -(v141 * p[10]);
-    dx[7] = -(v184 * p[10]);
-    dx[8] = -(v212 * p[10]);
+    dx[3] = (v131 + v142 + v146 * x[5] - v151 * x[4]) * (K(1.0) / p[0]);
+    dx[4] = (v180 + v187 + v151 * x[3] - v192 * x[5]) * (K(1.0) / p[1]);
+    dx[5] = (v210 + v217 + v192 * x[4] - v146 * x[3]) * (K(1.0) / p[2]);
+    dx[6] = -(v142 * p[10]);
+    dx[7] = -(v187 * p[10]);
+    dx[8] = -(v217 * p[10]);
     dx[9] = p[6];
 }
 
-/* outputs of a run; 120 operations. */
+/* outputs of a run; 123 operations. */
 void satellite_outputs(const real *x, const real *u, const real *r, const real *p, real *y)
 {
     (void)u;
@@ -86,32 +86,32 @@ void satellite_outputs(const real *x, const real *u, const real *r, const real *
     const real v28 = s11 * c18;
     const real v30 = c11 * s18;
     const real v31 = s10 * v28 - v30;
-    real s47, c47; mv_sincos(x[9], &s47, &c47);
-    const real v50 = p[7] * p[7];
-    const real v52 = p[17] / (p[7] * v50);
-    real s54, c54; mv_sincos(p[8], &s54, &c54);
-    const real v55 = v52 * s54;
-    const real v56 = c47 * v55;
-    const real v58 = v22 + s10 * v19;
-    const real v61 = v52 * c54;
-    const real v66 = (v55 + v55) * s47;
-    const real v67 = c10 * c18;
-    const real v69 = v56 * v58 - v61 * v31 + v66 * v67;
-    const real v78 = p[20] * p[24] * (K(1.0) + p[25]);
-    real s80, c80; mv_sincos(p[27], &s80, &c80);
-    const real v82 = x[9] - p[26];
-    real s83, c83; mv_sincos(v82, &s83, &c83);
-    const real v95 = v78 * (c80 * s83) - K(0.5) * (p[6] * p[6]) * p[18] * p[20] * p[19] * v50;
-    const real v98 = v78 * s80;
-    const real v103 = v78 * (c80 * c83);
-    const real v105 = v95 * v58 + v98 * v31 + v103 * v67;
-    const real v110 = s10 * v30 - v28;
-    const real v114 = c10 * s18;
-    const real v116 = v56 * v110 - v61 * v24 + v66 * v114;
-    const real v124 = v95 * v110 + v98 * v24 + v103 * v114;
-    const real v128 = c10 * c11;
-    const real v133 = v56 * v128 - v61 * v12 - v66 * s10;
-    const real v139 = v95 * v128 + v98 * v12 - v103 * s10;
+    real s51, c51; mv_sincos(x[9], &s51, &c51);
+    const real v54 = p[7] * p[7];
+    const real v56 = p[17] / (p[7] * v54);
+    real s58, c58; mv_sincos(p[8], &s58, &c58);
+    const real v59 = v56 * s58;
+    const real v60 = c51 * v59;
+    const real v62 = v22 + s10 * v19;
+    const real v65 = v56 * c58;
+    const real v70 = (v59 + v59) * s51;
+    const real v71 = c10 * c18;
+    const real v73 = v60 * v62 - v65 * v31 + v70 * v71;
+    const real v81 = p[20] * p[24] * (K(1.0) + p[25]);
+    real s83, c83; mv_sincos(p[27], &s83, &c83);
+    const real v85 = x[9] - p[26];
+    real s86, c86; mv_sincos(v85, &s86, &c86);
+    const real v98 = v81 * (c83 * s86) - K(0.5) * (p[6] * p[6]) * p[18] * p[20] * p[19] * v54;
+    const real v101 = v81 * s83;
+    const real v106 = v81 * (c83 * c86);
+    const real v108 = v98 * v62 + v101 * v31 + v106 * v71;
+    const real v113 = s10 * v30 - v28;
+    const real v117 = c10 * s18;
+    const real v119 = v60 * v113 - v65 * v24 + v70 * v117;
+    const real v127 = v98 * v113 + v101 * v24 + v106 * v117;
+    const real v131 = c10 * c11;
+    const real v136 = v60 * v131 - v65 * v12 - v70 * s10;
+    const real v142 = v98 * v131 + v101 * v12 - v106 * s10;
     y[0] = r[0];
     y[1] = r[1];
     y[2] = r[2];
@@ -121,12 +121,12 @@ void satellite_outputs(const real *x, const real *u, const real *r, const real *
     y[6] = x[3] + v12 * p[6];
     y[7] = x[4] + v24 * p[6];
     y[8] = x[5] + v31 * p[6];
-    y[9] = x[6] / p[3] - x[3];
-    y[10] = x[7] / p[4] - x[4];
-    y[11] = x[8] / p[5] - x[5];
-    y[12] = v69 * p[15] + v105 * p[22] - v116 * p[16] - v124 * p[23];
-    y[13] = v133 * p[16] + v139 * p[23] - v69 * p[14] - v105 * p[21];
-    y[14] = v116 * p[14] + v124 * p[21] - v133 * p[15] - v139 * p[22];
+    y[9] = x[6] * (K(1.0) / p[3]) - x[3];
+    y[10] = x[7] * (K(1.0) / p[4]) - x[4];
+    y[11] = x[8] * (K(1.0) / p[5]) - x[5];
+    y[12] = v73 * p[15] + v108 * p[22] - v119 * p[16] - v127 * p[23];
+    y[13] = v136 * p[16] + v142 * p[23] - v73 * p[14] - v108 * p[21];
+    y[14] = v119 * p[14] + v127 * p[21] - v136 * p[15] - v142 * p[22];
 }
 
 /* margins that stay positive along a run; 8 operations. */

@@ -10,7 +10,7 @@
 
 #include "mehvar_math.h"
 
-#define SATELLITE_HASH "cc4f3b316c35f951b5e9d4def5124738d5c007d01c6bf60d55e7f80b82ce8a2c"
+#define SATELLITE_HASH "36461a773c42406edfdd9866eab99aef1cd5bc03a9e9220d07a9bcd89b5f2745"
 
 /* state x */
 enum {
@@ -465,5 +465,47 @@ void satellite_jac_u(const real *x, const real *u, const real *p, real *J);
 
 /* change of rhs along a change of state and input: J_x along_x + J_u along_u */
 void satellite_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change);
+
+/* what rhs computes once per run */
+void satellite_rhs_prepare(const real *p, real *h);
+
+/* the rest of rhs */
+void satellite_rhs_prepared(const real *x, const real *u, const real *p, const real *h, real *dx);
+
+/* what outputs computes once per run */
+void satellite_outputs_prepare(const real *p, real *h);
+
+/* the rest of outputs */
+void satellite_outputs_prepared(const real *x, const real *u, const real *r, const real *p, const real *h, real *y);
+
+/* what actuate computes once per run */
+void satellite_actuate_prepare(const real *p, real *h);
+
+/* the rest of actuate */
+void satellite_actuate_prepared(const real *x, const real *u_cmd, const real *p, const real *h, real *u);
+
+/* what measure computes once per run */
+void satellite_measure_prepare(const real *p, real *h);
+
+/* the rest of measure */
+void satellite_measure_prepared(const real *x, const real *e, const real *p, const real *h, real *x_seen);
+
+/* what mrac computes once per run */
+void satellite_mrac_prepare(const real *p, const real *c, real *h);
+
+/* the rest of mrac */
+void satellite_mrac_prepared(const real *x, const real *r, const real *v, const real *z, const real *c, const real *h, real *u, real *z_next);
+
+/* what mrac_literal computes once per run */
+void satellite_mrac_literal_prepare(const real *p, const real *c, real *h);
+
+/* the rest of mrac_literal */
+void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v, const real *z, const real *c, const real *h, real *u, real *z_next);
+
+/* what pd computes once per run */
+void satellite_pd_prepare(const real *p, const real *c, real *h);
+
+/* the rest of pd */
+void satellite_pd_prepared(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, const real *h, real *u, real *z_next);
 
 #endif

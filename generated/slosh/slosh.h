@@ -10,7 +10,7 @@
 
 #include "mehvar_math.h"
 
-#define SLOSH_HASH "a6365b85bded9ae27039306c36bc9b3d8a53e01619055dad19e8e8db3286d8f6"
+#define SLOSH_HASH "df7e4a8c9595444e1b995083e55e7d0bf775c684ab126b9b4598a1558e46764d"
 
 /* state x */
 enum {
@@ -255,5 +255,125 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J);
 
 /* change of rhs along a change of state and input: J_x along_x + J_u along_u */
 void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change);
+
+/* what rhs computes once per run */
+void slosh_rhs_prepare(const real *p, real *h);
+
+/* what rhs computes when the input changes */
+void slosh_rhs_hold(const real *u, const real *p, const real *h, real *w);
+
+/* the rest of rhs */
+void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx);
+
+/* what outputs computes once per run */
+void slosh_outputs_prepare(const real *p, real *h);
+
+/* the rest of outputs */
+void slosh_outputs_prepared(const real *x, const real *u, const real *p, const real *h, real *y);
+
+/* what rhs_euler computes once per run */
+void slosh_rhs_euler_prepare(const real *p, real *h);
+
+/* what rhs_euler computes when the input changes */
+void slosh_rhs_euler_hold(const real *u, const real *p, const real *h, real *w);
+
+/* the rest of rhs_euler */
+void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx);
+
+/* what rhs_reduced computes once per run */
+void slosh_rhs_reduced_prepare(const real *p, real *h);
+
+/* what rhs_reduced computes when the input changes */
+void slosh_rhs_reduced_hold(const real *u, const real *p, const real *h, real *w);
+
+/* the rest of rhs_reduced */
+void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx);
+
+/* what rhs_reduced_euler computes once per run */
+void slosh_rhs_reduced_euler_prepare(const real *p, real *h);
+
+/* what rhs_reduced_euler computes when the input changes */
+void slosh_rhs_reduced_euler_hold(const real *u, const real *p, const real *h, real *w);
+
+/* the rest of rhs_reduced_euler */
+void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx);
+
+/* what actuate computes once per run */
+void slosh_actuate_prepare(const real *p, real *h);
+
+/* the rest of actuate */
+void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, const real *h, real *u);
+
+/* what lyapunov_v1 computes once per run */
+void slosh_lyapunov_v1_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v1 */
+void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, const real *h, real *u);
+
+/* what lyapunov_v1_loop computes once per run */
+void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v1_loop */
+void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c, const real *h, real *dq);
+
+/* what lyapunov_v1_observe computes once per run */
+void slosh_lyapunov_v1_observe_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v1_observe */
+void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real *c, const real *h, real *x, real *u, real *u_cmd);
+
+/* what lyapunov_v1_loop_euler computes once per run */
+void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v1_loop_euler */
+void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const real *c, const real *h, real *dq);
+
+/* what lyapunov_v1_loop_reduced computes once per run */
+void slosh_lyapunov_v1_loop_reduced_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v1_loop_reduced */
+void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const real *c, const real *h, real *dq);
+
+/* what lyapunov_v1_loop_reduced_euler computes once per run */
+void slosh_lyapunov_v1_loop_reduced_euler_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v1_loop_reduced_euler */
+void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p, const real *c, const real *h, real *dq);
+
+/* what lyapunov_v2 computes once per run */
+void slosh_lyapunov_v2_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v2 */
+void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, const real *h, real *u);
+
+/* what lyapunov_v2_loop computes once per run */
+void slosh_lyapunov_v2_loop_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v2_loop */
+void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c, const real *h, real *dq);
+
+/* what lyapunov_v2_observe computes once per run */
+void slosh_lyapunov_v2_observe_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v2_observe */
+void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real *c, const real *h, real *x, real *u, real *u_cmd);
+
+/* what lyapunov_v2_loop_euler computes once per run */
+void slosh_lyapunov_v2_loop_euler_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v2_loop_euler */
+void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const real *c, const real *h, real *dq);
+
+/* what lyapunov_v2_loop_reduced computes once per run */
+void slosh_lyapunov_v2_loop_reduced_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v2_loop_reduced */
+void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const real *c, const real *h, real *dq);
+
+/* what lyapunov_v2_loop_reduced_euler computes once per run */
+void slosh_lyapunov_v2_loop_reduced_euler_prepare(const real *p, const real *c, real *h);
+
+/* the rest of lyapunov_v2_loop_reduced_euler */
+void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p, const real *c, const real *h, real *dq);
 
 #endif

@@ -210,7 +210,7 @@ void triangle_length_rates(const real *x, const real *u, real *u_l)
     u_l[2] = v91;
 }
 
-/* sliding mode on nested circles through the target, (29)-(39); 111 operations. */
+/* sliding mode on nested circles through the target, (29)-(39); 113 operations. */
 void triangle_sliding(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)p;
@@ -239,19 +239,19 @@ void triangle_sliding(const real *x, const real *r, const real *p, const real *c
     const real v69 = c[0] * mv_sqrt(v27 / v51) / (v65 + v26 / (v51 * v51));
     const real v77 = v32 * v34 * v51 * v69 * (SELECT0(m28, r[0] * v43 / v50 * v63 * c[1]) - v26);
     const real v81 = mv_pow(v65, v34);
-    const real v88 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v27 - v81 * v51) / c[4]));
-    const real v89 = SELECT0(m29, v77) - v88;
-    const real v99 = v69 * mv_pow(v81, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v63 / c[5]));
-    const real v104 = SELECT0(m28, v89 * v43) + SELECT0(m29, -(v38 * v99 * v27));
-    const real v111 = v38 * v89 + SELECT0(m28, SELECT0(m29, v99 * v27 * v43));
-    const real v113 = v104 * s14 - v111 * c14;
-    const real v117 = v111 * s14 + v104 * c14;
-    u[0] = SELECT(m11, (v4 * v113 - v7 * v117) / v10, v113);
-    u[1] = SELECT0(m11, -((v4 * v117 + v113 * v7) / v9));
+    const real v88 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v27 - v81 * v51) * (K(1.0) / c[4])));
+    const real v90 = SELECT0(m29, v77) - c[2] * v88;
+    const real v101 = v69 * mv_pow(v81, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v63 * (K(1.0) / c[5])));
+    const real v106 = SELECT0(m28, v90 * v43) + SELECT0(m29, -(v38 * v101 * v27));
+    const real v113 = v38 * v90 + SELECT0(m28, SELECT0(m29, v101 * v27 * v43));
+    const real v115 = v106 * s14 - v113 * c14;
+    const real v119 = v113 * s14 + v106 * c14;
+    u[0] = SELECT(m11, (v4 * v115 - v7 * v119) / v10, v115);
+    u[1] = SELECT0(m11, -((v4 * v119 + v115 * v7) / v9));
     u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - x[2])));
 }
 
-/* closed loop of sliding; 100 operations. */
+/* closed loop of sliding; 102 operations. */
 void triangle_sliding_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     real s2, c2; mv_sincos(r[1], &s2, &c2);
@@ -273,20 +273,20 @@ void triangle_sliding_loop(const real *q, const real *r, const real *p, const re
     const real v60 = c[0] * mv_sqrt(v17 / v42) / (v56 + v16 / (v42 * v42));
     const real v68 = v23 * v25 * v42 * v60 * (SELECT0(m18, r[0] * v34 / v41 * v54 * c[1]) - v16);
     const real v72 = mv_pow(v56, v25);
-    const real v79 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v17 - v72 * v42) / c[4]));
-    const real v80 = SELECT0(m20, v68) - v79;
-    const real v90 = v60 * mv_pow(v72, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v54 / c[5]));
-    const real v95 = SELECT0(m18, v80 * v34) + SELECT0(m20, -(v29 * v90 * v17));
-    const real v102 = v29 * v80 + SELECT0(m18, SELECT0(m20, v90 * v17 * v34));
-    const real v104 = v95 * s2 - v102 * c2;
-    const real v107 = v102 * s2 + v95 * c2;
-    dq[0] = v104;
-    dq[1] = -v107;
+    const real v79 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v17 - v72 * v42) * (K(1.0) / c[4])));
+    const real v81 = SELECT0(m20, v68) - c[2] * v79;
+    const real v92 = v60 * mv_pow(v72, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v54 * (K(1.0) / c[5])));
+    const real v97 = SELECT0(m18, v81 * v34) + SELECT0(m20, -(v29 * v92 * v17));
+    const real v104 = v29 * v81 + SELECT0(m18, SELECT0(m20, v92 * v17 * v34));
+    const real v106 = v97 * s2 - v104 * c2;
+    const real v109 = v104 * s2 + v97 * c2;
+    dq[0] = v106;
+    dq[1] = -v109;
     dq[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
-    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v107 - v104 * q[1];
+    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v109 - v106 * q[1];
 }
 
-/* state and input in the loop of sliding; 108 operations. */
+/* state and input in the loop of sliding; 110 operations. */
 void triangle_sliding_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u)
 {
     (void)p;
@@ -312,19 +312,19 @@ void triangle_sliding_observe(const real *q, const real *r, const real *p, const
     const real v67 = c[0] * mv_sqrt(v26 / v50) / (v63 + v25 / (v50 * v50));
     const real v75 = v31 * v33 * v50 * v67 * (SELECT0(m27, r[0] * v42 / v49 * v61 * c[1]) - v25);
     const real v79 = mv_pow(v63, v33);
-    const real v86 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v26 - v79 * v50) / c[4]));
-    const real v87 = SELECT0(m28, v75) - v86;
-    const real v97 = v67 * mv_pow(v79, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v61 / c[5]));
-    const real v102 = SELECT0(m27, v87 * v42) + SELECT0(m28, -(v37 * v97 * v26));
-    const real v109 = v37 * v87 + SELECT0(m27, SELECT0(m28, v97 * v26 * v42));
-    const real v111 = v102 * s13 - v109 * c13;
-    const real v115 = v109 * s13 + v102 * c13;
+    const real v86 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v26 - v79 * v50) * (K(1.0) / c[4])));
+    const real v88 = SELECT0(m28, v75) - c[2] * v86;
+    const real v99 = v67 * mv_pow(v79, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v61 * (K(1.0) / c[5])));
+    const real v104 = SELECT0(m27, v88 * v42) + SELECT0(m28, -(v37 * v99 * v26));
+    const real v111 = v37 * v88 + SELECT0(m27, SELECT0(m28, v99 * v26 * v42));
+    const real v113 = v104 * s13 - v111 * c13;
+    const real v117 = v111 * s13 + v104 * c13;
     x[0] = v5;
     x[1] = mv_atan2(q[1], q[0]);
     x[2] = q[2];
     x[3] = q[3];
-    u[0] = SELECT(m10, (q[0] * v111 - q[1] * v115) / v5, v111);
-    u[1] = SELECT0(m10, -((q[0] * v115 + v111 * q[1]) / v4));
+    u[0] = SELECT(m10, (q[0] * v113 - q[1] * v117) / v5, v113);
+    u[1] = SELECT0(m10, -((q[0] * v117 + v113 * q[1]) / v4));
     u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
 }
 

@@ -10,7 +10,7 @@
 
 #include "mehvar_math.h"
 
-#define TRIANGLE_HASH "e4c20ef6c8edaf316f1f20f233c66175555a36b9421d311a5ede8915f8e16da3"
+#define TRIANGLE_HASH "2ad0ed2503cc77c8549919845d3e1e221e0af092f14015ead9e36cdbd0f59978"
 
 /* state x */
 enum {
@@ -178,5 +178,53 @@ void triangle_jac_u(const real *x, const real *u, const real *p, real *J);
 
 /* change of rhs along a change of state and input: J_x along_x + J_u along_u */
 void triangle_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change);
+
+/* what rhs computes once per run */
+void triangle_rhs_prepare(const real *p, real *h);
+
+/* the rest of rhs */
+void triangle_rhs_prepared(const real *x, const real *u, const real *p, const real *h, real *dx);
+
+/* what outputs computes once per run */
+void triangle_outputs_prepare(const real *r, real *h);
+
+/* the rest of outputs */
+void triangle_outputs_prepared(const real *x, const real *u, const real *r, const real *h, real *y);
+
+/* what sliding computes once per run */
+void triangle_sliding_prepare(const real *r, const real *c, real *h);
+
+/* the rest of sliding */
+void triangle_sliding_prepared(const real *x, const real *r, const real *c, const real *h, real *u);
+
+/* what sliding_loop computes once per run */
+void triangle_sliding_loop_prepare(const real *r, const real *p, const real *c, real *h);
+
+/* the rest of sliding_loop */
+void triangle_sliding_loop_prepared(const real *q, const real *r, const real *p, const real *c, const real *h, real *dq);
+
+/* what sliding_observe computes once per run */
+void triangle_sliding_observe_prepare(const real *r, const real *c, real *h);
+
+/* the rest of sliding_observe */
+void triangle_sliding_observe_prepared(const real *q, const real *r, const real *c, const real *h, real *x, real *u);
+
+/* what path computes once per run */
+void triangle_path_prepare(const real *r, const real *c, real *h);
+
+/* the rest of path */
+void triangle_path_prepared(const real *x, const real *r, const real *c, const real *h, real *u);
+
+/* what path_loop computes once per run */
+void triangle_path_loop_prepare(const real *r, const real *p, const real *c, real *h);
+
+/* the rest of path_loop */
+void triangle_path_loop_prepared(const real *q, const real *r, const real *p, const real *c, const real *h, real *dq);
+
+/* what path_observe computes once per run */
+void triangle_path_observe_prepare(const real *r, const real *c, real *h);
+
+/* the rest of path_observe */
+void triangle_path_observe_prepared(const real *q, const real *r, const real *c, const real *h, real *x, real *u);
 
 #endif

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "e4c20ef6c8edaf316f1f20f233c66175555a36b9421d311a5ede8915f8e16da3"
+HASH = "2ad0ed2503cc77c8549919845d3e1e221e0af092f14015ead9e36cdbd0f59978"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )
@@ -235,14 +235,15 @@ def sliding(x, r, p, c):
         v69 = c[..., 0] * np.sqrt(v27 / v51) / (v65 + v26 / (v51 * v51))
         v77 = v32 * v34 * v51 * v69 * (np.where(m28, r[..., 0] * v43 / v50 * v63 * c[..., 1], 0.0) - v26)
         v81 = np.power(v65, v34)
-        v89 = np.where(m29, v77, 0.0) - c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v27 - v81 * v51) / c[..., 4]))
-        v99 = v69 * np.power(v81, -1.0 + c[..., 1]) * np.fmax(-1.0, np.fmin(1.0, v63 / c[..., 5]))
-        v104 = np.where(m28, v89 * v43, 0.0) + np.where(m29, -(v38 * v99 * v27), 0.0)
-        v111 = v38 * v89 + np.where(m28, np.where(m29, v99 * v27 * v43, 0.0), 0.0)
-        v113 = v104 * s14 - v111 * c14
-        v117 = v111 * s14 + v104 * c14
-        v136 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - x[..., 2])))
-        return _vector(np.where(m11, (v4 * v113 - v7 * v117) / v10, v113), np.where(m11, -((v4 * v117 + v113 * v7) / v9), 0.0), v136)
+        v89 = c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v27 - v81 * v51) * (1.0 / c[..., 4])))
+        v90 = np.where(m29, v77, 0.0) - v89
+        v101 = v69 * np.power(v81, -1.0 + c[..., 1]) * np.fmax(-1.0, np.fmin(1.0, v63 * (1.0 / c[..., 5])))
+        v106 = np.where(m28, v90 * v43, 0.0) + np.where(m29, -(v38 * v101 * v27), 0.0)
+        v113 = v38 * v90 + np.where(m28, np.where(m29, v101 * v27 * v43, 0.0), 0.0)
+        v115 = v106 * s14 - v113 * c14
+        v119 = v113 * s14 + v106 * c14
+        v138 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - x[..., 2])))
+        return _vector(np.where(m11, (v4 * v115 - v7 * v119) / v10, v115), np.where(m11, -((v4 * v119 + v115 * v7) / v9), 0.0), v138)
 
 
 def sliding_loop(q, r, p, c):
@@ -269,15 +270,16 @@ def sliding_loop(q, r, p, c):
         v60 = c[..., 0] * np.sqrt(v17 / v42) / (v56 + v16 / (v42 * v42))
         v68 = v23 * v25 * v42 * v60 * (np.where(m18, r[..., 0] * v34 / v41 * v54 * c[..., 1], 0.0) - v16)
         v72 = np.power(v56, v25)
-        v80 = np.where(m20, v68, 0.0) - c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v17 - v72 * v42) / c[..., 4]))
-        v90 = v60 * np.power(v72, -1.0 + c[..., 1]) * np.fmax(-1.0, np.fmin(1.0, v54 / c[..., 5]))
-        v95 = np.where(m18, v80 * v34, 0.0) + np.where(m20, -(v29 * v90 * v17), 0.0)
-        v102 = v29 * v80 + np.where(m18, np.where(m20, v90 * v17 * v34, 0.0), 0.0)
-        v104 = v95 * s2 - v102 * c2
-        v107 = v102 * s2 + v95 * c2
-        v117 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - q[..., 2])))
-        v129 = p[..., 1] + 3.0 * p[..., 0] / p[..., 2] / q[..., 2] - q[..., 0] * v107 - v104 * q[..., 1]
-        return _vector(v104, -v107, v117, v129)
+        v80 = c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v17 - v72 * v42) * (1.0 / c[..., 4])))
+        v81 = np.where(m20, v68, 0.0) - v80
+        v92 = v60 * np.power(v72, -1.0 + c[..., 1]) * np.fmax(-1.0, np.fmin(1.0, v54 * (1.0 / c[..., 5])))
+        v97 = np.where(m18, v81 * v34, 0.0) + np.where(m20, -(v29 * v92 * v17), 0.0)
+        v104 = v29 * v81 + np.where(m18, np.where(m20, v92 * v17 * v34, 0.0), 0.0)
+        v106 = v97 * s2 - v104 * c2
+        v109 = v104 * s2 + v97 * c2
+        v119 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - q[..., 2])))
+        v131 = p[..., 1] + 3.0 * p[..., 0] / p[..., 2] / q[..., 2] - q[..., 0] * v109 - v106 * q[..., 1]
+        return _vector(v106, -v109, v119, v131)
 
 
 def sliding_observe(q, r, p, c):
@@ -307,14 +309,15 @@ def sliding_observe(q, r, p, c):
         v67 = c[..., 0] * np.sqrt(v26 / v50) / (v63 + v25 / (v50 * v50))
         v75 = v31 * v33 * v50 * v67 * (np.where(m27, r[..., 0] * v42 / v49 * v61 * c[..., 1], 0.0) - v25)
         v79 = np.power(v63, v33)
-        v87 = np.where(m28, v75, 0.0) - c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v26 - v79 * v50) / c[..., 4]))
-        v97 = v67 * np.power(v79, -1.0 + c[..., 1]) * np.fmax(-1.0, np.fmin(1.0, v61 / c[..., 5]))
-        v102 = np.where(m27, v87 * v42, 0.0) + np.where(m28, -(v37 * v97 * v26), 0.0)
-        v109 = v37 * v87 + np.where(m27, np.where(m28, v97 * v26 * v42, 0.0), 0.0)
-        v111 = v102 * s13 - v109 * c13
-        v115 = v109 * s13 + v102 * c13
-        v133 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - q[..., 2])))
-        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v111 - q[..., 1] * v115) / v5, v111), np.where(m10, -((q[..., 0] * v115 + v111 * q[..., 1]) / v4), 0.0), v133)
+        v87 = c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v26 - v79 * v50) * (1.0 / c[..., 4])))
+        v88 = np.where(m28, v75, 0.0) - v87
+        v99 = v67 * np.power(v79, -1.0 + c[..., 1]) * np.fmax(-1.0, np.fmin(1.0, v61 * (1.0 / c[..., 5])))
+        v104 = np.where(m27, v88 * v42, 0.0) + np.where(m28, -(v37 * v99 * v26), 0.0)
+        v111 = v37 * v88 + np.where(m27, np.where(m28, v99 * v26 * v42, 0.0), 0.0)
+        v113 = v104 * s13 - v111 * c13
+        v117 = v111 * s13 + v104 * c13
+        v135 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - q[..., 2])))
+        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v113 - q[..., 1] * v117) / v5, v113), np.where(m10, -((q[..., 0] * v117 + v113 * q[..., 1]) / v4), 0.0), v135)
 
 
 def sliding_constraints(p, c, s):
@@ -615,3 +618,445 @@ def jvp(x, u, p, along_x, along_u):
         v11 = u[..., 1] * ((x[..., 0] + x[..., 0]) * along_x[..., 0]) + x[..., 0] * x[..., 0] * along_u[..., 1]
         v19 = 1.0 / x[..., 2]
         return _vector(along_u[..., 0], along_u[..., 1], along_u[..., 2], v11 - 3.0 * p[..., 0] / p[..., 2] * v19 * v19 * along_x[..., 2])
+
+
+def rhs_prepare(p):
+    """What rhs computes once per run: (p) -> h."""
+    p, = _arrays(p)
+    with np.errstate(all="ignore"):
+        return _vector(3.0 * p[..., 0] / p[..., 2])
+
+
+def rhs_prepared(x, u, p, h):
+    """The rest of rhs: (x, u, p, h) -> dx."""
+    x, u, p, h = _arrays(x, u, p, h)
+    with np.errstate(all="ignore"):
+        return _vector(u[..., 0], u[..., 1], u[..., 2], p[..., 1] + h[..., 0] / x[..., 2] + x[..., 0] * x[..., 0] * u[..., 1])
+
+
+def outputs_prepare(r):
+    """What outputs computes once per run: (r) -> h."""
+    r, = _arrays(r)
+    with np.errstate(all="ignore"):
+        s4, c4 = np.sin(r[..., 1]), np.cos(r[..., 1])
+        v9 = 0.5773502691896257 * np.sqrt(r[..., 2])
+        v14 = r[..., 0] * np.sqrt(1.0 - r[..., 0] * r[..., 0])
+        v15 = 1.7320508075688772 * s4 * v14
+        v17 = c4 * v14
+        return _vector(s4, c4, v9 * np.sqrt(1.0 + v15 - v17), v9 * np.sqrt(1.0 - v17 - v15), v9 * np.sqrt(1.0 + (v17 + v17)))
+
+
+def outputs_prepared(x, u, r, h):
+    """The rest of outputs: (x, u, r, h) -> y."""
+    x, u, r, h = _arrays(x, u, r, h)
+    with np.errstate(all="ignore"):
+        v3 = 0.5773502691896257 * np.sqrt(x[..., 2])
+        s8, c8 = np.sin(x[..., 1]), np.cos(x[..., 1])
+        v9 = x[..., 0] * s8
+        v10 = 1.7320508075688772 * v9
+        v12 = x[..., 0] * c8
+        v17 = np.sqrt(1.0 - v12 * v12 - v9 * v9)
+        v18 = v10 * v17
+        v20 = v12 * v17
+        v23 = v3 * np.sqrt(1.0 + v18 - v20)
+        v27 = v3 * np.sqrt(1.0 - v20 - v18)
+        v31 = v3 * np.sqrt(1.0 + (v20 + v20))
+        v34 = x[..., 2] * v17
+        v39 = x[..., 0] * u[..., 1]
+        v41 = u[..., 0] * s8 + v39 * c8
+        v42 = 0.5773502691896257 * v34 * v41
+        v46 = u[..., 0] * c8 - v39 * s8
+        v47 = v34 * v46
+        v48 = 0.3333333333333333 * v47
+        v51 = 0.3333333333333333 * v18
+        v53 = 0.3333333333333333 * v20
+        v59 = v12 * v46 + v9 * v41
+        v60 = 1.0 / v17
+        v62 = v59 * v60 * x[..., 2]
+        v66 = v42 - v48 + u[..., 2] * (0.3333333333333333 + v51 - v53) - 0.3333333333333333 * v62 * (v10 - v12)
+        v79 = u[..., 2] * (0.3333333333333333 - v53 - v51) - (v48 + v42) + 0.3333333333333333 * v60 * v59 * x[..., 2] * (v10 + v12)
+        v87 = 0.6666666666666666 * v47 + u[..., 2] * (0.3333333333333333 + 0.6666666666666666 * v20)
+        v96 = h[..., 0] * v12 - h[..., 1] * v9
+        v102 = r[..., 0] - h[..., 1] * v12 - h[..., 0] * v9
+        v105 = np.sqrt(v96 * v96 + v102 * v102)
+        m107 = (1e-09 < v105)
+        v108 = 1.0 / v105
+        v113 = np.arctan2(np.where(m107, v96 * v108, 0.0), np.where(m107, v102 * v108, 1.0))
+        v117 = x[..., 3] - r[..., 3]
+        v129 = np.fmax(np.fmax(np.abs(v23 - h[..., 2]), np.abs(v27 - h[..., 3])), np.abs(v31 - h[..., 4]))
+        return _vector(v23, v27, v31, 0.5 / v23 * v66, 0.5 / v27 * v79, 0.5 / v31 * (v87 - 0.6666666666666666 * v62 * v12), v105, v113, r[..., 0] * v96 + v117, v117, v129)
+
+
+def sliding_prepare(r, c):
+    """What sliding computes once per run: (r, c) -> h."""
+    r, c = _arrays(r, c)
+    with np.errstate(all="ignore"):
+        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
+        v6 = 1.0 / c[..., 3]
+        v8 = 1.0 / c[..., 1]
+        return _vector(s1, c1, v6, v8, v6 * v8, c[..., 6] * c[..., 6], r[..., 0] * r[..., 0], 1.0 / c[..., 4], -1.0 + c[..., 1], 1.0 / c[..., 5])
+
+
+def sliding_prepared(x, r, c, h):
+    """The rest of sliding: (x, r, c, h) -> u."""
+    x, r, c, h = _arrays(x, r, c, h)
+    with np.errstate(all="ignore"):
+        s3, c3 = np.sin(x[..., 1]), np.cos(x[..., 1])
+        v4 = x[..., 0] * c3
+        v7 = x[..., 0] * s3
+        v9 = v4 * v4 + v7 * v7
+        v10 = np.sqrt(v9)
+        m11 = (0.0 < v10)
+        v17 = h[..., 0] * v4 - h[..., 1] * v7
+        v23 = r[..., 0] - h[..., 1] * v4 - h[..., 0] * v7
+        v25 = v17 * v17 + v23 * v23
+        v26 = np.sqrt(v25)
+        m27 = (1e-09 < v26)
+        m28 = (0.0 < v26)
+        v34 = 1.0 / v26
+        v36 = np.where(m27, v23 * v34, 1.0)
+        v40 = v17 * v34
+        v46 = h[..., 5] + np.where(m27, np.where(m27, -(h[..., 6] * (v40 * v40)), 0.0), 0.0)
+        v47 = np.sqrt(v46)
+        v48 = v36 * r[..., 0] + v47
+        v60 = x[..., 3] - r[..., 3] + r[..., 0] * v17 * c[..., 9]
+        v62 = np.abs(v60) * h[..., 2]
+        v66 = c[..., 0] * np.sqrt(v26 / v48) / (v62 + v25 / (v48 * v48))
+        v74 = h[..., 4] * v48 * v66 * (np.where(m27, r[..., 0] * v40 / v47 * v60 * c[..., 1], 0.0) - v25)
+        v78 = np.power(v62, h[..., 3])
+        v86 = np.where(m28, v74, 0.0) - c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v26 - v78 * v48) * h[..., 7]))
+        v96 = v66 * np.power(v78, h[..., 8]) * np.fmax(-1.0, np.fmin(1.0, v60 * h[..., 9]))
+        v101 = np.where(m27, v86 * v40, 0.0) + np.where(m28, -(v36 * v96 * v26), 0.0)
+        v108 = v36 * v86 + np.where(m27, np.where(m28, v96 * v26 * v40, 0.0), 0.0)
+        v110 = v101 * h[..., 0] - v108 * h[..., 1]
+        v114 = v108 * h[..., 0] + v101 * h[..., 1]
+        v133 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - x[..., 2])))
+        return _vector(np.where(m11, (v4 * v110 - v7 * v114) / v10, v110), np.where(m11, -((v4 * v114 + v110 * v7) / v9), 0.0), v133)
+
+
+def sliding_loop_prepare(r, p, c):
+    """What sliding_loop computes once per run: (r, p, c) -> h."""
+    r, p, c = _arrays(r, p, c)
+    with np.errstate(all="ignore"):
+        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
+        v6 = 1.0 / c[..., 3]
+        v8 = 1.0 / c[..., 1]
+        return _vector(s1, c1, v6, v8, v6 * v8, c[..., 6] * c[..., 6], r[..., 0] * r[..., 0], 1.0 / c[..., 4], -1.0 + c[..., 1], 1.0 / c[..., 5], 3.0 * p[..., 0] / p[..., 2])
+
+
+def sliding_loop_prepared(q, r, p, c, h):
+    """The rest of sliding_loop: (q, r, p, c, h) -> dq."""
+    q, r, p, c, h = _arrays(q, r, p, c, h)
+    with np.errstate(all="ignore"):
+        v7 = h[..., 0] * q[..., 0] - h[..., 1] * q[..., 1]
+        v13 = r[..., 0] - h[..., 1] * q[..., 0] - h[..., 0] * q[..., 1]
+        v15 = v7 * v7 + v13 * v13
+        v16 = np.sqrt(v15)
+        m17 = (1e-09 < v16)
+        m19 = (0.0 < v16)
+        v25 = 1.0 / v16
+        v27 = np.where(m17, v13 * v25, 1.0)
+        v31 = v7 * v25
+        v37 = h[..., 5] + np.where(m17, np.where(m17, -(h[..., 6] * (v31 * v31)), 0.0), 0.0)
+        v38 = np.sqrt(v37)
+        v39 = v27 * r[..., 0] + v38
+        v51 = q[..., 3] - r[..., 3] + r[..., 0] * v7 * c[..., 9]
+        v53 = np.abs(v51) * h[..., 2]
+        v57 = c[..., 0] * np.sqrt(v16 / v39) / (v53 + v15 / (v39 * v39))
+        v65 = h[..., 4] * v39 * v57 * (np.where(m17, r[..., 0] * v31 / v38 * v51 * c[..., 1], 0.0) - v15)
+        v69 = np.power(v53, h[..., 3])
+        v77 = np.where(m19, v65, 0.0) - c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v16 - v69 * v39) * h[..., 7]))
+        v87 = v57 * np.power(v69, h[..., 8]) * np.fmax(-1.0, np.fmin(1.0, v51 * h[..., 9]))
+        v92 = np.where(m17, v77 * v31, 0.0) + np.where(m19, -(v27 * v87 * v16), 0.0)
+        v99 = v27 * v77 + np.where(m17, np.where(m19, v87 * v16 * v31, 0.0), 0.0)
+        v101 = v92 * h[..., 0] - v99 * h[..., 1]
+        v104 = v99 * h[..., 0] + v92 * h[..., 1]
+        v114 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - q[..., 2])))
+        return _vector(v101, -v104, v114, p[..., 1] + h[..., 10] / q[..., 2] - q[..., 0] * v104 - v101 * q[..., 1])
+
+
+def sliding_observe_prepare(r, c):
+    """What sliding_observe computes once per run: (r, c) -> h."""
+    r, c = _arrays(r, c)
+    with np.errstate(all="ignore"):
+        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
+        v6 = 1.0 / c[..., 3]
+        v8 = 1.0 / c[..., 1]
+        return _vector(s1, c1, v6, v8, v6 * v8, c[..., 6] * c[..., 6], r[..., 0] * r[..., 0], 1.0 / c[..., 4], -1.0 + c[..., 1], 1.0 / c[..., 5])
+
+
+def sliding_observe_prepared(q, r, c, h):
+    """The rest of sliding_observe: (q, r, c, h) -> x, u."""
+    q, r, c, h = _arrays(q, r, c, h)
+    with np.errstate(all="ignore"):
+        v4 = q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1]
+        v5 = np.sqrt(v4)
+        m10 = (0.0 < v5)
+        v16 = h[..., 0] * q[..., 0] - h[..., 1] * q[..., 1]
+        v22 = r[..., 0] - h[..., 1] * q[..., 0] - h[..., 0] * q[..., 1]
+        v24 = v16 * v16 + v22 * v22
+        v25 = np.sqrt(v24)
+        m26 = (1e-09 < v25)
+        m27 = (0.0 < v25)
+        v33 = 1.0 / v25
+        v35 = np.where(m26, v22 * v33, 1.0)
+        v39 = v16 * v33
+        v45 = h[..., 5] + np.where(m26, np.where(m26, -(h[..., 6] * (v39 * v39)), 0.0), 0.0)
+        v46 = np.sqrt(v45)
+        v47 = v35 * r[..., 0] + v46
+        v58 = q[..., 3] - r[..., 3] + r[..., 0] * v16 * c[..., 9]
+        v60 = np.abs(v58) * h[..., 2]
+        v64 = c[..., 0] * np.sqrt(v25 / v47) / (v60 + v24 / (v47 * v47))
+        v72 = h[..., 4] * v47 * v64 * (np.where(m26, r[..., 0] * v39 / v46 * v58 * c[..., 1], 0.0) - v24)
+        v76 = np.power(v60, h[..., 3])
+        v84 = np.where(m27, v72, 0.0) - c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v25 - v76 * v47) * h[..., 7]))
+        v94 = v64 * np.power(v76, h[..., 8]) * np.fmax(-1.0, np.fmin(1.0, v58 * h[..., 9]))
+        v99 = np.where(m26, v84 * v39, 0.0) + np.where(m27, -(v35 * v94 * v25), 0.0)
+        v106 = v35 * v84 + np.where(m26, np.where(m27, v94 * v25 * v39, 0.0), 0.0)
+        v108 = v99 * h[..., 0] - v106 * h[..., 1]
+        v112 = v106 * h[..., 0] + v99 * h[..., 1]
+        v130 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - q[..., 2])))
+        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v108 - q[..., 1] * v112) / v5, v108), np.where(m10, -((q[..., 0] * v112 + v108 * q[..., 1]) / v4), 0.0), v130)
+
+
+def path_prepare(r, c):
+    """What path computes once per run: (r, c) -> h."""
+    r, c = _arrays(r, c)
+    with np.errstate(all="ignore"):
+        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
+        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0])
+
+
+def path_prepared(x, r, c, h):
+    """The rest of path: (x, r, c, h) -> u."""
+    x, r, c, h = _arrays(x, r, c, h)
+    with np.errstate(all="ignore"):
+        s3, c3 = np.sin(x[..., 1]), np.cos(x[..., 1])
+        v4 = x[..., 0] * c3
+        v7 = x[..., 0] * s3
+        v9 = v4 * v4 + v7 * v7
+        v10 = np.sqrt(v9)
+        m11 = (0.0 < v10)
+        v17 = h[..., 0] * v4 - h[..., 1] * v7
+        v23 = r[..., 0] - h[..., 1] * v4 - h[..., 0] * v7
+        v25 = v17 * v17 + v23 * v23
+        v26 = np.sqrt(v25)
+        m27 = (1e-09 < v26)
+        v35 = x[..., 3] - r[..., 3] + r[..., 0] * v17 * c[..., 5]
+        v36 = np.sign(v35)
+        v38 = 1.0 / v26
+        v39 = v17 * v38
+        v41 = r[..., 0] * v39 * v26
+        v47 = np.where(m27, v23 * v38, 1.0)
+        v50 = h[..., 2] + v47 * r[..., 0] * v26
+        v61 = v26 * c[..., 2] / np.sqrt(v50 * v50 + np.where(m27, np.where(m27, v41 * v41, 0.0), 0.0))
+        v64 = 1.5707963267948966 - v36 * np.arctan2(np.where(m27, -v41, 0.0), v50) + np.arccos(np.fmin(1.0, v61))
+        v66 = np.abs(v35)
+        v71 = np.fmin(1000000000000.0, (v66 + v66) / np.fmax(1e-24, v25))
+        m73 = (v71 < 0.03)
+        v75 = v71 * v71
+        v85 = v71 * (1.5 + v75 * (-0.45 + v75 * (0.26035714285714284 + -0.18225 * v75)))
+        v89 = np.sqrt(v71)
+        v97 = 3.141592653589793 * v71 / (3.478838 + v89 * (0.566927 + v89 * (2.225213 + v89)))
+        v100 = v97 * (1.661023 + v89)
+        s101, c101 = np.sin(v100), np.cos(v100)
+        v102 = s101 * s101
+        v105 = c101 * c101
+        v107 = c101 * s101
+        v108 = v71 + v71
+        v110 = 1.0 + v102 - v105 - v107 * v108
+        v111 = v110 * v110
+        v113 = v102 * v71
+        v114 = v113 + v113
+        v124 = v110 / (v111 + v111 - (v114 + 4.0 * v107 - v105 * v108) * (v100 - v107 - v113))
+        v131 = v100 - v124 * (-2.0 * v107 - v114 + (v100 + v100))
+        s132, c132 = np.sin(v131), np.cos(v131)
+        v133 = s132 * s132
+        v136 = c132 * c132
+        v138 = c132 * s132
+        v140 = 1.0 + v133 - v136 - v108 * v138
+        v141 = v140 * v140
+        v143 = v133 * v71
+        v144 = v143 + v143
+        v153 = v140 / (v141 + v141 - (v144 + 4.0 * v138 - v108 * v136) * (v131 - v138 - v143))
+        v159 = v131 - v153 * (-2.0 * v138 - v144 + (v131 + v131))
+        s160, c160 = np.sin(v159), np.cos(v159)
+        v161 = s160 * s160
+        v164 = c160 * c160
+        v166 = c160 * s160
+        v168 = 1.0 + v161 - v164 - v108 * v166
+        v169 = v168 * v168
+        v171 = v161 * v71
+        v172 = v171 + v171
+        v181 = v168 / (v169 + v169 - (v172 + 4.0 * v166 - v108 * v164) * (v159 - v166 - v171))
+        v189 = np.fmin(v64, np.where(m73, v85, v159 - v181 * (-2.0 * v166 - v172 + (v159 + v159))))
+        s190, c190 = np.sin(v189), np.cos(v189)
+        m191 = (c190 < 0.0)
+        v193 = c190 * c[..., 0]
+        v202 = np.where(m191, -(v193 * np.fmax(v26, np.fmin(c[..., 1], np.sqrt(v66)))), -(v193 * v26))
+        v208 = v36 * v26 * c[..., 0] * s190
+        v210 = np.where(m27, v202 * v39, 0.0) - v47 * v208
+        v215 = v47 * v202 + np.where(m27, v39 * v208, 0.0)
+        v217 = v210 * h[..., 0] - v215 * h[..., 1]
+        v221 = v215 * h[..., 0] + v210 * h[..., 1]
+        v240 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - x[..., 2])))
+        return _vector(np.where(m11, (v4 * v217 - v7 * v221) / v10, v217), np.where(m11, -((v4 * v221 + v217 * v7) / v9), 0.0), v240)
+
+
+def path_loop_prepare(r, p, c):
+    """What path_loop computes once per run: (r, p, c) -> h."""
+    r, p, c = _arrays(r, p, c)
+    with np.errstate(all="ignore"):
+        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
+        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0], 3.0 * p[..., 0] / p[..., 2])
+
+
+def path_loop_prepared(q, r, p, c, h):
+    """The rest of path_loop: (q, r, p, c, h) -> dq."""
+    q, r, p, c, h = _arrays(q, r, p, c, h)
+    with np.errstate(all="ignore"):
+        v7 = h[..., 0] * q[..., 0] - h[..., 1] * q[..., 1]
+        v13 = r[..., 0] - h[..., 1] * q[..., 0] - h[..., 0] * q[..., 1]
+        v15 = v7 * v7 + v13 * v13
+        v16 = np.sqrt(v15)
+        m17 = (1e-09 < v16)
+        v25 = q[..., 3] - r[..., 3] + r[..., 0] * v7 * c[..., 5]
+        v26 = np.sign(v25)
+        v28 = 1.0 / v16
+        v29 = v7 * v28
+        v31 = r[..., 0] * v29 * v16
+        v37 = np.where(m17, v13 * v28, 1.0)
+        v40 = h[..., 2] + v37 * r[..., 0] * v16
+        v51 = v16 * c[..., 2] / np.sqrt(v40 * v40 + np.where(m17, np.where(m17, v31 * v31, 0.0), 0.0))
+        v54 = 1.5707963267948966 - v26 * np.arctan2(np.where(m17, -v31, 0.0), v40) + np.arccos(np.fmin(1.0, v51))
+        v56 = np.abs(v25)
+        v61 = np.fmin(1000000000000.0, (v56 + v56) / np.fmax(1e-24, v15))
+        m63 = (v61 < 0.03)
+        v65 = v61 * v61
+        v75 = v61 * (1.5 + v65 * (-0.45 + v65 * (0.26035714285714284 + -0.18225 * v65)))
+        v79 = np.sqrt(v61)
+        v87 = 3.141592653589793 * v61 / (3.478838 + v79 * (0.566927 + v79 * (2.225213 + v79)))
+        v90 = v87 * (1.661023 + v79)
+        s91, c91 = np.sin(v90), np.cos(v90)
+        v92 = s91 * s91
+        v95 = c91 * c91
+        v97 = c91 * s91
+        v98 = v61 + v61
+        v100 = 1.0 + v92 - v95 - v97 * v98
+        v101 = v100 * v100
+        v103 = v92 * v61
+        v104 = v103 + v103
+        v114 = v100 / (v101 + v101 - (v104 + 4.0 * v97 - v95 * v98) * (v90 - v97 - v103))
+        v121 = v90 - v114 * (-2.0 * v97 - v104 + (v90 + v90))
+        s122, c122 = np.sin(v121), np.cos(v121)
+        v123 = s122 * s122
+        v126 = c122 * c122
+        v128 = c122 * s122
+        v130 = 1.0 + v123 - v126 - v98 * v128
+        v131 = v130 * v130
+        v133 = v123 * v61
+        v134 = v133 + v133
+        v143 = v130 / (v131 + v131 - (v134 + 4.0 * v128 - v98 * v126) * (v121 - v128 - v133))
+        v149 = v121 - v143 * (-2.0 * v128 - v134 + (v121 + v121))
+        s150, c150 = np.sin(v149), np.cos(v149)
+        v151 = s150 * s150
+        v154 = c150 * c150
+        v156 = c150 * s150
+        v158 = 1.0 + v151 - v154 - v98 * v156
+        v159 = v158 * v158
+        v161 = v151 * v61
+        v162 = v161 + v161
+        v171 = v158 / (v159 + v159 - (v162 + 4.0 * v156 - v98 * v154) * (v149 - v156 - v161))
+        v179 = np.fmin(v54, np.where(m63, v75, v149 - v171 * (-2.0 * v156 - v162 + (v149 + v149))))
+        s180, c180 = np.sin(v179), np.cos(v179)
+        m182 = (c180 < 0.0)
+        v184 = c180 * c[..., 0]
+        v193 = np.where(m182, -(v184 * np.fmax(v16, np.fmin(c[..., 1], np.sqrt(v56)))), -(v184 * v16))
+        v199 = v26 * v16 * c[..., 0] * s180
+        v201 = np.where(m17, v193 * v29, 0.0) - v37 * v199
+        v206 = v37 * v193 + np.where(m17, v29 * v199, 0.0)
+        v208 = v201 * h[..., 0] - v206 * h[..., 1]
+        v211 = v206 * h[..., 0] + v201 * h[..., 1]
+        v221 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
+        return _vector(v208, -v211, v221, p[..., 1] + h[..., 3] / q[..., 2] - q[..., 0] * v211 - v208 * q[..., 1])
+
+
+def path_observe_prepare(r, c):
+    """What path_observe computes once per run: (r, c) -> h."""
+    r, c = _arrays(r, c)
+    with np.errstate(all="ignore"):
+        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
+        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0])
+
+
+def path_observe_prepared(q, r, c, h):
+    """The rest of path_observe: (q, r, c, h) -> x, u."""
+    q, r, c, h = _arrays(q, r, c, h)
+    with np.errstate(all="ignore"):
+        v4 = q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1]
+        v5 = np.sqrt(v4)
+        m10 = (0.0 < v5)
+        v16 = h[..., 0] * q[..., 0] - h[..., 1] * q[..., 1]
+        v22 = r[..., 0] - h[..., 1] * q[..., 0] - h[..., 0] * q[..., 1]
+        v24 = v16 * v16 + v22 * v22
+        v25 = np.sqrt(v24)
+        m26 = (1e-09 < v25)
+        v33 = q[..., 3] - r[..., 3] + r[..., 0] * v16 * c[..., 5]
+        v34 = np.sign(v33)
+        v36 = 1.0 / v25
+        v37 = v16 * v36
+        v39 = r[..., 0] * v37 * v25
+        v45 = np.where(m26, v22 * v36, 1.0)
+        v48 = h[..., 2] + v45 * r[..., 0] * v25
+        v59 = v25 * c[..., 2] / np.sqrt(v48 * v48 + np.where(m26, np.where(m26, v39 * v39, 0.0), 0.0))
+        v62 = 1.5707963267948966 - v34 * np.arctan2(np.where(m26, -v39, 0.0), v48) + np.arccos(np.fmin(1.0, v59))
+        v64 = np.abs(v33)
+        v69 = np.fmin(1000000000000.0, (v64 + v64) / np.fmax(1e-24, v24))
+        m71 = (v69 < 0.03)
+        v73 = v69 * v69
+        v83 = v69 * (1.5 + v73 * (-0.45 + v73 * (0.26035714285714284 + -0.18225 * v73)))
+        v87 = np.sqrt(v69)
+        v95 = 3.141592653589793 * v69 / (3.478838 + v87 * (0.566927 + v87 * (2.225213 + v87)))
+        v98 = v95 * (1.661023 + v87)
+        s99, c99 = np.sin(v98), np.cos(v98)
+        v100 = s99 * s99
+        v103 = c99 * c99
+        v105 = c99 * s99
+        v106 = v69 + v69
+        v108 = 1.0 + v100 - v103 - v105 * v106
+        v109 = v108 * v108
+        v111 = v100 * v69
+        v112 = v111 + v111
+        v122 = v108 / (v109 + v109 - (v112 + 4.0 * v105 - v103 * v106) * (v98 - v105 - v111))
+        v129 = v98 - v122 * (-2.0 * v105 - v112 + (v98 + v98))
+        s130, c130 = np.sin(v129), np.cos(v129)
+        v131 = s130 * s130
+        v134 = c130 * c130
+        v136 = c130 * s130
+        v138 = 1.0 + v131 - v134 - v106 * v136
+        v139 = v138 * v138
+        v141 = v131 * v69
+        v142 = v141 + v141
+        v151 = v138 / (v139 + v139 - (v142 + 4.0 * v136 - v106 * v134) * (v129 - v136 - v141))
+        v157 = v129 - v151 * (-2.0 * v136 - v142 + (v129 + v129))
+        s158, c158 = np.sin(v157), np.cos(v157)
+        v159 = s158 * s158
+        v162 = c158 * c158
+        v164 = c158 * s158
+        v166 = 1.0 + v159 - v162 - v106 * v164
+        v167 = v166 * v166
+        v169 = v159 * v69
+        v170 = v169 + v169
+        v179 = v166 / (v167 + v167 - (v170 + 4.0 * v164 - v106 * v162) * (v157 - v164 - v169))
+        v187 = np.fmin(v62, np.where(m71, v83, v157 - v179 * (-2.0 * v164 - v170 + (v157 + v157))))
+        s188, c188 = np.sin(v187), np.cos(v187)
+        m189 = (c188 < 0.0)
+        v191 = c188 * c[..., 0]
+        v200 = np.where(m189, -(v191 * np.fmax(v25, np.fmin(c[..., 1], np.sqrt(v64)))), -(v191 * v25))
+        v206 = v34 * v25 * c[..., 0] * s188
+        v208 = np.where(m26, v200 * v37, 0.0) - v45 * v206
+        v213 = v45 * v200 + np.where(m26, v37 * v206, 0.0)
+        v215 = v208 * h[..., 0] - v213 * h[..., 1]
+        v219 = v213 * h[..., 0] + v208 * h[..., 1]
+        v237 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
+        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v215 - q[..., 1] * v219) / v5, v215), np.where(m10, -((q[..., 0] * v219 + v215 * q[..., 1]) / v4), 0.0), v237)

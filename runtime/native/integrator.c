@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "mehvar_exp.h"
 #include "tableaux.h"
 
 #define SAFETY 0.9
@@ -32,11 +33,13 @@ static void evaluate(mv_stepper *s, mv_rhs f, double t, const double *x, double 
     s->evaluations++;
 }
 
-/* y = sum_j w[j] k_j */
+/* y = sum_j w[j] k_j, over the weights that are not zero in their order */
 static void combine(const double *w, int count, const double *k, int n, double *y)
 {
-    for (int i = 0; i < n; i++) y[i] = 0.0;
-    for (int j = 0; j < count; j++) {
+    int j = 0;
+    while (w[j] == 0.0) j++;
+    for (int i = 0; i < n; i++) y[i] = w[j] * k[j * n + i];
+    for (j++; j < count; j++) {
         if (w[j] == 0.0) continue;
         for (int i = 0; i < n; i++) y[i] += w[j] * k[j * n + i];
     }
@@ -61,8 +64,19 @@ static double first_step(mv_stepper *s, const double *x, double room, const mv_t
     if (!finite_all(slope, n)) return h;
     for (int i = 0; i < n; i++) slope[i] -= k[i];
     const double steepest = fmax(rate, scaled_rms(s, slope, x) / h);
-    const double next = steepest <= 1e-15 ? fmax(1e-6, h * 1e-3) : pow(0.01 / steepest, 1.0 / m->order);
+    const double next = steepest <= 1e-15 ? fmax(1e-6, h * 1e-3) : mv_pow(0.01 / steepest, 1.0 / m->order);
     return fmin(100 * h, next);
+}
+
+static double weighted_square(const mv_stepper *s, const double *v, const double *x, const double *y)
+{
+    double sum = 0.0;
+    for (int i = 0; i < s->n; i++) {
+        const double weight = 1.0 / (s->atol + s->rtol * fmax(fabs(x[i]), fabs(y[i])));
+        const double part = v[i] * weight;
+        sum += part * part;
+    }
+    return sum;
 }
 
 /* Error of the step x -> y over its tolerance: the step is good when this is below one. NaN when anything is. */
@@ -70,18 +84,11 @@ static double error_ratio(const mv_stepper *s, const mv_tableau *m, double h, co
                           double *scratch)
 {
     const int n = s->n, count = m->stages + m->end_in_error;
-    double main = 0.0, third = 0.0;
     combine(m->e, count, s->work, n, scratch);
-    for (int i = 0; i < n; i++) {
-        const double part = scratch[i] / (s->atol + s->rtol * fmax(fabs(x[i]), fabs(y[i])));
-        main += part * part;
-    }
+    const double main = weighted_square(s, scratch, x, y);
     if (!m->e3) return h * sqrt(main / n);
     combine(m->e3, count, s->work, n, scratch);
-    for (int i = 0; i < n; i++) {
-        const double part = scratch[i] / (s->atol + s->rtol * fmax(fabs(x[i]), fabs(y[i])));
-        third += part * part;
-    }
+    const double third = weighted_square(s, scratch, x, y);
     if (main == 0.0 && third == 0.0) return 0.0;
     return h * main / sqrt((main + 0.01 * third) * n);
 }
@@ -111,7 +118,7 @@ static double step_factor(double ratio, int order)
 {
     if (ratio == 0.0) return GROW;
     if (!isfinite(ratio)) return SHRINK;
-    return fmin(GROW, fmax(SHRINK, SAFETY * pow(ratio, -1.0 / order)));
+    return fmin(GROW, fmax(SHRINK, SAFETY * mv_pow(ratio, -1.0 / order)));
 }
 
 int mv_advance(mv_stepper *s, double *x, double target, mv_rhs f, mv_accept accept, void *context)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* One text for one number or many: a `real` is a scalar, or a vector of scalars worked on lane by lane.
  *
- * MEHVAR_LANES  1 (default), 4, 8 or 16
+ * MEHVAR_LANES  1 (default), 2, 4, 8 or 16
  * MEHVAR_FLOAT  when defined, the scalar is a float instead of a double
  * MEHVAR_SMALL  when defined, the larger functions are called rather than copied to where they are used
  *
@@ -16,8 +16,8 @@
 #ifndef MEHVAR_LANES
 #define MEHVAR_LANES 1
 #endif
-#if MEHVAR_LANES != 1 && MEHVAR_LANES != 4 && MEHVAR_LANES != 8 && MEHVAR_LANES != 16
-#error "MEHVAR_LANES must be 1, 4, 8 or 16"
+#if MEHVAR_LANES != 1 && MEHVAR_LANES != 2 && MEHVAR_LANES != 4 && MEHVAR_LANES != 8 && MEHVAR_LANES != 16
+#error "MEHVAR_LANES must be 1, 2, 4, 8 or 16"
 #endif
 #if defined __FAST_MATH__ || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 2
 #error "mehvar needs arithmetic in the type's own precision: no -ffast-math, no x87"

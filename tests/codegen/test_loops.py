@@ -30,7 +30,10 @@ from models.system import (
     Variant,
 )  # fmt: skip
 from runtime import load, simulate
+from runtime.batch_kernel import compile_kernel
 from runtime.errors import InputError
+from runtime.noise import normals
+from tests.runtime.one_by_one import run_alone
 
 ANY = Interval(-np.inf, np.inf, True, True)
 
@@ -107,7 +110,7 @@ def by_hand(drag: float, sigma: float, delay: int, noise: np.ndarray) -> tuple[n
 @pytest.mark.parametrize(("delay", "sigma"), [(0, 0.0), (1, 0.0), (2, 0.05)])
 def test_a_sampled_loop_with_all_its_parts(folder, backend, plant, drag, delay, sigma):
     run = simulate(load(folder, backend), "sum-law", plant=plant, delay=delay, sigma=sigma, seed=7)
-    noise = np.random.Generator(np.random.Philox(7)).standard_normal((51, 1))[:, 0]
+    noise = normals(7, 0, 51, 1)[:, 0]
     speeds, torques, memories = by_hand(drag, sigma, delay, noise)
     np.testing.assert_allclose(run.x[:, 2], speeds, atol=1e-9)
     np.testing.assert_allclose(run.u[:, 0], torques, atol=1e-9)
@@ -176,3 +179,21 @@ def test_a_law_may_compute_in_float(folder):
     for model, law in ((load(folder, "python"), "sum-law"), (load(folder, "c"), "smooth")):
         with pytest.raises(InputError, match="real = 'float'"):
             simulate(model, law, real="float")
+
+
+@pytest.mark.parametrize(
+    ("law", "options"), [("sum-law", {"delay": 2}), ("smooth", {}), ("smooth", {"method": "dopri5"})]
+)
+@pytest.mark.parametrize("plant", ["full", "free"])
+def test_a_batch_of_it_is_the_runs_alone(folder, law, plant, options):
+    """Projection, actuator, noise, delay, memory, a moving reference and a variant, lane by lane."""
+    model = load(folder, "c")
+    resolved = simulate(model, law, sigma=0.05, plant=plant, t_end=0.1).parameters
+    p, c, s = (np.tile(v, (5, 1)) for v in (resolved.p, resolved.c, resolved.s))
+    p[:, model.parameter_names.index("drag")] = np.linspace(0.1, 0.9, 5)
+    x0 = np.array(model.functions["initial"](p, s))
+    kernel = compile_kernel(model, law, {"plant": plant}, **options)
+    found = kernel.run(2, p, c, s, x0, seed=7, t_end=5.0, dt=0.1, save_every=0.1)
+    expected = run_alone(model, kernel, p, c, s, x0, t_end=5.0, dt=0.1, seed=7, first_run=2)
+    for name in ("final", "minimum", "maximum", "status", "t_stop", "steps", "series"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), err_msg=name)

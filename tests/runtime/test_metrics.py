@@ -12,7 +12,7 @@ import pytest
 import runtime
 from runtime import InputError, Model
 from runtime.manifest import Metric
-from runtime.metrics import _evaluate
+from runtime.metrics import evaluate
 
 T = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
 SERIES = {
@@ -24,7 +24,7 @@ SERIES = {
 
 
 def value(kind: str, *of: str, band: float = 0.0, since: float = 0.0, until: float = math.inf) -> float:
-    return _evaluate(Metric("test", kind, of, band, "1", "", since, until), T, SERIES)
+    return evaluate(Metric("test", kind, of, band, "1", "", since, until), T, SERIES)
 
 
 @pytest.mark.parametrize(

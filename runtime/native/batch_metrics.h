@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The numbers that sum up a run, while it runs: what runtime/metrics.py makes of a whole series. */
+#ifndef MEHVAR_BATCH_METRICS_H
+#define MEHVAR_BATCH_METRICS_H
+
+#include "batch.h"
+
+static inline real mv_crossing(real before, real now, real t_before, real t, double band)
+{
+    const real part = (before - mv_copysign(SPLAT(band), before)) / (before - now);
+    return SELECT(EQ(part - part, K(0)), t_before + part * (t - t_before), t);
+}
+
+/* Where the line between the last sample outside the band and the next one enters it; infinite after one outside. */
+static inline real mv_settled(real settled, mask first, real before, real now, real t_before, real t, double band)
+{
+    const mask outside = NOT(LE(mv_fabs(now), K(band))), was_outside = EQ(settled, MV_INFINITY);
+    const real entered = SELECT(was_outside, mv_crossing(before, now, t_before, t, band), settled);
+    return SELECT(outside, SPLAT(MV_INFINITY), SELECT(first, t, entered));
+}
+
+static inline mask mv_beyond(real v, real bound) { return OR(LT(bound, v), NE(v, v)); }
+
+static inline void mv_tell(mv_tally *a, const mv_metric *m, mask lanes, mask first, real v, real t_before, real t,
+                           int64_t place)
+{
+    real value = a->value;
+    switch (m->kind) {
+    case MV_SETTLING: value = mv_settled(value, first, a->previous, v, t_before, t, m->band); break;
+    case MV_LARGEST: value = SELECT(OR(first, mv_beyond(v, value)), v, value); break;
+    case MV_SMALLEST: value = SELECT(OR(first, mv_beyond(-v, -value)), v, value); break;
+    case MV_LARGEST_MAGNITUDE: value = SELECT(mv_beyond(mv_fabs(v), value), mv_fabs(v), value); break;
+    case MV_RMS: value += v * v; break;
+    case MV_TRAVEL: value += SELECT(first, SPLAT(0), mv_fabs(v - a->previous)); break;
+    case MV_FINAL: value = v; break;
+    case MV_SETTLING_ABOUT_END: a->history[place] = SELECT(lanes, v, a->history[place]); break;
+    case MV_SIGN_CHANGES: {
+        const mask counts = LT(K(m->band), mv_fabs(v));
+        value += NUM(AND(counts, LT(v * a->previous, K(0))));
+        v = SELECT(counts, mv_sign(v), SELECT(first, SPLAT(0), a->previous));
+        break;
+    }
+    }
+    a->value = SELECT(lanes, value, a->value);
+    a->previous = SELECT(lanes, v, a->previous);
+}
+
+/* Count the record at `tick` in every metric whose time it is. */
+static void mv_count(mv_block *b, mask lanes, double now)
+{
+    const mv_signal *signal = b->job->signal;
+    mv_tally *tally = b->tally;
+    for (int m = 0; m < b->job->metrics; m++) {
+        const mv_metric *metric = b->job->metric + m;
+        if (metric->since <= now && now <= metric->until) {
+            const mask first = EQ(b->counts[m], K(0));
+            for (int i = 0; i < metric->signals; i++) {
+                const real v = b->column[signal[i].column];
+                const real signalled = signal[i].subtracted < 0 ? v : v - b->column[signal[i].subtracted];
+                mv_tell(tally + i, metric, lanes, first, signalled, b->t_record, SPLAT(now), b->records);
+            }
+            b->counts[m] += SELECT0(lanes, SPLAT(1));
+        }
+        signal += metric->signals;
+        tally += metric->signals;
+    }
+}
+
+/* Settling time of one lane about its own last value. */
+static double mv_settled_about_end(const mv_block *b, const mv_metric *m, const real *history, int lane, int64_t count)
+{
+    const double band = m->band, broken = AT(b->t_record, lane), stop = broken < m->until ? broken : m->until;
+    int64_t last = b->records - 1;
+    while (last > 0 && b->times[last] > stop) last--;
+    if (stop == broken && b->times[last] != stop) last++; /* a run that broke off between two records of the others */
+    const int64_t first = last - count + 1;
+    const double end = AT(history[last], lane);
+    int64_t i = last;
+    while (i >= first && __builtin_fabs(AT(history[i], lane) - end) <= band) i--;
+    if (i < first) return count == 1 ? stop : b->times[first];
+    if (i == last) return __builtin_inf();
+    const double before = AT(history[i], lane) - end, after = AT(history[i + 1], lane) - end;
+    const double t = i + 1 == last ? stop : b->times[i + 1];
+    const double part = (before - __builtin_copysign(band, before)) / (before - after);
+    return part - part == 0.0 ? b->times[i] + part * (t - b->times[i]) : t;
+}
+
+static double mv_metric_value(const mv_block *b, const mv_metric *m, const mv_tally *tally, int lane, int64_t count)
+{
+    double value = AT(tally->value, lane);
+    for (int i = 0; i < m->signals; i++) {
+        double v = AT(tally[i].value, lane);
+        if (m->kind == MV_SETTLING_ABOUT_END) v = mv_settled_about_end(b, m, tally[i].history, lane, count);
+        if (m->kind == MV_RMS || m->kind == MV_TRAVEL || m->kind == MV_SIGN_CHANGES)
+            value = i ? value + v : v;
+        else if (m->kind == MV_SMALLEST)
+            value = i && !(v < value || v != v) ? value : v;
+        else if (m->kind != MV_FINAL)
+            value = i && !(v > value || v != v) ? value : v;
+    }
+    return m->kind == MV_RMS ? __builtin_sqrt(value / (double)(count * m->signals)) : value;
+}
+
+/* The metrics of one lane, NaN where nothing was counted. */
+static void mv_metrics(const mv_block *b, int lane, double *out)
+{
+    const mv_tally *tally = b->tally;
+    for (int m = 0; m < b->job->metrics; m++) {
+        const mv_metric *metric = b->job->metric + m;
+        const int64_t count = (int64_t)AT(b->counts[m], lane);
+        out[m] = count ? mv_metric_value(b, metric, tally, lane, count) : __builtin_nan("");
+        tally += metric->signals;
+    }
+}
+
+#endif

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Standard normal numbers from words of Philox, a pair from a pair: Box & Muller, Ann. Math. Statist. 29 (1958) 610. */
+#ifndef MEHVAR_NOISE_H
+#define MEHVAR_NOISE_H
+
+#include "mehvar_math.h"
+#include "philox.h"
+
+/* the upper 52 bits as a fraction in [0, 1) */
+static inline real mv_fraction(mv_bits word)
+{
+    return mv_from_bits((word >> (64 - MV_DIGITS)) | mv_to_bits(SPLAT(1))) - K(1);
+}
+
+static inline void mv_normal_pair(const mv_bits word[2], real *first, real *second)
+{
+    real s, c;
+    mv_sincos(K(0x1.921fb54442d18p2) * mv_fraction(word[1]), &s, &c);
+    const real radius = mv_sqrt(K(-2) * mv_log(K(1) - mv_fraction(word[0])));
+    *first = radius * c;
+    *second = radius * s;
+}
+
+/* the numbers of one sample of the runs in the lanes */
+static inline void mv_noise(uint64_t seed, const uint64_t *run, uint64_t sample, int size, real *e)
+{
+    const int blocks = (size + 3) / 4;
+    for (int j = 0; j < blocks; j++) {
+        mv_bits words[4];
+        for (int lane = 0; lane < MEHVAR_LANES; lane++) {
+            uint64_t own[4];
+            mv_philox(seed, run[lane], 1 + sample * (uint64_t)blocks + (uint64_t)j, own);
+            for (int i = 0; i < 4; i++) ((mv_word *)&words[i])[lane] = own[i];
+        }
+        real pair[4];
+        mv_normal_pair(words, &pair[0], &pair[1]);
+        mv_normal_pair(words + 2, &pair[2], &pair[3]);
+        for (int i = 0; i < 4 && 4 * j + i < size; i++) e[4 * j + i] = pair[i];
+    }
+}
+
+#endif

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How many doubles this processor works on at once, and what to tell the compiler about it."""
+
+from __future__ import annotations
+
+import functools
+import platform
+from pathlib import Path
+
+_WIDTHS = (
+    (8, ("avx512f", "avx512dq", "avx512vl", "avx512bw", "avx2", "fma")),
+    (4, ("avx2", "fma")),
+)
+"""Lanes, and the instructions they need; the widest that this processor has is used."""
+
+
+@functools.cache
+def widest() -> int:
+    """Return the number of doubles in the widest registers that are known to be there: 8, 4 or 2."""
+    found = _instructions()
+    return next((lanes for lanes, needed in _WIDTHS if found.issuperset(needed)), 2)
+
+
+@functools.cache
+def vector_flags() -> tuple[str, ...]:
+    """Return compiler flags for instructions that this processor has; none for an unknown one."""
+    needed = dict(_WIDTHS).get(widest(), ())
+    wide = ("-mprefer-vector-width=512",) if widest() == 8 else ()
+    return (*(f"-m{name}" for name in needed), *wide)
+
+
+def _instructions() -> frozenset[str]:
+    """Return what the operating system says the processor can do; nothing where that is not known."""
+    if platform.machine().lower() not in ("x86_64", "amd64"):
+        return frozenset()
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return frozenset()
+    lines = [line.partition(":")[2].split() for line in text.splitlines() if line.startswith("flags")]
+    return frozenset.intersection(*map(frozenset, lines)) if lines else frozenset()
