@@ -1,0 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What changed between two versions of derived equations: mathematics, not text; needs neither SymPy nor CasADi.
+
+`Document.read` reads an equations.json with the manifest beside it, `compare` compares two of them.
+"""
