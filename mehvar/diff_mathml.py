@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -18,7 +18,7 @@ from typing import Any
 
 Nodes = Sequence[Sequence[Any]]
 Path = tuple[int, ...]
-Marks = Mapping[Path, str]
+Marks = Set[Path]
 _Place = tuple[int, Path]
 
 _SUM, _PRODUCT, _ATOM = range(3)
@@ -33,6 +33,7 @@ _RELATIONS = {
 }  # fmt: skip
 _FENCES = {"abs": ("|", "|"), "floor": ("⌊", "⌋"), "ceiling": ("⌈", "⌉")}
 _FUNCTIONS = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "sign": "sgn", "log": "ln"}
+_INVISIBLE = re.compile(r"<[^>]*>|&[^;]*;|[\d.]")
 _NAMED = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "log"}
 _CONSTANTS = {"pi": "<mi>π</mi>", "True": "<mtext>otherwise</mtext>", "False": "<mtext>never</mtext>"}
 
@@ -58,30 +59,30 @@ class Formula:
         Number of the expression's node.
     latex : mapping
         LaTeX names of symbols; a symbol without one is printed as it is called.
-    marks : mapping, optional
-        Classes of the parts to be marked, by path.
+    marks : set, optional
+        Paths of the parts that get the class `mark`.
     """
 
-    def __init__(self, nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks | None = None) -> None:
+    def __init__(self, nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> None:
         self._nodes = nodes
         self._root = (root, ())
         self._latex = latex
-        self._marks = marks or {}
+        self._marks = marks
 
-    def terms(self) -> list[tuple[str, str]]:
-        """Return the summands as whole `math` elements, each with the class it is marked with or nothing.
+    def terms(self) -> list[tuple[str, bool]]:
+        """Return the summands as whole `math` elements, each with whether it is marked as a whole.
 
         A formula longer than a line breaks between its terms; MathML itself does not break.
         """
         operation, *operands = self._nodes[self._root[0]]
         if operation != "add":
-            return [(math(self._print(self._root)[0]), self._marks.get((), ""))]
+            return [(math(self._print(self._root)[0]), () in self._marks)]
         places = self._in_order([(node, (k,)) for k, node in enumerate(operands)])
         rows = []
         for k, place in enumerate(places):
             negative, text = self._term(place)
             sign = _sign(negative, not k)
-            rows.append((math(sign + text), self._marks.get(place[1], "")))
+            rows.append((math(sign + text), place[1] in self._marks))
         return rows
 
     def _print(self, place: _Place) -> tuple[str, int]:
@@ -90,8 +91,7 @@ class Formula:
         return self._marked(text, [place[1]]), binding
 
     def _marked(self, text: str, paths: Iterable[Path]) -> str:
-        found = next((self._marks[path] for path in paths if path in self._marks), "")
-        return f'<mrow class="{escape(found)}">{text}</mrow>' if found else text
+        return text if self._marks.isdisjoint(paths) else f'<mrow class="mark">{text}</mrow>'
 
     def _plain(self, place: _Place) -> tuple[str, int]:
         operation, *operands = self._nodes[place[0]]
@@ -120,13 +120,18 @@ class Formula:
         text = ""
         for place in self._in_order(places):
             negative, term = self._term(place)
-            text += _sign(negative, not text) + self._marked(term, [place[1]])
+            text += self._marked(_sign(negative, not text) + term, [place[1]])
         return text
 
     def _in_order(self, places: list[_Place]) -> list[_Place]:
-        """Sort the terms of a sum by what they say, so that a sum looks the same whatever its operands' order."""
-        keyed = [(self._term(place), place) for place in places]
-        return [place for (negative, text), place in sorted(keyed, key=lambda item: (item[0][0], item[0][1]))]
+        """Sort the terms of a sum by their letters: a changed order, sign or coefficient leaves them where they are."""
+
+        def key(place: _Place) -> tuple[bool, str, str]:
+            negative, text = self._term(place)
+            letters = _INVISIBLE.sub("", text)
+            return negative and not letters, letters, text
+
+        return sorted(places, key=key)
 
     def _term(self, place: _Place) -> tuple[bool, str]:
         """Return whether a summand is subtracted, and the summand without its sign."""
@@ -163,7 +168,7 @@ class Formula:
     def _split(self, place: _Place) -> _Factor:
         operation, *operands = self._nodes[place[0]]
         if operation != "pow":
-            return _Factor(place, None, Fraction(1), (place[1],))
+            return _Factor(place, None, Fraction(1), ())
         base, exponent = _children(place, operands)
         return _Factor(base, exponent, self._number(exponent[0]), (place[1], exponent[1]))
 
