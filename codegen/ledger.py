@@ -216,8 +216,8 @@ def _reading(reading: Reading, printed: Printed, names: Names) -> JudgedReading:
 
 def _line(relation: Relation, names: Names) -> Line:
     printed = _shown(relation.left, relation.op, relation.right, names)
-    if relation.op == ":=":
-        return Line(*printed, "", "", Verdict.DEFINITION, "introduces a name", (), None, relation.says)
+    if relation.given:
+        return Line(*printed, "", "", Verdict.DEFINITION, "given: nothing to compare", (), None, relation.says)
     result = compare(relation, names)
     if result.equal is None:
         return Line(*printed, "", "", Verdict.UNDECIDED, result.how, (), None, relation.says)
@@ -241,6 +241,6 @@ def _differing(relation: Relation, names: Names, printed: tuple[str, str], resul
 def _shown(left: Side, op: str, right: Side, names: Names) -> tuple[str, str]:
     """Write a relation as text and as LaTeX."""
     latex = names.latex()
-    sign = {":=": "=", "<=": r"\le", ">=": r"\ge"}.get(op, op)
-    text = f"{sp.sstr(left)} {op.replace(':', '')} {sp.sstr(right)}"
+    sign = {"<=": r"\le", ">=": r"\ge"}.get(op, op)
+    text = f"{sp.sstr(left)} {op} {sp.sstr(right)}"
     return text, f"{sp.latex(left, symbol_names=latex)} {sign} {sp.latex(right, symbol_names=latex)}"

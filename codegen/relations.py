@@ -30,7 +30,7 @@ _DRAWS = 200
 _PROVABLE = 250
 """Operations up to which a normal form is tried."""
 _BRANCHING = (sp.Abs, sp.sign, sp.Max, sp.Min, sp.Piecewise, sp.atan2, sp.acos, sp.asin)
-_UNEVALUATED = (sp.Integral, sp.Derivative, sp.Limit, sp.Sum)
+_UNEVALUATED = (sp.Integral, sp.Derivative, sp.Limit, sp.Sum, sp.UnevaluatedExpr)
 _OPS: dict[str, Callable[[mpmath.mpf, mpmath.mpf], bool]] = {
     "<": lambda a, b: a < b,
     "<=": lambda a, b: a <= b + _TOLERANCE * (1 + abs(b)),

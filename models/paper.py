@@ -32,8 +32,8 @@ An identity between names with meanings, here l_i^2 of a triangle and its rate, 
     printed("22", "rod rates", "equation", Relation(u, l * w3 / (2 * mu) + ..., corrected=..., cases=rods))
 
 * Something *defined* by the paper (kind "definition") is compared as well wherever the derivation has a definition of
-  its own: its verdict is "definition" when both agree, "differs" when they do not. With `op=":="` nothing is compared:
-  the relation only shows how the name on the left is introduced.
+  its own: its verdict is "definition" when both agree, "differs" when they do not. With `given=True` nothing is
+  compared: the relation is shown because it introduces a name or sets a condition.
 * An *equation of motion* holds along motions only, so its two sides are not the same function. Give the derived
   residual (left minus right) as `against`; the printed left minus right is compared with it.
 * A statement about a *special situation* (on the surface s = 0, on the circle) is a case that gives the names of that
@@ -42,7 +42,9 @@ An identity between names with meanings, here l_i^2 of a triangle and its rate, 
 * *Integrals, derivatives and limits* are written unevaluated (``sp.Integral``, ``sp.Derivative``, ``sp.Limit``) and
   carried out after the meanings have been put in.
 * *Matrices*: ``names.matrix("S", "S", meaning)`` gives a MatrixSymbol, so that ``S * S`` prints as S^2. Sides of
-  different shape are a difference of their own. A 1x1 matrix counts as a number.
+  different shape are a difference of their own. A 1x1 matrix counts as a number. `Cross(a, b)` is a x b.
+* SymPy tidies what it is given: it turns sin(x - 2 pi/3) into -sin(x + pi/3). ``sp.UnevaluatedExpr(2 * sp.pi / 3)`` keeps
+  a part as printed; it is carried out before anything is compared.
 * A *number* with few digits is compared within `within` (one unit of the last printed digit, say).
 * *Words* that say something checkable are an entry too, with a number such as "text after (9)" and `Relation.says`.
 * *Readings*: `Printed` with one `Reading` for each way to read what is printed, exactly one of them `used`. The machine
@@ -55,18 +57,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import sympy as sp
 
 from models.derivation import Expr
+from models.mechanics import planar_cross
 from models.quantities import ModelError, Quantity
 
 Side: TypeAlias = Expr | sp.MatrixBase | sp.MatrixExpr
 """One side of a relation: a number or a matrix."""
 Case: TypeAlias = Mapping[Expr, Side]
 """Meanings that hold in one case of a relation, by name."""
-Op: TypeAlias = Literal["=", ":=", "<", "<=", ">", ">="]
+Op: TypeAlias = Literal["=", "<", "<=", ">", ">="]
 Kind: TypeAlias = Literal["equation", "definition", "condition", "statement", "data"]
 """equation: follows from what is said before. definition, condition, data: the author's to choose. statement: words."""
 
@@ -186,7 +189,7 @@ class Relation:
     left, right : Expr or Matrix
         The sides as printed, in the paper's symbols.
     op : str
-        "=", "<", "<=", ">", ">=", or ":=" for a name that is introduced here and has nothing to be compared with.
+        "=", "<", "<=", ">" or ">=".
     corrected, corrected_left : Expr or Matrix, optional
         The right side, and the left side, as they should read. Shown only if the relation fails as printed and holds
         with them.
@@ -197,6 +200,8 @@ class Relation:
         Names are drawn such that each of these is positive.
     against : Expr or Matrix, optional
         Derived residual of an equation of motion, to be compared with the printed left minus right.
+    given : bool
+        Introduces a name or sets a condition: shown, but there is nothing to compare it with.
     within : Expr
         Allowed difference, for printed numbers; zero for everything else.
     says : str
@@ -211,6 +216,7 @@ class Relation:
     cases: tuple[Case, ...] = ({},)
     domain: tuple[Expr, ...] = ()
     against: Side | None = None
+    given: bool = False
     within: Expr = sp.S.Zero
     says: str = ""
 
@@ -317,8 +323,7 @@ class Paper:
         for entry in self.entries:
             for relation in (relation for reading in entry.readings for relation in reading.relations):
                 for case in relation.cases:
-                    shown_only = relation.op == ":="
-                    self._known((*relation.sides, *relation.domain), case, f"entry {entry.number}", shown_only)
+                    self._known((*relation.sides, *relation.domain), case, f"entry {entry.number}", relation.given)
                     self._known(case.values(), case, f"entry {entry.number}")
 
     def _known(self, sides: Iterable[Side], case: Case, where: str, shown_only: bool = False) -> None:
@@ -329,6 +334,48 @@ class Paper:
                 raise ModelError(f"{where} uses {str(symbol)!r}, which the table of names lacks")
             if name.member and not shown_only:
                 raise ModelError(f"{where} uses {str(symbol)!r}, a member of a family; no case says which")
+
+
+class Cross(sp.MatrixExpr):
+    """The product a x b of two columns, written but not carried out; for the plane, its component out of it."""
+
+    def __new__(cls, a: Side, b: Side) -> Cross:  # noqa: D102
+        return sp.Basic.__new__(cls, sp.sympify(a), sp.sympify(b))
+
+    @property
+    def shape(self) -> tuple[sp.Expr, sp.Expr]:
+        """3 x 1, or 1 x 1 in the plane."""
+        rows = self.args[0].shape[0]
+        return (rows, sp.S.One) if rows == 3 else (sp.S.One, sp.S.One)
+
+    def doit(self, **hints: bool) -> sp.MatrixExpr | sp.MatrixBase:
+        """Carry the product out if both columns are known entry by entry."""
+        a, b = (arg.doit(**hints) for arg in self.args)
+        if not (isinstance(a, sp.MatrixBase) and isinstance(b, sp.MatrixBase)):
+            return Cross(a, b)
+        if self.shape[0] == 3:
+            return a.cross(b).as_immutable()
+        return sp.ImmutableMatrix([[planar_cross(a, b)]])
+
+    def _entry(self, i: int, j: int, **_: object) -> sp.Expr:
+        a, b = self.args
+        if self.shape[0] == 1:
+            return planar_cross(a, b)
+        return a[(i + 1) % 3, 0] * b[(i + 2) % 3, 0] - a[(i + 2) % 3, 0] * b[(i + 1) % 3, 0]
+
+    def _written(self, printer: Any, sign: str) -> str:
+        sides = (printer._print(arg) for arg in self.args)
+        wrapped = (
+            side if isinstance(arg, sp.MatrixSymbol) else f"({side})"
+            for side, arg in zip(sides, self.args, strict=True)
+        )
+        return sign.join(wrapped)
+
+    def _latex(self, printer: Any) -> str:
+        return self._written(printer, r" \times ")
+
+    def _sympystr(self, printer: Any) -> str:
+        return self._written(printer, " x ")
 
 
 def symbols_of(side: Side) -> set[Expr]:

@@ -67,6 +67,7 @@ class Kinematics:
         corners = {i: (self.m[k - 1] * edges[j] - self.m[j - 1] * edges[k]) / total for i, j, k in EVEN}
         self.x = {i: names.matrix(f"x_{i}", f"x_{i}", corners[i]) for i in (1, 2, 3)}
         self.x_i, self.x_j = (names.matrix_family(f"x_{i}", f"x_{i}", 2) for i in "ij")
+        self.d_i, self.d_k = (names.matrix_family(f"d_{i}", f"d_{i}", 2) for i in "ik")
         self.d = {k: names.matrix(f"d_{k}", f"d_{k}", edges[k].subs(self.equal)) for k in (1, 2, 3)}
         self.d_row = names.matrix(
             "d_all", r"\begin{bmatrix}d_1 & d_2 & d_3\end{bmatrix}", sp.Matrix.hstack(*self._plain(self.d, names))
@@ -84,6 +85,7 @@ class Kinematics:
         self.J = names.matrix("J", "J", QUARTER_TURN)
         self.I = names.matrix("I_2", "I", sp.eye(2))
         self.S = names.matrix("S", "S", shape)
+        self.S_rate = names.matrix("S_rate", r"\frac{d}{dt}S", matrix_rate(shape, self.motion))
         self.S_dot = names.matrix("S_dot", r"\dot S", matrix_rate(shape, self.motion))
         self.Q = names.matrix("Q", "Q", turn)
         corners = self._plain(self.x, names)
@@ -98,7 +100,7 @@ class Kinematics:
         self.A = names.matrix("A", "A", placed * base.adjugate() / base.det())
         sides = {k: turn * shape * edge for k, edge in enumerate(self._plain(self.d, names), 1)}
         self.D = {k: names.matrix(f"D_{k}", f"D_{k}", side) for k, side in sides.items()}
-        self.D_i, self.D_j = (names.matrix_family(f"D_{i}", f"D_{i}", 2) for i in "ij")
+        self.D_i, self.D_j, self.D_k = (names.matrix_family(f"D_{i}", f"D_{i}", 2) for i in "ijk")
         self.D_row = names.matrix(
             "D_all", r"\begin{bmatrix}D_1 & D_2 & D_3\end{bmatrix}", sp.Matrix.hstack(*sides.values())
         )
@@ -151,10 +153,7 @@ class Kinematics:
             names.matrix(f"varphi_{k}", rf"\varphi_{k}", 2 * edge * edge.T - sp.eye(2))
             for k, edge in enumerate(edges, 1)
         )
-        self.varphi_i, self.d_i = (
-            names.matrix_family("varphi_i", r"\varphi_i", 2, 2),
-            names.matrix_family("d_i", "d_i", 2),
-        )
+        self.varphi_i = names.matrix_family("varphi_i", r"\varphi_i", 2, 2)
         c1, c2, c3 = (names.meaning(length) ** 2 / (3 * names.meaning(self.d_0)) for length in self.l)
         differences = (c1 - c2, c2 - c3, c3 - c1)
         self.p = tuple(names.derived(f"p_{k}", f"p_{k}", p) for k, p in enumerate(differences, 1))
