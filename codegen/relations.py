@@ -115,7 +115,7 @@ def _in_case(result: Comparison, case: Case) -> Comparison:
 def _weakest(hows: Iterable[str]) -> str:
     """Sum up how several comparisons are known: as sure as the least sure of them."""
     found = list(dict.fromkeys(hows))
-    return next((how for how in found if how.startswith("tested")), found[0] if found else "nothing to compare")
+    return next((how for how in found if not how.startswith("proved")), found[0])
 
 
 def _pairs(relation: Relation, left: Side, right: Side, names: Names, case: Case) -> list[_Pair] | str:
@@ -188,8 +188,8 @@ def _decide(pair: _Pair, names: Names) -> Comparison:
     bad = next((point for point in points if test.fails(point)), None)
     if bad is not None:
         return Comparison(False, "differs at 50 digits", test.simplest(bad))
-    if not test.symbols and pair.within:
-        return Comparison(True, f"compared as numbers: within {pair.within} of the derived value")
+    if not test.symbols:
+        return Comparison(True, f"compared as numbers, within {pair.within}" if pair.within else "compared as numbers")
     if pair.op != "=":
         return Comparison(True, f"tested at {len(points)} random points")
     if _same_normal_form(pair.left - pair.right):

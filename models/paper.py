@@ -43,8 +43,8 @@ An identity between names with meanings, here l_i^2 of a triangle and its rate, 
   carried out after the meanings have been put in.
 * *Matrices*: ``names.matrix("S", "S", meaning)`` gives a MatrixSymbol, so that ``S * S`` prints as S^2. Sides of
   different shape are a difference of their own. A 1x1 matrix counts as a number. `Cross(a, b)` is a x b.
-* SymPy tidies what it is given: it turns sin(x - 2 pi/3) into -sin(x + pi/3). ``sp.UnevaluatedExpr(2 * sp.pi / 3)`` keeps
-  a part as printed; it is carried out before anything is compared.
+* SymPy tidies what it is given: it turns sin(x - 2 pi/3) into -sin(x + pi/3). ``sp.UnevaluatedExpr(2 * sp.pi / 3)``
+  keeps a part as printed; it is carried out before anything is compared.
 * A *number* with few digits is compared within `within` (one unit of the last printed digit, say).
 * *Words* that say something checkable are an entry too, with a number such as "text after (9)" and `Relation.says`.
 * *Readings*: `Printed` with one `Reading` for each way to read what is printed, exactly one of them `used`. The machine
@@ -319,28 +319,40 @@ class Paper:
             raise ModelError(f"equation numbers missing {missing}, entered twice {twice}, not in the paper {beyond}")
         for name in self.names.table.values():
             if name.meaning is not None:
-                self._known((name.meaning,), {}, f"the meaning of {name.symbol}")
+                self._known((name.meaning,), {}, f"the meaning of {name.symbol}", members=True)
         for entry in self.entries:
             for relation in (relation for reading in entry.readings for relation in reading.relations):
                 for case in relation.cases:
                     self._known((*relation.sides, *relation.domain), case, f"entry {entry.number}", relation.given)
-                    self._known(case.values(), case, f"entry {entry.number}")
 
-    def _known(self, sides: Iterable[Side], case: Case, where: str, shown_only: bool = False) -> None:
-        """Refuse a symbol that has no name, and a member of a family that has no meaning in this case."""
-        for symbol in (symbol for side in sides for symbol in symbols_of(side) if symbol not in case):
+    def _known(self, sides: Iterable[Side], case: Case, where: str, members: bool = False) -> None:
+        """Refuse a symbol that has no name; and, unless `members`, a member of a family that the case says nothing of.
+
+        Meanings are followed: one may be about a member of a family itself.
+        """
+        seen: set[Expr] = set()
+        waiting = [symbol for side in sides for symbol in symbols_of(side)]
+        while waiting:
+            symbol = waiting.pop()
+            if symbol in seen:
+                continue
+            seen.add(symbol)
             name = self.names.table.get(symbol)
-            if name is None:
+            if name is None and symbol not in case:
                 raise ModelError(f"{where} uses {str(symbol)!r}, which the table of names lacks")
-            if name.member and not shown_only:
+            meaning = case.get(symbol, name and name.meaning)
+            if meaning is not None:
+                waiting.extend(symbols_of(meaning))
+            elif name is not None and name.member and not members:
                 raise ModelError(f"{where} uses {str(symbol)!r}, a member of a family; no case says which")
 
 
-class Cross(sp.MatrixExpr):
+class Cross(sp.MatrixExpr):  # type: ignore[misc]
     """The product a x b of two columns, written but not carried out; for the plane, its component out of it."""
 
     def __new__(cls, a: Side, b: Side) -> Cross:  # noqa: D102
-        return sp.Basic.__new__(cls, sp.sympify(a), sp.sympify(b))
+        product: Cross = sp.Basic.__new__(cls, sp.sympify(a), sp.sympify(b))
+        return product
 
     @property
     def shape(self) -> tuple[sp.Expr, sp.Expr]:
