@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from models.system import System
 
 _TOOL = Path(__file__).parent
+_COMPARING = _TOOL / "diff"
+"""Reads generated text and writes none."""
 
 
 class GenerateError(ValueError):
@@ -73,7 +75,7 @@ class Tree:
         """Return the SHA-256 of each file that the model's generated text depends on."""
         shared = (self.root / "models").glob("*.py")
         own = (p for p in (self.root / "models" / model).rglob("*") if p.suffix in (".py", ".toml"))
-        tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2"))
+        tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2") and _COMPARING not in p.parents)
         names = {p: p.relative_to(self.root).as_posix() for p in (*shared, *own)}
         names |= {p: "codegen/" + p.relative_to(_TOOL).as_posix() for p in tool}
         return {name: _sha256(path) for path, name in sorted(names.items(), key=lambda item: item[1])}
@@ -151,9 +153,10 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     """
     sources = tree.sources(model)
     system = system_of(tree, model, structure or {})
-    from codegen.equations import equations_json, equations_markdown
+    from codegen.equations import equations_json
     from codegen.functions import generate_functions
     from codegen.manifest import manifest
+    from codegen.page import equations_markdown
     from codegen.texts import printed, texts
     from codegen.verify import verify
 
