@@ -9,17 +9,36 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy as sp
 
 from models.system import TIME, Condition, Controller, Definition, Equation, Expr, Parameter, Quantity, System
 
 SCHEMA = 2
-Outcome = tuple[str, str, Expr]
-"""Name, kind and expression of something that is evaluated."""
 _COMMUTATIVE = (sp.Add, sp.Mul, sp.Min, sp.Max, sp.And, sp.Or, sp.Equality, sp.Unequality)
 _DOUBLE = 53
+
+
+class Outcome(NamedTuple):
+    """Something that is evaluated: a rate, an output, a command, a margin.
+
+    Attributes
+    ----------
+    name, kind : str
+        What it is called, uniquely within its kind, and what it is for.
+    expr : Expr
+        Its expression.
+    latex, unit, title : str
+        Its left side, its SI unit, and what it is in words.
+    """
+
+    name: str
+    kind: str
+    expr: Expr
+    latex: str
+    unit: str
+    title: str
 
 
 class EquationsError(ValueError):
@@ -115,9 +134,7 @@ def equations_json(system: System) -> str:
     """
     graph = Graph()
     steps = [_step(graph, step) for step in system.steps]
-    results = [
-        {"name": name, "kind": kind, "node": graph.add(sp.sympify(expr))} for name, kind, expr in outcomes(system)
-    ]
+    results = [_result(graph, outcome) for outcome in outcomes(system)]
     rows = _with_families(system, steps)
     document = {
         "schema": SCHEMA,
@@ -176,12 +193,18 @@ def _step(graph: Graph, step: Definition | Equation) -> dict[str, Any]:
     }
 
 
+def _result(graph: Graph, outcome: Outcome) -> dict[str, Any]:
+    row = outcome._asdict()
+    row["node"] = graph.add(sp.sympify(row.pop("expr")))
+    return row
+
+
 def outcomes(system: System) -> Iterator[Outcome]:
     """Yield everything physical that a system evaluates, in the order a reader would take it."""
-    yield from _named(system.states, system.rhs, "rhs", "{}'")
+    yield from _rates(system.states, system.rhs, "rhs")
     yield from _named(system.outputs, system.output, "output")
     yield from _named(system.references, system.reference, "reference")
-    yield from _named(system.states, system.initial, "initial", "{}(0)")
+    yield from _named(system.states, system.initial, "initial", "{}(0)", "{}(0)")
     for law in system.controllers:
         yield from _law(system, law)
     if system.actuator:
@@ -195,26 +218,41 @@ def outcomes(system: System) -> Iterator[Outcome]:
     yield from _conditions(system.limits, "limit")
     yield from _conditions(system.constraints, "constraint")
     for function in system.functions:
-        for quantity, expr in function.results:
-            yield f"{function.name}.{quantity.name}", "function", expr
+        for q, expr in function.results:
+            yield Outcome(f"{function.name}.{q.name}", "function", expr, quantity_latex(q), q.unit, q.description)
     for variant in system.variants:
         title = " ".join(variant.values)
-        yield from _named(system.states, variant.rhs, "variant", f"{title}: {{}}'")
-        for law_name, loop in variant.loops.items():
-            yield from _named(system.states, loop, "variant", f"{title}, {law_name}: {{}}'")
-    yield from zip(system.rates, ["motion"] * len(system.rates), system.residual, strict=True)
+        yield from _rates(system.states, variant.rhs, "variant", f"{title}: ")
+        for name, loop in variant.loops.items():
+            yield from _rates(system.states, loop, "variant", f"{title}, {name}: ")
+    for state, expr in zip(system.rates, system.residual, strict=True):
+        yield Outcome(state, "motion", expr, "0", "", f"equation of motion that gives the rate of {state}")
 
 
-def _named(group: Iterable[Quantity], expressions: Sequence[Expr], kind: str, name: str = "{}") -> Iterator[Outcome]:
-    for quantity, expr in zip(group, expressions, strict=False):
-        yield name.format(quantity.name), kind, expr
+def _named(
+    group: Iterable[Quantity], expressions: Sequence[Expr], kind: str, name: str = "{}", latex: str = "{}"
+) -> Iterator[Outcome]:
+    for q, expr in zip(group, expressions, strict=False):
+        yield Outcome(name.format(q.name), kind, expr, latex.format(quantity_latex(q)), q.unit, q.description)
+
+
+def _rates(group: Iterable[Quantity], expressions: Sequence[Expr], kind: str, prefix: str = "") -> Iterator[Outcome]:
+    for q, expr in zip(group, expressions, strict=False):
+        unit = f"{q.unit}^2" if q.unit.endswith("/s") else f"{q.unit}/s"
+        yield Outcome(f"{prefix}{q.name}'", kind, expr, rate_latex(q), unit, f"rate of {q.name}")
+
+
+def rate_latex(quantity: Quantity) -> str:
+    """Return the time derivative of a quantity as it is printed."""
+    plain = quantity_latex(quantity)
+    return plain.replace(r"\dot", r"\ddot", 1) if plain.startswith(r"\dot") else rf"\dot{{{plain}}}"
 
 
 def _law(system: System, law: Controller) -> Iterator[Outcome]:
     inputs = system.coordinates.inputs if system.coordinates else system.inputs
     yield from _named(inputs, law.command, "law", f"{law.name}.{{}}")
-    yield from _named(law.memory, law.start, "memory at start", f"{law.name}.{{}}(0)")
-    yield from _named(law.memory, law.update, "memory update", f"{law.name}.{{}}+")
+    yield from _named(law.memory, law.start, "memory at start", f"{law.name}.{{}}(0)", "{}(0)")
+    yield from _named(law.memory, law.update, "memory update", f"{law.name}.{{}}+", "{}^{{+}}")
     yield from _conditions(law.constraints, "constraint", f"{law.name}: ")
     yield from _conditions(law.warnings, "warning", f"{law.name}: ")
 
@@ -222,7 +260,7 @@ def _law(system: System, law: Controller) -> Iterator[Outcome]:
 def _coordinates(system: System) -> Iterator[Outcome]:
     chart = system.coordinates
     assert chart is not None
-    yield from _named(chart.states, chart.rhs, "coordinate", "{}'")
+    yield from _rates(chart.states, chart.rhs, "coordinate")
     yield from _named(chart.states, chart.from_state, "from state")
     yield from _named(chart.inputs, chart.from_input, "from input")
     yield from _named(system.states, chart.to_state, "to state")
@@ -234,7 +272,8 @@ def _conditions(conditions: Sequence[Condition], kind: str, prefix: str = "") ->
     for condition in conditions:
         seen[condition.message] += 1
         again = f" ({seen[condition.message]})" if seen[condition.message] > 1 else ""
-        yield f"{prefix}{condition.message}{again}", kind, condition.margin
+        name = f"{prefix}{condition.message}{again}"
+        yield Outcome(name, kind, condition.margin, "0 <", "", condition.message)
 
 
 def groups(system: System) -> dict[str, Iterable[Quantity]]:
@@ -264,7 +303,7 @@ def _symbols(system: System) -> list[dict[str, Any]]:
     rows += [_bare(symbol, "rate") for symbol in system.rates.values()]
     known = {row["name"] for row in rows} | {symbol.name for symbol in system.definitions}
     shown = {s for step in system.steps if isinstance(step, Equation) for s in step.expr.free_symbols}
-    used = {s for _, _, expr in outcomes(system) for s in sp.sympify(expr).free_symbols} | shown
+    used = {s for outcome in outcomes(system) for s in sp.sympify(outcome.expr).free_symbols} | shown
     if TIME.name not in known and TIME.symbol in _reached(system, used):
         rows.append(_symbol("time", TIME))
         known.add(TIME.name)

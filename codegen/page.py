@@ -37,9 +37,9 @@ def equations_markdown(system: System) -> str:
             }
         )
     results = [
-        {"left": _left(name, kind, names), "right": _latex(expr, names), "kind": kind}
-        for name, kind, expr in outcomes(system)
-        if kind in ("rhs", "law")
+        {"left": outcome.latex, "right": _latex(outcome.expr, names), "kind": outcome.kind}
+        for outcome in outcomes(system)
+        if outcome.kind in ("rhs", "law")
     ]
     return environment.get_template("equations.md.j2").render(
         system=system,
@@ -57,9 +57,3 @@ def _latex_names(system: System) -> dict[sp.Symbol, str]:
 
 def _latex(expr: sp.Basic, names: Mapping[sp.Symbol, str]) -> str:
     return str(sp.latex(expr, symbol_names=dict(names)))
-
-
-def _left(name: str, kind: str, names: Mapping[sp.Symbol, str]) -> str:
-    base = name.split(".")[-1].removesuffix("'")
-    spelled = next((latex for symbol, latex in names.items() if symbol.name == base), base)
-    return rf"\dot{{{spelled}}}" if kind == "rhs" else rf"{spelled}\quad\text{{({name.split('.')[0]})}}"
