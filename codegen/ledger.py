@@ -18,6 +18,7 @@ from typing import Any
 
 import sympy as sp
 
+from codegen.misprints import edits
 from codegen.relations import Comparison, Counterexample, compare
 from models.paper import Kind, Names, Paper, Printed, Reading, Relation, Side
 from models.system import System
@@ -229,13 +230,15 @@ def _line(relation: Relation, names: Names) -> Line:
 def _differing(relation: Relation, names: Names, printed: tuple[str, str], result: Comparison) -> Line:
     left = relation.left if relation.corrected_left is None else relation.corrected_left
     right = relation.right if relation.corrected is None else relation.corrected
-    corrected, how, edits = ("", ""), result.how, ()
+    corrected, how = ("", ""), result.how
+    changes: tuple[str, ...] = ()
     if (left, right) != (relation.left, relation.right):
         retest = compare(relation, names, left, right)
         if retest.equal:
             corrected = _shown(left, relation.op, right, names)
             how = f"{how}; the corrected form is {retest.how}"
-    return Line(*printed, *corrected, Verdict.DIFFERS, how, edits, result.counterexample, relation.says)
+            changes = (*edits(relation.left, left), *edits(relation.right, right))
+    return Line(*printed, *corrected, Verdict.DIFFERS, how, changes, result.counterexample, relation.says)
 
 
 def _shown(left: Side, op: str, right: Side, names: Names) -> tuple[str, str]:

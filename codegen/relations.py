@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether a printed relation holds once every symbol has its derived meaning.
 
-Equal forms are proved. What has no such proof is tested at random points with 50 digits, drawn from the bounds of the
-names; that finds every difference that is not confined to a set of measure zero, a branch that was not visited, or an
-amount below 1e-40.
+Relations are tested at random points with 50 digits, drawn from the bounds of the names. That finds every difference
+that is not confined to a set of measure zero, a branch that was not visited, or an amount below 1e-40. What passes and
+is small enough is written out; where the forms are equal, or the difference vanishes in normal form, it is proved.
 """
 
 from __future__ import annotations
@@ -11,27 +11,27 @@ from __future__ import annotations
 import functools
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import mpmath  # type: ignore[import-untyped]
 import sympy as sp
 
+from codegen.precise import DIGITS, Evaluation, Value
 from models.derivation import Expr
 from models.mechanics import reduce_sines
-from models.paper import Case, Name, Names, Relation, Side, symbols_of
+from models.paper import Case, Name, Names, Relation, Side, frozen, symbols_of
 
-_DIGITS = 50
 _TOLERANCE = mpmath.mpf(10) ** -40
 _VISIBLE = mpmath.mpf(10) ** -6
 """Relative difference that a counterexample shows."""
-_POINTS, _BRANCHED_POINTS, _INEQUALITY_POINTS = 16, 64, 256
-_DRAWS = 200
+_POINTS, _BRANCHED_POINTS, _INEQUALITY_POINTS = 16, 64, 128
+_DRAWS = 100
 """Attempts for each point wanted, before a domain counts as not found."""
 _PROVABLE = 250
-"""Operations up to which a normal form is tried."""
+"""Operations up to which a proof is tried."""
 _BRANCHING = (sp.Abs, sp.sign, sp.Max, sp.Min, sp.Piecewise, sp.atan2, sp.acos, sp.asin)
 _UNEVALUATED = (sp.Integral, sp.Derivative, sp.Limit, sp.Sum, sp.UnevaluatedExpr)
-_OPS: dict[str, Callable[[mpmath.mpf, mpmath.mpf], bool]] = {
+_OPS: dict[str, Callable[[Value, Value], bool]] = {
     "<": lambda a, b: a < b,
     "<=": lambda a, b: a <= b + _TOLERANCE * (1 + abs(b)),
     ">": lambda a, b: a > b,
@@ -50,8 +50,8 @@ class Counterexample:
     at : tuple of (str, str)
         Names and their exact values, members of a family first; names that are not listed do not matter.
     left, right : str
-        Both sides of the printed relation there, to six digits; for an equation of motion, the printed left minus right
-        and the derived residual.
+        Both sides of the printed relation there, to six digits; of matrices, the first entries that differ; for an
+        equation of motion, the printed left minus right and the derived residual.
     """
 
     at: tuple[tuple[str, str], ...]
@@ -68,17 +68,6 @@ class Comparison:
     counterexample: Counterexample | None = None
 
 
-@dataclass(frozen=True)
-class _Pair:
-    """Two numbers to compare, written in free names."""
-
-    left: Expr
-    right: Expr
-    op: str
-    within: Expr
-    domain: tuple[Expr, ...]
-
-
 def compare(relation: Relation, names: Names, left: Side | None = None, right: Side | None = None) -> Comparison:
     """Decide a relation.
 
@@ -93,187 +82,207 @@ def compare(relation: Relation, names: Names, left: Side | None = None, right: S
     """
     left = relation.left if left is None else left
     right = relation.right if right is None else right
-    results = []
-    for case in relation.cases:
-        pairs = _pairs(relation, left, right, names, case)
-        if isinstance(pairs, str):
-            return Comparison(False, pairs)
-        results += [_in_case(_decide(pair, names), case) for pair in pairs]
-    worst = next((r for r in results if r.equal is False), None) or next((r for r in results if r.equal is None), None)
-    return worst or Comparison(True, _weakest(result.how for result in results))
-
-
-def _in_case(result: Comparison, case: Case) -> Comparison:
-    """Say in a counterexample which members of a family it is about."""
-    found = result.counterexample
-    if found is None:
-        return result
-    members = tuple((str(name), str(meaning)) for name, meaning in case.items() if not sp.sympify(meaning).args)
-    return replace(result, counterexample=replace(found, at=(*members, *found.at)))
+    results = [_decide(_Test(relation, names, case, left, right)) for case in relation.cases]
+    failed = [result for result in results if not result.equal]
+    if failed:
+        return next((result for result in failed if result.equal is False), failed[0])
+    return Comparison(True, _weakest(result.how for result in results))
 
 
 def _weakest(hows: Iterable[str]) -> str:
-    """Sum up how several comparisons are known: as sure as the least sure of them."""
+    """Sum up how several cases are known: as sure as the least sure of them."""
     found = list(dict.fromkeys(hows))
     return next((how for how in found if not how.startswith("proved")), found[0])
 
 
-def _pairs(relation: Relation, left: Side, right: Side, names: Names, case: Case) -> list[_Pair] | str:
-    """Write both sides out entry by entry; say so in words when their shapes differ."""
-    domain = tuple(_number(write_out(expr, names, case)) for expr in relation.domain)
-    written = [write_out(side, names, case) for side in (left, right)]
-    shapes = [_shape(side) for side in written]
+def _decide(test: _Test) -> Comparison:
+    """Compare both sides in one case: their shapes, random points, and their forms."""
+    shapes = [_shape(side) for side in test.sides]
     if shapes[0] != shapes[1]:
-        return f"proved: {_named(shapes[0])} cannot equal {_named(shapes[1])}"
-    if relation.against is not None:
-        written = [written[0] - written[1], write_out(relation.against, names, case)]
-    entries = zip(_entries(written[0]), _entries(written[1]), strict=True)
-    return [_Pair(a, b, relation.op, relation.within, domain) for a, b in entries]
-
-
-def write_out(side: Side, names: Names, case: Case) -> Side:
-    """Replace every name by its meaning, down to free names, and carry out what is written unevaluated.
-
-    Raises
-    ------
-    ValueError
-        If meanings refer to each other in a circle.
-    """
-    meanings = {name.symbol: name.meaning for name in names.table.values() if name.meaning is not None} | dict(case)
-    written = sp.sympify(side)
-    for _ in range(len(meanings) + 1):
-        found = {symbol: _frozen(meanings[symbol]) for symbol in symbols_of(written) if symbol in meanings}
-        if not found:
-            return _carried_out(written)
-        written = written.xreplace(found)
-    raise ValueError(f"the meanings of {sorted(map(str, found))} refer to each other in a circle")
-
-
-def _frozen(side: Side) -> Side:
-    return side.as_immutable() if isinstance(side, sp.MatrixBase) else sp.sympify(side)
-
-
-def _carried_out(side: Side) -> Side:
-    if isinstance(side, sp.MatrixExpr) or side.has(sp.MatrixExpr, sp.Trace, *_UNEVALUATED):
-        side = side.doit()
-    return side.as_explicit() if isinstance(side, sp.MatrixExpr) else side
-
-
-def _shape(side: Side) -> tuple[int, int]:
-    return tuple(side.shape) if isinstance(side, sp.MatrixBase) else (1, 1)
-
-
-def _named(shape: tuple[int, int]) -> str:
-    return "a number" if shape == (1, 1) else f"a {shape[0]} x {shape[1]} matrix"
-
-
-def _entries(side: Side) -> list[Expr]:
-    return list(side) if isinstance(side, sp.MatrixBase) else [side]
-
-
-def _number(side: Side) -> Expr:
-    return side[0] if isinstance(side, sp.MatrixBase) else side
-
-
-def _decide(pair: _Pair, names: Names) -> Comparison:
-    """Compare two numbers: their form first, then random points, then a normal form."""
-    if pair.op == "=" and pair.left == pair.right:
-        return Comparison(True, "proved: both sides are the same expression")
-    if any(expr.has(sp.oo, -sp.oo, sp.nan, sp.zoo) for expr in (pair.left, pair.right)):
-        return Comparison(False, f"proved: {pair.left} is not {pair.right}")
-    test = _Test(pair, names)
-    points = list(test.points())
-    if len(points) < test.wanted:
-        return Comparison(None, f"only {len(points)} of {test.wanted} points were found at which both sides exist")
-    bad = next((point for point in points if test.fails(point)), None)
-    if bad is not None:
-        return Comparison(False, "differs at 50 digits", test.simplest(bad))
-    if not test.symbols:
-        return Comparison(True, f"compared as numbers, within {pair.within}" if pair.within else "compared as numbers")
-    if pair.op != "=":
-        return Comparison(True, f"tested at {len(points)} random points")
-    if _same_normal_form(pair.left - pair.right):
-        return Comparison(True, "proved: the difference vanishes in normal form")
-    return Comparison(True, f"tested at {len(points)} random points with 50 digits")
-
-
-def _same_normal_form(difference: Expr) -> bool:
-    """Whether a difference is zero as a polynomial in cosines, sines and roots with their squares reduced."""
-    if difference.has(*_BRANCHING) or sp.count_ops(difference) > _PROVABLE:
-        return False
-    numerator = sp.fraction(sp.together(sp.expand_trig(difference)))[0]
-    return bool(reduce_sines(sp.expand(numerator)) == 0)
+        return Comparison(False, f"proved: {_named(shapes[0])} cannot equal {_named(shapes[1])}")
+    if any(side.has(sp.oo, -sp.oo, sp.nan, sp.zoo) for side in test.sides):
+        same = test.sides[0] == test.sides[1]
+        return Comparison(
+            same, "proved: " + ("both are infinite" if same else f"{test.sides[0]} is not {test.sides[1]}")
+        )
+    found = 0
+    for point, values in test.points():
+        if test.differ(*values):
+            return Comparison(False, f"differs with {DIGITS} digits", test.simplest(point))
+        found += 1
+    if found < test.wanted:
+        return Comparison(None, f"only {found} of {test.wanted} points were found at which both sides exist")
+    if test.op != "=":
+        return Comparison(True, f"tested at {found} random points" if test.names else "compared as numbers")
+    if not test.within and (proof := test.proof()):
+        return Comparison(True, proof)
+    if not test.names:
+        return Comparison(True, f"compared as numbers, within {test.within}" if test.within else "compared as numbers")
+    return Comparison(True, f"tested at {found} random points with {DIGITS} digits")
 
 
 class _Test:
-    """Random points of a pair's free names, and both sides there with 50 digits."""
+    """One case of a relation: both sides, what their names mean, random points."""
 
-    def __init__(self, pair: _Pair, names: Names) -> None:
-        self.pair = pair
-        self.symbols = tuple(sorted(_free(pair), key=str))
-        self.names: tuple[Name, ...] = tuple(names.table[symbol] for symbol in self.symbols)
-        branched = pair.left.has(*_BRANCHING) or pair.right.has(*_BRANCHING)
-        self.wanted = 1 if not self.symbols else _BRANCHED_POINTS if branched else _POINTS
-        if pair.op != "=":
-            self.wanted = max(self.wanted, _INEQUALITY_POINTS) if self.symbols else 1
-        self._evaluate = sp.lambdify(self.symbols, [pair.left, pair.right, *pair.domain], "mpmath", cse=True)
+    def __init__(self, relation: Relation, names: Names, case: Case, left: Side, right: Side) -> None:
+        derived = {symbol: name.meaning for symbol, name in names.table.items() if name.meaning is not None}
+        self.meanings: dict[Expr, Side] = derived | {symbol: frozen(meaning) for symbol, meaning in case.items()}
+        self.op, self.within = relation.op, relation.within
+        sides = (left, right) if relation.against is None else (left - right, relation.against)
+        self.sides = tuple(self._carried_out(side) for side in sides)
+        self.domain = tuple(self._carried_out(expr) for expr in relation.domain)
+        reached = list(self._reached((*self.sides, *self.domain)))
+        free = sorted((s for s in reached if isinstance(s, sp.Symbol) and s not in self.meanings), key=str)
+        self.names: tuple[Name, ...] = tuple(names.table[symbol] for symbol in free)
+        self.case = case
+        used = [self.meanings[s] for s in reached if s in self.meanings]
+        branched = any(side.has(*_BRANCHING) for side in (*self.sides, *used))
+        self.wanted = _BRANCHED_POINTS if branched else _POINTS
+        if self.op != "=":
+            self.wanted = _INEQUALITY_POINTS
+        if not self.names:
+            self.wanted = 1
 
-    def points(self) -> Iterator[Point]:
-        """Draw points of the domain at which both sides exist; the same ones each time."""
+    def _carried_out(self, side: Side) -> Side:
+        """Carry out integrals, derivatives and limits, which takes the meanings of what is in them."""
+        side = frozen(side)
+        return self.written_out(side).doit() if side.has(*_UNEVALUATED) else side
+
+    def written_out(self, side: Side) -> Side:
+        """Replace every name by its meaning, down to free names."""
+        for _ in range(len(self.meanings) + 1):
+            found = {s: self.meanings[s] for s in symbols_of(side) if s in self.meanings}
+            if not found:
+                return side
+            side = side.xreplace(found)
+        raise ValueError(f"the meanings of {sorted(map(str, found))} refer to each other in a circle")
+
+    def _reached(self, sides: Iterable[Side]) -> Iterator[Expr]:
+        """Follow meanings to every name that the sides depend on."""
+        seen: set[Expr] = set()
+        waiting = [symbol for side in sides for symbol in symbols_of(side)]
+        while waiting:
+            symbol = waiting.pop()
+            if symbol not in seen:
+                seen.add(symbol)
+                yield symbol
+                waiting.extend(symbols_of(self.meanings[symbol]) if symbol in self.meanings else ())
+
+    def proof(self) -> str:
+        """Say how equality is proved, or nothing: by form if it is small enough to be written out."""
+        sizes = [self._size(side, {}) for side in self.sides]
+        if max(sizes) > 8 * _PROVABLE:
+            return ""
+        left, right = (_explicit(self.written_out(side)) for side in self.sides)
+        if left == right:
+            return "proved: both sides are the same expression"
+        if all(_vanishes(a - b) for a, b in zip(_entries(left), _entries(right), strict=True)):
+            return "proved: the difference vanishes in normal form"
+        return ""
+
+    def _size(self, side: Side, known: dict[Expr, int]) -> int:
+        """Count the operations of a side as it will be when written out."""
+        size = _operations(side)
+        for symbol in symbols_of(side):
+            if symbol in self.meanings:
+                if symbol not in known:
+                    known[symbol] = self._size(self.meanings[symbol], known)
+                size += known[symbol] * (1 if isinstance(side, sp.MatrixBase) else side.count(symbol))
+        return size
+
+    def points(self) -> Iterator[tuple[Point, tuple[list[Value], list[Value]]]]:
+        """Draw points of the domain at which both sides exist, and their values; the same ones each time."""
         draw = random.Random(2024)
         found = 0
         for _ in range(self.wanted * _DRAWS):
             point = {name.symbol: _drawn(name, draw) for name in self.names}
-            if self.values(point) is not None:
-                yield point
+            values = self.values(point)
+            if values is not None:
+                yield point, values
                 found += 1
-            if found == self.wanted or not self.symbols:
+            if found == self.wanted:
                 return
 
-    def values(self, point: Point) -> tuple[mpmath.mpf, mpmath.mpf] | None:
-        """Both sides at a point, or None where they do not exist or the domain ends."""
-        with mpmath.workdps(_DIGITS + 10):
-            try:
-                arguments = [mpmath.mpf(point[symbol].p) / point[symbol].q for symbol in self.symbols]
-                left, right, *domain = self._evaluate(*arguments)
-                real = [mpmath.mpf(value) for value in (left, right, *domain)]
-            except (ArithmeticError, TypeError, ValueError):
+    def values(self, point: Point) -> tuple[list[Value], list[Value]] | None:
+        """Both sides at a point, entry by entry, or None where they do not exist or the domain ends."""
+        evaluation = Evaluation(self.meanings, point)
+        try:
+            domain = [evaluation.value(expr) for expr in self.domain]
+            if not all(_is_real(value) and value > 0 for value in domain):
                 return None
-            if not all(map(mpmath.isfinite, real)) or any(value <= 0 for value in real[2:]):
-                return None
-            return real[0], real[1]
+            left, right = (_numbers(evaluation.value(side)) for side in self.sides)
+        except (ArithmeticError, TypeError, ValueError):
+            return None
+        return (left, right) if all(map(_is_real, (*left, *right))) else None
 
-    def fails(self, point: Point, visible: bool = False) -> bool:
-        """Whether the relation fails at a point of the domain, and by an amount that a reader can see."""
-        values = self.values(point)
-        if values is None:
-            return False
-        with mpmath.workdps(_DIGITS + 10):
-            left, right = values
-            size = 1 if self.pair.op == "=" and not visible else 0
-            apart = abs(left - right)
-            limit = (_VISIBLE if visible else _TOLERANCE) * (size + abs(left) + abs(right))
-            limit += mpmath.mpf(self.pair.within.p) / self.pair.within.q if self.pair.within else 0
-            if self.pair.op == "=":
-                return bool(apart > limit)
-            return not _OPS[self.pair.op](left, right) and (not visible or bool(apart > limit))
+    def differ(self, left: list[Value], right: list[Value], visible: bool = False) -> bool:
+        """Whether the relation fails for these values, and by an amount that a reader can see."""
+        return any(self._apart(a, b, visible) for a, b in zip(left, right, strict=True))
+
+    def _apart(self, left: Value, right: Value, visible: bool) -> bool:
+        with mpmath.workdps(DIGITS):
+            scale = abs(left) + abs(right)
+            limit = _TOLERANCE * (1 + scale) + (_VISIBLE * scale if visible else 0)
+            limit += mpmath.mpf(self.within.p) / self.within.q
+            if self.op == "=":
+                return bool(abs(left - right) > limit)
+            return not _OPS[self.op](left, right) and (not visible or bool(abs(left - right) > limit))
 
     def simplest(self, point: Point) -> Counterexample:
         """Turn a point of failure into simple numbers, with as many zeros as the failure allows."""
         simple = dict(point)
         for name in self.names:
             for value in _candidates(simple[name.symbol], name):
-                if self.fails({**simple, name.symbol: value}, visible=True):
+                values = self.values({**simple, name.symbol: value})
+                if values is not None and self.differ(*values, visible=True):
                     simple[name.symbol] = value
                     break
         values = self.values(simple)
         assert values is not None
-        shown = tuple((str(symbol), str(value)) for symbol, value in simple.items())
-        return Counterexample(shown, *(mpmath.nstr(value, 6) for value in values))
+        left, right = next(pair for pair in zip(*values, strict=True) if self._apart(*pair, visible=False))
+        members = [(str(name), str(meaning)) for name, meaning in self.case.items() if not sp.sympify(meaning).args]
+        shown = [(str(symbol), str(value)) for symbol, value in simple.items()]
+        return Counterexample((*members, *shown), mpmath.nstr(left, 6), mpmath.nstr(right, 6))
 
 
-def _free(pair: _Pair) -> set[Expr]:
-    return functools.reduce(set.union, (expr.free_symbols for expr in (pair.left, pair.right, *pair.domain)), set())
+def _shape(side: Side) -> tuple[int, int]:
+    return tuple(map(int, side.shape)) if isinstance(side, sp.MatrixBase | sp.MatrixExpr) else (1, 1)  # type: ignore[return-value]
+
+
+@functools.lru_cache(maxsize=4096)
+def _operations(side: Side) -> int:
+    return int(sp.count_ops(side))
+
+
+def _named(shape: tuple[int, int]) -> str:
+    return "a number" if shape == (1, 1) else f"a {shape[0]} x {shape[1]} matrix"
+
+
+def _explicit(side: Side) -> Side:
+    """Carry out products and traces of matrices."""
+    if isinstance(side, sp.MatrixExpr) or side.has(sp.MatrixExpr, sp.Trace):
+        side = side.doit()
+    return side.as_explicit() if isinstance(side, sp.MatrixExpr) else side
+
+
+def _entries(side: Side) -> list[Expr]:
+    return list(side) if isinstance(side, sp.MatrixBase) else [side]
+
+
+def _numbers(value: Value) -> list[Value]:
+    return list(value) if isinstance(value, mpmath.matrix) else [value]
+
+
+def _is_real(value: Value) -> bool:
+    return isinstance(value, mpmath.mpf | int) and bool(mpmath.isfinite(value))
+
+
+def _vanishes(difference: Expr) -> bool:
+    """Whether a difference is zero as a polynomial in cosines, sines and roots with their squares reduced."""
+    if difference.has(*_BRANCHING) or sp.count_ops(difference) > _PROVABLE:
+        return False
+    numerator = sp.fraction(sp.together(sp.expand_trig(difference)))[0]
+    return bool(reduce_sines(sp.expand(numerator)) == 0)
 
 
 def _drawn(name: Name, draw: random.Random) -> sp.Rational:
@@ -285,8 +294,7 @@ def _drawn(name: Name, draw: random.Random) -> sp.Rational:
 
 def _candidates(value: sp.Rational, name: Name) -> Iterator[sp.Rational]:
     """Offer simple values to try in place of a drawn one, the simplest first."""
-    for digits in (0, 1, 2, 3):
-        rounded = sp.Rational(round(value * 10**digits), 10**digits)
-        for candidate in (sp.S.Zero, sp.S.One, -sp.S.One, sp.Rational(1, 2), rounded) if not digits else (rounded,):
-            if name.low <= candidate <= name.high and (candidate > 0 or not name.symbol.is_positive):
-                yield candidate
+    rounded = [sp.Rational(round(value * 10**digits), 10**digits) for digits in (0, 1, 2, 3)]
+    for candidate in (sp.S.Zero, sp.S.One, -sp.S.One, sp.Rational(1, 2), *rounded):
+        if name.low <= candidate <= name.high and (candidate > 0 or not name.symbol.is_positive):
+            yield candidate

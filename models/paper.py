@@ -151,7 +151,7 @@ class Names:
 
     def matrix(self, name: str, latex: str, meaning: sp.MatrixBase) -> sp.MatrixSymbol:
         """Add a matrix or a column whose meaning comes from the derivation."""
-        return self._add(Name(sp.MatrixSymbol(name, *meaning.shape), latex, meaning))
+        return self._add(Name(sp.MatrixSymbol(name, *meaning.shape), latex, frozen(meaning)))
 
     def family(self, name: str, latex: str, *, positive: bool = False) -> sp.Symbol:
         """Add a name that stands for a member of a family, such as l_i; the cases of a relation say for which."""
@@ -388,6 +388,11 @@ class Cross(sp.MatrixExpr):  # type: ignore[misc]
 
     def _sympystr(self, printer: Any) -> str:
         return self._written(printer, " x ")
+
+
+def frozen(side: Side) -> Side:
+    """Return a side that can be compared and looked up."""
+    return side.as_immutable() if isinstance(side, sp.MatrixBase) else sp.sympify(side)
 
 
 def symbols_of(side: Side) -> set[Expr]:

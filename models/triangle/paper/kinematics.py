@@ -255,7 +255,9 @@ def table(k: Kinematics) -> tuple[Printed, ...]:
             "Table 1, row 3",
             "rho",
             "equation",
-            Relation(rho, sp.sqrt(3 / (2 * mu) + squares), corrected=sp.sqrt(3 / (2 * mu) * squares)),
+            Relation(
+                rho, sp.sqrt(3 / (2 * mu) + squares), corrected=sp.sqrt(sp.UnevaluatedExpr(3 / (2 * mu)) * squares)
+            ),
             Relation(p1, unit * sp.sin(phi)),
             Relation(p2, unit * sp.sin(phi - third)),
             Relation(p3, unit * sp.sin(phi + third)),

@@ -199,11 +199,11 @@ def law_of(system: System, name: str) -> Controller:
     return next(law for law in system.controllers if law.name == name)
 
 
-def default(law: Controller, name: str) -> sp.Rational:
-    """Return the default of one of a law's parameters, exactly."""
+def default(law: Controller, name: str) -> Expr:
+    """Return the default of one of a law's parameters, exactly: a number, or a formula in the law's symbols."""
     quantity = next(q for q in law.parameters if q.name == name)
     assert isinstance(quantity, Parameter)
-    return sp.Rational(str(quantity.default))
+    return sp.sympify(str(quantity.default), locals={q.name: q.symbol for q in law.parameters}, rational=True)
 
 
 def shifted_cut(system: System, t: Shifted) -> dict[Expr, Expr]:

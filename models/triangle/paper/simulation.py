@@ -29,8 +29,6 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
     chosen = {q.symbol: default(sliding, q.name) for q in sliding.parameters if q.name != "eta_rho"}
     radius, star = {s.R: chosen[s.R]}, {s.theta_star: chosen[s.theta_star]}
     degree = sp.pi / 180
-    eta = next(q for q in sliding.parameters if q.name == "eta_rho")
-    formula = sp.sympify(str(eta.default), locals={q.name: q.symbol for q in sliding.parameters})
     return (
         printed(
             "section 4, R",
@@ -70,7 +68,7 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
             "data",
             Relation(s.m, sp.Integer(3), cases=(chosen,)),
             Relation(s.theta_star, 4 * degree, corrected=sp.Integer(4), cases=(star,)),
-            Relation(s.eta, s.k_phi * s.R / s.m, cases=({s.eta: formula},)),
+            Relation(s.eta, s.k_phi * s.R / s.m, cases=({s.eta: default(sliding, "eta_rho")},)),
             note="theta* is printed in degrees; after (31) it is 4 > pi, and the initial error of 1 rad would exceed 4 "
             "degrees.",
         ),
