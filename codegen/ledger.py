@@ -19,7 +19,7 @@ from typing import Any
 import sympy as sp
 
 from codegen.misprints import edits
-from codegen.relations import Comparison, Counterexample, compare
+from codegen.relations import Comparison, Counterexample, compare, residuals
 from models.paper import Kind, Names, Paper, Printed, Reading, Relation, Side
 from models.system import System
 
@@ -185,7 +185,7 @@ def _package(model: str | ModuleType) -> ModuleType:
 
 def judge(paper: Paper, model: str) -> Ledger:
     """Compute the verdict of each entry of a paper."""
-    return Ledger(model, paper.title, tuple(_entry(printed, paper.names) for printed in paper.entries))
+    return Ledger(model, paper.title, tuple(judge_entry(printed, paper.names) for printed in paper.entries))
 
 
 def ledger_json(system: System) -> str:
@@ -193,7 +193,8 @@ def ledger_json(system: System) -> str:
     return json.dumps(ledger(system).to_json(), indent=1, ensure_ascii=False) + "\n"
 
 
-def _entry(printed: Printed, names: Names) -> Entry:
+def judge_entry(printed: Printed, names: Names) -> Entry:
+    """Compute the verdict of one entry."""
     readings = tuple(_reading(reading, printed, names) for reading in printed.readings)
     verdicts = {reading.verdict for reading in readings}
     verdict = verdicts.pop() if len(verdicts) == 1 else Verdict.AMBIGUOUS
@@ -228,16 +229,21 @@ def _line(relation: Relation, names: Names) -> Line:
 
 
 def _differing(relation: Relation, names: Names, printed: tuple[str, str], result: Comparison) -> Line:
+    """Look for what is wrong: by the proposed correction if it passes, else, for a residual, term by term."""
     left = relation.left if relation.corrected_left is None else relation.corrected_left
     right = relation.right if relation.corrected is None else relation.corrected
     corrected, how = ("", ""), result.how
     changes: tuple[str, ...] = ()
-    if (left, right) != (relation.left, relation.right):
-        retest = compare(relation, names, left, right)
-        if retest.equal:
-            corrected = _shown(left, relation.op, right, names)
-            how = f"{how}; the corrected form is {retest.how}"
-            changes = (*edits(relation.left, left), *edits(relation.right, right))
+    retest = None if (left, right) == (relation.left, relation.right) else compare(relation, names, left, right)
+    if retest and retest.equal:
+        corrected = _shown(left, relation.op, right, names)
+        how = f"{how}; the corrected form is {retest.how}"
+        changes = (*edits(relation.left, left), *edits(relation.right, right))
+    elif relation.against is not None:
+        terms, derived = residuals(relation, names)
+        corrected = _shown(derived, relation.op, sp.S.Zero, names)
+        how = f"{how}; the derived equation, written out, takes the place of a correction"
+        changes = edits(terms, derived)
     return Line(*printed, *corrected, Verdict.DIFFERS, how, changes, result.counterexample, relation.says)
 
 

@@ -89,6 +89,16 @@ def compare(relation: Relation, names: Names, left: Side | None = None, right: S
     return Comparison(True, _weakest(result.how for result in results))
 
 
+def residuals(relation: Relation, names: Names) -> tuple[Expr, Expr]:
+    """Write the printed and the derived residual of an equation of motion out as sums of terms, in the first case.
+
+    Even powers of sines are written by cosines, so that equal terms look equal.
+    """
+    test = _Test(relation, names, relation.cases[0], relation.left, relation.right)
+    printed, derived = (_entries(_explicit(test.written_out(side)))[0] for side in test.sides)
+    return reduce_sines(printed), reduce_sines(derived)
+
+
 def _weakest(hows: Iterable[str]) -> str:
     """Sum up how several cases are known: as sure as the least sure of them."""
     found = list(dict.fromkeys(hows))

@@ -191,6 +191,7 @@ class Path:
         self.theta_a = names.derived("theta_a", r"\tilde\theta_a", self.rho**2 / 2 * self._enclosed(taken))
         limited = {self.theta: wanted, self.xi: sp.pi - 2 * taken}
         self.limited: tuple[Case, ...] = tuple({**side, **limited} for side in self.sides)
+        self.touching: tuple[Case, ...] = tuple({**side, self.xi: sp.pi - 2 * self.x_t} for side in self.sides)
         self.inside = (self.R**2 - self.rho**2 + 2 * t.a * self.rho * sp.cos(self.phi) - t.a**2,)
 
 

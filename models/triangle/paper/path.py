@@ -164,6 +164,18 @@ def law(t: Shifted, p: Path) -> tuple[Printed, ...]:
             "print.",
         ),
         printed(
+            "text before (47), tangency",
+            "the largest arc touches rho = R",
+            "statement",
+            Relation(
+                sp.sqrt(t.a**2 - t.a * p.A * sp.cos(p.phi_star) + p.A**2 / 4) + p.A / 2,
+                p.R,
+                cases=p.touching,
+                domain=p.inside,
+                says="largest rho on the circle of the arc that removes theta~_max",
+            ),
+        ),
+        printed(
             "text before (47)",
             "when the limit acts",
             "condition",

@@ -89,8 +89,9 @@ class Kinematics:
         self.S_dot = names.matrix("S_dot", r"\dot S", matrix_rate(shape, self.motion))
         self.Q = names.matrix("Q", "Q", turn)
         corners = self._plain(self.x, names)
-        places = [turn * shape * corner for corner in corners]
-        rates = [matrix_rate(place, self.motion) for place in places]
+        moved = turn * shape
+        moved_rate = matrix_rate(moved, self.motion)
+        places, rates = ([matrix * corner for corner in corners] for matrix in (moved, moved_rate))
         self.X = {i: names.matrix(f"X_{i}", f"X_{i}", place) for i, place in enumerate(places, 1)}
         self.X_dot = {i: names.matrix(f"X_dot{i}", rf"\dot X_{i}", rate) for i, rate in enumerate(rates, 1)}
         self.X_i, self.X_j = (names.matrix_family(f"X_{i}", f"X_{i}", 2) for i in "ij")
@@ -98,7 +99,7 @@ class Kinematics:
         base = sp.Matrix.hstack(corners[1] - corners[0], corners[2] - corners[0])
         placed = sp.Matrix.hstack(places[1] - places[0], places[2] - places[0])
         self.A = names.matrix("A", "A", placed * base.adjugate() / base.det())
-        sides = {k: turn * shape * edge for k, edge in enumerate(self._plain(self.d, names), 1)}
+        sides = {k: moved * edge for k, edge in enumerate(self._plain(self.d, names), 1)}
         self.D = {k: names.matrix(f"D_{k}", f"D_{k}", side) for k, side in sides.items()}
         self.D_i, self.D_j, self.D_k = (names.matrix_family(f"D_{i}", f"D_{i}", 2) for i in "ijk")
         self.D_row = names.matrix(
