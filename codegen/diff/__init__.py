@@ -3,3 +3,8 @@
 
 `Document.read` reads an equations.json with the manifest beside it, `compare` compares two of them.
 """
+
+from codegen.diff.comparison import compare
+from codegen.diff.document import Document, DocumentError
+
+__all__ = ["Document", "DocumentError", "compare"]

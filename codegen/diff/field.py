@@ -26,7 +26,7 @@ MODULUS = Q * R
 BITS = P.bit_length()
 
 
-class Undefined(ArithmeticError):
+class Undefined(ArithmeticError):  # noqa: N818
     """An operation without a value, such as a division by zero."""
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of expressions as real numbers with 50 digits, at points that suit the names, and which branches were taken."""
+"""Values of expressions as real numbers with 50 digits, at points that suit the names; which branches were taken."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class RealWorld(World[Any]):
         if operation == "mul":
             return _CONTEXT.fprod(values)
         if operation == "pow":
-            return self._power(*values, self.pool.constant(self.pool.nodes[node][2]))
+            return self._power(values[0], values[1], self.pool.constant(self.pool.nodes[node][2]))
         if operation in _TESTS:
             return _TESTS[operation](*values)
         if operation in ("and", "or", "not"):

@@ -16,8 +16,8 @@ Path = tuple[int, ...]
 class Verdict(StrEnum):
     """What became of an equation.
 
-    `SAME`: the same text. `REARRANGED`: other text, equal value. `RENAMED`: equal value under another name. `SCALED`: an
-    equation `0 = ...` was multiplied by something that is not zero. `CHANGED`: its own text means something else.
+    `SAME`: the same text. `REARRANGED`: other text, equal value. `RENAMED`: equal value under another name. `SCALED`:
+    an equation `0 = ...` was multiplied by something that is not zero. `CHANGED`: its own text means something else.
     `INHERITED`: its value differs only because something it uses has changed. `ADDED`, `REMOVED`: on one side only.
     `UNDECIDED`: neither equality nor a difference could be shown; never counts as the same.
     """
@@ -186,7 +186,7 @@ class ParameterChange:
     Attributes
     ----------
     name : str
-        The parameter, state or input; "law.name" for a parameter of a law, "scenario NAME.name" for a value of a scenario.
+        The parameter, state or input; "law.name" for a parameter of a law, "scenario NAME.name" for its values.
     role : str
         "state", "input", "parameter", "law ...", "scenario", ...
     what : str

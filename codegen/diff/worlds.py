@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
 from codegen.diff import field
@@ -31,13 +32,11 @@ class Pool:
 
     def intern(self, operation: str, *operands: Any) -> int:
         """Return the number of a node."""
-        if operation in COMMUTATIVE:
-            operands = tuple(sorted(operands))
-        node = (operation, *operands)
-        if node not in self._number:
-            self._number[node] = len(self.nodes)
-            self.nodes.append(node)
-        return self._number[node]
+        content = (operation, *(sorted(operands) if operation in COMMUTATIVE else operands))
+        if content not in self._number:
+            self._number[content] = len(self.nodes)
+            self.nodes.append((operation, *operands))
+        return self._number[content]
 
     def copy(self, nodes: Sequence[Node], names: Mapping[str, str] | None = None) -> list[int]:
         """Take a graph in, with some of its names replaced; return the numbers of its nodes here."""
@@ -174,15 +173,24 @@ class FieldWorld(World[Any]):
     interpreted : bool
         Give absolute values, signs, maxima and conditions their meaning by the Legendre symbol; otherwise they are
         arbitrary functions of their arguments, which leaves equal what is equal for any such function.
+    fixed : mapping
+        Values of free names that are given.
     """
 
     def __init__(
-        self, pool: Pool, lookup: Lookup, seed: int, positive: Callable[[str], bool], interpreted: bool = False
+        self,
+        pool: Pool,
+        lookup: Lookup,
+        seed: int,
+        positive: Callable[[str], bool],
+        interpreted: bool = False,
+        fixed: Mapping[str, Element] = MappingProxyType({}),
     ) -> None:
         super().__init__(pool, lookup)
         self.seed = seed
         self.positive = positive
         self.interpreted = interpreted
+        self.fixed = fixed
         self._phases: dict[int, Phase] = {}
         self._exact: dict[int, bool] = {}
 
@@ -281,7 +289,7 @@ class FieldWorld(World[Any]):
         return field.hashed(operation, *values) % field.P
 
     def _piecewise(self, operands: Sequence[int]) -> Any:
-        pairs = [self.memo[o] for o in operands]
+        pairs: list[Any] = [self.memo[o] for o in operands]
         if any(pair is None for pair in pairs):
             raise Undefined
         if not self.interpreted:
@@ -302,6 +310,8 @@ class FieldWorld(World[Any]):
         target = self.lookup(name)
         if target is not None:
             return target[0].value(target[1])
+        if name in self.fixed:
+            return self.fixed[name]
         free = field.hashed("symbol", self.seed, name) % field.P
         return field.mul(free, free) if self.positive(name) else free
 
