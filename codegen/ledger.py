@@ -142,11 +142,12 @@ class Entry:
 
 @dataclass(frozen=True)
 class Ledger:
-    """The judged entries of a paper, in its order."""
+    """The judged entries of a paper, in its order, and what is to be said about all of them."""
 
     model: str
     title: str
     entries: tuple[Entry, ...]
+    note: str = ""
 
     def counts(self) -> dict[str, int]:
         """Count the entries by verdict."""
@@ -185,7 +186,8 @@ def _package(model: str | ModuleType) -> ModuleType:
 
 def judge(paper: Paper, model: str) -> Ledger:
     """Compute the verdict of each entry of a paper."""
-    return Ledger(model, paper.title, tuple(judge_entry(printed, paper.names) for printed in paper.entries))
+    entries = tuple(judge_entry(printed, paper.names) for printed in paper.entries)
+    return Ledger(model, paper.title, entries, paper.note)
 
 
 def ledger_json(system: System) -> str:

@@ -56,7 +56,7 @@ An identity between names with meanings, here l_i^2 of a triangle and its rate, 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import sympy as sp
@@ -297,6 +297,8 @@ class Paper:
         Its symbols.
     entries : tuple of Printed
         In the order of the paper.
+    note : str
+        Said once for all entries, such as what text was at hand.
 
     Raises
     ------
@@ -307,7 +309,8 @@ class Paper:
     title: str
     numbers: int
     names: Names
-    entries: tuple[Printed, ...] = field(default=())
+    entries: tuple[Printed, ...]
+    note: str = ""
 
     def __post_init__(self) -> None:
         given = [entry.number for entry in self.entries]

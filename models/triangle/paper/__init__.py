@@ -14,6 +14,10 @@ from models.triangle.paper.symbols import Kinematics
 
 NUMBERS = 53
 """The equations are numbered from 1 to this; (52) is printed twice, on two lines of one equation."""
+_NOTE = (
+    "The text at hand was read by a machine and lacks the figures. Whether a misprint is the paper's or was made in "
+    "reading it cannot be told."
+)
 
 
 def paper(system: System) -> Paper:
@@ -38,4 +42,4 @@ def paper(system: System) -> Paper:
         *stability(t, p),
         *runs(system, names, k, t, s),
     )
-    return Paper(system.source, NUMBERS, names, entries)
+    return Paper(system.source, NUMBERS, names, entries, _NOTE)

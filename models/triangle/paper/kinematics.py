@@ -228,14 +228,13 @@ def table(k: Kinematics) -> tuple[Printed, ...]:
     squares = p1**2 + p2**2 + p3**2
     angle = sp.asin(sp.Rational(3, 2) * p1 / (rho * sp.sqrt(mu)))
     swept = p1 * rate2 - p2 * rate1
-    members = tuple({k.c_i: k.c[i], k.l_i: k.l[i]} for i in range(3))
     return (
         printed(
             "Table 1, row 1",
             "S, c_i and d",
             "equation",
             Relation(k.d_0, sp.sqrt(mu / 6 + sp.sqrt(k.eta / 12))),
-            Relation(k.c_i, k.l_i**2 / (3 * k.d_0), cases=members),
+            Relation(k.c_i, k.l_i**2 / (3 * k.d_0), given=True),
             Relation(mu, l1**2 + l2**2 + l3**2),
             Relation(k.eta, _area(k)),
             Relation(_area(k), sp.S.Zero, ">="),
@@ -247,7 +246,7 @@ def table(k: Kinematics) -> tuple[Printed, ...]:
             "Table 1, row 2",
             "momentum of the change of shape",
             "equation",
-            *(Relation(p, k.c[i] - k.c[(i + 1) % 3]) for i, p in enumerate(k.p)),
+            *(Relation(p, k.c[i] - k.c[(i + 1) % 3], given=True) for i, p in enumerate(k.p)),
             Relation(k.t_s, -ROOT3 / 2 * swept),
             Relation(mu * k.theta_dot, 3 * ROOT3 / 2 * swept, cases=(k.still,)),
         ),
@@ -322,7 +321,8 @@ def rods(k: Kinematics) -> tuple[Printed, ...]:
             "rod rates",
             "equation",
             Relation(k.u_i, growth + along + across, corrected=growth + along - across, cases=each),
-            note="Differentiating (20) gives a minus before the last term.",
+            note="Differentiating (20) gives a minus before the last term. The definitions of w_1, w_2, w_3 and u_i in "
+            "the sentence before it are run together.",
         ),
         printed(
             "23",

@@ -40,7 +40,7 @@ def arcs(t: Shifted, p: Path) -> tuple[Printed, ...]:
             (
                 Reading(
                     (
-                        Relation(p.phi_star - p.phi, alpha * xi / 2, cases=p.sides),
+                        Relation(p.phi_star - p.phi, alpha * xi / 2, given=True),
                         Relation(-p.theta, scale * bracket, cases=p.sides),
                     ),
                     "alpha = sgn(theta~_1), phi* - phi~_1 = alpha xi/2",
@@ -241,7 +241,8 @@ def stability(t: Shifted, p: Path) -> tuple[Printed, ...]:
             Relation(sp.Derivative(left, xi), sp.S.Zero, "<", says="K falls with xi, so K to infinity is xi to -pi"),
             Relation(t.rho_dot, -p.k_phi * t.rho * sp.sin(xi / 2), cases=cases),
             Relation(-p.k_phi * t.rho * sp.sin(xi / 2), sp.S.Zero, ">", domain=(-xi,), says="for xi below 0"),
-            note="The sentence before it prints theta~ where rho~ = 0 is meant.",
+            note="The sentence before it prints theta~ where rho~ = 0 is meant. A start at rho~ = 0 is left to the "
+            "reader: the state must leave the origin somehow.",
         ),
         printed(
             "51",
