@@ -66,8 +66,9 @@ class Pool:
         flat = [p for part in parts for p in (self.operands(part) if self.nodes[part][0] == operation else (part,))]
         neutral = Fraction(operation == "mul")
         total = neutral
-        for value in filter(None.__ne__, map(self.constant, flat)):
-            total = total * value if operation == "mul" else total + value  # type: ignore[operator]
+        for value in map(self.constant, flat):
+            if value is not None:
+                total = total * value if operation == "mul" else total + value
         rest = [part for part in flat if self.constant(part) is None]
         if operation == "mul" and total == 0:
             return self.number(0)
