@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from codegen.lower import to_casadi as to_casadi
     from mehvar.api import simulate as simulate
+    from mehvar.diffing import diff as diff
     from models.system import Condition as Condition
     from models.system import Controller as Controller
     from models.system import Coordinates as Coordinates
@@ -36,6 +37,7 @@ __version__ = version("mehvar")
 
 _HOMES = {
     "mehvar.api": ("simulate",),
+    "mehvar.diffing": ("diff",),
     "runtime.errors": ("InputError",),
     "runtime.model": ("Model", "load"),
     "runtime.results": ("open_result",),

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from runtime.backend import FloatArray
 from runtime.errors import InputError
@@ -51,7 +50,7 @@ class Consequences:
     rates : tuple of Rate
         States whose rates differ by more than rounding.
     samples : int
-        States and inputs at which the rates were compared: random, as large as the first scenario's start, within limits.
+        States and inputs at which the rates were compared: random, of the size of the first scenario's start.
     point : tuple of (str, float)
         Where the old model was linearised: at rest near zero, or near the first scenario's start. Zeros are left out.
     residual : float
@@ -139,7 +138,7 @@ def _rates(before: Model, after: Model) -> tuple[tuple[Rate, ...], int]:
 
 
 def _rest(model: Model) -> FloatArray:
-    """Look for a state at rest without inputs by Gauss-Newton steps of least length, from zero or a scenario's start."""
+    """Look for a state at rest without inputs by Gauss-Newton steps of least length, from zero or a scenario start."""
     p, u = model.parameters(), np.zeros(len(model.input_names))
     x = np.zeros(len(model.state_names))
     if not (np.all(np.isfinite(model.rhs(x, u, p))) and np.all(np.isfinite(model.jac_x(x, u, p)))):
@@ -157,6 +156,8 @@ def _rest(model: Model) -> FloatArray:
 def _eigenvalues(
     before: Model, old_point: FloatArray, after: Model, new_point: FloatArray
 ) -> tuple[tuple[complex, complex], ...]:
+    from scipy.optimize import linear_sum_assignment  # half a second that an unchanged model need not wait
+
     values = []
     for model, x in ((before, old_point), (after, new_point)):
         jacobian = model.jac_x(x, np.zeros(len(model.input_names)), model.parameters())

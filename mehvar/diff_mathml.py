@@ -180,16 +180,16 @@ class Formula:
         """Print a number and factors side by side; a lone sum over or under a bar needs no parentheses."""
         if over_bar and number == 1 and len(factors) == 1 and abs(factors[0].power or 0) == 1:
             return self._marked(self._print(factors[0].base)[0], factors[0].paths)
-        rows = [text for _, text in sorted((self._rank(f.base), self._factor(f)) for f in factors)]
+        rows = [self._factor(f) for f in sorted(factors, key=self._rank)]
         if number != 1 or not rows:
             rows.insert(0, self._marked(_number_text(number), paths))
         return _TIMES.join(rows)
 
-    def _rank(self, base: _Place) -> int:
-        operation = self._nodes[base[0]][0]
-        if operation == "num":
-            return 0
-        return 1 if operation in ("sym", "const") else 2 if operation in ("add", "pow") else 3
+    def _rank(self, factor: _Factor) -> tuple[int, str]:
+        """Order factors: numbers, symbols, sums, functions; then by their letters."""
+        operation = self._nodes[factor.base[0]][0]
+        kinds = {"num": 0, "sym": 1, "const": 1, "add": 2, "pow": 2}
+        return kinds.get(operation, 3), _INVISIBLE.sub("", self._factor(factor))
 
     def _factor(self, factor: _Factor) -> str:
         base, power = factor.base, factor.power

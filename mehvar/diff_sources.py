@@ -13,13 +13,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from codegen.diff.document import SCHEMA
 from codegen.generate import Tree, check, find_tree, installed_tree
 from mehvar.console import working
 from mehvar.diff_git import Revision, find_revision, in_repository
 from runtime.build import cache_folder
 from runtime.errors import InputError
 
-SCHEMA = 2
 WORK = "work"
 _EQUATIONS = "equations.json"
 _HERE = Path(__file__).parents[1]
@@ -34,13 +34,16 @@ class Version:
     label : str
         What to call it.
     folders : mapping
-        Generated folder of each model, with equations.json and manifest.json.
+        Generated folder of each model that is compared, with equations.json and manifest.json.
+    models : tuple of str
+        Every model that the version has.
     single : bool
         Whether the user named one generated folder, so that nothing else is to be compared.
     """
 
     label: str
     folders: Mapping[str, Path]
+    models: tuple[str, ...]
     single: bool = False
 
 
@@ -60,19 +63,20 @@ class Sources:
         InputError
             If it is neither `work`, a folder with equations nor a git revision, or if its models cannot be derived.
         """
-        if text == WORK:
-            return Version(WORK, self._of_tree(self.tree, WORK))
         folder = Path(text)
+        if text == WORK:
+            return self._of_tree(self.tree, WORK)
         if (folder / _EQUATIONS).is_file():
-            return Version(text, {_model_of(folder): folder}, single=True)
+            model = _model_of(folder)
+            return Version(text, {model: folder}, (model,), single=True)
         if (folder / "generated").is_dir():
-            return Version(text, self._of_tree(Tree(folder.resolve()), text))
+            return self._of_tree(Tree(folder.resolve()), text)
         if folder.is_dir() and (inner := _generated(folder)):
-            return Version(text, self._wanted(inner))
+            return Version(text, self._wanted(inner), tuple(inner))
         revision = find_revision(self.tree.root, text)
         if revision is None:
             raise InputError(self._unknown(text))
-        return Version(revision.label, self._of_revision(revision))
+        return self._of_revision(revision)
 
     def _unknown(self, text: str) -> str:
         where = f"no revision of the git repository around {self.tree.root}"
@@ -86,28 +90,29 @@ class Sources:
     def _wanted(self, folders: Mapping[str, Path]) -> dict[str, Path]:
         return {name: path for name, path in folders.items() if self.model in (None, name)}
 
-    def _of_tree(self, tree: Tree, label: str) -> dict[str, Path]:
+    def _of_tree(self, tree: Tree, label: str) -> Version:
         """Return generated/ where it is up to date, and what models/ derives where it is not."""
         if not (tree.root / "models" / "system.py").is_file():
-            return self._wanted(_generated(tree.root / "generated"))
-        chosen = [name for name in tree.models if self.model in (None, name)]
-        folders = {name: tree.root / "generated" / name for name in chosen}
-        stale = [name for name in chosen if check(tree, name).stale]
-        return folders | derive(tree, stale, label)
+            found = _generated(tree.root / "generated")
+            return Version(label, self._wanted(found), tuple(found))
+        folders = self._wanted({name: tree.root / "generated" / name for name in tree.models})
+        stale = [name for name in folders if check(tree, name).stale]
+        return Version(label, folders | derive(tree, stale, label), tree.models)
 
-    def _of_revision(self, revision: Revision) -> dict[str, Path]:
+    def _of_revision(self, revision: Revision) -> Version:
+        """Return the committed generated/, and what models/ derives where that is missing or of an older schema."""
         root = self.scratch / revision.commit
-        models = [name for name in revision.models() if self.model in (None, name)]
-        revision.extract([f"generated/{name}" for name in models], root)
-        (root / "generated").mkdir(parents=True, exist_ok=True)
-        folders = {name: root / "generated" / name for name in models}
-        old = [name for name in models if _schema(folders[name]) != SCHEMA]
+        models = revision.models()
+        folders = self._wanted({name: root / "generated" / name for name in models})
+        revision.extract([f"generated/{name}" for name in folders], root)
+        old = [name for name, folder in folders.items() if _schema(folder) != SCHEMA]
         if old:
             revision.extract(["models"], root)
-            missing = [name for name in old if name not in Tree(root).models]
-            folders = {name: folder for name, folder in folders.items() if name not in missing}
-            folders |= derive(Tree(root), [name for name in old if name not in missing], revision.label)
-        return folders
+            (root / "generated").mkdir(parents=True, exist_ok=True)
+            derivable = [name for name in old if name in Tree(root).models]
+            folders = {name: folder for name, folder in folders.items() if name not in old}
+            folders |= derive(Tree(root), derivable, revision.label)
+        return Version(revision.label, folders, models)
 
 
 def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
