@@ -240,18 +240,17 @@ def _differing(relation: Relation, names: Names, printed: tuple[str, str], resul
     if retest and retest.equal:
         corrected = _shown(left, relation.op, right, names)
         how = f"{how}; the corrected form is {retest.how}"
-        changes = (*edits(relation.left, left), *edits(relation.right, right))
+        changes = (*edits(relation.left, left, names.as_text), *edits(relation.right, right, names.as_text))
     elif relation.against is not None:
         terms, derived = residuals(relation, names)
         corrected = _shown(derived, relation.op, sp.S.Zero, names)
         how = f"{how}; the derived equation, written out, takes the place of a correction"
-        changes = edits(terms, derived)
+        changes = edits(terms, derived, names.as_text)
     return Line(*printed, *corrected, Verdict.DIFFERS, how, changes, result.counterexample, relation.says)
 
 
 def _shown(left: Side, op: str, right: Side, names: Names) -> tuple[str, str]:
     """Write a relation as text and as LaTeX."""
-    latex = names.latex()
     sign = {"<=": r"\le", ">=": r"\ge"}.get(op, op)
-    text = f"{sp.sstr(left)} {op} {sp.sstr(right)}"
-    return text, f"{sp.latex(left, symbol_names=latex)} {sign} {sp.latex(right, symbol_names=latex)}"
+    text = f"{names.as_text(left)} {op} {names.as_text(right)}"
+    return text, f"{names.as_latex(left)} {sign} {names.as_latex(right)}"

@@ -8,38 +8,48 @@ right is not decided here: `codegen.relations` tests it against the derivation.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import sympy as sp
 
 from models.paper import Side
 
-
-def edits(printed: Side, corrected: Side) -> tuple[str, ...]:
-    """Say what must change in a printed side to make it the corrected one, in words."""
-    return tuple(_edits(sp.sympify(printed), sp.sympify(corrected)))
+Write = Callable[[Any], str]
 
 
-def _edits(printed: Any, corrected: Any) -> Iterator[str]:
+def edits(printed: Side, corrected: Side, write: Write = sp.sstr) -> tuple[str, ...]:
+    """Say what must change in a printed side to make it the corrected one, in words.
+
+    Parameters
+    ----------
+    printed, corrected : Expr or Matrix
+        Both forms.
+    write : callable
+        Writes a part of them as text.
+    """
+    return tuple(_edits(sp.sympify(printed), sp.sympify(corrected), write))
+
+
+def _edits(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
     if printed == corrected:
         return
     if printed.is_number and corrected.is_number:
-        yield f"{_text(printed)} should read {_text(corrected)}"
+        yield f"{write(printed)} should read {write(corrected)}"
     elif isinstance(printed, sp.Add | sp.MatAdd) or isinstance(corrected, sp.Add | sp.MatAdd):
-        yield from _terms(printed, corrected)
+        yield from _terms(printed, corrected, write)
     elif isinstance(printed, sp.MatMul) and isinstance(corrected, sp.MatMul):
-        yield from _matrix_factors(printed, corrected)
+        yield from _matrix_factors(printed, corrected, write)
     elif isinstance(printed, sp.Mul) or isinstance(corrected, sp.Mul):
-        yield from _factors(printed, corrected)
+        yield from _factors(printed, corrected, write)
     elif printed.func == corrected.func and len(printed.args) == len(corrected.args) and printed.args:
         for old, new in zip(printed.args, corrected.args, strict=True):
-            yield from _edits(old, new)
+            yield from _edits(old, new, write)
     else:
-        yield f"{_text(printed)} should read {_text(corrected)}"
+        yield f"{write(printed)} should read {write(corrected)}"
 
 
-def _terms(printed: Any, corrected: Any) -> Iterator[str]:
+def _terms(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
     """Compare sums: signs first, then terms that resemble each other, then what is lost or added."""
     extra, missing = _unmatched(_summands(printed), _summands(corrected))
     for term in list(extra):
@@ -48,20 +58,20 @@ def _terms(printed: Any, corrected: Any) -> Iterator[str]:
             missing.remove(-term)
             sign = "-" if term.could_extract_minus_sign() else "+"
             size = -term if sign == "-" else term
-            yield f"sign of {_text(size)}: printed {sign}, correct {'+' if sign == '-' else '-'}"
+            yield f"sign of {write(size)}: printed {sign}, correct {'+' if sign == '-' else '-'}"
     for old, new in _pairs(extra, missing):
-        yield from _edits(old, new)
-    yield from (f"term {_text(term)} does not belong there" for term in extra)
-    yield from (f"term {_text(term)} is missing" for term in missing)
+        yield from _edits(old, new, write)
+    yield from (f"term {write(term)} does not belong there" for term in extra)
+    yield from (f"term {write(term)} is missing" for term in missing)
 
 
-def _factors(printed: Any, corrected: Any) -> Iterator[str]:
+def _factors(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
     """Compare products: the number, then factors with the same base, then factors that resemble each other."""
     (number, old), (right_number, new) = printed.as_coeff_Mul(), corrected.as_coeff_Mul()
     if number == -right_number:
-        yield f"sign of {_text(old)}: printed {'-' if number < 0 else '+'}, correct {'+' if number < 0 else '-'}"
+        yield f"sign of {write(old)}: printed {'-' if number < 0 else '+'}, correct {'+' if number < 0 else '-'}"
     elif number != right_number:
-        yield f"number before {_text(old)}: printed {number}, correct {right_number}"
+        yield f"number before {write(old)}: printed {number}, correct {right_number}"
     extra, missing = _unmatched(sp.Mul.make_args(old), sp.Mul.make_args(new))
     for factor in list(extra):
         base, power = factor.as_base_exp()
@@ -69,19 +79,19 @@ def _factors(printed: Any, corrected: Any) -> Iterator[str]:
         if partner is not None:
             extra.remove(factor)
             missing.remove(partner)
-            yield f"exponent of {_text(base)}: printed {power}, correct {partner.as_base_exp()[1]}"
+            yield f"exponent of {write(base)}: printed {power}, correct {partner.as_base_exp()[1]}"
     for before, after in _pairs(extra, missing):
-        yield from _edits(before, after)
-    yield from (f"factor {_text(factor)} does not belong there" for factor in extra if factor != 1)
-    yield from (f"factor {_text(factor)} is missing" for factor in missing if factor != 1)
+        yield from _edits(before, after, write)
+    yield from (f"factor {write(factor)} does not belong there" for factor in extra if factor != 1)
+    yield from (f"factor {write(factor)} is missing" for factor in missing if factor != 1)
 
 
-def _matrix_factors(printed: Any, corrected: Any) -> Iterator[str]:
+def _matrix_factors(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
     (number, old), (right_number, new) = (side.as_coeff_matrices() for side in (printed, corrected))
     if old == new:
-        yield from _edits(number, right_number) if number != -right_number else (f"sign of {_text(corrected)}",)
+        yield from _edits(number, right_number, write) if number != -right_number else (f"sign of {write(corrected)}",)
     else:
-        yield f"{_text(printed)} should read {_text(corrected)}"
+        yield f"{write(printed)} should read {write(corrected)}"
 
 
 def _summands(side: Any) -> Sequence[Any]:
@@ -113,7 +123,3 @@ def _closeness(old: Any, new: Any) -> float:
     alone = len(ours) == len(theirs) == 1 and old.func == new.func
     common = len(set(sp.Mul.make_args(old)) & set(sp.Mul.make_args(new)))
     return (len(ours & theirs) + common) / (len(ours | theirs) or 1) or (0.1 if alone else 0.0)
-
-
-def _text(side: Any) -> str:
-    return str(sp.sstr(side))

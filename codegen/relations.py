@@ -27,8 +27,8 @@ _VISIBLE = mpmath.mpf(10) ** -6
 _POINTS, _BRANCHED_POINTS, _INEQUALITY_POINTS = 16, 64, 128
 _DRAWS = 100
 """Attempts for each point wanted, before a domain counts as not found."""
-_PROVABLE = 250
-"""Operations up to which a proof is tried."""
+_WRITTEN_OUT, _PROVABLE = 750, 250
+"""Operations up to which sides are written out, and up to which a normal form of their difference is tried."""
 _BRANCHING = (sp.Abs, sp.sign, sp.Max, sp.Min, sp.Piecewise, sp.atan2, sp.acos, sp.asin)
 _UNEVALUATED = (sp.Integral, sp.Derivative, sp.Limit, sp.Sum, sp.UnevaluatedExpr)
 _OPS: dict[str, Callable[[Value, Value], bool]] = {
@@ -136,7 +136,8 @@ class _Test:
 
     def __init__(self, relation: Relation, names: Names, case: Case, left: Side, right: Side) -> None:
         derived = {symbol: name.meaning for symbol, name in names.table.items() if name.meaning is not None}
-        self.meanings: dict[Expr, Side] = derived | {symbol: frozen(meaning) for symbol, meaning in case.items()}
+        self.case = {symbol: frozen(meaning) for symbol, meaning in case.items()}
+        self.meanings: dict[Expr, Side] = derived | self.case
         self.op, self.within = relation.op, relation.within
         sides = (left, right) if relation.against is None else (left - right, relation.against)
         self.sides = tuple(self._carried_out(side) for side in sides)
@@ -144,7 +145,7 @@ class _Test:
         reached = list(self._reached((*self.sides, *self.domain)))
         free = sorted((s for s in reached if isinstance(s, sp.Symbol) and s not in self.meanings), key=str)
         self.names: tuple[Name, ...] = tuple(names.table[symbol] for symbol in free)
-        self.case = case
+        self.write = names.as_text
         used = [self.meanings[s] for s in reached if s in self.meanings]
         branched = any(side.has(*_BRANCHING) for side in (*self.sides, *used))
         self.wanted = _BRANCHED_POINTS if branched else _POINTS
@@ -181,7 +182,7 @@ class _Test:
     def proof(self) -> str:
         """Say how equality is proved, or nothing: by form if it is small enough to be written out."""
         sizes = [self._size(side, {}) for side in self.sides]
-        if max(sizes) > 8 * _PROVABLE:
+        if max(sizes) > _WRITTEN_OUT:
             return ""
         left, right = (_explicit(self.written_out(side)) for side in self.sides)
         if left == right:
@@ -250,8 +251,8 @@ class _Test:
         values = self.values(simple)
         assert values is not None
         left, right = next(pair for pair in zip(*values, strict=True) if self._apart(*pair, visible=False))
-        members = [(str(name), str(meaning)) for name, meaning in self.case.items() if not sp.sympify(meaning).args]
-        shown = [(str(symbol), str(value)) for symbol, value in simple.items()]
+        members = [(self.write(name), self.write(meaning)) for name, meaning in self.case.items() if not meaning.args]
+        shown = [(self.write(symbol), str(value)) for symbol, value in simple.items()]
         return Counterexample((*members, *shown), mpmath.nstr(left, 6), mpmath.nstr(right, 6))
 
 

@@ -90,6 +90,8 @@ class Name:
         Where a free name is tried.
     member : bool
         Stands for a member of a family; every relation that uses it says which, in its cases.
+    text : str
+        How plain text prints it; the symbol's name when empty.
     """
 
     symbol: Expr
@@ -98,6 +100,7 @@ class Name:
     low: sp.Rational = -sp.S.One
     high: sp.Rational = sp.S.One
     member: bool = False
+    text: str = ""
 
 
 class Names:
@@ -113,6 +116,7 @@ class Names:
         high: float | str = 1,
         *,
         latex: str = "",
+        text: str = "",
         integer: bool = False,
     ) -> sp.Symbol:
         """Add a name that may take any value.
@@ -123,8 +127,8 @@ class Names:
             One of our quantities, whose symbol and LaTeX are taken, or a name that only the paper has.
         low, high : int or str
             Bounds within which it is tried, exact: 2, "7/10". A positive quantity needs low >= 0.
-        latex : str
-            How the paper prints it, where that differs from ours.
+        latex, text : str
+            How the paper prints it, as LaTeX and in plain text, where that differs from ours.
         integer : bool
             Tried with whole numbers only.
 
@@ -142,16 +146,16 @@ class Names:
             assumption = {"integer": True} if integer else {"positive": True} if lower >= 0 else {"real": True}
             symbol = sp.Symbol(what, **assumption)
             printed = latex or str(sp.latex(symbol))
-        return self._add(Name(symbol, printed, low=lower, high=upper))
+        return self._add(Name(symbol, printed, low=lower, high=upper, text=text))
 
-    def derived(self, name: str, latex: str, meaning: Expr, *, positive: bool = False) -> sp.Symbol:
-        """Add a name whose meaning comes from the derivation."""
+    def derived(self, name: str, latex: str, meaning: Expr, *, positive: bool = False, text: str = "") -> sp.Symbol:
+        """Add a name whose meaning comes from the derivation; `text` is how plain text prints it if not by `name`."""
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
-        return self._add(Name(symbol, latex, sp.sympify(meaning)))
+        return self._add(Name(symbol, latex, sp.sympify(meaning), text=text))
 
-    def matrix(self, name: str, latex: str, meaning: sp.MatrixBase) -> sp.MatrixSymbol:
+    def matrix(self, name: str, latex: str, meaning: sp.MatrixBase, *, text: str = "") -> sp.MatrixSymbol:
         """Add a matrix or a column whose meaning comes from the derivation."""
-        return self._add(Name(sp.MatrixSymbol(name, *meaning.shape), latex, frozen(meaning)))
+        return self._add(Name(sp.MatrixSymbol(name, *meaning.shape), latex, frozen(meaning), text=text))
 
     def family(self, name: str, latex: str, *, positive: bool = False) -> sp.Symbol:
         """Add a name that stands for a member of a family, such as l_i; the cases of a relation say for which."""
@@ -169,15 +173,26 @@ class Names:
             raise ModelError(f"name {str(symbol)!r} is free: it has no meaning of its own")
         return meaning
 
-    def latex(self) -> dict[Expr, str]:
-        """How each symbol is printed."""
-        return {symbol: name.latex for symbol, name in self.table.items()}
+    def as_latex(self, side: Side) -> str:
+        """Write a side as the paper prints it."""
+        return str(sp.latex(side, symbol_names={symbol: name.latex for symbol, name in self.table.items()}))
+
+    def as_text(self, side: Side) -> str:
+        """Write a side in plain text, with the paper's names."""
+        renamed = {symbol: _renamed(symbol, name.text) for symbol, name in self.table.items() if name.text}
+        return str(sp.sstr(sp.sympify(side).xreplace(renamed)))
 
     def _add(self, name: Name) -> Expr:
         if any(str(name.symbol) == str(other) for other in self.table):
             raise ModelError(f"name {str(name.symbol)!r} is in the table of names twice")
         self.table[name.symbol] = name
         return name.symbol
+
+
+def _renamed(symbol: Expr, text: str) -> Expr:
+    if isinstance(symbol, sp.MatrixSymbol):
+        return sp.MatrixSymbol(text, *symbol.shape)
+    return sp.Symbol(text, **symbol.assumptions0)
 
 
 @dataclass(frozen=True)

@@ -22,10 +22,10 @@ class Shifted:
 
     def __init__(self, system: System, names: Names, k: Kinematics) -> None:
         reference = {q.name: q for q in system.references}
-        self.a = names.free(reference["rho_ref"], 0, "3/5", latex="a")
-        self.phi_f = names.free(reference["phi_ref"], -3, 3)
-        self.mu_f = names.free(reference["mu_ref"], "1/20", 2)
-        self.theta_f = names.free(reference["theta_ref"], -3, 3)
+        self.a = names.free(reference["rho_ref"], 0, "3/5", latex="a", text="a")
+        self.phi_f = names.free(reference["phi_ref"], -3, 3, text="phi_f")
+        self.mu_f = names.free(reference["mu_ref"], "1/20", 2, text="mu_f")
+        self.theta_f = names.free(reference["theta_ref"], -3, 3, text="theta_f")
         self.rho = names.free("rho_t", "1/20", "6/5", latex=r"\tilde\rho")
         self.phi = names.free("phi_t", -3, 3, latex=r"\tilde\varphi")
         self.theta = names.free("theta_t", -3, 3, latex=r"\tilde\theta")
@@ -125,7 +125,7 @@ class Path:
         diameter, angle, turned = sp.symbols("diameter angle turned")
         arc = diameter * sp.cos(angle - self.phi_star)
         through = sp.solve(self.rho - arc.subs(angle, self.phi), diameter)[0]
-        self.A = names.derived("diameter", "A", through)
+        self.A = names.derived("diameter", "A", through, text="A")
         self.phi_end = names.derived("phi_f", r"\tilde\varphi_f", self.phi_star - self.alpha * sp.pi / 2)
         swept = sp.integrate((self.A * sp.cos(turned)) ** 2, turned)
         ends = [swept.subs(turned, end - self.phi_star) for end in (self.phi, self.phi_end)]

@@ -19,13 +19,13 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
     numbers = {p["mu_gain"]: default(sliding, "mu_gain"), p["mu_rate_max"]: default(sliding, "mu_rate_max")}
     wanted = names.derived("mu_d_dot", r"\dot\mu_d", command.subs(p["mu_rate_max"], sp.oo).subs(numbers))
     limit = names.derived("mu_max_dot", r"\dot\mu_{max}", numbers[p["mu_rate_max"]])
-    drift = names.free(next(q for q in system.parameters if q.name == "disturbance"), -1, 1, latex="d")
+    drift = names.free(next(q for q in system.parameters if q.name == "disturbance"), -1, 1, latex="d", text="d")
     disturbed = system.rhs[3].subs(system.parameters.H, 0)
     size = {k.w3: command.subs(numbers)}
     smooth = sp.Max(-1, sp.Min(1, s.s / s.s_min))
     smooth_theta = sp.Max(-1, sp.Min(1, t.theta / s.theta_min))
     metre = names.free("metre", "1/10", 4, latex=r"\mathrm{m}")
-    k_path = names.derived("k_path", r"k_\varphi", default(path, "k_phi"))
+    k_path = names.derived("k_path", r"k_\varphi", default(path, "k_phi"), text="k_phi")
     chosen = {q.symbol: default(sliding, q.name) for q in sliding.parameters if q.name != "eta_rho"}
     radius, star = {s.R: chosen[s.R]}, {s.theta_star: chosen[s.theta_star]}
     degree = sp.pi / 180
@@ -123,7 +123,7 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
 
 def _lengths(names: Names) -> list[Reading]:
     """Read the rod lengths three ways; each must be a triangle."""
-    margin = names.family("shortfall", r"l_a + l_b - l_c")
+    margin = names.family("l_a + l_b - l_c", r"l_a + l_b - l_c")
     readings = []
     for text, sides, used, why in (
         (

@@ -60,7 +60,10 @@ class Kinematics:
         """Place the base triangle of three masses from its edges; the centre of mass is the origin."""
         self.m = tuple(names.free(f"m_{i}", "1/10", 4) for i in (1, 2, 3))
         self.m_bar = names.derived("m_bar", r"\bar m", sp.Add(*self.m) / 3, positive=True)
-        self.mass, self.m_i = names.free("m_0", "1/10", 4, latex="m"), names.family("m_i", "m_i", positive=True)
+        self.mass, self.m_i = (
+            names.free("m_0", "1/10", 4, latex="m", text="m"),
+            names.family("m_i", "m_i", positive=True),
+        )
         self.equal: Case = dict.fromkeys(self.m, sp.S.One)
         edges = _edges(self.m)
         total = sp.Add(*self.m)
@@ -83,9 +86,9 @@ class Kinematics:
         shape = stretch(d).applyfunc(lambda entry: follow(entry, d.definitions, self._cut))
         turn = sp.cos(self.theta) * sp.eye(2) + sp.sin(self.theta) * QUARTER_TURN
         self.J = names.matrix("J", "J", QUARTER_TURN)
-        self.I = names.matrix("I_2", "I", sp.eye(2))
+        self.I = names.matrix("I_2", "I", sp.eye(2), text="I")
         self.S = names.matrix("S", "S", shape)
-        self.S_rate = names.matrix("S_rate", r"\frac{d}{dt}S", matrix_rate(shape, self.motion))
+        self.S_rate = names.matrix("S_rate", r"\frac{d}{dt}S", matrix_rate(shape, self.motion), text="dS/dt")
         self.S_dot = names.matrix("S_dot", r"\dot S", matrix_rate(shape, self.motion))
         self.Q = names.matrix("Q", "Q", turn)
         corners = self._plain(self.x, names)
@@ -146,7 +149,7 @@ class Kinematics:
         mu_any, open_any = (self._follow(f"{name}_any") for name in ("mu", "open"))
         self.eta = names.derived("eta", r"\eta", open_any * mu_any**2 / 3, positive=True)
         stretched = names.meaning(self.S)
-        self.d_0 = names.derived("d_0", "d", stretched.trace() / 2, positive=True)
+        self.d_0 = names.derived("d_0", "d", stretched.trace() / 2, positive=True, text="d")
         self.c = tuple(names.derived(f"c_{k}", f"c_{k}", self.l[k - 1] ** 2 / (3 * self.d_0)) for k in (1, 2, 3))
         self.c_i = names.family("c_i", "c_i")
         edges = self._plain(self.d, names)
