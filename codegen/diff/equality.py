@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether two expressions are the same function, how that is known, and a point where they are not.
 
-From cheap and certain to expensive: the same node; the same value in the finite field for arbitrary functions in place of
-maxima, absolute values and the like; the same value there with signs, at 64 points; the real numbers. Only operations that
-have no branches allow to conclude from the field that expressions differ. The real numbers may call expressions equal
-only if every branch was visited.
+From cheap and certain to expensive: the same node; the same value in the finite field, with arbitrary functions in place
+of maxima, absolute values and the like; the same value there with signs, at 64 points; the real numbers. The field alone
+shows that expressions differ only if they have no branches. The real numbers may call expressions equal only if every
+branch was visited.
 """
 
 from __future__ import annotations
@@ -29,13 +29,10 @@ _DRAWS = 12
 
 @dataclass(frozen=True)
 class Decision:
-    """An answer: equal or not, or None where neither could be shown; how that is known; where they differ."""
+    """An answer: equal or not, or None where neither could be shown; and how that is known."""
 
     equal: bool | None
     how: str
-    point: Point | None = None
-    old: str = ""
-    new: str = ""
 
 
 class Meaning:
@@ -53,27 +50,30 @@ class Meaning:
         self.pool = pool
         self.targets = targets
 
-    def cone(self, root: int) -> tuple[list[int], list[str]]:
-        """Return every node that an expression depends on, operands first within each definition, and its free names."""
-        nodes: dict[int, None] = {}
-        free: dict[str, None] = {}
+    def cone(self, root: int) -> list[int]:
+        """Return every node that an expression depends on, through definitions too."""
+        return sorted({node for _, node in self._depends(root)})
+
+    def free(self, root: int) -> list[str]:
+        """Return the free names that an expression depends on."""
+        nodes = self.pool.nodes
+        names = ((meaning, nodes[node][1]) for meaning, node in self._depends(root) if nodes[node][0] == "sym")
+        return sorted({name for meaning, name in names if meaning.targets(name) is None})
+
+    def _depends(self, root: int) -> Iterator[tuple[Meaning, int]]:
         seen: set[tuple[int, int]] = set()
-        stack: list[Expression] = [(self, root)]
+        stack: list[tuple[Meaning, int]] = [(self, root)]
         while stack:
-            meaning, node = stack.pop()
-            if (id(meaning), node) in seen:
-                continue
-            seen.add((id(meaning), node))
-            for k in reached(self.pool.nodes, [node]):
-                nodes[k] = None
-                if self.pool.nodes[k][0] == "sym":
-                    name = self.pool.nodes[k][1]
-                    target = meaning.targets(name)
-                    if target is None:
-                        free[name] = None
-                    else:
-                        stack.append(target)
-        return sorted(nodes), sorted(free)
+            meaning, start = stack.pop()
+            for node in reached(self.pool.nodes, [start]):
+                if (id(meaning), node) in seen:
+                    continue
+                seen.add((id(meaning), node))
+                yield meaning, node
+                operation, *operands = self.pool.nodes[node]
+                target = meaning.targets(operands[0]) if operation == "sym" else None
+                if target is not None:
+                    stack.append(target)
 
 
 Expression = tuple[Meaning, int]
@@ -92,6 +92,9 @@ class Worlds:
         if key not in self._worlds:
             self._worlds[key] = self._make(meaning.pool, lambda name: self._lookup(meaning, name))
         return self._worlds[key]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._worlds.values())
 
     def _lookup(self, meaning: Meaning, name: str) -> tuple[World[Any], int] | None:
         target = meaning.targets(name)
@@ -120,7 +123,7 @@ class Judge:
         self.seed = seed
         self._plain = [self.at(k) for k in range(_DRAWS)]
         self._signed: list[Worlds] = []
-        self._real: dict[int, Worlds] = {}
+        self._real: list[Worlds] = []
 
     @property
     def how(self) -> str:
@@ -153,7 +156,7 @@ class Judge:
             return Decision(True, self.how)
         worlds = self._plain[0]
         if equal is False and worlds[old[0]].exact(old[1]) and worlds[new[0]].exact(new[1]):
-            return self._differing(old, new, self.how)
+            return Decision(False, self.how)
         if self._same_with_signs(old, new):
             return Decision(True, f"{_BRANCHED} points of a {field.BITS}-bit field with signs, seed {self.seed}")
         return self._by_reals(old, new)
@@ -190,36 +193,36 @@ class Judge:
                 return True
         return False
 
-    def real_points(self, pairs: Sequence[Expression], wanted: int) -> Iterator[tuple[Point, Worlds]]:
-        """Yield points and worlds where all expressions have real values."""
-        names = sorted({name for meaning, root in pairs for name in meaning.cone(root)[1]})
+    def real_points(self, pairs: Sequence[Expression], wanted: int) -> Iterator[Worlds]:
+        """Yield worlds where all expressions have real values, the same ones each time."""
         found = 0
         for number in range(wanted * 8):
-            point = self.sampler.draw(number, names)
-            worlds = self.real(point)
+            while number >= len(self._real):
+                self._real.append(self.real(self.sampler.point(len(self._real))))
+            worlds = self._real[number]
             if all(worlds[meaning].defined(root) is not None for meaning, root in pairs):
-                yield point, worlds
+                yield worlds
                 found += 1
-            if found == wanted or not names:
+            if found == wanted:
                 return
 
-    def real(self, point: Point, seen: dict[int, set[object]] | None = None) -> Worlds:
+    def real(self, point: Point) -> Worlds:
         """Return new worlds at a real point."""
-        return Worlds(lambda pool, lookup: RealWorld(pool, lookup, point, seen))
+        return Worlds(lambda pool, lookup: RealWorld(pool, lookup, point))
 
     def _by_reals(self, old: Expression, new: Expression) -> Decision:
         seen: dict[int, set[object]] = {}
         found = 0
-        for point, worlds in self.real_points([old, new], _BRANCHED):
+        for worlds in self.real_points([old, new], _BRANCHED):
             found += 1
             if self.differ(worlds, old, new):
-                return self._shown(old, new, point)
-            for world in (worlds[old[0]], worlds[new[0]]):
+                return Decision(False, f"a point with {reals.DIGITS} digits")
+            for world in worlds:
                 for node, ways in world.seen.items():
                     seen.setdefault(node, set()).update(ways)
         if found < _FEW:
             return Decision(None, f"both sides exist at only {found} of {8 * _BRANCHED} points")
-        left = reals.unvisited(self.pool, [*old[0].cone(old[1])[0], *new[0].cone(new[1])[0]], seen)
+        left = reals.unvisited(self.pool, [*old[0].cone(old[1]), *new[0].cone(new[1])], seen)
         if left:
             operation = self.pool.nodes[left[0]][0]
             return Decision(None, f"equal at {found} points, but a branch of {operation} was never taken")
@@ -233,19 +236,6 @@ class Judge:
         if a is None or b is None:
             return False
         return reals.apart((a, first.size(old[1])), (b, second.size(new[1])))
-
-    def _differing(self, old: Expression, new: Expression, how: str) -> Decision:
-        for point, worlds in self.real_points([old, new], 8):
-            if self.differ(worlds, old, new):
-                return self._shown(old, new, point, how)
-        return Decision(False, how)
-
-    def _shown(self, old: Expression, new: Expression, point: Point, how: str = "") -> Decision:
-        values = []
-        worlds = self.real(point)
-        for meaning, root in (old, new):
-            values.append(shown(worlds[meaning].value(root)))
-        return Decision(False, how or f"a point, {reals.DIGITS} digits", point, *values)
 
 
 def shown(value: Any) -> str:

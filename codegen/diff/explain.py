@@ -4,12 +4,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from codegen.diff.equality import Decision, Expression, shown
-from codegen.diff.reals import Point
+from codegen.diff.equality import Decision, Expression, Worlds, shown
 from codegen.diff.report import Counterexample, Edit, Kind, Part, Path
 from codegen.diff.terms import Account, Change, replaced
 from codegen.diff.versions import Item, Versions
@@ -118,20 +117,22 @@ class Explainer:
 
     def _counterexample(self, old: Expression, new: Expression) -> Counterexample | None:
         """Return a point of simple numbers where both sides differ."""
-        point = next(
-            (p for p, worlds in self.judge.real_points([old, new], 40) if self.judge.differ(worlds, old, new)), None
-        )
-        if point is None:
+        worlds = next((w for w in self.judge.real_points([old, new], 40) if self.judge.differ(w, old, new)), None)
+        if worlds is None:
             return None
-        relevant = point
-        if sum(len(side[0].cone(side[1])[0]) for side in (old, new)) <= _LARGEST_CONE:
-            relevant = self._simplified(point, old, new)
-        worlds = self.judge.real(relevant)
+        point = {name: self._coordinate(worlds, name) for name in {*old[0].free(old[1]), *new[0].free(new[1])}}
+        if len(old[0].cone(old[1])) + len(new[0].cone(new[1])) <= _LARGEST_CONE:
+            point = self._simplified(point, old, new)
+            worlds = self.judge.real(point)
         values = [shown(worlds[meaning].value(root)) for meaning, root in (old, new)]
-        named = tuple((name, _written(value)) for name, value in relevant.items() if value)
+        named = tuple((name, _written(value)) for name, value in sorted(point.items()) if value)
         return Counterexample(named, *values)
 
-    def _simplified(self, point: Point, old: Expression, new: Expression) -> Point:
+    @staticmethod
+    def _coordinate(worlds: Worlds, name: str) -> Fraction:
+        return next(iter(worlds)).point[name]  # type: ignore[no-any-return]
+
+    def _simplified(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> dict[str, Fraction]:
         simple = dict(point)
         for name in sorted(point):
             for value in self._candidates(name, simple[name]):
@@ -141,7 +142,7 @@ class Explainer:
                     break
         return simple
 
-    def _visible(self, point: Point, old: Expression, new: Expression) -> bool:
+    def _visible(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
         worlds = self.judge.real(point)
         a, b = worlds[old[0]].defined(old[1]), worlds[new[0]].defined(new[1])
         if a is None or b is None or isinstance(a, bool | tuple):

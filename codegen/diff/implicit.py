@@ -27,7 +27,7 @@ def scale(versions: Versions, old: Item, new: Item) -> str:
     number = rational(ratio)
     if number:
         return f"multiplied by {number}"
-    for name in sorted(versions.before.cone(old.root)[1]):
+    for name in versions.before.free(old.root):
         if not versions.judge.positive(name):
             continue
         values: Values = versions.judge.values(versions.before, versions.pool.intern("sym", name))

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -42,7 +42,7 @@ _TESTS: dict[str, Callable[[Any, Any], bool]] = {
     "unequality": lambda a, b: bool(a != b),
 }
 BRANCHES = frozenset(("abs", "sign", "max", "min", "piecewise", "floor", "ceiling", "mod"))
-Point = dict[str, Fraction]
+Point = Mapping[str, Fraction]
 
 
 class RealWorld(World[Any]):
@@ -52,14 +52,17 @@ class RealWorld(World[Any]):
     ----------
     point : mapping of str to Fraction
         The free names.
+
+    Attributes
+    ----------
     seen : dict
-        Receives which way each branching node went, over all points.
+        Which way each branching node went.
     """
 
-    def __init__(self, pool: Pool, lookup: Lookup, point: Point, seen: dict[int, set[object]] | None = None) -> None:
+    def __init__(self, pool: Pool, lookup: Lookup, point: Point) -> None:
         super().__init__(pool, lookup)
         self.point = point
-        self.seen = {} if seen is None else seen
+        self.seen: dict[int, set[object]] = {}
         self._size: dict[int, Any] = {}
 
     def size(self, root: int) -> Any:
@@ -182,6 +185,23 @@ def apart(old: tuple[Any, Any], new: tuple[Any, Any]) -> bool:
     return bool(abs(a - b) > max(big, other) ** 2 * _ROUNDING * 10**10 + abs(a) * _ROUNDING * 10**20)
 
 
+class _Drawn(Mapping[str, Fraction]):
+    """A point whose coordinates are drawn when they are asked for."""
+
+    def __init__(self, sampler: Sampler, number: int) -> None:
+        self._sampler = sampler
+        self._number = number
+
+    def __getitem__(self, name: str) -> Fraction:
+        return self._sampler.value(name, self._number)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._sampler.names)
+
+    def __len__(self) -> int:
+        return len(self._sampler.names)
+
+
 class Sampler:
     """Draws values for free names: inside their bounds, around their defaults, over many decades.
 
@@ -199,11 +219,12 @@ class Sampler:
         self.names = names
         self.angles = angles
 
-    def draw(self, number: int, wanted: Sequence[str]) -> Point:
+    def point(self, number: int) -> Point:
         """Return point `number` of the repeatable sequence."""
-        return {name: self._value(name, number) for name in wanted}
+        return _Drawn(self, number)
 
-    def _value(self, name: str, number: int) -> Fraction:
+    def value(self, name: str, number: int) -> Fraction:
+        """Return one coordinate of a point."""
         generator = random.Random(f"{number} {name}")
         low, high, default = self.names.get(name, (None, None, None))
         if low is not None and high is not None:

@@ -276,7 +276,8 @@ class Account:
         if atom is None or operation not in ("sym", "sin", "cos", "tan"):
             return
         kind = Kind.FUNCTION if operation != "sym" else Kind.SYMBOL
-        yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.2)
+        further = 0.0 if operation == "sym" or self.pool.nodes[atom][1:] == self.pool.nodes[node][1:] else 1.5
+        yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.2 + further)
 
     def _exponents(self, node: int, operands: Sequence[Any], needed: Values, path: Path) -> Iterator[Change]:
         base, before = self.old(operands[0]), self.pool.constant(operands[1])
@@ -346,7 +347,7 @@ class Account:
                 yield Change(kind, path, node, new, new, says, 1.4)
         if operation in ("sym", "sin", "cos", "tan"):
             for atom in self._atoms.values():
-                if atom != node:
+                if atom != node and (operation == "sym" or self.pool.nodes[atom][0] != "sym"):
                     kind = Kind.SYMBOL if operation == "sym" else Kind.FUNCTION
                     yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.6)
 
