@@ -12,17 +12,18 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-from codegen.diff.report import Comparison, Equation, Group, ParameterChange, Verdict
+from codegen.diff.report import Comparison, Edit, Equation, Group, ParameterChange, Verdict
 from mehvar.diff_consequences import Consequences
 from mehvar.diff_marks import Alignment
 from mehvar.diff_mathml import Formula, Marks, math, symbol
 from mehvar.diff_text import (
     counted,
-    edit_texts,
     edit_title,
     example,
+    labels,
     number,
     point,
+    said,
     shown,
     stories,
     sure,
@@ -56,7 +57,7 @@ class _Card:
     kind: str
     status: str
     path: str
-    edits: Sequence[str]
+    edits: Sequence[tuple[str, str]]
     notes: Sequence[str]
     old: _Side | None
     new: _Side | None
@@ -153,8 +154,8 @@ class _Sheet:
             kind="maybe" if equation.verdict is Verdict.UNDECIDED else kind,
             status=equation.verdict.value,
             path=" > ".join(part for part in (equation.kind, equation.section) if part),
-            edits=[_edit_line(edit_title(edit), *edit_texts(edit)) for edit in equation.edits],
-            notes=_notes(equation, group),
+            edits=[(self._part(equation, edit), edit_title(edit)) for edit in equation.edits],
+            notes=_notes(self._comparison, equation, group),
             old=old,
             new=new,
         )
@@ -172,6 +173,17 @@ class _Sheet:
             after = _Side(_left(equation.name, equation, self._new_latex), formula.terms())
         return before, after
 
+    def _part(self, equation: Equation, edit: Edit) -> str:
+        """Print the part that was edited, unless the edit's words name it."""
+        old = edit.old is not None
+        part, root = (edit.old, equation.old_node) if old else (edit.new, equation.new_node)
+        if said(edit) or part is None or root is None or not part.places:
+            return ""
+        nodes = self._comparison.old_nodes if old else self._comparison.new_nodes
+        for step in part.places[0]:
+            root = int(nodes[root][1 + step])
+        return "".join(term for term, _ in Formula(nodes, root, self._old_latex if old else self._new_latex).terms())
+
     def _marks(self, equation: Equation) -> tuple[Marks, Marks]:
         if equation.old_node is None or equation.new_node is None or equation.verdict is Verdict.SAME:
             return frozenset(), frozenset()
@@ -187,17 +199,12 @@ def _left(name: str, equation: Equation, latex: Mapping[str, str]) -> str:
     return math(symbol(name, spelled) + "<mo>=</mo>")
 
 
-def _edit_line(where: str, old: str, new: str) -> str:
-    texts = [f"− {old}" if old else "", f"+ {new}" if new else ""]
-    return "  ".join(part for part in (where, *texts) if part)
-
-
-def _notes(equation: Equation, group: Group | None) -> list[str]:
+def _notes(comparison: Comparison, equation: Equation, group: Group | None) -> list[str]:
     notes = [group.says if group else "", example(equation), sure(equation)]
     if equation.users:
-        notes.append(f"Inherited by {', '.join(equation.users)}.")
+        notes.append(f"Inherited by {labels(comparison, equation.users)}.")
     if equation.via:
-        notes.append(f"Because of {', '.join(equation.via)}.")
+        notes.append(f"Because of {labels(comparison, equation.via)}.")
     if not equation.matters and equation.verdict in (Verdict.CHANGED, Verdict.ADDED, Verdict.REMOVED):
         notes.append("No equation or result has another value because of it.")
     return [note for note in notes if note]

@@ -118,18 +118,26 @@ def example(equation: Equation) -> str:
 
 
 def edit_title(edit: Edit) -> str:
-    """Return where an edit is and what it does."""
-    where = " > ".join(edit.path)
-    return f"{where}: {edit.says}" if where else edit.says
+    """Return where an edit is and what it does; a place that is just the edited part goes without saying."""
+    places = [place for place in edit.path if edit.old is None or place != edit.old.text]
+    where = " > ".join(places)
+    return f"in {where}: {edit.says}" if where else edit.says
 
 
-def edit_texts(edit: Edit) -> tuple[str, str]:
-    """Return the old and new text of an edit, where its title does not have them already."""
-    said = edit_title(edit)
-    old, new = (part.text if part else "" for part in (edit.old, edit.new))
-    if all(text in said for text in (old, new)):
-        return "", ""
-    return old, new
+def said(edit: Edit) -> bool:
+    """Tell whether an edit's words have its old and new text already."""
+    return all(part is None or part.text in edit.says for part in (edit.old, edit.new))
+
+
+def label(equation: Equation) -> str:
+    """Return the shortest name of an equation; one that is only shown goes by its number."""
+    return equation.number or equation.title or equation.name if equation.kind == "equation" else equation.name
+
+
+def labels(comparison: Comparison, names: Sequence[str]) -> str:
+    """Return the shortest names of equations, each once."""
+    known = {equation.name: label(equation) for equation in reversed(comparison.equations)}
+    return ", ".join(dict.fromkeys(known.get(name, name) for name in names))
 
 
 def _equations(comparison: Comparison) -> Iterator[Line]:
@@ -150,25 +158,26 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
         if equation.verdict in (Verdict.CHANGED, Verdict.UNDECIDED):
             yield 4, Text(sure(equation), "dim")
         if equation.users:
-            yield 4, Text(f"inherited by {', '.join(equation.users)}", "dim")
+            yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
 
 
 def _edit(edit: Edit) -> Iterator[Line]:
     yield 4, Text(edit_title(edit))
-    old, new = edit_texts(edit)
-    if old:
-        yield 6, Text(f"- {old}", "red")
-    if new:
-        yield 6, Text(f"+ {new}", "green")
+    if said(edit):
+        return
+    if edit.old:
+        yield 6, Text(f"- {edit.old.text}", "red")
+    if edit.new:
+        yield 6, Text(f"+ {edit.new.text}", "green")
 
 
 def _equivalent(comparison: Comparison) -> Iterator[Line]:
     known: dict[tuple[Verdict, str], list[str]] = {}
     for equation in comparison.equivalent:
-        label = equation.name
+        name = label(equation)
         if equation.verdict is Verdict.RENAMED:
-            label = f"{equation.old_name} -> {equation.name}"
-        known.setdefault((equation.verdict, equation.how), []).append(label)
+            name = f"{equation.old_name} -> {name}"
+        known.setdefault((equation.verdict, equation.how), []).append(name)
     for (verdict, how), names in known.items():
         yield 2, Text.assemble((f"{verdict.value} ", "green"), ", ".join(names))
         yield 4, Text(how, "dim")
@@ -191,11 +200,11 @@ def _consequences(follows: Consequences) -> Iterator[Line]:
 def consequence_lines(follows: Consequences) -> Iterator[str]:
     """Say what follows from a change, one finding a line."""
     if follows.rates:
-        yield f"rates of the state, largest difference at {follows.samples} random states (rms of the old rate):"
+        yield f"rates without a law, largest difference at {follows.samples} random states (rms of the old rate):"
         for rate in follows.rates:
             yield f"  {rate.name}'  {rate.largest:.3g} {rate.unit}  ({rate.typical:.3g})"
     elif follows.samples:
-        yield f"rates of the state: equal at {follows.samples} random states, to rounding"
+        yield f"rates without a law: equal at {follows.samples} random states, to rounding"
     if follows.eigenvalues:
         yield f"eigenvalues at {point(follows)}:"
         for old, new in follows.eigenvalues:
@@ -216,7 +225,8 @@ def point(follows: Consequences) -> str:
 
 
 def number(value: complex) -> str:
-    """Return a complex number to four digits; one without an imaginary part as a real one."""
-    if abs(value.imag) < 1e-9 * max(abs(value), 1e-300):
-        return f"{value.real:.4g}"
-    return f"{value.real:.4g} ± {abs(value.imag):.4g}i"
+    """Return an eigenvalue, and its conjugate if it has one, to four digits."""
+    size = 1e-9 * abs(value)
+    real = f"{value.real:.4g}" if abs(value.real) > size else ""
+    imaginary = f"± {abs(value.imag):.4g}i" if abs(value.imag) > size else ""
+    return f"{real} {imaginary}".strip() or "0"
