@@ -13,6 +13,8 @@ from codegen.diff.report import Comparison, Equation, Verdict
 from codegen.diff.versions import Item, Key, Versions
 
 _EQUAL = frozenset((Verdict.SAME, Verdict.REARRANGED, Verdict.RENAMED, Verdict.SCALED))
+_INHERITING, _OWN = 8, 64
+"""Real points for a row whose own text means the same, and for one whose text does not."""
 _UNEQUAL = frozenset((Verdict.CHANGED, Verdict.INHERITED, Verdict.UNDECIDED))
 
 
@@ -56,7 +58,7 @@ class _Verdicts:
         self.verdict: dict[Key, tuple[Verdict, Decision]] = {}
         self.sources: dict[Key, dict[Key, None]] = {}
         """For a row whose value differs: the rows where that comes from."""
-        self.compensating: set[Key] = set()
+        self.names = {item.key: item.name for item in versions.news}
         for item in versions.news:
             partner = versions.partner.get(item.key)
             if partner is None:
@@ -80,10 +82,8 @@ class _Verdicts:
         local = Decision(True, "node identity") if text else self._local(old, new)
         if local.equal and not unequal:
             return self._equal(old, new, Verdict.REARRANGED), local
-        whole = self._whole(old, new, local, bool(unequal))
+        whole = self._whole(old, new, local, unequal)
         if whole.equal:
-            if not local.equal:
-                self.compensating.add(new.key)
             return self._equal(old, new, Verdict.SAME if text else Verdict.REARRANGED), whole
         if local.equal:
             self.sources[new.key] = {key: None for child in unequal for key in self.sources.get(child.key, {})}
@@ -110,10 +110,12 @@ class _Verdicts:
                 return Decision(True, versions.judge.how)
         return versions.judge.decide(*pair)
 
-    def _whole(self, old: Item, new: Item, local: Decision, touched: bool) -> Decision:
-        if not touched:
+    def _whole(self, old: Item, new: Item, local: Decision, unequal: list[Item]) -> Decision:
+        """Compare the values themselves, where children differ."""
+        if not unequal:
             return local
-        return self.versions.judge.decide((self.versions.before, old.root), (self.versions.after, new.root))
+        pair = (self.versions.before, old.root), (self.versions.after, new.root)
+        return self.versions.judge.decide(*pair, points=_INHERITING if local.equal else _OWN)
 
     def _same_text(self, old: Item, new: Item) -> bool:
         versions = self.versions
@@ -182,7 +184,6 @@ class _Verdicts:
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
-        names = {other.key: other.name for other in versions.news}
         told = explainer.explain(partner, item, decision) if partner and verdict is Verdict.CHANGED else None
         return Equation(
             name=row.name,
@@ -199,7 +200,7 @@ class _Verdicts:
             edits=told.edits if told else (),
             replayed=told.replayed if told else False,
             counterexample=told.counterexample if told else None,
-            via=tuple(names[k] for k in self.sources.get(item.key, {}) if k != item.key),
+            via=tuple(self.names[k] for k in self.sources.get(item.key, {}) if k != item.key),
             users=tuple(dict.fromkeys(users.get(item.key, ()))),
             old_node=partner.row.node if partner else None,
             new_node=row.node,

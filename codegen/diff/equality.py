@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether two expressions are the same function, how that is known, and a point where they are not.
 
-From cheap and certain to expensive: the same node; the same value in the finite field, with arbitrary functions in place
-of maxima, absolute values and the like; the same value there with signs, at 64 points; the real numbers. The field alone
-shows that expressions differ only if they have no branches. The real numbers may call expressions equal only if every
-branch was visited.
+From cheap and certain to expensive: the same node; the same value in the finite field, with arbitrary functions in
+place of maxima, absolute values and the like; the same value there with signs, at 64 points; the real numbers. Without
+branches, different values in the field show that expressions differ. The real numbers may call expressions equal only
+if every branch was visited.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ SEED = 5
 _POINTS, _BRANCHED = 3, 64
 _FEW = 16
 _DRAWS = 12
+_TRIES = 6
+"""Points tried for each one wanted."""
 
 
 @dataclass(frozen=True)
@@ -147,8 +149,8 @@ class Judge:
         """Return the values of an expression at the points of the field, None where it has none."""
         return tuple(worlds[meaning].defined(root) for worlds in self._plain[:_POINTS])
 
-    def decide(self, old: Expression, new: Expression) -> Decision:
-        """Decide whether two expressions are the same function."""
+    def decide(self, old: Expression, new: Expression, points: int = _BRANCHED) -> Decision:
+        """Decide whether two expressions are the same function; `points` real ones are tried where they decide."""
         if old[1] == new[1] and old[0] is new[0]:
             return Decision(True, "node identity")
         equal = self.same_in_field(old, new)
@@ -159,7 +161,7 @@ class Judge:
             return Decision(False, self.how)
         if self._same_with_signs(old, new):
             return Decision(True, f"{_BRANCHED} points of a {field.BITS}-bit field with signs, seed {self.seed}")
-        return self._by_reals(old, new)
+        return self._by_reals(old, new, points)
 
     def same_in_field(self, old: Expression, new: Expression) -> bool | None:
         """Compare values at the first points where both exist; None if there are too few such points."""
@@ -196,7 +198,7 @@ class Judge:
     def real_points(self, pairs: Sequence[Expression], wanted: int) -> Iterator[Worlds]:
         """Yield worlds where all expressions have real values, the same ones each time."""
         found = 0
-        for number in range(wanted * 8):
+        for number in range(wanted * _TRIES):
             while number >= len(self._real):
                 self._real.append(self.real(self.sampler.point(len(self._real))))
             worlds = self._real[number]
@@ -210,10 +212,10 @@ class Judge:
         """Return new worlds at a real point."""
         return Worlds(lambda pool, lookup: RealWorld(pool, lookup, point))
 
-    def _by_reals(self, old: Expression, new: Expression) -> Decision:
+    def _by_reals(self, old: Expression, new: Expression, points: int) -> Decision:
         seen: dict[int, set[object]] = {}
         found = 0
-        for worlds in self.real_points([old, new], _BRANCHED):
+        for worlds in self.real_points([old, new], points):
             found += 1
             if self.differ(worlds, old, new):
                 return Decision(False, f"a point with {reals.DIGITS} digits")
@@ -221,7 +223,7 @@ class Judge:
                 for node, ways in world.seen.items():
                     seen.setdefault(node, set()).update(ways)
         if found < _FEW:
-            return Decision(None, f"both sides exist at only {found} of {8 * _BRANCHED} points")
+            return Decision(None, f"no difference, but both sides exist at only {found} of {_TRIES * points} points")
         left = reals.unvisited(self.pool, [*old[0].cone(old[1]), *new[0].cone(new[1])], seen)
         if left:
             operation = self.pool.nodes[left[0]][0]

@@ -18,7 +18,7 @@ _WORKING = 90
 _ROUNDING = mpmath.mpf(10) ** -(_WORKING - 5)
 _CONTEXT = mpmath.mp.clone()
 _CONTEXT.dps = _WORKING
-_LARGEST = mpmath.mpf(10) ** 400
+_LARGEST = 1300
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": _CONTEXT.sin, "cos": _CONTEXT.cos, "tan": _CONTEXT.tan, "exp": _CONTEXT.exp, "sinh": _CONTEXT.sinh,
@@ -63,38 +63,41 @@ class RealWorld(World[Any]):
         super().__init__(pool, lookup)
         self.point = point
         self.seen: dict[int, set[object]] = {}
-        self._size: dict[int, Any] = {}
+        self._size: dict[int, int] = {}
 
-    def size(self, root: int) -> Any:
-        """Return the largest magnitude among the parts of an expression, which bounds its rounding error."""
+    def size(self, root: int) -> int:
+        """Return the binary exponent of the largest part of an expression, which bounds its rounding error."""
         self.value(root)
         return self._size[root]
 
     def compute(self, node: int) -> Any:
         """Return the value of a node."""
         value, size = self._computed(node)
-        if isinstance(value, mpmath.mpf | _CONTEXT.mpf):
-            if not _CONTEXT.isfinite(value) or abs(value) > _LARGEST:
+        if isinstance(value, _CONTEXT.mpf):
+            _, mantissa, exponent, bits = value._mpf_
+            if not mantissa and exponent:
+                raise Undefined("not finite")
+            size = max(size, exponent + bits)
+            if size > _LARGEST:
                 raise Undefined("too large")
-            size = max(size, abs(value))
         self._size[node] = size
         return value
 
-    def _computed(self, node: int) -> tuple[Any, Any]:
+    def _computed(self, node: int) -> tuple[Any, int]:
         operation, *operands = self.pool.nodes[node]
         if operation == "sym":
             target = self.lookup(operands[0])
             if target is None:
-                return _real(self.point[operands[0]]), _CONTEXT.one
+                return _real(self.point[operands[0]]), 0
             return target[0].value(target[1]), target[0].size(target[1])  # type: ignore[attr-defined]
         if operation == "num":
-            return _real(Fraction(operands[0])), _CONTEXT.one
+            return _real(Fraction(operands[0])), 0
         if operation == "const":
-            return {"pi": +_CONTEXT.pi, "E": +_CONTEXT.e, "True": True, "False": False}[operands[0]], _CONTEXT.one
+            return {"pi": +_CONTEXT.pi, "E": +_CONTEXT.e, "True": True, "False": False}[operands[0]], 0
         if operation == "piecewise":
             return self._piecewise(node, operands)
         values = [self.memo[o] for o in operands]
-        size = max((self._size.get(o, _CONTEXT.one) for o in operands), default=_CONTEXT.one)
+        size = max((self._size.get(o, 0) for o in operands), default=0)
         if operation == "exprcondpair":
             return tuple(values), size
         if any(value is None for value in values):
@@ -145,7 +148,7 @@ class RealWorld(World[Any]):
             raise Undefined
         return base**exponent
 
-    def _piecewise(self, node: int, operands: Sequence[int]) -> tuple[Any, Any]:
+    def _piecewise(self, node: int, operands: Sequence[int]) -> tuple[Any, int]:
         for number, operand in enumerate(operands):
             pair = self.memo[operand]
             if pair is None or pair[1] is None:
@@ -154,7 +157,7 @@ class RealWorld(World[Any]):
                 self._saw(node, number)
                 if pair[0] is None:
                     raise Undefined
-                return pair[0], self._size.get(operand, _CONTEXT.one)
+                return pair[0], self._size.get(operand, 0)
         raise Undefined
 
     def _saw(self, node: int, *ways: object) -> None:
@@ -177,12 +180,13 @@ def unvisited(pool: Pool, nodes: Sequence[int], seen: dict[int, set[object]]) ->
     return found
 
 
-def apart(old: tuple[Any, Any], new: tuple[Any, Any]) -> bool:
+def apart(old: tuple[Any, int], new: tuple[Any, int]) -> bool:
     """Whether two values, each with its size, differ by more than their rounding errors."""
     (a, big), (b, other) = old, new
     if isinstance(a, bool | tuple) or isinstance(b, bool | tuple):
         return bool(a != b)
-    return bool(abs(a - b) > max(big, other) ** 2 * _ROUNDING * 10**10 + abs(a) * _ROUNDING * 10**20)
+    limit = _CONTEXT.ldexp(_ROUNDING, 2 * max(big, other, 0) + 30)
+    return bool(abs(a - b) > limit + abs(a) * _ROUNDING * 10**20)
 
 
 class _Drawn(Mapping[str, Fraction]):
