@@ -139,9 +139,10 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     """
     sources = tree.sources(model)
     system = system_of(tree, model, structure or {})
-    from codegen.equations import equations_json, equations_markdown
+    from codegen.equations import equations_json
     from codegen.functions import generate_functions
     from codegen.manifest import manifest
+    from codegen.page import equations_markdown
     from codegen.renumber import TABLES, manifest_text, renumber, shapes
     from codegen.texts import printed, texts
     from codegen.verify import verify

@@ -6,14 +6,17 @@ from __future__ import annotations
 import hashlib
 import importlib
 import importlib.util
+import re
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
 _TOOL = Path(__file__).parent
-_COMPARING = _TOOL / "diff"
-"""Reads generated text and writes none."""
+_COMPARING = re.compile(
+    r"codegen/(diff/|(ledger|misprints|precise|relations)\.py)|models/(.*/)?(paper[./]|notation\.py)"
+)
+"""Modules that compare equations and write no generated text."""
 
 
 class GenerateError(ValueError):
@@ -42,15 +45,24 @@ class Tree:
         """Names of the models in this tree."""
         return tuple(sorted(path.parent.name for path in (self.root / "models").glob("*/system.py")))
 
-    def sources(self, model: str) -> dict[str, str]:
-        """Return the SHA-256 of each file that the model's generated text depends on."""
+    def sources(self, model: str, papers: bool = False) -> dict[str, str]:
+        """Return the SHA-256 of each file that the model's generated text depends on.
+
+        Parameters
+        ----------
+        model : str
+            Its name.
+        papers : bool
+            Add what the verdicts on its paper depend on.
+        """
         vocabulary = (self.root if self.has_vocabulary else _TOOL.parent) / "models"
         own = (p for p in (self.root / "models" / model).rglob("*") if p.suffix in (".py", ".toml"))
-        tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2") and _COMPARING not in p.parents)
+        tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2"))
         names = {p: "models/" + p.name for p in vocabulary.glob("*.py")}
         names |= {p: p.relative_to(self.root).as_posix() for p in own}
         names |= {p: "codegen/" + p.relative_to(_TOOL).as_posix() for p in tool}
-        return {name: sha256(path) for path, name in sorted(names.items(), key=lambda item: item[1])}
+        kept = {p: name for p, name in names.items() if papers or not _COMPARING.match(name)}
+        return {name: sha256(path) for path, name in sorted(kept.items(), key=lambda item: item[1])}
 
 
 def find_tree(start: Path) -> Tree | None:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from codegen.lower import to_casadi as to_casadi
     from mehvar.api import batch as batch
     from mehvar.api import simulate as simulate
+    from mehvar.diffing import diff as diff
     from models.mechanics import kirchhoff as kirchhoff
     from models.mechanics import lagrange as lagrange
     from models.mechanics import time_derivative as time_derivative
@@ -41,6 +42,7 @@ __version__ = version("mehvar")
 
 _HOMES = {
     "mehvar.api": ("batch", "simulate"),
+    "mehvar.diffing": ("diff",),
     "runtime.errors": ("InputError",),
     "runtime.model": ("Model", "load"),
     "runtime.results": ("open_result",),

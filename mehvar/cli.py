@@ -76,6 +76,41 @@ def generate(
 
 
 @app.command()
+def diff(
+    old: Annotated[
+        str | None, typer.Argument(metavar="[OLD]", help="A git revision, a folder or `work`; HEAD unless given.")
+    ] = None,
+    new: Annotated[
+        str | None, typer.Argument(metavar="[NEW]", help="Likewise; `work`, what models/ derives now, unless given.")
+    ] = None,
+    model: Annotated[str | None, typer.Option(metavar="M", help="Compare this model only.")] = None,
+    paper: Annotated[bool, typer.Option("--paper", help="Compare with the published equations.")] = False,
+    form: Annotated[str | None, typer.Option("--format", metavar="text|json|html", help="What to write.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Save it; the ending implies the format.")] = None,
+) -> None:
+    """Say what changed between two versions of the derived equations; exit 1 if anything but the form did."""
+    from mehvar.diff_command import diff_command
+
+    raise typer.Exit(diff_command(old, new, model, paper, form, out))
+
+
+@app.command("git-diff", hidden=True)
+def git_diff(arguments: Annotated[list[str], typer.Argument(help="What git passes to an external diff.")]) -> None:
+    """Compare the two versions of an equations.json that git names; git's diff.NAME.command."""
+    from mehvar.diff_drivers import external_diff
+
+    external_diff(arguments)
+
+
+@app.command("git-textconv", hidden=True)
+def git_textconv(file: Annotated[Path, typer.Argument(help="An equations.json.")]) -> None:
+    """Print an equations.json as text, one term a line; git's diff.NAME.textconv."""
+    from mehvar.diff_drivers import textconv
+
+    typer.echo(textconv(file), nl=False)
+
+
+@app.command()
 def simulate(
     model: Annotated[str | None, typer.Argument(metavar="MODEL", help="A model or a generated folder.")] = None,
     controller: Annotated[str | None, typer.Option(metavar="C", help="The control law.")] = None,

@@ -32,6 +32,9 @@ class Quantity:
         How the paper writes it; SymPy's guess from the name when empty.
     positive : bool, optional
         SymPy may assume that the value is positive.
+    family, index : str and int, optional
+        For a quantity that exists once for each of several equal parts: what it is called without its number, and the
+        number. Comparisons use it to say "for every i".
     """
 
     name: str
@@ -39,6 +42,8 @@ class Quantity:
     description: str
     latex: str = ""
     positive: bool = False
+    family: str = field(default="", kw_only=True)
+    index: int = field(default=0, kw_only=True)
 
     @functools.cached_property
     def symbol(self) -> sp.Symbol:

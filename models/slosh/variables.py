@@ -42,26 +42,34 @@ velocity = sp.Matrix([q.symbol for q in VELOCITY])
 rate = sp.Matrix([q.symbol for q in RATE])
 
 
+def _member(family: str, k: int, quantity: Quantity) -> Quantity:
+    return dataclasses.replace(quantity, family=family, index=k)
+
+
 def angle_quantities(k: int) -> tuple[Quantity, Quantity]:
     """Return the angles of pendulum k."""
     return (
-        Quantity(f"phi{k}", "rad", f"angle of pendulum {k} from -x", rf"\varphi_{k}"),
-        Quantity(f"theta{k}", "rad", f"azimuth of pendulum {k}, from z towards y", rf"\theta_{k}"),
+        _member("phi", k, Quantity(f"phi{k}", "rad", f"angle of pendulum {k} from -x", rf"\varphi_{k}")),
+        _member("theta", k, Quantity(f"theta{k}", "rad", f"azimuth of pendulum {k}, from z towards y", rf"\theta_{k}")),
     )
 
 
 def angle_rate_quantities(k: int) -> tuple[Quantity, Quantity]:
     """Return the angle rates of pendulum k."""
     return (
-        Quantity(f"phi{k}_dot", "rad/s", f"rate of phi{k}", rf"\dot\varphi_{k}"),
-        Quantity(f"theta{k}_dot", "rad/s", f"rate of theta{k}", rf"\dot\theta_{k}"),
+        _member("phi_dot", k, Quantity(f"phi{k}_dot", "rad/s", f"rate of phi{k}", rf"\dot\varphi_{k}")),
+        _member("theta_dot", k, Quantity(f"theta{k}_dot", "rad/s", f"rate of theta{k}", rf"\dot\theta_{k}")),
     )
 
 
 def direction_quantities(k: int) -> tuple[Quantity, ...]:
     """Return the unit vector from the pivot to bob k, in body axes."""
     return tuple(
-        Quantity(f"s{k}{axis}", "1", f"direction of bob {k} from its pivot, body {axis}", f"s_{{{k}{axis}}}")
+        _member(
+            f"s{axis}",
+            k,
+            Quantity(f"s{k}{axis}", "1", f"direction of bob {k} from its pivot, body {axis}", f"s_{{{k}{axis}}}"),
+        )
         for axis in "xyz"
     )
 
@@ -69,7 +77,11 @@ def direction_quantities(k: int) -> tuple[Quantity, ...]:
 def arm_rate_quantities(k: int) -> tuple[Quantity, ...]:
     """Return the inertial rate of that direction, in body axes."""
     return tuple(
-        Quantity(f"sigma{k}{axis}", "1/s", f"inertial rate of s{k}, body {axis}", rf"\sigma_{{{k}{axis}}}")
+        _member(
+            f"sigma{axis}",
+            k,
+            Quantity(f"sigma{k}{axis}", "1/s", f"inertial rate of s{k}, body {axis}", rf"\sigma_{{{k}{axis}}}"),
+        )
         for axis in "xyz"
     )
 
@@ -100,7 +112,8 @@ def pendulum_parameters(k: int, like: Group) -> tuple[Parameter, ...]:
     found = []
     for q in like:
         if isinstance(q, Parameter):
-            found.append(renumbered(q, model, k))
+            family = q.name.replace(str(model), "")
+            found.append(dataclasses.replace(renumbered(q, model, k), family=family, index=k))
     return tuple(found)
 
 

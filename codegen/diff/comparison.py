@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compare two documents: a verdict on every row, and what was edited in those whose own text changed."""
+
+from __future__ import annotations
+
+from codegen.diff.document import Document
+from codegen.diff.equality import Decision
+from codegen.diff.explain import Explainer
+from codegen.diff.groups import groups
+from codegen.diff.implicit import recombined, scale
+from codegen.diff.parameters import parameter_changes
+from codegen.diff.report import Comparison, Equation, Verdict
+from codegen.diff.versions import Item, Key, Versions
+
+_EQUAL = frozenset((Verdict.SAME, Verdict.REARRANGED, Verdict.RENAMED, Verdict.SCALED))
+_INHERITING, _OWN = 8, 64
+"""Real points for a row whose own text means the same, and for one whose text does not."""
+_UNEQUAL = frozenset((Verdict.CHANGED, Verdict.INHERITED, Verdict.UNDECIDED))
+
+
+def compare(old: Document, new: Document) -> Comparison:
+    """Compare the equations of two versions of a model.
+
+    Parameters
+    ----------
+    old, new : Document
+        As read by `Document.read`; with a manifest, numbers are compared too.
+
+    Returns
+    -------
+    Comparison
+        A verdict on every definition, shown equation and result.
+    """
+    found = _Verdicts(Versions(old, new))
+    structure = sorted({*old.structure, *new.structure})
+    return Comparison(
+        new.model,
+        found.equations(),
+        parameter_changes(old, new, found.versions.renamed),
+        groups(found.versions, found.equations()),
+        tuple(
+            (name, old.structure.get(name, ""), new.structure.get(name, ""))
+            for name in structure
+            if old.structure.get(name) != new.structure.get(name)
+        ),
+        old.nodes,
+        new.nodes,
+        tuple(old.latex.items()),
+        tuple(new.latex.items()),
+    )
+
+
+class _Verdicts:
+    """Judges rows in order, so that what a text uses is judged before it."""
+
+    def __init__(self, versions: Versions) -> None:
+        self.versions = versions
+        self.verdict: dict[Key, tuple[Verdict, Decision]] = {}
+        self.sources: dict[Key, dict[Key, None]] = {}
+        """For a row whose value differs: the rows where that comes from."""
+        self.names = {item.key: item.name for item in versions.news}
+        for item in versions.news:
+            partner = versions.partner.get(item.key)
+            if partner is None:
+                self.verdict[item.key] = (Verdict.ADDED, Decision(None, "no such equation before"))
+            else:
+                self.verdict[item.key] = self._judge(partner, item)
+        if not any(found[0] in _UNEQUAL for found in self.verdict.values()):
+            return
+        self._recombined()
+
+    # One row
+
+    def _judge(self, old: Item, new: Item) -> tuple[Verdict, Decision]:
+        versions = self.versions
+        children = versions.children(new)
+        unequal = [child for child in children if self._differs(child)]
+        text = self._same_text(old, new)
+        if text and not unequal:
+            how = "node identity" if all(self._identical(child) for child in children) else "same text over equal names"
+            return self._equal(old, new, Verdict.SAME), Decision(True, how)
+        local = Decision(True, "node identity") if text else self._local(old, new)
+        if local.equal and not unequal:
+            return self._equal(old, new, Verdict.REARRANGED), local
+        whole = self._whole(old, new, local, unequal)
+        if whole.equal:
+            return self._equal(old, new, Verdict.SAME if text else Verdict.REARRANGED), whole
+        if local.equal:
+            self.sources[new.key] = {key: None for child in unequal for key in self.sources.get(child.key, {})}
+            undecided = whole.equal is None and any(self.verdict[c.key][0] is Verdict.UNDECIDED for c in unequal)
+            return (Verdict.UNDECIDED if undecided else Verdict.INHERITED), whole
+        self.sources[new.key] = {new.key: None}
+        if new.row.implicit:
+            scaled = scale(versions, old, new)
+            if scaled:
+                del self.sources[new.key]
+                return Verdict.SCALED, Decision(True, scaled)
+        if local.equal is None or whole.equal is None:
+            return Verdict.UNDECIDED, local if local.equal is None else whole
+        return Verdict.CHANGED, whole
+
+    def _local(self, old: Item, new: Item) -> Decision:
+        """Compare the new text with the old one over the same children."""
+        versions = self.versions
+        pair = (versions.before, old.root), (versions.across, new.root)
+        in_field = versions.judge.same_in_field(*pair)
+        if not in_field:
+            free = versions.judge.same_in_field((versions.free_old, old.root), (versions.free_new, new.root))
+            if free:
+                return Decision(True, versions.judge.how)
+        return versions.judge.decide(*pair)
+
+    def _whole(self, old: Item, new: Item, local: Decision, unequal: list[Item]) -> Decision:
+        """Compare the values themselves, where children differ."""
+        if not unequal:
+            return local
+        pair = (self.versions.before, old.root), (self.versions.after, new.root)
+        return self.versions.judge.decide(*pair, points=_INHERITING if local.equal else _OWN)
+
+    def _same_text(self, old: Item, new: Item) -> bool:
+        versions = self.versions
+        if old.root == new.root:
+            return all(
+                versions.partner[child.key].name == child.name
+                for child in versions.children(new)
+                if child.key in versions.partner
+            ) and not any(child.key not in versions.partner for child in versions.children(new))
+        return False
+
+    def _equal(self, old: Item, new: Item, verdict: Verdict) -> Verdict:
+        return Verdict.RENAMED if old.name != new.name and new.row.named else verdict
+
+    def _identical(self, item: Item) -> bool:
+        return self.verdict[item.key][1].how == "node identity"
+
+    def _differs(self, item: Item) -> bool:
+        return self.verdict[item.key][0] in _UNEQUAL
+
+    def _recombined(self) -> None:
+        """Implicit equations that were combined with each other mean the same motion."""
+        motions = [item for item in self.versions.news if item.row.kind == "motion"]
+        if any(self._differs(item) for item in motions) and recombined(self.versions):
+            for item in motions:
+                if self._differs(item):
+                    self.sources.pop(item.key, None)
+                    self.verdict[item.key] = (Verdict.SCALED, Decision(True, "recombined: the same accelerations"))
+
+    # The report
+
+    def equations(self) -> tuple[Equation, ...]:
+        """Return every row of either side, in the order of the new side."""
+        if not hasattr(self, "_equations"):
+            explainer = Explainer(self.versions)
+            users = self._users()
+            mattering = self._mattering()
+            self._equations = tuple(
+                self._equation(item, explainer, users, mattering) for item in self.versions.news
+            ) + tuple(self._removed(item) for item in self.versions.gone)
+        return self._equations
+
+    def _users(self) -> dict[Key, list[str]]:
+        users: dict[Key, list[str]] = {}
+        for item in self.versions.news:
+            if self.verdict[item.key][0] in (Verdict.INHERITED, Verdict.UNDECIDED):
+                for source in self.sources.get(item.key, {}):
+                    if source != item.key:
+                        users.setdefault(source, []).append(item.name)
+        return users
+
+    def _mattering(self) -> set[Key]:
+        """Return the definitions that some equation or result with another value depends on, or that nothing uses."""
+        versions = self.versions
+        used = {child.key for item in versions.news for child in versions.children(item)}
+        found: set[Key] = set()
+        for item in reversed(versions.news):
+            if not self._differs(item):
+                continue
+            if not item.row.named or item.key in found or item.key not in used:
+                found.add(item.key)
+                found |= {child.key for child in versions.children(item) if self._differs(child)}
+        return found
+
+    def _equation(self, item: Item, explainer: Explainer, users: dict[Key, list[str]], mattering: set[Key]) -> Equation:
+        versions, row = self.versions, item.row
+        partner = versions.partner.get(item.key)
+        verdict, decision = self.verdict[item.key]
+        told = explainer.explain(partner, item, decision) if partner and verdict is Verdict.CHANGED else None
+        return Equation(
+            name=row.name,
+            old_name=partner.row.name if partner else "",
+            kind=row.kind,
+            section=row.section,
+            number=row.number,
+            title=row.title,
+            unit=row.unit,
+            latex=row.latex,
+            verdict=verdict,
+            how=decision.how,
+            matters=item.key in mattering or (verdict is Verdict.ADDED and not row.named),
+            edits=told.edits if told else (),
+            replayed=told.replayed if told else False,
+            counterexample=told.counterexample if told else None,
+            via=tuple(self.names[k] for k in self.sources.get(item.key, {}) if k != item.key),
+            users=tuple(dict.fromkeys(users.get(item.key, ()))),
+            old_node=partner.row.node if partner else None,
+            new_node=row.node,
+        )
+
+    def _removed(self, item: Item) -> Equation:
+        row = item.row
+        return Equation(
+            row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex, Verdict.REMOVED,
+            "no such equation any more", matters=not row.named, old_node=row.node,
+        )  # fmt: skip

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Edits of a changed row in words, tested by making them, and a point of simple numbers where both sides differ."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from codegen.diff.equality import Decision, Expression, Worlds, shown
+from codegen.diff.report import Counterexample, Edit, Kind, Part, Path
+from codegen.diff.terms import Account, Change, replaced
+from codegen.diff.versions import Item, Versions
+from codegen.diff.worlds import FieldWorld
+from codegen.formula import Names, Printer, rank_of
+
+_POINTS = 2
+_TRIED = 40
+_LARGEST_CONE = 400
+
+
+@dataclass(frozen=True)
+class Told:
+    """What can be said of a change."""
+
+    edits: tuple[Edit, ...]
+    replayed: bool
+    counterexample: Counterexample | None
+
+
+class Explainer:
+    """Explains changed rows of two versions."""
+
+    def __init__(self, versions: Versions) -> None:
+        self.versions = versions
+        self.judge = versions.judge
+        names = _names(versions)
+        self._text = Printer(versions.pool.nodes, names)
+        self._latex = Printer(versions.pool.nodes, names, latex=True)
+
+    def explain(self, old: Item, new: Item, decision: Decision) -> Told:
+        """Return the edits that turn the old text into the new one, over the same children."""
+        versions = self.versions
+        before, across = (versions.before, old.root), (versions.across, new.root)
+        changes, replayed = self.account(before, across)
+        return Told(
+            tuple(self._edit(change, old.root, new.root) for change in changes),
+            replayed,
+            self._counterexample(before, across),
+        )
+
+    def account(self, old: Expression, new: Expression) -> tuple[list[Change], bool]:
+        """Return edits, and whether making them gives the new expression."""
+        pool = self.versions.pool
+        olds, news = self._worlds(old, new)
+        changes = Account(pool, olds, news).explain(old[1], new[1])
+        made = replaced(pool, old[1], changes)
+        return changes, bool(self.judge.decide((old[0], made), new).equal)
+
+    def _worlds(self, old: Expression, new: Expression) -> tuple[list[FieldWorld], list[FieldWorld]]:
+        """Return worlds at points where both sides have values."""
+        pairs = [(self.versions.before, self.versions.across), (self.versions.free_old, self.versions.free_new)]
+        if old[0] is not self.versions.before:
+            pairs = [(old[0], new[0])]
+        for first, second in pairs:
+            found = []
+            for number in range(_TRIED):
+                worlds = self.judge.point(number)
+                if worlds[first].defined(old[1]) is not None and worlds[second].defined(new[1]) is not None:
+                    found.append((worlds[first], worlds[second]))
+                if len(found) == _POINTS:
+                    return [a for a, _ in found], [b for _, b in found]
+        worlds = self.judge.point(0)
+        return [worlds[pairs[-1][0]]], [worlds[pairs[-1][1]]]
+
+    # Words
+
+    def _edit(self, change: Change, old: int, new: int) -> Edit:
+        return Edit(
+            change.kind,
+            tuple(dict.fromkeys(self._text.text(node) for node in self._way(old, change))),
+            self._part(change.old, (change.path,) if change.old is not None else ()),
+            self._part(change.new, tuple(self._places(new, change.new))),
+            re.sub(r"\{(\d+)\}", lambda found: self._text.text(int(found[1])), change.says),
+        )
+
+    def _part(self, node: int | None, places: tuple[Path, ...]) -> Part | None:
+        return None if node is None else Part(self._text.text(node), self._latex.text(node), places)
+
+    def _way(self, root: int, change: Change) -> Iterator[int]:
+        """Yield the terms that contain the edited part, from outside to inside, and the part itself."""
+        pool, node = self.versions.pool, root
+        for k in change.path:
+            parent, node = node, int(pool.nodes[node][1 + k])
+            if pool.nodes[parent][0] == "add":
+                yield node
+        if change.path and change.kind is not Kind.TERM_ADDED:
+            yield node
+
+    def _places(self, root: int, wanted: int | None) -> Iterator[Path]:
+        """Yield where a part stands in the new expression as written."""
+        if wanted is None:
+            return
+        stack: list[tuple[int, Path]] = [(root, ())]
+        visited = 0
+        while stack and visited < 20_000:
+            node, path = stack.pop()
+            visited += 1
+            if node == wanted:
+                yield path
+                continue
+            operands = self.versions.pool.nodes[node][1:]
+            stack += [(o, (*path, k)) for k, o in enumerate(operands) if isinstance(o, int)]
+
+    # Counterexample
+
+    def _counterexample(self, old: Expression, new: Expression) -> Counterexample | None:
+        """Return a point of simple numbers where both sides differ."""
+        worlds = next((w for w in self.judge.real_points([old, new], 40) if self.judge.differ(w, old, new)), None)
+        if worlds is None:
+            return None
+        point = {name: self._coordinate(worlds, name) for name in {*old[0].free(old[1]), *new[0].free(new[1])}}
+        if len(old[0].cone(old[1])) + len(new[0].cone(new[1])) <= _LARGEST_CONE:
+            point = self._simplified(point, old, new)
+            worlds = self.judge.real(point)
+        values = [shown(worlds[meaning].value(root)) for meaning, root in (old, new)]
+        named = tuple((name, _written(value)) for name, value in sorted(point.items()) if value)
+        return Counterexample(named, *values)
+
+    @staticmethod
+    def _coordinate(worlds: Worlds, name: str) -> Fraction:
+        return next(iter(worlds)).point[name]  # type: ignore[no-any-return]
+
+    def _simplified(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> dict[str, Fraction]:
+        simple = dict(point)
+        for name in sorted(point):
+            for value in self._candidates(name, simple[name]):
+                trial = {**simple, name: value}
+                if self._visible(trial, old, new):
+                    simple = trial
+                    break
+        return simple
+
+    def _visible(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
+        worlds = self.judge.real(point)
+        a, b = worlds[old[0]].defined(old[1]), worlds[new[0]].defined(new[1])
+        if a is None or b is None or isinstance(a, bool | tuple):
+            return False
+        return bool(abs(a - b) > 1e-4 * (abs(a) + abs(b)) and self.judge.differ(worlds, old, new))
+
+    def _candidates(self, name: str, value: Fraction) -> Iterator[Fraction]:
+        low, high, default = self.judge.sampler.names.get(name, (None, None, None))
+        positive = self.judge.positive(name)
+        rounded = Fraction(f"{float(value):.2g}")
+        for candidate in (Fraction(0), Fraction(1), Fraction(1, 2), default, rounded):
+            inside = candidate is not None and (low is None or low <= candidate) and (high is None or candidate <= high)
+            if candidate is not None and inside and (candidate > 0 or not positive):
+                yield candidate
+
+
+def _written(value: Fraction) -> str:
+    return f"{float(value):.6g}" if value.denominator > 1000 or value.denominator == 1 else str(value)
+
+
+def _names(versions: Versions) -> Names:
+    latex: dict[str, str] = {}
+    rank: dict[str, int] = {}
+    for document in (versions.new, versions.old):
+        latex |= document.latex
+        rank |= {symbol.name: rank_of(symbol.role) for symbol in document.symbols}
+        rank |= dict.fromkeys(document.named, rank_of("definition"))
+    return Names(latex, rank)

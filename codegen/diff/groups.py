@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rows that tell one story: the same edit for every member of a family, a convention whose users compensate."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from codegen.diff.report import Equation, Group, Verdict
+from codegen.diff.versions import Versions
+
+
+def groups(versions: Versions, equations: tuple[Equation, ...]) -> tuple[Group, ...]:
+    """Return the groups among judged rows."""
+    return (*_families(versions, equations), *_conventions(versions, equations), *_recombined(equations))
+
+
+def _families(versions: Versions, equations: tuple[Equation, ...]) -> list[Group]:
+    indexed = _indexed(versions)
+    stories: dict[tuple[str, ...], list[Equation]] = {}
+    for equation in equations:
+        if equation.verdict not in (Verdict.CHANGED, Verdict.ADDED, Verdict.REMOVED) or not equation.title:
+            continue
+        told = [f"{edit.kind} {' > '.join(edit.path)} {edit.says}" for edit in equation.edits]
+        story = tuple(_generic(text, indexed) for text in (equation.verdict, equation.kind, equation.name, *told))
+        stories.setdefault(story, []).append(equation)
+    found = []
+    for (_, _, name, *_), members in stories.items():
+        names = tuple(dict.fromkeys(equation.name for equation in members))
+        if len(names) > 1 and "_i" in name:
+            says = "; ".join(_generic(edit.says, indexed) for edit in members[0].edits) or members[0].verdict.value
+            found.append(Group("family", f"for every i: {says}", names))
+    return found
+
+
+def _indexed(versions: Versions) -> Mapping[str, str]:
+    """Return the generic names of what exists once for each member of a family."""
+    found: dict[str, str] = {}
+    for document in (versions.old, versions.new):
+        found |= {symbol.name: f"{symbol.family}_i" for symbol in document.symbols if symbol.family}
+        found |= {row.name: f"{row.family}_i" for row in document.definitions if row.family}
+    return found
+
+
+def _generic(text: str, indexed: Mapping[str, str]) -> str:
+    return re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda word: indexed.get(word[0], word[0]), text)
+
+
+def _conventions(versions: Versions, equations: tuple[Equation, ...]) -> list[Group]:
+    """Return definitions that changed while what uses them is equal."""
+    uses = {item.name: [child.name for child in versions.children(item)] for item in versions.news}
+    found = []
+    for equation in equations:
+        if equation.verdict is not Verdict.CHANGED or equation.matters:
+            continue
+        users = tuple(
+            other.name
+            for other in equations
+            if other.verdict is Verdict.REARRANGED and equation.name in uses.get(other.name, ())
+        )
+        what = "sign" if len(equation.edits) == 1 and equation.edits[0].kind == "sign" else "convention"
+        says = f"the {what} of {equation.name} changed; {', '.join(users) or 'its users'} compensate"
+        found.append(Group("convention", says, (equation.name, *users)))
+    return found
+
+
+def _recombined(equations: tuple[Equation, ...]) -> list[Group]:
+    names = tuple(equation.name for equation in equations if equation.how.startswith("recombined"))
+    return (
+        [Group("recombined", "equations of motion were combined; the accelerations are equal", names)] if names else []
+    )

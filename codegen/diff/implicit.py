@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Equations 0 = ..., of which only the zeros count: multiples of each other, and systems that were recombined."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from codegen.diff import field
+from codegen.diff.equality import Meaning
+from codegen.diff.field import Element, Undefined
+from codegen.diff.terms import Values, rational
+from codegen.diff.versions import Item, Versions
+
+_POINTS = 3
+
+
+def scale(versions: Versions, old: Item, new: Item) -> str:
+    """Return by what an implicit equation was multiplied, in words; empty if it was not.
+
+    A number, or a power of a positive name times a number, never makes more zeros.
+    """
+    before = versions.judge.values(versions.before, old.root)
+    after = versions.judge.values(versions.across, new.root)
+    if None in (*before, *after) or 0 in before:
+        return ""
+    ratio = tuple(field.mul(b, field.inverse(a)) for a, b in zip(before, after, strict=True))
+    number = rational(ratio)
+    if number:
+        return f"multiplied by {number}"
+    for name in versions.before.free(old.root):
+        if not versions.judge.positive(name):
+            continue
+        values: Values = versions.judge.values(versions.before, versions.pool.intern("sym", name))
+        for exponent in (1, -1, 2, -2):
+            power = tuple(field.power(v, exponent) for v in values)
+            number = rational(tuple(field.mul(r, field.inverse(p)) for r, p in zip(ratio, power, strict=True)))
+            if number:
+                factor = name if exponent == 1 else f"{name}^{exponent}"
+                return f"multiplied by {factor}" if number == 1 else f"multiplied by {number} {factor}"
+    return ""
+
+
+def recombined(versions: Versions) -> bool:
+    """Whether the equations of motion of both sides have the same solution for the rates, tested in the field."""
+    rates = sorted(versions.new.rates.values())
+    olds = [item.root for item in versions.olds if item.row.kind == "motion"]
+    news = [item.root for item in versions.news if item.row.kind == "motion"]
+    if versions.old.rates != versions.new.rates or len(olds) != len(news) or len(news) != len(rates):
+        return False
+    try:
+        return all(
+            _solution(versions, versions.before, olds, rates, k) == _solution(versions, versions.after, news, rates, k)
+            for k in range(_POINTS)
+        )
+    except Undefined:
+        return False
+
+
+def _solution(
+    versions: Versions, meaning: Meaning, roots: Sequence[int], rates: Sequence[str], number: int
+) -> list[Element]:
+    """Solve the equations, which are affine in the rates, at one point."""
+    zero: Mapping[str, Element] = dict.fromkeys(rates, 0)
+    start = _residual(versions, meaning, roots, zero, number)
+    columns = [
+        [
+            field.sub(v, s)
+            for v, s in zip(_residual(versions, meaning, roots, {**zero, rate: 1}, number), start, strict=True)
+        ]
+        for rate in rates
+    ]
+    rows = [[*(column[k] for column in columns), field.sub(0, start[k])] for k in range(len(roots))]
+    return _solved(rows)
+
+
+def _residual(
+    versions: Versions, meaning: Meaning, roots: Sequence[int], rates: Mapping[str, Element], number: int
+) -> list[Element]:
+    world = versions.judge.at(number, fixed=rates)[meaning]
+    return [world.value(root) for root in roots]
+
+
+def _solved(rows: list[list[Element]]) -> list[Element]:
+    """Return the solution of a linear system, each row with its right side last."""
+    size = len(rows)
+    for k in range(size):
+        pivot = next((i for i in range(k, size) if rows[i][k] != 0), None)
+        if pivot is None:
+            raise Undefined("singular")
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        factor = field.inverse(rows[k][k])
+        rows[k] = [field.mul(factor, v) for v in rows[k]]
+        for i in range(size):
+            if i != k and rows[i][k] != 0:
+                lead = rows[i][k]
+                rows[i] = [field.sub(a, field.mul(lead, b)) for a, b in zip(rows[i], rows[k], strict=True)]
+    return [row[-1] for row in rows]

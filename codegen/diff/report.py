@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The result of a comparison, as plain frozen values that a page, a terminal and a test read alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import Any
+
+SCHEMA = 1
+Path = tuple[int, ...]
+"""Positions of operands on the way from the root of an expression to a part of it."""
+
+
+class Verdict(StrEnum):
+    """What became of an equation.
+
+    `SAME`: the same text. `REARRANGED`: other text, equal value. `RENAMED`: equal value under another name. `SCALED`:
+    an equation `0 = ...` was multiplied by something that is not zero. `CHANGED`: its own text means something else.
+    `INHERITED`: its value differs only because something it uses has changed. `ADDED`, `REMOVED`: on one side only.
+    `UNDECIDED`: neither equality nor a difference could be shown; never counts as the same.
+    """
+
+    SAME = "same"
+    REARRANGED = "rearranged"
+    RENAMED = "renamed"
+    SCALED = "scaled"
+    CHANGED = "changed"
+    INHERITED = "inherited"
+    ADDED = "added"
+    REMOVED = "removed"
+    UNDECIDED = "undecided"
+
+
+class Kind(StrEnum):
+    """What an edit does to a term."""
+
+    SIGN = "sign"
+    COEFFICIENT = "coefficient"
+    FACTOR = "factor"
+    EXPONENT = "exponent"
+    SYMBOL = "symbol"
+    FUNCTION = "function"
+    TERM_ADDED = "term added"
+    TERM_REMOVED = "term removed"
+    REWRITTEN = "rewritten"
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of an expression, as it is shown.
+
+    Attributes
+    ----------
+    text, latex : str
+        The part as plain text and as LaTeX.
+    places : tuple of Path
+        Where it stands in the expression on its own side, for marking; empty if it does not occur there as written.
+    """
+
+    text: str
+    latex: str
+    places: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True)
+class Edit:
+    """One change inside an expression.
+
+    Attributes
+    ----------
+    kind : Kind
+        What it does.
+    path : tuple of str
+        Where: the term, then the factor, from outside to inside, as plain text of the old side.
+    old, new : Part or None
+        What stood there and what stands there; None for a term that was added or removed.
+    says : str
+        The edit in words, such as "sign flipped: + became -".
+    """
+
+    kind: Kind
+    path: tuple[str, ...]
+    old: Part | None
+    new: Part | None
+    says: str
+
+
+@dataclass(frozen=True)
+class Counterexample:
+    """A point where old and new differ.
+
+    Attributes
+    ----------
+    at : tuple of (str, str)
+        Names and exact values; every name that is not listed is zero or does not matter.
+    old, new : str
+        Both values there, to six digits.
+    """
+
+    at: tuple[tuple[str, str], ...]
+    old: str
+    new: str
+
+
+@dataclass(frozen=True)
+class Equation:
+    """What became of one definition, shown equation or result.
+
+    Attributes
+    ----------
+    name : str
+        Its name on the new side; on the old side if it was removed.
+    old_name : str
+        Its name on the old side; empty if it was added.
+    kind : str
+        "definition", "equation", or the kind of a result: "rhs", "output", "law", ...
+    section, number, title, unit, latex : str
+        As in the model; `latex` is its left side.
+    verdict : Verdict
+        What became of it.
+    how : str
+        How that is known: "node identity", "3 points of a 154-bit field, seed 5", "64 points", "50 digits", ...
+    matters : bool
+        Whether the physics differs. False for a definition that came, went or changed while every equation and result
+        that uses it is equal: a name or a convention, no physics.
+    edits : tuple of Edit
+        For a source of change: what was edited, term by term.
+    replayed : bool
+        Whether these edits, applied to the old side, were tested to give the new side.
+    counterexample : Counterexample or None
+        Where both sides differ.
+    via : tuple of str
+        For an inherited change: the names of its sources.
+    users : tuple of str
+        For a source: the names that inherit its change.
+    old_node, new_node : int or None
+        Its expression: numbers of nodes in `Comparison.old_nodes` and `Comparison.new_nodes`.
+    """
+
+    name: str
+    old_name: str
+    kind: str
+    section: str
+    number: str
+    title: str
+    unit: str
+    latex: str
+    verdict: Verdict
+    how: str
+    matters: bool = False
+    edits: tuple[Edit, ...] = ()
+    replayed: bool = False
+    counterexample: Counterexample | None = None
+    via: tuple[str, ...] = ()
+    users: tuple[str, ...] = ()
+    old_node: int | None = None
+    new_node: int | None = None
+
+
+@dataclass(frozen=True)
+class Group:
+    """Several equations that tell one story.
+
+    Attributes
+    ----------
+    kind : str
+        "family": the same edit for every member of a family. "convention": a definition changed and its users
+        compensate. "recombined": implicit equations differ one by one, but have the same solution.
+    says : str
+        The story in one line.
+    names : tuple of str
+        The equations it is about, sources first.
+    """
+
+    kind: str
+    says: str
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ParameterChange:
+    """A difference in the names of a model, or in the numbers of its manifest.
+
+    Attributes
+    ----------
+    name : str
+        The parameter, state or input; "law.name" for a parameter of a law, "scenario NAME.name" for its values.
+    role : str
+        "state", "input", "parameter", "law ...", "scenario", ...
+    what : str
+        "value", "unit", "bounds", "source", "sign", "added", "removed" or "renamed".
+    old, new : str
+        Before and after; empty where there is nothing.
+    """
+
+    name: str
+    role: str
+    what: str
+    old: str
+    new: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What changed between two versions of a model's equations.
+
+    Attributes
+    ----------
+    model : str
+        Its name.
+    equations : tuple of Equation
+        Every definition, shown equation and result of either side, in the order of the new side.
+    parameters : tuple of ParameterChange
+        Names, units, bounds, sources and numbers that differ.
+    groups : tuple of Group
+        Equations that belong together.
+    structure : tuple of (str, str, str)
+        Structural choices that differ: name, old and new value.
+    old_nodes, new_nodes : tuple
+        Expression graphs that the nodes of `equations` refer to, as in equations.json.
+    old_latex, new_latex : tuple of (str, str)
+        LaTeX names of the symbols of either side.
+    """
+
+    model: str
+    equations: tuple[Equation, ...]
+    parameters: tuple[ParameterChange, ...] = ()
+    groups: tuple[Group, ...] = ()
+    structure: tuple[tuple[str, str, str], ...] = ()
+    old_nodes: tuple[tuple[Any, ...], ...] = ()
+    new_nodes: tuple[tuple[Any, ...], ...] = ()
+    old_latex: tuple[tuple[str, str], ...] = ()
+    new_latex: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def sources(self) -> tuple[Equation, ...]:
+        """The equations whose own text means something else: where changes come from."""
+        return self.of(Verdict.CHANGED)
+
+    @property
+    def changed(self) -> tuple[Equation, ...]:
+        """What has another value, by itself or through what it uses, or may have one."""
+        found = self.of(Verdict.CHANGED, Verdict.INHERITED, Verdict.UNDECIDED)
+        return tuple(equation for equation in found if equation.matters)
+
+    @property
+    def added(self) -> tuple[Equation, ...]:
+        """What only the new side has."""
+        return self.of(Verdict.ADDED)
+
+    @property
+    def removed(self) -> tuple[Equation, ...]:
+        """What only the old side has."""
+        return self.of(Verdict.REMOVED)
+
+    @property
+    def equivalent(self) -> tuple[Equation, ...]:
+        """What is written or called differently and means the same."""
+        return self.of(Verdict.REARRANGED, Verdict.RENAMED, Verdict.SCALED)
+
+    @property
+    def differs(self) -> bool:
+        """Whether the physics differs, or may: also by a parameter or a structural choice."""
+        return bool(self.parameters or self.structure) or any(equation.matters for equation in self.equations)
+
+    def of(self, *verdicts: Verdict) -> tuple[Equation, ...]:
+        """Return the equations with one of these verdicts."""
+        return tuple(equation for equation in self if equation.verdict in verdicts)
+
+    def counts(self) -> dict[str, int]:
+        """Count the equations by verdict."""
+        return {verdict.value: len(self.of(verdict)) for verdict in Verdict}
+
+    def __iter__(self) -> Iterator[Equation]:
+        return iter(self.equations)
+
+    def __getitem__(self, name: str) -> Equation:
+        """Return the first equation with this name.
+
+        Raises
+        ------
+        KeyError
+            If there is none.
+        """
+        for equation in self.equations:
+            if equation.name == name:
+                return equation
+        raise KeyError(name)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all of it but the graphs as plain lists, dicts and strings."""
+        graphs = ("old_nodes", "new_nodes", "old_latex", "new_latex")
+        plain = {key: value for key, value in asdict(self).items() if key not in graphs}
+        return {"schema": SCHEMA, "differs": self.differs, "counts": self.counts(), **plain}

@@ -1,0 +1,511 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What was edited in an expression, term by term.
+
+The value that a part would need for the whole to equal the new one is pushed down the old expression: in sums and
+products one subtraction or division a part. Comparing it with the value that the part has says what was edited: minus
+one times it is a flipped sign, a symbol times it a factor, the value of another symbol a wrong name. How the new side
+is written does not matter. All values are elements of a finite field, so every comparison is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+from codegen.diff import field
+from codegen.diff.document import reached
+from codegen.diff.field import Element, Undefined
+from codegen.diff.report import Kind, Path
+from codegen.diff.worlds import FieldWorld, Pool
+
+Values = tuple[Element, ...]
+_SMALL = 10_000
+_FUNCTIONS = frozenset(("sin", "cos", "tan"))
+_CHEAP = 4.0
+_ROUNDS = 4
+_MOST = 40
+"""Leftover terms beyond which pairing them is given up."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """An edit as a replacement in the old expression.
+
+    Attributes
+    ----------
+    kind : Kind
+        What it does.
+    path : Path
+        The part of the old expression that is replaced; for an added term, the sum that it joins.
+    old, new : int or None
+        Nodes that are shown; `new` is added to the sum if the kind is `TERM_ADDED`.
+    with_ : int or None
+        What replaces the part; None if it is removed.
+    says : str
+        The edit in words.
+    cost : float
+        How far-fetched it is.
+    """
+
+    kind: Kind
+    path: Path
+    old: int | None
+    new: int | None
+    with_: int | None
+    says: str
+    cost: float
+
+
+class Account:
+    """Explains the difference between an old and a new expression.
+
+    Parameters
+    ----------
+    pool : Pool
+        Holds both.
+    olds, news : sequence of FieldWorld
+        The same points for the names of the old and of the new expression.
+    """
+
+    def __init__(self, pool: Pool, olds: Sequence[FieldWorld], news: Sequence[FieldWorld]) -> None:
+        self.pool = pool
+        self._olds, self._news = olds, news
+
+    def explain(self, old: int, new: int) -> list[Change]:
+        """Return edits that turn the old expression into the new one; empty if none were found."""
+        self._atoms = self._known_atoms(old, new)
+        self._parts = self._values_of(new)
+        return self._explain(old, new, (), _ROUNDS) or [self._rewritten(old, new, ())]
+
+    # Values
+
+    def old(self, node: int) -> Values | None:
+        """Return the values of an old expression."""
+        return _values(self._olds, node)
+
+    def new(self, node: int) -> Values | None:
+        """Return the values of a new expression."""
+        return _values(self._news, node)
+
+    def _values_of(self, new: int) -> dict[Values, int]:
+        found: dict[Values, int] = {}
+        for node in reached(self.pool.nodes, [new]):
+            values = self.new(node) if self._is_value(node) else None
+            if values is not None:
+                found.setdefault(values, node)
+        return found
+
+    def _known_atoms(self, old: int, new: int) -> dict[Values, int]:
+        """Return the symbols of both expressions, and sine and cosine of what has either, by value."""
+        found: dict[Values, int] = {}
+        for worlds, root in ((self._olds, old), (self._news, new)):
+            for node in reached(self.pool.nodes, [root]):
+                operation, *operands = self.pool.nodes[node]
+                nodes = [node] if operation == "sym" else []
+                if operation in _FUNCTIONS:
+                    nodes = [self.pool.intern(name, operands[0]) for name in ("sin", "cos", "tan")]
+                for atom in nodes:
+                    values = _values(worlds, atom)
+                    if values is not None:
+                        found.setdefault(values, atom)
+        return found
+
+    def _is_value(self, node: int) -> bool:
+        return self.pool.nodes[node][0] not in ("exprcondpair", "num")
+
+    # One edit
+
+    def _explain(self, old: int, new: int, path: Path, rounds: int) -> list[Change]:
+        required = self.new(new)
+        if old == new or (required is not None and self.old(old) == required):
+            return []
+        single = None
+        if required is not None and self.old(old) is not None:
+            single = min(self.walk(old, required, path), key=lambda c: (c.cost, len(c.path), c.says), default=None)
+            if single is not None and single.cost < _CHEAP:
+                return [single]
+        several = self._by_structure(old, new, path, rounds)
+        if single is not None and (not several or single.cost <= sum(change.cost for change in several)):
+            return [single]
+        return several
+
+    def walk(self, root: int, required: Values, path: Path) -> list[Change]:
+        """Return every single edit below a node that gives it the required values."""
+        found: list[Change] = []
+        seen: set[tuple[int, Values]] = set()
+        stack = [(root, required, path, True)]
+        while stack:
+            node, needed, place, term = stack.pop()
+            if (node, needed) in seen:
+                continue
+            seen.add((node, needed))
+            value = self.old(node)
+            if value is None or value == needed:
+                continue
+            depth = len(place) - len(path)
+            found += (
+                replace(change, cost=change.cost + 0.02 * depth + (0.3 if value in self._parts else 0))
+                for change in self._edits(node, value, needed, place, term, bool(depth))
+            )
+            stack += self._below(node, value, needed, place)
+        return found
+
+    def _below(self, node: int, value: Values, needed: Values, path: Path) -> Iterator[tuple[int, Values, Path, bool]]:
+        """Yield the operands of a node with the values they need, and whether they are terms."""
+        operation, *operands = self.pool.nodes[node]
+        for k, operand in enumerate(operands):
+            if not isinstance(operand, int):
+                continue
+            child = self.old(operand)
+            if child is None:
+                continue
+            if operation == "add":
+                yield operand, _each(field.add, child, _each(field.sub, needed, value)), (*path, k), True
+            elif operation == "mul" and 0 not in value:
+                ratio = _each(field.mul, needed, _inverse(value))
+                yield operand, _each(field.mul, child, ratio), (*path, k), self.pool.nodes[operand][0] == "add"
+            elif operation == "pow" and k == 0:
+                exponent = self.pool.constant(operands[1])
+                if exponent is not None and exponent.numerator in (1, -1) and 0 not in needed:
+                    power = 1 / exponent
+                    yield operand, tuple(field.power(n, int(power)) for n in needed), (*path, 0), True
+
+    def _edits(self, node: int, value: Values, needed: Values, path: Path, term: bool, inner: bool) -> Iterator[Change]:
+        operation, *operands = self.pool.nodes[node]
+        if term:
+            yield from self._term_edits(node, value, needed, path, inner)
+        yield from self._other_name(node, needed, path)
+        if operation == "num":
+            number = rational(needed)
+            if number is not None:
+                new = self.pool.number(number)
+                says = f"{operands[0]} became {number}"
+                yield Change(Kind.COEFFICIENT, path, node, new, new, says, 1.1)
+        if operation == "pow":
+            yield from self._exponents(node, operands, needed, path)
+        if operation == "add":
+            yield from self._added(node, value, needed, path)
+        if operation not in ("add", "mul", "num", "sym"):
+            yield from self._inside(node, needed, path)
+        if needed in self._parts:
+            new = self._parts[needed]
+            yield self._rewritten(node, new, path, 2.5 + 0.3 * self._size(node) + 0.1 * self._size(new))
+
+    def _term_edits(self, node: int, value: Values, needed: Values, path: Path, inner: bool) -> Iterator[Change]:
+        if not any(needed):
+            if inner:
+                yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", 1.0)
+            return
+        if 0 in value:
+            return
+        ratio = _each(field.mul, needed, _inverse(value))
+        number = rational(ratio)
+        coefficient = self._coefficient(node)
+        if number is not None:
+            new = self.pool.many("mul", [node, self.pool.number(number)])
+            if number == -1:
+                says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
+                yield Change(Kind.SIGN, path, node, new, new, says, 1.0)
+            else:
+                says = f"coefficient {coefficient} became {coefficient * number}"
+                yield Change(Kind.COEFFICIENT, path, node, new, new, says, 1.2)
+            return
+        yield from self._factors(node, ratio, path)
+
+    def _factors(self, node: int, ratio: Values, path: Path) -> Iterator[Change]:
+        for values, atom in self._atoms.items():
+            if 0 in values:
+                continue
+            for exponent in (1, -1, 2, -2):
+                power = tuple(field.power(v, exponent) for v in values)
+                number = rational(_each(field.mul, ratio, _inverse(power)))
+                if number is None:
+                    continue
+                factor = self.pool.power(atom, Fraction(exponent))
+                new = self._times(node, atom, exponent, number)
+                yield self._factor_change(node, new, atom, exponent, factor, number, path)
+
+    def _factor_change(
+        self, node: int, new: int, atom: int, exponent: int, factor: int, number: Fraction, path: Path
+    ) -> Change:
+        extra = 0.0 if number == 1 else 0.3 if number == -1 else 0.9
+        times = (
+            "" if number == 1 else " and the sign flipped" if number == -1 else f" and the coefficient times {number}"
+        )
+        before = self._exponent_of(node, atom)
+        if before is None:
+            return Change(Kind.FACTOR, path, node, new, new, f"factor {{{factor}}} gained{times}", 1.5 + extra)
+        after = before + exponent
+        if after == 0:
+            lost = self.pool.power(atom, before)
+            return Change(Kind.FACTOR, path, node, new, new, f"factor {{{lost}}} lost{times}", 1.3 + extra)
+        says = f"exponent of {{{atom}}}: {before} became {after}{times}"
+        return Change(Kind.EXPONENT, path, node, new, new, says, 1.3 + extra)
+
+    def _times(self, node: int, atom: int, exponent: int, number: Fraction) -> int:
+        """Return a term times number * atom^exponent, with powers of the atom collected."""
+        parts = list(self.pool.operands(node)) if self.pool.nodes[node][0] == "mul" else [node]
+        total = Fraction(exponent)
+        rest = []
+        for part in parts:
+            base, power = self._power(part)
+            if base == atom:
+                total += power
+            else:
+                rest.append(part)
+        return self.pool.many("mul", [*rest, self.pool.power(atom, total), self.pool.number(number)])
+
+    def _power(self, node: int) -> tuple[int, Fraction]:
+        operation, *operands = self.pool.nodes[node]
+        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
+        return (node, Fraction(1)) if exponent is None else (operands[0], exponent)
+
+    def _exponent_of(self, node: int, atom: int) -> Fraction | None:
+        parts = self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
+        return next((power for base, power in map(self._power, parts) if base == atom), None)
+
+    def _coefficient(self, node: int) -> Fraction:
+        parts = self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
+        return next((c for c in map(self.pool.constant, parts) if c is not None), Fraction(1))
+
+    def _other_name(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
+        atom = self._atoms.get(needed)
+        operation = self.pool.nodes[node][0]
+        if atom is None or operation not in ("sym", "sin", "cos", "tan"):
+            return
+        kind = Kind.FUNCTION if operation != "sym" else Kind.SYMBOL
+        further = 0.0 if operation == "sym" or self.pool.nodes[atom][1:] == self.pool.nodes[node][1:] else 1.5
+        yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.2 + further)
+
+    def _exponents(self, node: int, operands: Sequence[Any], needed: Values, path: Path) -> Iterator[Change]:
+        base, before = self.old(operands[0]), self.pool.constant(operands[1])
+        if base is None or before is None:
+            return
+        for after in (*map(Fraction, (2, 1, 3, -1, -2, 4, -3)), Fraction(1, 2), Fraction(-1, 2), Fraction(3, 2)):
+            try:
+                values = tuple(field.rational_power(b, after) for b in base)
+            except Undefined:
+                continue
+            if values == needed:
+                new = self.pool.power(operands[0], after)
+                says = f"exponent of {{{operands[0]}}}: {before} became {after}"
+                yield Change(Kind.EXPONENT, path, node, new, new, says, 1.2)
+
+    def _added(self, node: int, value: Values, needed: Values, path: Path) -> Iterator[Change]:
+        missing = _each(field.sub, needed, value)
+        for sign in (1, -1):
+            part = self._parts.get(missing if sign == 1 else tuple(field.sub(0, v) for v in missing))
+            if part is not None:
+                term = self.pool.many("mul", [part, self.pool.number(sign)])
+                yield Change(Kind.TERM_ADDED, path, None, term, term, "term added", 1.6 + 0.02 * self._size(part))
+        number = rational(missing)
+        if number is not None:
+            term = self.pool.number(number)
+            yield Change(Kind.TERM_ADDED, path, None, term, term, "term added", 1.9)
+
+    def _inside(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
+        """Try single edits in the operands of a function that has no inverse here."""
+        if self._size(node) > 60:
+            return
+        for change in self._mutations(node, path):
+            assert change.with_ is not None or change.kind is Kind.TERM_REMOVED
+            mutant = replaced(self.pool, node, [replace(change, path=change.path[len(path) :])])
+            if _values(self._olds, mutant) == needed:
+                yield change
+
+    def _mutations(self, root: int, path: Path) -> Iterator[Change]:
+        stack = [(root, path, False)]
+        while stack:
+            node, place, term = stack.pop()
+            operation, *operands = self.pool.nodes[node]
+            for k, operand in enumerate(operands):
+                if isinstance(operand, int):
+                    stack.append((operand, (*place, k), operation not in ("mul", "pow")))
+            if node != root:
+                yield from self._mutated(node, place, term, operation)
+
+    def _mutated(self, node: int, path: Path, term: bool, operation: str) -> Iterator[Change]:
+        if operation in ("exprcondpair", "const"):
+            return
+        if operation == "num":
+            value = Fraction(self.pool.nodes[node][1])
+            for number in dict.fromkeys((-value, 2 * value, value / 2, value + 1, value - 1)):
+                if number:
+                    new = self.pool.number(number)
+                    yield Change(Kind.COEFFICIENT, path, node, new, new, f"{value} became {number}", 1.7)
+        if term and operation != "num":
+            yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", 1.4)
+            for number in (Fraction(-1), Fraction(2), Fraction(1, 2)):
+                new = self.pool.many("mul", [node, self.pool.number(number)])
+                kind = Kind.SIGN if number == -1 else Kind.COEFFICIENT
+                coefficient = self._coefficient(node)
+                says = f"coefficient {coefficient} became {coefficient * number}"
+                if kind is Kind.SIGN:
+                    says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
+                yield Change(kind, path, node, new, new, says, 1.4)
+        if operation in ("sym", "sin", "cos", "tan"):
+            for atom in self._atoms.values():
+                if atom != node and (operation == "sym" or self.pool.nodes[atom][0] != "sym"):
+                    kind = Kind.SYMBOL if operation == "sym" else Kind.FUNCTION
+                    yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.6)
+
+    # Several edits
+
+    def _by_structure(self, old: int, new: int, path: Path, rounds: int) -> list[Change]:
+        operations = {self.pool.nodes[old][0], self.pool.nodes[new][0]}
+        if "add" in operations:
+            return self._terms(old, new, path, rounds)
+        if operations == {"mul"}:
+            return self._factors_of(old, new, path, rounds)
+        before, after = self.pool.operands(old), self.pool.operands(new)
+        if len(operations) != 1 or len(before) != len(after) or not before:
+            return []
+        order = self._aligned(old, before, after)
+        changes: list[Change] = []
+        for k, (a, b) in enumerate(zip(before, order, strict=True)):
+            if a != b:
+                found = self._explain(a, b, (*path, k), rounds)
+                if not found and self.old(a) != self.new(b):
+                    found = [self._rewritten(a, b, (*path, k))]
+                changes += found
+        return changes
+
+    def _aligned(self, node: int, before: Sequence[int], after: Sequence[int]) -> list[int]:
+        """Put the operands of a commutative function next to what they equal."""
+        if self.pool.nodes[node][0] not in ("max", "min", "and", "or"):
+            return list(after)
+        left = list(after)
+        order: list[int | None] = []
+        for a in before:
+            same = next((b for b in left if b == a or (self.old(a) is not None and self.old(a) == self.new(b))), None)
+            order.append(same)
+            if same is not None:
+                left.remove(same)
+        return [left.pop(0) if b is None else b for b in order]
+
+    def _terms(self, old: int, new: int, path: Path, rounds: int) -> list[Change]:
+        before, after = self._summands(old, path), [node for node, _ in self._summands(new, ())]
+        before, after = self._without_equal(before, after)
+        if len(before) == 1 and len(after) == 1:
+            (node, place), (other,) = before[0], after
+            if (node, other) == (old, new):
+                return []
+            return self._explain(node, other, place, rounds) or [self._rewritten(node, other, place)]
+        if len(before) > _MOST or len(after) > _MOST:
+            return []
+        return self._paired(before, after, path)
+
+    def _summands(self, node: int, path: Path) -> list[tuple[int, Path]]:
+        if self.pool.nodes[node][0] != "add":
+            return [(node, path)]
+        return [(operand, (*path, k)) for k, operand in enumerate(self.pool.operands(node))]
+
+    def _without_equal(
+        self, before: list[tuple[int, Path]], after: list[int]
+    ) -> tuple[list[tuple[int, Path]], list[int]]:
+        left, rest = list(after), []
+        for node, place in before:
+            value = self.old(node)
+            same = next((b for b in left if b == node or (value is not None and value == self.new(b))), None)
+            if same is None:
+                rest.append((node, place))
+            else:
+                left.remove(same)
+        return rest, left
+
+    def _paired(self, before: list[tuple[int, Path]], after: list[int], path: Path) -> list[Change]:
+        """Pair leftover terms by the cheapest edit; what stays alone was lost or added."""
+        options: list[tuple[float, int, int, Change]] = []
+        for i, (node, place) in enumerate(before):
+            for j, other in enumerate(after):
+                required = self.new(other)
+                if required is None:
+                    continue
+                change = min(self.walk(node, required, place), key=lambda c: c.cost, default=None)
+                if change is not None and change.cost < 2.4:
+                    options.append((change.cost, i, j, change))
+        changes = []
+        lost, gained = set(range(len(before))), set(range(len(after)))
+        for _, i, j, change in sorted(options, key=lambda option: option[:3]):
+            if i in lost and j in gained:
+                lost.remove(i)
+                gained.remove(j)
+                changes.append(change)
+        for i in sorted(lost):
+            node, place = before[i]
+            changes.append(Change(Kind.TERM_REMOVED, place, node, None, None, "term lost", 1.0))
+        for j in sorted(gained):
+            changes.append(Change(Kind.TERM_ADDED, path, None, after[j], after[j], "term added", 1.6))
+        return changes
+
+    def _factors_of(self, old: int, new: int, path: Path, rounds: int) -> list[Change]:
+        before = [(operand, (*path, k)) for k, operand in enumerate(self.pool.operands(old))]
+        before, after = self._without_equal(before, list(self.pool.operands(new)))
+        if len(before) == 1 and len(after) == 1:
+            (node, place), (other,) = before[0], after
+            return self._explain(node, other, place, rounds) or [self._rewritten(node, other, place)]
+        if len(before) == len(after) <= 3:
+            changes = []
+            for (node, place), other in zip(before, after, strict=True):
+                if self.pool.nodes[node][0] != self.pool.nodes[other][0]:
+                    return []
+                changes += self._explain(node, other, place, rounds) or [self._rewritten(node, other, place)]
+            return changes
+        return []
+
+    def _rewritten(self, old: int, new: int, path: Path, cost: float = 6.0) -> Change:
+        return Change(Kind.REWRITTEN, path, old, new, new, f"{{{old}}} became {{{new}}}", cost)
+
+    def _size(self, node: int) -> int:
+        return len(reached(self.pool.nodes, [node]))
+
+
+def replaced(pool: Pool, root: int, changes: Sequence[Change]) -> int:
+    """Return an expression with edits made in it."""
+    here = [change for change in changes if not change.path]
+    for change in here:
+        if change.kind is not Kind.TERM_ADDED:
+            return pool.number(0) if change.with_ is None else change.with_
+    operation, *operands = pool.nodes[root]
+    new = list(operands)
+    for k, operand in enumerate(operands):
+        below = [replace(c, path=c.path[1:]) for c in changes if c.path and c.path[0] == k]
+        if below and isinstance(operand, int):
+            new[k] = replaced(pool, operand, below)
+    node = root
+    if new != operands:
+        node = pool.many(operation, new) if operation in ("add", "mul") else pool.intern(operation, *new)
+    terms = [change.with_ for change in here if change.with_ is not None]
+    return pool.many("add", [node, *terms]) if terms else node
+
+
+def _values(worlds: Sequence[FieldWorld], node: int) -> Values | None:
+    found: tuple[Any, ...] = tuple(world.defined(node) for world in worlds)
+    if any(value is None or isinstance(value, tuple) for value in found):
+        return None
+    return found
+
+
+def _each(operation: Any, first: Values, second: Values) -> Values:
+    return tuple(operation(a, b) for a, b in zip(first, second, strict=True))
+
+
+def _inverse(values: Values) -> Values:
+    return tuple(field.inverse(value) for value in values)
+
+
+def rational(values: Values) -> Fraction | None:
+    """Return the small fraction that all values are, if they are one."""
+    first = values[0]
+    if isinstance(first, field.Complex) or any(value != first for value in values):
+        return None
+    # Continued fractions: the first convergent with a small numerator.
+    r0, r1, t0, t1 = field.P, first, 0, 1
+    while r1 > _SMALL * _SMALL:
+        q = r0 // r1
+        r0, r1, t0, t1 = r1, r0 - q * r1, t1, t0 - q * t1
+    if t1 == 0 or abs(t1) > _SMALL * _SMALL:
+        return None
+    return Fraction(r1, t1)

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Two documents over one pool of expressions, and which row of one corresponds to which row of the other."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from codegen.diff.document import Document, Row, Symbol
+from codegen.diff.equality import Expression, Judge, Meaning
+from codegen.diff.reals import Sampler
+from codegen.diff.worlds import Pool
+
+Key = tuple[str, str, int]
+_RENAMED = frozenset(("definition", "equation", "limit", "constraint", "warning"))
+"""Kinds of rows that may go on under another name."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """A row of one side with its expression in the pool."""
+
+    row: Row
+    key: Key
+    root: int
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.row.name
+
+
+class Versions:
+    """The rows of both sides, and the meanings of names on either.
+
+    Attributes
+    ----------
+    olds, news : tuple of Item
+        Rows in order; names of the new side are the old ones where a quantity was renamed.
+    before, after : Meaning
+        Names stand for what they stand for on the old and on the new side.
+    across : Meaning
+        Names of the new side, but definitions stand for what their partners were on the old side: the same children.
+    free : tuple of Meaning
+        The same for old and new texts, with partners as free names.
+    """
+
+    def __init__(self, old: Document, new: Document) -> None:
+        self.old, self.new = old, new
+        self.pool = Pool()
+        self.renamed = renamed_symbols(old, new)
+        self.olds = _items(old, self.pool.copy(old.nodes))
+        self.news = _items(new, self.pool.copy(new.nodes, self.renamed))
+        self._old_named = {item.name: item for item in self.olds if item.row.named}
+        self._new_named = {item.name: item for item in self.news if item.row.named}
+        self.partner: dict[Key, Item] = {}
+        """Old items by the key of the new one."""
+        self.before = Meaning(self.pool, lambda name: _target(self.before, self._old_named.get(name)))
+        self.after = Meaning(self.pool, lambda name: _target(self.after, self._new_named.get(name)))
+        self.across = Meaning(self.pool, self._partner_of)
+        self.free_old = Meaning(self.pool, lambda name: None)
+        self.free_new = Meaning(self.pool, self._free)
+        self.judge = Judge(self.pool, self._positive, _sampler(old, new, self.renamed))
+        self._match()
+
+    def _positive(self, name: str) -> bool:
+        for document in (self.old, self.new):
+            if name in document.declared:
+                return document.declared[name].sign == "positive"
+        return False
+
+    def _partner_of(self, name: str) -> Expression | None:
+        item = self._new_named.get(name)
+        if item is None:
+            return None
+        partner = self.partner.get(item.key)
+        return (self.across, item.root) if partner is None else (self.before, partner.root)
+
+    def _free(self, name: str) -> Expression | None:
+        item = self._new_named.get(name)
+        if item is None:
+            return None
+        partner = self.partner.get(item.key)
+        if partner is None:
+            return self.free_new, item.root
+        return None if partner.name == name else (self.free_old, self.pool.intern("sym", partner.name))
+
+    def children(self, item: Item, side: str = "new") -> list[Item]:
+        """Return the definitions that a text names directly; those without a partner are followed to theirs."""
+        named = self._new_named if side == "new" else self._old_named
+        found: dict[Key, Item] = {}
+        stack = [item]
+        while stack:
+            for name in self._names(stack.pop().root):
+                child = named.get(name)
+                if child is None or child.key in found:
+                    continue
+                found[child.key] = child
+                if side == "new" and child.key not in self.partner:
+                    stack.append(child)
+        return list(found.values())
+
+    def _names(self, root: int) -> list[str]:
+        nodes = self.pool.nodes
+        seen, stack, names = set(), [root], []
+        while stack:
+            node = stack.pop()
+            if node in seen:
+                continue
+            seen.add(node)
+            if nodes[node][0] == "sym":
+                names.append(nodes[node][1])
+            stack.extend(self.pool.operands(node))
+        return names
+
+    # Matching
+
+    def _match(self) -> None:
+        left = {item.key: item for item in self.olds}
+        self._values: dict[tuple[bool, Key], Any] = {}
+        for item in self.news:
+            same = left.get(item.key)
+            if same is not None and self._value(False, same) == self._value(True, item):
+                self.partner[item.key] = left.pop(item.key)
+        self._match_values(left)
+        for item in self.news:
+            if item.key not in self.partner and item.key in left:
+                self.partner[item.key] = left.pop(item.key)
+        self._match_local(left)
+        self.gone = list(left.values())
+
+    def _value(self, new: bool, item: Item) -> Any:
+        key = (new, item.key)
+        if key not in self._values:
+            self._values[key] = self.judge.values(self.after if new else self.before, item.root)
+        return self._values[key]
+
+    def _match_values(self, left: dict[Key, Item]) -> None:
+        """Match what means the same under another name."""
+        by_value: dict[Any, list[Item]] = defaultdict(list)
+        for item in left.values():
+            if item.row.kind in _RENAMED:
+                by_value[item.row.kind, self._value(False, item)].append(item)
+        for item in self.news:
+            if item.key in self.partner or item.row.kind not in _RENAMED:
+                continue
+            values = self._value(True, item)
+            candidates = by_value.get((item.row.kind, values), [])
+            if candidates and sum(v is not None for v in values) > 1:
+                best = min(
+                    candidates, key=lambda old: old.row.number != item.row.number or old.row.title != item.row.title
+                )
+                candidates.remove(best)
+                self.partner[item.key] = left.pop(best.key)
+
+    def _match_local(self, left: dict[Key, Item]) -> None:
+        """Match what has another name and another value, but the same text over the same partners."""
+        for item in self.news:
+            if item.key in self.partner or item.row.kind != "definition":
+                continue
+            value = self.judge.values(self.across, item.root)
+            for old in left.values():
+                if (
+                    old.row.kind == "definition"
+                    and sum(v is not None for v in value) > 1
+                    and value == self._value(False, old)
+                ):
+                    self.partner[item.key] = left.pop(old.key)
+                    break
+
+
+def _target(meaning: Meaning, item: Item | None) -> Expression | None:
+    return None if item is None else (meaning, item.root)
+
+
+def _items(document: Document, numbers: Sequence[int]) -> tuple[Item, ...]:
+    seen: Counter[tuple[str, str]] = Counter()
+    items = []
+    for row in document.rows:
+        label = f"{row.name} {row.number} {row.title}" if row.kind == "equation" else row.name
+        seen[row.kind, label] += 1
+        items.append(Item(row, (row.kind, label, seen[row.kind, label]), numbers[row.node]))
+    return tuple(items)
+
+
+def renamed_symbols(old: Document, new: Document) -> dict[str, str]:
+    """Return old names by new ones, for quantities that only changed their name.
+
+    A quantity that is gone and one that has come are taken for the same if role, unit and sign agree and either they
+    have the same LaTeX or description, or no other pair fits.
+    """
+    gone = [s for s in old.declared.values() if s.name not in new.declared and s.name not in new.named]
+    come = [s for s in new.declared.values() if s.name not in old.declared and s.name not in old.named]
+    pairs = {}
+    for symbol in come:
+        fitting = [s for s in gone if (s.role, s.unit, s.sign) == (symbol.role, symbol.unit, symbol.sign)]
+        alike = [s for s in fitting if _alike(s, symbol)] or (fitting if len(fitting) == 1 else [])
+        rivals = [s for s in come if (s.role, s.unit, s.sign) == (symbol.role, symbol.unit, symbol.sign)]
+        if len(alike) == 1 and (_alike(alike[0], symbol) or len(rivals) == 1):
+            pairs[symbol.name] = alike[0].name
+            gone.remove(alike[0])
+    return pairs
+
+
+def _alike(old: Symbol, new: Symbol) -> bool:
+    return bool((old.latex and old.latex == new.latex) or (old.description and old.description == new.description))
+
+
+def _sampler(old: Document, new: Document, renamed: Mapping[str, str]) -> Sampler:
+    names: dict[str, tuple[Fraction | None, Fraction | None, Fraction | None]] = {}
+    angles = set()
+    for document in (new, old):
+        defaults = _defaults(document.manifest)
+        for symbol in document.declared.values():
+            low, high = _bounds(symbol)
+            name = renamed.get(symbol.name, symbol.name) if document is new else symbol.name
+            names[name] = (low, high, defaults.get(symbol.name))
+            if symbol.unit == "rad":
+                angles.add(name)
+    return Sampler(names, frozenset(angles))
+
+
+def _bounds(symbol: Symbol) -> tuple[Fraction | None, Fraction | None]:
+    low = Fraction(0) if symbol.sign == "positive" else None
+    if not symbol.bounds:
+        return low, None
+    first, second = symbol.bounds[1:-1].split(",")
+    lower, upper = float(first), float(second)
+    finite = (Fraction(v) if abs(v) < 1e300 else None for v in (lower, upper))
+    below, above = finite
+    return (low if below is None else below), above
+
+
+def _defaults(manifest: Mapping[str, Any]) -> dict[str, Fraction]:
+    groups: Iterable[Any] = [
+        manifest.get("parameters", ()),
+        manifest.get("scenario_parameters", ()),
+        *(law["parameters"] for law in manifest.get("controllers", {}).values()),
+    ]
+    rows = (row for group in groups for row in group)
+    return {row["name"]: Fraction(row["default"]) for row in rows if isinstance(row.get("default"), int | float)}

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The symbols of a paper, what they mean in our derivation, and how they are written; see `models.paper`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import sympy as sp
+
+from models.derivation import Expr
+from models.mechanics import planar_cross
+from models.quantities import ModelError, Quantity
+
+Side: TypeAlias = Expr | sp.MatrixBase | sp.MatrixExpr
+"""One side of a relation: a number or a matrix."""
+Case: TypeAlias = Mapping[Expr, Side]
+"""Meanings that hold in one case of a relation, by name."""
+
+
+@dataclass(frozen=True)
+class Name:
+    """A symbol of the paper.
+
+    Parameters
+    ----------
+    symbol : Symbol or MatrixSymbol
+        How relations and meanings write it.
+    latex : str
+        How the paper prints it.
+    meaning : Expr or Matrix, optional
+        What the derivation says it is, as a function of other names; a free name has none.
+    low, high : sympy.Rational
+        Where a free name is tried.
+    member : bool
+        Stands for a member of a family; every relation that uses it says which, in its cases.
+    text : str
+        How plain text prints it; the symbol's name when empty.
+    """
+
+    symbol: Expr
+    latex: str
+    meaning: Side | None = None
+    low: sp.Rational = -sp.S.One
+    high: sp.Rational = sp.S.One
+    member: bool = False
+    text: str = ""
+
+
+class Names:
+    """The table of a paper's symbols, in the order they are introduced."""
+
+    def __init__(self) -> None:
+        self.table: dict[Expr, Name] = {}
+
+    def free(
+        self,
+        what: Quantity | str,
+        low: float | str = -1,
+        high: float | str = 1,
+        *,
+        latex: str = "",
+        text: str = "",
+        integer: bool = False,
+    ) -> sp.Symbol:
+        """Add a name that may take any value.
+
+        Parameters
+        ----------
+        what : Quantity or str
+            One of our quantities, whose symbol and LaTeX are taken, or a name that only the paper has.
+        low, high : int or str
+            Bounds within which it is tried, exact: 2, "7/10". A positive quantity needs low >= 0.
+        latex, text : str
+            How the paper prints it, as LaTeX and in plain text, where that differs from ours.
+        integer : bool
+            Tried with whole numbers only.
+
+        Raises
+        ------
+        ModelError
+            If the name has been added before or bounds are in the wrong order.
+        """
+        lower, upper = sp.Rational(str(low)), sp.Rational(str(high))
+        if lower >= upper:
+            raise ModelError(f"name {what!r} is tried between {lower} and {upper}: no room")
+        if isinstance(what, Quantity):
+            symbol, printed = what.symbol, latex or what.latex or str(sp.latex(what.symbol))
+        else:
+            assumption = {"integer": True} if integer else {"positive": True} if lower >= 0 else {"real": True}
+            symbol = sp.Symbol(what, **assumption)
+            printed = latex or str(sp.latex(symbol))
+        return self._add(Name(symbol, printed, low=lower, high=upper, text=text))
+
+    def derived(self, name: str, latex: str, meaning: Expr, *, positive: bool = False, text: str = "") -> sp.Symbol:
+        """Add a name whose meaning comes from the derivation; `text` is how plain text prints it if not by `name`."""
+        symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
+        return self._add(Name(symbol, latex, sp.sympify(meaning), text=text))
+
+    def matrix(self, name: str, latex: str, meaning: sp.MatrixBase, *, text: str = "") -> sp.MatrixSymbol:
+        """Add a matrix or a column whose meaning comes from the derivation."""
+        return self._add(Name(sp.MatrixSymbol(name, *meaning.shape), latex, frozen(meaning), text=text))
+
+    def family(self, name: str, latex: str, *, positive: bool = False) -> sp.Symbol:
+        """Add a name that stands for a member of a family, such as l_i; the cases of a relation say for which."""
+        symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
+        return self._add(Name(symbol, latex, member=True))
+
+    def matrix_family(self, name: str, latex: str, rows: int, columns: int = 1) -> sp.MatrixSymbol:
+        """Add a matrix or column that stands for a member of a family, such as x_i."""
+        return self._add(Name(sp.MatrixSymbol(name, rows, columns), latex, member=True))
+
+    def meaning(self, symbol: Expr) -> Side:
+        """Return what a derived name means."""
+        meaning = self.table[symbol].meaning
+        if meaning is None:
+            raise ModelError(f"name {str(symbol)!r} is free: it has no meaning of its own")
+        return meaning
+
+    def as_latex(self, side: Side) -> str:
+        """Write a side as the paper prints it."""
+        return str(sp.latex(side, symbol_names={symbol: name.latex for symbol, name in self.table.items()}))
+
+    def as_text(self, side: Side) -> str:
+        """Write a side in plain text, with the paper's names."""
+        renamed = {symbol: _renamed(symbol, name.text) for symbol, name in self.table.items() if name.text}
+        return str(sp.sstr(sp.sympify(side).xreplace(renamed)))
+
+    def _add(self, name: Name) -> Expr:
+        if any(str(name.symbol) == str(other) for other in self.table):
+            raise ModelError(f"name {str(name.symbol)!r} is in the table of names twice")
+        self.table[name.symbol] = name
+        return name.symbol
+
+
+def _renamed(symbol: Expr, text: str) -> Expr:
+    if isinstance(symbol, sp.MatrixSymbol):
+        return sp.MatrixSymbol(text, *symbol.shape)
+    return sp.Symbol(text, **symbol.assumptions0)
+
+
+class Cross(sp.MatrixExpr):  # type: ignore[misc]
+    """The product a x b of two columns, written but not carried out; for the plane, its component out of it."""
+
+    def __new__(cls, a: Side, b: Side) -> Cross:  # noqa: D102
+        product: Cross = sp.Basic.__new__(cls, sp.sympify(a), sp.sympify(b))
+        return product
+
+    @property
+    def shape(self) -> tuple[sp.Expr, sp.Expr]:
+        """3 x 1, or 1 x 1 in the plane."""
+        rows = self.args[0].shape[0]
+        return (rows, sp.S.One) if rows == 3 else (sp.S.One, sp.S.One)
+
+    def doit(self, **hints: bool) -> sp.MatrixExpr | sp.MatrixBase:
+        """Carry the product out if both columns are known entry by entry."""
+        a, b = (arg.doit(**hints) for arg in self.args)
+        if not (isinstance(a, sp.MatrixBase) and isinstance(b, sp.MatrixBase)):
+            return Cross(a, b)
+        if self.shape[0] == 3:
+            return a.cross(b).as_immutable()
+        return sp.ImmutableMatrix([[planar_cross(a, b)]])
+
+    def _entry(self, i: int, j: int, **_: object) -> sp.Expr:
+        a, b = self.args
+        if self.shape[0] == 1:
+            return planar_cross(a, b)
+        return a[(i + 1) % 3, 0] * b[(i + 2) % 3, 0] - a[(i + 2) % 3, 0] * b[(i + 1) % 3, 0]
+
+    def _written(self, printer: Any, sign: str) -> str:
+        sides = (printer._print(arg) for arg in self.args)
+        wrapped = (
+            side if isinstance(arg, sp.MatrixSymbol) else f"({side})"
+            for side, arg in zip(sides, self.args, strict=True)
+        )
+        return sign.join(wrapped)
+
+    def _latex(self, printer: Any) -> str:
+        return self._written(printer, r" \times ")
+
+    def _sympystr(self, printer: Any) -> str:
+        return self._written(printer, " x ")
+
+
+def frozen(side: Side) -> Side:
+    """Return a side that can be compared and looked up."""
+    return side.as_immutable() if isinstance(side, sp.MatrixBase) else sp.sympify(side)
+
+
+def symbols_of(side: Side) -> set[Expr]:
+    """Return the names in a side: symbols and matrix symbols, without dummies of integrals and limits."""
+    return {symbol for symbol in sp.sympify(side).free_symbols if isinstance(symbol, sp.Symbol | sp.MatrixSymbol)}
+
+
+def follow(expr: Expr, definitions: Mapping[sp.Symbol, Expr], cut: Case | None = None) -> Expr:
+    """Write a derived expression out, its definitions followed down to the names of the paper.
+
+    Parameters
+    ----------
+    expr : Expr
+        Made of symbols of the derivation.
+    definitions : mapping
+        `system.definitions`, or those of a `Derivation` made on the spot.
+    cut : mapping, optional
+        Symbols that are replaced instead of followed: our quantities, by the paper's names.
+
+    Returns
+    -------
+    Expr
+        Free of defined symbols.
+    """
+    cut = cut or {}
+    found = {symbol: cut[symbol] for symbol in expr.free_symbols if symbol in cut}
+    for symbol in expr.free_symbols - set(found):
+        if symbol in definitions:
+            found[symbol] = follow(definitions[symbol], definitions, cut)
+    return expr.subs(found, simultaneous=True)

@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The vocabulary of a ledger: what a paper prints, equation by equation, and what its symbols mean in our derivation.
+
+A model whose paper is to be checked has a module models.MODEL.paper (or a package) with a function
+
+    def paper(system: System) -> Paper
+
+which `codegen.ledger` judges. It says two things and keeps them apart:
+
+* **what is printed**, misprints included, as SymPy expressions in the paper's own symbols (`Relation.left`, `.right`);
+* **what those symbols mean**, in one table of names for the whole paper (`Names`). A name is either *free* (a
+  coordinate, a rate, a parameter: it may take any value within bounds) or *derived*: its meaning is an expression that
+  comes from the system's derivation (`follow`), or that is derived on the spot, by differentiating, integrating,
+  inserting. A meaning is never a retyped copy of what is printed: that would make the check vacuous.
+
+A relation then holds when both sides are the same function of the free names once every meaning is put in. No verdict
+is written down here; the machine computes it. What a person adds is the corrected side of a relation that is known to
+be misprinted (tested too: a wrong correction is never shown), the readings of what cannot be read in one way only, and
+notes.
+
+How to write an entry
+---------------------
+An identity between names with meanings, here l_i^2 of a triangle and its rate, for each i (the paper prints it once)::
+
+    names = Names()
+    rho = names.free(RHO, 0, "7/10")                          # one of our quantities, and where it is tried
+    v = names.free("v_1", r"v_1", -2, 2)                      # a symbol only the paper has
+    h = names.derived("h", "h", follow(symbol_of_h, system.definitions, {rho_t: rho}))
+    u, l = names.family("u", "u_i"), names.family("l", "l_i") # stand for a member; each case says which
+    rods = [{u: rate_k, l: length_k} for ...]                 # their meanings, member by member
+
+    printed("22", "rod rates", "equation", Relation(u, l * w3 / (2 * mu) + ..., corrected=..., cases=rods))
+
+* Something *defined* by the paper (kind "definition") is compared as well wherever the derivation has a definition of
+  its own: its verdict is "definition" when both agree, "differs" when they do not. With `given=True` nothing is
+  compared: the relation is shown because it introduces a name or sets a condition.
+* An *equation of motion* holds along motions only, so its two sides are not the same function. Give the derived
+  residual (left minus right) as `against`; the printed left minus right is compared with it.
+* A statement about a *special situation* (on the surface s = 0, on the circle) is a case that gives the names of that
+  situation their meaning: ``cases=({rho_t: h},)``. A case overrides the table.
+* *Inequalities* use the op "<", "<=", ">" or ">="; they are tested at random points of `domain`.
+* *Integrals, derivatives and limits* are written unevaluated (``sp.Integral``, ``sp.Derivative``, ``sp.Limit``) and
+  carried out after the meanings have been put in.
+* *Matrices*: ``names.matrix("S", "S", meaning)`` gives a MatrixSymbol, so that ``S * S`` prints as S^2. Sides of
+  different shape are a difference of their own. A 1x1 matrix counts as a number. `Cross(a, b)` is a x b.
+* SymPy tidies what it is given: it turns sin(x - 2 pi/3) into -sin(x + pi/3). ``sp.UnevaluatedExpr(2 * sp.pi / 3)``
+  keeps a part as printed; it is carried out before anything is compared.
+* A *number* with few digits is compared within `within` (one unit of the last printed digit, say).
+* *Words* that say something checkable are an entry too, with a number such as "text after (9)" and `Relation.says`.
+* *Readings*: `Printed` with one `Reading` for each way to read what is printed, exactly one of them `used`. The machine
+  judges each. When they disagree the entry is "illegible or ambiguous", and says which one the model follows.
+
+`Paper` refuses a number that is missing or entered twice, and a symbol that the table of names lacks. While writing,
+judge one entry at a time: ``codegen.ledger.judge_entry(entry, names)``; `ledger("MODEL")` judges all.
+`models/triangle/paper/` is a complete example.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import sympy as sp
+
+from models.derivation import Expr
+from models.notation import Case, Cross, Name, Names, Side, follow, frozen, symbols_of
+from models.quantities import ModelError
+
+__all__ = [
+    "Case",
+    "Cross",
+    "Kind",
+    "Name",
+    "Names",
+    "Op",
+    "Paper",
+    "Printed",
+    "Reading",
+    "Relation",
+    "Side",
+    "follow",
+    "frozen",
+    "printed",
+    "symbols_of",
+]
+
+Op: TypeAlias = Literal["=", "<", "<=", ">", ">="]
+Kind: TypeAlias = Literal["equation", "definition", "condition", "statement", "data"]
+"""equation: follows from what is said before. definition, condition, data: the author's to choose. statement: words."""
+
+
+@dataclass(frozen=True)
+class Relation:
+    """Something printed with a relation sign between two sides; a chain a = b = c is two relations.
+
+    Parameters
+    ----------
+    left, right : Expr or Matrix
+        The sides as printed, in the paper's symbols.
+    op : str
+        "=", "<", "<=", ">" or ">=".
+    corrected, corrected_left : Expr or Matrix, optional
+        The right side, and the left side, as they should read. Shown only if the relation fails as printed and holds
+        with them.
+    cases : tuple of mapping
+        The relation must hold in each: meanings of family members, or of names in a special situation. They may refer
+        to other names and override the table.
+    domain : tuple of Expr
+        Names are drawn such that each of these is positive.
+    against : Expr or Matrix, optional
+        Derived residual of an equation of motion, to be compared with the printed left minus right.
+    given : bool
+        Introduces a name or sets a condition: shown, but there is nothing to compare it with.
+    within : Expr
+        Allowed difference, for printed numbers; zero for everything else.
+    says : str
+        What is checked, in words, where the formula is not what is printed.
+    """
+
+    left: Side
+    right: Side
+    op: Op = "="
+    corrected: Side | None = None
+    corrected_left: Side | None = None
+    cases: tuple[Case, ...] = ({},)
+    domain: tuple[Expr, ...] = ()
+    against: Side | None = None
+    given: bool = False
+    within: Expr = sp.S.Zero
+    says: str = ""
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """Everything that is compared."""
+        given = (self.left, self.right, self.corrected, self.corrected_left, self.against)
+        return tuple(side for side in given if side is not None)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to read what is printed.
+
+    Parameters
+    ----------
+    relations : tuple of Relation
+        What it says; all must hold. Empty for words or names that nothing can be compared with.
+    text : str
+        What distinguishes this reading; empty when there is only one.
+    used : bool
+        Whether this is the one the model follows.
+    why : str
+        Why it is, or is not.
+    """
+
+    relations: tuple[Relation, ...] = ()
+    text: str = ""
+    used: bool = True
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Printed:
+    """An entry of the ledger: a numbered equation, or a row of a table or a sentence that can be checked.
+
+    Parameters
+    ----------
+    number : str
+        "22", or where it stands: "Table 1, row 2", "text after (9)".
+    title : str
+        What it is about, in a few words.
+    kind : str
+        equation, definition, condition, statement or data.
+    readings : tuple of Reading
+        As many as there are ways to read it; exactly one is `used`.
+    note : str
+        Said with the verdict: what a correction rests on, what was left out, slips that no formula can show.
+    """
+
+    number: str
+    title: str
+    kind: Kind
+    readings: tuple[Reading, ...]
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        if sum(reading.used for reading in self.readings) != 1:
+            raise ModelError(f"entry {self.number}: exactly one reading is used, not {[r.used for r in self.readings]}")
+
+
+def printed(number: str, title: str, kind: Kind, *relations: Relation, note: str = "") -> Printed:
+    """Return an entry that can be read in one way only, whose relations must all hold."""
+    return Printed(number, title, kind, (Reading(relations),), note)
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A paper's ledger before it is judged.
+
+    Parameters
+    ----------
+    title : str
+        The publication.
+    numbers : int
+        Its equations are numbered from 1 to this.
+    names : Names
+        Its symbols.
+    entries : tuple of Printed
+        In the order of the paper.
+    note : str
+        Said once for all entries, such as what text was at hand.
+
+    Raises
+    ------
+    ModelError
+        If an equation number is missing or entered twice, or a symbol is not in the table of names.
+    """
+
+    title: str
+    numbers: int
+    names: Names
+    entries: tuple[Printed, ...]
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        given = [entry.number for entry in self.entries]
+        numbers = [number for number in given if number.isdecimal()]
+        missing = [k for k in range(1, self.numbers + 1) if str(k) not in numbers]
+        twice = sorted({number for number in given if given.count(number) > 1})
+        beyond = [number for number in numbers if not 1 <= int(number) <= self.numbers]
+        if missing or twice or beyond:
+            raise ModelError(f"equation numbers missing {missing}, entered twice {twice}, not in the paper {beyond}")
+        for name in self.names.table.values():
+            if name.meaning is not None:
+                self._known((name.meaning,), {}, f"the meaning of {name.symbol}", members=True)
+        for entry in self.entries:
+            for relation in (relation for reading in entry.readings for relation in reading.relations):
+                for case in relation.cases:
+                    self._known((*relation.sides, *relation.domain), case, f"entry {entry.number}", relation.given)
+
+    def _known(self, sides: Iterable[Side], case: Case, where: str, members: bool = False) -> None:
+        """Refuse a symbol that has no name; and, unless `members`, a member of a family that the case says nothing of.
+
+        Meanings are followed: one may be about a member of a family itself.
+        """
+        seen: set[Expr] = set()
+        waiting = [symbol for side in sides for symbol in symbols_of(side)]
+        while waiting:
+            symbol = waiting.pop()
+            if symbol in seen:
+                continue
+            seen.add(symbol)
+            name = self.names.table.get(symbol)
+            if name is None and symbol not in case:
+                raise ModelError(f"{where} uses {str(symbol)!r}, which the table of names lacks")
+            meaning = case.get(symbol, name and name.meaning)
+            if meaning is not None:
+                waiting.extend(symbols_of(meaning))
+            elif name is not None and name.member and not members:
+                raise ModelError(f"{where} uses {str(symbol)!r}, a member of a family; no case says which")

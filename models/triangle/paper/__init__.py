@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the triangle's paper prints, for the ledger: equations (1)-(53), Table 1, and sentences that can be checked."""
+
+from __future__ import annotations
+
+from models.paper import Names, Paper
+from models.system import System
+from models.triangle.paper.kinematics import equal_masses, momentum, placing, rods, table
+from models.triangle.paper.laws import Path, Shifted, Sliding
+from models.triangle.paper.path import arcs, law, stability
+from models.triangle.paper.simulation import runs
+from models.triangle.paper.sliding import bound, control, shift, surface
+from models.triangle.paper.symbols import Kinematics
+
+NUMBERS = 53
+"""The equations are numbered from 1 to this; (52) is printed twice, on two lines of one equation."""
+_NOTE = (
+    "The text at hand was read by a machine and lacks the figures. Whether a misprint is the paper's or was made in "
+    "reading it cannot be told."
+)
+
+
+def paper(system: System) -> Paper:
+    """Return what the paper prints, its symbols explained by a derived system with equal masses."""
+    names = Names()
+    k = Kinematics(system, names)
+    t = Shifted(system, names, k)
+    s = Sliding(system, names, t)
+    p = Path(system, names, t, s)
+    entries = (
+        *placing(k),
+        *momentum(k),
+        *equal_masses(k),
+        *table(k),
+        *rods(k),
+        *shift(k, t),
+        *surface(k, t, s),
+        *control(t, s),
+        *bound(k, t, s),
+        *arcs(t, p),
+        *law(t, p),
+        *stability(t, p),
+        *runs(system, names, k, t, s),
+    )
+    return Paper(system.source, NUMBERS, names, entries, _NOTE)
