@@ -55,6 +55,8 @@ class Asked:
         File that lets a run whose host was stopped go on.
     selftest : int
         Samples of the self-test with law and plant on the target.
+    profiled : bool
+        Count instructions where the emulator can; long runs are faster without.
     """
 
     controller: str
@@ -70,6 +72,7 @@ class Asked:
     raw: bool = False
     journal: Path | None = None
     selftest: int = _SELF_TEST
+    profiled: bool = True
 
 
 @dataclass(frozen=True)
@@ -171,7 +174,7 @@ def _run_framed(model: Model, asked: Asked, image: Image, port: Port, single: Ru
     hello = link.connect()
     elf = None if image.board is None else read_elf(image.path)
     profiler = None
-    if isinstance(port, MachinePort) and elf is not None:
+    if isinstance(port, MachinePort) and elf is not None and asked.profiled:
         assert image.board is not None
         profiler = StepProfiler(port.machine, elf, image.board.cpu == "m4f")
     journal = None if asked.journal is None else _journal(asked, layout.hash, single, layout.sizes)
