@@ -163,7 +163,8 @@ def board_run(
     settings: Settings = None,
     raw: BoardRaw = False,
     journal: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Keep what was answered; a run that was stopped goes on from it.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep what was answered; a run that was stopped goes on from it."),
     ] = None,
 ) -> None:
     """Run a closed loop with the law on a board and compare it, bit for bit, with the law on this machine."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Board and host agree to the last bit: processes, two emulators, two compilers, three processors, every kind of law."""
+"""Board and host agree to the last bit: two emulators, two compilers, three processors, every kind of law."""
 
 from __future__ import annotations
 
@@ -19,7 +19,13 @@ from tests.runtime.board.conftest import load
 
 GCC = pytest.param("gcc", marks=pytest.mark.skipif(not shutil.which("arm-none-eabi-gcc"), reason="not installed"))
 QEMU = pytest.param("qemu", marks=pytest.mark.skipif(not shutil.which("qemu-system-arm"), reason="not installed"))
-LAWS = [("satellite", "mrac"), ("satellite", "pd"), ("triangle", "path"), ("triangle", "sliding"), ("slosh", "lyapunov-v2")]
+LAWS = [
+    ("satellite", "mrac"),
+    ("satellite", "pd"),
+    ("triangle", "path"),
+    ("triangle", "sliding"),
+    ("slosh", "lyapunov-v2"),
+]
 SELF_TEST = {"samples": 5000, "crc": "406aca61"}
 
 
@@ -80,7 +86,10 @@ def _self_test(target: str) -> str:
         for group, values in (("p", resolved.p), ("c", resolved.c), ("s", resolved.s)):
             link.set(group, values)
         start = model.functions["mrac_start"]
-        x, r = model.functions["initial"](resolved.p, resolved.s), model.functions["reference"](0.0, resolved.p, resolved.s)
+        x, r = (
+            model.functions["initial"](resolved.p, resolved.s),
+            model.functions["reference"](0.0, resolved.p, resolved.s),
+        )
         link.set("z", start(x, r, resolved.p, resolved.c))
         return f"{link.selftest(SELF_TEST['samples']).crc:08x}"
     finally:

@@ -17,7 +17,7 @@ from runtime.board.build import FIRMWARE, build, compile_commands, program, sour
 from runtime.board.elf import Elf, read_elf
 from runtime.board.glue import layout
 from runtime.board.run import Asked, run_on_board
-from runtime.board.toolchains import BOARDS, board, host_toolchain, toolchain
+from runtime.board.toolchains import board, host_toolchain, toolchain
 from runtime.build import NATIVE, load_library
 from tests.runtime.board.conftest import load
 
@@ -36,7 +36,9 @@ def check(folder, made, chosen, compiler):
     texts = sources(made, chosen)
     write_sources(folder, texts)
     for command in compile_commands(texts, made.model.manifest.model, chosen, compiler)[:-1]:
-        done = subprocess.run([*command, *STRICT, "-fsyntax-only"], cwd=folder, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            [*command, *STRICT, "-fsyntax-only"], cwd=folder, capture_output=True, text=True, check=False
+        )
         assert done.returncode == 0, done.stderr
 
 
@@ -147,14 +149,20 @@ def test_a_double_routine_is_noticed(tmp_path):
     for command in compile_commands(texts, "triangle", chosen, toolchain("gcc")):
         words = [word for word in command if word != "-DMEHVAR_FLOAT"]
         if words[-1] != "sqrtf.o":
-            done = subprocess.run([w for w in words if w != "sqrtf.o"] + (["-lm", "-lc", "-lnosys"] if "-T" in words else []), cwd=tmp_path, check=False, capture_output=True, text=True)
+            done = subprocess.run(
+                [w for w in words if w != "sqrtf.o"] + (["-lm", "-lc", "-lnosys"] if "-T" in words else []),
+                cwd=tmp_path,
+                check=False,
+                capture_output=True,
+                text=True,
+            )
     assert done.returncode == 0, done.stderr
     assert "__aeabi_dmul" in read_elf(tmp_path / "firmware.elf").doubles()
 
 
 def test_names_of_double_routines():
-    names = {n: (0, 0) for n in ("__aeabi_dadd", "__aeabi_f2d", "__adddf3", "sin", "sqrt", "__aeabi_d2iz")}
-    innocent = {n: (0, 0) for n in ("sqrtf", "__aeabi_uldivmod", "__aeabi_fadd", "app_step", "mv_sincos", "memset")}
+    names = dict.fromkeys(("__aeabi_dadd", "__aeabi_f2d", "__adddf3", "sin", "sqrt", "__aeabi_d2iz"), (0, 0))
+    innocent = dict.fromkeys(("sqrtf", "__aeabi_uldivmod", "__aeabi_fadd", "app_step", "mv_sincos", "memset"), (0, 0))
     assert Elf((), names | innocent, 0, 0, 0).doubles() == sorted(names)
 
 
