@@ -58,9 +58,10 @@ class PrintedFunction:
 
     @property
     def unused(self) -> list[str]:
-        """Names of the arguments that the function does not read."""
+        """Names of the arguments that the function does not read, and of results without elements."""
         read = {i.args[0] for i in self.tape.instructions if i.op == "input"}
-        return [name for k, (name, _) in enumerate(self.arguments) if k not in read]
+        unread = [name for k, (name, _) in enumerate(self.arguments) if k not in read]
+        return unread + [name for name, size in self.results if size == 0]
 
     @property
     def c_lines(self) -> list[str]:

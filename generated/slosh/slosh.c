@@ -461,6 +461,7 @@ void slosh_limits(const real *x, const real *u, const real *p, real *margin)
     (void)x;
     (void)u;
     (void)p;
+    (void)margin;
 }
 
 /* state derivative, full, euler; 712 operations. */
@@ -1412,6 +1413,7 @@ void slosh_reference(const real *t, const real *p, const real *s, real *r)
     (void)t;
     (void)p;
     (void)s;
+    (void)r;
 }
 
 /* margins that stay positive for a feasible scenario; 22 operations. */

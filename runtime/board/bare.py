@@ -50,7 +50,6 @@ class BareLaw:
         self.u.append(u)
         return u.astype(np.float64), z
 
-
     def _received(self, timeout: float) -> bytes:
         data = b""
         while len(data) < self._answer and (more := self._port.read(timeout)):

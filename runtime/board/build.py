@@ -159,7 +159,9 @@ def build(made: Program, board: Board | None, toolchain: Toolchain) -> Image:
     return Image(path, made, board, toolchain, True)
 
 
-def compile_commands(texts: Mapping[str, str], model: str, board: Board | None, toolchain: Toolchain) -> list[list[str]]:
+def compile_commands(
+    texts: Mapping[str, str], model: str, board: Board | None, toolchain: Toolchain
+) -> list[list[str]]:
     """Return the commands that compile a folder of sources into firmware.elf; the last one links."""
     own: tuple[str, ...] = ()
     link: tuple[str, ...] = ("-lm",)

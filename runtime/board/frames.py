@@ -61,7 +61,8 @@ def _decode(stuffed: bytes) -> Frame | None:
     content, crc = body[:-2], int.from_bytes(body[-2:], "little")
     if binascii.crc_hqx(content, 0xFFFF) != crc:
         return None
-    return Frame(*_HEADER.unpack_from(content), content[_HEADER.size :])
+    kind, flags, sequence = _HEADER.unpack_from(content)
+    return Frame(kind, flags, sequence, content[_HEADER.size :])
 
 
 def _stuff(body: bytes) -> bytes:

@@ -144,7 +144,7 @@ def _functions(manifest: Manifest, law: Controller, model: str, suffix: str) -> 
     call = f"{model}_{name}(x, r, v, z, p, c, u, z_next)" if memory else f"{model}_{name}(x, r, p, c, u)"
     lines += _inline("law", f"{arguments}, real *u, real *z_next", call, () if memory else ("v", "z", "z_next"))
     call = f"{model}_{name}_start(x, r, p, c, z)" if start else ""
-    unused = () if start else ("x", "r", "p", "c", "z")
+    unused: tuple[str, ...] = () if start else ("x", "r", "p", "c", "z")
     lines += _inline("start", "const real *x, const real *r, const real *p, const real *c, real *z", call, unused)
     lines += _inline(
         "rhs", "const real *x, const real *u, const real *p, real *dx", f"{model}_rhs{suffix}(x, u, p, dx)"

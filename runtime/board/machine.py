@@ -151,7 +151,11 @@ class Machine:
         # the exception returns of M-profile and everything else that is never executed stay unmapped
         reads, writes = _REGISTERS[self._board.source]
         self._uc.mmio_map(
-            *_PERIPHERALS, lambda _u, at, _n, _d: reads(self, at), None, lambda _u, at, _n, v, _d: writes(self, at, v), None
+            *_PERIPHERALS,
+            lambda _u, at, _n, _d: reads(self, at),
+            None,
+            lambda _u, at, _n, v, _d: writes(self, at, v),
+            None,
         )
         self._uc.mmio_map(
             *_SYSTEM, lambda _u, at, _n, _d: self._read_system(at), None,

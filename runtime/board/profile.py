@@ -10,6 +10,7 @@ import functools
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from elftools.elf.elffile import ELFFile
 
@@ -146,7 +147,7 @@ def disassemble(code: bytes, address: int) -> list[tuple[int, str, str]]:
 
 
 @functools.cache
-def _engine() -> "capstone.Cs":  # noqa: F821, UP037 - imported when needed
+def _engine() -> Any:
     import capstone
 
     return capstone.Cs(capstone.CS_ARCH_ARM, capstone.CS_MODE_THUMB | capstone.CS_MODE_MCLASS)

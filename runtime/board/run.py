@@ -55,6 +55,8 @@ class Asked:
         File that lets a run whose host was stopped go on.
     selftest : int
         Samples of the self-test with law and plant on the target.
+    profiled : bool
+        Count instructions where the emulator can; long runs are faster without.
     """
 
     controller: str
@@ -70,6 +72,7 @@ class Asked:
     raw: bool = False
     journal: Path | None = None
     selftest: int = _SELF_TEST
+    profiled: bool = True
 
 
 @dataclass(frozen=True)
@@ -171,11 +174,18 @@ def _run_framed(model: Model, asked: Asked, image: Image, port: Port, single: Ru
     hello = link.connect()
     elf = None if image.board is None else read_elf(image.path)
     profiler = None
-    if isinstance(port, MachinePort) and elf is not None:
+    if isinstance(port, MachinePort) and elf is not None and asked.profiled:
         assert image.board is not None
         profiler = StepProfiler(port.machine, elf, image.board.cpu == "m4f")
     journal = None if asked.journal is None else _journal(asked, layout.hash, single, layout.sizes)
-    law = BoardLaw(link, single.parameters, layout, asked.every or _every(asked.target), journal, profiler.done if profiler else None)
+    law = BoardLaw(
+        link,
+        single.parameters,
+        layout,
+        asked.every or _every(asked.target),
+        journal,
+        profiler.done if profiler else None,
+    )
     begin, done = time.perf_counter(), False
     try:
         board = _simulate(model, asked, law=law)
@@ -300,7 +310,7 @@ def difference(found: NDArray[Any], expected: NDArray[Any]) -> Difference:
 
 
 def _ordered(values: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Number the floats from the smallest to the largest; all NaN are one, zeros of either sign too."""
+    """Return the place of each float among all floats; all NaN share one, zeros of either sign too."""
     bits = np.where(np.isnan(values), np.float32(np.nan), values).astype(np.float32).view(np.int32).astype(np.int64)
     return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
 
@@ -310,4 +320,14 @@ def ended(outcome: Outcome) -> bool:
     return outcome.board.status is Status.DONE
 
 
-__all__ = ["TARGETS", "Asked", "Difference", "Outcome", "Resolved", "build_image", "difference", "ended", "run_on_board"]
+__all__ = [
+    "TARGETS",
+    "Asked",
+    "Difference",
+    "Outcome",
+    "Resolved",
+    "build_image",
+    "difference",
+    "ended",
+    "run_on_board",
+]

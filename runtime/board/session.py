@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
@@ -186,5 +185,4 @@ class Journal:
         """Close the file, and remove it when the run is done."""
         self._file.close()
         if done:
-            os.unlink(self._path)
-
+            self._path.unlink()

@@ -48,7 +48,7 @@ typedef uint64_t mv_word;
 #define MV_SCALAR(function) __builtin_##function
 #endif
 #ifdef MEHVAR_SMALL
-#define MV_LARGE static inline __attribute__((noinline))
+#define MV_LARGE static __attribute__((noinline, unused))
 #else
 #define MV_LARGE static inline
 #endif

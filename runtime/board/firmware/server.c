@@ -41,10 +41,10 @@ static uint8_t *put32(uint8_t *to, uint32_t value) { return put(to, &value, size
 
 static uint8_t *put_name(uint8_t *to, const char *name)
 {
-    uint32_t i = 0;
-    for (; i < NAME - 1 && name[i] != 0; i++) to[i] = (uint8_t)name[i];
-    for (; i < NAME; i++) to[i] = 0;
-    return to + NAME;
+    uint8_t *const end = to + NAME;
+    while (*name != 0 && to < end - 1) *to++ = (uint8_t)*name++;
+    while (to < end) *to++ = 0;
+    return to;
 }
 
 static void reply(uint8_t flags, const uint8_t *end)

@@ -66,7 +66,9 @@ class Bench:
     def start(self, link: Link) -> None:
         """Set parameters and memory as the closed loop starts."""
         link.reset()
-        for group, values in zip("pcs", (self.expected.parameters.p, self.expected.parameters.c, self.expected.parameters.s), strict=True):
+        for group, values in zip(
+            "pcs", (self.expected.parameters.p, self.expected.parameters.c, self.expected.parameters.s), strict=True
+        ):
             link.set(group, values)
         link.set("z", self.expected.z[0])
 

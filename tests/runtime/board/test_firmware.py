@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The firmware as text and as an image: warnings, analysers, sanitizers, sizes, what a step costs."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from runtime.board.build import FIRMWARE, build, compile_commands, program, sources, write_sources
+from runtime.board.elf import Elf, read_elf
+from runtime.board.glue import layout
+from runtime.board.run import Asked, run_on_board
+from runtime.board.toolchains import board, host_toolchain, toolchain
+from runtime.build import NATIVE, load_library
+from tests.runtime.board.conftest import load
+
+HERE = Path(__file__).parent
+STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wpedantic", "-Werror")
+BUDGET = json.loads((HERE / "budget.json").read_text())
+NEEDS_GCC = pytest.mark.skipif(not shutil.which("arm-none-eabi-gcc"), reason="not installed")
+LAWS = [
+    ("satellite", "mrac", "stm32f4"), ("satellite", "pd", "mps2-m3"), ("triangle", "path", "stm32f4-usart2"),
+    ("triangle", "sliding", "mps2-m4f"), ("slosh", "lyapunov-v1", "mps2-m7"),
+]  # fmt: skip
+
+
+def check(folder, made, chosen, compiler):
+    """Compile every file of a firmware without writing anything."""
+    texts = sources(made, chosen)
+    write_sources(folder, texts)
+    for command in compile_commands(texts, made.model.manifest.model, chosen, compiler)[:-1]:
+        done = subprocess.run(
+            [*command, *STRICT, "-fsyntax-only"], cwd=folder, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+
+
+@NEEDS_GCC
+@pytest.mark.parametrize("raw", [False, True])
+@pytest.mark.parametrize(("model", "law", "name"), LAWS)
+def test_no_file_has_a_warning(tmp_path, model, law, name, raw):
+    check(tmp_path, program(load(model), law, raw=raw), board(name), toolchain("gcc"))
+
+
+def test_the_process_has_no_warning(tmp_path):
+    check(tmp_path, program(load("satellite"), "mrac"), None, host_toolchain())
+
+
+@pytest.mark.skipif(not shutil.which("cppcheck"), reason="not installed")
+def test_cppcheck_finds_nothing(tmp_path):
+    write_sources(tmp_path, sources(program(load("satellite"), "mrac"), board("stm32f4")))
+    command = [
+        "cppcheck", "--std=c99", "--enable=warning,performance,portability", "--error-exitcode=1", "--inline-suppr",
+        "--suppress=comparePointers:cortexm.c",  # the linker's symbols
+        "-q", "-DMEHVAR_FLOAT", "-I.", "-Ilibc", ".",
+    ]  # fmt: skip
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_no_allocation_and_no_standard_input_or_output():
+    portable = [path for path in FIRMWARE.rglob("*.[ch]") if path.name != "posix.c"]
+    assert len(portable) > 10
+    for path in portable:
+        assert not re.search(r"\b(malloc|calloc|free\(|printf|stdio\.h|stdlib\.h|double)\b", path.read_text()), path
+
+
+def test_the_receiver_survives_damaged_frames(tmp_path):
+    """Two hundred thousand under both sanitizers; benchmarks/board.py sends ten million."""
+    texts = sources(program(load("satellite"), "mrac"), None)
+    write_sources(tmp_path, texts)
+    shutil.copyfile(HERE / "fuzz.c", tmp_path / "fuzz.c")
+    units = ["satellite.c", "app.c", "link.c", "server.c", "fuzz.c"]
+    flags = ["-O1", "-std=c99", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-I.", "-ffp-contract=off"]
+    command = [*host_toolchain().command, *flags, "-DMEHVAR_FLOAT", *units, "-o", "fuzz", "-lm"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    done = subprocess.run(["./fuzz", "5", "200000"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    sent, answered = map(int, re.findall(r"\d+", done.stdout))
+    assert sent == 200_000
+    assert 100_000 < answered < 200_000
+
+
+@pytest.fixture(scope="module")
+def kernels():
+    texts = {path.name: path.read_text() for path in NATIVE.glob("*.h")}
+    texts |= {"sqrtf.c": (FIRMWARE / "libc" / "sqrtf.c").read_text(), "kernels.c": (HERE / "kernels.c").read_text()}
+    return load_library("board_kernels", texts, ["kernels.c"], ("-O2", "-DMEHVAR_FLOAT"))
+
+
+def floats(rng, n):
+    special = [0, -0.0, 1, np.inf, -np.inf, np.nan, 1e-45, 1.1754942e-38, 1.1754944e-38, 3.4028235e38, -1, 2, 0.5]
+    return np.concatenate([rng.integers(0, 2**32, n, np.uint32).view(np.float32), np.array(special, np.float32)])
+
+
+def pointer(array):
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
+def test_square_root_and_remainder_are_the_c_librarys(kernels):
+    rng = np.random.default_rng(1)
+    x = floats(rng, 200_000)
+    y = np.concatenate([x[::-1][:150_000], rng.uniform(1e-3, 1e3, x.size - 150_000).astype(np.float32)])
+    ours, theirs = np.zeros_like(x), np.zeros_like(x)
+    kernels.square_roots(ctypes.c_long(x.size), pointer(x), pointer(ours), pointer(theirs))
+    np.testing.assert_array_equal(ours, theirs)
+    kernels.remainders(ctypes.c_long(x.size), pointer(x), pointer(y), pointer(ours), pointer(theirs))
+    np.testing.assert_array_equal(ours, theirs)
+    assert (np.signbit(ours) == np.signbit(theirs))[~np.isnan(ours)].all()
+
+
+def measured(compiler):
+    outcome = run_on_board(load("satellite"), Asked("mrac", "unicorn", compiler=compiler, samples=450, every=50))
+    assert outcome.max_ulp == 0
+    profile, elf = outcome.profile, outcome.elf
+    stack = outcome.stats["stack_used"]
+    found = {"instructions": profile.most, "cycles": profile.cycles, "flash": elf.flash, "ram": elf.ram, "stack": stack}
+    return found, elf, outcome
+
+
+@pytest.mark.parametrize("compiler", [pytest.param("gcc", marks=NEEDS_GCC), "zig"])
+def test_a_step_and_an_image_stay_within_their_budget(compiler):
+    """The adaptive law, designed for the delay; numbers of the same compiler may grow by 2 %."""
+    found, elf, outcome = measured(compiler)
+    budget = BUDGET[compiler]
+    if outcome.image.toolchain.version == budget["version"]:
+        for name, value in found.items():
+            assert value <= 1.02 * budget["measured"][name], f"{name} grew: change budget.json if it must"
+    for name, limit in budget["limits"].items():
+        assert found[name] <= limit, name
+    assert elf.doubles() == []
+    for coverage in outcome.covered:
+        assert coverage.run >= 0.95 * coverage.lines or coverage.function == "app_step", coverage
+
+
+@NEEDS_GCC
+def test_a_double_routine_is_noticed(tmp_path):
+    """The image in double has what the symbol check looks for."""
+    made, chosen = program(load("triangle"), "path"), board("stm32f4")
+    texts = sources(made, chosen)
+    write_sources(tmp_path, texts)
+    for command in compile_commands(texts, "triangle", chosen, toolchain("gcc")):
+        words = [word for word in command if word != "-DMEHVAR_FLOAT"]
+        if words[-1] != "sqrtf.o":
+            done = subprocess.run(
+                [w for w in words if w != "sqrtf.o"] + (["-lm", "-lc", "-lnosys"] if "-T" in words else []),
+                cwd=tmp_path,
+                check=False,
+                capture_output=True,
+                text=True,
+            )
+    assert done.returncode == 0, done.stderr
+    assert "__aeabi_dmul" in read_elf(tmp_path / "firmware.elf").doubles()
+
+
+def test_names_of_double_routines():
+    names = dict.fromkeys(("__aeabi_dadd", "__aeabi_f2d", "__adddf3", "sin", "sqrt", "__aeabi_d2iz"), (0, 0))
+    innocent = dict.fromkeys(("sqrtf", "__aeabi_uldivmod", "__aeabi_fadd", "app_step", "mv_sincos", "memset"), (0, 0))
+    assert Elf((), names | innocent, 0, 0, 0).doubles() == sorted(names)
+
+
+def test_the_layout_comes_from_the_models_names():
+    manifest = load("satellite").manifest
+    found = layout(manifest, manifest.controller("mrac"))
+    assert found.inputs[:3] == ("roll", "pitch", "yaw")
+    assert found.inputs[10:] == ("ref_roll", "ref_pitch", "ref_yaw", "Tx_applied", "Ty_applied", "Tz_applied")
+    assert found.outputs == ("Tx", "Ty", "Tz")
+    assert found.hash != layout(manifest, manifest.controller("pd")).hash
+
+
+def test_a_program_is_compiled_once():
+    made = program(load("triangle"), "sliding")
+    build(made, None, host_toolchain())
+    assert not build(made, None, host_toolchain()).built
