@@ -98,12 +98,6 @@ class Store:
             return sorted(int(name) for name in names if name.isdigit() and int(name) < self.blocks())
         return [block for block in range(self.blocks()) if self._status[block * self.chunk] != NOT_RUN]
 
-    def position(self, run: int) -> int:
-        """Return the place of a run among the stored ones."""
-        block = run // self.chunk
-        before = sum(len(self.runs(b)) for b in self.stored() if b < block)
-        return before + run - self.runs(block).start
-
     def write(self, block: int, values: Mapping[str, NDArray[Any]]) -> None:
         """Store a block, its status last.
 

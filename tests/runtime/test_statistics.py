@@ -18,7 +18,7 @@ from runtime.errors import InputError
 from runtime.problem import Status
 from runtime.sampling import Sampler
 from runtime.sensitivity import sensitivities
-from runtime.statistics import QUANTILES, StopRule, bands, column, interval, summarise, worst
+from runtime.statistics import QUANTILES, StopRule, bands, interval, summarise, worst
 from runtime.store import STATUS, Store, Variable, create
 
 N, CHUNK = 1000, 64
@@ -79,7 +79,10 @@ def test_a_summary_counts_what_is_there(rng: np.random.Generator) -> None:
         assert row.quantiles[q] == ordered[int(np.ceil(q * len(ordered))) - 1]
     assert row.largest == (500, np.inf)
     assert row.smallest == (int(np.nanargmin(metric)), float(np.nanmin(metric)))
-    assert worst(store, column(store, "m"), 3) == np.argsort(np.where(np.isnan(metric), np.inf, -metric))[:3].tolist()
+    assert (
+        worst(store, lambda block: store.read("m", [block]), 3)
+        == np.argsort(np.where(np.isnan(metric), np.inf, -metric))[:3].tolist()
+    )
     assert summarise(store, "m < 0").successes == int(((metric < 0) & (status == 0)).sum())
 
 
