@@ -99,6 +99,9 @@ static inline mv_reduced mv_reduce(real x)
     return (mv_reduced){r, sine_rest, most, cosine_rest, turns};
 }
 
+#if MEHVAR_LANES > 1
+__attribute__((always_inline)) /* a call would spill every vector register */
+#endif
 static inline void mv_sincos(real x, real *sine, real *cosine)
 {
     const mv_reduced v = mv_reduce(x);
