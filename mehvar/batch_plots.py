@@ -9,6 +9,7 @@ import numpy as np
 
 from mehvar.plots import BLUE, GREY, VERMILLION, label, new_figure, pretty_unit, require_matplotlib, style
 from runtime.errors import unknown_name
+from runtime.sampling import FloatArray
 from runtime.statistics import bands, column, metric_names, worst
 from runtime.store import Store
 
@@ -86,8 +87,12 @@ def _draw_bands(ax: Axes, store: Store, name: str) -> None:
 
 def _largest(store: Store, name: str) -> list[int]:
     """Return the runs with the largest magnitude of a variable."""
-    top = np.fmax(np.abs(column(store, f"minimum({name})")), np.abs(column(store, f"maximum({name})")))
-    return worst(store, top, _WORST)
+
+    def magnitude(block: int) -> FloatArray:
+        low, high = (column(store, f"{end}({name})", [block]) for end in ("minimum", "maximum"))
+        return np.fmax(np.abs(low), np.abs(high))
+
+    return worst(store, magnitude, _WORST)
 
 
 def _draw_histogram(ax: Axes, store: Store, name: str) -> None:
@@ -95,11 +100,12 @@ def _draw_histogram(ax: Axes, store: Store, name: str) -> None:
     values = column(store, name)
     known = values[np.isfinite(values)]
     ax.hist(known, bins=_BINS, color=BLUE)
-    for run in worst(store, values, _WORST):
-        value = values[store.position(run)]
+    for run in worst(store, lambda block: store.read(name, [block]), _WORST):
+        block, row = divmod(run, store.chunk)
+        value = store.read(name, [block])[row]
         if np.isfinite(value):
-            ax.axvline(value, color=VERMILLION, linewidth=0.8)
             place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "rotation": 90, "ha": "right", "va": "top"}
+            ax.axvline(value, color=VERMILLION, linewidth=0.8)
             ax.annotate(f"run {run}", (value, 0.95), fontsize=7, color=GREY, **place)
     ax.set_title(f"{said['long_name']}: {known.size} of {values.size} runs", wrap=True)
     ax.set_xlabel(f"{name} [{pretty_unit(said['units'])}]")

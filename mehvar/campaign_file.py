@@ -102,7 +102,9 @@ def campaign_of(asked: CampaignFile, origin: str) -> Campaign:
 def _sentence(item: dict[str, object]) -> str:
     """Say field, value and what is allowed from one of pydantic's errors."""
     place = item["loc"]
-    field = ".".join(str(part) for part in place if part not in ("int", "float", "str")) if isinstance(place, tuple) else ""
+    field = (
+        ".".join(str(part) for part in place if part not in ("int", "float", "str")) if isinstance(place, tuple) else ""
+    )
     if item["type"] == "missing":
         return f"{field} is missing"
     if item["type"] == "extra_forbidden":

@@ -3,16 +3,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
+import numpy as np
 import typer
 
 from mehvar.console import print_table
 from runtime.batch import plan_of
-from runtime.blocks import IMPOSSIBLE
+from runtime.blocks import IMPOSSIBLE, STATUS_TEXT
 from runtime.errors import InputError
 from runtime.sensitivity import Sensitivity, sensitivities
-from runtime.statistics import Statistics, run_ids, summarise
+from runtime.statistics import Statistics, summarise
 from runtime.store import STATUS, Store, open_store
 
 _REFUSALS = 3  # that are shown
@@ -71,7 +74,7 @@ def print_statistics(store: Store, success: str | None = None) -> None:
     titles = ["metric", "unit", "not finite", "mean", "sd", *(f"{100 * q:g} %" for q in shown), "smallest", "largest"]
     print_table("", titles, rows)
     _print_sensitivities(sensitivities(store))
-    _print_refusals(store)
+    _print_refusals(store, found)
 
 
 def _extent(found: Statistics) -> str:
@@ -104,15 +107,20 @@ def _cell(item: Sensitivity, name: str) -> str:
     return f"{item.first[name]:.3f}" + (f" / {item.total[name]:.3f}" if item.total else "")
 
 
-def _print_refusals(store: Store) -> None:
+def _print_refusals(store: Store, found: Statistics) -> None:
     """Show why the first impossible runs are impossible."""
-    blocks = store.stored()
-    impossible = run_ids(store, blocks)[store.read(STATUS, blocks) == IMPOSSIBLE].tolist()
-    if not impossible:
+    number = found.statuses.get(STATUS_TEXT[IMPOSSIBLE], 0)
+    if not number:
         return
     plan = plan_of(store)
-    typer.echo(f"\n{len(impossible)} runs were drawn with values that are not allowed and were not computed:")
-    for run in impossible[:_REFUSALS]:
+    typer.echo(f"\n{number} runs were drawn with values that are not allowed and were not computed:")
+    for run in islice(_impossible(store), _REFUSALS):
         typer.echo(f"  run {run}: {plan.refusal(run)}")
-    if len(impossible) > _REFUSALS:
+    if number > _REFUSALS:
         typer.echo("  ...")
+
+
+def _impossible(store: Store) -> Iterator[int]:
+    for block in store.stored():
+        first = store.runs(block).start
+        yield from (first + int(k) for k in np.flatnonzero(store.read(STATUS, [block]) == IMPOSSIBLE))

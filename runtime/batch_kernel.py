@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .backend import FloatArray, Real
 from .batch_source import Loop, kernel_sources
 from .build import load_library
+from .compiler import require_compiler
 from .errors import InputError, bad_value, unknown_name
 from .manifest import Metric, identifier
 from .metrics import KINDS
@@ -308,7 +309,8 @@ class _Job(ctypes.Structure):
 def _library(loop: Loop, profile: Profile, lanes: int) -> ctypes.CDLL:
     """Compile a kernel, or load it from the cache."""
     contract = "off" if profile == "portable" else "fast"
-    flags = ["-O2", "-fno-tree-slp-vectorize", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}", *vector_flags()]
+    flags = ["-O2", "-fno-tree-slp-vectorize", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}"]
+    flags += [*vector_flags(), *require_compiler().scheduling]
     name = f"{identifier(loop.manifest.model)}_batch"
     library = load_library(name, kernel_sources(loop), ["batch.c"], [*flags, f"-ffp-contract={contract}"])
     library.mv_job_size.restype = library.mv_work_size.restype = ctypes.c_int64

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,8 @@ from .campaign import Plan
 from .errors import InputError, bad_value
 from .manifest import Quantity
 from .problem import Status
-from .store import NOT_RUN, STATUS, Variable
+from .store import NOT_RUN, STATUS, Coordinate, Variable
 from .ticks import positive
-
-if TYPE_CHECKING:
-    import xarray
 
 Values = Mapping[str, NDArray[Any]]
 """What a store takes for the runs of one block, by name."""
@@ -84,17 +81,15 @@ class Blocks:
             Variable(STATUS, "uint8", attributes={"long_name": "how the run ended", **flags}),
         ]
 
-    def coordinates(self) -> xarray.Dataset:
+    def coordinates(self) -> dict[str, Coordinate]:
         """Return the names and instants along second dimensions."""
-        import xarray
-
         wide = self.quantities()
-        units = {"units": [q.unit for q in wide.values()]}
-        found = xarray.Dataset(
-            coords={"state": list(self.plan.model.state_names), "variable": ("variable", list(wide), units)}
-        )
+        found = {
+            "state": Coordinate(list(self.plan.model.state_names)),
+            "variable": Coordinate(list(wide), {"units": [q.unit for q in wide.values()]}),
+        }
         if len(self.instants):
-            found = found.assign_coords(t=("t", self.instants, {"units": "s", "long_name": "time"}))
+            found["t"] = Coordinate(self.instants, {"units": "s", "long_name": "time"})
         return found
 
     def scalars(self) -> list[str]:

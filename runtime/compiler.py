@@ -44,6 +44,13 @@ class Compiler:
         return ("-mcpu=baseline", "-fno-sanitize=undefined") if zig else ()
 
 
+    @property
+    def scheduling(self) -> tuple[str, ...]:
+        """Flags with which gcc orders long straight-line code so that its values stay in registers."""
+        clang = "clang" in self.version.lower() or self.flags
+        return () if clang else ("-fschedule-insns", "-fsched-pressure")
+
+
 def find_compiler() -> Compiler | None:
     """Return the compiler to use: $CC, then cc, clang, gcc on the path, then the ziglang package; or None.
 

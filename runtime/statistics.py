@@ -7,8 +7,9 @@ Everything is taken block by block or column by column, so memory does not grow 
 from __future__ import annotations
 
 import json
+import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -179,20 +180,21 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
     if not blocks:
         raise InputError(f"{store.name} holds no run yet")
     succeeds = Success(success or store.attributes["success"] or None)
-    status = store.read(STATUS, blocks)
-    codes, counts = np.unique(status[status != NOT_RUN], return_counts=True)
-    successes = sum(int(np.count_nonzero(succeeds(store, [block]))) for block in blocks)
-    low, high = interval(successes, len(status))
-    runs = run_ids(store, blocks)
+    endings, successes = np.zeros(NOT_RUN + 1, np.int64), 0
+    for block in blocks:
+        endings += np.bincount(store.read(STATUS, [block]), minlength=len(endings))
+        successes += int(np.count_nonzero(succeeds(store, [block])))
+    runs = int(endings.sum())
+    low, high = interval(successes, runs)
     return Statistics(
         planned=store.n,
-        stored=len(status),
-        statuses={STATUS_TEXT[int(code)]: int(number) for code, number in zip(codes, counts, strict=True)},
+        stored=runs,
+        statuses={STATUS_TEXT[code]: int(endings[code]) for code in np.flatnonzero(endings).tolist()},
         successes=successes,
-        probability=successes / len(status),
+        probability=successes / runs,
         low=low,
         high=high,
-        rows=[_row(store, name, column(store, name, blocks), runs) for name in metric_names(store)],
+        rows=[_row(store, name, blocks) for name in metric_names(store)],
     )
 
 
@@ -208,22 +210,22 @@ def drawn_names(store: Store) -> list[str]:
     return names
 
 
-def run_ids(store: Store, blocks: Sequence[int]) -> NDArray[np.int64]:
-    """Return the ids of the runs of some blocks."""
-    return np.concatenate([np.arange(store.runs(b).start, store.runs(b).stop) for b in blocks])
-
-
-def worst(store: Store, values: FloatArray, most: int) -> list[int]:
+def worst(store: Store, values: Callable[[int], FloatArray], most: int) -> list[int]:
     """Return the runs with the largest values, the largest first; a run without one is not among them.
 
     Parameters
     ----------
-    values : array
-        One number per stored run, as from `column`.
+    values : callable
+        Returns one number for each run of a block.
     """
-    known = np.flatnonzero(~np.isnan(values))
-    order = np.argsort(-values[known], kind="stable")[:most]
-    return [int(run) for run in run_ids(store, store.stored())[known[order]]]
+    best: list[tuple[float, int]] = []
+    for block in store.stored():
+        found = values(block)
+        known = np.flatnonzero(~np.isnan(found))
+        order = known[np.argsort(-found[known], kind="stable")[:most]]
+        first = store.runs(block).start
+        best = sorted([*best, *((-float(found[i]), first + int(i)) for i in order)])[:most]
+    return [run for _, run in best]
 
 
 def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
@@ -250,30 +252,49 @@ def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
     return np.concatenate(parts, axis=1)
 
 
-def _row(store: Store, name: str, values: FloatArray, runs: NDArray[np.int64]) -> Row:
+def _row(store: Store, name: str, blocks: Sequence[int]) -> Row:
     said = store.variables()[name].attributes
-    finite = np.isfinite(values)
-    known = values[finite]
-    ordered = np.where(np.isnan(values), -np.inf, values)
-    top = int(np.argmax(ordered))
-    bottom = int(np.argmin(np.where(np.isnan(values), np.inf, values)))
+    finite, total, squares, centre = 0, 0.0, 0.0, 0.0
+    smallest, largest = (-1, math.nan), (-1, math.nan)
+    for block in blocks:
+        values, first = store.read(name, [block]), store.runs(block).start
+        known = values[np.isfinite(values)]
+        centre = float(known[0]) if known.size and not finite else centre
+        finite += known.size
+        total += float(np.sum(known - centre))
+        squares += float(np.sum((known - centre) ** 2))
+        for run, value in _ends(values):
+            if not smallest[1] <= value:
+                smallest = (first + run, value)
+            if not largest[1] >= value:
+                largest = (first + run, value)
+    variance = (squares - total**2 / finite) / (finite - 1) if finite > 1 else math.nan
     return Row(
         name=name,
         unit=said["units"],
         description=said["long_name"],
-        finite=int(finite.sum()),
-        mean=float(known.mean()) if known.size else np.nan,
-        sd=float(known.std(ddof=1)) if known.size > 1 else np.nan,
-        quantiles=dict(zip(QUANTILES, _quantiles(values), strict=True)),
-        smallest=(int(runs[bottom]), float(values[bottom])),
-        largest=(int(runs[top]), float(values[top])),
+        finite=finite,
+        mean=centre + total / finite if finite else math.nan,
+        sd=math.sqrt(max(variance, 0.0)) if finite > 1 else math.nan,
+        quantiles=dict(zip(QUANTILES, _quantiles(store.read(name, blocks)), strict=True)),
+        smallest=smallest,
+        largest=largest,
     )
 
 
-def _quantiles(values: FloatArray) -> list[float]:
-    """Return quantiles without interpolation, so that infinite values count as what they are."""
-    known = values[~np.isnan(values)]
+def _ends(values: FloatArray) -> list[tuple[int, float]]:
+    """Return place and value of the smallest and the largest number; nothing when there is none."""
+    known = np.flatnonzero(~np.isnan(values))
     if not known.size:
-        return [np.nan] * len(QUANTILES)
-    found: list[float] = np.quantile(known, QUANTILES, method="inverted_cdf").tolist()
-    return found
+        return []
+    places = (known[np.argmin(values[known])], known[np.argmax(values[known])])
+    return [(int(place), float(values[place])) for place in places]
+
+
+def _quantiles(values: FloatArray) -> list[float]:
+    """Return quantiles without interpolation, so that infinite values count as what they are; sorts in place."""
+    values.sort()  # NaN last
+    known = len(values) - int(np.count_nonzero(np.isnan(values)))
+    if not known:
+        return [math.nan] * len(QUANTILES)
+    return [float(values[math.ceil(q * known) - 1]) for q in QUANTILES]

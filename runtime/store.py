@@ -48,6 +48,14 @@ class Variable:
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Coordinate:
+    """What stands along a second dimension: names, or numbers such as instants."""
+
+    values: Sequence[str] | NDArray[np.float64]
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+
 class StoreError(OSError):
     """The store cannot take the next block; what it has is kept."""
 
@@ -97,12 +105,6 @@ class Store:
             names = [entry.name for entry in folder.iterdir()] if folder.is_dir() else []
             return sorted(int(name) for name in names if name.isdigit() and int(name) < self.blocks())
         return [block for block in range(self.blocks()) if self._status[block * self.chunk] != NOT_RUN]
-
-    def position(self, run: int) -> int:
-        """Return the place of a run among the stored ones."""
-        block = run // self.chunk
-        before = sum(len(self.runs(b)) for b in self.stored() if b < block)
-        return before + run - self.runs(block).start
 
     def write(self, block: int, values: Mapping[str, NDArray[Any]]) -> None:
         """Store a block, its status last.
@@ -199,7 +201,12 @@ class Store:
 
 
 def create(
-    path: Path | None, n: int, chunk: int, variables: Sequence[Variable], coordinates: xarray.Dataset, **attributes: Any
+    path: Path | None,
+    n: int,
+    chunk: int,
+    variables: Sequence[Variable],
+    coordinates: Mapping[str, Coordinate],
+    **attributes: Any,
 ) -> Store:
     """Make a store without runs; it appears under its name when it is complete.
 
@@ -211,8 +218,8 @@ def create(
         Runs in all and in one block.
     variables : sequence of Variable
         What the store holds for each run; `status` is one of them.
-    coordinates : xarray.Dataset
-        Names and instants along second dimensions.
+    coordinates : mapping
+        Names and instants along second dimensions, by dimension.
     **attributes
         Of the group; whatever JSON can say.
 
@@ -270,7 +277,7 @@ def _fill(
     n: int,
     chunk: int,
     variables: Sequence[Variable],
-    coordinates: xarray.Dataset,
+    coordinates: Mapping[str, Coordinate],
     attributes: Mapping[str, Any],
 ) -> Store:
     import zarr
@@ -282,19 +289,20 @@ def _fill(
     )
     for variable in variables:
         _array(group, variable, n, chunk)
-    for name, values in coordinates.variables.items():
-        text = values.dtype.kind in "OUT"
+    for name, coordinate in coordinates.items():
+        text = not isinstance(coordinate.values, np.ndarray)
+        values = np.array(coordinate.values, dtype=object if text else np.float64)
         array = group.create_array(
-            str(name),
+            name,
             shape=values.shape,
             chunks=values.shape,
             dtype="string" if text else "float64",
             fill_value="" if text else np.nan,
             compressors=None,
-            dimension_names=[str(d) for d in values.dims],
-            attributes=dict(values.attrs),
+            dimension_names=[name],
+            attributes=dict(coordinate.attributes),
         )
-        array[:] = values.values.astype(object) if text else values.values
+        array[:] = values
     _consolidate(group)
     return Store(group, path)
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binomtest
@@ -18,8 +17,8 @@ from runtime.errors import InputError
 from runtime.problem import Status
 from runtime.sampling import Sampler
 from runtime.sensitivity import sensitivities
-from runtime.statistics import QUANTILES, StopRule, bands, column, interval, summarise, worst
-from runtime.store import STATUS, Store, Variable, create
+from runtime.statistics import QUANTILES, StopRule, bands, interval, summarise, worst
+from runtime.store import STATUS, Coordinate, Store, Variable, create
 
 N, CHUNK = 1000, 64
 
@@ -30,7 +29,7 @@ def filled(values: dict[str, np.ndarray], n: int = N, blocks: list[int] | None =
     variables = [Variable(name, "float64", attributes=said) for name in ("a", "b", "m")]
     variables += [Variable("x", "float64", "t", 5, said), Variable("final", "float64", "state", 1)]
     variables += [Variable(STATUS, "uint8")]
-    coordinates = xarray.Dataset(coords={"state": ["x"], "t": ("t", np.arange(5.0))})
+    coordinates = {"state": Coordinate(["x"]), "t": Coordinate(np.arange(5.0))}
     known = {"drawn": json.dumps(["a", "b"]), "metrics": json.dumps(["m"]), "success": "", **attributes}
     store = create(None, n, CHUNK, variables, coordinates, **known)
     empty = {"a": np.zeros(n), "b": np.zeros(n), "m": np.zeros(n), "x": np.zeros((n, 5)), "final": np.zeros((n, 1))}
@@ -79,7 +78,10 @@ def test_a_summary_counts_what_is_there(rng: np.random.Generator) -> None:
         assert row.quantiles[q] == ordered[int(np.ceil(q * len(ordered))) - 1]
     assert row.largest == (500, np.inf)
     assert row.smallest == (int(np.nanargmin(metric)), float(np.nanmin(metric)))
-    assert worst(store, column(store, "m"), 3) == np.argsort(np.where(np.isnan(metric), np.inf, -metric))[:3].tolist()
+    assert (
+        worst(store, lambda block: store.read("m", [block]), 3)
+        == np.argsort(np.where(np.isnan(metric), np.inf, -metric))[:3].tolist()
+    )
     assert summarise(store, "m < 0").successes == int(((metric < 0) & (status == 0)).sum())
 
 

@@ -13,7 +13,7 @@ import xarray
 import zarr.storage._local
 
 from runtime.errors import InputError
-from runtime.store import NOT_RUN, STATUS, Store, StoreError, Variable, create, open_store
+from runtime.store import NOT_RUN, STATUS, Coordinate, Store, StoreError, Variable, create, open_store
 
 VARIABLES = [
     Variable("m1", "float64", attributes={"units": "kg"}),
@@ -21,7 +21,7 @@ VARIABLES = [
     Variable("theta", "float64", "t", 3),
     Variable(STATUS, "uint8"),
 ]
-COORDINATES = xarray.Dataset(coords={"state": ["a", "b"], "t": ("t", [0.0, 0.5, 1.0], {"units": "s"})})
+COORDINATES = {"state": Coordinate(["a", "b"]), "t": Coordinate(np.array([0.0, 0.5, 1.0]), {"units": "s"})}
 
 
 def values(first: int, count: int) -> dict[str, np.ndarray]:
@@ -130,7 +130,7 @@ def test_a_store_in_memory_is_the_same(tmp_path: Path, store: Store) -> None:
 def test_series_are_chunked_in_time_too(tmp_path: Path) -> None:
     """Bands read all runs at one instant."""
     long = [Variable("theta", "float64", "t", 10_000), Variable(STATUS, "uint8")]
-    coordinates = xarray.Dataset(coords={"t": ("t", np.arange(10_000.0))})
+    coordinates = {"t": Coordinate(np.arange(10_000.0))}
     store = create(tmp_path / "long.zarr", 4096, 4096, long, coordinates)
     with xarray.open_zarr(store.path) as plain:
         assert plain.theta.encoding["chunks"] == (4096, 128)
