@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-import mpmath  # type: ignore[import-untyped]
+import mpmath
 
 from codegen.diff.field import Undefined
 from codegen.diff.worlds import Lookup, Pool, World
@@ -89,7 +89,7 @@ class RealWorld(World[Any]):
             target = self.lookup(operands[0])
             if target is None:
                 return _real(self.point[operands[0]]), 0
-            return target[0].value(target[1]), target[0].size(target[1])  # type: ignore[attr-defined]
+            return target[0].value(target[1]), target[0].size(target[1])
         if operation == "num":
             return _real(Fraction(operands[0])), 0
         if operation == "const":

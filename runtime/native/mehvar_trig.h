@@ -99,14 +99,12 @@ static inline mv_reduced mv_reduce(real x)
     return (mv_reduced){r, sine_rest, most, cosine_rest, turns};
 }
 
-<<<<<<< HEAD
-MV_LARGE void mv_sincos(real x, real *sine, real *cosine)
-=======
 #if MEHVAR_LANES > 1
-__attribute__((always_inline)) /* a call would spill every vector register */
+__attribute__((always_inline)) static inline /* a call would spill every vector register */
+#else
+MV_LARGE
 #endif
-static inline void mv_sincos(real x, real *sine, real *cosine)
->>>>>>> batch
+void mv_sincos(real x, real *sine, real *cosine)
 {
     const mv_reduced v = mv_reduce(x);
     const real s = v.sine + v.sine_rest, c = v.cosine + v.cosine_rest;
