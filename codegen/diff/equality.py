@@ -260,6 +260,12 @@ class Judge:
                 return Decision(False, f"a point with {reals.DIGITS} digits")
             coverage.visit(worlds)
         if found < _FEW:
+            for side, other, name in ((old, new, "old"), (new, old, "new")):
+                alone = sum(
+                    1 for worlds in self.real_points([side], _FEW) if worlds[other[0]].defined(other[1]) is None
+                )
+                if alone == _FEW:
+                    return Decision(False, f"only the {name} side exists at {alone} points")
             return Decision(None, f"no difference, but both sides exist at only {found} of {_TRIES * _BRANCHED} points")
         missing = coverage.missing()
         if missing is not None:
