@@ -24,16 +24,18 @@ from mehvar.diff_text import (
     number,
     point,
     said,
-    shown,
     stories,
     sure,
     title,
+    told,
 )
 from mehvar.diffing import Diff, ModelDiff, Status
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _FOLDED = (
     (Verdict.INHERITED, "inherited: other values, because of the changes above"),
+    (Verdict.ADDED, "added, used by other equations"),
+    (Verdict.REMOVED, "removed, were used by other equations"),
     (Verdict.REARRANGED, "rearranged: written differently, equal"),
     (Verdict.RENAMED, "renamed, equal"),
     (Verdict.SCALED, "scaled: the same equation, multiplied by something"),
@@ -130,15 +132,18 @@ class _Sheet:
     def section(self) -> _Section:
         """Return what the page says about this model."""
         comparison, status = self._comparison, self._model.status
-        telling = (Verdict.CHANGED, Verdict.UNDECIDED, Verdict.ADDED, Verdict.REMOVED)
-        folded = [(heading, [self._card(e) for e in comparison.of(verdict)]) for verdict, heading in _FOLDED]
+        told_already = {equation for equation, _ in told(comparison)}
+        folded = [
+            (heading, [self._card(equation) for equation in comparison.of(verdict) if equation not in told_already])
+            for verdict, heading in _FOLDED
+        ]
         return _Section(
             name=self._model.model,
             kind={Status.SAME: "same", Status.UNDECIDED: "maybe"}.get(status, "changed"),
             status=status.value,
             counted=counted(comparison),
             stories=stories(comparison),
-            changed=[self._card(equation, group) for equation, group in shown(comparison, *telling)],
+            changed=[self._card(equation, group) for equation, group in told(comparison)],
             parameters=comparison.parameters,
             follows=self._model.consequences,
             folded=[(f"{len(cards)} {heading}", cards) for heading, cards in folded if cards],
@@ -187,11 +192,12 @@ class _Sheet:
     def _marks(self, equation: Equation) -> tuple[Marks, Marks]:
         if equation.old_node is None or equation.new_node is None or equation.verdict is Verdict.SAME:
             return frozenset(), frozenset()
-        old = {place for edit in equation.edits if edit.old for place in edit.old.places}
-        new = {place for edit in equation.edits if edit.new for place in edit.new.places}
-        if old or new:
-            return frozenset(old), frozenset(new)
-        return self._alignment.marks(equation.old_node, equation.new_node)
+        old = frozenset(place for edit in equation.edits if edit.old for place in edit.old.places)
+        new = frozenset(place for edit in equation.edits if edit.new for place in edit.new.places)
+        if old and new:
+            return old, new
+        written = self._alignment.marks(equation.old_node, equation.new_node)
+        return old or written[0], new or written[1]
 
 
 def _left(name: str, equation: Equation, latex: Mapping[str, str]) -> str:
@@ -205,6 +211,6 @@ def _notes(comparison: Comparison, equation: Equation, group: Group | None) -> l
         notes.append(f"Inherited by {labels(comparison, equation.users)}.")
     if equation.via:
         notes.append(f"Because of {labels(comparison, equation.via)}.")
-    if not equation.matters and equation.verdict in (Verdict.CHANGED, Verdict.ADDED, Verdict.REMOVED):
-        notes.append("No equation or result has another value because of it.")
+    if not equation.matters and equation.verdict is Verdict.CHANGED:
+        notes.append("What uses it compensates: no equation or result has another value because of it.")
     return [note for note in notes if note]

@@ -17,7 +17,7 @@ from typing import Any
 
 from rich.text import Text
 
-from codegen.generate import Tree, find_tree, installed_tree
+from codegen.generate import Tree, find_tree, installed_tree, system_of
 from mehvar.console import working
 from mehvar.diff_text import Line, print_lines
 from runtime.build import cache_folder
@@ -118,10 +118,10 @@ def _kept(tree: Tree, model: str) -> Path:
 
 def _judge(root: Path, model: str) -> str:
     """Derive a model and judge its paper; runs in a process of its own."""
-    from codegen.generate import system_of
-    from codegen.ledger import ledger_json
+    system = system_of(Tree(root), model, {})
+    from codegen.ledger import ledger_json  # after the model, so that both use the models package of its tree
 
-    return ledger_json(system_of(Tree(root), model, {}))
+    return ledger_json(system)
 
 
 def _entry(entry: dict[str, Any]) -> Iterator[Line]:

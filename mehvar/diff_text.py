@@ -93,13 +93,18 @@ def stories(comparison: Comparison) -> list[str]:
     return [group.says for group in comparison.groups if group.kind != "family"]
 
 
-def shown(comparison: Comparison, *verdicts: Verdict) -> Iterator[tuple[Equation, Group | None]]:
-    """Go through equations with these verdicts; a family is met once, by its first member."""
+def told(comparison: Comparison) -> Iterator[tuple[Equation, Group | None]]:
+    """Go through the equations that are told one by one; a family is met once, by its first member."""
     family = families(comparison)
-    for equation in comparison.of(*verdicts):
+    for equation in comparison.of(Verdict.CHANGED, Verdict.UNDECIDED, Verdict.ADDED, Verdict.REMOVED):
         group = family.get(equation.name)
-        if group is None or group.names[0] == equation.name:
+        if not is_quiet(equation) and (group is None or group.names[0] == equation.name):
             yield equation, group
+
+
+def is_quiet(equation: Equation) -> bool:
+    """Tell whether an equation only came or went as a name that others use."""
+    return not equation.matters and equation.verdict in (Verdict.ADDED, Verdict.REMOVED)
 
 
 def sure(equation: Equation) -> str:
@@ -143,32 +148,37 @@ def labels(comparison: Comparison, names: Sequence[str]) -> str:
 def _equations(comparison: Comparison) -> Iterator[Line]:
     for says in stories(comparison):
         yield 2, Text(says, "bold")
-    for equation, group in shown(comparison, Verdict.CHANGED, Verdict.UNDECIDED, Verdict.ADDED, Verdict.REMOVED):
+    for equation, group in told(comparison):
         names = group.names if group else ()
         word = _COUNTED[equation.verdict]
         style = "yellow" if equation.verdict is Verdict.UNDECIDED else "red" if equation.matters else "cyan"
-        harmless = "" if equation.matters else ", the physics is the same"
+        harmless = "" if equation.matters else ": what uses it compensates"
         yield 2, Text.assemble((word, style), " ", (title(equation, names), "bold"), harmless)
         if group:
             yield 4, Text(group.says)
         for edit in equation.edits:
             yield from _edit(edit)
-        if told := example(equation):
-            yield 4, Text(told)
+        if where := example(equation):
+            yield 4, Text(where)
         if equation.verdict in (Verdict.CHANGED, Verdict.UNDECIDED):
             yield 4, Text(sure(equation), "dim")
         if equation.users:
             yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
+    for verdict in (Verdict.ADDED, Verdict.REMOVED):
+        if quiet := [label(equation) for equation in comparison.of(verdict) if is_quiet(equation)]:
+            yield 2, Text.assemble((f"{verdict.value} ", "cyan"), ", ".join(quiet))
 
 
 def _edit(edit: Edit) -> Iterator[Line]:
+    if edit.old is None or edit.new is None:
+        sign, part, style = ("-", edit.old, "red") if edit.old else ("+", edit.new, "green")
+        yield 4, Text.assemble((f"{sign} {part.text if part else ''}", style), f"   {edit_title(edit)}")
+        return
     yield 4, Text(edit_title(edit))
     if said(edit):
         return
-    if edit.old:
-        yield 6, Text(f"- {edit.old.text}", "red")
-    if edit.new:
-        yield 6, Text(f"+ {edit.new.text}", "green")
+    yield 6, Text(f"- {edit.old.text}", "red")
+    yield 6, Text(f"+ {edit.new.text}", "green")
 
 
 def _equivalent(comparison: Comparison) -> Iterator[Line]:

@@ -13,8 +13,6 @@ from codegen.diff.report import Comparison, Equation, Verdict
 from codegen.diff.versions import Item, Key, Versions
 
 _EQUAL = frozenset((Verdict.SAME, Verdict.REARRANGED, Verdict.RENAMED, Verdict.SCALED))
-_INHERITING, _OWN = 8, 64
-"""Real points for a row whose own text means the same, and for one whose text does not."""
 _UNEQUAL = frozenset((Verdict.CHANGED, Verdict.INHERITED, Verdict.UNDECIDED))
 
 
@@ -114,8 +112,10 @@ class _Verdicts:
         """Compare the values themselves, where children differ."""
         if not unequal:
             return local
-        pair = (self.versions.before, old.root), (self.versions.after, new.root)
-        return self.versions.judge.decide(*pair, points=_INHERITING if local.equal else _OWN)
+        judge, pair = self.versions.judge, ((self.versions.before, old.root), (self.versions.after, new.root))
+        if local.equal:
+            return Decision(bool(judge.same_in_field(*pair)), judge.how)
+        return judge.decide(*pair)
 
     def _same_text(self, old: Item, new: Item) -> bool:
         versions = self.versions

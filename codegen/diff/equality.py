@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-import mpmath  # type: ignore[import-untyped]
+import mpmath
 
 from codegen.diff import field, reals
 from codegen.diff.document import reached
 from codegen.diff.reals import Point, RealWorld, Sampler
-from codegen.diff.worlds import FieldWorld, Lookup, Pool, World
+from codegen.diff.worlds import FieldWorld, Lookup, Pool, World, live, ways
 
 SEED = 5
 _POINTS, _BRANCHED = 3, 64
@@ -54,15 +54,16 @@ class Meaning:
 
     def cone(self, root: int) -> list[int]:
         """Return every node that an expression depends on, through definitions too."""
-        return sorted({node for _, node in self._depends(root)})
+        return sorted({node for _, node in self.depends(root)})
 
     def free(self, root: int) -> list[str]:
         """Return the free names that an expression depends on."""
         nodes = self.pool.nodes
-        names = ((meaning, nodes[node][1]) for meaning, node in self._depends(root) if nodes[node][0] == "sym")
+        names = ((meaning, nodes[node][1]) for meaning, node in self.depends(root) if nodes[node][0] == "sym")
         return sorted({name for meaning, name in names if meaning.targets(name) is None})
 
-    def _depends(self, root: int) -> Iterator[tuple[Meaning, int]]:
+    def depends(self, root: int) -> Iterator[tuple[Meaning, int]]:
+        """Yield every node that an expression depends on, with what names stand for there."""
         seen: set[tuple[int, int]] = set()
         stack: list[tuple[Meaning, int]] = [(self, root)]
         while stack:
@@ -101,6 +102,42 @@ class Worlds:
     def _lookup(self, meaning: Meaning, name: str) -> tuple[World[Any], int] | None:
         target = meaning.targets(name)
         return None if target is None else (self[target[0]], target[1])
+
+
+class _Coverage:
+    """Which branches counted for the values of two expressions, leaving out what both have in common."""
+
+    def __init__(self, pool: Pool, old: Expression, new: Expression) -> None:
+        self._pool = pool
+        self._roots = (old, new)
+        first, second = ({*meaning.depends(root)} for meaning, root in self._roots)
+        self._shared = first & second
+        self._left = {(meaning, node, way) for meaning, node in first ^ second for way in range(ways(pool, node))}
+
+    def visit(self, worlds: Worlds) -> None:
+        """Take note of the branches that led to the values at a point."""
+        if not self._left:
+            return
+        seen: set[Expression] = set()
+        stack = [*self._roots]
+        while stack:
+            place = stack.pop()
+            if place in seen or place in self._shared:
+                continue
+            seen.add(place)
+            meaning, node = place
+            operation, *operands = self._pool.nodes[node]
+            if operation == "sym":
+                target = meaning.targets(operands[0])
+                stack += [] if target is None else [target]
+                continue
+            way = worlds[meaning].ways.get(node)
+            self._left.discard((meaning, node, way))
+            stack += [(meaning, operand) for operand in live(self._pool, node, way)]
+
+    def missing(self) -> int | None:
+        """Return a branching node that did not go every way; None if there is none."""
+        return min((node for _, node, _ in self._left), default=None)
 
 
 class Judge:
@@ -149,8 +186,8 @@ class Judge:
         """Return the values of an expression at the points of the field, None where it has none."""
         return tuple(worlds[meaning].defined(root) for worlds in self._plain[:_POINTS])
 
-    def decide(self, old: Expression, new: Expression, points: int = _BRANCHED) -> Decision:
-        """Decide whether two expressions are the same function; `points` real ones are tried where they decide."""
+    def decide(self, old: Expression, new: Expression) -> Decision:
+        """Decide whether two expressions are the same function."""
         if old[1] == new[1] and old[0] is new[0]:
             return Decision(True, "node identity")
         equal = self.same_in_field(old, new)
@@ -161,7 +198,7 @@ class Judge:
             return Decision(False, self.how)
         if self._same_with_signs(old, new):
             return Decision(True, f"{_BRANCHED} points of a {field.BITS}-bit field with signs, seed {self.seed}")
-        return self._by_reals(old, new, points)
+        return self._by_reals(old, new)
 
     def same_in_field(self, old: Expression, new: Expression) -> bool | None:
         """Compare values at the first points where both exist; None if there are too few such points."""
@@ -178,6 +215,7 @@ class Judge:
         return None
 
     def _same_with_signs(self, old: Expression, new: Expression) -> bool:
+        coverage = _Coverage(self.pool, old, new)
         found = 0
         for number in range(4 * _BRANCHED):
             if number == len(self._signed):
@@ -190,9 +228,10 @@ class Judge:
                 continue
             if a != b:
                 return False
+            coverage.visit(worlds)
             found += 1
             if found == _BRANCHED:
-                return True
+                return coverage.missing() is None
         return False
 
     def real_points(self, pairs: Sequence[Expression], wanted: int) -> Iterator[Worlds]:
@@ -212,22 +251,26 @@ class Judge:
         """Return new worlds at a real point."""
         return Worlds(lambda pool, lookup: RealWorld(pool, lookup, point))
 
-    def _by_reals(self, old: Expression, new: Expression, points: int) -> Decision:
-        seen: dict[int, set[object]] = {}
+    def _by_reals(self, old: Expression, new: Expression) -> Decision:
+        coverage = _Coverage(self.pool, old, new)
         found = 0
-        for worlds in self.real_points([old, new], points):
+        for worlds in self.real_points([old, new], _BRANCHED):
             found += 1
             if self.differ(worlds, old, new):
                 return Decision(False, f"a point with {reals.DIGITS} digits")
-            for world in worlds:
-                for node, ways in world.seen.items():
-                    seen.setdefault(node, set()).update(ways)
+            coverage.visit(worlds)
         if found < _FEW:
-            return Decision(None, f"no difference, but both sides exist at only {found} of {_TRIES * points} points")
-        left = reals.unvisited(self.pool, [*old[0].cone(old[1]), *new[0].cone(new[1])], seen)
-        if left:
-            operation = self.pool.nodes[left[0]][0]
-            return Decision(None, f"equal at {found} points, but a branch of {operation} was never taken")
+            for side, other, name in ((old, new, "old"), (new, old, "new")):
+                alone = sum(
+                    1 for worlds in self.real_points([side], _FEW) if worlds[other[0]].defined(other[1]) is None
+                )
+                if alone == _FEW:
+                    return Decision(False, f"only the {name} side exists at {alone} points")
+            return Decision(None, f"no difference, but both sides exist at only {found} of {_TRIES * _BRANCHED} points")
+        missing = coverage.missing()
+        if missing is not None:
+            operation = self.pool.nodes[missing][0]
+            return Decision(None, f"equal at {found} points, but a branch of {operation} never counted")
         return Decision(True, f"{found} points with {reals.DIGITS} digits, every branch taken")
 
     @staticmethod

@@ -95,6 +95,8 @@ class Explainer:
             parent, node = node, int(pool.nodes[node][1 + k])
             if pool.nodes[parent][0] == "add":
                 yield node
+            elif pool.nodes[parent][0] not in ("mul", "pow", "exprcondpair"):
+                yield parent
         if change.path and change.kind is not Kind.TERM_ADDED:
             yield node
 

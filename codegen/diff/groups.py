@@ -19,7 +19,7 @@ def _families(versions: Versions, equations: tuple[Equation, ...]) -> list[Group
     indexed = _indexed(versions)
     stories: dict[tuple[str, ...], list[Equation]] = {}
     for equation in equations:
-        if equation.verdict not in (Verdict.CHANGED, Verdict.ADDED, Verdict.REMOVED) or not equation.title:
+        if equation.verdict not in (Verdict.CHANGED, Verdict.ADDED, Verdict.REMOVED):
             continue
         told = [f"{edit.kind} {' > '.join(edit.path)} {edit.says}" for edit in equation.edits]
         story = tuple(_generic(text, indexed) for text in (equation.verdict, equation.kind, equation.name, *told))

@@ -41,7 +41,6 @@ _TESTS: dict[str, Callable[[Any, Any], bool]] = {
     "equality": lambda a, b: bool(a == b),
     "unequality": lambda a, b: bool(a != b),
 }
-BRANCHES = frozenset(("abs", "sign", "max", "min", "piecewise", "floor", "ceiling", "mod"))
 Point = Mapping[str, Fraction]
 
 
@@ -52,17 +51,11 @@ class RealWorld(World[Any]):
     ----------
     point : mapping of str to Fraction
         The free names.
-
-    Attributes
-    ----------
-    seen : dict
-        Which way each branching node went.
     """
 
     def __init__(self, pool: Pool, lookup: Lookup, point: Point) -> None:
         super().__init__(pool, lookup)
         self.point = point
-        self.seen: dict[int, set[object]] = {}
         self._size: dict[int, int] = {}
 
     def size(self, root: int) -> int:
@@ -117,10 +110,10 @@ class RealWorld(World[Any]):
             return {"and": all(values), "or": any(values), "not": not values[0]}[operation]
         if operation in ("max", "min"):
             best = (max if operation == "max" else min)(values)
-            self._saw(node, *(k for k, value in enumerate(values) if value == best))
+            self.ways[node] = values.index(best)
             return best
         if operation in ("abs", "sign"):
-            self._saw(node, values[0] > 0)
+            self.ways[node] = int(values[0] > 0)
             return abs(values[0]) if operation == "abs" else _CONTEXT.sign(values[0])
         if operation in _BOUNDED:
             function, allowed = _BOUNDED[operation]
@@ -130,12 +123,9 @@ class RealWorld(World[Any]):
         if operation not in _FUNCTIONS:
             raise Undefined(operation)
         try:
-            value = _FUNCTIONS[operation](*values)
+            return _FUNCTIONS[operation](*values)
         except (ArithmeticError, ValueError) as error:
             raise Undefined from error
-        if operation in BRANCHES:
-            self._saw(node, int(value) if abs(value) < 10 else 10)
-        return value
 
     def _power(self, base: Any, exponent: Any, exact: Fraction | None) -> Any:
         if base == 0 and exponent < 0:
@@ -154,30 +144,15 @@ class RealWorld(World[Any]):
             if pair is None or pair[1] is None:
                 raise Undefined
             if pair[1]:
-                self._saw(node, number)
+                self.ways[node] = number
                 if pair[0] is None:
                     raise Undefined
                 return pair[0], self._size.get(operand, 0)
         raise Undefined
 
-    def _saw(self, node: int, *ways: object) -> None:
-        self.seen.setdefault(node, set()).update(ways)
-
 
 def _real(value: Fraction) -> Any:
     return _CONTEXT.mpf(value.numerator) / value.denominator
-
-
-def unvisited(pool: Pool, nodes: Sequence[int], seen: dict[int, set[object]]) -> list[int]:
-    """Return the branching nodes that did not go every way."""
-    found = []
-    for node in nodes:
-        operation, *operands = pool.nodes[node]
-        if operation in BRANCHES:
-            ways = 2 if operation in ("abs", "sign", "floor", "ceiling", "mod") else len(operands)
-            if len(seen.get(node, ())) < ways:
-                found.append(node)
-    return found
 
 
 def apart(old: tuple[Any, int], new: tuple[Any, int]) -> bool:

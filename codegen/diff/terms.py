@@ -77,6 +77,7 @@ class Account:
         """Return edits that turn the old expression into the new one; empty if none were found."""
         self._atoms = self._known_atoms(old, new)
         self._parts = self._values_of(new)
+        self._written = frozenset(reached(self.pool.nodes, [new]))
         return self._explain(old, new, (), _ROUNDS) or [self._rewritten(old, new, ())]
 
     # Values
@@ -146,11 +147,15 @@ class Account:
                 continue
             depth = len(place) - len(path)
             found += (
-                replace(change, cost=change.cost + 0.02 * depth + (0.3 if value in self._parts else 0))
+                replace(change, cost=change.cost + 0.02 * depth + self._doubt(change, value))
                 for change in self._edits(node, value, needed, place, term, bool(depth))
             )
             stack += self._below(node, value, needed, place)
         return found
+
+    def _doubt(self, change: Change, value: Values) -> float:
+        """Prefer to edit what the new side does not have, into what it has."""
+        return (0.3 if value in self._parts else 0.0) - (0.1 if change.with_ in self._written else 0.0)
 
     def _below(self, node: int, value: Values, needed: Values, path: Path) -> Iterator[tuple[int, Values, Path, bool]]:
         """Yield the operands of a node with the values they need, and whether they are terms."""
@@ -313,7 +318,7 @@ class Account:
             assert change.with_ is not None or change.kind is Kind.TERM_REMOVED
             mutant = replaced(self.pool, node, [replace(change, path=change.path[len(path) :])])
             if _values(self._olds, mutant) == needed:
-                yield change
+                yield replace(change, cost=change.cost - (0.1 if mutant in self._written else 0.0))
 
     def _mutations(self, root: int, path: Path) -> Iterator[Change]:
         stack = [(root, path, False)]

@@ -121,6 +121,7 @@ class Versions:
     def _match(self) -> None:
         left = {item.key: item for item in self.olds}
         self._values: dict[tuple[bool, Key], Any] = {}
+        self._new_keys = {item.key: item for item in self.news}
         for item in self.news:
             same = left.get(item.key)
             if same is not None and self._value(False, same) == self._value(True, item):
@@ -148,13 +149,18 @@ class Versions:
             if item.key in self.partner or item.row.kind not in _RENAMED:
                 continue
             values = self._value(True, item)
-            candidates = by_value.get((item.row.kind, values), [])
-            if candidates and sum(v is not None for v in values) > 1:
-                best = min(
-                    candidates, key=lambda old: old.row.number != item.row.number or old.row.title != item.row.title
-                )
-                candidates.remove(best)
+            candidates = [o for o in by_value.get((item.row.kind, values), ()) if self._may_be_renamed(o, item, left)]
+            if candidates and _known(values):
+                best = min(candidates, key=lambda o: (o.row.number, o.row.title) != (item.row.number, item.row.title))
+                by_value[item.row.kind, values].remove(best)
                 self.partner[item.key] = left.pop(best.key)
+
+    def _may_be_renamed(self, old: Item, new: Item, left: Mapping[Key, Item]) -> bool:
+        """Whether either name is gone from the other side, or the two have changed places."""
+        back, there = self._new_keys.get(old.key), left.get(new.key)
+        if back is None or there is None:
+            return True
+        return self._value(True, back) == self._value(False, there)
 
     def _match_local(self, left: dict[Key, Item]) -> None:
         """Match what has another name and another value, but the same text over the same partners."""
@@ -170,6 +176,10 @@ class Versions:
                 ):
                     self.partner[item.key] = left.pop(old.key)
                     break
+
+
+def _known(values: Sequence[Any]) -> bool:
+    return sum(value is not None for value in values) > 1
 
 
 def _target(meaning: Meaning, item: Item | None) -> Expression | None:

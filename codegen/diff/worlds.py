@@ -93,6 +93,8 @@ class World(Generic[Value]):
         self.pool = pool
         self.lookup = lookup
         self.memo: dict[int, Value | None] = {}
+        self.ways: dict[int, int] = {}
+        """Which way branching nodes went."""
 
     def value(self, root: int) -> Value:
         """Return the value of an expression.
@@ -232,15 +234,15 @@ class FieldWorld(World[Any]):
         if operation in _ANGLES:
             return field.hashed("angle", self._point(operation, operands)) % field.P
         if operation == "piecewise":
-            return self._piecewise(operands)
+            return self._piecewise(node, operands)
         values = [self.memo[o] for o in operands]
         if operation == "exprcondpair":
             return tuple(values)
         if any(v is None for v in values):
             raise Undefined
-        return self._strict(operation, operands, values)
+        return self._strict(node, operation, operands, values)
 
-    def _strict(self, operation: str, operands: Sequence[int], values: list[Any]) -> Any:
+    def _strict(self, node: int, operation: str, operands: Sequence[int], values: list[Any]) -> Any:
         if operation == "add":
             total: Element = 0
             for value in values:
@@ -257,7 +259,7 @@ class FieldWorld(World[Any]):
                 return _positive("pow", *values)
             return field.rational_power(values[0], exponent)
         if self.interpreted:
-            return self._interpreted(operation, values)
+            return self._interpreted(node, operation, values)
         if operation == "abs":
             return _positive("abs", field.mul(values[0], values[0]))
         if operation in _ORDER:
@@ -267,17 +269,18 @@ class FieldWorld(World[Any]):
             values.sort(key=repr)
         return field.hashed(operation, *values) % field.P
 
-    def _interpreted(self, operation: str, values: list[Any]) -> Any:
-        if operation == "abs":
-            return field.mul(values[0], field.sign(values[0]) % field.P)
-        if operation == "sign":
-            return field.sign(values[0]) % field.P
+    def _interpreted(self, node: int, operation: str, values: list[Any]) -> Any:
+        if operation in ("abs", "sign"):
+            positive = field.sign(values[0])
+            self.ways[node] = int(positive > 0)
+            return field.mul(values[0] if operation == "abs" else 1, positive % field.P)
         if operation in ("max", "min"):
-            best = values[0]
-            for value in values[1:]:
-                if (field.sign(field.sub(value, best)) > 0) is (operation == "max"):
-                    best = value
-            return best
+            best = 0
+            for k in range(1, len(values)):
+                if (field.sign(field.sub(values[k], values[best])) > 0) is (operation == "max"):
+                    best = k
+            self.ways[node] = best
+            return values[best]
         if operation in _ORDER:
             greater, less = (values[k] for k in _ORDER[operation])
             positive = field.sign(field.sub(greater, less))
@@ -289,7 +292,7 @@ class FieldWorld(World[Any]):
             return int({"and": all(truths), "or": any(truths), "not": not truths[0]}[operation])
         return field.hashed(operation, *values) % field.P
 
-    def _piecewise(self, operands: Sequence[int]) -> Any:
+    def _piecewise(self, node: int, operands: Sequence[int]) -> Any:
         pairs: list[Any] = [self.memo[o] for o in operands]
         if any(pair is None for pair in pairs):
             raise Undefined
@@ -298,10 +301,11 @@ class FieldWorld(World[Any]):
                 raise Undefined
             return field.hashed("piecewise", *pairs) % field.P
         always = _positive("constant", "True")
-        for value, condition in pairs:
+        for number, (value, condition) in enumerate(pairs):
             if condition is None:
                 raise Undefined
             if condition == always or condition == 1:
+                self.ways[node] = number
                 if value is None:
                     raise Undefined
                 return value
@@ -394,6 +398,25 @@ class FieldWorld(World[Any]):
         sine, cosine = values if operation == "atan2" else (values[0], 1)
         size = field.inverse(field.sqrt(field.add(field.mul(sine, sine), field.mul(cosine, cosine))))
         return field.mul(cosine, size), field.mul(sine, size)
+
+
+def ways(pool: Pool, node: int) -> int:
+    """Return how many ways a node can go; 0 if it does not branch."""
+    operation, *operands = pool.nodes[node]
+    if operation in ("abs", "sign"):
+        return 2
+    return len(operands) if operation in ("max", "min", "piecewise") else 0
+
+
+def live(pool: Pool, node: int, way: int | None) -> Sequence[int]:
+    """Return the operands that count for a value, for a node that went this way."""
+    operation = pool.nodes[node][0]
+    operands = pool.operands(node)
+    if way is None or operation in ("abs", "sign"):
+        return operands
+    if operation in ("max", "min"):
+        return operands[way : way + 1]
+    return [*(pool.operands(pair)[1] for pair in operands[: way + 1]), pool.operands(operands[way])[0]]
 
 
 def _positive(*parts: object) -> Element:

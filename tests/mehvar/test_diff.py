@@ -92,7 +92,7 @@ def committed(tmp_path_factory) -> Path:
     (project.root / "models").mkdir()
     for path in (ROOT / "models").glob("*.py"):
         shutil.copy(path, project.root / "models")
-    shutil.copytree(CART, project.root / "models" / "cart", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(CART, project.root / "models" / "cart", ignore=shutil.ignore_patterns("__pycache__", "paper.py"))
     (project.root / "generated").mkdir()
     (project.root / ".gitignore").write_text("__pycache__/\n")
     project.generate()
@@ -341,3 +341,25 @@ def configure(project: Project, kind: str, command: str) -> None:
     (project.root / ".gitattributes").write_text("generated/*/equations.json diff=mehvar\n")
     project.commit("attributes")
     project.git("config", f"diff.mehvar.{kind}", f"'{sys.executable}' -P -m mehvar {command}")
+
+
+def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
+    shutil.copy(CART / "paper.py", project.root / "models" / "cart")
+    done = project.mehvar("diff", "--paper")
+    assert done.returncode == 1, done.stderr
+    for line in ("cart: 1 hold, 1 differ", "hold  (1)", "differs (2)  acceleration", "The force pushes."):
+        assert line in done.stdout
+    printed, correct = (
+        next(line for line in done.stdout.splitlines() if word in line) for word in ("printed  ", "correct  ")
+    )
+    assert "-F" in printed.replace(" ", "") or "F_s-F" in printed.replace(" ", "")
+    assert printed.split()[1:] != correct.split()[1:]
+    assert "at " in done.stdout
+    shown = json.loads(project.diff("--paper", "--format", "json")[1])
+    assert [entry["verdict"] for entry in shown["papers"][0]["entries"]] == ["holds", "differs"]
+    status, text = project.diff("--paper", "--model", "cart", "--out", "ledger.html")
+    assert status == 1
+    assert "cart: 1 hold, 1 differ" in text
+    page = (project.root / "ledger.html").read_text(encoding="utf-8")
+    assert Tags(page).addresses == ["#cart"]
+    assert page.count("<math") == 3

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the slosh paper prints, for the ledger: equations (1)-(36), and sentences that can be checked."""
+
+from __future__ import annotations
+
+from models.paper import Names, Paper
+from models.slosh.paper.angles import pendulums
+from models.slosh.paper.balances import forces, moments
+from models.slosh.paper.energy import energy, laws_of_motion
+from models.slosh.paper.laws import Laws, candidates, control
+from models.slosh.paper.reduced import equilibrium, reduced
+from models.slosh.paper.symbols import Spacecraft
+from models.system import System
+
+NUMBERS = 36
+"""The equations are numbered from 1 to this."""
+_NOTE = (
+    "The text at hand was read by a machine and lacks the figures; dots of time derivatives and closing brackets are "
+    "lost in places. Whether a misprint is the paper's or was made in reading it cannot be told. The paper prints theta_1 "
+    "both for an attitude angle and for the azimuth of pendulum 1; the attitude angles are written vartheta here, as in "
+    "(18)."
+)
+
+
+def paper(system: System) -> Paper:
+    """Return what the paper prints, its symbols explained by a derived system with two pendulums."""
+    names = Names()
+    s = Spacecraft(system, names)
+    law = Laws(system, names, s)
+    entries = (
+        *laws_of_motion(s),
+        *energy(s),
+        *forces(s),
+        *moments(s),
+        *pendulums(s),
+        *equilibrium(s, law),
+        *reduced(s, law),
+        *candidates(s, law),
+        *control(s, law),
+    )
+    return Paper(system.source, NUMBERS, names, entries, _NOTE)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Equations of the pendulums' angles in the slosh paper, (15) and (16), as printed."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from models.derivation import Expr
+from models.paper import Case, Printed, Reading, Relation
+from models.slosh.paper.symbols import Spacecraft
+from models.slosh.paper.terms import Shorthand
+
+_SHORT = "Printed in short, as (12)-(14). The differences are listed for one pendulum."
+
+
+def phi_bracket(s: Spacecraft, turn: Expr, second: Expr) -> Expr:
+    """Return what l_i multiplies in (15) and (25); they print theta' with and without its dot, and l_i phi'."""
+    i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
+    (_, W2d, W3d), (vxd, vyd, vzd), (vx, vy, vz) = s.w_dot, s.v_dot, s.v
+    reach = i.h - i.l * t.c
+    return (
+        t.s * (vxd + second + i.l * i.phi_dot**2 * t.c)
+        + t.cS * (W3d * reach + vyd)
+        + i.phi_dot * t.sS * (W3 * reach + vy)
+        + turn * t.cC * (W3 * reach + vy)
+        + t.cC * (-W2d * reach + vzd)
+        + i.phi_dot * t.sC * (W2 * reach)
+        + i.theta_dot * t.sC * (W2 * reach)
+        - (W3**2 + W2**2) * t.s * reach
+        + vx * (-W3 * t.s + W1 * t.cC + i.phi_dot * t.sS - i.theta_dot * t.cC)
+        + vz * (W2 * t.s - W1 * t.cC)
+    )
+
+
+def theta_bracket(s: Spacecraft) -> Expr:
+    """Return what l_i multiplies in (16) and (26)."""
+    i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
+    (_, W2d, W3d), (_, vyd, vzd), (vx, vy, vz) = s.w_dot, s.v_dot, s.v
+    reach = i.h - i.l * t.c
+    return (
+        t.sC * (W3d * reach + vyd)
+        + i.phi_dot * t.cC * (W3 * reach)
+        + i.theta_dot * t.sS * (-W3 * reach)
+        + t.sS * (W2d * reach - vzd)
+        + i.phi_dot * t.cS * (W2 * reach)
+        + i.theta_dot * t.sC * (W2 * reach)
+        + vx * (W3 * t.sC + W2 * t.sS)
+        - vy * W1 * t.sS
+        - vz * W1 * t.sC
+    )
+
+
+def pendulums(s: Spacecraft) -> tuple[Printed, ...]:
+    """(15), (16): the equations of phi_i and theta_i."""
+    i, t = s.i, Shorthand(s.i)
+    phi = i.m * (i.l * phi_bracket(s, i.theta_dot, i.l * i.phi_dot * t.s))
+    theta = i.m * (i.l * theta_bracket(s))
+    return (
+        _row("15", "phi_i", s, phi + i.I * (i.phi_ddot + s.w_dot[0]) - i.eps * i.phi_dot, 0),
+        _row("16", "theta_i", s, theta + i.I * (i.theta_ddot + s.w_dot[2]) + i.eps * i.theta_dot, 1),
+    )
+
+
+def _row(number: str, angle: str, s: Spacecraft, left: Expr, place: int) -> Printed:
+    cases: tuple[Case, ...] = tuple(
+        {**each, s.row[place]: rows[place]} for each, rows in zip(s.each(), s.rows, strict=True)
+    )
+    why = "Printed both with a sum over i and `for all i`; "
+    return Printed(
+        number,
+        f"equation of {angle}",
+        "equation",
+        (
+            Reading(
+                (Relation(left, sp.S.Zero, cases=cases, against=s.row[place]),),
+                "for each pendulum, without the sum",
+                why=why + "the equation of one angle cannot hold the damping of the other pendulum's.",
+            ),
+            Reading(
+                (Relation(s.total(left), sp.S.Zero, cases=cases, against=s.row[place]),),
+                "with the sum over the pendulums",
+                used=False,
+                why=why + "two equations would be the same.",
+            ),
+        ),
+        _SHORT,
+    )

@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lyapunov functions and control of the slosh paper: equations (27)-(36), as printed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from models.mechanics import time_derivative
+from models.paper import Case, Names, Printed, Relation, follow, printed
+from models.slosh.paper.symbols import Spacecraft, equations, generic_names
+from models.slosh.paper.terms import Shorthand
+from models.slosh.variables import DEMAND
+from models.system import Expr, System
+
+HALF = sp.Rational(1, 2)
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """Symbols of one law: V, its derivative, A, B, C, f and g of (29) or (30); and what its inputs are."""
+
+    V: sp.Symbol
+    V_dot: sp.Symbol
+    ABC: tuple[sp.Symbol, ...]
+    f: sp.ImmutableMatrix
+    g: sp.ImmutableMatrix
+    demand: Case
+
+
+class Laws:
+    """Symbols of section 3: inputs of the reduced model, its rates, V_1 and V_2, and their derivatives."""
+
+    def __init__(self, system: System, names: Names, s: Spacecraft) -> None:
+        self._system = system
+        self.u = tuple(names.free(q, -2, 2, text=f"u_{k}") for k, q in enumerate(DEMAND, 1))
+        gains = {q.name: q for law in system.controllers for q in law.parameters}
+        self.r = {k: names.free(gains[f"r{k}"], "1/10", 4) for k in range(1, 11)}
+        self.w = {k: names.free(gains[f"w{k}"], "1/10", 4) for k in range(1, 6)}
+        self.axial = self._defined("ax_eq")
+        self.motion = self._motion(system, s)
+        self.rates = {rate: e.xreplace(self.motion) for rate, e in s.rates.items()}
+        self.rates |= dict(zip(s.att, s.w, strict=True))
+        self.law = {name: self._law(name, names, s) for name in ("v1", "v2")}
+
+    def _defined(self, name: str) -> Expr:
+        """Follow a definition of the derivation; an entry of f that is zero has none."""
+        definitions = self._system.definitions
+        return next((follow(e, definitions) for symbol, e in definitions.items() if symbol.name == name), sp.S.Zero)
+
+    def _motion(self, system: System, s: Spacecraft) -> dict[Expr, Expr]:
+        """Rates along the reduced model, as derived, for its inputs u_1 to u_5."""
+        shown = equations(system)
+        axial = {sp.Symbol("a_x", real=True): self.axial}
+        numbers = {"x": "", "y": "(20)", "z": "(21)"}
+        linear = [shown[number, rf"\dot v_{axis}"].xreplace(axial) for axis, number in numbers.items()]
+        angular = [shown[f"({22 + k})", rf"\dot\Omega_{k + 1}"] for k in range(3)]
+        found = dict(zip((*s.v_dot, *s.w_dot), (*linear, *angular), strict=True))
+        for bob in s.bobs:
+            member = generic_names(bob) | axial
+            found[bob.phi_ddot] = shown["(25)", r"\ddot\varphi_i"].xreplace(member)
+            found[bob.theta_ddot] = shown["(26)", r"\ddot\theta_i"].xreplace(member)
+        return found
+
+    def _law(self, name: str, names: Names, s: Spacecraft) -> Symbols:
+        """V and its derivative along the reduced model; the coefficients of (29), (30) and the inputs as derived."""
+        k, hat, accent = ("1", "", "") if name == "v1" else ("2", r"\hat ", "_hat")
+        value = self._defined(f"V_{name}")
+
+        def coefficient(letter: str, index: str = "") -> sp.Symbol:
+            place = f"_{{{index}}}" if index else ""
+            low = "".join(sorted(index, reverse=True))
+            return names.derived(
+                f"{letter}{accent}{'_' if index else ''}{index}", rf"{hat}{letter}{place}", self._defined(f"{letter}{low}_{name}")
+            )
+
+        return Symbols(
+            names.derived(f"V_{k}", f"V_{k}", value),
+            names.derived(f"V_{k}_dot", rf"\dot V_{k}", time_derivative(value, self.rates)),
+            tuple(coefficient(letter) for letter in "ABC"),
+            sp.ImmutableMatrix(3, 3, [coefficient("f", f"{i}{j}") for i in "123" for j in "123"]),
+            sp.ImmutableMatrix([coefficient("g", i) for i in "123"]),
+            {u: self._defined(f"u{j}_{name}") for j, u in enumerate(self.u, 1)},
+        )
+
+
+def candidates(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
+    """(27)-(30): the Lyapunov functions and the form of their derivatives."""
+    names, v1, v2 = s.names, law.law["v1"], law.law["v2"]
+    first, corrected = _first(s, law, True), _first(s, law, False)
+    pull = [names.matrix(f"pull_{text}", latex, _pull(law, s, value)) for text, latex, value in (
+        ("printed", r"\left.\partial\dot V_1/\partial u_{3\ldots5}\right|_{\Omega=0}", first),
+        ("corrected", r"\left.\partial\dot V_1/\partial u_{3\ldots5}\right|_{\Omega=0}", corrected),
+    )]
+    return (
+        printed(
+            "27",
+            "Lyapunov function with the pendulums",
+            "definition",
+            Relation(v1.V, first, corrected=corrected),
+            Relation(
+                pull[0],
+                sp.zeros(3, 1),
+                corrected_left=pull[1],
+                says="the derivative has the form (29): u_3 to u_5 drop out where Omega = 0",
+            ),
+            note="V_1 is the authors' choice, but with the printed products (29) does not follow, which they state. "
+            "The products cancel the coupling of the pendulums' rates to Omega' only with the factors of (25), (26).",
+        ),
+        printed("28", "Lyapunov function without the pendulums", "definition", Relation(v2.V, _second(s, law))),
+        _form("29", "derivative of V_1", s, law, v1),
+        _form("30", "derivative of V_2", s, law, v2),
+    )
+
+
+def _second(s: Spacecraft, law: Laws) -> Expr:
+    r, squares = law.r, (s.v[1], s.v[2], s.att[0], s.w[0], s.att[1], s.w[1], s.att[2], s.w[2])
+    return sp.Mul(HALF, sp.Add(*(r[k] * x**2 for k, x in enumerate(squares, 1))), evaluate=False)
+
+
+def _first(s: Spacecraft, law: Laws, as_printed: bool) -> Expr:
+    i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
+    q, turn = i.phi_dot, i.theta_dot
+    reach, square = i.h * i.l, i.l**2
+    if as_printed:
+        lean = -2 * q * W3 * reach * t.cS + 2 * q * W2 * reach * t.cC - 2 * q * W1 * i.I
+        swing = -2 * turn * W3 * i.I - 2 * turn * W3 * reach * t.sC - 2 * turn * W2 * reach * t.sS
+        inertias = (square * t.s**2 + i.I, i.I)
+    else:
+        lean = (
+            -2 * q * W3 * i.m * reach * t.cS
+            + 2 * q * W2 * i.m * reach * t.cC
+            - 2 * q * W1 * i.I
+            + 2 * q * W3 * i.m * square * t.S
+            - 2 * q * W2 * i.m * square * t.C
+        )
+        swing = (
+            -2 * turn * W3 * i.I
+            - 2 * turn * W3 * i.m * reach * t.sC
+            - 2 * turn * W2 * i.m * reach * t.sS
+            + 2 * turn * W3 * i.m * square * t.s * t.cC
+            + 2 * turn * W2 * i.m * square * t.s * t.cS
+            + 2 * turn * W1 * i.m * square * t.s**2
+        )
+        inertias = (i.m * square + i.I, i.m * square * t.s**2 + i.I)
+    bob = law.r[9] * (q**2 - lean / inertias[0]) + law.r[10] * (turn**2 - swing / inertias[1])
+    return _second(s, law) + HALF * s.total(i.m * bob)
+
+
+def _pull(law: Laws, s: Spacecraft, value: Expr) -> sp.Matrix:
+    """Differentiate a V along the reduced model and take what is left of u_3 to u_5 without body rates."""
+    rate = time_derivative(value.doit(), law.rates)
+    still = dict.fromkeys(s.w, sp.S.Zero)
+    return sp.Matrix([rate.diff(u).xreplace(still) for u in law.u[2:]])
+
+
+def _form(number: str, title: str, s: Spacecraft, law: Laws, v: Symbols) -> Printed:
+    (a, b, c), u = v.ABC, law.u
+    turning = (
+        sp.Add(*(v.f[i, j] * u[2 + j] for j in range(3)), v.g[i]) * s.w[i] for i in range(3)
+    )
+    return printed(
+        number, title, "equation", Relation(v.V_dot, sp.Add(a, b * u[0], c * u[1], *turning)), note="The sum is written out."
+    )
+
+
+def control(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
+    """(31)-(36): the inputs."""
+    return (*_inputs(31, "V_1", s, law, law.law["v1"]), *_inputs(34, "V_2", s, law, law.law["v2"]))
+
+
+def _inputs(number: int, name: str, s: Spacecraft, law: Laws, v: Symbols) -> tuple[Printed, ...]:
+    _, b, c = v.ABC
+    w, u, cases = law.w, law.u, (v.demand,)
+    gained = sp.ImmutableMatrix([v.g[k] + w[3 + k] * s.w[k] for k in range(3)])
+    note = "With positive w the printed sign makes the derivative grow."
+    return (
+        printed(
+            str(number),
+            f"input u_1 from {name}",
+            "equation",
+            Relation(u[0], w[1] * b, corrected=-w[1] * b, cases=cases),
+            note=note,
+        ),
+        printed(
+            str(number + 1),
+            f"input u_2 from {name}",
+            "equation",
+            Relation(u[1], w[2] * c, corrected=-w[2] * c, cases=cases),
+            note=note,
+        ),
+        printed(
+            str(number + 2),
+            f"inputs u_3 to u_5 from {name}",
+            "equation",
+            Relation(sp.ImmutableMatrix(u[2:]), -sp.Inverse(v.f) * gained, cases=cases),
+        ),
+    )

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sources and what inherits from them, names, families, conventions, implicit equations, parameters, refusals."""
+
+import dataclasses
+import json
+
+import pytest
+
+from codegen.diff import Document, DocumentError, compare
+from codegen.diff.report import Kind, Verdict
+from tests.codegen.diff.documents import document
+
+
+def verdicts(found):
+    return {equation.name: equation.verdict for equation in found}
+
+
+def test_a_definition_used_in_ten_equations_is_reported_once():
+    uses = "\n".join(f"f{k}: s*x**{k}" for k in range(1, 11))
+    found = compare(document(f"s = m*x + k*y\n{uses}"), document(f"s = m*x - k*y\n{uses}"))
+    assert verdicts(found) == {"s": Verdict.CHANGED} | {f"f{k}": Verdict.INHERITED for k in range(1, 11)}
+    assert found["s"].users == tuple(f"f{k}" for k in range(1, 11))
+    assert all(found[f"f{k}"].via == ("s",) for k in range(1, 11))
+    assert len(found.changed) == 11
+
+
+def test_two_sources_are_told_apart():
+    found = compare(document("s = x + y\nf: s*z\ng: m*w"), document("s = x - y\nf: s*z\ng: l*w"))
+    assert {equation.name for equation in found.sources} == {"s", "g"}
+    assert found["f"].verdict is Verdict.INHERITED
+    assert found["f"].via == ("s",)
+
+
+def test_a_user_may_change_beside_what_it_inherits():
+    found = compare(document("s = x + y\nf: s*z + w"), document("s = x - y\nf: s*z - w"))
+    assert verdicts(found) == {"s": Verdict.CHANGED, "f": Verdict.CHANGED}
+    assert [edit.says for edit in found["f"].edits] == ["sign flipped: + became -"]
+
+
+def test_a_renamed_definition_is_found_by_its_value():
+    found = compare(document("s = x*y + z\nf: s*w"), document("sigma = x*y + z\nf: sigma*w"))
+    assert found["sigma"].verdict is Verdict.RENAMED
+    assert found["sigma"].old_name == "s"
+    assert not found.differs
+
+
+def test_a_renamed_definition_that_inherits_is_found_by_its_text():
+    found = compare(document("s = x - y\nt = s*z\nf: t*w"), document("s = x + y\nu = s*z\nf: u*w"))
+    assert found["u"].old_name == "t"
+    assert found["u"].verdict is Verdict.INHERITED
+    assert [equation.name for equation in found.sources] == ["s"]
+
+
+def test_naming_an_intermediate_result_is_no_difference():
+    found = compare(document("f: (x + y)*z"), document("s = x + y\nf: s*z"))
+    assert [equation.name for equation in found.added] == ["s"]
+    assert not found.differs
+
+
+def test_a_new_result_is_a_difference():
+    found = compare(document("f: x"), document("f: x\ng: y"))
+    assert [equation.name for equation in found.added] == ["g"]
+    assert found.differs
+
+
+def test_a_convention_that_its_users_compensate_is_no_physics():
+    found = compare(document("s = x - y\nf: s*z + w\ng: s**2"), document("s = y - x\nf: w - s*z\ng: s**2"))
+    assert found["s"].verdict is Verdict.CHANGED
+    assert not found.differs
+    (group,) = found.groups
+    assert group.kind == "convention"
+    assert group.names == ("s", "f")
+
+
+def test_a_convention_that_one_user_forgot_is_physics():
+    found = compare(document("s = x - y\nf: s*z + w\ng: s*v"), document("s = y - x\nf: w - s*z\ng: s*v"))
+    assert found.differs
+    assert found["f"].verdict is Verdict.REARRANGED
+    assert found["g"].via == ("s",)
+
+
+def test_a_term_added_for_every_member_is_one_story():
+    members = "\n".join(f"s{k} = m{k}*q{k}" for k in (1, 2, 3))
+    edited = "\n".join(f"s{k} = m{k}*q{k} + l{k}*w{k}**2" for k in (1, 2, 3))
+    total = "\nf: s1 + s2 + s3"
+    found = compare(document(members + total), document(edited + total))
+    (group,) = [group for group in found.groups if group.kind == "family"]
+    assert group.names == ("s1", "s2", "s3")
+    assert "for every i" in group.says
+    assert all(equation.edits[0].kind is Kind.TERM_ADDED for equation in found.sources)
+
+
+def test_a_symbol_that_is_renamed_is_a_change_of_names_only():
+    gone, come = {"description": "stiffness", "latex": "k"}, {"description": "stiffness", "latex": "k"}
+    old = document("f: spring*x", spring={"role": "parameter", **gone})
+    new = document("f: stiffness*x", stiffness={"role": "parameter", **come})
+    found = compare(old, new)
+    assert [(p.what, p.old, p.new) for p in found.parameters] == [("renamed", "spring", "stiffness")]
+    assert found["f"].verdict in (Verdict.SAME, Verdict.REARRANGED)
+    assert found.differs
+
+
+@pytest.mark.parametrize("what", ["unit", "bounds", "source", "sign"])
+def test_a_declaration_that_changes_is_reported(what):
+    values = {"unit": ("kg", "g"), "bounds": ("(0, inf)", "[0, 1]"), "source": ("paper", "guess")}
+    old, new = values.get(what, ("positive", "real"))
+    found = compare(document("f: m*x", m={what: old}), document("f: m*x", m={what: new}))
+    assert [(p.name, p.what, p.old, p.new) for p in found.parameters] == [("m", what, old, new)]
+    assert found.differs
+
+
+def test_numbers_of_the_manifest_are_compared():
+    def numbers(default, expected):
+        return {
+            "parameters": [{"name": "m", "default": default, "formula": None}],
+            "controllers": {"law": {"parameters": [{"name": "k", "default": None, "formula": "m/2"}]}},
+            "scenarios": {"paper": {"duration": 10.0, "step": 0.1, "set": {"m": expected}, "controllers": {}}},
+        }
+
+    plain = document("f: m*x")
+    old, new = (dataclasses.replace(plain, manifest=numbers(*n)) for n in ((1.0, 2.0), (1.5, 3.0)))
+    found = compare(old, new)
+    changes = [(p.role, p.name, p.what, p.old, p.new) for p in found.parameters]
+    assert changes == [("parameter", "m", "value", "1.0", "1.5"), ("scenario paper", "m", "value", "2.0", "3.0")]
+
+
+def test_a_saturation_that_no_point_reaches_is_undecided():
+    found = compare(document("f: Max(x, -10**40)"), document("f: Max(x, -2*10**40)"))
+    assert found["f"].verdict is Verdict.UNDECIDED
+    assert found["f"].matters
+    assert found.differs
+    assert "branch" in found["f"].how
+
+
+def test_strict_and_other_comparisons_are_not_mixed_up():
+    found = compare(document("f: Piecewise((x, x > 0), (0, True))"), document("f: Piecewise((x, x >= 0), (0, True))"))
+    assert not found.of(Verdict.CHANGED)
+
+
+def motion(first, second):
+    text = document("", qa={"role": "rate"}, qb={"role": "rate"})
+    made = document(f"one: {first}\ntwo: {second}", qa={"role": "rate"}, qb={"role": "rate"})
+    rows = tuple(dataclasses.replace(row, kind="motion") for row in made.results)
+    return dataclasses.replace(made, results=rows, rates={"v": "qa", "w": "qb"}, structure=text.structure)
+
+
+def test_recombined_equations_of_motion_are_the_same_motion():
+    old = motion("m*qa + k*qb - x", "k*qa + J*qb - y")
+    new = motion("m*qa + k*qb - x + 2*(k*qa + J*qb - y)", "k*qa + J*qb - y - l*(m*qa + k*qb - x)")
+    found = compare(old, new)
+    assert not found.differs
+    assert [group.kind for group in found.groups] == ["recombined"]
+
+
+def test_recombining_does_not_hide_a_change():
+    old = motion("m*qa + k*qb - x", "k*qa + J*qb - y")
+    new = motion("m*qa + k*qb - x + 2*(k*qa + J*qb + y)", "k*qa + J*qb - y")
+    assert compare(old, new).differs
+
+
+def test_several_edits_are_all_told_and_replayed():
+    old = document("f: m*x*y + k*z*w + J*v + l*x**2")
+    new = document("f: -m*x*y + k*z*w + 2*J*v + l*x**3")
+    changed = compare(old, new)["f"]
+    assert sorted(edit.kind.value for edit in changed.edits) == ["coefficient", "exponent", "sign"]
+    assert changed.replayed
+
+
+def test_places_lead_to_the_edited_part():
+    old, new = document("f: m*x*y + k*z*w + v"), document("f: m*x*y - k*z*w + v")
+    found = compare(old, new)
+    (edit,) = found["f"].edits
+    for graph, root, part in (
+        (old.nodes, found["f"].old_node, edit.old),
+        (new.nodes, found["f"].new_node, edit.new),
+    ):
+        (place,) = part.places
+        node = root
+        for k in place:
+            node = graph[node][1 + k]
+        factors = {graph[o][1] for o in graph[node][1:] if graph[o][0] == "sym"}
+        assert factors == {"k", "z", "w"}
+
+
+def test_it_is_plain_data():
+    found = compare(document("s = x + y\nf: s*z"), document("s = x - y\nf: s*z"))
+    plain = json.loads(json.dumps(found.to_json()))
+    assert plain["differs"] is True
+    assert plain["equations"][0]["edits"][0]["kind"] == "sign"
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda d: d.update(schema=1), "has schema 1"),
+        (lambda d: d["nodes"].insert(0, ["sin", 3]), "does not come before it"),
+        (lambda d: d["symbols"].clear(), "not declared"),
+        (lambda d: d.pop("results"), "damaged"),
+        (lambda d: d["results"][0].update(node=99), "does not exist"),
+    ],
+)
+def test_what_is_no_document_is_refused(damage, message):
+    data = {
+        "schema": 2, "model": "made", "structure": {}, "rates": {}, "definitions": [], "nodes": [["sym", "x"]],
+        "symbols": [{"name": "x", "role": "state"}], "results": [{"name": "f", "kind": "rhs", "node": 0}],
+    }  # fmt: skip
+    Document.parse(json.dumps(data))
+    damage(data)
+    with pytest.raises(DocumentError, match=message):
+        Document.parse(json.dumps(data))
+
+
+def test_a_definition_cannot_use_itself():
+    data = {
+        "schema": 2, "model": "made", "structure": {}, "rates": {}, "nodes": [["sym", "s"]], "symbols": [],
+        "definitions": [{"name": "s", "kind": "definition", "node": 0}], "results": [],
+    }  # fmt: skip
+    with pytest.raises(DocumentError, match="before it is defined"):
+        Document.parse(json.dumps(data))
