@@ -41,7 +41,11 @@ def python(code: str, folder: Path, **environment: str) -> str:
 
 def generate_in(tree: Tree) -> None:
     """Generate in a process of its own: this one has imported the models of another tree."""
-    code = "from codegen.generate import *; generate(find_tree(Path.cwd()), 'triangle')"
+    code = (
+        "from pathlib import Path\n"
+        "from codegen.generate import find_tree, generate\n"
+        "generate(find_tree(Path.cwd()), 'triangle')"
+    )
     python(code, tree.root, PYTHONPATH=f"{tree.root}:{ROOT}")
 
 
@@ -102,7 +106,9 @@ def test_a_changed_number_changes_no_code(tree):
     path.write_text(path.read_text().replace("default = 0.65", "default = 0.6"))
     before = {p.name: p.read_bytes() for p in (tree.root / "generated" / "triangle").iterdir()}
     code = (
-        "import sys; from codegen.generate import *; generate(find_tree(Path.cwd()), 'triangle')\n"
+        "import sys; from pathlib import Path\n"
+        "from codegen.generate import find_tree, generate\n"
+        "generate(find_tree(Path.cwd()), 'triangle')\n"
         "print([m for m in ('sympy', 'casadi') if m in sys.modules])"
     )
     assert python(code, tree.root, PYTHONPATH=f"{tree.root}:{ROOT}").strip() == "[]"
