@@ -141,7 +141,7 @@ def export(image: Image, out: Path) -> None:
 def _make_fragment(portable: Sequence[str]) -> str:
     return (
         "# SPDX-License-Identifier: Apache-2.0\n"
-        "# Law, mathematics and link for a project of yours: set MEHVAR to this folder and include this file. Write the\n"
+        "# Law, mathematics and link for your project: set MEHVAR to this folder and include this file. Write the\n"
         "# functions of board.h for your board; call server_init, server_byte and server_watch as main.c does.\n"
         f"MEHVAR_SOURCES = {' '.join(f'$(MEHVAR)/{name}' for name in portable)}\n"
         "MEHVAR_CFLAGS = -I$(MEHVAR) -DMEHVAR_FLOAT -DMEHVAR_SMALL -ffp-contract=off -fno-math-errno\n"

@@ -86,7 +86,9 @@ def _inputs_figure(outcome: Outcome) -> Figure:
         figure = new_figure(8.0, 6.0)
         upper, middle, lower = figure.subplots(3, 1, sharex=True)
         for k, q in enumerate(board.manifest.inputs):
-            upper.step(board.t, board.u_cmd[:, k], where="post", color=COLORS[k % len(COLORS)], label=f"{q.name} [{q.unit}]")
+            upper.step(
+                board.t, board.u_cmd[:, k], where="post", color=COLORS[k % len(COLORS)], label=f"{q.name} [{q.unit}]"
+            )
         upper.legend(ncols=5, loc="upper right")
         upper.set_ylabel("input commanded")
         apart = np.abs(board.u_cmd - single.u_cmd[: len(board.u_cmd)]).max(axis=1)
@@ -112,7 +114,11 @@ def _rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
     """Return what, how much, and how it is known."""
     image, same = found["image"], found["equivalence"]
     rows = [
-        ("inputs, board against host in float", f"{same['inputs']['max_ulp']} ulp of {same['inputs']['compared']}", "exact"),
+        (
+            "inputs, board against host in float",
+            f"{same['inputs']['max_ulp']} ulp of {same['inputs']['compared']}",
+            "exact",
+        ),
         ("memory of the law", f"{same['memory']['max_ulp']} ulp of {same['memory']['compared']}", "exact"),
         ("states of the plant", f"{same['states']['max_ulp']} ulp of {same['states']['compared']}", "exact"),
         ("inputs, float against double", f"{found['float_against_double']['max_input']:.3g} at most", "measured"),
@@ -142,5 +148,7 @@ def _rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
         rows += [("self-test", f"{test['crc32']} after {test['samples']} samples", "exact, plant on the target too")]
     if found["ticks"]:
         ticks = found["ticks"]
-        rows += [("ticks of a step", f"{ticks['least']} to {ticks['most']} at {ticks['per_second']} /s", ticks["meaning"])]
+        rows += [
+            ("ticks of a step", f"{ticks['least']} to {ticks['most']} at {ticks['per_second']} /s", ticks["meaning"])
+        ]
     return [*rows, ("exchanges", f"{found['exchanges_per_second']} /s", "measured on this machine")]

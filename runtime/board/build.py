@@ -84,7 +84,7 @@ class Image:
 
 
 def period_of(law: Controller, scenario: Scenario, resolved: Resolved) -> float:
-    """Return the time between two samples of a law, s; one that is continuous in time is sampled every 20 ms or faster."""
+    """Return the time between two samples of a law, s; a continuous one is sampled every 20 ms or faster."""
     return resolved.values[law.period] if law.period else min(scenario.step, _LONGEST_HOLD)
 
 

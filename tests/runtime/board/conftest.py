@@ -52,9 +52,8 @@ class Bench:
     def simulate(self, **options: object) -> runtime.Run:
         """Run the closed loop."""
         period = self.program.period
-        return runtime.simulate(
-            self.model, self.law, t_end=(self.samples - 1) * period, dt_out=period, hold=period, delay=self.delay, **options
-        )  # fmt: skip
+        sampling = {"t_end": (self.samples - 1) * period, "dt_out": period, "hold": period, "delay": self.delay}
+        return runtime.simulate(self.model, self.law, **sampling, **options)
 
     def numbers(self, k: int) -> np.ndarray:
         """Return the payload of sample k of the closed loop."""
