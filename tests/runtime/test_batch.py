@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import errno
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 
 import runtime
 from runtime.batch import ImpossibleRunError, plan_of, run_batch
-from runtime.blocks import IMPOSSIBLE
+from runtime.blocks import IMPOSSIBLE, Blocks
 from runtime.campaign import Campaign, Plan
 from runtime.errors import InputError
 from runtime.repeat import difference, repeat_run
@@ -58,6 +59,15 @@ def test_pieces_and_threads_change_no_bit(triangle: runtime.Model, whole: Store,
     store = run_batch(triangle, campaign, chunk=chunk, threads=threads)
     for name in store.variables():
         assert np.array_equal(store.read(name), whole.read(name)[: store.n], equal_nan=store.n > 0 and name != STATUS)
+
+
+def test_blocks_may_be_computed_at_the_same_time(triangle: runtime.Model, whole: Store) -> None:
+    """As the threads of a cluster's worker do."""
+    blocks = Blocks(Plan(triangle, TRIANGLE), threads=1)
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda first: blocks.compute(first, 10), range(0, 60, 10)))
+    for name in ("final", "minimum", "travel", STATUS):
+        assert np.array_equal(np.concatenate([values[name] for values in found if values]), whole.read(name)), name
 
 
 @pytest.mark.parametrize("law", ["path", "sliding"])
