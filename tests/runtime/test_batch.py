@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import runtime
+import runtime.batch
 from runtime.batch import ImpossibleRunError, plan_of, run_batch
 from runtime.blocks import IMPOSSIBLE, Blocks
 from runtime.campaign import Campaign, Plan
@@ -251,6 +252,20 @@ def test_a_stop_rule_ends_at_the_same_run_whatever_was_stored_before(triangle: r
         assert contents(broken) == contents(tmp_path / "straight.zarr")
     with pytest.raises(InputError, match=r"made with until = 'ci\(success\) < 0.25', not ''"):
         run_batch(triangle, campaign, broken, resume=True, success="final(rho) < 0.7")
+
+
+def test_a_stop_rule_does_not_depend_on_the_order_of_blocks(
+    triangle: runtime.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Workers finish in any order; blocks beyond the end are dropped again."""
+    campaign = Campaign("path", n=240, vary={"R": "uniform(0.6, 0.72)"}, options={"t_end": 0.02})
+    rule: dict[str, Any] = {"until": "ci(success) < 0.3", "chunk": 8}
+    straight = run_batch(triangle, campaign, tmp_path / "straight.zarr", **rule)
+    assert straight.n < 240
+    real = runtime.batch._here
+    monkeypatch.setattr(runtime.batch, "_here", lambda blocks: lambda wanted: real(blocks)(wanted[::-1]))
+    run_batch(triangle, campaign, tmp_path / "backwards.zarr", **rule)
+    assert contents(tmp_path / "backwards.zarr") == contents(tmp_path / "straight.zarr")
 
 
 @pytest.mark.parametrize(
