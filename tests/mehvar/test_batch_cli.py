@@ -19,6 +19,7 @@ import pytest
 import xarray
 
 import mehvar
+from mehvar.__main__ import main
 from runtime.store import open_store
 
 BATCH = ("batch", "triangle", "--controller", "path", "--seed", "3", "--t-end", "0.5")
@@ -196,8 +197,20 @@ ONE = (*BATCH, "-n", "1", "--out", "new.zarr")
         (("stats", "none.zarr"), "no batch store none.zarr"),
     ],
 )
-def test_mistakes_are_named_and_leave_nothing_behind(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
-    assert message in " ".join(refused(*arguments, cwd=tmp_path).split())
+def test_mistakes_are_named_and_leave_nothing_behind(
+    tmp_path: Path,
+    arguments: tuple[str, ...],
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["mehvar", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert message in " ".join(said.split())
     assert not list(tmp_path.iterdir())
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import errno
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,9 @@ import numpy as np
 import pytest
 
 import runtime
+import runtime.batch
 from runtime.batch import ImpossibleRunError, plan_of, run_batch
-from runtime.blocks import IMPOSSIBLE
+from runtime.blocks import IMPOSSIBLE, Blocks
 from runtime.campaign import Campaign, Plan
 from runtime.errors import InputError
 from runtime.repeat import difference, repeat_run
@@ -58,6 +60,15 @@ def test_pieces_and_threads_change_no_bit(triangle: runtime.Model, whole: Store,
     store = run_batch(triangle, campaign, chunk=chunk, threads=threads)
     for name in store.variables():
         assert np.array_equal(store.read(name), whole.read(name)[: store.n], equal_nan=store.n > 0 and name != STATUS)
+
+
+def test_blocks_may_be_computed_at_the_same_time(triangle: runtime.Model, whole: Store) -> None:
+    """As the threads of a cluster's worker do."""
+    blocks = Blocks(Plan(triangle, TRIANGLE), threads=1)
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda first: blocks.compute(first, 10), range(0, 60, 10)))
+    for name in ("final", "minimum", "travel", STATUS):
+        assert np.array_equal(np.concatenate([values[name] for values in found if values]), whole.read(name)), name
 
 
 @pytest.mark.parametrize("law", ["path", "sliding"])
@@ -241,6 +252,20 @@ def test_a_stop_rule_ends_at_the_same_run_whatever_was_stored_before(triangle: r
         assert contents(broken) == contents(tmp_path / "straight.zarr")
     with pytest.raises(InputError, match=r"made with until = 'ci\(success\) < 0.25', not ''"):
         run_batch(triangle, campaign, broken, resume=True, success="final(rho) < 0.7")
+
+
+def test_a_stop_rule_does_not_depend_on_the_order_of_blocks(
+    triangle: runtime.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Workers finish in any order; blocks beyond the end are dropped again."""
+    campaign = Campaign("path", n=240, vary={"R": "uniform(0.6, 0.72)"}, options={"t_end": 0.02})
+    rule: dict[str, Any] = {"until": "ci(success) < 0.3", "chunk": 8}
+    straight = run_batch(triangle, campaign, tmp_path / "straight.zarr", **rule)
+    assert straight.n < 240
+    real = runtime.batch._here
+    monkeypatch.setattr(runtime.batch, "_here", lambda blocks: lambda wanted: real(blocks)(wanted[::-1]))
+    run_batch(triangle, campaign, tmp_path / "backwards.zarr", **rule)
+    assert contents(tmp_path / "backwards.zarr") == contents(tmp_path / "straight.zarr")
 
 
 @pytest.mark.parametrize(
