@@ -34,6 +34,7 @@ _RELATIONS = {
 _FENCES = {"abs": ("|", "|"), "floor": ("⌊", "⌋"), "ceiling": ("⌈", "⌉")}
 _FUNCTIONS = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "sign": "sgn", "log": "ln"}
 _INVISIBLE = re.compile(r"<[^>]*>|&[^;]*;|[\d.]")
+_LETTER = re.compile(r"&#x(0*(?!0)[0-9A-F]{3,});")
 _NAMED = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "log"}
 _CONSTANTS = {"pi": "<mi>π</mi>", "True": "<mtext>otherwise</mtext>", "False": "<mtext>never</mtext>"}
 
@@ -119,7 +120,7 @@ class Formula:
         return "".join(self._marked(_sign(negative, not k) + term, [place[1]]) for k, (place, negative, term) in rows)
 
     def _in_order(self, places: list[_Place]) -> list[tuple[_Place, bool, str]]:
-        """Print terms and sort them by their letters, so that a changed sign or coefficient leaves a term in its place."""
+        """Print terms and sort them by their letters: a changed sign or coefficient leaves a term in its place."""
 
         def key(term: tuple[_Place, bool, str]) -> tuple[bool, str, str]:
             _, negative, text = term
@@ -239,7 +240,7 @@ def symbol(name: str, latex: str = "") -> str:
 
         inner = re.fullmatch(r"<math[^>]*>(.*)</math>", convert(latex), flags=re.DOTALL)
         if inner:
-            return f"<mrow>{inner[1]}</mrow>"
+            return f"<mrow>{_LETTER.sub(lambda code: chr(int(code[1], 16)), inner[1])}</mrow>"
     return f"<mi>{escape(name)}</mi>"
 
 
