@@ -83,8 +83,11 @@ def _terms(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
 
 
 def _written_out(extra: Sequence[Any], missing: Sequence[Any]) -> dict[Any, tuple[Any, Any]]:
-    """Return the products in which sums differ once they are written out, with both coefficients; none for matrices."""
-    if any(isinstance(term, sp.MatrixExpr) for term in (*extra, *missing)):
+    """Return the products in which sums differ once they are written out, with both coefficients.
+
+    Empty for matrices, and where a sum stands in a denominator.
+    """
+    if any(isinstance(term, sp.MatrixExpr) or sp.denom(sp.together(term)).has(sp.Add) for term in (*extra, *missing)):
         return {}
     old, new = (reduce_sines(sp.Add(*terms)).as_coefficients_dict() for terms in (extra, missing))
     return {term: (old[term], new[term]) for term in (*old, *new) if old[term] != new[term]}
@@ -97,7 +100,8 @@ def _coefficients(listed: Mapping[Any, tuple[Any, Any]], write: Write) -> Iterat
         elif not old:
             yield f"term {write(new * term)} is missing"
         elif old == -new:
-            yield f"sign of {write(abs(old) * term)}: printed {'-' if old < 0 else '+'}, correct {'-' if new < 0 else '+'}"
+            before, after = ("-", "+") if old < 0 else ("+", "-")
+            yield f"sign of {write(abs(old) * term)}: printed {before}, correct {after}"
         else:
             yield f"number before {write(term)}: printed {old}, correct {new}"
 
