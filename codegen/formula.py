@@ -7,6 +7,7 @@ their factors, positive ones first where that avoids a leading minus.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -22,10 +23,10 @@ _ROLES = ("parameter", "scenario", "law", "definition", "state", "reference", "i
 _NAMED = {
     "sin": r"\sin", "cos": r"\cos", "tan": r"\tan", "exp": r"\exp", "log": r"\ln", "asin": r"\arcsin",
     "acos": r"\arccos", "atan": r"\arctan", "sinh": r"\sinh", "cosh": r"\cosh", "tanh": r"\tanh", "max": r"\max",
-    "min": r"\min", "sign": r"\operatorname{sgn}", "mod": r"\operatorname{mod}", "atan2": r"\operatorname{atan2}",
+    "min": r"\min", "sign": r"\mathrm{sgn}", "mod": r"\mathrm{mod}", "atan2": r"\mathrm{atan2}",
 }  # fmt: skip
 _FENCES = {
-    "abs": (r"\left|", r"\right|"), "floor": (r"\left\lfloor", r"\right\rfloor"),
+    "abs": (r"\left\lvert", r"\right\rvert"), "floor": (r"\left\lfloor", r"\right\rfloor"),
     "ceiling": (r"\left\lceil", r"\right\rceil"),
 }  # fmt: skip
 _RELATIONS = {
@@ -83,10 +84,20 @@ class Printer:
     wrap : callable, optional
         Gets the path of each part, positions of operands from the root, and its text; returns the text to use instead,
         to mark it.
+    line : int
+        Break sums in parentheses and fractions that are wider than this, as `width` measures; 0: never.
     """
 
-    def __init__(self, nodes: Nodes, names: Names | None = None, latex: bool = False, wrap: Wrap | None = None) -> None:
+    def __init__(
+        self,
+        nodes: Nodes,
+        names: Names | None = None,
+        latex: bool = False,
+        wrap: Wrap | None = None,
+        line: int = 0,
+    ) -> None:
         self.nodes = nodes
+        self._line = line
         self.names = names or Names()
         self.latex = latex
         self._wrap = wrap
@@ -121,7 +132,10 @@ class Printer:
             return self._constant(operands[0]), _ATOM
         if operation == "add":
             signed = self._signed([self._term(o, (*path, k)) for k, o in enumerate(operands)])
-            return "".join(sign + text for sign, text in signed), _SUM
+            text = "".join(sign + text for sign, text in signed)
+            if self._line and path and width(text) > self._line:
+                text = aligned("", broken([sign + text for sign, text in signed], self._line))
+            return text, _SUM
         if operation in ("num", "mul", "pow"):
             negative, text, _ = self._term(node, path)
             loose = _SUM if negative else _POWER if operation == "pow" and r"\frac" not in text else _PRODUCT
@@ -256,10 +270,10 @@ class Printer:
             return f"{operation}{power}({', '.join(texts)})"
         if operation in _FENCES:
             left, right = _FENCES[operation]
-            return f"{left}{texts[0]}{right}"
+            return f"{left} {texts[0]} {right}"
         if operation == "exp":
             return f"e^{{{texts[0]}}}"
-        name = _NAMED.get(operation, rf"\operatorname{{{operation}}}") + (f"^{{{raised}}}" if raised else "")
+        name = _NAMED.get(operation, rf"\mathrm{{{operation}}}") + (f"^{{{raised}}}" if raised else "")
         if operation in _POWERED and self.nodes[operands[0]][0] == "sym":
             return f"{name} {texts[0]}"
         return rf"{name}\left({', '.join(texts)}\right)"
@@ -273,6 +287,37 @@ class Printer:
             return "{" + "; ".join(v if c == "otherwise" else f"{v} if {c}" for v, c in rows) + "}"
         lines = (f"{v} & {c}" if c.startswith(r"\text{") else rf"{v} & \text{{if }} {c}" for v, c in rows)
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
+
+
+def width(latex: str) -> int:
+    """Return about how many characters wide a formula is when it is printed; of several lines, the widest."""
+    return max(_width(line) for line in latex.split(r"\\"))
+
+
+def _width(latex: str) -> int:
+    plain = re.sub(
+        r"\\(left|right|quad|tfrac|frac|mathrm|text|dot|ddot|hat|tilde|begin\{\w+\}|end\{\w+\}|,)", "", latex
+    )
+    plain = re.sub(r"\\[A-Za-z]+", "x", plain)
+    return len(re.sub(r"[{}^_&\s]", "", plain)) + 2 * (plain.count(" + ") + plain.count(" - "))
+
+
+def broken(terms: Sequence[str], line: int, first: int = 0) -> list[str]:
+    """Distribute the terms of a sum over lines; `first` is how much of the first line is taken."""
+    lines, room = [""], line - first
+    for term in terms:
+        if lines[-1] and width(term) > room:
+            lines.append("")
+            room = line
+        lines[-1] += term if lines[-1] else term.lstrip()
+        room -= width(term)
+    return lines
+
+
+def aligned(left: str, lines: Sequence[str]) -> str:
+    """Return a formula of several lines."""
+    rows = [f"{left}& {lines[0]}".lstrip(), *(rf"& \quad {text}" for text in lines[1:])]
+    return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
 
 def decimal(value: Fraction) -> str:

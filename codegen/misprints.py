@@ -8,14 +8,17 @@ right is not decided here: `codegen.relations` tests it against the derivation.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import sympy as sp
 
+from models.mechanics import reduce_sines
 from models.paper import Side
 
 Write = Callable[[Any], str]
+_MANY = 16
+"""Sums that differ in more products than this are no misprint but shortened: every product is listed."""
 
 
 def edits(printed: Side, corrected: Side, write: Write = sp.sstr) -> tuple[str, ...]:
@@ -36,6 +39,8 @@ def _edits(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
         return
     if printed.is_number and corrected.is_number:
         yield f"{write(printed)} should read {write(corrected)}"
+    elif isinstance(printed, sp.MatrixBase) and isinstance(corrected, sp.MatrixBase):
+        yield from _entries(printed, corrected, write)
     elif isinstance(printed, sp.Add | sp.MatAdd) or isinstance(corrected, sp.Add | sp.MatAdd):
         yield from _terms(printed, corrected, write)
     elif isinstance(printed, sp.MatMul) and isinstance(corrected, sp.MatMul):
@@ -49,6 +54,14 @@ def _edits(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
         yield f"{write(printed)} should read {write(corrected)}"
 
 
+def _entries(printed: sp.MatrixBase, corrected: sp.MatrixBase, write: Write) -> Iterator[str]:
+    if printed.shape != corrected.shape:
+        yield f"{write(printed)} should read {write(corrected)}"
+        return
+    for old, new in zip(printed, corrected, strict=True):
+        yield from _edits(old, new, write)
+
+
 def _terms(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
     """Compare sums: signs first, then terms that resemble each other, then what is lost or added."""
     extra, missing = _unmatched(_summands(printed), _summands(corrected))
@@ -59,10 +72,38 @@ def _terms(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
             sign = "-" if term.could_extract_minus_sign() else "+"
             size = -term if sign == "-" else term
             yield f"sign of {write(size)}: printed {sign}, correct {'+' if sign == '-' else '-'}"
+    listed = _written_out(extra, missing)
+    if len(listed) > _MANY:
+        yield from _coefficients(listed, write)
+        return
     for old, new in _pairs(extra, missing):
         yield from _edits(old, new, write)
     yield from (f"term {write(term)} does not belong there" for term in extra)
     yield from (f"term {write(term)} is missing" for term in missing)
+
+
+def _written_out(extra: Sequence[Any], missing: Sequence[Any]) -> dict[Any, tuple[Any, Any]]:
+    """Return the products in which sums differ once they are written out, with both coefficients.
+
+    Empty for matrices, and where a sum stands in a denominator.
+    """
+    if any(isinstance(term, sp.MatrixExpr) or sp.denom(sp.together(term)).has(sp.Add) for term in (*extra, *missing)):
+        return {}
+    old, new = (reduce_sines(sp.Add(*terms)).as_coefficients_dict() for terms in (extra, missing))
+    return {term: (old[term], new[term]) for term in (*old, *new) if old[term] != new[term]}
+
+
+def _coefficients(listed: Mapping[Any, tuple[Any, Any]], write: Write) -> Iterator[str]:
+    for term, (old, new) in listed.items():
+        if not new:
+            yield f"term {write(old * term)} does not belong there"
+        elif not old:
+            yield f"term {write(new * term)} is missing"
+        elif old == -new:
+            before, after = ("-", "+") if old < 0 else ("+", "-")
+            yield f"sign of {write(abs(old) * term)}: printed {before}, correct {after}"
+        else:
+            yield f"number before {write(term)}: printed {old}, correct {new}"
 
 
 def _factors(printed: Any, corrected: Any, write: Write) -> Iterator[str]:

@@ -46,7 +46,7 @@ _FUNCTIONS: dict[type, Callable[..., Value]] = {
     sp.UnevaluatedExpr: lambda value: value,
     sp.Transpose: lambda matrix: matrix.T,
     sp.Trace: lambda matrix: mpmath.fsum(matrix[i, i] for i in range(matrix.rows)),
-    sp.Inverse: lambda matrix: matrix**-1,
+    sp.Inverse: lambda matrix, _: matrix**-1,
     sp.MatPow: lambda matrix, exponent: matrix ** int(exponent),
     Cross: lambda a, b: _cross(a, b),
 }

@@ -34,6 +34,7 @@ _RELATIONS = {
 _FENCES = {"abs": ("|", "|"), "floor": ("⌊", "⌋"), "ceiling": ("⌈", "⌉")}
 _FUNCTIONS = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "sign": "sgn", "log": "ln"}
 _INVISIBLE = re.compile(r"<[^>]*>|&[^;]*;|[\d.]")
+_LETTER = re.compile(r"&#x(0*(?!0)[0-9A-F]{3,});")
 _NAMED = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "log"}
 _CONSTANTS = {"pi": "<mi>π</mi>", "True": "<mtext>otherwise</mtext>", "False": "<mtext>never</mtext>"}
 
@@ -77,13 +78,11 @@ class Formula:
         operation, *operands = self._nodes[self._root[0]]
         if operation != "add":
             return [(math(self._print(self._root)[0]), () in self._marks)]
-        places = self._in_order([(node, (k,)) for k, node in enumerate(operands)])
-        rows = []
-        for k, place in enumerate(places):
-            negative, text = self._term(place)
-            sign = _sign(negative, not k)
-            rows.append((math(sign + text), place[1] in self._marks))
-        return rows
+        terms = self._in_order([(node, (k,)) for k, node in enumerate(operands)])
+        return [
+            (math(_sign(negative, not k) + text), place[1] in self._marks)
+            for k, (place, negative, text) in enumerate(terms)
+        ]
 
     def _print(self, place: _Place) -> tuple[str, int]:
         """Return a part and how tightly it binds."""
@@ -117,21 +116,18 @@ class Formula:
         return self._call(operation, places), _ATOM
 
     def _sum(self, places: list[_Place]) -> str:
-        text = ""
-        for place in self._in_order(places):
-            negative, term = self._term(place)
-            text += self._marked(_sign(negative, not text) + term, [place[1]])
-        return text
+        rows = enumerate(self._in_order(places))
+        return "".join(self._marked(_sign(negative, not k) + term, [place[1]]) for k, (place, negative, term) in rows)
 
-    def _in_order(self, places: list[_Place]) -> list[_Place]:
-        """Sort the terms of a sum by their letters: a changed order, sign or coefficient leaves them where they are."""
+    def _in_order(self, places: list[_Place]) -> list[tuple[_Place, bool, str]]:
+        """Print terms and sort them by their letters: a changed sign or coefficient leaves a term in its place."""
 
-        def key(place: _Place) -> tuple[bool, str, str]:
-            negative, text = self._term(place)
+        def key(term: tuple[_Place, bool, str]) -> tuple[bool, str, str]:
+            _, negative, text = term
             letters = _INVISIBLE.sub("", text)
             return negative and not letters, letters, text
 
-        return sorted(places, key=key)
+        return sorted(((place, *self._term(place)) for place in places), key=key)
 
     def _term(self, place: _Place) -> tuple[bool, str]:
         """Return whether a summand is subtracted, and the summand without its sign."""
@@ -180,16 +176,16 @@ class Formula:
         """Print a number and factors side by side; a lone sum over or under a bar needs no parentheses."""
         if over_bar and number == 1 and len(factors) == 1 and abs(factors[0].power or 0) == 1:
             return self._marked(self._print(factors[0].base)[0], factors[0].paths)
-        rows = [self._factor(f) for f in sorted(factors, key=self._rank)]
+        ranked = sorted((self._rank(f.base, text), text) for f, text in ((f, self._factor(f)) for f in factors))
+        rows = [text for _, text in ranked]
         if number != 1 or not rows:
             rows.insert(0, self._marked(_number_text(number), paths))
         return _TIMES.join(rows)
 
-    def _rank(self, factor: _Factor) -> tuple[int, str]:
+    def _rank(self, base: _Place, text: str) -> tuple[int, str]:
         """Order factors: numbers, symbols, sums, functions; then by their letters."""
-        operation = self._nodes[factor.base[0]][0]
         kinds = {"num": 0, "sym": 1, "const": 1, "add": 2, "pow": 2}
-        return kinds.get(operation, 3), _INVISIBLE.sub("", self._factor(factor))
+        return kinds.get(self._nodes[base[0]][0], 3), _INVISIBLE.sub("", text)
 
     def _factor(self, factor: _Factor) -> str:
         base, power = factor.base, factor.power
@@ -244,7 +240,7 @@ def symbol(name: str, latex: str = "") -> str:
 
         inner = re.fullmatch(r"<math[^>]*>(.*)</math>", convert(latex), flags=re.DOTALL)
         if inner:
-            return f"<mrow>{inner[1]}</mrow>"
+            return f"<mrow>{_LETTER.sub(lambda code: chr(int(code[1], 16)), inner[1])}</mrow>"
     return f"<mi>{escape(name)}</mi>"
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import sympy as sp
+from sympy.printing.str import StrPrinter
 
 from models.derivation import Expr
 from models.mechanics import planar_cross
@@ -102,10 +103,10 @@ class Names:
         """Add a matrix or a column whose meaning comes from the derivation."""
         return self._add(Name(sp.MatrixSymbol(name, *meaning.shape), latex, frozen(meaning), text=text))
 
-    def family(self, name: str, latex: str, *, positive: bool = False) -> sp.Symbol:
+    def family(self, name: str, latex: str, *, positive: bool = False, text: str = "") -> sp.Symbol:
         """Add a name that stands for a member of a family, such as l_i; the cases of a relation say for which."""
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
-        return self._add(Name(symbol, latex, member=True))
+        return self._add(Name(symbol, latex, member=True, text=text))
 
     def matrix_family(self, name: str, latex: str, rows: int, columns: int = 1) -> sp.MatrixSymbol:
         """Add a matrix or column that stands for a member of a family, such as x_i."""
@@ -125,13 +126,20 @@ class Names:
     def as_text(self, side: Side) -> str:
         """Write a side in plain text, with the paper's names."""
         renamed = {symbol: _renamed(symbol, name.text) for symbol, name in self.table.items() if name.text}
-        return str(sp.sstr(sp.sympify(side).xreplace(renamed)))
+        return str(_OneLine().doprint(sp.sympify(side).xreplace(renamed)))
 
     def _add(self, name: Name) -> Expr:
         if any(str(name.symbol) == str(other) for other in self.table):
             raise ModelError(f"name {str(name.symbol)!r} is in the table of names twice")
         self.table[name.symbol] = name
         return name.symbol
+
+
+class _OneLine(StrPrinter):  # type: ignore[misc]
+    """Writes a matrix in one line, [a, b; c, d]."""
+
+    def _print_MatrixBase(self, matrix: sp.MatrixBase) -> str:
+        return "[" + "; ".join(", ".join(map(self._print, row)) for row in matrix.tolist()) + "]"
 
 
 def _renamed(symbol: Expr, text: str) -> Expr:

@@ -160,7 +160,7 @@ class Versions:
         back, there = self._new_keys.get(old.key), left.get(new.key)
         if back is None or there is None:
             return True
-        return self._value(True, back) == self._value(False, there)
+        return bool(self._value(True, back) == self._value(False, there))
 
     def _match_local(self, left: dict[Key, Item]) -> None:
         """Match what has another name and another value, but the same text over the same partners."""

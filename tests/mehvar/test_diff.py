@@ -4,6 +4,7 @@
 import contextlib
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import mehvar
 from mehvar.cli import app
 from runtime.errors import InputError
 
@@ -304,12 +306,31 @@ def test_the_page_is_whole_and_needs_no_network(project):
     assert sorted(p.name for p in project.root.iterdir() if p.name.startswith("page")) == ["page.html"]
 
 
+def narrow_words(lines: list[str]) -> list[str]:
+    return [word for line in lines for word in line.split()]
+
+
+def test_python_gets_the_same_comparison(project):
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    with contextlib.chdir(project.root):
+        found = mehvar.diff("cart", old="HEAD", new="work")
+        back = mehvar.diff("cart", old="work", new="HEAD")
+    assert [equation.name for equation in found.changed][:2] == ["spring", "v_dot"]
+    assert (found.added, found.removed, found.equivalent, found.parameters) == ((), (), (), ())
+    assert found.differs
+    assert str(found).startswith("cart: physics CHANGED")
+    assert [equation.name for equation in back.changed] == [equation.name for equation in found.changed]
+
+
 def test_a_terminal_gets_lines_that_fit(project):
     project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
     wide = project.mehvar("diff").stdout
     narrow = project.mehvar("diff", FORCE_COLOR="1", COLUMNS="50", TERM="xterm").stdout
     assert "\x1b[" in narrow
     assert "\x1b[" not in wide
+    visible = re.sub(r"\x1b\[[0-9;]*m", "", narrow).splitlines()
+    assert max(map(len, visible)) <= 50 < max(map(len, wide.splitlines()))
+    assert "".join(narrow_words(visible)) == "".join(narrow_words(wide.splitlines()))
 
 
 def test_git_shows_the_comparison_as_an_external_diff(project):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from models.paper import Names, Paper
 from models.slosh.paper.angles import pendulums
-from models.slosh.paper.balances import forces, moments
+from models.slosh.paper.balances import acceleration, forces, moments
 from models.slosh.paper.energy import energy, laws_of_motion
 from models.slosh.paper.laws import Laws, candidates, control
 from models.slosh.paper.reduced import equilibrium, reduced
@@ -16,9 +16,9 @@ NUMBERS = 36
 """The equations are numbered from 1 to this."""
 _NOTE = (
     "The text at hand was read by a machine and lacks the figures; dots of time derivatives and closing brackets are "
-    "lost in places. Whether a misprint is the paper's or was made in reading it cannot be told. The paper prints theta_1 "
-    "both for an attitude angle and for the azimuth of pendulum 1; the attitude angles are written vartheta here, as in "
-    "(18)."
+    "lost in places. Whether a misprint is the paper's or was made in reading it cannot be told. The paper prints "
+    "theta_1 both for an attitude angle and for the azimuth of pendulum 1; the attitude angles are written vartheta "
+    "here, as in (18)."
 )
 
 
@@ -33,6 +33,7 @@ def paper(system: System) -> Paper:
         *forces(s),
         *moments(s),
         *pendulums(s),
+        acceleration(s),
         *equilibrium(s, law),
         *reduced(s, law),
         *candidates(s, law),

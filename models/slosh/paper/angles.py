@@ -10,7 +10,7 @@ from models.paper import Case, Printed, Reading, Relation
 from models.slosh.paper.symbols import Spacecraft
 from models.slosh.paper.terms import Shorthand
 
-_SHORT = "Printed in short, as (12)-(14). The differences are listed for one pendulum."
+_SHORT = "Printed in short, as (12)-(14). The differences listed stand inside the factor m_i l_i."
 
 
 def phi_bracket(s: Spacecraft, turn: Expr, second: Expr) -> Expr:
@@ -50,18 +50,69 @@ def theta_bracket(s: Spacecraft) -> Expr:
     )
 
 
+def corrected_phi(s: Spacecraft) -> Expr:
+    """Return what l_i should multiply in (25): V' + Omega x V in place of what is left of it, and the lost terms."""
+    i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
+    (_, W2d, W3d), (ax, ay, az) = s.w_dot, s.a_spelled
+    along = W2 * t.S + W3 * t.C
+    return (
+        t.s * ax
+        + t.cS * ay
+        + t.cC * az
+        + (i.l - i.h * t.c) * (t.C * W2d - t.S * W3d)
+        - i.l * t.s * t.c * i.theta_dot**2
+        + 2 * i.l * t.s * i.theta_dot * (t.c * W1 - t.s * along)
+        - i.h * t.s * (W2**2 + W3**2)
+        + i.h * t.c * W1 * along
+        + i.l * (t.s * t.c * (along**2 - W1**2) + (1 - 2 * t.c**2) * W1 * along)
+    )
+
+
+def corrected_theta(s: Spacecraft) -> Expr:
+    """Return what l_i should multiply in (26)."""
+    i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
+    (W1d, W2d, W3d), (_, ay, az) = s.w_dot, s.a_spelled
+    along, across, reach = W2 * t.S + W3 * t.C, W2 * t.C - W3 * t.S, i.h - i.l * t.c
+    return (
+        t.sC * ay
+        - t.sS * az
+        - i.l * t.s**2 * W1d
+        + t.s * reach * (t.S * W2d + t.C * W3d)
+        + 2 * i.l * t.s * t.c * i.phi_dot * i.theta_dot
+        + 2 * i.l * t.s * i.phi_dot * (t.s * along - t.c * W1)
+        + t.s * reach * W1 * across
+        + i.l * t.s**2 * along * across
+    )
+
+
 def pendulums(s: Spacecraft) -> tuple[Printed, ...]:
     """(15), (16): the equations of phi_i and theta_i."""
     i, t = s.i, Shorthand(s.i)
     phi = i.m * (i.l * phi_bracket(s, i.theta_dot, i.l * i.phi_dot * t.s))
     theta = i.m * (i.l * theta_bracket(s))
     return (
-        _row("15", "phi_i", s, phi + i.I * (i.phi_ddot + s.w_dot[0]) - i.eps * i.phi_dot, 0),
-        _row("16", "theta_i", s, theta + i.I * (i.theta_ddot + s.w_dot[2]) + i.eps * i.theta_dot, 1),
+        _row(
+            "15",
+            "phi_i",
+            s,
+            phi + i.I * (i.phi_ddot + s.w_dot[0]) - i.eps * i.phi_dot,
+            i.m * (i.l * (corrected_phi(s) + i.l * i.phi_ddot)) + i.I * (i.phi_ddot + s.w_dot[0]) + i.eps * i.phi_dot,
+            0,
+        ),
+        _row(
+            "16",
+            "theta_i",
+            s,
+            theta + i.I * (i.theta_ddot + s.w_dot[2]) + i.eps * i.theta_dot,
+            i.m * (i.l * (corrected_theta(s) + i.l * t.s**2 * i.theta_ddot))
+            + i.I * (i.theta_ddot + s.w_dot[2])
+            + i.eps * i.theta_dot,
+            1,
+        ),
     )
 
 
-def _row(number: str, angle: str, s: Spacecraft, left: Expr, place: int) -> Printed:
+def _row(number: str, angle: str, s: Spacecraft, left: Expr, corrected: Expr, place: int) -> Printed:
     cases: tuple[Case, ...] = tuple(
         {**each, s.row[place]: rows[place]} for each, rows in zip(s.each(), s.rows, strict=True)
     )
@@ -72,12 +123,12 @@ def _row(number: str, angle: str, s: Spacecraft, left: Expr, place: int) -> Prin
         "equation",
         (
             Reading(
-                (Relation(left, sp.S.Zero, cases=cases, against=s.row[place]),),
+                (Relation(left, sp.S.Zero, corrected_left=corrected, cases=cases, against=s.row[place]),),
                 "for each pendulum, without the sum",
                 why=why + "the equation of one angle cannot hold the damping of the other pendulum's.",
             ),
             Reading(
-                (Relation(s.total(left), sp.S.Zero, cases=cases, against=s.row[place]),),
+                (Relation(s.total(left), sp.S.Zero, corrected_left=corrected, cases=cases, against=s.row[place]),),
                 "with the sum over the pendulums",
                 used=False,
                 why=why + "two equations would be the same.",

@@ -6,7 +6,8 @@ from __future__ import annotations
 import sympy as sp
 
 from models.derivation import Expr
-from models.paper import Case, Cross, Printed, Reading, Relation, printed
+from models.mechanics import matrix_rate
+from models.paper import Cross, Printed, Reading, Relation, printed
 from models.slosh.paper.symbols import Spacecraft
 from models.slosh.paper.terms import Shorthand
 
@@ -93,9 +94,7 @@ def _along_y(s: Spacecraft, right: Expr, inside: bool) -> Relation:
 def _along_z(s: Spacecraft, right: Expr, inside: bool) -> Relation:
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
     az, sigma, reach = s.a[2], s.m * s.b + s.m0 * s.h0, i.h - i.l * t.c
-    common = (
-        -(i.phi_dot**2) * t.sC - 2 * i.phi_dot * i.theta_dot * t.cS + (s.w_dot[0] + W2 * W3) * t.sS
-    )
+    common = -(i.phi_dot**2) * t.sC - 2 * i.phi_dot * i.theta_dot * t.cS + (s.w_dot[0] + W2 * W3) * t.sS
     arm = (s.w_dot[1] - W1 * W3) * reach
     own = (s.m + s.m0) * az + sigma * (s.w_dot[1] - W1 * W3)
     bracket = (
@@ -127,50 +126,72 @@ def _along_z(s: Spacecraft, right: Expr, inside: bool) -> Relation:
 def moments(s: Spacecraft) -> tuple[Printed, ...]:
     """(12)-(14): balances of moments, printed in short."""
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
-    (ax, ay, az), (Jx, Jy, Jz) = s.a, s.J
+    (_, ay, az), (Jx, Jy, Jz) = s.a, s.J
     W1d, W2d, W3d = s.w_dot
     sigma, reach, I0 = s.m * s.b + s.m0 * s.h0, i.h - i.l * t.c, s.I0
     (d1, d2), (vx, vy, vz) = s.delta, s.v
-    x = W1d * (Jx + I0) + W2 * W3 * (Jz - Jy) + s.total(
-        i.m
-        * (
-            i.l
+    x = (
+        W1d * (Jx + I0)
+        + W2 * W3 * (Jz - Jy)
+        + s.total(
+            i.m
             * (
-                t.sC * (-W3d * reach + 2 * i.theta_dot * W2 * reach - ay - W1 * W2 * reach)
-                + t.sS * (-W2d * reach + 2 * i.theta_dot * W3 * reach + az)
-                + i.phi_dot * t.cS * (2 * W2 * reach)
+                i.l
+                * (
+                    t.sC * (-W3d * reach + 2 * i.theta_dot * W2 * reach - ay - W1 * W2 * reach)
+                    + t.sS * (-W2d * reach + 2 * i.theta_dot * W3 * reach + az)
+                    + i.phi_dot * t.cS * (2 * W2 * reach)
+                )
+                + i.I / i.m * (i.phi_ddot + W1d)
+                + i.I * (i.theta_dot * W2 + W2 * W3)
+                - W3 * vz * reach
             )
-            + i.I / i.m * (i.phi_ddot + W1d)
-            + i.I * (i.theta_dot * W2 + W2 * W3)
-            - W3 * vz * reach
         )
     )
-    y = sigma * (W2d + az) + W2d * (Jy + I0) + W1 * W3 * (Jx - Jz) + s.total(
-        i.m
-        * (
-            i.l
+    y = (
+        sigma * (W2d + az)
+        + W2d * (Jy + I0)
+        + W1 * W3 * (Jx - Jz)
+        + s.total(
+            i.m
             * (
-                t.sC * (-(W3**2) * reach + s.v_dot[0] - W3 * vy)
-                + t.sS * (2 * W3 * vz - 2 * W1 * vx)
-                - reach * (-2 * i.phi_dot * W2 * t.s + W2 * W3 * t.sS)
+                i.l
+                * (
+                    t.sC * (-(W3**2) * reach + s.v_dot[0] - W3 * vy)
+                    + t.sS * (2 * W3 * vz - 2 * W1 * vx)
+                    - reach * (-2 * i.phi_dot * W2 * t.s + W2 * W3 * t.sS)
+                )
+                - reach * ((-W2d + W1 * W3) * reach + az)
+                + i.I * W2d / i.m
+                + i.I * W3 * (i.phi_dot + W1)
+                - i.I * W1 * (i.theta_dot + W3)
             )
-            - reach * ((-W2d + W1 * W3) * reach + az)
-            + i.I * W2d / i.m
-            + i.I * W3 * (i.phi_dot + W1)
-            - i.I * W1 * (i.theta_dot + W3)
         )
+    )
+    own = s.m * s.b**2 + s.m0 * s.h0**2
+    place, force = _bob(s)
+    spin = (
+        i.I / i.m * (i.phi_ddot + W1d + W2 * i.theta_dot),
+        i.I * W2d / i.m + i.I / i.m * W3 * i.phi_dot - i.I / i.m * W1 * i.theta_dot,
+        i.I / i.m * (i.theta_ddot + W3d) - i.I / i.m * W2 * i.phi_dot,
+    )
+    swung = [s.total(i.m * (turn + e)) for turn, e in zip(place.cross(force), spin, strict=True)]
+    right = (
+        W1d * (Jx + I0) + W2 * W3 * (Jz - Jy) + swung[0],
+        own * (W2d - W1 * W3) + sigma * az + W2d * (Jy + I0) + W1 * W3 * (Jx - Jz) + swung[1],
+        own * (W3d + W1 * W2) - sigma * ay + W3d * (Jz + I0) + W1 * W2 * (Jy - Jx) + swung[2],
     )
     lever = s.F * (s.b + s.d)
     return (
-        _moment("12", "x", s, 3, x, s.M[0]),
-        _moment("13", "y", s, 4, y, s.M[1] - lever * sp.sin(d1) * sp.cos(d2)),
+        _moment("12", "x", s, 3, x, s.M[0], right[0]),
+        _moment("13", "y", s, 4, y, s.M[1] - lever * sp.sin(d1) * sp.cos(d2), right[1]),
         Printed(
             "14",
             "balance of moments about z",
             "equation",
             tuple(
                 Reading(
-                    (_short(s, 5, _about_z(s, inside), s.M[2] - lever * sp.sin(d2)),),
+                    (_short(s, 5, _about_z(s, inside), s.M[2] - lever * sp.sin(d2), right[2]),),
                     text,
                     used,
                     "One closing bracket is missing in print; " + why,
@@ -182,18 +203,12 @@ def moments(s: Spacecraft) -> tuple[Printed, ...]:
             ),
             _SHORT,
         ),
-        printed(
-            "17",
-            "acceleration of the tank centre",
-            "definition",
-            Relation(s.a_column, s.V_dot + Cross(s.Omega, s.V)),
-        ),
     )
 
 
 _SHORT = (
-    "Printed in short; the paper says that its simulations took the equations in complete form. The differences are "
-    "listed for one pendulum; every pendulum has them."
+    "Printed in short; the paper says that its simulations took the equations in complete form. The differences "
+    "of a pendulum's terms are listed as they stand inside the factor m_i."
 )
 
 
@@ -203,12 +218,7 @@ def _about_z(s: Spacecraft, inside: bool) -> Expr:
     sigma, reach = s.m * s.b + s.m0 * s.h0, i.h - i.l * t.c
     own = sigma * (W3d - ay) + W3d * (s.J[2] + s.I0) + W1 * W2 * (s.J[1] - s.J[0])
     bob = (
-        i.l
-        * (
-            t.sS * (ax + W2**2 * reach)
-            + t.sC * (W2 * W3 * reach - 2 * W2 * s.v[1])
-            - W1 * W2 * t.c
-        )
+        i.l * (t.sS * (ax + W2**2 * reach) + t.sC * (W2 * W3 * reach - 2 * W2 * s.v[1]) - W1 * W2 * t.c)
         + reach * (ay + (W3d + W1 * W2) * reach)
         + i.I / i.m * (i.theta_ddot + W3d)
     )
@@ -216,13 +226,33 @@ def _about_z(s: Spacecraft, inside: bool) -> Expr:
     return own + s.total(i.m * (bob + rotor) if inside else i.m * bob + rotor)
 
 
-def _moment(number: str, axis: str, s: Spacecraft, row: int, left: Expr, right: Expr) -> Printed:
+def _bob(s: Spacecraft) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return place and acceleration of bob i: a + Omega' x r + Omega x (Omega x r + 2 r') + r''."""
+    i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
+    place = sp.Matrix([i.h - i.l * t.c, i.l * t.sS, i.l * t.sC])
+    moved = matrix_rate(place, {i.phi: i.phi_dot, i.theta: i.theta_dot})
+    rates = {i.phi: i.phi_dot, i.theta: i.theta_dot, i.phi_dot: i.phi_ddot, i.theta_dot: i.theta_ddot}
+    turn, turning = sp.Matrix([W1, W2, W3]), sp.Matrix(s.w_dot)
+    carried = turning.cross(place) + turn.cross(turn.cross(place) + 2 * moved)
+    linear = sp.Matrix([s.a_spelled[0], *s.a[1:]])
+    return place, linear + carried + matrix_rate(moved, rates)
+
+
+def _moment(number: str, axis: str, s: Spacecraft, row: int, left: Expr, right: Expr, corrected: Expr) -> Printed:
     return printed(
-        number, f"balance of moments about {axis}", "equation", _short(s, row, left, right), note=_SHORT
+        number, f"balance of moments about {axis}", "equation", _short(s, row, left, right, corrected), note=_SHORT
     )
 
 
-def _short(s: Spacecraft, row: int, left: Expr, right: Expr) -> Relation:
-    second = s.bobs[1]
-    alone: Case = dict.fromkeys((second.m, second.I, second.eps), sp.S.Zero)
-    return Relation(left, right, cases=(alone, {}), against=s.balance[row])
+def _short(s: Spacecraft, row: int, left: Expr, right: Expr, corrected: Expr) -> Relation:
+    return Relation(left, right, corrected_left=corrected, against=s.balance[row])
+
+
+def acceleration(s: Spacecraft) -> Printed:
+    """(17): the acceleration of the tank centre."""
+    return printed(
+        "17",
+        "acceleration of the tank centre",
+        "definition",
+        Relation(s.a_column, s.V_dot + Cross(s.Omega, s.V)),
+    )

@@ -98,8 +98,7 @@ def laws_of_motion(s: Spacecraft) -> tuple[Printed, ...]:
                 sp.zeros(2, 1),
                 corrected_left=column["d/dt dL/dzeta_dot"] - column["dL/dzeta"] + column["dR/dzeta_dot"],
                 cases=tuple(
-                    {**case, s.row_column: sp.Matrix(rows)}
-                    for case, rows in zip(s.zeta_cases, s.rows, strict=True)
+                    {**case, s.row_column: sp.Matrix(rows)} for case, rows in zip(s.zeta_cases, s.rows, strict=True)
                 ),
                 against=s.row_column,
             ),
@@ -187,7 +186,7 @@ def energy(s: Spacecraft) -> tuple[Printed, ...]:
                 ),
                 cases=cases,
             ),
-            note="x, y, z is the position of the tank centre, from which V in (6) comes. The third is printed as a row.",
+            note="x, y, z is the position of the tank centre, which V in (6) comes from. r_i is printed as a row.",
         ),
         Printed(
             "text after (7), omega_i",
@@ -217,9 +216,7 @@ def energy(s: Spacecraft) -> tuple[Printed, ...]:
                     ),
                     (
                         "the rate of the arm itself",
-                        sp.Matrix(
-                            [-i.theta_dot, i.phi_dot * sp.cos(i.theta), -i.phi_dot * sp.sin(i.theta)]
-                        ),
+                        sp.Matrix([-i.theta_dot, i.phi_dot * sp.cos(i.theta), -i.phi_dot * sp.sin(i.theta)]),
                         False,
                         "phi' about the axis across the arm, theta' about -x. The printed (12)-(16) do not have it.",
                     ),

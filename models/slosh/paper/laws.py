@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from models.mechanics import time_derivative
-from models.paper import Case, Names, Printed, Relation, follow, printed
+from models.paper import Case, Names, Printed, Relation, printed
 from models.slosh.paper.symbols import Spacecraft, equations, generic_names
 from models.slosh.paper.terms import Shorthand
 from models.slosh.variables import DEMAND
@@ -33,7 +33,8 @@ class Laws:
     """Symbols of section 3: inputs of the reduced model, its rates, V_1 and V_2, and their derivatives."""
 
     def __init__(self, system: System, names: Names, s: Spacecraft) -> None:
-        self._system = system
+        self._definitions = system.definitions
+        self._written: dict[sp.Symbol, Expr] = {}
         self.u = tuple(names.free(q, -2, 2, text=f"u_{k}") for k, q in enumerate(DEMAND, 1))
         gains = {q.name: q for law in system.controllers for q in law.parameters}
         self.r = {k: names.free(gains[f"r{k}"], "1/10", 4) for k in range(1, 11)}
@@ -46,8 +47,15 @@ class Laws:
 
     def _defined(self, name: str) -> Expr:
         """Follow a definition of the derivation; an entry of f that is zero has none."""
-        definitions = self._system.definitions
-        return next((follow(e, definitions) for symbol, e in definitions.items() if symbol.name == name), sp.S.Zero)
+        return next((self._followed(symbol) for symbol in self._definitions if symbol.name == name), sp.S.Zero)
+
+    def _followed(self, symbol: sp.Symbol) -> Expr:
+        """Write a definition out, and those it is made of, each once."""
+        if symbol not in self._written:
+            expr = self._definitions[symbol]
+            parts = {part: self._followed(part) for part in expr.free_symbols if part in self._definitions}
+            self._written[symbol] = expr.xreplace(parts)
+        return self._written[symbol]
 
     def _motion(self, system: System, s: Spacecraft) -> dict[Expr, Expr]:
         """Rates along the reduced model, as derived, for its inputs u_1 to u_5."""
@@ -72,7 +80,9 @@ class Laws:
             place = f"_{{{index}}}" if index else ""
             low = "".join(sorted(index, reverse=True))
             return names.derived(
-                f"{letter}{accent}{'_' if index else ''}{index}", rf"{hat}{letter}{place}", self._defined(f"{letter}{low}_{name}")
+                f"{letter}{accent}{'_' if index else ''}{index}",
+                rf"{hat}{letter}{place}",
+                self._defined(f"{letter}{low}_{name}"),
             )
 
         return Symbols(
@@ -89,26 +99,37 @@ def candidates(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
     """(27)-(30): the Lyapunov functions and the form of their derivatives."""
     names, v1, v2 = s.names, law.law["v1"], law.law["v2"]
     first, corrected = _first(s, law, True), _first(s, law, False)
-    pull = [names.matrix(f"pull_{text}", latex, _pull(law, s, value)) for text, latex, value in (
-        ("printed", r"\left.\partial\dot V_1/\partial u_{3\ldots5}\right|_{\Omega=0}", first),
-        ("corrected", r"\left.\partial\dot V_1/\partial u_{3\ldots5}\right|_{\Omega=0}", corrected),
-    )]
+    pull = [
+        names.matrix(
+            f"d(dV_1/dt)/du with V_1 as {text}",
+            rf"\left.\partial\dot V_1/\partial(u_3,u_4,u_5)\right|_{{\Omega=0}}^\mathrm{{{text}}}",
+            _pull(law, s, value),
+        )
+        for text, value in (("printed", first), ("corrected", corrected))
+    ]
     return (
         printed(
             "27",
             "Lyapunov function with the pendulums",
             "definition",
             Relation(v1.V, first, corrected=corrected),
-            Relation(
-                pull[0],
-                sp.zeros(3, 1),
-                corrected_left=pull[1],
-                says="the derivative has the form (29): u_3 to u_5 drop out where Omega = 0",
-            ),
             note="V_1 is the authors' choice, but with the printed products (29) does not follow, which they state. "
             "The products cancel the coupling of the pendulums' rates to Omega' only with the factors of (25), (26).",
         ),
         printed("28", "Lyapunov function without the pendulums", "definition", Relation(v2.V, _second(s, law))),
+        printed(
+            "text before (29)",
+            "form of the derivative of V_1",
+            "statement",
+            Relation(
+                pull[0],
+                sp.zeros(3, 1),
+                corrected_left=pull[1],
+                says="along (20)-(26), u_3 to u_5 appear only multiplied by a body rate",
+            ),
+            note="The left side is the part of dV_1/dt that u_3 to u_5 multiply where Omega = 0, with V_1 as "
+            "(27) prints it and as it is corrected.",
+        ),
         _form("29", "derivative of V_1", s, law, v1),
         _form("30", "derivative of V_2", s, law, v2),
     )
@@ -150,18 +171,20 @@ def _first(s: Spacecraft, law: Laws, as_printed: bool) -> Expr:
 
 def _pull(law: Laws, s: Spacecraft, value: Expr) -> sp.Matrix:
     """Differentiate a V along the reduced model and take what is left of u_3 to u_5 without body rates."""
-    rate = time_derivative(value.doit(), law.rates)
-    still = dict.fromkeys(s.w, sp.S.Zero)
-    return sp.Matrix([rate.diff(u).xreplace(still) for u in law.u[2:]])
+    still, value = dict.fromkeys(s.w, sp.S.Zero), value.doit()
+    slopes = {x: value.diff(x).xreplace(still) for x in law.rates}
+    return sp.Matrix([sp.Add(*(slopes[x] * law.rates[x].diff(u).xreplace(still) for x in slopes)) for u in law.u[2:]])
 
 
 def _form(number: str, title: str, s: Spacecraft, law: Laws, v: Symbols) -> Printed:
     (a, b, c), u = v.ABC, law.u
-    turning = (
-        sp.Add(*(v.f[i, j] * u[2 + j] for j in range(3)), v.g[i]) * s.w[i] for i in range(3)
-    )
+    turning = (sp.Add(*(v.f[i, j] * u[2 + j] for j in range(3)), v.g[i]) * s.w[i] for i in range(3))
     return printed(
-        number, title, "equation", Relation(v.V_dot, sp.Add(a, b * u[0], c * u[1], *turning)), note="The sum is written out."
+        number,
+        title,
+        "equation",
+        Relation(v.V_dot, sp.Add(a, b * u[0], c * u[1], *turning)),
+        note="The sum is written out.",
     )
 
 
@@ -194,6 +217,6 @@ def _inputs(number: int, name: str, s: Spacecraft, law: Laws, v: Symbols) -> tup
             str(number + 2),
             f"inputs u_3 to u_5 from {name}",
             "equation",
-            Relation(sp.ImmutableMatrix(u[2:]), -sp.Inverse(v.f) * gained, cases=cases),
+            Relation(sp.ImmutableMatrix(u[2:]), sp.MatMul(-1, sp.Inverse(v.f), gained), cases=cases),
         ),
     )

@@ -7,7 +7,7 @@ import sympy as sp
 
 from models.derivation import Expr
 from models.paper import Printed, Relation, printed
-from models.slosh.paper.angles import phi_bracket, theta_bracket
+from models.slosh.paper.angles import corrected_phi, corrected_theta, phi_bracket, theta_bracket
 from models.slosh.paper.laws import Laws
 from models.slosh.paper.symbols import Spacecraft
 from models.slosh.paper.terms import Shorthand
@@ -56,10 +56,7 @@ def reduced(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
     return (
         _rate("20", "v_y", s.v_dot[1], u[0] - vx * W3 + vz * W1, case),
         _rate("21", "v_z", s.v_dot[2], u[1] - vy * W1 + vx * W2, case),
-        *(
-            _rate(str(22 + k), f"Omega_{k + 1}", s.w_dot[k], u[2 + k], case)
-            for k in range(3)
-        ),
+        *(_rate(str(22 + k), f"Omega_{k + 1}", s.w_dot[k], u[2 + k], case) for k in range(3)),
         *_angles(s, law),
     )
 
@@ -81,55 +78,22 @@ def _angles(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
             "25",
             "reduced model: phi_i",
             "equation",
-            Relation(i.phi_ddot, -phi / inertia, corrected=right_phi, cases=cases),
+            Relation(i.phi_ddot, -1 / inertia * phi, corrected=right_phi, cases=cases),
             note="In (25) theta_i stands where (15) has its rate.",
         ),
         printed(
             "26",
             "reduced model: theta_i",
             "equation",
-            Relation(i.theta_ddot, -theta / i.I, corrected=right_theta, cases=cases),
+            Relation(i.theta_ddot, -1 / i.I * theta, corrected=right_theta, cases=cases),
         ),
     )
 
 
 def _corrected(s: Spacecraft) -> tuple[Expr, Expr]:
-    """Write (25), (26) out, with a instead of V' as V drops out then."""
-    i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
-    (W1d, W2d, W3d), (ax, ay, az) = s.w_dot, s.a
-    along, across = W2 * t.S + W3 * t.C, W2 * t.C - W3 * t.S
-    reach = i.h - i.l * t.c
-    phi = (
-        i.m
-        * i.l
-        * (
-            t.s * ax
-            + t.cS * ay
-            + t.cC * az
-            + (i.l - i.h * t.c) * (t.C * W2d - t.S * W3d)
-            - i.l * t.s * t.c * i.theta_dot**2
-            + 2 * i.l * t.s * i.theta_dot * (t.c * W1 - t.s * along)
-            - i.h * t.s * (W2**2 + W3**2)
-            + i.h * t.c * W1 * along
-            + i.l * (t.s * t.c * (along**2 - W1**2) + (1 - 2 * t.c**2) * W1 * along)
-        )
-        + i.I * W1d
-        + i.eps * i.phi_dot
-    )
-    theta = (
-        i.m
-        * i.l
-        * (
-            t.sC * ay
-            - t.sS * az
-            - i.l * t.s**2 * W1d
-            + t.s * reach * (t.S * W2d + t.C * W3d)
-            + 2 * i.l * t.s * t.c * i.phi_dot * i.theta_dot
-            + 2 * i.l * t.s * i.phi_dot * (t.s * along - t.c * W1)
-            + t.s * reach * W1 * across
-            + i.l * t.s**2 * along * across
-        )
-        + i.I * W3d
-        + i.eps * i.theta_dot
-    )
-    return -phi / (i.m * i.l**2 + i.I), -theta / (i.m * i.l**2 * t.s**2 + i.I)
+    """Write the corrected (25), (26) with the factors that the printed ones have or lack."""
+    i, t = s.i, Shorthand(s.i)
+    (W1d, _, W3d), inertia = s.w_dot, i.m * i.l**2
+    phi = i.l * corrected_phi(s) + i.I * W1d / i.m + i.eps * i.phi_dot / i.m
+    theta = i.l * corrected_theta(s) + i.I * W3d / i.m + i.eps * i.theta_dot / i.m
+    return -i.m / (inertia + i.I) * phi, -i.m / (inertia * t.s**2 + i.I) * theta

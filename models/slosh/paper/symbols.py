@@ -15,7 +15,13 @@ from models.slosh.equations import velocity_accelerations
 from models.slosh.variables import angle_quantities, angle_rate_quantities, rate, velocity
 from models.system import Equation, Expr, Quantity, System
 
-_SIZES = {"m": ("1/10", 4), "l": ("1/10", 2), "h": (-2, 2), "I": ("1/10", 4), "eps": (0, 2)}
+_SIZES: Mapping[str, tuple[str | int, int]] = {
+    "m": ("1/10", 4),
+    "l": ("1/10", 2),
+    "h": (-2, 2),
+    "I": ("1/10", 4),
+    "eps": (0, 2),
+}
 """A pendulum's parameters and where they are tried."""
 _LATEX = {
     "eps": r"\epsilon",
@@ -91,8 +97,8 @@ class Spacecraft:
         p = {q.name: q for q in system.parameters}
         states = {q.name: q for q in (*system.states, *system.inputs)}
 
-        def free(name: str, low: str | int, high: str | int, **how: str) -> sp.Symbol:
-            return names.free({**p, **states}[name], low, high, **how)
+        def free(name: str, low: str | int, high: str | int, latex: str = "", text: str = "") -> sp.Symbol:
+            return names.free({**p, **states}[name], low, high, latex=latex, text=text)
 
         self.m, self.m0 = free("m", "1/10", 4), free("m0", "1/10", 4)
         self.I0, self.b, self.d, self.h0 = free("I0", 0, 4), free("b", -2, 2), free("d", -2, 2), free("h0", -2, 2)
@@ -100,9 +106,7 @@ class Spacecraft:
         self.F = free("F", "1/10", 4)
         self.v = tuple(free(f"v{axis}", -2, 2) for axis in "xyz")
         self.w = tuple(free(f"w{axis}", -2, 2, text=f"Omega_{k}") for k, axis in enumerate("xyz", 1))
-        self.att = tuple(
-            free(f"att{k}", -1, 1, latex=rf"\vartheta_{k}", text=f"vartheta_{k}") for k in (1, 2, 3)
-        )
+        self.att = tuple(free(f"att{k}", -1, 1, latex=rf"\vartheta_{k}", text=f"vartheta_{k}") for k in (1, 2, 3))
         self.M = tuple(free(f"M{axis}", -2, 2, text=f"M_{axis}") for axis in "xyz")
         self.delta = tuple(free(f"delta{k}", "-3/2", "3/2", text=f"delta_{k}") for k in (1, 2))
         self.v_dot = tuple(
@@ -142,9 +146,8 @@ class Spacecraft:
         for bob in self.bobs:
             self.rates |= {bob.phi_dot: bob.phi_ddot, bob.theta_dot: bob.theta_ddot}
         linear = list(velocity_accelerations(rates).values())[:3]
-        self.a = tuple(
-            names.derived(f"a_{axis}", f"a_{axis}", e) for axis, e in zip("xyz", linear, strict=True)
-        )
+        self.a_spelled = tuple(linear)
+        self.a = tuple(names.derived(f"a_{axis}", f"a_{axis}", e) for axis, e in zip("xyz", linear, strict=True))
         self.a_column = names.matrix("a", "a", sp.Matrix(linear))
         self.V = names.matrix("V", "V", velocity)
         self.V_dot = names.matrix("V_dot", r"\dot V", sp.Matrix(self.v_dot))
@@ -156,7 +159,7 @@ class Spacecraft:
         )
 
     def _energy(self, system: System, names: Names) -> None:
-        """What is in T, read off it: d/dm of T is |V_c|^2/2, d/dI_i of it |omega_i + Omega|^2/2, and so on."""
+        """Read off T what is in it: d/dm of T is |V_c|^2/2, d/dI_i of it |omega_i + Omega|^2/2, and so on."""
         energy = next(f for f in system.functions if f.name == "energy").results[0][1]
         energy = follow(energy, system.definitions)
         self.T = names.derived("T", "T", energy)
@@ -180,16 +183,12 @@ class Spacecraft:
             names.matrix_family(name, latex, 3)
             for name, latex in (("V_i", "V_i"), ("r_i", "r_i"), ("r_dot_i", r"\dot r_i"), ("omega_i", r"\omega_i"))
         )
-        self.own = tuple(
-            frozen(sp.Matrix([energy.diff(bob.I, w) for w in rate]) - rate) for bob in self.bobs
-        )
-        self.omega = tuple(
-            names.matrix(f"omega_{k}", rf"\omega_{k}", own) for k, own in enumerate(self.own, 1)
-        )
+        self.own = tuple(frozen(sp.Matrix([energy.diff(bob.I, w) for w in rate]) - rate) for bob in self.bobs)
+        self.omega = tuple(names.matrix(f"omega_{k}", rf"\omega_{k}", own) for k, own in enumerate(self.own, 1))
         self._derivatives(energy, names)
 
     def _derivatives(self, energy: Expr, names: Names) -> None:
-        """Derivatives of L that (1)-(3) name; L has no V-dot and no Omega-dot, so those are zero."""
+        """Take the derivatives of L that (1)-(3) name; L has no V-dot and no Omega-dot, so those are zero."""
 
         def column(text: str, latex: str, by: Sequence[Expr], of: Expr = energy) -> tuple[sp.MatrixSymbol, sp.Matrix]:
             value = sp.Matrix([of.diff(symbol) for symbol in by])

@@ -6,12 +6,18 @@ A line `name = expression` is a definition, `name: expression` a result, `0: exp
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
+from collections.abc import Callable, Sequence
 
 import sympy as sp
 
 from codegen.diff import Document
+from codegen.diff.document import Node, Row
+from codegen.diff.report import Kind, Path
+from codegen.diff.terms import Change, replaced
+from codegen.diff.worlds import Pool
 from codegen.equations import SCHEMA, Graph
 
 PARAMETERS = {"m", "l", "k", "J", "r", "m1", "m2", "m3", "l1", "l2", "l3"}
@@ -52,6 +58,51 @@ def document(text: str, **declared: dict[str, str]) -> Document:
             }
         )
     )  # fmt: skip
+
+
+def edited(old: Document, row: Row, edit: Callable[[Pool, int], Change]) -> Document:
+    """Return a document with an edit in a row: the function gets the pool and the row's expression in it."""
+    pool = Pool()
+    numbers = pool.copy(old.nodes)
+    root = numbers[row.node]
+    node = replaced(pool, root, [edit(pool, root)])
+    rows = [dataclasses.replace(r, node=node if r is row else numbers[r.node]) for r in old.rows]
+    count = len(old.definitions)
+    return dataclasses.replace(
+        old, nodes=tuple(pool.nodes), definitions=tuple(rows[:count]), results=tuple(rows[count:])
+    )
+
+
+def at(pool: Pool, root: int, path: Path) -> int:
+    """Return the part of an expression at a path."""
+    for k in path:
+        root = pool.operands(root)[k]
+    return root
+
+
+def summands(nodes: Sequence[Node], root: int) -> list[tuple[int, Path]]:
+    """Return the terms of all sums in an expression, with their paths."""
+    found = []
+    stack: list[tuple[int, Path]] = [(root, ())]
+    while stack and len(found) < 1000:
+        node, path = stack.pop()
+        for k, operand in enumerate(nodes[node][1:]):
+            if isinstance(operand, int):
+                stack.append((operand, (*path, k)))
+                if nodes[node][0] == "add":
+                    found.append((operand, (*path, k)))
+    return found
+
+
+def flipped(old: Document, row: Row, path: Path) -> Document:
+    """Return a document with the sign of one term flipped."""
+
+    def edit(pool: Pool, root: int) -> Change:
+        term = at(pool, root, path)
+        minus = pool.many("mul", [term, pool.number(-1)])
+        return Change(Kind.SIGN, path, term, minus, minus, "", 0.0)
+
+    return edited(old, row, edit)
 
 
 def _symbol(name: str) -> dict[str, object]:

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rewriting an expression is never called a change; a change of one term is never called equal."""
+
+import math
+
+import pytest
+import sympy as sp
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from codegen.diff import compare
+from codegen.diff.report import Verdict
+from tests.codegen.diff.documents import document, flipped, summands
+
+NAMES = ("x", "y", "z", "m", "l", "phi", "theta")
+LOCAL = {name: sp.Symbol(name, positive=True) if name in ("m", "l") else sp.Symbol(name, real=True) for name in NAMES}
+SETTINGS = settings(max_examples=30, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+
+
+def _powers(inner):
+    return st.tuples(inner, st.sampled_from((2, 3, -1))).map(lambda pair: f"({pair[0]})**({pair[1]})")
+
+
+def _joined(inner, sign):
+    return st.lists(inner, min_size=2, max_size=3).map(lambda parts: sign.join(f"({part})" for part in parts))
+
+
+atoms = st.one_of(
+    st.sampled_from(NAMES),
+    st.sampled_from(("sin(phi)", "cos(phi)", "sin(theta)", "cos(phi + theta)", "cos(2*theta)")),
+    st.sampled_from(("2", "3", "Rational(1, 2)")),
+)
+smooth = st.recursive(
+    atoms, lambda inner: st.one_of(_joined(inner, "+"), _joined(inner, "*"), _powers(inner)), max_leaves=8
+)
+branching = st.recursive(
+    atoms,
+    lambda inner: st.one_of(
+        _joined(inner, "+"),
+        _joined(inner, "*"),
+        inner.map(lambda part: f"sqrt(1 + ({part})**2)"),
+        inner.map(lambda part: f"Abs({part})"),
+        st.tuples(inner, inner).map(lambda pair: f"Max({pair[0]}, {pair[1]})"),
+        st.tuples(inner, inner, inner).map(lambda t: f"Piecewise(({t[0]}, ({t[1]}) > 0), ({t[2]}, True))"),
+    ),
+    max_leaves=6,
+)
+
+
+def squares_as_cosines(expr):
+    return expr.replace(
+        lambda e: isinstance(e, sp.Pow) and isinstance(e.base, sp.sin) and e.exp == 2,
+        lambda e: 1 - sp.cos(e.base.args[0]) ** 2,
+    )
+
+
+def half_angles(expr):
+    return expr.replace(sp.sin, lambda a: 2 * sp.sin(a / 2) * sp.cos(a / 2)).replace(
+        sp.cos, lambda a: 1 - 2 * sp.sin(a / 2) ** 2
+    )
+
+
+def shared(expr):
+    """Common subexpressions as definitions."""
+    parts, (rest,) = sp.cse(expr, symbols=(sp.Symbol(f"t{k}", real=True) for k in range(1000)))
+    return "\n".join([*(f"{name} = {part}" for name, part in parts), f"f: {rest}"])
+
+
+REWRITINGS = {
+    "expand": lambda e: f"f: {sp.expand(e)}",
+    "factor": lambda e: f"f: {sp.factor(e)}",
+    "together": lambda e: f"f: {sp.together(e)}",
+    "expand angles": lambda e: f"f: {sp.expand_trig(e)}",
+    "squares of sines": lambda e: f"f: {squares_as_cosines(sp.expand(e))}",
+    "half angles": lambda e: f"f: {half_angles(e)}",
+    "share": shared,
+    "expand, then share": lambda e: shared(sp.expand(e)),
+}
+
+
+def written(text):
+    expr = sp.sympify(text, locals=LOCAL)
+    assume(expr.free_symbols and expr.is_finite is not False and not expr.has(sp.zoo, sp.nan))
+    return expr
+
+
+@pytest.mark.parametrize("name", REWRITINGS)
+@given(text=smooth)
+@SETTINGS
+def test_a_rewriting_is_no_change(name, text):
+    expr = written(text)
+    found = compare(document(f"f: {expr}"), document(REWRITINGS[name](expr)))
+    assert not found.differs, found["f"].how
+
+
+@pytest.mark.parametrize("name", ["expand", "share"])
+@given(text=branching)
+@SETTINGS
+def test_a_rewriting_with_branches_is_never_called_a_change(name, text):
+    expr = written(text)
+    found = compare(document(f"f: {expr}"), document(REWRITINGS[name](expr)))
+    assert not found.of(Verdict.CHANGED), found["f"].how
+
+
+@pytest.mark.parametrize("strategy", [smooth, branching], ids=["smooth", "branching"])
+@given(data=st.data())
+@SETTINGS
+def test_a_flipped_term_is_never_called_equal(strategy, data):
+    """Numbers decide whether the flipped sign changes the function at all."""
+    text = data.draw(strategy)
+    expr = written(text)
+    old = document(f"f: {expr}")
+    (row,) = old.results
+    terms = summands(old.nodes, row.node)
+    assume(terms)
+    _, path = data.draw(st.sampled_from(terms))
+    new = flipped(old, row, path)
+    assume(numbers_differ(old, new))
+    found = compare(old, new)
+    assert found["f"].verdict is Verdict.CHANGED, found["f"].how
+    assert found["f"].edits
+
+
+def numbers_differ(old, new):
+    """Evaluate both documents with doubles at a few points, by a few lines that share nothing with the engine."""
+    points = [
+        {name: math.sin(3.7 * k + 1.3 * n) * 2 for n, name in enumerate(NAMES)} | {"m": 0.7 + k, "l": 1.9 / (k + 1)}
+        for k in range(12)
+    ]
+    return any(
+        a is not None and b is not None and abs(a - b) > 1e-6 * (1 + abs(a) + abs(b))
+        for a, b in ((evaluated(old, p), evaluated(new, p)) for p in points)
+    )
+
+
+FUNCTIONS = {
+    "add": lambda *v: sum(v), "mul": lambda *v: math.prod(v), "pow": lambda a, b: a**b, "sin": math.sin,
+    "cos": math.cos, "abs": abs, "max": max, "strictgreaterthan": lambda a, b: a > b,
+    "exprcondpair": lambda a, b: (a, b), "piecewise": lambda *v: next(a for a, b in v if b),
+    "strictlessthan": lambda a, b: a < b,
+}  # fmt: skip
+
+
+def evaluated(made, point):
+    values = []
+    try:
+        for operation, *operands in made.nodes:
+            if operation == "sym":
+                values.append(point.get(operands[0], 0.3))
+            elif operation in ("num", "const"):
+                values.append(True if operands[0] == "True" else float(sp.Rational(operands[0])))
+            else:
+                values.append(FUNCTIONS[operation](*(values[o] for o in operands)))
+        value = values[made.results[0].node]
+        return value if isinstance(value, float) and math.isfinite(value) else None
+    except (ArithmeticError, ValueError, StopIteration, TypeError):
+        return None
