@@ -82,7 +82,7 @@ class RealWorld(World[Any]):
             target = self.lookup(operands[0])
             if target is None:
                 return _real(self.point[operands[0]]), 0
-            return target[0].value(target[1]), target[0].size(target[1])
+            return target[0].value(target[1]), target[0].size(target[1])  # type: ignore[attr-defined]
         if operation == "num":
             return _real(Fraction(operands[0])), 0
         if operation == "const":
