@@ -3,6 +3,7 @@
 
 import dataclasses
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -197,3 +198,29 @@ def test_a_batch_of_it_is_the_runs_alone(folder, law, plant, options):
     expected = run_alone(model, kernel, p, c, s, x0, t_end=5.0, dt=0.1, seed=7, first_run=2)
     for name in ("final", "minimum", "maximum", "status", "t_stop", "steps", "series"):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), err_msg=name)
+
+
+def test_lanes_threads_chunks_and_compilers_do_not_change_a_bit_of_a_batch(folder, monkeypatch):
+    def run(chosen: slice = slice(None), lanes: int | None = None, threads: int = 1) -> list[np.ndarray]:
+        model = load(folder, "c")
+        resolved = simulate(model, "sum-law", sigma=0.05, t_end=0.1).parameters
+        p, c, s = (np.tile(v, (11, 1)) for v in (resolved.p, resolved.c, resolved.s))
+        p[:, model.parameter_names.index("drag")] = np.linspace(0.1, 0.9, 11)
+        vectors = [v[chosen] for v in (p, c, s, np.array(model.functions["initial"](p, s)))]
+        kernel = compile_kernel(model, "sum-law", delay=1, lanes=lanes)
+        found = kernel.run(chosen.start or 0, *vectors, seed=3, t_end=5.0, dt=0.1, save_every=0.5, threads=threads)
+        return list(vars(found).values())
+
+    def same(found: list[np.ndarray], wanted: list[np.ndarray]) -> None:
+        for one, other in zip(found, wanted, strict=True):
+            np.testing.assert_array_equal(one, other)
+
+    expected = run()
+    assert np.unique(expected[0], axis=0).shape[0] == 11
+    for lanes in (1, 2, 4, 8):
+        same(run(lanes=lanes), expected)
+        same(run(lanes=lanes, threads=2), expected)
+    for chosen in (slice(0, 1), slice(1, 4), slice(4, 11)):
+        same(run(chosen), [values[chosen] for values in expected])
+    monkeypatch.setenv("CC", f"{sys.executable} -m ziglang cc")
+    same(run(), expected)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import itertools
 from functools import cache
 
 import numpy as np
@@ -80,26 +79,6 @@ def test_the_pendulum_with_memory_and_a_moving_reference(pendulum):
         kernel = compile_kernel(pendulum, law, hold=hold, rtol=1e-9, atol=1e-9)
         found = kernel.run(0, *vectors, x0, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
         equal(found, run_alone(pendulum, kernel, *vectors, x0, t_end=3.0, dt=0.1))
-
-
-def test_lanes_threads_chunks_and_compilers_do_not_change_a_bit(monkeypatch):
-    vectors = dispersed("satellite", "pd", 11)
-
-    def run(lanes: int | None, threads: int = 1) -> Block:
-        kernel = compile_kernel(model("satellite"), "pd", rtol=1e-7, atol=1e-7, lanes=lanes)
-        return kernel.run(0, *vectors, seed=3, t_end=10.0, dt=0.5, save_every=1.0, threads=threads)
-
-    expected = run(None)
-    names = (*EXACT, "metrics", "error")
-    for lanes, threads in itertools.product((1, 2, 4, 8), (1, 2)):
-        equal(run(lanes, threads), expected, names)
-    kernel = compile_kernel(model("satellite"), "pd", rtol=1e-7, atol=1e-7)
-    for first, last in ((0, 1), (1, 4), (4, 11)):
-        part = kernel.run(first, *(v[first:last] for v in vectors), seed=3, t_end=10.0, dt=0.5, save_every=1.0)
-        for name in names:
-            np.testing.assert_array_equal(getattr(part, name), getattr(expected, name)[first:last])
-    monkeypatch.setenv("CC", "python -m ziglang cc")
-    equal(run(None), expected, names)
 
 
 def test_the_fast_profile_agrees_within_tolerances():
