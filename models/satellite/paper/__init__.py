@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the satellite's paper prints, for the ledger: equations (1)-(50), Table 1, and sentences that can be checked."""
+
+from __future__ import annotations
+
+from models.paper import Names, Paper
+from models.satellite.paper import design, identification, motion, numbers
+from models.satellite.paper.identification import Estimator
+from models.satellite.paper.loop import Loop
+from models.satellite.paper.numbers import Numbers
+from models.satellite.paper.symbols import Motion
+from models.system import System
+
+NUMBERS = 50
+"""The equations are numbered from 1 to this."""
+_NOTE = (
+    "The text at hand was read by a machine and lacks the figures. Whether a misprint is the paper's or was made in "
+    "reading it cannot be told."
+)
+
+
+def paper(system: System) -> Paper:
+    """Return what the paper prints, its symbols explained by a system derived with three angles."""
+    names = Names()
+    m, c = Motion(system, names), Loop(system, names)
+    e = Estimator(system, names)
+    v = Numbers(system, names, c)
+    entries = (
+        *motion.balance(m),
+        *motion.kinematics(m),
+        *motion.linear(m),
+        *design.form(c),
+        *design.goals(c),
+        *design.equation(c),
+        *design.law(c),
+        *identification.model(e),
+        *identification.recursion(e),
+        *numbers.table(m, v),
+        *numbers.sampled(c, v),
+        *numbers.design(c, v),
+        *numbers.runs(c, v),
+    )
+    return Paper(system.source, NUMBERS, names, entries, _NOTE)

@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The equations of motion of the satellite's paper, (1)-(11), as printed."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from models.paper import Cross, Printed, Reading, Relation, printed
+from models.satellite.paper.symbols import Motion
+
+_BAR = "a dot over a vector is the bar that the text has there"
+_RATE = "a dot is a derivative, as in (5)-(11)"
+_WHY_BAR = "The text after (33) writes bars over T, H, omega and omega_0; with them (2) and (4) hold."
+_WHY_RATE = "Then vectors and their derivatives are mixed: the units do not agree."
+
+
+def balance(m: Motion) -> tuple[Printed, ...]:
+    """(1)-(4): momentum, and the rate relative to the orbit axes."""
+    wrong_way = Relation(m.omega_RI, m.C * sp.Matrix([0, m.omega_0, 0]), corrected=m.C * sp.Matrix([0, -m.omega_0, 0]))
+    pqr = sp.Matrix([m.p, m.q, m.r])
+    return (
+        Printed(
+            "1",
+            "Euler's equation",
+            "equation",
+            (
+                Reading(
+                    (
+                        Relation(
+                            m.T_ddot,
+                            m.I * m.omega_ddot + Cross(m.omega_dot, m.H),
+                            corrected_left=m.T,
+                            corrected=m.I * m.omega_dot + Cross(m.omega, m.H),
+                        ),
+                    ),
+                    _RATE,
+                    False,
+                    _WHY_RATE,
+                ),
+                Reading(
+                    (Relation(m.T_dot, m.I * m.omega_dot + Cross(m.omega, m.H), corrected_left=m.T),),
+                    _BAR + ", one of two dots likewise",
+                    True,
+                    _WHY_BAR + " T still has a dot too many.",
+                ),
+            ),
+            note="T is the torque on the body, from outside or from the wheels.",
+        ),
+        Printed(
+            "2",
+            "angular momentum",
+            "definition",
+            (
+                Reading((Relation(m.H, m.I * m.omega_dot, corrected=m.I * m.omega),), _RATE, False, _WHY_RATE),
+                Reading((Relation(m.H, m.I * m.omega),), _BAR, True, _WHY_BAR),
+            ),
+            note="The model adds the momentum stored in the wheels.",
+        ),
+        Printed(
+            "3",
+            "rate of the orbit axes",
+            "equation",
+            (
+                Reading(
+                    (wrong_way,),
+                    _BAR + "; x along the velocity, z to nadir",
+                    True,
+                    "The axes of the paper's reference for (1)-(4). (8)-(10) cannot decide: omega_0 enters squared.",
+                ),
+                Reading(
+                    (Relation(m.omega_RI, m.C * sp.Matrix([0, m.omega_0, 0]), cases=(m.backwards,)),),
+                    _BAR + "; x against the velocity, y along the orbit normal",
+                    False,
+                    "The paper does not say which axes it takes; in these the sign is right.",
+                ),
+                Reading(
+                    (Relation(m.omega_RI_dot, m.C * sp.Matrix([0, m.omega_0_dot, 0])),),
+                    _RATE,
+                    False,
+                    "On a circular orbit the right side is zero; the left side is not, because C turns.",
+                ),
+            ),
+            note="The sign changes the roll-yaw coupling of the linear model, which (8)-(10) leave out.",
+        ),
+        Printed(
+            "4",
+            "rate relative to the orbit axes",
+            "definition",
+            (
+                Reading(
+                    (
+                        Relation(m.Omega, m.omega - m.omega_RI, cases=(m.relative,)),
+                        Relation(m.Omega, pqr, cases=(m.relative,)),
+                    ),
+                    _BAR,
+                    True,
+                    _WHY_BAR,
+                ),
+                Reading(
+                    (
+                        Relation(m.Omega_dot, m.omega_dot - m.omega_RI_dot, cases=(m.relative,)),
+                        Relation(m.Omega_dot, pqr, corrected_left=m.Omega, cases=(m.relative,)),
+                    ),
+                    _RATE,
+                    False,
+                    "The first equation is the derivative of the other reading's; but p, q, r are no accelerations.",
+                ),
+            ),
+        ),
+        *_words(m),
+    )
+
+
+def _words(m: Motion) -> tuple[Printed, ...]:
+    """Sentences after (33) that explain (1)-(4): the rates p, q, r and the order of the turns."""
+    relations = _kinematics(m)
+    return (
+        Printed(
+            "text on (3)",
+            "C is for phi -> theta -> psi",
+            "statement",
+            (
+                Reading(
+                    tuple(relations), "the order of the factors, C = R1(phi) R2(theta) R3(psi)", True, "(5)-(7) hold."
+                ),
+                Reading(
+                    tuple(Relation(r.left, r.right, cases=(m.other_order,)) for r in relations),
+                    "the order of the turns, phi first: C = R3(psi) R2(theta) R1(phi)",
+                    False,
+                    "(5)-(7) do not hold.",
+                ),
+            ),
+            note="Judged by (5)-(7). With the first reading the turns are made in the order psi, theta, phi.",
+        ),
+        Printed(
+            "text on (4)",
+            "p, q, r are the satellite's body rates",
+            "statement",
+            (
+                Reading(
+                    tuple(Relation(r.left, r.right) for r in relations),
+                    "relative to the orbit axes, as (4) has it",
+                    True,
+                    "(5)-(7) hold.",
+                ),
+                Reading(
+                    tuple(Relation(r.left, r.right, cases=(m.inertial,)) for r in relations),
+                    "relative to inertial axes, in body axes",
+                    False,
+                    "(5)-(7) do not hold: the orbit axes turn too.",
+                ),
+            ),
+            note="Judged by (5)-(7).",
+        ),
+    )
+
+
+def _kinematics(m: Motion) -> tuple[Relation, Relation, Relation]:
+    phi_dot, theta_dot, psi_dot = m.rate
+    across = m.q * sp.sin(m.phi) + m.r * sp.cos(m.phi)
+    return (
+        Relation(phi_dot, m.p + across * sp.tan(m.theta)),
+        Relation(theta_dot, m.q * sp.cos(m.phi) - m.r * sp.sin(m.phi)),
+        Relation(psi_dot, across * sp.sec(m.theta)),
+    )
+
+
+def kinematics(m: Motion) -> tuple[Printed, ...]:
+    """(5)-(7): rates of the angles."""
+    titles = ("rate of roll", "rate of pitch", "rate of yaw")
+    return tuple(
+        printed(str(number), title, "equation", relation)
+        for number, title, relation in zip((5, 6, 7), titles, _kinematics(m), strict=True)
+    )
+
+
+def linear(m: Motion) -> tuple[Printed, ...]:
+    """(8)-(11): small motions about the orbit axes."""
+    (I_x, I_y, I_z), square = m.moments, m.omega_0**2
+    stiffness = (4 * square * (I_y - I_z) * m.phi, 3 * square * (I_x - I_z) * m.theta, square * (I_y - I_x) * m.psi)
+    coupling = m.omega_0 * (I_x - I_y + I_z)
+    phi_dot, _, psi_dot = m.small_rate
+    dropped = (-coupling * psi_dot, sp.S.Zero, coupling * phi_dot)
+    coupled = "The model has the coupling of roll and yaw, {}; the paper's linear model leaves it out."
+    notes = (coupled.format("-omega_0 (I_x - I_y + I_z) psi'"), "", coupled.format("omega_0 (I_x - I_y + I_z) phi'"))
+    titles = ("small motions in roll", "small motions in pitch", "small motions in yaw")
+    return (
+        _origin(m),
+        *(
+            _axis(m, k, title, stiffness[k], dropped[k], note)
+            for k, (title, note) in enumerate(zip(titles, notes, strict=True))
+        ),
+        _state_space(m),
+    )
+
+
+def _origin(m: Motion) -> Printed:
+    says = "left: (1)-(7) for small motions; right: what they must equal in (8)-(10)"
+    relations = (
+        Relation(torque + pull, torque, corrected=torque + pull, says=says)
+        for torque, pull in zip(m.torque[:2], m.pull[:2], strict=True)
+    )
+    return printed(
+        "text before (8)",
+        "(5)-(7) are rewritten as (8)-(10)",
+        "statement",
+        *relations,
+        note="(8)-(10) follow from (1)-(7) and the gravity gradient, 3 omega_0^2 n x I n with n to nadir, which the "
+        "paper never writes. About yaw it has no term of first order.",
+    )
+
+
+def _axis(m: Motion, k: int, title: str, stiffness: sp.Expr, dropped: sp.Expr, note: str) -> Printed:
+    torque, inertia = m.torque[k], m.moments[k]
+    wrong, right = (inertia * motion + stiffness for motion in (m.small_rate[k], m.acceleration[k]))
+    if not dropped:
+        return printed(str(8 + k), title, "equation", Relation(torque, wrong, corrected=right))
+    alone = Reading(
+        (Relation(torque, wrong, corrected=right, cases=(m.alone[k],)),),
+        "one axis moves, the others rest",
+        True,
+        "The law takes each axis by itself and the coupling as an unknown offset.",
+    )
+    complete = Reading((Relation(torque, wrong, corrected=right + dropped),), "the complete linear model", False, note)
+    return Printed(str(8 + k), title, "equation", (alone, complete))
+
+
+def _state_space(m: Motion) -> Printed:
+    angles = (m.phi, m.theta, m.psi)
+    return printed(
+        "11",
+        "state space",
+        "definition",
+        Relation(m.x_dot, m.A_c * m.x + m.B_c * m.u_c),
+        Relation(m.y_c, m.C_c * m.x),
+        Relation(m.x, sp.Matrix([*angles, *angles]), corrected=sp.Matrix([*angles, *m.small_rate]), says="x of (11)"),
+        note="A and B are not printed; these have (8)-(10) with second derivatives. The last three entries of x lack "
+        "their dots.",
+    )
