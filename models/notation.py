@@ -138,11 +138,7 @@ class Names:
 class _OneLine(StrPrinter):  # type: ignore[misc]
     """Writes a matrix in one line, [a, b; c, d]."""
 
-<<<<<<< HEAD
     def _print_MatrixBase(self, matrix: sp.MatrixBase) -> str:  # noqa: N802 - SymPy calls it by this name
-=======
-    def _print_MatrixBase(self, matrix: sp.MatrixBase) -> str:  # noqa: N802
->>>>>>> diff
         return "[" + "; ".join(", ".join(map(self._print, row)) for row in matrix.tolist()) + "]"
 
 
