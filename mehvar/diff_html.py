@@ -91,11 +91,10 @@ def html_page(diff: Diff) -> str:
 
 def paper_page(ledgers: Sequence[Mapping[str, Any]]) -> str:
     """Return the page of published against derived equations as text."""
-    from mehvar.diff_paper import counted as counted_entries
-    from mehvar.diff_paper import example as counterexample
+    from mehvar.diff_paper import counted, example
 
     environment = _environment()
-    environment.filters |= {"mathml": _typeset, "counted": counted_entries, "example": counterexample}
+    environment.filters |= {"mathml": typeset, "counted": counted, "example": example}
     return environment.get_template("diff_paper.html.j2").render(ledgers=ledgers) + "\n"
 
 
@@ -111,7 +110,8 @@ def _environment() -> jinja2.Environment:
     return environment
 
 
-def _typeset(latex: str) -> Markup:
+def typeset(latex: str) -> Markup:
+    """Return LaTeX as MathML, which a browser shows without help."""
     return Markup(math(symbol(latex, latex)))
 
 

@@ -40,7 +40,8 @@ def paper_command(model: str | None, form: str, out: Path | None) -> int:
     """
     from mehvar.diff_command import deliver
 
-    ledgers = judged(model)
+    with working("judging the printed equations"):
+        ledgers = judged(find_tree(Path.cwd()) or installed_tree(), model)
     if form == "text" and out is None:
         print_lines(lines(ledgers))
     else:
@@ -48,15 +49,14 @@ def paper_command(model: str | None, form: str, out: Path | None) -> int:
     return int(any(entry["verdict"] in _STYLES for ledger in ledgers for entry in ledger["entries"]))
 
 
-def judged(model: str | None = None) -> list[Ledger]:
-    """Return the ledger of every model that has one, or of one model, as plain data.
+def judged(tree: Tree, model: str | None = None) -> list[Ledger]:
+    """Return the ledger of every model of a tree that has one, or of one model, as plain data.
 
     Raises
     ------
     InputError
         If there is no such model, or it has no ledger.
     """
-    tree = find_tree(Path.cwd()) or installed_tree()
     if model is not None and model not in tree.models:
         raise unknown_name("model", model, tree.models, str(tree.root / "models"))
     with_paper = [name for name in tree.models if _has_paper(tree, name)]
@@ -65,10 +65,8 @@ def judged(model: str | None = None) -> list[Ledger]:
         raise InputError(f"no published equations for {model or tree.root}: there are some for {', '.join(with_paper)}")
     missing = [name for name in chosen if not _kept(tree, name).is_file()]
     if missing:
-        with (
-            working(f"judging the printed equations of {', '.join(missing)}"),
-            ProcessPoolExecutor(min(len(missing), os.cpu_count() or 1), get_context("spawn")) as pool,
-        ):
+        workers = min(len(missing), os.cpu_count() or 1)
+        with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
             texts = list(pool.map(_judge, [tree.root] * len(missing), missing))
         for name, text in zip(missing, texts, strict=True):
             write_atomic(_kept(tree, name), text)

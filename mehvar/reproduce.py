@@ -16,6 +16,9 @@ from pathlib import Path
 
 import jinja2
 
+from codegen.generate import installed_tree
+from mehvar.diff_html import typeset
+from mehvar.diff_paper import Ledger, counted, example, judged
 from mehvar.papers import (
     Claim,
     Comparison,
@@ -63,6 +66,7 @@ class _Report:
     claims: Sequence[Claim]
     comparisons: Sequence[Comparison]
     facts: Sequence[tuple[str, str]]
+    ledger: Ledger | None
 
 
 def reproduce(out: Path, progress: Progress | None = None) -> bool:
@@ -92,7 +96,8 @@ def reproduce(out: Path, progress: Progress | None = None) -> bool:
         raise bad_value("output folder", str(out), "a folder, or nothing yet")
     (out / "figures").mkdir(parents=True, exist_ok=True)
     models = paper_models()
-    reports = [_report(name, out, _part(progress, i, len(models))) for i, name in enumerate(models)]
+    ledgers = {ledger["model"]: ledger for ledger in judged(installed_tree())}
+    reports = [_report(name, out, ledgers.get(name), _part(progress, i, len(models))) for i, name in enumerate(models)]
     claims = [claim for report in reports for claim in report.claims]
     write_atomic(out / "claims.json", _claims_text(reports))
     write_atomic(out / "index.html", _page(reports, claims))
@@ -109,7 +114,7 @@ def _part(progress: Progress | None, index: int, count: int) -> Progress:
     return advance
 
 
-def _report(name: str, out: Path, advance: Progress) -> _Report:
+def _report(name: str, out: Path, ledger: Ledger | None, advance: Progress) -> _Report:
     started = time.perf_counter()
     paper, runs = load_paper(name), Runs(load(name))
     manifest, asked = runs.model.manifest, paper.figures()
@@ -123,7 +128,7 @@ def _report(name: str, out: Path, advance: Progress) -> _Report:
         figures.append(_drawn(figure, runs, out / "figures" / f"{name}-{figure.number:02d}.png"))
         advance(done, total)
     facts = _facts(runs, time.perf_counter() - started)
-    return _Report(manifest, paper.CITATION, paper.READINGS, figures, claims, comparisons, facts)
+    return _Report(manifest, paper.CITATION, paper.READINGS, figures, claims, comparisons, facts, ledger)
 
 
 def _drawn(figure: PaperFigure, runs: Runs, path: Path) -> _DrawnFigure:
@@ -175,6 +180,7 @@ def _page(reports: Sequence[_Report], claims: Sequence[Claim]) -> str:
         loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {"typeset": _typeset, "unit": pretty_unit, "number": _number, "deviation": _deviation}
+    environment.filters |= {"mathml": typeset, "counted": counted, "example": example}
     environment.filters["groupby_run"] = by_run
     counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in Verdict]
     page = environment.get_template("report.html.j2")
