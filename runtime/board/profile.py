@@ -112,9 +112,19 @@ class StepProfiler:
         assert self._return is not None
         self._machine.unhook()
         self._machine.on_range(self._return, self._return, self._begin)
-        for name, (address, size) in self._elf.symbols.items():
-            if size and not name.startswith(_NOT_THE_LAW) and self._in_flash(address):
-                self._machine.on_range(address, address + size - 1, self._begin)
+        for address, size in self._watched():
+            self._machine.on_range(address, address + size - 1, self._begin)
+
+    def _watched(self) -> list[tuple[int, int]]:
+        """Return where the functions that a step may call are, each once, as some have several names."""
+        found: list[tuple[int, int]] = []
+        places = {place for name, place in self._elf.symbols.items() if not name.startswith(_NOT_THE_LAW)}
+        for address, size in sorted(places, key=lambda place: (place[0], -place[1])):
+            end = sum(found[-1]) if found else 0
+            first = max(address, end)
+            if address + size > first and self._in_flash(address):
+                found.append((first, address + size - first))
+        return found
 
     def _in_flash(self, address: int) -> bool:
         return any(start <= address < start + len(content) for start, content in self._elf.segments)
