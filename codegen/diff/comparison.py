@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from codegen.diff.document import Document
 from codegen.diff.equality import Decision
 from codegen.diff.explain import Explainer
 from codegen.diff.groups import groups
 from codegen.diff.implicit import recombined, scale
+from codegen.diff.lost import Lost, lost_definitions
 from codegen.diff.parameters import parameter_changes
 from codegen.diff.report import Comparison, Equation, Verdict
 from codegen.diff.versions import Item, Key, Versions
@@ -63,9 +66,10 @@ class _Verdicts:
                 self.verdict[item.key] = (Verdict.ADDED, Decision(None, "no such equation before"))
             else:
                 self.verdict[item.key] = self._judge(partner, item)
-        if not any(found[0] in _UNEQUAL for found in self.verdict.values()):
-            return
-        self._recombined()
+        self.lost: dict[Key, Lost] = {}
+        if any(found[0] in _UNEQUAL for found in self.verdict.values()):
+            self._recombined()
+            self._lost()
 
     # One row
 
@@ -145,6 +149,20 @@ class _Verdicts:
                     self.sources.pop(item.key, None)
                     self.verdict[item.key] = (Verdict.SCALED, Decision(True, "recombined: the same accelerations"))
 
+    def _lost(self) -> None:
+        """Blame a definition that changed and was written out, not each of its users."""
+        changed = [item for item in self.versions.news if self.verdict[item.key][0] is Verdict.CHANGED]
+        for found in lost_definitions(self.versions, changed):
+            self.lost[found.item.key] = found
+            self.names[found.item.key] = found.item.name
+            for user in found.users:
+                self.verdict[user.key] = (Verdict.INHERITED, self.verdict[user.key][1])
+                self._blame(user.key, found.item.key)
+
+    def _blame(self, old: Key, new: Key) -> None:
+        for key, sources in self.sources.items():
+            self.sources[key] = {new if source == old else source: None for source in sources}
+
     # The report
 
     def equations(self) -> tuple[Equation, ...]:
@@ -155,7 +173,7 @@ class _Verdicts:
             mattering = self._mattering()
             self._equations = tuple(
                 self._equation(item, explainer, users, mattering) for item in self.versions.news
-            ) + tuple(self._removed(item) for item in self.versions.gone)
+            ) + tuple(self._gone(item, explainer, users) for item in self.versions.gone)
         return self._equations
 
     def _users(self) -> dict[Key, list[str]]:
@@ -206,7 +224,23 @@ class _Verdicts:
             new_node=row.node,
         )
 
-    def _removed(self, item: Item) -> Equation:
+    def _gone(self, item: Item, explainer: Explainer, users: dict[Key, list[str]]) -> Equation:
+        removed = self._removed(item)
+        lost = self.lost.get(item.key)
+        if lost is None:
+            return removed
+        return replace(
+            removed,
+            verdict=Verdict.CHANGED,
+            how="written out in its users, which this edit reproduces",
+            matters=True,
+            edits=(explainer.edit(lost.change, item.root),),
+            replayed=True,
+            users=tuple(dict.fromkeys(users.get(item.key, ()))),
+        )
+
+    @staticmethod
+    def _removed(item: Item) -> Equation:
         row = item.row
         return Equation(
             row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex, Verdict.REMOVED,

@@ -45,7 +45,7 @@ class Explainer:
         before, across = (versions.before, old.root), (versions.across, new.root)
         changes, replayed = self.account(before, across)
         return Told(
-            tuple(self._edit(change, old.root, new.root) for change in changes),
+            tuple(self.edit(change, old.root, new.root) for change in changes),
             replayed,
             self._counterexample(before, across),
         )
@@ -76,12 +76,13 @@ class Explainer:
 
     # Words
 
-    def _edit(self, change: Change, old: int, new: int) -> Edit:
+    def edit(self, change: Change, old: int, new: int | None = None) -> Edit:
+        """Return a change of an old expression in words; its new part is looked for in the new expression."""
         return Edit(
             change.kind,
             tuple(dict.fromkeys(self._text.text(node) for node in self._way(old, change))),
             self._part(change.old, (change.path,) if change.old is not None else ()),
-            self._part(change.new, tuple(self._places(new, change.new))),
+            self._part(change.new, () if new is None else tuple(self._places(new, change.new))),
             re.sub(r"\{(\d+)\}", lambda found: self._text.text(int(found[1])), change.says),
         )
 

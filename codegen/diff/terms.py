@@ -72,6 +72,9 @@ class Account:
     def __init__(self, pool: Pool, olds: Sequence[FieldWorld], news: Sequence[FieldWorld]) -> None:
         self.pool = pool
         self._olds, self._news = olds, news
+        self._atoms: dict[Values, int] = {}
+        self._parts: dict[Values, int] = {}
+        self._written: frozenset[int] = frozenset()
 
     def explain(self, old: int, new: int) -> list[Change]:
         """Return edits that turn the old expression into the new one; empty if none were found."""
@@ -79,6 +82,11 @@ class Account:
         self._parts = self._values_of(new)
         self._written = frozenset(reached(self.pool.nodes, [new]))
         return self._explain(old, new, (), _ROUNDS) or [self._rewritten(old, new, ())]
+
+    def single(self, old: int, required: Values) -> list[Change]:
+        """Return single edits that give an expression the required values, the likeliest first."""
+        self._atoms, self._parts, self._written = self._known_atoms(old, old), {}, frozenset()
+        return sorted(self.walk(old, required, ()), key=lambda change: (change.cost, change.says))
 
     # Values
 

@@ -34,6 +34,7 @@ def paper(system: System) -> Paper:
         *design.equation(c),
         *design.law(c),
         *identification.model(e),
+        design.offset(c),
         *identification.recursion(e),
         *numbers.table(m, v),
         *numbers.sampled(c, v),

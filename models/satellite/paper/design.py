@@ -161,8 +161,8 @@ def law(c: Loop) -> tuple[Printed, ...]:
             "the law",
             "equation",
             Relation(c.u_now, (wanted - c.T * c.y - c.BS * c.u) / c.b0, cases=(one, two)),
-            note="Compared with the law mrac-literal at exact estimates and no offset. With the offset d of (35) it "
-            "lacks -S(1) d/b_0, which the model has: without it the offset is estimated and not cancelled.",
+            note="Compared with the law mrac-literal at exact estimates, for the plant (13), which has no offset. With "
+            "the offset d of (35) see the text after (38).",
         ),
         printed(
             "33",
@@ -170,6 +170,30 @@ def law(c: Loop) -> tuple[Printed, ...]:
             "definition",
             Relation(c.BS, c.B * c.S - c.b0, cases=tuple(c.at.values())),
         ),
+    )
+
+
+def offset(c: Loop) -> Printed:
+    """Judge what the text after (38) says of the offset, against the law (32)."""
+    law = (c.C2 * c.y_m_ahead - c.T * c.y - c.BS * c.u) / c.b0
+    return printed(
+        "text after (38)",
+        "the estimate d(k) takes the effect of what the model lacks out of the loop",
+        "statement",
+        Relation(
+            c.C2_e_offset,
+            sp.S.Zero,
+            cases=tuple(c.settling(delay) for delay in DELAYS),
+            says="(21) with a constant offset d(k), under the model's law",
+        ),
+        Relation(
+            c.u_offset,
+            law,
+            corrected=law - c.S_1 * c.offset / c.b0,
+            cases=tuple(c.along.values()),
+            says="the law that does this, against (32)",
+        ),
+        note="(32) has no d(k): as printed it leaves C2 e = S(1) d. The offset that is estimated must be taken off.",
     )
 
 

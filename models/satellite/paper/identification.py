@@ -37,7 +37,8 @@ class Estimator:
         }
         self.past = (z["y1"], z["y2"], torque, z["v1"])
         y_hat = self._step("y_hat_roll")
-        regressors = sp.Matrix([y_hat.diff(z[n]) for n in _THETA])
+        plain = {symbol: sp.S.Zero for n, symbol in z.items() if n[0] == "U"}
+        regressors = sp.Matrix([self._step(f"f{i}_roll").subs(plain) for i in range(1, 6)])
         before = sp.Matrix([z[n] for n in _THETA])
         self.y_hat = names.derived("y_hat", r"\hat y(k)", y_hat, text="y_hat(k)")
         self.Phi = names.matrix("Phi_column", r"\Phi(k)", regressors, text="Phi(k)")

@@ -7,11 +7,9 @@ values are names of their own.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy as sp
 
-from models.paper import Case, Names, Side, follow
+from models.paper import Case, Names, follow
 from models.satellite.controllers import REFERENCES, model_memory
 from models.satellite.dynamics import angles
 from models.satellite.estimator import symbols as estimator_memory
@@ -59,10 +57,13 @@ class Loop:
         self.e = signal("e_k", "e(k)", "e(k)")
         self.e_ahead = names.derived("e_kd", "e(k+d)", (self.y - self.y_m) * ahead, text="e(k+d)")
         self.u_now = names.family("u_now", "u(k)", text="u(k)")
-        self.C2_y_ahead, self.C2_e_ahead = (
+        self.u_offset = names.family("u_offset", "u(k)", text="u(k)")
+        self.offset = signal("offset", "d(k)", "d(k)")
+        self.C2_y_ahead, self.C2_e_ahead, self.C2_e_offset = (
             names.family(f"C2_{n}_kd", rf"C_2(q^{{-1}})\,{shown}(k+d)", text=f"C2(q^-1) {shown}(k+d)")
-            for n, shown in (("y", "y_p"), ("e", "e"))
+            for n, shown in (("y", "y_p"), ("e", "e"), ("offset", "e"))
         )
+        self.S_1 = names.family("S_1", "S(1)", text="S(1)")
 
     def _polynomials(self, names: Names) -> None:
         """Take A and B from what the estimator identifies, C1 and D from the reference model, the rest from the law."""
@@ -109,6 +110,7 @@ class Loop:
             self.at[d] = {
                 self.d: sp.Integer(d),
                 self.S: S,
+                self.S_1: S.subs(q, 1),
                 self.s_1: found.S[1] if d > 1 else unsaid,
                 self.T: -(w[Y0] + q * w[Y1]),
                 self.t_0: -w[Y0],
@@ -116,15 +118,15 @@ class Loop:
                 self.BS: -(q * w[U1] + q**2 * w[U2]),
             }
 
-    def _predicted(self, y1: Expr, y2: Expr, v: Expr, v1: Expr) -> Expr:
-        """Take the next angle from the derived prediction (34) without offset, for past angles and torques."""
+    def _predicted(self, y1: Expr, y2: Expr, v: Expr, v1: Expr, offset: Expr = sp.S.Zero) -> Expr:
+        """Take the next angle from the derived prediction (34), for past angles and torques."""
         z = self._memory
         cut = {
             self._named["y1_used_roll"]: y1,
             z["y2"]: y2,
             self._named["v_roll"]: v,
             z["v1"]: v1,
-            z["d"]: 0,
+            z["d"]: offset,
             **{z[n]: getattr(self, n) for n in ("a1", "a2", "b0", "b1")},
         }
         return sp.expand(
@@ -136,14 +138,14 @@ class Loop:
         _, one, two, *_ = (q.symbol for q in model_memory("roll", True))
         return one, two
 
-    def _command(self, d: int) -> Expr:
-        """Take the derived command without offset as a function of past values, for exact estimates."""
+    def _command(self, d: int, offset: Expr = sp.S.Zero) -> Expr:
+        """Take the derived command as a function of past values, for exact estimates."""
         Y0, Y1, U1, U2, W0, W1, W2 = _PAST
         named, p = self._named, {q.name: q.symbol for q in self._law.parameters}
         w1, w2 = self._past_model()
         estimates = {named[f"{n}_now_roll"]: getattr(self, n) for n in ("a1", "a2", "b0", "b1")}
         cut = estimates | {
-            named["d_now_roll"]: sp.S.Zero,
+            named["d_now_roll"]: offset,
             named["b0_used_roll"]: self.b0,
             angles[0]: Y0,
             named["y1_used_roll"]: Y1,
@@ -254,6 +256,7 @@ class Loop:
             self.u_1: q * self.u,
             self.u_2: q**2 * self.u,
             self.u_now: self._command(d).subs(now, simultaneous=True),
+            self.u_offset: self._command(d, self.offset).subs(now, simultaneous=True),
         }
 
     def modelled(self, d: int) -> Case:
@@ -275,22 +278,27 @@ class Loop:
         return {**at, **model, self.y: self.B * self.C2 * self.y_m / whole}
 
     def settling(self, d: int) -> Case:
-        """C2 y and C2 e d samples ahead under the derived law, from any past."""
+        """C2 y and C2 e d samples ahead under the derived law, from any past, without and with an offset."""
         Y0, Y1, U1, U2, *W = _PAST
-        named: Mapping[Expr, Side] = {Y0: self.y, Y1: self.y_1, U1: self.u_1, U2: self.u_2}
-        command, (one, two) = self._command(d), self.alpha[:2]
-        if d == 1:
-            ahead = self._predicted(Y0, Y1, command, U1) + one * Y0 + two * Y1
-        else:
-            following = self._predicted(Y0, Y1, U1, U2)
-            ahead = self._predicted(following, Y0, command, U1) + one * following + two * Y0
-        error = ahead - W[0] - one * W[1] - two * W[2]
-        wanted = dict(zip(W, self.wanted, strict=True))
-        return {
-            self.d: sp.Integer(d),
-            self.C2_y_ahead: ahead.subs({**named, **dict.fromkeys(W, 0)}, simultaneous=True),
-            self.C2_e_ahead: error.subs({**named, **wanted}, simultaneous=True),
+        past = dict(zip((Y0, Y1, U1, U2, *W), (self.y, self.y_1, self.u_1, self.u_2, *self.wanted), strict=True))
+        one, two = self.alpha[:2]
+        wanted = W[0] + one * W[1] + two * W[2]
+        plain, driven = self._ahead(d, sp.S.Zero), self._ahead(d, self.offset)
+        ahead = {
+            self.C2_y_ahead: plain.subs(dict.fromkeys(W, 0)),
+            self.C2_e_ahead: plain - wanted,
+            self.C2_e_offset: driven - wanted,
         }
+        return {self.d: sp.Integer(d), **{name: e.subs(past, simultaneous=True) for name, e in ahead.items()}}
+
+    def _ahead(self, d: int, offset: Expr) -> Expr:
+        """Return C2 y(k+d): the plant moves as the estimator's model says, d samples on."""
+        Y0, Y1, U1, U2, *_ = _PAST
+        command, (one, two) = self._command(d, offset), self.alpha[:2]
+        if d == 1:
+            return self._predicted(Y0, Y1, command, U1, offset) + one * Y0 + two * Y1
+        following = self._predicted(Y0, Y1, U1, U2, offset)
+        return self._predicted(following, Y0, command, U1, offset) + one * following + two * Y0
 
 
 def controller(system: System, name: str) -> Controller:

@@ -185,7 +185,7 @@ def linear(m: Motion) -> tuple[Printed, ...]:
     notes = (coupled.format("-omega_0 (I_x - I_y + I_z) psi'"), "", coupled.format("omega_0 (I_x - I_y + I_z) phi'"))
     titles = ("small motions in roll", "small motions in pitch", "small motions in yaw")
     return (
-        _origin(m),
+        _origin(m, stiffness),
         *(
             _axis(m, k, title, stiffness[k], dropped[k], note)
             for k, (title, note) in enumerate(zip(titles, notes, strict=True))
@@ -194,19 +194,20 @@ def linear(m: Motion) -> tuple[Printed, ...]:
     )
 
 
-def _origin(m: Motion) -> Printed:
-    says = "left: (1)-(7) for small motions; right: what they must equal in (8)-(10)"
-    relations = (
-        Relation(torque + pull, torque, corrected=torque + pull, says=says)
-        for torque, pull in zip(m.torque[:2], m.pull[:2], strict=True)
-    )
+def _origin(m: Motion, stiffness: tuple[sp.Expr, ...]) -> Printed:
+    relations = []
+    for k in range(3):
+        balance = m.moments[k] * m.acceleration[k] + stiffness[k]
+        pulled = balance + m.pull[k] if k < 2 else balance
+        says = "T of (1) for small motions of one axis; right: (8)-(10) with second derivatives"
+        relations.append(Relation(m.total[k], balance, corrected=pulled, cases=(m.alone[k],), says=says))
     return printed(
         "text before (8)",
         "(5)-(7) are rewritten as (8)-(10)",
         "statement",
         *relations,
-        note="(8)-(10) follow from (1)-(7) and the gravity gradient, 3 omega_0^2 n x I n with n to nadir, which the "
-        "paper never writes. About yaw it has no term of first order.",
+        note="(8)-(10) are the control torque: they follow from (1)-(7) and the gravity gradient T_gg = "
+        "3 omega_0^2 n x I n, n to nadir, which the paper never writes. About yaw it has no term of first order.",
     )
 
 

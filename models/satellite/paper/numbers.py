@@ -254,8 +254,8 @@ def runs(c: Loop, v: Numbers) -> tuple[Printed, ...]:
             Relation(v.sent, 72 * v.bit, corrected=72 * v.byte, says="to the board, in bits"),
             Relation(v.received, 12 * v.bit, corrected=12 * v.byte, says="back, in bits"),
             note="Three torques do not go into 12 bits. 12 bytes are three numbers of single precision; 72 bytes are "
-            "18, and the law (32) with d = 1 needs six for an axis: y_m(k+1), y_m(k), y_m(k-1), y(k), y(k-1), u(k-1). Likely, "
-            "since the paper does not say what is sent.",
+            "18, and the law (32) with d = 1 needs six for an axis: y_m(k+1), y_m(k), y_m(k-1), y(k), y(k-1), u(k-1). "
+            "The paper does not say what is sent: this is likely, no more.",
         ),
         printed(
             "text before (49), sampling time",

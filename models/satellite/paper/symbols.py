@@ -129,6 +129,10 @@ class Motion:
             names.derived(f"Tgg_{i}", f"T_{{gg,{i}}}", expr, text=f"Tgg_{i}")
             for i, expr in zip(AXES, pull, strict=True)
         )
+        self.total = tuple(
+            names.derived(f"T_{i}2", f"T_{i}", torque + pull, text=f"T_{i}")
+            for i, torque, pull in zip(AXES, self.torque, self.pull, strict=True)
+        )
         self.alone = tuple({rate: sp.S.Zero for rate in self.small_rate if rate is not own} for own in self.small_rate)
 
     def _state_space(self, names: Names) -> None:

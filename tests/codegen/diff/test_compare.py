@@ -51,6 +51,22 @@ def test_a_renamed_definition_that_inherits_is_found_by_its_text():
     assert [equation.name for equation in found.sources] == ["s"]
 
 
+def test_a_definition_that_changed_and_was_written_out_is_reported_once():
+    old = "s = m*x + k*y\nf: s*z + w\ng: 2*s - v\nh: x*s + s*y"
+    new = "f: (m*x - k*y)*z + w\ng: 2*m*x - 2*k*y - v\nh: (x + y)*(m*x - k*y)"
+    found = compare(document(old), document(new))
+    assert verdicts(found) == {"s": Verdict.CHANGED} | dict.fromkeys("fgh", Verdict.INHERITED)
+    assert found["s"].users == ("f", "g", "h")
+    assert [edit.says for edit in found["s"].edits] == ["sign flipped: + became -"]
+
+
+def test_what_one_user_alone_lost_is_not_blamed_on_a_definition():
+    old = "s = m*x + k*y\nf: s*z + w\ng: 2*s - v"
+    new = "f: (m*x - k*y)*z + w\ng: 2*m*x + 2*k*y - v"
+    found = compare(document(old), document(new))
+    assert [equation.name for equation in found.sources] == ["f"]
+
+
 def test_naming_an_intermediate_result_is_no_difference():
     found = compare(document("f: (x + y)*z"), document("s = x + y\nf: s*z"))
     assert [equation.name for equation in found.added] == ["s"]

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Definitions that changed and were written out in their users at once, so that the new side has them no more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from codegen.diff import field
+from codegen.diff.equality import Expression, Meaning, Worlds
+from codegen.diff.field import Undefined
+from codegen.diff.terms import Account, Change, Values, replaced
+from codegen.diff.versions import Item, Versions
+
+_POINTS = 2
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A definition of the old side whose edit explains all its changed users."""
+
+    item: Item
+    change: Change
+    users: tuple[Item, ...]
+
+
+def lost_definitions(versions: Versions, changed: Iterable[Item]) -> list[Lost]:
+    """Return the definitions that are gone, and of which one edit on the old side reproduces every changed user."""
+    changed = list(changed)
+    found = []
+    for gone in versions.gone:
+        users = [item for item in changed if gone.row.named and _uses(versions, versions.partner[item.key], gone)]
+        change = _edit(versions, gone, users) if len(users) > 1 else None
+        if change is not None:
+            found.append(Lost(gone, change, tuple(users)))
+            changed = [item for item in changed if item not in users]
+    return found
+
+
+def _uses(versions: Versions, item: Item, gone: Item) -> bool:
+    return any(child.key == gone.key for child in versions.children(item, "old"))
+
+
+def _edit(versions: Versions, gone: Item, users: Sequence[Item]) -> Change | None:
+    pool = versions.pool
+    required = _required(versions, gone, users[0])
+    if required is None:
+        return None
+    worlds = [versions.judge.point(k)[versions.before] for k in range(_POINTS)]
+    account = Account(pool, worlds, worlds)
+    for change in account.single(gone.root, required):
+        meaning = _with(versions, gone, replaced(pool, gone.root, [change]))
+        if all(_explains(versions, meaning, user) for user in users):
+            return change
+    return None
+
+
+def _explains(versions: Versions, meaning: Meaning, user: Item) -> bool:
+    old = versions.partner[user.key]
+    return bool(versions.judge.decide((meaning, old.root), (versions.across, user.root)).equal)
+
+
+def _with(versions: Versions, gone: Item, root: int | None) -> Meaning:
+    """Return the old meaning of names with another expression for one of them, or with this one free."""
+
+    def targets(name: str) -> Expression | None:
+        if name == gone.name:
+            return None if root is None else (versions.before, root)
+        target = versions.before.targets(name)
+        return None if target is None else (meaning, target[1])
+
+    meaning = Meaning(versions.pool, targets)
+    return meaning
+
+
+def _required(versions: Versions, gone: Item, user: Item) -> Values | None:
+    """Return the values that a definition would need for a user to have its new value, if the user is affine in it."""
+    free = _with(versions, gone, None)
+    old = versions.partner[user.key]
+    try:
+        return tuple(
+            _solved(
+                versions.judge.point(k)[versions.across].value(user.root),
+                [_at(versions, k, gone.name, number)[free].value(old.root) for number in range(3)],
+            )
+            for k in range(_POINTS)
+        )
+    except Undefined:
+        return None
+
+
+def _at(versions: Versions, point: int, name: str, value: int) -> Worlds:
+    return versions.judge.at(point, fixed={name: value})
+
+
+def _solved(wanted: field.Element, values: Sequence[field.Element]) -> field.Element:
+    """Solve values[0] + c (values[1] - values[0]) = wanted."""
+    slope = field.sub(values[1], values[0])
+    if field.sub(values[2], values[1]) != slope:
+        raise Undefined("not affine")
+    return field.mul(field.sub(wanted, values[0]), field.inverse(slope))
