@@ -43,7 +43,6 @@ class Compiler:
         zig = [Path(word).stem for word in self.command[-2:-1]] in (["ziglang"], ["zig"])
         return ("-mcpu=baseline", "-fno-sanitize=undefined") if zig else ()
 
-
     @property
     def scheduling(self) -> tuple[str, ...]:
         """Flags with which gcc orders long straight-line code so that its values stay in registers."""
