@@ -97,20 +97,21 @@ class _Verdicts:
             if scaled:
                 del self.sources[new.key]
                 return Verdict.SCALED, Decision(True, scaled)
-        if local.equal is None or whole.equal is None:
-            return Verdict.UNDECIDED, local if local.equal is None else whole
-        return Verdict.CHANGED, whole
+        return (Verdict.UNDECIDED if local.equal is None else Verdict.CHANGED), local
 
     def _local(self, old: Item, new: Item) -> Decision:
         """Compare the new text with the old one over the same children."""
         versions = self.versions
         pair = (versions.before, old.root), (versions.across, new.root)
-        in_field = versions.judge.same_in_field(*pair)
-        if not in_field:
-            free = versions.judge.same_in_field((versions.free_old, old.root), (versions.free_new, new.root))
-            if free:
-                return Decision(True, versions.judge.how)
-        return versions.judge.decide(*pair)
+        free = (versions.free_old, old.root), (versions.free_new, new.root)
+        if versions.judge.same_in_field(*pair) or versions.judge.same_in_field(*free):
+            return Decision(True, versions.judge.how)
+        decision = versions.judge.decide(*pair)
+        if decision.equal is None:
+            by_text = versions.judge.decide(*free)
+            if by_text.equal is False:
+                return Decision(False, f"{by_text.how}, names in it taken as free")
+        return decision
 
     def _whole(self, old: Item, new: Item, local: Decision, unequal: list[Item]) -> Decision:
         """Compare the values themselves, where children differ."""

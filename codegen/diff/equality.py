@@ -25,6 +25,8 @@ SEED = 5
 _POINTS, _BRANCHED = 3, 64
 _FEW = 16
 _DRAWS = 12
+_HOPELESS = 48
+"""Points without a value after which none is expected any more."""
 _TRIES = 6
 """Points tried for each one wanted."""
 
@@ -244,7 +246,7 @@ class Judge:
             if all(worlds[meaning].defined(root) is not None for meaning, root in pairs):
                 yield worlds
                 found += 1
-            if found == wanted:
+            if found == wanted or (not found and number >= _HOPELESS):
                 return
 
     def real(self, point: Point) -> Worlds:
@@ -266,7 +268,7 @@ class Judge:
                 )
                 if alone == _FEW:
                     return Decision(False, f"only the {name} side exists at {alone} points")
-            return Decision(None, f"no difference, but both sides exist at only {found} of {_TRIES * _BRANCHED} points")
+            return Decision(None, f"no difference, but both sides exist at only {found} of the points tried")
         missing = coverage.missing()
         if missing is not None:
             operation = self.pool.nodes[missing][0]

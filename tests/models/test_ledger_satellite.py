@@ -25,7 +25,7 @@ MISPRINTS: Mapping[str, str] = {
     "1 + alpha_1 q^-1 + alpha_2 q^-2 + ... + alpha_n_C2 q^-n_C2",
     "(23)": "1 + s_1 q^-1 + s_2 q^-2 + ... + s_n q^-n should read 1 + s_1 q^-1 + s_2 q^-2 + ... + s_n_s q^-n_s",
     "(24)": "t_0 + t_1 q^-1 + t_2 q^-2 + ... + t_n q^-n should read t_0 + t_1 q^-1 + t_2 q^-2 + ... + t_n_t q^-n_t",
-    "(30)": "[b0*s_1 + b1, b1*s_1 + t_0, t_1] should read [b0*s_1 + b1, b1*s_1, t_0, t_1]",
+    "(30)": "[b0*s_1 + b1, b_n_s*s_(d-1) + t_0, t_1] should read [b0*s_1 + b1, b_n_B*s_(d-1), t_0, t_1]",
     "text after (38)": "term -S(1)*d(k)/b0 is missing",
     "(43)": "0.307 should read 0.0586",
     "(44)": "0.305 should read 0.0411",

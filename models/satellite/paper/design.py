@@ -198,18 +198,22 @@ def offset(c: Loop) -> Printed:
 
 
 def _parameters(c: Loop) -> Printed:
-    """(30) for d = 2, where b_n_s and b_n_B are both b_1 and s_(d-1) is s_1."""
-    first, last = c.b0 * c.s_1 + c.b1, c.b1 * c.s_1
+    """(30): for d = 1 the last weight of the torques is the first, for d = 2 it is the second."""
+    summed, last = c.b_ns * c.s_last + c.t_0, c.b_nB * c.s_last
+    first = {1: [], 2: [c.b0 * c.s_1 + c.b1]}
     return printed(
         "30",
         "parameters",
         "definition",
-        Relation(
-            c.p0[2],
-            sp.Matrix([[first, last + c.t_0, c.t_1]]),
-            corrected=sp.Matrix([[first, last, c.t_0, c.t_1]]),
-            cases=(c.at[2],),
-            says="d = 2, n_B = 1, b_2 = s_2 = 0: the entries are b0 s1 + b1, b_n_s s_(d-1) + t0, t1",
+        *(
+            Relation(
+                c.p0[d],
+                sp.Matrix([[*first[d], summed, c.t_1]]),
+                corrected=sp.Matrix([[*first[d], last, c.t_0, c.t_1]]),
+                cases=(c.at[d],),
+                says=f"d = {d}, n_B = n_T = 1, s_0 = 1",
+            )
+            for d in reversed(DELAYS)
         ),
         note="The last weight of the torques and the first of the angles are two entries, not a sum: b_n_B s_(d-1), "
         "t_0. The index n_s of b must be n_B: n_s is the order of S.",

@@ -171,11 +171,19 @@ class Loop:
             names.derived(f"n_{n}", f"n_{{{n}}}", sp.Integer(degree[n])) for n in ("A", "B", "C2")
         )
         self.n_s, self.n_t = names.family("n_s", "n_s"), names.family("n_t", "n_t")
+        self.b_ns, self.b_nB, self.s_last = (
+            names.family(n, latex) for n, latex in (("b_n_s", "b_{n_s}"), ("b_n_B", "b_{n_B}"), ("s_(d-1)", "s_{d-1}"))
+        )
         self.n = names.free("n", 1, 3, integer=True)
         for d in DELAYS:
             case = self.at[d]
             orders = {n: sp.Integer(sp.degree(case[of], self.q)) for n, of in ((self.n_s, self.S), (self.n_t, self.T))}
-            self.at[d] = {**case, **orders}
+            named = {
+                self.b_ns: (self.b0, self.b1)[d - 1],
+                self.b_nB: (self.b0, self.b1)[degree["B"]],
+                self.s_last: case[self.s_1] if d > 1 else sp.S.One,
+            }
+            self.at[d] = {**case, **orders, **named}
         self.C2_to = {n: self._series(names, "alpha", r"\alpha", n, self.alpha, sp.S.One) for n in (self.n, self.n_C2)}
         self.S_to = {n: self._series(names, "s", "s", n, self.s, sp.S.One) for n in (self.n, self.n_s)}
         self.T_to = {n: self._series(names, "t", "t", n, self.t[1:], self.t_0) for n in (self.n, self.n_t)}

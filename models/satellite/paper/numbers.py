@@ -179,7 +179,7 @@ def sampled(c: Loop, v: Numbers) -> tuple[Printed, ...]:
                 says="within one unit of the last digit of each coefficient",
             ),
             note="b_0 = b_1 = T_s^2/(2 I), of which the printed b_1 are the first digits. Every way to sample keeps "
-            "B(1) = T_s^2/I; the printed b_0 are five to seven times too large, and not in proportion to 1/I.",
+            "B(1) = T_s^2/I; the printed b_0 are 5.2 to 7.5 times too large, and not in proportion to 1/I.",
         )
         for k, (first, second) in enumerate(digits)
     )
