@@ -99,7 +99,8 @@ def example(line: dict[str, Any]) -> str:
     if not found:
         return ""
     at = ", ".join(f"{name} = {value}" for name, value in found["at"])
-    return f"at {at}: left side {found['left']}, right side {found['right']}"
+    where = f"at {at}: " if at else ""
+    return f"{where}left side {found['left']}, right side {found['right']}"
 
 
 def _has_paper(tree: Tree, model: str) -> bool:
