@@ -43,7 +43,7 @@ class Tree:
     @property
     def models(self) -> tuple[str, ...]:
         """Names of the models in this tree."""
-        return tuple(sorted(path.parent.name for path in (self.root / "models").glob("*/system.py")))
+        return tuple(sorted(path.parent.name for path in (self.root / "models").glob("*/__init__.py")))
 
     def sources(self, model: str, papers: bool = False) -> dict[str, str]:
         """Return the SHA-256 of each file that the model's generated text depends on.
@@ -66,9 +66,10 @@ class Tree:
 
 
 def find_tree(start: Path) -> Tree | None:
-    """Return the nearest folder at or above `start` that has generated/ and a model in models/."""
+    """Return the nearest folder at or above `start` that has generated/, and system.py in models/ or in a model."""
     for folder in (start, *start.parents):
-        if (folder / "generated").is_dir() and Tree(folder).models:
+        models = folder / "models"
+        if (folder / "generated").is_dir() and ((models / "system.py").is_file() or any(models.glob("*/system.py"))):
             return Tree(folder)
     return None
 

@@ -98,8 +98,10 @@ def example(line: dict[str, Any]) -> str:
     found = line["counterexample"]
     if not found:
         return ""
-    at = ", ".join(f"{name} = {value}" for name, value in found["at"])
-    where = f"at {at}: " if at else ""
+    told = [f"{name} = {value}" for name, value in found["at"] if str(value) != "0"]
+    if len(told) < len(found["at"]):
+        told.append("the rest 0" if told else "all 0")
+    where = f"at {', '.join(told)}: " if told else ""
     return f"{where}left side {found['left']}, right side {found['right']}"
 
 
