@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codegen.tree import GenerateError, Tree, find_tree, installed_tree, load_model, sha256
+from codegen.tree import GenerateError, Tree, find_tree, installed_tree, load_model, prefer_vocabulary, sha256
 
 if TYPE_CHECKING:
     from models.system import System
@@ -123,6 +123,7 @@ def _renumbered(
     document = recorded | {"inputs_sha256": recorded["inputs_sha256"] | moved}
     if shapes(tables) != recorded["shapes_sha256"] or _differences(document, tree, model, folder, structure, casadi):
         return None
+    prefer_vocabulary(tree)
     new = renumber(document, tables)
     return None if new is None else {"manifest.json": manifest_text(new)}
 

@@ -13,10 +13,10 @@ import json
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from models.quantities import Group, Parameter
-from models.tables import check_values, read_parameters, read_scenarios
+if TYPE_CHECKING:
+    from models.quantities import Group, Parameter
 
 TABLES = ("parameters.toml", "scenarios.toml")
 
@@ -61,6 +61,8 @@ def renumber(document: Mapping[str, Any], folder: Path) -> dict[str, Any] | None
     ModelError
         If a table is malformed or a number is outside its bounds.
     """
+    from models.tables import check_values, read_parameters, read_scenarios
+
     groups = read_parameters(folder / "parameters.toml")
     scenarios, metrics = read_scenarios(folder / "scenarios.toml")
     new: dict[str, Any] = json.loads(json.dumps(document))
@@ -97,6 +99,8 @@ def manifest_text(document: Mapping[str, Any]) -> str:
 
 def _by_name(groups: Iterable[Group]) -> dict[str, Parameter | None]:
     """Return the parameters of some groups; None for a name with two numbers or bounds."""
+    from models.quantities import Parameter
+
     found: dict[str, Parameter | None] = {}
     for q in (q for group in groups for q in group if isinstance(q, Parameter)):
         other = found.setdefault(q.name, q)

@@ -91,14 +91,19 @@ def load_model(tree: Tree, model: str) -> ModuleType:
         raise GenerateError(f"model {model!r} is not known in {tree.root / 'models'}; known: {', '.join(tree.models)}")
     if not tree.has_vocabulary:
         return _load_by_path(tree.root / "models" / model)
-    if str(tree.root) not in sys.path:
-        sys.path.insert(0, str(tree.root))
+    prefer_vocabulary(tree)
     package = importlib.import_module(f"models.{model}")
     if not Path(package.__file__ or "").is_relative_to(tree.root):
         raise GenerateError(
             f"models is already imported from {Path(package.__file__ or '').parents[2]}; use a new process"
         )
     return package
+
+
+def prefer_vocabulary(tree: Tree) -> None:
+    """Let a checkout's own vocabulary be imported, not that of the installed package."""
+    if tree.has_vocabulary and str(tree.root) not in sys.path:
+        sys.path.insert(0, str(tree.root))
 
 
 def _load_by_path(folder: Path) -> ModuleType:
