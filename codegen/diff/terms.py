@@ -130,6 +130,9 @@ class Account:
         required = self.new(new)
         if old == new or (required is not None and self.old(old) == required):
             return []
+        before, after = self.pool.constant(old), self.pool.constant(new)
+        if before is not None and after is not None:
+            return [Change(Kind.COEFFICIENT, path, old, new, new, f"{before} became {after}", 1.1)]
         single = None
         if required is not None and self.old(old) is not None:
             single = min(self.walk(old, required, path), key=lambda c: (c.cost, len(c.path), c.says), default=None)
@@ -204,7 +207,9 @@ class Account:
             yield from self._inside(node, needed, path)
         if needed in self._parts:
             new = self._parts[needed]
-            yield self._rewritten(node, new, path, 2.5 + 0.3 * self._size(node) + 0.1 * self._size(new))
+            alike = operation == self.pool.nodes[new][0] and operation not in ("sym", "num")
+            cost = 2.5 + 0.3 * self._size(node) + 0.1 * self._size(new) + 3 * alike
+            yield self._rewritten(node, new, path, cost)
 
     def _term_edits(self, node: int, value: Values, needed: Values, path: Path, inner: bool) -> Iterator[Change]:
         if not any(needed):
@@ -383,7 +388,8 @@ class Account:
                 if not found and self.old(a) != self.new(b):
                     found = [self._rewritten(a, b, (*path, k))]
                 changes += found
-        return changes
+        exchanged = self.pool.nodes[old][0] == "atan2" and len(changes) > 1
+        return [] if exchanged else changes
 
     def _aligned(self, node: int, before: Sequence[int], after: Sequence[int]) -> list[int]:
         """Put the operands of a commutative function next to what they equal."""
