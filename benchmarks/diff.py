@@ -20,10 +20,10 @@ from time import perf_counter
 from machine import machine, table, write
 
 from codegen.diff import Document, compare
+from codegen.diff.changes import Change, replaced
+from codegen.diff.pool import Pool
 from codegen.diff.report import Kind, Verdict
 from codegen.diff.report import Path as Place
-from codegen.diff.terms import Change, replaced
-from codegen.diff.worlds import Pool
 from codegen.formula import Printer
 
 MODELS = ("triangle", "slosh", "satellite")

@@ -19,8 +19,9 @@ import mpmath  # type: ignore[import-untyped]
 
 from codegen.diff import field, reals
 from codegen.diff.document import reached
+from codegen.diff.pool import Pool, live, ways
 from codegen.diff.reals import Point, RealWorld, Sampler
-from codegen.diff.worlds import FieldWorld, Lookup, Pool, World, live, ways
+from codegen.diff.worlds import FieldWorld, Lookup, World
 
 SEED = 5
 _POINTS, _BRANCHED = 3, 64

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain
 
+from codegen.diff.changes import Change, replaced
 from codegen.diff.equality import Decision, Expression, Worlds, shown
 from codegen.diff.report import Counterexample, Edit, Kind, Part, Path
-from codegen.diff.terms import Account, Change, replaced
+from codegen.diff.terms import Account
 from codegen.diff.versions import Item, Versions
 from codegen.diff.worlds import FieldWorld
 from codegen.formula import Names, Printer, rank_of

@@ -11,7 +11,8 @@ from typing import Any
 import mpmath  # type: ignore[import-untyped]
 
 from codegen.diff.field import Undefined
-from codegen.diff.worlds import Lookup, Pool, World
+from codegen.diff.pool import Pool
+from codegen.diff.worlds import Lookup, World
 
 DIGITS = 50
 _WORKING = 90
