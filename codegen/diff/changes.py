@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -43,6 +43,52 @@ class Change:
     with_: int | None
     says: str
     cost: float
+
+
+def mutations(pool: Pool, root: int, path: Path, atoms: Sequence[int]) -> Iterator[Change]:
+    """Yield every small edit inside an expression; `atoms` may stand in place of a symbol or of a sine."""
+    stack = [(root, path, False)]
+    while stack:
+        node, place, term = stack.pop()
+        operation, *operands = pool.nodes[node]
+        for k, operand in enumerate(operands):
+            if isinstance(operand, int):
+                stack.append((operand, (*place, k), operation not in ("mul", "pow")))
+        if node != root:
+            yield from _mutated(pool, node, place, term, atoms)
+
+
+def _mutated(pool: Pool, node: int, path: Path, term: bool, atoms: Sequence[int]) -> Iterator[Change]:
+    operation = pool.nodes[node][0]
+    if operation in ("exprcondpair", "const"):
+        return
+    if operation == "num":
+        value = Fraction(pool.nodes[node][1])
+        for number in dict.fromkeys((-value, 2 * value, value / 2, value + 1, value - 1)):
+            if number:
+                new = pool.number(number)
+                yield Change(Kind.COEFFICIENT, path, node, new, new, f"{value} became {number}", 1.7)
+    if term and operation != "num":
+        yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", 1.4)
+        for number in (Fraction(-1), Fraction(2), Fraction(1, 2)):
+            new = pool.many("mul", [node, pool.number(number)])
+            kind = Kind.SIGN if number == -1 else Kind.COEFFICIENT
+            coefficient = coefficient_of(pool, node)
+            says = f"coefficient {coefficient} became {coefficient * number}"
+            if kind is Kind.SIGN:
+                says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
+            yield Change(kind, path, node, new, new, says, 1.4)
+    if operation in ("sym", "sin", "cos", "tan"):
+        for atom in atoms:
+            if atom != node and (operation == "sym" or pool.nodes[atom][0] != "sym"):
+                kind = Kind.SYMBOL if operation == "sym" else Kind.FUNCTION
+                yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.6)
+
+
+def coefficient_of(pool: Pool, node: int) -> Fraction:
+    """Return the number in a product."""
+    parts = pool.operands(node) if pool.nodes[node][0] == "mul" else (node,)
+    return next((c for c in map(pool.constant, parts) if c is not None), Fraction(1))
 
 
 def replaced(pool: Pool, root: int, changes: Sequence[Change]) -> int:

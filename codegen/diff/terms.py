@@ -15,7 +15,7 @@ from fractions import Fraction
 from typing import Any
 
 from codegen.diff import field
-from codegen.diff.changes import Change, Values, rational, replaced
+from codegen.diff.changes import Change, Values, coefficient_of, mutations, rational, replaced
 from codegen.diff.document import reached
 from codegen.diff.field import Undefined
 from codegen.diff.pool import Pool
@@ -191,7 +191,7 @@ class Account:
             return
         ratio = _each(field.mul, needed, _inverse(value))
         number = rational(ratio)
-        coefficient = self._coefficient(node)
+        coefficient = coefficient_of(self.pool, node)
         if number is not None:
             new = self.pool.many("mul", [node, self.pool.number(number)])
             if number == -1:
@@ -255,10 +255,6 @@ class Account:
         parts = self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
         return next((power for base, power in map(self._power, parts) if base == atom), None)
 
-    def _coefficient(self, node: int) -> Fraction:
-        parts = self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
-        return next((c for c in map(self.pool.constant, parts) if c is not None), Fraction(1))
-
     def _other_name(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
         atom = self._atoms.get(needed)
         operation = self.pool.nodes[node][0]
@@ -298,47 +294,11 @@ class Account:
         """Try single edits in the operands of a function that has no inverse here."""
         if self._size(node) > 60:
             return
-        for change in self._mutations(node, path):
+        for change in mutations(self.pool, node, path, tuple(self._atoms.values())):
             assert change.with_ is not None or change.kind is Kind.TERM_REMOVED
             mutant = replaced(self.pool, node, [replace(change, path=change.path[len(path) :])])
             if _values(self._olds, mutant) == needed:
                 yield replace(change, cost=change.cost - (0.1 if mutant in self._written else 0.0))
-
-    def _mutations(self, root: int, path: Path) -> Iterator[Change]:
-        stack = [(root, path, False)]
-        while stack:
-            node, place, term = stack.pop()
-            operation, *operands = self.pool.nodes[node]
-            for k, operand in enumerate(operands):
-                if isinstance(operand, int):
-                    stack.append((operand, (*place, k), operation not in ("mul", "pow")))
-            if node != root:
-                yield from self._mutated(node, place, term, operation)
-
-    def _mutated(self, node: int, path: Path, term: bool, operation: str) -> Iterator[Change]:
-        if operation in ("exprcondpair", "const"):
-            return
-        if operation == "num":
-            value = Fraction(self.pool.nodes[node][1])
-            for number in dict.fromkeys((-value, 2 * value, value / 2, value + 1, value - 1)):
-                if number:
-                    new = self.pool.number(number)
-                    yield Change(Kind.COEFFICIENT, path, node, new, new, f"{value} became {number}", 1.7)
-        if term and operation != "num":
-            yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", 1.4)
-            for number in (Fraction(-1), Fraction(2), Fraction(1, 2)):
-                new = self.pool.many("mul", [node, self.pool.number(number)])
-                kind = Kind.SIGN if number == -1 else Kind.COEFFICIENT
-                coefficient = self._coefficient(node)
-                says = f"coefficient {coefficient} became {coefficient * number}"
-                if kind is Kind.SIGN:
-                    says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
-                yield Change(kind, path, node, new, new, says, 1.4)
-        if operation in ("sym", "sin", "cos", "tan"):
-            for atom in self._atoms.values():
-                if atom != node and (operation == "sym" or self.pool.nodes[atom][0] != "sym"):
-                    kind = Kind.SYMBOL if operation == "sym" else Kind.FUNCTION
-                    yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.6)
 
     # Several edits
 
