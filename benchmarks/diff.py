@@ -20,15 +20,15 @@ from time import perf_counter
 from machine import machine, table, write
 
 from codegen.diff import Document, compare
+from codegen.diff.changes import Change, replaced
+from codegen.diff.pool import Pool
 from codegen.diff.report import Kind, Verdict
 from codegen.diff.report import Path as Place
-from codegen.diff.terms import Change, replaced
-from codegen.diff.worlds import Pool
 from codegen.formula import Printer
 
 MODELS = ("triangle", "slosh", "satellite")
 EDITS = 60
-SEED = 2603
+SEED = 2604
 GENERATED = Path(__file__).parents[1] / "generated"
 Edit = Callable[[Pool, int, random.Random], Change | None]
 

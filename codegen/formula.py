@@ -191,7 +191,8 @@ class Printer:
         over, under = (number, "1") if number else (str(size.numerator), str(size.denominator))
         if self.latex and "e" in over:
             mantissa, _, power = over.partition("e")
-            over = rf"{mantissa} \cdot 10^{{{int(power)}}}"
+            over = f"10^{{{int(power)}}}"
+            over = over if mantissa == "1" else rf"{mantissa} \cdot {over}"
         top, bottom = self._row(over, above), self._row(under, below)
         if bottom == "1":
             return top

@@ -9,6 +9,7 @@ if every branch was visited.
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -18,8 +19,9 @@ import mpmath
 
 from codegen.diff import field, reals
 from codegen.diff.document import reached
+from codegen.diff.pool import Pool, live, ways
 from codegen.diff.reals import Point, RealWorld, Sampler
-from codegen.diff.worlds import FieldWorld, Lookup, Pool, World, live, ways
+from codegen.diff.worlds import FieldWorld, Lookup, World
 
 SEED = 5
 _POINTS, _BRANCHED = 3, 64
@@ -27,6 +29,7 @@ _FEW = 16
 _DRAWS = 12
 _HOPELESS = 48
 """Points without a value after which none is expected any more."""
+_MOST_NAMES = 60
 _TRIES = 6
 """Points tried for each one wanted."""
 
@@ -269,11 +272,24 @@ class Judge:
                 if alone == _FEW:
                     return Decision(False, f"only the {name} side exists at {alone} points")
             return Decision(None, f"no difference, but both sides exist at only {found} of the points tried")
+        for worlds in self.extreme_points(old, new) if coverage.missing() is not None else ():
+            if self.differ(worlds, old, new):
+                return Decision(False, f"an extreme point with {reals.DIGITS} digits")
+            coverage.visit(worlds)
         missing = coverage.missing()
         if missing is not None:
             operation = self.pool.nodes[missing][0]
             return Decision(None, f"equal at {found} points, but a branch of {operation} never counted")
         return Decision(True, f"{found} points with {reals.DIGITS} digits, every branch taken")
+
+    def extreme_points(self, old: Expression, new: Expression) -> Iterator[Worlds]:
+        """Yield worlds where one free name after the other is far out, for limits that nothing usual reaches."""
+        base = self.sampler.point(0)
+        for name in sorted({*old[0].free(old[1]), *new[0].free(new[1])})[:_MOST_NAMES]:
+            for value in self.sampler.extremes(name):
+                worlds = self.real(ChainMap({name: value}, base))  # type: ignore[arg-type]
+                if all(worlds[meaning].defined(root) is not None for meaning, root in (old, new)):
+                    yield worlds
 
     @staticmethod
     def differ(worlds: Worlds, old: Expression, new: Expression) -> bool:

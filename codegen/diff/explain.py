@@ -7,10 +7,12 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import chain
 
+from codegen.diff.changes import Change, replaced
 from codegen.diff.equality import Decision, Expression, Worlds, shown
 from codegen.diff.report import Counterexample, Edit, Kind, Part, Path
-from codegen.diff.terms import Account, Change, replaced
+from codegen.diff.terms import Account
 from codegen.diff.versions import Item, Versions
 from codegen.diff.worlds import FieldWorld
 from codegen.formula import Names, Printer, rank_of
@@ -120,7 +122,8 @@ class Explainer:
 
     def _counterexample(self, old: Expression, new: Expression) -> Counterexample | None:
         """Return a point of simple numbers where both sides differ."""
-        worlds = next((w for w in self.judge.real_points([old, new], 40) if self.judge.differ(w, old, new)), None)
+        points = chain(self.judge.real_points([old, new], 40), self.judge.extreme_points(old, new))
+        worlds = next((w for w in points if self.judge.differ(w, old, new)), None)
         if worlds is None:
             return None
         point = {name: self._coordinate(worlds, name) for name in {*old[0].free(old[1]), *new[0].free(new[1])}}

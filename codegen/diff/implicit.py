@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from codegen.diff import field
+from codegen.diff.changes import Values, rational
 from codegen.diff.equality import Meaning
 from codegen.diff.field import Element, Undefined
-from codegen.diff.terms import Values, rational
 from codegen.diff.versions import Item, Versions
 
 _POINTS = 3

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from codegen.diff import field
+from codegen.diff.changes import Change, Values, replaced
 from codegen.diff.equality import Expression, Meaning, Worlds
 from codegen.diff.field import Undefined
-from codegen.diff.terms import Account, Change, Values, replaced
+from codegen.diff.terms import Account
 from codegen.diff.versions import Item, Versions
 
 _POINTS = 2

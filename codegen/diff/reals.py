@@ -11,7 +11,8 @@ from typing import Any
 import mpmath
 
 from codegen.diff.field import Undefined
-from codegen.diff.worlds import Lookup, Pool, World
+from codegen.diff.pool import Pool
+from codegen.diff.worlds import Lookup, World
 
 DIGITS = 50
 _WORKING = 90
@@ -19,6 +20,7 @@ _ROUNDING = mpmath.mpf(10) ** -(_WORKING - 5)
 _CONTEXT = mpmath.mp.clone()
 _CONTEXT.dps = _WORKING
 _LARGEST = 1300
+_FAR = Fraction(10) ** 32
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": _CONTEXT.sin, "cos": _CONTEXT.cos, "tan": _CONTEXT.tan, "exp": _CONTEXT.exp, "sinh": _CONTEXT.sinh,
@@ -92,7 +94,7 @@ class RealWorld(World[Any]):
         values = [self.memo[o] for o in operands]
         size = max((self._size.get(o, 0) for o in operands), default=0)
         if operation == "exprcondpair":
-            return tuple(values), size
+            return tuple(values), self._size.get(operands[0], 0)
         if any(value is None for value in values):
             raise Undefined
         return self._strict(node, operation, values), size
@@ -217,6 +219,11 @@ class Sampler:
         decades = (1, 1, 3, 6)[number % 4]
         value = Fraction(f"{10 ** generator.uniform(-decades, decades):.4g}") * generator.choice((1, -1))
         return self._inside(value, low, high)
+
+    def extremes(self, name: str) -> list[Fraction]:
+        """Return values of a name that are far out, inside its bounds."""
+        low, high, _ = self.names.get(name, (None, None, None))
+        return [v for v in (_FAR, -_FAR) if (low is None or v >= low) and (high is None or v <= high)]
 
     @staticmethod
     def _inside(value: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:

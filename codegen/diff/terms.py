@@ -10,52 +10,23 @@ is written does not matter. All values are elements of a finite field, so every 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 from codegen.diff import field
+from codegen.diff.changes import Change, Values, coefficient_of, mutations, rational, replaced
 from codegen.diff.document import reached
-from codegen.diff.field import Element, Undefined
+from codegen.diff.field import Undefined
+from codegen.diff.pool import Pool
 from codegen.diff.report import Kind, Path
-from codegen.diff.worlds import FieldWorld, Pool
+from codegen.diff.worlds import FieldWorld
 
-Values = tuple[Element, ...]
-_SMALL = 10_000
 _FUNCTIONS = frozenset(("sin", "cos", "tan"))
 _CHEAP = 4.0
 _ROUNDS = 4
 _MOST = 40
 """Leftover terms beyond which pairing them is given up."""
-
-
-@dataclass(frozen=True)
-class Change:
-    """An edit as a replacement in the old expression.
-
-    Attributes
-    ----------
-    kind : Kind
-        What it does.
-    path : Path
-        The part of the old expression that is replaced; for an added term, the sum that it joins.
-    old, new : int or None
-        Nodes that are shown; `new` is added to the sum if the kind is `TERM_ADDED`.
-    with_ : int or None
-        What replaces the part; None if it is removed.
-    says : str
-        The edit in words.
-    cost : float
-        How far-fetched it is.
-    """
-
-    kind: Kind
-    path: Path
-    old: int | None
-    new: int | None
-    with_: int | None
-    says: str
-    cost: float
 
 
 class Account:
@@ -130,6 +101,9 @@ class Account:
         required = self.new(new)
         if old == new or (required is not None and self.old(old) == required):
             return []
+        before, after = self.pool.constant(old), self.pool.constant(new)
+        if before is not None and after is not None:
+            return [Change(Kind.COEFFICIENT, path, old, new, new, f"{before} became {after}", 1.1)]
         single = None
         if required is not None and self.old(old) is not None:
             single = min(self.walk(old, required, path), key=lambda c: (c.cost, len(c.path), c.says), default=None)
@@ -204,7 +178,9 @@ class Account:
             yield from self._inside(node, needed, path)
         if needed in self._parts:
             new = self._parts[needed]
-            yield self._rewritten(node, new, path, 2.5 + 0.3 * self._size(node) + 0.1 * self._size(new))
+            alike = operation == self.pool.nodes[new][0] and operation not in ("sym", "num")
+            cost = 2.5 + 0.3 * self._size(node) + 0.1 * self._size(new) + 3 * alike
+            yield self._rewritten(node, new, path, cost)
 
     def _term_edits(self, node: int, value: Values, needed: Values, path: Path, inner: bool) -> Iterator[Change]:
         if not any(needed):
@@ -215,7 +191,7 @@ class Account:
             return
         ratio = _each(field.mul, needed, _inverse(value))
         number = rational(ratio)
-        coefficient = self._coefficient(node)
+        coefficient = coefficient_of(self.pool, node)
         if number is not None:
             new = self.pool.many("mul", [node, self.pool.number(number)])
             if number == -1:
@@ -279,10 +255,6 @@ class Account:
         parts = self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
         return next((power for base, power in map(self._power, parts) if base == atom), None)
 
-    def _coefficient(self, node: int) -> Fraction:
-        parts = self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
-        return next((c for c in map(self.pool.constant, parts) if c is not None), Fraction(1))
-
     def _other_name(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
         atom = self._atoms.get(needed)
         operation = self.pool.nodes[node][0]
@@ -322,47 +294,11 @@ class Account:
         """Try single edits in the operands of a function that has no inverse here."""
         if self._size(node) > 60:
             return
-        for change in self._mutations(node, path):
+        for change in mutations(self.pool, node, path, tuple(self._atoms.values())):
             assert change.with_ is not None or change.kind is Kind.TERM_REMOVED
             mutant = replaced(self.pool, node, [replace(change, path=change.path[len(path) :])])
             if _values(self._olds, mutant) == needed:
                 yield replace(change, cost=change.cost - (0.1 if mutant in self._written else 0.0))
-
-    def _mutations(self, root: int, path: Path) -> Iterator[Change]:
-        stack = [(root, path, False)]
-        while stack:
-            node, place, term = stack.pop()
-            operation, *operands = self.pool.nodes[node]
-            for k, operand in enumerate(operands):
-                if isinstance(operand, int):
-                    stack.append((operand, (*place, k), operation not in ("mul", "pow")))
-            if node != root:
-                yield from self._mutated(node, place, term, operation)
-
-    def _mutated(self, node: int, path: Path, term: bool, operation: str) -> Iterator[Change]:
-        if operation in ("exprcondpair", "const"):
-            return
-        if operation == "num":
-            value = Fraction(self.pool.nodes[node][1])
-            for number in dict.fromkeys((-value, 2 * value, value / 2, value + 1, value - 1)):
-                if number:
-                    new = self.pool.number(number)
-                    yield Change(Kind.COEFFICIENT, path, node, new, new, f"{value} became {number}", 1.7)
-        if term and operation != "num":
-            yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", 1.4)
-            for number in (Fraction(-1), Fraction(2), Fraction(1, 2)):
-                new = self.pool.many("mul", [node, self.pool.number(number)])
-                kind = Kind.SIGN if number == -1 else Kind.COEFFICIENT
-                coefficient = self._coefficient(node)
-                says = f"coefficient {coefficient} became {coefficient * number}"
-                if kind is Kind.SIGN:
-                    says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
-                yield Change(kind, path, node, new, new, says, 1.4)
-        if operation in ("sym", "sin", "cos", "tan"):
-            for atom in self._atoms.values():
-                if atom != node and (operation == "sym" or self.pool.nodes[atom][0] != "sym"):
-                    kind = Kind.SYMBOL if operation == "sym" else Kind.FUNCTION
-                    yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.6)
 
     # Several edits
 
@@ -383,7 +319,8 @@ class Account:
                 if not found and self.old(a) != self.new(b):
                     found = [self._rewritten(a, b, (*path, k))]
                 changes += found
-        return changes
+        exchanged = self.pool.nodes[old][0] == "atan2" and len(changes) > 1
+        return [] if exchanged else changes
 
     def _aligned(self, node: int, before: Sequence[int], after: Sequence[int]) -> list[int]:
         """Put the operands of a commutative function next to what they equal."""
@@ -475,25 +412,6 @@ class Account:
         return len(reached(self.pool.nodes, [node]))
 
 
-def replaced(pool: Pool, root: int, changes: Sequence[Change]) -> int:
-    """Return an expression with edits made in it."""
-    here = [change for change in changes if not change.path]
-    for change in here:
-        if change.kind is not Kind.TERM_ADDED:
-            return pool.number(0) if change.with_ is None else change.with_
-    operation, *operands = pool.nodes[root]
-    new = list(operands)
-    for k, operand in enumerate(operands):
-        below = [replace(c, path=c.path[1:]) for c in changes if c.path and c.path[0] == k]
-        if below and isinstance(operand, int):
-            new[k] = replaced(pool, operand, below)
-    node = root
-    if new != operands:
-        node = pool.many(operation, new) if operation in ("add", "mul") else pool.intern(operation, *new)
-    terms = [change.with_ for change in here if change.with_ is not None]
-    return pool.many("add", [node, *terms]) if terms else node
-
-
 def _values(worlds: Sequence[FieldWorld], node: int) -> Values | None:
     found: tuple[Any, ...] = tuple(world.defined(node) for world in worlds)
     if any(value is None or isinstance(value, tuple) for value in found):
@@ -507,18 +425,3 @@ def _each(operation: Any, first: Values, second: Values) -> Values:
 
 def _inverse(values: Values) -> Values:
     return tuple(field.inverse(value) for value in values)
-
-
-def rational(values: Values) -> Fraction | None:
-    """Return the small fraction that all values are, if they are one."""
-    first = values[0]
-    if isinstance(first, field.Complex) or any(value != first for value in values):
-        return None
-    # Continued fractions: the first convergent with a small numerator.
-    r0, r1, t0, t1 = field.P, first, 0, 1
-    while r1 > _SMALL * _SMALL:
-        q = r0 // r1
-        r0, r1, t0, t1 = r1, r0 - q * r1, t1, t0 - q * t1
-    if t1 == 0 or abs(t1) > _SMALL * _SMALL:
-        return None
-    return Fraction(r1, t1)

@@ -11,8 +11,8 @@ from typing import Any
 
 from codegen.diff.document import Document, Row, Symbol
 from codegen.diff.equality import Expression, Judge, Meaning
+from codegen.diff.pool import Pool
 from codegen.diff.reals import Sampler
-from codegen.diff.worlds import Pool
 
 Key = tuple[str, str, int]
 _RENAMED = frozenset(("definition", "equation", "limit", "constraint", "warning"))

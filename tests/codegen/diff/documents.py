@@ -14,10 +14,10 @@ from collections.abc import Callable, Sequence
 import sympy as sp
 
 from codegen.diff import Document
+from codegen.diff.changes import Change, replaced
 from codegen.diff.document import Node, Row
+from codegen.diff.pool import Pool
 from codegen.diff.report import Kind, Path
-from codegen.diff.terms import Change, replaced
-from codegen.diff.worlds import Pool
 from codegen.equations import SCHEMA, Graph
 
 PARAMETERS = {"m", "l", "k", "J", "r", "m1", "m2", "m3", "l1", "l2", "l3"}

@@ -9,8 +9,8 @@ import sys
 import pytest
 
 from codegen.diff import Document, compare
+from codegen.diff.changes import Change
 from codegen.diff.report import Kind, Verdict
-from codegen.diff.terms import Change
 from codegen.formula import Printer
 from codegen.generate import installed_tree
 from tests.codegen.diff.documents import at, edited, flipped, summands

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Edits as replacements in an expression, and making them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from codegen.diff import field
+from codegen.diff.field import Element
+from codegen.diff.pool import Pool
+from codegen.diff.report import Kind, Path
+
+Values = tuple[Element, ...]
+_SMALL = 10_000
+
+
+@dataclass(frozen=True)
+class Change:
+    """An edit as a replacement in the old expression.
+
+    Attributes
+    ----------
+    kind : Kind
+        What it does.
+    path : Path
+        The part of the old expression that is replaced; for an added term, the sum that it joins.
+    old, new : int or None
+        Nodes that are shown; `new` is added to the sum if the kind is `TERM_ADDED`.
+    with_ : int or None
+        What replaces the part; None if it is removed.
+    says : str
+        The edit in words.
+    cost : float
+        How far-fetched it is.
+    """
+
+    kind: Kind
+    path: Path
+    old: int | None
+    new: int | None
+    with_: int | None
+    says: str
+    cost: float
+
+
+def mutations(pool: Pool, root: int, path: Path, atoms: Sequence[int]) -> Iterator[Change]:
+    """Yield every small edit inside an expression; `atoms` may stand in place of a symbol or of a sine."""
+    stack = [(root, path, False)]
+    while stack:
+        node, place, term = stack.pop()
+        operation, *operands = pool.nodes[node]
+        for k, operand in enumerate(operands):
+            if isinstance(operand, int):
+                stack.append((operand, (*place, k), operation not in ("mul", "pow")))
+        if node != root:
+            yield from _mutated(pool, node, place, term, atoms)
+
+
+def _mutated(pool: Pool, node: int, path: Path, term: bool, atoms: Sequence[int]) -> Iterator[Change]:
+    operation = pool.nodes[node][0]
+    if operation in ("exprcondpair", "const"):
+        return
+    if operation == "num":
+        value = Fraction(pool.nodes[node][1])
+        for number in dict.fromkeys((-value, 2 * value, value / 2, value + 1, value - 1)):
+            if number:
+                new = pool.number(number)
+                yield Change(Kind.COEFFICIENT, path, node, new, new, f"{value} became {number}", 1.7)
+    if term and operation != "num":
+        yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", 1.4)
+        for number in (Fraction(-1), Fraction(2), Fraction(1, 2)):
+            new = pool.many("mul", [node, pool.number(number)])
+            kind = Kind.SIGN if number == -1 else Kind.COEFFICIENT
+            coefficient = coefficient_of(pool, node)
+            says = f"coefficient {coefficient} became {coefficient * number}"
+            if kind is Kind.SIGN:
+                says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
+            yield Change(kind, path, node, new, new, says, 1.4)
+    if operation in ("sym", "sin", "cos", "tan"):
+        for atom in atoms:
+            if atom != node and (operation == "sym" or pool.nodes[atom][0] != "sym"):
+                kind = Kind.SYMBOL if operation == "sym" else Kind.FUNCTION
+                yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.6)
+
+
+def coefficient_of(pool: Pool, node: int) -> Fraction:
+    """Return the number in a product."""
+    parts = pool.operands(node) if pool.nodes[node][0] == "mul" else (node,)
+    return next((c for c in map(pool.constant, parts) if c is not None), Fraction(1))
+
+
+def replaced(pool: Pool, root: int, changes: Sequence[Change]) -> int:
+    """Return an expression with edits made in it."""
+    here = [change for change in changes if not change.path]
+    for change in here:
+        if change.kind is not Kind.TERM_ADDED:
+            return pool.number(0) if change.with_ is None else change.with_
+    operation, *operands = pool.nodes[root]
+    new = list(operands)
+    for k, operand in enumerate(operands):
+        below = [replace(c, path=c.path[1:]) for c in changes if c.path and c.path[0] == k]
+        if below and isinstance(operand, int):
+            new[k] = replaced(pool, operand, below)
+    node = root
+    if new != operands:
+        node = pool.many(operation, new) if operation in ("add", "mul") else pool.intern(operation, *new)
+    terms = [change.with_ for change in here if change.with_ is not None]
+    return pool.many("add", [node, *terms]) if terms else node
+
+
+def rational(values: Values) -> Fraction | None:
+    """Return the small fraction that all values are, if they are one."""
+    first = values[0]
+    if isinstance(first, field.Complex) or any(value != first for value in values):
+        return None
+    # Continued fractions: the first convergent with a small numerator.
+    r0, r1, t0, t1 = field.P, first, 0, 1
+    while r1 > _SMALL * _SMALL:
+        q = r0 // r1
+        r0, r1, t0, t1 = r1, r0 - q * r1, t1, t0 - q * t1
+    if t1 == 0 or abs(t1) > _SMALL * _SMALL:
+        return None
+    return Fraction(r1, t1)
