@@ -14,9 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from peers.equations import ARITHMETIC, Compiled, array_operations, walk
+from peers.equations import ARITHMETIC, Compiled, Operations, array_operations, walk
 from peers.problem import Array, Problem
-from runtime.batch_kernel import compile_kernel
 from runtime.compiler import require_compiler
 
 Integrate = Callable[[int], Array]
@@ -44,34 +43,21 @@ class Contender:
     set_up: float
 
 
-OURS, HEYOKA, SCIPY, CVODES, DIFFRAX, RK4 = "mehvar", "heyoka", "scipy", "casadi", "diffrax", "rk4"
-
-
 def ours(given: Problem, tolerances: tuple[float, ...]) -> Iterator[Contender]:
     """Our kernel: every method, portable; the best one with contraction too."""
     for method, profile in (("dop853", "fast"), ("dop853", "portable"), ("dopri5", "portable")):
         for tolerance in tolerances:
             options = {"method": method, "profile": profile, "rtol": tolerance, "atol": tolerance}
-            yield _built(f"mehvar {method}, {profile}", f"{tolerance:.0e}", len(given.x0), _ours, given, options)
+            yield _built(
+                f"mehvar {method}, {profile}", f"{tolerance:.0e}", len(given.start), Problem.ours, given, options
+            )
 
 
 def ours_rk4(given: Problem, steps: int, real: tuple[str, ...] = ("portable", "fast")) -> Iterator[Contender]:
     """Our kernel with as many steps of rk4."""
     for profile in real:
         options = {"method": "rk4", "profile": profile, "step": given.case.t_end / steps}
-        yield _built(f"mehvar rk4, {profile}", f"{steps} steps", len(given.x0), _ours, given, options)
-
-
-def _ours(given: Problem, options: dict[str, Any]) -> Integrate:
-    t_end = given.case.t_end
-    kernel = compile_kernel(given.model, given.case.law, hold=t_end, **options)
-
-    def integrate(n: int) -> Array:
-        block = kernel.run(0, *(v[:n] for v in (given.p, given.c, given.s, given.x0)), seed=0, t_end=t_end, dt=t_end)
-        assert block is not None
-        return block.final
-
-    return integrate
+        yield _built(f"mehvar rk4, {profile}", f"{steps} steps", len(given.start), Problem.ours, given, options)
 
 
 def heyoka(given: Problem, tolerances: tuple[float, ...], compact: bool) -> Iterator[Contender]:
@@ -81,10 +67,31 @@ def heyoka(given: Problem, tolerances: tuple[float, ...], compact: bool) -> Iter
         yield _built(name, f"{tolerance:.0e}", 256, _heyoka, given, tolerance, compact)
 
 
+def heyoka_operations(hy: Any) -> Operations:
+    """Return heyoka's operations; what is piecewise becomes a select, whose kinks its steps do not see."""
+    same = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "asin", "acos", "atan2", "select")}
+
+    def choose(condition: Any, one: Any, other: Any) -> Any:
+        return hy.select(condition, hy.expression(one), hy.expression(other))
+
+    return {
+        **ARITHMETIC,
+        **same,
+        "select": choose,
+        "select0": lambda m, a: choose(m, a, 0.0),
+        "lt": lambda a, b: hy.lt(hy.expression(a), hy.expression(b)),
+        "le": lambda a, b: hy.lte(hy.expression(a), hy.expression(b)),
+        "min": lambda a, b: choose(hy.lt(hy.expression(a), hy.expression(b)), a, b),
+        "max": lambda a, b: choose(hy.lt(hy.expression(a), hy.expression(b)), b, a),
+        "fabs": lambda a: choose(hy.lt(a, hy.expression(0.0)), -a, a),
+        "sign": lambda a: choose(hy.lt(a, hy.expression(0.0)), -1.0, 1.0),
+    }
+
+
 def _heyoka_system(given: Problem) -> Any:
     hy = importlib.import_module("heyoka")
-    operations = {**ARITHMETIC, "sin": hy.sin, "cos": hy.cos, "sqrt": hy.sqrt}
-    x = hy.make_vars(*(f"x{i}" for i in range(given.x0.shape[1])))
+    operations = heyoka_operations(hy)
+    x = hy.make_vars(*(f"x{i}" for i in range(given.start.shape[1])))
     k = [hy.par[i] for i in range(given.k.shape[1])]
     (slopes,) = walk(given.slope.tape, [x, k], operations)
     return list(zip(x, (slope + 0.0 * x[0] if isinstance(slope, float) else slope for slope in slopes), strict=True))
@@ -93,7 +100,7 @@ def _heyoka_system(given: Problem) -> Any:
 def _heyoka(given: Problem, tolerance: float, compact: bool) -> Integrate:
     hy = importlib.import_module("heyoka")
     width = hy.recommended_simd_size()
-    nx, nk = given.x0.shape[1], given.k.shape[1]
+    nx, nk = given.start.shape[1], given.k.shape[1]
     zeros = np.zeros((nx, width))
     integrator = hy.taylor_adaptive_batch(
         _heyoka_system(given), zeros, pars=np.zeros((nk, width)), tol=tolerance, compact_mode=compact
@@ -104,7 +111,7 @@ def _heyoka(given: Problem, tolerance: float, compact: bool) -> Integrate:
         final = np.empty((n, nx))
         for first in range(0, n, width):
             integrator.set_time(0.0)
-            integrator.state[:] = given.x0[first : first + width].T
+            integrator.state[:] = given.start[first : first + width].T
             integrator.pars[:] = given.k[first : first + width].T
             integrator.propagate_until(goal)
             final[first : first + width] = integrator.state.T
@@ -121,7 +128,7 @@ def heyoka_ensemble(given: Problem, tolerances: tuple[float, ...]) -> Iterator[C
 
 def _heyoka_ensemble(given: Problem, tolerance: float) -> Integrate:
     hy = importlib.import_module("heyoka")
-    width, (nx, nk) = hy.recommended_simd_size(), (given.x0.shape[1], given.k.shape[1])
+    width, (nx, nk) = hy.recommended_simd_size(), (given.start.shape[1], given.k.shape[1])
     integrator = hy.taylor_adaptive_batch(
         _heyoka_system(given), np.zeros((nx, width)), pars=np.zeros((nk, width)), tol=tolerance, compact_mode=True
     )
@@ -129,7 +136,7 @@ def _heyoka_ensemble(given: Problem, tolerance: float) -> Integrate:
     def start(copy: Any, iteration: int) -> Any:
         rows = slice(iteration * width, (iteration + 1) * width)
         copy.set_time(0.0)
-        copy.state[:] = given.x0[rows].T
+        copy.state[:] = given.start[rows].T
         copy.pars[:] = given.k[rows].T
         return copy
 
@@ -175,8 +182,8 @@ def _numba_rk4(given: Problem, steps: int) -> Integrate:
     rk4: Any = numba.njit(fastmath=True)(namespace["rk4"])
 
     def integrate(n: int) -> Array:
-        final = np.empty((n, given.x0.shape[1]))
-        rk4(given.x0[:n], given.k[:n], given.case.t_end / steps, steps, final)
+        final = np.empty((n, given.start.shape[1]))
+        rk4(given.start[:n], given.k[:n], given.case.t_end / steps, steps, final)
         return final
 
     return integrate
@@ -199,7 +206,7 @@ def _scipy_lsoda(given: Problem, tolerance: float) -> Integrate:
         return np.array(
             [
                 odeint(right, x, times, args=(k,), rtol=tolerance, atol=tolerance, mxstep=100_000)[-1]
-                for x, k in zip(given.x0[:n], given.k[:n], strict=True)
+                for x, k in zip(given.start[:n], given.k[:n], strict=True)
             ]
         )
 
@@ -216,7 +223,7 @@ def casadi_cvodes(given: Problem, tolerances: tuple[float, ...], scratch: Path) 
 def _cvodes(given: Problem, tolerance: float, scratch: Path) -> Integrate:
     ca = importlib.import_module("casadi")
     operations = {**ARITHMETIC, "sin": ca.sin, "cos": ca.cos, "sqrt": ca.sqrt}
-    x, k = ca.SX.sym("x", given.x0.shape[1]), ca.SX.sym("k", given.k.shape[1])
+    x, k = ca.SX.sym("x", given.start.shape[1]), ca.SX.sym("k", given.k.shape[1])
     (slopes,) = walk(given.slope.tape, [ca.vertsplit(x), ca.vertsplit(k)], operations)
     graph = ca.Function("slope", [x, k], [ca.vertcat(*slopes)])
     source, library = scratch / "slope.c", Path(tempfile.mkdtemp(dir=scratch)) / "slope.so"
@@ -227,7 +234,7 @@ def _cvodes(given: Problem, tolerance: float, scratch: Path) -> Integrate:
     flags = ["-O3", "-march=native", "-shared", "-fPIC"]
     subprocess.run([*require_compiler().command, *flags, str(source), "-o", str(library), "-lm"], check=True)
     slope = ca.external("slope", str(library))
-    x, k = ca.MX.sym("x", given.x0.shape[1]), ca.MX.sym("k", given.k.shape[1])
+    x, k = ca.MX.sym("x", given.start.shape[1]), ca.MX.sym("k", given.k.shape[1])
     dae = {"x": x, "p": k, "ode": slope(x, k)}
     options = {
         **{"abstol": tolerance, "reltol": tolerance, "linear_multistep_method": "adams"},
@@ -236,7 +243,7 @@ def _cvodes(given: Problem, tolerance: float, scratch: Path) -> Integrate:
     integrator = ca.integrator("I", "cvodes", dae, 0.0, given.case.t_end, options)
 
     def integrate(n: int) -> Array:
-        rows = zip(given.x0[:n], given.k[:n], strict=True)
+        rows = zip(given.start[:n], given.k[:n], strict=True)
         return np.array([integrator(x0=row, p=constants)["xf"].full()[:, 0] for row, constants in rows])
 
     return integrate
@@ -266,16 +273,19 @@ def _jax_rk4(given: Problem, steps: int) -> Integrate:
         return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + slope(x + h * k3, k))
 
     run = jax.jit(jax.vmap(lambda x, k: jax.lax.fori_loop(0, steps, lambda i, y: step(i, y, k), x)))
-    return lambda n: np.asarray(run(given.x0[:n], given.k[:n]))
+    return lambda n: np.asarray(run(given.start[:n], given.k[:n]))
 
 
 def diffrax(given: Problem, tolerances: tuple[float, ...]) -> Iterator[Contender]:
     """Dopri8 and Tsit5 with adaptive steps over jax.vmap."""
     for solver in ("Dopri8", "Tsit5"):
-        integrate = _diffrax(given, solver)
+        shared = _diffrax(given, solver)
         for tolerance in tolerances:
-            yield _built(f"diffrax {solver}", f"{tolerance:.0e}", 256, lambda i, tol: lambda n: i(n, tol), integrate,
-                         tolerance)  # fmt: skip
+            yield _built(f"diffrax {solver}", f"{tolerance:.0e}", 256, _at, given, shared, tolerance)
+
+
+def _at(given: Problem, shared: Callable[[int, float], Array], tolerance: float) -> Integrate:
+    return lambda n: shared(n, tolerance)
 
 
 def _diffrax(given: Problem, solver: str) -> Callable[[int, float], Array]:
@@ -291,13 +301,14 @@ def _diffrax(given: Problem, solver: str) -> Callable[[int, float], Array]:
         return found.ys[-1]
 
     run = jax.jit(jax.vmap(one, in_axes=(0, 0, None)))
-    return lambda n, tolerance: np.asarray(run(given.x0[:n], given.k[:n], tolerance))
+    return lambda n, tolerance: np.asarray(run(given.start[:n], given.k[:n], tolerance))
 
 
-def _built(name: str, setting: str, runs: int, build: Callable[..., Integrate], *given: Any) -> Contender:
+def _built(name: str, setting: str, runs: int, build: Callable[..., Integrate], given: Any, *more: Any) -> Contender:
     started, wall = process_time(), perf_counter()
-    integrate = build(*given)
+    share = given.case.share
+    integrate = build(given, *more)
     integrate(8)
     took = process_time() - started
     print(f"  built {name} {setting}: {took:.1f} s CPU, {perf_counter() - wall:.1f} s", flush=True)
-    return Contender(name, setting, runs, integrate, took)
+    return Contender(name, setting, max(8, round(runs * share)), integrate, took)

@@ -14,6 +14,8 @@ from functools import cached_property
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 from codegen.emit import PYTHON, Language, statements
 from codegen.functions import generate_functions
 from codegen.generate import installed_tree, system_of
@@ -105,7 +107,7 @@ def array_operations(xp: ModuleType) -> Operations:
     }
 
 
-_SCALAR = {"fabs": "abs", "min": "min", "max": "max", "sign": "_sign"}
+_SCALAR = {"fmod": "np.fmod", "fabs": "abs", "min": "min", "max": "max", "sign": "_sign"}
 
 
 def _scalar_name(op: str) -> str:
@@ -150,7 +152,7 @@ class Compiled:
 
     @cached_property
     def _namespace(self) -> dict[str, Any]:
-        namespace: dict[str, Any] = {"math": math}
+        namespace: dict[str, Any] = {"math": math, "np": np}
         exec("def _sign(x):\n    return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else x)\n", namespace)
         namespace["_sign"] = self._numba.njit(namespace["_sign"])
         return namespace
