@@ -49,7 +49,7 @@ CASES = {
     "ball": Case("slosh on ball joints, 10 s", "slosh", "lyapunov-v1", 10.0,
                  {"inertia": "ball", "attitude": "quaternion"}),
     "satellite": Case("satellite, 100 s", "satellite", "pd", 100.0),
-    "triangle": Case("triangle, 5 s", "triangle", "path", 5.0, {}, "paper-b"),
+    "triangle": Case("triangle, 3 s", "triangle", "path", 3.0, {}, "paper-b"),
 }  # fmt: skip
 
 
