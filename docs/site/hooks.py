@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What makes a site of pages that are written to be read on a forge.
 
-Three things differ. Pages link to files of the repository outside `docs/`: these become pages under `repo/`. Formulas are
-TeX in the notation of forges: they become MathML, so that no script draws them. Reference pages name objects in comments,
-`<!-- ::: mehvar.simulate -->`, which become directives of mkdocstrings.
+Three things differ. Pages link to files of the repository outside `docs/`: these become pages under `repo/`. Formulas
+are TeX in the notation of forges: they become MathML, so that no script draws them. Reference pages name objects in
+comments, `<!-- ::: mehvar.simulate -->`, which become directives of mkdocstrings.
 """
 
 from __future__ import annotations
