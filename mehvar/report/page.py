@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from mehvar.diff_html import typeset as mathml
 from mehvar.diff_paper import counted, example
@@ -24,6 +24,7 @@ from mehvar.report.content import PaperReport, Picture, scene_data
 _TEMPLATES = Path(__file__).parents[1] / "templates" / "report"
 _SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "charts.js", "view.js", "player.js")
 _STYLES = ("uplot/uPlot.min.css", "report.css")
+_GREEK = {"phi": "φ", "theta": "θ", "delta": "δ"}
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -88,14 +89,17 @@ def _brief(claim: Claim) -> tuple[Sequence[Check], int]:
     return checks[:3], max(0, len(checks) - 3)
 
 
-def typeset(text: str) -> str:
-    """Return text with proper minus signs and powers of ten."""
+def typeset(text: str) -> Markup:
+    """Return text with proper minus signs, powers of ten, Greek letters and subscripts."""
 
     def power(match: re.Match[str]) -> str:
         return f"{match[1]}×10{str(int(match[2])).translate(_SUPERSCRIPTS)}"
 
+    text = str(escape(text))
     text = re.sub(r"(\d)e([+-]?\d+)", power, text)
-    return re.sub(r"(?<![\w.\-])-(?=\d)", "−", text)
+    text = re.sub(r"(?<![\w.\-])-(?=\d)", "−", text)
+    text = re.sub(rf"\b({'|'.join(_GREEK)})(?=\b|_|\d)", lambda match: _GREEK[match[1]], text)
+    return Markup(re.sub(r"(?<!\w)([^\W\d_])_(\w)(?!\w)", r"\1<sub>\2</sub>", text))
 
 
 def number(value: float) -> str:

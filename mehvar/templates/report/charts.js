@@ -12,6 +12,12 @@
     ticks: { stroke: Report.color("grid"), width: 1, size: 4 }, ...extra,
   });
 
+  const tick = (value) => {
+    if (value === null) return "";
+    const size = Math.abs(value), short = Number(value.toPrecision(4));
+    return (size && (size < 1e-3 || size >= 1e5) ? short.toExponential() : short.toLocaleString("en")).replace("-", "−");
+  };
+
   const series = (line) => ({
     label: line.name ? Report.element("span", { innerHTML: line.name }) : "value",
     stroke: Report.color(line.color), width: Math.max(1.25, line.width || 1.5), dash: line.dash || [],
@@ -55,7 +61,7 @@
       width: host.clientWidth || 300, height, series: [
         { label: "t", value: (_, v) => (v === null ? "–" : `${Report.number(v)} s`) }, ...panel.lines.map(series)],
       scales: { x: { time: false, distr: logarithmic[0] ? 3 : 1 }, y: { distr: logarithmic[1] ? 3 : 1 } },
-      axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32 }), axis({ size: 58 })],
+      axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32 }), axis({ size: 58, values: (_, splits) => splits.map(tick) })],
       cursor: { sync: { key: group.key, scales: ["x", null] }, drag: { x: true, y: false }, bind: {
         dblclick: (u) => () => group.charts.forEach((c) => c.reset()) } },
       legend: { live: true }, bands: bands(panel.lines),
@@ -91,7 +97,9 @@
   /** Buttons that show and hide the series of a name in all panels. */
   const chips = (figure, state) => {
     const names = new Map();
-    for (const panel of figure.panels) for (const line of panel.lines) if (line.name) names.set(line.name, line.color);
+    for (const panel of figure.panels) for (const line of panel.lines) {
+      if (line.name) names.set(line.name, [undefined, line.color].includes(names.get(line.name)) ? line.color : "grey");
+    }
     if (names.size < 2) return [];
     return Array.from(names, ([name, color]) => {
       const chip = Report.element("button", { type: "button", className: "chip", innerHTML: `<i></i>${name}` });

@@ -151,6 +151,15 @@
       }
     }
 
+    /** The series of a panel; those of another run are taken at this run's times. */
+    lines(panel, other = null) {
+      return panel.lines.map((line) => {
+        const values = other ? this.run.t.map((t) => Report.sample(other, t)[line.column]) : this.run.columns[line.column];
+        const look = other ? { name: `${line.name}, beside`, dash: [2, 3], width: 1 } : { dash: line.dash ? [6, 4] : [] };
+        return { ...line, ...look, y: values.map((v) => panel.scale * v) };
+      });
+    }
+
     /** Charts of the run beside the picture; a click on one goes to that time. */
     build() {
       if (!this.seen) return;
@@ -160,9 +169,7 @@
       this.charts = this.data.panels.map((panel) => {
         const box = Report.element("div", { className: "panel" }, Report.element("div", { className: "label", innerHTML: panel.label }));
         host.append(box);
-        const lines = panel.lines.map((line) => ({
-          ...line, dash: line.dash ? [6, 4] : [], y: this.run.columns[line.column].map((v) => panel.scale * v),
-        }));
+        const lines = [...this.lines(panel), ...(this.other ? this.lines(panel, this.other) : [])];
         const chart = Report.panel(box, { x: this.run.t, lines, limits: [0, this.end] }, group, 132);
         const head = Report.element("div", { className: "playhead" });
         chart.over.append(head);

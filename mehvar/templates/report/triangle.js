@@ -76,11 +76,11 @@
   Report.scenes.triangle = {
     draw(frame) {
       const { width, height } = frame.size, narrow = width < 520;
-      const radius = narrow ? Math.min(58, width * 0.16) : Math.min(105, width * 0.16);
-      const scale = Math.min((width - (narrow ? 0 : 2 * radius)) / 0.86, height / 0.78);
-      const middle = narrow ? [0.48 * width, 0.54 * height] : [(width - 2.1 * radius) / 2, 0.52 * height];
+      const radius = narrow ? 52 : Math.min(105, width * 0.16);
+      const scale = narrow ? Math.min(width / 0.86, (height - radius) / 0.72) : Math.min((width - 2 * radius) / 0.86, height / 0.78);
+      const middle = narrow ? [0.46 * width, 0.42 * height] : [(width - 2.1 * radius) / 2, 0.52 * height];
       plane(frame, ([x, y]) => [middle[0] + scale * x, middle[1] - scale * y]);
-      disc(frame, [width - radius - 14, radius + 28], radius);
+      disc(frame, [width - radius - 14, narrow ? height - radius - 8 : radius + 28], radius);
     },
   };
 })();
