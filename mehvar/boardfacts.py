@@ -45,6 +45,7 @@ def facts(outcome: Outcome) -> dict[str, Any]:
         "ticks": _ticks(outcome),
         "image": _image(outcome),
         "stack_used": outcome.stats.get("stack_used") or None,
+        "stack_bound": _bound(outcome),
         "coverage": [
             {"function": c.function, "lines": c.lines, "run": c.run, "missed": list(c.missed)} for c in outcome.covered
         ],
@@ -111,6 +112,14 @@ def _image(outcome: Outcome) -> dict[str, Any]:
         elf = outcome.elf
         found |= {"flash": elf.flash, "ram": elf.ram, "stack": elf.stack, "double_routines": elf.doubles()}
     return found
+
+
+def _bound(outcome: Outcome) -> dict[str, Any] | None:
+    """Return the deepest that the stack can get, and the chain of calls that takes it there."""
+    if outcome.bound is None:
+        return None
+    chain = [{"function": name, "bytes": size} for name, size in outcome.bound.chain]
+    return {"bytes": outcome.bound.bytes, "chain": chain}
 
 
 def _version(name: str) -> str | None:
