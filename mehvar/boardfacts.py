@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from runtime.board.run import Difference, Outcome
+from runtime.board.run import TARGETS, Difference, Outcome
 from runtime.simulate import Run
 
 
@@ -98,7 +98,7 @@ def _ticks(outcome: Outcome) -> dict[str, Any] | None:
     """Return the board's own measurement of a step; under an emulator it measures nothing."""
     if not outcome.ticks or outcome.hello is None:
         return None
-    emulated = outcome.asked.target in ("unicorn", "qemu")
+    emulated = outcome.asked.target in TARGETS and outcome.asked.target != "sil"
     return {
         "least": min(outcome.ticks), "most": max(outcome.ticks), "per_second": outcome.hello.ticks_per_second,
         "meaning": "not a measurement: emulated clock" if emulated else "measured by the board",

@@ -39,7 +39,7 @@ class Asked:
     Attributes
     ----------
     target : str
-        "sil", "unicorn", "qemu" or a serial port.
+        "sil", "unicorn", "qemu", "qemu-pty" or a serial port.
     board, compiler : str, optional
         Of the image; "stm32f4", and gcc or else zig, unless given. Software in the loop has no board.
     samples : int

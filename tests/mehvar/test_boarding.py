@@ -64,7 +64,7 @@ def test_mistakes_are_named():
     assert "did you mean stm32f4" in refused("board", "build", "satellite", "--controller", "pd", "--board", "stm32")
     assert "format = 'xml'" in refused(*RUN, "--format", "xml")
     assert "backend = 'python'" in refused(*RUN, "--set", "backend=python")
-    assert "must be sil, unicorn, qemu, or a serial port" in refused(*RUN[:-4], "--target", "/dev/nowhere")
+    assert "must be sil, unicorn, qemu, qemu-pty, or a serial port" in refused(*RUN[:-4], "--target", "/dev/nowhere")
 
 
 def test_flash_says_that_nobody_has_tried():
