@@ -3,7 +3,7 @@
 
 What a page may say to this test, in a comment on the line before a block:
 `<!-- not run: reason -->`, `<!-- exit: 2 -->` for a block that ends with that status, `<!-- file: NAME -->` for a block
-that is written to a file. A `text` block after a Python block, and the lines without `$ ` in a `console` block, are
+that is written to a file. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository. A `text` block after a Python block, and the lines without `$ ` in a `console` block, are
 looked for in the output; `...` stands for anything.
 """
 
@@ -13,6 +13,7 @@ import contextlib
 import io
 import os
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -81,8 +82,10 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
     names: dict[str, Any] = {"__name__": "__main__"}
-    output = ""
-    for block in blocks(page.read_text(encoding="utf-8")):
+    output, text = "", page.read_text(encoding="utf-8")
+    if "<!-- in a copy of the checkout -->\n" in text:
+        copy_checkout(tmp_path)
+    for block in blocks(text):
         where = f"{page.relative_to(ROOT)}:{block.start}"
         if said(block, "not run"):
             output = ""
@@ -95,6 +98,16 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
             output = run_shell(block, where, tmp_path)
         elif block.language == "text" and output:
             expect(block.lines, output, where)
+
+
+def copy_checkout(folder: Path) -> None:
+    """Put the models and what is generated from them into a git repository of their own."""
+    for name in ("models", "generated"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    commit = ["-c", "user.name=me", "-c", "user.email=me@example.org", "commit", "-q", "-m", "as it is"]
+    (folder / ".gitignore").write_text("__pycache__/\n.bin/\n", encoding="utf-8")
+    for arguments in (["init", "-q"], ["add", "."], commit):
+        subprocess.run(["git", *arguments], cwd=folder, check=True)
 
 
 def run_python(block: Block, page: Path, names: dict[str, Any]) -> str:
@@ -145,7 +158,7 @@ def environment(folder: Path) -> dict[str, str]:
     programs = folder / ".bin"
     if not programs.exists():
         programs.mkdir()
-        for name, call in (("python", ""), ("mehvar", " -m mehvar")):
+        for name, call in (("python", ""), ("mehvar", " -P -m mehvar")):
             program = programs / name
             program.write_text(f'#!/bin/sh\nexec "{sys.executable}"{call} "$@"\n', encoding="utf-8")
             program.chmod(0o755)
