@@ -60,7 +60,7 @@ def _figures(outcome: Outcome) -> list[tuple[str, str, Any]]:
     name = "the closed loop" if number is None else f"the paper's figure {number}"
     return [
         ("loop", f"{name}, with the law on the board".capitalize(), _loop_figure),
-        ("inputs", "What the board commanded, and how far from the host's float and double", _inputs_figure),
+        ("inputs", "What the board commanded, and how far from the host's float and double", inputs_figure),
     ]
 
 
@@ -79,7 +79,8 @@ def _loop_figure(outcome: Outcome) -> Figure:
         return picture(to_dataset(run), run.manifest)
 
 
-def _inputs_figure(outcome: Outcome) -> Figure:
+def inputs_figure(outcome: Outcome) -> Figure:
+    """Draw what the board commanded, and how far that is from the law in float and in double on this machine."""
     board, single, double = outcome.board, outcome.single, outcome.double
     rows = min(len(board.t), len(double.t))
     with style():
@@ -107,10 +108,10 @@ def _page(found: dict[str, Any], figures: Sequence[dict[str, str]]) -> str:
         loader=jinja2.FileSystemLoader(_TEMPLATES), autoescape=True, trim_blocks=True, lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )  # fmt: skip
-    return environment.get_template("board.html.j2").render(found=found, figures=figures, rows=_rows(found))
+    return environment.get_template("board.html.j2").render(found=found, figures=figures, rows=fact_rows(found))
 
 
-def _rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
+def fact_rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
     """Return what, how much, and how it is known."""
     image, same = found["image"], found["equivalence"]
     rows = [

@@ -3,15 +3,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Protocol
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-Advance = Callable[[float, float], None]
+
+class Advance(Protocol):
+    """Called with what is done, the total, and what is being done now."""
+
+    def __call__(self, done: float, total: float, what: str = "") -> None:
+        """Show it."""
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -28,7 +34,7 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
 
 
 @contextmanager
-def progress(what: str) -> Iterator[Advance]:
+def progress(title: str) -> Iterator[Advance]:
     """Show a bar on a terminal's standard error; call what is yielded with (done, total)."""
     console = Console(stderr=True)
     bar = Progress(
@@ -42,10 +48,10 @@ def progress(what: str) -> Iterator[Advance]:
         disable=not console.is_terminal,
     )
     with bar:
-        task = bar.add_task(what, total=1.0)
+        task = bar.add_task(title, total=1.0)
 
-        def advance(done: float, total: float) -> None:
-            bar.update(task, completed=done, total=total)
+        def advance(done: float, total: float, what: str = "") -> None:
+            bar.update(task, completed=done, total=total, description=f"{title} {what}".strip())
 
         yield advance
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import io
 import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from runtime.errors import InputError, bad_value
-from runtime.files import replacing
+from runtime.files import write_atomic
 from runtime.manifest import Manifest, Quantity, identifier
 
 if TYPE_CHECKING:
@@ -147,9 +148,15 @@ def save(figure: Figure, path: Path) -> None:
     OSError
         If the file cannot be written; the message names it.
     """
-    suffix = checked_suffix(path)
-    with replacing(path) as temporary, style():
-        figure.savefig(temporary, format=suffix[1:], metadata=_METADATA[suffix])
+    write_atomic(path, encoded(figure, checked_suffix(path)))
+
+
+def encoded(figure: Figure, suffix: str) -> bytes:
+    """Return a figure as the bytes of a file with a suffix that `save` knows."""
+    content = io.BytesIO()
+    with style():
+        figure.savefig(content, format=suffix[1:], metadata=_METADATA[suffix])
+    return content.getvalue()
 
 
 def checked_suffix(path: Path) -> str:

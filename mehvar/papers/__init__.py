@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the papers show and say, checked against the models.
 
-A module mehvar.papers.MODEL holds `CITATION` and `READINGS` (str, tuple of str), `figures()`, `claims(runs)` and
-`picture(dataset, manifest)`. Nothing outside this package names a model.
+A module mehvar.papers.MODEL holds what `Paper` lists. Nothing outside this package names a model, but for the scripts
+that draw its scene: mehvar/templates/report/MODEL.js.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import importlib
 import importlib.util
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
@@ -21,8 +21,12 @@ from runtime.model import Model
 from runtime.simulate import Run, simulate
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    FloatArray = NDArray[np.float64]
 
 TIMES, AMPLITUDES, COUNTS = 0.01, 0.02, 1.0
 """Allowed deviation: of times and of amplitudes, relative; of counts, absolute."""
@@ -121,12 +125,79 @@ class Comparison:
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """A figure by its number in the paper; `draw` makes it."""
+    """A figure by its number in the paper; `draw` makes it, `claims` are the numbers of those that it shows."""
 
     number: int
     title: str
     caption: str
     draw: Callable[[Runs], Figure]
+    claims: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Line:
+    """A series of a scene that is drawn over time: its column, its name (HTML) and a colour of `mehvar.plots`."""
+
+    column: str
+    name: str
+    color: str
+    dash: bool = False
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Series of a scene over one axis; `scale` multiplies the columns."""
+
+    label: str
+    lines: tuple[Line, ...]
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """An animation: its title and caption, what moves in each run, and what is drawn over time beside it.
+
+    Attributes
+    ----------
+    runs : mapping
+        Titles of runs to named series; each has "t".
+    constants : mapping
+        What does not change: lengths, the target.
+    speeds : tuple of float
+        Seconds of the run per second of the reader, to choose from; the first is the default.
+    """
+
+    title: str
+    caption: str
+    runs: Mapping[str, Mapping[str, FloatArray]]
+    constants: Mapping[str, Any]
+    panels: tuple[Panel, ...]
+    speeds: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Study:
+    """A batch for each of some laws: what is drawn at random, what counts as success, and what is shown over time.
+
+    Attributes
+    ----------
+    text : str
+        The question, in words.
+    laws : mapping of str to str
+        Laws and how they are called.
+    bands : mapping of str to (str, float)
+        Stored series, each with the label of its axis and a factor.
+    """
+
+    text: str
+    laws: Mapping[str, str]
+    runs: int
+    vary: Mapping[str, str]
+    success: str
+    bands: Mapping[str, tuple[str, float]]
+    every: float
+    scenario: str | None = None
+    options: Mapping[str, float | str] = field(default_factory=dict)
 
 
 class Paper(Protocol):
@@ -134,12 +205,18 @@ class Paper(Protocol):
 
     CITATION: str
     READINGS: tuple[str, ...]
+    STUDY: Study
+    BOARD: str | None
+    """The law that is run on an emulated board."""
 
     def figures(self) -> Sequence[PaperFigure]:
         """Return the paper's figures."""
 
     def claims(self, runs: Runs) -> Sequence[Claim]:
         """Return what became of the paper's claims."""
+
+    def scene(self, runs: Runs) -> Scene:
+        """Return the animation."""
 
     def picture(self, dataset: xr.Dataset, manifest: Manifest) -> Figure:
         """Draw one run."""

@@ -23,6 +23,7 @@ from mehvar.papers.satellite_figures import (
     torques_figure,
 )
 from mehvar.papers.satellite_rows import AXES
+from mehvar.papers.satellite_scene import STUDY, scene
 from mehvar.plots import headline, label, new_figure
 
 if TYPE_CHECKING:
@@ -35,7 +36,9 @@ if TYPE_CHECKING:
     from mehvar.papers.satellite_figures import Series
     from runtime.manifest import Manifest
 
-__all__ = ["CITATION", "READINGS", "claims", "figures", "picture"]
+__all__ = ["BOARD", "CITATION", "READINGS", "STUDY", "claims", "figures", "picture", "scene"]
+
+BOARD: str | None = "mrac"
 
 CITATION = (
     "Fani Saberi, Ahmadi Dastgerdi: Design and implementation of a model-reference adaptive controller for three-axis "
@@ -66,6 +69,7 @@ def figures() -> list[PaperFigure]:
             "Roll, pitch and yaw from (10, 10, 5) degrees at rest, first guess the nominal plant. The reference model "
             f"lies on top of the angle: the error cannot be seen at this scale (figure 9 shows it). {_READING}",
             lambda runs: _drawn(angles_figure, runs, "mrac"),
+            claims=("1",),
         ),
         PaperFigure(
             5,
@@ -73,6 +77,7 @@ def figures() -> list[PaperFigure]:
             "The torques of the run of figure 4. Each switch of the reference asks for a push and a brake; yaw works "
             f"against what roll and pitch do to it. {_READING}",
             lambda runs: _drawn(torques_figure, runs, "mrac"),
+            claims=("4", "13"),
         ),
         PaperFigure(
             6,
@@ -82,6 +87,7 @@ def figures() -> list[PaperFigure]:
             "both coefficients of B come near the true Ts²/(2 I). Yaw, wanted at zero, moves too little for its "
             f"parameters to be told apart, and they wander; it is still held at zero. {_READING}",
             estimates_figure,
+            claims=("5", "12"),
         ),
         PaperFigure(
             7,
@@ -89,12 +95,14 @@ def figures() -> list[PaperFigure]:
             "The same manoeuvre with the printed gains. They make a loop of 0.03 rad/s that overshoots by 40 %: it "
             f"swings around the reference and never settles. {_READING}",
             lambda runs: _drawn(angles_figure, runs, "pd"),
+            claims=("3",),
         ),
         PaperFigure(
             8,
             "PD: torques",
             f"The torques of the run of figure 7: a tenth of those of the adaptive law. {_READING}",
             lambda runs: _drawn(torques_figure, runs, "pd"),
+            claims=("4",),
         ),
         PaperFigure(
             9,
@@ -102,6 +110,7 @@ def figures() -> list[PaperFigure]:
             "Angle less reference model, adaptive law and PD: mind the scales, which differ by a factor of a hundred. "
             f"The adaptive law errs when a switch throws all three axes at once. {_READING}",
             errors_figure,
+            claims=("1", "3"),
         ),
         PaperFigure(
             10,
@@ -109,12 +118,14 @@ def figures() -> list[PaperFigure]:
             "The command acts one sample after the measurement, and the law is designed for that (d = 2). Angles and "
             f"torques are those of figures 4 and 5, half a second later. {_READING}",
             lambda runs: _drawn(both_figure, runs, "mrac", delay=1),
+            claims=("2", "6", "7"),
         ),
         PaperFigure(
             11,
             "PD with a delay of one sample",
             f"At these gains the delay hardly matters: compare figures 7 and 8. {_READING}",
             lambda runs: _drawn(both_figure, runs, "pd", delay=1),
+            claims=("3",),
         ),
         PaperFigure(
             12,
@@ -123,6 +134,7 @@ def figures() -> list[PaperFigure]:
             "changes sign at every sample and passes 10 N m, while the angles at the samples stay near the model. The "
             "law that keeps the zero needs 0.03 N m for the same.",
             ringing_figure,
+            claims=("8", "9", "10"),
         ),
     ]
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike, NDArray
 
+    from runtime.simulate import Run
+
     Series = Mapping[str, NDArray[np.float64]]
 
 Place = Literal["outside upper center", "outside lower center"]
@@ -27,6 +29,7 @@ SYMBOLS = (r"$\varphi$", r"$\theta$", r"$\psi$")
 COLORS = (BLUE, VERMILLION, GREEN)
 """Of roll, pitch and yaw, and of what belongs to them."""
 _DASHED = (0, (4, 2.5))
+_KEPT, _LITERAL = "law that keeps the zero", "law (32)"
 
 
 def time_axis(ax: Axes, text: str, last: bool = True) -> None:
@@ -53,7 +56,7 @@ def torque(ax: Axes, t: ArrayLike, series: Series, k: int, last: bool = True) ->
     """Draw the torque about an axis, held from sample to sample."""
     held = _held(series[f"u_T{'xyz'[k]}"])
     scale, unit = (1e3, "mN m") if np.abs(held).max() < 1 else (1.0, "N m")
-    ax.step(t, scale * held, where="post", color=COLORS[k], lw=1.2)
+    ax.step(t, scale * held, where="post", color=COLORS[k], lw=1.2, label=AXES[k])
     time_axis(ax, label(f"$T_{'xyz'[k]}$", f"{AXES[k]} torque", unit), last)
 
 
@@ -137,8 +140,8 @@ def estimates_figure(runs: Runs) -> Figure:
 def _estimates(ax: Axes, t: NDArray[np.float64], series: Series, axis: str, row: int) -> None:
     names, symbol, unit = _ESTIMATES[row]
     scale = 1e3 if unit == "mrad" else 1.0
-    for name, _, color in names:
-        ax.semilogx(t[1:], scale * (series[f"{name}_{axis}"][1:] + _SHIFT.get(name, 0.0)), color=color)
+    for name, title, color in names:
+        ax.semilogx(t[1:], scale * (series[f"{name}_{axis}"][1:] + _SHIFT.get(name, 0.0)), color=color, label=title)
     ax.set_xlim(t[1], t[-1])
     ax.set_xlabel(label("$t$", "time", "s"))
     ax.xaxis.label.set_visible(row == 2)
@@ -166,7 +169,7 @@ def errors_figure(runs: Runs) -> Figure:
         series = run.variables()
         for k, axis in enumerate(AXES):
             ax = axes[k, column]
-            ax.plot(run.t, np.degrees(series[axis] - series[f"ym_{axis}"]), color=COLORS[k], lw=1.2)
+            ax.plot(run.t, np.degrees(series[axis] - series[f"ym_{axis}"]), color=COLORS[k], lw=1.2, label=axis)
             time_axis(ax, label(f"{SYMBOLS[k]} − {SYMBOLS[k]}$_m$", f"{axis} error", "°"), k == 2)
         axes[0, column].set_title(title)
     return figure
@@ -179,7 +182,7 @@ def ringing_figure(runs: Runs) -> Figure:
     axes = figure.subplot_mosaic([["whole", "near"], ["whole", "error"]], width_ratios=(1.15, 1.0))
     _whole(axes["whole"], literal.t, literal.variables(), kept.variables())
     window = (300.0, 308.0)
-    _near(axes["near"], window, ((kept.t, kept.variables(), BLUE), (literal.t, literal.variables(), VERMILLION)))
+    _near(axes["near"], window, ((kept, BLUE, _KEPT), (literal, VERMILLION, _LITERAL)))
     series = literal.variables()
     for k, axis in enumerate(AXES):
         off = np.degrees(series[axis] - series[f"ym_{axis}"])
@@ -193,7 +196,7 @@ def ringing_figure(runs: Runs) -> Figure:
 
 def _whole(ax: Axes, t: NDArray[np.float64], literal: Series, kept: Series) -> None:
     smallest = 2e-5
-    for series, color, name in ((literal, VERMILLION, "law (32)"), (kept, BLUE, "law that keeps the zero")):
+    for series, color, name in ((literal, VERMILLION, _LITERAL), (kept, BLUE, _KEPT)):
         ax.semilogy(t[:-1], np.abs(series["u_Ty"][:-1]), color=color, lw=0.7, label=name)
     ax.set(xlim=(0.0, t[-1]), ylim=(smallest, 40.0))
     ax.set_xlabel(label("$t$", "time", "s"))
@@ -202,9 +205,9 @@ def _whole(ax: Axes, t: NDArray[np.float64], literal: Series, kept: Series) -> N
     ax.legend(loc="upper right", ncols=2)
 
 
-def _near(ax: Axes, window: tuple[float, float], runs: Sequence[tuple[NDArray[np.float64], Series, Any]]) -> None:
-    for t, series, color in runs:
-        inside = (t >= window[0]) & (t <= window[1])
-        ax.step(t[inside], series["u_Ty"][inside], where="post", color=color, lw=1.4)
+def _near(ax: Axes, window: tuple[float, float], loops: Sequence[tuple[Run, str, str]]) -> None:
+    for run, color, name in loops:
+        inside = (run.t >= window[0]) & (run.t <= window[1])
+        ax.step(run.t[inside], run.variables()["u_Ty"][inside], where="post", color=color, lw=1.4, label=name)
     time_axis(ax, label("$T_y$", "pitch torque", "N m"))
     ax.set_title("sixteen samples of it")

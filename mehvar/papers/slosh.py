@@ -23,6 +23,7 @@ from mehvar.papers.slosh_figures import (
     time_axis,
     velocities,
 )
+from mehvar.papers.slosh_scene import STUDY, scene
 from mehvar.papers.slosh_schematic import schematic
 from mehvar.plots import COLORS, headline, new_figure
 
@@ -33,7 +34,9 @@ if TYPE_CHECKING:
 
     from runtime.manifest import Manifest
 
-__all__ = ["CITATION", "READINGS", "claims", "figures", "picture"]
+__all__ = ["BOARD", "CITATION", "READINGS", "STUDY", "claims", "figures", "picture", "scene"]
+
+BOARD: str | None = None
 
 CITATION = (
     "M. Navabi, A. Davoodi: Modeling of fuel sloshing in a spacecraft and control it by active control method using "
@@ -67,12 +70,14 @@ def figures() -> list[PaperFigure]:
             "100 m/s, which is then taken down with a time constant of 125 s. The reduced model differs in v_x only: "
             f"there the thrust that goes sideways is not missing ahead. {_READING}",
             velocities,
+            claims=("1", "5", "7", "R1", "R3"),
         ),
         PaperFigure(
             2,
             "Attitude",
             f"Law V1. Weights and gains of the law make a time constant of 40 s, in both models alike. {_READING}",
             attitude,
+            claims=("2", "5", "13"),
         ),
         PaperFigure(
             3,
@@ -81,6 +86,7 @@ def figures() -> list[PaperFigure]:
             "acceleration turns away from the x axis by up to 38 degrees; phi goes to zero as slowly as the velocities "
             f"do. A negative phi is the same place as a positive one with theta turned by 180 degrees. {_READING}",
             lambda runs: pendulums(runs, "phi", "varphi", (700.0, 700.0)),
+            claims=("3", "12"),
         ),
         PaperFigure(
             4,
@@ -88,6 +94,7 @@ def figures() -> list[PaperFigure]:
             "Law V1. Both bobs turn into the direction of the lateral acceleration within a minute. That theta_1 takes "
             f"much longer than theta_2 is not reproduced (claim 8). {_READING}",
             lambda runs: pendulums(runs, "theta", "theta", (700.0, 100.0)),
+            claims=("4", "8"),
         ),
         PaperFigure(
             5,
@@ -96,6 +103,7 @@ def figures() -> list[PaperFigure]:
             "within a twentieth of a second (w3/r4 = 80 1/s): M_x is a kick at the start, which sets the craft "
             f"turning, and nearly nothing after that. {_READING}",
             moments,
+            claims=("R1", "R2"),
         ),
         PaperFigure(
             6,
@@ -103,6 +111,7 @@ def figures() -> list[PaperFigure]:
             "Law V1. Of the thrust 62 % go sideways at 80 s. In the first second the law throws the gimbal against the "
             f"falling pendulums. {_READING}",
             gimbals,
+            claims=("9", "R3", "R4"),
         ),
         PaperFigure(
             7,
@@ -110,6 +119,7 @@ def figures() -> list[PaperFigure]:
             "Only V1 looks at the rates of the pendulums. Under V2 they swing twice as far in the first 20 s; after "
             f"a minute there is about a degree between the two. {_READING}",
             lambda runs: laws(runs, "phi", "varphi"),
+            claims=("6", "9"),
         ),
         PaperFigure(
             8,
@@ -117,6 +127,7 @@ def figures() -> list[PaperFigure]:
             "The differences in the azimuth last about as long as those of figure 7. Where phi passes through zero the "
             f"azimuth means little. {_READING}",
             lambda runs: laws(runs, "theta", "theta"),
+            claims=("6", "8"),
         ),
         PaperFigure(
             9,
@@ -125,6 +136,7 @@ def figures() -> list[PaperFigure]:
             "negative), where the first pendulum is hung. phi is counted from -x; the azimuth theta from z towards y. "
             "delta_2 (not shown) turns the thrust towards y.",
             schematic,
+            claims=("12", "11"),
         ),
         PaperFigure(
             10,
@@ -133,6 +145,7 @@ def figures() -> list[PaperFigure]:
             "for a_x; the reduced model takes it from nowhere. With gains ten times as large the law asks for more "
             "than the thrust: all of it goes sideways, body rates are still as demanded, and a_x falls to zero.",
             thrust,
+            claims=("7",),
         ),
     ]
 

@@ -56,8 +56,8 @@ def _draw(ax: Axes, run: Run, name: str, color: str, until: float = np.inf, **lo
 
 def _both(ax: Axes, runs: Runs, name: str, color: str, until: float = np.inf) -> None:
     """Draw a series of the full loop under V1 and, dashed, of the reduced one."""
-    _draw(ax, runs(LAWS[0], "paper", **FULL), name, color, until)
-    _draw(ax, runs(LAWS[0], "paper", **REDUCED), name, BLACK, until, ls=_DASHED, lw=0.9)
+    _draw(ax, runs(LAWS[0], "paper", **FULL), name, color, until, label="full model")
+    _draw(ax, runs(LAWS[0], "paper", **REDUCED), name, BLACK, until, ls=_DASHED, lw=0.9, label="reduced model")
 
 
 def _legend(figure: Figure, handles: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
@@ -154,12 +154,12 @@ def laws(runs: Runs, angle: str, symbol: str) -> Figure:
     for k in range(2):
         name = f"{angle}{k + 1}"
         for law, color, line in zip(LAWS, (V1, V2), ("-", "--"), strict=True):
-            _draw(axes[k, 0], runs(law, "paper"), name, color, 60.0, ls=line)
-        for settings, look in ((FULL, {"color": GREEN}), (REDUCED, _REDUCED_LINE)):
+            _draw(axes[k, 0], runs(law, "paper"), name, color, 60.0, ls=line, label=law[-2:].upper())
+        for plant, settings, look in (("full", FULL, {"color": GREEN}), ("reduced", REDUCED, _REDUCED_LINE)):
             first, second = (runs(law, "paper", **settings) for law in LAWS)
             off = np.degrees(second.variables()[name] - first.variables()[name])
             part = first.t <= 200.0
-            axes[k, 1].plot(first.t[part], off[part], **look)
+            axes[k, 1].plot(first.t[part], off[part], label=f"V2 − V1, {plant} model", **look)
         time_axis(axes[k, 0], label(rf"$\{symbol}_{k + 1}$", f"pendulum {k + 1},", "°"), k == 1)
         time_axis(axes[k, 1], label(rf"$\Delta\{symbol}_{k + 1}$", "V2 − V1,", "°"), k == 1)
     axes[0, 0].set_title("full model, first minute")
@@ -178,12 +178,12 @@ def thrust(runs: Runs) -> Figure:
         ("reduced", REDUCED, _REDUCED_LINE),
         ("full, $w_1 = w_2 = 10^5$", {"w1": 1e5, "w2": 1e5}, {"color": VERMILLION, "lw": 1.0}),
     )
-    for _, settings, look in loops:
+    for text, settings, look in loops:
         run = runs(LAWS[0], "paper", **settings)
         part, series = run.t <= 400.0, run.variables()
-        left.plot(run.t[part], series["lateral"][part], **look)
+        left.plot(run.t[part], series["lateral"][part], label=text, **look)
         ahead = np.full_like(run.t, axial(run)) if settings is REDUCED else series["ax"]
-        right.plot(run.t[part], ahead[part], **look)
+        right.plot(run.t[part], ahead[part], label=text, **look)
     time_axis(left, label(r"$f_\perp/F$", "lateral part of the thrust", "1"))
     left.axhline(1.0, color=GREY, ls=":", lw=1.2)
     time_axis(right, label("$a_x$", "acceleration", "m/s^2"))

@@ -10,6 +10,7 @@ import numpy as np
 
 from mehvar.papers import PaperFigure, Runs
 from mehvar.papers.triangle_claims import claims
+from mehvar.papers.triangle_scene import STUDY, scene
 from mehvar.papers.triangle_shapes import (
     PATH,
     RODS,
@@ -34,7 +35,9 @@ if TYPE_CHECKING:
 
     from runtime.manifest import Manifest
 
-__all__ = ["CITATION", "READINGS", "claims", "figures", "picture"]
+__all__ = ["BOARD", "CITATION", "READINGS", "STUDY", "claims", "figures", "picture", "scene"]
+
+BOARD: str | None = None
 
 CITATION = (
     "H. Makarem, H. Salarieh, G. Vossoughi, A. Alasty: Kinematic attitude control of three pairwise connected "
@@ -84,6 +87,7 @@ def figures() -> list[PaperFigure]:
             "The distance ρ̃ to the target and the direction φ̃ in which it lies, counted from the direction φ_f of the "
             "target itself (dotted).",
             shifted_origin,
+            claims=("9",),
         ),
         PaperFigure(
             5,
@@ -91,6 +95,7 @@ def figures() -> list[PaperFigure]:
             "Where the sliding variable s is zero, for several shifted attitudes θ̃. The surface is the circle ρ = R at "
             "θ̃ = θ* = 4 rad and shrinks onto the target as θ̃ goes to zero.",
             nested_surfaces,
+            claims=("6",),
         ),
         PaperFigure(
             6,
@@ -98,6 +103,7 @@ def figures() -> list[PaperFigure]:
             "The same surfaces stacked over θ̃, inside the cylinder ρ = R, with the run of figure 9: it reaches the "
             "surface and winds down to the target.",
             cylinder,
+            claims=("1", "6"),
         ),
         PaperFigure(
             7,
@@ -112,15 +118,29 @@ def figures() -> list[PaperFigure]:
             "At the start θ̃ is larger than an arc inside ρ = R can enclose. The law takes the arc that touches the "
             "circle, follows the circle, and leaves it when an arc can enclose what is left.",
             limited_arc,
+            claims=("4",),
         ),
-        PaperFigure(9, "Sliding law, no disturbance", _run_caption("the sliding law"), sliding_run),
-        PaperFigure(10, "Path law, no disturbance", _run_caption("the path law"), path_run),
+        PaperFigure(
+            9,
+            "Sliding law, no disturbance",
+            _run_caption("the sliding law"),
+            sliding_run,
+            claims=("1", "2", "3", "4", "5", "7", "T1"),
+        ),
+        PaperFigure(
+            10,
+            "Path law, no disturbance",
+            _run_caption("the path law"),
+            path_run,
+            claims=("1", "2", "3", "4", "5", "T2"),
+        ),
         PaperFigure(
             11,
             "Both laws under a drift of 0.001 rad/s",
             "Rod lengths and rates of the path law (a, c) and of the sliding law (b, d), and the attitude (e). The "
             "drift cannot be held by any shape: both laws end in a small cycle around the target.",
             disturbed_runs,
+            claims=("8",),
         ),
     ]
 
@@ -209,7 +229,7 @@ def rod_rates(ax: Axes, dataset: xr.Dataset) -> None:
 
 
 def _attitude(ax: Axes, dataset: xr.Dataset) -> None:
-    ax.plot(dataset["t"], dataset["theta"], color=BLACK)
+    ax.plot(dataset["t"], dataset["theta"], color=BLACK, label=r"$\theta$")
     target = float(dataset["theta"][-1] - dataset["theta_error"][-1])
     ax.axhline(target, color=TARGET, ls=(0, (4, 3)), lw=1.0)
     _time_axis(ax, label(r"$\theta$", "attitude", "rad"))

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The batch of a system: how often its laws succeed, and the bands of what they do over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from mehvar.plots import BLUE, VERMILLION, label, new_figure, style
+from mehvar.report.charts import BAND_HIGH, BAND_LOW, plain
+from runtime.batch import run_batch
+from runtime.campaign import Campaign
+from runtime.statistics import Row, Statistics, bands, summarise
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from mehvar.papers import Study
+    from runtime.model import Model
+    from runtime.store import Store
+
+SEED = 1
+_LOW, _HIGH = 0.05, 0.95
+_COLORS = (BLUE, VERMILLION)
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What the batches of a study say: for each law its title and statistics, and the metrics of the condition."""
+
+    study: Study
+    laws: Sequence[tuple[str, Statistics]]
+    figure: Figure
+
+    @property
+    def metrics(self) -> list[tuple[str, Row]]:
+        """Return the metrics that success depends on, with the title of the law."""
+        return [(title, row) for title, found in self.laws for row in found.rows if row.name in self.study.success]
+
+
+def run_study(model: Model, study: Study, advance: Callable[[float, str], None]) -> Batch:
+    """Run the batch of each law of a study; the same numbers each time.
+
+    Parameters
+    ----------
+    model : Model
+        On the C backend.
+    study : Study
+        What is asked.
+    advance : callable
+        Called with the share that is done, and what.
+    """
+    stores: list[tuple[str, Store]] = []
+    for k, (law, title) in enumerate(study.laws.items()):
+
+        def report(runs: int, total: int, failed: int, k: int = k, title: str = title) -> None:
+            advance((k + runs / total) / len(study.laws), f"{total} runs, {title}")
+
+        campaign = Campaign(
+            law, study.runs, study.scenario, SEED, study.vary, options=study.options, save_every=study.every
+        )
+        stores.append((title, run_batch(model, campaign, success=study.success, report=report)))
+    with style():
+        figure = _figure(study, stores)
+    return Batch(study, [(title, summarise(store)) for title, store in stores], figure)
+
+
+def _figure(study: Study, stores: Sequence[tuple[str, Store]]) -> Figure:
+    figure = new_figure(10.0, 0.4 + 2.2 * len(study.bands))
+    axes = figure.subplots(len(study.bands), len(stores), sharex=True, sharey="row", squeeze=False)
+    for row, (name, (text, scale)) in zip(axes, study.bands.items(), strict=True):
+        for ax, (title, store), color in zip(row, stores, _COLORS, strict=True):
+            _draw(ax, store, name, scale, color)
+            ax.set_xlabel(label("$t$", "time", "s"))
+            ax.set_ylabel(plain(text))
+            ax.set_title(title)
+    return figure
+
+
+def _draw(ax: Axes, store: Store, name: str, scale: float, color: str) -> None:
+    """Draw the median of a series over the runs, and the band that holds nine runs of ten."""
+    t = store.coordinate("t")
+    low, middle, high = scale * bands(store, name, (_LOW, 0.5, _HIGH))
+    edge: dict[str, Any] = {"color": color, "lw": 0.6}
+    ax.fill_between(t, low, high, color=color, alpha=0.2, linewidth=0)
+    ax.plot(t, low, gid=BAND_LOW, label=f"{100 * _LOW:g} %", **edge)
+    ax.plot(t, high, gid=BAND_HIGH, label=f"{100 * _HIGH:g} %", **edge)
+    ax.plot(t, middle, color=color, label="median")
+    ax.margins(x=0)

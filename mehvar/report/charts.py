@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a figure's panels over time show, as data for an interactive chart: the figure is the only description."""
+
+from __future__ import annotations
+
+import html
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mehvar.plots import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILLION
+from mehvar.report.series import encode, thin
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+COLOR_NAMES = {
+    BLUE: "blue", VERMILLION: "vermillion", GREEN: "green", PURPLE: "purple", ORANGE: "orange", SKY: "sky",
+    BLACK: "black", GREY: "grey", LIGHT: "grey",
+}  # fmt: skip
+"""The palette's colours by the names that the page's style gives them, one value for light and one for dark."""
+BAND_LOW, BAND_HIGH = "band-low", "band-high"
+"""The `gid` of two lines of an axes, in this order, between which the chart is filled."""
+
+_LETTERS = {
+    "varphi": "φ", "phi": "φ", "vartheta": "ϑ", "theta": "θ", "psi": "ψ", "rho": "ρ", "mu": "μ", "delta": "δ",
+    "Delta": "Δ", "perp": "⊥",
+}  # fmt: skip
+
+
+def chart(figure: Figure) -> dict[str, Any] | None:
+    """Return the panels of a figure whose horizontal axis is time; None for a figure without one.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        Drawn with this package's style; names of lines are their labels.
+
+    Returns
+    -------
+    dict
+        `columns` side by side; `whole`, whether nothing of the figure is left out; and per panel: `title`, `label`
+        (HTML), `x` and the `y` of each line (see `encode`), initial limits, horizontal `levels`, vertical `marks`.
+    """
+    shown = [ax for ax in figure.axes if _over_time(ax)]
+    if not shown:
+        return None
+    return {
+        "columns": len({spec.colspan.start for ax in shown if (spec := ax.get_subplotspec())}) or 1,
+        "whole": len(shown) == len(figure.axes),
+        "panels": [_panel(ax) for ax in shown],
+    }
+
+
+def _over_time(ax: Axes) -> bool:
+    """Tell a panel over time; panels that share their axis may share its label."""
+    shared = ax.get_shared_x_axes().get_siblings(ax)
+    return any(other.get_xlabel().startswith("time") for other in shared)
+
+
+def text(label: str) -> str:
+    """Return a label with Matplotlib's mathematics as HTML."""
+    parts = re.split(r"\$([^$]*)\$", html.escape(label, quote=False))
+    return "".join(_mathematics(part) if k % 2 else part for k, part in enumerate(parts))
+
+
+def plain(label: str) -> str:
+    """Return a label in HTML without its marks."""
+    return re.sub("<.*?>", "", label)
+
+
+def _mathematics(formula: str) -> str:
+    formula = re.sub(r"\\tilde\\([a-zA-Z]+)", lambda m: _LETTERS[m[1]] + "\u0303", formula)
+    formula = re.sub(r"\\([a-zA-Z]+)", lambda m: _LETTERS[m[1]], formula)
+    formula = re.sub(r"_(?:\{(.*?)\}|(.))", lambda m: f"<sub>{m[1] or m[2]}</sub>", formula)
+    formula = re.sub(r"\^(?:\{(.*?)\}|(.))", lambda m: f"<sup>{m[1] or m[2]}</sup>", formula)
+    return formula.replace("\\,", " ").replace("Δ ", "Δ").replace("-", "−").replace("'", "′")
+
+
+def _panel(ax: Axes) -> dict[str, Any]:
+    lines = [line for line in ax.get_lines() if line.get_transform() == ax.transData and line.get_linestyle() != "None"]
+    x, columns = _shared(lines)
+    held = [line.get_drawstyle() == "steps-post" for line in lines]
+    kept = np.arange(len(x)) if any(held) else thin(x, columns)
+    low, high = sorted(ax.get_xlim())
+    return {
+        "title": text(ax.get_title(loc="left")),
+        "label": text(ax.get_ylabel()),
+        "x": encode(x[kept]),
+        "limits": [low, high],
+        "log": [ax.get_xscale() == "log", ax.get_yscale() == "log"],
+        "lines": [
+            {**_look(line), "name": _name(line), "step": step, "y": encode(columns[kept, k]), "band": _band(line)}
+            for k, (line, step) in enumerate(zip(lines, held, strict=True))
+        ],
+        **_references(ax),
+    }
+
+
+def _xy(line: Line2D) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    return np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
+
+
+def _shared(lines: list[Line2D]) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Return all instants of some lines, and their values there; a line has none at another line's instants."""
+    x = np.unique(np.concatenate([_xy(line)[0] for line in lines]))
+    columns = np.full((len(x), len(lines)), np.nan)
+    for k, line in enumerate(lines):
+        at, values = _xy(line)
+        columns[np.searchsorted(x, at), k] = values
+    return x, columns
+
+
+def _references(ax: Axes) -> dict[str, Any]:
+    """Return the lines across the whole panel: levels of y and marks of x."""
+    across = [line for line in ax.get_lines() if line.get_transform() != ax.transData]
+    levels = [line for line in across if line.get_transform() == ax.get_yaxis_transform(which="grid")]
+    marks = [line for line in across if line not in levels]
+    return {
+        "levels": [{**_look(line), "at": float(_xy(line)[1][0])} for line in levels],
+        "marks": [{**_look(line), "at": float(_xy(line)[0][0])} for line in marks],
+    }
+
+
+def _look(line: Line2D) -> dict[str, Any]:
+    from matplotlib.colors import to_hex
+
+    color = to_hex(line.get_color())
+    names = {key.lower(): name for key, name in COLOR_NAMES.items()}
+    dash = {"-": [], ":": [1.5, 3.0]}.get(str(line.get_linestyle()), [6.0, 4.0])
+    return {"color": names.get(color, color), "dash": dash, "width": float(line.get_linewidth())}
+
+
+def _name(line: Line2D) -> str:
+    label = str(line.get_label())
+    return "" if label.startswith("_") else text(label)
+
+
+def _band(line: Line2D) -> str | None:
+    return {BAND_LOW: "low", BAND_HIGH: "high"}.get(line.get_gid() or "")

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the report says about one paper: everything is computed here, nothing is written."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from mehvar.papers import (
+    Claim,
+    Comparison,
+    Paper,
+    PaperFigure,
+    Runs,
+    Scene,
+    by_run,
+    compare,
+    load_paper,
+    table_claims,
+)
+from mehvar.plots import encoded, style
+from mehvar.report.batches import Batch, run_study
+from mehvar.report.board import OnBoard, run_board
+from mehvar.report.charts import COLOR_NAMES, chart
+from mehvar.report.series import track
+from runtime.model import load
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mehvar.console import Advance
+    from mehvar.diff_paper import Ledger
+    from runtime.manifest import Manifest
+    from runtime.model import Model
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of the page: a name that is unique there, texts, the picture, and its chart if it is over time."""
+
+    name: str
+    title: str
+    caption: str
+    png: bytes
+    chart: Mapping[str, Any] | None
+    claims: Sequence[Claim] = ()
+
+
+@dataclass(frozen=True)
+class PaperReport:
+    """What the page says about one paper; `seconds` by what they were needed for."""
+
+    model: Model
+    paper: Paper
+    claims: Sequence[Claim]
+    pictures: Sequence[Picture]
+    comparisons: Sequence[Comparison]
+    ledger: Ledger | None
+    scene: Scene
+    batch: Batch | None
+    bands: Picture | None
+    board: OnBoard | None
+    board_picture: Picture | None
+    loops: int
+    seconds: Mapping[str, float]
+
+    @property
+    def manifest(self) -> Manifest:
+        """The model's."""
+        return self.model.manifest
+
+    @property
+    def unpictured(self) -> list[Claim]:
+        """Return the claims that no figure shows."""
+        shown = {claim.number for picture in self.pictures for claim in picture.claims}
+        return [claim for claim in self.claims if claim.number not in shown]
+
+    @property
+    def rows(self) -> list[tuple[tuple[str, str], list[Comparison]]]:
+        """Return the compared numbers of each scenario and law."""
+        return by_run(self.comparisons)
+
+
+def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperReport:
+    """Run everything that the page says about a paper.
+
+    Parameters
+    ----------
+    name : str
+        The model.
+    ledger : Ledger, optional
+        The paper's equations against the derived ones.
+    advance : callable
+        Called with what is done, 1, and what is being done.
+    """
+    paper, runs, clock = load_paper(name), Runs(load(name)), _Clock()
+    advance(0.0, 1.0, f"{name}: claims")
+    comparisons = compare(runs)
+    claims = [*paper.claims(runs), *table_claims(runs.model.manifest, comparisons)]
+    clock.note("claims")
+    asked = paper.figures()
+    pictures = []
+    for done, figure in enumerate(asked):
+        advance(0.3 + 0.3 * done / len(asked), 1.0, f"{name}: figure {figure.number}")
+        pictures.append(_drawn(name, figure, claims, runs))
+    clock.note("figures")
+    scene = paper.scene(runs)
+    clock.note("animation")
+    batch = None
+    if runs.model.backend == "c":
+        batch = run_study(runs.model, paper.STUDY, lambda done, what: advance(0.6 + 0.3 * done, 1.0, f"{name}: {what}"))
+        clock.note("batches")
+    advance(0.9, 1.0, f"{name}: board")
+    board = run_board(runs.model, paper.BOARD) if paper.BOARD and runs.model.backend == "c" else None
+    clock.note("board")
+    return PaperReport(
+        runs.model, paper, claims, pictures, comparisons, ledger, scene, batch,
+        picture(f"{name}-batch", "Batch", "", batch.figure) if batch else None,
+        board,
+        picture(f"{name}-board", "Inputs", "", board.figure) if board and board.figure else None,
+        len(runs), clock.noted,
+    )  # fmt: skip
+
+
+def picture(name: str, title: str, caption: str, figure: Figure, claims: Sequence[Claim] = ()) -> Picture:
+    """Return a figure as the page takes it."""
+    with style():
+        return Picture(name, title, caption, encoded(figure, ".png"), chart(figure), claims)
+
+
+def scene_data(name: str, scene: Scene) -> dict[str, Any]:
+    """Return an animation as the scripts take it."""
+    runs = {title: dict(series) for title, series in scene.runs.items()}
+    return {
+        "kind": name,
+        "runs": {title: track(series.pop("t"), series) for title, series in runs.items()},
+        "constants": dict(scene.constants),
+        "speeds": list(scene.speeds),
+        "panels": [
+            {
+                "label": panel.label,
+                "scale": panel.scale,
+                "lines": [
+                    {"column": line.column, "name": line.name, "color": COLOR_NAMES[line.color], "dash": line.dash}
+                    for line in panel.lines
+                ],
+            }
+            for panel in scene.panels
+        ],
+    }
+
+
+def _drawn(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs) -> Picture:
+    shown = [claim for number in figure.claims for claim in claims if claim.number == number]
+    with style():
+        drawn = figure.draw(runs)
+    return picture(f"{name}-figure-{figure.number}", figure.title, figure.caption, drawn, shown)
+
+
+class _Clock:
+    """Seconds between notes."""
+
+    def __init__(self) -> None:
+        self.noted: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def note(self, what: str) -> None:
+        now = time.perf_counter()
+        self.noted[what], self._last = now - self._last, now

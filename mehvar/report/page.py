@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The report as one HTML page that needs nothing else: styles, scripts, pictures and data are in it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup, escape
+
+from mehvar.diff_html import typeset as mathml
+from mehvar.diff_paper import counted, example
+from mehvar.papers import Check, Claim, Comparison, Verdict
+from mehvar.plots import pretty_unit
+from mehvar.report.batches import SEED
+from mehvar.report.content import PaperReport, Picture, scene_data
+
+_TEMPLATES = Path(__file__).parents[1] / "templates" / "report"
+_SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "charts.js", "view.js", "player.js")
+_STYLES = ("uplot/uPlot.min.css", "report.css")
+_GREEK = {"phi": "φ", "theta": "θ", "delta": "δ"}
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    reports : sequence of PaperReport
+        One for each paper.
+    facts : mapping
+        Versions and times of the whole.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_TEMPLATES), autoescape=True, undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    environment.filters |= {
+        "typeset": typeset, "unit": pretty_unit, "number": number, "deviation": deviation, "mathml": mathml,
+        "counted": counted, "example": example, "uri": _uri, "brief": _brief,
+    }  # fmt: skip
+    claims = [claim for report in reports for claim in report.claims]
+    counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in Verdict]
+    scripts = [*_SCRIPTS, *(f"{report.manifest.model}.js" for report in reports), "report.js"]
+    return (
+        environment.get_template("report.html.j2").render(
+            reports=reports,
+            facts=facts,
+            counts=counts,
+            total=len(claims),
+            styles=[_text(name) for name in _STYLES],
+            scripts=[_text(name) for name in scripts],
+            seed=SEED,
+            licence=_text("uplot/LICENSE"),
+            data=_data(reports),
+        )
+        + "\n"
+    )
+
+
+def _text(name: str) -> Markup:
+    return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
+
+
+def _data(reports: Sequence[PaperReport]) -> Markup:
+    """Return the numbers of charts and animations as JSON that may stand in a script element."""
+    pictures = [p for r in reports for p in (*r.pictures, r.bands, r.board_picture) if p is not None and p.chart]
+    found: dict[str, Any] = {
+        "charts": {p.name: p.chart for p in pictures},
+        "scenes": {r.manifest.model: scene_data(r.manifest.model, r.scene) for r in reports},
+    }
+    return Markup(json.dumps(found, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"))
+
+
+def _uri(picture: Picture) -> str:
+    return "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii")
+
+
+def _brief(claim: Claim) -> tuple[Sequence[Check], int]:
+    """Return the checks that a table shows, those that fail first, and how many it leaves out."""
+    checks = sorted(claim.checks, key=lambda check: check.holds)
+    return checks[:3], max(0, len(checks) - 3)
+
+
+def typeset(text: str) -> Markup:
+    """Return text with proper minus signs, powers of ten, Greek letters and subscripts."""
+
+    def power(match: re.Match[str]) -> str:
+        return f"{match[1]}×10{str(int(match[2])).translate(_SUPERSCRIPTS)}"
+
+    text = str(escape(text))
+    text = re.sub(r"(\d)e([+-]?\d+)", power, text)
+    text = re.sub(r"(?<![\w.\-])-(?=\d)", "−", text)
+    text = re.sub(rf"\b({'|'.join(_GREEK)})(?=\b|_|\d)", lambda match: _GREEK[match[1]], text)
+    return Markup(re.sub(r"(?<!\w)([^\W\d_])_(\w)(?!\w)", r"\1<sub>\2</sub>", text))
+
+
+def number(value: float) -> str:
+    """Return a number with four digits."""
+    return typeset(f"{value:.4g}") if math.isfinite(value) else "does not settle"
+
+
+def deviation(comparison: Comparison) -> str:
+    """Return how far a number is from what was expected."""
+    value = comparison.deviation
+    if not math.isfinite(value) or not math.isfinite(comparison.expected):
+        return "–"
+    if comparison.metric.kind == "sign_changes":
+        return typeset(f"{value:+.0f}") if value else "0"
+    return typeset(f"{100 * value:+.2f} %") if abs(value) >= 5e-5 else "0.00 %"

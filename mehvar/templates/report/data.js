@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// The numbers of the page, and its colours.
+"use strict";
+
+const Report = { scenes: {}, data: JSON.parse(document.getElementById("data").textContent) };
+
+/** Numbers from base64 of 32-bit little-endian floats. */
+Report.floats = (text) => {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const view = new DataView(bytes.buffer);
+  return Float32Array.from({ length: bytes.length / 4 }, (_, k) => view.getFloat32(4 * k, true));
+};
+
+/** The present colour of a name of the palette, which differs between light and dark. */
+Report.color = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--c-${name}`).trim() || name;
+
+/** A number for reading: four digits, a proper minus. */
+Report.number = (value) => {
+  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  const size = Math.abs(value);
+  const text = size && (size < 1e-3 || size >= 1e5) ? value.toExponential(2) : String(Number(value.toPrecision(4)));
+  return text.replace("-", "−");
+};
+
+/** Call `then` now and whenever light turns to dark or back. */
+Report.onTheme = (then) => matchMedia("(prefers-color-scheme: dark)").addEventListener("change", then);
+
+/** Call `then` once, as soon as an element comes near the window. */
+Report.whenNear = (element, then) => {
+  const observer = new IntersectionObserver((entries) => {
+    if (!entries.some((entry) => entry.isIntersecting)) return;
+    observer.disconnect();
+    then();
+  }, { rootMargin: "600px" });
+  observer.observe(element);
+};
+
+/** An element with properties and children. */
+Report.element = (tag, properties = {}, ...children) => {
+  const made = Object.assign(document.createElement(tag), properties);
+  made.append(...children);
+  return made;
+};

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A headless Chromium for tests of pages, which says what a page printed and asked the network for."""
+
+import json
+import shutil
+from contextlib import contextmanager
+
+import pytest
+
+
+@contextmanager
+def chromium(folder, width=1300, height=900):
+    """Give a browser with a profile of its own below `folder`; skip the test where there is none."""
+    webdriver = pytest.importorskip("selenium.webdriver", reason="the browser tests need selenium")
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    driver = shutil.which("chromedriver")
+    if program is None or driver is None:
+        pytest.skip("no browser: apt install chromium chromium-driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = program
+    for argument in (
+        "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
+        "--disable-dev-shm-usage", f"--window-size={width},{height}", f"--user-data-dir={folder / 'profile'}",
+    ):  # fmt: skip
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    try:
+        yield browser
+    finally:
+        browser.quit()
+
+
+def requests(browser):
+    """Return the addresses that pages have asked for since the last call, but for data within the page."""
+    messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    asked = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
+    return [url for url in asked if not url.startswith("data:")]
+
+
+def prefer(browser, **features):
+    """Emulate a reader's preferences: prefers_color_scheme="dark", prefers_reduced_motion="reduce"."""
+    values = [{"name": name.replace("_", "-"), "value": value} for name, value in features.items()]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": values})
