@@ -3,8 +3,9 @@
 
 What a page may say to this test, in a comment on the line before a block:
 `<!-- not run: reason -->`, `<!-- exit: 2 -->` for a block that ends with that status, `<!-- file: NAME -->` for a block
-that is written to a file. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository. A `text` block after a Python block, and the lines without `$ ` in a `console` block, are
-looked for in the output; `...` stands for anything.
+that is written to a file. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository.
+A `text` block after a Python block, and the lines without `$ ` in a `console` block, are looked for in the output;
+`...` stands for anything.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import contextlib
 import io
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -229,6 +231,11 @@ def anchors(page: Path) -> set[str]:
     text = re.sub(r"^(`{3,}).*?^\1\s*$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     headings = re.findall(r"^#+\s+(.+?)\s*$", text, flags=re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_the_page_of_numbers_is_what_the_benchmarks_say() -> None:
+    program = runpy.run_path(str(ROOT / "benchmarks" / "numbers.py"))
+    assert program["PAGE"].read_text(encoding="utf-8") == program["page"](), "run: python benchmarks/numbers.py"
 
 
 def test_the_citation_names_this_version() -> None:
