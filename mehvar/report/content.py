@@ -117,9 +117,9 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
     clock.note("board")
     return PaperReport(
         runs.model, paper, claims, pictures, comparisons, ledger, scene, batch,
-        picture(f"{name}-batch", "Batch", "", batch.figure) if batch else None,
+        picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
         board,
-        picture(f"{name}-board", "Inputs", "", board.figure) if board and board.figure else None,
+        picture(f"{name}-inputs", "Inputs", "", board.figure) if board and board.figure else None,
         len(runs), clock.noted,
     )  # fmt: skip
 
