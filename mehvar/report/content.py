@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import struct
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -46,6 +47,12 @@ class Picture:
     png: bytes
     chart: Mapping[str, Any] | None
     claims: Sequence[Claim] = ()
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Return width and height of the static picture in pixels."""
+        width, height = struct.unpack(">II", self.png[16:24])
+        return width, height
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,6 @@ import base64
 import json
 import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -147,6 +143,15 @@ def test_page_shows_all_claims_captions_and_the_model(report):
     assert "does not settle" in text
 
 
+def test_every_claim_stands_beside_a_figure_or_among_those_without(report):
+    claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
+    for name in paper_models():
+        numbers = {claim["number"] for claim in claims if claim["model"] == name}
+        named = [number for figure in load_paper(name).figures() for number in figure.claims]
+        assert set(named) <= numbers
+        assert {f"{name}-claim-{number}" for number in numbers} <= set(report.page.ids)
+
+
 def test_page_names_no_folder_of_this_machine(report):
     for folder in (report.out, Path(module.__file__).parent, Path.home()):
         assert str(folder) not in report.html
@@ -224,13 +229,12 @@ def test_without_matplotlib_it_says_what_to_install(tmp_path, monkeypatch):
 
 
 def test_an_interrupt_leaves_nothing_behind(tmp_path):
-    command = [sys.executable, "-m", "mehvar", "reproduce", "--out", str(tmp_path / "report")]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True, text=True) as process:
-        time.sleep(4)
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert said.strip() == "mehvar: interrupted"
+    def interrupted(done, total, what=""):
+        if "figure" in what:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        reproduce(tmp_path / "report", interrupted)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -341,7 +345,7 @@ def test_charts_show_values_zoom_and_hide_laws(open_page):
     over, *_ = figure.find_elements("css selector", ".u-over")
     ActionChains(browser).move_to_element(over).perform()
     value = figure.find_elements("css selector", ".u-legend .u-series")[1].text
-    assert re.search(r"V1:\s*−?\d", value)
+    assert re.search(r"V1\s*−?\d", value)
     before = figure.find_element("css selector", ".uplot canvas").screenshot_as_base64
     ActionChains(browser).move_to_element(over).click_and_hold().move_by_offset(60, 0).release().perform()
     assert figure.find_element("css selector", ".uplot canvas").screenshot_as_base64 != before
@@ -357,7 +361,9 @@ def test_static_pictures_can_be_had_and_claims_filtered(open_page):
 
     browser = open_page()
     figure = browser.find_element("css selector", "#slosh-figure-7")
-    figure.find_element("css selector", "[data-part=swap]").click()
+    swap = figure.find_element("css selector", "[data-part=swap]")
+    browser.execute_script("arguments[0].scrollIntoView({behavior: 'instant', block: 'center'})", swap)
+    swap.click()
     assert figure.find_element("css selector", ".picture").is_displayed()
     rows = "[...document.querySelectorAll('tr[data-paper]')].filter((row) => !row.hidden).length"
     everything = browser.execute_script(f"return {rows}")

@@ -158,6 +158,7 @@
         chart.lines = panel.lines;
       }
       state.apply();
+      host.dataset.built = "yes";
     };
     const bar = Report.element("div", { className: "bar" }, ...chips(figure, state), tools(state));
     host.append(bar, grid);
