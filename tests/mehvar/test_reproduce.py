@@ -352,8 +352,8 @@ def test_charts_show_values_zoom_and_hide_laws(open_page):
     chip = next(b for b in figure.find_elements("css selector", ".chip") if b.text == "V2")
     chip.click()
     assert chip.get_attribute("aria-pressed") == "false"
-    hidden = figure.find_elements("css selector", ".u-legend .u-series.u-off")
-    assert [series.text.split(":")[0] for series in hidden] == ["V2", "V2"]
+    hidden = figure.find_elements("css selector", ".u-legend .u-series.u-off .u-label")
+    assert [name.text for name in hidden] == ["V2", "V2"]
 
 
 def test_static_pictures_can_be_had_and_claims_filtered(open_page):
