@@ -246,7 +246,7 @@ class Printer:
             return self._call(operation, operands, path, shown)
         raised = rf"^{{{size}}}" if self.latex else f"^{shown}"
         inner = self._bound(base, path, _ATOM)
-        if self.latex and operation == "sym" and inner.startswith(r"\dot"):
+        if self.latex and operation == "sym" and (inner.startswith(r"\dot") or "^" in inner):
             inner = f"{{{inner}}}"
         return inner + raised
 

@@ -101,8 +101,8 @@ def load_model(tree: Tree, model: str) -> ModuleType:
 
 
 def prefer_vocabulary(tree: Tree) -> None:
-    """Let a checkout's own vocabulary be imported, not that of the installed package."""
-    if tree.has_vocabulary and str(tree.root) not in sys.path:
+    """Let a checkout's own vocabulary be imported, not that of the installed package; too late where one is."""
+    if tree.has_vocabulary and "models" not in sys.modules:
         sys.path.insert(0, str(tree.root))
 
 

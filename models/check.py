@@ -24,6 +24,7 @@ def check(system: System) -> None:
     ModelError
         Naming the parameter, scenario or metric and what would be right.
     """
+    _check_names(system)
     _check_parameters_used(system)
     _check_scenarios(system)
     _check_metrics(system)
@@ -128,6 +129,22 @@ def _law_expressions(controller: Controller) -> list[Expr]:
     margins = (c.margin for c in (*controller.constraints, *controller.warnings))
     reported = (output.value for output in controller.outputs)
     return [*controller.command, *controller.update, *controller.start, *margins, *reported]
+
+
+def _check_names(system: System) -> None:
+    """Refuse names of one vector that differ in case only: the constants of the generated header have capitals."""
+    vectors = [system.states, system.inputs, system.references, system.outputs]
+    vectors += [system.parameters, system.scenario_parameters]
+    vectors += [group for law in system.controllers for group in (law.parameters, law.memory)]
+    for group in vectors:
+        known: dict[str, str] = {}
+        for quantity in group:
+            first = known.setdefault(quantity.name.upper(), quantity.name)
+            if first != quantity.name:
+                raise ModelError(
+                    f"{first!r} and {quantity.name!r} of vector {group.name!r} differ in capitals only, and would be one "
+                    "constant in the generated C; rename one of them"
+                )
 
 
 def _check_parameters_used(system: System) -> None:

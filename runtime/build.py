@@ -124,7 +124,7 @@ def cache_folder() -> Path:
 
 def _key(sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str], compiler: Compiler) -> str:
     digest = hashlib.sha256()
-    parts = [sys.platform, platform.machine(), compiler.version, *flags, *units]
+    parts = [sys.platform, platform.machine(), compiler.version, *compiler.command[1:], *flags, *units]
     for name in sorted(sources):
         parts += [name, sources[name]]
     for part in parts:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .errors import InputError
-from .files import replacing
+from .files import write_atomic
 from .manifest import Manifest
 from .simulate import Run
 
@@ -57,11 +57,8 @@ def save(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written; the message names `path`.
     """
-    with replacing(path) as temporary:
-        try:
-            dataset.to_netcdf(temporary, engine="h5netcdf", format="NETCDF4")
-        except RuntimeError as error:  # how HDF5 reports some failed writes
-            raise OSError(f"cannot write {path}: {error}") from error
+    # In memory first: HDF5 does not report every write that failed.
+    write_atomic(path, bytes(dataset.to_netcdf(None, engine="h5netcdf", format="NETCDF4")))
 
 
 def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:

@@ -56,7 +56,7 @@ def angle_form(angle: AngleRow, weight: Expr, axial: Expr, d: Derivation) -> tup
                 expr,
                 "",
                 "rate of a coefficient of (25), (26)",
-                latex=rf"{sp.latex(symbol)}^{{{angle.latex}}}",
+                latex=rf"{{{sp.latex(symbol)}}}^{{{angle.latex}}}",
             )
         )
     return row_value(angle.speed, row.inertia, row.moment, values[_weight]), placed(row_form(), values)

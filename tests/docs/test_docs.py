@@ -87,6 +87,7 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
         if said(block, "not run"):
             output = ""
         elif name := said(block, "file"):
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
             (tmp_path / name).write_text("\n".join(block.lines) + "\n", encoding="utf-8")
         elif block.language == "python":
             output = run_python(block, page, names)

@@ -30,6 +30,12 @@ def test_an_unused_plant_parameter_is_refused():
         check(bad)
 
 
+def test_names_that_would_be_one_constant_in_c_are_refused():
+    bad = dataclasses.replace(SYSTEM, parameters=with_parameter(SYSTEM.parameters, "Mass"))
+    with pytest.raises(ModelError, match=r"'mass' and 'Mass' of vector 'p' differ in capitals only"):
+        check(bad)
+
+
 def test_an_unused_law_parameter_is_refused():
     law = SYSTEM.controllers[0]
     bad = dataclasses.replace(law, parameters=with_parameter(law.parameters, "gain"))

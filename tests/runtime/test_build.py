@@ -109,6 +109,14 @@ def test_cc_with_arguments_is_used(cache: Path, monkeypatch: pytest.MonkeyPatch)
     assert seven() == 7
 
 
+def test_arguments_in_cc_are_part_of_the_key(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    number = {"number.c": "int number(void) { return NUMBER; }\n"}
+    found = compiler.require_compiler()
+    for n in (3, 4):
+        monkeypatch.setenv("CC", " ".join([*found.command, f"-DNUMBER={n}"]))
+        assert build.load_library("number", number, ["number.c"]).number() == n
+
+
 def test_ziglang_is_the_last_resort(cache: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))

@@ -20,7 +20,7 @@ from tests.runtime.board.conftest import load
 GCC = pytest.param("gcc", marks=pytest.mark.skipif(not shutil.which("arm-none-eabi-gcc"), reason="not installed"))
 QEMU = pytest.param("qemu", marks=pytest.mark.skipif(not shutil.which("qemu-system-arm"), reason="not installed"))
 LAWS = [("satellite", "mrac"), ("satellite", "pd"), ("triangle", "path"), ("triangle", "sliding")]
-SELF_TEST = {"samples": 5000, "crc": "406aca61"}
+SELF_TEST = {"samples": 5000, "crc": "7d461ad4"}
 
 
 @pytest.mark.parametrize(("model", "law"), LAWS)

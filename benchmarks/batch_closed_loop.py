@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Batches of closed loops: what whole campaigns cost, and the same loop in other integrators.
+
+Run in an environment that has benchmarks/peers/requirements.txt beside mehvar:
+
+    python benchmarks/batch_closed_loop.py                     # all parts
+    python benchmarks/batch_closed_loop.py triangle campaigns  # some; the others keep their recorded numbers
+    python benchmarks/batch_closed_loop.py --tables            # nothing is measured
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
+
+import numpy as np
+from machine import RESULTS, machine, table, write
+from peers import contenders, sampled
+from peers.contenders import Contender
+from peers.problem import LOOPS, Problem, problem
+from peers.report import REPEATS, attempt, everything, take_turns, time_for
+
+from runtime.batch import run_batch
+from runtime.campaign import Campaign
+
+RECORD = RESULTS / "batch_closed_loop.json"
+ERROR = 1e-6
+PEERS = ("heyoka", "numba", "scipy", "jax", "diffrax")
+RK4 = {"slosh": (2000, 5000, 10_000), "triangle": (350, 1400, 5600)}  # steps
+
+
+@dataclass(frozen=True)
+class Campaigned:
+    """A campaign: how many runs are asked for, how many are measured."""
+
+    title: str
+    asked: int
+    measured: int
+    model: str
+    law: str
+    options: dict[str, Any]
+    vary: dict[str, str]
+
+
+TIGHT = {"rtol": 1e-6, "atol": 1e-6}
+CAMPAIGNS = {
+    "slosh": Campaigned(
+        "slosh, `paper`, lyapunov-v2, 1000 s, samples every 1 s", 10**5, 10**4, "slosh", "lyapunov-v2",
+        {"t_end": 1000.0, "dt_out": 1.0, **TIGHT}, {"m1": "normal(50, 2)", "phi1_0": "uniform(0.4, 0.6)"},
+    ),
+    "triangle": Campaigned(
+        "triangle, `paper`, path, 35 s, samples every 0.1 s", 10**6, 10**5, "triangle", "path",
+        {"t_end": 35.0, "dt_out": 0.1, **TIGHT}, {"l1_0": "normal(0.2, 0.01)", "theta_0": "uniform(0.8, 1.2)"},
+    ),
+    "satellite": Campaigned(
+        "satellite, `flight` with noise, mrac, 600 samples", 10**5, 10**4, "satellite", "mrac",
+        {"t_end": 300.0, "dt_out": 0.5, **TIGHT}, {"I_x": "normal(2.13, 0.05)", "I_y": "normal(3.04, 0.05)"},
+    ),
+}  # fmt: skip
+
+
+def main(arguments: Sequence[str]) -> None:
+    record: dict[str, Any] = json.loads(RECORD.read_text()) if RECORD.exists() else {}
+    parts: dict[str, Callable[[], dict[str, Any]]] = {
+        **{name: lambda name=name: continuous(name) for name in LOOPS},
+        "satellite": discrete,
+        "campaigns": campaigns,
+    }
+    for name in [] if "--tables" in arguments else (arguments or tuple(parts)):
+        record[name] = parts[name]()
+        RECORD.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    tables(record)
+
+
+def continuous(name: str) -> dict[str, Any]:
+    """Let all take turns on a loop without samples."""
+    with tempfile.TemporaryDirectory() as scratch:
+        given = problem(LOOPS[name], Path(scratch))
+        makers: dict[str, Callable[[], Iterator[Contender]]] = {
+            "mehvar": lambda: contenders.ours(given, (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)),
+            "heyoka": lambda: contenders.heyoka(given, (1e-6, 1e-9), compact=False),
+            "numba": lambda: (c for steps in RK4[name] for c in contenders.numba_rk4(given, steps)),
+            "scipy": lambda: contenders.scipy_lsoda(given, (1e-6, 1e-8, 1e-10)),
+            "diffrax": lambda: contenders.diffrax(given, (1e-6, 1e-8)),
+        }
+        return _measured(given, makers)
+
+
+def discrete() -> dict[str, Any]:
+    """Let all take turns on the satellite's sampled law."""
+    given = sampled.sampled(512, 1 / 4)
+    makers: dict[str, Callable[[], Iterator[Contender]]] = {
+        "mehvar": lambda: sampled.ours(given, (1e-6, 1e-8)),
+        "numba": lambda: sampled.numba_rk4(given, (1, 2)),
+        "scipy": lambda: sampled.scipy_lsoda(given, (1e-6, 1e-8)),
+        "heyoka": lambda: sampled.heyoka(given, (1e-6,)),
+    }
+    return _measured(given, makers)
+
+
+def _measured(given: Problem | sampled.Sampled, makers: dict[str, Callable[[], Iterator[Contender]]]) -> dict[str, Any]:
+    lines, found, missing = machine(), list[Contender](), dict[str, str]()
+    for title, make in makers.items():
+        built, why = attempt(make)
+        found += built
+        if why:
+            missing[title] = why
+    versions = ", ".join(f"{peer} {version(peer)}" for peer in PEERS)
+    rows = take_turns(found, given.error)
+    return {"title": given.case.title, "machine": [*lines, f"- peers: {versions}"], "rows": rows, "not run": missing}
+
+
+def campaigns() -> dict[str, Any]:
+    """Run what `mehvar batch` runs: draw, integrate, sum up, store."""
+    lines, rows = machine(), []
+    for campaign in CAMPAIGNS.values():
+        with tempfile.TemporaryDirectory() as folder:
+            few = Campaign(campaign.law, 64, seed=1, vary=campaign.vary, options=campaign.options,
+                           scenario="flight" if campaign.model == "satellite" else "paper")  # fmt: skip
+            run_batch(campaign.model, few, Path(folder) / "few.zarr", threads=1)
+            given = Campaign(**{**few.__dict__, "n": campaign.measured})
+            started = process_time()
+            store = run_batch(campaign.model, given, Path(folder) / "runs.zarr", threads=1)
+            seconds = process_time() - started
+        rows.append({"title": campaign.title, "asked": campaign.asked, "measured": campaign.measured,
+                     "seconds": seconds})  # fmt: skip
+        print(rows[-1], flush=True)
+        del store
+    return {"machine": lines, "rows": rows}
+
+
+def tables(record: dict[str, Any]) -> None:
+    """Write the page."""
+    lines = [*_head(), ""]
+    if "campaigns" in record:
+        lines += ["## Whole campaigns", "", *record["campaigns"]["machine"], "", *_campaign_table(record), ""]
+    for name in (name for name in (*LOOPS, "satellite") if name in record):
+        entry = record[name]
+        lines += [f"## {entry['title']}", "", *entry["machine"], "", *_ratios(entry["rows"]), ""]
+        lines += [f"Not run: {peer} ({why})." for peer, why in entry["not run"].items()]
+        lines += ["<details><summary>all measurements</summary>", "", *everything(entry["rows"]), "", "</details>", ""]
+    write("batch_closed_loop.md", lines)
+
+
+def _campaign_table(record: dict[str, Any]) -> list[str]:
+    columns = ["campaign", "runs measured", "core-seconds", "ms per run", "runs asked for", "core-seconds for them"]
+    return table(
+        columns,
+        [
+            [
+                *(row["title"], f"{row['measured']:,}", f"{row['seconds']:.1f}"),
+                *(f"{row['seconds'] / row['measured'] * 1e3:.3f}", f"{row['asked']:,}"),
+                f"{row['seconds'] / row['measured'] * row['asked']:,.0f}"
+                + ("" if row["asked"] == row["measured"] else " (scaled)"),
+            ]
+            for row in record["campaigns"]["rows"]
+        ],
+    )
+
+
+def _ratios(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """Compare at equal error; who is always more exact counts with the loosest setting."""
+    ours = time_for(ERROR, [row for row in rows if row["name"].startswith("mehvar")])
+    found = []
+    for name in dict.fromkeys(row["name"] for row in rows if not row["name"].startswith("mehvar")):
+        mine = [row for row in rows if row["name"] == name]
+        time = time_for(ERROR, mine)
+        reached = np.isfinite(time)
+        found.append([name, f"{ours * 1e6:,.0f}", f"{time * 1e6:,.0f}" if reached else "not reached",
+                      f"{time / ours:.1f}" if reached else "-"])  # fmt: skip
+    return table(["peer", f"mehvar at {ERROR:.0e}, us per run", "peer, us per run", "peer / mehvar"], found)
+
+
+def _head() -> list[str]:
+    return [
+        "# Batches of closed loops",
+        "",
+        "Written by `python benchmarks/batch_closed_loop.py`.",
+        "",
+        "- Campaigns: the processor time of one thread from drawing the runs to the complete store, tolerance 1e-6; all",
+        "  metrics of the scenario are computed on the way. Measured once; where fewer runs were measured than asked",
+        "  for, the time is scaled, which the flat cost per run in [the scaling](batch_scaling.md) allows.",
+        f"- Comparison: processor time, medians of {REPEATS} repeats in which all take turns in one process, on the same",
+        "  runs, with the same equations from the tape: the law, its input and the plant in one function. Error: median",
+        "  over the runs of the largest |x - x_ref|/(1 + |x_ref|) at the end, against our dop853 at 1e-13; equal error",
+        "  1e-6 by log-log interpolation. A setting that is more exact than that at its loosest counts as it is.",
+        "- Our times contain samples, metrics, minimum and maximum and the limits of every step. The peers' do not.",
+        "- heyoka sees the kinks of minimum, maximum and select as smooth pieces; the error column shows what that costs.",
+        "- The satellite's law is sampled and has memory. No peer runs such a loop by itself: it was written around them",
+        "  (peers/sampled.py); without noise, so that all can be compared. diffrax was not tried there.",
+        "- The machine was shared with other programs; compare ratios.",
+    ]
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What makes a site of pages that are written to be read on a forge.
+
+Three things differ. Pages link to files of the repository outside `docs/`: these become pages under `repo/`. Formulas
+are TeX in the notation of forges: they become MathML, so that no script draws them. Reference pages name objects in
+comments, `<!-- ::: mehvar.simulate -->`, which become directives of mkdocstrings.
+"""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from latex2mathml.converter import convert
+
+if TYPE_CHECKING:
+    from mkdocs.config.defaults import MkDocsConfig
+    from mkdocs.structure.files import Files
+    from mkdocs.structure.pages import Page
+
+ROOT = Path(__file__).parents[2]
+FENCED = re.compile(r"^(`{3,})(\w*)[^\n]*\n(.*?)^\1[ ]*$\n?", re.DOTALL | re.MULTILINE)
+LINK = re.compile(r"(\]\()([^)\s:#]+)((?:#[^)\s]*)?\))")
+INLINE = re.compile(r"\$`([^`\n]+)`\$")
+OBJECT = re.compile(r"^<!-- (::: \S+) -->$", re.MULTILINE)
+MARK = "\ue000{}\ue001"
+"""Stands for a formula while Markdown, which would read its letters as markup, is at work."""
+
+_LANGUAGES = {".py": "python", ".toml": "toml", ".c": "c", ".h": "c"}
+_formulas: dict[str, list[str]] = {}
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add every file of the repository that a page leads to."""
+    from mkdocs.structure.files import File
+
+    waiting = [Path(config.docs_dir) / file.src_uri for file in files.documentation_pages()]
+    seen = set(waiting)
+    while waiting:
+        for target in _targets(waiting.pop()) - seen:
+            seen.add(target)
+            if not target.is_relative_to(config.docs_dir):
+                files.append(File.generated(config, _home(target), content=_as_page(target)))
+                waiting += [target] if target.suffix == ".md" else []
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Lead links into the site, set formulas aside, and ask for the objects of reference pages."""
+    own = page.file.src_uri
+    place = ROOT / own.removeprefix("repo/") if own.startswith("repo/") else Path(config.docs_dir) / own
+    formulas = _formulas[own] = []
+
+    def lead(match: re.Match[str]) -> str:
+        target = (place.parent / match[2]).resolve()
+        inside = posixpath.relpath(_home(target), posixpath.dirname(own) or ".") if target.is_file() else match[2]
+        return f"{match[1]}{inside}{match[3]}"
+
+    def set_aside(tex: str, display: str) -> str:
+        formulas.append(convert(tex.strip(), display=display))
+        return MARK.format(len(formulas) - 1)
+
+    def prose(text: str) -> str:
+        text = INLINE.sub(lambda match: set_aside(match[1], "inline"), text)
+        text = text.replace("<details>", '<details markdown="1">')
+        return OBJECT.sub(r"\1", LINK.sub(lead, text))
+
+    def fenced(match: re.Match[str]) -> str:
+        return f"{set_aside(match[3], 'block')}\n" if match[2] == "math" else match[0]
+
+    return "".join(_pieces(markdown, prose, fenced))
+
+
+def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Put the formulas back."""
+    formulas = _formulas.pop(page.file.src_uri)
+    html = re.sub(r"<p>(\ue000\d+\ue001)</p>", r'<div class="formula" tabindex="0">\1</div>', html)
+    return re.sub(r"\ue000(\d+)\ue001", lambda match: formulas[int(match[1])], html)
+
+
+def _pieces(text: str, prose: Callable[[str], str], fenced: Callable[[re.Match[str]], str]) -> Iterator[str]:
+    """Apply one function to what stands between fenced blocks, another to the blocks."""
+    end = 0
+    for match in FENCED.finditer(text):
+        yield prose(text[end : match.start()])
+        yield fenced(match)
+        end = match.end()
+    yield prose(text[end:])
+
+
+def _targets(place: Path) -> set[Path]:
+    """Return the files that a page leads to."""
+    text = FENCED.sub("", place.read_text(encoding="utf-8"))
+    found = {(place.parent / match[2]).resolve() for match in LINK.finditer(re.sub(r"`[^`\n]*`", "", text))}
+    return {target for target in found if target.is_file() and target.is_relative_to(ROOT)}
+
+
+def _home(target: Path) -> str:
+    """Return where a file of the repository stands in the site."""
+    path = target.relative_to(ROOT).as_posix()
+    if path.startswith("docs/"):
+        return path.removeprefix("docs/")
+    return f"repo/{path}" if path.endswith(".md") else f"repo/{path}.md"
+
+
+def _as_page(target: Path) -> str:
+    """Return a file as Markdown."""
+    text = target.read_text(encoding="utf-8")
+    if target.suffix == ".md":
+        return text
+    return f"# {target.relative_to(ROOT).as_posix()}\n\n````{_LANGUAGES.get(target.suffix, 'text')}\n{text}````\n"
