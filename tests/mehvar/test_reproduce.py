@@ -381,3 +381,21 @@ def test_a_narrow_window_needs_no_sideways_scrolling_and_dark_is_dark(open_page)
         assert browser.execute_script("return getComputedStyle(document.body).backgroundColor") == "rgb(19, 22, 26)"
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_paper_and_browsers_without_scripts_get_the_pictures(open_page, report):
+    def shown(browser):
+        picture, stage = "#slosh-figure-7 .picture", "[data-scene=slosh]"
+        return [browser.find_element("css selector", selector).is_displayed() for selector in (picture, stage)]
+
+    browser = open_page()
+    assert shown(browser) == [False, True]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert shown(browser) == [True, False]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+    try:
+        browser.get((report.out / "index.html").as_uri())
+        assert shown(browser) == [True, False]
+    finally:
+        browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
