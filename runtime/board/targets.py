@@ -66,7 +66,7 @@ class MachinePort:
         """Send bytes."""
         self.machine.write(data)
 
-    def read(self, timeout: float) -> bytes:
+    def read(self, timeout: float) -> bytes:  # noqa: ARG002 - emulated time stands still
         """Run the board until it sleeps and return what it sent."""
         return self.machine.read()
 
