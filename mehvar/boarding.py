@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 import shutil
 from collections.abc import Sequence
@@ -39,12 +40,31 @@ def asked_for(model: str, settings: Sequence[str], asked: Asked) -> tuple[Model,
 def build_command(model: str, asked: Asked, out: Path | None) -> int:
     """Compile a firmware; with a folder, write its sources and images there."""
     loaded, asked = asked_for(model, (), asked)
+    if out is not None:
+        make_folder(out, out)
     image = build_image(loaded, asked)
     _print_image(image)
     if out is not None:
         export(image, out)
         typer.echo(f"wrote {out}")
     return 0
+
+
+def make_folder(folder: Path, asked: Path) -> None:
+    """Make a folder before anything takes its time.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made or written, about the folder that was asked for.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        writable = os.access(folder, os.W_OK)
+    except OSError as error:
+        raise bad_value("out", str(asked), f"a folder that can be made ({error.strerror})", "--out") from error
+    if not writable:
+        raise bad_value("out", str(asked), "a folder that can be written", "--out")
 
 
 def run_command(model: str, settings: Sequence[str], asked: Asked, form: str) -> int:

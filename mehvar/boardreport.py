@@ -15,10 +15,9 @@ import numpy as np
 import typer
 
 from mehvar.boardfacts import facts
-from mehvar.boarding import outcome_of, status_of
+from mehvar.boarding import make_folder, outcome_of, status_of
 from mehvar.plots import BLACK, BLUE, COLORS, VERMILLION, label, new_figure, picture, require_matplotlib, save, style
 from runtime.board.run import Outcome
-from runtime.errors import bad_value
 from runtime.files import write_atomic
 from runtime.results import to_dataset
 
@@ -41,12 +40,9 @@ def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path)
         For a user's mistake, or if Matplotlib is missing.
     """
     require_matplotlib()
-    if out.exists() and not out.is_dir():
-        raise bad_value("--out", str(out), "a folder")
+    make_folder(out / "figures", out)
     outcome = outcome_of(model, settings, replace(asked, every=1))
-    found = facts(outcome)
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "figures").mkdir(exist_ok=True)
+    found = facts(outcome) | {"figure": _figure_numbers(outcome)}
     figures = [_saved(out / "figures" / f"{name}.png", title, draw(outcome)) for name, title, draw in _figures(outcome)]
     write_atomic(out / "index.html", _page(found, figures))
     write_atomic(out / "board.json", json.dumps(found, indent=1) + "\n")
@@ -62,6 +58,25 @@ def _figures(outcome: Outcome) -> list[tuple[str, str, Any]]:
         ("loop", f"{name}, with the law on the board".capitalize(), _loop_figure),
         ("inputs", "What the board commanded, and how far from the host's float and double", inputs_figure),
     ]
+
+
+def _figure_numbers(outcome: Outcome) -> dict[str, Any] | None:
+    """Return what the paper's figure shows, in numbers, of the board and of the host with and without the delay."""
+    from mehvar.papers.satellite_rows import LATE, measure
+
+    layout, period = outcome.image.program.layout, outcome.image.program.period
+    number = _PAPER.get((layout.model, layout.law))
+    if number is None or outcome.board.t[-1] <= LATE + period:
+        return None
+    runs = {"board": outcome.board, "host_double": outcome.double, "host_without_delay": outcome.undelayed}
+    measured = {name: measure(run) for name, run in runs.items() if run is not None}
+    return {
+        "number": number,
+        "from": LATE,
+        "rms_error_degrees": {name: list(m.rms) for name, m in measured.items()},
+        "largest_error_degrees": {name: list(m.largest) for name, m in measured.items()},
+        "largest_torque": {name: list(m.torque) for name, m in measured.items()},
+    }
 
 
 def _saved(path: Path, title: str, figure: Figure) -> dict[str, str]:
@@ -129,6 +144,15 @@ def fact_rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
         rows += [
             ("states, board against simulation without the delay", f"{late['max_state']:.3g} at most", "measured"),
             ("the same, shifted by one sample", f"{late['max_state_shifted']:.3g} at most", "measured"),
+        ]
+    if found["figure"]:
+        rows += [
+            (
+                f"RMS error of roll, pitch, yaw from {found['figure']['from']:g} s on, {name.replace('_', ' ')}",
+                ", ".join(f"{value:.4f}" for value in values) + " deg",
+                f"measured, as in figure {found['figure']['number']}",
+            )
+            for name, values in found["figure"]["rms_error_degrees"].items()
         ]
     if found["instructions_per_step"] is not None:
         least, most = found["instructions_least"], found["instructions_per_step"]

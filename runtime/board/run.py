@@ -288,7 +288,10 @@ def _journal(asked: Asked, digest: bytes, single: Run, sizes: tuple[int, ...]) -
     assert asked.journal is not None
     chosen = hashlib.sha256(repr((sorted(single.parameters.values.items()), sorted(single.options.items()))).encode())
     identity: dict[str, object] = {"layout": digest.hex(), "run": chosen.hexdigest()[:16]}
-    return Journal(asked.journal, identity, sizes[0], sizes[1])
+    try:
+        return Journal(asked.journal, identity, sizes[0], sizes[1])
+    except OSError as error:
+        raise InputError(f"journal = {str(asked.journal)!r}: cannot be written ({error.strerror})") from error
 
 
 def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[np.float64]]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import select
@@ -23,6 +24,12 @@ TARGETS = ("sil", "unicorn", "qemu", "qemu-pty")
 """Targets that need no hardware; anything else is the name of a serial port."""
 _CHUNK = 4096
 _GATHER = 0.0005
+_REASONS = {
+    errno.ENOENT: "there is no such port",
+    errno.EACCES: "no permission: on Linux join the group of the port, often dialout, and log in again",
+    errno.EBUSY: "another program has it open",
+    errno.ENOTTY: "it is not a serial port",
+}
 _START_TRIES, _START_PAUSE = 1000, 0.01
 
 
@@ -118,17 +125,24 @@ class SerialPort:
             self._port = serial.serial_for_url(name, baudrate=baud, timeout=0)
         except (serial.SerialException, ValueError) as error:
             allowed = f"{', '.join(TARGETS)}, or a serial port that can be opened"
-            raise InputError(f"target = {name!r}: must be {allowed} ({error})") from error
+            reason = _REASONS.get(getattr(error, "errno", None) or 0, str(error))
+            raise InputError(f"target = {name!r}: must be {allowed} ({reason})") from error
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
-        self._port.write(data)
+        try:
+            self._port.write(data)
+        except OSError as error:
+            raise LinkError(f"{self.name} is gone: {error}") from error
 
     def read(self, timeout: float) -> bytes:
         """Return what has come."""
-        self._port.timeout = timeout
-        first = self._port.read(1)
-        return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
+        try:
+            self._port.timeout = timeout
+            first = self._port.read(1)
+            return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
+        except OSError as error:
+            raise LinkError(f"{self.name} is gone: {error}") from error
 
     def close(self) -> None:
         """Close the port."""

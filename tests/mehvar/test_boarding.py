@@ -138,6 +138,14 @@ def test_mistakes_are_named():
     assert "must be sil, unicorn, qemu, qemu-pty, or a serial port" in refused(*RUN[:-4], "--target", "/dev/nowhere")
 
 
+def test_a_folder_that_cannot_be_written_is_named_before_anything_runs(tmp_path):
+    taken = tmp_path / "file"
+    taken.write_text("")
+    for command in ("build", "report"):
+        said = refused("board", command, "triangle", "--controller", "path", "--out", str(taken / "r"))
+        assert "(from --out): must be a folder that can be made" in said
+
+
 def test_flash_says_that_nobody_has_tried():
     done = run("board", "flash", "triangle", "--controller", "path", "--dry-run")
     assert done.returncode == 0
