@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import struct
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -46,6 +47,12 @@ class Picture:
     png: bytes
     chart: Mapping[str, Any] | None
     claims: Sequence[Claim] = ()
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Return width and height of the static picture in pixels."""
+        width, height = struct.unpack(">II", self.png[16:24])
+        return width, height
 
 
 @dataclass(frozen=True)
@@ -117,9 +124,9 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
     clock.note("board")
     return PaperReport(
         runs.model, paper, claims, pictures, comparisons, ledger, scene, batch,
-        picture(f"{name}-batch", "Batch", "", batch.figure) if batch else None,
+        picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
         board,
-        picture(f"{name}-board", "Inputs", "", board.figure) if board and board.figure else None,
+        picture(f"{name}-inputs", "Inputs", "", board.figure) if board and board.figure else None,
         len(runs), clock.noted,
     )  # fmt: skip
 

@@ -122,11 +122,12 @@ def test_an_old_picture_survives_a_failed_one(swing, tmp_path, monkeypatch):
     path, figure = tmp_path / "run.png", plots.picture(*swing)
     path.write_bytes(b"old")
 
-    def fill_the_disc(target, **options):
-        Path(target).write_bytes(b"half")
+    def fill_the_disc(target, content):
+        with target.open("wb") as file:
+            file.write(content[: len(content) // 2])
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(figure, "savefig", fill_the_disc)
+    monkeypatch.setattr(Path, "write_bytes", fill_the_disc)
     with pytest.raises(OSError, match=r"run\.png: No space left"):
         plots.save(figure, path)
     assert path.read_bytes() == b"old"

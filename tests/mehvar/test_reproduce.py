@@ -3,10 +3,6 @@ import base64
 import json
 import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -22,6 +18,7 @@ from mehvar.report.page import typeset
 from mehvar.reproduce import reproduce
 from runtime.errors import InputError
 from runtime.model import load
+from tests.mehvar.browser import chromium, prefer, requests
 
 VOID = {"meta", "link", "img", "br", "hr", "input", "col"}
 
@@ -111,7 +108,7 @@ def test_figures_on_the_page_are_the_files_beside_it(report):
 def test_every_series_over_time_and_every_animation_is_in_the_data(report):
     data = json.loads(re.search(r'id="data">(.*?)</script>', report.html, re.S)[1])
     assert set(data["scenes"]) == set(paper_models())
-    for name in ("slosh-figure-7", "satellite-figure-4", "triangle-figure-9", "slosh-batch", "satellite-board"):
+    for name in ("slosh-figure-7", "satellite-figure-4", "triangle-figure-9", "slosh-bands", "satellite-inputs"):
         assert data["charts"][name]["panels"]
     for scene in data["scenes"].values():
         columns = [set(run["columns"]) for run in scene["runs"].values()]
@@ -144,6 +141,15 @@ def test_page_shows_all_claims_captions_and_the_model(report):
     assert all(typeset(figure.caption).striptags() in words for figure in paper.figures())
     assert load("triangle").manifest.hash in text
     assert "does not settle" in text
+
+
+def test_every_claim_stands_beside_a_figure_or_among_those_without(report):
+    claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
+    for name in paper_models():
+        numbers = {claim["number"] for claim in claims if claim["model"] == name}
+        named = [number for figure in load_paper(name).figures() for number in figure.claims]
+        assert set(named) <= numbers
+        assert {f"{name}-claim-{number}" for number in numbers} <= set(report.page.ids)
 
 
 def test_page_names_no_folder_of_this_machine(report):
@@ -223,11 +229,173 @@ def test_without_matplotlib_it_says_what_to_install(tmp_path, monkeypatch):
 
 
 def test_an_interrupt_leaves_nothing_behind(tmp_path):
-    command = [sys.executable, "-m", "mehvar", "reproduce", "--out", str(tmp_path / "report")]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True, text=True) as process:
-        time.sleep(4)
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert said.strip() == "mehvar: interrupted"
+    def interrupted(done, total, what=""):
+        if "figure" in what:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        reproduce(tmp_path / "report", interrupted)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture(scope="module")
+def browser(report, tmp_path_factory):
+    with chromium(tmp_path_factory.mktemp("browser")) as found:
+        yield found
+
+
+@pytest.fixture
+def open_page(browser, report):
+    def opened(**preferences):
+        prefer(browser, **{"prefers_color_scheme": "light", "prefers_reduced_motion": "no-preference", **preferences})
+        browser.get_log("browser")
+        requests(browser)
+        browser.get((report.out / "index.html").as_uri())
+        return browser
+
+    return opened
+
+
+def eventually(browser, script, *given):
+    """Wait until a script returns something true, and return that."""
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    return WebDriverWait(browser, 15, 0.1).until(lambda b: b.execute_script(f"return {script}", *given))
+
+
+def show(browser, selector):
+    browser.execute_script("document.querySelector(arguments[0]).scrollIntoView({behavior: 'instant'})", selector)
+
+
+def test_the_page_loads_without_errors_and_asks_the_network_for_nothing(open_page, report):
+    browser = open_page()
+    eventually(browser, "document.documentElement.dataset.ready === 'yes'")
+    for name in paper_models():
+        show(browser, f"[data-scene={name}]")
+        eventually(browser, "document.querySelectorAll(`[data-scene=${arguments[0]}] .uplot`).length === 3", name)
+    assert browser.execute_script(
+        "return [...document.images].every((image) => !image.complete || image.naturalWidth > 0)"
+    )
+    assert requests(browser) == [(report.out / "index.html").as_uri()]
+    assert [entry["message"] for entry in browser.get_log("browser")] == []
+
+
+@pytest.mark.parametrize("name", paper_models())
+def test_an_animation_plays_pauses_and_scrubs_with_mouse_and_keys(open_page, name):
+    from selenium.webdriver.common.keys import Keys
+
+    browser = open_page()
+    show(browser, f"[data-scene={name}]")
+    part = {p: browser.find_element("css selector", f"[data-scene={name}] [data-part={p}]") for p in ("canvas", "play")}
+    time_now = f"Report.players.{name}.time"
+    eventually(browser, f"{time_now} > 0")
+    part["play"].click()
+    stopped = browser.execute_script(f"return {time_now}")
+    pixels = f"Report.players.{name}.canvas.toDataURL()"
+    before = browser.execute_script(f"return {pixels}")
+    assert part["play"].get_attribute("aria-label") == "Play"
+    part["canvas"].send_keys(Keys.ARROW_RIGHT)
+    moved = browser.execute_script(f"return {time_now}")
+    assert moved > stopped
+    assert browser.execute_script(f"return {pixels}") != before
+    scrub = f"document.querySelector('[data-scene={name}] [data-part=scrub]')"
+    browser.execute_script(f"{scrub}.value = 12.5; {scrub}.dispatchEvent(new Event('input'))")
+    assert browser.execute_script(f"return {time_now}") == 12.5
+    part["canvas"].send_keys(Keys.SPACE)
+    eventually(browser, f"{time_now} > 12.5")
+
+
+def test_the_animation_shows_both_laws_and_turns(open_page):
+    from selenium.webdriver.common.keys import Keys
+    from selenium.webdriver.support.select import Select
+
+    browser = open_page(prefers_reduced_motion="reduce")
+    show(browser, "[data-scene=slosh]")
+    stage = browser.find_element("css selector", "[data-scene=slosh]")
+    canvas = stage.find_element("css selector", "[data-part=canvas]")
+    eventually(browser, "document.querySelectorAll('[data-scene=slosh] .uplot').length === 3")
+    frames = {browser.execute_script("return Report.players.slosh.canvas.toDataURL()")}
+    browser.execute_script("Report.players.slosh.go(5)")
+    for part, choice in (("run", "V2, full model"), ("compare", "V1, full model")):
+        Select(stage.find_element("css selector", f"[data-part={part}]")).select_by_visible_text(choice)
+        frames.add(browser.execute_script("return Report.players.slosh.canvas.toDataURL()"))
+    canvas.send_keys(Keys.SHIFT, Keys.ARROW_UP)
+    frames.add(browser.execute_script("return Report.players.slosh.canvas.toDataURL()"))
+    assert len(frames) == 4
+    assert "beside" in stage.find_element("css selector", ".u-legend").text
+
+
+def test_reduced_motion_waits_for_the_reader(open_page):
+    browser = open_page(prefers_reduced_motion="reduce")
+    show(browser, "[data-scene=triangle]")
+    eventually(browser, "document.querySelectorAll('[data-scene=triangle] .uplot').length === 3")
+    assert browser.execute_script("return [Report.players.triangle.playing, Report.players.triangle.time]") == [
+        False,
+        0,
+    ]
+
+
+def test_charts_show_values_zoom_and_hide_laws(open_page):
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    browser = open_page()
+    show(browser, "#slosh-figure-7")
+    eventually(browser, "document.querySelectorAll('#slosh-figure-7 .uplot').length === 4")
+    figure = browser.find_element("css selector", "#slosh-figure-7")
+    over, *_ = figure.find_elements("css selector", ".u-over")
+    ActionChains(browser).move_to_element(over).perform()
+    value = figure.find_elements("css selector", ".u-legend .u-series")[1].text
+    assert re.search(r"V1\s*−?\d", value)
+    before = figure.find_element("css selector", ".uplot canvas").screenshot_as_base64
+    ActionChains(browser).move_to_element(over).click_and_hold().move_by_offset(60, 0).release().perform()
+    assert figure.find_element("css selector", ".uplot canvas").screenshot_as_base64 != before
+    chip = next(b for b in figure.find_elements("css selector", ".chip") if b.text == "V2")
+    chip.click()
+    assert chip.get_attribute("aria-pressed") == "false"
+    hidden = figure.find_elements("css selector", ".u-legend .u-series.u-off .u-label")
+    assert [name.text for name in hidden] == ["V2", "V2"]
+
+
+def test_static_pictures_can_be_had_and_claims_filtered(open_page):
+    from selenium.webdriver.support.select import Select
+
+    browser = open_page()
+    figure = browser.find_element("css selector", "#slosh-figure-7")
+    swap = figure.find_element("css selector", "[data-part=swap]")
+    browser.execute_script("arguments[0].scrollIntoView({behavior: 'instant', block: 'center'})", swap)
+    swap.click()
+    assert figure.find_element("css selector", ".picture").is_displayed()
+    rows = "[...document.querySelectorAll('tr[data-paper]')].filter((row) => !row.hidden).length"
+    everything = browser.execute_script(f"return {rows}")
+    Select(browser.find_element("css selector", "[data-filter=paper]")).select_by_visible_text("slosh")
+    assert 0 < browser.execute_script(f"return {rows}") < everything
+    assert browser.find_element("id", "shown").text == f"{browser.execute_script(f'return {rows}')} claims"
+
+
+def test_a_narrow_window_needs_no_sideways_scrolling_and_dark_is_dark(open_page):
+    browser = open_page(prefers_color_scheme="dark")
+    metrics = {"width": 400, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    try:
+        assert eventually(browser, "document.documentElement.scrollWidth") <= 400
+        assert browser.execute_script("return getComputedStyle(document.body).backgroundColor") == "rgb(19, 22, 26)"
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_paper_and_browsers_without_scripts_get_the_pictures(open_page, report):
+    def shown(browser):
+        picture, stage = "#slosh-figure-7 .picture", "[data-scene=slosh]"
+        return [browser.find_element("css selector", selector).is_displayed() for selector in (picture, stage)]
+
+    browser = open_page()
+    assert shown(browser) == [False, True]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert shown(browser) == [True, False]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+    try:
+        browser.get((report.out / "index.html").as_uri())
+        assert shown(browser) == [True, False]
+    finally:
+        browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})

@@ -61,7 +61,7 @@
       width: host.clientWidth || 300, height, series: [
         { label: "t", value: (_, v) => (v === null ? "–" : `${Report.number(v)} s`) }, ...panel.lines.map(series)],
       scales: { x: { time: false, distr: logarithmic[0] ? 3 : 1 }, y: { distr: logarithmic[1] ? 3 : 1 } },
-      axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32 }), axis({ size: 58, values: (_, splits) => splits.map(tick) })],
+      axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32 }), axis({ size: 58, space: 24, values: (_, splits) => splits.map(tick) })],
       cursor: { sync: { key: group.key, scales: ["x", null] }, drag: { x: true, y: false }, bind: {
         dblclick: (u) => () => group.charts.forEach((c) => c.reset()) } },
       legend: { live: true }, bands: bands(panel.lines),
@@ -158,6 +158,7 @@
         chart.lines = panel.lines;
       }
       state.apply();
+      host.dataset.built = "yes";
     };
     const bar = Report.element("div", { className: "bar" }, ...chips(figure, state), tools(state));
     host.append(bar, grid);

@@ -26,7 +26,7 @@
   const apply = () => {
     const wanted = Array.from(filters, (filter) => [filter.dataset.filter, filter.value]);
     let shown = 0;
-    for (const row of document.querySelectorAll("#claims tr[data-paper]")) {
+    for (const row of document.querySelectorAll("tr[data-paper]")) {
       row.hidden = wanted.some(([key, value]) => value && row.dataset[key] !== value);
       shown += !row.hidden;
     }

@@ -111,7 +111,10 @@
         c.lineTo(x1 + uy * size * 0.55, y1 - ux * size * 0.55);
         c.fillStyle = color;
         c.fill();
-        if (text) Report.write(c, text, x1 + ux * (size + 9), y1 + uy * (size + 9), color);
+        if (!text) return;
+        c.font = "13px system-ui, sans-serif";
+        const gap = size + 6 + Math.abs(ux) * (c.measureText(text).width / 2) + Math.abs(uy) * 6;
+        Report.write(c, text, x1 + ux * gap, y1 + uy * gap, color);
       }, 0.01);
     }
 

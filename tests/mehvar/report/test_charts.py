@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from mehvar.plots import BLUE, GREY, VERMILLION, label, new_figure, style
+from mehvar.report.charts import BAND_HIGH, BAND_LOW, chart, text
+from tests.mehvar.report.test_series import floats
+
+
+def test_a_chart_holds_the_lines_of_the_figure():
+    t = np.linspace(0, 4, 50)
+    with style():
+        figure = new_figure(4, 4)
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        upper.plot(t, np.sin(t), color=BLUE, label=r"$\varphi_1$")
+        upper.step(t[::5], t[::5], where="post", color=VERMILLION, ls="--", label="held")
+        upper.axhline(0.5, color=GREY)
+        upper.axvline(2.0, color=GREY, ls=":")
+        upper.set_ylabel(label(r"$\tilde\varphi$", "angle", "rad"))
+        lower.plot(t, t - 1, color=BLUE, gid=BAND_LOW)
+        lower.plot(t, t + 1, color=BLUE, gid=BAND_HIGH)
+        lower.set_xlabel(label("$t$", "time", "s"))
+        found = chart(figure)
+    first, second = found["panels"]
+    assert (found["columns"], found["whole"]) == (1, True)
+    assert first["label"] == "angle φ̃ [rad]"
+    sine, held = first["lines"]
+    assert (sine["name"], sine["color"], sine["dash"], sine["step"]) == ("φ<sub>1</sub>", "blue", [], False)
+    assert (held["name"], held["color"], bool(held["dash"]), held["step"]) == ("held", "vermillion", True, True)
+    x = floats(first["x"])
+    assert np.allclose(floats(sine["y"]), np.sin(x), atol=1e-6)
+    known = np.isfinite(floats(held["y"]))
+    assert np.allclose(floats(held["y"])[known], t[::5])
+    assert [level["at"] for level in first["levels"]] == [0.5]
+    assert [mark["at"] for mark in first["marks"]] == [2.0]
+    assert [line["band"] for line in second["lines"]] == ["low", "high"]
+
+
+def test_a_figure_without_time_has_no_chart():
+    with style():
+        figure = new_figure(2, 2)
+        figure.subplots().plot([0, 1], [0, 1])
+        assert chart(figure) is None
+
+
+@pytest.mark.parametrize(
+    ("label_", "shown"),
+    [
+        ("$v_x$ [m/s]", "v<sub>x</sub> [m/s]"),
+        (r"$f_\perp/F$", "f<sub>⊥</sub>/F"),
+        ("$10^5$ < a", "10<sup>5</sup> &lt; a"),
+    ],
+)
+def test_mathematics_of_labels_becomes_html(label_, shown):
+    assert text(label_) == shown
