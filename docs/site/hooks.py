@@ -18,7 +18,7 @@ from latex2mathml.converter import convert
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
-    from mkdocs.structure.files import Files
+    from mkdocs.structure.files import File, Files
     from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).parents[2]
@@ -36,17 +36,13 @@ _formulas: dict[str, list[str]] = {}
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add every file of the repository that a page leads to."""
-    from mkdocs.structure.files import File
-
     waiting = [Path(config.docs_dir) / file.src_uri for file in files.documentation_pages()]
     seen = set(waiting)
     while waiting:
         for target in _targets(waiting.pop()) - seen:
             seen.add(target)
             if not target.is_relative_to(config.docs_dir):
-                picture = target.suffix in _PICTURES
-                content = {"abs_src_path": str(target)} if picture else {"content": _as_page(target)}
-                files.append(File.generated(config, _home(target), **content))
+                files.append(_file(target, config))
                 waiting += [target] if target.suffix == ".md" else []
     return files
 
@@ -107,6 +103,15 @@ def _home(target: Path) -> str:
     if path.startswith("docs/"):
         return path.removeprefix("docs/")
     return f"repo/{path}" if target.suffix in (".md", *_PICTURES) else f"repo/{path}.md"
+
+
+def _file(target: Path, config: MkDocsConfig) -> File:
+    """Return a file outside docs/ as a file of the site."""
+    from mkdocs.structure.files import File
+
+    if target.suffix in _PICTURES:
+        return File.generated(config, _home(target), abs_src_path=str(target))
+    return File.generated(config, _home(target), content=_as_page(target))
 
 
 def _as_page(target: Path) -> str:

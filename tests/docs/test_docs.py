@@ -133,7 +133,7 @@ def run_shell(block: Block, where: str, folder: Path) -> str:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=60,
+        timeout=300,
         check=False,
     )
     assert done.returncode == wanted, f"{where}: exit {done.returncode}, not {wanted}:\n{script}\n{done.stdout}"
