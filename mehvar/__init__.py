@@ -7,7 +7,9 @@ Importing and running generated models needs numpy and scipy; SymPy and CasADi a
 from __future__ import annotations
 
 import importlib
+import importlib.util
 from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -60,8 +62,23 @@ __all__ = sorted(_HOME)
 
 def __getattr__(name: str) -> Any:
     if name in _HOME:
-        return getattr(importlib.import_module(_HOME[name]), name)
+        try:
+            return getattr(importlib.import_module(_HOME[name]), name)
+        except Exception:
+            _require_own_packages()
+            raise
     raise AttributeError(f"module 'mehvar' has no attribute {name!r}")
+
+
+def _require_own_packages() -> None:
+    """Raise ImportError when a package of the user's comes before one of ours on the path."""
+    for package in ("models", "codegen", "runtime"):
+        own = Path(__file__).parents[1] / package / "__init__.py"
+        found = importlib.util.find_spec(package)
+        if found and found.origin and not own.samefile(found.origin):
+            raise ImportError(
+                f"{found.origin} hides mehvar's package {package}: rename that folder, or start Python with -P"
+            )
 
 
 def __dir__() -> list[str]:

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 
 def main() -> None:
     """Run the command line; a user's mistake ends in one message, never in a traceback."""
+    _leave_working_folder()
     from mehvar.cli import app
     from runtime.errors import BuildError, InputError
 
@@ -28,6 +30,13 @@ def main() -> None:
         _fail(error, 2)
     except KeyboardInterrupt:
         _fail("interrupted", 130)
+
+
+def _leave_working_folder() -> None:
+    """Keep `python -m mehvar` from importing the user's own folders models, runtime, codegen or generated."""
+    here = Path.cwd()
+    if not sys.flags.safe_path and sys.path[0] == str(here) and here != Path(__file__).parents[1]:
+        del sys.path[0]
 
 
 def _is_model_mistake(error: ValueError) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from runtime.board.run import Difference, Outcome
+from runtime.board.run import TARGETS, Difference, Outcome
 from runtime.simulate import Run
 
 
@@ -45,6 +45,7 @@ def facts(outcome: Outcome) -> dict[str, Any]:
         "ticks": _ticks(outcome),
         "image": _image(outcome),
         "stack_used": outcome.stats.get("stack_used") or None,
+        "stack_bound": _bound(outcome),
         "coverage": [
             {"function": c.function, "lines": c.lines, "run": c.run, "missed": list(c.missed)} for c in outcome.covered
         ],
@@ -97,7 +98,7 @@ def _ticks(outcome: Outcome) -> dict[str, Any] | None:
     """Return the board's own measurement of a step; under an emulator it measures nothing."""
     if not outcome.ticks or outcome.hello is None:
         return None
-    emulated = outcome.asked.target in ("unicorn", "qemu")
+    emulated = outcome.asked.target in TARGETS and outcome.asked.target != "sil"
     return {
         "least": min(outcome.ticks), "most": max(outcome.ticks), "per_second": outcome.hello.ticks_per_second,
         "meaning": "not a measurement: emulated clock" if emulated else "measured by the board",
@@ -111,6 +112,14 @@ def _image(outcome: Outcome) -> dict[str, Any]:
         elf = outcome.elf
         found |= {"flash": elf.flash, "ram": elf.ram, "stack": elf.stack, "double_routines": elf.doubles()}
     return found
+
+
+def _bound(outcome: Outcome) -> dict[str, Any] | None:
+    """Return the deepest that the stack can get, and the chain of calls that takes it there."""
+    if outcome.bound is None:
+        return None
+    chain = [{"function": name, "bytes": size} for name, size in outcome.bound.chain]
+    return {"bytes": outcome.bound.bytes, "chain": chain}
 
 
 def _version(name: str) -> str | None:

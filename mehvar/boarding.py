@@ -189,7 +189,9 @@ def _print_outcome(outcome: Outcome) -> None:
     if outcome.elf is not None:
         rows += [["flash", f"{outcome.elf.flash} bytes", ""], ["static RAM", f"{outcome.elf.ram} bytes", ""]]
     if outcome.stats.get("stack_used"):
-        rows += [["stack", f"{outcome.stats['stack_used']} bytes", "high water, self-test included"]]
+        rows += [["stack used", f"{outcome.stats['stack_used']} bytes", "high water, self-test included"]]
+    if outcome.bound is not None:
+        rows += [["stack at most", f"{outcome.bound.bytes} bytes", "bound from the image, a fault included"]]
     if outcome.selftest is not None:
         rows += [["self-test", f"{outcome.selftest.crc:08x}", f"CRC-32 of {outcome.selftest.samples} samples"]]
     rows += [["image", str(outcome.image.path), outcome.image.toolchain.version]]

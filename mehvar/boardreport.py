@@ -137,11 +137,13 @@ def fact_rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
         text = f"{found['cycles_per_step']}, {found['microseconds_per_step']} µs"
         rows += [("cycles of a step", text, "estimate: Cortex-M4F timings, no wait states")]
     if "flash" in image:
-        used = f"{found['stack_used']} of {image['stack']} bytes"
+        used, bound = found["stack_used"], found["stack_bound"]
         rows += [
             ("flash", f"{image['flash']} bytes", "exact"),
             ("static RAM", f"{image['ram']} bytes", "exact, without the stack"),
-            ("stack", used, "measured high water, self-test included; bound: what is reserved"),
+            ("stack, used", f"{used} bytes" if used else "not asked", "measured high water, self-test included"),
+            ("stack, at most", f"{bound['bytes']} bytes" if bound else "not known", _chain(bound)),
+            ("stack, reserved", f"{image['stack']} bytes", "exact"),
             ("routines in double precision", ", ".join(image["double_routines"]) or "none", "exact, by symbols"),
         ]
     if found["selftest"]:
@@ -153,3 +155,10 @@ def fact_rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
             ("ticks of a step", f"{ticks['least']} to {ticks['most']} at {ticks['per_second']} /s", ticks["meaning"])
         ]
     return [*rows, ("exchanges", f"{found['exchanges_per_second']} /s", "measured on this machine")]
+
+
+def _chain(bound: dict[str, Any] | None) -> str:
+    if bound is None:
+        return "the image does not tell"
+    calls = " → ".join(f"{link['function']} {link['bytes']}" for link in bound["chain"])
+    return f"bound from instructions and calls, one fault included: {calls}"

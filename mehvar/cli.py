@@ -242,7 +242,9 @@ BoardName = Annotated[
 ]
 BoardCompiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="gcc when installed, else zig.")]
 BoardScenario = Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")]
-BoardTarget = Annotated[str, typer.Option(metavar="T", help="sil, unicorn, qemu, or a serial port.")]
+BoardTarget = Annotated[
+    str, typer.Option(metavar="T", help="sil (a process here), unicorn, qemu, qemu-pty, or a serial port.")
+]
 BoardSamples = Annotated[int, typer.Option(metavar="N", help="Evaluations of the law.")]
 BoardRaw = Annotated[bool, typer.Option("--raw", help="Bare packets, as in the satellite's paper.")]
 

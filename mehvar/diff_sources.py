@@ -92,7 +92,7 @@ class Sources:
 
     def _of_tree(self, tree: Tree, label: str) -> Version:
         """Return generated/ where it is up to date, and what models/ derives where it is not."""
-        if not (tree.root / "models" / "system.py").is_file():
+        if not tree.models:
             found = _generated(tree.root / "generated")
             return Version(label, self._wanted(found), tuple(found))
         folders = self._wanted({name: tree.root / "generated" / name for name in tree.models})

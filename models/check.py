@@ -142,8 +142,8 @@ def _check_names(system: System) -> None:
             first = known.setdefault(quantity.name.upper(), quantity.name)
             if first != quantity.name:
                 raise ModelError(
-                    f"{first!r} and {quantity.name!r} of vector {group.name!r} differ in capitals only, and would be one "
-                    "constant in the generated C; rename one of them"
+                    f"{first!r} and {quantity.name!r} of vector {group.name!r} differ in capitals only, and would be "
+                    "one constant in the generated C; rename one of them"
                 )
 
 

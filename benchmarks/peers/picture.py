@@ -16,6 +16,7 @@ STYLES = {
     "diffrax Dopri8": ("#E69F00", "X", "diffrax Dopri8"),
 }
 """Colours of Okabe and Ito, and a marker for each, so that colour is never the only sign."""
+FLOOR = 1e-15  # smaller errors are drawn here
 
 
 def picture(record: dict[str, Any], path: Path) -> None:
@@ -28,10 +29,10 @@ def picture(record: dict[str, Any], path: Path) -> None:
     figure, axes = plt.subplots(1, len(record), figsize=(4.2 * len(record), 4.6), sharey=False, squeeze=False)
     for axis, entry in zip(axes[0], record.values(), strict=True):
         for name, (colour, marker, label) in STYLES.items():
-            rows = sorted((r["error"], r["seconds"] * 1e6) for r in entry["rows"] if r["name"] == name)
+            rows = sorted((max(r["error"], FLOOR), r["seconds"] * 1e6) for r in entry["rows"] if r["name"] == name)
             if rows:
                 axis.plot(*zip(*rows, strict=True), color=colour, marker=marker, markersize=5, label=label)
-        axis.set(xscale="log", yscale="log", title=entry["title"], xlim=(1e-4, 1e-14))
+        axis.set(xscale="log", yscale="log", title=entry["title"], xlim=(1e-4, FLOOR / 3))
         axis.set(xlabel="median relative error at the end [1]", ylabel="processor time per run [µs]")
         axis.grid(True, which="major", alpha=0.3)
     handles, labels = axes[0][0].get_legend_handles_labels()

@@ -49,8 +49,12 @@ CASES = {
     "ball": Case("slosh on ball joints, 10 s", "slosh", "lyapunov-v1", 10.0,
                  {"inertia": "ball", "attitude": "quaternion"}),
     "satellite": Case("satellite, 100 s", "satellite", "pd", 100.0),
-    "triangle": Case("triangle, 3 s", "triangle", "path", 3.0, {}, "paper-b"),
+    "triangle": Case("triangle, 1 s", "triangle", "path", 1.0, {}, "paper-b"),
 }  # fmt: skip
+LOOPS = {
+    "slosh": Case("slosh, lyapunov-v2, 1000 s", "slosh", "lyapunov-v2", 1000.0, sample=1.0, share=1 / 32),
+    "triangle": Case("triangle, path, 35 s", "triangle", "path", 35.0, sample=0.1, share=1 / 4),
+}
 
 
 @dataclass(frozen=True)

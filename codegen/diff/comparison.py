@@ -203,7 +203,7 @@ class _Verdicts:
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
-        told = explainer.explain(partner, item, decision) if partner and verdict is Verdict.CHANGED else None
+        told = explainer.explain(partner, item) if partner and verdict is Verdict.CHANGED else None
         return Equation(
             name=row.name,
             old_name=partner.row.name if partner else "",

@@ -10,7 +10,7 @@ from fractions import Fraction
 from itertools import chain
 
 from codegen.diff.changes import Change, replaced
-from codegen.diff.equality import Decision, Expression, Worlds, shown
+from codegen.diff.equality import Expression, Worlds, shown
 from codegen.diff.report import Counterexample, Edit, Kind, Part, Path
 from codegen.diff.terms import Account
 from codegen.diff.versions import Item, Versions
@@ -41,7 +41,7 @@ class Explainer:
         self._text = Printer(versions.pool.nodes, names)
         self._latex = Printer(versions.pool.nodes, names, latex=True)
 
-    def explain(self, old: Item, new: Item, decision: Decision) -> Told:
+    def explain(self, old: Item, new: Item) -> Told:
         """Return the edits that turn the old text into the new one, over the same children."""
         versions = self.versions
         before, across = (versions.before, old.root), (versions.across, new.root)

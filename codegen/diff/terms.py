@@ -173,7 +173,7 @@ class Account:
         if operation == "pow":
             yield from self._exponents(node, operands, needed, path)
         if operation == "add":
-            yield from self._added(node, value, needed, path)
+            yield from self._added(value, needed, path)
         if operation not in ("add", "mul", "num", "sym"):
             yield from self._inside(node, needed, path)
         if needed in self._parts:
@@ -278,7 +278,7 @@ class Account:
                 says = f"exponent of {{{operands[0]}}}: {before} became {after}"
                 yield Change(Kind.EXPONENT, path, node, new, new, says, 1.2)
 
-    def _added(self, node: int, value: Values, needed: Values, path: Path) -> Iterator[Change]:
+    def _added(self, value: Values, needed: Values, path: Path) -> Iterator[Change]:
         missing = _each(field.sub, needed, value)
         for sign in (1, -1):
             part = self._parts.get(missing if sign == 1 else tuple(field.sub(0, v) for v in missing))

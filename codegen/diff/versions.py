@@ -61,7 +61,7 @@ class Versions:
         self.before = Meaning(self.pool, lambda name: _target(self.before, self._old_named.get(name)))
         self.after = Meaning(self.pool, lambda name: _target(self.after, self._new_named.get(name)))
         self.across = Meaning(self.pool, self._partner_of)
-        self.free_old = Meaning(self.pool, lambda name: None)
+        self.free_old = Meaning(self.pool, lambda _: None)
         self.free_new = Meaning(self.pool, self._free)
         self.judge = Judge(self.pool, self._positive, _sampler(old, new, self.renamed))
         self._match()

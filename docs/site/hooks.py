@@ -30,6 +30,7 @@ MARK = "\ue000{}\ue001"
 """Stands for a formula while Markdown, which would read its letters as markup, is at work."""
 
 _LANGUAGES = {".py": "python", ".toml": "toml", ".c": "c", ".h": "c"}
+_PICTURES = (".png", ".svg")
 _formulas: dict[str, list[str]] = {}
 
 
@@ -43,7 +44,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         for target in _targets(waiting.pop()) - seen:
             seen.add(target)
             if not target.is_relative_to(config.docs_dir):
-                files.append(File.generated(config, _home(target), content=_as_page(target)))
+                picture = target.suffix in _PICTURES
+                content = {"abs_src_path": str(target)} if picture else {"content": _as_page(target)}
+                files.append(File.generated(config, _home(target), **content))
                 waiting += [target] if target.suffix == ".md" else []
     return files
 
@@ -103,7 +106,7 @@ def _home(target: Path) -> str:
     path = target.relative_to(ROOT).as_posix()
     if path.startswith("docs/"):
         return path.removeprefix("docs/")
-    return f"repo/{path}" if path.endswith(".md") else f"repo/{path}.md"
+    return f"repo/{path}" if target.suffix in (".md", *_PICTURES) else f"repo/{path}.md"
 
 
 def _as_page(target: Path) -> str:

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import itertools
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from elftools.elf.elffile import ELFFile
 
@@ -30,6 +32,8 @@ class Elf:
         Bytes in flash; bytes of static data, without the stack.
     stack : int
         Bytes reserved for the stack.
+    functions : dict of str to list of (int, int)
+        Address and size of the instructions of each function, without the constants between them.
     """
 
     segments: tuple[tuple[int, bytes], ...]
@@ -37,10 +41,18 @@ class Elf:
     flash: int
     ram: int
     stack: int
+    functions: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
 
     def doubles(self) -> list[str]:
         """Return the routines in double precision that the image holds."""
         return sorted(name for name in self.symbols if _DOUBLE.fullmatch(name))
+
+    def stored(self, address: int, size: int) -> bytes:
+        """Return bytes of flash."""
+        for start, content in self.segments:
+            if start <= address and address + size <= start + len(content):
+                return content[address - start : address - start + size]
+        raise ValueError(f"{size} bytes at {address:#010x} are not in the image")
 
 
 def read_elf(path: Path) -> Elf:
@@ -56,9 +68,24 @@ def read_elf(path: Path) -> Elf:
             for s in table.iter_symbols()
             if s.name and not s.name.startswith("$") and s["st_info"]["type"] != "STT_FILE"
         }
+        functions = _functions(table)
         sizes = {s.name: s["sh_size"] for s in elf.iter_sections() if s["sh_flags"] & 2}
     stack = sizes.pop(".stack", 0)
     if not stack:
         stack = symbols["__stack_top"][0] - symbols["__stack_limit"][0]
     ram = sizes.pop(".bss", 0) + sizes.get(".data", 0)
-    return Elf(segments, symbols, sum(sizes.values()), ram, stack)
+    return Elf(segments, symbols, sum(sizes.values()), ram, stack, functions)
+
+
+def _functions(table: Any) -> dict[str, list[tuple[int, int]]]:
+    """Cut each function at the symbols that say where instructions ($t) and constants ($d) begin."""
+    marks = sorted((s["st_value"], s.name[:2]) for s in table.iter_symbols() if s.name[:2] in ("$t", "$d"))
+    found: dict[str, list[tuple[int, int]]] = {}
+    for symbol in table.iter_symbols():
+        first = symbol["st_value"] & ~1
+        end = first + symbol["st_size"]
+        if symbol["st_info"]["type"] == "STT_FUNC" and end > first:
+            cuts = [(first, "$t"), *(mark for mark in marks if first < mark[0] < end), (end, "")]
+            name = f"{symbol.name}@{first:#x}" if symbol.name in found else symbol.name  # files may share names
+            found[name] = [(a, b - a) for (a, kind), (b, _) in itertools.pairwise(cuts) if kind == "$t"]
+    return found

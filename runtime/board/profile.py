@@ -166,14 +166,15 @@ def _engine() -> Any:
 def _cost(name: str, operands: str) -> int:
     for kind in _PER_REGISTER:
         if name.startswith(kind):
-            return 1 + _registers(operands)
+            return 1 + registers(operands)
     for known, cycles in _CYCLES.items():
         if name.startswith(known):
             return cycles
     return 1
 
 
-def _registers(operands: str) -> int:
+def registers(operands: str) -> int:
+    """Return how many registers an operand like {r4, r6-r8} lists."""
     listed = operands[operands.find("{") + 1 : operands.find("}")]
     count = 0
     for part in listed.split(","):

@@ -24,6 +24,7 @@ from .elf import Elf, read_elf
 from .link import Counters, Hello, Link, Port, SelfTest
 from .profile import Coverage, Profile, StepProfiler, coverage
 from .session import BoardLaw, Journal
+from .stack import StackBound, UnboundedError, stack_bound
 from .targets import TARGETS, MachinePort, open_target
 from .toolchains import board as board_named
 from .toolchains import host_toolchain, toolchain
@@ -38,7 +39,7 @@ class Asked:
     Attributes
     ----------
     target : str
-        "sil", "unicorn", "qemu" or a serial port.
+        "sil", "unicorn", "qemu", "qemu-pty" or a serial port.
     board, compiler : str, optional
         Of the image; "stm32f4", and gcc or else zig, unless given. Software in the loop has no board.
     samples : int
@@ -97,6 +98,8 @@ class Outcome:
         Board against float on this machine.
     profile : Profile or None
         Instructions, where the emulator counts them.
+    bound : StackBound or None
+        Of the image; None for software in the loop, or where the image does not tell.
     """
 
     asked: Asked
@@ -118,6 +121,7 @@ class Outcome:
     selftest: SelfTest | None
     profile: Profile | None
     covered: tuple[Coverage, ...]
+    bound: StackBound | None
 
     @property
     def max_ulp(self) -> int:
@@ -211,6 +215,7 @@ def _run_framed(model: Model, asked: Asked, image: Image, port: Port, single: Ru
         x=difference(board.x, single.x),
         rate=len(law.ticks) / seconds, counters=link.counters, stats=stats, restored=law.restored,
         ticks=tuple(law.ticks), selftest=test, profile=profiler.profile if profiler else None, covered=covered,
+        bound=_bound(elf, image),
     )  # fmt: skip
 
 
@@ -222,13 +227,23 @@ def _run_bare(model: Model, asked: Asked, image: Image, port: Port) -> Outcome:
     seconds = time.perf_counter() - begin
     single = _simulate(model, asked, law=HostLaw(image.program, resolved))
     none = difference(np.empty(0), np.empty(0))
+    elf = None if image.board is None else read_elf(image.path)
     return Outcome(
-        asked=asked, image=image, elf=None if image.board is None else read_elf(image.path), hello=None, board=board,
+        asked=asked, image=image, elf=elf, hello=None, board=board,
         single=single, double=_simulate(model, asked), undelayed=_undelayed(model, asked),
         u=difference(np.array(law.u), single.u_cmd), z=none, x=difference(board.x, single.x),
         rate=len(law.u) / seconds, counters=None, stats={}, restored=0, ticks=(), selftest=None, profile=None,
-        covered=(),
+        covered=(), bound=_bound(elf, image),
     )  # fmt: skip
+
+
+def _bound(elf: Elf | None, image: Image) -> StackBound | None:
+    if elf is None or image.board is None:
+        return None
+    try:
+        return stack_bound(elf, image.board.cpu)
+    except UnboundedError:
+        return None
 
 
 def _simulate(model: Model, asked: Asked, **changed: Any) -> Run:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 import select
 import shutil
 import socket
@@ -18,10 +19,11 @@ from .build import Image
 from .elf import read_elf
 from .link import LinkError, Port
 
-TARGETS = ("sil", "unicorn", "qemu")
+TARGETS = ("sil", "unicorn", "qemu", "qemu-pty")
 """Targets that need no hardware; anything else is the name of a serial port."""
 _CHUNK = 4096
 _GATHER = 0.0005
+_START_TRIES, _START_PAUSE = 1000, 0.01
 
 
 class ProcessPort:
@@ -64,7 +66,7 @@ class MachinePort:
         """Send bytes."""
         self.machine.write(data)
 
-    def read(self, timeout: float) -> bytes:
+    def read(self, timeout: float) -> bytes:  # noqa: ARG002 - emulated time stands still
         """Run the board until it sleeps and return what it sent."""
         return self.machine.read()
 
@@ -76,21 +78,9 @@ class SocketPort:
     """A board under QEMU, its serial line on a Unix socket."""
 
     def __init__(self, image: Image, options: tuple[str, ...] = ()) -> None:
-        assert image.board is not None
-        program = shutil.which("qemu-system-arm")
-        if program is None:
-            raise InputError("the target qemu needs qemu-system-arm: apt-get install qemu-system-arm")
-        self.name = f"qemu {image.board.machine}"
         self._folder = tempfile.TemporaryDirectory(prefix="mehvar-qemu-")
         path, log = Path(self._folder.name) / "line", Path(self._folder.name) / "log"
-        quiet = ("-serial", "null") if image.board.defines.get("BOARD_USART") == 2 else ()
-        line = ("-serial", f"unix:{path},server=on,wait=on")
-        command = [
-            program, "-M", image.board.machine, "-kernel", str(image.path), "-display", "none", "-monitor", "none",
-            "-nodefaults", *quiet, *line, *options,
-        ]  # fmt: skip
-        with log.open("wb") as errors:
-            self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors)
+        self.name, self._process = _qemu(image, f"unix:{path},server=on,wait=on", log, options)
         self._line = _connected(path, self._process, log)
 
     def write(self, data: bytes) -> None:
@@ -145,13 +135,44 @@ class SerialPort:
         self._port.close()
 
 
+class PtyPort:
+    """A board under QEMU, its serial line on a pseudo-terminal: for the host a serial port as any other."""
+
+    def __init__(self, image: Image) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="mehvar-qemu-")
+        log = Path(self._folder.name) / "log"
+        self.name, self._process = _qemu(image, "pty", log, ())
+        try:
+            self._port = SerialPort(_terminal(self._process, log))
+        except BaseException:
+            self._end()
+            raise
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        self._port.write(data)
+
+    def read(self, timeout: float) -> bytes:
+        """Return what has come."""
+        return self._port.read(timeout)
+
+    def close(self) -> None:
+        """End the emulator."""
+        self._port.close()
+        self._end()
+
+    def _end(self) -> None:
+        _end(self._process)
+        self._folder.cleanup()
+
+
 def open_target(target: str, image: Image) -> Port:
     """Open the line to a board.
 
     Parameters
     ----------
     target : str
-        "sil", "unicorn", "qemu", or the name of a serial port.
+        "sil", "unicorn", "qemu", "qemu-pty" or the name of a serial port.
     image : Image
         What the emulators run; a board at a serial port is expected to run it already.
 
@@ -166,19 +187,48 @@ def open_target(target: str, image: Image) -> Port:
         return MachinePort(image)
     if target == "qemu":
         return SocketPort(image)
+    if target == "qemu-pty":
+        return PtyPort(image)
     return SerialPort(target)
+
+
+def _qemu(image: Image, line: str, log: Path, options: tuple[str, ...]) -> tuple[str, subprocess.Popen[bytes]]:
+    """Start the emulator with its serial line where asked; what it says goes to `log`."""
+    assert image.board is not None
+    program = shutil.which("qemu-system-arm")
+    if program is None:
+        raise InputError("the target qemu needs qemu-system-arm: apt-get install qemu-system-arm")
+    quiet = ("-serial", "null") if image.board.defines.get("BOARD_USART") == 2 else ()
+    command = [
+        program, "-M", image.board.machine, "-kernel", str(image.path), "-display", "none", "-monitor", "none",
+        "-nodefaults", *quiet, "-serial", line, *options,
+    ]  # fmt: skip
+    with log.open("wb") as errors:
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors)
+    return f"qemu {image.board.machine}", process
+
+
+def _terminal(process: subprocess.Popen[bytes], log: Path) -> str:
+    """Return the name of the pseudo-terminal that the emulator says it made."""
+    for _ in range(_START_TRIES):
+        if said := re.search(r"redirected to (/dev/\S+)", log.read_text(errors="replace")):
+            return said[1]
+        if process.poll() is not None:
+            break
+        time.sleep(_START_PAUSE)
+    raise LinkError(f"qemu-system-arm did not start: {log.read_text(errors='replace').strip()}")
 
 
 def _connected(path: Path, process: subprocess.Popen[bytes], log: Path) -> socket.socket:
     line = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    for _ in range(1000):
+    for _ in range(_START_TRIES):
         try:
             line.connect(str(path))
             return line
         except OSError:
             if process.poll() is not None:
                 break
-            time.sleep(0.01)
+            time.sleep(_START_PAUSE)
     _end(process)
     raise LinkError(f"qemu-system-arm did not start: {log.read_text(errors='replace').strip()}")
 

@@ -3,8 +3,9 @@
 
 What a page may say to this test, in a comment on the line before a block:
 `<!-- not run: reason -->`, `<!-- exit: 2 -->` for a block that ends with that status, `<!-- file: NAME -->` for a block
-that is written to a file. A `text` block after a Python block, and the lines without `$ ` in a `console` block, are
-looked for in the output; `...` stands for anything.
+that is written to a file. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository.
+A `text` block after a Python block, and the lines without `$ ` in a `console` block, are looked for in the output;
+`...` stands for anything.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ import contextlib
 import io
 import os
 import re
+import runpy
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -81,8 +84,10 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
     names: dict[str, Any] = {"__name__": "__main__"}
-    output = ""
-    for block in blocks(page.read_text(encoding="utf-8")):
+    output, text = "", page.read_text(encoding="utf-8")
+    if "<!-- in a copy of the checkout -->\n" in text:
+        copy_checkout(tmp_path)
+    for block in blocks(text):
         where = f"{page.relative_to(ROOT)}:{block.start}"
         if said(block, "not run"):
             output = ""
@@ -95,6 +100,16 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
             output = run_shell(block, where, tmp_path)
         elif block.language == "text" and output:
             expect(block.lines, output, where)
+
+
+def copy_checkout(folder: Path) -> None:
+    """Put the models and what is generated from them into a git repository of their own."""
+    for name in ("models", "generated"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    commit = ["-c", "user.name=me", "-c", "user.email=me@example.org", "commit", "-q", "-m", "as it is"]
+    (folder / ".gitignore").write_text("__pycache__/\n.bin/\n", encoding="utf-8")
+    for arguments in (["init", "-q"], ["add", "."], commit):
+        subprocess.run(["git", *arguments], cwd=folder, check=True)
 
 
 def run_python(block: Block, page: Path, names: dict[str, Any]) -> str:
@@ -145,7 +160,7 @@ def environment(folder: Path) -> dict[str, str]:
     programs = folder / ".bin"
     if not programs.exists():
         programs.mkdir()
-        for name, call in (("python", ""), ("mehvar", " -m mehvar")):
+        for name, call in (("python", ""), ("mehvar", " -P -m mehvar")):
             program = programs / name
             program.write_text(f'#!/bin/sh\nexec "{sys.executable}"{call} "$@"\n', encoding="utf-8")
             program.chmod(0o755)
@@ -216,6 +231,11 @@ def anchors(page: Path) -> set[str]:
     text = re.sub(r"^(`{3,}).*?^\1\s*$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     headings = re.findall(r"^#+\s+(.+?)\s*$", text, flags=re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_the_page_of_numbers_is_what_the_benchmarks_say() -> None:
+    program = runpy.run_path(str(ROOT / "benchmarks" / "numbers.py"))
+    assert program["PAGE"].read_text(encoding="utf-8") == program["page"](), "run: python benchmarks/numbers.py"
 
 
 def test_the_citation_names_this_version() -> None:

@@ -7,8 +7,14 @@ import json
 import shutil
 import subprocess
 
+import numpy as np
 import pytest
 
+from runtime import load
+from runtime.board.build import build, program
+from runtime.board.link import Link
+from runtime.board.targets import ProcessPort
+from runtime.board.toolchains import host_toolchain
 from tests.mehvar.test_cli import refused, run
 
 RUN = ("board", "run", "triangle", "--controller", "path", "--target", "sil", "--samples", "30")
@@ -48,15 +54,80 @@ def test_what_build_exports_can_be_built(tmp_path):
     assert (out / "firmware.bin").stat().st_size > 4000
 
 
-@pytest.mark.skipif(not shutil.which("make"), reason="not installed")
-def test_the_make_fragment_compiles_law_and_link(tmp_path):
-    out = tmp_path / "firmware"
-    run("board", "build", "triangle", "--controller", "path", "--target", "sil", "--out", str(out))
-    (tmp_path / "Makefile").write_text(
-        "MEHVAR = firmware\ninclude firmware/mehvar.mk\n"
-        "all:\n\t$(CC) $(MEHVAR_CFLAGS) -fsyntax-only $(MEHVAR_SOURCES)\n"
+MAKE = """\
+MEHVAR = firmware
+include firmware/mehvar.mk
+vendor: $(MEHVAR_SOURCES) vendor.c
+\t$(CC) $(MEHVAR_CFLAGS) -O1 $^ -o $@ -lm
+"""
+CMAKE = """\
+cmake_minimum_required(VERSION 3.16)
+project(vendor C)
+include(firmware/mehvar.cmake)
+add_executable(vendor vendor.c)
+target_link_libraries(vendor PRIVATE mehvar m)
+"""
+
+
+@pytest.fixture
+def vendor(tmp_path):
+    """A project of somebody's own: its board's functions and its main loop, and what `board build` exported."""
+    made = run(
+        "board", "build", "triangle", "--controller", "path", "--target", "sil", "--out", str(tmp_path / "firmware")
     )
-    subprocess.run(["make", "-s"], cwd=tmp_path, check=True)
+    assert made.returncode == 0, made.stderr
+    own = [(tmp_path / "firmware" / name).read_text() for name in ("boards/posix.c", "main.c")]
+    (tmp_path / "vendor.c").write_text("\n".join(own))
+    shutil.rmtree(tmp_path / "firmware" / "boards")
+    (tmp_path / "firmware" / "main.c").unlink()
+    (tmp_path / "Makefile").write_text(MAKE)
+    (tmp_path / "CMakeLists.txt").write_text(CMAKE)
+    return tmp_path
+
+
+BUILDS = {
+    "make": [["make", "-s", "vendor"]],
+    "cmake": [
+        ["cmake", "-S", ".", "-B", ".", "-DCMAKE_BUILD_TYPE=Release"],
+        ["cmake", "--build", ".", "--target", "vendor"],
+    ],
+}
+
+
+@pytest.mark.parametrize("tool", BUILDS)
+def test_a_vendors_project_takes_law_and_link(vendor, tool):
+    """The program that it builds gives the same answers as ours."""
+    if not shutil.which(tool):
+        pytest.skip("not installed")
+    if tool == "cmake":
+        (vendor / "Makefile").unlink()
+    for command in BUILDS[tool]:
+        subprocess.run(command, cwd=vendor, check=True, stdout=subprocess.DEVNULL)
+    image = build(program(load("triangle"), "path"), None, host_toolchain())
+    found = []
+    for path in (vendor / "vendor", image.path):
+        port = ProcessPort(path)
+        try:
+            link = Link(port, image.program.layout)
+            link.connect()
+            link.set("z", np.empty(0))
+            found.append(link.selftest(50).crc)
+        finally:
+            port.close()
+    assert found[0] == found[1]
+
+
+@pytest.mark.skipif(not (shutil.which("cmake") and shutil.which("arm-none-eabi-gcc")), reason="not installed")
+def test_the_cmake_fragment_cross_compiles(vendor):
+    (vendor / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.16)\nproject(v C)\ninclude(firmware/mehvar.cmake)\n"
+    )
+    flags = "-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -O2 -Werror -Wall -Wdouble-promotion"
+    options = ["-DCMAKE_SYSTEM_NAME=Generic", "-DCMAKE_C_COMPILER=arm-none-eabi-gcc", f"-DCMAKE_C_FLAGS={flags}"]
+    options.append("-DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY")
+    for command in (["cmake", "-S", ".", "-B", "arm", *options], ["cmake", "--build", "arm"]):
+        subprocess.run(command, cwd=vendor, check=True, stdout=subprocess.DEVNULL)
+    assert (vendor / "arm" / "libmehvar.a").stat().st_size > 4000
 
 
 def test_mistakes_are_named():
@@ -64,7 +135,7 @@ def test_mistakes_are_named():
     assert "did you mean stm32f4" in refused("board", "build", "satellite", "--controller", "pd", "--board", "stm32")
     assert "format = 'xml'" in refused(*RUN, "--format", "xml")
     assert "backend = 'python'" in refused(*RUN, "--set", "backend=python")
-    assert "must be sil, unicorn, qemu, or a serial port" in refused(*RUN[:-4], "--target", "/dev/nowhere")
+    assert "must be sil, unicorn, qemu, qemu-pty, or a serial port" in refused(*RUN[:-4], "--target", "/dev/nowhere")
 
 
 def test_flash_says_that_nobody_has_tried():

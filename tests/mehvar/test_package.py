@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What importing costs and needs."""
 
+import os
 import subprocess
 import sys
 
@@ -21,6 +22,22 @@ def python(code: str) -> str:
 @pytest.mark.parametrize("module", ["mehvar", "runtime"])
 def test_importing_stays_light(module):
     assert python(f"import sys, {module}; print([m for m in {HEAVY} if m in sys.modules])") == "[]"
+
+
+@pytest.mark.parametrize("name", ["models", "runtime", "codegen", "generated"])
+def test_a_users_own_folder_of_our_packages_name(name, tmp_path):
+    """The command line does not see it; a script that starts beside it is told what is wrong."""
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "__init__.py").write_text("raise RuntimeError('the wrong package')")
+    command = [sys.executable, "-m", "mehvar", "simulate", "triangle", "--controller", "path", "--t-end", "1"]
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    code = "import mehvar; mehvar.simulate, mehvar.System, mehvar.to_casadi"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert (done.returncode == 0) == (name == "generated")
+    if name != "generated":
+        assert f"hides mehvar's package {name}: rename that folder" in done.stderr
 
 
 @pytest.mark.parametrize("backend", ["c", "python"])

@@ -2,6 +2,7 @@
 """`mehvar new`: the new system generates, simulates and passes its gates; a wrong term does not."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -50,12 +51,16 @@ def test_the_commands_of_its_readme_work(project):
     assert "end time reached" in done.stdout
 
 
-def test_a_wrong_sign_breaks_a_gate(tmp_path):
+def test_a_wrong_sign_is_compared_and_breaks_a_gate(tmp_path):
     project = scaffold("wrong", tmp_path)
     path = project / "models" / "wrong" / "system.py"
     text = path.read_text()
     assert "-p.m * p.g * p.l * sp.cos(X.theta)" in text
+    shutil.copytree(project / "generated" / "wrong", tmp_path / "before")
     path.write_text(text.replace("[-U.torque, U.torque]", "[U.torque, U.torque]"))
+    compared = run(project, "mehvar", "diff", str(tmp_path / "before"), "work")
+    assert compared.returncode == 1, compared.stdout + compared.stderr
+    assert "wrong: physics CHANGED" in compared.stdout
     assert run(project, "mehvar", "generate").returncode == 0
     done = run(project, "pytest", "-q", "-p", "no:cacheprovider", "tests", "-k", "physics")
     assert done.returncode == 1

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Put the main tables of results/*.md together as docs/numbers.md; measures nothing itself."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+RESULTS = Path(__file__).parent / "results"
+PAGE = Path(__file__).parents[1] / "docs" / "numbers.md"
+
+_SHOWN = {
+    "closed_loop.md": ("One run with the defaults", "sliding, samples every 1 s", "path, samples every 1 s"),
+    "batch_open_loop.md": ("slosh, two pendulums, 10 s", "slosh on ball joints, 10 s", "satellite, 100 s"),
+    "generate.md": ("Times",),
+    "diff.md": ("One flipped Coriolis sign in slosh", "Random edits"),
+    "mutation.md": ("Killed",),
+    "board.md": ("Equivalence",),
+}
+"""Sections whose first table is shown; of a page that is not named, the first table."""
+_HEAD = """# Numbers
+
+What has been measured, from the pages that the benchmarks write. Written by `python benchmarks/numbers.py`: change
+nothing here. Each heading leads to the page with machine, versions, date, all measurements and what they do not say.
+[How they are measured](../benchmarks/README.md) says how to repeat them. Machines were shared: compare ratios, not
+times.
+"""
+
+
+def page(results: Path = RESULTS) -> str:
+    """Return the page of numbers as Markdown."""
+    parts = [_HEAD]
+    for path in sorted(results.glob("*.md"), key=_order):
+        text = re.sub(r"<details>.*?</details>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        sections = list(_sections(text))
+        parts.append(f"## [{sections[0][0]}](../benchmarks/results/{path.name})\n")
+        for heading in _SHOWN.get(path.name, ("",)):
+            parts += [f"**{heading}**\n"] if heading else []
+            parts.append(_table(path.name, sections, heading))
+    return "\n".join(parts)
+
+
+def _order(path: Path) -> tuple[int, str]:
+    known = list(_SHOWN)
+    return (known.index(path.name) if path.name in known else len(known), path.name)
+
+
+def _sections(text: str) -> Iterator[tuple[str, str]]:
+    """Return headings of all levels with what follows them."""
+    found = re.split(r"^#+ (.+)$", text, flags=re.MULTILINE)[1:]
+    return zip(found[::2], found[1::2], strict=True)
+
+
+def _table(name: str, sections: list[tuple[str, str]], heading: str) -> str:
+    """Return the first table of a section, of the whole page for an empty heading."""
+    for title, text in sections:
+        table = re.search(r"(?:^\|.*\n)+", text, flags=re.MULTILINE)
+        if table and heading in ("", title):
+            return table[0]
+    raise SystemExit(f"benchmarks/results/{name} has no table under {heading or 'any heading'!r}: mend numbers.py")
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
+    print(f"wrote {PAGE}")

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How deep the stack of an image can get, from its instructions alone: whatever runs, and whichever compiler made it.
+
+A function takes what its instructions take from the stack pointer, each counted once; a program takes what the deepest
+chain of calls takes, and one fault at the end of it. What this cannot bound (recursion, a frame of variable size) is an
+error, not a guess.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import NoReturn
+
+from .elf import Elf
+from .profile import disassemble, registers
+
+_START, _FAULT = "Reset_Handler", "Default_Handler"
+_EXCEPTION = {"m3": 32 + 4, "m4f": 104 + 4, "m7": 104 + 4}
+"""Bytes that the processor stacks on a fault: registers, those of the FPU, and what aligns them to 8."""
+_PUSHES = ("push", "vpush", "stmdb", "vstmdb")
+_BRANCH = re.compile(r"(b|bl|cbn?z|b(eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le))")
+_TARGET = re.compile(r"#(0x[0-9a-f]+)$")
+_LOWERED = re.compile(r"\[sp, #-(0x[0-9a-f]+|\d+)\]!")
+_TAKEN = re.compile(r"sp, (?:sp, )?#(0x[0-9a-f]+|\d+)$")
+_RAISES = ("add", "addw", "pop", "vpop", "ldm", "vldm", "vldmia")
+
+
+class UnboundedError(ValueError):
+    """The depth of the stack cannot be told from the image."""
+
+
+@dataclass(frozen=True)
+class StackBound:
+    """The deepest the stack can get.
+
+    Attributes
+    ----------
+    bytes : int
+        With the frame that the processor stacks when the deepest function faults, and the handler of the fault.
+    chain : tuple of (str, int)
+        The functions of the deepest chain of calls, from the start, with the bytes that each takes.
+    """
+
+    bytes: int
+    chain: tuple[tuple[str, int], ...]
+
+
+@dataclass(frozen=True)
+class _Function:
+    frame: int
+    calls: frozenset[str]
+    indirect: bool
+
+
+def stack_bound(elf: Elf, cpu: str) -> StackBound:
+    """Return the deepest that the stack of an image can get.
+
+    Parameters
+    ----------
+    elf : Elf
+        With its symbols.
+    cpu : {"m3", "m4f", "m7"}
+        What a fault stacks depends on it.
+
+    Raises
+    ------
+    UnboundedError
+        For recursion, a frame of variable size, or a jump to where no function is.
+    """
+    graph = _Graph(elf)
+    chain, fault = graph.deepest(_START), graph.deepest(_FAULT)
+    total = sum(size for _, size in (*chain, *fault))
+    return StackBound(total + _EXCEPTION[cpu], chain)
+
+
+class _Graph:
+    """Who calls whom. A call through a register may reach every function whose address is stored in the image."""
+
+    def __init__(self, elf: Elf) -> None:
+        self._elf = elf
+        self._names: dict[int, str] = {}
+        for name, parts in elf.functions.items():
+            self._names.setdefault(parts[0][0], name)
+        self._known: dict[str, _Function] = {}
+        self._chains: dict[str, tuple[tuple[str, int], ...]] = {}
+
+    def deepest(self, name: str, callers: tuple[str, ...] = ()) -> tuple[tuple[str, int], ...]:
+        """Return the chain of calls from a function that takes most."""
+        if name in callers:
+            raise UnboundedError(f"the program is recursive: {' calls '.join((*callers[callers.index(name) :], name))}")
+        if name not in self._chains:
+            found = self._function(name)
+            calls = found.calls | (self._stored() - {name} if found.indirect else set())
+            below = [self.deepest(called, (*callers, name)) for called in sorted(calls)]
+            longest = max(below, key=lambda chain: sum(size for _, size in chain), default=())
+            self._chains[name] = ((name, found.frame), *longest)
+        return self._chains[name]
+
+    def _function(self, name: str) -> _Function:
+        if name not in self._known:
+            self._known[name] = self._read(name)
+        return self._known[name]
+
+    def _read(self, name: str) -> _Function:
+        frame, indirect, calls = 0, False, set()
+        for address, size in self._elf.functions[name]:
+            for at, mnemonic, operands in disassemble(self._elf.stored(address, size), address):
+                frame += _taken(name, at, mnemonic, operands)
+                indirect |= _through_register(mnemonic, operands)
+                target = _TARGET.search(operands) if _BRANCH.fullmatch(mnemonic) else None
+                owner = self._owner(int(target[1], 16), name) if target else name
+                if owner != name or (target and mnemonic == "bl"):
+                    calls.add(owner)
+        return _Function(frame, frozenset(calls), indirect)
+
+    def _owner(self, address: int, caller: str) -> str:
+        """Return the function that an address is in; the caller itself for a jump within it."""
+        if any(a <= address < a + n for a, n in self._elf.functions[caller]):
+            return caller
+        if address in self._names:
+            return self._names[address]
+        for name, parts in self._elf.functions.items():
+            if any(a <= address < a + n for a, n in parts):
+                return name
+        raise UnboundedError(f"{caller} jumps to {address:#010x}, where no function is")
+
+    def _stored(self) -> set[str]:
+        words = set()
+        for _, content in self._elf.segments:
+            words |= {int.from_bytes(content[i : i + 4], "little") for i in range(0, len(content) - 3, 4)}
+        handlers = {_START, _FAULT}
+        return {name for address, name in self._names.items() if address | 1 in words} - handlers
+
+
+def _taken(name: str, at: int, mnemonic: str, operands: str) -> int:
+    """Return the bytes by which an instruction lowers the stack pointer."""
+    if mnemonic in _PUSHES and (mnemonic.endswith("push") or operands.startswith("sp!")):
+        return (8 if "{d" in operands else 4) * registers(operands)
+    if lowered := _LOWERED.search(operands):
+        return int(lowered[1], 0)
+    if not operands.startswith("sp, ") and not operands.startswith("sp!"):
+        return 0
+    if mnemonic in ("sub", "subw"):
+        taken = _TAKEN.search(operands)
+        return int(taken[1], 0) if taken else _refuse(name, at, mnemonic, operands)
+    return 0 if mnemonic in (*_RAISES, "cmp", "tst") else _refuse(name, at, mnemonic, operands)
+
+
+def _refuse(name: str, at: int, mnemonic: str, operands: str) -> NoReturn:
+    raise UnboundedError(f"{name} has a frame of variable size: {mnemonic} {operands} at {at:#010x}")
+
+
+def _through_register(mnemonic: str, operands: str) -> bool:
+    if mnemonic in ("blx", "bx"):
+        return operands != "lr" and not operands.startswith("#")
+    return (mnemonic == "mov" and operands.startswith("pc,")) or (
+        mnemonic == "ldr" and operands.startswith("pc,") and "[sp]" not in operands and "[pc" not in operands
+    )

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The site: built without a warning, whole, and read without a network."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import mehvar
+
+ROOT = Path(__file__).parents[2]
+LOADS = re.compile(r'<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)="([^"]+)"')
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("site")
+    done = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", str(folder)],
+        cwd=ROOT,
+        env={**os.environ, "NO_MKDOCS_2_WARNING": "1", "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    return folder
+
+
+def test_no_page_loads_anything_from_elsewhere(site: Path) -> None:
+    pages = list(site.rglob("*.html"))
+    assert len(pages) > 40
+    for path in pages:
+        for target in LOADS.findall(path.read_text(encoding="utf-8")):
+            assert not re.match(r"([a-z]+:)?//", target), f"{path.relative_to(site)} loads {target}"
+            if not target.startswith("data:"):
+                assert (path.parent / target.partition("#")[0].partition("?")[0]).exists() or path.name == "404.html"
+    for style in site.rglob("*.css"):
+        assert not re.search(r"url\(\s*['\"]?(https?:)?//", style.read_text(encoding="utf-8")), style
+
+
+def test_formulas_are_drawn_without_a_script(site: Path) -> None:
+    sphere = (site / "explanation" / "shape-sphere.html").read_text(encoding="utf-8")
+    assert sphere.count("<math") == (ROOT / "docs" / "explanation" / "shape-sphere.md").read_text().count("```math")
+    triangle = (site / "repo" / "generated" / "triangle" / "equations.html").read_text(encoding="utf-8")
+    assert triangle.count("<math") > 150
+    for path in site.rglob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        assert "\ue000" not in text, f"{path} lost a formula"
+        assert "$<code>" not in text, f"{path} shows TeX"
+
+
+def test_the_reference_has_every_public_name(site: Path) -> None:
+    page = (site / "reference" / "python.html").read_text(encoding="utf-8")
+    missing = [name for name in mehvar.__all__ if f'id="mehvar.{name}"' not in page]
+    assert not missing

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bound on the stack holds for what was measured, and refuses what it cannot bound."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+
+import pytest
+
+from runtime.board.build import STACK_SIZE
+from runtime.board.elf import read_elf
+from runtime.board.run import Asked, run_on_board
+from runtime.board.stack import UnboundedError, stack_bound
+from runtime.board.toolchains import board, toolchain
+from tests.runtime.board.conftest import load
+
+NEEDS_GCC = pytest.mark.skipif(not shutil.which("arm-none-eabi-gcc"), reason="not installed")
+FAULT_AND_HANDLER = {"m3": 36 + 8, "m4f": 108 + 8}
+
+
+@pytest.mark.parametrize("compiler", [pytest.param("gcc", marks=NEEDS_GCC), "zig"])
+@pytest.mark.parametrize("name", ["stm32f4", "mps2-m3"])
+def test_what_is_used_is_within_the_bound(compiler, name):
+    """And near it, less the fault that did not happen: a bound of everything would say nothing."""
+    asked = Asked("mrac", "unicorn", name, compiler, samples=8, selftest=8, profiled=False, every=8)
+    outcome = run_on_board(load("satellite"), asked)
+    assert outcome.bound is not None
+    used, bound = outcome.stats["stack_used"], outcome.bound.bytes
+    assert used <= bound <= used + FAULT_AND_HANDLER[board(name).cpu] + 64
+    assert bound <= STACK_SIZE
+    assert outcome.bound.chain[0][0] == "Reset_Handler"
+
+
+SOURCES = {
+    "depth": "int leaf(volatile int *v) { int w[50]; for (int i = 0; i < 50; i++) w[i] = *v; return w[*v]; }"
+    "int (*volatile chosen)(volatile int *) = leaf;"
+    "int start(volatile int *v) { return *v ? chosen(v) + 1 : 0; }",
+    "recursion": "int start(volatile int *v) { *v -= 1; if (*v) start(v); return *v; }",
+    "variable": "int start(volatile int *v) { char w[*v]; for (int i = 0; i < *v; i++) ((volatile char *)w)[i] = 1;"
+    "return w[*v / 2]; }",
+}
+
+
+@pytest.mark.parametrize("compiler", [pytest.param("gcc", marks=NEEDS_GCC), "zig"])
+def test_calls_through_pointers_recursion_and_frames_of_variable_size(tmp_path, compiler):
+    found = {name: _bound_of(tmp_path, name, text, compiler) for name, text in SOURCES.items()}
+    assert found["depth"].startswith("bytes >= 200: True")
+    assert "recursive: start calls start" in found["recursion"]
+    assert "start has a frame of variable size" in found["variable"]
+
+
+def _bound_of(folder, name, text, compiler):
+    start = "volatile int n; void Default_Handler(void) { } void Reset_Handler(void) { start(&n); for (;;) n++; }"
+    script = "ENTRY(Reset_Handler) SECTIONS { . = 0x8000; .text : { KEEP(*(.text*)) } .rodata : { *(.rodata*) }"
+    script += " .data : { *(.data*) } .bss : { *(.bss*) } __stack_limit = .; __stack_top = . + 64;"
+    script += " /DISCARD/ : { *(.ARM*) *(.comment) } }"
+    (folder / f"{name}.c").write_text(f"{text}\n{start}\n")
+    (folder / "script.ld").write_text(script)
+    chosen, image = toolchain(compiler), folder / f"{name}.elf"
+    flags = (*chosen.flags(board("stm32f4")), "-O1", "-ffreestanding", "-fno-inline", "-fno-optimize-sibling-calls")
+    subprocess.run(
+        [*chosen.command, *flags, "-nostdlib", "-T", "script.ld", f"{name}.c", "-o", image], cwd=folder, check=True
+    )
+    try:
+        bound = stack_bound(read_elf(image), "m4f")
+    except UnboundedError as error:
+        return str(error)
+    return f"bytes >= 200: {bound.bytes - 108 >= 200 and 'leaf' in dict(bound.chain)}"
