@@ -55,7 +55,7 @@ def run_study(model: Model, study: Study, advance: Callable[[float, str], None])
     stores: list[tuple[str, Store]] = []
     for k, (law, title) in enumerate(study.laws.items()):
 
-        def report(runs: int, total: int, failed: int, k: int = k, title: str = title) -> None:
+        def report(runs: int, total: int, _failed: int, k: int = k, title: str = title) -> None:
             advance((k + runs / total) / len(study.laws), f"{total} runs, {title}")
 
         campaign = Campaign(
