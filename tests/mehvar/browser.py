@@ -42,3 +42,15 @@ def prefer(browser, **features):
     """Emulate a reader's preferences: prefers_color_scheme="dark", prefers_reduced_motion="reduce"."""
     values = [{"name": name.replace("_", "-"), "value": value} for name, value in features.items()]
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": values})
+
+
+def eventually(browser, script, *given):
+    """Wait until a script returns something true, and return that."""
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    return WebDriverWait(browser, 15, 0.1).until(lambda b: b.execute_script(f"return {script}", *given))
+
+
+def show(browser, selector):
+    """Scroll to an element."""
+    browser.execute_script("document.querySelector(arguments[0]).scrollIntoView({behavior: 'instant'})", selector)

@@ -18,7 +18,7 @@ from mehvar.report.page import typeset
 from mehvar.reproduce import reproduce
 from runtime.errors import InputError
 from runtime.model import load
-from tests.mehvar.browser import chromium, prefer, requests
+from tests.mehvar.browser import chromium, eventually, prefer, requests, show
 
 VOID = {"meta", "link", "img", "br", "hr", "input", "col"}
 
@@ -254,17 +254,6 @@ def open_page(browser, report):
         return browser
 
     return opened
-
-
-def eventually(browser, script, *given):
-    """Wait until a script returns something true, and return that."""
-    from selenium.webdriver.support.wait import WebDriverWait
-
-    return WebDriverWait(browser, 15, 0.1).until(lambda b: b.execute_script(f"return {script}", *given))
-
-
-def show(browser, selector):
-    browser.execute_script("document.querySelector(arguments[0]).scrollIntoView({behavior: 'instant'})", selector)
 
 
 def test_the_page_loads_without_errors_and_asks_the_network_for_nothing(open_page, report):
