@@ -1,16 +1,29 @@
 # make run : set up .venv and reproduce the papers' figures and claims into report/
 # make test: set up .venv and run every check and test
+# make soak: the long campaigns, hours; make matrix: other Pythons and libraries, needs the package index
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test lint setup clean
+.PHONY: run test soak matrix lint setup clean
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
 test: setup lint
 	$(BIN)/mehvar generate --check
 	$(BIN)/pytest -n auto --dist loadscope
+
+soak: setup
+	$(BIN)/pytest -m soak
+	$(BIN)/python benchmarks/board.py fuzz
+	$(BIN)/python benchmarks/board.py day
+	$(BIN)/python benchmarks/kill_test.py --kills 200
+	$(BIN)/python benchmarks/mutation.py
+	rm -rf report/soak.zarr && mkdir -p report
+	$(BIN)/mehvar batch triangle --controller path -n 10000000 --vary "theta_0=uniform(0.8, 1.2)" --out report/soak.zarr
+
+matrix: setup
+	$(BIN)/python tests/gates/matrix.py
 
 lint: setup
 	$(BIN)/ruff check .
