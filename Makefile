@@ -1,11 +1,12 @@
 # make run : set up .venv and reproduce the papers' figures and claims into report/
 # make test: set up .venv and run every check and test
 # make docs: set up .venv and build the site into build/site
+# make soak: the long campaigns, hours; make matrix: other Pythons and libraries, needs the package index
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test docs lint setup clean
+.PHONY: run test docs soak matrix lint setup clean
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
@@ -16,6 +17,18 @@ test: setup lint
 docs: setup
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
 	@echo "build/site/index.html"
+
+soak: setup
+	$(BIN)/pytest -m soak
+	$(BIN)/python benchmarks/board.py fuzz
+	$(BIN)/python benchmarks/board.py day
+	$(BIN)/python benchmarks/kill_test.py --kills 200
+	$(BIN)/python benchmarks/mutation.py
+	rm -rf report/soak.zarr && mkdir -p report
+	$(BIN)/mehvar batch triangle --controller path -n 10000000 --vary "theta_0=uniform(0.8, 1.2)" --out report/soak.zarr
+
+matrix: setup
+	$(BIN)/python tests/gates/matrix.py
 
 lint: setup
 	$(BIN)/ruff check .

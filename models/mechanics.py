@@ -12,7 +12,15 @@ QUARTER_TURN = sp.Matrix([[0, -1], [1, 0]])
 
 
 def time_derivative(expr: sp.Expr, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Differentiate along a motion: the chain rule over the symbols that have a rate."""
+    """Differentiate along a motion: the chain rule over the symbols that have a rate.
+
+    Parameters
+    ----------
+    expr : Expr
+        What is differentiated.
+    rates : mapping of Symbol to Expr
+        Time derivative of each symbol that depends on time; all others are constant.
+    """
     return sp.Add(*(sp.diff(expr, symbol) * rate for symbol, rate in rates.items()))
 
 
@@ -147,7 +155,17 @@ def lagrange(
     speeds: Sequence[sp.Symbol],
     rates: Mapping[sp.Symbol, sp.Expr],
 ) -> sp.Matrix:
-    """Return d/dt(dT/dq') - dT/dq + dR/dq' for a kinetic energy T and a Rayleigh function R."""
+    """Return d/dt(dT/dq') - dT/dq + dR/dq' for a kinetic energy T and a Rayleigh function R.
+
+    Parameters
+    ----------
+    energy, dissipation : Expr
+        T and R, as functions of coordinates and speeds.
+    coordinates, speeds : sequence of Symbol
+        q and q', in the same order.
+    rates : mapping of Symbol to Expr
+        Time derivative of each symbol that depends on time, as for `time_derivative`.
+    """
     rows = [
         time_derivative(energy.diff(speed), rates) - energy.diff(coordinate) + dissipation.diff(speed)
         for coordinate, speed in zip(coordinates, speeds, strict=True)

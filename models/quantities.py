@@ -82,6 +82,8 @@ class Parameter(Quantity):
 
     Parameters
     ----------
+    name, unit, description, latex, positive, family, index
+        As of a `Quantity`.
     default : float or str, optional
         The value, or a formula in other parameters of the same group.
     bounds : Interval
@@ -97,7 +99,15 @@ class Parameter(Quantity):
 
 @dataclass(frozen=True)
 class Group:
-    """Quantities that travel together as one vector, such as the state or the plant's parameters."""
+    """Quantities that travel together as one vector, such as the state or the plant's parameters.
+
+    Parameters
+    ----------
+    name : str
+        Name of the vector in generated code, such as x.
+    quantities : tuple of Quantity
+        In their order in the vector.
+    """
 
     name: str
     quantities: tuple[Quantity, ...]

@@ -265,6 +265,10 @@ class System:
         What plant and scenario parameters must satisfy.
     functions : tuple of Function
         Further public functions.
+    controllers : tuple of Controller
+        The control laws.
+    scenarios, metrics : tuple of Scenario and of Metric
+        As read from scenarios.toml.
     coordinates : Coordinates, optional
         Regular chart for continuous loops.
     actuator : Actuator, optional

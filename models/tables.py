@@ -109,6 +109,11 @@ def parse_interval(text: str) -> Interval:
 def read_parameters(path: Path) -> dict[str, Group]:
     """Read a parameter table: one TOML table per group, one entry per parameter.
 
+    Parameters
+    ----------
+    path : Path
+        A parameters.toml.
+
     Returns
     -------
     dict of str to Group
@@ -131,6 +136,11 @@ def read_parameters(path: Path) -> dict[str, Group]:
 
 def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
     """Read the scenarios of a model and the metrics they are judged by.
+
+    Parameters
+    ----------
+    path : Path
+        A scenarios.toml.
 
     Raises
     ------

@@ -29,7 +29,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises
     ------
     InputError
-        If the folder of `path` does not exist, or `path` is a folder.
+        If the folder of `path` does not exist, or `path` is a folder or a device.
     OSError
         If the file cannot be written; the message names `path`.
     """
@@ -38,6 +38,8 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         raise InputError(f"cannot write {target}: the folder {target.parent} does not exist")
     if target.is_dir():
         raise InputError(f"cannot write {target}: it is a folder")
+    if target.exists() and not target.is_file():
+        raise InputError(f"cannot write {target}: it is a device, a pipe or a socket, which a file would replace")
     temporary = target.with_name(f".{target.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
         yield temporary

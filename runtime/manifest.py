@@ -153,7 +153,19 @@ class Function:
 
 @dataclass(frozen=True)
 class Manifest:
-    """Everything the runtime knows about a model, and the folder it was read from."""
+    """Everything the runtime knows about a model, and the folder it was read from.
+
+    Attributes
+    ----------
+    folder, model, title, structure, hash, versions, text
+        Where it is, what it is called, what it was derived with, and the file itself.
+    states, inputs, references, outputs, coordinates, parameters, scenario_parameters, noise : tuple of Quantity
+        x, u, r, y, the regular coordinates q, p, s, and the random numbers of a measurement.
+    controllers, scenarios, metrics, choices, functions : mapping by name
+        Laws, runs, what runs are judged by, options with named values, and the generated functions.
+    constraints, limits, reference_constant
+        What parameters and runs must satisfy, in words; whether r depends on time.
+    """
 
     folder: Path
     model: str
@@ -231,6 +243,11 @@ def find_model(model: str | os.PathLike[str]) -> Manifest:
 
 def read_manifest(folder: str | os.PathLike[str]) -> Manifest:
     """Read manifest.json of a generated folder.
+
+    Parameters
+    ----------
+    folder : path
+        Such as generated/triangle.
 
     Raises
     ------

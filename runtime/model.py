@@ -22,12 +22,21 @@ _DIFFERENCE = float(np.cbrt(np.finfo(np.float64).eps))  # relative step of centr
 class Model:
     """A generated model on one backend; `load` makes it.
 
+    Parameters
+    ----------
+    manifest : Manifest
+        Describes it.
+    backend : CBackend or PythonBackend
+        Evaluates its functions.
+
     Attributes
     ----------
     state_names, input_names, output_names, parameter_names : tuple of str
         In the order of the vectors x, u, y, p.
     functions : mapping of str to callable
         Every generated function by name.
+    evaluator : CBackend or PythonBackend
+        What evaluates the functions.
     manifest : Manifest
         Units, defaults, bounds, laws, scenarios.
     """

@@ -50,6 +50,13 @@ def to_dataset(run: Run) -> xarray.Dataset:
 def save(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     """Write a dataset as NetCDF-4; the file is complete or absent, an old one stays until then.
 
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result, as `to_dataset` makes it.
+    path : path
+        The file, in a folder that exists.
+
     Raises
     ------
     InputError
@@ -63,6 +70,11 @@ def save(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
 
 def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
     """Read a result file whole.
+
+    Parameters
+    ----------
+    path : path
+        A file that `save` or `mehvar simulate --out` wrote.
 
     Raises
     ------

@@ -28,6 +28,8 @@ class Run:
 
     Attributes
     ----------
+    manifest, controller, scenario, backend
+        What was run: the model, its law and scenario, and "c" or "python".
     t : array, (n,)
         Sample instants in seconds.
     x, y : array, (n, nx) and (n, ny)
@@ -41,7 +43,11 @@ class Run:
     w : array, (n, nw)
         What the law reports.
     status : Status
-        How the run ended; `reason` says it in words, `t_stop` is the last instant reached.
+        How the run ended.
+    reason : str
+        The same in words.
+    t_stop : float
+        Last instant reached, s.
     hold : float or None
         Hold time of a sampled law in seconds; None for a continuous loop.
     parameters : Resolved

@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What one edit would give an expression the value that it needs.
+
+The value that a part would need for the whole to equal the new one is pushed down the old expression: in sums and
+products one subtraction or division a part. Comparing it with the value that the part has says what was edited: minus
+one times it is a flipped sign, a symbol times it a factor, the value of another symbol a wrong name. How the new side
+is written does not matter. All values are elements of a finite field, so every comparison is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from codegen.diff import field
+from codegen.diff.changes import Change, Values, coefficient_of, mutations, rational, replaced
+from codegen.diff.document import reached
+from codegen.diff.field import Undefined
+from codegen.diff.pool import Pool
+from codegen.diff.report import Kind, Path
+from codegen.diff.worlds import FieldWorld
+
+_FUNCTIONS = frozenset(("sin", "cos", "tan"))
+
+
+class Edits:
+    """Finds single edits.
+
+    Parameters
+    ----------
+    pool : Pool
+        Holds both.
+    olds, news : sequence of FieldWorld
+        The same points for the names of the old and of the new expression.
+    """
+
+    def __init__(self, pool: Pool, olds: Sequence[FieldWorld], news: Sequence[FieldWorld]) -> None:
+        self.pool = pool
+        self._olds, self._news = olds, news
+        self._atoms: dict[Values, int] = {}
+        self._parts: dict[Values, int] = {}
+        self._written: frozenset[int] = frozenset()
+
+    def single(self, old: int, required: Values) -> list[Change]:
+        """Return single edits that give an expression the required values, the likeliest first."""
+        self._atoms, self._parts, self._written = self._known_atoms(old, old), {}, frozenset()
+        return sorted(self.walk(old, required, ()), key=lambda change: (change.cost, change.says))
+
+    def old(self, node: int) -> Values | None:
+        """Return the values of an old expression."""
+        return _values(self._olds, node)
+
+    def new(self, node: int) -> Values | None:
+        """Return the values of a new expression."""
+        return _values(self._news, node)
+
+    def _values_of(self, new: int) -> dict[Values, int]:
+        found: dict[Values, int] = {}
+        for node in reached(self.pool.nodes, [new]):
+            values = self.new(node) if self._is_value(node) else None
+            if values is not None:
+                found.setdefault(values, node)
+        return found
+
+    def _known_atoms(self, old: int, new: int) -> dict[Values, int]:
+        """Return the symbols of both expressions, and sine and cosine of what has either, by value."""
+        found: dict[Values, int] = {}
+        for worlds, root in ((self._olds, old), (self._news, new)):
+            for node in reached(self.pool.nodes, [root]):
+                operation, *operands = self.pool.nodes[node]
+                nodes = [node] if operation == "sym" else []
+                if operation in _FUNCTIONS:
+                    nodes = [self.pool.intern(name, operands[0]) for name in ("sin", "cos", "tan")]
+                for atom in nodes:
+                    values = _values(worlds, atom)
+                    if values is not None:
+                        found.setdefault(values, atom)
+        return found
+
+    def _is_value(self, node: int) -> bool:
+        return self.pool.nodes[node][0] not in ("exprcondpair", "num")
+
+    def walk(self, root: int, required: Values, path: Path) -> list[Change]:
+        """Return every single edit below a node that gives it the required values."""
+        found: list[Change] = []
+        seen: set[tuple[int, Values]] = set()
+        stack = [(root, required, path, True)]
+        while stack:
+            node, needed, place, term = stack.pop()
+            if (node, needed) in seen:
+                continue
+            seen.add((node, needed))
+            value = self.old(node)
+            if value is None or value == needed:
+                continue
+            depth = len(place) - len(path)
+            found += (
+                replace(change, cost=change.cost + 0.02 * depth + self._doubt(change, value))
+                for change in self._edits(node, value, needed, place, term, bool(depth))
+            )
+            stack += self._below(node, value, needed, place)
+        return found
+
+    def _doubt(self, change: Change, value: Values) -> float:
+        """Prefer to edit what the new side does not have, into what it has."""
+        return (0.3 if value in self._parts else 0.0) - (0.1 if change.with_ in self._written else 0.0)
+
+    def _below(self, node: int, value: Values, needed: Values, path: Path) -> Iterator[tuple[int, Values, Path, bool]]:
+        """Yield the operands of a node with the values they need, and whether they are terms."""
+        operation, *operands = self.pool.nodes[node]
+        for k, operand in enumerate(operands):
+            if not isinstance(operand, int):
+                continue
+            child = self.old(operand)
+            if child is None:
+                continue
+            if operation == "add":
+                yield operand, _each(field.add, child, _each(field.sub, needed, value)), (*path, k), True
+            elif operation == "mul" and 0 not in value:
+                ratio = _each(field.mul, needed, _inverse(value))
+                yield operand, _each(field.mul, child, ratio), (*path, k), self.pool.nodes[operand][0] == "add"
+            elif operation == "pow" and k == 0:
+                exponent = self.pool.constant(operands[1])
+                if exponent is not None and exponent.numerator in (1, -1) and 0 not in needed:
+                    power = 1 / exponent
+                    yield operand, tuple(field.power(n, int(power)) for n in needed), (*path, 0), True
+
+    def _edits(self, node: int, value: Values, needed: Values, path: Path, term: bool, inner: bool) -> Iterator[Change]:
+        operation, *operands = self.pool.nodes[node]
+        if term:
+            yield from self._term_edits(node, value, needed, path, inner)
+        yield from self._other_name(node, needed, path)
+        if operation == "num":
+            number = rational(needed)
+            if number is not None:
+                new = self.pool.number(number)
+                says = f"{operands[0]} became {number}"
+                yield Change(Kind.COEFFICIENT, path, node, new, new, says, 1.1)
+        if operation == "pow":
+            yield from self._exponents(node, operands, needed, path)
+        if operation == "add":
+            yield from self._added(value, needed, path)
+        if operation not in ("add", "mul", "num", "sym"):
+            yield from self._inside(node, needed, path)
+        if needed in self._parts:
+            new = self._parts[needed]
+            alike = operation == self.pool.nodes[new][0] and operation not in ("sym", "num")
+            cost = 2.5 + 0.3 * self._size(node) + 0.1 * self._size(new) + 3 * alike
+            yield self._rewritten(node, new, path, cost)
+
+    def _term_edits(self, node: int, value: Values, needed: Values, path: Path, inner: bool) -> Iterator[Change]:
+        if not any(needed):
+            if inner:
+                yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", 1.0)
+            return
+        if 0 in value:
+            return
+        ratio = _each(field.mul, needed, _inverse(value))
+        number = rational(ratio)
+        coefficient = coefficient_of(self.pool, node)
+        if number is not None:
+            new = self.pool.many("mul", [node, self.pool.number(number)])
+            if number == -1:
+                says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
+                yield Change(Kind.SIGN, path, node, new, new, says, 1.0)
+            else:
+                says = f"coefficient {coefficient} became {coefficient * number}"
+                yield Change(Kind.COEFFICIENT, path, node, new, new, says, 1.2)
+            return
+        yield from self._factors(node, ratio, path)
+
+    def _factors(self, node: int, ratio: Values, path: Path) -> Iterator[Change]:
+        for values, atom in self._atoms.items():
+            if 0 in values:
+                continue
+            for exponent in (1, -1, 2, -2):
+                power = tuple(field.power(v, exponent) for v in values)
+                number = rational(_each(field.mul, ratio, _inverse(power)))
+                if number is None:
+                    continue
+                factor = self.pool.power(atom, Fraction(exponent))
+                new = self._times(node, atom, exponent, number)
+                yield self._factor_change(node, new, atom, exponent, factor, number, path)
+
+    def _factor_change(
+        self, node: int, new: int, atom: int, exponent: int, factor: int, number: Fraction, path: Path
+    ) -> Change:
+        extra = 0.0 if number == 1 else 0.3 if number == -1 else 0.9
+        times = (
+            "" if number == 1 else " and the sign flipped" if number == -1 else f" and the coefficient times {number}"
+        )
+        before = self._exponent_of(node, atom)
+        if before is None:
+            return Change(Kind.FACTOR, path, node, new, new, f"factor {{{factor}}} gained{times}", 1.5 + extra)
+        after = before + exponent
+        if after == 0:
+            lost = self.pool.power(atom, before)
+            return Change(Kind.FACTOR, path, node, new, new, f"factor {{{lost}}} lost{times}", 1.3 + extra)
+        says = f"exponent of {{{atom}}}: {before} became {after}{times}"
+        return Change(Kind.EXPONENT, path, node, new, new, says, 1.3 + extra)
+
+    def _times(self, node: int, atom: int, exponent: int, number: Fraction) -> int:
+        """Return a term times number * atom^exponent, with powers of the atom collected."""
+        parts = list(self.pool.operands(node)) if self.pool.nodes[node][0] == "mul" else [node]
+        total = Fraction(exponent)
+        rest = []
+        for part in parts:
+            base, power = self._power(part)
+            if base == atom:
+                total += power
+            else:
+                rest.append(part)
+        return self.pool.many("mul", [*rest, self.pool.power(atom, total), self.pool.number(number)])
+
+    def _power(self, node: int) -> tuple[int, Fraction]:
+        operation, *operands = self.pool.nodes[node]
+        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
+        return (node, Fraction(1)) if exponent is None else (operands[0], exponent)
+
+    def _exponent_of(self, node: int, atom: int) -> Fraction | None:
+        parts = self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
+        return next((power for base, power in map(self._power, parts) if base == atom), None)
+
+    def _other_name(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
+        atom = self._atoms.get(needed)
+        operation = self.pool.nodes[node][0]
+        if atom is None or operation not in ("sym", "sin", "cos", "tan"):
+            return
+        kind = Kind.FUNCTION if operation != "sym" else Kind.SYMBOL
+        further = 0.0 if operation == "sym" or self.pool.nodes[atom][1:] == self.pool.nodes[node][1:] else 1.5
+        yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.2 + further)
+
+    def _exponents(self, node: int, operands: Sequence[Any], needed: Values, path: Path) -> Iterator[Change]:
+        base, before = self.old(operands[0]), self.pool.constant(operands[1])
+        if base is None or before is None:
+            return
+        for after in (*map(Fraction, (2, 1, 3, -1, -2, 4, -3)), Fraction(1, 2), Fraction(-1, 2), Fraction(3, 2)):
+            try:
+                values = tuple(field.rational_power(b, after) for b in base)
+            except Undefined:
+                continue
+            if values == needed:
+                new = self.pool.power(operands[0], after)
+                says = f"exponent of {{{operands[0]}}}: {before} became {after}"
+                yield Change(Kind.EXPONENT, path, node, new, new, says, 1.2)
+
+    def _added(self, value: Values, needed: Values, path: Path) -> Iterator[Change]:
+        missing = _each(field.sub, needed, value)
+        for sign in (1, -1):
+            part = self._parts.get(missing if sign == 1 else tuple(field.sub(0, v) for v in missing))
+            if part is not None:
+                term = self.pool.many("mul", [part, self.pool.number(sign)])
+                yield Change(Kind.TERM_ADDED, path, None, term, term, "term added", 1.6 + 0.02 * self._size(part))
+        number = rational(missing)
+        if number is not None:
+            term = self.pool.number(number)
+            yield Change(Kind.TERM_ADDED, path, None, term, term, "term added", 1.9)
+
+    def _inside(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
+        """Try single edits in the operands of a function that has no inverse here."""
+        if self._size(node) > 60:
+            return
+        for change in mutations(self.pool, node, path, tuple(self._atoms.values())):
+            assert change.with_ is not None or change.kind is Kind.TERM_REMOVED
+            mutant = replaced(self.pool, node, [replace(change, path=change.path[len(path) :])])
+            if _values(self._olds, mutant) == needed:
+                yield replace(change, cost=change.cost - (0.1 if mutant in self._written else 0.0))
+
+    def _rewritten(self, old: int, new: int, path: Path, cost: float = 6.0) -> Change:
+        return Change(Kind.REWRITTEN, path, old, new, new, f"{{{old}}} became {{{new}}}", cost)
+
+    def _size(self, node: int) -> int:
+        return len(reached(self.pool.nodes, [node]))
+
+
+def _values(worlds: Sequence[FieldWorld], node: int) -> Values | None:
+    found: tuple[Any, ...] = tuple(world.defined(node) for world in worlds)
+    if any(value is None or isinstance(value, tuple) for value in found):
+        return None
+    return found
+
+
+def _each(operation: Any, first: Values, second: Values) -> Values:
+    return tuple(operation(a, b) for a, b in zip(first, second, strict=True))
+
+
+def _inverse(values: Values) -> Values:
+    return tuple(field.inverse(value) for value in values)

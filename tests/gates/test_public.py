@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A walk over what people call: every name and argument is documented, no keyword is ignored, no module is too long."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import inspect
+import pkgutil
+import re
+from collections.abc import Callable, Iterator
+from enum import Enum
+from pathlib import Path
+
+import pytest
+
+import codegen
+import mehvar
+import models
+import runtime
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("mehvar", "models", "codegen", "runtime")
+CALLED = {  # what users call directly, as the README, the reference and __all__ name it
+    **{f"mehvar.{name}": getattr(mehvar, name) for name in mehvar.__all__},
+    **{f"runtime.{name}": getattr(runtime, name) for name in runtime.__all__},
+}
+LINES = 400
+ANY_KEYWORD: dict[str, Callable[..., object]] = {
+    "mehvar.api.simulate": lambda **more: mehvar.simulate("triangle", "path", t_end=0.1, **more),
+    "mehvar.api.batch": lambda **more: mehvar.batch("triangle", "path", 2, t_end=0.1, **more),
+    "runtime.simulate.simulate": lambda **more: runtime.simulate("triangle", "path", t_end=0.1, **more),
+    "runtime.model.Model.parameters": lambda **more: runtime.load("triangle").parameters(**more),
+    "runtime.model.Model.state": lambda **more: runtime.load("triangle").state(**more),
+}
+
+
+def modules() -> Iterator[str]:
+    for package in (mehvar, models, codegen, runtime):
+        yield package.__name__
+        for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if not found.name.endswith("__main__"):
+                yield found.name
+
+
+def own(module: object) -> Iterator[tuple[str, object]]:
+    """Return the public functions and classes that a module defines."""
+    for name, value in vars(module).items():
+        defined = inspect.isfunction(value) or inspect.isclass(value)
+        if defined and not name.startswith("_") and value.__module__ == module.__name__:
+            yield f"{module.__name__}.{name}", value
+
+
+def documented(text: str) -> set[str]:
+    """Return the names in the Parameters and Attributes sections of a NumPy-style docstring."""
+    sections = re.split(r"^(\w[\w ]*)\n-{3,}$", inspect.cleandoc(text), flags=re.MULTILINE)
+    names: set[str] = set()
+    for title, body in zip(sections[1::2], sections[2::2], strict=True):
+        if title in ("Parameters", "Attributes"):
+            heads = (line.split(" : ")[0] for line in body.splitlines() if re.match(r"\S", line))
+            names |= {name.strip().lstrip("*") for head in heads for name in head.split(",")}
+    return names
+
+
+def arguments(value: Callable[..., object]) -> list[str]:
+    """Return the arguments that a caller may give."""
+    if dataclasses.is_dataclass(value):
+        return [field.name for field in dataclasses.fields(value) if field.init and not field.name.startswith("_")]
+    return [name for name in inspect.signature(value).parameters if name not in ("self", "args", "kwargs")]
+
+
+@pytest.mark.parametrize("module", sorted(modules()))
+def test_every_public_name_says_what_it_is(module):
+    found = importlib.import_module(module)
+    assert (found.__doc__ or "").strip(), module
+    silent = [name for name, value in own(found) if not (inspect.getdoc(value) or "").strip()]
+    assert not silent
+
+
+@pytest.mark.parametrize("name", sorted(CALLED))
+def test_every_argument_is_documented(name):
+    value = CALLED[name]
+    if inspect.isclass(value) and issubclass(value, (Exception, Enum)):
+        return
+    text = inspect.getdoc(value) or ""
+    missing = set(arguments(value)) - documented(text)
+    assert not missing, f"{name} does not document {', '.join(sorted(missing))}"
+
+
+@pytest.mark.parametrize("name", ANY_KEYWORD)
+def test_an_unknown_keyword_is_refused(name):
+    with pytest.raises(mehvar.InputError, match="no_such_thing"):
+        ANY_KEYWORD[name](no_such_thing=1.0)
+
+
+def test_every_function_that_takes_any_keyword_is_tried():
+    functions = {f"{v.__module__}.{v.__qualname__}": v for v in CALLED.values() if inspect.isfunction(v)}
+    for value in filter(inspect.isclass, CALLED.values()):
+        methods = inspect.getmembers(value, inspect.isfunction)
+        functions |= {f"{value.__module__}.{m.__qualname__}": m for name, m in methods if not name.startswith("_")}
+    kinds = {name: [p.kind for p in inspect.signature(f).parameters.values()] for name, f in functions.items()}
+    assert {name for name, found in kinds.items() if inspect.Parameter.VAR_KEYWORD in found} == set(ANY_KEYWORD)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_long_module_says_why(package):
+    for path in (ROOT / package).rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        if text.count("\n") > LINES:
+            assert "Longer than 400 lines because" in text[:3000], (
+                f"{path.relative_to(ROOT)}: {text.count(chr(10))} lines"
+            )
