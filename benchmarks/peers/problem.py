@@ -52,8 +52,8 @@ CASES = {
     "triangle": Case("triangle, 1 s", "triangle", "path", 1.0, {}, "paper-b"),
 }  # fmt: skip
 LOOPS = {
-    "slosh": Case("slosh, lyapunov-v2, 1000 s", "slosh", "lyapunov-v2", 1000.0, sample=1.0, share=1 / 32),
-    "triangle": Case("triangle, path, 35 s", "triangle", "path", 35.0, sample=0.1, share=1 / 4),
+    "slosh": Case("slosh, lyapunov-v2, 1000 s", "slosh", "lyapunov-v2", 1000.0, sample=1.0, share=1 / 64),
+    "triangle": Case("triangle, path, 35 s", "triangle", "path", 35.0, sample=0.1, share=1 / 32),
 }
 
 
