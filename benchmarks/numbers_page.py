@@ -21,7 +21,7 @@ _SHOWN = {
 """Sections whose first table is shown; of a page that is not named, the first table."""
 _HEAD = """# Numbers
 
-What has been measured, from the pages that the benchmarks write. Written by `python benchmarks/numbers.py`: change
+What has been measured, from the pages that the benchmarks write. Written by `python benchmarks/numbers_page.py`: change
 nothing here. Each heading leads to the page with machine, versions, date, all measurements and what they do not say.
 [How they are measured](../benchmarks/README.md) says how to repeat them. Machines were shared: compare ratios, not
 times.
@@ -58,7 +58,7 @@ def _table(name: str, sections: list[tuple[str, str]], heading: str) -> str:
         table = re.search(r"(?:^\|.*\n)+", text, flags=re.MULTILINE)
         if table and heading in ("", title):
             return table[0]
-    raise SystemExit(f"benchmarks/results/{name} has no table under {heading or 'any heading'!r}: mend numbers.py")
+    raise SystemExit(f"benchmarks/results/{name} has no table under {heading or 'any heading'!r}: mend numbers_page.py")
 
 
 if __name__ == "__main__":
