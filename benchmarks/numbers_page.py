@@ -53,11 +53,11 @@ def _sections(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _table(name: str, sections: list[tuple[str, str]], heading: str) -> str:
-    """Return the first table of a section, of the whole page for an empty heading."""
+    """Return the first table of a section, of the whole page for an empty heading; links lead on as they did."""
     for title, text in sections:
         table = re.search(r"(?:^\|.*\n)+", text, flags=re.MULTILINE)
         if table and heading in ("", title):
-            return table[0]
+            return re.sub(r"\]\((?!\w+:)", "](../benchmarks/results/", table[0])
     raise SystemExit(f"benchmarks/results/{name} has no table under {heading or 'any heading'!r}: mend numbers_page.py")
 
 

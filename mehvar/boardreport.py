@@ -145,14 +145,15 @@ def fact_rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
             ("states, board against simulation without the delay", f"{late['max_state']:.3g} at most", "measured"),
             ("the same, shifted by one sample", f"{late['max_state_shifted']:.3g} at most", "measured"),
         ]
-    if found["figure"]:
+    figure = found.get("figure")
+    if figure:
         rows += [
             (
-                f"RMS error of roll, pitch, yaw from {found['figure']['from']:g} s on, {name.replace('_', ' ')}",
+                f"RMS error of roll, pitch, yaw from {figure['from']:g} s on, {name.replace('_', ' ')}",
                 ", ".join(f"{value:.4f}" for value in values) + " deg",
-                f"measured, as in figure {found['figure']['number']}",
+                f"measured, as in figure {figure['number']}",
             )
-            for name, values in found["figure"]["rms_error_degrees"].items()
+            for name, values in figure["rms_error_degrees"].items()
         ]
     if found["instructions_per_step"] is not None:
         least, most = found["instructions_least"], found["instructions_per_step"]
