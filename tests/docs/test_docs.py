@@ -83,6 +83,7 @@ def test_blocks_are_found_with_their_markers() -> None:
 def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.setattr(sys, "path", [*sys.path])
     names: dict[str, Any] = {"__name__": "__main__"}
     output, text = "", page.read_text(encoding="utf-8")
     if "<!-- in a copy of the checkout -->\n" in text:
