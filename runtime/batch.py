@@ -41,6 +41,7 @@ BlockSource = Callable[[Wanted], Generator[tuple[int, Values], None, None]]
 """Computes numbered blocks of runs, in any order."""
 
 _FEWEST, _MOST = 512, 65536  # runs per block
+_SHORT, _SAMPLES = 4096, 2**20  # at least so many runs per block, unless that is more samples
 _BLOCKS = 256  # that a large batch has about
 _BLOCK_BYTES = 2**26
 
@@ -168,7 +169,7 @@ def _opened(
     return create(
         path,
         plan.campaign.n,
-        chunk or _chunk(plan.campaign.n, bytes_per_run),
+        chunk or _chunk(plan.campaign.n, bytes_per_run, blocks.samples),
         variables,
         blocks.coordinates(),
         title=f"{manifest.title}: {plan.law.title}",
@@ -204,9 +205,13 @@ def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, An
     return name, old.get(name), new[name]
 
 
-def _chunk(n: int, bytes_per_run: int) -> int:
-    """Return a power of two: some hundred blocks in a large batch, each small enough for memory."""
-    wanted = min(max(n // _BLOCKS, _FEWEST), _MOST, max(1, _BLOCK_BYTES // bytes_per_run))
+def _chunk(n: int, bytes_per_run: int, samples: int) -> int:
+    """Return a power of two: some hundred blocks in a large batch, each small enough for memory.
+
+    Storing a block takes some tens of milliseconds whatever is in it, so short runs come in larger blocks.
+    """
+    fewest = max(_FEWEST, min(_SHORT, _SAMPLES // samples))
+    wanted = min(max(n // _BLOCKS, fewest), _MOST, max(1, _BLOCK_BYTES // bytes_per_run))
     return min(1 << (wanted.bit_length() - 1), n)
 
 

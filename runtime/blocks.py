@@ -52,6 +52,11 @@ class Blocks:
         self._kernel = compile_kernel(plan.model, campaign.controller, choices, origin=plan.origin, **options)
         self.instants = self._instants()
 
+    @property
+    def samples(self) -> int:
+        """How often the loop of a run is looked at."""
+        return math.ceil(self._t_end / self._dt)
+
     def variables(self) -> list[Variable]:
         """Return what a store holds for each run."""
         manifest, wide = self.plan.model.manifest, self.quantities()

@@ -77,7 +77,8 @@ class Store:
         self._group = group
         self.path = path
         self.attributes: dict[str, Any] = dict(group.attrs)
-        self._status = self._group[STATUS]
+        self._arrays: dict[str, Any] = dict(group.arrays())
+        self._status = self._arrays[STATUS]
         self.chunk = int(self._status.chunks[0])
 
     @property
@@ -118,14 +119,13 @@ class Store:
         names = [name for name in values if name != STATUS]
         try:
             for name in (*names, STATUS):
-                array = self._group[name]
-                array[rows] = values[name]
+                self._arrays[name][rows] = values[name]
         except OSError as error:
             raise StoreError(error.errno or errno.EIO, f"cannot write {self.name}: {_reason(error)}") from error
 
     def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
         """Return a variable's values for the stored runs of some blocks, or of all stored blocks."""
-        array = self._group[name]
+        array = self._arrays[name]
         wanted = self.stored() if blocks is None else blocks
         out = np.empty((sum(len(self.runs(b)) for b in wanted), *array.shape[1:]), dtype=array.dtype)
         place = 0
@@ -137,20 +137,20 @@ class Store:
 
     def coordinate(self, name: str) -> NDArray[Any]:
         """Return a variable that is not one row per run."""
-        array = self._group[name]
+        array = self._arrays[name]
         values: NDArray[Any] = array[:]
         return values
 
     def series(self, name: str, first: int, last: int, blocks: Sequence[int]) -> NDArray[np.float64]:
         """Return the samples first ... last - 1 of a stored series, shape (runs, samples)."""
-        array = self._group[name]
+        array = self._arrays[name]
         parts = [array[self.runs(b).start : self.runs(b).stop, first:last] for b in blocks]
         return np.concatenate(parts)
 
     def variables(self) -> dict[str, Variable]:
         """Return what the store holds, by name."""
         found: dict[str, Variable] = {}
-        for name, array in self._group.arrays():
+        for name, array in self._arrays.items():
             first, *rest = array.metadata.dimension_names
             second, size = (rest[0], array.shape[1]) if rest else ("", 0)
             if first == "run":
@@ -159,12 +159,11 @@ class Store:
 
     def cut(self, n: int) -> None:
         """Keep the first n runs only, a whole number of blocks."""
-        arrays = [array for name, array in self._group.arrays() if name != STATUS]
+        arrays = [array for name, array in self._arrays.items() if name != STATUS]
         for array in (*arrays, self._status):
             if array.metadata.dimension_names[0] == "run" and array.shape[0] > n:
                 array.resize((n, *array.shape[1:]))
         _consolidate(self._group)
-        self._status = self._group[STATUS]
 
     def dataset(self) -> xarray.Dataset:
         """Open it with xarray; values are read when they are used."""
