@@ -39,7 +39,7 @@ class _Stepper(ctypes.Structure):
 
     _fields_ = (
         *((name, ctypes.c_int32) for name in ("method", "n", "held", "ready")),
-        *((name, ctypes.c_double) for name in ("rtol", "atol", "step", "t", "h")),
+        *((name, ctypes.c_double) for name in ("rtol", "atol", "step", "t", "h", "reserve")),
         *((name, ctypes.c_int64) for name in ("max_steps", "accepted", "rejected", "evaluations")),
         ("work", ctypes.c_void_p),
     )
@@ -180,6 +180,7 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[_Loop, dict[str, Floa
         atol=problem.atol,
         step=problem.step,
         t=problem.t[0],
+        reserve=1.0,
         max_steps=problem.max_steps,
         work=pointers.pop("work"),
     )

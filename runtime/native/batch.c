@@ -65,6 +65,7 @@ static void start(mv_block *b, const mv_job *job, int64_t first)
     b->ready = b->started = 0;
     b->t = SPLAT(job->t[0]);
     b->h = b->status = b->error = b->steps = b->t_record = SPLAT(0);
+    b->reserve = SPLAT(1);
     b->violated = SPLAT(-1);
     b->records = 0;
     for (int i = 0; i < COLUMNS; i++) {

@@ -59,7 +59,7 @@ typedef struct {
     uint64_t run[MEHVAR_LANES];
     mask alive;
     int ready, started; /* k[0] is the slope at (t, q); h has been chosen */
-    real t, h, status, violated, error, steps;
+    real t, h, reserve, status, violated, error, steps;
     real q[NQ], k[STAGES + 1][NQ], y[NQ], stage[NQ];
     real r[NR + 1], z_next[NZ + 1];
     real u_cmd[NU];

@@ -16,9 +16,10 @@ static inline void mv_refer(mv_block *b, real t)
 #endif
 }
 
-#define SAFETY 0.9
+#define SAFETY 0.85
 #define SHRINK 0.2
 #define GROW 10.0
+#define MOST_RESERVE (4.0 / 3)
 
 static __attribute__((noinline)) void mv_slope(mv_block *b, real t, const real *q, real *dq)
 {
@@ -64,13 +65,13 @@ static real mv_first_step(mv_block *b, real room)
     return SELECT(good, mv_min(K(100) * h, SELECT(LE(steepest, K(1e-15)), flat, next)), h);
 }
 
-static real mv_step_factor(real ratio)
+static real mv_reserve(real ratio)
 {
-    const real factor = K(SAFETY) * mv_pow(ratio, SPLAT(-1.0 / ORDER));
-    const real bounded = mv_min(SPLAT(GROW), mv_max(SPLAT(SHRINK), factor));
-    const real finite = SELECT(EQ(ratio - ratio, K(0)), bounded, SPLAT(SHRINK));
-    return SELECT(EQ(ratio, K(0)), SPLAT(GROW), finite);
+    const real finite = SELECT(EQ(ratio - ratio, K(0)), mv_pow(ratio, SPLAT(-0.25 / ORDER)), SPLAT(0));
+    return SELECT(EQ(ratio, K(0)), SPLAT(MV_INFINITY), finite);
 }
+
+static inline real mv_within_bounds(real factor) { return mv_min(SPLAT(GROW), mv_max(SPLAT(SHRINK), K(SAFETY) * factor)); }
 #endif
 
 /* Error of the step q -> y over its tolerance. */
@@ -183,11 +184,13 @@ static void mv_advance(mv_block *b, double goal)
 #if !ORDER
         mv_retire(b, refused, MV_NOT_FINITE);
 #else
-        const real change = mv_step_factor(ratio), factor = mv_min(SELECT(bounded, SPLAT(1), SPLAT(GROW)), change);
-        /* a step cut short by the target says nothing against the longer one */
-        const mask cut = AND(LT(h, b->h), LE(K(1), factor));
-        const real next = SELECT(cut, mv_max(b->h, h * factor), h * factor);
-        b->h = SELECT(taken, next, SELECT(refused, h * mv_min(SPLAT(1), change), b->h));
+        const real reserve = mv_reserve(ratio), cube = reserve * reserve * reserve;
+        const real factor = mv_min(SELECT(bounded, SPLAT(1), SPLAT(GROW)), mv_within_bounds(cube / b->reserve));
+        const mask cut = LT(h, b->h); /* short by the target, which says nothing against the longer step */
+        const real next = SELECT(AND(cut, LE(K(1), factor)), mv_max(b->h, h * factor), h * factor);
+        const real retry = h * mv_min(SPLAT(1), mv_within_bounds(cube * reserve));
+        b->h = SELECT(taken, next, SELECT(refused, retry, b->h));
+        b->reserve = SELECT(AND(taken, NOT(cut)), mv_min(reserve, SPLAT(MOST_RESERVE)), b->reserve);
         bounded = refused;
         const real resolution = mv_from_bits(mv_to_bits(b->t) + 1) - b->t;
         const mask small = AND(refused, LT(b->h, K(10) * resolution));

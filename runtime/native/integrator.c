@@ -6,9 +6,10 @@
 #include "mehvar_exp.h"
 #include "tableaux.h"
 
-#define SAFETY 0.9
+#define SAFETY 0.85
 #define SHRINK 0.2
 #define GROW 10.0
+#define MOST_RESERVE (4.0 / 3)
 
 static int finite_all(const double *v, int n)
 {
@@ -114,12 +115,16 @@ static double try_step(mv_stepper *s, const mv_tableau *m, const double *x, doub
     return finite_all(end, n) ? ratio : NAN;
 }
 
-static double step_factor(double ratio, int order)
+/* Step size control: Gustafsson's proportional and integral one, Hairer, Norsett & Wanner I and II, sections II.4 and
+ * IV.2. The reserve of a step, ratio^(-1/(4 order)), is above one when the step could have been longer; its fourth
+ * power is what the step may grow by. A good step grows by three of them less that of the step before. */
+static double reserve(double ratio, int order)
 {
-    if (ratio == 0.0) return GROW;
-    if (!isfinite(ratio)) return SHRINK;
-    return fmin(GROW, fmax(SHRINK, SAFETY * mv_pow(ratio, -1.0 / order)));
+    if (ratio == 0.0) return INFINITY;
+    return isfinite(ratio) ? mv_pow(ratio, -0.25 / order) : 0.0;
 }
+
+static double within_bounds(double factor) { return fmin(GROW, fmax(SHRINK, SAFETY * factor)); }
 
 int mv_advance(mv_stepper *s, double *x, double target, mv_rhs f, mv_accept accept, void *context)
 {
@@ -147,7 +152,8 @@ int mv_advance(mv_stepper *s, double *x, double target, mv_rhs f, mv_accept acce
             s->rejected++;
             bounded = 1;
             if (!m->order) return MV_NOT_FINITE;
-            s->h = h * fmin(1.0, step_factor(ratio, m->order));
+            const double r = reserve(ratio, m->order);
+            s->h = h * fmin(1.0, within_bounds(r * r * r * r));
             if (s->h < 10 * (nextafter(s->t, INFINITY) - s->t))
                 return isfinite(ratio) ? MV_STEP_UNDERFLOW : MV_NOT_FINITE;
             continue;
@@ -157,9 +163,11 @@ int mv_advance(mv_stepper *s, double *x, double target, mv_rhs f, mv_accept acce
         for (int i = 0; i < n; i++) x[i] = y[i];
         for (int i = 0; i < n; i++) k[i] = k[m->stages * n + i];
         if (m->order) {
-            const double factor = fmin(bounded ? 1.0 : GROW, step_factor(ratio, m->order));
-            /* a step cut short by the target says nothing against the longer one */
-            s->h = h < s->h && factor >= 1.0 ? fmax(s->h, h * factor) : h * factor;
+            const double r = reserve(ratio, m->order);
+            const double factor = fmin(bounded ? 1.0 : GROW, within_bounds(r * r * r / s->reserve));
+            const int cut = h < s->h; /* short by the target, which says nothing against the longer step */
+            s->h = cut && factor >= 1.0 ? fmax(s->h, h * factor) : h * factor;
+            if (!cut) s->reserve = fmin(r, MOST_RESERVE);
         }
         bounded = 0;
         const enum mv_verdict verdict = accept ? accept(x, context) : MV_GO_ON;

@@ -23,6 +23,7 @@ typedef struct {
     double step;        /* largest step of rk4; unused by the adaptive methods */
     double t;
     double h;           /* step the error control would take; 0 before the first */
+    double reserve;     /* of the last accepted step, see there; 1 before the first */
     int64_t max_steps;  /* per interval */
     int64_t accepted, rejected, evaluations;
     double *work;       /* (MV_STAGES + 3) * n numbers */
