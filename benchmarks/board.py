@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
+
+from machine import command_line
 
 import runtime
 from runtime.board.build import program, sources, write_sources
@@ -97,5 +98,5 @@ def build_fuzzer(folder: Path) -> Path:
 
 if __name__ == "__main__":
     chosen = {"equivalence": equivalence, "day": day, "fuzz": fuzz}
-    for name in sys.argv[1:] or chosen:
+    for name in command_line(__doc__, chosen).parse_args().parts or chosen:
         chosen[name]()

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from machine import interleaved, machine, table, write
+from machine import command_line, interleaved, machine, table, write
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
@@ -208,4 +208,5 @@ def _caveats() -> list[str]:
 
 
 if __name__ == "__main__":
+    command_line(__doc__).parse_args()
     main()

@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from time import perf_counter
 
-from machine import machine, table, write
+from machine import command_line, machine, table, write
 
 from codegen.diff import Document, compare
 from codegen.diff.changes import Change, replaced
@@ -234,4 +234,5 @@ def _symbol(pool: Pool, root: int, generator: random.Random) -> Change | None:
 
 
 if __name__ == "__main__":
+    command_line(__doc__).parse_args()
     main()

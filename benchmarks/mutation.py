@@ -13,8 +13,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
 
+from machine import command_line, table, write
 from machine import machine as this_machine
-from machine import table, write
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
@@ -100,4 +100,5 @@ def _commit() -> str:
 
 
 if __name__ == "__main__":
+    command_line(__doc__).parse_args()
     main()

@@ -21,6 +21,7 @@ from runtime.board.elf import read_elf
 from runtime.board.link import LinkError
 from runtime.board.run import Asked, Outcome, build_image, ended, run_on_board
 from runtime.errors import InputError, bad_value
+from runtime.files import filling
 from runtime.manifest import find_model
 from runtime.model import Model, load
 
@@ -147,15 +148,20 @@ def export(image: Image, out: Path) -> None:
     texts["mehvar.mk"] = _make_fragment(portable)
     texts["mehvar.cmake"] = _cmake_fragment(portable)
     texts["build.sh"] = "set -e\n" + "".join(f"{shlex.join(command)}\n" for command in commands)
-    write_sources(out, texts)
-    shutil.copyfile(image.path, out / "firmware.elf")
-    if image.board is not None:
-        segments = read_elf(image.path).segments
-        first = min(address for address, _ in segments)
-        binary = bytearray()
-        for address, content in sorted(segments):
-            binary += b"\xff" * (address - first - len(binary)) + content
-        (out / "firmware.bin").write_bytes(binary)
+    with filling(out) as folder:
+        write_sources(folder, texts)
+        shutil.copyfile(image.path, folder / "firmware.elf")
+        if image.board is not None:
+            (folder / "firmware.bin").write_bytes(_flash_contents(image.path))
+
+
+def _flash_contents(elf: Path) -> bytes:
+    segments = sorted(read_elf(elf).segments)
+    first = segments[0][0]
+    binary = bytearray()
+    for address, content in segments:
+        binary += b"\xff" * (address - first - len(binary)) + content
+    return bytes(binary)
 
 
 def _make_fragment(portable: Sequence[str]) -> str:

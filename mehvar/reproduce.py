@@ -18,7 +18,7 @@ from mehvar.papers import Verdict, paper_models
 from mehvar.plots import require_matplotlib
 from runtime.compiler import find_compiler
 from runtime.errors import InputError, bad_value
-from runtime.files import write_atomic
+from runtime.files import filling
 
 if TYPE_CHECKING:
     from mehvar.console import Advance
@@ -87,12 +87,13 @@ def _part(progress: Advance | None, index: int, count: int) -> Advance:
 
 
 def _write(out: Path, reports: Sequence[PaperReport], html: str) -> None:
-    (out / "figures").mkdir(parents=True, exist_ok=True)
-    for report in reports:
-        for figure, picture in zip(report.paper.figures(), report.pictures, strict=True):
-            write_atomic(out / "figures" / f"{report.manifest.model}-{figure.number:02d}.png", picture.png)
-    write_atomic(out / "claims.json", _claims_text(reports))
-    write_atomic(out / "index.html", html)
+    with filling(out) as folder:
+        (folder / "figures").mkdir()
+        for report in reports:
+            for figure, picture in zip(report.paper.figures(), report.pictures, strict=True):
+                (folder / "figures" / f"{report.manifest.model}-{figure.number:02d}.png").write_bytes(picture.png)
+        (folder / "claims.json").write_text(_claims_text(reports), encoding="utf-8")
+        (folder / "index.html").write_text(html, encoding="utf-8")
 
 
 def _claims_text(reports: Sequence[PaperReport]) -> str:

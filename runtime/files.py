@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -49,6 +51,35 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+@contextmanager
+def filling(folder: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary folder, and move what was written there into `folder` when the block ends well.
+
+    Parameters
+    ----------
+    folder : path
+        Made if it does not exist; what else it holds stays.
+
+    Yields
+    ------
+    pathlib.Path
+        Where the block writes. It is removed when the block raises.
+
+    Raises
+    ------
+    OSError
+        If something cannot be written; the message names `folder`.
+    """
+    target = Path(folder).absolute()
+    there = next(place for place in (target, *target.parents) if place.is_dir())
+    try:
+        with tempfile.TemporaryDirectory(prefix=f".{target.name}.", dir=there) as scratch:
+            yield Path(scratch)
+            shutil.copytree(scratch, target, copy_function=os.replace, dirs_exist_ok=True)
+    except OSError as error:
+        raise _named(error, Path(folder)) from error
 
 
 def write_atomic(path: str | os.PathLike[str], content: str | bytes) -> None:
