@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 import shutil
 from collections.abc import Sequence
@@ -21,7 +20,7 @@ from runtime.board.elf import read_elf
 from runtime.board.link import LinkError
 from runtime.board.run import Asked, Outcome, build_image, ended, run_on_board
 from runtime.errors import InputError, bad_value
-from runtime.files import filling
+from runtime.files import check_folder, filling
 from runtime.manifest import find_model
 from runtime.model import Model, load
 
@@ -42,30 +41,13 @@ def build_command(model: str, asked: Asked, out: Path | None) -> int:
     """Compile a firmware; with a folder, write its sources and images there."""
     loaded, asked = asked_for(model, (), asked)
     if out is not None:
-        make_folder(out, out)
+        check_folder(out)
     image = build_image(loaded, asked)
     _print_image(image)
     if out is not None:
         export(image, out)
         typer.echo(f"wrote {out}")
     return 0
-
-
-def make_folder(folder: Path, asked: Path) -> None:
-    """Make a folder before anything takes its time.
-
-    Raises
-    ------
-    InputError
-        If it cannot be made or written, about the folder that was asked for.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        writable = os.access(folder, os.W_OK)
-    except OSError as error:
-        raise bad_value("out", str(asked), f"a folder that can be made ({error.strerror})", "--out") from error
-    if not writable:
-        raise bad_value("out", str(asked), "a folder that can be written", "--out")
 
 
 def run_command(model: str, settings: Sequence[str], asked: Asked, form: str) -> int:

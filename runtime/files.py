@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from .errors import InputError
+from .errors import InputError, bad_value
 
 
 @contextmanager
@@ -51,6 +51,22 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+def check_folder(folder: str | os.PathLike[str]) -> None:
+    """Refuse before the work a folder that could not be written after it.
+
+    Raises
+    ------
+    InputError
+        If it is no folder, or cannot be made or written.
+    """
+    target = Path(folder)
+    there = next(place for place in (target, *target.absolute().parents) if place.exists())
+    if not there.is_dir():
+        raise bad_value("out", str(folder), f"a folder that can be made, but {there} is a file", "--out")
+    if not os.access(there, os.W_OK):
+        raise bad_value("out", str(folder), f"a folder that can be made, but you may not write into {there}", "--out")
 
 
 @contextmanager
