@@ -69,6 +69,7 @@ CAMPAIGNS = {
 
 
 def main() -> None:
+    """Measure the parts that are asked for, and write all tables."""
     record: dict[str, Any] = json.loads(RECORD.read_text()) if RECORD.exists() else {}
     parts: dict[str, Callable[[], dict[str, Any]]] = {
         **{name: lambda name=name: continuous(name) for name in LOOPS},

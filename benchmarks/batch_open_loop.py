@@ -46,6 +46,7 @@ PEERS = ("heyoka", "numba", "scipy", "casadi", "jax", "diffrax")
 
 
 def main() -> None:
+    """Measure the cases that are asked for, and write all tables and the picture."""
     record: dict[str, Any] = json.loads(RECORD.read_text()) if RECORD.exists() else {}
     for name in parts_to_measure(__doc__, CASES):
         with tempfile.TemporaryDirectory() as scratch:

@@ -34,6 +34,7 @@ SANITIZERS = (
 
 
 def equivalence() -> None:
+    """Compare every target, board and compiler with the host, bit for bit."""
     print(
         "| target | board | compiler | ulp of torques, memory, states | self-test | step: instructions, cycles | "
         "flash, RAM, stack | exchanges/s |"
@@ -60,6 +61,7 @@ def equivalence() -> None:
 
 
 def day() -> None:
+    """Run a day of the satellite under Unicorn."""
     model = runtime.load("satellite", backend="c")
     begin = time.perf_counter()
     asked = Asked("mrac", "unicorn", samples=DAY, every=500, selftest=0, profiled=False)
@@ -73,6 +75,7 @@ def day() -> None:
 
 
 def fuzz() -> None:
+    """Send random frames to the receiver, with sanitizers on."""
     with tempfile.TemporaryDirectory() as name:
         folder, program_ = Path(name), build_fuzzer(Path(name))
         halves = [subprocess.Popen([program_, str(seed), str(FRAMES // 2)], cwd=folder) for seed in (1, 2)]

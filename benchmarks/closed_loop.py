@@ -56,10 +56,12 @@ class Case:
 
     @property
     def t(self) -> Array:
+        """Instants of the samples, s."""
         return np.linspace(0.0, DURATION, round(DURATION / self.step) + 1)
 
 
 def main() -> None:
+    """Measure, and write the page."""
     with tempfile.TemporaryDirectory() as cache:
         os.environ["MEHVAR_CACHE"] = cache
         model = load("triangle")

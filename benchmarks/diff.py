@@ -34,6 +34,7 @@ Edit = Callable[[Pool, int, random.Random], Change | None]
 
 
 def main() -> None:
+    """Measure, and write the page."""
     with tempfile.TemporaryDirectory() as scratch:
         pendulums = {count: _slosh(count, Path(scratch)) for count in (2, 8, 16)}
     documents = {name: Document.read(GENERATED / name) for name in MODELS}

@@ -19,6 +19,7 @@ COLD_REPEATS = 3
 
 
 def main() -> None:
+    """Measure, and write the page."""
     with tempfile.TemporaryDirectory() as scratch:
         outs = iter(range(COLD_REPEATS))
         cold = interleaved(

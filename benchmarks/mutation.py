@@ -25,6 +25,7 @@ from tests.physics.installed import machine  # noqa: E402
 
 
 def main() -> None:
+    """Try every wrong term, and write the page."""
     lines = _head()
     verdicts = {case: _try(case) for case in CASES}
     lines += ["## Killed", "", *_table(verdicts), "", *_list("Equivalent", verdicts, "equivalent")]

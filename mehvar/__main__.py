@@ -6,7 +6,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from mehvar.ending import fail, interruptible, let_readers_leave
+from mehvar.ending import fail, interruptible, let_readers_leave, warn_in_a_line
 
 
 def main() -> None:
@@ -14,6 +14,7 @@ def main() -> None:
     with interruptible():
         _leave_working_folder()
         let_readers_leave()
+        warn_in_a_line()
         _run()
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import typer
 
 from mehvar.boardfacts import facts
-from mehvar.console import print_table
+from mehvar.console import print_table, working
 from mehvar.simulating import parse_settings
 from runtime.board.build import FIRMWARE, Image, compile_commands, sources, write_sources
 from runtime.board.elf import read_elf
@@ -75,7 +75,8 @@ def outcome_of(model: str, settings: Sequence[str], asked: Asked) -> Outcome:
     """
     loaded, asked = asked_for(model, settings, asked)
     try:
-        return run_on_board(loaded, asked)
+        with working(f"{asked.controller} of {model} on {asked.target}"):
+            return run_on_board(loaded, asked)
     except LinkError as error:
         typer.echo(f"mehvar: {error}", err=True)
         raise typer.Exit(3) from error

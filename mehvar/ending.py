@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a command ends: one message with a status, and output that nobody reads any more."""
+"""What a command says besides its answer: one message at its end, warnings in a line, nothing to a reader who left."""
 
 from __future__ import annotations
 
 import io
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NoReturn
@@ -24,6 +25,11 @@ def interruptible() -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         fail("interrupted", 130)
+
+
+def warn_in_a_line() -> None:
+    """Show a warning as its message alone: the line of our code that gave it means nothing to who types a command."""
+    warnings.formatwarning = lambda message, *_, **__: f"mehvar: {message}\n"
 
 
 def let_readers_leave() -> None:
