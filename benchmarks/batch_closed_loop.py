@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ from machine import RESULTS, machine, table, write
 from peers import contenders, sampled
 from peers.contenders import Contender
 from peers.problem import LOOPS, Problem, problem
-from peers.report import REPEATS, attempt, everything, take_turns, time_for
+from peers.report import REPEATS, attempt, everything, parts_to_measure, take_turns, time_for
 
 from runtime.batch import run_batch
 from runtime.campaign import Campaign
@@ -69,14 +68,15 @@ CAMPAIGNS = {
 }  # fmt: skip
 
 
-def main(arguments: Sequence[str]) -> None:
+def main() -> None:
+    """Measure the parts that are asked for, and write all tables."""
     record: dict[str, Any] = json.loads(RECORD.read_text()) if RECORD.exists() else {}
     parts: dict[str, Callable[[], dict[str, Any]]] = {
         **{name: lambda name=name: continuous(name) for name in LOOPS},
         "satellite": discrete,
         "campaigns": campaigns,
     }
-    for name in [] if "--tables" in arguments else (arguments or tuple(parts)):
+    for name in parts_to_measure(__doc__, parts):
         record[name] = parts[name]()
         RECORD.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     tables(record)
@@ -203,4 +203,4 @@ def _head() -> list[str]:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
@@ -27,7 +26,7 @@ from machine import RESULTS, machine, table, write
 from peers import contenders
 from peers.contenders import Contender
 from peers.problem import CASES, CHECKED, REFERENCE_TOLERANCE, RUNS, SPREAD, Problem, problem
-from peers.report import REPEATS, attempt, everything, take_turns, time_for
+from peers.report import REPEATS, attempt, everything, parts_to_measure, take_turns, time_for
 
 from runtime.processor import widest
 
@@ -46,9 +45,10 @@ AIMS = {
 PEERS = ("heyoka", "numba", "scipy", "casadi", "jax", "diffrax")
 
 
-def main(arguments: Sequence[str]) -> None:
+def main() -> None:
+    """Measure the cases that are asked for, and write all tables and the picture."""
     record: dict[str, Any] = json.loads(RECORD.read_text()) if RECORD.exists() else {}
-    for name in [] if "--tables" in arguments else (arguments or tuple(CASES)):
+    for name in parts_to_measure(__doc__, CASES):
         with tempfile.TemporaryDirectory() as scratch:
             record[name] = measured(name, Path(scratch))
         RECORD.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
@@ -165,4 +165,4 @@ def _head() -> list[str]:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

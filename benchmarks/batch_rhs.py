@@ -17,7 +17,7 @@ from statistics import median
 from time import process_time
 
 import numpy as np
-from machine import machine, table, write
+from machine import command_line, machine, table, write
 
 from codegen.generate import generate, installed_tree
 from runtime import Model, load
@@ -211,4 +211,5 @@ def _call(model: Model, name: str) -> str:
 
 
 if __name__ == "__main__":
+    command_line(__doc__).parse_args()
     main()

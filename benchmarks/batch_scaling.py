@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a batch scales: with threads, with the number of runs, with the number of pendulums.
 
-python benchmarks/batch_scaling.py
+python benchmarks/batch_scaling.py          # all parts
+python benchmarks/batch_scaling.py threads  # some
 """
 
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
 
 import numpy as np
-from machine import machine, table, write
+from machine import command_line, machine, table, write
 
 from codegen.generate import generate, installed_tree
 from runtime import load
@@ -33,10 +33,10 @@ INERTIAS = {"paper": "angles", "ball": "quaternion"}
 PARTS = ("threads", "counts", "pendulums")
 
 
-def main(arguments: Sequence[str]) -> None:
+def main() -> None:
     """Measure, and write a page for each part."""
     makers: dict[str, Callable[[], list[str]]] = {"threads": threads, "counts": counts, "pendulums": pendulums}
-    for name in arguments or makers:
+    for name in command_line(__doc__, makers).parse_args().parts or makers:
         write(f"batch_scaling_{name}.md", makers[name]())
 
 
@@ -163,4 +163,4 @@ def _nominal(name: str, model: object) -> tuple[np.ndarray, ...]:
 
 if __name__ == "__main__":
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    main(sys.argv[1:])
+    main()

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
+
+from machine import command_line
 
 import runtime
 from runtime.board.build import program, sources, write_sources
@@ -33,6 +34,7 @@ SANITIZERS = (
 
 
 def equivalence() -> None:
+    """Compare every target, board and compiler with the host, bit for bit."""
     print(
         "| target | board | compiler | ulp of torques, memory, states | self-test | step: instructions, cycles | "
         "flash, RAM, stack | exchanges/s |"
@@ -59,6 +61,7 @@ def equivalence() -> None:
 
 
 def day() -> None:
+    """Run a day of the satellite under Unicorn."""
     model = runtime.load("satellite", backend="c")
     begin = time.perf_counter()
     asked = Asked("mrac", "unicorn", samples=DAY, every=500, selftest=0, profiled=False)
@@ -72,6 +75,7 @@ def day() -> None:
 
 
 def fuzz() -> None:
+    """Send random frames to the receiver, with sanitizers on."""
     with tempfile.TemporaryDirectory() as name:
         folder, program_ = Path(name), build_fuzzer(Path(name))
         halves = [subprocess.Popen([program_, str(seed), str(FRAMES // 2)], cwd=folder) for seed in (1, 2)]
@@ -97,5 +101,5 @@ def build_fuzzer(folder: Path) -> Path:
 
 if __name__ == "__main__":
     chosen = {"equivalence": equivalence, "day": day, "fuzz": fuzz}
-    for name in sys.argv[1:] or chosen:
+    for name in command_line(__doc__, chosen).parse_args().parts or chosen:
         chosen[name]()

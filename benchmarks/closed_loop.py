@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from machine import interleaved, machine, table, write
+from machine import command_line, interleaved, machine, table, write
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
@@ -56,10 +56,12 @@ class Case:
 
     @property
     def t(self) -> Array:
+        """Instants of the samples, s."""
         return np.linspace(0.0, DURATION, round(DURATION / self.step) + 1)
 
 
 def main() -> None:
+    """Measure, and write the page."""
     with tempfile.TemporaryDirectory() as cache:
         os.environ["MEHVAR_CACHE"] = cache
         model = load("triangle")
@@ -208,4 +210,5 @@ def _caveats() -> list[str]:
 
 
 if __name__ == "__main__":
+    command_line(__doc__).parse_args()
     main()

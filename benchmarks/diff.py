@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from time import perf_counter
 
-from machine import machine, table, write
+from machine import command_line, machine, table, write
 
 from codegen.diff import Document, compare
 from codegen.diff.changes import Change, replaced
@@ -34,6 +34,7 @@ Edit = Callable[[Pool, int, random.Random], Change | None]
 
 
 def main() -> None:
+    """Measure, and write the page."""
     with tempfile.TemporaryDirectory() as scratch:
         pendulums = {count: _slosh(count, Path(scratch)) for count in (2, 8, 16)}
     documents = {name: Document.read(GENERATED / name) for name in MODELS}
@@ -234,4 +235,5 @@ def _symbol(pool: Pool, root: int, generator: random.Random) -> Change | None:
 
 
 if __name__ == "__main__":
+    command_line(__doc__).parse_args()
     main()

@@ -12,13 +12,14 @@ import tempfile
 from functools import partial
 from pathlib import Path
 
-from machine import interleaved, machine, table, write
+from machine import command_line, interleaved, machine, table, write
 
 REPEATS = 9
 COLD_REPEATS = 3
 
 
 def main() -> None:
+    """Measure, and write the page."""
     with tempfile.TemporaryDirectory() as scratch:
         outs = iter(range(COLD_REPEATS))
         cold = interleaved(
@@ -80,4 +81,5 @@ def _require_unchanged(out: Path, scratch: str) -> None:
 
 
 if __name__ == "__main__":
+    command_line(__doc__).parse_args()
     main()

@@ -35,6 +35,7 @@ class Tally:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
+    """Kill, resume, compare, and say what happened."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=200)
     parser.add_argument("--runs", type=int, default=20_000)
@@ -79,6 +80,7 @@ def torment(folder: Path, kills: int, runs: int, chance: random.Random) -> Tally
 
 
 def start(store: Path, runs: int) -> subprocess.Popen[bytes]:
+    """Start the batch, or resume it."""
     command = [sys.executable, "-m", "mehvar", "batch", *MODEL, "-n", str(runs), *VARY, "--out", str(store), "--resume"]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL)
 
@@ -109,6 +111,7 @@ COORDINATES = ("state", "variable", "t")
 
 
 def contents(store: Path) -> dict[str, bytes]:
+    """Return the bytes of every file of a store by its place."""
     return {path.relative_to(store).as_posix(): path.read_bytes() for path in store.rglob("*") if path.is_file()}
 
 

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a benchmark ran on, and how its tables are written."""
+"""How a benchmark is called, what it ran on, and how its tables are written."""
 
 from __future__ import annotations
 
+import argparse
 import os
 import platform
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from statistics import median
@@ -15,6 +16,21 @@ from time import perf_counter
 from runtime.compiler import find_compiler
 
 RESULTS = Path(__file__).parent / "results"
+
+
+def command_line(about: str | None, parts: Iterable[str] = ()) -> argparse.ArgumentParser:
+    """Return a parser that takes no arguments, or some of the `parts`."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    names = tuple(parts)
+
+    def known(text: str) -> str:
+        if text in names:
+            return text
+        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(names)}")
+
+    if names:
+        parser.add_argument("parts", nargs="*", type=known, metavar="|".join(names), help="all unless given")
+    return parser
 
 
 def machine() -> list[str]:

@@ -13,8 +13,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
 
+from machine import command_line, table, write
 from machine import machine as this_machine
-from machine import table, write
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
@@ -25,6 +25,7 @@ from tests.physics.installed import machine  # noqa: E402
 
 
 def main() -> None:
+    """Try every wrong term, and write the page."""
     lines = _head()
     verdicts = {case: _try(case) for case in CASES}
     lines += ["## Killed", "", *_table(verdicts), "", *_list("Equivalent", verdicts, "equivalent")]
@@ -100,4 +101,5 @@ def _commit() -> str:
 
 
 if __name__ == "__main__":
+    command_line(__doc__).parse_args()
     main()

@@ -62,5 +62,8 @@ def _table(name: str, sections: list[tuple[str, str]], heading: str) -> str:
 
 
 if __name__ == "__main__":
+    from machine import command_line
+
+    command_line(__doc__).parse_args()
     PAGE.write_text(page(), encoding="utf-8")
     print(f"wrote {PAGE}")

@@ -259,15 +259,23 @@ def _texts_of(model: str) -> list[str]:
 def write(folder: Path, texts: Mapping[str, str]) -> None:
     """Write all files under temporary names, then rename them, the manifest last: what is half done shows as stale.
 
-    One process at a time renames, so that the files of two never mix.
+    One process at a time renames, so that the files of two never mix. A new folder is removed if nothing got there.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as scratch:
-        for name, text in texts.items():
-            (Path(scratch) / name).write_text(text, encoding="utf-8", newline="\n")
-        with locked(folder):
-            for name in texts:
-                (Path(scratch) / name).replace(folder / name)
+    new = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as scratch:
+            for name, text in texts.items():
+                (Path(scratch) / name).write_text(text, encoding="utf-8", newline="\n")
+            with locked(folder):
+                for name in texts:
+                    (Path(scratch) / name).replace(folder / name)
+    except OSError as error:
+        raise OSError(error.errno or 0, f"cannot write {folder}: {error.strerror or error}") from error
+    finally:
+        if new:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
 
 
 @contextlib.contextmanager

@@ -26,7 +26,7 @@ def shapes(folder: Path) -> dict[str, str]:
     found = {}
     for name in TABLES:
         try:
-            table = tomllib.loads((folder / name).read_text(encoding="utf-8"))
+            table = tomllib.loads((folder / name).read_text(encoding="utf-8-sig"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
             continue
         found[name] = hashlib.sha256(json.dumps(_shape(table)).encode()).hexdigest()

@@ -6,30 +6,37 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from mehvar.ending import fail, interruptible, let_readers_leave, warn_in_a_line
+
 
 def main() -> None:
     """Run the command line; a user's mistake ends in one message, never in a traceback."""
-    _leave_working_folder()
+    with interruptible():
+        _leave_working_folder()
+        let_readers_leave()
+        warn_in_a_line()
+        _run()
+
+
+def _run() -> None:
     from mehvar.cli import app
     from runtime.errors import BuildError, InputError
 
     try:
         app()
     except InputError as error:
-        _fail(error, 2)
+        fail(error, 2)
     except BuildError as error:
-        _fail(error, 3)
+        fail(error, 3)
     except ModuleNotFoundError as error:
-        _fail(f"the package {error.name} is missing: pip install {error.name} (mehvar doctor lists them all)", 2)
+        fail(f"the package {error.name} is missing: pip install {error.name} (mehvar doctor lists them all)", 2)
     except OSError as error:
         where = f" {error.filename}" if error.filename else ""
-        _fail(f"{error.strerror or error}{where}", 2)
+        fail(f"{error.strerror or error}{where}", 2)
     except ValueError as error:
         if not _is_model_mistake(error):
             raise
-        _fail(error, 2)
-    except KeyboardInterrupt:
-        _fail("interrupted", 130)
+        fail(error, 2)
 
 
 def _leave_working_folder() -> None:
@@ -51,11 +58,6 @@ def _is_model_mistake(error: ValueError) -> bool:
     return any(
         home in sys.modules and isinstance(error, getattr(sys.modules[home], name)) for home, name in mistakes.items()
     )
-
-
-def _fail(message: object, code: int) -> None:
-    print(f"mehvar: {message}", file=sys.stderr)
-    sys.exit(code)
 
 
 if __name__ == "__main__":

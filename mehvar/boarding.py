@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 import shutil
 from collections.abc import Sequence
@@ -14,13 +13,14 @@ from pathlib import Path
 import typer
 
 from mehvar.boardfacts import facts
-from mehvar.console import print_table
+from mehvar.console import print_table, working
 from mehvar.simulating import parse_settings
 from runtime.board.build import FIRMWARE, Image, compile_commands, sources, write_sources
 from runtime.board.elf import read_elf
 from runtime.board.link import LinkError
 from runtime.board.run import Asked, Outcome, build_image, ended, run_on_board
 from runtime.errors import InputError, bad_value
+from runtime.files import check_folder, filling
 from runtime.manifest import find_model
 from runtime.model import Model, load
 
@@ -41,30 +41,13 @@ def build_command(model: str, asked: Asked, out: Path | None) -> int:
     """Compile a firmware; with a folder, write its sources and images there."""
     loaded, asked = asked_for(model, (), asked)
     if out is not None:
-        make_folder(out, out)
+        check_folder(out)
     image = build_image(loaded, asked)
     _print_image(image)
     if out is not None:
         export(image, out)
         typer.echo(f"wrote {out}")
     return 0
-
-
-def make_folder(folder: Path, asked: Path) -> None:
-    """Make a folder before anything takes its time.
-
-    Raises
-    ------
-    InputError
-        If it cannot be made or written, about the folder that was asked for.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        writable = os.access(folder, os.W_OK)
-    except OSError as error:
-        raise bad_value("out", str(asked), f"a folder that can be made ({error.strerror})", "--out") from error
-    if not writable:
-        raise bad_value("out", str(asked), "a folder that can be written", "--out")
 
 
 def run_command(model: str, settings: Sequence[str], asked: Asked, form: str) -> int:
@@ -92,7 +75,8 @@ def outcome_of(model: str, settings: Sequence[str], asked: Asked) -> Outcome:
     """
     loaded, asked = asked_for(model, settings, asked)
     try:
-        return run_on_board(loaded, asked)
+        with working(f"{asked.controller} of {model} on {asked.target}"):
+            return run_on_board(loaded, asked)
     except LinkError as error:
         typer.echo(f"mehvar: {error}", err=True)
         raise typer.Exit(3) from error
@@ -147,15 +131,20 @@ def export(image: Image, out: Path) -> None:
     texts["mehvar.mk"] = _make_fragment(portable)
     texts["mehvar.cmake"] = _cmake_fragment(portable)
     texts["build.sh"] = "set -e\n" + "".join(f"{shlex.join(command)}\n" for command in commands)
-    write_sources(out, texts)
-    shutil.copyfile(image.path, out / "firmware.elf")
-    if image.board is not None:
-        segments = read_elf(image.path).segments
-        first = min(address for address, _ in segments)
-        binary = bytearray()
-        for address, content in sorted(segments):
-            binary += b"\xff" * (address - first - len(binary)) + content
-        (out / "firmware.bin").write_bytes(binary)
+    with filling(out) as folder:
+        write_sources(folder, texts)
+        shutil.copyfile(image.path, folder / "firmware.elf")
+        if image.board is not None:
+            (folder / "firmware.bin").write_bytes(_flash_contents(image.path))
+
+
+def _flash_contents(elf: Path) -> bytes:
+    segments = sorted(read_elf(elf).segments)
+    first = segments[0][0]
+    binary = bytearray()
+    for address, content in segments:
+        binary += b"\xff" * (address - first - len(binary)) + content
+    return bytes(binary)
 
 
 def _make_fragment(portable: Sequence[str]) -> str:

@@ -15,10 +15,10 @@ import numpy as np
 import typer
 
 from mehvar.boardfacts import facts
-from mehvar.boarding import make_folder, outcome_of, status_of
+from mehvar.boarding import outcome_of, status_of
 from mehvar.plots import BLACK, BLUE, COLORS, VERMILLION, label, new_figure, picture, require_matplotlib, save, style
 from runtime.board.run import Outcome
-from runtime.files import write_atomic
+from runtime.files import check_folder, filling
 from runtime.results import to_dataset
 
 if TYPE_CHECKING:
@@ -40,12 +40,16 @@ def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path)
         For a user's mistake, or if Matplotlib is missing.
     """
     require_matplotlib()
-    make_folder(out / "figures", out)
+    check_folder(out)
     outcome = outcome_of(model, settings, replace(asked, every=1))
     found = facts(outcome) | {"figure": _figure_numbers(outcome)}
-    figures = [_saved(out / "figures" / f"{name}.png", title, draw(outcome)) for name, title, draw in _figures(outcome)]
-    write_atomic(out / "index.html", _page(found, figures))
-    write_atomic(out / "board.json", json.dumps(found, indent=1) + "\n")
+    with filling(out) as folder:
+        (folder / "figures").mkdir()
+        figures = [
+            _saved(folder / "figures" / f"{name}.png", title, draw(outcome)) for name, title, draw in _figures(outcome)
+        ]
+        (folder / "index.html").write_text(_page(found, figures), encoding="utf-8")
+        (folder / "board.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     typer.echo(f"report: {out / 'index.html'}")
     return status_of(outcome)
 

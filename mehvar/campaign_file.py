@@ -57,7 +57,7 @@ def read_campaign(path: Path) -> CampaignFile:
         field.
     """
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         found = CampaignFile.model_validate(data)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error

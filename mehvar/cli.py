@@ -4,11 +4,28 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
+
+from mehvar.ending import interruptible
+
+
+class _Commands(TyperGroup):
+    """The commands; an interrupted one says so, where typer would only exit."""
+
+    def make_context(self, *arguments: Any, **more: Any) -> Any:
+        with interruptible():
+            return super().make_context(*arguments, **more)
+
+    def invoke(self, ctx: Any) -> Any:
+        with interruptible():
+            return super().invoke(ctx)
+
 
 app = typer.Typer(
+    cls=_Commands,
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,

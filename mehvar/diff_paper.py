@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -66,7 +67,8 @@ def judged(tree: Tree, model: str | None = None) -> list[Ledger]:
     missing = [name for name in chosen if not _kept(tree, name).is_file()]
     if missing:
         workers = min(len(missing), os.cpu_count() or 1)
-        with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        ended_by_ctrl_c = (signal.SIGINT, signal.SIG_DFL)
+        with ProcessPoolExecutor(workers, get_context("spawn"), signal.signal, ended_by_ctrl_c) as pool:
             texts = list(pool.map(_judge, [tree.root] * len(missing), missing))
         for name, text in zip(missing, texts, strict=True):
             write_atomic(_kept(tree, name), text)

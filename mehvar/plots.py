@@ -177,6 +177,18 @@ def pretty_unit(unit: str) -> str:
     return unit.replace("^2", "²").replace("^3", "³")
 
 
+def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None:
+    """Finish an axis over time: limits, zero line, labels."""
+    if zero:
+        ax.axhline(0.0, color=GREY, lw=0.6, zorder=0.9)
+    ax.margins(x=0)
+    ax.set_xlabel(label("$t$", "time", "s"))
+    if not last:
+        ax.xaxis.label.set_visible(False)
+        ax.tick_params(labelbottom=False)
+    ax.set_ylabel(text)
+
+
 def headline(dataset: xr.Dataset) -> str:
     """Return what was run and, when it ended early, why."""
     text = f"{dataset.attrs['title']} (scenario {dataset.attrs['scenario']})"

@@ -17,8 +17,7 @@ from mehvar.diff_paper import judged
 from mehvar.papers import Verdict, paper_models
 from mehvar.plots import require_matplotlib
 from runtime.compiler import find_compiler
-from runtime.errors import InputError, bad_value
-from runtime.files import write_atomic
+from runtime.files import check_folder, filling
 
 if TYPE_CHECKING:
     from mehvar.console import Advance
@@ -52,7 +51,7 @@ def reproduce(out: Path, progress: Advance | None = None) -> bool:
         If a file cannot be written.
     """
     require_matplotlib()
-    _check_folder(out)
+    check_folder(out)
     from mehvar.report.content import paper_report
     from mehvar.report.page import page
 
@@ -67,15 +66,6 @@ def reproduce(out: Path, progress: Advance | None = None) -> bool:
     return all(claim.verdict is not Verdict.FAILS for claim in claims) and all(board.same for board in boards)
 
 
-def _check_folder(out: Path) -> None:
-    """Refuse before the work what could not be written after it."""
-    if out.exists() and not out.is_dir():
-        raise bad_value("output folder", str(out), "a folder, or nothing yet")
-    there = next(folder for folder in (out, *out.absolute().parents) if folder.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK):
-        raise InputError(f"cannot write into {there}: it must be a folder that you may write to")
-
-
 def _part(progress: Advance | None, index: int, count: int) -> Advance:
     """Return a progress call for one of several papers."""
 
@@ -87,12 +77,13 @@ def _part(progress: Advance | None, index: int, count: int) -> Advance:
 
 
 def _write(out: Path, reports: Sequence[PaperReport], html: str) -> None:
-    (out / "figures").mkdir(parents=True, exist_ok=True)
-    for report in reports:
-        for figure, picture in zip(report.paper.figures(), report.pictures, strict=True):
-            write_atomic(out / "figures" / f"{report.manifest.model}-{figure.number:02d}.png", picture.png)
-    write_atomic(out / "claims.json", _claims_text(reports))
-    write_atomic(out / "index.html", html)
+    with filling(out) as folder:
+        (folder / "figures").mkdir()
+        for report in reports:
+            for figure, picture in zip(report.paper.figures(), report.pictures, strict=True):
+                (folder / "figures" / f"{report.manifest.model}-{figure.number:02d}.png").write_bytes(picture.png)
+        (folder / "claims.json").write_text(_claims_text(reports), encoding="utf-8")
+        (folder / "index.html").write_text(html, encoding="utf-8")
 
 
 def _claims_text(reports: Sequence[PaperReport]) -> str:

@@ -43,6 +43,7 @@ def simulate_command(
     _check_outputs(out, plot)
     values, options = parse_settings(settings, find_model(model).choices)
     with progress(f"{model} {controller}") as advance:
+        advance(0, 1, "(the first run compiles)")
         run = simulate_run(
             model, controller, scenario, values, t_end=t_end, progress=advance, origin="--set", **options
         )

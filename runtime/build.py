@@ -26,6 +26,7 @@ from .errors import BuildError, InputError
 from .files import write_atomic
 
 NATIVE = Path(__file__).parent / "native"
+_TRIES = 3
 _UNITS = ("integrator.c", "tableaux.c", "loop.c", "map.c", "noise.c")
 
 # No flag here changes a result: no contraction, no reassociation, NaN and infinity as IEEE 754 has them.
@@ -182,31 +183,43 @@ def _load_cached(path: Path) -> ctypes.CDLL | None:
 
 
 def _compile(path: Path, sources: Mapping[str, str], command: Sequence[str], compiler: Compiler) -> Path:
-    """Compile in a folder of its own beside `path`, then rename into place."""
-    folder = Path(tempfile.mkdtemp(prefix="build-", dir=path.parent))
+    """Compile in a folder of its own beside `path`, then rename into place; again if somebody empties the cache."""
+    for _ in range(_TRIES):
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        folder = Path(tempfile.mkdtemp(prefix="build-", dir=path.parent))
+        try:
+            return _compile_in(folder, path, sources, command, compiler)
+        except (BuildError, FileNotFoundError):
+            if folder.is_dir():
+                raise
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+    raise BuildError(f"the folder {path.parent} vanished during each of {_TRIES} compilations")
+
+
+def _compile_in(
+    folder: Path, path: Path, sources: Mapping[str, str], command: Sequence[str], compiler: Compiler
+) -> Path:
     zig = {"ZIG_GLOBAL_CACHE_DIR": str(path.parent / "zig"), "ZIG_LOCAL_CACHE_DIR": str(folder)}
-    try:
-        for name, text in sources.items():
-            (folder / name).write_text(text, encoding="utf-8")
-        done = subprocess.run(
-            command,
-            cwd=folder,
-            env={**zig, **os.environ},
-            capture_output=True,
-            text=True,
-            errors="replace",
-            check=False,
-            stdin=subprocess.DEVNULL,
-        )
-        built = folder / path.name
-        if done.returncode != 0 or not built.is_file():
-            raise _failure(command, done, compiler)
-        digest = hashlib.sha256(built.read_bytes()).hexdigest()
-        built.replace(path)
-        write_atomic(_digest_path(path), digest)
-        return path
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+    for name, text in sources.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        command,
+        cwd=folder,
+        env={**zig, **os.environ},
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+        stdin=subprocess.DEVNULL,
+    )
+    built = folder / path.name
+    if done.returncode != 0 or not built.is_file():
+        raise _failure(command, done, compiler)
+    digest = hashlib.sha256(built.read_bytes()).hexdigest()
+    built.replace(path)
+    write_atomic(_digest_path(path), digest)
+    return path
 
 
 def _failure(

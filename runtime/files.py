@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from .errors import InputError
+from .errors import InputError, bad_value
 
 
 @contextmanager
@@ -49,6 +51,51 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+def check_folder(folder: str | os.PathLike[str]) -> None:
+    """Refuse before the work a folder that could not be written after it.
+
+    Raises
+    ------
+    InputError
+        If it is no folder, or cannot be made or written.
+    """
+    target = Path(folder)
+    there = next(place for place in (target, *target.absolute().parents) if place.exists())
+    if not there.is_dir():
+        raise bad_value("out", str(folder), f"a folder that can be made, but {there} is a file", "--out")
+    if not os.access(there, os.W_OK):
+        raise bad_value("out", str(folder), f"a folder that can be made, but you may not write into {there}", "--out")
+
+
+@contextmanager
+def filling(folder: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary folder, and move what was written there into `folder` when the block ends well.
+
+    Parameters
+    ----------
+    folder : path
+        Made if it does not exist; what else it holds stays.
+
+    Yields
+    ------
+    pathlib.Path
+        Where the block writes. It is removed when the block raises.
+
+    Raises
+    ------
+    OSError
+        If something cannot be written; the message names `folder`.
+    """
+    target = Path(folder).absolute()
+    there = next(place for place in (target, *target.parents) if place.is_dir())
+    try:
+        with tempfile.TemporaryDirectory(prefix=f".{target.name}.", dir=there) as scratch:
+            yield Path(scratch)
+            shutil.copytree(scratch, target, copy_function=os.replace, dirs_exist_ok=True)
+    except OSError as error:
+        raise _named(error, Path(folder)) from error
 
 
 def write_atomic(path: str | os.PathLike[str], content: str | bytes) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measuring in turns, and times at equal error."""
+"""What to measure, measuring in turns, and times at equal error."""
 
 from __future__ import annotations
 
@@ -9,12 +9,20 @@ from time import process_time
 from typing import Any
 
 import numpy as np
-from machine import table
+from machine import command_line, table
 
 from peers.contenders import Contender
 from peers.problem import Array
 
 REPEATS = 5
+
+
+def parts_to_measure(about: str | None, parts: Iterable[str]) -> Iterable[str]:
+    """Return the parts that the command line asks for; none with --tables, all unless given."""
+    parser = command_line(about, parts)
+    parser.add_argument("--tables", action="store_true", help="measure nothing, write the tables of what is recorded")
+    given = parser.parse_args()
+    return () if given.tables else given.parts or parts
 
 
 def attempt(make: Callable[[], Iterable[Contender]]) -> tuple[list[Contender], str]:

@@ -39,12 +39,14 @@ class Sampled:
     reference: Array
 
     def error(self, final: Array) -> Array:
+        """Return how far the ends of runs are from the reference, relative to their size, one number a run."""
         n = min(CHECKED, len(final))
         wanted = self.reference[:n]
         distance: Array = np.max(np.abs(final[:n] - wanted) / (1 + np.abs(wanted)), axis=1)
         return distance
 
     def ours(self, options: Mapping[str, Any]) -> Integrate:
+        """Return our own compiled loop with some options."""
         kernel = compile_kernel(self.model, LAW, **options)
 
         def integrate(n: int) -> Array:
@@ -149,6 +151,7 @@ def _compiled(given: Sampled) -> dict[str, Any]:
 
 
 def ours(given: Sampled, tolerances: tuple[float, ...]) -> Iterator[Contender]:
+    """Our batch kernel, with each profile, method and tolerance."""
     for profile in ("portable", "fast"):
         for method in ("dopri5", "dop853"):
             for tolerance in tolerances:

@@ -15,9 +15,10 @@ from __future__ import annotations
 
 import functools
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 Q = 618970019642690137449574501
 P = 22835900448413279767030398965606561039612184599
@@ -42,6 +43,8 @@ Element: TypeAlias = int | Complex
 Circle: TypeAlias = tuple[Element, Element]
 """Cosine and sine: an element of the unit circle."""
 ONE: Circle = (1, 0)
+UNIT: Element = 1
+T = TypeVar("T")
 
 
 def _element(re: int, im: int) -> Element:
@@ -87,13 +90,16 @@ def power(a: Element, n: int) -> Element:
     """Return a^n."""
     if n < 0:
         return power(inverse(a), -n)
-    if isinstance(a, int):
-        return pow(a, n, P)
-    result: Element = 1
+    return pow(a, n, P) if isinstance(a, int) else _repeated(mul, UNIT, a, n)
+
+
+def _repeated(operation: Callable[[T, T], T], neutral: T, a: T, n: int) -> T:
+    """Return n times a by doubling, in the sense of an operation."""
+    result = neutral
     while n:
         if n & 1:
-            result = mul(result, a)
-        a, n = mul(a, a), n >> 1
+            result = operation(result, a)
+        a, n = operation(a, a), n >> 1
     return result
 
 
@@ -170,12 +176,7 @@ def turned(a: Circle, n: int) -> Circle:
     """Return the element of n times an angle."""
     if n < 0:
         return turned((a[0], sub(0, a[1])), -n)
-    result = ONE
-    while n:
-        if n & 1:
-            result = turn(result, a)
-        a, n = turn(a, a), n >> 1
-    return result
+    return _repeated(turn, ONE, a, n)
 
 
 def halved(a: Circle) -> Circle:

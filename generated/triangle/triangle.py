@@ -24,7 +24,7 @@ def _arrays(*values):
 
 
 def _vector(*elements):
-    return np.stack(np.broadcast_arrays(*elements), axis=-1)
+    return np.stack(np.broadcast_arrays(*elements), axis=-1) if elements else np.empty(0)
 
 
 def rhs(x, u, p):

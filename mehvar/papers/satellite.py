@@ -18,13 +18,12 @@ from mehvar.papers.satellite_figures import (
     estimates_figure,
     legend,
     ringing_figure,
-    time_axis,
     torque,
     torques_figure,
 )
 from mehvar.papers.satellite_rows import AXES
 from mehvar.papers.satellite_scene import STUDY, scene
-from mehvar.plots import headline, label, new_figure
+from mehvar.plots import headline, label, new_figure, time_axis
 
 if TYPE_CHECKING:
     from collections.abc import Callable

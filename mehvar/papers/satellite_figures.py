@@ -10,7 +10,7 @@ import numpy as np
 from mehvar.papers import Runs
 from mehvar.papers.satellite_claims import PRINTED_B
 from mehvar.papers.satellite_rows import AXES
-from mehvar.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, label, new_figure
+from mehvar.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, label, new_figure, time_axis
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -30,17 +30,6 @@ COLORS = (BLUE, VERMILLION, GREEN)
 """Of roll, pitch and yaw, and of what belongs to them."""
 _DASHED = (0, (4, 2.5))
 _KEPT, _LITERAL = "law that keeps the zero", "law (32)"
-
-
-def time_axis(ax: Axes, text: str, last: bool = True) -> None:
-    """Finish an axis over time: limits, zero line, labels."""
-    ax.axhline(0.0, color=GREY, lw=0.6, zorder=0.9)
-    ax.margins(x=0)
-    ax.set_xlabel(label("$t$", "time", "s"))
-    if not last:
-        ax.xaxis.label.set_visible(False)
-        ax.tick_params(labelbottom=False)
-    ax.set_ylabel(text)
 
 
 def angle(ax: Axes, t: ArrayLike, series: Series, k: int, last: bool = True) -> None:

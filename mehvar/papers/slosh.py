@@ -20,12 +20,11 @@ from mehvar.papers.slosh_figures import (
     moments,
     pendulums,
     thrust,
-    time_axis,
     velocities,
 )
 from mehvar.papers.slosh_scene import STUDY, scene
 from mehvar.papers.slosh_schematic import schematic
-from mehvar.plots import COLORS, headline, new_figure
+from mehvar.plots import COLORS, headline, new_figure, time_axis
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,7 +9,7 @@ import numpy as np
 
 from mehvar.papers import Runs
 from mehvar.papers.slosh_rows import FULL, LAWS, REDUCED, axial
-from mehvar.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, label, new_figure
+from mehvar.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, label, new_figure, time_axis
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -28,18 +28,6 @@ BOBS = (PURPLE, ORANGE)
 """Of the two pendulums."""
 V1, V2 = BLUE, VERMILLION
 _DASHED = (0, (4, 2.5))
-
-
-def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None:
-    """Finish an axis over time: limits, zero line, labels."""
-    if zero:
-        ax.axhline(0.0, color=GREY, lw=0.6, zorder=0.9)
-    ax.margins(x=0)
-    ax.set_xlabel(label("$t$", "time", "s"))
-    if not last:
-        ax.xaxis.label.set_visible(False)
-        ax.tick_params(labelbottom=False)
-    ax.set_ylabel(text)
 
 
 def claimed(ax: Axes, time: float, color: str = GREY) -> None:

@@ -24,7 +24,7 @@ from mehvar.papers.triangle_shapes import (
     shifted_origin,
 )
 from mehvar.papers.triangle_surfaces import cylinder, limited_arc, nested_surfaces, xi_curve
-from mehvar.plots import BLACK, BLUE, GREY, VERMILLION, headline, label, new_figure
+from mehvar.plots import BLACK, BLUE, VERMILLION, headline, label, new_figure, time_axis
 from runtime.model import load
 from runtime.results import to_dataset
 
@@ -204,7 +204,7 @@ def disturbed_runs(runs: Runs) -> Figure:
         axes[right].autoscale(axis="y")
     for law, color, line in (("path", BLUE, "-"), ("sliding", VERMILLION, "--")):
         axes["e"].plot(both[law]["t"], both[law]["theta"], line, color=color, label=f"{law} law")
-    _time_axis(axes["e"], label(r"$\theta$", "attitude", "rad"))
+    time_axis(axes["e"], label(r"$\theta$", "attitude", "rad"))
     axes["e"].set_title("(e) attitude")
     axes["e"].legend(loc="upper right")
     return figure
@@ -216,7 +216,7 @@ def rod_lengths(ax: Axes, dataset: xr.Dataset, final: tuple[float, ...]) -> None
         ax.plot(dataset["t"], dataset[f"l{k}"], color=color, label=f"$l_{k}$")
         ax.axhline(final[k - 1], color=color, ls=(0, (4, 3)), lw=0.8)
     ax.set_ylim(bottom=0.0)
-    _time_axis(ax, label("$l$", "rod length", "m"))
+    time_axis(ax, label("$l$", "rod length", "m"))
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, handlelength=1.2)
 
 
@@ -224,7 +224,7 @@ def rod_rates(ax: Axes, dataset: xr.Dataset) -> None:
     """Draw the rates of the three rods over time."""
     for k, color in enumerate(RODS, 1):
         ax.plot(dataset["t"], dataset[f"u_l{k}"], color=color, label=f"$l_{k}'$")
-    _time_axis(ax, label("$l'$", "rod rate", "m/s"))
+    time_axis(ax, label("$l'$", "rod rate", "m/s"))
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, handlelength=1.2)
 
 
@@ -232,7 +232,7 @@ def _attitude(ax: Axes, dataset: xr.Dataset) -> None:
     ax.plot(dataset["t"], dataset["theta"], color=BLACK, label=r"$\theta$")
     target = float(dataset["theta"][-1] - dataset["theta_error"][-1])
     ax.axhline(target, color=TARGET, ls=(0, (4, 3)), lw=1.0)
-    _time_axis(ax, label(r"$\theta$", "attitude", "rad"))
+    time_axis(ax, label(r"$\theta$", "attitude", "rad"))
 
 
 def _disc(ax: Axes, dataset: xr.Dataset, target: complex) -> None:
@@ -244,13 +244,6 @@ def _disc(ax: Axes, dataset: xr.Dataset, target: complex) -> None:
     for at, color, name in ((zeta[0], START, "start"), (target, TARGET, "target")):
         ax.plot(at.real, at.imag, "o", color=color, ms=7, mec="white", zorder=7, label=name)
     ax.legend(loc="lower right", bbox_to_anchor=(1.03, -0.01), handlelength=1.2)
-
-
-def _time_axis(ax: Axes, text: str) -> None:
-    ax.axhline(0.0, color=GREY, lw=0.6)
-    ax.margins(x=0)
-    ax.set_xlabel(label("$t$", "time", "s"))
-    ax.set_ylabel(text)
 
 
 def _final_lengths(dataset: xr.Dataset) -> tuple[float, ...]:

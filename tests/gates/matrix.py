@@ -6,6 +6,7 @@ Needs the package index. Interpreters are looked for on $PATH and in the folders
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import re
@@ -137,4 +138,5 @@ def output(folder: Path, *command: str | Path) -> str:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     main()

@@ -117,7 +117,7 @@ def test_file_command_line_and_python_give_the_same_bytes(tmp_path: Path) -> Non
         l1_0 = "normal(0.2, 0.01)"
         theta = "uniform(0.8, 1.2)"
     """
-    (tmp_path / "campaign.toml").write_text(text)
+    (tmp_path / "campaign.toml").write_text(text, encoding="utf-8-sig", newline="\r\n")
     done = run("batch", "campaign.toml", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     arguments = ("-n", "12", "--sampling", "latin", "--save", "every=0.1", "--set", "disturbance=0.001")

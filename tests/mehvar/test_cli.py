@@ -156,7 +156,9 @@ def test_without_a_compiler_the_python_module_runs_and_says_so(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, "PATH": ""})
     assert done.returncode == 0, done.stderr
-    assert "Python module" in done.stdout + done.stderr
+    assert "Python module" in done.stdout
+    assert done.stderr.startswith("mehvar: no C compiler found: using the much slower Python backend")
+    assert done.stderr.count("\n") == 1
 
 
 def test_two_runs_writing_one_file_leave_one_whole_file(tmp_path):
@@ -188,3 +190,27 @@ def test_generate_writes_a_variant_that_runs(tmp_path):
     assert (target / "triangle_casadi.c").is_file()
     done = run("simulate", str(target), "--controller", "path", "--t-end", "1", "--set", "m2=2", "--set", "m3=3.5")
     assert done.returncode == 0, done.stderr
+
+
+def test_a_reader_that_leaves_is_no_failure(tmp_path):
+    """As in `mehvar show slosh | head -3`; what the command was asked to save is saved."""
+    for command in (("show", "slosh"), ("--help",), (*SIMULATE, "--out", "run.nc")):
+        reader, writer = os.pipe()
+        os.close(reader)
+        line = [sys.executable, "-m", "mehvar", *command]
+        with os.fdopen(writer, "w") as nobody:
+            done = subprocess.run(line, stdout=nobody, stderr=subprocess.PIPE, cwd=tmp_path, timeout=120)
+        assert (done.returncode, done.stderr) == (0, b""), command
+    assert (tmp_path / "run.nc").is_file()
+
+
+@pytest.mark.parametrize("where", ["mehvar.tables.list_models", "mehvar.cli._Commands.parse_args"])
+def test_ctrl_c_is_told_in_one_line(where):
+    home, name = where.rsplit(".", 1)
+    code = (
+        "import pkgutil, sys\nfrom mehvar.__main__ import main\n"
+        "def pressed(*arguments): raise KeyboardInterrupt\n"
+        f"setattr(pkgutil.resolve_name({home!r}), {name!r}, pressed)\nsys.argv[1:] = ['list']\nmain()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "mehvar: interrupted\n")

@@ -29,6 +29,8 @@ from runtime.metrics import metrics
 from runtime.model import load
 from tests.reference import cartesian_triangle as cartesian
 
+from .pictures import numbered_and_told, unlabelled
+
 NOTED = {"1", "2", "3", "7", "8"}
 
 
@@ -159,8 +161,7 @@ def test_drawn_triangles_have_their_rods_and_their_attitude(lengths, theta):
 
 def test_figures_are_numbered_and_told(runs):
     figures = load_paper("triangle").figures()
-    assert [figure.number for figure in figures] == list(range(1, 12))
-    assert all(figure.title and len(figure.caption) > 80 for figure in figures)
+    assert numbered_and_told(figures, range(1, 12))
 
 
 @pytest.mark.parametrize("number", range(2, 12))
@@ -168,10 +169,7 @@ def test_axes_of_every_figure_have_labels_with_units(runs, number):
     with style():
         figure = load_paper("triangle").figures()[number - 1].draw(runs)
     assert len(figure.axes) == {9: 4, 10: 4, 11: 5}.get(number, 1)
-    for ax in figure.axes:
-        axes = [ax.xaxis, ax.yaxis, *([ax.zaxis] if hasattr(ax, "zaxis") else [])]
-        assert all(axis.get_label_text().endswith("]") and "[" in axis.get_label_text() for axis in axes)
-        assert ax.has_data()
+    assert unlabelled(figure) == []
 
 
 def test_figure_1_shows_masses_rods_and_attitude(runs):

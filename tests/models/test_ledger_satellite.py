@@ -14,6 +14,8 @@ from models import satellite
 from models.satellite.paper import NUMBERS, paper
 from models.system import Definition, Equation, System
 
+from .ledgers import equations, judged
+
 MISPRINTS: Mapping[str, str] = {
     "(1)": "T_dot should read T",
     "text before (8)": "term Tgg_x is missing",
@@ -65,18 +67,16 @@ def ledger(system: System) -> Ledger:
 
 
 def test_every_number_is_there_once(ledger: Ledger) -> None:
-    numbered = [entry.number for entry in ledger.entries if entry.number.startswith("(")]
-    assert sorted(numbered, key=lambda number: int(number[1:-1])) == [f"({k})" for k in range(1, NUMBERS + 1)]
+    assert equations(ledger) == list(range(1, NUMBERS + 1))
 
 
 def test_the_verdicts(ledger: Ledger) -> None:
-    found = {entry.number: entry.verdict for entry in ledger.entries}
     split = {number for number, verdicts in READINGS.items() if len(set(verdicts)) > 1}
-    assert {number for number, verdict in found.items() if verdict is Verdict.DIFFERS} == {*MISPRINTS, NO_CURE}
-    assert {number for number, verdict in found.items() if verdict is Verdict.AMBIGUOUS} == split
+    assert judged(ledger, Verdict.DIFFERS) == {*MISPRINTS, NO_CURE}
+    assert judged(ledger, Verdict.AMBIGUOUS) == split
     for verdict, numbers in ((Verdict.HOLDS, HOLD), (Verdict.DEFINITION, DEFINITIONS)):
-        assert {n for n, v in found.items() if v is verdict and n.startswith("(")} == {f"({k})" for k in numbers}
-    assert Verdict.UNDECIDED not in found.values()
+        assert {n for n in judged(ledger, verdict) if n.startswith("(")} == {f"({k})" for k in numbers}
+    assert not judged(ledger, Verdict.UNDECIDED)
 
 
 def test_the_readings(ledger: Ledger) -> None:

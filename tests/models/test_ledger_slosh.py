@@ -14,6 +14,8 @@ from models import slosh
 from models.slosh.paper import NUMBERS, paper
 from models.system import Definition, Equation, System
 
+from .ledgers import equations, judged
+
 MISPRINTS: Mapping[str, tuple[str, ...]] = {
     "(1)": ("d/dt dL/dV_dot should read d/dt dL/dV",),
     "(2)": ("d/dt dL/dOmega_dot should read d/dt dL/dOmega",),
@@ -57,16 +59,14 @@ def ledger(system: System) -> Ledger:
 
 
 def test_every_number_is_there_once(ledger: Ledger) -> None:
-    numbered = [entry.number for entry in ledger.entries if entry.number.startswith("(")]
-    assert sorted(numbered, key=lambda number: int(number[1:-1])) == [f"({k})" for k in range(1, NUMBERS + 1)]
+    assert equations(ledger) == list(range(1, NUMBERS + 1))
 
 
 def test_the_verdicts(ledger: Ledger) -> None:
-    found = {entry.number: entry.verdict for entry in ledger.entries}
-    assert {number for number, verdict in found.items() if verdict is Verdict.DIFFERS} == set(MISPRINTS)
-    assert {number for number, verdict in found.items() if verdict is Verdict.AMBIGUOUS} == AMBIGUOUS
-    assert {number for number, verdict in found.items() if verdict is Verdict.DEFINITION} == DEFINITIONS
-    assert Verdict.UNDECIDED not in found.values()
+    assert judged(ledger, Verdict.DIFFERS) == set(MISPRINTS)
+    assert judged(ledger, Verdict.AMBIGUOUS) == AMBIGUOUS
+    assert judged(ledger, Verdict.DEFINITION) == DEFINITIONS
+    assert not judged(ledger, Verdict.UNDECIDED)
 
 
 def test_each_misprint_is_at_its_term_with_a_correction_and_a_counterexample(ledger: Ledger) -> None:

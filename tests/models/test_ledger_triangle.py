@@ -16,6 +16,8 @@ from models.quantities import ModelError
 from models.system import Definition, System
 from models.triangle.paper import NUMBERS, paper
 
+from .ledgers import equations, judged
+
 MISPRINTS: Mapping[str, str] = {
     "text after (9)": "sign of -X_i.T*J*X_dot_i",
     "text before (11)": "factor I is missing",
@@ -60,17 +62,14 @@ def ledger(system: System) -> Ledger:
 
 
 def test_every_number_is_there_once(ledger: Ledger) -> None:
-    numbered = [entry.number for entry in ledger.entries if entry.number.startswith("(")]
-    assert numbered == [f"({k})" for k in range(1, NUMBERS + 1)]
+    assert equations(ledger) == list(range(1, NUMBERS + 1))
 
 
 def test_the_verdicts(ledger: Ledger) -> None:
-    found = {entry.number: entry.verdict for entry in ledger.entries}
-    assert {number for number, verdict in found.items() if verdict is Verdict.DIFFERS} == set(MISPRINTS)
-    assert {number for number, verdict in found.items() if verdict is Verdict.AMBIGUOUS} == AMBIGUOUS
-    defined = {number for number, verdict in found.items() if verdict is Verdict.DEFINITION}
-    assert defined == {f"({k})" for k in DEFINITIONS}
-    assert Verdict.UNDECIDED not in found.values()
+    assert judged(ledger, Verdict.DIFFERS) == set(MISPRINTS)
+    assert judged(ledger, Verdict.AMBIGUOUS) == AMBIGUOUS
+    assert judged(ledger, Verdict.DEFINITION) == {f"({k})" for k in DEFINITIONS}
+    assert not judged(ledger, Verdict.UNDECIDED)
 
 
 def test_each_misprint_is_at_its_term(ledger: Ledger) -> None:

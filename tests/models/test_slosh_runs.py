@@ -204,3 +204,10 @@ def test_an_infeasible_demand_is_reported_with_time_and_amount():
     assert f"from t = {beyond[0]:.6g} s to {beyond[-1]:.6g} s" in text
     assert f"{excess.max():.6g} N" in text
     assert not simulate("slosh", "lyapunov-v2", t_end=5.0).exceeded()
+
+
+def test_c_and_python_agree(folder):
+    compiled, interpreted = (
+        simulate(str(folder), "lyapunov-v2", t_end=0.5, dt_out=0.1, backend=backend) for backend in ("c", "python")
+    )
+    np.testing.assert_allclose(compiled.x, interpreted.x, rtol=1e-9, atol=1e-8)

@@ -96,3 +96,10 @@ def test_intervals_say_what_they_hold():
     assert parse_interval("(0, inf)").positive
     assert not parse_interval("[0, inf)").positive
     assert float("nan") not in parse_interval("(-inf, inf)")
+
+
+def test_a_table_saved_on_windows_is_read(tmp_path):
+    """With a byte order mark and its line ends."""
+    path = tmp_path / "parameters.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
+    assert list(read_parameters(path)) == ["plant", "sliding"]

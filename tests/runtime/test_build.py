@@ -82,6 +82,22 @@ def test_damaged_library_is_built_again(
     assert hashlib.sha256(library.read_bytes()).hexdigest() == digest.read_text()
 
 
+def test_a_cache_that_is_deleted_during_compilation(
+    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a compiler, the first time that it compiles; in life by somebody at another terminal."""
+    once = tmp_path / "once"
+    program = tmp_path / "program"
+    program.write_text(
+        f'#!/bin/sh\ncase "$1" in --version) ;; *) [ -e {once} ] || {{ touch {once}; rm -rf {cache}; }} ;; esac\n'
+        'exec cc "$@"\n'
+    )
+    program.chmod(0o755)
+    monkeypatch.setenv("CC", str(program))
+    assert seven() == 7
+    assert once.exists()
+
+
 def test_compile_error_shows_command_and_message(cache: Path) -> None:
     with pytest.raises(BuildError, match=r"(?s)-ffp-contract=off.*bad\.c.*nonsense"):
         build.load_library("bad", {"bad.c": "nonsense nonsense;\n"}, ["bad.c"])

@@ -15,7 +15,7 @@ import xarray
 
 import runtime
 from runtime import InputError, Model, files
-from runtime.files import replacing, write_atomic
+from runtime.files import filling, replacing, write_atomic
 
 ROOT = Path(files.__file__).parent.parent
 
@@ -106,6 +106,26 @@ def test_interrupted_write_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_gets_all_files_or_none(tmp_path: Path) -> None:
+    def interrupted() -> None:
+        with filling(tmp_path / "a" / "b") as folder:
+            (folder / "half.txt").write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "mine.txt").write_text("mine")
+    with filling(tmp_path / "a") as folder:
+        (folder / "deep").mkdir()
+        (folder / "deep" / "new.txt").write_text("new")
+    assert sorted(str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*.txt")) == ["a/deep/new.txt", "a/mine.txt"]
+    assert len(list(tmp_path.iterdir())) == 1
+    with pytest.raises(OSError, match="cannot write /dev/full/a"), filling("/dev/full/a"):
+        pass
 
 
 def test_text_and_bytes_are_written_as_they_are(tmp_path: Path) -> None:

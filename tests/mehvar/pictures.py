@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every figure of a paper must have."""
+
+
+def numbered_and_told(figures, numbers):
+    return [figure.number for figure in figures] == list(numbers) and all(
+        figure.title and len(figure.caption) > 80 for figure in figures
+    )
+
+
+def unlabelled(figure):
+    """Return the labels of axes that have no name with a unit, and the axes that have nothing in them."""
+    wrong = [ax for ax in figure.axes if not ax.has_data()]
+    for ax in figure.axes:
+        axes = [ax.xaxis, ax.yaxis, *([ax.zaxis] if hasattr(ax, "zaxis") else [])]
+        labels = [axis.get_label_text() for axis in axes]
+        wrong += [text for text in labels if not (text.endswith("]") and "[" in text)]
+    return wrong
