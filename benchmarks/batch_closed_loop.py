@@ -58,7 +58,7 @@ CAMPAIGNS = {
         {"t_end": 1000.0, "dt_out": 1.0, **TIGHT}, {"m1": "normal(50, 2)", "phi1_0": "uniform(0.4, 0.6)"},
     ),
     "triangle": Campaigned(
-        "triangle, `paper`, path, 35 s, samples every 0.1 s", 10**6, 4000, "triangle", "path",
+        "triangle, `paper`, path, 35 s, samples every 0.1 s", 10**6, 10**5, "triangle", "path",
         {"t_end": 35.0, "dt_out": 0.1, **TIGHT}, {"l1_0": "normal(0.2, 0.01)", "theta_0": "uniform(0.8, 1.2)"},
     ),
     "satellite": Campaigned(
