@@ -9,8 +9,7 @@ from collections.abc import Mapping
 import pytest
 import sympy as sp
 
-from codegen.ledger import Ledger, Verdict, judge, judge_entry
-from models import satellite
+from codegen.ledger import Ledger, Verdict, judge_entry
 from models.satellite.paper import NUMBERS, paper
 from models.system import Definition, Equation, System
 
@@ -54,16 +53,6 @@ READINGS: Mapping[str, tuple[Verdict, ...]] = {
 }
 HOLD = {5, 6, 7, 13, 22, 25, 26, 27, 32, 40, 41, 42, 46, 47, 48}
 DEFINITIONS = {12, 14, 15, 16, 17, 18, 20, 21, 28, 29, 31, 33, 35, 37, 38, 39, 49, 50}
-
-
-@pytest.fixture(scope="module")
-def system() -> System:
-    return satellite.system()
-
-
-@pytest.fixture(scope="module")
-def ledger(system: System) -> Ledger:
-    return judge(paper(system), system.name)
 
 
 def test_every_number_is_there_once(ledger: Ledger) -> None:

@@ -6,11 +6,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
-import pytest
 import sympy as sp
 
-from codegen.ledger import Ledger, Verdict, judge, judge_entry
-from models import slosh
+from codegen.ledger import Ledger, Verdict, judge_entry
 from models.slosh.paper import NUMBERS, paper
 from models.system import Definition, Equation, System
 
@@ -46,16 +44,6 @@ MISPRINTS: Mapping[str, tuple[str, ...]] = {
 }
 AMBIGUOUS = {"text after (7), omega_i"}
 DEFINITIONS = {"(4)", "(8)", "(17)", "(18)", "(28)"}
-
-
-@pytest.fixture(scope="module")
-def system() -> System:
-    return slosh.system()
-
-
-@pytest.fixture(scope="module")
-def ledger(system: System) -> Ledger:
-    return judge(paper(system), system.name)
 
 
 def test_every_number_is_there_once(ledger: Ledger) -> None:

@@ -9,8 +9,7 @@ from collections.abc import Mapping
 import pytest
 import sympy as sp
 
-from codegen.ledger import Ledger, Verdict, judge, judge_entry
-from models import triangle
+from codegen.ledger import Ledger, Verdict, judge_entry
 from models.paper import Names, Paper, Reading, Relation, printed
 from models.quantities import ModelError
 from models.system import Definition, System
@@ -49,16 +48,6 @@ MISPRINTS: Mapping[str, str] = {
 }
 AMBIGUOUS = {"text before (28)", "(36)", "text before (41)", "section 4, k_phi", "section 4, rod lengths"}
 DEFINITIONS = {3, 4, 6, 7, 14, 25, 29, 31, 34, 37, 40, 45, 47}
-
-
-@pytest.fixture(scope="module")
-def system() -> System:
-    return triangle.system()
-
-
-@pytest.fixture(scope="module")
-def ledger(system: System) -> Ledger:
-    return judge(paper(system), system.name)
 
 
 def test_every_number_is_there_once(ledger: Ledger) -> None:

@@ -263,11 +263,15 @@ def test_progress_and_interrupt(pendulum: Model) -> None:
 
 
 def test_interrupt_from_the_keyboard(pendulum: Model) -> None:
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests are a background job
     timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
     start = time.perf_counter()
-    with pytest.raises(KeyboardInterrupt):
-        simulate(pendulum, "pd", t_end=1e5, dt_out=1.0, hold=0.01)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            simulate(pendulum, "pd", t_end=1e5, dt_out=1.0, hold=0.01)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert time.perf_counter() - start < 3.0
 
 

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A model and the ledger of its paper, once for each test_ledger_MODEL.py."""
+
+from __future__ import annotations
+
+import importlib
+
+import pytest
+
+from codegen.ledger import Ledger, judge
+from models.system import System
+
+
+def _model(request: pytest.FixtureRequest) -> str:
+    return str(request.module.__name__).rpartition("test_ledger_")[2]
+
+
+@pytest.fixture(scope="module")
+def system(request: pytest.FixtureRequest) -> System:
+    found: System = importlib.import_module(f"models.{_model(request)}").system()
+    return found
+
+
+@pytest.fixture(scope="module")
+def ledger(request: pytest.FixtureRequest, system: System) -> Ledger:
+    return judge(importlib.import_module(f"models.{_model(request)}.paper").paper(system), system.name)
