@@ -245,6 +245,8 @@ def create(
         temporary.rename(path)
     except OSError as error:
         raise OSError(error.errno or 0, f"cannot write {path}: {_reason(error)}") from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
     return open_store(path)
 
 

@@ -238,7 +238,11 @@ def test_an_interrupt_stops_cleanly_and_says_how_to_go_on(tmp_path: Path) -> Non
     """Between two blocks and in the middle of one."""
     arguments = ["batch", "triangle", "--controller", "path", "-n", "100000", "--out", "runs.zarr", "--threads", "1"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "mehvar", *arguments], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "mehvar", *arguments],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored where the tests are a background job
     )
     wait_until(lambda: (tmp_path / "runs.zarr" / "status" / "c").is_dir())
     process.send_signal(signal.SIGINT)
