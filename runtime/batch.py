@@ -169,7 +169,7 @@ def _opened(
     return create(
         path,
         plan.campaign.n,
-        chunk or _chunk(plan.campaign.n, bytes_per_run, blocks.samples),
+        chunk or _chunk(plan.campaign.n, bytes_per_run, blocks.samples, bool(rules["until"])),
         variables,
         blocks.coordinates(),
         title=f"{manifest.title}: {plan.law.title}",
@@ -205,12 +205,13 @@ def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, An
     return name, old.get(name), new[name]
 
 
-def _chunk(n: int, bytes_per_run: int, samples: int) -> int:
+def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
     """Return a power of two: some hundred blocks in a large batch, each small enough for memory.
 
-    Storing a block takes some tens of milliseconds whatever is in it, so short runs come in larger blocks.
+    Storing a block takes some tens of milliseconds whatever is in it, so short runs come in larger blocks, unless a
+    stop rule looks at each.
     """
-    fewest = max(_FEWEST, min(_SHORT, _SAMPLES // samples))
+    fewest = _FEWEST if stops else max(_FEWEST, min(_SHORT, _SAMPLES // samples))
     wanted = min(max(n // _BLOCKS, fewest), _MOST, max(1, _BLOCK_BYTES // bytes_per_run))
     return min(1 << (wanted.bit_length() - 1), n)
 

@@ -216,7 +216,7 @@ def test_mistakes_are_named_and_leave_nothing_behind(
 
 def test_a_store_that_cannot_be_written_stops_with_the_way_to_go_on(folder: Path, tmp_path: Path) -> None:
     """A folder stands where a chunk is to be written: what a full or read-only disk comes to."""
-    arguments = (*BATCH, *VARY, "-n", "1200", "--out", str(tmp_path / "runs.zarr"))
+    arguments = (*BATCH, *VARY, "-n", "5000", "--out", str(tmp_path / "runs.zarr"))
     assert run(*arguments, cwd=tmp_path).returncode == 0
     whole = contents(tmp_path / "runs.zarr")
     second = tmp_path / "runs.zarr" / "final" / "c" / "1"
@@ -227,7 +227,7 @@ def test_a_store_that_cannot_be_written_stops_with_the_way_to_go_on(folder: Path
     done = run(*arguments, "--resume", cwd=tmp_path)
     assert done.returncode == 3, done.stderr
     assert "runs.zarr: Is a directory" in done.stderr
-    assert "688 of 1200 runs are stored; go on with:" in done.stderr
+    assert "4096 of 5000 runs are stored; go on with:" in done.stderr
     assert "--resume" in done.stderr
     (second / "0").rmdir()
     assert run(*arguments, "--resume", cwd=tmp_path).returncode == 0

@@ -107,7 +107,7 @@ def test_a_controlled_run_over_the_top_keeps_its_tolerance(model):
             atol=tolerance,
         )
 
-    loose, tight = run(1e-9), run(1e-12)
+    loose, tight = run(1e-10), run(1e-12)
     assert loose.attrs["status"] == tight.attrs["status"] == "done"
     assert float(tight.phi1.max()) > 3.0
     assert float(tight.phi1.min()) < 0.1
