@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import secrets
-import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -93,7 +92,13 @@ def filling(folder: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         with tempfile.TemporaryDirectory(prefix=f".{target.name}.", dir=there) as scratch:
             yield Path(scratch)
-            shutil.copytree(scratch, target, copy_function=os.replace, dirs_exist_ok=True)
+            target.mkdir(parents=True, exist_ok=True)
+            for path in sorted(Path(scratch).rglob("*")):
+                place = target / path.relative_to(scratch)
+                if path.is_dir():
+                    place.mkdir(exist_ok=True)
+                else:
+                    path.replace(place)
     except OSError as error:
         raise _named(error, Path(folder)) from error
 

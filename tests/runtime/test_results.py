@@ -124,6 +124,9 @@ def test_a_folder_gets_all_files_or_none(tmp_path: Path) -> None:
         (folder / "deep" / "new.txt").write_text("new")
     assert sorted(str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*.txt")) == ["a/deep/new.txt", "a/mine.txt"]
     assert len(list(tmp_path.iterdir())) == 1
+    with filling(tmp_path / "other") as folder:
+        (folder / "new.txt").write_text("new")
+    assert (tmp_path / "other").stat().st_mode == (tmp_path / "a").stat().st_mode
     with pytest.raises(OSError, match="cannot write /dev/full/a"), filling("/dev/full/a"):
         pass
 
