@@ -115,7 +115,8 @@ class Evaluation:
             return _FUNCTIONS[type(expr)](*map(self._value, expr.args))
         if expr.is_number:
             return mpmath.mpf(sp.N(expr, DIGITS + _GUARD))
-        raise NotImplementedError(f"no 50-digit value for {type(expr).__name__}: {expr}")
+        known = ", ".join(sorted(function.__name__ for function in _FUNCTIONS))
+        raise NotImplementedError(f"no 50-digit value for {type(expr).__name__} in {expr}; functions known: {known}")
 
 
 def _power(base: Value, exponent: sp.Expr, value: Callable[[sp.Expr], Value]) -> Value:

@@ -30,6 +30,8 @@ def _run() -> None:
         fail(error, 3)
     except ModuleNotFoundError as error:
         fail(f"the package {error.name} is missing: pip install {error.name} (mehvar doctor lists them all)", 2)
+    except NotImplementedError as error:
+        fail(error, 2)
     except OSError as error:
         where = f" {error.filename}" if error.filename else ""
         fail(f"{error.strerror or error}{where}", 2)

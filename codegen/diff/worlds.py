@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -26,7 +27,7 @@ _STRICT = frozenset(("strictlessthan", "strictgreaterthan"))
 Lookup = Callable[[str], "tuple[World[Any], int] | None"]
 
 
-class World(Generic[Value]):
+class World(ABC, Generic[Value]):
     """Values of nodes at one point, where names are free or stand for expressions of this or another world."""
 
     def __init__(self, pool: Pool, lookup: Lookup) -> None:
@@ -72,9 +73,9 @@ class World(Generic[Value]):
                 stack.extend(self.pool.operands(node))
         return sorted(seen)
 
+    @abstractmethod
     def compute(self, node: int) -> Value:
         """Return the value of a node whose operands have theirs."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True, slots=True)

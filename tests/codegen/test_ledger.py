@@ -10,6 +10,7 @@ import sympy as sp
 
 from codegen.ledger import Entry, Verdict, judge, judge_entry
 from codegen.misprints import edits
+from codegen.precise import Evaluation
 from models.paper import Cross, Names, Paper, Printed, Reading, Relation, printed
 
 names = Names()
@@ -183,3 +184,11 @@ def test_a_ledger_is_plain_data() -> None:
     assert (line["printed"], line["corrected"]) == ("double = 3*x", "double = 2*x")
     assert (line["printed_latex"], line["corrected_latex"]) == ("D = 3 x", "D = 2 x")
     assert line["edits"] == ["number before x: printed 3, correct 2"]
+
+
+def test_a_function_without_a_value_is_named():
+    x = sp.Symbol("x")
+    with pytest.raises(
+        NotImplementedError, match=r"no 50-digit value for besselj in besselj\(0, x\); functions known: acos"
+    ):
+        Evaluation({}, {x: sp.Integer(1)}).value(sp.besselj(0, x))

@@ -16,6 +16,7 @@ from runtime.board.link import Link
 from runtime.board.targets import ProcessPort
 from runtime.board.toolchains import host_toolchain
 from tests.mehvar.test_cli import refused, run
+from tests.tools import needs
 
 RUN = ("board", "run", "triangle", "--controller", "path", "--target", "sil", "--samples", "30")
 
@@ -94,11 +95,9 @@ BUILDS = {
 }
 
 
-@pytest.mark.parametrize("tool", BUILDS)
+@pytest.mark.parametrize("tool", [pytest.param(tool, marks=needs(tool)) for tool in BUILDS])
 def test_a_vendors_project_takes_law_and_link(vendor, tool):
     """The program that it builds gives the same answers as ours."""
-    if not shutil.which(tool):
-        pytest.skip("not installed")
     if tool == "cmake":
         (vendor / "Makefile").unlink()
     for command in BUILDS[tool]:
@@ -117,7 +116,7 @@ def test_a_vendors_project_takes_law_and_link(vendor, tool):
     assert found[0] == found[1]
 
 
-@pytest.mark.skipif(not (shutil.which("cmake") and shutil.which("arm-none-eabi-gcc")), reason="not installed")
+@needs("cmake", "arm-none-eabi-gcc")
 def test_the_cmake_fragment_cross_compiles(vendor):
     (vendor / "CMakeLists.txt").write_text(
         "cmake_minimum_required(VERSION 3.16)\nproject(v C)\ninclude(firmware/mehvar.cmake)\n"

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +16,10 @@ from runtime.board.targets import ProcessPort, SerialPort
 from runtime.board.toolchains import host_toolchain
 from runtime.errors import InputError
 from tests.runtime.board.conftest import load
+from tests.tools import needs
 
-GCC = pytest.param("gcc", marks=pytest.mark.skipif(not shutil.which("arm-none-eabi-gcc"), reason="not installed"))
-NEEDS_QEMU = pytest.mark.skipif(not shutil.which("qemu-system-arm"), reason="not installed")
+GCC = pytest.param("gcc", marks=needs("arm-none-eabi-gcc"))
+NEEDS_QEMU = needs("qemu-system-arm")
 QEMU, QEMU_SAMPLES = pytest.param("qemu", marks=NEEDS_QEMU), pytest.param("qemu", 300, marks=NEEDS_QEMU)
 LAWS = [("satellite", "mrac"), ("triangle", "path"), ("triangle", "sliding")]
 LONG = 5000
@@ -54,7 +54,7 @@ def test_every_emulator_with_every_compiler(target, samples, compiler, expected_
     assert outcome.stats["stack_used"] <= outcome.bound.bytes
 
 
-@pytest.mark.skipif(not shutil.which("arm-none-eabi-gcc"), reason="not installed")
+@needs("arm-none-eabi-gcc")
 @pytest.mark.parametrize("board", ["mps2-m3", "mps2-m7"])
 def test_other_processors(board):
     outcome = run_on_board(

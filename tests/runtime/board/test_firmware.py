@@ -20,11 +20,12 @@ from runtime.board.run import Asked, run_on_board
 from runtime.board.toolchains import board, host_toolchain, toolchain
 from runtime.build import NATIVE, load_library
 from tests.runtime.board.conftest import load
+from tests.tools import needs
 
 HERE = Path(__file__).parent
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wpedantic", "-Werror")
 BUDGET = json.loads((HERE / "budget.json").read_text())
-NEEDS_GCC = pytest.mark.skipif(not shutil.which("arm-none-eabi-gcc"), reason="not installed")
+NEEDS_GCC = needs("arm-none-eabi-gcc")
 LAWS = [
     ("satellite", "mrac", "stm32f4"), ("satellite", "pd", "mps2-m3"), ("triangle", "path", "stm32f4-usart2"),
     ("triangle", "sliding", "mps2-m4f"), ("slosh", "lyapunov-v1", "mps2-m7"),
@@ -52,7 +53,7 @@ def test_the_process_has_no_warning(tmp_path):
     check(tmp_path, program(load("satellite"), "mrac"), None, host_toolchain())
 
 
-@pytest.mark.skipif(not shutil.which("cppcheck"), reason="not installed")
+@needs("cppcheck")
 def test_cppcheck_finds_nothing(tmp_path):
     write_sources(tmp_path, sources(program(load("satellite"), "mrac"), board("stm32f4")))
     command = [

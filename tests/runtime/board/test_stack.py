@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 
 import pytest
@@ -14,8 +13,9 @@ from runtime.board.run import Asked, run_on_board
 from runtime.board.stack import UnboundedError, stack_bound
 from runtime.board.toolchains import board, toolchain
 from tests.runtime.board.conftest import load
+from tests.tools import needs
 
-NEEDS_GCC = pytest.mark.skipif(not shutil.which("arm-none-eabi-gcc"), reason="not installed")
+NEEDS_GCC = needs("arm-none-eabi-gcc")
 FAULT_AND_HANDLER = {"m3": 36 + 8, "m4f": 108 + 8}
 
 

@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Programs that some tests need and that do not come from PyPI; `.ci/run` installs them all."""
+
+import shutil
+
+import pytest
+
+_PACKAGES = {"arm-none-eabi-gcc": "gcc-arm-none-eabi libnewlib-arm-none-eabi", "qemu-system-arm": "qemu-system-arm"}
+
+
+def needs(*programs: str) -> pytest.MarkDecorator:
+    """Skip a test where a program is missing, and say how to get it."""
+    missing = [program for program in programs if shutil.which(program) is None]
+    how = " ".join(_PACKAGES.get(program, program) for program in missing)
+    return pytest.mark.skipif(bool(missing), reason=f"no {', '.join(missing)}: apt install {how}")
