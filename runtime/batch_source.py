@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from .build import NATIVE, load_native, native_headers
 from .errors import InputError
 from .manifest import Controller, Function, Manifest, identifier
-from .problem import METHODS, Method
+from .problem import METHODS, STAGES, Method
 
 _FILES = ("batch.c", "batch.h", "batch_metrics.h", "batch_step.h", "noise.h", "philox.h")
-_MOST_STAGES = 12
 _RK4_ERROR = (0.0, 0.0, 0.0, 1 / 6, -1 / 6)  # against the third-order method that ends with the slope at the end
 
 _CALLS = {
@@ -212,7 +211,7 @@ class _Tableau(ctypes.Structure):
 
     _fields_ = (
         *((name, ctypes.c_int) for name in ("stages", "order", "end_in_error")),
-        ("a", ctypes.POINTER(ctypes.c_double * _MOST_STAGES)),
+        ("a", ctypes.POINTER(ctypes.c_double * STAGES)),
         *((name, ctypes.POINTER(ctypes.c_double)) for name in ("b", "c", "e", "e3")),
     )
 

@@ -93,7 +93,7 @@ def native_headers() -> dict[str, str]:
 @functools.cache
 def load_native() -> ctypes.CDLL:
     """Load the integrators, the closed loop and the array map, which know no model."""
-    names = ("integrator.h", "tableaux.h", "philox.h", "noise.h", *_UNITS)
+    names = ("integrator.h", "tableaux.h", "rock4.inc", "philox.h", "noise.h", *_UNITS)
     sources = {name: (NATIVE / name).read_text(encoding="utf-8") for name in names}
     return load_library("native", native_headers() | sources, _UNITS)
 

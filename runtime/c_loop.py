@@ -13,9 +13,8 @@ from .backend import CBackend, FloatArray
 from .build import load_native
 from .errors import InputError
 from .manifest import Function, identifier
-from .problem import METHODS, Problem, Status, Trajectory
+from .problem import METHODS, STAGES, Problem, Status, Trajectory
 
-_STAGES = 12
 _CHUNK_SECONDS = 0.03  # between two looks at the keyboard and the progress callback
 
 _ARGUMENTS = {
@@ -165,7 +164,7 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[_Loop, dict[str, Floa
     shapes: dict[str, tuple[int, ...]] = {
         **{"x": (nx,), "u": (nu,), "u_cmd": (nu,), "r": (nr,), "z_next": (nz,), "margin": (nm,)},
         **{"q_next": (nq,), "seen": (nx,), "delayed": (nu,)},
-        **{"queue": (problem.delay, nu), "work": (_STAGES + 3, nq)},
+        **{"queue": (problem.delay, nu), "work": (STAGES + 3, nq)},
         **{"rec_t": (rows,), "rec_x": (rows, nx), "rec_u": (rows, nu), "rec_u_cmd": (rows, nu)},
         **{"rec_y": (rows, ny), "rec_z": (rows, nz)},
     }

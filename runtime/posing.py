@@ -135,5 +135,5 @@ def check_law(model: Model, law: Controller, hold: float | None, delay: int, ori
 def checked_method(method: str, origin: str) -> Method:
     """Return an integration method, or raise InputError."""
     if method not in METHODS:
-        raise bad_value("method", method, "dop853, dopri5 or rk4", origin)
+        raise bad_value("method", method, "dop853, dopri5, rock4 or rk4", origin)
     return method

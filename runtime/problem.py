@@ -12,12 +12,13 @@ from .backend import FloatArray, Real
 from .manifest import Controller
 from .model import Model
 
-Method = Literal["dop853", "dopri5", "rk4"]
+Method = Literal["dop853", "dopri5", "rock4", "rk4"]
 Progress = Callable[[float, float], None]
 Law = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """A sampled law evaluated elsewhere: state as measured, reference, applied input, memory -> input, memory."""
 
-METHODS: tuple[Method, ...] = ("rk4", "dopri5", "dop853")  # numbered as in the native integrator
+METHODS: tuple[Method, ...] = ("rk4", "dopri5", "dop853", "rock4")  # numbered as in the native integrator
+STAGES = 16  # the most that a method has: MV_STAGES of the native integrator
 
 
 class Status(IntEnum):
@@ -62,7 +63,7 @@ class Problem:
     delay : int
         Samples of the law between computing an input and applying it; zero input before.
     method : str
-        "dop853", "dopri5" or "rk4".
+        "dop853", "dopri5", "rock4" or "rk4".
     rtol, atol : float
         Tolerances of the adaptive methods.
     step : float

@@ -239,10 +239,12 @@ class _Solver:
         """Yield SciPy's solver after every accepted step."""
         from scipy.integrate import DOP853, RK45
 
+        from .rock4 import Rock4
+
         problem, statistics = self._loop.problem, self._loop.statistics
         if not np.all(np.isfinite(self._evaluate(t, x))):
             raise _EndOfRun(Status.NOT_FINITE, t)
-        method = DOP853 if problem.method == "dop853" else RK45
+        method = {"dop853": DOP853, "dopri5": RK45, "rock4": Rock4}[problem.method]
         first = None if h is None else min(h, end - t)
         rtol = max(problem.rtol * tighter, _SMALLEST_RTOL)
         solver = method(self._evaluate, t, x, end, rtol=rtol, atol=problem.atol * tighter, first_step=first)

@@ -158,7 +158,7 @@ def simulate(
         Of the measurement noise: run 1234 of a batch with this seed has the noise of run 1234 alone.
     real : {"double", "float"}
         What a sampled law computes with; float needs the C backend.
-    method : {"dop853", "dopri5", "rk4"}
+    method : {"dop853", "dopri5", "rock4", "rk4"}
         Integration method, adaptive but for rk4.
     rtol, atol : float
         Tolerances of the adaptive methods.

@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 enum mv_status { MV_DONE, MV_NOT_FINITE, MV_STEP_UNDERFLOW, MV_TOO_MANY_STEPS, MV_LIMIT };
-enum mv_method { MV_RK4, MV_DOPRI5, MV_DOP853 };
+enum mv_method { MV_RK4, MV_DOPRI5, MV_DOP853, MV_ROCK4 };
 
 /* dx = f(t, x) */
 typedef void (*mv_rhs)(double t, const double *x, double *dx, void *context);
@@ -29,7 +29,7 @@ typedef struct {
     double *work;       /* (MV_STAGES + 3) * n numbers */
 } mv_stepper;
 
-#define MV_STAGES 12
+#define MV_STAGES 16
 
 /* Integrate x from s->t to exactly target; on any status but MV_DONE, (s->t, x) is the last good point. */
 int mv_advance(mv_stepper *s, double *x, double target, mv_rhs f, mv_accept accept, void *context);

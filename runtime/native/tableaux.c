@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Classical rk4; Dormand & Prince 5(4), J. Comput. Appl. Math. 6 (1980) 19; and dop853 of Hairer, Norsett & Wanner,
- * Solving Ordinary Differential Equations I, 2nd ed., section II.10. */
+/* Classical rk4; Dormand & Prince 5(4), J. Comput. Appl. Math. 6 (1980) 19; dop853 of Hairer, Norsett & Wanner,
+ * Solving Ordinary Differential Equations I, 2nd ed., section II.10; and rock4, built as Abdulle does, SIAM J. Sci.
+ * Comput. 23 (2002) 2041, with sixteen stages (benchmarks/rock4.py). */
 #include "tableaux.h"
 
 static const double rk4_a[4][MV_STAGES] = {{0.0}, {0.5}, {0.0, 0.5}, {0.0, 0.0, 1.0}};
@@ -21,7 +22,7 @@ static const double dopri5_e[7] = {
     71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40,
 };
 
-const double mv_dop853_a[MV_STAGES][MV_STAGES] = {
+const double mv_dop853_a[12][MV_STAGES] = {
     {0.0},
     {0.05260015195876773},
     {0.0197250569845379, 0.0591751709536137},
@@ -46,29 +47,34 @@ const double mv_dop853_a[MV_STAGES][MV_STAGES] = {
      -8.87285693353063, 12.360567175794303, 0.6433927460157636},
 };
 
-const double mv_dop853_b[MV_STAGES] = {
+const double mv_dop853_b[12] = {
     0.054293734116568765, 0.0, 0.0, 0.0,
     0.0, 4.450312892752409, 1.8915178993145003, -5.801203960010585,
     0.3111643669578199, -0.1521609496625161, 0.20136540080403034, 0.04471061572777259,
 };
-const double mv_dop853_c[MV_STAGES] = {
+const double mv_dop853_c[12] = {
     0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274,
     0.2816496580927726, 0.3333333333333333, 0.25, 0.3076923076923077,
     0.6512820512820513, 0.6, 0.8571428571428571, 1.0,
 };
-const double mv_dop853_e3[MV_STAGES + 1] = {
+const double mv_dop853_e3[13] = {
     -0.18980075407240762, 0.0, 0.0, 0.0,
     0.0, 4.450312892752409, 1.8915178993145003, -5.801203960010585,
     -0.4226823213237919, -0.1521609496625161, 0.20136540080403034, 0.02265179219836082,
 };
-const double mv_dop853_e5[MV_STAGES + 1] = {
+const double mv_dop853_e5[13] = {
     0.01312004499419488, 0.0, 0.0, 0.0,
     0.0, -1.2251564463762044, -0.4957589496572502, 1.6643771824549864,
     -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294,
 };
 
-const mv_tableau mv_tableaux[3] = {
+static const double rock4[19][MV_STAGES] = {
+#include "rock4.inc"
+}; /* the rows of a, then b, c and e */
+
+const mv_tableau mv_tableaux[4] = {
     [MV_RK4] = {4, 0, 0, rk4_a, rk4_b, rk4_c, 0, 0},
     [MV_DOPRI5] = {6, 5, 1, dopri5_a, dopri5_b, dopri5_c, dopri5_e, 0},
     [MV_DOP853] = {12, 8, 0, mv_dop853_a, mv_dop853_b, mv_dop853_c, mv_dop853_e5, mv_dop853_e3},
+    [MV_ROCK4] = {16, 4, 0, rock4, rock4[16], rock4[17], rock4[18], 0},
 };

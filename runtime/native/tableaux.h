@@ -11,10 +11,10 @@ typedef struct {
     int end_in_error;               /* the estimate e needs f at the end of the step */
     const double (*a)[MV_STAGES];
     const double *b, *c;
-    const double *e;                /* main error estimate, stages + 1 numbers */
+    const double *e;                /* main error estimate, one number for each stage, and for the end if it is needed */
     const double *e3;               /* third-order estimate of dop853, or null */
 } mv_tableau;
 
-extern const mv_tableau mv_tableaux[3];  /* by enum mv_method */
+extern const mv_tableau mv_tableaux[4];  /* by enum mv_method */
 
 #endif

@@ -25,6 +25,8 @@ CASES = {
     "slosh": ("slosh", "lyapunov-v1", {"rtol": 1e-7, "atol": 1e-7}, 10.0, 0.5),
     "slosh reduced": ("slosh", "lyapunov-v2", {"choices": {"plant": "reduced"}, "rtol": 1e-7, "atol": 1e-7}, 8.0, 0.5),
     "slosh rk4": ("slosh", "lyapunov-v2", {"method": "rk4", "step": 0.01, "choices": {"attitude": "euler"}}, 2.0, 0.5),
+    "slosh rock4": ("slosh", "lyapunov-v2", {"method": "rock4", "rtol": 1e-6, "atol": 1e-6}, 20.0, 1.0),
+    "triangle rock4": ("triangle", "path", {"method": "rock4", "rtol": 1e-6, "atol": 1e-6}, 4.0, 0.5),
     "satellite mrac": ("satellite", "mrac", {"rtol": 1e-9, "atol": 1e-9}, 20.0, 0.5),
     "satellite literal": ("satellite", "mrac-literal", {"method": "rk4"}, 20.0, 1.0),
     "satellite pd, delayed": ("satellite", "pd", {"delay": 1, "method": "dopri5"}, 20.0, 0.5),

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Find the coefficients of `rock4`, and write runtime/native/rock4.inc.
+
+    python benchmarks/rock4.py
+
+The construction is Abdulle's, SIAM J. Sci. Comput. 23 (2002) 2041, with a fixed number of stages: a stability
+polynomial of order four that stays below DAMPING on a long piece of the negative real axis is the product of an
+orthogonal polynomial, whose recurrence gives the first stages, and of a quartic, which is left to the last four. The
+last digits depend on the libraries; tests/runtime/test_rock4.py holds the committed ones to their conditions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+from scipy.optimize import brentq, least_squares, minimize, root
+
+Array = NDArray[np.float64]
+
+STAGES = 16
+LAST = 4
+DAMPING = 0.95
+FILE = Path(__file__).parents[1] / "runtime" / "native" / "rock4.inc"
+
+QUARTIC = (-2.4505, 1.2982, -0.2841, 3.5036, 88.0)
+"""Start of the search: real and imaginary part of two zeros in z = h lambda, and the stable length."""
+TAIL = (-0.12, 1.16, -0.76, -0.1, 0.2, 0.46, 0.44, -0.2, 0.2, 0.25)
+"""Start of the search: a21, a31, a32, a41, a42, a43 and b of the last stages."""
+LINEAR_ERROR = 1 / 100
+"""What the embedded method's coefficient of z^4 differs by: the scale of the estimate."""
+
+
+@dataclass(frozen=True)
+class Head:
+    """Orthogonal polynomials p_k in x = 1 + 2 z / length, by p_{k+1} = (x - middle_k) p_k - weight_k p_{k-1}."""
+
+    middle: Array
+    weight: Array
+    quartic: Polynomial
+    length: float
+
+    def orthogonal(self, x: Any) -> list[Any]:
+        """Return p_0 ... at x, which may be a polynomial."""
+        p = [x * 0 + 1, x - self.middle[0]]
+        for middle, weight in zip(self.middle[1:], self.weight[1:], strict=True):
+            p.append((x - middle) * p[-1] - weight * p[-2])
+        return p
+
+    def stability(self, x: Any) -> Any:
+        """Return the stability polynomial, one at z = 0."""
+        return self.quartic(x) * self.orthogonal(x)[-1] / (self.quartic(1.0) * self.orthogonal(1.0)[-1])
+
+
+def head(unknown: Array) -> Head:
+    """Return the polynomials that belong to a quartic: orthogonal under its square over the root of 1 - x^2."""
+    length = unknown[4]
+    zeros = [1 + 2 * complex(unknown[i], unknown[i + 1]) / length for i in (0, 2)]
+    quartic = Polynomial.fromroots([z for zero in zeros for z in (zero, zero.conjugate())])
+    quartic = Polynomial(quartic.coef.real)
+    x = np.cos((np.arange(400) + 0.5) * np.pi / 400)
+    square = quartic(x) ** 2
+    middle, weight, before, p = [], [], np.zeros_like(x), np.ones_like(x)
+    for _ in range(STAGES - LAST):
+        size = square @ p**2
+        middle.append(square @ (x * p**2) / size)
+        weight.append(size / (square @ before**2) if weight else 0.0)
+        before, p = p, (x - middle[-1]) * p - weight[-1] * before
+    return Head(np.array(middle), np.array(weight), quartic, float(length))
+
+
+def find_head() -> Head:
+    """Return the polynomials of order four that reach DAMPING, and no more, on the stable length."""
+    start = np.array(QUARTIC)
+
+    def solved(end: float) -> Head:
+        def wrong(unknown: Array) -> Array:
+            found = head(unknown)
+            series = found.stability(1 + Polynomial([0.0, 2.0]) / found.length).coef[1 : LAST + 1]
+            return np.array([*(series * [1, 2, 6, 24] - 1), found.stability(-1.0) - end])
+
+        return head(root(wrong, start, tol=1e-15).x)
+
+    def beyond(end: float) -> float:
+        found = solved(end)
+        z = np.linspace(-found.length, -6.0, 4001)
+        return float(np.abs(found.stability(1 + 2 * z / found.length)).max() - DAMPING)
+
+    return solved(brentq(beyond, 0.8, 0.95, xtol=1e-13))
+
+
+def tableau(first: Head, tail: Array) -> tuple[Array, Array]:
+    """Return a and b of the method."""
+    n, p = STAGES - LAST, first.orthogonal(1.0)
+    a, b = np.zeros((STAGES, STAGES)), np.zeros(STAGES)
+    for k in range(n):
+        before = first.weight[k] * p[k - 1] * a[k - 1] if k else 0.0
+        a[k + 1] = ((1 - first.middle[k]) * p[k] * a[k] - before) / p[k + 1]
+        a[k + 1, k] += 2 / first.length * p[k] / p[k + 1]
+    a[n + 1 :] = b[:] = a[n]
+    a[n + 1, n : n + 1], a[n + 2, n : n + 2], a[n + 3, n : n + 3] = tail[:1], tail[1:3], tail[3:6]
+    b[n:] = tail[6:]
+    return a, b
+
+
+def order_conditions(a: Array, b: Array) -> Array:
+    """Return what is left of the conditions of order one to four."""
+    c = a.sum(axis=1)
+    sums = [b.sum(), b @ c, b @ c**2, b @ a @ c, b @ c**3, b @ (c * (a @ c)), b @ a @ c**2, b @ a @ a @ c]
+    return np.array(sums) - [1, 1 / 2, 1 / 3, 1 / 6, 1 / 4, 1 / 8, 1 / 12, 1 / 24]
+
+
+def fifth_order_error(a: Array, b: Array) -> Array:
+    """Return the coefficients of the local error of order five, one for each rooted tree."""
+    c = a.sum(axis=1)
+    ac, ac2, aac = a @ c, a @ c**2, a @ a @ c
+    sums = [b @ c**4, b @ (c**2 * ac), b @ (c * ac2), b @ (c * aac), b @ ac**2, b @ a @ c**3, b @ a @ (c * ac),
+            b @ a @ ac2, b @ a @ aac]  # fmt: skip
+    exact = [1 / 5, 1 / 10, 1 / 15, 1 / 30, 1 / 20, 1 / 20, 1 / 40, 1 / 60, 1 / 120]
+    return (np.array(sums) - exact) / [24, 2, 2, 1, 2, 6, 1, 2, 1]
+
+
+def find_tail(first: Head) -> Array:
+    """Return the last stages: of order four, and among these with a small error of order five."""
+
+    def wrong(tail: Array) -> Array:
+        return order_conditions(*tableau(first, tail))
+
+    def size(tail: Array) -> float:
+        return float(1e4 * np.sum(fifth_order_error(*tableau(first, tail)) ** 2) + 1e-4 * np.sum(tail**2))
+
+    start = least_squares(wrong, TAIL, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+    small = minimize(size, start, constraints={"type": "eq", "fun": wrong}, method="SLSQP", options={"ftol": 1e-14})
+    found: Array = least_squares(wrong, small.x, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+    return found
+
+
+def find_estimate(a: Array, length: float) -> Array:
+    """Return the weights of the error estimate: of order three, and small where the method is stable."""
+    c = a.sum(axis=1)
+    conditions = np.array([np.ones(STAGES), c, c**2, a @ c, a @ a @ c])
+    wanted = np.array([0, 0, 0, 0, LINEAR_ERROR])
+    z = -length * (1 - np.cos(np.linspace(0, np.pi, 300))) / 2
+    damped = np.array([v * np.linalg.solve(np.eye(STAGES) - v * a, np.ones(STAGES)) for v in z])
+    quadratic = damped.T @ damped / len(z) + 1e-3 * np.eye(STAGES)
+    system = np.block([[quadratic, conditions.T], [conditions, np.zeros((5, 5))]])
+    return np.linalg.solve(system, np.concatenate([np.zeros(STAGES), wanted]))[:STAGES]
+
+
+def main() -> None:
+    """Write a row by row, then b, c and the weights of the estimate."""
+    first = find_head()
+    a, b = tableau(first, find_tail(first))
+    rows = [*a, b, a.sum(axis=1), find_estimate(a, first.length)]
+    FILE.write_text("".join(", ".join(repr(float(v)) for v in row) + ",\n" for row in rows), encoding="utf-8")
+    print(f"stable to h lambda = -{first.length:.2f}; order conditions to {np.abs(order_conditions(a, b)).max():.0e}")
+
+
+if __name__ == "__main__":
+    main()
