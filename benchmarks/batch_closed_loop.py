@@ -35,7 +35,7 @@ from runtime.campaign import Campaign
 RECORD = RESULTS / "batch_closed_loop.json"
 ERROR = 1e-6
 PEERS = ("heyoka", "numba", "scipy", "jax", "diffrax")
-RK4 = {"slosh": (2000, 5000, 10_000), "triangle": (350, 1400, 5600)}  # steps
+RK4 = {"slosh": (30_000, 60_000), "triangle": (350, 1400, 5600)}  # steps
 
 
 @dataclass(frozen=True)
@@ -54,16 +54,19 @@ class Campaigned:
 TIGHT = {"rtol": 1e-6, "atol": 1e-6}
 CAMPAIGNS = {
     "slosh": Campaigned(
-        "slosh, `paper`, lyapunov-v2, 1000 s, samples every 1 s", 10**5, 10**4, "slosh", "lyapunov-v2",
-        {"t_end": 1000.0, "dt_out": 1.0, **TIGHT}, {"m1": "normal(50, 2)", "phi1_0": "uniform(0.4, 0.6)"},
+        "slosh, `paper`, lyapunov-v2, 1000 s, samples every 1 s, rock4", 10**5, 10**5, "slosh", "lyapunov-v2",
+        {"t_end": 1000.0, "dt_out": 1.0, "method": "rock4", **TIGHT},
+        {"m1": "normal(50, 2)", "phi1_0": "uniform(0.4, 0.6)"},
     ),
     "triangle": Campaigned(
-        "triangle, `paper`, path, 35 s, samples every 0.1 s", 10**6, 10**5, "triangle", "path",
-        {"t_end": 35.0, "dt_out": 0.1, **TIGHT}, {"l1_0": "normal(0.2, 0.01)", "theta_0": "uniform(0.8, 1.2)"},
+        "triangle, `paper`, path, 35 s, samples every 0.1 s, dopri5", 10**6, 10**6, "triangle", "path",
+        {"t_end": 35.0, "dt_out": 0.1, "method": "dopri5", **TIGHT},
+        {"l1_0": "normal(0.2, 0.01)", "theta_0": "uniform(0.8, 1.2)"},
     ),
     "satellite": Campaigned(
-        "satellite, `flight` with noise, mrac, 600 samples", 10**5, 10**4, "satellite", "mrac",
-        {"t_end": 300.0, "dt_out": 0.5, **TIGHT}, {"I_x": "normal(2.13, 0.05)", "I_y": "normal(3.04, 0.05)"},
+        "satellite, `flight` with noise, mrac, 600 samples, dopri5", 10**5, 10**5, "satellite", "mrac",
+        {"t_end": 300.0, "dt_out": 0.5, "method": "dopri5", **TIGHT},
+        {"I_x": "normal(2.13, 0.05)", "I_y": "normal(3.04, 0.05)"},
     ),
 }  # fmt: skip
 
@@ -87,7 +90,7 @@ def continuous(name: str) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as scratch:
         given = problem(LOOPS[name], Path(scratch))
         makers: dict[str, Callable[[], Iterator[Contender]]] = {
-            "mehvar": lambda: contenders.ours(given, (1e-5, 1e-6, 1e-7)),
+            "mehvar": lambda: contenders.ours(given, (1e-5, 1e-6, 1e-7), contenders.OURS_IN_LOOPS),
             "heyoka": lambda: contenders.heyoka(given, (1e-6, 1e-9), compact=False),
             "numba": lambda: (c for steps in RK4[name] for c in contenders.numba_rk4(given, steps)),
             "scipy": lambda: contenders.scipy_lsoda(given, (1e-6, 1e-8, 1e-10)),

@@ -43,9 +43,15 @@ class Contender:
     set_up: float
 
 
-def ours(given: Problem, tolerances: tuple[float, ...]) -> Iterator[Contender]:
-    """Our kernel: every method, portable; the best one with contraction too."""
-    for method, profile in (("dop853", "fast"), ("dop853", "portable"), ("dopri5", "portable")):
+OURS = (("dop853", "fast"), ("dop853", "portable"), ("dopri5", "portable"))
+OURS_IN_LOOPS = (*OURS, ("rock4", "fast"), ("rock4", "portable"))
+
+
+def ours(
+    given: Problem, tolerances: tuple[float, ...], ways: tuple[tuple[str, str], ...] = OURS
+) -> Iterator[Contender]:
+    """Our kernel: methods and profiles."""
+    for method, profile in ways:
         for tolerance in tolerances:
             options = {"method": method, "profile": profile, "rtol": tolerance, "atol": tolerance}
             yield _built(
