@@ -52,6 +52,10 @@ _FUNCTIONS: dict[type, Callable[..., Value]] = {
 }
 
 
+class UnknownFunctionError(LookupError):
+    """An equation has a function whose value cannot be computed to so many digits."""
+
+
 class Evaluation:
     """All values at one point.
 
@@ -75,7 +79,7 @@ class Evaluation:
         ------
         ArithmeticError, TypeError, ValueError
             If it does not exist.
-        NotImplementedError
+        UnknownFunctionError
             If the expression has a function that is not known here.
         """
         with mpmath.workdps(DIGITS + _GUARD):
@@ -116,7 +120,7 @@ class Evaluation:
         if expr.is_number:
             return mpmath.mpf(sp.N(expr, DIGITS + _GUARD))
         known = ", ".join(sorted(function.__name__ for function in _FUNCTIONS))
-        raise NotImplementedError(f"no 50-digit value for {type(expr).__name__} in {expr}; functions known: {known}")
+        raise UnknownFunctionError(f"no 50-digit value for {type(expr).__name__} in {expr}; functions known: {known}")
 
 
 def _power(base: Value, exponent: sp.Expr, value: Callable[[sp.Expr], Value]) -> Value:

@@ -30,12 +30,10 @@ def _run() -> None:
         fail(error, 3)
     except ModuleNotFoundError as error:
         fail(f"the package {error.name} is missing: pip install {error.name} (mehvar doctor lists them all)", 2)
-    except NotImplementedError as error:
-        fail(error, 2)
     except OSError as error:
         where = f" {error.filename}" if error.filename else ""
         fail(f"{error.strerror or error}{where}", 2)
-    except ValueError as error:
+    except (ValueError, LookupError) as error:
         if not _is_model_mistake(error):
             raise
         fail(error, 2)
@@ -48,13 +46,14 @@ def _leave_working_folder() -> None:
         del sys.path[0]
 
 
-def _is_model_mistake(error: ValueError) -> bool:
+def _is_model_mistake(error: Exception) -> bool:
     """Tell a mistake in a model's text, which derivation reports, from a fault of our own."""
     mistakes = {
         "models.quantities": "ModelError",
         "codegen.tree": "GenerateError",
         "codegen.lower": "LoweringError",
         "codegen.tape": "TapeError",
+        "codegen.precise": "UnknownFunctionError",
         "codegen.verify": "VerificationError",
     }
     return any(

@@ -68,6 +68,7 @@ const double mv_dop853_e5[13] = {
     -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294,
 };
 
+_Static_assert(MV_STAGES == 16, "a row of rock4.inc is a row of rock4");
 static const double rock4[19][MV_STAGES] = {
 #include "rock4.inc"
 }; /* the rows of a, then b, c and e */

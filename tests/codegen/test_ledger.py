@@ -10,7 +10,7 @@ import sympy as sp
 
 from codegen.ledger import Entry, Verdict, judge, judge_entry
 from codegen.misprints import edits
-from codegen.precise import Evaluation
+from codegen.precise import Evaluation, UnknownFunctionError
 from models.paper import Cross, Names, Paper, Printed, Reading, Relation, printed
 
 names = Names()
@@ -189,6 +189,6 @@ def test_a_ledger_is_plain_data() -> None:
 def test_a_function_without_a_value_is_named():
     x = sp.Symbol("x")
     with pytest.raises(
-        NotImplementedError, match=r"no 50-digit value for besselj in besselj\(0, x\); functions known: .*acos, "
+        UnknownFunctionError, match=r"no 50-digit value for besselj in besselj\(0, x\); functions known: .*acos, "
     ):
         Evaluation({}, {x: sp.Integer(1)}).value(sp.besselj(0, x))

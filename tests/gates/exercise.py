@@ -20,7 +20,7 @@ from runtime.problem import Method
 from runtime.processor import widest
 
 METHODS: tuple[Method, ...] = ("dop853", "dopri5", "rock4", "rk4")
-KERNELS = itertools.cycle(zip([*itertools.repeat(widest(), 4), *itertools.repeat(1, 4)], METHODS * 2, strict=True))
+KERNELS = itertools.cycle(zip((widest(), 1) * 2 + (1, widest()) * 2, METHODS * 2, strict=True))
 PERIOD = 0.5  # s
 LOOSE = {"rtol": 1e-5, "atol": 1e-5}
 RUNS = 11  # not a multiple of the lanes

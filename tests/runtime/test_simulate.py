@@ -20,8 +20,9 @@ from scipy.integrate._ivp import dop853_coefficients
 
 import runtime
 from runtime import InputError, Model, Status, simulate
-from runtime.build import load_native
+from runtime.build import NATIVE, load_native
 from runtime.manifest import FILE
+from runtime.problem import STAGES
 
 Edit = Callable[[str, str, str], Path]
 Array = NDArray[np.float64]
@@ -62,6 +63,10 @@ def test_dop853_has_the_published_coefficients() -> None:
     }.items():
         found = np.ctypeslib.as_array((ctypes.c_double * expected.size).in_dll(library, name))
         np.testing.assert_array_equal(found.reshape(expected.shape), expected, err_msg=name)
+
+
+def test_the_work_of_a_step_has_the_rows_that_the_integrator_takes() -> None:
+    assert f"#define MV_STAGES {STAGES}\n" in (NATIVE / "integrator.h").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("method", "tolerance"), [("dop853", 1e-9), ("dopri5", 1e-8), ("rock4", 1e-8), ("rk4", 1e-7)])
