@@ -29,8 +29,8 @@ from peers.contenders import Contender
 from peers.problem import LOOPS, Problem, problem
 from peers.report import REPEATS, attempt, everything, parts_to_measure, take_turns, time_for
 
-from runtime.batch import run_batch
-from runtime.campaign import Campaign
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
 
 RECORD = RESULTS / "batch_closed_loop.json"
 ERROR = 1e-6

@@ -28,7 +28,7 @@ from peers.contenders import Contender
 from peers.problem import CASES, CHECKED, REFERENCE_TOLERANCE, RUNS, SPREAD, Problem, problem
 from peers.report import REPEATS, attempt, everything, parts_to_measure, take_turns, time_for
 
-from runtime.processor import widest
+from mehvar.runtime.compiling.processor import widest
 
 RECORD = RESULTS / "batch_open_loop.json"
 ERRORS = (1e-7, 1e-10)

@@ -19,11 +19,11 @@ from time import process_time
 import numpy as np
 from machine import command_line, machine, table, write
 
-from codegen.generate import generate, installed_tree
-from runtime import Model, load
-from runtime.build import NATIVE
-from runtime.compiler import require_compiler
-from runtime.processor import vector_flags, widest
+from mehvar.codegen.generate import generate, installed_tree
+from mehvar.runtime import Model, load
+from mehvar.runtime.compiling.compiler import require_compiler
+from mehvar.runtime.compiling.library import NATIVE
+from mehvar.runtime.compiling.processor import vector_flags, widest
 
 REPEATS = 11
 CALLS = 200_000

@@ -17,12 +17,12 @@ from time import perf_counter, process_time
 import numpy as np
 from machine import command_line, machine, table, write
 
-from codegen.generate import generate, installed_tree
-from runtime import load
-from runtime.batch import run_batch
-from runtime.batch_kernel import Kernel, compile_kernel
-from runtime.campaign import Campaign
-from runtime.parameters import resolve
+from mehvar.codegen.generate import generate, installed_tree
+from mehvar.runtime import load
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.kernel import Kernel, compile_kernel
+from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.model.parameters import resolve
 
 REPEATS = 5
 RUNS = 2048

@@ -16,10 +16,10 @@ from pathlib import Path
 
 from machine import command_line
 
-import runtime
-from runtime.board.build import program, sources, write_sources
-from runtime.board.run import Asked, run_on_board
-from runtime.board.toolchains import host_toolchain
+from mehvar import runtime
+from mehvar.runtime.board.image.build import program, sources, write_sources
+from mehvar.runtime.board.image.toolchains import host_toolchain
+from mehvar.runtime.board.run import Asked, run_on_board
 
 SAMPLES, DAY, FRAMES = 5000, 172_800, 10_000_000
 FUZZ = Path(__file__).parents[1] / "tests" / "runtime" / "board" / "fuzz.c"

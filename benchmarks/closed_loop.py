@@ -18,7 +18,7 @@ from machine import command_line, interleaved, machine, table, write
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from runtime import Model, load, simulate
+from mehvar.runtime import Model, load, simulate
 
 Array = NDArray[np.float64]
 Slope = Callable[[Array], Array]
@@ -74,7 +74,7 @@ def main() -> None:
 
 
 def _case(model: Model, law: str, step: float) -> Case:
-    module = importlib.import_module("generated.triangle.triangle")
+    module = importlib.import_module("mehvar.generated.triangle.triangle")
     run = simulate(model, law, "paper", t_end=step, dt_out=step)
     p, c, s = run.parameters.p, run.parameters.c, run.parameters.s
     reference = module.reference(0.0, p, s)

@@ -19,12 +19,12 @@ from time import perf_counter
 
 from machine import command_line, machine, table, write
 
-from codegen.diff import Document, compare
-from codegen.diff.changes import Change, replaced
-from codegen.diff.pool import Pool
-from codegen.diff.report import Kind, Verdict
-from codegen.diff.report import Path as Place
-from codegen.formula import Printer
+from mehvar.codegen.diff import Document, compare
+from mehvar.codegen.diff.changes import Change, replaced
+from mehvar.codegen.diff.report import Kind, Verdict
+from mehvar.codegen.diff.report import Path as Place
+from mehvar.codegen.equal.pool import Pool
+from mehvar.codegen.equations.formula import Printer
 
 MODELS = ("triangle", "slosh", "satellite")
 EDITS = 60
@@ -82,7 +82,8 @@ def _slosh(count: int, scratch: Path) -> Document:
     if count == 2:
         return Document.read(GENERATED / "slosh")
     code = (
-        "import sys; from codegen.equations import equations_json; from models.slosh.system import system\n"
+        "import sys; from mehvar.codegen.equations.graph import equations_json\n"
+        "from mehvar.models.slosh.system import system\n"
         f"print(equations_json(system(pendulums='{count}')))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -97,7 +98,7 @@ def _importing() -> float:
         subprocess.run([sys.executable, "-c", code], check=True)
         return perf_counter() - start
 
-    return sorted(seconds("import codegen.diff") - seconds("pass") for _ in range(5))[2]
+    return sorted(seconds("import mehvar.codegen.diff") - seconds("pass") for _ in range(5))[2]
 
 
 def _coriolis(count: int, document: Document) -> list[str]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from statistics import median
 from time import perf_counter
 
-from runtime.compiler import find_compiler
+from mehvar.runtime.compiling.compiler import find_compiler
 
 RESULTS = Path(__file__).parent / "results"
 

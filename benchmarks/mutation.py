@@ -20,8 +20,8 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from mehvar.physics.mutation import Mutant, Verdict, run  # noqa: E402
-from tests.physics.declared import CASES, Case, gates_of, title  # noqa: E402
-from tests.physics.installed import machine  # noqa: E402
+from tests.mehvar.physics.declared import CASES, Case, gates_of, title  # noqa: E402
+from tests.mehvar.physics.installed import machine  # noqa: E402
 
 
 def main() -> None:
@@ -95,7 +95,7 @@ def _commit() -> str:
         done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True)
         return done.stdout.strip()
 
-    used = ("models", "mehvar/physics", "tests/physics", "tests/sampling.py")
+    used = ("models", "mehvar/physics", "tests/mehvar/physics", "tests/sampling.py")
     changed = git("status", "--porcelain", "--", *used)
     return git("rev-parse", "--short=10", "HEAD") + (", with uncommitted changes" if changed else "")
 

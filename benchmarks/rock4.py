@@ -6,7 +6,7 @@
 The construction is Abdulle's, SIAM J. Sci. Comput. 23 (2002) 2041, with a fixed number of stages: a stability
 polynomial of order four that stays below DAMPING on a long piece of the negative real axis is the product of an
 orthogonal polynomial, whose recurrence gives the first stages, and of a quartic, which is left to the last four. The
-last digits depend on the libraries; tests/runtime/test_rock4.py holds the committed ones to their conditions.
+last digits depend on the libraries; tests/runtime/run/test_rock4.py holds the committed ones to their conditions.
 """
 
 from __future__ import annotations

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codegen.tree import GenerateError, Tree, find_tree, installed_tree, load_model, prefer_vocabulary, sha256
+from .workspace import GenerateError, Tree, find_tree, installed_tree, load_model, prefer_vocabulary, sha256
 
 if TYPE_CHECKING:
-    from models.system import System
+    from mehvar.models.system import System
 
 __all__ = [
     "GenerateError",
@@ -116,7 +116,7 @@ def _renumbered(
     recorded = _recorded(folder)
     if recorded is None or not recorded.get("shapes_sha256"):
         return None
-    from codegen.renumber import manifest_text, renumber, shapes
+    from .new_numbers import manifest_text, renumber, shapes
 
     tables, sources = tree.root / "models" / model, tree.sources(model)
     moved = {f"models/{model}/{name}": sources.get(f"models/{model}/{name}") for name in recorded["shapes_sha256"]}
@@ -140,13 +140,13 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     """
     sources = tree.sources(model)
     system = system_of(tree, model, structure or {})
-    from codegen.equations import equations_json
-    from codegen.functions import generate_functions
-    from codegen.manifest import manifest
-    from codegen.page import equations_markdown
-    from codegen.renumber import TABLES, manifest_text, renumber, shapes
-    from codegen.texts import printed, texts
-    from codegen.verify import verify
+    from .code.files import printed, texts
+    from .equations.graph import equations_json
+    from .equations.page import equations_markdown
+    from .functions.graphs import generate_functions
+    from .functions.verify import verify
+    from .manifest import manifest
+    from .new_numbers import TABLES, manifest_text, renumber, shapes
 
     verify(system)
     graphs = generate_functions(system)
@@ -155,7 +155,7 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     written["equations.json"] = equations_json(system)
     written["equations.md"] = equations_markdown(system)
     if casadi:
-        from codegen.casadi_c import casadi_c
+        from .code.casadi_c import casadi_c
 
         written |= casadi_c(system.name, graphs)
     hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in written.items()}
@@ -184,8 +184,8 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
             raise GenerateError(f"{model} has no structure {name!r}; it has: {', '.join(choices) or 'none'}")
         if value not in choices[name]:
             raise GenerateError(f"structure {name} = {value!r} is not one of {', '.join(choices[name])}")
-    from models.check import check as check_system
-    from models.check import no_branching
+    from mehvar.models.check import check as check_system
+    from mehvar.models.check import no_branching
 
     with no_branching():
         system: System = package.system(**structure)

@@ -8,18 +8,10 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
-from codegen.requests import reference_moves
-from codegen.texts import PrintedFunction, file_of, model_hash
-from models.system import (
-    Condition,
-    Controller,
-    Group,
-    Metric,
-    Output,
-    Parameter,
-    Scenario,
-    System,
-)
+from mehvar.models.system import Condition, Controller, Group, Metric, Output, Parameter, Scenario, System
+
+from .code.files import PrintedFunction, file_of, model_hash
+from .functions.requests import reference_moves
 
 SCHEMA = 1
 

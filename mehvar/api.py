@@ -9,20 +9,20 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from runtime.batch import Report, run_batch
-from runtime.campaign import Campaign
-from runtime.errors import InputError
-from runtime.manifest import find_model
-from runtime.model import Model
-from runtime.posing import OPTIONS
-from runtime.results import to_dataset
-from runtime.simulate import simulate as simulate_run
+from mehvar.errors import InputError
+from mehvar.runtime.batch.fill import Report, run_batch
+from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.model.manifest import find_model
+from mehvar.runtime.model.model import Model
+from mehvar.runtime.run.options import OPTIONS
+from mehvar.runtime.run.results import to_dataset
+from mehvar.runtime.run.simulate import simulate as simulate_run
 
 if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
 
-    from runtime.sampling import Design
+    from mehvar.runtime.batch.sampling import Design
 
 
 def simulate(
@@ -47,7 +47,7 @@ def simulate(
         States that start elsewhere than the scenario says.
     **options
         `t_end`, `dt_out`, `hold`, `delay`, `method`, `rtol`, `atol`, `step`, `backend`, `progress` as in
-        `runtime.simulate.simulate`, or parameters by name, as in `disturbance=0.001`.
+        `mehvar.runtime.run.simulate.simulate`, or parameters by name, as in `disturbance=0.001`.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def batch(
         If the store cannot be written; `resume=True` goes on from what it has.
     """
     if str(model).endswith(".toml"):
-        from mehvar.campaign_file import campaign_of, read_campaign
+        from mehvar.campaign import campaign_of, read_campaign
 
         asked = read_campaign(Path(str(model)))
         model, out, success, until = asked.model, out or asked.out, asked.success, asked.until
@@ -180,7 +180,7 @@ def _connected(scheduler: str | Client | None) -> AbstractContextManager[Client 
     """Connect to an address; a client that is given stays open."""
     if not isinstance(scheduler, str):
         return nullcontext(scheduler)
-    from runtime.cluster import connect
+    from mehvar.runtime.batch.workers import connect
 
     client: AbstractContextManager[Client | None] = connect(scheduler)
     return client

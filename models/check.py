@@ -10,8 +10,8 @@ from typing import Any
 
 import sympy as sp
 
-from models.system import Controller, Expr, Group, ModelError, Parameter, System, free_symbols
-from models.tables import check_names, check_values, suggestion
+from .system import Controller, Expr, Group, ModelError, Parameter, System, free_symbols
+from .tables import check_names, check_values, suggestion
 
 _FORMULA_NAMESPACE: dict[str, Any] = {"sqrt": sp.sqrt, "pi": sp.pi}
 

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import sympy as sp
 
-from models.quantities import ModelError, Quantity
+from .quantities import ModelError, Quantity
 
 Expr: TypeAlias = sp.Expr
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The symbols of a paper, what they mean in our derivation, and how they are written; see `models.paper`."""
+"""The symbols of a paper, what they mean in our derivation, and how they are written; see `mehvar.models.paper`."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any, TypeAlias
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
-from models.derivation import Expr
-from models.mechanics import planar_cross
-from models.quantities import ModelError, Quantity
+from .derivation import Expr
+from .mechanics import planar_cross
+from .quantities import ModelError, Quantity
 
 Side: TypeAlias = Expr | sp.MatrixBase | sp.MatrixExpr
 """One side of a relation: a number or a matrix."""

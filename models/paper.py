@@ -5,7 +5,7 @@ A model whose paper is to be checked has a module models.MODEL.paper (or a packa
 
     def paper(system: System) -> Paper
 
-which `codegen.ledger` judges. It says two things and keeps them apart:
+which `mehvar.codegen.ledger.ledger` judges. It says two things and keeps them apart:
 
 * **what is printed**, misprints included, as SymPy expressions in the paper's own symbols (`Relation.left`, `.right`);
 * **what those symbols mean**, in one table of names for the whole paper (`Names`). A name is either *free* (a
@@ -51,7 +51,7 @@ An identity between names with meanings, here l_i^2 of a triangle and its rate, 
   judges each. When they disagree the entry is "illegible or ambiguous", and says which one the model follows.
 
 `Paper` refuses a number that is missing or entered twice, and a symbol that the table of names lacks. While writing,
-judge one entry at a time: ``codegen.ledger.judge_entry(entry, names)``; `ledger("MODEL")` judges all.
+judge one entry at a time: ``mehvar.codegen.ledger.ledger.judge_entry(entry, names)``; `ledger("MODEL")` judges all.
 `models/triangle/paper/` is a complete example.
 """
 
@@ -63,9 +63,9 @@ from typing import Literal, TypeAlias
 
 import sympy as sp
 
-from models.derivation import Expr
-from models.notation import Case, Cross, Name, Names, Side, follow, frozen, symbols_of
-from models.quantities import ModelError
+from .derivation import Expr
+from .notation import Case, Cross, Name, Names, Side, follow, frozen, symbols_of
+from .quantities import ModelError
 
 __all__ = [
     "Case",

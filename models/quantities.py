@@ -8,11 +8,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from mehvar.errors import MehvarError
+
 if TYPE_CHECKING:
     import sympy as sp
 
 
-class ModelError(ValueError):
+class ModelError(MehvarError, ValueError):
     """A mistake in a model's text: a derivation, a parameter table or a scenario table."""
 
 

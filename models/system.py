@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from models.derivation import Definition, Derivation, Equation, Expr, free_symbols
-from models.quantities import EMPTY, TIME, Group, Interval, ModelError, Parameter, Quantity, scalar
-from models.scenarios import Metric, Scenario
+from .derivation import Definition, Derivation, Equation, Expr, free_symbols
+from .quantities import EMPTY, TIME, Group, Interval, ModelError, Parameter, Quantity, scalar
+from .scenarios import Metric, Scenario
 
 __all__ = [
     "EMPTY",

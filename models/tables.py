@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from models.quantities import Group, Interval, ModelError, Parameter
-from models.scenarios import Metric, Scenario
+from .quantities import Group, Interval, ModelError, Parameter
+from .scenarios import Metric, Scenario
 
 _INTERVAL = re.compile(r"^([(\[])\s*([^,\s]+)\s*,\s*([^,\s]+)\s*([)\]])$")
 _UNIT = re.compile(r"^(1|[A-Za-z]+(\^-?\d+)?( [A-Za-z]+(\^-?\d+)?)*(/[A-Za-z]+(\^-?\d+)?)*|1(/[A-Za-z]+(\^-?\d+)?)+)$")

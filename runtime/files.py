@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from .errors import InputError, bad_value
+from mehvar.errors import InputError, bad_value
 
 
 @contextmanager

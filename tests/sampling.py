@@ -3,8 +3,8 @@
 
 import numpy as np
 
+from mehvar.models.system import Group
 from mehvar.physics.machine import draw
-from models.system import Group
 
 RANGES = {
     "triangle": {

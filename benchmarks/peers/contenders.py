@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from mehvar.runtime.compiling.compiler import require_compiler
 from peers.equations import ARITHMETIC, Compiled, Operations, array_operations, walk
 from peers.problem import Array, Problem
-from runtime.compiler import require_compiler
 
 Integrate = Callable[[int], Array]
 """Integrates the first n runs and returns their states at the end, one row each."""

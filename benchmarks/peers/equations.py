@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from codegen.emit import PYTHON, Language, statements
-from codegen.functions import generate_functions
-from codegen.generate import installed_tree, system_of
-from codegen.tape import Tape
-from codegen.texts import PrintedFunction, printed
+from mehvar.codegen.code.files import PrintedFunction, printed
+from mehvar.codegen.code.spelling import PYTHON, Language, statements
+from mehvar.codegen.code.tape import Tape
+from mehvar.codegen.functions.graphs import generate_functions
+from mehvar.codegen.generate import installed_tree, system_of
 
 Operations = Mapping[str, Callable[..., Any]]
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.generate import generate, installed_tree
-from codegen.texts import PrintedFunction
+from mehvar.codegen.code.files import PrintedFunction
+from mehvar.codegen.generate import generate, installed_tree
+from mehvar.runtime import Model, load, simulate
+from mehvar.runtime.batch.kernel import compile_kernel
+from mehvar.runtime.model.manifest import identifier
 from peers.equations import Equations, packed
-from runtime import Model, load, simulate
-from runtime.batch_kernel import compile_kernel
-from runtime.manifest import identifier
 
 Array = NDArray[np.float64]
 

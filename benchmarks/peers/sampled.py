@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from mehvar.runtime import Model, load
+from mehvar.runtime.batch.kernel import compile_kernel
 from peers.contenders import Contender, Integrate, _built, heyoka_operations
 from peers.equations import Compiled, Equations, packed, walk
 from peers.problem import CHECKED, REFERENCE_TOLERANCE, Array, Case, dispersed
-from runtime import Model, load
-from runtime.batch_kernel import compile_kernel
 
 SAMPLES = 600
 LAW = "mrac"

@@ -4,7 +4,7 @@
 `Document.read` reads an equations.json with the manifest beside it, `compare` compares two of them.
 """
 
-from codegen.diff.comparison import compare
-from codegen.diff.document import Document, DocumentError
+from ..equations.document import Document, DocumentError
+from .comparison import compare
 
 __all__ = ["Document", "DocumentError", "compare"]

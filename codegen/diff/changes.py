@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from codegen.diff import field
-from codegen.diff.field import Element
-from codegen.diff.pool import Pool
-from codegen.diff.report import Kind, Path
+from ..equal import field
+from ..equal.field import Element
+from ..equal.pool import Pool
+from .report import Kind, Path
 
 Values = tuple[Element, ...]
 _SMALL = 10_000

@@ -5,15 +5,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from codegen.diff.document import Document
-from codegen.diff.equality import Decision
-from codegen.diff.explain import Explainer
-from codegen.diff.groups import groups
-from codegen.diff.implicit import recombined, scale
-from codegen.diff.lost import Lost, lost_definitions
-from codegen.diff.parameters import parameter_changes
-from codegen.diff.report import Comparison, Equation, Verdict
-from codegen.diff.versions import Item, Key, Versions
+from ..equal.judge import Decision
+from ..equations.document import Document
+from .explain import Explainer
+from .groups import groups
+from .implicit import recombined, scale
+from .lost import Lost, lost_definitions
+from .parameters import parameter_changes
+from .report import Comparison, Equation, Verdict
+from .versions import Item, Key, Versions
 
 _EQUAL = frozenset((Verdict.SAME, Verdict.REARRANGED, Verdict.RENAMED, Verdict.SCALED))
 _UNEQUAL = frozenset((Verdict.CHANGED, Verdict.INHERITED, Verdict.UNDECIDED))

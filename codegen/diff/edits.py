@@ -14,13 +14,13 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from codegen.diff import field
-from codegen.diff.changes import Change, Values, coefficient_of, mutations, rational, replaced
-from codegen.diff.document import reached
-from codegen.diff.field import Undefined
-from codegen.diff.pool import Pool
-from codegen.diff.report import Kind, Path
-from codegen.diff.worlds import FieldWorld
+from ..equal import field
+from ..equal.field import Undefined
+from ..equal.pool import Pool
+from ..equal.values import FieldWorld
+from ..equations.document import reached
+from .changes import Change, Values, coefficient_of, mutations, rational, replaced
+from .report import Kind, Path
 
 _FUNCTIONS = frozenset(("sin", "cos", "tan"))
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain
 
-from codegen.diff.changes import Change, replaced
-from codegen.diff.equality import Expression, Worlds, shown
-from codegen.diff.report import Counterexample, Edit, Kind, Part, Path
-from codegen.diff.terms import Account
-from codegen.diff.versions import Item, Versions
-from codegen.diff.worlds import FieldWorld
-from codegen.formula import Names, Printer, rank_of
+from ..equal.judge import Expression, Worlds, shown
+from ..equal.values import FieldWorld
+from ..equations.formula import Names, Printer, rank_of
+from .changes import Change, replaced
+from .report import Counterexample, Edit, Kind, Part, Path
+from .terms import Account
+from .versions import Item, Versions
 
 _POINTS = 2
 _TRIED = 40

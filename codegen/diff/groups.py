@@ -6,8 +6,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from codegen.diff.report import Equation, Group, Verdict
-from codegen.diff.versions import Versions
+from .report import Equation, Group, Verdict
+from .versions import Versions
 
 
 def groups(versions: Versions, equations: tuple[Equation, ...]) -> tuple[Group, ...]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from codegen.diff import field
-from codegen.diff.changes import Values, rational
-from codegen.diff.equality import Meaning
-from codegen.diff.field import Element, Undefined
-from codegen.diff.versions import Item, Versions
+from ..equal import field
+from ..equal.field import Element, Undefined
+from ..equal.judge import Meaning
+from .changes import Values, rational
+from .versions import Item, Versions
 
 _POINTS = 3
 

@@ -6,12 +6,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from codegen.diff import field
-from codegen.diff.changes import Change, Values, replaced
-from codegen.diff.equality import Expression, Meaning, Worlds
-from codegen.diff.field import Undefined
-from codegen.diff.terms import Account
-from codegen.diff.versions import Item, Versions
+from ..equal import field
+from ..equal.field import Undefined
+from ..equal.judge import Expression, Meaning, Worlds
+from .changes import Change, Values, replaced
+from .terms import Account
+from .versions import Item, Versions
 
 _POINTS = 2
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from codegen.diff.document import Document, Symbol
-from codegen.diff.report import ParameterChange
+from ..equations.document import Document, Symbol
+from .report import ParameterChange
 
 _QUIET = frozenset(("rate", "shown", "time", "argument"))
 """Roles of names that only stand in equations; their change shows there."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from codegen.diff.changes import Change
-from codegen.diff.document import reached
-from codegen.diff.edits import Edits
-from codegen.diff.report import Kind, Path
+from ..equations.document import reached
+from .changes import Change
+from .edits import Edits
+from .report import Kind, Path
 
 _CHEAP = 4.0
 _ROUNDS = 4

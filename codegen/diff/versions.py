@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from codegen.diff.document import Document, Row, Symbol
-from codegen.diff.equality import Expression, Judge, Meaning
-from codegen.diff.pool import Pool
-from codegen.diff.reals import Sampler
+from ..equal.judge import Expression, Judge, Meaning
+from ..equal.pool import Pool
+from ..equal.reals import Sampler
+from ..equations.document import Document, Row, Symbol
 
 Key = tuple[str, str, int]
 _RENAMED = frozenset(("definition", "equation", "limit", "constraint", "warning"))

@@ -15,9 +15,9 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from codegen.lower import to_casadi
-from codegen.requests import Request, bindings, requests
-from models.system import TIME, Group, Parameter, Quantity, System, scalar
+from mehvar.codegen.functions.lower import to_casadi
+from mehvar.codegen.functions.requests import Request, bindings, requests
+from mehvar.models.system import TIME, Group, Parameter, Quantity, System, scalar
 
 Array = NDArray[np.float64]
 Ranges = Mapping[str, tuple[float, float]]

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import sympy as sp
 
+from mehvar.models.system import Coordinates, Definition, Expr, Function, Quantity, System
 from mehvar.physics.gates import TOLERANCE, Gate, derived_equations
 from mehvar.physics.machine import Array, Machine, Points, Ranges, points
-from models.system import Coordinates, Definition, Expr, Function, Quantity, System
 
 CHANGES = {"flipped": -1.0, "dropped": 0.0, "doubled": 2.0}
 SAME = 1e-13

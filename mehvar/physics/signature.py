@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from codegen.requests import Request, identifier
+from mehvar.codegen.functions.requests import Request, identifier
 from mehvar.physics.machine import Machine, draw
 
 CHANGE = 0.01

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from codegen.requests import Request
+from mehvar.codegen.functions.requests import Request
+from mehvar.models.check import formulas
+from mehvar.models.system import Group, System
 from mehvar.physics.machine import Array, Machine, draw
-from models.check import formulas
-from models.system import Group, System
 
 UNITS = {
     "kg": {"kg": 1}, "m": {"m": 1}, "s": {"s": 1}, "A": {"A": 1}, "1": {}, "rad": {}, "deg": {},

@@ -7,19 +7,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from mehvar.plots import BLUE, VERMILLION, label, new_figure, style
+from mehvar.pictures.plots import BLUE, VERMILLION, label, new_figure, style
 from mehvar.report.charts import BAND_HIGH, BAND_LOW, plain
-from runtime.batch import run_batch
-from runtime.campaign import Campaign
-from runtime.statistics import Row, Statistics, bands, summarise
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.statistics import Row, Statistics, bands, summarise
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from mehvar.papers import Study
-    from runtime.model import Model
-    from runtime.store import Store
+    from mehvar.papers.study import Study
+    from mehvar.runtime.batch.store import Store
+    from mehvar.runtime.model.model import Model
 
 SEED = 1
 _LOW, _HIGH = 0.05, 0.95

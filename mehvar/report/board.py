@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from runtime.board.run import Asked
-from runtime.errors import InputError
+from mehvar.errors import InputError
+from mehvar.runtime.board.run import Asked
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from runtime.model import Model
+    from mehvar.runtime.model.model import Model
 
 _BOARD, _SAMPLES = "mps2-m4f", 400
 _NEEDED = ("unicorn", "elftools", "capstone", "serial")
@@ -38,9 +38,9 @@ def run_board(model: Model, law: str) -> OnBoard:
     """Run a law on the emulated board and compare it with the law in float on this machine."""
     if any(importlib.util.find_spec(name) is None for name in _NEEDED):
         return OnBoard(law, MISSING)
-    from mehvar.boardfacts import facts
-    from mehvar.boardreport import fact_rows, inputs_figure
-    from runtime.board.run import run_on_board
+    from mehvar.report.board_facts import facts
+    from mehvar.report.board_page import fact_rows, inputs_figure
+    from mehvar.runtime.board.run import run_on_board
 
     try:
         outcome = run_on_board(model, Asked(law, "unicorn", _BOARD, samples=_SAMPLES))

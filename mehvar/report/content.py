@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from mehvar.papers import (
+from mehvar.papers.study import (
     Claim,
     Comparison,
     Paper,
@@ -21,20 +21,20 @@ from mehvar.papers import (
     load_paper,
     table_claims,
 )
-from mehvar.plots import encoded, style
+from mehvar.pictures.plots import encoded, style
 from mehvar.report.batches import Batch, run_study
 from mehvar.report.board import OnBoard, run_board
 from mehvar.report.charts import COLOR_NAMES, chart
 from mehvar.report.series import track
-from runtime.model import load
+from mehvar.runtime.model.model import load
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mehvar.console import Advance
-    from mehvar.diff_paper import Ledger
-    from runtime.manifest import Manifest
-    from runtime.model import Model
+    from mehvar.ledger.page import Ledger
+    from mehvar.runtime.model.manifest import Manifest
+    from mehvar.runtime.model.model import Model
+    from mehvar.terminal import Advance
 
 
 @dataclass(frozen=True)

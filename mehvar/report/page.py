@@ -14,10 +14,10 @@ from typing import Any
 import jinja2
 from markupsafe import Markup, escape
 
-from mehvar.diff_html import typeset as mathml
-from mehvar.diff_paper import counted, example
-from mehvar.papers import Check, Claim, Comparison, Verdict
-from mehvar.plots import pretty_unit
+from mehvar.comparison.html import typeset as mathml
+from mehvar.ledger.page import counted, example
+from mehvar.papers.study import Check, Claim, Comparison, Verdict
+from mehvar.pictures.plots import pretty_unit
 from mehvar.report.batches import SEED
 from mehvar.report.content import PaperReport, Picture, scene_data
 

@@ -12,24 +12,11 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from models.satellite import estimator
-from models.satellite.dynamics import AXES, TORQUES, angles, rates
-from models.satellite.estimator import HALF, SAMPLES, SENSOR_LOST, Estimate, smallest_gain
-from models.satellite.polynomials import (
-    RIGHT,
-    a1,
-    a2,
-    b0,
-    b1,
-    cancelling,
-    closed_loop,
-    numerators,
-    put,
-    resultant,
-    retaining,
-    s1,
-)
-from models.system import Condition, Controller, Derivation, Expr, Group, Quantity
+from ..system import Condition, Controller, Derivation, Expr, Group, Quantity
+from . import estimator
+from .dynamics import AXES, TORQUES, angles, rates
+from .estimator import HALF, SAMPLES, SENSOR_LOST, Estimate, smallest_gain
+from .polynomials import RIGHT, a1, a2, b0, b1, cancelling, closed_loop, numerators, put, resultant, retaining, s1
 
 REFERENCES = Group("r", tuple(Quantity(f"ref_{axis}", "rad", f"wanted {axis}", f"r_{{{axis}}}") for axis in AXES))
 APPLIED = Group(

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from models.mechanics import angle_rates, frame_turn, quaternion_rates, quaternion_rotation
-from models.system import Derivation, Expr, Group, Quantity
+from ..mechanics import angle_rates, frame_turn, quaternion_rates, quaternion_rotation
+from ..system import Derivation, Expr, Group, Quantity
 
 ANGLES = (
     Quantity("roll", "rad", "roll, the last turn, about x", r"\varphi"),

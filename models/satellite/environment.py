@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.mechanics import quaternion_of_turns
-from models.satellite.dynamics import ANGLES, RATES, TORQUES, angles, latitude, rates, torques, wheels
-from models.system import Actuator, Derivation, Expr, Group, Quantity, Sensor
+from ..mechanics import quaternion_of_turns
+from ..system import Actuator, Derivation, Expr, Group, Quantity, Sensor
+from .dynamics import ANGLES, RATES, TORQUES, angles, latitude, rates, torques, wheels
 
 COMMANDED = Group(
     "u_cmd", tuple(Quantity(f"{q.name}_cmd", q.unit, f"commanded {q.description}", f"{q.latex}^c") for q in TORQUES)

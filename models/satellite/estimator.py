@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from models.satellite.dynamics import AXES, angles, inertia_matrix
-from models.satellite.linear import nominal_gain
-from models.system import Derivation, Expr, Group, Quantity
+from ..system import Derivation, Expr, Group, Quantity
+from .dynamics import AXES, angles, inertia_matrix
+from .linear import nominal_gain
 
 HALF = sp.Rational(1, 2)
 """Parameters that switch something are on above one half."""

@@ -7,18 +7,9 @@ import functools
 
 import sympy as sp
 
-from models.mechanics import angular_velocity, time_derivative
-from models.satellite.dynamics import (
-    AXES,
-    angles,
-    euler_rotation,
-    gravity_gradient,
-    inertia_matrix,
-    orbit_rate,
-    torque_excess,
-    wheels,
-)
-from models.system import Derivation, Expr, Group
+from ..mechanics import angular_velocity, time_derivative
+from ..system import Derivation, Expr, Group
+from .dynamics import AXES, angles, euler_rotation, gravity_gradient, inertia_matrix, orbit_rate, torque_excess, wheels
 
 _RATES = sp.symbols(r"\dot\varphi \dot\theta \dot\psi", real=True)
 _ACCELERATIONS = sp.symbols(r"\ddot\varphi \ddot\theta \ddot\psi", real=True)

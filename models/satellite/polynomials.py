@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from models.system import Expr
+from ..system import Expr
 
 a1, a2, b0, b1 = sp.symbols("a1 a2 b0 b1", real=True)
 q = sp.Symbol("q_inv")

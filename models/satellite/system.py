@@ -7,10 +7,12 @@ from pathlib import Path
 
 import sympy as sp
 
-from models.mechanics import quaternion_of_turns
-from models.satellite import controllers
-from models.satellite.controllers import REFERENCES, Shared
-from models.satellite.dynamics import (
+from ..mechanics import quaternion_of_turns
+from ..system import TIME, Condition, Controller, Derivation, Expr, Function, Group, Quantity, System
+from ..tables import read_parameters, read_scenarios
+from . import controllers
+from .controllers import REFERENCES, Shared
+from .dynamics import (
     ANGLES,
     AXES,
     LATITUDE,
@@ -30,11 +32,9 @@ from models.satellite.dynamics import (
     torques,
     wheel_speeds,
 )
-from models.satellite.environment import actuator, environment_torque, sensor, wheel_torque
-from models.satellite.estimator import estimate
-from models.satellite.linear import show_linear_model, show_sampled_model
-from models.system import TIME, Condition, Controller, Derivation, Expr, Function, Group, Quantity, System
-from models.tables import read_parameters, read_scenarios
+from .environment import actuator, environment_torque, sensor, wheel_torque
+from .estimator import estimate
+from .linear import show_linear_model, show_sampled_model
 
 STRUCTURE = {"chart": ("euler", "quaternion")}
 """Structural choices and their values; the first is the default."""

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Spacecraft with fuel sloshing as spherical pendulums: full and reduced model, two Lyapunov laws."""
 
-from models.slosh.system import STRUCTURE, system
+from .system import STRUCTURE, system
 
 __all__ = ["STRUCTURE", "system"]

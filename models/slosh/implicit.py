@@ -7,20 +7,12 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from models.slosh import ball, pendulum
-from models.slosh.bobs import accelerations, parts, pendulum_equations
-from models.slosh.equations import applied_wrench, hull_wrench, show_equations, velocity_accelerations, whole
-from models.slosh.reduced import generic_accelerations, show_reduced
-from models.slosh.variables import (
-    RATE,
-    VELOCITY,
-    Pendulum,
-    angle_rate_quantities,
-    arm_rate_quantities,
-    rate,
-    velocity,
-)
-from models.system import Derivation, Expr, Group
+from ..system import Derivation, Expr, Group
+from .pendulums import accelerations, parts, pendulum_equations
+from .plant import ball, pendulum
+from .plant.equations import applied_wrench, hull_wrench, show_equations, velocity_accelerations, whole
+from .plant.reduced import generic_accelerations, show_reduced
+from .states import RATE, VELOCITY, Pendulum, angle_rate_quantities, arm_rate_quantities, rate, velocity
 
 
 def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[str, sp.Symbol], tuple[Expr, ...]]:

@@ -10,16 +10,18 @@ from pathlib import Path
 
 import sympy as sp
 
-from models.slosh.attitude import Attitude, by_angles, by_quaternion
-from models.slosh.bobs import Bobs, Start, angle_bobs, ball_bobs, parts, straight
-from models.slosh.conditions import constraints, law_constraints
-from models.slosh.controllers import Law, lyapunov_v1, lyapunov_v2
-from models.slosh.equations import hull_energy, hull_momentum, hull_wrench, whole
-from models.slosh.hull import velocity_rates
-from models.slosh.implicit import residuals, show
-from models.slosh.reduced import longitudinal, reduced_velocity
-from models.slosh.thrust import Inputs, gimbal_limits, to_physical
-from models.slosh.variables import (
+from ..system import Choice, Controller, Derivation, Expr, Function, Group, Output, Quantity, System, Variant
+from ..tables import read_parameters, read_scenarios
+from .fast.hull import velocity_rates
+from .implicit import residuals, show
+from .laws.conditions import constraints, law_constraints
+from .laws.controllers import Law, lyapunov_v1, lyapunov_v2
+from .laws.thrust import Inputs, gimbal_limits, to_physical
+from .pendulums import Bobs, Start, angle_bobs, ball_bobs, parts, straight
+from .plant.attitude import Attitude, by_angles, by_quaternion
+from .plant.equations import hull_energy, hull_momentum, hull_wrench, whole
+from .plant.reduced import longitudinal, reduced_velocity
+from .states import (
     ATTITUDE,
     DEMAND,
     GIMBALS,
@@ -32,19 +34,6 @@ from models.slosh.variables import (
     rate,
     velocity,
 )
-from models.system import (
-    Choice,
-    Controller,
-    Derivation,
-    Expr,
-    Function,
-    Group,
-    Output,
-    Quantity,
-    System,
-    Variant,
-)
-from models.tables import read_parameters, read_scenarios
 
 MOST = 64
 """Largest number of pendulums offered."""

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Three planar masses joined by rods of variable length: attitude control by change of shape."""
 
-from models.triangle.system import STRUCTURE, system
+from .system import STRUCTURE, system
 
 __all__ = ["STRUCTURE", "system"]

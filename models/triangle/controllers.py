@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from models.mechanics import rotate
-from models.system import Derivation, Expr, Group
-from models.triangle.dynamics import THETA, mu, shifted_attitude, shifted_position
+from ..mechanics import rotate
+from ..system import Derivation, Expr, Group
+from .dynamics import THETA, mu, shifted_attitude, shifted_position
 
 _ORIGIN = sp.Rational(1, 10**9)
 """Distance below which the direction phi~ of the target is taken as zero."""

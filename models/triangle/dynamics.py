@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from models.mechanics import QUARTER_TURN, matrix_rate, planar_cross, rotate, time_derivative
-from models.system import Derivation, Expr, Quantity
+from ..mechanics import QUARTER_TURN, matrix_rate, planar_cross, rotate, time_derivative
+from ..system import Derivation, Expr, Quantity
 
 RHO = Quantity("rho", "1", "distance from the base shape in the shape disc", r"\rho")
 PHI = Quantity("phi", "rad", "direction in the shape disc", r"\varphi")

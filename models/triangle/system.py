@@ -8,23 +8,12 @@ from pathlib import Path
 
 import sympy as sp
 
-from models.mechanics import rotate
-from models.system import (
-    Condition,
-    Controller,
-    Coordinates,
-    Derivation,
-    Expr,
-    Function,
-    Group,
-    Quantity,
-    System,
-    scalar,
-)
-from models.tables import read_parameters, read_scenarios
-from models.triangle import controllers
-from models.triangle.controllers import Shifted
-from models.triangle.dynamics import (
+from ..mechanics import rotate
+from ..system import Condition, Controller, Coordinates, Derivation, Expr, Function, Group, Quantity, System, scalar
+from ..tables import read_parameters, read_scenarios
+from . import controllers
+from .controllers import Shifted
+from .dynamics import (
     LENGTHS,
     MU,
     PHI,

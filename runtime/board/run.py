@@ -13,21 +13,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
-from ..model import Model
-from ..parameters import Resolved, resolve
-from ..problem import Status
-from ..simulate import Run, simulate
-from .bare import BareLaw, HostLaw
-from .build import Image, build, delay_of, period_of, program
-from .elf import Elf, read_elf
-from .link import Counters, Hello, Link, Port, SelfTest
-from .profile import Coverage, Profile, StepProfiler, coverage
+from mehvar.errors import InputError
+
+from ..model.model import Model
+from ..model.parameters import Resolved, resolve
+from ..run.problem import Status
+from ..run.simulate import Run, simulate
+from .emulator.profile import Coverage, Profile, StepProfiler, coverage
+from .image.build import Image, build, delay_of, period_of, program
+from .image.elf import Elf, read_elf
+from .image.toolchains import board as board_named
+from .image.toolchains import host_toolchain, toolchain
+from .line.link import Counters, Hello, Link, Port, SelfTest
+from .line.packets import BareLaw, HostLaw
 from .session import BoardLaw, Journal
 from .stack import StackBound, UnboundedError, stack_bound
 from .targets import TARGETS, MachinePort, open_target
-from .toolchains import board as board_named
-from .toolchains import host_toolchain, toolchain
 
 _SELF_TEST = 200
 
@@ -303,7 +304,7 @@ def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[
 
 
 def _law_symbol(model: Model, asked: Asked) -> str:
-    from ..manifest import identifier
+    from ..model.manifest import identifier
 
     return f"{identifier(model.name)}_{identifier(asked.controller)}"
 

@@ -11,10 +11,11 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
-from ..parameters import Resolved
-from .glue import Layout
-from .link import Answer, Flags, Link, LinkError
+from mehvar.errors import InputError
+
+from ..model.parameters import Resolved
+from .image.header import Layout
+from .line.link import Answer, Flags, Link, LinkError
 
 _CHECKPOINT = 25
 """Samples between two looks at the board's memory, from which a board that was reset goes on."""

@@ -12,8 +12,10 @@ import re
 from dataclasses import dataclass
 from typing import NoReturn
 
-from .elf import Elf
-from .profile import disassemble, registers
+from mehvar.errors import MehvarError
+
+from .emulator.profile import disassemble, registers
+from .image.elf import Elf
 
 _START, _FAULT = "Reset_Handler", "Default_Handler"
 _EXCEPTION = {"m3": 32 + 4, "m4f": 104 + 4, "m7": 104 + 4}
@@ -26,7 +28,7 @@ _TAKEN = re.compile(r"sp, (?:sp, )?#(0x[0-9a-f]+|\d+)$")
 _RAISES = ("add", "addw", "pop", "vpop", "ldm", "vldm", "vldmia")
 
 
-class UnboundedError(ValueError):
+class UnboundedError(MehvarError, ValueError):
     """The depth of the stack cannot be told from the image."""
 
 

@@ -15,10 +15,11 @@ import time
 from pathlib import Path
 from typing import IO
 
-from ..errors import InputError
-from .build import Image
-from .elf import read_elf
-from .link import LinkError, Port
+from mehvar.errors import InputError
+
+from .image.build import Image
+from .image.elf import read_elf
+from .line.link import LinkError, Port
 
 TARGETS = ("sil", "unicorn", "qemu", "qemu-pty")
 """Targets that need no hardware; anything else is the name of a serial port."""
@@ -62,7 +63,7 @@ class MachinePort:
 
     def __init__(self, image: Image) -> None:
         try:
-            from .machine import Machine
+            from .emulator.machine import Machine
         except ModuleNotFoundError as error:
             raise InputError('the target unicorn needs its package: pip install "mehvar[board]"') from error
         assert image.board is not None

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The numbers that sum up a run, while it runs: what runtime/metrics.py makes of a whole series. */
+/* The numbers that sum up a run, while it runs: what runtime/run/metrics.py makes of a whole series. */
 #ifndef MEHVAR_BATCH_METRICS_H
 #define MEHVAR_BATCH_METRICS_H
 

@@ -10,9 +10,19 @@ from pathlib import Path
 
 import pytest
 
-from codegen.generate import GenerateError, Tree, check, derive, find_tree, generate, installed_tree, locked, write
-from codegen.renumber import shapes
-from models.quantities import ModelError
+from mehvar.codegen.generate import (
+    GenerateError,
+    Tree,
+    check,
+    derive,
+    find_tree,
+    generate,
+    installed_tree,
+    locked,
+    write,
+)
+from mehvar.codegen.new_numbers import shapes
+from mehvar.models.quantities import ModelError
 
 ROOT = installed_tree().root
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -43,7 +53,7 @@ def generate_in(tree: Tree) -> None:
     """Generate in a process of its own: this one has imported the models of another tree."""
     code = (
         "from pathlib import Path\n"
-        "from codegen.generate import find_tree, generate\n"
+        "from mehvar.codegen.generate import find_tree, generate\n"
         "generate(find_tree(Path.cwd()), 'triangle')"
     )
     python(code, tree.root, PYTHONPATH=f"{tree.root}:{ROOT}")
@@ -54,7 +64,7 @@ def generate_in(tree: Tree) -> None:
 def test_regenerating_gives_the_committed_bytes(model, seed, tmp_path):
     """Two hash seeds, each in a working folder of its own."""
     code = (
-        "import json; from codegen.generate import derive, installed_tree\n"
+        "import json; from mehvar.codegen.generate import derive, installed_tree\n"
         f"print(json.dumps(derive(installed_tree(), {model!r})))"
     )
     texts = json.loads(python(code, tmp_path, PYTHONHASHSEED=seed))
@@ -71,7 +81,7 @@ def test_the_committed_files_are_fresh(model):
 
 def test_checking_needs_neither_sympy_nor_casadi(tmp_path):
     code = (
-        "import sys; from codegen.generate import check, generate, installed_tree\n"
+        "import sys; from mehvar.codegen.generate import check, generate, installed_tree\n"
         "check(installed_tree(), 'triangle'); generate(installed_tree(), 'triangle')\n"
         "print([m for m in ('sympy', 'casadi') if m in sys.modules])"
     )
@@ -107,7 +117,7 @@ def test_a_changed_number_changes_no_code(tree):
     before = {p.name: p.read_bytes() for p in (tree.root / "generated" / "triangle").iterdir()}
     code = (
         "import sys; from pathlib import Path\n"
-        "from codegen.generate import find_tree, generate\n"
+        "from mehvar.codegen.generate import find_tree, generate\n"
         "generate(find_tree(Path.cwd()), 'triangle')\n"
         "print([m for m in ('sympy', 'casadi') if m in sys.modules])"
     )
@@ -158,7 +168,7 @@ def test_a_number_out_of_bounds_is_refused_and_nothing_is_written(tree, table, o
 def test_two_at_once_do_not_mix(tmp_path):
     """Two processes write different texts again and again; whoever looks under the lock sees one set."""
     code = (
-        "import sys; from pathlib import Path; from codegen.generate import write\n"
+        "import sys; from pathlib import Path; from mehvar.codegen.generate import write\n"
         "for k in range(40): write(Path('out'), {f'{n}.txt': sys.argv[1] + str(k) for n in range(20)})"
     )
     writers = [subprocess.Popen([sys.executable, "-c", code, who], cwd=tmp_path, env=ENVIRONMENT) for who in "ab"]

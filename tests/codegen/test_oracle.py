@@ -12,15 +12,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.casadi_c import casadi_c
-from codegen.functions import GeneratedFunction, generate_functions
-from codegen.generate import derive, installed_tree, system_of
-from codegen.requests import bindings, requests
-from models.system import System
-from runtime.backend import Functions, PythonBackend
-from runtime.compiler import require_compiler
-from runtime.manifest import find_model
-from runtime.processor import widest
+from mehvar.codegen.code.casadi_c import casadi_c
+from mehvar.codegen.functions.graphs import GeneratedFunction, generate_functions
+from mehvar.codegen.functions.requests import bindings, requests
+from mehvar.codegen.generate import derive, installed_tree, system_of
+from mehvar.models.system import System
+from mehvar.runtime.compiling.compiler import require_compiler
+from mehvar.runtime.compiling.processor import widest
+from mehvar.runtime.model.functions import Functions, PythonBackend
+from mehvar.runtime.model.manifest import find_model
 from tests.codegen.high_precision import HighPrecision
 from tests.sampling import sample
 

@@ -12,12 +12,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from runtime import Model, load, simulate
-from runtime.batch_kernel import compile_kernel
-from runtime.manifest import Controller
-from runtime.parameters import Resolved
-from runtime.problem import Method
-from runtime.processor import widest
+from mehvar.runtime import Model, load, simulate
+from mehvar.runtime.batch.kernel import compile_kernel
+from mehvar.runtime.compiling.processor import widest
+from mehvar.runtime.model.manifest import Controller
+from mehvar.runtime.model.parameters import Resolved
+from mehvar.runtime.run.problem import Method
 
 METHODS: tuple[Method, ...] = ("dop853", "dopri5", "rock4", "rk4")
 KERNELS = itertools.cycle(zip((widest(), 1) * 2 + (1, widest()) * 2, METHODS * 2, strict=True))

@@ -26,12 +26,12 @@ CASES = (("3.11", "oldest"), ("3.12", "oldest"), ("3.11", "newest"), ("3.12", "n
 MODELS = ("triangle", "slosh", "satellite")
 SHOWN = ("numpy", "scipy", "sympy", "casadi")
 TESTS = (
-    "tests/runtime/test_model.py",
-    "tests/runtime/test_simulate.py",
-    "tests/runtime/test_results.py",
-    "tests/runtime/test_store.py",
-    "tests/codegen/test_lower.py",
-    "tests/codegen/test_tape.py",
+    "tests/runtime/model/test_model.py",
+    "tests/runtime/run/test_simulate.py",
+    "tests/runtime/run/test_results.py",
+    "tests/runtime/batch/test_store.py",
+    "tests/codegen/functions/test_lower.py",
+    "tests/codegen/code/test_tape.py",
     "tests/models/test_tables.py",
     "tests/mehvar/test_package.py",
 )

@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 
-from runtime import Model, load
+from mehvar.runtime import Model, load
 
 POINTS = 20
 

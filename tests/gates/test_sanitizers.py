@@ -59,7 +59,8 @@ def test_no_sanitizer_finds_anything(compiler, model, tmp_path):
 @pytest.mark.parametrize("fault", PLANTED)
 def test_a_planted_fault_is_found(compiler, fault, tmp_path):
     text = f"#include <stdlib.h>\n{PLANTED[fault]}\n"
-    code = f"from runtime.build import load_library; load_library('planted', {{'f.c': {text!r}}}, ['f.c']).f(3)"
+    load = f"load_library('planted', {{'f.c': {text!r}}}, ['f.c']).f(3)"
+    code = f"from mehvar.runtime.compiling.library import load_library; {load}"
     done = watched(tmp_path, compiler, ["-c", code])
     if compiler == "gcc":
         assert re.search("runtime error|AddressSanitizer", done.stderr), done.stderr

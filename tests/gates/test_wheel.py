@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from .elsewhere import walk
+from tests.gates.elsewhere import walk
 
 ROOT = Path(__file__).parents[2]
 

@@ -19,25 +19,41 @@ def python(code: str) -> str:
     return done.stdout.strip()
 
 
-@pytest.mark.parametrize("module", ["mehvar", "runtime"])
+@pytest.mark.parametrize("module", ["mehvar", "mehvar.runtime"])
 def test_importing_stays_light(module):
     assert python(f"import sys, {module}; print([m for m in {HEAVY} if m in sys.modules])") == "[]"
 
 
 @pytest.mark.parametrize("name", ["models", "runtime", "codegen", "generated"])
-def test_a_users_own_folder_of_our_packages_name(name, tmp_path):
-    """The command line does not see it; a script that starts beside it is told what is wrong."""
-    (tmp_path / name).mkdir()
-    (tmp_path / name / "__init__.py").write_text("raise RuntimeError('the wrong package')")
-    command = [sys.executable, "-m", "mehvar", "simulate", "triangle", "--controller", "path", "--t-end", "1"]
+@pytest.mark.parametrize("kind", ["package", "module"])
+def test_a_users_own_folder_or_file_of_our_rooms_name(name, kind, tmp_path):
+    """Neither is taken for the other: from the command line, in a script beside it, and in a process that it spawns."""
+    theirs = tmp_path / f"{name}.py" if kind == "module" else tmp_path / name / "__init__.py"
+    theirs.parent.mkdir(exist_ok=True)
+    theirs.write_text("OWNER = 'the user'\n")
+    script = tmp_path / "script.py"
+    script.write_text(
+        f"import multiprocessing\nimport {name}\nimport mehvar\n\n"
+        "def answer(_):\n"
+        f"    return {name}.OWNER, mehvar.simulate('triangle', 'path', t_end=0.1).attrs['status']\n\n"
+        "if __name__ == '__main__':\n"
+        "    mehvar.System, mehvar.to_casadi\n"
+        "    with multiprocessing.get_context('spawn').Pool(1) as pool:\n"
+        "        print([answer(0), *pool.map(answer, [0])])\n"
+    )
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    code = "import mehvar; mehvar.simulate, mehvar.System, mehvar.to_casadi"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert (done.returncode == 0) == (name == "generated")
-    if name != "generated":
-        assert f"hides mehvar's package {name}: rename that folder" in done.stderr
+    for command in (
+        ["-m", "mehvar", "simulate", "triangle", "--controller", "path", "--t-end", "1"],
+        ["script.py"],
+        ["-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=prepend", "test_beside.py"],
+    ):
+        (tmp_path / "test_beside.py").write_text(
+            f"import {name}, mehvar\n\ndef test_both():\n    assert {name}.OWNER == 'the user' and mehvar.System\n"
+        )
+        done = subprocess.run([sys.executable, *command], cwd=tmp_path, env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+        if command == ["script.py"]:
+            assert done.stdout.count("the user") == 2
 
 
 @pytest.mark.parametrize("backend", ["c", "python"])
@@ -46,7 +62,7 @@ def test_generated_models_run_on_numpy_and_scipy_alone(backend):
     blocked = tuple(name for name in HEAVY if name != "scipy")
     code = (
         f"import sys\nfor name in {blocked}: sys.modules[name] = None\n"
-        "from runtime import load, simulate\n"
+        "from mehvar.runtime import load, simulate\n"
         f"m = load('triangle', {backend!r})\n"
         "m.jac_x(m.state(rho=0.3, mu=0.2), [0, 0, 0], m.parameters())\n"
         "print(simulate(m, 'path', t_end=1.0).status.name)"

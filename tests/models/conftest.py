@@ -7,8 +7,8 @@ import importlib
 
 import pytest
 
-from codegen.ledger import Ledger, judge
-from models.system import System
+from mehvar.codegen.ledger.ledger import Ledger, judge
+from mehvar.models.system import System
 
 
 def _model(request: pytest.FixtureRequest) -> str:
@@ -17,10 +17,10 @@ def _model(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def system(request: pytest.FixtureRequest) -> System:
-    found: System = importlib.import_module(f"models.{_model(request)}").system()
+    found: System = importlib.import_module(f"mehvar.models.{_model(request)}").system()
     return found
 
 
 @pytest.fixture(scope="module")
 def ledger(request: pytest.FixtureRequest, system: System) -> Ledger:
-    return judge(importlib.import_module(f"models.{_model(request)}.paper").paper(system), system.name)
+    return judge(importlib.import_module(f"mehvar.models.{_model(request)}.paper").paper(system), system.name)

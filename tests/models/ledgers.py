@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from codegen.ledger import Ledger, Verdict
+from mehvar.codegen.ledger.ledger import Ledger, Verdict
 
 
 def equations(ledger: Ledger) -> list[int]:

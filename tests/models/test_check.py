@@ -6,9 +6,9 @@ import dataclasses
 import pytest
 import sympy as sp
 
-from models.check import check, formulas, no_branching
-from models.system import Controller, Group, Interval, Metric, ModelError, Parameter, Scenario
-from models.triangle import system
+from mehvar.models.check import check, formulas, no_branching
+from mehvar.models.system import Controller, Group, Interval, Metric, ModelError, Parameter, Scenario
+from mehvar.models.triangle import system
 
 SYSTEM = system()
 

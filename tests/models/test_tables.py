@@ -3,8 +3,8 @@
 
 import pytest
 
-from models.system import ModelError
-from models.tables import parse_interval, read_parameters, read_scenarios
+from mehvar.models.system import ModelError
+from mehvar.models.tables import parse_interval, read_parameters, read_scenarios
 
 GOOD = """
 [plant]

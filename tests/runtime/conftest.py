@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-import runtime
+from mehvar import runtime
 
 PENDULUM = Path(__file__).parent / "pendulum"
 

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from models.paper import Names, Paper
-from models.satellite.paper import design, identification, motion, numbers
-from models.satellite.paper.identification import Estimator
-from models.satellite.paper.loop import Loop
-from models.satellite.paper.numbers import Numbers
-from models.satellite.paper.symbols import Motion
-from models.system import System
+from ...paper import Names, Paper
+from ...system import System
+from . import design, identification, motion, numbers
+from .identification import Estimator
+from .loop import Loop
+from .numbers import Numbers
+from .symbols import Motion
 
 NUMBERS = 50
 """The equations are numbered from 1 to this."""

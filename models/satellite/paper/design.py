@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.paper import Case, Printed, Relation, printed
-from models.satellite.paper.loop import DELAYS, Loop
+from ...paper import Case, Printed, Relation, printed
+from .loop import DELAYS, Loop
 
 _OPEN = (
     "n is defined nowhere, and the same letter ends (19), (23) and (24), whose orders differ: 2, d - 1 and 1 here. "

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.paper import Case, Names, Printed, Reading, Relation, follow, printed
-from models.satellite.dynamics import TORQUES, angles
-from models.satellite.estimator import memory, symbols
-from models.satellite.paper.loop import controller
-from models.system import Expr, System
+from ...paper import Case, Names, Printed, Reading, Relation, follow, printed
+from ...system import Expr, System
+from ..dynamics import TORQUES, angles
+from ..estimator import memory, symbols
+from .loop import controller
 
 _THETA = ("a1", "a2", "b0", "b1", "d")
 

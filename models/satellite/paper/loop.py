@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.paper import Case, Names, follow
-from models.satellite.controllers import REFERENCES, model_memory
-from models.satellite.dynamics import angles
-from models.satellite.estimator import symbols as estimator_memory
-from models.satellite.polynomials import cancelling
-from models.system import Controller, Equation, Expr, System
+from ...paper import Case, Names, follow
+from ...system import Controller, Equation, Expr, System
+from ..controllers import REFERENCES, model_memory
+from ..dynamics import angles
+from ..estimator import symbols as estimator_memory
+from ..polynomials import cancelling
 
 DELAYS = (1, 2)
 """d: one sample of the held torque, and another on the link between computer and board."""

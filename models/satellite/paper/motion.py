@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.paper import Cross, Printed, Reading, Relation, printed
-from models.satellite.paper.symbols import Motion
+from ...paper import Cross, Printed, Reading, Relation, printed
+from .symbols import Motion
 
 _BAR = "a dot over a vector is the bar that the text has there"
 _RATE = "a dot is a derivative, as in (5)-(11)"

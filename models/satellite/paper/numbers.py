@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.paper import Case, Names, Printed, Reading, Relation, printed
-from models.quantities import Parameter
-from models.satellite.paper.loop import Loop, controller
-from models.satellite.paper.symbols import Motion
-from models.system import Equation, Expr, Group, System
+from ...paper import Case, Names, Printed, Reading, Relation, printed
+from ...quantities import Parameter
+from ...system import Equation, Expr, Group, System
+from .loop import Loop, controller
+from .symbols import Motion
 
 _AXES = ("roll", "pitch", "yaw")
 _LETTERS = (r"\varphi", r"\theta", r"\psi")

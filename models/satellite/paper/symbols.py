@@ -7,9 +7,10 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from models.mechanics import angle_rates, angular_velocity, frame_turn, matrix_rate, time_derivative
-from models.paper import Case, Names, follow
-from models.satellite.dynamics import (
+from ...mechanics import angle_rates, angular_velocity, frame_turn, matrix_rate, time_derivative
+from ...paper import Case, Names, follow
+from ...system import Equation, Expr, System
+from ..dynamics import (
     ANGLES,
     RATES,
     angles,
@@ -21,7 +22,6 @@ from models.satellite.dynamics import (
     rates,
     wheels,
 )
-from models.system import Equation, Expr, System
 
 AXES = "xyz"
 WITHOUT_WHEELS: Case = dict.fromkeys(wheels, sp.S.Zero)

@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from models.paper import Names, Paper
-from models.slosh.paper.angles import pendulums
-from models.slosh.paper.balances import acceleration, forces, moments
-from models.slosh.paper.energy import energy, laws_of_motion
-from models.slosh.paper.laws import Laws, candidates, control
-from models.slosh.paper.reduced import equilibrium, reduced
-from models.slosh.paper.symbols import Spacecraft
-from models.system import System
+from ...paper import Names, Paper
+from ...system import System
+from .angles import pendulums
+from .balances import acceleration, forces, moments
+from .energy import energy, laws_of_motion
+from .laws import Laws, candidates, control
+from .reduced import equilibrium, reduced
+from .symbols import Spacecraft
 
 NUMBERS = 36
 """The equations are numbered from 1 to this."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.derivation import Expr
-from models.paper import Case, Printed, Reading, Relation
-from models.slosh.paper.symbols import Spacecraft
-from models.slosh.paper.terms import Shorthand
+from ...derivation import Expr
+from ...paper import Case, Printed, Reading, Relation
+from .symbols import Spacecraft
+from .terms import Shorthand
 
 _SHORT = "Printed in short, as (12)-(14). The differences listed stand inside the factor m_i l_i."
 

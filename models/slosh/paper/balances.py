@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.derivation import Expr
-from models.mechanics import matrix_rate
-from models.paper import Cross, Printed, Reading, Relation, printed
-from models.slosh.paper.symbols import Spacecraft
-from models.slosh.paper.terms import Shorthand
+from ...derivation import Expr
+from ...mechanics import matrix_rate
+from ...paper import Cross, Printed, Reading, Relation, printed
+from .symbols import Spacecraft
+from .terms import Shorthand
 
 _INSIDE = "the term with h_i - l_i cos(phi_i) inside the bracket that l_i multiplies"
 _OUTSIDE = "that term outside the bracket"

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.paper import Cross, Printed, Reading, Relation, printed
-from models.slosh.paper.symbols import Spacecraft
+from ...paper import Cross, Printed, Reading, Relation, printed
+from .symbols import Spacecraft
 
 HALF = sp.Rational(1, 2)
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from models.mechanics import time_derivative
-from models.paper import Case, Names, Printed, Relation, printed
-from models.slosh.paper.symbols import Spacecraft, equations, generic_names
-from models.slosh.paper.terms import Shorthand
-from models.slosh.variables import DEMAND
-from models.system import Expr, System
+from ...mechanics import time_derivative
+from ...paper import Case, Names, Printed, Relation, printed
+from ...system import Expr, System
+from ..states import DEMAND
+from .symbols import Spacecraft, equations, generic_names
+from .terms import Shorthand
 
 HALF = sp.Rational(1, 2)
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.derivation import Expr
-from models.paper import Printed, Relation, printed
-from models.slosh.paper.angles import corrected_phi, corrected_theta, phi_bracket, theta_bracket
-from models.slosh.paper.laws import Laws
-from models.slosh.paper.symbols import Spacecraft
-from models.slosh.paper.terms import Shorthand
+from ...derivation import Expr
+from ...paper import Printed, Relation, printed
+from .angles import corrected_phi, corrected_theta, phi_bracket, theta_bracket
+from .laws import Laws
+from .symbols import Spacecraft
+from .terms import Shorthand
 
 
 def equilibrium(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:

@@ -8,12 +8,12 @@ from typing import Any
 
 import sympy as sp
 
-from models.mechanics import matrix_rate, time_derivative
-from models.paper import Case, Names, follow, frozen
-from models.slosh import pendulum
-from models.slosh.equations import velocity_accelerations
-from models.slosh.variables import angle_quantities, angle_rate_quantities, rate, velocity
-from models.system import Equation, Expr, Quantity, System
+from ...mechanics import matrix_rate, time_derivative
+from ...paper import Case, Names, follow, frozen
+from ...system import Equation, Expr, Quantity, System
+from ..plant import pendulum
+from ..plant.equations import velocity_accelerations
+from ..states import angle_quantities, angle_rate_quantities, rate, velocity
 
 _SIZES: Mapping[str, tuple[str | int, int]] = {
     "m": ("1/10", 4),

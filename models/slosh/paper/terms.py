@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.slosh.paper.symbols import Index
+from .symbols import Index
 
 
 class Shorthand:

@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from models.paper import Names, Paper
-from models.system import System
-from models.triangle.paper.kinematics import equal_masses, momentum, placing, rods, table
-from models.triangle.paper.laws import Path, Shifted, Sliding
-from models.triangle.paper.path import arcs, law, stability
-from models.triangle.paper.simulation import runs
-from models.triangle.paper.sliding import bound, control, shift, surface
-from models.triangle.paper.symbols import Kinematics
+from ...paper import Names, Paper
+from ...system import System
+from .kinematics import equal_masses, momentum, placing, rods, table
+from .laws import Path, Shifted, Sliding
+from .path import arcs, law, stability
+from .simulation import runs
+from .sliding import bound, control, shift, surface
+from .symbols import Kinematics
 
 NUMBERS = 53
 """The equations are numbered from 1 to this; (52) is printed twice, on two lines of one equation."""

@@ -9,8 +9,8 @@ from collections.abc import Iterable
 
 import sympy as sp
 
-from models.paper import Case, Cross, Printed, Relation, Side, printed
-from models.triangle.paper.symbols import EVEN, ROOT3, Kinematics
+from ...paper import Case, Cross, Printed, Relation, Side, printed
+from .symbols import EVEN, ROOT3, Kinematics
 
 HALF, THIRD = sp.Rational(1, 2), sp.Rational(1, 3)
 ORIGIN = sp.ZeroMatrix(2, 1)

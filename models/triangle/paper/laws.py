@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.mechanics import time_derivative
-from models.paper import Case, Names, follow
-from models.quantities import Parameter
-from models.system import Controller, Expr, System
-from models.triangle.controllers import arc_area
-from models.triangle.dynamics import ZETA1, ZETA2
-from models.triangle.paper.symbols import Kinematics
+from ...mechanics import time_derivative
+from ...paper import Case, Names, follow
+from ...quantities import Parameter
+from ...system import Controller, Expr, System
+from ..controllers import arc_area
+from ..dynamics import ZETA1, ZETA2
+from .symbols import Kinematics
 
 
 class Shifted:

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.paper import Printed, Reading, Relation, printed
-from models.triangle.paper.laws import Path, Shifted
+from ...paper import Printed, Reading, Relation, printed
+from .laws import Path, Shifted
 
 
 def arcs(t: Shifted, p: Path) -> tuple[Printed, ...]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.paper import Names, Printed, Reading, Relation, printed
-from models.system import System
-from models.triangle.paper.laws import Shifted, Sliding, default, law_of
-from models.triangle.paper.symbols import Kinematics
+from ...paper import Names, Printed, Reading, Relation, printed
+from ...system import System
+from .laws import Shifted, Sliding, default, law_of
+from .symbols import Kinematics
 
 
 def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) -> tuple[Printed, ...]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import sympy as sp
 
-from models.paper import Printed, Reading, Relation, printed
-from models.triangle.paper.laws import Shifted, Sliding
-from models.triangle.paper.symbols import Kinematics
+from ...paper import Printed, Reading, Relation, printed
+from .laws import Shifted, Sliding
+from .symbols import Kinematics
 
 HALF = sp.Rational(1, 2)
 

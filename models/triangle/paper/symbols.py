@@ -7,10 +7,10 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from models.mechanics import QUARTER_TURN, matrix_rate, planar_cross, time_derivative
-from models.paper import Case, Names, follow
-from models.system import Derivation, Equation, Expr, Group, System
-from models.triangle.dynamics import (
+from ...mechanics import QUARTER_TURN, matrix_rate, planar_cross, time_derivative
+from ...paper import Case, Names, follow
+from ...system import Derivation, Equation, Expr, Group, System
+from ..dynamics import (
     LENGTHS,
     MU,
     PHI,

@@ -13,12 +13,12 @@ from collections.abc import Callable, Sequence
 
 import sympy as sp
 
-from codegen.diff import Document
-from codegen.diff.changes import Change, replaced
-from codegen.diff.document import Node, Row
-from codegen.diff.pool import Pool
-from codegen.diff.report import Kind, Path
-from codegen.equations import SCHEMA, Graph
+from mehvar.codegen.diff import Document
+from mehvar.codegen.diff.changes import Change, replaced
+from mehvar.codegen.diff.report import Kind, Path
+from mehvar.codegen.equal.pool import Pool
+from mehvar.codegen.equations.document import Node, Row
+from mehvar.codegen.equations.graph import SCHEMA, Graph
 
 PARAMETERS = {"m", "l", "k", "J", "r", "m1", "m2", "m3", "l1", "l2", "l3"}
 STATES = {"x", "y", "z", "v", "w", "a", "b", "c", "phi", "theta", "q1", "q2", "q3", "w1", "w2", "w3"}

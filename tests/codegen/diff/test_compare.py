@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from codegen.diff import Document, DocumentError, compare
-from codegen.diff.report import Kind, Verdict
+from mehvar.codegen.diff import Document, DocumentError, compare
+from mehvar.codegen.diff.report import Kind, Verdict
 from tests.codegen.diff.documents import document
 
 

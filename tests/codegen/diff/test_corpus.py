@@ -3,8 +3,8 @@
 
 import pytest
 
-from codegen.diff import compare
-from codegen.diff.report import Kind, Verdict
+from mehvar.codegen.diff import compare
+from mehvar.codegen.diff.report import Kind, Verdict
 from tests.codegen.diff.corpus import EDITED, SAME
 from tests.codegen.diff.documents import document
 

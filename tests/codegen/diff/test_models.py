@@ -8,11 +8,11 @@ import sys
 
 import pytest
 
-from codegen.diff import Document, compare
-from codegen.diff.changes import Change
-from codegen.diff.report import Kind, Verdict
-from codegen.formula import Printer
-from codegen.generate import installed_tree
+from mehvar.codegen.diff import Document, compare
+from mehvar.codegen.diff.changes import Change
+from mehvar.codegen.diff.report import Kind, Verdict
+from mehvar.codegen.equations.formula import Printer
+from mehvar.codegen.generate import installed_tree
 from tests.codegen.diff.documents import at, edited, flipped, summands
 
 GENERATED = installed_tree().root / "generated"
@@ -130,7 +130,7 @@ def _holds(model, node, operation):
 
 def test_comparing_imports_neither_sympy_nor_casadi():
     code = (
-        "import sys; from codegen.diff import compare, Document\n"
+        "import sys; from mehvar.codegen.diff import compare, Document\n"
         f"d = Document.read({str(GENERATED / 'triangle')!r}); compare(d, d)\n"
         "print([m for m in ('sympy', 'casadi', 'numpy') if m in sys.modules])"
     )

@@ -8,8 +8,8 @@ import sympy as sp
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from codegen.diff import compare
-from codegen.diff.report import Verdict
+from mehvar.codegen.diff import compare
+from mehvar.codegen.diff.report import Verdict
 from tests.codegen.diff.documents import document, flipped, summands
 
 NAMES = ("x", "y", "z", "m", "l", "phi", "theta")

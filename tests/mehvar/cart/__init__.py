@@ -5,8 +5,8 @@ from pathlib import Path
 
 import sympy as sp
 
-from models.system import Controller, Derivation, Group, Quantity, System
-from models.tables import read_parameters, read_scenarios
+from mehvar.models.system import Controller, Derivation, Group, Quantity, System
+from mehvar.models.tables import read_parameters, read_scenarios
 
 STRUCTURE: dict[str, tuple[str, ...]] = {}
 X = Quantity("x", "m", "position")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A paper about the cart, with a misprint: its (2) has the wrong sign."""
 
-from models.paper import Names, Paper, Printed, Reading, Relation, follow
-from models.system import System
+from mehvar.models.paper import Names, Paper, Printed, Reading, Relation, follow
+from mehvar.models.system import System
 
 
 def paper(system: System) -> Paper:

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 from dataclasses import replace
 
-from mehvar.papers import load_paper
+from mehvar.papers.study import load_paper
 from mehvar.report.batches import run_study
 from mehvar.report.charts import chart
-from runtime.model import load
-from runtime.statistics import interval
+from mehvar.runtime.batch.statistics import interval
+from mehvar.runtime.model.model import load
 from tests.mehvar.report.test_series import floats
 
 

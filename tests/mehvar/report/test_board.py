@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 from mehvar.report import board
-from runtime.model import load
+from mehvar.runtime.model.model import load
 
 
 def test_without_the_extra_the_board_says_how_to_get_it(monkeypatch):

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import runtime
-from runtime.board.build import build, program
-from runtime.board.link import Link
-from runtime.board.targets import MachinePort
-from runtime.board.toolchains import board, toolchain
+from mehvar import runtime
+from mehvar.runtime.board.image.build import build, program
+from mehvar.runtime.board.image.toolchains import board, toolchain
+from mehvar.runtime.board.line.link import Link
+from mehvar.runtime.board.targets import MachinePort
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.board.build import build, program
-from runtime.board.link import LinkError
-from runtime.board.run import Asked, difference, run_on_board
-from runtime.board.session import BoardLaw
-from runtime.board.targets import ProcessPort, SerialPort
-from runtime.board.toolchains import host_toolchain
-from runtime.errors import InputError
+from mehvar.errors import InputError
+from mehvar.runtime.board.image.build import build, program
+from mehvar.runtime.board.image.toolchains import host_toolchain
+from mehvar.runtime.board.line.link import LinkError
+from mehvar.runtime.board.run import Asked, difference, run_on_board
+from mehvar.runtime.board.session import BoardLaw
+from mehvar.runtime.board.targets import ProcessPort, SerialPort
 from tests.runtime.board.conftest import load
 from tests.tools import needs
 

@@ -9,13 +9,13 @@ import struct
 import numpy as np
 import pytest
 
-from runtime.board.build import build, program
-from runtime.board.frames import Frame, encode
-from runtime.board.link import Flags, Link, LinkError
-from runtime.board.session import BoardLaw, Journal
-from runtime.board.targets import MachinePort
-from runtime.board.toolchains import board, toolchain
-from runtime.errors import InputError
+from mehvar.errors import InputError
+from mehvar.runtime.board.image.build import build, program
+from mehvar.runtime.board.image.toolchains import board, toolchain
+from mehvar.runtime.board.line.frames import Frame, encode
+from mehvar.runtime.board.line.link import Flags, Link, LinkError
+from mehvar.runtime.board.session import BoardLaw, Journal
+from mehvar.runtime.board.targets import MachinePort
 from tests.runtime.board.conftest import Bench, Noisy, load
 
 RATE = 0.004

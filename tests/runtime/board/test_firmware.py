@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.board.build import FIRMWARE, build, compile_commands, program, sources, write_sources
-from runtime.board.elf import Elf, read_elf
-from runtime.board.glue import layout
-from runtime.board.run import Asked, run_on_board
-from runtime.board.toolchains import board, host_toolchain, toolchain
-from runtime.build import NATIVE, load_library
+from mehvar.runtime.board.image.build import FIRMWARE, build, compile_commands, program, sources, write_sources
+from mehvar.runtime.board.image.elf import Elf, read_elf
+from mehvar.runtime.board.image.header import layout
+from mehvar.runtime.board.image.toolchains import board, host_toolchain, toolchain
+from mehvar.runtime.board.run import Asked, run_on_board
+from mehvar.runtime.compiling.library import NATIVE, load_library
 from tests.runtime.board.conftest import load
 from tests.tools import needs
 

@@ -7,11 +7,11 @@ import subprocess
 
 import pytest
 
-from runtime.board.build import STACK_SIZE
-from runtime.board.elf import read_elf
-from runtime.board.run import Asked, run_on_board
-from runtime.board.stack import UnboundedError, stack_bound
-from runtime.board.toolchains import board, toolchain
+from mehvar.runtime.board.image.build import STACK_SIZE
+from mehvar.runtime.board.image.elf import read_elf
+from mehvar.runtime.board.image.toolchains import board, toolchain
+from mehvar.runtime.board.run import Asked, run_on_board
+from mehvar.runtime.board.stack import UnboundedError, stack_bound
 from tests.runtime.board.conftest import load
 from tests.tools import needs
 

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+"""CasADi's own C, for tools that expect its calling convention (acados, casadi.external)."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import casadi as ca
+
+from ..functions.graphs import GeneratedFunction
+
+
+def casadi_c(model: str, functions: Sequence[GeneratedFunction]) -> dict[str, str]:
+    """Let CasADi print the same graphs, under names that begin with the model's.
+
+    Returns
+    -------
+    dict of str to str
+        MODEL_casadi.c and MODEL_casadi.h.
+    """
+    name = f"{model}_casadi"
+    generator = ca.CodeGenerator(f"{name}.c", {"with_header": True})
+    for function in functions:
+        generator.add(_renamed(function.graph, f"{model}_{function.name}"))
+    with tempfile.TemporaryDirectory() as folder:
+        generator.generate(folder + "/")
+        return {f"{name}.{kind}": (Path(folder) / f"{name}.{kind}").read_text(encoding="utf-8") for kind in ("c", "h")}
+
+
+def _renamed(graph: ca.Function, name: str) -> ca.Function:
+    arguments = graph.sx_in()
+    return ca.Function(name, arguments, graph.call(arguments), graph.name_in(), graph.name_out())

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The C, header and Python texts of a model, filled into templates."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import jinja2
+
+from mehvar.models.system import Group, Quantity, System
+
+from ..functions.graphs import GeneratedFunction
+from ..functions.requests import identifier
+from .spelling import PYTHON, C, statements
+from .split import split
+from .tape import Tape, tape
+
+Part = Literal["", "jac", "prepared"]
+"""Which of the model's C files a function is in."""
+
+_TEMPLATES = Path(__file__).parent / "templates"
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A vector argument whose elements get names in the header and the Python module."""
+
+    title: str
+    prefix: str
+    constant: str
+    quantities: tuple[Quantity, ...]
+
+
+@dataclass(frozen=True)
+class PrintedFunction:
+    """A generated function with its tape and both spellings."""
+
+    name: str
+    description: str
+    arguments: tuple[tuple[str, int | None], ...]
+    results: tuple[tuple[str, int | None], ...]
+    part: Part
+    tape: Tape
+
+    @property
+    def operations(self) -> int:
+        """Number of operations of one evaluation."""
+        return self.tape.operations
+
+    @property
+    def c_signature(self) -> str:
+        """Parameters of the C function."""
+        arguments = [f"const real *{name}" for name, _ in self.arguments]
+        return ", ".join(arguments + [f"real *{name}" for name, _ in self.results])
+
+    @property
+    def unused(self) -> list[str]:
+        """Names of the arguments that the function does not read, and of results without elements."""
+        read = {i.args[0] for i in self.tape.instructions if i.op == "input"}
+        unread = [name for k, (name, _) in enumerate(self.arguments) if k not in read]
+        return unread + [name for name, size in self.results if size == 0]
+
+    @property
+    def c_lines(self) -> list[str]:
+        """Body of the C function."""
+        return statements(self.tape, self.arguments, C)[0]
+
+    @property
+    def c_stores(self) -> list[tuple[str, str]]:
+        """Targets and values of the results."""
+        values = statements(self.tape, self.arguments, C)[1]
+        return [
+            (f"{name}[{k}]", value)
+            for (name, _), elements in zip(self.results, values, strict=True)
+            for k, value in enumerate(elements)
+        ]
+
+    @property
+    def python_arguments(self) -> str:
+        """Parameters of the Python function."""
+        return ", ".join(name for name, _ in self.arguments)
+
+    @property
+    def python_unpack(self) -> str:
+        """Left side that receives the converted arguments."""
+        return self.python_arguments + ("," if len(self.arguments) == 1 else "")
+
+    @property
+    def python_results(self) -> str:
+        """Names of the results."""
+        return ", ".join(name for name, _ in self.results)
+
+    @property
+    def python_lines(self) -> list[str]:
+        """Body of the Python function."""
+        return statements(self.tape, self.arguments, PYTHON)[0]
+
+    @property
+    def python_return(self) -> str:
+        """What the Python function returns."""
+        values = statements(self.tape, self.arguments, PYTHON)[1]
+        return ", ".join(self._python_result(result, v) for result, v in zip(self.results, values, strict=True))
+
+    def _python_result(self, result: tuple[str, int | None], values: list[str]) -> str:
+        if result[1] is None:
+            return f"np.asarray({values[0]})[()]"
+        vector = f"_vector({', '.join(values)})"
+        if result[0] != "J":
+            return vector
+        rows = dict(self.arguments)["x"] or 1
+        return f"(lambda J: J.reshape(*J.shape[:-1], {rows}, {result[1] // rows}))({vector})"
+
+
+def printed(functions: Sequence[GeneratedFunction]) -> list[PrintedFunction]:
+    """Turn graphs into tapes ready to print; what a run calls again and again is printed in two parts as well."""
+    found = [
+        PrintedFunction(
+            f.name, f.description, f.arguments, f.results, "jac" if f.jacobian else "", tape(f.graph, f.parameters)
+        )
+        for f in functions
+    ]
+    parts = (_in_parts(p, f.parameters, f.held) for p, f in zip(found, functions, strict=True))
+    return [*found, *(part for several in parts for part in several)]
+
+
+def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[int]) -> list[PrintedFunction]:
+    """Split off what is computed once per run and once per sample of a law; nothing where there is nothing of it."""
+    rest, known, parts = f, {f.arguments[k][0] for k in parameters}, list[PrintedFunction]()
+    steps: tuple[tuple[str, str, str, set[str]], ...] = (
+        ("prepare", "h", "once per run", set()),
+        ("hold", "w", "when the input changes", {"u"} if held else set()),
+    )
+    for step, vector, when, more in steps if known else ():
+        known |= more
+        halves = split(rest.tape, rest.arguments, {k for k, (a, _) in enumerate(rest.arguments) if a in known}, vector)
+        if halves is None:
+            continue
+        once, result = f"what {f.name} computes {when}", ((vector, halves.size),)
+        parts.append(PrintedFunction(f"{f.name}_{step}", once, halves.first, result, "prepared", halves.prepare))
+        rest = replace(rest, arguments=halves.second, tape=halves.prepared)
+        known |= {vector}
+    if not parts:
+        return []
+    return [*parts, replace(rest, name=f"{f.name}_prepared", description=f"the rest of {f.name}", part="prepared")]
+
+
+def file_of(model: str, part: Part) -> str:
+    """Return the name of a C file."""
+    return f"{model}_{part}.c" if part else f"{model}.c"
+
+
+def model_hash(system: System, functions: Sequence[PrintedFunction]) -> str:
+    """Return a hash of what the generated functions compute and of the names of their arguments."""
+    digest = hashlib.sha256(repr((system.name, sorted(system.structure.items()))).encode())
+    for vector in vectors(system):
+        digest.update(repr([(vector.prefix, q.name, q.unit) for q in vector.quantities]).encode())
+    for f in functions:
+        digest.update(repr((f.name, f.arguments, f.results, f.tape)).encode())
+    return digest.hexdigest()
+
+
+def vectors(system: System) -> list[Vector]:
+    """Return the named vectors of a system."""
+
+    def named(title: str, prefix: str, constant: str, group: Group) -> Vector:
+        return Vector(title, prefix, constant, group.quantities)
+
+    found = [
+        named("state x", "X", "STATES", system.states),
+        named("input u", "U", "INPUTS", system.inputs),
+        named("reference r", "R", "REFERENCES", system.references),
+        named("output y", "Y", "OUTPUTS", system.outputs),
+        named("plant parameters p", "P", "PARAMETERS", system.parameters),
+        named("scenario parameters s", "S", "SCENARIO_PARAMETERS", system.scenario_parameters),
+    ]
+    if system.coordinates:
+        found.append(named("regular coordinates q", "Q", "COORDINATES", system.coordinates.states))
+    for law in system.controllers:
+        upper = identifier(law.name).upper()
+        found.append(named(f"parameters c of the law {law.name}", f"{upper}_C", f"{upper}_PARAMETERS", law.parameters))
+        if law.memory:
+            found.append(named(f"memory z of the law {law.name}", f"{upper}_Z", f"{upper}_MEMORY", law.memory))
+    return found
+
+
+def texts(system: System, functions: Sequence[PrintedFunction]) -> dict[str, str]:
+    """Fill the templates.
+
+    Returns
+    -------
+    dict of str to str
+        File name to text: MODEL.c, MODEL_jac.c, MODEL_prepared.c, MODEL.h, MODEL.py.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_TEMPLATES),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=jinja2.StrictUndefined,
+        autoescape=False,
+    )
+    environment.filters["capitalize_first"] = lambda text: text[:1].upper() + text[1:]
+    name = system.name
+    common = {
+        "model": name,
+        "title": system.title,
+        "hash": model_hash(system, functions),
+        "vectors": vectors(system),
+        "needs_erf": any(i.op == "erf" for f in functions for i in f.tape.instructions),
+    }
+
+    def fill(template: str, chosen: Sequence[PrintedFunction], what: str = "") -> str:
+        return environment.get_template(template).render(common, functions=chosen, what=what)
+
+    titles: dict[Part, str] = {"": "", "jac": ", Jacobians", "prepared": ", in two parts for many calls of a run"}
+    return {
+        **{file_of(name, p): fill("model.c.j2", [f for f in functions if f.part == p], t) for p, t in titles.items()},
+        f"{name}.h": fill("model.h.j2", functions),
+        f"{name}.py": fill("model.py.j2", functions),
+    }

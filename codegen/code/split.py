@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Split a tape in two: what depends on parameters alone and is computed once per run, and the rest of every call."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from .tape import Instruction, Tape, early, keeps_place, prune
+
+Signature = tuple[tuple[str, int | None], ...]
+
+
+@dataclass(frozen=True)
+class Split:
+    """A function as two.
+
+    Attributes
+    ----------
+    prepare, prepared : Tape
+        The first returns a vector; the second receives it as its last argument.
+    first, second : Signature
+        Their arguments, those of the function that each still reads; the second keeps all that are not parameters.
+    """
+
+    prepare: Tape
+    first: Signature
+    prepared: Tape
+    second: Signature
+
+    @property
+    def size(self) -> int:
+        """Length of that vector."""
+        return len(self.prepare.results[0])
+
+
+def split(tape: Tape, arguments: Signature, parameters: Collection[int], name: str) -> Split | None:
+    """Split a function, or return None when no operation depends on parameters alone.
+
+    Parameters
+    ----------
+    tape : Tape
+        The function.
+    arguments : sequence of (name, size)
+        Its arguments.
+    parameters : set of int
+        Which of them stay the same from call to call.
+    name : str
+        Of the vector between the two.
+    """
+    known = early(tape, parameters)
+    hoisted = _frontier(tape, known)
+    if not hoisted:
+        return None
+    place = {k: i for i, k in enumerate(hoisted)}
+    instructions = [
+        Instruction("input", (len(arguments), place[k])) if k in place else i for k, i in enumerate(tape.instructions)
+    ]
+    late = prune(Tape(tuple(instructions), tape.results))
+    soon = prune(Tape(tape.instructions, (tuple(hoisted),)))
+    first = sorted(_read(soon))
+    second = [a for a in range(len(arguments)) if a not in parameters or a in _read(late)]
+    return Split(
+        prepare=_renumbered(soon, first),
+        first=tuple(arguments[a] for a in first),
+        prepared=_renumbered(late, [*second, len(arguments)]),
+        second=(*(arguments[a] for a in second), (name, len(hoisted))),
+    )
+
+
+def _frontier(tape: Tape, known: Sequence[bool]) -> list[int]:
+    """Return the values that depend on parameters alone and that the rest needs; what costs nothing stays behind."""
+    stack, seen, found = [v for result in tape.results for v in result], set[int](), set[int]()
+    while stack:
+        k = stack.pop()
+        if k in seen:
+            continue
+        seen.add(k)
+        if known[k] and not keeps_place(tape.instructions[k]):
+            found.add(k)
+        else:
+            stack.extend(tape.instructions[k].operands)
+    return sorted(found)
+
+
+def _read(tape: Tape) -> set[int]:
+    return {i.args[0] for i in tape.instructions if i.op == "input"}
+
+
+def _renumbered(tape: Tape, arguments: Sequence[int]) -> Tape:
+    place = {a: i for i, a in enumerate(arguments)}
+    instructions = tuple(
+        Instruction("input", (place[i.args[0]], i.args[1])) if i.op == "input" else i for i in tape.instructions
+    )
+    return Tape(instructions, tape.results)

@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: Apache-2.0
+"""CasADi's instruction list as static single assignments: the one form that C and Python are printed from.
+
+Registers are renamed so that every value has one definition; divisions by a shared denominator become products with
+its reciprocal; sine and cosine of one angle are fused; CasADi's pair of `if_else_zero` becomes one select.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+import casadi as ca
+
+from mehvar.errors import MehvarError
+
+MASKS = frozenset({"lt", "le", "eq", "ne", "not", "and", "or", "truth"})
+"""Operations whose value is a truth value per lane."""
+
+_NAMES = {
+    ca.OP_ADD: "add", ca.OP_SUB: "sub", ca.OP_MUL: "mul", ca.OP_DIV: "div", ca.OP_NEG: "neg",
+    ca.OP_SQ: "sq", ca.OP_TWICE: "twice", ca.OP_INV: "inv", ca.OP_SQRT: "sqrt", ca.OP_POW: "pow", ca.OP_CONSTPOW: "pow",
+    ca.OP_FABS: "fabs", ca.OP_SIGN: "sign", ca.OP_COPYSIGN: "copysign", ca.OP_FMIN: "min", ca.OP_FMAX: "max",
+    ca.OP_FLOOR: "floor", ca.OP_CEIL: "ceil", ca.OP_FMOD: "fmod", ca.OP_HYPOT: "hypot",
+    ca.OP_SIN: "sin", ca.OP_COS: "cos", ca.OP_TAN: "tan", ca.OP_ASIN: "asin", ca.OP_ACOS: "acos", ca.OP_ATAN: "atan",
+    ca.OP_ATAN2: "atan2", ca.OP_EXP: "exp", ca.OP_LOG: "log", ca.OP_LOG1P: "log1p", ca.OP_EXPM1: "expm1",
+    ca.OP_SINH: "sinh", ca.OP_COSH: "cosh", ca.OP_TANH: "tanh", ca.OP_ASINH: "asinh", ca.OP_ACOSH: "acosh",
+    ca.OP_ATANH: "atanh", ca.OP_ERF: "erf",
+    ca.OP_LT: "lt", ca.OP_LE: "le", ca.OP_EQ: "eq", ca.OP_NE: "ne", ca.OP_NOT: "not", ca.OP_AND: "and", ca.OP_OR: "or",
+    ca.OP_IF_ELSE_ZERO: "select0", ca.OP_ASSIGN: "assign",
+}  # fmt: skip
+_FREE = frozenset({"input", "const", "neg", "truth", "num"})
+
+
+class TapeError(MehvarError, ValueError):
+    """A CasADi operation that the generated code has no counterpart for."""
+
+
+@dataclass(frozen=True)
+class Instruction:
+    """One value: an operation on earlier values.
+
+    Attributes
+    ----------
+    op : str
+        Operation; "input" and "const" have no operands.
+    args : tuple of int
+        Positions of the operands in the tape; for "input" the argument and the element.
+    value : float
+        Of a constant.
+    """
+
+    op: str
+    args: tuple[int, ...] = ()
+    value: float = 0.0
+
+    @property
+    def operands(self) -> tuple[int, ...]:
+        """The values this one is computed from."""
+        return () if self.op in ("input", "const") else self.args
+
+
+@dataclass(frozen=True)
+class Tape:
+    """A function as assignments.
+
+    Attributes
+    ----------
+    instructions : tuple of Instruction
+        In order of evaluation.
+    results : tuple of tuple of int
+        Positions of the values that each result is made of.
+    """
+
+    instructions: tuple[Instruction, ...]
+    results: tuple[tuple[int, ...], ...]
+
+    @property
+    def operations(self) -> int:
+        """Number of arithmetic operations, comparisons and function calls."""
+        return sum(i.op not in _FREE for i in self.instructions)
+
+    def uses(self) -> Counter[int]:
+        """Count how often each value is used, results included."""
+        counts = Counter(a for i in self.instructions for a in i.operands)
+        counts.update(v for result in self.results for v in result)
+        return counts
+
+
+def tape(function: ca.Function, parameters: frozenset[int] = frozenset()) -> Tape:
+    """Read a CasADi SX function into a tape.
+
+    Parameters
+    ----------
+    function : casadi.Function
+        What to read.
+    parameters : set of int
+        Arguments that stay the same from call to call: divisors that depend on these alone are inverted, so that the
+        inverse can be computed once.
+
+    Raises
+    ------
+    TapeError
+        If the function uses an operation that cannot be printed.
+    """
+    return prune(_share_reciprocals(_fuse_selects(_read(function)), parameters))
+
+
+class _Builder:
+    """Appends instructions, each distinct one once."""
+
+    def __init__(self) -> None:
+        self.instructions: list[Instruction] = []
+        self._known: dict[Instruction, int] = {}
+
+    def add(self, op: str, *args: int, value: float = 0.0) -> int:
+        # repr tells -0.0 from 0.0, which compare equal
+        instruction = Instruction(op, args, value)
+        key = Instruction(f"{op}{value!r}", args)
+        if key not in self._known:
+            self._known[key] = len(self.instructions)
+            self.instructions.append(instruction)
+        return self._known[key]
+
+    def mask(self, position: int) -> int:
+        """Return a truth value: the value itself, or whether it differs from zero."""
+        if self.instructions[position].op in MASKS:
+            return position
+        return self.add("truth", position)
+
+    def number(self, position: int) -> int:
+        """Return a number: the value itself, or 1 and 0 for a truth value."""
+        return self.add("num", position) if self.instructions[position].op in MASKS else position
+
+    def is_flag(self, bound: int, position: int) -> bool:
+        """Whether a number is above the bound exactly when the truth value it was made from holds."""
+        low, flag = self.instructions[bound], self.instructions[position]
+        if low.op != "const" or flag.op != "select0":
+            return False
+        high = self.instructions[flag.args[1]]
+        return high.op == "const" and 0.0 <= low.value < high.value
+
+
+def _read(function: ca.Function) -> Tape:
+    builder, register = _Builder(), dict[int, int]()
+    results = [[0] * function.nnz_out(i) for i in range(function.n_out())]
+    for k in range(function.n_instructions()):
+        op = function.instruction_id(k)
+        if op == ca.OP_OUTPUT:
+            result, element = function.instruction_output(k)
+            results[result][element] = builder.number(register[function.instruction_input(k)[0]])
+            continue
+        target = function.instruction_output(k)[0]
+        if op == ca.OP_CONST:
+            register[target] = builder.add("const", value=function.instruction_constant(k))
+        elif op == ca.OP_INPUT:
+            argument, element = function.instruction_input(k)
+            register[target] = builder.add("input", argument, element)
+        else:
+            register[target] = _operation(builder, op, [register[i] for i in function.instruction_input(k)], function)
+    return Tape(tuple(builder.instructions), tuple(tuple(r) for r in results))
+
+
+def _operation(builder: _Builder, op: int, operands: list[int], function: ca.Function) -> int:
+    if op not in _NAMES:
+        raise TapeError(f"{function.name()}: CasADi operation number {op} has no counterpart in generated code")
+    name = _NAMES[op]
+    if name == "assign":
+        return operands[0]
+    if name in ("not", "and", "or"):
+        return builder.add(name, *map(builder.mask, operands))
+    if name == "select0":
+        return builder.add(name, builder.mask(operands[0]), builder.number(operands[1]))
+    numbers = [builder.number(o) for o in operands]
+    if name == "lt" and builder.is_flag(*numbers):
+        return builder.instructions[numbers[1]].args[0]
+    if name in ("sq", "twice"):
+        return builder.add("mul" if name == "sq" else "add", numbers[0], numbers[0])
+    if name == "inv":
+        return builder.add("div", builder.add("const", value=1.0), numbers[0])
+    return builder.add(name, *numbers)
+
+
+def _rewrite(tape_: Tape, change: dict[int, Instruction]) -> Tape:
+    instructions = tuple(change.get(k, i) for k, i in enumerate(tape_.instructions))
+    return Tape(instructions, tape_.results)
+
+
+def _fuse_selects(tape_: Tape) -> Tape:
+    """Turn select0(c, a) + select0(not c, b) into select(c, a, b)."""
+    instructions, change = tape_.instructions, {}
+    for k, instruction in enumerate(instructions):
+        if instruction.op != "add":
+            continue
+        first, second = (instructions[a] for a in instruction.args)
+        if first.op == second.op == "select0":
+            negated = instructions[second.args[0]]
+            if negated.op == "not" and negated.args[0] == first.args[0]:
+                change[k] = Instruction("select", (first.args[0], first.args[1], second.args[1]))
+    return _rewrite(tape_, change)
+
+
+def early(tape_: Tape, parameters: Collection[int]) -> list[bool]:
+    """Tell for each value whether it depends on some arguments, the parameters, alone."""
+    known: list[bool] = []
+    for i in tape_.instructions:
+        known.append(i.args[0] in parameters if i.op == "input" else all(known[a] for a in i.operands))
+    return known
+
+
+def keeps_place(instruction: Instruction) -> bool:
+    """Tell whether computing a value again is as cheap as having it, or it is no number that could be kept."""
+    return instruction.op in _FREE or instruction.op in MASKS
+
+
+def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
+    """Divide once by each denominator that is used more than once, or that never changes from call to call."""
+    known = early(tape_, parameters)
+    divisors = Counter(i.args[1] for i in tape_.instructions if i.op == "div")
+    divisors.update(
+        i.args[1]
+        for i in tape_.instructions
+        if i.op == "div" and known[i.args[1]] and not known[i.args[0]] and tape_.instructions[i.args[1]].op != "const"
+    )
+    builder, moved, inverse = _Builder(), {}, {}
+    for k, instruction in enumerate(tape_.instructions):
+        if instruction.op in ("input", "const"):
+            moved[k] = builder.add(instruction.op, *instruction.args, value=instruction.value)
+            continue
+        args = tuple(moved[a] for a in instruction.args)
+        if instruction.op == "div" and divisors[instruction.args[1]] > 1:
+            divisor = instruction.args[1]
+            if divisor not in inverse:
+                inverse[divisor] = builder.add("div", builder.add("const", value=1.0), args[1])
+            one = tape_.instructions[instruction.args[0]]
+            unit = one.op == "const" and one.value == 1.0
+            moved[k] = inverse[divisor] if unit else builder.add("mul", args[0], inverse[divisor])
+        else:
+            moved[k] = builder.add(instruction.op, *args)
+    results = tuple(tuple(moved[v] for v in result) for result in tape_.results)
+    return Tape(tuple(builder.instructions), results)
+
+
+def prune(tape_: Tape) -> Tape:
+    """Drop what no result needs and renumber."""
+    needed = set(_reachable(tape_))
+    order = [k for k in range(len(tape_.instructions)) if k in needed]
+    position = {old: new for new, old in enumerate(order)}
+    instructions = tuple(
+        Instruction(i.op, tuple(position[a] for a in i.args) if i.operands else i.args, i.value)
+        for i in (tape_.instructions[k] for k in order)
+    )
+    return Tape(instructions, tuple(tuple(position[v] for v in result) for result in tape_.results))
+
+
+def _reachable(tape_: Tape) -> Iterator[int]:
+    stack, seen = [v for result in tape_.results for v in result], set()
+    while stack:
+        k = stack.pop()
+        if k not in seen:
+            seen.add(k)
+            yield k
+            stack.extend(tape_.instructions[k].operands)

@@ -1,0 +1,308 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether two expressions are the same function, how that is known, and a point where they are not.
+
+From cheap and certain to expensive: the same node; the same value in the finite field, with arbitrary functions in
+place of maxima, absolute values and the like; the same value there with signs, at 64 points; the real numbers. Without
+branches, different values in the field show that expressions differ. The real numbers may call expressions equal only
+if every branch was visited.
+"""
+
+from __future__ import annotations
+
+from collections import ChainMap
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import mpmath
+
+from ..equations.document import reached
+from . import field, reals
+from .pool import Pool, live, ways
+from .reals import Point, RealWorld, Sampler
+from .values import FieldWorld, Lookup, World
+
+SEED = 5
+_POINTS, _BRANCHED = 3, 64
+_FEW = 16
+_DRAWS = 12
+_HOPELESS = 48
+"""Points without a value after which none is expected any more."""
+_MOST_NAMES = 60
+_TRIES = 6
+"""Points tried for each one wanted."""
+
+
+@dataclass(frozen=True)
+class Decision:
+    """An answer: equal or not, or None where neither could be shown; and how that is known."""
+
+    equal: bool | None
+    how: str
+
+
+class Meaning:
+    """A system of named expressions over a pool; names that are not in it are free.
+
+    Parameters
+    ----------
+    pool : Pool
+        Where the expressions are.
+    targets : callable
+        The expression and the meaning that a name stands for; None for a free name.
+    """
+
+    def __init__(self, pool: Pool, targets: Callable[[str], Expression | None]) -> None:
+        self.pool = pool
+        self.targets = targets
+
+    def cone(self, root: int) -> list[int]:
+        """Return every node that an expression depends on, through definitions too."""
+        return sorted({node for _, node in self.depends(root)})
+
+    def free(self, root: int) -> list[str]:
+        """Return the free names that an expression depends on."""
+        nodes = self.pool.nodes
+        names = ((meaning, nodes[node][1]) for meaning, node in self.depends(root) if nodes[node][0] == "sym")
+        return sorted({name for meaning, name in names if meaning.targets(name) is None})
+
+    def depends(self, root: int) -> Iterator[tuple[Meaning, int]]:
+        """Yield every node that an expression depends on, with what names stand for there."""
+        seen: set[tuple[int, int]] = set()
+        stack: list[tuple[Meaning, int]] = [(self, root)]
+        while stack:
+            meaning, start = stack.pop()
+            for node in reached(self.pool.nodes, [start]):
+                if (id(meaning), node) in seen:
+                    continue
+                seen.add((id(meaning), node))
+                yield meaning, node
+                operation, *operands = self.pool.nodes[node]
+                target = meaning.targets(operands[0]) if operation == "sym" else None
+                if target is not None:
+                    stack.append(target)
+
+
+Expression = tuple[Meaning, int]
+"""An expression with what its names stand for."""
+
+
+class Worlds:
+    """The worlds of several meanings at one point."""
+
+    def __init__(self, make: Callable[[Pool, Lookup], World[Any]]) -> None:
+        self._make = make
+        self._worlds: dict[int, World[Any]] = {}
+
+    def __getitem__(self, meaning: Meaning) -> Any:
+        key = id(meaning)
+        if key not in self._worlds:
+            self._worlds[key] = self._make(meaning.pool, lambda name: self._lookup(meaning, name))
+        return self._worlds[key]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._worlds.values())
+
+    def _lookup(self, meaning: Meaning, name: str) -> tuple[World[Any], int] | None:
+        target = meaning.targets(name)
+        return None if target is None else (self[target[0]], target[1])
+
+
+class _Coverage:
+    """Which branches counted for the values of two expressions, leaving out what both have in common."""
+
+    def __init__(self, pool: Pool, old: Expression, new: Expression) -> None:
+        self._pool = pool
+        self._roots = (old, new)
+        first, second = ({*meaning.depends(root)} for meaning, root in self._roots)
+        self._shared = first & second
+        self._left = {(meaning, node, way) for meaning, node in first ^ second for way in range(ways(pool, node))}
+
+    def visit(self, worlds: Worlds) -> None:
+        """Take note of the branches that led to the values at a point."""
+        if not self._left:
+            return
+        seen: set[Expression] = set()
+        stack = [*self._roots]
+        while stack:
+            place = stack.pop()
+            if place in seen or place in self._shared:
+                continue
+            seen.add(place)
+            meaning, node = place
+            operation, *operands = self._pool.nodes[node]
+            if operation == "sym":
+                target = meaning.targets(operands[0])
+                stack += [] if target is None else [target]
+                continue
+            way = worlds[meaning].ways.get(node)
+            self._left.discard((meaning, node, way))
+            stack += [(meaning, operand) for operand in live(self._pool, node, way)]
+
+    def missing(self) -> int | None:
+        """Return a branching node that did not go every way; None if there is none."""
+        return min((node for _, node, _ in self._left), default=None)
+
+
+class Judge:
+    """Decides equality, with the same points for everything, so that values are computed once.
+
+    Parameters
+    ----------
+    pool : Pool
+        Holds all expressions.
+    positive : callable
+        Whether a free name is positive.
+    sampler : Sampler
+        Draws real values of free names.
+    seed : int
+        Of the points of the field.
+    """
+
+    def __init__(self, pool: Pool, positive: Callable[[str], bool], sampler: Sampler, seed: int = SEED) -> None:
+        self.pool = pool
+        self.positive = positive
+        self.sampler = sampler
+        self.seed = seed
+        self._plain = [self.at(k) for k in range(_DRAWS)]
+        self._signed: list[Worlds] = []
+        self._real: list[Worlds] = []
+
+    @property
+    def how(self) -> str:
+        """How equality in the field is known."""
+        return f"{_POINTS} points of a {field.BITS}-bit field, seed {self.seed}"
+
+    def at(
+        self, number: int, interpreted: bool = False, fixed: Mapping[str, field.Element] = MappingProxyType({})
+    ) -> Worlds:
+        """Return new worlds at a point of the field, where some free names may have given values."""
+        seed = 100_000 * self.seed + number
+        return Worlds(lambda pool, lookup: FieldWorld(pool, lookup, seed, self.positive, interpreted, fixed))
+
+    def point(self, number: int) -> Worlds:
+        """Return the worlds at a point of the field, kept from one use to the next."""
+        while number >= len(self._plain):
+            self._plain.append(self.at(len(self._plain)))
+        return self._plain[number]
+
+    def values(self, meaning: Meaning, root: int) -> tuple[Any, ...]:
+        """Return the values of an expression at the points of the field, None where it has none."""
+        return tuple(worlds[meaning].defined(root) for worlds in self._plain[:_POINTS])
+
+    def decide(self, old: Expression, new: Expression) -> Decision:
+        """Decide whether two expressions are the same function."""
+        if old[1] == new[1] and old[0] is new[0]:
+            return Decision(True, "node identity")
+        equal = self.same_in_field(old, new)
+        if equal:
+            return Decision(True, self.how)
+        worlds = self._plain[0]
+        if equal is False and worlds[old[0]].exact(old[1]) and worlds[new[0]].exact(new[1]):
+            return Decision(False, self.how)
+        if self._same_with_signs(old, new):
+            return Decision(True, f"{_BRANCHED} points of a {field.BITS}-bit field with signs, seed {self.seed}")
+        return self._by_reals(old, new)
+
+    def same_in_field(self, old: Expression, new: Expression) -> bool | None:
+        """Compare values at the first points where both exist; None if there are too few such points."""
+        found = 0
+        for worlds in self._plain[:_DRAWS]:
+            a, b = worlds[old[0]].defined(old[1]), worlds[new[0]].defined(new[1])
+            if a is None or b is None:
+                continue
+            if a != b:
+                return False
+            found += 1
+            if found == _POINTS:
+                return True
+        return None
+
+    def _same_with_signs(self, old: Expression, new: Expression) -> bool:
+        coverage = _Coverage(self.pool, old, new)
+        found = 0
+        for number in range(4 * _BRANCHED):
+            if number == len(self._signed):
+                self._signed.append(self.at(10_000 + number, interpreted=True))
+            worlds = self._signed[number]
+            a, b = worlds[old[0]].defined(old[1]), worlds[new[0]].defined(new[1])
+            if a is None or b is None or isinstance(a, field.Complex) or isinstance(b, field.Complex):
+                if number > 32 and not found:
+                    return False
+                continue
+            if a != b:
+                return False
+            coverage.visit(worlds)
+            found += 1
+            if found == _BRANCHED:
+                return coverage.missing() is None
+        return False
+
+    def real_points(self, pairs: Sequence[Expression], wanted: int) -> Iterator[Worlds]:
+        """Yield worlds where all expressions have real values, the same ones each time."""
+        found = 0
+        for number in range(wanted * _TRIES):
+            while number >= len(self._real):
+                self._real.append(self.real(self.sampler.point(len(self._real))))
+            worlds = self._real[number]
+            if all(worlds[meaning].defined(root) is not None for meaning, root in pairs):
+                yield worlds
+                found += 1
+            if found == wanted or (not found and number >= _HOPELESS):
+                return
+
+    def real(self, point: Point) -> Worlds:
+        """Return new worlds at a real point."""
+        return Worlds(lambda pool, lookup: RealWorld(pool, lookup, point))
+
+    def _by_reals(self, old: Expression, new: Expression) -> Decision:
+        coverage = _Coverage(self.pool, old, new)
+        found = 0
+        for worlds in self.real_points([old, new], _BRANCHED):
+            found += 1
+            if self.differ(worlds, old, new):
+                return Decision(False, f"a point with {reals.DIGITS} digits")
+            coverage.visit(worlds)
+        if found < _FEW:
+            for side, other, name in ((old, new, "old"), (new, old, "new")):
+                alone = sum(
+                    1 for worlds in self.real_points([side], _FEW) if worlds[other[0]].defined(other[1]) is None
+                )
+                if alone == _FEW:
+                    return Decision(False, f"only the {name} side exists at {alone} points")
+            return Decision(None, f"no difference, but both sides exist at only {found} of the points tried")
+        for worlds in self.extreme_points(old, new) if coverage.missing() is not None else ():
+            if self.differ(worlds, old, new):
+                return Decision(False, f"an extreme point with {reals.DIGITS} digits")
+            coverage.visit(worlds)
+        missing = coverage.missing()
+        if missing is not None:
+            operation = self.pool.nodes[missing][0]
+            return Decision(None, f"equal at {found} points, but a branch of {operation} never counted")
+        return Decision(True, f"{found} points with {reals.DIGITS} digits, every branch taken")
+
+    def extreme_points(self, old: Expression, new: Expression) -> Iterator[Worlds]:
+        """Yield worlds where one free name after the other is far out, for limits that nothing usual reaches."""
+        base = self.sampler.point(0)
+        for name in sorted({*old[0].free(old[1]), *new[0].free(new[1])})[:_MOST_NAMES]:
+            for value in self.sampler.extremes(name):
+                worlds = self.real(ChainMap({name: value}, base))  # type: ignore[arg-type]
+                if all(worlds[meaning].defined(root) is not None for meaning, root in (old, new)):
+                    yield worlds
+
+    @staticmethod
+    def differ(worlds: Worlds, old: Expression, new: Expression) -> bool:
+        """Whether two expressions have values that differ at a real point."""
+        first, second = worlds[old[0]], worlds[new[0]]
+        a, b = first.defined(old[1]), second.defined(new[1])
+        if a is None or b is None:
+            return False
+        return reals.apart((a, first.size(old[1])), (b, second.size(new[1])))
+
+
+def shown(value: Any) -> str:
+    """Return a value to six digits."""
+    if isinstance(value, bool | tuple):
+        return str(value)
+    return str(mpmath.nstr(value, 6, strip_zeros=True))

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A pool of expressions as shared nodes, and which way branching nodes can go."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from ..equations.document import Node
+
+COMMUTATIVE = frozenset(("add", "mul", "min", "max", "and", "or", "equality", "unequality"))
+
+
+class Pool:
+    """Expressions of both sides as nodes; equal text, operands in whatever order, is one node."""
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self._number: dict[Node, int] = {}
+
+    def intern(self, operation: str, *operands: Any) -> int:
+        """Return the number of a node."""
+        content = (operation, *(sorted(operands) if operation in COMMUTATIVE else operands))
+        if content not in self._number:
+            self._number[content] = len(self.nodes)
+            self.nodes.append((operation, *operands))
+        return self._number[content]
+
+    def copy(self, nodes: Sequence[Node], names: Mapping[str, str] | None = None) -> list[int]:
+        """Take a graph in, with some of its names replaced; return the numbers of its nodes here."""
+        numbers: list[int] = []
+        for operation, *operands in nodes:
+            if operation == "sym":
+                numbers.append(self.intern("sym", (names or {}).get(operands[0], operands[0])))
+            else:
+                numbers.append(self.intern(operation, *(numbers[o] if isinstance(o, int) else o for o in operands)))
+        return numbers
+
+    def operands(self, node: int) -> tuple[int, ...]:
+        """Return the operands of a node."""
+        return tuple(o for o in self.nodes[node][1:] if isinstance(o, int))
+
+    def number(self, value: Fraction | int) -> int:
+        """Return the node of a number."""
+        return self.intern("num", str(Fraction(value)))
+
+    def constant(self, node: int) -> Fraction | None:
+        """Return the value of a node that is a number."""
+        operation, *rest = self.nodes[node]
+        return Fraction(rest[0]) if operation == "num" else None
+
+    def many(self, operation: str, parts: Sequence[int]) -> int:
+        """Return a sum or a product, flat and with one number, as documents have them."""
+        flat = [p for part in parts for p in (self.operands(part) if self.nodes[part][0] == operation else (part,))]
+        neutral = Fraction(operation == "mul")
+        total = neutral
+        for value in map(self.constant, flat):
+            if value is not None:
+                total = total * value if operation == "mul" else total + value
+        rest = [part for part in flat if self.constant(part) is None]
+        if operation == "mul" and total == 0:
+            return self.number(0)
+        if total != neutral or not rest:
+            rest.append(self.number(total))
+        return rest[0] if len(rest) == 1 else self.intern(operation, *rest)
+
+    def power(self, base: int, exponent: Fraction) -> int:
+        """Return a power of a node."""
+        if exponent == 1:
+            return base
+        return self.intern("pow", base, self.number(exponent)) if exponent else self.number(1)
+
+
+def ways(pool: Pool, node: int) -> int:
+    """Return how many ways a node can go; 0 if it does not branch."""
+    operation, *operands = pool.nodes[node]
+    if operation in ("abs", "sign"):
+        return 2
+    return len(operands) if operation in ("max", "min", "piecewise") else 0
+
+
+def live(pool: Pool, node: int, way: int | None) -> Sequence[int]:
+    """Return the operands that count for a value, for a node that went this way."""
+    operation = pool.nodes[node][0]
+    operands = pool.operands(node)
+    if way is None or operation in ("abs", "sign"):
+        return operands
+    if operation in ("max", "min"):
+        return operands[way : way + 1]
+    return [*(pool.operands(pair)[1] for pair in operands[: way + 1]), pool.operands(operands[way])[0]]

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values of expressions as real numbers with 50 digits, at points that suit the names; which branches were taken."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+
+from .field import Undefined
+from .pool import Pool
+from .values import Lookup, World
+
+DIGITS = 50
+_WORKING = 90
+_ROUNDING = mpmath.mpf(10) ** -(_WORKING - 5)
+_CONTEXT = mpmath.mp.clone()
+_CONTEXT.dps = _WORKING
+_LARGEST = 1300
+_FAR = Fraction(10) ** 32
+
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "sin": _CONTEXT.sin, "cos": _CONTEXT.cos, "tan": _CONTEXT.tan, "exp": _CONTEXT.exp, "sinh": _CONTEXT.sinh,
+    "cosh": _CONTEXT.cosh, "tanh": _CONTEXT.tanh, "asinh": _CONTEXT.asinh, "atan": _CONTEXT.atan,
+    "atan2": _CONTEXT.atan2, "floor": _CONTEXT.floor, "ceiling": _CONTEXT.ceil, "abs": abs, "erf": _CONTEXT.erf,
+    "mod": lambda a, b: a - b * _CONTEXT.floor(a / b),
+}  # fmt: skip
+_BOUNDED: dict[str, tuple[Callable[..., Any], Callable[[Any], bool]]] = {
+    "asin": (_CONTEXT.asin, lambda x: abs(x) <= 1),
+    "acos": (_CONTEXT.acos, lambda x: abs(x) <= 1),
+    "log": (_CONTEXT.log, lambda x: x > 0),
+    "acosh": (_CONTEXT.acosh, lambda x: x >= 1),
+    "atanh": (_CONTEXT.atanh, lambda x: abs(x) < 1),
+}
+_TESTS: dict[str, Callable[[Any, Any], bool]] = {
+    "strictlessthan": lambda a, b: bool(a < b),
+    "lessthan": lambda a, b: bool(a <= b),
+    "strictgreaterthan": lambda a, b: bool(a > b),
+    "greaterthan": lambda a, b: bool(a >= b),
+    "equality": lambda a, b: bool(a == b),
+    "unequality": lambda a, b: bool(a != b),
+}
+Point = Mapping[str, Fraction]
+
+
+class RealWorld(World[Any]):
+    """Values as real numbers.
+
+    Parameters
+    ----------
+    point : mapping of str to Fraction
+        The free names.
+    """
+
+    def __init__(self, pool: Pool, lookup: Lookup, point: Point) -> None:
+        super().__init__(pool, lookup)
+        self.point = point
+        self._size: dict[int, int] = {}
+
+    def size(self, root: int) -> int:
+        """Return the binary exponent of the largest part of an expression, which bounds its rounding error."""
+        self.value(root)
+        return self._size[root]
+
+    def compute(self, node: int) -> Any:
+        """Return the value of a node."""
+        value, size = self._computed(node)
+        if isinstance(value, _CONTEXT.mpf):
+            _, mantissa, exponent, bits = value._mpf_
+            if not mantissa and exponent:
+                raise Undefined("not finite")
+            size = max(size, exponent + bits)
+            if size > _LARGEST:
+                raise Undefined("too large")
+        self._size[node] = size
+        return value
+
+    def _computed(self, node: int) -> tuple[Any, int]:
+        operation, *operands = self.pool.nodes[node]
+        if operation == "sym":
+            target = self.lookup(operands[0])
+            if target is None:
+                return _real(self.point[operands[0]]), 0
+            return target[0].value(target[1]), target[0].size(target[1])  # type: ignore[attr-defined]
+        if operation == "num":
+            return _real(Fraction(operands[0])), 0
+        if operation == "const":
+            return {"pi": +_CONTEXT.pi, "E": +_CONTEXT.e, "True": True, "False": False}[operands[0]], 0
+        if operation == "piecewise":
+            return self._piecewise(node, operands)
+        values = [self.memo[o] for o in operands]
+        size = max((self._size.get(o, 0) for o in operands), default=0)
+        if operation == "exprcondpair":
+            return tuple(values), self._size.get(operands[0], 0)
+        if any(value is None for value in values):
+            raise Undefined
+        return self._strict(node, operation, values), size
+
+    def _strict(self, node: int, operation: str, values: list[Any]) -> Any:
+        if operation == "add":
+            return _CONTEXT.fsum(values)
+        if operation == "mul":
+            return _CONTEXT.fprod(values)
+        if operation == "pow":
+            return self._power(values[0], values[1], self.pool.constant(self.pool.nodes[node][2]))
+        if operation in _TESTS:
+            return _TESTS[operation](*values)
+        if operation in ("and", "or", "not"):
+            return {"and": all(values), "or": any(values), "not": not values[0]}[operation]
+        if operation in ("max", "min"):
+            best = (max if operation == "max" else min)(values)
+            self.ways[node] = values.index(best)
+            return best
+        if operation in ("abs", "sign"):
+            self.ways[node] = int(values[0] > 0)
+            return abs(values[0]) if operation == "abs" else _CONTEXT.sign(values[0])
+        if operation in _BOUNDED:
+            function, allowed = _BOUNDED[operation]
+            if not allowed(values[0]):
+                raise Undefined
+            return function(values[0])
+        if operation not in _FUNCTIONS:
+            raise Undefined(operation)
+        try:
+            return _FUNCTIONS[operation](*values)
+        except (ArithmeticError, ValueError) as error:
+            raise Undefined from error
+
+    def _power(self, base: Any, exponent: Any, exact: Fraction | None) -> Any:
+        if base == 0 and exponent < 0:
+            raise Undefined
+        if exact is not None and exact.denominator == 1:
+            return base ** int(exact)
+        if exact is not None and exact.denominator == 2 and base >= 0:
+            return _CONTEXT.sqrt(base) ** exact.numerator
+        if base < 0 or (base == 0 and exact is None):
+            raise Undefined
+        return base**exponent
+
+    def _piecewise(self, node: int, operands: Sequence[int]) -> tuple[Any, int]:
+        for number, operand in enumerate(operands):
+            pair = self.memo[operand]
+            if pair is None or pair[1] is None:
+                raise Undefined
+            if pair[1]:
+                self.ways[node] = number
+                if pair[0] is None:
+                    raise Undefined
+                return pair[0], self._size.get(operand, 0)
+        raise Undefined
+
+
+def _real(value: Fraction) -> Any:
+    return _CONTEXT.mpf(value.numerator) / value.denominator
+
+
+def apart(old: tuple[Any, int], new: tuple[Any, int]) -> bool:
+    """Whether two values, each with its size, differ by more than their rounding errors."""
+    (a, big), (b, other) = old, new
+    if isinstance(a, bool | tuple) or isinstance(b, bool | tuple):
+        return bool(a != b)
+    limit = _CONTEXT.ldexp(_ROUNDING, 2 * max(big, other, 0) + 30)
+    return bool(abs(a - b) > limit + abs(a) * _ROUNDING * 10**20)
+
+
+class _Drawn(Mapping[str, Fraction]):
+    """A point whose coordinates are drawn when they are asked for."""
+
+    def __init__(self, sampler: Sampler, number: int) -> None:
+        self._sampler = sampler
+        self._number = number
+
+    def __getitem__(self, name: str) -> Fraction:
+        return self._sampler.value(name, self._number)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._sampler.names)
+
+    def __len__(self) -> int:
+        return len(self._sampler.names)
+
+
+class Sampler:
+    """Draws values for free names: inside their bounds, around their defaults, over many decades.
+
+    Parameters
+    ----------
+    names : mapping
+        For each name: lower bound, upper bound, default; None where there is none.
+    angles : set of str
+        Names that stand for angles.
+    """
+
+    def __init__(
+        self, names: dict[str, tuple[Fraction | None, Fraction | None, Fraction | None]], angles: frozenset[str]
+    ) -> None:
+        self.names = names
+        self.angles = angles
+
+    def point(self, number: int) -> Point:
+        """Return point `number` of the repeatable sequence."""
+        return _Drawn(self, number)
+
+    def value(self, name: str, number: int) -> Fraction:
+        """Return one coordinate of a point."""
+        generator = random.Random(f"{number} {name}")
+        low, high, default = self.names.get(name, (None, None, None))
+        if low is not None and high is not None:
+            if number % 4 == 3:
+                return generator.choice((low, high, (low + high) / 2))
+            return low + (high - low) * Fraction(generator.randrange(1, 1000), 1000)
+        if default and number % 2:
+            return self._inside(default * Fraction(generator.randrange(500, 2000), 1000), low, high)
+        if name in self.angles:
+            return self._inside(Fraction(generator.randrange(-3000, 3000), 1000), low, high)
+        decades = (1, 1, 3, 6)[number % 4]
+        value = Fraction(f"{10 ** generator.uniform(-decades, decades):.4g}") * generator.choice((1, -1))
+        return self._inside(value, low, high)
+
+    def extremes(self, name: str) -> list[Fraction]:
+        """Return values of a name that are far out, inside its bounds."""
+        low, high, _ = self.names.get(name, (None, None, None))
+        return [v for v in (_FAR, -_FAR) if (low is None or v >= low) and (high is None or v <= high)]
+
+    @staticmethod
+    def _inside(value: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:
+        if low is not None and value < low:
+            return low + (low - value)
+        if high is not None and value > high:
+            return high - (value - high)
+        return value

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The derived equations as a document: written, read back, and printed for people."""

@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: Apache-2.0
+"""equations.json read back: symbols, definitions and results over a graph of shared nodes."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from mehvar.errors import MehvarError
+
+SCHEMA = 2
+Node = tuple[Any, ...]
+
+
+class DocumentError(MehvarError, ValueError):
+    """A text that is no equations.json of this schema, or contradicts itself."""
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A name that expressions are made of, as declared."""
+
+    name: str
+    role: str
+    unit: str = ""
+    sign: str = "real"
+    latex: str = ""
+    description: str = ""
+    bounds: str = ""
+    source: str = ""
+    family: str = ""
+    index: int = 0
+
+
+@dataclass(frozen=True)
+class Row:
+    """A definition, a shown equation or a result."""
+
+    name: str
+    kind: str
+    node: int
+    latex: str = ""
+    unit: str = ""
+    title: str = ""
+    section: str = ""
+    number: str = ""
+    family: str = ""
+    index: int = 0
+
+    @property
+    def named(self) -> bool:
+        """Whether other expressions refer to it by its name."""
+        return self.kind == "definition"
+
+    @property
+    def implicit(self) -> bool:
+        """Whether it says 0 = ..., so that only its zeros count."""
+        return self.kind == "motion" or (self.kind == "equation" and self.latex == "0")
+
+
+@dataclass(frozen=True)
+class Document:
+    """The derived equations of one version of a model.
+
+    Attributes
+    ----------
+    model : str
+        Its name.
+    symbols : tuple of Symbol
+        Every declared name; a name may have several roles, such as a parameter of two laws.
+    definitions, results : tuple of Row
+        What is defined or shown, and what is evaluated, in order.
+    nodes : tuple of Node
+        The graph: an operation and its operands, which come earlier.
+    structure : mapping of str to str
+        Structural choices.
+    rates : mapping of str to str
+        For each state that implicit equations are about, the symbol of its rate.
+    manifest : mapping
+        The manifest beside it, with the numbers; empty if there is none.
+    """
+
+    model: str
+    symbols: tuple[Symbol, ...]
+    definitions: tuple[Row, ...]
+    results: tuple[Row, ...]
+    nodes: tuple[Node, ...]
+    structure: Mapping[str, str] = field(default_factory=dict)
+    rates: Mapping[str, str] = field(default_factory=dict)
+    manifest: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, path: str | Path) -> Document:
+        """Read a generated folder, or an equations.json with the manifest beside it if there is one.
+
+        Raises
+        ------
+        DocumentError
+            If a file is damaged or of another schema.
+        OSError
+            If it cannot be read.
+        """
+        path = Path(path)
+        path = path / "equations.json" if path.is_dir() else path
+        manifest = path.with_name("manifest.json")
+        numbers = _loaded(manifest.read_text(encoding="utf-8"), str(manifest)) if manifest.is_file() else {}
+        return cls.parse(path.read_text(encoding="utf-8"), numbers, str(path))
+
+    @classmethod
+    def parse(cls, text: str, manifest: Mapping[str, Any] | None = None, where: str = "equations.json") -> Document:
+        """Read the text of an equations.json.
+
+        Raises
+        ------
+        DocumentError
+            If it is damaged, of another schema, or refers to a name that is not declared.
+        """
+        data = _loaded(text, where)
+        if data.get("schema") != SCHEMA:
+            raise DocumentError(f"{where} has schema {data.get('schema')!r}; this version reads schema {SCHEMA}")
+        try:
+            document = cls(
+                data["model"],
+                tuple(Symbol(**row) for row in data["symbols"]),
+                tuple(Row(**row) for row in data["definitions"]),
+                tuple(Row(**row) for row in data["results"]),
+                tuple(tuple(row) for row in data["nodes"]),
+                data["structure"],
+                data["rates"],
+                manifest or {},
+            )
+        except (KeyError, TypeError) as error:
+            raise DocumentError(f"{where} is damaged: {error}") from None
+        document._check(where)
+        return document
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """Definitions and results."""
+        return self.definitions + self.results
+
+    @functools.cached_property
+    def named(self) -> dict[str, Row]:
+        """The definitions by name."""
+        return {row.name: row for row in self.definitions if row.named}
+
+    @functools.cached_property
+    def declared(self) -> dict[str, Symbol]:
+        """The symbols by name; of several roles the first."""
+        return {symbol.name: symbol for symbol in reversed(self.symbols)}
+
+    @functools.cached_property
+    def latex(self) -> dict[str, str]:
+        """LaTeX of every name in expressions."""
+        names = {name: symbol.latex for name, symbol in self.declared.items() if symbol.latex}
+        return names | {row.name: row.latex for row in self.named.values() if row.latex}
+
+    def reached(self, root: int) -> list[int]:
+        """Return the nodes of an expression, operands before what uses them."""
+        return reached(self.nodes, [root])
+
+    def names_in(self, root: int) -> set[str]:
+        """Return the names that an expression uses directly."""
+        return {self.nodes[k][1] for k in self.reached(root) if self.nodes[k][0] == "sym"}
+
+    def _check(self, where: str) -> None:
+        for number, (_, *operands) in enumerate(self.nodes):
+            if any(isinstance(o, int) and not 0 <= o < number for o in operands):
+                raise DocumentError(f"{where}: node {number} refers to a node that does not come before it")
+        defined: set[str] = set()
+        for row in self.rows:
+            if not 0 <= row.node < len(self.nodes):
+                raise DocumentError(f"{where}: {row.name} refers to a node {row.node} that does not exist")
+            missing = sorted(self.names_in(row.node) - defined - self.declared.keys())
+            if missing:
+                known = "before it is defined" if missing[0] in self.named else "which is not declared"
+                raise DocumentError(f"{where}: {row.name} uses {missing[0]!r}, {known}")
+            if row.named:
+                defined.add(row.name)
+
+
+def reached(nodes: Sequence[Node], roots: Sequence[int]) -> list[int]:
+    """Return the nodes of expressions in the order of the graph, operands first."""
+    seen: set[int] = set()
+    stack = list(roots)
+    while stack:
+        node = stack.pop()
+        if node not in seen:
+            seen.add(node)
+            stack.extend(o for o in nodes[node][1:] if isinstance(o, int))
+    return sorted(seen)
+
+
+def _loaded(text: str, where: str) -> dict[str, Any]:
+    try:
+        data = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise DocumentError(f"{where} is damaged: {error}") from None
+    if not isinstance(data, dict):
+        raise DocumentError(f"{where} is damaged: it holds no table")
+    return data

@@ -1,0 +1,386 @@
+# SPDX-License-Identifier: Apache-2.0
+"""equations.json: the derived equations as a graph of shared nodes, the same text for the same physics and naming."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import sympy as sp
+
+from mehvar.errors import MehvarError
+from mehvar.models.system import TIME, Condition, Controller, Definition, Equation, Expr, Parameter, Quantity, System
+
+SCHEMA = 2
+_COMMUTATIVE = (sp.Add, sp.Mul, sp.Min, sp.Max, sp.And, sp.Or, sp.Equality, sp.Unequality)
+_DOUBLE = 53
+
+
+class Outcome(NamedTuple):
+    """Something that is evaluated: a rate, an output, a command, a margin.
+
+    Attributes
+    ----------
+    name, kind : str
+        What it is called, uniquely within its kind, and what it is for.
+    expr : Expr
+        Its expression.
+    latex, unit, title : str
+        Its left side, its SI unit, and what it is in words.
+    """
+
+    name: str
+    kind: str
+    expr: Expr
+    latex: str
+    unit: str
+    title: str
+
+
+class EquationsError(MehvarError, ValueError):
+    """An expression that cannot be written down exactly."""
+
+
+class Graph:
+    """Expressions as shared nodes; commutative operands are sorted by content, not by SymPy's order."""
+
+    def __init__(self) -> None:
+        self.nodes: list[list[Any]] = []
+        self._position: dict[str, int] = {}
+        self._memo: dict[sp.Basic, int] = {}
+        self._digest: list[str] = []
+
+    def add(self, expr: sp.Basic) -> int:
+        """Store an expression and return the number of its node."""
+        if expr not in self._memo:
+            self._memo[expr] = self._store(*self._parts(expr))
+        return self._memo[expr]
+
+    def _parts(self, expr: sp.Basic) -> tuple[str, list[int | str]]:
+        if isinstance(expr, sp.Symbol):
+            return "sym", [expr.name]
+        if isinstance(expr, sp.Rational | sp.Float):
+            return "num", [str(exact(expr))]
+        if expr in (sp.true, sp.false) or (expr.is_number and not expr.args):
+            return "const", [str(expr)]
+        if isinstance(expr, sp.Add | sp.Mul):
+            return self._collected(expr)
+        operands = [self.add(argument) for argument in expr.args]
+        if isinstance(expr, _COMMUTATIVE):
+            operands.sort(key=self._digest.__getitem__)
+        return type(expr).__name__.lower(), list(operands)
+
+    def _collected(self, expr: sp.Add | sp.Mul) -> tuple[str, list[int | str]]:
+        """Write a sum or a product without nesting and with one number."""
+        kind = type(expr)
+        number, others = kind.identity, []
+        for part in _flat(expr, kind):
+            if isinstance(part, sp.Rational | sp.Float):
+                number = kind(number, exact(part))
+            else:
+                others.append(self.add(part))
+        if number != kind.identity:
+            others.append(self.add(number))
+        if len(others) == 1:
+            return str(self.nodes[others[0]][0]), list(self.nodes[others[0]][1:])
+        others.sort(key=self._digest.__getitem__)
+        return kind.__name__.lower(), list(others)
+
+    def _store(self, op: str, operands: list[int | str]) -> int:
+        named = [self._digest[o] if isinstance(o, int) else o for o in operands]
+        digest = hashlib.sha256(json.dumps([op, named]).encode()).hexdigest()
+        if digest not in self._position:
+            self._position[digest] = len(self.nodes)
+            self.nodes.append([op, *operands])
+            self._digest.append(digest)
+        return self._position[digest]
+
+
+def _flat(expr: sp.Basic, kind: type) -> Iterator[sp.Basic]:
+    for part in expr.args:
+        if isinstance(part, kind):
+            yield from _flat(part, kind)
+        else:
+            yield part
+
+
+def exact(number: sp.Rational | sp.Float) -> sp.Rational:
+    """Return a number as a fraction: a double stands for its shortest decimal, which it shares with no other double.
+
+    Raises
+    ------
+    EquationsError
+        If a float is no double, or not finite.
+    """
+    if isinstance(number, sp.Rational):
+        return number
+    if number._prec != _DOUBLE or not number.is_finite:
+        raise EquationsError(f"{number} is neither a finite double nor a fraction: write sympy.Rational('...') instead")
+    value = Fraction(repr(float(number)))
+    return sp.Rational(value.numerator, value.denominator)
+
+
+def equations_json(system: System) -> str:
+    """Write the system's equations in a canonical form: same physics and naming, same text.
+
+    Raises
+    ------
+    EquationsError
+        If a number is not exact, or a symbol stands for two things.
+    """
+    graph = Graph()
+    steps = [_step(graph, step) for step in system.steps]
+    results = [_result(graph, outcome) for outcome in outcomes(system)]
+    rows = _with_families(system, steps)
+    document = {
+        "schema": SCHEMA,
+        "model": system.name,
+        "structure": dict(system.structure),
+        "symbols": _symbols(system),
+        "definitions": rows,
+        "results": results,
+        "rates": {state: symbol.name for state, symbol in system.rates.items()},
+        "nodes": _renumbered(graph.nodes, [*rows, *results]),
+    }
+    _refuse_undeclared(document)
+    lines = (f"{json.dumps(key)}: {_rows(value)}" for key, value in document.items())
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _renumbered(nodes: list[list[Any]], rows: Iterable[dict[str, Any]]) -> list[list[Any]]:
+    """Return the nodes in the order in which the rows need them, whatever order they were stored in."""
+    number: dict[int, int] = {}
+    kept: list[list[Any]] = []
+
+    def visit(node: int) -> int:
+        if node not in number:
+            operation, *operands = nodes[node]
+            row = [operation, *(visit(o) if isinstance(o, int) else o for o in operands)]
+            number[node] = len(kept)
+            kept.append(row)
+        return number[node]
+
+    for row in rows:
+        row["node"] = visit(row["node"])
+    return kept
+
+
+def _rows(value: object) -> str:
+    """Print lists and tables one entry a line, so that a text diff is readable."""
+    if isinstance(value, list):
+        return "[\n" + ",\n".join("  " + json.dumps(v, ensure_ascii=False) for v in value) + "\n]"
+    if isinstance(value, dict):
+        rows = (f"  {json.dumps(k, ensure_ascii=False)}: {json.dumps(v, ensure_ascii=False)}" for k, v in value.items())
+        return "{\n" + ",\n".join(rows) + "\n}"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _step(graph: Graph, step: Definition | Equation) -> dict[str, Any]:
+    named = isinstance(step, Definition)
+    return {
+        "name": step.symbol.name if isinstance(step, Definition) else step.left,
+        "kind": "definition" if named else "equation",
+        "node": graph.add(step.expr),
+        "section": step.section,
+        "number": step.number,
+        "title": step.title,
+        "unit": step.unit,
+        "latex": step.latex if isinstance(step, Definition) else step.left,
+    }
+
+
+def _result(graph: Graph, outcome: Outcome) -> dict[str, Any]:
+    row = outcome._asdict()
+    row["node"] = graph.add(sp.sympify(row.pop("expr")))
+    return row
+
+
+def outcomes(system: System) -> Iterator[Outcome]:
+    """Yield everything physical that a system evaluates, in the order a reader would take it."""
+    yield from _rates(system.states, system.rhs, "rhs")
+    yield from _named(system.outputs, system.output, "output")
+    yield from _named(system.references, system.reference, "reference")
+    yield from _named(system.states, system.initial, "initial", "{}(0)", "{}(0)")
+    for law in system.controllers:
+        yield from _law(system, law)
+    if system.actuator:
+        yield from _named(system.inputs, system.actuator.applied, "actuator")
+    if system.sensor:
+        yield from _named(system.states, system.sensor.measured, "sensor")
+    if system.coordinates:
+        yield from _coordinates(system)
+    integrated = system.coordinates.states if system.coordinates else system.states
+    yield from _named(integrated, system.projection, "projection")
+    yield from _conditions(system.limits, "limit")
+    yield from _conditions(system.constraints, "constraint")
+    for function in system.functions:
+        for q, expr in function.results:
+            yield Outcome(f"{function.name}.{q.name}", "function", expr, quantity_latex(q), q.unit, q.description)
+    for variant in system.variants:
+        title = " ".join(variant.values)
+        yield from _rates(system.states, variant.rhs, "variant", f"{title}: ")
+        for name, loop in variant.loops.items():
+            yield from _rates(system.states, loop, "variant", f"{title}, {name}: ")
+    for state, expr in zip(system.rates, system.residual, strict=True):
+        yield Outcome(state, "motion", expr, "0", "", f"equation of motion that gives the rate of {state}")
+
+
+def _named(
+    group: Iterable[Quantity], expressions: Sequence[Expr], kind: str, name: str = "{}", latex: str = "{}"
+) -> Iterator[Outcome]:
+    for q, expr in zip(group, expressions, strict=False):
+        yield Outcome(name.format(q.name), kind, expr, latex.format(quantity_latex(q)), q.unit, q.description)
+
+
+def _rates(group: Iterable[Quantity], expressions: Sequence[Expr], kind: str, prefix: str = "") -> Iterator[Outcome]:
+    for q, expr in zip(group, expressions, strict=False):
+        unit = f"{q.unit}^2" if q.unit.endswith("/s") else f"{q.unit}/s"
+        yield Outcome(f"{prefix}{q.name}'", kind, expr, rate_latex(q), unit, f"rate of {q.name}")
+
+
+def rate_latex(quantity: Quantity) -> str:
+    """Return the time derivative of a quantity as it is printed."""
+    plain = quantity_latex(quantity)
+    return plain.replace(r"\dot", r"\ddot", 1) if plain.startswith(r"\dot") else rf"\dot{{{plain}}}"
+
+
+def _law(system: System, law: Controller) -> Iterator[Outcome]:
+    inputs = system.coordinates.inputs if system.coordinates else system.inputs
+    yield from _named(inputs, law.command, "law", f"{law.name}.{{}}")
+    yield from _named(law.memory, law.start, "memory at start", f"{law.name}.{{}}(0)", "{}(0)")
+    yield from _named(law.memory, law.update, "memory update", f"{law.name}.{{}}+", "{}^{{+}}")
+    yield from _conditions(law.constraints, "constraint", f"{law.name}: ")
+    yield from _conditions(law.warnings, "warning", f"{law.name}: ")
+
+
+def _coordinates(system: System) -> Iterator[Outcome]:
+    chart = system.coordinates
+    assert chart is not None
+    yield from _rates(chart.states, chart.rhs, "coordinate")
+    yield from _named(chart.states, chart.from_state, "from state")
+    yield from _named(chart.inputs, chart.from_input, "from input")
+    yield from _named(system.states, chart.to_state, "to state")
+    yield from _named(system.inputs, chart.to_input, "to input")
+
+
+def _conditions(conditions: Sequence[Condition], kind: str, prefix: str = "") -> Iterator[Outcome]:
+    seen: Counter[str] = Counter()
+    for condition in conditions:
+        seen[condition.message] += 1
+        again = f" ({seen[condition.message]})" if seen[condition.message] > 1 else ""
+        name = f"{prefix}{condition.message}{again}"
+        yield Outcome(name, kind, condition.margin, "0 <", "", condition.message)
+
+
+def groups(system: System) -> dict[str, Iterable[Quantity]]:
+    """Return the quantities that expressions are made of, by role."""
+    found: dict[str, Iterable[Quantity]] = {
+        "state": system.states, "input": system.inputs, "reference": system.references, "output": system.outputs,
+        "parameter": system.parameters, "scenario": system.scenario_parameters,
+    }  # fmt: skip
+    if system.coordinates:
+        found |= {"coordinate": system.coordinates.states, "command": system.coordinates.inputs}
+    if system.actuator:
+        found["commanded"] = system.actuator.commanded
+    if system.sensor:
+        found["noise"] = system.sensor.noise
+    for law in system.controllers:
+        found[f"law {law.name}"] = law.parameters
+        found[f"memory {law.name}"] = law.memory
+        found[f"applied {law.name}"] = law.applied
+    arguments = (q for function in system.functions for group in function.arguments for q in group)
+    known = {q.name for group in found.values() for q in group}
+    found["argument"] = [q for q in dict.fromkeys(arguments) if q.name not in known]
+    return found
+
+
+def _symbols(system: System) -> list[dict[str, Any]]:
+    rows = [_symbol(role, q) for role, group in groups(system).items() for q in group]
+    rows += [_bare(symbol, "rate") for symbol in system.rates.values()]
+    known = {row["name"] for row in rows} | {symbol.name for symbol in system.definitions}
+    shown = {s for step in system.steps if isinstance(step, Equation) for s in step.expr.free_symbols}
+    used = {s for outcome in outcomes(system) for s in sp.sympify(outcome.expr).free_symbols} | shown
+    if TIME.name not in known and TIME.symbol in _reached(system, used):
+        rows.append(_symbol("time", TIME))
+        known.add(TIME.name)
+    rows += [_bare(s, "shown") for s in sorted(shown, key=lambda s: s.name) if s.name not in known]
+    _refuse_ambiguous(rows)
+    return rows
+
+
+def _reached(system: System, symbols: Iterable[sp.Symbol]) -> set[sp.Symbol]:
+    return {s for expr in system.definitions.values() for s in expr.free_symbols} | set(symbols)
+
+
+def _symbol(role: str, q: Quantity) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        "name": q.name,
+        "role": role,
+        "unit": q.unit,
+        "sign": "positive" if q.positive else "real",
+        "latex": quantity_latex(q),
+        "description": q.description,
+    }
+    if q.family:
+        row |= {"family": q.family, "index": q.index}
+    if isinstance(q, Parameter):
+        row |= {"bounds": str(q.bounds), "source": q.source}
+    return row
+
+
+def _bare(symbol: sp.Symbol, role: str) -> dict[str, Any]:
+    """Describe a symbol that is no quantity: it only appears in equations that are shown, or in implicit ones."""
+    sign = "positive" if symbol.is_positive else "real"
+    latex = symbol.name if "\\" in symbol.name or "^" in symbol.name else sp.latex(symbol)
+    return {"name": symbol.name, "role": role, "unit": "", "sign": sign, "latex": latex, "description": ""}
+
+
+def quantity_latex(quantity: Quantity) -> str:
+    """Return how a quantity is printed: as the paper writes it, else its name, upright if it is a word."""
+    if quantity.latex:
+        return quantity.latex
+    if len(quantity.name) < 3:
+        return str(sp.latex(quantity.symbol))
+    return rf"\mathrm{{{quantity.name}}}".replace("_", r"\_")
+
+
+def _with_families(system: System, steps: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Mark definitions that exist once for each member of a family, such as one for each pendulum.
+
+    A definition belongs to member i if the indexed quantities it reaches all have the index i and its name carries it.
+    """
+    index = {q.symbol: q.index for group in groups(system).values() for q in group if q.family}
+    members: dict[str, list[tuple[int, dict[str, Any]]]] = {}
+    for step, row in zip(system.steps, steps, strict=True):
+        found = {index[s] for s in step.expr.free_symbols if s in index}
+        if len(found) != 1 or not isinstance(step, Definition):
+            continue
+        (number,) = found
+        index[step.symbol] = number
+        parts = re.split(rf"(?<!\d){number}(?!\d)", step.symbol.name)
+        if len(parts) == 2:
+            members.setdefault("".join(parts), []).append((number, row))
+    for family, rows in members.items():
+        if len(rows) > 1:
+            for number, row in rows:
+                row |= {"family": family, "index": number}
+    return steps
+
+
+def _refuse_ambiguous(rows: Iterable[Mapping[str, Any]]) -> None:
+    signs: dict[str, str] = {}
+    for row in rows:
+        if signs.setdefault(row["name"], row["sign"]) != row["sign"]:
+            raise EquationsError(f"{row['name']} is positive in one role and real in another: give it two names")
+
+
+def _refuse_undeclared(document: Mapping[str, Any]) -> None:
+    known = {row["name"] for row in (*document["symbols"], *document["definitions"])}
+    for operation, *operands in document["nodes"]:
+        if operation == "sym" and operands[0] not in known:
+            raise EquationsError(f"the symbol {operands[0]!r} is neither a quantity of the system nor a definition")

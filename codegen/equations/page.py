@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""equations.md: the derived equations as a page for people, with LaTeX that a forge renders."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+import jinja2
+import sympy as sp
+
+from mehvar.models.system import Definition, Equation, System
+
+from .formula import Names, Printer, aligned, broken, rank_of, width
+from .graph import Graph, Outcome, groups, outcomes, quantity_latex
+
+_TEMPLATES = Path(__file__).parent / "templates"
+_LINE, _CELL = 88, 64
+"""Widest line of a formula and of a cell of a table, in characters as printed, roughly."""
+_RUN = 3
+"""From this many definitions in a row without a number on, a table is used."""
+_TITLES = {
+    "rhs": "Rates of the states",
+    "output": "Outputs",
+    "reference": "References",
+    "initial": "Initial state",
+    "law": "Commands of the laws",
+    "memory at start": "Memory of the laws before the first sample",
+    "memory update": "Memory of the laws after a sample",
+    "actuator": "What becomes of a command",
+    "sensor": "What the laws see",
+    "coordinate": "Rates of the regular coordinates",
+    "from state": "Regular coordinates from the state",
+    "from input": "Regular inputs from the inputs",
+    "to state": "State from the regular coordinates",
+    "to input": "Inputs from the regular inputs",
+    "projection": "Projection after each step",
+    "limit": "What must hold along a run",
+    "constraint": "What parameters must satisfy",
+    "warning": "What parameters should satisfy",
+    "function": "Functions",
+    "variant": "Variants",
+}
+"""Headings of results by kind; equations of motion are shown with their derivation."""
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A formula with its words.
+
+    Attributes
+    ----------
+    label : str
+        "(12)", the name of a result, or nothing.
+    title, unit : str
+        What it is.
+    left, right, block : str
+        Its sides in one line, and both over several lines.
+    wide : bool
+        Whether one line is too long for a table.
+    where : tuple of str
+        Names that appear for the first time, with their meaning.
+    """
+
+    label: str
+    title: str
+    unit: str
+    left: str
+    right: str
+    block: str
+    wide: bool
+    where: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading with formulas, in runs that are printed one by one or as a table."""
+
+    title: str
+    runs: tuple[tuple[bool, tuple[Formula, ...]], ...]
+
+    @property
+    def anchor(self) -> str:
+        """The fragment under which a forge links the heading."""
+        return re.sub(r"[^\w\- ]", "", self.title.lower()).replace(" ", "-")
+
+
+def equations_markdown(system: System) -> str:
+    """Write the derivation, everything that is evaluated, and a table of all symbols."""
+    writer = _Writer(system)
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_TEMPLATES),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    return environment.get_template("equations.md.j2").render(
+        system=system,
+        sections=list(writer.derivation()),
+        results=list(writer.results()),
+        groups={role: list(group) for role, group in groups(system).items() if list(group)},
+        latex=quantity_latex,
+    )
+
+
+class _Writer:
+    """Turns the expressions of a system into LaTeX, and remembers which names were explained."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self._graph = Graph()
+        self._quantities = {q.symbol: q for group in groups(system).values() for q in group}
+        self._printer = Printer(self._graph.nodes, self._names(), latex=True, line=_LINE)
+        self._explained: set[sp.Symbol] = set()
+
+    def _names(self) -> Names:
+        latex = {symbol.name: quantity_latex(q) for symbol, q in self._quantities.items()}
+        rank = {q.name: rank_of(role) for role, group in groups(self.system).items() for q in group}
+        for step in self.system.steps:
+            if isinstance(step, Definition):
+                latex[step.symbol.name] = step.latex
+                rank[step.symbol.name] = rank_of("definition")
+            else:
+                for symbol in step.expr.free_symbols - self._quantities.keys():
+                    spelled = "\\" in symbol.name or "^" in symbol.name
+                    latex.setdefault(symbol.name, symbol.name if spelled else sp.latex(symbol))
+                    rank.setdefault(symbol.name, rank_of("rate" if "dot" in symbol.name else "parameter"))
+        return Names(latex, rank)
+
+    def derivation(self) -> Iterator[Section]:
+        """Yield the sections of the derivation."""
+        for title, steps in groupby(self.system.steps, key=lambda step: step.section):
+            yield Section(title or "Derivation", _runs([self._step(step) for step in steps]))
+
+    def _step(self, step: Definition | Equation) -> Formula:
+        left = step.latex if isinstance(step, Definition) else step.left
+        return self._formula(step.number, step.title, step.unit, left, step.expr)
+
+    def results(self) -> Iterator[Section]:
+        """Yield what is evaluated, by kind."""
+        for kind, found in groupby(self._shown(), key=lambda outcome: outcome.kind):
+            yield Section(_TITLES[kind], ((True, tuple(self._result(outcome) for outcome in found)),))
+
+    def _shown(self) -> Iterator[Outcome]:
+        """Yield the results in order of kind, of variants only what differs from the default."""
+        plain = {outcome.name: outcome.expr for outcome in outcomes(self.system) if outcome.kind == "rhs"}
+        kinds = list(_TITLES)
+        shown = [outcome for outcome in outcomes(self.system) if outcome.kind in _TITLES]
+        for outcome in sorted(shown, key=lambda outcome: kinds.index(outcome.kind)):
+            if outcome.kind != "variant" or plain[outcome.name.rpartition(": ")[2]] != outcome.expr:
+                yield outcome
+
+    def _result(self, outcome: Outcome) -> Formula:
+        title = "" if outcome.title == outcome.name else outcome.title
+        return self._formula(outcome.name, title, outcome.unit, outcome.latex, sp.sympify(outcome.expr))
+
+    def _formula(self, label: str, title: str, unit: str, left: str, expr: sp.Basic) -> Formula:
+        node = self._graph.add(expr)
+        right, sign = self._printer.text(node), "" if left.endswith("<") else "="
+        lines = _block(left, sign, self._printer.terms(node))
+        wide = width(right) > _CELL or r"\begin" in right
+        return Formula(label, title, unit, _in_cell(left), _in_cell(right), lines, wide, self._where(expr))
+
+    def _where(self, expr: sp.Basic) -> tuple[str, ...]:
+        found = []
+        for symbol in sorted(expr.free_symbols - self._explained, key=lambda s: s.name):
+            quantity = self._quantities.get(symbol)
+            self._explained.add(symbol)
+            if quantity is not None and quantity.description:
+                unit = f" [{quantity.unit}]" if quantity.unit != "1" else ""
+                found.append(f"$`{quantity_latex(quantity)}`$ {quantity.description}{unit}")
+        return tuple(found)
+
+
+def _runs(formulas: Sequence[Formula]) -> tuple[tuple[bool, tuple[Formula, ...]], ...]:
+    """Cut formulas into runs; True for a run that is short and plain enough for a table."""
+    runs = [
+        (plain, tuple(run))
+        for plain, run in groupby(formulas, key=lambda f: not f.wide and not f.label and not f.where)
+    ]
+    return tuple((plain and len(run) >= _RUN, run) for plain, run in runs)
+
+
+def _in_cell(latex: str) -> str:
+    """Spell out the bar that would end the cell of a table."""
+    return latex.replace("|", r"\vert ")
+
+
+def _block(left: str, sign: str, terms: Sequence[str]) -> str:
+    """Write a formula down, over several lines where one would be too long."""
+    lines = broken(terms, _LINE, width(left))
+    if len(lines) == 1:
+        return f"{left} {sign} {lines[0]}".replace("  ", " ").strip()
+    return aligned(f"{left} {sign}", lines)

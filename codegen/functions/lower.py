@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: Apache-2.0
+"""SymPy to CasADi: a converter for any project that has SymPy expressions and wants CasADi graphs."""
+
+from __future__ import annotations
+
+import functools
+import operator
+from collections.abc import Callable, Iterable, Mapping
+
+import casadi as ca
+import sympy as sp
+from sympy.core.relational import Relational
+
+from mehvar.errors import MehvarError
+
+
+class LoweringError(MehvarError, ValueError):
+    """A SymPy expression that has no CasADi counterpart, or a symbol without a value."""
+
+
+_UNARY: dict[type[sp.Basic], Callable[[ca.SX], ca.SX]] = {
+    sp.sin: ca.sin, sp.cos: ca.cos, sp.tan: ca.tan, sp.asin: ca.asin, sp.acos: ca.acos, sp.atan: ca.atan,
+    sp.sinh: ca.sinh, sp.cosh: ca.cosh, sp.tanh: ca.tanh, sp.asinh: ca.asinh, sp.acosh: ca.acosh, sp.atanh: ca.atanh,
+    sp.exp: ca.exp, sp.log: ca.log, sp.Abs: ca.fabs, sp.sign: ca.sign, sp.floor: ca.floor, sp.ceiling: ca.ceil,
+    sp.erf: ca.erf, sp.Not: ca.logic_not,
+}  # fmt: skip
+_FOLDED: dict[type[sp.Basic], Callable[[ca.SX, ca.SX], ca.SX]] = {
+    sp.Add: operator.add, sp.Mul: operator.mul, sp.Min: ca.fmin, sp.Max: ca.fmax,
+    sp.And: ca.logic_and, sp.Or: ca.logic_or,
+}  # fmt: skip
+_BINARY: dict[type[sp.Basic], Callable[[ca.SX, ca.SX], ca.SX]] = {
+    sp.atan2: ca.atan2, sp.Mod: ca.fmod,
+    sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge,
+    sp.Equality: ca.eq, sp.Unequality: ca.ne,
+}  # fmt: skip
+
+
+def to_casadi(
+    expressions: Iterable[sp.Basic],
+    symbols: Mapping[sp.Symbol, ca.SX],
+    definitions: Mapping[sp.Symbol, sp.Basic] | None = None,
+) -> list[ca.SX]:
+    """Convert SymPy expressions to CasADi SX scalars that share their common parts.
+
+    Parameters
+    ----------
+    expressions : iterable of sympy expressions
+        Scalars; sums, products, powers, elementary functions, Min, Max, sign, Piecewise and relations are understood.
+    symbols : mapping
+        The SX scalar of each free symbol.
+    definitions : mapping, optional
+        Symbols that stand for further expressions, in any order; they are converted when first met.
+
+    Returns
+    -------
+    list of casadi.SX
+        One scalar an expression.
+
+    Raises
+    ------
+    LoweringError
+        If a function has no counterpart or a symbol has neither a value nor a definition.
+
+    Examples
+    --------
+    >>> import casadi, sympy
+    >>> x = sympy.Symbol("x")
+    >>> to_casadi([sympy.sin(x) ** 2], {x: casadi.SX.sym("x")})
+    [SX(sq(sin(x)))]
+    """
+    converter = _Converter(symbols, definitions or {})
+    return [converter(sp.sympify(expression)) for expression in expressions]
+
+
+class _Converter:
+    """A memoised walk; the stack is explicit, so deep expressions do not exhaust Python's."""
+
+    def __init__(self, symbols: Mapping[sp.Symbol, ca.SX], definitions: Mapping[sp.Symbol, sp.Basic]) -> None:
+        self._memo: dict[sp.Basic, ca.SX] = dict(symbols)
+        self._definitions = definitions
+        self._numbers: set[sp.Basic] = set()
+
+    def __call__(self, root: sp.Basic) -> ca.SX:
+        stack, entered = [root], set()
+        while stack:
+            node = stack[-1]
+            if node in self._memo:
+                stack.pop()
+                continue
+            waiting = [child for child in self._children(node) if child not in self._memo]
+            if not waiting:
+                self._memo[node] = self._convert(node)
+                stack.pop()
+            elif node in entered:
+                raise LoweringError(f"{node} is defined by itself")
+            else:
+                entered.add(node)
+                stack.extend(reversed(waiting))
+        return self._memo[root]
+
+    def _children(self, node: sp.Basic) -> tuple[sp.Basic, ...]:
+        if isinstance(node, sp.Symbol):
+            if node not in self._definitions:
+                raise LoweringError(f"symbol {node.name!r} has neither a value nor a definition")
+            return (sp.sympify(self._definitions[node]),)
+        if isinstance(node, sp.Piecewise):
+            return tuple(part for pair in node.args for part in pair.args)
+        return tuple(node.args)
+
+    def _convert(self, node: sp.Basic) -> ca.SX:
+        if isinstance(node, sp.Symbol):
+            return self._memo[self._children(node)[0]]
+        if node in (sp.true, sp.false):
+            return ca.SX(1 if node is sp.true else 0)
+        if isinstance(node, sp.Expr) and self._numbers.issuperset(node.args):
+            # a number is evaluated as a whole, so that it is rounded once
+            self._numbers.add(node)
+            return ca.SX(float(sp.N(node, 25)))
+        if isinstance(node, sp.Pow):
+            return self._power(node)
+        if isinstance(node, sp.Piecewise):
+            return self._piecewise(node)
+        arguments = [self._memo[child] for child in node.args]
+        kind = type(node)
+        if kind in _UNARY:
+            return _UNARY[kind](arguments[0])
+        if kind in _BINARY:
+            return _BINARY[kind](*arguments)
+        if kind in _FOLDED:
+            return functools.reduce(_FOLDED[kind], arguments)
+        what = "relation" if isinstance(node, Relational) else "function"
+        raise LoweringError(f"{what} {kind.__name__!r} has no CasADi counterpart (in {node})")
+
+    def _power(self, node: sp.Pow) -> ca.SX:
+        base, exponent = self._memo[node.base], node.exp
+        if not exponent.is_Rational:
+            return ca.power(base, self._memo[exponent])
+        if exponent.is_Integer and abs(int(exponent)) <= 64:
+            return _integer_power(base, int(exponent))
+        if exponent.q == 2 and abs(exponent.p) <= 9:
+            return _integer_power(ca.sqrt(base), int(exponent.p))
+        return ca.power(base, float(exponent))
+
+    def _piecewise(self, node: sp.Piecewise) -> ca.SX:
+        if node.args[-1].cond is not sp.true:
+            raise LoweringError(f"Piecewise without a last branch for all other cases: {node}")
+        result = self._memo[node.args[-1].expr]
+        for pair in reversed(node.args[:-1]):
+            result = ca.if_else(self._memo[pair.cond], self._memo[pair.expr], result)
+        return result
+
+
+def _integer_power(base: ca.SX, exponent: int) -> ca.SX:
+    """Multiply by squaring; a negative power is one division."""
+    result, square, left = None, base, abs(exponent)
+    while left:
+        if left & 1:
+            result = square if result is None else result * square
+        square, left = square * square, left >> 1
+    whole = ca.SX(1) if result is None else result
+    return 1 / whole if exponent < 0 else whole

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which functions are generated for a system, still in SymPy, and what their symbols stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import sympy as sp
+
+from mehvar.models.check import formulas
+from mehvar.models.system import TIME, Condition, Controller, Expr, Function, Group, System, free_symbols, scalar
+
+
+@dataclass(frozen=True)
+class Request:
+    """A function to generate.
+
+    Attributes
+    ----------
+    name, description : str
+        Its name in C and Python, and one line for people.
+    arguments : tuple of Group
+        What it receives; a group of one quantity with the same name is a scalar.
+    results : tuple of (name, expressions)
+        What it returns.
+    scalars : bool
+        Whether each result is a scalar instead of a vector.
+    law : Controller, optional
+        The law that gives the input where the function does not receive it.
+    repeated : bool
+        Whether a run calls it again and again with the same parameters.
+    """
+
+    name: str
+    description: str
+    arguments: tuple[Group, ...]
+    results: tuple[tuple[str, tuple[Expr, ...]], ...]
+    scalars: bool = False
+    law: Controller | None = None
+    repeated: bool = False
+
+
+def identifier(name: str) -> str:
+    """Return a law's name as it stands in C and Python."""
+    return name.replace("-", "_")
+
+
+def requests(system: System) -> list[Request]:
+    """List the functions of a system, right-hand side first, Jacobians excepted."""
+    own = [_own(function) for function in system.functions]
+    laws = [request for law in system.controllers for request in _law(system, law)]
+    return [*_plant(system), *_scenario(system), *own, *laws]
+
+
+def _plant(system: System) -> list[Request]:
+    x, u, r, p = system.states, system.inputs, system.references, system.parameters
+    margins = _margins(system.limits)
+    found = [
+        Request("rhs", "state derivative", (x, u, p), (("dx", system.rhs),), repeated=True),
+        Request("outputs", "outputs of a run", (x, u, r, p), (("y", system.output),), repeated=True),
+        Request("limits", "margins that stay positive along a run", (x, u, p), (("margin", margins),), repeated=True),
+    ]
+    for variant in system.variants:
+        description = f"state derivative, {', '.join(variant.values)}"
+        name, result = f"rhs_{suffix(system, variant.values)}", (("dx", variant.rhs),)
+        found.append(Request(name, description, (x, u, p), result, repeated=True))
+    q = _integrated(system)
+    if system.coordinates:
+        found.append(Request("to_coordinates", "regular coordinates of a state", (x,), (("q", q.symbols),)))
+        found.append(Request("from_coordinates", "state at regular coordinates", (q,), (("x", x.symbols),)))
+    if system.projection:
+        found.append(
+            Request("project", "coordinates put back on their manifold", (q,), (("q_next", system.projection),))
+        )
+    if system.actuator:
+        commanded = Group("u_cmd", system.actuator.commanded.quantities)
+        result = (("u", system.actuator.applied),)
+        found.append(Request("actuate", "input that acts", (x, commanded, p), result, repeated=True))
+    if system.sensor:
+        noise = Group("e", system.sensor.noise.quantities)
+        result = (("x_seen", system.sensor.measured),)
+        found.append(Request("measure", "state that a law sees", (x, noise, p), result, repeated=True))
+    return found
+
+
+def _scenario(system: System) -> list[Request]:
+    p, s = system.parameters, system.scenario_parameters
+    margins = _margins(system.constraints)
+    return [
+        Request("initial", "initial state of a scenario", (p, s), (("x", system.initial),)),
+        Request("reference", "reference of a scenario", (scalar(TIME), p, s), (("r", system.reference),)),
+        Request("constraints", "margins that stay positive for a feasible scenario", (p, s), (("margin", margins),)),
+    ]
+
+
+def _own(function: Function) -> Request:
+    scalars = tuple((quantity.name, (expr,)) for quantity, expr in function.results)
+    vector = ((function.vector, tuple(expr for _, expr in function.results)),)
+    results = vector if function.vector else scalars
+    return Request(function.name, function.description, function.arguments, results, not function.vector)
+
+
+def _law(system: System, law: Controller) -> list[Request]:
+    x, r, p, c, s = system.states, system.references, system.parameters, law.parameters, system.scenario_parameters
+    name, margins, derived = identifier(law.name), _margins(law.constraints), tuple(formulas(c).values())
+    found = _sampled(system, law) if law.period else _continuous(system, law)
+    constraints = (("margin", margins),)
+    found.append(Request(f"{name}_constraints", f"margins of a feasible {law.name}", (p, c, s), constraints, law=law))
+    if law.warnings:
+        shown = tuple(value for condition in law.warnings for value in (condition.margin, *condition.shown))
+        description = f"margins that a run of {law.name} should have, each with the values to show"
+        found.append(Request(f"{name}_warnings", description, (p, c, s), (("margin", shown),), law=law))
+    if law.start:
+        description = f"memory of {law.name} before the first sample"
+        found.append(Request(f"{name}_start", description, (x, r, p, c), (("z", law.start),), law=law))
+    if law.outputs:
+        reported = (("w", tuple(output.value for output in law.outputs)),)
+        found.append(Request(f"{name}_outputs", f"what {law.name} reports", (x, r, p, c), reported, law=law))
+    if derived:
+        found.append(Request(f"{name}_defaults", f"formula defaults of {law.name}", (c,), (("derived", derived),)))
+    return found
+
+
+def _sampled(system: System, law: Controller) -> list[Request]:
+    x, r, p, c = system.states, system.references, system.parameters, law.parameters
+    name, command = identifier(law.name), ("u", _commanded(system))
+    if not law.memory:
+        return [Request(name, law.title, (x, r, p, c), (command,), law=law, repeated=True)]
+    arguments = (x, r, Group("v", law.applied.quantities), Group("z", law.memory.quantities), p, c)
+    return [Request(name, law.title, arguments, (command, ("z_next", law.update)), law=law, repeated=True)]
+
+
+def _continuous(system: System, law: Controller) -> list[Request]:
+    x, r, p, c = system.states, system.references, system.parameters, law.parameters
+    q, rhs = _integrated(system), system.coordinates.rhs if system.coordinates else system.rhs
+    name = identifier(law.name)
+    command = ("u_cmd", _commanded(system))
+    seen = (("x", x.symbols), ("u", system.inputs.symbols), *((command,) if system.actuator else ()))
+    found = [
+        Request(name, law.title, (x, r, p, c), (("u", _commanded(system)),), law=law, repeated=True),
+        Request(f"{name}_loop", f"closed loop of {law.name}", (q, r, p, c), (("dq", rhs),), law=law, repeated=True),
+        Request(
+            f"{name}_observe", f"state and input in the loop of {law.name}", (q, r, p, c), seen, law=law, repeated=True
+        ),
+    ]
+    for variant in system.variants:
+        loop = variant.loops.get(law.name, variant.rhs)
+        description = f"closed loop of {law.name}, {', '.join(variant.values)}"
+        tag = f"{name}_loop_{suffix(system, variant.values)}"
+        found.append(Request(tag, description, (q, r, p, c), (("dq", loop),), law=law, repeated=True))
+    return found
+
+
+def suffix(system: System, values: Iterable[str]) -> str:
+    """Return what is appended to the names of a variant's functions: its values that are not the default."""
+    return "_".join(value for choice, value in zip(system.choices, values, strict=True) if value != choice.values[0])
+
+
+def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
+    """Return what symbols stand for that a function does not receive: another chart, the input, the reference."""
+    received = {group.name for group in request.arguments}
+    bound = _pairs(system.references.symbols, system.reference) if "s" in received else {}
+    law, coordinates = request.law, system.coordinates
+    if coordinates and "q" in received:
+        bound |= _pairs(system.states.symbols, coordinates.to_state)
+    elif coordinates:
+        bound |= _pairs(coordinates.states.symbols, coordinates.from_state)
+    if coordinates and law and not law.period:
+        bound |= _pairs(coordinates.inputs.symbols, law.command) | _pairs(system.inputs.symbols, coordinates.to_input)
+    elif coordinates and not law:
+        bound |= _pairs(coordinates.inputs.symbols, coordinates.from_input)
+    elif law:
+        bound |= _pairs(_commanded(system), law.command)
+        bound |= _pairs(system.inputs.symbols, system.actuator.applied) if system.actuator else {}
+    return bound
+
+
+def parameter_arguments(system: System, request: Request) -> frozenset[int]:
+    """Return the arguments that stay the same along a run: parameters, and a reference that does not move."""
+    fixed = {"p", "c", "s"} | (set() if reference_moves(system) else {"r"})
+    return frozenset(k for k, group in enumerate(request.arguments) if group.name in fixed)
+
+
+def held_arguments(request: Request) -> frozenset[int]:
+    """Return the arguments that a state derivative finds unchanged from one sample of a law to the next: the input."""
+    derivative = [name for name, _ in request.results] == ["dx"]
+    return frozenset(k for k, group in enumerate(request.arguments) if derivative and group.name == "u")
+
+
+def reference_moves(system: System) -> bool:
+    """Tell whether the reference depends on time."""
+    return TIME.symbol in free_symbols(system.reference, system.definitions)
+
+
+def _integrated(system: System) -> Group:
+    """Return the coordinates in which continuous loops are integrated: the regular chart, or the state itself."""
+    return Group("q", (system.coordinates.states if system.coordinates else system.states).quantities)
+
+
+def _commanded(system: System) -> tuple[sp.Symbol, ...]:
+    return system.actuator.commanded.symbols if system.actuator else system.inputs.symbols
+
+
+def _margins(conditions: Iterable[Condition]) -> tuple[Expr, ...]:
+    return tuple(condition.margin for condition in conditions)
+
+
+def _pairs(symbols: Iterable[sp.Symbol], expressions: Iterable[Expr]) -> dict[sp.Symbol, Expr]:
+    """Pair symbols with what they stand for; a symbol that is the same in both charts stands for itself."""
+    return {s: e for s, e in zip(symbols, expressions, strict=True) if s != e}

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hold the form that is evaluated against the equations that were derived."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import MehvarError
+from mehvar.models.system import Group, Parameter, System
+
+from .lower import to_casadi
+
+POINTS = 40
+TOLERANCE = 1e-12
+
+
+class VerificationError(MehvarError, ValueError):
+    """The right-hand side that would be generated is not the one that was derived."""
+
+
+def verify(system: System) -> None:
+    """Compare x' of the evaluation form with x' of the derived equations at random points.
+
+    States and inputs are drawn from [-1, 1], parameters within 20 % of their defaults and inside their bounds.
+
+    Raises
+    ------
+    VerificationError
+        If they differ by more than 1e-12 max(1, |x'|_inf) at any point; the message says where and in what.
+    """
+    if not system.residual:
+        return
+    forms, project = _forms(system), _projection(system)
+    generator = np.random.default_rng(0)
+    names = list(system.rates)
+    for point in range(POINTS):
+        x, u, p = (_draw(group, generator) for group in (system.states, system.inputs, system.parameters))
+        rates, residual, slope = (np.array(value) for value in forms(project(x), u, p))
+        error = np.abs(np.linalg.solve(slope, residual)).ravel()
+        bound = TOLERANCE * max(1.0, float(np.abs(rates).max()))
+        worst = int(error.argmax())
+        if not error[worst] <= bound:
+            raise VerificationError(
+                f"{system.name}: {names[worst]}' of the evaluation form differs from the derived equations "
+                f"by {error[worst]:.2e} (allowed {bound:.2e}) at random point {point}"
+            )
+
+
+def _forms(system: System) -> ca.Function:
+    """Return (x, u, p) -> rates of the evaluation form, the residual there, and its slope in the rates."""
+    groups = (system.states, system.inputs, system.parameters)
+    vectors = [ca.SX.sym(group.name, len(group)) for group in groups]
+    symbols = {
+        symbol: vector[k]
+        for group, vector in zip(groups, vectors, strict=True)
+        for k, symbol in enumerate(group.symbols)
+    }
+    rates = ca.SX.sym("rates", len(system.rates))
+    rate_symbols = {symbol: rates[k] for k, symbol in enumerate(system.rates.values())}
+    by_state = dict(zip((q.name for q in system.states), system.rhs, strict=True))
+    value = ca.vertcat(*to_casadi([by_state[name] for name in system.rates], symbols, system.definitions))
+    residual = ca.vertcat(*to_casadi(system.residual, symbols | rate_symbols, system.definitions))
+    slope = ca.densify(ca.jacobian(residual, rates))
+    return ca.Function("forms", vectors, [value, *ca.substitute([residual, slope], [rates], [value])])
+
+
+def _projection(system: System) -> ca.Function:
+    """Return x -> x on the manifold of the states."""
+    x = ca.SX.sym("x", len(system.states))
+    symbols = {symbol: x[k] for k, symbol in enumerate(system.states.symbols)}
+    moved = to_casadi(system.projection or system.states.symbols, symbols, system.definitions)
+    return ca.Function("project", [x], [ca.vertcat(*moved)])
+
+
+def _draw(group: Group, generator: np.random.Generator) -> NDArray[np.float64]:
+    return np.array([_value(q, generator) for q in group])
+
+
+def _value(quantity: object, generator: np.random.Generator) -> float:
+    if not isinstance(quantity, Parameter) or not isinstance(quantity.default, float):
+        return float(generator.uniform(-1, 1))
+    value = quantity.default * generator.uniform(0.8, 1.2)
+    return value if value in quantity.bounds else quantity.default

@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The ledger of a paper: a verdict on everything it prints, computed from the derivation.
+
+`mehvar.models.paper` says what is printed and what the symbols mean; here both sides of each relation are written out
+and compared: by their form (proved), else at random points with 50 digits (tested). What differs gets a counterexample
+of simple numbers and, where the paper's module proposes a correction, the correction, tested like everything else.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from types import ModuleType
+from typing import Any
+
+import sympy as sp
+
+from mehvar.models.paper import Kind, Names, Paper, Printed, Reading, Relation, Side
+from mehvar.models.system import System
+
+from .misprints import edits
+from .relations import Comparison, Counterexample, compare, residuals
+
+_CHOSEN: tuple[Kind, ...] = ("definition", "condition", "data")
+
+
+class Verdict(StrEnum):
+    """What became of a printed statement."""
+
+    HOLDS = "holds"
+    DIFFERS = "differs"
+    DEFINITION = "definition"
+    AMBIGUOUS = "illegible or ambiguous"
+    UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True)
+class Line:
+    """A judged relation, as text and as LaTeX.
+
+    Attributes
+    ----------
+    printed, printed_latex : str
+        As printed.
+    corrected, corrected_latex : str
+        As it should read; empty if it holds, or if no correction passed.
+    verdict : Verdict
+        Of this relation.
+    how : str
+        How sure this is.
+    edits : tuple of str
+        What is wrong, term by term.
+    counterexample : Counterexample or None
+        Where it fails.
+    says : str
+        What is checked, in words, where the formula is not what is printed.
+    """
+
+    printed: str
+    printed_latex: str
+    corrected: str
+    corrected_latex: str
+    verdict: Verdict
+    how: str
+    edits: tuple[str, ...]
+    counterexample: Counterexample | None
+    says: str
+
+
+@dataclass(frozen=True)
+class JudgedReading:
+    """A judged way to read an entry."""
+
+    text: str
+    used: bool
+    why: str
+    verdict: Verdict
+    lines: tuple[Line, ...]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The verdict on one numbered equation, table row or sentence.
+
+    Attributes
+    ----------
+    number : str
+        "(22)", or where it stands.
+    title, kind : str
+        What it is about; equation, definition, condition, statement or data.
+    verdict : Verdict
+        Of the entry: *illegible or ambiguous* if its readings disagree.
+    readings : tuple of JudgedReading
+        Each with a verdict of its own.
+    note : str
+        What the paper's module adds.
+    """
+
+    number: str
+    title: str
+    kind: str
+    verdict: Verdict
+    readings: tuple[JudgedReading, ...]
+    note: str
+
+    @property
+    def used(self) -> JudgedReading:
+        """The reading that the model follows."""
+        return next(reading for reading in self.readings if reading.used)
+
+    @property
+    def how(self) -> str:
+        """How sure the verdict is, in one line."""
+        return "; ".join(dict.fromkeys(line.how for line in self._telling()))
+
+    @property
+    def printed_latex(self) -> tuple[str, ...]:
+        """The relations as printed."""
+        return tuple(line.printed_latex for line in self.used.lines)
+
+    @property
+    def corrected_latex(self) -> tuple[str, ...]:
+        """The relations that were corrected, as they should read."""
+        return tuple(line.corrected_latex for line in self.used.lines if line.corrected_latex)
+
+    @property
+    def edits(self) -> tuple[str, ...]:
+        """What is wrong, term by term."""
+        return tuple(edit for line in self.used.lines for edit in line.edits)
+
+    @property
+    def counterexample(self) -> Counterexample | None:
+        """Where it fails."""
+        return next((line.counterexample for line in self.used.lines if line.counterexample), None)
+
+    def _telling(self) -> Iterable[Line]:
+        failing = [line for line in self.used.lines if line.verdict == self.verdict]
+        return failing or self.used.lines
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """The judged entries of a paper, in its order, and what is to be said about all of them."""
+
+    model: str
+    title: str
+    entries: tuple[Entry, ...]
+    note: str = ""
+
+    def counts(self) -> dict[str, int]:
+        """Count the entries by verdict."""
+        return {verdict.value: sum(entry.verdict is verdict for entry in self.entries) for verdict in Verdict}
+
+    def __getitem__(self, number: str) -> Entry:
+        """Return the entry with this number, "(22)"."""
+        return next(entry for entry in self.entries if entry.number == number)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the ledger as plain lists, dicts and strings."""
+        return {"schema": 1, "counts": self.counts(), **asdict(self)}
+
+
+def ledger(model: str | ModuleType | System) -> Ledger:
+    """Judge everything that a model's paper prints.
+
+    Parameters
+    ----------
+    model : str, module or System
+        A model's name, its package, or its derived system, which need not be derived again then.
+
+    Returns
+    -------
+    Ledger
+        One entry for each numbered equation, and for table rows and sentences that can be checked.
+    """
+    system = model if isinstance(model, System) else _package(model).system()
+    paper = importlib.import_module(f"mehvar.models.{system.name}.paper").paper(system)
+    return judge(paper, system.name)
+
+
+def _package(model: str | ModuleType) -> ModuleType:
+    return importlib.import_module(f"mehvar.models.{model}") if isinstance(model, str) else model
+
+
+def judge(paper: Paper, model: str) -> Ledger:
+    """Compute the verdict of each entry of a paper."""
+    entries = tuple(judge_entry(printed, paper.names) for printed in paper.entries)
+    return Ledger(model, paper.title, entries, paper.note)
+
+
+def ledger_json(system: System) -> str:
+    """Return the ledger of a system's paper as JSON text, the same for the same sources."""
+    return json.dumps(ledger(system).to_json(), indent=1, ensure_ascii=False) + "\n"
+
+
+def judge_entry(printed: Printed, names: Names) -> Entry:
+    """Compute the verdict of one entry."""
+    readings = tuple(_reading(reading, printed, names) for reading in printed.readings)
+    verdicts = {reading.verdict for reading in readings}
+    verdict = verdicts.pop() if len(verdicts) == 1 else Verdict.AMBIGUOUS
+    number = f"({printed.number})" if printed.number.isdecimal() else printed.number
+    return Entry(number, printed.title, printed.kind, verdict, readings, printed.note)
+
+
+def _reading(reading: Reading, printed: Printed, names: Names) -> JudgedReading:
+    lines = tuple(_line(relation, names) for relation in reading.relations)
+    found = {line.verdict for line in lines}
+    if Verdict.DIFFERS in found:
+        verdict = Verdict.DIFFERS
+    elif Verdict.UNDECIDED in found:
+        verdict = Verdict.UNDECIDED
+    elif printed.kind in _CHOSEN or found <= {Verdict.DEFINITION}:
+        verdict = Verdict.DEFINITION
+    else:
+        verdict = Verdict.HOLDS
+    return JudgedReading(reading.text, reading.used, reading.why, verdict, lines)
+
+
+def _line(relation: Relation, names: Names) -> Line:
+    printed = _shown(relation.left, relation.op, relation.right, names)
+    if relation.given:
+        return Line(*printed, "", "", Verdict.DEFINITION, "given: nothing to compare", (), None, relation.says)
+    result = compare(relation, names)
+    if result.equal is None:
+        return Line(*printed, "", "", Verdict.UNDECIDED, result.how, (), None, relation.says)
+    if result.equal:
+        return Line(*printed, "", "", Verdict.HOLDS, result.how, (), None, relation.says)
+    return _differing(relation, names, printed, result)
+
+
+def _differing(relation: Relation, names: Names, printed: tuple[str, str], result: Comparison) -> Line:
+    """Look for what is wrong: by the proposed correction if it passes, else, for a residual, term by term."""
+    left = relation.left if relation.corrected_left is None else relation.corrected_left
+    right = relation.right if relation.corrected is None else relation.corrected
+    corrected, how = ("", ""), result.how
+    changes: tuple[str, ...] = ()
+    retest = None if (left, right) == (relation.left, relation.right) else compare(relation, names, left, right)
+    if retest and retest.equal:
+        corrected = _shown(left, relation.op, right, names)
+        how = f"{how}; the corrected form is {retest.how}"
+        changes = (*edits(relation.left, left, names.as_text), *edits(relation.right, right, names.as_text))
+    elif relation.against is not None:
+        terms, derived = residuals(relation, names)
+        corrected = _shown(derived, relation.op, sp.S.Zero, names)
+        how = f"{how}; the derived equation, written out, takes the place of a correction"
+        changes = edits(terms, derived, names.as_text)
+    return Line(*printed, *corrected, Verdict.DIFFERS, how, changes, result.counterexample, relation.says)
+
+
+def _shown(left: Side, op: str, right: Side, names: Names) -> tuple[str, str]:
+    """Write a relation as text and as LaTeX."""
+    sign = {"<=": r"\le", ">=": r"\ge"}.get(op, op)
+    text = f"{names.as_text(left)} {op} {names.as_text(right)}"
+    return text, f"{names.as_latex(left)} {sign} {names.as_latex(right)}"

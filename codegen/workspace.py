@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where models live: a checkout of mehvar, the installed package, or a folder of the user's own."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import re
+import sys
+from dataclasses import dataclass
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+
+from mehvar.errors import MehvarError
+
+_TOOL = Path(__file__).parent
+_COMPARING = re.compile(
+    r"codegen/(diff|equal|ledger)/|codegen/equations/document\.py|models/(.*/)?(paper[./]|notation\.py)"
+)
+"""Modules that compare equations and write no generated text."""
+
+
+class GenerateError(MehvarError, ValueError):
+    """A model that cannot be generated as asked."""
+
+
+@dataclass(frozen=True)
+class Tree:
+    """Where models are read from and generated text is written to.
+
+    Attributes
+    ----------
+    root : Path
+        Folder with models/ and generated/.
+    """
+
+    root: Path
+
+    @property
+    def has_vocabulary(self) -> bool:
+        """Whether this is a checkout of mehvar; a user's own tree takes the vocabulary of the installed package."""
+        return (self.root / "models" / "system.py").is_file()
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Names of the models in this tree."""
+        return tuple(sorted(path.parent.name for path in (self.root / "models").glob("*/__init__.py")))
+
+    def sources(self, model: str, papers: bool = False) -> dict[str, str]:
+        """Return the SHA-256 of each file that the model's generated text depends on.
+
+        Parameters
+        ----------
+        model : str
+            Its name.
+        papers : bool
+            Add what the verdicts on its paper depend on.
+        """
+        vocabulary = (self.root if self.has_vocabulary else _TOOL.parent) / "models"
+        own = (p for p in (self.root / "models" / model).rglob("*") if p.suffix in (".py", ".toml"))
+        tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2"))
+        names = {p: "models/" + p.name for p in vocabulary.glob("*.py")}
+        names |= {p: p.relative_to(self.root).as_posix() for p in own}
+        names |= {p: "codegen/" + p.relative_to(_TOOL).as_posix() for p in tool}
+        kept = {p: name for p, name in names.items() if papers or not _COMPARING.match(name)}
+        return {name: sha256(path) for path, name in sorted(kept.items(), key=lambda item: item[1])}
+
+
+def find_tree(start: Path) -> Tree | None:
+    """Return the nearest folder at or above `start` that has generated/, and system.py in models/ or in a model."""
+    for folder in (start, *start.parents):
+        models = folder / "models"
+        if (folder / "generated").is_dir() and ((models / "system.py").is_file() or any(models.glob("*/system.py"))):
+            return Tree(folder)
+    return None
+
+
+def installed_tree() -> Tree:
+    """Return the tree that this package was installed with."""
+    return Tree(_TOOL.parent)
+
+
+def load_model(tree: Tree, model: str) -> ModuleType:
+    """Import a model's package from the tree it lives in.
+
+    Raises
+    ------
+    GenerateError
+        If there is no such model, or this process has imported another tree's models before.
+    """
+    if model not in tree.models:
+        raise GenerateError(f"model {model!r} is not known in {tree.root / 'models'}; known: {', '.join(tree.models)}")
+    if not tree.has_vocabulary:
+        return _load_by_path(tree.root / "models" / model)
+    prefer_vocabulary(tree)
+    package = importlib.import_module(f"mehvar.models.{model}")
+    if not Path(package.__file__ or "").is_relative_to(tree.root):
+        raise GenerateError(
+            f"models is already imported from {Path(package.__file__ or '').parents[2]}; use a new process"
+        )
+    return package
+
+
+def prefer_vocabulary(tree: Tree) -> None:
+    """Let another checkout's own vocabulary be imported as mehvar.models; too late where ours already is."""
+    if tree.has_vocabulary and tree != installed_tree() and "mehvar.models" not in sys.modules:
+        sys.meta_path.insert(0, _Vocabulary(tree.root / "models"))
+
+
+class _Vocabulary(MetaPathFinder, Loader):
+    """Finds mehvar.models in another checkout; one from before the rooms had one import name calls it models."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def find_spec(self, fullname: str, *_: object) -> ModuleSpec | None:
+        if fullname == "mehvar.models":
+            file = self.folder / "__init__.py"
+            return importlib.util.spec_from_file_location(fullname, file, submodule_search_locations=[str(self.folder)])
+        if fullname.split(".")[0] == "models":
+            return ModuleSpec(fullname, self)
+        return None
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        module = importlib.import_module(f"mehvar.{spec.name}")
+        spec.loader_state = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Give the module, which has been executed under its own name, the specification of that name back."""
+        assert module.__spec__ is not None
+        module.__spec__ = module.__spec__.loader_state
+
+
+def _load_by_path(folder: Path) -> ModuleType:
+    """Import a user's model under a name that cannot clash with a package of theirs or ours."""
+    name = f"mehvar_own_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}_{folder.name}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(
+        name, folder / "__init__.py", submodule_search_locations=[str(folder)]
+    )
+    if spec is None or spec.loader is None or not (folder / "__init__.py").is_file():
+        raise GenerateError(f"{folder} lacks __init__.py with STRUCTURE and system")
+    package = sys.modules[name] = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(package)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return package
+
+
+def sha256(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What `mehvar diff` does with its options: which comparison, which format, where to."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import typer
+
+from mehvar.comparison.compare import Diff, diff_versions
+from mehvar.comparison.sources import WORK
+from mehvar.errors import InputError, bad_value
+from mehvar.runtime.files import write_atomic
+
+FORMATS = ("text", "json", "html")
+_HEAD = "HEAD"
+
+
+def diff_command(
+    old: str | None, new: str | None, model: str | None, paper: bool, form: str | None, out: Path | None
+) -> int:
+    """Compare, print or save, and return the exit status: 0 the same, 1 different.
+
+    Raises
+    ------
+    InputError
+        If the options do not go together, or a version or model does not exist.
+    """
+    chosen = _format(form, out)
+    if paper:
+        from mehvar.ledger.page import paper_command
+
+        if old is not None:
+            raise InputError(f"--paper compares what models/ derives now with the paper, not {old!r}: leave it out")
+        return paper_command(model, chosen, out)
+    diff = diff_versions(old or _HEAD, new or WORK, model)
+    if chosen == "text" and out is None:
+        from mehvar.comparison.text import print_diff
+
+        print_diff(diff)
+    else:
+        deliver(_text(diff, chosen), out, [f"{found.model}: {found.status.value}" for found in diff.models])
+    return int(diff.differs)
+
+
+def deliver(text: str, out: Path | None, summary: Sequence[str]) -> None:
+    """Print a text, or save it and print a line for each model."""
+    if out is None:
+        sys.stdout.write(text)
+        return
+    write_atomic(out, text)
+    for line in summary:
+        typer.echo(line)
+    typer.echo(f"saved {out}")
+
+
+def _text(diff: Diff, form: str) -> str:
+    if form == "json":
+        return diff.json_text()
+    if form == "html":
+        from mehvar.comparison.html import html_page
+
+        return html_page(diff)
+    from mehvar.comparison.text import plain_text
+
+    return f"{diff.old} -> {diff.new}\n{plain_text(diff.models)}\n"
+
+
+def _format(form: str | None, out: Path | None) -> str:
+    """Return the format: what is asked for, else what the file's name says, else text."""
+    if form is not None and form not in FORMATS:
+        raise bad_value("--format", form, " or ".join(FORMATS))
+    ending = out.suffix.removeprefix(".") if out else ""
+    chosen = form or (ending if ending in FORMATS else "text")
+    if chosen == "html" and out is None and sys.stdout.isatty():
+        raise InputError("--format html writes a page: say where with --out FILE.html")
+    return chosen

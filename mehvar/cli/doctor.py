@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar doctor`: what is installed, what is missing, and the command that would install it."""
+
+from __future__ import annotations
+
+import platform
+import shutil
+import sys
+from importlib.metadata import PackageNotFoundError, version
+
+from mehvar.errors import InputError
+from mehvar.runtime.compiling.compiler import find_compiler
+from mehvar.runtime.compiling.library import NATIVE, cache_folder
+from mehvar.terminal import print_table
+
+_PACKAGES = {
+    "numpy": "every run",
+    "scipy": "runs without a compiler",
+    "xarray": "results",
+    "h5netcdf": "result files",
+    "sympy": "derivation",
+    "casadi": "code generation",
+    "zarr": "batches",
+    "matplotlib": "pictures and the report",
+    "distributed": "batches on many machines",
+    "ziglang": "the board: a cross-compiler",
+    "unicorn": "the board: an emulator",
+    "pyserial": "the board: a serial port",
+}
+_EXTRAS = {
+    "matplotlib": "plot",
+    "distributed": "cluster",
+    "ziglang": "board",
+    "unicorn": "board",
+    "pyserial": "board",
+}
+_PROGRAMS = {
+    "arm-none-eabi-gcc": ("the board: a second toolchain", "apt install gcc-arm-none-eabi"),
+    "qemu-system-arm": ("the board: a second emulator", "apt install qemu-system-arm"),
+}
+
+
+def examine() -> int:
+    """Print the state of this installation; return 1 when something that runs need is missing."""
+    rows = [["python", platform.python_version(), sys.executable, ""], _compiler_row()]
+    rows += [_package_row(name, use) for name, use in _PACKAGES.items()]
+    rows += [_program_row(name, *about) for name, about in _PROGRAMS.items()]
+    rows.append(["C headers", str(NATIVE), "for generated C in other projects: cc -I", ""])
+    rows.append(["cache", str(cache_folder()), "compiled models; safe to delete", ""])
+    print_table("", ["part", "found", "used for", "install with"], rows)
+    missing = [row[0] for row in rows if row[1] in ("missing", "does not work")]
+    return int(bool(missing))
+
+
+def _compiler_row() -> list[str]:
+    try:
+        compiler = find_compiler()
+    except InputError as error:
+        return ["C compiler", "does not work", str(error), ""]
+    if compiler is None:
+        return [
+            "C compiler",
+            "missing",
+            "fast runs; without one the Python module runs",
+            'pip install "mehvar[cc]"',
+        ]
+    return ["C compiler", compiler.version, " ".join(compiler.command), ""]
+
+
+def _program_row(name: str, use: str, install: str) -> list[str]:
+    path = shutil.which(name)
+    return [name, path or "not installed", use, "" if path else install]
+
+
+def _package_row(name: str, use: str) -> list[str]:
+    try:
+        return [name, version(name), use, ""]
+    except PackageNotFoundError:
+        if name in _EXTRAS:
+            return [name, "not installed", use, f'pip install "mehvar[{_EXTRAS[name]}]"']
+        return [name, "missing", use, f"pip install {name}"]

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar generate`: which models, where, and what to say about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import typer
+
+from mehvar.codegen.generate import Report, Tree, check, find_tree, generate, installed_tree
+from mehvar.errors import InputError, bad_value, unknown_name
+
+
+def check_models(models: Sequence[str]) -> int:
+    """Name every stale file, why it is stale, and the command that mends it; return the exit status."""
+    tree = find_tree(Path.cwd()) or installed_tree()
+    reports = [check(tree, model) for model in _chosen(tree, models)]
+    for report in reports:
+        _explain(report)
+    return int(any(report.stale for report in reports))
+
+
+def generate_models(models: Sequence[str], structure: Sequence[str], out: Path | None, emit: str | None) -> None:
+    """Derive what is not up to date and say what was written.
+
+    Raises
+    ------
+    InputError
+        If the options do not go together.
+    """
+    tree = find_tree(Path.cwd())
+    if tree is None and out is None:
+        raise InputError("this folder is in no tree with models/ and generated/: say where to write with --out DIR")
+    tree = tree or installed_tree()
+    chosen = _chosen(tree, models)
+    if structure and out is None:
+        raise InputError("--structure derives a variant: say where to write it with --out DIR")
+    if out is not None and len(chosen) != 1:
+        raise InputError(f"--out takes one model, not {len(chosen)}: {', '.join(chosen)}")
+    if emit not in (None, "casadi"):
+        raise bad_value("--emit", emit, "casadi")
+    for model in chosen:
+        report = generate(tree, model, out, _choices(structure), emit == "casadi")
+        where = out or Path("generated") / model
+        typer.echo(f"{model}: {'wrote ' + str(where) if report.written else 'up to date'}")
+
+
+def _chosen(tree: Tree, models: Sequence[str]) -> tuple[str, ...]:
+    for model in models:
+        if model not in tree.models:
+            raise unknown_name("model", model, tree.models, str(tree.root / "models"))
+    return tuple(models) or tree.models
+
+
+def _choices(structure: Sequence[str]) -> dict[str, str]:
+    choices = {}
+    for item in structure:
+        name, sign, value = item.partition("=")
+        if not sign or not name or not value:
+            raise bad_value("--structure", item, "NAME=VALUE")
+        choices[name] = value
+    return choices
+
+
+def _explain(report: Report) -> None:
+    if not report.stale:
+        typer.echo(f"{report.model}: up to date")
+        return
+    typer.echo(f"{report.model}: stale, because {'; '.join(report.reasons)}")
+    for name in report.written:
+        typer.echo(f"  generated/{report.model}/{name}")
+    typer.echo(f"  mend it with: mehvar generate {report.model}")

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar new`: a folder with a small system that generates, simulates and passes its physics gates at once."""
+
+from __future__ import annotations
+
+import keyword
+import re
+import shutil
+import tempfile
+from pathlib import Path
+
+from mehvar.errors import InputError, bad_value
+
+_TEMPLATES = Path(__file__).parents[1] / "templates" / "system"
+_NAME = re.compile(r"[a-z][a-z0-9_]*")
+
+
+def scaffold(name: str, into: Path) -> Path:
+    """Write a new system and generate it; the folder is complete or absent.
+
+    Parameters
+    ----------
+    name : str
+        Of the system: lower-case letters, digits and underscores.
+    into : Path
+        The folder NAME is made in this folder.
+
+    Returns
+    -------
+    Path
+        The new folder: models/NAME, generated/NAME, tests, README.md.
+
+    Raises
+    ------
+    InputError
+        If the name cannot name a system or the folder exists.
+    """
+    if not _NAME.fullmatch(name) or keyword.iskeyword(name):
+        raise bad_value("NAME", name, "lower-case letters, digits and underscores, beginning with a letter")
+    target = into / name
+    if target.exists():
+        raise InputError(f"{target} exists; choose another name or folder")
+    with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=into) as scratch:
+        whole = Path(scratch) / name
+        _write(whole, name)
+        _generate(whole, name)
+        shutil.rmtree(whole / "models" / name / "__pycache__", ignore_errors=True)
+        whole.rename(target)
+    return target
+
+
+def _write(folder: Path, name: str) -> None:
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_TEMPLATES), keep_trailing_newline=True, undefined=jinja2.StrictUndefined
+    )
+    model = folder / "models" / name
+    places = {
+        "init.py.j2": model / "__init__.py",
+        "system.py.j2": model / "system.py",
+        "parameters.toml.j2": model / "parameters.toml",
+        "scenarios.toml.j2": model / "scenarios.toml",
+        "test.py.j2": folder / "tests" / f"test_{name}.py",
+        "README.md.j2": folder / "README.md",
+    }
+    for template, path in places.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        text = environment.get_template(template).render(name=name, title=name.replace("_", " "))
+        path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _generate(folder: Path, name: str) -> None:
+    from mehvar.codegen.generate import Tree, generate
+
+    (folder / "generated").mkdir()
+    generate(Tree(folder), name)

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every figure and claim of the papers, computed anew, as one HTML report."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import time
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mehvar.codegen.generate import installed_tree
+from mehvar.ledger.page import judged
+from mehvar.papers.study import Verdict, paper_models
+from mehvar.pictures.plots import require_matplotlib
+from mehvar.runtime.compiling.compiler import find_compiler
+from mehvar.runtime.files import check_folder, filling
+
+if TYPE_CHECKING:
+    from mehvar.report.content import PaperReport
+    from mehvar.terminal import Advance
+
+_PACKAGES = ("mehvar", "numpy", "scipy", "matplotlib", "unicorn")
+
+
+def reproduce(out: Path, progress: Advance | None = None) -> bool:
+    """Compute every figure and claim of every paper, a batch of each system and a run on a board; write the report.
+
+    Everything is computed before anything is written.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the report, made if it does not exist: index.html, which needs nothing else; claims.json; figures/.
+    progress : callable, optional
+        Called with what is done, the total, both in papers, and what is being done.
+
+    Returns
+    -------
+    bool
+        Whether every claim holds, with or without a note, or is refuted as documented.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed or `out` cannot be the folder.
+    OSError
+        If a file cannot be written.
+    """
+    require_matplotlib()
+    check_folder(out)
+    from mehvar.report.content import paper_report
+    from mehvar.report.page import page
+
+    started, models = time.perf_counter(), paper_models()
+    ledgers = {ledger["model"]: ledger for ledger in judged(installed_tree())}
+    reports = [paper_report(name, ledgers.get(name), _part(progress, i, len(models))) for i, name in enumerate(models)]
+    _write(out, reports, page(reports, _facts(reports, time.perf_counter() - started)))
+    if progress is not None:
+        progress(len(models), len(models))
+    claims = [claim for report in reports for claim in report.claims]
+    boards = [report.board for report in reports if report.board is not None]
+    return all(claim.verdict is not Verdict.FAILS for claim in claims) and all(board.same for board in boards)
+
+
+def _part(progress: Advance | None, index: int, count: int) -> Advance:
+    """Return a progress call for one of several papers."""
+
+    def advance(done: float, total: float, what: str = "") -> None:
+        if progress is not None:
+            progress(index + done / total, count, what)
+
+    return advance
+
+
+def _write(out: Path, reports: Sequence[PaperReport], html: str) -> None:
+    with filling(out) as folder:
+        (folder / "figures").mkdir()
+        for report in reports:
+            for figure, picture in zip(report.paper.figures(), report.pictures, strict=True):
+                (folder / "figures" / f"{report.manifest.model}-{figure.number:02d}.png").write_bytes(picture.png)
+        (folder / "claims.json").write_text(_claims_text(reports), encoding="utf-8")
+        (folder / "index.html").write_text(html, encoding="utf-8")
+
+
+def _claims_text(reports: Sequence[PaperReport]) -> str:
+    fields = ("number", "text", "expected", "measured", "verdict", "note")
+    entries = [
+        {"model": report.manifest.model, **{field: getattr(claim, field) for field in fields}}
+        for report in reports
+        for claim in report.claims
+    ]
+    return json.dumps(entries, indent=1, ensure_ascii=False) + "\n"
+
+
+def _facts(reports: Sequence[PaperReport], seconds: float) -> dict[str, str]:
+    """Return what ran everything, and how long it took."""
+    compiler, code = find_compiler(), reports[0].model.backend
+    backend = {"c": "generated C", "python": "generated NumPy modules"}[code]
+    versions = {"python": platform.python_version(), **_versions(), **reports[0].manifest.versions}
+    return {
+        "code that ran": backend + (f", {compiler.version}" if code == "c" and compiler else ""),
+        "versions": ", ".join(f"{name} {number}" for name, number in versions.items()),
+        "system": f"{platform.system()} on {platform.machine()}, {os.cpu_count()} processors",
+        "made": f"{time.strftime('%Y-%m-%d %H:%M')}, in {seconds:.0f} s",
+    }
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for package in _PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar list` and `mehvar show`: what there is, read from manifests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import typer
+
+from mehvar.runtime.model.manifest import Manifest, Parameter, Quantity, find_model, known_models
+from mehvar.terminal import print_table
+
+
+def list_models() -> None:
+    """Print every generated model with its laws and scenarios."""
+    rows = []
+    for name in known_models():
+        manifest = find_model(name)
+        rows.append([name, manifest.title, " ".join(manifest.controllers), " ".join(manifest.scenarios)])
+    print_table("", ["model", "what it is", "controllers", "scenarios"], rows)
+
+
+def show_model(model: str) -> None:
+    """Print names, units, defaults, bounds and sources of one model."""
+    manifest = find_model(model)
+    structure = ", ".join(f"{name} = {value}" for name, value in manifest.structure.items())
+    typer.echo(f"{manifest.model}: {manifest.title}\nstructure: {structure or 'fixed'}\n")
+    for title, quantities in (
+        ("states x", manifest.states),
+        ("inputs u", manifest.inputs),
+        ("references r", manifest.references),
+        ("outputs y", manifest.outputs),
+    ):
+        _quantities(title, quantities)
+    _parameters("plant parameters p", manifest.parameters)
+    for law in manifest.controllers.values():
+        _parameters(f"controller {law.name}: {law.title}", law.parameters)
+    _parameters("scenario parameters s", manifest.scenario_parameters)
+    if manifest.choices:
+        rows = [[c.name, " ".join(c.values), c.description] for c in manifest.choices.values()]
+        print_table("choices (the first value is the default)", ["name", "values", "meaning"], rows)
+        typer.echo()
+    _scenarios(manifest)
+    _functions(manifest)
+
+
+def _quantities(title: str, quantities: Sequence[Quantity]) -> None:
+    print_table(title, ["name", "unit", "meaning"], [[q.name, q.unit, q.description] for q in quantities])
+    typer.echo()
+
+
+def _parameters(title: str, parameters: Sequence[Parameter]) -> None:
+    rows = [[q.name, q.unit, q.formula or f"{q.default:g}", q.interval, q.description, q.source] for q in parameters]
+    print_table(title, ["name", "unit", "default", "allowed", "meaning", "source"], rows)
+    typer.echo()
+
+
+def _scenarios(manifest: Manifest) -> None:
+    rows = [[s.name, f"{s.duration:g} s", f"{s.step:g} s", s.title] for s in manifest.scenarios.values()]
+    print_table("scenarios", ["name", "duration", "step", "what it is"], rows)
+    typer.echo()
+
+
+def _functions(manifest: Manifest) -> None:
+    rows = [
+        [
+            f"{f.name}({', '.join(a.name for a in f.arguments)})",
+            ", ".join(a.name for a in f.results),
+            str(f.operations),
+        ]
+        for f in manifest.functions.values()
+    ]
+    print_table("functions", ["call", "returns", "operations"], rows)

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a changed model does differently, by running both: rates of the state, eigenvalues, operations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mehvar.errors import InputError
+from mehvar.runtime.model.functions import FloatArray
+from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.model.parameters import vector
+
+SAMPLES = 512
+_SEED = 20250
+_STEPS = 20
+_SMALL = 0.1
+_ROUNDING = 1e-9
+_EIGENVALUE_ROUNDING = 1e-5  # of the largest; a multiple eigenvalue is good to a root of the machine's precision only
+
+
+@dataclass(frozen=True)
+class Rate:
+    """How far the rate of one state has moved.
+
+    Attributes
+    ----------
+    name, unit : str
+        The state and the unit of its rate.
+    largest : float
+        Largest difference between old and new over the sampled states.
+    typical : float
+        Root mean square of the old rate over the same states, to compare with.
+    """
+
+    name: str
+    unit: str
+    largest: float
+    typical: float
+
+
+@dataclass(frozen=True)
+class Consequences:
+    """What follows from a change, each side with its own default parameters.
+
+    Attributes
+    ----------
+    rates : tuple of Rate
+        States whose rates differ by more than rounding.
+    samples : int
+        States and inputs at which the rates were compared: random, of the size of the first scenario's start.
+    point : tuple of (str, float)
+        Where the old model was linearised: at rest near zero, or near the first scenario's start. Zeros are left out.
+    residual : float
+        Largest rate of the old model there; zero at an equilibrium.
+    eigenvalues : tuple of (complex, complex)
+        Those of the old and of the new Jacobian, matched; only pairs that differ, conjugates left out.
+    operations : tuple of (str, int, int)
+        Functions whose number of operations differs.
+    note : str
+        Why something is missing.
+    """
+
+    rates: tuple[Rate, ...] = ()
+    samples: int = 0
+    point: tuple[tuple[str, float], ...] = ()
+    residual: float = 0.0
+    eigenvalues: tuple[tuple[complex, complex], ...] = ()
+    operations: tuple[tuple[str, int, int], ...] = ()
+    note: str = ""
+
+
+def consequences(old: Path, new: Path) -> Consequences:
+    """Run the generated NumPy modules of two folders side by side.
+
+    Parameters
+    ----------
+    old, new : Path
+        Generated folders of one model.
+    """
+    try:
+        before, after = load(old, backend="python"), load(new, backend="python")
+    except (InputError, OSError, SyntaxError) as error:
+        return Consequences(note=f"not computed: {error}")
+    operations = _operations(before, after)
+    if (before.state_names, before.input_names) != (after.state_names, after.input_names):
+        return Consequences(operations=operations, note="rates and eigenvalues not compared: states or inputs differ")
+    with np.errstate(all="ignore"):
+        rates, samples = _rates(before, after)
+        old_point, new_point = _rest(before), _rest(after)
+        pairs = _eigenvalues(before, old_point, after, new_point)
+        residual = float(np.max(np.abs(_rhs(before, old_point, np.zeros(len(before.input_names))))))
+    point = tuple((name, float(x)) for name, x in zip(before.state_names, old_point, strict=True) if abs(x) > _ROUNDING)
+    return Consequences(rates, samples, point, residual, pairs, operations)
+
+
+def _operations(before: Model, after: Model) -> tuple[tuple[str, int, int], ...]:
+    old, new = before.manifest.functions, after.manifest.functions
+    shared = [name for name in new if name in old]
+    counts = [(name, old[name].operations, new[name].operations) for name in shared]
+    return tuple(row for row in counts if row[1] != row[2])
+
+
+def _start(model: Model) -> FloatArray:
+    """Return the initial state of the first scenario's defaults."""
+    start: FloatArray = model.functions["initial"](model.parameters(), vector(model.manifest.scenario_parameters, {}))
+    return start
+
+
+def _rhs(model: Model, x: FloatArray, u: FloatArray) -> FloatArray:
+    return model.rhs(x, u, model.parameters())
+
+
+def _rates(before: Model, after: Model) -> tuple[tuple[Rate, ...], int]:
+    """Compare rates at random states as large as the first scenario's start, where both models are within limits."""
+    random = np.random.default_rng(_SEED)
+    size = np.maximum(np.abs(_start(before)), _SMALL)
+    x = random.uniform(-size, size, (SAMPLES, len(size)))
+    u = random.uniform(-1.0, 1.0, (SAMPLES, len(before.input_names)))
+    valid = np.ones(SAMPLES, dtype=bool)
+    for model in (before, after):
+        valid &= np.all(np.isfinite(_rhs(model, x, u)), axis=-1)
+        if model.manifest.limits:
+            valid &= np.all(model.functions["limits"](x, u, model.parameters()) > 0, axis=-1)
+    x, u = x[valid], u[valid]
+    if not len(x):
+        return (), 0
+    old, new = _rhs(before, x, u), _rhs(after, x, u)
+    largest, typical = np.max(np.abs(new - old), axis=0), np.sqrt(np.mean(old**2, axis=0))
+    rates = [
+        Rate(q.name, f"{q.unit[:-2]}/s^2" if q.unit.endswith("/s") else f"{q.unit}/s", float(a), float(b))
+        for q, a, b in zip(before.manifest.states, largest, typical, strict=True)
+        if a > _ROUNDING * max(b, 1e-300)
+    ]
+    return tuple(rates), len(x)
+
+
+def _rest(model: Model) -> FloatArray:
+    """Look for a state at rest without inputs by Gauss-Newton steps of least length, from zero or a scenario start."""
+    p, u = model.parameters(), np.zeros(len(model.input_names))
+    x = np.zeros(len(model.state_names))
+    if not (np.all(np.isfinite(model.rhs(x, u, p))) and np.all(np.isfinite(model.jac_x(x, u, p)))):
+        x = _start(model)
+    for _ in range(_STEPS):
+        rate = model.rhs(x, u, p)
+        step = np.linalg.lstsq(model.jac_x(x, u, p), -rate)[0]
+        trial = model.rhs(x + step, u, p)
+        if not np.linalg.norm(trial) < np.linalg.norm(rate):
+            break
+        x = x + step
+    return x
+
+
+def _eigenvalues(
+    before: Model, old_point: FloatArray, after: Model, new_point: FloatArray
+) -> tuple[tuple[complex, complex], ...]:
+    from scipy.optimize import linear_sum_assignment  # half a second that an unchanged model need not wait
+
+    values = []
+    for model, x in ((before, old_point), (after, new_point)):
+        jacobian = model.jac_x(x, np.zeros(len(model.input_names)), model.parameters())
+        if not np.all(np.isfinite(jacobian)):
+            return ()
+        values.append(np.linalg.eigvals(jacobian))
+    old, new = values
+    distance = np.abs(old[:, None] - new[None, :])
+    pairs = zip(*linear_sum_assignment(distance), strict=True)
+    least = _EIGENVALUE_ROUNDING * max(float(np.max(np.abs(old))), float(np.max(np.abs(new))))
+    moved = [(complex(old[i]), complex(new[j])) for i, j in pairs if distance[i, j] > least]
+    return tuple(pair for pair in moved if max(value.imag for value in pair) >= 0)

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reading a git revision without touching the working tree or the index."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import tarfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mehvar.errors import InputError
+
+
+@dataclass(frozen=True)
+class Revision:
+    """A commit of the repository that a tree lives in.
+
+    Attributes
+    ----------
+    root : Path
+        Folder of the tree, the repository's or one inside it.
+    name : str
+        What the user called it, as in HEAD~1.
+    commit : str
+        Its full hash.
+    """
+
+    root: Path
+    name: str
+    commit: str
+
+    @property
+    def label(self) -> str:
+        """Name and short hash, as in "HEAD~1 (1e392cc)"."""
+        short = self.commit[:7]
+        return short if self.commit.startswith(self.name) else f"{self.name} ({short})"
+
+    def models(self) -> tuple[str, ...]:
+        """Names of the models that the revision has generated texts or sources of."""
+        listed = _git(self.root, "ls-tree", "-d", "--name-only", self.commit, "generated/", "models/")
+        names = {Path(line).name for line in listed.decode().splitlines()}
+        return tuple(sorted(name for name in names if not name.startswith((".", "_"))))
+
+    def extract(self, paths: Sequence[str], folder: Path) -> None:
+        """Write those of `paths` that the revision has below `folder`."""
+        listed = _git(self.root, "ls-tree", "--name-only", self.commit, *paths).decode().splitlines()
+        if not listed:
+            return
+        archive = _git(self.root, "archive", "--format=tar", self.commit, "--", *listed)
+        with tarfile.open(fileobj=io.BytesIO(archive)) as tar:
+            for member in tar:
+                if content := tar.extractfile(member):
+                    path = folder / member.name
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    path.write_bytes(content.read())
+
+
+def find_revision(root: Path, name: str) -> Revision | None:
+    """Return the commit that `name` means in the repository around `root`; None if there is none.
+
+    Raises
+    ------
+    InputError
+        If git is not installed.
+    """
+    try:
+        found = _git(root, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
+    except subprocess.CalledProcessError:
+        return None
+    return Revision(root, name, found.decode().split()[-1])
+
+
+def in_repository(root: Path) -> bool:
+    """Return whether a folder is inside a git repository."""
+    try:
+        _git(root, "rev-parse", "--git-dir")
+    except subprocess.CalledProcessError:
+        return False
+    return True
+
+
+def _git(root: Path, *arguments: str) -> bytes:
+    try:
+        done = subprocess.run(["git", "-C", str(root), *arguments], capture_output=True, check=True)
+    except FileNotFoundError:
+        raise InputError("git is not installed: compare folders, or install git") from None
+    return done.stdout

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A comparison as one HTML page that needs nothing else: formulas are MathML, old and new stand side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from mehvar.codegen.diff.report import Comparison, Edit, Equation, Group, ParameterChange, Verdict
+from mehvar.comparison.compare import Diff, ModelDiff, Status
+from mehvar.comparison.consequences import Consequences
+from mehvar.comparison.marks import Alignment
+from mehvar.comparison.mathml import Formula, Marks, math, symbol
+from mehvar.comparison.text import counted, edit_title, example, labels, number, point, said, stories, sure, title, told
+
+_TEMPLATES = Path(__file__).parents[1] / "templates"
+_FOLDED = (
+    (Verdict.INHERITED, "inherited: other values, because of the changes above"),
+    (Verdict.ADDED, "added, used by other equations"),
+    (Verdict.REMOVED, "removed, were used by other equations"),
+    (Verdict.REARRANGED, "rearranged: written differently, equal"),
+    (Verdict.RENAMED, "renamed, equal"),
+    (Verdict.SCALED, "scaled: the same equation, multiplied by something"),
+)
+
+
+@dataclass(frozen=True)
+class _Side:
+    """A formula: its left side as MathML, its terms and whether each is marked."""
+
+    left: str
+    terms: Sequence[tuple[str, bool]]
+
+
+@dataclass(frozen=True)
+class _Card:
+    """What the page says about one equation."""
+
+    title: str
+    anchor: str
+    kind: str
+    status: str
+    path: str
+    edits: Sequence[tuple[str, str]]
+    notes: Sequence[str]
+    old: _Side | None
+    new: _Side | None
+
+
+@dataclass(frozen=True)
+class _Section:
+    """What the page says about one model."""
+
+    name: str
+    kind: str
+    status: str
+    counted: str
+    stories: Sequence[str]
+    changed: Sequence[_Card]
+    parameters: Sequence[ParameterChange]
+    follows: Consequences | None
+    folded: Sequence[tuple[str, Sequence[_Card]]]
+    unchanged: Sequence[_Card]
+
+
+def html_page(diff: Diff) -> str:
+    """Return the page as text."""
+    sections = [_Sheet(model).section() for model in diff.models]
+    names = ", ".join(section.name for section in sections)
+    page = _environment().get_template("diff.html.j2")
+    return page.render(title=f"What changed in {names}", old=diff.old, new=diff.new, models=sections) + "\n"
+
+
+def paper_page(ledgers: Sequence[Mapping[str, Any]]) -> str:
+    """Return the page of published against derived equations as text."""
+    from mehvar.ledger.page import counted, example
+
+    environment = _environment()
+    environment.filters |= {"mathml": typeset, "counted": counted, "example": example}
+    return environment.get_template("diff_paper.html.j2").render(ledgers=ledgers) + "\n"
+
+
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"complex": number, "point": point}
+    return environment
+
+
+def typeset(latex: str) -> Markup:
+    """Return LaTeX as MathML, which a browser shows without help."""
+    return Markup(math(symbol(latex, latex)))
+
+
+class _Sheet:
+    """Prepares one model for the page."""
+
+    def __init__(self, model: ModelDiff) -> None:
+        self._model = model
+        self._comparison: Comparison = model.comparison
+        self._old_latex: Mapping[str, str] = dict(self._comparison.old_latex)
+        self._new_latex: Mapping[str, str] = dict(self._comparison.new_latex)
+
+    @cached_property
+    def _alignment(self) -> Alignment:
+        renamed = {e.old_name: e.name for e in self._comparison.of(Verdict.RENAMED)}
+        return Alignment(self._comparison.old_nodes, self._comparison.new_nodes, renamed)
+
+    def section(self) -> _Section:
+        """Return what the page says about this model."""
+        comparison, status = self._comparison, self._model.status
+        told_already = {equation for equation, _ in told(comparison)}
+        folded = [
+            (heading, [self._card(equation) for equation in comparison.of(verdict) if equation not in told_already])
+            for verdict, heading in _FOLDED
+        ]
+        return _Section(
+            name=self._model.model,
+            kind={Status.SAME: "same", Status.UNDECIDED: "maybe"}.get(status, "changed"),
+            status=status.value,
+            counted=counted(comparison),
+            stories=stories(comparison),
+            changed=[self._card(equation, group) for equation, group in told(comparison)],
+            parameters=comparison.parameters,
+            follows=self._model.consequences,
+            folded=[(f"{len(cards)} {heading}", cards) for heading, cards in folded if cards],
+            unchanged=[self._card(equation) for equation in comparison.of(Verdict.SAME)],
+        )
+
+    def _card(self, equation: Equation, group: Group | None = None) -> _Card:
+        old, new = self._sides(equation)
+        kind = "same" if not equation.matters else "changed"
+        return _Card(
+            title=title(equation, group.names if group else ()),
+            anchor=f"{self._model.model}-{equation.name}",
+            kind="maybe" if equation.verdict is Verdict.UNDECIDED else kind,
+            status=equation.verdict.value,
+            path=" > ".join(part for part in (equation.kind, equation.section) if part),
+            edits=[(self._part(equation, edit), edit_title(edit)) for edit in equation.edits],
+            notes=_notes(self._comparison, equation, group),
+            old=old,
+            new=new,
+        )
+
+    def _sides(self, equation: Equation) -> tuple[_Side | None, _Side | None]:
+        """Print both forms with what was edited marked: as the comparison says, else what differs as written."""
+        comparison, old, new = self._comparison, equation.old_node, equation.new_node
+        old_marks, new_marks = self._marks(equation)
+        before = after = None
+        if old is not None:
+            formula = Formula(comparison.old_nodes, old, self._old_latex, old_marks)
+            before = _Side(_left(equation.old_name or equation.name, equation, self._old_latex), formula.terms())
+        if new is not None:
+            formula = Formula(comparison.new_nodes, new, self._new_latex, new_marks)
+            after = _Side(_left(equation.name, equation, self._new_latex), formula.terms())
+        return before, after
+
+    def _part(self, equation: Equation, edit: Edit) -> str:
+        """Print the part that was edited, unless the edit's words name it."""
+        old = edit.old is not None
+        part, root = (edit.old, equation.old_node) if old else (edit.new, equation.new_node)
+        if said(edit) or part is None or root is None or not part.places:
+            return ""
+        nodes = self._comparison.old_nodes if old else self._comparison.new_nodes
+        for step in part.places[0]:
+            root = int(nodes[root][1 + step])
+        return "".join(term for term, _ in Formula(nodes, root, self._old_latex if old else self._new_latex).terms())
+
+    def _marks(self, equation: Equation) -> tuple[Marks, Marks]:
+        if equation.old_node is None or equation.new_node is None or equation.verdict is Verdict.SAME:
+            return frozenset(), frozenset()
+        old = frozenset(place for edit in equation.edits if edit.old for place in edit.old.places)
+        new = frozenset(place for edit in equation.edits if edit.new for place in edit.new.places)
+        if old and new:
+            return old, new
+        written = self._alignment.marks(equation.old_node, equation.new_node)
+        return old or written[0], new or written[1]
+
+
+def _left(name: str, equation: Equation, latex: Mapping[str, str]) -> str:
+    spelled = equation.latex if equation.kind == "equation" else latex.get(name, equation.latex)
+    return math(symbol(name, spelled) + "<mo>=</mo>")
+
+
+def _notes(comparison: Comparison, equation: Equation, group: Group | None) -> list[str]:
+    notes = [group.says if group else "", example(equation), sure(equation)]
+    if equation.users:
+        notes.append(f"Inherited by {labels(comparison, equation.users)}.")
+    if equation.via:
+        notes.append(f"Because of {labels(comparison, equation.via)}.")
+    if not equation.matters and equation.verdict is Verdict.CHANGED:
+        notes.append("What uses it compensates: no equation or result has another value because of it.")
+    return [note for note in notes if note]

@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A comparison as text: lines with an indentation each, coloured and wrapped on a terminal, plain elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from rich.console import Console
+from rich.text import Text
+
+from mehvar.codegen.diff.report import Comparison, Edit, Equation, Group, ParameterChange, Verdict
+from mehvar.comparison.compare import Diff, ModelDiff, Status
+from mehvar.comparison.consequences import Consequences
+
+Line = tuple[int, Text]
+_STYLES = {Status.SAME: "bold green", Status.UNDECIDED: "bold yellow"}
+_HEADLINES = {
+    Status.SAME: "physics the SAME",
+    Status.PARAMETERS: "equations the SAME, numbers or names CHANGED",
+    Status.UNDECIDED: "physics UNDECIDED",
+    Status.CHANGED: "physics CHANGED",
+    Status.ADDED: "ADDED",
+    Status.REMOVED: "REMOVED",
+}
+_COUNTED = {
+    Verdict.CHANGED: "changed", Verdict.ADDED: "added", Verdict.REMOVED: "removed", Verdict.UNDECIDED: "undecided",
+    Verdict.INHERITED: "inherited", Verdict.REARRANGED: "rearranged", Verdict.RENAMED: "renamed",
+    Verdict.SCALED: "scaled", Verdict.SAME: "unchanged",
+}  # fmt: skip
+_NARROWEST = 40
+
+
+def print_diff(diff: Diff) -> None:
+    """Print a comparison on standard output."""
+    print_lines([(0, Text(f"{diff.old} -> {diff.new}", "dim")), *lines(diff.models)])
+
+
+def print_lines(found: Iterable[Line]) -> None:
+    """Print lines: coloured and wrapped below their indentation on a terminal, as they are elsewhere."""
+    console = Console(highlight=False)
+    for indent, text in found:
+        if not console.is_terminal:
+            print(" " * indent + text.plain)
+            continue
+        for part in text.wrap(console, max(console.width - indent, _NARROWEST)):
+            console.print(Text(" " * indent) + part, soft_wrap=True)
+
+
+def plain_text(models: Sequence[ModelDiff]) -> str:
+    """Return a comparison as plain text."""
+    return "\n".join(" " * indent + text.plain for indent, text in lines(models))
+
+
+def lines(models: Iterable[ModelDiff]) -> Iterator[Line]:
+    """Say what became of each model."""
+    for model in models:
+        comparison = model.comparison
+        style = _STYLES.get(model.status, "bold red")
+        yield (
+            0,
+            Text.assemble((f"{model.model}: ", "bold"), (_HEADLINES[model.status], style), "   ", counted(comparison)),
+        )
+        for name, old, new in comparison.structure:
+            yield 2, Text(f"structure {name}: {old} -> {new}")
+        yield from _equations(comparison)
+        yield from _equivalent(comparison)
+        yield from _parameters(comparison.parameters)
+        if model.consequences:
+            yield from _consequences(model.consequences)
+
+
+def counted(comparison: Comparison) -> str:
+    """Count equations by verdict, as in "1 changed, 6 inherited, 40 unchanged"."""
+    counts = [(len(comparison.of(verdict)), word) for verdict, word in _COUNTED.items()]
+    return ", ".join(f"{count} {word}" for count, word in counts if count)
+
+
+def title(equation: Equation, names: Sequence[str] = ()) -> str:
+    """Name an equation, or a family of them, with its number and what it is about."""
+    about = " ".join(part for part in (equation.number, equation.title) if part)
+    if equation.kind == "equation" and about:  # its name is a left side, often just zero
+        return about
+    return "  ".join(part for part in (", ".join(names or [equation.name]), about) if part)
+
+
+def families(comparison: Comparison) -> dict[str, Group]:
+    """Return the family that each equation belongs to, where the same edit was made in several."""
+    return {name: group for group in comparison.groups if group.kind == "family" for name in group.names}
+
+
+def stories(comparison: Comparison) -> list[str]:
+    """Return what is said about several equations at once, families excepted."""
+    return [group.says for group in comparison.groups if group.kind != "family"]
+
+
+def told(comparison: Comparison) -> Iterator[tuple[Equation, Group | None]]:
+    """Go through the equations that are told one by one; a family is met once, by its first member."""
+    family = families(comparison)
+    for equation in comparison.of(Verdict.CHANGED, Verdict.UNDECIDED, Verdict.ADDED, Verdict.REMOVED):
+        group = family.get(equation.name)
+        if not is_quiet(equation) and (group is None or group.names[0] == equation.name):
+            yield equation, group
+
+
+def is_quiet(equation: Equation) -> bool:
+    """Tell whether an equation only came or went as a name that others use."""
+    return not equation.matters and equation.verdict in (Verdict.ADDED, Verdict.REMOVED)
+
+
+def sure(equation: Equation) -> str:
+    """Say how the verdict is known, and whether the edits were tested."""
+    replayed = "; the edits, applied to the old form, give the new one" if equation.replayed and equation.edits else ""
+    return equation.how + replayed
+
+
+def example(equation: Equation) -> str:
+    """Return the counterexample in one line, or nothing."""
+    found = equation.counterexample
+    if not found:
+        return ""
+    at = ", ".join(f"{name} = {value}" for name, value in found.at)
+    return f"at {at or 'zero'}{', the rest 0' if at else ''}: {found.old} became {found.new}"
+
+
+def edit_title(edit: Edit) -> str:
+    """Return where an edit is and what it does; a place that is just the edited part goes without saying."""
+    places = [place for place in edit.path if edit.old is None or place != edit.old.text]
+    where = " > ".join(places)
+    return f"in {where}: {edit.says}" if where else edit.says
+
+
+def said(edit: Edit) -> bool:
+    """Tell whether an edit's words have its old and new text already."""
+    return all(part is None or part.text in edit.says for part in (edit.old, edit.new))
+
+
+def label(equation: Equation) -> str:
+    """Return the shortest name of an equation; one that is only shown goes by its number."""
+    return equation.number or equation.title or equation.name if equation.kind == "equation" else equation.name
+
+
+def labels(comparison: Comparison, names: Sequence[str]) -> str:
+    """Return the shortest names of equations, each once."""
+    known = {equation.name: label(equation) for equation in reversed(comparison.equations)}
+    return ", ".join(dict.fromkeys(known.get(name, name) for name in names))
+
+
+def _equations(comparison: Comparison) -> Iterator[Line]:
+    for says in stories(comparison):
+        yield 2, Text(says, "bold")
+    for equation, group in told(comparison):
+        names = group.names if group else ()
+        word = _COUNTED[equation.verdict]
+        style = "yellow" if equation.verdict is Verdict.UNDECIDED else "red" if equation.matters else "cyan"
+        harmless = "" if equation.matters else ": what uses it compensates"
+        yield 2, Text.assemble((word, style), " ", (title(equation, names), "bold"), harmless)
+        if group:
+            yield 4, Text(group.says)
+        for edit in equation.edits:
+            yield from _edit(edit)
+        if where := example(equation):
+            yield 4, Text(where)
+        if equation.verdict in (Verdict.CHANGED, Verdict.UNDECIDED):
+            yield 4, Text(sure(equation), "dim")
+        if equation.users:
+            yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
+    for verdict in (Verdict.ADDED, Verdict.REMOVED):
+        if quiet := [label(equation) for equation in comparison.of(verdict) if is_quiet(equation)]:
+            yield 2, Text.assemble((f"{verdict.value} ", "cyan"), ", ".join(quiet))
+
+
+def _edit(edit: Edit) -> Iterator[Line]:
+    if edit.old is None or edit.new is None:
+        sign, part, style = ("-", edit.old, "red") if edit.old else ("+", edit.new, "green")
+        yield 4, Text.assemble((f"{sign} {part.text if part else ''}", style), f"   {edit_title(edit)}")
+        return
+    yield 4, Text(edit_title(edit))
+    if said(edit):
+        return
+    yield 6, Text(f"- {edit.old.text}", "red")
+    yield 6, Text(f"+ {edit.new.text}", "green")
+
+
+def _equivalent(comparison: Comparison) -> Iterator[Line]:
+    known: dict[tuple[Verdict, str], list[str]] = {}
+    for equation in comparison.equivalent:
+        name = label(equation)
+        if equation.verdict is Verdict.RENAMED:
+            name = f"{equation.old_name} -> {name}"
+        known.setdefault((equation.verdict, equation.how), []).append(name)
+    for (verdict, how), names in known.items():
+        yield 2, Text.assemble((f"{verdict.value} ", "green"), ", ".join(names))
+        yield 4, Text(how, "dim")
+
+
+def _parameters(changes: Sequence[ParameterChange]) -> Iterator[Line]:
+    if changes:
+        yield 2, Text("names and numbers", "bold")
+    for change in changes:
+        between = f"{change.old} -> {change.new}" if change.old and change.new else change.new or change.old
+        yield 4, Text.assemble(f"{change.role} ", (change.name, "bold"), f"  {change.what}: {between}")
+
+
+def _consequences(follows: Consequences) -> Iterator[Line]:
+    yield 2, Text("consequences", "bold")
+    for text in consequence_lines(follows):
+        yield 4, Text(text)
+
+
+def consequence_lines(follows: Consequences) -> Iterator[str]:
+    """Say what follows from a change, one finding a line."""
+    if follows.rates:
+        yield f"rates without a law, largest difference at {follows.samples} random states (rms of the old rate):"
+        for rate in follows.rates:
+            yield f"  {rate.name}'  {rate.largest:.3g} {rate.unit}  ({rate.typical:.3g})"
+    elif follows.samples:
+        yield f"rates without a law: equal at {follows.samples} random states, to rounding"
+    if follows.eigenvalues:
+        yield f"eigenvalues at {point(follows)}:"
+        for old, new in follows.eigenvalues:
+            yield f"  {number(old)} -> {number(new)}  1/s"
+    elif follows.samples:
+        yield f"eigenvalues at {point(follows)}: the same"
+    for name, before, after in follows.operations:
+        yield f"operations of {name}: {before} -> {after} ({after - before:+d})"
+    if follows.note:
+        yield follows.note
+
+
+def point(follows: Consequences) -> str:
+    """Say where a model was linearised."""
+    where = ", ".join(f"{name} = {value:.4g}" for name, value in follows.point)
+    steady = "" if follows.residual < 1e-9 else f", largest rate there {follows.residual:.2g}"
+    return f"{where or 'zero'}{', the rest 0' if where else ''}{steady}"
+
+
+def number(value: complex) -> str:
+    """Return an eigenvalue, and its conjugate if it has one, to four digits."""
+    size = 1e-9 * abs(value)
+    real = f"{value.real:.4g}" if abs(value.real) > size else ""
+    imaginary = f"± {abs(value.imag):.4g}i" if abs(value.imag) > size else ""
+    return f"{real} {imaginary}".strip() or "0"

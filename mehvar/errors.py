@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The root of every error, and the words in which a value or a name is refused."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class MehvarError(Exception):
+    """Root of every error that mehvar raises on purpose.
+
+    Attributes
+    ----------
+    exit_status : int
+        What the command line ends with: 2 for bad usage or input, 3 when the run itself failed.
+    """
+
+    exit_status = 2
+
+
+class InputError(MehvarError, ValueError):
+    """A value given by the user is wrong; the message names it, what is allowed and where it came from."""
+
+
+class BuildError(MehvarError, RuntimeError):
+    """The C compiler failed on a generated file; the message holds the command and what it printed."""
+
+    exit_status = 3
+
+
+def bad_value(field: str, value: object, allowed: str, origin: str = "") -> InputError:
+    """Return the error for a value that is not allowed.
+
+    Parameters
+    ----------
+    field : str
+        Name of the parameter or argument.
+    value : object
+        What was given.
+    allowed : str
+        What would have been right, as in "a number > 0".
+    origin : str, optional
+        Where the value came from, as in "--set" or "scenario paper".
+    """
+    return InputError(f"{field} = {value!r}{_from(origin)}: must be {allowed}")
+
+
+def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = "") -> InputError:
+    """Return the error for a name that does not exist, with the nearest ones that do.
+
+    Parameters
+    ----------
+    kind : str
+        What the name stands for, as in "parameter" or "controller".
+    name : object
+        What was given.
+    known : iterable of str
+        Every name that is allowed.
+    origin : str, optional
+        Where the name came from.
+    """
+    names = list(dict.fromkeys(known))
+    close = difflib.get_close_matches(str(name), names, n=3, cutoff=0.6)
+    hint = f"did you mean {' or '.join(close)}? " if close else ""
+    listed = ", ".join(names) if names else "none"
+    return InputError(f"unknown {kind} {name!r}{_from(origin)}: {hint}known: {listed}")
+
+
+def _from(origin: str) -> str:
+    return f" (from {origin})" if origin else ""

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the figures of the satellite's paper are made of: angles, torques and estimates over time. Axes in degrees."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from mehvar.papers.satellite.claims import PRINTED_B
+from mehvar.papers.satellite.rows import AXES
+from mehvar.papers.study import Runs
+from mehvar.pictures.plots import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    label,
+    new_figure,
+    time_axis,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike, NDArray
+
+    from mehvar.runtime.run.simulate import Run
+
+    Series = Mapping[str, NDArray[np.float64]]
+
+Place = Literal["outside upper center", "outside lower center"]
+
+SYMBOLS = (r"$\varphi$", r"$\theta$", r"$\psi$")
+COLORS = (BLUE, VERMILLION, GREEN)
+"""Of roll, pitch and yaw, and of what belongs to them."""
+_DASHED = (0, (4, 2.5))
+_KEPT, _LITERAL = "law that keeps the zero", "law (32)"
+
+
+def angle(ax: Axes, t: ArrayLike, series: Series, k: int, last: bool = True) -> None:
+    """Draw an angle, the reference model and the wanted angle."""
+    axis = AXES[k]
+    ax.step(t, np.degrees(_held(series[f"ref_{axis}"])), where="post", color=GREY, lw=0.9, label="reference")
+    ax.plot(t, np.degrees(series[axis]), color=COLORS[k], label=axis)
+    ax.plot(t, np.degrees(series[f"ym_{axis}"]), color=BLACK, ls=_DASHED, lw=1.0, label="reference model")
+    time_axis(ax, label(SYMBOLS[k], axis, "°"), last)
+
+
+def torque(ax: Axes, t: ArrayLike, series: Series, k: int, last: bool = True) -> None:
+    """Draw the torque about an axis, held from sample to sample."""
+    held = _held(series[f"u_T{'xyz'[k]}"])
+    scale, unit = (1e3, "mN m") if np.abs(held).max() < 1 else (1.0, "N m")
+    ax.step(t, scale * held, where="post", color=COLORS[k], lw=1.2, label=AXES[k])
+    time_axis(ax, label(f"$T_{'xyz'[k]}$", f"{AXES[k]} torque", unit), last)
+
+
+def _held(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a series without the step at its last instant, after which nothing is held any more."""
+    return np.append(values[:-1], values[-2:][0])
+
+
+def angles_figure(series: Series, t: ArrayLike) -> Figure:
+    """Draw roll, pitch and yaw against reference and reference model, below each other."""
+    figure = new_figure(7.0, 6.0)
+    axes = figure.subplots(3, 1, sharex=True)
+    for k, ax in enumerate(axes):
+        angle(ax, t, series, k, k == 2)
+    legend(figure)
+    return figure
+
+
+def torques_figure(series: Series, t: ArrayLike) -> Figure:
+    """Draw the three torques below each other, on one scale."""
+    figure = new_figure(7.0, 5.6)
+    for k, ax in enumerate(figure.subplots(3, 1, sharex=True, sharey=True)):
+        torque(ax, t, series, k, k == 2)
+    return figure
+
+
+def both_figure(series: Series, t: ArrayLike) -> Figure:
+    """Draw angles at the left and torques at the right."""
+    figure = new_figure(10.0, 6.0)
+    axes = figure.subplots(3, 2, sharex=True)
+    for k, (left, right) in enumerate(axes):
+        angle(left, t, series, k, k == 2)
+        torque(right, t, series, k, k == 2)
+        if k:
+            right.sharey(axes[0, 1])
+    axes[0, 1].autoscale(axis="y")
+    legend(figure)
+    return figure
+
+
+def legend(figure: Figure, place: Place = "outside upper center") -> None:
+    """Say outside the panels what the lines of the angles mean."""
+    from matplotlib.lines import Line2D
+
+    handles = [
+        *(Line2D([], [], color=color, label=axis) for axis, color in zip(AXES, COLORS, strict=True)),
+        Line2D([], [], color=BLACK, ls=_DASHED, lw=1.0, label="reference model"),
+        Line2D([], [], color=GREY, lw=0.9, label="reference"),
+    ]
+    figure.legend(handles=handles, loc=place, ncols=5)
+
+
+_ESTIMATES: tuple[tuple[tuple[tuple[str, str, str], ...], str, str], ...] = (
+    ((("a1", "$a_1 + 2$", PURPLE), ("a2", "$a_2 - 1$", SKY)), r"$\Delta a$", "1"),
+    ((("b0", "$b_0$", BLUE), ("b1", "$b_1$", ORANGE)), "$b$", "rad/(N m)"),
+    ((("d", "$d$", GREEN),), "$d$", "mrad"),
+)
+_MEANINGS = ("of the angles", "of the torques", "offset")
+_SHIFT = {"a1": 2.0, "a2": -1.0}
+
+
+def estimates_figure(runs: Runs) -> Figure:
+    """Draw figure 6: the estimates of each axis from the printed B, and the true values."""
+    run = runs("mrac", "printed")
+    series, values = run.variables(), run.parameters.values
+    figure = new_figure(10.0, 6.4)
+    axes = figure.subplots(3, 3, sharex=True, sharey="row")
+    for k, axis in enumerate(AXES):
+        nominal = values["Ts"] ** 2 / (2 * values[f"I_{'xyz'[k]}"])
+        for row, true in enumerate((0.0, nominal, 0.0)):
+            ax = axes[row, k]
+            ax.axhline(true, color=BLACK, ls=_DASHED, lw=0.9, zorder=3)
+            _estimates(ax, run.t, series, axis, row)
+        axes[0, k].set_title(axis)
+        b0, b1 = PRINTED_B[k]
+        axes[1, k].plot(2 * [values["Ts"]], [b0, b1], "o", color=GREY, ms=5, mfc="none", clip_on=False, zorder=4)
+    _estimates_legend(figure)
+    return figure
+
+
+def _estimates(ax: Axes, t: NDArray[np.float64], series: Series, axis: str, row: int) -> None:
+    names, symbol, unit = _ESTIMATES[row]
+    scale = 1e3 if unit == "mrad" else 1.0
+    for name, title, color in names:
+        ax.semilogx(t[1:], scale * (series[f"{name}_{axis}"][1:] + _SHIFT.get(name, 0.0)), color=color, label=title)
+    ax.set_xlim(t[1], t[-1])
+    ax.set_xlabel(label("$t$", "time", "s"))
+    ax.xaxis.label.set_visible(row == 2)
+    ax.set_ylabel(label(symbol, _MEANINGS[row], unit))
+    ax.yaxis.label.set_visible(axis == AXES[0])
+
+
+def _estimates_legend(figure: Figure) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], color=color, label=symbol) for names, *_ in _ESTIMATES for _, symbol, color in names]
+    handles += [
+        Line2D([], [], color=BLACK, ls=_DASHED, lw=0.9, label="nominal plant"),
+        Line2D([], [], color=GREY, marker="o", mfc="none", ms=5, lw=0, label="printed B"),
+    ]
+    figure.legend(handles=handles, loc="outside upper center", ncols=7)
+
+
+def errors_figure(runs: Runs) -> Figure:
+    """Draw figure 9: what is left between angle and reference model, adaptive law and PD."""
+    figure = new_figure(10.0, 6.0)
+    axes = figure.subplots(3, 2, sharex=True, sharey="col")
+    for column, (law, title) in enumerate((("mrac", "adaptive law"), ("pd", "PD"))):
+        run = runs(law, "paper")
+        series = run.variables()
+        for k, axis in enumerate(AXES):
+            ax = axes[k, column]
+            ax.plot(run.t, np.degrees(series[axis] - series[f"ym_{axis}"]), color=COLORS[k], lw=1.2, label=axis)
+            time_axis(ax, label(f"{SYMBOLS[k]} − {SYMBOLS[k]}$_m$", f"{axis} error", "°"), k == 2)
+        axes[0, column].set_title(title)
+    return figure
+
+
+def ringing_figure(runs: Runs) -> Figure:
+    """Draw figure 12: the torque of law (32) beside that of the law that keeps the zero."""
+    literal, kept = runs("mrac-literal", "printed"), runs("mrac", "printed")
+    figure = new_figure(10.0, 5.6)
+    axes = figure.subplot_mosaic([["whole", "near"], ["whole", "error"]], width_ratios=(1.15, 1.0))
+    _whole(axes["whole"], literal.t, literal.variables(), kept.variables())
+    window = (300.0, 308.0)
+    _near(axes["near"], window, ((kept, BLUE, _KEPT), (literal, VERMILLION, _LITERAL)))
+    series = literal.variables()
+    for k, axis in enumerate(AXES):
+        off = np.degrees(series[axis] - series[f"ym_{axis}"])
+        axes["error"].plot(literal.t, off, color=COLORS[k], lw=1.0, label=axis)
+    time_axis(axes["error"], label("$e$", "error of (32)", "°"))
+    axes["error"].set(xlim=(100, 800), ylim=(-0.75, 0.75))
+    axes["error"].set_title("and yet the samples look well")
+    axes["error"].legend(ncols=3, loc="lower right")
+    return figure
+
+
+def _whole(ax: Axes, t: NDArray[np.float64], literal: Series, kept: Series) -> None:
+    smallest = 2e-5
+    for series, color, name in ((literal, VERMILLION, _LITERAL), (kept, BLUE, _KEPT)):
+        ax.semilogy(t[:-1], np.abs(series["u_Ty"][:-1]), color=color, lw=0.7, label=name)
+    ax.set(xlim=(0.0, t[-1]), ylim=(smallest, 40.0))
+    ax.set_xlabel(label("$t$", "time", "s"))
+    ax.set_ylabel(label("$|T_y|$", "pitch torque", "N m"))
+    ax.set_title("size of the pitch torque")
+    ax.legend(loc="upper right", ncols=2)
+
+
+def _near(ax: Axes, window: tuple[float, float], loops: Sequence[tuple[Run, str, str]]) -> None:
+    for run, color, name in loops:
+        inside = (run.t >= window[0]) & (run.t <= window[1])
+        ax.step(run.t[inside], run.variables()["u_Ty"][inside], where="post", color=color, lw=1.4, label=name)
+    time_axis(ax, label("$T_y$", "pitch torque", "N m"))
+    ax.set_title("sixteen samples of it")

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures 1 and 2 of the slosh paper: where things are in the craft, and the angles of a pendulum."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.patches import Arc, Circle, FancyBboxPatch, Polygon
+
+from mehvar.papers.slosh.figures import AXES, BOBS
+from mehvar.papers.study import Runs
+from mehvar.pictures.plots import BLACK, GREY, LIGHT, VERMILLION, new_figure
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_PHI, _GIMBAL = np.radians(40.0), np.radians(18.0)
+_AZIMUTH = np.radians(35.0)
+
+
+def schematic(runs: Runs) -> Figure:
+    """Draw the craft from the side, distances to scale, and the azimuth of a bob seen along the thrust."""
+    p = runs("lyapunov-v1", "paper").parameters.values
+    figure = new_figure(10.0, 3.6)
+    side, across = figure.subplots(1, 2, width_ratios=(2.3, 1.0))
+    _side(side, p)
+    _across(across)
+    for ax in (side, across):
+        ax.set_aspect("equal")
+        ax.grid(False)
+    side.set_title("from the side, distances to scale")
+    across.set_title("a bob, seen along $-x$")
+    return figure
+
+
+def _side(ax: Axes, p: Mapping[str, float]) -> None:
+    nozzle = -(p["b"] + p["d"])
+    ax.add_patch(FancyBboxPatch((-0.52, -0.34), 1.72, 0.68, "round,pad=0.06", fc="#F7F7F7", ec=GREY, lw=1.0))
+    ax.add_patch(Polygon([(nozzle + 0.06, 0), (nozzle - 0.12, 0.1), (nozzle - 0.12, -0.1)], fc=LIGHT, ec=GREY))
+    ax.annotate("", (1.42, 0), (-0.9, 0), arrowprops={"arrowstyle": "-|>", "color": GREY, "lw": 0.8})
+    ax.text(1.44, 0, "$x$", va="center", color=GREY)
+    ax.annotate("", (0, 0.56), (0, 0), arrowprops={"arrowstyle": "-|>", "color": GREY, "lw": 0.8})
+    ax.text(0.02, 0.52, "$z$", color=GREY)
+    for k, color in enumerate(BOBS, 1):
+        _pendulum(ax, p[f"h{k}"], p[f"l{k}"], str(k), color)
+    for x, text, color in ((0.0, "$O$", BLACK), (-p["b"], "$m$", AXES[0]), (-p["h0"], "$m_0$", AXES[2])):
+        ax.add_patch(Circle((x, 0), 0.018, fc=color, ec="white", lw=0.5, zorder=5))
+        ax.text(x + (0.05 if text == "$O$" else 0.0), -0.07, text, color=color, ha="center", va="center", fontsize=10)
+    _thrust(ax, nozzle)
+    _distances(ax, p, nozzle)
+    ax.set(xlim=(-1.15, 1.55), ylim=(-0.62, 0.62), xlabel="ahead of the tank's centre $x$ [m]", ylabel="$z$ [m]")
+
+
+def _pendulum(ax: Axes, pivot: float, length: float, name: str, color: str) -> None:
+    x, z = pivot - length * np.cos(_PHI), length * np.sin(_PHI)
+    ax.plot([pivot, x], [0, z], color=color, lw=1.8, zorder=4)
+    ax.add_patch(Circle((x, z), 0.03, fc=color, ec="white", lw=0.5, zorder=6))
+    ax.text(x - 0.02, z + 0.075, f"$m_{name}$", color=color, ha="center", va="center", fontsize=10)
+    size = 1.1 * length
+    ax.add_patch(Arc((pivot, 0), size, size, theta1=180 - np.degrees(_PHI), theta2=180, color=color, lw=1.2, zorder=5))
+    ax.text(pivot + 0.03, 0.05, rf"$\varphi_{name}$", color=color, fontsize=10)
+
+
+def _thrust(ax: Axes, nozzle: float) -> None:
+    """Draw the thrust (cos d1, -sin d1) that pushes at the gimbal, seen in the x-z plane."""
+    tail = (nozzle - 0.42 * np.cos(_GIMBAL), 0.42 * np.sin(_GIMBAL))
+    look = {"arrowstyle": "-|>", "color": VERMILLION, "lw": 2.0, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 13}
+    ax.annotate("", (nozzle, 0), tail, arrowprops=look, zorder=6)
+    ax.text(tail[0] - 0.02, tail[1] + 0.06, "$F$", color=VERMILLION, fontsize=11, ha="center")
+    ax.add_patch(Arc((nozzle, 0), 0.52, 0.52, theta1=180 - np.degrees(_GIMBAL), theta2=180, color=VERMILLION, lw=1.2))
+    ax.text(nozzle - 0.32, 0.035, r"$\delta_1$", color=VERMILLION, ha="right", fontsize=10)
+
+
+def _distances(ax: Axes, p: Mapping[str, float], nozzle: float) -> None:
+    """Draw the distances from O below the craft."""
+    rows = ((p["h1"], "$h_1$", -0.16), (p["h2"], "$h_2$", -0.25), (-p["b"], "$-b$", -0.34), (nozzle, "$b + d$", -0.16))
+    for x, text, z in rows:
+        ax.annotate(
+            "", (x, z), (0, z), arrowprops={"arrowstyle": "<->", "color": GREY, "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
+        )
+        ax.plot([x, x], [z, 0], color=GREY, lw=0.5, ls=":")
+        ax.text(
+            x / 2,
+            z,
+            text,
+            color=BLACK,
+            ha="center",
+            va="center",
+            fontsize=9,
+            bbox={"fc": "#F7F7F7", "ec": "none", "pad": 1},
+        )
+    ax.plot([0, 0], [-0.34, 0], color=GREY, lw=0.5, ls=":")
+
+
+def _across(ax: Axes) -> None:
+    bob = np.array([np.sin(_AZIMUTH), np.cos(_AZIMUTH)])
+    for head, text, at in (((0, 1.25), "$z$", (0.06, 1.16)), ((1.25, 0), "$y$", (1.16, 0.07))):
+        ax.annotate("", head, (0, 0), arrowprops={"arrowstyle": "-|>", "color": GREY, "lw": 0.8})
+        ax.text(*at, text, color=GREY)
+    ax.add_patch(Circle((0, 0), 1.0, fill=False, ec=GREY, ls=":", lw=0.8))
+    ax.plot([0, bob[0]], [0, bob[1]], color=BOBS[0], lw=1.8)
+    ax.add_patch(Circle((bob[0], bob[1]), 0.07, fc=BOBS[0], ec="white", lw=0.5, zorder=5))
+    ax.add_patch(Arc((0, 0), 1.0, 1.0, theta1=90 - np.degrees(_AZIMUTH), theta2=90, color=BOBS[0], lw=1.2))
+    ax.text(0.2, 0.6, r"$\theta_i$", color=BOBS[0], ha="center", fontsize=11)
+    ax.text(0.34, 0.3, r"$l_i\,\sin\varphi_i$", color=BOBS[0], fontsize=10)
+    ax.set(
+        xlim=(-0.45, 1.4), ylim=(-0.45, 1.4), xlabel=r"$y$ [$l_i \sin\varphi_i$]", ylabel=r"$z$ [$l_i \sin\varphi_i$]"
+    )

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of a batch: bands of its series over time with the worst runs, or histograms of its metrics."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mehvar.errors import unknown_name
+from mehvar.pictures.plots import BLUE, GREY, VERMILLION, label, new_figure, pretty_unit, require_matplotlib, style
+from mehvar.runtime.batch.sampling import FloatArray
+from mehvar.runtime.batch.statistics import bands, column, metric_names, worst
+from mehvar.runtime.batch.store import Store
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_BANDS = ((0.01, 0.99, 0.18), (0.05, 0.95, 0.3), (0.25, 0.75, 0.45))
+_WORST = 3
+_BINS = 60
+
+
+def batch_picture(store: Store, names: list[str]) -> Figure:
+    """Draw a batch.
+
+    Parameters
+    ----------
+    store : Store
+        One with series is drawn as quantile bands over time, with the runs in which the largest magnitude of the
+        variable is largest; another one as histograms.
+    names : list of str
+        Which series or metrics; all states or all metrics when there are none.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed, or the store lacks a name.
+    """
+    require_matplotlib()
+    variables = store.variables()
+    series = [name for name, variable in variables.items() if variable.dimension == "t"]
+    metrics = metric_names(store)
+    states = [str(name) for name in store.coordinate("state")]
+    wanted = names or (states if series else metrics)
+    for name in wanted:
+        if name not in (*series, *metrics):
+            raise unknown_name(f"series or metric of {store.name}", name, [*series, *metrics])
+    with style():
+        columns = 1 if len(wanted) <= 4 else 2
+        rows = -(-len(wanted) // columns)
+        figure = new_figure(5.5 * columns, 0.6 + 2.1 * rows)
+        said = store.attributes
+        figure.suptitle(f"{said['title']} (scenario {said['scenario']}), {store.n} runs", fontsize=10, wrap=True)
+        axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).T.flat)
+        for name, ax in zip(wanted, axes, strict=False):
+            (_draw_bands if name in series else _draw_histogram)(ax, store, name)
+        for ax in axes[len(wanted) :]:
+            ax.remove()
+        return figure
+
+
+def _draw_bands(ax: Axes, store: Store, name: str) -> None:
+    said = store.variables()[name].attributes
+    t = store.coordinate("t")
+    levels = [level for low, high, _ in _BANDS for level in (low, high)]
+    values = bands(store, name, [*levels, 0.5])
+    for k, (low, high, opacity) in enumerate(_BANDS):
+        text = f"{100 * low:g} to {100 * high:g} %"
+        ax.fill_between(t, values[2 * k], values[2 * k + 1], color=BLUE, alpha=opacity, linewidth=0, label=text)
+    ax.plot(t, values[-1], color=BLUE, label="median")
+    for place, run in enumerate(_largest(store, name)):
+        block, row = divmod(run, store.chunk)
+        line = store.series(name, 0, len(t), [block])[row]
+        ax.plot(t, line, color=VERMILLION, linewidth=0.8, linestyle=("-", "--", ":")[place], label=f"run {run}")
+    ax.set_title(said["long_name"])
+    ax.set_xlabel(label("t", "time", "s"))
+    ax.set_ylabel(f"{name} [{pretty_unit(said['units'])}]")
+    ax.margins(x=0)
+    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+
+
+def _largest(store: Store, name: str) -> list[int]:
+    """Return the runs with the largest magnitude of a variable."""
+
+    def magnitude(block: int) -> FloatArray:
+        low, high = (column(store, f"{end}({name})", [block]) for end in ("minimum", "maximum"))
+        return np.fmax(np.abs(low), np.abs(high))
+
+    return worst(store, magnitude, _WORST)
+
+
+def _draw_histogram(ax: Axes, store: Store, name: str) -> None:
+    said: Any = store.variables()[name].attributes
+    values = column(store, name)
+    known = values[np.isfinite(values)]
+    ax.hist(known, bins=_BINS, color=BLUE)
+    for run in worst(store, lambda block: store.read(name, [block]), _WORST):
+        block, row = divmod(run, store.chunk)
+        value = store.read(name, [block])[row]
+        if np.isfinite(value):
+            place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "rotation": 90, "ha": "right", "va": "top"}
+            ax.axvline(value, color=VERMILLION, linewidth=0.8)
+            ax.annotate(f"run {run}", (value, 0.95), fontsize=7, color=GREY, **place)
+    ax.set_title(f"{said['long_name']}: {known.size} of {values.size} runs", wrap=True)
+    ax.set_xlabel(f"{name} [{pretty_unit(said['units'])}]")
+    ax.set_ylabel("runs")

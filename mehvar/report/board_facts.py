@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a run on a board has shown, as plain numbers for JSON and for the report."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from mehvar.runtime.board.run import TARGETS, Difference, Outcome
+from mehvar.runtime.run.simulate import Run
+
+
+def facts(outcome: Outcome) -> dict[str, Any]:
+    """Return the numbers of a run; `max_ulp` and `instructions_per_step` come first."""
+    asked, image, profile = outcome.asked, outcome.image, outcome.profile
+    board, test = image.board, outcome.selftest
+    return {
+        "max_ulp": outcome.max_ulp,
+        "instructions_per_step": profile.most if profile else None,
+        "instructions_least": profile.least if profile else None,
+        "cycles_per_step": profile.cycles or None if profile else None,
+        "microseconds_per_step": _microseconds(outcome),
+        "model": image.program.layout.model,
+        "controller": image.program.layout.law,
+        "scenario": image.program.scenario.name,
+        "target": asked.target,
+        "board": board.name if board else "posix",
+        "compiler": image.toolchain.version,
+        "samples": len(outcome.board.u_cmd),
+        "period": image.program.period if outcome.board.hold is None else outcome.board.hold,
+        "delay": int(outcome.board.options.get("delay", 0)),
+        "status": outcome.board.status.text,
+        "equivalence": {
+            "inputs": _difference(outcome.u),
+            "memory": _difference(outcome.z),
+            "states": _difference(outcome.x),
+        },
+        "float_against_double": _apart(outcome.single, outcome.double),
+        "board_against_simulation_without_delay": _apart(outcome.board, outcome.undelayed, outcome.board.hold),
+        "exchanges_per_second": round(outcome.rate, 1),
+        "ticks": _ticks(outcome),
+        "image": _image(outcome),
+        "stack_used": outcome.stats.get("stack_used") or None,
+        "stack_bound": _bound(outcome),
+        "coverage": [
+            {"function": c.function, "lines": c.lines, "run": c.run, "missed": list(c.missed)} for c in outcome.covered
+        ],
+        "selftest": {"samples": test.samples, "crc32": f"{test.crc:08x}"} if test else None,
+        "link": {
+            "host": outcome.counters.as_dict() if outcome.counters else None,
+            "board": dict(outcome.stats) or None,
+            "restored": outcome.restored,
+        },
+        "hash": image.program.layout.hash.hex(),
+        "model_hash": image.program.model.manifest.hash,
+        "versions": {
+            **{name: _version(name) for name in ("mehvar", "numpy", "unicorn", "ziglang")},
+            "python": platform.python_version(),
+        },
+    }
+
+
+def _microseconds(outcome: Outcome) -> float | None:
+    board, profile = outcome.image.board, outcome.profile
+    return round(1e6 * profile.cycles / board.hertz, 2) if board and profile and profile.cycles else None
+
+
+def _difference(found: Difference) -> dict[str, Any]:
+    return {"compared": found.compared, "max_ulp": found.ulp, "max": found.size, "first_sample": found.first}
+
+
+def _apart(one: Run, other: Run | None, later: float | None = None) -> dict[str, Any] | None:
+    """Return the largest and the root mean square difference of inputs and states; `later` also shifts by a sample."""
+    if other is None:
+        return None
+    rows = min(len(one.u), len(other.u))
+    du, dx = one.u[:rows] - other.u[:rows], one.x[:rows] - other.x[:rows]
+    found = {"max_input": _largest(du), "max_state": _largest(dx), "rms_input": _rms(du), "rms_state": _rms(dx)}
+    if later is not None and rows > 1:
+        shifted = one.x[1:rows] - other.x[: rows - 1]
+        found |= {"max_state_shifted": _largest(shifted), "rms_state_shifted": _rms(shifted)}
+    return found
+
+
+def _largest(values: np.ndarray[Any, np.dtype[np.float64]]) -> float:
+    return float(np.abs(values).max(initial=0.0))
+
+
+def _rms(values: np.ndarray[Any, np.dtype[np.float64]]) -> list[float]:
+    return [float(v) for v in np.sqrt(np.square(values).mean(axis=0))]
+
+
+def _ticks(outcome: Outcome) -> dict[str, Any] | None:
+    """Return the board's own measurement of a step; under an emulator it measures nothing."""
+    if not outcome.ticks or outcome.hello is None:
+        return None
+    emulated = outcome.asked.target in TARGETS and outcome.asked.target != "sil"
+    return {
+        "least": min(outcome.ticks), "most": max(outcome.ticks), "per_second": outcome.hello.ticks_per_second,
+        "meaning": "not a measurement: emulated clock" if emulated else "measured by the board",
+    }  # fmt: skip
+
+
+def _image(outcome: Outcome) -> dict[str, Any]:
+    content = outcome.image.path.read_bytes()
+    found: dict[str, Any] = {"path": str(outcome.image.path), "sha256": hashlib.sha256(content).hexdigest()}
+    if outcome.elf is not None:
+        elf = outcome.elf
+        found |= {"flash": elf.flash, "ram": elf.ram, "stack": elf.stack, "double_routines": elf.doubles()}
+    return found
+
+
+def _bound(outcome: Outcome) -> dict[str, Any] | None:
+    """Return the deepest that the stack can get, and the chain of calls that takes it there."""
+    if outcome.bound is None:
+        return None
+    chain = [{"function": name, "bytes": size} for name, size in outcome.bound.chain]
+    return {"bytes": outcome.bound.bytes, "chain": chain}
+
+
+def _version(name: str) -> str | None:
+    from importlib.metadata import PackageNotFoundError
+
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None

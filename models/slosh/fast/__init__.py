@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The same equations in the form that machines evaluate: O(N), without a large matrix."""

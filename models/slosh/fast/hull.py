@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The evaluation form that all pendulum models share: one small symmetric system for the hull.
+
+A pendulum of mass m, length l and moment of inertia I with D = m l^2 + I pulls at its pivot P as a constant mass
+m I/D would, plus terms that depend on its direction. The constant masses are lumped with hull and fixed fuel; C is the
+centre of mass of the lump, at x_C. The unknowns are the acceleration a_C of C, the roll acceleration and two components
+of G = Omega' x e_x + Omega x (Omega x e_x), so that every point of the x axis has the acceleration a_C + (x - x_C) G.
+With them the lump's own matrix is diagonal and constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...system import Derivation, Expr, Group
+from ..plant.equations import gimbal_position, thrust
+from ..states import INPUTS, Pendulum, rate, velocity
+from .linear import Factors
+
+SIZE = 6
+"""Unknowns: a_C along x, y, z; roll acceleration; G_y; G_z."""
+
+
+@dataclass(frozen=True)
+class Lump:
+    """Hull, fixed fuel and the pendulums' constant masses, and what is common to all evaluations.
+
+    Attributes
+    ----------
+    mass, centre : Expr
+        kg; x_C, m.
+    inertia : tuple of Expr
+        Moments of inertia that go with the roll acceleration, G_y (about z) and G_z (about y), kg m^2.
+    g1 : Expr
+        G_x = -(W2^2 + W3^2), 1/s^2.
+    xy, xz : Expr
+        W1 W2 and W1 W3, 1/s^2.
+    gyration : tuple of (Expr, Expr)
+        Velocity terms of the roll, G_y and G_z equations: constant and product of rates.
+    applied : tuple of Expr
+        Force, roll moment, and moments about C as they go with G_y and G_z.
+    """
+
+    mass: Expr
+    centre: Expr
+    inertia: tuple[Expr, Expr, Expr]
+    g1: Expr
+    xy: Expr
+    xz: Expr
+    gyration: tuple[tuple[Expr, Expr], ...]
+    applied: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Arm:
+    """Constants of one pendulum.
+
+    Attributes
+    ----------
+    total : Expr
+        D = m l^2 + I, kg m^2.
+    ratio : Expr
+        m l/D, 1/m.
+    lumped, moving : Expr
+        m I/D and m^2 l^2/D: the part of m that acts as a mass at the pivot and the rest, kg.
+    lever : Expr
+        Pivot from C, m.
+    """
+
+    total: Expr
+    ratio: Expr
+    lumped: Expr
+    moving: Expr
+    lever: Expr
+
+
+def lump(p: Group, pendulums: Sequence[Pendulum], geared: bool, d: Derivation) -> tuple[Lump, tuple[Arm, ...]]:
+    """Lump the constant masses and define what only parameters, rates and inputs enter.
+
+    Parameters
+    ----------
+    p : Group
+        Parameters of the plant.
+    pendulums : sequence of Pendulum
+        Parameters of each.
+    geared : bool
+        The paper's inertia terms: the bobs' y inertia turns with the hull.
+    d : Derivation
+        Receives the steps.
+    """
+    constants = [_constants(pendulum, d) for pendulum in pendulums]
+    mass = d.define(
+        "M_C", p.m + p.m0 + sp.Add(*(c[2] for c in constants)), title="mass of the lump", unit="kg", latex="M_C"
+    )
+    first = sp.Add(*(c[2] * pendulum.pivot for c, pendulum in zip(constants, pendulums, strict=True)))
+    centre = d.define(
+        "x_C", (first - p.m * p.b - p.m0 * p.h0) / mass, title="centre of mass of the lump", unit="m", latex="x_C"
+    )
+    second = sp.Add(*(c[2] * pendulum.pivot**2 for c, pendulum in zip(constants, pendulums, strict=True)))
+    transfer = d.define(
+        "S_C",
+        p.m * p.b**2 + p.m0 * p.h0**2 + second - mass * centre**2,
+        title="second moment of the lump's masses about C",
+        unit="kg m^2",
+        latex="S_C",
+    )
+    turning = sp.Add(*(pendulum.inertia for pendulum in pendulums)) if geared else sp.S.Zero
+    about_y, about_z = p.J_y + p.I0 + turning, p.J_z + p.I0
+    inertia = (
+        d.define("J_C1", p.J_x + p.I0, title="roll inertia", unit="kg m^2", latex="J_{C,1}"),
+        d.define("J_C3", about_z + transfer, title="inertia that goes with G_y", unit="kg m^2", latex="J_{C,3}"),
+        d.define("J_C2", about_y + transfer, title="inertia that goes with G_z", unit="kg m^2", latex="J_{C,2}"),
+    )
+    w1, w2, w3 = rate
+    g1 = d.define("G1", -(w2**2 + w3**2), title="G along x", unit="1/s^2", latex="G_x")
+    xy = d.define("W12", w1 * w2, title="product of rates", unit="rad^2/s^2", latex=r"\Omega_1\Omega_2")
+    xz = d.define("W13", w1 * w3, title="product of rates", unit="rad^2/s^2", latex=r"\Omega_1\Omega_3")
+    gyration = (
+        (p.J_z - p.J_y, w2 * w3),
+        (p.J_y - p.J_x - about_z, xy),
+        (p.J_z - p.J_x - about_y, xz),
+    )
+    arms = tuple(
+        Arm(*c, d.define(f"e{a.name}", a.pivot - centre, title=f"pivot {a.name} from C", unit="m", latex=f"e_{a.name}"))
+        for c, a in zip(constants, pendulums, strict=True)
+    )
+    return Lump(mass, centre, inertia, g1, xy, xz, gyration, _applied(p, centre, d)), arms
+
+
+def _constants(a: Pendulum, d: Derivation) -> tuple[Expr, Expr, Expr, Expr]:
+    k = a.name
+    total = d.define(
+        f"D{k}",
+        a.mass * a.length**2 + a.inertia,
+        title=f"inertia of pendulum {k} about its pivot",
+        unit="kg m^2",
+        latex=f"D_{k}",
+        positive=True,
+    )
+    ratio = d.define(
+        f"k{k}", a.mass * a.length / total, title=f"m l/D of pendulum {k}", unit="1/m", latex=f"k_{k}", positive=True
+    )
+    lumped = d.define(
+        f"me{k}",
+        a.mass * a.inertia / total,
+        title=f"part of mass {k} that stays with its pivot",
+        unit="kg",
+        latex=f"m'_{k}",
+    )
+    moving = d.define(
+        f"mv{k}", a.mass * a.length * ratio, title=f"part of mass {k} that swings", unit="kg", latex=f"m''_{k}"
+    )
+    return total, ratio, lumped, moving
+
+
+def _applied(p: Group, centre: Expr, d: Derivation) -> tuple[Expr, ...]:
+    names = [(f"f_{axis}", value) for axis, value in zip("xyz", thrust(p), strict=True)]
+    f1, f2, f3 = (
+        d.define(name, value, title="thrust", unit="N", latex=rf"\tau_{{t,{name[-1]}}}") for name, value in names
+    )
+    lever = gimbal_position(p)[0] - centre
+    lever = d.define("r_FC", lever, title="gimbal from C", unit="m", latex="r_{FC}")
+    return f1, f2, f3, INPUTS.Mx, INPUTS.Mz + lever * f2, -INPUTS.My + lever * f3
+
+
+@dataclass(frozen=True)
+class Pull:
+    """What one pendulum adds to the hull's equations besides its constant mass.
+
+    Attributes
+    ----------
+    matrix : sympy.Matrix
+        Its symmetric matrix, lower triangle, over the six unknowns.
+    bias : tuple of Expr
+        Its six terms without accelerations.
+    """
+
+    matrix: sp.Matrix
+    bias: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Balance:
+    """K X + n = applied for the hull.
+
+    Attributes
+    ----------
+    matrix : sympy.Matrix
+        K, symmetric; entries are symbols or structural zeros.
+    bias : tuple of Expr
+        n.
+    """
+
+    matrix: sp.Matrix
+    bias: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """The evaluation form, for the right-hand side and for its inversion.
+
+    Attributes
+    ----------
+    hull : Lump
+        Common terms.
+    balance : Balance
+        K X + n = applied.
+    factors : Factors
+        Of K, in the order of the unknowns.
+    unknown : tuple of Expr
+        X for the inputs: a_C, roll acceleration, G_y and G_z.
+    bobs : tuple of Expr
+        Accelerations of the pendulums, one after the other.
+    """
+
+    hull: Lump
+    balance: Balance
+    factors: Factors
+    unknown: tuple[Expr, ...]
+    bobs: tuple[Expr, ...]
+
+
+_ROWS = ("1", "2", "3", "4", "5", "6")
+
+
+def balance(hull: Lump, pulls: Sequence[Pull], d: Derivation) -> Balance:
+    """Add the lump and the pendulums' terms."""
+    diagonal = (hull.mass,) * 3 + hull.inertia
+    matrix = sp.zeros(SIZE, SIZE)
+    for i in range(SIZE):
+        for j in range(i + 1):
+            own = diagonal[i] if i == j else sp.S.Zero
+            entry = sp.Add(own, *(pull.matrix[i, j] for pull in pulls))
+            if entry is not sp.S.Zero:
+                entry = d.define(
+                    f"K{_ROWS[i]}{_ROWS[j]}", entry, title="entry of the hull's matrix", latex=f"K_{{{i + 1}{j + 1}}}"
+                )
+            matrix[i, j] = matrix[j, i] = entry
+    own_bias = (sp.S.Zero,) * 3 + tuple(factor * product for factor, product in hull.gyration)
+    bias = tuple(
+        d.define(
+            f"n{_ROWS[i]}",
+            sp.Add(own_bias[i], *(pull.bias[i] for pull in pulls)),
+            title="terms without accelerations",
+            latex=f"n_{i + 1}",
+        )
+        for i in range(SIZE)
+    )
+    return Balance(matrix, bias)
+
+
+def velocity_rates(unknown: Sequence[Expr], hull: Lump) -> tuple[tuple[Expr, ...], tuple[Expr, ...], tuple[Expr, ...]]:
+    """Return V', Omega' and the acceleration a of O from the six unknowns."""
+    w1, w2, w3 = rate
+    vx, vy, vz = velocity
+    g = (hull.g1, unknown[4], unknown[5])
+    acceleration = tuple(a - hull.centre * turn for a, turn in zip(unknown[:3], g, strict=True))
+    turning = (w2 * vz - w3 * vy, w3 * vx - w1 * vz, w1 * vy - w2 * vx)
+    linear = tuple(a - term for a, term in zip(acceleration, turning, strict=True))
+    return linear, (unknown[3], hull.xz - unknown[5], unknown[4] - hull.xy), acceleration

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From demanded accelerations to thrust direction and moments, and what gimbal limits leave of them.
+
+The thrust F is constant, so a_x cannot be demanded: it is what remains of F once the lateral force is served. The
+force f = q + P a_x is affine in a_x and |f| = F gives a quadratic, of which the larger root is taken. Moments are
+found last, from the thrust that really acts, so that the demanded Omega' is met even where the lateral demand is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...system import Actuator, Derivation, Expr, Group, Quantity
+from ..fast.hull import Dynamics
+from ..fast.linear import solve
+from ..plant.equations import gimbal_position
+from ..states import GIMBALS, INPUTS, MOMENTS
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Physical inputs that bring about a demand, as far as it can be met.
+
+    Attributes
+    ----------
+    command : tuple of Expr
+        Mx, My, Mz, delta1, delta2.
+    lateral : Expr
+        Demanded force across x, N.
+    excess : Expr
+        How much of it is beyond the thrust, N; zero for a feasible demand.
+    """
+
+    command: tuple[Expr, ...]
+    lateral: Expr
+    excess: Expr
+
+
+def to_physical(p: Group, plant: Dynamics, demand: Sequence[Expr], tag: str, d: Derivation) -> Inputs:
+    """Invert (9)-(16): moments and gimbal angles that produce a_y, a_z and Omega'.
+
+    Parameters
+    ----------
+    p : Group
+        Parameters of the plant.
+    plant : Dynamics
+        Equations of motion at a state.
+    demand : sequence of Expr
+        a_y, a_z of O, m/s^2, and Omega', rad/s^2.
+    tag : str
+        Appended to the names of the definitions.
+    d : Derivation
+        Receives the steps.
+    """
+    hull, matrix, bias = plant.hull, plant.balance.matrix, plant.balance.bias
+
+    def name(text: str, value: Expr, title: str, unit: str, latex: str) -> sp.Symbol:
+        return d.define(f"{text}_{tag}", value, title=title, unit=unit, latex=latex)
+
+    ay, az, alpha1, alpha2, alpha3 = demand
+    g2 = name("G2", alpha3 + hull.xy, "demanded G along y", "1/s^2", "G_y")
+    g3 = name("G3", hull.xz - alpha2, "demanded G along z", "1/s^2", "G_z")
+    lateral = (
+        name("a2", ay + hull.centre * g2, "demanded acceleration of C along y", "m/s^2", "a_{C,y}"),
+        name("a3", az + hull.centre * g3, "demanded acceleration of C along z", "m/s^2", "a_{C,z}"),
+    )
+    known = (*lateral, alpha1, g2, g3)
+    offsets = [
+        name(
+            f"q{k + 1}",
+            bias[k] + sp.Add(*(matrix[k, j + 1] * x for j, x in enumerate(known))),
+            f"force along {'xyz'[k]} at a_x = 0",
+            "N",
+            f"q_{'xyz'[k]}",
+        )
+        for k in range(3)
+    ]
+    axial = _axial(p, plant, offsets, name)
+    force = [
+        name(f"f{k + 1}", offsets[k] + matrix[k, 0] * axial, f"demanded force along {'xyz'[k]}", "N", f"f_{'xyz'[k]}")
+        for k in range(3)
+    ]
+    delta1, delta2 = _gimbal_angles(force, p, name)
+    acting = _thrust(p, delta1, delta2)
+    missing = [
+        name(f"df{k + 1}", acting[k] - force[k], f"thrust less demand along {'xyz'[k]}", "N", rf"\Delta f_{'xyz'[k]}")
+        for k in range(3)
+    ]
+    change = _moment_change(plant, missing, f"da_{tag}", d)
+    demanded = [
+        bias[k] + matrix[k, 0] * axial + sp.Add(*(matrix[k, j + 1] * x for j, x in enumerate(known))) for k in (3, 4, 5)
+    ]
+    turned = [moment + extra for moment, extra in zip(demanded, change, strict=True)]
+    lever = gimbal_position(p)[0] - hull.centre
+    moments = (turned[0], lever * acting[2] - turned[2], turned[1] - lever * acting[1])
+    named = [name(q.name, moment, q.description, q.unit, q.latex) for q, moment in zip(MOMENTS, moments, strict=True)]
+    across = name("lateral", sp.sqrt(force[1] ** 2 + force[2] ** 2), "demanded lateral force", "N", r"f_\perp")
+    return Inputs((*named, delta1, delta2), across, sp.Max(across - p.F, 0))
+
+
+_Named = Callable[[str, Expr, str, str, str], sp.Symbol]
+
+
+def _axial(p: Group, plant: Dynamics, offsets: Sequence[Expr], name: _Named) -> Expr:
+    """Solve |q + P a|^2 = F^2 for the larger a; without a root take the a of the smallest |f|."""
+    column = [plant.balance.matrix[k, 0] for k in range(3)]
+    square = name("PP", sp.Add(*(e**2 for e in column)), "P.P", "kg^2", r"P\cdot P")
+    mixed = name("Pq", sp.Add(*(e * q for e, q in zip(column, offsets, strict=True))), "P.q", "kg N", r"P\cdot q")
+    rest = sp.Add(*(q**2 for q in offsets)) - p.F**2
+    root = name(
+        "root", sp.sqrt(sp.Max(mixed**2 - square * rest, 0)), "root of the discriminant", "kg N", r"\sqrt\Delta"
+    )
+    return name("ax", (root - mixed) / square, "acceleration of C along x that |f| = F leaves", "m/s^2", "a_{C,x}")
+
+
+def _gimbal_angles(force: Sequence[Expr], p: Group, name: _Named) -> tuple[Expr, Expr]:
+    sine2 = name("sin_d2", _unit(force[1] / p.F), "sine of delta2", "1", r"\sin\delta_2")
+    cosine2 = name("cos_d2", sp.sqrt(1 - sine2**2), "cosine of delta2", "1", r"\cos\delta_2")
+    sine1 = _unit(-force[2] / (p.F * sp.Max(cosine2, sp.Float("1e-9"))))
+    delta1, delta2 = GIMBALS
+    return (
+        name("delta1", sp.asin(sine1), delta1.description, "rad", delta1.latex),
+        name("delta2", sp.asin(sine2), delta2.description, "rad", delta2.latex),
+    )
+
+
+def _unit(value: Expr) -> Expr:
+    return sp.Max(-1, sp.Min(1, value))
+
+
+def _thrust(p: Group, delta1: Expr, delta2: Expr) -> tuple[Expr, ...]:
+    return (
+        p.F * sp.cos(delta1) * sp.cos(delta2),
+        p.F * sp.sin(delta2),
+        -p.F * sp.sin(delta1) * sp.cos(delta2),
+    )
+
+
+def _moment_change(plant: Dynamics, missing: Sequence[Expr], tag: str, d: Derivation) -> list[Expr]:
+    """Return what a change of the force changes in the roll, G_y and G_z equations at the same Omega'."""
+    response = solve(plant.factors.leading(3), missing, tag, d)
+    matrix = plant.balance.matrix
+    return [sp.Add(*(matrix[k, j] * a for j, a in enumerate(response))) for k in (3, 4, 5)]
+
+
+COMMANDED = Group(
+    "u_cmd",
+    tuple(Quantity(f"{q.name}_cmd", q.unit, f"commanded: {q.description}", rf"{q.latex}^{{c}}") for q in INPUTS),
+)
+
+
+def gimbal_limits(p: Group, plant: Dynamics, d: Derivation) -> Actuator:
+    """Clip delta2, then delta1 for the z force that is still to be served; keep Omega' by new moments."""
+    d.section("Gimbal limits")
+    *moments, wanted1, wanted2 = COMMANDED.symbols
+    delta2 = _clip(wanted2, p.delta2_max)
+    delta2 = d.define("delta2_act", delta2, title="gimbal angle within its limit", unit="rad", latex=r"\delta_2")
+    share = _unit(sp.sin(wanted1) * sp.cos(wanted2) / sp.cos(p.delta2_max))
+    inside = sp.Abs(wanted2) <= p.delta2_max
+    served = sp.Piecewise((wanted1, inside), (sp.asin(share), True))
+    delta1 = _clip(served, p.delta1_max)
+    delta1 = d.define("delta1_act", delta1, title="gimbal angle within its limit", unit="rad", latex=r"\delta_1")
+    acting, wanted = _thrust(p, delta1, delta2), _thrust(p, wanted1, wanted2)
+    missing = [
+        d.define(
+            f"df{k + 1}_act", acting[k] - wanted[k], title="thrust less command", unit="N", latex=rf"\Delta f_{k + 1}"
+        )
+        for k in range(3)
+    ]
+    change = _moment_change(plant, missing, "da_act", d)
+    lever = gimbal_position(p)[0] - plant.hull.centre
+    corrected = (
+        moments[0] + change[0],
+        moments[1] + lever * missing[2] - change[2],
+        moments[2] - lever * missing[1] + change[1],
+    )
+    return Actuator(COMMANDED, (*corrected, delta1, delta2))
+
+
+def _clip(value: Expr, limit: Expr) -> Expr:
+    return sp.Max(-limit, sp.Min(limit, value))

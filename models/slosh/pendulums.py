@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The pendulums of a spacecraft as one thing, whether described by angles or by directions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..system import Derivation, Expr, Group, Quantity
+from .fast.angles import angle_dynamics
+from .fast.ball import ball_dynamics
+from .fast.hull import Dynamics
+from .laws.controllers import Form
+from .laws.weights import angle_form, ball_term, slip_symbols
+from .plant import ball, pendulum
+from .plant.equations import ACCELERATIONS, accelerations_of
+from .plant.pendulum import Contribution, angle_acceleration
+from .plant.reduced import angle_accelerations, angle_rows
+from .states import Pendulum, angle_quantities, angle_rate_quantities, arm_rate_quantities, direction_quantities, rate
+
+Accelerations = Sequence[Expr]
+
+
+@dataclass(frozen=True)
+class Bobs:
+    """What a description of the pendulums provides.
+
+    Attributes
+    ----------
+    states : tuple of Quantity
+        In the order of the system.
+    start : tuple of Expr
+        Their initial values.
+    dynamics : Dynamics
+        Evaluation form of the whole spacecraft.
+    rates : tuple of Expr
+        Rates of the states.
+    reduced : callable
+        (a, Omega') -> rates of the states for given accelerations of the hull.
+    terms : callable
+        (law parameters, a_x) -> the pendulums' terms of V1 and their part of (29).
+    outputs : tuple of (Quantity, Expr)
+        Angles, where they are not states.
+    projected : tuple of Expr
+        The states put back on their manifold; the states themselves where there is none.
+    """
+
+    states: tuple[Quantity, ...]
+    start: tuple[Expr, ...]
+    dynamics: Dynamics
+    rates: tuple[Expr, ...]
+    reduced: Callable[[Accelerations, Accelerations], tuple[Expr, ...]]
+    terms: Callable[[Group, Expr], list[tuple[Expr, Form]]]
+    outputs: tuple[tuple[Quantity, Expr], ...] = ()
+    projected: tuple[Expr, ...] = ()
+
+
+@dataclass(frozen=True)
+class Start:
+    """Initial angles and angle rates of one pendulum."""
+
+    phi: Expr
+    theta: Expr
+    phi_rate: Expr
+    theta_rate: Expr
+
+
+def parts(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[Contribution, list[dict[sp.Symbol, Expr]]]:
+    """Return the generic contribution of a pendulum, and what its symbols stand for in each."""
+    if inertia == "ball":
+        return ball.contribution(), [ball.instance(a, k) for k, a in enumerate(pendulums, 1)]
+    return pendulum.contribution(inertia), [pendulum.instance(a, k) for k, a in enumerate(pendulums, 1)]
+
+
+def straight(inertia: str) -> dict[sp.Symbol, Expr]:
+    """Return the equilibrium (18) of hull and pendulum i: no rates, arm along -x, and only a_x left of a and Omega'."""
+    still: tuple[Expr, ...] = (*rate, *ACCELERATIONS[1:])
+    if inertia == "ball":
+        still = (*still, *ball.direction, *ball.arm_rate, *ball.arm_acceleration)
+        return dict.fromkeys(still, sp.S.Zero) | {ball.direction[0]: sp.S.NegativeOne}
+    angles = (pendulum.phi, pendulum.theta, pendulum.phi_rate, pendulum.theta_rate, *angle_acceleration)
+    return dict.fromkeys((*still, *angles), sp.S.Zero)
+
+
+def angle_bobs(p: Group, pendulums: Sequence[Pendulum], inertia: str, starts: Sequence[Start], d: Derivation) -> Bobs:
+    """Describe the pendulums by angles, in the `paper` or the `hinge` convention."""
+    numbers = range(1, len(pendulums) + 1)
+    d.section("Evaluation of the equations of motion")
+    dynamics = angle_dynamics(p, pendulums, inertia, d)
+    d.section("Reduced model, pendulum by pendulum")
+    rows = angle_rows(pendulums, inertia, d)
+    speeds = tuple(row.speed for row in rows)
+    states = (
+        *(q for k in numbers for q in angle_quantities(k)),
+        *(q for k in numbers for q in angle_rate_quantities(k)),
+    )
+
+    def terms(c: Group, axial: Expr) -> list[tuple[Expr, Form]]:
+        weights = (c.r9, c.r10) * len(pendulums)
+        return [angle_form(row, weight, axial, d) for row, weight in zip(rows, weights, strict=True)]
+
+    return Bobs(
+        states,
+        (*(e for s in starts for e in (s.phi, s.theta)), *(e for s in starts for e in (s.phi_rate, s.theta_rate))),
+        dynamics,
+        (*speeds, *dynamics.bobs),
+        lambda linear, angular: (*speeds, *angle_accelerations(rows, linear, angular)),
+        terms,
+        (),
+        tuple(q.symbol for q in states),
+    )
+
+
+def ball_bobs(
+    p: Group, pendulums: Sequence[Pendulum], starts: Sequence[Start], turning: Sequence[Expr], d: Derivation
+) -> Bobs:
+    """Describe the pendulums by directions and their inertial rates, on ball joints."""
+    numbers = range(1, len(pendulums) + 1)
+    d.section("Evaluation of the equations of motion")
+    dynamics = ball_dynamics(p, pendulums, d)
+    names = [ball.instance(a, k) for k, a in enumerate(pendulums, 1)]
+    slips = [slip_symbols(k) for k in numbers]
+
+    def reduced(linear: Accelerations, angular: Accelerations) -> tuple[Expr, ...]:
+        hull = dict(zip(ACCELERATIONS, (*linear, *angular), strict=True))
+        turned = [ball.arm_equation().xreplace(hull | named) for named in names]
+        return tuple(e for slip, turn in zip(slips, turned, strict=True) for e in (*slip, *turn))
+
+    def terms(c: Group, axial: Expr) -> list[tuple[Expr, Form]]:
+        return [ball_term(a, k, named, c.r9, axial, d) for k, a, named in zip(numbers, pendulums, names, strict=True)]
+
+    arms = [dynamics.bobs[3 * k : 3 * k + 3] for k in range(len(pendulums))]
+    begun = (ball.at_angles(s.phi, s.theta, (s.phi_rate, s.theta_rate), turning) for s in starts)
+    return Bobs(
+        tuple(q for k in numbers for q in (*direction_quantities(k), *arm_rate_quantities(k))),
+        tuple(e for start in begun for e in start),
+        dynamics,
+        tuple(e for slip, arm in zip(slips, arms, strict=True) for e in (*slip, *arm)),
+        reduced,
+        terms,
+        tuple(pair for k in numbers for pair in _angles(k)),
+        tuple(e for k in numbers for e in ball.projected(k)),
+    )
+
+
+def _angles(k: int) -> tuple[tuple[Quantity, Expr], ...]:
+    """Return phi and theta of the bob in direction s."""
+    x, y, z = (q.symbol for q in direction_quantities(k))
+    phi, theta = angle_quantities(k)
+    return (phi, sp.atan2(sp.sqrt(y**2 + z**2), -x)), (theta, sp.atan2(y, z))
+
+
+def pendulum_equations(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[tuple[sp.Symbol, ...], tuple[Expr, ...]]:
+    """Return the pendulums' accelerations as symbols and their equations as residuals: (15), (16) or those of s."""
+    part, names = parts(inertia, pendulums)
+    rows = tuple(ball.tangential_rows()) if inertia == "ball" else tuple(part.rows)
+    named = [n | accelerations(inertia, k) for k, n in enumerate(names, 1)]
+    unknown = tuple(s for k in range(1, len(pendulums) + 1) for s in accelerations(inertia, k).values())
+    return unknown, tuple(row.xreplace(n) for n in named for row in rows)
+
+
+def accelerations(inertia: str, k: int) -> dict[sp.Symbol, Expr]:
+    """Return the symbols of the accelerations of pendulum k, by the generic ones."""
+    if inertia == "ball":
+        own = sp.symbols(" ".join(f"sigma{k}{axis}_dot" for axis in "xyz"), real=True)
+        return dict(zip(ball.arm_acceleration, own, strict=True))
+    return dict(zip(angle_acceleration, accelerations_of(k), strict=True))

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Attitude of the body: the paper's small angles, 3-2-1 angles, or a quaternion.
+
+The paper takes a_j' = Omega_j, which holds for small angles only. The 3-2-1 angles (roll a_1, pitch a_2, yaw a_3) are
+singular at a_2 = +-90 degrees; the quaternion nowhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...mechanics import angle_rates, frame_turn, quaternion_of_turns, quaternion_rates, quaternion_rotation
+from ...system import Derivation, Expr, Group, Quantity
+from ..states import ATTITUDE, QUATERNION, rate
+
+angles = tuple(q.symbol for q in ATTITUDE)
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """States that place the body, and what follows from them.
+
+    Attributes
+    ----------
+    states : tuple of Quantity
+        Angles or quaternion.
+    rates : mapping of str to tuple of Expr
+        Their rates, by name of the kinematics; the first is the default.
+    angles : tuple of Expr
+        The three attitude angles that the laws look at.
+    start : tuple of Expr
+        States at the initial angles of a scenario.
+    projected : tuple of Expr
+        States put back on their manifold.
+    """
+
+    states: tuple[Quantity, ...]
+    rates: dict[str, tuple[Expr, ...]]
+    angles: tuple[Expr, ...]
+    start: tuple[Expr, ...]
+    projected: tuple[Expr, ...]
+
+
+def by_angles(scenario: Group) -> Attitude:
+    """Return the attitude by three angles, small (a_j' = Omega_j) or 3-2-1."""
+    turned = frame_turn(0, angles[0]) * frame_turn(1, angles[1]) * frame_turn(2, angles[2])
+    euler = tuple(angle_rates(turned, angles, rate))
+    start = (scenario.att1_0, scenario.att2_0, scenario.att3_0)
+    return Attitude(ATTITUDE, {"small": tuple(rate), "euler": euler}, angles, start, angles)
+
+
+def by_quaternion(scenario: Group, d: Derivation) -> Attitude:
+    """Return the attitude by a unit quaternion; its 3-2-1 angles are outputs."""
+    d.section("Attitude angles of the quaternion")
+    q = tuple(q.symbol for q in QUATERNION)
+    turn = quaternion_rotation(q)
+    pitch = sp.asin(sp.Max(-1, sp.Min(1, -turn[0, 2])))
+    values = (sp.atan2(turn[1, 2], turn[2, 2]), pitch, sp.atan2(turn[0, 1], turn[0, 0]))
+    named = tuple(
+        d.define(f"angle{k}", value, title=f"3-2-1 attitude angle {k}", unit="rad", latex=f"a_{k}")
+        for k, value in enumerate(values, 1)
+    )
+    start = quaternion_of_turns(((2, scenario.att3_0), (1, scenario.att2_0), (0, scenario.att1_0)))
+    half = [
+        d.define(f"half_w{k}", w / 2, title="half the body rate", unit="rad/s", latex=rf"\Omega_{k}/2")
+        for k, w in enumerate(rate, 1)
+    ]
+    length = sp.sqrt(sp.Add(*(e**2 for e in q)))
+    return Attitude(
+        QUATERNION,
+        {"quaternion": tuple(quaternion_rates(q, [2 * w for w in half]))},
+        named,
+        tuple(start),
+        tuple(e / length for e in q),
+    )

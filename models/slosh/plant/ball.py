@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One bob on a frictionless ball joint, by the direction s of its arm: beyond the paper, singular nowhere.
+
+The bob does not spin about its arm, so its rotation holds I/2 |sigma|^2 with sigma = s' + Omega x s, the inertial rate
+of s; T depends on s and sigma alone and needs no chart. Damping is R = eps/2 |s'|^2, that is
+eps/2 (phi'^2 + sin^2 phi theta'^2): it acts on the motion of the bob relative to the hull. Unlike eps/2 (phi'^2 +
+theta'^2) of (8) it does not see the turning of an arm about itself. With I = 0 and eps = 0 this is the pendulum of the
+other two conventions.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+
+import sympy as sp
+
+from ...mechanics import kirchhoff, lagrange
+from ...system import Expr
+from ..states import Pendulum, arm_rate_quantities, direction_quantities, rate, velocity
+from .pendulum import GENERIC, Contribution, frame_rates, galilean
+
+direction = sp.Matrix(sp.symbols("s_{ix} s_{iy} s_{iz}", real=True))
+"""s, the unit vector from pivot to bob, in body axes."""
+arm_rate = sp.Matrix(sp.symbols(r"\sigma_{ix} \sigma_{iy} \sigma_{iz}", real=True))
+"""sigma = s' + Omega x s; sigma.s = 0."""
+arm_acceleration = sp.Matrix(sp.symbols(r"\dot{\sigma}_{ix} \dot{\sigma}_{iy} \dot{\sigma}_{iz}", real=True))
+"""sigma', by components."""
+_slip = sp.Matrix(sp.symbols(r"\dot{s}_{ix} \dot{s}_{iy} \dot{s}_{iz}", real=True))
+_slip_rate = sp.Matrix(sp.symbols(r"\ddot{s}_{ix} \ddot{s}_{iy} \ddot{s}_{iz}", real=True))
+
+
+@functools.cache
+def contribution() -> Contribution:
+    """Derive one pendulum's part by (1)-(3), with s in Cartesian components; rows lack the multiplier of |s| = 1.
+
+    Returns
+    -------
+    Contribution
+        `rows` are the left sides of the three equations row = lambda s.
+    """
+    m, length = GENERIC.mass, GENERIC.length
+    pivot = sp.Matrix([GENERIC.pivot, 0, 0])
+    position = pivot + length * direction
+    turning = _slip + rate.cross(direction)
+    bob = velocity + rate.cross(pivot) + length * turning
+    energy = m * bob.dot(bob) / 2 + GENERIC.inertia * turning.dot(turning) / 2
+    dissipation = GENERIC.damping * _slip.dot(_slip) / 2
+    rates = dict(zip((*direction, *_slip), (*_slip, *_slip_rate), strict=True)) | frame_rates()
+    force, moment = kirchhoff(energy, velocity, rate, rates)
+    rows = lagrange(energy, dissipation, tuple(direction), tuple(_slip), rates)
+    linear = sp.Matrix([energy.diff(v) for v in velocity])
+    angular = sp.Matrix([energy.diff(w) for w in rate])
+    absolute = (e.applyfunc(_absolute) for e in (linear, angular))
+    left = (galilean(e.applyfunc(_absolute)) for e in (force, moment, rows))
+    return Contribution(_absolute(energy), _absolute(dissipation), position, *absolute, *left)
+
+
+def _absolute(expr: Expr) -> Expr:
+    """Write s' and s'' by sigma and sigma'."""
+    turns = frame_rates()
+    slip = arm_rate - rate.cross(direction)
+    angular = sp.Matrix([turns[w] for w in rate])
+    slip_rate = arm_acceleration - angular.cross(direction) - rate.cross(slip)
+    return expr.xreplace(dict(zip((*_slip, *_slip_rate), (*slip, *slip_rate), strict=True)))
+
+
+def tangential_rows() -> sp.Matrix:
+    """Return the equations of s without the multiplier: s x row = 0 across s, and (sigma.s)' = 0 along it."""
+    row = contribution().rows
+    slip = arm_rate - rate.cross(direction)
+    constraint = arm_acceleration.dot(direction) + arm_rate.dot(slip)
+    return direction.cross(row) + direction * constraint
+
+
+@functools.cache
+def arm_equation() -> sp.Matrix:
+    """Return sigma' for given a and Omega': the counterpart of (25), (26).
+
+    row = D sigma' + rest = lambda s, and (sigma.s)' = 0 gives lambda.
+    """
+    row = contribution().rows
+    inertia = row[0].diff(arm_acceleration[0])
+    rest = row.xreplace(dict.fromkeys(arm_acceleration, sp.S.Zero)) / inertia
+    slip = arm_rate - rate.cross(direction)
+    return -rest + direction * (direction.dot(rest) - arm_rate.dot(slip))
+
+
+def instance(pendulum: Pendulum, k: int) -> dict[sp.Symbol, Expr]:
+    """Return what the generic symbols stand for in pendulum k."""
+    generic = (GENERIC.mass, GENERIC.length, GENERIC.pivot, GENERIC.inertia, GENERIC.damping)
+    values = (pendulum.mass, pendulum.length, pendulum.pivot, pendulum.inertia, pendulum.damping)
+    states = (*direction_quantities(k), *arm_rate_quantities(k))
+    named = dict(zip((*direction, *arm_rate), (q.symbol for q in states), strict=True))
+    return dict(zip(generic, values, strict=True)) | named
+
+
+def projected(k: int) -> tuple[Expr, ...]:
+    """Return s and sigma of pendulum k put back on |s| = 1, sigma.s = 0."""
+    s = sp.Matrix([q.symbol for q in direction_quantities(k)])
+    sigma = sp.Matrix([q.symbol for q in arm_rate_quantities(k)])
+    unit = s / sp.sqrt(s.dot(s))
+    return (*unit, *(sigma - unit * unit.dot(sigma)))
+
+
+def at_angles(phi: Expr, theta: Expr, rates: Sequence[Expr], turning: Sequence[Expr]) -> tuple[Expr, ...]:
+    """Return s and sigma of a bob at the angles (7) with given angle rates and body rates."""
+    angles = sp.symbols("phi theta", real=True)
+    s = sp.Matrix([-sp.cos(angles[0]), sp.sin(angles[0]) * sp.sin(angles[1]), sp.sin(angles[0]) * sp.cos(angles[1])])
+    slip = s.diff(angles[0]) * rates[0] + s.diff(angles[1]) * rates[1]
+    sigma = slip + sp.Matrix(turning).cross(s)
+    here = dict(zip(angles, (phi, theta), strict=True))
+    return (*s.xreplace(here), *sigma.xreplace(here))

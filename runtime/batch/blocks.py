@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One block of runs: what it holds, and how it is computed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import InputError, bad_value
+
+from ..model.manifest import Quantity
+from ..run.problem import Status
+from ..run.ticks import positive
+from .kernel import compile_kernel
+from .plan import Plan
+from .store import NOT_RUN, STATUS, Coordinate, Variable
+
+Values = Mapping[str, NDArray[Any]]
+"""What a store takes for the runs of one block, by name."""
+
+Wanted = Sequence[tuple[int, range]]
+BlockSource = Callable[[Wanted], Generator[tuple[int, Values], None, None]]
+"""Computes numbered blocks of runs, in any order."""
+
+IMPOSSIBLE = max(Status) + 1
+STATUS_TEXT = {int(status): status.text for status in Status} | {IMPOSSIBLE: "impossible", NOT_RUN: "not run"}
+_SUMMARIES = {"minimum": "smallest value", "maximum": "largest value"}
+
+
+class Blocks:
+    """Computes the runs of a plan, block by block.
+
+    Parameters
+    ----------
+    plan : Plan
+        Which runs.
+    threads : int
+        That compute one block.
+
+    Raises
+    ------
+    InputError
+        For options that the batch does not take, or without a C compiler.
+    """
+
+    def __init__(self, plan: Plan, threads: int) -> None:
+        self.plan, self._threads = plan, threads
+        manifest, campaign = plan.model.manifest, plan.campaign
+        options: dict[str, Any] = dict(campaign.options)
+        self._t_end = positive("t_end", options.pop("t_end", plan.scenario.duration), plan.origin)
+        self._dt = positive("dt_out", options.pop("dt_out", plan.scenario.step), plan.origin)
+        choices = {name: options.pop(name) for name in manifest.choices if name in options}
+        self._kernel = compile_kernel(plan.model, campaign.controller, choices, origin=plan.origin, **options)
+        self.instants = self._instants()
+
+    @property
+    def samples(self) -> int:
+        """How often the loop of a run is looked at."""
+        return math.ceil(self._t_end / self._dt)
+
+    def variables(self) -> list[Variable]:
+        """Return what a store holds for each run."""
+        manifest, wide = self.plan.model.manifest, self.quantities()
+        flags = {"flag_values": list(STATUS_TEXT), "flag_meanings": " ".join(_words(STATUS_TEXT))}
+        drawn = zip(self.plan.labels(), self.plan.quantities(), strict=True)
+        return [
+            *(Variable(label, "float64", attributes=_said(q, "drawn")) for label, q in drawn),
+            Variable("final", "float64", "state", len(manifest.states), {"long_name": "state where the run ended"}),
+            *(
+                Variable(name, "float64", "variable", len(wide), {"long_name": f"{text} over the run"})
+                for name, text in _SUMMARIES.items()
+            ),
+            *(
+                Variable(m.name, "float64", attributes={"units": m.unit, "long_name": m.description})
+                for m in manifest.metrics.values()
+            ),
+            *(
+                Variable(name, "float64", "t", len(self.instants), {"units": q.unit, "long_name": q.description})
+                for name, q in (wide.items() if len(self.instants) else ())
+            ),
+            Variable("t_stop", "float64", attributes={"units": "s", "long_name": "where the run ended"}),
+            Variable(
+                "error", "float64", attributes={"units": "1", "long_name": "largest error of a step over its tolerance"}
+            ),
+            Variable("steps", "int64", attributes={"units": "1", "long_name": "accepted steps of the integrator"}),
+            Variable("violated", "int8", attributes={"long_name": "which limit ended the run, -1 for none"}),
+            Variable(STATUS, "uint8", attributes={"long_name": "how the run ended", **flags}),
+        ]
+
+    def coordinates(self) -> dict[str, Coordinate]:
+        """Return the names and instants along second dimensions."""
+        wide = self.quantities()
+        found = {
+            "state": Coordinate(list(self.plan.model.state_names)),
+            "variable": Coordinate(list(wide), {"units": [q.unit for q in wide.values()]}),
+        }
+        if len(self.instants):
+            found["t"] = Coordinate(self.instants, {"units": "s", "long_name": "time"})
+        return found
+
+    def scalars(self) -> list[str]:
+        """Return every name that stands for one number per run, as conditions use them."""
+        wide = [f"{summary}({name})" for summary in _SUMMARIES for name in self._kernel.variables]
+        ends = [f"final({name})" for name in self.plan.model.state_names]
+        return [*self.plan.labels(), *self.plan.model.manifest.metrics, "t_stop", "error", *ends, *wide]
+
+    def quantities(self) -> dict[str, Quantity]:
+        """Return every variable of a run, in the order of the kernel's columns."""
+        manifest = self.plan.model.manifest
+        known = {q.name: q for q in (*manifest.states, *manifest.outputs, *self.plan.law.memory)}
+        known |= {f"u_{q.name}": q for q in manifest.inputs} | {f"u_cmd_{q.name}": q for q in manifest.inputs}
+        return {name: known[name] for name in self._kernel.variables}
+
+    def compute(self, first: int, count: int, stop: Callable[[], bool] | None = None) -> Values | None:
+        """Return the values of the runs from `first` on by the names in a store; None when it was told to stop."""
+        plan = self.plan
+        draw = plan.draw(first, count)
+        bad = ~draw.possible
+        for vectors, nominal in ((draw.p, plan.nominal.p), (draw.c, plan.nominal.c), (draw.s, plan.nominal.s)):
+            vectors[bad] = nominal
+        draw.x0[bad] = plan.nominal_x0
+        seed, save = plan.campaign.seed, plan.campaign.save_every
+        block = self._kernel.run(
+            first, draw.p, draw.c, draw.s, draw.x0, seed, self._t_end, self._dt, save, self._threads, stop
+        )
+        if block is None:
+            return None
+        values: dict[str, NDArray[Any]] = {
+            **{"final": block.final, "minimum": block.minimum, "maximum": block.maximum},
+            **{name: block.metrics[:, i] for i, name in enumerate(plan.model.manifest.metrics)},
+            **{"t_stop": block.t_stop, "error": block.error},
+        }
+        if len(self.instants):
+            values |= {name: block.series[:, :, i] for i, name in enumerate(self.quantities())}
+        for array in values.values():
+            array[bad] = math.nan
+        return {
+            **dict(zip(plan.labels(), draw.values.T, strict=True)),
+            **values,
+            "steps": np.where(bad, 0, block.steps),
+            "violated": np.where(bad, -1, block.violated).astype(np.int8),
+            STATUS: np.where(bad, IMPOSSIBLE, block.status).astype(np.uint8),
+        }
+
+    def _instants(self) -> NDArray[np.float64]:
+        every = self.plan.campaign.save_every
+        if every is None:
+            return np.empty(0)
+        steps = positive("save every", every, self.plan.origin) / self._dt
+        if abs(steps - round(steps)) > 1e-9 * steps or round(steps) < 1:
+            raise bad_value("save every", every, f"a multiple of the sampling step {self._dt:g} s", self.plan.origin)
+        return np.arange(math.floor(self._t_end / every * (1 + 1e-9)) + 1, dtype=np.float64) * every
+
+
+def check_names(variables: list[Variable]) -> None:
+    """Refuse a model in which one name means two things in a store."""
+    names = [variable.name for variable in variables]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise InputError(f"a store cannot hold two variables called {twice[0]}: rename one in the model")
+
+
+def _said(quantity: Quantity, how: str) -> dict[str, str]:
+    return {"units": quantity.unit, "long_name": f"{quantity.description}, {how}"}
+
+
+def _words(texts: Mapping[int, str]) -> list[str]:
+    return [text.replace(" ", "_") for text in texts.values()]

@@ -1,0 +1,309 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Many runs into a store, block by block; what is stored is never computed again."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import os
+import threading
+import warnings
+from collections.abc import Callable, Generator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import InputError, bad_value
+
+from ..compiling.compiler import require_compiler
+from ..compiling.library import FLAGS
+from ..model.manifest import find_model, known_models
+from ..model.model import Model, load
+from ..model.parameters import advice
+from ..run.problem import Status
+from ..run.results import versions
+from .blocks import IMPOSSIBLE, Blocks, BlockSource, Values, Wanted, check_names
+from .plan import Campaign, Plan
+from .statistics import StopRule, Success
+from .store import STATUS, Store, create, open_store
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Report = Callable[[int, int, int], None]
+"""Called with the runs stored, the runs in all, and how many of the stored ones did not reach their end."""
+
+_FEWEST, _MOST = 512, 65536  # runs per block
+_SHORT, _SAMPLES = 4096, 2**20  # at least so many runs per block, unless that is more samples
+_BLOCKS = 256  # that a large batch has about
+_BLOCK_BYTES = 2**26
+
+
+class ImpossibleRunError(InputError):
+    """A run was drawn whose values are not allowed, and the batch was to stop there."""
+
+
+def run_batch(
+    model: Model | str | os.PathLike[str],
+    campaign: Campaign,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    resume: bool = False,
+    success: str | None = None,
+    until: str | None = None,
+    strict: bool = False,
+    threads: int | None = None,
+    client: Client | None = None,
+    chunk: int | None = None,
+    report: Report | None = None,
+    origin: str = "the call",
+) -> Store:
+    """Compute the runs of a campaign and store them.
+
+    Parameters
+    ----------
+    model : Model, str or path
+        A loaded model on the C backend, or what `load` takes.
+    campaign : Campaign
+        Which runs.
+    out : path, optional
+        The store, a new folder; kept in memory unless given.
+    resume : bool
+        Continue the store `out`, which may also be absent or complete.
+    success : str, optional
+        What a run must fulfil to count as a success, besides reaching its end; see `Condition`.
+    until : str, optional
+        Stop as soon as the runs so far fulfil this, as in "ci(success) < 0.01"; see `StopRule`.
+    strict : bool
+        Stop at the first run whose drawn values are not allowed, instead of marking it.
+    threads : int, optional
+        Of this process; one per available processor unless given.
+    client : distributed.Client, optional
+        Workers that compute the blocks; this process unless given.
+    chunk : int, optional
+        Runs per block; unless given, chosen from n and from what is stored of each run.
+    report : callable, optional
+        Called at the start and after each block.
+    origin : str
+        How error messages call the arguments.
+
+    Returns
+    -------
+    Store
+        The complete store.
+
+    Raises
+    ------
+    InputError
+        For anything unknown, out of bounds or infeasible; for a store of another batch; for a run that is not allowed,
+        when strict.
+    StoreError
+        If the store cannot be written. What it has is kept, and `resume` goes on from there.
+    """
+    loaded = model if isinstance(model, Model) else load(model, "c")
+    if loaded.backend != "c":
+        raise bad_value("backend", loaded.backend, "'c': a batch needs compiled code", origin)
+    plan = Plan(loaded, campaign, origin)
+    for text in advice(loaded.functions, plan.law, plan.nominal):
+        warnings.warn(text, stacklevel=2)
+    rule = None if until is None else StopRule(until, campaign.sampling)
+    blocks = Blocks(plan, threads or available_processors())
+    condition = Success(success)
+    condition.check(blocks.scalars())
+    source = _here(blocks) if client is None else _there(client, plan)
+    store = _opened(plan, blocks, out, resume, chunk, {"success": success or "", "until": until or ""})
+    with store.writing():
+        _Filling(store, plan, rule, condition, strict, report).run(source)
+    return store
+
+
+def available_processors() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def plan_of(store: Store) -> Plan:
+    """Return the plan that a store was made from.
+
+    Raises
+    ------
+    InputError
+        If the model is not there or has changed since.
+    """
+    said = store.attributes
+    manifest = find_model(said["model_source"])
+    if manifest.hash != said["model_hash"]:
+        raise InputError(
+            f"{store.name} was made from another {manifest.model}: its model hash is {said['model_hash'][:12]}, "
+            f"the model at hand has {manifest.hash[:12]}"
+        )
+    return Plan(load(said["model_source"], "c"), Campaign(**json.loads(said["campaign"])), store.name)
+
+
+def _opened(
+    plan: Plan,
+    blocks: Blocks,
+    out: str | os.PathLike[str] | None,
+    resume: bool,
+    chunk: int | None,
+    rules: dict[str, str],
+) -> Store:
+    """Make the store, or open the one that is to be continued."""
+    variables = blocks.variables()
+    check_names(variables)
+    campaign = json.dumps(dataclasses.asdict(plan.campaign), sort_keys=True)
+    manifest, path = plan.model.manifest, None if out is None else Path(out)
+    identity = {"model": manifest.model, "model_hash": manifest.hash, "campaign": campaign, **rules}
+    if resume and path is not None and path.exists():
+        store = open_store(path)
+        _compare(store, identity)
+        return store
+    bytes_per_run = sum(np.dtype(v.dtype).itemsize * max(v.size, 1) for v in variables)
+    return create(
+        path,
+        plan.campaign.n,
+        chunk or _chunk(plan.campaign.n, bytes_per_run, blocks.samples, bool(rules["until"])),
+        variables,
+        blocks.coordinates(),
+        title=f"{manifest.title}: {plan.law.title}",
+        model_source=_source(plan.model),
+        controller=plan.law.name,
+        scenario=plan.scenario.name,
+        seed=plan.campaign.seed,
+        drawn=json.dumps(plan.labels()),
+        metrics=json.dumps(list(manifest.metrics)),
+        profile=plan.campaign.options.get("profile", "portable"),
+        flags=" ".join(FLAGS),
+        compiler=require_compiler().version,
+        nominal=json.dumps(plan.nominal.values),
+        structure=json.dumps(manifest.structure),
+        versions=json.dumps({**manifest.versions, **versions()}),
+        **identity,
+    )
+
+
+def _compare(store: Store, identity: Mapping[str, str]) -> None:
+    """Refuse to continue a store that was made otherwise, and say in what."""
+    for name, value in identity.items():
+        said = store.attributes.get(name, "")
+        if said == value:
+            continue
+        if name == "campaign":
+            name, said, value = _difference(json.loads(said), json.loads(value))
+        raise InputError(f"{store.name} was made with {name} = {said!r}, not {value!r}: it cannot be continued so")
+
+
+def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any]:
+    name = next(name for name in new if old.get(name) != new[name])
+    return name, old.get(name), new[name]
+
+
+def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
+    """Return a power of two: some hundred blocks in a large batch, each small enough for memory.
+
+    Storing a block takes some tens of milliseconds whatever is in it, so short runs come in larger blocks, unless a
+    stop rule looks at each.
+    """
+    fewest = _FEWEST if stops else max(_FEWEST, min(_SHORT, _SAMPLES // samples))
+    wanted = min(max(n // _BLOCKS, fewest), _MOST, max(1, _BLOCK_BYTES // bytes_per_run))
+    return min(1 << (wanted.bit_length() - 1), n)
+
+
+def _source(model: Model) -> str:
+    """Return what `load` finds this model by."""
+    folder = model.manifest.folder
+    return model.name if known_models().get(model.name) == folder else str(folder.absolute())
+
+
+class _Filling:
+    """Blocks on their way into a store, until it is complete or the stop rule is fulfilled."""
+
+    def __init__(
+        self, store: Store, plan: Plan, rule: StopRule | None, success: Success, strict: bool, report: Report | None
+    ) -> None:
+        self._store, self._plan, self._rule = store, plan, rule
+        self._success, self._strict, self._report = success, strict, report
+        self._successes: dict[int, int] = {}
+        self._stored = self._failed = 0
+        self._prefix = self._prefix_runs = self._prefix_successes = 0
+
+    def run(self, source: BlockSource) -> None:
+        """Count what is stored, then store what is missing."""
+        present = self._store.stored()
+        if any(self._is_enough(block, self._store.read(STATUS, [block])) for block in present):
+            return
+        self._tell()
+        missing = sorted(set(range(self._store.blocks())) - set(present))
+        produced = source([(block, self._store.runs(block)) for block in missing])
+        with contextlib.closing(produced):
+            for block, values in produced:
+                self._store.write(block, values)
+                enough = self._is_enough(block, values[STATUS])
+                self._tell()
+                if enough:
+                    return
+
+    def _is_enough(self, block: int, status: NDArray[Any]) -> bool:
+        """Count a stored block; true when the stop rule is fulfilled, and the store then ends there."""
+        self._stored += len(status)
+        self._failed += int(np.count_nonzero(status != Status.DONE))
+        impossible = np.flatnonzero(status == IMPOSSIBLE)
+        if self._strict and impossible.size:
+            raise ImpossibleRunError(self._plan.refusal(self._store.runs(block).start + int(impossible[0])))
+        if self._rule is None:
+            return False
+        self._successes[block] = int(np.count_nonzero(self._success(self._store, [block])))
+        return self._ends(self._rule)
+
+    def _tell(self) -> None:
+        if self._report:
+            self._report(self._stored, self._store.n, self._failed)
+
+    def _ends(self, rule: StopRule) -> bool:
+        """Look at the runs from 0 on without a gap, so that the end depends on no order; cut the store there."""
+        while self._prefix in self._successes:
+            self._prefix_runs += len(self._store.runs(self._prefix))
+            self._prefix_successes += self._successes[self._prefix]
+            self._prefix += 1
+            if rule.holds(self._prefix_successes, self._prefix_runs):
+                self._store.cut(self._prefix_runs)
+                return True
+        return False
+
+
+def _here(blocks: Blocks) -> BlockSource:
+    """Compute blocks in this process, the next one while the last one is stored."""
+
+    def produce(wanted: Wanted) -> Generator[tuple[int, Values], None, None]:
+        stop = threading.Event()
+        with ThreadPoolExecutor(1) as pool:
+            try:
+                waiting: list[tuple[int, Future[Values | None]]] = []
+                for block, runs in wanted:
+                    waiting.append((block, pool.submit(blocks.compute, runs.start, len(runs), stop.is_set)))
+                    if len(waiting) > 1:
+                        yield _taken(waiting)
+                while waiting:
+                    yield _taken(waiting)
+            finally:
+                stop.set()
+
+    return produce
+
+
+def _there(client: Client, plan: Plan) -> BlockSource:
+    from .workers import on_workers
+
+    return on_workers(client, plan)
+
+
+def _taken(waiting: list[tuple[int, Future[Values | None]]]) -> tuple[int, Values]:
+    block, future = waiting.pop(0)
+    values = future.result()
+    if values is None:
+        raise KeyboardInterrupt
+    return block, values

@@ -1,0 +1,376 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Many runs of one closed loop at once, summed up while they run."""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import InputError, bad_value, unknown_name
+
+from ..compiling.compiler import require_compiler
+from ..compiling.library import load_library
+from ..compiling.processor import vector_flags, widest
+from ..model.functions import FloatArray, Real
+from ..model.manifest import Metric, identifier
+from ..model.model import Model
+from ..run.metrics import KINDS
+from ..run.options import SMALLEST_ATOL, SMALLEST_RTOL, check_law, checked_method, variant_suffix
+from ..run.problem import Method
+from ..run.ticks import count, positive, ticks_of, tolerance
+from .source import Loop, kernel_sources
+
+Profile = Literal["portable", "fast"]
+
+_ALIGNMENT = 64  # bytes, of the widest vector
+_CHUNKS = 16  # per thread, so that they end together
+_PATIENCE = 0.1  # seconds between two questions whether to stop
+
+
+@dataclass(frozen=True)
+class Block:
+    """What is kept of n runs, one row each.
+
+    Attributes
+    ----------
+    final : array, (n, nx)
+        State at `t_stop`.
+    minimum, maximum : array, (n, variables)
+        Of the recorded samples; NaN where one is NaN.
+    metrics : array, (n, metrics)
+        In the manifest's order.
+    status : array of uint8, (n,)
+        A `Status` each.
+    violated : array of int32, (n,)
+        Index of the limit that ended the run, or -1.
+    t_stop : array, (n,)
+        Last instant reached, s.
+    error : array, (n,)
+        Largest estimated error of an accepted step over its tolerance.
+    steps : array of int64, (n,)
+        Accepted steps.
+    series : array, (n, samples, variables)
+        Samples on the grid that was asked for, NaN after the run's end; no samples unless asked for.
+    """
+
+    final: FloatArray
+    minimum: FloatArray
+    maximum: FloatArray
+    metrics: FloatArray
+    status: NDArray[np.uint8]
+    violated: NDArray[np.int32]
+    t_stop: FloatArray
+    error: FloatArray
+    steps: NDArray[np.int64]
+    series: FloatArray
+
+
+def compile_kernel(
+    model: Model,
+    controller: str,
+    choices: Mapping[str, object] | None = None,
+    *,
+    method: Method = "dop853",
+    profile: Profile = "portable",
+    lanes: int | None = None,
+    real: Real = "double",
+    hold: float | None = None,
+    delay: int = 0,
+    rtol: float = 1e-11,
+    atol: float = 1e-11,
+    step: float | None = None,
+    max_steps: int = 100_000,
+    origin: str = "the call",
+) -> Kernel:
+    """Compile, or load from the cache, the loop of a model under a law.
+
+    Parameters
+    ----------
+    model : Model
+        On the C backend.
+    controller : str
+        The control law.
+    choices : mapping, optional
+        Choices of the model, as in {"plant": "reduced"}.
+    profile : {"portable", "fast"}
+        Whether a run is the same bits on every machine, or may contract products and sums where the processor can.
+    lanes : int, optional
+        Runs worked on at once by one thread: 1, 2, 4 or 8; what the processor has registers for unless given.
+    method, real, hold, delay, rtol, atol, step, max_steps
+        As for `simulate`.
+    origin : str
+        How error messages call these arguments.
+
+    Raises
+    ------
+    InputError
+        For anything unknown or out of bounds.
+    BuildError
+        If compilation fails.
+    """
+    law = model.manifest.controller(controller)
+    suffix = variant_suffix(model.manifest, choices or {}, origin)
+    held = None if hold is None else positive("hold", hold, origin)
+    delay = count("delay", delay, 0, origin)
+    sampled = held is not None or law.period is not None
+    check_law(model, law, 1.0 if sampled else None, delay, origin)
+    if profile not in ("portable", "fast"):
+        raise bad_value("profile", profile, "portable or fast", origin)
+    if lanes not in (None, 1, 2, 4, 8):
+        raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)
+    if real != "double":
+        raise bad_value("real", real, "double in a batch", origin)
+    loop = Loop(model.manifest, law, suffix, sampled, checked_method(method, origin))
+    return Kernel(
+        loop=loop,
+        library=_library(loop, profile, lanes or widest()),
+        lanes=lanes or widest(),
+        hold=held,
+        delay=delay,
+        rtol=tolerance("rtol", rtol, SMALLEST_RTOL, origin),
+        atol=tolerance("atol", atol, SMALLEST_ATOL, origin),
+        step=None if step is None else positive("step", step, origin),
+        max_steps=count("max_steps", max_steps, 1, origin),
+        origin=origin,
+    )
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A compiled loop; `compile_kernel` makes it."""
+
+    loop: Loop
+    library: ctypes.CDLL
+    lanes: int
+    hold: float | None
+    delay: int
+    rtol: float
+    atol: float
+    step: float | None
+    max_steps: int
+    origin: str
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Names of what is recorded, in the order of the columns: as in a result file."""
+        return self.loop.variables
+
+    def run(
+        self,
+        first_run: int,
+        p: FloatArray,
+        c: FloatArray,
+        s: FloatArray,
+        x0: FloatArray,
+        seed: int,
+        t_end: float,
+        dt: float,
+        save_every: float | None = None,
+        threads: int = 1,
+        stop: Callable[[], bool] | None = None,
+    ) -> Block | None:
+        """Integrate n runs.
+
+        Parameters
+        ----------
+        first_run, seed : int
+            Number of the first run, and the seed: what the noise depends on.
+        p, c, s : array, (n, parameters)
+            Parameters of plant, law and scenario. The law's period is the same in all runs.
+        x0 : array, (n, nx)
+            Initial states, finite and within the limits.
+        t_end, dt : float
+            End time and sampling step, s.
+        save_every : float, optional
+            Step of the series, a multiple of `dt`; none are kept unless given.
+        threads : int
+            How many to use.
+        stop : callable, optional
+            Asked now and then whether to give up.
+
+        Returns
+        -------
+        Block, or None when told to stop
+
+        Raises
+        ------
+        InputError
+            For instants that do not fit one another.
+        """
+        hold = self._hold(p)
+        ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
+        saved = 0 if save_every is None else record_every * round(save_every / dt)
+        rows = (len(ticks) - 1) // saved + 1 if saved else 0
+        block = _empty(len(p), len(self.loop.manifest.states), len(self.variables), len(self._metrics()), rows)
+        given = {"t": ticks, "p": p, "c": c, "s": s, "x0": x0}
+        arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
+        metrics, signals = self._metric_rows()
+        halt = ctypes.c_int32(0)
+        job = _Job(
+            runs=len(p),
+            seed=seed,
+            first_run=first_run,
+            ticks=len(ticks),
+            hold_every=hold_every or 1,
+            record_every=record_every,
+            max_steps=self.max_steps,
+            save_every=saved or 1,
+            rows=rows,
+            delay=self.delay,
+            metrics=len(metrics),
+            rtol=self.rtol,
+            atol=self.atol,
+            step=self.step or min(dt, hold or dt),
+            metric=ctypes.addressof(metrics),
+            signal=ctypes.addressof(signals),
+            stop=ctypes.addressof(halt),
+            **{name: array.ctypes.data for name, array in arrays.items()},
+            **{name: getattr(block, field).ctypes.data for name, field in _RESULTS.items()},
+        )
+        histories = sum(m.signals for m in metrics if m.kind == KINDS.index("settling_about_end"))
+        records = (len(ticks) - 2) // record_every + 2
+        size = self.library.mv_work_size(ctypes.byref(job), len(signals), histories, records)
+        done = _in_threads(self.library, job, records, size, -(-len(p) // self.lanes), threads, halt, stop)
+        return block if done else None
+
+    def _hold(self, p: FloatArray) -> float | None:
+        """Return the hold time, which all runs share."""
+        period = self.loop.controller.period
+        if self.hold is not None or period is None:
+            return self.hold
+        column = p[:, [q.name for q in self.loop.manifest.parameters].index(period)]
+        if np.any(column != column[0]):
+            raise InputError(f"{period} (from {self.origin}): must be the same in all runs of a batch")
+        return float(column[0])
+
+    def _metrics(self) -> list[Metric]:
+        return list(self.loop.manifest.metrics.values())
+
+    def _metric_rows(self) -> tuple[Any, Any]:
+        """Return the metrics and their signals as C structures."""
+        metrics, columns, signals = self._metrics(), {name: i for i, name in enumerate(self.variables)}, []
+        for metric in metrics:
+            for of in metric.of:
+                names = [name.strip() for name in of.split(" - ")]
+                for name in names:
+                    if name not in columns:
+                        raise unknown_name(f"variable in metric {metric.name}", name, columns)
+                signals.append((columns[names[0]], columns[names[1]] if len(names) > 1 else -1))
+        rows = [(KINDS.index(m.kind), len(m.of), m.band, m.since, m.until) for m in metrics]
+        return (_Metric * len(rows))(*(_Metric(*row) for row in rows)), (_Signal * len(signals))(
+            *(_Signal(*s) for s in signals)
+        )
+
+
+_RESULTS = {
+    **{name: name for name in ("final", "minimum", "maximum", "t_stop", "error", "series", "steps", "violated")},
+    **{"metric_values": "metrics", "status": "status"},
+}
+"""Where the fields of a job are in a block."""
+
+
+class _Metric(ctypes.Structure):
+    """Mirrors mv_metric of batch.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_int32) for name in ("kind", "signals")),
+        *((name, ctypes.c_double) for name in ("band", "since", "until")),
+    )
+
+
+class _Signal(ctypes.Structure):
+    """Mirrors mv_signal of batch.h."""
+
+    _fields_ = (("column", ctypes.c_int32), ("subtracted", ctypes.c_int32))
+
+
+class _Job(ctypes.Structure):
+    """Mirrors mv_job of batch.h."""
+
+    _fields_ = (
+        ("runs", ctypes.c_int64),
+        *((name, ctypes.c_uint64) for name in ("seed", "first_run")),
+        *((name, ctypes.c_int64) for name in ("ticks", "hold_every", "record_every", "max_steps")),
+        *((name, ctypes.c_int64) for name in ("save_every", "rows")),
+        *((name, ctypes.c_int32) for name in ("delay", "metrics")),
+        *((name, ctypes.c_double) for name in ("rtol", "atol", "step")),
+        *((name, ctypes.c_void_p) for name in ("t", "p", "c", "s", "x0", "metric", "signal")),
+        *((name, ctypes.c_void_p) for name in ("final", "minimum", "maximum", "metric_values", "t_stop", "error")),
+        *((name, ctypes.c_void_p) for name in ("series", "steps", "violated", "status", "stop")),
+    )
+
+
+def _library(loop: Loop, profile: Profile, lanes: int) -> ctypes.CDLL:
+    """Compile a kernel, or load it from the cache."""
+    contract = "off" if profile == "portable" else "fast"
+    flags = ["-O2", "-fno-tree-slp-vectorize", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}"]
+    flags += [*vector_flags(), *require_compiler().scheduling]
+    name = f"{identifier(loop.manifest.model)}_batch"
+    library = load_library(name, kernel_sources(loop), ["batch.c"], [*flags, f"-ffp-contract={contract}"])
+    library.mv_job_size.restype = library.mv_work_size.restype = ctypes.c_int64
+    library.mv_work_size.argtypes = [ctypes.c_void_p, *[ctypes.c_int64] * 3]
+    library.mv_run_blocks.argtypes = [ctypes.c_void_p, *[ctypes.c_int64] * 3, ctypes.c_void_p]
+    if library.mv_job_size() != ctypes.sizeof(_Job):
+        raise RuntimeError("the batch kernel and its Python mirror disagree; reinstall mehvar")
+    return library
+
+
+def _empty(n: int, states: int, variables: int, metrics: int, rows: int) -> Block:
+    return Block(
+        final=np.empty((n, states)),
+        minimum=np.empty((n, variables)),
+        maximum=np.empty((n, variables)),
+        metrics=np.empty((n, metrics)),
+        status=np.empty(n, np.uint8),
+        violated=np.empty(n, np.int32),
+        t_stop=np.empty(n),
+        error=np.empty(n),
+        steps=np.empty(n, np.int64),
+        series=np.full((n, rows, variables), np.nan),
+    )
+
+
+def _in_threads(
+    library: ctypes.CDLL,
+    job: _Job,
+    records: int,
+    size: int,
+    blocks: int,
+    threads: int,
+    halt: ctypes.c_int32,
+    stop: Callable[[], bool] | None,
+) -> bool:
+    """Run all blocks, a few at a time in each thread; return whether they are complete."""
+    chunk = max(1, blocks // (_CHUNKS * threads))
+    starts, lock = iter(range(0, blocks, chunk)), threading.Lock()
+
+    def work() -> None:
+        buffer = np.empty(size + _ALIGNMENT, np.uint8)
+        place = buffer.ctypes.data + -buffer.ctypes.data % _ALIGNMENT
+        while not halt.value:
+            with lock:
+                first = next(starts, None)
+            if first is None:
+                return
+            library.mv_run_blocks(ctypes.byref(job), first, min(first + chunk, blocks), records, place)
+
+    with ThreadPoolExecutor(threads) as pool:
+        running = {pool.submit(work) for _ in range(min(threads, blocks))}
+        try:
+            while running:
+                done, running = wait(running, None if stop is None else _PATIENCE)
+                for future in done:
+                    future.result()
+                if stop is not None and stop():
+                    halt.value = 1
+        except BaseException:
+            halt.value = 1
+            raise
+    return not halt.value

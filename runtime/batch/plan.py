@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From what a batch is asked to vary to the parameter vectors and initial state of every run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mehvar.errors import InputError, bad_value, unknown_name
+
+from ..model.manifest import Parameter, Quantity, identifier
+from ..model.model import Model
+from ..model.parameters import Resolved, named_values, resolve
+from ..run.options import OPTIONS
+from ..run.ticks import count
+from .dispersions import read_dispersions
+from .sampling import Design, FloatArray, Sampler
+
+MOST_RUNS = 2**32
+INITIAL = "initial_"
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Everything that decides the numbers of a batch, and nothing else.
+
+    Parameters
+    ----------
+    controller, scenario : str
+        The law and the scenario; the model's first scenario for None.
+    n, seed : int
+        Number of runs; what the random numbers start from.
+    vary : mapping of str to str
+        Names of parameters or states to distributions, as `read_dispersions` takes them. A state is varied at t = 0.
+    parameters, initial : mapping
+        Parameters and initial states that all runs share.
+    sampling : str
+        Design of the drawn points, see `Sampler`.
+    options : mapping
+        Options and choices as in `simulate`: `t_end`, `dt_out`, `method`, `plant` and so on.
+    save_every : float, optional
+        Step of the stored series, s; none are stored unless given.
+    """
+
+    controller: str
+    n: int
+    scenario: str | None = None
+    seed: int = 0
+    vary: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    initial: Mapping[str, float] = field(default_factory=dict)
+    sampling: Design = "random"
+    options: Mapping[str, float | str] = field(default_factory=dict)
+    save_every: float | None = None
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Runs first, first + 1, ...: drawn values and the vectors that follow from them, one row per run.
+
+    `possible` tells the runs that bounds, constraints and limits allow.
+    """
+
+    first: int
+    values: FloatArray
+    p: FloatArray
+    c: FloatArray
+    s: FloatArray
+    x0: FloatArray
+    possible: NDArray[np.bool_]
+
+
+class Plan:
+    """A campaign fitted to a model; `draw` gives its runs.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The dispersed names, in the order of the columns of `Draw.values`.
+    nominal : Resolved
+        Parameters at the middle of every dispersion, which must be possible.
+
+    Raises
+    ------
+    InputError
+        For unknown names, distributions that are none, or a nominal run that is impossible.
+    """
+
+    def __init__(self, model: Model, campaign: Campaign, origin: str = "the call") -> None:
+        manifest = model.manifest
+        self.model, self.campaign, self.origin = model, campaign, origin
+        self.law, self.scenario = manifest.controller(campaign.controller), manifest.scenario(campaign.scenario)
+        if count("n", campaign.n, 1, origin) > MOST_RUNS:
+            raise bad_value("n", campaign.n, f"at most {MOST_RUNS}", origin)
+        seed = count("seed", campaign.seed, 0, origin)
+        self.dispersions = read_dispersions(dict(sorted(campaign.vary.items())), origin)
+        self.names = tuple(name for d in self.dispersions for name in d.names)
+        groups = (manifest.parameters, self.law.parameters, manifest.scenario_parameters)
+        self._columns = [{q.name: i for i, q in enumerate(group)} for group in groups]
+        self._states = {q.name: i for i, q in enumerate(manifest.states)}
+        self._check_names()
+        self._initial = named_values(model.state_names, f"state of {model.name} in initial", campaign.initial, origin)
+        self._sampler = Sampler(campaign.sampling, [d.names for d in self.dispersions], campaign.n, seed)
+        centres = {name: value for d in self.dispersions for name, value in d.centre().items()}
+        self.nominal = self._resolved(centres, f"{origin} or the middle of vary" if centres else origin)
+
+        start = model.functions["initial"](self.nominal.p, self.nominal.s)
+        self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})
+
+    def labels(self) -> tuple[str, ...]:
+        """Return the dispersed names as a store has them: a state is called `initial_NAME`."""
+        return tuple(name if self._is_parameter(name) else f"{INITIAL}{name}" for name in self.names)
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return name, unit and description of each dispersed name."""
+        manifest = self.model.manifest
+        parameters = (*manifest.parameters, *self.law.parameters, *manifest.scenario_parameters)
+        known: dict[str, Quantity] = {q.name: q for q in manifest.states} | {q.name: q for q in parameters}
+        return tuple(known[name] for name in self.names)
+
+    def draw(self, first: int, count: int) -> Draw:
+        """Return the runs first ... first + count - 1; a run is the same whichever others are drawn with it."""
+        values = self._values(first, count)
+        vectors = [np.tile(v, (count, 1)) for v in (self.nominal.p, self.nominal.c, self.nominal.s)]
+        drawn = dict(zip(self.names, values.T, strict=True))
+        for vector, columns in zip(vectors, self._columns, strict=True):
+            for name in drawn.keys() & columns.keys():
+                vector[:, columns[name]] = drawn[name]
+        p, c, s = vectors
+        self._fill_formulas(c)
+        x0 = np.array(self.model.functions["initial"](p, s))
+        x0 = self._started(x0, {**self._initial, **self._only_states(drawn)})
+        return Draw(first, values, p, c, s, x0, self._possible(p, c, s, x0))
+
+    def drawn(self, run: int) -> dict[str, float]:
+        """Return the drawn values of a run by name."""
+        return dict(zip(self.names, map(float, self._values(run, 1)[0]), strict=True))
+
+    def settings(self, run: int) -> tuple[dict[str, float], dict[str, float]]:
+        """Return parameters and initial states that a single run is given to repeat this one."""
+        drawn = self.drawn(run)
+        parameters = {name: value for name, value in drawn.items() if self._is_parameter(name)}
+        return {**self.campaign.parameters, **parameters}, {**self._initial, **self._only_states(drawn)}
+
+    def refusal(self, run: int) -> str:
+        """Say why a run is impossible; nothing when it is not."""
+        try:
+            self._resolved(self.drawn(run), f"run {run}")
+        except InputError as error:
+            return str(error)
+        draw = self.draw(run, 1)
+        if draw.possible[0]:
+            return ""
+        state = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self._states, draw.x0[0], strict=True))
+        return f"the initial state of run {run} is outside the limits: {state}"
+
+    def _values(self, first: int, count: int) -> FloatArray:
+        points = self._sampler.points(first, count)
+        values, place = np.empty_like(points), 0
+        for dispersion in self.dispersions:
+            columns = slice(place, place + len(dispersion.names))
+            values[:, columns] = dispersion.quantile(points[:, columns])
+            place = columns.stop
+        return values
+
+    def _resolved(self, drawn: Mapping[str, float], origin: str) -> Resolved:
+        manifest, functions = self.model.manifest, self.model.functions
+        parameters = {name: value for name, value in drawn.items() if self._is_parameter(name)}
+        values = {**self.campaign.parameters, **parameters}
+        if any(q.name == "delay" for q in self.law.parameters):
+            values.setdefault("delay", float(self.campaign.options.get("delay", 0)))
+        known = (*OPTIONS, *manifest.choices)
+        return resolve(manifest, functions, self.law, self.scenario, values, origin, known)
+
+    def _only_states(self, values: Mapping[str, _T]) -> dict[str, _T]:
+        return {name: value for name, value in values.items() if not self._is_parameter(name)}
+
+    def _started(self, x0: FloatArray, states: Mapping[str, ArrayLike]) -> FloatArray:
+        """Put initial states that are given by name into x0, shape (..., nx)."""
+        for name, value in states.items():
+            x0[..., self._states[name]] = value
+        return x0
+
+    def _is_parameter(self, name: str) -> bool:
+        return any(name in columns for columns in self._columns)
+
+    def _check_names(self) -> None:
+        known = [name for columns in self._columns for name in columns] + list(self._states)
+        fixed = {*self.campaign.parameters, *self.campaign.initial}
+        for name in self.names:
+            if name not in known:
+                kind = f"parameter or state of {self.model.name} with {self.law.name}"
+                raise unknown_name(kind, name, known, f"vary, {self.origin}")
+            if name in fixed:
+                raise InputError(f"{name} is both set and varied (from {self.origin})")
+            if name in ("delay", self.law.period):
+                raise InputError(f"{name} cannot vary (from {self.origin}): it decides when {self.law.name} samples")
+
+    def _fill_formulas(self, c: FloatArray) -> None:
+        """Compute the law parameters that follow from others, as `resolve` does for one run."""
+        places = [i for i, q in enumerate(self.law.parameters) if q.formula is not None]
+        derived = [i for i, q in enumerate(self.law.parameters) if self._follows(q)]
+        if not derived:
+            return
+        formulas = self.model.functions[f"{identifier(self.law.name)}_defaults"]
+        c[:, derived] = math.nan
+        for _ in derived:
+            found = formulas(c)
+            for i in derived:
+                column = found[:, places.index(i)]
+                c[:, i] = np.where(np.isnan(c[:, i]), column, c[:, i])
+
+    def _follows(self, parameter: Parameter) -> bool:
+        return self.nominal.origins[parameter.name].startswith("formula ")
+
+    def _possible(self, p: FloatArray, c: FloatArray, s: FloatArray, x0: FloatArray) -> NDArray[np.bool_]:
+        manifest, functions = self.model.manifest, self.model.functions
+        good = np.array(np.isfinite(x0).all(axis=1))
+        groups = (manifest.parameters, self.law.parameters, manifest.scenario_parameters)
+        for group, vectors in zip(groups, (p, c, s), strict=True):
+            good &= _within(group, vectors)
+        if manifest.constraints:
+            good &= (functions["constraints"](p, s) > 0).all(axis=1)
+        if self.law.constraints:
+            good &= (functions[f"{identifier(self.law.name)}_constraints"](p, c, s) > 0).all(axis=1)
+        if manifest.limits:
+            inputs = np.zeros(len(manifest.inputs))
+            good &= (functions["limits"](x0, inputs, p) > 0).all(axis=1)
+        return good
+
+
+def _within(parameters: Sequence[Parameter], values: FloatArray) -> NDArray[np.bool_]:
+    """Return which rows keep the bounds of every parameter."""
+    good = np.array(np.isfinite(values).all(axis=1))
+    for parameter, column in zip(parameters, values.T, strict=True):
+        good &= column > parameter.lower if parameter.lower_open else column >= parameter.lower
+        good &= column < parameter.upper if parameter.upper_open else column <= parameter.upper
+    return good

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Points of the unit cube for runs: run i gets the same bits however a batch is cut into pieces.
+
+Random numbers are counter based (Philox): one stream per seed and name, and run i reads place i of it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+import threading
+import warnings
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import InputError, bad_value
+
+from ..compiling.library import NATIVE, load_library, native_headers
+
+FloatArray = NDArray[np.float64]
+WordArray = NDArray[np.uint64]
+Design = Literal["random", "latin", "sobol", "saltelli"]
+
+DESIGNS: tuple[Design, ...] = ("random", "latin", "sobol", "saltelli")
+_BLOCK = 4  # words that Philox makes per counter value
+_ROUNDS = 8
+_SOBOL_BITS = 32
+_SOBOL_LOCK = threading.Lock()
+
+
+class Sampler:
+    """Points of the unit cube, one row per run and one column per dimension.
+
+    Parameters
+    ----------
+    design : {"random", "latin", "sobol", "saltelli"}
+        Independent numbers; a Latin hypercube of n runs; a scrambled Sobol sequence; or groups of runs for variance
+        based sensitivities (Saltelli 2010): a point A, a point B, and A with one factor at a time from B.
+    factors : sequence of tuple of str
+        Names of the dimensions, those that vary together in one tuple.
+    n : int
+        Runs of the whole batch.
+    seed : int
+        The same seed gives the same points.
+
+    Raises
+    ------
+    InputError
+        If the design is unknown or n does not suit it.
+    """
+
+    def __init__(self, design: Design, factors: Sequence[tuple[str, ...]], n: int, seed: int) -> None:
+        if design not in DESIGNS:
+            raise bad_value("sampling", design, ", ".join(DESIGNS))
+        self._design = design
+        self._factors = factors
+        self._names = [name for factor in factors for name in factor]
+        self._n, self._seed = n, seed
+        if design == "saltelli":
+            _check_groups(n, len(factors))
+
+    def points(self, first: int, count: int) -> FloatArray:
+        """Return the points of the runs from `first` on, shape (count, dimensions), each number in (0, 1)."""
+        if not self._names:
+            return np.empty((count, 0))
+        if self._design == "sobol":
+            return self._sobol(first, count, len(self._names))
+        if self._design == "saltelli":
+            return self._saltelli(first, count)
+        columns = [self._column(name, first, count) for name in self._names]
+        return np.stack(columns, axis=1)
+
+    def _column(self, name: str, first: int, count: int) -> FloatArray:
+        inside = uniforms(self._seed, name, first, count)
+        if self._design == "random":
+            return inside
+        runs = np.arange(first, first + count, dtype=np.uint64)
+        stratum = permuted(runs, self._n, stream(self._seed, f"{name} order"))
+        result: FloatArray = (stratum + inside) / self._n
+        return np.minimum(result, 1 - 2.0**-53)
+
+    def _saltelli(self, first: int, count: int) -> FloatArray:
+        """Return rows A, B, then A with each factor from B, group after group."""
+        size = len(self._factors) + 2
+        groups, member = np.divmod(np.arange(first, first + count), size)
+        d = len(self._names)
+        pairs = self._sobol(int(groups[0]), int(groups[-1] - groups[0]) + 1, 2 * d)[groups - groups[0]]
+        a, b = pairs[:, :d], pairs[:, d:]
+        factor_of = np.repeat(np.arange(len(self._factors)), [len(factor) for factor in self._factors])
+        from_b = (member[:, None] == 1) | (member[:, None] == factor_of + 2)
+        result: FloatArray = np.where(from_b, b, a)
+        return result
+
+    def _sobol(self, first: int, count: int, dimensions: int) -> FloatArray:
+        engine = _sobol_engine(self._seed, dimensions)
+        with _SOBOL_LOCK, warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # about a piece of the sequence, not about the whole
+            if engine.num_generated > first:
+                engine.reset()
+            if engine.num_generated < first:
+                engine.fast_forward(first - engine.num_generated)
+            points: FloatArray = engine.random(count)
+        return points + 2.0 ** -(_SOBOL_BITS + 1)
+
+
+def stream(seed: int, name: str) -> np.random.Philox:
+    """Return the generator of a seed and a name, at its start; measurement noise has keys without the highest bit."""
+    word = int.from_bytes(hashlib.blake2b(name.encode(), digest_size=8).digest(), "little") | 1 << 63
+    return np.random.Philox(key=np.array([seed, word], dtype=np.uint64))
+
+
+def uniforms(seed: int, name: str, first: int, count: int) -> FloatArray:
+    """Return the numbers of the runs first, first + 1, ...: odd multiples of 2^-53, so never 0 or 1."""
+    skip = first % _BLOCK
+    words = stream(seed, name).advance(first // _BLOCK).random_raw(skip + count)[skip:]
+    return ((words >> np.uint64(12)).astype(np.float64) + 0.5) * 2.0**-52
+
+
+def permuted(values: WordArray, n: int, keys: np.random.Philox) -> WordArray:
+    """Return where a pseudorandom permutation of 0..n-1 takes each value.
+
+    A balanced Feistel network over the next even power of two; what falls outside 0..n-1 is sent through again.
+    """
+    half = np.uint64(max(1, ((n - 1).bit_length() + 1) // 2))
+    mask = (np.uint64(1) << half) - np.uint64(1)
+    rounds = keys.random_raw(_ROUNDS)
+    result = _feistel(values, half, mask, rounds)
+    while (outside := result >= n).any():
+        result[outside] = _feistel(result[outside], half, mask, rounds)
+    return result
+
+
+def _feistel(values: WordArray, half: np.uint64, mask: np.uint64, rounds: WordArray) -> WordArray:
+    left, right = values >> half, values & mask
+    for key in rounds:
+        left, right = right, left ^ (_mixed(right ^ key) & mask)
+    return (left << half) | right
+
+
+def _mixed(word: WordArray) -> WordArray:
+    """Return the finaliser of SplitMix64 (Steele, Lea, Flood 2014)."""
+    word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return word ^ (word >> np.uint64(31))
+
+
+def normal_quantile(u: FloatArray) -> FloatArray:
+    """Return the standard normal quantile of numbers in (0, 1); the same bits on every machine."""
+    return _elementwise("mv_normal_quantile", u)
+
+
+def exponential(x: FloatArray) -> FloatArray:
+    """Return e to the power x; the same bits on every machine."""
+    return _elementwise("mv_exponential", x)
+
+
+def _elementwise(function: str, values: FloatArray) -> FloatArray:
+    given = np.ascontiguousarray(values)
+    result = np.empty_like(given)
+    pointer = ctypes.c_void_p
+    call = getattr(_library(), function)
+    call(ctypes.c_int64(given.size), pointer(given.ctypes.data), pointer(result.ctypes.data))
+    return result
+
+
+@functools.cache
+def _library() -> ctypes.CDLL:
+    sources = native_headers() | {"quantile.c": (NATIVE / "quantile.c").read_text(encoding="utf-8")}
+    return load_library("quantile", sources, ["quantile.c"])
+
+
+@functools.lru_cache(maxsize=4)
+def _sobol_engine(seed: int, dimensions: int) -> Any:
+    from scipy.stats import qmc
+
+    generator = np.random.Generator(np.random.Philox(np.random.SeedSequence(seed)))
+    try:
+        return qmc.Sobol(dimensions, scramble=True, bits=_SOBOL_BITS, rng=generator)
+    except ValueError as error:
+        raise InputError(f"sampling with {dimensions} dimensions: {error}") from error
+
+
+def _check_groups(n: int, factors: int) -> None:
+    """Refuse a number of runs that is no power of two times the size of a group."""
+    groups, rest = divmod(n, factors + 2)
+    if rest or groups < 2 or groups & (groups - 1):
+        near = max(2, 1 << max(0, (n // (factors + 2)).bit_length() - 1))
+        allowed = f"{factors + 2} times a power of two for saltelli with {factors} dispersions"
+        raise bad_value("n", n, f"{allowed}, such as {near * (factors + 2)} or {2 * near * (factors + 2)}")

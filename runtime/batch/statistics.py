@@ -1,0 +1,301 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the runs of a store say: success, intervals, worst runs, bands, sensitivities.
+
+Everything is taken block by block or column by column, so memory does not grow with what is stored of a run.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import InputError, bad_value
+
+from ..run.problem import Status
+from .blocks import STATUS_TEXT
+from .conditions import Condition
+from .sampling import FloatArray
+from .store import NOT_RUN, STATUS, Store
+
+CONFIDENCE = 0.95
+QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+_SLAB_BYTES = 2**26
+_SUMMARY = re.compile(r"^(final|minimum|maximum)\((\w+)\)$")
+_RULE = re.compile(r"^\s*ci\(\s*success\s*\)\s*<\s*([0-9.eE+-]+)\s*$")
+
+
+class Success:
+    """Which runs succeed: those that reached their end and fulfil a condition, if there is one.
+
+    Raises
+    ------
+    InputError
+        If the text is no condition.
+    """
+
+    def __init__(self, text: str | None, origin: str = "success") -> None:
+        self._condition = Condition(text, origin) if text else None
+
+    def __call__(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
+        """Return whether each stored run of some blocks succeeds."""
+        done: NDArray[np.bool_] = store.read(STATUS, blocks) == Status.DONE
+        if self._condition is None:
+            return done
+        self.check(scalars(store))
+        return done & self._condition({name: column(store, name, blocks) for name in self._condition.names})
+
+    def check(self, known: Sequence[str]) -> None:
+        """Raise InputError when the condition asks for a name that is not known."""
+        if self._condition is not None:
+            self._condition.check(known)
+
+
+class StopRule:
+    """A batch ends when its runs so far fulfil this.
+
+    Parameters
+    ----------
+    text : str
+        "ci(success) < 0.01": the whole width of the exact 95 % interval of the probability of success.
+    sampling : str
+        Design of the points. Only independent points and the Sobol sequence can end early.
+
+    Raises
+    ------
+    InputError
+        For another text, a width that is not in (0, 1), or a design that needs all its runs.
+    """
+
+    def __init__(self, text: str, sampling: str) -> None:
+        match = _RULE.match(text)
+        try:
+            self._width = float(match.group(1)) if match else 0.0
+        except ValueError:
+            self._width = 0.0
+        if not 0 < self._width < 1:
+            raise bad_value("until", text, "'ci(success) < WIDTH' with a WIDTH between 0 and 1")
+        if sampling not in ("random", "sobol"):
+            raise InputError(f"until = {text!r} needs sampling random or sobol: {sampling} needs all n runs")
+
+    def holds(self, successes: int, runs: int) -> bool:
+        """Return whether the interval is narrow enough."""
+        low, high = interval(successes, runs)
+        return high - low < self._width
+
+
+def interval(successes: int, runs: int) -> tuple[float, float]:
+    """Return the exact interval of a probability at 95 % (Clopper and Pearson 1934)."""
+    from scipy.special import betaincinv
+
+    tail, failures = (1 - CONFIDENCE) / 2, runs - successes
+    low = float(betaincinv(successes, failures + 1, tail)) if successes else 0.0
+    high = float(betaincinv(successes + 1, failures, 1 - tail)) if failures else 1.0
+    return low, high
+
+
+def scalars(store: Store) -> list[str]:
+    """Return every name that stands for one number per run, as conditions use them."""
+    names: list[str] = []
+    for name, variable in store.variables().items():
+        if not variable.dimension and name not in (STATUS, "violated", "steps"):
+            names.append(name)
+        elif variable.dimension in ("state", "variable"):
+            names += [f"{name}({of})" for of in store.coordinate(variable.dimension)]
+    return names
+
+
+def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
+    """Return one number per stored run, by a name of `scalars`."""
+    match = _SUMMARY.match(name)
+    if not match:
+        return store.read(name, blocks)
+    array, of = match.groups()
+    places = list(store.coordinate(store.variables()[array].dimension))
+    wanted = store.stored() if blocks is None else blocks
+    return np.concatenate([store.read(array, [block])[:, places.index(of)] for block in wanted])
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number of the runs: mean over the runs where it is finite, quantiles where it is known, runs at its ends."""
+
+    name: str
+    unit: str
+    description: str
+    finite: int
+    mean: float
+    sd: float
+    quantiles: Mapping[float, float]
+    smallest: tuple[int, float]
+    largest: tuple[int, float]
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What `summarise` finds.
+
+    Attributes
+    ----------
+    planned, stored : int
+        Runs in all, and those that are stored.
+    statuses : mapping of str to int
+        Runs by how they ended.
+    successes : int
+        Runs that succeed; `probability` is their share, `low` and `high` its exact 95 % interval.
+    rows : list of Row
+        One per metric of the model.
+    """
+
+    planned: int
+    stored: int
+    statuses: Mapping[str, int]
+    successes: int
+    probability: float
+    low: float
+    high: float
+    rows: list[Row]
+
+
+def summarise(store: Store, success: str | None = None) -> Statistics:
+    """Return the statistics of a store, finished or not.
+
+    Parameters
+    ----------
+    store : Store
+        Which.
+    success : str, optional
+        What a run must fulfil besides reaching its end; what the batch was asked for unless given.
+
+    Raises
+    ------
+    InputError
+        If nothing is stored yet, or the condition names what the store lacks.
+    """
+    blocks = store.stored()
+    if not blocks:
+        raise InputError(f"{store.name} holds no run yet")
+    succeeds = Success(success or store.attributes["success"] or None)
+    endings, successes = np.zeros(NOT_RUN + 1, np.int64), 0
+    for block in blocks:
+        endings += np.bincount(store.read(STATUS, [block]), minlength=len(endings))
+        successes += int(np.count_nonzero(succeeds(store, [block])))
+    runs = int(endings.sum())
+    low, high = interval(successes, runs)
+    return Statistics(
+        planned=store.n,
+        stored=runs,
+        statuses={STATUS_TEXT[code]: int(endings[code]) for code in np.flatnonzero(endings).tolist()},
+        successes=successes,
+        probability=successes / runs,
+        low=low,
+        high=high,
+        rows=[_row(store, name, blocks) for name in metric_names(store)],
+    )
+
+
+def metric_names(store: Store) -> list[str]:
+    """Return the names of the model's metrics in a store, in the model's order."""
+    names: list[str] = json.loads(store.attributes["metrics"])
+    return names
+
+
+def drawn_names(store: Store) -> list[str]:
+    """Return what a store calls its drawn values, in the order of the dispersions."""
+    names: list[str] = json.loads(store.attributes["drawn"])
+    return names
+
+
+def worst(store: Store, values: Callable[[int], FloatArray], most: int) -> list[int]:
+    """Return the runs with the largest values, the largest first; a run without one is not among them.
+
+    Parameters
+    ----------
+    values : callable
+        Returns one number for each run of a block.
+    """
+    best: list[tuple[float, int]] = []
+    for block in store.stored():
+        found = values(block)
+        known = np.flatnonzero(~np.isnan(found))
+        order = known[np.argsort(-found[known], kind="stable")[:most]]
+        first = store.runs(block).start
+        best = sorted([*best, *((-float(found[i]), first + int(i)) for i in order)])[:most]
+    return [run for _, run in best]
+
+
+def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
+    """Return quantiles over the runs of a stored series, shape (quantiles, samples); runs that have ended are left out.
+
+    Raises
+    ------
+    InputError
+        If the store has no such series.
+    """
+    variable = store.variables().get(name)
+    if variable is None or variable.dimension != "t":
+        raise InputError(f"{store.name} holds no series {name!r}; a batch stores series with --save every=DT")
+    blocks = store.stored()
+    runs = sum(len(store.runs(block)) for block in blocks)
+    width = max(1, _SLAB_BYTES // (8 * runs))
+    parts = []
+    for first in range(0, variable.size, width):
+        values = store.series(name, first, min(first + width, variable.size), blocks)
+        alive = np.isfinite(values).any(axis=0)
+        part = np.full((len(quantiles), values.shape[1]), np.nan)
+        part[:, alive] = np.nanquantile(values[:, alive], quantiles, axis=0)
+        parts.append(part)
+    return np.concatenate(parts, axis=1)
+
+
+def _row(store: Store, name: str, blocks: Sequence[int]) -> Row:
+    said = store.variables()[name].attributes
+    finite, total, squares, centre = 0, 0.0, 0.0, 0.0
+    smallest, largest = (-1, math.nan), (-1, math.nan)
+    for block in blocks:
+        values, first = store.read(name, [block]), store.runs(block).start
+        known = values[np.isfinite(values)]
+        centre = float(known[0]) if known.size and not finite else centre
+        finite += known.size
+        total += float(np.sum(known - centre))
+        squares += float(np.sum((known - centre) ** 2))
+        for run, value in _ends(values):
+            if not smallest[1] <= value:
+                smallest = (first + run, value)
+            if not largest[1] >= value:
+                largest = (first + run, value)
+    variance = (squares - total**2 / finite) / (finite - 1) if finite > 1 else math.nan
+    return Row(
+        name=name,
+        unit=said["units"],
+        description=said["long_name"],
+        finite=finite,
+        mean=centre + total / finite if finite else math.nan,
+        sd=math.sqrt(max(variance, 0.0)) if finite > 1 else math.nan,
+        quantiles=dict(zip(QUANTILES, _quantiles(store.read(name, blocks)), strict=True)),
+        smallest=smallest,
+        largest=largest,
+    )
+
+
+def _ends(values: FloatArray) -> list[tuple[int, float]]:
+    """Return place and value of the smallest and the largest number; nothing when there is none."""
+    known = np.flatnonzero(~np.isnan(values))
+    if not known.size:
+        return []
+    places = (known[np.argmin(values[known])], known[np.argmax(values[known])])
+    return [(int(place), float(values[place])) for place in places]
+
+
+def _quantiles(values: FloatArray) -> list[float]:
+    """Return quantiles without interpolation, so that infinite values count as what they are; sorts in place."""
+    values.sort()  # NaN last
+    known = len(values) - int(np.count_nonzero(np.isnan(values)))
+    if not known:
+        return [math.nan] * len(QUANTILES)
+    return [float(values[math.ceil(q * known) - 1]) for q in QUANTILES]

@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A board inside this process: Unicorn runs the whole image, its drivers included, and this file is the hardware.
+
+Time stands still unless `advance` moves it, so a run is the same each time.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import unicorn
+from unicorn import arm_const
+
+from mehvar.errors import InputError
+
+from ..image.elf import Elf
+from ..image.toolchains import Board
+from ..line.link import LinkError
+
+_CPUS = {
+    "m3": arm_const.UC_CPU_ARM_CORTEX_M3,
+    "m4f": arm_const.UC_CPU_ARM_CORTEX_M4,
+    "m7": arm_const.UC_CPU_ARM_CORTEX_M7,
+}
+_PAGE = 0x1000
+_PERIPHERALS = (0x40000000, 0x24000)
+_SYSTEM = (0xE000E000, _PAGE)
+_SYST_CSR, _SYST_RVR, _SYST_CVR, _AIRCR = 0x10, 0x14, 0x18, 0xD0C
+_RESET_KEY = 0x05FA0004
+_NOWHERE = 0xFFFFFFFE
+_RCC_CR, _RCC_CFGR = 0x23800, 0x23808
+_HSI_ON_AND_READY, _PLL_ON = 0x83, 1 << 24
+_STEP_MS = 20
+
+Hook = Callable[[int, int], None]
+"""Called with address and size of each block of instructions before it runs."""
+
+
+class Machine:
+    """A board under Unicorn.
+
+    Parameters
+    ----------
+    elf : Elf
+        Image for `board`.
+    board : Board
+        Its memory and its registers.
+    """
+
+    def __init__(self, elf: Elf, board: Board) -> None:
+        self._elf, self._board = elf, board
+        self._to_board: deque[int] = deque()
+        self._from_board = bytearray()
+        self._ticks = 0
+        self._reload, self._wrapped = 0xFFFFFF, False
+        self._reboot = False
+        self._hooks: list[int] = []
+        self.clock_control = {_RCC_CR: _HSI_ON_AND_READY, _RCC_CFGR: 0}
+        self._uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
+        self._uc.ctl_set_cpu_model(_CPUS[board.cpu])
+        self._map()
+        self.power_on()
+
+    def power_on(self) -> None:
+        """Load the image and start it, as after a reset."""
+        address, size = self._board.ram
+        self._uc.mem_write(address, b"\xa5" * size)
+        first, size = self._board.flash
+        for address, content in self._elf.segments:
+            if not first <= address <= address + len(content) <= first + size:
+                raise InputError(f"the image is not for {self._board.name}: it begins at {address:#010x}")
+            self._uc.mem_write(address, content)
+        stack, start = struct.unpack("<2I", bytes(self._uc.mem_read(self._board.flash[0], 8)))
+        self._uc.reg_write(arm_const.UC_ARM_REG_SP, stack)
+        self._pc = start
+        self._to_board.clear()
+        self._reboot = False
+        self.run()
+
+    def write(self, data: bytes) -> None:
+        """Put bytes on the line to the board."""
+        self._to_board.extend(data)
+
+    def read(self) -> bytes:
+        """Run until the board sleeps; return what it sent."""
+        self.run()
+        sent = bytes(self._from_board)
+        self._from_board.clear()
+        return sent
+
+    def run(self) -> None:
+        """Run until the board sleeps with nothing on the line."""
+        while True:
+            try:
+                self._uc.emu_start(self._pc | 1, _NOWHERE)
+            except unicorn.UcError as error:
+                at = self._uc.reg_read(arm_const.UC_ARM_REG_PC)
+                raise LinkError(f"the program stopped at {at:#010x}: {error}") from error
+            self._pc = self._uc.reg_read(arm_const.UC_ARM_REG_PC)
+            if self._reboot:
+                self.power_on()
+                return
+            if not self._to_board:
+                return
+
+    def advance(self, ms: float) -> None:
+        """Let time pass."""
+        while ms > 0:
+            step = min(ms, _STEP_MS)
+            before = self._ticks
+            self._ticks += round(step * self._board.hertz / 1000)
+            period = self._reload + 1
+            self._wrapped |= before // period != self._ticks // period
+            self.run()
+            ms -= step
+
+    def memory(self, symbol: str) -> bytes:
+        """Return the bytes of a variable."""
+        address, size = self._elf.symbols[symbol]
+        return bytes(self._uc.mem_read(address, size))
+
+    def on_range(self, first: int, last: int, hook: Hook) -> None:
+        """Call `hook` for each block of instructions that starts within a range of addresses."""
+
+        def called(_uc: Any, address: int, size: int, _data: Any) -> None:
+            hook(address, size)
+
+        self._hooks.append(self._uc.hook_add(unicorn.UC_HOOK_BLOCK, called, begin=first, end=last))
+        self._uc.ctl_flush_tb()
+
+    def unhook(self) -> None:
+        """Remove every hook."""
+        for handle in self._hooks:
+            self._uc.hook_del(handle)
+        self._hooks.clear()
+        self._uc.ctl_flush_tb()
+
+    def code(self, address: int, size: int) -> bytes:
+        """Return bytes of the program."""
+        return bytes(self._uc.mem_read(address, size))
+
+    def link_register(self) -> int:
+        """Return where the function that runs now returns to."""
+        return int(self._uc.reg_read(arm_const.UC_ARM_REG_LR)) & ~1
+
+    def _map(self) -> None:
+        for address, size in (self._board.flash, self._board.ram):
+            self._uc.mem_map(address, size)
+        # the exception returns of M-profile and everything else that is never executed stay unmapped
+        reads, writes = _REGISTERS[self._board.source]
+        self._uc.mmio_map(
+            *_PERIPHERALS,
+            lambda _u, at, _n, _d: reads(self, at),
+            None,
+            lambda _u, at, _n, v, _d: writes(self, at, v),
+            None,
+        )
+        self._uc.mmio_map(
+            *_SYSTEM, lambda _u, at, _n, _d: self._read_system(at), None,
+            lambda _u, at, _n, v, _d: self._write_system(at, v), None,
+        )  # fmt: skip
+
+    def _read_system(self, offset: int) -> int:
+        if offset == _SYST_CVR:
+            return self._reload - self._ticks % (self._reload + 1)
+        if offset == _SYST_CSR:
+            wrapped, self._wrapped = self._wrapped, False
+            return 7 | wrapped << 16
+        return 0
+
+    def _write_system(self, offset: int, value: int) -> None:
+        if offset == _SYST_RVR:
+            self._reload = value
+        elif offset == _SYST_CVR:
+            self._ticks = 0
+        elif offset == _AIRCR and value == _RESET_KEY:
+            self._reboot = True
+            self._uc.emu_stop()
+
+    def receive(self) -> int:
+        """Return the next byte on the line to the board; the line is not empty."""
+        return self._to_board.popleft()
+
+    def waiting(self) -> bool:
+        """Whether a byte has come for the board."""
+        return bool(self._to_board)
+
+    def send(self, byte: int) -> None:
+        """Take a byte that the board sends."""
+        self._from_board.append(byte & 0xFF)
+
+
+def _read_stm32(machine: Machine, at: int) -> int:
+    if at == _RCC_CR:
+        value = machine.clock_control[at]
+        return value | (value & _PLL_ON) << 1
+    if at == _RCC_CFGR:
+        value = machine.clock_control[at]
+        return value | (value & 3) << 2
+    if at in (0x11000, 0x4400):
+        return 0xC0 | machine.waiting() << 5
+    if at in (0x11004, 0x4404):
+        return machine.receive()
+    return 0
+
+
+def _write_stm32(machine: Machine, at: int, value: int) -> None:
+    if at in machine.clock_control:
+        machine.clock_control[at] = value
+    if at in (0x11004, 0x4404):
+        machine.send(value)
+
+
+def _read_mps2(machine: Machine, at: int) -> int:
+    if at == 0x4004:
+        return machine.waiting() << 1
+    return machine.receive() if at == 0x4000 else 0
+
+
+def _write_mps2(machine: Machine, at: int, value: int) -> None:
+    if at == 0x4000:
+        machine.send(value)
+
+
+_REGISTERS = {"stm32f4.c": (_read_stm32, _write_stm32), "mps2.c": (_read_mps2, _write_mps2)}

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a step costs on the target: instructions, exactly; cycles, estimated; and which lines ran.
+
+The image is the one that would be flashed: nothing is instrumented, the emulator reports the blocks that it runs.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from elftools.elf.elffile import ELFFile
+
+from ..image.elf import Elf
+from .machine import Machine
+
+STEP = "app_step"
+_NOT_THE_LAW = ("server_", "link_", "board_", "main", "Reset_", "Default_", "app_selftest")
+_TAKEN = 2
+"""Cycles that a taken branch adds to refill the pipeline."""
+_CYCLES = {"vdiv": 14, "vsqrt": 14, "vfma": 3, "vfms": 3, "vmla": 3, "vmls": 3, "vnmla": 3, "vnmls": 3, "vmrs": 1,
+           "vldr": 2, "vstr": 2, "ldr": 2, "ldrb": 2, "ldrh": 2, "str": 2, "strb": 2, "udiv": 7, "sdiv": 7}  # fmt: skip
+"""Cortex-M4 Technical Reference Manual, instruction timings; one cycle for the rest."""
+_PER_REGISTER = ("ldm", "stm", "push", "pop", "vldm", "vstm", "vpush", "vpop")
+
+
+@dataclass
+class Profile:
+    """What was seen of the steps so far.
+
+    Attributes
+    ----------
+    most, least : int
+        Instructions of a step.
+    cycles : int
+        Of the step with the most, estimated for a Cortex-M4F without wait states.
+    steps : int
+        How many were counted.
+    addresses : set of int
+        Instructions that ran.
+    """
+
+    most: int = 0
+    least: int = 0
+    cycles: int = 0
+    steps: int = 0
+    addresses: set[int] = field(default_factory=set)
+
+
+class StepProfiler:
+    """Watches a machine while it evaluates steps.
+
+    Call `step` before and `done` after each exchange; the first one only finds where a step returns to.
+    """
+
+    def __init__(self, machine: Machine, elf: Elf, cycles: bool) -> None:
+        self.profile = Profile()
+        self._machine, self._elf, self._cycles = machine, elf, cycles
+        self._entry, _ = elf.symbols[STEP]
+        self._return: int | None = None
+        self._inside = False
+        self._blocks: list[tuple[int, int]] = []
+        self._lengths: dict[tuple[int, int], int] = {}
+        machine.on_range(self._entry, self._entry, self._find_return)
+
+    def _find_return(self, _address: int, _size: int) -> None:
+        self._return = self._machine.link_register()
+
+    def _begin(self, address: int, size: int) -> None:
+        if address == self._entry:
+            self._inside = True
+            self._blocks.clear()
+        elif address == self._return:
+            self._inside = False
+        if self._inside:
+            self._blocks.append((address, size))
+
+    def done(self) -> None:
+        """Count the step that was just evaluated."""
+        if self._return is None:
+            return
+        if not self.profile.steps and not self._blocks:
+            self._watch()
+            return
+        found, blocks = self.profile, self._blocks
+        if not blocks:
+            return
+        instructions = sum(map(self._length, blocks))
+        found.steps += 1
+        found.least = min(found.least or instructions, instructions)
+        if instructions > found.most:
+            found.most = instructions
+            found.cycles = self._estimate(blocks) if self._cycles else 0
+        blocks.clear()
+
+    def _length(self, block: tuple[int, int]) -> int:
+        """Return the instructions of a block, and note on first sight that they ran."""
+        if block not in self._lengths:
+            decoded = self._decoded(*block)
+            self.profile.addresses.update(address for address, _, _ in decoded)
+            self._lengths[block] = len(decoded)
+        return self._lengths[block]
+
+    def close(self) -> None:
+        """Stop watching."""
+        self._machine.unhook()
+
+    def _watch(self) -> None:
+        assert self._return is not None
+        self._machine.unhook()
+        self._machine.on_range(self._return, self._return, self._begin)
+        for address, size in self._watched():
+            self._machine.on_range(address, address + size - 1, self._begin)
+
+    def _watched(self) -> list[tuple[int, int]]:
+        """Return where the functions that a step may call are, each once, as some have several names."""
+        found: list[tuple[int, int]] = []
+        places = {place for name, place in self._elf.symbols.items() if not name.startswith(_NOT_THE_LAW)}
+        for address, size in sorted(places, key=lambda place: (place[0], -place[1])):
+            end = sum(found[-1]) if found else 0
+            first = max(address, end)
+            if address + size > first and self._in_flash(address):
+                found.append((first, address + size - first))
+        return found
+
+    def _in_flash(self, address: int) -> bool:
+        return any(start <= address < start + len(content) for start, content in self._elf.segments)
+
+    def _estimate(self, blocks: list[tuple[int, int]]) -> int:
+        cycles = 0
+        for block, following in zip(blocks, [*blocks[1:], (0, 0)], strict=True):
+            cycles += sum(_cost(name, operands) for _, name, operands in self._decoded(*block))
+            cycles += _TAKEN * (following[0] != block[0] + block[1])
+        return cycles
+
+    @functools.cache  # noqa: B019 - one profiler a run
+    def _decoded(self, address: int, size: int) -> tuple[tuple[int, str, str], ...]:
+        return tuple(disassemble(self._machine.code(address, size), address))
+
+
+def disassemble(code: bytes, address: int) -> list[tuple[int, str, str]]:
+    """Return address, mnemonic without suffixes, and operands of each instruction."""
+    engine = _engine()
+    found = []
+    at = 0
+    while at < len(code):
+        wide = code[at + 1] >> 3 in (0b11101, 0b11110, 0b11111)
+        size = 4 if wide else 2
+        decoded = next(engine.disasm_lite(code[at : at + size], address + at, 1), None)
+        name, operands = (decoded[2], decoded[3]) if decoded else ("unknown", "")
+        found.append((address + at, name.split(".")[0], operands))
+        at += size
+    return found
+
+
+@functools.cache
+def _engine() -> Any:
+    import capstone
+
+    return capstone.Cs(capstone.CS_ARCH_ARM, capstone.CS_MODE_THUMB | capstone.CS_MODE_MCLASS)
+
+
+def _cost(name: str, operands: str) -> int:
+    for kind in _PER_REGISTER:
+        if name.startswith(kind):
+            return 1 + registers(operands)
+    for known, cycles in _CYCLES.items():
+        if name.startswith(known):
+            return cycles
+    return 1
+
+
+def registers(operands: str) -> int:
+    """Return how many registers an operand like {r4, r6-r8} lists."""
+    listed = operands[operands.find("{") + 1 : operands.find("}")]
+    count = 0
+    for part in listed.split(","):
+        first, dash, last = part.strip().partition("-")
+        count += int(last.strip()[1:]) - int(first.strip()[1:]) + 1 if dash else 1
+    return count
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Lines of a source file that have code in a function, and those that ran."""
+
+    function: str
+    lines: int
+    run: int
+    missed: tuple[int, ...]
+
+
+def coverage(path: Path, elf: Elf, functions: list[str], addresses: set[int]) -> list[Coverage]:
+    """Return how many lines of each function ran.
+
+    Parameters
+    ----------
+    path : Path
+        The image, with its line table.
+    functions : list of str
+        Their names.
+    addresses : set of int
+        Instructions that ran.
+    """
+    rows = _line_table(path)
+    result = []
+    for name in functions:
+        start, size = elf.symbols[name]
+        own = [(address, file, line) for address, file, line in rows if start <= address < start + size]
+        main = Counter(file for _, file, _ in own).most_common(1)
+        lines: dict[int, bool] = {}
+        for (address, file, line), (following, _, _) in zip(own, [*own[1:], (start + size, "", 0)], strict=True):
+            if file == main[0][0] and line and following > address:
+                lines[line] = lines.get(line, False) or any(a in addresses for a in range(address, following, 2))
+        missed = tuple(sorted(line for line, ran in lines.items() if not ran))
+        result.append(Coverage(name, len(lines), len(lines) - len(missed), missed))
+    return result
+
+
+def _line_table(path: Path) -> list[tuple[int, str, int]]:
+    rows = []
+    with path.open("rb") as file:
+        dwarf = ELFFile(file).get_dwarf_info()
+        for unit in dwarf.iter_CUs():
+            program = dwarf.line_program_for_CU(unit)
+            if program is None:
+                continue
+            names = program["file_entry"]
+            first = 0 if program["version"] >= 5 else 1
+            for entry in program.get_entries():
+                state = entry.state
+                if state and not state.end_sequence:
+                    rows.append((state.address, names[state.file - first].name.decode(), state.line))
+    return sorted(rows)

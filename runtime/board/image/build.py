@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From a generated model to a program for a board, compiled once per content."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shlex
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from mehvar.errors import BuildError, InputError
+
+from ...compiling.library import cache_folder, native_headers
+from ...model.manifest import Controller, Scenario
+from ...model.model import Model
+from ...model.parameters import Resolved, resolve
+from .header import Layout, board_model_header, layout
+from .toolchains import Board, Toolchain
+
+FIRMWARE = Path(__file__).parents[1] / "firmware"
+STACK_SIZE = 1536
+"""Bytes reserved; what is used is measured."""
+FLAGS = (
+    "-std=c99", "-g", "-ffp-contract=off", "-fno-math-errno", "-DMEHVAR_FLOAT", "-DMEHVAR_SMALL", "-I.",
+    "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables",
+)  # fmt: skip
+"""For every board and compiler. None of them changes a result: no contraction, no reassociation."""
+LAW_FLAGS, OTHER_FLAGS = ("-O2",), ("-Os",)
+"""Generated code is compiled for speed, the rest for size."""
+_LONGEST_HOLD = 0.02
+_PORTABLE = ("app.c", "link.c", "main.c")
+_SMALL = ("-ffreestanding", "-fno-builtin", "-Ilibc", "-fno-strict-aliasing")
+
+
+@dataclass(frozen=True)
+class Program:
+    """What a firmware is made from.
+
+    Attributes
+    ----------
+    model, law, scenario, resolved
+        The model, its law, and the parameters that are compiled in.
+    period : float
+        Of the law, s.
+    raw : bool
+        Bare packets instead of frames.
+    """
+
+    model: Model
+    law: Controller
+    scenario: Scenario
+    resolved: Resolved
+    period: float
+    raw: bool = False
+
+    @property
+    def layout(self) -> Layout:
+        """What goes over the link."""
+        return layout(self.model.manifest, self.law)
+
+
+@dataclass(frozen=True)
+class Image:
+    """A compiled program.
+
+    Attributes
+    ----------
+    path : Path
+        ELF file; an ordinary program for software in the loop.
+    board : Board or None
+        None for software in the loop.
+    """
+
+    path: Path
+    program: Program
+    board: Board | None
+    toolchain: Toolchain
+    built: bool
+
+
+def period_of(law: Controller, scenario: Scenario, resolved: Resolved) -> float:
+    """Return the time between two samples of a law, s; a continuous one is sampled every 20 ms or faster."""
+    return resolved.values[law.period] if law.period else min(scenario.step, _LONGEST_HOLD)
+
+
+def delay_of(law: Controller) -> int:
+    """Return the samples between computing and applying an input: one for a law that can be designed for it."""
+    return int(any(q.name == "delay" for q in law.parameters))
+
+
+def program(model: Model, law: str, scenario: str | None = None, raw: bool = False) -> Program:
+    """Return what the firmware of a law is made from; its compiled-in parameters are those of a scenario.
+
+    Over a line a command acts one sample after it was computed, and a law that can be designed for that is.
+    """
+    controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
+    values = {"delay": 1.0} if delay_of(controller) else {}
+    resolved = resolve(model.manifest, model.functions, controller, case, values, "the board's one sample of delay")
+    return Program(model, controller, case, resolved, period_of(controller, case, resolved), raw)
+
+
+def sources(made: Program, board: Board | None) -> dict[str, str]:
+    """Return every file of a firmware by name: generated C, mathematics, link, application, board."""
+    manifest = made.model.manifest
+    name = manifest.model
+    server = "raw.c" if made.raw else "server.c"
+    names = [*_PORTABLE, server, "app.h", "board.h", "link.h", "server.h"]
+    names += ["boards/posix.c"] if board is None else [f"boards/{board.source}", "cortexm.c", "cortexm.h"]
+    if board is not None:
+        names += [f"libc/{path.name}" for path in sorted((FIRMWARE / "libc").iterdir())]
+    texts = {file: (FIRMWARE / file).read_text(encoding="utf-8") for file in names}
+    texts |= native_headers()
+    for file in (f"{name}.c", f"{name}.h"):
+        try:
+            texts[file] = (manifest.folder / file).read_text(encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"cannot read {manifest.folder / file} ({error.strerror}); generate it again") from error
+    texts["board_model.h"] = board_model_header(manifest, made.law, made.resolved, made.period, delay_of(made.law))
+    if board is not None:
+        texts["board.ld"] = _linker_script(board)
+    return texts
+
+
+def build(made: Program, board: Board | None, toolchain: Toolchain) -> Image:
+    """Compile a firmware unless the cache has it.
+
+    Parameters
+    ----------
+    board : Board or None
+        None for software in the loop, a process on this machine.
+
+    Raises
+    ------
+    BuildError
+        If the compiler fails; the message holds the command and what it printed.
+    """
+    texts = sources(made, board)
+    commands = compile_commands(texts, made.model.manifest.model, board, toolchain)
+    folder = cache_folder() / f"board-{_key(texts, commands, toolchain)}"
+    path = folder / "firmware.elf"
+    if path.is_file():
+        return Image(path, made, board, toolchain, False)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    scratch = Path(tempfile.mkdtemp(prefix="build-", dir=folder.parent))
+    try:
+        write_sources(scratch, texts)
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(lambda command: _run(command, scratch, toolchain), commands[:-1]))
+        _run(commands[-1], scratch, toolchain)
+        folder.mkdir(exist_ok=True)
+        (scratch / path.name).replace(path)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    return Image(path, made, board, toolchain, True)
+
+
+def compile_commands(
+    texts: Mapping[str, str], model: str, board: Board | None, toolchain: Toolchain
+) -> list[list[str]]:
+    """Return the commands that compile a folder of sources into firmware.elf; the last one links."""
+    own: tuple[str, ...] = ()
+    link: tuple[str, ...] = ("-lm",)
+    if board is not None:
+        defines = (f"-D{name}={value}" for name, value in board.defines.items())
+        own = (*toolchain.flags(board), *_SMALL, *defines)
+        own += ("-fno-tree-loop-distribute-patterns",) if toolchain.name == "gcc" else ()
+        link = ("-T", "board.ld", *toolchain.libraries)
+    law = f"{model}.c"
+    units = [name for name in texts if name.endswith(".c")]
+    objects = {name: Path(name).with_suffix(".o").name for name in units}
+    start = [*toolchain.command, *own, *FLAGS]
+    return [
+        *([*start, *(LAW_FLAGS if name == law else OTHER_FLAGS), "-c", name, "-o", objects[name]] for name in units),
+        [*start, *LAW_FLAGS, "-Wl,--gc-sections", *objects.values(), *link, "-o", "firmware.elf"],
+    ]
+
+
+def write_sources(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write a firmware's files."""
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def _linker_script(board: Board) -> str:
+    text = (FIRMWARE / "cortexm.ld").read_text(encoding="utf-8")
+    values = {"FLASH": board.flash[0], "FLASH_SIZE": board.flash[1], "RAM": board.ram[0], "RAM_SIZE": board.ram[1]}
+    for name, value in {**values, "STACK_SIZE": STACK_SIZE}.items():
+        text = text.replace(f"@{name}@", f"{value:#x}")
+    return text
+
+
+def _key(texts: Mapping[str, str], commands: list[list[str]], toolchain: Toolchain) -> str:
+    digest = hashlib.sha256()
+    words = (word for command in commands for word in command)
+    for part in (toolchain.version, *words, *(item for name in sorted(texts) for item in (name, texts[name]))):
+        digest.update(len(part.encode()).to_bytes(8, "little") + part.encode())
+    return digest.hexdigest()[:32]
+
+
+def _run(command: list[str], folder: Path, toolchain: Toolchain) -> None:
+    zig = {"ZIG_GLOBAL_CACHE_DIR": str(folder.parent / "zig"), "ZIG_LOCAL_CACHE_DIR": str(folder / "zig")}
+    done = subprocess.run(
+        command, cwd=folder, env={**zig, **os.environ}, capture_output=True, text=True, errors="replace",
+        check=False, stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+    if done.returncode != 0:
+        report = f"exit status {done.returncode}\n$ {shlex.join(command)}\n{done.stderr or done.stdout}".rstrip()
+        raise BuildError(f"{toolchain.version} failed on the firmware: {report}")

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: Apache-2.0
+"""board_model.h: what the portable firmware needs to know of a model and a law."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model.manifest import Controller, Manifest, identifier
+from ...model.parameters import Resolved
+
+SUBSTEPS = 5
+"""Runge-Kutta steps of a period in the self-test."""
+_RAW_NUMBERS = 18
+"""Numbers in the paper's bare packet of 72 bytes."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Sizes and names of what goes over the link, all numbers in C `float`.
+
+    Attributes
+    ----------
+    inputs : tuple of str
+        Payload of a step: states, references, and for a law with memory the inputs applied over the last period.
+    outputs : tuple of str
+        The law's inputs to the plant.
+    memory : tuple of str
+        The law's memory z.
+    sizes : tuple of int
+        What HELLO says: numbers in a step, its answer, z, p, c, s, x.
+    hash : bytes
+        Tells models, laws and layouts apart.
+    """
+
+    model: str
+    law: str
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    memory: tuple[str, ...]
+    sizes: tuple[int, ...]
+    hash: bytes
+
+
+def layout(manifest: Manifest, law: Controller) -> Layout:
+    """Return the layout that the names of a model and a law make."""
+    applied = [f"{q.name}_applied" for q in manifest.inputs] if law.memory else []
+    inputs = (*(q.name for q in manifest.states), *(q.name for q in manifest.references), *applied)
+    outputs = tuple(q.name for q in manifest.inputs)
+    memory = tuple(q.name for q in law.memory)
+    counts = (len(inputs), len(outputs), len(memory))
+    groups = (manifest.parameters, law.parameters, manifest.scenario_parameters, manifest.states)
+    sizes = (*counts, *(len(group) for group in groups))
+    digest = hashlib.sha256(repr((manifest.hash, law.name, inputs, outputs, memory, sizes)).encode()).digest()[:16]
+    return Layout(manifest.model, law.name, inputs, outputs, memory, sizes, digest)
+
+
+def raw_numbers(found: Layout) -> int:
+    """Return how many numbers a bare packet to the board holds; those beyond the inputs are zero."""
+    return max(len(found.inputs), _RAW_NUMBERS)
+
+
+def board_model_header(
+    manifest: Manifest, law: Controller, resolved: Resolved, period: float, delay: int, suffix: str = ""
+) -> str:
+    """Return the text of board_model.h.
+
+    Parameters
+    ----------
+    resolved : Resolved
+        The parameters that the program has before the host sets others.
+    period : float
+        Of the law, s.
+    delay : int
+        Samples between a command and its action in the self-test, 0 or 1.
+    suffix : str
+        Of the right-hand side of the plant's variant, for the self-test.
+    """
+    found = layout(manifest, law)
+    model, upper = identifier(manifest.model), identifier(manifest.model).upper()
+    nx, nr, nv = len(manifest.states), len(manifest.references), len(found.inputs) - len(manifest.states)
+    nv -= nr
+    own = f"p[{upper}_P_{identifier(law.period).upper()}]" if law.period else f"K({_number(period)})"
+    payload = max(4 * max(found.sizes) + 1, 4 * raw_numbers(found), 128)
+    lines = [
+        "/* SPDX-License-Identifier: Apache-2.0 */",
+        f"/* {manifest.model} under {law.name}: what the firmware of mehvar needs to know. Written by mehvar board. */",
+        "#ifndef BOARD_MODEL_H",
+        "#define BOARD_MODEL_H",
+        "",
+        f'#include "{manifest.model}.h"',
+        "",
+        f'#define BOARD_MODEL "{manifest.model}"',
+        f'#define BOARD_LAW "{law.name}"',
+        f"#define BOARD_HASH {{{', '.join(f'0x{b:02x}' for b in found.hash)}}}",
+        "",
+        "enum {",
+        *(f"    BOARD_N{n} = {size}," for n, size in zip("ZPCSX", found.sizes[2:], strict=True)),
+        f"    BOARD_NU = {len(found.outputs)},",
+        f"    BOARD_NR = {nr},",
+        f"    BOARD_NV = {nv},",
+        f"    BOARD_PAYLOAD = {payload},",
+        f"    BOARD_RAW_IN = {raw_numbers(found)},",
+        f"    BOARD_SUBSTEPS = {SUBSTEPS},",
+        f"    BOARD_DELAY = {delay},",
+        f"    BOARD_LAW_BEARS_LOSS = {int('sensor_lost' in found.memory)}, /* it checks its numbers itself */",
+        f"    BOARD_PERIOD_MS = {max(1, round(1000 * period))}",
+        "};",
+        f"#define BOARD_PERIOD(p) {own}",
+        "",
+        "/* payload of a step, and of its answer */",
+        "enum {",
+        *(f"    BOARD_IN_{identifier(n).upper()} = {k}," for k, n in enumerate(found.inputs)),
+        f"    BOARD_IN = {len(found.inputs)}",
+        "};",
+        "enum {",
+        *(f"    BOARD_OUT_{identifier(n).upper()} = {k}," for k, n in enumerate(found.outputs)),
+        f"    BOARD_OUT = {len(found.outputs)}",
+        "};",
+        "",
+        *(
+            f"#define BOARD_DEFAULT_{n} {{{', '.join(map(_float, values)) or 'K(0)'}}}"
+            for n, values in (("P", resolved.p), ("C", resolved.c), ("S", resolved.s))
+        ),
+        "",
+        *_functions(manifest, law, model, suffix),
+        "#endif",
+    ]
+    assert nx == found.sizes[6]
+    return "\n".join(lines) + "\n"
+
+
+def _functions(manifest: Manifest, law: Controller, model: str, suffix: str) -> list[str]:
+    """Give the functions of the model the names and arguments that the firmware calls."""
+    name = identifier(law.name)
+    names = {identifier(f) for f in manifest.functions}
+    memory, start = bool(law.memory), f"{name}_start" in names
+    lines: list[str] = []
+    arguments = "const real *x, const real *r, const real *v, const real *z, const real *p, const real *c"
+    call = f"{model}_{name}(x, r, v, z, p, c, u, z_next)" if memory else f"{model}_{name}(x, r, p, c, u)"
+    lines += _inline("law", f"{arguments}, real *u, real *z_next", call, () if memory else ("v", "z", "z_next"))
+    call = f"{model}_{name}_start(x, r, p, c, z)" if start else ""
+    unused: tuple[str, ...] = () if start else ("x", "r", "p", "c", "z")
+    lines += _inline("start", "const real *x, const real *r, const real *p, const real *c, real *z", call, unused)
+    lines += _inline(
+        "rhs", "const real *x, const real *u, const real *p, real *dx", f"{model}_rhs{suffix}(x, u, p, dx)"
+    )
+    lines += _inline("initial", "const real *p, const real *s, real *x", f"{model}_initial(p, s, x)")
+    lines += _inline(
+        "reference", "const real *t, const real *p, const real *s, real *r", f"{model}_reference(t, p, s, r)"
+    )
+    if "actuate" in names:
+        call, unused = f"{model}_actuate(x, u_cmd, p, u)", ()
+    else:
+        call, unused = "for (int i = 0; i < BOARD_NU; i++) u[i] = u_cmd[i]", ("x", "p")
+    lines += _inline("actuate", "const real *x, const real *u_cmd, const real *p, real *u", call, unused)
+    if "project" in names and "to_coordinates" not in names:
+        call = f"{model}_project(q, projected)"
+    else:
+        call = "for (int i = 0; i < BOARD_NX; i++) projected[i] = q[i]"
+    return lines + _inline("project", "const real *q, real *projected", call)
+
+
+def _inline(name: str, arguments: str, call: str, unused: Sequence[str] = ()) -> list[str]:
+    body = [f"    (void){n};" for n in unused] + ([f"    {call};"] if call else [])
+    return [f"static inline void board_{name}({arguments})", "{", *body, "}", ""]
+
+
+def _float(value: float) -> str:
+    """Spell the nearest float so that every compiler reads the same bits."""
+    return f"K({_number(float(np.float32(value)))})"
+
+
+def _number(value: float) -> str:
+    return float(value).hex()
+
+
+def floats(values: NDArray[np.float64]) -> bytes:
+    """Return numbers as the board has them: little-endian C floats."""
+    return np.asarray(values).astype("<f4").tobytes()

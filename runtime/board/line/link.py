@@ -1,0 +1,269 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Talk to a board: one request at a time, repeated until it is answered. The types are those of firmware/server.h."""
+
+from __future__ import annotations
+
+import struct
+import time
+from dataclasses import dataclass, field
+from enum import IntFlag
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import InputError, MehvarError
+
+from ..image.header import Layout
+from .frames import Decoder, Frame, encode
+
+FloatArray = NDArray[np.float32]
+HELLO, RESET, STEP, GET, SET, STATS, SELFTEST, REBOOT, NAK, REPLY = 1, 2, 3, 4, 5, 6, 7, 8, 0x7F, 0x80
+_REFUSALS = {
+    1: "it does not know this type of request",
+    2: "the payload has the wrong size",
+    3: "it has no memory to start from",
+}
+_VERSION = 1
+_HELLO = struct.Struct("<BB16s7HI16s16s16s")
+_STATS = (
+    "steps", "duplicates", "gaps", "lost", "nonfinite", "ticks_last", "ticks_least", "ticks_most",
+    "stack_used", "stack_size", "frames", "crc_errors", "length_errors", "cobs_errors", "ms",
+)  # fmt: skip
+
+
+class LinkError(MehvarError, RuntimeError):
+    """The board does not answer, or answers what it should not."""
+
+
+class Flags(IntFlag):
+    """What the board says with its answer to a step."""
+
+    LOST = 1
+    DUPLICATE = 2
+    GAP = 4
+    NONFINITE = 8
+    FRESH = 16
+
+
+class Port(Protocol):
+    """A line to a board."""
+
+    name: str
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+
+    def read(self, timeout: float) -> bytes:
+        """Return what has come, waiting at most `timeout` seconds for the first byte."""
+
+    def close(self) -> None:
+        """Let go of the line, and of the emulator behind it."""
+
+
+@dataclass(frozen=True)
+class Hello:
+    """What a board says of itself."""
+
+    real_size: int
+    hash: bytes
+    sizes: tuple[int, ...]
+    ticks_per_second: int
+    board: str
+    model: str
+    law: str
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A board's answer to a step."""
+
+    u: FloatArray
+    ticks: int
+    flags: Flags
+
+
+@dataclass(frozen=True)
+class SelfTest:
+    """Law and plant on the target: samples done, CRC-32 of all inputs, slowest step in ticks, final state and input."""
+
+    samples: int
+    crc: int
+    ticks: int
+    x: FloatArray
+    u: FloatArray
+
+
+@dataclass
+class Counters:
+    """What the host saw on the line."""
+
+    requests: int = 0
+    resent: int = 0
+    stale: int = 0
+    damaged: int = 0
+    flags: dict[str, int] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, int]:
+        """Return the numbers by name."""
+        own = {"requests": self.requests, "resent": self.resent, "stale": self.stale, "damaged": self.damaged}
+        return own | self.flags
+
+
+class Link:
+    """The host's end of the line.
+
+    Parameters
+    ----------
+    port : Port
+        The line.
+    layout : Layout
+        Of the model and law that the board must run.
+    timeout : float
+        Seconds to wait for an answer before the request is sent again.
+    tries : int
+        How often a request is sent before the link is given up.
+    """
+
+    def __init__(self, port: Port, layout: Layout, timeout: float = 0.25, tries: int = 20) -> None:
+        self.counters = Counters()
+        self._port, self._layout = port, layout
+        self._timeout, self._tries = timeout, tries
+        self._decoder = Decoder()
+        self._sequence = 0
+
+    def connect(self, patience: float = 10.0) -> Hello:
+        """Wait until the board answers, and make sure that it runs the right program.
+
+        Raises
+        ------
+        LinkError
+            If nothing answers for `patience` seconds.
+        InputError
+            If the board runs another model, law or version.
+        """
+        begin = time.monotonic()
+        tries, timeout = self._tries, self._timeout
+        self._tries, self._timeout = 1, min(timeout, 0.05)
+        try:
+            while True:
+                try:
+                    return self._checked(self._request(HELLO))
+                except LinkError as error:
+                    if time.monotonic() - begin > patience:
+                        raise LinkError(f"no answer from {self._port.name} in {patience:g} s: {error}") from error
+        finally:
+            self._tries, self._timeout = tries, timeout
+
+    def reset(self) -> None:
+        """Forget memory and counters and put the compiled-in parameters back."""
+        self._request(RESET)
+
+    def step(self, sequence: int, numbers: FloatArray) -> Answer:
+        """Evaluate the law once; the same sequence number again gives the same answer and no evaluation."""
+        reply = self._request(STEP, numbers.astype("<f4").tobytes(), sequence & 0xFFFF)
+        size = 4 * self._layout.sizes[1]
+        if len(reply.payload) != size + 4:
+            raise LinkError(f"the answer to a step has {len(reply.payload)} bytes instead of {size + 4}")
+        flags = Flags(reply.flags)
+        for flag in flags:
+            name = (flag.name or "").lower()
+            self.counters.flags[name] = self.counters.flags.get(name, 0) + 1
+        u = np.frombuffer(reply.payload[:size], "<f4").astype(np.float32)
+        return Answer(u, int.from_bytes(reply.payload[size:], "little"), flags)
+
+    def get(self, group: str) -> FloatArray | None:
+        """Return the memory "z" or the parameters "p", "c", "s"; None for the memory of a board that has none yet."""
+        reply = self._request(GET, bytes([_group(group)]))
+        if group == "z" and reply.flags & Flags.FRESH:
+            return None
+        return np.frombuffer(reply.payload, "<f4").astype(np.float32)
+
+    def set(self, group: str, values: NDArray[np.floating]) -> None:
+        """Set the memory "z" or the parameters "p", "c", "s"."""
+        self._request(SET, bytes([_group(group)]) + values.astype("<f4").tobytes())
+
+    def stats(self) -> dict[str, int]:
+        """Return the board's counters."""
+        payload = self._request(STATS).payload
+        numbers = struct.unpack_from(f"<{len(_STATS)}I", payload)
+        return dict(zip(_STATS, numbers, strict=True))
+
+    def output(self) -> FloatArray:
+        """Return what the board's actuators hold."""
+        payload = self._request(STATS).payload
+        return np.frombuffer(payload[4 * len(_STATS) :], "<f4").astype(np.float32)
+
+    def selftest(self, samples: int, timeout: float = 600.0) -> SelfTest:
+        """Run law and plant on the target, from the memory and the parameters that were set; the memory is lost."""
+        before, self._timeout = self._timeout, timeout
+        try:
+            payload = self._request(SELFTEST, samples.to_bytes(4, "little")).payload
+        finally:
+            self._timeout = before
+        done, crc, ticks = struct.unpack_from("<3I", payload)
+        numbers = np.frombuffer(payload[12:], "<f4").astype(np.float32)
+        states = self._layout.sizes[6]
+        return SelfTest(done, crc, ticks, numbers[:states], numbers[states:])
+
+    def reboot(self) -> None:
+        """Start the board's program anew; it does not answer."""
+        self._port.write(encode(Frame(REBOOT, 0, self._next(), b"")))
+
+    def _next(self) -> int:
+        self._sequence = (self._sequence + 1) & 0xFFFF
+        return self._sequence
+
+    def _request(self, kind: int, payload: bytes = b"", sequence: int | None = None) -> Frame:
+        number = self._next() if sequence is None else sequence
+        data = encode(Frame(kind, 0, number, payload))
+        self.counters.requests += 1
+        for attempt in range(self._tries):
+            self.counters.resent += attempt > 0
+            self._port.write(data)
+            reply = self._await(kind, number)
+            if reply is not None:
+                return reply
+        raise LinkError(f"no answer to request {kind} number {number} after {self._tries} tries")
+
+    def _await(self, kind: int, number: int) -> Frame | None:
+        end = time.monotonic() + self._timeout
+        while (left := end - time.monotonic()) > 0:
+            data = self._port.read(left)
+            if not data:
+                return None
+            for frame in self._decoder.feed(data):
+                self.counters.damaged = self._decoder.damaged
+                if frame.sequence == number and frame.type == kind | REPLY:
+                    return frame
+                if frame.sequence == number and frame.type == NAK | REPLY:
+                    raise LinkError(f"the board refuses request {kind}: {_refusal(frame)}")
+                self.counters.stale += 1
+            self.counters.damaged = self._decoder.damaged
+        return None
+
+    def _checked(self, reply: Frame) -> Hello:
+        if len(reply.payload) != _HELLO.size or reply.payload[0] != _VERSION:
+            raise InputError(f"{self._port.name}: the board speaks another version of the protocol; flash it again")
+        _, size, digest, *sizes, ticks, board, model, law = _HELLO.unpack(reply.payload)
+        hello = Hello(size, digest, tuple(sizes), ticks, _text(board), _text(model), _text(law))
+        want = self._layout
+        if hello.hash != want.hash or hello.sizes != want.sizes or hello.real_size != 4:
+            raise InputError(
+                f"{self._port.name}: the board runs {hello.model} {hello.law} ({hello.hash.hex()[:12]}), but "
+                f"{want.model} {want.law} ({want.hash.hex()[:12]}) is asked for: build and flash it"
+            )
+        return hello
+
+
+def _refusal(frame: Frame) -> str:
+    code = frame.payload[0] if frame.payload else 0
+    return _REFUSALS.get(code, f"reason {code}")
+
+
+def _group(name: str) -> int:
+    return "zpcs".index(name)
+
+
+def _text(field_: bytes) -> str:
+    return field_.rstrip(b"\0").decode("ascii", "replace")

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The paper's bare packets: numbers down, numbers up, nothing around them. See firmware/raw.c."""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model.functions import CBackend
+from ...model.manifest import identifier
+from ...model.parameters import Resolved
+from ..image.build import Program
+from ..image.header import raw_numbers
+from .link import LinkError, Port
+
+Doubles = NDArray[np.float64]
+_FIRST_TRIES, _FIRST_TIMEOUT = 10, 0.5
+
+
+class BareLaw:
+    """A law on a board that speaks bare packets; give it to `simulate` as `law`.
+
+    The board has the parameters that were compiled in, and starts its memory from the first packet.
+    """
+
+    def __init__(self, port: Port, made: Program, timeout: float = 2.0) -> None:
+        self.u: list[NDArray[np.float32]] = []
+        self._port, self._timeout = port, timeout
+        self._packet = np.zeros(raw_numbers(made.layout), "<f4")
+        self._memory, self._answer = bool(made.law.memory), 4 * len(made.layout.outputs)
+
+    def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
+        """Evaluate the law at the next sample."""
+        numbers = np.concatenate([x, r, v] if self._memory else [x, r])
+        self._packet[: len(numbers)] = numbers
+        # the line may open before the board listens
+        for _ in range(1 if self.u else _FIRST_TRIES):
+            self._port.write(self._packet.tobytes())
+            data = self._received(_FIRST_TIMEOUT if not self.u else self._timeout)
+            if data:
+                break
+        if len(data) != self._answer:
+            raise LinkError(
+                f"{self._port.name} answers {len(data)} bytes instead of {self._answer} to packet {len(self.u)}: "
+                "does it run the image for the bare link?"
+            )
+        u = np.frombuffer(data, "<f4").astype(np.float32)
+        self.u.append(u)
+        return u.astype(np.float64), z
+
+    def _received(self, timeout: float) -> bytes:
+        data = b""
+        while len(data) < self._answer and (more := self._port.read(timeout)):
+            data += more
+        return data
+
+
+class HostLaw:
+    """The same law in float on this machine, its memory started in float as the board starts it."""
+
+    def __init__(self, made: Program, resolved: Resolved) -> None:
+        backend = made.model.evaluator
+        assert isinstance(backend, CBackend)
+        name = identifier(made.law.name)
+        by_identifier = {identifier(f): f for f in made.model.manifest.functions}
+        self._p, self._c = resolved.p, resolved.c
+        self._z: Doubles | None = None
+        self._law = _function(backend.address(by_identifier[name], "float"), 8 if made.law.memory else 5)
+        start = by_identifier.get(f"{name}_start")
+        self._start = None if start is None else _function(backend.address(start, "float"), 5)
+        self._nu = len(made.layout.outputs)
+
+    def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
+        """Evaluate the law at the next sample."""
+        u = np.zeros(self._nu)
+        if self._start is None:
+            _call(self._law, x, r, self._p, self._c, u)
+            return u, z
+        if self._z is None:
+            self._z = np.zeros_like(z)
+            _call(self._start, x, r, self._p, self._c, self._z)
+        following = np.zeros_like(self._z)
+        _call(self._law, x, r, v, self._z, self._p, self._c, u, following)
+        self._z = following
+        return u, following
+
+
+def _function(address: int, arguments: int) -> ctypes._CFunctionType:
+    return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * arguments)(address)
+
+
+def _call(function: ctypes._CFunctionType, *arrays: Doubles) -> None:
+    function(*(np.ascontiguousarray(a).ctypes.data for a in arrays))

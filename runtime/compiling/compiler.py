@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which C compiler is there."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from mehvar.errors import InputError
+
+_PATH_NAMES = ("cc", "clang", "gcc")
+_VERSION_TIMEOUT = 60.0  # seconds; the first start of zig unpacks itself
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A C compiler: the command that starts it, and the first line of its version text.
+
+    Parameters
+    ----------
+    command : tuple of str
+        Program and leading arguments.
+    version : str
+        Part of the key of every compiled file.
+    origin : str
+        How it was found: "$CC", "PATH" or "the ziglang package".
+    """
+
+    command: tuple[str, ...]
+    version: str
+    origin: str
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """Flags that only this compiler needs to behave like the others."""
+        zig = [Path(word).stem for word in self.command[-2:-1]] in (["ziglang"], ["zig"])
+        return ("-mcpu=baseline", "-fno-sanitize=undefined") if zig else ()
+
+    @property
+    def scheduling(self) -> tuple[str, ...]:
+        """Flags with which gcc orders long straight-line code so that its values stay in registers."""
+        clang = "clang" in self.version.lower() or self.flags
+        return () if clang else ("-fschedule-insns", "-fsched-pressure")
+
+
+def find_compiler() -> Compiler | None:
+    """Return the compiler to use: $CC, then cc, clang, gcc on the path, then the ziglang package; or None.
+
+    Raises
+    ------
+    InputError
+        If $CC is set but cannot be started.
+    """
+    return _find(os.environ.get("CC", ""), os.environ.get("PATH", ""))
+
+
+def require_compiler() -> Compiler:
+    """Return the compiler to use, or raise InputError that says how to get one."""
+    compiler = find_compiler()
+    if compiler is None:
+        raise InputError(
+            "no C compiler found: set $CC, or install cc, clang or gcc, or the Python package ziglang; "
+            "or choose backend='python'"
+        )
+    return compiler
+
+
+@functools.cache
+def _find(chosen: str, _path: str) -> Compiler | None:
+    if chosen.strip():
+        command = _words(chosen)
+        version = _version(command)
+        if version is None:
+            raise InputError(f"$CC = {chosen!r}: must start a C compiler, but it does not start")
+        return Compiler(command, version, "$CC")
+    for name in _PATH_NAMES:
+        found = shutil.which(name)
+        version = _version((found,)) if found else None
+        if found and version:
+            return Compiler((found,), version, "PATH")
+    if importlib.util.find_spec("ziglang"):
+        command = (sys.executable, "-m", "ziglang", "cc")
+        version = _version(command)
+        if version:
+            return Compiler(command, version, "the ziglang package")
+    return None
+
+
+def _words(command: str) -> tuple[str, ...]:
+    try:
+        return tuple(shlex.split(command))
+    except ValueError as error:
+        raise InputError(f"$CC = {command!r}: must be a command line ({error})") from error
+
+
+def _version(command: tuple[str, ...]) -> str | None:
+    try:
+        done = subprocess.run(
+            [*command, "--version"],
+            capture_output=True,
+            text=True,
+            timeout=_VERSION_TIMEOUT,
+            check=False,
+            stdin=subprocess.DEVNULL,
+        )
+    except (OSError, subprocess.TimeoutExpired, ValueError):
+        return None
+    lines = done.stdout.strip().splitlines()
+    return lines[0] if done.returncode == 0 and lines else None

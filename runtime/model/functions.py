@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The generated functions as Python callables: compiled C, or the generated NumPy module."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+from collections.abc import Callable, Iterator, Mapping
+from types import ModuleType
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mehvar.errors import InputError, unknown_name
+
+from ..compiling.library import load_library, load_native, native_headers
+from .manifest import Array, Function, Manifest, identifier
+
+FloatArray = NDArray[np.float64]
+BackendName = Literal["c", "python"]
+Real = Literal["double", "float"]
+
+_MAX_AXES = 32  # of mv_map
+_POINTER = ctypes.c_void_p
+
+
+class Backend(Protocol):
+    """Evaluates generated functions over arrays whose leading axes have been checked."""
+
+    name: BackendName
+
+    def prepare(self) -> None:
+        """Load everything but the Jacobians."""
+
+    def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
+        """Return each result with the leading axes `shape`."""
+
+
+class GeneratedFunction:
+    """One generated function: leading axes of the arguments broadcast.
+
+    A vector argument has the shape (..., n), a scalar one (...). One result comes as an array, several as a
+    tuple. NaN in gives NaN out.
+    """
+
+    def __init__(self, backend: Backend, function: Function) -> None:
+        self._backend = backend
+        self._function = function
+        self.__name__ = function.name
+        self.__doc__ = f"{self!r}, {function.operations} operations."
+
+    def __repr__(self) -> str:
+        arguments = ", ".join(_signature(a) for a in self._function.arguments)
+        results = ", ".join(_signature(r) for r in self._function.results)
+        return f"{self._function.name}({arguments}) -> {results}"
+
+    def __call__(self, *arguments: ArrayLike) -> Any:
+        """Evaluate; raises InputError when the number, shape or type of an argument is wrong."""
+        arrays, shape = self._checked(arguments)
+        results = self._backend.evaluate(self._function, arrays, shape)
+        return results[0][()] if len(results) == 1 else tuple(result[()] for result in results)
+
+    def _checked(self, arguments: tuple[ArrayLike, ...]) -> tuple[list[FloatArray], tuple[int, ...]]:
+        specs = self._function.arguments
+        if len(arguments) != len(specs):
+            raise InputError(f"{self!r} takes {len(specs)} arguments, got {len(arguments)}")
+        arrays = [_as_array(self._function, spec, value) for spec, value in zip(specs, arguments, strict=True)]
+        leading = [array.shape[: array.ndim - len(spec.shape)] for spec, array in zip(specs, arrays, strict=True)]
+        try:
+            shape = np.broadcast_shapes(*leading)
+        except ValueError as error:
+            got = ", ".join(f"{spec.name} {lead}" for spec, lead in zip(specs, leading, strict=True))
+            raise InputError(f"{self!r}: leading axes must broadcast, got {got}") from error
+        if len(shape) > _MAX_AXES:
+            raise InputError(f"{self!r}: at most {_MAX_AXES} leading axes, got {len(shape)}")
+        return arrays, shape
+
+
+class Functions(Mapping[str, GeneratedFunction]):
+    """Every generated function of a model, by the manifest's name; `a-b` and `a_b` are the same."""
+
+    def __init__(self, backend: Backend, manifest: Manifest) -> None:
+        self._model = manifest.model
+        self._functions = {name: GeneratedFunction(backend, f) for name, f in manifest.functions.items()}
+        self._names = {identifier(name): name for name in manifest.functions}
+
+    def __getitem__(self, name: str) -> GeneratedFunction:
+        found = self._functions.get(self._names.get(identifier(name), ""))
+        if found is None:
+            raise KeyError(str(unknown_name(f"function of {self._model}", name, self._functions)))
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._functions)
+
+    def __len__(self) -> int:
+        return len(self._functions)
+
+
+class CBackend:
+    """Compiled functions; each C file of the model becomes a library on first use."""
+
+    name: BackendName = "c"
+
+    def __init__(self, manifest: Manifest) -> None:
+        self._manifest = manifest
+        self._libraries: dict[tuple[str, Real], ctypes.CDLL] = {}
+        self._map: Any = None
+
+    def prepare(self) -> None:
+        """Compile or load the integrators and the model, neither the Jacobians nor what only a batch calls."""
+        self._native_map()
+        self._library(f"{self._manifest.model}.c")
+
+    def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
+        """Run one C loop over all leading indices, without copies of contiguous arguments."""
+        axes = len(shape)
+        results = [np.empty(shape + spec.shape) for spec in function.results]
+        strides: list[int] = []
+        for spec, array in zip(function.arguments, arguments, strict=True):
+            own = array.ndim - len(spec.shape)
+            strides += [0] * (axes - own)
+            strides += [0 if array.shape[d] == 1 else array.strides[d] for d in range(own)]
+        library = self._library(function.file)
+        call = ctypes.cast(getattr(library, f"call_{identifier(function.name)}"), _POINTER)
+        self._native_map()(
+            call,
+            len(arguments),
+            len(results),
+            axes,
+            (ctypes.c_int64 * axes)(*shape),
+            (_POINTER * len(arguments))(*[array.ctypes.data for array in arguments]),
+            (ctypes.c_int64 * len(strides))(*strides),
+            (_POINTER * len(results))(*[array.ctypes.data for array in results]),
+            (ctypes.c_int64 * len(results))(*[spec.size for spec in function.results]),
+        )
+        return results
+
+    def address(self, name: str, real: Real = "double") -> int:
+        """Return the address of a C function on doubles, for the native loop; `real` is what it computes with."""
+        function = self._manifest.functions[name]
+        symbol = _symbol(self._manifest, function) if real == "double" else f"narrow_{identifier(name)}"
+        return ctypes.cast(getattr(self._library(function.file, real), symbol), _POINTER).value or 0
+
+    def _native_map(self) -> Any:
+        if self._map is None:
+            self._map = load_native().mv_map
+            self._map.restype = None
+            self._map.argtypes = [_POINTER, *[ctypes.c_int64] * 3, *[_POINTER] * 5]
+        return self._map
+
+    def _library(self, file: str, real: Real = "double") -> ctypes.CDLL:
+        if (file, real) not in self._libraries:
+            self._libraries[file, real] = self._build(file, real)
+        return self._libraries[file, real]
+
+    def _build(self, file: str, real: Real) -> ctypes.CDLL:
+        functions = [f for f in self._manifest.functions.values() if f.file == file]
+        header = f"{self._manifest.model}.h"
+        sources = {name: self._read(name) for name in (file, header)}
+        sources |= native_headers()
+        calls = _calls_text if real == "double" else _narrow_text
+        sources["calls.c"] = calls(self._manifest, file, functions)
+        optimise = "-O1" if all(_is_jacobian(f) for f in functions) else "-O2"
+        # vectorising straight-line scalar code costs more moves than it saves
+        name = identifier(file.removesuffix(".c"))
+        flags = [optimise, "-fno-tree-slp-vectorize", *(["-DMEHVAR_FLOAT"] if real == "float" else [])]
+        return load_library(name, sources, ["calls.c"], flags)
+
+    def _read(self, name: str) -> str:
+        path = self._manifest.folder / name
+        try:
+            return path.read_text(encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"cannot read {path} ({error.strerror}); generate the model again") from error
+
+
+class PythonBackend:
+    """The generated NumPy module."""
+
+    name: BackendName = "python"
+
+    def __init__(self, manifest: Manifest) -> None:
+        self._manifest = manifest
+        self._module: ModuleType | None = None
+
+    def prepare(self) -> None:
+        """Import the module."""
+        self.raw("rhs")
+
+    def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
+        """Call the module; what it leaves unbroadcast is broadcast here."""
+        wide = [np.broadcast_to(a, shape + s.shape) for s, a in zip(function.arguments, arguments, strict=True)]
+        with np.errstate(all="ignore"):
+            out = self.raw(function.name)(*wide)
+        results = [out] if len(function.results) == 1 else list(out)
+        return [
+            np.array(np.broadcast_to(result, shape + spec.shape), dtype=np.float64)
+            for spec, result in zip(function.results, results, strict=True)
+        ]
+
+    def raw(self, name: str) -> Callable[..., Any]:
+        """Return the module's own function, unchecked."""
+        if self._module is None:
+            self._module = self._import()
+        found: Callable[..., Any] = getattr(self._module, identifier(name))
+        return found
+
+    def _import(self) -> ModuleType:
+        model = self._manifest.model
+        path = self._manifest.folder / f"{model}.py"
+        spec = importlib.util.spec_from_file_location(f"mehvar_generated_{identifier(model)}", path)
+        if spec is None or spec.loader is None or not path.is_file():
+            raise InputError(f"cannot read {path}; generate the model again")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module
+
+
+def _signature(array: Array) -> str:
+    return array.name + "".join(f"[{n}]" for n in array.shape)
+
+
+def _is_jacobian(function: Function) -> bool:
+    return function.file.endswith("_jac.c")
+
+
+def _symbol(manifest: Manifest, function: Function) -> str:
+    return f"{identifier(manifest.model)}_{identifier(function.name)}"
+
+
+def _calls_text(manifest: Manifest, file: str, functions: list[Function]) -> str:
+    """C text that includes a generated file and gives each of its functions one common signature."""
+    lines = [f'#include "{file}"', ""]
+    for function in functions:
+        arguments = [f"a[{i}]" for i in range(len(function.arguments))]
+        results = [f"r[{i}]" for i in range(len(function.results))]
+        lines += [
+            f"void call_{identifier(function.name)}(const double *const *a, double *const *r)",
+            f"{{ {_symbol(manifest, function)}({', '.join(arguments + results)}); }}",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _narrow_text(manifest: Manifest, file: str, functions: list[Function]) -> str:
+    """C text that includes a generated file in float and gives its functions arguments in double."""
+    lines = [f'#include "{file}"', ""]
+    for function in functions:
+        given, found = function.arguments, function.results
+        signature = [f"const double *{a.name}" for a in given] + [f"double *{r.name}" for r in found]
+        lines.append(f"void narrow_{identifier(function.name)}({', '.join(signature)})\n{{")
+        lines += [f"    float {a.name}_f[{max(a.size, 1)}];" for a in (*given, *found)]
+        lines += [f"    for (int i = 0; i < {a.size}; i++) {a.name}_f[i] = (float){a.name}[i];" for a in given]
+        names = ", ".join(f"{a.name}_f" for a in (*given, *found))
+        lines.append(f"    {_symbol(manifest, function)}({names});")
+        lines += [f"    for (int i = 0; i < {r.size}; i++) {r.name}[i] = (double){r.name}_f[i];" for r in found]
+        lines.append("}")
+    return "\n".join(lines) + "\n"
+
+
+def _as_array(function: Function, spec: Array, value: ArrayLike) -> FloatArray:
+    """Return a float array with the trailing shape of an argument, its last axis contiguous."""
+    given = _numbers(function, spec, value)
+    if given.dtype.kind not in "biuf":
+        raise InputError(f"{function.name}: {spec.name} must hold real numbers, got {given.dtype}")
+    array = given.astype(np.float64, copy=False)
+    trailing = array.shape[array.ndim - len(spec.shape) :] if array.ndim >= len(spec.shape) else None
+    if trailing != spec.shape:
+        wanted = f"(..., {', '.join(map(str, spec.shape))})" if spec.shape else "(...)"
+        raise InputError(f"{function.name}: {spec.name} must have the shape {wanted}, got {array.shape}")
+    contiguous = not spec.shape or spec.shape[-1] <= 1 or array.strides[-1] == array.itemsize
+    return array if contiguous and array.flags.aligned else np.array(array, order="C")
+
+
+def _numbers(function: Function, spec: Array, value: ArrayLike) -> NDArray[Any]:
+    try:
+        given = np.asarray(value)
+        return given.astype(np.float64) if given.dtype.kind == "O" else given
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{function.name}: {spec.name} must be an array of numbers: {error}") from error

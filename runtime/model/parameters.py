@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From what user, scenario and tables say to parameter vectors, with the origin of every value."""
+
+from __future__ import annotations
+
+import math
+import string
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mehvar.errors import InputError, bad_value, unknown_name
+
+from .functions import FloatArray, Functions
+from .manifest import Controller, Manifest, Parameter, Scenario, identifier
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A value and where it came from, as in "--set" or "scenario paper"."""
+
+    value: object
+    origin: str
+
+
+@dataclass(frozen=True)
+class Resolved:
+    """Parameter vectors of one run.
+
+    Parameters
+    ----------
+    p, c, s : array
+        Values of the plant, the law and the scenario, in the manifest's order.
+    values : mapping of str to float
+        The same by name.
+    origins : mapping of str to str
+        Where each value came from.
+    """
+
+    p: FloatArray
+    c: FloatArray
+    s: FloatArray
+    values: Mapping[str, float]
+    origins: Mapping[str, str]
+
+
+class _Number(float):
+    """A float that messages show with six digits."""
+
+    def __format__(self, spec: str) -> str:
+        return super().__format__(spec or ".6g")
+
+
+def number(name: str, value: object, origin: str = "") -> float:
+    """Return a value as a finite float, or raise InputError."""
+    try:
+        result = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise bad_value(name, value, "a number", origin) from error
+    if not math.isfinite(result):
+        raise bad_value(name, value, "a finite number", origin)
+    return result
+
+
+def checked(parameter: Parameter, setting: Setting) -> float:
+    """Return the value of a parameter, or raise InputError when its bounds do not allow it."""
+    value = number(parameter.name, setting.value, setting.origin)
+    if not parameter.allows(value):
+        raise bad_value(
+            parameter.name, value, f"in {parameter.allowed}{_degrees_hint(parameter, value)}", setting.origin
+        )
+    return value
+
+
+def vector(parameters: Sequence[Parameter], settings: Mapping[str, Setting]) -> FloatArray:
+    """Return parameter values in order: what is set, else the default.
+
+    Raises
+    ------
+    InputError
+        If a value is missing, not a number or out of bounds.
+    """
+    return np.array([checked(q, settings.get(q.name) or _default(q)) for q in parameters], dtype=np.float64)
+
+
+def named_values(
+    quantities: Sequence[str], kind: str, values: Mapping[str, object], origin: str = ""
+) -> dict[str, float]:
+    """Return finite floats by name, or raise InputError for an unknown name."""
+    for name in values:
+        if name not in quantities:
+            raise unknown_name(kind, name, quantities, origin)
+    return {name: number(name, value, origin) for name, value in values.items()}
+
+
+def say(message: str, values: Mapping[str, float]) -> str:
+    """Fill the `{name}` places of a manifest's message; places without a value stay as they are."""
+    try:
+        return message.format_map({name: _Number(value) for name, value in values.items()})
+    except (KeyError, ValueError, IndexError):
+        return message
+
+
+def resolve(
+    manifest: Manifest,
+    functions: Functions,
+    controller: Controller,
+    scenario: Scenario,
+    values: Mapping[str, object],
+    origin: str,
+    options: Iterable[str] = (),
+) -> Resolved:
+    """Decide every parameter of a run.
+
+    The user's value comes first, then the scenario's for this law, then the scenario's, then the default or
+    formula. A name that two groups share is set in both.
+
+    Parameters
+    ----------
+    values : mapping of str to object
+        What the user sets: parameters of plant, law and scenario in one mapping.
+    origin : str
+        How messages call the user's values, as in "--set".
+    options : iterable of str
+        Further names that a message about an unknown name may suggest.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, a value out of bounds, or a combination that a constraint refuses.
+    """
+    groups = (manifest.parameters, controller.parameters, manifest.scenario_parameters)
+    known = [q.name for group in groups for q in group]
+    for name in values:
+        if name not in known:
+            kind = f"parameter or option of {manifest.model} with {controller.name}"
+            raise unknown_name(kind, name, [*known, *options], origin)
+    settings = _settings(controller, scenario, values, origin)
+    p = vector(manifest.parameters, settings)
+    s = vector(manifest.scenario_parameters, settings)
+    settings |= _formulas(functions, controller, settings)
+    c = vector(controller.parameters, settings)
+    names = [q for group in groups for q in group]
+    resolved = Resolved(
+        p=p,
+        c=c,
+        s=s,
+        values={q.name: float(v) for q, v in zip(names, np.concatenate([p, c, s]), strict=True)},
+        origins={q.name: (settings.get(q.name) or _default(q)).origin for q in names},
+    )
+    _check_constraints(manifest, functions, controller, resolved)
+    return resolved
+
+
+def _settings(
+    controller: Controller, scenario: Scenario, values: Mapping[str, object], origin: str
+) -> dict[str, Setting]:
+    law = controller.name
+    special = scenario.controllers.get(law, {})
+    return {
+        **{name: Setting(value, f"scenario {scenario.name}") for name, value in scenario.values.items()},
+        **{name: Setting(value, f"scenario {scenario.name}, {law}") for name, value in special.items()},
+        **{name: Setting(value, origin) for name, value in values.items()},
+    }
+
+
+def _default(parameter: Parameter) -> Setting:
+    if parameter.default is None:
+        raise InputError(f"{parameter.name} has no default: set it to a value in {parameter.allowed}")
+    return Setting(parameter.default, "default")
+
+
+def _formulas(functions: Functions, controller: Controller, settings: Mapping[str, Setting]) -> dict[str, Setting]:
+    """Return the law parameters that nobody set and whose default is a formula.
+
+    A formula may use another one: each pass settles at least one more.
+    """
+    derived = [q for q in controller.parameters if q.formula is not None]
+    missing = [q for q in derived if q.name not in settings]
+    if not missing:
+        return {}
+    formulas = functions[f"{identifier(controller.name)}_defaults"]
+    found: dict[str, Setting] = {}
+    for _ in missing:
+        known = {**settings, **found}
+        c = [math.nan if q in missing and q.name not in found else _given(q, known) for q in controller.parameters]
+        for parameter, value in zip(derived, formulas(np.array(c, dtype=np.float64)), strict=True):
+            if parameter in missing and not math.isnan(value):
+                found[parameter.name] = Setting(float(value), f"formula {parameter.formula}")
+    return found
+
+
+def _given(parameter: Parameter, settings: Mapping[str, Setting]) -> float:
+    return checked(parameter, settings.get(parameter.name) or _default(parameter))
+
+
+def _check_constraints(manifest: Manifest, functions: Functions, controller: Controller, resolved: Resolved) -> None:
+    law = f"{identifier(controller.name)}_constraints"
+    if manifest.constraints:
+        _check(manifest.constraints, functions["constraints"](resolved.p, resolved.s), resolved)
+    if controller.constraints:
+        _check(controller.constraints, functions[law](resolved.p, resolved.c, resolved.s), resolved)
+
+
+def _check(messages: Sequence[str], margins: FloatArray, resolved: Resolved) -> None:
+    for message, margin in zip(messages, margins, strict=True):
+        if not margin > 0:
+            raise InputError(say(message, resolved.values) + _origins(message, resolved))
+
+
+def advice(functions: Functions, controller: Controller, resolved: Resolved) -> tuple[str, ...]:
+    """Return what a law warns of: parameters that it accepts but should not have."""
+    if not controller.warnings:
+        return ()
+    margins = functions[f"{identifier(controller.name)}_warnings"](resolved.p, resolved.c, resolved.s)
+    found, place = [], 0
+    for warning in controller.warnings:
+        margin, *shown = margins[place : place + 1 + warning.shown]
+        place += 1 + warning.shown
+        if not margin > 0:
+            values = {name: _Number(value) for name, value in resolved.values.items()}
+            found.append(warning.message.format(*map(float, shown), **values))
+    return tuple(found)
+
+
+def _degrees_hint(parameter: Parameter, value: float) -> str:
+    """Return a hint when an angle is out of bounds but would be in them if it was meant in degrees."""
+    radians = math.radians(value)
+    return f"; {value:g} degrees are {radians:.6g} rad" if parameter.unit == "rad" and parameter.allows(radians) else ""
+
+
+def _origins(message: str, resolved: Resolved) -> str:
+    """Say where the values that a message shows came from."""
+    shown = [field for _, field, _, _ in string.Formatter().parse(message) if field in resolved.origins]
+    listed = ", ".join(f"{name} from {resolved.origins[name]}" for name in dict.fromkeys(shown) if name)
+    return f" ({listed})" if listed else ""

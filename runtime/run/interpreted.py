@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Closed loops without a compiler: the generated NumPy module under SciPy's integrators.
+
+Same meaning as the native loop. A continuous loop with an adaptive method takes the integrator's own steps
+and reads the samples from its dense output; everything else stops at every tick.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..model.functions import FloatArray, PythonBackend
+from ..model.manifest import identifier
+from .problem import Problem, Status, Trajectory
+
+_PROGRESS_SECONDS = 0.1
+_DENSE = 0.01  # tolerance where samples come from the dense output, which is less accurate than the steps
+_SMALLEST_RTOL = 100 * float(np.finfo(np.float64).eps)  # SciPy's own limit
+
+_Slope = Callable[[float, FloatArray], FloatArray]
+
+
+class _EndOfRun(Exception):  # noqa: N818 - an early end is a result, not an error
+    """The run ends before its time."""
+
+    def __init__(self, status: Status, t: float, violated: int = 0, x: FloatArray | None = None) -> None:
+        super().__init__(status.text)
+        self.status, self.t, self.violated, self.x = status, t, violated, x
+
+
+def run(problem: Problem, backend: PythonBackend) -> Trajectory:
+    """Integrate a closed loop."""
+    loop = _Loop(problem, backend)
+    end = _EndOfRun(Status.DONE, float(problem.t[-1]))
+    with np.errstate(all="ignore"):
+        try:
+            if problem.hold_every is not None:
+                _run_sampled(loop)
+            elif problem.method == "rk4":
+                _run_stopping(loop)
+            else:
+                _run_dense(loop)
+        except _EndOfRun as early:
+            end = early
+    t, x, u, u_cmd, y, z = (np.stack(column) for column in zip(*loop.rows, strict=True))
+    x_stop = x[-1] if end.x is None else end.x
+    return Trajectory(t, x, u, u_cmd, y, z, end.status, end.violated, float(end.t), x_stop, loop.statistics)
+
+
+class _Loop:
+    """The generated functions with one problem's parameters filled in, and the rows recorded so far."""
+
+    def __init__(self, problem: Problem, backend: PythonBackend) -> None:
+        manifest, law = problem.model.manifest, identifier(problem.controller.name)
+        raw, continuous = backend.raw, problem.hold_every is None
+        regular = continuous and "to_coordinates" in manifest.functions
+        self.problem = problem
+        self.rhs, self.outputs = raw(f"rhs{problem.suffix}"), raw("outputs")
+        self.limits = raw("limits") if manifest.limits else None
+        self.to_coordinates = raw("to_coordinates") if regular else _same
+        self.law = raw(law)
+        self.actuate, self.measure, project = (
+            raw(name) if name in manifest.functions else None for name in ("actuate", "measure", "project")
+        )
+        self._project = project if continuous or "to_coordinates" not in manifest.functions else None
+        self._loop = raw(f"{law}_loop{problem.suffix}") if continuous else None
+        self._observe = raw(f"{law}_observe") if continuous else None
+        self.u = np.zeros(len(manifest.inputs))
+        self.rows: list[tuple[FloatArray, ...]] = []
+        self.statistics = {"steps": 0, "evaluations": 0}
+        self._reference = raw("reference")
+        self._constant = self._reference_at(0.0) if manifest.reference_constant else None
+        self._no_memory = np.empty(0)
+        self._reported = time.perf_counter()
+
+    def reference(self, t: float) -> FloatArray:
+        """Return r(t)."""
+        return self._reference_at(t) if self._constant is None else self._constant
+
+    def _reference_at(self, t: float) -> FloatArray:
+        return np.asarray(self._reference(np.float64(t), self.problem.p, self.problem.s), dtype=np.float64)
+
+    def closed(self, t: float, q: FloatArray) -> FloatArray:
+        """Return q' of the continuous closed loop."""
+        assert self._loop is not None
+        slope: FloatArray = self._loop(q, self.reference(t), self.problem.p, self.problem.c)
+        return slope
+
+    def held(self, _t: float, x: FloatArray) -> FloatArray:
+        """Return x' under the input that is held now."""
+        slope: FloatArray = self.rhs(x, self.u, self.problem.p)
+        return slope
+
+    def observed(self, t: float, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return state, input and commanded input of the continuous closed loop."""
+        assert self._observe is not None
+        x, u, *command = self._observe(q, self.reference(t), self.problem.p, self.problem.c)
+        return x, u, command[0] if command else u
+
+    def projected(self, q: FloatArray) -> FloatArray:
+        """Return coordinates put back on their manifold."""
+        return q if self._project is None else np.asarray(self._project(q), dtype=np.float64)
+
+    def record(
+        self,
+        tick: int,
+        x: FloatArray,
+        u: FloatArray,
+        u_cmd: FloatArray,
+        z: FloatArray | None = None,
+        violated: int | None = None,
+    ) -> None:
+        """Record a sample where one is due; end the run when it is not finite or a limit is violated."""
+        t = float(self.problem.t[tick])
+        healthy = all(bool(np.all(np.isfinite(v))) for v in (x, u_cmd, u))
+        last = tick + 1 == len(self.problem.t) or not healthy or violated is not None
+        if tick % self.problem.record_every == 0 or last:
+            y = self.outputs(x, u, self.reference(t), self.problem.p)
+            row = (t, x, u, u_cmd, y, self._no_memory if z is None else z)
+            self.rows.append(tuple(np.array(v, dtype=np.float64) for v in row))
+        if not healthy:
+            raise _EndOfRun(Status.NOT_FINITE, t)
+        if violated is not None:
+            raise _EndOfRun(Status.LIMIT, t, violated, x)
+        if self.problem.progress and time.perf_counter() - self._reported > _PROGRESS_SECONDS:
+            self._reported = time.perf_counter()
+            self.problem.progress(t, float(self.problem.t[-1]))
+
+    def check(self, t: float, q: FloatArray) -> None:
+        """End a continuous loop when a limit is violated; a sampled one is looked at tick by tick."""
+        if self.limits is None or self._observe is None:
+            return
+        x, u, _ = self.observed(t, q)
+        violated = self.violated(x, u)
+        if violated is not None:
+            raise _EndOfRun(Status.LIMIT, t, violated, x)
+
+    def violated(self, x: FloatArray, u: FloatArray) -> int | None:
+        """Return the first limit that does not hold."""
+        if self.limits is None:
+            return None
+        found = np.flatnonzero(~(self.limits(x, u, self.problem.p) > 0))
+        return int(found[0]) if found.size else None
+
+
+def _same(x: FloatArray) -> FloatArray:
+    return x
+
+
+def _run_dense(loop: _Loop) -> None:
+    """Run a continuous closed loop in the integrator's own steps."""
+    t, solver = loop.problem.t, _Solver(loop, loop.closed)
+    q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
+    loop.record(0, *loop.observed(t[0], q))
+    tick = 1
+    for step in solver.steps(t[0], q, t[-1], None, _DENSE):
+        dense = step.dense_output()
+        solver.project(step)
+        while tick < len(t) and t[tick] <= step.t:
+            at_tick = dense(t[tick]) if t[tick] < step.t else step.y
+            loop.check(t[tick], at_tick)
+            loop.record(tick, *loop.observed(t[tick], at_tick))
+            solver.trials = 0
+            tick += 1
+        loop.check(step.t, step.y)
+
+
+def _run_stopping(loop: _Loop) -> None:
+    """Run a continuous closed loop in fixed steps from tick to tick."""
+    t, solver = loop.problem.t, _Solver(loop, loop.closed)
+    q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
+    for tick in range(len(t)):
+        loop.record(tick, *loop.observed(t[tick], q))
+        if tick + 1 < len(t):
+            q = solver.advance(t[tick], q, t[tick + 1])
+
+
+def _run_sampled(loop: _Loop) -> None:
+    """Run a sampled law with a held, perhaps delayed input."""
+    problem, t = loop.problem, loop.problem.t
+    assert problem.hold_every is not None
+    x, z = problem.x0, problem.z0
+    solver = _Solver(loop, loop.held)
+    u = u_cmd = loop.u
+    queue = deque([u] * problem.delay)
+    for tick in range(len(t)):
+        z_found = z
+        if tick % problem.hold_every == 0:
+            u_cmd, z = _command(loop, tick, x, u, z)
+            queue.append(u_cmd)
+            u = queue.popleft()
+            u = u if loop.actuate is None else loop.actuate(x, u, problem.p)
+        loop.record(tick, x, u, u_cmd, z_found, loop.violated(x, u_cmd))
+        if tick + 1 < len(t):
+            loop.u = u
+            x = solver.advance(t[tick], x, t[tick + 1])
+
+
+def _command(
+    loop: _Loop, tick: int, x: FloatArray, applied: FloatArray, z: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return what a sampled law commands at a tick, and its memory afterwards."""
+    problem = loop.problem
+    assert problem.hold_every is not None
+    r = loop.reference(problem.t[tick])
+    seen = x if loop.measure is None else loop.measure(x, problem.noise[tick // problem.hold_every], problem.p)
+    if not problem.controller.memory:
+        return loop.law(seen, r, problem.p, problem.c), z
+    u_cmd, z_next = loop.law(seen, r, applied, z, problem.p, problem.c)
+    return u_cmd, z_next
+
+
+class _Solver:
+    """Steps of one method; the step size survives from one interval to the next."""
+
+    def __init__(self, loop: _Loop, slope: _Slope) -> None:
+        self.trials = 0
+        self._loop = loop
+        self._slope = slope
+        self._h: float | None = None
+        self._last_finite = True
+
+    def advance(self, t: float, x: FloatArray, end: float) -> FloatArray:
+        """Integrate to `end` exactly, with a look at the limits after every step."""
+        self.trials = 0
+        if self._loop.problem.method == "rk4":
+            return self._advance_rk4(t, x, end)
+        for step in self.steps(t, x, end, self._h):
+            self._h, x = step.h_abs, self.project(step)
+            self._loop.check(step.t, x)
+        return x
+
+    def steps(self, t: float, x: FloatArray, end: float, h: float | None, tighter: float = 1.0) -> Any:
+        """Yield SciPy's solver after every accepted step."""
+        from scipy.integrate import DOP853, RK45
+
+        from .rock4 import Rock4
+
+        problem, statistics = self._loop.problem, self._loop.statistics
+        if not np.all(np.isfinite(self._evaluate(t, x))):
+            raise _EndOfRun(Status.NOT_FINITE, t)
+        method = {"dop853": DOP853, "dopri5": RK45, "rock4": Rock4}[problem.method]
+        first = None if h is None else min(h, end - t)
+        rtol = max(problem.rtol * tighter, _SMALLEST_RTOL)
+        solver = method(self._evaluate, t, x, end, rtol=rtol, atol=problem.atol * tighter, first_step=first)
+        while solver.status == "running":
+            if self.trials == problem.max_steps:
+                raise _EndOfRun(Status.TOO_MANY_STEPS, solver.t)
+            self.trials += 1
+            solver.step()
+            if solver.status == "failed":
+                status = Status.STEP_UNDERFLOW if self._last_finite else Status.NOT_FINITE
+                raise _EndOfRun(status, solver.t)
+            statistics["steps"] += 1
+            yield solver
+
+    def project(self, step: Any) -> FloatArray:
+        """Put a SciPy solver's point back on the manifold, its slope with it."""
+        moved = self._loop.projected(step.y)
+        if moved is not step.y:
+            step.y, step.f = moved, self._evaluate(step.t, moved)
+        return moved
+
+    def _evaluate(self, t: float, x: FloatArray) -> FloatArray:
+        self._loop.statistics["evaluations"] += 1
+        slope = np.asarray(self._slope(t, x), dtype=np.float64)
+        self._last_finite = bool(np.all(np.isfinite(slope)))
+        return slope
+
+    def _advance_rk4(self, t: float, x: FloatArray, end: float) -> FloatArray:
+        count = int(np.ceil((end - t) / self._loop.problem.step * (1 - 1e-12)))
+        if count > self._loop.problem.max_steps:
+            raise _EndOfRun(Status.TOO_MANY_STEPS, t)
+        h = (end - t) / count
+        for i in range(count):
+            now = t + i * h
+            k1 = self._evaluate(now, x)
+            k2 = self._evaluate(now + h / 2, x + h / 2 * k1)
+            k3 = self._evaluate(now + h / 2, x + h / 2 * k2)
+            k4 = self._evaluate(now + h, x + h * k3)
+            y = x + h * (k1 / 6 + k2 / 3 + k3 / 3 + k4 / 6)
+            if not np.all(np.isfinite(y)):
+                raise _EndOfRun(Status.NOT_FINITE, now)
+            x = self._loop.projected(y)
+            self._loop.statistics["steps"] += 1
+            self._loop.check(now + h, x)
+        return x

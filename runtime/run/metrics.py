@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers that sum up a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mehvar.errors import InputError, unknown_name
+
+from ..model.functions import FloatArray
+from ..model.manifest import Manifest, Metric
+from .simulate import Run
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
+    """Return every metric that a model defines, by name.
+
+    Parameters
+    ----------
+    run : Run or xarray.Dataset
+        A run, or what `to_dataset` or `open_result` make of it.
+    manifest : Manifest
+        Says what to compute.
+
+    Returns
+    -------
+    dict of str to float
+        `inf` for a settling time of something that does not settle; NaN where the series holds NaN or the run ended
+        before the part that counts.
+
+    Raises
+    ------
+    InputError
+        If a metric is of an unknown kind or the result lacks a variable.
+    """
+    series = run.variables() if isinstance(run, Run) else {str(k): v.values for k, v in run.data_vars.items()}
+    t = run.t if isinstance(run, Run) else run["t"].values
+    return {name: evaluate(metric, t, series) for name, metric in manifest.metrics.items()}
+
+
+def evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) -> float:
+    """Return one metric of series by name."""
+    if metric.kind not in _KINDS:
+        raise unknown_name(f"kind of metric {metric.name}", metric.kind, _KINDS)
+    if not metric.of:
+        raise InputError(f"metric {metric.name} names no variable")
+    counted = (t >= metric.since) & (t <= metric.until)
+    if not counted.any():
+        return math.nan
+    values = np.stack([_signal(metric, of, series)[counted] for of in metric.of])
+    return float(_KINDS[metric.kind](t[counted], values, metric.band))
+
+
+def _signal(metric: Metric, of: str, series: Mapping[str, FloatArray]) -> FloatArray:
+    """Return a variable, or the difference of two."""
+    names = [name.strip() for name in of.split(" - ")]
+    for name in names:
+        if name not in series:
+            raise unknown_name(f"variable in metric {metric.name}", name, series)
+    first, *rest = (series[name] for name in names)
+    return first - rest[0] if rest else first
+
+
+def _settling(t: FloatArray, values: FloatArray, band: float) -> float:
+    return max(_settling_of_one(t, row, band) for row in values)
+
+
+def _settling_of_one(t: FloatArray, row: FloatArray, band: float) -> float:
+    """Return where the line between the last sample outside the band and the next one enters it."""
+    outside = np.flatnonzero(~(np.abs(row) <= band))
+    if outside.size == 0:
+        return float(t[0])
+    last = outside[-1]
+    if last == len(t) - 1:
+        return math.inf
+    edge = math.copysign(band, row[last])
+    part = (row[last] - edge) / (row[last] - row[last + 1])
+    return float(t[last] + part * (t[last + 1] - t[last])) if math.isfinite(part) else float(t[last + 1])
+
+
+def _sum(values: FloatArray) -> float:
+    """Add up in the order of time and then over the rows, as a batch does: the same bits."""
+    rows = np.add.accumulate(values, axis=1)[:, -1:]
+    return float(np.add.accumulate(rows, axis=0)[-1, 0]) if rows.size else 0.0
+
+
+def _sign_changes(_t: FloatArray, values: FloatArray, band: float) -> float:
+    signs = (np.sign(row[np.abs(row) > band]) for row in values)
+    return float(sum(np.count_nonzero(np.diff(s)) for s in signs))
+
+
+_KINDS: Mapping[str, Callable[[FloatArray, FloatArray, float], float]] = {
+    "settling": _settling,
+    "settling_about_end": lambda t, values, band: _settling(t, values - values[:, -1:], band),
+    "max": lambda _t, values, _band: float(np.max(values)),
+    "min": lambda _t, values, _band: float(np.min(values)),
+    "max_abs": lambda _t, values, _band: float(np.max(np.abs(values))),
+    "rms": lambda _t, values, _band: math.sqrt(_sum(values * values) / values.size),
+    "travel": lambda _t, values, _band: _sum(np.abs(np.diff(values, axis=1))),
+    "sign_changes": _sign_changes,
+    "final": lambda _t, values, _band: float(values[0, -1]),
+}
+KINDS = tuple(_KINDS)  # numbered as in native/batch.h

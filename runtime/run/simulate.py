@@ -1,0 +1,321 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One closed-loop run of a model under a control law."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mehvar.errors import InputError, bad_value
+
+from ..model.functions import BackendName, CBackend, FloatArray, Real
+from ..model.manifest import Controller, Manifest, Scenario, identifier
+from ..model.model import Model, load
+from ..model.parameters import Resolved, advice, named_values, resolve, say
+from . import compiled, interpreted
+from .options import OPTIONS, Asked, pose, variant_suffix
+from .problem import Law, Method, Problem, Progress, Status, Trajectory
+
+
+@dataclass(frozen=True)
+class Run:
+    """A closed-loop run: one row per sample, columns in the manifest's order.
+
+    Attributes
+    ----------
+    manifest, controller, scenario, backend
+        What was run: the model, its law and scenario, and "c" or "python".
+    t : array, (n,)
+        Sample instants in seconds.
+    x, y : array, (n, nx) and (n, ny)
+        States and outputs.
+    u : array, (n, nu)
+        The input really applied over [t_k, t_k+1); u(t_k) of a continuous loop.
+    u_cmd : array, (n, nu)
+        What the law commanded; differs from u with a delay.
+    z : array, (n, nz)
+        The law's memory as the law found it at t_k.
+    w : array, (n, nw)
+        What the law reports.
+    status : Status
+        How the run ended.
+    reason : str
+        The same in words.
+    t_stop : float
+        Last instant reached, s.
+    hold : float or None
+        Hold time of a sampled law in seconds; None for a continuous loop.
+    parameters : Resolved
+        Effective parameters with their origins.
+    options : mapping
+        Effective method, tolerances, sampling.
+    statistics : mapping
+        Steps and evaluations of the right-hand side; rejected steps too where the backend counts them.
+    compile_seconds, run_seconds : float
+        Time to compile or load the code, and to integrate.
+    """
+
+    manifest: Manifest
+    controller: Controller
+    scenario: Scenario
+    backend: BackendName
+    t: FloatArray
+    x: FloatArray
+    u: FloatArray
+    u_cmd: FloatArray
+    y: FloatArray
+    z: FloatArray
+    w: FloatArray
+    status: Status
+    reason: str
+    t_stop: float
+    hold: float | None
+    parameters: Resolved
+    options: Mapping[str, float | str]
+    statistics: Mapping[str, int]
+    compile_seconds: float
+    run_seconds: float
+
+    def variables(self) -> dict[str, FloatArray]:
+        """Return every series by the name it has in a result file."""
+        manifest = self.manifest
+        columns = {q.name: self.x[:, i] for i, q in enumerate(manifest.states)}
+        columns |= {f"u_{q.name}": self.u[:, i] for i, q in enumerate(manifest.inputs)}
+        if self.hold is not None or "actuate" in manifest.functions:
+            columns |= {f"u_cmd_{q.name}": self.u_cmd[:, i] for i, q in enumerate(manifest.inputs)}
+        columns |= {q.name: self.y[:, i] for i, q in enumerate(manifest.outputs)}
+        columns |= {q.name: self.z[:, i] for i, q in enumerate(self.controller.memory)}
+        columns |= {q.name: self.w[:, i] for i, q in enumerate(self.controller.outputs)}
+        return columns
+
+    def exceeded(self) -> list[str]:
+        """Say of each report of the law that is above what it should be when, how long and by how much."""
+        found = []
+        for report, series in zip(self.controller.outputs, self.w.T, strict=True):
+            above = np.flatnonzero(series > report.at_most)
+            if above.size:
+                worst = above[np.argmax(series[above])]
+                found.append(
+                    f"{report.description} is above {report.at_most:g} {report.unit} at {above.size} of {len(self.t)} "
+                    f"samples from t = {self.t[above[0]]:.6g} s to {self.t[above[-1]]:.6g} s, "
+                    f"most at t = {self.t[worst]:.6g} s: {series[worst]:.6g} {report.unit}"
+                )
+        return found
+
+
+def simulate(
+    model: Model | str | os.PathLike[str],
+    controller: str,
+    scenario: str | None = None,
+    parameters: Mapping[str, object] | None = None,
+    initial: Mapping[str, object] | None = None,
+    t_end: float | None = None,
+    dt_out: float | None = None,
+    hold: float | None = None,
+    delay: int = 0,
+    seed: int = 0,
+    run: int = 0,
+    real: Real = "double",
+    method: Method = "dop853",
+    rtol: float = 1e-11,
+    atol: float = 1e-11,
+    step: float | None = None,
+    max_steps: int = 100_000,
+    backend: BackendName | None = None,
+    progress: Progress | None = None,
+    law: Law | None = None,
+    origin: str = "the call",
+    **options: object,
+) -> Run:
+    """Integrate a closed loop.
+
+    Parameters
+    ----------
+    model : Model, str or path
+        A loaded model, or what `load` takes.
+    controller : str
+        The control law.
+    scenario : str, optional
+        The model's first scenario unless given.
+    parameters : mapping, optional
+        Values of plant, law and scenario parameters by name.
+    initial : mapping, optional
+        States that start elsewhere than the scenario says.
+    t_end, dt_out : float, optional
+        End time and sampling step of the result, s; the scenario's unless given. The end is sampled too.
+    hold : float, optional
+        Sample the law every `hold` seconds and hold its input in between. One of `hold` and `dt_out` is an
+        integer multiple of the other. Unless given: the law's own period, or else a continuous loop.
+    delay : int
+        Samples of the law between computing an input and applying it; zero input before. A law with a parameter of
+        that name is designed for it.
+    seed, run : int
+        Of the measurement noise: run 1234 of a batch with this seed has the noise of run 1234 alone.
+    real : {"double", "float"}
+        What a sampled law computes with; float needs the C backend.
+    method : {"dop853", "dopri5", "rock4", "rk4"}
+        Integration method, adaptive but for rk4.
+    rtol, atol : float
+        Tolerances of the adaptive methods.
+    step : float, optional
+        Largest step of rk4, s; the sampling step unless given.
+    max_steps : int
+        Trial steps between two samples after which the run ends.
+    backend : {"c", "python"}, optional
+        As for `load`; a loaded model has its own.
+    progress : callable, optional
+        Called now and then with the time reached and the end time.
+    law : callable, optional
+        Evaluates a sampled law elsewhere, such as on a board: (x, r, v, z) -> (u, z_next) as the generated function,
+        with the state as measured and the input v applied over the last period. Needs the C backend.
+    origin : str
+        How error messages call these arguments.
+    **options : float or str
+        Further parameters by name, as in `disturbance=0.001`, and choices of the model, as in `plant="reduced"`.
+
+    Returns
+    -------
+    Run
+        Also when the run ends early; see its status.
+
+    Raises
+    ------
+    InputError
+        For anything unknown, out of bounds or infeasible; the message says where the value came from.
+    """
+    loaded = model if isinstance(model, Model) else load(model, backend)
+    if backend not in (None, loaded.backend):
+        raise bad_value("backend", backend, f"{loaded.backend!r}, as the model was loaded", origin)
+    controlled, case = loaded.manifest.controller(controller), loaded.manifest.scenario(scenario)
+    started = time.perf_counter()
+    loaded.evaluator.prepare()
+    compile_seconds = time.perf_counter() - started
+
+    choices = {name: options.pop(name) for name in loaded.manifest.choices if name in options}
+    suffix = variant_suffix(loaded.manifest, choices, origin)
+    values = _merged(parameters or {}, options, origin)
+    if any(q.name == "delay" for q in controlled.parameters):
+        values.setdefault("delay", delay)
+    known = (*OPTIONS, *loaded.manifest.choices)
+    resolved = resolve(loaded.manifest, loaded.functions, controlled, case, values, origin, known)
+    for text in advice(loaded.functions, controlled, resolved):
+        warnings.warn(text, stacklevel=2)
+    x0 = _start(loaded, case, resolved, initial or {}, origin)
+    asked = Asked(t_end, dt_out, hold, delay, seed, run, real, method, rtol, atol, step, max_steps)
+    problem = pose(loaded, controlled, case, resolved, x0, asked, suffix, progress, origin)
+    if law is not None:
+        problem = _elsewhere(problem, law, origin)
+    started = time.perf_counter()
+    trajectory = _integrate(problem)
+    run_seconds = time.perf_counter() - started
+    return Run(
+        manifest=loaded.manifest,
+        controller=controlled,
+        scenario=case,
+        backend=loaded.backend,
+        t=trajectory.t,
+        x=trajectory.x,
+        u=trajectory.u,
+        u_cmd=trajectory.u_cmd,
+        y=trajectory.y,
+        z=trajectory.z,
+        w=_reports(problem, resolved, trajectory),
+        status=trajectory.status,
+        reason=_reason(problem, resolved, trajectory),
+        t_stop=trajectory.t_stop,
+        hold=problem.hold,
+        parameters=resolved,
+        options=_effective(problem),
+        statistics=trajectory.statistics,
+        compile_seconds=compile_seconds,
+        run_seconds=run_seconds,
+    )
+
+
+def _reports(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> FloatArray:
+    """Return what the law reports at each sample."""
+    model, law = problem.model, problem.controller
+    if not law.outputs:
+        return np.empty((len(trajectory.t), 0))
+    r = model.functions["reference"](trajectory.t, resolved.p, resolved.s)
+    return np.asarray(
+        model.functions[f"{identifier(law.name)}_outputs"](trajectory.x, r, resolved.p, resolved.c), dtype=np.float64
+    )
+
+
+def _integrate(problem: Problem) -> Trajectory:
+    evaluator = problem.model.evaluator
+    if isinstance(evaluator, CBackend):
+        return compiled.run(problem, evaluator)
+    return interpreted.run(problem, evaluator)
+
+
+def _elsewhere(problem: Problem, law: Law, origin: str) -> Problem:
+    if problem.hold is None or problem.model.backend != "c":
+        raise bad_value("law", "a callable", "left out unless a sampled law runs on the C backend", origin)
+    return replace(problem, law=law)
+
+
+def _merged(parameters: Mapping[str, object], options: Mapping[str, object], origin: str) -> dict[str, object]:
+    twice = [name for name in options if name in parameters]
+    if twice:
+        raise InputError(f"{twice[0]} is given twice (from {origin}): in `parameters` and as an option")
+    return {**parameters, **options}
+
+
+def _start(
+    model: Model, scenario: Scenario, resolved: Resolved, initial: Mapping[str, object], origin: str
+) -> FloatArray:
+    """Return the initial state, which must be finite and within the limits."""
+    given = named_values(model.state_names, f"state of {model.name} in initial", initial, origin)
+    x0 = np.array(model.functions["initial"](resolved.p, resolved.s))
+    for name, value in given.items():
+        x0[model.state_names.index(name)] = value
+    for name, value in zip(model.state_names, x0, strict=True):
+        if not math.isfinite(value):
+            place = f"scenario {scenario.name}"
+            raise bad_value(f"initial state {name}", float(value), "a finite number", place)
+    if not model.manifest.limits:
+        return x0
+    margins = model.functions["limits"](x0, np.zeros(len(model.input_names)), resolved.p)
+    for message, margin in zip(model.manifest.limits, margins, strict=True):
+        if not margin > 0:
+            place = f"{origin}, initial" if given else f"scenario {scenario.name}"
+            text = say(message, {**resolved.values, **dict(zip(model.state_names, x0, strict=True))})
+            raise InputError(f"the initial state (from {place}) is outside the limits: {text}")
+    return x0
+
+
+def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str:
+    """Say in words how a run ended."""
+    model, at = problem.model, f"at t = {trajectory.t_stop:.6g} s"
+    if trajectory.status is Status.DONE:
+        return "end time reached"
+    if trajectory.status is Status.LIMIT:
+        last = dict(zip(model.state_names, trajectory.x_stop, strict=True))
+        message = model.manifest.limits[trajectory.violated]
+        return f"{say(message, {**resolved.values, **last})} ({at})"
+    if trajectory.status is Status.NOT_FINITE:
+        broken = np.flatnonzero(~np.isfinite(trajectory.u_cmd[-1]))
+        name = model.input_names[broken[0]] if broken.size else ""
+        what = f"the input {name} of {problem.controller.name}" if name else "the state derivative"
+        return f"{what} is not finite {at}"
+    if trajectory.status is Status.STEP_UNDERFLOW:
+        return f"the tolerance needs a step below the resolution of time {at}"
+    return f"more than {problem.max_steps} steps from one sample to the next {at}"
+
+
+def _effective(problem: Problem) -> dict[str, float | str]:
+    options: dict[str, float | str] = {"t_end": float(problem.t[-1]), "dt_out": problem.dt}
+    if problem.hold is not None:
+        options |= {"hold": problem.hold, "delay": problem.delay}
+    options |= {"method": problem.method}
+    if problem.method == "rk4":
+        return options | {"step": problem.step}
+    return options | {"rtol": problem.rtol, "atol": problem.atol}

@@ -1,0 +1,304 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar batch`, `mehvar stats` and `mehvar simulate --from` as a user meets them."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray
+
+import mehvar
+from mehvar.__main__ import main
+from mehvar.runtime.batch.store import open_store
+
+BATCH = ("batch", "triangle", "--controller", "path", "--seed", "3", "--t-end", "0.5")
+VARY = ("--vary", "l1_0=normal(0.2, 0.01)", "--vary", "theta=uniform(0.8, 1.2)")
+KILL_TEST = Path(__file__).parents[3] / "benchmarks" / "kill_test.py"
+
+
+def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "mehvar", *arguments], capture_output=True, text=True, cwd=cwd, timeout=120
+    )
+
+
+def refused(*arguments: str, cwd: Path) -> str:
+    done = run(*arguments, cwd=cwd)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    return done.stderr
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a finished batch."""
+    place = tmp_path_factory.mktemp("batch")
+    done = run(*BATCH, "-n", "40", *VARY, "--vary", "R=uniform(0.6, 0.72)", "--save", "every=0.1", "--out", "runs.zarr",
+               "--success", "final(rho) < 0.25", cwd=place)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == "", "quiet when not a terminal"
+    (place / "printed.txt").write_text(done.stdout)
+    return place
+
+
+def test_statistics_stand_at_the_end_and_come_again(folder: Path) -> None:
+    printed = (folder / "printed.txt").read_text()
+    again = run("stats", "runs.zarr", cwd=folder)
+    assert again.returncode == 0
+    assert again.stdout in printed
+    with xarray.open_zarr(folder / "runs.zarr") as plain:
+        impossible = int((plain.status == 5).sum())
+        good = int(((plain.status == 0) & (plain.final.sel(state="rho") < 0.25)).sum())
+        worst = int(np.nanargmax(plain.travel.values))
+        assert 0 < impossible < 40
+    assert f"done {40 - impossible}  impossible {impossible}" in again.stdout
+    assert f"success (final(rho) < 0.25): {good} of 40" in again.stdout
+    assert f"(run {worst})" in next(line for line in again.stdout.splitlines() if line.startswith("travel"))
+    assert "R = 0.7" in again.stdout
+    assert "must be in (0, 0.707106781187)" in again.stdout
+
+
+def test_another_condition_and_a_picture(folder: Path) -> None:
+    drawn = ("--plot", "bands.png", "--of", "theta", "--of", "travel")
+    done = run("stats", "runs.zarr", "--success", "max_rho < 1", *drawn, cwd=folder)
+    assert "success (max_rho < 1): " in done.stdout
+    assert (folder / "bands.png").read_bytes().startswith(b"\x89PNG")
+    assert "unknown series or metric" in refused("stats", "runs.zarr", "--plot", "x.png", "--of", "thta", cwd=folder)
+
+
+def test_a_run_comes_again_bit_for_bit_with_full_logging(folder: Path) -> None:
+    with xarray.open_zarr(folder / "runs.zarr") as plain:
+        possible = int(np.flatnonzero(plain.status.values == 0)[3])
+        impossible = int(np.flatnonzero(plain.status.values == 5)[0])
+        final = plain.final[possible].values
+    done = run("simulate", "--from", "runs.zarr", "--run", str(possible), "--out", "run.nc", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "the same as in the store, bit for bit" in done.stdout
+    repeated = mehvar.open_result(folder / "run.nc")
+    assert repeated.sizes["t"] == 51
+    assert [float(repeated[name][-1]) for name in ("rho", "phi", "mu", "theta")] == final.tolist()
+    message = refused("simulate", "--from", "runs.zarr", "--run", str(impossible), cwd=folder)
+    assert f"(from run {impossible}): must be in" in message
+    assert "run = 40: must be a whole number from 0 to 39" in refused(
+        "simulate", "--from", "runs.zarr", "--run", "40", cwd=folder
+    )
+    assert "come together" in refused("simulate", "--from", "runs.zarr", cwd=folder)
+    assert "come together" in refused("simulate", "triangle", "--run", "3", cwd=folder)
+
+
+def test_file_command_line_and_python_give_the_same_bytes(tmp_path: Path) -> None:
+    text = """
+        model = "triangle"
+        controller = "path"
+        n = 12
+        seed = 3
+        t_end = 0.5
+        sampling = "latin"
+        out = "file.zarr"
+        save = { every = 0.1 }
+        [set]
+        disturbance = 0.001
+        [vary]
+        l1_0 = "normal(0.2, 0.01)"
+        theta = "uniform(0.8, 1.2)"
+    """
+    (tmp_path / "campaign.toml").write_text(text, encoding="utf-8-sig", newline="\r\n")
+    done = run("batch", "campaign.toml", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    arguments = ("-n", "12", "--sampling", "latin", "--save", "every=0.1", "--set", "disturbance=0.001")
+    done = run(*BATCH, *VARY, *arguments, "--out", "line.zarr", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    ds = mehvar.batch(
+        "triangle",
+        controller="path",
+        n=12,
+        seed=3,
+        sampling="latin",
+        save=0.1,
+        t_end=0.5,
+        disturbance=0.001,
+        vary={"theta": "uniform(0.8, 1.2)", "l1_0": "normal(0.2, 0.01)"},
+        out=tmp_path / "python.zarr",
+    )
+    assert dict(ds.sizes) == {"run": 12, "state": 4, "variable": 18, "t": 6}
+    again = mehvar.batch(tmp_path / "campaign.toml", out=tmp_path / "again.zarr")
+    assert again.l1_0.identical(ds.l1_0)
+    wanted = contents(tmp_path / "file.zarr")
+    for name in ("line.zarr", "python.zarr", "again.zarr"):
+        assert contents(tmp_path / name) == wanted, name
+
+
+def test_a_batch_in_memory() -> None:
+    ds = mehvar.batch("triangle", "path", n=5, vary={"theta": "normal(1, 0.1)"}, t_end=0.1)
+    assert dict(ds.sizes) == {"run": 5, "state": 4, "variable": 18}
+    assert ds.initial_theta.attrs["units"] == "rad"
+    assert next(iter(ds.data_vars)) == "initial_theta"
+    with pytest.raises(mehvar.InputError, match="needs controller and n"):
+        mehvar.batch("triangle")
+
+
+@pytest.mark.parametrize(
+    ("toml", "message"),
+    [
+        ("n = 0", "campaign.toml: n = 0: .*greater than or equal to 1"),
+        ("n = 5\nnn = 3", "campaign.toml: nn is not known; known: model, controller, n"),
+        ("n = 5\nsampling = 'halton'", "campaign.toml: sampling = 'halton'.*'latin'"),
+        ("n = 5\nsave = { evry = 1 }", "campaign.toml: save.e"),
+        ("n = 5\n[vary]\nR = 3", "campaign.toml: vary.R = 3"),
+        ("n = = 5", "campaign.toml is not TOML"),
+        ("", "campaign.toml: n is missing"),
+        ("n = 5\n[set]\nseed = 4", "seed = 4.*given with --seed"),
+    ],
+)
+def test_a_campaign_file_with_a_mistake_is_refused(tmp_path: Path, toml: str, message: str) -> None:
+    (tmp_path / "campaign.toml").write_text(f"model = 'triangle'\ncontroller = 'path'\n{toml}\n")
+    with pytest.raises(mehvar.InputError, match=message):
+        mehvar.batch(tmp_path / "campaign.toml")
+
+
+ONE = (*BATCH, "-n", "1", "--out", "new.zarr")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((*BATCH, "-n", "0", "--out", "new.zarr"), "n = 0 (from -n): must be a whole number >= 1"),
+        (BATCH[:-2], "a batch needs -n N"),
+        (("batch", "triangle", "-n", "1"), "a batch needs --controller C"),
+        ((*BATCH, "-n", "1"), "a batch needs a store: --out STORE.zarr"),
+        ((*ONE, "--vary", "R"), "--vary = 'R': must be NAME=DIST(...)"),
+        ((*ONE, "--vary", "R=normal(0.9, 0.01)"), "must be in (0, 0.707106781187)"),
+        ((*ONE, "--vary", "R=nrmal(1, 2)"), "unknown distribution of R 'nrmal'"),
+        ((*ONE, "--vary", "R=choice(1)", "--vary", "R=choice(2)"), "--vary R is given twice"),
+        ((*ONE, "--save", "0.1"), "--save = '0.1': must be every=DT"),
+        ((*ONE, "--until", "soon"), "until = 'soon'"),
+        ((*ONE, "--success", "max_rho"), "success = 'max_rho': must be a condition"),
+        ((*ONE, "--success", "max_roh < 1"), "did you mean max_rho"),
+        ((*ONE, "--sampling", "grid"), "sampling = 'grid'"),
+        ((*ONE, "--set", "backend=python"), "backend = 'python'"),
+        ((*ONE, "--scheduler", "tcp://127.0.0.1:9"), "must be the address of a running dask scheduler"),
+        ((*ONE[:-1], "/no/such/new.zarr"), "the folder /no/such does not exist"),
+        ((*ONE[:-1], "/sys/new.zarr"), "cannot write /sys/new.zarr: "),
+        (("stats", "none.zarr"), "no batch store none.zarr"),
+    ],
+)
+def test_mistakes_are_named_and_leave_nothing_behind(
+    tmp_path: Path,
+    arguments: tuple[str, ...],
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["mehvar", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert message in " ".join(said.split())
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_store_that_cannot_be_written_stops_with_the_way_to_go_on(folder: Path, tmp_path: Path) -> None:
+    """A folder stands where a chunk is to be written: what a full or read-only disk comes to."""
+    arguments = (*BATCH, *VARY, "-n", "5000", "--out", str(tmp_path / "runs.zarr"))
+    assert run(*arguments, cwd=tmp_path).returncode == 0
+    whole = contents(tmp_path / "runs.zarr")
+    second = tmp_path / "runs.zarr" / "final" / "c" / "1"
+    (tmp_path / "runs.zarr" / "status" / "c" / "1").unlink()
+    for file in second.iterdir():
+        file.unlink()
+    (second / "0").mkdir()
+    done = run(*arguments, "--resume", cwd=tmp_path)
+    assert done.returncode == 3, done.stderr
+    assert "runs.zarr: Is a directory" in done.stderr
+    assert "4096 of 5000 runs are stored; go on with:" in done.stderr
+    assert "--resume" in done.stderr
+    (second / "0").rmdir()
+    assert run(*arguments, "--resume", cwd=tmp_path).returncode == 0
+    assert contents(tmp_path / "runs.zarr") == whole
+
+
+def test_an_interrupt_stops_cleanly_and_says_how_to_go_on(tmp_path: Path) -> None:
+    """Between two blocks and in the middle of one."""
+    arguments = ["batch", "triangle", "--controller", "path", "-n", "100000", "--out", "runs.zarr", "--threads", "1"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mehvar", *arguments],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored where the tests are a background job
+    )
+    wait_until(lambda: (tmp_path / "runs.zarr" / "status" / "c").is_dir())
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in said
+    stored = sum(map(len, map(open_store(tmp_path / "runs.zarr").runs, open_store(tmp_path / "runs.zarr").stored())))
+    assert f"interrupted {stored} of 100000 runs are stored; go on with:" in " ".join(said.split())
+    assert f"mehvar {' '.join(arguments)} --resume" in " ".join(said.split())
+
+
+def wait_until(condition: Any) -> None:
+    end = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_progress_is_shown_on_a_terminal(tmp_path: Path) -> None:
+    import pty
+
+    master, slave = pty.openpty()
+    command = [sys.executable, "-m", "mehvar", *BATCH, *VARY, "-n", "1200", "--out", "runs.zarr"]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=slave, stdout=subprocess.DEVNULL,
+                               env={**os.environ, "TERM": "xterm", "COLUMNS": "150"})  # fmt: skip
+    os.close(slave)
+    shown = b""
+    try:
+        while piece := os.read(master, 4096):
+            shown += piece
+    except OSError:
+        pass
+    assert process.wait(60) == 0
+    text = shown.decode()
+    assert "1200/1200 runs" in text
+    assert "0 not done" in text
+    assert "left" in text
+
+
+def test_a_killed_batch_goes_on_with_the_same_bytes(tmp_path: Path) -> None:
+    """The benchmark `kill_test.py`, made small."""
+    spec = importlib.util.spec_from_file_location("kill_test", KILL_TEST)
+    assert spec is not None
+    assert spec.loader is not None
+    kill_test = importlib.util.module_from_spec(spec)
+    sys.modules["kill_test"] = kill_test
+    spec.loader.exec_module(kill_test)
+    tally = kill_test.torment(tmp_path, 5, 2_000, random.Random(1))
+    assert sum(tally.kills.values()) == 5
+
+
+def test_the_manifest_of_a_store_says_how_it_came_about(folder: Path) -> None:
+    said = open_store(folder / "runs.zarr").attributes
+    assert said["model_hash"] == mehvar.load("triangle").manifest.hash
+    campaign = json.loads(said["campaign"])
+    assert campaign["seed"] == 3
+    assert campaign["vary"]["l1_0"] == "normal(0.2, 0.01)"
+    assert {"mehvar", "numpy", "zarr"} <= json.loads(said["versions"]).keys()
+    assert "-ffp-contract=off" in said["flags"]

@@ -1,0 +1,390 @@
+# SPDX-License-Identifier: Apache-2.0
+import base64
+import json
+import os
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from mehvar.cli import reproduce as module
+from mehvar.cli.reproduce import reproduce
+from mehvar.errors import InputError
+from mehvar.papers.study import Check, Claim, Runs, Verdict, load_paper, paper_models
+from mehvar.pictures.plots import encoded, style
+from mehvar.report import content
+from mehvar.report.page import typeset
+from mehvar.runtime.model.model import load
+from tests.mehvar.browser import chromium, eventually, prefer, requests, show
+
+VOID = {"meta", "link", "img", "br", "hr", "input", "col"}
+
+
+class Page(HTMLParser):
+    """Collects text, links and images, and fails on elements that are not nested."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.sources, self.links, self.elements, self.ids = [], [], [], set(), []
+        self.text = ""
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.elements.add(tag)
+        if tag not in VOID:
+            self.open.append(tag)
+        if "src" in found:
+            self.sources.append(found["src"])
+        if "href" in found:
+            self.links.append(found["href"])
+        if "id" in found:
+            self.ids.append(found["id"])
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+
+
+def read(out):
+    return Page((out / "index.html").read_text(encoding="utf-8"))
+
+
+def small(monkeypatch):
+    """Make the batches small: everything else is as the command does it."""
+    for name in paper_models():
+        paper = load_paper(name)
+        monkeypatch.setattr(paper, "STUDY", replace(paper.STUDY, runs=64))
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    out = tmp_path_factory.mktemp("reproduce") / "new" / "گزارش of today"
+    steps = []
+    with pytest.MonkeyPatch.context() as patch:
+        small(patch)
+        holds = reproduce(out, lambda done, total, what="": steps.append((done, total, what)))
+    html = (out / "index.html").read_text(encoding="utf-8")
+    return SimpleNamespace(out=out, holds=holds, steps=steps, html=html, page=Page(html))
+
+
+def test_every_claim_holds_and_progress_reaches_the_end(report):
+    assert report.holds is True
+    done = [step for step, *_ in report.steps]
+    assert done == sorted(done)
+    assert report.steps[-1][0] == report.steps[-1][1] == len(paper_models())
+    said = " ".join(what for *_, what in report.steps)
+    assert all(f"{name}: claims" in said for name in paper_models())
+    assert "64 runs" in said
+
+
+def test_page_needs_nothing_else(report):
+    page = report.page
+    assert not page.elements & {"iframe", "object"}
+    assert all(source.startswith("data:image/png;base64,") for source in page.sources)
+    inside = [link for link in page.links if link != "data:,"]
+    assert all(link.startswith("#") and link[1:] in page.ids for link in inside)
+    assert "default-src 'none'" in report.html
+    assert len(set(page.ids)) == len(page.ids)
+    assert "prefers-color-scheme: dark" in report.html
+    assert len(report.html) < 10e6
+
+
+def test_figures_on_the_page_are_the_files_beside_it(report):
+    files = sorted((report.out / "figures").iterdir())
+    wanted = [f"{m}-{figure.number:02d}.png" for m in paper_models() for figure in load_paper(m).figures()]
+    assert [file.name for file in files] == sorted(wanted)
+    embedded = {base64.b64decode(source.split(",")[1]) for source in report.page.sources}
+    assert {file.read_bytes() for file in files} <= embedded
+    assert all(data.startswith(b"\x89PNG") for data in embedded)
+
+
+def test_every_series_over_time_and_every_animation_is_in_the_data(report):
+    data = json.loads(re.search(r'id="data">(.*?)</script>', report.html, re.S)[1])
+    assert set(data["scenes"]) == set(paper_models())
+    for name in ("slosh-figure-7", "satellite-figure-4", "triangle-figure-9", "slosh-bands", "satellite-inputs"):
+        assert data["charts"][name]["panels"]
+    for scene in data["scenes"].values():
+        columns = [set(run["columns"]) for run in scene["runs"].values()]
+        assert all(found == columns[0] for found in columns)
+        assert {line["column"] for panel in scene["panels"] for line in panel["lines"]} <= columns[0]
+
+
+def test_batch_board_versions_and_times_are_said(report):
+    text = report.page.text
+    assert text.count("95 % interval") == len(paper_models())
+    assert "Every input, memory number and state has the bits" in text
+    for part in ("numpy", "casadi", "made", "closed loops beside the batches", "MIT License"):
+        assert part in text
+
+
+def test_page_shows_all_claims_captions_and_the_model(report):
+    paper, text = load_paper("triangle"), report.page.text
+    words = " ".join(text.split())
+    claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
+    ours = [c["number"] for c in claims if c["model"] == "triangle"]
+    assert ours == [*map(str, range(1, 10)), "T1", "T2", "T3", "T4", "T5"]
+    assert set(claims[0]) == {"model", "number", "text", "expected", "measured", "verdict", "note"}
+    for claim in claims:
+        assert f"{claim['model']}-claim-{claim['number']}" in report.page.ids
+        assert typeset(claim["text"]).striptags() in words
+        assert typeset(claim["note"]).striptags() in words
+    for verdict in ("holds", "holds with a note"):
+        assert verdict in text
+    assert paper.CITATION in text
+    assert all(typeset(figure.caption).striptags() in words for figure in paper.figures())
+    assert load("triangle").manifest.hash in text
+    assert "does not settle" in text
+
+
+def test_every_claim_stands_beside_a_figure_or_among_those_without(report):
+    claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
+    for name in paper_models():
+        numbers = {claim["number"] for claim in claims if claim["model"] == name}
+        named = [number for figure in load_paper(name).figures() for number in figure.claims]
+        assert set(named) <= numbers
+        assert {f"{name}-claim-{number}" for number in numbers} <= set(report.page.ids)
+
+
+def test_page_names_no_folder_of_this_machine(report):
+    for folder in (report.out, Path(module.__file__).parent, Path.home()):
+        assert str(folder) not in report.html
+
+
+@pytest.mark.parametrize("number", [2, 6, 10])
+def test_drawing_again_gives_the_same_bytes(report, number):
+    runs = Runs(load("triangle"))
+    with style():
+        again = encoded(load_paper("triangle").figures()[number - 1].draw(runs), ".png")
+    assert again == (report.out / "figures" / f"triangle-{number:02d}.png").read_bytes()
+
+
+def _only_claims(monkeypatch, claims):
+    """Replace what every paper claims, and leave out what takes time."""
+    study = load_paper("triangle").STUDY
+    scene = SimpleNamespace(title="", caption="", runs={}, constants={}, panels=(), speeds=(1.0,))
+    paper = SimpleNamespace(
+        CITATION="A & B", READINGS=(), STUDY=study, BOARD=None, figures=list, claims=claims, scene=lambda runs: scene
+    )
+    monkeypatch.setattr(content, "load_paper", lambda name: paper)
+    monkeypatch.setattr(content, "run_study", lambda *given: None)
+
+
+def test_a_claim_that_does_not_hold_is_shown_and_returned(tmp_path, monkeypatch):
+    failing = Claim("1", "masses are <b>heavy</b>", (Check("m", "1e-3 kg", "-2 kg", False),), "they are light")
+    _only_claims(monkeypatch, lambda runs: [failing])
+    assert reproduce(tmp_path) is False
+    page = read(tmp_path)
+    assert "b" not in page.elements
+    assert "masses are <b>heavy</b>" in page.text
+    for part in ("does not hold", "they are light", "1×10⁻³ kg", "−2 kg", "do not hold"):
+        assert part in page.text
+    first = json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))[0]
+    assert (first["verdict"], first["note"]) == ("does not hold", "they are light")
+
+
+def test_a_documented_refutation_does_not_fail_but_its_opposite_does():
+    check = Check("m", "1 kg", "2 kg", False)
+    assert Claim("1", "", (check,), "", refuted=True).verdict is Verdict.REFUTED
+    assert Claim("1", "", (check,)).verdict is Verdict.FAILS
+    assert Claim("1", "", (replace(check, holds=True),), "", refuted=True).verdict is Verdict.FAILS
+
+
+def test_an_old_report_stays_when_a_new_one_fails(tmp_path, monkeypatch):
+    def broken(runs):
+        raise RuntimeError("no claims today")
+
+    (tmp_path / "index.html").write_text("old")
+    _only_claims(monkeypatch, broken)
+    with pytest.raises(RuntimeError, match="no claims today"):
+        reproduce(tmp_path)
+    assert (tmp_path / "index.html").read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["index.html"]
+
+
+def test_refuses_an_output_folder_that_is_a_file(tmp_path):
+    (tmp_path / "report").write_text("")
+    with pytest.raises(InputError, match=r"report.*must be a folder"):
+        reproduce(tmp_path / "report")
+
+
+def test_refuses_a_folder_that_may_not_be_written_before_it_computes(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path) != tmp_path)
+    with pytest.raises(InputError, match=f"you may not write into {re.escape(str(tmp_path))}"):
+        reproduce(tmp_path / "a" / "b")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_matplotlib_it_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name, *more: None)
+    with pytest.raises(InputError, match=r'pip install "mehvar\[plot\]"'):
+        reproduce(tmp_path / "report")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupt_leaves_nothing_behind(tmp_path):
+    def interrupted(done, total, what=""):
+        if "figure" in what:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        reproduce(tmp_path / "report", interrupted)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture(scope="module")
+def browser(report, tmp_path_factory):
+    with chromium(tmp_path_factory.mktemp("browser")) as found:
+        yield found
+
+
+@pytest.fixture
+def open_page(browser, report):
+    def opened(**preferences):
+        prefer(browser, **{"prefers_color_scheme": "light", "prefers_reduced_motion": "no-preference", **preferences})
+        browser.get_log("browser")
+        requests(browser)
+        browser.get((report.out / "index.html").as_uri())
+        return browser
+
+    return opened
+
+
+def test_the_page_loads_without_errors_and_asks_the_network_for_nothing(open_page, report):
+    browser = open_page()
+    eventually(browser, "document.documentElement.dataset.ready === 'yes'")
+    for name in paper_models():
+        show(browser, f"[data-scene={name}]")
+        eventually(browser, "document.querySelectorAll(`[data-scene=${arguments[0]}] .uplot`).length === 3", name)
+    assert browser.execute_script(
+        "return [...document.images].every((image) => !image.complete || image.naturalWidth > 0)"
+    )
+    assert requests(browser) == [(report.out / "index.html").as_uri()]
+    assert [entry["message"] for entry in browser.get_log("browser")] == []
+
+
+@pytest.mark.parametrize("name", paper_models())
+def test_an_animation_plays_pauses_and_scrubs_with_mouse_and_keys(open_page, name):
+    from selenium.webdriver.common.keys import Keys
+
+    browser = open_page()
+    show(browser, f"[data-scene={name}]")
+    part = {p: browser.find_element("css selector", f"[data-scene={name}] [data-part={p}]") for p in ("canvas", "play")}
+    time_now = f"Report.players.{name}.time"
+    eventually(browser, f"{time_now} > 0")
+    part["play"].click()
+    stopped = browser.execute_script(f"return {time_now}")
+    pixels = f"Report.players.{name}.canvas.toDataURL()"
+    before = browser.execute_script(f"return {pixels}")
+    assert part["play"].get_attribute("aria-label") == "Play"
+    part["canvas"].send_keys(Keys.ARROW_RIGHT)
+    moved = browser.execute_script(f"return {time_now}")
+    assert moved > stopped
+    assert browser.execute_script(f"return {pixels}") != before
+    scrub = f"document.querySelector('[data-scene={name}] [data-part=scrub]')"
+    browser.execute_script(f"{scrub}.value = 12.5; {scrub}.dispatchEvent(new Event('input'))")
+    assert browser.execute_script(f"return {time_now}") == 12.5
+    part["canvas"].send_keys(Keys.SPACE)
+    eventually(browser, f"{time_now} > 12.5")
+
+
+def test_the_animation_shows_both_laws_and_turns(open_page):
+    from selenium.webdriver.common.keys import Keys
+    from selenium.webdriver.support.select import Select
+
+    browser = open_page(prefers_reduced_motion="reduce")
+    show(browser, "[data-scene=slosh]")
+    stage = browser.find_element("css selector", "[data-scene=slosh]")
+    canvas = stage.find_element("css selector", "[data-part=canvas]")
+    eventually(browser, "document.querySelectorAll('[data-scene=slosh] .uplot').length === 3")
+    frames = {browser.execute_script("return Report.players.slosh.canvas.toDataURL()")}
+    browser.execute_script("Report.players.slosh.go(5)")
+    for part, choice in (("run", "V2, full model"), ("compare", "V1, full model")):
+        Select(stage.find_element("css selector", f"[data-part={part}]")).select_by_visible_text(choice)
+        frames.add(browser.execute_script("return Report.players.slosh.canvas.toDataURL()"))
+    canvas.send_keys(Keys.SHIFT, Keys.ARROW_UP)
+    frames.add(browser.execute_script("return Report.players.slosh.canvas.toDataURL()"))
+    assert len(frames) == 4
+    assert "beside" in stage.find_element("css selector", ".u-legend").text
+
+
+def test_reduced_motion_waits_for_the_reader(open_page):
+    browser = open_page(prefers_reduced_motion="reduce")
+    show(browser, "[data-scene=triangle]")
+    eventually(browser, "document.querySelectorAll('[data-scene=triangle] .uplot').length === 3")
+    assert browser.execute_script("return [Report.players.triangle.playing, Report.players.triangle.time]") == [
+        False,
+        0,
+    ]
+
+
+def test_charts_show_values_zoom_and_hide_laws(open_page):
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    browser = open_page()
+    show(browser, "#slosh-figure-7")
+    eventually(browser, "document.querySelectorAll('#slosh-figure-7 .uplot').length === 4")
+    figure = browser.find_element("css selector", "#slosh-figure-7")
+    over, *_ = figure.find_elements("css selector", ".u-over")
+    ActionChains(browser).move_to_element(over).perform()
+    value = figure.find_elements("css selector", ".u-legend .u-series")[1].text
+    assert re.search(r"V1\s*−?\d", value)
+    before = figure.find_element("css selector", ".uplot canvas").screenshot_as_base64
+    ActionChains(browser).move_to_element(over).click_and_hold().move_by_offset(60, 0).release().perform()
+    assert figure.find_element("css selector", ".uplot canvas").screenshot_as_base64 != before
+    chip = next(b for b in figure.find_elements("css selector", ".chip") if b.text == "V2")
+    chip.click()
+    assert chip.get_attribute("aria-pressed") == "false"
+    hidden = figure.find_elements("css selector", ".u-legend .u-series.u-off .u-label")
+    assert [name.text for name in hidden] == ["V2", "V2"]
+
+
+def test_static_pictures_can_be_had_and_claims_filtered(open_page):
+    from selenium.webdriver.support.select import Select
+
+    browser = open_page()
+    figure = browser.find_element("css selector", "#slosh-figure-7")
+    swap = figure.find_element("css selector", "[data-part=swap]")
+    browser.execute_script("arguments[0].scrollIntoView({behavior: 'instant', block: 'center'})", swap)
+    swap.click()
+    assert figure.find_element("css selector", ".picture").is_displayed()
+    rows = "[...document.querySelectorAll('tr[data-paper]')].filter((row) => !row.hidden).length"
+    everything = browser.execute_script(f"return {rows}")
+    Select(browser.find_element("css selector", "[data-filter=paper]")).select_by_visible_text("slosh")
+    assert 0 < browser.execute_script(f"return {rows}") < everything
+    assert browser.find_element("id", "shown").text == f"{browser.execute_script(f'return {rows}')} claims"
+
+
+def test_a_narrow_window_needs_no_sideways_scrolling_and_dark_is_dark(open_page):
+    browser = open_page(prefers_color_scheme="dark")
+    metrics = {"width": 400, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    try:
+        assert eventually(browser, "document.documentElement.scrollWidth") <= 400
+        assert browser.execute_script("return getComputedStyle(document.body).backgroundColor") == "rgb(19, 22, 26)"
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_paper_and_browsers_without_scripts_get_the_pictures(open_page, report):
+    def shown(browser):
+        picture, stage = "#slosh-figure-7 .picture", "[data-scene=slosh]"
+        return [browser.find_element("css selector", selector).is_displayed() for selector in (picture, stage)]
+
+    browser = open_page()
+    assert shown(browser) == [False, True]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert shown(browser) == [True, False]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+    try:
+        browser.get((report.out / "index.html").as_uri())
+        assert shown(browser) == [True, False]
+    finally:
+        browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})

@@ -1,0 +1,386 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar diff` as a user meets it: in a real git repository, with a small model that is really derived."""
+
+import contextlib
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import mehvar
+from mehvar.cli.app import app
+from mehvar.errors import InputError
+
+ROOT = Path(__file__).parents[3]
+CART = Path(__file__).parents[1] / "cart"
+
+
+class Project:
+    """A tree with models/ and generated/ in a git repository."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.source = root / "models" / "cart" / "__init__.py"
+
+    def diff(self, *arguments: str) -> tuple[int, str]:
+        """Call the command in this process; return its exit status and output, or raise what it raises."""
+        with contextlib.chdir(self.root):
+            done = CliRunner().invoke(app, ["diff", *arguments], catch_exceptions=False)
+        return done.exit_code, done.output
+
+    def mehvar(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+        """Call the command as a process."""
+        return subprocess.run(
+            [sys.executable, "-P", "-m", "mehvar", *arguments],
+            capture_output=True,
+            text=True,
+            cwd=self.root,
+            env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+            timeout=120,
+        )
+
+    def git(self, *arguments: str, **environment: str) -> str:
+        identity = ("-c", "user.name=Test", "-c", "user.email=test@example.org")
+        done = subprocess.run(
+            ["git", *identity, *arguments],
+            capture_output=True,
+            text=True,
+            cwd=self.root,
+            env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+            timeout=120,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    def commit(self, message: str) -> None:
+        self.git("add", "--all")
+        self.git("commit", "--quiet", "--message", message)
+
+    def edit(self, old: str, new: str, file: str = "models/cart/__init__.py") -> None:
+        path = self.root / file
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new))
+
+    def generate(self) -> None:
+        done = self.mehvar("generate")
+        assert done.returncode == 0, done.stderr
+
+    def json(self, *arguments: str, status: int) -> dict:
+        """Return the comparison of the cart as JSON."""
+        code, text = self.diff(*arguments, "--format", "json")
+        assert code == status, text
+        (model,) = json.loads(text)["models"]
+        return model
+
+    def refused(self, *arguments: str) -> str:
+        with pytest.raises(InputError) as error:
+            self.diff(*arguments)
+        return str(error.value)
+
+
+@pytest.fixture(scope="module")
+def committed(tmp_path_factory) -> Path:
+    """The cart, generated and committed."""
+    project = Project(tmp_path_factory.mktemp("committed"))
+    (project.root / "models").mkdir()
+    for path in (ROOT / "models").glob("*.py"):
+        shutil.copy(path, project.root / "models")
+    shutil.copytree(CART, project.root / "models" / "cart", ignore=shutil.ignore_patterns("__pycache__", "paper.py"))
+    (project.root / "generated").mkdir()
+    (project.root / ".gitignore").write_text("__pycache__/\n")
+    project.generate()
+    project.git("init", "--quiet", "--initial-branch", "main")
+    project.commit("a cart")
+    return project.root
+
+
+@pytest.fixture
+def project(committed, tmp_path) -> Project:
+    """A copy that a test may change; what is derived is kept in a cache of its own."""
+    shutil.copytree(committed, tmp_path / "tree")
+    return Project(tmp_path / "tree")
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("MEHVAR_CACHE", str(tmp_path / "cache"))
+
+
+def test_nothing_changed(project):
+    status, text = project.diff()
+    assert status == 0
+    assert "cart: physics the SAME" in text
+    assert project.diff("HEAD", "HEAD")[0] == 0
+
+
+def test_a_flipped_sign_is_found_where_it_was_made(project):
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    status = project.git("status", "--porcelain")
+    done = project.mehvar("diff")
+    assert done.returncode == 1, done.stderr
+    assert "cart: physics CHANGED" in done.stdout
+    assert "spring" in done.stdout
+    assert "sign" in done.stdout
+    assert "eigenvalues" in done.stdout
+    assert project.git("status", "--porcelain") == status
+    found = project.json(status=1)
+    (source,) = [equation for equation in found["equations"] if equation["verdict"] == "changed"]
+    assert (source["name"], source["edits"][0]["kind"]) == ("spring", "sign")
+    assert source["replayed"]
+    assert source["counterexample"]["old"] != source["counterexample"]["new"]
+    inherited = {equation["name"] for equation in found["equations"] if equation["verdict"] == "inherited"}
+    assert {"v_dot", "v'"} <= inherited
+
+
+def test_another_form_of_the_same_physics_is_the_same(project):
+    project.edit("(spring + FORCE.symbol) / p.mass", "spring / p.mass + FORCE.symbol / p.mass")
+    found = project.json(status=0)
+    assert not found["differs"]
+    verdicts = {equation["name"]: equation["verdict"] for equation in found["equations"]}
+    assert verdicts["v_dot"] == "rearranged"
+    assert verdicts["spring"] == "same"
+    assert found["consequences"] is None
+
+
+def test_a_parameter_counts_and_its_consequence_is_computed(project):
+    project.edit("default = 8.0", "default = 18.0", "models/cart/parameters.toml")
+    found = project.json(status=1)
+    assert found["status"] == "parameters changed"
+    (change,) = found["parameters"]
+    assert (change["name"], change["what"], float(change["old"]), float(change["new"])) == ("k", "value", 8.0, 18.0)
+    ((old, new),) = found["consequences"]["eigenvalues"]
+    assert complex(*old) == pytest.approx(-0.125 + (4 - 0.125**2) ** 0.5 * 1j)
+    assert complex(*new) == pytest.approx(-0.125 + (9 - 0.125**2) ** 0.5 * 1j)
+    (rate,) = found["consequences"]["rates"]
+    assert rate["name"] == "v"
+    assert rate["unit"] == "m/s^2"
+    assert rate["largest"] == pytest.approx(5 * 0.5, rel=0.02)
+    assert "k  value: " in project.diff()[1]
+
+
+def test_revisions_folders_and_trees_give_the_same_answer(project, tmp_path):
+    folder = tmp_path / "before"
+    shutil.copytree(project.root / "generated" / "cart", folder)
+    project.edit("-p.k * x", "-2 * p.k * x")
+    wanted = project.json(status=1)
+    project.generate()
+    project.commit("a stiffer spring")
+    project.git("tag", "stiff")
+    shutil.copytree(project.root, tmp_path / "copy")
+    for pair in (
+        ("HEAD~1", "HEAD"), ("HEAD~1",), ("main~1", "stiff"), (str(folder), "work"), (str(folder), "generated/cart"),
+        (str(folder), "generated"), (str(folder), "."), (str(folder), str(tmp_path / "copy")), ("HEAD~1", "stiff"),
+    ):  # fmt: skip
+        assert project.json(*pair, status=1) == wanted, pair
+    assert project.json("HEAD", status=0)["status"] == "same"
+
+
+def test_the_folder_that_the_command_is_called_in_does_not_matter(project):
+    project.edit("-p.k * x", "-2 * p.k * x")
+    project.root = project.root / "models" / "cart"
+    assert project.json(status=1)["status"] == "changed"
+
+
+def test_a_tree_may_be_a_folder_of_a_repository(project, tmp_path):
+    outer = Project(tmp_path / "outer")
+    outer.root.mkdir()
+    shutil.move(project.root, outer.root / "inner")
+    shutil.rmtree(outer.root / "inner" / ".git")
+    outer.git("init", "--quiet")
+    outer.commit("all of it")
+    inner = Project(outer.root / "inner")
+    inner.edit("-p.k * x", "-2 * p.k * x")
+    assert inner.json(status=1)["status"] == "changed"
+
+
+def test_a_revision_with_older_equations_is_derived_from_its_models(project):
+    project.edit('"schema": 2', '"schema": 1', "generated/cart/equations.json")
+    project.commit("as an older version wrote it")
+    project.generate()
+    project.edit("-p.k * x", "-2 * p.k * x")
+    assert project.json(status=1)["status"] == "changed"
+    project.edit("-2 * p.k * x", "p.nonsense * x")
+    project.edit('"schema": 2', '"schema": 1', "generated/cart/equations.json")
+    project.commit("broken")
+    message = project.refused("HEAD", "HEAD~1")
+    assert "cart cannot be derived by this version of mehvar: " in message
+    assert "nonsense" in message
+
+
+def test_a_new_model_and_a_lost_one(project):
+    shutil.copytree(project.root / "models" / "cart", project.root / "models" / "trolley")
+    project.edit('name="cart"', 'name="trolley"', "models/trolley/__init__.py")
+    status, text = project.diff()
+    assert status == 1
+    assert "cart: physics the SAME" in text
+    assert "trolley: ADDED" in text
+    assert project.diff("--model", "cart")[0] == 0
+    assert "trolley: REMOVED" in project.diff("work", "HEAD")[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("nonsense",), "'nonsense' is not 'work', no folder with equations.json, and no revision"),
+        (("HEAD", "models"), "'models' is not 'work'"),
+        (("--model", "cat"), "unknown model 'cat' (from --model): did you mean cart?"),
+        (("--format", "xml"), "--format = 'xml': must be text or json or html"),
+        (("--paper",), "no published equations"),
+        (("HEAD", "--paper"), "--paper compares what models/ derives now"),
+        (("--out", "missing/page.html"), "the folder missing does not exist"),
+    ],
+)
+def test_a_mistake_is_named(project, arguments, message):
+    assert message in project.refused(*arguments)
+
+
+def test_outside_of_a_repository_folders_can_be_compared(project, tmp_path, monkeypatch):
+    shutil.rmtree(project.root / ".git")
+    monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path))
+    assert "is in no git repository" in project.refused()
+    assert project.json("generated/cart", "work", status=0)["status"] == "same"
+
+
+def test_a_mistake_ends_in_one_line_without_a_traceback(project):
+    done = project.mehvar("diff", "nonsense")
+    assert done.returncode == 2
+    assert done.stderr.startswith("mehvar: 'nonsense' is not 'work'")
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_damaged_equations_are_a_clear_error(project):
+    (project.root / "generated" / "cart" / "equations.json").write_text("{")
+    assert "is damaged" in project.refused("generated/cart", "HEAD")
+
+
+class Tags(HTMLParser):
+    """Refuses tags that are not closed, and remembers what is referred to."""
+
+    VOID = frozenset({"meta", "br", "mspace"})
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.addresses: list[str] = []
+        self.ids: list[str] = []
+        self.feed(text)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in self.VOID:
+            self.open.append(tag)
+        self.addresses += [value for name, value in attributes if name in ("href", "src")]
+        self.ids += [value for name, value in attributes if name == "id"]
+
+    def handle_endtag(self, tag):
+        if tag not in self.VOID:
+            assert self.open.pop() == tag
+
+
+def test_the_page_is_whole_and_needs_no_network(project):
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.edit("default = 8.0", "default = 9.0", "models/cart/parameters.toml")
+    done = project.mehvar("diff", "--out", "page.html")
+    assert done.returncode == 1, done.stderr
+    assert "saved page.html" in done.stdout
+    text = (project.root / "page.html").read_text(encoding="utf-8")
+    tags = Tags(text)
+    assert all(address.startswith("#") for address in tags.addresses)
+    assert "http" not in text.replace("http-equiv", "")
+    assert len(tags.ids) == len(set(tags.ids))
+    card = text[text.index('id="cart-spring"') :]
+    card = card[: card.index("</article>")]
+    marked = [part.split("</math>")[0] for part in card.split('class="term mark">')[1:]]
+    assert len(marked) == 2
+    assert ["".join(ET.fromstring(part + "</math>").itertext()).startswith("−") for part in marked] == [True, False]
+    assert sorted(p.name for p in project.root.iterdir() if p.name.startswith("page")) == ["page.html"]
+
+
+def narrow_words(lines: list[str]) -> list[str]:
+    return [word for line in lines for word in line.split()]
+
+
+def test_python_gets_the_same_comparison(project):
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    with contextlib.chdir(project.root):
+        found = mehvar.diff("cart", old="HEAD", new="work")
+        back = mehvar.diff("cart", old="work", new="HEAD")
+    assert [equation.name for equation in found.changed][:2] == ["spring", "v_dot"]
+    assert (found.added, found.removed, found.equivalent, found.parameters) == ((), (), (), ())
+    assert found.differs
+    assert str(found).startswith("cart: physics CHANGED")
+    assert [equation.name for equation in back.changed] == [equation.name for equation in found.changed]
+
+
+def test_a_terminal_gets_lines_that_fit(project):
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    wide = project.mehvar("diff").stdout
+    narrow = project.mehvar("diff", FORCE_COLOR="1", COLUMNS="50", TERM="xterm").stdout
+    assert "\x1b[" in narrow
+    assert "\x1b[" not in wide
+    visible = re.sub(r"\x1b\[[0-9;]*m", "", narrow).splitlines()
+    assert max(map(len, visible)) <= 50 < max(map(len, wide.splitlines()))
+    assert "".join(narrow_words(visible)) == "".join(narrow_words(wide.splitlines()))
+
+
+def test_git_shows_the_comparison_as_an_external_diff(project):
+    configure(project, "command", "git-diff")
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.generate()
+    shown = project.git("diff", "--", "generated/cart/equations.json")
+    assert "generated/cart/equations.json" in shown
+    assert "spring" in shown
+    assert "sign" in shown
+    project.commit("turned")
+    assert "spring" in project.git("log", "-p", "--ext-diff", "-1", "--", "generated/cart/equations.json")
+    project.git("rm", "--quiet", "generated/cart/equations.json")
+    assert "is gone" in project.git("diff", "--cached", "--", "generated/cart/equations.json")
+
+
+def test_git_shows_equations_line_by_line_through_textconv(project):
+    configure(project, "textconv", "git-textconv")
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.generate()
+    shown = project.git("diff", "-U0", "--", "generated/cart/equations.json")
+    lines = [line for line in shown.splitlines() if line[:1] in "+-" and line[:3] not in ("+++", "---")]
+    assert len(lines) == 2
+    assert sorted(line.split()[-3:] for line in lines) == [["=", "-d", "v"], ["=", "d", "v"]]
+
+
+def configure(project: Project, kind: str, command: str) -> None:
+    """Set up git as the tutorial says, with the mehvar under test."""
+    (project.root / ".gitattributes").write_text("generated/*/equations.json diff=mehvar\n")
+    project.commit("attributes")
+    project.git("config", f"diff.mehvar.{kind}", f"'{sys.executable}' -P -m mehvar {command}")
+
+
+def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
+    shutil.copy(CART / "paper.py", project.root / "models" / "cart")
+    done = project.mehvar("diff", "--paper")
+    assert done.returncode == 1, done.stderr
+    for line in ("cart: 1 hold, 1 differ", "hold  (1)", "differs (2)  acceleration", "The force pushes."):
+        assert line in done.stdout
+    printed, correct = (
+        next(line for line in done.stdout.splitlines() if word in line) for word in ("printed  ", "correct  ")
+    )
+    assert "-F" in printed.replace(" ", "") or "F_s-F" in printed.replace(" ", "")
+    assert printed.split()[1:] != correct.split()[1:]
+    assert "at " in done.stdout
+    shown = json.loads(project.diff("--paper", "--format", "json")[1])
+    assert [entry["verdict"] for entry in shown["papers"][0]["entries"]] == ["holds", "differs"]
+    status, text = project.diff("--paper", "--model", "cart", "--out", "ledger.html")
+    assert status == 1
+    assert "cart: 1 hold, 1 differ" in text
+    page = (project.root / "ledger.html").read_text(encoding="utf-8")
+    assert Tags(page).addresses == ["#cart"]
+    assert page.count("<math") == 3

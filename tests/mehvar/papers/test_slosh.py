@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from mehvar.papers.slosh import rows as table
+from mehvar.papers.study import Runs, Verdict, load_paper
+from mehvar.pictures.plots import picture, save, style
+from mehvar.runtime.model.model import load
+from mehvar.runtime.run.results import to_dataset
+from tests.mehvar.images import numbered_and_told, unlabelled
+
+NOTED = {"6", "7", "9", "10", "12", "R1"}
+REFUTED = {"8", "11", "13"}
+PANELS = {1: 3, 2: 1, 3: 4, 4: 4, 5: 6, 6: 4, 7: 4, 8: 4, 9: 2, 10: 2}
+FIRST, SECOND = table.LAWS
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return Runs(load("slosh"))
+
+
+@pytest.fixture(scope="module")
+def claims(runs):
+    return {claim.number: claim for claim in load_paper("slosh").claims(runs)}
+
+
+def test_paper_says_whose_it_is_and_what_was_read_into_it():
+    paper = load_paper("slosh")
+    assert "Navabi" in paper.CITATION
+    readings = " ".join(paper.READINGS)
+    manifest = load("slosh").manifest
+    every = [*manifest.parameters, *(q for law in manifest.controllers.values() for q in law.parameters)]
+    assumed = {q.name for q in every if q.source.startswith("assumption: ")}
+    assert len(assumed) > 15
+    for name in assumed - {"J_x", "J_y", "J_z", "w2", "w3", "w4", "l2"}:
+        assert name in readings
+
+
+def test_claims_hold_but_for_those_that_are_known_not_to(claims):
+    assert list(claims) == [*map(str, range(1, 14)), *(f"R{k}" for k in range(1, 7))]
+    special = dict.fromkeys(NOTED, Verdict.NOTE) | dict.fromkeys(REFUTED, Verdict.REFUTED)
+    assert {n: c.verdict for n, c in claims.items()} == {n: special.get(n, Verdict.HOLDS) for n in claims}
+    assert {n for n, c in claims.items() if c.note} == NOTED | REFUTED
+
+
+def test_the_order_of_the_azimuths_is_refuted_in_every_loop(claims):
+    assert len(claims["8"].checks) == 4
+    assert not any(check.holds for check in claims["8"].checks)
+
+
+def test_only_the_printed_sign_is_refuted_not_the_derived_one(claims):
+    printed, derived = claims["11"].checks
+    assert (printed.holds, derived.holds) == (False, True)
+
+
+@pytest.mark.parametrize(
+    ("changes", "broken"),
+    [
+        ({"w1": 2e4}, {"1", "R1", "R4"}),
+        ({"w3": 8e4}, {"2", "R3"}),
+        ({"eps1": 1.0}, {"6", "R2", "R4"}),
+        ({"m1": 52.0}, {"R1", "R6"}),
+        ({"r9": 1e-6}, {"6", "R1"}),
+        ({"J_x": 450.0}, {"R2", "R3", "R5"}),
+    ],
+)
+def test_a_changed_model_breaks_claims(changes, broken):
+    class Altered(Runs):
+        def __call__(self, controller, scenario, initial=None, **settings):
+            law = self.model.manifest.controllers[controller].parameters
+            known = {q.name for q in (*self.model.manifest.parameters, *law)}
+            own = {name: value for name, value in changes.items() if name in known}
+            return super().__call__(controller, scenario, initial, **{**own, **settings})
+
+    found = load_paper("slosh").claims(Altered(load("slosh")))
+    assert broken <= {c.number for c in found if c.verdict is Verdict.FAILS}
+
+
+def test_every_column_of_the_table_has_its_run():
+    assert {len(numbers) for numbers in table.EXPECTED.values()} == {len(table.ROWS)} == {6}
+    manifest = load("slosh").manifest
+    assert set(table.EXPECTED) - set(manifest.metrics) == set(table._INPUTS)
+    for k, law in ((2, FIRST), (3, SECOND)):
+        for name, value in manifest.scenarios["paper"].expect[law].items():
+            column = table.EXPECTED[name.removeprefix("max_") if "max_lat" not in name else name][k]
+            in_degrees = manifest.metrics[name].unit == "rad"
+            assert np.degrees(value) == pytest.approx(column, rel=2e-3) if in_degrees else value == column
+
+
+def test_numbers_off_by_more_than_one_percent_are_told():
+    assert table._near([99.1, 200.0], [100.0, 200.0])
+    assert not table._near([98.9, 200.0], [100.0, 200.0])
+    assert not table._near([float("nan"), 200.0], [100.0, 200.0])
+    assert not table._near([float("inf"), 200.0], [100.0, 200.0])
+
+
+def test_delta1_peaks_between_whole_seconds_under_v1_only(runs):
+    first = runs(FIRST, "paper", plant="reduced")
+    at_seconds, peak = (table._largest(first, every)["delta1"] for every in (10, 1))
+    assert peak / at_seconds == pytest.approx(1.0167, abs=5e-4)
+    assert first.t[np.abs(first.variables()["u_delta1"]).argmax()] == pytest.approx(0.8)
+    second = runs(SECOND, "paper", plant="reduced")
+    assert table._largest(second, 1)["delta1"] == pytest.approx(table._largest(second, 10)["delta1"], 1e-4)
+
+
+def test_axial_acceleration_is_that_of_19(runs):
+    assert table.axial(runs(FIRST, "paper")) == pytest.approx(2450 / 1510)
+
+
+def test_figures_are_numbered_and_told():
+    figures = load_paper("slosh").figures()
+    assert numbered_and_told(figures, range(1, 11))
+    assert all("computed anew" in figure.caption for figure in figures[:8])
+    assert "Not in the paper" in figures[-1].caption
+
+
+@pytest.fixture(scope="module")
+def drawn(runs):
+    with style():
+        return {figure.number: figure.draw(runs) for figure in load_paper("slosh").figures()}
+
+
+@pytest.mark.parametrize("number", PANELS)
+def test_axes_of_every_figure_have_labels_with_units(drawn, number):
+    assert len(drawn[number].axes) == PANELS[number]
+    assert unlabelled(drawn[number]) == []
+
+
+@pytest.mark.parametrize(
+    ("number", "names"),
+    [
+        (1, ("vx", "vy", "vz")),
+        (2, ("att1", "att2", "att3")),
+        (3, ("phi1", "phi2")),
+        (4, ("theta1", "theta2")),
+        (5, ("u_Mx", "u_My", "u_Mz")),
+        (6, ("u_delta1", "u_delta2")),
+    ],
+)
+@pytest.mark.parametrize("plant", ["full", "reduced"])
+def test_diagrams_show_the_run_under_v1(runs, drawn, number, names, plant):
+    series = runs(FIRST, "paper", plant=plant).variables()
+    for name in names:
+        values = series[name] if name.startswith(("v", "u_M")) else np.degrees(series[name])
+        assert any(_starts(values, curve) for curve in _curves(drawn[number]))
+
+
+@pytest.mark.parametrize(("number", "angle"), [(7, "phi"), (8, "theta")])
+def test_differences_are_those_of_v2_less_v1(runs, drawn, number, angle):
+    for plant in ("full", "reduced"):
+        first, second = (runs(law, "paper", plant=plant).variables() for law in table.LAWS)
+        for k in (1, 2):
+            off = np.degrees(second[f"{angle}{k}"] - first[f"{angle}{k}"])
+            assert any(_starts(off, curve) for curve in _curves(drawn[number]))
+
+
+def _curves(figure):
+    return [np.asarray(line.get_ydata()) for ax in figure.axes for line in ax.lines]
+
+
+def _starts(values, curve):
+    """Whether a curve of more than a second is the beginning of a series."""
+    return 10 < len(curve) <= len(values) and np.array_equal(curve, values[: len(curve)])
+
+
+def test_any_run_can_be_drawn(runs, tmp_path):
+    for number, settings in enumerate(({}, {"plant": "reduced", "t_end": 5.0}, {"attitude": "euler", "t_end": 0.1})):
+        figure = picture(to_dataset(runs(SECOND, "paper", **settings)), runs.model.manifest)
+        assert len(figure.axes) == 8
+        save(figure, tmp_path / f"{number}.png")
+        assert (tmp_path / f"{number}.png").stat().st_size > 10_000
+
+
+def test_all_pendulums_are_drawn_and_the_first_six_named(runs):
+    dataset = to_dataset(runs(FIRST, "paper", t_end=2.0))
+    more = {f"{angle}{k}": dataset[f"{angle}2"] for k in range(3, 8) for angle in ("phi", "theta")}
+    figure = picture(dataset.assign(more), runs.model.manifest)
+    for ax in figure.axes[4:6]:
+        assert sum(len(line.get_xdata()) == 21 for line in ax.lines) == 7
+        assert len(ax.get_legend().get_texts()) == 6

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: Apache-2.0
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mehvar.papers.study import (
+    Check,
+    Claim,
+    Comparison,
+    Runs,
+    Verdict,
+    about,
+    below,
+    beside,
+    compare,
+    count,
+    load_paper,
+    paper_models,
+    table_claims,
+)
+from mehvar.papers.triangle import shapes as shapes
+from mehvar.papers.triangle import surfaces as surfaces
+from mehvar.papers.triangle.chart import law_direction, target_shape
+from mehvar.pictures.plots import style
+from mehvar.runtime.model.manifest import known_models
+from mehvar.runtime.model.model import load
+from mehvar.runtime.run.metrics import metrics
+from tests.mehvar.images import numbered_and_told, unlabelled
+from tests.reference import cartesian_triangle as cartesian
+
+NOTED = {"1", "2", "3", "7", "8"}
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return Runs(load("triangle"))
+
+
+@pytest.fixture(scope="module")
+def claims(runs):
+    return {claim.number: claim for claim in load_paper("triangle").claims(runs)}
+
+
+@pytest.fixture(scope="module")
+def comparisons(runs):
+    return compare(runs)
+
+
+def test_every_paper_belongs_to_a_model():
+    assert "triangle" in paper_models()
+    assert set(paper_models()) <= set(known_models())
+    paper = load_paper("triangle")
+    assert "Makarem" in paper.CITATION
+    assert paper.READINGS
+
+
+def test_claims_of_the_triangle_hold_and_the_notes_are_where_they_are_due(claims):
+    assert list(claims) == [str(number) for number in range(1, 10)]
+    found = {number: claim.verdict for number, claim in claims.items()}
+    assert found == {number: Verdict.NOTE if number in NOTED else Verdict.HOLDS for number in claims}
+    assert all(bool(claim.note) == (number in NOTED) for number, claim in claims.items())
+    assert all(claim.checks and claim.expected and claim.measured for claim in claims.values())
+
+
+class Altered(Runs):
+    """Runs with one parameter changed, unless the claim sets it itself."""
+
+    def __init__(self, model, **changes):
+        super().__init__(model)
+        self.changes = changes
+
+    def __call__(self, controller, scenario, initial=None, **settings):
+        return super().__call__(controller, scenario, initial, **{**self.changes, **settings})
+
+
+@pytest.mark.parametrize(
+    ("change", "broken"),
+    [
+        ({"mu_rate_max": 0.1}, {"3", "4"}),
+        ({"theta_0": 1.5}, {"2", "3", "4", "6"}),
+        ({"disturbance": 0.01}, {"1", "2", "9"}),
+    ],
+)
+def test_a_changed_model_breaks_claims(change, broken):
+    altered = Altered(load("triangle"), **change)
+    failed = {c.number for c in load_paper("triangle").claims(altered) if c.verdict is Verdict.FAILS}
+    assert broken <= failed
+
+
+def test_every_expected_number_of_the_scenarios_is_reproduced(runs, comparisons):
+    manifest = runs.model.manifest
+    asked = sum(len(numbers) for s in manifest.scenarios.values() for numbers in s.expect.values())
+    assert len(comparisons) == asked == 45
+    assert all(c.holds for c in comparisons)
+    rows = table_claims(manifest, comparisons)
+    assert [claim.number for claim in rows] == ["T1", "T2", "T3", "T4", "T5"]
+    assert {claim.verdict for claim in rows} == {Verdict.HOLDS}
+
+
+def test_a_number_off_by_more_than_allowed_is_named(runs, comparisons):
+    wrong = [replace(c, measured=1.03 * c.measured) if c.metric.name == "travel" else c for c in comparisons]
+    rows = table_claims(runs.model.manifest, wrong)
+    assert {claim.verdict for claim in rows} == {Verdict.FAILS}
+    assert rows[0].note == "travel: 2.781 instead of 2.7"
+    assert "8 within" in rows[0].measured
+
+
+@pytest.mark.parametrize(
+    ("metric", "expected", "measured", "holds"),
+    [
+        ("T_rho", 20.0, 20.19, True),
+        ("T_rho", 20.0, 20.21, False),
+        ("T_rho", math.inf, math.inf, True),
+        ("T_rho", math.inf, 34.0, False),
+        ("T_rho", 34.0, math.inf, False),
+        ("travel", 2.0, 1.961, True),
+        ("travel", 2.0, 1.959, False),
+        ("travel", 2.0, math.nan, False),
+        ("flips", 20.0, 21.0, True),
+        ("flips", 20.0, 18.0, False),
+    ],
+)
+def test_comparison_allows_one_percent_of_times_two_of_amplitudes_and_one_count(
+    runs, metric, expected, measured, holds
+):
+    assert Comparison("paper", "path", runs.model.manifest.metrics[metric], expected, measured).holds is holds
+
+
+def test_a_claim_fails_by_an_essential_check_and_gets_a_note_by_another():
+    good, bad = Check("a", "1", "1", True), Check("b", "1", "2", False)
+    assert Claim("1", "t", (good,), "why").verdict is Verdict.HOLDS
+    assert Claim("1", "t", (good,), "why").note == ""
+    assert Claim("1", "t", (good, beside(bad)), "why").verdict is Verdict.NOTE
+    assert Claim("1", "t", (good, beside(bad)), "why").note == "why"
+    assert Claim("1", "t", (good, bad, beside(bad))).verdict is Verdict.FAILS
+    assert not about("a", 1.0, 1.011).holds
+    assert not about("a", 1.0, math.nan).holds
+    assert not below("a", 1.0, 1.0).holds
+    assert count("a", 5, 6).holds
+    assert not count("a", 5, 7).holds
+
+
+def test_a_run_is_integrated_once(runs):
+    first = runs("path", "paper")
+    number, seconds = len(runs), runs.run_seconds
+    assert runs("path", "paper") is first
+    assert (len(runs), runs.run_seconds) == (number, seconds)
+    assert runs("path", "paper", disturbance=0.001) is not first
+    assert runs.metrics("path", "paper") == metrics(first, runs.model.manifest)
+
+
+@pytest.mark.parametrize("theta", [0.0, 2.0, -3.0])
+@pytest.mark.parametrize("lengths", [(0.2, 0.2, 0.3), (0.3, 0.4, 0.5), (0.5, 0.28, 0.25)])
+def test_drawn_triangles_have_their_rods_and_their_attitude(lengths, theta):
+    expected = cartesian.place(*lengths, theta=theta, masses=(1.0, 1.0, 1.0))
+    np.testing.assert_allclose(shapes.vertices(lengths, theta), expected @ [1, 1j], atol=1e-12)
+
+
+def test_figures_are_numbered_and_told(runs):
+    figures = load_paper("triangle").figures()
+    assert numbered_and_told(figures, range(1, 12))
+
+
+@pytest.mark.parametrize("number", range(2, 12))
+def test_axes_of_every_figure_have_labels_with_units(runs, number):
+    with style():
+        figure = load_paper("triangle").figures()[number - 1].draw(runs)
+    assert len(figure.axes) == {9: 4, 10: 4, 11: 5}.get(number, 1)
+    assert unlabelled(figure) == []
+
+
+def test_figure_1_shows_masses_rods_and_attitude(runs):
+    with style():
+        ax = load_paper("triangle").figures()[0].draw(runs).axes[0]
+    assert {"1", "2", "3", "$l_1$", "$l_2$", "$l_3$", "θ"} <= {text.get_text() for text in ax.texts}
+
+
+def test_figure_7_shows_solutions_of_equation_42(runs):
+    ratio = np.geomspace(1e-2, 1e3, 50)
+    xi = surfaces.law_xi(runs, ratio)
+    np.testing.assert_allclose((np.pi - xi - np.sin(xi)) / (1 + np.cos(xi)), ratio, rtol=1e-8)
+
+
+def test_figure_8_shows_an_arc_that_touches_the_circle_and_one_that_encloses_the_attitude(runs):
+    with style():
+        ax = load_paper("triangle").figures()[7].draw(runs).axes[0]
+    lines = {line.get_label(): line.get_xdata() + 1j * line.get_ydata() for line in ax.lines}
+    touching = next(arc for name, arc in lines.items() if "touches" in name)
+    leaving = next(arc for name, arc in lines.items() if "leaves" in name)
+    assert abs(touching).max() == pytest.approx(0.65, abs=1e-4)
+    assert abs(leaving).max() == pytest.approx(0.933, abs=1e-3)
+    series, target = runs("path", "paper").variables(), target_shape(runs.model, runs("path", "paper"))
+    for arc in (touching, leaving):
+        assert arc[0] == pytest.approx(series["rho"][0] * np.exp(1j * series["phi"][0]))
+        assert arc[-1] == pytest.approx(target)
+    w = target - leaving
+    turned = np.sum((np.conj(w[:-1]) * w[1:]).imag)
+    assert -turned == pytest.approx(series["theta_shifted"][0], rel=1e-3)
+
+
+@pytest.mark.parametrize("theta", [0.02, 0.5, -1.5])
+def test_figures_5_and_6_show_where_the_sliding_law_changes_sides(runs, theta):
+    run = runs("sliding", "paper-b", s_min=1e-9, theta_min=1e-9)
+    target, eta = target_shape(runs.model, run), run.parameters.values["eta_rho"]
+    circle = abs(target) + 0.65 * np.exp(1j * np.linspace(0, 6, 13))
+    surface = surfaces.surface_scale(run, theta) * circle
+    inside, outside = (
+        (law_direction(runs.model, run, side * surface, theta, target) * side * abs(surface)).real
+        for side in (1 - 1e-6, 1 + 1e-6)
+    )
+    np.testing.assert_allclose(inside - outside, 2 * eta, rtol=1e-3)
+
+
+def test_figures_9_and_11_show_the_runs(runs):
+    with style():
+        calm, disturbed = (load_paper("triangle").figures()[n - 1].draw(runs) for n in (9, 11))
+    run = runs("sliding", "paper").variables()
+    drawn = [line.get_ydata() for ax in calm.axes for line in ax.lines]
+    for name in ("l1", "l2", "l3", "u_l1", "u_l2", "u_l3", "theta"):
+        assert any(np.array_equal(series, run[name]) for series in drawn)
+    titles = [ax.get_title(loc="left") for ax in disturbed.axes]
+    assert [title[:3] for title in titles] == ["(a)", "(b)", "(c)", "(d)", "(e)"]
+    moved = runs("path", "paper", disturbance=0.001).variables()
+    assert np.array_equal(disturbed.axes[0].lines[0].get_ydata(), moved["l1"])

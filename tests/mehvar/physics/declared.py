@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The structures that are held against physics, and the gates that each declares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from mehvar.physics.gates import Gate
+from mehvar.physics.machine import Machine
+from tests.mehvar.physics import satellite, slosh, triangle
+
+Structure = tuple[tuple[str, str], ...]
+Case = tuple[str, Structure]
+
+
+def _slosh(pendulums: int, inertia: str, attitude: str = "angles") -> Case:
+    return "slosh", (("pendulums", str(pendulums)), ("inertia", inertia), ("attitude", attitude))
+
+
+CASES: tuple[Case, ...] = (
+    ("triangle", ()),
+    ("triangle", (("masses", "general"),)),
+    ("satellite", ()),
+    ("satellite", (("chart", "quaternion"),)),
+    *(_slosh(pendulums, inertia) for inertia in ("paper", "hinge") for pendulums in (1, 2, 3)),
+    _slosh(1, "ball"),
+    _slosh(2, "ball", "quaternion"),
+    _slosh(3, "ball"),
+    _slosh(6, "ball"),
+)
+"""The last solves the hull's equations instead of the tensions'."""
+
+_DECLARATIONS: dict[str, Callable[[Machine], list[Gate]]] = {
+    "triangle": triangle.gates_of,
+    "satellite": satellite.gates_of,
+    "slosh": slosh.gates_of,
+}
+
+
+def gates_of(subject: Machine) -> list[Gate]:
+    """Return the gates that a model declares for a structure."""
+    return _DECLARATIONS[subject.system.name](subject)
+
+
+def title(case: Case) -> str:
+    """Return a case in words."""
+    model, structure = case
+    return ", ".join((model, *(f"{name} {value}" for name, value in structure)))

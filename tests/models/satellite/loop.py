@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A sampled loop around the generated satellite, in NumPy, many runs side by side."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import json
+import math
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.codegen.generate import derive, installed_tree, write
+
+Array = NDArray[np.float64]
+Settings = Mapping[str, float]
+Case = tuple[str, Settings]
+"""A scenario and what is set beyond it."""
+_OPTIONS = ("delay",)
+
+
+@dataclass(frozen=True)
+class Generated:
+    """A generated folder: its functions and what its manifest says."""
+
+    module: ModuleType
+    manifest: Mapping[str, Any]
+    folder: Path
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        return getattr(self.module, name)
+
+    def names(self, key: str) -> list[str]:
+        """Return the names of the states, inputs, ..."""
+        return [q["name"] for q in self.manifest[key]]
+
+    def law(self, law: str) -> Mapping[str, Any]:
+        """Return what the manifest says of a law."""
+        entry: Mapping[str, Any] = self.manifest["controllers"][law]
+        return entry
+
+    def memory(self, law: str) -> list[str]:
+        """Return the names of a law's memory."""
+        return [q["name"] for q in self.law(law)["memory"]]
+
+    def parameters(self, settings: Settings, law: str = "pd", scenario: str = "paper") -> tuple[Array, Array, Array]:
+        """Return p, c and s: defaults, then the scenario, then the settings."""
+        table = self.manifest["scenarios"][scenario]
+        values = {**table["set"], **table["controllers"].get(law, {}), **settings}
+        groups = (self.manifest["parameters"], self.law(law)["parameters"], self.manifest["scenario_parameters"])
+        unknown = set(values) - {q["name"] for group in groups for q in group} - set(_OPTIONS)
+        assert not unknown, unknown
+        return tuple(np.array([_value(q, values, group) for q in group]) for group in groups)  # type: ignore[return-value]
+
+
+def _value(q: Mapping[str, Any], values: Settings, group: Sequence[Mapping[str, Any]]) -> float:
+    if q["name"] in values:
+        return float(values[q["name"]])
+    if q["formula"] is None:
+        return float(q["default"])
+    source = next(other for other in group if other["name"] == q["formula"])
+    return _value(source, values, group)
+
+
+@functools.cache
+def satellite(chart: str = "euler") -> Generated:
+    """Derive the satellite into a temporary folder and import it."""
+    folder = Path(tempfile.mkdtemp(prefix=f"satellite_{chart}_"))
+    write(folder, derive(installed_tree(), "satellite", {"chart": chart}))
+    return load(folder)
+
+
+def load(folder: Path, name: str = "satellite") -> Generated:
+    """Import a generated folder."""
+    spec = importlib.util.spec_from_file_location(f"generated_{folder.name}", folder / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return Generated(module, json.loads((folder / "manifest.json").read_text(encoding="utf-8")), folder)
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Samples of several runs: axes are sample, run, quantity. `lost` is when a run's torque or pitch passed its limit.
+
+    `z` is the memory as the law found it; `u` the torque that acted after the sample.
+    """
+
+    t: Array
+    x: Array
+    u: Array
+    z: Array
+    r: Array
+    lost: Array
+    angles: Array = field(repr=False)
+
+    def memory(self, generated: Generated, law: str, *names: str) -> Array:
+        """Return memory variables by name, stacked along the last axis."""
+        known = generated.memory(law)
+        return np.stack([self.z[..., known.index(name)] for name in names], axis=-1)
+
+
+def run(
+    generated: Generated,
+    law: str,
+    cases: Sequence[Case],
+    samples: int = 1600,
+    substeps: int = 5,
+    seed: int | None = None,
+    corrupt: Callable[[int, Array], Array] = lambda _k, x: x,
+) -> Runs:
+    """Run a law for several cases at once, with Runge-Kutta 4 between the samples.
+
+    A run counts as lost, and stays where it is, when |u| > 1e4 N m was commanded or the state is no longer finite.
+    """
+    with np.errstate(all="ignore"):
+        return _Loop(generated, law, cases, seed, corrupt).run(samples, substeps)
+
+
+class _Loop:
+    def __init__(
+        self,
+        generated: Generated,
+        law: str,
+        cases: Sequence[Case],
+        seed: int | None,
+        corrupt: Callable[[int, Array], Array],
+    ) -> None:
+        vectors = [generated.parameters(settings, law, scenario) for scenario, settings in cases]
+        self.p, self.c, self.s = (np.stack(group) for group in zip(*vectors, strict=True))
+        self.delay = np.array([int(settings.get("delay", 0)) for _, settings in cases])
+        self.generated = generated
+        self.corrupt = corrupt
+        self.random = np.random.default_rng(seed) if seed is not None else None
+        tag = law.replace("-", "_")
+        self.law, self.start = getattr(generated, tag), getattr(generated, f"{tag}_start")
+        self.period = float(self.p[0, generated.names("parameters").index("Ts")])
+
+    def measured(self, k: int, x: Array) -> Array:
+        size = len(self.generated.manifest["noise"])
+        e = np.zeros((len(x), size)) if self.random is None else self.random.standard_normal((len(x), size))
+        return self.corrupt(k, self.generated.measure(x, e, self.p))
+
+    def run(self, samples: int, substeps: int) -> Runs:
+        g, p, c, s = self.generated, self.p, self.c, self.s
+        x = g.initial(p, s)
+        z = self.start(self.measured(0, x), g.reference(np.zeros(len(x)), p, s), p, c)
+        before = applied = np.zeros((len(x), 3))
+        lost = np.full(len(x), math.inf)
+        rows: list[tuple[Array, ...]] = []
+        for k in range(samples):
+            t = k * self.period
+            r = g.reference(np.full(len(x), t), p, s)
+            u_cmd, z_next = self.law(self.measured(k, x), r, applied, z, p, c)
+            acting = np.where(self.delay[:, None] > 0, before, u_cmd)
+            before, applied = u_cmd, g.actuate(x, acting, p)
+            fails = ~(np.abs(u_cmd).max(axis=-1) <= 1e4) | ~np.isfinite(x).all(axis=-1)
+            lost = np.where(fails & np.isinf(lost), t, lost)
+            rows.append((x, applied, z, r))
+            if np.isfinite(lost).all():
+                break
+            x = np.where(np.isfinite(lost)[:, None], x, self.advance(x, applied, substeps))
+            z = z_next
+        xs, us, zs, rs = (np.stack(column) for column in zip(*rows, strict=True))
+        t = np.arange(len(xs)) * self.period
+        y = g.outputs(xs, us, rs, p)
+        angles = ("roll", "pitch", "yaw")
+        named = {n: xs[..., i] for i, n in enumerate(g.names("states"))}
+        named |= {n: y[..., i] for i, n in enumerate(g.names("outputs"))}
+        return Runs(t, xs, us, zs, rs, lost, np.stack([named[a] for a in angles], axis=-1))
+
+    def advance(self, x: Array, u: Array, substeps: int) -> Array:
+        h, slope = self.period / substeps, self.generated.rhs
+        for _ in range(substeps):
+            k1 = slope(x, u, self.p)
+            k2 = slope(x + h / 2 * k1, u, self.p)
+            k3 = slope(x + h / 2 * k2, u, self.p)
+            k4 = slope(x + h * k3, u, self.p)
+            x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        return x

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs of a batch one after the other through the loop of a single run: slow, and what the kernel is compared with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mehvar import runtime
+from mehvar.runtime.batch.kernel import Block, Kernel
+from mehvar.runtime.model.functions import CBackend
+from mehvar.runtime.model.manifest import identifier
+from mehvar.runtime.run import compiled
+from mehvar.runtime.run.metrics import evaluate
+from mehvar.runtime.run.noise import normals
+from mehvar.runtime.run.problem import Problem, Status
+from mehvar.runtime.run.ticks import ticks_of
+
+
+def run_alone(
+    model: runtime.Model, kernel: Kernel, p, c, s, x0, *, t_end: float, dt: float, seed: int = 0, first_run: int = 0
+) -> Block:
+    """Do what `kernel` does, with every sample in the series."""
+    manifest, law = model.manifest, kernel.loop.controller
+    hold = kernel.hold
+    if hold is None and law.period is not None:
+        hold = float(p[0, model.parameter_names.index(law.period)])
+    t, record_every, hold_every = ticks_of(t_end, dt, hold, "the test")
+    n, width, rows = len(p), len(kernel.variables), (len(t) - 1) // record_every + 1
+    found = Block(
+        *(np.empty((n, k)) for k in (len(manifest.states), width, width, len(manifest.metrics))),
+        *(np.empty(n, dtype) for dtype in (np.uint8, np.int32, np.float64, np.float64, np.int64)),
+        np.full((n, rows, width), np.nan),
+    )
+    evaluations = 0 if hold_every is None else (len(t) - 1) // hold_every + 1
+    for i in range(n):
+        z0 = np.empty(0)
+        if law.memory:
+            r = model.functions["reference"](0.0, p[i], s[i])
+            z0 = np.array(model.functions[f"{identifier(law.name)}_start"](x0[i], r, p[i], c[i]))
+        noise = normals(seed, first_run + i, evaluations, len(manifest.noise))
+        step = kernel.step or min(dt, hold or dt)
+        problem = Problem(
+            model, law, p[i], c[i], s[i], x0[i], z0, noise, kernel.loop.suffix, "double", t, dt, hold, record_every,
+            hold_every, kernel.delay, kernel.loop.method, kernel.rtol, kernel.atol, step, kernel.max_steps, None,
+        )  # fmt: skip
+        assert isinstance(model.evaluator, CBackend)
+        one = compiled.run(problem, model.evaluator)
+        command = [one.u_cmd] if kernel.loop.records_command else []
+        series = np.concatenate([one.x, one.u, *command, one.y, one.z], axis=1)
+        columns = dict(zip(kernel.variables, series.T, strict=True))
+        found.final[i], found.status[i], found.t_stop[i] = one.x_stop, one.status, one.t_stop
+        found.violated[i] = one.violated if one.status is Status.LIMIT else -1
+        found.steps[i] = one.statistics["steps"]
+        found.minimum[i], found.maximum[i] = series.min(axis=0), series.max(axis=0)
+        found.metrics[i] = [evaluate(m, one.t, columns) for m in manifest.metrics.values()]
+        regular = np.isin(one.t, t[::record_every])
+        found.series[i, : regular.sum()] = series[regular]
+    return found

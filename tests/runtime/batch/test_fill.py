@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A batch: run i is the same bits alone and in company, impossible runs are marked, what is stored stays."""
+
+from __future__ import annotations
+
+import errno
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mehvar import runtime
+from mehvar.errors import InputError
+from mehvar.runtime.batch.blocks import IMPOSSIBLE, Blocks
+from mehvar.runtime.batch.fill import ImpossibleRunError, plan_of, run_batch
+from mehvar.runtime.batch.plan import Campaign, Plan
+from mehvar.runtime.batch.repeat import difference, repeat_run
+from mehvar.runtime.batch.statistics import Success
+from mehvar.runtime.batch.store import STATUS, Store, StoreError, open_store
+
+TRIANGLE = Campaign(
+    "path",
+    n=60,
+    seed=5,
+    vary={"l1_0": "normal(0.2, 0.01)", "k_phi": "uniform(0.3, 0.7)", "theta": "normal(1, 0.1)"},
+    options={"t_end": 0.5},
+    save_every=0.25,
+)
+SATELLITE = Campaign("mrac", n=10, scenario="flight", seed=2, vary={"I_x": "normal(4, 0.05)"}, options={"t_end": 20.0})
+
+
+@pytest.fixture(scope="module")
+def triangle() -> runtime.Model:
+    return runtime.load("triangle", "c")
+
+
+@pytest.fixture(scope="module")
+def whole(triangle: runtime.Model) -> Store:
+    return run_batch(triangle, TRIANGLE)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def same(one: Store, other: Store) -> bool:
+    names = one.variables()
+    return names == other.variables() and all(
+        np.array_equal(one.read(name), other.read(name), equal_nan=names[name].dtype == "float64") for name in names
+    )
+
+
+@pytest.mark.parametrize(("chunk", "threads"), [(1, 1), (7, 2), (32, 3), (60, 1)])
+def test_pieces_and_threads_change_no_bit(triangle: runtime.Model, whole: Store, chunk: int, threads: int) -> None:
+    campaign = replace(TRIANGLE, n=60 if chunk > 1 else 9)
+    store = run_batch(triangle, campaign, chunk=chunk, threads=threads)
+    for name in store.variables():
+        assert np.array_equal(store.read(name), whole.read(name)[: store.n], equal_nan=store.n > 0 and name != STATUS)
+
+
+def test_blocks_may_be_computed_at_the_same_time(triangle: runtime.Model, whole: Store) -> None:
+    """As the threads of a cluster's worker do."""
+    blocks = Blocks(Plan(triangle, TRIANGLE), threads=1)
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda first: blocks.compute(first, 10), range(0, 60, 10)))
+    for name in ("final", "minimum", "travel", STATUS):
+        assert np.array_equal(np.concatenate([values[name] for values in found if values]), whole.read(name)), name
+
+
+@pytest.mark.parametrize("law", ["path", "sliding"])
+@pytest.mark.parametrize("number", [0, 3, 11])
+def test_a_run_of_the_triangle_alone_is_the_same_bits(triangle: runtime.Model, law: str, number: int) -> None:
+    vary = {"theta_0": "normal(1, 0.1)", "rho": "uniform(0.1, 0.3)", "k_phi": "uniform(2, 3)"}
+    campaign = Campaign(law, n=12, seed=1, vary=vary, options={"t_end": 2.0, "hold": 0.05, "delay": 1})
+    store = run_batch(triangle, campaign)
+    assert difference(repeat_run(Plan(triangle, campaign), store, number), store, number) == ""
+
+
+@pytest.mark.parametrize("number", [0, 9])
+def test_a_run_with_noise_alone_is_the_same_bits(tmp_path: Path, number: int) -> None:
+    """And the noise of each run is its own."""
+    store = run_batch("satellite", SATELLITE, tmp_path / "runs.zarr")
+    plan = plan_of(store)
+    assert difference(repeat_run(plan, store, number), store, number) == ""
+    quiet = run_batch("satellite", replace(SATELLITE, vary={}))
+    assert len(np.unique(quiet.read("final")[:, 0])) == quiet.n
+
+
+def test_a_difference_is_told(tmp_path: Path, triangle: runtime.Model) -> None:
+    store = run_batch(triangle, TRIANGLE, tmp_path / "runs.zarr")
+    other = repeat_run(Plan(triangle, replace(TRIANGLE, seed=6)), store, 3)
+    assert "differs from the store in minimum by up to" in str(difference(other, store, 3))
+
+
+def test_formulas_follow_what_they_are_made_of(triangle: runtime.Model) -> None:
+    """eta_rho of the sliding law is k_phi R / m unless set."""
+    vary = {"k_phi": "uniform(2, 4)", "R": "uniform(0.6, 0.7)"}
+    plan = Plan(triangle, Campaign("sliding", n=50, vary=vary))
+    draw = plan.draw(0, 50)
+    place = {q.name: i for i, q in enumerate(plan.law.parameters)}
+    k, radius, m, eta = (draw.c[:, place[name]] for name in ("k_phi", "R", "m", "eta_rho"))
+    assert np.allclose(eta, k * radius / m, rtol=1e-15)
+    fixed = Plan(triangle, Campaign("sliding", n=50, vary=vary, parameters={"eta_rho": 1.25}))
+    assert (fixed.draw(0, 50).c[:, place["eta_rho"]] == 1.25).all()
+
+
+IMPOSSIBLE_VARY = {"R": "uniform(0.5, 0.75)", "l1_0": "normal(0.25, 0.1)", "rho": "uniform(0, 0.8)"}
+
+
+def test_impossible_runs_are_marked_and_explained(triangle: runtime.Model) -> None:
+    """Vectorised checks and those of a single run agree on which runs are possible."""
+    campaign = Campaign("path", n=200, vary=IMPOSSIBLE_VARY, options={"t_end": 0.1})
+    store, plan = run_batch(triangle, campaign), Plan(triangle, campaign)
+    impossible = store.read(STATUS) == IMPOSSIBLE
+    assert 20 < impossible.sum() < 180
+    for run in range(200):
+        parameters, initial = plan.settings(run)
+        try:
+            runtime.simulate(triangle, "path", None, parameters, initial, t_end=0.1)
+            refused = False
+        except InputError:
+            refused = True
+        assert refused == impossible[run] == bool(plan.refusal(run)), run
+    assert np.isnan(store.read("final")[impossible]).all()
+    assert np.isfinite(store.read("final")[~impossible]).all()
+    assert np.isfinite(store.read("R")).all()
+    reasons = {plan.refusal(run).split("(from")[0][:2] for run in np.flatnonzero(impossible).tolist()}
+    assert len(reasons) >= 2
+    run = int(np.argmax(store.read("R")))
+    assert plan.refusal(run) == f"R = {float(store.read('R')[run])!r} (from run {run}): must be in (0, 0.707106781187)"
+
+
+def test_strict_stops_at_the_first_impossible_run(triangle: runtime.Model, tmp_path: Path) -> None:
+    campaign = Campaign("path", n=64, vary={"R": "uniform(0.6, 0.72)"}, options={"t_end": 0.05})
+    lenient = run_batch(triangle, campaign, chunk=4)
+    first = int(np.flatnonzero(lenient.read(STATUS) == IMPOSSIBLE)[0])
+    for resume in (False, True):
+        with pytest.raises(ImpossibleRunError, match=rf"R = 0.7.* \(from run {first}\): must be in \(0, 0.707"):
+            run_batch(triangle, campaign, tmp_path / "s.zarr", chunk=4, strict=True, resume=resume)
+    assert open_store(tmp_path / "s.zarr").stored()[-1] == first // 4
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"n": 0}, "n = 0 .*must be a whole number >= 1"),
+        ({"n": 1.5}, "n = 1.5"),
+        ({"seed": -1}, "seed = -1"),
+        ({"vary": {"k_fi": "normal(1, 2)"}}, "unknown parameter or state of triangle with path 'k_fi'.*k_phi"),
+        ({"vary": {"R": "normal(0.9, 0.1)"}}, r"R = 0.9 \(from the call or the middle of vary\): must be in"),
+        ({"parameters": {"k_phi": 0.4}}, "k_phi is both set and varied"),
+        ({"parameters": {"no": 1.0}}, "unknown parameter or option .* 'no'"),
+        ({"options": {"t_end": -1.0}}, "t_end = -1.0"),
+        ({"options": {"method": "euler"}}, "method = 'euler'"),
+        ({"options": {"profile": "slow"}}, "profile = 'slow'"),
+        ({"save_every": 0.015}, "save every = 0.015.*multiple of the sampling step 0.01 s"),
+        ({"controller": "pat"}, "unknown controller of triangle 'pat'"),
+        ({"initial": {"rho": 0.1, "x": 1.0}}, "unknown state .* 'x'"),
+    ],
+)
+def test_what_cannot_be_run_is_refused(
+    triangle: runtime.Model, tmp_path: Path, change: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        run_batch(triangle, replace(TRIANGLE, **change), tmp_path / "runs.zarr")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"seed": 6}, "made with seed = 5, not 6"),
+        ({"n": 61}, "made with n = 60, not 61"),
+        ({"vary": {}}, "made with vary = .*not {}"),
+        ({"options": {"t_end": 0.4}}, "made with options"),
+    ],
+)
+def test_another_batch_is_not_continued(
+    triangle: runtime.Model, tmp_path: Path, change: dict[str, Any], message: str
+) -> None:
+    out = tmp_path / "runs.zarr"
+    run_batch(triangle, replace(TRIANGLE, save_every=None), out)
+    before = contents(out)
+    with pytest.raises(InputError, match=message):
+        run_batch(triangle, replace(TRIANGLE, save_every=None, **change), out, resume=True)
+    with pytest.raises(InputError, match="exists already"):
+        run_batch(triangle, replace(TRIANGLE, save_every=None), out)
+    assert contents(out) == before
+
+
+def test_another_model_is_not_continued(triangle: runtime.Model, tmp_path: Path) -> None:
+    import shutil
+
+    copy = tmp_path / "triangle"
+    shutil.copytree(triangle.manifest.folder, copy)
+    out, campaign = tmp_path / "runs.zarr", replace(TRIANGLE, n=4, save_every=None)
+    run_batch(copy, campaign, out)
+    text = (copy / "manifest.json").read_text()
+    (copy / "manifest.json").write_text(text.replace(triangle.manifest.hash, "0" * 64))
+    with pytest.raises(InputError, match=r"made with model_hash = .*, not '0000"):
+        run_batch(copy, campaign, out, resume=True)
+    with pytest.raises(InputError, match="was made from another triangle"):
+        plan_of(open_store(out))
+
+
+def test_a_full_disk_stops_cleanly_and_the_rest_follows(
+    triangle: runtime.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import zarr.storage._local
+
+    run_batch(triangle, TRIANGLE, tmp_path / "whole.zarr", chunk=16)
+    real, room = zarr.storage._local._put, iter(range(150))
+
+    def put(path: Path, *rest: Any, **options: Any) -> int:
+        if next(room, None) is None:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return real(path, *rest, **options)
+
+    monkeypatch.setattr(zarr.storage._local, "_put", put)
+    out = tmp_path / "runs.zarr"
+    with pytest.raises(StoreError, match="No space left on device"):
+        run_batch(triangle, TRIANGLE, out, chunk=16)
+    monkeypatch.undo()
+    stored = open_store(out).stored()
+    assert 0 < len(stored) < 4
+    again: list[int] = []
+    run_batch(triangle, TRIANGLE, out, resume=True, report=lambda runs, *_: again.append(runs))
+    assert again == [16 * len(stored), *(min(16 * k, 60) for k in range(len(stored) + 1, 5))]
+    assert contents(out) == contents(tmp_path / "whole.zarr")
+
+
+def test_a_stop_rule_ends_at_the_same_run_whatever_was_stored_before(triangle: runtime.Model, tmp_path: Path) -> None:
+    campaign = Campaign("path", n=400, vary={"R": "uniform(0.6, 0.72)"}, options={"t_end": 0.02})
+    rule: dict[str, Any] = {"until": "ci(success) < 0.25", "success": "final(rho) < 0.7", "chunk": 8}
+    straight = run_batch(triangle, campaign, tmp_path / "straight.zarr", **rule)
+    assert straight.n < 200
+    assert straight.n % 8 == 0
+    broken = tmp_path / "broken.zarr"
+
+    def interrupt(runs: int, *_: int) -> None:
+        if runs > 20:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_batch(triangle, campaign, broken, report=interrupt, **rule)
+    for _ in range(2):
+        run_batch(triangle, campaign, broken, resume=True, **rule)
+        assert contents(broken) == contents(tmp_path / "straight.zarr")
+    with pytest.raises(InputError, match=r"made with until = 'ci\(success\) < 0.25', not ''"):
+        run_batch(triangle, campaign, broken, resume=True, success="final(rho) < 0.7")
+
+
+def test_a_stop_rule_does_not_depend_on_the_order_of_blocks(
+    triangle: runtime.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Workers finish in any order; blocks beyond the end are dropped again."""
+    campaign = Campaign("path", n=240, vary={"R": "uniform(0.6, 0.72)"}, options={"t_end": 0.02})
+    rule: dict[str, Any] = {"until": "ci(success) < 0.3", "chunk": 8}
+    straight = run_batch(triangle, campaign, tmp_path / "straight.zarr", **rule)
+    assert straight.n < 240
+    real = runtime.batch._here
+    monkeypatch.setattr(runtime.batch.fill, "_here", lambda blocks: lambda wanted: real(blocks)(wanted[::-1]))
+    run_batch(triangle, campaign, tmp_path / "backwards.zarr", **rule)
+    assert contents(tmp_path / "backwards.zarr") == contents(tmp_path / "straight.zarr")
+
+
+@pytest.mark.parametrize(
+    ("until", "sampling", "message"),
+    [
+        ("ci(success) < 0.1", "latin", "needs sampling random or sobol: latin needs all n runs"),
+        ("ci(success) < 2", "random", "between 0 and 1"),
+        ("mean(success) < 0.1", "random", r"'ci\(success\) < WIDTH'"),
+    ],
+)
+def test_a_stop_rule_that_cannot_be_kept_is_refused(
+    triangle: runtime.Model, until: str, sampling: Any, message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        run_batch(triangle, replace(TRIANGLE, sampling=sampling), until=until)
+
+
+def test_success_is_the_end_and_a_condition(whole: Store) -> None:
+    done = Success(None)(whole, whole.stored())
+    assert done.all()
+    some = Success("T_theta < 0.1 or max_rho < 0.3 and final(theta) > 0")(whole, whole.stored())
+    wanted = (whole.read("T_theta") < 0.1) | (whole.read("max_rho") < 0.3) & (whole.read("final")[:, 3] > 0)
+    assert np.array_equal(some, wanted)
+    assert 0 < some.sum() < whole.n
+    with pytest.raises(InputError, match=r"unknown number of a run 'max_roh'.*did you mean max_rho"):
+        Success("max_roh < 1")(whole, whole.stored())
+
+
+@pytest.mark.parametrize(
+    "text", ["max_rho", "max_rho <", "1", "__import__('os').system('x') < 1", "max_rho == 1", "-rho"]
+)
+def test_what_is_no_condition_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="must be a condition"):
+        Success(text)
+
+
+def test_series_are_those_of_single_runs(triangle: runtime.Model, whole: Store) -> None:
+    run = repeat_run(Plan(triangle, TRIANGLE), whole, 17)
+    for name, column in run.variables().items():
+        assert np.array_equal(whole.read(name)[17], column[::25]), name
+    assert np.array_equal(whole.dataset().t, [0.0, 0.25, 0.5])
+
+
+@pytest.mark.parametrize("number", [-1, 60])
+def test_a_run_that_is_not_there_is_refused(triangle: runtime.Model, whole: Store, number: int) -> None:
+    with pytest.raises(InputError, match=f"run = {number}: must be a whole number from 0 to 59"):
+        repeat_run(Plan(triangle, TRIANGLE), whole, number)

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The batch kernel against the loop of a single run, to the last bit; and lanes that fail beside lanes that do not."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from mehvar import runtime
+from mehvar.runtime import InputError
+from mehvar.runtime.batch.kernel import Block, compile_kernel
+from mehvar.runtime.run.problem import Status
+from tests.runtime.batch.one_by_one import run_alone
+
+EXACT = ("final", "minimum", "maximum", "status", "violated", "t_stop", "steps", "series")
+
+CASES = {
+    "triangle path": ("triangle", "path", {"rtol": 1e-8, "atol": 1e-8}, 4.0, 0.05),
+    "triangle path, saved rarely": ("triangle", "path", {"method": "dopri5", "rtol": 1e-6, "atol": 1e-6}, 4.03, 0.5),
+    "triangle sliding, rk4": ("triangle", "sliding", {"method": "rk4", "step": 0.02}, 3.0, 0.05),
+    "triangle sliding, sampled": ("triangle", "sliding", {"hold": 0.1, "delay": 1}, 3.0, 0.05),
+    "triangle path, sampled rarely": ("triangle", "path", {"hold": 0.5, "method": "dopri5"}, 6.2, 0.5),
+    "slosh": ("slosh", "lyapunov-v1", {"rtol": 1e-7, "atol": 1e-7}, 10.0, 0.5),
+    "slosh reduced": ("slosh", "lyapunov-v2", {"choices": {"plant": "reduced"}, "rtol": 1e-7, "atol": 1e-7}, 8.0, 0.5),
+    "slosh rk4": ("slosh", "lyapunov-v2", {"method": "rk4", "step": 0.01, "choices": {"attitude": "euler"}}, 2.0, 0.5),
+    "slosh rock4": ("slosh", "lyapunov-v2", {"method": "rock4", "rtol": 1e-6, "atol": 1e-6}, 20.0, 1.0),
+    "triangle rock4": ("triangle", "path", {"method": "rock4", "rtol": 1e-6, "atol": 1e-6}, 4.0, 0.5),
+    "satellite mrac": ("satellite", "mrac", {"rtol": 1e-9, "atol": 1e-9}, 20.0, 0.5),
+    "satellite literal": ("satellite", "mrac-literal", {"method": "rk4"}, 20.0, 1.0),
+    "satellite pd, delayed": ("satellite", "pd", {"delay": 1, "method": "dopri5"}, 20.0, 0.5),
+}
+
+
+@cache
+def model(name: str) -> runtime.Model:
+    return runtime.load(name, backend="c")
+
+
+def dispersed(name: str, law: str, n: int, spread: float = 0.02, seed: int = 1):
+    """Vectors of n runs around the first scenario's values, with noise where there may be any."""
+    loaded = model(name)
+    resolved = runtime.simulate(loaded, law, t_end=0.5, dt_out=0.5).parameters
+    generator = np.random.Generator(np.random.Philox(seed))
+    p, c, s = (v * (1 + spread * (generator.random((n, v.size)) - 0.5)) for v in (resolved.p, resolved.c, resolved.s))
+    period = loaded.manifest.controller(law).period
+    if period is not None:
+        column = loaded.parameter_names.index(period)
+        p[:, column] = resolved.p[column]
+    p[:, [i for i, q in enumerate(loaded.parameter_names) if q.startswith("noise")]] = 1e-5
+    return p, c, s, np.array(loaded.functions["initial"](p, s))
+
+
+def equal(found: Block, expected: Block, names=EXACT) -> None:
+    for name in names:
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), err_msg=name)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_lane_is_the_run_alone(case):
+    name, law, options, t_end, dt = CASES[case]
+    vectors = dispersed(name, law, 6)
+    kernel = compile_kernel(model(name), law, **options)
+    found = kernel.run(3, *vectors, seed=5, t_end=t_end, dt=dt, save_every=dt)
+    expected = run_alone(model(name), kernel, *vectors, t_end=t_end, dt=dt, seed=5, first_run=3)
+    equal(found, expected)
+    np.testing.assert_allclose(found.metrics, expected.metrics, rtol=1e-12, atol=1e-13)
+    assert (found.status == Status.DONE).sum() >= 4
+    assert (found.error > 0).all()
+    assert kernel.loop.method == "rk4" or (found.error <= 1).all()
+
+
+def test_the_pendulum_with_memory_and_a_moving_reference(pendulum):
+    """A law with memory, a limit on the input, a reference that depends on time."""
+    for law, hold in (("pd", None), ("pd", 0.05), ("p-sum", 0.1)):
+        resolved = runtime.simulate(pendulum, law, t_end=0.1, dt_out=0.1, hold=hold).parameters
+        vectors = [np.tile(v, (5, 1)) for v in (resolved.p, resolved.c, resolved.s)]
+        x0 = np.array(pendulum.functions["initial"](vectors[0], vectors[2]))
+        x0[:, 0] += np.linspace(-0.1, 0.1, 5)
+        kernel = compile_kernel(pendulum, law, hold=hold, rtol=1e-9, atol=1e-9)
+        found = kernel.run(0, *vectors, x0, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
+        equal(found, run_alone(pendulum, kernel, *vectors, x0, t_end=3.0, dt=0.1))
+
+
+def test_the_fast_profile_agrees_within_tolerances():
+    vectors = dispersed("slosh", "lyapunov-v2", 4)
+    portable, fast = (
+        compile_kernel(model("slosh"), "lyapunov-v2", profile=profile, rtol=1e-10, atol=1e-10).run(
+            0, *vectors, seed=0, t_end=5.0, dt=1.0
+        )
+        for profile in ("portable", "fast")
+    )
+    np.testing.assert_allclose(fast.final, portable.final, rtol=1e-7, atol=1e-7)
+    assert not np.array_equal(fast.final, portable.final)
+
+
+def test_lanes_that_fail_do_not_harm_their_neighbours():
+    p, c, s, x0 = dispersed("triangle", "path", 8)
+    options = {"hold": 0.1, "rtol": 1e-8, "atol": 1e-8}
+    kernel = compile_kernel(model("triangle"), "path", **options)
+    healthy = kernel.run(0, p, c, s, x0, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
+    c_bad, x0_bad = c.copy(), x0.copy()
+    c_bad[1] = np.nan
+    x0_bad[2, 0] = 0.7071
+    x0_bad[5] = np.inf
+    found = kernel.run(0, p, c_bad, s, x0_bad, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
+    assert found.status[[1, 2, 5]].tolist() == [Status.NOT_FINITE, Status.LIMIT, Status.NOT_FINITE]
+    assert found.violated.tolist() == [-1, -1, 0, -1, -1, -1, -1, -1]
+    assert found.t_stop[1] == found.t_stop[5] == 0.0
+    assert 0.0 < found.t_stop[2] < 3.0
+    assert np.isnan(found.series[2, -1]).all()
+    others = [0, 3, 4, 6, 7]
+    for name in EXACT:
+        np.testing.assert_array_equal(getattr(found, name)[others], getattr(healthy, name)[others])
+
+
+def test_a_lane_that_needs_too_many_steps_is_retired_alone():
+    vectors = dispersed("slosh", "lyapunov-v2", 4)
+    vectors[3][1, model("slosh").state_names.index("phi1_dot")] = 20.0
+    kernel = compile_kernel(model("slosh"), "lyapunov-v2", rtol=1e-6, atol=1e-6, max_steps=40)
+    found = kernel.run(0, *vectors, seed=0, t_end=2.0, dt=1.0, save_every=1.0)
+    assert found.status.tolist() == [Status.DONE, Status.TOO_MANY_STEPS, Status.DONE, Status.DONE]
+    equal(found, run_alone(model("slosh"), kernel, *vectors, t_end=2.0, dt=1.0))
+
+
+def test_stops_when_told_to():
+    vectors = dispersed("slosh", "lyapunov-v1", 8)
+    kernel = compile_kernel(model("slosh"), "lyapunov-v1")
+    assert kernel.run(0, *vectors, seed=0, t_end=1e4, dt=0.1, stop=lambda: True) is None
+
+
+def test_refuses_what_it_cannot_do():
+    triangle, satellite = model("triangle"), model("satellite")
+    with pytest.raises(InputError, match=r"profile = 'quick'.*portable or fast"):
+        compile_kernel(triangle, "path", profile="quick")
+    with pytest.raises(InputError, match=r"lanes = 3.*1, 2, 4 or 8"):
+        compile_kernel(triangle, "path", lanes=3)
+    with pytest.raises(InputError, match=r"delay = 1.*hold"):
+        compile_kernel(triangle, "path", delay=1)
+    p, c, s, x0 = dispersed("satellite", "pd", 2)
+    p[1, satellite.parameter_names.index("Ts")] *= 2
+    with pytest.raises(InputError, match=r"Ts.*same in all runs"):
+        compile_kernel(satellite, "pd").run(0, p, c, s, x0, seed=0, t_end=1.0, dt=0.5)

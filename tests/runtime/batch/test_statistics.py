@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Statistics of stores whose contents are known."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import binomtest
+
+from mehvar.errors import InputError
+from mehvar.runtime.batch.blocks import IMPOSSIBLE
+from mehvar.runtime.batch.sampling import Sampler
+from mehvar.runtime.batch.sensitivity import sensitivities
+from mehvar.runtime.batch.statistics import QUANTILES, StopRule, bands, interval, summarise, worst
+from mehvar.runtime.batch.store import STATUS, Coordinate, Store, Variable, create
+from mehvar.runtime.run.problem import Status
+
+N, CHUNK = 1000, 64
+
+
+def filled(values: dict[str, np.ndarray], n: int = N, blocks: list[int] | None = None, **attributes: Any) -> Store:
+    """A store in memory with drawn values `a` and `b`, the metric `m`, and a series."""
+    said = {"units": "s", "long_name": "a number"}
+    variables = [Variable(name, "float64", attributes=said) for name in ("a", "b", "m")]
+    variables += [Variable("x", "float64", "t", 5, said), Variable("final", "float64", "state", 1)]
+    variables += [Variable(STATUS, "uint8")]
+    coordinates = {"state": Coordinate(["x"]), "t": Coordinate(np.arange(5.0))}
+    known = {"drawn": json.dumps(["a", "b"]), "metrics": json.dumps(["m"]), "success": "", **attributes}
+    store = create(None, n, CHUNK, variables, coordinates, **known)
+    empty = {"a": np.zeros(n), "b": np.zeros(n), "m": np.zeros(n), "x": np.zeros((n, 5)), "final": np.zeros((n, 1))}
+    whole = {**empty, STATUS: np.zeros(n, np.uint8), **values}
+    for block in range(store.blocks()) if blocks is None else blocks:
+        rows = slice(store.runs(block).start, store.runs(block).stop)
+        store.write(block, {name: array[rows] for name, array in whole.items()})
+    return store
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(1)
+
+
+def campaign(sampling: str = "random") -> str:
+    return json.dumps({"sampling": sampling, "vary": {"a": "uniform(0, 1)", "b": "uniform(0, 1)"}})
+
+
+@given(runs=st.integers(1, 10**6), share=st.floats(0, 1))
+@settings(deadline=None, max_examples=60)
+def test_the_interval_is_the_exact_one(runs: int, share: float) -> None:
+    successes = round(share * runs)
+    low, high = interval(successes, runs)
+    wanted = binomtest(successes, runs).proportion_ci(0.95, method="exact")
+    assert (low, high) == pytest.approx((wanted.low, wanted.high), rel=1e-8, abs=1e-12)
+    assert low <= successes / runs <= high
+
+
+def test_a_summary_counts_what_is_there(rng: np.random.Generator) -> None:
+    metric = rng.normal(size=N)
+    metric[[3, 500, 700]] = np.nan, np.inf, 77.0
+    status = np.zeros(N, np.uint8)
+    status[:10], status[10:14] = Status.LIMIT, IMPOSSIBLE
+    store = filled({"m": metric, STATUS: status})
+    found = summarise(store)
+    assert found.statuses == {"done": N - 14, "limit": 10, "impossible": 4}
+    assert (found.successes, found.stored, found.planned) == (N - 14, N, N)
+    (row,) = found.rows
+    finite = metric[np.isfinite(metric)]
+    assert row.finite == N - 2
+    assert row.mean == pytest.approx(finite.mean())
+    assert row.sd == pytest.approx(finite.std(ddof=1))
+    ordered = np.sort(metric[~np.isnan(metric)])
+    for q in QUANTILES:
+        assert row.quantiles[q] == ordered[int(np.ceil(q * len(ordered))) - 1]
+    assert row.largest == (500, np.inf)
+    assert row.smallest == (int(np.nanargmin(metric)), float(np.nanmin(metric)))
+    assert (
+        worst(store, lambda block: store.read("m", [block]), 3)
+        == np.argsort(np.where(np.isnan(metric), np.inf, -metric))[:3].tolist()
+    )
+    assert summarise(store, "m < 0").successes == int(((metric < 0) & (status == 0)).sum())
+
+
+def test_an_unfinished_store_is_summed_up_over_what_it_has(rng: np.random.Generator) -> None:
+    metric = rng.normal(size=N)
+    store = filled({"m": metric}, blocks=[0, 2])
+    found = summarise(store)
+    assert (found.stored, found.planned) == (2 * CHUNK, N)
+    there = np.r_[0:CHUNK, 2 * CHUNK : 3 * CHUNK]
+    assert found.rows[0].mean == pytest.approx(metric[there].mean())
+    assert found.rows[0].largest[0] == there[np.argmax(metric[there])]
+    with pytest.raises(InputError, match="holds no run yet"):
+        summarise(filled({}, blocks=[]))
+
+
+def test_bands_are_quantiles_of_the_runs_that_are_still_going(rng: np.random.Generator) -> None:
+    series = rng.normal(size=(N, 5)).cumsum(axis=1)
+    series[::3, 3:] = np.nan
+    series[:, 4] = np.nan
+    found = bands(filled({"x": series}), "x", [0.05, 0.5])
+    assert np.allclose(found[:, :4], np.nanquantile(series[:, :4], [0.05, 0.5], axis=0))
+    assert np.isnan(found[:, 4]).all()
+    with pytest.raises(InputError, match="holds no series 'm'; a batch stores series with --save every=DT"):
+        bands(filled({}), "m", [0.5])
+
+
+def test_regression_finds_the_coefficients(rng: np.random.Generator) -> None:
+    a, b = rng.normal(3, 2, N), rng.normal(-1, 0.5, N)
+    metric = 1 + 2 * a - 4 * b + rng.normal(0, 1.5, N)
+    metric[17] = np.inf
+    (found,) = sensitivities(filled({"a": a, "b": b, "m": metric}, campaign=campaign()))
+    keep = np.isfinite(metric)
+    design = np.column_stack([np.ones(keep.sum()), a[keep], b[keep]])
+    raw, residual, *_ = np.linalg.lstsq(design, metric[keep])
+    sd = metric[keep].std()
+    assert found.kind == "regression"
+    assert found.first["a"] == pytest.approx(raw[1] * a[keep].std() / sd)
+    assert found.first["b"] == pytest.approx(raw[2] * b[keep].std() / sd)
+    assert found.explained == pytest.approx(1 - residual[0] / (keep.sum() * sd**2))
+    assert found.runs == N - 1
+
+
+def test_nothing_is_said_of_what_does_not_scatter(rng: np.random.Generator) -> None:
+    assert sensitivities(filled({"a": rng.normal(size=N)}, campaign=campaign())) == []
+    assert sensitivities(filled({"m": rng.normal(size=N)}, campaign=campaign())) == []
+
+
+def test_sobol_indices_of_a_known_function() -> None:
+    """m = a + 2 b + 3 (a - 1/2)(b - 1/2): variances 1/12, 4/12 and 9/144."""
+    n = 4 * 1024
+    points = Sampler("saltelli", [("a",), ("b",)], n, 1).points(0, n)
+    a, b = points.T
+    metric = a + 2 * b + 3 * (a - 0.5) * (b - 0.5)
+    store = filled({"a": a, "b": b, "m": metric}, n=n, campaign=campaign("saltelli"))
+    (found,) = sensitivities(store)
+    parts = np.array([1 / 12, 4 / 12, 9 / 144])
+    first, second, both = parts / parts.sum()
+    assert found.kind == "sobol"
+    assert [found.first["a"], found.first["b"]] == pytest.approx([first, second], abs=0.01)
+    assert [found.total["a"], found.total["b"]] == pytest.approx([first + both, second + both], abs=0.01)
+
+
+def test_the_stop_rule_looks_at_the_whole_width() -> None:
+    rule = StopRule("ci(success) < 0.1", "random")
+    widths = {n: np.subtract(*interval(n // 2, n)[::-1]) for n in (300, 350, 400, 450)}
+    assert {n: rule.holds(n // 2, n) for n in widths} == {n: width < 0.1 for n, width in widths.items()}
+    assert {rule.holds(n // 2, n) for n in widths} == {True, False}

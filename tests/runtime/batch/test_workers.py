@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Batches on a real dask scheduler with real worker processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import dask.config as dask_config
+import numpy as np
+import pytest
+from distributed import Client
+
+from mehvar.errors import InputError
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.store import Store, open_store
+from mehvar.runtime.batch.workers import connect
+
+ROOT = Path(__file__).parents[3]
+CAMPAIGN = Campaign(
+    "path", n=96, seed=5, vary={"l1_0": "normal(0.2, 0.01)", "R": "uniform(0.6, 0.72)"}, options={"t_end": 0.5}
+)
+PATIENCE = "2s"  # before a process that was killed is given up
+
+
+def dask(*arguments: str, **environment: str) -> subprocess.Popen[bytes]:
+    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+    return subprocess.Popen(
+        [sys.executable, "-m", "dask", *arguments],
+        env={**os.environ, "PYTHONPATH": path, "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": PATIENCE, **environment},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+
+
+def worker(address: str, name: str, **environment: str) -> subprocess.Popen[bytes]:
+    options = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--name", name, "--local-directory")
+    return dask("worker", address, *options, environment.pop("FOLDER", "/tmp"), **environment)
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    file = tmp_path_factory.mktemp("dask") / "scheduler.json"
+    process = dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
+    try:
+        dask_config.set({"distributed.comm.timeouts.connect": PATIENCE})
+        with Client(scheduler_file=str(file), timeout=60, set_as_default=False) as client:
+            address = str(client.scheduler.address)  # type: ignore[union-attr]
+        yield address
+    finally:
+        process.terminate()
+        process.wait()
+
+
+@pytest.fixture
+def client(scheduler: str) -> Iterator[Client]:
+    with connect(scheduler) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def here() -> Store:
+    return run_batch("triangle", CAMPAIGN)
+
+
+def same(one: Store, other: Store) -> bool:
+    return all(np.array_equal(one.read(name), other.read(name), equal_nan=name != "status") for name in one.variables())
+
+
+def stop(*processes: subprocess.Popen[bytes]) -> None:
+    for process in processes:
+        process.terminate()
+    for process in processes:
+        process.wait()
+
+
+def test_workers_give_the_bits_of_this_process(scheduler: str, client: Client, here: Store, tmp_path: Path) -> None:
+    """Two workers with caches of their own compile for themselves."""
+    processes = [worker(scheduler, f"w{k}", FOLDER=str(tmp_path), MEHVAR_CACHE=str(tmp_path / f"c{k}")) for k in (0, 1)]
+    try:
+        client.wait_for_workers(2, timeout=60)
+        store = run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client, chunk=8)
+        assert same(store, here)
+        assert all(list((tmp_path / f"c{k}").glob("*.so")) for k in (0, 1))
+    finally:
+        stop(*processes)
+
+
+def test_a_killed_worker_costs_time_only(scheduler: str, client: Client, here: Store, tmp_path: Path) -> None:
+    first = worker(scheduler, "doomed", FOLDER=str(tmp_path))
+    later: list[subprocess.Popen[bytes]] = []
+    try:
+        client.wait_for_workers(1, timeout=60)
+
+        def report(runs: int, *_: int) -> None:
+            if runs >= 16 and not later:
+                first.send_signal(signal.SIGKILL)
+                later.append(worker(scheduler, "spare", FOLDER=str(tmp_path)))
+
+        store = run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client, chunk=8, report=report)
+        assert later
+        assert same(store, here)
+    finally:
+        stop(first, *later)
+
+
+def test_a_worker_without_a_compiler_is_named(scheduler: str, client: Client, tmp_path: Path) -> None:
+    process = worker(scheduler, "bare", FOLDER=str(tmp_path), CC="/no/such/cc")
+    try:
+        client.wait_for_workers(1, timeout=60)
+        with pytest.raises(InputError, match=r"the worker tcp://.* cannot take part: .*/no/such/cc"):
+            run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client)
+    finally:
+        stop(process)
+
+
+def test_a_cluster_without_workers_is_refused_and_the_store_can_go_on(client: Client, tmp_path: Path) -> None:
+    out = tmp_path / "runs.zarr"
+    with pytest.raises(InputError, match="no worker: start some with `dask worker"):
+        run_batch("triangle", replace(CAMPAIGN, n=8), out, client=client)
+    run_batch("triangle", replace(CAMPAIGN, n=8), out, resume=True)
+    assert open_store(out).stored() == [0]
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "tcp://no.such.host.invalid:8786"])
+def test_a_scheduler_that_is_not_there_is_named(address: str) -> None:
+    with pytest.raises(InputError, match=rf"scheduler = '{address}': must be the address of a running dask scheduler"):
+        connect(address, timeout=1)

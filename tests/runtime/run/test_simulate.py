@@ -1,0 +1,360 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Closed loops against SciPy and against hand computation; early ends; what is refused."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.integrate._ivp import dop853_coefficients
+
+from mehvar import runtime
+from mehvar.runtime import InputError, Model, Status, simulate
+from mehvar.runtime.compiling.library import NATIVE, load_native
+from mehvar.runtime.model.manifest import FILE
+from mehvar.runtime.run.problem import STAGES
+
+Edit = Callable[[str, str, str], Path]
+Array = NDArray[np.float64]
+
+
+@pytest.fixture(params=["c", "python"])
+def model(request: pytest.FixtureRequest, pendulum: Model, slow_pendulum: Model) -> Model:
+    return pendulum if request.param == "c" else slow_pendulum
+
+
+def reference(model: Model, times: Array, x0: Array, torque: Callable[[float, Array], float], **p: float) -> Array:
+    """Integrate the pendulum with SciPy at its tightest."""
+    values = model.parameters(**p)
+    result = solve_ivp(
+        lambda t, x: model.rhs(x, [torque(t, x)], values),
+        (times[0], times[-1]),
+        x0,
+        method="DOP853",
+        t_eval=times,
+        rtol=1e-13,
+        atol=1e-13,
+    )
+    return np.asarray(result.y.T)
+
+
+def pd_torque(t: float, x: Array) -> float:
+    return float(-20.0 * (x[0] - 0.5) - 2 * np.sqrt(20.0) * x[1])
+
+
+def test_dop853_has_the_published_coefficients() -> None:
+    library = load_native()
+    for name, expected in {
+        "mv_dop853_a": np.pad(dop853_coefficients.A[:12, :12], ((0, 0), (0, 4))),
+        "mv_dop853_b": dop853_coefficients.B,
+        "mv_dop853_c": dop853_coefficients.C[:12],
+        "mv_dop853_e3": dop853_coefficients.E3,
+        "mv_dop853_e5": dop853_coefficients.E5,
+    }.items():
+        found = np.ctypeslib.as_array((ctypes.c_double * expected.size).in_dll(library, name))
+        np.testing.assert_array_equal(found.reshape(expected.shape), expected, err_msg=name)
+
+
+def test_the_work_of_a_step_has_the_rows_that_the_integrator_takes() -> None:
+    assert f"#define MV_STAGES {STAGES}\n" in (NATIVE / "integrator.h").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("method", "tolerance"), [("dop853", 1e-9), ("dopri5", 1e-8), ("rock4", 1e-8), ("rk4", 1e-7)])
+def test_continuous_loop_against_scipy(model: Model, method: Any, tolerance: float) -> None:
+    run = simulate(model, "pd", method=method)
+    assert run.status is Status.DONE
+    assert run.reason == "end time reached"
+    expected = reference(model, run.t, np.array([1.0, 0.0]), pd_torque)
+    np.testing.assert_allclose(run.x, expected, atol=tolerance)
+    np.testing.assert_allclose(run.u[:, 0], [pd_torque(0.0, x) for x in run.x], atol=1e-12)
+    np.testing.assert_array_equal(run.u, run.u_cmd)
+    np.testing.assert_allclose(run.y[:, 1], run.x[:, 0] - 0.5)
+    np.testing.assert_allclose(run.y[:, 2], run.u[:, 0] * run.x[:, 1])
+
+
+def test_backends_agree(pendulum: Model, slow_pendulum: Model) -> None:
+    for law, options in (("pd", {}), ("pd", {"hold": 0.02, "delay": 2}), ("p-sum", {"delay": 1})):
+        fast, slow = (simulate(m, law, ref_rate=0.3, **options) for m in (pendulum, slow_pendulum))
+        for name, values in fast.variables().items():
+            np.testing.assert_allclose(values, slow.variables()[name], atol=2e-9, err_msg=f"{law} {name}")
+        np.testing.assert_array_equal(fast.t, slow.t)
+
+
+def test_moving_reference(model: Model) -> None:
+    run = simulate(model, "pd", ref_rate=0.7)
+    moving = reference(model, run.t, np.array([1.0, 0.0]), lambda t, x: pd_torque(t, x) + 20.0 * 0.7 * t)
+    np.testing.assert_allclose(run.x, moving, atol=1e-9)
+    np.testing.assert_allclose(run.y[:, 1], run.x[:, 0] - (0.5 + 0.7 * run.t), atol=1e-14)
+
+
+def test_constant_reference_is_evaluated_once(edited: Edit, pendulum: Model) -> None:
+    constant = runtime.load(edited(FILE, '"reference_constant": false', '"reference_constant": true'), backend="c")
+    np.testing.assert_array_equal(simulate(constant, "pd").x, simulate(pendulum, "pd").x)
+
+
+def test_samples_are_at_multiples_of_the_step(model: Model) -> None:
+    run = simulate(model, "pd", t_end=0.7, dt_out=0.1)
+    np.testing.assert_array_equal(run.t[:-1], np.arange(7) * 0.1)
+    assert run.t[-1] == run.t_stop == 0.7
+    held = simulate(model, "pd", t_end=0.7, dt_out=0.1, hold=0.025)
+    np.testing.assert_array_equal(held.t, run.t)
+
+
+def test_end_between_samples_is_sampled(model: Model) -> None:
+    run = simulate(model, "pd", t_end=0.25, dt_out=0.1)
+    np.testing.assert_array_equal(run.t, [0.0, 0.1, 0.2, 0.25])
+    exact = reference(model, run.t, np.array([1.0, 0.0]), pd_torque)
+    np.testing.assert_allclose(run.x, exact, atol=1e-9)
+    np.testing.assert_array_equal(simulate(model, "pd", t_end=0.004).t, [0.0, 0.004])
+
+
+def test_rk4_is_of_fourth_order(pendulum: Model) -> None:
+    exact = simulate(pendulum, "pd", t_end=1.0, rtol=1e-13, atol=1e-13).x[-1]
+    steps = np.array([0.05, 0.025, 0.0125])
+    errors = [
+        np.max(np.abs(simulate(pendulum, "pd", t_end=1.0, dt_out=0.5, method="rk4", step=h).x[-1] - exact))
+        for h in steps
+    ]
+    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert slope == pytest.approx(4.0, abs=0.15)
+
+
+@pytest.mark.parametrize("method", ["dop853", "dopri5", "rock4"])
+def test_error_follows_the_tolerance(pendulum: Model, method: Any) -> None:
+    options: dict[str, Any] = {"t_end": 10.0, "dt_out": 10.0, "angle_0": 3.0, "k_p": 9.9, "k_d": 0.0}
+    exact = simulate(pendulum, "pd", rtol=1e-13, atol=1e-13, **options).x[-1]
+    for tolerance in (1e-4, 1e-7, 1e-10):
+        run = simulate(pendulum, "pd", method=method, rtol=tolerance, atol=tolerance, **options)
+        assert np.max(np.abs(run.x[-1] - exact)) < 200 * tolerance
+        assert run.statistics["steps"] > 10
+
+
+def test_step_size_survives_the_samples(pendulum: Model) -> None:
+    fine = simulate(pendulum, "pd", dt_out=0.001)
+    assert fine.statistics["steps"] == 2000
+    assert fine.statistics["rejected"] == 0
+    assert simulate(pendulum, "pd", dt_out=1.0).statistics["steps"] < 100
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_hold_and_delay_by_hand(model: Model, delay: int) -> None:
+    hold, count, z, inputs = 0.05, 12, 0.25, [0.0] * delay
+    x, states, memory = np.array([1.0, 0.2]), [], []
+    for _ in range(count):
+        states.append(x)
+        memory.append(z)
+        error = x[0] - 0.5
+        inputs.append(-2.0 * error - 0.5 * z)
+        z += error
+        applied = inputs[len(states) - 1]
+        x = reference(model, np.array([0.0, hold]), x, lambda _t, _x, u=applied: u)[-1]  # type: ignore[misc]
+    run = simulate(model, "p-sum", delay=delay, dt_out=hold, t_end=(count - 1) * hold, initial={"rate": 0.2})
+    np.testing.assert_allclose(run.x, states, atol=1e-9)
+    np.testing.assert_allclose(run.u[:, 0], inputs[:count], atol=1e-9)
+    np.testing.assert_allclose(run.u_cmd[:, 0], inputs[delay : count + delay], atol=1e-9)
+    np.testing.assert_allclose(run.z[:, 0], memory, atol=1e-9)
+    assert run.hold == hold
+
+
+def test_recording_does_not_change_a_sampled_run(model: Model) -> None:
+    every = simulate(model, "p-sum", dt_out=0.05)
+    coarse, fine = simulate(model, "p-sum", dt_out=0.2), simulate(model, "p-sum", dt_out=0.01)
+    np.testing.assert_allclose(coarse.x, every.x[::4], atol=1e-13)
+    np.testing.assert_allclose(fine.x[::5], every.x, atol=1e-9)
+    for i in range(5):
+        np.testing.assert_allclose(fine.u[i:-1:5], every.u[:-1], atol=1e-9)
+        np.testing.assert_allclose(fine.z[i + 1 :: 5], every.z[1:], atol=1e-9)
+
+
+def test_hold_of_a_continuous_law_tends_to_the_continuous_loop(pendulum: Model) -> None:
+    exact = simulate(pendulum, "pd").x[-1]
+    errors = [np.max(np.abs(simulate(pendulum, "pd", hold=h).x[-1] - exact)) for h in (0.01, 0.001)]
+    assert errors[1] < errors[0] / 5
+
+
+def test_not_finite_derivative_ends_the_run(model: Model) -> None:
+    run = simulate(model, "pd", t_end=5.0, angle_ref=2.0, k_wall=0.1, wall=1.2)
+    assert run.status is Status.NOT_FINITE
+    assert run.reason.startswith("the state derivative is not finite at t = ")
+    assert 0 < run.t_stop < 5.0
+    assert run.t[-1] <= run.t_stop < run.t[-1] + 0.011
+    assert np.all(np.isfinite(run.x))
+    assert run.x[-1, 0] < 1.2
+
+
+def test_not_finite_from_the_start(model: Model) -> None:
+    run = simulate(model, "pd", k_wall=0.1, wall=0.9)
+    assert (run.status, run.t_stop, len(run.t)) == (Status.NOT_FINITE, 0.0, 1)
+
+
+def test_not_finite_input_names_the_law(edited: Edit) -> None:
+    copy = edited("pendulum.c", "u[0] = -c[0] * (x[0] - r[0]) - c[1] * z[0];", "u[0] = mv_sqrt(x[0]);")
+    run = simulate(runtime.load(copy, backend="c"), "p-sum", t_end=5.0, dt_out=0.05)
+    assert run.status is Status.NOT_FINITE
+    assert run.reason.startswith("the input torque of p-sum is not finite at t = ")
+    assert run.x[-1, 0] < 0 < run.x[-2, 0]
+
+
+@pytest.mark.parametrize("options", [{}, {"hold": 0.01}, {"method": "dopri5"}])
+def test_blow_up_in_finite_time_ends_the_run(model: Model, options: dict[str, Any]) -> None:
+    run = simulate(model, "pd", cube=100.0, rate_max=1e300, torque_max=1e300, t_end=100.0, **options)
+    assert run.status in (Status.NOT_FINITE, Status.STEP_UNDERFLOW)
+    assert 0 < run.t_stop < 5.0
+    assert np.all(np.isfinite(run.x))
+
+
+def test_blow_up_ends_a_fixed_step_run(model: Model) -> None:
+    run = simulate(model, "pd", cube=100.0, rate_max=1e300, torque_max=1e300, t_end=100.0, method="rk4")
+    assert run.status is Status.NOT_FINITE
+    assert np.all(np.isfinite(run.x))
+
+
+@pytest.mark.parametrize("options", [{}, {"hold": 0.01}, {"method": "rk4", "step": 0.001}])
+def test_limit_ends_the_run(model: Model, options: dict[str, Any]) -> None:
+    run = simulate(model, "pd", rate_max=1.0, dt_out=0.01, **options)
+    assert run.status is Status.LIMIT
+    assert run.reason.startswith("the rate -1.0")
+    assert " rad/s reached 1 rad/s (at t = 0.0" in run.reason
+    assert run.t[-1] <= run.t_stop <= run.t[-1] + 0.0101
+    before = len(run.t) - ("hold" in options)  # a sampled loop ends at the sample where its law meets the limit
+    assert np.all(np.abs(run.x[:before, 1]) < 1.0)
+    free = simulate(model, "pd", **options)
+    np.testing.assert_allclose(run.x, free.x[: len(run.t)], atol=1e-9)
+    assert abs(free.x[before, 1]) > 1.0
+
+
+@pytest.mark.parametrize("options", [{}, {"hold": 0.01}, {"hold": 0.01, "delay": 2}, {"method": "rk4"}])
+def test_limit_of_the_input_ends_the_run(model: Model, options: dict[str, Any]) -> None:
+    run = simulate(model, "pd", ref_rate=10.0, angle_0=0.5, torque_max=8.0, **options)
+    assert run.status is Status.LIMIT
+    assert run.reason.startswith("the torque reached 8 N m (at t = ")
+    assert np.all(run.u[:-1] < 8.0)
+    free = simulate(model, "pd", ref_rate=10.0, angle_0=0.5, **options)
+    first = free.t[np.argmax(free.u_cmd[:, 0] > 8.0)]
+    assert run.t_stop == pytest.approx(first, abs=0.0101)
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "rk4", "step": 1e-4}, {"hold": 10.0}])
+def test_too_many_steps_end_the_run(model: Model, options: dict[str, Any]) -> None:
+    run = simulate(model, "pd", t_end=10.0, dt_out=10.0, max_steps=5, **options)
+    assert run.status is Status.TOO_MANY_STEPS
+    assert run.reason.startswith("more than 5 steps from one sample to the next at t = ")
+    assert len(run.t) == 1
+
+
+def test_progress_and_interrupt(pendulum: Model) -> None:
+    seen: list[float] = []
+    simulate(pendulum, "pd", t_end=200.0, progress=lambda t, end: seen.append(t / end))
+    assert len(seen) > 3
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+
+    def interrupt(t: float, _end: float) -> None:
+        if t > 1.0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(pendulum, "pd", t_end=1e4, progress=interrupt)
+
+
+def test_interrupt_from_the_keyboard(pendulum: Model) -> None:
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests are a background job
+    timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    start = time.perf_counter()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            simulate(pendulum, "pd", t_end=1e5, dt_out=1.0, hold=0.01)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert time.perf_counter() - start < 3.0
+
+
+def test_chunks_do_not_change_the_result(pendulum: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = simulate(pendulum, "p-sum", t_end=20.0, delay=2)
+    monkeypatch.setattr(runtime.run.compiled, "_CHUNK_SECONDS", 0.0)
+    single = simulate(pendulum, "p-sum", t_end=20.0, delay=2)
+    np.testing.assert_array_equal(whole.x, single.x)
+    np.testing.assert_array_equal(whole.u, single.u)
+
+
+def test_initial_state(model: Model) -> None:
+    run = simulate(model, "pd", initial={"angle": -0.3})
+    np.testing.assert_array_equal(run.x[0], [-0.3, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"initial": {"angel": 1.0}}, r"unknown state .* 'angel' \(from --set\): did you mean angle"),
+        ({"initial": {"angle": float("nan")}}, r"angle = nan \(from --set\): must be a finite number"),
+        ({"initial": {"rate": 60.0}}, r"initial state \(from --set, initial\) is outside the limits: the rate 60"),
+        ({"torque_max": -1.0}, r"initial state \(from scenario swing\) is outside the limits: the torque reached -1"),
+        ({"rate_0": 60.0}, r"initial state \(from scenario swing\) is outside the limits"),
+        ({"scenario": "swingg"}, "unknown scenario of pendulum 'swingg': did you mean swing"),
+        ({"t_end": 0.0}, r"t_end = 0.0 \(from --set\): must be a number > 0"),
+        ({"t_end": float("inf")}, "t_end = inf .*: must be a finite number"),
+        ({"t_end": 1e9}, "t_end = 1000000000.0 .* at most 20000000 times"),
+        ({"t_end": 1e3, "dt_out": 1e-4}, "dt_out = 0.0001 .* at least 0.0002 s, for 5000000 samples"),
+        ({"dt_out": -1}, "dt_out = -1 .*: must be a number > 0"),
+        ({"hold": 0.015}, r"hold and dt_out are 0.01 s and 0.015 s \(from --set\): one must be an integer"),
+        ({"hold": "x"}, "hold = 'x' .*: must be a number"),
+        ({"delay": 1}, "delay = 1 .* continuous in time"),
+        ({"delay": -1, "hold": 0.01}, "delay = -1 .*: must be a whole number >= 0"),
+        ({"delay": 0.5, "hold": 0.01}, "delay = 0.5 .*: must be a whole number >= 0"),
+        ({"method": "euler"}, "method = 'euler' .*: must be dop853, dopri5, rock4 or rk4"),
+        ({"rtol": 1e-15}, r"rtol = 1e-15 .*: must be a number in \[2.22e-14, 1\)"),
+        ({"atol": 0.0}, "atol = 0.0"),
+        ({"step": 0.0, "method": "rk4"}, "step = 0.0 .*: must be a number > 0"),
+        ({"max_steps": 0}, "max_steps = 0 .*: must be a whole number >= 1"),
+        ({"parameters": {"m": 1.0}, "m": 2.0}, r"m is given twice \(from --set\)"),
+        ({"k_pp": 1.0}, r"unknown parameter or option of pendulum with pd 'k_pp' \(from --set\): did you mean k_p"),
+        ({"t_ned": 1.0}, "did you mean t_end"),
+    ],
+)
+def test_bad_input(model: Model, options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        simulate(model, "pd", origin="--set", **options)
+
+
+def test_loaded_model_keeps_its_backend(pendulum: Model) -> None:
+    with pytest.raises(InputError, match=r"backend = 'python' .*: must be 'c', as the model was loaded"):
+        simulate(pendulum, "pd", backend="python")
+
+
+def test_unknown_controller(model: Model) -> None:
+    with pytest.raises(InputError, match=r"unknown controller of pendulum 'pdd': did you mean pd\? known: pd, p-sum"):
+        simulate(model, "pdd")
+
+
+def test_sampled_law_without_period_needs_a_hold(edited: Edit) -> None:
+    model = runtime.load(edited(FILE, '"period": "Ts"', '"period": null'), backend="python")
+    with pytest.raises(InputError, match="p-sum is a sampled law without a period of its own: set hold"):
+        simulate(model, "p-sum")
+    assert simulate(model, "p-sum", hold=0.1).hold == 0.1
+
+
+def test_functions_of_another_signature_are_refused(edited: Edit) -> None:
+    copy = edited(FILE, '"pd_loop": {"args": [["q", 2], ["r", 1]', '"pd_loop": {"args": [["r", 1], ["q", 2]')
+    model = runtime.load(copy, backend="c")
+    with pytest.raises(InputError, match=r"lacks the function pd_loop\(q, r, p, c\); generate the model again"):
+        simulate(model, "pd")
+
+
+def test_model_by_folder(folder: Path) -> None:
+    run = simulate(folder, "pd", backend="c", t_end=0.1)
+    assert (run.backend, run.status) == ("c", Status.DONE)
+    assert run.compile_seconds > 0
+    assert run.run_seconds > 0
+    assert run.options["method"] == "dop853"
+    assert run.parameters.values["k_p"] == 20.0
