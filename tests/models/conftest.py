@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model and the ledger of its paper, once for each test_ledger_MODEL.py."""
+"""A model and the ledger of its paper, once for each MODEL/test_ledger.py."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mehvar.models.system import System
 
 
 def _model(request: pytest.FixtureRequest) -> str:
-    return str(request.module.__name__).rpartition("test_ledger_")[2]
+    return request.path.parent.name
 
 
 @pytest.fixture(scope="module")
