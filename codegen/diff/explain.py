@@ -12,6 +12,7 @@ from itertools import chain
 from ..equal.judge import Expression, Worlds, shown
 from ..equal.values import FieldWorld
 from ..equations.formula import Names, Printer, rank_of
+from ..equations.spelling import LATEX
 from .changes import Change, replaced
 from .report import Counterexample, Edit, Kind, Part, Path
 from .terms import Account
@@ -39,7 +40,7 @@ class Explainer:
         self.judge = versions.judge
         names = _names(versions)
         self._text = Printer(versions.pool.nodes, names)
-        self._latex = Printer(versions.pool.nodes, names, latex=True)
+        self._latex = Printer(versions.pool.nodes, names, LATEX)
 
     def explain(self, old: Item, new: Item) -> Told:
         """Return the edits that turn the old text into the new one, over the same children."""
