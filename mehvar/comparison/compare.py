@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mehvar.codegen.diff import Document, DocumentError, compare
-from mehvar.codegen.diff.report import Comparison, Verdict
+from mehvar.codegen.diff.report import Comparison, Fate
 from mehvar.errors import InputError, unknown_name
 
 from .consequences import consequences
@@ -119,7 +119,7 @@ def _document(folder: Path) -> Document:
 
 def _status(comparison: Comparison) -> Status:
     telling = [equation for equation in comparison if equation.matters]
-    if any(equation.verdict is not Verdict.UNDECIDED for equation in telling):
+    if any(equation.verdict is not Fate.UNDECIDED for equation in telling):
         return Status.CHANGED
     if telling:
         return Status.UNDECIDED

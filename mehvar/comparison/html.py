@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from mehvar.codegen.diff.report import Comparison, Edit, Equation, Group, ParameterChange, Verdict
+from mehvar.codegen.diff.report import Comparison, Edit, Equation, Fate, Group, ParameterChange
 from mehvar.codegen.equations.formula import Marks, Names, Nodes, Printer
 from mehvar.codegen.equations.mathml import element
 from mehvar.codegen.equations.spelling import MATHML
@@ -32,12 +32,12 @@ from .text import (
 )
 
 _FOLDED = (
-    (Verdict.INHERITED, "inherited: other values, because of the changes above"),
-    (Verdict.ADDED, "added, used by other equations"),
-    (Verdict.REMOVED, "removed, were used by other equations"),
-    (Verdict.REARRANGED, "rearranged: written differently, equal"),
-    (Verdict.RENAMED, "renamed, equal"),
-    (Verdict.SCALED, "scaled: the same equation, multiplied by something"),
+    (Fate.INHERITED, "inherited: other values, because of the changes above"),
+    (Fate.ADDED, "added, used by other equations"),
+    (Fate.REMOVED, "removed, were used by other equations"),
+    (Fate.REARRANGED, "rearranged: written differently, equal"),
+    (Fate.RENAMED, "renamed, equal"),
+    (Fate.SCALED, "scaled: the same equation, multiplied by something"),
 )
 
 
@@ -100,7 +100,7 @@ class _Sheet:
 
     @cached_property
     def _alignment(self) -> Alignment:
-        renamed = {e.old_name: e.name for e in self._comparison.of(Verdict.RENAMED)}
+        renamed = {e.old_name: e.name for e in self._comparison.of(Fate.RENAMED)}
         return Alignment(self._comparison.old_nodes, self._comparison.new_nodes, renamed)
 
     def section(self) -> _Section:
@@ -121,7 +121,7 @@ class _Sheet:
             parameters=comparison.parameters,
             follows=self._model.consequences,
             folded=[(f"{len(cards)} {heading}", cards) for heading, cards in folded if cards],
-            unchanged=[self._card(equation) for equation in comparison.of(Verdict.SAME)],
+            unchanged=[self._card(equation) for equation in comparison.of(Fate.SAME)],
         )
 
     def _card(self, equation: Equation, group: Group | None = None) -> _Card:
@@ -130,7 +130,7 @@ class _Sheet:
         return _Card(
             title=title(equation, group.names if group else ()),
             anchor=f"{self._model.model}-{equation.name}",
-            kind="maybe" if equation.verdict is Verdict.UNDECIDED else kind,
+            kind="maybe" if equation.verdict is Fate.UNDECIDED else kind,
             status=equation.verdict.value,
             path=" > ".join(part for part in (equation.kind, equation.section) if part),
             edits=[(self._part(equation, edit), edit_title(edit)) for edit in equation.edits],
@@ -164,7 +164,7 @@ class _Sheet:
         return "".join(term for term, _ in _terms(nodes, root, self._old_latex if old else self._new_latex))
 
     def _marks(self, equation: Equation) -> tuple[Marks, Marks]:
-        if equation.old_node is None or equation.new_node is None or equation.verdict is Verdict.SAME:
+        if equation.old_node is None or equation.new_node is None or equation.verdict is Fate.SAME:
             return frozenset(), frozenset()
         old = frozenset(place for edit in equation.edits if edit.old for place in edit.old.places)
         new = frozenset(place for edit in equation.edits if edit.new for place in edit.new.places)
@@ -191,6 +191,6 @@ def _notes(comparison: Comparison, equation: Equation, group: Group | None) -> l
         notes.append(f"Inherited by {labels(comparison, equation.users)}.")
     if equation.via:
         notes.append(f"Because of {labels(comparison, equation.via)}.")
-    if not equation.matters and equation.verdict is Verdict.CHANGED:
+    if not equation.matters and equation.verdict is Fate.CHANGED:
         notes.append("What uses it compensates: no equation or result has another value because of it.")
     return [note for note in notes if note]

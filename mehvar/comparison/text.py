@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from rich.text import Text
 
-from mehvar.codegen.diff.report import Comparison, Edit, Equation, Group, ParameterChange, Verdict
+from mehvar.codegen.diff.report import Comparison, Edit, Equation, Fate, Group, ParameterChange
 from mehvar.terminal import Line
 
 from .consequences import Consequences
@@ -23,9 +23,9 @@ _HEADLINES = {
     Status.REMOVED: "REMOVED",
 }
 _COUNTED = {
-    Verdict.CHANGED: "changed", Verdict.ADDED: "added", Verdict.REMOVED: "removed", Verdict.UNDECIDED: "undecided",
-    Verdict.INHERITED: "inherited", Verdict.REARRANGED: "rearranged", Verdict.RENAMED: "renamed",
-    Verdict.SCALED: "scaled", Verdict.SAME: "unchanged",
+    Fate.CHANGED: "changed", Fate.ADDED: "added", Fate.REMOVED: "removed", Fate.UNDECIDED: "undecided",
+    Fate.INHERITED: "inherited", Fate.REARRANGED: "rearranged", Fate.RENAMED: "renamed",
+    Fate.SCALED: "scaled", Fate.SAME: "unchanged",
 }  # fmt: skip
 
 
@@ -69,7 +69,7 @@ def stories(comparison: Comparison) -> list[str]:
 def one_by_one(comparison: Comparison) -> Iterator[tuple[Equation, Group | None]]:
     """Yield the equations that get words of their own; a family once, by its first member."""
     family = families(comparison)
-    for equation in comparison.of(Verdict.CHANGED, Verdict.UNDECIDED, Verdict.ADDED, Verdict.REMOVED):
+    for equation in comparison.of(Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED):
         group = family.get(equation.name)
         if not is_quiet(equation) and (group is None or group.names[0] == equation.name):
             yield equation, group
@@ -77,7 +77,7 @@ def one_by_one(comparison: Comparison) -> Iterator[tuple[Equation, Group | None]
 
 def is_quiet(equation: Equation) -> bool:
     """Whether an equation only came or went as a name that others use."""
-    return not equation.matters and equation.verdict in (Verdict.ADDED, Verdict.REMOVED)
+    return not equation.matters and equation.verdict in (Fate.ADDED, Fate.REMOVED)
 
 
 def sure(equation: Equation) -> str:
@@ -124,7 +124,7 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
     for equation, group in one_by_one(comparison):
         names = group.names if group else ()
         word = _COUNTED[equation.verdict]
-        style = "yellow" if equation.verdict is Verdict.UNDECIDED else "red" if equation.matters else "cyan"
+        style = "yellow" if equation.verdict is Fate.UNDECIDED else "red" if equation.matters else "cyan"
         harmless = "" if equation.matters else ": what uses it compensates"
         yield 2, Text.assemble((word, style), " ", (title(equation, names), "bold"), harmless)
         if group:
@@ -133,11 +133,11 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
             yield from _edit(edit)
         if where := example(equation):
             yield 4, Text(where)
-        if equation.verdict in (Verdict.CHANGED, Verdict.UNDECIDED):
+        if equation.verdict in (Fate.CHANGED, Fate.UNDECIDED):
             yield 4, Text(sure(equation), "dim")
         if equation.users:
             yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
-    for verdict in (Verdict.ADDED, Verdict.REMOVED):
+    for verdict in (Fate.ADDED, Fate.REMOVED):
         if quiet := [label(equation) for equation in comparison.of(verdict) if is_quiet(equation)]:
             yield 2, Text.assemble((f"{verdict.value} ", "cyan"), ", ".join(quiet))
 
@@ -155,10 +155,10 @@ def _edit(edit: Edit) -> Iterator[Line]:
 
 
 def _equivalent(comparison: Comparison) -> Iterator[Line]:
-    groups: dict[tuple[Verdict, str], list[str]] = {}
+    groups: dict[tuple[Fate, str], list[str]] = {}
     for equation in comparison.equivalent:
         name = label(equation)
-        if equation.verdict is Verdict.RENAMED:
+        if equation.verdict is Fate.RENAMED:
             name = f"{equation.old_name} -> {name}"
         groups.setdefault((equation.verdict, equation.how), []).append(name)
     for (verdict, how), names in groups.items():
