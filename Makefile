@@ -14,7 +14,7 @@ test: setup lint
 	$(BIN)/mehvar generate --check
 	$(BIN)/pytest -n auto --dist loadscope
 
-docs: setup
+docs: setup farm
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
 	@echo "build/site/index.html"
 

@@ -21,7 +21,7 @@ from machine import command_line, machine, table, write
 
 from mehvar.codegen.diff import Document, compare
 from mehvar.codegen.diff.changes import Change, replaced
-from mehvar.codegen.diff.report import Kind, Verdict
+from mehvar.codegen.diff.report import Fate, Kind
 from mehvar.codegen.diff.report import Path as Place
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equations.formula import Printer
@@ -145,7 +145,7 @@ def _random(name: str, document: Document) -> list[str]:
             continue
         times.append(seconds)
         count["edits"] += 1
-        count["undecided"] += bool(found.of(Verdict.UNDECIDED))
+        count["undecided"] += bool(found.of(Fate.UNDECIDED))
         if [source.name for source in found.sources] == [target]:
             count["source"] += 1
             edits = found[target].edits

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol
 
@@ -11,6 +11,11 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
+
+Line = tuple[int, Text]
+"""A line with its indentation."""
+_NARROWEST = 40
+"""Columns that are left for a line's text however narrow the terminal: below this, words are cut."""
 
 
 class Advance(Protocol):
@@ -31,6 +36,22 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
     console.print(table)
+
+
+def print_lines(lines: Iterable[Line]) -> None:
+    """Print lines: coloured and wrapped below their indentation on a terminal, as they are elsewhere."""
+    console = Console(highlight=False)
+    for indent, text in lines:
+        if not console.is_terminal:
+            print(" " * indent + text.plain)
+            continue
+        for part in text.wrap(console, max(console.width - indent, _NARROWEST)):
+            console.print(Text(" " * indent) + part, soft_wrap=True)
+
+
+def plain_text(lines: Iterable[Line]) -> str:
+    """Return lines as plain text."""
+    return "\n".join(" " * indent + text.plain for indent, text in lines)
 
 
 @contextmanager

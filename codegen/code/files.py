@@ -9,12 +9,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-import jinja2
-
 from mehvar.models.system import Group, Quantity, System
 
 from ..functions.graphs import GeneratedFunction
 from ..functions.requests import identifier
+from ..templates import text_environment
 from .spelling import PYTHON, C, statements
 from .split import split
 from .tape import Tape, tape
@@ -195,14 +194,7 @@ def texts(system: System, functions: Sequence[PrintedFunction]) -> dict[str, str
     dict of str to str
         File name to text: MODEL.c, MODEL_jac.c, MODEL_prepared.c, MODEL.h, MODEL.py.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATES),
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        undefined=jinja2.StrictUndefined,
-        autoescape=False,
-    )
+    environment = text_environment(_TEMPLATES)
     environment.filters["capitalize_first"] = lambda text: text[:1].upper() + text[1:]
     name = system.name
     common = {

@@ -5,18 +5,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..equal.judge import Decision
+from ..equal.judge import Verdict
 from ..equations.document import Document
 from .explain import Explainer
 from .groups import groups
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
 from .parameters import parameter_changes
-from .report import Comparison, Equation, Verdict
+from .report import Comparison, Equation, Fate
 from .versions import Item, Key, Versions
 
-_EQUAL = frozenset((Verdict.SAME, Verdict.REARRANGED, Verdict.RENAMED, Verdict.SCALED))
-_UNEQUAL = frozenset((Verdict.CHANGED, Verdict.INHERITED, Verdict.UNDECIDED))
+_EQUAL = frozenset((Fate.SAME, Fate.REARRANGED, Fate.RENAMED, Fate.SCALED))
+_UNEQUAL = frozenset((Fate.CHANGED, Fate.INHERITED, Fate.UNDECIDED))
 
 
 def compare(old: Document, new: Document) -> Comparison:
@@ -56,14 +56,14 @@ class _Verdicts:
 
     def __init__(self, versions: Versions) -> None:
         self.versions = versions
-        self.verdict: dict[Key, tuple[Verdict, Decision]] = {}
+        self.verdict: dict[Key, tuple[Fate, Verdict]] = {}
         self.sources: dict[Key, dict[Key, None]] = {}
         """For a row whose value differs: the rows where that comes from."""
         self.names = {item.key: item.name for item in versions.news}
         for item in versions.news:
             partner = versions.partner.get(item.key)
             if partner is None:
-                self.verdict[item.key] = (Verdict.ADDED, Decision(None, "no such equation before"))
+                self.verdict[item.key] = (Fate.ADDED, Verdict(None, "no such equation before"))
             else:
                 self.verdict[item.key] = self._judge(partner, item)
         self.lost: dict[Key, Lost] = {}
@@ -73,53 +73,53 @@ class _Verdicts:
 
     # One row
 
-    def _judge(self, old: Item, new: Item) -> tuple[Verdict, Decision]:
+    def _judge(self, old: Item, new: Item) -> tuple[Fate, Verdict]:
         versions = self.versions
         children = versions.children(new)
         unequal = [child for child in children if self._differs(child)]
         text = self._same_text(old, new)
         if text and not unequal:
             how = "node identity" if all(self._identical(child) for child in children) else "same text over equal names"
-            return self._equal(old, new, Verdict.SAME), Decision(True, how)
-        local = Decision(True, "node identity") if text else self._local(old, new)
+            return self._equal(old, new, Fate.SAME), Verdict(True, how)
+        local = Verdict(True, "node identity") if text else self._local(old, new)
         if local.equal and not unequal:
-            return self._equal(old, new, Verdict.REARRANGED), local
+            return self._equal(old, new, Fate.REARRANGED), local
         whole = self._whole(old, new, local, unequal)
         if whole.equal:
-            return self._equal(old, new, Verdict.SAME if text else Verdict.REARRANGED), whole
+            return self._equal(old, new, Fate.SAME if text else Fate.REARRANGED), whole
         if local.equal:
             self.sources[new.key] = {key: None for child in unequal for key in self.sources.get(child.key, {})}
-            undecided = whole.equal is None and any(self.verdict[c.key][0] is Verdict.UNDECIDED for c in unequal)
-            return (Verdict.UNDECIDED if undecided else Verdict.INHERITED), whole
+            undecided = whole.equal is None and any(self.verdict[c.key][0] is Fate.UNDECIDED for c in unequal)
+            return (Fate.UNDECIDED if undecided else Fate.INHERITED), whole
         self.sources[new.key] = {new.key: None}
         if new.row.implicit:
             scaled = scale(versions, old, new)
             if scaled:
                 del self.sources[new.key]
-                return Verdict.SCALED, Decision(True, scaled)
-        return (Verdict.UNDECIDED if local.equal is None else Verdict.CHANGED), local
+                return Fate.SCALED, Verdict(True, scaled)
+        return (Fate.UNDECIDED if local.equal is None else Fate.CHANGED), local
 
-    def _local(self, old: Item, new: Item) -> Decision:
+    def _local(self, old: Item, new: Item) -> Verdict:
         """Compare the new text with the old one over the same children."""
         versions = self.versions
         pair = (versions.before, old.root), (versions.across, new.root)
         free = (versions.free_old, old.root), (versions.free_new, new.root)
         if versions.judge.same_in_field(*pair) or versions.judge.same_in_field(*free):
-            return Decision(True, versions.judge.how)
+            return Verdict(True, versions.judge.how)
         decision = versions.judge.decide(*pair)
         if decision.equal is None:
             by_text = versions.judge.decide(*free)
             if by_text.equal is False:
-                return Decision(False, f"{by_text.how}, names in it taken as free")
+                return Verdict(False, f"{by_text.how}, names in it taken as free")
         return decision
 
-    def _whole(self, old: Item, new: Item, local: Decision, unequal: list[Item]) -> Decision:
+    def _whole(self, old: Item, new: Item, local: Verdict, unequal: list[Item]) -> Verdict:
         """Compare the values themselves, where children differ."""
         if not unequal:
             return local
         judge, pair = self.versions.judge, ((self.versions.before, old.root), (self.versions.after, new.root))
         if local.equal:
-            return Decision(bool(judge.same_in_field(*pair)), judge.how)
+            return Verdict(bool(judge.same_in_field(*pair)), judge.how)
         return judge.decide(*pair)
 
     def _same_text(self, old: Item, new: Item) -> bool:
@@ -132,8 +132,8 @@ class _Verdicts:
             ) and not any(child.key not in versions.partner for child in versions.children(new))
         return False
 
-    def _equal(self, old: Item, new: Item, verdict: Verdict) -> Verdict:
-        return Verdict.RENAMED if old.name != new.name and new.row.named else verdict
+    def _equal(self, old: Item, new: Item, verdict: Fate) -> Fate:
+        return Fate.RENAMED if old.name != new.name and new.row.named else verdict
 
     def _identical(self, item: Item) -> bool:
         return self.verdict[item.key][1].how == "node identity"
@@ -148,16 +148,16 @@ class _Verdicts:
             for item in motions:
                 if self._differs(item):
                     self.sources.pop(item.key, None)
-                    self.verdict[item.key] = (Verdict.SCALED, Decision(True, "recombined: the same accelerations"))
+                    self.verdict[item.key] = (Fate.SCALED, Verdict(True, "recombined: the same accelerations"))
 
     def _lost(self) -> None:
         """Blame a definition that changed and was written out, not each of its users."""
-        changed = [item for item in self.versions.news if self.verdict[item.key][0] is Verdict.CHANGED]
+        changed = [item for item in self.versions.news if self.verdict[item.key][0] is Fate.CHANGED]
         for found in lost_definitions(self.versions, changed):
             self.lost[found.item.key] = found
             self.names[found.item.key] = found.item.name
             for user in found.users:
-                self.verdict[user.key] = (Verdict.INHERITED, self.verdict[user.key][1])
+                self.verdict[user.key] = (Fate.INHERITED, self.verdict[user.key][1])
                 self._blame(user.key, found.item.key)
 
     def _blame(self, old: Key, new: Key) -> None:
@@ -180,7 +180,7 @@ class _Verdicts:
     def _users(self) -> dict[Key, list[str]]:
         users: dict[Key, list[str]] = {}
         for item in self.versions.news:
-            if self.verdict[item.key][0] in (Verdict.INHERITED, Verdict.UNDECIDED):
+            if self.verdict[item.key][0] in (Fate.INHERITED, Fate.UNDECIDED):
                 for source in self.sources.get(item.key, {}):
                     if source != item.key:
                         users.setdefault(source, []).append(item.name)
@@ -203,7 +203,7 @@ class _Verdicts:
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
-        told = explainer.explain(partner, item) if partner and verdict is Verdict.CHANGED else None
+        told = explainer.explain(partner, item) if partner and verdict is Fate.CHANGED else None
         return Equation(
             name=row.name,
             old_name=partner.row.name if partner else "",
@@ -215,7 +215,7 @@ class _Verdicts:
             latex=row.latex,
             verdict=verdict,
             how=decision.how,
-            matters=item.key in mattering or (verdict is Verdict.ADDED and not row.named),
+            matters=item.key in mattering or (verdict is Fate.ADDED and not row.named),
             edits=told.edits if told else (),
             replayed=told.replayed if told else False,
             counterexample=told.counterexample if told else None,
@@ -232,7 +232,7 @@ class _Verdicts:
             return removed
         return replace(
             removed,
-            verdict=Verdict.CHANGED,
+            verdict=Fate.CHANGED,
             how="written out in its users, which this edit reproduces",
             matters=True,
             edits=(explainer.edit(lost.change, item.root),),
@@ -244,6 +244,6 @@ class _Verdicts:
     def _removed(item: Item) -> Equation:
         row = item.row
         return Equation(
-            row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex, Verdict.REMOVED,
+            row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex, Fate.REMOVED,
             "no such equation any more", matters=not row.named, old_node=row.node,
         )  # fmt: skip

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain
 
-from ..equal.judge import Expression, Worlds, shown
+from ..equal.judge import VISIBLE, Counterexample, Expression, Worlds, shown, simplified
 from ..equal.values import FieldWorld
 from ..equations.formula import Names, Printer, rank_of
+from ..equations.spelling import LATEX
 from .changes import Change, replaced
-from .report import Counterexample, Edit, Kind, Part, Path
+from .report import Edit, Kind, Part, Path
 from .terms import Account
 from .versions import Item, Versions
 
@@ -39,7 +40,7 @@ class Explainer:
         self.judge = versions.judge
         names = _names(versions)
         self._text = Printer(versions.pool.nodes, names)
-        self._latex = Printer(versions.pool.nodes, names, latex=True)
+        self._latex = Printer(versions.pool.nodes, names, LATEX)
 
     def explain(self, old: Item, new: Item) -> Told:
         """Return the edits that turn the old text into the new one, over the same children."""
@@ -128,9 +129,9 @@ class Explainer:
             return None
         point = {name: self._coordinate(worlds, name) for name in {*old[0].free(old[1]), *new[0].free(new[1])}}
         if len(old[0].cone(old[1])) + len(new[0].cone(new[1])) <= _LARGEST_CONE:
-            point = self._simplified(point, old, new)
+            point = simplified(point, self._candidates, lambda trial: self._fails(trial, old, new))
             worlds = self.judge.real(point)
-        values = [shown(worlds[meaning].value(root)) for meaning, root in (old, new)]
+        values = [shown(worlds, expression) for expression in (old, new)]
         named = tuple((name, _written(value)) for name, value in sorted(point.items()) if value)
         return Counterexample(named, *values)
 
@@ -138,31 +139,16 @@ class Explainer:
     def _coordinate(worlds: Worlds, name: str) -> Fraction:
         return next(iter(worlds)).point[name]  # type: ignore[no-any-return]
 
-    def _simplified(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> dict[str, Fraction]:
-        simple = dict(point)
-        for name in sorted(point):
-            for value in self._candidates(name, simple[name]):
-                trial = {**simple, name: value}
-                if self._visible(trial, old, new):
-                    simple = trial
-                    break
-        return simple
+    def _candidates(self, name: str, value: Fraction) -> Iterator[Fraction]:
+        positive = self.judge.positive(name)
+        return (simple for simple in self.judge.sampler.simple(name, value) if simple > 0 or not positive)
 
-    def _visible(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
+    def _fails(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
         worlds = self.judge.real(point)
         a, b = worlds[old[0]].defined(old[1]), worlds[new[0]].defined(new[1])
         if a is None or b is None or isinstance(a, bool | tuple):
             return False
-        return bool(abs(a - b) > 1e-4 * (abs(a) + abs(b)) and self.judge.differ(worlds, old, new))
-
-    def _candidates(self, name: str, value: Fraction) -> Iterator[Fraction]:
-        low, high, default = self.judge.sampler.names.get(name, (None, None, None))
-        positive = self.judge.positive(name)
-        rounded = Fraction(f"{float(value):.2g}")
-        for candidate in (Fraction(0), Fraction(1), Fraction(1, 2), default, rounded):
-            inside = candidate is not None and (low is None or low <= candidate) and (high is None or candidate <= high)
-            if candidate is not None and inside and (candidate > 0 or not positive):
-                yield candidate
+        return bool(abs(a - b) > VISIBLE * (abs(a) + abs(b)) and self.judge.differ(worlds, old, new))
 
 
 def _written(value: Fraction) -> str:

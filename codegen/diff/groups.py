@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from .report import Equation, Group, Verdict
+from .report import Equation, Fate, Group
 from .versions import Versions
 
 
@@ -19,7 +19,7 @@ def _families(versions: Versions, equations: tuple[Equation, ...]) -> list[Group
     indexed = _indexed(versions)
     stories: dict[tuple[str, ...], list[Equation]] = {}
     for equation in equations:
-        if equation.verdict not in (Verdict.CHANGED, Verdict.ADDED, Verdict.REMOVED):
+        if equation.verdict not in (Fate.CHANGED, Fate.ADDED, Fate.REMOVED):
             continue
         told = [f"{edit.kind} {' > '.join(edit.path)} {edit.says}" for edit in equation.edits]
         story = tuple(_generic(text, indexed) for text in (equation.verdict, equation.kind, equation.name, *told))
@@ -51,12 +51,12 @@ def _conventions(versions: Versions, equations: tuple[Equation, ...]) -> list[Gr
     uses = {item.name: [child.name for child in versions.children(item)] for item in versions.news}
     found = []
     for equation in equations:
-        if equation.verdict is not Verdict.CHANGED or equation.matters:
+        if equation.verdict is not Fate.CHANGED or equation.matters:
             continue
         users = tuple(
             other.name
             for other in equations
-            if other.verdict is Verdict.REARRANGED and equation.name in uses.get(other.name, ())
+            if other.verdict is Fate.REARRANGED and equation.name in uses.get(other.name, ())
         )
         what = "sign" if len(equation.edits) == 1 and equation.edits[0].kind == "sign" else "convention"
         says = f"the {what} of {equation.name} changed; {', '.join(users) or 'its users'} compensate"

@@ -8,12 +8,14 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
+from ..equal.judge import Counterexample
+
 SCHEMA = 1
 Path = tuple[int, ...]
 """Positions of operands on the way from the root of an expression to a part of it."""
 
 
-class Verdict(StrEnum):
+class Fate(StrEnum):
     """What became of an equation.
 
     `SAME`: the same text. `REARRANGED`: other text, equal value. `RENAMED`: equal value under another name. `SCALED`:
@@ -88,23 +90,6 @@ class Edit:
 
 
 @dataclass(frozen=True)
-class Counterexample:
-    """A point where old and new differ.
-
-    Attributes
-    ----------
-    at : tuple of (str, str)
-        Names and exact values; every name that is not listed is zero or does not matter.
-    old, new : str
-        Both values there, to six digits.
-    """
-
-    at: tuple[tuple[str, str], ...]
-    old: str
-    new: str
-
-
-@dataclass(frozen=True)
 class Equation:
     """What became of one definition, shown equation or result.
 
@@ -118,7 +103,7 @@ class Equation:
         "definition", "equation", or the kind of a result: "rhs", "output", "law", ...
     section, number, title, unit, latex : str
         As in the model; `latex` is its left side.
-    verdict : Verdict
+    verdict : Fate
         What became of it.
     how : str
         How that is known: "node identity", "3 points of a 154-bit field, seed 5", "64 points", "50 digits", ...
@@ -130,7 +115,7 @@ class Equation:
     replayed : bool
         Whether these edits, applied to the old side, were tested to give the new side.
     counterexample : Counterexample or None
-        Where both sides differ.
+        Where the old side, the left one, and the new one differ.
     via : tuple of str
         For an inherited change: the names of its sources.
     users : tuple of str
@@ -147,7 +132,7 @@ class Equation:
     title: str
     unit: str
     latex: str
-    verdict: Verdict
+    verdict: Fate
     how: str
     matters: bool = False
     edits: tuple[Edit, ...] = ()
@@ -237,41 +222,41 @@ class Comparison:
     @property
     def sources(self) -> tuple[Equation, ...]:
         """The equations whose own text means something else: where changes come from."""
-        return self.of(Verdict.CHANGED)
+        return self.of(Fate.CHANGED)
 
     @property
     def changed(self) -> tuple[Equation, ...]:
         """What has another value, by itself or through what it uses, or may have one."""
-        found = self.of(Verdict.CHANGED, Verdict.INHERITED, Verdict.UNDECIDED)
-        return tuple(equation for equation in found if equation.matters)
+        unequal = self.of(Fate.CHANGED, Fate.INHERITED, Fate.UNDECIDED)
+        return tuple(equation for equation in unequal if equation.matters)
 
     @property
     def added(self) -> tuple[Equation, ...]:
         """What only the new side has."""
-        return self.of(Verdict.ADDED)
+        return self.of(Fate.ADDED)
 
     @property
     def removed(self) -> tuple[Equation, ...]:
         """What only the old side has."""
-        return self.of(Verdict.REMOVED)
+        return self.of(Fate.REMOVED)
 
     @property
     def equivalent(self) -> tuple[Equation, ...]:
         """What is written or called differently and means the same."""
-        return self.of(Verdict.REARRANGED, Verdict.RENAMED, Verdict.SCALED)
+        return self.of(Fate.REARRANGED, Fate.RENAMED, Fate.SCALED)
 
     @property
     def differs(self) -> bool:
         """Whether the physics differs, or may: also by a parameter or a structural choice."""
         return bool(self.parameters or self.structure) or any(equation.matters for equation in self.equations)
 
-    def of(self, *verdicts: Verdict) -> tuple[Equation, ...]:
+    def of(self, *verdicts: Fate) -> tuple[Equation, ...]:
         """Return the equations with one of these verdicts."""
         return tuple(equation for equation in self if equation.verdict in verdicts)
 
     def counts(self) -> dict[str, int]:
         """Count the equations by verdict."""
-        return {verdict.value: len(self.of(verdict)) for verdict in Verdict}
+        return {verdict.value: len(self.of(verdict)) for verdict in Fate}
 
     def __iter__(self) -> Iterator[Equation]:
         return iter(self.equations)
@@ -293,4 +278,7 @@ class Comparison:
         """Return all of it but the graphs as plain lists, dicts and strings."""
         graphs = ("old_nodes", "new_nodes", "old_latex", "new_latex")
         plain = {key: value for key, value in asdict(self).items() if key not in graphs}
+        for equation in plain["equations"]:
+            if point := equation["counterexample"]:  # schema 1 calls its sides old and new
+                equation["counterexample"] = {"at": point["at"], "old": point["left"], "new": point["right"]}
         return {"schema": SCHEMA, "differs": self.differs, "counts": self.counts(), **plain}

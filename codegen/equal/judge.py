@@ -10,8 +10,9 @@ if every branch was visited.
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from types import MappingProxyType
 from typing import Any
 
@@ -30,16 +31,38 @@ _DRAWS = 12
 _HOPELESS = 48
 """Points without a value after which none is expected any more."""
 _MOST_NAMES = 60
+VISIBLE = 1e-4
+"""Relative difference that a counterexample shows: two of the six digits that are printed."""
+_PASSES = 2
+"""A name may allow a simple value only after the names behind it have theirs."""
 _TRIES = 6
 """Points tried for each one wanted."""
 
 
 @dataclass(frozen=True)
-class Decision:
-    """An answer: equal or not, or None where neither could be shown; and how that is known."""
+class Counterexample:
+    """A point where two expressions differ.
+
+    Attributes
+    ----------
+    at : tuple of (str, str)
+        Names and exact values; names that are not listed are zero or do not matter.
+    left, right : str
+        Both values there, to six digits.
+    """
+
+    at: tuple[tuple[str, str], ...]
+    left: str
+    right: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """An answer: equal or not, or None where neither could be shown; how that is known, and where they differ."""
 
     equal: bool | None
     how: str
+    counterexample: Counterexample | None = None
 
 
 class Meaning:
@@ -69,14 +92,14 @@ class Meaning:
 
     def depends(self, root: int) -> Iterator[tuple[Meaning, int]]:
         """Yield every node that an expression depends on, with what names stand for there."""
-        seen: set[tuple[int, int]] = set()
-        stack: list[tuple[Meaning, int]] = [(self, root)]
+        seen: set[Expression] = set()
+        stack: list[Expression] = [(self, root)]
         while stack:
             meaning, start = stack.pop()
             for node in reached(self.pool.nodes, [start]):
-                if (id(meaning), node) in seen:
+                if (meaning, node) in seen:
                     continue
-                seen.add((id(meaning), node))
+                seen.add((meaning, node))
                 yield meaning, node
                 operation, *operands = self.pool.nodes[node]
                 target = meaning.targets(operands[0]) if operation == "sym" else None
@@ -93,13 +116,12 @@ class Worlds:
 
     def __init__(self, make: Callable[[Pool, Lookup], World[Any]]) -> None:
         self._make = make
-        self._worlds: dict[int, World[Any]] = {}
+        self._worlds: dict[Meaning, World[Any]] = {}
 
     def __getitem__(self, meaning: Meaning) -> Any:
-        key = id(meaning)
-        if key not in self._worlds:
-            self._worlds[key] = self._make(meaning.pool, lambda name: self._lookup(meaning, name))
-        return self._worlds[key]
+        if meaning not in self._worlds:
+            self._worlds[meaning] = self._make(meaning.pool, lambda name: self._lookup(meaning, name))
+        return self._worlds[meaning]
 
     def __iter__(self) -> Iterator[Any]:
         return iter(self._worlds.values())
@@ -191,96 +213,117 @@ class Judge:
         """Return the values of an expression at the points of the field, None where it has none."""
         return tuple(worlds[meaning].defined(root) for worlds in self._plain[:_POINTS])
 
-    def decide(self, old: Expression, new: Expression) -> Decision:
+    def decide(self, old: Expression, new: Expression) -> Verdict:
         """Decide whether two expressions are the same function."""
         if old[1] == new[1] and old[0] is new[0]:
-            return Decision(True, "node identity")
+            return Verdict(True, "node identity")
         equal = self.same_in_field(old, new)
         if equal:
-            return Decision(True, self.how)
+            return Verdict(True, self.how)
         worlds = self._plain[0]
         if equal is False and worlds[old[0]].exact(old[1]) and worlds[new[0]].exact(new[1]):
-            return Decision(False, self.how)
+            return Verdict(False, self.how)
         if self._same_with_signs(old, new):
-            return Decision(True, f"{_BRANCHED} points of a {field.BITS}-bit field with signs, seed {self.seed}")
+            return Verdict(True, f"{_BRANCHED} points of a {field.BITS}-bit field with signs, seed {self.seed}")
         return self._by_reals(old, new)
 
     def same_in_field(self, old: Expression, new: Expression) -> bool | None:
         """Compare values at the first points where both exist; None if there are too few such points."""
-        found = 0
+        matches = 0
         for worlds in self._plain[:_DRAWS]:
             a, b = worlds[old[0]].defined(old[1]), worlds[new[0]].defined(new[1])
             if a is None or b is None:
                 continue
             if a != b:
                 return False
-            found += 1
-            if found == _POINTS:
+            matches += 1
+            if matches == _POINTS:
                 return True
         return None
 
     def _same_with_signs(self, old: Expression, new: Expression) -> bool:
         coverage = _Coverage(self.pool, old, new)
-        found = 0
+        matches = 0
         for number in range(4 * _BRANCHED):
             if number == len(self._signed):
                 self._signed.append(self.at(10_000 + number, interpreted=True))
             worlds = self._signed[number]
             a, b = worlds[old[0]].defined(old[1]), worlds[new[0]].defined(new[1])
             if a is None or b is None or isinstance(a, field.Complex) or isinstance(b, field.Complex):
-                if number > 32 and not found:
+                if number > _HOPELESS and not matches:
                     return False
                 continue
             if a != b:
                 return False
             coverage.visit(worlds)
-            found += 1
-            if found == _BRANCHED:
+            matches += 1
+            if matches == _BRANCHED:
                 return coverage.missing() is None
         return False
 
-    def real_points(self, pairs: Sequence[Expression], wanted: int) -> Iterator[Worlds]:
-        """Yield worlds where all expressions have real values, the same ones each time."""
-        found = 0
-        for number in range(wanted * _TRIES):
+    def real_points(
+        self,
+        pairs: Sequence[Expression],
+        count: int,
+        domain: Sequence[Expression] = (),
+        tries: int = _TRIES,
+        hopeless: int = _HOPELESS,
+    ) -> Iterator[Worlds]:
+        """Yield worlds where all expressions have real values and those of the domain are positive.
+
+        The points are the same ones each time; there are fewer than `count` if so many cannot be found.
+
+        Parameters
+        ----------
+        pairs, domain : sequence of Expression
+            What must have a value, and what must be positive.
+        count : int
+            Number of points.
+        tries : int
+            Points tried for each one.
+        hopeless : int
+            Points without a value after which none is expected any more.
+        """
+        matches = 0
+        for number in range(count * tries):
             while number >= len(self._real):
                 self._real.append(self.real(self.sampler.point(len(self._real))))
             worlds = self._real[number]
-            if all(worlds[meaning].defined(root) is not None for meaning, root in pairs):
+            if inside(worlds, domain) and all(worlds[meaning].defined(root) is not None for meaning, root in pairs):
                 yield worlds
-                found += 1
-            if found == wanted or (not found and number >= _HOPELESS):
+                matches += 1
+            if matches == count or (not matches and number >= hopeless):
                 return
 
     def real(self, point: Point) -> Worlds:
         """Return new worlds at a real point."""
         return Worlds(lambda pool, lookup: RealWorld(pool, lookup, point))
 
-    def _by_reals(self, old: Expression, new: Expression) -> Decision:
+    def _by_reals(self, old: Expression, new: Expression) -> Verdict:
         coverage = _Coverage(self.pool, old, new)
-        found = 0
+        matches = 0
         for worlds in self.real_points([old, new], _BRANCHED):
-            found += 1
+            matches += 1
             if self.differ(worlds, old, new):
-                return Decision(False, f"a point with {reals.DIGITS} digits")
+                return Verdict(False, f"a point with {reals.DIGITS} digits")
             coverage.visit(worlds)
-        if found < _FEW:
+        if matches < _FEW:
             for side, other, name in ((old, new, "old"), (new, old, "new")):
                 alone = sum(
                     1 for worlds in self.real_points([side], _FEW) if worlds[other[0]].defined(other[1]) is None
                 )
                 if alone == _FEW:
-                    return Decision(False, f"only the {name} side exists at {alone} points")
-            return Decision(None, f"no difference, but both sides exist at only {found} of the points tried")
+                    return Verdict(False, f"only the {name} side exists at {alone} points")
+            return Verdict(None, f"no difference, but both sides exist at only {matches} of the points tried")
         for worlds in self.extreme_points(old, new) if coverage.missing() is not None else ():
             if self.differ(worlds, old, new):
-                return Decision(False, f"an extreme point with {reals.DIGITS} digits")
+                return Verdict(False, f"an extreme point with {reals.DIGITS} digits")
             coverage.visit(worlds)
         missing = coverage.missing()
         if missing is not None:
             operation = self.pool.nodes[missing][0]
-            return Decision(None, f"equal at {found} points, but a branch of {operation} never counted")
-        return Decision(True, f"{found} points with {reals.DIGITS} digits, every branch taken")
+            return Verdict(None, f"equal at {matches} points, but a branch of {operation} never counted")
+        return Verdict(True, f"{matches} points with {reals.DIGITS} digits, every branch taken")
 
     def extreme_points(self, old: Expression, new: Expression) -> Iterator[Worlds]:
         """Yield worlds where one free name after the other is far out, for limits that nothing usual reaches."""
@@ -301,8 +344,34 @@ class Judge:
         return reals.apart((a, first.size(old[1])), (b, second.size(new[1])))
 
 
-def shown(value: Any) -> str:
-    """Return a value to six digits."""
+def simplified(
+    point: Mapping[str, Fraction],
+    candidates: Callable[[str, Fraction], Iterable[Fraction]],
+    fails: Callable[[Point], bool],
+) -> dict[str, Fraction]:
+    """Return a point of failure with simple coordinates, as many as the failure allows, one name after the other."""
+    simple = dict(point)
+    for _ in range(_PASSES):
+        for name in (name for name in sorted(point) if simple[name] == point[name]):
+            for value in candidates(name, simple[name]):
+                if fails({**simple, name: value}):
+                    simple[name] = value
+                    break
+    return simple
+
+
+def inside(worlds: Worlds, domain: Sequence[Expression]) -> bool:
+    """Whether all expressions of a domain are positive at a real point."""
+    values = (worlds[meaning].defined(root) for meaning, root in domain)
+    return all(value is not None and value > 0 for value in values)
+
+
+def shown(worlds: Worlds, expression: Expression) -> str:
+    """Return a value at a real point to six digits; zero where it is no more than rounding."""
+    meaning, root = expression
+    value = worlds[meaning].value(root)
     if isinstance(value, bool | tuple):
         return str(value)
+    if reals.vanishes(value, worlds[meaning].size(root)):
+        return "0.0"
     return str(mpmath.nstr(value, 6, strip_zeros=True))

@@ -27,10 +27,22 @@ class Pool:
             self.nodes.append((operation, *operands))
         return self._number[content]
 
-    def copy(self, nodes: Sequence[Node], names: Mapping[str, str] | None = None) -> list[int]:
-        """Take a graph in, with some of its names replaced; return the numbers of its nodes here."""
-        numbers: list[int] = []
-        for operation, *operands in nodes:
+    def copy(
+        self, nodes: Sequence[Sequence[Any]], names: Mapping[str, str] | None = None, before: Sequence[int] = ()
+    ) -> list[int]:
+        """Take a graph in and return the numbers of its nodes here.
+
+        Parameters
+        ----------
+        nodes : sequence
+            The graph.
+        names : mapping, optional
+            Names that are replaced.
+        before : sequence of int
+            What this returned for the first nodes, if they were taken in before.
+        """
+        numbers = list(before)
+        for operation, *operands in nodes[len(numbers) :]:
             if operation == "sym":
                 numbers.append(self.intern("sym", (names or {}).get(operands[0], operands[0])))
             else:

@@ -26,7 +26,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": _CONTEXT.sin, "cos": _CONTEXT.cos, "tan": _CONTEXT.tan, "exp": _CONTEXT.exp, "sinh": _CONTEXT.sinh,
     "cosh": _CONTEXT.cosh, "tanh": _CONTEXT.tanh, "asinh": _CONTEXT.asinh, "atan": _CONTEXT.atan,
     "atan2": _CONTEXT.atan2, "floor": _CONTEXT.floor, "ceiling": _CONTEXT.ceil, "abs": abs, "erf": _CONTEXT.erf,
-    "mod": lambda a, b: a - b * _CONTEXT.floor(a / b),
+    "mod": lambda a, b: a - b * _CONTEXT.floor(a / b), "sec": _CONTEXT.sec,
 }  # fmt: skip
 _BOUNDED: dict[str, tuple[Callable[..., Any], Callable[[Any], bool]]] = {
     "asin": (_CONTEXT.asin, lambda x: abs(x) <= 1),
@@ -43,6 +43,13 @@ _TESTS: dict[str, Callable[[Any, Any], bool]] = {
     "equality": lambda a, b: bool(a == b),
     "unequality": lambda a, b: bool(a != b),
 }
+OPERATIONS = tuple(
+    sorted(
+        {*_FUNCTIONS, *_BOUNDED, *_TESTS, "sym", "num", "const", "add", "mul", "pow", "and", "or", "not", "max", "min"}
+        | {"sign", "piecewise", "exprcondpair"}
+    )
+)
+"""Everything that has a value."""
 Point = Mapping[str, Fraction]
 
 
@@ -136,7 +143,7 @@ class RealWorld(World[Any]):
             return base ** int(exact)
         if exact is not None and exact.denominator == 2 and base >= 0:
             return _CONTEXT.sqrt(base) ** exact.numerator
-        if base < 0 or (base == 0 and exact is None):
+        if base < 0 or base == exponent == 0:
             raise Undefined
         return base**exponent
 
@@ -157,13 +164,26 @@ def _real(value: Fraction) -> Any:
     return _CONTEXT.mpf(value.numerator) / value.denominator
 
 
-def apart(old: tuple[Any, int], new: tuple[Any, int]) -> bool:
-    """Whether two values, each with its size, differ by more than their rounding errors."""
-    (a, big), (b, other) = old, new
+def apart(left: tuple[Any, int], right: tuple[Any, int], within: Fraction = Fraction(0)) -> bool:
+    """Whether two values, each with its size, differ by more than their rounding errors and what is allowed."""
+    (a, size), (b, other) = left, right
     if isinstance(a, bool | tuple) or isinstance(b, bool | tuple):
         return bool(a != b)
-    limit = _CONTEXT.ldexp(_ROUNDING, 2 * max(big, other, 0) + 30)
-    return bool(abs(a - b) > limit + abs(a) * _ROUNDING * 10**20)
+    limit = _CONTEXT.ldexp(_ROUNDING, 2 * max(size, other, 0) + 30)
+    return bool(abs(a - b) > limit + abs(a) * _ROUNDING * 10**20 + (_real(within) if within else 0))
+
+
+def vanishes(value: Any, size: int) -> bool:
+    """Whether a value, with its size, is no more than rounding."""
+    return bool(abs(value) < _CONTEXT.ldexp(_CONTEXT.mpf(10) ** -DIGITS, size))
+
+
+def holds(relation: str, left: tuple[Any, int], right: tuple[Any, int], within: Fraction = Fraction(0)) -> bool:
+    """Whether "=", "<", "<=", ">" or ">=" holds between two values, each with its size."""
+    if relation == "=":
+        return not apart(left, right, within)
+    less, greater = (left, right) if relation.startswith("<") else (right, left)
+    return bool(less[0] < greater[0]) or (relation.endswith("=") and not apart(left, right))
 
 
 class _Drawn(Mapping[str, Fraction]):
@@ -224,6 +244,14 @@ class Sampler:
         """Return values of a name that are far out, inside its bounds."""
         low, high, _ = self.names.get(name, (None, None, None))
         return [v for v in (_FAR, -_FAR) if (low is None or v >= low) and (high is None or v <= high)]
+
+    def simple(self, name: str, value: Fraction) -> Iterator[Fraction]:
+        """Offer simple values to try in place of a drawn one, the simplest first."""
+        low, high, default = self.names.get(name, (None, None, None))
+        rounded = Fraction(f"{float(value):.2g}")
+        for candidate in (Fraction(0), Fraction(1), Fraction(1, 2), default, rounded):
+            if candidate is not None and (low is None or low <= candidate) and (high is None or candidate <= high):
+                yield candidate
 
     @staticmethod
     def _inside(value: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:

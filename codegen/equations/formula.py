@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Expression graphs as LaTeX and as plain text, in an order that does not depend on how they are stored.
+"""Expression graphs as LaTeX, as MathML and as plain text, in an order that does not depend on how they are stored.
 
 Factors stand in the order: number, parameters, definitions, states, rates, roots and functions; terms in the order of
 their factors, positive ones first where that avoids a leading minus.
@@ -8,33 +8,24 @@ their factors, positive ones first where that avoids a leading minus.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import prod
 from typing import Any
 
+from .spelling import TEXT, Spelling
+
 Nodes = Sequence[Sequence[Any]]
 Path = tuple[int, ...]
-Wrap = Callable[[Path, str], str]
+"""Positions of operands on the way from the root of an expression to a part of it."""
+Marks = Set[Path]
 
 _SUM, _PRODUCT, _POWER, _ATOM = range(4)
+"""How tightly a part binds."""
 _ROLES = ("parameter", "scenario", "law", "definition", "state", "reference", "input", "rate")
-_NAMED = {
-    "sin": r"\sin", "cos": r"\cos", "tan": r"\tan", "exp": r"\exp", "log": r"\ln", "asin": r"\arcsin",
-    "acos": r"\arccos", "atan": r"\arctan", "sinh": r"\sinh", "cosh": r"\cosh", "tanh": r"\tanh", "max": r"\max",
-    "min": r"\min", "sign": r"\mathrm{sgn}", "mod": r"\mathrm{mod}", "atan2": r"\mathrm{atan2}",
-}  # fmt: skip
-_FENCES = {
-    "abs": (r"\left\lvert", r"\right\rvert"), "floor": (r"\left\lfloor", r"\right\rfloor"),
-    "ceiling": (r"\left\lceil", r"\right\rceil"),
-}  # fmt: skip
-_RELATIONS = {
-    "strictgreaterthan": (">", ">"), "greaterthan": (r"\ge", ">="), "strictlessthan": ("<", "<"),
-    "lessthan": (r"\le", "<="), "equality": ("=", "=="), "unequality": (r"\ne", "!="), "and": (r"\land", "and"),
-    "or": (r"\lor", "or"),
-}  # fmt: skip
 _POWERED = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
+"""Functions that are raised behind their name and need no parentheses around a symbol."""
 _Key = tuple[tuple[int, str], ...]
 
 
@@ -45,7 +36,7 @@ class Names:
     Attributes
     ----------
     latex : mapping of str to str
-        LaTeX of a name; a name without one is printed upright.
+        LaTeX of a name; a name without one is printed as it is called.
     rank : mapping of str to int
         Where a name stands in a product; see `rank_of`.
     """
@@ -62,12 +53,22 @@ def rank_of(role: str) -> int:
 
 @dataclass(frozen=True)
 class _Factor:
-    """A factor of a product without the sign of its exponent."""
+    """A factor of a product without the sign of its exponent; `alone` as it stands without company."""
 
     key: tuple[int, str]
     text: str
     below: bool
     alone: str
+
+
+@dataclass(frozen=True)
+class _Term:
+    """A summand without its sign, and what it is sorted by."""
+
+    negative: bool
+    text: str
+    key: _Key
+    path: Path
 
 
 class Printer:
@@ -79,28 +80,27 @@ class Printer:
         The graph, as in equations.json.
     names : Names
         How its names are printed.
-    latex : bool
-        LaTeX, or plain text.
-    wrap : callable, optional
-        Gets the path of each part, positions of operands from the root, and its text; returns the text to use instead,
-        to mark it.
+    spelling : Spelling
+        Plain text, LaTeX or MathML.
+    marks : set of Path
+        Parts that are marked.
     line : int
-        Break sums in parentheses and fractions that are wider than this, as `width` measures; 0: never.
+        Break sums in parentheses and fractions that are wider than this, as `width` measures LaTeX; 0: never.
     """
 
     def __init__(
         self,
         nodes: Nodes,
         names: Names | None = None,
-        latex: bool = False,
-        wrap: Wrap | None = None,
+        spelling: Spelling = TEXT,
+        marks: Marks = frozenset(),
         line: int = 0,
     ) -> None:
         self.nodes = nodes
-        self._line = line
         self.names = names or Names()
-        self.latex = latex
-        self._wrap = wrap
+        self.spelling = spelling
+        self._marks = marks
+        self._line = line
         self._memo: dict[int, tuple[str, int]] = {}
 
     def text(self, root: int) -> str:
@@ -109,146 +109,147 @@ class Printer:
 
     def terms(self, root: int) -> list[str]:
         """Return the summands of an expression in order, each with its sign; one entry if it is no sum."""
+        return [text for text, _ in self.parts(root)]
+
+    def parts(self, root: int) -> list[tuple[str, bool]]:
+        """Return the summands, each with whether it is marked as a whole, which does not show in its text."""
         if self.nodes[root][0] != "add":
-            return [self.text(root)]
-        return [
-            sign + text
-            for sign, text in self._signed([self._term(o, (k,)) for k, o in enumerate(self.nodes[root][1:])])
-        ]
+            return [(self._plain(root, ())[0], () in self._marks)]
+        return [(sign + term.text, term.path in self._marks) for sign, term in self._signed(root, ())]
 
     def _print(self, node: int, path: Path) -> tuple[str, int]:
-        if self._wrap is None:
-            if node not in self._memo:
-                self._memo[node] = self._plain(node, path)
-            return self._memo[node]
-        text, binding = self._plain(node, path)
-        return self._wrap(path, text), binding
+        """Return a part and how tightly it binds."""
+        if self._marks:
+            text, binding = self._plain(node, path)
+            return self._marked(text, path), binding
+        if node not in self._memo:
+            self._memo[node] = self._plain(node, path)
+        return self._memo[node]
+
+    def _marked(self, text: str, *paths: Path) -> str:
+        return text if self._marks.isdisjoint(paths) else self.spelling.mark(text)
 
     def _plain(self, node: int, path: Path) -> tuple[str, int]:
         operation, *operands = self.nodes[node]
         if operation == "sym":
-            return self._name(operands[0]), _ATOM
+            return self.spelling.name(operands[0], self.names.latex.get(operands[0], "")), _ATOM
         if operation == "const":
-            return self._constant(operands[0]), _ATOM
+            return self.spelling.constant(operands[0]), _ATOM
         if operation == "add":
-            signed = self._signed([self._term(o, (*path, k)) for k, o in enumerate(operands)])
-            text = "".join(sign + text for sign, text in signed)
-            if self._line and path and width(text) > self._line:
-                text = aligned("", broken([sign + text for sign, text in signed], self._line))
-            return text, _SUM
+            return self._sum(node, path), _SUM
         if operation in ("num", "mul", "pow"):
-            negative, text, _ = self._term(node, path)
-            loose = _SUM if negative else _POWER if operation == "pow" and r"\frac" not in text else _PRODUCT
-            if operation == "num" and not negative and text.isdecimal():
-                loose = _ATOM
-            return ("-" + text if negative else text), loose
-        if operation in _RELATIONS:
-            sign = f" {_RELATIONS[operation][0 if self.latex else 1]} "
-            return sign.join(self._bound(o, (*path, k), _PRODUCT) for k, o in enumerate(operands)), _SUM
+            term = self._term(node, path)
+            return (self.spelling.negative + term.text if term.negative else term.text), self._binding(node, term)
+        if operation in self.spelling.relations:
+            sides = [self._bound(o, (*path, k), _PRODUCT) for k, o in enumerate(operands)]
+            return self.spelling.relation(operation).join(sides), _SUM
         if operation == "piecewise":
             return self._piecewise(operands, path), _ATOM
         return self._call(operation, operands, path), _ATOM
 
-    def _name(self, name: str) -> str:
-        if not self.latex:
-            return name
-        return self.names.latex.get(name) or rf"\mathrm{{{name}}}".replace("_", r"\_")
+    def _sum(self, node: int, path: Path) -> str:
+        signed = self._signed(node, path)
+        text = "".join(self._marked(sign + term.text, term.path) for sign, term in signed)
+        if self._line and path and width(text) > self._line:
+            return aligned("", broken([sign + term.text for sign, term in signed], self._line))
+        return text
 
-    def _constant(self, name: str) -> str:
-        if self.latex:
-            return {"pi": r"\pi", "True": r"\text{otherwise}", "False": r"\text{never}"}.get(name, name)
-        return {"True": "otherwise", "False": "never"}.get(name, name)
+    def _binding(self, node: int, term: _Term) -> int:
+        operation, *operands = self.nodes[node]
+        if term.negative:
+            return _SUM
+        if operation == "num" and decimal(Fraction(operands[0])).isdecimal():
+            return _ATOM
+        fraction = self.spelling.bar and self.spelling.bar in term.text
+        return _POWER if operation == "pow" and not fraction else _PRODUCT
 
-    def _signed(self, terms: list[tuple[bool, str, _Key]]) -> list[tuple[str, str]]:
+    def _signed(self, node: int, path: Path) -> list[tuple[str, _Term]]:
         """Order the terms of a sum and put their signs in front."""
-        terms = sorted(terms, key=lambda term: (term[2], term[1]))
-        first = next((k for k, term in enumerate(terms) if not term[0]), 0)
+        terms = [self._term(o, (*path, k)) for k, o in enumerate(self.nodes[node][1:])]
+        terms = sorted(terms, key=lambda term: (term.key, self.spelling.letters(term.text)))
+        first = next((k for k, term in enumerate(terms) if not term.negative), 0)
         terms.insert(0, terms.pop(first))
-        plus, minus = (" + ", " - ")
-        signs = [minus if negative else plus for negative, _, _ in terms]
-        signs[0] = "-" if terms[0][0] else ""
-        return [(sign, text) for sign, (_, text, _) in zip(signs, terms, strict=True)]
+        signs = [self.spelling.minus if term.negative else self.spelling.plus for term in terms]
+        signs[0] = self.spelling.negative if terms[0].negative else ""
+        return list(zip(signs, terms, strict=True))
 
-    def _term(self, node: int, path: Path) -> tuple[bool, str, _Key]:
-        """Return whether a summand is subtracted, its magnitude, and what it is sorted by."""
+    def _term(self, node: int, path: Path) -> _Term:
+        """Return a summand; its own mark is for the sum to set, around its sign."""
         operation, *operands = self.nodes[node]
         parts = [(o, (*path, k)) for k, o in enumerate(operands)] if operation == "mul" else [(node, path)]
-        numbers = [Fraction(self.nodes[o][1]) for o, _ in parts if self.nodes[o][0] == "num"]
-        coefficient = prod(numbers, start=Fraction(1))
+        numbers = [(Fraction(self.nodes[o][1]), p) for o, p in parts if self.nodes[o][0] == "num"]
+        coefficient = prod((number for number, _ in numbers), start=Fraction(1))
         factors = sorted(
-            (self._factor(o, p) for o, p in parts if self.nodes[o][0] != "num"), key=lambda factor: factor.key
+            (self._factor(o, p, p != path) for o, p in parts if self.nodes[o][0] != "num"),
+            key=lambda factor: factor.key,
         )
         key = tuple(factor.key for factor in factors) or ((len(_ROLES) + 3, ""),)
-        text = self._fraction(abs(coefficient), factors)
-        if self._wrap is not None and operation != "num" and parts != [(node, path)]:
-            text = self._wrap(path, text)
-        return coefficient < 0, text, key
+        text = self._fraction(abs(coefficient), [p for _, p in numbers if p != path], factors)
+        return _Term(coefficient < 0, text, key, path)
 
-    def _fraction(self, size: Fraction, factors: list[_Factor]) -> str:
+    def _fraction(self, size: Fraction, places: Sequence[Path], factors: Sequence[_Factor]) -> str:
+        """Return a product without its sign; its number stands at `places`."""
         above = [f for f in factors if not f.below]
         below = [f for f in factors if f.below]
         number = decimal(size)
         over, under = (number, "1") if number else (str(size.numerator), str(size.denominator))
-        if self.latex and "e" in over:
-            mantissa, _, power = over.partition("e")
-            over = f"10^{{{int(power)}}}"
-            over = over if mantissa == "1" else rf"{mantissa} \cdot {over}"
-        top, bottom = self._row(over, above), self._row(under, below)
-        if bottom == "1":
-            return top
-        if self.latex:
-            if not below and above:
-                return rf"\tfrac{{{over}}}{{{under}}} {self._row('1', above)}"
-            return rf"\frac{{{self._row(over, above, True)}}}{{{self._row(under, below, True)}}}"
-        return f"{top}/{self._row(under, below, True)}" if self._simple(under, below) else f"{top}/({bottom})"
+        if not below and under == "1":
+            return self._row(over, above, places)
+        if above and not below and self.spelling.coefficient:
+            number = self._marked(self.spelling.coefficient % (over, under), *places)
+            return f"{number} {self._row('1', above)}"
+        bars = bool(self.spelling.bar)
+        top, bottom = self._row(over, above, places, bars), self._row(under, below, alone=bars)
+        return self.spelling.fraction(top, bottom if bars or self._is_simple(under, below) else f"({bottom})")
 
     @staticmethod
-    def _simple(number: str, factors: list[_Factor]) -> bool:
+    def _is_simple(number: str, factors: Sequence[_Factor]) -> bool:
         return len(factors) + (number != "1") == 1 and not (
             factors and " " in factors[0].text[1:-1] and factors[0].text[0] != "("
         )
 
-    def _row(self, number: str, factors: list[_Factor], alone: bool = False) -> str:
-        if alone and self.latex and number == "1" and len(factors) == 1:
+    def _row(self, number: str, factors: Sequence[_Factor], places: Sequence[Path] = (), alone: bool = False) -> str:
+        if alone and number == "1" and len(factors) == 1:
             return factors[0].alone
         texts = [factor.text for factor in factors]
         if number != "1" or not texts:
-            texts.insert(0, number)
-        return r" \, ".join(texts) if self.latex and len(texts) > 12 else " ".join(texts)
+            texts.insert(0, self._marked(self.spelling.number(number), *places))
+        return self.spelling.product(texts)
 
-    def _factor(self, node: int, path: Path) -> _Factor:
+    def _factor(self, node: int, path: Path, inner: bool) -> _Factor:
+        """Return a factor; unless it is `inner`, but a whole term, its mark is set elsewhere."""
         operation, *operands = self.nodes[node]
-        exponent = Fraction(1)
-        base, place = node, path
-        if operation == "pow" and self.nodes[operands[1]][0] == "num":
-            exponent = Fraction(self.nodes[operands[1]][1])
-            base, place = operands[0], (*path, 0)
-        size = abs(exponent)
-        text = self._powered(base, place, size)
-        plain = size == 1 and self.nodes[base][0] != "pow"
-        alone = self._print(base, place)[0] if plain else text
-        if operation == "pow" and self._wrap is not None:
-            text, alone = self._wrap(path, text), self._wrap(path, alone)
-        return _Factor((self._rank(base), alone), text, exponent < 0, alone)
+        own = (path,) if inner else ()
+        if operation != "pow":
+            part = self._print(node, path) if inner else self._plain(node, path)
+            return _Factor(self._key(node, part[0]), self._enclosed(part, _PRODUCT), False, part[0])
+        base, raised = operands
+        if self.nodes[raised][0] != "num":
+            text = self.spelling.power(self._bound(base, (*path, 0), _ATOM), self._print(raised, (*path, 1))[0])
+            text = self._marked(text, *own)
+            return _Factor(self._key(node, text), text, False, text)
+        exponent = Fraction(self.nodes[raised][1])
+        text = alone = self._powered(base, (*path, 0), abs(exponent))
+        if abs(exponent) == 1 and self.nodes[base][0] != "pow":
+            alone = self._print(base, (*path, 0))[0]
+        text, alone = (self._marked(part, *own, (*path, 1)) for part in (text, alone))
+        return _Factor(self._key(base, alone), text, exponent < 0, alone)
 
     def _powered(self, base: int, path: Path, size: Fraction) -> str:
         operation, *operands = self.nodes[base]
-        if operation == "pow" and self.nodes[operands[1]][0] != "num":
-            inner, outer = self._bound(operands[0], (*path, 0), _ATOM), self._print(operands[1], (*path, 1))[0]
-            return rf"{inner}^{{{outer}}}" if self.latex else f"{inner}^({outer})"
+        part = self._print(base, path)
         if size == 1:
-            return self._bound(base, path, _PRODUCT)
+            return self._enclosed(part, _PRODUCT)
         if size == Fraction(1, 2):
-            inside = self._print(base, path)[0]
-            return rf"\sqrt{{{inside}}}" if self.latex else f"sqrt({inside})"
-        shown = str(size) if size.denominator == 1 else f"({size})"
+            return self.spelling.root(part[0])
+        exponent = self.spelling.number(str(size))
         if operation in _POWERED and size.denominator == 1:
-            return self._call(operation, operands, path, shown)
-        raised = rf"^{{{size}}}" if self.latex else f"^{shown}"
-        inner = self._bound(base, path, _ATOM)
-        if self.latex and operation == "sym" and (inner.startswith(r"\dot") or "^" in inner):
-            inner = f"{{{inner}}}"
-        return inner + raised
+            return self._marked(self._call(operation, operands, path, exponent), path)
+        inner = self._enclosed(part, _ATOM)
+        return self.spelling.power(self.spelling.braced(inner) if operation == "sym" else inner, exponent)
+
+    def _key(self, node: int, text: str) -> tuple[int, str]:
+        return self._rank(node), self.spelling.letters(text)
 
     def _rank(self, node: int) -> int:
         operation, *operands = self.nodes[node]
@@ -257,37 +258,26 @@ class Printer:
         return {"num": -2, "const": -1, "add": len(_ROLES) + 1}.get(operation, len(_ROLES) + 2)
 
     def _bound(self, node: int, path: Path, least: int) -> str:
-        text, binding = self._print(node, path)
-        if binding >= least:
-            return text
-        return rf"\left({text}\right)" if self.latex else f"({text})"
+        return self._enclosed(self._print(node, path), least)
+
+    def _enclosed(self, part: tuple[str, int], least: int) -> str:
+        text, binding = part
+        return text if binding >= least else self.spelling.fenced(text)
 
     def _call(self, operation: str, operands: Sequence[int], path: Path, raised: str = "") -> str:
         texts = [self._print(o, (*path, k))[0] for k, o in enumerate(operands)]
         if operation == "exprcondpair":
-            return f"{texts[0]} if {texts[1]}"
-        if not self.latex:
-            power = f"^{raised}" if raised else ""
-            return f"{operation}{power}({', '.join(texts)})"
-        if operation in _FENCES:
-            left, right = _FENCES[operation]
-            return f"{left} {texts[0]} {right}"
-        if operation == "exp":
-            return f"e^{{{texts[0]}}}"
-        name = _NAMED.get(operation, rf"\mathrm{{{operation}}}") + (f"^{{{raised}}}" if raised else "")
-        if operation in _POWERED and self.nodes[operands[0]][0] == "sym":
-            return f"{name} {texts[0]}"
-        return rf"{name}\left({', '.join(texts)}\right)"
+            return self.spelling.conditional(*texts)
+        bare = operation in _POWERED and self.nodes[operands[0]][0] == "sym"
+        return self.spelling.call(operation, texts, raised, bare)
 
     def _piecewise(self, operands: Sequence[int], path: Path) -> str:
         rows = []
         for k, pair in enumerate(operands):
-            value, condition = (self._print(o, (*path, k, j))[0] for j, o in enumerate(self.nodes[pair][1:]))
-            rows.append((value, condition))
-        if not self.latex:
-            return "{" + "; ".join(v if c == "otherwise" else f"{v} if {c}" for v, c in rows) + "}"
-        lines = (f"{v} & {c}" if c.startswith(r"\text{") else rf"{v} & \text{{if }} {c}" for v, c in rows)
-        return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
+            (value, condition), places = self.nodes[pair][1:], ((*path, k, 0), (*path, k, 1))
+            texts = self._print(value, places[0])[0], self._print(condition, places[1])[0]
+            rows.append((*texts, self.nodes[condition][0] == "const"))
+        return self.spelling.cases(rows)
 
 
 def width(latex: str) -> int:

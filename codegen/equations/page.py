@@ -9,13 +9,14 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
-import jinja2
 import sympy as sp
 
 from mehvar.models.system import Definition, Equation, System
 
+from ..templates import text_environment
 from .formula import Names, Printer, aligned, broken, rank_of, width
 from .graph import Graph, Outcome, groups, outcomes, quantity_latex
+from .spelling import LATEX
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _LINE, _CELL = 88, 64
@@ -91,18 +92,16 @@ class Section:
 def equations_markdown(system: System) -> str:
     """Write the derivation, everything that is evaluated, and a table of all symbols."""
     writer = _Writer(system)
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATES),
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    return environment.get_template("equations.md.j2").render(
-        system=system,
-        sections=list(writer.derivation()),
-        results=list(writer.results()),
-        groups={role: list(group) for role, group in groups(system).items() if list(group)},
-        latex=quantity_latex,
+    return (
+        text_environment(_TEMPLATES)
+        .get_template("equations.md.j2")
+        .render(
+            system=system,
+            sections=list(writer.derivation()),
+            results=list(writer.results()),
+            groups={role: list(group) for role, group in groups(system).items() if list(group)},
+            latex=quantity_latex,
+        )
     )
 
 
@@ -113,7 +112,7 @@ class _Writer:
         self.system = system
         self._graph = Graph()
         self._quantities = {q.symbol: q for group in groups(system).values() for q in group}
-        self._printer = Printer(self._graph.nodes, self._names(), latex=True, line=_LINE)
+        self._printer = Printer(self._graph.nodes, self._names(), LATEX, line=_LINE)
         self._explained: set[sp.Symbol] = set()
 
     def _names(self) -> Names:
@@ -141,8 +140,8 @@ class _Writer:
 
     def results(self) -> Iterator[Section]:
         """Yield what is evaluated, by kind."""
-        for kind, found in groupby(self._shown(), key=lambda outcome: outcome.kind):
-            yield Section(_TITLES[kind], ((True, tuple(self._result(outcome) for outcome in found)),))
+        for kind, results in groupby(self._shown(), key=lambda outcome: outcome.kind):
+            yield Section(_TITLES[kind], ((True, tuple(self._result(outcome) for outcome in results)),))
 
     def _shown(self) -> Iterator[Outcome]:
         """Yield the results in order of kind, of variants only what differs from the default."""
@@ -165,14 +164,14 @@ class _Writer:
         return Formula(label, title, unit, _in_cell(left), _in_cell(right), lines, wide, self._where(expr))
 
     def _where(self, expr: sp.Basic) -> tuple[str, ...]:
-        found = []
+        explanations = []
         for symbol in sorted(expr.free_symbols - self._explained, key=lambda s: s.name):
             quantity = self._quantities.get(symbol)
             self._explained.add(symbol)
             if quantity is not None and quantity.description:
                 unit = f" [{quantity.unit}]" if quantity.unit != "1" else ""
-                found.append(f"$`{quantity_latex(quantity)}`$ {quantity.description}{unit}")
-        return tuple(found)
+                explanations.append(f"$`{quantity_latex(quantity)}`$ {quantity.description}{unit}")
+        return tuple(explanations)
 
 
 def _runs(formulas: Sequence[Formula]) -> tuple[tuple[bool, tuple[Formula, ...]], ...]:

@@ -21,13 +21,15 @@ import sympy as sp
 from mehvar.models.paper import Kind, Names, Paper, Printed, Reading, Relation, Side
 from mehvar.models.system import System
 
+from ..equal.judge import Counterexample, Verdict
+from .meanings import Meanings
 from .misprints import edits
-from .relations import Comparison, Counterexample, compare, residuals
+from .relations import compare, residuals
 
 _CHOSEN: tuple[Kind, ...] = ("definition", "condition", "data")
 
 
-class Verdict(StrEnum):
+class Standing(StrEnum):
     """What became of a printed statement."""
 
     HOLDS = "holds"
@@ -47,7 +49,7 @@ class Line:
         As printed.
     corrected, corrected_latex : str
         As it should read; empty if it holds, or if no correction passed.
-    verdict : Verdict
+    verdict : Standing
         Of this relation.
     how : str
         How sure this is.
@@ -63,7 +65,7 @@ class Line:
     printed_latex: str
     corrected: str
     corrected_latex: str
-    verdict: Verdict
+    verdict: Standing
     how: str
     edits: tuple[str, ...]
     counterexample: Counterexample | None
@@ -77,7 +79,7 @@ class JudgedReading:
     text: str
     used: bool
     why: str
-    verdict: Verdict
+    verdict: Standing
     lines: tuple[Line, ...]
 
 
@@ -91,7 +93,7 @@ class Entry:
         "(22)", or where it stands.
     title, kind : str
         What it is about; equation, definition, condition, statement or data.
-    verdict : Verdict
+    verdict : Standing
         Of the entry: *illegible or ambiguous* if its readings disagree.
     readings : tuple of JudgedReading
         Each with a verdict of its own.
@@ -102,7 +104,7 @@ class Entry:
     number: str
     title: str
     kind: str
-    verdict: Verdict
+    verdict: Standing
     readings: tuple[JudgedReading, ...]
     note: str
 
@@ -152,7 +154,7 @@ class Ledger:
 
     def counts(self) -> dict[str, int]:
         """Count the entries by verdict."""
-        return {verdict.value: sum(entry.verdict is verdict for entry in self.entries) for verdict in Verdict}
+        return {verdict.value: sum(entry.verdict is verdict for entry in self.entries) for verdict in Standing}
 
     def __getitem__(self, number: str) -> Entry:
         """Return the entry with this number, "(22)"."""
@@ -187,7 +189,8 @@ def _package(model: str | ModuleType) -> ModuleType:
 
 def judge(paper: Paper, model: str) -> Ledger:
     """Compute the verdict of each entry of a paper."""
-    entries = tuple(judge_entry(printed, paper.names) for printed in paper.entries)
+    meanings = Meanings(paper.names)
+    entries = tuple(_entry(printed, meanings) for printed in paper.entries)
     return Ledger(model, paper.title, entries, paper.note)
 
 
@@ -198,56 +201,61 @@ def ledger_json(system: System) -> str:
 
 def judge_entry(printed: Printed, names: Names) -> Entry:
     """Compute the verdict of one entry."""
-    readings = tuple(_reading(reading, printed, names) for reading in printed.readings)
+    return _entry(printed, Meanings(names))
+
+
+def _entry(printed: Printed, meanings: Meanings) -> Entry:
+    readings = tuple(_reading(reading, printed, meanings) for reading in printed.readings)
     verdicts = {reading.verdict for reading in readings}
-    verdict = verdicts.pop() if len(verdicts) == 1 else Verdict.AMBIGUOUS
+    verdict = verdicts.pop() if len(verdicts) == 1 else Standing.AMBIGUOUS
     number = f"({printed.number})" if printed.number.isdecimal() else printed.number
     return Entry(number, printed.title, printed.kind, verdict, readings, printed.note)
 
 
-def _reading(reading: Reading, printed: Printed, names: Names) -> JudgedReading:
-    lines = tuple(_line(relation, names) for relation in reading.relations)
-    found = {line.verdict for line in lines}
-    if Verdict.DIFFERS in found:
-        verdict = Verdict.DIFFERS
-    elif Verdict.UNDECIDED in found:
-        verdict = Verdict.UNDECIDED
-    elif printed.kind in _CHOSEN or found <= {Verdict.DEFINITION}:
-        verdict = Verdict.DEFINITION
+def _reading(reading: Reading, printed: Printed, meanings: Meanings) -> JudgedReading:
+    lines = tuple(_line(relation, meanings) for relation in reading.relations)
+    verdicts = {line.verdict for line in lines}
+    if Standing.DIFFERS in verdicts:
+        verdict = Standing.DIFFERS
+    elif Standing.UNDECIDED in verdicts:
+        verdict = Standing.UNDECIDED
+    elif printed.kind in _CHOSEN or verdicts <= {Standing.DEFINITION}:
+        verdict = Standing.DEFINITION
     else:
-        verdict = Verdict.HOLDS
+        verdict = Standing.HOLDS
     return JudgedReading(reading.text, reading.used, reading.why, verdict, lines)
 
 
-def _line(relation: Relation, names: Names) -> Line:
-    printed = _shown(relation.left, relation.op, relation.right, names)
+def _line(relation: Relation, meanings: Meanings) -> Line:
+    printed = _shown(relation.left, relation.op, relation.right, meanings.names)
     if relation.given:
-        return Line(*printed, "", "", Verdict.DEFINITION, "given: nothing to compare", (), None, relation.says)
-    result = compare(relation, names)
-    if result.equal is None:
-        return Line(*printed, "", "", Verdict.UNDECIDED, result.how, (), None, relation.says)
-    if result.equal:
-        return Line(*printed, "", "", Verdict.HOLDS, result.how, (), None, relation.says)
-    return _differing(relation, names, printed, result)
+        return Line(*printed, "", "", Standing.DEFINITION, "given: nothing to compare", (), None, relation.says)
+    verdict = compare(relation, meanings)
+    if verdict.equal is None:
+        return Line(*printed, "", "", Standing.UNDECIDED, verdict.how, (), None, relation.says)
+    if verdict.equal:
+        return Line(*printed, "", "", Standing.HOLDS, verdict.how, (), None, relation.says)
+    return _differing(relation, meanings, printed, verdict)
 
 
-def _differing(relation: Relation, names: Names, printed: tuple[str, str], result: Comparison) -> Line:
+def _differing(relation: Relation, meanings: Meanings, printed: tuple[str, str], verdict: Verdict) -> Line:
     """Look for what is wrong: by the proposed correction if it passes, else, for a residual, term by term."""
     left = relation.left if relation.corrected_left is None else relation.corrected_left
     right = relation.right if relation.corrected is None else relation.corrected
-    corrected, how = ("", ""), result.how
+    corrected, how = ("", ""), verdict.how
     changes: tuple[str, ...] = ()
-    retest = None if (left, right) == (relation.left, relation.right) else compare(relation, names, left, right)
+    retest = None if (left, right) == (relation.left, relation.right) else compare(relation, meanings, left, right)
     if retest and retest.equal:
-        corrected = _shown(left, relation.op, right, names)
+        corrected = _shown(left, relation.op, right, meanings.names)
         how = f"{how}; the corrected form is {retest.how}"
-        changes = (*edits(relation.left, left, names.as_text), *edits(relation.right, right, names.as_text))
+        pairs = ((relation.left, left), (relation.right, right))
+        changes = tuple(edit for pair in pairs for edit in edits(*pair, meanings.names.as_text))
     elif relation.against is not None:
-        terms, derived = residuals(relation, names)
-        corrected = _shown(derived, relation.op, sp.S.Zero, names)
+        terms, derived = residuals(relation, meanings)
+        corrected = _shown(derived, relation.op, sp.S.Zero, meanings.names)
         how = f"{how}; the derived equation, written out, takes the place of a correction"
-        changes = edits(terms, derived, names.as_text)
-    return Line(*printed, *corrected, Verdict.DIFFERS, how, changes, result.counterexample, relation.says)
+        changes = edits(terms, derived, meanings.names.as_text)
+    return Line(*printed, *corrected, Standing.DIFFERS, how, changes, verdict.counterexample, relation.says)
 
 
 def _shown(left: Side, op: str, right: Side, names: Names) -> tuple[str, str]:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from latex2mathml.converter import convert
+from mehvar.codegen.equations.mathml import content
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
@@ -59,7 +59,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         return f"{match[1]}{inside}{match[3]}"
 
     def set_aside(tex: str, display: str) -> str:
-        formulas.append(convert(tex.strip(), display=display))
+        formulas.append(f'<math display="{display}">{content(tex)}</math>')
         return MARK.format(len(formulas) - 1)
 
     def prose(text: str) -> str:
@@ -93,8 +93,8 @@ def _pieces(text: str, prose: Callable[[str], str], fenced: Callable[[re.Match[s
 def _targets(place: Path) -> set[Path]:
     """Return the files that a page leads to."""
     text = FENCED.sub("", place.read_text(encoding="utf-8"))
-    found = {(place.parent / match[2]).resolve() for match in LINK.finditer(re.sub(r"`[^`\n]*`", "", text))}
-    return {target for target in found if target.is_file() and target.is_relative_to(ROOT)}
+    places = {(place.parent / match[2]).resolve() for match in LINK.finditer(re.sub(r"`[^`\n]*`", "", text))}
+    return {target for target in places if target.is_file() and target.is_relative_to(ROOT)}
 
 
 def _home(target: Path) -> str:

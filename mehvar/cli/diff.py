@@ -3,16 +3,24 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
-from mehvar.comparison.compare import Diff, diff_versions
+from mehvar.codegen.workspace import find_tree, installed_tree
+from mehvar.comparison.compare import diff_versions
+from mehvar.comparison.result import Diff
 from mehvar.comparison.sources import WORK
 from mehvar.errors import InputError, bad_value
 from mehvar.runtime.files import write_atomic
+from mehvar.terminal import plain_text, print_lines, working
+
+if TYPE_CHECKING:
+    from mehvar.ledger.judging import Ledger
 
 FORMATS = ("text", "json", "html")
 _HEAD = "HEAD"
@@ -30,22 +38,32 @@ def diff_command(
     """
     chosen = _format(form, out)
     if paper:
-        from mehvar.ledger.page import paper_command
-
         if old is not None:
             raise InputError(f"--paper compares what models/ derives now with the paper, not {old!r}: leave it out")
-        return paper_command(model, chosen, out)
+        return _papers(model, chosen, out)
     diff = diff_versions(old or _HEAD, new or WORK, model)
     if chosen == "text" and out is None:
-        from mehvar.comparison.text import print_diff
-
-        print_diff(diff)
+        print_lines(diff.lines())
     else:
-        deliver(_text(diff, chosen), out, [f"{found.model}: {found.status.value}" for found in diff.models])
+        _deliver(_text(diff, chosen), out, [f"{part.model}: {part.status.value}" for part in diff.models])
     return int(diff.differs)
 
 
-def deliver(text: str, out: Path | None, summary: Sequence[str]) -> None:
+def _papers(model: str | None, form: str, out: Path | None) -> int:
+    """Judge what the papers print."""
+    from mehvar.ledger.judging import judged
+    from mehvar.ledger.text import counted, holds, lines
+
+    with working("judging the printed equations"):
+        ledgers = judged(find_tree(Path.cwd()) or installed_tree(), model)
+    if form == "text" and out is None:
+        print_lines(lines(ledgers))
+    else:
+        _deliver(_paper_text(ledgers, form), out, [f"{ledger['model']}: {counted(ledger)}" for ledger in ledgers])
+    return int(not all(map(holds, ledgers)))
+
+
+def _deliver(text: str, out: Path | None, summary: Sequence[str]) -> None:
     """Print a text, or save it and print a line for each model."""
     if out is None:
         sys.stdout.write(text)
@@ -63,9 +81,19 @@ def _text(diff: Diff, form: str) -> str:
         from mehvar.comparison.html import html_page
 
         return html_page(diff)
-    from mehvar.comparison.text import plain_text
+    return plain_text(diff.lines()) + "\n"
 
-    return f"{diff.old} -> {diff.new}\n{plain_text(diff.models)}\n"
+
+def _paper_text(ledgers: Sequence[Ledger], form: str) -> str:
+    if form == "json":
+        return json.dumps({"schema": 1, "papers": list(ledgers)}, indent=1, ensure_ascii=False) + "\n"
+    if form == "html":
+        from mehvar.ledger.page import paper_page
+
+        return paper_page(ledgers)
+    from mehvar.ledger.text import lines
+
+    return plain_text(lines(ledgers)) + "\n"
 
 
 def _format(form: str | None, out: Path | None) -> str:

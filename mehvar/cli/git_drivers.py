@@ -11,8 +11,8 @@ import typer
 from mehvar.codegen.equations.document import Row, Symbol
 from mehvar.codegen.equations.formula import Printer
 from mehvar.comparison.compare import compare_documents, read_equations
-from mehvar.comparison.text import lines, print_lines
 from mehvar.errors import InputError
+from mehvar.terminal import print_lines
 
 _NOWHERE = "/dev/null"
 
@@ -41,7 +41,7 @@ def external_diff(arguments: Sequence[str]) -> None:
     except InputError as error:
         typer.echo(f"  cannot be compared here, but mehvar diff can derive it: {error}")
         return
-    print_lines((indent + 2, text) for indent, text in lines([compare_documents(before, after)]))
+    print_lines((indent + 2, text) for indent, text in compare_documents(before, after).lines())
 
 
 def textconv(file: Path) -> str:

@@ -50,11 +50,9 @@ def scaffold(name: str, into: Path) -> Path:
 
 
 def _write(folder: Path, name: str) -> None:
-    import jinja2
+    from mehvar.codegen.templates import text_environment
 
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATES), keep_trailing_newline=True, undefined=jinja2.StrictUndefined
-    )
+    environment = text_environment(_TEMPLATES)
     model = folder / "models" / name
     places = {
         "init.py.j2": model / "__init__.py",

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mehvar.codegen.generate import installed_tree
-from mehvar.ledger.page import judged
+from mehvar.ledger.judging import judged
 from mehvar.papers.study import Verdict, paper_models
 from mehvar.pictures.plots import require_matplotlib
 from mehvar.runtime.compiling.compiler import find_compiler

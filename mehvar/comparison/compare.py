@@ -3,135 +3,19 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from mehvar.codegen.diff import Document, DocumentError, compare
-from mehvar.codegen.diff.report import Comparison, Equation, ParameterChange, Verdict
-from mehvar.comparison.consequences import Consequences, consequences
-from mehvar.comparison.sources import WORK, Sources, Version
+from mehvar.codegen.diff.report import Comparison, Fate
 from mehvar.errors import InputError, unknown_name
 
-SCHEMA = 1
-
-
-class Status(StrEnum):
-    """What became of a model, in one word."""
-
-    SAME = "same"
-    PARAMETERS = "parameters changed"
-    UNDECIDED = "undecided"
-    CHANGED = "changed"
-    ADDED = "added"
-    REMOVED = "removed"
-
-
-@dataclass(frozen=True)
-class ModelDiff:
-    """What changed in one model.
-
-    Attributes
-    ----------
-    model : str
-        Its name.
-    status : Status
-        In one word.
-    comparison : Comparison
-        Equation by equation; empty for a model that only one side has.
-    consequences : Consequences or None
-        What the change does; None where nothing changed or nothing could be run.
-    """
-
-    model: str
-    status: Status
-    comparison: Comparison
-    consequences: Consequences | None = None
-
-    @property
-    def differs(self) -> bool:
-        """Whether anything but the form differs: an equation, a parameter, the structure."""
-        return self.status is not Status.SAME
-
-    @property
-    def changed(self) -> tuple[Equation, ...]:
-        """Equations with another value, by themselves or through what they use, and undecided ones."""
-        return self.comparison.changed
-
-    @property
-    def added(self) -> tuple[Equation, ...]:
-        """Equations that only the new side has."""
-        return self.comparison.added
-
-    @property
-    def removed(self) -> tuple[Equation, ...]:
-        """Equations that only the old side has."""
-        return self.comparison.removed
-
-    @property
-    def equivalent(self) -> tuple[Equation, ...]:
-        """Equations that are written or called differently and mean the same."""
-        return self.comparison.equivalent
-
-    @property
-    def parameters(self) -> tuple[ParameterChange, ...]:
-        """Names, units, bounds, sources and values that differ."""
-        return self.comparison.parameters
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as plain lists, dicts and strings."""
-        found = self.comparison.to_json()
-        found.pop("schema")
-        follows = None if self.consequences is None else asdict(self.consequences)
-        if follows is not None:
-            follows["eigenvalues"] = [[[z.real, z.imag] for z in pair] for pair in follows["eigenvalues"]]
-        return {
-            **found,
-            "model": self.model,
-            "status": self.status.value,
-            "differs": self.differs,
-            "consequences": follows,
-        }
-
-    def __str__(self) -> str:
-        from mehvar.comparison.text import plain_text
-
-        return plain_text([self])
-
-
-@dataclass(frozen=True)
-class Diff:
-    """What changed between two versions.
-
-    Attributes
-    ----------
-    old, new : str
-        What the versions are called.
-    models : tuple of ModelDiff
-        Every model of either side.
-    """
-
-    old: str
-    new: str
-    models: tuple[ModelDiff, ...]
-
-    @property
-    def differs(self) -> bool:
-        """Whether any model differs."""
-        return any(model.differs for model in self.models)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as docs/reference/diff-json.md describes."""
-        models = [model.to_json() for model in self.models]
-        return {"schema": SCHEMA, "old": self.old, "new": self.new, "differs": self.differs, "models": models}
-
-    def json_text(self) -> str:
-        """Return the JSON text."""
-        return json.dumps(self.to_json(), indent=1, ensure_ascii=False) + "\n"
+from .consequences import consequences
+from .result import Diff, ModelDiff
+from .sources import WORK, Sources, Version
+from .status import Status
 
 
 def diff_versions(old: str, new: str, model: str | None = None) -> Diff:
@@ -183,8 +67,8 @@ def diff(model: str, old: str = "HEAD", new: str = WORK) -> ModelDiff:
 
 def compare_folders(old: Path, new: Path) -> ModelDiff:
     """Compare two generated folders of a model, and run both if anything but the form differs."""
-    found = compare_documents(_document(old), _document(new))
-    return replace(found, consequences=consequences(old, new)) if found.differs else found
+    model = compare_documents(_document(old), _document(new))
+    return replace(model, consequences=consequences(old, new)) if model.differs else model
 
 
 def compare_documents(old: Document, new: Document) -> ModelDiff:
@@ -208,13 +92,13 @@ def read_equations(path: Path) -> Document:
 
 
 def _names(before: Version, after: Version, model: str | None) -> Sequence[str]:
-    known = sorted({*before.models, *after.models})
-    if model is not None and model not in known:
-        raise unknown_name("model", model, known, "--model")
+    names = sorted({*before.models, *after.models})
+    if model is not None and model not in names:
+        raise unknown_name("model", model, names, "--model")
     for version in (before, after):
         if version.single:
-            known = [name for name in known if name in version.folders]
-    names = [name for name in known if model in (None, name)]
+            names = [name for name in names if name in version.folders]
+    names = [name for name in names if model in (None, name)]
     if not names:
         raise InputError(f"{before.label} and {after.label} have no model in common")
     return names
@@ -235,7 +119,7 @@ def _document(folder: Path) -> Document:
 
 def _status(comparison: Comparison) -> Status:
     telling = [equation for equation in comparison if equation.matters]
-    if any(equation.verdict is not Verdict.UNDECIDED for equation in telling):
+    if any(equation.verdict is not Fate.UNDECIDED for equation in telling):
         return Status.CHANGED
     if telling:
         return Status.UNDECIDED

@@ -39,16 +39,16 @@ class Revision:
 
     def models(self) -> tuple[str, ...]:
         """Names of the models that the revision has generated texts or sources of."""
-        listed = _git(self.root, "ls-tree", "-d", "--name-only", self.commit, "generated/", "models/")
-        names = {Path(line).name for line in listed.decode().splitlines()}
+        folders = _git(self.root, "ls-tree", "-d", "--name-only", self.commit, "generated/", "models/")
+        names = {Path(line).name for line in folders.decode().splitlines()}
         return tuple(sorted(name for name in names if not name.startswith((".", "_"))))
 
     def extract(self, paths: Sequence[str], folder: Path) -> None:
         """Write those of `paths` that the revision has below `folder`."""
-        listed = _git(self.root, "ls-tree", "--name-only", self.commit, *paths).decode().splitlines()
-        if not listed:
+        names = _git(self.root, "ls-tree", "--name-only", self.commit, *paths).decode().splitlines()
+        if not names:
             return
-        archive = _git(self.root, "archive", "--format=tar", self.commit, "--", *listed)
+        archive = _git(self.root, "archive", "--format=tar", self.commit, "--", *names)
         with tarfile.open(fileobj=io.BytesIO(archive)) as tar:
             for member in tar:
                 if content := tar.extractfile(member):
@@ -66,10 +66,10 @@ def find_revision(root: Path, name: str) -> Revision | None:
         If git is not installed.
     """
     try:
-        found = _git(root, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
+        commit = _git(root, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
     except subprocess.CalledProcessError:
         return None
-    return Revision(root, name, found.decode().split()[-1])
+    return Revision(root, name, commit.decode().split()[-1])
 
 
 def in_repository(root: Path) -> bool:
@@ -83,7 +83,6 @@ def in_repository(root: Path) -> bool:
 
 def _git(root: Path, *arguments: str) -> bytes:
     try:
-        done = subprocess.run(["git", "-C", str(root), *arguments], capture_output=True, check=True)
+        return subprocess.run(["git", "-C", str(root), *arguments], capture_output=True, check=True).stdout
     except FileNotFoundError:
         raise InputError("git is not installed: compare folders, or install git") from None
-    return done.stdout

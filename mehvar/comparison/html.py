@@ -6,27 +6,38 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
-from typing import Any
 
-import jinja2
-from markupsafe import Markup
+from mehvar.codegen.diff.report import Comparison, Edit, Equation, Fate, Group, ParameterChange
+from mehvar.codegen.equations.formula import Marks, Names, Nodes, Printer
+from mehvar.codegen.equations.mathml import element
+from mehvar.codegen.equations.spelling import MATHML
+from mehvar.html import page
 
-from mehvar.codegen.diff.report import Comparison, Edit, Equation, Group, ParameterChange, Verdict
-from mehvar.comparison.compare import Diff, ModelDiff, Status
-from mehvar.comparison.consequences import Consequences
-from mehvar.comparison.marks import Alignment
-from mehvar.comparison.mathml import Formula, Marks, math, symbol
-from mehvar.comparison.text import counted, edit_title, example, labels, number, point, said, stories, sure, title, told
+from .consequences import Consequences
+from .marks import Alignment
+from .result import Diff, ModelDiff
+from .status import Status
+from .text import (
+    counted,
+    edit_title,
+    example,
+    is_complete,
+    labels,
+    number,
+    one_by_one,
+    point,
+    stories,
+    sure,
+    title,
+)
 
-_TEMPLATES = Path(__file__).parents[1] / "templates"
 _FOLDED = (
-    (Verdict.INHERITED, "inherited: other values, because of the changes above"),
-    (Verdict.ADDED, "added, used by other equations"),
-    (Verdict.REMOVED, "removed, were used by other equations"),
-    (Verdict.REARRANGED, "rearranged: written differently, equal"),
-    (Verdict.RENAMED, "renamed, equal"),
-    (Verdict.SCALED, "scaled: the same equation, multiplied by something"),
+    (Fate.INHERITED, "inherited: other values, because of the changes above"),
+    (Fate.ADDED, "added, used by other equations"),
+    (Fate.REMOVED, "removed, were used by other equations"),
+    (Fate.REARRANGED, "rearranged: written differently, equal"),
+    (Fate.RENAMED, "renamed, equal"),
+    (Fate.SCALED, "scaled: the same equation, multiplied by something"),
 )
 
 
@@ -73,34 +84,9 @@ def html_page(diff: Diff) -> str:
     """Return the page as text."""
     sections = [_Sheet(model).section() for model in diff.models]
     names = ", ".join(section.name for section in sections)
-    page = _environment().get_template("diff.html.j2")
-    return page.render(title=f"What changed in {names}", old=diff.old, new=diff.new, models=sections) + "\n"
-
-
-def paper_page(ledgers: Sequence[Mapping[str, Any]]) -> str:
-    """Return the page of published against derived equations as text."""
-    from mehvar.ledger.page import counted, example
-
-    environment = _environment()
-    environment.filters |= {"mathml": typeset, "counted": counted, "example": example}
-    return environment.get_template("diff_paper.html.j2").render(ledgers=ledgers) + "\n"
-
-
-def _environment() -> jinja2.Environment:
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"complex": number, "point": point}
-    return environment
-
-
-def typeset(latex: str) -> Markup:
-    """Return LaTeX as MathML, which a browser shows without help."""
-    return Markup(math(symbol(latex, latex)))
+    filters = {"complex": number, "point": point}
+    title = f"What changed in {names}"
+    return page("diff.html.j2", filters, title=title, old=diff.old, new=diff.new, models=sections) + "\n"
 
 
 class _Sheet:
@@ -114,15 +100,15 @@ class _Sheet:
 
     @cached_property
     def _alignment(self) -> Alignment:
-        renamed = {e.old_name: e.name for e in self._comparison.of(Verdict.RENAMED)}
+        renamed = {e.old_name: e.name for e in self._comparison.of(Fate.RENAMED)}
         return Alignment(self._comparison.old_nodes, self._comparison.new_nodes, renamed)
 
     def section(self) -> _Section:
         """Return what the page says about this model."""
         comparison, status = self._comparison, self._model.status
-        told_already = {equation for equation, _ in told(comparison)}
+        apart = {equation for equation, _ in one_by_one(comparison)}
         folded = [
-            (heading, [self._card(equation) for equation in comparison.of(verdict) if equation not in told_already])
+            (heading, [self._card(equation) for equation in comparison.of(verdict) if equation not in apart])
             for verdict, heading in _FOLDED
         ]
         return _Section(
@@ -131,11 +117,11 @@ class _Sheet:
             status=status.value,
             counted=counted(comparison),
             stories=stories(comparison),
-            changed=[self._card(equation, group) for equation, group in told(comparison)],
+            changed=[self._card(equation, group) for equation, group in one_by_one(comparison)],
             parameters=comparison.parameters,
             follows=self._model.consequences,
             folded=[(f"{len(cards)} {heading}", cards) for heading, cards in folded if cards],
-            unchanged=[self._card(equation) for equation in comparison.of(Verdict.SAME)],
+            unchanged=[self._card(equation) for equation in comparison.of(Fate.SAME)],
         )
 
     def _card(self, equation: Equation, group: Group | None = None) -> _Card:
@@ -144,7 +130,7 @@ class _Sheet:
         return _Card(
             title=title(equation, group.names if group else ()),
             anchor=f"{self._model.model}-{equation.name}",
-            kind="maybe" if equation.verdict is Verdict.UNDECIDED else kind,
+            kind="maybe" if equation.verdict is Fate.UNDECIDED else kind,
             status=equation.verdict.value,
             path=" > ".join(part for part in (equation.kind, equation.section) if part),
             edits=[(self._part(equation, edit), edit_title(edit)) for edit in equation.edits],
@@ -159,26 +145,26 @@ class _Sheet:
         old_marks, new_marks = self._marks(equation)
         before = after = None
         if old is not None:
-            formula = Formula(comparison.old_nodes, old, self._old_latex, old_marks)
-            before = _Side(_left(equation.old_name or equation.name, equation, self._old_latex), formula.terms())
+            left = _left(equation.old_name or equation.name, equation, self._old_latex)
+            before = _Side(left, _terms(comparison.old_nodes, old, self._old_latex, old_marks))
         if new is not None:
-            formula = Formula(comparison.new_nodes, new, self._new_latex, new_marks)
-            after = _Side(_left(equation.name, equation, self._new_latex), formula.terms())
+            left = _left(equation.name, equation, self._new_latex)
+            after = _Side(left, _terms(comparison.new_nodes, new, self._new_latex, new_marks))
         return before, after
 
     def _part(self, equation: Equation, edit: Edit) -> str:
         """Print the part that was edited, unless the edit's words name it."""
         old = edit.old is not None
         part, root = (edit.old, equation.old_node) if old else (edit.new, equation.new_node)
-        if said(edit) or part is None or root is None or not part.places:
+        if is_complete(edit) or part is None or root is None or not part.places:
             return ""
         nodes = self._comparison.old_nodes if old else self._comparison.new_nodes
         for step in part.places[0]:
             root = int(nodes[root][1 + step])
-        return "".join(term for term, _ in Formula(nodes, root, self._old_latex if old else self._new_latex).terms())
+        return "".join(term for term, _ in _terms(nodes, root, self._old_latex if old else self._new_latex))
 
     def _marks(self, equation: Equation) -> tuple[Marks, Marks]:
-        if equation.old_node is None or equation.new_node is None or equation.verdict is Verdict.SAME:
+        if equation.old_node is None or equation.new_node is None or equation.verdict is Fate.SAME:
             return frozenset(), frozenset()
         old = frozenset(place for edit in equation.edits if edit.old for place in edit.old.places)
         new = frozenset(place for edit in equation.edits if edit.new for place in edit.new.places)
@@ -188,9 +174,15 @@ class _Sheet:
         return old or written[0], new or written[1]
 
 
+def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> list[tuple[str, bool]]:
+    """Return the terms of a formula, each an element of its own: a long line breaks there, MathML itself does not."""
+    printer = Printer(nodes, Names(latex), MATHML, marks)
+    return [(element(text), marked) for text, marked in printer.parts(root)]
+
+
 def _left(name: str, equation: Equation, latex: Mapping[str, str]) -> str:
     spelled = equation.latex if equation.kind == "equation" else latex.get(name, equation.latex)
-    return math(symbol(name, spelled) + "<mo>=</mo>")
+    return element(MATHML.name(name, spelled) + "<mo>=</mo>")
 
 
 def _notes(comparison: Comparison, equation: Equation, group: Group | None) -> list[str]:
@@ -199,6 +191,6 @@ def _notes(comparison: Comparison, equation: Equation, group: Group | None) -> l
         notes.append(f"Inherited by {labels(comparison, equation.users)}.")
     if equation.via:
         notes.append(f"Because of {labels(comparison, equation.via)}.")
-    if not equation.matters and equation.verdict is Verdict.CHANGED:
+    if not equation.matters and equation.verdict is Fate.CHANGED:
         notes.append("What uses it compensates: no equation or result has another value because of it.")
     return [note for note in notes if note]

@@ -10,10 +10,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from mehvar.comparison.mathml import Nodes, Path
+from mehvar.codegen.equations.formula import Nodes, Path
 
 _COMMUTATIVE = {"add", "mul", "min", "max", "and", "or"}
 _ALIKE = Fraction(1, 2)
+"""From half the parts in common on, two terms are taken for one that was edited, so that only its parts are marked."""
 
 
 class Alignment:
@@ -34,30 +35,30 @@ class Alignment:
 
     def marks(self, old: int, new: int) -> tuple[frozenset[Path], frozenset[Path]]:
         """Return the paths of the smallest parts that differ, in the old and in the new expression."""
-        found: tuple[set[Path], set[Path]] = (set(), set())
-        self._compare((old, ()), (new, ()), found)
-        return frozenset(found[0]), frozenset(found[1])
+        places: tuple[set[Path], set[Path]] = (set(), set())
+        self._compare((old, ()), (new, ()), places)
+        return frozenset(places[0]), frozenset(places[1])
 
-    def _compare(self, old: _Place, new: _Place, found: _Found) -> None:
+    def _compare(self, old: _Place, new: _Place, places: _Places) -> None:
         if self._same(old, new):
             return
         operations = {self._operation(0, old), self._operation(1, new)}
         for operation in ("add", "mul"):
             if operation in operations:
-                self._compare_parts(operation, old, new, found)
+                self._compare_parts(operation, old, new, places)
                 return
         before, after = self._operands(0, old), self._operands(1, new)
         if len(operations) == 1 and before and len(before) == len(after):
             for pair in zip(before, after, strict=True):
-                self._compare(*pair, found)
+                self._compare(*pair, places)
             return
-        _mark(found, [old], [new])
+        _mark(places, [old], [new])
 
-    def _compare_parts(self, operation: str, old: _Place, new: _Place, found: _Found) -> None:
+    def _compare_parts(self, operation: str, old: _Place, new: _Place, places: _Places) -> None:
         before, after = self._parts(0, operation, old), self._parts(1, operation, new)
         before, after = self._without_common(before, after)
         if operation == "mul" and any(self._is_number(side, p) for side, ps in enumerate((before, after)) for p in ps):
-            _mark(found, [old], [new])
+            _mark(places, [old], [new])
             return
         for place in list(before):
             likeness, best = max(
@@ -66,23 +67,23 @@ class Alignment:
             if likeness >= _ALIKE:
                 partner = after.pop(-best)
                 before.remove(place)
-                self._compare(place, partner, found)
+                self._compare(place, partner, places)
         if operation == "mul":  # a factor that only one side has: on the other side the product as a whole is different
             before, after = before or [old][: len(after)], after or [new][: len(before)]
-        _mark(found, before, after)
+        _mark(places, before, after)
 
     def _without_common(self, before: list[_Place], after: list[_Place]) -> tuple[list[_Place], list[_Place]]:
         contents = [[self._content[side][node] for node, _ in places] for side, places in enumerate((before, after))]
         common = Counter(contents[0]) & Counter(contents[1])
         rest = []
         for places, content in zip((before, after), contents, strict=True):
-            left, kept = Counter(common), []
+            left, others = Counter(common), []
             for place, number in zip(places, content, strict=True):
                 if left[number]:
                     left[number] -= 1
                 else:
-                    kept.append(place)
-            rest.append(kept)
+                    others.append(place)
+            rest.append(others)
         return rest[0], rest[1]
 
     def _likeness(self, operation: str, old: _Place, new: _Place) -> Fraction:
@@ -115,12 +116,12 @@ class Alignment:
 
 
 _Place = tuple[int, Path]
-_Found = tuple[set[Path], set[Path]]
+_Places = tuple[set[Path], set[Path]]
 
 
-def _mark(found: _Found, old: Sequence[_Place], new: Sequence[_Place]) -> None:
-    found[0].update(path for _, path in old)
-    found[1].update(path for _, path in new)
+def _mark(places: _Places, old: Sequence[_Place], new: Sequence[_Place]) -> None:
+    places[0].update(path for _, path in old)
+    places[1].update(path for _, path in new)
 
 
 def _contents(nodes: Nodes, table: dict[tuple[object, ...], int], renamed: Mapping[str, str]) -> list[int]:

@@ -15,10 +15,11 @@ from pathlib import Path
 
 from mehvar.codegen.equations.document import SCHEMA
 from mehvar.codegen.generate import Tree, check, find_tree, installed_tree
-from mehvar.comparison.git import Revision, find_revision, in_repository
 from mehvar.errors import InputError
 from mehvar.runtime.compiling.library import cache_folder
 from mehvar.terminal import working
+
+from .git import Revision, find_revision, in_repository
 
 WORK = "work"
 _EQUATIONS = "equations.json"
@@ -72,7 +73,7 @@ class Sources:
         if (folder / "generated").is_dir():
             return self._of_tree(Tree(folder.resolve()), text)
         if folder.is_dir() and (inner := _generated(folder)):
-            return Version(text, self._wanted(inner), tuple(inner))
+            return Version(text, self._chosen(inner), tuple(inner))
         revision = find_revision(self.tree.root, text)
         if revision is None:
             raise InputError(self._unknown(text))
@@ -87,15 +88,15 @@ class Sources:
             "give a revision, a generated folder, a folder with generated/, or 'work'"
         )
 
-    def _wanted(self, folders: Mapping[str, Path]) -> dict[str, Path]:
+    def _chosen(self, folders: Mapping[str, Path]) -> dict[str, Path]:
         return {name: path for name, path in folders.items() if self.model in (None, name)}
 
     def _of_tree(self, tree: Tree, label: str) -> Version:
         """Return generated/ where it is up to date, and what models/ derives where it is not."""
         if not tree.models:
-            found = _generated(tree.root / "generated")
-            return Version(label, self._wanted(found), tuple(found))
-        folders = self._wanted({name: tree.root / "generated" / name for name in tree.models})
+            generated = _generated(tree.root / "generated")
+            return Version(label, self._chosen(generated), tuple(generated))
+        folders = self._chosen({name: tree.root / "generated" / name for name in tree.models})
         stale = [name for name in folders if check(tree, name).stale]
         return Version(label, folders | derive(tree, stale, label), tree.models)
 
@@ -103,7 +104,7 @@ class Sources:
         """Return the committed generated/, and what models/ derives where that is missing or of an older schema."""
         root = self.scratch / revision.commit
         models = revision.models()
-        folders = self._wanted({name: root / "generated" / name for name in models})
+        folders = self._chosen({name: root / "generated" / name for name in models})
         revision.extract([f"generated/{name}" for name in folders], root)
         old = [name for name, folder in folders.items() if _schema(folder) != SCHEMA]
         if old:
@@ -136,16 +137,16 @@ def _derived(tree: Tree, model: str, label: str) -> Path:
     if (folder / "manifest.json").is_file():
         return folder
     path = os.pathsep.join([str(_HERE), *filter(None, [os.environ.get("PYTHONPATH")])])
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-P", "-m", "mehvar", "generate", model, "--out", str(folder)],
         cwd=tree.root,
         env={**os.environ, "PYTHONPATH": path},
         capture_output=True,
         text=True,
     )
-    if done.returncode:
-        said = (done.stderr.strip() or done.stdout.strip()).splitlines()[-1:]
-        raise InputError(f"{label}: {model} cannot be derived by this version of mehvar: {''.join(said)}")
+    if process.returncode:
+        reason = (process.stderr.strip() or process.stdout.strip()).splitlines()[-1:]
+        raise InputError(f"{label}: {model} cannot be derived by this version of mehvar: {''.join(reason)}")
     return folder
 
 

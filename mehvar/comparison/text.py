@@ -3,16 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
-from rich.console import Console
 from rich.text import Text
 
-from mehvar.codegen.diff.report import Comparison, Edit, Equation, Group, ParameterChange, Verdict
-from mehvar.comparison.compare import Diff, ModelDiff, Status
-from mehvar.comparison.consequences import Consequences
+from mehvar.codegen.diff.report import Comparison, Edit, Equation, Fate, Group, ParameterChange
+from mehvar.terminal import Line
 
-Line = tuple[int, Text]
+from .consequences import Consequences
+from .status import Status
+
 _STYLES = {Status.SAME: "bold green", Status.UNDECIDED: "bold yellow"}
 _HEADLINES = {
     Status.SAME: "physics the SAME",
@@ -23,50 +23,23 @@ _HEADLINES = {
     Status.REMOVED: "REMOVED",
 }
 _COUNTED = {
-    Verdict.CHANGED: "changed", Verdict.ADDED: "added", Verdict.REMOVED: "removed", Verdict.UNDECIDED: "undecided",
-    Verdict.INHERITED: "inherited", Verdict.REARRANGED: "rearranged", Verdict.RENAMED: "renamed",
-    Verdict.SCALED: "scaled", Verdict.SAME: "unchanged",
+    Fate.CHANGED: "changed", Fate.ADDED: "added", Fate.REMOVED: "removed", Fate.UNDECIDED: "undecided",
+    Fate.INHERITED: "inherited", Fate.REARRANGED: "rearranged", Fate.RENAMED: "renamed",
+    Fate.SCALED: "scaled", Fate.SAME: "unchanged",
 }  # fmt: skip
-_NARROWEST = 40
 
 
-def print_diff(diff: Diff) -> None:
-    """Print a comparison on standard output."""
-    print_lines([(0, Text(f"{diff.old} -> {diff.new}", "dim")), *lines(diff.models)])
-
-
-def print_lines(found: Iterable[Line]) -> None:
-    """Print lines: coloured and wrapped below their indentation on a terminal, as they are elsewhere."""
-    console = Console(highlight=False)
-    for indent, text in found:
-        if not console.is_terminal:
-            print(" " * indent + text.plain)
-            continue
-        for part in text.wrap(console, max(console.width - indent, _NARROWEST)):
-            console.print(Text(" " * indent) + part, soft_wrap=True)
-
-
-def plain_text(models: Sequence[ModelDiff]) -> str:
-    """Return a comparison as plain text."""
-    return "\n".join(" " * indent + text.plain for indent, text in lines(models))
-
-
-def lines(models: Iterable[ModelDiff]) -> Iterator[Line]:
-    """Say what became of each model."""
-    for model in models:
-        comparison = model.comparison
-        style = _STYLES.get(model.status, "bold red")
-        yield (
-            0,
-            Text.assemble((f"{model.model}: ", "bold"), (_HEADLINES[model.status], style), "   ", counted(comparison)),
-        )
-        for name, old, new in comparison.structure:
-            yield 2, Text(f"structure {name}: {old} -> {new}")
-        yield from _equations(comparison)
-        yield from _equivalent(comparison)
-        yield from _parameters(comparison.parameters)
-        if model.consequences:
-            yield from _consequences(model.consequences)
+def lines(model: str, status: Status, comparison: Comparison, follows: Consequences | None) -> Iterator[Line]:
+    """Say what became of a model."""
+    style = _STYLES.get(status, "bold red")
+    yield 0, Text.assemble((f"{model}: ", "bold"), (_HEADLINES[status], style), "   ", counted(comparison))
+    for name, old, new in comparison.structure:
+        yield 2, Text(f"structure {name}: {old} -> {new}")
+    yield from _equations(comparison)
+    yield from _equivalent(comparison)
+    yield from _parameters(comparison.parameters)
+    if follows:
+        yield from _consequences(follows)
 
 
 def counted(comparison: Comparison) -> str:
@@ -93,18 +66,18 @@ def stories(comparison: Comparison) -> list[str]:
     return [group.says for group in comparison.groups if group.kind != "family"]
 
 
-def told(comparison: Comparison) -> Iterator[tuple[Equation, Group | None]]:
-    """Go through the equations that are told one by one; a family is met once, by its first member."""
+def one_by_one(comparison: Comparison) -> Iterator[tuple[Equation, Group | None]]:
+    """Yield the equations that get words of their own; a family once, by its first member."""
     family = families(comparison)
-    for equation in comparison.of(Verdict.CHANGED, Verdict.UNDECIDED, Verdict.ADDED, Verdict.REMOVED):
+    for equation in comparison.of(Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED):
         group = family.get(equation.name)
         if not is_quiet(equation) and (group is None or group.names[0] == equation.name):
             yield equation, group
 
 
 def is_quiet(equation: Equation) -> bool:
-    """Tell whether an equation only came or went as a name that others use."""
-    return not equation.matters and equation.verdict in (Verdict.ADDED, Verdict.REMOVED)
+    """Whether an equation only came or went as a name that others use."""
+    return not equation.matters and equation.verdict in (Fate.ADDED, Fate.REMOVED)
 
 
 def sure(equation: Equation) -> str:
@@ -115,11 +88,11 @@ def sure(equation: Equation) -> str:
 
 def example(equation: Equation) -> str:
     """Return the counterexample in one line, or nothing."""
-    found = equation.counterexample
-    if not found:
+    point = equation.counterexample
+    if not point:
         return ""
-    at = ", ".join(f"{name} = {value}" for name, value in found.at)
-    return f"at {at or 'zero'}{', the rest 0' if at else ''}: {found.old} became {found.new}"
+    at = ", ".join(f"{name} = {value}" for name, value in point.at)
+    return f"at {at or 'zero'}{', the rest 0' if at else ''}: {point.left} became {point.right}"
 
 
 def edit_title(edit: Edit) -> str:
@@ -129,8 +102,8 @@ def edit_title(edit: Edit) -> str:
     return f"in {where}: {edit.says}" if where else edit.says
 
 
-def said(edit: Edit) -> bool:
-    """Tell whether an edit's words have its old and new text already."""
+def is_complete(edit: Edit) -> bool:
+    """Whether an edit's words have its old and new text already."""
     return all(part is None or part.text in edit.says for part in (edit.old, edit.new))
 
 
@@ -141,17 +114,17 @@ def label(equation: Equation) -> str:
 
 def labels(comparison: Comparison, names: Sequence[str]) -> str:
     """Return the shortest names of equations, each once."""
-    known = {equation.name: label(equation) for equation in reversed(comparison.equations)}
-    return ", ".join(dict.fromkeys(known.get(name, name) for name in names))
+    shortest = {equation.name: label(equation) for equation in reversed(comparison.equations)}
+    return ", ".join(dict.fromkeys(shortest.get(name, name) for name in names))
 
 
 def _equations(comparison: Comparison) -> Iterator[Line]:
     for says in stories(comparison):
         yield 2, Text(says, "bold")
-    for equation, group in told(comparison):
+    for equation, group in one_by_one(comparison):
         names = group.names if group else ()
         word = _COUNTED[equation.verdict]
-        style = "yellow" if equation.verdict is Verdict.UNDECIDED else "red" if equation.matters else "cyan"
+        style = "yellow" if equation.verdict is Fate.UNDECIDED else "red" if equation.matters else "cyan"
         harmless = "" if equation.matters else ": what uses it compensates"
         yield 2, Text.assemble((word, style), " ", (title(equation, names), "bold"), harmless)
         if group:
@@ -160,11 +133,11 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
             yield from _edit(edit)
         if where := example(equation):
             yield 4, Text(where)
-        if equation.verdict in (Verdict.CHANGED, Verdict.UNDECIDED):
+        if equation.verdict in (Fate.CHANGED, Fate.UNDECIDED):
             yield 4, Text(sure(equation), "dim")
         if equation.users:
             yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
-    for verdict in (Verdict.ADDED, Verdict.REMOVED):
+    for verdict in (Fate.ADDED, Fate.REMOVED):
         if quiet := [label(equation) for equation in comparison.of(verdict) if is_quiet(equation)]:
             yield 2, Text.assemble((f"{verdict.value} ", "cyan"), ", ".join(quiet))
 
@@ -175,20 +148,20 @@ def _edit(edit: Edit) -> Iterator[Line]:
         yield 4, Text.assemble((f"{sign} {part.text if part else ''}", style), f"   {edit_title(edit)}")
         return
     yield 4, Text(edit_title(edit))
-    if said(edit):
+    if is_complete(edit):
         return
     yield 6, Text(f"- {edit.old.text}", "red")
     yield 6, Text(f"+ {edit.new.text}", "green")
 
 
 def _equivalent(comparison: Comparison) -> Iterator[Line]:
-    known: dict[tuple[Verdict, str], list[str]] = {}
+    groups: dict[tuple[Fate, str], list[str]] = {}
     for equation in comparison.equivalent:
         name = label(equation)
-        if equation.verdict is Verdict.RENAMED:
+        if equation.verdict is Fate.RENAMED:
             name = f"{equation.old_name} -> {name}"
-        known.setdefault((equation.verdict, equation.how), []).append(name)
-    for (verdict, how), names in known.items():
+        groups.setdefault((equation.verdict, equation.how), []).append(name)
+    for (verdict, how), names in groups.items():
         yield 2, Text.assemble((f"{verdict.value} ", "green"), ", ".join(names))
         yield 4, Text(how, "dim")
 

@@ -10,11 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import jinja2
 import numpy as np
 import typer
 
 from mehvar.cli.board import outcome_of, status_of
+from mehvar.html import page
 from mehvar.pictures.plots import (
     BLACK,
     BLUE,
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
     from mehvar.runtime.board.run import Asked
 
-_TEMPLATES = Path(__file__).parents[1] / "templates"
 _PAPER = {("satellite", "mrac"): 10, ("satellite", "pd"): 11}
 """Figures of the paper that show a law behind the link's delay."""
 
@@ -134,11 +133,7 @@ def inputs_figure(outcome: Outcome) -> Figure:
 
 
 def _page(found: dict[str, Any], figures: Sequence[dict[str, str]]) -> str:
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATES), autoescape=True, trim_blocks=True, lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )  # fmt: skip
-    return environment.get_template("board.html.j2").render(found=found, figures=figures, rows=fact_rows(found))
+    return page("board.html.j2", found=found, figures=figures, rows=fact_rows(found))
 
 
 def fact_rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:

@@ -31,7 +31,7 @@ from mehvar.runtime.model.model import load
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mehvar.ledger.page import Ledger
+    from mehvar.ledger.judging import Ledger
     from mehvar.runtime.model.manifest import Manifest
     from mehvar.runtime.model.model import Model
     from mehvar.terminal import Advance

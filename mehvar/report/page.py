@@ -11,11 +11,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import jinja2
 from markupsafe import Markup, escape
 
-from mehvar.comparison.html import typeset as mathml
-from mehvar.ledger.page import counted, example
+from mehvar import html
+from mehvar.ledger.text import counted, example
 from mehvar.papers.study import Check, Claim, Comparison, Verdict
 from mehvar.pictures.plots import pretty_unit
 from mehvar.report.batches import SEED
@@ -38,31 +37,27 @@ def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
     facts : mapping
         Versions and times of the whole.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATES), autoescape=True, undefined=jinja2.StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
-    environment.filters |= {
-        "typeset": typeset, "unit": pretty_unit, "number": number, "deviation": deviation, "mathml": mathml,
-        "counted": counted, "example": example, "uri": _uri, "brief": _brief,
-    }  # fmt: skip
     claims = [claim for report in reports for claim in report.claims]
     counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in Verdict]
     scripts = [*_SCRIPTS, *(f"{report.manifest.model}.js" for report in reports), "report.js"]
-    return (
-        environment.get_template("report.html.j2").render(
-            reports=reports,
-            facts=facts,
-            counts=counts,
-            total=len(claims),
-            styles=[_text(name) for name in _STYLES],
-            scripts=[_text(name) for name in scripts],
-            seed=SEED,
-            licence=_text("uplot/LICENSE"),
-            data=_data(reports),
-        )
-        + "\n"
+    filters = {
+        "typeset": typeset, "unit": pretty_unit, "number": number, "deviation": deviation, "counted": counted,
+        "example": example, "uri": _uri, "brief": _brief,
+    }  # fmt: skip
+    text = html.page(
+        "report/report.html.j2",
+        filters,
+        reports=reports,
+        facts=facts,
+        counts=counts,
+        total=len(claims),
+        styles=[_text(name) for name in _STYLES],
+        scripts=[_text(name) for name in scripts],
+        seed=SEED,
+        licence=_text("uplot/LICENSE"),
+        data=_data(reports),
     )
+    return text + "\n"
 
 
 def _text(name: str) -> Markup:

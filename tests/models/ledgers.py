@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from mehvar.codegen.ledger.ledger import Ledger, Verdict
+from mehvar.codegen.ledger.ledger import Ledger, Standing
 
 
 def equations(ledger: Ledger) -> list[int]:
@@ -11,6 +11,6 @@ def equations(ledger: Ledger) -> list[int]:
     return sorted(int(entry.number[1:-1]) for entry in ledger.entries if entry.number.startswith("("))
 
 
-def judged(ledger: Ledger, verdict: Verdict) -> set[str]:
+def judged(ledger: Ledger, verdict: Standing) -> set[str]:
     """Return the numbers of the entries with a verdict."""
     return {entry.number for entry in ledger.entries if entry.verdict is verdict}

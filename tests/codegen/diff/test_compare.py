@@ -7,7 +7,7 @@ import json
 import pytest
 
 from mehvar.codegen.diff import Document, DocumentError, compare
-from mehvar.codegen.diff.report import Kind, Verdict
+from mehvar.codegen.diff.report import Fate, Kind
 from tests.codegen.diff.documents import document
 
 
@@ -18,7 +18,7 @@ def verdicts(found):
 def test_a_definition_used_in_ten_equations_is_reported_once():
     uses = "\n".join(f"f{k}: s*x**{k}" for k in range(1, 11))
     found = compare(document(f"s = m*x + k*y\n{uses}"), document(f"s = m*x - k*y\n{uses}"))
-    assert verdicts(found) == {"s": Verdict.CHANGED} | {f"f{k}": Verdict.INHERITED for k in range(1, 11)}
+    assert verdicts(found) == {"s": Fate.CHANGED} | {f"f{k}": Fate.INHERITED for k in range(1, 11)}
     assert found["s"].users == tuple(f"f{k}" for k in range(1, 11))
     assert all(found[f"f{k}"].via == ("s",) for k in range(1, 11))
     assert len(found.changed) == 11
@@ -27,19 +27,19 @@ def test_a_definition_used_in_ten_equations_is_reported_once():
 def test_two_sources_are_told_apart():
     found = compare(document("s = x + y\nf: s*z\ng: m*w"), document("s = x - y\nf: s*z\ng: l*w"))
     assert {equation.name for equation in found.sources} == {"s", "g"}
-    assert found["f"].verdict is Verdict.INHERITED
+    assert found["f"].verdict is Fate.INHERITED
     assert found["f"].via == ("s",)
 
 
 def test_a_user_may_change_beside_what_it_inherits():
     found = compare(document("s = x + y\nf: s*z + w"), document("s = x - y\nf: s*z - w"))
-    assert verdicts(found) == {"s": Verdict.CHANGED, "f": Verdict.CHANGED}
+    assert verdicts(found) == {"s": Fate.CHANGED, "f": Fate.CHANGED}
     assert [edit.says for edit in found["f"].edits] == ["sign flipped: + became -"]
 
 
 def test_a_renamed_definition_is_found_by_its_value():
     found = compare(document("s = x*y + z\nf: s*w"), document("sigma = x*y + z\nf: sigma*w"))
-    assert found["sigma"].verdict is Verdict.RENAMED
+    assert found["sigma"].verdict is Fate.RENAMED
     assert found["sigma"].old_name == "s"
     assert not found.differs
 
@@ -47,7 +47,7 @@ def test_a_renamed_definition_is_found_by_its_value():
 def test_a_renamed_definition_that_inherits_is_found_by_its_text():
     found = compare(document("s = x - y\nt = s*z\nf: t*w"), document("s = x + y\nu = s*z\nf: u*w"))
     assert found["u"].old_name == "t"
-    assert found["u"].verdict is Verdict.INHERITED
+    assert found["u"].verdict is Fate.INHERITED
     assert [equation.name for equation in found.sources] == ["s"]
 
 
@@ -55,7 +55,7 @@ def test_a_definition_that_changed_and_was_written_out_is_reported_once():
     old = "s = m*x + k*y\nf: s*z + w\ng: 2*s - v\nh: x*s + s*y"
     new = "f: (m*x - k*y)*z + w\ng: 2*m*x - 2*k*y - v\nh: (x + y)*(m*x - k*y)"
     found = compare(document(old), document(new))
-    assert verdicts(found) == {"s": Verdict.CHANGED} | dict.fromkeys("fgh", Verdict.INHERITED)
+    assert verdicts(found) == {"s": Fate.CHANGED} | dict.fromkeys("fgh", Fate.INHERITED)
     assert found["s"].users == ("f", "g", "h")
     assert [edit.says for edit in found["s"].edits] == ["sign flipped: + became -"]
 
@@ -81,7 +81,7 @@ def test_a_new_result_is_a_difference():
 
 def test_a_convention_that_its_users_compensate_is_no_physics():
     found = compare(document("s = x - y\nf: s*z + w\ng: s**2"), document("s = y - x\nf: w - s*z\ng: s**2"))
-    assert found["s"].verdict is Verdict.CHANGED
+    assert found["s"].verdict is Fate.CHANGED
     assert not found.differs
     (group,) = found.groups
     assert group.kind == "convention"
@@ -91,7 +91,7 @@ def test_a_convention_that_its_users_compensate_is_no_physics():
 def test_a_convention_that_one_user_forgot_is_physics():
     found = compare(document("s = x - y\nf: s*z + w\ng: s*v"), document("s = y - x\nf: w - s*z\ng: s*v"))
     assert found.differs
-    assert found["f"].verdict is Verdict.REARRANGED
+    assert found["f"].verdict is Fate.REARRANGED
     assert found["g"].via == ("s",)
 
 
@@ -112,7 +112,7 @@ def test_a_symbol_that_is_renamed_is_a_change_of_names_only():
     new = document("f: stiffness*x", stiffness={"role": "parameter", **come})
     found = compare(old, new)
     assert [(p.what, p.old, p.new) for p in found.parameters] == [("renamed", "spring", "stiffness")]
-    assert found["f"].verdict in (Verdict.SAME, Verdict.REARRANGED)
+    assert found["f"].verdict in (Fate.SAME, Fate.REARRANGED)
     assert found.differs
 
 
@@ -142,7 +142,7 @@ def test_numbers_of_the_manifest_are_compared():
 
 def test_a_saturation_that_no_point_reaches_is_undecided():
     found = compare(document("f: Max(x, -10**40)"), document("f: Max(x, -2*10**40)"))
-    assert found["f"].verdict is Verdict.UNDECIDED
+    assert found["f"].verdict is Fate.UNDECIDED
     assert found["f"].matters
     assert found.differs
     assert "branch" in found["f"].how
@@ -150,7 +150,7 @@ def test_a_saturation_that_no_point_reaches_is_undecided():
 
 def test_strict_and_other_comparisons_are_not_mixed_up():
     found = compare(document("f: Piecewise((x, x > 0), (0, True))"), document("f: Piecewise((x, x >= 0), (0, True))"))
-    assert not found.of(Verdict.CHANGED)
+    assert not found.of(Fate.CHANGED)
 
 
 def motion(first, second):

@@ -4,7 +4,7 @@
 import pytest
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import Kind, Verdict
+from mehvar.codegen.diff.report import Fate, Kind
 from tests.codegen.diff.corpus import EDITED, SAME
 from tests.codegen.diff.documents import document
 
@@ -14,7 +14,7 @@ def test_what_is_only_written_differently_is_the_same(name):
     old, new = (document(text) for text in SAME[name])
     for found in (compare(old, new), compare(new, old)):
         assert not found.differs, [(e.name, e.verdict, e.how) for e in found if e.matters]
-        assert not found.of(Verdict.UNDECIDED)
+        assert not found.of(Fate.UNDECIDED)
 
 
 @pytest.mark.parametrize("name", EDITED)
@@ -30,7 +30,7 @@ def test_an_edit_is_found_named_and_replayed(name):
     assert word in told
     assert changed.replayed
     assert changed.counterexample is not None
-    assert changed.counterexample.old != changed.counterexample.new
+    assert changed.counterexample.left != changed.counterexample.right
 
 
 @pytest.mark.parametrize("name", EDITED)

@@ -10,7 +10,7 @@ import pytest
 
 from mehvar.codegen.diff import Document, compare
 from mehvar.codegen.diff.changes import Change
-from mehvar.codegen.diff.report import Kind, Verdict
+from mehvar.codegen.diff.report import Fate, Kind
 from mehvar.codegen.equations.formula import Printer
 from mehvar.codegen.generate import installed_tree
 from tests.codegen.diff.documents import at, edited, flipped, summands
@@ -26,7 +26,7 @@ def model(request):
 
 def test_a_model_is_the_same_as_itself(model):
     found = compare(model, model)
-    assert {equation.verdict for equation in found} == {Verdict.SAME}
+    assert {equation.verdict for equation in found} == {Fate.SAME}
     assert {equation.how for equation in found} == {"node identity"}
     assert not found.differs
 
@@ -41,9 +41,9 @@ def test_an_edit_of_any_term_is_found_where_it_was_made(model):
         assert [equation.name for equation in found.sources] == [row.name], Printer(model.nodes).text(node)
         assert len(found[row.name].edits) == 1
         assert found[row.name].replayed
-        assert not found.of(Verdict.UNDECIDED)
+        assert not found.of(Fate.UNDECIDED)
         users = set(found[row.name].users)
-        assert {equation.name for equation in found if equation.verdict is Verdict.INHERITED} == users
+        assert {equation.name for equation in found if equation.verdict is Fate.INHERITED} == users
 
 
 def test_a_flipped_coriolis_sign_of_the_slosh_model_is_what_it_points_at():

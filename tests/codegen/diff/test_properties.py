@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import Verdict
+from mehvar.codegen.diff.report import Fate
 from tests.codegen.diff.documents import document, flipped, summands
 
 NAMES = ("x", "y", "z", "m", "l", "phi", "theta")
@@ -99,7 +99,7 @@ def test_a_rewriting_is_no_change(name, text):
 def test_a_rewriting_with_branches_is_never_called_a_change(name, text):
     expr = written(text)
     found = compare(document(f"f: {expr}"), document(REWRITINGS[name](expr)))
-    assert not found.of(Verdict.CHANGED), found["f"].how
+    assert not found.of(Fate.CHANGED), found["f"].how
 
 
 @pytest.mark.parametrize("strategy", [smooth, branching], ids=["smooth", "branching"])
@@ -117,7 +117,7 @@ def test_a_flipped_term_is_never_called_equal(strategy, data):
     new = flipped(old, row, path)
     assume(numbers_differ(old, new))
     found = compare(old, new)
-    assert found["f"].verdict is Verdict.CHANGED, found["f"].how
+    assert found["f"].verdict is Fate.CHANGED, found["f"].how
     assert found["f"].edits
 
 

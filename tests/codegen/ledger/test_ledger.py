@@ -8,9 +8,10 @@ import json
 import pytest
 import sympy as sp
 
-from mehvar.codegen.ledger.ledger import Entry, Verdict, judge, judge_entry
+from mehvar.codegen.equal.pool import Pool
+from mehvar.codegen.ledger.ledger import Entry, Standing, judge, judge_entry
 from mehvar.codegen.ledger.misprints import edits
-from mehvar.codegen.ledger.precise import Evaluation, UnknownFunctionError
+from mehvar.codegen.ledger.sides import Sides, UnknownFunctionError
 from mehvar.models.paper import Cross, Names, Paper, Printed, Reading, Relation, printed
 
 names = Names()
@@ -58,7 +59,7 @@ def entry(*relations: Relation) -> Entry:
 )
 def test_what_is_true_holds(relation: Relation, how: str) -> None:
     judged = entry(relation)
-    assert judged.verdict is Verdict.HOLDS
+    assert judged.verdict is Standing.HOLDS
     assert judged.how.startswith(how)
 
 
@@ -80,7 +81,7 @@ def test_what_is_true_holds(relation: Relation, how: str) -> None:
     ids=lambda value: f"{value.left} {value.op} {value.right}",
 )
 def test_what_is_false_differs(relation: Relation) -> None:
-    assert entry(relation).verdict is Verdict.DIFFERS
+    assert entry(relation).verdict is Standing.DIFFERS
 
 
 def test_a_counterexample_is_simple_and_fails_there() -> None:
@@ -100,16 +101,16 @@ def test_a_counterexample_says_which_member_it_is_about() -> None:
 
 def test_sides_of_different_shape_differ() -> None:
     judged = entry(Relation(x, A, corrected_left=A))
-    assert judged.verdict is Verdict.DIFFERS
+    assert judged.verdict is Standing.DIFFERS
     assert "a number cannot equal a 2 x 2 matrix" in judged.how
     assert judged.corrected_latex == ("A = A",)
 
 
 def test_nothing_is_said_without_points() -> None:
     judged = entry(Relation(x, x + 1, domain=(-(x**2),)))
-    assert judged.verdict is Verdict.UNDECIDED
+    assert judged.verdict is Standing.UNDECIDED
     assert "0 of 16 points" in judged.how
-    assert entry(Relation(sp.log(-(r**2)), x)).verdict is Verdict.UNDECIDED
+    assert entry(Relation(sp.log(-(r**2)), x)).verdict is Standing.UNDECIDED
 
 
 def test_a_correction_is_shown_only_if_it_passes() -> None:
@@ -124,9 +125,9 @@ def test_a_correction_is_shown_only_if_it_passes() -> None:
 def test_an_equation_of_motion_is_compared_with_its_residual() -> None:
     acceleration, force = sp.cos(x) * y, r**2
     residual = 2 * y * sp.cos(x) - r**2
-    assert entry(Relation(2 * acceleration, force, against=residual)).verdict is Verdict.HOLDS
+    assert entry(Relation(2 * acceleration, force, against=residual)).verdict is Standing.HOLDS
     judged = entry(Relation(acceleration + x, force, against=residual))
-    assert judged.verdict is Verdict.DIFFERS
+    assert judged.verdict is Standing.DIFFERS
     assert judged.edits == ("number before y*cos(x): printed 1, correct 2", "term x does not belong there")
     corrected = entry(Relation(acceleration, force, corrected_left=2 * acceleration, against=residual))
     assert corrected.edits == ("number before y*cos(x): printed 1, correct 2",)
@@ -159,19 +160,19 @@ def readings(first: Relation, second: Relation) -> Printed:
 def test_readings_that_disagree_are_ambiguous() -> None:
     holds, differs = Relation(double, 2 * x), Relation(double, 3 * x)
     judged = judge_entry(readings(holds, differs), names)
-    assert judged.verdict is Verdict.AMBIGUOUS
-    assert [reading.verdict for reading in judged.readings] == [Verdict.HOLDS, Verdict.DIFFERS]
+    assert judged.verdict is Standing.AMBIGUOUS
+    assert [reading.verdict for reading in judged.readings] == [Standing.HOLDS, Standing.DIFFERS]
     assert judged.used.text == "one"
-    assert judge_entry(readings(holds, holds), names).verdict is Verdict.HOLDS
-    assert judge_entry(readings(differs, differs), names).verdict is Verdict.DIFFERS
+    assert judge_entry(readings(holds, holds), names).verdict is Standing.HOLDS
+    assert judge_entry(readings(differs, differs), names).verdict is Standing.DIFFERS
 
 
 def test_a_definition_that_contradicts_the_derivation_differs() -> None:
     agreed, given = Relation(double, 2 * x), Relation(double, y, given=True)
-    for relations, verdict in (((agreed,), Verdict.DEFINITION), ((given,), Verdict.DEFINITION)):
+    for relations, verdict in (((agreed,), Standing.DEFINITION), ((given,), Standing.DEFINITION)):
         assert judge_entry(printed("1", "", "definition", *relations), names).verdict is verdict
-    assert judge_entry(printed("1", "", "definition", Relation(double, y)), names).verdict is Verdict.DIFFERS
-    assert entry(given).verdict is Verdict.DEFINITION
+    assert judge_entry(printed("1", "", "definition", Relation(double, y)), names).verdict is Standing.DIFFERS
+    assert entry(given).verdict is Standing.DEFINITION
 
 
 def test_a_ledger_is_plain_data() -> None:
@@ -191,4 +192,4 @@ def test_a_function_without_a_value_is_named():
     with pytest.raises(
         UnknownFunctionError, match=r"no 50-digit value for besselj in besselj\(0, x\); functions known: .*acos, "
     ):
-        Evaluation({}, {x: sp.Integer(1)}).value(sp.besselj(0, x))
+        Sides(Pool()).entries(sp.besselj(0, x))

@@ -5,8 +5,10 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
+from mehvar.codegen.equations.formula import Printer
+from mehvar.codegen.equations.mathml import element
+from mehvar.codegen.equations.spelling import MATHML
 from mehvar.comparison.marks import Alignment
-from mehvar.comparison.mathml import Formula, symbol
 
 
 class Graph:
@@ -29,7 +31,7 @@ class Graph:
         return self("sin", self.sym(name))
 
 
-def said(node: ET.Element) -> str:
+def visible(node: ET.Element) -> str:
     """Return what a formula says, without the signs that cannot be seen."""
     return "".join(node.itertext()).replace("\u2062", "").replace("\u2061", "")
 
@@ -37,10 +39,12 @@ def said(node: ET.Element) -> str:
 def shown(graph: Graph, root: int, marks: frozenset[tuple[int, ...]] = frozenset()) -> tuple[str, list[str]]:
     """Return a formula's text, and the text of its marked parts."""
     text, marked = "", []
-    for term, whole in Formula(graph.nodes, root, {}, marks).terms():
-        tree = ET.fromstring(term)
-        text += said(tree)
-        marked += [said(tree)] if whole else [said(part) for part in tree.iter("mrow") if part.get("class") == "mark"]
+    for term, whole in Printer(graph.nodes, spelling=MATHML, marks=marks).parts(root):
+        tree = ET.fromstring(element(term))
+        text += visible(tree)
+        marked += (
+            [visible(tree)] if whole else [visible(part) for part in tree.iter("mrow") if part.get("class") == "mark"]
+        )
     return text, marked
 
 
@@ -86,15 +90,15 @@ def test_a_sum_looks_the_same_whatever_the_order_of_its_operands():
 def test_a_fraction_and_a_power_keep_their_brackets():
     graph = Graph()
     half = graph("pow", graph("mul", graph.num("1/2"), graph.sym("x")), graph.num("2"))
-    ((term, _),) = Formula(graph.nodes, half, {}).terms()
+    (term,) = Printer(graph.nodes, spelling=MATHML).terms(half)
     assert "<mo>(</mo>" in term
 
 
 def test_names_are_escaped_and_latex_is_set():
-    assert symbol("a<b") == "<mi>a&lt;b</mi>"
-    tree = ET.fromstring(f"<math>{symbol('phi1_dot', chr(92) + 'dot{' + chr(92) + 'varphi}_1')}</math>")
+    assert MATHML.name("a<b", "") == "<mi>a&lt;b</mi>"
+    tree = ET.fromstring(element(MATHML.name("phi1_dot", r"\dot{\varphi}_1")))
     assert tree.find(".//mover") is not None
-    assert "φ" in said(tree)
+    assert "φ" in visible(tree)
 
 
 def sums(*terms: tuple[int, tuple[str, ...]]) -> tuple[Graph, int]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import pytest
 import sympy as sp
 
-from mehvar.codegen.ledger.ledger import Ledger, Verdict, judge_entry
+from mehvar.codegen.ledger.ledger import Ledger, Standing, judge_entry
 from mehvar.models.satellite.paper import NUMBERS, paper
 from mehvar.models.system import Definition, Equation, System
 from tests.models.ledgers import equations, judged
@@ -36,19 +36,19 @@ MISPRINTS: Mapping[str, str] = {
 }
 NO_CURE = "text before (12)"
 """The plant is not minimum phase: no other wording of the sentence would be right."""
-READINGS: Mapping[str, tuple[Verdict, ...]] = {
-    "(1)": (Verdict.DIFFERS, Verdict.DIFFERS),
-    "(2)": (Verdict.DIFFERS, Verdict.DEFINITION),
-    "(3)": (Verdict.DIFFERS, Verdict.HOLDS, Verdict.DIFFERS),
-    "(4)": (Verdict.DEFINITION, Verdict.DIFFERS),
-    "text on (3)": (Verdict.HOLDS, Verdict.DIFFERS),
-    "text on (4)": (Verdict.HOLDS, Verdict.DIFFERS),
-    "(8)": (Verdict.DIFFERS, Verdict.DIFFERS),
-    "(10)": (Verdict.DIFFERS, Verdict.DIFFERS),
-    "(34)": (Verdict.DIFFERS, Verdict.HOLDS),
-    "(36)": (Verdict.DEFINITION, Verdict.DIFFERS),
-    "Table 1, I_omega": (Verdict.DEFINITION, Verdict.DIFFERS),
-    "text after (45)": (Verdict.HOLDS, Verdict.DIFFERS),
+READINGS: Mapping[str, tuple[Standing, ...]] = {
+    "(1)": (Standing.DIFFERS, Standing.DIFFERS),
+    "(2)": (Standing.DIFFERS, Standing.DEFINITION),
+    "(3)": (Standing.DIFFERS, Standing.HOLDS, Standing.DIFFERS),
+    "(4)": (Standing.DEFINITION, Standing.DIFFERS),
+    "text on (3)": (Standing.HOLDS, Standing.DIFFERS),
+    "text on (4)": (Standing.HOLDS, Standing.DIFFERS),
+    "(8)": (Standing.DIFFERS, Standing.DIFFERS),
+    "(10)": (Standing.DIFFERS, Standing.DIFFERS),
+    "(34)": (Standing.DIFFERS, Standing.HOLDS),
+    "(36)": (Standing.DEFINITION, Standing.DIFFERS),
+    "Table 1, I_omega": (Standing.DEFINITION, Standing.DIFFERS),
+    "text after (45)": (Standing.HOLDS, Standing.DIFFERS),
 }
 HOLD = {5, 6, 7, 13, 22, 25, 26, 27, 32, 40, 41, 42, 46, 47, 48}
 DEFINITIONS = {12, 14, 15, 16, 17, 18, 20, 21, 28, 29, 31, 33, 35, 37, 38, 39, 49, 50}
@@ -60,11 +60,11 @@ def test_every_number_is_there_once(ledger: Ledger) -> None:
 
 def test_the_verdicts(ledger: Ledger) -> None:
     split = {number for number, verdicts in READINGS.items() if len(set(verdicts)) > 1}
-    assert judged(ledger, Verdict.DIFFERS) == {*MISPRINTS, NO_CURE}
-    assert judged(ledger, Verdict.AMBIGUOUS) == split
-    for verdict, numbers in ((Verdict.HOLDS, HOLD), (Verdict.DEFINITION, DEFINITIONS)):
+    assert judged(ledger, Standing.DIFFERS) == {*MISPRINTS, NO_CURE}
+    assert judged(ledger, Standing.AMBIGUOUS) == split
+    for verdict, numbers in ((Standing.HOLDS, HOLD), (Standing.DEFINITION, DEFINITIONS)):
         assert {n for n in judged(ledger, verdict) if n.startswith("(")} == {f"({k})" for k in numbers}
-    assert not judged(ledger, Verdict.UNDECIDED)
+    assert not judged(ledger, Standing.UNDECIDED)
 
 
 def test_the_readings(ledger: Ledger) -> None:
@@ -75,7 +75,7 @@ def test_the_readings(ledger: Ledger) -> None:
 def test_each_misprint_is_at_its_term_with_a_correction_that_passes(ledger: Ledger) -> None:
     for number, told in MISPRINTS.items():
         assert told in ledger[number].edits, number
-        wrong = [line for line in ledger[number].used.lines if line.verdict is Verdict.DIFFERS]
+        wrong = [line for line in ledger[number].used.lines if line.verdict is Standing.DIFFERS]
         assert all("the corrected form is" in line.how for line in wrong), number
         assert all(line.counterexample or "matrix" in line.how for line in wrong), number
 
@@ -143,7 +143,7 @@ def test_wrong_steps_of_the_derivation_turn_the_verdicts(
     written = paper(broken(system, *wrong))
     chosen = {entry.number: entry for entry in written.entries}
     found = {number: judge_entry(chosen[number], written.names) for number in (*turned, *kept)}
-    good = {number: judged.used.verdict is not Verdict.DIFFERS for number, judged in found.items()}
+    good = {number: judged.used.verdict is not Standing.DIFFERS for number, judged in found.items()}
     assert [number for number in turned if good[number]] == []
     assert [number for number in kept if not good[number] and f"({number})" not in MISPRINTS] == []
 
@@ -154,5 +154,5 @@ def test_wrong_equations_of_motion_turn_the_verdicts_and_show_no_correction(syst
     written = paper(wrong)
     chosen = {entry.number: entry for entry in written.entries}
     found = {n: judge_entry(chosen[n], written.names) for n in ("1", "4", "5", "6", "9", "43", "44", "45")}
-    assert {n for n, judged in found.items() if judged.used.verdict is not Verdict.DIFFERS} == {"6"}
+    assert {n for n, judged in found.items() if judged.used.verdict is not Standing.DIFFERS} == {"6"}
     assert {n for n, judged in found.items() if judged.corrected_latex} == {"43", "45"}

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from mehvar.codegen.ledger.ledger import Ledger, Verdict, judge_entry
+from mehvar.codegen.ledger.ledger import Ledger, Standing, judge_entry
 from mehvar.models.slosh.paper import NUMBERS, paper
 from mehvar.models.system import Definition, Equation, System
 from tests.models.ledgers import equations, judged
@@ -50,10 +50,10 @@ def test_every_number_is_there_once(ledger: Ledger) -> None:
 
 
 def test_the_verdicts(ledger: Ledger) -> None:
-    assert judged(ledger, Verdict.DIFFERS) == set(MISPRINTS)
-    assert judged(ledger, Verdict.AMBIGUOUS) == AMBIGUOUS
-    assert judged(ledger, Verdict.DEFINITION) == DEFINITIONS
-    assert not judged(ledger, Verdict.UNDECIDED)
+    assert judged(ledger, Standing.DIFFERS) == set(MISPRINTS)
+    assert judged(ledger, Standing.AMBIGUOUS) == AMBIGUOUS
+    assert judged(ledger, Standing.DEFINITION) == DEFINITIONS
+    assert not judged(ledger, Standing.UNDECIDED)
 
 
 def test_each_misprint_is_at_its_term_with_a_correction_and_a_counterexample(ledger: Ledger) -> None:
@@ -66,7 +66,7 @@ def test_each_misprint_is_at_its_term_with_a_correction_and_a_counterexample(led
         assert entry.counterexample, number
 
 
-def verdicts(system: System, *numbers: str) -> dict[str, Verdict]:
+def verdicts(system: System, *numbers: str) -> dict[str, Standing]:
     """Judge a few entries against another system."""
     written = paper(system)
     chosen = {entry.number: entry for entry in written.entries}
@@ -84,7 +84,7 @@ def test_wrong_equations_turn_the_verdicts(system: System) -> None:
     )
     wrong = dataclasses.replace(system, steps=steps)
     found = verdicts(wrong, "19", "20", "24", "28", "29", "36", "21", "22", "17")
-    assert [number for number, verdict in found.items() if verdict is Verdict.DIFFERS] == [
+    assert [number for number, verdict in found.items() if verdict is Standing.DIFFERS] == [
         *("19", "20", "24", "28", "29", "36")
     ]
 
@@ -94,5 +94,5 @@ def test_a_correction_against_a_wrong_derivation_is_not_shown(system: System) ->
     written = paper(dataclasses.replace(system, residual=residual))
     (entry,) = (entry for entry in written.entries if entry.number == "10")
     judged = judge_entry(entry, written.names)
-    assert judged.verdict is Verdict.DIFFERS
+    assert judged.verdict is Standing.DIFFERS
     assert "the corrected form is" not in judged.how

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import pytest
 import sympy as sp
 
-from mehvar.codegen.ledger.ledger import Ledger, Verdict, judge_entry
+from mehvar.codegen.ledger.ledger import Ledger, Standing, judge_entry
 from mehvar.models.paper import Names, Paper, Reading, Relation, printed
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import Definition, System
@@ -54,10 +54,10 @@ def test_every_number_is_there_once(ledger: Ledger) -> None:
 
 
 def test_the_verdicts(ledger: Ledger) -> None:
-    assert judged(ledger, Verdict.DIFFERS) == set(MISPRINTS)
-    assert judged(ledger, Verdict.AMBIGUOUS) == AMBIGUOUS
-    assert judged(ledger, Verdict.DEFINITION) == {f"({k})" for k in DEFINITIONS}
-    assert not judged(ledger, Verdict.UNDECIDED)
+    assert judged(ledger, Standing.DIFFERS) == set(MISPRINTS)
+    assert judged(ledger, Standing.AMBIGUOUS) == AMBIGUOUS
+    assert judged(ledger, Standing.DEFINITION) == {f"({k})" for k in DEFINITIONS}
+    assert not judged(ledger, Standing.UNDECIDED)
 
 
 def test_each_misprint_is_at_its_term(ledger: Ledger) -> None:
@@ -67,7 +67,7 @@ def test_each_misprint_is_at_its_term(ledger: Ledger) -> None:
 
 def test_each_misprint_has_a_correction_that_passes_and_a_counterexample(ledger: Ledger) -> None:
     for number in MISPRINTS:
-        wrong = [line for line in ledger[number].used.lines if line.verdict is Verdict.DIFFERS]
+        wrong = [line for line in ledger[number].used.lines if line.verdict is Standing.DIFFERS]
         assert all(line.corrected_latex for line in wrong), number
         assert all("the corrected form is" in line.how for line in wrong), number
         assert all(line.counterexample or "matrix" in line.how for line in wrong), number
@@ -75,7 +75,7 @@ def test_each_misprint_has_a_correction_that_passes_and_a_counterexample(ledger:
 
 def test_the_reading_that_the_model_follows_holds(ledger: Ledger) -> None:
     for number in AMBIGUOUS:
-        assert ledger[number].used.verdict in (Verdict.HOLDS, Verdict.DEFINITION), number
+        assert ledger[number].used.verdict in (Standing.HOLDS, Standing.DEFINITION), number
 
 
 def test_the_counterexample_of_22(ledger: Ledger) -> None:
@@ -90,7 +90,7 @@ def test_the_counterexample_of_22(ledger: Ledger) -> None:
     assert float(found.right) == pytest.approx(-float(rate), rel=1e-5)
 
 
-def verdicts(system: System, *numbers: str) -> list[Verdict]:
+def verdicts(system: System, *numbers: str) -> list[Standing]:
     """Judge a few entries of the paper against another system."""
     written = paper(system)
     chosen = {entry.number: entry for entry in written.entries}
@@ -111,7 +111,7 @@ def broken(system: System, *names: str) -> System:
 def test_a_wrong_law_of_motion_turns_the_verdicts(system: System) -> None:
     rhs = (*system.rhs[:3], -system.rhs[3])
     wrong = dataclasses.replace(system, rhs=rhs)
-    assert verdicts(wrong, "12", "21", "23", "24", "53", "20") == [*[Verdict.DIFFERS] * 5, Verdict.HOLDS]
+    assert verdicts(wrong, "12", "21", "23", "24", "53", "20") == [*[Standing.DIFFERS] * 5, Standing.HOLDS]
 
 
 @pytest.mark.parametrize(
@@ -126,15 +126,15 @@ def test_wrong_steps_of_the_derivation_turn_the_verdicts(
     system: System, wrong: list[str], turned: list[str], kept: list[str]
 ) -> None:
     found = dict(zip((*turned, *kept), verdicts(broken(system, *wrong), *turned, *kept), strict=True))
-    assert [number for number in turned if found[number] is not Verdict.DIFFERS] == []
-    assert [number for number in kept if found[number] is Verdict.DIFFERS and f"({number})" not in MISPRINTS] == []
+    assert [number for number in turned if found[number] is not Standing.DIFFERS] == []
+    assert [number for number in kept if found[number] is Standing.DIFFERS and f"({number})" not in MISPRINTS] == []
 
 
 def test_a_correction_against_a_wrong_derivation_is_not_shown(system: System) -> None:
     written = paper(broken(system, "rod_rate1"))
     (entry,) = (entry for entry in written.entries if entry.number == "22")
     judged = judge_entry(entry, written.names)
-    assert judged.verdict is Verdict.DIFFERS
+    assert judged.verdict is Standing.DIFFERS
     assert judged.corrected_latex == ()
 
 

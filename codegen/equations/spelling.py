@@ -1,0 +1,328 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How the parts of a formula are spelt: as plain text, as LaTeX, as MathML."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import ClassVar
+
+from .mathml import content
+
+Case = tuple[str, str, bool]
+"""A value, its condition, and whether that is only a word such as "otherwise"."""
+_NAMED = {
+    "sin": r"\sin", "cos": r"\cos", "tan": r"\tan", "exp": r"\exp", "log": r"\ln", "asin": r"\arcsin",
+    "acos": r"\arccos", "atan": r"\arctan", "sinh": r"\sinh", "cosh": r"\cosh", "tanh": r"\tanh", "max": r"\max",
+    "min": r"\min", "sign": r"\mathrm{sgn}", "mod": r"\mathrm{mod}", "atan2": r"\mathrm{atan2}",
+}  # fmt: skip
+_WORDS = {"True": "otherwise", "False": "never"}
+_MOST_FACTORS = 12
+"""Longer products are read as one word when nothing but a space of LaTeX, which is none, separates their factors."""
+
+
+class Spelling(ABC):
+    """Puts printed parts together.
+
+    Attributes
+    ----------
+    plus, minus : str
+        Signs between terms.
+    negative : str
+        Sign in front of the first term.
+    bar : str
+        What is in a part if it has a fraction with a bar, over and under which a sum needs no parentheses.
+    coefficient : str
+        Template of a fraction of numbers in front of factors; empty if it stands over and under them.
+    relations : dict of str to str
+        Signs by operation.
+    """
+
+    plus = " + "
+    minus = " - "
+    negative = "-"
+    bar = ""
+    coefficient = ""
+    relations: ClassVar[Mapping[str, str]]
+
+    def relation(self, operation: str) -> str:
+        """Return a relation sign with the room around it."""
+        return f" {self.relations[operation]} "
+
+    @abstractmethod
+    def name(self, name: str, latex: str) -> str:
+        """Spell a symbol, which has a LaTeX name or none."""
+
+    @abstractmethod
+    def constant(self, name: str) -> str:
+        """Spell pi, a truth value."""
+
+    @abstractmethod
+    def number(self, number: str) -> str:
+        """Spell a positive number: whole, decimal, with a power of ten (`1e-09`) or a fraction (`3/2`)."""
+
+    @abstractmethod
+    def product(self, factors: Sequence[str]) -> str:
+        """Put factors side by side."""
+
+    @abstractmethod
+    def fraction(self, above: str, below: str) -> str:
+        """Put one part over another."""
+
+    @abstractmethod
+    def root(self, inside: str) -> str:
+        """Spell a square root."""
+
+    @abstractmethod
+    def power(self, base: str, exponent: str) -> str:
+        """Raise a part."""
+
+    @abstractmethod
+    def fenced(self, inside: str) -> str:
+        """Put a part in parentheses."""
+
+    @abstractmethod
+    def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:
+        """Spell the value of a function, raised to an exponent unless that is empty; without parentheses if `bare`."""
+
+    @abstractmethod
+    def conditional(self, value: str, condition: str) -> str:
+        """Spell a value that holds under a condition."""
+
+    @abstractmethod
+    def cases(self, rows: Sequence[Case]) -> str:
+        """Spell values with their conditions."""
+
+    def braced(self, symbol: str) -> str:
+        """Return a symbol such that it may be raised."""
+        return symbol
+
+    def letters(self, part: str) -> str:
+        """Return what the place of a part among its like is decided by."""
+        return part
+
+    def mark(self, part: str) -> str:
+        """Mark a part as edited."""
+        return part
+
+
+class Text(Spelling):
+    """Plain text in one line."""
+
+    relations: ClassVar = {
+        "strictgreaterthan": ">", "greaterthan": ">=", "strictlessthan": "<", "lessthan": "<=", "equality": "==",
+        "unequality": "!=", "and": "and", "or": "or",
+    }  # fmt: skip
+
+    def name(self, name: str, latex: str) -> str:  # noqa: ARG002
+        """Return the name itself."""
+        return name
+
+    def constant(self, name: str) -> str:
+        """Return the name, or a word for a truth value."""
+        return _WORDS.get(name, name)
+
+    def number(self, number: str) -> str:
+        """Return the number as it is."""
+        return number
+
+    def product(self, factors: Sequence[str]) -> str:
+        """Put spaces between factors."""
+        return " ".join(factors)
+
+    def fraction(self, above: str, below: str) -> str:
+        """Return a slash between parts, of which the lower one is in parentheses if it needs them."""
+        return f"{above}/{below}"
+
+    def root(self, inside: str) -> str:
+        """Call a function."""
+        return f"sqrt({inside})"
+
+    def power(self, base: str, exponent: str) -> str:
+        """Raise with a caret."""
+        return f"{base}^{exponent}" if exponent.isdecimal() else f"{base}^({exponent})"
+
+    def fenced(self, inside: str) -> str:
+        """Put a part in parentheses."""
+        return f"({inside})"
+
+    def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:  # noqa: ARG002
+        """Return the function with its arguments in parentheses, always."""
+        return f"{function}{f'^{exponent}' if exponent else ''}({', '.join(arguments)})"
+
+    def conditional(self, value: str, condition: str) -> str:
+        """Return the condition behind the value."""
+        return f"{value} if {condition}"
+
+    def cases(self, rows: Sequence[Case]) -> str:
+        """Return the cases in braces."""
+        return "{" + "; ".join(v if word else self.conditional(v, c) for v, c, word in rows) + "}"
+
+
+class Latex(Spelling):
+    """LaTeX for the mathematics of forges."""
+
+    bar = r"\frac"
+    coefficient = r"\tfrac{%s}{%s}"
+    relations: ClassVar = {
+        "strictgreaterthan": ">", "greaterthan": r"\ge", "strictlessthan": "<", "lessthan": r"\le", "equality": "=",
+        "unequality": r"\ne", "and": r"\land", "or": r"\lor",
+    }  # fmt: skip
+    _fences: ClassVar = {
+        "abs": (r"\left\lvert", r"\right\rvert"), "floor": (r"\left\lfloor", r"\right\rfloor"),
+        "ceiling": (r"\left\lceil", r"\right\rceil"),
+    }  # fmt: skip
+
+    def name(self, name: str, latex: str) -> str:
+        """Return the LaTeX name, or the name upright."""
+        return latex or rf"\mathrm{{{name}}}".replace("_", r"\_")
+
+    def constant(self, name: str) -> str:
+        """Return a command."""
+        return rf"\text{{{_WORDS[name]}}}" if name in _WORDS else {"pi": r"\pi"}.get(name, name)
+
+    def number(self, number: str) -> str:
+        """Write powers of ten out."""
+        mantissa, _, power = number.partition("e")
+        ten = f"10^{{{int(power)}}}" if power else ""
+        return number if not ten else ten if mantissa == "1" else rf"{mantissa} \cdot {ten}"
+
+    def product(self, factors: Sequence[str]) -> str:
+        """Put factors side by side, with thin spaces if there are many."""
+        return (r" \, " if len(factors) > _MOST_FACTORS else " ").join(factors)
+
+    def fraction(self, above: str, below: str) -> str:
+        """Return a fraction."""
+        return rf"\frac{{{above}}}{{{below}}}"
+
+    def root(self, inside: str) -> str:
+        """Return a root."""
+        return rf"\sqrt{{{inside}}}"
+
+    def power(self, base: str, exponent: str) -> str:
+        """Return a superscript."""
+        return rf"{base}^{{{exponent}}}"
+
+    def fenced(self, inside: str) -> str:
+        """Return parentheses that grow."""
+        return rf"\left({inside}\right)"
+
+    def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:
+        """Return a function in mathematics' own notation."""
+        if function in self._fences:
+            left, right = self._fences[function]
+            return f"{left} {arguments[0]} {right}"
+        if function == "exp":
+            return f"e^{{{arguments[0]}}}"
+        name = _NAMED.get(function, rf"\mathrm{{{function}}}") + (f"^{{{exponent}}}" if exponent else "")
+        return f"{name} {arguments[0]}" if bare else name + self.fenced(", ".join(arguments))
+
+    def conditional(self, value: str, condition: str) -> str:
+        """Return the condition behind the value."""
+        return f"{value} if {condition}"
+
+    def cases(self, rows: Sequence[Case]) -> str:
+        """Return cases behind a brace."""
+        lines = (f"{v} & {c}" if word else rf"{v} & \text{{if }} {c}" for v, c, word in rows)
+        return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
+
+    def braced(self, symbol: str) -> str:
+        """Enclose a symbol with a dot, over which the exponent would stand, or with a superscript."""
+        return f"{{{symbol}}}" if symbol.startswith(r"\dot") or "^" in symbol else symbol
+
+
+class MathML(Spelling):
+    """The inside of `math` elements; edited parts get the class `mark`."""
+
+    plus = '<mo form="infix">+</mo>'
+    minus = '<mo form="infix">−</mo>'
+    negative = "<mo>−</mo>"
+    bar = "<mfrac>"
+    relations: ClassVar = {
+        "strictgreaterthan": "&gt;", "greaterthan": "≥", "strictlessthan": "&lt;", "lessthan": "≤", "equality": "=",
+        "unequality": "≠", "and": "∧", "or": "∨",
+    }  # fmt: skip
+    _fences: ClassVar = {"abs": ("|", "|"), "floor": ("⌊", "⌋"), "ceiling": ("⌈", "⌉")}
+    _functions: ClassVar = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "sign": "sgn", "log": "ln"}
+    _space = '<mspace width="0.12em"></mspace>'
+    _invisible = re.compile(r"<[^>]*>|&[^;]*;")
+
+    def relation(self, operation: str) -> str:
+        """Return a relation sign, which has room of its own."""
+        return f"<mo>{self.relations[operation]}</mo>"
+
+    def name(self, name: str, latex: str) -> str:
+        """Return the LaTeX name set, or the name as one identifier."""
+        return f"<mrow>{content(latex)}</mrow>" if latex else f"<mi>{escape(name)}</mi>"
+
+    def constant(self, name: str) -> str:
+        """Return a sign, or a word for a truth value."""
+        if name in _WORDS:
+            return f"<mtext>{_WORDS[name]}</mtext>"
+        return f"<mi>{ {'pi': 'π'}.get(name, escape(name)) }</mi>"
+
+    def number(self, number: str) -> str:
+        """Write powers of ten out."""
+        mantissa, _, power = number.partition("e")
+        if power:
+            sign = self.negative if int(power) < 0 else ""
+            ten = f"<msup><mn>10</mn><mrow>{sign}<mn>{abs(int(power))}</mn></mrow></msup>"
+            return ten if mantissa == "1" else f"<mn>{mantissa}</mn><mo>·</mo>{ten}"
+        return "<mo>/</mo>".join(f"<mn>{part}</mn>" for part in number.split("/"))
+
+    def product(self, factors: Sequence[str]) -> str:
+        """Put invisible signs of multiplication and a little room between factors."""
+        return f"<mo>&#x2062;</mo>{self._space}".join(factors)
+
+    def fraction(self, above: str, below: str) -> str:
+        """Return a fraction."""
+        return f"<mfrac><mrow>{above}</mrow><mrow>{below}</mrow></mfrac>"
+
+    def root(self, inside: str) -> str:
+        """Return a root."""
+        return f"<msqrt>{inside}</msqrt>"
+
+    def power(self, base: str, exponent: str) -> str:
+        """Return a superscript."""
+        return f"<msup><mrow>{base}</mrow><mrow>{exponent}</mrow></msup>"
+
+    def fenced(self, inside: str) -> str:
+        """Put a part in parentheses."""
+        return f"<mrow><mo>(</mo>{inside}<mo>)</mo></mrow>"
+
+    def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:
+        """Return a function in mathematics' own notation."""
+        if function in self._fences:
+            left, right = self._fences[function]
+            return f"<mo>{left}</mo>{arguments[0]}<mo>{right}</mo>"
+        if function == "exp":
+            return f"<msup><mi>e</mi><mrow>{arguments[0]}</mrow></msup>"
+        name = f'<mi mathvariant="normal">{escape(self._functions.get(function, function))}</mi>'
+        head = f"<msup>{name}{exponent}</msup>" if exponent else name
+        inside = "<mo>,</mo>".join(arguments)
+        return head + (f"<mo>&#x2061;</mo>{self._space}{inside}" if bare else self.fenced(inside))
+
+    def conditional(self, value: str, condition: str) -> str:
+        """Return the condition behind the value."""
+        return f"{value}<mtext>&#xA0;if&#xA0;</mtext>{condition}"
+
+    def cases(self, rows: Sequence[Case]) -> str:
+        """Return cases behind a brace."""
+        lines = (
+            f"<mtr><mtd>{value}</mtd><mtd>{'' if word else '<mtext>if&#xA0;</mtext>'}{condition}</mtd></mtr>"
+            for value, condition, word in rows
+        )
+        return f"<mo>{{</mo><mtable>{''.join(lines)}</mtable>"
+
+    def letters(self, part: str) -> str:
+        """Return what is visible, so that a mark does not move a part."""
+        return self._invisible.sub("", part)
+
+    def mark(self, part: str) -> str:
+        """Put a part in a row with a class."""
+        return f'<mrow class="mark">{part}</mrow>'
+
+
+TEXT, LATEX, MATHML = Text(), Latex(), MathML()

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the names of a paper mean, as nodes of one pool, and points at which the free ones are tried."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+
+import sympy as sp
+
+from mehvar.models.derivation import Expr
+from mehvar.models.paper import Case, Names, Side, frozen, symbols_of
+
+from ..equal import field
+from ..equal.judge import Expression, Judge, Meaning
+from ..equal.pool import Pool
+from ..equal.reals import Sampler
+from .sides import Sides
+
+_STEPS = 10**6
+"""Drawn values are so many parts of the way between two bounds: no two names get the same by chance, and a value that
+survives in a counterexample stays short."""
+
+
+class PaperSampler(Sampler):
+    """Draws values between the bounds of names, never on them, where a paper's formulas often end; integers on them.
+
+    Parameters
+    ----------
+    names : Names
+        The table of the paper.
+    """
+
+    def __init__(self, names: Names) -> None:
+        self._table = {str(symbol): name for symbol, name in names.table.items()}
+        self._ranges = {
+            name: (_fraction(n.low), _fraction(n.high) - _fraction(n.low), n.symbol.is_integer)
+            for name, n in self._table.items()
+        }
+        super().__init__({}, frozenset())
+
+    def value(self, name: str, number: int) -> Fraction:
+        """Return one coordinate of a point."""
+        low, width, integer = self._ranges[name]
+        draw = field.hashed("value", number, name)
+        if integer:
+            return low + draw % (width + 1)
+        return low + width * Fraction(1 + draw % (_STEPS - 1), _STEPS)
+
+    def simple(self, name: str, value: Fraction) -> Iterator[Fraction]:
+        """Offer simple values to try in place of a drawn one, the simplest first."""
+        entry = self._table[name]
+        rounded = [Fraction(round(value * 10**digits), 10**digits) for digits in (0, 1, 2, 3)]
+        for candidate in (Fraction(0), Fraction(1), Fraction(-1), Fraction(1, 2), *rounded):
+            if entry.low <= candidate <= entry.high and (candidate > 0 or not entry.symbol.is_positive):
+                yield candidate
+
+
+class Meanings:
+    """The names of a paper over one pool, judged at the same points for every relation.
+
+    Parameters
+    ----------
+    names : Names
+        The table of the paper.
+    """
+
+    def __init__(self, names: Names) -> None:
+        self.names = names
+        self.pool = Pool()
+        self.symbols = {str(symbol): symbol for symbol in names.table}
+        self.sides = Sides(self.pool)
+        self.judge = Judge(self.pool, lambda name: bool(self.symbols[name].is_positive), PaperSampler(names))
+        self._reached: dict[Expr, frozenset[Expr]] = {}
+        self.table = InCase(self, {})
+
+    def case(self, case: Case) -> InCase:
+        """Return what names mean in a case, which overrides the table."""
+        return InCase(self, {symbol: frozen(meaning) for symbol, meaning in case.items()}) if case else self.table
+
+    def reached(self, symbol: Expr) -> frozenset[Expr]:
+        """Return every name that a name of the table depends on, itself included."""
+        if symbol not in self._reached:
+            meaning = self.table.of.get(symbol)
+            below = symbols_of(meaning) if meaning is not None else ()
+            self._reached[symbol] = frozenset((symbol,)).union(*map(self.reached, below))
+        return self._reached[symbol]
+
+
+class InCase:
+    """What names mean in one case of a relation.
+
+    Attributes
+    ----------
+    overrides, of : mapping
+        The case's meanings; those and the table's.
+    """
+
+    def __init__(self, meanings: Meanings, overrides: Mapping[Expr, Side]) -> None:
+        table = {s: name.meaning for s, name in meanings.names.table.items() if name.meaning is not None}
+        self._all = meanings
+        self.overrides = overrides
+        self.of: dict[Expr, Side] = table | dict(overrides)
+        self._symbols = meanings.symbols | {str(symbol): symbol for symbol in overrides}
+        self._nodes: dict[str, int] = {}
+        self._meaning = Meaning(meanings.pool, self._target)
+
+    def expressions(self, side: Side) -> list[Expression]:
+        """Return the entries of a side, one for a number, as the engine reads them."""
+        return [(self._meaning, node) for node in self._all.sides.entries(self._without_matrices(side))]
+
+    def symbol(self, name: str) -> Expr:
+        """Return the symbol with a name."""
+        return self._symbols[name]
+
+    def written_out(self, side: Side) -> Side:
+        """Replace every name by its meaning, down to free names."""
+        return self._replaced(side, self.of)
+
+    def _without_matrices(self, side: Side) -> Side:
+        matrices = {symbol: meaning for symbol, meaning in self.of.items() if isinstance(symbol, sp.MatrixSymbol)}
+        return self._replaced(side, matrices)
+
+    @staticmethod
+    def _replaced(side: Side, meanings: Mapping[Expr, Side]) -> Side:
+        for _ in range(len(meanings) + 1):
+            here = {symbol: meanings[symbol] for symbol in symbols_of(side) if symbol in meanings}
+            if not here:
+                return side
+            side = side.xreplace(here)
+        raise ValueError(f"the meanings of {sorted(map(str, here))} refer to each other in a circle")
+
+    def _target(self, name: str) -> Expression | None:
+        """Return what a name stands for; where the case makes no difference, what it stands for in the table."""
+        symbol = self._symbols[name]
+        if symbol not in self.of:
+            return None
+        table = self._all.table
+        if self is not table and self._all.reached(symbol).isdisjoint(self.overrides):
+            return table._target(name)
+        if name not in self._nodes:
+            (self._nodes[name],) = self._all.sides.entries(self._without_matrices(self.of[symbol]))
+        return self._meaning, self._nodes[name]
+
+
+def _fraction(value: sp.Rational) -> Fraction:
+    return Fraction(int(value.p), int(value.q))

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What changed between two versions, as plain frozen values."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from rich.text import Text
+
+from mehvar.codegen.diff.report import Comparison, Equation, ParameterChange
+from mehvar.terminal import Line, plain_text
+
+from .consequences import Consequences
+from .status import Status
+from .text import lines
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class ModelDiff:
+    """What changed in one model.
+
+    Attributes
+    ----------
+    model : str
+        Its name.
+    status : Status
+        In one word.
+    comparison : Comparison
+        Equation by equation; empty for a model that only one side has.
+    consequences : Consequences or None
+        What the change does; None where nothing changed or nothing could be run.
+    """
+
+    model: str
+    status: Status
+    comparison: Comparison
+    consequences: Consequences | None = None
+
+    @property
+    def differs(self) -> bool:
+        """Whether anything but the form differs: an equation, a parameter, the structure."""
+        return self.status is not Status.SAME
+
+    @property
+    def changed(self) -> tuple[Equation, ...]:
+        """Equations with another value, by themselves or through what they use, and undecided ones."""
+        return self.comparison.changed
+
+    @property
+    def added(self) -> tuple[Equation, ...]:
+        """Equations that only the new side has."""
+        return self.comparison.added
+
+    @property
+    def removed(self) -> tuple[Equation, ...]:
+        """Equations that only the old side has."""
+        return self.comparison.removed
+
+    @property
+    def equivalent(self) -> tuple[Equation, ...]:
+        """Equations that are written or called differently and mean the same."""
+        return self.comparison.equivalent
+
+    @property
+    def parameters(self) -> tuple[ParameterChange, ...]:
+        """Names, units, bounds, sources and values that differ."""
+        return self.comparison.parameters
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as plain lists, dicts and strings."""
+        equations = self.comparison.to_json()
+        equations.pop("schema")
+        follows = None if self.consequences is None else asdict(self.consequences)
+        if follows is not None:
+            follows["eigenvalues"] = [[[z.real, z.imag] for z in pair] for pair in follows["eigenvalues"]]
+        return {
+            **equations,
+            "model": self.model,
+            "status": self.status.value,
+            "differs": self.differs,
+            "consequences": follows,
+        }
+
+    def lines(self) -> Iterator[Line]:
+        """Say what became of the model."""
+        return lines(self.model, self.status, self.comparison, self.consequences)
+
+    def __str__(self) -> str:
+        return plain_text(self.lines())
+
+
+@dataclass(frozen=True)
+class Diff:
+    """What changed between two versions.
+
+    Attributes
+    ----------
+    old, new : str
+        What the versions are called.
+    models : tuple of ModelDiff
+        Every model of either side.
+    """
+
+    old: str
+    new: str
+    models: tuple[ModelDiff, ...]
+
+    @property
+    def differs(self) -> bool:
+        """Whether any model differs."""
+        return any(model.differs for model in self.models)
+
+    def lines(self) -> Iterator[Line]:
+        """Say what became of every model."""
+        yield 0, Text(f"{self.old} -> {self.new}", "dim")
+        for model in self.models:
+            yield from model.lines()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as docs/reference/diff-json.md describes."""
+        models = [model.to_json() for model in self.models]
+        return {"schema": SCHEMA, "old": self.old, "new": self.new, "differs": self.differs, "models": models}
+
+    def json_text(self) -> str:
+        """Return the JSON text."""
+        return json.dumps(self.to_json(), indent=1, ensure_ascii=False) + "\n"

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The HTML pages of mehvar: one environment for all templates, everything escaped, formulas as MathML."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from mehvar.codegen.equations.mathml import mathml
+
+_TEMPLATES = Path(__file__).parent / "templates"
+
+
+def typeset(latex: str) -> Markup:
+    """Return LaTeX as MathML, which a browser shows without help."""
+    return Markup(mathml(latex))
+
+
+def page(template: str, filters: dict[str, Callable[..., Any]] | None = None, **content: object) -> str:
+    """Return a page as text.
+
+    Parameters
+    ----------
+    template : str
+        File below `mehvar/templates`; it may include others by their path from there.
+    filters : dict of str to callable
+        What the template uses beyond `mathml`.
+    **content
+        What it is about.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"mathml": typeset, **(filters or {})}
+    return environment.get_template(template).render(content)

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Judged ledgers as text: what each paper prints that is not so, and the rest by number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from rich.text import Text
+
+from mehvar.terminal import Line
+
+from .judging import Ledger
+
+_DIFFERS, _HOLDS, _DEFINITION = "differs", "holds", "definition"
+_STYLES = {_DIFFERS: "red", "undecided": "yellow", "illegible or ambiguous": "yellow"}
+_WORDS = {_HOLDS: "hold", _DIFFERS: "differ", _DEFINITION: "definitions"}
+
+
+def holds(ledger: Ledger) -> bool:
+    """Whether everything printed holds, or is for the author to choose."""
+    return not any(entry["verdict"] in _STYLES for entry in ledger["entries"])
+
+
+def counted(ledger: Ledger) -> str:
+    """Count the entries by verdict, as in "31 hold, 27 differ"."""
+    counts = [(count, _WORDS.get(verdict, verdict)) for verdict, count in ledger["counts"].items()]
+    return ", ".join(f"{count} {word}" for count, word in counts if count)
+
+
+def lines(ledgers: Sequence[Ledger]) -> Iterator[Line]:
+    """Say what each paper prints that is not so, and name the rest."""
+    for ledger in ledgers:
+        yield 0, Text.assemble((f"{ledger['model']}: ", "bold"), counted(ledger))
+        yield 0, Text(ledger["title"], "dim")
+        for verdict in (_HOLDS, _DEFINITION):
+            numbers = [entry["number"] for entry in ledger["entries"] if entry["verdict"] == verdict]
+            if numbers:
+                yield 2, Text.assemble((f"{_WORDS[verdict]}  ", "green"), ", ".join(numbers))
+        for entry in ledger["entries"]:
+            if entry["verdict"] in _STYLES:
+                yield from _entry(entry)
+
+
+def example(line: dict[str, Any]) -> str:
+    """Return a counterexample in one line, or nothing."""
+    point = line["counterexample"]
+    if not point:
+        return ""
+    values = [f"{name} = {value}" for name, value in point["at"] if str(value) != "0"]
+    if len(values) < len(point["at"]):
+        values.append("the rest 0" if values else "all 0")
+    where = f"at {', '.join(values)}: " if values else ""
+    return f"{where}left side {point['left']}, right side {point['right']}"
+
+
+def _entry(entry: dict[str, Any]) -> Iterator[Line]:
+    yield (
+        2,
+        Text.assemble(
+            (f"{entry['verdict']} ", _STYLES[entry["verdict"]]), (entry["number"], "bold"), f"  {entry['title']}"
+        ),
+    )
+    for reading in entry["readings"]:
+        if len(entry["readings"]) > 1:
+            used = "the model follows this" if reading["used"] else "not used"
+            yield 4, Text(f"reading {reading['text']!r}: {reading['verdict']} ({used}) {reading['why']}")
+        for line in reading["lines"]:
+            if line["verdict"] in _STYLES:
+                yield from _relation(line)
+    if entry["note"]:
+        yield 4, Text(entry["note"], "dim")
+
+
+def _relation(line: dict[str, Any]) -> Iterator[Line]:
+    yield 4, Text(f"printed  {line['printed']}", "red")
+    if line["corrected"]:
+        yield 4, Text(f"correct  {line['corrected']}", "green")
+    for edit in line["edits"]:
+        yield 6, Text(edit)
+    for text in (line["says"], example(line)):
+        if text:
+            yield 6, Text(text)
+    yield 6, Text(line["how"], "dim")
