@@ -7,10 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from mehvar.papers.satellite.claims import PRINTED_B
-from mehvar.papers.satellite.rows import AXES
-from mehvar.papers.study import Runs
-from mehvar.pictures.plots import (
+from mehvar.pictures.style import (
     BLACK,
     BLUE,
     GREEN,
@@ -23,6 +20,9 @@ from mehvar.pictures.plots import (
     new_figure,
     time_axis,
 )
+
+from ..runs import Runs
+from .rows import AXES, PRINTED_B
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

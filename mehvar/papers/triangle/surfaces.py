@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.papers.study import Runs
-from mehvar.papers.triangle.chart import law_direction, target_shape
-from mehvar.papers.triangle.shapes import PATH, START, TARGET, boundary_names, shape_disc
-from mehvar.pictures.plots import BLACK, BLUE, GREEN, GREY, PURPLE, SKY, VERMILLION, label, new_figure
+from mehvar.pictures.style import BLACK, BLUE, GREEN, GREY, PURPLE, SKY, VERMILLION, label, new_figure
+
+from ..runs import Runs
+from .chart import law_direction, target_shape
+from .shapes import PATH, START, TARGET, boundary_names, shape_disc
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
