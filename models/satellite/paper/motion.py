@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import sympy as sp
 
 from ...paper import Cross, Printed, Reading, Relation, printed
@@ -14,144 +16,107 @@ _WHY_BAR = "The text after (33) writes bars over T, H, omega and omega_0; with t
 _WHY_RATE = "Then vectors and their derivatives are mixed: the units do not agree."
 
 
-def balance(m: Motion) -> tuple[Printed, ...]:
+def balance(m: Motion) -> Iterator[Printed]:
     """(1)-(4): momentum, and the rate relative to the orbit axes."""
     wrong_way = Relation(m.omega_RI, m.C * sp.Matrix([0, m.omega_0, 0]), corrected=m.C * sp.Matrix([0, -m.omega_0, 0]))
     pqr = sp.Matrix([m.p, m.q, m.r])
-    return (
-        Printed(
-            "1",
-            "Euler's equation",
-            "equation",
-            (
-                Reading(
-                    (
-                        Relation(
-                            m.T_ddot,
-                            m.I * m.omega_ddot + Cross(m.omega_dot, m.H),
-                            corrected_left=m.T,
-                            corrected=m.I * m.omega_dot + Cross(m.omega, m.H),
-                        ),
-                    ),
-                    _RATE,
-                    False,
-                    _WHY_RATE,
-                ),
-                Reading(
-                    (Relation(m.T_dot, m.I * m.omega_dot + Cross(m.omega, m.H), corrected_left=m.T),),
-                    _BAR + ", one of two dots likewise",
-                    True,
-                    _WHY_BAR + " T still has a dot too many.",
-                ),
+    yield (
+        printed(
+            "1", "Euler's equation", "equation", note="T is the torque on the body, from outside or from the wheels."
+        )
+        .reading(
+            _RATE,
+            Relation(
+                m.T_ddot,
+                m.I * m.omega_ddot + Cross(m.omega_dot, m.H),
+                corrected_left=m.T,
+                corrected=m.I * m.omega_dot + Cross(m.omega, m.H),
             ),
-            note="T is the torque on the body, from outside or from the wheels.",
-        ),
-        Printed(
-            "2",
-            "angular momentum",
-            "definition",
-            (
-                Reading((Relation(m.H, m.I * m.omega_dot, corrected=m.I * m.omega),), _RATE, False, _WHY_RATE),
-                Reading((Relation(m.H, m.I * m.omega),), _BAR, True, _WHY_BAR),
-            ),
-            note="The model adds the momentum stored in the wheels.",
-        ),
-        Printed(
+            used=False,
+            why=_WHY_RATE,
+        )
+        .reading(
+            _BAR + ", one of two dots likewise",
+            Relation(m.T_dot, m.I * m.omega_dot + Cross(m.omega, m.H), corrected_left=m.T),
+            why=_WHY_BAR + " T still has a dot too many.",
+        )
+    )
+    yield (
+        printed("2", "angular momentum", "definition", note="The model adds the momentum stored in the wheels.")
+        .reading(_RATE, Relation(m.H, m.I * m.omega_dot, corrected=m.I * m.omega), used=False, why=_WHY_RATE)
+        .reading(_BAR, Relation(m.H, m.I * m.omega), why=_WHY_BAR)
+    )
+    yield (
+        printed(
             "3",
             "rate of the orbit axes",
             "equation",
-            (
-                Reading(
-                    (wrong_way,),
-                    _BAR + "; x along the velocity, z to nadir",
-                    True,
-                    "The axes of the paper's reference for (1)-(4). (8)-(10) cannot decide: omega_0 enters squared.",
-                ),
-                Reading(
-                    (Relation(m.omega_RI, m.C * sp.Matrix([0, m.omega_0, 0]), cases=(m.backwards,)),),
-                    _BAR + "; x against the velocity, y along the orbit normal",
-                    False,
-                    "The paper does not say which axes it takes; in these the sign is right.",
-                ),
-                Reading(
-                    (Relation(m.omega_RI_dot, m.C * sp.Matrix([0, m.omega_0_dot, 0])),),
-                    _RATE,
-                    False,
-                    "On a circular orbit the right side is zero; the left side is not, because C turns.",
-                ),
-            ),
             note="The sign changes the roll-yaw coupling of the linear model, which (8)-(10) leave out.",
-        ),
-        Printed(
-            "4",
-            "rate relative to the orbit axes",
-            "definition",
-            (
-                Reading(
-                    (
-                        Relation(m.Omega, m.omega - m.omega_RI, cases=(m.relative,)),
-                        Relation(m.Omega, pqr, cases=(m.relative,)),
-                    ),
-                    _BAR,
-                    True,
-                    _WHY_BAR,
-                ),
-                Reading(
-                    (
-                        Relation(m.Omega_dot, m.omega_dot - m.omega_RI_dot, cases=(m.relative,)),
-                        Relation(m.Omega_dot, pqr, corrected_left=m.Omega, cases=(m.relative,)),
-                    ),
-                    _RATE,
-                    False,
-                    "The first equation is the derivative of the other reading's; but p, q, r are no accelerations.",
-                ),
-            ),
-        ),
-        *_words(m),
+        )
+        .reading(
+            _BAR + "; x along the velocity, z to nadir",
+            wrong_way,
+            why="The axes of the paper's reference for (1)-(4). (8)-(10) cannot decide: omega_0 enters squared.",
+        )
+        .reading(
+            _BAR + "; x against the velocity, y along the orbit normal",
+            Relation(m.omega_RI, m.C * sp.Matrix([0, m.omega_0, 0]), cases=(m.backwards,)),
+            used=False,
+            why="The paper does not say which axes it takes; in these the sign is right.",
+        )
+        .reading(
+            _RATE,
+            Relation(m.omega_RI_dot, m.C * sp.Matrix([0, m.omega_0_dot, 0])),
+            used=False,
+            why="On a circular orbit the right side is zero; the left side is not, because C turns.",
+        )
     )
+    yield (
+        printed("4", "rate relative to the orbit axes", "definition")
+        .reading(
+            _BAR,
+            Relation(m.Omega, m.omega - m.omega_RI, cases=(m.relative,)),
+            Relation(m.Omega, pqr, cases=(m.relative,)),
+            why=_WHY_BAR,
+        )
+        .reading(
+            _RATE,
+            Relation(m.Omega_dot, m.omega_dot - m.omega_RI_dot, cases=(m.relative,)),
+            Relation(m.Omega_dot, pqr, corrected_left=m.Omega, cases=(m.relative,)),
+            used=False,
+            why="The first equation is the derivative of the other reading's; but p, q, r are no accelerations.",
+        )
+    )
+    yield from _words(m)
 
 
-def _words(m: Motion) -> tuple[Printed, ...]:
+def _words(m: Motion) -> Iterator[Printed]:
     """Sentences after (33) that explain (1)-(4): the rates p, q, r and the order of the turns."""
     relations = _kinematics(m)
-    return (
-        Printed(
+    yield (
+        printed(
             "text on (3)",
             "C is for phi -> theta -> psi",
             "statement",
-            (
-                Reading(
-                    tuple(relations), "the order of the factors, C = R1(phi) R2(theta) R3(psi)", True, "(5)-(7) hold."
-                ),
-                Reading(
-                    tuple(Relation(r.left, r.right, cases=(m.other_order,)) for r in relations),
-                    "the order of the turns, phi first: C = R3(psi) R2(theta) R1(phi)",
-                    False,
-                    "(5)-(7) do not hold.",
-                ),
-            ),
             note="Judged by (5)-(7). With the first reading the turns are made in the order psi, theta, phi.",
-        ),
-        Printed(
-            "text on (4)",
-            "p, q, r are the satellite's body rates",
-            "statement",
-            (
-                Reading(
-                    tuple(Relation(r.left, r.right) for r in relations),
-                    "relative to the orbit axes, as (4) has it",
-                    True,
-                    "(5)-(7) hold.",
-                ),
-                Reading(
-                    tuple(Relation(r.left, r.right, cases=(m.inertial,)) for r in relations),
-                    "relative to inertial axes, in body axes",
-                    False,
-                    "(5)-(7) do not hold: the orbit axes turn too.",
-                ),
-            ),
-            note="Judged by (5)-(7).",
-        ),
+        )
+        .reading("the order of the factors, C = R1(phi) R2(theta) R3(psi)", *relations, why="(5)-(7) hold.")
+        .reading(
+            "the order of the turns, phi first: C = R3(psi) R2(theta) R1(phi)",
+            *(Relation(r.left, r.right, cases=(m.other_order,)) for r in relations),
+            used=False,
+            why="(5)-(7) do not hold.",
+        )
+    )
+    yield (
+        printed("text on (4)", "p, q, r are the satellite's body rates", "statement", note="Judged by (5)-(7).")
+        .reading("relative to the orbit axes, as (4) has it", *relations, why="(5)-(7) hold.")
+        .reading(
+            "relative to inertial axes, in body axes",
+            *(Relation(r.left, r.right, cases=(m.inertial,)) for r in relations),
+            used=False,
+            why="(5)-(7) do not hold: the orbit axes turn too.",
+        )
     )
 
 
@@ -174,7 +139,7 @@ def kinematics(m: Motion) -> tuple[Printed, ...]:
     )
 
 
-def linear(m: Motion) -> tuple[Printed, ...]:
+def linear(m: Motion) -> Iterator[Printed]:
     """(8)-(11): small motions about the orbit axes."""
     (I_x, I_y, I_z), square = m.moments, m.omega_0**2
     stiffness = (4 * square * (I_y - I_z) * m.phi, 3 * square * (I_x - I_z) * m.theta, square * (I_y - I_x) * m.psi)
@@ -184,14 +149,10 @@ def linear(m: Motion) -> tuple[Printed, ...]:
     coupled = "The model has the coupling of roll and yaw, {}; the paper's linear model leaves it out."
     notes = (coupled.format("-omega_0 (I_x - I_y + I_z) psi'"), "", coupled.format("omega_0 (I_x - I_y + I_z) phi'"))
     titles = ("small motions in roll", "small motions in pitch", "small motions in yaw")
-    return (
-        _origin(m, stiffness),
-        *(
-            _axis(m, k, title, stiffness[k], dropped[k], note)
-            for k, (title, note) in enumerate(zip(titles, notes, strict=True))
-        ),
-        _state_space(m),
-    )
+    yield _origin(m, stiffness)
+    for k, (title, note) in enumerate(zip(titles, notes, strict=True)):
+        yield _axis(m, k, title, stiffness[k], dropped[k], note)
+    yield _state_space(m)
 
 
 def _origin(m: Motion, stiffness: tuple[sp.Expr, ...]) -> Printed:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import sympy as sp
 
 from ...derivation import Expr
@@ -16,20 +18,20 @@ _OUTSIDE = "that term outside the bracket"
 _CLOSES = "One closing bracket is missing in print; {}"
 
 
-def forces(s: Spacecraft) -> tuple[Printed, ...]:
+def forces(s: Spacecraft) -> Iterator[Printed]:
     """(9)-(11): balances of forces."""
     sin, cos = sp.sin, sp.cos
     d1, d2 = s.delta
-    return (
-        printed("9", "balance of forces along x", "equation", _along_x(s, s.F * cos(d1) * cos(d2))),
-        _scoped("10", "balance of forces along y", _along_y(s, s.F * sin(d2), True), _along_y(s, s.F * sin(d2), False)),
-        _scoped(
-            "11",
-            "balance of forces along z",
-            _along_z(s, -s.F * sin(d1) * cos(d2), True),
-            _along_z(s, -s.F * sin(d1) * cos(d2), False),
-            "A line is lost after theta'^2: two terms run into one product.",
-        ),
+    yield printed("9", "balance of forces along x", "equation", _along_x(s, s.F * cos(d1) * cos(d2)))
+    yield _scoped(
+        "10", "balance of forces along y", _along_y(s, s.F * sin(d2), True), _along_y(s, s.F * sin(d2), False)
+    )
+    yield _scoped(
+        "11",
+        "balance of forces along z",
+        _along_z(s, -s.F * sin(d1) * cos(d2), True),
+        _along_z(s, -s.F * sin(d1) * cos(d2), False),
+        "A line is lost after theta'^2: two terms run into one product.",
     )
 
 
@@ -123,7 +125,7 @@ def _along_z(s: Spacecraft, right: Expr, inside: bool) -> Relation:
     )
 
 
-def moments(s: Spacecraft) -> tuple[Printed, ...]:
+def moments(s: Spacecraft) -> Iterator[Printed]:
     """(12)-(14): balances of moments, printed in short."""
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
     (_, ay, az), (Jx, Jy, Jz) = s.a, s.J
@@ -182,27 +184,25 @@ def moments(s: Spacecraft) -> tuple[Printed, ...]:
         own * (W3d + W1 * W2) - sigma * ay + W3d * (Jz + I0) + W1 * W2 * (Jy - Jx) + swung[2],
     )
     lever = s.F * (s.b + s.d)
-    return (
-        _moment("12", "x", s, 3, x, s.M[0], right[0]),
-        _moment("13", "y", s, 4, y, s.M[1] - lever * sp.sin(d1) * sp.cos(d2), right[1]),
-        Printed(
-            "14",
-            "balance of moments about z",
-            "equation",
-            tuple(
-                Reading(
-                    (_short(s, 5, _about_z(s, inside), s.M[2] - lever * sp.sin(d2), right[2]),),
-                    text,
-                    used,
-                    "One closing bracket is missing in print; " + why,
-                )
-                for inside, text, used, why in (
-                    (True, "the terms with I_i multiplied by m_i", True, "so they stand in (12) and (13)."),
-                    (False, "the terms with I_i outside the factor m_i", False, "they need no factor m_i."),
-                )
-            ),
-            _SHORT,
+    yield _moment("12", "x", s, 3, x, s.M[0], right[0])
+    yield _moment("13", "y", s, 4, y, s.M[1] - lever * sp.sin(d1) * sp.cos(d2), right[1])
+    yield Printed(
+        "14",
+        "balance of moments about z",
+        "equation",
+        tuple(
+            Reading(
+                (_short(s, 5, _about_z(s, inside), s.M[2] - lever * sp.sin(d2), right[2]),),
+                text,
+                used,
+                "One closing bracket is missing in print; " + why,
+            )
+            for inside, text, used, why in (
+                (True, "the terms with I_i multiplied by m_i", True, "so they stand in (12) and (13)."),
+                (False, "the terms with I_i outside the factor m_i", False, "they need no factor m_i."),
+            )
         ),
+        _SHORT,
     )
 
 

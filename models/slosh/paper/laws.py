@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import sympy as sp
@@ -95,7 +96,7 @@ class Laws:
         )
 
 
-def candidates(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
+def candidates(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(27)-(30): the Lyapunov functions and the form of their derivatives."""
     names, v1, v2 = s.names, law.law["v1"], law.law["v2"]
     first, corrected = _first(s, law, True), _first(s, law, False)
@@ -107,32 +108,30 @@ def candidates(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
         )
         for text, value in (("printed", first), ("corrected", corrected))
     ]
-    return (
-        printed(
-            "27",
-            "Lyapunov function with the pendulums",
-            "definition",
-            Relation(v1.V, first, corrected=corrected),
-            note="V_1 is the authors' choice, but with the printed products (29) does not follow, which they state. "
-            "The products cancel the coupling of the pendulums' rates to Omega' only with the factors of (25), (26).",
-        ),
-        printed("28", "Lyapunov function without the pendulums", "definition", Relation(v2.V, _second(s, law))),
-        printed(
-            "text before (29)",
-            "form of the derivative of V_1",
-            "statement",
-            Relation(
-                pull[0],
-                sp.zeros(3, 1),
-                corrected_left=pull[1],
-                says="along (20)-(26), u_3 to u_5 appear only multiplied by a body rate",
-            ),
-            note="The left side is the part of dV_1/dt that u_3 to u_5 multiply where Omega = 0, with V_1 as "
-            "(27) prints it and as it is corrected.",
-        ),
-        _form("29", "derivative of V_1", s, law, v1),
-        _form("30", "derivative of V_2", s, law, v2),
+    yield printed(
+        "27",
+        "Lyapunov function with the pendulums",
+        "definition",
+        Relation(v1.V, first, corrected=corrected),
+        note="V_1 is the authors' choice, but with the printed products (29) does not follow, which they state. "
+        "The products cancel the coupling of the pendulums' rates to Omega' only with the factors of (25), (26).",
     )
+    yield printed("28", "Lyapunov function without the pendulums", "definition", Relation(v2.V, _second(s, law)))
+    yield printed(
+        "text before (29)",
+        "form of the derivative of V_1",
+        "statement",
+        Relation(
+            pull[0],
+            sp.zeros(3, 1),
+            corrected_left=pull[1],
+            says="along (20)-(26), u_3 to u_5 appear only multiplied by a body rate",
+        ),
+        note="The left side is the part of dV_1/dt that u_3 to u_5 multiply where Omega = 0, with V_1 as "
+        "(27) prints it and as it is corrected.",
+    )
+    yield _form("29", "derivative of V_1", s, law, v1)
+    yield _form("30", "derivative of V_2", s, law, v2)
 
 
 def _second(s: Spacecraft, law: Laws) -> Expr:
@@ -188,35 +187,34 @@ def _form(number: str, title: str, s: Spacecraft, law: Laws, v: Symbols) -> Prin
     )
 
 
-def control(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
+def control(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(31)-(36): the inputs."""
-    return (*_inputs(31, "V_1", s, law, law.law["v1"]), *_inputs(34, "V_2", s, law, law.law["v2"]))
+    yield from _inputs(31, "V_1", s, law, law.law["v1"])
+    yield from _inputs(34, "V_2", s, law, law.law["v2"])
 
 
-def _inputs(number: int, name: str, s: Spacecraft, law: Laws, v: Symbols) -> tuple[Printed, ...]:
+def _inputs(number: int, name: str, s: Spacecraft, law: Laws, v: Symbols) -> Iterator[Printed]:
     _, b, c = v.ABC
     w, u, cases = law.w, law.u, (v.demand,)
     gained = sp.ImmutableMatrix([v.g[k] + w[3 + k] * s.w[k] for k in range(3)])
     note = "With positive w the printed sign makes the derivative grow."
-    return (
-        printed(
-            str(number),
-            f"input u_1 from {name}",
-            "equation",
-            Relation(u[0], w[1] * b, corrected=-w[1] * b, cases=cases),
-            note=note,
-        ),
-        printed(
-            str(number + 1),
-            f"input u_2 from {name}",
-            "equation",
-            Relation(u[1], w[2] * c, corrected=-w[2] * c, cases=cases),
-            note=note,
-        ),
-        printed(
-            str(number + 2),
-            f"inputs u_3 to u_5 from {name}",
-            "equation",
-            Relation(sp.ImmutableMatrix(u[2:]), sp.MatMul(-1, sp.Inverse(v.f), gained), cases=cases),
-        ),
+    yield printed(
+        str(number),
+        f"input u_1 from {name}",
+        "equation",
+        Relation(u[0], w[1] * b, corrected=-w[1] * b, cases=cases),
+        note=note,
+    )
+    yield printed(
+        str(number + 1),
+        f"input u_2 from {name}",
+        "equation",
+        Relation(u[1], w[2] * c, corrected=-w[2] * c, cases=cases),
+        note=note,
+    )
+    yield printed(
+        str(number + 2),
+        f"inputs u_3 to u_5 from {name}",
+        "equation",
+        Relation(sp.ImmutableMatrix(u[2:]), sp.MatMul(-1, sp.Inverse(v.f), gained), cases=cases),
     )

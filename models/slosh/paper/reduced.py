@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import sympy as sp
 
 from ...derivation import Expr
@@ -13,7 +15,7 @@ from .symbols import Spacecraft
 from .terms import Shorthand
 
 
-def equilibrium(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
+def equilibrium(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(18), (19): the relative equilibrium."""
     i = s.i
     vy, vz = (s.names.free(f"v{axis}_eq", -2, 2, latex=rf"\tilde v_{axis}") for axis in "yz")
@@ -26,46 +28,43 @@ def equilibrium(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
     left = s.names.matrix("E", r"E_{10\ldots16}", sp.Matrix([*s.balance[1:], *s.rows[0], *s.rows[1]]))
     along = s.names.derived("E_9", "E_9", s.balance[0])
     case = still | {s.v_dot[0]: law.axial}
-    return (
-        printed(
-            "18",
-            "relative equilibrium",
-            "condition",
-            *(Relation(a, b, given=True) for a, b in ((s.v[1], vy), (s.v[2], vz))),
-            *(Relation(a, b, given=True) for a, b in zip(s.att, attitude, strict=True)),
-            Relation(s.Omega, sp.zeros(3, 1), given=True),
-            *(Relation(angle, zero, given=True) for angle in (i.phi, i.theta)),
-            Relation(left, sp.zeros(9, 1), cases=(case,), says="(10)-(16) hold there without inputs and accelerations"),
-            Relation(along, zero, cases=(case,), says="and (9) with the a_x of (19)"),
-            note="zeta is printed twice, zeta = zeta~ = 0; the rates of the angles must be zero too, and theta_i may "
-            "have any value.",
-        ),
-        printed(
-            "19",
-            "acceleration at the equilibrium",
-            "equation",
-            Relation(s.a[0], s.F / (s.m + s.m0 + s.total(i.m)), cases=({s.a[0]: law.axial},)),
-        ),
+    yield printed(
+        "18",
+        "relative equilibrium",
+        "condition",
+        *(Relation(a, b, given=True) for a, b in ((s.v[1], vy), (s.v[2], vz))),
+        *(Relation(a, b, given=True) for a, b in zip(s.att, attitude, strict=True)),
+        Relation(s.Omega, sp.zeros(3, 1), given=True),
+        *(Relation(angle, zero, given=True) for angle in (i.phi, i.theta)),
+        Relation(left, sp.zeros(9, 1), cases=(case,), says="(10)-(16) hold there without inputs and accelerations"),
+        Relation(along, zero, cases=(case,), says="and (9) with the a_x of (19)"),
+        note="zeta is printed twice, zeta = zeta~ = 0; the rates of the angles must be zero too, and theta_i may "
+        "have any value.",
+    )
+    yield printed(
+        "19",
+        "acceleration at the equilibrium",
+        "equation",
+        Relation(s.a[0], s.F / (s.m + s.m0 + s.total(i.m)), cases=({s.a[0]: law.axial},)),
     )
 
 
-def reduced(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
+def reduced(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(20)-(26): the reduced model."""
     (vx, vy, vz), (W1, W2, W3), u = s.v, s.w, law.u
     case = law.motion
-    return (
-        _rate("20", "v_y", s.v_dot[1], u[0] - vx * W3 + vz * W1, case),
-        _rate("21", "v_z", s.v_dot[2], u[1] - vy * W1 + vx * W2, case),
-        *(_rate(str(22 + k), f"Omega_{k + 1}", s.w_dot[k], u[2 + k], case) for k in range(3)),
-        *_angles(s, law),
-    )
+    yield _rate("20", "v_y", s.v_dot[1], u[0] - vx * W3 + vz * W1, case)
+    yield _rate("21", "v_z", s.v_dot[2], u[1] - vy * W1 + vx * W2, case)
+    for k in range(3):
+        yield _rate(str(22 + k), f"Omega_{k + 1}", s.w_dot[k], u[2 + k], case)
+    yield from _angles(s, law)
 
 
 def _rate(number: str, name: str, left: Expr, right: Expr, case: dict[Expr, Expr]) -> Printed:
     return printed(number, f"reduced model: {name}", "equation", Relation(left, right, cases=(case,)))
 
 
-def _angles(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
+def _angles(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     i, t = s.i, Shorthand(s.i)
     W1d, _, W3d = s.w_dot
     inertia = i.m * i.l**2 * t.s**2 + i.I
@@ -73,20 +72,18 @@ def _angles(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
     theta = i.l * theta_bracket(s) + i.I * W3d / i.m - i.eps * i.theta_dot / i.m
     cases = tuple(law.motion | each for each in s.each())
     right_phi, right_theta = _corrected(s)
-    return (
-        printed(
-            "25",
-            "reduced model: phi_i",
-            "equation",
-            Relation(i.phi_ddot, -1 / inertia * phi, corrected=right_phi, cases=cases),
-            note="In (25) theta_i stands where (15) has its rate.",
-        ),
-        printed(
-            "26",
-            "reduced model: theta_i",
-            "equation",
-            Relation(i.theta_ddot, -1 / i.I * theta, corrected=right_theta, cases=cases),
-        ),
+    yield printed(
+        "25",
+        "reduced model: phi_i",
+        "equation",
+        Relation(i.phi_ddot, -1 / inertia * phi, corrected=right_phi, cases=cases),
+        note="In (25) theta_i stands where (15) has its rate.",
+    )
+    yield printed(
+        "26",
+        "reduced model: theta_i",
+        "equation",
+        Relation(i.theta_ddot, -1 / i.I * theta, corrected=right_theta, cases=cases),
     )
 
 

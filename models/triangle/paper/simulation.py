@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import sympy as sp
 
 from ...paper import Names, Printed, Reading, Relation, printed
@@ -11,7 +13,7 @@ from .laws import Shifted, Sliding, default, law_of
 from .symbols import Kinematics
 
 
-def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) -> tuple[Printed, ...]:
+def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
     """(52), (53), the smoothing, and the numbers of section 4."""
     sliding, path = law_of(system, "sliding"), law_of(system, "path")
     p = {q.name: q.symbol for q in sliding.parameters}
@@ -29,95 +31,85 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
     chosen = {q.symbol: default(sliding, q.name) for q in sliding.parameters if q.name != "eta_rho"}
     radius, star = {s.R: chosen[s.R]}, {s.theta_star: chosen[s.theta_star]}
     degree = sp.pi / 180
-    return (
-        printed(
-            "section 4, R",
-            "radius of the largest circle",
-            "data",
-            Relation(s.R, sp.Rational(65, 100) * metre, corrected=sp.Rational(65, 100), cases=(radius,)),
-            note="Printed with the unit m; rho has none.",
+    yield printed(
+        "section 4, R",
+        "radius of the largest circle",
+        "data",
+        Relation(s.R, sp.Rational(65, 100) * metre, corrected=sp.Rational(65, 100), cases=(radius,)),
+        note="Printed with the unit m; rho has none.",
+    )
+    yield (
+        printed("section 4, k_phi", "gains of the two designs", "data")
+        .reading(
+            "3, and 0.5 with the decimal sign lost",
+            Relation(s.k_phi, sp.Integer(3), cases=(chosen,)),
+            Relation(k_path, sp.Rational(1, 2)),
+            why="The paper says that the gains make both designs take the same time and that the second needs "
+            "the smaller inputs. That holds with 0.5 and fails with 5, which the scenario `printed` keeps.",
+        )
+        .reading(
+            "3 and 5, as printed",
+            Relation(s.k_phi, sp.Integer(3), cases=(chosen,)),
+            Relation(k_path, sp.Integer(5), corrected=sp.Rational(1, 2)),
+            used=False,
+            why="Ten times too fast for the comparison.",
+        )
+    )
+    yield printed(
+        "section 4, sliding mode",
+        "m, theta* and eta_rho",
+        "data",
+        Relation(s.m, sp.Integer(3), cases=(chosen,)),
+        Relation(s.theta_star, 4 * degree, corrected=sp.Integer(4), cases=(star,)),
+        Relation(s.eta, s.k_phi * s.R / s.m, cases=({s.eta: default(sliding, "eta_rho")},)),
+        note="theta* is printed in degrees; after (31) it is 4 > pi, and the initial error of 1 rad would exceed 4 "
+        "degrees.",
+    )
+    yield Printed(
+        "section 4, rod lengths",
+        "initial and final rods",
+        "data",
+        tuple(_lengths(names)),
+        "The digits are garbled, and one of the six is missing. The lengths are scenario parameters.",
+    )
+    yield printed(
+        "52",
+        "law of the size",
+        "definition",
+        Relation(wanted, sp.Rational(1, 2) * (t.mu_f - k.mu)),
+        Relation(limit, sp.Rational(5, 100)),
+        Relation(k.mu, k.w3, corrected_left=k.mu_dot, cases=(size,)),
+        Relation(k.w3, sp.Min(sp.Abs(wanted), limit) * sp.sign(wanted), cases=(size,)),
+        note="The number is printed twice, and the dot over mu is lost before w_3.",
+    )
+    yield printed(
+        "text after (52)",
+        "smoothed signs",
+        "definition",
+        Relation(
+            t.theta,
+            smooth,
+            corrected_left=sp.sign(s.s),
+            domain=(sp.Abs(s.s) - s.s_min,),
+            says="sat(s/s_min) stands for sgn(s): equal outside |s| < s_min",
         ),
-        Printed(
-            "section 4, k_phi",
-            "gains of the two designs",
-            "data",
-            (
-                Reading(
-                    (
-                        Relation(s.k_phi, sp.Integer(3), cases=(chosen,)),
-                        Relation(k_path, sp.Rational(1, 2)),
-                    ),
-                    "3, and 0.5 with the decimal sign lost",
-                    why="The paper says that the gains make both designs take the same time and that the second needs "
-                    "the smaller inputs. That holds with 0.5 and fails with 5, which the scenario `printed` keeps.",
-                ),
-                Reading(
-                    (
-                        Relation(s.k_phi, sp.Integer(3), cases=(chosen,)),
-                        Relation(k_path, sp.Integer(5), corrected=sp.Rational(1, 2)),
-                    ),
-                    "3 and 5, as printed",
-                    used=False,
-                    why="Ten times too fast for the comparison.",
-                ),
-            ),
+        Relation(
+            sp.sign(t.theta),
+            smooth_theta,
+            domain=(sp.Abs(t.theta) - s.theta_min,),
+            says="equal outside |theta~| < theta~_min",
         ),
-        printed(
-            "section 4, sliding mode",
-            "m, theta* and eta_rho",
-            "data",
-            Relation(s.m, sp.Integer(3), cases=(chosen,)),
-            Relation(s.theta_star, 4 * degree, corrected=sp.Integer(4), cases=(star,)),
-            Relation(s.eta, s.k_phi * s.R / s.m, cases=({s.eta: default(sliding, "eta_rho")},)),
-            note="theta* is printed in degrees; after (31) it is 4 > pi, and the initial error of 1 rad would exceed 4 "
-            "degrees.",
-        ),
-        Printed(
-            "section 4, rod lengths",
-            "initial and final rods",
-            "data",
-            tuple(_lengths(names)),
-            "The digits are garbled, and one of the six is missing. The lengths are scenario parameters.",
-        ),
-        printed(
-            "52",
-            "law of the size",
-            "definition",
-            Relation(wanted, sp.Rational(1, 2) * (t.mu_f - k.mu)),
-            Relation(limit, sp.Rational(5, 100)),
-            Relation(k.mu, k.w3, corrected_left=k.mu_dot, cases=(size,)),
-            Relation(k.w3, sp.Min(sp.Abs(wanted), limit) * sp.sign(wanted), cases=(size,)),
-            note="The number is printed twice, and the dot over mu is lost before w_3.",
-        ),
-        printed(
-            "text after (52)",
-            "smoothed signs",
-            "definition",
-            Relation(
-                t.theta,
-                smooth,
-                corrected_left=sp.sign(s.s),
-                domain=(sp.Abs(s.s) - s.s_min,),
-                says="sat(s/s_min) stands for sgn(s): equal outside |s| < s_min",
-            ),
-            Relation(
-                sp.sign(t.theta),
-                smooth_theta,
-                domain=(sp.Abs(t.theta) - s.theta_min,),
-                says="equal outside |theta~| < theta~_min",
-            ),
-            Relation(s.s_min, sp.Rational(2, 100), cases=(chosen,)),
-            Relation(s.theta_min, sp.Rational(1, 1000), cases=(chosen,)),
-            note="Not said: whether sgn(theta~) is smoothed in rho~'_eq too. The model smooths it in phi~' only.",
-        ),
-        printed(
-            "53",
-            "disturbance",
-            "equation",
-            Relation(k.theta_dot, -k.t_s / k.I_bar + drift, cases=({k.theta_dot: disturbed},)),
-            note="The superscript of t and the bar of I are garbled; (12) has them. The text says that d is added to "
-            "(12); it is added to theta' that (12) gives. d = 0.001 rad/s.",
-        ),
+        Relation(s.s_min, sp.Rational(2, 100), cases=(chosen,)),
+        Relation(s.theta_min, sp.Rational(1, 1000), cases=(chosen,)),
+        note="Not said: whether sgn(theta~) is smoothed in rho~'_eq too. The model smooths it in phi~' only.",
+    )
+    yield printed(
+        "53",
+        "disturbance",
+        "equation",
+        Relation(k.theta_dot, -k.t_s / k.I_bar + drift, cases=({k.theta_dot: disturbed},)),
+        note="The superscript of t and the bar of I are garbled; (12) has them. The text says that d is added to "
+        "(12); it is added to theta' that (12) gives. d = 0.001 rad/s.",
     )
 
 
