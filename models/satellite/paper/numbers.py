@@ -123,8 +123,6 @@ def _coefficients(A: Expr, B: Expr, c: Loop) -> Case:
 
 def table(m: Motion, v: Numbers) -> Iterator[Printed]:
     """Table 1: the satellite."""
-    wheels = sp.diag(*(v.printed(x) for x in ("1.47e-5", "1.26e-5", "1.26e-5")))
-    same = "the spin inertias of the wheels along x, y and z"
     yield printed(
         "Table 1",
         "the satellite",
@@ -137,6 +135,7 @@ def table(m: Motion, v: Numbers) -> Iterator[Printed]:
         Relation(v.mass, sp.Integer(50), given=True),
         note="I_y > I_x > I_z does not hold: roll and pitch are unstable under the gravity gradient.",
     )
+    wheels = sp.diag(*(v.printed(x) for x in ("1.47e-5", "1.26e-5", "1.26e-5")))
     yield (
         printed(
             "Table 1, I_omega",
@@ -144,7 +143,11 @@ def table(m: Motion, v: Numbers) -> Iterator[Printed]:
             "data",
             note="Infeasible in either reading: the manoeuvre asks for 0.12 N m s, which is 89000 rpm.",
         )
-        .reading(same, Relation(v.I_w, wheels), why="One number for each of three wheels along the axes.")
+        .reading(
+            "the spin inertias of the wheels along x, y and z",
+            Relation(v.I_w, wheels),
+            why="One number for each of three wheels along the axes.",
+        )
         .reading(
             "the principal inertias of one wheel: each has the spin inertia 1.47e-5",
             Relation(v.I_w, v.printed("1.47e-5") * sp.eye(3)),
@@ -154,11 +157,11 @@ def table(m: Motion, v: Numbers) -> Iterator[Printed]:
     )
 
 
-def sampled(c: Loop, v: Numbers) -> tuple[Printed, ...]:
+def sampled(c: Loop, v: Numbers) -> Iterator[Printed]:
     """(43)-(45): the sampled axes."""
     digits = (("0.307", "0.0586"), ("0.305", "0.0411"), ("0.302", "0.0404"))
-    return tuple(
-        printed(
+    for k, (first, second) in enumerate(digits):
+        yield printed(
             str(43 + k),
             f"sampled model of {_AXES[k]}",
             "equation",
@@ -181,8 +184,6 @@ def sampled(c: Loop, v: Numbers) -> tuple[Printed, ...]:
             note="b_0 = b_1 = T_s^2/(2 I), of which the printed b_1 are the first digits. Every way to sample keeps "
             "B(1) = T_s^2/I; the printed b_0 are 5.2 to 7.5 times too large, and not in proportion to 1/I.",
         )
-        for k, (first, second) in enumerate(digits)
-    )
 
 
 def design(c: Loop, v: Numbers) -> Iterator[Printed]:

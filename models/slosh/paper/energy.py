@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from ...paper import Cross, Printed, Reading, Relation, printed
+from ...paper import Cross, Printed, Relation, printed
 from .symbols import Spacecraft
 
 HALF = sp.Rational(1, 2)
@@ -15,16 +15,9 @@ HALF = sp.Rational(1, 2)
 
 def laws_of_motion(s: Spacecraft) -> Iterator[Printed]:
     """(1)-(4): Kirchhoff's and Lagrange's equations, forces and moments."""
-    sin, cos = sp.sin, sp.cos
-    d1, d2 = s.delta
     by, rate_of = s.by, s.rate_of
+    across, force = Cross(s.Omega, by["V"]), sp.Matrix(s.balance[:3])
     turned = sp.Matrix([[0, s.w[2], -s.w[1]], [-s.w[2], 0, s.w[0]], [s.w[1], -s.w[0], 0]])
-    drifted = sp.Matrix([[0, s.v[2], -s.v[1]], [-s.v[2], 0, s.v[0]], [s.v[1], -s.v[0], 0]])
-    force, moment = s.balance[:3], s.balance[3:]
-    pushed, spun = sp.Matrix(force), sp.Matrix(moment)
-    across = Cross(s.Omega, by["V"])
-    rolled = Cross(s.Omega, by["Omega"]) + Cross(s.V, by["V"])
-    column = s.zeta
     yield (
         printed("1", "Kirchhoff's equation of the forces", "equation")
         .reading(
@@ -33,7 +26,7 @@ def laws_of_motion(s: Spacecraft) -> Iterator[Printed]:
                 rate_of["V_dot"] + across,
                 s.tau_t,
                 corrected_left=rate_of["V"] + across,
-                against=pushed,
+                against=force,
             ),
             why="The only one of the two that gives the derived equations (9)-(11), once the dot over V is "
             "dropped; L has no derivative of V in it.",
@@ -44,12 +37,14 @@ def laws_of_motion(s: Spacecraft) -> Iterator[Printed]:
                 rate_of["V"] + turned * by["V"],
                 s.tau_t,
                 corrected_left=rate_of["V"] + across,
-                against=pushed,
+                against=force,
             ),
             used=False,
             why="The matrix printed for p-bar is the transposed one: the product has the wrong sign.",
         )
     )
+    rolled, moment = Cross(s.Omega, by["Omega"]) + Cross(s.V, by["V"]), sp.Matrix(s.balance[3:])
+    drifted = sp.Matrix([[0, s.v[2], -s.v[1]], [-s.v[2], 0, s.v[0]], [s.v[1], -s.v[0], 0]])
     yield (
         printed("2", "Kirchhoff's equation of the moments", "equation")
         .reading(
@@ -58,7 +53,7 @@ def laws_of_motion(s: Spacecraft) -> Iterator[Printed]:
                 rate_of["Omega_dot"] + rolled,
                 s.tau_r,
                 corrected_left=rate_of["Omega"] + rolled,
-                against=spun,
+                against=moment,
             ),
             why="As for (1).",
         )
@@ -68,12 +63,13 @@ def laws_of_motion(s: Spacecraft) -> Iterator[Printed]:
                 rate_of["Omega"] + turned * by["Omega"] + drifted * by["V"],
                 s.tau_r,
                 corrected_left=rate_of["Omega"] + rolled,
-                against=spun,
+                against=moment,
             ),
             used=False,
             why="As for (1).",
         )
     )
+    column = s.zeta
     yield printed(
         "3",
         "Lagrange's equation of a pendulum",
@@ -89,6 +85,7 @@ def laws_of_motion(s: Spacecraft) -> Iterator[Printed]:
         ),
         note="zeta holds phi_i and theta_i of a pendulum. R (8) depends on their rates only.",
     )
+    (d1, d2), sin, cos = s.delta, sp.sin, sp.cos
     yield printed(
         "text after (3), force and moment",
         "thrust, and moments about the tank centre",
@@ -171,40 +168,36 @@ def energy(s: Spacecraft) -> Iterator[Printed]:
         ),
         note="x, y, z is the position of the tank centre, which V in (6) comes from. r_i is printed as a row.",
     )
-    yield Printed(
-        "text after (7), omega_i",
-        "angular velocity of a pendulum",
-        "definition",
-        tuple(
-            Reading((Relation(s.omega_i, column, cases=cases),), text, used, why)
-            for text, column, used, why in (
-                (
-                    "(phi', 0, theta')",
-                    sp.Matrix([i.phi_dot, 0, i.theta_dot]),
-                    True,
-                    "The printed terms with I_i of (12)-(16) are those of this choice. It is not the angular "
-                    "velocity of the arm; the structure `hinge` takes that one.",
-                ),
-                (
-                    "(phi', theta'), as printed",
-                    sp.Matrix([i.phi_dot, i.theta_dot]),
-                    False,
-                    "Two entries cannot be added to Omega.",
-                ),
-                (
-                    "(phi', theta', 0)",
-                    sp.Matrix([i.phi_dot, i.theta_dot, 0]),
-                    False,
-                    "Would put theta'' into (13), where no such term is printed.",
-                ),
-                (
-                    "the rate of the arm itself",
-                    sp.Matrix([-i.theta_dot, i.phi_dot * sp.cos(i.theta), -i.phi_dot * sp.sin(i.theta)]),
-                    False,
-                    "phi' about the axis across the arm, theta' about -x. The printed (12)-(16) do not have it.",
-                ),
-            )
-        ),
+    yield (
+        printed("text after (7), omega_i", "angular velocity of a pendulum", "definition")
+        .reading(
+            "(phi', 0, theta')",
+            Relation(s.omega_i, sp.Matrix([i.phi_dot, 0, i.theta_dot]), cases=cases),
+            why="The printed terms with I_i of (12)-(16) are those of this choice. It is not the angular "
+            "velocity of the arm; the structure `hinge` takes that one.",
+        )
+        .reading(
+            "(phi', theta'), as printed",
+            Relation(s.omega_i, sp.Matrix([i.phi_dot, i.theta_dot]), cases=cases),
+            used=False,
+            why="Two entries cannot be added to Omega.",
+        )
+        .reading(
+            "(phi', theta', 0)",
+            Relation(s.omega_i, sp.Matrix([i.phi_dot, i.theta_dot, 0]), cases=cases),
+            used=False,
+            why="Would put theta'' into (13), where no such term is printed.",
+        )
+        .reading(
+            "the rate of the arm itself",
+            Relation(
+                s.omega_i,
+                sp.Matrix([-i.theta_dot, i.phi_dot * sp.cos(i.theta), -i.phi_dot * sp.sin(i.theta)]),
+                cases=cases,
+            ),
+            used=False,
+            why="phi' about the axis across the arm, theta' about -x. The printed (12)-(16) do not have it.",
+        )
     )
     yield printed(
         "8",

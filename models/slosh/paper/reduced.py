@@ -52,11 +52,12 @@ def equilibrium(s: Spacecraft, law: Laws) -> Iterator[Printed]:
 def reduced(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(20)-(26): the reduced model."""
     (vx, vy, vz), (W1, W2, W3), u = s.v, s.w, law.u
-    case = law.motion
-    yield _rate("20", "v_y", s.v_dot[1], u[0] - vx * W3 + vz * W1, case)
-    yield _rate("21", "v_z", s.v_dot[2], u[1] - vy * W1 + vx * W2, case)
-    for k in range(3):
-        yield _rate(str(22 + k), f"Omega_{k + 1}", s.w_dot[k], u[2 + k], case)
+    (_, vy_dot, vz_dot), (W1_dot, W2_dot, W3_dot), case = s.v_dot, s.w_dot, law.motion
+    yield _rate("20", "v_y", vy_dot, u[0] - vx * W3 + vz * W1, case)
+    yield _rate("21", "v_z", vz_dot, u[1] - vy * W1 + vx * W2, case)
+    yield _rate("22", "Omega_1", W1_dot, u[2], case)
+    yield _rate("23", "Omega_2", W2_dot, u[3], case)
+    yield _rate("24", "Omega_3", W3_dot, u[4], case)
     yield from _angles(s, law)
 
 
@@ -67,11 +68,10 @@ def _rate(number: str, name: str, left: Expr, right: Expr, case: dict[Expr, Expr
 def _angles(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     i, t = s.i, Shorthand(s.i)
     W1d, _, W3d = s.w_dot
-    inertia = i.m * i.l**2 * t.s**2 + i.I
-    phi = i.l * phi_bracket(s, i.theta, sp.S.Zero) + i.I * W1d / i.m - i.eps * i.phi_dot / i.m
-    theta = i.l * theta_bracket(s) + i.I * W3d / i.m - i.eps * i.theta_dot / i.m
     cases = tuple(law.motion | each for each in s.each())
     right_phi, right_theta = _corrected(s)
+    inertia = i.m * i.l**2 * t.s**2 + i.I
+    phi = i.l * phi_bracket(s, i.theta, sp.S.Zero) + i.I * W1d / i.m - i.eps * i.phi_dot / i.m
     yield printed(
         "25",
         "reduced model: phi_i",
@@ -79,6 +79,7 @@ def _angles(s: Spacecraft, law: Laws) -> Iterator[Printed]:
         Relation(i.phi_ddot, -1 / inertia * phi, corrected=right_phi, cases=cases),
         note="In (25) theta_i stands where (15) has its rate.",
     )
+    theta = i.l * theta_bracket(s) + i.I * W3d / i.m - i.eps * i.theta_dot / i.m
     yield printed(
         "26",
         "reduced model: theta_i",

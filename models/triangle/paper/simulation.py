@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from ...paper import Names, Printed, Reading, Relation, printed
-from ...system import System
+from ...paper import Case, Names, Printed, Relation, printed
+from ...system import Expr, System
 from .laws import Shifted, Sliding, default, law_of
 from .symbols import Kinematics
 
@@ -16,26 +16,16 @@ from .symbols import Kinematics
 def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
     """(52), (53), the smoothing, and the numbers of section 4."""
     sliding, path = law_of(system, "sliding"), law_of(system, "path")
-    p = {q.name: q.symbol for q in sliding.parameters}
-    command = sliding.command[-1]
-    numbers = {p["mu_gain"]: default(sliding, "mu_gain"), p["mu_rate_max"]: default(sliding, "mu_rate_max")}
-    wanted = names.derived("mu_d_dot", r"\dot\mu_d", command.subs(p["mu_rate_max"], sp.oo).subs(numbers))
-    limit = names.derived("mu_max_dot", r"\dot\mu_{max}", numbers[p["mu_rate_max"]])
+    chosen = {q.symbol: default(sliding, q.name) for q in sliding.parameters if q.name != "eta_rho"}
+    wanted, limit, size = _law_of_size(system, names, k)
     drift = names.free(next(q for q in system.parameters if q.name == "disturbance"), -1, 1, latex="d", text="d")
-    disturbed = system.rhs[3].subs(system.parameters.H, 0)
-    size = {k.w3: command.subs(numbers)}
-    smooth = sp.Max(-1, sp.Min(1, s.s / s.s_min))
-    smooth_theta = sp.Max(-1, sp.Min(1, t.theta / s.theta_min))
     metre = names.free("metre", "1/10", 4, latex=r"\mathrm{m}")
     k_path = names.derived("k_path", r"k_\varphi", default(path, "k_phi"), text="k_phi")
-    chosen = {q.symbol: default(sliding, q.name) for q in sliding.parameters if q.name != "eta_rho"}
-    radius, star = {s.R: chosen[s.R]}, {s.theta_star: chosen[s.theta_star]}
-    degree = sp.pi / 180
     yield printed(
         "section 4, R",
         "radius of the largest circle",
         "data",
-        Relation(s.R, sp.Rational(65, 100) * metre, corrected=sp.Rational(65, 100), cases=(radius,)),
+        Relation(s.R, sp.Rational(65, 100) * metre, corrected=sp.Rational(65, 100), cases=({s.R: chosen[s.R]},)),
         note="Printed with the unit m; rho has none.",
     )
     yield (
@@ -55,22 +45,43 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
             why="Ten times too fast for the comparison.",
         )
     )
+    star = {s.theta_star: chosen[s.theta_star]}
     yield printed(
         "section 4, sliding mode",
         "m, theta* and eta_rho",
         "data",
         Relation(s.m, sp.Integer(3), cases=(chosen,)),
-        Relation(s.theta_star, 4 * degree, corrected=sp.Integer(4), cases=(star,)),
+        Relation(s.theta_star, 4 * sp.pi / 180, corrected=sp.Integer(4), cases=(star,)),
         Relation(s.eta, s.k_phi * s.R / s.m, cases=({s.eta: default(sliding, "eta_rho")},)),
         note="theta* is printed in degrees; after (31) it is 4 > pi, and the initial error of 1 rad would exceed 4 "
         "degrees.",
     )
-    yield Printed(
-        "section 4, rod lengths",
-        "initial and final rods",
-        "data",
-        tuple(_lengths(names)),
-        "The digits are garbled, and one of the six is missing. The lengths are scenario parameters.",
+    margin = names.family("l_a + l_b - l_c", r"l_a + l_b - l_c")
+    yield (
+        printed(
+            "section 4, rod lengths",
+            "initial and final rods",
+            "data",
+            note="The digits are garbled, and one of the six is missing. The lengths are scenario parameters.",
+        )
+        .reading(
+            "0.2, 0.2, 0.3 m and 0.3, 0.3, 0.5 m",
+            _triangles(margin, ("0.2", "0.2", "0.3"), ("0.3", "0.3", "0.5")),
+            why="Both are triangles, the initial theta~ is 1 as the text says, the limit of (52) acts, and both "
+            "designs take the same time.",
+        )
+        .reading(
+            "0.2, 0.2, 0.3 m and 0.3, 0.4, 0.5 m",
+            _triangles(margin, ("0.2", "0.2", "0.3"), ("0.3", "0.4", "0.5")),
+            used=False,
+            why="Possible too: the scenario `paper-b`.",
+        )
+        .reading(
+            "0.12, 0.12, 0.32 m and 0.32, 0.32, 0.52 m",
+            _triangles(margin, ("0.12", "0.12", "0.32"), ("0.32", "0.32", "0.52")),
+            used=False,
+            why="As the digits stand; the initial rods do not form a triangle.",
+        )
     )
     yield printed(
         "52",
@@ -88,14 +99,14 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
         "definition",
         Relation(
             t.theta,
-            smooth,
+            sp.Max(-1, sp.Min(1, s.s / s.s_min)),
             corrected_left=sp.sign(s.s),
             domain=(sp.Abs(s.s) - s.s_min,),
             says="sat(s/s_min) stands for sgn(s): equal outside |s| < s_min",
         ),
         Relation(
             sp.sign(t.theta),
-            smooth_theta,
+            sp.Max(-1, sp.Min(1, t.theta / s.theta_min)),
             domain=(sp.Abs(t.theta) - s.theta_min,),
             says="equal outside |theta~| < theta~_min",
         ),
@@ -103,6 +114,7 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
         Relation(s.theta_min, sp.Rational(1, 1000), cases=(chosen,)),
         note="Not said: whether sgn(theta~) is smoothed in rho~'_eq too. The model smooths it in phi~' only.",
     )
+    disturbed = system.rhs[3].subs(system.parameters.H, 0)
     yield printed(
         "53",
         "disturbance",
@@ -113,33 +125,19 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
     )
 
 
-def _lengths(names: Names) -> list[Reading]:
-    """Read the rod lengths three ways; each must be a triangle."""
-    margin = names.family("l_a + l_b - l_c", r"l_a + l_b - l_c")
-    readings = []
-    for text, sides, used, why in (
-        (
-            "0.2, 0.2, 0.3 m and 0.3, 0.3, 0.5 m",
-            (("0.2", "0.2", "0.3"), ("0.3", "0.3", "0.5")),
-            True,
-            "Both are triangles, the initial theta~ is 1 as the text says, the limit of (52) acts, and both designs "
-            "take the same time.",
-        ),
-        (
-            "0.2, 0.2, 0.3 m and 0.3, 0.4, 0.5 m",
-            (("0.2", "0.2", "0.3"), ("0.3", "0.4", "0.5")),
-            False,
-            "Possible too: the scenario `paper-b`.",
-        ),
-        (
-            "0.12, 0.12, 0.32 m and 0.32, 0.32, 0.52 m",
-            (("0.12", "0.12", "0.32"), ("0.32", "0.32", "0.52")),
-            False,
-            "As the digits stand; the initial rods do not form a triangle.",
-        ),
-    ):
-        lengths = [[sp.Rational(length) for length in triangle] for triangle in sides]
-        cases = tuple({margin: sp.Add(*triangle) - 2 * max(triangle)} for triangle in lengths)
-        relation = Relation(margin, sp.S.Zero, ">", cases=cases, says="the triangle inequality, initial and final")
-        readings.append(Reading((relation,), text, used, why))
-    return readings
+def _law_of_size(system: System, names: Names, k: Kinematics) -> tuple[sp.Symbol, sp.Symbol, Case]:
+    """Return the rate of the size that is wanted, its limit, and what the law makes of both."""
+    sliding = law_of(system, "sliding")
+    p = {q.name: q.symbol for q in sliding.parameters}
+    numbers = {p[name]: default(sliding, name) for name in ("mu_gain", "mu_rate_max")}
+    command: Expr = sliding.command[-1]
+    wanted = names.derived("mu_d_dot", r"\dot\mu_d", command.subs(p["mu_rate_max"], sp.oo).subs(numbers))
+    limit = names.derived("mu_max_dot", r"\dot\mu_{max}", numbers[p["mu_rate_max"]])
+    return wanted, limit, {k.w3: command.subs(numbers)}
+
+
+def _triangles(margin: sp.Symbol, *lengths: tuple[str, str, str]) -> Relation:
+    """Return the triangle inequality for the rods at the start and at the end."""
+    rods = [[sp.Rational(length) for length in triangle] for triangle in lengths]
+    cases = tuple({margin: sp.Add(*triangle) - 2 * max(triangle)} for triangle in rods)
+    return Relation(margin, sp.S.Zero, ">", cases=cases, says="the triangle inequality, initial and final")
