@@ -18,7 +18,6 @@ _OPEN = (
 
 def form(c: Loop) -> Iterator[Printed]:
     """(12)-(16): plant and reference model."""
-    q, d = c.q, c.d
     model: tuple[Case, ...] = tuple(c.modelled(delay) for delay in DELAYS)
     yield printed(
         "text before (12)",
@@ -34,6 +33,7 @@ def form(c: Loop) -> Iterator[Printed]:
         note="b_0 = b_1 at any stiffness: the zero is at -1. A law that cancels it, (32), rings for ever. No "
         "correction of the sentence helps; the model's own law keeps the zero.",
     )
+    q, d = c.q, c.d
     yield printed(
         "12",
         "transfer function",
@@ -96,8 +96,8 @@ def goals(c: Loop) -> Iterator[Printed]:
 
 def equation(c: Loop) -> Iterator[Printed]:
     """(22)-(26): the polynomial equation."""
-    q, d = c.q, c.d
     at = tuple(c.at.values())
+    q, d = c.q, c.d
     yield printed("22", "polynomial equation", "equation", Relation(c.C2, c.A * c.S + q**d * c.T, cases=at))
     yield printed("23", "S", "definition", Relation(c.S, c.S_to[c.n], corrected=c.S_to[c.n_s], cases=at), note=_OPEN)
     yield printed("24", "T", "definition", Relation(c.T, c.T_to[c.n], corrected=c.T_to[c.n_t], cases=at), note=_OPEN)
@@ -107,11 +107,10 @@ def equation(c: Loop) -> Iterator[Printed]:
 
 def law(c: Loop) -> Iterator[Printed]:
     """(27)-(33): regressors, parameters, the law."""
-    wanted = c.C2 * c.y_m_ahead
-    error = c.C2 * c.e_ahead
-    along = tuple(c.along.values())
-    one, two = along
     last = {d: (c.u_1, c.u_2)[:d] for d in DELAYS}
+    along = tuple(c.along.values())
+    error = c.C2 * c.e_ahead
+    wanted = c.C2 * c.y_m_ahead
     yield printed(
         "27",
         "error d samples ahead",
@@ -149,6 +148,7 @@ def law(c: Loop) -> Iterator[Printed]:
             for d in DELAYS
         ),
     )
+    one, two = along
     yield printed(
         "32",
         "the law",

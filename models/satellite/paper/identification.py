@@ -99,8 +99,6 @@ class Estimator:
 
 def model(e: Estimator) -> Iterator[Printed]:
     """(34)-(38): the model that is identified."""
-    y1, y2, u1, u2 = e.past
-    row = sp.Matrix([[-y1, -y2, u1, u2, 1]])
     yield (
         printed("34", "predicted output", "equation")
         .reading(
@@ -116,6 +114,8 @@ def model(e: Estimator) -> Iterator[Printed]:
         )
     )
     yield printed("35", "estimates", "definition", Relation(e.Theta, sp.Matrix(e.theta), cases=(e.kept,)))
+    y1, y2, u1, u2 = e.past
+    row = sp.Matrix([[-y1, -y2, u1, u2, 1]])
     yield (
         printed(
             "36",

@@ -144,6 +144,7 @@ def kinematics(m: Motion) -> Iterator[Printed]:
 
 def linear(m: Motion) -> Iterator[Printed]:
     """(8)-(11): small motions about the orbit axes."""
+    says = "T of (1) for small motions of one axis; right: (8)-(10) with second derivatives"
     (I_x, I_y, I_z), square = m.moments, m.omega_0**2
     stiffness = (4 * square * (I_y - I_z) * m.phi, 3 * square * (I_x - I_z) * m.theta, square * (I_y - I_x) * m.psi)
     moving = [inertia * motion + pull for inertia, motion, pull in zip(m.moments, m.small_rate, stiffness, strict=True)]
@@ -151,7 +152,6 @@ def linear(m: Motion) -> Iterator[Printed]:
         inertia * motion + pull for inertia, motion, pull in zip(m.moments, m.acceleration, stiffness, strict=True)
     ]
     pulled = (balance[0] + m.pull[0], balance[1] + m.pull[1], balance[2])
-    says = "T of (1) for small motions of one axis; right: (8)-(10) with second derivatives"
     yield printed(
         "text before (8)",
         "(5)-(7) are rewritten as (8)-(10)",

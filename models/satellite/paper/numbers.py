@@ -188,10 +188,6 @@ def sampled(c: Loop, v: Numbers) -> Iterator[Printed]:
 
 def design(c: Loop, v: Numbers) -> Iterator[Printed]:
     """(46)-(48), and the delay that they are designed for."""
-    q = c.q
-    one, two = ({**c.at[d], **v.design} for d in (1, 2))
-    small = v.printed("1e-6")
-    S, T = sp.S.One, v.printed("1.998") - (1 - small) * q
     after_link = "with the delay of a sample between computer and board"
     yield (
         printed("text after (45)", "d is 1", "statement")
@@ -207,6 +203,9 @@ def design(c: Loop, v: Numbers) -> Iterator[Printed]:
             why="The text before (49) says that it is to be designed for; then d is 2.",
         )
     )
+    small = v.printed("1e-6")
+    one, two = ({**c.at[d], **v.design} for d in (1, 2))
+    q = c.q
     yield printed(
         "46",
         "C2",
@@ -214,6 +213,7 @@ def design(c: Loop, v: Numbers) -> Iterator[Printed]:
         Relation(c.C2, 1 - v.printed("0.002") * q + small * q**2, cases=(one,)),
         note="Both poles are 0.001, as the text after (49) says.",
     )
+    S, T = sp.S.One, v.printed("1.998") - (1 - small) * q
     yield printed("47", "S", "equation", Relation(c.S, S, cases=(one,)), note="For d = 1.")
     yield printed("48", "T", "equation", Relation(c.T, T, cases=(one,)), note="For d = 1.")
     yield printed(
@@ -235,11 +235,6 @@ def design(c: Loop, v: Numbers) -> Iterator[Printed]:
 
 def runs(c: Loop, v: Numbers) -> Iterator[Printed]:
     """(49), (50), and the numbers of the runs and of the link."""
-    r = v.printed
-    degree = v.degree
-    K_P = ("2.1087e-3", "3.0096e-3", "3.0591e-3")
-    K_D = ("0.3621e-1", "0.5168e-1", "0.5253e-1")
-    wish, most = v.any_Ts, v.period / 10
     yield printed(
         "text before (49), amount of data",
         "72 bits to the board and 12 bits back",
@@ -250,6 +245,8 @@ def runs(c: Loop, v: Numbers) -> Iterator[Printed]:
         "18, and the law (32) with d = 1 needs six for an axis: y_m(k+1), y_m(k), y_m(k-1), y(k), y(k-1), u(k-1). "
         "The paper does not say what is sent: this is likely, no more.",
     )
+    wish, most = v.any_Ts, v.period / 10
+    r = v.printed
     yield printed(
         "text before (49), sampling time",
         "the least sampling time is a tenth of the shortest period",
@@ -266,6 +263,7 @@ def runs(c: Loop, v: Numbers) -> Iterator[Printed]:
         Relation(v.Ts, r("0.5")),
         note='"Least" should read "greatest". That the fastest oscillation has 0.2 Hz is not explained.',
     )
+    degree = v.degree
     yield printed(
         "49",
         "initial angles",
@@ -292,6 +290,8 @@ def runs(c: Loop, v: Numbers) -> Iterator[Printed]:
         Relation(v.forgetting, r("0.998")),
         note="Beyond the range that the text after (42) calls usual, 0.98 to 0.995.",
     )
+    K_D = ("0.3621e-1", "0.5168e-1", "0.5253e-1")
+    K_P = ("2.1087e-3", "3.0096e-3", "3.0591e-3")
     yield printed(
         "50",
         "gains of the PD law",

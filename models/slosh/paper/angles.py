@@ -91,7 +91,6 @@ def pendulums(s: Spacecraft) -> Iterator[Printed]:
     """(15), (16): the equations of phi_i and theta_i."""
     i, t = s.i, Shorthand(s.i)
     phi = i.m * (i.l * phi_bracket(s, i.theta_dot, i.l * i.phi_dot * t.s))
-    theta = i.m * (i.l * theta_bracket(s))
     yield _row(
         "15",
         "phi_i",
@@ -100,6 +99,7 @@ def pendulums(s: Spacecraft) -> Iterator[Printed]:
         i.m * (i.l * (corrected_phi(s) + i.l * i.phi_ddot)) + i.I * (i.phi_ddot + s.w_dot[0]) + i.eps * i.phi_dot,
         0,
     )
+    theta = i.m * (i.l * theta_bracket(s))
     yield _row(
         "16",
         "theta_i",

@@ -22,8 +22,8 @@ _SHORT = (
 
 def forces(s: Spacecraft) -> Iterator[Printed]:
     """(9)-(11): balances of forces."""
-    sin, cos = sp.sin, sp.cos
     d1, d2 = s.delta
+    sin, cos = sp.sin, sp.cos
     yield printed("9", "balance of forces along x", "equation", _along_x(s, s.F * cos(d1) * cos(d2)))
     yield _scoped(
         "10", "balance of forces along y", _along_y(s, s.F * sin(d2), True), _along_y(s, s.F * sin(d2), False)
@@ -140,11 +140,9 @@ def _along_z(s: Spacecraft, right: Expr, inside: bool) -> Relation:
 def moments(s: Spacecraft) -> Iterator[Printed]:
     """(12)-(14): balances of moments, printed in short."""
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
-    (_, ay, az), (Jx, Jy, Jz), (vx, vy, vz) = s.a, s.J, s.v
-    W1d, W2d, W3d = s.w_dot
     sigma, reach, I0 = s.m * s.b + s.m0 * s.h0, i.h - i.l * t.c, s.I0
-    (d1, d2), lever = s.delta, s.F * (s.b + s.d)
-    right = _derived_moments(s)
+    W1d, W2d, W3d = s.w_dot
+    (_, ay, az), (Jx, Jy, Jz), (vx, vy, vz) = s.a, s.J, s.v
     x = (
         W1d * (Jx + I0)
         + W2 * W3 * (Jz - Jy)
@@ -163,6 +161,7 @@ def moments(s: Spacecraft) -> Iterator[Printed]:
             )
         )
     )
+    right = _derived_moments(s)
     yield _short("12", "x", _moment(s, 3, x, s.M[0], right[0]))
     y = (
         sigma * (W2d + az)
@@ -184,6 +183,7 @@ def moments(s: Spacecraft) -> Iterator[Printed]:
             )
         )
     )
+    (d1, d2), lever = s.delta, s.F * (s.b + s.d)
     yield _short("13", "y", _moment(s, 4, y, s.M[1] - lever * sp.sin(d1) * sp.cos(d2), right[1]))
     torque = s.M[2] - lever * sp.sin(d2)
     yield (

@@ -15,9 +15,9 @@ HALF = sp.Rational(1, 2)
 
 def laws_of_motion(s: Spacecraft) -> Iterator[Printed]:
     """(1)-(4): Kirchhoff's and Lagrange's equations, forces and moments."""
+    turned = sp.Matrix([[0, s.w[2], -s.w[1]], [-s.w[2], 0, s.w[0]], [s.w[1], -s.w[0], 0]])
     by, rate_of = s.by, s.rate_of
     across, force = Cross(s.Omega, by["V"]), sp.Matrix(s.balance[:3])
-    turned = sp.Matrix([[0, s.w[2], -s.w[1]], [-s.w[2], 0, s.w[0]], [s.w[1], -s.w[0], 0]])
     yield (
         printed("1", "Kirchhoff's equation of the forces", "equation")
         .reading(
@@ -43,8 +43,8 @@ def laws_of_motion(s: Spacecraft) -> Iterator[Printed]:
             why="The matrix printed for p-bar is the transposed one: the product has the wrong sign.",
         )
     )
-    rolled, moment = Cross(s.Omega, by["Omega"]) + Cross(s.V, by["V"]), sp.Matrix(s.balance[3:])
     drifted = sp.Matrix([[0, s.v[2], -s.v[1]], [-s.v[2], 0, s.v[0]], [s.v[1], -s.v[0], 0]])
+    rolled, moment = Cross(s.Omega, by["Omega"]) + Cross(s.V, by["V"]), sp.Matrix(s.balance[3:])
     yield (
         printed("2", "Kirchhoff's equation of the moments", "equation")
         .reading(
@@ -116,17 +116,10 @@ def laws_of_motion(s: Spacecraft) -> Iterator[Printed]:
 
 def energy(s: Spacecraft) -> Iterator[Printed]:
     """(5)-(8): kinetic energy, velocities, places, dissipation."""
-    i = s.i
     spun = s.omega_i + s.Omega
-    cases = tuple(
-        {**each, s.V_i: s.V_at[str(k)], s.r_i: s.r[str(k)], s.r_dot_i: s.r_dot[str(k)], s.omega_i: s.omega[k - 1]}
-        for k, each in enumerate(s.each(), 1)
-    )
-    turning = s.J_matrix + s.I0 * s.I3
+    i = s.i
     one = i.m * sp.Trace(s.V_i.T * s.V_i) + sp.Trace(spun.T * (i.I * s.I3) * spun)
-    place = sp.Matrix(s.place)
-    x, y, z = s.place
-    rate = sp.Matrix(s.place_dot)
+    turning = s.J_matrix + s.I0 * s.I3
     yield printed(
         "5",
         "kinetic energy",
@@ -140,6 +133,12 @@ def energy(s: Spacecraft) -> Iterator[Printed]:
         ),
         note="A square of a vector is its length squared, written as a trace here.",
     )
+    rate = sp.Matrix(s.place_dot)
+    place = sp.Matrix(s.place)
+    cases = tuple(
+        {**each, s.V_i: s.V_at[str(k)], s.r_i: s.r[str(k)], s.r_dot_i: s.r_dot[str(k)], s.omega_i: s.omega[k - 1]}
+        for k, each in enumerate(s.each(), 1)
+    )
     yield printed(
         "6",
         "velocities",
@@ -149,6 +148,7 @@ def energy(s: Spacecraft) -> Iterator[Printed]:
         Relation(s.V_i, s.r_dot_i + Cross(s.Omega, s.r_i), cases=cases),
         Relation(s.V, rate + Cross(s.Omega, place)),
     )
+    x, y, z = s.place
     yield printed(
         "7",
         "positions",

@@ -98,16 +98,8 @@ class Laws:
 
 def candidates(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(27)-(30): the Lyapunov functions and the form of their derivatives."""
-    names, v1, v2 = s.names, law.law["v1"], law.law["v2"]
     first, corrected = _first(s, law, True), _first(s, law, False)
-    pull = [
-        names.matrix(
-            f"d(dV_1/dt)/du with V_1 as {text}",
-            rf"\left.\partial\dot V_1/\partial(u_3,u_4,u_5)\right|_{{\Omega=0}}^\mathrm{{{text}}}",
-            _pull(law, s, value),
-        )
-        for text, value in (("printed", first), ("corrected", corrected))
-    ]
+    names, v1, v2 = s.names, law.law["v1"], law.law["v2"]
     yield printed(
         "27",
         "Lyapunov function with the pendulums",
@@ -117,6 +109,14 @@ def candidates(s: Spacecraft, law: Laws) -> Iterator[Printed]:
         "The products cancel the coupling of the pendulums' rates to Omega' only with the factors of (25), (26).",
     )
     yield printed("28", "Lyapunov function without the pendulums", "definition", Relation(v2.V, _second(s, law)))
+    pull = [
+        names.matrix(
+            f"d(dV_1/dt)/du with V_1 as {text}",
+            rf"\left.\partial\dot V_1/\partial(u_3,u_4,u_5)\right|_{{\Omega=0}}^\mathrm{{{text}}}",
+            _pull(law, s, value),
+        )
+        for text, value in (("printed", first), ("corrected", corrected))
+    ]
     yield printed(
         "text before (29)",
         "form of the derivative of V_1",
@@ -194,10 +194,9 @@ def control(s: Spacecraft, law: Laws) -> Iterator[Printed]:
 
 
 def _inputs(number: int, name: str, s: Spacecraft, law: Laws, v: Symbols) -> Iterator[Printed]:
-    _, b, c = v.ABC
-    w, u, cases = law.w, law.u, (v.demand,)
-    gained = sp.ImmutableMatrix([v.g[k] + w[3 + k] * s.w[k] for k in range(3)])
     note = "With positive w the printed sign makes the derivative grow."
+    w, u, cases = law.w, law.u, (v.demand,)
+    _, b, c = v.ABC
     yield printed(
         str(number),
         f"input u_1 from {name}",
@@ -212,6 +211,7 @@ def _inputs(number: int, name: str, s: Spacecraft, law: Laws, v: Symbols) -> Ite
         Relation(u[1], w[2] * c, corrected=-w[2] * c, cases=cases),
         note=note,
     )
+    gained = sp.ImmutableMatrix([v.g[k] + w[3 + k] * s.w[k] for k in range(3)])
     yield printed(
         str(number + 2),
         f"inputs u_3 to u_5 from {name}",

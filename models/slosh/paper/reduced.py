@@ -17,17 +17,15 @@ from .terms import Shorthand
 
 def equilibrium(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(18), (19): the relative equilibrium."""
-    i = s.i
     vy, vz = (s.names.free(f"v{axis}_eq", -2, 2, latex=rf"\tilde v_{axis}") for axis in "yz")
     attitude = [s.names.free(f"att{k}_eq", -1, 1, latex=rf"\tilde\vartheta_{k}") for k in (1, 2, 3)]
-    zero = sp.S.Zero
-    still = dict.fromkeys((*s.w, *s.w_dot, *s.v_dot[1:], *s.M, *s.delta), zero)
-    for bob in s.bobs:
-        names = ("phi", "phi_dot", "theta_dot", "phi_ddot", "theta_ddot")
-        still |= dict.fromkeys((bob.symbols[name] for name in names), zero)
+    i, zero = s.i, sp.S.Zero
+    resting = ("phi", "phi_dot", "theta_dot", "phi_ddot", "theta_ddot")
+    bobs = (bob.symbols[name] for bob in s.bobs for name in resting)
+    still = dict.fromkeys((*s.w, *s.w_dot, *s.v_dot[1:], *s.M, *s.delta, *bobs), zero)
+    case = still | {s.v_dot[0]: law.axial}
     left = s.names.matrix("E", r"E_{10\ldots16}", sp.Matrix([*s.balance[1:], *s.rows[0], *s.rows[1]]))
     along = s.names.derived("E_9", "E_9", s.balance[0])
-    case = still | {s.v_dot[0]: law.axial}
     yield printed(
         "18",
         "relative equilibrium",
@@ -51,8 +49,8 @@ def equilibrium(s: Spacecraft, law: Laws) -> Iterator[Printed]:
 
 def reduced(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(20)-(26): the reduced model."""
-    (vx, vy, vz), (W1, W2, W3), u = s.v, s.w, law.u
     (_, vy_dot, vz_dot), (W1_dot, W2_dot, W3_dot), case = s.v_dot, s.w_dot, law.motion
+    (vx, vy, vz), (W1, W2, W3), u = s.v, s.w, law.u
     yield _rate("20", "v_y", vy_dot, u[0] - vx * W3 + vz * W1, case)
     yield _rate("21", "v_z", vz_dot, u[1] - vy * W1 + vx * W2, case)
     yield _rate("22", "Omega_1", W1_dot, u[2], case)
@@ -66,12 +64,12 @@ def _rate(number: str, name: str, left: Expr, right: Expr, case: dict[Expr, Expr
 
 
 def _angles(s: Spacecraft, law: Laws) -> Iterator[Printed]:
-    i, t = s.i, Shorthand(s.i)
     W1d, _, W3d = s.w_dot
-    cases = tuple(law.motion | each for each in s.each())
-    right_phi, right_theta = _corrected(s)
-    inertia = i.m * i.l**2 * t.s**2 + i.I
+    i, t = s.i, Shorthand(s.i)
     phi = i.l * phi_bracket(s, i.theta, sp.S.Zero) + i.I * W1d / i.m - i.eps * i.phi_dot / i.m
+    inertia = i.m * i.l**2 * t.s**2 + i.I
+    right_phi, right_theta = _corrected(s)
+    cases = tuple(law.motion | each for each in s.each())
     yield printed(
         "25",
         "reduced model: phi_i",

@@ -22,8 +22,6 @@ def placing(k: Kinematics) -> Iterator[Printed]:
     pairs: tuple[Case, ...] = tuple(
         {**k.equal, k.X_i: k.X[i], k.X_j: k.X[j], k.x_i: k.x[i], k.x_j: k.x[j], k.l_k: k.l[n - 1]} for i, j, n in EVEN
     )
-    rod = k.X_i - k.X_j
-    base = k.x_i - k.x_j
     yield printed(
         "1",
         "the centre of mass is the origin",
@@ -51,6 +49,8 @@ def placing(k: Kinematics) -> Iterator[Printed]:
         Relation(k.Q.T * k.Q, k.I, says="Q is orthogonal"),
         Relation(k.S, k.S.T, says="S is symmetric"),
     )
+    base = k.x_i - k.x_j
+    rod = k.X_i - k.X_j
     yield printed(
         "5",
         "rod lengths depend on the stretch only",
@@ -71,17 +71,15 @@ def placing(k: Kinematics) -> Iterator[Printed]:
 
 def momentum(k: Kinematics) -> Iterator[Printed]:
     """(7)-(12): angular momentum of three masses."""
-    velocity = (k.theta_dot * k.J * k.S + k.S_dot) * k.x_i
     vertices: tuple[Case, ...] = tuple({k.X_i: k.X[i], k.x_i: k.x[i], k.X_dot_i: k.X_dot[i]} for i in (1, 2, 3))
-    spin = k.theta_dot * k.S * k.S - k.S * k.J * k.S_dot
     moments = _sum(k.m[i - 1] * k.x[i] * k.x[i].T for i in k.x)
-    balance = k.I_bar * k.theta_dot + k.t_s
     yield printed(
         "7",
         "angular momentum",
         "definition",
         Relation(k.H, _sum(k.m[i - 1] * Cross(k.X[i], k.X_dot[i]) for i in k.X)),
     )
+    velocity = (k.theta_dot * k.J * k.S + k.S_dot) * k.x_i
     yield printed(
         "8",
         "velocities",
@@ -108,6 +106,7 @@ def momentum(k: Kinematics) -> Iterator[Printed]:
         ),
         note="(10) has the minus sign.",
     )
+    spin = k.theta_dot * k.S * k.S - k.S * k.J * k.S_dot
     yield printed(
         "10",
         "angular momentum by stretch and turn",
@@ -127,6 +126,7 @@ def momentum(k: Kinematics) -> Iterator[Printed]:
         Relation(moments, k.m_bar / 2 * k.I),
         note='The leading "m-bar =" is misplaced: the words after the formula say that m-bar is the mean mass.',
     )
+    balance = k.I_bar * k.theta_dot + k.t_s
     yield printed(
         "11",
         "momentum over the mean mass",
@@ -153,7 +153,6 @@ def equal_masses(k: Kinematics) -> Iterator[Printed]:
     sides: tuple[Case, ...] = tuple(
         {k.D_i: k.D[i], k.D_j: k.D[j], k.l_i: k.l[i - 1], k.l_j: k.l[j - 1], k.l_k: k.l[n - 1]} for i, j, n in EVEN
     )
-    squares = [length**2 for length in k.l]
     yield printed(
         "13",
         "base triangle of equal masses",
@@ -183,6 +182,7 @@ def equal_masses(k: Kinematics) -> Iterator[Printed]:
         Relation(k.D_i.T * k.D_j, (k.l_k**2 - k.l_i**2 - k.l_j**2) / 2, cases=sides),
         Relation(k.D_i.T * k.D_i, k.l_i**2, cases=sides),
     )
+    squares = [length**2 for length in k.l]
     yield printed(
         "17",
         "the stretch by the rod lengths",
@@ -212,14 +212,8 @@ def equal_masses(k: Kinematics) -> Iterator[Printed]:
 
 def table(k: Kinematics) -> Iterator[Printed]:
     """Table 1: successive changes of variables."""
-    l1, l2, l3 = k.l
-    (p1, p2, p3), (rate1, rate2, _) = k.p, k.p_dot
     rho, phi, mu = k.rho, k.phi, k.mu
-    third = sp.UnevaluatedExpr(2 * sp.pi / 3)
-    unit = sp.Rational(2, 3) * rho * sp.sqrt(mu)
-    squares = p1**2 + p2**2 + p3**2
-    angle = sp.asin(sp.Rational(3, 2) * p1 / (rho * sp.sqrt(mu)))
-    swept = p1 * rate2 - p2 * rate1
+    l1, l2, l3 = k.l
     yield printed(
         "Table 1, row 1",
         "S, c_i and d",
@@ -233,6 +227,8 @@ def table(k: Kinematics) -> Iterator[Printed]:
         Relation(k.I_bar, sp.Trace(k.S * k.S) / 2),
         Relation(k.I_bar, mu / 3),
     )
+    (p1, p2, p3), (rate1, rate2, _) = k.p, k.p_dot
+    swept = p1 * rate2 - p2 * rate1
     yield printed(
         "Table 1, row 2",
         "momentum of the change of shape",
@@ -241,6 +237,9 @@ def table(k: Kinematics) -> Iterator[Printed]:
         Relation(k.t_s, -ROOT3 / 2 * swept),
         Relation(mu * k.theta_dot, 3 * ROOT3 / 2 * swept, cases=(k.still,)),
     )
+    squares = p1**2 + p2**2 + p3**2
+    unit = sp.Rational(2, 3) * rho * sp.sqrt(mu)
+    third = sp.UnevaluatedExpr(2 * sp.pi / 3)
     yield printed(
         "Table 1, row 3",
         "rho",
@@ -253,6 +252,7 @@ def table(k: Kinematics) -> Iterator[Printed]:
         Relation(rho**2, HALF, "<="),
         note="Printed as a sum; a number cannot be added to a square of lengths: it is a product.",
     )
+    angle = sp.asin(sp.Rational(3, 2) * p1 / (rho * sp.sqrt(mu)))
     yield printed(
         "Table 1, row 4",
         "phi",
@@ -269,14 +269,10 @@ def table(k: Kinematics) -> Iterator[Printed]:
 
 def rods(k: Kinematics) -> Iterator[Printed]:
     """(19)-(23): shape by rod lengths, rod lengths by shape, rates."""
-    l1, l2, l3 = k.l
-    rho, phi, mu = k.rho, k.phi, k.mu
-    root = sp.sqrt(1 - rho**2)
     each: tuple[Case, ...] = tuple({k.l_i: k.l[i], k.u_i: k.u[i], k.delta_i: k.delta[i]} for i in range(3))
+    l1, l2, l3 = k.l
     slope = ROOT3 * (l1**2 - l2**2) / (2 * l3**2 - l1**2 - l2**2)
-    along = mu / (3 * k.l_i) * (1 - 2 * rho**2) / root * sp.cos(phi + k.delta_i) * k.w1
-    across = mu / (3 * k.l_i) * rho * root * sp.sin(phi + k.delta_i) * k.w2
-    growth = k.l_i / (2 * mu) * k.w3
+    rho, phi, mu = k.rho, k.phi, k.mu
     yield printed(
         "19",
         "shape from the rod lengths",
@@ -288,6 +284,7 @@ def rods(k: Kinematics) -> Iterator[Printed]:
         note="rho^2 vanishes for the equilateral triangle and is 1/2 for masses in a line. The quadrant of phi is "
         "that of atan2(sqrt(3)(l_1^2 - l_2^2), 2 l_3^2 - l_1^2 - l_2^2).",
     )
+    root = sp.sqrt(1 - rho**2)
     yield printed(
         "20",
         "rod lengths from the shape",
@@ -303,6 +300,9 @@ def rods(k: Kinematics) -> Iterator[Printed]:
         "equation",
         Relation(k.theta_dot, rho**2 * k.phi_dot, cases=(k.still,)),
     )
+    growth = k.l_i / (2 * mu) * k.w3
+    across = mu / (3 * k.l_i) * rho * root * sp.sin(phi + k.delta_i) * k.w2
+    along = mu / (3 * k.l_i) * (1 - 2 * rho**2) / root * sp.cos(phi + k.delta_i) * k.w1
     yield printed(
         "22",
         "rod rates",

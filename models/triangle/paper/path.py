@@ -13,14 +13,6 @@ from .laws import Path, Shifted
 
 def arcs(t: Shifted, p: Path) -> Iterator[Printed]:
     """(40)-(44): the arc to the target."""
-    xi, alpha = p.xi, p.alpha
-    opening = 2 * (p.phi_end - p.phi_star)
-    scale = p.A**2 / 4
-    ours = p.rho**2 / (2 * (1 + sp.cos(xi)))
-    misread = opening + t.a * xi + t.a * sp.sin(xi)
-    bracket = opening + alpha * xi + alpha * sp.sin(xi)
-    ratio = 2 * sp.Abs(p.theta) / p.rho**2
-    turned = tuple({**side, p.phi_star: p.phi - side[alpha] * xi / 2} for side in p.sides)
     yield printed(
         "40",
         "the arc goes through the current point and the target and removes the attitude error",
@@ -34,6 +26,11 @@ def arcs(t: Shifted, p: Path) -> Iterator[Printed]:
         ),
         note="These conditions determine A, phi* and phi~_f; rho~ under the integral is the arc's.",
     )
+    xi, alpha = p.xi, p.alpha
+    turned = tuple({**side, p.phi_star: p.phi - side[alpha] * xi / 2} for side in p.sides)
+    opening = 2 * (p.phi_end - p.phi_star)
+    bracket = opening + alpha * xi + alpha * sp.sin(xi)
+    scale = p.A**2 / 4
     yield (
         printed("text before (41)", "definition of xi and alpha", "definition")
         .reading(
@@ -49,6 +46,8 @@ def arcs(t: Shifted, p: Path) -> Iterator[Printed]:
             why="(41) fails.",
         )
     )
+    misread = opening + t.a * xi + t.a * sp.sin(xi)
+    ours = p.rho**2 / (2 * (1 + sp.cos(xi)))
     yield printed(
         "41",
         "attitude error that an arc removes",
@@ -70,6 +69,7 @@ def arcs(t: Shifted, p: Path) -> Iterator[Printed]:
         note="With the printed order the arc would add to the attitude error. A line from right to left may have "
         "turned the difference round.",
     )
+    ratio = 2 * sp.Abs(p.theta) / p.rho**2
     yield printed(
         "42",
         "equation for xi",
@@ -131,9 +131,6 @@ def law(t: Shifted, p: Path) -> Iterator[Printed]:
     """(45)-(47): the law and its limit."""
     xi, alpha = p.xi, p.alpha
     turn = -p.k_phi * alpha * sp.cos(xi / 2)
-    measured = sp.Abs(p.theta)
-    wrong = sp.Piecewise((p.theta_max, measured < p.theta_max), (measured, True))
-    right = sp.Piecewise((p.theta_max, measured > p.theta_max), (measured, True))
     yield printed("45", "turn", "definition", Relation(t.v2, turn, cases=p.driven))
     yield printed(
         "46",
@@ -157,6 +154,9 @@ def law(t: Shifted, p: Path) -> Iterator[Printed]:
             says="largest rho on the circle of the arc that removes theta~_max",
         ),
     )
+    measured = sp.Abs(p.theta)
+    right = sp.Piecewise((p.theta_max, measured > p.theta_max), (measured, True))
+    wrong = sp.Piecewise((p.theta_max, measured < p.theta_max), (measured, True))
     yield printed(
         "text before (47)",
         "when the limit acts",
@@ -182,17 +182,11 @@ def law(t: Shifted, p: Path) -> Iterator[Printed]:
 
 def stability(t: Shifted, p: Path) -> Iterator[Printed]:
     """(48)-(51): the attitude error falls, and with it the distance."""
-    xi, alpha = p.xi, p.alpha
-    factor = sp.cos(xi / 2)
-    cases = p.anywhere
-    first = -p.k_phi * t.rho**2 * alpha * t.theta
     second = -p.k_phi * t.rho**2 * sp.Abs(t.theta)
-    at_origin = tuple({**case, t.theta: p.size, t.rho: sp.S.Zero} for case in cases)
-    no_error = tuple({**case, t.theta: sp.S.Zero} for case in cases)
-    size_given = tuple({**case, t.theta: p.size} for case in cases)
-    some_error = ({t.theta: p.size},)
-    ratio = 2 * sp.Abs(t.theta) / t.rho**2
-    left = (sp.pi - xi - sp.sin(xi)) / (1 + sp.cos(xi))
+    xi, alpha = p.xi, p.alpha
+    first = -p.k_phi * t.rho**2 * alpha * t.theta
+    cases = p.anywhere
+    factor = sp.cos(xi / 2)
     yield printed(
         "48",
         "rate of V = theta~^2/2",
@@ -204,6 +198,8 @@ def stability(t: Shifted, p: Path) -> Iterator[Printed]:
         Relation(p.V_dot, sp.S.Zero, "<=", cases=cases),
         note="phi~' of (46) contains cos(xi/2); it is not negative, so the conclusion stands.",
     )
+    at_origin = tuple({**case, t.theta: p.size, t.rho: sp.S.Zero} for case in cases)
+    no_error = tuple({**case, t.theta: sp.S.Zero} for case in cases)
     yield printed(
         "49",
         "where V does not fall",
@@ -212,6 +208,9 @@ def stability(t: Shifted, p: Path) -> Iterator[Printed]:
         Relation(p.V_dot, sp.S.Zero, cases=no_error, says="at theta~ = 0"),
         Relation(p.V_dot, sp.S.Zero, "<", cases=cases, says="elsewhere: rho~ > 0 and theta~ not 0, so |xi| < pi"),
     )
+    left = (sp.pi - xi - sp.sin(xi)) / (1 + sp.cos(xi))
+    ratio = 2 * sp.Abs(t.theta) / t.rho**2
+    some_error = ({t.theta: p.size},)
     yield printed(
         "50",
         "the target is not reached before the attitude",
@@ -224,6 +223,7 @@ def stability(t: Shifted, p: Path) -> Iterator[Printed]:
         note="The sentence before it prints theta~ where rho~ = 0 is meant. A start at rho~ = 0 is left to the "
         "reader: the state must leave the origin somehow.",
     )
+    size_given = tuple({**case, t.theta: p.size} for case in cases)
     yield printed(
         "51",
         "the target is reached with the attitude",

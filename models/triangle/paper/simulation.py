@@ -15,12 +15,9 @@ from .symbols import Kinematics
 
 def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
     """(52), (53), the smoothing, and the numbers of section 4."""
+    metre = names.free("metre", "1/10", 4, latex=r"\mathrm{m}")
     sliding, path = law_of(system, "sliding"), law_of(system, "path")
     chosen = {q.symbol: default(sliding, q.name) for q in sliding.parameters if q.name != "eta_rho"}
-    wanted, limit, size = _law_of_size(system, names, k)
-    drift = names.free(next(q for q in system.parameters if q.name == "disturbance"), -1, 1, latex="d", text="d")
-    metre = names.free("metre", "1/10", 4, latex=r"\mathrm{m}")
-    k_path = names.derived("k_path", r"k_\varphi", default(path, "k_phi"), text="k_phi")
     yield printed(
         "section 4, R",
         "radius of the largest circle",
@@ -28,6 +25,7 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
         Relation(s.R, sp.Rational(65, 100) * metre, corrected=sp.Rational(65, 100), cases=({s.R: chosen[s.R]},)),
         note="Printed with the unit m; rho has none.",
     )
+    k_path = names.derived("k_path", r"k_\varphi", default(path, "k_phi"), text="k_phi")
     yield (
         printed("section 4, k_phi", "gains of the two designs", "data")
         .reading(
@@ -83,6 +81,7 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
             why="As the digits stand; the initial rods do not form a triangle.",
         )
     )
+    wanted, limit, size = _law_of_size(system, names, k)
     yield printed(
         "52",
         "law of the size",
@@ -115,6 +114,7 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
         note="Not said: whether sgn(theta~) is smoothed in rho~'_eq too. The model smooths it in phi~' only.",
     )
     disturbed = system.rhs[3].subs(system.parameters.H, 0)
+    drift = names.free(next(q for q in system.parameters if q.name == "disturbance"), -1, 1, latex="d", text="d")
     yield printed(
         "53",
         "disturbance",

@@ -16,10 +16,6 @@ HALF = sp.Rational(1, 2)
 
 def shift(k: Kinematics, t: Shifted) -> Iterator[Printed]:
     """(24)-(27): the target becomes the origin."""
-    chart = (t.chart,)
-    rho_0, phi_0, theta_t0, theta_0 = t.start
-    error = theta_0 - t.theta_f
-    moved = t.rho**2 - 2 * t.a * t.rho * sp.cos(t.phi) + t.a**2
     yield printed(
         "24",
         "system to be controlled",
@@ -29,6 +25,7 @@ def shift(k: Kinematics, t: Shifted) -> Iterator[Printed]:
         Relation(k.theta_dot, k.rho**2 * k.w2, cases=(k.still,)),
         Relation(k.rho**2, HALF, "<", given=True),
     )
+    chart = (t.chart,)
     yield printed(
         "25",
         "distance and direction of the target",
@@ -37,6 +34,7 @@ def shift(k: Kinematics, t: Shifted) -> Iterator[Printed]:
         Relation(-t.rho * sp.sin(t.phi + t.phi_f), k.rho * sp.sin(k.phi) - t.a * sp.sin(t.phi_f), cases=chart),
         note="rho_f is written a here, as the paper does from (26) on.",
     )
+    moved = t.rho**2 - 2 * t.a * t.rho * sp.cos(t.phi) + t.a**2
     yield printed(
         "26",
         "equations of motion in the shifted coordinates",
@@ -47,6 +45,8 @@ def shift(k: Kinematics, t: Shifted) -> Iterator[Printed]:
         Relation(moved, HALF, "<", given=True),
         Relation(moved, k.rho**2, cases=chart, says="the left side of the inequality is rho^2"),
     )
+    rho_0, phi_0, theta_t0, theta_0 = t.start
+    error = theta_0 - t.theta_f
     yield printed(
         "27",
         "initial shifted attitude",
@@ -64,14 +64,6 @@ def shift(k: Kinematics, t: Shifted) -> Iterator[Printed]:
 
 def surface(k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
     """(28)-(33): the circle rho = R and the sliding surface."""
-    along = t.a * sp.cos(t.phi)
-    root = sp.sqrt(s.R**2 - t.a**2 * sp.sin(t.phi) ** 2)
-    misread = sp.sqrt(s.R**2 + t.a**2 * sp.sin(t.phi) ** 2)
-    slope = t.a * sp.sin(t.phi) / root
-    drift = s.g - t.rho**2 / (s.m * t.theta)
-    tau = sp.Abs(t.theta / s.theta_star)
-    minus = Relation(s.s, t.rho - (along + misread) * s.f, corrected=t.rho - (along + root) * s.f)
-    alone = Relation(s.s, t.rho - (along + misread), corrected=t.rho - (along + root) * s.f)
     yield (
         printed("text before (28)", "radius of the largest circle", "condition")
         .reading(
@@ -92,6 +84,8 @@ def surface(k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
             why="As the characters stand, twice in one sentence; it contradicts (28), whose circle is rho = R.",
         )
     )
+    root = sp.sqrt(s.R**2 - t.a**2 * sp.sin(t.phi) ** 2)
+    along = t.a * sp.cos(t.phi)
     yield printed(
         "28",
         "the circle rho = R seen from the target",
@@ -106,6 +100,9 @@ def surface(k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
         Relation(s.s, t.rho - (along + root), cases=({t.theta: s.theta_star}, {t.theta: -s.theta_star})),
         note="The paper adds = 0 to both: that is the surface.",
     )
+    misread = sp.sqrt(s.R**2 + t.a**2 * sp.sin(t.phi) ** 2)
+    alone = Relation(s.s, t.rho - (along + misread), corrected=t.rho - (along + root) * s.f)
+    minus = Relation(s.s, t.rho - (along + misread) * s.f, corrected=t.rho - (along + root) * s.f)
     yield (
         printed("30", "the sliding variable", "definition")
         .reading(
@@ -121,7 +118,10 @@ def surface(k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
             why="Without f the surface would not depend on the attitude.",
         )
     )
+    tau = sp.Abs(t.theta / s.theta_star)
     yield printed("31", "size of the surface's circle", "definition", Relation(s.f, tau ** (1 / s.m)))
+    drift = s.g - t.rho**2 / (s.m * t.theta)
+    slope = t.a * sp.sin(t.phi) / root
     yield printed(
         "32",
         "rate of the sliding variable",
@@ -142,19 +142,9 @@ def surface(k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
 
 def control(t: Shifted, s: Sliding) -> Iterator[Printed]:
     """(34)-(37): the law."""
-    drift = s.g - t.rho**2 / (s.m * t.theta)
-    tau = sp.Abs(t.theta / s.theta_star)
-    reach = -s.eta * sp.sign(s.s)
     driven = (s.driven,)
-    side = sp.sign(t.theta)
-    spiral = s.f * s.h * drift * t.phi_dot
-    closed = s.sigma * s.h / s.theta_star * (s.g * t.theta - t.rho**2 / s.m)
-    ratio = t.rho / s.h
-    equivalent = (
-        Relation(s.rho_eq, s.sigma * s.h * tau * side * drift),
-        Relation(s.rho_eq, closed),
-    )
-    turn = Relation(s.phi_eq, -s.sigma * s.f ** (s.m - 1) * side)
+    reach = -s.eta * sp.sign(s.s)
+    drift = s.g - t.rho**2 / (s.m * t.theta)
     yield printed(
         "34",
         "the law by its equivalent rates",
@@ -164,6 +154,7 @@ def control(t: Shifted, s: Sliding) -> Iterator[Printed]:
         Relation(s.rho_eq, -s.f * s.h * drift * s.phi_eq),
         note="Compared with the law of the model, its smoothed signs made sharp.",
     )
+    spiral = s.f * s.h * drift * t.phi_dot
     yield printed(
         "35",
         "the surface is reached in finite time",
@@ -190,6 +181,14 @@ def control(t: Shifted, s: Sliding) -> Iterator[Printed]:
         "equation",
         Relation(s.f_slope, s.f ** (s.m - 1), corrected=s.f ** (1 - s.m) / (s.m * s.theta_star)),
         note="f' grows without bound at zero; that is why phi~' is made proportional to f^(m - 1).",
+    )
+    side = sp.sign(t.theta)
+    turn = Relation(s.phi_eq, -s.sigma * s.f ** (s.m - 1) * side)
+    closed = s.sigma * s.h / s.theta_star * (s.g * t.theta - t.rho**2 / s.m)
+    tau = sp.Abs(t.theta / s.theta_star)
+    equivalent = (
+        Relation(s.rho_eq, s.sigma * s.h * tau * side * drift),
+        Relation(s.rho_eq, closed),
     )
     yield (
         printed("36", "equivalent rates", "definition", note="The model's law has the last, smooth form.")
@@ -221,6 +220,7 @@ def control(t: Shifted, s: Sliding) -> Iterator[Printed]:
         ),
         note="The square belongs to rho~. The sentence names rho~' and phi~' the other way round.",
     )
+    ratio = t.rho / s.h
     yield printed(
         "text before (37)",
         "f on the surface",
@@ -237,29 +237,7 @@ def control(t: Shifted, s: Sliding) -> Iterator[Printed]:
 
 def bound(k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
     """(38), (39): the state stays inside rho = R."""
-    circle = ({**s.driven, t.rho: s.h},)
     inside = (s.theta_star - sp.Abs(t.theta),)
-    side = sp.sign(t.theta)
-    drift = s.g - t.rho**2 / (s.m * t.theta)
-    leaving = t.rho_dot - s.h_dot
-    rises = s.m * s.f ** (s.m - 1) * (1 - s.f)
-    factor = rises / (1 + s.f**s.m)
-    last = s.h**3 / (s.theta_star * (1 + s.f**s.m))
-    steps = -s.f * s.h * drift * s.phi_eq - s.eta * sp.sign(s.s) + s.g * s.h * t.phi_dot
-    grouped = (
-        s.h
-        * ((1 - s.f) * s.g + s.f * s.h**2 / (s.m * s.f**s.m * s.theta_star * side))
-        * (-s.sigma * s.f ** (s.m - 1) * side)
-        - s.eta
-    )
-    third = -s.sigma * s.h / s.m * (rises * s.g * sp.sign(k.theta) + s.h**2 / s.theta_star) - s.eta
-    third_right = -s.sigma * s.h / s.m * (rises * s.g * side + s.h**2 / s.theta_star) - s.eta
-    fourth = s.k_phi / s.m * (-factor * s.g * s.h * side - last) - s.eta
-    largest = s.k_phi / s.m * (factor * sp.Abs(s.g) * s.h - last) - s.eta
-
-    def on_circle(right: sp.Expr, corrected: sp.Expr | None = None, op: str = "=") -> Relation:
-        return Relation(leaving, right, op, corrected=corrected, cases=circle, domain=inside)  # type: ignore[arg-type]
-
     yield printed(
         "text before (38)",
         "on the circle rho~ = h",
@@ -267,6 +245,27 @@ def bound(k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
         Relation(s.s, sp.S.Zero, ">", cases=(s.on_circle,), domain=inside),
         Relation(s.sigma, s.k_phi / (1 + s.f**s.m), cases=(s.on_circle,)),
     )
+    leaving = t.rho_dot - s.h_dot
+    circle = ({**s.driven, t.rho: s.h},)
+
+    def on_circle(right: sp.Expr, corrected: sp.Expr | None = None, op: str = "=") -> Relation:
+        return Relation(leaving, right, op, corrected=corrected, cases=circle, domain=inside)  # type: ignore[arg-type]
+
+    last = s.h**3 / (s.theta_star * (1 + s.f**s.m))
+    rises = s.m * s.f ** (s.m - 1) * (1 - s.f)
+    factor = rises / (1 + s.f**s.m)
+    side = sp.sign(t.theta)
+    fourth = s.k_phi / s.m * (-factor * s.g * s.h * side - last) - s.eta
+    third_right = -s.sigma * s.h / s.m * (rises * s.g * side + s.h**2 / s.theta_star) - s.eta
+    third = -s.sigma * s.h / s.m * (rises * s.g * sp.sign(k.theta) + s.h**2 / s.theta_star) - s.eta
+    grouped = (
+        s.h
+        * ((1 - s.f) * s.g + s.f * s.h**2 / (s.m * s.f**s.m * s.theta_star * side))
+        * (-s.sigma * s.f ** (s.m - 1) * side)
+        - s.eta
+    )
+    drift = s.g - t.rho**2 / (s.m * t.theta)
+    steps = -s.f * s.h * drift * s.phi_eq - s.eta * sp.sign(s.s) + s.g * s.h * t.phi_dot
     yield printed(
         "38",
         "motion across the circle",
@@ -287,6 +286,7 @@ def bound(k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
         note="The second bound is printed for |h|; (39) uses |g| h, and both are below 2R. They vary with phi~, "
         "printed theta~.",
     )
+    largest = s.k_phi / s.m * (factor * sp.Abs(s.g) * s.h - last) - s.eta
     yield printed(
         "39",
         "the bound of the motion outwards",
