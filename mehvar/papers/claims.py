@@ -14,13 +14,12 @@ if TYPE_CHECKING:
     from .runs import Runs
 
 TIMES = 0.01
-"""Allowed deviation of a time, relative. A settling time is a multiple of the sampling period: one sample of 0.1 s to
-0.5 s is 0.2 to 0.9 % of the times that the papers are about, so half of this would call one sample late a failure. The
-numbers of the three papers also hold at 0.005, but for one; at 0.02 two laws of one paper could not be told apart by
-their times."""
+"""Allowed deviation of a time, relative: a settling time is a whole number of samples, and one sample is 0.2 to 0.9 %
+of the times that the papers are about. With half of this no claim fails, and two rows get a note; with twice this three
+claims lose theirs."""
 AMPLITUDES = 0.02
-"""Allowed deviation of an amplitude, relative. Expected ones are given with two to four digits, so that rounding alone
-is up to 1 % of the shortest."""
+"""Allowed deviation of an amplitude, relative: expected ones are given with two to four digits, and rounding alone is
+up to 2.5 % of two. No verdict changes with half or twice this."""
 COUNTS = 1.0
 """Allowed deviation of a count, absolute: a sign change at the end of a run is or is not within it."""
 

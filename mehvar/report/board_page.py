@@ -43,6 +43,13 @@ def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path)
     require_matplotlib()
     check_folder(out)
     outcome = outcome_of(model, settings, replace(asked, every=1))
+    write_report(outcome, out)
+    typer.echo(f"report: {out / 'index.html'}")
+    return status_of(outcome)
+
+
+def write_report(outcome: Outcome, out: Path) -> None:
+    """Write index.html, board.json and figures/ into a folder."""
     part = _paper_part(outcome)
     numbers = _figure_numbers(outcome, part)
     results = facts(outcome) | {"figure": numbers}
@@ -55,8 +62,6 @@ def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path)
         ]
         (folder / "index.html").write_text(_page(results, figures, rows), encoding="utf-8")
         (folder / "board.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
-    typer.echo(f"report: {out / 'index.html'}")
-    return status_of(outcome)
 
 
 def _paper_part(outcome: Outcome) -> BoardPart | None:

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from mehvar.runtime.run.problem import Status
 
-from ..claims import Check, Checks, Expected, about, below, beside
+from ..claims import AMPLITUDES, Check, Checks, Expected, about, below, beside
 from ..runs import Runs
 from .rows import AXES, LATE, PRINTED_B, measure
 
@@ -23,6 +23,11 @@ if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
 
 _RPM = 30 / np.pi
+_LOST = 0.02
+"""Allowed deviation of the time at which a run is lost, relative: below one sample, 0.5 s, for times up to 25 s. All
+but that of claim 7 agree to the sample, so half of this changes nothing; with twice, claim 7's agrees too."""
+_EXACT = 1e-6
+"""Relative, of stiffness and damping: they come from matrices that are exact but for rounding."""
 
 
 def _each_below(what: str, bound: float, values: FloatArray, unit: str = "deg") -> Check:
@@ -45,13 +50,12 @@ def _ends(run: Run) -> Check:
 def _lost(what: str, expected: float, run: Run) -> tuple[Check, Check]:
     """Return the checks that a run is lost and when."""
     fate = Check(what, "lost", "lost" if run.status is Status.LIMIT else run.reason, run.status is Status.LIMIT)
-    return fate, about(f"{what}: time", expected, run.t_stop, "s", 0.02)
+    return fate, about(f"{what}: time", expected, run.t_stop, "s", _LOST)
 
 
 def _follows_model(runs: Runs, expected: Expected) -> Sequence[Check]:
     run = runs("mrac", "paper")
-    found = measure(run)
-    return (_ends(run), _each_below("RMS error from 200 s on", expected("error"), found.rms))
+    return (_ends(run), _each_below("RMS error from 200 s on", expected("error"), measure(run).rms))
 
 
 def _bears_delay(runs: Runs, expected: Expected) -> Sequence[Check]:
@@ -79,12 +83,12 @@ def _rms_degrees(off: Sequence[FloatArray]) -> FloatArray:
 
 def _pd_does_not_track(runs: Runs, expected: Expected) -> Sequence[Check]:
     adaptive, plain = measure(runs("mrac", "paper")).rms, runs("pd", "paper")
-    found, late = measure(plain).rms, measure(runs("pd", "paper", delay=1)).rms
+    error, late = measure(plain).rms, measure(runs("pd", "paper", delay=1)).rms
     faster = measure(runs("pd", "paper", follow_model=1, **_faster(plain, 100.0, 20.0))).rms
     return (
-        _each_above("RMS error from 200 s on", expected("error"), found, "deg"),
+        _each_above("RMS error from 200 s on", expected("error"), error, "deg"),
         _each_above("the same with the delay", expected("error"), late, "deg"),
-        _each_above("over that of the adaptive law", expected("ratio"), found / adaptive),
+        _each_above("over that of the adaptive law", expected("ratio"), error / adaptive),
         beside(
             _each_above("Kp 100 and Kd 20 times as large, after the reference model", expected("error"), faster, "deg")
         ),
@@ -134,12 +138,12 @@ def _delay_must_be_known(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 def _literal_rings(runs: Runs, expected: Expected) -> Sequence[Check]:
     run = runs("mrac-literal", "printed")
-    found, pd = measure(run), measure(runs("pd", "paper")).torque
+    literal, pd = measure(run), measure(runs("pd", "paper")).torque
     return (
         _ends(run),
-        _each_below("RMS error from 200 s on", expected("error"), found.rms),
-        _each_above("ring from 200 s on, 1 for pure alternation", expected("ring"), found.ring),
-        _each_above("largest torque from 200 s on, over that of PD", expected("ratio"), found.torque / pd),
+        _each_below("RMS error from 200 s on", expected("error"), literal.rms),
+        _each_above("ring from 200 s on, 1 for pure alternation", expected("ring"), literal.ring),
+        _each_above("largest torque from 200 s on, over that of PD", expected("ratio"), literal.torque / pd),
     )
 
 
@@ -157,20 +161,20 @@ def _literal_is_lost(runs: Runs, expected: Expected) -> Sequence[Check]:
     torque = float(np.abs(largest.u[largest.t >= LATE]).max(initial=0.0))
     checks += [
         _ends(largest),
-        about("F(0) = 1e6: largest torque from 200 s on", expected("torque"), torque, "N m", 0.02),
+        about("F(0) = 1e6: largest torque from 200 s on", expected("torque"), torque, "N m", AMPLITUDES),
     ]
     return checks
 
 
 def _literal_controls(runs: Runs, expected: Expected) -> Sequence[Check]:
     plain, late = runs("mrac-literal", "printed"), runs("mrac-literal", "printed", delay=1)
-    known = runs("mrac-literal", "paper", adapt=0)
+    exact = runs("mrac-literal", "paper", adapt=0)
     return (
         _ends(plain),
         _each_below(
             "without delay: ring from 200 s on, 1 for pure alternation", expected("ring"), measure(plain).ring, ""
         ),
-        Check("plant known, no delay", "reaches its end", known.reason, known.status is Status.DONE),
+        Check("plant known, no delay", "reaches its end", exact.reason, exact.status is Status.DONE),
         Check("with the delay", "reaches its end", late.reason, late.status is Status.DONE),
     )
 
@@ -179,14 +183,14 @@ def _linear_model(runs: Runs, expected: Expected) -> Sequence[Check]:
     values = runs("mrac", "paper").parameters.values
     (x, y, z), w0 = (values[f"I_{i}"] for i in "xyz"), values["omega0"]
     stiffness, damping = _second_order(runs)
-    kept = (4 * w0**2 * (y - z), 3 * w0**2 * (x - z), w0**2 * (y - x))
+    printed = (4 * w0**2 * (y - z), 3 * w0**2 * (x - z), w0**2 * (y - x))
     checks = [
-        about(f"({8 + k}): stiffness of {axis}", kept[k], float(stiffness[k, k]), "N m/rad", 1e-6)
+        about(f"({8 + k}): stiffness of {axis}", printed[k], float(stiffness[k, k]), "N m/rad", _EXACT)
         for k, axis in enumerate(AXES)
     ]
     checks += [
-        about("dropped: torque about x per rate of yaw", -w0 * (x - y + z), float(damping[0, 2]), "N m s/rad", 1e-6),
-        about("dropped: torque about z per rate of roll", w0 * (x - y + z), float(damping[2, 0]), "N m s/rad", 1e-6),
+        about("dropped: torque about x per rate of yaw", -w0 * (x - y + z), float(damping[0, 2]), "N m s/rad", _EXACT),
+        about("dropped: torque about z per rate of roll", w0 * (x - y + z), float(damping[2, 0]), "N m s/rad", _EXACT),
         beside(Check("roll-yaw coupling", "none", f"{damping[2, 0]:.3g} N m s/rad", bool(damping[2, 0] == 0))),
     ]
     return checks
@@ -218,9 +222,9 @@ def _sampled_model(runs: Runs, expected: Expected) -> Sequence[Check]:
         b0 = float(first[k, k])
         b1 = float(second[k, k]) - 2 * b0
         checks += [
-            about(f"({43 + k}), {axis}: b0", PRINTED_B[k][0], b0, "rad/(N m)", 0.01),
-            about(f"({43 + k}), {axis}: b1", PRINTED_B[k][1], b1, "rad/(N m)", 0.01),
-            about(f"({43 + k}), {axis}: zero of B", -PRINTED_B[k][1] / PRINTED_B[k][0], -b1 / b0, "", 0.01),
+            about(f"({43 + k}), {axis}: b0", PRINTED_B[k][0], b0, "rad/(N m)"),
+            about(f"({43 + k}), {axis}: b1", PRINTED_B[k][1], b1, "rad/(N m)"),
+            about(f"({43 + k}), {axis}: zero of B", -PRINTED_B[k][1] / PRINTED_B[k][0], -b1 / b0, ""),
         ]
     return checks
 

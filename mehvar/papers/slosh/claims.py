@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..claims import Check, Checks, Expected, below, beside
+from ..claims import TIMES, Check, Checks, Expected, below, beside
 from ..runs import Runs
 from .rows import FULL, LAWS, REDUCED, axial
 
@@ -19,6 +19,12 @@ if TYPE_CHECKING:
 
     FloatArray = NDArray[np.float64]
 
+_MORE = 1.5
+"""What is called more swing, as a ratio of paths: 2.0 to 2.3 was measured, and 1 would be none."""
+_ROUNDED = 0.03
+"""Relative, of an angle given with two digits: 17 deg is 16.5 to 17.5."""
+_STEP = 1e-5
+"""Of a central difference of V along the flow, s: only its sign matters."""
 _LOOPS = tuple((law, settings) for settings in (REDUCED, FULL) for law in LAWS)
 _ORDER = "reduced V1, V2, full V1, V2"
 _PLANTS = (("reduced", REDUCED), ("full", FULL))
@@ -120,9 +126,9 @@ def _more_swing(runs: Runs, expected: Expected) -> Sequence[Check]:
         checks += [
             Check(
                 f"path of phi_1, phi_2 in 20 s, V2 over V1, {plant}",
-                "> 1.5",
+                f"> {_MORE:g}",
                 " / ".join(f"{ratio:.2f}" for ratio in ratios),
-                min(ratios) > 1.5,
+                min(ratios) > _MORE,
             ),
             Check(
                 f"extrema of phi_1 in 30 s, V1, V2, {plant}",
@@ -135,7 +141,8 @@ def _more_swing(runs: Runs, expected: Expected) -> Sequence[Check]:
                 "17 deg at 3.2 s",
                 f"{off.max():.1f} deg at {t[off.argmax()]:.1f} s",
                 bool(
-                    abs(off.max() / expected("most") - 1) < 0.03 and abs(t[off.argmax()] - expected("most_at")) < 0.15
+                    abs(off.max() / expected("most") - 1) < _ROUNDED
+                    and abs(t[off.argmax()] - expected("most_at")) < 1.5 * (t[1] - t[0])
                 ),
             ),
             late if plant == "reduced" else beside(late),
@@ -154,12 +161,12 @@ def _speed(runs: Runs, expected: Expected) -> Sequence[Check]:
         return -float(np.diff(run.variables()["vx"]).min())
 
     slowest = [float(runs(law, "paper").variables()["ax"].min()) for law in LAWS]
-    wanted = axial(runs(LAWS[0], "paper"))
+    constant_ax = axial(runs(LAWS[0], "paper"))
     constant = Check(
         "smallest a_x, full V1, V2",
-        f"a_x of (19): {wanted:.4f} m/s^2",
+        f"a_x of (19): {constant_ax:.4f} m/s^2",
         f"{slowest[0]:.3f} / {slowest[1]:.3f} m/s^2",
-        min(slowest) > 0.99 * wanted,
+        min(slowest) > (1 - TIMES) * constant_ax,
     )
     return (_four(runs, "largest loss of v_x in 0.1 s", 0.0, "m/s", largest_loss), beside(constant))
 
@@ -167,14 +174,14 @@ def _speed(runs: Runs, expected: Expected) -> Sequence[Check]:
 def _order_of_azimuths(runs: Runs, expected: Expected) -> Sequence[Check]:
     checks = []
     for law, settings in _LOOPS:
-        found = runs.metrics(law, "paper", **settings)
+        metrics = runs.metrics(law, "paper", **settings)
         plant = settings.get("plant", "full")
         checks.append(
             Check(
                 f"settling of theta_1 and theta_2 within 2 degrees of the end, {plant} V{law[-1]}",
                 "theta_1 twice as late",
-                f"{found['t_theta1']:.1f} and {found['t_theta2']:.1f} s",
-                found["t_theta1"] > 2 * found["t_theta2"],
+                f"{metrics['t_theta1']:.1f} and {metrics['t_theta2']:.1f} s",
+                metrics["t_theta1"] > 2 * metrics["t_theta2"],  # of the paper's 700 s and 100 s: seven times
             )
         )
     return checks
@@ -202,8 +209,8 @@ def _along(runs: Runs, law: str, x: FloatArray, flow: FloatArray) -> float:
     """Return V' of a law along a direction, by central differences."""
     run, title = runs(law, "paper"), law.replace("-", "_")
     p, c = runs.model.parameters(), _law_values(run)
-    ahead, behind = (runs.model.functions[f"{title}_value"](x + sign * 1e-5 * flow, p, c) for sign in (1, -1))
-    return float((ahead - behind) / 2e-5)
+    ahead, behind = (runs.model.functions[f"{title}_value"](x + sign * _STEP * flow, p, c) for sign in (1, -1))
+    return float((ahead - behind) / (2 * _STEP))
 
 
 def _values_fall(runs: Runs, expected: Expected) -> Sequence[Check]:
@@ -260,8 +267,7 @@ def _lengths(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 
 def _printed_weights(runs: Runs, expected: Expected) -> Sequence[Check]:
-    found = runs.metrics("lyapunov-v2", "paper", r3=1e-5, r5=1e-5, r7=1e-5)
-    end = found["t_att"]
+    end = runs.metrics("lyapunov-v2", "paper", r3=1e-5, r5=1e-5, r7=1e-5)["t_att"]
     return (
         Check(
             "settling of the attitude within 0.1 degrees",

@@ -28,11 +28,11 @@ _DEGREES = 180 / np.pi
 def scene(runs: Runs) -> Scene:
     """Return the animation of both laws on both plants."""
     values = runs(LAWS[0], "paper").parameters.values
-    found: dict[str, Mapping[str, Any]] = {"full model": FULL, "reduced model": REDUCED}
+    plants: dict[str, Mapping[str, Any]] = {"full model": FULL, "reduced model": REDUCED}
     return Scene(
         {
             f"{law[-2:].upper()}, {plant}": _series(runs(law, "paper", **settings))
-            for plant, settings in found.items()
+            for plant, settings in plants.items()
             for law in LAWS
         },
         {name: values[name] for name in ("h1", "h2", "l1", "l2", "b", "d", "h0")},

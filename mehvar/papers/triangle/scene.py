@@ -51,9 +51,9 @@ def _lines(prefix: str, name: str) -> tuple[SceneLine, ...]:
 
 def _series(run: Run) -> dict[str, FloatArray]:
     names = ("theta", "rho", "phi", "l1", "l2", "l3", "u_l1", "u_l2", "u_l3")
-    found = {name: run.variables()[name][::_EVERY] for name in names}
-    rods = np.column_stack([found[f"l{k}"] for k in (1, 2, 3)])
-    points = np.array([vertices(lengths, theta) for lengths, theta in zip(rods, found["theta"], strict=True)])
+    series = {name: run.variables()[name][::_EVERY] for name in names}
+    rods = np.column_stack([series[f"l{k}"] for k in (1, 2, 3)])
+    points = np.array([vertices(lengths, theta) for lengths, theta in zip(rods, series["theta"], strict=True)])
     masses = {f"{axis}{k + 1}": part[:, k] for axis, part in (("x", points.real), ("y", points.imag)) for k in range(3)}
-    rho, phi = found.pop("rho"), found.pop("phi")
-    return {"t": run.t[::_EVERY], **masses, "shape_x": rho * np.cos(phi), "shape_y": rho * np.sin(phi), **found}
+    rho, phi = series.pop("rho"), series.pop("phi")
+    return {"t": run.t[::_EVERY], **masses, "shape_x": rho * np.cos(phi), "shape_y": rho * np.sin(phi), **series}

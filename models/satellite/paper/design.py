@@ -110,14 +110,14 @@ def law(c: Loop) -> Iterator[Printed]:
     last = {d: (c.u_1, c.u_2)[:d] for d in DELAYS}
     along = tuple(c.along.values())
     error = c.C2 * c.e_ahead
-    wanted = c.C2 * c.y_m_ahead
+    model = c.C2 * c.y_m_ahead
     yield printed(
         "27",
         "error d samples ahead",
         "equation",
-        Relation(error, c.B * c.S * c.u + c.T * c.y - wanted, cases=along),
+        Relation(error, c.B * c.S * c.u + c.T * c.y - model, cases=along),
         *(
-            Relation(error, expr - wanted, cases=(c.along[d],), says=f"d = {d}")
+            Relation(error, expr - model, cases=(c.along[d],), says=f"d = {d}")
             for d in DELAYS
             for expr in (c.b0 * c.u + c.p0_Phi0[d], c.p_Phi[d])
         ),
@@ -153,7 +153,7 @@ def law(c: Loop) -> Iterator[Printed]:
         "32",
         "the law",
         "equation",
-        Relation(c.u_now, (wanted - c.T * c.y - c.BS * c.u) / c.b0, cases=(one, two)),
+        Relation(c.u_now, (model - c.T * c.y - c.BS * c.u) / c.b0, cases=(one, two)),
         note="Compared with the law mrac-literal at exact estimates, for the plant (13), which has no offset. With "
         "the offset d of (35) see the text after (38).",
     )

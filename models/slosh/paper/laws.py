@@ -65,12 +65,12 @@ class Laws:
         numbers = {"x": "", "y": "(20)", "z": "(21)"}
         linear = [shown[number, rf"\dot v_{axis}"].xreplace(axial) for axis, number in numbers.items()]
         angular = [shown[f"({22 + k})", rf"\dot\Omega_{k + 1}"] for k in range(3)]
-        found = dict(zip((*s.v_dot, *s.w_dot), (*linear, *angular), strict=True))
+        motion = dict(zip((*s.v_dot, *s.w_dot), (*linear, *angular), strict=True))
         for bob in s.bobs:
             member = generic_names(bob) | axial
-            found[bob.phi_ddot] = shown["(25)", r"\ddot\varphi_i"].xreplace(member)
-            found[bob.theta_ddot] = shown["(26)", r"\ddot\theta_i"].xreplace(member)
-        return found
+            motion[bob.phi_ddot] = shown["(25)", r"\ddot\varphi_i"].xreplace(member)
+            motion[bob.theta_ddot] = shown["(26)", r"\ddot\theta_i"].xreplace(member)
+        return motion
 
     def _law(self, name: str, names: Names, s: Spacecraft) -> Symbols:
         """V and its derivative along the reduced model; the coefficients of (29), (30) and the inputs as derived."""

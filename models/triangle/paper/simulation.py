@@ -81,15 +81,15 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
             why="As the digits stand; the initial rods do not form a triangle.",
         )
     )
-    wanted, limit, size = _law_of_size(system, names, k)
+    rate, limit, size = _law_of_size(system, names, k)
     yield printed(
         "52",
         "law of the size",
         "definition",
-        Relation(wanted, sp.Rational(1, 2) * (t.mu_f - k.mu)),
+        Relation(rate, sp.Rational(1, 2) * (t.mu_f - k.mu)),
         Relation(limit, sp.Rational(5, 100)),
         Relation(k.mu, k.w3, corrected_left=k.mu_dot, cases=(size,)),
-        Relation(k.w3, sp.Min(sp.Abs(wanted), limit) * sp.sign(wanted), cases=(size,)),
+        Relation(k.w3, sp.Min(sp.Abs(rate), limit) * sp.sign(rate), cases=(size,)),
         note="The number is printed twice, and the dot over mu is lost before w_3.",
     )
     yield printed(
@@ -126,14 +126,14 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
 
 
 def _law_of_size(system: System, names: Names, k: Kinematics) -> tuple[sp.Symbol, sp.Symbol, Case]:
-    """Return the rate of the size that is wanted, its limit, and what the law makes of both."""
+    """Return the rate that the size is to have, its limit, and what the law makes of both."""
     sliding = law_of(system, "sliding")
     p = {q.name: q.symbol for q in sliding.parameters}
     numbers = {p[name]: default(sliding, name) for name in ("mu_gain", "mu_rate_max")}
     command: Expr = sliding.command[-1]
-    wanted = names.derived("mu_d_dot", r"\dot\mu_d", command.subs(p["mu_rate_max"], sp.oo).subs(numbers))
+    rate = names.derived("mu_d_dot", r"\dot\mu_d", command.subs(p["mu_rate_max"], sp.oo).subs(numbers))
     limit = names.derived("mu_max_dot", r"\dot\mu_{max}", numbers[p["mu_rate_max"]])
-    return wanted, limit, {k.w3: command.subs(numbers)}
+    return rate, limit, {k.w3: command.subs(numbers)}
 
 
 def _triangles(margin: sp.Symbol, *lengths: tuple[str, str, str]) -> Relation:
