@@ -219,8 +219,8 @@ def follow(expr: Expr, definitions: Mapping[sp.Symbol, Expr], cut: Case | None =
         Free of defined symbols.
     """
     cut = cut or {}
-    found = {symbol: cut[symbol] for symbol in expr.free_symbols if symbol in cut}
-    for symbol in expr.free_symbols - set(found):
+    meanings = {symbol: cut[symbol] for symbol in expr.free_symbols if symbol in cut}
+    for symbol in expr.free_symbols - set(meanings):
         if symbol in definitions:
-            found[symbol] = follow(definitions[symbol], definitions, cut)
-    return expr.subs(found, simultaneous=True)
+            meanings[symbol] = follow(definitions[symbol], definitions, cut)
+    return expr.subs(meanings, simultaneous=True)

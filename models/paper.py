@@ -47,8 +47,15 @@ An identity between names with meanings, here l_i^2 of a triangle and its rate, 
   keeps a part as printed; it is carried out before anything is compared.
 * A *number* with few digits is compared within `within` (one unit of the last printed digit, say).
 * *Words* that say something checkable are an entry too, with a number such as "text after (9)" and `Relation.says`.
-* *Readings*: `Printed` with one `Reading` for each way to read what is printed, exactly one of them `used`. The machine
-  judges each. When they disagree the entry is "illegible or ambiguous", and says which one the model follows.
+* *Readings*: one for each way to read what is printed, exactly one of them `used`. The machine judges each. When they
+  disagree the entry is "illegible or ambiguous", and says which one the model follows::
+
+    printed("34", "predicted output", "equation")
+    .reading("with the estimate of this sample", Relation(...), used=False, why="A circle, with (39) and (42).")
+    .reading("with the estimate of the sample before", Relation(...), why="(39) and (42) need it.")
+
+A module of a ledger is a list of entries in the order of the paper: functions that `yield` one entry after the other,
+each with what it needs just above it.
 
 `Paper` refuses a number that is missing or entered twice, and a symbol that the table of names lacks. While writing,
 judge one entry at a time: ``mehvar.codegen.ledger.ledger.judge_entry(entry, names)``; `ledger("MODEL")` judges all.
@@ -58,7 +65,7 @@ judge one entry at a time: ``mehvar.codegen.ledger.ledger.judge_entry(entry, nam
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import sympy as sp
@@ -133,8 +140,8 @@ class Relation:
     @property
     def sides(self) -> tuple[Side, ...]:
         """Everything that is compared."""
-        given = (self.left, self.right, self.corrected, self.corrected_left, self.against)
-        return tuple(side for side in given if side is not None)
+        sides = (self.left, self.right, self.corrected, self.corrected_left, self.against)
+        return tuple(side for side in sides if side is not None)
 
 
 @dataclass(frozen=True)
@@ -172,7 +179,7 @@ class Printed:
     kind : str
         equation, definition, condition, statement or data.
     readings : tuple of Reading
-        As many as there are ways to read it; exactly one is `used`.
+        As many as there are ways to read it; `Paper` wants exactly one that is `used`.
     note : str
         Said with the verdict: what a correction rests on, what was left out, slips that no formula can show.
     """
@@ -183,14 +190,14 @@ class Printed:
     readings: tuple[Reading, ...]
     note: str = ""
 
-    def __post_init__(self) -> None:
-        if sum(reading.used for reading in self.readings) != 1:
-            raise ModelError(f"entry {self.number}: exactly one reading is used, not {[r.used for r in self.readings]}")
+    def reading(self, text: str, *relations: Relation, used: bool = True, why: str = "") -> Printed:
+        """Return the entry with one more way to read it; see `Reading`."""
+        return replace(self, readings=(*self.readings, Reading(relations, text, used, why)))
 
 
 def printed(number: str, title: str, kind: Kind, *relations: Relation, note: str = "") -> Printed:
-    """Return an entry that can be read in one way only, whose relations must all hold."""
-    return Printed(number, title, kind, (Reading(relations),), note)
+    """Return an entry that can be read in one way, whose relations must all hold, or one whose readings follow."""
+    return Printed(number, title, kind, (Reading(relations),) if relations else (), note)
 
 
 @dataclass(frozen=True)
@@ -223,22 +230,28 @@ class Paper:
     note: str = ""
 
     def __post_init__(self) -> None:
-        given = [entry.number for entry in self.entries]
-        numbers = [number for number in given if number.isdecimal()]
+        entered = [entry.number for entry in self.entries]
+        numbers = [number for number in entered if number.isdecimal()]
         missing = [k for k in range(1, self.numbers + 1) if str(k) not in numbers]
-        twice = sorted({number for number in given if given.count(number) > 1})
+        twice = sorted({number for number in entered if entered.count(number) > 1})
         beyond = [number for number in numbers if not 1 <= int(number) <= self.numbers]
         if missing or twice or beyond:
             raise ModelError(f"equation numbers missing {missing}, entered twice {twice}, not in the paper {beyond}")
+        for entry in self.entries:
+            if sum(reading.used for reading in entry.readings) != 1:
+                used = [reading.used for reading in entry.readings]
+                raise ModelError(f"entry {entry.number}: exactly one reading is used, not {used}")
         for name in self.names.table.values():
             if name.meaning is not None:
-                self._known((name.meaning,), {}, f"the meaning of {name.symbol}", members=True)
+                self._refuse_unnamed((name.meaning,), {}, f"the meaning of {name.symbol}", members=True)
         for entry in self.entries:
             for relation in (relation for reading in entry.readings for relation in reading.relations):
                 for case in relation.cases:
-                    self._known((*relation.sides, *relation.domain), case, f"entry {entry.number}", relation.given)
+                    self._refuse_unnamed(
+                        (*relation.sides, *relation.domain), case, f"entry {entry.number}", relation.given
+                    )
 
-    def _known(self, sides: Iterable[Side], case: Case, where: str, members: bool = False) -> None:
+    def _refuse_unnamed(self, sides: Iterable[Side], case: Case, where: str, members: bool = False) -> None:
         """Refuse a symbol that has no name; and, unless `members`, a member of a family that the case says nothing of.
 
         Meanings are followed: one may be about a member of a family itself.

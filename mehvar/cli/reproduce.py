@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 
 from mehvar.codegen.generate import installed_tree
 from mehvar.ledger.judging import judged
-from mehvar.papers.study import Verdict, paper_models
-from mehvar.pictures.plots import require_matplotlib
+from mehvar.papers.claims import ClaimVerdict
+from mehvar.papers.reproduction import paper_models
+from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.files import check_folder, filling
 
@@ -63,7 +64,7 @@ def reproduce(out: Path, progress: Advance | None = None) -> bool:
         progress(len(models), len(models))
     claims = [claim for report in reports for claim in report.claims]
     boards = [report.board for report in reports if report.board is not None]
-    return all(claim.verdict is not Verdict.FAILS for claim in claims) and all(board.same for board in boards)
+    return all(claim.verdict is not ClaimVerdict.FAILS for claim in claims) and all(board.same for board in boards)
 
 
 def _part(progress: Advance | None, index: int, count: int) -> Advance:
@@ -80,7 +81,7 @@ def _write(out: Path, reports: Sequence[PaperReport], html: str) -> None:
     with filling(out) as folder:
         (folder / "figures").mkdir()
         for report in reports:
-            for figure, picture in zip(report.paper.figures(), report.pictures, strict=True):
+            for figure, picture in zip(report.paper.figures, report.pictures, strict=True):
                 (folder / "figures" / f"{report.manifest.model}-{figure.number:02d}.png").write_bytes(picture.png)
         (folder / "claims.json").write_text(_claims_text(reports), encoding="utf-8")
         (folder / "index.html").write_text(html, encoding="utf-8")
@@ -110,10 +111,10 @@ def _facts(reports: Sequence[PaperReport], seconds: float) -> dict[str, str]:
 
 
 def _versions() -> dict[str, str]:
-    found = {}
+    versions = {}
     for package in _PACKAGES:
         try:
-            found[package] = version(package)
+            versions[package] = version(package)
         except PackageNotFoundError:
             continue
-    return found
+    return versions

@@ -11,7 +11,7 @@ from typing import Any
 import typer
 
 from mehvar.errors import InputError, bad_value
-from mehvar.pictures.plots import checked_suffix
+from mehvar.pictures.files import checked_suffix
 from mehvar.runtime.model.manifest import find_model
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.problem import Status
@@ -155,8 +155,8 @@ def _save(run: Run, out: Path | None, plot: Path | None) -> None:
         save(dataset, out)
         typer.echo(f"saved {out}")
     if plot is not None:
-        from mehvar.pictures.plots import picture
-        from mehvar.pictures.plots import save as save_picture
+        from mehvar.papers.reproduction import run_picture
+        from mehvar.pictures.files import save as save_picture
 
-        save_picture(picture(dataset, run.manifest), plot)
+        save_picture(run_picture(dataset, run.manifest), plot)
         typer.echo(f"saved {plot}")

@@ -30,7 +30,7 @@ def stats_command(path: Path, success: str | None, plot: Path | None, of: list[s
         For a store that is none or empty, or a condition or a variable that it does not know.
     """
     if plot is not None:
-        from mehvar.pictures.plots import checked_suffix
+        from mehvar.pictures.files import checked_suffix
 
         checked_suffix(plot)
     elif of:
@@ -39,7 +39,7 @@ def stats_command(path: Path, success: str | None, plot: Path | None, of: list[s
     print_statistics(store, success)
     if plot is not None:
         from mehvar.pictures.batch import batch_picture
-        from mehvar.pictures.plots import save
+        from mehvar.pictures.files import save
 
         save(batch_picture(store, of), plot)
         typer.echo(f"saved {plot}")

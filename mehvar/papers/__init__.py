@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the three papers show and say, checked against the models."""
+"""What the papers show and say, checked against the models."""

@@ -8,18 +8,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mehvar.errors import unknown_name
-from mehvar.pictures.plots import BLUE, GREY, VERMILLION, label, new_figure, pretty_unit, require_matplotlib, style
 from mehvar.runtime.batch.sampling import FloatArray
 from mehvar.runtime.batch.statistics import bands, column, metric_names, worst
 from mehvar.runtime.batch.store import Store
+
+from .style import BLUE, GREY, VERMILLION, label, new_figure, pretty_unit, require_matplotlib, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _BANDS = ((0.01, 0.99, 0.18), (0.05, 0.95, 0.3), (0.25, 0.75, 0.45))
+"""Quantiles and opacity: all but the rarest runs, nine of ten, half of them; the darker the more of them."""
 _WORST = 3
+"""Runs that are drawn by themselves: as many as there are kinds of lines that can be told apart."""
 _BINS = 60
+"""Of a histogram: a bar is two points wide. Half of them hide a second peak, twice as many show noise of 1000 runs."""
 
 
 def batch_picture(store: Store, names: list[str]) -> Figure:
@@ -47,26 +51,26 @@ def batch_picture(store: Store, names: list[str]) -> Figure:
     series = [name for name, variable in variables.items() if variable.dimension == "t"]
     metrics = metric_names(store)
     states = [str(name) for name in store.coordinate("state")]
-    wanted = names or (states if series else metrics)
-    for name in wanted:
+    shown = names or (states if series else metrics)
+    for name in shown:
         if name not in (*series, *metrics):
             raise unknown_name(f"series or metric of {store.name}", name, [*series, *metrics])
     with style():
-        columns = 1 if len(wanted) <= 4 else 2
-        rows = -(-len(wanted) // columns)
+        columns = 1 if len(shown) <= 4 else 2
+        rows = -(-len(shown) // columns)
         figure = new_figure(5.5 * columns, 0.6 + 2.1 * rows)
-        said = store.attributes
-        figure.suptitle(f"{said['title']} (scenario {said['scenario']}), {store.n} runs", fontsize=10, wrap=True)
+        about = store.attributes
+        figure.suptitle(f"{about['title']} (scenario {about['scenario']}), {store.n} runs", fontsize=10, wrap=True)
         axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).T.flat)
-        for name, ax in zip(wanted, axes, strict=False):
+        for name, ax in zip(shown, axes, strict=False):
             (_draw_bands if name in series else _draw_histogram)(ax, store, name)
-        for ax in axes[len(wanted) :]:
+        for ax in axes[len(shown) :]:
             ax.remove()
         return figure
 
 
 def _draw_bands(ax: Axes, store: Store, name: str) -> None:
-    said = store.variables()[name].attributes
+    attributes = store.variables()[name].attributes
     t = store.coordinate("t")
     levels = [level for low, high, _ in _BANDS for level in (low, high)]
     values = bands(store, name, [*levels, 0.5])
@@ -78,9 +82,9 @@ def _draw_bands(ax: Axes, store: Store, name: str) -> None:
         block, row = divmod(run, store.chunk)
         line = store.series(name, 0, len(t), [block])[row]
         ax.plot(t, line, color=VERMILLION, linewidth=0.8, linestyle=("-", "--", ":")[place], label=f"run {run}")
-    ax.set_title(said["long_name"])
+    ax.set_title(attributes["long_name"])
     ax.set_xlabel(label("t", "time", "s"))
-    ax.set_ylabel(f"{name} [{pretty_unit(said['units'])}]")
+    ax.set_ylabel(f"{name} [{pretty_unit(attributes['units'])}]")
     ax.margins(x=0)
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
 
@@ -96,10 +100,10 @@ def _largest(store: Store, name: str) -> list[int]:
 
 
 def _draw_histogram(ax: Axes, store: Store, name: str) -> None:
-    said: Any = store.variables()[name].attributes
+    attributes: Any = store.variables()[name].attributes
     values = column(store, name)
-    known = values[np.isfinite(values)]
-    ax.hist(known, bins=_BINS, color=BLUE)
+    finite = values[np.isfinite(values)]
+    ax.hist(finite, bins=_BINS, color=BLUE)
     for run in worst(store, lambda block: store.read(name, [block]), _WORST):
         block, row = divmod(run, store.chunk)
         value = store.read(name, [block])[row]
@@ -107,6 +111,6 @@ def _draw_histogram(ax: Axes, store: Store, name: str) -> None:
             place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "rotation": 90, "ha": "right", "va": "top"}
             ax.axvline(value, color=VERMILLION, linewidth=0.8)
             ax.annotate(f"run {run}", (value, 0.95), fontsize=7, color=GREY, **place)
-    ax.set_title(f"{said['long_name']}: {known.size} of {values.size} runs", wrap=True)
-    ax.set_xlabel(f"{name} [{pretty_unit(said['units'])}]")
+    ax.set_title(f"{attributes['long_name']}: {finite.size} of {values.size} runs", wrap=True)
+    ax.set_xlabel(f"{name} [{pretty_unit(attributes['units'])}]")
     ax.set_ylabel("runs")

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
     from mehvar.runtime.model.model import Model
 
-_BOARD, _SAMPLES = "mps2-m4f", 400
+_BOARD = "mps2-m4f"
+_SAMPLES = 400
+"""A law learns and settles within them, and emulating them takes a few seconds; the bits of all are compared."""
 _NEEDED = ("unicorn", "elftools", "capstone", "serial")
 MISSING = 'Not run: this needs the extra "board": pip install "mehvar[board]".'
 
@@ -38,20 +40,21 @@ def run_board(model: Model, law: str) -> OnBoard:
     """Run a law on the emulated board and compare it with the law in float on this machine."""
     if any(importlib.util.find_spec(name) is None for name in _NEEDED):
         return OnBoard(law, MISSING)
-    from mehvar.report.board_facts import facts
-    from mehvar.report.board_page import fact_rows, inputs_figure
     from mehvar.runtime.board.run import run_on_board
+
+    from .board_facts import facts
+    from .board_page import fact_rows, inputs_figure
 
     try:
         outcome = run_on_board(model, Asked(law, "unicorn", _BOARD, samples=_SAMPLES))
     except InputError as error:
         return OnBoard(law, f"Not run: {error}.")
-    found = facts(outcome)
+    results = facts(outcome)
     return OnBoard(
         law,
         same=outcome.max_ulp == 0 and outcome.x.ulp == 0,
-        title=f"{found['board']}, emulated by {found['target']}; {found['compiler']}",
-        rows=fact_rows(found),
-        image=found["image"]["sha256"],
+        title=f"{results['board']}, emulated by {results['target']}; {results['compiler']}",
+        rows=fact_rows(results),
+        image=results["image"]["sha256"],
         figure=inputs_figure(outcome),
     )

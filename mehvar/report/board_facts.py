@@ -69,8 +69,13 @@ def _microseconds(outcome: Outcome) -> float | None:
     return round(1e6 * profile.cycles / board.hertz, 2) if board and profile and profile.cycles else None
 
 
-def _difference(found: Difference) -> dict[str, Any]:
-    return {"compared": found.compared, "max_ulp": found.ulp, "max": found.size, "first_sample": found.first}
+def _difference(difference: Difference) -> dict[str, Any]:
+    return {
+        "compared": difference.compared,
+        "max_ulp": difference.ulp,
+        "max": difference.size,
+        "first_sample": difference.first,
+    }
 
 
 def _apart(one: Run, other: Run | None, later: float | None = None) -> dict[str, Any] | None:
@@ -79,11 +84,11 @@ def _apart(one: Run, other: Run | None, later: float | None = None) -> dict[str,
         return None
     rows = min(len(one.u), len(other.u))
     du, dx = one.u[:rows] - other.u[:rows], one.x[:rows] - other.x[:rows]
-    found = {"max_input": _largest(du), "max_state": _largest(dx), "rms_input": _rms(du), "rms_state": _rms(dx)}
+    sizes = {"max_input": _largest(du), "max_state": _largest(dx), "rms_input": _rms(du), "rms_state": _rms(dx)}
     if later is not None and rows > 1:
         shifted = one.x[1:rows] - other.x[: rows - 1]
-        found |= {"max_state_shifted": _largest(shifted), "rms_state_shifted": _rms(shifted)}
-    return found
+        sizes |= {"max_state_shifted": _largest(shifted), "rms_state_shifted": _rms(shifted)}
+    return sizes
 
 
 def _largest(values: np.ndarray[Any, np.dtype[np.float64]]) -> float:
@@ -107,11 +112,11 @@ def _ticks(outcome: Outcome) -> dict[str, Any] | None:
 
 def _image(outcome: Outcome) -> dict[str, Any]:
     content = outcome.image.path.read_bytes()
-    found: dict[str, Any] = {"path": str(outcome.image.path), "sha256": hashlib.sha256(content).hexdigest()}
+    numbers: dict[str, Any] = {"path": str(outcome.image.path), "sha256": hashlib.sha256(content).hexdigest()}
     if outcome.elf is not None:
         elf = outcome.elf
-        found |= {"flash": elf.flash, "ram": elf.ram, "stack": elf.stack, "double_routines": elf.doubles()}
-    return found
+        numbers |= {"flash": elf.flash, "ram": elf.ram, "stack": elf.stack, "double_routines": elf.doubles()}
+    return numbers
 
 
 def _bound(outcome: Outcome) -> dict[str, Any] | None:

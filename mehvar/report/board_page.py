@@ -15,30 +15,20 @@ import typer
 
 from mehvar.cli.board import outcome_of, status_of
 from mehvar.html import page
-from mehvar.pictures.plots import (
-    BLACK,
-    BLUE,
-    COLORS,
-    VERMILLION,
-    label,
-    new_figure,
-    picture,
-    require_matplotlib,
-    save,
-    style,
-)
-from mehvar.report.board_facts import facts
+from mehvar.papers.reproduction import BoardPart, load_reproduction, paper_models, run_picture
+from mehvar.pictures.files import save
+from mehvar.pictures.style import BLACK, BLUE, COLORS, VERMILLION, label, new_figure, require_matplotlib, style
 from mehvar.runtime.board.run import Outcome
 from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.run.results import to_dataset
+
+from .board_facts import facts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mehvar.runtime.board.run import Asked
 
-_PAPER = {("satellite", "mrac"): 10, ("satellite", "pd"): 11}
-"""Figures of the paper that show a law behind the link's delay."""
 
 
 def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path) -> int:
@@ -52,45 +42,51 @@ def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path)
     require_matplotlib()
     check_folder(out)
     outcome = outcome_of(model, settings, replace(asked, every=1))
-    found = facts(outcome) | {"figure": _figure_numbers(outcome)}
-    with filling(out) as folder:
-        (folder / "figures").mkdir()
-        figures = [
-            _saved(folder / "figures" / f"{name}.png", title, draw(outcome)) for name, title, draw in _figures(outcome)
-        ]
-        (folder / "index.html").write_text(_page(found, figures), encoding="utf-8")
-        (folder / "board.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    write_report(outcome, out)
     typer.echo(f"report: {out / 'index.html'}")
     return status_of(outcome)
 
 
-def _figures(outcome: Outcome) -> list[tuple[str, str, Any]]:
+def write_report(outcome: Outcome, out: Path) -> None:
+    """Write index.html, board.json and figures/ into a folder."""
+    part = _paper_part(outcome)
+    numbers = _figure_numbers(outcome, part)
+    results = facts(outcome) | {"figure": numbers}
+    rows = fact_rows(results, part.rows(numbers) if part and numbers else ())
+    with filling(out) as folder:
+        (folder / "figures").mkdir()
+        figures = [
+            _saved(folder / "figures" / f"{name}.png", title, draw(outcome))
+            for name, title, draw in _figures(outcome, part)
+        ]
+        (folder / "index.html").write_text(_page(results, figures, rows), encoding="utf-8")
+        (folder / "board.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+
+
+def _paper_part(outcome: Outcome) -> BoardPart | None:
+    """Return what a paper has to do with the law on the board, None where it has not."""
     layout = outcome.image.program.layout
-    number = _PAPER.get((layout.model, layout.law))
-    name = "the closed loop" if number is None else f"the paper's figure {number}"
+    part = load_reproduction(layout.model).board if layout.model in paper_models() else None
+    return part if part and layout.law in part.figures else None
+
+
+def _figures(outcome: Outcome, part: BoardPart | None) -> list[tuple[str, str, Any]]:
+    name = f"the paper's figure {part.figures[outcome.image.program.layout.law]}" if part else "the closed loop"
     return [
-        ("loop", f"{name}, with the law on the board".capitalize(), _loop_figure),
+        ("loop", f"{name}, with the law on the board".capitalize(), lambda outcome: _loop_figure(outcome, part)),
         ("inputs", "What the board commanded, and how far from the host's float and double", inputs_figure),
     ]
 
 
-def _figure_numbers(outcome: Outcome) -> dict[str, Any] | None:
+def _figure_numbers(outcome: Outcome, part: BoardPart | None) -> dict[str, Any] | None:
     """Return what the paper's figure shows, in numbers, of the board and of the host with and without the delay."""
-    from mehvar.papers.satellite.rows import LATE, measure
-
-    layout, period = outcome.image.program.layout, outcome.image.program.period
-    number = _PAPER.get((layout.model, layout.law))
-    if number is None or outcome.board.t[-1] <= LATE + period:
+    if part is None:
         return None
+    program = outcome.image.program
     runs = {"board": outcome.board, "host_double": outcome.double, "host_without_delay": outcome.undelayed}
-    measured = {name: measure(run) for name, run in runs.items() if run is not None}
-    return {
-        "number": number,
-        "from": LATE,
-        "rms_error_degrees": {name: list(m.rms) for name, m in measured.items()},
-        "largest_error_degrees": {name: list(m.largest) for name, m in measured.items()},
-        "largest_torque": {name: list(m.torque) for name, m in measured.items()},
-    }
+    return part.numbers(
+        program.layout.law, {name: run for name, run in runs.items() if run is not None}, program.period
+    )
 
 
 def _saved(path: Path, title: str, figure: Figure) -> dict[str, str]:
@@ -98,14 +94,12 @@ def _saved(path: Path, title: str, figure: Figure) -> dict[str, str]:
     return {"title": title, "uri": "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()}
 
 
-def _loop_figure(outcome: Outcome) -> Figure:
-    run, layout = outcome.board, outcome.image.program.layout
+def _loop_figure(outcome: Outcome, part: BoardPart | None) -> Figure:
+    run = outcome.board
+    if part is None:
+        return run_picture(to_dataset(run), run.manifest)
     with style():
-        if (layout.model, layout.law) in _PAPER:
-            from mehvar.papers.satellite.figures import both_figure
-
-            return both_figure(run.variables(), run.t)
-        return picture(to_dataset(run), run.manifest)
+        return part.draw(run)
 
 
 def inputs_figure(outcome: Outcome) -> Figure:
@@ -132,13 +126,13 @@ def inputs_figure(outcome: Outcome) -> Figure:
         return figure
 
 
-def _page(found: dict[str, Any], figures: Sequence[dict[str, str]]) -> str:
-    return page("board.html.j2", found=found, figures=figures, rows=fact_rows(found))
+def _page(results: dict[str, Any], figures: Sequence[dict[str, str]], rows: Sequence[tuple[str, str, str]]) -> str:
+    return page("board.html.j2", found=results, figures=figures, rows=rows)
 
 
-def fact_rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
-    """Return what, how much, and how it is known."""
-    image, same = found["image"], found["equivalence"]
+def fact_rows(results: dict[str, Any], figure: Sequence[tuple[str, str, str]] = ()) -> list[tuple[str, str, str]]:
+    """Return what, how much, and how it is known; `figure` are the rows of a paper's figure."""
+    image, same = results["image"], results["equivalence"]
     rows = [
         (
             "inputs, board against host in float",
@@ -147,32 +141,23 @@ def fact_rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
         ),
         ("memory of the law", f"{same['memory']['max_ulp']} ulp of {same['memory']['compared']}", "exact"),
         ("states of the plant", f"{same['states']['max_ulp']} ulp of {same['states']['compared']}", "exact"),
-        ("inputs, float against double", f"{found['float_against_double']['max_input']:.3g} at most", "measured"),
+        ("inputs, float against double", f"{results['float_against_double']['max_input']:.3g} at most", "measured"),
     ]
-    late = found["board_against_simulation_without_delay"]
+    late = results["board_against_simulation_without_delay"]
     if late:
         rows += [
             ("states, board against simulation without the delay", f"{late['max_state']:.3g} at most", "measured"),
             ("the same, shifted by one sample", f"{late['max_state_shifted']:.3g} at most", "measured"),
         ]
-    figure = found.get("figure")
-    if figure:
-        rows += [
-            (
-                f"RMS error of roll, pitch, yaw from {figure['from']:g} s on, {name.replace('_', ' ')}",
-                ", ".join(f"{value:.4f}" for value in values) + " deg",
-                f"measured, as in figure {figure['number']}",
-            )
-            for name, values in figure["rms_error_degrees"].items()
-        ]
-    if found["instructions_per_step"] is not None:
-        least, most = found["instructions_least"], found["instructions_per_step"]
+    rows += figure
+    if results["instructions_per_step"] is not None:
+        least, most = results["instructions_least"], results["instructions_per_step"]
         rows += [("instructions of a step", f"{least} to {most}", "exact, counted by the emulator")]
-    if found["cycles_per_step"]:
-        text = f"{found['cycles_per_step']}, {found['microseconds_per_step']} µs"
+    if results["cycles_per_step"]:
+        text = f"{results['cycles_per_step']}, {results['microseconds_per_step']} µs"
         rows += [("cycles of a step", text, "estimate: Cortex-M4F timings, no wait states")]
     if "flash" in image:
-        used, bound = found["stack_used"], found["stack_bound"]
+        used, bound = results["stack_used"], results["stack_bound"]
         rows += [
             ("flash", f"{image['flash']} bytes", "exact"),
             ("static RAM", f"{image['ram']} bytes", "exact, without the stack"),
@@ -181,15 +166,15 @@ def fact_rows(found: dict[str, Any]) -> list[tuple[str, str, str]]:
             ("stack, reserved", f"{image['stack']} bytes", "exact"),
             ("routines in double precision", ", ".join(image["double_routines"]) or "none", "exact, by symbols"),
         ]
-    if found["selftest"]:
-        test = found["selftest"]
+    if results["selftest"]:
+        test = results["selftest"]
         rows += [("self-test", f"{test['crc32']} after {test['samples']} samples", "exact, plant on the target too")]
-    if found["ticks"]:
-        ticks = found["ticks"]
+    if results["ticks"]:
+        ticks = results["ticks"]
         rows += [
             ("ticks of a step", f"{ticks['least']} to {ticks['most']} at {ticks['per_second']} /s", ticks["meaning"])
         ]
-    return [*rows, ("exchanges", f"{found['exchanges_per_second']} /s", "measured on this machine")]
+    return [*rows, ("exchanges", f"{results['exchanges_per_second']} /s", "measured on this machine")]
 
 
 def _chain(bound: dict[str, Any] | None) -> str:

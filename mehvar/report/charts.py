@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.pictures.plots import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILLION
-from mehvar.report.series import encode, thin
+from mehvar.pictures.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILLION
+
+from .series import encode, thin
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,24 +9,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from mehvar.papers.study import (
-    Claim,
-    Comparison,
-    Paper,
-    PaperFigure,
-    Runs,
-    Scene,
-    by_run,
-    compare,
-    load_paper,
-    table_claims,
-)
-from mehvar.pictures.plots import encoded, style
-from mehvar.report.batches import Batch, run_study
-from mehvar.report.board import OnBoard, run_board
-from mehvar.report.charts import COLOR_NAMES, chart
-from mehvar.report.series import track
+from mehvar.papers.claims import Claim
+from mehvar.papers.deviations import Deviation, by_run, deviations, table_claims
+from mehvar.papers.reproduction import PaperFigure, Reproduction, load_reproduction
+from mehvar.papers.runs import Runs
+from mehvar.papers.scene import Scene
+from mehvar.pictures.files import encoded
+from mehvar.pictures.style import style
 from mehvar.runtime.model.model import load
+
+from .batches import Batch, run_study
+from .board import OnBoard, run_board
+from .charts import COLOR_NAMES, chart
+from .series import track
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,10 +55,10 @@ class PaperReport:
     """What the page says about one paper; `seconds` by what they were needed for."""
 
     model: Model
-    paper: Paper
+    paper: Reproduction
     claims: Sequence[Claim]
     pictures: Sequence[Picture]
-    comparisons: Sequence[Comparison]
+    deviations: Sequence[Deviation]
     ledger: Ledger | None
     scene: Scene
     batch: Batch | None
@@ -85,9 +80,9 @@ class PaperReport:
         return [claim for claim in self.claims if claim.number not in shown]
 
     @property
-    def rows(self) -> list[tuple[tuple[str, str], list[Comparison]]]:
+    def rows(self) -> list[tuple[tuple[str, str], list[Deviation]]]:
         """Return the compared numbers of each scenario and law."""
-        return by_run(self.comparisons)
+        return by_run(self.deviations)
 
 
 def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperReport:
@@ -102,32 +97,31 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
     advance : callable
         Called with what is done, 1, and what is being done.
     """
-    paper, runs, clock = load_paper(name), Runs(load(name)), _Clock()
+    paper, runs, clock = load_reproduction(name), Runs(load(name)), _Clock()
     advance(0.0, 1.0, f"{name}: claims")
-    comparisons = compare(runs)
-    claims = [*paper.claims(runs), *table_claims(runs.model.manifest, comparisons)]
+    numbers = deviations(runs)
+    claims = [*paper.claims(runs), *table_claims(runs.model.manifest, numbers)]
     clock.note("claims")
-    asked = paper.figures()
     pictures = []
-    for done, figure in enumerate(asked):
-        advance(0.3 + 0.3 * done / len(asked), 1.0, f"{name}: figure {figure.number}")
+    for done, figure in enumerate(paper.figures):
+        advance(0.3 + 0.3 * done / len(paper.figures), 1.0, f"{name}: figure {figure.number}")
         pictures.append(_drawn(name, figure, claims, runs))
     clock.note("figures")
     scene = paper.scene(runs)
     clock.note("animation")
     batch = None
     if runs.model.backend == "c":
-        batch = run_study(runs.model, paper.STUDY, lambda done, what: advance(0.6 + 0.3 * done, 1.0, f"{name}: {what}"))
+        batch = run_study(runs.model, paper.study, lambda done, what: advance(0.6 + 0.3 * done, 1.0, f"{name}: {what}"))
         clock.note("batches")
     advance(0.9, 1.0, f"{name}: board")
-    board = run_board(runs.model, paper.BOARD) if paper.BOARD and runs.model.backend == "c" else None
+    board = run_board(runs.model, paper.board.law) if paper.board and runs.model.backend == "c" else None
     clock.note("board")
     return PaperReport(
-        runs.model, paper, claims, pictures, comparisons, ledger, scene, batch,
+        runs.model, paper, claims, pictures, numbers, ledger, scene, batch,
         picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
         board,
         picture(f"{name}-inputs", "Inputs", "", board.figure) if board and board.figure else None,
-        len(runs), clock.noted,
+        len(runs), clock.seconds,
     )  # fmt: skip
 
 
@@ -162,17 +156,17 @@ def scene_data(name: str, scene: Scene) -> dict[str, Any]:
 def _drawn(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs) -> Picture:
     shown = [claim for number in figure.claims for claim in claims if claim.number == number]
     with style():
-        drawn = figure.draw(runs)
-    return picture(f"{name}-figure-{figure.number}", figure.title, figure.caption, drawn, shown)
+        canvas = figure.draw(runs)
+    return picture(f"{name}-figure-{figure.number}", figure.title, figure.caption, canvas, shown)
 
 
 class _Clock:
     """Seconds between notes."""
 
     def __init__(self) -> None:
-        self.noted: dict[str, float] = {}
+        self.seconds: dict[str, float] = {}
         self._last = time.perf_counter()
 
     def note(self, what: str) -> None:
         now = time.perf_counter()
-        self.noted[what], self._last = now - self._last, now
+        self.seconds[what], self._last = now - self._last, now

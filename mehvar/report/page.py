@@ -15,10 +15,12 @@ from markupsafe import Markup, escape
 
 from mehvar import html
 from mehvar.ledger.text import counted, example
-from mehvar.papers.study import Check, Claim, Comparison, Verdict
-from mehvar.pictures.plots import pretty_unit
-from mehvar.report.batches import SEED
-from mehvar.report.content import PaperReport, Picture, scene_data
+from mehvar.papers.claims import Check, Claim, ClaimVerdict
+from mehvar.papers.deviations import Deviation
+from mehvar.pictures.style import pretty_unit
+
+from .batches import SEED
+from .content import PaperReport, Picture, scene_data
 
 _TEMPLATES = Path(__file__).parents[1] / "templates" / "report"
 _SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "charts.js", "view.js", "player.js")
@@ -38,8 +40,8 @@ def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
         Versions and times of the whole.
     """
     claims = [claim for report in reports for claim in report.claims]
-    counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in Verdict]
-    scripts = [*_SCRIPTS, *(f"{report.manifest.model}.js" for report in reports), "report.js"]
+    counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in ClaimVerdict]
+    scenes = [Markup(report.paper.script) for report in reports]
     filters = {
         "typeset": typeset, "unit": pretty_unit, "number": number, "deviation": deviation, "counted": counted,
         "example": example, "uri": _uri, "brief": _brief,
@@ -52,7 +54,7 @@ def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
         counts=counts,
         total=len(claims),
         styles=[_text(name) for name in _STYLES],
-        scripts=[_text(name) for name in scripts],
+        scripts=[*map(_text, _SCRIPTS), *scenes, _text("report.js")],
         seed=SEED,
         licence=_text("uplot/LICENSE"),
         data=_data(reports),
@@ -67,11 +69,11 @@ def _text(name: str) -> Markup:
 def _data(reports: Sequence[PaperReport]) -> Markup:
     """Return the numbers of charts and animations as JSON that may stand in a script element."""
     pictures = [p for r in reports for p in (*r.pictures, r.bands, r.board_picture) if p is not None and p.chart]
-    found: dict[str, Any] = {
+    data: dict[str, Any] = {
         "charts": {p.name: p.chart for p in pictures},
         "scenes": {r.manifest.model: scene_data(r.manifest.model, r.scene) for r in reports},
     }
-    return Markup(json.dumps(found, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"))
+    return Markup(json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 
 def _uri(picture: Picture) -> str:
@@ -102,11 +104,11 @@ def number(value: float) -> str:
     return typeset(f"{value:.4g}") if math.isfinite(value) else "does not settle"
 
 
-def deviation(comparison: Comparison) -> str:
+def deviation(number: Deviation) -> str:
     """Return how far a number is from what was expected."""
-    value = comparison.deviation
-    if not math.isfinite(value) or not math.isfinite(comparison.expected):
+    value = number.size
+    if not math.isfinite(value) or not math.isfinite(number.expected):
         return "–"
-    if comparison.metric.kind == "sign_changes":
+    if number.metric.kind == "sign_changes":
         return typeset(f"{value:+.0f}") if value else "0"
     return typeset(f"{100 * value:+.2f} %") if abs(value) >= 5e-5 else "0.00 %"

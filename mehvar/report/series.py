@@ -11,9 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 _FAR = 1e9
+"""Where a value that is not finite is put: so far off that the sample is kept, and so are its neighbours."""
 
 TOLERANCE = 3e-4
-"""Largest distance of a left-out sample from the straight line through those that are kept, over the series' range."""
+"""Largest distance of a left-out sample from the straight line through those that are kept, over the series' range.
+
+A third of a pixel of a chart that is 1000 pixels high: nothing that could be seen is left out.
+"""
 
 
 def thin(t: ArrayLike, columns: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.intp]:
@@ -56,8 +60,8 @@ def thin(t: ArrayLike, columns: ArrayLike, tolerance: float = TOLERANCE) -> NDAr
 
 def _scaled(column: FloatArray) -> FloatArray:
     """Return a column over its range; what is not finite lies far from everything."""
-    known = column[np.isfinite(column)]
-    span = float(np.ptp(known)) if known.size else 0.0
+    finite = column[np.isfinite(column)]
+    span = float(np.ptp(finite)) if finite.size else 0.0
     return np.where(np.isfinite(column), column / (span or 1.0), _FAR)
 
 

@@ -7,10 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from mehvar.papers.satellite.claims import PRINTED_B
-from mehvar.papers.satellite.rows import AXES
-from mehvar.papers.study import Runs
-from mehvar.pictures.plots import (
+from mehvar.pictures.style import (
     BLACK,
     BLUE,
     GREEN,
@@ -23,6 +20,9 @@ from mehvar.pictures.plots import (
     new_figure,
     time_axis,
 )
+
+from ..runs import Runs
+from .rows import AXES, PRINTED_B
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -41,7 +41,7 @@ SYMBOLS = (r"$\varphi$", r"$\theta$", r"$\psi$")
 COLORS = (BLUE, VERMILLION, GREEN)
 """Of roll, pitch and yaw, and of what belongs to them."""
 _DASHED = (0, (4, 2.5))
-_KEPT, _LITERAL = "law that keeps the zero", "law (32)"
+_PROPER, _LITERAL = "law that keeps the zero", "law (32)"
 
 
 def angle(ax: Axes, t: ArrayLike, series: Series, k: int, last: bool = True) -> None:
@@ -178,12 +178,12 @@ def errors_figure(runs: Runs) -> Figure:
 
 def ringing_figure(runs: Runs) -> Figure:
     """Draw figure 12: the torque of law (32) beside that of the law that keeps the zero."""
-    literal, kept = runs("mrac-literal", "printed"), runs("mrac", "printed")
+    literal, proper = runs("mrac-literal", "printed"), runs("mrac", "printed")
     figure = new_figure(10.0, 5.6)
     axes = figure.subplot_mosaic([["whole", "near"], ["whole", "error"]], width_ratios=(1.15, 1.0))
-    _whole(axes["whole"], literal.t, literal.variables(), kept.variables())
+    _whole(axes["whole"], literal.t, literal.variables(), proper.variables())
     window = (300.0, 308.0)
-    _near(axes["near"], window, ((kept, BLUE, _KEPT), (literal, VERMILLION, _LITERAL)))
+    _near(axes["near"], window, ((proper, BLUE, _PROPER), (literal, VERMILLION, _LITERAL)))
     series = literal.variables()
     for k, axis in enumerate(AXES):
         off = np.degrees(series[axis] - series[f"ym_{axis}"])
@@ -195,9 +195,9 @@ def ringing_figure(runs: Runs) -> Figure:
     return figure
 
 
-def _whole(ax: Axes, t: NDArray[np.float64], literal: Series, kept: Series) -> None:
+def _whole(ax: Axes, t: NDArray[np.float64], literal: Series, proper: Series) -> None:
     smallest = 2e-5
-    for series, color, name in ((literal, VERMILLION, _LITERAL), (kept, BLUE, _KEPT)):
+    for series, color, name in ((literal, VERMILLION, _LITERAL), (proper, BLUE, _PROPER)):
         ax.semilogy(t[:-1], np.abs(series["u_Ty"][:-1]), color=color, lw=0.7, label=name)
     ax.set(xlim=(0.0, t[-1]), ylim=(smallest, 40.0))
     ax.set_xlabel(label("$t$", "time", "s"))

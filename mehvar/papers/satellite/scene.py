@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The satellite that follows its reference: what the report's animation shows, and what its batch asks."""
+"""The satellite that follows its reference: what the report's animation shows."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.papers.satellite.figures import COLORS
-from mehvar.papers.satellite.rows import AXES
-from mehvar.papers.study import Line, Panel, Runs, Scene, Study
-from mehvar.pictures.plots import BLACK, GREY
+from mehvar.pictures.style import BLACK, GREY
+
+from ..runs import Runs
+from ..scene import Scene, SceneLine, ScenePanel
+from .figures import COLORS
+from .rows import AXES
 
 if TYPE_CHECKING:
-    from mehvar.papers.study import FloatArray
     from mehvar.runtime.run.simulate import Run
+
+    from ..scene import FloatArray
 
 _DEGREES = 180 / np.pi
 _SYMBOLS = ("φ", "θ", "ψ")
@@ -25,34 +28,10 @@ _RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "PD, delay": ("pd", {"delay": 1}),
 }
 
-STUDY = Study(
-    "Does the satellite still follow its reference in flight (limited wheels, disturbances, noise) when its inertia is "
-    "known to ten percent only and it starts turned away? Success: the RMS error of each axis is below 0.1 degrees "
-    "from 200 s on.",
-    laws={"mrac": "adaptive law", "pd": "PD"},
-    runs=1000,
-    vary={
-        "I_x": "normal(2.13, 0.213)",
-        "I_y": "normal(3.04, 0.304)",
-        "I_z": "normal(3.09, 0.309)",
-        "roll_0_deg": "uniform(-15, 15)",
-        "pitch_0_deg": "uniform(-15, 15)",
-        "yaw_0_deg": "uniform(-15, 15)",
-    },
-    success=" and ".join(f"rms_{axis} < 0.0017453" for axis in AXES),
-    bands={"roll": ("roll φ [°]", _DEGREES), "yaw": ("yaw ψ [°]", _DEGREES)},
-    every=4.0,
-    scenario="flight",
-)
-
 
 def scene(runs: Runs) -> Scene:
     """Return the animation of the adaptive law and of PD, without and with the delay."""
     return Scene(
-        "A satellite after its reference",
-        "Solid: the satellite, with its body axes. Wire frame: where the reference model wants it. The adaptive law "
-        "lies on top of it; PD with the paper's gains swings around it and never settles. x flies ahead, z points at "
-        "the Earth. Drag the picture to look from another side.",
         {title: _series(runs(law, "paper", **settings)) for title, (law, settings) in _RUNS.items()},
         {},
         tuple(_panel(k, axis) for k, axis in enumerate(AXES)),
@@ -60,13 +39,13 @@ def scene(runs: Runs) -> Scene:
     )
 
 
-def _panel(k: int, axis: str) -> Panel:
+def _panel(k: int, axis: str) -> ScenePanel:
     lines = (
-        Line(f"ref_{axis}", "reference", GREY),
-        Line(axis, axis, COLORS[k]),
-        Line(f"ym_{axis}", "reference model", BLACK, dash=True),
+        SceneLine(f"ref_{axis}", "reference", GREY),
+        SceneLine(axis, axis, COLORS[k]),
+        SceneLine(f"ym_{axis}", "reference model", BLACK, dash=True),
     )
-    return Panel(f"{axis} {_SYMBOLS[k]} [°]", lines, _DEGREES)
+    return ScenePanel(f"{axis} {_SYMBOLS[k]} [°]", lines, _DEGREES)
 
 
 def _series(run: Run) -> dict[str, FloatArray]:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.papers.slosh.rows import FULL, LAWS, REDUCED, axial
-from mehvar.papers.study import Runs
-from mehvar.pictures.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, label, new_figure, time_axis
+from mehvar.pictures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, label, new_figure, time_axis
+
+from ..runs import Runs
+from .rows import FULL, LAWS, REDUCED, axial
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.patches import Arc, Circle, FancyBboxPatch, Polygon
 
-from mehvar.papers.slosh.figures import AXES, BOBS
-from mehvar.papers.study import Runs
-from mehvar.pictures.plots import BLACK, GREY, LIGHT, VERMILLION, new_figure
+from mehvar.pictures.style import BLACK, GREY, LIGHT, VERMILLION, new_figure
+
+from ..runs import Runs
+from .figures import AXES, BOBS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.patches import Arc, Circle, Polygon
 
-from mehvar.papers.study import Runs
-from mehvar.papers.triangle.chart import target_shape
-from mehvar.pictures.plots import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, VERMILLION, new_figure
+from mehvar.pictures.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, VERMILLION, new_figure
+
+from ..runs import Runs
+from .chart import target_shape
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.papers.study import Runs
-from mehvar.papers.triangle.chart import law_direction, target_shape
-from mehvar.papers.triangle.shapes import PATH, START, TARGET, boundary_names, shape_disc
-from mehvar.pictures.plots import BLACK, BLUE, GREEN, GREY, PURPLE, SKY, VERMILLION, label, new_figure
+from mehvar.pictures.style import BLACK, BLUE, GREEN, GREY, PURPLE, SKY, VERMILLION, label, new_figure
+
+from ..runs import Runs
+from .chart import law_direction, target_shape
+from .shapes import PATH, START, TARGET, boundary_names, shape_disc
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -147,21 +148,21 @@ def xi_curve(runs: Runs) -> Figure:
 
 
 def limited_arc(runs: Runs) -> Figure:
-    """Draw figure 8: the arc asked for, the arc allowed, and the run."""
+    """Draw figure 8: the arc free for, the arc touching, and the run."""
     run = runs("path", "paper")
     series, target = run.variables(), target_shape(runs.model, run)
     w = series["rho_error"] * np.exp(1j * series["phi_error"])
     theta, start = float(series["theta_shifted"][0]), complex(w[0])
     alpha = float(np.sign(theta))
-    asked = (np.pi - law_xi(runs, 2 * abs(theta) / abs(start) ** 2)) / 2
-    allowed = abs(np.angle(-law_direction(runs.model, run, start, theta, target)))
+    free = (np.pi - law_xi(runs, 2 * abs(theta) / abs(start) ** 2)) / 2
+    touching = abs(np.angle(-law_direction(runs.model, run, start, theta, target)))
     zeta = series["rho"] * np.exp(1j * series["phi"])
     figure = new_figure(6.2, 6.2)
     ax = figure.subplots()
     shape_disc(ax, run.parameters.values["R"])
     for x, color, style, name in (
-        (asked, VERMILLION, "--", rf"encloses $|\tilde\theta|={abs(theta):.2g}$ rad, leaves the disc"),
-        (allowed, GREEN, "-", r"encloses $\tilde\theta_{max}$, touches $\rho=R$"),
+        (free, VERMILLION, "--", rf"encloses $|\tilde\theta|={abs(theta):.2g}$ rad, leaves the disc"),
+        (touching, GREEN, "-", r"encloses $\tilde\theta_{max}$, touches $\rho=R$"),
     ):
         arc = target - arc_to(start, float(x), alpha) * target / abs(target)
         ax.plot(arc.real, arc.imag, style, color=color, lw=1.6, label=name)

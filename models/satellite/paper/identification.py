@@ -6,9 +6,11 @@ All axes share the derived estimator; the one of roll is compared.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import sympy as sp
 
-from ...paper import Case, Names, Printed, Reading, Relation, follow, printed
+from ...paper import Case, Names, Printed, Relation, follow, printed
 from ...system import Expr, System
 from ..dynamics import TORQUES, angles
 from ..estimator import memory, symbols
@@ -95,75 +97,65 @@ class Estimator:
         self.commanded = names.matrix("u_all", "u(k)", torques, text="u(k)")
 
 
-def model(e: Estimator) -> tuple[Printed, ...]:
+def model(e: Estimator) -> Iterator[Printed]:
     """(34)-(38): the model that is identified."""
+    yield (
+        printed("34", "predicted output", "equation")
+        .reading(
+            "with the estimate of this sample, as printed",
+            Relation(e.y_hat, e.Phi_row * e.Theta, corrected=e.Phi_row * e.Theta_before),
+            used=False,
+            why="The estimate of this sample needs the error of the prediction: a circle, with (39) and (42).",
+        )
+        .reading(
+            "with the estimate of the sample before, Theta(k-1)",
+            Relation(e.y_hat, e.Phi_row * e.Theta_before),
+            why="(39) and (42) need the prediction made before the sample is known.",
+        )
+    )
+    yield printed("35", "estimates", "definition", Relation(e.Theta, sp.Matrix(e.theta), cases=(e.kept,)))
     y1, y2, u1, u2 = e.past
     row = sp.Matrix([[-y1, -y2, u1, u2, 1]])
-    return (
-        Printed(
-            "34",
-            "predicted output",
-            "equation",
-            (
-                Reading(
-                    (Relation(e.y_hat, e.Phi_row * e.Theta, corrected=e.Phi_row * e.Theta_before),),
-                    "with the estimate of this sample, as printed",
-                    False,
-                    "The estimate of this sample needs the error of the prediction: a circle, with (39) and (42).",
-                ),
-                Reading(
-                    (Relation(e.y_hat, e.Phi_row * e.Theta_before),),
-                    "with the estimate of the sample before, Theta(k-1)",
-                    True,
-                    "(39) and (42) need the prediction made before the sample is known.",
-                ),
-            ),
-        ),
-        printed("35", "estimates", "definition", Relation(e.Theta, sp.Matrix(e.theta), cases=(e.kept,))),
-        Printed(
+    yield (
+        printed(
             "36",
             "regressors",
             "definition",
-            (
-                Reading(
-                    (Relation(e.Phi_row, row),),
-                    "the row Phi_i of (34)",
-                    True,
-                    "(34) multiplies it from the left without a transpose; (40)-(42) take its transpose.",
-                ),
-                Reading(
-                    (Relation(e.Phi, row, corrected=row.T),),
-                    "the same Phi as in (40)-(42)",
-                    False,
-                    "There Phi is a column: the transpose is missing here, and in (34).",
-                ),
-            ),
             note="u is the torque that acted over [k-1, k) and [k-2, k-1). With the link's delay that was commanded "
             "one sample earlier.",
-        ),
-        printed("37", "outputs", "definition", Relation(e.seen, sp.Matrix(e.angles))),
-        printed("38", "inputs", "definition", Relation(e.commanded, sp.Matrix(e.torques))),
+        )
+        .reading(
+            "the row Phi_i of (34)",
+            Relation(e.Phi_row, row),
+            why="(34) multiplies it from the left without a transpose; (40)-(42) take its transpose.",
+        )
+        .reading(
+            "the same Phi as in (40)-(42)",
+            Relation(e.Phi, row, corrected=row.T),
+            used=False,
+            why="There Phi is a column: the transpose is missing here, and in (34).",
+        )
     )
+    yield printed("37", "outputs", "definition", Relation(e.seen, sp.Matrix(e.angles)))
+    yield printed("38", "inputs", "definition", Relation(e.commanded, sp.Matrix(e.torques)))
 
 
-def recursion(e: Estimator) -> tuple[Printed, ...]:
+def recursion(e: Estimator) -> Iterator[Printed]:
     """(39)-(42): recursive least squares."""
-    return (
-        printed("39", "prediction error", "definition", Relation(e.epsilon, e.y - e.y_hat)),
-        printed("40", "gain", "equation", Relation(e.G, e.F_before * e.Phi / (e.forgetting + e.spread))),
-        printed(
-            "41",
-            "covariance",
-            "equation",
-            Relation(e.F, (e.unit - e.G * e.Phi.T) * e.F_before / e.forgetting),
-            note="The model keeps factors of F, F = U D U', which stay positive in single precision; a cap on the "
-            "trace of F is its addition.",
-        ),
-        printed(
-            "42",
-            "estimates",
-            "equation",
-            Relation(e.Theta, e.Theta_before + e.G * e.epsilon),
-            note="The model's dead zone, an addition, is left out here.",
-        ),
+    yield printed("39", "prediction error", "definition", Relation(e.epsilon, e.y - e.y_hat))
+    yield printed("40", "gain", "equation", Relation(e.G, e.F_before * e.Phi / (e.forgetting + e.spread)))
+    yield printed(
+        "41",
+        "covariance",
+        "equation",
+        Relation(e.F, (e.unit - e.G * e.Phi.T) * e.F_before / e.forgetting),
+        note="The model keeps factors of F, F = U D U', which stay positive in single precision; a cap on the "
+        "trace of F is its addition.",
+    )
+    yield printed(
+        "42",
+        "estimates",
+        "equation",
+        Relation(e.Theta, e.Theta_before + e.G * e.epsilon),
+        note="The model's dead zone, an addition, is left out here.",
     )

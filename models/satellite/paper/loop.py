@@ -51,7 +51,7 @@ class Loop:
         self.u_1, self.u_2 = (signal(f"u_k{i}", f"u(k-{i})", f"u(k-{i})") for i in (1, 2))
         ahead = self.q**-self.d
         self.y_m_ahead = names.derived("ym_kd", "y_m(k+d)", self.y_m * ahead, text="y_m(k+d)")
-        self.wanted = tuple(
+        self.model_ahead = tuple(
             signal(f"ym_ahead{i}", f"y_m(k+d{last})", f"y_m(k+d{last})") for i, last in enumerate(("", "-1", "-2"))
         )
         self.e = signal("e_k", "e(k)", "e(k)")
@@ -105,13 +105,13 @@ class Loop:
         self.weights = weights
         self.at: dict[int, Case] = {}
         for d in DELAYS:
-            w, found = weights[d], cancelling((self.pole, self.pole), d)
-            S = sp.Add(*(s * q**i for i, s in enumerate(found.S)))
+            w, solution = weights[d], cancelling((self.pole, self.pole), d)
+            S = sp.Add(*(s * q**i for i, s in enumerate(solution.S)))
             self.at[d] = {
                 self.d: sp.Integer(d),
                 self.S: S,
                 self.S_1: S.subs(q, 1),
-                self.s_1: found.S[1] if d > 1 else unsaid,
+                self.s_1: solution.S[1] if d > 1 else unsaid,
                 self.T: -(w[Y0] + q * w[Y1]),
                 self.t_0: -w[Y0],
                 self.t_1: -w[Y1],
@@ -233,15 +233,15 @@ class Loop:
         self.p_Phi: dict[int, sp.Symbol] = {}
         self.along: dict[int, Case] = {}
         for d in DELAYS:
-            found = [(s, -w) for s, w in zip(past, self.weights[d], strict=False) if w]
-            found = [*found[2:], *found[:2]]
-            everything = [(self.u, self.b0), *found]
+            weighed = [(s, -w) for s, w in zip(past, self.weights[d], strict=False) if w]
+            weighed = [*weighed[2:], *weighed[:2]]
+            everything = [(self.u, self.b0), *weighed]
             for vectors, weights, products, symbol, latex, pairs in (
-                (self.Phi0, self.p0, self.p0_Phi0, "Phi0", r"\bar\Phi_0", found),
+                (self.Phi0, self.p0, self.p0_Phi0, "Phi0", r"\bar\Phi_0", weighed),
                 (self.Phi, self.p, self.p_Phi, "Phi", r"\bar\Phi", everything),
             ):
                 low = symbol.replace("Phi", "p")
-                index = "_0" if pairs is found else ""
+                index = "_0" if pairs is weighed else ""
                 signals, parameters = (sp.Matrix([list(column)]) for column in zip(*pairs, strict=True))
                 vectors[d] = names.matrix(f"{symbol}_{d}", rf"{latex}^T(k)", signals, text=f"Phi{index}^T(k)")
                 weights[d] = names.matrix(f"{low}_{d}", f"p{index}^T", parameters, text=f"p{index}^T")
@@ -272,11 +272,11 @@ class Loop:
         law, w = self._law, sp.Symbol("w_now")
         assert law.memory is not None
         update = dict(zip(law.memory.symbols, law.update, strict=True))
-        (kept,) = (expr for symbol, expr in update.items() if symbol.name == "ym_roll")
+        (next_model,) = (expr for symbol, expr in update.items() if symbol.name == "ym_roll")
         p = {q.name: q.symbol for q in law.parameters}
         one, _ = self._past_model()
         cut = {self._named["healthy_mrac_literal"]: sp.S.One, p["design_delay"]: sp.Integer(d - 1)}
-        next_one = kept.subs({**cut, self._named["w_roll"]: w, one: self.q * w}, simultaneous=True)
+        next_one = next_model.subs({**cut, self._named["w_roll"]: w, one: self.q * w}, simultaneous=True)
         return {self.d: sp.Integer(d), self.y_m: self.q * next_one.subs(w, self.D * self.r_k / self.C1)}
 
     def closed(self, d: int) -> Case:
@@ -288,14 +288,14 @@ class Loop:
     def settling(self, d: int) -> Case:
         """C2 y and C2 e d samples ahead under the derived law, from any past, without and with an offset."""
         Y0, Y1, U1, U2, *W = _PAST
-        past = dict(zip((Y0, Y1, U1, U2, *W), (self.y, self.y_1, self.u_1, self.u_2, *self.wanted), strict=True))
+        past = dict(zip((Y0, Y1, U1, U2, *W), (self.y, self.y_1, self.u_1, self.u_2, *self.model_ahead), strict=True))
         one, two = self.alpha[:2]
-        wanted = W[0] + one * W[1] + two * W[2]
+        model = W[0] + one * W[1] + two * W[2]
         plain, driven = self._ahead(d, sp.S.Zero), self._ahead(d, self.offset)
         ahead = {
             self.C2_y_ahead: plain.subs(dict.fromkeys(W, 0)),
-            self.C2_e_ahead: plain - wanted,
-            self.C2_e_offset: driven - wanted,
+            self.C2_e_ahead: plain - model,
+            self.C2_e_offset: driven - model,
         }
         return {self.d: sp.Integer(d), **{name: e.subs(past, simultaneous=True) for name, e in ahead.items()}}
 

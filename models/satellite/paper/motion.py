@@ -3,155 +3,124 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import sympy as sp
 
-from ...paper import Cross, Printed, Reading, Relation, printed
+from ...paper import Cross, Printed, Relation, printed
 from .symbols import Motion
 
 _BAR = "a dot over a vector is the bar that the text has there"
 _RATE = "a dot is a derivative, as in (5)-(11)"
 _WHY_BAR = "The text after (33) writes bars over T, H, omega and omega_0; with them (2) and (4) hold."
 _WHY_RATE = "Then vectors and their derivatives are mixed: the units do not agree."
+_ALONE = "one axis moves, the others rest"
+_WHY_ALONE = "The law takes each axis by itself and the coupling as an unknown offset."
+_COMPLETE = "the complete linear model"
+_WHY_COMPLETE = "The model has the coupling of roll and yaw, {}; the paper's linear model leaves it out."
 
 
-def balance(m: Motion) -> tuple[Printed, ...]:
+def balance(m: Motion) -> Iterator[Printed]:
     """(1)-(4): momentum, and the rate relative to the orbit axes."""
-    wrong_way = Relation(m.omega_RI, m.C * sp.Matrix([0, m.omega_0, 0]), corrected=m.C * sp.Matrix([0, -m.omega_0, 0]))
-    pqr = sp.Matrix([m.p, m.q, m.r])
-    return (
-        Printed(
-            "1",
-            "Euler's equation",
-            "equation",
-            (
-                Reading(
-                    (
-                        Relation(
-                            m.T_ddot,
-                            m.I * m.omega_ddot + Cross(m.omega_dot, m.H),
-                            corrected_left=m.T,
-                            corrected=m.I * m.omega_dot + Cross(m.omega, m.H),
-                        ),
-                    ),
-                    _RATE,
-                    False,
-                    _WHY_RATE,
-                ),
-                Reading(
-                    (Relation(m.T_dot, m.I * m.omega_dot + Cross(m.omega, m.H), corrected_left=m.T),),
-                    _BAR + ", one of two dots likewise",
-                    True,
-                    _WHY_BAR + " T still has a dot too many.",
-                ),
+    yield (
+        printed(
+            "1", "Euler's equation", "equation", note="T is the torque on the body, from outside or from the wheels."
+        )
+        .reading(
+            _RATE,
+            Relation(
+                m.T_ddot,
+                m.I * m.omega_ddot + Cross(m.omega_dot, m.H),
+                corrected_left=m.T,
+                corrected=m.I * m.omega_dot + Cross(m.omega, m.H),
             ),
-            note="T is the torque on the body, from outside or from the wheels.",
-        ),
-        Printed(
-            "2",
-            "angular momentum",
-            "definition",
-            (
-                Reading((Relation(m.H, m.I * m.omega_dot, corrected=m.I * m.omega),), _RATE, False, _WHY_RATE),
-                Reading((Relation(m.H, m.I * m.omega),), _BAR, True, _WHY_BAR),
-            ),
-            note="The model adds the momentum stored in the wheels.",
-        ),
-        Printed(
+            used=False,
+            why=_WHY_RATE,
+        )
+        .reading(
+            _BAR + ", one of two dots likewise",
+            Relation(m.T_dot, m.I * m.omega_dot + Cross(m.omega, m.H), corrected_left=m.T),
+            why=_WHY_BAR + " T still has a dot too many.",
+        )
+    )
+    yield (
+        printed("2", "angular momentum", "definition", note="The model adds the momentum stored in the wheels.")
+        .reading(_RATE, Relation(m.H, m.I * m.omega_dot, corrected=m.I * m.omega), used=False, why=_WHY_RATE)
+        .reading(_BAR, Relation(m.H, m.I * m.omega), why=_WHY_BAR)
+    )
+    about_y = m.C * sp.Matrix([0, m.omega_0, 0])
+    yield (
+        printed(
             "3",
             "rate of the orbit axes",
             "equation",
-            (
-                Reading(
-                    (wrong_way,),
-                    _BAR + "; x along the velocity, z to nadir",
-                    True,
-                    "The axes of the paper's reference for (1)-(4). (8)-(10) cannot decide: omega_0 enters squared.",
-                ),
-                Reading(
-                    (Relation(m.omega_RI, m.C * sp.Matrix([0, m.omega_0, 0]), cases=(m.backwards,)),),
-                    _BAR + "; x against the velocity, y along the orbit normal",
-                    False,
-                    "The paper does not say which axes it takes; in these the sign is right.",
-                ),
-                Reading(
-                    (Relation(m.omega_RI_dot, m.C * sp.Matrix([0, m.omega_0_dot, 0])),),
-                    _RATE,
-                    False,
-                    "On a circular orbit the right side is zero; the left side is not, because C turns.",
-                ),
-            ),
             note="The sign changes the roll-yaw coupling of the linear model, which (8)-(10) leave out.",
-        ),
-        Printed(
-            "4",
-            "rate relative to the orbit axes",
-            "definition",
-            (
-                Reading(
-                    (
-                        Relation(m.Omega, m.omega - m.omega_RI, cases=(m.relative,)),
-                        Relation(m.Omega, pqr, cases=(m.relative,)),
-                    ),
-                    _BAR,
-                    True,
-                    _WHY_BAR,
-                ),
-                Reading(
-                    (
-                        Relation(m.Omega_dot, m.omega_dot - m.omega_RI_dot, cases=(m.relative,)),
-                        Relation(m.Omega_dot, pqr, corrected_left=m.Omega, cases=(m.relative,)),
-                    ),
-                    _RATE,
-                    False,
-                    "The first equation is the derivative of the other reading's; but p, q, r are no accelerations.",
-                ),
-            ),
-        ),
-        *_words(m),
+        )
+        .reading(
+            _BAR + "; x along the velocity, z to nadir",
+            Relation(m.omega_RI, about_y, corrected=m.C * sp.Matrix([0, -m.omega_0, 0])),
+            why="The axes of the paper's reference for (1)-(4). (8)-(10) cannot decide: omega_0 enters squared.",
+        )
+        .reading(
+            _BAR + "; x against the velocity, y along the orbit normal",
+            Relation(m.omega_RI, about_y, cases=(m.backwards,)),
+            used=False,
+            why="The paper does not say which axes it takes; in these the sign is right.",
+        )
+        .reading(
+            _RATE,
+            Relation(m.omega_RI_dot, m.C * sp.Matrix([0, m.omega_0_dot, 0])),
+            used=False,
+            why="On a circular orbit the right side is zero; the left side is not, because C turns.",
+        )
     )
+    pqr = sp.Matrix([m.p, m.q, m.r])
+    yield (
+        printed("4", "rate relative to the orbit axes", "definition")
+        .reading(
+            _BAR,
+            Relation(m.Omega, m.omega - m.omega_RI, cases=(m.relative,)),
+            Relation(m.Omega, pqr, cases=(m.relative,)),
+            why=_WHY_BAR,
+        )
+        .reading(
+            _RATE,
+            Relation(m.Omega_dot, m.omega_dot - m.omega_RI_dot, cases=(m.relative,)),
+            Relation(m.Omega_dot, pqr, corrected_left=m.Omega, cases=(m.relative,)),
+            used=False,
+            why="The first equation is the derivative of the other reading's; but p, q, r are no accelerations.",
+        )
+    )
+    yield from _words(m)
 
 
-def _words(m: Motion) -> tuple[Printed, ...]:
+def _words(m: Motion) -> Iterator[Printed]:
     """Sentences after (33) that explain (1)-(4): the rates p, q, r and the order of the turns."""
     relations = _kinematics(m)
-    return (
-        Printed(
+    yield (
+        printed(
             "text on (3)",
             "C is for phi -> theta -> psi",
             "statement",
-            (
-                Reading(
-                    tuple(relations), "the order of the factors, C = R1(phi) R2(theta) R3(psi)", True, "(5)-(7) hold."
-                ),
-                Reading(
-                    tuple(Relation(r.left, r.right, cases=(m.other_order,)) for r in relations),
-                    "the order of the turns, phi first: C = R3(psi) R2(theta) R1(phi)",
-                    False,
-                    "(5)-(7) do not hold.",
-                ),
-            ),
             note="Judged by (5)-(7). With the first reading the turns are made in the order psi, theta, phi.",
-        ),
-        Printed(
-            "text on (4)",
-            "p, q, r are the satellite's body rates",
-            "statement",
-            (
-                Reading(
-                    tuple(Relation(r.left, r.right) for r in relations),
-                    "relative to the orbit axes, as (4) has it",
-                    True,
-                    "(5)-(7) hold.",
-                ),
-                Reading(
-                    tuple(Relation(r.left, r.right, cases=(m.inertial,)) for r in relations),
-                    "relative to inertial axes, in body axes",
-                    False,
-                    "(5)-(7) do not hold: the orbit axes turn too.",
-                ),
-            ),
-            note="Judged by (5)-(7).",
-        ),
+        )
+        .reading("the order of the factors, C = R1(phi) R2(theta) R3(psi)", *relations, why="(5)-(7) hold.")
+        .reading(
+            "the order of the turns, phi first: C = R3(psi) R2(theta) R1(phi)",
+            *(Relation(r.left, r.right, cases=(m.other_order,)) for r in relations),
+            used=False,
+            why="(5)-(7) do not hold.",
+        )
+    )
+    yield (
+        printed("text on (4)", "p, q, r are the satellite's body rates", "statement", note="Judged by (5)-(7).")
+        .reading("relative to the orbit axes, as (4) has it", *relations, why="(5)-(7) hold.")
+        .reading(
+            "relative to inertial axes, in body axes",
+            *(Relation(r.left, r.right, cases=(m.inertial,)) for r in relations),
+            used=False,
+            why="(5)-(7) do not hold: the orbit axes turn too.",
+        )
     )
 
 
@@ -165,70 +134,59 @@ def _kinematics(m: Motion) -> tuple[Relation, Relation, Relation]:
     )
 
 
-def kinematics(m: Motion) -> tuple[Printed, ...]:
+def kinematics(m: Motion) -> Iterator[Printed]:
     """(5)-(7): rates of the angles."""
-    titles = ("rate of roll", "rate of pitch", "rate of yaw")
-    return tuple(
-        printed(str(number), title, "equation", relation)
-        for number, title, relation in zip((5, 6, 7), titles, _kinematics(m), strict=True)
-    )
+    roll, pitch, yaw = _kinematics(m)
+    yield printed("5", "rate of roll", "equation", roll)
+    yield printed("6", "rate of pitch", "equation", pitch)
+    yield printed("7", "rate of yaw", "equation", yaw)
 
 
-def linear(m: Motion) -> tuple[Printed, ...]:
+def linear(m: Motion) -> Iterator[Printed]:
     """(8)-(11): small motions about the orbit axes."""
+    says = "T of (1) for small motions of one axis; right: (8)-(10) with second derivatives"
     (I_x, I_y, I_z), square = m.moments, m.omega_0**2
     stiffness = (4 * square * (I_y - I_z) * m.phi, 3 * square * (I_x - I_z) * m.theta, square * (I_y - I_x) * m.psi)
-    coupling = m.omega_0 * (I_x - I_y + I_z)
-    phi_dot, _, psi_dot = m.small_rate
-    dropped = (-coupling * psi_dot, sp.S.Zero, coupling * phi_dot)
-    coupled = "The model has the coupling of roll and yaw, {}; the paper's linear model leaves it out."
-    notes = (coupled.format("-omega_0 (I_x - I_y + I_z) psi'"), "", coupled.format("omega_0 (I_x - I_y + I_z) phi'"))
-    titles = ("small motions in roll", "small motions in pitch", "small motions in yaw")
-    return (
-        _origin(m, stiffness),
-        *(
-            _axis(m, k, title, stiffness[k], dropped[k], note)
-            for k, (title, note) in enumerate(zip(titles, notes, strict=True))
-        ),
-        _state_space(m),
-    )
-
-
-def _origin(m: Motion, stiffness: tuple[sp.Expr, ...]) -> Printed:
-    relations = []
-    for k in range(3):
-        balance = m.moments[k] * m.acceleration[k] + stiffness[k]
-        pulled = balance + m.pull[k] if k < 2 else balance
-        says = "T of (1) for small motions of one axis; right: (8)-(10) with second derivatives"
-        relations.append(Relation(m.total[k], balance, corrected=pulled, cases=(m.alone[k],), says=says))
-    return printed(
+    moving = [inertia * motion + pull for inertia, motion, pull in zip(m.moments, m.small_rate, stiffness, strict=True)]
+    balance = [
+        inertia * motion + pull for inertia, motion, pull in zip(m.moments, m.acceleration, stiffness, strict=True)
+    ]
+    pulled = (balance[0] + m.pull[0], balance[1] + m.pull[1], balance[2])
+    yield printed(
         "text before (8)",
         "(5)-(7) are rewritten as (8)-(10)",
         "statement",
-        *relations,
+        *(
+            Relation(total, right, corrected=corrected, cases=(alone,), says=says)
+            for total, right, corrected, alone in zip(m.total, balance, pulled, m.alone, strict=True)
+        ),
         note="(8)-(10) are the control torque: they follow from (1)-(7) and the gravity gradient T_gg = "
         "3 omega_0^2 n x I n, n to nadir, which the paper never writes. About yaw it has no term of first order.",
     )
-
-
-def _axis(m: Motion, k: int, title: str, stiffness: sp.Expr, dropped: sp.Expr, note: str) -> Printed:
-    torque, inertia = m.torque[k], m.moments[k]
-    wrong, right = (inertia * motion + stiffness for motion in (m.small_rate[k], m.acceleration[k]))
-    if not dropped:
-        return printed(str(8 + k), title, "equation", Relation(torque, wrong, corrected=right))
-    alone = Reading(
-        (Relation(torque, wrong, corrected=right, cases=(m.alone[k],)),),
-        "one axis moves, the others rest",
-        True,
-        "The law takes each axis by itself and the coupling as an unknown offset.",
+    coupling, (phi_dot, _, psi_dot) = m.omega_0 * (I_x - I_y + I_z), m.small_rate
+    yield (
+        printed("8", "small motions in roll", "equation")
+        .reading(_ALONE, Relation(m.torque[0], moving[0], corrected=balance[0], cases=(m.alone[0],)), why=_WHY_ALONE)
+        .reading(
+            _COMPLETE,
+            Relation(m.torque[0], moving[0], corrected=balance[0] - coupling * psi_dot),
+            used=False,
+            why=_WHY_COMPLETE.format("-omega_0 (I_x - I_y + I_z) psi'"),
+        )
     )
-    complete = Reading((Relation(torque, wrong, corrected=right + dropped),), "the complete linear model", False, note)
-    return Printed(str(8 + k), title, "equation", (alone, complete))
-
-
-def _state_space(m: Motion) -> Printed:
+    yield printed("9", "small motions in pitch", "equation", Relation(m.torque[1], moving[1], corrected=balance[1]))
+    yield (
+        printed("10", "small motions in yaw", "equation")
+        .reading(_ALONE, Relation(m.torque[2], moving[2], corrected=balance[2], cases=(m.alone[2],)), why=_WHY_ALONE)
+        .reading(
+            _COMPLETE,
+            Relation(m.torque[2], moving[2], corrected=balance[2] + coupling * phi_dot),
+            used=False,
+            why=_WHY_COMPLETE.format("omega_0 (I_x - I_y + I_z) phi'"),
+        )
+    )
     angles = (m.phi, m.theta, m.psi)
-    return printed(
+    yield printed(
         "11",
         "state space",
         "definition",

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import sympy as sp
 
-from ...paper import Case, Names, Printed, Reading, Relation, printed
+from ...paper import Case, Names, Printed, Relation, printed
 from ...quantities import Parameter
 from ...system import Equation, Expr, Group, System
 from .loop import Loop, controller
@@ -119,46 +121,47 @@ def _coefficients(A: Expr, B: Expr, c: Loop) -> Case:
     return {c.a1: A.coeff(one), c.a2: A.coeff(two), c.b0: B.coeff(one, 0), c.b1: B.coeff(one)}
 
 
-def table(m: Motion, v: Numbers) -> tuple[Printed, ...]:
+def table(m: Motion, v: Numbers) -> Iterator[Printed]:
     """Table 1: the satellite."""
-    wheels = sp.diag(*(v.printed(x) for x in ("1.47e-5", "1.26e-5", "1.26e-5")))
-    same = "the spin inertias of the wheels along x, y and z"
-    return (
-        printed(
-            "Table 1",
-            "the satellite",
-            "data",
-            *(
-                Relation(inertia, v.printed(number), cases=(v.plant,))
-                for inertia, number in zip(m.moments, ("2.13", "3.04", "3.09"), strict=True)
-            ),
-            Relation(v.height, 600 * v.kilometre, within=sp.S.One, says="from the model's orbital rate, in metres"),
-            Relation(v.mass, sp.Integer(50), given=True),
-            note="I_y > I_x > I_z does not hold: roll and pitch are unstable under the gravity gradient.",
+    yield printed(
+        "Table 1",
+        "the satellite",
+        "data",
+        *(
+            Relation(inertia, v.printed(number), cases=(v.plant,))
+            for inertia, number in zip(m.moments, ("2.13", "3.04", "3.09"), strict=True)
         ),
-        Printed(
+        Relation(v.height, 600 * v.kilometre, within=sp.S.One, says="from the model's orbital rate, in metres"),
+        Relation(v.mass, sp.Integer(50), given=True),
+        note="I_y > I_x > I_z does not hold: roll and pitch are unstable under the gravity gradient.",
+    )
+    wheels = sp.diag(*(v.printed(x) for x in ("1.47e-5", "1.26e-5", "1.26e-5")))
+    yield (
+        printed(
             "Table 1, I_omega",
             "inertia of the wheels",
             "data",
-            (
-                Reading((Relation(v.I_w, wheels),), same, True, "One number for each of three wheels along the axes."),
-                Reading(
-                    (Relation(v.I_w, v.printed("1.47e-5") * sp.eye(3)),),
-                    "the principal inertias of one wheel: each has the spin inertia 1.47e-5",
-                    False,
-                    "The paper does not say which.",
-                ),
-            ),
             note="Infeasible in either reading: the manoeuvre asks for 0.12 N m s, which is 89000 rpm.",
-        ),
+        )
+        .reading(
+            "the spin inertias of the wheels along x, y and z",
+            Relation(v.I_w, wheels),
+            why="One number for each of three wheels along the axes.",
+        )
+        .reading(
+            "the principal inertias of one wheel: each has the spin inertia 1.47e-5",
+            Relation(v.I_w, v.printed("1.47e-5") * sp.eye(3)),
+            used=False,
+            why="The paper does not say which.",
+        )
     )
 
 
-def sampled(c: Loop, v: Numbers) -> tuple[Printed, ...]:
+def sampled(c: Loop, v: Numbers) -> Iterator[Printed]:
     """(43)-(45): the sampled axes."""
     digits = (("0.307", "0.0586"), ("0.305", "0.0411"), ("0.302", "0.0404"))
-    return tuple(
-        printed(
+    for k, (first, second) in enumerate(digits):
+        yield printed(
             str(43 + k),
             f"sampled model of {_AXES[k]}",
             "equation",
@@ -181,131 +184,120 @@ def sampled(c: Loop, v: Numbers) -> tuple[Printed, ...]:
             note="b_0 = b_1 = T_s^2/(2 I), of which the printed b_1 are the first digits. Every way to sample keeps "
             "B(1) = T_s^2/I; the printed b_0 are 5.2 to 7.5 times too large, and not in proportion to 1/I.",
         )
-        for k, (first, second) in enumerate(digits)
-    )
 
 
-def design(c: Loop, v: Numbers) -> tuple[Printed, ...]:
+def design(c: Loop, v: Numbers) -> Iterator[Printed]:
     """(46)-(48), and the delay that they are designed for."""
-    q = c.q
-    one, two = ({**c.at[d], **v.design} for d in (1, 2))
-    small = v.printed("1e-6")
-    S, T = sp.S.One, v.printed("1.998") - (1 - small) * q
     after_link = "with the delay of a sample between computer and board"
-    return (
-        Printed(
-            "text after (45)",
-            "d is 1",
-            "statement",
-            (
-                Reading(
-                    (Relation(c.d, sp.S.One, cases=({c.d: v.d},)),),
-                    "the delay of the held torque alone",
-                    True,
-                    "As in figures 4 and 5; scenarios with the link's delay have a design for d = 2.",
-                ),
-                Reading(
-                    (Relation(c.d, sp.S.One, corrected=sp.Integer(2), cases=({c.d: v.d + 1},)),),
-                    after_link,
-                    False,
-                    "The text before (49) says that it is to be designed for; then d is 2.",
-                ),
-            ),
+    yield (
+        printed("text after (45)", "d is 1", "statement")
+        .reading(
+            "the delay of the held torque alone",
+            Relation(c.d, sp.S.One, cases=({c.d: v.d},)),
+            why="As in figures 4 and 5; scenarios with the link's delay have a design for d = 2.",
+        )
+        .reading(
+            after_link,
+            Relation(c.d, sp.S.One, corrected=sp.Integer(2), cases=({c.d: v.d + 1},)),
+            used=False,
+            why="The text before (49) says that it is to be designed for; then d is 2.",
+        )
+    )
+    small = v.printed("1e-6")
+    one, two = ({**c.at[d], **v.design} for d in (1, 2))
+    q = c.q
+    yield printed(
+        "46",
+        "C2",
+        "equation",
+        Relation(c.C2, 1 - v.printed("0.002") * q + small * q**2, cases=(one,)),
+        note="Both poles are 0.001, as the text after (49) says.",
+    )
+    S, T = sp.S.One, v.printed("1.998") - (1 - small) * q
+    yield printed("47", "S", "equation", Relation(c.S, S, cases=(one,)), note="For d = 1.")
+    yield printed("48", "T", "equation", Relation(c.T, T, cases=(one,)), note="For d = 1.")
+    yield printed(
+        "text before (49)",
+        "the law is designed for the delay of the link",
+        "statement",
+        Relation(c.S, S, corrected=1 + v.printed("1.998") * q, cases=(two,), says="(47) with d = 2"),
+        Relation(
+            c.T,
+            T,
+            corrected=v.printed("2.996001") - v.printed("1.998000") * q,
+            cases=(two,),
+            says="(48) with d = 2",
         ),
-        printed(
-            "46",
-            "C2",
-            "equation",
-            Relation(c.C2, 1 - v.printed("0.002") * q + small * q**2, cases=(one,)),
-            note="Both poles are 0.001, as the text after (49) says.",
-        ),
-        printed("47", "S", "equation", Relation(c.S, S, cases=(one,)), note="For d = 1."),
-        printed("48", "T", "equation", Relation(c.T, T, cases=(one,)), note="For d = 1."),
-        printed(
-            "text before (49)",
-            "the law is designed for the delay of the link",
-            "statement",
-            Relation(c.S, S, corrected=1 + v.printed("1.998") * q, cases=(two,), says="(47) with d = 2"),
-            Relation(
-                c.T,
-                T,
-                corrected=v.printed("2.996001") - v.printed("1.998000") * q,
-                cases=(two,),
-                says="(48) with d = 2",
-            ),
-            note="(47) and (48), the only design that is printed, are for d = 1. S for d = 2 has its root at -1.998: "
-            "the law is unstable by itself.",
-        ),
+        note="(47) and (48), the only design that is printed, are for d = 1. S for d = 2 has its root at -1.998: "
+        "the law is unstable by itself.",
     )
 
 
-def runs(c: Loop, v: Numbers) -> tuple[Printed, ...]:
+def runs(c: Loop, v: Numbers) -> Iterator[Printed]:
     """(49), (50), and the numbers of the runs and of the link."""
-    r = v.printed
-    degree = v.degree
-    K_P = ("2.1087e-3", "3.0096e-3", "3.0591e-3")
-    K_D = ("0.3621e-1", "0.5168e-1", "0.5253e-1")
+    yield printed(
+        "text before (49), amount of data",
+        "72 bits to the board and 12 bits back",
+        "statement",
+        Relation(v.sent, 72 * v.bit, corrected=72 * v.byte, says="to the board, in bits"),
+        Relation(v.received, 12 * v.bit, corrected=12 * v.byte, says="back, in bits"),
+        note="Three torques do not go into 12 bits. 12 bytes are three numbers of single precision; 72 bytes are "
+        "18, and the law (32) with d = 1 needs six for an axis: y_m(k+1), y_m(k), y_m(k-1), y(k), y(k-1), u(k-1). "
+        "The paper does not say what is sent: this is likely, no more.",
+    )
     wish, most = v.any_Ts, v.period / 10
-    return (
-        printed(
-            "text before (49), amount of data",
-            "72 bits to the board and 12 bits back",
-            "statement",
-            Relation(v.sent, 72 * v.bit, corrected=72 * v.byte, says="to the board, in bits"),
-            Relation(v.received, 12 * v.bit, corrected=12 * v.byte, says="back, in bits"),
-            note="Three torques do not go into 12 bits. 12 bytes are three numbers of single precision; 72 bytes are "
-            "18, and the law (32) with d = 1 needs six for an axis: y_m(k+1), y_m(k), y_m(k-1), y(k), y(k-1), u(k-1). "
-            "The paper does not say what is sent: this is likely, no more.",
+    r = v.printed
+    yield printed(
+        "text before (49), sampling time",
+        "the least sampling time is a tenth of the shortest period",
+        "statement",
+        Relation(
+            v.period / sp.Max(wish, most),
+            sp.Integer(10),
+            ">=",
+            corrected_left=v.period / sp.Min(wish, most),
+            says="ten samples in the shortest period, whatever sampling time T_s is wished for: as the least, "
+            "Max(T_s, T_min/10) is taken, as the greatest, Min",
         ),
-        printed(
-            "text before (49), sampling time",
-            "the least sampling time is a tenth of the shortest period",
-            "statement",
-            Relation(
-                v.period / sp.Max(wish, most),
-                sp.Integer(10),
-                ">=",
-                corrected_left=v.period / sp.Min(wish, most),
-                says="ten samples in the shortest period, whatever sampling time T_s is wished for: as the least, "
-                "Max(T_s, T_min/10) is taken, as the greatest, Min",
-            ),
-            Relation(v.Ts, 1 / (10 * r("0.2") * v.hertz), says="shortest period: that of 0.2 Hz"),
-            Relation(v.Ts, r("0.5")),
-            note='"Least" should read "greatest". That the fastest oscillation has 0.2 Hz is not explained.',
-        ),
-        printed(
-            "49",
-            "initial angles",
-            "data",
-            *(Relation(angle, number * degree) for angle, number in zip(v.start, (10, 10, 5), strict=True)),
-        ),
-        printed(
-            "text after (49), manoeuvre",
-            "roll between -25 and 25, pitch between -30 and 30 degrees, yaw zero",
-            "data",
-            *(Relation(angle, number * degree) for angle, number in zip(v.reference, (25, 30, 0), strict=True)),
-            note="The model's square waves begin positive; their period is not given.",
-        ),
-        printed(
-            "text after (49), poles",
-            "poles of the error dynamics (21)",
-            "data",
-            Relation(c.C2, (1 - r("0.001") * c.q) * (1 - r("0.001") * c.q), cases=(v.design,)),
-        ),
-        printed(
-            "text after (49), forgetting factor",
-            "forgetting factor",
-            "data",
-            Relation(v.forgetting, r("0.998")),
-            note="Beyond the range that the text after (42) calls usual, 0.98 to 0.995.",
-        ),
-        printed(
-            "50",
-            "gains of the PD law",
-            "data",
-            *(Relation(gain, r(number)) for gain, number in zip(v.K_D, K_D, strict=True)),
-            *(Relation(gain, r(number)) for gain, number in zip(v.K_P, K_P, strict=True)),
-            note="The law itself is not printed. K_P = 9.9e-4 I and K_D = 0.017 I on all axes: damping ratio 0.27, so "
-            "that slow tracking is a matter of these gains.",
-        ),
+        Relation(v.Ts, 1 / (10 * r("0.2") * v.hertz), says="shortest period: that of 0.2 Hz"),
+        Relation(v.Ts, r("0.5")),
+        note='"Least" should read "greatest". That the fastest oscillation has 0.2 Hz is not explained.',
+    )
+    degree = v.degree
+    yield printed(
+        "49",
+        "initial angles",
+        "data",
+        *(Relation(angle, number * degree) for angle, number in zip(v.start, (10, 10, 5), strict=True)),
+    )
+    yield printed(
+        "text after (49), manoeuvre",
+        "roll between -25 and 25, pitch between -30 and 30 degrees, yaw zero",
+        "data",
+        *(Relation(angle, number * degree) for angle, number in zip(v.reference, (25, 30, 0), strict=True)),
+        note="The model's square waves begin positive; their period is not given.",
+    )
+    yield printed(
+        "text after (49), poles",
+        "poles of the error dynamics (21)",
+        "data",
+        Relation(c.C2, (1 - r("0.001") * c.q) * (1 - r("0.001") * c.q), cases=(v.design,)),
+    )
+    yield printed(
+        "text after (49), forgetting factor",
+        "forgetting factor",
+        "data",
+        Relation(v.forgetting, r("0.998")),
+        note="Beyond the range that the text after (42) calls usual, 0.98 to 0.995.",
+    )
+    K_D = ("0.3621e-1", "0.5168e-1", "0.5253e-1")
+    K_P = ("2.1087e-3", "3.0096e-3", "3.0591e-3")
+    yield printed(
+        "50",
+        "gains of the PD law",
+        "data",
+        *(Relation(gain, r(number)) for gain, number in zip(v.K_D, K_D, strict=True)),
+        *(Relation(gain, r(number)) for gain, number in zip(v.K_P, K_P, strict=True)),
+        note="The law itself is not printed. K_P = 9.9e-4 I and K_D = 0.017 I on all axes: damping ratio 0.27, so "
+        "that slow tracking is a matter of these gains.",
     )

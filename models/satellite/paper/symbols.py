@@ -116,14 +116,14 @@ class Motion:
         )  # fmt: skip
         ours = sp.symbols(r"\dot\varphi \dot\theta \dot\psi \ddot\varphi \ddot\theta \ddot\psi", real=True)
         cut = dict(zip(ours, (*self.small_rate, *self.acceleration), strict=True))
-        self._kept = kept = [self._shown[f"T_{i}"].subs(cut) for i in AXES]
+        self._torques = torques = [self._shown[f"T_{i}"].subs(cut) for i in AXES]
         dropped = [self._shown.get(rf"T_{{{i},\mathrm{{dropped}}}}", sp.S.Zero).subs(cut) for i in AXES]
         pull = gravity_gradient(euler_rotation(), inertia_matrix(self.plant), self.omega_0)
         flat = dict.fromkeys(angles, 0)
         pull = pull.applyfunc(lambda expr: sp.Add(*(expr.diff(angle).subs(flat) * angle for angle in angles)))
         self.torque = tuple(
             names.derived(f"T_{i}1", f"T_{i}", own + other, text=f"T_{i}")
-            for i, own, other in zip(AXES, kept, dropped, strict=True)
+            for i, own, other in zip(AXES, torques, dropped, strict=True)
         )
         self.pull = tuple(
             names.derived(f"Tgg_{i}", f"T_{{gg,{i}}}", expr, text=f"Tgg_{i}")
@@ -146,7 +146,7 @@ class Motion:
         self.B_c = names.matrix("B_c", "B", B, text="B")
         self.x = names.matrix("x_t", "x(t)", sp.Matrix([*angles, *self.small_rate]), text="x")
         self.x_dot = names.matrix("x_dot", r"\dot x(t)", sp.Matrix([*self.small_rate, *self.acceleration]))
-        self.u_c = names.matrix("u_t", "u(t)", sp.Matrix(self._kept), text="u")
+        self.u_c = names.matrix("u_t", "u(t)", sp.Matrix(self._torques), text="u")
         seen = sp.Matrix(angles)
         self.C_c = names.matrix("C_c", "C", seen.jacobian([*angles, *self.small_rate]), text="C")
         self.y_c = names.matrix("y_t", "y", seen, text="y")

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import sympy as sp
 
 from ...derivation import Expr
-from ...paper import Case, Printed, Reading, Relation
+from ...paper import Case, Printed, Relation, printed
 from .symbols import Spacecraft
 from .terms import Shorthand
 
@@ -85,30 +87,28 @@ def corrected_theta(s: Spacecraft) -> Expr:
     )
 
 
-def pendulums(s: Spacecraft) -> tuple[Printed, ...]:
+def pendulums(s: Spacecraft) -> Iterator[Printed]:
     """(15), (16): the equations of phi_i and theta_i."""
     i, t = s.i, Shorthand(s.i)
     phi = i.m * (i.l * phi_bracket(s, i.theta_dot, i.l * i.phi_dot * t.s))
+    yield _row(
+        "15",
+        "phi_i",
+        s,
+        phi + i.I * (i.phi_ddot + s.w_dot[0]) - i.eps * i.phi_dot,
+        i.m * (i.l * (corrected_phi(s) + i.l * i.phi_ddot)) + i.I * (i.phi_ddot + s.w_dot[0]) + i.eps * i.phi_dot,
+        0,
+    )
     theta = i.m * (i.l * theta_bracket(s))
-    return (
-        _row(
-            "15",
-            "phi_i",
-            s,
-            phi + i.I * (i.phi_ddot + s.w_dot[0]) - i.eps * i.phi_dot,
-            i.m * (i.l * (corrected_phi(s) + i.l * i.phi_ddot)) + i.I * (i.phi_ddot + s.w_dot[0]) + i.eps * i.phi_dot,
-            0,
-        ),
-        _row(
-            "16",
-            "theta_i",
-            s,
-            theta + i.I * (i.theta_ddot + s.w_dot[2]) + i.eps * i.theta_dot,
-            i.m * (i.l * (corrected_theta(s) + i.l * t.s**2 * i.theta_ddot))
-            + i.I * (i.theta_ddot + s.w_dot[2])
-            + i.eps * i.theta_dot,
-            1,
-        ),
+    yield _row(
+        "16",
+        "theta_i",
+        s,
+        theta + i.I * (i.theta_ddot + s.w_dot[2]) + i.eps * i.theta_dot,
+        i.m * (i.l * (corrected_theta(s) + i.l * t.s**2 * i.theta_ddot))
+        + i.I * (i.theta_ddot + s.w_dot[2])
+        + i.eps * i.theta_dot,
+        1,
     )
 
 
@@ -117,22 +117,17 @@ def _row(number: str, angle: str, s: Spacecraft, left: Expr, corrected: Expr, pl
         {**each, s.row[place]: rows[place]} for each, rows in zip(s.each(), s.rows, strict=True)
     )
     why = "Printed both with a sum over i and `for all i`; "
-    return Printed(
-        number,
-        f"equation of {angle}",
-        "equation",
-        (
-            Reading(
-                (Relation(left, sp.S.Zero, corrected_left=corrected, cases=cases, against=s.row[place]),),
-                "for each pendulum, without the sum",
-                why=why + "the equation of one angle cannot hold the damping of the other pendulum's.",
-            ),
-            Reading(
-                (Relation(s.total(left), sp.S.Zero, corrected_left=corrected, cases=cases, against=s.row[place]),),
-                "with the sum over the pendulums",
-                used=False,
-                why=why + "two equations would be the same.",
-            ),
-        ),
-        _SHORT,
+    return (
+        printed(number, f"equation of {angle}", "equation", note=_SHORT)
+        .reading(
+            "for each pendulum, without the sum",
+            Relation(left, sp.S.Zero, corrected_left=corrected, cases=cases, against=s.row[place]),
+            why=why + "the equation of one angle cannot hold the damping of the other pendulum's.",
+        )
+        .reading(
+            "with the sum over the pendulums",
+            Relation(s.total(left), sp.S.Zero, corrected_left=corrected, cases=cases, against=s.row[place]),
+            used=False,
+            why=why + "two equations would be the same.",
+        )
     )

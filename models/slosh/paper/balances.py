@@ -3,42 +3,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import sympy as sp
 
 from ...derivation import Expr
 from ...mechanics import matrix_rate
-from ...paper import Cross, Printed, Reading, Relation, printed
+from ...paper import Cross, Printed, Relation, printed
 from .symbols import Spacecraft
 from .terms import Shorthand
 
-_INSIDE = "the term with h_i - l_i cos(phi_i) inside the bracket that l_i multiplies"
-_OUTSIDE = "that term outside the bracket"
-_CLOSES = "One closing bracket is missing in print; {}"
+_MISSING = "One closing bracket is missing in print; "
+_SHORT = (
+    "Printed in short; the paper says that its simulations took the equations in complete form. The differences "
+    "of a pendulum's terms are listed as they stand inside the factor m_i."
+)
 
 
-def forces(s: Spacecraft) -> tuple[Printed, ...]:
+def forces(s: Spacecraft) -> Iterator[Printed]:
     """(9)-(11): balances of forces."""
-    sin, cos = sp.sin, sp.cos
     d1, d2 = s.delta
-    return (
-        printed("9", "balance of forces along x", "equation", _along_x(s, s.F * cos(d1) * cos(d2))),
-        _scoped("10", "balance of forces along y", _along_y(s, s.F * sin(d2), True), _along_y(s, s.F * sin(d2), False)),
-        _scoped(
-            "11",
-            "balance of forces along z",
-            _along_z(s, -s.F * sin(d1) * cos(d2), True),
-            _along_z(s, -s.F * sin(d1) * cos(d2), False),
-            "A line is lost after theta'^2: two terms run into one product.",
-        ),
+    sin, cos = sp.sin, sp.cos
+    yield printed("9", "balance of forces along x", "equation", _along_x(s, s.F * cos(d1) * cos(d2)))
+    yield _scoped(
+        "10", "balance of forces along y", _along_y(s, s.F * sin(d2), True), _along_y(s, s.F * sin(d2), False)
+    )
+    yield _scoped(
+        "11",
+        "balance of forces along z",
+        _along_z(s, -s.F * sin(d1) * cos(d2), True),
+        _along_z(s, -s.F * sin(d1) * cos(d2), False),
+        "A line is lost after theta'^2: two terms run into one product.",
     )
 
 
 def _scoped(number: str, title: str, inside: Relation, outside: Relation, note: str = "") -> Printed:
-    readings = (
-        Reading((outside,), _OUTSIDE, why=_CLOSES.format("the term has the right dimension only there.")),
-        Reading((inside,), _INSIDE, used=False, why=_CLOSES.format("so it stands in (9), where none is missing.")),
+    """Return an equation in which one closing bracket is missing."""
+    return (
+        printed(number, title, "equation", note=note)
+        .reading(
+            "that term outside the bracket",
+            outside,
+            why=_MISSING + "the term has the right dimension only there.",
+        )
+        .reading(
+            "the term with h_i - l_i cos(phi_i) inside the bracket that l_i multiplies",
+            inside,
+            used=False,
+            why=_MISSING + "so it stands in (9), where none is missing.",
+        )
     )
-    return Printed(number, title, "equation", readings, note)
 
 
 def _along_x(s: Spacecraft, right: Expr) -> Relation:
@@ -123,13 +137,12 @@ def _along_z(s: Spacecraft, right: Expr, inside: bool) -> Relation:
     )
 
 
-def moments(s: Spacecraft) -> tuple[Printed, ...]:
+def moments(s: Spacecraft) -> Iterator[Printed]:
     """(12)-(14): balances of moments, printed in short."""
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
-    (_, ay, az), (Jx, Jy, Jz) = s.a, s.J
-    W1d, W2d, W3d = s.w_dot
     sigma, reach, I0 = s.m * s.b + s.m0 * s.h0, i.h - i.l * t.c, s.I0
-    (d1, d2), (vx, vy, vz) = s.delta, s.v
+    W1d, W2d, W3d = s.w_dot
+    (_, ay, az), (Jx, Jy, Jz), (vx, vy, vz) = s.a, s.J, s.v
     x = (
         W1d * (Jx + I0)
         + W2 * W3 * (Jz - Jy)
@@ -148,6 +161,8 @@ def moments(s: Spacecraft) -> tuple[Printed, ...]:
             )
         )
     )
+    right = _derived_moments(s)
+    yield _short("12", "x", _moment(s, 3, x, s.M[0], right[0]))
     y = (
         sigma * (W2d + az)
         + W2d * (Jy + I0)
@@ -168,6 +183,30 @@ def moments(s: Spacecraft) -> tuple[Printed, ...]:
             )
         )
     )
+    (d1, d2), lever = s.delta, s.F * (s.b + s.d)
+    yield _short("13", "y", _moment(s, 4, y, s.M[1] - lever * sp.sin(d1) * sp.cos(d2), right[1]))
+    torque = s.M[2] - lever * sp.sin(d2)
+    yield (
+        printed("14", "balance of moments about z", "equation", note=_SHORT)
+        .reading(
+            "the terms with I_i multiplied by m_i",
+            _moment(s, 5, _about_z(s, True), torque, right[2]),
+            why=_MISSING + "so they stand in (12) and (13).",
+        )
+        .reading(
+            "the terms with I_i outside the factor m_i",
+            _moment(s, 5, _about_z(s, False), torque, right[2]),
+            used=False,
+            why=_MISSING + "they need no factor m_i.",
+        )
+    )
+
+
+def _derived_moments(s: Spacecraft) -> tuple[Expr, Expr, Expr]:
+    """Return the left sides that (12)-(14) should have."""
+    i, (W1, W2, W3), (W1d, W2d, W3d) = s.i, s.w, s.w_dot
+    (_, ay, az), (Jx, Jy, Jz) = s.a, s.J
+    sigma, I0 = s.m * s.b + s.m0 * s.h0, s.I0
     own = s.m * s.b**2 + s.m0 * s.h0**2
     place, force = _bob(s)
     spin = (
@@ -176,40 +215,11 @@ def moments(s: Spacecraft) -> tuple[Printed, ...]:
         i.I / i.m * (i.theta_ddot + W3d) - i.I / i.m * W2 * i.phi_dot,
     )
     swung = [s.total(i.m * (turn + e)) for turn, e in zip(place.cross(force), spin, strict=True)]
-    right = (
+    return (
         W1d * (Jx + I0) + W2 * W3 * (Jz - Jy) + swung[0],
         own * (W2d - W1 * W3) + sigma * az + W2d * (Jy + I0) + W1 * W3 * (Jx - Jz) + swung[1],
         own * (W3d + W1 * W2) - sigma * ay + W3d * (Jz + I0) + W1 * W2 * (Jy - Jx) + swung[2],
     )
-    lever = s.F * (s.b + s.d)
-    return (
-        _moment("12", "x", s, 3, x, s.M[0], right[0]),
-        _moment("13", "y", s, 4, y, s.M[1] - lever * sp.sin(d1) * sp.cos(d2), right[1]),
-        Printed(
-            "14",
-            "balance of moments about z",
-            "equation",
-            tuple(
-                Reading(
-                    (_short(s, 5, _about_z(s, inside), s.M[2] - lever * sp.sin(d2), right[2]),),
-                    text,
-                    used,
-                    "One closing bracket is missing in print; " + why,
-                )
-                for inside, text, used, why in (
-                    (True, "the terms with I_i multiplied by m_i", True, "so they stand in (12) and (13)."),
-                    (False, "the terms with I_i outside the factor m_i", False, "they need no factor m_i."),
-                )
-            ),
-            _SHORT,
-        ),
-    )
-
-
-_SHORT = (
-    "Printed in short; the paper says that its simulations took the equations in complete form. The differences "
-    "of a pendulum's terms are listed as they stand inside the factor m_i."
-)
 
 
 def _about_z(s: Spacecraft, inside: bool) -> Expr:
@@ -238,13 +248,11 @@ def _bob(s: Spacecraft) -> tuple[sp.Matrix, sp.Matrix]:
     return place, linear + carried + matrix_rate(moved, rates)
 
 
-def _moment(number: str, axis: str, s: Spacecraft, row: int, left: Expr, right: Expr, corrected: Expr) -> Printed:
-    return printed(
-        number, f"balance of moments about {axis}", "equation", _short(s, row, left, right, corrected), note=_SHORT
-    )
+def _short(number: str, axis: str, relation: Relation) -> Printed:
+    return printed(number, f"balance of moments about {axis}", "equation", relation, note=_SHORT)
 
 
-def _short(s: Spacecraft, row: int, left: Expr, right: Expr, corrected: Expr) -> Relation:
+def _moment(s: Spacecraft, row: int, left: Expr, right: Expr, corrected: Expr) -> Relation:
     return Relation(left, right, corrected_left=corrected, against=s.balance[row])
 
 

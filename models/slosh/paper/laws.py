@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import sympy as sp
@@ -64,12 +65,12 @@ class Laws:
         numbers = {"x": "", "y": "(20)", "z": "(21)"}
         linear = [shown[number, rf"\dot v_{axis}"].xreplace(axial) for axis, number in numbers.items()]
         angular = [shown[f"({22 + k})", rf"\dot\Omega_{k + 1}"] for k in range(3)]
-        found = dict(zip((*s.v_dot, *s.w_dot), (*linear, *angular), strict=True))
+        motion = dict(zip((*s.v_dot, *s.w_dot), (*linear, *angular), strict=True))
         for bob in s.bobs:
             member = generic_names(bob) | axial
-            found[bob.phi_ddot] = shown["(25)", r"\ddot\varphi_i"].xreplace(member)
-            found[bob.theta_ddot] = shown["(26)", r"\ddot\theta_i"].xreplace(member)
-        return found
+            motion[bob.phi_ddot] = shown["(25)", r"\ddot\varphi_i"].xreplace(member)
+            motion[bob.theta_ddot] = shown["(26)", r"\ddot\theta_i"].xreplace(member)
+        return motion
 
     def _law(self, name: str, names: Names, s: Spacecraft) -> Symbols:
         """V and its derivative along the reduced model; the coefficients of (29), (30) and the inputs as derived."""
@@ -95,10 +96,19 @@ class Laws:
         )
 
 
-def candidates(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
+def candidates(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(27)-(30): the Lyapunov functions and the form of their derivatives."""
-    names, v1, v2 = s.names, law.law["v1"], law.law["v2"]
     first, corrected = _first(s, law, True), _first(s, law, False)
+    names, v1, v2 = s.names, law.law["v1"], law.law["v2"]
+    yield printed(
+        "27",
+        "Lyapunov function with the pendulums",
+        "definition",
+        Relation(v1.V, first, corrected=corrected),
+        note="V_1 is the authors' choice, but with the printed products (29) does not follow, which they state. "
+        "The products cancel the coupling of the pendulums' rates to Omega' only with the factors of (25), (26).",
+    )
+    yield printed("28", "Lyapunov function without the pendulums", "definition", Relation(v2.V, _second(s, law)))
     pull = [
         names.matrix(
             f"d(dV_1/dt)/du with V_1 as {text}",
@@ -107,32 +117,21 @@ def candidates(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
         )
         for text, value in (("printed", first), ("corrected", corrected))
     ]
-    return (
-        printed(
-            "27",
-            "Lyapunov function with the pendulums",
-            "definition",
-            Relation(v1.V, first, corrected=corrected),
-            note="V_1 is the authors' choice, but with the printed products (29) does not follow, which they state. "
-            "The products cancel the coupling of the pendulums' rates to Omega' only with the factors of (25), (26).",
+    yield printed(
+        "text before (29)",
+        "form of the derivative of V_1",
+        "statement",
+        Relation(
+            pull[0],
+            sp.zeros(3, 1),
+            corrected_left=pull[1],
+            says="along (20)-(26), u_3 to u_5 appear only multiplied by a body rate",
         ),
-        printed("28", "Lyapunov function without the pendulums", "definition", Relation(v2.V, _second(s, law))),
-        printed(
-            "text before (29)",
-            "form of the derivative of V_1",
-            "statement",
-            Relation(
-                pull[0],
-                sp.zeros(3, 1),
-                corrected_left=pull[1],
-                says="along (20)-(26), u_3 to u_5 appear only multiplied by a body rate",
-            ),
-            note="The left side is the part of dV_1/dt that u_3 to u_5 multiply where Omega = 0, with V_1 as "
-            "(27) prints it and as it is corrected.",
-        ),
-        _form("29", "derivative of V_1", s, law, v1),
-        _form("30", "derivative of V_2", s, law, v2),
+        note="The left side is the part of dV_1/dt that u_3 to u_5 multiply where Omega = 0, with V_1 as "
+        "(27) prints it and as it is corrected.",
     )
+    yield _form("29", "derivative of V_1", s, law, v1)
+    yield _form("30", "derivative of V_2", s, law, v2)
 
 
 def _second(s: Spacecraft, law: Laws) -> Expr:
@@ -188,35 +187,34 @@ def _form(number: str, title: str, s: Spacecraft, law: Laws, v: Symbols) -> Prin
     )
 
 
-def control(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
+def control(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(31)-(36): the inputs."""
-    return (*_inputs(31, "V_1", s, law, law.law["v1"]), *_inputs(34, "V_2", s, law, law.law["v2"]))
+    yield from _inputs(31, "V_1", s, law, law.law["v1"])
+    yield from _inputs(34, "V_2", s, law, law.law["v2"])
 
 
-def _inputs(number: int, name: str, s: Spacecraft, law: Laws, v: Symbols) -> tuple[Printed, ...]:
-    _, b, c = v.ABC
-    w, u, cases = law.w, law.u, (v.demand,)
-    gained = sp.ImmutableMatrix([v.g[k] + w[3 + k] * s.w[k] for k in range(3)])
+def _inputs(number: int, name: str, s: Spacecraft, law: Laws, v: Symbols) -> Iterator[Printed]:
     note = "With positive w the printed sign makes the derivative grow."
-    return (
-        printed(
-            str(number),
-            f"input u_1 from {name}",
-            "equation",
-            Relation(u[0], w[1] * b, corrected=-w[1] * b, cases=cases),
-            note=note,
-        ),
-        printed(
-            str(number + 1),
-            f"input u_2 from {name}",
-            "equation",
-            Relation(u[1], w[2] * c, corrected=-w[2] * c, cases=cases),
-            note=note,
-        ),
-        printed(
-            str(number + 2),
-            f"inputs u_3 to u_5 from {name}",
-            "equation",
-            Relation(sp.ImmutableMatrix(u[2:]), sp.MatMul(-1, sp.Inverse(v.f), gained), cases=cases),
-        ),
+    w, u, cases = law.w, law.u, (v.demand,)
+    _, b, c = v.ABC
+    yield printed(
+        str(number),
+        f"input u_1 from {name}",
+        "equation",
+        Relation(u[0], w[1] * b, corrected=-w[1] * b, cases=cases),
+        note=note,
+    )
+    yield printed(
+        str(number + 1),
+        f"input u_2 from {name}",
+        "equation",
+        Relation(u[1], w[2] * c, corrected=-w[2] * c, cases=cases),
+        note=note,
+    )
+    gained = sp.ImmutableMatrix([v.g[k] + w[3 + k] * s.w[k] for k in range(3)])
+    yield printed(
+        str(number + 2),
+        f"inputs u_3 to u_5 from {name}",
+        "equation",
+        Relation(sp.ImmutableMatrix(u[2:]), sp.MatMul(-1, sp.Inverse(v.f), gained), cases=cases),
     )

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import sympy as sp
 
 from ...derivation import Expr
@@ -13,80 +15,74 @@ from .symbols import Spacecraft
 from .terms import Shorthand
 
 
-def equilibrium(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
+def equilibrium(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(18), (19): the relative equilibrium."""
-    i = s.i
     vy, vz = (s.names.free(f"v{axis}_eq", -2, 2, latex=rf"\tilde v_{axis}") for axis in "yz")
     attitude = [s.names.free(f"att{k}_eq", -1, 1, latex=rf"\tilde\vartheta_{k}") for k in (1, 2, 3)]
-    zero = sp.S.Zero
-    still = dict.fromkeys((*s.w, *s.w_dot, *s.v_dot[1:], *s.M, *s.delta), zero)
-    for bob in s.bobs:
-        names = ("phi", "phi_dot", "theta_dot", "phi_ddot", "theta_ddot")
-        still |= dict.fromkeys((bob.symbols[name] for name in names), zero)
+    i, zero = s.i, sp.S.Zero
+    resting = ("phi", "phi_dot", "theta_dot", "phi_ddot", "theta_ddot")
+    bobs = (bob.symbols[name] for bob in s.bobs for name in resting)
+    still = dict.fromkeys((*s.w, *s.w_dot, *s.v_dot[1:], *s.M, *s.delta, *bobs), zero)
+    case = still | {s.v_dot[0]: law.axial}
     left = s.names.matrix("E", r"E_{10\ldots16}", sp.Matrix([*s.balance[1:], *s.rows[0], *s.rows[1]]))
     along = s.names.derived("E_9", "E_9", s.balance[0])
-    case = still | {s.v_dot[0]: law.axial}
-    return (
-        printed(
-            "18",
-            "relative equilibrium",
-            "condition",
-            *(Relation(a, b, given=True) for a, b in ((s.v[1], vy), (s.v[2], vz))),
-            *(Relation(a, b, given=True) for a, b in zip(s.att, attitude, strict=True)),
-            Relation(s.Omega, sp.zeros(3, 1), given=True),
-            *(Relation(angle, zero, given=True) for angle in (i.phi, i.theta)),
-            Relation(left, sp.zeros(9, 1), cases=(case,), says="(10)-(16) hold there without inputs and accelerations"),
-            Relation(along, zero, cases=(case,), says="and (9) with the a_x of (19)"),
-            note="zeta is printed twice, zeta = zeta~ = 0; the rates of the angles must be zero too, and theta_i may "
-            "have any value.",
-        ),
-        printed(
-            "19",
-            "acceleration at the equilibrium",
-            "equation",
-            Relation(s.a[0], s.F / (s.m + s.m0 + s.total(i.m)), cases=({s.a[0]: law.axial},)),
-        ),
+    yield printed(
+        "18",
+        "relative equilibrium",
+        "condition",
+        *(Relation(a, b, given=True) for a, b in ((s.v[1], vy), (s.v[2], vz))),
+        *(Relation(a, b, given=True) for a, b in zip(s.att, attitude, strict=True)),
+        Relation(s.Omega, sp.zeros(3, 1), given=True),
+        *(Relation(angle, zero, given=True) for angle in (i.phi, i.theta)),
+        Relation(left, sp.zeros(9, 1), cases=(case,), says="(10)-(16) hold there without inputs and accelerations"),
+        Relation(along, zero, cases=(case,), says="and (9) with the a_x of (19)"),
+        note="zeta is printed twice, zeta = zeta~ = 0; the rates of the angles must be zero too, and theta_i may "
+        "have any value.",
+    )
+    yield printed(
+        "19",
+        "acceleration at the equilibrium",
+        "equation",
+        Relation(s.a[0], s.F / (s.m + s.m0 + s.total(i.m)), cases=({s.a[0]: law.axial},)),
     )
 
 
-def reduced(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
+def reduced(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(20)-(26): the reduced model."""
+    (_, vy_dot, vz_dot), (W1_dot, W2_dot, W3_dot), case = s.v_dot, s.w_dot, law.motion
     (vx, vy, vz), (W1, W2, W3), u = s.v, s.w, law.u
-    case = law.motion
-    return (
-        _rate("20", "v_y", s.v_dot[1], u[0] - vx * W3 + vz * W1, case),
-        _rate("21", "v_z", s.v_dot[2], u[1] - vy * W1 + vx * W2, case),
-        *(_rate(str(22 + k), f"Omega_{k + 1}", s.w_dot[k], u[2 + k], case) for k in range(3)),
-        *_angles(s, law),
-    )
+    yield _rate("20", "v_y", vy_dot, u[0] - vx * W3 + vz * W1, case)
+    yield _rate("21", "v_z", vz_dot, u[1] - vy * W1 + vx * W2, case)
+    yield _rate("22", "Omega_1", W1_dot, u[2], case)
+    yield _rate("23", "Omega_2", W2_dot, u[3], case)
+    yield _rate("24", "Omega_3", W3_dot, u[4], case)
+    yield from _angles(s, law)
 
 
 def _rate(number: str, name: str, left: Expr, right: Expr, case: dict[Expr, Expr]) -> Printed:
     return printed(number, f"reduced model: {name}", "equation", Relation(left, right, cases=(case,)))
 
 
-def _angles(s: Spacecraft, law: Laws) -> tuple[Printed, ...]:
-    i, t = s.i, Shorthand(s.i)
+def _angles(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     W1d, _, W3d = s.w_dot
-    inertia = i.m * i.l**2 * t.s**2 + i.I
+    i, t = s.i, Shorthand(s.i)
     phi = i.l * phi_bracket(s, i.theta, sp.S.Zero) + i.I * W1d / i.m - i.eps * i.phi_dot / i.m
-    theta = i.l * theta_bracket(s) + i.I * W3d / i.m - i.eps * i.theta_dot / i.m
-    cases = tuple(law.motion | each for each in s.each())
+    inertia = i.m * i.l**2 * t.s**2 + i.I
     right_phi, right_theta = _corrected(s)
-    return (
-        printed(
-            "25",
-            "reduced model: phi_i",
-            "equation",
-            Relation(i.phi_ddot, -1 / inertia * phi, corrected=right_phi, cases=cases),
-            note="In (25) theta_i stands where (15) has its rate.",
-        ),
-        printed(
-            "26",
-            "reduced model: theta_i",
-            "equation",
-            Relation(i.theta_ddot, -1 / i.I * theta, corrected=right_theta, cases=cases),
-        ),
+    cases = tuple(law.motion | each for each in s.each())
+    yield printed(
+        "25",
+        "reduced model: phi_i",
+        "equation",
+        Relation(i.phi_ddot, -1 / inertia * phi, corrected=right_phi, cases=cases),
+        note="In (25) theta_i stands where (15) has its rate.",
+    )
+    theta = i.l * theta_bracket(s) + i.I * W3d / i.m - i.eps * i.theta_dot / i.m
+    yield printed(
+        "26",
+        "reduced model: theta_i",
+        "equation",
+        Relation(i.theta_ddot, -1 / i.I * theta, corrected=right_theta, cases=cases),
     )
 
 

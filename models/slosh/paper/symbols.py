@@ -119,14 +119,14 @@ class Spacecraft:
 
     def _bob(self, system: System, names: Names, k: int) -> Index:
         p = {q.name: q for q in system.parameters}
-        found = {name: names.free(p[f"{name}{k}"], *bounds) for name, bounds in _SIZES.items()}
+        symbols = {name: names.free(p[f"{name}{k}"], *bounds) for name, bounds in _SIZES.items()}
         quantities: Sequence[Quantity] = (*angle_quantities(k), *angle_rate_quantities(k))
         for q in quantities:
-            found[str(q.family)] = names.free(q, -2, 2)
+            symbols[str(q.family)] = names.free(q, -2, 2)
         for angle in ("phi", "theta"):
             latex = f"{_LATEX[f'{angle}_ddot']}_{k}"
-            found[f"{angle}_ddot"] = names.free(f"{angle}{k}_ddot", -2, 2, latex=latex)
-        return Index(found)
+            symbols[f"{angle}_ddot"] = names.free(f"{angle}{k}_ddot", -2, 2, latex=latex)
+        return Index(symbols)
 
     def total(self, term: Expr) -> Total:
         """Sum a term in the names with index i over the pendulums."""

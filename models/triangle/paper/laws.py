@@ -174,7 +174,7 @@ class Path:
         self.V_dot = names.derived("V_dot", r"\dot V", time_derivative(t.theta**2 / 2, {t.theta: t.theta_dot}))
 
     def _limit(self, system: System, names: Names, t: Shifted) -> None:
-        """Take the arc that touches rho = R from the derivation; the angle x_1 of the arc wanted is free."""
+        """Take the arc that touches rho = R from the derivation; the angle x_1 of the arc error is free."""
         named = {s.name: s for s in system.definitions}
         cut = {
             named["rho_t"]: self.rho,
@@ -186,10 +186,10 @@ class Path:
         self.x = names.free("chord_angle", "1/20", 3, latex="x_1")
         self.x_t = names.derived("x_t", "x_t", touching)
         self.theta_max = names.derived("theta_max", r"\tilde\theta_{max}", self.rho**2 / 2 * self._enclosed(self.x_t))
-        wanted = self.alpha * self.rho**2 / 2 * self._enclosed(self.x)
+        error = self.alpha * self.rho**2 / 2 * self._enclosed(self.x)
         taken = sp.Min(self.x, self.x_t)
         self.theta_a = names.derived("theta_a", r"\tilde\theta_a", self.rho**2 / 2 * self._enclosed(taken))
-        limited = {self.theta: wanted, self.xi: sp.pi - 2 * taken}
+        limited = {self.theta: error, self.xi: sp.pi - 2 * taken}
         self.limited: tuple[Case, ...] = tuple({**side, **limited} for side in self.sides)
         self.touching: tuple[Case, ...] = tuple({**side, self.xi: sp.pi - 2 * self.x_t} for side in self.sides)
         self.inside = (self.R**2 - self.rho**2 + 2 * t.a * self.rho * sp.cos(self.phi) - t.a**2,)

@@ -13,8 +13,12 @@ import pytest
 from mehvar.cli import reproduce as module
 from mehvar.cli.reproduce import reproduce
 from mehvar.errors import InputError
-from mehvar.papers.study import Check, Claim, Runs, Verdict, load_paper, paper_models
-from mehvar.pictures.plots import encoded, style
+from mehvar.papers.claims import Check, Claim
+from mehvar.papers.reproduction import load_reproduction, paper_models
+from mehvar.papers.runs import Runs
+from mehvar.papers.scene import Scene
+from mehvar.pictures.files import encoded
+from mehvar.pictures.style import style
 from mehvar.report import content
 from mehvar.report.page import typeset
 from mehvar.runtime.model.model import load
@@ -58,9 +62,12 @@ def read(out):
 
 def small(monkeypatch):
     """Make the batches small: everything else is as the command does it."""
-    for name in paper_models():
-        paper = load_paper(name)
-        monkeypatch.setattr(paper, "STUDY", replace(paper.STUDY, runs=64))
+
+    def reduced(name):
+        paper = load_reproduction(name)
+        return replace(paper, study=replace(paper.study, runs=64))
+
+    monkeypatch.setattr(content, "load_reproduction", reduced)
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +105,7 @@ def test_page_needs_nothing_else(report):
 
 def test_figures_on_the_page_are_the_files_beside_it(report):
     files = sorted((report.out / "figures").iterdir())
-    wanted = [f"{m}-{figure.number:02d}.png" for m in paper_models() for figure in load_paper(m).figures()]
+    wanted = [f"{m}-{figure.number:02d}.png" for m in paper_models() for figure in load_reproduction(m).figures]
     assert [file.name for file in files] == sorted(wanted)
     embedded = {base64.b64decode(source.split(",")[1]) for source in report.page.sources}
     assert {file.read_bytes() for file in files} <= embedded
@@ -125,7 +132,7 @@ def test_batch_board_versions_and_times_are_said(report):
 
 
 def test_page_shows_all_claims_captions_and_the_model(report):
-    paper, text = load_paper("triangle"), report.page.text
+    paper, text = load_reproduction("triangle"), report.page.text
     words = " ".join(text.split())
     claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
     ours = [c["number"] for c in claims if c["model"] == "triangle"]
@@ -137,8 +144,8 @@ def test_page_shows_all_claims_captions_and_the_model(report):
         assert typeset(claim["note"]).striptags() in words
     for verdict in ("holds", "holds with a note"):
         assert verdict in text
-    assert paper.CITATION in text
-    assert all(typeset(figure.caption).striptags() in words for figure in paper.figures())
+    assert paper.captions.citation in text
+    assert all(typeset(figure.caption).striptags() in words for figure in paper.figures)
     assert load("triangle").manifest.hash in text
     assert "does not settle" in text
 
@@ -147,7 +154,7 @@ def test_every_claim_stands_beside_a_figure_or_among_those_without(report):
     claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
     for name in paper_models():
         numbers = {claim["number"] for claim in claims if claim["model"] == name}
-        named = [number for figure in load_paper(name).figures() for number in figure.claims]
+        named = [number for figure in load_reproduction(name).figures for number in figure.claims]
         assert set(named) <= numbers
         assert {f"{name}-claim-{number}" for number in numbers} <= set(report.page.ids)
 
@@ -161,18 +168,19 @@ def test_page_names_no_folder_of_this_machine(report):
 def test_drawing_again_gives_the_same_bytes(report, number):
     runs = Runs(load("triangle"))
     with style():
-        again = encoded(load_paper("triangle").figures()[number - 1].draw(runs), ".png")
+        again = encoded(load_reproduction("triangle").figures[number - 1].draw(runs), ".png")
     assert again == (report.out / "figures" / f"triangle-{number:02d}.png").read_bytes()
 
 
 def _only_claims(monkeypatch, claims):
     """Replace what every paper claims, and leave out what takes time."""
-    study = load_paper("triangle").STUDY
-    scene = SimpleNamespace(title="", caption="", runs={}, constants={}, panels=(), speeds=(1.0,))
-    paper = SimpleNamespace(
-        CITATION="A & B", READINGS=(), STUDY=study, BOARD=None, figures=list, claims=claims, scene=lambda runs: scene
+    scene = Scene(runs={}, constants={}, panels=(), speeds=(1.0,))
+    triangle = load_reproduction("triangle")
+    captions = replace(triangle.captions, citation="A & B", readings=())
+    paper = replace(
+        triangle, captions=captions, figures=(), texts=(), more_claims=claims, scene=lambda runs: scene, board=None
     )
-    monkeypatch.setattr(content, "load_paper", lambda name: paper)
+    monkeypatch.setattr(content, "load_reproduction", lambda name: paper)
     monkeypatch.setattr(content, "run_study", lambda *given: None)
 
 
@@ -187,13 +195,6 @@ def test_a_claim_that_does_not_hold_is_shown_and_returned(tmp_path, monkeypatch)
         assert part in page.text
     first = json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))[0]
     assert (first["verdict"], first["note"]) == ("does not hold", "they are light")
-
-
-def test_a_documented_refutation_does_not_fail_but_its_opposite_does():
-    check = Check("m", "1 kg", "2 kg", False)
-    assert Claim("1", "", (check,), "", refuted=True).verdict is Verdict.REFUTED
-    assert Claim("1", "", (check,)).verdict is Verdict.FAILS
-    assert Claim("1", "", (replace(check, holds=True),), "", refuted=True).verdict is Verdict.FAILS
 
 
 def test_an_old_report_stays_when_a_new_one_fails(tmp_path, monkeypatch):

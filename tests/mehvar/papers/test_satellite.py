@@ -4,11 +4,13 @@ import math
 import numpy as np
 import pytest
 
+from mehvar.papers.claims import ClaimVerdict
+from mehvar.papers.reproduction import load_reproduction, run_picture
+from mehvar.papers.runs import Runs
 from mehvar.papers.satellite import rows as table
-from mehvar.papers.satellite.claims import PRINTED_B
-from mehvar.papers.satellite.figures import AXES
-from mehvar.papers.study import Runs, Verdict, load_paper
-from mehvar.pictures.plots import picture, save, style
+from mehvar.papers.satellite.rows import AXES, PRINTED_B
+from mehvar.pictures.files import save
+from mehvar.pictures.style import style
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.results import to_dataset
 from tests.mehvar.images import numbered_and_told, unlabelled
@@ -25,20 +27,20 @@ def runs():
 
 @pytest.fixture(scope="module")
 def claims(runs):
-    return {claim.number: claim for claim in load_paper("satellite").claims(runs)}
+    return {claim.number: claim for claim in load_reproduction("satellite").claims(runs)}
 
 
 def test_paper_says_whose_it_is_and_how_it_was_read():
-    paper = load_paper("satellite")
-    assert "Fani Saberi" in paper.CITATION
-    assert any("missing" in text for text in paper.READINGS)
+    paper = load_reproduction("satellite")
+    assert "Fani Saberi" in paper.captions.citation
+    assert any("missing" in text for text in paper.captions.readings)
 
 
 def test_claims_hold_but_for_those_that_are_known_not_to(claims):
-    rows = [f"R{k}" for k in range(1, len(table.ROWS) + 1)]
+    rows = [f"R{k}" for k in range(1, len(table.TABLE.row) + 1)]
     assert list(claims) == [*map(str, range(1, 14)), *rows]
-    special = dict.fromkeys(NOTED, Verdict.NOTE) | dict.fromkeys(FAILING, Verdict.REFUTED)
-    assert {n: c.verdict for n, c in claims.items()} == {n: special.get(n, Verdict.HOLDS) for n in claims}
+    special = dict.fromkeys(NOTED, ClaimVerdict.NOTE) | dict.fromkeys(FAILING, ClaimVerdict.REFUTED)
+    assert {n: c.verdict for n, c in claims.items()} == {n: special.get(n, ClaimVerdict.HOLDS) for n in claims}
     assert {n for n, c in claims.items() if c.note} == NOTED | FAILING
 
 
@@ -69,20 +71,19 @@ def test_a_changed_model_breaks_claims(change, broken):
     altered = Altered(load("satellite"))
     if "I_y" in change:
         altered.model.parameters = lambda **more: load("satellite").parameters(**change, **more)
-    failed = {c.number for c in load_paper("satellite").claims(altered) if c.verdict is Verdict.FAILS}
+    failed = {c.number for c in load_reproduction("satellite").claims(altered) if c.verdict is ClaimVerdict.FAILS}
     assert broken <= failed
 
 
-def test_every_row_has_its_numbers():
-    assert {row.name for row in table.ROWS} == set(table.EXPECTED)
-    assert len({row.name for row in table.ROWS}) == len(table.ROWS) == 18
+def test_every_row_has_a_name_of_its_own():
+    assert len({row.name for row in table.TABLE.row}) == len(table.TABLE.row) == 18
 
 
 @pytest.mark.parametrize(("factor", "holds"), [(1.0, True), (1.019, True), (1.05, False), (math.nan, False)])
 def test_numbers_off_by_more_than_two_percent_are_told(factor, holds):
-    expected = table.EXPECTED["pd"]
-    found = table.Measured(**{**vars(expected), "rms": factor * expected.rms})
-    checks = {check.what: check for check in table._compared(expected, [found])}
+    expected = next(row for row in table.TABLE.row if row.name == "pd").expected
+    found = table.AxisMetrics(**{**vars(expected), "rms": factor * expected.rms})
+    checks = {check.what: check for check in table.compare(expected, [found])}
     assert checks.pop("RMS error").holds is holds
     assert all(check.holds for check in checks.values())
     assert checks["settling after the last switch"].measured == "never / never / never s"
@@ -120,13 +121,13 @@ def test_without_a_c_compiler_single_precision_gets_a_note(monkeypatch):
 
     uncompiled = OnlyDouble(load("satellite"))
     monkeypatch.setattr(type(uncompiled.model), "backend", "python")
-    found = {c.number: c for c in load_paper("satellite").claims(uncompiled)}
-    assert {found[n].verdict for n in ("6", "R15")} == {Verdict.NOTE}
+    found = {c.number: c for c in load_reproduction("satellite").claims(uncompiled)}
+    assert {found[n].verdict for n in ("6", "R15")} == {ClaimVerdict.NOTE}
     assert all(found[n].note for n in ("6", "R15"))
 
 
 def test_figures_are_numbered_and_told():
-    figures = load_paper("satellite").figures()
+    figures = load_reproduction("satellite").figures
     assert numbered_and_told(figures, range(4, 13))
     assert all("our reading" in figure.caption for figure in figures[:-1])
     assert "Not in the paper" in figures[-1].caption
@@ -135,7 +136,7 @@ def test_figures_are_numbered_and_told():
 @pytest.fixture(scope="module")
 def drawn(runs):
     with style():
-        return {figure.number: figure.draw(runs) for figure in load_paper("satellite").figures()}
+        return {figure.number: figure.draw(runs) for figure in load_reproduction("satellite").figures}
 
 
 @pytest.mark.parametrize("number", PANELS)
@@ -186,7 +187,7 @@ def test_figure_6_starts_at_the_printed_b_and_figure_9_shows_errors(runs, drawn)
 )
 def test_any_run_can_be_drawn(runs, tmp_path, law, scenario, settings, told):
     dataset = to_dataset(runs(law, scenario, **settings))
-    figure = picture(dataset, runs.model.manifest)
+    figure = run_picture(dataset, runs.model.manifest)
     assert len(figure.axes) == 8
     assert told in figure.get_suptitle()
     units = {ax.get_ylabel().split("[")[1] for ax in figure.axes[1:7:2]}

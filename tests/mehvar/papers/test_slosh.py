@@ -2,9 +2,12 @@
 import numpy as np
 import pytest
 
+from mehvar.papers.claims import ClaimVerdict
+from mehvar.papers.reproduction import load_reproduction, run_picture
+from mehvar.papers.runs import Runs
 from mehvar.papers.slosh import rows as table
-from mehvar.papers.study import Runs, Verdict, load_paper
-from mehvar.pictures.plots import picture, save, style
+from mehvar.pictures.files import save
+from mehvar.pictures.style import style
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.results import to_dataset
 from tests.mehvar.images import numbered_and_told, unlabelled
@@ -22,13 +25,13 @@ def runs():
 
 @pytest.fixture(scope="module")
 def claims(runs):
-    return {claim.number: claim for claim in load_paper("slosh").claims(runs)}
+    return {claim.number: claim for claim in load_reproduction("slosh").claims(runs)}
 
 
 def test_paper_says_whose_it_is_and_what_was_read_into_it():
-    paper = load_paper("slosh")
-    assert "Navabi" in paper.CITATION
-    readings = " ".join(paper.READINGS)
+    paper = load_reproduction("slosh")
+    assert "Navabi" in paper.captions.citation
+    readings = " ".join(paper.captions.readings)
     manifest = load("slosh").manifest
     every = [*manifest.parameters, *(q for law in manifest.controllers.values() for q in law.parameters)]
     assumed = {q.name for q in every if q.source.startswith("assumption: ")}
@@ -39,8 +42,8 @@ def test_paper_says_whose_it_is_and_what_was_read_into_it():
 
 def test_claims_hold_but_for_those_that_are_known_not_to(claims):
     assert list(claims) == [*map(str, range(1, 14)), *(f"R{k}" for k in range(1, 7))]
-    special = dict.fromkeys(NOTED, Verdict.NOTE) | dict.fromkeys(REFUTED, Verdict.REFUTED)
-    assert {n: c.verdict for n, c in claims.items()} == {n: special.get(n, Verdict.HOLDS) for n in claims}
+    special = dict.fromkeys(NOTED, ClaimVerdict.NOTE) | dict.fromkeys(REFUTED, ClaimVerdict.REFUTED)
+    assert {n: c.verdict for n, c in claims.items()} == {n: special.get(n, ClaimVerdict.HOLDS) for n in claims}
     assert {n for n, c in claims.items() if c.note} == NOTED | REFUTED
 
 
@@ -73,35 +76,36 @@ def test_a_changed_model_breaks_claims(changes, broken):
             own = {name: value for name, value in changes.items() if name in known}
             return super().__call__(controller, scenario, initial, **{**own, **settings})
 
-    found = load_paper("slosh").claims(Altered(load("slosh")))
-    assert broken <= {c.number for c in found if c.verdict is Verdict.FAILS}
+    found = load_reproduction("slosh").claims(Altered(load("slosh")))
+    assert broken <= {c.number for c in found if c.verdict is ClaimVerdict.FAILS}
 
 
 def test_every_column_of_the_table_has_its_run():
-    assert {len(numbers) for numbers in table.EXPECTED.values()} == {len(table.ROWS)} == {6}
+    expected = {name: numbers for group in table.TABLE.group for name, numbers in group.numbers.items()}
+    assert {len(numbers) for numbers in expected.values()} == {len(table.TABLE.run)} == {6}
     manifest = load("slosh").manifest
-    assert set(table.EXPECTED) - set(manifest.metrics) == set(table._INPUTS)
+    assert set(expected) - set(manifest.metrics) == set(table._INPUTS)
     for k, law in ((2, FIRST), (3, SECOND)):
         for name, value in manifest.scenarios["paper"].expect[law].items():
-            column = table.EXPECTED[name.removeprefix("max_") if "max_lat" not in name else name][k]
+            column = expected[name.removeprefix("max_") if "max_lat" not in name else name][k]
             in_degrees = manifest.metrics[name].unit == "rad"
             assert np.degrees(value) == pytest.approx(column, rel=2e-3) if in_degrees else value == column
 
 
 def test_numbers_off_by_more_than_one_percent_are_told():
-    assert table._near([99.1, 200.0], [100.0, 200.0])
-    assert not table._near([98.9, 200.0], [100.0, 200.0])
-    assert not table._near([float("nan"), 200.0], [100.0, 200.0])
-    assert not table._near([float("inf"), 200.0], [100.0, 200.0])
+    assert table.near([99.1, 200.0], [100.0, 200.0])
+    assert not table.near([98.9, 200.0], [100.0, 200.0])
+    assert not table.near([float("nan"), 200.0], [100.0, 200.0])
+    assert not table.near([float("inf"), 200.0], [100.0, 200.0])
 
 
 def test_delta1_peaks_between_whole_seconds_under_v1_only(runs):
     first = runs(FIRST, "paper", plant="reduced")
-    at_seconds, peak = (table._largest(first, every)["delta1"] for every in (10, 1))
+    at_seconds, peak = (table.largest_inputs(first, every)["delta1"] for every in (10, 1))
     assert peak / at_seconds == pytest.approx(1.0167, abs=5e-4)
     assert first.t[np.abs(first.variables()["u_delta1"]).argmax()] == pytest.approx(0.8)
     second = runs(SECOND, "paper", plant="reduced")
-    assert table._largest(second, 1)["delta1"] == pytest.approx(table._largest(second, 10)["delta1"], 1e-4)
+    assert table.largest_inputs(second, 1)["delta1"] == pytest.approx(table.largest_inputs(second, 10)["delta1"], 1e-4)
 
 
 def test_axial_acceleration_is_that_of_19(runs):
@@ -109,7 +113,7 @@ def test_axial_acceleration_is_that_of_19(runs):
 
 
 def test_figures_are_numbered_and_told():
-    figures = load_paper("slosh").figures()
+    figures = load_reproduction("slosh").figures
     assert numbered_and_told(figures, range(1, 11))
     assert all("computed anew" in figure.caption for figure in figures[:8])
     assert "Not in the paper" in figures[-1].caption
@@ -118,7 +122,7 @@ def test_figures_are_numbered_and_told():
 @pytest.fixture(scope="module")
 def drawn(runs):
     with style():
-        return {figure.number: figure.draw(runs) for figure in load_paper("slosh").figures()}
+        return {figure.number: figure.draw(runs) for figure in load_reproduction("slosh").figures}
 
 
 @pytest.mark.parametrize("number", PANELS)
@@ -166,7 +170,7 @@ def _starts(values, curve):
 
 def test_any_run_can_be_drawn(runs, tmp_path):
     for number, settings in enumerate(({}, {"plant": "reduced", "t_end": 5.0}, {"attitude": "euler", "t_end": 0.1})):
-        figure = picture(to_dataset(runs(SECOND, "paper", **settings)), runs.model.manifest)
+        figure = run_picture(to_dataset(runs(SECOND, "paper", **settings)), runs.model.manifest)
         assert len(figure.axes) == 8
         save(figure, tmp_path / f"{number}.png")
         assert (tmp_path / f"{number}.png").stat().st_size > 10_000
@@ -175,7 +179,7 @@ def test_any_run_can_be_drawn(runs, tmp_path):
 def test_all_pendulums_are_drawn_and_the_first_six_named(runs):
     dataset = to_dataset(runs(FIRST, "paper", t_end=2.0))
     more = {f"{angle}{k}": dataset[f"{angle}2"] for k in range(3, 8) for angle in ("phi", "theta")}
-    figure = picture(dataset.assign(more), runs.model.manifest)
+    figure = run_picture(dataset.assign(more), runs.model.manifest)
     for ax in figure.axes[4:6]:
         assert sum(len(line.get_xdata()) == 21 for line in ax.lines) == 7
         assert len(ax.get_legend().get_texts()) == 6

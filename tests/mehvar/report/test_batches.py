@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from dataclasses import replace
 
-from mehvar.papers.study import load_paper
+from mehvar.papers.reproduction import load_reproduction
 from mehvar.report.batches import run_study
 from mehvar.report.charts import chart
 from mehvar.runtime.batch.statistics import interval
@@ -10,7 +10,7 @@ from tests.mehvar.report.test_series import floats
 
 
 def test_a_study_counts_successes_and_draws_its_bands_the_same_each_time():
-    study, steps = replace(load_paper("triangle").STUDY, runs=64), []
+    study, steps = replace(load_reproduction("triangle").study, runs=64), []
     first, second = (run_study(load("triangle"), study, lambda done, what: steps.append(done)) for _ in range(2))
     assert steps[-1] == 1.0
     for (title, found), (_, again) in zip(first.laws, second.laws, strict=True):

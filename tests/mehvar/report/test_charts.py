@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from mehvar.pictures.plots import BLUE, GREY, VERMILLION, label, new_figure, style
+from mehvar.pictures.style import BLUE, GREY, VERMILLION, label, new_figure, style
 from mehvar.report.charts import BAND_HIGH, BAND_LOW, chart, text
 from tests.mehvar.report.test_series import floats
 

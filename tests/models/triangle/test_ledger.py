@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from mehvar.codegen.ledger.ledger import Ledger, Standing, judge_entry
-from mehvar.models.paper import Names, Paper, Reading, Relation, printed
+from mehvar.models.paper import Names, Paper, Relation, printed
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import Definition, System
 from mehvar.models.triangle.paper import NUMBERS, paper
@@ -155,4 +155,6 @@ def test_a_paper_refuses_what_is_missing_or_unknown() -> None:
     with pytest.raises(ModelError, match="in the table of names twice"):
         names.derived("x", "x", sp.S.One)
     with pytest.raises(ModelError, match="exactly one reading is used"):
-        dataclasses.replace(one, readings=(Reading(), Reading()))
+        Paper("", 1, names, (one.reading("another", Relation(x, x)),))
+    with pytest.raises(ModelError, match="exactly one reading is used"):
+        Paper("", 1, names, (printed("1", "", "equation").reading("read", Relation(x, x), used=False),))

@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 
 from mehvar.errors import InputError
-from mehvar.pictures import plots
+from mehvar.papers.reproduction import run_picture
+from mehvar.pictures.files import save
+from mehvar.pictures.run import panels_picture
+from mehvar.pictures.style import style
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate
@@ -31,7 +34,7 @@ def turn():
 
 def test_any_model_gets_a_panel_for_each_kind_and_unit(swing):
     dataset, manifest = swing
-    figure = plots.picture(dataset, manifest)
+    figure = run_picture(dataset, manifest)
     groups = [
         *((q.unit, "states") for q in manifest.states),
         *((q.unit, "inputs") for q in manifest.inputs),
@@ -50,8 +53,8 @@ def test_any_model_gets_a_panel_for_each_kind_and_unit(swing):
 
 def test_variables_of_one_unit_share_a_panel_and_are_told_apart(turn):
     dataset, manifest = turn
-    with plots.style():
-        figure = plots._panels_picture(dataset, manifest)
+    with style():
+        figure = panels_picture(dataset, manifest)
     panel = next(ax for ax in figure.axes if ax.get_title(loc="left") == "outputs in m")
     assert [text.get_text().split(":")[0] for text in panel.get_legend().get_texts()] == [
         "l1", "l2", "l3", "length_error",
@@ -61,7 +64,7 @@ def test_variables_of_one_unit_share_a_panel_and_are_told_apart(turn):
 
 def test_a_paper_module_draws_its_own_picture(turn):
     dataset, manifest = turn
-    figure = plots.picture(dataset, manifest)
+    figure = run_picture(dataset, manifest)
     disc = next(ax for ax in figure.axes if "rho" in ax.get_xlabel())
     assert disc.get_aspect() == 1.0
     path = next(line for line in disc.lines if line.get_label() == "path")
@@ -77,7 +80,7 @@ def test_the_picture_says_that_and_why_a_run_ended_early():
     model = load("triangle")
     run = simulate(model, "path", "printed", hold=0.5)
     assert run.t_stop < 15.0
-    figure = plots.picture(to_dataset(run), model.manifest)
+    figure = run_picture(to_dataset(run), model.manifest)
     assert figure.get_suptitle().endswith(f"ended early: {run.reason}")
     assert "collinear (at t = " in run.reason
 
@@ -85,22 +88,22 @@ def test_the_picture_says_that_and_why_a_run_ended_early():
 @pytest.mark.parametrize("dataset", ["swing", "turn"])
 def test_a_run_of_one_sample_can_be_drawn(dataset, request, tmp_path):
     run, manifest = request.getfixturevalue(dataset)
-    plots.save(plots.picture(run.isel(t=slice(0, 1)), manifest), tmp_path / "short.png")
+    save(run_picture(run.isel(t=slice(0, 1)), manifest), tmp_path / "short.png")
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_the_same_run_gives_the_same_bytes_whatever_the_users_style(swing, tmp_path, suffix):
     first, second = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
-    plots.save(plots.picture(*swing), first)
+    save(run_picture(*swing), first)
     with mpl.rc_context({"lines.linewidth": 9, "font.size": 20, "axes.grid": False, "savefig.dpi": 40}):
-        plots.save(plots.picture(*swing), second)
+        save(run_picture(*swing), second)
     assert first.read_bytes() == second.read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == [first.name, second.name]
 
 
 def test_png_has_150_dots_per_inch_and_no_note_of_its_maker(swing, tmp_path):
-    figure = plots.picture(*swing)
-    plots.save(figure, tmp_path / "run.PNG")
+    figure = run_picture(*swing)
+    save(figure, tmp_path / "run.PNG")
     data = (tmp_path / "run.PNG").read_bytes()
     width, height = (int.from_bytes(data[i : i + 4], "big") for i in (16, 20))
     assert (width, height) == tuple(round(150 * inches) for inches in figure.get_size_inches())
@@ -108,18 +111,18 @@ def test_png_has_150_dots_per_inch_and_no_note_of_its_maker(swing, tmp_path):
 
 
 def test_refuses_a_suffix_it_does_not_know_and_a_folder_that_is_not_there(swing, tmp_path):
-    figure = plots.picture(*swing)
+    figure = run_picture(*swing)
     with pytest.raises(InputError, match=r"run\.bmp.*\.png, \.svg or \.pdf"):
-        plots.save(figure, tmp_path / "run.bmp")
+        save(figure, tmp_path / "run.bmp")
     with pytest.raises(InputError, match="does not exist"):
-        plots.save(figure, tmp_path / "none" / "run.png")
+        save(figure, tmp_path / "none" / "run.png")
     (tmp_path / "run.png").mkdir()
     with pytest.raises(InputError, match="is a folder"):
-        plots.save(figure, tmp_path / "run.png")
+        save(figure, tmp_path / "run.png")
 
 
 def test_an_old_picture_survives_a_failed_one(swing, tmp_path, monkeypatch):
-    path, figure = tmp_path / "run.png", plots.picture(*swing)
+    path, figure = tmp_path / "run.png", run_picture(*swing)
     path.write_bytes(b"old")
 
     def fill_the_disc(target, content):
@@ -129,7 +132,7 @@ def test_an_old_picture_survives_a_failed_one(swing, tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "write_bytes", fill_the_disc)
     with pytest.raises(OSError, match=r"run\.png: No space left"):
-        plots.save(figure, path)
+        save(figure, path)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -138,9 +141,9 @@ def test_without_matplotlib_the_message_says_how_to_install_it(swing, monkeypatc
     found = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name, *a: None if name == "matplotlib" else found(name, *a))
     with pytest.raises(InputError, match=r'pip install "mehvar\[plot\]"'):
-        plots.picture(*swing)
+        run_picture(*swing)
 
 
 def test_importing_does_not_load_matplotlib():
-    code = "import sys, mehvar.pictures.plots, mehvar.papers; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, mehvar.pictures.run, mehvar.papers.reproduction; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -5,25 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mehvar.papers.study import (
-    Check,
-    Claim,
-    Comparison,
-    Runs,
-    Verdict,
-    about,
-    below,
-    beside,
-    compare,
-    count,
-    load_paper,
-    paper_models,
-    table_claims,
-)
+from mehvar.papers.claims import ClaimVerdict
+from mehvar.papers.deviations import Deviation, deviations, table_claims
+from mehvar.papers.reproduction import load_reproduction, paper_models
+from mehvar.papers.runs import Runs
 from mehvar.papers.triangle import shapes as shapes
 from mehvar.papers.triangle import surfaces as surfaces
 from mehvar.papers.triangle.chart import law_direction, target_shape
-from mehvar.pictures.plots import style
+from mehvar.pictures.style import style
 from mehvar.runtime.model.manifest import known_models
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.metrics import metrics
@@ -40,26 +29,26 @@ def runs():
 
 @pytest.fixture(scope="module")
 def claims(runs):
-    return {claim.number: claim for claim in load_paper("triangle").claims(runs)}
+    return {claim.number: claim for claim in load_reproduction("triangle").claims(runs)}
 
 
 @pytest.fixture(scope="module")
-def comparisons(runs):
-    return compare(runs)
+def numbers(runs):
+    return deviations(runs)
 
 
 def test_every_paper_belongs_to_a_model():
     assert "triangle" in paper_models()
     assert set(paper_models()) <= set(known_models())
-    paper = load_paper("triangle")
-    assert "Makarem" in paper.CITATION
-    assert paper.READINGS
+    paper = load_reproduction("triangle")
+    assert "Makarem" in paper.captions.citation
+    assert paper.captions.readings
 
 
 def test_claims_of_the_triangle_hold_and_the_notes_are_where_they_are_due(claims):
     assert list(claims) == [str(number) for number in range(1, 10)]
     found = {number: claim.verdict for number, claim in claims.items()}
-    assert found == {number: Verdict.NOTE if number in NOTED else Verdict.HOLDS for number in claims}
+    assert found == {number: ClaimVerdict.NOTE if number in NOTED else ClaimVerdict.HOLDS for number in claims}
     assert all(bool(claim.note) == (number in NOTED) for number, claim in claims.items())
     assert all(claim.checks and claim.expected and claim.measured for claim in claims.values())
 
@@ -85,24 +74,24 @@ class Altered(Runs):
 )
 def test_a_changed_model_breaks_claims(change, broken):
     altered = Altered(load("triangle"), **change)
-    failed = {c.number for c in load_paper("triangle").claims(altered) if c.verdict is Verdict.FAILS}
+    failed = {c.number for c in load_reproduction("triangle").claims(altered) if c.verdict is ClaimVerdict.FAILS}
     assert broken <= failed
 
 
-def test_every_expected_number_of_the_scenarios_is_reproduced(runs, comparisons):
+def test_every_expected_number_of_the_scenarios_is_reproduced(runs, numbers):
     manifest = runs.model.manifest
-    asked = sum(len(numbers) for s in manifest.scenarios.values() for numbers in s.expect.values())
-    assert len(comparisons) == asked == 45
-    assert all(c.holds for c in comparisons)
-    rows = table_claims(manifest, comparisons)
+    asked = sum(len(metrics) for s in manifest.scenarios.values() for metrics in s.expect.values())
+    assert len(numbers) == asked == 45
+    assert all(c.holds for c in numbers)
+    rows = table_claims(manifest, numbers)
     assert [claim.number for claim in rows] == ["T1", "T2", "T3", "T4", "T5"]
-    assert {claim.verdict for claim in rows} == {Verdict.HOLDS}
+    assert {claim.verdict for claim in rows} == {ClaimVerdict.HOLDS}
 
 
-def test_a_number_off_by_more_than_allowed_is_named(runs, comparisons):
-    wrong = [replace(c, measured=1.03 * c.measured) if c.metric.name == "travel" else c for c in comparisons]
+def test_a_number_off_by_more_than_allowed_is_named(runs, numbers):
+    wrong = [replace(c, measured=1.03 * c.measured) if c.metric.name == "travel" else c for c in numbers]
     rows = table_claims(runs.model.manifest, wrong)
-    assert {claim.verdict for claim in rows} == {Verdict.FAILS}
+    assert {claim.verdict for claim in rows} == {ClaimVerdict.FAILS}
     assert rows[0].note == "travel: 2.781 instead of 2.7"
     assert "8 within" in rows[0].measured
 
@@ -125,21 +114,7 @@ def test_a_number_off_by_more_than_allowed_is_named(runs, comparisons):
 def test_comparison_allows_one_percent_of_times_two_of_amplitudes_and_one_count(
     runs, metric, expected, measured, holds
 ):
-    assert Comparison("paper", "path", runs.model.manifest.metrics[metric], expected, measured).holds is holds
-
-
-def test_a_claim_fails_by_an_essential_check_and_gets_a_note_by_another():
-    good, bad = Check("a", "1", "1", True), Check("b", "1", "2", False)
-    assert Claim("1", "t", (good,), "why").verdict is Verdict.HOLDS
-    assert Claim("1", "t", (good,), "why").note == ""
-    assert Claim("1", "t", (good, beside(bad)), "why").verdict is Verdict.NOTE
-    assert Claim("1", "t", (good, beside(bad)), "why").note == "why"
-    assert Claim("1", "t", (good, bad, beside(bad))).verdict is Verdict.FAILS
-    assert not about("a", 1.0, 1.011).holds
-    assert not about("a", 1.0, math.nan).holds
-    assert not below("a", 1.0, 1.0).holds
-    assert count("a", 5, 6).holds
-    assert not count("a", 5, 7).holds
+    assert Deviation("paper", "path", runs.model.manifest.metrics[metric], expected, measured).holds is holds
 
 
 def test_a_run_is_integrated_once(runs):
@@ -159,21 +134,21 @@ def test_drawn_triangles_have_their_rods_and_their_attitude(lengths, theta):
 
 
 def test_figures_are_numbered_and_told(runs):
-    figures = load_paper("triangle").figures()
+    figures = load_reproduction("triangle").figures
     assert numbered_and_told(figures, range(1, 12))
 
 
 @pytest.mark.parametrize("number", range(2, 12))
 def test_axes_of_every_figure_have_labels_with_units(runs, number):
     with style():
-        figure = load_paper("triangle").figures()[number - 1].draw(runs)
+        figure = load_reproduction("triangle").figures[number - 1].draw(runs)
     assert len(figure.axes) == {9: 4, 10: 4, 11: 5}.get(number, 1)
     assert unlabelled(figure) == []
 
 
 def test_figure_1_shows_masses_rods_and_attitude(runs):
     with style():
-        ax = load_paper("triangle").figures()[0].draw(runs).axes[0]
+        ax = load_reproduction("triangle").figures[0].draw(runs).axes[0]
     assert {"1", "2", "3", "$l_1$", "$l_2$", "$l_3$", "θ"} <= {text.get_text() for text in ax.texts}
 
 
@@ -185,7 +160,7 @@ def test_figure_7_shows_solutions_of_equation_42(runs):
 
 def test_figure_8_shows_an_arc_that_touches_the_circle_and_one_that_encloses_the_attitude(runs):
     with style():
-        ax = load_paper("triangle").figures()[7].draw(runs).axes[0]
+        ax = load_reproduction("triangle").figures[7].draw(runs).axes[0]
     lines = {line.get_label(): line.get_xdata() + 1j * line.get_ydata() for line in ax.lines}
     touching = next(arc for name, arc in lines.items() if "touches" in name)
     leaving = next(arc for name, arc in lines.items() if "leaves" in name)
@@ -215,7 +190,7 @@ def test_figures_5_and_6_show_where_the_sliding_law_changes_sides(runs, theta):
 
 def test_figures_9_and_11_show_the_runs(runs):
     with style():
-        calm, disturbed = (load_paper("triangle").figures()[n - 1].draw(runs) for n in (9, 11))
+        calm, disturbed = (load_reproduction("triangle").figures[n - 1].draw(runs) for n in (9, 11))
     run = runs("sliding", "paper").variables()
     drawn = [line.get_ydata() for ax in calm.axes for line in ax.lines]
     for name in ("l1", "l2", "l3", "u_l1", "u_l2", "u_l3", "theta"):

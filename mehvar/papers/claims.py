@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What becomes of what a paper says: claims, and the checks that decide them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import TYPE_CHECKING, TypeAlias
+
+from mehvar.errors import InputError
+
+if TYPE_CHECKING:
+    from .runs import Runs
+
+TIMES = 0.01
+"""Allowed deviation of a time, relative: a settling time is a whole number of samples, and one sample is 0.2 to 0.9 %
+of the times that the papers are about. With half of this no claim fails, and two rows get a note; with twice this three
+claims lose theirs."""
+AMPLITUDES = 0.02
+"""Allowed deviation of an amplitude, relative: expected ones are given with two to four digits, and rounding alone is
+up to 2.5 % of two. No verdict changes with half or twice this."""
+COUNTS = 1.0
+"""Allowed deviation of a count, absolute: a sign change at the end of a run is or is not within it."""
+
+
+class ClaimVerdict(StrEnum):
+    """What became of a claim."""
+
+    HOLDS = "holds"
+    NOTE = "holds with a note"
+    REFUTED = "does not hold, as documented"
+    FAILS = "does not hold"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One part of a claim: what was looked at, what was expected and what running the model gave.
+
+    The claim itself does not depend on a check that is not essential; its failure deserves a note.
+    """
+
+    what: str
+    expected: str
+    measured: str
+    holds: bool
+    essential: bool = True
+
+
+@dataclass(frozen=True)
+class Claim:
+    """Something a paper says and the checks that decide it; `explanation` is about the checks that may fail.
+
+    What a paper says and our documents refute is `refuted`: it fails when its checks hold.
+    """
+
+    number: str
+    text: str
+    checks: tuple[Check, ...]
+    explanation: str = ""
+    refuted: bool = False
+
+    @property
+    def verdict(self) -> ClaimVerdict:
+        """What became of the claim."""
+        failed = [check for check in self.checks if not check.holds]
+        if any(check.essential for check in failed):
+            return ClaimVerdict.REFUTED if self.refuted else ClaimVerdict.FAILS
+        if self.refuted:
+            return ClaimVerdict.FAILS
+        return ClaimVerdict.NOTE if failed else ClaimVerdict.HOLDS
+
+    @property
+    def expected(self) -> str:
+        """What was expected, in one line."""
+        return "; ".join(f"{check.what}: {check.expected}" for check in self.checks)
+
+    @property
+    def measured(self) -> str:
+        """What was measured, in one line."""
+        return "; ".join(f"{check.what}: {check.measured}" for check in self.checks)
+
+    @property
+    def note(self) -> str:
+        """The explanation where one is due, else empty."""
+        return "" if self.verdict is ClaimVerdict.HOLDS else self.explanation
+
+
+@dataclass(frozen=True)
+class ClaimText:
+    """A claim before it is decided: an entry of a paper's `claims.toml`, with the numbers that its checks expect."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    number: str
+    text: str
+    explanation: str = ""
+    refuted: bool = False
+    expected: Mapping[str, float] = field(default_factory=dict)
+
+    def number_of(self, name: str) -> float:
+        """Return an expected number by its name.
+
+        Raises
+        ------
+        InputError
+            If the entry has no such number.
+        """
+        if name not in self.expected:
+            raise InputError(f"claim {self.number} (claims.toml) lacks the expected number {name!r}")
+        return self.expected[name]
+
+
+Expected: TypeAlias = Callable[[str], float]
+"""The expected numbers of a claim, by name."""
+Checks: TypeAlias = Callable[["Runs", Expected], Sequence[Check]]
+"""Runs the model and returns the checks of a claim."""
+
+
+def decide(texts: Sequence[ClaimText], checks: Mapping[str, Checks], runs: Runs) -> list[Claim]:
+    """Return the claims, each with its checks."""
+    return [
+        Claim(text.number, text.text, tuple(checks[text.number](runs, text.number_of)), text.explanation, text.refuted)
+        for text in texts
+    ]
+
+
+def about(what: str, expected: float, measured: float, unit: str = "", tolerance: float = TIMES) -> Check:
+    """Return the check that a number is within a relative tolerance of the expected one."""
+    holds = abs(measured - expected) <= tolerance * abs(expected)
+    return Check(what, f"{expected:g} {unit}".strip(), f"{measured:.4g} {unit}".strip(), holds)
+
+
+def count(what: str, expected: float, measured: float) -> Check:
+    """Return the check that a count is within one of the expected one."""
+    return Check(what, f"{expected:g}", f"{measured:g}", abs(measured - expected) <= COUNTS)
+
+
+def below(what: str, bound: float, measured: float, unit: str = "") -> Check:
+    """Return the check that a number is below a bound."""
+    return Check(what, f"< {bound:g} {unit}".strip(), f"{measured:.3g} {unit}".strip(), measured < bound)
+
+
+def beside(check: Check) -> Check:
+    """Return a check that the claim does not depend on."""
+    return replace(check, essential=False)

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The metrics that scenarios expect, against those of the runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from .claims import AMPLITUDES, COUNTS, TIMES, Check, Claim
+
+if TYPE_CHECKING:
+    from mehvar.runtime.model.manifest import Manifest, Metric, Scenario
+
+    from .runs import Runs
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """One metric of one run against its expected value; infinite means: does not settle within the run."""
+
+    scenario: str
+    law: str
+    metric: Metric
+    expected: float
+    measured: float
+
+    @property
+    def size(self) -> float:
+        """Relative, or absolute for a count; zero where both are infinite."""
+        if self.measured == self.expected:
+            return 0.0
+        difference = self.measured - self.expected
+        return difference if self.metric.kind == "sign_changes" else difference / abs(self.expected)
+
+    @property
+    def allowed(self) -> float:
+        """The largest size that counts as reproduced."""
+        return {"settling": TIMES, "sign_changes": COUNTS}.get(self.metric.kind, AMPLITUDES)
+
+    @property
+    def holds(self) -> bool:
+        """Whether the number is reproduced."""
+        return abs(self.size) <= self.allowed
+
+
+def deviations(runs: Runs) -> list[Deviation]:
+    """Run every scenario and law that expects numbers, and compare."""
+    manifest = runs.model.manifest
+    return [
+        Deviation(scenario.name, law, manifest.metrics[name], math.inf if value is None else value, measured[name])
+        for scenario in manifest.scenarios.values()
+        for law, expected in scenario.expect.items()
+        for measured in [runs.metrics(law, scenario.name)]
+        for name, value in expected.items()
+    ]
+
+
+def by_run(numbers: Sequence[Deviation]) -> list[tuple[tuple[str, str], list[Deviation]]]:
+    """Return the deviations of each scenario and law, in order."""
+    rows: dict[tuple[str, str], list[Deviation]] = {}
+    for number in numbers:
+        rows.setdefault((number.scenario, number.law), []).append(number)
+    return list(rows.items())
+
+
+def table_claims(manifest: Manifest, numbers: Sequence[Deviation]) -> list[Claim]:
+    """Return one claim for each run: its numbers are reproduced."""
+    return [
+        _run_claim(f"T{k}", manifest.scenarios[scenario], law, row)
+        for k, ((scenario, law), row) in enumerate(by_run(numbers), 1)
+    ]
+
+
+def _run_claim(number: str, scenario: Scenario, law: str, row: Sequence[Deviation]) -> Claim:
+    wrong = [d for d in row if not d.holds]
+    worst = max(row, key=lambda d: abs(d.size) / d.allowed)
+    size = f"{worst.size:+g}" if worst.metric.kind == "sign_changes" else f"{100 * worst.size:+.2g} %"
+    check = Check(
+        f"{len(row)} numbers",
+        "times within 1 %, amplitudes within 2 %, counts within one",
+        f"{len(row) - len(wrong)} within; largest deviation {size} ({worst.metric.name})",
+        not wrong,
+    )
+    return Claim(
+        number,
+        f"The numbers of scenario {scenario.name} with {law} are reproduced (table below).",
+        (check,),
+        "; ".join(f"{d.metric.name}: {d.measured:.4g} instead of {d.expected:.4g}" for d in wrong),
+    )

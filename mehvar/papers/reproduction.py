@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What reproducing a paper needs: figures, claims, an animation, a batch, and what it shows of a law on a board.
+
+A folder mehvar/papers/MODEL holds a paper's data (captions.toml, claims.toml, study.toml), the script of its scene
+(scene.js), and `reproduction.py`, whose REPRODUCTION binds them to the functions that compute.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from mehvar.errors import InputError
+from mehvar.pictures.run import panels_picture
+from mehvar.pictures.style import style
+from mehvar.runtime.model.manifest import identifier, known_models
+
+from .claims import Checks, Claim, ClaimText, decide
+from .data import read_data
+from .runs import Runs
+from .scene import Scene
+from .study import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from mehvar.runtime.model.manifest import Manifest
+    from mehvar.runtime.run.simulate import Run
+
+    RunPicture: TypeAlias = Callable[[xr.Dataset, Manifest], Figure]
+
+_ROOM = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class FigureCaption:
+    """The words of a figure, by its number in the paper; `claims` are the numbers of those that it shows.
+
+    The caption of a figure whose `picture` is lost ends with what the captions say of lost pictures.
+    """
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    number: int
+    title: str
+    caption: str
+    lost: bool = False
+    claims: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class SceneCaption:
+    """The words of the animation."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    title: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class Captions:
+    """A paper's `captions.toml`: whose it is, how it was read, and the words of figures and animation."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    citation: str
+    readings: tuple[str, ...]
+    scene: SceneCaption
+    figure: tuple[FigureCaption, ...]
+    lost_picture: str = ""
+
+
+@dataclass(frozen=True)
+class Claims:
+    """A paper's `claims.toml`."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    claim: tuple[ClaimText, ...]
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """A figure by its number in the paper; `draw` makes it, `claims` are the numbers of those that it shows."""
+
+    number: int
+    title: str
+    caption: str
+    draw: Callable[[Runs], Figure]
+    claims: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class BoardPart:
+    """What a paper has to do with boards.
+
+    Attributes
+    ----------
+    law : str
+        The law that the report runs on the emulated board.
+    figures : mapping of str to int
+        Laws, and the number of the paper's figure that shows each behind the link's delay.
+    draw : callable
+        Draws that figure from a run.
+    numbers : callable
+        What that figure shows, in numbers, for a law, named runs, the board's first, and the period in s; None where
+        the board's run is too short for it.
+    rows : callable
+        These numbers as rows of the report: what, how much, how it is known.
+    """
+
+    law: str
+    figures: Mapping[str, int]
+    draw: Callable[[Run], Figure]
+    numbers: Callable[[str, Mapping[str, Run], float], dict[str, Any] | None]
+    rows: Callable[[Mapping[str, Any]], list[tuple[str, str, str]]]
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """A paper's words, and the functions that draw and check what it says.
+
+    Attributes
+    ----------
+    picture : callable
+        Draws any run of the model.
+    more_claims : callable
+        Claims beside those of `claims.toml`: the rows of a table.
+    """
+
+    folder: Path
+    captions: Captions
+    study: Study
+    figures: tuple[PaperFigure, ...]
+    texts: tuple[ClaimText, ...]
+    checks: Mapping[str, Checks]
+    more_claims: Callable[[Runs], Sequence[Claim]]
+    scene: Callable[[Runs], Scene]
+    picture: RunPicture
+    board: BoardPart | None = None
+
+    @property
+    def script(self) -> str:
+        """The script that draws the scene."""
+        return (self.folder / "scene.js").read_text(encoding="utf-8")
+
+    def claims(self, runs: Runs) -> list[Claim]:
+        """Return what became of the paper's claims."""
+        return [*decide(self.texts, self.checks, runs), *self.more_claims(runs)]
+
+
+def read_reproduction(
+    folder: Path,
+    *,
+    draw: Mapping[int, Callable[[Runs], Figure]],
+    checks: Mapping[str, Checks],
+    scene: Callable[[Runs], Scene],
+    picture: RunPicture,
+    more_claims: Callable[[Runs], Sequence[Claim]] = lambda runs: (),
+    board: BoardPart | None = None,
+) -> Reproduction:
+    """Bind the files of a folder to functions: `draw` by the number of the figure, `checks` by that of the claim.
+
+    Raises
+    ------
+    InputError
+        If a file is wrong, or figures or claims are not those that the functions are for.
+    """
+    captions = read_data(folder / "captions.toml", Captions)
+    texts = read_data(folder / "claims.toml", Claims).claim
+    _same(folder / "captions.toml", "figure", [figure.number for figure in captions.figure], draw)
+    _same(folder / "claims.toml", "claim", [text.number for text in texts], checks)
+    figures = tuple(
+        PaperFigure(f.number, f.title, _caption(f, captions.lost_picture), draw[f.number], f.claims)
+        for f in captions.figure
+    )
+    study = read_data(folder / "study.toml", Study)
+    return Reproduction(folder, captions, study, figures, texts, checks, more_claims, scene, picture, board)
+
+
+def _caption(figure: FigureCaption, lost_picture: str) -> str:
+    return f"{figure.caption} {lost_picture}" if figure.lost else figure.caption
+
+
+def _same(path: Path, kind: str, numbers: Sequence[object], functions: Iterable[object]) -> None:
+    if list(numbers) != list(functions):
+        raise InputError(f"{path}: {kind}s {list(numbers)} are not those that the code has, {list(functions)}")
+
+
+def paper_models() -> list[str]:
+    """Return the known models that a paper belongs to."""
+    return [name for name in known_models() if _has_paper(name)]
+
+
+def load_reproduction(model: str) -> Reproduction:
+    """Return the reproduction of a model's paper."""
+    module = importlib.import_module(f"{__package__}.{identifier(model)}.reproduction")
+    reproduction: Reproduction = module.REPRODUCTION
+    return reproduction
+
+
+def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
+    """Draw one run: as the model's paper does, where there is one, else a panel for each kind and unit.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        What `mehvar.runtime.run.results.to_dataset` or `open_result` return.
+    manifest : Manifest
+        The model's.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed.
+    """
+    with style():
+        draw = load_reproduction(manifest.model).picture if _has_paper(manifest.model) else panels_picture
+        return draw(dataset, manifest)
+
+
+def _has_paper(model: str) -> bool:
+    return (_ROOM / identifier(model) / "reproduction.py").is_file()

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An animation of the report: what moves in each run. A paper's `scene.js` draws it, its `captions.toml` tells it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SceneLine:
+    """A series of a scene that is drawn over time: its column, its name (HTML) and a colour of the pictures."""
+
+    column: str
+    name: str
+    color: str
+    dash: bool = False
+
+
+@dataclass(frozen=True)
+class ScenePanel:
+    """Series of a scene over one axis; `scale` multiplies the columns."""
+
+    label: str
+    lines: tuple[SceneLine, ...]
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """An animation: what moves in each run, and what is drawn over time beside it.
+
+    Attributes
+    ----------
+    runs : mapping
+        Titles of runs to named series; each has "t".
+    constants : mapping
+        What does not change: lengths, the target.
+    speeds : tuple of float
+        Seconds of the run per second of the reader, to choose from; the first is the default.
+    """
+
+    runs: Mapping[str, Mapping[str, FloatArray]]
+    constants: Mapping[str, Any]
+    panels: tuple[ScenePanel, ...]
+    speeds: tuple[float, ...]

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures as files that are complete or absent; the same figure gives the same bytes."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mehvar.errors import bad_value
+from mehvar.runtime.files import write_atomic
+
+from .style import style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_METADATA: dict[str, dict[str, None]] = {
+    ".png": {"Software": None},
+    ".svg": {"Date": None},
+    ".pdf": {"CreationDate": None},
+}
+"""Of each format: what would differ from one time to the next is left out."""
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure; the file is complete or absent, and the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        What to write.
+    path : Path
+        Its suffix decides the format: .png, .svg or .pdf.
+
+    Raises
+    ------
+    InputError
+        For another suffix, a missing folder, or a path that is a folder.
+    OSError
+        If the file cannot be written; the message names it.
+    """
+    write_atomic(path, encoded(figure, checked_suffix(path)))
+
+
+def encoded(figure: Figure, suffix: str) -> bytes:
+    """Return a figure as the bytes of a file with a suffix that `save` knows."""
+    content = io.BytesIO()
+    with style():
+        figure.savefig(content, format=suffix[1:], metadata=_METADATA[suffix])
+    return content.getvalue()
+
+
+def checked_suffix(path: Path) -> str:
+    """Return the suffix of a picture's file in small letters, or raise InputError for one that is no format."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in _METADATA:
+        raise bad_value("picture", str(path), "a file name that ends in .png, .svg or .pdf")
+    return suffix

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One style for every picture: palette, lines, fonts, empty figures, and the words of their axes."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from mehvar.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+ORANGE, SKY, BLACK, GREY, LIGHT = "#E69F00", "#56B4E9", "#222222", "#777777", "#DDDDDD"
+COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+"""Okabe and Ito's palette without its yellow, which is too faint on white."""
+DPI = 150
+"""Sharp on paper at the size of a column; twice as many make the report four times as large."""
+
+_STYLE: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "axes.titlesize": 9.0,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.0,
+    "axes.edgecolor": GREY,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.color": "#E6E6E6",
+    "grid.linewidth": 0.7,
+    "xtick.color": "#444444",
+    "ytick.color": "#444444",
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "lines.linewidth": 1.5,
+    "savefig.dpi": DPI,
+    "svg.hashsalt": "mehvar",
+}
+
+
+def require_matplotlib() -> None:
+    """Refuse with the command that helps.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed.
+    """
+    if importlib.util.find_spec("matplotlib") is None:
+        raise InputError('pictures need matplotlib: pip install "mehvar[plot]"')
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Apply the style, whatever the user's own settings are."""
+    require_matplotlib()
+    import matplotlib.style
+    from cycler import cycler
+
+    colors = {"axes.prop_cycle": cycler(color=COLORS)}
+    with matplotlib.style.context(["default", {**_STYLE, **colors}], after_reset=True):
+        yield
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure whose parts make room for each other; sizes in inches."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+
+
+def label(symbol: str, meaning: str, unit: str) -> str:
+    """Return an axis label: symbol, meaning and unit."""
+    return f"{meaning} {symbol} [{pretty_unit(unit)}]"
+
+
+def pretty_unit(unit: str) -> str:
+    """Return a unit with raised exponents."""
+    return unit.replace("^2", "²").replace("^3", "³")
+
+
+def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None:
+    """Finish an axis over time: limits, zero line, labels."""
+    if zero:
+        ax.axhline(0.0, color=GREY, lw=0.6, zorder=0.9)
+    ax.margins(x=0)
+    ax.set_xlabel(label("$t$", "time", "s"))
+    if not last:
+        ax.xaxis.label.set_visible(False)
+        ax.tick_params(labelbottom=False)
+    ax.set_ylabel(text)
+
+
+def headline(dataset: xr.Dataset) -> str:
+    """Return what was run and, when it ended early, why."""
+    text = f"{dataset.attrs['title']} (scenario {dataset.attrs['scenario']})"
+    if dataset.attrs["status"] == "done":
+        return text
+    return f"{text}\nended early: {dataset.attrs['reason']}"
