@@ -13,7 +13,7 @@ import jinja2
 
 from mehvar.models.system import Group, Quantity, System
 
-from ..functions.graphs import GeneratedFunction
+from ..functions.graphs import FunctionGraph
 from ..functions.requests import identifier
 from .spelling import PYTHON, C, statements
 from .split import split
@@ -115,7 +115,7 @@ class PrintedFunction:
         return f"(lambda J: J.reshape(*J.shape[:-1], {rows}, {result[1] // rows}))({vector})"
 
 
-def printed(functions: Sequence[GeneratedFunction]) -> list[PrintedFunction]:
+def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
     """Turn graphs into tapes ready to print; what a run calls again and again is printed in two parts as well."""
     found = [
         PrintedFunction(

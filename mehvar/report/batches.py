@@ -11,7 +11,7 @@ from mehvar.pictures.plots import BLUE, VERMILLION, label, new_figure, style
 from mehvar.report.charts import BAND_HIGH, BAND_LOW, plain
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.statistics import Row, Statistics, bands, summarise
+from mehvar.runtime.batch.statistics import MetricStatistics, Statistics, bands, summarise
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +35,7 @@ class Batch:
     figure: Figure
 
     @property
-    def metrics(self) -> list[tuple[str, Row]]:
+    def metrics(self) -> list[tuple[str, MetricStatistics]]:
         """Return the metrics that success depends on, with the title of the law."""
         return [(title, row) for title, found in self.laws for row in found.rows if row.name in self.study.success]
 

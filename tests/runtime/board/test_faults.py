@@ -133,7 +133,7 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
     law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout, journal=journal, after=stop)
     with pytest.raises(Stopped):
         bench.simulate(law=law)
-    journal.close(done=False)
+    journal.close(complete=False)
     with path.open("ab") as file:
         file.write(b"half a record")
     if board_forgets:
@@ -143,7 +143,7 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
     law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout, journal=journal)
     assert bench.same(bench.simulate(law=law))
     assert len(law.ticks) == bench.samples - 23
-    journal.close(done=True)
+    journal.close(complete=True)
     assert not path.exists()
 
 
