@@ -149,7 +149,7 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
 
 def test_a_journal_of_another_run_is_refused(tmp_path):
     path = tmp_path / "journal"
-    Journal(path, {"run": 1}, 16, 3).close(done=False)
+    Journal(path, {"run": 1}, 16, 3).close(complete=False)
     with pytest.raises(InputError, match="belongs to another run"):
         Journal(path, {"run": 2}, 16, 3)
 
