@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.runtime.board.run import TARGETS, Difference, Outcome
+from mehvar.runtime.board.run import TARGETS, BoardRun, Difference
 from mehvar.runtime.run.simulate import Run
 
 
-def facts(outcome: Outcome) -> dict[str, Any]:
+def facts(outcome: BoardRun) -> dict[str, Any]:
     """Return the numbers of a run; `max_ulp` and `instructions_per_step` come first."""
     asked, image, profile = outcome.request, outcome.image, outcome.profile
     board, test = image.board, outcome.selftest
@@ -64,7 +64,7 @@ def facts(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _microseconds(outcome: Outcome) -> float | None:
+def _microseconds(outcome: BoardRun) -> float | None:
     board, profile = outcome.image.board, outcome.profile
     return round(1e6 * profile.cycles / board.hertz, 2) if board and profile and profile.cycles else None
 
@@ -94,7 +94,7 @@ def _rms(values: np.ndarray[Any, np.dtype[np.float64]]) -> list[float]:
     return [float(v) for v in np.sqrt(np.square(values).mean(axis=0))]
 
 
-def _ticks(outcome: Outcome) -> dict[str, Any] | None:
+def _ticks(outcome: BoardRun) -> dict[str, Any] | None:
     """Return the board's own measurement of a step; under an emulator it measures nothing."""
     if not outcome.ticks or outcome.hello is None:
         return None
@@ -105,7 +105,7 @@ def _ticks(outcome: Outcome) -> dict[str, Any] | None:
     }  # fmt: skip
 
 
-def _image(outcome: Outcome) -> dict[str, Any]:
+def _image(outcome: BoardRun) -> dict[str, Any]:
     content = outcome.image.path.read_bytes()
     found: dict[str, Any] = {"path": str(outcome.image.path), "sha256": hashlib.sha256(content).hexdigest()}
     if outcome.elf is not None:
@@ -114,7 +114,7 @@ def _image(outcome: Outcome) -> dict[str, Any]:
     return found
 
 
-def _bound(outcome: Outcome) -> dict[str, Any] | None:
+def _bound(outcome: BoardRun) -> dict[str, Any] | None:
     """Return the deepest that the stack can get, and the chain of calls that takes it there."""
     if outcome.bound is None:
         return None

@@ -28,21 +28,21 @@ from mehvar.pictures.plots import (
     style,
 )
 from mehvar.report.board_facts import facts
-from mehvar.runtime.board.run import Outcome
+from mehvar.runtime.board.run import BoardRun
 from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.run.results import to_dataset
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mehvar.runtime.board.run import Asked
+    from mehvar.runtime.board.run import BoardRequest
 
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 _PAPER = {("satellite", "mrac"): 10, ("satellite", "pd"): 11}
 """Figures of the paper that show a law behind the link's delay."""
 
 
-def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path) -> int:
+def report_command(model: str, settings: Sequence[str], asked: BoardRequest, out: Path) -> int:
     """Run, write index.html, board.json and figures/, and return the exit status.
 
     Raises
@@ -65,7 +65,7 @@ def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path)
     return status_of(outcome)
 
 
-def _figures(outcome: Outcome) -> list[tuple[str, str, Any]]:
+def _figures(outcome: BoardRun) -> list[tuple[str, str, Any]]:
     layout = outcome.image.program.layout
     number = _PAPER.get((layout.model, layout.law))
     name = "the closed loop" if number is None else f"the paper's figure {number}"
@@ -75,7 +75,7 @@ def _figures(outcome: Outcome) -> list[tuple[str, str, Any]]:
     ]
 
 
-def _figure_numbers(outcome: Outcome) -> dict[str, Any] | None:
+def _figure_numbers(outcome: BoardRun) -> dict[str, Any] | None:
     """Return what the paper's figure shows, in numbers, of the board and of the host with and without the delay."""
     from mehvar.papers.satellite.rows import LATE, measure
 
@@ -99,7 +99,7 @@ def _saved(path: Path, title: str, figure: Figure) -> dict[str, str]:
     return {"title": title, "uri": "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()}
 
 
-def _loop_figure(outcome: Outcome) -> Figure:
+def _loop_figure(outcome: BoardRun) -> Figure:
     run, layout = outcome.board, outcome.image.program.layout
     with style():
         if (layout.model, layout.law) in _PAPER:
@@ -109,7 +109,7 @@ def _loop_figure(outcome: Outcome) -> Figure:
         return picture(to_dataset(run), run.manifest)
 
 
-def inputs_figure(outcome: Outcome) -> Figure:
+def inputs_figure(outcome: BoardRun) -> Figure:
     """Draw what the board commanded, and how far that is from the law in float and in double on this machine."""
     board, single, double = outcome.board, outcome.single, outcome.double
     rows = min(len(board.t), len(double.t))

@@ -34,7 +34,7 @@ _SELF_TEST = 200
 
 
 @dataclass(frozen=True)
-class Asked:
+class BoardRequest:
     """What is to be run.
 
     Attributes
@@ -88,7 +88,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class BoardRun:
     """A run on a board and what it was compared with.
 
     Attributes
@@ -103,7 +103,7 @@ class Outcome:
         Of the image; None for software in the loop, or where the image does not tell.
     """
 
-    request: Asked
+    request: BoardRequest
     image: Image
     elf: Elf | None
     hello: Hello | None
@@ -130,7 +130,7 @@ class Outcome:
         return max(self.u.ulp, self.z.ulp)
 
 
-def build_image(model: Model, request: Asked) -> Image:
+def build_image(model: Model, request: BoardRequest) -> Image:
     """Compile the firmware that a run wants.
 
     Raises
@@ -148,7 +148,7 @@ def build_image(model: Model, request: Asked) -> Image:
     return build(firmware, board_named(request.board or "stm32f4"), toolchain(request.compiler))
 
 
-def run_on_board(model: Model, request: Asked) -> Outcome:
+def run_on_board(model: Model, request: BoardRequest) -> BoardRun:
     """Run a closed loop with the law on a board and compare.
 
     Raises
@@ -173,7 +173,7 @@ def run_on_board(model: Model, request: Asked) -> Outcome:
         port.close()
 
 
-def _run_framed(model: Model, request: Asked, image: Image, port: Port, single: Run) -> Outcome:
+def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, single: Run) -> BoardRun:
     layout = image.program.layout
     link = Link(port, layout)
     hello = link.connect()
@@ -209,7 +209,7 @@ def _run_framed(model: Model, request: Asked, image: Image, port: Port, single: 
     if profiler and elf:
         names = [name for name in (_law_symbol(model, request), "app_step") if name in elf.symbols]
         covered = tuple(coverage(image.path, elf, names, profiler.profile.addresses))
-    return Outcome(
+    return BoardRun(
         request=request, image=image, elf=elf, hello=hello, board=board, single=single,
         double=_simulate(model, request), undelayed=_undelayed(model, request),
         u=difference(np.array(law.u), single.u_cmd[: len(law.u)]), z=difference(z, expected),
@@ -220,7 +220,7 @@ def _run_framed(model: Model, request: Asked, image: Image, port: Port, single: 
     )  # fmt: skip
 
 
-def _run_bare(model: Model, request: Asked, image: Image, port: Port) -> Outcome:
+def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> BoardRun:
     law = BareLaw(port, image.program)
     resolved = image.program.resolved
     begin = time.perf_counter()
@@ -229,7 +229,7 @@ def _run_bare(model: Model, request: Asked, image: Image, port: Port) -> Outcome
     single = _simulate(model, request, law=HostLaw(image.program, resolved))
     none = difference(np.empty(0), np.empty(0))
     elf = None if image.board is None else read_elf(image.path)
-    return Outcome(
+    return BoardRun(
         request=request, image=image, elf=elf, hello=None, board=board,
         single=single, double=_simulate(model, request), undelayed=_undelayed(model, request),
         u=difference(np.array(law.u), single.u_cmd), z=none, x=difference(board.x, single.x),
@@ -247,7 +247,7 @@ def _bound(elf: Elf | None, image: Image) -> StackBound | None:
         return None
 
 
-def _simulate(model: Model, request: Asked, **overrides: Any) -> Run:
+def _simulate(model: Model, request: BoardRequest, **overrides: Any) -> Run:
     """Run the same closed loop with the law elsewhere."""
     law = model.manifest.controller(request.controller)
     scenario = model.manifest.scenario(request.scenario)
@@ -259,7 +259,7 @@ def _simulate(model: Model, request: Asked, **overrides: Any) -> Run:
     return simulate(model, request.controller, scenario.name, request.values, t_end=t_end, origin="--set", **options)
 
 
-def _resolved(model: Model, request: Asked) -> Resolved:
+def _resolved(model: Model, request: BoardRequest) -> Resolved:
     law, scenario = model.manifest.controller(request.controller), model.manifest.scenario(request.scenario)
     return resolve(model.manifest, model.functions, law, scenario, request.values or {}, "--set")
 
@@ -268,7 +268,7 @@ def _every(target: str) -> int:
     return 1 if target in ("sil", "unicorn") else 10
 
 
-def _undelayed(model: Model, request: Asked) -> Run | None:
+def _undelayed(model: Model, request: BoardRequest) -> Run | None:
     delay = (request.options or {}).get("delay", request.delay)
     if delay == 0 or (delay is None and not delay_of(model.manifest.controller(request.controller))):
         return None
@@ -285,7 +285,7 @@ def _self_test(link: Link, law: BoardLaw, samples: int) -> SelfTest | None:
     return link.selftest(samples)
 
 
-def _journal(request: Asked, digest: bytes, single: Run, sizes: tuple[int, ...]) -> Journal:
+def _journal(request: BoardRequest, digest: bytes, single: Run, sizes: tuple[int, ...]) -> Journal:
     assert request.journal is not None
     settings = hashlib.sha256(repr((sorted(single.parameters.values.items()), sorted(single.options.items()))).encode())
     identity: dict[str, object] = {"layout": digest.hex(), "run": settings.hexdigest()[:16]}
@@ -303,7 +303,7 @@ def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[
     return np.stack([law.z[k] for k in samples]), single.z[[k + 1 for k in samples]]
 
 
-def _law_symbol(model: Model, request: Asked) -> str:
+def _law_symbol(model: Model, request: BoardRequest) -> str:
     from ..model.manifest import identifier
 
     return f"{identifier(model.name)}_{identifier(request.controller)}"
@@ -334,16 +334,16 @@ def _ordered(values: NDArray[np.float32]) -> NDArray[np.int64]:
     return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
 
 
-def ended(outcome: Outcome) -> bool:
+def ended(outcome: BoardRun) -> bool:
     """Whether the run on the board came to its end."""
     return outcome.board.status is Status.DONE
 
 
 __all__ = [
     "TARGETS",
-    "Asked",
+    "BoardRequest",
+    "BoardRun",
     "Difference",
-    "Outcome",
     "Resolved",
     "build_image",
     "difference",
