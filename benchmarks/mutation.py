@@ -19,7 +19,7 @@ from machine import machine as this_machine
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from mehvar.physics.mutation import Mutant, Verdict, run  # noqa: E402
+from mehvar.physics.mutation import Mutant, Tally, run  # noqa: E402
 from tests.mehvar.physics.declared import CASES, Case, gates_of, title  # noqa: E402
 from tests.mehvar.physics.installed import machine  # noqa: E402
 
@@ -27,11 +27,11 @@ from tests.mehvar.physics.installed import machine  # noqa: E402
 def main() -> None:
     """Try every wrong term, and write the page."""
     lines = _head()
-    verdicts = {case: _try(case) for case in CASES}
-    lines += ["## Killed", "", *_table(verdicts), "", *_list("Equivalent", verdicts, "equivalent")]
-    lines += _list("Survivors", verdicts, "survivors")
+    tallies = {case: _try(case) for case in CASES}
+    lines += ["## Killed", "", *_table(tallies), "", *_list("Equivalent", tallies, "equivalent")]
+    lines += _list("Survivors", tallies, "survivors")
     for model in dict.fromkeys(model for model, _ in CASES):
-        lines += _per_gate(model, [verdict for (name, _), (verdict, _) in verdicts.items() if name == model])
+        lines += _per_gate(model, [tally for (name, _), (tally, _) in tallies.items() if name == model])
     write("mutation.md", lines)
 
 
@@ -58,18 +58,18 @@ def _head() -> list[str]:
     ]
 
 
-def _try(case: Case) -> tuple[Verdict, float]:
+def _try(case: Case) -> tuple[Tally, float]:
     model, structure = case
     start = perf_counter()
     subject = machine(model, *structure)
-    verdict = run(subject.system, subject.ranges, gates_of)
-    print(f"{title(case)}: {verdict.killed} of {verdict.total}", file=sys.stderr, flush=True)
-    return verdict, perf_counter() - start
+    tally = run(subject.system, subject.ranges, gates_of)
+    print(f"{title(case)}: {tally.killed} of {tally.total}", file=sys.stderr, flush=True)
+    return tally, perf_counter() - start
 
 
-def _table(verdicts: dict[Case, tuple[Verdict, float]]) -> list[str]:
+def _table(tallies: dict[Case, tuple[Tally, float]]) -> list[str]:
     rows = []
-    for case, (v, seconds) in verdicts.items():
+    for case, (v, seconds) in tallies.items():
         counts = (v.terms, v.total, v.killed, len(v.equivalent), len(v.survivors), len(v.verified))
         rows.append([title(case), *map(str, counts), f"{seconds:.0f}"])
     total = [sum(int(row[k]) for row in rows) for k in range(1, 8)]
@@ -77,15 +77,15 @@ def _table(verdicts: dict[Case, tuple[Verdict, float]]) -> list[str]:
     return table(columns, [*rows, ["all", *map(str, total)]])
 
 
-def _list(heading: str, verdicts: dict[Case, tuple[Verdict, float]], kind: str) -> list[str]:
-    found: list[tuple[Case, Mutant]] = [(case, m) for case, (v, _) in verdicts.items() for m in getattr(v, kind)]
+def _list(heading: str, tallies: dict[Case, tuple[Tally, float]], kind: str) -> list[str]:
+    found: list[tuple[Case, Mutant]] = [(case, m) for case, (v, _) in tallies.items() for m in getattr(v, kind)]
     rows = [[title(case), m.term.owner, f"`{m.term.text[:100]}`", m.change] for case, m in found]
     shown = table(["structure", "in", "term", "change"], rows) if rows else ["None."]
     return [f"## {heading}", "", *shown, ""]
 
 
-def _per_gate(model: str, verdicts: list[Verdict]) -> list[str]:
-    killers = sum((verdict.killers for verdict in verdicts), Counter[str]())
+def _per_gate(model: str, tallies: list[Tally]) -> list[str]:
+    killers = sum((tally.killers for tally in tallies), Counter[str]())
     rows = [[gate, str(count)] for gate, count in killers.most_common()]
     return [f"## First gate to notice, {model}", "", *table(["gate", "mutants"], rows), ""]
 

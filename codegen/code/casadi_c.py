@@ -9,10 +9,10 @@ from pathlib import Path
 
 import casadi as ca
 
-from ..functions.graphs import GeneratedFunction
+from ..functions.graphs import FunctionGraph
 
 
-def casadi_c(model: str, functions: Sequence[GeneratedFunction]) -> dict[str, str]:
+def casadi_c(model: str, functions: Sequence[FunctionGraph]) -> dict[str, str]:
     """Let CasADi print the same graphs, under names that begin with the model's.
 
     Returns

@@ -11,7 +11,7 @@ from typing import Literal
 
 from mehvar.models.system import Group, Quantity, System
 
-from ..functions.graphs import GeneratedFunction
+from ..functions.graphs import FunctionGraph
 from ..functions.requests import identifier
 from ..templates import text_environment
 from .spelling import PYTHON, C, statements
@@ -114,7 +114,7 @@ class PrintedFunction:
         return f"(lambda J: J.reshape(*J.shape[:-1], {rows}, {result[1] // rows}))({vector})"
 
 
-def printed(functions: Sequence[GeneratedFunction]) -> list[PrintedFunction]:
+def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
     """Turn graphs into tapes ready to print; what a run calls again and again is printed in two parts as well."""
     found = [
         PrintedFunction(

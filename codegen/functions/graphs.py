@@ -18,7 +18,7 @@ Signature = tuple[tuple[str, int | None], ...]
 
 
 @dataclass(frozen=True)
-class GeneratedFunction:
+class FunctionGraph:
     """One function of a generated model.
 
     Attributes
@@ -47,7 +47,7 @@ class GeneratedFunction:
     held: frozenset[int] = frozenset()
 
 
-def generate_functions(system: System) -> list[GeneratedFunction]:
+def generate_functions(system: System) -> list[FunctionGraph]:
     """Build every function of a system, derivatives of the right-hand side last.
 
     Raises
@@ -55,10 +55,10 @@ def generate_functions(system: System) -> list[GeneratedFunction]:
     LoweringError
         If an expression cannot be converted or uses a symbol that its function does not receive.
     """
-    wanted = requests(system)
-    named, expressions = _common_subexpressions(system, wanted)
+    listing = requests(system)
+    named, expressions = _common_subexpressions(system, listing)
     functions, position = [], 0
-    for request in wanted:
+    for request in listing:
         results = []
         for name, exprs in request.results:
             results.append((name, expressions[position : position + len(exprs)]))
@@ -68,11 +68,11 @@ def generate_functions(system: System) -> list[GeneratedFunction]:
     return [*functions, _jacobian(rhs, "x"), _jacobian(rhs, "u"), _directional(rhs)]
 
 
-def _common_subexpressions(system: System, wanted: Sequence[Request]) -> tuple[dict[sp.Symbol, Expr], list[Expr]]:
+def _common_subexpressions(system: System, listing: Sequence[Request]) -> tuple[dict[sp.Symbol, Expr], list[Expr]]:
     """Share subexpressions over the whole model; temporaries are definitions like any other."""
     names = list(system.definitions)
     shared = [*system.definitions.values(), *(e for law in system.controllers for e in (*law.command, *law.update))]
-    results = [e for request in wanted for _, exprs in request.results for e in exprs]
+    results = [e for request in listing for _, exprs in request.results for e in exprs]
     temporaries = sp.numbered_symbols("cse_", cls=sp.Symbol)
     pairs, reduced = sp.cse([*shared, *results], symbols=temporaries, order="none")
     return dict(pairs) | dict(zip(names, reduced, strict=False)), reduced[len(shared) :]
@@ -83,7 +83,7 @@ def _build(
     request: Request,
     results: Sequence[tuple[str, Sequence[Expr]]],
     named: dict[sp.Symbol, Expr],
-) -> GeneratedFunction:
+) -> FunctionGraph:
     vectors = [ca.SX.sym(group.name, max(len(group), 1)) for group in request.arguments]
     symbols = {
         symbol: vector[i]
@@ -98,17 +98,17 @@ def _build(
     sizes = tuple((name, None if request.scalars else len(exprs)) for name, exprs in results)
     argument_names = [f"arg_{group.name}" for group in request.arguments]
     graph = ca.Function(request.name, vectors, shared, argument_names, [f"res_{name}" for name, _ in results])
-    found = GeneratedFunction(request.name, request.description, signature, sizes, graph)
+    function = FunctionGraph(request.name, request.description, signature, sizes, graph)
     if not request.repeated:
-        return found
-    return replace(found, parameters=parameter_arguments(system, request), held=held_arguments(request))
+        return function
+    return replace(function, parameters=parameter_arguments(system, request), held=held_arguments(request))
 
 
 def _is_scalar(group: Group) -> bool:
     return len(group) == 1 and group.name == group.quantities[0].name
 
 
-def _jacobian(rhs: GeneratedFunction, name: str) -> GeneratedFunction:
+def _jacobian(rhs: FunctionGraph, name: str) -> FunctionGraph:
     """Differentiate the right-hand side with respect to one argument; rows of the result follow each other."""
     position = [argument for argument, _ in rhs.arguments].index(name)
     arguments = rhs.graph.sx_in()
@@ -117,7 +117,7 @@ def _jacobian(rhs: GeneratedFunction, name: str) -> GeneratedFunction:
     (flat,) = ca.cse([ca.vec(matrix.T)])
     graph = ca.Function(f"jac_{name}", arguments, [flat], rhs.graph.name_in(), ["res_J"])
     size = matrix.shape[0] * matrix.shape[1]
-    return GeneratedFunction(
+    return FunctionGraph(
         f"jac_{name}",
         f"Jacobian of rhs with respect to {name}, row by row",
         rhs.arguments,
@@ -127,7 +127,7 @@ def _jacobian(rhs: GeneratedFunction, name: str) -> GeneratedFunction:
     )
 
 
-def _directional(rhs: GeneratedFunction) -> GeneratedFunction:
+def _directional(rhs: FunctionGraph) -> FunctionGraph:
     """Differentiate the right-hand side along a change of state and input, at a few times its own cost."""
     arguments = rhs.graph.sx_in()
     x, u = arguments[:2]
@@ -136,6 +136,6 @@ def _directional(rhs: GeneratedFunction) -> GeneratedFunction:
     (change,) = ca.cse([ca.jtimes(value, ca.vertcat(x, u), ca.vertcat(along_x, along_u))])
     names = [*rhs.graph.name_in(), "arg_along_x", "arg_along_u"]
     graph = ca.Function("jvp", [*arguments, along_x, along_u], [change], names, ["res_change"])
-    given = (*rhs.arguments, ("along_x", x.shape[0]), ("along_u", u.shape[0]))
+    signature = (*rhs.arguments, ("along_x", x.shape[0]), ("along_u", u.shape[0]))
     description = "change of rhs along a change of state and input: J_x along_x + J_u along_u"
-    return GeneratedFunction("jvp", description, given, (("change", x.shape[0]),), graph, True)
+    return FunctionGraph("jvp", description, signature, (("change", x.shape[0]),), graph, True)

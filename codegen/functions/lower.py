@@ -152,10 +152,10 @@ class _Converter:
 
 def _integer_power(base: ca.SX, exponent: int) -> ca.SX:
     """Multiply by squaring; a negative power is one division."""
-    result, square, left = None, base, abs(exponent)
-    while left:
-        if left & 1:
+    result, square, power = None, base, abs(exponent)
+    while power:
+        if power & 1:
             result = square if result is None else result * square
-        square, left = square * square, left >> 1
+        square, power = square * square, power >> 1
     whole = ca.SX(1) if result is None else result
     return 1 / whole if exponent < 0 else whole

@@ -56,7 +56,7 @@ def requests(system: System) -> list[Request]:
 def _plant(system: System) -> list[Request]:
     x, u, r, p = system.states, system.inputs, system.references, system.parameters
     margins = _margins(system.limits)
-    found = [
+    functions = [
         Request("rhs", "state derivative", (x, u, p), (("dx", system.rhs),), repeated=True),
         Request("outputs", "outputs of a run", (x, u, r, p), (("y", system.output),), repeated=True),
         Request("limits", "margins that stay positive along a run", (x, u, p), (("margin", margins),), repeated=True),
@@ -64,24 +64,24 @@ def _plant(system: System) -> list[Request]:
     for variant in system.variants:
         description = f"state derivative, {', '.join(variant.values)}"
         name, result = f"rhs_{suffix(system, variant.values)}", (("dx", variant.rhs),)
-        found.append(Request(name, description, (x, u, p), result, repeated=True))
+        functions.append(Request(name, description, (x, u, p), result, repeated=True))
     q = _integrated(system)
     if system.coordinates:
-        found.append(Request("to_coordinates", "regular coordinates of a state", (x,), (("q", q.symbols),)))
-        found.append(Request("from_coordinates", "state at regular coordinates", (q,), (("x", x.symbols),)))
+        functions.append(Request("to_coordinates", "regular coordinates of a state", (x,), (("q", q.symbols),)))
+        functions.append(Request("from_coordinates", "state at regular coordinates", (q,), (("x", x.symbols),)))
     if system.projection:
-        found.append(
+        functions.append(
             Request("project", "coordinates put back on their manifold", (q,), (("q_next", system.projection),))
         )
     if system.actuator:
         commanded = Group("u_cmd", system.actuator.commanded.quantities)
         result = (("u", system.actuator.applied),)
-        found.append(Request("actuate", "input that acts", (x, commanded, p), result, repeated=True))
+        functions.append(Request("actuate", "input that acts", (x, commanded, p), result, repeated=True))
     if system.sensor:
         noise = Group("e", system.sensor.noise.quantities)
         result = (("x_seen", system.sensor.measured),)
-        found.append(Request("measure", "state that a law sees", (x, noise, p), result, repeated=True))
-    return found
+        functions.append(Request("measure", "state that a law sees", (x, noise, p), result, repeated=True))
+    return functions
 
 
 def _scenario(system: System) -> list[Request]:
@@ -104,22 +104,24 @@ def _own(function: Function) -> Request:
 def _law(system: System, law: Controller) -> list[Request]:
     x, r, p, c, s = system.states, system.references, system.parameters, law.parameters, system.scenario_parameters
     name, margins, derived = identifier(law.name), _margins(law.constraints), tuple(formulas(c).values())
-    found = _sampled(system, law) if law.period else _continuous(system, law)
+    functions = _sampled(system, law) if law.period else _continuous(system, law)
     constraints = (("margin", margins),)
-    found.append(Request(f"{name}_constraints", f"margins of a feasible {law.name}", (p, c, s), constraints, law=law))
+    functions.append(
+        Request(f"{name}_constraints", f"margins of a feasible {law.name}", (p, c, s), constraints, law=law)
+    )
     if law.warnings:
-        shown = tuple(value for condition in law.warnings for value in (condition.margin, *condition.shown))
+        values = tuple(value for condition in law.warnings for value in (condition.margin, *condition.shown))
         description = f"margins that a run of {law.name} should have, each with the values to show"
-        found.append(Request(f"{name}_warnings", description, (p, c, s), (("margin", shown),), law=law))
+        functions.append(Request(f"{name}_warnings", description, (p, c, s), (("margin", values),), law=law))
     if law.start:
         description = f"memory of {law.name} before the first sample"
-        found.append(Request(f"{name}_start", description, (x, r, p, c), (("z", law.start),), law=law))
+        functions.append(Request(f"{name}_start", description, (x, r, p, c), (("z", law.start),), law=law))
     if law.outputs:
-        reported = (("w", tuple(output.value for output in law.outputs)),)
-        found.append(Request(f"{name}_outputs", f"what {law.name} reports", (x, r, p, c), reported, law=law))
+        results = (("w", tuple(output.value for output in law.outputs)),)
+        functions.append(Request(f"{name}_outputs", f"what {law.name} reports", (x, r, p, c), results, law=law))
     if derived:
-        found.append(Request(f"{name}_defaults", f"formula defaults of {law.name}", (c,), (("derived", derived),)))
-    return found
+        functions.append(Request(f"{name}_defaults", f"formula defaults of {law.name}", (c,), (("derived", derived),)))
+    return functions
 
 
 def _sampled(system: System, law: Controller) -> list[Request]:
@@ -136,20 +138,25 @@ def _continuous(system: System, law: Controller) -> list[Request]:
     q, rhs = _integrated(system), system.coordinates.rhs if system.coordinates else system.rhs
     name = identifier(law.name)
     command = ("u_cmd", _commanded(system))
-    seen = (("x", x.symbols), ("u", system.inputs.symbols), *((command,) if system.actuator else ()))
-    found = [
+    results = (("x", x.symbols), ("u", system.inputs.symbols), *((command,) if system.actuator else ()))
+    functions = [
         Request(name, law.title, (x, r, p, c), (("u", _commanded(system)),), law=law, repeated=True),
         Request(f"{name}_loop", f"closed loop of {law.name}", (q, r, p, c), (("dq", rhs),), law=law, repeated=True),
         Request(
-            f"{name}_observe", f"state and input in the loop of {law.name}", (q, r, p, c), seen, law=law, repeated=True
+            f"{name}_observe",
+            f"state and input in the loop of {law.name}",
+            (q, r, p, c),
+            results,
+            law=law,
+            repeated=True,
         ),
     ]
     for variant in system.variants:
         loop = variant.loops.get(law.name, variant.rhs)
         description = f"closed loop of {law.name}, {', '.join(variant.values)}"
         tag = f"{name}_loop_{suffix(system, variant.values)}"
-        found.append(Request(tag, description, (q, r, p, c), (("dq", loop),), law=law, repeated=True))
-    return found
+        functions.append(Request(tag, description, (q, r, p, c), (("dq", loop),), law=law, repeated=True))
+    return functions
 
 
 def suffix(system: System, values: Iterable[str]) -> str:
@@ -159,10 +166,10 @@ def suffix(system: System, values: Iterable[str]) -> str:
 
 def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
     """Return what symbols stand for that a function does not receive: another chart, the input, the reference."""
-    received = {group.name for group in request.arguments}
-    bound = _pairs(system.references.symbols, system.reference) if "s" in received else {}
+    names = {group.name for group in request.arguments}
+    bound = _pairs(system.references.symbols, system.reference) if "s" in names else {}
     law, coordinates = request.law, system.coordinates
-    if coordinates and "q" in received:
+    if coordinates and "q" in names:
         bound |= _pairs(system.states.symbols, coordinates.to_state)
     elif coordinates:
         bound |= _pairs(coordinates.states.symbols, coordinates.from_state)

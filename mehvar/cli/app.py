@@ -279,9 +279,9 @@ def board_build(
 ) -> None:
     """Compile the firmware of a law."""
     from mehvar.cli.board import build_command
-    from mehvar.runtime.board.run import Asked
+    from mehvar.runtime.board.run import BoardRequest
 
-    asked = Asked(controller, target, board_, compiler, scenario, raw=raw)
+    asked = BoardRequest(controller, target, board_, compiler, scenario, raw=raw)
     raise typer.Exit(build_command(model, asked, out))
 
 
@@ -304,9 +304,9 @@ def board_run(
 ) -> None:
     """Run a closed loop with the law on a board and compare it, bit for bit, with the law on this machine."""
     from mehvar.cli.board import run_command
-    from mehvar.runtime.board.run import Asked
+    from mehvar.runtime.board.run import BoardRequest
 
-    asked = Asked(controller, target, board_, compiler, scenario, samples, raw=raw, journal=journal)
+    asked = BoardRequest(controller, target, board_, compiler, scenario, samples, raw=raw, journal=journal)
     raise typer.Exit(run_command(model, settings or [], asked, format_))
 
 
@@ -324,9 +324,9 @@ def board_report(
 ) -> None:
     """Run as `board run` does, and write what was found as HTML and JSON."""
     from mehvar.report.board_page import report_command
-    from mehvar.runtime.board.run import Asked
+    from mehvar.runtime.board.run import BoardRequest
 
-    asked = Asked(controller, target, board_, compiler, scenario, samples)
+    asked = BoardRequest(controller, target, board_, compiler, scenario, samples)
     raise typer.Exit(report_command(model, settings or [], asked, out))
 
 
@@ -341,6 +341,6 @@ def board_flash(
 ) -> None:
     """Build for an STM32 board and flash it. Not tested on silicon."""
     from mehvar.cli.board import flash_command
-    from mehvar.runtime.board.run import Asked
+    from mehvar.runtime.board.run import BoardRequest
 
-    raise typer.Exit(flash_command(model, Asked(controller, "port", board_, compiler, scenario), dry_run))
+    raise typer.Exit(flash_command(model, BoardRequest(controller, "port", board_, compiler, scenario), dry_run))

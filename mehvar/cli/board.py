@@ -18,7 +18,7 @@ from mehvar.report.board_facts import facts
 from mehvar.runtime.board.image.build import FIRMWARE, Image, compile_commands, sources, write_sources
 from mehvar.runtime.board.image.elf import read_elf
 from mehvar.runtime.board.line.link import LinkError
-from mehvar.runtime.board.run import Asked, Outcome, build_image, ended, run_on_board
+from mehvar.runtime.board.run import BoardRequest, BoardRun, build_image, ended, run_on_board
 from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.model.manifest import find_model
 from mehvar.runtime.model.model import Model, load
@@ -27,7 +27,7 @@ from mehvar.terminal import print_table, working
 FORMATS = ("text", "json")
 
 
-def asked_for(model: str, settings: Sequence[str], asked: Asked) -> tuple[Model, Asked]:
+def asked_for(model: str, settings: Sequence[str], asked: BoardRequest) -> tuple[Model, BoardRequest]:
     """Return the model and what is asked for, with the settings of `--set` filled in."""
     values, options = parse_settings(settings, find_model(model).choices)
     refused = {"backend", "real", "dt_out", "hold"} & set(options)
@@ -37,7 +37,7 @@ def asked_for(model: str, settings: Sequence[str], asked: Asked) -> tuple[Model,
     return load(model, backend="c"), replace(asked, values=values, options=options)
 
 
-def build_command(model: str, asked: Asked, out: Path | None) -> int:
+def build_command(model: str, asked: BoardRequest, out: Path | None) -> int:
     """Compile a firmware; with a folder, write its sources and images there."""
     loaded, asked = asked_for(model, (), asked)
     if out is not None:
@@ -50,7 +50,7 @@ def build_command(model: str, asked: Asked, out: Path | None) -> int:
     return 0
 
 
-def run_command(model: str, settings: Sequence[str], asked: Asked, form: str) -> int:
+def run_command(model: str, settings: Sequence[str], asked: BoardRequest, form: str) -> int:
     """Run, print, and return the exit status: 1 when board and host differ, 3 when the run ended early."""
     if form not in FORMATS:
         raise bad_value("format", form, " or ".join(FORMATS), "--format")
@@ -63,7 +63,7 @@ def run_command(model: str, settings: Sequence[str], asked: Asked, form: str) ->
     return status_of(outcome)
 
 
-def outcome_of(model: str, settings: Sequence[str], asked: Asked) -> Outcome:
+def outcome_of(model: str, settings: Sequence[str], asked: BoardRequest) -> BoardRun:
     """Run a closed loop on a board.
 
     Raises
@@ -82,7 +82,7 @@ def outcome_of(model: str, settings: Sequence[str], asked: Asked) -> Outcome:
         raise typer.Exit(3) from error
 
 
-def status_of(outcome: Outcome) -> int:
+def status_of(outcome: BoardRun) -> int:
     """Return the exit status of a run."""
     if not ended(outcome):
         typer.echo(f"mehvar: the run ended early: {outcome.board.reason}", err=True)
@@ -90,7 +90,7 @@ def status_of(outcome: Outcome) -> int:
     return int(outcome.max_ulp > 0 or outcome.x.ulp > 0)
 
 
-def flash_command(model: str, asked: Asked, dry: bool) -> int:
+def flash_command(model: str, asked: BoardRequest, dry: bool) -> int:
     """Flash a board with the first tool that is installed, or print the commands."""
     import subprocess
 
@@ -179,7 +179,7 @@ def _print_image(image: Image) -> None:
     print_table("", ["", ""], rows)
 
 
-def _print_outcome(outcome: Outcome) -> None:
+def _print_outcome(outcome: BoardRun) -> None:
     found = facts(outcome)
     made = outcome.image.program
     typer.echo(

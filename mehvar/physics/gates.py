@@ -147,8 +147,8 @@ def smaller(name: str, part: Machine, source: Callable[[str], str], values: Mapp
         names = [q.name for g in (at.machine.system.states, at.machine.system.inputs) for q in g]
         names += [q.name for q in at.machine.system.parameters]
         copied = {k: small[source(k)] for k in names if source(k) and k not in values}
-        given = {k: v(small) if callable(v) else v for k, v in values.items()}
-        large = at.moved(**copied, **given)
+        settings = {k: v(small) if callable(v) else v for k, v in values.items()}
+        large = at.moved(**copied, **settings)
         shared = [q.name for q in at.machine.system.states if source(q.name)]
         return large.result("rhs", *shared), small.result("rhs", *(source(k) for k in shared))
 

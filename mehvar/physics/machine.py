@@ -44,8 +44,8 @@ class Machine:
     def __init__(self, system: System, ranges: Ranges, weights: Sequence[sp.Symbol] = ()) -> None:
         self.system = system
         self.ranges = ranges
-        wanted = (*requests(system), *_chart(system), *_derived(system))
-        self.requests = {request.name: request for request in wanted}
+        listing = (*requests(system), *_chart(system), *_derived(system))
+        self.requests = {request.name: request for request in listing}
         self.weights = np.ones(len(weights))
         self._symbols = tuple(weights)
         self._graphs: dict[str, ca.Function] = {}
@@ -136,9 +136,9 @@ class Points:
 
     def result(self, function: str, *names: str) -> Array:
         """Return parts of a function's result by their names."""
-        found = self.call(function)
+        values = self.call(function)
         places = [self._result_names(function).index(name) for name in names]
-        return found[:, places]
+        return values[:, places]
 
     def along(self, reading: Callable[[Points], Array], flow: str = "rhs") -> Array:
         """Differentiate a reading along the motion, by differences of sixth order."""

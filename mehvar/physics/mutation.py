@@ -53,7 +53,7 @@ class Mutant:
 
 
 @dataclass
-class Verdict:
+class Tally:
     """What became of the mutants of one structure.
 
     Attributes
@@ -85,7 +85,7 @@ class Verdict:
 
 def run(
     system: System, ranges: Ranges, gates_of: Callable[[Machine], list[Gate]], sample: int = 0, n: int = 6
-) -> Verdict:
+) -> Tally:
     """Try the mutants of a system's plant.
 
     Parameters
@@ -114,24 +114,24 @@ def run(
     if broken:
         raise ValueError(f"{system.name}: the equations themselves do not pass {', '.join(broken)}")
     same = _Unchanged(subject)
-    verdict = Verdict(len(terms))
-    for k, change in _chosen(len(terms), sample):
+    tally = Tally(len(terms))
+    for k, change in _sample(len(terms), sample):
         mutant = Mutant(terms[k], change)
         subject.weights[k] = CHANGES[change]
-        verdict.total += 1
+        tally.total += 1
         if killer := _first(declared, at):
-            verdict.killers[killer] += 1
+            tally.killers[killer] += 1
         elif same():
-            verdict.equivalent.append(mutant)
+            tally.equivalent.append(mutant)
         else:
-            verdict.survivors.append(mutant)
+            tally.survivors.append(mutant)
             if _first(further, at):
-                verdict.verified.append(mutant)
+                tally.verified.append(mutant)
         subject.weights[k] = 1.0
-    return verdict
+    return tally
 
 
-def _chosen(terms: int, sample: int) -> list[tuple[int, str]]:
+def _sample(terms: int, sample: int) -> list[tuple[int, str]]:
     everything = [(k, change) for k in range(terms) for change in CHANGES]
     if not sample:
         return everything
@@ -198,11 +198,11 @@ def weighted(system: System) -> tuple[System, tuple[Term, ...]]:
 
 
 def _evaluated(system: System, own: set[str]) -> list[Expr]:
-    found = [*system.rhs, *system.output, *system.initial, *system.reference]
-    found += [e for variant in system.variants for e in variant.rhs]
-    found += [e for f in system.functions if f.name in own for _, e in f.results]
+    expressions = [*system.rhs, *system.output, *system.initial, *system.reference]
+    expressions += [e for variant in system.variants for e in variant.rhs]
+    expressions += [e for f in system.functions if f.name in own for _, e in f.results]
     chart = system.coordinates
-    return [*found, *chart.rhs, *chart.from_state, *chart.to_state, *chart.from_input] if chart else found
+    return [*expressions, *chart.rhs, *chart.from_state, *chart.to_state, *chart.from_input] if chart else expressions
 
 
 def _function(function: Function, bench: _Weights) -> Function:
@@ -225,13 +225,13 @@ def _chart(system: System, chart: Coordinates, bench: _Weights) -> Coordinates:
 def _reached(expressions: Sequence[Expr], system: System) -> set[sp.Symbol]:
     """Return the definitions that expressions lead to."""
     definitions = system.definitions
-    waiting, found = [s for e in expressions for s in e.free_symbols], set()
+    waiting, names = [s for e in expressions for s in e.free_symbols], set()
     while waiting:
         symbol = waiting.pop()
-        if symbol in definitions and symbol not in found:
-            found.add(symbol)
+        if symbol in definitions and symbol not in names:
+            names.add(symbol)
             waiting.extend(definitions[symbol].free_symbols)
-    return found
+    return names
 
 
 class _Weights:

@@ -19,18 +19,18 @@ def idle_parameters(subject: Machine, sizes: tuple[int, ...] = (40, 1500)) -> li
 
     A few points show most of them; those of switches need many.
     """
-    wanted: set[str] = set()
-    moved: set[str] = set()
+    everything: set[str] = set()
+    active: set[str] = set()
     for n in sizes:
         for request in filter(_counts, subject.requests.values()):
             for place, group in enumerate(request.arguments):
                 if group.name in _GROUPS:
                     owner = _owner(subject, request, group.name)
                     names = [f"{owner}{q.name}" for q in group]
-                    wanted |= set(names)
-                    waiting = {k: name for k, name in enumerate(names) if name not in moved}
-                    moved |= _moved(subject, request, place, waiting, n)
-    return sorted(wanted - moved)
+                    everything |= set(names)
+                    waiting = {k: name for k, name in enumerate(names) if name not in active}
+                    active |= _active(subject, request, place, waiting, n)
+    return sorted(everything - active)
 
 
 def _counts(request: Request) -> bool:
@@ -38,19 +38,19 @@ def _counts(request: Request) -> bool:
     return request.name == "limits" or all(name != "margin" for name, _ in request.results)
 
 
-def _moved(subject: Machine, request: Request, place: int, waiting: dict[int, str], n: int) -> set[str]:
+def _active(subject: Machine, request: Request, place: int, waiting: dict[int, str], n: int) -> set[str]:
     """Return which of an argument's entries change the function's result."""
     if not waiting:
         return set()
     rng = np.random.default_rng(sum(map(ord, request.name)))
     values = [draw(subject.ranges, group, n, rng) for group in request.arguments]
-    before, found = subject(request.name, *values), set()
+    before, active = subject(request.name, *values), set()
     for k, name in waiting.items():
         changed = [v.copy() for v in values]
         changed[place][:, k] *= 1 + CHANGE
         if np.any(np.abs(subject(request.name, *changed) - before) > NOISE * np.abs(before)):
-            found.add(name)
-    return found
+            active.add(name)
+    return active
 
 
 def _owner(subject: Machine, request: Request, group: str) -> str:

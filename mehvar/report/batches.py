@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from mehvar.pictures.style import BLUE, VERMILLION, label, new_figure, style
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.statistics import Row, Statistics, bands, summarise
+from mehvar.runtime.batch.statistics import MetricStatistics, Statistics, bands, summarise
 
 from .charts import BAND_HIGH, BAND_LOW, plain
 
@@ -37,7 +37,7 @@ class Batch:
     figure: Figure
 
     @property
-    def metrics(self) -> list[tuple[str, Row]]:
+    def metrics(self) -> list[tuple[str, MetricStatistics]]:
         """Return the metrics that success depends on, with the title of the law."""
         return [(title, row) for title, law in self.laws for row in law.rows if row.name in self.study.success]
 

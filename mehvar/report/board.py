@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mehvar.errors import InputError
-from mehvar.runtime.board.run import Asked
+from mehvar.runtime.board.run import BoardRequest
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +46,7 @@ def run_board(model: Model, law: str) -> OnBoard:
     from .board_page import fact_rows, inputs_figure
 
     try:
-        outcome = run_on_board(model, Asked(law, "unicorn", _BOARD, samples=_SAMPLES))
+        outcome = run_on_board(model, BoardRequest(law, "unicorn", _BOARD, samples=_SAMPLES))
     except InputError as error:
         return OnBoard(law, f"Not run: {error}.")
     results = facts(outcome)

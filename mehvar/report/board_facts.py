@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.runtime.board.run import TARGETS, Difference, Outcome
+from mehvar.runtime.board.run import TARGETS, BoardRun, Difference
 from mehvar.runtime.run.simulate import Run
 
 
-def facts(outcome: Outcome) -> dict[str, Any]:
+def facts(outcome: BoardRun) -> dict[str, Any]:
     """Return the numbers of a run; `max_ulp` and `instructions_per_step` come first."""
-    asked, image, profile = outcome.asked, outcome.image, outcome.profile
+    asked, image, profile = outcome.request, outcome.image, outcome.profile
     board, test = image.board, outcome.selftest
     return {
         "max_ulp": outcome.max_ulp,
@@ -64,7 +64,7 @@ def facts(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _microseconds(outcome: Outcome) -> float | None:
+def _microseconds(outcome: BoardRun) -> float | None:
     board, profile = outcome.image.board, outcome.profile
     return round(1e6 * profile.cycles / board.hertz, 2) if board and profile and profile.cycles else None
 
@@ -99,18 +99,18 @@ def _rms(values: np.ndarray[Any, np.dtype[np.float64]]) -> list[float]:
     return [float(v) for v in np.sqrt(np.square(values).mean(axis=0))]
 
 
-def _ticks(outcome: Outcome) -> dict[str, Any] | None:
+def _ticks(outcome: BoardRun) -> dict[str, Any] | None:
     """Return the board's own measurement of a step; under an emulator it measures nothing."""
     if not outcome.ticks or outcome.hello is None:
         return None
-    emulated = outcome.asked.target in TARGETS and outcome.asked.target != "sil"
+    emulated = outcome.request.target in TARGETS and outcome.request.target != "sil"
     return {
         "least": min(outcome.ticks), "most": max(outcome.ticks), "per_second": outcome.hello.ticks_per_second,
         "meaning": "not a measurement: emulated clock" if emulated else "measured by the board",
     }  # fmt: skip
 
 
-def _image(outcome: Outcome) -> dict[str, Any]:
+def _image(outcome: BoardRun) -> dict[str, Any]:
     content = outcome.image.path.read_bytes()
     numbers: dict[str, Any] = {"path": str(outcome.image.path), "sha256": hashlib.sha256(content).hexdigest()}
     if outcome.elf is not None:
@@ -119,7 +119,7 @@ def _image(outcome: Outcome) -> dict[str, Any]:
     return numbers
 
 
-def _bound(outcome: Outcome) -> dict[str, Any] | None:
+def _bound(outcome: BoardRun) -> dict[str, Any] | None:
     """Return the deepest that the stack can get, and the chain of calls that takes it there."""
     if outcome.bound is None:
         return None

@@ -18,7 +18,7 @@ from mehvar.html import page
 from mehvar.papers.reproduction import BoardPart, load_reproduction, paper_models, run_picture
 from mehvar.pictures.files import save
 from mehvar.pictures.style import BLACK, BLUE, COLORS, VERMILLION, label, new_figure, require_matplotlib, style
-from mehvar.runtime.board.run import Outcome
+from mehvar.runtime.board.run import BoardRun
 from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.run.results import to_dataset
 
@@ -27,11 +27,11 @@ from .board_facts import facts
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mehvar.runtime.board.run import Asked
+    from mehvar.runtime.board.run import BoardRequest
 
 
 
-def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path) -> int:
+def report_command(model: str, settings: Sequence[str], asked: BoardRequest, out: Path) -> int:
     """Run, write index.html, board.json and figures/, and return the exit status.
 
     Raises
@@ -47,7 +47,7 @@ def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path)
     return status_of(outcome)
 
 
-def write_report(outcome: Outcome, out: Path) -> None:
+def write_report(outcome: BoardRun, out: Path) -> None:
     """Write index.html, board.json and figures/ into a folder."""
     part = _paper_part(outcome)
     numbers = _figure_numbers(outcome, part)
@@ -63,14 +63,14 @@ def write_report(outcome: Outcome, out: Path) -> None:
         (folder / "board.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
 
 
-def _paper_part(outcome: Outcome) -> BoardPart | None:
+def _paper_part(outcome: BoardRun) -> BoardPart | None:
     """Return what a paper has to do with the law on the board, None where it has not."""
     layout = outcome.image.program.layout
     part = load_reproduction(layout.model).board if layout.model in paper_models() else None
     return part if part and layout.law in part.figures else None
 
 
-def _figures(outcome: Outcome, part: BoardPart | None) -> list[tuple[str, str, Any]]:
+def _figures(outcome: BoardRun, part: BoardPart | None) -> list[tuple[str, str, Any]]:
     name = f"the paper's figure {part.figures[outcome.image.program.layout.law]}" if part else "the closed loop"
     return [
         ("loop", f"{name}, with the law on the board".capitalize(), lambda outcome: _loop_figure(outcome, part)),
@@ -78,7 +78,7 @@ def _figures(outcome: Outcome, part: BoardPart | None) -> list[tuple[str, str, A
     ]
 
 
-def _figure_numbers(outcome: Outcome, part: BoardPart | None) -> dict[str, Any] | None:
+def _figure_numbers(outcome: BoardRun, part: BoardPart | None) -> dict[str, Any] | None:
     """Return what the paper's figure shows, in numbers, of the board and of the host with and without the delay."""
     if part is None:
         return None
@@ -94,7 +94,7 @@ def _saved(path: Path, title: str, figure: Figure) -> dict[str, str]:
     return {"title": title, "uri": "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()}
 
 
-def _loop_figure(outcome: Outcome, part: BoardPart | None) -> Figure:
+def _loop_figure(outcome: BoardRun, part: BoardPart | None) -> Figure:
     run = outcome.board
     if part is None:
         return run_picture(to_dataset(run), run.manifest)
@@ -102,7 +102,7 @@ def _loop_figure(outcome: Outcome, part: BoardPart | None) -> Figure:
         return part.draw(run)
 
 
-def inputs_figure(outcome: Outcome) -> Figure:
+def inputs_figure(outcome: BoardRun) -> Figure:
     """Draw what the board commanded, and how far that is from the law in float and in double on this machine."""
     board, single, double = outcome.board, outcome.single, outcome.double
     rows = min(len(board.t), len(double.t))

@@ -16,7 +16,20 @@ from ..system import Condition, Controller, Derivation, Expr, Group, Quantity
 from . import estimator
 from .dynamics import AXES, TORQUES, angles, rates
 from .estimator import HALF, SAMPLES, SENSOR_LOST, Estimate, smallest_gain
-from .polynomials import RIGHT, a1, a2, b0, b1, cancelling, closed_loop, numerators, put, resultant, retaining, s1
+from .polynomials import (
+    RIGHT,
+    a1,
+    a2,
+    b0,
+    b1,
+    cancelling,
+    closed_loop,
+    numerators,
+    put,
+    resultant,
+    retaining,
+    s1,
+)
 
 REFERENCES = Group("r", tuple(Quantity(f"ref_{axis}", "rad", f"wanted {axis}", f"r_{{{axis}}}") for axis in AXES))
 APPLIED = Group(
@@ -28,11 +41,11 @@ _LARGEST = sp.Integer(10) ** 30
 _PAST = 4
 """Past values of w that d = 2 needs: Ac has degree four."""
 
-Law = Callable[[int, Estimate, "Model", Group, Group, Derivation], Expr]
+Law = Callable[[int, Estimate, "ReferenceModel", Group, Group, Derivation], Expr]
 
 
 @dataclass(frozen=True)
-class Model:
+class ReferenceModel:
     """The reference model of an axis in this sample.
 
     Attributes
@@ -56,7 +69,7 @@ def model_memory(axis: str, keeps_zero: bool) -> tuple[Quantity, ...]:
     return (Quantity(f"ym_{axis}", "rad", f"reference model's {axis}", "y_m"), *past)
 
 
-def reference_models(law: Group, plant: Group, d: Derivation) -> tuple[Model, ...]:
+def reference_models(law: Group, plant: Group, d: Derivation) -> tuple[ReferenceModel, ...]:
     """Define w(k) of each axis: C1 w = D r with a double pole and unit gain (16)."""
     pole = d.define("model_pole", sp.exp(-plant.Ts / law.tau_m), "", "double pole of C1", latex="p")
     C1 = closed_loop(pole, 2)
@@ -72,11 +85,11 @@ def reference_models(law: Group, plant: Group, d: Derivation) -> tuple[Model, ..
             "rad",
             rf"w_{{\mathrm{{{axis}}}}}(k)",
         )
-        models.append(Model((now, *past), law.design_delay > HALF))
+        models.append(ReferenceModel((now, *past), law.design_delay > HALF))
     return tuple(models)
 
 
-def _model_update(model: Model, keeps_zero: bool) -> dict[str, Expr]:
+def _model_update(model: ReferenceModel, keeps_zero: bool) -> dict[str, Expr]:
     """Return the reference model's memory after the sample; y_m is that of the next one."""
     w = model.w
     if keeps_zero:
@@ -86,10 +99,10 @@ def _model_update(model: Model, keeps_zero: bool) -> dict[str, Expr]:
     return {"ym": ahead, **{f"wm{k}": w[k - 1] for k in range(1, _PAST + 1)}}
 
 
-def retain(axis: int, found: Estimate, model: Model, law: Group, plant: Group, d: Derivation) -> Expr:
+def retain(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, plant: Group, d: Derivation) -> Expr:
     """Place the poles, keep the zero of B, cancel the estimated offset."""
     name = AXES[axis]
-    ea1, ea2, eb0, eb1, offset = found.theta
+    ea1, ea2, eb0, eb1, offset = estimate.theta
     floor = smallest_gain(axis, law, plant)
     lift = d.define(
         f"lift_{name}", sp.Max(0, floor - (eb0 + eb1) / 2), "", "what b0 and b1 lack", "rad/N/m", r"\delta_b"
@@ -113,19 +126,19 @@ def retain(axis: int, found: Estimate, model: Model, law: Group, plant: Group, d
         )
     )
     first = sp.Piecewise((first, model.late), (0, True))
-    wanted = sp.Add(*(
+    goal = sp.Add(*(
         sp.Piecewise((two, model.late), (one, True)) * w
         for one, two, w in zip((*closed_loop(law.rho, 3), sp.S.Zero), closed_loop(law.rho, 4), model.w, strict=True)
     ))  # fmt: skip
-    wanted = d.define(f"Acw_{name}", wanted, "", "Ac w(k)", "rad", "A_c w")
-    past = last * found.torque + first * estimator.symbols(name)["u1"]
-    return (wanted - (1 + first + last) * offset) / gain - t0 * found.y - t1 * found.y1 - past
+    goal = d.define(f"Acw_{name}", goal, "", "Ac w(k)", "rad", "A_c w")
+    past = last * estimate.torque + first * estimator.symbols(name)["u1"]
+    return (goal - (1 + first + last) * offset) / gain - t0 * estimate.y - t1 * estimate.y1 - past
 
 
-def cancel(axis: int, found: Estimate, model: Model, law: Group, plant: Group, d: Derivation) -> Expr:
+def cancel(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, plant: Group, d: Derivation) -> Expr:
     """Law (32) as printed, with the offset term: it cancels B, whose true zero is -1."""
     name = AXES[axis]
-    ea1, ea2, eb0, eb1, offset = found.theta
+    ea1, ea2, eb0, eb1, offset = estimate.theta
     leading = d.define(
         f"b0_used_{name}",
         sp.Max(eb0, smallest_gain(axis, law, plant)),
@@ -144,20 +157,20 @@ def cancel(axis: int, found: Estimate, model: Model, law: Group, plant: Group, d
     )  # fmt: skip
     first = d.define(f"s1_cancel_{name}", put(late.S[1], values), "(23)", "s1 of S when d = 2", latex="s_1")
     commanded = estimator.symbols(name)["u1"]
-    two = (eb1 + leading * first) * commanded + eb1 * first * found.torque
-    past = sp.Piecewise((two, model.late), (eb1 * found.torque, True))
+    two = (eb1 + leading * first) * commanded + eb1 * first * estimate.torque
+    past = sp.Piecewise((two, model.late), (eb1 * estimate.torque, True))
     past = d.define(f"BSu_{name}", past, "(33)", "(B S - b0) u", "rad", "B_S' u")
     C2 = closed_loop(law.C2_pole, 2)
-    wanted = sp.Add(*(c * w for c, w in zip(C2, model.w, strict=False)))
+    goal = sp.Add(*(c * w for c, w in zip(C2, model.w, strict=False)))
     offset_gain = sp.Piecewise((1 + first, model.late), (1, True))
-    return (wanted - t0 * found.y - t1 * found.y1 - past - offset_gain * offset) / leading
+    return (goal - t0 * estimate.y - t1 * estimate.y1 - past - offset_gain * offset) / leading
 
 
 @dataclass(frozen=True)
 class Shared:
     """What the laws share in a sample: reference models, and the estimators of the adaptive ones."""
 
-    models: tuple[Model, ...]
+    models: tuple[ReferenceModel, ...]
     estimates: tuple[Estimate, ...]
 
 
@@ -171,7 +184,7 @@ def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared:
         torque = form(k, shared.estimates[k], shared.models[k], law, plant, d)
         commands.append(d.define(f"u_{axis}_{tag}", torque, "", f"torque about {axis}", "N m", "u(k)"))
     d.section(f"Law {name}: check of the numbers")
-    traces = [found.trace for found in shared.estimates]
+    traces = [estimate.trace for estimate in shared.estimates]
     healthy = _healthy(tag, (*angles, *APPLIED.symbols, *REFERENCES.symbols, *commands, *traces), d)
     rows: list[tuple[Quantity, Expr, Expr]] = []
     for k, axis in enumerate(AXES):
@@ -243,8 +256,8 @@ def _controller(
     warnings: tuple[Condition, ...] = (),
 ) -> Controller:
     """Keep the last good memory and command nothing when a number is not finite."""
-    kept = [sp.Piecewise((after, healthy), (q.symbol, True)) for q, _, after in rows]
-    lost = sp.Piecewise((0, healthy), (1, True))
+    update = [sp.Piecewise((after, healthy), (q.symbol, True)) for q, _, after in rows]
+    flag = sp.Piecewise((0, healthy), (1, True))
     memory = Group("z", (*(q for q, _, _ in rows), *(q for q, _, _ in extra), SENSOR_LOST))
     return Controller(
         name,
@@ -257,7 +270,7 @@ def _controller(
         applied=APPLIED,
         memory=memory,
         start=(*(before for _, before, _ in rows), *(before for _, before, _ in extra), sp.S.Zero),
-        update=(*kept, *(after for _, _, after in extra), lost),
+        update=(*update, *(after for _, _, after in extra), flag),
     )
 
 

@@ -38,7 +38,7 @@ AXES = ("roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True)
-class Attitude:
+class Chart:
     """A chart of the attitude and what the rest of the model needs of it.
 
     Attributes
@@ -70,7 +70,7 @@ def orbit_rate(rotation: sp.Matrix, omega0: Expr) -> sp.Matrix:
     return rotation * sp.Matrix([0, -omega0, 0])
 
 
-def attitude(chart: str, omega0: Expr, d: Derivation) -> Attitude:
+def attitude(chart: str, omega0: Expr, d: Derivation) -> Chart:
     """Define C, Omega and the kinematics of a chart.
 
     Parameters
@@ -98,7 +98,7 @@ def attitude(chart: str, omega0: Expr, d: Derivation) -> Attitude:
     for quantity, rate, number in zip(ANGLES, turning, ("(5)", "(6)", "(7)"), strict=True):
         d.show(f"{quantity.latex}'", rate, number, f"rate of {quantity.name}, from C' = -[Omega x] C", "rad/s")
     rate = quaternion_rates(coordinates, names) if quaternion else turning
-    return Attitude(states, rotation, sp.Matrix(names), tuple(rate))
+    return Chart(states, rotation, sp.Matrix(names), tuple(rate))
 
 
 def _named_rotation(rotation: sp.Matrix, d: Derivation) -> sp.Matrix:
@@ -113,12 +113,12 @@ def _named_rotation(rotation: sp.Matrix, d: Derivation) -> sp.Matrix:
 def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
     """Read the three angles off C: what the laws see when the state is a quaternion."""
     sine = sp.Max(-1, sp.Min(1, rotation[0, 2]))
-    found = (
+    values = (
         sp.atan2(rotation[1, 2], rotation[2, 2]),
         -sp.asin(sine),
         sp.atan2(rotation[0, 1], rotation[0, 0]),
     )
-    for quantity, expr in zip(ANGLES, found, strict=True):
+    for quantity, expr in zip(ANGLES, values, strict=True):
         d.define(quantity.name, expr, "", quantity.description, "rad", quantity.latex)
 
 
@@ -152,15 +152,15 @@ def accelerations(torque: sp.Matrix, plant: Group, d: Derivation) -> tuple[Expr,
     """
     unknown = sp.Matrix(sp.symbols("wx' wy' wz'", real=True))
     balance = torque_excess(inertia_matrix(plant), rates, unknown, wheels) - torque
-    found = []
+    names = []
     for k, i in enumerate("xyz"):
         rest, coefficient = balance[k].subs(unknown[k], 0), balance[k].coeff(unknown[k])
-        found.append(
+        names.append(
             d.define(
                 f"w{i}_rate", -rest / coefficient, "(1)", f"angular acceleration about {i}", "rad/s^2", rf"\omega_{i}'"
             )
         )
-    return tuple(found)
+    return tuple(names)
 
 
 def wheel_speeds(plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:

@@ -103,8 +103,8 @@ def actuator(plant: Group, d: Derivation) -> Actuator:
         inside = sp.Max(-plant.umax, sp.Min(plant.umax, COMMANDED.symbols[k]))
         inside = d.define(f"T{i}_inside", inside, "", f"torque about {i} within umax", "N m", f"T_{{{i},1}}")
         lower, upper = (wheels[k] - plant.hmax) / plant.Ts, (wheels[k] + plant.hmax) / plant.Ts
-        held = sp.Max(lower, sp.Min(upper, inside))
-        applied.append(sp.Piecewise((held, plant.wheels > sp.Rational(1, 2)), (inside, True)))
+        limit = sp.Max(lower, sp.Min(upper, inside))
+        applied.append(sp.Piecewise((limit, plant.wheels > sp.Rational(1, 2)), (inside, True)))
     return Actuator(COMMANDED, tuple(applied))
 
 
@@ -117,7 +117,7 @@ def sensor(states: Group, chart: str, plant: Group, d: Derivation) -> Sensor:
         "rounding step of the sensor, 1 when it does not round",
         "rad",
     )
-    seen = {}
+    measurement = {}
     for quantity, angle in zip(ANGLES, angles, strict=True):
         noisy = d.define(
             f"{quantity.name}_noisy",
@@ -127,10 +127,10 @@ def sensor(states: Group, chart: str, plant: Group, d: Derivation) -> Sensor:
             "rad",
         )
         rounded = step * sp.floor(noisy / step + sp.Rational(1, 2))
-        seen[quantity.name] = sp.Piecewise((rounded, plant.quantum > 0), (noisy, True))
+        measurement[quantity.name] = sp.Piecewise((rounded, plant.quantum > 0), (noisy, True))
     for quantity, rate in zip(RATES, rates, strict=True):
-        seen[quantity.name] = rate + plant.noise_rate * getattr(NOISE, f"e_{quantity.name}")
+        measurement[quantity.name] = rate + plant.noise_rate * getattr(NOISE, f"e_{quantity.name}")
     if chart == "quaternion":
-        turns = [(axis, seen[name]) for axis, name in ((2, "yaw"), (1, "pitch"), (0, "roll"))]
-        seen |= {f"q{k}": part for k, part in enumerate(quaternion_of_turns(turns))}
-    return Sensor(NOISE, tuple(seen.get(q.name, q.symbol) for q in states))
+        turns = [(axis, measurement[name]) for axis, name in ((2, "yaw"), (1, "pitch"), (0, "roll"))]
+        measurement |= {f"q{k}": part for k, part in enumerate(quaternion_of_turns(turns))}
+    return Sensor(NOISE, tuple(measurement.get(q.name, q.symbol) for q in states))

@@ -211,8 +211,8 @@ def start(axis: int, law: Group, plant: Group) -> dict[str, Expr]:
     nominal = law.guess * nominal_gain(inertia_matrix(plant)[axis, axis], plant.Ts)
 
     def first(which: str) -> Expr:
-        given = getattr(law, f"{which}_{name}_0")
-        return sp.Piecewise((given, given > 0), (nominal, True))
+        guess = getattr(law, f"{which}_{name}_0")
+        return sp.Piecewise((guess, guess > 0), (nominal, True))
 
     values: dict[str, Expr] = {f"D{i + 1}": law.F0 for i in range(5)}
     values |= {f"U{i + 1}{j + 1}": sp.S.Zero for i, j in _ABOVE}

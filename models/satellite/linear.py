@@ -42,28 +42,38 @@ def show_linear_model(plant: Group, d: Derivation) -> None:
         own = {angles[k], _RATES[k], _ACCELERATIONS[k]}
         without = torque.subs(no_momentum)
         coupling = sp.Add(*(t for t in sp.Add.make_args(without) if not own & t.free_symbols))
-        kept = sp.collect(sp.expand(without - coupling), [angles[k], _ACCELERATIONS[k]], sp.factor)
-        d.show(f"T_{name}", kept, f"({8 + k})", f"{axis}: kept by the paper (printed with the first derivative)", "N m")
-        dropped = sp.collect(coupling, _RATES, sp.factor)
-        if dropped is not sp.S.Zero:
-            title = f"{axis}: roll-yaw coupling, dropped by the paper"
-            d.show(rf"T_{{{name},\mathrm{{dropped}}}}", dropped, f"({8 + k})", title, "N m")
-        stored = sp.expand(torque - without)
+        principal = sp.collect(sp.expand(without - coupling), [angles[k], _ACCELERATIONS[k]], sp.factor)
         d.show(
-            rf"T_{{{name},\mathrm{{stored}}}}", stored, f"({8 + k})", f"{axis}: added by momentum in the wheels", "N m"
+            f"T_{name}",
+            principal,
+            f"({8 + k})",
+            f"{axis}: kept by the paper (printed with the first derivative)",
+            "N m",
         )
-        _show_state_space(k, kept, dropped, plant, d)
+        remainder = sp.collect(coupling, _RATES, sp.factor)
+        if remainder is not sp.S.Zero:
+            title = f"{axis}: roll-yaw coupling, dropped by the paper"
+            d.show(rf"T_{{{name},\mathrm{{dropped}}}}", remainder, f"({8 + k})", title, "N m")
+        momentum = sp.expand(torque - without)
+        d.show(
+            rf"T_{{{name},\mathrm{{stored}}}}",
+            momentum,
+            f"({8 + k})",
+            f"{axis}: added by momentum in the wheels",
+            "N m",
+        )
+        _show_state_space(k, principal, remainder, plant, d)
 
 
-def _show_state_space(k: int, kept: Expr, dropped: Expr, plant: Group, d: Derivation) -> None:
+def _show_state_space(k: int, principal: Expr, remainder: Expr, plant: Group, d: Derivation) -> None:
     """Show the entries of A and B of (11) in the row of one acceleration; x holds three angles, then three rates."""
     inertia = inertia_matrix(plant)[k, k]
     row = k + 4
-    stiffness = -sp.expand(kept).coeff(angles[k]) / inertia
+    stiffness = -sp.expand(principal).coeff(angles[k]) / inertia
     d.show(f"A_{{{row}{k + 1}}}", sp.factor(stiffness), "(11)", f"stiffness of {AXES[k]}", "1/s^2")
     d.show(f"B_{{{row}{k + 1}}}", 1 / inertia, "(11)", f"torque to acceleration of {AXES[k]}", "1/kg/m^2")
     for j in range(3):
-        entry = -sp.expand(dropped).coeff(_RATES[j]) / inertia
+        entry = -sp.expand(remainder).coeff(_RATES[j]) / inertia
         if entry is not sp.S.Zero:
             d.show(f"A_{{{row}{j + 4}}}", sp.factor(entry), "(11)", "coupling, zero in the paper", "1/s")
 
@@ -87,8 +97,8 @@ def pulse_transfer(
         Coefficients of A(q^-1) and of B(q^-1) in A y(k) = q^-1 B u(k), the lowest power first.
     """
     stiffness = sp.S.Zero if frequency is None else frequency**2
-    held = sp.Matrix([[0, 1, 0], [-stiffness, 0, 1 / inertia], [0, 0, 0]])
-    step = (held * period).exp().applyfunc(lambda entry: sp.simplify(entry.rewrite(sp.cos)))
+    generator = sp.Matrix([[0, 1, 0], [-stiffness, 0, 1 / inertia], [0, 0, 0]])
+    step = (generator * period).exp().applyfunc(lambda entry: sp.simplify(entry.rewrite(sp.cos)))
     state, push = step[:2, :2], step[:2, 2]
     trace, determinant = sp.simplify(state.trace()), sp.simplify(state.det())
     first = push[0]

@@ -69,8 +69,8 @@ def cancelling(poles: tuple[Expr, ...], d: int) -> Solution:
     S = _polynomial((sp.S.One, *s))
     C2 = sp.Mul(*(1 - pole * q for pole in poles))
     balance = _coefficients(_A * S + q**d * _polynomial(t) - C2, max(d + 1, d + degree_t))
-    found = sp.solve(balance[1:], [*s, *t], dict=True)[0]
-    return Solution((sp.S.One, *(found[x] for x in s)), tuple(found[x] for x in t))
+    solution = sp.solve(balance[1:], [*s, *t], dict=True)[0]
+    return Solution((sp.S.One, *(solution[x] for x in s)), tuple(solution[x] for x in t))
 
 
 def retaining(pole: Expr, d: int) -> Retained:

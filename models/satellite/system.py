@@ -19,7 +19,7 @@ from .dynamics import (
     RATES,
     TORQUES,
     WHEELS,
-    Attitude,
+    Chart,
     accelerations,
     angles,
     attitude,
@@ -82,7 +82,7 @@ def system(chart: str = "euler") -> System:
     limited, measured = actuator(plant, d), sensor(states, chart, plant, d)
     laws = _laws(tables, placed, plant, d)
     errors = tuple(angle - r for angle, r in zip(angles, REFERENCES.symbols, strict=True))
-    known = {symbol.name: symbol for symbol in d.definitions}
+    named = {symbol.name: symbol for symbol in d.definitions}
     return System(
         name="satellite",
         title="a satellite in a circular orbit with three reaction wheels",
@@ -98,7 +98,7 @@ def system(chart: str = "euler") -> System:
         output=(
             *REFERENCES.symbols,
             *errors,
-            *(known[q.name] for q in _OUTPUTS[6:]),
+            *(named[q.name] for q in _OUTPUTS[6:]),
             *(() if chart == "euler" else angles),
         ),
         steps=tuple(d.steps),
@@ -116,7 +116,7 @@ def system(chart: str = "euler") -> System:
     )
 
 
-def _rhs(placed: Attitude, plant: Group, d: Derivation) -> tuple[Expr, ...]:
+def _rhs(placed: Chart, plant: Group, d: Derivation) -> tuple[Expr, ...]:
     d.section("Torques")
     gradient = gravity_gradient(placed.rotation, inertia_matrix(plant), plant.omega0)
     gradient = sp.Matrix(
@@ -135,7 +135,7 @@ def _rhs(placed: Attitude, plant: Group, d: Derivation) -> tuple[Expr, ...]:
     return (*placed.rate, *turning, *stored, plant.omega0)
 
 
-def _laws(tables: dict[str, Group], placed: Attitude, plant: Group, d: Derivation) -> tuple[Controller, ...]:
+def _laws(tables: dict[str, Group], placed: Chart, plant: Group, d: Derivation) -> tuple[Controller, ...]:
     loop, learning = tables["loop"].quantities, tables["adaptive"].quantities
     mrac, literal = (Group("c", tables[name].quantities + learning + loop) for name in ("mrac", "mrac_literal"))
     gains = Group("c", tables["pd"].quantities + loop)
@@ -205,7 +205,7 @@ def _constraints(plant: Group, s: Group) -> tuple[Condition, ...]:
     return (body, slow)
 
 
-def _functions(placed: Attitude, states: Group, plant: Group) -> tuple[Function, ...]:
+def _functions(placed: Chart, states: Group, plant: Group) -> tuple[Function, ...]:
     momentum = tuple(
         Quantity(f"H{i}", "N m s", f"angular momentum of body and wheels along inertial {i}") for i in "xyz"
     )

@@ -45,8 +45,8 @@ def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[st
     for k in range(1, len(bobs) + 1):
         moving = arm_rate_quantities(k) if inertia == "ball" else angle_rate_quantities(k)
         states += [q.name for q in moving]
-    found = tuple(entry.xreplace(hull) for entry in (*balance, *rows))
-    return dict(zip(states, (*own, *unknown), strict=True)), found
+    equations = tuple(entry.xreplace(hull) for entry in (*balance, *rows))
+    return dict(zip(states, (*own, *unknown), strict=True)), equations
 
 
 def show(p: Group, inertia: str, d: Derivation) -> None:

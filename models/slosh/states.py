@@ -109,12 +109,12 @@ class Pendulum:
 def pendulum_parameters(k: int, like: Group) -> tuple[Parameter, ...]:
     """Return the parameters of pendulum k, with the numbers of pendulum 1 or, beyond, of pendulum 2."""
     model = min(k, 2)
-    found = []
+    parameters = []
     for q in like:
         if isinstance(q, Parameter):
             family = q.name.replace(str(model), "")
-            found.append(dataclasses.replace(renumbered(q, model, k), family=family, index=k))
-    return tuple(found)
+            parameters.append(dataclasses.replace(renumbered(q, model, k), family=family, index=k))
+    return tuple(parameters)
 
 
 def renumbered(parameter: Parameter, old: int, new: int) -> Parameter:

@@ -217,16 +217,16 @@ def _variants(model: _Model, choices: Sequence[Choice], laws: Mapping[str, Law])
     those of the law itself, as the paper does.
     """
     produced = (*model.acceleration[1:], *model.angular)
-    found = []
+    variants = []
     for plant in _PLANT.values:
         for kinematics in model.attitude.rates:
             values = (plant, kinematics)[: len(choices)]
             if plant == "full":
-                found.append(Variant(values, _full(model, kinematics), {}))
+                variants.append(Variant(values, _full(model, kinematics), {}))
             else:
                 loops = {name: _reduced(model, law.demand, kinematics) for name, law in laws.items()}
-                found.append(Variant(values, _reduced(model, produced, kinematics), loops))
-    return tuple(found[1:])
+                variants.append(Variant(values, _reduced(model, produced, kinematics), loops))
+    return tuple(variants[1:])
 
 
 def _derive_law(name: str, model: _Model, tables: Mapping[str, Group], d: Derivation) -> tuple[Law, Group]:
@@ -288,7 +288,7 @@ def _functions(
         for kind, unit, title in (("p", "kg m/s", "linear momentum"), ("h", "kg m^2/s", "angular momentum about O"))
         for axis in "xyz"
     )
-    found = [
+    functions = [
         Function("energy", (x, p), ((energy, kinetic),), "kinetic energy (5)"),
         Function(
             "momentum",
@@ -309,18 +309,18 @@ def _functions(
     for name, (law, c) in laws.items():
         title = name.replace("-", "_")
         value = Quantity("V", "1", f"Lyapunov function of {name}")
-        wanted = (*law.demand, inputs[name].lateral, inputs[name].excess)
-        found += [
+        values = (*law.demand, inputs[name].lateral, inputs[name].excess)
+        functions += [
             Function(f"{title}_value", (x, p, c), ((value, law.value),), f"Lyapunov function of {name}"),
             Function(
                 f"{title}_demand",
                 (x, p, c),
-                tuple(zip(demanded, wanted, strict=True)),
+                tuple(zip(demanded, values, strict=True)),
                 f"what {name} demands: u1..u5, lateral force, and how much of it is beyond the thrust",
                 vector="demand",
             ),
         ]
-    return tuple(found)
+    return tuple(functions)
 
 
 def _reports(law: Law, inputs: Inputs) -> tuple[Output, ...]:

@@ -25,7 +25,7 @@ _TURN_SPEED = sp.Symbol("turn_speed", positive=True)
 
 
 @dataclass(frozen=True)
-class Shifted:
+class ShiftedState:
     """The state in the chart whose origin is the target.
 
     Attributes
@@ -49,7 +49,7 @@ class Shifted:
     target_phi: Expr
 
 
-def shifted_state(reference: Group, area_factor: Expr, d: Derivation) -> Shifted:
+def shifted_state(reference: Group, area_factor: Expr, d: Derivation) -> ShiftedState:
     """Define the shifted coordinates (25)-(27) of the current state."""
     a, target_phi = reference.rho_ref, reference.phi_ref
     w1, w2 = shifted_position(a, target_phi)
@@ -94,10 +94,10 @@ def shifted_state(reference: Group, area_factor: Expr, d: Derivation) -> Shifted
         "rad",
         r"\tilde\theta_c",
     )
-    return Shifted(a, rho, cosine, sine, exact, theta, target_phi)
+    return ShiftedState(a, rho, cosine, sine, exact, theta, target_phi)
 
 
-def sliding(shifted: Shifted, law: Group, d: Derivation) -> tuple[Expr, Expr]:
+def sliding(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Expr]:
     """Sliding-mode law (29)-(38) with smoothed signs.
 
     Returns
@@ -142,7 +142,7 @@ def sliding(shifted: Shifted, law: Group, d: Derivation) -> tuple[Expr, Expr]:
     return _shape_rate(rho_rate, shifted.rho * phi_rate, shifted)
 
 
-def _circle(shifted: Shifted, radius: Expr, d: Derivation) -> tuple[Expr, Expr]:
+def _circle(shifted: ShiftedState, radius: Expr, d: Derivation) -> tuple[Expr, Expr]:
     """Solve rho = R for rho~ (28) and differentiate: h and g = -h'/h of (32)."""
     root, rho, angle = sp.symbols("root rho angle", real=True)
     rho_squared = rho**2 - 2 * shifted.a * rho * sp.cos(angle) + shifted.a**2
@@ -169,7 +169,7 @@ def _circle(shifted: Shifted, radius: Expr, d: Derivation) -> tuple[Expr, Expr]:
     return h, d.define("g", g.subs(here).subs(root, chord), "(32)", "relative slope -h'/h of the circle", latex="g")
 
 
-def _equivalent_rate(sigma: Expr, radius: Expr, slope: Expr, shifted: Shifted, law: Group) -> Expr:
+def _equivalent_rate(sigma: Expr, radius: Expr, slope: Expr, shifted: ShiftedState, law: Group) -> Expr:
     """Solve s' = 0 for rho~' (33) along phi~' = -sigma f^(m-1) sgn(theta~): the smooth closed form of (36).
 
     Derived for theta~ = side * size with side = +-1; the sign cancels.
@@ -185,7 +185,7 @@ def _equivalent_rate(sigma: Expr, radius: Expr, slope: Expr, shifted: Shifted, l
     return sp.factor(signed).subs(actual, simultaneous=True)
 
 
-def path(shifted: Shifted, law: Group, d: Derivation) -> tuple[Expr, Expr]:
+def path(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Expr]:
     """Online-path law (40)-(51): follow the arc to the target that encloses the attitude error.
 
     Returns
@@ -275,14 +275,14 @@ def _small_chord_angle(ratio: Expr) -> Expr:
     coefficients = sp.symbols("c1 c3 c5 c7")
     guess = sum((c * k ** (2 * i + 1) for i, c in enumerate(coefficients)), sp.S.Zero)
     composed = sp.expand(series.subs(x, guess) - k)
-    known: dict[sp.Symbol, Expr] = {}
+    values: dict[sp.Symbol, Expr] = {}
     for i, coefficient in enumerate(coefficients):
-        known[coefficient] = sp.solve(composed.coeff(k, 2 * i + 1).subs(known), coefficient)[0]
+        values[coefficient] = sp.solve(composed.coeff(k, 2 * i + 1).subs(values), coefficient)[0]
     square = ratio**2
-    return ratio * sp.horner(sum((known[c] * k**i for i, c in enumerate(coefficients)), sp.S.Zero), k).subs(k, square)
+    return ratio * sp.horner(sum((values[c] * k**i for i, c in enumerate(coefficients)), sp.S.Zero), k).subs(k, square)
 
 
-def _tangent_angle(shifted: Shifted, radius: Expr, alpha: Expr, d: Derivation) -> Expr:
+def _tangent_angle(shifted: ShiftedState, radius: Expr, alpha: Expr, d: Derivation) -> Expr:
     """Return x of the arc that touches the circle rho = R from within: the limit of (47).
 
     The arc's circle has diameter A = (R^2 - a^2)/(R - a cos phi*) when it touches, and passes through the current point
@@ -304,15 +304,15 @@ def _tangent_angle(shifted: Shifted, radius: Expr, alpha: Expr, d: Derivation) -
 
 def size_rate(reference: Group, law: Group) -> Expr:
     """Return mu' = w_3 of the law (52): first order with a limited rate."""
-    wanted = law.mu_gain * (reference.mu_ref - mu)
-    return sp.Max(-law.mu_rate_max, sp.Min(law.mu_rate_max, wanted))
+    rate = law.mu_gain * (reference.mu_ref - mu)
+    return sp.Max(-law.mu_rate_max, sp.Min(law.mu_rate_max, rate))
 
 
 def _saturate(x: Expr) -> Expr:
     return sp.Max(-1, sp.Min(1, x))
 
 
-def _shape_rate(radial: Expr, transverse: Expr, shifted: Shifted) -> tuple[Expr, Expr]:
+def _shape_rate(radial: Expr, transverse: Expr, shifted: ShiftedState) -> tuple[Expr, Expr]:
     """Turn rho~' and rho~ phi~' back into zeta' = -w' exp(i phi_f), the derivative of (25)."""
     w_rate = rotate((radial, transverse), shifted.cosine, shifted.sine)
     along, across = rotate(w_rate, sp.cos(shifted.target_phi), sp.sin(shifted.target_phi))

@@ -194,11 +194,11 @@ def rod_rates(lengths: tuple[Expr, ...], d: Derivation) -> tuple[Expr, ...]:
     definitions = d.definitions
     n = sp.Symbol("n", positive=True)
     rates = {zeta[0]: zeta_rate[0], zeta[1]: zeta_rate[1], mu: mu_rate, n: -zeta.dot(zeta_rate) / n}
-    found = []
+    names = []
     for k, length in enumerate(lengths):
         change = time_derivative(definitions[length] ** 2, rates) / (2 * length)
-        found.append(d.define(f"rod_rate{k + 1}", change, "(22)", f"rate of rod {k + 1}", "m/s", f"u_{k + 1}"))
-    return tuple(found)
+        names.append(d.define(f"rod_rate{k + 1}", change, "(22)", f"rate of rod {k + 1}", "m/s", f"u_{k + 1}"))
+    return tuple(names)
 
 
 def polar_rate(theta_rate: Expr, d: Derivation) -> Expr:

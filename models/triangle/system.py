@@ -12,7 +12,7 @@ from ..mechanics import rotate
 from ..system import Condition, Controller, Coordinates, Derivation, Expr, Function, Group, Quantity, System, scalar
 from ..tables import read_parameters, read_scenarios
 from . import controllers
-from .controllers import Shifted
+from .controllers import ShiftedState
 from .dynamics import (
     LENGTHS,
     MU,
@@ -37,7 +37,7 @@ from .dynamics import (
     target_lengths,
 )
 
-Law = Callable[[Shifted, Group, Derivation], tuple[Expr, Expr]]
+Law = Callable[[ShiftedState, Group, Derivation], tuple[Expr, Expr]]
 
 STRUCTURE = {"masses": ("equal", "general")}
 """Structural choices and their values; the first is the default."""
@@ -155,7 +155,7 @@ def _law(
     title: str,
     law: Law,
     tables: dict[str, Group],
-    shifted: Shifted,
+    shifted: ShiftedState,
     start_rho: Expr,
     d: Derivation,
 ) -> Controller:

@@ -30,7 +30,7 @@ _ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
 _USAGE = "a condition such as 'T_theta < 20 and final(rho) < 0.01'"
 
 
-class Condition:
+class Criterion:
     """A condition that is evaluated for many runs at once.
 
     Parameters
@@ -63,11 +63,11 @@ class Condition:
             result: NDArray[np.bool_] = np.asarray(self._value(self._tree, values), dtype=np.bool_)
         return result
 
-    def check(self, known: Collection[str]) -> None:
+    def check(self, names: Collection[str]) -> None:
         """Raise InputError for a name that is not known."""
         for name in sorted(self.names):
-            if name not in known:
-                raise unknown_name("number of a run", name, known, f"{self._origin} = {self.text!r}")
+            if name not in names:
+                raise unknown_name("number of a run", name, names, f"{self._origin} = {self.text!r}")
 
     def _refused(self) -> InputError:
         return bad_value(self._origin, self.text, _USAGE)

@@ -55,12 +55,12 @@ def read_dispersions(vary: Mapping[str, str], origin: str = "vary") -> tuple[Dis
     InputError
         For a text that is not understood, arguments that make no distribution, or a name that is given twice.
     """
-    found = [_read(names, text, origin) for names, text in vary.items()]
-    flat = [name for dispersion in found for name in dispersion.names]
+    dispersions = [_read(names, text, origin) for names, text in vary.items()]
+    flat = [name for dispersion in dispersions for name in dispersion.names]
     twice = [name for name in flat if flat.count(name) > 1]
     if twice:
         raise InputError(f"{twice[0]} is given twice (from {origin})")
-    return tuple(found)
+    return tuple(dispersions)
 
 
 def split(item: str) -> tuple[str, str]:
@@ -141,11 +141,11 @@ def _correlated(names: int, means: tuple[float, ...], covariance: tuple[tuple[fl
 def _cholesky(matrix: tuple[tuple[float, ...], ...]) -> list[list[float]]:
     """Return the rows of the lower factor; LAPACK's last digits would depend on the machine."""
     rows: list[list[float]] = []
-    for i, given in enumerate(matrix):
+    for i, entries in enumerate(matrix):
         row: list[float] = []
         for j in range(i):
-            row.append((given[j] - sum(row[k] * rows[j][k] for k in range(j))) / rows[j][j])
-        square = given[i] - sum(a * a for a in row)
+            row.append((entries[j] - sum(row[k] * rows[j][k] for k in range(j))) / rows[j][j])
+        square = entries[i] - sum(a * a for a in row)
         _require(square > 0)
         rows.append([*row, math.sqrt(square)])
     return rows

@@ -64,12 +64,12 @@ def difference(run: Run, store: Store, number: int) -> str | None:
     }
     if run.status is Status.DONE:
         pairs["final"] = (run.x[-1], store.read("final", [block])[row])
-    told = [
+    differences = [
         f"{name} by up to {_largest(here, there):.3g}"
         for name, (here, there) in pairs.items()
         if not np.array_equal(here, there, equal_nan=here.dtype.kind == "f")
     ]
-    return f"differs from the store in {', '.join(told)}" if told else ""
+    return f"differs from the store in {', '.join(differences)}" if differences else ""
 
 
 def _largest(one: FloatArray, other: FloatArray) -> float:

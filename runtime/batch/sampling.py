@@ -159,11 +159,11 @@ def exponential(x: FloatArray) -> FloatArray:
 
 
 def _elementwise(function: str, values: FloatArray) -> FloatArray:
-    given = np.ascontiguousarray(values)
-    result = np.empty_like(given)
+    array = np.ascontiguousarray(values)
+    result = np.empty_like(array)
     pointer = ctypes.c_void_p
     call = getattr(_library(), function)
-    call(ctypes.c_int64(given.size), pointer(given.ctypes.data), pointer(result.ctypes.data))
+    call(ctypes.c_int64(array.size), pointer(array.ctypes.data), pointer(result.ctypes.data))
     return result
 
 

@@ -55,13 +55,13 @@ def sensitivities(store: Store) -> list[Sensitivity]:
     campaign = json.loads(store.attributes["campaign"])
     whole = len(store.stored()) == store.blocks()
     factors = [tuple(name.strip() for name in names.split(",")) for names in sorted(campaign["vary"])]
-    found = []
+    result = []
     for name in metric_names(store):
         values = column(store, name) if campaign["sampling"] == "saltelli" and whole else np.array([np.nan])
         indices = _sobol(name, values, factors) if np.isfinite(values).all() else _regression(store, name)
         if indices is not None:
-            found.append(indices)
-    return found
+            result.append(indices)
+    return result
 
 
 def _sobol(metric: str, values: FloatArray, factors: list[tuple[str, ...]]) -> Sensitivity | None:
@@ -71,14 +71,14 @@ def _sobol(metric: str, values: FloatArray, factors: list[tuple[str, ...]]) -> S
         return None
     pages = values.reshape(-1, len(factors) + 2).T
     shaped = {"f_A": pages[:1], "f_B": pages[1:2], "f_AB": pages[2:, None, :]}
-    found = sobol_indices(func=shaped, n=pages.shape[1])
+    indices = sobol_indices(func=shaped, n=pages.shape[1])
     names = [", ".join(factor) for factor in factors]
     return Sensitivity(
         metric=metric,
         kind="sobol",
-        first=dict(zip(names, map(float, found.first_order.ravel()), strict=True)),
-        total=dict(zip(names, map(float, found.total_order.ravel()), strict=True)),
-        explained=float(found.first_order.sum()),
+        first=dict(zip(names, map(float, indices.first_order.ravel()), strict=True)),
+        total=dict(zip(names, map(float, indices.total_order.ravel()), strict=True)),
+        explained=float(indices.first_order.sum()),
         runs=values.size,
     )
 

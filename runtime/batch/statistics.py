@@ -19,7 +19,7 @@ from mehvar.errors import InputError, bad_value
 
 from ..run.problem import Status
 from .blocks import STATUS_TEXT
-from .conditions import Condition
+from .conditions import Criterion
 from .sampling import FloatArray
 from .store import NOT_RUN, STATUS, Store
 
@@ -40,20 +40,20 @@ class Success:
     """
 
     def __init__(self, text: str | None, origin: str = "success") -> None:
-        self._condition = Condition(text, origin) if text else None
+        self._criterion = Criterion(text, origin) if text else None
 
     def __call__(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return whether each stored run of some blocks succeeds."""
-        done: NDArray[np.bool_] = store.read(STATUS, blocks) == Status.DONE
-        if self._condition is None:
-            return done
+        complete: NDArray[np.bool_] = store.read(STATUS, blocks) == Status.DONE
+        if self._criterion is None:
+            return complete
         self.check(scalars(store))
-        return done & self._condition({name: column(store, name, blocks) for name in self._condition.names})
+        return complete & self._criterion({name: column(store, name, blocks) for name in self._criterion.names})
 
-    def check(self, known: Sequence[str]) -> None:
+    def check(self, names: Sequence[str]) -> None:
         """Raise InputError when the condition asks for a name that is not known."""
-        if self._condition is not None:
-            self._condition.check(known)
+        if self._criterion is not None:
+            self._criterion.check(names)
 
 
 class StopRule:
@@ -117,12 +117,12 @@ def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> Floa
         return store.read(name, blocks)
     array, of = match.groups()
     places = list(store.coordinate(store.variables()[array].dimension))
-    wanted = store.stored() if blocks is None else blocks
-    return np.concatenate([store.read(array, [block])[:, places.index(of)] for block in wanted])
+    selection = store.stored() if blocks is None else blocks
+    return np.concatenate([store.read(array, [block])[:, places.index(of)] for block in selection])
 
 
 @dataclass(frozen=True)
-class Row:
+class MetricStatistics:
     """One number of the runs: mean over the runs where it is finite, quantiles where it is known, runs at its ends."""
 
     name: str
@@ -148,7 +148,7 @@ class Statistics:
         Runs by how they ended.
     successes : int
         Runs that succeed; `probability` is their share, `low` and `high` its exact 95 % interval.
-    rows : list of Row
+    rows : list of MetricStatistics
         One per metric of the model.
     """
 
@@ -159,7 +159,7 @@ class Statistics:
     probability: float
     low: float
     high: float
-    rows: list[Row]
+    rows: list[MetricStatistics]
 
 
 def summarise(store: Store, success: str | None = None) -> Statistics:
@@ -221,11 +221,11 @@ def worst(store: Store, values: Callable[[int], FloatArray], most: int) -> list[
     """
     best: list[tuple[float, int]] = []
     for block in store.stored():
-        found = values(block)
-        known = np.flatnonzero(~np.isnan(found))
-        order = known[np.argsort(-found[known], kind="stable")[:most]]
+        numbers = values(block)
+        places = np.flatnonzero(~np.isnan(numbers))
+        order = places[np.argsort(-numbers[places], kind="stable")[:most]]
         first = store.runs(block).start
-        best = sorted([*best, *((-float(found[i]), first + int(i)) for i in order)])[:most]
+        best = sorted([*best, *((-float(numbers[i]), first + int(i)) for i in order)])[:most]
     return [run for _, run in best]
 
 
@@ -253,27 +253,27 @@ def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
     return np.concatenate(parts, axis=1)
 
 
-def _row(store: Store, name: str, blocks: Sequence[int]) -> Row:
-    said = store.variables()[name].attributes
+def _row(store: Store, name: str, blocks: Sequence[int]) -> MetricStatistics:
+    attributes = store.variables()[name].attributes
     finite, total, squares, centre = 0, 0.0, 0.0, 0.0
     smallest, largest = (-1, math.nan), (-1, math.nan)
     for block in blocks:
         values, first = store.read(name, [block]), store.runs(block).start
-        known = values[np.isfinite(values)]
-        centre = float(known[0]) if known.size and not finite else centre
-        finite += known.size
-        total += float(np.sum(known - centre))
-        squares += float(np.sum((known - centre) ** 2))
+        numbers = values[np.isfinite(values)]
+        centre = float(numbers[0]) if numbers.size and not finite else centre
+        finite += numbers.size
+        total += float(np.sum(numbers - centre))
+        squares += float(np.sum((numbers - centre) ** 2))
         for run, value in _ends(values):
             if not smallest[1] <= value:
                 smallest = (first + run, value)
             if not largest[1] >= value:
                 largest = (first + run, value)
     variance = (squares - total**2 / finite) / (finite - 1) if finite > 1 else math.nan
-    return Row(
+    return MetricStatistics(
         name=name,
-        unit=said["units"],
-        description=said["long_name"],
+        unit=attributes["units"],
+        description=attributes["long_name"],
         finite=finite,
         mean=centre + total / finite if finite else math.nan,
         sd=math.sqrt(max(variance, 0.0)) if finite > 1 else math.nan,
@@ -285,17 +285,17 @@ def _row(store: Store, name: str, blocks: Sequence[int]) -> Row:
 
 def _ends(values: FloatArray) -> list[tuple[int, float]]:
     """Return place and value of the smallest and the largest number; nothing when there is none."""
-    known = np.flatnonzero(~np.isnan(values))
-    if not known.size:
+    places = np.flatnonzero(~np.isnan(values))
+    if not places.size:
         return []
-    places = (known[np.argmin(values[known])], known[np.argmax(values[known])])
-    return [(int(place), float(values[place])) for place in places]
+    ends = (places[np.argmin(values[places])], places[np.argmax(values[places])])
+    return [(int(place), float(values[place])) for place in ends]
 
 
 def _quantiles(values: FloatArray) -> list[float]:
     """Return quantiles without interpolation, so that infinite values count as what they are; sorts in place."""
     values.sort()  # NaN last
-    known = len(values) - int(np.count_nonzero(np.isnan(values)))
-    if not known:
+    count = len(values) - int(np.count_nonzero(np.isnan(values)))
+    if not count:
         return [math.nan] * len(QUANTILES)
-    return [float(values[math.ceil(q * known) - 1]) for q in QUANTILES]
+    return [float(values[math.ceil(q * count) - 1]) for q in QUANTILES]

@@ -126,10 +126,10 @@ class Store:
     def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
         """Return a variable's values for the stored runs of some blocks, or of all stored blocks."""
         array = self._arrays[name]
-        wanted = self.stored() if blocks is None else blocks
-        out = np.empty((sum(len(self.runs(b)) for b in wanted), *array.shape[1:]), dtype=array.dtype)
+        selection = self.stored() if blocks is None else blocks
+        out = np.empty((sum(len(self.runs(b)) for b in selection), *array.shape[1:]), dtype=array.dtype)
         place = 0
-        for block in wanted:
+        for block in selection:
             runs = self.runs(block)
             out[place : place + len(runs)] = array[runs.start : runs.stop]
             place += len(runs)
@@ -149,13 +149,13 @@ class Store:
 
     def variables(self) -> dict[str, Variable]:
         """Return what the store holds, by name."""
-        found: dict[str, Variable] = {}
+        variables: dict[str, Variable] = {}
         for name, array in self._arrays.items():
             first, *rest = array.metadata.dimension_names
             second, size = (rest[0], array.shape[1]) if rest else ("", 0)
             if first == "run":
-                found[name] = Variable(name, str(array.dtype), second, size, dict(array.attrs))
-        return dict(sorted(found.items()))
+                variables[name] = Variable(name, str(array.dtype), second, size, dict(array.attrs))
+        return dict(sorted(variables.items()))
 
     def cut(self, n: int) -> None:
         """Keep the first n runs only, a whole number of blocks."""

@@ -78,11 +78,11 @@ def on_workers(client: Client, plan: Plan) -> BlockSource:
     bundle = _bundle(plan)
     _examine(client)
 
-    def produce(wanted: Wanted) -> Generator[tuple[int, Values], None, None]:
+    def produce(blocks: Wanted) -> Generator[tuple[int, Values], None, None]:
         from distributed import as_completed
 
         shared = client.submit(_same, bundle, key=f"mehvar-bundle-{bundle.key()}")
-        waiting = iter(wanted)
+        waiting = iter(blocks)
         numbers: dict[Any, int] = {}
 
         def submit() -> Any:

@@ -75,7 +75,7 @@ class BoardLaw:
             self._start = z.astype(np.float32)
             self.rewind()
         self._numbers.append(numbers)
-        u = None if self._journal is None else self._journal.known(k, numbers)
+        u = None if self._journal is None else self._journal.answer(k, numbers)
         if u is None:
             u = self._evaluate(k)
         self.u.append(u)
@@ -157,19 +157,19 @@ class Journal:
         self._path, self._inputs = path, inputs
         self._record = 4 * (inputs + outputs)
         head = json.dumps(identity, sort_keys=True).encode() + b"\n"
-        known = path.read_bytes() if path.exists() else b""
-        if known and not known.startswith(head):
+        content = path.read_bytes() if path.exists() else b""
+        if content and not content.startswith(head):
             raise InputError(f"journal = {str(path)!r}: it belongs to another run; remove it or choose another name")
-        body = known[len(head) :]
+        body = content[len(head) :]
         self.length = len(body) // self._record
         whole = body[: self.length * self._record]
         self._rows = np.frombuffer(whole, "<f4").astype(np.float32).reshape(self.length, inputs + outputs)
-        self._file: BinaryIO = path.open("r+b" if known else "wb")
+        self._file: BinaryIO = path.open("r+b" if content else "wb")
         self._file.write(head + whole)
         self._file.truncate()
         self._file.flush()
 
-    def known(self, k: int, numbers: Floats) -> Floats | None:
+    def answer(self, k: int, numbers: Floats) -> Floats | None:
         """Return the answer to sample k when there is one, after a look at whether the question was the same."""
         if k >= self.length:
             return None
@@ -182,8 +182,8 @@ class Journal:
         self._file.write(numbers.astype("<f4").tobytes() + u.astype("<f4").tobytes())
         self._file.flush()
 
-    def close(self, done: bool) -> None:
+    def close(self, complete: bool) -> None:
         """Close the file, and remove it when the run is done."""
         self._file.close()
-        if done:
+        if complete:
             self._path.unlink()

@@ -23,8 +23,8 @@ _EXCEPTION = {"m3": 32 + 4, "m4f": 104 + 4, "m7": 104 + 4}
 _PUSHES = ("push", "vpush", "stmdb", "vstmdb")
 _BRANCH = re.compile(r"(b|bl|cbn?z|b(eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le))")
 _TARGET = re.compile(r"#(0x[0-9a-f]+)$")
-_LOWERED = re.compile(r"\[sp, #-(0x[0-9a-f]+|\d+)\]!")
-_TAKEN = re.compile(r"sp, (?:sp, )?#(0x[0-9a-f]+|\d+)$")
+_PREDECREMENT = re.compile(r"\[sp, #-(0x[0-9a-f]+|\d+)\]!")
+_DESCENT = re.compile(r"sp, (?:sp, )?#(0x[0-9a-f]+|\d+)$")
 _RAISES = ("add", "addw", "pop", "vpop", "ldm", "vldm", "vldmia")
 
 
@@ -84,7 +84,7 @@ class _Graph:
         self._names: dict[int, str] = {}
         for name, parts in elf.functions.items():
             self._names.setdefault(parts[0][0], name)
-        self._known: dict[str, _Function] = {}
+        self._functions: dict[str, _Function] = {}
         self._chains: dict[str, tuple[tuple[str, int], ...]] = {}
 
     def deepest(self, name: str, callers: tuple[str, ...] = ()) -> tuple[tuple[str, int], ...]:
@@ -92,23 +92,23 @@ class _Graph:
         if name in callers:
             raise UnboundedError(f"the program is recursive: {' calls '.join((*callers[callers.index(name) :], name))}")
         if name not in self._chains:
-            found = self._function(name)
-            calls = found.calls | (self._stored() - {name} if found.indirect else set())
+            function = self._function(name)
+            calls = function.calls | (self._stored() - {name} if function.indirect else set())
             below = [self.deepest(called, (*callers, name)) for called in sorted(calls)]
             longest = max(below, key=lambda chain: sum(size for _, size in chain), default=())
-            self._chains[name] = ((name, found.frame), *longest)
+            self._chains[name] = ((name, function.frame), *longest)
         return self._chains[name]
 
     def _function(self, name: str) -> _Function:
-        if name not in self._known:
-            self._known[name] = self._read(name)
-        return self._known[name]
+        if name not in self._functions:
+            self._functions[name] = self._read(name)
+        return self._functions[name]
 
     def _read(self, name: str) -> _Function:
         frame, indirect, calls = 0, False, set()
         for address, size in self._elf.functions[name]:
             for at, mnemonic, operands in disassemble(self._elf.stored(address, size), address):
-                frame += _taken(name, at, mnemonic, operands)
+                frame += _descent(name, at, mnemonic, operands)
                 indirect |= _through_register(mnemonic, operands)
                 target = _TARGET.search(operands) if _BRANCH.fullmatch(mnemonic) else None
                 owner = self._owner(int(target[1], 16), name) if target else name
@@ -135,17 +135,17 @@ class _Graph:
         return {name for address, name in self._names.items() if address | 1 in words} - handlers
 
 
-def _taken(name: str, at: int, mnemonic: str, operands: str) -> int:
+def _descent(name: str, at: int, mnemonic: str, operands: str) -> int:
     """Return the bytes by which an instruction lowers the stack pointer."""
     if mnemonic in _PUSHES and (mnemonic.endswith("push") or operands.startswith("sp!")):
         return (8 if "{d" in operands else 4) * registers(operands)
-    if lowered := _LOWERED.search(operands):
-        return int(lowered[1], 0)
+    if match := _PREDECREMENT.search(operands):
+        return int(match[1], 0)
     if not operands.startswith("sp, ") and not operands.startswith("sp!"):
         return 0
     if mnemonic in ("sub", "subw"):
-        taken = _TAKEN.search(operands)
-        return int(taken[1], 0) if taken else _refuse(name, at, mnemonic, operands)
+        size = _DESCENT.search(operands)
+        return int(size[1], 0) if size else _refuse(name, at, mnemonic, operands)
     return 0 if mnemonic in (*_RAISES, "cmp", "tst") else _refuse(name, at, mnemonic, operands)
 
 

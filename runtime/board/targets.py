@@ -63,12 +63,12 @@ class MachinePort:
 
     def __init__(self, image: Image) -> None:
         try:
-            from .emulator.machine import Machine
+            from .emulator.machine import EmulatedBoard
         except ModuleNotFoundError as error:
             raise InputError('the target unicorn needs its package: pip install "mehvar[board]"') from error
         assert image.board is not None
         self.name = f"unicorn {image.board.name}"
-        self.machine = Machine(read_elf(image.path), image.board)
+        self.machine = EmulatedBoard(read_elf(image.path), image.board)
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
@@ -226,8 +226,8 @@ def _qemu(image: Image, line: str, log: Path, options: tuple[str, ...]) -> tuple
 def _terminal(process: subprocess.Popen[bytes], log: Path) -> str:
     """Return the name of the pseudo-terminal that the emulator says it made."""
     for _ in range(_START_TRIES):
-        if said := re.search(r"redirected to (/dev/\S+)", log.read_text(errors="replace")):
-            return said[1]
+        if match := re.search(r"redirected to (/dev/\S+)", log.read_text(errors="replace")):
+            return match[1]
         if process.poll() is not None:
             break
         time.sleep(_START_PAUSE)

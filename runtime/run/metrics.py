@@ -51,11 +51,11 @@ def evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) ->
         raise unknown_name(f"kind of metric {metric.name}", metric.kind, _KINDS)
     if not metric.of:
         raise InputError(f"metric {metric.name} names no variable")
-    counted = (t >= metric.since) & (t <= metric.until)
-    if not counted.any():
+    window = (t >= metric.since) & (t <= metric.until)
+    if not window.any():
         return math.nan
-    values = np.stack([_signal(metric, of, series)[counted] for of in metric.of])
-    return float(_KINDS[metric.kind](t[counted], values, metric.band))
+    values = np.stack([_signal(metric, of, series)[window] for of in metric.of])
+    return float(_KINDS[metric.kind](t[window], values, metric.band))
 
 
 def _signal(metric: Metric, of: str, series: Mapping[str, FloatArray]) -> FloatArray:

@@ -132,10 +132,10 @@ def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that results depend on."""
     import importlib.metadata  # costs more to import than the rest of this package
 
-    found = {"python": platform.python_version()}
+    numbers = {"python": platform.python_version()}
     for package in _PACKAGES:
         try:
-            found[package] = importlib.metadata.version(package)
+            numbers[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
             continue
-    return found
+    return numbers

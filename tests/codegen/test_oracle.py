@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from mehvar.codegen.code.casadi_c import casadi_c
-from mehvar.codegen.functions.graphs import GeneratedFunction, generate_functions
+from mehvar.codegen.functions.graphs import FunctionGraph, generate_functions
 from mehvar.codegen.functions.requests import bindings, requests
 from mehvar.codegen.generate import derive, installed_tree, system_of
 from mehvar.models.system import System
@@ -50,7 +50,7 @@ class Case:
         functions = generate_functions(self.system)
         for name, text in (derive(installed_tree(), model, structure) | casadi_c(model, functions)).items():
             (folder / name).write_text(text)
-        self.functions: list[GeneratedFunction] = [f for f in functions if any(size != 0 for _, size in f.results)]
+        self.functions: list[FunctionGraph] = [f for f in functions if any(size != 0 for _, size in f.results)]
         self.builds = list(dict.fromkeys(BUILDS + (FURTHER_BUILDS if model == "triangle" else [])))
         self.requests = {request.name: request for request in requests(self.system)}
         self.arguments = {f.name: self._arguments(f) for f in self.functions}
@@ -104,7 +104,7 @@ def compile_library(folder: Path, sources: list[str], flags: list[str], tag: str
     return ctypes.CDLL(str(target))
 
 
-def machine(function: GeneratedFunction, values: list[np.ndarray]) -> np.ndarray:
+def machine(function: FunctionGraph, values: list[np.ndarray]) -> np.ndarray:
     """Evaluate on CasADi's virtual machine; one row a point, results side by side."""
     results = function.graph.map(len(values[0]))(*(v.T for v in values))
     results = [results] if function.graph.n_out() == 1 else list(results)
@@ -119,7 +119,7 @@ def aligned(shape: tuple[int, ...], kind: type) -> np.ndarray:
     return raw[start : start + count].view(kind).reshape(shape)
 
 
-def generated(case: Case, function: GeneratedFunction, values: list[np.ndarray], real: str, lanes: int) -> np.ndarray:
+def generated(case: Case, function: FunctionGraph, values: list[np.ndarray], real: str, lanes: int) -> np.ndarray:
     """Evaluate the generated C, `lanes` points a call."""
     kind = np.float32 if real == "float" else np.float64
     call = getattr(case.library(real, lanes), f"{case.model}_{function.name}")
@@ -135,7 +135,7 @@ def generated(case: Case, function: GeneratedFunction, values: list[np.ndarray],
     return results
 
 
-def casadi_compiled(case: Case, function: GeneratedFunction, values: list[np.ndarray]) -> np.ndarray:
+def casadi_compiled(case: Case, function: FunctionGraph, values: list[np.ndarray]) -> np.ndarray:
     """Evaluate CasADi's own C through its calling convention."""
     call = getattr(case.casadi_library, f"{case.model}_{function.name}")
     sizes = [function.graph.nnz_out(k) for k in range(function.graph.n_out())]
@@ -175,7 +175,7 @@ def test_generated_c_agrees_lane_by_lane(case):
             agrees_lane_by_lane(case, function, real, lanes)
 
 
-def agrees_lane_by_lane(case: Case, function: GeneratedFunction, real: str, lanes: int) -> None:
+def agrees_lane_by_lane(case: Case, function: FunctionGraph, real: str, lanes: int) -> None:
     values = case.arguments[function.name]
     if real == "float":
         values = [v.astype(np.float32).astype(float) for v in values]

@@ -235,8 +235,8 @@ def anchors(page: Path) -> set[str]:
 
 
 def test_the_page_of_numbers_is_what_the_benchmarks_say() -> None:
-    program = runpy.run_path(str(ROOT / "benchmarks" / "numbers_page.py"))
-    assert program["PAGE"].read_text(encoding="utf-8") == program["page"](), "run: python benchmarks/numbers_page.py"
+    program = runpy.run_path(str(ROOT / "docs" / "site" / "numbers.py"))
+    assert program["PAGE"].read_text(encoding="utf-8") == program["page"](), "run: python docs/site/numbers.py"
 
 
 def test_the_citation_names_this_version() -> None:

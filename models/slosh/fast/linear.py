@@ -44,17 +44,17 @@ def factorise(matrix: sp.Matrix, name: str, d: Derivation) -> Factors:
         Receives the steps.
     """
     size = matrix.rows
-    left = {(i, j): matrix[i, j] for i in range(size) for j in range(i + 1)}
+    rest = {(i, j): matrix[i, j] for i in range(size) for j in range(i + 1)}
     lower: list[list[Expr]] = [[] for _ in range(size)]
     pivots: list[Expr] = []
     for j in range(size):
-        pivot = d.define(f"{name}_D{j + 1}", left[j, j], title=f"pivot {j + 1}", latex=rf"D^{{{name}}}_{j + 1}")
+        pivot = d.define(f"{name}_D{j + 1}", rest[j, j], title=f"pivot {j + 1}", latex=rf"D^{{{name}}}_{j + 1}")
         pivots.append(pivot)
         for i in range(j + 1, size):
-            lower[i].append(_factor(name, i, j, left[i, j] / pivot, d))
+            lower[i].append(_factor(name, i, j, rest[i, j] / pivot, d))
         for i in range(j + 1, size):
             for k in range(j + 1, i + 1):
-                left[i, k] = left[i, k] - lower[i][j] * left[k, j]
+                rest[i, k] = rest[i, k] - lower[i][j] * rest[k, j]
     return Factors(tuple(map(tuple, lower)), tuple(pivots))
 
 
@@ -83,10 +83,10 @@ def solve(factors: Factors, right: Sequence[Expr], name: str, d: Derivation) -> 
     for i, (entry, row) in enumerate(zip(right, factors.lower, strict=True)):
         reduced = entry - sp.Add(*(a * b for a, b in zip(row, forward, strict=False)))
         forward.append(d.define(f"{name}_y{i + 1}", reduced, title="forward step", latex=rf"y^{{{name}}}_{i + 1}"))
-    found: list[Expr] = []
+    solution: list[Expr] = []
     for i in reversed(range(len(forward))):
-        later = zip(range(i + 1, len(forward)), found, strict=True)
+        later = zip(range(i + 1, len(forward)), solution, strict=True)
         value = forward[i] / factors.pivots[i] - sp.Add(*(factors.lower[k][i] * x for k, x in later))
         symbol = d.define(f"{name}_x{i + 1}", value, title="backward step", latex=rf"x^{{{name}}}_{i + 1}")
-        found.insert(0, symbol)
-    return tuple(found)
+        solution.insert(0, symbol)
+    return tuple(solution)

@@ -67,11 +67,11 @@ def to_physical(p: Group, plant: Dynamics, demand: Sequence[Expr], tag: str, d: 
         name("a2", ay + hull.centre * g2, "demanded acceleration of C along y", "m/s^2", "a_{C,y}"),
         name("a3", az + hull.centre * g3, "demanded acceleration of C along z", "m/s^2", "a_{C,z}"),
     )
-    known = (*lateral, alpha1, g2, g3)
+    accelerations = (*lateral, alpha1, g2, g3)
     offsets = [
         name(
             f"q{k + 1}",
-            bias[k] + sp.Add(*(matrix[k, j + 1] * x for j, x in enumerate(known))),
+            bias[k] + sp.Add(*(matrix[k, j + 1] * x for j, x in enumerate(accelerations))),
             f"force along {'xyz'[k]} at a_x = 0",
             "N",
             f"q_{'xyz'[k]}",
@@ -91,7 +91,8 @@ def to_physical(p: Group, plant: Dynamics, demand: Sequence[Expr], tag: str, d: 
     ]
     change = _moment_change(plant, missing, f"da_{tag}", d)
     demanded = [
-        bias[k] + matrix[k, 0] * axial + sp.Add(*(matrix[k, j + 1] * x for j, x in enumerate(known))) for k in (3, 4, 5)
+        bias[k] + matrix[k, 0] * axial + sp.Add(*(matrix[k, j + 1] * x for j, x in enumerate(accelerations)))
+        for k in (3, 4, 5)
     ]
     turned = [moment + extra for moment, extra in zip(demanded, change, strict=True)]
     lever = gimbal_position(p)[0] - hull.centre
@@ -155,18 +156,18 @@ COMMANDED = Group(
 def gimbal_limits(p: Group, plant: Dynamics, d: Derivation) -> Actuator:
     """Clip delta2, then delta1 for the z force that is still to be served; keep Omega' by new moments."""
     d.section("Gimbal limits")
-    *moments, wanted1, wanted2 = COMMANDED.symbols
-    delta2 = _clip(wanted2, p.delta2_max)
+    *moments, angle1, angle2 = COMMANDED.symbols
+    delta2 = _clip(angle2, p.delta2_max)
     delta2 = d.define("delta2_act", delta2, title="gimbal angle within its limit", unit="rad", latex=r"\delta_2")
-    share = _unit(sp.sin(wanted1) * sp.cos(wanted2) / sp.cos(p.delta2_max))
-    inside = sp.Abs(wanted2) <= p.delta2_max
-    served = sp.Piecewise((wanted1, inside), (sp.asin(share), True))
+    share = _unit(sp.sin(angle1) * sp.cos(angle2) / sp.cos(p.delta2_max))
+    inside = sp.Abs(angle2) <= p.delta2_max
+    served = sp.Piecewise((angle1, inside), (sp.asin(share), True))
     delta1 = _clip(served, p.delta1_max)
     delta1 = d.define("delta1_act", delta1, title="gimbal angle within its limit", unit="rad", latex=r"\delta_1")
-    acting, wanted = _thrust(p, delta1, delta2), _thrust(p, wanted1, wanted2)
+    acting, demand = _thrust(p, delta1, delta2), _thrust(p, angle1, angle2)
     missing = [
         d.define(
-            f"df{k + 1}_act", acting[k] - wanted[k], title="thrust less command", unit="N", latex=rf"\Delta f_{k + 1}"
+            f"df{k + 1}_act", acting[k] - demand[k], title="thrust less command", unit="N", latex=rf"\Delta f_{k + 1}"
         )
         for k in range(3)
     ]

@@ -22,7 +22,7 @@ demand = sp.Matrix(DEMAND.symbols)
 
 
 @dataclass(frozen=True)
-class Row:
+class AngleEquation:
     """The equation of one angle, D q'' + g.a + c.Omega' + k = 0, in generic symbols.
 
     Attributes
@@ -51,9 +51,9 @@ class AngleRow:
         Whose angle it is.
     speed : Symbol
         Rate of the angle.
-    row : Row
+    row : AngleEquation
         Named parts.
-    generic : Row
+    generic : AngleEquation
         The same in the symbols of pendulum i, for differentiation.
     names : mapping
         What the generic symbols stand for.
@@ -63,20 +63,22 @@ class AngleRow:
     latex: str
     pendulum: Pendulum
     speed: sp.Symbol
-    row: Row
-    generic: Row
+    row: AngleEquation
+    generic: AngleEquation
     names: dict[sp.Symbol, Expr]
 
 
 @functools.cache
-def generic_rows(inertia: str) -> tuple[Row, Row]:
+def generic_rows(inertia: str) -> tuple[AngleEquation, AngleEquation]:
     """Split the derived equations (15), (16) by the accelerations they are linear in."""
     rows = []
     for left, second in zip(contribution(inertia).rows, angle_acceleration, strict=True):
         zero = dict.fromkeys((*ACCELERATIONS, *angle_acceleration), sp.S.Zero)
         parts = [left.diff(symbol) for symbol in ACCELERATIONS]
         force, moment = (sp.Matrix([_shorten(e) for e in parts[k : k + 3]]) for k in (0, 3))
-        rows.append(Row(_shorten(left.diff(second)), force, moment, _shorten(left.xreplace(zero), turned=True)))
+        rows.append(
+            AngleEquation(_shorten(left.diff(second)), force, moment, _shorten(left.xreplace(zero), turned=True))
+        )
     return rows[0], rows[1]
 
 
@@ -97,7 +99,7 @@ def _shorten(expr: Expr, turned: bool = False) -> Expr:
 def angle_rows(pendulums: Sequence[Pendulum], inertia: str, d: Derivation) -> tuple[AngleRow, ...]:
     """Name the parts of the equations of phi_i and theta_i, pendulum by pendulum."""
     generic = generic_rows(inertia)
-    found = []
+    rows = []
     for k, pendulum in enumerate(pendulums, 1):
         names = instance(pendulum, k)
         for text, spelled, row, speed in zip(
@@ -105,11 +107,11 @@ def angle_rows(pendulums: Sequence[Pendulum], inertia: str, d: Derivation) -> tu
         ):
             latex = f"{spelled}_{{{k}}}"
             named = _named(row, names, f"{text}{k}", latex, d)
-            found.append(AngleRow(f"{text}{k}", latex, pendulum, names[speed], named, row, names))
-    return tuple(found)
+            rows.append(AngleRow(f"{text}{k}", latex, pendulum, names[speed], named, row, names))
+    return tuple(rows)
 
 
-def _named(row: Row, names: dict[sp.Symbol, Expr], angle: str, spelled: str, d: Derivation) -> Row:
+def _named(row: AngleEquation, names: dict[sp.Symbol, Expr], angle: str, spelled: str, d: Derivation) -> AngleEquation:
     number = "(25)" if angle.startswith("phi") else "(26)"
 
     def name(text: str, value: Expr, title: str, unit: str) -> Expr:
@@ -118,7 +120,7 @@ def _named(row: Row, names: dict[sp.Symbol, Expr], angle: str, spelled: str, d: 
             return plain
         return d.define(f"{text}_{angle}", plain, number, f"{title} {angle}", unit, rf"{text}^{{{spelled}}}")
 
-    return Row(
+    return AngleEquation(
         name("D", row.inertia, "inertia of", "kg m^2"),
         sp.Matrix(
             [
@@ -158,12 +160,12 @@ def longitudinal(thrust: Expr, left: Expr, d: Derivation) -> Expr:
 
 def angle_accelerations(rows: Sequence[AngleRow], linear: Sequence[Expr], angular: Sequence[Expr]) -> tuple[Expr, ...]:
     """Solve (25), (26) for phi_i'' and theta_i'' at given a and Omega'."""
-    found = []
+    accelerations = []
     for angle in rows:
         row = angle.row
         total = row.force.dot(sp.Matrix(linear)) + row.moment.dot(sp.Matrix(angular)) + row.bias
-        found.append(-total / row.inertia)
-    return tuple(found)
+        accelerations.append(-total / row.inertia)
+    return tuple(accelerations)
 
 
 def reduced_velocity(axial: Expr, inputs: Sequence[Expr]) -> tuple[Expr, ...]:

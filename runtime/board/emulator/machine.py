@@ -39,7 +39,7 @@ Hook = Callable[[int, int], None]
 """Called with address and size of each block of instructions before it runs."""
 
 
-class Machine:
+class EmulatedBoard:
     """A board under Unicorn.
 
     Parameters
@@ -87,9 +87,9 @@ class Machine:
     def read(self) -> bytes:
         """Run until the board sleeps; return what it sent."""
         self.run()
-        sent = bytes(self._from_board)
+        data = bytes(self._from_board)
         self._from_board.clear()
-        return sent
+        return data
 
     def run(self) -> None:
         """Run until the board sleeps with nothing on the line."""
@@ -193,7 +193,7 @@ class Machine:
         self._from_board.append(byte & 0xFF)
 
 
-def _read_stm32(machine: Machine, at: int) -> int:
+def _read_stm32(machine: EmulatedBoard, at: int) -> int:
     if at == _RCC_CR:
         value = machine.clock_control[at]
         return value | (value & _PLL_ON) << 1
@@ -207,20 +207,20 @@ def _read_stm32(machine: Machine, at: int) -> int:
     return 0
 
 
-def _write_stm32(machine: Machine, at: int, value: int) -> None:
+def _write_stm32(machine: EmulatedBoard, at: int, value: int) -> None:
     if at in machine.clock_control:
         machine.clock_control[at] = value
     if at in (0x11004, 0x4404):
         machine.send(value)
 
 
-def _read_mps2(machine: Machine, at: int) -> int:
+def _read_mps2(machine: EmulatedBoard, at: int) -> int:
     if at == 0x4004:
         return machine.waiting() << 1
     return machine.receive() if at == 0x4000 else 0
 
 
-def _write_mps2(machine: Machine, at: int, value: int) -> None:
+def _write_mps2(machine: EmulatedBoard, at: int, value: int) -> None:
     if at == 0x4000:
         machine.send(value)
 

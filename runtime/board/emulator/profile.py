@@ -15,7 +15,7 @@ from typing import Any
 from elftools.elf.elffile import ELFFile
 
 from ..image.elf import Elf
-from .machine import Machine
+from .machine import EmulatedBoard
 
 STEP = "app_step"
 _NOT_THE_LAW = ("server_", "link_", "board_", "main", "Reset_", "Default_", "app_selftest")
@@ -53,10 +53,10 @@ class Profile:
 class StepProfiler:
     """Watches a machine while it evaluates steps.
 
-    Call `step` before and `done` after each exchange; the first one only finds where a step returns to.
+    Call `count` after each exchange; the first one only finds where a step returns to.
     """
 
-    def __init__(self, machine: Machine, elf: Elf, cycles: bool) -> None:
+    def __init__(self, machine: EmulatedBoard, elf: Elf, cycles: bool) -> None:
         self.profile = Profile()
         self._machine, self._elf, self._cycles = machine, elf, cycles
         self._entry, _ = elf.symbols[STEP]
@@ -78,30 +78,30 @@ class StepProfiler:
         if self._inside:
             self._blocks.append((address, size))
 
-    def done(self) -> None:
+    def count(self) -> None:
         """Count the step that was just evaluated."""
         if self._return is None:
             return
         if not self.profile.steps and not self._blocks:
             self._watch()
             return
-        found, blocks = self.profile, self._blocks
+        profile, blocks = self.profile, self._blocks
         if not blocks:
             return
         instructions = sum(map(self._length, blocks))
-        found.steps += 1
-        found.least = min(found.least or instructions, instructions)
-        if instructions > found.most:
-            found.most = instructions
-            found.cycles = self._estimate(blocks) if self._cycles else 0
+        profile.steps += 1
+        profile.least = min(profile.least or instructions, instructions)
+        if instructions > profile.most:
+            profile.most = instructions
+            profile.cycles = self._estimate(blocks) if self._cycles else 0
         blocks.clear()
 
     def _length(self, block: tuple[int, int]) -> int:
         """Return the instructions of a block, and note on first sight that they ran."""
         if block not in self._lengths:
-            decoded = self._decoded(*block)
-            self.profile.addresses.update(address for address, _, _ in decoded)
-            self._lengths[block] = len(decoded)
+            instructions = self._instructions(*block)
+            self.profile.addresses.update(address for address, _, _ in instructions)
+            self._lengths[block] = len(instructions)
         return self._lengths[block]
 
     def close(self) -> None:
@@ -112,19 +112,19 @@ class StepProfiler:
         assert self._return is not None
         self._machine.unhook()
         self._machine.on_range(self._return, self._return, self._begin)
-        for address, size in self._watched():
+        for address, size in self._functions():
             self._machine.on_range(address, address + size - 1, self._begin)
 
-    def _watched(self) -> list[tuple[int, int]]:
+    def _functions(self) -> list[tuple[int, int]]:
         """Return where the functions that a step may call are, each once, as some have several names."""
-        found: list[tuple[int, int]] = []
+        ranges: list[tuple[int, int]] = []
         places = {place for name, place in self._elf.symbols.items() if not name.startswith(_NOT_THE_LAW)}
         for address, size in sorted(places, key=lambda place: (place[0], -place[1])):
-            end = sum(found[-1]) if found else 0
+            end = sum(ranges[-1]) if ranges else 0
             first = max(address, end)
             if address + size > first and self._in_flash(address):
-                found.append((first, address + size - first))
-        return found
+                ranges.append((first, address + size - first))
+        return ranges
 
     def _in_flash(self, address: int) -> bool:
         return any(start <= address < start + len(content) for start, content in self._elf.segments)
@@ -132,28 +132,28 @@ class StepProfiler:
     def _estimate(self, blocks: list[tuple[int, int]]) -> int:
         cycles = 0
         for block, following in zip(blocks, [*blocks[1:], (0, 0)], strict=True):
-            cycles += sum(_cost(name, operands) for _, name, operands in self._decoded(*block))
+            cycles += sum(_cost(name, operands) for _, name, operands in self._instructions(*block))
             cycles += _TAKEN * (following[0] != block[0] + block[1])
         return cycles
 
     @functools.cache  # noqa: B019 - one profiler a run
-    def _decoded(self, address: int, size: int) -> tuple[tuple[int, str, str], ...]:
+    def _instructions(self, address: int, size: int) -> tuple[tuple[int, str, str], ...]:
         return tuple(disassemble(self._machine.code(address, size), address))
 
 
 def disassemble(code: bytes, address: int) -> list[tuple[int, str, str]]:
     """Return address, mnemonic without suffixes, and operands of each instruction."""
     engine = _engine()
-    found = []
+    instructions = []
     at = 0
     while at < len(code):
         wide = code[at + 1] >> 3 in (0b11101, 0b11110, 0b11111)
         size = 4 if wide else 2
-        decoded = next(engine.disasm_lite(code[at : at + size], address + at, 1), None)
-        name, operands = (decoded[2], decoded[3]) if decoded else ("unknown", "")
-        found.append((address + at, name.split(".")[0], operands))
+        instruction = next(engine.disasm_lite(code[at : at + size], address + at, 1), None)
+        name, operands = (instruction[2], instruction[3]) if instruction else ("unknown", "")
+        instructions.append((address + at, name.split(".")[0], operands))
         at += size
-    return found
+    return instructions
 
 
 @functools.cache
@@ -167,17 +167,17 @@ def _cost(name: str, operands: str) -> int:
     for kind in _PER_REGISTER:
         if name.startswith(kind):
             return 1 + registers(operands)
-    for known, cycles in _CYCLES.items():
-        if name.startswith(known):
+    for mnemonic, cycles in _CYCLES.items():
+        if name.startswith(mnemonic):
             return cycles
     return 1
 
 
 def registers(operands: str) -> int:
     """Return how many registers an operand like {r4, r6-r8} lists."""
-    listed = operands[operands.find("{") + 1 : operands.find("}")]
+    names = operands[operands.find("{") + 1 : operands.find("}")]
     count = 0
-    for part in listed.split(","):
+    for part in names.split(","):
         first, dash, last = part.strip().partition("-")
         count += int(last.strip()[1:]) - int(first.strip()[1:]) + 1 if dash else 1
     return count

@@ -80,12 +80,12 @@ def read_elf(path: Path) -> Elf:
 def _functions(table: Any) -> dict[str, list[tuple[int, int]]]:
     """Cut each function at the symbols that say where instructions ($t) and constants ($d) begin."""
     marks = sorted((s["st_value"], s.name[:2]) for s in table.iter_symbols() if s.name[:2] in ("$t", "$d"))
-    found: dict[str, list[tuple[int, int]]] = {}
+    functions: dict[str, list[tuple[int, int]]] = {}
     for symbol in table.iter_symbols():
         first = symbol["st_value"] & ~1
         end = first + symbol["st_size"]
         if symbol["st_info"]["type"] == "STT_FUNC" and end > first:
             cuts = [(first, "$t"), *(mark for mark in marks if first < mark[0] < end), (end, "")]
-            name = f"{symbol.name}@{first:#x}" if symbol.name in found else symbol.name  # files may share names
-            found[name] = [(a, b - a) for (a, kind), (b, _) in itertools.pairwise(cuts) if kind == "$t"]
-    return found
+            name = f"{symbol.name}@{first:#x}" if symbol.name in functions else symbol.name  # files may share names
+            functions[name] = [(a, b - a) for (a, kind), (b, _) in itertools.pairwise(cuts) if kind == "$t"]
+    return functions

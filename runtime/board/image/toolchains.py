@@ -123,9 +123,9 @@ def toolchain(name: str | None = None) -> Toolchain:
     if name not in (None, "zig", "gcc"):
         raise unknown_name("compiler", name, ("zig", "gcc"))
     for candidate in ("gcc", "zig") if name is None else (name,):
-        found = _zig() if candidate == "zig" else _gcc()
-        if found:
-            return found
+        compiler = _zig() if candidate == "zig" else _gcc()
+        if compiler:
+            return compiler
     if name == "gcc":
         raise InputError("arm-none-eabi-gcc is not installed: apt-get install gcc-arm-none-eabi")
     raise InputError('no compiler for ARM: pip install "mehvar[board]", or apt-get install gcc-arm-none-eabi')
@@ -134,8 +134,8 @@ def toolchain(name: str | None = None) -> Toolchain:
 def host_toolchain(name: str | None = None) -> Toolchain:
     """Return the compiler for software in the loop: zig when asked for, else the one that models are compiled with."""
     if name == "zig":
-        found = toolchain("zig")
-        return Toolchain("zig", found.command, found.version)
+        zig = toolchain("zig")
+        return Toolchain("zig", zig.command, zig.version)
     compiler = require_compiler()
     return Toolchain("host", (*compiler.command, *compiler.flags), compiler.version)
 
@@ -154,5 +154,5 @@ def _gcc() -> Toolchain | None:
     path = shutil.which("arm-none-eabi-gcc")
     if path is None:
         return None
-    done = subprocess.run([path, "--version"], capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL)
-    return Toolchain("gcc", (path,), done.stdout.splitlines()[0])
+    process = subprocess.run([path, "--version"], capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL)
+    return Toolchain("gcc", (path,), process.stdout.splitlines()[0])

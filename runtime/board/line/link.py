@@ -201,10 +201,10 @@ class Link:
             payload = self._request(SELFTEST, samples.to_bytes(4, "little")).payload
         finally:
             self._timeout = before
-        done, crc, ticks = struct.unpack_from("<3I", payload)
+        count, crc, ticks = struct.unpack_from("<3I", payload)
         numbers = np.frombuffer(payload[12:], "<f4").astype(np.float32)
         states = self._layout.sizes[6]
-        return SelfTest(done, crc, ticks, numbers[:states], numbers[states:])
+        return SelfTest(count, crc, ticks, numbers[:states], numbers[states:])
 
     def reboot(self) -> None:
         """Start the board's program anew; it does not answer."""
@@ -228,8 +228,8 @@ class Link:
 
     def _await(self, kind: int, number: int) -> Frame | None:
         end = time.monotonic() + self._timeout
-        while (left := end - time.monotonic()) > 0:
-            data = self._port.read(left)
+        while (wait := end - time.monotonic()) > 0:
+            data = self._port.read(wait)
             if not data:
                 return None
             for frame in self._decoder.feed(data):
@@ -247,11 +247,11 @@ class Link:
             raise InputError(f"{self._port.name}: the board speaks another version of the protocol; flash it again")
         _, size, digest, *sizes, ticks, board, model, law = _HELLO.unpack(reply.payload)
         hello = Hello(size, digest, tuple(sizes), ticks, _text(board), _text(model), _text(law))
-        want = self._layout
-        if hello.hash != want.hash or hello.sizes != want.sizes or hello.real_size != 4:
+        expected = self._layout
+        if hello.hash != expected.hash or hello.sizes != expected.sizes or hello.real_size != 4:
             raise InputError(
                 f"{self._port.name}: the board runs {hello.model} {hello.law} ({hello.hash.hex()[:12]}), but "
-                f"{want.model} {want.law} ({want.hash.hex()[:12]}) is asked for: build and flash it"
+                f"{expected.model} {expected.law} ({expected.hash.hex()[:12]}) is asked for: build and flash it"
             )
         return hello
 

@@ -25,11 +25,11 @@ class BareLaw:
     The board has the parameters that were compiled in, and starts its memory from the first packet.
     """
 
-    def __init__(self, port: Port, made: Program, timeout: float = 2.0) -> None:
+    def __init__(self, port: Port, program: Program, timeout: float = 2.0) -> None:
         self.u: list[NDArray[np.float32]] = []
         self._port, self._timeout = port, timeout
-        self._packet = np.zeros(raw_numbers(made.layout), "<f4")
-        self._memory, self._answer = bool(made.law.memory), 4 * len(made.layout.outputs)
+        self._packet = np.zeros(raw_numbers(program.layout), "<f4")
+        self._memory, self._answer = bool(program.law.memory), 4 * len(program.layout.outputs)
 
     def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
         """Evaluate the law at the next sample."""
@@ -60,17 +60,17 @@ class BareLaw:
 class HostLaw:
     """The same law in float on this machine, its memory started in float as the board starts it."""
 
-    def __init__(self, made: Program, resolved: Resolved) -> None:
-        backend = made.model.evaluator
+    def __init__(self, program: Program, resolved: Resolved) -> None:
+        backend = program.model.evaluator
         assert isinstance(backend, CBackend)
-        name = identifier(made.law.name)
-        by_identifier = {identifier(f): f for f in made.model.manifest.functions}
+        name = identifier(program.law.name)
+        by_identifier = {identifier(f): f for f in program.model.manifest.functions}
         self._p, self._c = resolved.p, resolved.c
         self._z: Doubles | None = None
-        self._law = _function(backend.address(by_identifier[name], "float"), 8 if made.law.memory else 5)
+        self._law = _function(backend.address(by_identifier[name], "float"), 8 if program.law.memory else 5)
         start = by_identifier.get(f"{name}_start")
         self._start = None if start is None else _function(backend.address(start, "float"), 5)
-        self._nu = len(made.layout.outputs)
+        self._nu = len(program.layout.outputs)
 
     def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
         """Evaluate the law at the next sample."""

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 import mehvar
 from mehvar.codegen.code.tape import tape
-from mehvar.codegen.functions.graphs import GeneratedFunction, _directional
+from mehvar.codegen.functions.graphs import FunctionGraph, _directional
 from mehvar.codegen.generate import derive, installed_tree, write
 from tests.models.slosh.variants import CONVENTIONS, slosh
 
@@ -135,7 +135,7 @@ def operations(pendulums: str, inertia: str) -> int:
     system = model.system
     arguments = tuple((g.name, len(g)) for g in (system.states, system.inputs, system.parameters))
     size = len(system.states)
-    rhs = GeneratedFunction("rhs", "", arguments, (("dx", size),), model.functions.graph("rhs"))
+    rhs = FunctionGraph("rhs", "", arguments, (("dx", size),), model.functions.graph("rhs"))
     return tape(_directional(rhs).graph).operations
 
 

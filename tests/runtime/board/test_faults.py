@@ -133,7 +133,7 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
     law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout, journal=journal, after=stop)
     with pytest.raises(Stopped):
         bench.simulate(law=law)
-    journal.close(done=False)
+    journal.close(complete=False)
     with path.open("ab") as file:
         file.write(b"half a record")
     if board_forgets:
@@ -143,13 +143,13 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
     law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout, journal=journal)
     assert bench.same(bench.simulate(law=law))
     assert len(law.ticks) == bench.samples - 23
-    journal.close(done=True)
+    journal.close(complete=True)
     assert not path.exists()
 
 
 def test_a_journal_of_another_run_is_refused(tmp_path):
     path = tmp_path / "journal"
-    Journal(path, {"run": 1}, 16, 3).close(done=False)
+    Journal(path, {"run": 1}, 16, 3).close(complete=False)
     with pytest.raises(InputError, match="belongs to another run"):
         Journal(path, {"run": 2}, 16, 3)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Put the main tables of results/*.md together as docs/numbers.md; measures nothing itself."""
+"""Put the main tables of benchmarks/results together as docs/numbers.md."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-RESULTS = Path(__file__).parent / "results"
-PAGE = Path(__file__).parents[1] / "docs" / "numbers.md"
+RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
+PAGE = Path(__file__).parents[1] / "numbers.md"
 
 _SHOWN = {
     "closed_loop.md": ("One run with the defaults", "sliding, samples every 1 s", "path, samples every 1 s"),
@@ -21,7 +21,7 @@ _SHOWN = {
 """Sections whose first table is shown; of a page that is not named, the first table."""
 _HEAD = """# Numbers
 
-What has been measured, from the pages that the benchmarks write. Written by `python benchmarks/numbers_page.py`: change
+What has been measured, from the pages that the benchmarks write. Written by `python docs/site/numbers.py`: change
 nothing here. Each heading leads to the page with machine, versions, date, all measurements and what they do not say.
 [How they are measured](../benchmarks/README.md) says how to repeat them. Machines were shared: compare ratios, not
 times.
@@ -42,14 +42,14 @@ def page(results: Path = RESULTS) -> str:
 
 
 def _order(path: Path) -> tuple[int, str]:
-    known = list(_SHOWN)
-    return (known.index(path.name) if path.name in known else len(known), path.name)
+    names = list(_SHOWN)
+    return (names.index(path.name) if path.name in names else len(names), path.name)
 
 
 def _sections(text: str) -> Iterator[tuple[str, str]]:
     """Return headings of all levels with what follows them."""
-    found = re.split(r"^#+ (.+)$", text, flags=re.MULTILINE)[1:]
-    return zip(found[::2], found[1::2], strict=True)
+    parts = re.split(r"^#+ (.+)$", text, flags=re.MULTILINE)[1:]
+    return zip(parts[::2], parts[1::2], strict=True)
 
 
 def _table(name: str, sections: list[tuple[str, str]], heading: str) -> str:
@@ -62,8 +62,5 @@ def _table(name: str, sections: list[tuple[str, str]], heading: str) -> str:
 
 
 if __name__ == "__main__":
-    from machine import command_line
-
-    command_line(__doc__).parse_args()
     PAGE.write_text(page(), encoding="utf-8")
     print(f"wrote {PAGE}")
