@@ -51,11 +51,10 @@ class PrintedFunction:
         """Number of operations of one evaluation."""
         return self.tape.operations
 
-    @property
-    def c_signature(self) -> str:
-        """Parameters of the C function."""
-        arguments = [f"const real *{name}" for name, _ in self.arguments]
-        return ", ".join(arguments + [f"real *{name}" for name, _ in self.results])
+    def c_signature(self, real: str) -> str:
+        """Parameters of the C function, on numbers of a type: `mv_real` in public, `real` beside the body."""
+        arguments = [f"const {real} *{name}" for name, _ in self.arguments]
+        return ", ".join(arguments + [f"{real} *{name}" for name, _ in self.results])
 
     @property
     def unused(self) -> list[str]:
