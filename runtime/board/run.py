@@ -207,7 +207,7 @@ def _run_framed(model: Model, asked: Asked, image: Image, port: Port, single: Ru
     z, expected = _memories(law, single)
     covered: tuple[Coverage, ...] = ()
     if profiler and elf:
-        names = [name for name in (_law_symbol(model, asked), "app_step") if name in elf.symbols]
+        names = [name for name in (_law_symbol(model, asked), "mv_app_step") if name in elf.symbols]
         covered = tuple(coverage(image.path, elf, names, profiler.profile.addresses))
     return Outcome(
         asked=asked, image=image, elf=elf, hello=hello, board=board, single=single,

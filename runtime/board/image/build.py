@@ -20,7 +20,7 @@ from ...compiling.library import cache_folder, native_headers
 from ...model.manifest import Controller, Scenario
 from ...model.model import Model
 from ...model.parameters import Resolved, resolve
-from .header import Layout, board_model_header, layout
+from .header import Layout, board_law_header, board_model_header, layout
 from .toolchains import Board, Toolchain
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
@@ -110,10 +110,8 @@ def sources(made: Program, board: Board | None) -> dict[str, str]:
     manifest = made.model.manifest
     name = manifest.model
     server = "raw.c" if made.raw else "server.c"
-    names = [*_PORTABLE, server, "app.h", "board.h", "link.h", "server.h"]
-    names += ["boards/posix.c"] if board is None else [f"boards/{board.source}", "cortexm.c", "cortexm.h"]
-    if board is not None:
-        names += [f"libc/{path.name}" for path in sorted((FIRMWARE / "libc").iterdir())]
+    names = [*_PORTABLE, server, *_below("mehvar")]
+    names += ["boards/posix.c"] if board is None else [f"boards/{board.source}", "cortexm.c", *_below("libc")]
     texts = {file: (FIRMWARE / file).read_text(encoding="utf-8") for file in names}
     texts |= native_headers()
     for file in (f"{name}.c", f"{name}.h"):
@@ -121,7 +119,10 @@ def sources(made: Program, board: Board | None) -> dict[str, str]:
             texts[file] = (manifest.folder / file).read_text(encoding="utf-8")
         except OSError as error:
             raise InputError(f"cannot read {manifest.folder / file} ({error.strerror}); generate it again") from error
-    texts["board_model.h"] = board_model_header(manifest, made.law, made.resolved, made.period, delay_of(made.law))
+    texts["mehvar/board_model.h"] = board_model_header(manifest, made.law, made.period)
+    texts["mehvar/private/board_law.h"] = board_law_header(
+        manifest, made.law, made.resolved, made.period, delay_of(made.law)
+    )
     if board is not None:
         texts["board.ld"] = _linker_script(board)
     return texts
@@ -179,6 +180,11 @@ def compile_commands(
         *([*start, *(LAW_FLAGS if name == law else OTHER_FLAGS), "-c", name, "-o", objects[name]] for name in units),
         [*start, *LAW_FLAGS, "-Wl,--gc-sections", *objects.values(), *link, "-o", "firmware.elf"],
     ]
+
+
+def _below(folder: str) -> list[str]:
+    """Return the paths of the firmware's files in a folder of its."""
+    return [path.relative_to(FIRMWARE).as_posix() for path in sorted((FIRMWARE / folder).rglob("*.[ch]"))]
 
 
 def write_sources(folder: Path, texts: Mapping[str, str]) -> None:
