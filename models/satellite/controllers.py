@@ -258,6 +258,8 @@ def _controller(
         memory=memory,
         start=(*(before for _, before, _ in rows), *(before for _, before, _ in extra), sp.S.Zero),
         update=(*kept, *(after for _, _, after in extra), lost),
+        delay="delay",
+        bears_loss=True,
     )
 
 
