@@ -90,9 +90,8 @@ def load_library(
 
 def native_headers() -> dict[str, str]:
     """Return the headers that generated C includes, by path below `INCLUDE`."""
-    paths = {path.relative_to(INCLUDE).as_posix(): path for path in sorted(INCLUDE.rglob("*.h"))}
-    paths |= {path.name: path for path in sorted(NATIVE.glob("mehvar_*.h"))}
-    return {name: path.read_text(encoding="utf-8") for name, path in paths.items()}
+    paths = sorted(INCLUDE.rglob("*.h"))
+    return {path.relative_to(INCLUDE).as_posix(): path.read_text(encoding="utf-8") for path in paths}
 
 
 @functools.cache

@@ -195,6 +195,7 @@ BUILDS: dict[str, tuple[int, list[str], bool]] = {
     "16 lanes -O1": (16, ["-O1"], False),
     "8 lanes for this machine": (8, ["-O3", "-march=native"], False),
     **({"clang": (1, ["-O2"], True), "clang 8 lanes": (8, ["-O3"], True)} if ZIG else {}),
+    **({"without GNU C": (1, ["-O2", "-U__GNUC__", "-Wno-literal-range"], True)} if ZIG else {}),
 }
 
 
