@@ -105,11 +105,11 @@ def program(model: Model, law: str, scenario: str | None = None, raw: bool = Fal
     return Program(model, controller, case, resolved, period_of(controller, case, resolved), raw)
 
 
-def sources(made: Program, board: Board | None) -> dict[str, str]:
+def sources(firmware: Program, board: Board | None) -> dict[str, str]:
     """Return every file of a firmware by name: generated C, mathematics, link, application, board."""
-    manifest = made.model.manifest
+    manifest = firmware.model.manifest
     name = manifest.model
-    server = "raw.c" if made.raw else "server.c"
+    server = "raw.c" if firmware.raw else "server.c"
     names = [*_PORTABLE, server, *_below("mehvar")]
     names += ["boards/posix.c"] if board is None else [f"boards/{board.source}", "cortexm.c", *_below("libc")]
     texts = {file: (FIRMWARE / file).read_text(encoding="utf-8") for file in names}
@@ -119,16 +119,16 @@ def sources(made: Program, board: Board | None) -> dict[str, str]:
             texts[file] = (manifest.folder / file).read_text(encoding="utf-8")
         except OSError as error:
             raise InputError(f"cannot read {manifest.folder / file} ({error.strerror}); generate it again") from error
-    texts["mehvar/board_model.h"] = board_model_header(manifest, made.law, made.period)
+    texts["mehvar/board_model.h"] = board_model_header(manifest, firmware.law, firmware.period)
     texts["mehvar/private/board_law.h"] = board_law_header(
-        manifest, made.law, made.resolved, made.period, delay_of(made.law)
+        manifest, firmware.law, firmware.resolved, firmware.period, delay_of(firmware.law)
     )
     if board is not None:
         texts["board.ld"] = _linker_script(board)
     return texts
 
 
-def build(made: Program, board: Board | None, toolchain: Toolchain) -> Image:
+def build(firmware: Program, board: Board | None, toolchain: Toolchain) -> Image:
     """Compile a firmware unless the cache has it.
 
     Parameters
@@ -141,12 +141,12 @@ def build(made: Program, board: Board | None, toolchain: Toolchain) -> Image:
     BuildError
         If the compiler fails; the message holds the command and what it printed.
     """
-    texts = sources(made, board)
-    commands = compile_commands(texts, made.model.manifest.model, board, toolchain)
+    texts = sources(firmware, board)
+    commands = compile_commands(texts, firmware.model.manifest.model, board, toolchain)
     folder = cache_folder() / f"board-{_key(texts, commands, toolchain)}"
     path = folder / "firmware.elf"
     if path.is_file():
-        return Image(path, made, board, toolchain, False)
+        return Image(path, firmware, board, toolchain, False)
     folder.parent.mkdir(parents=True, exist_ok=True)
     scratch = Path(tempfile.mkdtemp(prefix="build-", dir=folder.parent))
     try:
@@ -158,7 +158,7 @@ def build(made: Program, board: Board | None, toolchain: Toolchain) -> Image:
         (scratch / path.name).replace(path)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
-    return Image(path, made, board, toolchain, True)
+    return Image(path, firmware, board, toolchain, True)
 
 
 def compile_commands(

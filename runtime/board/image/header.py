@@ -60,14 +60,14 @@ def layout(manifest: Manifest, law: Controller) -> Layout:
     return Layout(manifest.model, law.name, inputs, outputs, memory, numbers, digest)
 
 
-def raw_numbers(sizes: Layout) -> int:
+def raw_numbers(link: Layout) -> int:
     """Return how many numbers a bare packet to the board holds; those beyond the inputs are zero."""
-    return max(len(sizes.inputs), _RAW_NUMBERS)
+    return max(len(link.inputs), _RAW_NUMBERS)
 
 
 def board_model_header(manifest: Manifest, law: Controller, period: float) -> str:
     """Return the text of mehvar/board_model.h: sizes and names, for the firmware and for whoever takes it along."""
-    sizes, nr = layout(manifest, law), len(manifest.references)
+    link, nr = layout(manifest, law), len(manifest.references)
     lines = [
         _LICENSE,
         f"/* {manifest.model} under {law.name}: what goes over the line. Written by mehvar board. */",
@@ -76,24 +76,24 @@ def board_model_header(manifest: Manifest, law: Controller, period: float) -> st
         "",
         f'#define MV_BOARD_MODEL "{manifest.model}"',
         f'#define MV_BOARD_LAW "{law.name}"',
-        f"#define MV_BOARD_HASH {{{', '.join(f'0x{b:02x}' for b in sizes.hash)}}}",
+        f"#define MV_BOARD_HASH {{{', '.join(f'0x{b:02x}' for b in link.hash)}}}",
         "",
         "enum {",
-        *(f"    MV_BOARD_N{n} = {size}," for n, size in zip("ZPCSX", sizes.sizes[2:], strict=True)),
-        f"    MV_BOARD_NU = {len(sizes.outputs)},",
+        *(f"    MV_BOARD_N{n} = {size}," for n, size in zip("ZPCSX", link.sizes[2:], strict=True)),
+        f"    MV_BOARD_NU = {len(link.outputs)},",
         f"    MV_BOARD_NR = {nr},",
-        f"    MV_BOARD_NV = {len(sizes.inputs) - len(manifest.states) - nr},",
+        f"    MV_BOARD_NV = {len(link.inputs) - len(manifest.states) - nr},",
         f"    MV_BOARD_PERIOD_MS = {max(1, round(1000 * period))}",
         "};",
         "",
         "/* payload of a step, and of its answer */",
         "enum {",
-        *(f"    MV_BOARD_IN_{identifier(n).upper()} = {k}," for k, n in enumerate(sizes.inputs)),
-        f"    MV_BOARD_IN = {len(sizes.inputs)}",
+        *(f"    MV_BOARD_IN_{identifier(n).upper()} = {k}," for k, n in enumerate(link.inputs)),
+        f"    MV_BOARD_IN = {len(link.inputs)}",
         "};",
         "enum {",
-        *(f"    MV_BOARD_OUT_{identifier(n).upper()} = {k}," for k, n in enumerate(sizes.outputs)),
-        f"    MV_BOARD_OUT = {len(sizes.outputs)}",
+        *(f"    MV_BOARD_OUT_{identifier(n).upper()} = {k}," for k, n in enumerate(link.outputs)),
+        f"    MV_BOARD_OUT = {len(link.outputs)}",
         "};",
         "",
         "#endif",
@@ -117,10 +117,10 @@ def board_law_header(
     suffix : str
         Of the right-hand side of the plant's variant, for the self-test.
     """
-    sizes = layout(manifest, law)
+    link = layout(manifest, law)
     model, upper = identifier(manifest.model), identifier(manifest.model).upper()
     own = f"p[{upper}_P_{identifier(law.period).upper()}]" if law.period else f"K({_number(period)})"
-    payload = max(4 * max(sizes.sizes) + 1, 4 * raw_numbers(sizes), 128)
+    payload = max(4 * max(link.sizes) + 1, 4 * raw_numbers(link), 128)
     lines = [
         _LICENSE,
         f"/* {manifest.model} under {law.name}, as the firmware of mehvar calls it. Written by mehvar board. */",
@@ -133,7 +133,7 @@ def board_law_header(
         "",
         "enum {",
         f"    MV_BOARD_PAYLOAD = {payload},",
-        f"    MV_BOARD_RAW_IN = {raw_numbers(sizes)},",
+        f"    MV_BOARD_RAW_IN = {raw_numbers(link)},",
         f"    MV_BOARD_SUBSTEPS = {SUBSTEPS},",
         f"    MV_BOARD_DELAY = {delay},",
         f"    MV_BOARD_LAW_BEARS_LOSS = {int(law.bears_loss)} /* it checks its numbers itself */",
