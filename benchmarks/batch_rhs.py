@@ -22,7 +22,7 @@ from machine import command_line, machine, table, write
 from mehvar.codegen.generate import generate, installed_tree
 from mehvar.runtime import Model, load
 from mehvar.runtime.compiling.compiler import require_compiler
-from mehvar.runtime.compiling.library import NATIVE
+from mehvar.runtime.compiling.library import INCLUDE
 from mehvar.runtime.compiling.processor import vector_flags, widest
 
 REPEATS = 11
@@ -37,6 +37,7 @@ CASES: dict[str, tuple[str, dict[str, str]]] = {
 
 OURS = """
 #include "{model}.h"
+#include "mehvar/private/arithmetic.h"
 static real x[{blocks}][{nx}], dx[{blocks}][{nx}], u[{blocks}][{nu}], p[{blocks}][{np} + 1];
 static real h[{blocks}][{nh} + 1], w[{blocks}][{nw} + 1];
 static void fill(real *to, const double *from, int n)
@@ -180,7 +181,7 @@ def compiled(model: Model, folder: Path, build: Build) -> Callable[[], object]:
     (folder / f"{tag}.c").write_text(driver)
     units = [f"{model.name}.c", f"{model.name}_prepared.c"] if build.lanes else [f"{model.name}_casadi.c"]
     flags = ["-std=gnu11", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-Wno-psabi", *build.flags]
-    flags += [f"-DMEHVAR_LANES={build.lanes}", f"-I{NATIVE}"] if build.lanes else []
+    flags += [f"-DMEHVAR_LANES={build.lanes}", f"-I{INCLUDE}"] if build.lanes else []
     command = [*require_compiler().command, *flags, f"{tag}.c", *units, "-o", f"{tag}.so", "-lm"]
     subprocess.run(command, cwd=folder, check=True)
     library = ctypes.CDLL(str(folder / f"{tag}.so"))

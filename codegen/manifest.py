@@ -92,6 +92,8 @@ def _controller(law: Controller) -> dict[str, Any]:
         "title": law.title,
         "memory": _quantities(law.memory),
         "period": law.period or None,
+        "delay": law.delay or None,
+        "bears_loss": law.bears_loss,
         "parameters": _parameters(law.parameters),
         "constraints": _messages(law.constraints),
         "outputs": [_output(output) for output in law.outputs],

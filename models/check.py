@@ -25,6 +25,7 @@ def check(system: System) -> None:
         Naming the parameter, scenario or metric and what would be right.
     """
     _check_names(system)
+    _check_times(system)
     _check_parameters_used(system)
     _check_scenarios(system)
     _check_metrics(system)
@@ -147,6 +148,17 @@ def _check_names(system: System) -> None:
                 )
 
 
+def _check_times(system: System) -> None:
+    """Refuse a law whose period or delay is no parameter."""
+    for law in system.controllers:
+        for what, name, group in (("period", law.period, system.parameters), ("delay", law.delay, law.parameters)):
+            if name and name not in _by_name(group):
+                raise ModelError(
+                    f"{what} = {name!r} of law {law.name!r} is no parameter of group {group.name!r}"
+                    f"{suggestion(name, _by_name(group))}"
+                )
+
+
 def _check_parameters_used(system: System) -> None:
     loops = [e for variant in system.variants for loop in variant.loops.values() for e in loop]
     periods = {c.period for c in system.controllers}
@@ -157,7 +169,8 @@ def _check_parameters_used(system: System) -> None:
         _refuse_unused(group, by_laws, f"group {group.name!r} of {system.name}")
     for controller in system.controllers:
         inside = {s.name for f in formulas(controller.parameters).values() for s in f.free_symbols}
-        _refuse_unused(controller.parameters, common | laws[controller.name] | inside, f"law {controller.name!r}")
+        used = common | laws[controller.name] | inside | {controller.delay}
+        _refuse_unused(controller.parameters, used, f"law {controller.name!r}")
 
 
 def _refuse_unused(group: Group, used: set[str], where: str) -> None:

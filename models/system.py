@@ -159,6 +159,11 @@ class Controller:
         The memory before the first sample (a function of state, reference, p and c) and after each one.
     outputs : tuple of Output
         What the law reports beside its command.
+    delay : str
+        Parameter of the law that holds the samples between a command and its action, set to those of the run unless
+        given; empty for a law that knows of none.
+    bears_loss : bool
+        Whether a sampled law bears measurements that are not finite: it keeps its memory finite and commands zero.
     """
 
     name: str
@@ -173,6 +178,8 @@ class Controller:
     start: tuple[Expr, ...] = ()
     update: tuple[Expr, ...] = ()
     outputs: tuple[Output, ...] = ()
+    delay: str = ""
+    bears_loss: bool = False
 
 
 @dataclass(frozen=True)

@@ -50,11 +50,10 @@ class PrintedFunction:
         """Number of operations of one evaluation."""
         return self.tape.operations
 
-    @property
-    def c_signature(self) -> str:
-        """Parameters of the C function."""
-        arguments = [f"const real *{name}" for name, _ in self.arguments]
-        return ", ".join(arguments + [f"real *{name}" for name, _ in self.results])
+    def c_signature(self, real: str) -> str:
+        """Parameters of the C function, on numbers of a type: `mv_real` in public, `real` beside the body."""
+        arguments = [f"const {real} *{name}" for name, _ in self.arguments]
+        return ", ".join(arguments + [f"{real} *{name}" for name, _ in self.results])
 
     @property
     def unused(self) -> list[str]:
@@ -116,32 +115,33 @@ class PrintedFunction:
 
 def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
     """Turn graphs into tapes ready to print; what a run calls again and again is printed in two parts as well."""
-    found = [
+    whole = [
         PrintedFunction(
             f.name, f.description, f.arguments, f.results, "jac" if f.jacobian else "", tape(f.graph, f.parameters)
         )
         for f in functions
     ]
-    parts = (_in_parts(p, f.parameters, f.held) for p, f in zip(found, functions, strict=True))
-    return [*found, *(part for several in parts for part in several)]
+    parts = (_in_parts(p, f.parameters, f.held) for p, f in zip(whole, functions, strict=True))
+    return [*whole, *(part for several in parts for part in several)]
 
 
 def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[int]) -> list[PrintedFunction]:
     """Split off what is computed once per run and once per sample of a law; nothing where there is nothing of it."""
-    rest, known, parts = f, {f.arguments[k][0] for k in parameters}, list[PrintedFunction]()
+    rest, constant, parts = f, {f.arguments[k][0] for k in parameters}, list[PrintedFunction]()
     steps: tuple[tuple[str, str, str, set[str]], ...] = (
         ("prepare", "h", "once per run", set()),
         ("hold", "w", "when the input changes", {"u"} if held else set()),
     )
-    for step, vector, when, more in steps if known else ():
-        known |= more
-        halves = split(rest.tape, rest.arguments, {k for k, (a, _) in enumerate(rest.arguments) if a in known}, vector)
+    for step, vector, when, more in steps if constant else ():
+        constant |= more
+        places = {k for k, (name, _) in enumerate(rest.arguments) if name in constant}
+        halves = split(rest.tape, rest.arguments, places, vector)
         if halves is None:
             continue
         once, result = f"what {f.name} computes {when}", ((vector, halves.size),)
         parts.append(PrintedFunction(f"{f.name}_{step}", once, halves.first, result, "prepared", halves.prepare))
         rest = replace(rest, arguments=halves.second, tape=halves.prepared)
-        known |= {vector}
+        constant |= {vector}
     if not parts:
         return []
     return [*parts, replace(rest, name=f"{f.name}_prepared", description=f"the rest of {f.name}", part="prepared")]
@@ -168,7 +168,7 @@ def vectors(system: System) -> list[Vector]:
     def named(title: str, prefix: str, constant: str, group: Group) -> Vector:
         return Vector(title, prefix, constant, group.quantities)
 
-    found = [
+    result = [
         named("state x", "X", "STATES", system.states),
         named("input u", "U", "INPUTS", system.inputs),
         named("reference r", "R", "REFERENCES", system.references),
@@ -177,13 +177,13 @@ def vectors(system: System) -> list[Vector]:
         named("scenario parameters s", "S", "SCENARIO_PARAMETERS", system.scenario_parameters),
     ]
     if system.coordinates:
-        found.append(named("regular coordinates q", "Q", "COORDINATES", system.coordinates.states))
+        result.append(named("regular coordinates q", "Q", "COORDINATES", system.coordinates.states))
     for law in system.controllers:
         upper = identifier(law.name).upper()
-        found.append(named(f"parameters c of the law {law.name}", f"{upper}_C", f"{upper}_PARAMETERS", law.parameters))
+        result.append(named(f"parameters c of the law {law.name}", f"{upper}_C", f"{upper}_PARAMETERS", law.parameters))
         if law.memory:
-            found.append(named(f"memory z of the law {law.name}", f"{upper}_Z", f"{upper}_MEMORY", law.memory))
-    return found
+            result.append(named(f"memory z of the law {law.name}", f"{upper}_Z", f"{upper}_MEMORY", law.memory))
+    return result
 
 
 def texts(system: System, functions: Sequence[PrintedFunction]) -> dict[str, str]:

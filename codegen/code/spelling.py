@@ -164,12 +164,12 @@ class _Printer:
         return self._lines, [[self._result(v) for v in result] for result in self._tape.results]
 
     def _sincos_pairs(self) -> dict[int, int]:
-        found: dict[tuple[str, int], int] = {}
+        places: dict[tuple[str, int], int] = {}
         for k, i in enumerate(self._tape.instructions):
             if i.op in ("sin", "cos"):
-                found[i.op, i.args[0]] = k
-        return {found["sin", a]: found["cos", a] for op, a in found if op == "sin" and ("cos", a) in found} | {
-            found["cos", a]: found["sin", a] for op, a in found if op == "cos" and ("sin", a) in found
+                places[i.op, i.args[0]] = k
+        return {places["sin", a]: places["cos", a] for op, a in places if op == "sin" and ("cos", a) in places} | {
+            places["cos", a]: places["sin", a] for op, a in places if op == "cos" and ("sin", a) in places
         }
 
     def _place(self, k: int, instruction: Instruction) -> None:

@@ -48,8 +48,8 @@ def split(tape: Tape, arguments: Signature, parameters: Collection[int], name: s
     name : str
         Of the vector between the two.
     """
-    known = early(tape, parameters)
-    hoisted = _frontier(tape, known)
+    constant = early(tape, parameters)
+    hoisted = _frontier(tape, constant)
     if not hoisted:
         return None
     place = {k: i for i, k in enumerate(hoisted)}
@@ -68,19 +68,19 @@ def split(tape: Tape, arguments: Signature, parameters: Collection[int], name: s
     )
 
 
-def _frontier(tape: Tape, known: Sequence[bool]) -> list[int]:
+def _frontier(tape: Tape, constant: Sequence[bool]) -> list[int]:
     """Return the values that depend on parameters alone and that the rest needs; what costs nothing stays behind."""
-    stack, seen, found = [v for result in tape.results for v in result], set[int](), set[int]()
+    stack, seen, frontier = [v for result in tape.results for v in result], set[int](), set[int]()
     while stack:
         k = stack.pop()
         if k in seen:
             continue
         seen.add(k)
-        if known[k] and not keeps_place(tape.instructions[k]):
-            found.add(k)
+        if constant[k] and not keeps_place(tape.instructions[k]):
+            frontier.add(k)
         else:
             stack.extend(tape.instructions[k].operands)
-    return sorted(found)
+    return sorted(frontier)
 
 
 def _read(tape: Tape) -> set[int]:

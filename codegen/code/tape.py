@@ -203,10 +203,10 @@ def _fuse_selects(tape_: Tape) -> Tape:
 
 def early(tape_: Tape, parameters: Collection[int]) -> list[bool]:
     """Tell for each value whether it depends on some arguments, the parameters, alone."""
-    known: list[bool] = []
+    constant: list[bool] = []
     for i in tape_.instructions:
-        known.append(i.args[0] in parameters if i.op == "input" else all(known[a] for a in i.operands))
-    return known
+        constant.append(i.args[0] in parameters if i.op == "input" else all(constant[a] for a in i.operands))
+    return constant
 
 
 def keeps_place(instruction: Instruction) -> bool:
@@ -216,12 +216,13 @@ def keeps_place(instruction: Instruction) -> bool:
 
 def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
     """Divide once by each denominator that is used more than once, or that never changes from call to call."""
-    known = early(tape_, parameters)
-    divisors = Counter(i.args[1] for i in tape_.instructions if i.op == "div")
+    constant = early(tape_, parameters)
+    quotients = [i.args for i in tape_.instructions if i.op == "div"]
+    divisors = Counter(below for _, below in quotients)
     divisors.update(
-        i.args[1]
-        for i in tape_.instructions
-        if i.op == "div" and known[i.args[1]] and not known[i.args[0]] and tape_.instructions[i.args[1]].op != "const"
+        below
+        for above, below in quotients
+        if constant[below] and not constant[above] and tape_.instructions[below].op != "const"
     )
     builder, moved, inverse = _Builder(), {}, {}
     for k, instruction in enumerate(tape_.instructions):

@@ -4,6 +4,8 @@
  */
 #include "satellite.h"
 
+#include "mehvar/private/arithmetic.h"
+
 /* state derivative; 186 operations. */
 void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
 {

@@ -4,6 +4,8 @@
  */
 #include "satellite.h"
 
+#include "mehvar/private/arithmetic.h"
+
 /* Jacobian of rhs with respect to x, row by row; 404 operations. */
 void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
 {

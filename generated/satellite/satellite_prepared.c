@@ -4,6 +4,8 @@
  */
 #include "satellite.h"
 
+#include "mehvar/private/arithmetic.h"
+
 /* what rhs computes once per run; 33 operations. */
 void satellite_rhs_prepare(const real *p, real *h)
 {

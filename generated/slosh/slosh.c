@@ -4,6 +4,8 @@
  */
 #include "slosh.h"
 
+#include "mehvar/private/arithmetic.h"
+
 /* state derivative; 695 operations. */
 void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
 {

@@ -4,6 +4,8 @@
  */
 #include "slosh.h"
 
+#include "mehvar/private/arithmetic.h"
+
 /* Jacobian of rhs with respect to x, row by row; 4064 operations. */
 void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
 {

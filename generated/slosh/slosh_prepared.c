@@ -4,6 +4,8 @@
  */
 #include "slosh.h"
 
+#include "mehvar/private/arithmetic.h"
+
 /* what rhs computes once per run; 73 operations. */
 void slosh_rhs_prepare(const real *p, real *h)
 {

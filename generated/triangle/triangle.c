@@ -4,6 +4,8 @@
  */
 #include "triangle.h"
 
+#include "mehvar/private/arithmetic.h"
+
 /* state derivative; 7 operations. */
 void triangle_rhs(const real *x, const real *u, const real *p, real *dx)
 {

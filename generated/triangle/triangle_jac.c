@@ -4,6 +4,8 @@
  */
 #include "triangle.h"
 
+#include "mehvar/private/arithmetic.h"
+
 /* Jacobian of rhs with respect to x, row by row; 7 operations. */
 void triangle_jac_x(const real *x, const real *u, const real *p, real *J)
 {

@@ -4,6 +4,8 @@
  */
 #include "triangle.h"
 
+#include "mehvar/private/arithmetic.h"
+
 /* what rhs computes once per run; 2 operations. */
 void triangle_rhs_prepare(const real *p, real *h)
 {

@@ -151,7 +151,7 @@ def _make_fragment(portable: Sequence[str]) -> str:
     return (
         "# SPDX-License-Identifier: Apache-2.0\n"
         "# Law, mathematics and link for your project: set MEHVAR to this folder and include this file. Write the\n"
-        "# functions of board.h for your board; call server_init, server_byte and server_watch as main.c does.\n"
+        "# functions of mehvar/board.h for your board; call those of mehvar/server.h as main.c does.\n"
         f"MEHVAR_SOURCES = {' '.join(f'$(MEHVAR)/{name}' for name in portable)}\n"
         "MEHVAR_CFLAGS = -I$(MEHVAR) -DMEHVAR_FLOAT -DMEHVAR_SMALL -ffp-contract=off -fno-math-errno\n"
     )
@@ -162,7 +162,7 @@ def _cmake_fragment(portable: Sequence[str]) -> str:
     return (
         "# SPDX-License-Identifier: Apache-2.0\n"
         "# Law, mathematics and link as a library: include this file and link your program with `mehvar`. Write the\n"
-        "# functions of board.h for your board; call server_init, server_byte and server_watch as main.c does.\n"
+        "# functions of mehvar/board.h for your board; call those of mehvar/server.h as main.c does.\n"
         f"add_library(mehvar STATIC {files})\n"
         "target_include_directories(mehvar PUBLIC ${CMAKE_CURRENT_LIST_DIR})\n"
         "target_compile_definitions(mehvar PUBLIC MEHVAR_FLOAT MEHVAR_SMALL)\n"

@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from mehvar.errors import InputError
 from mehvar.runtime.compiling.compiler import find_compiler
-from mehvar.runtime.compiling.library import NATIVE, cache_folder
+from mehvar.runtime.compiling.library import INCLUDE, cache_folder
 from mehvar.terminal import print_table
 
 _PACKAGES = {
@@ -45,7 +45,7 @@ def examine() -> int:
     rows = [["python", platform.python_version(), sys.executable, ""], _compiler_row()]
     rows += [_package_row(name, use) for name, use in _PACKAGES.items()]
     rows += [_program_row(name, *about) for name, about in _PROGRAMS.items()]
-    rows.append(["C headers", str(NATIVE), "for generated C in other projects: cc -I", ""])
+    rows.append(["C headers", str(INCLUDE), "for generated C in other projects: cc -I", ""])
     rows.append(["cache", str(cache_folder()), "compiled models; safe to delete", ""])
     print_table("", ["part", "found", "used for", "install with"], rows)
     missing = [row[0] for row in rows if row[1] in ("missing", "does not work")]

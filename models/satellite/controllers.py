@@ -271,6 +271,8 @@ def _controller(
         memory=memory,
         start=(*(before for _, before, _ in rows), *(before for _, before, _ in extra), sp.S.Zero),
         update=(*update, *(after for _, _, after in extra), flag),
+        delay="delay",
+        bears_loss=True,
     )
 
 

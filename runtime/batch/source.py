@@ -108,7 +108,7 @@ def _calls(loop: Loop) -> str:
     manifest, roles = loop.manifest, _roles(loop)
     functions = {identifier(name): function for name, function in manifest.functions.items()}
     parts = {role: _parts(functions, function) for role, function in roles.items()}
-    lines = ["/* SPDX-License-Identifier: Apache-2.0 */", '#include "mehvar_math.h"']
+    lines = ["/* SPDX-License-Identifier: Apache-2.0 */", '#include "mehvar/private/arithmetic.h"']
     lines += [f"static {_declaration(manifest, f)};" for f in functions.values() if f.file in _files(manifest)]
     lines += [f'#include "{file}"' for file in _files(manifest) if file.endswith(".c")]
     lines += [*_sizes(loop, roles), "typedef struct {"]

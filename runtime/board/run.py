@@ -207,7 +207,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
     z, expected = _memories(law, single)
     covered: tuple[Coverage, ...] = ()
     if profiler and elf:
-        names = [name for name in (_law_symbol(model, request), "app_step") if name in elf.symbols]
+        names = [name for name in (_law_symbol(model, request), "mv_app_step") if name in elf.symbols]
         covered = tuple(coverage(image.path, elf, names, profiler.profile.addresses))
     return BoardRun(
         request=request, image=image, elf=elf, hello=hello, board=board, single=single,

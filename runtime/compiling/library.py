@@ -27,6 +27,8 @@ from ..files import write_atomic
 from .compiler import Compiler, require_compiler
 
 NATIVE = Path(__file__).parents[1] / "native"
+INCLUDE = NATIVE / "include"
+"""Where compilers find the headers of generated C: `cc -I`."""
 _TRIES = 3
 _UNITS = ("integrator.c", "tableaux.c", "loop.c", "map.c", "noise.c")
 
@@ -51,7 +53,7 @@ def load_library(
     name : str
         Start of the file name in the cache.
     sources : mapping of str to str
-        File name to text, headers included.
+        Path to text, headers included.
     units : sequence of str
         The names in `sources` that are compiled.
     flags : sequence of str
@@ -87,8 +89,9 @@ def load_library(
 
 
 def native_headers() -> dict[str, str]:
-    """Return the headers that generated C includes, by file name."""
-    return {path.name: path.read_text(encoding="utf-8") for path in sorted(NATIVE.glob("mehvar_*.h"))}
+    """Return the headers that generated C includes, by path below `INCLUDE`."""
+    paths = sorted(INCLUDE.rglob("*.h"))
+    return {path.relative_to(INCLUDE).as_posix(): path.read_text(encoding="utf-8") for path in paths}
 
 
 @functools.cache
@@ -203,6 +206,7 @@ def _compile_in(
 ) -> Path:
     zig = {"ZIG_GLOBAL_CACHE_DIR": str(path.parent / "zig"), "ZIG_LOCAL_CACHE_DIR": str(folder)}
     for name, text in sources.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
     done = subprocess.run(
         command,

@@ -85,7 +85,12 @@ class Output(Quantity):
 
 @dataclass(frozen=True)
 class Controller:
-    """A control law: parameters, memory, reports, and the plant parameter that is its period when it is sampled."""
+    """A control law: parameters, memory, reports.
+
+    `period` is the plant parameter that holds its sampling period, `delay` its own parameter that holds the samples
+    between a command and its action; None for a law without. A law that `bears_loss` keeps its memory finite when a
+    measurement is not.
+    """
 
     name: str
     title: str
@@ -95,6 +100,8 @@ class Controller:
     constraints: tuple[str, ...]
     warnings: tuple[Advice, ...]
     outputs: tuple[Output, ...] = ()
+    delay: str | None = None
+    bears_loss: bool = False
 
 
 @dataclass(frozen=True)
@@ -342,6 +349,8 @@ def _controller(name: str, entry: Mapping[str, Any]) -> Controller:
             Output(e["name"], e["unit"], e["description"], math.inf if e["at_most"] is None else float(e["at_most"]))
             for e in entry.get("outputs", [])
         ),
+        delay=entry["delay"],
+        bears_loss=bool(entry["bears_loss"]),
     )
 
 

@@ -8,7 +8,7 @@
 
 #include <stdint.h>
 
-#include "mehvar_math.h"
+#include "mehvar/private/arithmetic.h"
 #include "noise.h"
 
 enum mv_status { MV_DONE, MV_NOT_FINITE, MV_STEP_UNDERFLOW, MV_TOO_MANY_STEPS, MV_LIMIT };

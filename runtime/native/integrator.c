@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "mehvar_exp.h"
+#include "mehvar/private/exp.h"
 #include "tableaux.h"
 
 #define SAFETY 0.85

@@ -3,7 +3,7 @@
 #ifndef MEHVAR_NOISE_H
 #define MEHVAR_NOISE_H
 
-#include "mehvar_math.h"
+#include "mehvar/private/arithmetic.h"
 #include "philox.h"
 
 /* the upper 52 bits as a fraction in [0, 1) */

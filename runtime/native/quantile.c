@@ -3,7 +3,7 @@
  * Normal quantile: M. J. Wichura, Algorithm AS 241 (PPND16), Applied Statistics 37 (1988), relative error 1e-16. */
 #include <stdint.h>
 
-#include "mehvar_math.h"
+#include "mehvar/private/arithmetic.h"
 
 static double ratio(double r, const double *a, const double *b)
 {

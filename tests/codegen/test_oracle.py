@@ -38,7 +38,7 @@ BUILDS = [("double", 1), ("double", widest()), ("float", 2 * widest())]
 FURTHER_BUILDS = [("double", 4), ("double", 8), ("float", 1), ("float", 8), ("float", 16)]
 POINTS = 240
 TOLERANCE = {"double": 1e-13, "float": 5e-6}
-NATIVE = Path(__file__).parents[2] / "runtime" / "native"
+INCLUDE = Path(__file__).parents[2] / "runtime" / "native" / "include"
 
 
 class Case:
@@ -82,7 +82,7 @@ class Case:
 
     @functools.cache  # noqa: B019
     def library(self, real: str, lanes: int) -> ctypes.CDLL:
-        flags = ["-O1", "-march=native", "-ffp-contract=off", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}", f"-I{NATIVE}"]
+        flags = ["-O1", "-march=native", "-ffp-contract=off", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}", f"-I{INCLUDE}"]
         flags += ["-DMEHVAR_FLOAT"] if real == "float" else []
         return compile_library(self.folder, [f"{self.model}.c", f"{self.model}_jac.c"], flags, f"{real}{lanes}")
 

@@ -43,6 +43,19 @@ def test_an_unused_law_parameter_is_refused():
         check(dataclasses.replace(SYSTEM, controllers=(bad,)))
 
 
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        ({"period": "Tss"}, r"period = 'Tss' of law 'sliding' is no parameter of group 'p'"),
+        ({"delay": "k_ph"}, r"delay = 'k_ph' of law 'sliding' is no parameter of group 'c'.*k_phi"),
+    ],
+)
+def test_a_period_or_a_delay_that_is_no_parameter_is_refused(edit, message):
+    law = dataclasses.replace(SYSTEM.controllers[0], **edit)
+    with pytest.raises(ModelError, match=message):
+        check(dataclasses.replace(SYSTEM, controllers=(law,)))
+
+
 def test_a_formula_in_an_unknown_name_is_refused():
     group = with_parameter(SYSTEM.controllers[0].parameters, "twice", "2*k_ph")
     with pytest.raises(ModelError, match=r"uses 'k_ph', which is no parameter of this group.*k_phi"):

@@ -17,8 +17,8 @@ from elftools.elf.elffile import ELFFile
 from ..image.elf import Elf
 from .machine import EmulatedBoard
 
-STEP = "app_step"
-_NOT_THE_LAW = ("server_", "link_", "board_", "main", "Reset_", "Default_", "app_selftest")
+STEP = "mv_app_step"
+_NOT_THE_LAW = ("mv_server_", "mv_link_", "mv_board_", "main", "Reset_", "Default_", "mv_app_selftest")
 _TAKEN = 2
 """Cycles that a taken branch adds to refill the pipeline."""
 _CYCLES = {"vdiv": 14, "vsqrt": 14, "vfma": 3, "vfms": 3, "vmla": 3, "vmls": 3, "vnmla": 3, "vnmls": 3, "vmrs": 1,

@@ -1,24 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "app.h"
+#include "mehvar/private/app.h"
 
 #include <string.h>
 
-#include "board.h"
+#include "mehvar/board.h"
 
 /* Added to the bits of a number without its sign: reaches the sign bit if and only if it is infinite or NaN. */
 #define EXPONENT_UNIT ((mv_bits)1 << MV_DIGITS)
 #define AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1)
 
-static const real default_p[AT_LEAST_ONE(BOARD_NP)] = BOARD_DEFAULT_P;
-static const real default_c[AT_LEAST_ONE(BOARD_NC)] = BOARD_DEFAULT_C;
-static const real default_s[AT_LEAST_ONE(BOARD_NS)] = BOARD_DEFAULT_S;
+static const real default_p[AT_LEAST_ONE(MV_BOARD_NP)] = MV_BOARD_DEFAULT_P;
+static const real default_c[AT_LEAST_ONE(MV_BOARD_NC)] = MV_BOARD_DEFAULT_C;
+static const real default_s[AT_LEAST_ONE(MV_BOARD_NS)] = MV_BOARD_DEFAULT_S;
 
 /* The law reads one half of `memory` and writes the other. */
-static real memory[2][AT_LEAST_ONE(BOARD_NZ)];
+static real memory[2][AT_LEAST_ONE(MV_BOARD_NZ)];
 static uint8_t now;
-static real p[AT_LEAST_ONE(BOARD_NP)], c[AT_LEAST_ONE(BOARD_NC)], s[AT_LEAST_ONE(BOARD_NS)];
+static real p[AT_LEAST_ONE(MV_BOARD_NP)], c[AT_LEAST_ONE(MV_BOARD_NC)], s[AT_LEAST_ONE(MV_BOARD_NS)];
 
-void app_defaults(void)
+void mv_app_defaults(void)
 {
     memcpy(p, default_p, sizeof p);
     memcpy(c, default_c, sizeof c);
@@ -27,14 +27,14 @@ void app_defaults(void)
     now = 0;
 }
 
-void app_start(const real in[BOARD_IN]) { board_start(in, in + BOARD_NX, p, c, memory[now]); }
+void mv_app_start(const real in[MV_BOARD_IN]) { mv_board_start(in, in + MV_BOARD_NX, p, c, memory[now]); }
 
-real *app_group(uint32_t group, uint32_t *count)
+real *mv_app_group(uint32_t group, uint32_t *count)
 {
-    static const uint16_t sizes[APP_GROUPS] = {BOARD_NZ, BOARD_NP, BOARD_NC, BOARD_NS};
-    if (group >= APP_GROUPS) return 0;
+    static const uint16_t sizes[MV_APP_GROUPS] = {MV_BOARD_NZ, MV_BOARD_NP, MV_BOARD_NC, MV_BOARD_NS};
+    if (group >= MV_APP_GROUPS) return 0;
     *count = sizes[group];
-    real *const groups[APP_GROUPS] = {memory[now], p, c, s};
+    real *const groups[MV_APP_GROUPS] = {memory[now], p, c, s};
     return groups[group];
 }
 
@@ -58,16 +58,16 @@ static int admit(real *v, uint32_t n)
     return !(above & MV_SIGN_BITS);
 }
 
-int app_step(real in[BOARD_IN], real u[BOARD_NU])
+int mv_app_step(real in[MV_BOARD_IN], real u[MV_BOARD_NU])
 {
-    const int seen = admit(in, BOARD_IN);
+    const int seen = admit(in, MV_BOARD_IN);
     real *next = memory[1 - now];
-    board_law(in, in + BOARD_NX, in + BOARD_NX + BOARD_NR, memory[now], p, c, u, next);
+    mv_board_law(in, in + MV_BOARD_NX, in + MV_BOARD_NX + MV_BOARD_NR, memory[now], p, c, u, next);
     /* a law that bears the loss of a measurement keeps its memory finite itself */
-    const int whole = finite_all(u, BOARD_NU) && (BOARD_LAW_BEARS_LOSS || finite_all(next, BOARD_NZ));
-    if (whole && (seen || BOARD_LAW_BEARS_LOSS)) now = (uint8_t)(1 - now);
+    const int whole = finite_all(u, MV_BOARD_NU) && (MV_BOARD_LAW_BEARS_LOSS || finite_all(next, MV_BOARD_NZ));
+    if (whole && (seen || MV_BOARD_LAW_BEARS_LOSS)) now = (uint8_t)(1 - now);
     if (seen && whole) return 1;
-    memset(u, 0, BOARD_NU * sizeof *u);
+    memset(u, 0, MV_BOARD_NU * sizeof *u);
     return 0;
 }
 
@@ -81,45 +81,45 @@ static uint32_t crc32(uint32_t crc, const real *v, uint32_t n)
 }
 
 /* One period of the plant by Runge and Kutta's method of order four, the input held. */
-static void advance(real x[BOARD_NX], const real u[BOARD_NU])
+static void advance(real x[MV_BOARD_NX], const real u[MV_BOARD_NU])
 {
-    const real h = BOARD_PERIOD(p) / K(BOARD_SUBSTEPS);
+    const real h = MV_BOARD_PERIOD(p) / K(MV_BOARD_SUBSTEPS);
     static const real at[4] = {K(0), K(0.5), K(0.5), K(1)}, weight[4] = {K(1), K(2), K(2), K(1)};
-    real y[BOARD_NX], slope[BOARD_NX], sum[BOARD_NX];
-    for (int step = 0; step < BOARD_SUBSTEPS; step++) {
+    real y[MV_BOARD_NX], slope[MV_BOARD_NX], sum[MV_BOARD_NX];
+    for (int step = 0; step < MV_BOARD_SUBSTEPS; step++) {
         memset(slope, 0, sizeof slope);
         memset(sum, 0, sizeof sum);
         for (int stage = 0; stage < 4; stage++) {
-            for (int i = 0; i < BOARD_NX; i++) y[i] = x[i] + at[stage] * h * slope[i];
-            board_rhs(y, u, p, slope);
-            for (int i = 0; i < BOARD_NX; i++) sum[i] += weight[stage] * slope[i];
+            for (int i = 0; i < MV_BOARD_NX; i++) y[i] = x[i] + at[stage] * h * slope[i];
+            mv_board_rhs(y, u, p, slope);
+            for (int i = 0; i < MV_BOARD_NX; i++) sum[i] += weight[stage] * slope[i];
         }
-        for (int i = 0; i < BOARD_NX; i++) y[i] = x[i] + h / K(6) * sum[i];
-        board_project(y, x);
+        for (int i = 0; i < MV_BOARD_NX; i++) y[i] = x[i] + h / K(6) * sum[i];
+        mv_board_project(y, x);
     }
 }
 
-void app_selftest(uint32_t samples, app_test *result)
+void mv_app_selftest(uint32_t samples, mv_app_test *result)
 {
-    real in[BOARD_IN], applied[BOARD_NU] = {K(0)}, before[BOARD_NU] = {K(0)};
+    real in[MV_BOARD_IN], applied[MV_BOARD_NU] = {K(0)}, before[MV_BOARD_NU] = {K(0)};
     real *x = result->x, *u = result->u;
     memset(result, 0, sizeof *result);
     result->crc = 0xFFFFFFFFu;
-    board_initial(p, s, x);
+    mv_board_initial(p, s, x);
     for (uint32_t k = 0; k < samples; k++) {
-        const real t = (real)k * BOARD_PERIOD(p);
-        memcpy(in, x, BOARD_NX * sizeof *in);
-        board_reference(&t, p, s, in + BOARD_NX);
-        memcpy(in + BOARD_NX + BOARD_NR, applied, BOARD_NV * sizeof *in);
-        const uint32_t begin = board_ticks();
-        app_step(in, u);
-        const uint32_t ticks = board_ticks() - begin;
+        const real t = (real)k * MV_BOARD_PERIOD(p);
+        memcpy(in, x, MV_BOARD_NX * sizeof *in);
+        mv_board_reference(&t, p, s, in + MV_BOARD_NX);
+        memcpy(in + MV_BOARD_NX + MV_BOARD_NR, applied, MV_BOARD_NV * sizeof *in);
+        const uint32_t begin = mv_board_ticks();
+        mv_app_step(in, u);
+        const uint32_t ticks = mv_board_ticks() - begin;
         if (ticks > result->ticks) result->ticks = ticks;
-        result->crc = crc32(result->crc, u, BOARD_NU);
-        board_actuate(x, BOARD_DELAY ? before : u, p, applied);
+        result->crc = crc32(result->crc, u, MV_BOARD_NU);
+        mv_board_actuate(x, MV_BOARD_DELAY ? before : u, p, applied);
         memcpy(before, u, sizeof before);
         advance(x, applied);
-        board_ms();
+        mv_board_ms();
     }
     result->crc = ~result->crc;
     result->samples = samples;

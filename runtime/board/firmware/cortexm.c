@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "cortexm.h"
+#include "mehvar/private/cortexm.h"
 
-#include "board.h"
+#include "mehvar/board.h"
 
 #define SYST_CSR REGISTER(0xE000E010u)
 #define SYST_RVR REGISTER(0xE000E014u)
@@ -49,28 +49,28 @@ static uint32_t ticks_in_wrap(void)
     return wrap_ticks - 1u - left;
 }
 
-uint32_t board_ms(void)
+uint32_t mv_board_ms(void)
 {
     const uint32_t rest = ticks_in_wrap() / ticks_per_ms;
     return wraps * WRAP_MS + rest;
 }
 
-uint32_t board_ticks(void)
+uint32_t mv_board_ticks(void)
 {
     const uint32_t rest = ticks_in_wrap();
     return wraps * wrap_ticks + rest;
 }
 
-uint32_t board_ticks_per_second(void) { return clock_hertz; }
+uint32_t mv_board_ticks_per_second(void) { return clock_hertz; }
 
-void board_wait(void)
+void mv_board_wait(void)
 {
     __asm__ volatile("wfi" ::: "memory");
     NVIC_ICPR(waking / 32u) = 1u << (waking % 32u);
     SCB_ICSR = 1u << 25; /* SysTick no longer pending */
 }
 
-void board_stack(uint32_t *used, uint32_t *size)
+void mv_board_stack(uint32_t *used, uint32_t *size)
 {
     const uint8_t *lowest = (const uint8_t *)__stack_limit, *top = (const uint8_t *)__stack_top;
     *size = (uint32_t)(top - lowest);
@@ -78,7 +78,7 @@ void board_stack(uint32_t *used, uint32_t *size)
     *used = (uint32_t)(top - lowest);
 }
 
-void board_reset(void)
+void mv_board_reset(void)
 {
     __asm__ volatile("dsb" ::: "memory");
     SCB_AIRCR = 0x05FA0004u;
@@ -104,9 +104,9 @@ void Reset_Handler(void)
 /* A fault: nothing to the actuators, then start again. */
 void Default_Handler(void)
 {
-    static const real zero[8];
-    board_output(zero);
-    board_reset();
+    static const mv_real zero[8];
+    mv_board_output(zero);
+    mv_board_reset();
 }
 
 /* Interrupts are masked, so the core's own exceptions are all there is. */

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "link.h"
+#include "mehvar/private/link.h"
 
-#include "board.h"
+#include "mehvar/board.h"
 
-uint16_t link_crc16(const uint8_t *bytes, uint32_t count)
+uint16_t mv_link_crc16(const uint8_t *bytes, uint32_t count)
 {
     uint32_t crc = 0xFFFFu;
     for (uint32_t i = 0; i < count; i++) {
@@ -14,7 +14,7 @@ uint16_t link_crc16(const uint8_t *bytes, uint32_t count)
     return (uint16_t)crc;
 }
 
-static void restart(link_state *link)
+static void restart(mv_link_state *link)
 {
     link->size = 0;
     link->left = 0;
@@ -22,15 +22,15 @@ static void restart(link_state *link)
     link->overlong = 0;
 }
 
-static void append(link_state *link, uint8_t byte)
+static void append(mv_link_state *link, uint8_t byte)
 {
-    if (link->size < LINK_MAX)
+    if (link->size < MV_LINK_MAX)
         link->frame.bytes[link->size++] = byte;
     else
         link->overlong = 1;
 }
 
-static int finish(link_state *link)
+static int finish(mv_link_state *link)
 {
     const uint32_t size = link->size;
     const int empty = link->code == 0, whole = link->left == 0, overlong = link->overlong;
@@ -40,20 +40,20 @@ static int finish(link_state *link)
         link->cobs++;
         return -1;
     }
-    if (overlong || size < LINK_SMALLEST) {
+    if (overlong || size < MV_LINK_SMALLEST) {
         link->length++;
         return -1;
     }
-    const uint8_t *end = link->frame.bytes + size - LINK_CRC;
-    if (link_crc16(link->frame.bytes, size - LINK_CRC) != (uint16_t)(end[0] | (uint32_t)end[1] << 8)) {
+    const uint8_t *end = link->frame.bytes + size - MV_LINK_CRC;
+    if (mv_link_crc16(link->frame.bytes, size - MV_LINK_CRC) != (uint16_t)(end[0] | (uint32_t)end[1] << 8)) {
         link->crc++;
         return -1;
     }
     link->frames++;
-    return (int)(size - LINK_SMALLEST);
+    return (int)(size - MV_LINK_SMALLEST);
 }
 
-int link_receive(link_state *link, uint8_t byte)
+int mv_link_receive(mv_link_state *link, uint8_t byte)
 {
     if (byte == 0) return finish(link);
     if (link->left > 0) {
@@ -74,23 +74,23 @@ static void send_encoded(const uint8_t *bytes, uint32_t count)
         uint32_t end = start;
         while (end < count && bytes[end] != 0 && end - start < 254) end++;
         const uint8_t code = (uint8_t)(end - start + 1);
-        board_write(&code, 1);
-        board_write(bytes + start, end - start);
+        mv_board_write(&code, 1);
+        mv_board_write(bytes + start, end - start);
         if (end == count) return;
         start = bytes[end] == 0 ? end + 1 : end; /* a block of 254 stands for no zero */
     }
 }
 
-void link_send(link_state *link, uint32_t payload)
+void mv_link_send(mv_link_state *link, uint32_t payload)
 {
     static const uint8_t zero = 0;
     uint8_t *bytes = link->frame.bytes;
-    const uint32_t body = LINK_HEADER + payload;
-    const uint16_t crc = link_crc16(bytes, body);
+    const uint32_t body = MV_LINK_HEADER + payload;
+    const uint16_t crc = mv_link_crc16(bytes, body);
     bytes[body] = (uint8_t)crc;
     bytes[body + 1] = (uint8_t)(crc >> 8);
-    board_write(&zero, 1);
-    send_encoded(bytes, body + LINK_CRC);
-    board_write(&zero, 1);
+    mv_board_write(&zero, 1);
+    send_encoded(bytes, body + MV_LINK_CRC);
+    mv_board_write(&zero, 1);
     restart(link);
 }

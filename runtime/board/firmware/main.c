@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "board.h"
-#include "server.h"
+#include "mehvar/board.h"
+#include "mehvar/server.h"
 
 int main(void)
 {
-    board_init();
-    server_init();
+    mv_board_init();
+    mv_server_init();
     for (;;) {
-        for (int byte = board_read(); byte >= 0; byte = board_read()) server_byte((uint8_t)byte);
-        server_watch(board_ms());
-        board_wait();
+        for (int byte = mv_board_read(); byte >= 0; byte = mv_board_read()) mv_server_byte((uint8_t)byte);
+        mv_server_watch(mv_board_ms());
+        mv_board_wait();
     }
 }

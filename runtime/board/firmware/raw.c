@@ -1,45 +1,45 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Another server: the paper's bare packets, BOARD_RAW_IN numbers down and BOARD_NU numbers up, without frame, check or
- * sequence number. A pause within a packet of more than half a period starts the next one. The first packet starts the
- * law's memory. */
+/* Another server: the paper's bare packets, MV_BOARD_RAW_IN numbers down and MV_BOARD_NU numbers up, without frame,
+ * check or sequence number. A pause within a packet of more than half a period starts the next one. The first packet
+ * starts the law's memory. */
 #include <string.h>
 
-#include "app.h"
-#include "board.h"
-#include "server.h"
+#include "mehvar/private/app.h"
+#include "mehvar/board.h"
+#include "mehvar/server.h"
 
-enum { RAW_PAUSE_MS = BOARD_PERIOD_MS / 2 };
+enum { RAW_PAUSE_MS = MV_BOARD_PERIOD_MS / 2 };
 
 static union {
-    real numbers[BOARD_RAW_IN];
-    uint8_t bytes[BOARD_RAW_IN * sizeof(real)];
+    real numbers[MV_BOARD_RAW_IN];
+    uint8_t bytes[MV_BOARD_RAW_IN * sizeof(real)];
 } packet;
 static uint32_t size, last_ms;
 static uint8_t started, silent;
 
-void server_init(void) { app_defaults(); }
+void mv_server_init(void) { mv_app_defaults(); }
 
-void server_byte(uint8_t byte)
+void mv_server_byte(uint8_t byte)
 {
-    real u[BOARD_NU];
-    const uint32_t ms = board_ms();
+    real u[MV_BOARD_NU];
+    const uint32_t ms = mv_board_ms();
     if (ms - last_ms > RAW_PAUSE_MS) size = 0;
     last_ms = ms;
     packet.bytes[size++] = byte;
     if (size < sizeof packet) return;
     size = 0;
-    if (!started) app_start(packet.numbers);
+    if (!started) mv_app_start(packet.numbers);
     started = 1;
     silent = 0;
-    app_step(packet.numbers, u);
-    board_output(u);
-    board_write((const uint8_t *)u, sizeof u);
+    mv_app_step(packet.numbers, u);
+    mv_board_output(u);
+    mv_board_write((const uint8_t *)u, sizeof u);
 }
 
-void server_watch(uint32_t ms)
+void mv_server_watch(uint32_t ms)
 {
-    static const real zero[BOARD_NU];
-    if (!started || silent || ms - last_ms <= 2u * BOARD_PERIOD_MS) return;
+    static const real zero[MV_BOARD_NU];
+    if (!started || silent || ms - last_ms <= 2u * MV_BOARD_PERIOD_MS) return;
     silent = 1;
-    board_output(zero);
+    mv_board_output(zero);
 }

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "server.h"
+#include "mehvar/server.h"
 
 #include <string.h>
 
-#include "app.h"
-#include "board.h"
-#include "link.h"
+#include "mehvar/private/app.h"
+#include "mehvar/board.h"
+#include "mehvar/private/link.h"
 
 enum { VERSION = 1, NAME = 16 };
 
 typedef struct {
-    real u[BOARD_NU];
+    real u[MV_BOARD_NU];
     uint32_t ticks;
 } step_reply;
 
@@ -19,15 +19,15 @@ typedef struct {
     uint32_t ticks_last, ticks_least, ticks_most;
 } counters;
 
-static link_state line;
+static mv_link_state line;
 static counters count;
 static step_reply answer;     /* to the last step */
 static uint16_t answered;     /* its sequence number */
 static uint8_t answer_flags, has_answer, ready, silent;
 static uint32_t last_ms;
-static real output[BOARD_NU]; /* what the actuators hold */
+static real output[MV_BOARD_NU]; /* what the actuators hold */
 
-static uint8_t *payload(void) { return line.frame.bytes + LINK_HEADER; }
+static uint8_t *payload(void) { return line.frame.bytes + MV_LINK_HEADER; }
 
 static uint16_t sequence(void) { return (uint16_t)(line.frame.bytes[2] | (uint32_t)line.frame.bytes[3] << 8); }
 
@@ -49,14 +49,14 @@ static uint8_t *put_name(uint8_t *to, const char *name)
 
 static void reply(uint8_t flags, const uint8_t *end)
 {
-    line.frame.bytes[0] = (uint8_t)(line.frame.bytes[0] | SERVER_REPLY);
-    line.frame.bytes[1] = (uint8_t)(flags | (ready ? 0 : SERVER_FRESH));
-    link_send(&line, (uint32_t)(end - payload()));
+    line.frame.bytes[0] = (uint8_t)(line.frame.bytes[0] | MV_SERVER_REPLY);
+    line.frame.bytes[1] = (uint8_t)(flags | (ready ? 0 : MV_SERVER_FRESH));
+    mv_link_send(&line, (uint32_t)(end - payload()));
 }
 
 static void refuse(uint8_t reason)
 {
-    line.frame.bytes[0] = SERVER_NAK;
+    line.frame.bytes[0] = MV_SERVER_NAK;
     payload()[0] = reason;
     reply(0, payload() + 1);
 }
@@ -64,12 +64,12 @@ static void refuse(uint8_t reason)
 static void set_output(const real *u)
 {
     memcpy(output, u, sizeof output);
-    board_output(output);
+    mv_board_output(output);
 }
 
 static void clear_output(void)
 {
-    static const real zero[BOARD_NU];
+    static const real zero[MV_BOARD_NU];
     set_output(zero);
 }
 
@@ -84,10 +84,11 @@ static void forget_steps(void)
 
 static void hello(uint32_t size)
 {
-    static const uint8_t hash[] = BOARD_HASH;
-    static const uint16_t sizes[] = {BOARD_IN, BOARD_NU, BOARD_NZ, BOARD_NP, BOARD_NC, BOARD_NS, BOARD_NX};
+    static const uint8_t hash[] = MV_BOARD_HASH;
+    static const uint16_t sizes[] = {MV_BOARD_IN, MV_BOARD_NU, MV_BOARD_NZ, MV_BOARD_NP,
+                                     MV_BOARD_NC, MV_BOARD_NS, MV_BOARD_NX};
     if (size != 0) {
-        refuse(SERVER_WRONG_SIZE);
+        refuse(MV_SERVER_WRONG_SIZE);
         return;
     }
     uint8_t *to = payload();
@@ -95,10 +96,10 @@ static void hello(uint32_t size)
     *to++ = (uint8_t)sizeof(real);
     to = put(to, hash, sizeof hash);
     to = put(to, sizes, sizeof sizes);
-    to = put32(to, board_ticks_per_second());
-    to = put_name(to, board_name);
-    to = put_name(to, BOARD_MODEL);
-    to = put_name(to, BOARD_LAW);
+    to = put32(to, mv_board_ticks_per_second());
+    to = put_name(to, mv_board_name);
+    to = put_name(to, MV_BOARD_MODEL);
+    to = put_name(to, MV_BOARD_LAW);
     reply(0, to);
 }
 
@@ -106,10 +107,10 @@ static void hello(uint32_t size)
 static void reset(uint32_t size)
 {
     if (size != 0) {
-        refuse(SERVER_WRONG_SIZE);
+        refuse(MV_SERVER_WRONG_SIZE);
         return;
     }
-    app_defaults();
+    mv_app_defaults();
     ready = 0;
     forget_steps();
     reply(0, payload());
@@ -124,14 +125,14 @@ static void note_ticks(uint32_t ticks)
 
 static uint8_t evaluate(uint16_t number)
 {
-    real in[BOARD_IN];
+    real in[MV_BOARD_IN];
     const int gap = has_answer && number != (uint16_t)(answered + 1u);
-    answer_flags = (uint8_t)((silent ? SERVER_LOST : 0) | (gap ? SERVER_GAP : 0));
+    answer_flags = (uint8_t)((silent ? MV_SERVER_LOST : 0) | (gap ? MV_SERVER_GAP : 0));
     memcpy(in, payload(), sizeof in);
-    const uint32_t begin = board_ticks();
-    const int finite = app_step(in, answer.u);
-    answer.ticks = board_ticks() - begin;
-    if (!finite) answer_flags |= SERVER_NONFINITE;
+    const uint32_t begin = mv_board_ticks();
+    const int finite = mv_app_step(in, answer.u);
+    answer.ticks = mv_board_ticks() - begin;
+    if (!finite) answer_flags |= MV_SERVER_NONFINITE;
     count.steps++;
     count.gaps += (uint32_t)gap;
     count.nonfinite += (uint32_t)!finite;
@@ -139,7 +140,7 @@ static uint8_t evaluate(uint16_t number)
     answered = number;
     has_answer = 1;
     silent = 0;
-    last_ms = board_ms();
+    last_ms = mv_board_ms();
     set_output(answer.u);
     return answer_flags;
 }
@@ -147,15 +148,15 @@ static uint8_t evaluate(uint16_t number)
 static void step(uint32_t size)
 {
     uint8_t flags = 0;
-    if (size != BOARD_IN * sizeof(real)) {
-        refuse(SERVER_WRONG_SIZE);
+    if (size != MV_BOARD_IN * sizeof(real)) {
+        refuse(MV_SERVER_WRONG_SIZE);
         return;
     }
     if (!ready) {
         memset(&answer, 0, sizeof answer);
     } else if (has_answer && sequence() == answered) {
         count.duplicates++;
-        flags = (uint8_t)(answer_flags | SERVER_DUPLICATE);
+        flags = (uint8_t)(answer_flags | MV_SERVER_DUPLICATE);
     } else {
         flags = evaluate(sequence());
     }
@@ -165,9 +166,9 @@ static void step(uint32_t size)
 static void get(uint32_t size)
 {
     uint32_t numbers = 0;
-    const real *group = size == 1 ? app_group(payload()[0], &numbers) : 0;
+    const real *group = size == 1 ? mv_app_group(payload()[0], &numbers) : 0;
     if (!group) {
-        refuse(SERVER_WRONG_SIZE);
+        refuse(MV_SERVER_WRONG_SIZE);
         return;
     }
     reply(0, put(payload(), group, numbers * (uint32_t)sizeof *group));
@@ -178,13 +179,13 @@ static void set(uint32_t size)
 {
     uint32_t numbers = 0;
     const uint32_t which = payload()[0];
-    real *group = size >= 1 ? app_group(which, &numbers) : 0;
+    real *group = size >= 1 ? mv_app_group(which, &numbers) : 0;
     if (!group || size != 1 + numbers * sizeof *group) {
-        refuse(SERVER_WRONG_SIZE);
+        refuse(MV_SERVER_WRONG_SIZE);
         return;
     }
     memcpy(group, payload() + 1, numbers * sizeof *group);
-    if (which == APP_MEMORY) {
+    if (which == MV_APP_MEMORY) {
         ready = 1;
         has_answer = 0;
     }
@@ -195,67 +196,67 @@ static void stats(uint32_t size)
 {
     uint32_t used = 0, available = 0;
     if (size != 0) {
-        refuse(SERVER_WRONG_SIZE);
+        refuse(MV_SERVER_WRONG_SIZE);
         return;
     }
-    board_stack(&used, &available);
+    mv_board_stack(&used, &available);
     uint8_t *to = put(payload(), &count, sizeof count);
     to = put32(put32(to, used), available);
     to = put32(put32(to, line.frames), line.crc);
     to = put32(put32(to, line.length), line.cobs);
-    to = put32(to, board_ms());
+    to = put32(to, mv_board_ms());
     reply(0, put(to, output, sizeof output));
 }
 
 static void selftest(uint32_t size)
 {
-    app_test test;
+    mv_app_test test;
     uint32_t samples = 0;
     if (size != sizeof samples) {
-        refuse(SERVER_WRONG_SIZE);
+        refuse(MV_SERVER_WRONG_SIZE);
         return;
     }
     if (!ready) {
-        refuse(SERVER_NO_MEMORY);
+        refuse(MV_SERVER_NO_MEMORY);
         return;
     }
     memcpy(&samples, payload(), sizeof samples);
     ready = 0;
     forget_steps();
-    app_selftest(samples, &test);
+    mv_app_selftest(samples, &test);
     reply(0, put(payload(), &test, sizeof test));
 }
 
 static void handle(uint32_t size)
 {
     switch (line.frame.bytes[0]) {
-    case SERVER_HELLO: hello(size); return;
-    case SERVER_RESET: reset(size); return;
-    case SERVER_STEP: step(size); return;
-    case SERVER_GET: get(size); return;
-    case SERVER_SET: set(size); return;
-    case SERVER_STATS: stats(size); return;
-    case SERVER_SELFTEST: selftest(size); return;
-    case SERVER_REBOOT: board_reset(); return;
-    default: refuse(SERVER_UNKNOWN_TYPE);
+    case MV_SERVER_HELLO: hello(size); return;
+    case MV_SERVER_RESET: reset(size); return;
+    case MV_SERVER_STEP: step(size); return;
+    case MV_SERVER_GET: get(size); return;
+    case MV_SERVER_SET: set(size); return;
+    case MV_SERVER_STATS: stats(size); return;
+    case MV_SERVER_SELFTEST: selftest(size); return;
+    case MV_SERVER_REBOOT: mv_board_reset(); return;
+    default: refuse(MV_SERVER_UNKNOWN_TYPE);
     }
 }
 
-void server_init(void)
+void mv_server_init(void)
 {
-    app_defaults();
+    mv_app_defaults();
     forget_steps();
 }
 
-void server_byte(uint8_t byte)
+void mv_server_byte(uint8_t byte)
 {
-    const int size = link_receive(&line, byte);
+    const int size = mv_link_receive(&line, byte);
     if (size >= 0) handle((uint32_t)size);
 }
 
-void server_watch(uint32_t ms)
+void mv_server_watch(uint32_t ms)
 {
-    if (!has_answer || silent || ms - last_ms <= 2u * BOARD_PERIOD_MS) return;
+    if (!has_answer || silent || ms - last_ms <= 2u * MV_BOARD_PERIOD_MS) return;
     silent = 1;
     count.lost++;
     clear_output();

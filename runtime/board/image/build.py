@@ -20,7 +20,7 @@ from ...compiling.library import cache_folder, native_headers
 from ...model.manifest import Controller, Scenario
 from ...model.model import Model
 from ...model.parameters import Resolved, resolve
-from .header import Layout, board_model_header, layout
+from .header import Layout, board_law_header, board_model_header, layout
 from .toolchains import Board, Toolchain
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
@@ -91,7 +91,7 @@ def period_of(law: Controller, scenario: Scenario, resolved: Resolved) -> float:
 
 def delay_of(law: Controller) -> int:
     """Return the samples between computing and applying an input: one for a law that can be designed for it."""
-    return int(any(q.name == "delay" for q in law.parameters))
+    return int(law.delay is not None)
 
 
 def program(model: Model, law: str, scenario: str | None = None, raw: bool = False) -> Program:
@@ -100,20 +100,18 @@ def program(model: Model, law: str, scenario: str | None = None, raw: bool = Fal
     Over a line a command acts one sample after it was computed, and a law that can be designed for that is.
     """
     controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
-    values = {"delay": 1.0} if delay_of(controller) else {}
+    values = {controller.delay: 1.0} if controller.delay else {}
     resolved = resolve(model.manifest, model.functions, controller, case, values, "the board's one sample of delay")
     return Program(model, controller, case, resolved, period_of(controller, case, resolved), raw)
 
 
-def sources(made: Program, board: Board | None) -> dict[str, str]:
+def sources(firmware: Program, board: Board | None) -> dict[str, str]:
     """Return every file of a firmware by name: generated C, mathematics, link, application, board."""
-    manifest = made.model.manifest
+    manifest = firmware.model.manifest
     name = manifest.model
-    server = "raw.c" if made.raw else "server.c"
-    names = [*_PORTABLE, server, "app.h", "board.h", "link.h", "server.h"]
-    names += ["boards/posix.c"] if board is None else [f"boards/{board.source}", "cortexm.c", "cortexm.h"]
-    if board is not None:
-        names += [f"libc/{path.name}" for path in sorted((FIRMWARE / "libc").iterdir())]
+    server = "raw.c" if firmware.raw else "server.c"
+    names = [*_PORTABLE, server, *_below("mehvar")]
+    names += ["boards/posix.c"] if board is None else [f"boards/{board.source}", "cortexm.c", *_below("libc")]
     texts = {file: (FIRMWARE / file).read_text(encoding="utf-8") for file in names}
     texts |= native_headers()
     for file in (f"{name}.c", f"{name}.h"):
@@ -121,13 +119,16 @@ def sources(made: Program, board: Board | None) -> dict[str, str]:
             texts[file] = (manifest.folder / file).read_text(encoding="utf-8")
         except OSError as error:
             raise InputError(f"cannot read {manifest.folder / file} ({error.strerror}); generate it again") from error
-    texts["board_model.h"] = board_model_header(manifest, made.law, made.resolved, made.period, delay_of(made.law))
+    texts["mehvar/board_model.h"] = board_model_header(manifest, firmware.law, firmware.period)
+    texts["mehvar/private/board_law.h"] = board_law_header(
+        manifest, firmware.law, firmware.resolved, firmware.period, delay_of(firmware.law)
+    )
     if board is not None:
         texts["board.ld"] = _linker_script(board)
     return texts
 
 
-def build(made: Program, board: Board | None, toolchain: Toolchain) -> Image:
+def build(firmware: Program, board: Board | None, toolchain: Toolchain) -> Image:
     """Compile a firmware unless the cache has it.
 
     Parameters
@@ -140,12 +141,12 @@ def build(made: Program, board: Board | None, toolchain: Toolchain) -> Image:
     BuildError
         If the compiler fails; the message holds the command and what it printed.
     """
-    texts = sources(made, board)
-    commands = compile_commands(texts, made.model.manifest.model, board, toolchain)
+    texts = sources(firmware, board)
+    commands = compile_commands(texts, firmware.model.manifest.model, board, toolchain)
     folder = cache_folder() / f"board-{_key(texts, commands, toolchain)}"
     path = folder / "firmware.elf"
     if path.is_file():
-        return Image(path, made, board, toolchain, False)
+        return Image(path, firmware, board, toolchain, False)
     folder.parent.mkdir(parents=True, exist_ok=True)
     scratch = Path(tempfile.mkdtemp(prefix="build-", dir=folder.parent))
     try:
@@ -157,7 +158,7 @@ def build(made: Program, board: Board | None, toolchain: Toolchain) -> Image:
         (scratch / path.name).replace(path)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
-    return Image(path, made, board, toolchain, True)
+    return Image(path, firmware, board, toolchain, True)
 
 
 def compile_commands(
@@ -179,6 +180,11 @@ def compile_commands(
         *([*start, *(LAW_FLAGS if name == law else OTHER_FLAGS), "-c", name, "-o", objects[name]] for name in units),
         [*start, *LAW_FLAGS, "-Wl,--gc-sections", *objects.values(), *link, "-o", "firmware.elf"],
     ]
+
+
+def _below(folder: str) -> list[str]:
+    """Return the paths of the firmware's files in a folder of its."""
+    return [path.relative_to(FIRMWARE).as_posix() for path in sorted((FIRMWARE / folder).rglob("*.[ch]"))]
 
 
 def write_sources(folder: Path, texts: Mapping[str, str]) -> None:

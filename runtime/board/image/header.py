@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""board_model.h: what the portable firmware needs to know of a model and a law."""
+"""What the portable firmware needs to know of a model and a law, as two C headers."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ SUBSTEPS = 5
 """Runge-Kutta steps of a period in the self-test."""
 _RAW_NUMBERS = 18
 """Numbers in the paper's bare packet of 72 bytes."""
+_LICENSE = "/* SPDX-License-Identifier: Apache-2.0 */"
 
 
 @dataclass(frozen=True)
@@ -54,20 +55,56 @@ def layout(manifest: Manifest, law: Controller) -> Layout:
     memory = tuple(q.name for q in law.memory)
     counts = (len(inputs), len(outputs), len(memory))
     groups = (manifest.parameters, law.parameters, manifest.scenario_parameters, manifest.states)
-    sizes = (*counts, *(len(group) for group in groups))
-    digest = hashlib.sha256(repr((manifest.hash, law.name, inputs, outputs, memory, sizes)).encode()).digest()[:16]
-    return Layout(manifest.model, law.name, inputs, outputs, memory, sizes, digest)
+    numbers = (*counts, *(len(group) for group in groups))
+    digest = hashlib.sha256(repr((manifest.hash, law.name, inputs, outputs, memory, numbers)).encode()).digest()[:16]
+    return Layout(manifest.model, law.name, inputs, outputs, memory, numbers, digest)
 
 
-def raw_numbers(found: Layout) -> int:
+def raw_numbers(link: Layout) -> int:
     """Return how many numbers a bare packet to the board holds; those beyond the inputs are zero."""
-    return max(len(found.inputs), _RAW_NUMBERS)
+    return max(len(link.inputs), _RAW_NUMBERS)
 
 
-def board_model_header(
+def board_model_header(manifest: Manifest, law: Controller, period: float) -> str:
+    """Return the text of mehvar/board_model.h: sizes and names, for the firmware and for whoever takes it along."""
+    link, nr = layout(manifest, law), len(manifest.references)
+    lines = [
+        _LICENSE,
+        f"/* {manifest.model} under {law.name}: what goes over the line. Written by mehvar board. */",
+        "#ifndef MEHVAR_BOARD_MODEL_H",
+        "#define MEHVAR_BOARD_MODEL_H",
+        "",
+        f'#define MV_BOARD_MODEL "{manifest.model}"',
+        f'#define MV_BOARD_LAW "{law.name}"',
+        f"#define MV_BOARD_HASH {{{', '.join(f'0x{b:02x}' for b in link.hash)}}}",
+        "",
+        "enum {",
+        *(f"    MV_BOARD_N{n} = {size}," for n, size in zip("ZPCSX", link.sizes[2:], strict=True)),
+        f"    MV_BOARD_NU = {len(link.outputs)},",
+        f"    MV_BOARD_NR = {nr},",
+        f"    MV_BOARD_NV = {len(link.inputs) - len(manifest.states) - nr},",
+        f"    MV_BOARD_PERIOD_MS = {max(1, round(1000 * period))}",
+        "};",
+        "",
+        "/* payload of a step, and of its answer */",
+        "enum {",
+        *(f"    MV_BOARD_IN_{identifier(n).upper()} = {k}," for k, n in enumerate(link.inputs)),
+        f"    MV_BOARD_IN = {len(link.inputs)}",
+        "};",
+        "enum {",
+        *(f"    MV_BOARD_OUT_{identifier(n).upper()} = {k}," for k, n in enumerate(link.outputs)),
+        f"    MV_BOARD_OUT = {len(link.outputs)}",
+        "};",
+        "",
+        "#endif",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def board_law_header(
     manifest: Manifest, law: Controller, resolved: Resolved, period: float, delay: int, suffix: str = ""
 ) -> str:
-    """Return the text of board_model.h.
+    """Return the text of mehvar/private/board_law.h: the model's functions and numbers as the firmware calls them.
 
     Parameters
     ----------
@@ -80,57 +117,37 @@ def board_model_header(
     suffix : str
         Of the right-hand side of the plant's variant, for the self-test.
     """
-    found = layout(manifest, law)
+    link = layout(manifest, law)
     model, upper = identifier(manifest.model), identifier(manifest.model).upper()
-    nx, nr, nv = len(manifest.states), len(manifest.references), len(found.inputs) - len(manifest.states)
-    nv -= nr
     own = f"p[{upper}_P_{identifier(law.period).upper()}]" if law.period else f"K({_number(period)})"
-    payload = max(4 * max(found.sizes) + 1, 4 * raw_numbers(found), 128)
+    payload = max(4 * max(link.sizes) + 1, 4 * raw_numbers(link), 128)
     lines = [
-        "/* SPDX-License-Identifier: Apache-2.0 */",
-        f"/* {manifest.model} under {law.name}: what the firmware of mehvar needs to know. Written by mehvar board. */",
-        "#ifndef BOARD_MODEL_H",
-        "#define BOARD_MODEL_H",
+        _LICENSE,
+        f"/* {manifest.model} under {law.name}, as the firmware of mehvar calls it. Written by mehvar board. */",
+        "#ifndef MEHVAR_PRIVATE_BOARD_LAW_H",
+        "#define MEHVAR_PRIVATE_BOARD_LAW_H",
         "",
         f'#include "{manifest.model}.h"',
-        "",
-        f'#define BOARD_MODEL "{manifest.model}"',
-        f'#define BOARD_LAW "{law.name}"',
-        f"#define BOARD_HASH {{{', '.join(f'0x{b:02x}' for b in found.hash)}}}",
+        '#include "mehvar/board_model.h"',
+        '#include "mehvar/private/operations.h"',
         "",
         "enum {",
-        *(f"    BOARD_N{n} = {size}," for n, size in zip("ZPCSX", found.sizes[2:], strict=True)),
-        f"    BOARD_NU = {len(found.outputs)},",
-        f"    BOARD_NR = {nr},",
-        f"    BOARD_NV = {nv},",
-        f"    BOARD_PAYLOAD = {payload},",
-        f"    BOARD_RAW_IN = {raw_numbers(found)},",
-        f"    BOARD_SUBSTEPS = {SUBSTEPS},",
-        f"    BOARD_DELAY = {delay},",
-        f"    BOARD_LAW_BEARS_LOSS = {int('sensor_lost' in found.memory)}, /* it checks its numbers itself */",
-        f"    BOARD_PERIOD_MS = {max(1, round(1000 * period))}",
+        f"    MV_BOARD_PAYLOAD = {payload},",
+        f"    MV_BOARD_RAW_IN = {raw_numbers(link)},",
+        f"    MV_BOARD_SUBSTEPS = {SUBSTEPS},",
+        f"    MV_BOARD_DELAY = {delay},",
+        f"    MV_BOARD_LAW_BEARS_LOSS = {int(law.bears_loss)} /* it checks its numbers itself */",
         "};",
-        f"#define BOARD_PERIOD(p) {own}",
-        "",
-        "/* payload of a step, and of its answer */",
-        "enum {",
-        *(f"    BOARD_IN_{identifier(n).upper()} = {k}," for k, n in enumerate(found.inputs)),
-        f"    BOARD_IN = {len(found.inputs)}",
-        "};",
-        "enum {",
-        *(f"    BOARD_OUT_{identifier(n).upper()} = {k}," for k, n in enumerate(found.outputs)),
-        f"    BOARD_OUT = {len(found.outputs)}",
-        "};",
+        f"#define MV_BOARD_PERIOD(p) {own}",
         "",
         *(
-            f"#define BOARD_DEFAULT_{n} {{{', '.join(map(_float, values)) or 'K(0)'}}}"
+            f"#define MV_BOARD_DEFAULT_{n} {{{', '.join(map(_float, values)) or 'K(0)'}}}"
             for n, values in (("P", resolved.p), ("C", resolved.c), ("S", resolved.s))
         ),
         "",
         *_functions(manifest, law, model, suffix),
         "#endif",
     ]
-    assert nx == found.sizes[6]
     return "\n".join(lines) + "\n"
 
 
@@ -156,18 +173,18 @@ def _functions(manifest: Manifest, law: Controller, model: str, suffix: str) -> 
     if "actuate" in names:
         call, unused = f"{model}_actuate(x, u_cmd, p, u)", ()
     else:
-        call, unused = "for (int i = 0; i < BOARD_NU; i++) u[i] = u_cmd[i]", ("x", "p")
+        call, unused = "for (int i = 0; i < MV_BOARD_NU; i++) u[i] = u_cmd[i]", ("x", "p")
     lines += _inline("actuate", "const real *x, const real *u_cmd, const real *p, real *u", call, unused)
     if "project" in names and "to_coordinates" not in names:
         call = f"{model}_project(q, projected)"
     else:
-        call = "for (int i = 0; i < BOARD_NX; i++) projected[i] = q[i]"
+        call = "for (int i = 0; i < MV_BOARD_NX; i++) projected[i] = q[i]"
     return lines + _inline("project", "const real *q, real *projected", call)
 
 
 def _inline(name: str, arguments: str, call: str, unused: Sequence[str] = ()) -> list[str]:
     body = [f"    (void){n};" for n in unused] + ([f"    {call};"] if call else [])
-    return [f"static inline void board_{name}({arguments})", "{", *body, "}", ""]
+    return [f"static inline void mv_board_{name}({arguments})", "{", *body, "}", ""]
 
 
 def _float(value: float) -> str:

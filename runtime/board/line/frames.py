@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames as in firmware/link.h: COBS, CRC-16, sequence number."""
+"""Frames as in firmware/mehvar/private/link.h: COBS, CRC-16, sequence number."""
 
 from __future__ import annotations
 

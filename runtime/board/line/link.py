@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Talk to a board: one request at a time, repeated until it is answered. The types are those of firmware/server.h."""
+"""Talk to a board: one request at a time, repeated until it is answered. Types as in firmware/mehvar/server.h."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mehvar.runtime.compiling.library import NATIVE, load_library
+from mehvar.runtime.compiling.library import load_library, native_headers
 from tests.models.satellite.loop import run, satellite
 
 G = satellite()
@@ -21,7 +21,7 @@ STILL = {"roll_step_deg": 0, "pitch_step_deg": 0, "roll_0_deg": 0, "pitch_0_deg"
 @functools.cache
 def laws(real):
     """Compile the model in one precision."""
-    texts = {path.name: path.read_text() for path in (*NATIVE.glob("*.h"), *G.folder.glob("satellite.[ch]"))}
+    texts = native_headers() | {path.name: path.read_text() for path in G.folder.glob("satellite.[ch]")}
     flags = ("-O2", "-DMEHVAR_FLOAT") if real is np.float32 else ("-O2",)
     return load_library("satellite", texts, ["satellite.c"], flags)
 

@@ -5,7 +5,7 @@
 #define sqrtf board_sqrtf
 #include "sqrtf.c"
 #undef sqrtf
-#include "mehvar_fmod.h"
+#include "mehvar/private/fmod.h"
 
 void square_roots(long n, const float *x, float *ours, float *theirs)
 {

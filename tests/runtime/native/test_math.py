@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from mehvar.runtime.compiling.compiler import require_compiler
-from mehvar.runtime.compiling.library import FLAGS, NATIVE
+from mehvar.runtime.compiling.library import FLAGS, INCLUDE
 
 Array = np.ndarray[Any, Any]
 DTYPES = (np.float64, np.float32)
@@ -83,7 +83,7 @@ def _aligned(n: int, dtype: Any) -> Array:
 
 
 def _harness(expressions: dict[str, str]) -> str:
-    return '#include "mehvar_math.h"\n' + "".join(
+    return '#include "mehvar/private/arithmetic.h"\n' + "".join(
         f"void run_{name}(long n, const real *x, const real *y, real *r);\n"
         f"void run_{name}(long n, const real *x, const real *y, real *r)\n"
         f"{{ for (long i = 0; i < n; i++) {{ const real a = x[i], b = y[i]; (void)b; r[i] = {text}; }} }}\n"
@@ -93,7 +93,7 @@ def _harness(expressions: dict[str, str]) -> str:
 
 def _flags(dtype: Any, lanes: int) -> list[str]:
     kind = ["-DMEHVAR_FLOAT"] if dtype is np.float32 else []
-    return [*FLAGS, *WARNINGS, f"-I{NATIVE}", f"-DMEHVAR_LANES={lanes}", *kind]
+    return [*FLAGS, *WARNINGS, f"-I{INCLUDE}", f"-DMEHVAR_LANES={lanes}", *kind]
 
 
 def _run(command: list[str], folder: Path) -> None:
@@ -195,6 +195,7 @@ BUILDS: dict[str, tuple[int, list[str], bool]] = {
     "16 lanes -O1": (16, ["-O1"], False),
     "8 lanes for this machine": (8, ["-O3", "-march=native"], False),
     **({"clang": (1, ["-O2"], True), "clang 8 lanes": (8, ["-O3"], True)} if ZIG else {}),
+    **({"without GNU C": (1, ["-O2", "-U__GNUC__", "-Wno-literal-range"], True)} if ZIG else {}),
 }
 
 
@@ -314,7 +315,7 @@ def test_constants_mix_with_numbers(scalar: Arithmetic) -> None:
 def test_needs_no_c_library(dtype: Any, tmp_path: Path) -> None:
     """Nothing is left undefined in a free-standing library, so a board needs no libm."""
     compiler = require_compiler()
-    (tmp_path / "board.c").write_text(_harness(OWN) + "#ifdef MEHVAR_LIBM_H\n#error hosted\n#endif\n")
+    (tmp_path / "board.c").write_text(_harness(OWN) + "#ifdef MEHVAR_PRIVATE_LIBM_H\n#error hosted\n#endif\n")
     flags = [*_flags(dtype, 1), *compiler.flags, "-O2", "-ffreestanding", "-nostdlib", "-Wl,-z,defs"]
     _run([*compiler.command, *flags, "board.c", "-o", "board.so"], tmp_path)
 
@@ -324,4 +325,4 @@ def test_refuses_what_it_cannot_keep_exact(flag: str, tmp_path: Path) -> None:
     compiler = require_compiler()
     (tmp_path / "harness.c").write_text(_harness(OWN))
     with pytest.raises(AssertionError, match=r"MEHVAR_LANES must be|own precision"):
-        _run([*compiler.command, f"-I{NATIVE}", flag, "-fsyntax-only", "harness.c"], tmp_path)
+        _run([*compiler.command, f"-I{INCLUDE}", flag, "-fsyntax-only", "harness.c"], tmp_path)

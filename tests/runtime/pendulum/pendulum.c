@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "pendulum.h"
 
+#include "mehvar/private/arithmetic.h"
+
 /* p: m, l, g, b, wall, k_wall, cube, rate_max, torque_max, Ts */
 void pendulum_rhs(const real *x, const real *u, const real *p, real *dx)
 {

@@ -3,26 +3,34 @@
 #ifndef PENDULUM_H
 #define PENDULUM_H
 
-#include "mehvar_math.h"
+#include "mehvar/real.h"
 
-void pendulum_rhs(const real *x, const real *u, const real *p, real *dx);
-void pendulum_outputs(const real *x, const real *u, const real *r, const real *p, real *y);
-void pendulum_limits(const real *x, const real *u, const real *p, real *margin);
-void pendulum_to_coordinates(const real *x, real *q);
-void pendulum_from_coordinates(const real *q, real *x);
-void pendulum_initial(const real *p, const real *s, real *x);
-void pendulum_reference(const real *t, const real *p, const real *s, real *r);
-void pendulum_constraints(const real *p, const real *s, real *margin);
-void pendulum_pd(const real *x, const real *r, const real *p, const real *c, real *u);
-void pendulum_pd_loop(const real *q, const real *r, const real *p, const real *c, real *dq);
-void pendulum_pd_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u);
-void pendulum_pd_defaults(const real *c, real *derived);
-void pendulum_pd_constraints(const real *p, const real *c, const real *s, real *margin);
-void pendulum_p_sum_start(const real *x, const real *r, const real *p, const real *c, real *z);
-void pendulum_p_sum(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, real *u,
-                    real *z_next);
-void pendulum_swing(const real *l, const real *g, real *period, real *omega);
-void pendulum_jac_x(const real *x, const real *u, const real *p, real *J);
-void pendulum_jac_u(const real *x, const real *u, const real *p, real *J);
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+void pendulum_rhs(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *dx);
+void pendulum_outputs(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *y);
+void pendulum_limits(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *margin);
+void pendulum_to_coordinates(const mv_real *x, mv_real *q);
+void pendulum_from_coordinates(const mv_real *q, mv_real *x);
+void pendulum_initial(const mv_real *p, const mv_real *s, mv_real *x);
+void pendulum_reference(const mv_real *t, const mv_real *p, const mv_real *s, mv_real *r);
+void pendulum_constraints(const mv_real *p, const mv_real *s, mv_real *margin);
+void pendulum_pd(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *u);
+void pendulum_pd_loop(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *dq);
+void pendulum_pd_observe(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *x, mv_real *u);
+void pendulum_pd_defaults(const mv_real *c, mv_real *derived);
+void pendulum_pd_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
+void pendulum_p_sum_start(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *z);
+void pendulum_p_sum(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c,
+                    mv_real *u, mv_real *z_next);
+void pendulum_swing(const mv_real *l, const mv_real *g, mv_real *period, mv_real *omega);
+void pendulum_jac_x(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
+void pendulum_jac_u(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "pendulum.h"
 
+#include "mehvar/private/arithmetic.h"
+
 void pendulum_jac_x(const real *x, const real *u, const real *p, real *J)
 {
     (void)u;

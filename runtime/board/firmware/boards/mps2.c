@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* ARM's MPS2 boards AN385 (Cortex-M3), AN386 (M4F) and AN500 (M7): 25 MHz, CMSDK UART 0. */
-#include "board.h"
-#include "cortexm.h"
+#include "mehvar/board.h"
+#include "mehvar/private/cortexm.h"
 
 #define UART_DATA REGISTER(0x40004000u)
 #define UART_STATE REGISTER(0x40004004u)
@@ -11,9 +11,9 @@
 
 enum { HERTZ = 25000000, BAUD = 115200, RECEIVE_INTERRUPT = 0, PATIENCE = 100000 };
 
-const char board_name[] = "mps2";
+const char mv_board_name[] = "mps2";
 
-void board_init(void)
+void mv_board_init(void)
 {
     UART_BAUDDIV = (HERTZ + BAUD / 2) / BAUD;
     UART_CTRL = 1u | 2u | 8u; /* transmit, receive, wake by a received byte */
@@ -21,14 +21,14 @@ void board_init(void)
     cortexm_clock(HERTZ);
 }
 
-int board_read(void)
+int mv_board_read(void)
 {
     if (!(UART_STATE & 2u)) return -1;
     UART_INTCLEAR = 2u; /* before the byte is taken: the next one may come at once */
     return (int)(UART_DATA & 0xFFu);
 }
 
-void board_write(const uint8_t *bytes, uint32_t count)
+void mv_board_write(const uint8_t *bytes, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         for (uint32_t n = 0; (UART_STATE & 1u) && n < PATIENCE; n++) {}
@@ -36,4 +36,4 @@ void board_write(const uint8_t *bytes, uint32_t count)
     }
 }
 
-void board_output(const real *u) { (void)u; }
+void mv_board_output(const mv_real *u) { (void)u; }

@@ -7,11 +7,11 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "board.h"
+#include "mehvar/board.h"
 
 enum { BUFFER = 4096, WAIT_MS = 10 };
 
-const char board_name[] = "posix";
+const char mv_board_name[] = "posix";
 
 static uint8_t in[BUFFER], out[BUFFER];
 static size_t in_size, in_at, out_size;
@@ -26,14 +26,14 @@ static void flush(void)
     out_size = 0;
 }
 
-void board_init(void) {}
+void mv_board_init(void) {}
 
-int board_read(void)
+int mv_board_read(void)
 {
     return in_at < in_size ? in[in_at++] : -1;
 }
 
-void board_write(const uint8_t *bytes, uint32_t count)
+void mv_board_write(const uint8_t *bytes, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         if (out_size == BUFFER) flush();
@@ -41,7 +41,7 @@ void board_write(const uint8_t *bytes, uint32_t count)
     }
 }
 
-void board_wait(void)
+void mv_board_wait(void)
 {
     struct pollfd line = {.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
     flush();
@@ -59,18 +59,18 @@ static uint64_t nanoseconds(void)
     return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
 }
 
-uint32_t board_ms(void) { return (uint32_t)(nanoseconds() / 1000000u); }
-uint32_t board_ticks(void) { return (uint32_t)nanoseconds(); }
-uint32_t board_ticks_per_second(void) { return 1000000000u; }
-void board_output(const real *u) { (void)u; }
+uint32_t mv_board_ms(void) { return (uint32_t)(nanoseconds() / 1000000u); }
+uint32_t mv_board_ticks(void) { return (uint32_t)nanoseconds(); }
+uint32_t mv_board_ticks_per_second(void) { return 1000000000u; }
+void mv_board_output(const mv_real *u) { (void)u; }
 
-void board_stack(uint32_t *used, uint32_t *size)
+void mv_board_stack(uint32_t *used, uint32_t *size)
 {
     *used = 0;
     *size = 0;
 }
 
-void board_reset(void)
+void mv_board_reset(void)
 {
     flush();
     execl("/proc/self/exe", "firmware", (char *)0);

@@ -3,8 +3,8 @@
  *
  * BOARD_USART 1 (default): PA9 transmit, PA10 receive; 2: PA2 and PA3, the ST-Link's line on Nucleo boards.
  * Clocks, pins and baud rate have not been tested on silicon; QEMU's netduinoplus2 has neither RCC nor pins. */
-#include "board.h"
-#include "cortexm.h"
+#include "mehvar/board.h"
+#include "mehvar/private/cortexm.h"
 
 #ifndef BOARD_USART
 #define BOARD_USART 1
@@ -34,7 +34,7 @@ enum { INTERRUPT = 38, TX_PIN = 2, RX_PIN = 3, BUS_DIVIDER = 4 };
 
 enum { BAUD = 115200, HSI_HERTZ = 16000000, PLL_HERTZ = 168000000, PATIENCE = 100000 };
 
-const char board_name[] = "stm32f4";
+const char mv_board_name[] = "stm32f4";
 
 static int wait_for(volatile uint32_t *reg, uint32_t mask, uint32_t value)
 {
@@ -64,7 +64,7 @@ static void connect(uint32_t pin)
     GPIOA_AFR(pin / 8) = (GPIOA_AFR(pin / 8) & ~(15u << shift)) | 7u << shift;
 }
 
-void board_init(void)
+void mv_board_init(void)
 {
     const int fast = start_pll();
     const uint32_t core = fast ? PLL_HERTZ : HSI_HERTZ, bus = fast ? core / BUS_DIVIDER : core;
@@ -81,13 +81,13 @@ void board_init(void)
     cortexm_clock(core);
 }
 
-int board_read(void)
+int mv_board_read(void)
 {
     /* reading the data after the status clears an overrun too */
     return USART_SR & (1u << 5 | 1u << 3) ? (int)(USART_DR & 0xFFu) : -1;
 }
 
-void board_write(const uint8_t *bytes, uint32_t count)
+void mv_board_write(const uint8_t *bytes, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         wait_for(&USART_SR, 1u << 7, 1u << 7);
@@ -95,4 +95,4 @@ void board_write(const uint8_t *bytes, uint32_t count)
     }
 }
 
-void board_output(const real *u) { (void)u; }
+void mv_board_output(const mv_real *u) { (void)u; }

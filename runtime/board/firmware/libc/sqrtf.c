@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Correctly rounded square root for processors without the instruction, one digit at a time. */
-#include "mehvar_real.h"
+#include "mehvar/private/operations.h"
 
 float sqrtf(float x);
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Remainder of a division, which is exact, for free-standing builds: one number at a time, digit by digit. */
-#ifndef MEHVAR_FMOD_H
-#define MEHVAR_FMOD_H
+#ifndef MEHVAR_PRIVATE_FMOD_H
+#define MEHVAR_PRIVATE_FMOD_H
 
-#include "mehvar_real.h"
+#include "operations.h"
 
 #if MEHVAR_LANES == 1
 /* the integer m and the exponent e of |x| = m 2^(e - constant), for finite x that is not zero */

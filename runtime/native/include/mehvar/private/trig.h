@@ -3,10 +3,10 @@
  *
  * Polynomials are minimax in relative error (Remez exchange in 60 digits, coefficients rounded one after the other,
  * the remaining ones refitted each time). */
-#ifndef MEHVAR_TRIG_H
-#define MEHVAR_TRIG_H
+#ifndef MEHVAR_PRIVATE_TRIG_H
+#define MEHVAR_PRIVATE_TRIG_H
 
-#include "mehvar_real.h"
+#include "operations.h"
 
 /* (sin r - r)/r^3 for |r| <= pi/4, z = r^2 */
 static inline real mv_sin_tail(real z)

@@ -1,53 +1,62 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* One text for one number or many: a `real` is a scalar, or a vector of scalars worked on lane by lane.
+/* What reals can do, under the short names that bodies of functions read well with. For .c files only: nothing that a
+ * user's file includes may include this one.
  *
- * MEHVAR_LANES  1 (default), 2, 4, 8 or 16
- * MEHVAR_FLOAT  when defined, the scalar is a float instead of a double
  * MEHVAR_SMALL  when defined, the larger functions are called rather than copied to where they are used
  *
  * Nothing branches on data, so each lane gets the same bits at every number of lanes and from every compiler that
- * keeps IEEE 754 and does not contract a*b + c (-ffp-contract=off). Vectors need GNU C (gcc, clang) and their natural
- * alignment; -fno-math-errno makes their square root one instruction. A mask is one lane-wide truth value a lane. */
-#ifndef MEHVAR_REAL_H
-#define MEHVAR_REAL_H
+ * keeps IEEE 754 and does not contract a*b + c (-ffp-contract=off); -fno-math-errno makes the square root of a vector
+ * one instruction. A mask is one lane-wide truth value a lane. */
+#ifndef MEHVAR_PRIVATE_OPERATIONS_H
+#define MEHVAR_PRIVATE_OPERATIONS_H
 
 #include <stdint.h>
+#ifndef __GNUC__
+#include <math.h>
+#endif
 
-#ifndef MEHVAR_LANES
-#define MEHVAR_LANES 1
-#endif
-#if MEHVAR_LANES != 1 && MEHVAR_LANES != 2 && MEHVAR_LANES != 4 && MEHVAR_LANES != 8 && MEHVAR_LANES != 16
-#error "MEHVAR_LANES must be 1, 2, 4, 8 or 16"
-#endif
+#include "../real.h"
+
 #if defined __FAST_MATH__ || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 2
 #error "mehvar needs arithmetic in the type's own precision: no -ffast-math, no x87"
 #endif
 
+typedef mv_scalar scalar;
+typedef mv_real real;
+
 /* MV_WHOLE: from here on every number is an integer. MV_ROUND + k has the integer k in its low bits. */
 #ifdef MEHVAR_FLOAT
-typedef float scalar;
 typedef uint32_t mv_word;
-#define MV_BYTES 4
 #define MV_DIGITS 23
 #define MV_BIAS 127
 #define MV_HEAD_BITS 0xfffff000u
 #define MV_WHOLE K(0x1p23)
 #define MV_ROUND K(0x1.8p23)
 #define MV_ROUND_BITS 0x4b400000u
-#define MV_SCALAR(function) __builtin_##function##f
+#define MV_SCALAR(function) MV_LIBRARY(function##f)
 #else
-typedef double scalar;
 typedef uint64_t mv_word;
-#define MV_BYTES 8
 #define MV_DIGITS 52
 #define MV_BIAS 1023
 #define MV_HEAD_BITS 0xfffffffff8000000u
 #define MV_WHOLE K(0x1p52)
 #define MV_ROUND K(0x1.8p52)
 #define MV_ROUND_BITS 0x4338000000000000u
-#define MV_SCALAR(function) __builtin_##function
+#define MV_SCALAR(function) MV_LIBRARY(function)
 #endif
-#ifdef MEHVAR_SMALL
+
+/* GNU C has these without a header, and so without a C library. */
+#ifdef __GNUC__
+#define MV_LIBRARY(function) __builtin_##function
+#define MV_INFINITY K(__builtin_inf())
+#define MV_NAN K(__builtin_nan(""))
+#else
+#define MV_LIBRARY(function) function
+#define MV_INFINITY K(INFINITY)
+#define MV_NAN K(NAN)
+#endif
+
+#if defined MEHVAR_SMALL && defined __GNUC__
 #define MV_LARGE static __attribute__((noinline, unused))
 #else
 #define MV_LARGE static inline
@@ -55,12 +64,9 @@ typedef uint64_t mv_word;
 #define MV_SIGN_BITS ((mv_word)1 << (8 * MV_BYTES - 1))
 
 #define K(c) ((scalar)(c))
-#define MV_INFINITY K(__builtin_inf())
-#define MV_NAN K(__builtin_nan(""))
 
 #if MEHVAR_LANES == 1
 
-typedef scalar real;
 typedef mv_word mv_bits;
 typedef int mask;
 
@@ -81,7 +87,6 @@ static inline real mv_sqrt(real x) { return MV_SCALAR(sqrt)(x); }
 
 #else
 
-typedef scalar real __attribute__((vector_size(MEHVAR_LANES * MV_BYTES)));
 typedef mv_word mv_bits __attribute__((vector_size(MEHVAR_LANES * MV_BYTES)));
 typedef __typeof__((real){0} < (real){0}) mask;
 
@@ -179,18 +184,20 @@ static inline real mv_ceil(real x) { return -mv_floor(-x); }
 /* squares are not scaled: overflows when the larger operand exceeds the square root of the largest number */
 static inline real mv_hypot(real x, real y) { return mv_sqrt(x * x + y * y); }
 
-/* polynomial in z by Horner's rule, lowest coefficient first */
+/* Polynomial in z by Horner's rule, lowest coefficient first. Without `...`, which Microsoft's older preprocessor
+ * hands on as one argument. */
 #define MV_POLY2(z, a, b) (K(b) * (z) + K(a))
-#define MV_POLY3(z, a, ...) (MV_POLY2(z, __VA_ARGS__) * (z) + K(a))
-#define MV_POLY4(z, a, ...) (MV_POLY3(z, __VA_ARGS__) * (z) + K(a))
-#define MV_POLY5(z, a, ...) (MV_POLY4(z, __VA_ARGS__) * (z) + K(a))
-#define MV_POLY6(z, a, ...) (MV_POLY5(z, __VA_ARGS__) * (z) + K(a))
-#define MV_POLY7(z, a, ...) (MV_POLY6(z, __VA_ARGS__) * (z) + K(a))
-#define MV_POLY8(z, a, ...) (MV_POLY7(z, __VA_ARGS__) * (z) + K(a))
-#define MV_POLY9(z, a, ...) (MV_POLY8(z, __VA_ARGS__) * (z) + K(a))
-#define MV_POLY10(z, a, ...) (MV_POLY9(z, __VA_ARGS__) * (z) + K(a))
-#define MV_POLY11(z, a, ...) (MV_POLY10(z, __VA_ARGS__) * (z) + K(a))
-#define MV_POLY12(z, a, ...) (MV_POLY11(z, __VA_ARGS__) * (z) + K(a))
-#define MV_POLY13(z, a, ...) (MV_POLY12(z, __VA_ARGS__) * (z) + K(a))
+#define MV_POLY3(z, a, b, c) (MV_POLY2(z, b, c) * (z) + K(a))
+#define MV_POLY4(z, a, b, c, d) (MV_POLY3(z, b, c, d) * (z) + K(a))
+#define MV_POLY5(z, a, b, c, d, e) (MV_POLY4(z, b, c, d, e) * (z) + K(a))
+#define MV_POLY6(z, a, b, c, d, e, f) (MV_POLY5(z, b, c, d, e, f) * (z) + K(a))
+#define MV_POLY7(z, a, b, c, d, e, f, g) (MV_POLY6(z, b, c, d, e, f, g) * (z) + K(a))
+#define MV_POLY8(z, a, b, c, d, e, f, g, h) (MV_POLY7(z, b, c, d, e, f, g, h) * (z) + K(a))
+#define MV_POLY9(z, a, b, c, d, e, f, g, h, i) (MV_POLY8(z, b, c, d, e, f, g, h, i) * (z) + K(a))
+#define MV_POLY10(z, a, b, c, d, e, f, g, h, i, j) (MV_POLY9(z, b, c, d, e, f, g, h, i, j) * (z) + K(a))
+#define MV_POLY11(z, a, b, c, d, e, f, g, h, i, j, k) (MV_POLY10(z, b, c, d, e, f, g, h, i, j, k) * (z) + K(a))
+#define MV_POLY12(z, a, b, c, d, e, f, g, h, i, j, k, l) (MV_POLY11(z, b, c, d, e, f, g, h, i, j, k, l) * (z) + K(a))
+#define MV_POLY13(z, a, b, c, d, e, f, g, h, i, j, k, l, m)                                                          \
+    (MV_POLY12(z, b, c, d, e, f, g, h, i, j, k, l, m) * (z) + K(a))
 
 #endif

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Functions that models seldom need: the C library's, lane by lane. Hosted builds only; their last digits are those of
  * the library, the same at every number of lanes. */
-#ifndef MEHVAR_LIBM_H
-#define MEHVAR_LIBM_H
+#ifndef MEHVAR_PRIVATE_LIBM_H
+#define MEHVAR_PRIVATE_LIBM_H
 
 #include <math.h>
 
-#include "mehvar_real.h"
+#include "operations.h"
 
 #ifdef MEHVAR_FLOAT
 #define MV_LIBM(function) function##f

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Exponential, logarithm and power. Errors are below 1.4 units in the last place in both precisions, subnormal numbers
- * included. Polynomials as in mehvar_trig.h. */
-#ifndef MEHVAR_EXP_H
-#define MEHVAR_EXP_H
+ * included. Polynomials as in trig.h. */
+#ifndef MEHVAR_PRIVATE_EXP_H
+#define MEHVAR_PRIVATE_EXP_H
 
-#include "mehvar_real.h"
+#include "operations.h"
 
 #ifdef MEHVAR_FLOAT
 #define MV_LN2_HEAD K(0x1.62e4p-1) /* times any exponent is exact */

@@ -3,8 +3,8 @@
  *
  * Interrupts stay masked: an enabled interrupt that is pending ends `wfi` all the same, and nothing runs behind the
  * main loop's back. */
-#ifndef CORTEXM_H
-#define CORTEXM_H
+#ifndef MEHVAR_PRIVATE_CORTEXM_H
+#define MEHVAR_PRIVATE_CORTEXM_H
 
 #include <stdint.h>
 
