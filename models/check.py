@@ -25,6 +25,7 @@ def check(system: System) -> None:
         Naming the parameter, scenario or metric and what would be right.
     """
     _check_names(system)
+    _check_loops(system)
     _check_parameters_used(system)
     _check_scenarios(system)
     _check_metrics(system)
@@ -39,11 +40,11 @@ def formulas(group: Group) -> dict[str, Expr]:
         If a formula is not an expression in parameters of the group.
     """
     symbols = {q.name: q.symbol for q in group}
-    found = {}
-    for parameter in group:
-        if isinstance(parameter, Parameter) and isinstance(parameter.default, str):
-            found[parameter.name] = _parse_formula(parameter, symbols)
-    return found
+    return {
+        parameter.name: _parse_formula(parameter, symbols)
+        for parameter in group
+        if isinstance(parameter, Parameter) and isinstance(parameter.default, str)
+    }
 
 
 @contextlib.contextmanager
@@ -137,9 +138,9 @@ def _check_names(system: System) -> None:
     vectors += [system.parameters, system.scenario_parameters]
     vectors += [group for law in system.controllers for group in (law.parameters, law.memory)]
     for group in vectors:
-        known: dict[str, str] = {}
+        names: dict[str, str] = {}
         for quantity in group:
-            first = known.setdefault(quantity.name.upper(), quantity.name)
+            first = names.setdefault(quantity.name.upper(), quantity.name)
             if first != quantity.name:
                 raise ModelError(
                     f"{first!r} and {quantity.name!r} of vector {group.name!r} differ in capitals only, and would be "
@@ -156,8 +157,17 @@ def _check_parameters_used(system: System) -> None:
     for group in (system.parameters, system.scenario_parameters):
         _refuse_unused(group, by_laws, f"group {group.name!r} of {system.name}")
     for controller in system.controllers:
-        inside = {s.name for f in formulas(controller.parameters).values() for s in f.free_symbols}
+        inside = {s.name for f in formulas(controller.parameters).values() for s in f.free_symbols} | {controller.delay}
         _refuse_unused(controller.parameters, common | laws[controller.name] | inside, f"law {controller.name!r}")
+
+
+def _check_loops(system: System) -> None:
+    """Refuse a period that is no parameter of the plant, and a delay that is none of the law."""
+    for law in system.controllers:
+        if law.period:
+            check_names([law.period], _by_name(system.parameters), f"law {law.name!r}: period")
+        if law.delay:
+            check_names([law.delay], _by_name(law.parameters), f"law {law.name!r}: delay")
 
 
 def _refuse_unused(group: Group, used: set[str], where: str) -> None:

@@ -12,9 +12,9 @@ from typing import Literal
 import jinja2
 
 from mehvar.models.system import Group, Quantity, System
+from mehvar.names import identifier
 
 from ..functions.graphs import GeneratedFunction
-from ..functions.requests import identifier
 from .spelling import PYTHON, C, statements
 from .split import split
 from .tape import Tape, tape

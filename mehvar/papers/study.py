@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -271,7 +270,7 @@ def compare(runs: Runs) -> list[Comparison]:
     """Run every scenario and law that expects numbers, and compare."""
     manifest = runs.model.manifest
     return [
-        Comparison(scenario.name, law, manifest.metrics[name], math.inf if value is None else value, found[name])
+        Comparison(scenario.name, law, manifest.metrics[name], value, found[name])
         for scenario in manifest.scenarios.values()
         for law, expected in scenario.expect.items()
         for found in [runs.metrics(law, scenario.name)]

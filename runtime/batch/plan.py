@@ -122,8 +122,9 @@ class Plan:
         """Return name, unit and description of each dispersed name."""
         manifest = self.model.manifest
         parameters = (*manifest.parameters, *self.law.parameters, *manifest.scenario_parameters)
-        known: dict[str, Quantity] = {q.name: q for q in manifest.states} | {q.name: q for q in parameters}
-        return tuple(known[name] for name in self.names)
+        rows: list[Quantity | Parameter] = [*manifest.states, *parameters]
+        quantities = {q.name: Quantity(q.name, q.unit, q.description) for q in rows}
+        return tuple(quantities[name] for name in self.names)
 
     def draw(self, first: int, count: int) -> Draw:
         """Return the runs first ... first + count - 1; a run is the same whichever others are drawn with it."""
@@ -174,8 +175,8 @@ class Plan:
         manifest, functions = self.model.manifest, self.model.functions
         parameters = {name: value for name, value in drawn.items() if self._is_parameter(name)}
         values = {**self.campaign.parameters, **parameters}
-        if any(q.name == "delay" for q in self.law.parameters):
-            values.setdefault("delay", float(self.campaign.options.get("delay", 0)))
+        if self.law.delay:
+            values.setdefault(self.law.delay, float(self.campaign.options.get("delay", 0)))
         known = (*OPTIONS, *manifest.choices)
         return resolve(manifest, functions, self.law, self.scenario, values, origin, known)
 
@@ -200,7 +201,7 @@ class Plan:
                 raise unknown_name(kind, name, known, f"vary, {self.origin}")
             if name in fixed:
                 raise InputError(f"{name} is both set and varied (from {self.origin})")
-            if name in ("delay", self.law.period):
+            if name in (self.law.delay, self.law.period):
                 raise InputError(f"{name} cannot vary (from {self.origin}): it decides when {self.law.name} samples")
 
     def _fill_formulas(self, c: FloatArray) -> None:

@@ -200,8 +200,8 @@ def simulate(
     choices = {name: options.pop(name) for name in loaded.manifest.choices if name in options}
     suffix = variant_suffix(loaded.manifest, choices, origin)
     values = _merged(parameters or {}, options, origin)
-    if any(q.name == "delay" for q in controlled.parameters):
-        values.setdefault("delay", delay)
+    if controlled.delay:
+        values.setdefault(controlled.delay, delay)
     known = (*OPTIONS, *loaded.manifest.choices)
     resolved = resolve(loaded.manifest, loaded.functions, controlled, case, values, origin, known)
     for text in advice(loaded.functions, controlled, resolved):

@@ -43,6 +43,13 @@ def test_an_unused_law_parameter_is_refused():
         check(dataclasses.replace(SYSTEM, controllers=(bad,)))
 
 
+@pytest.mark.parametrize("field", ["period", "delay"])
+def test_a_period_or_delay_that_is_no_parameter_is_refused(field):
+    bad = dataclasses.replace(SYSTEM.controllers[0], **{field: "k_ph"})
+    with pytest.raises(ModelError, match=f"law 'sliding': {field} 'k_ph' is not known"):
+        check(dataclasses.replace(SYSTEM, controllers=(bad,)))
+
+
 def test_a_formula_in_an_unknown_name_is_refused():
     group = with_parameter(SYSTEM.controllers[0].parameters, "twice", "2*k_ph")
     with pytest.raises(ModelError, match=r"uses 'k_ph', which is no parameter of this group.*k_phi"):

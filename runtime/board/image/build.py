@@ -91,7 +91,7 @@ def period_of(law: Controller, scenario: Scenario, resolved: Resolved) -> float:
 
 def delay_of(law: Controller) -> int:
     """Return the samples between computing and applying an input: one for a law that can be designed for it."""
-    return int(any(q.name == "delay" for q in law.parameters))
+    return int(law.delay is not None)
 
 
 def program(model: Model, law: str, scenario: str | None = None, raw: bool = False) -> Program:
@@ -100,7 +100,7 @@ def program(model: Model, law: str, scenario: str | None = None, raw: bool = Fal
     Over a line a command acts one sample after it was computed, and a law that can be designed for that is.
     """
     controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
-    values = {"delay": 1.0} if delay_of(controller) else {}
+    values = {controller.delay: 1.0} if controller.delay else {}
     resolved = resolve(model.manifest, model.functions, controller, case, values, "the board's one sample of delay")
     return Program(model, controller, case, resolved, period_of(controller, case, resolved), raw)
 
