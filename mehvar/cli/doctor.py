@@ -8,8 +8,9 @@ import shutil
 import sys
 
 from mehvar.errors import InputError
+from mehvar.runtime.cache import cache_folder
 from mehvar.runtime.compiling.compiler import find_compiler
-from mehvar.runtime.compiling.library import NATIVE, cache_folder
+from mehvar.runtime.compiling.library import NATIVE
 from mehvar.terminal import print_table
 from mehvar.versions import installed
 

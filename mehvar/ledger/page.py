@@ -6,12 +6,12 @@ Judging needs SymPy and takes up to a minute for a paper; verdicts are kept in t
 
 from __future__ import annotations
 
-import hashlib
+import itertools
 import json
 import os
 import signal
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -21,11 +21,11 @@ from rich.text import Text
 from mehvar.codegen.generate import Tree, find_tree, installed_tree, system_of
 from mehvar.comparison.text import Line, print_lines
 from mehvar.errors import InputError, unknown_name
-from mehvar.runtime.compiling.library import cache_folder
-from mehvar.runtime.files import write_atomic
+from mehvar.runtime import cache
 from mehvar.terminal import working
 
 Ledger = dict[str, Any]
+_FILE = "ledger.json"
 _DIFFERS, _HOLDS, _DEFINITION = "differs", "holds", "definition"
 _STYLES = {_DIFFERS: "red", "undecided": "yellow", "illegible or ambiguous": "yellow"}
 _WORDS = {_HOLDS: "hold", _DIFFERS: "differ", _DEFINITION: "definitions"}
@@ -64,15 +64,13 @@ def judged(tree: Tree, model: str | None = None) -> list[Ledger]:
     chosen = [name for name in with_paper if model in (None, name)]
     if not chosen:
         raise InputError(f"no published equations for {model or tree.root}: there are some for {', '.join(with_paper)}")
-    missing = [name for name in chosen if not _kept(tree, name).is_file()]
-    if missing:
-        workers = min(len(missing), os.cpu_count() or 1)
-        ended_by_ctrl_c = (signal.SIGINT, signal.SIG_DFL)
-        with ProcessPoolExecutor(workers, get_context("spawn"), signal.signal, ended_by_ctrl_c) as pool:
-            texts = list(pool.map(_judge, [tree.root] * len(missing), missing))
-        for name, text in zip(missing, texts, strict=True):
-            write_atomic(_kept(tree, name), text)
-    return [json.loads(_kept(tree, name).read_text(encoding="utf-8")) for name in chosen]
+    workers = min(len(chosen), os.cpu_count() or 1)
+    ended_by_ctrl_c = (signal.SIGINT, signal.SIG_DFL)
+    with (
+        ProcessPoolExecutor(workers, get_context("spawn"), signal.signal, ended_by_ctrl_c) as processes,
+        ThreadPoolExecutor(len(chosen)) as threads,
+    ):
+        return list(threads.map(lambda name: _ledger(tree, name, processes), chosen))
 
 
 def counted(ledger: Ledger) -> str:
@@ -112,11 +110,17 @@ def _has_paper(tree: Tree, model: str) -> bool:
     return (folder / "paper.py").is_file() or (folder / "paper" / "__init__.py").is_file()
 
 
-def _kept(tree: Tree, model: str) -> Path:
-    key = hashlib.sha256(json.dumps(tree.sources(model, papers=True), sort_keys=True).encode()).hexdigest()[:32]
-    folder = cache_folder() / "ledgers"
-    folder.mkdir(exist_ok=True)
-    return folder / f"{model}-{key}.json"
+def _ledger(tree: Tree, model: str, processes: ProcessPoolExecutor) -> Ledger:
+    """Return the ledger of a model from the cache; one that is not there is judged in another process."""
+    key = cache.key(*itertools.chain(*tree.sources(model, papers=True).items()))
+
+    def fill(folder: Path) -> None:
+        text = processes.submit(_judge, tree.root, model).result()
+        (folder / _FILE).write_text(text, encoding="utf-8")
+
+    path = cache.entry("ledgers", f"{model}-{key}", fill) / _FILE
+    ledger: Ledger = json.loads(path.read_text(encoding="utf-8"))
+    return ledger
 
 
 def _judge(root: Path, model: str) -> str:

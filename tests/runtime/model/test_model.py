@@ -241,9 +241,9 @@ def test_jacobians_are_compiled_on_first_use(folder: Path, tmp_path: Path, monke
     monkeypatch.setenv("MEHVAR_CACHE", str(tmp_path))
     model = runtime.load(folder, backend="c")
     model.rhs([0.0, 0.0], [0.0], model.parameters())
-    assert not list(tmp_path.glob("pendulum_jac*.so"))
+    assert not list(tmp_path.rglob("pendulum_jac*.so"))
     model.jac_x([0.0, 0.0], [0.0], model.parameters())
-    assert len(list(tmp_path.glob("pendulum_jac*.so"))) == 1
+    assert len(list(tmp_path.rglob("pendulum_jac*.so"))) == 1
 
 
 def test_import_is_light() -> None:
