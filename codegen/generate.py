@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import json
 import os
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from mehvar.errors import InputError
+from mehvar.manifest import FILE, Manifest, manifest_text, read_manifest
 
 from .workspace import GenerateError, Tree, find_tree, installed_tree, load_model, prefer_vocabulary, sha256
 
@@ -113,19 +115,20 @@ def _renumbered(
     tree: Tree, model: str, folder: Path, structure: Mapping[str, str], casadi: bool
 ) -> dict[str, str] | None:
     """Return the new manifest when nothing but numbers in the tables has changed since the model was derived."""
-    recorded = _recorded(folder)
-    if recorded is None or not recorded.get("shapes_sha256"):
+    record = _record(folder)
+    if record is None or not record.shapes_sha256:
         return None
-    from .new_numbers import manifest_text, renumber, shapes
+    from .new_numbers import renumber, shapes
 
     tables, sources = tree.root / "models" / model, tree.sources(model)
-    moved = {f"models/{model}/{name}": sources.get(f"models/{model}/{name}") for name in recorded["shapes_sha256"]}
-    document = recorded | {"inputs_sha256": recorded["inputs_sha256"] | moved}
-    if shapes(tables) != recorded["shapes_sha256"] or _differences(document, tree, model, folder, structure, casadi):
+    names = [f"models/{model}/{name}" for name in record.shapes_sha256]
+    inputs = {**record.inputs_sha256, **{name: sources[name] for name in names if name in sources}}
+    record = replace(record, inputs_sha256=inputs)
+    if shapes(tables) != record.shapes_sha256 or _differences(record, tree, model, folder, structure, casadi):
         return None
     prefer_vocabulary(tree)
-    new = renumber(document, tables)
-    return None if new is None else {"manifest.json": manifest_text(new)}
+    new = renumber(record, tables)
+    return None if new is None else {FILE: manifest_text(new)}
 
 
 def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, casadi: bool = False) -> dict[str, str]:
@@ -145,8 +148,8 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     from .equations.page import equations_markdown
     from .functions.graphs import generate_functions
     from .functions.verify import verify
-    from .manifest import manifest
-    from .new_numbers import TABLES, manifest_text, renumber, shapes
+    from .manifest import manifest_of
+    from .new_numbers import TABLES, renumber, shapes
 
     verify(system)
     graphs = generate_functions(system)
@@ -159,11 +162,12 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
 
         written |= casadi_c(system.name, graphs)
     hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in written.items()}
-    document = manifest(system, functions, sources, hashes)
-    tables, found = tree.root / "models" / model, shapes(tree.root / "models" / model)
-    if len(found) == len(TABLES) and renumber(document, tables) == document:
-        document["shapes_sha256"] = found
-    written["manifest.json"] = manifest_text(document)
+    manifest = manifest_of(system, functions, sources, hashes)
+    tables = tree.root / "models" / model
+    table_shapes = shapes(tables)
+    if len(table_shapes) == len(TABLES) and renumber(manifest, tables) == manifest:
+        manifest = replace(manifest, shapes_sha256=table_shapes)
+    written[FILE] = manifest_text(manifest)
     return written
 
 
@@ -197,34 +201,32 @@ def _reasons(
     tree: Tree, model: str, folder: Path, structure: Mapping[str, str] | None = None, casadi: bool = False
 ) -> tuple[str, ...]:
     """Say why a generated folder does not match its sources; empty when it does."""
-    path = folder / "manifest.json"
+    path = folder / FILE
     if not path.is_file():
         return (f"{path} is missing",)
-    recorded = _recorded(folder)
-    if recorded is None:
-        return (f"{path} is damaged",)
-    return _differences(recorded, tree, model, folder, structure or {}, casadi)
+    record = _record(folder)
+    if record is None:
+        return (f"{path} is damaged or of another version",)
+    return _differences(record, tree, model, folder, structure or {}, casadi)
 
 
-def _recorded(folder: Path) -> dict[str, Any] | None:
+def _record(folder: Path) -> Manifest | None:
     """Return the manifest of a generated folder; None when there is none that can be read."""
     try:
-        recorded: dict[str, Any] = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
-        parts = (recorded["inputs_sha256"], recorded["files_sha256"], recorded["structure"])
-    except (OSError, json.JSONDecodeError, KeyError, TypeError, UnicodeDecodeError):
+        return read_manifest(folder)
+    except InputError:
         return None
-    return recorded if all(isinstance(part, dict) for part in parts) else None
 
 
 def _differences(
-    recorded: Mapping[str, Any], tree: Tree, model: str, folder: Path, structure: Mapping[str, str], casadi: bool
+    record: Manifest, tree: Tree, model: str, folder: Path, structure: Mapping[str, str], casadi: bool
 ) -> tuple[str, ...]:
-    """Compare sources, structure and files with what a manifest has recorded of them."""
-    files, was = recorded["files_sha256"], recorded["structure"]
-    reasons = [f"{name} {change}" for name, change in _changes(recorded["inputs_sha256"], tree.sources(model))]
-    reasons += [f"structure {k} was {was.get(k)!r}" for k, v in structure.items() if was.get(k) != v]
+    """Compare sources, structure and files with what a manifest records of them."""
+    files, before = record.files_sha256, record.structure
+    reasons = [f"{name} {change}" for name, change in _changes(record.inputs_sha256, tree.sources(model))]
+    reasons += [f"structure {k} was {before.get(k)!r}" for k, v in structure.items() if before.get(k) != v]
     if casadi and f"{model}_casadi.c" not in files:
-        reasons.append(f"{model}_casadi.c was not asked for before")
+        reasons.append(f"{model}_casadi.c was not written before")
     for name, digest in files.items():
         if not (folder / name).is_file():
             reasons.append(f"{name} is missing")
@@ -252,7 +254,7 @@ def _texts_of(model: str) -> list[str]:
         f"{model}.py",
         "equations.json",
         "equations.md",
-        "manifest.json",
+        FILE,
     ]
 
 

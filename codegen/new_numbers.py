@@ -12,10 +12,14 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from mehvar.manifest import Manifest
 
 if TYPE_CHECKING:
+    from mehvar import manifest as numeric
     from mehvar.models.quantities import Group, Parameter
 
 TABLES = ("parameters.toml", "scenarios.toml")
@@ -23,14 +27,14 @@ TABLES = ("parameters.toml", "scenarios.toml")
 
 def shapes(folder: Path) -> dict[str, str]:
     """Return the SHA-256 of each table of a model with every number in it taken as zero, by file name."""
-    found = {}
+    hashes = {}
     for name in TABLES:
         try:
             table = tomllib.loads((folder / name).read_text(encoding="utf-8-sig"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
             continue
-        found[name] = hashlib.sha256(json.dumps(_shape(table)).encode()).hexdigest()
-    return found
+        hashes[name] = hashlib.sha256(json.dumps(_shape(table)).encode()).hexdigest()
+    return hashes
 
 
 def _shape(value: object) -> object:
@@ -41,20 +45,20 @@ def _shape(value: object) -> object:
     return 0 if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-def renumber(document: Mapping[str, Any], folder: Path) -> dict[str, Any] | None:
+def renumber(manifest: Manifest, folder: Path) -> Manifest | None:
     """Put the numbers of a model's tables into its manifest.
 
     Parameters
     ----------
-    document : mapping
-        The manifest; left as it is.
+    manifest : Manifest
+        Of the model.
     folder : Path
         The model's folder with parameters.toml and scenarios.toml.
 
     Returns
     -------
-    dict or None
-        The new manifest; None where a name stands for two numbers or the tables hold other names than the manifest.
+    Manifest or None
+        None where a name stands for two numbers or the tables hold other names than the manifest.
 
     Raises
     ------
@@ -64,49 +68,50 @@ def renumber(document: Mapping[str, Any], folder: Path) -> dict[str, Any] | None
     from mehvar.models.tables import check_values, read_parameters, read_scenarios
 
     groups = read_parameters(folder / "parameters.toml")
-    scenarios, metrics = read_scenarios(folder / "scenarios.toml")
-    new: dict[str, Any] = json.loads(json.dumps(document))
+    scenario_rows, metric_rows = read_scenarios(folder / "scenarios.toml")
+    scenarios, metrics = {row.name: row for row in scenario_rows}, {row.name: row for row in metric_rows}
+    if set(scenarios) != set(manifest.scenarios) or set(metrics) != set(manifest.metrics):
+        return None
     shared = _by_name(groups.values())
-    laws = {law: shared | _by_name([groups[law]]) if law in groups else shared for law in new["controllers"]}
-    tables = [(row, shared) for row in (*new["parameters"], *new["scenario_parameters"])]
-    tables += [(row, laws[law]) for law, entry in new["controllers"].items() for row in entry["parameters"]]
-    if any(known.get(row["name"]) is None for row, known in tables):
+    laws = {law: shared | _by_name([groups[law]]) if law in groups else shared for law in manifest.controllers}
+    plant, scenario_own = (_numbered(rows, shared) for rows in (manifest.parameters, manifest.scenario_parameters))
+    law_own = {name: _numbered(law.parameters, laws[name]) for name, law in manifest.controllers.items()}
+    if plant is None or scenario_own is None or None in law_own.values():
         return None
-    if set(new["scenarios"]) != {s.name for s in scenarios} or set(new["metrics"]) != {m.name for m in metrics}:
-        return None
-    for row, known in tables:
-        if row["formula"] is None:
-            row["default"] = _number(known[row["name"]])
-    for scenario in scenarios:
-        where = f"scenario {scenario.name!r} of {document['model']}"
+    for name, scenario in scenarios.items():
+        where = f"scenario {name!r} of {manifest.model}"
         check_values(scenario.values, _unambiguous(shared), where)
         for law, values in scenario.controllers.items():
             check_values(values, _unambiguous(laws[law]), f"{where}, law {law!r}")
-        entry = new["scenarios"][scenario.name]
-        entry |= {"duration": scenario.duration, "step": scenario.step, "set": dict(scenario.values)}
-        entry["controllers"] = {law: dict(values) for law, values in scenario.controllers.items()}
-        entry["expect"] = {law: dict(values) for law, values in scenario.expect.items()}
-    for metric in metrics:
-        new["metrics"][metric.name] |= {"band": metric.band, "since": metric.since, "until": metric.until}
-    finite: dict[str, Any] = _without_infinity(new)
-    return finite
+    return replace(
+        manifest,
+        parameters=plant,
+        scenario_parameters=scenario_own,
+        controllers={n: replace(law, parameters=law_own[n] or ()) for n, law in manifest.controllers.items()},
+        scenarios={name: scenarios[name] for name in manifest.scenarios},
+        metrics={name: metrics[name] for name in manifest.metrics},
+    )
 
 
-def manifest_text(document: Mapping[str, Any]) -> str:
-    """Write a manifest as JSON."""
-    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+def _numbered(
+    rows: tuple[numeric.Parameter, ...], table: Mapping[str, Parameter | None]
+) -> tuple[numeric.Parameter, ...] | None:
+    """Return parameters with the defaults of a table; None if it lacks one or has two of its name."""
+    if any(table.get(row.name) is None for row in rows):
+        return None
+    return tuple(row if row.formula is not None else replace(row, default=_number(table[row.name])) for row in rows)
 
 
 def _by_name(groups: Iterable[Group]) -> dict[str, Parameter | None]:
     """Return the parameters of some groups; None for a name with two numbers or bounds."""
     from mehvar.models.quantities import Parameter
 
-    found: dict[str, Parameter | None] = {}
+    parameters: dict[str, Parameter | None] = {}
     for q in (q for group in groups for q in group if isinstance(q, Parameter)):
-        other = found.setdefault(q.name, q)
+        other = parameters.setdefault(q.name, q)
         if other is None or (other.default, other.bounds) != (q.default, q.bounds):
-            found[q.name] = None
-    return found
+            parameters[q.name] = None
+    return parameters
 
 
 def _unambiguous(parameters: Mapping[str, Parameter | None]) -> dict[str, Parameter]:
@@ -115,12 +120,3 @@ def _unambiguous(parameters: Mapping[str, Parameter | None]) -> dict[str, Parame
 
 def _number(parameter: Parameter | None) -> float | None:
     return parameter.default if parameter and isinstance(parameter.default, float) else None
-
-
-def _without_infinity(value: Any) -> Any:
-    """Write infinite numbers as the manifest does."""
-    if isinstance(value, dict):
-        return {key: _without_infinity(entry) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_without_infinity(entry) for entry in value]
-    return None if value in (float("inf"), float("-inf")) else value

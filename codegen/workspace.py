@@ -14,9 +14,12 @@ from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
 
+from mehvar import errors
 from mehvar.errors import MehvarError
 
 _TOOL = Path(__file__).parent
+_SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("manifest", "names", "schema"))
+"""What generated text depends on beside `codegen` and `models`: names in code, and the form of a manifest."""
 _COMPARING = re.compile(
     r"codegen/(diff|equal|ledger)/|codegen/equations/document\.py|models/(.*/)?(paper[./]|notation\.py)"
 )
@@ -65,8 +68,9 @@ class Tree:
         names = {p: "models/" + p.name for p in vocabulary.glob("*.py")}
         names |= {p: p.relative_to(self.root).as_posix() for p in own}
         names |= {p: "codegen/" + p.relative_to(_TOOL).as_posix() for p in tool}
-        kept = {p: name for p, name in names.items() if papers or not _COMPARING.match(name)}
-        return {name: sha256(path) for path, name in sorted(kept.items(), key=lambda item: item[1])}
+        names |= {p: "mehvar/" + p.name for p in _SHARED}
+        names = {p: name for p, name in names.items() if papers or not _COMPARING.match(name)}
+        return {name: sha256(path) for path, name in sorted(names.items(), key=lambda item: item[1])}
 
 
 def find_tree(start: Path) -> Tree | None:

@@ -10,7 +10,6 @@ import importlib
 import sys
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
-from importlib.metadata import version
 from importlib.util import spec_from_file_location
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -43,8 +42,6 @@ if TYPE_CHECKING:
     from mehvar.runtime.model.model import Model as Model
     from mehvar.runtime.model.model import load as load
     from mehvar.runtime.run.results import open_result as open_result
-
-__version__ = version("mehvar")
 
 _HOMES = {
     "mehvar.api": ("batch", "simulate"),
@@ -83,6 +80,8 @@ if not (Path(__file__).parent / "models").is_dir():
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         return getattr(importlib.import_module(_HOME[name]), name)
+    if name == "__version__":
+        return importlib.import_module("mehvar.versions").installed("mehvar")["mehvar"]
     raise AttributeError(f"module 'mehvar' has no attribute {name!r}")
 
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ def typeset(latex: str) -> Markup:
     return Markup(mathml(latex))
 
 
-def page(template: str, filters: dict[str, Callable[..., Any]] | None = None, **content: object) -> str:
+def page(template: str, filters: Mapping[str, Callable[..., Any]] | None = None, **content: object) -> str:
     """Return a page as text.
 
     Parameters

@@ -40,11 +40,11 @@ def formulas(group: Group) -> dict[str, Expr]:
         If a formula is not an expression in parameters of the group.
     """
     symbols = {q.name: q.symbol for q in group}
-    found = {}
-    for parameter in group:
-        if isinstance(parameter, Parameter) and isinstance(parameter.default, str):
-            found[parameter.name] = _parse_formula(parameter, symbols)
-    return found
+    return {
+        parameter.name: _parse_formula(parameter, symbols)
+        for parameter in group
+        if isinstance(parameter, Parameter) and isinstance(parameter.default, str)
+    }
 
 
 @contextlib.contextmanager
@@ -138,9 +138,9 @@ def _check_names(system: System) -> None:
     vectors += [system.parameters, system.scenario_parameters]
     vectors += [group for law in system.controllers for group in (law.parameters, law.memory)]
     for group in vectors:
-        known: dict[str, str] = {}
+        names: dict[str, str] = {}
         for quantity in group:
-            first = known.setdefault(quantity.name.upper(), quantity.name)
+            first = names.setdefault(quantity.name.upper(), quantity.name)
             if first != quantity.name:
                 raise ModelError(
                     f"{first!r} and {quantity.name!r} of vector {group.name!r} differ in capitals only, and would be "

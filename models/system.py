@@ -2,8 +2,8 @@
 """The vocabulary of a model: what a system, a control law and a scenario are made of.
 
 Everything here is a small frozen dataclass. A model builds one `System`; code generation reads it and
-knows nothing else about the model. Quantities, derivations and scenarios have modules of their own and are named here
-too.
+knows nothing else about the model. Quantities and derivations have modules of their own, and what the runtime reads as
+it stands here is of its schema; all are named here too.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from mehvar.manifest import Choice, Metric, Scenario
+
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
 from .quantities import EMPTY, TIME, Group, Interval, ModelError, Parameter, Quantity, scalar
-from .scenarios import Metric, Scenario
 
 __all__ = [
     "EMPTY",
@@ -151,6 +152,9 @@ class Controller:
         What plant, law and scenario parameters must satisfy before a run, and what they should satisfy.
     period : str
         Plant parameter that holds the sampling period; empty for a law that is continuous in time.
+    delay : str
+        The law's own parameter that holds the samples between computing and applying a command, for a law that is
+        designed for them; a run sets it to the delay of its loop unless the user does.
     applied : Group
         Symbols of the input that was really applied over the last sample, for a sampled law.
     memory : Group
@@ -159,9 +163,6 @@ class Controller:
         The memory before the first sample (a function of state, reference, p and c) and after each one.
     outputs : tuple of Output
         What the law reports beside its command.
-    delay : str
-        Parameter of the law that holds the samples between a command and its action, set to those of the run unless
-        given; empty for a law that knows of none.
     bears_loss : bool
         Whether a sampled law bears measurements that are not finite: it keeps its memory finite and commands zero.
     """
@@ -173,12 +174,12 @@ class Controller:
     constraints: tuple[Condition, ...] = ()
     warnings: tuple[Condition, ...] = ()
     period: str = ""
+    delay: str = field(default="", kw_only=True)
     applied: Group = EMPTY
     memory: Group = EMPTY
     start: tuple[Expr, ...] = ()
     update: tuple[Expr, ...] = ()
     outputs: tuple[Output, ...] = ()
-    delay: str = ""
     bears_loss: bool = False
 
 
@@ -212,15 +213,6 @@ class Sensor:
 
     noise: Group
     measured: tuple[Expr, ...]
-
-
-@dataclass(frozen=True)
-class Choice:
-    """An option of a run with named values, such as a simpler plant; the first value is the default."""
-
-    name: str
-    values: tuple[str, ...]
-    description: str
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,15 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
+from mehvar.manifest import Metric, Scenario
+
 from .quantities import Group, Interval, ModelError, Parameter
-from .scenarios import Metric, Scenario
 
 _INTERVAL = re.compile(r"^([(\[])\s*([^,\s]+)\s*,\s*([^,\s]+)\s*([)\]])$")
 _UNIT = re.compile(r"^(1|[A-Za-z]+(\^-?\d+)?( [A-Za-z]+(\^-?\d+)?)*(/[A-Za-z]+(\^-?\d+)?)*|1(/[A-Za-z]+(\^-?\d+)?)+)$")
@@ -24,7 +25,7 @@ class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
 
-Row = TypeVar("Row", bound=_Strict)
+_Table = TypeVar("_Table", bound=_Strict)
 
 
 class _ParameterRow(_Strict):
@@ -148,28 +149,22 @@ def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]
         If the file is unreadable or malformed or a key is unknown.
     """
     table = _validate(_ScenarioFile, _read_toml(path), f"{path.name}: ")
-    metrics = tuple(
-        Metric(name, row.kind, tuple(row.of), row.unit, row.description, row.band, row.since, row.until)
-        for name, row in table.metrics.items()
-    )
-    scenarios = tuple(
-        Scenario(name, row.title, row.duration, row.step, row.values, row.controllers, row.expect)
-        for name, row in table.scenarios.items()
-    )
+    metrics = tuple(Metric(name, **{**row.model_dump(), "of": tuple(row.of)}) for name, row in table.metrics.items())
+    scenarios = tuple(Scenario(name, **row.model_dump()) for name, row in table.scenarios.items())
     return scenarios, metrics
 
 
-def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return " (did you mean ...?)" for the nearest known word, or nothing."""
-    near = difflib.get_close_matches(word, list(known), n=1)
+def suggestion(word: str, names: Iterable[str]) -> str:
+    """Return " (did you mean ...?)" for the nearest of some names, or nothing."""
+    near = difflib.get_close_matches(word, list(names), n=1)
     return f" (did you mean {near[0]!r}?)" if near else ""
 
 
-def check_names(names: Iterable[str], known: Iterable[str], what: str) -> None:
-    """Refuse a name that is not known, with a suggestion."""
+def check_names(names: Iterable[str], allowed: Collection[str], what: str) -> None:
+    """Refuse a name that is not allowed, with a suggestion."""
     for name in names:
-        if name not in known:
-            raise ModelError(f"{what} {name!r} is not known{suggestion(name, known)}")
+        if name not in allowed:
+            raise ModelError(f"{what} {name!r} is not known{suggestion(name, allowed)}")
 
 
 def check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter], where: str) -> None:
@@ -191,24 +186,14 @@ def _read_toml(path: Path) -> dict[str, Any]:
 
 def _parameter(path: Path, group: str, name: str, row: object) -> Parameter:
     where = f"{path.name}: [{group}.{name}]: "
-    checked = _validate(_ParameterRow, row, where)
-    bounds = parse_interval(checked.bounds)
-    default = checked.default
+    entry = _validate(_ParameterRow, row, where)
+    bounds, default = parse_interval(entry.bounds), entry.default
     if isinstance(default, float) and default not in bounds:
         raise ModelError(f"{where}default = {default:g} is outside its bounds {bounds}")
-    return Parameter(
-        name,
-        checked.unit,
-        checked.description,
-        checked.latex,
-        bounds.positive,
-        default,
-        bounds,
-        checked.source,
-    )
+    return Parameter(name, entry.unit, entry.description, entry.latex, bounds.positive, default, bounds, entry.source)
 
 
-def _validate(model: type[Row], row: object, where: str) -> Row:
+def _validate(model: type[_Table], row: object, where: str) -> _Table:
     try:
         return model.model_validate(row)
     except ValidationError as error:

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Literal
 
 from mehvar.models.system import Group, Quantity, System
+from mehvar.names import identifier
 
 from ..functions.graphs import FunctionGraph
-from ..functions.requests import identifier
 from ..templates import text_environment
 from .spelling import PYTHON, C, statements
 from .split import split

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+
+from mehvar.manifest import Manifest
 
 from ..equations.document import Document, Symbol
 from .report import ParameterChange
@@ -48,9 +49,7 @@ def _by_role(document: Document) -> dict[tuple[str, str], Symbol]:
     return {(symbol.role, symbol.name): symbol for symbol in document.symbols if symbol.role not in _QUIET}
 
 
-def _value_changes(
-    old: Mapping[str, Any], new: Mapping[str, Any], renamed: Mapping[str, str]
-) -> Iterator[ParameterChange]:
+def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[str, str]) -> Iterator[ParameterChange]:
     before, after = dict(_numbers(old)), dict(_numbers(new))
     for (role, name), value in after.items():
         origin = before.pop((role, renamed.get(name, name)), None)
@@ -63,18 +62,20 @@ def _value_changes(
             yield ParameterChange(name, role, "removed", value, "")
 
 
-def _numbers(manifest: Mapping[str, Any]) -> Iterator[tuple[tuple[str, str], str]]:
-    groups = {"parameter": manifest.get("parameters", ()), "scenario": manifest.get("scenario_parameters", ())}
-    groups |= {f"law {name}": law["parameters"] for name, law in manifest.get("controllers", {}).items()}
+def _numbers(manifest: Manifest | None) -> Iterator[tuple[tuple[str, str], str]]:
+    if manifest is None:
+        return
+    groups = {"parameter": manifest.parameters, "scenario": manifest.scenario_parameters}
+    groups |= {f"law {name}": law.parameters for name, law in manifest.controllers.items()}
     for role, rows in groups.items():
         for row in rows:
-            yield (role, row["name"]), str(row["formula"] if row.get("formula") is not None else row["default"])
-    for name, scenario in manifest.get("scenarios", {}).items():
+            yield (role, row.name), str(row.default if row.formula is None else row.formula)
+    for name, scenario in manifest.scenarios.items():
         role = f"scenario {name}"
-        for key in ("duration", "step"):
-            yield (role, key), str(scenario[key])
-        for key, value in scenario["set"].items():
+        yield (role, "duration"), str(scenario.duration)
+        yield (role, "step"), str(scenario.step)
+        for key, value in scenario.values.items():
             yield (role, key), str(value)
-        for law, values in scenario["controllers"].items():
+        for law, values in scenario.controllers.items():
             for key, value in values.items():
                 yield (role, f"{law}.{key}"), str(value)

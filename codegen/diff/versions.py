@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
+
+from mehvar.manifest import Manifest
 
 from ..equal.judge import Expression, Judge, Meaning
 from ..equal.pool import Pool
@@ -244,11 +246,9 @@ def _bounds(symbol: Symbol) -> tuple[Fraction | None, Fraction | None]:
     return (low if below is None else below), above
 
 
-def _defaults(manifest: Mapping[str, Any]) -> dict[str, Fraction]:
-    groups: Iterable[Any] = [
-        manifest.get("parameters", ()),
-        manifest.get("scenario_parameters", ()),
-        *(law["parameters"] for law in manifest.get("controllers", {}).values()),
-    ]
-    rows = (row for group in groups for row in group)
-    return {row["name"]: Fraction(row["default"]) for row in rows if isinstance(row.get("default"), int | float)}
+def _defaults(manifest: Manifest | None) -> dict[str, Fraction]:
+    if manifest is None:
+        return {}
+    laws = (law.parameters for law in manifest.controllers.values())
+    rows = (row for group in (manifest.parameters, manifest.scenario_parameters, *laws) for row in group)
+    return {row.name: Fraction(row.default) for row in rows if row.default is not None}

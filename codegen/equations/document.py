@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from mehvar.errors import MehvarError
+from mehvar.manifest import FILE, Manifest, read_manifest
 
 SCHEMA = 2
 Node = tuple[Any, ...]
@@ -80,8 +81,8 @@ class Document:
         Structural choices.
     rates : mapping of str to str
         For each state that implicit equations are about, the symbol of its rate.
-    manifest : mapping
-        The manifest beside it, with the numbers; empty if there is none.
+    manifest : Manifest or None
+        The manifest beside it, with the numbers; None if there is none.
     """
 
     model: str
@@ -91,7 +92,7 @@ class Document:
     nodes: tuple[Node, ...]
     structure: Mapping[str, str] = field(default_factory=dict)
     rates: Mapping[str, str] = field(default_factory=dict)
-    manifest: Mapping[str, Any] = field(default_factory=dict)
+    manifest: Manifest | None = None
 
     @classmethod
     def read(cls, path: str | Path) -> Document:
@@ -99,19 +100,18 @@ class Document:
 
         Raises
         ------
-        DocumentError
+        DocumentError, InputError
             If a file is damaged or of another schema.
         OSError
             If it cannot be read.
         """
         path = Path(path)
         path = path / "equations.json" if path.is_dir() else path
-        manifest = path.with_name("manifest.json")
-        numbers = _loaded(manifest.read_text(encoding="utf-8"), str(manifest)) if manifest.is_file() else {}
-        return cls.parse(path.read_text(encoding="utf-8"), numbers, str(path))
+        manifest = read_manifest(path.parent, any_age=True) if path.with_name(FILE).is_file() else None
+        return cls.parse(path.read_text(encoding="utf-8"), manifest, str(path))
 
     @classmethod
-    def parse(cls, text: str, manifest: Mapping[str, Any] | None = None, where: str = "equations.json") -> Document:
+    def parse(cls, text: str, manifest: Manifest | None = None, where: str = "equations.json") -> Document:
         """Read the text of an equations.json.
 
         Raises
@@ -131,7 +131,7 @@ class Document:
                 tuple(tuple(row) for row in data["nodes"]),
                 data["structure"],
                 data["rates"],
-                manifest or {},
+                manifest,
             )
         except (KeyError, TypeError) as error:
             raise DocumentError(f"{where} is damaged: {error}") from None

@@ -10,6 +10,7 @@ import sympy as sp
 
 from mehvar.models.check import formulas
 from mehvar.models.system import TIME, Condition, Controller, Expr, Function, Group, System, free_symbols, scalar
+from mehvar.names import identifier
 
 
 @dataclass(frozen=True)
@@ -39,11 +40,6 @@ class Request:
     scalars: bool = False
     law: Controller | None = None
     repeated: bool = False
-
-
-def identifier(name: str) -> str:
-    """Return a law's name as it stands in C and Python."""
-    return name.replace("-", "_")
 
 
 def requests(system: System) -> list[Request]:

@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from mehvar.cli.ending import interruptible
+from mehvar.versions import installed
 
 
 class _Commands(TyperGroup):
@@ -41,9 +42,7 @@ Settings = Annotated[
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version
-
-        typer.echo(f"mehvar {version('mehvar')}")
+        typer.echo(f"mehvar {installed('mehvar')['mehvar']}")
         raise typer.Exit
 
 

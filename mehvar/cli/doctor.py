@@ -6,12 +6,13 @@ from __future__ import annotations
 import platform
 import shutil
 import sys
-from importlib.metadata import PackageNotFoundError, version
 
 from mehvar.errors import InputError
+from mehvar.runtime.cache import cache_folder
 from mehvar.runtime.compiling.compiler import find_compiler
-from mehvar.runtime.compiling.library import INCLUDE, cache_folder
+from mehvar.runtime.compiling.library import INCLUDE
 from mehvar.terminal import print_table
+from mehvar.versions import installed
 
 _PACKAGES = {
     "numpy": "every run",
@@ -73,9 +74,8 @@ def _program_row(name: str, use: str, install: str) -> list[str]:
 
 
 def _package_row(name: str, use: str) -> list[str]:
-    try:
-        return [name, version(name), use, ""]
-    except PackageNotFoundError:
-        if name in _EXTRAS:
-            return [name, "not installed", use, f'pip install "mehvar[{_EXTRAS[name]}]"']
-        return [name, "missing", use, f"pip install {name}"]
+    if number := installed(name).get(name):
+        return [name, number, use, ""]
+    if name in _EXTRAS:
+        return [name, "not installed", use, f'pip install "mehvar[{_EXTRAS[name]}]"']
+    return [name, "missing", use, f"pip install {name}"]

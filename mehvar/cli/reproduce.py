@@ -8,7 +8,6 @@ import os
 import platform
 import time
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,12 +18,13 @@ from mehvar.papers.reproduction import paper_models
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.files import check_folder, filling
+from mehvar.versions import installed
 
 if TYPE_CHECKING:
     from mehvar.report.content import PaperReport
     from mehvar.terminal import Advance
 
-_PACKAGES = ("mehvar", "numpy", "scipy", "matplotlib", "unicorn")
+_PACKAGES = ("python", "mehvar", "numpy", "scipy", "matplotlib", "unicorn")
 
 
 def reproduce(out: Path, progress: Advance | None = None) -> bool:
@@ -101,20 +101,10 @@ def _facts(reports: Sequence[PaperReport], seconds: float) -> dict[str, str]:
     """Return what ran everything, and how long it took."""
     compiler, code = find_compiler(), reports[0].model.backend
     backend = {"c": "generated C", "python": "generated NumPy modules"}[code]
-    versions = {"python": platform.python_version(), **_versions(), **reports[0].manifest.versions}
+    versions = {**installed(*_PACKAGES), **reports[0].manifest.versions}
     return {
         "code that ran": backend + (f", {compiler.version}" if code == "c" and compiler else ""),
         "versions": ", ".join(f"{name} {number}" for name, number in versions.items()),
         "system": f"{platform.system()} on {platform.machine()}, {os.cpu_count()} processors",
         "made": f"{time.strftime('%Y-%m-%d %H:%M')}, in {seconds:.0f} s",
     }
-
-
-def _versions() -> dict[str, str]:
-    versions = {}
-    for package in _PACKAGES:
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:
-            continue
-    return versions

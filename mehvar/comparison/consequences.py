@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from mehvar.errors import InputError
-from mehvar.runtime.model.functions import FloatArray
-from mehvar.runtime.model.model import Model, load
+from mehvar.manifest import read_manifest
+from mehvar.runtime.model.functions import FloatArray, PythonBackend
+from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import vector
 
 SAMPLES = 512
@@ -81,7 +82,7 @@ def consequences(old: Path, new: Path) -> Consequences:
         Generated folders of one model.
     """
     try:
-        before, after = load(old, backend="python"), load(new, backend="python")
+        before, after = _loaded(old), _loaded(new)
     except (InputError, OSError, SyntaxError) as error:
         return Consequences(note=f"not computed: {error}")
     operations = _operations(before, after)
@@ -94,6 +95,12 @@ def consequences(old: Path, new: Path) -> Consequences:
         residual = float(np.max(np.abs(_rhs(before, old_point, np.zeros(len(before.input_names))))))
     point = tuple((name, float(x)) for name, x in zip(before.state_names, old_point, strict=True) if abs(x) > _ROUNDING)
     return Consequences(rates, samples, point, residual, pairs, operations)
+
+
+def _loaded(folder: Path) -> Model:
+    """Load a model whose manifest may be of another version: what is compared here needs none of the newer fields."""
+    manifest = read_manifest(folder, any_age=True)
+    return Model(manifest, PythonBackend(manifest))
 
 
 def _operations(before: Model, after: Model) -> tuple[tuple[str, int, int], ...]:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import hashlib
+import itertools
 import json
 import os
 import subprocess
@@ -16,7 +16,7 @@ from pathlib import Path
 from mehvar.codegen.equations.document import SCHEMA
 from mehvar.codegen.generate import Tree, check, find_tree, installed_tree
 from mehvar.errors import InputError
-from mehvar.runtime.compiling.library import cache_folder
+from mehvar.runtime import cache
 from mehvar.terminal import working
 
 from .git import Revision, find_revision, in_repository
@@ -132,10 +132,11 @@ def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
 
 
 def _derived(tree: Tree, model: str, label: str) -> Path:
-    key = hashlib.sha256(json.dumps(tree.sources(model), sort_keys=True).encode()).hexdigest()[:32]
-    folder = cache_folder() / "derived" / f"{model}-{key}"
-    if (folder / "manifest.json").is_file():
-        return folder
+    key = cache.key(*itertools.chain(*tree.sources(model).items()))
+    return cache.entry("derived", f"{model}-{key}", lambda folder: _derive(tree, model, label, folder))
+
+
+def _derive(tree: Tree, model: str, label: str, folder: Path) -> None:
     path = os.pathsep.join([str(_HERE), *filter(None, [os.environ.get("PYTHONPATH")])])
     process = subprocess.run(
         [sys.executable, "-P", "-m", "mehvar", "generate", model, "--out", str(folder)],
@@ -147,7 +148,6 @@ def _derived(tree: Tree, model: str, label: str) -> Path:
     if process.returncode:
         reason = (process.stderr.strip() or process.stdout.strip()).splitlines()[-1:]
         raise InputError(f"{label}: {model} cannot be derived by this version of mehvar: {''.join(reason)}")
-    return folder
 
 
 def _generated(folder: Path) -> dict[str, Path]:

@@ -6,22 +6,23 @@ Judging needs SymPy and takes up to a minute for a paper.
 
 from __future__ import annotations
 
-import hashlib
+import itertools
 import json
 import os
 import signal
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 from mehvar.codegen.generate import Tree, system_of
 from mehvar.errors import InputError, unknown_name
-from mehvar.runtime.compiling.library import cache_folder
-from mehvar.runtime.files import write_atomic
+from mehvar.runtime import cache
 
 Ledger = dict[str, Any]
 """A ledger as plain data, as `mehvar.codegen.ledger.ledger.Ledger.to_json` returns it."""
+
+_FILE = "ledger.json"
 
 
 def judged(tree: Tree, model: str | None = None) -> list[Ledger]:
@@ -38,15 +39,13 @@ def judged(tree: Tree, model: str | None = None) -> list[Ledger]:
     chosen = [name for name in with_paper if model in (None, name)]
     if not chosen:
         raise InputError(f"no published equations for {model or tree.root}: there are some for {', '.join(with_paper)}")
-    missing = [name for name in chosen if not _cached(tree, name).is_file()]
-    if missing:
-        workers = min(len(missing), os.cpu_count() or 1)
-        ended_by_ctrl_c = (signal.SIGINT, signal.SIG_DFL)
-        with ProcessPoolExecutor(workers, get_context("spawn"), signal.signal, ended_by_ctrl_c) as pool:
-            texts = list(pool.map(_judge, [tree.root] * len(missing), missing))
-        for name, text in zip(missing, texts, strict=True):
-            write_atomic(_cached(tree, name), text)
-    return [json.loads(_cached(tree, name).read_text(encoding="utf-8")) for name in chosen]
+    workers = min(len(chosen), os.cpu_count() or 1)
+    ended_by_ctrl_c = (signal.SIGINT, signal.SIG_DFL)
+    with (
+        ProcessPoolExecutor(workers, get_context("spawn"), signal.signal, ended_by_ctrl_c) as processes,
+        ThreadPoolExecutor(len(chosen)) as threads,
+    ):
+        return list(threads.map(lambda name: _ledger(tree, name, processes), chosen))
 
 
 def _has_paper(tree: Tree, model: str) -> bool:
@@ -54,11 +53,17 @@ def _has_paper(tree: Tree, model: str) -> bool:
     return (folder / "paper.py").is_file() or (folder / "paper" / "__init__.py").is_file()
 
 
-def _cached(tree: Tree, model: str) -> Path:
-    key = hashlib.sha256(json.dumps(tree.sources(model, papers=True), sort_keys=True).encode()).hexdigest()[:32]
-    folder = cache_folder() / "ledgers"
-    folder.mkdir(exist_ok=True)
-    return folder / f"{model}-{key}.json"
+def _ledger(tree: Tree, model: str, processes: ProcessPoolExecutor) -> Ledger:
+    """Return the ledger of a model from the cache; one that is not there is judged in another process."""
+    key = cache.key(*itertools.chain(*tree.sources(model, papers=True).items()))
+
+    def fill(folder: Path) -> None:
+        text = processes.submit(_judge, tree.root, model).result()
+        (folder / _FILE).write_text(text, encoding="utf-8")
+
+    path = cache.entry("ledgers", f"{model}-{key}", fill) / _FILE
+    ledger: Ledger = json.loads(path.read_text(encoding="utf-8"))
+    return ledger
 
 
 def _judge(root: Path, model: str) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mehvar.codegen.functions.requests import Request, identifier
+from mehvar.codegen.functions.requests import Request
+from mehvar.names import identifier
 from mehvar.physics.machine import Machine, draw
 
 CHANGE = 0.01

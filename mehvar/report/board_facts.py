@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 import hashlib
-import platform
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from mehvar.runtime.board.run import TARGETS, BoardRun, Difference
 from mehvar.runtime.run.simulate import Run
+from mehvar.versions import installed
+
+_PACKAGES = ("mehvar", "numpy", "unicorn", "ziglang", "python")
 
 
 def facts(outcome: BoardRun) -> dict[str, Any]:
@@ -57,10 +58,7 @@ def facts(outcome: BoardRun) -> dict[str, Any]:
         },
         "hash": image.program.layout.hash.hex(),
         "model_hash": image.program.model.manifest.hash,
-        "versions": {
-            **{name: _version(name) for name in ("mehvar", "numpy", "unicorn", "ziglang")},
-            "python": platform.python_version(),
-        },
+        "versions": dict.fromkeys(_PACKAGES) | installed(*_PACKAGES),
     }
 
 
@@ -125,12 +123,3 @@ def _bound(outcome: BoardRun) -> dict[str, Any] | None:
         return None
     chain = [{"function": name, "bytes": size} for name, size in outcome.bound.chain]
     return {"bytes": outcome.bound.bytes, "chain": chain}
-
-
-def _version(name: str) -> str | None:
-    from importlib.metadata import PackageNotFoundError
-
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from mehvar.runtime.board.run import BoardRequest
 
 
-
 def report_command(model: str, settings: Sequence[str], asked: BoardRequest, out: Path) -> int:
     """Run, write index.html, board.json and figures/, and return the exit status.
 

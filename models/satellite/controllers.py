@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from mehvar.names import identifier
+
 from ..system import Condition, Controller, Derivation, Expr, Group, Quantity
 from . import estimator
 from .dynamics import AXES, TORQUES, angles, rates
@@ -177,7 +179,7 @@ class Shared:
 def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared: Shared, d: Derivation) -> Controller:
     """Put an adaptive law together from its form and the estimators that both adaptive laws share."""
     keeps_zero = form is retain
-    tag = name.replace("-", "_")
+    tag = identifier(name)
     commands = []
     for k, axis in enumerate(AXES):
         d.section(f"Law {name}, {axis}: {title}")

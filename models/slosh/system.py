@@ -10,6 +10,8 @@ from pathlib import Path
 
 import sympy as sp
 
+from mehvar.names import identifier
+
 from ..system import Choice, Controller, Derivation, Expr, Function, Group, Output, Quantity, System, Variant
 from ..tables import read_parameters, read_scenarios
 from .fast.hull import velocity_rates
@@ -307,7 +309,7 @@ def _functions(
     ]
     demanded = (*DEMAND.quantities, *_DEMANDED)
     for name, (law, c) in laws.items():
-        title = name.replace("-", "_")
+        title = identifier(name)
         value = Quantity("V", "1", f"Lyapunov function of {name}")
         values = (*law.demand, inputs[name].lateral, inputs[name].excess)
         functions += [

@@ -122,8 +122,9 @@ class Plan:
         """Return name, unit and description of each dispersed name."""
         manifest = self.model.manifest
         parameters = (*manifest.parameters, *self.law.parameters, *manifest.scenario_parameters)
-        known: dict[str, Quantity] = {q.name: q for q in manifest.states} | {q.name: q for q in parameters}
-        return tuple(known[name] for name in self.names)
+        rows: list[Quantity | Parameter] = [*manifest.states, *parameters]
+        quantities = {q.name: Quantity(q.name, q.unit, q.description) for q in rows}
+        return tuple(quantities[name] for name in self.names)
 
     def draw(self, first: int, count: int) -> Draw:
         """Return the runs first ... first + count - 1; a run is the same whichever others are drawn with it."""

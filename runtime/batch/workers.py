@@ -8,19 +8,18 @@ that owns the store.
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import threading
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mehvar.errors import InputError
 
+from .. import cache
 from ..compiling.compiler import require_compiler
-from ..compiling.library import cache_folder
-from ..files import write_atomic
-from ..model.manifest import FILE, identifier
+from ..model.manifest import FILE
 from ..model.model import load
 from .blocks import Blocks, BlockSource, Values, Wanted
 from .plan import Campaign, Plan
@@ -42,8 +41,12 @@ class Bundle:
 
     def key(self) -> str:
         """Return a hash of the contents."""
-        text = json.dumps([dict(self.files), self.campaign], sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:24]
+        return cache.key(self.campaign, *(text for item in sorted(self.files.items()) for text in item))
+
+    def write(self, folder: Path) -> None:
+        """Write the generated files."""
+        for name, text in self.files.items():
+            (folder / name).write_text(text, encoding="utf-8", newline="\n")
 
 
 def connect(address: str, timeout: float = 10.0) -> Client:
@@ -162,11 +165,7 @@ def _compute(bundle: Bundle, first: int, count: int) -> Values:
 
 def _blocks(key: str, bundle: Bundle) -> Blocks:
     if key not in _READY:
-        name = identifier(json.loads(bundle.files[FILE])["model"])
-        folder = cache_folder() / "models" / key / name
-        folder.mkdir(parents=True, exist_ok=True)
-        for file, text in bundle.files.items():
-            write_atomic(folder / file, text)
+        folder = cache.entry("models", key, bundle.write)
         plan = Plan(load(folder, "c"), Campaign(**json.loads(bundle.campaign)))
         _READY[key] = Blocks(plan, threads=1)
     return _READY[key]

@@ -15,8 +15,11 @@ from pathlib import Path
 
 from mehvar.errors import InputError
 
+from ..cache import cache_folder
+
 _PATH_NAMES = ("cc", "clang", "gcc")
-_VERSION_TIMEOUT = 60.0  # seconds; the first start of zig unpacks itself
+_VERSION_TIMEOUT = 60.0
+"""Seconds. The first start of zig unpacks itself; other compilers answer at once, or never."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,18 @@ def require_compiler() -> Compiler:
     return compiler
 
 
+def environment(scratch: Path) -> dict[str, str]:
+    """Return the variables to compile with: zig keeps its caches in ours unless the user has set them.
+
+    Parameters
+    ----------
+    scratch : Path
+        A folder that is removed after this compilation.
+    """
+    zig = {"ZIG_GLOBAL_CACHE_DIR": str(cache_folder() / "zig"), "ZIG_LOCAL_CACHE_DIR": str(scratch / "zig")}
+    return {**zig, **os.environ}
+
+
 @functools.cache
 def _find(chosen: str, _path: str) -> Compiler | None:
     if chosen.strip():
@@ -81,10 +96,10 @@ def _find(chosen: str, _path: str) -> Compiler | None:
             raise InputError(f"$CC = {chosen!r}: must start a C compiler, but it does not start")
         return Compiler(command, version, "$CC")
     for name in _PATH_NAMES:
-        found = shutil.which(name)
-        version = _version((found,)) if found else None
-        if found and version:
-            return Compiler((found,), version, "PATH")
+        program = shutil.which(name)
+        version = _version((program,)) if program else None
+        if program and version:
+            return Compiler((program,), version, "PATH")
     if importlib.util.find_spec("ziglang"):
         command = (sys.executable, "-m", "ziglang", "cc")
         version = _version(command)
@@ -102,7 +117,7 @@ def _words(command: str) -> tuple[str, ...]:
 
 def _version(command: tuple[str, ...]) -> str | None:
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             [*command, "--version"],
             capture_output=True,
             text=True,
@@ -112,5 +127,5 @@ def _version(command: tuple[str, ...]) -> str | None:
         )
     except (OSError, subprocess.TimeoutExpired, ValueError):
         return None
-    lines = done.stdout.strip().splitlines()
-    return lines[0] if done.returncode == 0 and lines else None
+    lines = process.stdout.strip().splitlines()
+    return lines[0] if process.returncode == 0 and lines else None

@@ -13,15 +13,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mehvar.errors import InputError, unknown_name
+from mehvar.manifest import Array, Function, Manifest
+from mehvar.names import identifier
 
 from ..compiling.library import load_library, load_native, native_headers
-from .manifest import Array, Function, Manifest, identifier
 
 FloatArray = NDArray[np.float64]
 BackendName = Literal["c", "python"]
 Real = Literal["double", "float"]
 
-_MAX_AXES = 32  # of mv_map
+_MAX_AXES = 32
+"""Of `mv_map` (MV_MAX_ARRAYS in map.c), whose counters stand on the stack; NumPy before version 2 had as many."""
 _POINTER = ctypes.c_void_p
 
 
@@ -51,9 +53,12 @@ class GeneratedFunction:
         self.__doc__ = f"{self!r}, {function.operations} operations."
 
     def __repr__(self) -> str:
-        arguments = ", ".join(_signature(a) for a in self._function.arguments)
-        results = ", ".join(_signature(r) for r in self._function.results)
-        return f"{self._function.name}({arguments}) -> {results}"
+        function = self._function
+        arguments = ", ".join(_signature(a.name, a.shape) for a in function.arguments)
+        results = ", ".join(
+            _signature(r.name, shape) for r, shape in zip(function.results, function.shapes, strict=True)
+        )
+        return f"{function.name}({arguments}) -> {results}"
 
     def __call__(self, *arguments: ArrayLike) -> Any:
         """Evaluate; raises InputError when the number, shape or type of an argument is wrong."""
@@ -70,8 +75,8 @@ class GeneratedFunction:
         try:
             shape = np.broadcast_shapes(*leading)
         except ValueError as error:
-            got = ", ".join(f"{spec.name} {lead}" for spec, lead in zip(specs, leading, strict=True))
-            raise InputError(f"{self!r}: leading axes must broadcast, got {got}") from error
+            axes = ", ".join(f"{spec.name} {lead}" for spec, lead in zip(specs, leading, strict=True))
+            raise InputError(f"{self!r}: leading axes must broadcast, got {axes}") from error
         if len(shape) > _MAX_AXES:
             raise InputError(f"{self!r}: at most {_MAX_AXES} leading axes, got {len(shape)}")
         return arrays, shape
@@ -86,10 +91,10 @@ class Functions(Mapping[str, GeneratedFunction]):
         self._names = {identifier(name): name for name in manifest.functions}
 
     def __getitem__(self, name: str) -> GeneratedFunction:
-        found = self._functions.get(self._names.get(identifier(name), ""))
-        if found is None:
+        function = self._functions.get(self._names.get(identifier(name), ""))
+        if function is None:
             raise KeyError(str(unknown_name(f"function of {self._model}", name, self._functions)))
-        return found
+        return function
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._functions)
@@ -116,7 +121,7 @@ class CBackend:
     def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
         """Run one C loop over all leading indices, without copies of contiguous arguments."""
         axes = len(shape)
-        results = [np.empty(shape + spec.shape) for spec in function.results]
+        results = [np.empty(shape + own) for own in function.shapes]
         strides: list[int] = []
         for spec, array in zip(function.arguments, arguments, strict=True):
             own = array.ndim - len(spec.shape)
@@ -162,8 +167,9 @@ class CBackend:
         sources |= native_headers()
         calls = _calls_text if real == "double" else _narrow_text
         sources["calls.c"] = calls(self._manifest, file, functions)
+        # A Jacobian is long and rarely called: compiling it counts for more than running it. Elsewhere, vectorising
+        # straight-line scalar code costs more moves than it saves.
         optimise = "-O1" if all(_is_jacobian(f) for f in functions) else "-O2"
-        # vectorising straight-line scalar code costs more moves than it saves
         name = identifier(file.removesuffix(".c"))
         flags = [optimise, "-fno-tree-slp-vectorize", *(["-DMEHVAR_FLOAT"] if real == "float" else [])]
         return load_library(name, sources, ["calls.c"], flags)
@@ -196,16 +202,16 @@ class PythonBackend:
             out = self.raw(function.name)(*wide)
         results = [out] if len(function.results) == 1 else list(out)
         return [
-            np.array(np.broadcast_to(result, shape + spec.shape), dtype=np.float64)
-            for spec, result in zip(function.results, results, strict=True)
+            np.array(np.broadcast_to(result, shape + own), dtype=np.float64)
+            for own, result in zip(function.shapes, results, strict=True)
         ]
 
     def raw(self, name: str) -> Callable[..., Any]:
         """Return the module's own function, unchecked."""
         if self._module is None:
             self._module = self._import()
-        found: Callable[..., Any] = getattr(self._module, identifier(name))
-        return found
+        function: Callable[..., Any] = getattr(self._module, identifier(name))
+        return function
 
     def _import(self) -> ModuleType:
         model = self._manifest.model
@@ -218,8 +224,8 @@ class PythonBackend:
         return module
 
 
-def _signature(array: Array) -> str:
-    return array.name + "".join(f"[{n}]" for n in array.shape)
+def _signature(name: str, shape: tuple[int, ...]) -> str:
+    return name + "".join(f"[{n}]" for n in shape)
 
 
 def _is_jacobian(function: Function) -> bool:
@@ -247,35 +253,35 @@ def _narrow_text(manifest: Manifest, file: str, functions: list[Function]) -> st
     """C text that includes a generated file in float and gives its functions arguments in double."""
     lines = [f'#include "{file}"', ""]
     for function in functions:
-        given, found = function.arguments, function.results
-        signature = [f"const double *{a.name}" for a in given] + [f"double *{r.name}" for r in found]
+        arguments, results = function.arguments, function.results
+        signature = [f"const double *{a.name}" for a in arguments] + [f"double *{r.name}" for r in results]
         lines.append(f"void narrow_{identifier(function.name)}({', '.join(signature)})\n{{")
-        lines += [f"    float {a.name}_f[{max(a.size, 1)}];" for a in (*given, *found)]
-        lines += [f"    for (int i = 0; i < {a.size}; i++) {a.name}_f[i] = (float){a.name}[i];" for a in given]
-        names = ", ".join(f"{a.name}_f" for a in (*given, *found))
+        lines += [f"    float {a.name}_f[{max(a.size, 1)}];" for a in (*arguments, *results)]
+        lines += [f"    for (int i = 0; i < {a.size}; i++) {a.name}_f[i] = (float){a.name}[i];" for a in arguments]
+        names = ", ".join(f"{a.name}_f" for a in (*arguments, *results))
         lines.append(f"    {_symbol(manifest, function)}({names});")
-        lines += [f"    for (int i = 0; i < {r.size}; i++) {r.name}[i] = (double){r.name}_f[i];" for r in found]
+        lines += [f"    for (int i = 0; i < {r.size}; i++) {r.name}[i] = (double){r.name}_f[i];" for r in results]
         lines.append("}")
     return "\n".join(lines) + "\n"
 
 
 def _as_array(function: Function, spec: Array, value: ArrayLike) -> FloatArray:
     """Return a float array with the trailing shape of an argument, its last axis contiguous."""
-    given = _numbers(function, spec, value)
-    if given.dtype.kind not in "biuf":
-        raise InputError(f"{function.name}: {spec.name} must hold real numbers, got {given.dtype}")
-    array = given.astype(np.float64, copy=False)
+    numbers = _numbers(function, spec, value)
+    if numbers.dtype.kind not in "biuf":
+        raise InputError(f"{function.name}: {spec.name} must hold real numbers, got {numbers.dtype}")
+    array = numbers.astype(np.float64, copy=False)
     trailing = array.shape[array.ndim - len(spec.shape) :] if array.ndim >= len(spec.shape) else None
     if trailing != spec.shape:
-        wanted = f"(..., {', '.join(map(str, spec.shape))})" if spec.shape else "(...)"
-        raise InputError(f"{function.name}: {spec.name} must have the shape {wanted}, got {array.shape}")
+        allowed = f"(..., {', '.join(map(str, spec.shape))})" if spec.shape else "(...)"
+        raise InputError(f"{function.name}: {spec.name} must have the shape {allowed}, got {array.shape}")
     contiguous = not spec.shape or spec.shape[-1] <= 1 or array.strides[-1] == array.itemsize
     return array if contiguous and array.flags.aligned else np.array(array, order="C")
 
 
 def _numbers(function: Function, spec: Array, value: ArrayLike) -> NDArray[Any]:
     try:
-        given = np.asarray(value)
-        return given.astype(np.float64) if given.dtype.kind == "O" else given
+        array = np.asarray(value)
+        return array.astype(np.float64) if array.dtype.kind == "O" else array
     except (TypeError, ValueError) as error:
         raise InputError(f"{function.name}: {spec.name} must be an array of numbers: {error}") from error

@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mehvar.errors import bad_value, unknown_name
+from mehvar.manifest import Manifest
 
 from ..compiling.compiler import find_compiler, require_compiler
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
-from .manifest import Manifest, find_model
+from .manifest import find_model
 from .parameters import Setting, named_values, vector
 
-_DIFFERENCE = float(np.cbrt(np.finfo(np.float64).eps))  # relative step of central differences
+_DIFFERENCE = float(np.cbrt(np.finfo(np.float64).eps))
+"""Relative step of central differences: a smaller one loses more by rounding (eps / h) than it gains in truncation
+(h^2), a larger one the other way round; half or twice of it costs less than a digit."""
 
 
 class Model:
@@ -85,8 +88,8 @@ class Model:
         InputError
             For an unknown name or a value that is not a finite number.
         """
-        given = named_values(self.state_names, f"state of {self.name}", values)
-        return np.array([given.get(name, 0.0) for name in self.state_names], dtype=np.float64)
+        numbers = named_values(self.state_names, f"state of {self.name}", values)
+        return np.array([numbers.get(name, 0.0) for name in self.state_names], dtype=np.float64)
 
     def rhs(self, x: ArrayLike, u: ArrayLike, p: ArrayLike) -> FloatArray:
         """Return the state derivative, shape (..., nx); leading axes of x, u, p broadcast."""
@@ -136,11 +139,11 @@ class Model:
         D = np.zeros((*leading, nx, nu))
         if outputs is None:
             return A, B, C, D
-        known = (*self.state_names, *self.output_names)
+        names = (*self.state_names, *self.output_names)
         for name in outputs:
-            if name not in known:
-                raise unknown_name(f"output of {self.name}", name, known)
-        rows = [known.index(name) for name in outputs]
+            if name not in names:
+                raise unknown_name(f"output of {self.name}", name, names)
+        rows = [names.index(name) for name in outputs]
         if max(rows, default=0) >= nx:
             C_outputs, D_outputs = self._output_differences(np.asarray(x, float), np.asarray(u, float), p, r)
             C, D = np.concatenate([C, C_outputs], axis=-2), np.concatenate([D, D_outputs], axis=-2)
@@ -174,7 +177,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     Parameters
     ----------
     model : str or path
-        A known name such as "triangle", or a generated folder.
+        A name such as "triangle", or a generated folder.
     backend : {"c", "python"}, optional
         Compiled C or the generated NumPy module. C unless given; without a compiler the NumPy module, with a
         warning.

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.manifest import Controller, Manifest, Parameter, Scenario
+from mehvar.names import identifier
 
 from .functions import FloatArray, Functions
-from .manifest import Controller, Manifest, Parameter, Scenario, identifier
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def vector(parameters: Sequence[Parameter], settings: Mapping[str, Setting]) -> 
     InputError
         If a value is missing, not a number or out of bounds.
     """
-    return np.array([checked(q, settings.get(q.name) or _default(q)) for q in parameters], dtype=np.float64)
+    return np.array([_value(q, settings) for q in parameters], dtype=np.float64)
 
 
 def named_values(
@@ -131,23 +132,23 @@ def resolve(
         For an unknown name, a value out of bounds, or a combination that a constraint refuses.
     """
     groups = (manifest.parameters, controller.parameters, manifest.scenario_parameters)
-    known = [q.name for group in groups for q in group]
+    parameters = [q for group in groups for q in group]
+    names = [q.name for q in parameters]
     for name in values:
-        if name not in known:
+        if name not in names:
             kind = f"parameter or option of {manifest.model} with {controller.name}"
-            raise unknown_name(kind, name, [*known, *options], origin)
+            raise unknown_name(kind, name, [*names, *options], origin)
     settings = _settings(controller, scenario, values, origin)
     p = vector(manifest.parameters, settings)
     s = vector(manifest.scenario_parameters, settings)
     settings |= _formulas(functions, controller, settings)
     c = vector(controller.parameters, settings)
-    names = [q for group in groups for q in group]
     resolved = Resolved(
         p=p,
         c=c,
         s=s,
-        values={q.name: float(v) for q, v in zip(names, np.concatenate([p, c, s]), strict=True)},
-        origins={q.name: (settings.get(q.name) or _default(q)).origin for q in names},
+        values={q.name: float(v) for q, v in zip(parameters, np.concatenate([p, c, s]), strict=True)},
+        origins={q.name: (settings.get(q.name) or _default(q)).origin for q in parameters},
     )
     _check_constraints(manifest, functions, controller, resolved)
     return resolved
@@ -181,17 +182,18 @@ def _formulas(functions: Functions, controller: Controller, settings: Mapping[st
     if not missing:
         return {}
     formulas = functions[f"{identifier(controller.name)}_defaults"]
-    found: dict[str, Setting] = {}
+    results: dict[str, Setting] = {}
     for _ in missing:
-        known = {**settings, **found}
-        c = [math.nan if q in missing and q.name not in found else _given(q, known) for q in controller.parameters]
+        open_names = {q.name for q in missing} - results.keys()
+        all_settings = {**settings, **results}
+        c = [math.nan if q.name in open_names else _value(q, all_settings) for q in controller.parameters]
         for parameter, value in zip(derived, formulas(np.array(c, dtype=np.float64)), strict=True):
             if parameter in missing and not math.isnan(value):
-                found[parameter.name] = Setting(float(value), f"formula {parameter.formula}")
-    return found
+                results[parameter.name] = Setting(float(value), f"formula {parameter.formula}")
+    return results
 
 
-def _given(parameter: Parameter, settings: Mapping[str, Setting]) -> float:
+def _value(parameter: Parameter, settings: Mapping[str, Setting]) -> float:
     return checked(parameter, settings.get(parameter.name) or _default(parameter))
 
 
@@ -214,14 +216,14 @@ def advice(functions: Functions, controller: Controller, resolved: Resolved) -> 
     if not controller.warnings:
         return ()
     margins = functions[f"{identifier(controller.name)}_warnings"](resolved.p, resolved.c, resolved.s)
-    found, place = [], 0
+    messages, place = [], 0
     for warning in controller.warnings:
         margin, *shown = margins[place : place + 1 + warning.shown]
         place += 1 + warning.shown
         if not margin > 0:
             values = {name: _Number(value) for name, value in resolved.values.items()}
-            found.append(warning.message.format(*map(float, shown), **values))
-    return tuple(found)
+            messages.append(warning.message.format(*map(float, shown), **values))
+    return tuple(messages)
 
 
 def _degrees_hint(parameter: Parameter, value: float) -> str:
@@ -232,6 +234,6 @@ def _degrees_hint(parameter: Parameter, value: float) -> str:
 
 def _origins(message: str, resolved: Resolved) -> str:
     """Say where the values that a message shows came from."""
-    shown = [field for _, field, _, _ in string.Formatter().parse(message) if field in resolved.origins]
-    listed = ", ".join(f"{name} from {resolved.origins[name]}" for name in dict.fromkeys(shown) if name)
-    return f" ({listed})" if listed else ""
+    names = [field for _, field, _, _ in string.Formatter().parse(message) if field in resolved.origins]
+    text = ", ".join(f"{name} from {resolved.origins[name]}" for name in dict.fromkeys(names) if name)
+    return f" ({text})" if text else ""

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mehvar.errors import InputError
+from mehvar.versions import installed
 
 from ..files import write_atomic
 from ..model.manifest import Manifest
@@ -18,7 +18,7 @@ from .simulate import Run
 if TYPE_CHECKING:
     import xarray
 
-_PACKAGES = ("mehvar", "numpy", "scipy", "xarray", "h5netcdf", "zarr")
+_PACKAGES = ("python", "mehvar", "numpy", "scipy", "xarray", "h5netcdf", "zarr")
 
 
 def to_dataset(run: Run) -> xarray.Dataset:
@@ -130,12 +130,4 @@ def _attributes(run: Run) -> dict[str, str | float]:
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that results depend on."""
-    import importlib.metadata  # costs more to import than the rest of this package
-
-    numbers = {"python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            numbers[package] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            continue
-    return numbers
+    return installed(*_PACKAGES)

@@ -3,10 +3,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import shlex
-import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping
@@ -16,7 +14,9 @@ from pathlib import Path
 
 from mehvar.errors import BuildError, InputError
 
-from ...compiling.library import cache_folder, native_headers
+from ... import cache
+from ...compiling.compiler import environment
+from ...compiling.library import native_headers
 from ...model.manifest import Controller, Scenario
 from ...model.model import Model
 from ...model.parameters import Resolved, resolve
@@ -33,6 +33,7 @@ FLAGS = (
 """For every board and compiler. None of them changes a result: no contraction, no reassociation."""
 LAW_FLAGS, OTHER_FLAGS = ("-O2",), ("-Os",)
 """Generated code is compiled for speed, the rest for size."""
+_KIND, _ELF = "boards", "firmware.elf"
 _LONGEST_HOLD = 0.02
 _PORTABLE = ("app.c", "link.c", "main.c")
 _SMALL = ("-ffreestanding", "-fno-builtin", "-Ilibc", "-fno-strict-aliasing")
@@ -143,22 +144,24 @@ def build(firmware: Program, board: Board | None, toolchain: Toolchain) -> Image
     """
     texts = sources(firmware, board)
     commands = compile_commands(texts, firmware.model.manifest.model, board, toolchain)
-    folder = cache_folder() / f"board-{_key(texts, commands, toolchain)}"
-    path = folder / "firmware.elf"
-    if path.is_file():
-        return Image(path, firmware, board, toolchain, False)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    scratch = Path(tempfile.mkdtemp(prefix="build-", dir=folder.parent))
-    try:
+    words = (word for command in commands for word in command)
+    files = (text for item in sorted(texts.items()) for text in item)
+    entry = f"{firmware.model.manifest.model}-{cache.key(toolchain.version, *words, *files)}"
+    folder = cache.find(_KIND, entry)
+    built = folder is None
+    if folder is None:
+        folder = cache.entry(_KIND, entry, lambda place: _compile(place, texts, commands, toolchain))
+    return Image(folder / _ELF, firmware, board, toolchain, built)
+
+
+def _compile(folder: Path, texts: Mapping[str, str], commands: list[list[str]], toolchain: Toolchain) -> None:
+    with tempfile.TemporaryDirectory(dir=folder) as name:
+        scratch = Path(name)
         write_sources(scratch, texts)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(lambda command: _run(command, scratch, toolchain), commands[:-1]))
         _run(commands[-1], scratch, toolchain)
-        folder.mkdir(exist_ok=True)
-        (scratch / path.name).replace(path)
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-    return Image(path, firmware, board, toolchain, True)
+        (scratch / _ELF).replace(folder / _ELF)
 
 
 def compile_commands(
@@ -178,7 +181,7 @@ def compile_commands(
     start = [*toolchain.command, *own, *FLAGS]
     return [
         *([*start, *(LAW_FLAGS if name == law else OTHER_FLAGS), "-c", name, "-o", objects[name]] for name in units),
-        [*start, *LAW_FLAGS, "-Wl,--gc-sections", *objects.values(), *link, "-o", "firmware.elf"],
+        [*start, *LAW_FLAGS, "-Wl,--gc-sections", *objects.values(), *link, "-o", _ELF],
     ]
 
 
@@ -202,18 +205,9 @@ def _linker_script(board: Board) -> str:
     return text
 
 
-def _key(texts: Mapping[str, str], commands: list[list[str]], toolchain: Toolchain) -> str:
-    digest = hashlib.sha256()
-    words = (word for command in commands for word in command)
-    for part in (toolchain.version, *words, *(item for name in sorted(texts) for item in (name, texts[name]))):
-        digest.update(len(part.encode()).to_bytes(8, "little") + part.encode())
-    return digest.hexdigest()[:32]
-
-
 def _run(command: list[str], folder: Path, toolchain: Toolchain) -> None:
-    zig = {"ZIG_GLOBAL_CACHE_DIR": str(folder.parent / "zig"), "ZIG_LOCAL_CACHE_DIR": str(folder / "zig")}
     done = subprocess.run(
-        command, cwd=folder, env={**zig, **os.environ}, capture_output=True, text=True, errors="replace",
+        command, cwd=folder, env=environment(folder), capture_output=True, text=True, errors="replace",
         check=False, stdin=subprocess.DEVNULL,
     )  # fmt: skip
     if done.returncode != 0:

@@ -3,12 +3,16 @@
 
 import dataclasses
 import json
+from pathlib import Path
 
 import pytest
 
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Fate, Kind
+from mehvar.manifest import read_manifest
 from tests.codegen.diff.documents import document
+
+PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
 
 
 def verdicts(found):
@@ -126,14 +130,14 @@ def test_a_declaration_that_changes_is_reported(what):
 
 
 def test_numbers_of_the_manifest_are_compared():
-    def numbers(default, expected):
-        return {
-            "parameters": [{"name": "m", "default": default, "formula": None}],
-            "controllers": {"law": {"parameters": [{"name": "k", "default": None, "formula": "m/2"}]}},
-            "scenarios": {"paper": {"duration": 10.0, "step": 0.1, "set": {"m": expected}, "controllers": {}}},
-        }
+    manifest, plain = read_manifest(PENDULUM), document("f: m*x")
+    mass, paper = manifest.parameters[0], manifest.scenarios["swing"]
 
-    plain = document("f: m*x")
+    def numbers(default, value):
+        parameters = (dataclasses.replace(mass, default=default), *manifest.parameters[1:])
+        scenarios = {"paper": dataclasses.replace(paper, values={"m": value})}
+        return dataclasses.replace(manifest, parameters=parameters, scenarios=scenarios)
+
     old, new = (dataclasses.replace(plain, manifest=numbers(*n)) for n in ((1.0, 2.0), (1.5, 3.0)))
     found = compare(old, new)
     changes = [(p.role, p.name, p.what, p.old, p.new) for p in found.parameters]

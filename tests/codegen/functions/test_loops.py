@@ -13,9 +13,9 @@ import sympy as sp
 from mehvar.codegen.code.files import printed, texts
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.verify import VerificationError, verify
-from mehvar.codegen.manifest import manifest
-from mehvar.codegen.new_numbers import manifest_text
+from mehvar.codegen.manifest import manifest_of
 from mehvar.errors import InputError
+from mehvar.manifest import manifest_text
 from mehvar.models.check import check
 from mehvar.models.system import (  # fmt: skip
     Actuator,
@@ -85,7 +85,7 @@ def folder(tmp_path_factory) -> Path:
     functions = printed(generate_functions(system))
     for name, text in texts(system, functions).items():
         (path / name).write_text(text)
-    (path / "manifest.json").write_text(manifest_text(manifest(system, functions, {}, {})))
+    (path / "manifest.json").write_text(manifest_text(manifest_of(system, functions, {}, {})))
     return path
 
 

@@ -216,6 +216,40 @@ def test_a_revision_with_older_equations_is_derived_from_its_models(project):
     assert "nonsense" in message
 
 
+def older(text: str) -> str:
+    """Return a module of models/ as it was when that was a package of its own, and laws declared no delay."""
+    text = re.sub(r"^from (?:mehvar\.models|)\.(\w+) import", r"from models.\1 import", text, flags=re.MULTILINE)
+    text = text.replace('    delay: str = field(default="", kw_only=True)\n', "")
+    return re.sub(r"\b(law|controller)\.delay\b", '""', text)
+
+
+def test_a_version_from_before_the_one_import_name_is_derived_with_its_own_vocabulary(project, tmp_path):
+    project.edit('"schema": 2', '"schema": 1', "generated/cart/equations.json")
+    for path in (project.root / "models").rglob("*.py"):
+        path.write_text(older(path.read_text()))
+    project.edit("class System:", "class System:\n    before = True", "models/system.py")
+    project.edit(
+        "    return System(", "    import models.system\n    assert models.system.System is System\n    return System("
+    )
+    project.edit('name="cart"', 'name="cart" if System.before else ""')
+    project.commit("as it was before")
+    folder = shutil.copytree(project.root, tmp_path / "folder", ignore=shutil.ignore_patterns(".git"))
+    project.git("checkout", "--quiet", "HEAD~1", "--", ".")
+    assert project.json("HEAD", "work", status=0)["status"] == "same"
+    assert project.json(str(folder), "work", status=0)["status"] == "same"
+
+
+def test_a_manifest_of_another_version_is_compared(project):
+    """Its numbers and what follows from them, with a field that is missing and one that is not known."""
+    project.edit('"delay": null,', '"lag": null,', "generated/cart/manifest.json")
+    project.commit("as another version wrote it")
+    assert project.json("HEAD", "HEAD", status=0)["status"] == "same"
+    project.edit("default = 8.0", "default = 18.0", "models/cart/parameters.toml")
+    difference = project.json(status=1)
+    assert [change["name"] for change in difference["parameters"]] == ["k"]
+    assert difference["consequences"]["eigenvalues"]
+
+
 def test_a_new_model_and_a_lost_one(project):
     shutil.copytree(project.root / "models" / "cart", project.root / "models" / "trolley")
     project.edit('name="cart"', 'name="trolley"', "models/trolley/__init__.py")

@@ -39,8 +39,13 @@ def seven() -> int:
 
 
 def library_in(folder: Path) -> Path:
-    (found,) = folder.glob("*.so")
-    return found
+    (library,) = folder.rglob("*.so")
+    return library
+
+
+def entries(cache: Path) -> list[Path]:
+    """Return what stands in the cache, unfinished work included."""
+    return list(cache.glob("*/*"))
 
 
 def test_compiles_once_per_content(cache: Path) -> None:
@@ -50,18 +55,19 @@ def test_compiles_once_per_content(cache: Path) -> None:
     assert library_in(cache).stat().st_mtime_ns == written
     eight = {"seven.c": "int seven(void) { return 8; }\n"}
     assert build.load_library("seven", eight, ["seven.c"]).seven() == 8
-    assert len(list(cache.glob("*.so"))) == 2
+    assert len(list(cache.rglob("*.so"))) == 2
 
 
 def test_flags_are_part_of_the_key(cache: Path) -> None:
     build.load_library("seven", SEVEN, ["seven.c"], ["-O1"])
     build.load_library("seven", SEVEN, ["seven.c"], ["-O2"])
-    assert len(list(cache.glob("*.so"))) == 2
+    assert len(list(cache.rglob("*.so"))) == 2
 
 
 def test_nothing_else_is_left_in_the_cache(cache: Path) -> None:
     seven()
-    assert sorted(path.suffix for path in cache.iterdir()) == [".sha256", ".so"]
+    (folder,) = (cache / "libraries").iterdir()
+    assert sorted(path.name for path in folder.iterdir()) == [".sha256", "seven.so"]
 
 
 @pytest.mark.parametrize("damage", ["truncated", "unloadable", "no digest"])
@@ -72,17 +78,17 @@ def test_damaged_library_is_built_again(
     other = tmp_path / "other"
     shutil.copytree(cache, other)
     library = library_in(other)
-    digest = library.with_suffix(".sha256")
+    digest = library.with_name(".sha256")
     if damage == "truncated":
         library.write_bytes(library.read_bytes()[:5000])
     elif damage == "unloadable":
         library.write_bytes(b"not a library")
-        digest.write_text(hashlib.sha256(b"not a library").hexdigest())
+        digest.write_text(f"{hashlib.sha256(b'not a library').hexdigest()}  {library.name}\n")
     else:
         digest.unlink()
     monkeypatch.setenv("MEHVAR_CACHE", str(other))
     assert seven() == 7
-    assert hashlib.sha256(library.read_bytes()).hexdigest() == digest.read_text()
+    assert digest.read_text() == f"{hashlib.sha256(library.read_bytes()).hexdigest()}  {library.name}\n"
 
 
 def test_a_cache_that_is_deleted_during_compilation(
@@ -104,7 +110,7 @@ def test_a_cache_that_is_deleted_during_compilation(
 def test_compile_error_shows_command_and_message(cache: Path) -> None:
     with pytest.raises(BuildError, match=r"(?s)-ffp-contract=off.*bad\.c.*nonsense"):
         build.load_library("bad", {"bad.c": "nonsense nonsense;\n"}, ["bad.c"])
-    assert list(cache.iterdir()) == []
+    assert entries(cache) == []
 
 
 @pytest.mark.parametrize("command", ["no-such-compiler-anywhere", "'unbalanced", f"{sys.executable} -c 1/0"])
@@ -118,7 +124,7 @@ def test_cc_that_writes_nothing_is_refused(cache: Path, monkeypatch: pytest.Monk
     monkeypatch.setenv("CC", f"{sys.executable} -c 'print(1)'")
     with pytest.raises(InputError, match=r"\$CC = .*wrote no file"):
         seven()
-    assert list(cache.iterdir()) == []
+    assert entries(cache) == []
 
 
 def test_cc_with_arguments_is_used(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -206,7 +212,7 @@ def test_two_processes_at_once(cache: Path, folder: Path) -> None:
     answers = [process.communicate(timeout=120)[0] for process in processes]
     assert [process.returncode for process in processes] == [0, 0]
     assert answers[0] == answers[1] != ""
-    assert not [path for path in cache.iterdir() if path.suffix not in (".so", ".sha256")]
+    assert all((path / ".sha256").is_file() for path in entries(cache))
 
 
 def test_calls_release_the_interpreter_lock(pendulum: runtime.Model) -> None:

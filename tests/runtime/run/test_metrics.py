@@ -24,7 +24,7 @@ SERIES = {
 
 
 def value(kind: str, *of: str, band: float = 0.0, since: float = 0.0, until: float = math.inf) -> float:
-    return evaluate(Metric("test", kind, of, band, "1", "", since, until), T, SERIES)
+    return evaluate(Metric("test", kind, of, "1", "", band=band, since=since, until=until), T, SERIES)
 
 
 @pytest.mark.parametrize(

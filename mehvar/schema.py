@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Frozen dataclasses as JSON and back: their type hints are the schema, one reader and one writer follow them.
+
+A hint is str, int, float, bool, `X | None`, `tuple[X, ...]`, `Mapping[str, X]`, a dataclass, or a NamedTuple, which is
+a list in JSON. Three things are not what a reader would guess:
+
+- In a mapping of dataclasses the key is the entry's `name`.
+- `Upper` and `Lower` are floats of which infinity is null, because JSON has no infinity.
+- `json_key` declares a field that has another key in JSON than its name, or none.
+
+Nothing here is special to a class, and the module that holds the classes must not postpone the evaluation of its hints
+(`from __future__ import annotations`): evaluating them costs more than reading a manifest.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+import types
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import MISSING, fields, is_dataclass
+from typing import Annotated, Any, TypeVar, cast, get_args, get_origin
+
+from mehvar.errors import MehvarError
+
+Upper = Annotated[float, math.inf]
+Lower = Annotated[float, -math.inf]
+
+T = TypeVar("T")
+_Convert = Callable[..., Any]
+_KEY = "json_key"
+_LONGEST = 60
+"""Characters of a value that a message shows: a line in a terminal with the place before it."""
+_SCALARS = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}
+
+
+class SchemaError(MehvarError, ValueError):
+    """Data that is not of the schema; the message begins with the place, as in "controllers.pd.parameters[0]"."""
+
+    def __init__(self, problem: str, place: str = "") -> None:
+        super().__init__(problem, place)
+        self.problem, self.place = problem, place
+
+    def __str__(self) -> str:
+        place = self.place.removeprefix(".")
+        return f"{place}{self.problem}" if place else self.problem.removeprefix(": ")
+
+
+def json_key(key: str | None) -> dict[str, str | None]:
+    """Return the metadata of a field whose key in JSON is not its name; with None JSON does not hold it."""
+    return {_KEY: key}
+
+
+def read(schema: type[T], data: object, any_age: bool = False, **others: object) -> T:
+    """Return JSON data as a dataclass.
+
+    Parameters
+    ----------
+    schema : type
+        The dataclass.
+    data : object
+        What `json.loads` returns.
+    any_age : bool
+        Accept what another version wrote: keys that this one does not know are passed over, fields that the data
+        lacks have their defaults.
+    **others : object
+        Values of the fields that JSON does not hold.
+
+    Raises
+    ------
+    SchemaError
+        If a field is missing, not known or of the wrong kind.
+    """
+    record = _reader(cast(Any, schema), any_age)(data)
+    record.__dict__.update(others)
+    return cast(T, record)
+
+
+def plain(schema: type, value: object) -> Any:
+    """Return an object as JSON data, keys in the order of the fields of the schema.
+
+    Parameters
+    ----------
+    schema : type
+        The dataclass.
+    value : object
+        Of that class, or with the same attributes.
+    """
+    return _writer(schema)(value)
+
+
+@functools.cache
+def _reader(kind: Any, any_age: bool) -> _Convert:
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin is Annotated or origin is types.UnionType:
+        return _optional_reader(_reader(inner[0], any_age), inner[1] if origin is Annotated else None)
+    if origin is tuple:
+        return _list_reader(_reader(inner[0], any_age))
+    if origin is Mapping:
+        return _mapping_reader(_reader(inner[1], any_age), is_dataclass(inner[1]))
+    if is_dataclass(kind):
+        return _record_reader(kind, any_age)
+    if issubclass(kind, tuple):
+        return _row_reader(kind, any_age)
+    return _scalar_reader(kind)
+
+
+def _scalar_reader(kind: Any) -> _Convert:
+    def convert(value: Any) -> Any:
+        if type(value) is kind:
+            return value
+        if kind is float and type(value) is int:
+            return float(value)
+        raise _wrong(value, _SCALARS[kind])
+
+    return convert
+
+
+def _optional_reader(convert: _Convert, null: object) -> _Convert:
+    return lambda value: null if value is None else convert(value)
+
+
+def _list_reader(convert: _Convert) -> _Convert:
+    def read_list(values: Any) -> Any:
+        if type(values) is not list:
+            raise _wrong(values, "a list")
+        try:
+            return tuple(map(convert, values))
+        except SchemaError:
+            raise _placed((f"[{place}]", convert, value) for place, value in enumerate(values)) from None
+
+    return read_list
+
+
+def _mapping_reader(convert: _Convert, named: bool) -> _Convert:
+    def read_mapping(values: Any) -> Any:
+        entries = _table(values)
+        if named:
+            entries = {name: {**_table(value), "name": name} for name, value in entries.items()}
+        try:
+            return dict(zip(entries, map(convert, entries.values()), strict=True))
+        except SchemaError:
+            raise _placed((f".{name}", convert, value) for name, value in entries.items()) from None
+
+    return read_mapping
+
+
+def _row_reader(kind: Any, any_age: bool) -> _Convert:
+    hints = kind.__annotations__.values()
+    exact = set(itertools.product(*map(_exact, hints)))
+    make = functools.partial(tuple.__new__, kind)
+    converts = [_reader(hint, any_age) for hint in hints]
+
+    def read_row(values: Any) -> Any:
+        if type(values) is list and tuple(map(type, values)) in exact:
+            return make(values)
+        if type(values) is not list or len(values) != len(converts):
+            raise _wrong(values, f"[{', '.join(kind._fields)}]")
+        return kind(*(convert(value) for convert, value in zip(converts, values, strict=True)))
+
+    return read_row
+
+
+def _record_reader(kind: Any, any_age: bool) -> _Convert:
+    rows = [(name, key, _exact(hint), _reader(hint, any_age)) for name, key, hint in _rows(kind)]
+    keys = {key for _, key, *_ in rows}
+    defaults = {f.name for f in fields(kind) if f.default is not MISSING or f.default_factory is not MISSING}
+    required = {key for name, key, *_ in rows if name not in defaults} if any_age else keys
+
+    def read_record(data: Any) -> Any:
+        present = rows
+        if _table(data).keys() != keys:
+            problems = [f"{key!r} is missing" for key in sorted(required - data.keys())]
+            problems += [] if any_age else [f"{key!r} is not known" for key in sorted(data.keys() - keys)]
+            if problems:
+                raise SchemaError(f": {' and '.join(problems)}")
+            present = [row for row in rows if row[1] in data]
+        try:
+            values = {
+                name: value if type(value := data[key]) in exact else convert(value)
+                for name, key, exact, convert in present
+            }
+        except SchemaError:
+            raise _placed((f".{key}", convert, data[key]) for _, key, _, convert in present) from None
+        if present is not rows:
+            return kind(**values)
+        record = object.__new__(kind)  # __init__ of a frozen class takes as long as all the rest
+        object.__setattr__(record, "__dict__", values)
+        return record
+
+    return read_record
+
+
+def _exact(hint: Any) -> frozenset[type]:
+    """Return the types whose values are taken as they are."""
+    if get_origin(hint) is types.UnionType:
+        return frozenset((*_exact(get_args(hint)[0]), type(None)))
+    if get_origin(hint) is Annotated:
+        return _exact(get_args(hint)[0])
+    return frozenset((hint,) if hint in _SCALARS else ())
+
+
+def _placed(parts: Iterable[tuple[str, _Convert, Any]]) -> SchemaError:
+    """Return the error of the first part that has one, with its place; only then is a place of interest."""
+    for place, convert, value in parts:
+        try:
+            convert(value)
+        except SchemaError as error:
+            return SchemaError(error.problem, place + error.place)
+    raise AssertionError("data that could not be read can be read again")
+
+
+def _rows(kind: Any) -> list[tuple[str, str, Any]]:
+    """Return name, key and hint of each field that JSON holds."""
+    keys = [(f, f.metadata.get(_KEY, f.name)) for f in fields(kind)]
+    return [(f.name, key, f.type) for f, key in keys if key is not None]
+
+
+def _table(value: Any) -> dict[str, Any]:
+    if type(value) is not dict:
+        raise _wrong(value, "a table")
+    return value
+
+
+def _wrong(value: object, allowed: str) -> SchemaError:
+    text = repr(value)
+    return SchemaError(f" = {text if len(text) <= _LONGEST else text[:_LONGEST] + '...'}: must be {allowed}")
+
+
+@functools.cache
+def _writer(kind: Any) -> Callable[[Any], Any]:
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin is Annotated or origin is types.UnionType:
+        null, write = inner[1] if origin is Annotated else None, _writer(inner[0])
+        return lambda value: None if value == null else write(value)
+    if origin is tuple:
+        write = _writer(inner[0])
+        return lambda values: [write(value) for value in values]
+    if origin is Mapping:
+        write, named = _writer(inner[1]), is_dataclass(inner[1])
+        return lambda values: {name: _nameless(write(value), named) for name, value in values.items()}
+    if is_dataclass(kind):
+        rows = [(name, key, _writer(hint)) for name, key, hint in _rows(kind)]
+        return lambda value: {key: write(getattr(value, name)) for name, key, write in rows}
+    return list if issubclass(kind, tuple) else kind
+
+
+def _nameless(entry: Any, named: bool) -> Any:
+    return {key: value for key, value in entry.items() if key != "name"} if named else entry
