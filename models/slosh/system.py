@@ -36,7 +36,7 @@ from .states import (
 )
 
 MOST = 64
-"""Largest number of pendulums offered."""
+"""Largest number of pendulums offered; equations and text grow with it, nothing else ends here."""
 STRUCTURE = {
     "pendulums": ("2", "1", *(str(k) for k in range(3, MOST + 1))),
     "inertia": ("paper", "hinge", "ball"),
