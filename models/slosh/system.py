@@ -12,12 +12,12 @@ import sympy as sp
 
 from ..system import Choice, Controller, Derivation, Expr, Function, Group, Output, Quantity, System, Variant
 from ..tables import read_parameters, read_scenarios
+from .derived import residuals, show
 from .fast.hull import velocity_rates
-from .implicit import residuals, show
 from .laws.conditions import constraints, law_constraints
 from .laws.controllers import Law, lyapunov_v1, lyapunov_v2
 from .laws.thrust import Inputs, gimbal_limits, to_physical
-from .pendulums import Bobs, Start, angle_bobs, ball_bobs, parts, straight
+from .pendulums import Pendulums, Start, angle_pendulums, ball_pendulums, parts, straight
 from .plant.attitude import Attitude, by_angles, by_quaternion
 from .plant.equations import hull_energy, hull_momentum, hull_wrench, whole
 from .plant.reduced import longitudinal, reduced_velocity
@@ -65,7 +65,7 @@ class _Model:
     inertia: str
     pendulums: tuple[Pendulum, ...]
     attitude: Attitude
-    bobs: Bobs
+    bobs: Pendulums
     axial: Expr
     linear: tuple[Expr, ...]
     angular: tuple[Expr, ...]
@@ -187,9 +187,9 @@ def _derive(
         for bob in pendulums
     ]
     if inertia == "ball":
-        bobs = ball_bobs(p, pendulums, starts, (scenario.wx_0, scenario.wy_0, scenario.wz_0), d)
+        bobs = ball_pendulums(p, pendulums, starts, (scenario.wx_0, scenario.wy_0, scenario.wz_0), d)
     else:
-        bobs = angle_bobs(p, pendulums, inertia, starts, d)
+        bobs = angle_pendulums(p, pendulums, inertia, starts, d)
     linear, angular, acceleration = velocity_rates(bobs.dynamics.unknown, bobs.dynamics.hull)
     part, copies = parts(inertia, pendulums)
     still = straight(inertia)

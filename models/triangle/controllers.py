@@ -17,7 +17,7 @@ from .dynamics import THETA, mu, shifted_attitude, shifted_position
 
 _ORIGIN = sp.Rational(1, 10**9)
 """Distance below which the direction phi~ of the target is taken as zero: rounding of 1e-16 in w still leaves seven
-digits of it there. What the direction steers is multiplied by the distance, so another bound moves the state by 1e-9."""
+digits of it there. What it steers is multiplied by the distance, so another bound moves the state by as little."""
 _LARGEST_K = sp.Integer(10) ** 12
 """Ratio (42) beyond which the arc is a full circle: x is within sqrt(pi/K) = 2e-6 rad of pi."""
 
@@ -251,8 +251,8 @@ def chord_angle(ratio: Expr, d: Derivation) -> Expr:
     series is used. The relative error stays below 1e-11 for K up to 1e12.
 
     Two steps leave 5e-10, three 1e-13. At K = 0.03 the series has lost as much to its truncation as the steps have to
-    cancellation, 6e-14 each: at half of it the steps leave 4e-13, at twice the series 2e-11. The start was fitted to
-    the least largest error, with pi for its limit at large K; it only has to be close enough for three steps.
+    cancellation, 6e-14 each: at half of it the steps leave 4e-13, at twice the series 2e-11. The coefficients of the
+    start are a fit that tends to pi for large K; they only have to be close enough for three steps.
     """
     root = d.define("sqrt_K", sp.sqrt(ratio), title="root of K", latex=r"\sqrt K")
     numerator = sp.pi * root**2 * (root + sp.Float("1.661023"))
