@@ -112,14 +112,14 @@ def discrete() -> dict[str, Any]:
 
 
 def _measured(given: Problem | sampled.Sampled, makers: dict[str, Callable[[], Iterator[Contender]]]) -> dict[str, Any]:
-    lines, found, missing = machine(), list[Contender](), dict[str, str]()
+    lines, result, missing = machine(), list[Contender](), dict[str, str]()
     for title, make in makers.items():
         built, why = attempt(make)
-        found += built
+        result += built
         if why:
             missing[title] = why
     versions = ", ".join(f"{peer} {version(peer)}" for peer in PEERS)
-    rows = take_turns(found, given.error)
+    rows = take_turns(result, given.error)
     return {"title": given.case.title, "machine": [*lines, f"- peers: {versions}"], "rows": rows, "not run": missing}
 
 
@@ -174,14 +174,14 @@ def _campaign_table(record: dict[str, Any]) -> list[str]:
 def _ratios(rows: Sequence[dict[str, Any]]) -> list[str]:
     """Compare at equal error; who is always more exact counts with the loosest setting."""
     ours = time_for(ERROR, [row for row in rows if row["name"].startswith("mehvar")])
-    found = []
+    result = []
     for name in dict.fromkeys(row["name"] for row in rows if not row["name"].startswith("mehvar")):
         mine = [row for row in rows if row["name"] == name]
         time = time_for(ERROR, mine)
         reached = np.isfinite(time)
-        found.append([name, f"{ours * 1e6:,.0f}", f"{time * 1e6:,.0f}" if reached else "not reached",
+        result.append([name, f"{ours * 1e6:,.0f}", f"{time * 1e6:,.0f}" if reached else "not reached",
                       f"{time / ours:.1f}" if reached else "-"])  # fmt: skip
-    return table(["peer", f"mehvar at {ERROR:.0e}, us per run", "peer, us per run", "peer / mehvar"], found)
+    return table(["peer", f"mehvar at {ERROR:.0e}, us per run", "peer, us per run", "peer / mehvar"], result)
 
 
 def _head() -> list[str]:

@@ -60,15 +60,15 @@ def main() -> None:
 
 def measured(name: str, scratch: Path) -> dict[str, Any]:
     """Build every contender, let all take turns, and return time and error of each."""
-    given, missing, found = problem(CASES[name], scratch), dict[str, str](), list[Contender]()
+    given, missing, result = problem(CASES[name], scratch), dict[str, str](), list[Contender]()
     print(f"{given.case.title}: {given.slope.operations} operations", flush=True)
     lines = machine()
     for title, make in makers(given, scratch).items():
         built, why = attempt(make)
-        found += built
+        result += built
         if why:
             missing[title] = why
-    rows = take_turns(found, given.error)
+    rows = take_turns(result, given.error)
     versions = ", ".join(f"{peer} {version(peer)}" for peer in PEERS)
     return {
         **{"title": given.case.title, "operations": given.slope.operations, "rows": rows, "not run": missing},
@@ -117,17 +117,17 @@ def comparison(rows: Sequence[dict[str, Any]]) -> list[list[str]]:
     groups: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for row in rows:
         groups["mehvar" if row["name"].startswith("mehvar dop") else row["name"]].append(row)
-    found = []
+    result = []
     for peer, (least, aim) in AIMS.items():
         mine = [r for name, several in groups.items() if name.startswith(peer) for r in several]
         fixed = [r for r in mine if "rk4" in r["name"]]
         if fixed:
             us = min(r["seconds"] for r in rows if r["name"].startswith("mehvar rk4"))
-            found.append(_ratio(peer, f"{STEPS} steps of rk4", us, min(r["seconds"] for r in fixed), least, aim))
+            result.append(_ratio(peer, f"{STEPS} steps of rk4", us, min(r["seconds"] for r in fixed), least, aim))
         for error in ERRORS if len(mine) > len(fixed) else ():
             them = min(time_for(error, [r for r in mine if r["name"] == name]) for name in {r["name"] for r in mine})
-            found.append(_ratio(peer, f"error {error:.0e}", time_for(error, groups["mehvar"]), them, least, aim))
-    return found
+            result.append(_ratio(peer, f"error {error:.0e}", time_for(error, groups["mehvar"]), them, least, aim))
+    return result
 
 
 def _ratio(peer: str, at: str, us: float, them: float, least: float, aim: float) -> list[str]:

@@ -155,8 +155,8 @@ def _nominal(name: str, model: object) -> tuple[np.ndarray, ...]:
     """Return the vectors of the first scenario, with initial states that differ a little."""
     manifest, functions = model.manifest, model.functions  # type: ignore[attr-defined]
     law = manifest.controller("lyapunov-v1")
-    found = resolve(manifest, functions, law, manifest.scenario(None), {}, name, ())
-    p, c, s = (np.tile(v, (RUNS, 1)) for v in (found.p, found.c, found.s))
+    result = resolve(manifest, functions, law, manifest.scenario(None), {}, name, ())
+    p, c, s = (np.tile(v, (RUNS, 1)) for v in (result.p, result.c, result.s))
     s *= 1 + 0.05 * np.random.Generator(np.random.Philox(1)).uniform(-1, 1, s.shape)
     return p, c, s, np.array(functions["initial"](p, s))
 

@@ -64,8 +64,8 @@ def day() -> None:
     """Run a day of the satellite under Unicorn."""
     model = runtime.load("satellite", backend="c")
     begin = time.perf_counter()
-    asked = BoardRequest("mrac", "unicorn", samples=DAY, every=500, selftest=0, profiled=False)
-    o = run_on_board(model, asked)
+    request = BoardRequest("mrac", "unicorn", samples=DAY, every=500, selftest=0, profiled=False)
+    o = run_on_board(model, request)
     print(
         f"{len(o.board.u)} samples ({DAY * 0.5 / 3600:g} h) under Unicorn in {time.perf_counter() - begin:.0f} s, "
         f"{o.rate:.0f} exchanges/s: {o.u.ulp} ulp in {o.u.compared} torques, {o.z.ulp} in {o.z.compared} numbers of "
@@ -89,8 +89,8 @@ def fuzz() -> None:
 
 def build_fuzzer(folder: Path) -> Path:
     """Compile the fuzzer with sanitizers."""
-    made = program(runtime.load("satellite", backend="c"), "mrac")
-    write_sources(folder, sources(made, None))
+    firmware = program(runtime.load("satellite", backend="c"), "mrac")
+    write_sources(folder, sources(firmware, None))
     shutil.copyfile(FUZZ, folder / FUZZ.name)
     compiler = host_toolchain()
     units = ["satellite.c", "app.c", "link.c", "server.c", FUZZ.name]
@@ -100,6 +100,6 @@ def build_fuzzer(folder: Path) -> Path:
 
 
 if __name__ == "__main__":
-    chosen = {"equivalence": equivalence, "day": day, "fuzz": fuzz}
-    for name in command_line(__doc__, chosen).parse_args().parts or chosen:
-        chosen[name]()
+    campaigns = {"equivalence": equivalence, "day": day, "fuzz": fuzz}
+    for name in command_line(__doc__, campaigns).parse_args().parts or campaigns:
+        campaigns[name]()

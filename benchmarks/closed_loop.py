@@ -96,10 +96,10 @@ def _ours(case: Case, tolerance: float) -> Array:
 
 
 def _scipy(case: Case, slope: Slope, tolerance: float) -> Array:
-    found = solve_ivp(
+    result = solve_ivp(
         lambda _t, q: slope(q), (0, DURATION), case.start, "DOP853", case.t, rtol=tolerance, atol=tolerance
     )
-    samples: Array = found.y.T
+    samples: Array = result.y.T
     return samples
 
 
@@ -137,11 +137,11 @@ def _comparison(case: Case) -> list[str]:
 
 
 def _row(error: float, errors: dict[str, Array], times: dict[str, Array]) -> list[str]:
-    found = {name: _time_for(error, errors[name], times[name]) for name in errors}
-    ratios = (found[SCIPY] / found[OURS], found[MIXED] / found[OURS])
+    result = {name: _time_for(error, errors[name], times[name]) for name in errors}
+    ratios = (result[SCIPY] / result[OURS], result[MIXED] / result[OURS])
     return [
         f"{error:.0e}",
-        *(f"{t * 1e3:.2f}" if np.isfinite(t) else "not reached" for t in found.values()),
+        *(f"{t * 1e3:.2f}" if np.isfinite(t) else "not reached" for t in result.values()),
         *(f"{ratio:.0f}" if np.isfinite(ratio) else "-" for ratio in ratios),
     ]
 

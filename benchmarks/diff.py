@@ -108,10 +108,10 @@ def _coriolis(count: int, document: Document) -> list[str]:
     _, path = min(_summands(document, row.node), key=lambda term: (len(term[1]), printer.text(term[0])))
     new = _edited(document, name, lambda pool, root, _: _flip(pool, root, path), random.Random(0))
     start = perf_counter()
-    found = compare(document, new)
+    result = compare(document, new)
     seconds = perf_counter() - start
-    right = [source.name for source in found.sources] == [name]
-    edits = found[name].edits
+    right = [source.name for source in result.sources] == [name]
+    edits = result[name].edits
     exact = len(edits) == 1 and edits[0].kind is Kind.SIGN and edits[0].old is not None
     same = exact and path in edits[0].old.places
     return [
@@ -138,18 +138,18 @@ def _random(name: str, document: Document) -> list[str]:
         if not made:
             continue
         start = perf_counter()
-        found = compare(document, new)
+        result = compare(document, new)
         seconds = perf_counter() - start
-        if not found.differs:
+        if not result.differs:
             count["without effect"] += 1
             continue
         times.append(seconds)
         count["edits"] += 1
-        count["undecided"] += bool(found.of(Fate.UNDECIDED))
-        if [source.name for source in found.sources] == [target]:
+        count["undecided"] += bool(result.of(Fate.UNDECIDED))
+        if [source.name for source in result.sources] == [target]:
             count["source"] += 1
-            edits = found[target].edits
-            count["one"] += len(edits) == 1 and found[target].replayed
+            edits = result[target].edits
+            count["one"] += len(edits) == 1 and result[target].replayed
             count["kind"] += len(edits) == 1 and edits[0].kind is made[0]
     return [
         name, str(EDITS), str(count["source"]), str(count["one"]), str(count["kind"]), str(count["undecided"]),
@@ -181,14 +181,14 @@ def _edited(document: Document, name: str, edit: Edit, generator: random.Random)
 
 def _places(pool: Pool, root: int) -> list[tuple[str, int, Place]]:
     """Return every part of an expression with the operation that it is an operand of."""
-    found, stack = [], [(root, ())]
-    while stack and len(found) < 2000:
+    result, stack = [], [(root, ())]
+    while stack and len(result) < 2000:
         node, path = stack.pop()
         for k, operand in enumerate(pool.nodes[node][1:]):
             if isinstance(operand, int):
-                found.append((pool.nodes[node][0], operand, (*path, k)))
+                result.append((pool.nodes[node][0], operand, (*path, k)))
                 stack.append((operand, (*path, k)))
-    return found
+    return result
 
 
 def _terms(pool: Pool, root: int) -> list[tuple[int, Place]]:

@@ -57,7 +57,7 @@ def torment(folder: Path, kills: int, runs: int, chance: random.Random) -> Tally
     started = time.monotonic()
     assert start(reference, runs).wait() == 0
     longest = time.monotonic() - started
-    wanted = contents(reference)
+    reference_contents = contents(reference)
     tally = Tally()
     while sum(tally.kills.values()) < kills:
         process = start(store, runs)
@@ -66,15 +66,15 @@ def torment(folder: Path, kills: int, runs: int, chance: random.Random) -> Tally
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
-            blocks = acknowledged(store, wanted)
+            blocks = acknowledged(store, reference_contents)
             tally.kills[blocks] += 1
             tally.acknowledged += blocks
             continue
         assert status == 0, f"the resumed batch ended with status {status}"
-        finish(store, wanted)
+        finish(store, reference_contents)
         tally.stores += 1
     assert start(store, runs).wait() == 0
-    finish(store, wanted)
+    finish(store, reference_contents)
     tally.stores += 1
     return tally
 
@@ -85,25 +85,27 @@ def start(store: Path, runs: int) -> subprocess.Popen[bytes]:
     return subprocess.Popen(command, stdout=subprocess.DEVNULL)
 
 
-def finish(store: Path, wanted: dict[str, bytes]) -> None:
+def finish(store: Path, reference_contents: dict[str, bytes]) -> None:
     """Compare a complete store, and make room for the next one."""
-    found = contents(store)
-    assert found.keys() == wanted.keys(), sorted(found.keys() ^ wanted.keys())[:5]
-    different = [name for name in wanted if found[name] != wanted[name]]
+    result = contents(store)
+    assert result.keys() == reference_contents.keys(), sorted(result.keys() ^ reference_contents.keys())[:5]
+    different = [name for name in reference_contents if result[name] != reference_contents[name]]
     assert not different, different[:5]
     shutil.rmtree(store)
 
 
-def acknowledged(store: Path, wanted: dict[str, bytes]) -> int:
+def acknowledged(store: Path, reference_contents: dict[str, bytes]) -> int:
     """Compare every file of the acknowledged blocks; return how many blocks there are."""
-    found = contents(store) if store.exists() else {}
-    blocks = {name.split("/")[2] for name in found if name.startswith("status/c/")}
+    result = contents(store) if store.exists() else {}
+    blocks = {name.split("/")[2] for name in result if name.startswith("status/c/")}
     for block in blocks:
         names = [
-            name for name in wanted if name.split("/")[1:3] == ["c", block] and name.split("/")[0] not in COORDINATES
+            name
+            for name in reference_contents
+            if name.split("/")[1:3] == ["c", block] and name.split("/")[0] not in COORDINATES
         ]
         for name in names:
-            assert found.get(name) == wanted[name], f"{name} of an acknowledged block differs"
+            assert result.get(name) == reference_contents[name], f"{name} of an acknowledged block differs"
     return len(blocks)
 
 

@@ -78,8 +78,8 @@ def _table(tallies: dict[Case, tuple[Tally, float]]) -> list[str]:
 
 
 def _list(heading: str, tallies: dict[Case, tuple[Tally, float]], kind: str) -> list[str]:
-    found: list[tuple[Case, Mutant]] = [(case, m) for case, (v, _) in tallies.items() for m in getattr(v, kind)]
-    rows = [[title(case), m.term.owner, f"`{m.term.text[:100]}`", m.change] for case, m in found]
+    result: list[tuple[Case, Mutant]] = [(case, m) for case, (v, _) in tallies.items() for m in getattr(v, kind)]
+    rows = [[title(case), m.term.owner, f"`{m.term.text[:100]}`", m.change] for case, m in result]
     shown = table(["structure", "in", "term", "change"], rows) if rows else ["None."]
     return [f"## {heading}", "", *shown, ""]
 

@@ -113,7 +113,7 @@ class _Converter:
         if node in (sp.true, sp.false):
             return ca.SX(1 if node is sp.true else 0)
         if isinstance(node, sp.Expr) and self._numbers.issuperset(node.args):
-            # a number is evaluated as a whole, so that it is rounded once
+            # a number is evaluated as a whole, so that it is rounded once: 25 digits are right, a double holds 17
             self._numbers.add(node)
             return ca.SX(float(sp.N(node, 25)))
         if isinstance(node, sp.Pow):
@@ -135,6 +135,7 @@ class _Converter:
         base, exponent = self._memo[node.base], node.exp
         if not exponent.is_Rational:
             return ca.power(base, self._memo[exponent])
+        # up to eleven multiplications, for 63; beyond any model's polynomials pow rounds less often
         if exponent.is_Integer and abs(int(exponent)) <= 64:
             return _integer_power(base, int(exponent))
         if exponent.q == 2 and abs(exponent.p) <= 9:

@@ -26,6 +26,9 @@ Ranges = Mapping[str, tuple[float, float]]
 _STENCIL = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
 """Sixth-order central differences."""
 _STEP = 3e-3
+"""Step of the differences, for a motion of speed one. Truncation falls with its sixth power and rounding grows as it
+shrinks: errors of the gates are 1e-13 to 1.2e-12 here, up to twice that at half the step, 3e-12 at twice and 2e-10 at
+four times the step."""
 
 
 class Machine:

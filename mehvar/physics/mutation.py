@@ -21,8 +21,10 @@ from mehvar.physics.machine import Array, Machine, Points, Ranges, points
 
 CHANGES = {"flipped": -1.0, "dropped": 0.0, "doubled": 2.0}
 SAME = 1e-13
-"""Relative difference below which a mutant's functions count as unchanged."""
+"""Difference below which a mutant's functions count as unchanged: above the rounding of another order of operations,
+some 1e-15, and far below the tolerance of the gates, so that what they may miss counts as a survivor."""
 _EQUIVALENCE_POINTS = 500
+"""A term in a branch that is rarely taken must be met before its mutant is called equivalent; gates look at six."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ UNITS = {
     "Wb": {"kg": 1, "m": 2, "s": -2, "A": -1},
 }  # fmt: skip
 SCALES = {"kg": 1.7, "m": 0.6, "s": 1.3, "A": 1.9}
-"""Numbers of new units that make up an old one."""
+"""Numbers of new units that make up an old one; no product of their small powers is 1, so no error cancels."""
 SAME_TORQUE = SCALES | {"kg": SCALES["s"] ** 2 / SCALES["m"] ** 2}
 """Units in which a newton metre stays one."""
 
@@ -51,7 +51,7 @@ def misfit(subject: Machine, name: str, scales: Mapping[str, float] = SCALES, n:
     before, after = subject(name, *values), subject(name, *changed)
     expected = _results(subject.system, request)
     factors = _observed(before, after) if expected is None else np.array([scale(unit, scales) for unit in expected])
-    size = np.maximum(np.abs(before).max(axis=0), 1e-6)
+    size = np.maximum(np.abs(before).max(axis=0), 1e-6)  # a result that is zero everywhere is compared as it is
     error = np.abs(after / factors - before) / size
     return float(error.max()) if error.size else 0.0
 

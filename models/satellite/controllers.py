@@ -39,7 +39,7 @@ APPLIED = Group(
 )
 
 _LARGEST = sp.Integer(10) ** 30
-"""A number beyond this is no measurement and no torque; it is finite in single precision too."""
+"""A number beyond this is no measurement and no torque; it and its sums are finite in single precision, up to 3e38."""
 _PAST = 4
 """Past values of w that d = 2 needs: Ac has degree four."""
 
@@ -280,5 +280,6 @@ def _controller(
 
 def _conditions(law: Group) -> tuple[Condition, ...]:
     samples = law.design_delay
+    # a margin must be positive, so exact values need some; no number that is meant otherwise is so close to 0 or 1
     whole = sp.Rational(1, 10**9) - sp.Abs(samples * (1 - samples))
     return (Condition(whole, "design_delay = {design_delay:g} samples is not known: it must be 0 or 1"),)

@@ -15,7 +15,7 @@ from .fast.hull import Dynamics
 from .laws.controllers import Form
 from .laws.weights import angle_form, ball_term, slip_symbols
 from .plant import ball, pendulum
-from .plant.equations import ACCELERATIONS, accelerations_of
+from .plant.equations import ACCELERATIONS
 from .plant.pendulum import Contribution, angle_acceleration
 from .plant.reduced import angle_accelerations, angle_rows
 from .states import Pendulum, angle_quantities, angle_rate_quantities, arm_rate_quantities, direction_quantities, rate
@@ -24,8 +24,8 @@ Accelerations = Sequence[Expr]
 
 
 @dataclass(frozen=True)
-class Bobs:
-    """What a description of the pendulums provides.
+class Pendulums:
+    """The pendulums in one description, by angles or by directions: what the system is put together from.
 
     Attributes
     ----------
@@ -84,7 +84,9 @@ def straight(inertia: str) -> dict[sp.Symbol, Expr]:
     return dict.fromkeys((*still, *angles), sp.S.Zero)
 
 
-def angle_bobs(p: Group, pendulums: Sequence[Pendulum], inertia: str, starts: Sequence[Start], d: Derivation) -> Bobs:
+def angle_pendulums(
+    p: Group, pendulums: Sequence[Pendulum], inertia: str, starts: Sequence[Start], d: Derivation
+) -> Pendulums:
     """Describe the pendulums by angles, in the `paper` or the `hinge` convention."""
     numbers = range(1, len(pendulums) + 1)
     d.section("Evaluation of the equations of motion")
@@ -101,7 +103,7 @@ def angle_bobs(p: Group, pendulums: Sequence[Pendulum], inertia: str, starts: Se
         weights = (c.r9, c.r10) * len(pendulums)
         return [angle_form(row, weight, axial, d) for row, weight in zip(rows, weights, strict=True)]
 
-    return Bobs(
+    return Pendulums(
         states,
         (*(e for s in starts for e in (s.phi, s.theta)), *(e for s in starts for e in (s.phi_rate, s.theta_rate))),
         dynamics,
@@ -113,9 +115,9 @@ def angle_bobs(p: Group, pendulums: Sequence[Pendulum], inertia: str, starts: Se
     )
 
 
-def ball_bobs(
+def ball_pendulums(
     p: Group, pendulums: Sequence[Pendulum], starts: Sequence[Start], turning: Sequence[Expr], d: Derivation
-) -> Bobs:
+) -> Pendulums:
     """Describe the pendulums by directions and their inertial rates, on ball joints."""
     numbers = range(1, len(pendulums) + 1)
     d.section("Evaluation of the equations of motion")
@@ -133,7 +135,7 @@ def ball_bobs(
 
     arms = [dynamics.bobs[3 * k : 3 * k + 3] for k in range(len(pendulums))]
     begun = (ball.at_angles(s.phi, s.theta, (s.phi_rate, s.theta_rate), turning) for s in starts)
-    return Bobs(
+    return Pendulums(
         tuple(q for k in numbers for q in (*direction_quantities(k), *arm_rate_quantities(k))),
         tuple(e for start in begun for e in start),
         dynamics,
@@ -150,20 +152,3 @@ def _angles(k: int) -> tuple[tuple[Quantity, Expr], ...]:
     x, y, z = (q.symbol for q in direction_quantities(k))
     phi, theta = angle_quantities(k)
     return (phi, sp.atan2(sp.sqrt(y**2 + z**2), -x)), (theta, sp.atan2(y, z))
-
-
-def pendulum_equations(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[tuple[sp.Symbol, ...], tuple[Expr, ...]]:
-    """Return the pendulums' accelerations as symbols and their equations as residuals: (15), (16) or those of s."""
-    part, names = parts(inertia, pendulums)
-    rows = tuple(ball.tangential_rows()) if inertia == "ball" else tuple(part.rows)
-    named = [n | accelerations(inertia, k) for k, n in enumerate(names, 1)]
-    unknown = tuple(s for k in range(1, len(pendulums) + 1) for s in accelerations(inertia, k).values())
-    return unknown, tuple(row.xreplace(n) for n in named for row in rows)
-
-
-def accelerations(inertia: str, k: int) -> dict[sp.Symbol, Expr]:
-    """Return the symbols of the accelerations of pendulum k, by the generic ones."""
-    if inertia == "ball":
-        own = sp.symbols(" ".join(f"sigma{k}{axis}_dot" for axis in "xyz"), real=True)
-        return dict(zip(ball.arm_acceleration, own, strict=True))
-    return dict(zip(angle_acceleration, accelerations_of(k), strict=True))

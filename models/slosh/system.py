@@ -14,12 +14,12 @@ from mehvar.names import identifier
 
 from ..system import Choice, Controller, Derivation, Expr, Function, Group, Output, Quantity, System, Variant
 from ..tables import read_parameters, read_scenarios
+from .derived import residuals, show
 from .fast.hull import velocity_rates
-from .implicit import residuals, show
 from .laws.conditions import constraints, law_constraints
 from .laws.controllers import Law, lyapunov_v1, lyapunov_v2
 from .laws.thrust import Inputs, gimbal_limits, to_physical
-from .pendulums import Bobs, Start, angle_bobs, ball_bobs, parts, straight
+from .pendulums import Pendulums, Start, angle_pendulums, ball_pendulums, parts, straight
 from .plant.attitude import Attitude, by_angles, by_quaternion
 from .plant.equations import hull_energy, hull_momentum, hull_wrench, whole
 from .plant.reduced import longitudinal, reduced_velocity
@@ -38,7 +38,7 @@ from .states import (
 )
 
 MOST = 64
-"""Largest number of pendulums offered."""
+"""Largest number of pendulums offered; equations and text grow with it, nothing else ends here."""
 STRUCTURE = {
     "pendulums": ("2", "1", *(str(k) for k in range(3, MOST + 1))),
     "inertia": ("paper", "hinge", "ball"),
@@ -67,7 +67,7 @@ class _Model:
     inertia: str
     pendulums: tuple[Pendulum, ...]
     attitude: Attitude
-    bobs: Bobs
+    bobs: Pendulums
     axial: Expr
     linear: tuple[Expr, ...]
     angular: tuple[Expr, ...]
@@ -189,9 +189,9 @@ def _derive(
         for bob in pendulums
     ]
     if inertia == "ball":
-        bobs = ball_bobs(p, pendulums, starts, (scenario.wx_0, scenario.wy_0, scenario.wz_0), d)
+        bobs = ball_pendulums(p, pendulums, starts, (scenario.wx_0, scenario.wy_0, scenario.wz_0), d)
     else:
-        bobs = angle_bobs(p, pendulums, inertia, starts, d)
+        bobs = angle_pendulums(p, pendulums, inertia, starts, d)
     linear, angular, acceleration = velocity_rates(bobs.dynamics.unknown, bobs.dynamics.hull)
     part, copies = parts(inertia, pendulums)
     still = straight(inertia)

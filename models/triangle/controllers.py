@@ -16,9 +16,10 @@ from ..system import Derivation, Expr, Group
 from .dynamics import THETA, mu, shifted_attitude, shifted_position
 
 _ORIGIN = sp.Rational(1, 10**9)
-"""Distance below which the direction phi~ of the target is taken as zero."""
+"""Distance below which the direction phi~ of the target is taken as zero: rounding of 1e-16 in w still leaves seven
+digits of it there. What it steers is multiplied by the distance, so another bound moves the state by as little."""
 _LARGEST_K = sp.Integer(10) ** 12
-"""Ratio (42) beyond which the arc no longer changes."""
+"""Ratio (42) beyond which the arc is a full circle: x is within sqrt(pi/K) = 2e-6 rad of pi."""
 
 
 _TURN_SPEED = sp.Symbol("turn_speed", positive=True)
@@ -194,6 +195,7 @@ def path(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Expr]:
         zeta1', zeta2'.
     """
     alpha = d.define("alpha", sp.sign(shifted.theta), "(40)", "side of the arc", latex=r"\alpha")
+    # at the target itself K is 0/0; below 1e-12 it has its largest value with any error above 1e-12 rad
     distance_squared = sp.Max(shifted.rho**2, sp.Rational(1, 10**24))
     ratio = sp.Min(2 * sp.Abs(shifted.theta) / distance_squared, _LARGEST_K)
     ratio = d.define("K", ratio, "(42)", "attitude error over the square of the distance", latex="K")
@@ -247,6 +249,10 @@ def chord_angle(ratio: Expr, d: Derivation) -> Expr:
 
     A rational start (relative error below 7 %) is followed by three Halley steps; for K < 0.03 the inverted power
     series is used. The relative error stays below 1e-11 for K up to 1e12.
+
+    Two steps leave 5e-10, three 1e-13. At K = 0.03 the series has lost as much to its truncation as the steps have to
+    cancellation, 6e-14 each: at half of it the steps leave 4e-13, at twice the series 2e-11. The coefficients of the
+    start are a fit that tends to pi for large K; they only have to be close enough for three steps.
     """
     root = d.define("sqrt_K", sp.sqrt(ratio), title="root of K", latex=r"\sqrt K")
     numerator = sp.pi * root**2 * (root + sp.Float("1.661023"))

@@ -34,7 +34,7 @@ class Dispersion:
         """Return the values at the middle of the unit cube; a vector points along its last axis."""
         u = np.full((1, len(self.names)), 0.5)
         if self.text.startswith("sphere"):
-            u[0, -1] = 0.6
+            u[0, -1] = 0.6  # anything but 0.5, the quantile of which is zero: a zero vector points nowhere
         return dict(zip(self.names, map(float, self.quantile(u)[0]), strict=True))
 
 

@@ -28,7 +28,10 @@ Design = Literal["random", "latin", "sobol", "saltelli"]
 DESIGNS: tuple[Design, ...] = ("random", "latin", "sobol", "saltelli")
 _BLOCK = 4  # words that Philox makes per counter value
 _ROUNDS = 8
+"""Four rounds make a pseudorandom permutation (Luby and Rackoff 1988) of large halves; those of a small batch have a
+few bits, and eight mix them too. Fewer would still be a permutation, with strata of neighbouring runs related."""
 _SOBOL_BITS = 32
+"""Digits of a point and of the number of points: 4e9 runs. Half a cell is added, so that no point is 0."""
 _SOBOL_LOCK = threading.Lock()
 
 
@@ -81,7 +84,7 @@ class Sampler:
         runs = np.arange(first, first + count, dtype=np.uint64)
         stratum = permuted(runs, self._n, stream(self._seed, f"{name} order"))
         result: FloatArray = (stratum + inside) / self._n
-        return np.minimum(result, 1 - 2.0**-53)
+        return np.minimum(result, 1 - 2.0**-53)  # the last stratum may be rounded up to 1
 
     def _saltelli(self, first: int, count: int) -> FloatArray:
         """Return rows A, B, then A with each factor from B, group after group."""

@@ -26,6 +26,8 @@ from .store import NOT_RUN, STATUS, Store
 CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 _SLAB_BYTES = 2**26
+"""A series of all runs is looked at in slabs of 64 MiB, of which a quantile needs a few copies; half as much means
+twice the passes over chunks that hold more samples than a slab."""
 _SUMMARY = re.compile(r"^(final|minimum|maximum)\((\w+)\)$")
 _RULE = re.compile(r"^\s*ci\(\s*success\s*\)\s*<\s*([0-9.eE+-]+)\s*$")
 

@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 STATUS = "status"
 NOT_RUN = 255
 FORMAT = 1
-_LARGEST_CHUNK = 2**22  # bytes of a chunk of series
+_LARGEST_CHUNK = 2**22
+"""Bytes of a chunk of series, which is held in memory and compressed whole: half as many make twice the files, and a
+reader of a few samples decompresses half as much."""
 
 
 @dataclass(frozen=True)

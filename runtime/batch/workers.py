@@ -27,7 +27,9 @@ from .plan import Campaign, Plan
 if TYPE_CHECKING:
     from distributed import Client
 
-_AHEAD = 2  # blocks per thread of the cluster that are under way
+_AHEAD = 2
+"""Blocks per thread of the cluster that are under way: one is computed while the next waits beside it. With one a
+thread is idle while its result travels; more only means more to cancel when a batch ends early."""
 _COMPILING = threading.Lock()
 _READY: dict[str, Blocks] = {}
 

@@ -24,7 +24,10 @@ from .line.link import LinkError, Port
 TARGETS = ("sil", "unicorn", "qemu", "qemu-pty")
 """Targets that need no hardware; anything else is the name of a serial port."""
 _CHUNK = 4096
+"""Bytes of one read, above any frame; what is left is there for the next read."""
 _GATHER = 0.0005
+"""Seconds for QEMU to hand over the rest of an answer, which it does byte by byte: shorter, and reads come in pieces,
+which costs time and nothing else; longer, and every exchange waits for it."""
 _REASONS = {
     errno.ENOENT: "there is no such port",
     errno.EACCES: "no permission: on Linux join the group of the port, often dialout, and log in again",
@@ -32,6 +35,7 @@ _REASONS = {
     errno.ENOTTY: "it is not a serial port",
 }
 _START_TRIES, _START_PAUSE = 1000, 0.01
+"""Ten seconds for QEMU to open its line; a process that ends is noticed at once, so only a slow machine waits."""
 
 
 class ProcessPort:
@@ -254,7 +258,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
         pipe.close()
     process.terminate()
     try:
-        process.wait(2.0)
+        process.wait(2.0)  # nothing is saved at the end, so one that does not stop by itself may be killed
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()

@@ -17,8 +17,8 @@ def _model(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def system(request: pytest.FixtureRequest) -> System:
-    found: System = importlib.import_module(f"mehvar.models.{_model(request)}").system()
-    return found
+    result: System = importlib.import_module(f"mehvar.models.{_model(request)}").system()
+    return result
 
 
 @pytest.fixture(scope="module")

@@ -1,2 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same equations in the form that machines evaluate: O(N), without a large matrix."""
+"""The equations of `plant` in the form that machines evaluate: O(N), without a large matrix.
+
+`hull` lumps constant masses and holds the six equations that are solved; `angles` and `ball` say what a pendulum adds
+to them; `linear` factorises and solves.
+"""

@@ -19,7 +19,11 @@ from .hull import SIZE, Arm, Dynamics, Lump, Pull, balance, lump
 from .linear import factorise, solve
 
 LARGEST_TENSION_SYSTEM = 5
-"""Pendulums up to which the tensions are solved for: beyond, the 5 x 5 system of the hull is cheaper."""
+"""Pendulums up to which the tensions are solved for: beyond, the 5 x 5 system of the hull is cheaper.
+
+Operations of a right-hand side that depend on state or input, by tensions and by the hull: 558 and 619 for four
+pendulums, 730 and 741 for five, 924 and 863 for six. Either gives the same accelerations.
+"""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 
 The kinetic energy is a sum over hull, fixed fuel and pendulums, so each part is derived once and the pendulum's part is
 copied for every pendulum. What is derived here is linear in the accelerations and implicit; the right-hand side is
-evaluated in another form (dynamics.py) that has to agree with it.
+evaluated in another form (fast/) that has to agree with it.
 """
 
 from __future__ import annotations

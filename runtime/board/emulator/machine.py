@@ -29,11 +29,13 @@ _PAGE = 0x1000
 _PERIPHERALS = (0x40000000, 0x24000)
 _SYSTEM = (0xE000E000, _PAGE)
 _SYST_CSR, _SYST_RVR, _SYST_CVR, _AIRCR = 0x10, 0x14, 0x18, 0xD0C
-_RESET_KEY = 0x05FA0004
+_RESET_KEY = 0x05FA0004  # VECTKEY and SYSRESETREQ of the Armv7-M architecture
 _NOWHERE = 0xFFFFFFFE
 _RCC_CR, _RCC_CFGR = 0x23800, 0x23808
 _HSI_ON_AND_READY, _PLL_ON = 0x83, 1 << 24
 _STEP_MS = 20
+"""The counter's flag tells of one wrap, so the program must run at least once between two: 2^24 ticks are 99.9 ms at
+the 168 MHz of the fastest board."""
 
 Hook = Callable[[int, int], None]
 """Called with address and size of each block of instructions before it runs."""

@@ -20,7 +20,7 @@ from .machine import EmulatedBoard
 STEP = "mv_app_step"
 _NOT_THE_LAW = ("mv_server_", "mv_link_", "mv_board_", "main", "Reset_", "Default_", "mv_app_selftest")
 _TAKEN = 2
-"""Cycles that a taken branch adds to refill the pipeline."""
+"""Cycles that a taken branch adds to refill the pipeline: the middle of the 1 to 3 that the manual below states."""
 _CYCLES = {"vdiv": 14, "vsqrt": 14, "vfma": 3, "vfms": 3, "vmla": 3, "vmls": 3, "vnmla": 3, "vnmls": 3, "vmrs": 1,
            "vldr": 2, "vstr": 2, "ldr": 2, "ldrb": 2, "ldrh": 2, "str": 2, "strb": 2, "udiv": 7, "sdiv": 7}  # fmt: skip
 """Cortex-M4 Technical Reference Manual, instruction timings; one cycle for the rest."""

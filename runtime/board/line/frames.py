@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 _HEADER = struct.Struct("<BBH")
 _LONGEST = 1 << 16
+"""Bytes without a delimiter that are kept: above any frame, and a bound for a line that sends noise for ever."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ def _stuff(body: bytes) -> bytes:
     """Replace zeros by the distance to the next one (consistent overhead byte stuffing)."""
     stuffed = bytearray()
     for block in body.split(b"\0"):
-        while len(block) >= 254:
+        while len(block) >= 254:  # the longest block that one code byte, 1 to 255, can announce
             stuffed += b"\xff" + block[:254]
             block = block[254:]
         stuffed.append(len(block) + 1)

@@ -120,9 +120,11 @@ class Link:
     layout : Layout
         Of the model and law that the board must run.
     timeout : float
-        Seconds to wait for an answer before the request is sent again.
+        Seconds to wait for an answer before the request is sent again: several times the 2 x 35 ms that 400 bytes
+        take at 115200 baud. A step that was only late is not evaluated twice, so shorter costs traffic, not bits.
     tries : int
-        How often a request is sent before the link is given up.
+        How often a request is sent before the link is given up, five seconds with the default timeout: long enough
+        for a board to start anew.
     """
 
     def __init__(self, port: Port, layout: Layout, timeout: float = 0.25, tries: int = 20) -> None:
@@ -144,7 +146,7 @@ class Link:
         """
         begin = time.monotonic()
         tries, timeout = self._tries, self._timeout
-        self._tries, self._timeout = 1, min(timeout, 0.05)
+        self._tries, self._timeout = 1, min(timeout, 0.05)  # knock often: nobody may be there yet to hear
         try:
             while True:
                 try:

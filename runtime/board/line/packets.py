@@ -17,6 +17,7 @@ from .link import LinkError, Port
 
 Doubles = NDArray[np.float64]
 _FIRST_TRIES, _FIRST_TIMEOUT = 10, 0.5
+"""Five seconds for a board to start. Only the first packet is repeated: a later one would be another sample."""
 
 
 class BareLaw:

@@ -194,10 +194,10 @@ def test_a_batch_of_it_is_the_runs_alone(folder, law, plant, options):
     p[:, model.parameter_names.index("drag")] = np.linspace(0.1, 0.9, 5)
     x0 = np.array(model.functions["initial"](p, s))
     kernel = compile_kernel(model, law, {"plant": plant}, **options)
-    found = kernel.run(2, p, c, s, x0, seed=7, t_end=5.0, dt=0.1, save_every=0.1)
+    result = kernel.run(2, p, c, s, x0, seed=7, t_end=5.0, dt=0.1, save_every=0.1)
     expected = run_alone(model, kernel, p, c, s, x0, t_end=5.0, dt=0.1, seed=7, first_run=2)
     for name in ("final", "minimum", "maximum", "status", "t_stop", "steps", "series"):
-        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), err_msg=name)
+        np.testing.assert_array_equal(getattr(result, name), getattr(expected, name), err_msg=name)
 
 
 def test_lanes_threads_chunks_and_compilers_do_not_change_a_bit_of_a_batch(folder, monkeypatch):
@@ -208,11 +208,11 @@ def test_lanes_threads_chunks_and_compilers_do_not_change_a_bit_of_a_batch(folde
         p[:, model.parameter_names.index("drag")] = np.linspace(0.1, 0.9, 11)
         vectors = [v[chosen] for v in (p, c, s, np.array(model.functions["initial"](p, s)))]
         kernel = compile_kernel(model, "sum-law", delay=1, lanes=lanes)
-        found = kernel.run(chosen.start or 0, *vectors, seed=3, t_end=5.0, dt=0.1, save_every=0.5, threads=threads)
-        return list(vars(found).values())
+        result = kernel.run(chosen.start or 0, *vectors, seed=3, t_end=5.0, dt=0.1, save_every=0.5, threads=threads)
+        return list(vars(result).values())
 
-    def same(found: list[np.ndarray], wanted: list[np.ndarray]) -> None:
-        for one, other in zip(found, wanted, strict=True):
+    def same(result: list[np.ndarray], wanted: list[np.ndarray]) -> None:
+        for one, other in zip(result, wanted, strict=True):
             np.testing.assert_array_equal(one, other)
 
     expected = run()

@@ -30,8 +30,8 @@ def evaluate(expr: sp.Expr, x: float, y: float) -> float:
 @pytest.mark.parametrize("expr", POSITIVE, ids=str)
 def test_agrees_with_sympy(expr):
     for x, y in [(0.3, 0.7), (2.1, 1.4), (1.5, 3.25), (2.6, 0.2)]:
-        wanted = float(expr.subs({X: sp.Rational(str(x)), Y: sp.Rational(str(y))}).evalf(30))
-        assert evaluate(expr, x, y) == pytest.approx(wanted, rel=1e-14, abs=1e-14)
+        expected = float(expr.subs({X: sp.Rational(str(x)), Y: sp.Rational(str(y))}).evalf(30))
+        assert evaluate(expr, x, y) == pytest.approx(expected, rel=1e-14, abs=1e-14)
 
 
 def test_numbers_are_rounded_once():
@@ -50,8 +50,8 @@ def test_numbers_are_rounded_once():
     ), max_leaves=12))  # fmt: skip
 @settings(max_examples=60, deadline=None)
 def test_random_expressions_agree_with_sympy(expr):
-    wanted = float(sp.N(expr.subs({X: sp.Rational(7, 10), Y: sp.Rational(-13, 10)}), 30))
-    assert evaluate(expr, 0.7, -1.3) == pytest.approx(wanted, rel=1e-11, abs=1e-11)
+    expected = float(sp.N(expr.subs({X: sp.Rational(7, 10), Y: sp.Rational(-13, 10)}), 30))
+    assert evaluate(expr, 0.7, -1.3) == pytest.approx(expected, rel=1e-11, abs=1e-11)
 
 
 def test_definitions_are_followed_in_any_order():

@@ -42,9 +42,9 @@ def test_every_parameter_matters(case):
 @up_to_two_pendulums
 def test_units_can_be_changed(case):
     subject = subject_of(case)
-    wanted = [request.name for request in requests(subject.system)]
-    scales = {name: SAME_TORQUE if name in PURE_NUMBERS else SCALES for name in wanted}
-    failed = {name: error for name in wanted if not (error := misfit(subject, name, scales[name])) <= TOLERANCE}
+    names = [request.name for request in requests(subject.system)]
+    scales = {name: SAME_TORQUE if name in PURE_NUMBERS else SCALES for name in names}
+    failed = {name: error for name in names if not (error := misfit(subject, name, scales[name])) <= TOLERANCE}
     assert not failed
 
 

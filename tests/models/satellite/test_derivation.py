@@ -50,8 +50,8 @@ def test_the_kinematics_are_those_of_the_paper():
     p, q_, r = OMEGA
     turn = q_ * sp.sin(roll) + r * sp.cos(roll)
     printed = [p + turn * sp.tan(pitch), q_ * sp.cos(roll) - r * sp.sin(roll), turn / sp.cos(pitch)]
-    found = angle_rates(euler_rotation(), angles, OMEGA)
-    assert [sp.simplify(a - b) for a, b in zip(found, printed, strict=True)] == [0, 0, 0]
+    result = angle_rates(euler_rotation(), angles, OMEGA)
+    assert [sp.simplify(a - b) for a, b in zip(result, printed, strict=True)] == [0, 0, 0]
 
 
 def test_both_charts_turn_alike():
@@ -125,9 +125,9 @@ def polynomial(coefficients):
 @pytest.mark.parametrize("d", [1, 2])
 def test_the_cancelling_equation_is_solved(d):
     pole = sp.Symbol("c")
-    found = cancelling((pole, pole), d)
+    result = cancelling((pole, pole), d)
     A = 1 + a1 * q + a2 * q**2
-    residual = sp.expand(A * polynomial(found.S) + q**d * polynomial(found.T) - (1 - pole * q) ** 2)
+    residual = sp.expand(A * polynomial(result.S) + q**d * polynomial(result.T) - (1 - pole * q) ** 2)
     assert residual == 0
 
 
@@ -143,14 +143,14 @@ def test_the_printed_polynomials_of_the_law():
 @pytest.mark.parametrize("d", [1, 2])
 def test_the_retaining_equation_is_solved(d):
     pole = sp.Rational(1, 2)
-    found = retaining(pole, d)
-    assert found.matrix == retaining(pole, 1).matrix
+    result = retaining(pole, d)
+    assert result.matrix == retaining(pole, 1).matrix
     values = {a1: sp.Rational(-19, 10), a2: sp.Rational(11, 12), b0: sp.Rational(1, 17), b1: sp.Rational(1, 19)}
     if d == 2:
-        values[s1] = found.first[0].subs(values)
-    right = dict(zip(RIGHT, (e.subs(values) for e in found.right), strict=True))
-    size = resultant(found.matrix).subs(values)
-    last, *T = (n.subs(values | right) / size for n in numerators(found.matrix))
+        values[s1] = result.first[0].subs(values)
+    right = dict(zip(RIGHT, (e.subs(values) for e in result.right), strict=True))
+    size = resultant(result.matrix).subs(values)
+    last, *T = (n.subs(values | right) / size for n in numerators(result.matrix))
     S = [1, values[s1], last] if d == 2 else [1, last]
     A = 1 + values[a1] * q + values[a2] * q**2
     B = values[b0] + values[b1] * q
@@ -162,9 +162,9 @@ def test_the_retaining_equation_is_solved(d):
 )
 def test_the_nominal_roll_design(d, S, T):
     b = 0.5**2 / (2 * INERTIA[0])
-    found = diophantine(np.array([1.0, -2, 1]), np.array([b, b]), desired(0.5, d), d)
-    assert found[0] == pytest.approx(S, abs=1e-12)
-    assert found[1] == pytest.approx(T, abs=1e-9)
+    result = diophantine(np.array([1.0, -2, 1]), np.array([b, b]), desired(0.5, d), d)
+    assert result[0] == pytest.approx(S, abs=1e-12)
+    assert result[1] == pytest.approx(T, abs=1e-9)
 
 
 def test_names_that_are_fixed():

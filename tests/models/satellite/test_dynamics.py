@@ -80,8 +80,8 @@ def test_gravity_gradient_of_six_point_masses():
         excess = np.expm1(-3 * np.log1p((lengths - radius) / radius)) + 1
         torque = np.cross(arms, mu / radius**3 * distance * excess[:, None]).sum(axis=0)
         p = plant(omega0=ORBIT_RATE)
-        found = EULER.rhs(x, np.zeros(3), p)[3:6] * INERTIA
-        assert found == pytest.approx(torque, rel=1e-6, abs=1e-12)
+        result = EULER.rhs(x, np.zeros(3), p)[3:6] * INERTIA
+        assert result == pytest.approx(torque, rel=1e-6, abs=1e-12)
 
 
 def test_the_generated_jacobian_holds_the_linear_model():
@@ -234,8 +234,8 @@ def test_the_sensor_adds_noise_and_rounds(generated):
     seen[3:6] += 1e-6 * e[3:]
     rounded = x.copy()
     rounded[:3] = 1e-3 * np.floor(seen[:3] / 1e-3 + 0.5)
-    for found, expected in ((noisy, seen), (coarse, rounded)):
-        assert found == pytest.approx(expected if generated is EULER else as_quaternion(expected), abs=1e-15)
+    for result, expected in ((noisy, seen), (coarse, rounded)):
+        assert result == pytest.approx(expected if generated is EULER else as_quaternion(expected), abs=1e-15)
     assert generated.measure(state, e, plant(generated)) == pytest.approx(state, abs=1e-15)
 
 

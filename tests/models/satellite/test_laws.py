@@ -78,7 +78,7 @@ def test_the_metric_table(law, name):
     late = t >= 200
     error, torque = np.degrees(error[late]), np.abs(u[late])
     ring = np.abs(np.diff(u[late], axis=0)).mean(axis=0) / (2 * torque.mean(axis=0))
-    found = [
+    result = [
         np.sqrt((error**2).mean(axis=0)),
         np.abs(error).max(axis=0),
         torque.max(axis=0),
@@ -86,7 +86,7 @@ def test_the_metric_table(law, name):
         ring,
     ]
     assert math.isinf(lost)
-    assert (np.abs(np.array(found) - ROWS[name]) <= 0.02 * ROWS[name] + ROUNDING / 2).all()
+    assert (np.abs(np.array(result) - ROWS[name]) <= 0.02 * ROWS[name] + ROUNDING / 2).all()
 
 
 @pytest.mark.parametrize(
@@ -101,8 +101,8 @@ def test_the_metric_table(law, name):
     ],
 )
 def test_loops_that_are_lost(law, case, lost, within):
-    found = run(G, law, [case], samples=380, substeps=10).lost[0]
-    assert found == pytest.approx(lost, rel=within)
+    result = run(G, law, [case], samples=380, substeps=10).lost[0]
+    assert result == pytest.approx(lost, rel=within)
 
 
 @pytest.mark.parametrize(
@@ -274,15 +274,15 @@ def double_integrator(law, settings, samples, disturb=0.0, start=0.0, reference=
     z = first(x, r, p, c)
     delay = int(settings.get("delay", 0))
     y, speed, v, before = start, 0.0, np.zeros(3), np.zeros(3)
-    found = []
+    result = []
     for _ in range(samples):
         x[0] = y
-        found.append((y, z[G.memory(law).index("ym_roll")]))
+        result.append((y, z[G.memory(law).index("ym_roll")]))
         u, z = function(x, r, v, z, p, c)
         v, before = (before, u) if delay else (u, u)
         y, speed = y + 0.5 * speed + b * v[0], speed + 0.5 / 2.13 * v[0]
-        found[-1] = (*found[-1], v[0])
-    return np.array(found).T
+        result[-1] = (*result[-1], v[0])
+    return np.array(result).T
 
 
 @pytest.mark.parametrize(("law", "delay"), [("mrac", 0), ("mrac", 1), ("mrac-literal", 0), ("mrac-literal", 1)])

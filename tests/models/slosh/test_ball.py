@@ -34,11 +34,11 @@ def tumbling(model) -> np.ndarray:
 def free_motion(model, tolerance: float) -> np.ndarray:
     """Return the states of the free tumble, no thrust, no damping, at every accepted step; nothing is projected."""
     p, u = model.parameters(F=0.0, eps1=0.0, eps2=0.0), np.zeros(5)
-    found = solve_ivp(
+    result = solve_ivp(
         lambda t, x: model.rhs(x, u, p), (0.0, DURATION), tumbling(model), "DOP853", rtol=tolerance, atol=tolerance
     )
-    assert found.success
-    return found.y.T
+    assert result.success
+    return result.y.T
 
 
 @pytest.fixture(scope="module")

@@ -21,8 +21,8 @@ def test_evaluation_form_solves_the_derived_equations(inertia, pendulums):
         x, u, p = model.sample(rng)
         matrix, rest = (np.array(e) for e in equations(x, u, p))
         expected = np.linalg.solve(matrix, -rest[:, 0])
-        found = model.functions["rhs"](x, u, p)[at]
-        assert np.max(np.abs(found - expected)) <= 1e-12 * max(1, np.max(np.abs(expected)))
+        result = model.functions["rhs"](x, u, p)[at]
+        assert np.max(np.abs(result - expected)) <= 1e-12 * max(1, np.max(np.abs(expected)))
 
 
 @pytest.mark.parametrize("inertia", CONVENTIONS)
@@ -34,8 +34,8 @@ def test_evaluation_form_agrees_with_newton_and_euler(inertia, pendulums):
         x, u, p = model.sample(rng)
         a, alpha, own = reference.accelerations(reference.spacecraft(p), inertia, model.motion(x), u)
         expected = np.concatenate([a, alpha, own.ravel()])
-        found = model.accelerations(x, u, p)
-        assert np.max(np.abs(found - expected)) <= 1e-11 * max(1, np.max(np.abs(expected)))
+        result = model.accelerations(x, u, p)
+        assert np.max(np.abs(result - expected)) <= 1e-11 * max(1, np.max(np.abs(expected)))
 
 
 @pytest.mark.parametrize("inertia", ["paper", "hinge"])
@@ -69,11 +69,11 @@ def test_conventions_agree_for_point_bobs_without_damping():
         for k, bob in enumerate(craft.pendulums):
             s, slip = reference.bob_motion(bob, motion.q[k], motion.qd[k])
             y[9 + 6 * k : 15 + 6 * k] = np.concatenate([s, slip + np.cross(x[3:6], s)])
-        found = joint.accelerations(y, u, p)
-        np.testing.assert_allclose(found[:6], expected[:6], rtol=1e-10, atol=1e-10)
+        result = joint.accelerations(y, u, p)
+        np.testing.assert_allclose(result[:6], expected[:6], rtol=1e-10, atol=1e-10)
         for k, bob in enumerate(craft.pendulums):
             acceleration = arm_acceleration(bob, motion, k, expected[6 + 2 * k : 8 + 2 * k], expected[3:6])
-            np.testing.assert_allclose(found[6 + 3 * k : 9 + 3 * k], acceleration, rtol=1e-10, atol=1e-10)
+            np.testing.assert_allclose(result[6 + 3 * k : 9 + 3 * k], acceleration, rtol=1e-10, atol=1e-10)
 
 
 def arm_acceleration(bob, motion, k, angles, alpha):

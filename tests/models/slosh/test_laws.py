@@ -33,8 +33,8 @@ def named(model: Slosh, name: str, wanted: list[str]) -> ca.Function:
     groups = (system.states, system.parameters, law_of(model, name).parameters)
     vectors = [ca.SX.sym(g.name, len(g)) for g in groups]
     symbols = {s: v[i] for g, v in zip(groups, vectors, strict=True) for i, s in enumerate(g.symbols)}
-    found = to_casadi([sp.Symbol(n, real=True) for n in wanted], symbols, system.definitions)
-    return ca.Function("named", vectors, [ca.vertcat(*found)])
+    result = to_casadi([sp.Symbol(n, real=True) for n in wanted], symbols, system.definitions)
+    return ca.Function("named", vectors, [ca.vertcat(*result)])
 
 
 def along(value, x: np.ndarray, flow: np.ndarray) -> float:
@@ -74,8 +74,8 @@ def test_derivative_has_the_form_29_for_any_input(inertia, name):
         u = model.functions[f"{other.replace('-', '_')}_demand"](x, p, c2)[:5]
         A, B, C, f, g = coefficients(model, name, x, p, c)
         expected = A + B * u[0] + C * u[1] + (f @ u[2:] + g) @ x[3:6]
-        found = along(lambda y, c=c, p=p: value(y, p, c)[0], x, loop(x, np.zeros(0), p, c2))
-        assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * abs(value(x, p, c)[0]))
+        result = along(lambda y, c=c, p=p: value(y, p, c)[0], x, loop(x, np.zeros(0), p, c2))
+        assert result == pytest.approx(expected, rel=1e-9, abs=1e-9 * abs(value(x, p, c)[0]))
 
 
 @pytest.mark.parametrize("inertia", CONVENTIONS)
@@ -92,11 +92,11 @@ def test_law_leaves_squares_only(inertia, name):
         w = np.array([c[[q.name for q in group].index(f"w{k}")] for k in range(1, 6)])
         A, B, C, _, _ = coefficients(model, name, x, p, c)
         squares = w @ np.array([B**2, C**2, *x[3:6] ** 2])
-        found = along(lambda y, c=c, p=p: value(y, p, c)[0], x, loop(x, np.zeros(0), p, c))
-        assert found == pytest.approx(A - squares, rel=1e-9, abs=1e-9 * abs(value(x, p, c)[0]))
+        result = along(lambda y, c=c, p=p: value(y, p, c)[0], x, loop(x, np.zeros(0), p, c))
+        assert result == pytest.approx(A - squares, rel=1e-9, abs=1e-9 * abs(value(x, p, c)[0]))
         if name == "lyapunov-v2":
             assert A == 0
-            assert found < 0
+            assert result < 0
 
 
 def test_matrix_of_the_law_is_symmetric_as_derived():
@@ -241,8 +241,8 @@ def test_bad_numbers_are_explained(values, said):
     plant = {n: v for n, v in values.items() if n in [q.name for q in model.system.parameters]}
     begun = {n: v for n, v in values.items() if n not in plant}
     s = with_values(model.system.scenario_parameters, begun)
-    found = model.functions["constraints"](model.parameters(**plant), s)
-    refused = [c.message for c, margin in zip(model.system.constraints, found, strict=True) if margin <= 0]
+    result = model.functions["constraints"](model.parameters(**plant), s)
+    refused = [c.message for c, margin in zip(model.system.constraints, result, strict=True) if margin <= 0]
     assert len(refused) == 1
     assert said in refused[0]
 

@@ -83,8 +83,8 @@ def test_hinge_convention(seed):
     mujoco.mj_forward(built, data)
     angles = data.qacc[6:].reshape(-1, 2)[:, ::-1]
     expected = np.concatenate([data.qacc[FREE], angles.ravel()])
-    found = model.accelerations(x, u, p)
-    assert np.max(np.abs(found - expected)) <= 1e-9 * max(1, np.max(np.abs(expected)))
+    result = model.accelerations(x, u, p)
+    assert np.max(np.abs(result - expected)) <= 1e-9 * max(1, np.max(np.abs(expected)))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -116,8 +116,8 @@ def test_paper_convention_with_geared_discs(seed):
     push[FREE] = applied(craft, u, np.eye(3))
     push[6:] = -np.ravel([bob.eps * rates for bob, rates in zip(craft.pendulums, motion.qd, strict=True)])
     expected = np.linalg.solve(gears.T @ full @ gears, push - gears.T @ data.qfrc_bias)
-    found = model.accelerations(x, u, p)
-    assert np.max(np.abs(found - expected)) <= 1e-9 * max(1, np.max(np.abs(expected)))
+    result = model.accelerations(x, u, p)
+    assert np.max(np.abs(result - expected)) <= 1e-9 * max(1, np.max(np.abs(expected)))
 
 
 def facing(s: np.ndarray) -> np.ndarray:
@@ -153,8 +153,8 @@ def test_ball_joint_without_spin(seed):
         turning = turns[k] @ (own - np.cross(spin, carried)) + data.qacc[3:6]
         arms.append(reference.arm_rate_change(motion.W, motion.q[k], motion.qd[k], turning))
     expected = np.concatenate([data.qacc[FREE], *arms])
-    found = model.accelerations(x, u, p)
-    assert np.max(np.abs(found - expected)) <= 1e-9 * max(1, np.max(np.abs(expected)))
+    result = model.accelerations(x, u, p)
+    assert np.max(np.abs(result - expected)) <= 1e-9 * max(1, np.max(np.abs(expected)))
 
 
 def test_forced_damped_trajectory_on_hinges():

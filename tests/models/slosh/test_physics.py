@@ -45,8 +45,8 @@ def test_power_balance(model):
         loss = dissipated(model, x, p)
         assert loss > 0
         expected = thrust @ x[:3] + moment @ x[3:6] - loss
-        (found,) = along_flow(model, "energy", x, u, p)
-        assert found == pytest.approx(expected, rel=1e-11, abs=1e-9 * np.linalg.norm(thrust) * np.linalg.norm(x[:3]))
+        (result,) = along_flow(model, "energy", x, u, p)
+        assert result == pytest.approx(expected, rel=1e-11, abs=1e-9 * np.linalg.norm(thrust) * np.linalg.norm(x[:3]))
 
 
 def test_linear_and_angular_momentum(model):
@@ -109,8 +109,8 @@ def test_permutation_of_pendulums(model):
     order = [names.index(other(n)) if re.match(r"phi|theta|s\d|sigma", n) else k for k, n in enumerate(names)]
     parameters = [q.name for q in model.system.parameters]
     own = [parameters.index(other(n)) if re.fullmatch(r"(m|l|h|I|eps)[12]", n) else k for k, n in enumerate(parameters)]
-    found = model.functions["rhs"](x[order], u, p[own])
-    np.testing.assert_allclose(found[order], model.functions["rhs"](x, u, p), rtol=1e-11, atol=1e-9)
+    result = model.functions["rhs"](x[order], u, p[own])
+    np.testing.assert_allclose(result[order], model.functions["rhs"](x, u, p), rtol=1e-11, atol=1e-9)
 
 
 def bob_places(model: Slosh, k: int) -> list[int]:
@@ -130,10 +130,10 @@ def test_a_pendulum_may_be_split_in_two(inertia):
     m, length, h, inertia_, eps = p[-5:]
     half = np.array([m / 2, length, h, inertia_ / 2, eps / 2])
     expected = one.functions["rhs"](x, u, p)
-    found = two.functions["rhs"](y, u, np.concatenate([p[:-5], half, half]))
-    np.testing.assert_allclose(found[:9], expected[:9], rtol=1e-11, atol=1e-9)
+    result = two.functions["rhs"](y, u, np.concatenate([p[:-5], half, half]))
+    np.testing.assert_allclose(result[:9], expected[:9], rtol=1e-11, atol=1e-9)
     for k in (1, 2):
-        np.testing.assert_allclose(found[bob_places(two, k)], expected[bob_places(one, 1)], rtol=1e-10, atol=1e-9)
+        np.testing.assert_allclose(result[bob_places(two, k)], expected[bob_places(one, 1)], rtol=1e-10, atol=1e-9)
 
 
 @pytest.mark.parametrize("inertia", CONVENTIONS)
@@ -144,9 +144,9 @@ def test_a_pendulum_without_mass_has_no_effect(inertia):
         p[two.position(name)] *= 1e-13
     y = np.concatenate([x[:9], x[bob_places(two, 1)]])
     expected = one.functions["rhs"](y, u, p[:-5])
-    found = two.functions["rhs"](x, u, p)
-    np.testing.assert_allclose(found[:9], expected[:9], rtol=1e-9, atol=1e-8)
-    np.testing.assert_allclose(found[bob_places(two, 1)], expected[9:], rtol=1e-9, atol=1e-8)
+    result = two.functions["rhs"](x, u, p)
+    np.testing.assert_allclose(result[:9], expected[:9], rtol=1e-9, atol=1e-8)
+    np.testing.assert_allclose(result[bob_places(two, 1)], expected[9:], rtol=1e-9, atol=1e-8)
 
 
 def same_bob(model: Slosh, x: np.ndarray) -> np.ndarray:
@@ -159,9 +159,9 @@ def same_bob(model: Slosh, x: np.ndarray) -> np.ndarray:
 
 
 def chart_defect(model: Slosh, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> float:
-    found, expected = (model.accelerations(y, u, p) for y in (same_bob(model, x), x))
+    result, expected = (model.accelerations(y, u, p) for y in (same_bob(model, x), x))
     expected[6] *= -1
-    return float(np.max(np.abs(found - expected)))
+    return float(np.max(np.abs(result - expected)))
 
 
 def test_both_angles_of_the_same_place_give_the_same_motion():
@@ -192,9 +192,9 @@ def test_short_pendulums_at_rest_make_a_rigid_body(model):
     J = craft.J + craft.I0 + np.array([0, about, about])
     alpha = (moment - np.cross([centre, 0, 0], thrust)) / J
     a = thrust / total - np.cross(alpha, [centre, 0, 0])
-    found = model.accelerations(x, u, p)
-    np.testing.assert_allclose(found[:3], a, rtol=1e-5, atol=1e-5)
-    np.testing.assert_allclose(found[3:6], alpha, rtol=1e-5, atol=1e-5)
+    result = model.accelerations(x, u, p)
+    np.testing.assert_allclose(result[:3], a, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(result[3:6], alpha, rtol=1e-5, atol=1e-5)
 
 
 def at_rest(model: Slosh, **values: float) -> tuple[np.ndarray, np.ndarray]:

@@ -52,12 +52,12 @@ def folder(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def runs(folder):
-    found = {}
+    result = {}
     for plant, attitude, law in RUNS:
-        found[plant, attitude, law] = mehvar.simulate(
+        result[plant, attitude, law] = mehvar.simulate(
             str(folder), controller=law, scenario="paper", plant=plant, attitude=attitude
         )
-    return found
+    return result
 
 
 def metrics(folder: Path, run) -> dict[str, float]:
@@ -71,12 +71,12 @@ def metrics(folder: Path, run) -> dict[str, float]:
 def test_metric_table(folder, runs, column):
     run = runs[RUNS[column]]
     assert run.attrs["status"] == "done"
-    found = metrics(folder, run)
+    result = metrics(folder, run)
     whole = np.isclose(run.t.values, np.round(run.t.values), atol=1e-6)
     for name in INPUTS:
-        found[name] = float(np.nanmax(np.abs(run[f"u_{name}"].values[whole])))
+        result[name] = float(np.nanmax(np.abs(run[f"u_{name}"].values[whole])))
     for name, row in (TABLE | INPUTS).items():
-        value = np.degrees(found[name]) if name in ANGLES else found[name]
+        value = np.degrees(result[name]) if name in ANGLES else result[name]
         assert value == pytest.approx(row[column], rel=0.01), name
 
 

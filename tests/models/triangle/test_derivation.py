@@ -40,15 +40,15 @@ def in_paper_chart(expr: sp.Expr) -> sp.Expr:
 @pytest.mark.parametrize(("k", "shift"), [(1, -2 * sp.pi / 3), (2, 2 * sp.pi / 3), (3, sp.S.Zero)])
 def test_rod_lengths_are_20_and_rates_are_22(k, shift):
     length = sp.sqrt(MU / 3 * (1 + 2 * RHO * sp.sqrt(1 - RHO**2) * sp.cos(PHI + shift)))
-    found = in_paper_chart(sp.Symbol(f"length{k}", positive=True))
-    assert sp.N((found - length).subs(POINT), 40) == pytest.approx(0, abs=1e-35)
+    result = in_paper_chart(sp.Symbol(f"length{k}", positive=True))
+    assert sp.N((result - length).subs(POINT), 40) == pytest.approx(0, abs=1e-35)
     rate = (
         length / (2 * MU) * W3
         + MU / (3 * length) * (1 - 2 * RHO**2) / sp.sqrt(1 - RHO**2) * sp.cos(PHI + shift) * W1
         - MU / (3 * length) * RHO * sp.sqrt(1 - RHO**2) * sp.sin(PHI + shift) * W2
     )
-    found = in_paper_chart(sp.Symbol(f"rod_rate{k}", real=True))
-    assert sp.N((found - rate).subs(POINT), 40) == pytest.approx(0, abs=1e-35)
+    result = in_paper_chart(sp.Symbol(f"rod_rate{k}", real=True))
+    assert sp.N((result - rate).subs(POINT), 40) == pytest.approx(0, abs=1e-35)
 
 
 def test_momentum_balance_is_12_and_18():

@@ -43,9 +43,9 @@ def turn_along_circle(model: Model, radius: float, centre: complex, masses: tupl
 
 @pytest.mark.parametrize(("radius", "centre"), [(0.25, 0.0), (0.2, 0.3 + 0.1j), (0.45, -0.1j)])
 def test_a_shape_loop_turns_by_twice_its_area(equal, radius, centre):
-    wanted = 2 * np.pi * radius**2
-    assert turn_along_circle(equal, radius, centre, None) == pytest.approx(wanted, abs=1e-12)
-    assert theta_after_loop(radius, centre, (1.0, 1.0, 1.0)) == pytest.approx(wanted, abs=1e-9)
+    expected = 2 * np.pi * radius**2
+    assert turn_along_circle(equal, radius, centre, None) == pytest.approx(expected, abs=1e-12)
+    assert theta_after_loop(radius, centre, (1.0, 1.0, 1.0)) == pytest.approx(expected, abs=1e-9)
 
 
 def test_unequal_masses_turn_by_the_same_angle(general):
@@ -61,8 +61,8 @@ def test_unequal_masses_turn_by_the_same_angle(general):
 def test_lengths_and_shape_are_inverse_for_any_masses(general, rho, phi, mu, masses):
     p = general.parameters(m1=masses[0], m2=masses[1], m3=masses[2])
     lengths = general.functions["lengths"](rho, phi, mu, p)
-    found = general.functions["shape"](*lengths, p)
-    np.testing.assert_allclose(found, [rho, phi, mu], rtol=1e-7, atol=1e-9)
+    result = general.functions["shape"](*lengths, p)
+    np.testing.assert_allclose(result, [rho, phi, mu], rtol=1e-7, atol=1e-9)
 
 
 @pytest.mark.parametrize("masses", [None, MASSES])

@@ -107,8 +107,8 @@ def test_one_name(text: str, distribution: stats.rv_continuous) -> None:
 
 def test_choice_takes_each_value_equally_often() -> None:
     drawn = values("x", "choice(1, 2.5, -3)")[:, 0]
-    found, counts = np.unique(drawn, return_counts=True)
-    assert found.tolist() == [-3.0, 1.0, 2.5]
+    result, counts = np.unique(drawn, return_counts=True)
+    assert result.tolist() == [-3.0, 1.0, 2.5]
     assert stats.chisquare(counts).pvalue > 1e-3
 
 

@@ -54,8 +54,8 @@ def campaign(sampling: str = "random") -> str:
 def test_the_interval_is_the_exact_one(runs: int, share: float) -> None:
     successes = round(share * runs)
     low, high = interval(successes, runs)
-    wanted = binomtest(successes, runs).proportion_ci(0.95, method="exact")
-    assert (low, high) == pytest.approx((wanted.low, wanted.high), rel=1e-8, abs=1e-12)
+    expected = binomtest(successes, runs).proportion_ci(0.95, method="exact")
+    assert (low, high) == pytest.approx((expected.low, expected.high), rel=1e-8, abs=1e-12)
     assert low <= successes / runs <= high
 
 
@@ -65,10 +65,10 @@ def test_a_summary_counts_what_is_there(rng: np.random.Generator) -> None:
     status = np.zeros(N, np.uint8)
     status[:10], status[10:14] = Status.LIMIT, IMPOSSIBLE
     store = filled({"m": metric, STATUS: status})
-    found = summarise(store)
-    assert found.statuses == {"done": N - 14, "limit": 10, "impossible": 4}
-    assert (found.successes, found.stored, found.planned) == (N - 14, N, N)
-    (row,) = found.rows
+    result = summarise(store)
+    assert result.statuses == {"done": N - 14, "limit": 10, "impossible": 4}
+    assert (result.successes, result.stored, result.planned) == (N - 14, N, N)
+    (row,) = result.rows
     finite = metric[np.isfinite(metric)]
     assert row.finite == N - 2
     assert row.mean == pytest.approx(finite.mean())
@@ -88,11 +88,11 @@ def test_a_summary_counts_what_is_there(rng: np.random.Generator) -> None:
 def test_an_unfinished_store_is_summed_up_over_what_it_has(rng: np.random.Generator) -> None:
     metric = rng.normal(size=N)
     store = filled({"m": metric}, blocks=[0, 2])
-    found = summarise(store)
-    assert (found.stored, found.planned) == (2 * CHUNK, N)
+    result = summarise(store)
+    assert (result.stored, result.planned) == (2 * CHUNK, N)
     there = np.r_[0:CHUNK, 2 * CHUNK : 3 * CHUNK]
-    assert found.rows[0].mean == pytest.approx(metric[there].mean())
-    assert found.rows[0].largest[0] == there[np.argmax(metric[there])]
+    assert result.rows[0].mean == pytest.approx(metric[there].mean())
+    assert result.rows[0].largest[0] == there[np.argmax(metric[there])]
     with pytest.raises(InputError, match="holds no run yet"):
         summarise(filled({}, blocks=[]))
 
@@ -101,9 +101,9 @@ def test_bands_are_quantiles_of_the_runs_that_are_still_going(rng: np.random.Gen
     series = rng.normal(size=(N, 5)).cumsum(axis=1)
     series[::3, 3:] = np.nan
     series[:, 4] = np.nan
-    found = bands(filled({"x": series}), "x", [0.05, 0.5])
-    assert np.allclose(found[:, :4], np.nanquantile(series[:, :4], [0.05, 0.5], axis=0))
-    assert np.isnan(found[:, 4]).all()
+    result = bands(filled({"x": series}), "x", [0.05, 0.5])
+    assert np.allclose(result[:, :4], np.nanquantile(series[:, :4], [0.05, 0.5], axis=0))
+    assert np.isnan(result[:, 4]).all()
     with pytest.raises(InputError, match="holds no series 'm'; a batch stores series with --save every=DT"):
         bands(filled({}), "m", [0.5])
 
@@ -112,16 +112,16 @@ def test_regression_finds_the_coefficients(rng: np.random.Generator) -> None:
     a, b = rng.normal(3, 2, N), rng.normal(-1, 0.5, N)
     metric = 1 + 2 * a - 4 * b + rng.normal(0, 1.5, N)
     metric[17] = np.inf
-    (found,) = sensitivities(filled({"a": a, "b": b, "m": metric}, campaign=campaign()))
+    (result,) = sensitivities(filled({"a": a, "b": b, "m": metric}, campaign=campaign()))
     keep = np.isfinite(metric)
     design = np.column_stack([np.ones(keep.sum()), a[keep], b[keep]])
     raw, residual, *_ = np.linalg.lstsq(design, metric[keep])
     sd = metric[keep].std()
-    assert found.kind == "regression"
-    assert found.first["a"] == pytest.approx(raw[1] * a[keep].std() / sd)
-    assert found.first["b"] == pytest.approx(raw[2] * b[keep].std() / sd)
-    assert found.explained == pytest.approx(1 - residual[0] / (keep.sum() * sd**2))
-    assert found.runs == N - 1
+    assert result.kind == "regression"
+    assert result.first["a"] == pytest.approx(raw[1] * a[keep].std() / sd)
+    assert result.first["b"] == pytest.approx(raw[2] * b[keep].std() / sd)
+    assert result.explained == pytest.approx(1 - residual[0] / (keep.sum() * sd**2))
+    assert result.runs == N - 1
 
 
 def test_nothing_is_said_of_what_does_not_scatter(rng: np.random.Generator) -> None:
@@ -136,12 +136,12 @@ def test_sobol_indices_of_a_known_function() -> None:
     a, b = points.T
     metric = a + 2 * b + 3 * (a - 0.5) * (b - 0.5)
     store = filled({"a": a, "b": b, "m": metric}, n=n, campaign=campaign("saltelli"))
-    (found,) = sensitivities(store)
+    (result,) = sensitivities(store)
     parts = np.array([1 / 12, 4 / 12, 9 / 144])
     first, second, both = parts / parts.sum()
-    assert found.kind == "sobol"
-    assert [found.first["a"], found.first["b"]] == pytest.approx([first, second], abs=0.01)
-    assert [found.total["a"], found.total["b"]] == pytest.approx([first + both, second + both], abs=0.01)
+    assert result.kind == "sobol"
+    assert [result.first["a"], result.first["b"]] == pytest.approx([first, second], abs=0.01)
+    assert [result.total["a"], result.total["b"]] == pytest.approx([first + both, second + both], abs=0.01)
 
 
 def test_the_stop_rule_looks_at_the_whole_width() -> None:

@@ -60,8 +60,8 @@ def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 @pytest.fixture
 def client(scheduler: str) -> Iterator[Client]:
-    with connect(scheduler) as found:
-        yield found
+    with connect(scheduler) as result:
+        yield result
 
 
 @pytest.fixture(scope="module")

@@ -45,8 +45,8 @@ def test_every_emulator_with_every_compiler(target, samples, compiler, expected_
 
     QEMU's line is slow, so there only the target goes all the way; benchmarks/board.py has the long loop too.
     """
-    asked = BoardRequest("mrac", target, compiler=compiler, samples=samples, every=25, selftest=LONG, profiled=False)
-    outcome = run_on_board(load("satellite"), asked)
+    request = BoardRequest("mrac", target, compiler=compiler, samples=samples, every=25, selftest=LONG, profiled=False)
+    outcome = run_on_board(load("satellite"), request)
     assert outcome.u.compared == 3 * samples
     assert (outcome.max_ulp, outcome.x.ulp, outcome.restored) == (0, 0, 0)
     assert outcome.z.compared > 0
@@ -91,11 +91,11 @@ def test_a_serial_port(tmp_path):
     import subprocess
     import tty
 
-    made = program(load("triangle"), "path")
+    firmware = program(load("triangle"), "path")
     master, slave = os.openpty()
     tty.setraw(master)
     tty.setraw(slave)
-    process = subprocess.Popen([build(made, None, host_toolchain()).path], stdin=master, stdout=master)
+    process = subprocess.Popen([build(firmware, None, host_toolchain()).path], stdin=master, stdout=master)
     try:
         outcome = run_on_board(load("triangle"), BoardRequest("path", os.ttyname(slave), samples=30, selftest=0))
         assert (outcome.max_ulp, outcome.u.compared) == (0, 90)
@@ -127,7 +127,7 @@ def test_a_difference_is_found():
 
 def test_what_cannot_be_run_is_refused():
     model = load("satellite")
-    for asked, text in (
+    for request, text in (
         (BoardRequest("mrac", "sil", "stm32f4"), "must be left out for software in the loop"),
         (BoardRequest("mrac", "unicorn", "stm32f9"), "did you mean stm32f4"),
         (BoardRequest("mrac", compiler="icc"), "known: zig, gcc"),
@@ -137,7 +137,7 @@ def test_what_cannot_be_run_is_refused():
         (BoardRequest("mrac", "/dev/no-such-port"), "sil, unicorn, qemu, qemu-pty, or a serial port"),
     ):
         with pytest.raises(InputError, match=text):
-            run_on_board(model, asked)
+            run_on_board(model, request)
 
 
 @pytest.mark.parametrize(("number", "text"), [(13, "no permission: .* dialout"), (2, "no such port"), (16, "another")])

@@ -161,9 +161,9 @@ def test_another_law_is_refused(bench):
 
 
 def test_an_image_for_another_board_is_refused():
-    made = program(load("satellite"), "pd")
-    image = build(made, board("stm32f4"), toolchain())
-    elsewhere = type(image)(image.path, made, board("mps2-m4f"), image.toolchain, False)
+    firmware = program(load("satellite"), "pd")
+    image = build(firmware, board("stm32f4"), toolchain())
+    elsewhere = type(image)(image.path, firmware, board("mps2-m4f"), image.toolchain, False)
     with pytest.raises(InputError, match="not for mps2-m4f"):
         MachinePort(elsewhere)
 

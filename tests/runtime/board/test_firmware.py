@@ -32,11 +32,11 @@ LAWS = [
 ]  # fmt: skip
 
 
-def check(folder, made, chosen, compiler):
+def check(folder, firmware, platform, compiler):
     """Compile every file of a firmware without writing anything."""
-    texts = sources(made, chosen)
+    texts = sources(firmware, platform)
     write_sources(folder, texts)
-    for command in compile_commands(texts, made.model.manifest.model, chosen, compiler)[:-1]:
+    for command in compile_commands(texts, firmware.model.manifest.model, platform, compiler)[:-1]:
         done = subprocess.run(
             [*command, *STRICT, "-fsyntax-only"], cwd=folder, capture_output=True, text=True, check=False
         )
@@ -121,20 +121,26 @@ def measured(compiler):
     assert outcome.max_ulp == 0
     profile, elf = outcome.profile, outcome.elf
     stack = outcome.stats["stack_used"]
-    found = {"instructions": profile.most, "cycles": profile.cycles, "flash": elf.flash, "ram": elf.ram, "stack": stack}
-    return found, elf, outcome
+    result = {
+        "instructions": profile.most,
+        "cycles": profile.cycles,
+        "flash": elf.flash,
+        "ram": elf.ram,
+        "stack": stack,
+    }
+    return result, elf, outcome
 
 
 @pytest.mark.parametrize("compiler", [pytest.param("gcc", marks=NEEDS_GCC), "zig"])
 def test_a_step_and_an_image_stay_within_their_budget(compiler):
     """The adaptive law, designed for the delay; numbers of the same compiler may grow by 2 %."""
-    found, elf, outcome = measured(compiler)
+    result, elf, outcome = measured(compiler)
     budget = BUDGET[compiler]
     if outcome.image.toolchain.version == budget["version"]:
-        for name, value in found.items():
+        for name, value in result.items():
             assert value <= 1.02 * budget["measured"][name], f"{name} grew: change budget.json if it must"
     for name, limit in budget["limits"].items():
-        assert found[name] <= limit, name
+        assert result[name] <= limit, name
     assert elf.doubles() == []
     for coverage in outcome.covered:
         assert coverage.run >= 0.95 * coverage.lines or coverage.function == "mv_app_step", coverage
@@ -143,10 +149,10 @@ def test_a_step_and_an_image_stay_within_their_budget(compiler):
 @NEEDS_GCC
 def test_a_double_routine_is_noticed(tmp_path):
     """The image in double has what the symbol check looks for."""
-    made, chosen = program(load("triangle"), "path"), board("stm32f4")
-    texts = sources(made, chosen)
+    firmware, platform = program(load("triangle"), "path"), board("stm32f4")
+    texts = sources(firmware, platform)
     write_sources(tmp_path, texts)
-    for command in compile_commands(texts, "triangle", chosen, toolchain("gcc")):
+    for command in compile_commands(texts, "triangle", platform, toolchain("gcc")):
         words = [word for word in command if word != "-DMEHVAR_FLOAT"]
         if words[-1] != "sqrtf.o":
             done = subprocess.run(
@@ -170,14 +176,14 @@ def test_names_of_double_routines():
 
 def test_the_layout_comes_from_the_models_names():
     manifest = load("satellite").manifest
-    found = layout(manifest, manifest.controller("mrac"))
-    assert found.inputs[:3] == ("roll", "pitch", "yaw")
-    assert found.inputs[10:] == ("ref_roll", "ref_pitch", "ref_yaw", "Tx_applied", "Ty_applied", "Tz_applied")
-    assert found.outputs == ("Tx", "Ty", "Tz")
-    assert found.hash != layout(manifest, manifest.controller("pd")).hash
+    result = layout(manifest, manifest.controller("mrac"))
+    assert result.inputs[:3] == ("roll", "pitch", "yaw")
+    assert result.inputs[10:] == ("ref_roll", "ref_pitch", "ref_yaw", "Tx_applied", "Ty_applied", "Tz_applied")
+    assert result.outputs == ("Tx", "Ty", "Tz")
+    assert result.hash != layout(manifest, manifest.controller("pd")).hash
 
 
 def test_a_program_is_compiled_once():
-    made = program(load("triangle"), "sliding")
-    build(made, None, host_toolchain())
-    assert not build(made, None, host_toolchain()).built
+    firmware = program(load("triangle"), "sliding")
+    build(firmware, None, host_toolchain())
+    assert not build(firmware, None, host_toolchain()).built

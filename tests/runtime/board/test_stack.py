@@ -23,8 +23,8 @@ FAULT_AND_HANDLER = {"m3": 36 + 8, "m4f": 108 + 8}
 @pytest.mark.parametrize("name", ["stm32f4", "mps2-m3"])
 def test_what_is_used_is_within_the_bound(compiler, name):
     """And near it, less the fault that did not happen: a bound of everything would say nothing."""
-    asked = BoardRequest("mrac", "unicorn", name, compiler, samples=8, selftest=8, profiled=False, every=8)
-    outcome = run_on_board(load("satellite"), asked)
+    request = BoardRequest("mrac", "unicorn", name, compiler, samples=8, selftest=8, profiled=False, every=8)
+    outcome = run_on_board(load("satellite"), request)
     assert outcome.bound is not None
     used, bound = outcome.stats["stack_used"], outcome.bound.bytes
     assert used <= bound <= used + FAULT_AND_HANDLER[board(name).cpu] + 64
@@ -44,10 +44,10 @@ SOURCES = {
 
 @pytest.mark.parametrize("compiler", [pytest.param("gcc", marks=NEEDS_GCC), "zig"])
 def test_calls_through_pointers_recursion_and_frames_of_variable_size(tmp_path, compiler):
-    found = {name: _bound_of(tmp_path, name, text, compiler) for name, text in SOURCES.items()}
-    assert found["depth"].startswith("bytes >= 200: True")
-    assert "recursive: start calls start" in found["recursion"]
-    assert "start has a frame of variable size" in found["variable"]
+    result = {name: _bound_of(tmp_path, name, text, compiler) for name, text in SOURCES.items()}
+    assert result["depth"].startswith("bytes >= 200: True")
+    assert "recursive: start calls start" in result["recursion"]
+    assert "start has a frame of variable size" in result["variable"]
 
 
 def _bound_of(folder, name, text, compiler):

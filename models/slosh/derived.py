@@ -8,9 +8,17 @@ from collections.abc import Sequence
 import sympy as sp
 
 from ..system import Derivation, Expr, Group
-from .pendulums import accelerations, parts, pendulum_equations
+from .pendulums import parts
 from .plant import ball, pendulum
-from .plant.equations import applied_wrench, hull_wrench, show_equations, velocity_accelerations, whole
+from .plant.equations import (
+    accelerations_of,
+    applied_wrench,
+    hull_wrench,
+    show_equations,
+    velocity_accelerations,
+    whole,
+)
+from .plant.pendulum import angle_acceleration
 from .plant.reduced import generic_accelerations, show_reduced
 from .states import RATE, VELOCITY, Pendulum, angle_rate_quantities, arm_rate_quantities, rate, velocity
 
@@ -36,9 +44,9 @@ def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[st
     """
     part, copies = parts(inertia, bobs)
     own = [sp.Symbol(f"{q.name}_rate", real=True) for q in (*VELOCITY, *RATE)]
-    unknown, rows = pendulum_equations(inertia, bobs)
+    unknown, rows = _pendulum_equations(inertia, bobs)
     hull = velocity_accelerations(dict(zip((*velocity, *rate), own, strict=True)))
-    named = [copy | accelerations(inertia, k) for k, copy in enumerate(copies, 1)]
+    named = [copy | _accelerations(inertia, k) for k, copy in enumerate(copies, 1)]
     left = whole(hull_wrench(p), (*part.force, *part.moment), named)
     balance = [side - applied for side, applied in zip(left, applied_wrench(p), strict=True)]
     states = [q.name for q in (*VELOCITY, *RATE)]
@@ -47,6 +55,23 @@ def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[st
         states += [q.name for q in moving]
     equations = tuple(entry.xreplace(hull) for entry in (*balance, *rows))
     return dict(zip(states, (*own, *unknown), strict=True)), equations
+
+
+def _pendulum_equations(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[tuple[sp.Symbol, ...], tuple[Expr, ...]]:
+    """Return the pendulums' accelerations as symbols and their equations as residuals: (15), (16) or those of s."""
+    part, names = parts(inertia, pendulums)
+    rows = tuple(ball.tangential_rows()) if inertia == "ball" else tuple(part.rows)
+    named = [n | _accelerations(inertia, k) for k, n in enumerate(names, 1)]
+    unknown = tuple(s for k in range(1, len(pendulums) + 1) for s in _accelerations(inertia, k).values())
+    return unknown, tuple(row.xreplace(n) for n in named for row in rows)
+
+
+def _accelerations(inertia: str, k: int) -> dict[sp.Symbol, Expr]:
+    """Return the symbols of the accelerations of pendulum k, by the generic ones."""
+    if inertia == "ball":
+        own = sp.symbols(" ".join(f"sigma{k}{axis}_dot" for axis in "xyz"), real=True)
+        return dict(zip(ball.arm_acceleration, own, strict=True))
+    return dict(zip(angle_acceleration, accelerations_of(k), strict=True))
 
 
 def show(p: Group, inertia: str, d: Derivation) -> None:
