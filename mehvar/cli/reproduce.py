@@ -111,10 +111,10 @@ def _facts(reports: Sequence[PaperReport], seconds: float) -> dict[str, str]:
 
 
 def _versions() -> dict[str, str]:
-    versions = {}
+    found = {}
     for package in _PACKAGES:
         try:
-            versions[package] = version(package)
+            found[package] = version(package)
         except PackageNotFoundError:
             continue
-    return versions
+    return found
