@@ -70,7 +70,7 @@ class TableRow:
 
 
 @dataclass(frozen=True)
-class Table:
+class AxisTable:
     """The contents of expected.toml; `explanation` is about the rows that may not be run."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
@@ -102,7 +102,7 @@ _WHAT = (
 )
 """Each number of a row: what it is, its unit, and the digits after the point that are given."""
 
-TABLE = read_data(Path(__file__).with_name("expected.toml"), Table)
+TABLE = read_data(Path(__file__).with_name("expected.toml"), AxisTable)
 PRINTED_B = tuple(TABLE.printed_b[axis] for axis in AXES)
 """b0 and b1 of roll, pitch and yaw as (43)-(45) print them, rad/(N m)."""
 

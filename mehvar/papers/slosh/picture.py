@@ -45,7 +45,7 @@ def picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
 
 
 @dataclass(frozen=True)
-class _Panel:
+class _CraftPanel:
     """Variables of one unit: meaning, unit shown, and name, symbol, colour and line of each."""
 
     meaning: str
@@ -53,28 +53,29 @@ class _Panel:
     variables: Sequence[tuple[str, str, str, str]]
 
 
-def _panels(dataset: xr.Dataset) -> list[_Panel]:
+def _panels(dataset: xr.Dataset) -> list[_CraftPanel]:
     names = [str(name) for name in dataset.data_vars]
     count = sum(name.startswith("phi") and name[3:].isdigit() for name in names)
     lines = zip(range(1, count + 1), cycle(COLORS), cycle(("-", "--")))
     bobs = [(str(k), color, line) for k, color, line in lines]
     x, y, z = AXES
     return [
-        _Panel("velocity", "m/s", [("vx", "$v_x$", x, "-")]),
-        _Panel("velocity", "m/s", [("vy", "$v_y$", y, "-"), ("vz", "$v_z$", z, "-")]),
-        _Panel("attitude", "°", [(f"att{k}", rf"$\vartheta_{k}$", AXES[k - 1], "-") for k in (1, 2, 3)]),
-        _Panel("lateral thrust", "1", [("lateral", r"$f_\perp/F$", x, "-")]),
-        _Panel("pendulums", "°", [(f"phi{k}", rf"$\varphi_{{{k}}}$", color, line) for k, color, line in bobs]),
-        _Panel("azimuth", "°", [(f"theta{k}", rf"$\theta_{{{k}}}$", color, line) for k, color, line in bobs]),
-        _Panel("moment", "N m", [(f"u_M{k}", f"$M_{k}$", c, "-") for k, c in zip("xyz", AXES, strict=True)]),
-        _Panel("gimbal", "°", [("u_delta1", r"$\delta_1$", z, "-"), ("u_delta2", r"$\delta_2$", y, "-")]),
+        _CraftPanel("velocity", "m/s", [("vx", "$v_x$", x, "-")]),
+        _CraftPanel("velocity", "m/s", [("vy", "$v_y$", y, "-"), ("vz", "$v_z$", z, "-")]),
+        _CraftPanel("attitude", "°", [(f"att{k}", rf"$\vartheta_{k}$", AXES[k - 1], "-") for k in (1, 2, 3)]),
+        _CraftPanel("lateral thrust", "1", [("lateral", r"$f_\perp/F$", x, "-")]),
+        _CraftPanel("pendulums", "°", [(f"phi{k}", rf"$\varphi_{{{k}}}$", color, line) for k, color, line in bobs]),
+        _CraftPanel("azimuth", "°", [(f"theta{k}", rf"$\theta_{{{k}}}$", color, line) for k, color, line in bobs]),
+        _CraftPanel("moment", "N m", [(f"u_M{k}", f"$M_{k}$", c, "-") for k, c in zip("xyz", AXES, strict=True)]),
+        _CraftPanel("gimbal", "°", [("u_delta1", r"$\delta_1$", z, "-"), ("u_delta2", r"$\delta_2$", y, "-")]),
     ]
 
 
 _MOST_NAMED = 6
+"""Entries of a legend: two rows of three, which hide little of a panel this low."""
 
 
-def _draw(ax: Axes, dataset: xr.Dataset, panel: _Panel, last: bool) -> None:
+def _draw(ax: Axes, dataset: xr.Dataset, panel: _CraftPanel, last: bool) -> None:
     """Draw a panel; angles are in radians in the dataset."""
     for k, (name, symbol, color, line) in enumerate(panel.variables):
         values = np.degrees(dataset[name].values) if panel.unit == "°" else dataset[name].values

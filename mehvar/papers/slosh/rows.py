@@ -49,7 +49,7 @@ class TableGroup:
 
 
 @dataclass(frozen=True)
-class Table:
+class LoopTable:
     """The contents of expected.toml; `explanation` is about inputs that are larger between whole seconds."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
@@ -59,7 +59,7 @@ class Table:
     group: tuple[TableGroup, ...]
 
 
-TABLE = read_data(Path(__file__).with_name("expected.toml"), Table)
+TABLE = read_data(Path(__file__).with_name("expected.toml"), LoopTable)
 _INPUTS = ("Mx", "My", "Mz", "delta1", "delta2")
 _SECOND = 10
 """Samples: the table was made with the largest inputs at whole seconds, and a run has a sample each 0.1 s."""

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ..scene import FloatArray
 
 _UNTIL = 120.0
+"""Seconds that are shown: the bobs hang still after one minute, and what is left is slow."""
 _STATES = ("att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2")
 _DEGREES = 180 / np.pi
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..scene import FloatArray
 
 _EVERY = 5
+"""Samples, of 0.01 s: twenty places a second of the run, between which a picture goes on straight lines."""
 _RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "path law": ("path", {}),
     "sliding law": ("sliding", {}),
