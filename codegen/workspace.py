@@ -18,7 +18,7 @@ from mehvar.errors import MehvarError
 
 _TOOL = Path(__file__).parent
 _COMPARING = re.compile(
-    r"codegen/(diff|equal|ledger)/|codegen/equations/document\.py|models/(.*/)?(paper[./]|notation\.py)"
+    r"codegen/(diff|equal|ledger)/|codegen/equations/(document|mathml)\.py|models/(.*/)?(paper[./]|notation\.py)"
 )
 """Modules that compare equations and write no generated text."""
 
