@@ -21,7 +21,7 @@ _TOOL = Path(__file__).parent
 _SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("manifest", "names", "schema"))
 """What generated text depends on beside `codegen` and `models`: names in code, and the form of a manifest."""
 _COMPARING = re.compile(
-    r"codegen/(diff|equal|ledger)/|codegen/equations/document\.py|models/(.*/)?(paper[./]|notation\.py)"
+    r"codegen/(diff|equal|ledger)/|codegen/equations/(document|mathml)\.py|models/(.*/)?(paper[./]|notation\.py)"
 )
 """Modules that compare equations and write no generated text."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import jinja2
@@ -20,14 +21,14 @@ def typeset(latex: str) -> Markup:
     return Markup(mathml(latex))
 
 
-def page(template: str, filters: Mapping[str, Callable[..., Any]] | None = None, **content: object) -> str:
+def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxyType({}), **content: object) -> str:
     """Return a page as text.
 
     Parameters
     ----------
     template : str
         File below `mehvar/templates`; it may include others by their path from there.
-    filters : dict of str to callable
+    filters : mapping of str to callable
         What the template uses beyond `mathml`.
     **content
         What it is about.
@@ -39,5 +40,5 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] | None = None,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"mathml": typeset, **(filters or {})}
+    environment.filters |= {"mathml": typeset, **filters}
     return environment.get_template(template).render(content)

@@ -10,10 +10,13 @@ from fractions import Fraction
 from ..equal import field
 from ..equal.field import Element
 from ..equal.pool import Pool
+from . import costs
 from .report import Kind, Path
 
 Values = tuple[Element, ...]
 _SMALL = 10_000
+"""Numerators and denominators up to the square of this are taken for a number of an equation. One of so few fractions,
+about 10^16, hits an arbitrary value of the field, one of 2^154, by chance once in 10^30."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +70,9 @@ def _mutated(pool: Pool, node: int, path: Path, term: bool, atoms: Sequence[int]
         for number in dict.fromkeys((-value, 2 * value, value / 2, value + 1, value - 1)):
             if number:
                 new = pool.number(number)
-                yield Change(Kind.COEFFICIENT, path, node, new, new, f"{value} became {number}", 1.7)
+                yield Change(Kind.COEFFICIENT, path, node, new, new, f"{value} became {number}", costs.INNER_NUMBER)
     if term and operation != "num":
-        yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", 1.4)
+        yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", costs.INNER_TERM)
         for number in (Fraction(-1), Fraction(2), Fraction(1, 2)):
             new = pool.many("mul", [node, pool.number(number)])
             kind = Kind.SIGN if number == -1 else Kind.COEFFICIENT
@@ -77,12 +80,12 @@ def _mutated(pool: Pool, node: int, path: Path, term: bool, atoms: Sequence[int]
             says = f"coefficient {coefficient} became {coefficient * number}"
             if kind is Kind.SIGN:
                 says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
-            yield Change(kind, path, node, new, new, says, 1.4)
+            yield Change(kind, path, node, new, new, says, costs.INNER_TERM)
     if operation in ("sym", "sin", "cos", "tan"):
         for atom in atoms:
             if atom != node and (operation == "sym" or pool.nodes[atom][0] != "sym"):
                 kind = Kind.SYMBOL if operation == "sym" else Kind.FUNCTION
-                yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.6)
+                yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", costs.INNER_NAME)
 
 
 def coefficient_of(pool: Pool, node: int) -> Fraction:

@@ -32,13 +32,13 @@ def compare(old: Document, new: Document) -> Comparison:
     Comparison
         A verdict on every definition, shown equation and result.
     """
-    found = _Verdicts(Versions(old, new))
+    verdicts = _Verdicts(Versions(old, new))
     structure = sorted({*old.structure, *new.structure})
     return Comparison(
         new.model,
-        found.equations(),
-        parameter_changes(old, new, found.versions.renamed),
-        groups(found.versions, found.equations()),
+        verdicts.equations(),
+        parameter_changes(old, new, verdicts.versions.renamed),
+        groups(verdicts.versions, verdicts.equations()),
         tuple(
             (name, old.structure.get(name, ""), new.structure.get(name, ""))
             for name in structure
@@ -67,7 +67,7 @@ class _Verdicts:
             else:
                 self.verdict[item.key] = self._judge(partner, item)
         self.lost: dict[Key, Lost] = {}
-        if any(found[0] in _UNEQUAL for found in self.verdict.values()):
+        if any(judged[0] in _UNEQUAL for judged in self.verdict.values()):
             self._recombined()
             self._lost()
 
@@ -104,8 +104,9 @@ class _Verdicts:
         versions = self.versions
         pair = (versions.before, old.root), (versions.across, new.root)
         free = (versions.free_old, old.root), (versions.free_new, new.root)
-        if versions.judge.same_in_field(*pair) or versions.judge.same_in_field(*free):
-            return Verdict(True, versions.judge.how)
+        for sides in (pair, free):
+            if versions.judge.same_in_field(*sides):
+                return Verdict(True, versions.judge.how(*sides))
         decision = versions.judge.decide(*pair)
         if decision.equal is None:
             by_text = versions.judge.decide(*free)
@@ -119,7 +120,7 @@ class _Verdicts:
             return local
         judge, pair = self.versions.judge, ((self.versions.before, old.root), (self.versions.after, new.root))
         if local.equal:
-            return Verdict(bool(judge.same_in_field(*pair)), judge.how)
+            return Verdict(bool(judge.same_in_field(*pair)), judge.how(*pair))
         return judge.decide(*pair)
 
     def _same_text(self, old: Item, new: Item) -> bool:
@@ -153,12 +154,12 @@ class _Verdicts:
     def _lost(self) -> None:
         """Blame a definition that changed and was written out, not each of its users."""
         changed = [item for item in self.versions.news if self.verdict[item.key][0] is Fate.CHANGED]
-        for found in lost_definitions(self.versions, changed):
-            self.lost[found.item.key] = found
-            self.names[found.item.key] = found.item.name
-            for user in found.users:
+        for lost in lost_definitions(self.versions, changed):
+            self.lost[lost.item.key] = lost
+            self.names[lost.item.key] = lost.item.name
+            for user in lost.users:
                 self.verdict[user.key] = (Fate.INHERITED, self.verdict[user.key][1])
-                self._blame(user.key, found.item.key)
+                self._blame(user.key, lost.item.key)
 
     def _blame(self, old: Key, new: Key) -> None:
         for key, sources in self.sources.items():
@@ -190,20 +191,20 @@ class _Verdicts:
         """Return the definitions that some equation or result with another value depends on, or that nothing uses."""
         versions = self.versions
         used = {child.key for item in versions.news for child in versions.children(item)}
-        found: set[Key] = set()
+        mattering: set[Key] = set()
         for item in reversed(versions.news):
             if not self._differs(item):
                 continue
-            if not item.row.named or item.key in found or item.key not in used:
-                found.add(item.key)
-                found |= {child.key for child in versions.children(item) if self._differs(child)}
-        return found
+            if not item.row.named or item.key in mattering or item.key not in used:
+                mattering.add(item.key)
+                mattering |= {child.key for child in versions.children(item) if self._differs(child)}
+        return mattering
 
     def _equation(self, item: Item, explainer: Explainer, users: dict[Key, list[str]], mattering: set[Key]) -> Equation:
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
-        told = explainer.explain(partner, item) if partner and verdict is Fate.CHANGED else None
+        explanation = explainer.explain(partner, item) if partner and verdict is Fate.CHANGED else None
         return Equation(
             name=row.name,
             old_name=partner.row.name if partner else "",
@@ -216,9 +217,9 @@ class _Verdicts:
             verdict=verdict,
             how=decision.how,
             matters=item.key in mattering or (verdict is Fate.ADDED and not row.named),
-            edits=told.edits if told else (),
-            replayed=told.replayed if told else False,
-            counterexample=told.counterexample if told else None,
+            edits=explanation.edits if explanation else (),
+            replayed=explanation.replayed if explanation else False,
+            counterexample=explanation.counterexample if explanation else None,
             via=tuple(self.names[k] for k in self.sources.get(item.key, {}) if k != item.key),
             users=tuple(dict.fromkeys(users.get(item.key, ()))),
             old_node=partner.row.node if partner else None,

@@ -19,10 +19,14 @@ from ..equal.field import Undefined
 from ..equal.pool import Pool
 from ..equal.values import FieldWorld
 from ..equations.document import reached
+from . import costs
 from .changes import Change, Values, coefficient_of, mutations, rational, replaced
 from .report import Kind, Path
 
 _FUNCTIONS = frozenset(("sin", "cos", "tan"))
+_LARGEST = 60
+"""Nodes of a function inside of which edits are tried one by one: some ten a node, each of which evaluates the function
+anew, so that twice the size takes four times as long. Edits inside larger ones are told as parts written anew."""
 
 
 class Edits:
@@ -45,7 +49,7 @@ class Edits:
 
     def single(self, old: int, required: Values) -> list[Change]:
         """Return single edits that give an expression the required values, the likeliest first."""
-        self._atoms, self._parts, self._written = self._known_atoms(old, old), {}, frozenset()
+        self._atoms, self._parts, self._written = self._atoms_of(old, old), {}, frozenset()
         return sorted(self.walk(old, required, ()), key=lambda change: (change.cost, change.says))
 
     def old(self, node: int) -> Values | None:
@@ -57,16 +61,16 @@ class Edits:
         return _values(self._news, node)
 
     def _values_of(self, new: int) -> dict[Values, int]:
-        found: dict[Values, int] = {}
+        parts: dict[Values, int] = {}
         for node in reached(self.pool.nodes, [new]):
             values = self.new(node) if self._is_value(node) else None
             if values is not None:
-                found.setdefault(values, node)
-        return found
+                parts.setdefault(values, node)
+        return parts
 
-    def _known_atoms(self, old: int, new: int) -> dict[Values, int]:
+    def _atoms_of(self, old: int, new: int) -> dict[Values, int]:
         """Return the symbols of both expressions, and sine and cosine of what has either, by value."""
-        found: dict[Values, int] = {}
+        atoms: dict[Values, int] = {}
         for worlds, root in ((self._olds, old), (self._news, new)):
             for node in reached(self.pool.nodes, [root]):
                 operation, *operands = self.pool.nodes[node]
@@ -76,15 +80,15 @@ class Edits:
                 for atom in nodes:
                     values = _values(worlds, atom)
                     if values is not None:
-                        found.setdefault(values, atom)
-        return found
+                        atoms.setdefault(values, atom)
+        return atoms
 
     def _is_value(self, node: int) -> bool:
         return self.pool.nodes[node][0] not in ("exprcondpair", "num")
 
     def walk(self, root: int, required: Values, path: Path) -> list[Change]:
         """Return every single edit below a node that gives it the required values."""
-        found: list[Change] = []
+        changes: list[Change] = []
         seen: set[tuple[int, Values]] = set()
         stack = [(root, required, path, True)]
         while stack:
@@ -96,16 +100,16 @@ class Edits:
             if value is None or value == needed:
                 continue
             depth = len(place) - len(path)
-            found += (
-                replace(change, cost=change.cost + 0.02 * depth + self._doubt(change, value))
+            changes += (
+                replace(change, cost=change.cost + costs.LEVEL * depth + self._doubt(change, value))
                 for change in self._edits(node, value, needed, place, term, bool(depth))
             )
             stack += self._below(node, value, needed, place)
-        return found
+        return changes
 
     def _doubt(self, change: Change, value: Values) -> float:
         """Prefer to edit what the new side does not have, into what it has."""
-        return (0.3 if value in self._parts else 0.0) - (0.1 if change.with_ in self._written else 0.0)
+        return costs.STAYS * (value in self._parts) - costs.WRITTEN * (change.with_ in self._written)
 
     def _below(self, node: int, value: Values, needed: Values, path: Path) -> Iterator[tuple[int, Values, Path, bool]]:
         """Yield the operands of a node with the values they need, and whether they are terms."""
@@ -137,7 +141,7 @@ class Edits:
             if number is not None:
                 new = self.pool.number(number)
                 says = f"{operands[0]} became {number}"
-                yield Change(Kind.COEFFICIENT, path, node, new, new, says, 1.1)
+                yield Change(Kind.COEFFICIENT, path, node, new, new, says, costs.NUMBER)
         if operation == "pow":
             yield from self._exponents(node, operands, needed, path)
         if operation == "add":
@@ -147,13 +151,13 @@ class Edits:
         if needed in self._parts:
             new = self._parts[needed]
             alike = operation == self.pool.nodes[new][0] and operation not in ("sym", "num")
-            cost = 2.5 + 0.3 * self._size(node) + 0.1 * self._size(new) + 3 * alike
-            yield self._rewritten(node, new, path, cost)
+            cost = costs.PART + costs.PART_OLD_NODE * self._size(node) + costs.PART_NEW_NODE * self._size(new)
+            yield self._rewritten(node, new, path, cost + costs.PART_ALIKE * alike)
 
     def _term_edits(self, node: int, value: Values, needed: Values, path: Path, inner: bool) -> Iterator[Change]:
         if not any(needed):
             if inner:
-                yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", 1.0)
+                yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", costs.LOST_TERM)
             return
         if 0 in value:
             return
@@ -164,10 +168,10 @@ class Edits:
             new = self.pool.many("mul", [node, self.pool.number(number)])
             if number == -1:
                 says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
-                yield Change(Kind.SIGN, path, node, new, new, says, 1.0)
+                yield Change(Kind.SIGN, path, node, new, new, says, costs.SIGN)
             else:
                 says = f"coefficient {coefficient} became {coefficient * number}"
-                yield Change(Kind.COEFFICIENT, path, node, new, new, says, 1.2)
+                yield Change(Kind.COEFFICIENT, path, node, new, new, says, costs.COEFFICIENT)
             return
         yield from self._factors(node, ratio, path)
 
@@ -187,19 +191,20 @@ class Edits:
     def _factor_change(
         self, node: int, new: int, atom: int, exponent: int, factor: int, number: Fraction, path: Path
     ) -> Change:
-        extra = 0.0 if number == 1 else 0.3 if number == -1 else 0.9
+        extra = {1: 0.0, -1: costs.ALSO_SIGN}.get(number, costs.ALSO_NUMBER)
         times = (
             "" if number == 1 else " and the sign flipped" if number == -1 else f" and the coefficient times {number}"
         )
         before = self._exponent_of(node, atom)
         if before is None:
-            return Change(Kind.FACTOR, path, node, new, new, f"factor {{{factor}}} gained{times}", 1.5 + extra)
+            return Change(Kind.FACTOR, path, node, new, new, f"factor {{{factor}}} gained{times}", costs.FACTOR + extra)
         after = before + exponent
         if after == 0:
             lost = self.pool.power(atom, before)
-            return Change(Kind.FACTOR, path, node, new, new, f"factor {{{lost}}} lost{times}", 1.3 + extra)
+            says = f"factor {{{lost}}} lost{times}"
+            return Change(Kind.FACTOR, path, node, new, new, says, costs.LOST_FACTOR + extra)
         says = f"exponent of {{{atom}}}: {before} became {after}{times}"
-        return Change(Kind.EXPONENT, path, node, new, new, says, 1.3 + extra)
+        return Change(Kind.EXPONENT, path, node, new, new, says, costs.LOST_FACTOR + extra)
 
     def _times(self, node: int, atom: int, exponent: int, number: Fraction) -> int:
         """Return a term times number * atom^exponent, with powers of the atom collected."""
@@ -229,8 +234,9 @@ class Edits:
         if atom is None or operation not in ("sym", "sin", "cos", "tan"):
             return
         kind = Kind.FUNCTION if operation != "sym" else Kind.SYMBOL
-        further = 0.0 if operation == "sym" or self.pool.nodes[atom][1:] == self.pool.nodes[node][1:] else 1.5
-        yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", 1.2 + further)
+        alike = operation == "sym" or self.pool.nodes[atom][1:] == self.pool.nodes[node][1:]
+        further = 0.0 if alike else costs.OTHER_ARGUMENT
+        yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", costs.NAME + further)
 
     def _exponents(self, node: int, operands: Sequence[Any], needed: Values, path: Path) -> Iterator[Change]:
         base, before = self.old(operands[0]), self.pool.constant(operands[1])
@@ -244,7 +250,7 @@ class Edits:
             if values == needed:
                 new = self.pool.power(operands[0], after)
                 says = f"exponent of {{{operands[0]}}}: {before} became {after}"
-                yield Change(Kind.EXPONENT, path, node, new, new, says, 1.2)
+                yield Change(Kind.EXPONENT, path, node, new, new, says, costs.EXPONENT)
 
     def _added(self, value: Values, needed: Values, path: Path) -> Iterator[Change]:
         missing = _each(field.sub, needed, value)
@@ -252,23 +258,25 @@ class Edits:
             part = self._parts.get(missing if sign == 1 else tuple(field.sub(0, v) for v in missing))
             if part is not None:
                 term = self.pool.many("mul", [part, self.pool.number(sign)])
-                yield Change(Kind.TERM_ADDED, path, None, term, term, "term added", 1.6 + 0.02 * self._size(part))
+                cost = costs.ADDED_TERM + costs.ADDED_NODE * self._size(part)
+                yield Change(Kind.TERM_ADDED, path, None, term, term, "term added", cost)
         number = rational(missing)
         if number is not None:
             term = self.pool.number(number)
-            yield Change(Kind.TERM_ADDED, path, None, term, term, "term added", 1.9)
+            yield Change(Kind.TERM_ADDED, path, None, term, term, "term added", costs.ADDED_NUMBER)
 
     def _inside(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
         """Try single edits in the operands of a function that has no inverse here."""
-        if self._size(node) > 60:
+        if self._size(node) > _LARGEST:
             return
         for change in mutations(self.pool, node, path, tuple(self._atoms.values())):
             assert change.with_ is not None or change.kind is Kind.TERM_REMOVED
             mutant = replaced(self.pool, node, [replace(change, path=change.path[len(path) :])])
             if _values(self._olds, mutant) == needed:
-                yield replace(change, cost=change.cost - (0.1 if mutant in self._written else 0.0))
+                yield replace(change, cost=change.cost - costs.WRITTEN * (mutant in self._written))
 
-    def _rewritten(self, old: int, new: int, path: Path, cost: float = 6.0) -> Change:
+    @staticmethod
+    def _rewritten(old: int, new: int, path: Path, cost: float = costs.REWRITTEN) -> Change:
         return Change(Kind.REWRITTEN, path, old, new, new, f"{{{old}}} became {{{new}}}", cost)
 
     def _size(self, node: int) -> int:
@@ -276,10 +284,10 @@ class Edits:
 
 
 def _values(worlds: Sequence[FieldWorld], node: int) -> Values | None:
-    found: tuple[Any, ...] = tuple(world.defined(node) for world in worlds)
-    if any(value is None or isinstance(value, tuple) for value in found):
+    values: tuple[Any, ...] = tuple(world.defined(node) for world in worlds)
+    if any(value is None or isinstance(value, tuple) for value in values):
         return None
-    return found
+    return values
 
 
 def _each(operation: Any, first: Values, second: Values) -> Values:

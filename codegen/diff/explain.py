@@ -19,12 +19,15 @@ from .terms import Account
 from .versions import Item, Versions
 
 _POINTS = 2
+"""Of the field: an edit that fits at both by chance does so once in 2^178, and is replayed at more points anyway."""
 _TRIED = 40
+"""Points among which those two are looked for; an expression that exists at none of them will not at more."""
 _LARGEST_CONE = 400
+"""Nodes up to which a counterexample is made simple: each of its names costs a few evaluations of all of them."""
 
 
 @dataclass(frozen=True)
-class Told:
+class Explanation:
     """What can be said of a change."""
 
     edits: tuple[Edit, ...]
@@ -42,12 +45,12 @@ class Explainer:
         self._text = Printer(versions.pool.nodes, names)
         self._latex = Printer(versions.pool.nodes, names, LATEX)
 
-    def explain(self, old: Item, new: Item) -> Told:
+    def explain(self, old: Item, new: Item) -> Explanation:
         """Return the edits that turn the old text into the new one, over the same children."""
         versions = self.versions
         before, across = (versions.before, old.root), (versions.across, new.root)
         changes, replayed = self.account(before, across)
-        return Told(
+        return Explanation(
             tuple(self.edit(change, old.root, new.root) for change in changes),
             replayed,
             self._counterexample(before, across),
@@ -58,8 +61,8 @@ class Explainer:
         pool = self.versions.pool
         olds, news = self._worlds(old, new)
         changes = Account(pool, olds, news).explain(old[1], new[1])
-        made = replaced(pool, old[1], changes)
-        return changes, bool(self.judge.decide((old[0], made), new).equal)
+        edited = replaced(pool, old[1], changes)
+        return changes, bool(self.judge.decide((old[0], edited), new).equal)
 
     def _worlds(self, old: Expression, new: Expression) -> tuple[list[FieldWorld], list[FieldWorld]]:
         """Return worlds at points where both sides have values."""
@@ -67,13 +70,13 @@ class Explainer:
         if old[0] is not self.versions.before:
             pairs = [(old[0], new[0])]
         for first, second in pairs:
-            found = []
+            points = []
             for number in range(_TRIED):
                 worlds = self.judge.point(number)
                 if worlds[first].defined(old[1]) is not None and worlds[second].defined(new[1]) is not None:
-                    found.append((worlds[first], worlds[second]))
-                if len(found) == _POINTS:
-                    return [a for a, _ in found], [b for _, b in found]
+                    points.append((worlds[first], worlds[second]))
+                if len(points) == _POINTS:
+                    return [a for a, _ in points], [b for _, b in points]
         worlds = self.judge.point(0)
         return [worlds[pairs[-1][0]]], [worlds[pairs[-1][1]]]
 
@@ -86,7 +89,7 @@ class Explainer:
             tuple(dict.fromkeys(self._text.text(node) for node in self._way(old, change))),
             self._part(change.old, (change.path,) if change.old is not None else ()),
             self._part(change.new, () if new is None else tuple(self._places(new, change.new))),
-            re.sub(r"\{(\d+)\}", lambda found: self._text.text(int(found[1])), change.says),
+            re.sub(r"\{(\d+)\}", lambda match: self._text.text(int(match[1])), change.says),
         )
 
     def _part(self, node: int | None, places: tuple[Path, ...]) -> Part | None:
@@ -104,16 +107,16 @@ class Explainer:
         if change.path and change.kind is not Kind.TERM_ADDED:
             yield node
 
-    def _places(self, root: int, wanted: int | None) -> Iterator[Path]:
+    def _places(self, root: int, part: int | None) -> Iterator[Path]:
         """Yield where a part stands in the new expression as written."""
-        if wanted is None:
+        if part is None:
             return
         stack: list[tuple[int, Path]] = [(root, ())]
         visited = 0
         while stack and visited < 20_000:
             node, path = stack.pop()
             visited += 1
-            if node == wanted:
+            if node == part:
                 yield path
                 continue
             operands = self.versions.pool.nodes[node][1:]

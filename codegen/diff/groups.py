@@ -21,25 +21,25 @@ def _families(versions: Versions, equations: tuple[Equation, ...]) -> list[Group
     for equation in equations:
         if equation.verdict not in (Fate.CHANGED, Fate.ADDED, Fate.REMOVED):
             continue
-        told = [f"{edit.kind} {' > '.join(edit.path)} {edit.says}" for edit in equation.edits]
-        story = tuple(_generic(text, indexed) for text in (equation.verdict, equation.kind, equation.name, *told))
+        edits = [f"{edit.kind} {' > '.join(edit.path)} {edit.says}" for edit in equation.edits]
+        story = tuple(_generic(text, indexed) for text in (equation.verdict, equation.kind, equation.name, *edits))
         stories.setdefault(story, []).append(equation)
-    found = []
+    families = []
     for (_, _, name, *_), members in stories.items():
         names = tuple(dict.fromkeys(equation.name for equation in members))
         if len(names) > 1 and "_i" in name:
             says = "; ".join(_generic(edit.says, indexed) for edit in members[0].edits) or members[0].verdict.value
-            found.append(Group("family", f"for every i: {says}", names))
-    return found
+            families.append(Group("family", f"for every i: {says}", names))
+    return families
 
 
 def _indexed(versions: Versions) -> Mapping[str, str]:
     """Return the generic names of what exists once for each member of a family."""
-    found: dict[str, str] = {}
+    names: dict[str, str] = {}
     for document in (versions.old, versions.new):
-        found |= {symbol.name: f"{symbol.family}_i" for symbol in document.symbols if symbol.family}
-        found |= {row.name: f"{row.family}_i" for row in document.definitions if row.family}
-    return found
+        names |= {symbol.name: f"{symbol.family}_i" for symbol in document.symbols if symbol.family}
+        names |= {row.name: f"{row.family}_i" for row in document.definitions if row.family}
+    return names
 
 
 def _generic(text: str, indexed: Mapping[str, str]) -> str:
@@ -49,7 +49,7 @@ def _generic(text: str, indexed: Mapping[str, str]) -> str:
 def _conventions(versions: Versions, equations: tuple[Equation, ...]) -> list[Group]:
     """Return definitions that changed while what uses them is equal."""
     uses = {item.name: [child.name for child in versions.children(item)] for item in versions.news}
-    found = []
+    conventions = []
     for equation in equations:
         if equation.verdict is not Fate.CHANGED or equation.matters:
             continue
@@ -60,8 +60,8 @@ def _conventions(versions: Versions, equations: tuple[Equation, ...]) -> list[Gr
         )
         what = "sign" if len(equation.edits) == 1 and equation.edits[0].kind == "sign" else "convention"
         says = f"the {what} of {equation.name} changed; {', '.join(users) or 'its users'} compensate"
-        found.append(Group("convention", says, (equation.name, *users)))
-    return found
+        conventions.append(Group("convention", says, (equation.name, *users)))
+    return conventions
 
 
 def _recombined(equations: tuple[Equation, ...]) -> list[Group]:

@@ -12,6 +12,7 @@ from .changes import Values, rational
 from .versions import Item, Versions
 
 _POINTS = 3
+"""Of the field, as many as for any equality; see `codegen.equal.judge`."""
 
 
 def scale(versions: Versions, old: Item, new: Item) -> str:

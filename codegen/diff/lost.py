@@ -14,6 +14,7 @@ from .terms import Account
 from .versions import Item, Versions
 
 _POINTS = 2
+"""Of the field, as many as the search for edits needs; see `explain`."""
 
 
 @dataclass(frozen=True)
@@ -28,14 +29,14 @@ class Lost:
 def lost_definitions(versions: Versions, changed: Iterable[Item]) -> list[Lost]:
     """Return the definitions that are gone, and of which one edit on the old side reproduces every changed user."""
     changed = list(changed)
-    found = []
+    lost = []
     for gone in versions.gone:
         users = [item for item in changed if gone.row.named and _uses(versions, versions.partner[item.key], gone)]
         change = _edit(versions, gone, users) if len(users) > 1 else None
         if change is not None:
-            found.append(Lost(gone, change, tuple(users)))
+            lost.append(Lost(gone, change, tuple(users)))
             changed = [item for item in changed if item not in users]
-    return found
+    return lost
 
 
 def _uses(versions: Versions, item: Item, gone: Item) -> bool:
@@ -94,9 +95,9 @@ def _at(versions: Versions, point: int, name: str, value: int) -> Worlds:
     return versions.judge.at(point, fixed={name: value})
 
 
-def _solved(wanted: field.Element, values: Sequence[field.Element]) -> field.Element:
-    """Solve values[0] + c (values[1] - values[0]) = wanted."""
+def _solved(required: field.Element, values: Sequence[field.Element]) -> field.Element:
+    """Solve values[0] + c (values[1] - values[0]) = required."""
     slope = field.sub(values[1], values[0])
     if field.sub(values[2], values[1]) != slope:
         raise Undefined("not affine")
-    return field.mul(field.sub(wanted, values[0]), field.inverse(slope))
+    return field.mul(field.sub(required, values[0]), field.inverse(slope))

@@ -6,14 +6,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..equations.document import reached
+from . import costs
 from .changes import Change
 from .edits import Edits
 from .report import Kind, Path
 
-_CHEAP = 4.0
-_ROUNDS = 4
 _MOST = 40
-"""Leftover terms beyond which pairing them is given up."""
+"""Leftover terms beyond which pairing them is given up, for each is tried with each: 1600 searches."""
 
 
 class Account(Edits):
@@ -21,34 +20,34 @@ class Account(Edits):
 
     def explain(self, old: int, new: int) -> list[Change]:
         """Return edits that turn the old expression into the new one; empty if none were found."""
-        self._atoms = self._known_atoms(old, new)
+        self._atoms = self._atoms_of(old, new)
         self._parts = self._values_of(new)
         self._written = frozenset(reached(self.pool.nodes, [new]))
-        return self._explain(old, new, (), _ROUNDS) or [self._rewritten(old, new, ())]
+        return self._explain(old, new, ()) or [self._rewritten(old, new, ())]
 
-    def _explain(self, old: int, new: int, path: Path, rounds: int) -> list[Change]:
+    def _explain(self, old: int, new: int, path: Path) -> list[Change]:
         required = self.new(new)
         if old == new or (required is not None and self.old(old) == required):
             return []
         before, after = self.pool.constant(old), self.pool.constant(new)
         if before is not None and after is not None:
-            return [Change(Kind.COEFFICIENT, path, old, new, new, f"{before} became {after}", 1.1)]
+            return [Change(Kind.COEFFICIENT, path, old, new, new, f"{before} became {after}", costs.NUMBER)]
         single = None
         if required is not None and self.old(old) is not None:
             single = min(self.walk(old, required, path), key=lambda c: (c.cost, len(c.path), c.says), default=None)
-            if single is not None and single.cost < _CHEAP:
+            if single is not None and single.cost < costs.ENOUGH:
                 return [single]
-        several = self._by_structure(old, new, path, rounds)
+        several = self._by_structure(old, new, path)
         if single is not None and (not several or single.cost <= sum(change.cost for change in several)):
             return [single]
         return several
 
-    def _by_structure(self, old: int, new: int, path: Path, rounds: int) -> list[Change]:
+    def _by_structure(self, old: int, new: int, path: Path) -> list[Change]:
         operations = {self.pool.nodes[old][0], self.pool.nodes[new][0]}
         if "add" in operations:
-            return self._terms(old, new, path, rounds)
+            return self._terms(old, new, path)
         if operations == {"mul"}:
-            return self._factors_of(old, new, path, rounds)
+            return self._factors_of(old, new, path)
         before, after = self.pool.operands(old), self.pool.operands(new)
         if len(operations) != 1 or len(before) != len(after) or not before:
             return []
@@ -56,10 +55,10 @@ class Account(Edits):
         changes: list[Change] = []
         for k, (a, b) in enumerate(zip(before, order, strict=True)):
             if a != b:
-                found = self._explain(a, b, (*path, k), rounds)
-                if not found and self.old(a) != self.new(b):
-                    found = [self._rewritten(a, b, (*path, k))]
-                changes += found
+                inner = self._explain(a, b, (*path, k))
+                if not inner and self.old(a) != self.new(b):
+                    inner = [self._rewritten(a, b, (*path, k))]
+                changes += inner
         exchanged = self.pool.nodes[old][0] == "atan2" and len(changes) > 1
         return [] if exchanged else changes
 
@@ -76,14 +75,14 @@ class Account(Edits):
                 left.remove(same)
         return [left.pop(0) if b is None else b for b in order]
 
-    def _terms(self, old: int, new: int, path: Path, rounds: int) -> list[Change]:
+    def _terms(self, old: int, new: int, path: Path) -> list[Change]:
         before, after = self._summands(old, path), [node for node, _ in self._summands(new, ())]
         before, after = self._without_equal(before, after)
         if len(before) == 1 and len(after) == 1:
             (node, place), (other,) = before[0], after
             if (node, other) == (old, new):
                 return []
-            return self._explain(node, other, place, rounds) or [self._rewritten(node, other, place)]
+            return self._explain(node, other, place) or [self._rewritten(node, other, place)]
         if len(before) > _MOST or len(after) > _MOST:
             return []
         return self._paired(before, after, path)
@@ -115,7 +114,7 @@ class Account(Edits):
                 if required is None:
                     continue
                 change = min(self.walk(node, required, place), key=lambda c: c.cost, default=None)
-                if change is not None and change.cost < 2.4:
+                if change is not None and change.cost < costs.PAIR:
                     options.append((change.cost, i, j, change))
         changes = []
         lost, gained = set(range(len(before))), set(range(len(after)))
@@ -126,22 +125,22 @@ class Account(Edits):
                 changes.append(change)
         for i in sorted(lost):
             node, place = before[i]
-            changes.append(Change(Kind.TERM_REMOVED, place, node, None, None, "term lost", 1.0))
+            changes.append(Change(Kind.TERM_REMOVED, place, node, None, None, "term lost", costs.LOST_TERM))
         for j in sorted(gained):
-            changes.append(Change(Kind.TERM_ADDED, path, None, after[j], after[j], "term added", 1.6))
+            changes.append(Change(Kind.TERM_ADDED, path, None, after[j], after[j], "term added", costs.ADDED_TERM))
         return changes
 
-    def _factors_of(self, old: int, new: int, path: Path, rounds: int) -> list[Change]:
+    def _factors_of(self, old: int, new: int, path: Path) -> list[Change]:
         before = [(operand, (*path, k)) for k, operand in enumerate(self.pool.operands(old))]
         before, after = self._without_equal(before, list(self.pool.operands(new)))
         if len(before) == 1 and len(after) == 1:
             (node, place), (other,) = before[0], after
-            return self._explain(node, other, place, rounds) or [self._rewritten(node, other, place)]
+            return self._explain(node, other, place) or [self._rewritten(node, other, place)]
         if len(before) == len(after) <= 3:
             changes = []
             for (node, place), other in zip(before, after, strict=True):
                 if self.pool.nodes[node][0] != self.pool.nodes[other][0]:
                     return []
-                changes += self._explain(node, other, place, rounds) or [self._rewritten(node, other, place)]
+                changes += self._explain(node, other, place) or [self._rewritten(node, other, place)]
             return changes
         return []

@@ -93,17 +93,17 @@ class Versions:
     def children(self, item: Item, side: str = "new") -> list[Item]:
         """Return the definitions that a text names directly; those without a partner are followed to theirs."""
         named = self._new_named if side == "new" else self._old_named
-        found: dict[Key, Item] = {}
+        children: dict[Key, Item] = {}
         stack = [item]
         while stack:
             for name in self._names(stack.pop().root):
                 child = named.get(name)
-                if child is None or child.key in found:
+                if child is None or child.key in children:
                     continue
-                found[child.key] = child
+                children[child.key] = child
                 if side == "new" and child.key not in self.partner:
                     stack.append(child)
-        return list(found.values())
+        return list(children.values())
 
     def _names(self, root: int) -> list[str]:
         nodes = self.pool.nodes
@@ -152,7 +152,7 @@ class Versions:
                 continue
             values = self._value(True, item)
             candidates = [o for o in by_value.get((item.row.kind, values), ()) if self._may_be_renamed(o, item, left)]
-            if candidates and _known(values):
+            if candidates and _is_enough(values):
                 best = min(candidates, key=lambda o: (o.row.number, o.row.title) != (item.row.number, item.row.title))
                 by_value[item.row.kind, values].remove(best)
                 self.partner[item.key] = left.pop(best.key)
@@ -180,7 +180,7 @@ class Versions:
                     break
 
 
-def _known(values: Sequence[Any]) -> bool:
+def _is_enough(values: Sequence[Any]) -> bool:
     return sum(value is not None for value in values) > 1
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
@@ -10,6 +11,12 @@ from typing import Any
 from ..equations.document import Node
 
 COMMUTATIVE = frozenset(("add", "mul", "min", "max", "and", "or", "equality", "unequality"))
+
+
+@functools.cache
+def fraction(text: str) -> Fraction:
+    """Return the value of a number; there are few different ones, and every point asks for them again."""
+    return Fraction(text)
 
 
 class Pool:
@@ -60,7 +67,7 @@ class Pool:
     def constant(self, node: int) -> Fraction | None:
         """Return the value of a node that is a number."""
         operation, *rest = self.nodes[node]
-        return Fraction(rest[0]) if operation == "num" else None
+        return fraction(rest[0]) if operation == "num" else None
 
     def many(self, operation: str, parts: Sequence[int]) -> int:
         """Return a sum or a product, flat and with one number, as documents have them."""

@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
+import functools
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from math import prod
 from typing import Any
 
 import mpmath
 
 from .field import Undefined
-from .pool import Pool
+from .pool import Pool, fraction
 from .values import Lookup, World
 
 DIGITS = 50
@@ -93,7 +95,7 @@ class RealWorld(World[Any]):
                 return _real(self.point[operands[0]]), 0
             return target[0].value(target[1]), target[0].size(target[1])  # type: ignore[attr-defined]
         if operation == "num":
-            return _real(Fraction(operands[0])), 0
+            return _number(operands[0]), 0
         if operation == "const":
             return {"pi": +_CONTEXT.pi, "E": +_CONTEXT.e, "True": True, "False": False}[operands[0]], 0
         if operation == "piecewise":
@@ -110,7 +112,7 @@ class RealWorld(World[Any]):
         if operation == "add":
             return _CONTEXT.fsum(values)
         if operation == "mul":
-            return _CONTEXT.fprod(values)
+            return prod(values)
         if operation == "pow":
             return self._power(values[0], values[1], self.pool.constant(self.pool.nodes[node][2]))
         if operation in _TESTS:
@@ -158,6 +160,11 @@ class RealWorld(World[Any]):
                     raise Undefined
                 return pair[0], self._size.get(operand, 0)
         raise Undefined
+
+
+@functools.cache
+def _number(text: str) -> Any:
+    return _real(fraction(text))
 
 
 def _real(value: Fraction) -> Any:

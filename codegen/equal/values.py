@@ -51,10 +51,10 @@ class World(ABC, Generic[Value]):
                     self.memo[node] = self.compute(node)
                 except Undefined:
                     self.memo[node] = None
-        found = self.memo[root]
-        if found is None:
+        value = self.memo[root]
+        if value is None:
             raise Undefined
-        return found
+        return value
 
     def defined(self, root: int) -> Value | None:
         """Return the value of an expression, or None."""

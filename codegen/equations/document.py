@@ -177,8 +177,8 @@ class Document:
                 raise DocumentError(f"{where}: {row.name} refers to a node {row.node} that does not exist")
             missing = sorted(self.names_in(row.node) - defined - self.declared.keys())
             if missing:
-                known = "before it is defined" if missing[0] in self.named else "which is not declared"
-                raise DocumentError(f"{where}: {row.name} uses {missing[0]!r}, {known}")
+                reason = "before it is defined" if missing[0] in self.named else "which is not declared"
+                raise DocumentError(f"{where}: {row.name} uses {missing[0]!r}, {reason}")
             if row.named:
                 defined.add(row.name)
 

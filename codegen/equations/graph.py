@@ -155,19 +155,19 @@ def equations_json(system: System) -> str:
 def _renumbered(nodes: list[list[Any]], rows: Iterable[dict[str, Any]]) -> list[list[Any]]:
     """Return the nodes in the order in which the rows need them, whatever order they were stored in."""
     number: dict[int, int] = {}
-    kept: list[list[Any]] = []
+    renumbered: list[list[Any]] = []
 
     def visit(node: int) -> int:
         if node not in number:
             operation, *operands = nodes[node]
             row = [operation, *(visit(o) if isinstance(o, int) else o for o in operands)]
-            number[node] = len(kept)
-            kept.append(row)
+            number[node] = len(renumbered)
+            renumbered.append(row)
         return number[node]
 
     for row in rows:
         row["node"] = visit(row["node"])
-    return kept
+    return renumbered
 
 
 def _rows(value: object) -> str:
@@ -279,36 +279,36 @@ def _conditions(conditions: Sequence[Condition], kind: str, prefix: str = "") ->
 
 def groups(system: System) -> dict[str, Iterable[Quantity]]:
     """Return the quantities that expressions are made of, by role."""
-    found: dict[str, Iterable[Quantity]] = {
+    roles: dict[str, Iterable[Quantity]] = {
         "state": system.states, "input": system.inputs, "reference": system.references, "output": system.outputs,
         "parameter": system.parameters, "scenario": system.scenario_parameters,
     }  # fmt: skip
     if system.coordinates:
-        found |= {"coordinate": system.coordinates.states, "command": system.coordinates.inputs}
+        roles |= {"coordinate": system.coordinates.states, "command": system.coordinates.inputs}
     if system.actuator:
-        found["commanded"] = system.actuator.commanded
+        roles["commanded"] = system.actuator.commanded
     if system.sensor:
-        found["noise"] = system.sensor.noise
+        roles["noise"] = system.sensor.noise
     for law in system.controllers:
-        found[f"law {law.name}"] = law.parameters
-        found[f"memory {law.name}"] = law.memory
-        found[f"applied {law.name}"] = law.applied
+        roles[f"law {law.name}"] = law.parameters
+        roles[f"memory {law.name}"] = law.memory
+        roles[f"applied {law.name}"] = law.applied
     arguments = (q for function in system.functions for group in function.arguments for q in group)
-    known = {q.name for group in found.values() for q in group}
-    found["argument"] = [q for q in dict.fromkeys(arguments) if q.name not in known]
-    return found
+    names = {q.name for group in roles.values() for q in group}
+    roles["argument"] = [q for q in dict.fromkeys(arguments) if q.name not in names]
+    return roles
 
 
 def _symbols(system: System) -> list[dict[str, Any]]:
     rows = [_symbol(role, q) for role, group in groups(system).items() for q in group]
     rows += [_bare(symbol, "rate") for symbol in system.rates.values()]
-    known = {row["name"] for row in rows} | {symbol.name for symbol in system.definitions}
+    names = {row["name"] for row in rows} | {symbol.name for symbol in system.definitions}
     shown = {s for step in system.steps if isinstance(step, Equation) for s in step.expr.free_symbols}
     used = {s for outcome in outcomes(system) for s in sp.sympify(outcome.expr).free_symbols} | shown
-    if TIME.name not in known and TIME.symbol in _reached(system, used):
+    if TIME.name not in names and TIME.symbol in _reached(system, used):
         rows.append(_symbol("time", TIME))
-        known.add(TIME.name)
-    rows += [_bare(s, "shown") for s in sorted(shown, key=lambda s: s.name) if s.name not in known]
+        names.add(TIME.name)
+    rows += [_bare(s, "shown") for s in sorted(shown, key=lambda s: s.name) if s.name not in names]
     _refuse_ambiguous(rows)
     return rows
 
@@ -357,10 +357,10 @@ def _with_families(system: System, steps: list[dict[str, Any]]) -> list[dict[str
     index = {q.symbol: q.index for group in groups(system).values() for q in group if q.family}
     members: dict[str, list[tuple[int, dict[str, Any]]]] = {}
     for step, row in zip(system.steps, steps, strict=True):
-        found = {index[s] for s in step.expr.free_symbols if s in index}
-        if len(found) != 1 or not isinstance(step, Definition):
+        indices = {index[s] for s in step.expr.free_symbols if s in index}
+        if len(indices) != 1 or not isinstance(step, Definition):
             continue
-        (number,) = found
+        (number,) = indices
         index[step.symbol] = number
         parts = re.split(rf"(?<!\d){number}(?!\d)", step.symbol.name)
         if len(parts) == 2:
@@ -380,7 +380,7 @@ def _refuse_ambiguous(rows: Iterable[Mapping[str, Any]]) -> None:
 
 
 def _refuse_undeclared(document: Mapping[str, Any]) -> None:
-    known = {row["name"] for row in (*document["symbols"], *document["definitions"])}
+    declared = {row["name"] for row in (*document["symbols"], *document["definitions"])}
     for operation, *operands in document["nodes"]:
-        if operation == "sym" and operands[0] not in known:
+        if operation == "sym" and operands[0] not in declared:
             raise EquationsError(f"the symbol {operands[0]!r} is neither a quantity of the system nor a definition")

@@ -73,10 +73,12 @@ class Meanings:
         self.judge = Judge(self.pool, lambda name: bool(self.symbols[name].is_positive), PaperSampler(names))
         self._reached: dict[Expr, frozenset[Expr]] = {}
         self.table = InCase(self, {})
+        self._cases = {frozenset[tuple[Expr, Side]](): self.table}
 
     def case(self, case: Case) -> InCase:
         """Return what names mean in a case, which overrides the table."""
-        return InCase(self, {symbol: frozen(meaning) for symbol, meaning in case.items()}) if case else self.table
+        overrides = {symbol: frozen(meaning) for symbol, meaning in case.items()}
+        return self._cases.setdefault(frozenset(overrides.items()), InCase(self, overrides))
 
     def reached(self, symbol: Expr) -> frozenset[Expr]:
         """Return every name that a name of the table depends on, itself included."""
@@ -102,6 +104,7 @@ class InCase:
         self.overrides = overrides
         self.of: dict[Expr, Side] = table | dict(overrides)
         self._symbols = meanings.symbols | {str(symbol): symbol for symbol in overrides}
+        self._matrices = {s: meaning for s, meaning in self.of.items() if isinstance(s, sp.MatrixSymbol)}
         self._nodes: dict[str, int] = {}
         self._meaning = Meaning(meanings.pool, self._target)
 
@@ -118,8 +121,7 @@ class InCase:
         return self._replaced(side, self.of)
 
     def _without_matrices(self, side: Side) -> Side:
-        matrices = {symbol: meaning for symbol, meaning in self.of.items() if isinstance(symbol, sp.MatrixSymbol)}
-        return self._replaced(side, matrices)
+        return self._replaced(side, self._matrices) if self._matrices else side
 
     @staticmethod
     def _replaced(side: Side, meanings: Mapping[Expr, Side]) -> Side:

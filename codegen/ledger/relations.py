@@ -166,9 +166,8 @@ class _Test:
         return any(self._apart(worlds, left, right, visible) for left, right in self._pairs)
 
     def _apart(self, worlds: Worlds, left: Expression, right: Expression, visible: bool = False) -> bool:
-        sides = [(worlds[meaning].value(root), worlds[meaning].size(root)) for meaning, root in (left, right)]
-        (a, _), (b, _) = sides
-        if holds(self.op, *sides, self.within):
+        (a, size), (b, other) = ((worlds[m].value(root), worlds[m].size(root)) for m, root in (left, right))
+        if holds(self.op, (a, size), (b, other), self.within):
             return False
         return not visible or bool(abs(a - b) > VISIBLE * (abs(a) + abs(b)))
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -84,7 +84,7 @@ def html_page(diff: Diff) -> str:
     """Return the page as text."""
     sections = [_Sheet(model).section() for model in diff.models]
     names = ", ".join(section.name for section in sections)
-    filters = {"complex": number, "point": point}
+    filters: dict[str, Callable[..., str]] = {"complex": number, "point": point}
     title = f"What changed in {names}"
     return page("diff.html.j2", filters, title=title, old=diff.old, new=diff.new, models=sections) + "\n"
 

@@ -7,7 +7,7 @@ import base64
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +42,7 @@ def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
     claims = [claim for report in reports for claim in report.claims]
     counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in ClaimVerdict]
     scenes = [Markup(report.paper.script) for report in reports]
-    filters = {
+    filters: dict[str, Callable[..., Any]] = {
         "typeset": typeset, "unit": pretty_unit, "number": number, "deviation": deviation, "counted": counted,
         "example": example, "uri": _uri, "brief": _brief,
     }  # fmt: skip

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import mehvar
+from tests.docs.formulas import MATH, faults
 
 ROOT = Path(__file__).parents[2]
 LOADS = re.compile(r'<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)="([^"]+)"')
@@ -20,7 +21,8 @@ LOADS = re.compile(r'<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)="(
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("site")
-    done = subprocess.run(
+    subprocess.run(["make", "farm"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    build = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", str(folder)],
         cwd=ROOT,
         env={**os.environ, "NO_MKDOCS_2_WARNING": "1", "PYTHONPATH": str(ROOT)},
@@ -29,7 +31,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stdout
+    assert build.returncode == 0, build.stdout
     return folder
 
 
@@ -54,6 +56,14 @@ def test_formulas_are_drawn_without_a_script(site: Path) -> None:
         text = path.read_text(encoding="utf-8")
         assert "\ue000" not in text, f"{path} lost a formula"
         assert "$<code>" not in text, f"{path} shows TeX"
+
+
+def test_every_formula_is_whole(site: Path) -> None:
+    pages = {path: MATH.findall(path.read_text(encoding="utf-8")) for path in site.rglob("*.html")}
+    assert sum(map(len, pages.values())) > 2000
+    for path, formulas in pages.items():
+        for formula in formulas:
+            assert not list(faults(formula)), f"{path.relative_to(site)}: {formula[:500]}"
 
 
 def test_the_reference_has_every_public_name(site: Path) -> None:

@@ -2,9 +2,14 @@
 """Pairs of documents with the answer that a person would give."""
 
 import pytest
+import sympy as sp
 
 from mehvar.codegen.diff import compare
 from mehvar.codegen.diff.report import Fate, Kind
+from mehvar.codegen.equal.judge import Judge, Meaning
+from mehvar.codegen.equal.pool import Pool
+from mehvar.codegen.equal.reals import Sampler
+from mehvar.codegen.ledger.sides import Sides
 from tests.codegen.diff.corpus import EDITED, SAME
 from tests.codegen.diff.documents import document
 
@@ -40,6 +45,16 @@ def test_the_way_back_is_found_too(name):
     assert found.differs
     assert [equation.name for equation in found.sources] == [source]
     assert found[source].replayed
+
+
+@pytest.mark.parametrize("number", range(24))
+def test_the_root_of_a_square_is_not_its_base(number):
+    """In the field the sign of a root is one of chance: at all of three points it is right for one name in eight."""
+    a, b = sp.symbols(f"a{number} b{number}", real=True)
+    pool = Pool()
+    meaning = Meaning(pool, lambda _: None)
+    sides = [(meaning, Sides(pool).entries(side)[0]) for side in (sp.sqrt(sp.expand((a + b) ** 2)), a + b)]
+    assert Judge(pool, lambda _: False, Sampler({}, frozenset())).decide(*sides).equal is False
 
 
 def test_the_corpus_is_as_large_as_promised():
