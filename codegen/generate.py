@@ -102,11 +102,11 @@ def generate(
         If the folder cannot be written; what was there stays whole.
     """
     folder = out or tree.root / "generated" / model
-    chosen = dict(structure or {})
-    reasons = _reasons(tree, model, folder, chosen, casadi)
+    choices = dict(structure or {})
+    reasons = _reasons(tree, model, folder, choices, casadi)
     if not reasons:
         return Report(model)
-    texts = _renumbered(tree, model, folder, chosen, casadi) or derive(tree, model, chosen, casadi)
+    texts = _renumbered(tree, model, folder, choices, casadi) or derive(tree, model, choices, casadi)
     write(folder, texts)
     return Report(model, tuple(texts), reasons)
 
@@ -154,21 +154,21 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     verify(system)
     graphs = generate_functions(system)
     functions = printed(graphs)
-    written = texts(system, functions)
-    written["equations.json"] = equations_json(system)
-    written["equations.md"] = equations_markdown(system)
+    files = texts(system, functions)
+    files["equations.json"] = equations_json(system)
+    files["equations.md"] = equations_markdown(system)
     if casadi:
         from .code.casadi_c import casadi_c
 
-        written |= casadi_c(system.name, graphs)
-    hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in written.items()}
+        files |= casadi_c(system.name, graphs)
+    hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in files.items()}
     manifest = manifest_of(system, functions, sources, hashes)
     tables = tree.root / "models" / model
     table_shapes = shapes(tables)
     if len(table_shapes) == len(TABLES) and renumber(manifest, tables) == manifest:
         manifest = replace(manifest, shapes_sha256=table_shapes)
-    written[FILE] = manifest_text(manifest)
-    return written
+    files[FILE] = manifest_text(manifest)
+    return files
 
 
 def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:

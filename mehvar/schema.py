@@ -137,7 +137,7 @@ def _mapping_reader(convert: _Convert, named: bool) -> _Convert:
     def read_mapping(values: Any) -> Any:
         entries = _table(values)
         if named:
-            entries = {name: {**_table(value), "name": name} for name, value in entries.items()}
+            entries = {name: {**v, "name": name} if type(v) is dict else v for name, v in entries.items()}
         try:
             return dict(zip(entries, map(convert, entries.values()), strict=True))
         except SchemaError:

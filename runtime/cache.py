@@ -143,9 +143,8 @@ def _files(folder: Path) -> Iterator[Path]:
 
 def _roots() -> list[Path]:
     """Return the folders that may hold an entry, the preferred one first."""
-    chosen = os.environ.get("MEHVAR_CACHE")
-    if chosen:
-        return [Path(chosen).expanduser().absolute()]
+    if own := os.environ.get("MEHVAR_CACHE"):
+        return [Path(own).expanduser().absolute()]
     base = os.environ.get("XDG_CACHE_HOME")
     home = Path(base) if base and Path(base).is_absolute() else _home() / ".cache"
     return [home / "mehvar", _shared_temporary()]

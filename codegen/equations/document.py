@@ -13,7 +13,8 @@ from typing import Any
 from mehvar.errors import MehvarError
 from mehvar.manifest import FILE, Manifest, read_manifest
 
-SCHEMA = 2
+from . import SCHEMA
+
 Node = tuple[Any, ...]
 
 

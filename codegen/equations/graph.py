@@ -16,7 +16,8 @@ import sympy as sp
 from mehvar.errors import MehvarError
 from mehvar.models.system import TIME, Condition, Controller, Definition, Equation, Expr, Parameter, Quantity, System
 
-SCHEMA = 2
+from . import SCHEMA
+
 _COMMUTATIVE = (sp.Add, sp.Mul, sp.Min, sp.Max, sp.And, sp.Or, sp.Equality, sp.Unequality)
 _DOUBLE = 53
 

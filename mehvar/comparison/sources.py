@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from mehvar.codegen.equations.document import SCHEMA
+from mehvar.codegen.equations import SCHEMA
 from mehvar.codegen.generate import Tree, check, find_tree, installed_tree
 from mehvar.errors import InputError
 from mehvar.runtime import cache

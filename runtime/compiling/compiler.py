@@ -33,7 +33,7 @@ class Compiler:
     version : str
         Part of the key of every compiled file.
     origin : str
-        How it was found: "$CC", "PATH" or "the ziglang package".
+        Where it is from: "$CC", "PATH" or "the ziglang package".
     """
 
     command: tuple[str, ...]
@@ -88,12 +88,12 @@ def environment(scratch: Path) -> dict[str, str]:
 
 
 @functools.cache
-def _find(chosen: str, _path: str) -> Compiler | None:
-    if chosen.strip():
-        command = _words(chosen)
+def _find(cc: str, _path: str) -> Compiler | None:
+    if cc.strip():
+        command = _words(cc)
         version = _version(command)
         if version is None:
-            raise InputError(f"$CC = {chosen!r}: must start a C compiler, but it does not start")
+            raise InputError(f"$CC = {cc!r}: must start a C compiler, but it does not start")
         return Compiler(command, version, "$CC")
     for name in _PATH_NAMES:
         program = shutil.which(name)

@@ -128,6 +128,6 @@ def _failure(
 ) -> InputError | BuildError:
     report = f"exit status {process.returncode}\n$ {shlex.join(command)}\n{process.stderr or process.stdout}".rstrip()
     if process.returncode == 0 and compiler.origin == "$CC":
-        chosen = shlex.join(compiler.command)
-        return InputError(f"$CC = {chosen!r}: must be a C compiler, but it wrote no file: {report}")
+        cc = shlex.join(compiler.command)
+        return InputError(f"$CC = {cc!r}: must be a C compiler, but it wrote no file: {report}")
     return BuildError(f"the C compiler failed: {report}")

@@ -17,8 +17,8 @@ _WIDTHS = (
 @functools.cache
 def widest() -> int:
     """Return the number of doubles in the widest registers that are known to be there: 8, 4 or 2."""
-    found = _instructions()
-    return next((lanes for lanes, needed in _WIDTHS if found.issuperset(needed)), 2)
+    instructions = _instructions()
+    return next((lanes for lanes, needed in _WIDTHS if instructions.issuperset(needed)), 2)
 
 
 @functools.cache

@@ -22,6 +22,7 @@ from mehvar.codegen.generate import (
     write,
 )
 from mehvar.codegen.new_numbers import shapes
+from mehvar.manifest import manifest_text, read_manifest
 from mehvar.models.quantities import ModelError
 
 ROOT = installed_tree().root
@@ -204,8 +205,9 @@ def test_nothing_is_half_written(tree, monkeypatch):
 
 def test_a_variant_goes_where_it_is_told(tmp_path):
     generate(installed_tree(), "triangle", out=tmp_path / "mine", structure={"masses": "general"})
-    manifest = json.loads((tmp_path / "mine" / "manifest.json").read_text())
-    assert [p["name"] for p in manifest["parameters"]] == ["H", "disturbance", "m1", "m2", "m3"]
+    manifest = read_manifest(tmp_path / "mine")
+    assert [p.name for p in manifest.parameters] == ["H", "disturbance", "m1", "m2", "m3"]
+    assert manifest_text(manifest) == manifest.text
     assert not generate(installed_tree(), "triangle", out=tmp_path / "mine", structure={"masses": "general"}).stale
 
 

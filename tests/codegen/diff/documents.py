@@ -17,8 +17,9 @@ from mehvar.codegen.diff import Document
 from mehvar.codegen.diff.changes import Change, replaced
 from mehvar.codegen.diff.report import Kind, Path
 from mehvar.codegen.equal.pool import Pool
+from mehvar.codegen.equations import SCHEMA
 from mehvar.codegen.equations.document import Node, Row
-from mehvar.codegen.equations.graph import SCHEMA, Graph
+from mehvar.codegen.equations.graph import Graph
 
 PARAMETERS = {"m", "l", "k", "J", "r", "m1", "m2", "m3", "l1", "l2", "l3"}
 STATES = {"x", "y", "z", "v", "w", "a", "b", "c", "phi", "theta", "q1", "q2", "q3", "w1", "w2", "w3"}

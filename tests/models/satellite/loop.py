@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-import json
 import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.codegen.generate import derive, installed_tree, write
+from mehvar.manifest import Controller, Manifest, Parameter, read_manifest
 
 Array = NDArray[np.float64]
 Settings = Mapping[str, float]
@@ -31,7 +31,7 @@ class Generated:
     """A generated folder: its functions and what its manifest says."""
 
     module: ModuleType
-    manifest: Mapping[str, Any]
+    manifest: Manifest
     folder: Path
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
@@ -39,33 +39,32 @@ class Generated:
 
     def names(self, key: str) -> list[str]:
         """Return the names of the states, inputs, ..."""
-        return [q["name"] for q in self.manifest[key]]
+        return [q.name for q in getattr(self.manifest, key)]
 
-    def law(self, law: str) -> Mapping[str, Any]:
+    def law(self, law: str) -> Controller:
         """Return what the manifest says of a law."""
-        entry: Mapping[str, Any] = self.manifest["controllers"][law]
-        return entry
+        return self.manifest.controllers[law]
 
     def memory(self, law: str) -> list[str]:
         """Return the names of a law's memory."""
-        return [q["name"] for q in self.law(law)["memory"]]
+        return [q.name for q in self.law(law).memory]
 
     def parameters(self, settings: Settings, law: str = "pd", scenario: str = "paper") -> tuple[Array, Array, Array]:
         """Return p, c and s: defaults, then the scenario, then the settings."""
-        table = self.manifest["scenarios"][scenario]
-        values = {**table["set"], **table["controllers"].get(law, {}), **settings}
-        groups = (self.manifest["parameters"], self.law(law)["parameters"], self.manifest["scenario_parameters"])
-        unknown = set(values) - {q["name"] for group in groups for q in group} - set(_OPTIONS)
+        table = self.manifest.scenarios[scenario]
+        values = {**table.values, **table.controllers.get(law, {}), **settings}
+        groups = (self.manifest.parameters, self.law(law).parameters, self.manifest.scenario_parameters)
+        unknown = set(values) - {q.name for group in groups for q in group} - set(_OPTIONS)
         assert not unknown, unknown
         return tuple(np.array([_value(q, values, group) for q in group]) for group in groups)  # type: ignore[return-value]
 
 
-def _value(q: Mapping[str, Any], values: Settings, group: Sequence[Mapping[str, Any]]) -> float:
-    if q["name"] in values:
-        return float(values[q["name"]])
-    if q["formula"] is None:
-        return float(q["default"])
-    source = next(other for other in group if other["name"] == q["formula"])
+def _value(q: Parameter, values: Settings, group: Sequence[Parameter]) -> float:
+    if q.name in values:
+        return float(values[q.name])
+    if q.default is not None:
+        return q.default
+    source = next(other for other in group if other.name == q.formula)
     return _value(source, values, group)
 
 
@@ -84,7 +83,7 @@ def load(folder: Path, name: str = "satellite") -> Generated:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return Generated(module, json.loads((folder / "manifest.json").read_text(encoding="utf-8")), folder)
+    return Generated(module, read_manifest(folder), folder)
 
 
 @dataclass(frozen=True)
@@ -145,7 +144,7 @@ class _Loop:
         self.period = float(self.p[0, generated.names("parameters").index("Ts")])
 
     def measured(self, k: int, x: Array) -> Array:
-        size = len(self.generated.manifest["noise"])
+        size = len(self.generated.manifest.noise)
         e = np.zeros((len(x), size)) if self.random is None else self.random.standard_normal((len(x), size))
         return self.corrupt(k, self.generated.measure(x, e, self.p))
 

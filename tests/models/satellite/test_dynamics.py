@@ -268,7 +268,7 @@ def test_what_cannot_be_is_refused():
     assert EULER.mrac_constraints(p, c, s)[0] <= 0
     for delay in (0.0, 1.0):
         p, c, s = EULER.parameters({"delay": delay}, "mrac")
-        assert c[[q["name"] for q in EULER.law("mrac")["parameters"]].index("design_delay")] == delay
+        assert c[[q.name for q in EULER.law("mrac").parameters].index("design_delay")] == delay
         assert EULER.mrac_constraints(p, c, s)[0] > 0
 
 

@@ -87,7 +87,7 @@ def test_workers_give_the_bits_of_this_process(scheduler: str, client: Client, h
         client.wait_for_workers(2, timeout=60)
         store = run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client, chunk=8)
         assert same(store, here)
-        assert all(list((tmp_path / f"c{k}").glob("*.so")) for k in (0, 1))
+        assert all(list((tmp_path / f"c{k}").rglob("*.so")) for k in (0, 1))
     finally:
         stop(*processes)
 

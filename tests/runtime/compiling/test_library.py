@@ -128,26 +128,26 @@ def test_cc_that_writes_nothing_is_refused(cache: Path, monkeypatch: pytest.Monk
 
 
 def test_cc_with_arguments_is_used(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = compiler.require_compiler()
-    monkeypatch.setenv("CC", " ".join([*found.command, "-DUNUSED=1"]))
+    cc = compiler.require_compiler()
+    monkeypatch.setenv("CC", " ".join([*cc.command, "-DUNUSED=1"]))
     assert compiler.require_compiler().command[-1] == "-DUNUSED=1"
     assert seven() == 7
 
 
 def test_arguments_in_cc_are_part_of_the_key(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     number = {"number.c": "int number(void) { return NUMBER; }\n"}
-    found = compiler.require_compiler()
+    cc = compiler.require_compiler()
     for n in (3, 4):
-        monkeypatch.setenv("CC", " ".join([*found.command, f"-DNUMBER={n}"]))
+        monkeypatch.setenv("CC", " ".join([*cc.command, f"-DNUMBER={n}"]))
         assert build.load_library("number", number, ["number.c"]).number() == n
 
 
 def test_ziglang_is_the_last_resort(cache: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
-    found = compiler.require_compiler()
-    assert found.command[1:] == ("-m", "ziglang", "cc")
-    assert "-mcpu=baseline" in found.flags
+    cc = compiler.require_compiler()
+    assert cc.command[1:] == ("-m", "ziglang", "cc")
+    assert "-mcpu=baseline" in cc.flags
     assert seven() == 7
 
 

@@ -35,19 +35,19 @@ def resolved(model: Model, law: str = "pd", scenario: str = "swing", **values: A
 
 
 def test_defaults(model: Model) -> None:
-    found = resolved(model)
-    np.testing.assert_array_equal(found.p, model.parameters())
-    np.testing.assert_allclose(found.c, [20.0, 2 * np.sqrt(20.0)])
-    np.testing.assert_array_equal(found.s, [1.0, 0.0, 0.5, 0.0])
-    assert found.origins["m"] == "default"
-    assert found.origins["k_d"] == "formula 2*sqrt(k_p)"
+    vectors = resolved(model)
+    np.testing.assert_array_equal(vectors.p, model.parameters())
+    np.testing.assert_allclose(vectors.c, [20.0, 2 * np.sqrt(20.0)])
+    np.testing.assert_array_equal(vectors.s, [1.0, 0.0, 0.5, 0.0])
+    assert vectors.origins["m"] == "default"
+    assert vectors.origins["k_d"] == "formula 2*sqrt(k_p)"
 
 
 def test_who_comes_first(model: Model) -> None:
-    found = resolved(model, scenario="stiff", rate_0=0.1)
-    assert (found.values["k_p"], found.origins["k_p"]) == (40.0, "scenario stiff, pd")
-    assert (found.values["angle_0"], found.origins["angle_0"]) == (0.8, "scenario stiff")
-    assert (found.values["rate_0"], found.origins["rate_0"]) == (0.1, "--set")
+    vectors = resolved(model, scenario="stiff", rate_0=0.1)
+    assert (vectors.values["k_p"], vectors.origins["k_p"]) == (40.0, "scenario stiff, pd")
+    assert (vectors.values["angle_0"], vectors.origins["angle_0"]) == (0.8, "scenario stiff")
+    assert (vectors.values["rate_0"], vectors.origins["rate_0"]) == (0.1, "--set")
     assert resolved(model, "p-sum", "stiff").values["k_p"] == 30.0
     assert resolved(model, "pd", "stiff", k_p=50.0).values["k_p"] == 50.0
 

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Dataclasses as JSON and back: what is written is read again, what does not fit is refused with its place."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import pytest
+
+from mehvar.codegen.generate import installed_tree
+from mehvar.manifest import FILE, manifest_text, read_manifest
+from mehvar.names import identifier
+from mehvar.schema import Lower, SchemaError, Upper, json_key, plain, read
+
+
+class Pair(NamedTuple):
+    name: str
+    size: int | None
+
+
+@dataclass(frozen=True)
+class Leaf:
+    name: str
+    low: Lower
+    high: Upper
+    note: str | None = None
+
+
+@dataclass(frozen=True)
+class Root:
+    leaves: Mapping[str, Leaf]
+    rows: tuple[Leaf, ...]
+    pairs: tuple[Pair, ...] = field(metadata=json_key("list"))
+    place: str = field(default="", metadata=json_key(None))
+
+
+def data() -> dict:
+    row = {"name": "r", "low": None, "high": 2, "note": None}
+    return {"leaves": {"a": {"low": -1.0, "high": None, "note": "n"}}, "rows": [row], "list": [["x", 3], ["t", None]]}
+
+
+def test_what_is_read_is_written_again():
+    root = read(Root, data(), place="here")
+    assert root.leaves["a"] == Leaf("a", -1.0, math.inf, "n")
+    assert root.rows == (Leaf("r", -math.inf, 2.0),)
+    assert root.pairs == (Pair("x", 3), Pair("t", None))
+    assert root.place == "here"
+    assert type(root.rows[0].high) is float
+    assert plain(Root, root) == data()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda d: d.pop("rows"), "'rows' is missing"),
+        (lambda d: d.update(raws=1), "'raws' is not known"),
+        (lambda d: d["leaves"]["a"].pop("note"), "leaves.a: 'note' is missing"),
+        (lambda d: d["leaves"]["a"].update(low="0"), "leaves.a.low = '0': must be a number"),
+        (lambda d: d["leaves"].update(b=[]), r"leaves.b = \[\]: must be a table"),
+        (lambda d: d["rows"][0].update(high=True), r"rows\[0\].high = True: must be a number"),
+        (lambda d: d["rows"][0].update(name=None), r"rows\[0\].name = None: must be a text"),
+        (lambda d: d["list"].append(["y"]), r"list\[2\] = \['y'\]: must be \[name, size\]"),
+        (lambda d: d["list"].append(["y", 1.5]), r"list\[2\] = 1.5: must be a whole number"),
+        (lambda d: d.update(list="x" * 500), rf"list = '{'x' * 59}\.\.\.: must be a list"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_its_place(change, message):
+    damaged = data()
+    change(damaged)
+    with pytest.raises(SchemaError, match=f"^{message}$"):
+        read(Root, damaged)
+
+
+def test_data_of_another_version_is_read_on_request():
+    other = data()
+    del other["rows"][0]["note"]
+    other["leaves"]["a"]["colour"] = "red"
+    assert read(Root, other, any_age=True) == read(Root, data())
+    del other["rows"][0]["low"]
+    with pytest.raises(SchemaError, match=r"^rows\[0\]: 'low' is missing$"):
+        read(Root, other, any_age=True)
+
+
+@pytest.mark.parametrize("model", installed_tree().models)
+def test_a_manifest_is_read_and_written_to_the_byte(model):
+    folder = installed_tree().root / "generated" / model
+    text = (folder / FILE).read_text(encoding="utf-8")
+    assert manifest_text(read_manifest(folder)) == text
+    assert "NaN" not in text
+    assert json.loads(text)["schema"] == 1
+
+
+def test_names_in_code():
+    assert [identifier(name) for name in ("lyapunov-v1", "p sum", "é")] == ["lyapunov_v1", "p_sum", "_"]
