@@ -69,4 +69,4 @@ PAIR = 2.4
 """Dearer edits do not make one term out of another: one was lost, one added. 10: two slips in one term; 4: unlike terms
 are paired."""
 ENOUGH = 4.0
-"""Cheaper edits end the search, several smaller ones are not tried. 0; 7: sums are rewritten, not terms."""
+"""A cheaper edit ends the search: several smaller ones are not tried. 0; 7: sums are written anew, not term by term."""

@@ -109,7 +109,8 @@ class Edits:
 
     def _doubt(self, change: Change, value: Values) -> float:
         """Prefer to edit what the new side does not have, into what it has."""
-        return costs.STAYS * (value in self._parts) - costs.WRITTEN * (change.with_ in self._written)
+        stays, written = value in self._parts, change.with_ in self._written
+        return (costs.STAYS if stays else 0.0) - (costs.WRITTEN if written else 0.0)
 
     def _below(self, node: int, value: Values, needed: Values, path: Path) -> Iterator[tuple[int, Values, Path, bool]]:
         """Yield the operands of a node with the values they need, and whether they are terms."""
@@ -191,7 +192,7 @@ class Edits:
     def _factor_change(
         self, node: int, new: int, atom: int, exponent: int, factor: int, number: Fraction, path: Path
     ) -> Change:
-        extra = {1: 0.0, -1: costs.ALSO_SIGN}.get(number, costs.ALSO_NUMBER)
+        extra = 0.0 if number == 1 else costs.ALSO_SIGN if number == -1 else costs.ALSO_NUMBER
         times = (
             "" if number == 1 else " and the sign flipped" if number == -1 else f" and the coefficient times {number}"
         )

@@ -202,6 +202,7 @@ class Judge:
         self._plain = [self.at(k) for k in range(_POINTS)]
         self._signed: list[Worlds] = []
         self._real: list[Worlds] = []
+        self._rooted: dict[Expression, bool] = {}
 
     def how(self, *sides: Expression) -> str:
         """Say how equality in the field is known."""
@@ -209,17 +210,28 @@ class Judge:
 
     def _count(self, sides: Iterable[Expression]) -> int:
         """Return how many points of the field tell whether expressions are equal."""
-        rooted = any(self._is_root(*place) for meaning, root in sides for place in meaning.depends(root))
-        return _ROOTED if rooted else _POINTS
+        return _ROOTED if any(self._is_rooted(*side) for side in sides) else _POINTS
+
+    def _is_rooted(self, meaning: Meaning, root: int) -> bool:
+        """Whether an expression depends on an even root of what may be a square of something that has a sign."""
+        if (meaning, root) not in self._rooted:
+            for node in reached(self.pool.nodes, [root]):
+                if (meaning, node) not in self._rooted:
+                    self._rooted[meaning, node] = self._is_root(meaning, node)
+        return self._rooted[meaning, root]
 
     def _is_root(self, meaning: Meaning, node: int) -> bool:
-        """Whether a node is an even root of what may be a square of something that has a sign."""
         operation, *operands = self.pool.nodes[node]
+        if operation == "sym":
+            target = meaning.targets(operands[0])
+            return target is not None and self._is_rooted(*target)
+        if any(self._rooted[meaning, operand] for operand in self.pool.operands(node)):
+            return True
         exponent = self.pool.constant(operands[1]) if operation == "pow" else None
         if exponent is None or exponent.denominator % 2:
             return False
-        operation, *operands = self.pool.nodes[operands[0]]
-        return operation != "num" and (operation != "sym" or meaning.targets(operands[0]) is not None)
+        base, *names = self.pool.nodes[operands[0]]
+        return base != "num" and (base != "sym" or meaning.targets(names[0]) is not None)
 
     def at(
         self, number: int, interpreted: bool = False, fixed: Mapping[str, field.Element] = MappingProxyType({})
