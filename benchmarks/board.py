@@ -19,7 +19,7 @@ from machine import command_line
 from mehvar import runtime
 from mehvar.runtime.board.image.build import program, sources, write_sources
 from mehvar.runtime.board.image.toolchains import host_toolchain
-from mehvar.runtime.board.run import Asked, run_on_board
+from mehvar.runtime.board.run import BoardRequest, run_on_board
 
 SAMPLES, DAY, FRAMES = 5000, 172_800, 10_000_000
 FUZZ = Path(__file__).parents[1] / "tests" / "runtime" / "board" / "fuzz.c"
@@ -48,7 +48,7 @@ def equivalence() -> None:
     for target, board, compiler in cases:
         counted = board == "stm32f4"
         o = run_on_board(
-            model, Asked("mrac", target, board, compiler, samples=SAMPLES, selftest=SAMPLES, profiled=counted)
+            model, BoardRequest("mrac", target, board, compiler, samples=SAMPLES, selftest=SAMPLES, profiled=counted)
         )
         step = f"{o.profile.most}, {o.profile.cycles or '-'}" if o.profile else "-"
         size = f"{o.elf.flash}, {o.elf.ram}, {o.stats['stack_used']}" if o.elf else "-"
@@ -64,8 +64,8 @@ def day() -> None:
     """Run a day of the satellite under Unicorn."""
     model = runtime.load("satellite", backend="c")
     begin = time.perf_counter()
-    asked = Asked("mrac", "unicorn", samples=DAY, every=500, selftest=0, profiled=False)
-    o = run_on_board(model, asked)
+    request = BoardRequest("mrac", "unicorn", samples=DAY, every=500, selftest=0, profiled=False)
+    o = run_on_board(model, request)
     print(
         f"{len(o.board.u)} samples ({DAY * 0.5 / 3600:g} h) under Unicorn in {time.perf_counter() - begin:.0f} s, "
         f"{o.rate:.0f} exchanges/s: {o.u.ulp} ulp in {o.u.compared} torques, {o.z.ulp} in {o.z.compared} numbers of "

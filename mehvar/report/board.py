@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mehvar.errors import InputError
-from mehvar.runtime.board.run import Asked
+from mehvar.runtime.board.run import BoardRequest
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,7 +43,7 @@ def run_board(model: Model, law: str) -> OnBoard:
     from mehvar.runtime.board.run import run_on_board
 
     try:
-        outcome = run_on_board(model, Asked(law, "unicorn", _BOARD, samples=_SAMPLES))
+        outcome = run_on_board(model, BoardRequest(law, "unicorn", _BOARD, samples=_SAMPLES))
     except InputError as error:
         return OnBoard(law, f"Not run: {error}.")
     found = facts(outcome)

@@ -16,7 +16,7 @@ from mehvar.runtime.run.simulate import Run
 
 def facts(outcome: Outcome) -> dict[str, Any]:
     """Return the numbers of a run; `max_ulp` and `instructions_per_step` come first."""
-    asked, image, profile = outcome.asked, outcome.image, outcome.profile
+    request, image, profile = outcome.request, outcome.image, outcome.profile
     board, test = image.board, outcome.selftest
     return {
         "max_ulp": outcome.max_ulp,
@@ -27,7 +27,7 @@ def facts(outcome: Outcome) -> dict[str, Any]:
         "model": image.program.layout.model,
         "controller": image.program.layout.law,
         "scenario": image.program.scenario.name,
-        "target": asked.target,
+        "target": request.target,
         "board": board.name if board else "posix",
         "compiler": image.toolchain.version,
         "samples": len(outcome.board.u_cmd),
@@ -98,7 +98,7 @@ def _ticks(outcome: Outcome) -> dict[str, Any] | None:
     """Return the board's own measurement of a step; under an emulator it measures nothing."""
     if not outcome.ticks or outcome.hello is None:
         return None
-    emulated = outcome.asked.target in TARGETS and outcome.asked.target != "sil"
+    emulated = outcome.request.target in TARGETS and outcome.request.target != "sil"
     return {
         "least": min(outcome.ticks), "most": max(outcome.ticks), "per_second": outcome.hello.ticks_per_second,
         "meaning": "not a measurement: emulated clock" if emulated else "measured by the board",

@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board report`: what a run on a board has shown, as one HTML page and as JSON."""
+"""What a run on a board has shown, as one HTML page and as JSON."""
 
 from __future__ import annotations
 
 import base64
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jinja2
 import numpy as np
-import typer
 
-from mehvar.cli.board import outcome_of, status_of
 from mehvar.pictures.plots import (
     BLACK,
     BLUE,
@@ -23,36 +20,24 @@ from mehvar.pictures.plots import (
     label,
     new_figure,
     picture,
-    require_matplotlib,
     save,
     style,
 )
 from mehvar.report.board_facts import facts
 from mehvar.runtime.board.run import Outcome
-from mehvar.runtime.files import check_folder, filling
+from mehvar.runtime.files import filling
 from mehvar.runtime.run.results import to_dataset
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from mehvar.runtime.board.run import Asked
 
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 _PAPER = {("satellite", "mrac"): 10, ("satellite", "pd"): 11}
 """Figures of the paper that show a law behind the link's delay."""
 
 
-def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path) -> int:
-    """Run, write index.html, board.json and figures/, and return the exit status.
-
-    Raises
-    ------
-    InputError
-        For a user's mistake, or if Matplotlib is missing.
-    """
-    require_matplotlib()
-    check_folder(out)
-    outcome = outcome_of(model, settings, replace(asked, every=1))
+def write_report(outcome: Outcome, out: Path) -> None:
+    """Write index.html, board.json and figures/ into a folder."""
     found = facts(outcome) | {"figure": _figure_numbers(outcome)}
     with filling(out) as folder:
         (folder / "figures").mkdir()
@@ -61,8 +46,6 @@ def report_command(model: str, settings: Sequence[str], asked: Asked, out: Path)
         ]
         (folder / "index.html").write_text(_page(found, figures), encoding="utf-8")
         (folder / "board.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    typer.echo(f"report: {out / 'index.html'}")
-    return status_of(outcome)
 
 
 def _figures(outcome: Outcome) -> list[tuple[str, str, Any]]:

@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mehvar.errors import InputError, bad_value
 
 from ..model.functions import FloatArray
 from ..run.metrics import metrics
+from ..run.options import OPTIONS
 from ..run.problem import Progress, Status
 from ..run.simulate import Run, simulate
 from .plan import Plan
@@ -32,7 +31,7 @@ def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None 
         raise InputError(refusal)
     parameters, initial = plan.settings(number)
     campaign = plan.campaign
-    options: dict[str, Any] = {name: value for name, value in campaign.options.items() if name != "profile"}
+    options = {name: value for name, value in plan.options.changes().items() if "run" not in OPTIONS[name].refused}
     return simulate(
         plan.model,
         campaign.controller,
@@ -44,6 +43,7 @@ def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None 
         progress=progress,
         origin=f"run {number}",
         **options,
+        **plan.choices,
     )
 
 
@@ -64,12 +64,12 @@ def difference(run: Run, store: Store, number: int) -> str | None:
     }
     if run.status is Status.DONE:
         pairs["final"] = (run.x[-1], store.read("final", [block])[row])
-    told = [
+    differences = [
         f"{name} by up to {_largest(here, there):.3g}"
         for name, (here, there) in pairs.items()
         if not np.array_equal(here, there, equal_nan=here.dtype.kind == "f")
     ]
-    return f"differs from the store in {', '.join(told)}" if told else ""
+    return f"differs from the store in {', '.join(differences)}" if differences else ""
 
 
 def _largest(one: FloatArray, other: FloatArray) -> float:

@@ -7,7 +7,6 @@ that owns the store.
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import threading
@@ -22,7 +21,7 @@ from ..compiling.library import cache_folder
 from ..files import write_atomic
 from ..model.manifest import FILE, identifier
 from ..model.model import load
-from .blocks import Blocks, BlockSource, Values, Wanted
+from .blocks import Blocks, BlockSource, Missing, Values
 from .plan import Campaign, Plan
 
 if TYPE_CHECKING:
@@ -78,11 +77,11 @@ def on_workers(client: Client, plan: Plan) -> BlockSource:
     bundle = _bundle(plan)
     _examine(client)
 
-    def produce(wanted: Wanted) -> Generator[tuple[int, Values], None, None]:
+    def produce(missing: Missing) -> Generator[tuple[int, Values], None, None]:
         from distributed import as_completed
 
         shared = client.submit(_same, bundle, key=f"mehvar-bundle-{bundle.key()}")
-        waiting = iter(wanted)
+        waiting = iter(missing)
         numbers: dict[Any, int] = {}
 
         def submit() -> Any:
@@ -114,7 +113,7 @@ def _bundle(plan: Plan) -> Bundle:
     sources = (path for path in manifest.folder.iterdir() if path.suffix in (".c", ".h"))
     names = [FILE, *sorted(path.name for path in sources if not path.stem.endswith("_jac"))]
     files = {name: (manifest.folder / name).read_text(encoding="utf-8") for name in names}
-    return Bundle(files, json.dumps(dataclasses.asdict(plan.campaign), sort_keys=True))
+    return Bundle(files, plan.campaign.json_text())
 
 
 def _examine(client: Client) -> None:

@@ -17,6 +17,7 @@ from mehvar.errors import InputError
 
 from ..model.model import Model
 from ..model.parameters import Resolved, resolve
+from ..run.options import read_options
 from ..run.problem import Status
 from ..run.simulate import Run, simulate
 from .emulator.profile import Coverage, Profile, StepProfiler, coverage
@@ -34,8 +35,8 @@ _SELF_TEST = 200
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What is to be run.
+class BoardRequest:
+    """A closed loop to be run with its law on a board.
 
     Attributes
     ----------
@@ -47,8 +48,8 @@ class Asked:
         Evaluations of the law; the reference goes on past the scenario's end.
     delay : int, optional
         Samples between computing an input and applying it; one for a law that can be designed for it unless given.
-    values, options : mapping
-        As `--set` gives them: parameters, and options of `simulate`.
+    parameters, options : mapping
+        Parameters by name; options and choices of `simulate`.
     every : int, optional
         Samples between two comparisons of the law's memory; 1 where the line is fast, else 10.
     raw : bool
@@ -68,7 +69,7 @@ class Asked:
     scenario: str | None = None
     samples: int = 600
     delay: int | None = None
-    values: Mapping[str, float] | None = None
+    parameters: Mapping[str, object] | None = None
     options: Mapping[str, Any] | None = None
     every: int | None = None
     raw: bool = False
@@ -103,7 +104,7 @@ class Outcome:
         Of the image; None for software in the loop, or where the image does not tell.
     """
 
-    asked: Asked
+    request: BoardRequest
     image: Image
     elf: Elf | None
     hello: Hello | None
@@ -130,7 +131,7 @@ class Outcome:
         return max(self.u.ulp, self.z.ulp)
 
 
-def build_image(model: Model, asked: Asked) -> Image:
+def build_image(model: Model, request: BoardRequest) -> Image:
     """Compile the firmware that a run wants.
 
     Raises
@@ -140,15 +141,15 @@ def build_image(model: Model, asked: Asked) -> Image:
     BuildError
         If the compiler fails.
     """
-    made = program(model, asked.controller, asked.scenario, asked.raw)
-    if asked.target == "sil":
-        if asked.board is not None:
-            raise InputError(f"board = {asked.board!r}: must be left out for software in the loop (--target sil)")
-        return build(made, None, host_toolchain(asked.compiler))
-    return build(made, board_named(asked.board or "stm32f4"), toolchain(asked.compiler))
+    firmware = program(model, request.controller, request.scenario, request.raw)
+    if request.target == "sil":
+        if request.board is not None:
+            raise InputError(f"board = {request.board!r}: must be left out for software in the loop (--target sil)")
+        return build(firmware, None, host_toolchain(request.compiler))
+    return build(firmware, board_named(request.board or "stm32f4"), toolchain(request.compiler))
 
 
-def run_on_board(model: Model, asked: Asked) -> Outcome:
+def run_on_board(model: Model, request: BoardRequest) -> Outcome:
     """Run a closed loop with the law on a board and compare.
 
     Raises
@@ -158,42 +159,43 @@ def run_on_board(model: Model, asked: Asked) -> Outcome:
     LinkError
         If the board does not answer.
     """
-    if asked.samples < 2:
-        raise InputError(f"samples = {asked.samples}: must be a whole number >= 2")
-    if asked.raw and (asked.values or asked.journal):
+    if request.samples < 2:
+        raise InputError(f"samples = {request.samples}: must be a whole number >= 2")
+    if request.raw and (request.parameters or request.journal):
         raise InputError("raw: a bare link has neither parameters nor a journal; leave --set and --journal out")
-    single = _simulate(model, asked, real="float")
-    image = build_image(model, asked)
-    port = open_target(asked.target, image)
+    read_options(request.options or {}, "board", "--set")
+    single = _simulate(model, request, real="float")
+    image = build_image(model, request)
+    port = open_target(request.target, image)
     try:
-        if asked.raw:
-            return _run_bare(model, asked, image, port)
-        return _run_framed(model, asked, image, port, single)
+        if request.raw:
+            return _run_bare(model, request, image, port)
+        return _run_framed(model, request, image, port, single)
     finally:
         port.close()
 
 
-def _run_framed(model: Model, asked: Asked, image: Image, port: Port, single: Run) -> Outcome:
+def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, single: Run) -> Outcome:
     layout = image.program.layout
     link = Link(port, layout)
     hello = link.connect()
     elf = None if image.board is None else read_elf(image.path)
     profiler = None
-    if isinstance(port, MachinePort) and elf is not None and asked.profiled:
+    if isinstance(port, MachinePort) and elf is not None and request.profiled:
         assert image.board is not None
         profiler = StepProfiler(port.machine, elf, image.board.cpu == "m4f")
-    journal = None if asked.journal is None else _journal(asked, layout.hash, single, layout.sizes)
+    journal = None if request.journal is None else _journal(request, layout.hash, single, layout.sizes)
     law = BoardLaw(
         link,
         single.parameters,
         layout,
-        asked.every or _every(asked.target),
+        request.every or _every(request.target),
         journal,
         profiler.done if profiler else None,
     )
     begin, done = time.perf_counter(), False
     try:
-        board = _simulate(model, asked, law=law)
+        board = _simulate(model, request, law=law)
         done = True
     finally:
         if journal is not None:
@@ -202,16 +204,16 @@ def _run_framed(model: Model, asked: Asked, image: Image, port: Port, single: Ru
     stats = link.stats()
     if profiler:
         profiler.close()
-    test = _self_test(link, law, asked.selftest)
+    test = _self_test(link, law, request.selftest)
     stats |= {key: value for key, value in link.stats().items() if key.startswith("stack")}
     z, expected = _memories(law, single)
     covered: tuple[Coverage, ...] = ()
     if profiler and elf:
-        names = [name for name in (_law_symbol(model, asked), "app_step") if name in elf.symbols]
+        names = [name for name in (_law_symbol(model, request), "app_step") if name in elf.symbols]
         covered = tuple(coverage(image.path, elf, names, profiler.profile.addresses))
     return Outcome(
-        asked=asked, image=image, elf=elf, hello=hello, board=board, single=single,
-        double=_simulate(model, asked), undelayed=_undelayed(model, asked),
+        request=request, image=image, elf=elf, hello=hello, board=board, single=single,
+        double=_simulate(model, request), undelayed=_undelayed(model, request),
         u=difference(np.array(law.u), single.u_cmd[: len(law.u)]), z=difference(z, expected),
         x=difference(board.x, single.x),
         rate=len(law.ticks) / seconds, counters=link.counters, stats=stats, restored=law.restored,
@@ -220,18 +222,18 @@ def _run_framed(model: Model, asked: Asked, image: Image, port: Port, single: Ru
     )  # fmt: skip
 
 
-def _run_bare(model: Model, asked: Asked, image: Image, port: Port) -> Outcome:
+def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> Outcome:
     law = BareLaw(port, image.program)
     resolved = image.program.resolved
     begin = time.perf_counter()
-    board = _simulate(model, asked, law=law)
+    board = _simulate(model, request, law=law)
     seconds = time.perf_counter() - begin
-    single = _simulate(model, asked, law=HostLaw(image.program, resolved))
+    single = _simulate(model, request, law=HostLaw(image.program, resolved))
     none = difference(np.empty(0), np.empty(0))
     elf = None if image.board is None else read_elf(image.path)
     return Outcome(
-        asked=asked, image=image, elf=elf, hello=None, board=board,
-        single=single, double=_simulate(model, asked), undelayed=_undelayed(model, asked),
+        request=request, image=image, elf=elf, hello=None, board=board,
+        single=single, double=_simulate(model, request), undelayed=_undelayed(model, request),
         u=difference(np.array(law.u), single.u_cmd), z=none, x=difference(board.x, single.x),
         rate=len(law.u) / seconds, counters=None, stats={}, restored=0, ticks=(), selftest=None, profile=None,
         covered=(), bound=_bound(elf, image),
@@ -247,33 +249,35 @@ def _bound(elf: Elf | None, image: Image) -> StackBound | None:
         return None
 
 
-def _simulate(model: Model, asked: Asked, **changed: Any) -> Run:
+def _simulate(model: Model, request: BoardRequest, **changed: Any) -> Run:
     """Run the same closed loop with the law elsewhere."""
-    law = model.manifest.controller(asked.controller)
-    scenario = model.manifest.scenario(asked.scenario)
-    delay = delay_of(law) if asked.delay is None else asked.delay
-    options: dict[str, Any] = {"delay": delay, **(asked.options or {}), **changed}
-    period = float(options.get("hold") or period_of(law, scenario, _resolved(model, asked)))
+    law = model.manifest.controller(request.controller)
+    scenario = model.manifest.scenario(request.scenario)
+    delay = delay_of(law) if request.delay is None else request.delay
+    options: dict[str, Any] = {"delay": delay, **(request.options or {}), **changed}
+    period = period_of(law, scenario, _resolved(model, request))
     options |= {"dt_out": period, "hold": period}
-    t_end = (asked.samples - 1) * period
-    return simulate(model, asked.controller, scenario.name, asked.values, t_end=t_end, origin="--set", **options)
+    t_end = (request.samples - 1) * period
+    return simulate(
+        model, request.controller, scenario.name, request.parameters, t_end=t_end, origin="--set", **options
+    )
 
 
-def _resolved(model: Model, asked: Asked) -> Resolved:
-    law, scenario = model.manifest.controller(asked.controller), model.manifest.scenario(asked.scenario)
-    return resolve(model.manifest, model.functions, law, scenario, asked.values or {}, "--set")
+def _resolved(model: Model, request: BoardRequest) -> Resolved:
+    law, scenario = model.manifest.controller(request.controller), model.manifest.scenario(request.scenario)
+    return resolve(model.manifest, model.functions, law, scenario, request.parameters or {}, "--set")
 
 
 def _every(target: str) -> int:
     return 1 if target in ("sil", "unicorn") else 10
 
 
-def _undelayed(model: Model, asked: Asked) -> Run | None:
-    delay = (asked.options or {}).get("delay", asked.delay)
-    if delay == 0 or (delay is None and not delay_of(model.manifest.controller(asked.controller))):
+def _undelayed(model: Model, request: BoardRequest) -> Run | None:
+    delay = (request.options or {}).get("delay", request.delay)
+    if delay == 0 or (delay is None and not delay_of(model.manifest.controller(request.controller))):
         return None
-    options = {key: value for key, value in (asked.options or {}).items() if key != "delay"}
-    return _simulate(model, replace(asked, delay=0, options=options))
+    options = {key: value for key, value in (request.options or {}).items() if key != "delay"}
+    return _simulate(model, replace(request, delay=0, options=options))
 
 
 def _self_test(link: Link, law: BoardLaw, samples: int) -> SelfTest | None:
@@ -285,42 +289,42 @@ def _self_test(link: Link, law: BoardLaw, samples: int) -> SelfTest | None:
     return link.selftest(samples)
 
 
-def _journal(asked: Asked, digest: bytes, single: Run, sizes: tuple[int, ...]) -> Journal:
-    assert asked.journal is not None
+def _journal(request: BoardRequest, digest: bytes, single: Run, sizes: tuple[int, ...]) -> Journal:
+    assert request.journal is not None
     chosen = hashlib.sha256(repr((sorted(single.parameters.values.items()), sorted(single.options.items()))).encode())
     identity: dict[str, object] = {"layout": digest.hex(), "run": chosen.hexdigest()[:16]}
     try:
-        return Journal(asked.journal, identity, sizes[0], sizes[1])
+        return Journal(request.journal, identity, sizes[0], sizes[1])
     except OSError as error:
-        raise InputError(f"journal = {str(asked.journal)!r}: cannot be written ({error.strerror})") from error
+        raise InputError(f"journal = {str(request.journal)!r}: cannot be written ({error.strerror})") from error
 
 
 def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Return the board's memory after the samples that were looked at, and what it should be."""
-    known = [k for k in sorted(law.z) if k + 1 < len(single.z)]
-    if not known:
+    samples = [k for k in sorted(law.z) if k + 1 < len(single.z)]
+    if not samples:
         return np.empty(0, np.float32), np.empty(0)
-    return np.stack([law.z[k] for k in known]), single.z[[k + 1 for k in known]]
+    return np.stack([law.z[k] for k in samples]), single.z[[k + 1 for k in samples]]
 
 
-def _law_symbol(model: Model, asked: Asked) -> str:
+def _law_symbol(model: Model, request: BoardRequest) -> str:
     from ..model.manifest import identifier
 
-    return f"{identifier(model.name)}_{identifier(asked.controller)}"
+    return f"{identifier(model.name)}_{identifier(request.controller)}"
 
 
-def difference(found: NDArray[Any], expected: NDArray[Any]) -> Difference:
+def difference(values: NDArray[Any], expected: NDArray[Any]) -> Difference:
     """Compare two series as floats.
 
     Parameters
     ----------
-    found, expected : array, (n, ...)
-        One row per sample; a missing row of `found` is a difference.
+    values, expected : array, (n, ...)
+        One row per sample; a missing row of `values` is a difference.
     """
-    a, b = np.asarray(found, np.float32), np.asarray(expected, np.float32)
+    a, b = np.asarray(values, np.float32), np.asarray(expected, np.float32)
     rows = min(len(a), len(b))
     apart = np.abs(_ordered(a[:rows]) - _ordered(b[:rows]))
-    size = np.abs(np.asarray(found[:rows], np.float64) - np.asarray(expected[:rows], np.float64))
+    size = np.abs(np.asarray(values[:rows], np.float64) - np.asarray(expected[:rows], np.float64))
     differing = np.flatnonzero(apart.reshape(rows, -1).any(axis=1)) if rows else np.empty(0, int)
     first = int(differing[0]) if differing.size else rows if len(a) != len(b) else None
     largest = float(np.nanmax(size, initial=0.0))
@@ -341,7 +345,7 @@ def ended(outcome: Outcome) -> bool:
 
 __all__ = [
     "TARGETS",
-    "Asked",
+    "BoardRequest",
     "Difference",
     "Outcome",
     "Resolved",

@@ -12,7 +12,7 @@ from mehvar.errors import InputError
 from mehvar.runtime.board.image.build import build, program
 from mehvar.runtime.board.image.toolchains import host_toolchain
 from mehvar.runtime.board.line.link import LinkError
-from mehvar.runtime.board.run import Asked, difference, run_on_board
+from mehvar.runtime.board.run import BoardRequest, difference, run_on_board
 from mehvar.runtime.board.session import BoardLaw
 from mehvar.runtime.board.targets import ProcessPort, SerialPort
 from tests.runtime.board.conftest import load
@@ -27,14 +27,14 @@ LONG = 5000
 
 @pytest.mark.parametrize(("model", "law"), LAWS)
 def test_software_in_the_loop(model, law):
-    outcome = run_on_board(load(model), Asked(law, "sil", samples=600))
+    outcome = run_on_board(load(model), BoardRequest(law, "sil", samples=600))
     assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, outcome.single.u_cmd.size)
 
 
 @pytest.fixture(scope="module")
 def expected_crc() -> str:
     """Law and plant for 5000 samples in a process of this machine."""
-    outcome = run_on_board(load("satellite"), Asked("mrac", "sil", samples=2, selftest=LONG))
+    outcome = run_on_board(load("satellite"), BoardRequest("mrac", "sil", samples=2, selftest=LONG))
     return f"{outcome.selftest.crc:08x}"
 
 
@@ -45,8 +45,8 @@ def test_every_emulator_with_every_compiler(target, samples, compiler, expected_
 
     QEMU's line is slow, so there only the target goes all the way; benchmarks/board.py has the long loop too.
     """
-    asked = Asked("mrac", target, compiler=compiler, samples=samples, every=25, selftest=LONG, profiled=False)
-    outcome = run_on_board(load("satellite"), asked)
+    request = BoardRequest("mrac", target, compiler=compiler, samples=samples, every=25, selftest=LONG, profiled=False)
+    outcome = run_on_board(load("satellite"), request)
     assert outcome.u.compared == 3 * samples
     assert (outcome.max_ulp, outcome.x.ulp, outcome.restored) == (0, 0, 0)
     assert outcome.z.compared > 0
@@ -58,7 +58,7 @@ def test_every_emulator_with_every_compiler(target, samples, compiler, expected_
 @pytest.mark.parametrize("board", ["mps2-m3", "mps2-m7"])
 def test_other_processors(board):
     outcome = run_on_board(
-        load("satellite"), Asked("mrac", "unicorn", board, "gcc", samples=100, selftest=20, profiled=False)
+        load("satellite"), BoardRequest("mrac", "unicorn", board, "gcc", samples=100, selftest=20, profiled=False)
     )
     assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
 
@@ -67,14 +67,14 @@ def test_other_processors(board):
     ("model", "law", "board"), [("triangle", "path", "stm32f4"), ("slosh", "lyapunov-v1", "mps2-m7")]
 )
 def test_other_models_on_the_processor(model, law, board):
-    outcome = run_on_board(load(model), Asked(law, "unicorn", board, samples=100, selftest=4, profiled=False))
+    outcome = run_on_board(load(model), BoardRequest(law, "unicorn", board, samples=100, selftest=4, profiled=False))
     assert outcome.max_ulp == 0
     assert outcome.stats["stack_used"] <= outcome.bound.bytes
 
 
 @pytest.mark.parametrize("target", ["sil", "unicorn", QEMU])
 def test_bare_packets(target):
-    outcome = run_on_board(load("satellite"), Asked("mrac", target, samples=100, raw=True))
+    outcome = run_on_board(load("satellite"), BoardRequest("mrac", target, samples=100, raw=True))
     assert (outcome.u.compared, outcome.u.ulp, outcome.x.ulp) == (300, 0, 0)
 
 
@@ -97,7 +97,7 @@ def test_a_serial_port(tmp_path):
     tty.setraw(slave)
     process = subprocess.Popen([build(made, None, host_toolchain()).path], stdin=master, stdout=master)
     try:
-        outcome = run_on_board(load("triangle"), Asked("path", os.ttyname(slave), samples=30, selftest=0))
+        outcome = run_on_board(load("triangle"), BoardRequest("path", os.ttyname(slave), samples=30, selftest=0))
         assert (outcome.max_ulp, outcome.u.compared) == (0, 90)
     finally:
         process.kill()
@@ -109,7 +109,7 @@ def test_a_serial_port(tmp_path):
 @NEEDS_QEMU
 def test_an_emulated_board_behind_a_serial_port():
     """QEMU makes a pseudo-terminal; the host opens it as it opens the cable of a board."""
-    outcome = run_on_board(load("satellite"), Asked("mrac", "qemu-pty", samples=60, selftest=0))
+    outcome = run_on_board(load("satellite"), BoardRequest("mrac", "qemu-pty", samples=60, selftest=0))
     assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, 180)
 
 
@@ -127,17 +127,17 @@ def test_a_difference_is_found():
 
 def test_what_cannot_be_run_is_refused():
     model = load("satellite")
-    for asked, text in (
-        (Asked("mrac", "sil", "stm32f4"), "must be left out for software in the loop"),
-        (Asked("mrac", "unicorn", "stm32f9"), "did you mean stm32f4"),
-        (Asked("mrac", compiler="icc"), "known: zig, gcc"),
-        (Asked("mrac", "sil", samples=1), "must be a whole number >= 2"),
-        (Asked("mrac", "sil", raw=True, values={"F0": 2.0}), "bare link"),
-        (Asked("mrac", "sil", journal=Path("/no/such/folder/journal")), "journal = .*No such file"),
-        (Asked("mrac", "/dev/no-such-port"), "sil, unicorn, qemu, qemu-pty, or a serial port"),
+    for request, text in (
+        (BoardRequest("mrac", "sil", "stm32f4"), "must be left out for software in the loop"),
+        (BoardRequest("mrac", "unicorn", "stm32f9"), "did you mean stm32f4"),
+        (BoardRequest("mrac", compiler="icc"), "known: zig, gcc"),
+        (BoardRequest("mrac", "sil", samples=1), "must be a whole number >= 2"),
+        (BoardRequest("mrac", "sil", raw=True, parameters={"F0": 2.0}), "bare link"),
+        (BoardRequest("mrac", "sil", journal=Path("/no/such/folder/journal")), "journal = .*No such file"),
+        (BoardRequest("mrac", "/dev/no-such-port"), "sil, unicorn, qemu, qemu-pty, or a serial port"),
     ):
         with pytest.raises(InputError, match=text):
-            run_on_board(model, asked)
+            run_on_board(model, request)
 
 
 @pytest.mark.parametrize(("number", "text"), [(13, "no permission: .* dialout"), (2, "no such port"), (16, "another")])

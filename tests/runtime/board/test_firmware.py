@@ -17,7 +17,7 @@ from mehvar.runtime.board.image.build import FIRMWARE, build, compile_commands, 
 from mehvar.runtime.board.image.elf import Elf, read_elf
 from mehvar.runtime.board.image.header import layout
 from mehvar.runtime.board.image.toolchains import board, host_toolchain, toolchain
-from mehvar.runtime.board.run import Asked, run_on_board
+from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.compiling.library import NATIVE, load_library
 from tests.runtime.board.conftest import load
 from tests.tools import needs
@@ -117,7 +117,7 @@ def test_square_root_and_remainder_are_the_c_librarys(kernels):
 
 
 def measured(compiler):
-    outcome = run_on_board(load("satellite"), Asked("mrac", "unicorn", compiler=compiler, samples=420, every=50))
+    outcome = run_on_board(load("satellite"), BoardRequest("mrac", "unicorn", compiler=compiler, samples=420, every=50))
     assert outcome.max_ulp == 0
     profile, elf = outcome.profile, outcome.elf
     stack = outcome.stats["stack_used"]

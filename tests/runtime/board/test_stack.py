@@ -10,7 +10,7 @@ import pytest
 from mehvar.runtime.board.image.build import STACK_SIZE
 from mehvar.runtime.board.image.elf import read_elf
 from mehvar.runtime.board.image.toolchains import board, toolchain
-from mehvar.runtime.board.run import Asked, run_on_board
+from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.board.stack import UnboundedError, stack_bound
 from tests.runtime.board.conftest import load
 from tests.tools import needs
@@ -23,8 +23,8 @@ FAULT_AND_HANDLER = {"m3": 36 + 8, "m4f": 108 + 8}
 @pytest.mark.parametrize("name", ["stm32f4", "mps2-m3"])
 def test_what_is_used_is_within_the_bound(compiler, name):
     """And near it, less the fault that did not happen: a bound of everything would say nothing."""
-    asked = Asked("mrac", "unicorn", name, compiler, samples=8, selftest=8, profiled=False, every=8)
-    outcome = run_on_board(load("satellite"), asked)
+    request = BoardRequest("mrac", "unicorn", name, compiler, samples=8, selftest=8, profiled=False, every=8)
+    outcome = run_on_board(load("satellite"), request)
     assert outcome.bound is not None
     used, bound = outcome.stats["stack_used"], outcome.bound.bytes
     assert used <= bound <= used + FAULT_AND_HANDLER[board(name).cpu] + 64
