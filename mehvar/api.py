@@ -137,6 +137,7 @@ def batch(
     OSError
         If the store cannot be written; `resume=True` goes on from what it has.
     """
+    source: Model | str | os.PathLike[str]
     if str(model).endswith(".toml"):
         from mehvar.campaign import read_campaign
 

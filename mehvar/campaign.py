@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from mehvar.errors import InputError
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.sampling import Design
 from mehvar.runtime.model.manifest import find_model
 from mehvar.runtime.run.options import split_settings
 
@@ -37,7 +38,7 @@ class CampaignFile(_Strict):
     n: int
     scenario: str | None = None
     seed: int = Campaign.seed
-    sampling: str = Campaign.sampling
+    sampling: Design = Campaign.sampling
     t_end: float | None = None
     success: str | None = None
     until: str | None = None

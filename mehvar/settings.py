@@ -16,8 +16,8 @@ SettingTexts = Annotated[
 ]
 
 
-def read_settings(texts: Iterable[str] | None, flag: str = "--set", **flags: object) -> dict[str, object]:
-    """Return texts of values by name.
+def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str, str]:
+    """Return texts of values by name; raise InputError for a text of another form, or a name that comes twice.
 
     Parameters
     ----------
@@ -25,15 +25,8 @@ def read_settings(texts: Iterable[str] | None, flag: str = "--set", **flags: obj
         NAME=VALUE each.
     flag : str
         What they were given with.
-    **flags : object
-        Values of settings that have a flag of their own, as in `t_end=5.0`; None is what was not given.
-
-    Raises
-    ------
-    InputError
-        For a text of another form, or a name that comes twice.
     """
-    settings: dict[str, object] = {}
+    settings: dict[str, str] = {}
     for text in texts or ():
         name, _, value = text.partition("=")
         if not name or not value:
@@ -41,7 +34,4 @@ def read_settings(texts: Iterable[str] | None, flag: str = "--set", **flags: obj
         if name in settings:
             raise InputError(f"{flag} {name} is given twice")
         settings[name] = value
-    for name, value in flags.items():
-        if value is not None and name in settings:
-            raise InputError(f"{name} is given twice: with {flag} and with --{name.replace('_', '-')}")
-    return settings | {name: value for name, value in flags.items() if value is not None}
+    return settings

@@ -40,7 +40,7 @@ def check_models(models: Sequence[str]) -> int:
     return int(any(report.stale for report in reports))
 
 
-def generate_models(models: Sequence[str], structure: Mapping[str, object], out: Path | None, emit: str | None) -> None:
+def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Path | None, emit: str | None) -> None:
     """Derive what is not up to date and say what was written.
 
     Raises

@@ -47,14 +47,15 @@ def command(
         return repeat(store, run, out, plot)
     if model is None or controller is None:
         raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
-    return simulate(model, controller, scenario, read_settings(settings, t_end=t_end), out, plot)
+    ends = [] if t_end is None else [f"t_end={t_end}"]
+    return simulate(model, controller, scenario, read_settings([*(settings or ()), *ends]), out, plot)
 
 
 def simulate(
     model: str,
     controller: str,
     scenario: str | None,
-    settings: Mapping[str, object],
+    settings: Mapping[str, str],
     out: Path | None,
     plot: Path | None,
 ) -> int:

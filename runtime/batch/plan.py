@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -111,7 +111,8 @@ class Plan:
         self.law, self.scenario = manifest.controller(campaign.controller), manifest.scenario(campaign.scenario)
         for name, row in CAMPAIGN_OPTIONS.items():
             row.check(getattr(campaign, name), origin)
-        self.options, self.choices = read_options(campaign.options, "batch", origin)
+        self.options, choices = read_options(campaign.options, "batch", origin)
+        self.choices: Mapping[str, Any] = choices
         self.dispersions = read_dispersions(dict(sorted(campaign.vary.items())), origin)
         self.names = tuple(name for d in self.dispersions for name in d.names)
         groups = (manifest.parameters, self.law.parameters, manifest.scenario_parameters)

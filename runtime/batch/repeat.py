@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from mehvar.errors import InputError, bad_value
@@ -31,7 +33,8 @@ def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None 
         raise InputError(refusal)
     parameters, initial = plan.settings(number)
     campaign = plan.campaign
-    options = {name: value for name, value in plan.options.changes().items() if "run" not in OPTIONS[name].refused}
+    changes = plan.options.changes()
+    options: dict[str, Any] = {name: changes[name] for name in changes if "run" not in OPTIONS[name].refused}
     return simulate(
         plan.model,
         campaign.controller,

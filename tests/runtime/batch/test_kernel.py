@@ -60,9 +60,11 @@ def equal(found: Block, expected: Block, names=EXACT) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_lane_is_the_run_alone(case):
-    name, law, options, t_end, dt = CASES[case]
+    name, law, settings, t_end, dt = CASES[case]
+    choices = settings.get("choices", {})
+    options = RunOptions(**{name: value for name, value in settings.items() if name != "choices"})
     vectors = dispersed(name, law, 6)
-    kernel = compile_kernel(model(name), law, options=RunOptions(**options))
+    kernel = compile_kernel(model(name), law, choices, options)
     found = kernel.run(3, *vectors, seed=5, t_end=t_end, dt=dt, save_every=dt)
     expected = run_alone(model(name), kernel, *vectors, t_end=t_end, dt=dt, seed=5, first_run=3)
     equal(found, expected)
