@@ -6,6 +6,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+KINDS = ("settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final")
+"""Of metrics."""
+
 
 @dataclass(frozen=True)
 class Metric:
@@ -14,7 +17,7 @@ class Metric:
     Parameters
     ----------
     name, kind, unit, description : str
-        `kind` is one of settling, settling_about_end, max, min, max_abs, rms, travel, sign_changes, final.
+        `kind` is one of `KINDS`.
     of : tuple of str
         Variables of the result, or differences of two as in "roll - ym_roll".
     band : float

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from .quantities import Group, Interval, ModelError, Parameter
-from .scenarios import Metric, Scenario
+from .scenarios import KINDS, Metric, Scenario
 
 _INTERVAL = re.compile(r"^([(\[])\s*([^,\s]+)\s*,\s*([^,\s]+)\s*([)\]])$")
 _UNIT = re.compile(r"^(1|[A-Za-z]+(\^-?\d+)?( [A-Za-z]+(\^-?\d+)?)*(/[A-Za-z]+(\^-?\d+)?)*|1(/[A-Za-z]+(\^-?\d+)?)+)$")
@@ -62,7 +62,7 @@ class _ParameterRow(_Strict):
 
 
 class _MetricRow(_Strict):
-    kind: str = Field(pattern="^(settling|settling_about_end|max|min|max_abs|rms|travel|sign_changes|final)$")
+    kind: str = Field(pattern=f"^({'|'.join(KINDS)})$")
     of: list[str]
     unit: str
     description: str
