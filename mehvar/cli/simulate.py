@@ -11,16 +11,11 @@ from typing import Annotated
 import typer
 
 from mehvar.errors import bad_value
-from mehvar.pictures.plots import checked_suffix, picture
-from mehvar.pictures.plots import save as save_picture
-from mehvar.runtime.batch.fill import plan_of
-from mehvar.runtime.batch.repeat import difference, repeat_run
-from mehvar.runtime.batch.store import open_store
+from mehvar.pictures.plots import checked_suffix
 from mehvar.runtime.model.manifest import find_model
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.problem import Status
-from mehvar.runtime.run.results import save, to_dataset
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
 from mehvar.settings import SettingTexts, read_settings
@@ -82,6 +77,10 @@ def repeat(path: Path, number: int, out: Path | None, plot: Path | None) -> int:
     InputError
         For a store that is none, a run that it does not have, or one whose drawn values are not allowed.
     """
+    from mehvar.runtime.batch.fill import plan_of
+    from mehvar.runtime.batch.repeat import difference, repeat_run
+    from mehvar.runtime.batch.store import open_store
+
     _check_outputs(out, plot)
     store = open_store(path)
     plan = plan_of(store)
@@ -140,10 +139,15 @@ def _summary(run: Run) -> None:
 def _save(run: Run, out: Path | None, plot: Path | None) -> None:
     if out is None and plot is None:
         return
+    from mehvar.runtime.run.results import save, to_dataset
+
     dataset = to_dataset(run)
     if out is not None:
         save(dataset, out)
         typer.echo(f"saved {out}")
     if plot is not None:
+        from mehvar.pictures.plots import picture
+        from mehvar.pictures.plots import save as save_picture
+
         save_picture(picture(dataset, run.manifest), plot)
         typer.echo(f"saved {plot}")
