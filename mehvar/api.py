@@ -152,7 +152,7 @@ def batch(
     else:
         origin, source = "the call", model
         manifest = model.manifest if isinstance(model, Model) else find_model(model)
-        shared, chosen = split_settings(options, manifest.choices, "batch", origin)
+        shared, settings = split_settings(options, manifest.choices, "batch", origin)
         campaign = Campaign(
             controller=controller,
             n=n,
@@ -162,7 +162,7 @@ def batch(
             parameters=merged(parameters or {}, shared, origin),
             initial=dict(initial or {}),
             sampling=sampling,
-            options=chosen,
+            options=settings,
             save_every=save,
         )
     with _connected(scheduler) as client:

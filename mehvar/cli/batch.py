@@ -66,6 +66,7 @@ def command(
         model, controller=controller, n=n, scenario=scenario, seed=seed, sampling=sampling, t_end=t_end, out=out,
         until=until, success=success, save=_save(save), set=read_settings(settings), vary=_dispersions(vary or ()),
     )  # fmt: skip
+    origin = f"--set or {model}" if model.endswith(".toml") else "--set"
     if batch.out is None:
         raise InputError("a batch needs a store: --out STORE.zarr")
     try:
@@ -73,7 +74,7 @@ def command(
             meter = _Meter(advance)
             store = run_batch(
                 batch.model,
-                batch.campaign("--set"),
+                batch.campaign(origin),
                 batch.out,
                 resume=resume,
                 success=batch.success,
@@ -82,7 +83,7 @@ def command(
                 threads=threads,
                 client=client,
                 report=meter,
-                origin="--set",
+                origin=origin,
             )
     except KeyboardInterrupt:
         return _stopped("interrupted", batch.out, 130)
@@ -142,16 +143,16 @@ def _client(scheduler: str | None) -> Any:
 
 def _stopped(why: str, out: Path, status: int) -> int:
     """Say what is kept and how to go on."""
-    kept = ""
+    extent = ""
     try:
         store = open_store(out)
         runs = sum(len(store.runs(block)) for block in store.stored())
-        kept = f"{runs} of {store.n} runs are stored; "
+        extent = f"{runs} of {store.n} runs are stored; "
     except (MehvarError, OSError):
         pass
     words = ["mehvar", *sys.argv[1:]]
     again = shlex.join(words if "--resume" in words else [*words, "--resume"])
-    typer.echo(f"mehvar: {why}\n{kept}go on with:\n  {again}", err=True)
+    typer.echo(f"mehvar: {why}\n{extent}go on with:\n  {again}", err=True)
     return status
 
 

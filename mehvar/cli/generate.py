@@ -34,7 +34,7 @@ def command(
 def check_models(models: Sequence[str]) -> int:
     """Name every stale file, why it is stale, and the command that mends it; return the exit status."""
     tree = find_tree(Path.cwd()) or installed_tree()
-    reports = [generation.check(tree, model) for model in _chosen(tree, models)]
+    reports = [generation.check(tree, model) for model in _names(tree, models)]
     for report in reports:
         _explain(report)
     return int(any(report.stale for report in reports))
@@ -52,20 +52,20 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
     if tree is None and out is None:
         raise InputError("this folder is in no tree with models/ and generated/: say where to write with --out DIR")
     tree = tree or installed_tree()
-    chosen = _chosen(tree, models)
+    names = _names(tree, models)
     if structure and out is None:
         raise InputError("--structure derives a variant: say where to write it with --out DIR")
-    if out is not None and len(chosen) != 1:
-        raise InputError(f"--out takes one model, not {len(chosen)}: {', '.join(chosen)}")
+    if out is not None and len(names) != 1:
+        raise InputError(f"--out takes one model, not {len(names)}: {', '.join(names)}")
     if emit not in (None, "casadi"):
         raise bad_value("--emit", emit, "casadi")
-    for model in chosen:
+    for model in names:
         report = generation.generate(tree, model, out, structure, emit == "casadi")
         where = out or Path("generated") / model
         typer.echo(f"{model}: {'wrote ' + str(where) if report.written else 'up to date'}")
 
 
-def _chosen(tree: Tree, models: Sequence[str]) -> tuple[str, ...]:
+def _names(tree: Tree, models: Sequence[str]) -> tuple[str, ...]:
     for model in models:
         if model not in tree.models:
             raise unknown_name("model", model, tree.models, str(tree.root / "models"))

@@ -23,9 +23,9 @@ Method = Literal["rk4", "dopri5", "dop853", "rock4"]
 Profile = Literal["portable", "fast"]
 
 METHODS: tuple[Method, ...] = get_args(Method)  # numbered as in the native integrator
-_RTOL_LEAST = 100 * sys.float_info.epsilon  # SciPy's own limit; below it an error estimate is made of rounding
-_ATOL_LEAST = sys.float_info.min  # below it a tolerance has lost digits
-_COUNT_BELOW = 2**31  # counts are int32 in C
+SMALLEST_RTOL = 100 * sys.float_info.epsilon  # SciPy's own limit: below it an error estimate is mostly rounding
+_SMALLEST_ATOL = sys.float_info.min  # below it a number of type double has fewer digits
+_COUNT_BELOW = 2**31  # the narrowest count in C, the delay, is an int32
 
 
 @dataclass(frozen=True)
@@ -207,10 +207,11 @@ class RunOptions:
         default="dop853", metadata=word_row("Integration method, adaptive in its step but for rk4", METHODS)
     )
     rtol: float = field(
-        default=1e-11, metadata=number_row("Relative tolerance of the adaptive methods", least=_RTOL_LEAST, below=1.0)
+        default=1e-11, metadata=number_row("Relative tolerance of the adaptive methods", least=SMALLEST_RTOL, below=1.0)
     )
     atol: float = field(
-        default=1e-11, metadata=number_row("Absolute tolerance of the adaptive methods", least=_ATOL_LEAST, below=1.0)
+        default=1e-11,
+        metadata=number_row("Absolute tolerance of the adaptive methods", least=_SMALLEST_ATOL, below=1.0),
     )
     step: float | None = field(
         default=None, metadata=number_row("Largest step of rk4", "s", otherwise="the sampling step", above=0.0)
@@ -289,8 +290,8 @@ def split_settings(
         For an option that its row or the place does not allow. Who knows the parameters checks those.
     """
     options, others = read_options(settings, place, origin)
-    chosen = {name: others.pop(name) for name in choices if name in others}
-    return {name: _number_of(value) for name, value in others.items()}, {**options.changes(), **chosen}
+    selection = {name: others.pop(name) for name in choices if name in others}
+    return {name: _number_of(value) for name, value in others.items()}, {**options.changes(), **selection}
 
 
 def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str) -> dict[str, Any]:
