@@ -23,6 +23,7 @@ from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.kernel import Kernel, compile_kernel
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.model.parameters import resolve
+from mehvar.runtime.run.options import RunOptions
 
 REPEATS = 5
 RUNS = 2048
@@ -44,7 +45,7 @@ def threads() -> list[str]:
     """Compare one thread with two on the same runs, in turns."""
     model = load("slosh", backend="c")
     vectors = _nominal("slosh", model)
-    kernel = compile_kernel(model, "lyapunov-v1", **TIGHT)
+    kernel = compile_kernel(model, "lyapunov-v1", options=RunOptions(**TIGHT))
     times: dict[int, list[tuple[float, float]]] = {1: [], 2: []}
     for _ in range(REPEATS):
         for count, several in times.items():
@@ -113,7 +114,7 @@ def pendulums() -> list[str]:
                 model = load(folder, backend="python")
                 vectors = _nominal("slosh", model)
                 wall = perf_counter()
-                kernel = compile_kernel(model, "lyapunov-v1", hold=10.0, method="rk4", step=0.1)
+                kernel = compile_kernel(model, "lyapunov-v1", options=RunOptions(hold=10.0, method="rk4", step=0.1))
                 compiled = perf_counter() - wall
                 rows.append([inertia, str(count), *_timed(kernel, vectors, count), f"{derived:.0f}", f"{compiled:.0f}"])
                 operations = model.manifest.functions["rhs_prepared"].operations

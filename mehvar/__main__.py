@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from mehvar.cli.ending import fail, interruptible, let_readers_leave, warn_in_a_line
+from mehvar.terminal import fail, interruptible, let_readers_leave, warn_in_a_line
 
 
 def main() -> None:

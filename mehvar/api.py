@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mehvar.errors import InputError
-from mehvar.runtime.batch.fill import Report, run_batch
+from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.model.manifest import find_model
 from mehvar.runtime.model.model import Model
-from mehvar.runtime.run.options import OPTIONS
+from mehvar.runtime.run.options import merged, split_settings
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate as simulate_run
 
@@ -46,8 +46,9 @@ def simulate(
     initial : mapping, optional
         States that start elsewhere than the scenario says.
     **options
-        `t_end`, `dt_out`, `hold`, `delay`, `method`, `rtol`, `atol`, `step`, `backend`, `progress` as in
-        `mehvar.runtime.run.simulate.simulate`, or parameters by name, as in `disturbance=0.001`.
+        Options of the run, as in `t_end=5.0` (`mehvar simulate` has a table of them), choices of the model, as in
+        `plant="reduced"`, parameters by name, as in `disturbance=0.001`, and `progress`, `law` and `origin` as in
+        `mehvar.runtime.simulate`.
 
     Returns
     -------
@@ -72,8 +73,8 @@ def batch(
     initial: Mapping[str, float] | None = None,
     *,
     vary: Mapping[str, str] | None = None,
-    seed: int = 0,
-    sampling: Design = "random",
+    seed: int = Campaign.seed,
+    sampling: Design = Campaign.sampling,
     save: float | None = None,
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
@@ -82,7 +83,7 @@ def batch(
     strict: bool = False,
     threads: int | None = None,
     scheduler: str | Client | None = None,
-    report: Report | None = None,
+    report: BatchProgress | None = None,
     **options: Any,
 ) -> xr.Dataset:
     """Integrate many closed loops.
@@ -90,8 +91,8 @@ def batch(
     Parameters
     ----------
     model : str, path or Model
-        Name of a model, a generated folder, a loaded model, or a campaign file that ends in `.toml`; of such a file
-        only `out` and what follows it may be given otherwise.
+        Name of a model, a generated folder, a loaded model, or a campaign file that ends in `.toml`; besides such a
+        file only `out` and what follows it may be given.
     controller, n : str, int
         The law, and how many runs.
     scenario : str, optional
@@ -102,8 +103,8 @@ def batch(
         Names of parameters or initial states to distributions, as in `{"m1": "normal(50, 2)"}`.
     seed : int
         What all random numbers start from. Run i of a seed is the same run wherever and with whatever it is computed.
-    sampling : {"random", "latin", "sobol", "saltelli"}
-        Design of the drawn points.
+    sampling : str
+        Design of the drawn points: "random", "latin", "sobol" or "saltelli".
     save : float, optional
         Store series too, one sample every `save` seconds.
     out : path, optional
@@ -136,33 +137,37 @@ def batch(
     OSError
         If the store cannot be written; `resume=True` goes on from what it has.
     """
+    source: Model | str | os.PathLike[str]
     if str(model).endswith(".toml"):
-        from mehvar.campaign import campaign_of, read_campaign
+        from mehvar.campaign import read_campaign
 
-        asked = read_campaign(Path(str(model)))
-        model, out, success, until = asked.model, out or asked.out, asked.success, asked.until
-        campaign = campaign_of(asked, "the campaign file")
+        numbers = (controller, n, scenario, parameters, initial, vary, save, options or None)
+        if any(value is not None for value in numbers) or (seed, sampling) != (Campaign.seed, Campaign.sampling):
+            raise InputError(f"{model} says what is run: leave out what comes before `out`, and options")
+        file, origin = read_campaign(Path(str(model))), str(model)
+        campaign, source = file.campaign(origin), file.model
+        out, success, until = out or file.out, success or file.success, until or file.until
     elif controller is None or n is None:
         raise InputError("a batch needs controller and n")
     else:
+        origin, source = "the call", model
         manifest = model.manifest if isinstance(model, Model) else find_model(model)
-        known = {*OPTIONS, *manifest.choices, "profile"} - {"seed", "run"}
-        shared = {name: value for name, value in options.items() if name not in known}
+        shared, settings = split_settings(options, manifest.choices, "batch", origin)
         campaign = Campaign(
             controller=controller,
             n=n,
             scenario=manifest.scenario(scenario).name,
             seed=seed,
             vary=dict(vary or {}),
-            parameters={**(parameters or {}), **shared},
+            parameters=merged(parameters or {}, shared, origin),
             initial=dict(initial or {}),
             sampling=sampling,
-            options={name: value for name, value in options.items() if name in known},
+            options=settings,
             save_every=save,
         )
     with _connected(scheduler) as client:
         store = run_batch(
-            model,
+            source,
             campaign,
             out,
             resume=resume,
@@ -172,6 +177,7 @@ def batch(
             threads=threads,
             client=client,
             report=report,
+            origin=origin,
         )
     return store.dataset()
 

@@ -4,40 +4,42 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
-from mehvar.cli.simulate import parse_settings
-from mehvar.errors import InputError, bad_value
+from mehvar.errors import InputError
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.sampling import Design
 from mehvar.runtime.model.manifest import find_model
+from mehvar.runtime.run.options import split_settings
 
 
 class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Save(_Strict):
     """Which series are stored: one sample every `every` seconds."""
 
-    every: float = Field(gt=0)
+    every: float
 
 
 class CampaignFile(_Strict):
-    """The contents of a campaign file.
+    """The contents of a campaign file, with the command line over it; `Campaign` and its options say what is allowed.
 
     `set` takes parameters, options and choices as `--set` does; `vary` takes distributions as `--vary` does.
     """
 
     model: str
     controller: str
-    n: int = Field(ge=1)
+    n: int
     scenario: str | None = None
-    seed: int = Field(default=0, ge=0)
-    sampling: Literal["random", "latin", "sobol", "saltelli"] = "random"
-    t_end: float | None = Field(default=None, gt=0)
+    seed: int = Campaign.seed
+    sampling: Design = Campaign.sampling
+    t_end: float | None = None
     success: str | None = None
     until: str | None = None
     out: Path | None = None
@@ -45,6 +47,37 @@ class CampaignFile(_Strict):
     set: dict[str, int | float | str] = {}
     initial: dict[str, float] = {}
     vary: dict[str, str] = {}
+
+    def under(self, flags: Mapping[str, Any]) -> CampaignFile:
+        """Return the campaign with the fields of a command line over it; `set` and `vary` name by name."""
+        tables = {name: {**getattr(self, name), **flags.get(name, {})} for name in ("set", "vary")}
+        return self.model_copy(update={**flags, **tables})
+
+    def campaign(self, origin: str) -> Campaign:
+        """Return what decides the numbers of the batch.
+
+        Raises
+        ------
+        InputError
+            For a model, a scenario or an option that is none; the message says where it came from.
+        """
+        manifest = find_model(self.model)
+        if self.t_end is not None and "t_end" in self.set:
+            raise InputError(f"t_end is given twice (from {origin}): by itself and in set")
+        settings = self.set if self.t_end is None else {**self.set, "t_end": self.t_end}
+        parameters, options = split_settings(settings, manifest.choices, "batch", origin)
+        return Campaign(
+            controller=self.controller,
+            n=self.n,
+            scenario=manifest.scenario(self.scenario).name,
+            seed=self.seed,
+            vary=self.vary,
+            parameters=parameters,
+            initial=self.initial,
+            sampling=self.sampling,
+            options=options,
+            save_every=None if self.save is None else self.save.every,
+        )
 
 
 def read_campaign(path: Path) -> CampaignFile:
@@ -57,45 +90,19 @@ def read_campaign(path: Path) -> CampaignFile:
         field.
     """
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-        found = CampaignFile.model_validate(data)
+        file = CampaignFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8-sig")))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path} is not TOML: {error}") from error
     except ValidationError as error:
         raise InputError("\n".join(f"{path}: {_sentence(dict(item))}" for item in error.errors())) from error
-    folder = path.parent / found.model
-    return found.model_copy(
+    folder = path.parent / file.model
+    return file.model_copy(
         update={
-            "model": str(folder) if (folder / "manifest.json").is_file() else found.model,
-            "out": None if found.out is None else path.parent / found.out,
+            "model": str(folder) if (folder / "manifest.json").is_file() else file.model,
+            "out": None if file.out is None else path.parent / file.out,
         }
-    )
-
-
-def campaign_of(asked: CampaignFile, origin: str) -> Campaign:
-    """Return the campaign that a file or a command line describes."""
-    manifest = find_model(asked.model)
-    texts = [f"{name}={value}" for name, value in asked.set.items()]
-    parameters, options = parse_settings(texts, (*manifest.choices, "profile"))
-    for name in ("seed", "backend"):
-        if name in options:
-            allowed = "given with --seed" if name == "seed" else "left out: a batch runs compiled code"
-            raise bad_value(name, options[name], allowed, origin)
-    if asked.t_end is not None:
-        options["t_end"] = asked.t_end
-    return Campaign(
-        controller=asked.controller,
-        n=asked.n,
-        scenario=manifest.scenario(asked.scenario).name,
-        seed=asked.seed,
-        vary=asked.vary,
-        parameters=parameters,
-        initial=asked.initial,
-        sampling=asked.sampling,
-        options=options,
-        save_every=None if asked.save is None else asked.save.every,
     )
 
 

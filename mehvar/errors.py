@@ -14,9 +14,12 @@ class MehvarError(Exception):
     ----------
     exit_status : int
         What the command line ends with: 2 for bad usage or input, 3 when the run itself failed.
+    resumable : bool
+        Whether what was computed so far is kept, and the same command goes on from there.
     """
 
     exit_status = 2
+    resumable = False
 
 
 class InputError(MehvarError, ValueError):

@@ -20,6 +20,8 @@ from mehvar.schema import Lower, SchemaError, Upper, json_key, plain, read
 
 FILE = "manifest.json"
 SCHEMA = 1
+METRIC_KINDS = ("settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final")
+"""What a metric may be, numbered as in the C text of batches."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +161,7 @@ class Metric:
     Parameters
     ----------
     name, kind, unit, description : str
-        `kind` is one of settling, settling_about_end, max, min, max_abs, rms, travel, sign_changes, final.
+        `kind` is one of `METRIC_KINDS`.
     of : tuple of str
         Variables of the result, or differences of two as in "roll - ym_roll".
     band : float

@@ -1,19 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Printing for people: tables, and progress that is quiet when nobody looks."""
+"""The terminal: tables, progress that is quiet when nobody looks, the message at a command's end, readers that leave.
+
+Rich is imported when something is printed with it; `mehvar --version` needs none.
+"""
 
 from __future__ import annotations
 
+import io
+import os
+import sys
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Protocol
+from typing import TYPE_CHECKING, NoReturn, Protocol
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
-from rich.text import Text
+if TYPE_CHECKING:
+    from rich.text import Text
 
-Line = tuple[int, Text]
-"""A line with its indentation."""
+    Line = tuple[int, Text]
+    """A line with its indentation."""
+
 _NARROWEST = 40
 """Columns that are left for a line's text however narrow the terminal: below this, words are cut."""
 
@@ -27,6 +33,10 @@ class Advance(Protocol):
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table; unlimited width when the output is not a terminal."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=10_000)
@@ -40,6 +50,9 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
 
 def print_lines(lines: Iterable[Line]) -> None:
     """Print lines: coloured and wrapped below their indentation on a terminal, as they are elsewhere."""
+    from rich.console import Console
+    from rich.text import Text
+
     console = Console(highlight=False)
     for indent, text in lines:
         if not console.is_terminal:
@@ -56,22 +69,29 @@ def plain_text(lines: Iterable[Line]) -> str:
 
 @contextmanager
 def progress(title: str) -> Iterator[Advance]:
-    """Show a bar on a terminal's standard error; call what is yielded with (done, total)."""
+    """Show a bar on a terminal's standard error; call what is yielded with (done, total, what)."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
     console = Console(stderr=True)
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.percentage:3.0f} %"),
+        TextColumn("{task.percentage:3.0f} %,"),
         TimeElapsedColumn(),
+        TextColumn("gone,"),
         TimeRemainingColumn(),
+        TextColumn("left"),
         console=console,
         transient=True,
         disable=not console.is_terminal,
     )
     with bar:
-        task = bar.add_task(title, total=1.0)
+        task = bar.add_task(title, total=None)
 
         def advance(done: float, total: float, what: str = "") -> None:
+            if bar.tasks[0].total is None:  # what was done before, and the time until now, are not part of the rate
+                bar.reset(task, total=total, completed=int(done))
             bar.update(task, completed=done, total=total, description=f"{title} {what}".strip())
 
         yield advance
@@ -80,9 +100,73 @@ def progress(title: str) -> Iterator[Advance]:
 @contextmanager
 def working(what: str) -> Iterator[None]:
     """Show that something of unknown length is under way, on a terminal's standard error."""
+    from rich.console import Console
+
     console = Console(stderr=True)
     if not console.is_terminal:
         yield
         return
     with console.status(what):
         yield
+
+
+def fail(message: object, status: int) -> NoReturn:
+    """Print one message on standard error and exit."""
+    print(f"mehvar: {message}", file=sys.stderr)
+    sys.exit(status)
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """End with a message and status 130 when the user presses Ctrl-C in the block."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        fail("interrupted", 130)
+
+
+def warn_in_a_line() -> None:
+    """Show a warning as its message alone: the line of our code that gave it means nothing to who types a command."""
+    warnings.formatwarning = lambda message, *_, **__: f"mehvar: {message}\n"
+
+
+def let_readers_leave() -> None:
+    """Go on without a word when the reader of the output has seen enough, as in `mehvar show slosh | head -3`."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout = _Output(sys.stdout)
+    if isinstance(sys.stderr, io.TextIOWrapper):
+        sys.stderr = _Output(sys.stderr)
+
+
+class _Output(io.TextIOWrapper):
+    """A stream that turns to the null device once its pipe is broken."""
+
+    def __init__(self, stream: io.TextIOWrapper) -> None:
+        stream.flush()
+        super().__init__(
+            stream.buffer,
+            encoding=stream.encoding,
+            errors=stream.errors,
+            line_buffering=stream.line_buffering,
+            write_through=stream.write_through,
+        )
+
+    def write(self, text: str) -> int:
+        """Write, or drop what nobody reads."""
+        try:
+            return super().write(text)
+        except BrokenPipeError:
+            self._drop()
+            return len(text)
+
+    def flush(self) -> None:
+        """Flush, or drop what nobody reads."""
+        try:
+            super().flush()
+        except BrokenPipeError:
+            self._drop()
+
+    def _drop(self) -> None:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self.fileno())
+        os.close(nowhere)

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from mehvar.manifest import Metric, Scenario
+from mehvar.manifest import METRIC_KINDS, Metric, Scenario
 
 from .quantities import Group, Interval, ModelError, Parameter
 
@@ -63,7 +63,7 @@ class _ParameterRow(_Strict):
 
 
 class _MetricRow(_Strict):
-    kind: str = Field(pattern="^(settling|settling_about_end|max|min|max_abs|rms|travel|sign_changes|final)$")
+    kind: str = Field(pattern=f"^({'|'.join(METRIC_KINDS)})$")
     of: list[str]
     unit: str
     description: str

@@ -16,6 +16,7 @@ from mehvar.codegen.generate import generate, installed_tree
 from mehvar.runtime import Model, load, simulate
 from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.model.manifest import identifier
+from mehvar.runtime.run.options import RunOptions
 from peers.equations import Equations, packed
 
 Array = NDArray[np.float64]
@@ -88,7 +89,7 @@ class Problem:
         """Compile our kernel; what is returned integrates the first n runs."""
         case = self.case
         held = {} if case.sample else {"hold": case.t_end}
-        kernel = compile_kernel(self.model, case.law, **held, **options)
+        kernel = compile_kernel(self.model, case.law, options=RunOptions(**held, **options))
         functions = self.model.functions
         charted = case.sample and "to_coordinates" in functions
 
@@ -135,7 +136,7 @@ def problem(case: Case, scratch: Path) -> Problem:
 
 def _first_input(case: Case, model: Model, *vectors: Array) -> Array:
     """Return the input that our kernel holds in each run."""
-    kernel = compile_kernel(model, case.law, hold=case.t_end)
+    kernel = compile_kernel(model, case.law, options=RunOptions(hold=case.t_end))
     block = kernel.run(0, *vectors, seed=0, t_end=case.t_end, dt=case.t_end, save_every=case.t_end)
     assert block is not None
     return np.ascontiguousarray(block.series[:, 0, [kernel.variables.index(f"u_{u}") for u in model.input_names]])

@@ -17,6 +17,7 @@ import numpy as np
 
 from mehvar.runtime import Model, load
 from mehvar.runtime.batch.kernel import compile_kernel
+from mehvar.runtime.run.options import RunOptions
 from peers.contenders import Contender, Integrate, _built, heyoka_operations
 from peers.equations import Compiled, Equations, packed, walk
 from peers.problem import CHECKED, REFERENCE_TOLERANCE, Array, Case, dispersed
@@ -47,7 +48,7 @@ class Sampled:
 
     def ours(self, options: Mapping[str, Any]) -> Integrate:
         """Return our own compiled loop with some options."""
-        kernel = compile_kernel(self.model, LAW, **options)
+        kernel = compile_kernel(self.model, LAW, options=RunOptions(**options))
 
         def integrate(n: int) -> Array:
             block = kernel.run(0, *(v[:n] for v in self.vectors), seed=0, t_end=self.case.t_end, dt=self.period)

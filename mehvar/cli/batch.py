@@ -6,48 +6,55 @@ from __future__ import annotations
 import shlex
 import sys
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from mehvar.campaign import CampaignFile, campaign_of, read_campaign
+from mehvar.campaign import CampaignFile, Save, read_campaign
 from mehvar.cli.stats import print_statistics
-from mehvar.errors import InputError, bad_value
+from mehvar.errors import InputError, MehvarError, bad_value
 from mehvar.runtime.batch.dispersions import split
-from mehvar.runtime.batch.fill import ImpossibleRunError, Report, run_batch
-from mehvar.runtime.batch.store import StoreError, open_store
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
+from mehvar.runtime.batch.store import open_store
+from mehvar.runtime.run.options import OPTIONS
+from mehvar.settings import SettingTexts, read_settings
+from mehvar.terminal import Advance, progress
+
+_FLAGS = {"n": "-n", "seed": "--seed", "sampling": "--sampling"}
+"""Options of a campaign that have a flag of their own."""
 
 
-@dataclass(frozen=True)
-class BatchOptions:
-    """The command line of `mehvar batch`; None is what was not given."""
-
-    model: str
-    controller: str | None
-    n: int | None
-    scenario: str | None
-    seed: int | None
-    settings: Sequence[str]
-    vary: Sequence[str]
-    out: Path | None
-    save: str | None
-    resume: bool
-    until: str | None
-    success: str | None
-    sampling: str | None
-    t_end: float | None
-    strict: bool
-    scheduler: str | None
-    threads: int | None
-
-
-def batch_command(given: BatchOptions) -> int:
+def command(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="A model, a generated folder, or a campaign.toml.")],
+    controller: Annotated[str | None, typer.Option(metavar="C", help="The control law.")] = None,
+    n: Annotated[int | None, typer.Option("-n", metavar="N", help=CAMPAIGN_OPTIONS["n"].help)] = None,
+    scenario: Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")] = None,
+    seed: Annotated[int | None, typer.Option(metavar="K", help=CAMPAIGN_OPTIONS["seed"].help)] = None,
+    settings: SettingTexts = None,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(metavar='"NAME=DIST(...)"', help="Draw a parameter or an initial state for each run; repeat."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="STORE.zarr", help="The store, a new folder.")] = None,
+    save: Annotated[str | None, typer.Option(metavar="every=DT", help=CAMPAIGN_OPTIONS["save_every"].help)] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue the store.")] = False,
+    until: Annotated[str | None, typer.Option(metavar="EXPR", help='Stop at "ci(success) < 0.01".')] = None,
+    success: Annotated[
+        str | None,
+        typer.Option(metavar="EXPR", help='What a run must fulfil besides reaching its end: "T_theta < 20".'),
+    ] = None,
+    sampling: Annotated[str | None, typer.Option(metavar="DESIGN", help=CAMPAIGN_OPTIONS["sampling"].help)] = None,
+    t_end: Annotated[float | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Stop at a run whose values are not allowed.")] = False,
+    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler: tcp://host:8786.")] = None,
+    threads: Annotated[
+        int | None, typer.Option(min=1, help="Threads of this process; all processors unless given.")
+    ] = None,
+) -> int:
     """Run, report, print statistics; return the exit status.
 
     Raises
@@ -55,85 +62,67 @@ def batch_command(given: BatchOptions) -> int:
     InputError
         For anything unknown, malformed or out of bounds, and for a store that is there already.
     """
-    asked = _merged(given)
-    if asked.out is None:
+    batch = _campaign(
+        model, controller=controller, n=n, scenario=scenario, seed=seed, sampling=sampling, t_end=t_end, out=out,
+        until=until, success=success, save=_save(save), set=read_settings(settings), vary=_dispersions(vary or ()),
+    )  # fmt: skip
+    origin = f"--set or {model}" if model.endswith(".toml") else "--set"
+    if batch.out is None:
         raise InputError("a batch needs a store: --out STORE.zarr")
-    campaign = campaign_of(asked, "the command line")
-    client = _client(given.scheduler)
-    clock = _Clock()
     try:
-        with client as connected, _bar(f"{asked.model} {asked.controller}") as show:
+        with _client(scheduler) as client, progress(f"{batch.model} {batch.controller}") as advance:
+            meter = _Meter(advance)
             store = run_batch(
-                asked.model,
-                campaign,
-                asked.out,
-                resume=given.resume,
-                success=asked.success,
-                until=asked.until,
-                strict=given.strict,
-                threads=given.threads,
-                client=connected,
-                report=clock.then(show),
-                origin="--set",
+                batch.model,
+                batch.campaign(origin),
+                batch.out,
+                resume=resume,
+                success=batch.success,
+                until=batch.until,
+                strict=strict,
+                threads=threads,
+                client=client,
+                report=meter,
+                origin=origin,
             )
     except KeyboardInterrupt:
-        return _stopped("interrupted", asked.out, 130)
-    except StoreError as error:
-        return _stopped(str(error.strerror), asked.out, 3)
-    except ImpossibleRunError as error:
-        return _stopped(f"--strict: {error}", asked.out, 2)
-    clock.say()
-    print_statistics(store, asked.success)
+        return _stopped("interrupted", batch.out, 130)
+    except MehvarError as error:
+        if not error.resumable:
+            raise
+        return _stopped(str(error), batch.out, error.exit_status)
+    if meter.runs:
+        typer.echo(f"{meter.runs} runs in {meter.seconds:.3g} s, {meter.rate}")
+    print_statistics(store, batch.success)
     return 0
 
 
-def _merged(given: BatchOptions) -> CampaignFile:
-    """Put the command line over the campaign file, if there is one."""
-    is_file = given.model.endswith(".toml")
-    base: dict[str, Any] = {"model": given.model}
-    if is_file:
-        base = read_campaign(Path(given.model)).model_dump(exclude_none=True)
-    direct = ("controller", "n", "scenario", "seed", "out", "until", "success", "sampling", "t_end")
-    over: dict[str, Any] = {name: getattr(given, name) for name in direct if getattr(given, name) is not None}
-    if given.save is not None:
-        over["save"] = {"every": _every(given.save)}
-    over["set"] = {**base.get("set", {}), **_settings(given.settings)}
-    over["vary"] = {**base.get("vary", {}), **_vary(given.vary)}
+def _campaign(model: str, **fields: Any) -> CampaignFile:
+    """Return the campaign of a file with the command line over it, or of the command line alone."""
+    flags = {name: value for name, value in fields.items() if value is not None}
+    for name in flags.keys() & _FLAGS.keys():
+        CAMPAIGN_OPTIONS[name].check(flags[name], _FLAGS[name])
+    if model.endswith(".toml"):
+        return read_campaign(Path(model)).under(flags)
     for name, flag in (("controller", "--controller C"), ("n", "-n N")):
-        if name not in {**base, **over}:
+        if name not in flags:
             raise InputError(f"a batch needs {flag}")
-    if over.get("n", 1) < 1:
-        raise bad_value("n", over["n"], "a whole number >= 1", "-n")
-    if over.get("seed", 0) < 0:
-        raise bad_value("seed", over["seed"], "a whole number >= 0", "--seed")
-    if over.get("sampling", "random") not in ("random", "latin", "sobol", "saltelli"):
-        raise bad_value("sampling", over["sampling"], "random, latin, sobol or saltelli", "--sampling")
-    return CampaignFile.model_validate({**base, **over})
+    return CampaignFile(model=model, **flags)
 
 
-def _settings(items: Sequence[str]) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for item in items:
-        name, sign, value = item.partition("=")
-        if not sign or not name or not value:
-            raise bad_value("--set", item, "NAME=VALUE")
-        if name in found:
-            raise InputError(f"--set {name} is given twice")
-        found[name] = value
-    return found
-
-
-def _vary(items: Sequence[str]) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for item in items:
-        names, text = split(item)
-        if names in found:
+def _dispersions(texts: Sequence[str]) -> dict[str, str]:
+    dispersions: dict[str, str] = {}
+    for text in texts:
+        names, distribution = split(text)
+        if names in dispersions:
             raise InputError(f"--vary {names} is given twice")
-        found[names] = text
-    return found
+        dispersions[names] = distribution
+    return dispersions
 
 
-def _every(text: str) -> float:
+def _save(text: str | None) -> Save | None:
+    if text is None:
+        return None
     name, _, value = text.partition("=")
     try:
         every = float(value)
@@ -141,7 +130,7 @@ def _every(text: str) -> float:
         every = 0.0
     if name != "every" or not every > 0:
         raise bad_value("--save", text, "every=DT with DT > 0 in seconds")
-    return every
+    return Save(every=every)
 
 
 def _client(scheduler: str | None) -> Any:
@@ -154,68 +143,33 @@ def _client(scheduler: str | None) -> Any:
 
 def _stopped(why: str, out: Path, status: int) -> int:
     """Say what is kept and how to go on."""
-    kept = ""
+    extent = ""
     try:
         store = open_store(out)
         runs = sum(len(store.runs(block)) for block in store.stored())
-        kept = f"{runs} of {store.n} runs are stored; "
-    except (InputError, OSError):
+        extent = f"{runs} of {store.n} runs are stored; "
+    except (MehvarError, OSError):
         pass
     words = ["mehvar", *sys.argv[1:]]
     again = shlex.join(words if "--resume" in words else [*words, "--resume"])
-    typer.echo(f"mehvar: {why}\n{kept}go on with:\n  {again}", err=True)
+    typer.echo(f"mehvar: {why}\n{extent}go on with:\n  {again}", err=True)
     return status
 
 
-class _Clock:
-    """How many runs were computed, and how long that took from the first report on."""
+class _Meter:
+    """Shows the reports of a batch: runs, rate since the first report, and runs that did not reach their end."""
 
-    def __init__(self) -> None:
-        self._reports: list[tuple[float, int]] = []
+    def __init__(self, advance: Advance) -> None:
+        self._advance = advance
+        self._begun: tuple[float, int] | None = None
+        self.runs, self.seconds = 0, 0.0
 
-    def then(self, show: Report) -> Report:
-        """Return a report that is noted and shown."""
+    def __call__(self, runs: int, total: int, failed: int) -> None:
+        self._begun = self._begun or (time.perf_counter(), runs)
+        self.runs, self.seconds = runs - self._begun[1], time.perf_counter() - self._begun[0]
+        rate = f"{self.rate}, " if self.runs else ""
+        self._advance(runs, total, f"{runs}/{total} runs, {rate}{failed} not done")
 
-        def report(runs: int, total: int, failed: int) -> None:
-            self._reports = [*self._reports[:1], (time.perf_counter(), runs)]
-            show(runs, total, failed)
-
-        return report
-
-    def say(self) -> None:
-        """Print runs, time and rate; nothing when no run was computed."""
-        (begun, first), *rest = self._reports or [(0.0, 0)]
-        if rest:
-            (ended, last) = rest[0]
-            runs, seconds = last - first, ended - begun
-            typer.echo(f"{runs} runs in {seconds:.3g} s, {runs / seconds:.3g} runs/s")
-
-
-@contextmanager
-def _bar(what: str) -> Iterator[Report]:
-    """Show rate, runs done, time left and failures on a terminal's standard error."""
-    console = Console(stderr=True)
-    bar = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f}/{task.total:.0f} runs, {task.fields[rate]}, {task.fields[failed]} not done,"),
-        TimeRemainingColumn(compact=True),
-        TextColumn("left"),
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    )
-    with bar:
-        task = bar.add_task(what, total=1, rate="compiling", failed=0)
-        begun = False
-
-        def show(runs: int, total: int, failed: int) -> None:
-            nonlocal begun
-            if not begun:
-                bar.reset(task, total=total, completed=runs)
-                begun = True
-            speed = bar.tasks[0].finished_speed or bar.tasks[0].speed
-            rate = f"{speed:.3g} runs/s" if speed else "started"
-            bar.update(task, completed=runs, total=total, rate=rate, failed=failed)
-
-        yield show
+    @property
+    def rate(self) -> str:
+        return f"{self.runs / self.seconds:.3g} runs/s"

@@ -7,7 +7,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -26,8 +26,17 @@ FORMATS = ("text", "json", "html")
 _HEAD = "HEAD"
 
 
-def diff_command(
-    old: str | None, new: str | None, model: str | None, paper: bool, form: str | None, out: Path | None
+def command(
+    old: Annotated[
+        str | None, typer.Argument(metavar="[OLD]", help="A git revision, a folder or `work`; HEAD unless given.")
+    ] = None,
+    new: Annotated[
+        str | None, typer.Argument(metavar="[NEW]", help="Likewise; `work`, what models/ derives now, unless given.")
+    ] = None,
+    model: Annotated[str | None, typer.Option(metavar="M", help="Compare this model only.")] = None,
+    paper: Annotated[bool, typer.Option("--paper", help="Compare with the published equations.")] = False,
+    form: Annotated[str | None, typer.Option("--format", metavar="text|json|html", help="What to write.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Save it; the ending implies the format.")] = None,
 ) -> int:
     """Compare, print or save, and return the exit status: 0 the same, 1 different.
 

@@ -41,7 +41,7 @@ _PROGRAMS = {
 }
 
 
-def examine() -> int:
+def command() -> int:
     """Print the state of this installation; return 1 when something that runs need is missing."""
     rows = [["python", platform.python_version(), sys.executable, ""], _compiler_row()]
     rows += [_package_row(name, use) for name, use in _PACKAGES.items()]

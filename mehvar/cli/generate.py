@@ -3,25 +3,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from mehvar.codegen.generate import Report, Tree, check, find_tree, generate, installed_tree
+from mehvar.codegen import generate as generation
+from mehvar.codegen.generate import Report, Tree, find_tree, installed_tree
 from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.settings import read_settings
+
+
+def command(
+    models: Annotated[list[str] | None, typer.Argument(metavar="MODEL...", help="Models; all unless given.")] = None,
+    check: Annotated[bool, typer.Option("--check", help="Change nothing; exit 1 and name what is stale.")] = False,
+    structure: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Derive a structural variant; needs --out.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write here instead of generated/MODEL.")] = None,
+    emit: Annotated[str | None, typer.Option(metavar="casadi", help="Write CasADi's own C beside ours.")] = None,
+) -> int:
+    """Check or generate; return the exit status."""
+    if check:
+        return check_models(models or [])
+    generate_models(models or [], read_settings(structure, "--structure"), out, emit)
+    return 0
 
 
 def check_models(models: Sequence[str]) -> int:
     """Name every stale file, why it is stale, and the command that mends it; return the exit status."""
     tree = find_tree(Path.cwd()) or installed_tree()
-    reports = [check(tree, model) for model in _chosen(tree, models)]
+    reports = [generation.check(tree, model) for model in _names(tree, models)]
     for report in reports:
         _explain(report)
     return int(any(report.stale for report in reports))
 
 
-def generate_models(models: Sequence[str], structure: Sequence[str], out: Path | None, emit: str | None) -> None:
+def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Path | None, emit: str | None) -> None:
     """Derive what is not up to date and say what was written.
 
     Raises
@@ -33,34 +52,24 @@ def generate_models(models: Sequence[str], structure: Sequence[str], out: Path |
     if tree is None and out is None:
         raise InputError("this folder is in no tree with models/ and generated/: say where to write with --out DIR")
     tree = tree or installed_tree()
-    chosen = _chosen(tree, models)
+    names = _names(tree, models)
     if structure and out is None:
         raise InputError("--structure derives a variant: say where to write it with --out DIR")
-    if out is not None and len(chosen) != 1:
-        raise InputError(f"--out takes one model, not {len(chosen)}: {', '.join(chosen)}")
+    if out is not None and len(names) != 1:
+        raise InputError(f"--out takes one model, not {len(names)}: {', '.join(names)}")
     if emit not in (None, "casadi"):
         raise bad_value("--emit", emit, "casadi")
-    for model in chosen:
-        report = generate(tree, model, out, _choices(structure), emit == "casadi")
+    for model in names:
+        report = generation.generate(tree, model, out, structure, emit == "casadi")
         where = out or Path("generated") / model
         typer.echo(f"{model}: {'wrote ' + str(where) if report.written else 'up to date'}")
 
 
-def _chosen(tree: Tree, models: Sequence[str]) -> tuple[str, ...]:
+def _names(tree: Tree, models: Sequence[str]) -> tuple[str, ...]:
     for model in models:
         if model not in tree.models:
             raise unknown_name("model", model, tree.models, str(tree.root / "models"))
     return tuple(models) or tree.models
-
-
-def _choices(structure: Sequence[str]) -> dict[str, str]:
-    choices = {}
-    for item in structure:
-        name, sign, value = item.partition("=")
-        if not sign or not name or not value:
-            raise bad_value("--structure", item, "NAME=VALUE")
-        choices[name] = value
-    return choices
 
 
 def _explain(report: Report) -> None:

@@ -8,11 +8,22 @@ import re
 import shutil
 import tempfile
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from mehvar.errors import InputError, bad_value
 
 _TEMPLATES = Path(__file__).parents[1] / "templates" / "system"
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
+
+
+def command(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the system, such as reaction_wheel.")],
+) -> None:
+    """Write the folder and say what to do next."""
+    folder = scaffold(name, Path.cwd())
+    typer.echo(f"wrote {folder}; {folder.name}/README.md says what is where and what to type next")
 
 
 def scaffold(name: str, into: Path) -> Path:

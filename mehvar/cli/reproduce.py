@@ -9,7 +9,9 @@ import platform
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from mehvar.codegen.generate import installed_tree
 from mehvar.ledger.judging import judged
@@ -18,16 +20,28 @@ from mehvar.papers.reproduction import paper_models
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.files import check_folder, filling
+from mehvar.terminal import Advance, progress
 from mehvar.versions import installed
 
 if TYPE_CHECKING:
     from mehvar.report.content import PaperReport
-    from mehvar.terminal import Advance
 
 _PACKAGES = ("python", "mehvar", "numpy", "scipy", "matplotlib", "unicorn")
 
 
-def reproduce(out: Path, progress: Advance | None = None) -> bool:
+def command(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the report.")] = Path("report"),
+) -> int:
+    """Write the report; return the exit status."""
+    with progress("reproduce") as advance:
+        holds = reproduce(out, advance)
+    typer.echo(f"report: {out / 'index.html'}")
+    if not holds:
+        typer.echo("some claims do not hold; see the report")
+    return int(not holds)
+
+
+def reproduce(out: Path, advance: Advance | None = None) -> bool:
     """Compute every figure and claim of every paper, a batch of each system and a run on a board; write the report.
 
     Everything is computed before anything is written.
@@ -36,7 +50,7 @@ def reproduce(out: Path, progress: Advance | None = None) -> bool:
     ----------
     out : Path
         Folder of the report, made if it does not exist: index.html, which needs nothing else; claims.json; figures/.
-    progress : callable, optional
+    advance : callable, optional
         Called with what is done, the total, both in papers, and what is being done.
 
     Returns
@@ -58,23 +72,23 @@ def reproduce(out: Path, progress: Advance | None = None) -> bool:
 
     started, models = time.perf_counter(), paper_models()
     ledgers = {ledger["model"]: ledger for ledger in judged(installed_tree())}
-    reports = [paper_report(name, ledgers.get(name), _part(progress, i, len(models))) for i, name in enumerate(models)]
+    reports = [paper_report(name, ledgers.get(name), _part(advance, i, len(models))) for i, name in enumerate(models)]
     _write(out, reports, page(reports, _facts(reports, time.perf_counter() - started)))
-    if progress is not None:
-        progress(len(models), len(models))
+    if advance is not None:
+        advance(len(models), len(models))
     claims = [claim for report in reports for claim in report.claims]
     boards = [report.board for report in reports if report.board is not None]
     return all(claim.verdict is not ClaimVerdict.FAILS for claim in claims) and all(board.same for board in boards)
 
 
-def _part(progress: Advance | None, index: int, count: int) -> Advance:
+def _part(advance: Advance | None, index: int, count: int) -> Advance:
     """Return a progress call for one of several papers."""
 
-    def advance(done: float, total: float, what: str = "") -> None:
-        if progress is not None:
-            progress(index + done / total, count, what)
+    def part(done: float, total: float, what: str = "") -> None:
+        if advance is not None:
+            advance(index + done / total, count, what)
 
-    return advance
+    return part
 
 
 def _write(out: Path, reports: Sequence[PaperReport], html: str) -> None:

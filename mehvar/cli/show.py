@@ -1,26 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar list` and `mehvar show`: what there is, read from manifests."""
+"""`mehvar show`: what a model has, read from its manifest."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Annotated
 
 import typer
 
-from mehvar.runtime.model.manifest import Manifest, Parameter, Quantity, find_model, known_models
+from mehvar.runtime.model.manifest import Manifest, Parameter, Quantity, find_model
 from mehvar.terminal import print_table
 
 
-def list_models() -> None:
-    """Print every generated model with its laws and scenarios."""
-    rows = []
-    for name in known_models():
-        manifest = find_model(name)
-        rows.append([name, manifest.title, " ".join(manifest.controllers), " ".join(manifest.scenarios)])
-    print_table("", ["model", "what it is", "controllers", "scenarios"], rows)
-
-
-def show_model(model: str) -> None:
+def command(model: Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")]) -> None:
     """Print names, units, defaults, bounds and sources of one model."""
     manifest = find_model(model)
     structure = ", ".join(f"{name} = {value}" for name, value in manifest.structure.items())

@@ -4,32 +4,53 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import typer
 
-from mehvar.errors import InputError, bad_value
+from mehvar.errors import bad_value
 from mehvar.pictures.files import checked_suffix
 from mehvar.runtime.model.manifest import find_model
 from mehvar.runtime.run.metrics import metrics
+from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
+from mehvar.settings import SettingTexts, read_settings
 from mehvar.terminal import print_table, progress
 
-_NUMBERS = ("dt_out", "hold", "rtol", "atol", "step")
-_WORDS = ("method", "backend", "real")
-_COUNTS = ("delay", "max_steps", "seed")
+
+def command(
+    model: Annotated[str | None, typer.Argument(metavar="MODEL", help="A model or a generated folder.")] = None,
+    controller: Annotated[str | None, typer.Option(metavar="C", help="The control law.")] = None,
+    scenario: Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")] = None,
+    settings: SettingTexts = None,
+    t_end: Annotated[float | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Save the result as NetCDF.")] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Save a picture of the run.")] = None,
+    store: Annotated[
+        Path | None, typer.Option("--from", metavar="STORE", help="Repeat a run of this batch; needs --run.")
+    ] = None,
+    run: Annotated[int | None, typer.Option(metavar="ID", help="Which run of the batch, counted from 0.")] = None,
+) -> int:
+    """Run or repeat; return the exit status."""
+    if store is not None or run is not None:
+        if store is None or run is None or model or controller or scenario or settings or t_end:
+            raise typer.BadParameter("--from STORE and --run ID come together and without what the batch decides")
+        return repeat(store, run, out, plot)
+    if model is None or controller is None:
+        raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
+    ends = [] if t_end is None else [f"t_end={t_end}"]
+    return simulate(model, controller, scenario, read_settings([*(settings or ()), *ends]), out, plot)
 
 
-def simulate_command(
+def simulate(
     model: str,
     controller: str,
     scenario: str | None,
-    settings: Sequence[str],
-    t_end: float | None,
+    settings: Mapping[str, str],
     out: Path | None,
     plot: Path | None,
 ) -> int:
@@ -41,16 +62,14 @@ def simulate_command(
         For anything unknown, malformed, out of bounds or not writable; files are tried before the run.
     """
     _check_outputs(out, plot)
-    values, options = parse_settings(settings, find_model(model).choices)
+    parameters, options = split_settings(settings, find_model(model).choices, "run", "--set")
     with progress(f"{model} {controller}") as advance:
         advance(0, 1, "(the first run compiles)")
-        run = simulate_run(
-            model, controller, scenario, values, t_end=t_end, progress=advance, origin="--set", **options
-        )
+        run = simulate_run(model, controller, scenario, parameters, progress=advance, origin="--set", **options)
     return _finish(run, out, plot)
 
 
-def repeat_command(store_path: Path, number: int, out: Path | None, plot: Path | None) -> int:
+def repeat(path: Path, number: int, out: Path | None, plot: Path | None) -> int:
     """Repeat one run of a batch with full logging, and say whether it is the same to the last bit.
 
     Raises
@@ -63,11 +82,11 @@ def repeat_command(store_path: Path, number: int, out: Path | None, plot: Path |
     from mehvar.runtime.batch.store import open_store
 
     _check_outputs(out, plot)
-    store = open_store(store_path)
+    store = open_store(path)
     plan = plan_of(store)
     with progress(f"{plan.model.name} run {number}") as advance:
         run = repeat_run(plan, store, number, advance)
-    what = f"run {number} of {store_path}"
+    what = f"run {number} of {path}"
     drawn = ", ".join(f"{name} = {value!r}" for name, value in plan.drawn(number).items())
     typer.echo(f"{what}: {drawn}" if drawn else what)
     different = difference(run, store, number)
@@ -101,34 +120,6 @@ def _check_folder(path: Path) -> None:
         raise bad_value("output file", str(path), "in a folder that exists")
     if path.is_dir() or not os.access(path.parent, os.W_OK):
         raise bad_value("output file", str(path), "a file in a folder that can be written")
-
-
-def parse_settings(settings: Sequence[str], choices: Collection[str]) -> tuple[dict[str, float], dict[str, Any]]:
-    """Return parameters, and options and choices, from texts NAME=VALUE; raise InputError for what is malformed."""
-    values: dict[str, float] = {}
-    options: dict[str, Any] = {}
-    for item in settings:
-        name, sign, text = item.partition("=")
-        if not sign or not name or not text:
-            raise bad_value("--set", item, "NAME=VALUE")
-        if name in values or name in options:
-            raise InputError(f"--set {name} is given twice")
-        if name in _WORDS or name in choices:
-            options[name] = text
-        elif name in _COUNTS:
-            options[name] = _number(name, text, int)
-        elif name in _NUMBERS:
-            options[name] = _number(name, text, float)
-        else:
-            values[name] = _number(name, text, float)
-    return values, options
-
-
-def _number(name: str, text: str, kind: type[int] | type[float]) -> Any:
-    try:
-        return kind(text)
-    except ValueError:
-        raise bad_value(name, text, "a whole number" if kind is int else "a number", "--set") from None
 
 
 def _summary(run: Run) -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -21,8 +22,16 @@ from mehvar.terminal import print_table
 _REFUSALS = 3  # that are shown
 
 
-def stats_command(path: Path, success: str | None, plot: Path | None, of: list[str]) -> int:
-    """Print the statistics of a store, finished or not, and draw it if asked; return the exit status.
+def command(
+    path: Annotated[Path, typer.Argument(metavar="STORE", help="A batch, finished or not.")],
+    success: Annotated[
+        str | None,
+        typer.Option(metavar="EXPR", help="What counts as success; what the batch has for it unless given."),
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw bands and worst cases.")] = None,
+    of: Annotated[list[str] | None, typer.Option(metavar="NAME", help="What to draw; repeat.")] = None,
+) -> None:
+    """Print the statistics of a store, and draw it.
 
     Raises
     ------
@@ -41,52 +50,57 @@ def stats_command(path: Path, success: str | None, plot: Path | None, of: list[s
         from mehvar.pictures.batch import batch_picture
         from mehvar.pictures.files import save
 
-        save(batch_picture(store, of), plot)
+        save(batch_picture(store, of or []), plot)
         typer.echo(f"saved {plot}")
-    return 0
 
 
 def print_statistics(store: Store, success: str | None = None) -> None:
     """Print success, endings, metrics, extreme runs and sensitivities."""
-    found = summarise(store, success)
-    said = store.attributes
-    typer.echo(f"{said['model']} {said['controller']} {said['scenario']}: {_extent(found)}, seed {said['seed']}")
-    typer.echo("  ".join(f"{text} {number}" for text, number in found.statuses.items()))
-    condition = success or said["success"]
+    statistics, attributes = summarise(store, success), store.attributes
     typer.echo(
-        f"success{f' ({condition})' if condition else ''}: {found.successes} of {found.stored}, probability "
-        f"{found.probability:.6g}, 95 % interval [{found.low:.6g}, {found.high:.6g}]\n"
+        f"{attributes['model']} {attributes['controller']} {attributes['scenario']}: "
+        f"{_extent(statistics)}, seed {attributes['seed']}"
+    )
+    typer.echo("  ".join(f"{text} {number}" for text, number in statistics.statuses.items()))
+    condition = success or attributes["success"]
+    typer.echo(
+        f"success{f' ({condition})' if condition else ''}: {statistics.successes} of {statistics.stored}, probability "
+        f"{statistics.probability:.6g}, 95 % interval [{statistics.low:.6g}, {statistics.high:.6g}]\n"
     )
     shown = (0.05, 0.5, 0.95)
     rows = [
         [
             row.name,
             row.unit,
-            str(found.stored - row.finite),
+            str(statistics.stored - row.finite),
             f"{row.mean:.6g}",
             f"{row.sd:.3g}",
             *(f"{row.quantiles[q]:.6g}" for q in shown),
             f"{row.smallest[1]:.6g} (run {row.smallest[0]})",
             f"{row.largest[1]:.6g} (run {row.largest[0]})",
         ]
-        for row in found.rows
+        for row in statistics.rows
     ]
     titles = ["metric", "unit", "not finite", "mean", "sd", *(f"{100 * q:g} %" for q in shown), "smallest", "largest"]
     print_table("", titles, rows)
     _print_sensitivities(sensitivities(store))
-    _print_refusals(store, found)
+    _print_refusals(store, statistics)
 
 
-def _extent(found: Statistics) -> str:
-    return f"{found.stored} runs" if found.stored == found.planned else f"{found.stored} of {found.planned} runs"
+def _extent(statistics: Statistics) -> str:
+    return (
+        f"{statistics.stored} runs"
+        if statistics.stored == statistics.planned
+        else f"{statistics.stored} of {statistics.planned} runs"
+    )
 
 
-def _print_sensitivities(found: list[Sensitivity]) -> None:
+def _print_sensitivities(items: list[Sensitivity]) -> None:
     for kind, title in (
         ("sobol", "Sobol indices, first order / total: shares of the variance"),
         ("regression", "sensitivities: standardised regression coefficients"),
     ):
-        group = [item for item in found if item.kind == kind]
+        group = [item for item in items if item.kind == kind]
         if not group:
             continue
         names = list(dict.fromkeys(name for item in group for name in item.first))
@@ -107,9 +121,9 @@ def _cell(item: Sensitivity, name: str) -> str:
     return f"{item.first[name]:.3f}" + (f" / {item.total[name]:.3f}" if item.total else "")
 
 
-def _print_refusals(store: Store, found: Statistics) -> None:
+def _print_refusals(store: Store, statistics: Statistics) -> None:
     """Show why the first impossible runs are impossible."""
-    number = found.statuses.get(STATUS_TEXT[IMPOSSIBLE], 0)
+    number = statistics.statuses.get(STATUS_TEXT[IMPOSSIBLE], 0)
     if not number:
         return
     plan = plan_of(store)

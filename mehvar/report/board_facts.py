@@ -17,7 +17,7 @@ _PACKAGES = ("mehvar", "numpy", "unicorn", "ziglang", "python")
 
 def facts(outcome: BoardRun) -> dict[str, Any]:
     """Return the numbers of a run; `max_ulp` and `instructions_per_step` come first."""
-    asked, image, profile = outcome.request, outcome.image, outcome.profile
+    request, image, profile = outcome.request, outcome.image, outcome.profile
     board, test = image.board, outcome.selftest
     return {
         "max_ulp": outcome.max_ulp,
@@ -28,7 +28,7 @@ def facts(outcome: BoardRun) -> dict[str, Any]:
         "model": image.program.layout.model,
         "controller": image.program.layout.law,
         "scenario": image.program.scenario.name,
-        "target": asked.target,
+        "target": request.target,
         "board": board.name if board else "posix",
         "compiler": image.toolchain.version,
         "samples": len(outcome.board.u_cmd),

@@ -1,49 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board report`: what a run on a board has shown, as one HTML page and as JSON."""
+"""What a run on a board has shown, as one HTML page and as JSON."""
 
 from __future__ import annotations
 
 import base64
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import typer
 
-from mehvar.cli.board import outcome_of, status_of
 from mehvar.html import page
 from mehvar.papers.reproduction import BoardPart, load_reproduction, paper_models, run_picture
 from mehvar.pictures.files import save
-from mehvar.pictures.style import BLACK, BLUE, COLORS, VERMILLION, label, new_figure, require_matplotlib, style
+from mehvar.pictures.style import BLACK, BLUE, COLORS, VERMILLION, label, new_figure, style
 from mehvar.runtime.board.run import BoardRun
-from mehvar.runtime.files import check_folder, filling
+from mehvar.runtime.files import filling
 from mehvar.runtime.run.results import to_dataset
 
 from .board_facts import facts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from mehvar.runtime.board.run import BoardRequest
-
-
-def report_command(model: str, settings: Sequence[str], asked: BoardRequest, out: Path) -> int:
-    """Run, write index.html, board.json and figures/, and return the exit status.
-
-    Raises
-    ------
-    InputError
-        For a user's mistake, or if Matplotlib is missing.
-    """
-    require_matplotlib()
-    check_folder(out)
-    outcome = outcome_of(model, settings, replace(asked, every=1))
-    write_report(outcome, out)
-    typer.echo(f"report: {out / 'index.html'}")
-    return status_of(outcome)
 
 
 def write_report(outcome: BoardRun, out: Path) -> None:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from mehvar.errors import InputError, bad_value
 
 from ..model.manifest import Quantity
+from ..run.options import OPTIONS
 from ..run.problem import Status
-from ..run.ticks import positive
 from .kernel import compile_kernel
 from .plan import Plan
 from .store import NOT_RUN, STATUS, Coordinate, Variable
@@ -22,9 +22,11 @@ from .store import NOT_RUN, STATUS, Coordinate, Variable
 Values = Mapping[str, NDArray[Any]]
 """What a store takes for the runs of one block, by name."""
 
-Wanted = Sequence[tuple[int, range]]
-BlockSource = Callable[[Wanted], Generator[tuple[int, Values], None, None]]
-"""Computes numbered blocks of runs, in any order."""
+Missing = Sequence[tuple[int, range]]
+"""Numbers of blocks, each with its runs."""
+
+BlockSource = Callable[[Missing], Generator[tuple[int, Values], None, None]]
+"""Computes blocks that a store does not have yet, in any order."""
 
 IMPOSSIBLE = max(Status) + 1
 STATUS_TEXT = {int(status): status.text for status in Status} | {IMPOSSIBLE: "impossible", NOT_RUN: "not run"}
@@ -49,12 +51,10 @@ class Blocks:
 
     def __init__(self, plan: Plan, threads: int) -> None:
         self.plan, self._threads = plan, threads
-        manifest, campaign = plan.model.manifest, plan.campaign
-        options: dict[str, Any] = dict(campaign.options)
-        self._t_end = positive("t_end", options.pop("t_end", plan.scenario.duration), plan.origin)
-        self._dt = positive("dt_out", options.pop("dt_out", plan.scenario.step), plan.origin)
-        choices = {name: options.pop(name) for name in manifest.choices if name in options}
-        self._kernel = compile_kernel(plan.model, campaign.controller, choices, origin=plan.origin, **options)
+        options, scenario = plan.options, plan.scenario
+        self._t_end: float = OPTIONS["t_end"].check(options.t_end or scenario.duration, plan.origin)
+        self._dt: float = OPTIONS["dt_out"].check(options.dt_out or scenario.step, plan.origin)
+        self._kernel = compile_kernel(plan.model, plan.law.name, plan.choices, options, origin=plan.origin)
         self.instants = self._instants()
 
     @property
@@ -68,7 +68,7 @@ class Blocks:
         flags = {"flag_values": list(STATUS_TEXT), "flag_meanings": " ".join(_words(STATUS_TEXT))}
         drawn = zip(self.plan.labels(), self.plan.quantities(), strict=True)
         return [
-            *(Variable(label, "float64", attributes=_said(q, "drawn")) for label, q in drawn),
+            *(Variable(label, "float64", attributes=_attributes(q, "drawn")) for label, q in drawn),
             Variable("final", "float64", "state", len(manifest.states), {"long_name": "state where the run ended"}),
             *(
                 Variable(name, "float64", "variable", len(wide), {"long_name": f"{text} over the run"})
@@ -94,13 +94,13 @@ class Blocks:
     def coordinates(self) -> dict[str, Coordinate]:
         """Return the names and instants along second dimensions."""
         wide = self.quantities()
-        found = {
+        coordinates = {
             "state": Coordinate(list(self.plan.model.state_names)),
             "variable": Coordinate(list(wide), {"units": [q.unit for q in wide.values()]}),
         }
         if len(self.instants):
-            found["t"] = Coordinate(self.instants, {"units": "s", "long_name": "time"})
-        return found
+            coordinates["t"] = Coordinate(self.instants, {"units": "s", "long_name": "time"})
+        return coordinates
 
     def scalars(self) -> list[str]:
         """Return every name that stands for one number per run, as conditions use them."""
@@ -111,12 +111,12 @@ class Blocks:
     def quantities(self) -> dict[str, Quantity]:
         """Return every variable of a run, in the order of the kernel's columns."""
         manifest = self.plan.model.manifest
-        known = {q.name: q for q in (*manifest.states, *manifest.outputs, *self.plan.law.memory)}
-        known |= {f"u_{q.name}": q for q in manifest.inputs} | {f"u_cmd_{q.name}": q for q in manifest.inputs}
-        return {name: known[name] for name in self._kernel.variables}
+        quantities = {q.name: q for q in (*manifest.states, *manifest.outputs, *self.plan.law.memory)}
+        quantities |= {f"u_{q.name}": q for q in manifest.inputs} | {f"u_cmd_{q.name}": q for q in manifest.inputs}
+        return {name: quantities[name] for name in self._kernel.variables}
 
     def compute(self, first: int, count: int, stop: Callable[[], bool] | None = None) -> Values | None:
-        """Return the values of the runs from `first` on by the names in a store; None when it was told to stop."""
+        """Return the values of the runs from `first` on by the names in a store; None when it was to stop."""
         plan = self.plan
         draw = plan.draw(first, count)
         bad = ~draw.possible
@@ -150,9 +150,9 @@ class Blocks:
         every = self.plan.campaign.save_every
         if every is None:
             return np.empty(0)
-        steps = positive("save every", every, self.plan.origin) / self._dt
+        steps = every / self._dt
         if abs(steps - round(steps)) > 1e-9 * steps or round(steps) < 1:
-            raise bad_value("save every", every, f"a multiple of the sampling step {self._dt:g} s", self.plan.origin)
+            raise bad_value("save_every", every, f"a multiple of the sampling step {self._dt:g} s", self.plan.origin)
         return np.arange(math.floor(self._t_end / every * (1 + 1e-9)) + 1, dtype=np.float64) * every
 
 
@@ -164,7 +164,7 @@ def check_names(variables: list[Variable]) -> None:
         raise InputError(f"a store cannot hold two variables called {twice[0]}: rename one in the model")
 
 
-def _said(quantity: Quantity, how: str) -> dict[str, str]:
+def _attributes(quantity: Quantity, how: str) -> dict[str, str]:
     return {"units": quantity.unit, "long_name": f"{quantity.description}, {how}"}
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import json
 import os
 import threading
@@ -26,7 +25,7 @@ from ..model.model import Model, load
 from ..model.parameters import advice
 from ..run.problem import Status
 from ..run.results import versions
-from .blocks import IMPOSSIBLE, Blocks, BlockSource, Values, Wanted, check_names
+from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Values, check_names
 from .plan import Campaign, Plan
 from .statistics import StopRule, Success
 from .store import STATUS, Store, create, open_store
@@ -34,7 +33,7 @@ from .store import STATUS, Store, create, open_store
 if TYPE_CHECKING:
     from distributed import Client
 
-Report = Callable[[int, int, int], None]
+BatchProgress = Callable[[int, int, int], None]
 """Called with the runs stored, the runs in all, and how many of the stored ones did not reach their end."""
 
 _FEWEST, _MOST = 512, 65536  # runs per block
@@ -45,6 +44,8 @@ _BLOCK_BYTES = 2**26
 
 class ImpossibleRunError(InputError):
     """A run was drawn whose values are not allowed, and the batch was to stop there."""
+
+    resumable = True
 
 
 def run_batch(
@@ -59,7 +60,7 @@ def run_batch(
     threads: int | None = None,
     client: Client | None = None,
     chunk: int | None = None,
-    report: Report | None = None,
+    report: BatchProgress | None = None,
     origin: str = "the call",
 ) -> Store:
     """Compute the runs of a campaign and store them.
@@ -134,14 +135,14 @@ def plan_of(store: Store) -> Plan:
     InputError
         If the model is not there or has changed since.
     """
-    said = store.attributes
-    manifest = find_model(said["model_source"])
-    if manifest.hash != said["model_hash"]:
+    attributes = store.attributes
+    manifest = find_model(attributes["model_source"])
+    if manifest.hash != attributes["model_hash"]:
         raise InputError(
-            f"{store.name} was made from another {manifest.model}: its model hash is {said['model_hash'][:12]}, "
+            f"{store.name} was made from another {manifest.model}: its model hash is {attributes['model_hash'][:12]}, "
             f"the model at hand has {manifest.hash[:12]}"
         )
-    return Plan(load(said["model_source"], "c"), Campaign(**json.loads(said["campaign"])), store.name)
+    return Plan(load(attributes["model_source"], "c"), Campaign(**json.loads(attributes["campaign"])), store.name)
 
 
 def _opened(
@@ -155,9 +156,8 @@ def _opened(
     """Make the store, or open the one that is to be continued."""
     variables = blocks.variables()
     check_names(variables)
-    campaign = json.dumps(dataclasses.asdict(plan.campaign), sort_keys=True)
     manifest, path = plan.model.manifest, None if out is None else Path(out)
-    identity = {"model": manifest.model, "model_hash": manifest.hash, "campaign": campaign, **rules}
+    identity = {"model": manifest.model, "model_hash": manifest.hash, "campaign": plan.campaign.json_text(), **rules}
     if resume and path is not None and path.exists():
         store = open_store(path)
         _compare(store, identity)
@@ -176,7 +176,7 @@ def _opened(
         seed=plan.campaign.seed,
         drawn=json.dumps(plan.labels()),
         metrics=json.dumps(list(manifest.metrics)),
-        profile=plan.campaign.options.get("profile", "portable"),
+        profile=plan.options.profile,
         flags=" ".join(FLAGS),
         compiler=require_compiler().version,
         nominal=json.dumps(plan.nominal.values),
@@ -189,12 +189,12 @@ def _opened(
 def _compare(store: Store, identity: Mapping[str, str]) -> None:
     """Refuse to continue a store that was made otherwise, and say in what."""
     for name, value in identity.items():
-        said = store.attributes.get(name, "")
-        if said == value:
+        stored = store.attributes.get(name, "")
+        if stored == value:
             continue
         if name == "campaign":
-            name, said, value = _difference(json.loads(said), json.loads(value))
-        raise InputError(f"{store.name} was made with {name} = {said!r}, not {value!r}: it cannot be continued so")
+            name, stored, value = _difference(json.loads(stored), json.loads(value))
+        raise InputError(f"{store.name} was made with {name} = {stored!r}, not {value!r}: it cannot be continued so")
 
 
 def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any]:
@@ -209,8 +209,8 @@ def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
     stop rule looks at each.
     """
     fewest = _FEWEST if stops else max(_FEWEST, min(_SHORT, _SAMPLES // samples))
-    wanted = min(max(n // _BLOCKS, fewest), _MOST, max(1, _BLOCK_BYTES // bytes_per_run))
-    return min(1 << (wanted.bit_length() - 1), n)
+    runs = min(max(n // _BLOCKS, fewest), _MOST, max(1, _BLOCK_BYTES // bytes_per_run))
+    return min(1 << (runs.bit_length() - 1), n)
 
 
 def _source(model: Model) -> str:
@@ -223,7 +223,13 @@ class _Filling:
     """Blocks on their way into a store, until it is complete or the stop rule is fulfilled."""
 
     def __init__(
-        self, store: Store, plan: Plan, rule: StopRule | None, success: Success, strict: bool, report: Report | None
+        self,
+        store: Store,
+        plan: Plan,
+        rule: StopRule | None,
+        success: Success,
+        strict: bool,
+        report: BatchProgress | None,
     ) -> None:
         self._store, self._plan, self._rule = store, plan, rule
         self._success, self._strict, self._report = success, strict, report
@@ -236,14 +242,14 @@ class _Filling:
         present = self._store.stored()
         if any(self._is_enough(block, self._store.read(STATUS, [block])) for block in present):
             return
-        self._tell()
+        self._tell_progress()
         missing = sorted(set(range(self._store.blocks())) - set(present))
         produced = source([(block, self._store.runs(block)) for block in missing])
         with contextlib.closing(produced):
             for block, values in produced:
                 self._store.write(block, values)
                 enough = self._is_enough(block, values[STATUS])
-                self._tell()
+                self._tell_progress()
                 if enough:
                     return
 
@@ -253,13 +259,14 @@ class _Filling:
         self._failed += int(np.count_nonzero(status != Status.DONE))
         impossible = np.flatnonzero(status == IMPOSSIBLE)
         if self._strict and impossible.size:
-            raise ImpossibleRunError(self._plan.refusal(self._store.runs(block).start + int(impossible[0])))
+            refusal = self._plan.refusal(self._store.runs(block).start + int(impossible[0]))
+            raise ImpossibleRunError(f"strict: {refusal}")
         if self._rule is None:
             return False
         self._successes[block] = int(np.count_nonzero(self._success(self._store, [block])))
         return self._ends(self._rule)
 
-    def _tell(self) -> None:
+    def _tell_progress(self) -> None:
         if self._report:
             self._report(self._stored, self._store.n, self._failed)
 
@@ -278,17 +285,17 @@ class _Filling:
 def _here(blocks: Blocks) -> BlockSource:
     """Compute blocks in this process, the next one while the last one is stored."""
 
-    def produce(wanted: Wanted) -> Generator[tuple[int, Values], None, None]:
+    def produce(missing: Missing) -> Generator[tuple[int, Values], None, None]:
         stop = threading.Event()
         with ThreadPoolExecutor(1) as pool:
             try:
                 waiting: list[tuple[int, Future[Values | None]]] = []
-                for block, runs in wanted:
+                for block, runs in missing:
                     waiting.append((block, pool.submit(blocks.compute, runs.start, len(runs), stop.is_set)))
                     if len(waiting) > 1:
-                        yield _taken(waiting)
+                        yield _next_of(waiting)
                 while waiting:
-                    yield _taken(waiting)
+                    yield _next_of(waiting)
             finally:
                 stop.set()
 
@@ -301,7 +308,7 @@ def _there(client: Client, plan: Plan) -> BlockSource:
     return on_workers(client, plan)
 
 
-def _taken(waiting: list[tuple[int, Future[Values | None]]]) -> tuple[int, Values]:
+def _next_of(waiting: list[tuple[int, Future[Values | None]]]) -> tuple[int, Values]:
     block, future = waiting.pop(0)
     values = future.result()
     if values is None:

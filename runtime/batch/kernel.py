@@ -8,26 +8,24 @@ import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.manifest import METRIC_KINDS
 
 from ..compiling.compiler import require_compiler
 from ..compiling.library import load_library
 from ..compiling.processor import vector_flags, widest
-from ..model.functions import FloatArray, Real
+from ..model.functions import FloatArray
 from ..model.manifest import Metric, identifier
 from ..model.model import Model
-from ..run.metrics import KINDS
-from ..run.options import SMALLEST_ATOL, SMALLEST_RTOL, check_law, checked_method, variant_suffix
-from ..run.problem import Method
-from ..run.ticks import count, positive, ticks_of, tolerance
+from ..run.options import Profile, RunOptions, read_options
+from ..run.problem import check_law, variant_suffix
+from ..run.ticks import ticks_of
 from .source import Loop, kernel_sources
-
-Profile = Literal["portable", "fast"]
 
 _ALIGNMENT = 64  # bytes, of the widest vector
 _CHUNKS = 16  # per thread, so that they end together
@@ -76,17 +74,9 @@ def compile_kernel(
     model: Model,
     controller: str,
     choices: Mapping[str, object] | None = None,
+    options: RunOptions | None = None,
     *,
-    method: Method = "dop853",
-    profile: Profile = "portable",
     lanes: int | None = None,
-    real: Real = "double",
-    hold: float | None = None,
-    delay: int = 0,
-    rtol: float = 1e-11,
-    atol: float = 1e-11,
-    step: float | None = None,
-    max_steps: int = 100_000,
     origin: str = "the call",
 ) -> Kernel:
     """Compile, or load from the cache, the loop of a model under a law.
@@ -99,12 +89,10 @@ def compile_kernel(
         The control law.
     choices : mapping, optional
         Choices of the model, as in {"plant": "reduced"}.
-    profile : {"portable", "fast"}
-        Whether a run is the same bits on every machine, or may contract products and sums where the processor can.
+    options : RunOptions, optional
+        How to integrate and sample; end time and sampling step are given with the runs.
     lanes : int, optional
         Runs worked on at once by one thread: 1, 2, 4 or 8; what the processor has registers for unless given.
-    method, real, hold, delay, rtol, atol, step, max_steps
-        As for `simulate`.
     origin : str
         How error messages call these arguments.
 
@@ -117,27 +105,17 @@ def compile_kernel(
     """
     law = model.manifest.controller(controller)
     suffix = variant_suffix(model.manifest, choices or {}, origin)
-    held = None if hold is None else positive("hold", hold, origin)
-    delay = count("delay", delay, 0, origin)
-    sampled = held is not None or law.period is not None
-    check_law(model, law, 1.0 if sampled else None, delay, origin)
-    if profile not in ("portable", "fast"):
-        raise bad_value("profile", profile, "portable or fast", origin)
+    options, _ = read_options((options or RunOptions()).changes(), "batch", origin)
+    sampled = options.hold is not None or law.period is not None
+    check_law(model, law, sampled, options.delay, origin)
     if lanes not in (None, 1, 2, 4, 8):
         raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)
-    if real != "double":
-        raise bad_value("real", real, "double in a batch", origin)
-    loop = Loop(model.manifest, law, suffix, sampled, checked_method(method, origin))
+    loop = Loop(model.manifest, law, suffix, sampled, options.method)
     return Kernel(
         loop=loop,
-        library=_library(loop, profile, lanes or widest()),
+        library=_library(loop, options.profile, lanes or widest()),
         lanes=lanes or widest(),
-        hold=held,
-        delay=delay,
-        rtol=tolerance("rtol", rtol, SMALLEST_RTOL, origin),
-        atol=tolerance("atol", atol, SMALLEST_ATOL, origin),
-        step=None if step is None else positive("step", step, origin),
-        max_steps=count("max_steps", max_steps, 1, origin),
+        options=options,
         origin=origin,
     )
 
@@ -149,12 +127,7 @@ class Kernel:
     loop: Loop
     library: ctypes.CDLL
     lanes: int
-    hold: float | None
-    delay: int
-    rtol: float
-    atol: float
-    step: float | None
-    max_steps: int
+    options: RunOptions
     origin: str
 
     @property
@@ -220,21 +193,21 @@ class Kernel:
             ticks=len(ticks),
             hold_every=hold_every or 1,
             record_every=record_every,
-            max_steps=self.max_steps,
+            max_steps=self.options.max_steps,
             save_every=saved or 1,
             rows=rows,
-            delay=self.delay,
+            delay=self.options.delay,
             metrics=len(metrics),
-            rtol=self.rtol,
-            atol=self.atol,
-            step=self.step or min(dt, hold or dt),
+            rtol=self.options.rtol,
+            atol=self.options.atol,
+            step=self.options.step or min(dt, hold or dt),
             metric=ctypes.addressof(metrics),
             signal=ctypes.addressof(signals),
             stop=ctypes.addressof(halt),
             **{name: array.ctypes.data for name, array in arrays.items()},
             **{name: getattr(block, field).ctypes.data for name, field in _RESULTS.items()},
         )
-        histories = sum(m.signals for m in metrics if m.kind == KINDS.index("settling_about_end"))
+        histories = sum(m.signals for m in metrics if m.kind == METRIC_KINDS.index("settling_about_end"))
         records = (len(ticks) - 2) // record_every + 2
         size = self.library.mv_work_size(ctypes.byref(job), len(signals), histories, records)
         done = _in_threads(self.library, job, records, size, -(-len(p) // self.lanes), threads, halt, stop)
@@ -243,8 +216,8 @@ class Kernel:
     def _hold(self, p: FloatArray) -> float | None:
         """Return the hold time, which all runs share."""
         period = self.loop.controller.period
-        if self.hold is not None or period is None:
-            return self.hold
+        if self.options.hold is not None or period is None:
+            return self.options.hold
         column = p[:, [q.name for q in self.loop.manifest.parameters].index(period)]
         if np.any(column != column[0]):
             raise InputError(f"{period} (from {self.origin}): must be the same in all runs of a batch")
@@ -263,7 +236,7 @@ class Kernel:
                     if name not in columns:
                         raise unknown_name(f"variable in metric {metric.name}", name, columns)
                 signals.append((columns[names[0]], columns[names[1]] if len(names) > 1 else -1))
-        rows = [(KINDS.index(m.kind), len(m.of), m.band, m.since, m.until) for m in metrics]
+        rows = [(METRIC_KINDS.index(m.kind), len(m.of), m.band, m.since, m.until) for m in metrics]
         return (_Metric * len(rows))(*(_Metric(*row) for row in rows)), (_Signal * len(signals))(
             *(_Signal(*s) for s in signals)
         )

@@ -1,27 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From what a batch is asked to vary to the parameter vectors and initial state of every run."""
+"""A campaign, and from it the parameter vectors and the initial state of every run."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TypeVar
+from dataclasses import asdict, dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.errors import InputError, unknown_name
 
 from ..model.manifest import Parameter, Quantity, identifier
 from ..model.model import Model
 from ..model.parameters import Resolved, named_values, resolve
-from ..run.options import OPTIONS
-from ..run.ticks import count
+from ..run.options import OPTIONS, count_row, number_row, read_options, rows, word_row
 from .dispersions import read_dispersions
-from .sampling import Design, FloatArray, Sampler
+from .sampling import DESIGNS, Design, FloatArray, Sampler
 
-MOST_RUNS = 2**32
 INITIAL = "initial_"
 
 _T = TypeVar("_T")
@@ -36,7 +35,7 @@ class Campaign:
     controller, scenario : str
         The law and the scenario; the model's first scenario for None.
     n, seed : int
-        Number of runs; what the random numbers start from.
+        Number of runs; what all random numbers start from.
     vary : mapping of str to str
         Names of parameters or states to distributions, as `read_dispersions` takes them. A state is varied at t = 0.
     parameters, initial : mapping
@@ -44,21 +43,30 @@ class Campaign:
     sampling : str
         Design of the drawn points, see `Sampler`.
     options : mapping
-        Options and choices as in `simulate`: `t_end`, `dt_out`, `method`, `plant` and so on.
+        Options and choices as in `simulate`, `t_end`, `dt_out`, `method`, `plant` and so on, and `profile`.
     save_every : float, optional
         Step of the stored series, s; none are stored unless given.
     """
 
     controller: str
-    n: int
+    n: int = field(metadata=count_row("Number of runs", least=1))
     scenario: str | None = None
-    seed: int = 0
+    seed: int = field(default=0, metadata=count_row("What all random numbers start from"))
     vary: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     initial: Mapping[str, float] = field(default_factory=dict)
-    sampling: Design = "random"
+    sampling: Design = field(default="random", metadata=word_row("Design of the drawn points", DESIGNS))
     options: Mapping[str, float | str] = field(default_factory=dict)
-    save_every: float | None = None
+    save_every: float | None = field(
+        default=None, metadata=number_row("Step of the stored series", "s", otherwise="none are stored", above=0.0)
+    )
+
+    def json_text(self) -> str:
+        """Return the campaign as a store keeps it and as a worker gets it."""
+        return json.dumps(asdict(self), sort_keys=True)
+
+
+CAMPAIGN_OPTIONS = rows(Campaign)
 
 
 @dataclass(frozen=True)
@@ -86,6 +94,10 @@ class Plan:
         The dispersed names, in the order of the columns of `Draw.values`.
     nominal : Resolved
         Parameters at the middle of every dispersion, which must be possible.
+    options : RunOptions
+        Options of every run.
+    choices : mapping
+        Choices of the model by name.
 
     Raises
     ------
@@ -97,9 +109,10 @@ class Plan:
         manifest = model.manifest
         self.model, self.campaign, self.origin = model, campaign, origin
         self.law, self.scenario = manifest.controller(campaign.controller), manifest.scenario(campaign.scenario)
-        if count("n", campaign.n, 1, origin) > MOST_RUNS:
-            raise bad_value("n", campaign.n, f"at most {MOST_RUNS}", origin)
-        seed = count("seed", campaign.seed, 0, origin)
+        for name, row in CAMPAIGN_OPTIONS.items():
+            row.check(getattr(campaign, name), origin)
+        self.options, choices = read_options(campaign.options, "batch", origin)
+        self.choices: Mapping[str, Any] = choices
         self.dispersions = read_dispersions(dict(sorted(campaign.vary.items())), origin)
         self.names = tuple(name for d in self.dispersions for name in d.names)
         groups = (manifest.parameters, self.law.parameters, manifest.scenario_parameters)
@@ -107,7 +120,7 @@ class Plan:
         self._states = {q.name: i for i, q in enumerate(manifest.states)}
         self._check_names()
         self._initial = named_values(model.state_names, f"state of {model.name} in initial", campaign.initial, origin)
-        self._sampler = Sampler(campaign.sampling, [d.names for d in self.dispersions], campaign.n, seed)
+        self._sampler = Sampler(campaign.sampling, [d.names for d in self.dispersions], campaign.n, campaign.seed)
         centres = {name: value for d in self.dispersions for name, value in d.centre().items()}
         self.nominal = self._resolved(centres, f"{origin} or the middle of vary" if centres else origin)
 
@@ -176,9 +189,9 @@ class Plan:
         parameters = {name: value for name, value in drawn.items() if self._is_parameter(name)}
         values = {**self.campaign.parameters, **parameters}
         if self.law.delay:
-            values.setdefault(self.law.delay, float(self.campaign.options.get("delay", 0)))
-        known = (*OPTIONS, *manifest.choices)
-        return resolve(manifest, functions, self.law, self.scenario, values, origin, known)
+            values.setdefault(self.law.delay, float(self.options.delay))
+        names = (*OPTIONS, *manifest.choices)
+        return resolve(manifest, functions, self.law, self.scenario, values, origin, names)
 
     def _only_states(self, values: Mapping[str, _T]) -> dict[str, _T]:
         return {name: value for name, value in values.items() if not self._is_parameter(name)}
@@ -193,12 +206,12 @@ class Plan:
         return any(name in columns for columns in self._columns)
 
     def _check_names(self) -> None:
-        known = [name for columns in self._columns for name in columns] + list(self._states)
+        names = [name for columns in self._columns for name in columns] + list(self._states)
         fixed = {*self.campaign.parameters, *self.campaign.initial}
         for name in self.names:
-            if name not in known:
+            if name not in names:
                 kind = f"parameter or state of {self.model.name} with {self.law.name}"
-                raise unknown_name(kind, name, known, f"vary, {self.origin}")
+                raise unknown_name(kind, name, names, f"vary, {self.origin}")
             if name in fixed:
                 raise InputError(f"{name} is both set and varied (from {self.origin})")
             if name in (self.law.delay, self.law.period):
@@ -213,9 +226,9 @@ class Plan:
         formulas = self.model.functions[f"{identifier(self.law.name)}_defaults"]
         c[:, derived] = math.nan
         for _ in derived:
-            found = formulas(c)
+            defaults = formulas(c)
             for i in derived:
-                column = found[:, places.index(i)]
+                column = defaults[:, places.index(i)]
                 c[:, i] = np.where(np.isnan(c[:, i]), column, c[:, i])
 
     def _follows(self, parameter: Parameter) -> bool:

@@ -11,6 +11,7 @@ from mehvar.errors import InputError, bad_value
 
 from ..model.functions import FloatArray
 from ..run.metrics import metrics
+from ..run.options import OPTIONS
 from ..run.problem import Progress, Status
 from ..run.simulate import Run, simulate
 from .plan import Plan
@@ -32,7 +33,8 @@ def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None 
         raise InputError(refusal)
     parameters, initial = plan.settings(number)
     campaign = plan.campaign
-    options: dict[str, Any] = {name: value for name, value in campaign.options.items() if name != "profile"}
+    changes = plan.options.changes()
+    options: dict[str, Any] = {name: changes[name] for name in changes if "run" not in OPTIONS[name].refused}
     return simulate(
         plan.model,
         campaign.controller,
@@ -44,6 +46,7 @@ def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None 
         progress=progress,
         origin=f"run {number}",
         **options,
+        **plan.choices,
     )
 
 

@@ -12,7 +12,7 @@ import hashlib
 import threading
 import warnings
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +20,14 @@ from numpy.typing import NDArray
 from mehvar.errors import InputError, bad_value
 
 from ..compiling.library import NATIVE, load_library, native_headers
+from ..run.options import either
 
 FloatArray = NDArray[np.float64]
 WordArray = NDArray[np.uint64]
 Design = Literal["random", "latin", "sobol", "saltelli"]
 
-DESIGNS: tuple[Design, ...] = ("random", "latin", "sobol", "saltelli")
+DESIGNS: tuple[Design, ...] = get_args(Design)
+OPEN_DESIGNS: tuple[Design, ...] = ("random", "sobol")  # the first runs are the same whatever n is
 _BLOCK = 4  # words that Philox makes per counter value
 _ROUNDS = 8
 """Four rounds make a pseudorandom permutation (Luby and Rackoff 1988) of large halves; those of a small batch have a
@@ -40,9 +42,10 @@ class Sampler:
 
     Parameters
     ----------
-    design : {"random", "latin", "sobol", "saltelli"}
-        Independent numbers; a Latin hypercube of n runs; a scrambled Sobol sequence; or groups of runs for variance
-        based sensitivities (Saltelli 2010): a point A, a point B, and A with one factor at a time from B.
+    design : str
+        One of `DESIGNS`: independent numbers; a Latin hypercube of n runs; a scrambled Sobol sequence; or groups of
+        runs for variance based sensitivities (Saltelli 2010): a point A, a point B, and A with one factor at a time
+        from B.
     factors : sequence of tuple of str
         Names of the dimensions, those that vary together in one tuple.
     n : int
@@ -58,7 +61,7 @@ class Sampler:
 
     def __init__(self, design: Design, factors: Sequence[tuple[str, ...]], n: int, seed: int) -> None:
         if design not in DESIGNS:
-            raise bad_value("sampling", design, ", ".join(DESIGNS))
+            raise bad_value("sampling", design, either(DESIGNS))
         self._design = design
         self._factors = factors
         self._names = [name for factor in factors for name in factor]

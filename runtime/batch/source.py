@@ -11,7 +11,8 @@ from mehvar.errors import InputError
 
 from ..compiling.library import NATIVE, load_native, native_headers
 from ..model.manifest import Controller, Function, Manifest, identifier
-from ..run.problem import METHODS, STAGES, Method
+from ..run.options import METHODS, Method
+from ..run.problem import STAGES
 
 _FILES = ("batch.c", "batch.h", "batch_metrics.h", "batch_step.h", "noise.h", "philox.h")
 _RK4_ERROR = (0.0, 0.0, 0.0, 1 / 6, -1 / 6)  # against the third-order method that ends with the slope at the end

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value
 
+from ..run.options import either
 from ..run.problem import Status
 from .blocks import STATUS_TEXT
 from .conditions import Criterion
-from .sampling import FloatArray
+from .sampling import OPEN_DESIGNS, FloatArray
 from .store import NOT_RUN, STATUS, Store
 
 CONFIDENCE = 0.95
@@ -82,8 +83,8 @@ class StopRule:
             self._width = 0.0
         if not 0 < self._width < 1:
             raise bad_value("until", text, "'ci(success) < WIDTH' with a WIDTH between 0 and 1")
-        if sampling not in ("random", "sobol"):
-            raise InputError(f"until = {text!r} needs sampling random or sobol: {sampling} needs all n runs")
+        if sampling not in OPEN_DESIGNS:
+            raise InputError(f"until = {text!r} needs sampling {either(OPEN_DESIGNS)}: {sampling} needs all n runs")
 
     def holds(self, successes: int, runs: int) -> bool:
         """Return whether the interval is narrow enough."""

@@ -61,6 +61,12 @@ class Coordinate:
 class StoreError(MehvarError, OSError):
     """The store cannot take the next block; what it has is kept."""
 
+    exit_status = 3
+    resumable = True
+
+    def __str__(self) -> str:
+        return str(self.strerror)
+
 
 class Store:
     """An open store.

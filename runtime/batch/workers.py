@@ -7,7 +7,6 @@ that owns the store.
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import threading
 from collections.abc import Generator, Mapping
@@ -21,7 +20,7 @@ from .. import cache
 from ..compiling.compiler import require_compiler
 from ..model.manifest import FILE
 from ..model.model import load
-from .blocks import Blocks, BlockSource, Values, Wanted
+from .blocks import Blocks, BlockSource, Missing, Values
 from .plan import Campaign, Plan
 
 if TYPE_CHECKING:
@@ -83,11 +82,11 @@ def on_workers(client: Client, plan: Plan) -> BlockSource:
     bundle = _bundle(plan)
     _examine(client)
 
-    def produce(blocks: Wanted) -> Generator[tuple[int, Values], None, None]:
+    def produce(missing: Missing) -> Generator[tuple[int, Values], None, None]:
         from distributed import as_completed
 
         shared = client.submit(_same, bundle, key=f"mehvar-bundle-{bundle.key()}")
-        waiting = iter(blocks)
+        waiting = iter(missing)
         numbers: dict[Any, int] = {}
 
         def submit() -> Any:
@@ -119,7 +118,7 @@ def _bundle(plan: Plan) -> Bundle:
     sources = (path for path in manifest.folder.iterdir() if path.suffix in (".c", ".h"))
     names = [FILE, *sorted(path.name for path in sources if not path.stem.endswith("_jac"))]
     files = {name: (manifest.folder / name).read_text(encoding="utf-8") for name in names}
-    return Bundle(files, json.dumps(dataclasses.asdict(plan.campaign), sort_keys=True))
+    return Bundle(files, plan.campaign.json_text())
 
 
 def _examine(client: Client) -> None:

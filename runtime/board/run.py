@@ -17,6 +17,7 @@ from mehvar.errors import InputError
 
 from ..model.model import Model
 from ..model.parameters import Resolved, resolve
+from ..run.options import read_options
 from ..run.problem import Status
 from ..run.simulate import Run, simulate
 from .emulator.profile import Coverage, Profile, StepProfiler, coverage
@@ -36,7 +37,7 @@ _SELF_TEST = 200
 
 @dataclass(frozen=True)
 class BoardRequest:
-    """What is to be run.
+    """A closed loop to be run with its law on a board.
 
     Attributes
     ----------
@@ -48,8 +49,8 @@ class BoardRequest:
         Evaluations of the law; the reference goes on past the scenario's end.
     delay : int, optional
         Samples between computing an input and applying it; one for a law that can be designed for it unless given.
-    values, options : mapping
-        As `--set` gives them: parameters, and options of `simulate`.
+    parameters, options : mapping
+        Parameters by name; options and choices of `simulate`.
     every : int, optional
         Samples between two comparisons of the law's memory; 1 where the line is fast, else 10.
     raw : bool
@@ -69,7 +70,7 @@ class BoardRequest:
     scenario: str | None = None
     samples: int = 600
     delay: int | None = None
-    values: Mapping[str, float] | None = None
+    parameters: Mapping[str, object] | None = None
     options: Mapping[str, Any] | None = None
     every: int | None = None
     raw: bool = False
@@ -161,8 +162,9 @@ def run_on_board(model: Model, request: BoardRequest) -> BoardRun:
     """
     if request.samples < 2:
         raise InputError(f"samples = {request.samples}: must be a whole number >= 2")
-    if request.raw and (request.values or request.journal):
+    if request.raw and (request.parameters or request.journal):
         raise InputError("raw: a bare link has neither parameters nor a journal; leave --set and --journal out")
+    read_options(request.options or {}, "board", "--set")
     single = _simulate(model, request, real="float")
     image = build_image(model, request)
     port = open_target(request.target, image)
@@ -254,15 +256,17 @@ def _simulate(model: Model, request: BoardRequest, **overrides: Any) -> Run:
     scenario = model.manifest.scenario(request.scenario)
     delay = delay_of(law) if request.delay is None else request.delay
     options: dict[str, Any] = {"delay": delay, **(request.options or {}), **overrides}
-    period = float(options.get("hold") or period_of(law, scenario, _resolved(model, request)))
+    period = period_of(law, scenario, _resolved(model, request))
     options |= {"dt_out": period, "hold": period}
     t_end = (request.samples - 1) * period
-    return simulate(model, request.controller, scenario.name, request.values, t_end=t_end, origin="--set", **options)
+    return simulate(
+        model, request.controller, scenario.name, request.parameters, t_end=t_end, origin="--set", **options
+    )
 
 
 def _resolved(model: Model, request: BoardRequest) -> Resolved:
     law, scenario = model.manifest.controller(request.controller), model.manifest.scenario(request.scenario)
-    return resolve(model.manifest, model.functions, law, scenario, request.values or {}, "--set")
+    return resolve(model.manifest, model.functions, law, scenario, request.parameters or {}, "--set")
 
 
 def _every(target: str) -> int:

@@ -14,7 +14,8 @@ from mehvar.errors import InputError
 from ..compiling.library import load_native
 from ..model.functions import CBackend, FloatArray
 from ..model.manifest import Function, identifier
-from .problem import METHODS, STAGES, Problem, Status, Trajectory
+from .options import METHODS
+from .problem import STAGES, Problem, Status, Trajectory
 
 _CHUNK_SECONDS = 0.03  # between two looks at the keyboard and the progress callback
 

@@ -16,11 +16,11 @@ import numpy as np
 
 from ..model.functions import FloatArray, PythonBackend
 from ..model.manifest import identifier
+from .options import SMALLEST_RTOL
 from .problem import Problem, Status, Trajectory
 
 _PROGRESS_SECONDS = 0.1
 _DENSE = 0.01  # tolerance where samples come from the dense output, which is less accurate than the steps
-_SMALLEST_RTOL = 100 * float(np.finfo(np.float64).eps)  # SciPy's own limit
 
 _Slope = Callable[[float, FloatArray], FloatArray]
 
@@ -246,7 +246,7 @@ class _Solver:
             raise _EndOfRun(Status.NOT_FINITE, t)
         method = {"dop853": DOP853, "dopri5": RK45, "rock4": Rock4}[problem.method]
         first = None if h is None else min(h, end - t)
-        rtol = max(problem.rtol * tighter, _SMALLEST_RTOL)
+        rtol = max(problem.rtol * tighter, SMALLEST_RTOL)
         solver = method(self._evaluate, t, x, end, rtol=rtol, atol=problem.atol * tighter, first_step=first)
         while solver.status == "running":
             if self.trials == problem.max_steps:

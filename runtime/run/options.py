@@ -1,140 +1,316 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From what a caller asks of a closed loop to a checked problem: sampling, method, variant, noise."""
+"""What a caller may ask of a run: one table of names, kinds, units, defaults, checks and texts.
+
+The fields of `RunOptions` are its rows. Python, the command line, campaign files, batches, boards and the reference
+read them; none of them holds a default or a bound of its own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
-
-import numpy as np
+import sys
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import MISSING, dataclass, field, fields, replace
+from typing import Any, Literal, get_args
 
 from mehvar.errors import InputError, bad_value
 
-from ..model.functions import FloatArray, Real
-from ..model.manifest import Controller, Manifest, Scenario, identifier
-from ..model.model import Model
-from ..model.parameters import Resolved
-from .noise import normals
-from .problem import METHODS, Method, Problem, Progress
-from .ticks import count, positive, ticks_of, tolerance
+from ..model.functions import BackendName, Real
+from ..model.parameters import number
 
-SMALLEST_RTOL = 100 * float(np.finfo(np.float64).eps)
-SMALLEST_ATOL = float(np.finfo(np.float64).tiny)
+Kind = Literal["number", "count", "word"]
+Place = Literal["run", "batch", "board"]
+Method = Literal["rk4", "dopri5", "dop853", "rock4"]
+Profile = Literal["portable", "fast"]
+
+METHODS: tuple[Method, ...] = get_args(Method)  # numbered as in the native integrator
+SMALLEST_RTOL = 100 * sys.float_info.epsilon  # SciPy's own limit: below it an error estimate is mostly rounding
+_SMALLEST_ATOL = sys.float_info.min  # below it a number of type double has fewer digits
+_COUNT_BELOW = 2**31  # the narrowest count in C, the delay, is an int32
 
 
 @dataclass(frozen=True)
-class Asked:
-    """How the caller wants a run integrated and sampled, unchecked."""
+class Option:
+    """A row of the table.
 
-    t_end: float | None
-    dt_out: float | None
-    hold: float | None
-    delay: int
-    seed: int
-    run: int
-    real: Real
-    method: Method
-    rtol: float
-    atol: float
-    step: float | None
-    max_steps: int
+    Attributes
+    ----------
+    kind : {"number", "count", "word"}
+        A finite number, a whole one, or one of `words`.
+    text, unit : str
+        One line for people, and the unit in which a number is given.
+    default, otherwise : object, str
+        What holds unless given; for None, `otherwise` says it in words.
+    least, above, below : float, optional
+        Bounds of a number: at least, larger than, smaller than.
+    words : tuple of str
+        What a word may be.
+    refused : mapping of str to str
+        Places that do not take the option, each with what to do instead.
+    name : str
+        Of the field.
+    """
+
+    kind: Kind
+    text: str
+    unit: str = ""
+    default: object = None
+    otherwise: str = ""
+    least: float | None = None
+    above: float | None = None
+    below: float | None = None
+    words: tuple[str, ...] = ()
+    refused: Mapping[Place, str] = field(default_factory=dict)
+    name: str = ""
+
+    @property
+    def allowed(self) -> str:
+        """What a value must be, in words."""
+        if self.words:
+            return either(self.words)
+        kind, digits = ("a whole number", ".0f") if self.kind == "count" else ("a number", ".3g")
+        bounds = ((">", self.above), (">=", self.least), ("<", self.below))
+        return f"{kind} {' and '.join(f'{sign} {value:{digits}}' for sign, value in bounds if value is not None)}"
+
+    @property
+    def help(self) -> str:
+        """The text with the words or the unit, and what holds unless given."""
+        kind = f": {either(self.words)}" if self.words else f", {self.unit}" if self.unit else ""
+        otherwise = self.otherwise or ("" if self.default in (None, MISSING) else f"{self.default}")
+        return f"{self.text}{kind}{f'; {otherwise} unless given' if otherwise else ''}."
+
+    def check(self, value: object, origin: str, place: Place | None = None) -> Any:
+        """Return a value, or what a text says, as this option takes it.
+
+        Raises
+        ------
+        InputError
+            For anything else, and where the place does not take the option.
+        """
+        if place is not None and place in self.refused:
+            raise bad_value(self.name, value, self.refused[place], origin)
+        if value is None and self.default is None:
+            return None
+        if self.words:
+            if value not in self.words:
+                raise bad_value(self.name, value, self.allowed, origin)
+            return value
+        result = number(self.name, value, origin)
+        whole = self.kind == "count" and result.is_integer()
+        if not self._holds(result) or (self.kind == "count" and not whole):
+            raise bad_value(self.name, result if isinstance(value, str) else value, self.allowed, origin)
+        return int(result) if whole else result
+
+    def _holds(self, value: float) -> bool:
+        return (
+            (self.above is None or value > self.above)
+            and (self.least is None or value >= self.least)
+            and (self.below is None or value < self.below)
+        )
 
 
-OPTIONS = tuple(field.name for field in fields(Asked))
+def number_row(text: str, unit: str = "", **more: Any) -> dict[str, Option]:
+    """Return the metadata of a field that is a number."""
+    return {"option": Option("number", text, unit, **more)}
 
 
-def pose(
-    model: Model,
-    law: Controller,
-    scenario: Scenario,
-    resolved: Resolved,
-    x0: FloatArray,
-    asked: Asked,
-    suffix: str,
-    progress: Progress | None,
-    origin: str,
-) -> Problem:
-    """Check how the run is to be integrated and sampled, and fill in what was not asked for."""
-    end = positive("t_end", scenario.duration if asked.t_end is None else asked.t_end, origin)
-    dt = positive("dt_out", scenario.step if asked.dt_out is None else asked.dt_out, origin)
-    own = None if law.period is None else resolved.values[law.period]
-    hold = own if asked.hold is None else positive("hold", asked.hold, origin)
-    delay = count("delay", asked.delay, 0, origin)
-    check_law(model, law, hold, delay, origin)
-    ticks, record_every, hold_every = ticks_of(end, dt, hold, origin)
-    return Problem(
-        model=model,
-        controller=law,
-        p=resolved.p,
-        c=resolved.c,
-        s=resolved.s,
-        x0=x0,
-        z0=_memory(model, law, resolved, x0),
-        noise=_noise(model, len(ticks), hold_every, asked, origin),
-        suffix=suffix,
-        real=_real(model, asked.real, hold, origin),
-        t=ticks,
-        dt=dt,
-        hold=hold,
-        record_every=record_every,
-        hold_every=hold_every,
-        delay=delay,
-        method=checked_method(asked.method, origin),
-        rtol=tolerance("rtol", asked.rtol, SMALLEST_RTOL, origin),
-        atol=tolerance("atol", asked.atol, SMALLEST_ATOL, origin),
-        step=positive("step", min(dt, hold or dt) if asked.step is None else asked.step, origin),
-        max_steps=count("max_steps", asked.max_steps, 1, origin),
-        progress=progress,
+def count_row(text: str, least: int = 0, **more: Any) -> dict[str, Option]:
+    """Return the metadata of a field that is a whole number."""
+    return {"option": Option("count", text, least=least, below=_COUNT_BELOW, **more)}
+
+
+def word_row(text: str, words: tuple[str, ...], **more: Any) -> dict[str, Option]:
+    """Return the metadata of a field that is one of several words."""
+    return {"option": Option("word", text, words=words, **more)}
+
+
+def rows(table: type) -> dict[str, Option]:
+    """Return the options among the fields of a dataclass; one that must be given has `MISSING` for a default."""
+    return {
+        f.name: replace(f.metadata["option"], name=f.name, default=f.default)
+        for f in fields(table)
+        if "option" in f.metadata
+    }
+
+
+_BY_BOARD: dict[Place, str] = {"board": "left out: the board decides it"}
+_IN_BATCH: dict[Place, str] = {"run": "left out: only a batch has it", "board": "left out: only a batch has it"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """Options of a run, checked; the fields say what each one is.
+
+    Raises
+    ------
+    InputError
+        For a value that its row does not allow.
+    """
+
+    t_end: float | None = field(
+        default=None,
+        metadata=number_row(
+            "End time",
+            "s",
+            otherwise="the scenario's duration",
+            above=0.0,
+            refused={"board": "left out: the number of samples decides it"},
+        ),
+    )
+    dt_out: float | None = field(
+        default=None,
+        metadata=number_row(
+            "Sampling step of the result; the end is sampled too",
+            "s",
+            otherwise="the scenario's step",
+            above=0.0,
+            refused=_BY_BOARD,
+        ),
+    )
+    hold: float | None = field(
+        default=None,
+        metadata=number_row(
+            "Sample the law once in so long and hold its input in between; `dt_out` times a whole number, or a part",
+            "s",
+            otherwise="the law's period, or else none",
+            above=0.0,
+            refused=_BY_BOARD,
+        ),
+    )
+    delay: int = field(
+        default=0,
+        metadata=count_row(
+            "Samples between computing an input and applying it, zero input before; needs a sampled law"
+        ),
+    )
+    seed: int = field(
+        default=0,
+        metadata=count_row(
+            "What the measurement noise starts from", refused={"batch": "given with --seed, or as seed of the batch"}
+        ),
+    )
+    run: int = field(
+        default=0,
+        metadata=count_row(
+            "Which run of a batch with this seed has the same noise",
+            refused={"batch": "left out: a batch counts its runs"},
+        ),
+    )
+    real: Real = field(
+        default="double",
+        metadata=word_row(
+            "What a sampled law computes with; float needs the C backend",
+            get_args(Real),
+            refused={"batch": "left out: a batch computes in double", **_BY_BOARD},
+        ),
+    )
+    method: Method = field(
+        default="dop853", metadata=word_row("Integration method, adaptive in its step but for rk4", METHODS)
+    )
+    rtol: float = field(
+        default=1e-11, metadata=number_row("Relative tolerance of the adaptive methods", least=SMALLEST_RTOL, below=1.0)
+    )
+    atol: float = field(
+        default=1e-11,
+        metadata=number_row("Absolute tolerance of the adaptive methods", least=_SMALLEST_ATOL, below=1.0),
+    )
+    step: float | None = field(
+        default=None, metadata=number_row("Largest step of rk4", "s", otherwise="the sampling step", above=0.0)
+    )
+    max_steps: int = field(
+        default=100_000, metadata=count_row("Trial steps between two samples after which the run ends", least=1)
+    )
+    backend: BackendName | None = field(
+        default=None,
+        metadata=word_row(
+            "The generated C or the generated Python module",
+            get_args(BackendName),
+            otherwise="c where there is a compiler",
+            refused={"batch": "left out: a batch runs compiled code", **_BY_BOARD},
+        ),
+    )
+    profile: Profile = field(
+        default="portable",
+        metadata=word_row(
+            "Whether a run has the same bits on every machine, or may contract products and sums",
+            get_args(Profile),
+            refused=_IN_BATCH,
+        ),
     )
 
+    def __post_init__(self) -> None:
+        for name, row in OPTIONS.items():
+            object.__setattr__(self, name, row.check(getattr(self, name), "the call"))
 
-def variant_suffix(manifest: Manifest, chosen: Mapping[str, object], origin: str) -> str:
-    """Return what the names of the chosen variant's functions end with."""
-    for name, value in chosen.items():
-        allowed = manifest.choices[name].values
-        if value not in allowed:
-            raise bad_value(name, value, " or ".join(map(repr, allowed)), origin)
-    values = [str(chosen[c.name]) for c in manifest.choices.values() if chosen.get(c.name, c.values[0]) != c.values[0]]
-    suffix = "".join(f"_{value}" for value in values)
-    if f"rhs{suffix}" not in manifest.functions:
-        raise InputError(f"{manifest.model} has no variant for {' with '.join(values)} (from {origin})")
-    return suffix
+    def changes(self) -> dict[str, Any]:
+        """Return by name what differs from the defaults."""
+        return {name: value for name, row in OPTIONS.items() if (value := getattr(self, name)) != row.default}
 
 
-def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:
-    """Return a sampled law's memory before its first sample."""
-    if not law.memory:
-        return np.empty(0)
-    r = model.functions["reference"](0.0, resolved.p, resolved.s)
-    return np.array(model.functions[f"{identifier(law.name)}_start"](x0, r, resolved.p, resolved.c))
+OPTIONS = rows(RunOptions)
 
 
-def _real(model: Model, real: Real, hold: float | None, origin: str) -> Real:
-    if real not in ("double", "float"):
-        raise bad_value("real", real, "double or float", origin)
-    if real == "float" and (hold is None or model.backend != "c"):
-        raise bad_value("real", real, "double unless a sampled law runs on the C backend", origin)
-    return real
+def read_options(settings: Mapping[str, object], place: Place, origin: str) -> tuple[RunOptions, dict[str, object]]:
+    """Return the options among settings, checked, and the other settings: choices of the model, and parameters.
+
+    Parameters
+    ----------
+    settings : mapping of str to object
+        Values, or texts of numbers, by name.
+    place : {"run", "batch", "board"}
+        Where they are to hold.
+    origin : str
+        How error messages call the settings.
+
+    Raises
+    ------
+    InputError
+        For an option that its row or the place does not allow.
+    """
+    options = {name: OPTIONS[name].check(value, origin, place) for name, value in settings.items() if name in OPTIONS}
+    return RunOptions(**options), {name: value for name, value in settings.items() if name not in OPTIONS}
 
 
-def _noise(model: Model, ticks: int, hold_every: int | None, asked: Asked, origin: str) -> FloatArray:
-    """Return standard normal numbers for each evaluation of a sampled law."""
-    evaluations = 0 if hold_every is None else (ticks - 1) // hold_every + 1
-    seed, run = count("seed", asked.seed, 0, origin), count("run", asked.run, 0, origin)
-    return normals(seed, run, evaluations, len(model.manifest.noise), native=model.backend == "c")
+def split_settings(
+    settings: Mapping[str, object], choices: Collection[str], place: Place, origin: str
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the parameters among settings, and options with choices, as `Campaign` and `simulate` take them.
+
+    Parameters
+    ----------
+    settings : mapping of str to object
+        Values, or texts of numbers, by name.
+    choices : collection of str
+        Names of the model's choices.
+    place, origin : str
+        As for `read_options`.
+
+    Raises
+    ------
+    InputError
+        For an option that its row or the place does not allow. Who knows the parameters checks those.
+    """
+    options, others = read_options(settings, place, origin)
+    selection = {name: others.pop(name) for name in choices if name in others}
+    return {name: _number_of(value) for name, value in others.items()}, {**options.changes(), **selection}
 
 
-def check_law(model: Model, law: Controller, hold: float | None, delay: int, origin: str) -> None:
-    """Refuse what a law cannot do: run without samples, or be delayed without them."""
-    names = {identifier(name) for name in model.manifest.functions}
-    if hold is None and f"{identifier(law.name)}_loop" not in names:
-        raise InputError(f"{law.name} is a sampled law without a period of its own: set hold, in seconds")
-    if hold is None and delay:
-        raise bad_value("delay", delay, f"0 unless hold is set: {law.name} is continuous in time", origin)
+def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str) -> dict[str, Any]:
+    """Return parameters that come in a mapping and by name, or raise InputError when one comes twice."""
+    twice = [name for name in others if name in parameters]
+    if twice:
+        raise InputError(f"{twice[0]} is given twice (from {origin}): in `parameters` and as an option")
+    return {**parameters, **others}
 
 
-def checked_method(method: str, origin: str) -> Method:
-    """Return an integration method, or raise InputError."""
-    if method not in METHODS:
-        raise bad_value("method", method, "dop853, dopri5, rock4 or rk4", origin)
-    return method
+def either(words: Iterable[str]) -> str:
+    """Return words as in "a, b or c"."""
+    *others, last = words
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def _number_of(value: object) -> object:
+    """Return the number that a text says; a text that says none stays, to be refused by name."""
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value

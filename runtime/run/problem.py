@@ -1,23 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a closed loop is asked to do and what it answers, the same for every backend."""
+"""One closed loop as every backend takes it, posed from what a caller asks, and what a backend answers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Literal
+
+import numpy as np
+
+from mehvar.errors import InputError, bad_value, unknown_name
 
 from ..model.functions import FloatArray, Real
-from ..model.manifest import Controller
+from ..model.manifest import Controller, Manifest, Scenario, identifier
 from ..model.model import Model
+from ..model.parameters import Resolved
+from .noise import normals
+from .options import OPTIONS, Method, RunOptions
+from .ticks import ticks_of
 
-Method = Literal["dop853", "dopri5", "rock4", "rk4"]
 Progress = Callable[[float, float], None]
 Law = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """A sampled law evaluated elsewhere: state as measured, reference, applied input, memory -> input, memory."""
 
-METHODS: tuple[Method, ...] = ("rk4", "dopri5", "dop853", "rock4")  # numbered as in the native integrator
 STAGES = 16  # the most that a method has: MV_STAGES of the native integrator
 
 
@@ -63,7 +68,7 @@ class Problem:
     delay : int
         Samples of the law between computing an input and applying it; zero input before.
     method : str
-        "dop853", "dopri5", "rock4" or "rk4".
+        One of `METHODS`.
     rtol, atol : float
         Tolerances of the adaptive methods.
     step : float
@@ -120,3 +125,89 @@ class Trajectory:
     t_stop: float
     x_stop: FloatArray
     statistics: Mapping[str, int]
+
+
+def pose(
+    model: Model,
+    law: Controller,
+    scenario: Scenario,
+    resolved: Resolved,
+    x0: FloatArray,
+    options: RunOptions,
+    suffix: str,
+    progress: Progress | None,
+    origin: str,
+) -> Problem:
+    """Return the problem that options, scenario and parameters describe, or raise InputError."""
+    end = OPTIONS["t_end"].check(options.t_end or scenario.duration, origin)
+    dt = OPTIONS["dt_out"].check(options.dt_out or scenario.step, origin)
+    hold = options.hold or (None if law.period is None else resolved.values[law.period])
+    check_law(model, law, hold is not None, options.delay, origin)
+    if options.real == "float" and (hold is None or model.backend != "c"):
+        raise bad_value("real", options.real, "double unless a sampled law runs on the C backend", origin)
+    ticks, record_every, hold_every = ticks_of(end, dt, hold, origin)
+    return Problem(
+        model=model,
+        controller=law,
+        p=resolved.p,
+        c=resolved.c,
+        s=resolved.s,
+        x0=x0,
+        z0=_memory(model, law, resolved, x0),
+        noise=_noise(model, len(ticks), hold_every, options),
+        suffix=suffix,
+        real=options.real,
+        t=ticks,
+        dt=dt,
+        hold=hold,
+        record_every=record_every,
+        hold_every=hold_every,
+        delay=options.delay,
+        method=options.method,
+        rtol=options.rtol,
+        atol=options.atol,
+        step=options.step or min(dt, hold or dt),
+        max_steps=options.max_steps,
+        progress=progress,
+    )
+
+
+def variant_suffix(manifest: Manifest, choices: Mapping[str, object], origin: str) -> str:
+    """Return what the names of the functions of a variant end with."""
+    for name, value in choices.items():
+        if name not in manifest.choices:
+            raise unknown_name(f"option or choice of {manifest.model}", name, (*OPTIONS, *manifest.choices), origin)
+        words = manifest.choices[name].values
+        if value not in words:
+            raise bad_value(name, value, " or ".join(map(repr, words)), origin)
+    values = [
+        str(choices[c.name]) for c in manifest.choices.values() if choices.get(c.name, c.values[0]) != c.values[0]
+    ]
+    suffix = "".join(f"_{value}" for value in values)
+    if f"rhs{suffix}" not in manifest.functions:
+        raise InputError(f"{manifest.model} has no variant for {' with '.join(values)} (from {origin})")
+    return suffix
+
+
+def check_law(model: Model, law: Controller, sampled: bool, delay: int, origin: str) -> None:
+    """Refuse what a law cannot do: run without samples, or be delayed without them."""
+    names = {identifier(name) for name in model.manifest.functions}
+    if not sampled and f"{identifier(law.name)}_loop" not in names:
+        raise InputError(f"{law.name} is a sampled law without a period of its own: set hold, in seconds")
+    if not sampled and delay:
+        raise bad_value("delay", delay, f"0 unless hold is set: {law.name} is continuous in time", origin)
+
+
+def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:
+    """Return a sampled law's memory before its first sample."""
+    if not law.memory:
+        return np.empty(0)
+    r = model.functions["reference"](0.0, resolved.p, resolved.s)
+    return np.array(model.functions[f"{identifier(law.name)}_start"](x0, r, resolved.p, resolved.c))
+
+
+def _noise(model: Model, ticks: int, hold_every: int | None, options: RunOptions) -> FloatArray:
+    """Return standard normal numbers for each evaluation of a sampled law."""
+    evaluations = 0 if hold_every is None else (ticks - 1) // hold_every + 1
+    size = len(model.manifest.noise)
+    return normals(options.seed, options.run, evaluations, size, native=model.backend == "c")

@@ -14,13 +14,13 @@ import numpy as np
 
 from mehvar.errors import InputError, bad_value
 
-from ..model.functions import BackendName, CBackend, FloatArray, Real
+from ..model.functions import BackendName, CBackend, FloatArray
 from ..model.manifest import Controller, Manifest, Scenario, identifier
 from ..model.model import Model, load
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted
-from .options import OPTIONS, Asked, pose, variant_suffix
-from .problem import Law, Method, Problem, Progress, Status, Trajectory
+from .options import OPTIONS, merged, read_options
+from .problem import Law, Problem, Progress, Status, Trajectory, pose, variant_suffix
 
 
 @dataclass(frozen=True)
@@ -96,17 +96,17 @@ class Run:
 
     def exceeded(self) -> list[str]:
         """Say of each report of the law that is above what it should be when, how long and by how much."""
-        found = []
+        texts = []
         for report, series in zip(self.controller.outputs, self.w.T, strict=True):
             above = np.flatnonzero(series > report.at_most)
             if above.size:
                 worst = above[np.argmax(series[above])]
-                found.append(
+                texts.append(
                     f"{report.description} is above {report.at_most:g} {report.unit} at {above.size} of {len(self.t)} "
                     f"samples from t = {self.t[above[0]]:.6g} s to {self.t[above[-1]]:.6g} s, "
                     f"most at t = {self.t[worst]:.6g} s: {series[worst]:.6g} {report.unit}"
                 )
-        return found
+        return texts
 
 
 def simulate(
@@ -115,23 +115,11 @@ def simulate(
     scenario: str | None = None,
     parameters: Mapping[str, object] | None = None,
     initial: Mapping[str, object] | None = None,
-    t_end: float | None = None,
-    dt_out: float | None = None,
-    hold: float | None = None,
-    delay: int = 0,
-    seed: int = 0,
-    run: int = 0,
-    real: Real = "double",
-    method: Method = "dop853",
-    rtol: float = 1e-11,
-    atol: float = 1e-11,
-    step: float | None = None,
-    max_steps: int = 100_000,
-    backend: BackendName | None = None,
+    *,
     progress: Progress | None = None,
     law: Law | None = None,
     origin: str = "the call",
-    **options: object,
+    **settings: object,
 ) -> Run:
     """Integrate a closed loop.
 
@@ -147,28 +135,6 @@ def simulate(
         Values of plant, law and scenario parameters by name.
     initial : mapping, optional
         States that start elsewhere than the scenario says.
-    t_end, dt_out : float, optional
-        End time and sampling step of the result, s; the scenario's unless given. The end is sampled too.
-    hold : float, optional
-        Sample the law every `hold` seconds and hold its input in between. One of `hold` and `dt_out` is an
-        integer multiple of the other. Unless given: the law's own period, or else a continuous loop.
-    delay : int
-        Samples of the law between computing an input and applying it; zero input before. A law with a parameter of
-        that name is designed for it.
-    seed, run : int
-        Of the measurement noise: run 1234 of a batch with this seed has the noise of run 1234 alone.
-    real : {"double", "float"}
-        What a sampled law computes with; float needs the C backend.
-    method : {"dop853", "dopri5", "rock4", "rk4"}
-        Integration method, adaptive but for rk4.
-    rtol, atol : float
-        Tolerances of the adaptive methods.
-    step : float, optional
-        Largest step of rk4, s; the sampling step unless given.
-    max_steps : int
-        Trial steps between two samples after which the run ends.
-    backend : {"c", "python"}, optional
-        As for `load`; a loaded model has its own.
     progress : callable, optional
         Called now and then with the time reached and the end time.
     law : callable, optional
@@ -176,8 +142,9 @@ def simulate(
         with the state as measured and the input v applied over the last period. Needs the C backend.
     origin : str
         How error messages call these arguments.
-    **options : float or str
-        Further parameters by name, as in `disturbance=0.001`, and choices of the model, as in `plant="reduced"`.
+    **settings : float or str
+        Options of the run, as in `t_end=5.0` (`RunOptions` has them all), choices of the model, as in
+        `plant="reduced"`, and further parameters by name, as in `disturbance=0.001`.
 
     Returns
     -------
@@ -189,33 +156,33 @@ def simulate(
     InputError
         For anything unknown, out of bounds or infeasible; the message says where the value came from.
     """
-    loaded = model if isinstance(model, Model) else load(model, backend)
-    if backend not in (None, loaded.backend):
-        raise bad_value("backend", backend, f"{loaded.backend!r}, as the model was loaded", origin)
-    controlled, case = loaded.manifest.controller(controller), loaded.manifest.scenario(scenario)
+    options, others = read_options(settings, "run", origin)
+    loaded = model if isinstance(model, Model) else load(model, options.backend)
+    if options.backend not in (None, loaded.backend):
+        raise bad_value("backend", options.backend, f"{loaded.backend!r}, as the model was loaded", origin)
+    manifest = loaded.manifest
+    controlled, case = manifest.controller(controller), manifest.scenario(scenario)
     started = time.perf_counter()
     loaded.evaluator.prepare()
     compile_seconds = time.perf_counter() - started
 
-    choices = {name: options.pop(name) for name in loaded.manifest.choices if name in options}
-    suffix = variant_suffix(loaded.manifest, choices, origin)
-    values = _merged(parameters or {}, options, origin)
+    suffix = variant_suffix(manifest, {name: others.pop(name) for name in manifest.choices if name in others}, origin)
+    values = merged(parameters or {}, others, origin)
     if controlled.delay:
-        values.setdefault(controlled.delay, delay)
-    known = (*OPTIONS, *loaded.manifest.choices)
-    resolved = resolve(loaded.manifest, loaded.functions, controlled, case, values, origin, known)
+        values.setdefault(controlled.delay, options.delay)
+    names = (*OPTIONS, *manifest.choices)
+    resolved = resolve(manifest, loaded.functions, controlled, case, values, origin, names)
     for text in advice(loaded.functions, controlled, resolved):
         warnings.warn(text, stacklevel=2)
     x0 = _start(loaded, case, resolved, initial or {}, origin)
-    asked = Asked(t_end, dt_out, hold, delay, seed, run, real, method, rtol, atol, step, max_steps)
-    problem = pose(loaded, controlled, case, resolved, x0, asked, suffix, progress, origin)
+    problem = pose(loaded, controlled, case, resolved, x0, options, suffix, progress, origin)
     if law is not None:
         problem = _elsewhere(problem, law, origin)
     started = time.perf_counter()
     trajectory = _integrate(problem)
     run_seconds = time.perf_counter() - started
     return Run(
-        manifest=loaded.manifest,
+        manifest=manifest,
         controller=controlled,
         scenario=case,
         backend=loaded.backend,
@@ -262,20 +229,13 @@ def _elsewhere(problem: Problem, law: Law, origin: str) -> Problem:
     return replace(problem, law=law)
 
 
-def _merged(parameters: Mapping[str, object], options: Mapping[str, object], origin: str) -> dict[str, object]:
-    twice = [name for name in options if name in parameters]
-    if twice:
-        raise InputError(f"{twice[0]} is given twice (from {origin}): in `parameters` and as an option")
-    return {**parameters, **options}
-
-
 def _start(
     model: Model, scenario: Scenario, resolved: Resolved, initial: Mapping[str, object], origin: str
 ) -> FloatArray:
     """Return the initial state, which must be finite and within the limits."""
-    given = named_values(model.state_names, f"state of {model.name} in initial", initial, origin)
+    values = named_values(model.state_names, f"state of {model.name} in initial", initial, origin)
     x0 = np.array(model.functions["initial"](resolved.p, resolved.s))
-    for name, value in given.items():
+    for name, value in values.items():
         x0[model.state_names.index(name)] = value
     for name, value in zip(model.state_names, x0, strict=True):
         if not math.isfinite(value):
@@ -286,7 +246,7 @@ def _start(
     margins = model.functions["limits"](x0, np.zeros(len(model.input_names)), resolved.p)
     for message, margin in zip(model.manifest.limits, margins, strict=True):
         if not margin > 0:
-            place = f"{origin}, initial" if given else f"scenario {scenario.name}"
+            place = f"{origin}, initial" if values else f"scenario {scenario.name}"
             text = say(message, {**resolved.values, **dict(zip(model.state_names, x0, strict=True))})
             raise InputError(f"the initial state (from {place}) is outside the limits: {text}")
     return x0

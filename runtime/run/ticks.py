@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""When a run stops to look, record and control; and the numbers that say so."""
+"""When a run stops to look, record and control."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 from mehvar.errors import InputError, bad_value
 
 from ..model.functions import FloatArray
-from ..model.parameters import number
 
 _MULTIPLE = 1e-9  # relative tolerance of "is an integer multiple of"
 _MOST_TICKS = 20_000_000
@@ -34,30 +33,6 @@ def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[Fl
     else:
         ticks[-1] = end
     return ticks, record_every, hold_every
-
-
-def positive(name: str, value: object, origin: str) -> float:
-    """Return a positive number, or raise InputError."""
-    result = number(name, value, origin)
-    if result <= 0:
-        raise bad_value(name, value, "a number > 0", origin)
-    return result
-
-
-def tolerance(name: str, value: object, least: float, origin: str) -> float:
-    """Return a tolerance between `least` and one, or raise InputError."""
-    result = number(name, value, origin)
-    if not least <= result < 1:
-        raise bad_value(name, value, f"a number in [{least:.3g}, 1)", origin)
-    return result
-
-
-def count(name: str, value: object, least: int, origin: str) -> int:
-    """Return a whole number of at least `least`, or raise InputError."""
-    result = number(name, value, origin)
-    if result != int(result) or not least <= result < 2**31:
-        raise bad_value(name, value, f"a whole number >= {least}", origin)
-    return int(result)
 
 
 def _ratio(longer: float, tick: float, other: float | None, origin: str) -> int:

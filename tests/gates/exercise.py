@@ -17,7 +17,7 @@ from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.compiling.processor import widest
 from mehvar.runtime.model.manifest import Controller
 from mehvar.runtime.model.parameters import Resolved
-from mehvar.runtime.run.problem import Method
+from mehvar.runtime.run.options import Method, RunOptions
 
 METHODS: tuple[Method, ...] = ("dop853", "dopri5", "rock4", "rk4")
 KERNELS = itertools.cycle(zip((widest(), 1) * 2 + (1, widest()) * 2, METHODS * 2, strict=True))
@@ -57,7 +57,8 @@ def block(model: Model, law: Controller, lanes: int, method: Method) -> None:
     p[:, [name.startswith("noise") for name in model.parameter_names]] = 1e-5
     x0[3, 0] = np.nan
     hold = PERIOD if law.period is None else None
-    kernel = compile_kernel(model, law.name, lanes=lanes, method=method, hold=hold, delay=1, **LOOSE)
+    options = RunOptions(method=method, hold=hold, delay=1, **LOOSE)
+    kernel = compile_kernel(model, law.name, options=options, lanes=lanes)
     kernel.run(0, p, c, s, x0, seed=1, t_end=6.0, dt=PERIOD, save_every=2 * PERIOD, threads=2)
 
 

@@ -35,6 +35,8 @@ _STATS = (
 class LinkError(MehvarError, RuntimeError):
     """The board does not answer, or answers what it should not."""
 
+    exit_status = 3
+
 
 class Flags(IntFlag):
     """What the board says with its answer to a step."""

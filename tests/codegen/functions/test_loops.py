@@ -34,6 +34,7 @@ from mehvar.models.system import (  # fmt: skip
 from mehvar.runtime import load, simulate
 from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.run.noise import normals
+from mehvar.runtime.run.options import RunOptions
 from tests.runtime.batch.one_by_one import run_alone
 
 ANY = Interval(-np.inf, np.inf, True, True)
@@ -193,7 +194,7 @@ def test_a_batch_of_it_is_the_runs_alone(folder, law, plant, options):
     p, c, s = (np.tile(v, (5, 1)) for v in (resolved.p, resolved.c, resolved.s))
     p[:, model.parameter_names.index("drag")] = np.linspace(0.1, 0.9, 5)
     x0 = np.array(model.functions["initial"](p, s))
-    kernel = compile_kernel(model, law, {"plant": plant}, **options)
+    kernel = compile_kernel(model, law, {"plant": plant}, RunOptions(**options))
     result = kernel.run(2, p, c, s, x0, seed=7, t_end=5.0, dt=0.1, save_every=0.1)
     expected = run_alone(model, kernel, p, c, s, x0, t_end=5.0, dt=0.1, seed=7, first_run=2)
     for name in ("final", "minimum", "maximum", "status", "t_stop", "steps", "series"):
@@ -207,7 +208,7 @@ def test_lanes_threads_chunks_and_compilers_do_not_change_a_bit_of_a_batch(folde
         p, c, s = (np.tile(v, (11, 1)) for v in (resolved.p, resolved.c, resolved.s))
         p[:, model.parameter_names.index("drag")] = np.linspace(0.1, 0.9, 11)
         vectors = [v[chosen] for v in (p, c, s, np.array(model.functions["initial"](p, s)))]
-        kernel = compile_kernel(model, "sum-law", delay=1, lanes=lanes)
+        kernel = compile_kernel(model, "sum-law", options=RunOptions(delay=1), lanes=lanes)
         result = kernel.run(chosen.start or 0, *vectors, seed=3, t_end=5.0, dt=0.1, save_every=0.5, threads=threads)
         return list(vars(result).values())
 

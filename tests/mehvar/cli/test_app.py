@@ -204,7 +204,7 @@ def test_a_reader_that_leaves_is_no_failure(tmp_path):
     assert (tmp_path / "run.nc").is_file()
 
 
-@pytest.mark.parametrize("where", ["mehvar.cli.show.list_models", "mehvar.cli.app._Commands.parse_args"])
+@pytest.mark.parametrize("where", ["mehvar.cli.list.known_models", "mehvar.cli.app._Commands.parse_args"])
 def test_ctrl_c_is_told_in_one_line(where):
     home, name = where.rsplit(".", 1)
     code = (

@@ -155,7 +155,7 @@ def test_a_batch_in_memory() -> None:
 @pytest.mark.parametrize(
     ("toml", "message"),
     [
-        ("n = 0", "campaign.toml: n = 0: .*greater than or equal to 1"),
+        ("n = 0", r"n = 0 \(from .*campaign.toml\): must be a whole number >= 1"),
         ("n = 5\nnn = 3", "campaign.toml: nn is not known; known: model, controller, n"),
         ("n = 5\nsampling = 'halton'", "campaign.toml: sampling = 'halton'.*'latin'"),
         ("n = 5\nsave = { evry = 1 }", "campaign.toml: save.e"),

@@ -21,7 +21,7 @@ def run_alone(
 ) -> Block:
     """Do what `kernel` does, with every sample in the series."""
     manifest, law = model.manifest, kernel.loop.controller
-    hold = kernel.hold
+    hold = kernel.options.hold
     if hold is None and law.period is not None:
         hold = float(p[0, model.parameter_names.index(law.period)])
     t, record_every, hold_every = ticks_of(t_end, dt, hold, "the test")
@@ -38,10 +38,11 @@ def run_alone(
             r = model.functions["reference"](0.0, p[i], s[i])
             z0 = np.array(model.functions[f"{identifier(law.name)}_start"](x0[i], r, p[i], c[i]))
         noise = normals(seed, first_run + i, evaluations, len(manifest.noise))
-        step = kernel.step or min(dt, hold or dt)
+        step = kernel.options.step or min(dt, hold or dt)
         problem = Problem(
             model, law, p[i], c[i], s[i], x0[i], z0, noise, kernel.loop.suffix, "double", t, dt, hold, record_every,
-            hold_every, kernel.delay, kernel.loop.method, kernel.rtol, kernel.atol, step, kernel.max_steps, None,
+            hold_every, kernel.options.delay, kernel.loop.method, kernel.options.rtol, kernel.options.atol, step,
+            kernel.options.max_steps, None,
         )  # fmt: skip
         assert isinstance(model.evaluator, CBackend)
         one = compiled.run(problem, model.evaluator)

@@ -14,6 +14,7 @@ import pytest
 
 from mehvar import runtime
 from mehvar.errors import InputError
+from mehvar.runtime.batch import fill
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, Blocks
 from mehvar.runtime.batch.fill import ImpossibleRunError, plan_of, run_batch
 from mehvar.runtime.batch.plan import Campaign, Plan
@@ -156,7 +157,7 @@ def test_strict_stops_at_the_first_impossible_run(triangle: runtime.Model, tmp_p
         ({"options": {"t_end": -1.0}}, "t_end = -1.0"),
         ({"options": {"method": "euler"}}, "method = 'euler'"),
         ({"options": {"profile": "slow"}}, "profile = 'slow'"),
-        ({"save_every": 0.015}, "save every = 0.015.*multiple of the sampling step 0.01 s"),
+        ({"save_every": 0.015}, "save_every = 0.015.*multiple of the sampling step 0.01 s"),
         ({"controller": "pat"}, "unknown controller of triangle 'pat'"),
         ({"initial": {"rho": 0.1, "x": 1.0}}, "unknown state .* 'x'"),
     ],
@@ -261,8 +262,8 @@ def test_a_stop_rule_does_not_depend_on_the_order_of_blocks(
     rule: dict[str, Any] = {"until": "ci(success) < 0.3", "chunk": 8}
     straight = run_batch(triangle, campaign, tmp_path / "straight.zarr", **rule)
     assert straight.n < 240
-    real = runtime.batch.fill._here
-    monkeypatch.setattr(runtime.batch.fill, "_here", lambda blocks: lambda wanted: real(blocks)(wanted[::-1]))
+    real = fill._here
+    monkeypatch.setattr(fill, "_here", lambda blocks: lambda missing: real(blocks)(missing[::-1]))
     run_batch(triangle, campaign, tmp_path / "backwards.zarr", **rule)
     assert contents(tmp_path / "backwards.zarr") == contents(tmp_path / "straight.zarr")
 

@@ -11,6 +11,7 @@ import pytest
 from mehvar import runtime
 from mehvar.runtime import InputError
 from mehvar.runtime.batch.kernel import Block, compile_kernel
+from mehvar.runtime.run.options import RunOptions
 from mehvar.runtime.run.problem import Status
 from tests.runtime.batch.one_by_one import run_alone
 
@@ -59,9 +60,11 @@ def equal(found: Block, expected: Block, names=EXACT) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_lane_is_the_run_alone(case):
-    name, law, options, t_end, dt = CASES[case]
+    name, law, settings, t_end, dt = CASES[case]
+    choices = settings.get("choices", {})
+    options = RunOptions(**{name: value for name, value in settings.items() if name != "choices"})
     vectors = dispersed(name, law, 6)
-    kernel = compile_kernel(model(name), law, **options)
+    kernel = compile_kernel(model(name), law, choices, options)
     found = kernel.run(3, *vectors, seed=5, t_end=t_end, dt=dt, save_every=dt)
     expected = run_alone(model(name), kernel, *vectors, t_end=t_end, dt=dt, seed=5, first_run=3)
     equal(found, expected)
@@ -78,7 +81,7 @@ def test_the_pendulum_with_memory_and_a_moving_reference(pendulum):
         vectors = [np.tile(v, (5, 1)) for v in (resolved.p, resolved.c, resolved.s)]
         x0 = np.array(pendulum.functions["initial"](vectors[0], vectors[2]))
         x0[:, 0] += np.linspace(-0.1, 0.1, 5)
-        kernel = compile_kernel(pendulum, law, hold=hold, rtol=1e-9, atol=1e-9)
+        kernel = compile_kernel(pendulum, law, options=RunOptions(hold=hold, rtol=1e-9, atol=1e-9))
         found = kernel.run(0, *vectors, x0, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
         equal(found, run_alone(pendulum, kernel, *vectors, x0, t_end=3.0, dt=0.1))
 
@@ -86,7 +89,7 @@ def test_the_pendulum_with_memory_and_a_moving_reference(pendulum):
 def test_the_fast_profile_agrees_within_tolerances():
     vectors = dispersed("slosh", "lyapunov-v2", 4)
     portable, fast = (
-        compile_kernel(model("slosh"), "lyapunov-v2", profile=profile, rtol=1e-10, atol=1e-10).run(
+        compile_kernel(model("slosh"), "lyapunov-v2", options=RunOptions(profile=profile, rtol=1e-10, atol=1e-10)).run(
             0, *vectors, seed=0, t_end=5.0, dt=1.0
         )
         for profile in ("portable", "fast")
@@ -97,8 +100,7 @@ def test_the_fast_profile_agrees_within_tolerances():
 
 def test_lanes_that_fail_do_not_harm_their_neighbours():
     p, c, s, x0 = dispersed("triangle", "path", 8)
-    options = {"hold": 0.1, "rtol": 1e-8, "atol": 1e-8}
-    kernel = compile_kernel(model("triangle"), "path", **options)
+    kernel = compile_kernel(model("triangle"), "path", options=RunOptions(hold=0.1, rtol=1e-8, atol=1e-8))
     healthy = kernel.run(0, p, c, s, x0, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
     c_bad, x0_bad = c.copy(), x0.copy()
     c_bad[1] = np.nan
@@ -118,7 +120,7 @@ def test_lanes_that_fail_do_not_harm_their_neighbours():
 def test_a_lane_that_needs_too_many_steps_is_retired_alone():
     vectors = dispersed("slosh", "lyapunov-v2", 4)
     vectors[3][1, model("slosh").state_names.index("phi1_dot")] = 20.0
-    kernel = compile_kernel(model("slosh"), "lyapunov-v2", rtol=1e-6, atol=1e-6, max_steps=40)
+    kernel = compile_kernel(model("slosh"), "lyapunov-v2", options=RunOptions(rtol=1e-6, atol=1e-6, max_steps=40))
     found = kernel.run(0, *vectors, seed=0, t_end=2.0, dt=1.0, save_every=1.0)
     assert found.status.tolist() == [Status.DONE, Status.TOO_MANY_STEPS, Status.DONE, Status.DONE]
     equal(found, run_alone(model("slosh"), kernel, *vectors, t_end=2.0, dt=1.0))
@@ -133,11 +135,13 @@ def test_stops_when_told_to():
 def test_refuses_what_it_cannot_do():
     triangle, satellite = model("triangle"), model("satellite")
     with pytest.raises(InputError, match=r"profile = 'quick'.*portable or fast"):
-        compile_kernel(triangle, "path", profile="quick")
+        RunOptions(profile="quick")
+    with pytest.raises(InputError, match=r"real = 'float'.*a batch computes in double"):
+        compile_kernel(triangle, "path", options=RunOptions(real="float"))
     with pytest.raises(InputError, match=r"lanes = 3.*1, 2, 4 or 8"):
         compile_kernel(triangle, "path", lanes=3)
     with pytest.raises(InputError, match=r"delay = 1.*hold"):
-        compile_kernel(triangle, "path", delay=1)
+        compile_kernel(triangle, "path", options=RunOptions(delay=1))
     p, c, s, x0 = dispersed("satellite", "pd", 2)
     p[1, satellite.parameter_names.index("Ts")] *= 2
     with pytest.raises(InputError, match=r"Ts.*same in all runs"):

@@ -132,7 +132,7 @@ def test_what_cannot_be_run_is_refused():
         (BoardRequest("mrac", "unicorn", "stm32f9"), "did you mean stm32f4"),
         (BoardRequest("mrac", compiler="icc"), "known: zig, gcc"),
         (BoardRequest("mrac", "sil", samples=1), "must be a whole number >= 2"),
-        (BoardRequest("mrac", "sil", raw=True, values={"F0": 2.0}), "bare link"),
+        (BoardRequest("mrac", "sil", raw=True, parameters={"F0": 2.0}), "bare link"),
         (BoardRequest("mrac", "sil", journal=Path("/no/such/folder/journal")), "journal = .*No such file"),
         (BoardRequest("mrac", "/dev/no-such-port"), "sil, unicorn, qemu, qemu-pty, or a serial port"),
     ):

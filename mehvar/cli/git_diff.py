@@ -1,20 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What git calls to show a changed equations.json: an external diff and a textconv."""
+"""`mehvar git-diff`: how git shows a changed equations.json as an external diff."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from mehvar.codegen.equations.document import Row, Symbol
-from mehvar.codegen.equations.formula import Printer
 from mehvar.comparison.compare import compare_documents, read_equations
 from mehvar.errors import InputError
 from mehvar.terminal import print_lines
 
 _NOWHERE = "/dev/null"
+
+
+def command(
+    arguments: Annotated[list[str], typer.Argument(help="What git passes to an external diff.")],
+) -> None:
+    """Compare the two versions that git names."""
+    external_diff(arguments)
 
 
 def external_diff(arguments: Sequence[str]) -> None:
@@ -42,31 +48,3 @@ def external_diff(arguments: Sequence[str]) -> None:
         typer.echo(f"  cannot be compared here, but mehvar diff can derive it: {error}")
         return
     print_lines((indent + 2, text) for indent, text in compare_documents(before, after).lines())
-
-
-def textconv(file: Path) -> str:
-    """Return an equations.json as text for git to compare: names, titles, and one term a line.
-
-    One of another schema, or damaged, is returned as it is.
-    """
-    try:
-        document = read_equations(file)
-    except InputError:
-        return file.read_text(encoding="utf-8")
-    printer = Printer(document.nodes)
-    declared = [_symbol(symbol) for symbol in document.symbols if symbol.unit]
-    text = [f"model {document.model}", *declared]
-    for row in document.rows:
-        text += _row(row, printer)
-    return "\n".join(text) + "\n"
-
-
-def _symbol(symbol: Symbol) -> str:
-    return f"{symbol.role} {symbol.name} [{symbol.unit}] {symbol.bounds} {symbol.source}".rstrip()
-
-
-def _row(row: Row, printer: Printer) -> Iterator[str]:
-    title = " ".join(part for part in (row.kind, row.name, row.number, row.title) if part)
-    yield f"{title} [{row.unit}]" if row.unit else title
-    for k, term in enumerate(printer.terms(row.node)):
-        yield f"    {term.strip()}" if k else f"  = {term.strip()}"

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar board build`: the firmware of a law, and its sources for a project of one's own."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Raw, Scenario, Target, compiled
+from mehvar.runtime.board.image.build import Image, compile_commands, sources, write_sources
+from mehvar.runtime.board.image.elf import read_elf
+from mehvar.runtime.board.run import BoardRequest, build_image
+from mehvar.runtime.files import check_folder, filling
+from mehvar.terminal import print_table
+
+
+def command(
+    model: ModelName,
+    controller: Law,
+    board: Board = None,
+    compiler: Compiler = None,
+    scenario: Scenario = None,
+    target: Target = "unicorn",
+    raw: Raw = False,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write sources, fragments and images here.")] = None,
+) -> None:
+    """Compile a firmware; with a folder, write its sources and images there."""
+    if out is not None:
+        check_folder(out)
+    image = build_image(compiled(model), BoardRequest(controller, target, board, compiler, scenario, raw=raw))
+    _print_image(image)
+    if out is not None:
+        export(image, out)
+        typer.echo(f"wrote {out}")
+
+
+def export(image: Image, out: Path) -> None:
+    """Write sources, a CMake and a Make fragment, and the image into a folder that a vendor's project can take."""
+    model = image.program.model.manifest.model
+    texts = sources(image.program, image.board)
+    law = f"{model}.c"
+    portable = [law, "app.c", "link.c", "raw.c" if image.program.raw else "server.c"]
+    commands = compile_commands(texts, model, image.board, image.toolchain)
+    texts["mehvar.mk"] = _make_fragment(portable)
+    texts["mehvar.cmake"] = _cmake_fragment(portable)
+    texts["build.sh"] = "set -e\n" + "".join(f"{shlex.join(command)}\n" for command in commands)
+    with filling(out) as folder:
+        write_sources(folder, texts)
+        shutil.copyfile(image.path, folder / "firmware.elf")
+        if image.board is not None:
+            (folder / "firmware.bin").write_bytes(_flash_contents(image.path))
+
+
+def _flash_contents(elf: Path) -> bytes:
+    segments = sorted(read_elf(elf).segments)
+    first = segments[0][0]
+    binary = bytearray()
+    for address, content in segments:
+        binary += b"\xff" * (address - first - len(binary)) + content
+    return bytes(binary)
+
+
+def _make_fragment(portable: Sequence[str]) -> str:
+    return (
+        "# SPDX-License-Identifier: Apache-2.0\n"
+        "# Law, mathematics and link for your project: set MEHVAR to this folder and include this file. Write the\n"
+        "# functions of mehvar/board.h for your board; call those of mehvar/server.h as main.c does.\n"
+        f"MEHVAR_SOURCES = {' '.join(f'$(MEHVAR)/{name}' for name in portable)}\n"
+        "MEHVAR_CFLAGS = -I$(MEHVAR) -DMEHVAR_FLOAT -DMEHVAR_SMALL -ffp-contract=off -fno-math-errno\n"
+    )
+
+
+def _cmake_fragment(portable: Sequence[str]) -> str:
+    files = " ".join(f"${{CMAKE_CURRENT_LIST_DIR}}/{name}" for name in portable)
+    return (
+        "# SPDX-License-Identifier: Apache-2.0\n"
+        "# Law, mathematics and link as a library: include this file and link your program with `mehvar`. Write the\n"
+        "# functions of mehvar/board.h for your board; call those of mehvar/server.h as main.c does.\n"
+        f"add_library(mehvar STATIC {files})\n"
+        "target_include_directories(mehvar PUBLIC ${CMAKE_CURRENT_LIST_DIR})\n"
+        "target_compile_definitions(mehvar PUBLIC MEHVAR_FLOAT MEHVAR_SMALL)\n"
+        "target_compile_options(mehvar PUBLIC -ffp-contract=off -fno-math-errno)\n"
+    )
+
+
+def _print_image(image: Image) -> None:
+    board = "software in the loop" if image.board is None else image.board.title
+    rows = [["board", board], ["compiler", image.toolchain.version], ["image", str(image.path)]]
+    if image.board is not None:
+        elf = read_elf(image.path)
+        rows += [["flash", f"{elf.flash} bytes"], ["static RAM", f"{elf.ram} bytes and {elf.stack} for the stack"]]
+    print_table("", ["", ""], rows)

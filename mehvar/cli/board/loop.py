@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The closed loop that the commands build, run and report: its arguments, the request, the outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Annotated
+
+import typer
+
+from mehvar.runtime.board.run import BoardRequest, Outcome, ended, run_on_board
+from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.run.options import split_settings
+from mehvar.settings import read_settings
+from mehvar.terminal import working
+
+ModelName = Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")]
+Law = Annotated[str, typer.Option("--controller", metavar="C", help="The control law.")]
+Board = Annotated[
+    str | None,
+    typer.Option("--board", metavar="B", help="stm32f4 (default), stm32f4-usart2, mps2-m3, mps2-m4f or mps2-m7."),
+]
+Compiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="gcc when installed, else zig.")]
+Scenario = Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")]
+Target = Annotated[
+    str, typer.Option(metavar="T", help="sil (a process here), unicorn, qemu, qemu-pty, or a serial port.")
+]
+Samples = Annotated[int, typer.Option(metavar="N", help="Evaluations of the law.")]
+Raw = Annotated[bool, typer.Option("--raw", help="Bare packets, as in the satellite's paper.")]
+
+
+def compiled(model: str) -> Model:
+    """Return a model on the C backend: a board and what it is compared with run the same C."""
+    return load(model, backend="c")
+
+
+def with_settings(model: Model, request: BoardRequest, settings: Sequence[str] | None) -> BoardRequest:
+    """Return the request with the settings of `--set` in it."""
+    values = read_settings(settings)
+    parameters, options = split_settings(values, model.manifest.choices, "board", "--set")
+    return replace(request, parameters=parameters, options=options)
+
+
+def outcome_of(model: Model, request: BoardRequest) -> Outcome:
+    """Run a closed loop on a board.
+
+    Raises
+    ------
+    InputError
+        For a user's mistake.
+    LinkError
+        If the board does not answer.
+    """
+    with working(f"{request.controller} of {model.name} on {request.target}"):
+        return run_on_board(model, request)
+
+
+def status_of(outcome: Outcome) -> int:
+    """Return the exit status of a run."""
+    if not ended(outcome):
+        typer.echo(f"mehvar: the run ended early: {outcome.board.reason}", err=True)
+        return 3
+    return int(outcome.max_ulp > 0 or outcome.x.ulp > 0)

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar board run`: a closed loop with the law on a board, compared with the law on this machine."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mehvar.cli.board.loop import (
+    Board,
+    Compiler,
+    Law,
+    ModelName,
+    Raw,
+    Samples,
+    Scenario,
+    Target,
+    compiled,
+    outcome_of,
+    status_of,
+    with_settings,
+)
+from mehvar.errors import bad_value
+from mehvar.report.board_facts import facts
+from mehvar.runtime.board.run import BoardRequest, Outcome
+from mehvar.runtime.run.options import either
+from mehvar.settings import SettingTexts
+from mehvar.terminal import print_table
+
+FORMATS = ("text", "json")
+
+
+def command(
+    model: ModelName,
+    controller: Law,
+    target: Target = "unicorn",
+    samples: Samples = BoardRequest.samples,
+    form: Annotated[str, typer.Option("--format", metavar="|".join(FORMATS), help="How to print.")] = FORMATS[0],
+    board: Board = None,
+    compiler: Compiler = None,
+    scenario: Scenario = None,
+    settings: SettingTexts = None,
+    raw: Raw = False,
+    journal: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep what was answered; a run that was stopped goes on from it."),
+    ] = None,
+) -> int:
+    """Run, print, and return the exit status: 1 when board and host differ, 3 when the run ended early."""
+    if form not in FORMATS:
+        raise bad_value("format", form, either(FORMATS), "--format")
+    loaded = compiled(model)
+    request = BoardRequest(controller, target, board, compiler, scenario, samples, raw=raw, journal=journal)
+    outcome = outcome_of(loaded, with_settings(loaded, request, settings))
+    if form == "json":
+        typer.echo(json.dumps(facts(outcome), indent=1))
+    else:
+        _print_outcome(outcome)
+    return status_of(outcome)
+
+
+def _print_outcome(outcome: Outcome) -> None:
+    numbers = facts(outcome)
+    layout = outcome.image.program.layout
+    typer.echo(
+        f"{layout.model} {layout.law} on {numbers['target']} {numbers['board']}: {outcome.board.reason}, "
+        f"{numbers['samples']} samples, {outcome.rate:.0f} a second"
+    )
+    rows = [
+        ["board against host, in float", f"{numbers['max_ulp']} ulp", "all inputs and the law's memory, bit for bit"],
+        [
+            "float against double",
+            f"{numbers['float_against_double']['max_input']:.3g}",
+            "largest difference of an input",
+        ],
+    ]
+    if numbers["instructions_per_step"] is not None:
+        rows += [
+            ["instructions of a step", str(numbers["instructions_per_step"]), "exact, the most of all samples"],
+            ["cycles of a step", str(numbers["cycles_per_step"] or "-"), "estimate for a Cortex-M4F, no wait states"],
+        ]
+    if outcome.elf is not None:
+        rows += [["flash", f"{outcome.elf.flash} bytes", ""], ["static RAM", f"{outcome.elf.ram} bytes", ""]]
+    if outcome.stats.get("stack_used"):
+        rows += [["stack used", f"{outcome.stats['stack_used']} bytes", "high water, self-test included"]]
+    if outcome.bound is not None:
+        rows += [["stack at most", f"{outcome.bound.bytes} bytes", "bound from the image, a fault included"]]
+    if outcome.selftest is not None:
+        rows += [["self-test", f"{outcome.selftest.crc:08x}", f"CRC-32 of {outcome.selftest.samples} samples"]]
+    rows += [["image", str(outcome.image.path), outcome.image.toolchain.version]]
+    print_table("", ["", "value", ""], rows)
