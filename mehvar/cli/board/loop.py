@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from mehvar.runtime.board.run import BoardRequest, Outcome, ended, run_on_board
+from mehvar.runtime.board.run import BoardRequest, BoardRun, ended, run_on_board
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import split_settings
 from mehvar.settings import read_settings
@@ -42,7 +42,7 @@ def with_settings(model: Model, request: BoardRequest, settings: Sequence[str] |
     return replace(request, parameters=parameters, options=options)
 
 
-def outcome_of(model: Model, request: BoardRequest) -> Outcome:
+def outcome_of(model: Model, request: BoardRequest) -> BoardRun:
     """Run a closed loop on a board.
 
     Raises
@@ -56,7 +56,7 @@ def outcome_of(model: Model, request: BoardRequest) -> Outcome:
         return run_on_board(model, request)
 
 
-def status_of(outcome: Outcome) -> int:
+def status_of(outcome: BoardRun) -> int:
     """Return the exit status of a run."""
     if not ended(outcome):
         typer.echo(f"mehvar: the run ended early: {outcome.board.reason}", err=True)

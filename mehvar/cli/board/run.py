@@ -25,7 +25,7 @@ from mehvar.cli.board.loop import (
 )
 from mehvar.errors import bad_value
 from mehvar.report.board_facts import facts
-from mehvar.runtime.board.run import BoardRequest, Outcome
+from mehvar.runtime.board.run import BoardRequest, BoardRun
 from mehvar.runtime.run.options import either
 from mehvar.settings import SettingTexts
 from mehvar.terminal import print_table
@@ -62,7 +62,7 @@ def command(
     return status_of(outcome)
 
 
-def _print_outcome(outcome: Outcome) -> None:
+def _print_outcome(outcome: BoardRun) -> None:
     numbers = facts(outcome)
     layout = outcome.image.program.layout
     typer.echo(
