@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, NoReturn, Protocol
 if TYPE_CHECKING:
     from rich.text import Text
 
-    Line = tuple[int, Text]
-    """A line with its indentation."""
+Line = tuple[int, "Text"]
+"""A line with its indentation."""
 
 _NARROWEST = 40
 """Columns that are left for a line's text however narrow the terminal: below this, words are cut."""
