@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model and the ledger of its paper, once for each test_ledger_MODEL.py."""
+"""A model and the ledger of its paper, once for each MODEL/test_ledger.py."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from mehvar.models.system import System
 
 
 def _model(request: pytest.FixtureRequest) -> str:
-    return str(request.module.__name__).rpartition("test_ledger_")[2]
+    return request.path.parent.name
 
 
 @pytest.fixture(scope="module")
 def system(request: pytest.FixtureRequest) -> System:
-    found: System = importlib.import_module(f"mehvar.models.{_model(request)}").system()
-    return found
+    model: System = importlib.import_module(f"mehvar.models.{_model(request)}").system()
+    return model
 
 
 @pytest.fixture(scope="module")
