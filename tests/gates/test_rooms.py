@@ -69,6 +69,12 @@ def test_no_folder_has_a_circle(folder):
         pytest.fail(f"{name_of(folder)}: {' <- '.join(error.args[1])}")
 
 
+def test_tests_stand_where_their_subject_stands():
+    """A folder of tests has the name and the place of what it tests, but for fixtures, which hold no test."""
+    folders = {path.parent for room in ("mehvar", *BESIDE) for path in (ROOT / "tests" / room).rglob("test_*.py")}
+    assert not [str(folder) for folder in folders if not (ROOT / folder.relative_to(ROOT / "tests")).is_dir()]
+
+
 def test_rooms_are_imported_under_one_name():
     """A checkout's root is on the path when it is installed in place: `import models` would give every class twice."""
     banned = re.compile(rf"^\s*(from|import) ({'|'.join(BESIDE)})\b", re.MULTILINE)
