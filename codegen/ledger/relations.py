@@ -28,9 +28,8 @@ from .meanings import Meanings
 
 _POINTS, _BRANCHED_POINTS, _INEQUALITY_POINTS = 16, 64, 128
 """With branches every point is a draw among them: one that is taken once in ten draws is missed by 64 in 1 of 850
-cases, by 32 in 1 of 29. An inequality fails in a part of its domain: one of 1/20 is missed once in 700. Half as many give
-the same verdicts on the triangle's paper, one of each misses a misprint of 27. Without branches 16 are more than enough.
-"""
+cases, by 32 in 1 of 29. An inequality fails in a part of its domain: one of 1/20 is missed once in 700. Half as many
+give the same verdicts on the triangle's paper, one of each misses a misprint of 27. Without branches 16 are plenty."""
 _FEW = 4
 """Points before a proof is tried: a difference shows at the first one nearly always, and costs less than a proof."""
 _DRAWS = 100
