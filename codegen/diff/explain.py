@@ -22,6 +22,8 @@ _POINTS = 2
 """Of the field: an edit that fits at both by chance does so once in 2^178, and is replayed at more points anyway."""
 _TRIED = 40
 """Points among which those two are looked for; an expression that exists at none of them will not at more."""
+_VISITED = 20_000
+"""Places of an expression as written that are looked at for marks: shared nodes make their number grow without end."""
 _LARGEST_CONE = 400
 """Nodes up to which a counterexample is made simple: each of its names costs a few evaluations of all of them."""
 
@@ -113,7 +115,7 @@ class Explainer:
             return
         stack: list[tuple[int, Path]] = [(root, ())]
         visited = 0
-        while stack and visited < 20_000:
+        while stack and visited < _VISITED:
             node, path = stack.pop()
             visited += 1
             if node == part:

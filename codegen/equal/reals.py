@@ -17,12 +17,17 @@ from .pool import Pool, fraction
 from .values import Lookup, World
 
 DIGITS = 50
+"""What is promised. Computing with 90 leaves 40 to cancellation: enough for parts up to 2^43 whose errors multiply, as
+`apart` allows for. With more, every operation takes longer; with fewer, more counts as rounding."""
 _WORKING = 90
 _ROUNDING = mpmath.mpf(10) ** -(_WORKING - 5)
+"""Of one operation, with five digits for those of functions, which mpmath does not round to the last one."""
 _CONTEXT = mpmath.mp.clone()
 _CONTEXT.dps = _WORKING
 _LARGEST = 1300
+"""Bits before the point, beyond which a value counts as none: far beyond doubles, which end at 1024."""
 _FAR = Fraction(10) ** 32
+"""What goes beyond any limit that a model sets: the square of the sixteen digits of a double."""
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": _CONTEXT.sin, "cos": _CONTEXT.cos, "tan": _CONTEXT.tan, "exp": _CONTEXT.exp, "sinh": _CONTEXT.sinh,
@@ -172,7 +177,11 @@ def _real(value: Fraction) -> Any:
 
 
 def apart(left: tuple[Any, int], right: tuple[Any, int], within: Fraction = Fraction(0)) -> bool:
-    """Whether two values, each with its size, differ by more than their rounding errors and what is allowed."""
+    """Whether two values, each with its size, differ by more than their rounding errors and what is allowed.
+
+    The error of one large part may have been multiplied by another as large, hence twice the size, in up to 2^30
+    operations; and the difference itself may be known to 65 digits only.
+    """
     (a, size), (b, other) = left, right
     if isinstance(a, bool | tuple) or isinstance(b, bool | tuple):
         return bool(a != b)

@@ -20,7 +20,7 @@ _NAMED = {
 }  # fmt: skip
 _WORDS = {"True": "otherwise", "False": "never"}
 _MOST_FACTORS = 12
-"""Longer products are read as one word when nothing but a space of LaTeX, which is none, separates their factors."""
+"""Spaces of LaTeX separate nothing, so that longer products are read as one word: they get thin spaces."""
 
 
 class Spelling(ABC):

@@ -19,6 +19,8 @@ from mehvar.models.paper import Side
 Write = Callable[[Any], str]
 _MANY = 16
 """Sums that differ in more products than this are no misprint but shortened: every product is listed."""
+_LAST = 0.1
+"""How close one symbol is to another in its place, sin(x) to sin(y): below all that share a symbol of up to ten."""
 
 
 def edits(printed: Side, corrected: Side, write: Write = sp.sstr) -> tuple[str, ...]:
@@ -163,4 +165,4 @@ def _closeness(old: Any, new: Any) -> float:
     ours, theirs = set(old.atoms(sp.Symbol, sp.MatrixSymbol)), set(new.atoms(sp.Symbol, sp.MatrixSymbol))
     alone = len(ours) == len(theirs) == 1 and old.func == new.func
     common = len(set(sp.Mul.make_args(old)) & set(sp.Mul.make_args(new)))
-    return (len(ours & theirs) + common) / (len(ours | theirs) or 1) or (0.1 if alone else 0.0)
+    return (len(ours & theirs) + common) / (len(ours | theirs) or 1) or (_LAST if alone else 0.0)

@@ -27,15 +27,17 @@ from ..equal.reals import DIGITS, Point, holds
 from .meanings import Meanings
 
 _POINTS, _BRANCHED_POINTS, _INEQUALITY_POINTS = 16, 64, 128
-"""One point would do to tell functions without branches apart, and each other halves the odds of a coincidence in what
-was overlooked. With branches every point is a draw among them: one that is taken once in ten draws is missed by 64 in
-1 of 800 cases, by 32 in 1 of 30. An inequality fails in a part of its domain: one of 1/20 is missed once in 700."""
+"""With branches every point is a draw among them: one that is taken once in ten draws is missed by 64 in 1 of 850
+cases, by 32 in 1 of 29. An inequality fails in a part of its domain: one of 1/20 is missed once in 700. Half as many
+give the same verdicts on the triangle's paper, one of each misses a misprint of 27. Without branches 16 are plenty."""
 _FEW = 4
 """Points before a proof is tried: a difference shows at the first one nearly always, and costs less than a proof."""
 _DRAWS = 100
 """Attempts for each point wanted, before a domain counts as not found: enough for domains of a few hundredths."""
 _WRITTEN_OUT, _PROVABLE = 750, 250
-"""Operations up to which sides are written out, and up to which a normal form of their difference is tried."""
+"""Operations up to which sides are written out, and up to which a normal form of their difference is tried. Of 258
+relations of the triangle and of slosh 133 are proved; halved 122, doubled 152, the others are tested; no verdict
+changes, and the time does by a fifth at most. A normal form's cost has no bound, so this stays where it was tried."""
 _BRANCHING = (sp.Abs, sp.sign, sp.Max, sp.Min, sp.Piecewise, sp.atan2, sp.acos, sp.asin)
 _ANGLES = frozenset(("atan2", "acos", "asin"))
 """Functions that jump, or end, without being pieced together."""

@@ -13,6 +13,8 @@ from mehvar.terminal import Line
 from .consequences import Consequences
 from .status import Status
 
+_ZERO = 1e-9
+"""A rate at rest, and a part of an eigenvalue beside the other, that is rounding and not worth a word."""
 _STYLES = {Status.SAME: "bold green", Status.UNDECIDED: "bold yellow"}
 _HEADLINES = {
     Status.SAME: "physics the SAME",
@@ -203,13 +205,13 @@ def consequence_lines(follows: Consequences) -> Iterator[str]:
 def point(follows: Consequences) -> str:
     """Say where a model was linearised."""
     where = ", ".join(f"{name} = {value:.4g}" for name, value in follows.point)
-    steady = "" if follows.residual < 1e-9 else f", largest rate there {follows.residual:.2g}"
+    steady = "" if follows.residual < _ZERO else f", largest rate there {follows.residual:.2g}"
     return f"{where or 'zero'}{', the rest 0' if where else ''}{steady}"
 
 
 def number(value: complex) -> str:
     """Return an eigenvalue, and its conjugate if it has one, to four digits."""
-    size = 1e-9 * abs(value)
+    size = _ZERO * abs(value)
     real = f"{value.real:.4g}" if abs(value.real) > size else ""
     imaginary = f"± {abs(value.imag):.4g}i" if abs(value.imag) > size else ""
     return f"{real} {imaginary}".strip() or "0"

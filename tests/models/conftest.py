@@ -17,8 +17,8 @@ def _model(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def system(request: pytest.FixtureRequest) -> System:
-    result: System = importlib.import_module(f"mehvar.models.{_model(request)}").system()
-    return result
+    model: System = importlib.import_module(f"mehvar.models.{_model(request)}").system()
+    return model
 
 
 @pytest.fixture(scope="module")

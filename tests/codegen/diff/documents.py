@@ -83,16 +83,16 @@ def at(pool: Pool, root: int, path: Path) -> int:
 
 def summands(nodes: Sequence[Node], root: int) -> list[tuple[int, Path]]:
     """Return the terms of all sums in an expression, with their paths."""
-    found = []
+    places = []
     stack: list[tuple[int, Path]] = [(root, ())]
-    while stack and len(found) < 1000:
+    while stack and len(places) < 1000:
         node, path = stack.pop()
         for k, operand in enumerate(nodes[node][1:]):
             if isinstance(operand, int):
                 stack.append((operand, (*path, k)))
                 if nodes[node][0] == "add":
-                    found.append((operand, (*path, k)))
-    return found
+                    places.append((operand, (*path, k)))
+    return places
 
 
 def flipped(old: Document, row: Row, path: Path) -> Document:

@@ -15,118 +15,118 @@ from tests.codegen.diff.documents import document
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
 
 
-def verdicts(found):
-    return {equation.name: equation.verdict for equation in found}
+def verdicts(comparison):
+    return {equation.name: equation.verdict for equation in comparison}
 
 
 def test_a_definition_used_in_ten_equations_is_reported_once():
     uses = "\n".join(f"f{k}: s*x**{k}" for k in range(1, 11))
-    found = compare(document(f"s = m*x + k*y\n{uses}"), document(f"s = m*x - k*y\n{uses}"))
-    assert verdicts(found) == {"s": Fate.CHANGED} | {f"f{k}": Fate.INHERITED for k in range(1, 11)}
-    assert found["s"].users == tuple(f"f{k}" for k in range(1, 11))
-    assert all(found[f"f{k}"].via == ("s",) for k in range(1, 11))
-    assert len(found.changed) == 11
+    comparison = compare(document(f"s = m*x + k*y\n{uses}"), document(f"s = m*x - k*y\n{uses}"))
+    assert verdicts(comparison) == {"s": Fate.CHANGED} | {f"f{k}": Fate.INHERITED for k in range(1, 11)}
+    assert comparison["s"].users == tuple(f"f{k}" for k in range(1, 11))
+    assert all(comparison[f"f{k}"].via == ("s",) for k in range(1, 11))
+    assert len(comparison.changed) == 11
 
 
 def test_two_sources_are_told_apart():
-    found = compare(document("s = x + y\nf: s*z\ng: m*w"), document("s = x - y\nf: s*z\ng: l*w"))
-    assert {equation.name for equation in found.sources} == {"s", "g"}
-    assert found["f"].verdict is Fate.INHERITED
-    assert found["f"].via == ("s",)
+    comparison = compare(document("s = x + y\nf: s*z\ng: m*w"), document("s = x - y\nf: s*z\ng: l*w"))
+    assert {equation.name for equation in comparison.sources} == {"s", "g"}
+    assert comparison["f"].verdict is Fate.INHERITED
+    assert comparison["f"].via == ("s",)
 
 
 def test_a_user_may_change_beside_what_it_inherits():
-    found = compare(document("s = x + y\nf: s*z + w"), document("s = x - y\nf: s*z - w"))
-    assert verdicts(found) == {"s": Fate.CHANGED, "f": Fate.CHANGED}
-    assert [edit.says for edit in found["f"].edits] == ["sign flipped: + became -"]
+    comparison = compare(document("s = x + y\nf: s*z + w"), document("s = x - y\nf: s*z - w"))
+    assert verdicts(comparison) == {"s": Fate.CHANGED, "f": Fate.CHANGED}
+    assert [edit.says for edit in comparison["f"].edits] == ["sign flipped: + became -"]
 
 
 def test_a_renamed_definition_is_found_by_its_value():
-    found = compare(document("s = x*y + z\nf: s*w"), document("sigma = x*y + z\nf: sigma*w"))
-    assert found["sigma"].verdict is Fate.RENAMED
-    assert found["sigma"].old_name == "s"
-    assert not found.differs
+    comparison = compare(document("s = x*y + z\nf: s*w"), document("sigma = x*y + z\nf: sigma*w"))
+    assert comparison["sigma"].verdict is Fate.RENAMED
+    assert comparison["sigma"].old_name == "s"
+    assert not comparison.differs
 
 
 def test_a_renamed_definition_that_inherits_is_found_by_its_text():
-    found = compare(document("s = x - y\nt = s*z\nf: t*w"), document("s = x + y\nu = s*z\nf: u*w"))
-    assert found["u"].old_name == "t"
-    assert found["u"].verdict is Fate.INHERITED
-    assert [equation.name for equation in found.sources] == ["s"]
+    comparison = compare(document("s = x - y\nt = s*z\nf: t*w"), document("s = x + y\nu = s*z\nf: u*w"))
+    assert comparison["u"].old_name == "t"
+    assert comparison["u"].verdict is Fate.INHERITED
+    assert [equation.name for equation in comparison.sources] == ["s"]
 
 
 def test_a_definition_that_changed_and_was_written_out_is_reported_once():
     old = "s = m*x + k*y\nf: s*z + w\ng: 2*s - v\nh: x*s + s*y"
     new = "f: (m*x - k*y)*z + w\ng: 2*m*x - 2*k*y - v\nh: (x + y)*(m*x - k*y)"
-    found = compare(document(old), document(new))
-    assert verdicts(found) == {"s": Fate.CHANGED} | dict.fromkeys("fgh", Fate.INHERITED)
-    assert found["s"].users == ("f", "g", "h")
-    assert [edit.says for edit in found["s"].edits] == ["sign flipped: + became -"]
+    comparison = compare(document(old), document(new))
+    assert verdicts(comparison) == {"s": Fate.CHANGED} | dict.fromkeys("fgh", Fate.INHERITED)
+    assert comparison["s"].users == ("f", "g", "h")
+    assert [edit.says for edit in comparison["s"].edits] == ["sign flipped: + became -"]
 
 
 def test_what_one_user_alone_lost_is_not_blamed_on_a_definition():
     old = "s = m*x + k*y\nf: s*z + w\ng: 2*s - v"
     new = "f: (m*x - k*y)*z + w\ng: 2*m*x + 2*k*y - v"
-    found = compare(document(old), document(new))
-    assert [equation.name for equation in found.sources] == ["f"]
+    comparison = compare(document(old), document(new))
+    assert [equation.name for equation in comparison.sources] == ["f"]
 
 
 def test_naming_an_intermediate_result_is_no_difference():
-    found = compare(document("f: (x + y)*z"), document("s = x + y\nf: s*z"))
-    assert [equation.name for equation in found.added] == ["s"]
-    assert not found.differs
+    comparison = compare(document("f: (x + y)*z"), document("s = x + y\nf: s*z"))
+    assert [equation.name for equation in comparison.added] == ["s"]
+    assert not comparison.differs
 
 
 def test_a_new_result_is_a_difference():
-    found = compare(document("f: x"), document("f: x\ng: y"))
-    assert [equation.name for equation in found.added] == ["g"]
-    assert found.differs
+    comparison = compare(document("f: x"), document("f: x\ng: y"))
+    assert [equation.name for equation in comparison.added] == ["g"]
+    assert comparison.differs
 
 
 def test_a_convention_that_its_users_compensate_is_no_physics():
-    found = compare(document("s = x - y\nf: s*z + w\ng: s**2"), document("s = y - x\nf: w - s*z\ng: s**2"))
-    assert found["s"].verdict is Fate.CHANGED
-    assert not found.differs
-    (group,) = found.groups
+    comparison = compare(document("s = x - y\nf: s*z + w\ng: s**2"), document("s = y - x\nf: w - s*z\ng: s**2"))
+    assert comparison["s"].verdict is Fate.CHANGED
+    assert not comparison.differs
+    (group,) = comparison.groups
     assert group.kind == "convention"
     assert group.names == ("s", "f")
 
 
 def test_a_convention_that_one_user_forgot_is_physics():
-    found = compare(document("s = x - y\nf: s*z + w\ng: s*v"), document("s = y - x\nf: w - s*z\ng: s*v"))
-    assert found.differs
-    assert found["f"].verdict is Fate.REARRANGED
-    assert found["g"].via == ("s",)
+    comparison = compare(document("s = x - y\nf: s*z + w\ng: s*v"), document("s = y - x\nf: w - s*z\ng: s*v"))
+    assert comparison.differs
+    assert comparison["f"].verdict is Fate.REARRANGED
+    assert comparison["g"].via == ("s",)
 
 
 def test_a_term_added_for_every_member_is_one_story():
     members = "\n".join(f"s{k} = m{k}*q{k}" for k in (1, 2, 3))
     edited = "\n".join(f"s{k} = m{k}*q{k} + l{k}*w{k}**2" for k in (1, 2, 3))
     total = "\nf: s1 + s2 + s3"
-    found = compare(document(members + total), document(edited + total))
-    (group,) = [group for group in found.groups if group.kind == "family"]
+    comparison = compare(document(members + total), document(edited + total))
+    (group,) = [group for group in comparison.groups if group.kind == "family"]
     assert group.names == ("s1", "s2", "s3")
     assert "for every i" in group.says
-    assert all(equation.edits[0].kind is Kind.TERM_ADDED for equation in found.sources)
+    assert all(equation.edits[0].kind is Kind.TERM_ADDED for equation in comparison.sources)
 
 
 def test_a_symbol_that_is_renamed_is_a_change_of_names_only():
     gone, come = {"description": "stiffness", "latex": "k"}, {"description": "stiffness", "latex": "k"}
     old = document("f: spring*x", spring={"role": "parameter", **gone})
     new = document("f: stiffness*x", stiffness={"role": "parameter", **come})
-    found = compare(old, new)
-    assert [(p.what, p.old, p.new) for p in found.parameters] == [("renamed", "spring", "stiffness")]
-    assert found["f"].verdict in (Fate.SAME, Fate.REARRANGED)
-    assert found.differs
+    comparison = compare(old, new)
+    assert [(p.what, p.old, p.new) for p in comparison.parameters] == [("renamed", "spring", "stiffness")]
+    assert comparison["f"].verdict in (Fate.SAME, Fate.REARRANGED)
+    assert comparison.differs
 
 
 @pytest.mark.parametrize("what", ["unit", "bounds", "source", "sign"])
 def test_a_declaration_that_changes_is_reported(what):
     values = {"unit": ("kg", "g"), "bounds": ("(0, inf)", "[0, 1]"), "source": ("paper", "guess")}
     old, new = values.get(what, ("positive", "real"))
-    found = compare(document("f: m*x", m={what: old}), document("f: m*x", m={what: new}))
-    assert [(p.name, p.what, p.old, p.new) for p in found.parameters] == [("m", what, old, new)]
-    assert found.differs
+    comparison = compare(document("f: m*x", m={what: old}), document("f: m*x", m={what: new}))
+    assert [(p.name, p.what, p.old, p.new) for p in comparison.parameters] == [("m", what, old, new)]
+    assert comparison.differs
 
 
 def test_numbers_of_the_manifest_are_compared():
@@ -139,22 +139,24 @@ def test_numbers_of_the_manifest_are_compared():
         return dataclasses.replace(manifest, parameters=parameters, scenarios=scenarios)
 
     old, new = (dataclasses.replace(plain, manifest=numbers(*n)) for n in ((1.0, 2.0), (1.5, 3.0)))
-    found = compare(old, new)
-    changes = [(p.role, p.name, p.what, p.old, p.new) for p in found.parameters]
+    comparison = compare(old, new)
+    changes = [(p.role, p.name, p.what, p.old, p.new) for p in comparison.parameters]
     assert changes == [("parameter", "m", "value", "1.0", "1.5"), ("scenario paper", "m", "value", "2.0", "3.0")]
 
 
 def test_a_saturation_that_no_point_reaches_is_undecided():
-    found = compare(document("f: Max(x, -10**40)"), document("f: Max(x, -2*10**40)"))
-    assert found["f"].verdict is Fate.UNDECIDED
-    assert found["f"].matters
-    assert found.differs
-    assert "branch" in found["f"].how
+    comparison = compare(document("f: Max(x, -10**40)"), document("f: Max(x, -2*10**40)"))
+    assert comparison["f"].verdict is Fate.UNDECIDED
+    assert comparison["f"].matters
+    assert comparison.differs
+    assert "branch" in comparison["f"].how
 
 
 def test_strict_and_other_comparisons_are_not_mixed_up():
-    found = compare(document("f: Piecewise((x, x > 0), (0, True))"), document("f: Piecewise((x, x >= 0), (0, True))"))
-    assert not found.of(Fate.CHANGED)
+    comparison = compare(
+        document("f: Piecewise((x, x > 0), (0, True))"), document("f: Piecewise((x, x >= 0), (0, True))")
+    )
+    assert not comparison.of(Fate.CHANGED)
 
 
 def motion(first, second):
@@ -167,9 +169,9 @@ def motion(first, second):
 def test_recombined_equations_of_motion_are_the_same_motion():
     old = motion("m*qa + k*qb - x", "k*qa + J*qb - y")
     new = motion("m*qa + k*qb - x + 2*(k*qa + J*qb - y)", "k*qa + J*qb - y - l*(m*qa + k*qb - x)")
-    found = compare(old, new)
-    assert not found.differs
-    assert [group.kind for group in found.groups] == ["recombined"]
+    comparison = compare(old, new)
+    assert not comparison.differs
+    assert [group.kind for group in comparison.groups] == ["recombined"]
 
 
 def test_recombining_does_not_hide_a_change():
@@ -188,11 +190,11 @@ def test_several_edits_are_all_told_and_replayed():
 
 def test_places_lead_to_the_edited_part():
     old, new = document("f: m*x*y + k*z*w + v"), document("f: m*x*y - k*z*w + v")
-    found = compare(old, new)
-    (edit,) = found["f"].edits
+    comparison = compare(old, new)
+    (edit,) = comparison["f"].edits
     for graph, root, part in (
-        (old.nodes, found["f"].old_node, edit.old),
-        (new.nodes, found["f"].new_node, edit.new),
+        (old.nodes, comparison["f"].old_node, edit.old),
+        (new.nodes, comparison["f"].new_node, edit.new),
     ):
         (place,) = part.places
         node = root
@@ -203,8 +205,8 @@ def test_places_lead_to_the_edited_part():
 
 
 def test_it_is_plain_data():
-    found = compare(document("s = x + y\nf: s*z"), document("s = x - y\nf: s*z"))
-    plain = json.loads(json.dumps(found.to_json()))
+    comparison = compare(document("s = x + y\nf: s*z"), document("s = x - y\nf: s*z"))
+    plain = json.loads(json.dumps(comparison.to_json()))
     assert plain["differs"] is True
     assert plain["equations"][0]["edits"][0]["kind"] == "sign"
 

@@ -25,10 +25,10 @@ def model(request):
 
 
 def test_a_model_is_the_same_as_itself(model):
-    found = compare(model, model)
-    assert {equation.verdict for equation in found} == {Fate.SAME}
-    assert {equation.how for equation in found} == {"node identity"}
-    assert not found.differs
+    comparison = compare(model, model)
+    assert {equation.verdict for equation in comparison} == {Fate.SAME}
+    assert {equation.how for equation in comparison} == {"node identity"}
+    assert not comparison.differs
 
 
 def test_an_edit_of_any_term_is_found_where_it_was_made(model):
@@ -37,13 +37,13 @@ def test_an_edit_of_any_term_is_found_where_it_was_made(model):
     rows = [row for row in model.definitions if row.named and summands(model.nodes, row.node)]
     for row in generator.sample(rows, 4):
         node, path = generator.choice(summands(model.nodes, row.node))
-        found = compare(model, flipped(model, row, path))
-        assert [equation.name for equation in found.sources] == [row.name], Printer(model.nodes).text(node)
-        assert len(found[row.name].edits) == 1
-        assert found[row.name].replayed
-        assert not found.of(Fate.UNDECIDED)
-        users = set(found[row.name].users)
-        assert {equation.name for equation in found if equation.verdict is Fate.INHERITED} == users
+        comparison = compare(model, flipped(model, row, path))
+        assert [equation.name for equation in comparison.sources] == [row.name], Printer(model.nodes).text(node)
+        assert len(comparison[row.name].edits) == 1
+        assert comparison[row.name].replayed
+        assert not comparison.of(Fate.UNDECIDED)
+        users = set(comparison[row.name].users)
+        assert {equation.name for equation in comparison if equation.verdict is Fate.INHERITED} == users
 
 
 def test_a_flipped_coriolis_sign_of_the_slosh_model_is_what_it_points_at():
@@ -51,12 +51,12 @@ def test_a_flipped_coriolis_sign_of_the_slosh_model_is_what_it_points_at():
     row = next(row for row in model.definitions if row.number == "(12)" and row.kind == "equation")
     terms = {Printer(model.nodes).text(node): path for node, path in summands(model.nodes, row.node)}
     text = next(text for text in terms if "theta_dot" in text or r"\dot{\theta}" in text)
-    found = compare(model, flipped(model, row, terms[text]))
-    (source,) = found.sources
+    comparison = compare(model, flipped(model, row, terms[text]))
+    (source,) = comparison.sources
     (edit,) = source.edits
     assert (source.number, edit.kind) == ("(12)", Kind.SIGN)
     assert edit.old.places == (terms[text],)
-    assert found.counts()["same"] == len(found.equations) - 1
+    assert comparison.counts()["same"] == len(comparison.equations) - 1
 
 
 def test_the_same_sign_for_every_pendulum_is_one_story():
@@ -66,9 +66,9 @@ def test_the_same_sign_for_every_pendulum_is_one_story():
         row = next(row for row in new.definitions if row.name == name)
         _, path = min(summands(new.nodes, row.node), key=lambda s: (len(s[1]), Printer(new.nodes).text(s[0])[::-1]))
         new = flipped(new, row, path)
-    found = compare(model, new)
-    assert {equation.name for equation in found.sources} == {"k_phi1", "k_phi2"}
-    (group,) = found.groups
+    comparison = compare(model, new)
+    assert {equation.name for equation in comparison.sources} == {"k_phi1", "k_phi2"}
+    (group,) = comparison.groups
     assert group.kind == "family"
     assert group.names == ("k_phi1", "k_phi2")
 
@@ -78,8 +78,8 @@ def test_inlining_definitions_changes_nothing(model):
     new = model
     for row in [row for row in model.definitions if row.named][::2]:
         new = _inlined(new, row.name)
-    found = compare(model, new)
-    assert not found.differs, [(e.name, e.verdict, e.how) for e in found if e.matters][:5]
+    comparison = compare(model, new)
+    assert not comparison.differs, [(e.name, e.verdict, e.how) for e in comparison if e.matters][:5]
 
 
 def _inlined(model, name):
@@ -89,20 +89,22 @@ def _inlined(model, name):
         if node == ("sym", name):
             nodes[k] = nodes[meaning.node]
     order = {}
-    done = []
+    reached = []
 
     def move(k):
         if k not in order:
             operation, *operands = nodes[k]
             row = (operation, *(move(o) if isinstance(o, int) else o for o in operands))
-            order[k] = len(done)
-            done.append(row)
+            order[k] = len(reached)
+            reached.append(row)
         return order[k]
 
     rows = [row for row in model.rows if row is not meaning]
     moved = [dataclasses.replace(row, node=move(row.node)) for row in rows]
     count = len(model.definitions) - 1
-    return dataclasses.replace(model, nodes=tuple(done), definitions=tuple(moved[:count]), results=tuple(moved[count:]))
+    return dataclasses.replace(
+        model, nodes=tuple(reached), definitions=tuple(moved[:count]), results=tuple(moved[count:])
+    )
 
 
 def test_a_lost_branch_of_the_law_is_found():
@@ -119,9 +121,9 @@ def test_a_lost_branch_of_the_law_is_found():
         return Change(Kind.REWRITTEN, path, inner, inner, inner, "", 0.0)
 
     new = edited(model, row, without)
-    found = compare(model, new)
-    assert [equation.name for equation in found.sources] == ["phi_t_rate"]
-    assert found["phi_t_rate"].replayed
+    comparison = compare(model, new)
+    assert [equation.name for equation in comparison.sources] == ["phi_t_rate"]
+    assert comparison["phi_t_rate"].replayed
 
 
 def _holds(model, node, operation):
@@ -134,5 +136,5 @@ def test_comparing_imports_neither_sympy_nor_casadi():
         f"d = Document.read({str(GENERATED / 'triangle')!r}); compare(d, d)\n"
         "print([m for m in ('sympy', 'casadi', 'numpy') if m in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    reached = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert reached.stdout.strip() == "[]"

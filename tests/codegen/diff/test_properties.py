@@ -89,8 +89,8 @@ def written(text):
 @SETTINGS
 def test_a_rewriting_is_no_change(name, text):
     expr = written(text)
-    found = compare(document(f"f: {expr}"), document(REWRITINGS[name](expr)))
-    assert not found.differs, found["f"].how
+    comparison = compare(document(f"f: {expr}"), document(REWRITINGS[name](expr)))
+    assert not comparison.differs, comparison["f"].how
 
 
 @pytest.mark.parametrize("name", ["expand", "share"])
@@ -98,8 +98,8 @@ def test_a_rewriting_is_no_change(name, text):
 @SETTINGS
 def test_a_rewriting_with_branches_is_never_called_a_change(name, text):
     expr = written(text)
-    found = compare(document(f"f: {expr}"), document(REWRITINGS[name](expr)))
-    assert not found.of(Fate.CHANGED), found["f"].how
+    comparison = compare(document(f"f: {expr}"), document(REWRITINGS[name](expr)))
+    assert not comparison.of(Fate.CHANGED), comparison["f"].how
 
 
 @pytest.mark.parametrize("strategy", [smooth, branching], ids=["smooth", "branching"])
@@ -116,9 +116,9 @@ def test_a_flipped_term_is_never_called_equal(strategy, data):
     _, path = data.draw(st.sampled_from(terms))
     new = flipped(old, row, path)
     assume(numbers_differ(old, new))
-    found = compare(old, new)
-    assert found["f"].verdict is Fate.CHANGED, found["f"].how
-    assert found["f"].edits
+    comparison = compare(old, new)
+    assert comparison["f"].verdict is Fate.CHANGED, comparison["f"].how
+    assert comparison["f"].edits
 
 
 def numbers_differ(old, new):

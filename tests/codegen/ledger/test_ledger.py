@@ -85,18 +85,18 @@ def test_what_is_false_differs(relation: Relation) -> None:
 
 
 def test_a_counterexample_is_simple_and_fails_there() -> None:
-    found = entry(Relation(x**2 + y * r, x**2 - y * r)).counterexample
-    assert found is not None
-    point = {sp.Symbol(name): sp.Rational(value) for name, value in found.at}
-    assert point == {sp.Symbol("r"): 1, sp.Symbol("x"): 0, sp.Symbol("y"): 1}
-    assert (float(found.left), float(found.right)) == (1.0, -1.0)
+    point = entry(Relation(x**2 + y * r, x**2 - y * r)).counterexample
+    assert point is not None
+    values = {sp.Symbol(name): sp.Rational(value) for name, value in point.at}
+    assert values == {sp.Symbol("r"): 1, sp.Symbol("x"): 0, sp.Symbol("y"): 1}
+    assert (float(point.left), float(point.right)) == (1.0, -1.0)
 
 
 def test_a_counterexample_says_which_member_it_is_about() -> None:
-    found = entry(Relation(member**3, x**3, cases=({member: x}, {member: -x}))).counterexample
-    assert found is not None
-    assert dict(found.at)["x"] == "1"
-    assert (found.left, found.right) == ("-1.0", "1.0")
+    point = entry(Relation(member**3, x**3, cases=({member: x}, {member: -x}))).counterexample
+    assert point is not None
+    assert dict(point.at)["x"] == "1"
+    assert (point.left, point.right) == ("-1.0", "1.0")
 
 
 def test_sides_of_different_shape_differ() -> None:
@@ -134,7 +134,7 @@ def test_an_equation_of_motion_is_compared_with_its_residual() -> None:
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "told"),
+    ("before", "after", "edit"),
     [
         (x + y * r, x - y * r, "sign of r*y: printed +, correct -"),
         (x, x + y, "term y is missing"),
@@ -148,8 +148,8 @@ def test_an_equation_of_motion_is_compared_with_its_residual() -> None:
         (sp.Integer(5), sp.Rational(1, 2), "5 should read 1/2"),
     ],
 )
-def test_a_misprint_is_named_at_its_place(before: sp.Expr, after: sp.Expr, told: str) -> None:
-    assert edits(before, after) == (told,)
+def test_a_misprint_is_named_at_its_place(before: sp.Expr, after: sp.Expr, edit: str) -> None:
+    assert edits(before, after) == (edit,)
     assert edits(after, after) == ()
 
 
@@ -168,20 +168,20 @@ def test_readings_that_disagree_are_ambiguous() -> None:
 
 
 def test_a_definition_that_contradicts_the_derivation_differs() -> None:
-    agreed, given = Relation(double, 2 * x), Relation(double, y, given=True)
-    for relations, verdict in (((agreed,), Standing.DEFINITION), ((given,), Standing.DEFINITION)):
+    agreed, introduced = Relation(double, 2 * x), Relation(double, y, given=True)
+    for relations, verdict in (((agreed,), Standing.DEFINITION), ((introduced,), Standing.DEFINITION)):
         assert judge_entry(printed("1", "", "definition", *relations), names).verdict is verdict
     assert judge_entry(printed("1", "", "definition", Relation(double, y)), names).verdict is Standing.DIFFERS
-    assert entry(given).verdict is Standing.DEFINITION
+    assert entry(introduced).verdict is Standing.DEFINITION
 
 
 def test_a_ledger_is_plain_data() -> None:
     paper = Paper("a paper", 1, names, (printed("1", "twice", "equation", Relation(double, 3 * x, corrected=2 * x)),))
     document = json.loads(json.dumps(judge(paper, "model").to_json()))
     assert document["counts"]["differs"] == 1
-    (found,) = document["entries"]
-    assert (found["number"], found["verdict"]) == ("(1)", "differs")
-    (line,) = found["readings"][0]["lines"]
+    (row,) = document["entries"]
+    assert (row["number"], row["verdict"]) == ("(1)", "differs")
+    (line,) = row["readings"][0]["lines"]
     assert (line["printed"], line["corrected"]) == ("double = 3*x", "double = 2*x")
     assert (line["printed_latex"], line["corrected_latex"]) == ("D = 3 x", "D = 2 x")
     assert line["edits"] == ["number before x: printed 3, correct 2"]

@@ -33,8 +33,8 @@ class Project:
     def diff(self, *arguments: str) -> tuple[int, str]:
         """Call the command in this process; return its exit status and output, or raise what it raises."""
         with contextlib.chdir(self.root):
-            done = CliRunner().invoke(app, ["diff", *arguments], catch_exceptions=False)
-        return done.exit_code, done.output
+            process = CliRunner().invoke(app, ["diff", *arguments], catch_exceptions=False)
+        return process.exit_code, process.output
 
     def mehvar(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
         """Call the command as a process."""
@@ -49,7 +49,7 @@ class Project:
 
     def git(self, *arguments: str, **environment: str) -> str:
         identity = ("-c", "user.name=Test", "-c", "user.email=test@example.org")
-        done = subprocess.run(
+        process = subprocess.run(
             ["git", *identity, *arguments],
             capture_output=True,
             text=True,
@@ -57,8 +57,8 @@ class Project:
             env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
             timeout=120,
         )
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
+        assert process.returncode == 0, process.stdout + process.stderr
+        return process.stdout
 
     def commit(self, message: str) -> None:
         self.git("add", "--all")
@@ -71,8 +71,8 @@ class Project:
         path.write_text(text.replace(old, new))
 
     def generate(self) -> None:
-        done = self.mehvar("generate")
-        assert done.returncode == 0, done.stderr
+        process = self.mehvar("generate")
+        assert process.returncode == 0, process.stderr
 
     def json(self, *arguments: str, status: int) -> dict:
         """Return the comparison of the cart as JSON."""
@@ -125,42 +125,42 @@ def test_nothing_changed(project):
 def test_a_flipped_sign_is_found_where_it_was_made(project):
     project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
     status = project.git("status", "--porcelain")
-    done = project.mehvar("diff")
-    assert done.returncode == 1, done.stderr
-    assert "cart: physics CHANGED" in done.stdout
-    assert "spring" in done.stdout
-    assert "sign" in done.stdout
-    assert "eigenvalues" in done.stdout
+    process = project.mehvar("diff")
+    assert process.returncode == 1, process.stderr
+    assert "cart: physics CHANGED" in process.stdout
+    assert "spring" in process.stdout
+    assert "sign" in process.stdout
+    assert "eigenvalues" in process.stdout
     assert project.git("status", "--porcelain") == status
-    found = project.json(status=1)
-    (source,) = [equation for equation in found["equations"] if equation["verdict"] == "changed"]
+    result = project.json(status=1)
+    (source,) = [equation for equation in result["equations"] if equation["verdict"] == "changed"]
     assert (source["name"], source["edits"][0]["kind"]) == ("spring", "sign")
     assert source["replayed"]
     assert source["counterexample"]["old"] != source["counterexample"]["new"]
-    inherited = {equation["name"] for equation in found["equations"] if equation["verdict"] == "inherited"}
+    inherited = {equation["name"] for equation in result["equations"] if equation["verdict"] == "inherited"}
     assert {"v_dot", "v'"} <= inherited
 
 
 def test_another_form_of_the_same_physics_is_the_same(project):
     project.edit("(spring + FORCE.symbol) / p.mass", "spring / p.mass + FORCE.symbol / p.mass")
-    found = project.json(status=0)
-    assert not found["differs"]
-    verdicts = {equation["name"]: equation["verdict"] for equation in found["equations"]}
+    result = project.json(status=0)
+    assert not result["differs"]
+    verdicts = {equation["name"]: equation["verdict"] for equation in result["equations"]}
     assert verdicts["v_dot"] == "rearranged"
     assert verdicts["spring"] == "same"
-    assert found["consequences"] is None
+    assert result["consequences"] is None
 
 
 def test_a_parameter_counts_and_its_consequence_is_computed(project):
     project.edit("default = 8.0", "default = 18.0", "models/cart/parameters.toml")
-    found = project.json(status=1)
-    assert found["status"] == "parameters changed"
-    (change,) = found["parameters"]
+    result = project.json(status=1)
+    assert result["status"] == "parameters changed"
+    (change,) = result["parameters"]
     assert (change["name"], change["what"], float(change["old"]), float(change["new"])) == ("k", "value", 8.0, 18.0)
-    ((old, new),) = found["consequences"]["eigenvalues"]
+    ((old, new),) = result["consequences"]["eigenvalues"]
     assert complex(*old) == pytest.approx(-0.125 + (4 - 0.125**2) ** 0.5 * 1j)
     assert complex(*new) == pytest.approx(-0.125 + (9 - 0.125**2) ** 0.5 * 1j)
-    (rate,) = found["consequences"]["rates"]
+    (rate,) = result["consequences"]["rates"]
     assert rate["name"] == "v"
     assert rate["unit"] == "m/s^2"
     assert rate["largest"] == pytest.approx(5 * 0.5, rel=0.02)
@@ -171,7 +171,7 @@ def test_revisions_folders_and_trees_give_the_same_answer(project, tmp_path):
     folder = tmp_path / "before"
     shutil.copytree(project.root / "generated" / "cart", folder)
     project.edit("-p.k * x", "-2 * p.k * x")
-    wanted = project.json(status=1)
+    expected = project.json(status=1)
     project.generate()
     project.commit("a stiffer spring")
     project.git("tag", "stiff")
@@ -180,7 +180,7 @@ def test_revisions_folders_and_trees_give_the_same_answer(project, tmp_path):
         ("HEAD~1", "HEAD"), ("HEAD~1",), ("main~1", "stiff"), (str(folder), "work"), (str(folder), "generated/cart"),
         (str(folder), "generated"), (str(folder), "."), (str(folder), str(tmp_path / "copy")), ("HEAD~1", "stiff"),
     ):  # fmt: skip
-        assert project.json(*pair, status=1) == wanted, pair
+        assert project.json(*pair, status=1) == expected, pair
     assert project.json("HEAD", status=0)["status"] == "same"
 
 
@@ -285,10 +285,10 @@ def test_outside_of_a_repository_folders_can_be_compared(project, tmp_path, monk
 
 
 def test_a_mistake_ends_in_one_line_without_a_traceback(project):
-    done = project.mehvar("diff", "nonsense")
-    assert done.returncode == 2
-    assert done.stderr.startswith("mehvar: 'nonsense' is not 'work'")
-    assert len(done.stderr.splitlines()) == 1
+    process = project.mehvar("diff", "nonsense")
+    assert process.returncode == 2
+    assert process.stderr.startswith("mehvar: 'nonsense' is not 'work'")
+    assert len(process.stderr.splitlines()) == 1
 
 
 def test_damaged_equations_are_a_clear_error(project):
@@ -324,9 +324,9 @@ class Tags(HTMLParser):
 def test_the_page_is_whole_and_needs_no_network(project):
     project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
     project.edit("default = 8.0", "default = 9.0", "models/cart/parameters.toml")
-    done = project.mehvar("diff", "--out", "page.html")
-    assert done.returncode == 1, done.stderr
-    assert "saved page.html" in done.stdout
+    process = project.mehvar("diff", "--out", "page.html")
+    assert process.returncode == 1, process.stderr
+    assert "saved page.html" in process.stdout
     text = (project.root / "page.html").read_text(encoding="utf-8")
     tags = Tags(text)
     assert all(address.startswith("#") for address in tags.addresses)
@@ -347,13 +347,13 @@ def narrow_words(lines: list[str]) -> list[str]:
 def test_python_gets_the_same_comparison(project):
     project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
     with contextlib.chdir(project.root):
-        found = mehvar.diff("cart", old="HEAD", new="work")
+        result = mehvar.diff("cart", old="HEAD", new="work")
         back = mehvar.diff("cart", old="work", new="HEAD")
-    assert [equation.name for equation in found.changed][:2] == ["spring", "v_dot"]
-    assert (found.added, found.removed, found.equivalent, found.parameters) == ((), (), (), ())
-    assert found.differs
-    assert str(found).startswith("cart: physics CHANGED")
-    assert [equation.name for equation in back.changed] == [equation.name for equation in found.changed]
+    assert [equation.name for equation in result.changed][:2] == ["spring", "v_dot"]
+    assert (result.added, result.removed, result.equivalent, result.parameters) == ((), (), (), ())
+    assert result.differs
+    assert str(result).startswith("cart: physics CHANGED")
+    assert [equation.name for equation in back.changed] == [equation.name for equation in result.changed]
 
 
 def test_a_terminal_gets_lines_that_fit(project):
@@ -400,16 +400,16 @@ def configure(project: Project, kind: str, command: str) -> None:
 
 def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
     shutil.copy(CART / "paper.py", project.root / "models" / "cart")
-    done = project.mehvar("diff", "--paper")
-    assert done.returncode == 1, done.stderr
+    process = project.mehvar("diff", "--paper")
+    assert process.returncode == 1, process.stderr
     for line in ("cart: 1 hold, 1 differ", "hold  (1)", "differs (2)  acceleration", "The force pushes."):
-        assert line in done.stdout
+        assert line in process.stdout
     printed, correct = (
-        next(line for line in done.stdout.splitlines() if word in line) for word in ("printed  ", "correct  ")
+        next(line for line in process.stdout.splitlines() if word in line) for word in ("printed  ", "correct  ")
     )
     assert "-F" in printed.replace(" ", "") or "F_s-F" in printed.replace(" ", "")
     assert printed.split()[1:] != correct.split()[1:]
-    assert "at " in done.stdout
+    assert "at " in process.stdout
     shown = json.loads(project.diff("--paper", "--format", "json")[1])
     assert [entry["verdict"] for entry in shown["papers"][0]["entries"]] == ["holds", "differs"]
     status, text = project.diff("--paper", "--model", "cart", "--out", "ledger.html")

@@ -68,13 +68,13 @@ def test_the_verdicts(ledger: Ledger) -> None:
 
 
 def test_the_readings(ledger: Ledger) -> None:
-    found = {entry.number: tuple(r.verdict for r in entry.readings) for entry in ledger.entries}
-    assert {number: verdicts for number, verdicts in found.items() if len(verdicts) > 1} == READINGS
+    readings = {entry.number: tuple(r.verdict for r in entry.readings) for entry in ledger.entries}
+    assert {number: verdicts for number, verdicts in readings.items() if len(verdicts) > 1} == READINGS
 
 
 def test_each_misprint_is_at_its_term_with_a_correction_that_passes(ledger: Ledger) -> None:
-    for number, told in MISPRINTS.items():
-        assert told in ledger[number].edits, number
+    for number, edits in MISPRINTS.items():
+        assert edits in ledger[number].edits, number
         wrong = [line for line in ledger[number].used.lines if line.verdict is Standing.DIFFERS]
         assert all("the corrected form is" in line.how for line in wrong), number
         assert all(line.counterexample or "matrix" in line.how for line in wrong), number
@@ -105,12 +105,12 @@ def test_the_corrected_numerators_have_the_sum_that_sampling_keeps(ledger: Ledge
 
 def test_the_counterexample_of_9(ledger: Ledger) -> None:
     """Where pitch rests at zero, its acceleration alone takes a torque, which the printed (9) does not have."""
-    found = ledger["(9)"].counterexample
-    assert found is not None
-    at = dict(found.at)
+    point = ledger["(9)"].counterexample
+    assert point is not None
+    at = dict(point.at)
     pull = 3 * float(sp.Rational(at["omega_0"])) ** 2 * float(at["theta"]) * (float(at["I_x"]) - float(at["I_z"]))
-    assert float(found.left) == pytest.approx(float(at["I_y"]) * float(at["theta_ddot"]) + pull)
-    assert float(found.right) == pytest.approx(float(at["I_y"]) * float(at["theta_dot"]) + pull)
+    assert float(point.left) == pytest.approx(float(at["I_y"]) * float(at["theta_ddot"]) + pull)
+    assert float(point.right) == pytest.approx(float(at["I_y"]) * float(at["theta_dot"]) + pull)
 
 
 def broken(system: System, *names: str) -> System:
@@ -126,7 +126,7 @@ def broken(system: System, *names: str) -> System:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "turned", "kept"),
+    ("wrong", "turned", "unmoved"),
     [
         (
             ["C12", "t0_cancel_roll", "u_roll_pd"],
@@ -138,14 +138,14 @@ def broken(system: System, *names: str) -> System:
     ],
 )
 def test_wrong_steps_of_the_derivation_turn_the_verdicts(
-    system: System, wrong: list[str], turned: list[str], kept: list[str]
+    system: System, wrong: list[str], turned: list[str], unmoved: list[str]
 ) -> None:
     written = paper(broken(system, *wrong))
     chosen = {entry.number: entry for entry in written.entries}
-    found = {number: judge_entry(chosen[number], written.names) for number in (*turned, *kept)}
-    good = {number: judged.used.verdict is not Standing.DIFFERS for number, judged in found.items()}
+    entries = {number: judge_entry(chosen[number], written.names) for number in (*turned, *unmoved)}
+    good = {number: judged.used.verdict is not Standing.DIFFERS for number, judged in entries.items()}
     assert [number for number in turned if good[number]] == []
-    assert [number for number in kept if not good[number] and f"({number})" not in MISPRINTS] == []
+    assert [number for number in unmoved if not good[number] and f"({number})" not in MISPRINTS] == []
 
 
 def test_wrong_equations_of_motion_turn_the_verdicts_and_show_no_correction(system: System) -> None:
@@ -153,6 +153,6 @@ def test_wrong_equations_of_motion_turn_the_verdicts_and_show_no_correction(syst
     wrong = dataclasses.replace(system, steps=steps, rhs=(-system.rhs[0], *system.rhs[1:]))
     written = paper(wrong)
     chosen = {entry.number: entry for entry in written.entries}
-    found = {n: judge_entry(chosen[n], written.names) for n in ("1", "4", "5", "6", "9", "43", "44", "45")}
-    assert {n for n, judged in found.items() if judged.used.verdict is not Standing.DIFFERS} == {"6"}
-    assert {n for n, judged in found.items() if judged.corrected_latex} == {"43", "45"}
+    entries = {n: judge_entry(chosen[n], written.names) for n in ("1", "4", "5", "6", "9", "43", "44", "45")}
+    assert {n for n, judged in entries.items() if judged.used.verdict is not Standing.DIFFERS} == {"6"}
+    assert {n for n, judged in entries.items() if judged.corrected_latex} == {"43", "45"}

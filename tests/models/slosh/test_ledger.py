@@ -57,9 +57,9 @@ def test_the_verdicts(ledger: Ledger) -> None:
 
 
 def test_each_misprint_is_at_its_term_with_a_correction_and_a_counterexample(ledger: Ledger) -> None:
-    for number, told in MISPRINTS.items():
+    for number, edits in MISPRINTS.items():
         entry = ledger[number]
-        assert set(told) <= set(entry.edits), number
+        assert set(edits) <= set(entry.edits), number
         assert entry.edits, number
         assert entry.corrected_latex, number
         assert "the corrected form is" in entry.how, number
@@ -83,8 +83,8 @@ def test_wrong_equations_turn_the_verdicts(system: System) -> None:
         for step in system.steps
     )
     wrong = dataclasses.replace(system, steps=steps)
-    found = verdicts(wrong, "19", "20", "24", "28", "29", "36", "21", "22", "17")
-    assert [number for number, verdict in found.items() if verdict is Standing.DIFFERS] == [
+    standings = verdicts(wrong, "19", "20", "24", "28", "29", "36", "21", "22", "17")
+    assert [number for number, verdict in standings.items() if verdict is Standing.DIFFERS] == [
         *("19", "20", "24", "28", "29", "36")
     ]
 

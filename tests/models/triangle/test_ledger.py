@@ -61,8 +61,8 @@ def test_the_verdicts(ledger: Ledger) -> None:
 
 
 def test_each_misprint_is_at_its_term(ledger: Ledger) -> None:
-    for number, told in MISPRINTS.items():
-        assert told in ledger[number].edits, number
+    for number, edits in MISPRINTS.items():
+        assert edits in ledger[number].edits, number
 
 
 def test_each_misprint_has_a_correction_that_passes_and_a_counterexample(ledger: Ledger) -> None:
@@ -80,14 +80,14 @@ def test_the_reading_that_the_model_follows_holds(ledger: Ledger) -> None:
 
 def test_the_counterexample_of_22(ledger: Ledger) -> None:
     """At rho = 1/2, phi = 0, mu = 1 and w2 = 1 alone, rod 1 grows: +(1/3 l_1)(1/2)(sqrt 3/2) sin(2 pi/3)."""
-    found = ledger["(22)"].counterexample
-    assert found is not None
-    at = {name: value for name, value in found.at if name in ("rho", "phi", "mu", "w1", "w2", "w3")}
+    point = ledger["(22)"].counterexample
+    assert point is not None
+    at = {name: value for name, value in point.at if name in ("rho", "phi", "mu", "w1", "w2", "w3")}
     assert at == {"rho": "1/2", "phi": "0", "mu": "1", "w1": "0", "w2": "1", "w3": "0"}
     length = sp.sqrt(sp.Rational(1, 3) * (1 - sp.sqrt(3) / 4))
     rate = sp.Rational(1, 3) / length * sp.Rational(1, 2) * sp.sqrt(3) / 2 * sp.sqrt(3) / 2
-    assert float(found.left) == pytest.approx(float(rate), rel=1e-5)
-    assert float(found.right) == pytest.approx(-float(rate), rel=1e-5)
+    assert float(point.left) == pytest.approx(float(rate), rel=1e-5)
+    assert float(point.right) == pytest.approx(-float(rate), rel=1e-5)
 
 
 def verdicts(system: System, *numbers: str) -> list[Standing]:
@@ -115,7 +115,7 @@ def test_a_wrong_law_of_motion_turns_the_verdicts(system: System) -> None:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "turned", "kept"),
+    ("wrong", "turned", "unmoved"),
     [
         (["length2", "theta_exact", "h"], ["5", "16", "20", "26", "28", "29"], ["19", "25", "31", "42", "45"]),
         (["rod_rate1", "g", "turn_rate"], ["6", "32", "33", "45", "46"], ["20", "28", "31", "37", "42"]),
@@ -123,11 +123,13 @@ def test_a_wrong_law_of_motion_turns_the_verdicts(system: System) -> None:
     ],
 )
 def test_wrong_steps_of_the_derivation_turn_the_verdicts(
-    system: System, wrong: list[str], turned: list[str], kept: list[str]
+    system: System, wrong: list[str], turned: list[str], unmoved: list[str]
 ) -> None:
-    found = dict(zip((*turned, *kept), verdicts(broken(system, *wrong), *turned, *kept), strict=True))
-    assert [number for number in turned if found[number] is not Standing.DIFFERS] == []
-    assert [number for number in kept if found[number] is Standing.DIFFERS and f"({number})" not in MISPRINTS] == []
+    standings = dict(zip((*turned, *unmoved), verdicts(broken(system, *wrong), *turned, *unmoved), strict=True))
+    assert [number for number in turned if standings[number] is not Standing.DIFFERS] == []
+    assert [
+        number for number in unmoved if standings[number] is Standing.DIFFERS and f"({number})" not in MISPRINTS
+    ] == []
 
 
 def test_a_correction_against_a_wrong_derivation_is_not_shown(system: System) -> None:
