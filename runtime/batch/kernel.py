@@ -17,6 +17,7 @@ from mehvar.errors import InputError, bad_value, unknown_name
 
 from ..compiling.compiler import require_compiler
 from ..compiling.library import load_library
+from ..compiling.structures import structures
 from ..compiling.processor import vector_flags, widest
 from ..model.functions import FloatArray, Real
 from ..model.manifest import Metric, identifier
@@ -209,25 +210,29 @@ class Kernel:
         saved = 0 if save_every is None else record_every * round(save_every / dt)
         rows = (len(ticks) - 1) // saved + 1 if saved else 0
         block = _empty(len(p), len(self.loop.manifest.states), len(self.variables), len(self._metrics()), rows)
-        given = {"t": ticks, "p": p, "c": c, "s": s, "x0": x0}
-        arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
+        vectors = {"p": p, "c": c, "s": s, "x0": x0}
+        arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in vectors.items()}
         metrics, signals = self._metric_rows()
         halt = ctypes.c_int32(0)
-        job = _Job(
-            runs=len(p),
-            seed=seed,
-            first_run=first_run,
+        schedule = _Schedule(
+            t=ticks.ctypes.data,
             ticks=len(ticks),
-            hold_every=hold_every or 1,
             record_every=record_every,
+            hold_every=hold_every or 1,
             max_steps=self.max_steps,
-            save_every=saved or 1,
-            rows=rows,
             delay=self.delay,
-            metrics=len(metrics),
             rtol=self.rtol,
             atol=self.atol,
             step=self.step or min(dt, hold or dt),
+        )
+        job = _Job(
+            schedule=schedule,
+            runs=len(p),
+            seed=seed,
+            first_run=first_run,
+            save_every=saved or 1,
+            rows=rows,
+            metrics=len(metrics),
             metric=ctypes.addressof(metrics),
             signal=ctypes.addressof(signals),
             stop=ctypes.addressof(halt),
@@ -276,35 +281,8 @@ _RESULTS = {
 """Where the fields of a job are in a block."""
 
 
-class _Metric(ctypes.Structure):
-    """Mirrors mv_metric of batch.h."""
-
-    _fields_ = (
-        *((name, ctypes.c_int32) for name in ("kind", "signals")),
-        *((name, ctypes.c_double) for name in ("band", "since", "until")),
-    )
-
-
-class _Signal(ctypes.Structure):
-    """Mirrors mv_signal of batch.h."""
-
-    _fields_ = (("column", ctypes.c_int32), ("subtracted", ctypes.c_int32))
-
-
-class _Job(ctypes.Structure):
-    """Mirrors mv_job of batch.h."""
-
-    _fields_ = (
-        ("runs", ctypes.c_int64),
-        *((name, ctypes.c_uint64) for name in ("seed", "first_run")),
-        *((name, ctypes.c_int64) for name in ("ticks", "hold_every", "record_every", "max_steps")),
-        *((name, ctypes.c_int64) for name in ("save_every", "rows")),
-        *((name, ctypes.c_int32) for name in ("delay", "metrics")),
-        *((name, ctypes.c_double) for name in ("rtol", "atol", "step")),
-        *((name, ctypes.c_void_p) for name in ("t", "p", "c", "s", "x0", "metric", "signal")),
-        *((name, ctypes.c_void_p) for name in ("final", "minimum", "maximum", "metric_values", "t_stop", "error")),
-        *((name, ctypes.c_void_p) for name in ("series", "steps", "violated", "status", "stop")),
-    )
+_STRUCTURES = structures("step/schedule.h", "batch/job.h")
+_Schedule, _Metric, _Signal, _Job = (_STRUCTURES[f"mv_{name}"] for name in ("schedule", "metric", "signal", "job"))
 
 
 def _library(loop: Loop, profile: Profile, lanes: int) -> ctypes.CDLL:
@@ -339,7 +317,7 @@ def _empty(n: int, states: int, variables: int, metrics: int, rows: int) -> Bloc
 
 def _in_threads(
     library: ctypes.CDLL,
-    job: _Job,
+    job: Any,
     records: int,
     size: int,
     blocks: int,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Find the coefficients of `rock4`, and write runtime/native/rock4.inc.
+"""Find the coefficients of `rock4`, and write rock4.inc beside this file.
 
-    python benchmarks/rock4.py
+    python -m mehvar.runtime.native.methods.rock4
 
 The construction is Abdulle's, SIAM J. Sci. Comput. 23 (2002) 2041, with a fixed number of stages: a stability
 polynomial of order four that stays below DAMPING on a long piece of the negative real axis is the product of an
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 STAGES = 16
 LAST = 4
 DAMPING = 0.95
-FILE = Path(__file__).parents[1] / "runtime" / "native" / "rock4.inc"
+FILE = Path(__file__).with_suffix(".inc")
 
 QUARTIC = (-2.4505, 1.2982, -0.2841, 3.5036, 88.0)
 """Start of the search: real and imaginary part of two zeros in z = h lambda, and the stable length."""
