@@ -86,19 +86,12 @@ static inline void mv_stages(mv_loop *l, double h)
     shift(l, h, l->y);
 }
 
-static inline double estimate(const mv_loop *l, const double *w, int i)
+static inline void mv_estimate(const mv_loop *l, double *error, double *third_error)
 {
-    const int count = STAGES + END_IN_ERROR;
-    int j = 0;
-    while (w[j] == 0.0) j++;
-    double sum = w[j] * l->k[j][i];
-    for (j++; j < count; j++)
-        if (w[j] != 0.0) sum += w[j] * l->k[j][i];
-    return sum;
+    const mv_tableau *m = METHOD;
+    combine(l, m->e, m->stages + m->end_in_error, error);
+    if (m->e3) combine(l, m->e3, m->stages, third_error);
 }
-
-static inline double mv_error(const mv_loop *l, int i) { return estimate(l, METHOD->e, i); }
-static inline double mv_third_error(const mv_loop *l, int i) { return estimate(l, METHOD->e3, i); }
 
 static void mv_draw(const mv_loop *l, int64_t evaluation, double *e) { mv_copy(e, l->model.e + evaluation * NOISE, NOISE); }
 

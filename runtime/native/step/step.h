@@ -11,10 +11,9 @@
 
 #include "state.h"
 
-/* Defined by whoever includes this: the slopes k[1] ... and the end y of a step, and component i of the estimates. */
+/* Defined by whoever includes this: the slopes k[1] ... and the end y of a step; the estimates of its error over h. */
 static inline void mv_stages(mv_loop *l, real h);
-static inline real mv_error(const mv_loop *l, int i);
-static inline real mv_third_error(const mv_loop *l, int i);
+static inline void mv_estimate(const mv_loop *l, real *error, real *third_error);
 
 #define SAFETY 0.85
 #define SHRINK 0.2
@@ -69,14 +68,15 @@ static real mv_first_step(mv_loop *l, real room)
 /* Error of the step q -> y over its tolerance: the step is good when this is at most one. NaN when anything is. */
 static inline real mv_error_ratio(const mv_loop *l, real h)
 {
-    real main = SPLAT(0), third = SPLAT(0);
+    real error[NQ], third_error[NQ], main = SPLAT(0), third = SPLAT(0);
+    mv_estimate(l, error, third_error);
     for (int i = 0; i < NQ; i++) {
         const real weight = K(1) / mv_tolerance(l, mv_larger(mv_fabs(l->q[i]), mv_fabs(l->y[i])));
-        const real part = mv_error(l, i) * weight;
-        main += part * part;
+        error[i] *= weight;
+        main += error[i] * error[i];
         if (THIRD) {
-            const real other = mv_third_error(l, i) * weight;
-            third += other * other;
+            third_error[i] *= weight;
+            third += third_error[i] * third_error[i];
         }
     }
     if (!THIRD) return h * mv_sqrt(main / K(NQ));
