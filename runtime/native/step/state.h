@@ -8,7 +8,10 @@
  *   SAMPLED                          the law is evaluated every so many ticks and its input held in between
  *   REFERENCE_CONSTANT, PROJECTED    the reference does not depend on time; every step is put back on a manifold
  *   RECORDS_COMMAND                  the record holds what the law asks for beside what acts
- *   STAGES, ORDER, END_IN_ERROR, ... of the method, see step.h
+ *   STAGES, ORDER                    of the method: slopes k[0] ... k[STAGES - 1], and k[STAGES] at the end of a step;
+ *                                    the local error goes like step^ORDER, 0 for a fixed step
+ *   ESTIMATED, END_IN_ERROR, THIRD   there is an error estimate; it needs the slope at the end; there is one of order
+ *                                    three beside it (dop853)
  *   REALS(a, n), ROWS(a, m, n)       declare a field for n numbers, and for m times n
  * In a batch they are constants, so that the compiler drops what a loop has no use for; in a single run they are read
  * from `l`, and one library serves all models. */
@@ -84,6 +87,17 @@ static inline void mv_retire(mv_loop *l, mask m, enum mv_status status)
 static inline void mv_refer(mv_loop *l, real t)
 {
     if (!REFERENCE_CONSTANT) mv_call_reference(&l->model, t, l->r);
+}
+
+static __attribute__((noinline)) void mv_slope(mv_loop *l, real t, const real *q, real *dq)
+{
+    l->evaluations++;
+    if (SAMPLED) {
+        mv_call_rhs(&l->model, q, l->column + U_COLUMN, dq);
+        return;
+    }
+    mv_refer(l, t);
+    mv_call_loop(&l->model, q, l->r, dq);
 }
 
 /* Which of `lanes` keep the limits. */
