@@ -17,8 +17,8 @@ from mehvar.errors import InputError, bad_value, unknown_name
 
 from ..compiling.compiler import require_compiler
 from ..compiling.library import load_library
-from ..compiling.structures import structures
 from ..compiling.processor import vector_flags, widest
+from ..compiling.structures import structures
 from ..model.functions import FloatArray, Real
 from ..model.manifest import Metric, identifier
 from ..model.model import Model

@@ -8,29 +8,28 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mehvar.errors import InputError
-
 from ..compiling.library import load_native, native_headers, native_sources
 from ..compiling.structures import structures
 from ..model.manifest import Controller, Function, Manifest, identifier
+from ..run.calls import loop_calls
 from ..run.problem import METHODS, STAGES, Method
 
-_CALLS = {
-    "reference": ("t", "r"),
-    "rhs": ("x u", "dx"),
-    "loop": ("q r", "dq"),
-    "observe": ("q r", "x u u_cmd"),
-    "outputs": ("x u r", "y"),
-    "limits": ("x u", "margin"),
-    "law": ("x r v z", "u_cmd z_next"),
-    "actuate": ("x u_cmd", "u"),
-    "measure": ("x e", "x_seen"),
-    "project": ("q", "q_next"),
-    "start": ("x r", "z"),
-    "to_coordinates": ("x", "q"),
-    "from_coordinates": ("q", "x"),
+_RESULTS = {
+    "reference": "r",
+    "rhs": "dx",
+    "loop": "dq",
+    "observe": "x u u_cmd",
+    "outputs": "y",
+    "limits": "margin",
+    "law": "u_cmd z_next",
+    "actuate": "u",
+    "measure": "x_seen",
+    "project": "q_next",
+    "start": "z",
+    "to_coordinates": "q",
+    "from_coordinates": "x",
 }
-"""Arguments and results of the calls in native/step/calls.h and native/batch/block.h, without the parameters."""
+"""Of the calls in native/step/calls.h and native/batch/block.h, whose arguments have the manifest's names."""
 
 _INSTEAD = {
     "observe": "mv_copy(u_cmd, u, NU)",
@@ -39,7 +38,7 @@ _INSTEAD = {
     "to_coordinates": "mv_copy(q, x, NX)",
     "from_coordinates": "mv_copy(x, q, NX)",
 }
-"""What a call does where a model has no such function, or where it lacks the last result."""
+"""What a call does where a model has no such function, or where that lacks the last result."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +50,11 @@ class Loop:
     suffix: str
     sampled: bool
     method: Method
+
+    @property
+    def calls(self) -> dict[str, Function]:
+        """The generated functions that it calls."""
+        return loop_calls(self.manifest, self.controller, self.suffix, self.sampled)
 
     @property
     def variables(self) -> tuple[str, ...]:
@@ -81,28 +85,6 @@ def kernel_sources(loop: Loop) -> dict[str, str]:
     return sources | {"kernel.h": _kernel(loop)}
 
 
-def _roles(loop: Loop) -> dict[str, Function]:
-    """Return the generated functions that stand behind the calls."""
-    functions = {identifier(name): function for name, function in loop.manifest.functions.items()}
-    law, charted = identifier(loop.controller.name), "to_coordinates" in functions
-    names = {"outputs": "outputs", "reference": "reference"}
-    if loop.manifest.limits:
-        names["limits"] = "limits"
-    if loop.sampled:
-        names |= {"rhs": f"rhs{loop.suffix}", "law": law}
-        names |= {name: name for name in ("actuate", "measure") if name in functions}
-        names |= {"start": f"{law}_start"} if loop.controller.memory else {}
-    else:
-        names |= {"loop": f"{law}_loop{loop.suffix}", "observe": f"{law}_observe"}
-        names |= {name: name for name in ("to_coordinates", "from_coordinates") if charted}
-    if "project" in functions and not (loop.sampled and charted):
-        names["project"] = "project"
-    missing = [name for name in names.values() if name not in functions]
-    if missing:
-        raise InputError(f"the generated folder lacks the function {missing[0]}; generate the model again")
-    return {role: functions[name] for role, name in names.items()}
-
-
 def _kernel(loop: Loop) -> str:
     """Return the model's text and the definitions that native/batch/block.h is compiled with."""
     manifest = loop.manifest
@@ -115,20 +97,20 @@ def _kernel(loop: Loop) -> str:
 
 
 def _calls(loop: Loop) -> dict[str, str]:
-    """Return what each call does, and what of it is computed beforehand and kept."""
-    manifest, roles = loop.manifest, _roles(loop)
+    """Return what each call does, and what of it is computed beforehand and kept in the model."""
+    manifest = loop.manifest
     functions = {identifier(name): function for name, function in manifest.functions.items()}
-    parts = {role: _parts(functions, function) for role, function in roles.items()}
-    constants = [(role, f.results[0]) for role, group in parts.items() for f in group.values()]
-    definitions = {"CONSTANTS": " ".join(f"real {array.name}_{role}[{array.size}];" for role, array in constants)}
+    parts = {call: _parts(functions, function) for call, function in loop.calls.items()}
+    constants = [(call, part.results[0]) for call, group in parts.items() for part in group.values()]
+    definitions = {"CONSTANTS": " ".join(f"real {array.name}_{call}[{array.size}];" for call, array in constants)}
     for step in ("prepare", "hold"):
-        calls = [_invocation(manifest, role, group[step], ()) for role, group in parts.items() if step in group]
-        definitions[f"CALL_{step.upper()}"] = "; ".join(calls)
-    for role, (_, results) in _CALLS.items():
-        function = roles.get(role)
-        if function is not None and parts[role]:
+        statements = [_statement(manifest, call, group[step]) for call, group in parts.items() if step in group]
+        definitions[f"CALL_{step.upper()}"] = "; ".join(statements)
+    for call, results in _RESULTS.items():
+        function = loop.calls.get(call)
+        if parts.get(call) and function is not None:
             function = functions[f"{identifier(function.name)}_prepared"]
-        definitions[f"CALL_{role.upper()}"] = _call(manifest, role, function, results.split())
+        definitions[f"CALL_{call.upper()}"] = _call(manifest, call, function, results.split())
     return definitions
 
 
@@ -145,7 +127,7 @@ def _files(manifest: Manifest) -> list[str]:
 
 
 def _sizes(loop: Loop) -> dict[str, str]:
-    manifest, roles = loop.manifest, _roles(loop)
+    manifest, calls = loop.manifest, loop.calls
     states = len(manifest.states)
     numbers = {
         "NX": states,
@@ -153,7 +135,7 @@ def _sizes(loop: Loop) -> dict[str, str]:
         "NY": len(manifest.outputs),
         "NZ": len(loop.controller.memory),
         "NR": len(manifest.references),
-        "NQ": states if loop.sampled else roles["loop"].results[0].size,
+        "NQ": states if loop.sampled else calls["loop"].results[0].size,
         "NP": len(manifest.parameters),
         "NC": len(loop.controller.parameters),
         "NS": len(manifest.scenario_parameters),
@@ -161,7 +143,7 @@ def _sizes(loop: Loop) -> dict[str, str]:
         "LIMITS": len(manifest.limits),
         "SAMPLED": loop.sampled,
         "RECORDS_COMMAND": loop.records_command,
-        "PROJECTED": "project" in roles,
+        "PROJECTED": "project" in calls,
         "REFERENCE_CONSTANT": manifest.reference_constant,
     }
     return {name: str(int(value)) for name, value in numbers.items()}
@@ -176,27 +158,27 @@ def _symbol(manifest: Manifest, name: str) -> str:
     return f"{identifier(manifest.model)}_{identifier(name)}"
 
 
-def _argument(name: str, role: str) -> str:
-    """Return the C expression of an argument: parameters and what is computed beforehand stand in the model."""
-    if name in ("h", "w"):
-        return f"m->{name}_{role}"
-    return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t"}.get(name, name)
-
-
-def _invocation(manifest: Manifest, role: str, function: Function, results: Sequence[str]) -> str:
-    """Return the C call; results without a name of their own are kept in the model."""
-    outputs = results or [_argument(array.name, role) for array in function.results]
-    arguments = [_argument(array.name, role) for array in function.arguments]
-    return f"{_symbol(manifest, function.name)}({', '.join([*arguments, *outputs])})"
-
-
-def _call(manifest: Manifest, role: str, function: Function | None, results: Sequence[str]) -> str:
-    """Return what a call does, nothing where the loop never makes it."""
+def _call(manifest: Manifest, call: str, function: Function | None, results: Sequence[str]) -> str:
+    """Return what a call does; nothing where the loop never makes it."""
     present = results[: len(function.results)] if function is not None else ()
-    statements = [] if function is None else [_invocation(manifest, role, function, present)]
-    if role in _INSTEAD and len(present) < len(results):
-        statements.append(_INSTEAD[role])
+    statements = [] if function is None else [_statement(manifest, call, function, present)]
+    if call in _INSTEAD and len(present) < len(results):
+        statements.append(_INSTEAD[call])
     return "; ".join(statements)
+
+
+def _statement(manifest: Manifest, call: str, function: Function, results: Sequence[str] = ()) -> str:
+    """Return the call of a generated function in C; results without a name are kept in the model."""
+    arguments = [_expression(array.name, call) for array in function.arguments]
+    arguments += results or [_expression(array.name, call) for array in function.results]
+    return f"{_symbol(manifest, function.name)}({', '.join(arguments)})"
+
+
+def _expression(name: str, call: str) -> str:
+    """Return an array of a generated function in C: parameters and what is computed beforehand are in the model."""
+    if name in ("h", "w"):
+        return f"m->{name}_{call}"
+    return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t"}.get(name, name)
 
 
 def _method(method: Method) -> dict[str, str]:

@@ -16,7 +16,7 @@ from pathlib import Path
 from mehvar.errors import InputError
 
 _PATH_NAMES = ("cc", "clang", "gcc")
-_VERSION_TIMEOUT = 60.0  # seconds; the first start of zig unpacks itself
+_VERSION_TIMEOUT = 60.0  # seconds: the first start of zig unpacks itself, which takes a few; others answer at once
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Compiler:
     version : str
         Part of the key of every compiled file.
     origin : str
-        How it was found: "$CC", "PATH" or "the ziglang package".
+        Where it is from: "$CC", "PATH" or "the ziglang package".
     """
 
     command: tuple[str, ...]
@@ -81,10 +81,10 @@ def _find(chosen: str, _path: str) -> Compiler | None:
             raise InputError(f"$CC = {chosen!r}: must start a C compiler, but it does not start")
         return Compiler(command, version, "$CC")
     for name in _PATH_NAMES:
-        found = shutil.which(name)
-        version = _version((found,)) if found else None
-        if found and version:
-            return Compiler((found,), version, "PATH")
+        path = shutil.which(name)
+        version = _version((path,)) if path else None
+        if path and version:
+            return Compiler((path,), version, "PATH")
     if importlib.util.find_spec("ziglang"):
         command = (sys.executable, "-m", "ziglang", "cc")
         version = _version(command)
@@ -102,7 +102,7 @@ def _words(command: str) -> tuple[str, ...]:
 
 def _version(command: tuple[str, ...]) -> str | None:
     try:
-        done = subprocess.run(
+        answer = subprocess.run(
             [*command, "--version"],
             capture_output=True,
             text=True,
@@ -112,5 +112,5 @@ def _version(command: tuple[str, ...]) -> str | None:
         )
     except (OSError, subprocess.TimeoutExpired, ValueError):
         return None
-    lines = done.stdout.strip().splitlines()
-    return lines[0] if done.returncode == 0 and lines else None
+    lines = answer.stdout.strip().splitlines()
+    return lines[0] if answer.returncode == 0 and lines else None

@@ -10,31 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.errors import InputError
-
 from ..compiling.library import load_native
 from ..compiling.structures import structures
-from ..model.functions import CBackend, FloatArray
-from ..model.manifest import Function, identifier
+from ..model.functions import CBackend, FloatArray, Real
+from .calls import loop_calls
 from .problem import METHODS, Problem, Status, Trajectory
 
 _CHUNK_SECONDS = 0.03  # between two looks at the keyboard and the progress callback
-
-_ARGUMENTS = {
-    "rhs": "x u p",
-    "outputs": "x u r p",
-    "limits": "x u p",
-    "reference": "t p s",
-    "law": "x r p c",
-    "law_memory": "x r v z p c",
-    "loop": "q r p c",
-    "observe": "q r p c",
-    "observe_command": "q r p c",
-    "actuate": "x u_cmd p",
-    "measure": "x e p",
-    "project": "q",
-}
-
 
 _STRUCTURES = structures("step/schedule.h", "single/single.h")
 _Schedule, _Model, _Single = (_STRUCTURES[name] for name in ("mv_schedule", "mv_model", "mv_single"))
@@ -102,8 +84,8 @@ class _Elsewhere:
         self._evaluate(_view(x, self._nx), _view(r, self._nr), applied, memory, _view(u, self._nu), memory)
 
     def _with_memory(self, x: Any, r: Any, v: Any, z: Any, _p: Any, _c: Any, u: Any, z_next: Any) -> None:
-        given = _view(x, self._nx), _view(r, self._nr), _view(v, self._nu), _view(z, self._nz)
-        self._evaluate(*given, _view(u, self._nu), _view(z_next, self._nz))
+        arguments = _view(x, self._nx), _view(r, self._nr), _view(v, self._nu), _view(z, self._nz)
+        self._evaluate(*arguments, _view(u, self._nu), _view(z_next, self._nz))
 
     def _evaluate(
         self, x: FloatArray, r: FloatArray, v: FloatArray, z: FloatArray, u: FloatArray, z_next: FloatArray
@@ -173,31 +155,17 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatA
 
 
 def _addresses(problem: Problem, backend: CBackend) -> dict[str, int]:
-    """Return the C functions that the loop calls, after a look at their signatures."""
-    functions, law = problem.model.manifest.functions, identifier(problem.controller.name)
-    by_identifier = {identifier(name): function for name, function in functions.items()}
-    names = {"rhs": f"rhs{problem.suffix}", "outputs": "outputs", "reference": "reference"}
-    if problem.model.manifest.limits:
-        names["limits"] = "limits"
-    if problem.hold_every is None:
-        seen = "observe_command" if "actuate" in by_identifier else "observe"
-        names |= {"loop": f"{law}_loop{problem.suffix}", seen: f"{law}_observe"}
-    else:
-        names["law_memory" if problem.controller.memory else "law"] = law
-        names |= {name: name for name in ("actuate", "measure") if name in by_identifier}
-    if "project" in by_identifier and (problem.hold_every is None or "to_coordinates" not in by_identifier):
-        names["project"] = "project"
-    found = {role: _checked(by_identifier, name, _ARGUMENTS[role].split()) for role, name in names.items()}
-    narrow = {"law", "law_memory"} if problem.real == "float" else set()
+    """Return where the C functions are that the loop calls."""
+    controller, sampled = problem.controller, problem.hold_every is not None
+    calls = loop_calls(problem.model.manifest, controller, problem.suffix, sampled)
+    fields = {call: call for call in calls if hasattr(_Model, call)}
+    if controller.memory:
+        fields["law"] = "law_memory"
+    if "actuate" in problem.model.manifest.functions:
+        fields["observe"] = "observe_command"
+    reals: dict[str, Real] = {"law": problem.real}
     return {
-        role: backend.address(function.name, "float" if role in narrow else "double")
-        for role, function in found.items()
+        fields[call]: backend.address(function.name, reals.get(call, "double"))
+        for call, function in calls.items()
+        if call in fields
     }
-
-
-def _checked(functions: dict[str, Function], name: str, arguments: list[str]) -> Function:
-    function = functions.get(name)
-    if function is None or [a.name for a in function.arguments] != arguments:
-        wanted = f"{name}({', '.join(arguments)})"
-        raise InputError(f"the generated folder lacks the function {wanted}; generate the model again")
-    return function

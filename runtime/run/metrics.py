@@ -107,4 +107,4 @@ _KINDS: Mapping[str, Callable[[FloatArray, FloatArray, float], float]] = {
     "sign_changes": _sign_changes,
     "final": lambda _t, values, _band: float(values[0, -1]),
 }
-KINDS = tuple(_KINDS)  # numbered as in native/batch.h
+KINDS = tuple(_KINDS)  # numbered as in native/batch/job.h

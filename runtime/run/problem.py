@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a closed loop is asked to do and what it answers, the same for every backend."""
+"""A closed loop with all its numbers, and its trajectory: the same for every backend."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Progress = Callable[[float, float], None]
 Law = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """A sampled law evaluated elsewhere: state as measured, reference, applied input, memory -> input, memory."""
 
-METHODS: tuple[Method, ...] = ("rk4", "dopri5", "dop853", "rock4")  # numbered as in the native integrator
-STAGES = 16  # the most that a method has: MV_STAGES of the native integrator
+METHODS: tuple[Method, ...] = ("rk4", "dopri5", "dop853", "rock4")  # numbered as in native/methods/tableaux.h
+STAGES = 16  # the most that a method has, and the length of a row of its coefficients: MV_STAGES
 
 
 class Status(IntEnum):
-    """How a run ended, numbered as in the native integrator."""
+    """How a run ended, numbered as in native/step/schedule.h."""
 
     DONE = 0
     NOT_FINITE = 1
