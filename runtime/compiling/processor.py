@@ -13,7 +13,8 @@ _WIDTHS = (
 )
 """Lanes, and the instructions they need; the widest that this processor has is used.
 
-More lanes than fill a register were slower, and half of them take nearly twice the time (decision 0013)."""
+More lanes than fill a register were slower (decision 0013).
+"""
 
 
 @functools.cache

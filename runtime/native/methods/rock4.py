@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 STAGES = 16
 LAST = 4
 DAMPING = 0.95
+"""Most of the stability polynomial: 0.9 makes the stable length 86.5 instead of 87.1, 0.99 makes it 87.7."""
 FILE = Path(__file__).with_suffix(".inc")
 
 QUARTIC = (-2.4505, 1.2982, -0.2841, 3.5036, 88.0)
@@ -34,7 +35,7 @@ TAIL = (-0.12, 1.16, -0.76, -0.1, 0.2, 0.46, 0.44, -0.2, 0.2, 0.25)
 END_POINTS = (0.72, 0.87)
 """Where the last two stages end, in steps."""
 LINEAR_ERROR = 1 / 100
-"""What the embedded method's coefficient of z^4 differs by: the scale of the estimate."""
+"""What the embedded method's coefficient of z^4 differs by: the scale of the estimate, and of nothing else."""
 
 
 @dataclass(frozen=True)
