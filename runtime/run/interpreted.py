@@ -22,9 +22,9 @@ _PROGRESS_SECONDS = 0.1
 _DENSE = 0.01
 """Factor of the tolerances where samples come from the dense output, which is less accurate than the steps.
 
-Samples of a smooth closed loop at 1e-8, a hundred a second, are off by 2e-9 with dop853 and 1e-8 with dopri5; without the
-factor by 1e-7 and 2e-6. The native loop, which steps to every sample, is off by 4e-8. Half the factor takes 0.9 and 2.3
-times the evaluations.
+Samples of a smooth closed loop at 1e-8, a hundred a second, are off by 2e-9 with dop853 and by 1e-8 with dopri5;
+without it, by 1e-7 and 2e-6. The native loop, which steps to every sample, is off by 4e-8. Half of it takes 0.9 and
+2.3 times the evaluations.
 """
 _SMALLEST_RTOL = 100 * float(np.finfo(np.float64).eps)  # SciPy's own limit
 

@@ -36,7 +36,7 @@ typedef struct {
     int32_t ready, started;    /* k[0] is the slope at (t, q); h has been chosen */
     real t;
     real h;                    /* the step that the error control would take */
-    real reserve;              /* of the last accepted step, see step.h */
+    real reserve;              /* of the last accepted step, see control.h */
     real error;                /* the largest estimate over its tolerance */
     real steps, rejected;
     real status, violated;     /* an mv_status; index of the limit that ended the run, or -1 */
