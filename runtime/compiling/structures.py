@@ -20,7 +20,7 @@ _STRUCTURE = re.compile(r"typedef struct \{(.*?)\} (\w+);", re.DOTALL)
 _FIELDS = re.compile(r"(?:const )?(?:volatile )?(\w+) ([^;]+);")
 
 
-def structures(*headers: str) -> dict[str, type[ctypes.Structure]]:
+def structures(*headers: str) -> dict[str, Any]:
     """Return the structures of headers by their C names; a header may use those of the ones before it.
 
     Pointers become `c_void_p`. A structure has numbers, pointers and other structures as fields, and no arrays.

@@ -7,11 +7,19 @@
 
 int64_t mv_job_size(void) { return (int64_t)sizeof(mv_job); }
 
-/* Bytes of work that one thread needs; what the signals of metrics remember counts in the caller's `histories`. */
-int64_t mv_work_size(const mv_job *job, int64_t signals, int64_t histories, int64_t records)
+/* the most records of a run, and one that it may break off with */
+static int64_t most_records(const mv_schedule *s) { return (s->ticks - 2) / s->record_every + 3; }
+
+/* Bytes of work that one thread needs. */
+int64_t mv_work_size(const mv_job *job)
 {
-    const int64_t reals = (int64_t)job->schedule.delay * NU + job->metrics + histories * (records + 1);
-    return reals * (int64_t)sizeof(real) + signals * (int64_t)sizeof(mv_tally) + (records + 1) * (int64_t)sizeof(double);
+    const int64_t records = most_records(&job->schedule);
+    int64_t reals = (int64_t)job->schedule.delay * NU + job->metrics, signals = 0;
+    for (int m = 0; m < job->metrics; m++) {
+        signals += job->metric[m].signals;
+        if (job->metric[m].kind == MV_SETTLING_ABOUT_END) reals += job->metric[m].signals * records;
+    }
+    return reals * (int64_t)sizeof(real) + signals * (int64_t)sizeof(mv_tally) + records * (int64_t)sizeof(double);
 }
 
 static void gather(const mv_block *b, const double *rows, int width, real *to)
@@ -28,10 +36,9 @@ static void scatter(const mv_block *b, const real *from, int width, double *rows
         for (int i = 0; i < width; i++) rows[(b->first + lane) * width + i] = AT(from[i], lane);
 }
 
-static void divide_work(mv_block *b, char *work, int64_t records)
+static void divide_work(mv_block *b, char *work)
 {
     const mv_job *job = b->job;
-    const mv_signal *signal = job->signal;
     int64_t signals = 0;
     for (int m = 0; m < job->metrics; m++) signals += job->metric[m].signals;
     b->loop.queue = (real *)work;
@@ -41,9 +48,9 @@ static void divide_work(mv_block *b, char *work, int64_t records)
     mv_tally *tally = b->tally;
     for (int m = 0; m < job->metrics; m++) {
         b->counts[m] = SPLAT(0);
-        for (int i = 0; i < job->metric[m].signals; i++, tally++, signal++) {
-            *tally = (mv_tally){SPLAT(0), SPLAT(0), history};
-            if (job->metric[m].kind == MV_SETTLING_ABOUT_END) history += records + 1;
+        for (int i = 0; i < job->metric[m].signals; i++) {
+            *tally++ = (mv_tally){SPLAT(0), SPLAT(0), history};
+            if (job->metric[m].kind == MV_SETTLING_ABOUT_END) history += most_records(&job->schedule);
         }
     }
     b->times = (double *)history;
@@ -60,7 +67,7 @@ static void set_parameters(mv_block *b, mv_model *m)
     mv_prepare(m, r);
 }
 
-static void start(mv_block *b, const mv_job *job, int64_t first, char *work, int64_t records)
+static void start(mv_block *b, const mv_job *job, int64_t first, char *work)
 {
     mv_loop *l = &b->loop;
     real lanes = SPLAT(0), x0[NX];
@@ -76,7 +83,7 @@ static void start(mv_block *b, const mv_job *job, int64_t first, char *work, int
         b->run[lane] = job->first_run + (uint64_t)(first + lane);
         AT(lanes, lane) = first + lane < job->runs;
     }
-    divide_work(b, work, records);
+    divide_work(b, work);
     set_parameters(b, &l->model);
     l->schedule = &job->schedule;
     mv_begin(l, TRUTH(lanes));
@@ -137,11 +144,11 @@ static void finish(mv_block *b)
 }
 
 /* Run the blocks first ... last - 1; `work` is mv_work_size bytes aligned to a real. Returns whether it was stopped. */
-int mv_run_blocks(const mv_job *job, int64_t first, int64_t last, int64_t records, char *work)
+int mv_run_blocks(const mv_job *job, int64_t first, int64_t last, char *work)
 {
     mv_block b;
     for (int64_t block = first; block < last; block++) {
-        start(&b, job, block * MEHVAR_LANES, work, records);
+        start(&b, job, block * MEHVAR_LANES, work);
         while (mv_any(b.loop.alive) && b.loop.tick < job->schedule.ticks) {
             if (*job->stop) return 1;
             mv_tick(&b.loop);
