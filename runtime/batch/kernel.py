@@ -19,6 +19,7 @@ from mehvar.manifest import METRIC_KINDS
 from ..compiling.compiler import require_compiler
 from ..compiling.library import load_library
 from ..compiling.processor import vector_flags, widest
+from ..compiling.structures import structures
 from ..model.functions import FloatArray
 from ..model.manifest import Metric, identifier
 from ..model.model import Model
@@ -28,8 +29,8 @@ from ..run.ticks import ticks_of
 from .source import Loop, kernel_sources
 
 _ALIGNMENT = 64  # bytes, of the widest vector
-_CHUNKS = 16  # per thread, so that they end together
-_PATIENCE = 0.1  # seconds between two questions whether to stop
+_CHUNKS = 16  # per thread: at the end one may work alone for a sixteenth of the time, with half as many for an eighth
+_PATIENCE = 0.1  # seconds between two questions whether to stop: what a user waits for at most
 
 
 @dataclass(frozen=True)
@@ -177,41 +178,46 @@ class Kernel:
         InputError
             For instants that do not fit one another.
         """
-        hold = self._hold(p)
-        ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
-        saved = 0 if save_every is None else record_every * round(save_every / dt)
+        schedule, ticks = self._schedule(self._hold(p), t_end, dt)
+        saved = 0 if save_every is None else schedule.record_every * round(save_every / dt)
         rows = (len(ticks) - 1) // saved + 1 if saved else 0
         block = _empty(len(p), len(self.loop.manifest.states), len(self.variables), len(self._metrics()), rows)
-        given = {"t": ticks, "p": p, "c": c, "s": s, "x0": x0}
-        arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
-        metrics, signals = self._metric_rows()
+        vectors = {"p": p, "c": c, "s": s, "x0": x0}
+        arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in vectors.items()}
+        metrics, signals = self._metric_structures()
         halt = ctypes.c_int32(0)
         job = _Job(
+            schedule=schedule,
             runs=len(p),
             seed=seed,
             first_run=first_run,
-            ticks=len(ticks),
-            hold_every=hold_every or 1,
-            record_every=record_every,
-            max_steps=self.options.max_steps,
             save_every=saved or 1,
             rows=rows,
-            delay=self.options.delay,
             metrics=len(metrics),
-            rtol=self.options.rtol,
-            atol=self.options.atol,
-            step=self.options.step or min(dt, hold or dt),
             metric=ctypes.addressof(metrics),
             signal=ctypes.addressof(signals),
             stop=ctypes.addressof(halt),
             **{name: array.ctypes.data for name, array in arrays.items()},
             **{name: getattr(block, field).ctypes.data for name, field in _RESULTS.items()},
         )
-        histories = sum(m.signals for m in metrics if m.kind == METRIC_KINDS.index("settling_about_end"))
-        records = (len(ticks) - 2) // record_every + 2
-        size = self.library.mv_work_size(ctypes.byref(job), len(signals), histories, records)
-        done = _in_threads(self.library, job, records, size, -(-len(p) // self.lanes), threads, halt, stop)
-        return block if done else None
+        complete = _in_threads(self.library, job, -(-len(p) // self.lanes), threads, halt, stop)
+        return block if complete else None
+
+    def _schedule(self, hold: float | None, t_end: float, dt: float) -> tuple[Any, FloatArray]:
+        """Return what all runs share as a C structure, and the ticks that it points to."""
+        ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
+        schedule = _Schedule(
+            t=ticks.ctypes.data,
+            ticks=len(ticks),
+            record_every=record_every,
+            hold_every=hold_every or 1,
+            max_steps=self.options.max_steps,
+            delay=self.options.delay,
+            rtol=self.options.rtol,
+            atol=self.options.atol,
+            step=self.options.step or min(dt, hold or dt),
+        )
+        return schedule, ticks
 
     def _hold(self, p: FloatArray) -> float | None:
         """Return the hold time, which all runs share."""
@@ -226,20 +232,19 @@ class Kernel:
     def _metrics(self) -> list[Metric]:
         return list(self.loop.manifest.metrics.values())
 
-    def _metric_rows(self) -> tuple[Any, Any]:
+    def _metric_structures(self) -> tuple[Any, Any]:
         """Return the metrics and their signals as C structures."""
-        metrics, columns, signals = self._metrics(), {name: i for i, name in enumerate(self.variables)}, []
-        for metric in metrics:
+        columns = {name: i for i, name in enumerate(self.variables)}
+        metrics, signals = [], []
+        for metric in self._metrics():
+            metrics.append((METRIC_KINDS.index(metric.kind), len(metric.of), metric.band, metric.since, metric.until))
             for of in metric.of:
                 names = [name.strip() for name in of.split(" - ")]
                 for name in names:
                     if name not in columns:
                         raise unknown_name(f"variable in metric {metric.name}", name, columns)
                 signals.append((columns[names[0]], columns[names[1]] if len(names) > 1 else -1))
-        rows = [(METRIC_KINDS.index(m.kind), len(m.of), m.band, m.since, m.until) for m in metrics]
-        return (_Metric * len(rows))(*(_Metric(*row) for row in rows)), (_Signal * len(signals))(
-            *(_Signal(*s) for s in signals)
-        )
+        return (_Metric * len(metrics))(*metrics), (_Signal * len(signals))(*signals)
 
 
 _RESULTS = {
@@ -249,35 +254,8 @@ _RESULTS = {
 """Where the fields of a job are in a block."""
 
 
-class _Metric(ctypes.Structure):
-    """Mirrors mv_metric of batch.h."""
-
-    _fields_ = (
-        *((name, ctypes.c_int32) for name in ("kind", "signals")),
-        *((name, ctypes.c_double) for name in ("band", "since", "until")),
-    )
-
-
-class _Signal(ctypes.Structure):
-    """Mirrors mv_signal of batch.h."""
-
-    _fields_ = (("column", ctypes.c_int32), ("subtracted", ctypes.c_int32))
-
-
-class _Job(ctypes.Structure):
-    """Mirrors mv_job of batch.h."""
-
-    _fields_ = (
-        ("runs", ctypes.c_int64),
-        *((name, ctypes.c_uint64) for name in ("seed", "first_run")),
-        *((name, ctypes.c_int64) for name in ("ticks", "hold_every", "record_every", "max_steps")),
-        *((name, ctypes.c_int64) for name in ("save_every", "rows")),
-        *((name, ctypes.c_int32) for name in ("delay", "metrics")),
-        *((name, ctypes.c_double) for name in ("rtol", "atol", "step")),
-        *((name, ctypes.c_void_p) for name in ("t", "p", "c", "s", "x0", "metric", "signal")),
-        *((name, ctypes.c_void_p) for name in ("final", "minimum", "maximum", "metric_values", "t_stop", "error")),
-        *((name, ctypes.c_void_p) for name in ("series", "steps", "violated", "status", "stop")),
-    )
+_STRUCTURES = structures("step/schedule.h", "batch/job.h")
+_Schedule, _Metric, _Signal, _Job = (_STRUCTURES[f"mv_{name}"] for name in ("schedule", "metric", "signal", "job"))
 
 
 def _library(loop: Loop, profile: Profile, lanes: int) -> ctypes.CDLL:
@@ -288,8 +266,8 @@ def _library(loop: Loop, profile: Profile, lanes: int) -> ctypes.CDLL:
     name = f"{identifier(loop.manifest.model)}_batch"
     library = load_library(name, kernel_sources(loop), ["batch.c"], [*flags, f"-ffp-contract={contract}"])
     library.mv_job_size.restype = library.mv_work_size.restype = ctypes.c_int64
-    library.mv_work_size.argtypes = [ctypes.c_void_p, *[ctypes.c_int64] * 3]
-    library.mv_run_blocks.argtypes = [ctypes.c_void_p, *[ctypes.c_int64] * 3, ctypes.c_void_p]
+    library.mv_work_size.argtypes = [ctypes.c_void_p]
+    library.mv_run_blocks.argtypes = [ctypes.c_void_p, *[ctypes.c_int64] * 2, ctypes.c_void_p]
     if library.mv_job_size() != ctypes.sizeof(_Job):
         raise RuntimeError("the batch kernel and its Python mirror disagree; reinstall mehvar")
     return library
@@ -312,9 +290,7 @@ def _empty(n: int, states: int, variables: int, metrics: int, rows: int) -> Bloc
 
 def _in_threads(
     library: ctypes.CDLL,
-    job: _Job,
-    records: int,
-    size: int,
+    job: Any,
     blocks: int,
     threads: int,
     halt: ctypes.c_int32,
@@ -323,6 +299,7 @@ def _in_threads(
     """Run all blocks, a few at a time in each thread; return whether they are complete."""
     chunk = max(1, blocks // (_CHUNKS * threads))
     starts, lock = iter(range(0, blocks, chunk)), threading.Lock()
+    size = library.mv_work_size(ctypes.byref(job))
 
     def work() -> None:
         buffer = np.empty(size + _ALIGNMENT, np.uint8)
@@ -332,7 +309,7 @@ def _in_threads(
                 first = next(starts, None)
             if first is None:
                 return
-            library.mv_run_blocks(ctypes.byref(job), first, min(first + chunk, blocks), records, place)
+            library.mv_run_blocks(ctypes.byref(job), first, min(first + chunk, blocks), place)
 
     with ThreadPoolExecutor(threads) as pool:
         running = {pool.submit(work) for _ in range(min(threads, blocks))}

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value
 
-from ..compiling.library import NATIVE, load_library, native_headers
+from ..compiling.library import load_library, native_headers, native_sources
 from ..run.options import either
 
 FloatArray = NDArray[np.float64]
@@ -175,7 +175,7 @@ def _elementwise(function: str, values: FloatArray) -> FloatArray:
 
 @functools.cache
 def _library() -> ctypes.CDLL:
-    sources = native_headers() | {"quantile.c": (NATIVE / "quantile.c").read_text(encoding="utf-8")}
+    sources = native_headers() | native_sources("random/quantile.c")
     return load_library("quantile", sources, ["quantile.c"])
 
 

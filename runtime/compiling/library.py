@@ -23,7 +23,7 @@ NATIVE = Path(__file__).parents[1] / "native"
 INCLUDE = NATIVE / "include"
 """Where compilers find the headers of generated C: `cc -I`."""
 _KIND = "libraries"
-_UNITS = ("integrator.c", "tableaux.c", "loop.c", "map.c", "noise.c")
+_UNITS = ("single.c", "tableaux.c", "map.c", "noise.c")
 
 # No flag here changes a result: no contraction, no reassociation, NaN and infinity as IEEE 754 has them.
 FLAGS = (
@@ -93,11 +93,16 @@ def native_headers() -> dict[str, str]:
     return {path.relative_to(INCLUDE).as_posix(): path.read_text(encoding="utf-8") for path in paths}
 
 
+def native_sources(*patterns: str) -> dict[str, str]:
+    """Return C files of `native` by file name: a compilation has them side by side."""
+    paths = [path for pattern in patterns for path in sorted(NATIVE.glob(pattern))]
+    return {path.name: path.read_text(encoding="utf-8") for path in paths}
+
+
 @functools.cache
 def load_native() -> ctypes.CDLL:
-    """Load the integrators, the closed loop and the array map, which know no model."""
-    names = ("integrator.h", "tableaux.h", "rock4.inc", "philox.h", "noise.h", *_UNITS)
-    sources = {name: (NATIVE / name).read_text(encoding="utf-8") for name in names}
+    """Load the loop of a single run, the methods, the noise and the array map, which know no model."""
+    sources = native_sources("step/*.h", "single/*.[ch]", "methods/*.[ch]", "methods/*.inc", "random/*.[ch]", "map.c")
     return load_library("native", native_headers() | sources, _UNITS)
 
 

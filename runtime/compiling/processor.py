@@ -11,7 +11,10 @@ _WIDTHS = (
     (8, ("avx512f", "avx512dq", "avx512vl", "avx512bw", "avx2", "fma")),
     (4, ("avx2", "fma")),
 )
-"""Lanes, and the instructions they need; the widest that this processor has is used."""
+"""Lanes, and the instructions they need; the widest that this processor has is used.
+
+More lanes than fill a register were slower (decision 0013).
+"""
 
 
 @functools.cache
@@ -24,9 +27,9 @@ def widest() -> int:
 @functools.cache
 def vector_flags() -> tuple[str, ...]:
     """Return compiler flags for instructions that this processor has; none for an unknown one."""
-    needed = dict(_WIDTHS).get(widest(), ())
+    names = dict(_WIDTHS).get(widest(), ())
     wide = ("-mprefer-vector-width=512",) if widest() == 8 else ()
-    return (*(f"-m{name}" for name in needed), *wide)
+    return (*(f"-m{name}" for name in names), *wide)
 
 
 def _instructions() -> frozenset[str]:

@@ -4,120 +4,89 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import time
 from typing import Any
 
 import numpy as np
 
-from mehvar.errors import InputError
-
 from ..compiling.library import load_native
-from ..model.functions import CBackend, FloatArray
-from ..model.manifest import Function, identifier
+from ..compiling.structures import structures
+from ..model.functions import CBackend, FloatArray, Real
+from .calls import loop_calls
 from .options import METHODS
-from .problem import STAGES, Problem, Status, Trajectory
+from .problem import Problem, Status, Trajectory
 
 _CHUNK_SECONDS = 0.03  # between two looks at the keyboard and the progress callback
 
-_ARGUMENTS = {
-    "rhs": "x u p",
-    "outputs": "x u r p",
-    "limits": "x u p",
-    "reference": "t p s",
-    "law": "x r p c",
-    "law_memory": "x r v z p c",
-    "loop": "q r p c",
-    "observe": "q r p c",
-    "observe_command": "q r p c",
-    "actuate": "x u_cmd p",
-    "measure": "x e p",
-    "project": "q",
-}
-
-
-class _Stepper(ctypes.Structure):
-    """Mirrors mv_stepper of integrator.h."""
-
-    _fields_ = (
-        *((name, ctypes.c_int32) for name in ("method", "n", "held", "ready")),
-        *((name, ctypes.c_double) for name in ("rtol", "atol", "step", "t", "h", "reserve")),
-        *((name, ctypes.c_int64) for name in ("max_steps", "accepted", "rejected", "evaluations")),
-        ("work", ctypes.c_void_p),
-    )
-
-
-class _Loop(ctypes.Structure):
-    """Mirrors mv_loop of loop.c."""
-
-    _fields_ = (
-        ("stepper", _Stepper),
-        *((name, ctypes.c_int32) for name in ("nq", "nx", "nu", "nz", "ny", "nm", "ne")),
-        *((name, ctypes.c_int32) for name in ("reference_constant", "sampled", "delay", "violated")),
-        *((name, ctypes.c_int64) for name in ("hold_every", "record_every", "ticks", "tick", "records")),
-        *((name, ctypes.c_void_p) for name in _ARGUMENTS),
-        *((name, ctypes.c_void_p) for name in ("p", "c", "s", "t", "noise")),
-        *((name, ctypes.c_void_p) for name in ("q", "q_next", "x", "seen", "u", "u_cmd", "delayed", "r")),
-        *((name, ctypes.c_void_p) for name in ("z", "z_next", "margin", "queue")),
-        *((name, ctypes.c_void_p) for name in ("rec_t", "rec_x", "rec_u", "rec_u_cmd", "rec_y", "rec_z")),
-    )
+_STRUCTURES = structures("step/schedule.h", "single/single.h")
+_Schedule, _Model, _Single = (_STRUCTURES[name] for name in ("mv_schedule", "mv_model", "mv_single"))
 
 
 def run(problem: Problem, backend: CBackend) -> Trajectory:
     """Integrate a closed loop; the interpreter lock is free while it runs."""
-    library = load_native()
-    if library.mv_loop_size() != ctypes.sizeof(_Loop):
-        raise RuntimeError("the native loop and its Python mirror disagree; reinstall mehvar")
-    loop, arrays = _prepare(problem, backend)
-    elsewhere = None if problem.law is None else _Elsewhere(problem, loop)
-    status = _drive(library, loop, problem)
+    library = _library()
+    single, arrays = _prepare(problem, backend)
+    elsewhere = None if problem.law is None else _Elsewhere(problem, single.model)
+    _drive(library, single, problem)
     if elsewhere is not None and elsewhere.error is not None:
         raise elsewhere.error
-    count = loop.records
-    steps = loop.stepper
-    x_stop = arrays["q"]
-    if problem.hold_every is None and "from_coordinates" in problem.model.manifest.functions:
-        x_stop = problem.model.functions["from_coordinates"](x_stop)
+    q, record = arrays["q"], arrays["record"][: single.records]
+    charted = problem.hold_every is None and "from_coordinates" in problem.model.manifest.functions
+    m = single.model
+    ends = np.cumsum([m.nx, m.nu, m.nu, m.ny])
+    x, u, u_cmd, y, z = (np.ascontiguousarray(part) for part in np.split(record, ends, axis=1))
     return Trajectory(
-        t=arrays["rec_t"][:count],
-        x=arrays["rec_x"][:count],
-        u=arrays["rec_u"][:count],
-        u_cmd=arrays["rec_u_cmd"][:count],
-        y=arrays["rec_y"][:count],
-        z=arrays["rec_z"][:count],
-        status=status,
-        violated=loop.violated,
-        t_stop=float(steps.t),
-        x_stop=x_stop,
-        statistics={"steps": steps.accepted, "rejected": steps.rejected, "evaluations": steps.evaluations},
+        t=arrays["record_t"][: single.records],
+        x=x,
+        u=u,
+        u_cmd=u_cmd,
+        y=y,
+        z=z,
+        status=Status(single.status),
+        violated=single.violated,
+        t_stop=float(single.t),
+        x_stop=problem.model.functions["from_coordinates"](q) if charted else q,
+        statistics={name: getattr(single, name) for name in ("steps", "rejected", "evaluations")},
     )
+
+
+@functools.cache
+def _library() -> ctypes.CDLL:
+    library = load_native()
+    library.mv_single_size.restype = library.mv_work_size.restype = ctypes.c_int64
+    library.mv_start.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
+    library.mv_run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64]
+    if library.mv_single_size() != ctypes.sizeof(_Single):
+        raise RuntimeError("the native loop and its Python mirror disagree; reinstall mehvar")
+    return library
 
 
 class _Elsewhere:
     """Has a Python callable evaluate the law; what it raises ends the run and is kept, as C cannot pass it on."""
 
-    def __init__(self, problem: Problem, loop: _Loop) -> None:
+    def __init__(self, problem: Problem, model: Any) -> None:
         assert problem.law is not None
         self.error: BaseException | None = None
         self._law = problem.law
-        self._nx, self._nu, self._nz = loop.nx, loop.nu, loop.nz
-        self._nr = len(problem.model.manifest.references)
+        self._nx, self._nr, self._nu, self._nz = model.nx, model.nr, model.nu, model.nz
         pointer = ctypes.POINTER(ctypes.c_double)
         with_memory = bool(problem.controller.memory)
         kind = ctypes.CFUNCTYPE(None, *[pointer] * (8 if with_memory else 5))
         self._callback = kind(self._with_memory if with_memory else self._without)
         address = ctypes.cast(self._callback, ctypes.c_void_p)
         if with_memory:
-            loop.law_memory = address
+            model.law_memory = address
         else:
-            loop.law = address
+            model.law = address
 
     def _without(self, x: Any, r: Any, _p: Any, _c: Any, u: Any) -> None:
         applied, memory = np.zeros(self._nu), np.empty(0)
         self._evaluate(_view(x, self._nx), _view(r, self._nr), applied, memory, _view(u, self._nu), memory)
 
     def _with_memory(self, x: Any, r: Any, v: Any, z: Any, _p: Any, _c: Any, u: Any, z_next: Any) -> None:
-        given = _view(x, self._nx), _view(r, self._nr), _view(v, self._nu), _view(z, self._nz)
-        self._evaluate(*given, _view(u, self._nu), _view(z_next, self._nz))
+        arguments = _view(x, self._nx), _view(r, self._nr), _view(v, self._nu), _view(z, self._nz)
+        self._evaluate(*arguments, _view(u, self._nu), _view(z_next, self._nz))
 
     def _evaluate(
         self, x: FloatArray, r: FloatArray, v: FloatArray, z: FloatArray, u: FloatArray, z_next: FloatArray
@@ -133,99 +102,71 @@ def _view(pointer: Any, size: int) -> FloatArray:
     return np.ctypeslib.as_array(pointer, (size,)) if size else np.empty(0)
 
 
-def _drive(library: ctypes.CDLL, loop: _Loop, problem: Problem) -> Status:
+def _drive(library: ctypes.CDLL, single: Any, problem: Problem) -> None:
     """Call the native loop in chunks of samples: interrupts and the progress callback get their turn."""
+    work = np.empty(library.mv_work_size(ctypes.byref(single)), np.uint8)
+    library.mv_start(ctypes.byref(single), work.ctypes.data)
     chunk, end = 16, len(problem.t)
-    while loop.tick < end:
+    while single.tick < end and single.status == Status.DONE:
         start = time.perf_counter()
-        until = min(loop.tick + chunk, end)
-        status = Status(library.mv_run(ctypes.byref(loop), ctypes.c_int64(until)))
-        if status is not Status.DONE:
-            return status
-        if problem.progress:
+        until = min(single.tick + chunk, end)
+        library.mv_run(ctypes.byref(single), work.ctypes.data, until)
+        if problem.progress and single.status == Status.DONE:
             problem.progress(float(problem.t[until - 1]), float(problem.t[-1]))
         elapsed = max(time.perf_counter() - start, 1e-6)
         chunk = max(1, int(chunk * min(8.0, _CHUNK_SECONDS / elapsed)))
-    return Status.DONE
 
 
-def _prepare(problem: Problem, backend: CBackend) -> tuple[_Loop, dict[str, FloatArray]]:
-    """Return the loop structure and the arrays that it points to."""
+def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatArray]]:
+    """Return the structure of a run and the arrays that it points to."""
     manifest = problem.model.manifest
     sampled = problem.hold_every is not None
-    addresses = _addresses(problem, backend)
     x0 = problem.x0
     if not sampled and "to_coordinates" in manifest.functions:
         x0 = problem.model.functions["to_coordinates"](x0)
-    nq, nx, nu = len(x0), len(manifest.states), len(manifest.inputs)
-    ny, nz = len(manifest.outputs), len(problem.controller.memory)
-    nr, nm = len(manifest.references), len(manifest.limits)
+    nx, nu, ny = (len(group) for group in (manifest.states, manifest.inputs, manifest.outputs))
+    nz = len(problem.controller.memory)
     rows = (len(problem.t) - 1 + problem.record_every - 1) // problem.record_every + 1
-    given = {"p": problem.p, "c": problem.c, "s": problem.s, "t": problem.t, "noise": problem.noise}
-    state = {"q": x0, "z": problem.z0}
-    shapes: dict[str, tuple[int, ...]] = {
-        **{"x": (nx,), "u": (nu,), "u_cmd": (nu,), "r": (nr,), "z_next": (nz,), "margin": (nm,)},
-        **{"q_next": (nq,), "seen": (nx,), "delayed": (nu,)},
-        **{"queue": (problem.delay, nu), "work": (STAGES + 3, nq)},
-        **{"rec_t": (rows,), "rec_x": (rows, nx), "rec_u": (rows, nu), "rec_u_cmd": (rows, nu)},
-        **{"rec_y": (rows, ny), "rec_z": (rows, nz)},
-    }
-    arrays = {name: np.array(value, dtype=np.float64) for name, value in (given | state).items()}
-    arrays |= {name: np.zeros(shape) for name, shape in shapes.items()}
+    arguments = {"p": problem.p, "c": problem.c, "s": problem.s, "e": problem.noise, "t": problem.t}
+    arrays = {name: np.array(v, dtype=np.float64) for name, v in (arguments | {"q": x0, "z": problem.z0}).items()}
+    arrays |= {"record_t": np.zeros(rows), "record": np.zeros((rows, nx + 2 * nu + ny + nz))}
     pointers = {name: array.ctypes.data for name, array in arrays.items()}
-    stepper = _Stepper(
-        method=METHODS.index(problem.method),
-        n=nq,
-        held=sampled,
+    schedule = _Schedule(
+        t=pointers["t"],
+        ticks=len(problem.t),
+        record_every=problem.record_every,
+        hold_every=problem.hold_every or 1,
+        max_steps=problem.max_steps,
+        delay=problem.delay,
         rtol=problem.rtol,
         atol=problem.atol,
         step=problem.step,
-        t=problem.t[0],
-        reserve=1.0,
-        max_steps=problem.max_steps,
-        work=pointers.pop("work"),
     )
-    loop = _Loop(
-        stepper=stepper,
-        **{"nq": nq, "nx": nx, "nu": nu, "nz": nz, "ny": ny, "nm": nm, "ne": problem.noise.shape[-1]},
-        reference_constant=manifest.reference_constant,
+    model = _Model(
+        **{"nq": len(x0), "nx": nx, "nu": nu, "nz": nz, "ny": ny},
+        **{"nr": len(manifest.references), "nm": len(manifest.limits), "ne": problem.noise.shape[-1]},
         sampled=sampled,
-        delay=problem.delay,
-        hold_every=problem.hold_every or 1,
-        record_every=problem.record_every,
-        ticks=len(problem.t),
-        **addresses,
-        **pointers,
+        reference_constant=manifest.reference_constant,
+        method=METHODS.index(problem.method),
+        **_addresses(problem, backend),
+        **{name: pointers[name] for name in ("p", "c", "s", "e")},
     )
-    return loop, arrays
+    results = {name: pointers[name] for name in ("q", "z", "record_t", "record")}
+    return _Single(schedule=schedule, model=model, **results), arrays
 
 
 def _addresses(problem: Problem, backend: CBackend) -> dict[str, int]:
-    """Return the C functions that the loop calls, after a look at their signatures."""
-    functions, law = problem.model.manifest.functions, identifier(problem.controller.name)
-    by_identifier = {identifier(name): function for name, function in functions.items()}
-    names = {"rhs": f"rhs{problem.suffix}", "outputs": "outputs", "reference": "reference"}
-    if problem.model.manifest.limits:
-        names["limits"] = "limits"
-    if problem.hold_every is None:
-        seen = "observe_command" if "actuate" in by_identifier else "observe"
-        names |= {"loop": f"{law}_loop{problem.suffix}", seen: f"{law}_observe"}
-    else:
-        names["law_memory" if problem.controller.memory else "law"] = law
-        names |= {name: name for name in ("actuate", "measure") if name in by_identifier}
-    if "project" in by_identifier and (problem.hold_every is None or "to_coordinates" not in by_identifier):
-        names["project"] = "project"
-    found = {role: _checked(by_identifier, name, _ARGUMENTS[role].split()) for role, name in names.items()}
-    narrow = {"law", "law_memory"} if problem.real == "float" else set()
+    """Return where the C functions are that the loop calls."""
+    controller, sampled = problem.controller, problem.hold_every is not None
+    calls = loop_calls(problem.model.manifest, controller, problem.suffix, sampled)
+    fields = {call: call for call in calls if hasattr(_Model, call)}
+    if controller.memory:
+        fields["law"] = "law_memory"
+    if "actuate" in problem.model.manifest.functions:
+        fields["observe"] = "observe_command"
+    reals: dict[str, Real] = {"law": problem.real}
     return {
-        role: backend.address(function.name, "float" if role in narrow else "double")
-        for role, function in found.items()
+        fields[call]: backend.address(function.name, reals.get(call, "double"))
+        for call, function in calls.items()
+        if call in fields
     }
-
-
-def _checked(functions: dict[str, Function], name: str, arguments: list[str]) -> Function:
-    function = functions.get(name)
-    if function is None or [a.name for a in function.arguments] != arguments:
-        wanted = f"{name}({', '.join(arguments)})"
-        raise InputError(f"the generated folder lacks the function {wanted}; generate the model again")
-    return function

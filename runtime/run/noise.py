@@ -34,15 +34,15 @@ def normals(seed: int, run: int, samples: int, size: int, native: bool = True) -
     array, (samples, size)
     """
     if native and samples and size:
-        found = np.empty((samples, size))
+        numbers = np.empty((samples, size))
         load_native().mv_normals(
             ctypes.c_uint64(seed),
             ctypes.c_uint64(run),
             ctypes.c_int64(samples),
             ctypes.c_int64(size),
-            found.ctypes.data_as(ctypes.c_void_p),
+            numbers.ctypes.data_as(ctypes.c_void_p),
         )
-        return found
+        return numbers
     blocks = -(-size // _WORDS)
     words = np.random.Philox(key=np.array([seed, run], dtype=np.uint64)).random_raw(_WORDS * blocks * samples)
     fractions = ((words >> np.uint64(12)) * 2.0**-52).reshape(samples, 2 * blocks, 2)

@@ -23,11 +23,11 @@ Progress = Callable[[float, float], None]
 Law = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """A sampled law evaluated elsewhere: state as measured, reference, applied input, memory -> input, memory."""
 
-STAGES = 16  # the most that a method has: MV_STAGES of the native integrator
+STAGES = 16  # the most that a method has, and the length of a row of its coefficients: MV_STAGES
 
 
 class Status(IntEnum):
-    """How a run ended, numbered as in the native integrator."""
+    """How a run ended, numbered as in native/step/schedule.h."""
 
     DONE = 0
     NOT_FINITE = 1

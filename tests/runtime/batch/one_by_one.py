@@ -26,7 +26,7 @@ def run_alone(
         hold = float(p[0, model.parameter_names.index(law.period)])
     t, record_every, hold_every = ticks_of(t_end, dt, hold, "the test")
     n, width, rows = len(p), len(kernel.variables), (len(t) - 1) // record_every + 1
-    result = Block(
+    block = Block(
         *(np.empty((n, k)) for k in (len(manifest.states), width, width, len(manifest.metrics))),
         *(np.empty(n, dtype) for dtype in (np.uint8, np.int32, np.float64, np.float64, np.int64)),
         np.full((n, rows, width), np.nan),
@@ -49,11 +49,11 @@ def run_alone(
         command = [one.u_cmd] if kernel.loop.records_command else []
         series = np.concatenate([one.x, one.u, *command, one.y, one.z], axis=1)
         columns = dict(zip(kernel.variables, series.T, strict=True))
-        result.final[i], result.status[i], result.t_stop[i] = one.x_stop, one.status, one.t_stop
-        result.violated[i] = one.violated if one.status is Status.LIMIT else -1
-        result.steps[i] = one.statistics["steps"]
-        result.minimum[i], result.maximum[i] = series.min(axis=0), series.max(axis=0)
-        result.metrics[i] = [evaluate(m, one.t, columns) for m in manifest.metrics.values()]
+        block.final[i], block.status[i], block.t_stop[i] = one.x_stop, one.status, one.t_stop
+        block.violated[i] = one.violated if one.status is Status.LIMIT else -1
+        block.steps[i] = one.statistics["steps"]
+        block.minimum[i], block.maximum[i] = series.min(axis=0), series.max(axis=0)
+        block.metrics[i] = [evaluate(m, one.t, columns) for m in manifest.metrics.values()]
         regular = np.isin(one.t, t[::record_every])
-        result.series[i, : regular.sum()] = series[regular]
-    return result
+        block.series[i, : regular.sum()] = series[regular]
+    return block

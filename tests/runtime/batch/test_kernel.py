@@ -53,9 +53,9 @@ def dispersed(name: str, law: str, n: int, spread: float = 0.02, seed: int = 1):
     return p, c, s, np.array(loaded.functions["initial"](p, s))
 
 
-def equal(found: Block, expected: Block, names=EXACT) -> None:
+def equal(block: Block, expected: Block, names=EXACT) -> None:
     for name in names:
-        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), err_msg=name)
+        np.testing.assert_array_equal(getattr(block, name), getattr(expected, name), err_msg=name)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -65,13 +65,13 @@ def test_a_lane_is_the_run_alone(case):
     options = RunOptions(**{name: value for name, value in settings.items() if name != "choices"})
     vectors = dispersed(name, law, 6)
     kernel = compile_kernel(model(name), law, choices, options)
-    found = kernel.run(3, *vectors, seed=5, t_end=t_end, dt=dt, save_every=dt)
+    block = kernel.run(3, *vectors, seed=5, t_end=t_end, dt=dt, save_every=dt)
     expected = run_alone(model(name), kernel, *vectors, t_end=t_end, dt=dt, seed=5, first_run=3)
-    equal(found, expected)
-    np.testing.assert_allclose(found.metrics, expected.metrics, rtol=1e-12, atol=1e-13)
-    assert (found.status == Status.DONE).sum() >= 4
-    assert (found.error > 0).all()
-    assert kernel.loop.method == "rk4" or (found.error <= 1).all()
+    equal(block, expected)
+    np.testing.assert_allclose(block.metrics, expected.metrics, rtol=1e-12, atol=1e-13)
+    assert (block.status == Status.DONE).sum() >= 4
+    assert (block.error > 0).all()
+    assert kernel.loop.method == "rk4" or (block.error <= 1).all()
 
 
 def test_the_pendulum_with_memory_and_a_moving_reference(pendulum):
@@ -82,8 +82,8 @@ def test_the_pendulum_with_memory_and_a_moving_reference(pendulum):
         x0 = np.array(pendulum.functions["initial"](vectors[0], vectors[2]))
         x0[:, 0] += np.linspace(-0.1, 0.1, 5)
         kernel = compile_kernel(pendulum, law, options=RunOptions(hold=hold, rtol=1e-9, atol=1e-9))
-        found = kernel.run(0, *vectors, x0, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
-        equal(found, run_alone(pendulum, kernel, *vectors, x0, t_end=3.0, dt=0.1))
+        block = kernel.run(0, *vectors, x0, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
+        equal(block, run_alone(pendulum, kernel, *vectors, x0, t_end=3.0, dt=0.1))
 
 
 def test_the_fast_profile_agrees_within_tolerances():
@@ -106,27 +106,27 @@ def test_lanes_that_fail_do_not_harm_their_neighbours():
     c_bad[1] = np.nan
     x0_bad[2, 0] = 0.7071
     x0_bad[5] = np.inf
-    found = kernel.run(0, p, c_bad, s, x0_bad, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
-    assert found.status[[1, 2, 5]].tolist() == [Status.NOT_FINITE, Status.LIMIT, Status.NOT_FINITE]
-    assert found.violated.tolist() == [-1, -1, 0, -1, -1, -1, -1, -1]
-    assert found.t_stop[1] == found.t_stop[5] == 0.0
-    assert 0.0 < found.t_stop[2] < 3.0
-    assert np.isnan(found.series[2, -1]).all()
+    block = kernel.run(0, p, c_bad, s, x0_bad, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
+    assert block.status[[1, 2, 5]].tolist() == [Status.NOT_FINITE, Status.LIMIT, Status.NOT_FINITE]
+    assert block.violated.tolist() == [-1, -1, 0, -1, -1, -1, -1, -1]
+    assert block.t_stop[1] == block.t_stop[5] == 0.0
+    assert 0.0 < block.t_stop[2] < 3.0
+    assert np.isnan(block.series[2, -1]).all()
     others = [0, 3, 4, 6, 7]
     for name in EXACT:
-        np.testing.assert_array_equal(getattr(found, name)[others], getattr(healthy, name)[others])
+        np.testing.assert_array_equal(getattr(block, name)[others], getattr(healthy, name)[others])
 
 
 def test_a_lane_that_needs_too_many_steps_is_retired_alone():
     vectors = dispersed("slosh", "lyapunov-v2", 4)
     vectors[3][1, model("slosh").state_names.index("phi1_dot")] = 20.0
     kernel = compile_kernel(model("slosh"), "lyapunov-v2", options=RunOptions(rtol=1e-6, atol=1e-6, max_steps=40))
-    found = kernel.run(0, *vectors, seed=0, t_end=2.0, dt=1.0, save_every=1.0)
-    assert found.status.tolist() == [Status.DONE, Status.TOO_MANY_STEPS, Status.DONE, Status.DONE]
-    equal(found, run_alone(model("slosh"), kernel, *vectors, t_end=2.0, dt=1.0))
+    block = kernel.run(0, *vectors, seed=0, t_end=2.0, dt=1.0, save_every=1.0)
+    assert block.status.tolist() == [Status.DONE, Status.TOO_MANY_STEPS, Status.DONE, Status.DONE]
+    equal(block, run_alone(model("slosh"), kernel, *vectors, t_end=2.0, dt=1.0))
 
 
-def test_stops_when_told_to():
+def test_stops_on_demand():
     vectors = dispersed("slosh", "lyapunov-v1", 8)
     kernel = compile_kernel(model("slosh"), "lyapunov-v1")
     assert kernel.run(0, *vectors, seed=0, t_end=1e4, dt=0.1, stop=lambda: True) is None

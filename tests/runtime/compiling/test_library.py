@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
 import importlib.util
 import os
@@ -225,9 +224,3 @@ def test_calls_release_the_interpreter_lock(pendulum: runtime.Model) -> None:
     while worker.is_alive():
         turns += 1
     assert turns > 1000
-
-
-def test_native_structures_match_their_mirrors() -> None:
-    from mehvar.runtime.run import compiled
-
-    assert build.load_native().mv_loop_size() == ctypes.sizeof(compiled._Loop)

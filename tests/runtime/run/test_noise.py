@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from mehvar.runtime.compiling.library import NATIVE, load_library
+from mehvar.runtime.compiling.library import load_library, native_sources
 from mehvar.runtime.run.noise import normals
 
 WRAPPER = """#include "philox.h"
@@ -19,7 +19,7 @@ void words(uint64_t a, uint64_t b, uint64_t counter, uint64_t *out) { mv_philox(
 
 @pytest.fixture(scope="module")
 def philox():
-    sources = {"words.c": WRAPPER, "philox.h": (NATIVE / "philox.h").read_text()}
+    sources = {"words.c": WRAPPER, **native_sources("random/philox.h")}
     library = load_library("words", sources, ["words.c"])
 
     def words(key: tuple[int, int], counter: int) -> list[int]:

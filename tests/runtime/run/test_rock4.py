@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import runpy
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from mehvar.runtime.compiling.library import NATIVE
 from mehvar.runtime.run.rock4 import Rock4
 
 A, B, C, E = Rock4.A, Rock4.B, Rock4.C, Rock4.E[:-1]
+METHODS = NATIVE / "methods"
 LENGTH = 87.0
 
 
@@ -25,21 +25,21 @@ def stages(z: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def test_every_coefficient_is_in_its_place() -> None:
-    lines = (NATIVE / "rock4.inc").read_text(encoding="utf-8").splitlines()
+    lines = (METHODS / "rock4.inc").read_text(encoding="utf-8").splitlines()
     assert [line.count(",") for line in lines] == [16] * 19
     assert not np.triu(A).any()
     np.testing.assert_array_equal(A.sum(axis=1), C)
 
 
-def test_the_committed_coefficients_are_those_found() -> None:
-    script = runpy.run_path(str(Path(__file__).parents[3] / "benchmarks" / "rock4.py"))
+def test_the_committed_coefficients_are_those_of_the_script() -> None:
+    script = runpy.run_path(str(METHODS / "rock4.py"))
     np.testing.assert_allclose(script["find"](), np.vstack([A, B, C, E]), atol=1e-9)
 
 
 def test_order_four_and_an_estimate_of_order_three() -> None:
     trees = [np.ones_like(C), C, C**2, A @ C, C**3, C * (A @ C), A @ C**2, A @ A @ C]
-    wanted = [1, 1 / 2, 1 / 3, 1 / 6, 1 / 4, 1 / 8, 1 / 12, 1 / 24]
-    assert np.array([B @ tree for tree in trees]) == pytest.approx(wanted)
+    conditions = [1, 1 / 2, 1 / 3, 1 / 6, 1 / 4, 1 / 8, 1 / 12, 1 / 24]
+    assert np.array([B @ tree for tree in trees]) == pytest.approx(conditions)
     assert np.array([E @ tree for tree in trees[:4]]) == pytest.approx(0, abs=1e-14)
     assert min(abs(E @ tree) for tree in trees[4:]) > 1e-3
 
@@ -60,9 +60,9 @@ def test_a_stiff_loop_takes_few_steps(backend: str) -> None:
     """Eigenvalues of slosh under lyapunov-v2 go down to -80 1/s, where nothing else is faster than 1 1/s."""
     model = mehvar.load("slosh", backend=backend)
     options = {"t_end": 60.0, "dt_out": 1.0, "rtol": 1e-4, "atol": 1e-4}
-    found = {name: simulate(model, "lyapunov-v2", method=name, **options) for name in ("dopri5", "rock4")}
-    np.testing.assert_allclose(found["rock4"].x[-1], found["dopri5"].x[-1], atol=1e-3, rtol=1e-3)
-    assert found["rock4"].statistics["evaluations"] < 0.6 * found["dopri5"].statistics["evaluations"]
+    runs = {name: simulate(model, "lyapunov-v2", method=name, **options) for name in ("dopri5", "rock4")}
+    np.testing.assert_allclose(runs["rock4"].x[-1], runs["dopri5"].x[-1], atol=1e-3, rtol=1e-3)
+    assert runs["rock4"].statistics["evaluations"] < 0.6 * runs["dopri5"].statistics["evaluations"]
 
 
 def test_dense_output_ends_where_the_step_does() -> None:

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The numbers that sum up a run, while it runs: what runtime/run/metrics.py makes of a whole series. */
-#ifndef MEHVAR_BATCH_METRICS_H
-#define MEHVAR_BATCH_METRICS_H
+#ifndef MEHVAR_METRICS_H
+#define MEHVAR_METRICS_H
 
-#include "batch.h"
+#include "block.h"
 
 static inline real mv_crossing(real before, real now, real t_before, real t, double band)
 {
@@ -27,9 +27,9 @@ static inline void mv_tell(mv_tally *a, const mv_metric *m, mask lanes, mask fir
     real value = a->value;
     switch (m->kind) {
     case MV_SETTLING: value = mv_settled(value, first, a->previous, v, t_before, t, m->band); break;
-    case MV_LARGEST: value = SELECT(OR(first, mv_beyond(v, value)), v, value); break;
-    case MV_SMALLEST: value = SELECT(OR(first, mv_beyond(-v, -value)), v, value); break;
-    case MV_LARGEST_MAGNITUDE: value = SELECT(mv_beyond(mv_fabs(v), value), mv_fabs(v), value); break;
+    case MV_MAX: value = SELECT(OR(first, mv_beyond(v, value)), v, value); break;
+    case MV_MIN: value = SELECT(OR(first, mv_beyond(-v, -value)), v, value); break;
+    case MV_MAX_ABS: value = SELECT(mv_beyond(mv_fabs(v), value), mv_fabs(v), value); break;
     case MV_RMS: value += v * v; break;
     case MV_TRAVEL: value += SELECT(first, SPLAT(0), mv_fabs(v - a->previous)); break;
     case MV_FINAL: value = v; break;
@@ -55,8 +55,8 @@ static void mv_count(mv_block *b, mask lanes, double now)
         if (metric->since <= now && now <= metric->until) {
             const mask first = EQ(b->counts[m], K(0));
             for (int i = 0; i < metric->signals; i++) {
-                const real v = b->column[signal[i].column];
-                const real signalled = signal[i].subtracted < 0 ? v : v - b->column[signal[i].subtracted];
+                const real v = b->loop.column[signal[i].column];
+                const real signalled = signal[i].subtracted < 0 ? v : v - b->loop.column[signal[i].subtracted];
                 mv_tell(tally + i, metric, lanes, first, signalled, b->t_record, SPLAT(now), b->records);
             }
             b->counts[m] += SELECT0(lanes, SPLAT(1));
@@ -93,7 +93,7 @@ static double mv_metric_value(const mv_block *b, const mv_metric *m, const mv_ta
         if (m->kind == MV_SETTLING_ABOUT_END) v = mv_settled_about_end(b, m, tally[i].history, lane, count);
         if (m->kind == MV_RMS || m->kind == MV_TRAVEL || m->kind == MV_SIGN_CHANGES)
             value = i ? value + v : v;
-        else if (m->kind == MV_SMALLEST)
+        else if (m->kind == MV_MIN)
             value = i && !(v < value || v != v) ? value : v;
         else if (m->kind != MV_FINAL)
             value = i && !(v > value || v != v) ? value : v;

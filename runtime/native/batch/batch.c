@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Many closed loops, a block of lanes after the other. Nothing is allocated, nothing is shared but the job. */
+#include "kernel.h"
+
+#include "block.h"
+#include "metrics.h"
+
+int64_t mv_job_size(void) { return (int64_t)sizeof(mv_job); }
+
+/* the most records of a run, and one that it may break off with */
+static int64_t most_records(const mv_schedule *s) { return (s->ticks - 2) / s->record_every + 3; }
+
+/* Bytes of work that one thread needs. */
+int64_t mv_work_size(const mv_job *job)
+{
+    const int64_t records = most_records(&job->schedule);
+    int64_t reals = (int64_t)job->schedule.delay * NU + job->metrics, signals = 0;
+    for (int m = 0; m < job->metrics; m++) {
+        signals += job->metric[m].signals;
+        if (job->metric[m].kind == MV_SETTLING_ABOUT_END) reals += job->metric[m].signals * records;
+    }
+    return reals * (int64_t)sizeof(real) + signals * (int64_t)sizeof(mv_tally) + records * (int64_t)sizeof(double);
+}
+
+static void gather(const mv_block *b, const double *rows, int width, real *to)
+{
+    for (int lane = 0; lane < MEHVAR_LANES; lane++) {
+        const int64_t run = b->first + lane < b->job->runs ? b->first + lane : b->job->runs - 1;
+        for (int i = 0; i < width; i++) AT(to[i], lane) = rows[run * width + i];
+    }
+}
+
+static void scatter(const mv_block *b, const real *from, int width, double *rows)
+{
+    for (int lane = 0; lane < MEHVAR_LANES && b->first + lane < b->job->runs; lane++)
+        for (int i = 0; i < width; i++) rows[(b->first + lane) * width + i] = AT(from[i], lane);
+}
+
+static void divide_work(mv_block *b, char *work)
+{
+    const mv_job *job = b->job;
+    int64_t signals = 0;
+    for (int m = 0; m < job->metrics; m++) signals += job->metric[m].signals;
+    b->loop.queue = (real *)work;
+    b->counts = b->loop.queue + (int64_t)job->schedule.delay * NU;
+    b->tally = (mv_tally *)(b->counts + job->metrics);
+    real *history = (real *)(b->tally + signals);
+    mv_tally *tally = b->tally;
+    for (int m = 0; m < job->metrics; m++) {
+        b->counts[m] = SPLAT(0);
+        for (int i = 0; i < job->metric[m].signals; i++) {
+            *tally++ = (mv_tally){SPLAT(0), SPLAT(0), history};
+            if (job->metric[m].kind == MV_SETTLING_ABOUT_END) history += most_records(&job->schedule);
+        }
+    }
+    b->times = (double *)history;
+}
+
+/* The parameters of the lanes, and what depends on them alone. */
+static void set_parameters(mv_block *b, mv_model *m)
+{
+    gather(b, b->job->p, NP, m->p);
+    gather(b, b->job->c, NC, m->c);
+    gather(b, b->job->s, NS, m->s);
+    real r[NR + 1];
+    mv_call_reference(m, SPLAT(b->job->schedule.t[0]), r);
+    mv_prepare(m, r);
+}
+
+static void start(mv_block *b, const mv_job *job, int64_t first, char *work)
+{
+    mv_loop *l = &b->loop;
+    real lanes = SPLAT(0), x0[NX];
+    b->job = job;
+    b->first = first;
+    b->records = 0;
+    b->t_record = SPLAT(0);
+    for (int i = 0; i < COLUMNS; i++) {
+        b->minimum[i] = SPLAT(MV_INFINITY);
+        b->maximum[i] = SPLAT(-MV_INFINITY);
+    }
+    for (int lane = 0; lane < MEHVAR_LANES; lane++) {
+        b->run[lane] = job->first_run + (uint64_t)(first + lane);
+        AT(lanes, lane) = first + lane < job->runs;
+    }
+    divide_work(b, work);
+    set_parameters(b, &l->model);
+    l->schedule = &job->schedule;
+    mv_begin(l, TRUTH(lanes));
+    gather(b, job->x0, NX, x0);
+    mv_call_start(&l->model, x0, l->r, l->column + Z_COLUMN);
+    mv_call_to_coordinates(&l->model, x0, l->q);
+}
+
+static void mv_draw(const mv_loop *l, int64_t evaluation, real *e)
+{
+    const mv_block *b = (const mv_block *)l;
+    mv_noise(b->job->seed, b->run, (uint64_t)evaluation, NOISE, e);
+}
+
+static void save(const mv_block *b, int64_t row)
+{
+    for (int lane = 0; lane < MEHVAR_LANES && b->first + lane < b->job->runs; lane++) {
+        if (!AT(b->loop.alive, lane)) continue;
+        double *to = b->job->series + ((b->first + lane) * b->job->rows + row) * COLUMNS;
+        for (int i = 0; i < COLUMNS; i++) to[i] = AT(b->loop.column[i], lane);
+    }
+}
+
+static void mv_record(mv_loop *l, mask lanes, int due)
+{
+    mv_block *b = (mv_block *)l;
+    const double t = l->schedule->t[l->tick];
+    for (int i = 0; i < COLUMNS; i++) {
+        const real v = l->column[i];
+        b->minimum[i] = SELECT(AND(lanes, mv_beyond(-v, -b->minimum[i])), v, b->minimum[i]);
+        b->maximum[i] = SELECT(AND(lanes, mv_beyond(v, b->maximum[i])), v, b->maximum[i]);
+    }
+    mv_count(b, lanes, t);
+    b->t_record = SELECT(lanes, SPLAT(t), b->t_record);
+    if (due) b->times[b->records++] = t;
+    if (b->job->rows && l->tick % b->job->save_every == 0 && l->tick / b->job->save_every < b->job->rows)
+        save(b, l->tick / b->job->save_every);
+}
+
+static void finish(mv_block *b)
+{
+    const mv_job *job = b->job;
+    const mv_loop *l = &b->loop;
+    real x[NX];
+    mv_call_from_coordinates(&l->model, l->q, x);
+    scatter(b, x, NX, job->final);
+    scatter(b, b->minimum, COLUMNS, job->minimum);
+    scatter(b, b->maximum, COLUMNS, job->maximum);
+    scatter(b, &l->t, 1, job->t_stop);
+    scatter(b, &l->error, 1, job->error);
+    for (int lane = 0; lane < MEHVAR_LANES && b->first + lane < job->runs; lane++) {
+        const int64_t run = b->first + lane;
+        job->status[run] = (uint8_t)AT(l->status, lane);
+        job->violated[run] = (int32_t)AT(l->violated, lane);
+        job->steps[run] = (int64_t)AT(l->steps, lane);
+        mv_metrics(b, lane, job->metric_values + run * job->metrics);
+    }
+}
+
+/* Run the blocks first ... last - 1; `work` is mv_work_size bytes aligned to a real. Returns whether it was stopped. */
+int mv_run_blocks(const mv_job *job, int64_t first, int64_t last, char *work)
+{
+    mv_block b;
+    for (int64_t block = first; block < last; block++) {
+        start(&b, job, block * MEHVAR_LANES, work);
+        while (mv_any(b.loop.alive) && b.loop.tick < job->schedule.ticks) {
+            if (*job->stop) return 1;
+            mv_tick(&b.loop);
+        }
+        finish(&b);
+    }
+    return 0;
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The runs of a batch and where their results go. Arrays have one row per run. */
+#ifndef MEHVAR_JOB_H
+#define MEHVAR_JOB_H
+
+#include "schedule.h"
+
+enum mv_kind {
+    MV_SETTLING, MV_SETTLING_ABOUT_END, MV_MAX, MV_MIN, MV_MAX_ABS, MV_RMS, MV_TRAVEL, MV_SIGN_CHANGES, MV_FINAL
+};
+
+/* a metric is made of signals: columns of the record, or differences of two */
+typedef struct {
+    int32_t kind, signals;
+    double band, since, until;
+} mv_metric;
+
+typedef struct {
+    int32_t column, subtracted; /* -1: nothing is subtracted */
+} mv_signal;
+
+typedef struct {
+    mv_schedule schedule;
+    int64_t runs;
+    uint64_t seed, first_run;
+    int64_t save_every, rows; /* ticks from one row of the series to the next; no rows for no series */
+    int64_t metrics;
+    const double *p, *c, *s, *x0;
+    const mv_metric *metric;
+    const mv_signal *signal;
+    double *final, *minimum, *maximum, *metric_values, *t_stop, *error, *series;
+    int64_t *steps;
+    int32_t *violated;
+    uint8_t *status;
+    const volatile int32_t *stop;
+} mv_job;
+
+#endif

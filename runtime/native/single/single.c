@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* One closed loop. The caller owns all memory and may stop between two calls of mv_run. */
+#include "single.h"
+
+#include "mehvar/private/arithmetic.h"
+#include "tableaux.h"
+
+#define NQ (l->model.nq)
+#define NX (l->model.nx)
+#define NU (l->model.nu)
+#define NZ (l->model.nz)
+#define NY (l->model.ny)
+#define NR (l->model.nr)
+#define LIMITS (l->model.nm)
+#define NOISE (l->model.ne)
+#define SAMPLED (l->model.sampled)
+#define REFERENCE_CONSTANT (l->model.reference_constant)
+#define PROJECTED (l->model.project != 0)
+#define RECORDS_COMMAND 1
+
+#define METHOD (&mv_tableaux[l->model.method])
+#define STAGES (METHOD->stages)
+#define ORDER (METHOD->order)
+#define ESTIMATED (METHOD->order != 0)
+#define END_IN_ERROR (ESTIMATED && METHOD->end_in_error)
+#define THIRD (METHOD->e3 != 0)
+
+#define CALL_REFERENCE m->reference(&t, m->p, m->s, r)
+#define CALL_RHS m->rhs(x, u, m->p, dx)
+#define CALL_LOOP m->loop(q, r, m->p, m->c, dq)
+#define CALL_OBSERVE                                                                                                 \
+    if (m->observe_command) m->observe_command(q, r, m->p, m->c, x, u, u_cmd);                                       \
+    else m->observe(q, r, m->p, m->c, x, u), mv_copy(u_cmd, u, m->nu)
+#define CALL_OUTPUTS m->outputs(x, u, r, m->p, y)
+#define CALL_LIMITS m->limits(x, u, m->p, margin)
+#define CALL_LAW                                                                                                     \
+    if (m->law_memory) m->law_memory(x, r, v, z, m->p, m->c, u_cmd, z_next);                                         \
+    else m->law(x, r, m->p, m->c, u_cmd)
+#define CALL_ACTUATE                                                                                                 \
+    if (m->actuate) m->actuate(x, u_cmd, m->p, u);                                                                   \
+    else mv_copy(u, u_cmd, m->nu)
+#define CALL_MEASURE                                                                                                 \
+    if (m->measure) m->measure(x, e, m->p, x_seen);                                                                  \
+    else mv_copy(x_seen, x, m->nx)
+#define CALL_PROJECT m->project(q, q_next)
+#define CALL_HOLD
+
+#define REALS(a, n) real *a
+#define ROWS(a, m, n) real *a[MV_STAGES + 1]
+
+#include "loop.h"
+
+typedef struct {
+    mv_loop loop;
+    mv_single *single;
+} mv_work;
+
+int64_t mv_single_size(void) { return (int64_t)sizeof(mv_single); }
+
+/* y = sum_j w[j] k[j], over the weights that are not zero in their order */
+static void combine(const mv_loop *l, const double *w, int count, double *y)
+{
+    int j = 0;
+    while (w[j] == 0.0) j++;
+    for (int i = 0; i < NQ; i++) y[i] = w[j] * l->k[j][i];
+    for (j++; j < count; j++) {
+        if (w[j] == 0.0) continue;
+        for (int i = 0; i < NQ; i++) y[i] += w[j] * l->k[j][i];
+    }
+}
+
+static void shift(const mv_loop *l, double h, double *y)
+{
+    for (int i = 0; i < NQ; i++) y[i] = l->q[i] + h * y[i];
+}
+
+static inline void mv_stages(mv_loop *l, double h)
+{
+    const mv_tableau *m = METHOD;
+    for (int j = 1; j < m->stages; j++) {
+        combine(l, m->a[j], j, l->stage);
+        shift(l, h, l->stage);
+        mv_slope(l, l->t + m->c[j] * h, l->stage, l->k[j]);
+    }
+    combine(l, m->b, m->stages, l->y);
+    shift(l, h, l->y);
+}
+
+static inline void mv_estimate(const mv_loop *l, double *error, double *third_error)
+{
+    const mv_tableau *m = METHOD;
+    combine(l, m->e, m->stages + m->end_in_error, error);
+    if (m->e3) combine(l, m->e3, m->stages, third_error);
+}
+
+static void mv_draw(const mv_loop *l, int64_t evaluation, double *e) { mv_copy(e, l->model.e + evaluation * NOISE, NOISE); }
+
+static void mv_record(mv_loop *l, mask lanes, int due)
+{
+    mv_single *s = ((mv_work *)l)->single;
+    (void)lanes;
+    (void)due;
+    s->record_t[s->records] = l->schedule->t[l->tick];
+    mv_copy(s->record + s->records++ * COLUMNS, l->column, COLUMNS);
+}
+
+/* Let the arrays of a loop stand one after the other from `place` on; returns where they end. */
+static double *divide(mv_loop *l, double *place)
+{
+    for (int j = 0; j <= STAGES; j++, place += NQ) l->k[j] = place;
+    const struct {
+        double **array;
+        int64_t size;
+    } arrays[] = {
+        {&l->y, NQ}, {&l->stage, NQ}, {&l->r, NR}, {&l->u_cmd, NU}, {&l->z_next, NZ}, {&l->column, COLUMNS},
+        {&l->queue, (int64_t)l->schedule->delay * NU},
+    };
+    for (unsigned i = 0; i < sizeof arrays / sizeof *arrays; place += arrays[i++].size) *arrays[i].array = place;
+    return place;
+}
+
+static void link_loop(mv_loop *l, mv_single *s)
+{
+    l->schedule = &s->schedule;
+    l->model = s->model;
+    l->q = s->q;
+}
+
+/* Bytes of work. */
+int64_t mv_work_size(mv_single *s)
+{
+    mv_work w;
+    link_loop(&w.loop, s);
+    return (int64_t)sizeof w + (divide(&w.loop, (double *)(&w + 1)) - (double *)(&w + 1)) * (int64_t)sizeof(double);
+}
+
+void mv_start(mv_single *s, mv_work *w)
+{
+    mv_loop *l = &w->loop;
+    w->single = s;
+    link_loop(l, s);
+    divide(l, (double *)(w + 1));
+    mv_begin(l, mv_all());
+    mv_copy(l->column + Z_COLUMN, s->z, NZ);
+}
+
+/* Go on until `until` ticks are done, or the run ends. */
+void mv_run(mv_single *s, mv_work *w, int64_t until)
+{
+    mv_loop *l = &w->loop;
+    while (l->alive && l->tick < until) mv_tick(l);
+    s->tick = l->tick;
+    s->t = l->t;
+    s->steps = (int64_t)l->steps;
+    s->rejected = (int64_t)l->rejected;
+    s->evaluations = l->evaluations;
+    s->status = (int32_t)l->status;
+    s->violated = (int32_t)l->violated;
+}

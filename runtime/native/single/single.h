@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A single run: one lane, and a model that is known by the addresses of its functions. */
+#ifndef MEHVAR_SINGLE_H
+#define MEHVAR_SINGLE_H
+
+#include "schedule.h"
+
+typedef void mv_1_1(const double *, double *);
+typedef void mv_3_1(const double *, const double *, const double *, double *);
+typedef void mv_4_1(const double *, const double *, const double *, const double *, double *);
+typedef void mv_4_2(const double *, const double *, const double *, const double *, double *, double *);
+typedef void mv_4_3(const double *, const double *, const double *, const double *, double *, double *, double *);
+typedef void mv_6_2(const double *, const double *, const double *, const double *, const double *, const double *,
+                    double *, double *);
+
+typedef struct {
+    int32_t nq, nx, nu, nz, ny, nr, nm, ne; /* coordinates, state, input, memory, outputs, reference, limits, noise */
+    int32_t sampled, reference_constant;
+    int32_t method;           /* an mv_method */
+    mv_3_1 *rhs;              /* x, u, p -> dx */
+    mv_4_1 *outputs;          /* x, u, r, p -> y */
+    mv_3_1 *limits;           /* x, u, p -> margin; null without limits */
+    mv_3_1 *reference;        /* t, p, s -> r */
+    mv_4_1 *law;              /* x, r, p, c -> u */
+    mv_6_2 *law_memory;       /* x, r, v, z, p, c -> u, z_next; null without memory */
+    mv_4_1 *loop;             /* q, r, p, c -> dq */
+    mv_4_2 *observe;          /* q, r, p, c -> x, u; null with an actuator */
+    mv_4_3 *observe_command;  /* q, r, p, c -> x, u, u_cmd; null without an actuator */
+    mv_3_1 *actuate;          /* x, u_cmd, p -> u; null without an actuator */
+    mv_3_1 *measure;          /* x, e, p -> what the law sees of x; null when it sees x */
+    mv_1_1 *project;          /* q -> q; null without a manifold */
+    const double *p, *c, *s;
+    const double *e;          /* ne numbers for each evaluation of the law */
+} mv_model;
+
+/* What Python fills in, and finds there again. */
+typedef struct {
+    mv_schedule schedule;
+    mv_model model;
+    double *q;                /* coordinates at time t */
+    const double *z;          /* memory before the first sample */
+    double *record_t;         /* instants of the recorded samples, */
+    double *record;           /* and their rows: x, u, u_cmd, y, z */
+    int64_t tick, records;    /* done so far */
+    int64_t steps, rejected, evaluations;
+    double t;
+    int32_t status, violated; /* an mv_status; index of the limit that ended the run, or -1 */
+} mv_single;
+
+#endif

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a loop calls of a model under a law, with the same arguments for every model. Whoever includes this has defined
+ * mv_model, which holds the parameters of a run, and for every call what it does: CALL_RHS and so on, a statement. */
+#ifndef MEHVAR_CALLS_H
+#define MEHVAR_CALLS_H
+
+#include "mehvar/private/arithmetic.h"
+
+static inline void mv_copy(real *to, const real *from, int n)
+{
+    for (int i = 0; i < n; i++) to[i] = from[i];
+}
+
+static inline void mv_call_reference(const mv_model *m, real t, real *r) { CALL_REFERENCE; }
+static inline void mv_call_rhs(const mv_model *m, const real *x, const real *u, real *dx) { CALL_RHS; }
+static inline void mv_call_loop(const mv_model *m, const real *q, const real *r, real *dq) { CALL_LOOP; }
+static inline void mv_call_observe(const mv_model *m, const real *q, const real *r, real *x, real *u, real *u_cmd)
+{
+    CALL_OBSERVE;
+}
+static inline void mv_call_outputs(const mv_model *m, const real *x, const real *u, const real *r, real *y)
+{
+    CALL_OUTPUTS;
+}
+static inline void mv_call_limits(const mv_model *m, const real *x, const real *u, real *margin) { CALL_LIMITS; }
+static inline void mv_call_law(const mv_model *m, const real *x, const real *r, const real *v, const real *z,
+                               real *u_cmd, real *z_next)
+{
+    CALL_LAW;
+}
+static inline void mv_call_actuate(const mv_model *m, const real *x, const real *u_cmd, real *u) { CALL_ACTUATE; }
+static inline void mv_call_measure(const mv_model *m, const real *x, const real *e, real *x_seen) { CALL_MEASURE; }
+static inline void mv_call_project(const mv_model *m, const real *q, real *q_next) { CALL_PROJECT; }
+
+/* what depends on the held input alone, computed when that changes */
+static inline void mv_hold(mv_model *m, const real *u) { CALL_HOLD; }
+
+#endif

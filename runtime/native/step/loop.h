@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Closed loops tick by tick. */
+#ifndef MEHVAR_LOOP_H
+#define MEHVAR_LOOP_H
+
+#include "step.h"
+
+/* Defined by whoever includes this: the noise of one evaluation of the law, and what is done with a row. */
+static void mv_draw(const mv_loop *l, int64_t evaluation, real *e);
+static void mv_record(mv_loop *l, mask lanes, int due);
+
+/* Before the first tick; schedule, model and queue are there. */
+static void mv_begin(mv_loop *l, mask alive)
+{
+    l->alive = alive;
+    l->tick = l->evaluations = 0;
+    l->ready = l->started = 0;
+    l->t = SPLAT(l->schedule->t[0]);
+    l->h = l->error = l->steps = l->rejected = l->status = SPLAT(0);
+    l->reserve = SPLAT(1);
+    l->violated = SPLAT(-1);
+    for (int i = 0; i < COLUMNS; i++) l->column[i] = SPLAT(0);
+    for (int i = 0; i < NU; i++) l->u_cmd[i] = SPLAT(0);
+    for (int i = 0; i < l->schedule->delay * NU; i++) l->queue[i] = SPLAT(0);
+    mv_call_reference(&l->model, l->t, l->r);
+}
+
+/* The law's input enters the queue; the one of `delay` evaluations ago leaves it and goes to the actuator. */
+static void mv_apply(mv_loop *l, int64_t evaluation)
+{
+    const int32_t delay = l->schedule->delay;
+    real command[NU];
+    mv_copy(command, l->u_cmd, NU);
+    if (delay) {
+        real *place = l->queue + evaluation % delay * NU;
+        mv_copy(command, place, NU);
+        mv_copy(place, l->u_cmd, NU);
+    }
+    mv_call_actuate(&l->model, l->column, command, l->column + U_COLUMN);
+}
+
+static void mv_evaluate_law(mv_loop *l, int64_t evaluation)
+{
+    real x_seen[NX], e[NOISE + 1];
+    mv_draw(l, evaluation, e);
+    mv_call_measure(&l->model, l->column, e, x_seen);
+    mv_call_law(&l->model, x_seen, l->r, l->column + U_COLUMN, l->column + Z_COLUMN, l->u_cmd, l->z_next);
+    mv_apply(l, evaluation);
+}
+
+static void mv_sample(mv_loop *l)
+{
+    const int64_t hold_every = l->schedule->hold_every;
+    mv_refer(l, SPLAT(l->schedule->t[l->tick]));
+    if (!SAMPLED) {
+        mv_call_observe(&l->model, l->q, l->r, l->column, l->column + U_COLUMN, l->u_cmd);
+        return;
+    }
+    mv_copy(l->column, l->q, NX);
+    if (l->tick % hold_every == 0) mv_evaluate_law(l, l->tick / hold_every);
+}
+
+static void mv_tick(mv_loop *l)
+{
+    const mv_schedule *s = l->schedule;
+    const int last = l->tick + 1 == s->ticks, due = last || l->tick % s->record_every == 0;
+    mv_sample(l);
+    const mask finite =
+        AND(mv_finite(l->column, NX), AND(mv_finite(l->u_cmd, NU), mv_finite(l->column + U_COLUMN, NU)));
+    /* a continuous loop is held to its limits after every step */
+    const mask good = SAMPLED ? AND(finite, mv_allowed(l, l->alive, l->column, l->u_cmd)) : finite;
+    const mask failed = AND(l->alive, NOT(good));
+    if (due || mv_any(failed)) {
+        mv_call_outputs(&l->model, l->column, l->column + U_COLUMN, l->r, l->column + Y_COLUMN);
+        if (RECORDS_COMMAND) mv_copy(l->column + U_CMD_COLUMN, l->u_cmd, NU);
+        mv_record(l, due ? l->alive : failed, due);
+    }
+    l->violated = SELECT(AND(l->alive, NOT(finite)), SPLAT(-1), l->violated);
+    mv_retire(l, AND(l->alive, NOT(finite)), MV_NOT_FINITE);
+    mv_retire(l, AND(l->alive, NOT(good)), MV_LIMIT);
+    if (!last && mv_any(l->alive)) {
+        if (SAMPLED && l->tick % s->hold_every == 0) mv_blend(l->alive, l->column + Z_COLUMN, l->z_next, NZ);
+        mv_advance(l, s->t[l->tick + 1]);
+    }
+    l->tick++;
+}
+
+#endif

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A closed loop in each lane: in a single run there is one, in a batch there are as many as a vector has numbers.
+ *
+ * Included after a model under a law, which is
+ *   mv_model and CALL_NAME           see calls.h
+ *   NQ, NX, NU, NZ, NY, NR           numbers of coordinates, states, inputs, memory, outputs and references
+ *   LIMITS, NOISE                    of the model's limits and of the noise of one measurement
+ *   SAMPLED                          the law is evaluated every so many ticks and its input held in between
+ *   REFERENCE_CONSTANT, PROJECTED    the reference does not depend on time; every step is put back on a manifold
+ *   RECORDS_COMMAND                  the record holds what the law asks for beside what acts
+ *   STAGES, ORDER                    of the method: slopes k[0] ... k[STAGES - 1], and k[STAGES] at the end of a step;
+ *                                    the local error goes like step^ORDER, 0 for a fixed step
+ *   ESTIMATED, END_IN_ERROR, THIRD   there is an error estimate; it needs the slope at the end; there is one of order
+ *                                    three beside it (dop853)
+ *   REALS(a, n), ROWS(a, m, n)       declare a field for n numbers, and for m times n
+ * In a batch they are constants, so that the compiler drops what a loop has no use for; in a single run they are read
+ * from `l`, and one library serves all models. */
+#ifndef MEHVAR_STATE_H
+#define MEHVAR_STATE_H
+
+#include "calls.h"
+#include "schedule.h"
+
+#define U_COLUMN NX
+#define U_CMD_COLUMN (NX + NU)
+#define Y_COLUMN (U_CMD_COLUMN + (RECORDS_COMMAND ? NU : 0))
+#define Z_COLUMN (Y_COLUMN + NY)
+#define COLUMNS (Z_COLUMN + NZ)
+
+typedef struct {
+    const mv_schedule *schedule;
+    mv_model model;
+    int64_t tick;              /* the next one */
+    int64_t evaluations;       /* of the slope, in all lanes at once */
+    mask alive;
+    int32_t ready, started;    /* k[0] is the slope at (t, q); h has been chosen */
+    real t;
+    real h;                    /* the step that the error control would take */
+    real reserve;              /* of the last accepted step, see control.h */
+    real error;                /* the largest estimate over its tolerance */
+    real steps, rejected;
+    real status, violated;     /* an mv_status; index of the limit that ended the run, or -1 */
+    REALS(q, NQ);
+    ROWS(k, STAGES + 1, NQ);   /* slopes at the stages and at the end of the step */
+    REALS(y, NQ);
+    REALS(stage, NQ);
+    REALS(r, NR);
+    REALS(u_cmd, NU);          /* what the law asks for */
+    REALS(z_next, NZ);
+    REALS(column, COLUMNS);    /* x, u, u_cmd if recorded, y, z: a row of the result */
+    real *queue;               /* the inputs asked for in the last `delay` evaluations, a ring */
+} mv_loop;
+
+static inline mask mv_all(void) { return LT(SPLAT(0), SPLAT(1)); }
+
+static inline mask mv_none(void) { return LT(SPLAT(0), SPLAT(0)); }
+
+static inline int mv_any(mask m)
+{
+#if MEHVAR_LANES == 1
+    return m;
+#else
+    int any = 0;
+    for (int lane = 0; lane < MEHVAR_LANES; lane++) any |= m[lane] != 0;
+    return any;
+#endif
+}
+
+static inline mask mv_finite(const real *v, int n)
+{
+    real zero = SPLAT(0);
+    for (int i = 0; i < n; i++) zero += v[i] - v[i];
+    return EQ(zero, SPLAT(0));
+}
+
+static inline void mv_blend(mask m, real *to, const real *from, int n)
+{
+    for (int i = 0; i < n; i++) to[i] = SELECT(m, from[i], to[i]);
+}
+
+static inline void mv_retire(mv_loop *l, mask m, enum mv_status status)
+{
+    l->status = SELECT(m, SPLAT(status), l->status);
+    l->alive = AND(l->alive, NOT(m));
+}
+
+static inline void mv_refer(mv_loop *l, real t)
+{
+    if (!REFERENCE_CONSTANT) mv_call_reference(&l->model, t, l->r);
+}
+
+static __attribute__((noinline)) void mv_slope(mv_loop *l, real t, const real *q, real *dq)
+{
+    l->evaluations++;
+    if (SAMPLED) {
+        mv_call_rhs(&l->model, q, l->column + U_COLUMN, dq);
+        return;
+    }
+    mv_refer(l, t);
+    mv_call_loop(&l->model, q, l->r, dq);
+}
+
+/* Which of `lanes` keep the limits. */
+static inline mask mv_allowed(mv_loop *l, mask lanes, const real *x, const real *u)
+{
+    mask within = mv_all();
+    if (!LIMITS) return within;
+    real margin[LIMITS + 1];
+    mv_call_limits(&l->model, x, u, margin);
+    for (int i = 0; i < LIMITS; i++) {
+        const mask broken = AND(AND(lanes, within), NOT(LT(K(0), margin[i])));
+        l->violated = SELECT(broken, SPLAT(i), l->violated);
+        within = AND(within, NOT(broken));
+    }
+    return within;
+}
+
+#endif

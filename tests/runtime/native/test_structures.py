@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What C and Python both have: structures field by field, and the numbers behind names."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+
+import pytest
+
+from mehvar.runtime.compiling.library import NATIVE, load_library, native_sources
+from mehvar.runtime.compiling.structures import structures
+from mehvar.runtime.run.metrics import KINDS
+from mehvar.runtime.run.problem import METHODS, STAGES, Status
+
+HEADERS = ("step/schedule.h", "single/single.h", "batch/job.h", "methods/tableaux.h")
+STRUCTURES = structures(*HEADERS)
+ENUMERATIONS = {
+    ("step/schedule.h", "mv_status"): [status.name for status in Status],
+    ("methods/tableaux.h", "mv_method"): METHODS,
+    ("batch/job.h", "mv_kind"): KINDS,
+}
+
+
+def text(header: str) -> str:
+    return (NATIVE / header).read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def layout() -> ctypes.CDLL:
+    """For each structure its size, then offset and size of every field, as the compiler has them."""
+    lines = ["#include <stddef.h>", *(f'#include "{header.rpartition("/")[2]}"' for header in HEADERS)]
+    for name, structure in STRUCTURES.items():
+        numbers = [f"sizeof({name})"]
+        for field, *_ in structure._fields_:
+            numbers += [f"offsetof({name}, {field})", f"sizeof((({name} *)0)->{field})"]
+        lines.append(f"const size_t layout_{name}[] = {{{', '.join(numbers)}}};")
+    sources = native_sources(*HEADERS) | {"layout.c": "\n".join([*lines, ""])}
+    return load_library("layout", sources, ["layout.c"])
+
+
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_a_structure_has_the_fields_that_c_has(name: str, layout: ctypes.CDLL) -> None:
+    structure = STRUCTURES[name]
+    fields = [getattr(structure, field) for field, *_ in structure._fields_]
+    expected = [ctypes.sizeof(structure), *(number for field in fields for number in (field.offset, field.size))]
+    assert list((ctypes.c_size_t * len(expected)).in_dll(layout, f"layout_{name}")) == expected
+
+
+def test_every_structure_of_the_headers_is_there() -> None:
+    assert set(STRUCTURES) == {name for header in HEADERS for name in re.findall(r"^\} (\w+);", text(header), re.M)}
+
+
+@pytest.mark.parametrize(("header", "name"), ENUMERATIONS)
+def test_names_have_the_numbers_that_c_gives_them(header: str, name: str) -> None:
+    match = re.search(rf"enum {name} \{{(.*?)\}}", text(header), re.DOTALL)
+    assert match is not None
+    members = [member.strip() for member in match[1].split(",")]
+    assert members == [f"MV_{word.upper()}" for word in ENUMERATIONS[header, name]]
+
+
+def test_the_rows_of_a_tableau_have_the_length_that_python_takes() -> None:
+    assert f"#define MV_STAGES {STAGES} " in text("methods/tableaux.h")
