@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from mehvar.errors import InputError
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.model.manifest import find_model
+from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.run.options import merged, split_settings
 from mehvar.runtime.run.results import to_dataset

@@ -13,21 +13,21 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from mehvar.errors import InputError
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.sampling import Design
-from mehvar.runtime.model.manifest import find_model
+from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.run.options import split_settings
 
 
-class _Strict(BaseModel):
+class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Save(_Strict):
+class Save(_Table):
     """Which series are stored: one sample every `every` seconds."""
 
     every: float
 
 
-class CampaignFile(_Strict):
+class CampaignFile(_Table):
     """The contents of a campaign file, with the command line over it; `Campaign` and its options say what is allowed.
 
     `set` takes parameters, options and choices as `--set` does; `vary` takes distributions as `--vary` does.

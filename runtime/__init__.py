@@ -2,8 +2,9 @@
 """Compiles generated models and runs them; needs NumPy, and SciPy only without a compiler."""
 
 from mehvar.errors import BuildError, InputError
+from mehvar.manifest import Manifest, read_manifest
 
-from .model.manifest import Manifest, find_model, known_models, read_manifest
+from .model.catalogue import find_model, known_models
 from .model.model import Model, load
 from .run.metrics import metrics
 from .run.problem import Status

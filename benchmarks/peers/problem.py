@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from mehvar.codegen.code.files import PrintedFunction
 from mehvar.codegen.generate import generate, installed_tree
+from mehvar.names import identifier
 from mehvar.runtime import Model, load, simulate
 from mehvar.runtime.batch.kernel import compile_kernel
-from mehvar.runtime.model.manifest import identifier
 from mehvar.runtime.run.options import RunOptions
 from peers.equations import Equations, packed
 

@@ -12,7 +12,7 @@ from .groups import groups
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
 from .parameters import parameter_changes
-from .report import Comparison, Equation, Fate
+from .report import Comparison, EquationChange, Fate
 from .versions import Item, Key, Versions
 
 _EQUAL = frozenset((Fate.SAME, Fate.REARRANGED, Fate.RENAMED, Fate.SCALED))
@@ -167,7 +167,7 @@ class _Verdicts:
 
     # The report
 
-    def equations(self) -> tuple[Equation, ...]:
+    def equations(self) -> tuple[EquationChange, ...]:
         """Return every row of either side, in the order of the new side."""
         if not hasattr(self, "_equations"):
             explainer = Explainer(self.versions)
@@ -200,12 +200,14 @@ class _Verdicts:
                 mattering |= {child.key for child in versions.children(item) if self._differs(child)}
         return mattering
 
-    def _equation(self, item: Item, explainer: Explainer, users: dict[Key, list[str]], mattering: set[Key]) -> Equation:
+    def _equation(
+        self, item: Item, explainer: Explainer, users: dict[Key, list[str]], mattering: set[Key]
+    ) -> EquationChange:
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
         explanation = explainer.explain(partner, item) if partner and verdict is Fate.CHANGED else None
-        return Equation(
+        return EquationChange(
             name=row.name,
             old_name=partner.row.name if partner else "",
             kind=row.kind,
@@ -226,7 +228,7 @@ class _Verdicts:
             new_node=row.node,
         )
 
-    def _gone(self, item: Item, explainer: Explainer, users: dict[Key, list[str]]) -> Equation:
+    def _gone(self, item: Item, explainer: Explainer, users: dict[Key, list[str]]) -> EquationChange:
         removed = self._removed(item)
         lost = self.lost.get(item.key)
         if lost is None:
@@ -242,9 +244,9 @@ class _Verdicts:
         )
 
     @staticmethod
-    def _removed(item: Item) -> Equation:
+    def _removed(item: Item) -> EquationChange:
         row = item.row
-        return Equation(
+        return EquationChange(
             row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex, Fate.REMOVED,
             "no such equation any more", matters=not row.named, old_node=row.node,
         )  # fmt: skip

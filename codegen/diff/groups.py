@@ -6,18 +6,18 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from .report import Equation, Fate, Group
+from .report import EquationChange, Fate, Story
 from .versions import Versions
 
 
-def groups(versions: Versions, equations: tuple[Equation, ...]) -> tuple[Group, ...]:
+def groups(versions: Versions, equations: tuple[EquationChange, ...]) -> tuple[Story, ...]:
     """Return the groups among judged rows."""
     return (*_families(versions, equations), *_conventions(versions, equations), *_recombined(equations))
 
 
-def _families(versions: Versions, equations: tuple[Equation, ...]) -> list[Group]:
+def _families(versions: Versions, equations: tuple[EquationChange, ...]) -> list[Story]:
     indexed = _indexed(versions)
-    stories: dict[tuple[str, ...], list[Equation]] = {}
+    stories: dict[tuple[str, ...], list[EquationChange]] = {}
     for equation in equations:
         if equation.verdict not in (Fate.CHANGED, Fate.ADDED, Fate.REMOVED):
             continue
@@ -29,7 +29,7 @@ def _families(versions: Versions, equations: tuple[Equation, ...]) -> list[Group
         names = tuple(dict.fromkeys(equation.name for equation in members))
         if len(names) > 1 and "_i" in name:
             says = "; ".join(_generic(edit.says, indexed) for edit in members[0].edits) or members[0].verdict.value
-            families.append(Group("family", f"for every i: {says}", names))
+            families.append(Story("family", f"for every i: {says}", names))
     return families
 
 
@@ -46,7 +46,7 @@ def _generic(text: str, indexed: Mapping[str, str]) -> str:
     return re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda word: indexed.get(word[0], word[0]), text)
 
 
-def _conventions(versions: Versions, equations: tuple[Equation, ...]) -> list[Group]:
+def _conventions(versions: Versions, equations: tuple[EquationChange, ...]) -> list[Story]:
     """Return definitions that changed while what uses them is equal."""
     uses = {item.name: [child.name for child in versions.children(item)] for item in versions.news}
     conventions = []
@@ -60,12 +60,12 @@ def _conventions(versions: Versions, equations: tuple[Equation, ...]) -> list[Gr
         )
         what = "sign" if len(equation.edits) == 1 and equation.edits[0].kind == "sign" else "convention"
         says = f"the {what} of {equation.name} changed; {', '.join(users) or 'its users'} compensate"
-        conventions.append(Group("convention", says, (equation.name, *users)))
+        conventions.append(Story("convention", says, (equation.name, *users)))
     return conventions
 
 
-def _recombined(equations: tuple[Equation, ...]) -> list[Group]:
+def _recombined(equations: tuple[EquationChange, ...]) -> list[Story]:
     names = tuple(equation.name for equation in equations if equation.how.startswith("recombined"))
     return (
-        [Group("recombined", "equations of motion were combined; the accelerations are equal", names)] if names else []
+        [Story("recombined", "equations of motion were combined; the accelerations are equal", names)] if names else []
     )

@@ -90,7 +90,7 @@ class Edit:
 
 
 @dataclass(frozen=True)
-class Equation:
+class EquationChange:
     """What became of one definition, shown equation or result.
 
     Attributes
@@ -145,7 +145,7 @@ class Equation:
 
 
 @dataclass(frozen=True)
-class Group:
+class Story:
     """Several equations that tell one story.
 
     Attributes
@@ -195,11 +195,11 @@ class Comparison:
     ----------
     model : str
         Its name.
-    equations : tuple of Equation
+    equations : tuple of EquationChange
         Every definition, shown equation and result of either side, in the order of the new side.
     parameters : tuple of ParameterChange
         Names, units, bounds, sources and numbers that differ.
-    groups : tuple of Group
+    groups : tuple of Story
         Equations that belong together.
     structure : tuple of (str, str, str)
         Structural choices that differ: name, old and new value.
@@ -210,9 +210,9 @@ class Comparison:
     """
 
     model: str
-    equations: tuple[Equation, ...]
+    equations: tuple[EquationChange, ...]
     parameters: tuple[ParameterChange, ...] = ()
-    groups: tuple[Group, ...] = ()
+    groups: tuple[Story, ...] = ()
     structure: tuple[tuple[str, str, str], ...] = ()
     old_nodes: tuple[tuple[Any, ...], ...] = ()
     new_nodes: tuple[tuple[Any, ...], ...] = ()
@@ -220,28 +220,28 @@ class Comparison:
     new_latex: tuple[tuple[str, str], ...] = ()
 
     @property
-    def sources(self) -> tuple[Equation, ...]:
+    def sources(self) -> tuple[EquationChange, ...]:
         """The equations whose own text means something else: where changes come from."""
         return self.of(Fate.CHANGED)
 
     @property
-    def changed(self) -> tuple[Equation, ...]:
+    def changed(self) -> tuple[EquationChange, ...]:
         """What has another value, by itself or through what it uses, or may have one."""
         unequal = self.of(Fate.CHANGED, Fate.INHERITED, Fate.UNDECIDED)
         return tuple(equation for equation in unequal if equation.matters)
 
     @property
-    def added(self) -> tuple[Equation, ...]:
+    def added(self) -> tuple[EquationChange, ...]:
         """What only the new side has."""
         return self.of(Fate.ADDED)
 
     @property
-    def removed(self) -> tuple[Equation, ...]:
+    def removed(self) -> tuple[EquationChange, ...]:
         """What only the old side has."""
         return self.of(Fate.REMOVED)
 
     @property
-    def equivalent(self) -> tuple[Equation, ...]:
+    def equivalent(self) -> tuple[EquationChange, ...]:
         """What is written or called differently and means the same."""
         return self.of(Fate.REARRANGED, Fate.RENAMED, Fate.SCALED)
 
@@ -250,7 +250,7 @@ class Comparison:
         """Whether the physics differs, or may: also by a parameter or a structural choice."""
         return bool(self.parameters or self.structure) or any(equation.matters for equation in self.equations)
 
-    def of(self, *verdicts: Fate) -> tuple[Equation, ...]:
+    def of(self, *verdicts: Fate) -> tuple[EquationChange, ...]:
         """Return the equations with one of these verdicts."""
         return tuple(equation for equation in self if equation.verdict in verdicts)
 
@@ -258,10 +258,10 @@ class Comparison:
         """Count the equations by verdict."""
         return {verdict.value: len(self.of(verdict)) for verdict in Fate}
 
-    def __iter__(self) -> Iterator[Equation]:
+    def __iter__(self) -> Iterator[EquationChange]:
         return iter(self.equations)
 
-    def __getitem__(self, name: str) -> Equation:
+    def __getitem__(self, name: str) -> EquationChange:
         """Return the first equation with this name.
 
         Raises

@@ -13,7 +13,7 @@ from mehvar.manifest import Manifest
 
 from ..equal.judge import Expression, Judge, Meaning
 from ..equal.pool import Pool
-from ..equal.reals import Sampler
+from ..equal.reals import PointSampler
 from ..equations.document import Document, Row, Symbol
 
 Key = tuple[str, str, int]
@@ -221,7 +221,7 @@ def _alike(old: Symbol, new: Symbol) -> bool:
     return bool((old.latex and old.latex == new.latex) or (old.description and old.description == new.description))
 
 
-def _sampler(old: Document, new: Document, renamed: Mapping[str, str]) -> Sampler:
+def _sampler(old: Document, new: Document, renamed: Mapping[str, str]) -> PointSampler:
     names: dict[str, tuple[Fraction | None, Fraction | None, Fraction | None]] = {}
     angles = set()
     for document in (new, old):
@@ -232,7 +232,7 @@ def _sampler(old: Document, new: Document, renamed: Mapping[str, str]) -> Sample
             names[name] = (low, high, defaults.get(symbol.name))
             if symbol.unit == "rad":
                 angles.add(name)
-    return Sampler(names, frozenset(angles))
+    return PointSampler(names, frozenset(angles))
 
 
 def _bounds(symbol: Symbol) -> tuple[Fraction | None, Fraction | None]:

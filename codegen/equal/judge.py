@@ -21,7 +21,7 @@ import mpmath
 from ..equations.document import reached
 from . import field, reals
 from .pool import Pool, live, ways
-from .reals import Point, RealWorld, Sampler
+from .reals import Point, PointSampler, RealWorld
 from .values import FieldWorld, Lookup, World
 
 SEED = 5
@@ -188,13 +188,13 @@ class Judge:
         Holds all expressions.
     positive : callable
         Whether a free name is positive.
-    sampler : Sampler
+    sampler : PointSampler
         Draws real values of free names.
     seed : int
         Of the points of the field.
     """
 
-    def __init__(self, pool: Pool, positive: Callable[[str], bool], sampler: Sampler, seed: int = SEED) -> None:
+    def __init__(self, pool: Pool, positive: Callable[[str], bool], sampler: PointSampler, seed: int = SEED) -> None:
         self.pool = pool
         self.positive = positive
         self.sampler = sampler

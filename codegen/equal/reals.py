@@ -205,7 +205,7 @@ def holds(relation: str, left: tuple[Any, int], right: tuple[Any, int], within: 
 class _Drawn(Mapping[str, Fraction]):
     """A point whose coordinates are drawn when they are asked for."""
 
-    def __init__(self, sampler: Sampler, number: int) -> None:
+    def __init__(self, sampler: PointSampler, number: int) -> None:
         self._sampler = sampler
         self._number = number
 
@@ -219,7 +219,7 @@ class _Drawn(Mapping[str, Fraction]):
         return len(self._sampler.names)
 
 
-class Sampler:
+class PointSampler:
     """Draws values for free names: inside their bounds, around their defaults, over many decades.
 
     Parameters

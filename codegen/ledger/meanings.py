@@ -14,7 +14,7 @@ from mehvar.models.paper import Case, Names, Side, frozen, symbols_of
 from ..equal import field
 from ..equal.judge import Expression, Judge, Meaning
 from ..equal.pool import Pool
-from ..equal.reals import Sampler
+from ..equal.reals import PointSampler
 from .sides import Sides
 
 _STEPS = 10**6
@@ -22,7 +22,7 @@ _STEPS = 10**6
 survives in a counterexample stays short."""
 
 
-class PaperSampler(Sampler):
+class PaperSampler(PointSampler):
     """Draws values between the bounds of names, never on them, where a paper's formulas often end; integers on them.
 
     Parameters

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from mehvar.runtime.model.manifest import find_model, known_models
+from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.terminal import print_table
 
 

@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from mehvar.runtime.model.manifest import Manifest, Parameter, Quantity, find_model
+from mehvar.manifest import Manifest, Parameter, Quantity
+from mehvar.runtime.model.catalogue import find_model
 from mehvar.terminal import print_table
 
 

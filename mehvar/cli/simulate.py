@@ -12,7 +12,7 @@ import typer
 
 from mehvar.errors import bad_value
 from mehvar.pictures.files import checked_suffix
-from mehvar.runtime.model.manifest import find_model
+from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.problem import Status

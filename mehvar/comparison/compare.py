@@ -15,7 +15,7 @@ from mehvar.errors import InputError, unknown_name
 from .consequences import consequences
 from .result import Diff, ModelDiff
 from .sources import WORK, Sources, Version
-from .status import Status
+from .status import ModelStatus
 
 
 def diff_versions(old: str, new: str, model: str | None = None) -> Diff:
@@ -106,7 +106,7 @@ def _names(before: Version, after: Version, model: str | None) -> Sequence[str]:
 
 def _model(name: str, old: Path | None, new: Path | None) -> ModelDiff:
     if old is None or new is None:
-        return ModelDiff(name, Status.ADDED if old is None else Status.REMOVED, Comparison(name, ()))
+        return ModelDiff(name, ModelStatus.ADDED if old is None else ModelStatus.REMOVED, Comparison(name, ()))
     return compare_folders(old, new)
 
 
@@ -117,10 +117,10 @@ def _document(folder: Path) -> Document:
         raise InputError(str(error)) from None
 
 
-def _status(comparison: Comparison) -> Status:
+def _status(comparison: Comparison) -> ModelStatus:
     telling = [equation for equation in comparison if equation.matters]
     if any(equation.verdict is not Fate.UNDECIDED for equation in telling):
-        return Status.CHANGED
+        return ModelStatus.CHANGED
     if telling:
-        return Status.UNDECIDED
-    return Status.PARAMETERS if comparison.differs else Status.SAME
+        return ModelStatus.UNDECIDED
+    return ModelStatus.PARAMETERS if comparison.differs else ModelStatus.SAME

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from mehvar.codegen.diff.report import Comparison, Edit, Equation, Fate, Group, ParameterChange
+from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ParameterChange, Story
 from mehvar.codegen.equations.formula import Marks, Names, Nodes, Printer
 from mehvar.codegen.equations.mathml import element
 from mehvar.codegen.equations.spelling import MATHML
@@ -16,7 +16,7 @@ from mehvar.html import page
 from .consequences import Consequences
 from .marks import Alignment
 from .result import Diff, ModelDiff
-from .status import Status
+from .status import ModelStatus
 from .text import (
     counted,
     edit_title,
@@ -113,7 +113,7 @@ class _Sheet:
         ]
         return _Section(
             name=self._model.model,
-            kind={Status.SAME: "same", Status.UNDECIDED: "maybe"}.get(status, "changed"),
+            kind={ModelStatus.SAME: "same", ModelStatus.UNDECIDED: "maybe"}.get(status, "changed"),
             status=status.value,
             counted=counted(comparison),
             stories=stories(comparison),
@@ -124,7 +124,7 @@ class _Sheet:
             unchanged=[self._card(equation) for equation in comparison.of(Fate.SAME)],
         )
 
-    def _card(self, equation: Equation, group: Group | None = None) -> _Card:
+    def _card(self, equation: EquationChange, group: Story | None = None) -> _Card:
         old, new = self._sides(equation)
         kind = "same" if not equation.matters else "changed"
         return _Card(
@@ -139,7 +139,7 @@ class _Sheet:
             new=new,
         )
 
-    def _sides(self, equation: Equation) -> tuple[_Side | None, _Side | None]:
+    def _sides(self, equation: EquationChange) -> tuple[_Side | None, _Side | None]:
         """Print both forms with what was edited marked: as the comparison says, else what differs as written."""
         comparison, old, new = self._comparison, equation.old_node, equation.new_node
         old_marks, new_marks = self._marks(equation)
@@ -152,7 +152,7 @@ class _Sheet:
             after = _Side(left, _terms(comparison.new_nodes, new, self._new_latex, new_marks))
         return before, after
 
-    def _part(self, equation: Equation, edit: Edit) -> str:
+    def _part(self, equation: EquationChange, edit: Edit) -> str:
         """Print the part that was edited, unless the edit's words name it."""
         old = edit.old is not None
         part, root = (edit.old, equation.old_node) if old else (edit.new, equation.new_node)
@@ -163,7 +163,7 @@ class _Sheet:
             root = int(nodes[root][1 + step])
         return "".join(term for term, _ in _terms(nodes, root, self._old_latex if old else self._new_latex))
 
-    def _marks(self, equation: Equation) -> tuple[Marks, Marks]:
+    def _marks(self, equation: EquationChange) -> tuple[Marks, Marks]:
         if equation.old_node is None or equation.new_node is None or equation.verdict is Fate.SAME:
             return frozenset(), frozenset()
         old = frozenset(place for edit in equation.edits if edit.old for place in edit.old.places)
@@ -180,12 +180,12 @@ def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = fro
     return [(element(text), marked) for text, marked in printer.parts(root)]
 
 
-def _left(name: str, equation: Equation, latex: Mapping[str, str]) -> str:
+def _left(name: str, equation: EquationChange, latex: Mapping[str, str]) -> str:
     spelled = equation.latex if equation.kind == "equation" else latex.get(name, equation.latex)
     return element(MATHML.name(name, spelled) + "<mo>=</mo>")
 
 
-def _notes(comparison: Comparison, equation: Equation, group: Group | None) -> list[str]:
+def _notes(comparison: Comparison, equation: EquationChange, group: Story | None) -> list[str]:
     notes = [group.says if group else "", example(equation), sure(equation)]
     if equation.users:
         notes.append(f"Inherited by {labels(comparison, equation.users)}.")

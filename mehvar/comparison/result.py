@@ -10,11 +10,11 @@ from typing import Any
 
 from rich.text import Text
 
-from mehvar.codegen.diff.report import Comparison, Equation, ParameterChange
+from mehvar.codegen.diff.report import Comparison, EquationChange, ParameterChange
 from mehvar.terminal import Line, plain_text
 
 from .consequences import Consequences
-from .status import Status
+from .status import ModelStatus
 from .text import lines
 
 SCHEMA = 1
@@ -28,7 +28,7 @@ class ModelDiff:
     ----------
     model : str
         Its name.
-    status : Status
+    status : ModelStatus
         In one word.
     comparison : Comparison
         Equation by equation; empty for a model that only one side has.
@@ -37,32 +37,32 @@ class ModelDiff:
     """
 
     model: str
-    status: Status
+    status: ModelStatus
     comparison: Comparison
     consequences: Consequences | None = None
 
     @property
     def differs(self) -> bool:
         """Whether anything but the form differs: an equation, a parameter, the structure."""
-        return self.status is not Status.SAME
+        return self.status is not ModelStatus.SAME
 
     @property
-    def changed(self) -> tuple[Equation, ...]:
+    def changed(self) -> tuple[EquationChange, ...]:
         """Equations with another value, by themselves or through what they use, and undecided ones."""
         return self.comparison.changed
 
     @property
-    def added(self) -> tuple[Equation, ...]:
+    def added(self) -> tuple[EquationChange, ...]:
         """Equations that only the new side has."""
         return self.comparison.added
 
     @property
-    def removed(self) -> tuple[Equation, ...]:
+    def removed(self) -> tuple[EquationChange, ...]:
         """Equations that only the old side has."""
         return self.comparison.removed
 
     @property
-    def equivalent(self) -> tuple[Equation, ...]:
+    def equivalent(self) -> tuple[EquationChange, ...]:
         """Equations that are written or called differently and mean the same."""
         return self.comparison.equivalent
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 
-class Status(StrEnum):
+class ModelStatus(StrEnum):
     """What became of a model, in one word."""
 
     SAME = "same"

@@ -7,22 +7,22 @@ from collections.abc import Iterator, Sequence
 
 from rich.text import Text
 
-from mehvar.codegen.diff.report import Comparison, Edit, Equation, Fate, Group, ParameterChange
+from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ParameterChange, Story
 from mehvar.terminal import Line
 
 from .consequences import Consequences
-from .status import Status
+from .status import ModelStatus
 
 _ZERO = 1e-9
 """A rate at rest, and a part of an eigenvalue beside the other, that is rounding and not worth a word."""
-_STYLES = {Status.SAME: "bold green", Status.UNDECIDED: "bold yellow"}
+_STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
 _HEADLINES = {
-    Status.SAME: "physics the SAME",
-    Status.PARAMETERS: "equations the SAME, numbers or names CHANGED",
-    Status.UNDECIDED: "physics UNDECIDED",
-    Status.CHANGED: "physics CHANGED",
-    Status.ADDED: "ADDED",
-    Status.REMOVED: "REMOVED",
+    ModelStatus.SAME: "physics the SAME",
+    ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
+    ModelStatus.UNDECIDED: "physics UNDECIDED",
+    ModelStatus.CHANGED: "physics CHANGED",
+    ModelStatus.ADDED: "ADDED",
+    ModelStatus.REMOVED: "REMOVED",
 }
 _COUNTED = {
     Fate.CHANGED: "changed", Fate.ADDED: "added", Fate.REMOVED: "removed", Fate.UNDECIDED: "undecided",
@@ -31,7 +31,7 @@ _COUNTED = {
 }  # fmt: skip
 
 
-def lines(model: str, status: Status, comparison: Comparison, follows: Consequences | None) -> Iterator[Line]:
+def lines(model: str, status: ModelStatus, comparison: Comparison, follows: Consequences | None) -> Iterator[Line]:
     """Say what became of a model."""
     style = _STYLES.get(status, "bold red")
     yield 0, Text.assemble((f"{model}: ", "bold"), (_HEADLINES[status], style), "   ", counted(comparison))
@@ -50,7 +50,7 @@ def counted(comparison: Comparison) -> str:
     return ", ".join(f"{count} {word}" for count, word in counts if count)
 
 
-def title(equation: Equation, names: Sequence[str] = ()) -> str:
+def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
     """Name an equation, or a family of them, with its number and what it is about."""
     about = " ".join(part for part in (equation.number, equation.title) if part)
     if equation.kind == "equation" and about:  # its name is a left side, often just zero
@@ -58,7 +58,7 @@ def title(equation: Equation, names: Sequence[str] = ()) -> str:
     return "  ".join(part for part in (", ".join(names or [equation.name]), about) if part)
 
 
-def families(comparison: Comparison) -> dict[str, Group]:
+def families(comparison: Comparison) -> dict[str, Story]:
     """Return the family that each equation belongs to, where the same edit was made in several."""
     return {name: group for group in comparison.groups if group.kind == "family" for name in group.names}
 
@@ -68,7 +68,7 @@ def stories(comparison: Comparison) -> list[str]:
     return [group.says for group in comparison.groups if group.kind != "family"]
 
 
-def one_by_one(comparison: Comparison) -> Iterator[tuple[Equation, Group | None]]:
+def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story | None]]:
     """Yield the equations that get words of their own; a family once, by its first member."""
     family = families(comparison)
     for equation in comparison.of(Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED):
@@ -77,18 +77,18 @@ def one_by_one(comparison: Comparison) -> Iterator[tuple[Equation, Group | None]
             yield equation, group
 
 
-def is_quiet(equation: Equation) -> bool:
+def is_quiet(equation: EquationChange) -> bool:
     """Whether an equation only came or went as a name that others use."""
     return not equation.matters and equation.verdict in (Fate.ADDED, Fate.REMOVED)
 
 
-def sure(equation: Equation) -> str:
+def sure(equation: EquationChange) -> str:
     """Say how the verdict is known, and whether the edits were tested."""
     replayed = "; the edits, applied to the old form, give the new one" if equation.replayed and equation.edits else ""
     return equation.how + replayed
 
 
-def example(equation: Equation) -> str:
+def example(equation: EquationChange) -> str:
     """Return the counterexample in one line, or nothing."""
     point = equation.counterexample
     if not point:
@@ -109,7 +109,7 @@ def is_complete(edit: Edit) -> bool:
     return all(part is None or part.text in edit.says for part in (edit.old, edit.new))
 
 
-def label(equation: Equation) -> str:
+def label(equation: EquationChange) -> str:
     """Return the shortest name of an equation; one that is only shown goes by its number."""
     return equation.number or equation.title or equation.name if equation.kind == "equation" else equation.name
 

@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mehvar.errors import InputError
+from mehvar.names import identifier
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.style import style
-from mehvar.runtime.model.manifest import identifier, known_models
+from mehvar.runtime.model.catalogue import known_models
 
 from .claims import Checks, Claim, ClaimText, decide
 from .data import read_data
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from mehvar.runtime.model.manifest import Manifest
+    from mehvar.manifest import Manifest
     from mehvar.runtime.run.simulate import Run
 
     RunPicture: TypeAlias = Callable[[xr.Dataset, Manifest], Figure]

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mehvar.ledger.judging import Ledger
-    from mehvar.runtime.model.manifest import Manifest
+    from mehvar.manifest import Manifest
     from mehvar.runtime.model.model import Model
     from mehvar.terminal import Advance
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value
+from mehvar.manifest import Quantity
 
-from ..model.manifest import Quantity
 from ..run.options import OPTIONS
 from ..run.problem import Status
 from .kernel import compile_kernel

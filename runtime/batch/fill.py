@@ -20,7 +20,7 @@ from mehvar.errors import InputError, bad_value
 
 from ..compiling.compiler import require_compiler
 from ..compiling.library import FLAGS
-from ..model.manifest import find_model, known_models
+from ..model.catalogue import find_model, known_models
 from ..model.model import Model, load
 from ..model.parameters import advice
 from ..run.problem import Status

@@ -14,19 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import METRIC_KINDS
+from mehvar.manifest import METRIC_KINDS, Metric
+from mehvar.names import identifier
 
 from ..compiling.compiler import require_compiler
 from ..compiling.library import load_library
 from ..compiling.processor import vector_flags, widest
 from ..compiling.structures import structures
 from ..model.functions import FloatArray
-from ..model.manifest import Metric, identifier
 from ..model.model import Model
 from ..run.options import Profile, RunOptions, read_options
 from ..run.problem import check_law, variant_suffix
 from ..run.ticks import ticks_of
-from .source import Loop, kernel_sources
+from .source import KernelLoop, kernel_sources
 
 _ALIGNMENT = 64  # bytes, of the widest vector
 _CHUNKS = 16  # per thread: at the end one may work alone for a sixteenth of the time, with half as many for an eighth
@@ -111,7 +111,7 @@ def compile_kernel(
     check_law(model, law, sampled, options.delay, origin)
     if lanes not in (None, 1, 2, 4, 8):
         raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)
-    loop = Loop(model.manifest, law, suffix, sampled, options.method)
+    loop = KernelLoop(model.manifest, law, suffix, sampled, options.method)
     return Kernel(
         loop=loop,
         library=_library(loop, options.profile, lanes or widest()),
@@ -125,7 +125,7 @@ def compile_kernel(
 class Kernel:
     """A compiled loop; `compile_kernel` makes it."""
 
-    loop: Loop
+    loop: KernelLoop
     library: ctypes.CDLL
     lanes: int
     options: RunOptions
@@ -258,7 +258,7 @@ _STRUCTURES = structures("step/schedule.h", "batch/job.h")
 _Schedule, _Metric, _Signal, _Job = (_STRUCTURES[f"mv_{name}"] for name in ("schedule", "metric", "signal", "job"))
 
 
-def _library(loop: Loop, profile: Profile, lanes: int) -> ctypes.CDLL:
+def _library(loop: KernelLoop, profile: Profile, lanes: int) -> ctypes.CDLL:
     """Compile a kernel, or load it from the cache."""
     contract = "off" if profile == "portable" else "fast"
     flags = ["-O2", "-fno-tree-slp-vectorize", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}"]

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mehvar.errors import InputError, unknown_name
+from mehvar.manifest import Parameter, Quantity
+from mehvar.names import identifier
 
-from ..model.manifest import Parameter, Quantity, identifier
 from ..model.model import Model
 from ..model.parameters import Resolved, named_values, resolve
 from ..run.options import OPTIONS, count_row, number_row, read_options, rows, word_row

@@ -8,9 +8,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from mehvar.manifest import Controller, Function, Manifest
+from mehvar.names import identifier
+
 from ..compiling.library import load_native, native_headers, native_sources
 from ..compiling.structures import structures
-from ..model.manifest import Controller, Function, Manifest, identifier
 from ..run.calls import loop_calls
 from ..run.options import METHODS, Method
 from ..run.problem import STAGES
@@ -43,7 +45,7 @@ _INSTEAD = {
 
 
 @dataclass(frozen=True)
-class Loop:
+class KernelLoop:
     """Which loop a kernel runs: a law, a variant of the plant, a method."""
 
     manifest: Manifest
@@ -72,7 +74,7 @@ class Loop:
         return self.sampled or "actuate" in self.manifest.functions
 
 
-def kernel_sources(loop: Loop) -> dict[str, str]:
+def kernel_sources(loop: KernelLoop) -> dict[str, str]:
     """Return the C files of a kernel by name; batch.c is to be compiled.
 
     Raises
@@ -86,7 +88,7 @@ def kernel_sources(loop: Loop) -> dict[str, str]:
     return sources | {"kernel.h": _kernel(loop)}
 
 
-def _kernel(loop: Loop) -> str:
+def _kernel(loop: KernelLoop) -> str:
     """Return the model's text and the definitions that native/batch/block.h is compiled with."""
     manifest = loop.manifest
     lines = ["/* SPDX-License-Identifier: Apache-2.0 */", '#include "mehvar/private/arithmetic.h"']
@@ -97,7 +99,7 @@ def _kernel(loop: Loop) -> str:
     return "\n".join([*lines, *(f"#define {name} {text}" for name, text in definitions.items())]) + "\n"
 
 
-def _calls(loop: Loop) -> dict[str, str]:
+def _calls(loop: KernelLoop) -> dict[str, str]:
     """Return what each call does, and what of it is computed beforehand and kept in the model."""
     manifest = loop.manifest
     functions = {identifier(name): function for name, function in manifest.functions.items()}
@@ -127,7 +129,7 @@ def _files(manifest: Manifest) -> list[str]:
     return [*sorted(names), f"{manifest.model}.h"]
 
 
-def _sizes(loop: Loop) -> dict[str, str]:
+def _sizes(loop: KernelLoop) -> dict[str, str]:
     manifest, calls = loop.manifest, loop.calls
     states = len(manifest.states)
     numbers = {

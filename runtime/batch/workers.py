@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mehvar.errors import InputError
+from mehvar.manifest import FILE
 
 from .. import cache
 from ..compiling.compiler import require_compiler
-from ..model.manifest import FILE
 from ..model.model import load
 from .blocks import Blocks, BlockSource, Missing, Values
 from .plan import Campaign, Plan

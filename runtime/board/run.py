@@ -313,7 +313,7 @@ def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[
 
 
 def _law_symbol(model: Model, request: BoardRequest) -> str:
-    from ..model.manifest import identifier
+    from mehvar.names import identifier
 
     return f"{identifier(model.name)}_{identifier(request.controller)}"
 

@@ -14,8 +14,8 @@ from mehvar.errors import bad_value, unknown_name
 from mehvar.manifest import Manifest
 
 from ..compiling.compiler import find_compiler, require_compiler
+from .catalogue import find_model
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
-from .manifest import find_model
 from .parameters import Setting, named_values, vector
 
 _DIFFERENCE = float(np.cbrt(np.finfo(np.float64).eps))

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 from mehvar.errors import InputError
-
-from ..model.manifest import Controller, Function, Manifest, identifier
+from mehvar.manifest import Controller, Function, Manifest
+from mehvar.names import identifier
 
 _ARGUMENTS = {
     "reference": "t p s",

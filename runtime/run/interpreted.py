@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from mehvar.names import identifier
+
 from ..model.functions import FloatArray, PythonBackend
-from ..model.manifest import identifier
 from .options import SMALLEST_RTOL
 from .problem import Problem, Status, Trajectory
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mehvar.errors import InputError, unknown_name
+from mehvar.manifest import Manifest, Metric
 
 from ..model.functions import FloatArray
-from ..model.manifest import Manifest, Metric
 from .simulate import Run
 
 if TYPE_CHECKING:

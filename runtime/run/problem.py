@@ -10,9 +10,10 @@ from enum import IntEnum
 import numpy as np
 
 from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.manifest import Controller, Manifest, Scenario
+from mehvar.names import identifier
 
 from ..model.functions import FloatArray, Real
-from ..model.manifest import Controller, Manifest, Scenario, identifier
 from ..model.model import Model
 from ..model.parameters import Resolved
 from .noise import normals

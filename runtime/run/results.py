@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mehvar.errors import InputError
+from mehvar.manifest import Manifest
 from mehvar.versions import installed
 
 from ..files import write_atomic
-from ..model.manifest import Manifest
 from .simulate import Run
 
 if TYPE_CHECKING:

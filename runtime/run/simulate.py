@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mehvar.errors import InputError, bad_value
+from mehvar.manifest import Controller, Manifest, Scenario
+from mehvar.names import identifier
 
 from ..model.functions import BackendName, CBackend, FloatArray
-from ..model.manifest import Controller, Manifest, Scenario, identifier
 from ..model.model import Model, load
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted

@@ -19,8 +19,8 @@ from mehvar.codegen.generate import derive, installed_tree, system_of
 from mehvar.models.system import System
 from mehvar.runtime.compiling.compiler import require_compiler
 from mehvar.runtime.compiling.processor import widest
+from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.functions import Functions, PythonBackend
-from mehvar.runtime.model.manifest import find_model
 from tests.codegen.high_precision import HighPrecision
 from tests.sampling import sample
 

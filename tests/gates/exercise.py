@@ -12,10 +12,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from mehvar.manifest import Controller
 from mehvar.runtime import Model, load, simulate
 from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.compiling.processor import widest
-from mehvar.runtime.model.manifest import Controller
 from mehvar.runtime.model.parameters import Resolved
 from mehvar.runtime.run.options import Method, RunOptions
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from mehvar.runtime.model.manifest import Manifest
+    from mehvar.manifest import Manifest
 
 
 def picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:

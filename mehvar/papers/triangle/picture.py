@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from mehvar.runtime.model.manifest import Manifest
+    from mehvar.manifest import Manifest
 
 
 def sliding_run(runs: Runs) -> Figure:

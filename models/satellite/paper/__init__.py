@@ -7,7 +7,7 @@ from ...paper import Names, Paper
 from ...system import System
 from . import design, identification, motion, numbers
 from .identification import Estimator
-from .loop import Loop
+from .loop import SampledLoop
 from .numbers import Numbers
 from .symbols import Motion
 
@@ -22,7 +22,7 @@ _NOTE = (
 def paper(system: System) -> Paper:
     """Return what the paper prints, its symbols explained by a system derived with three angles."""
     names = Names()
-    m, c = Motion(system, names), Loop(system, names)
+    m, c = Motion(system, names), SampledLoop(system, names)
     e = Estimator(system, names)
     v = Numbers(system, names, c)
     entries = (

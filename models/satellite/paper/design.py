@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import sympy as sp
 
 from ...paper import Case, Printed, Relation, printed
-from .loop import DELAYS, Loop
+from .loop import DELAYS, SampledLoop
 
 _OPEN = (
     "n is defined nowhere, and the same letter ends (19), (23) and (24), whose orders differ: 2, d - 1 and 1 here. "
@@ -16,7 +16,7 @@ _OPEN = (
 )
 
 
-def form(c: Loop) -> Iterator[Printed]:
+def form(c: SampledLoop) -> Iterator[Printed]:
     """(12)-(16): plant and reference model."""
     model: tuple[Case, ...] = tuple(c.modelled(delay) for delay in DELAYS)
     yield printed(
@@ -62,7 +62,7 @@ def form(c: Loop) -> Iterator[Printed]:
     yield printed("16", "reference model", "definition", Relation(c.C1 * c.y_m, q**d * c.D * c.r_k, cases=model))
 
 
-def goals(c: Loop) -> Iterator[Printed]:
+def goals(c: SampledLoop) -> Iterator[Printed]:
     """(17)-(21): what the law must do, tested in the loop that it closes."""
     closed: tuple[Case, ...] = tuple(c.closed(delay) for delay in DELAYS)
     settling: tuple[Case, ...] = tuple(c.settling(delay) for delay in DELAYS)
@@ -94,7 +94,7 @@ def goals(c: Loop) -> Iterator[Printed]:
     )
 
 
-def equation(c: Loop) -> Iterator[Printed]:
+def equation(c: SampledLoop) -> Iterator[Printed]:
     """(22)-(26): the polynomial equation."""
     at = tuple(c.at.values())
     q, d = c.q, c.d
@@ -105,7 +105,7 @@ def equation(c: Loop) -> Iterator[Printed]:
     yield printed("26", "order of T", "equation", Relation(c.n_t, sp.Max(c.n_A - 1, c.n_C2 - d), cases=at))
 
 
-def law(c: Loop) -> Iterator[Printed]:
+def law(c: SampledLoop) -> Iterator[Printed]:
     """(27)-(33): regressors, parameters, the law."""
     last = {d: (c.u_1, c.u_2)[:d] for d in DELAYS}
     along = tuple(c.along.values())
@@ -165,7 +165,7 @@ def law(c: Loop) -> Iterator[Printed]:
     )
 
 
-def offset(c: Loop) -> Printed:
+def offset(c: SampledLoop) -> Printed:
     """Judge what the text after (38) says of the offset, against the law (32)."""
     law = (c.C2 * c.y_m_ahead - c.T * c.y - c.BS * c.u) / c.b0
     return printed(
@@ -189,7 +189,7 @@ def offset(c: Loop) -> Printed:
     )
 
 
-def _parameters(c: Loop) -> Printed:
+def _parameters(c: SampledLoop) -> Printed:
     """(30): for d = 1 the last weight of the torques is the first, for d = 2 it is the second."""
     summed, last = c.b_ns * c.s_last + c.t_0, c.b_nB * c.s_last
     first = {1: [], 2: [c.b0 * c.s_1 + c.b1]}

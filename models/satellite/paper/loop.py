@@ -21,7 +21,7 @@ DELAYS = (1, 2)
 _PAST = sp.symbols("Y0 Y1 U1 U2 W0 W1 W2")
 
 
-class Loop:
+class SampledLoop:
     """Symbols of the design. Families take their meaning for d = 1 or 2 from `at`, `along` or `closed`."""
 
     def __init__(self, system: System, names: Names) -> None:

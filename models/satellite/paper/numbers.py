@@ -10,7 +10,7 @@ import sympy as sp
 from ...paper import Case, Names, Printed, Relation, printed
 from ...quantities import Parameter
 from ...system import Equation, Expr, Group, System
-from .loop import Loop, controller
+from .loop import SampledLoop, controller
 from .symbols import Motion
 
 _AXES = ("roll", "pitch", "yaw")
@@ -22,7 +22,7 @@ _UNIT = sp.Rational(1, 10**4)
 class Numbers:
     """The model's numbers, and what the derivation makes of them."""
 
-    def __init__(self, system: System, names: Names, c: Loop) -> None:
+    def __init__(self, system: System, names: Names, c: SampledLoop) -> None:
         law, pd = controller(system, "mrac-literal"), controller(system, "pd")
         self.plant, self.law = _defaults(system.parameters), _defaults(law.parameters)
         self._shown = {step.left: step.expr for step in system.steps if isinstance(step, Equation)}
@@ -48,12 +48,12 @@ class Numbers:
             self._digits[digits] = self._names.derived(digits, latex, sp.Rational(digits))
         return self._digits[digits]
 
-    def _double_integrator(self, axis: str, c: Loop, values: Case) -> Case:
+    def _double_integrator(self, axis: str, c: SampledLoop, values: Case) -> Case:
         """Take A and B of an axis without stiffness from the derived sampled model."""
         A, B = (sp.expand(self._shown[rf"{n}_{{\mathrm{{{axis}}}}}"].subs(values)) for n in "AB")
         return _coefficients(A, B, c)
 
-    def _stiff(self, k: int, c: Loop, values: Case) -> Case:
+    def _stiff(self, k: int, c: SampledLoop, values: Case) -> Case:
         """Take A and B of an axis with the stiffness that the gravity gradient gives it."""
         square = -self._shown[f"A_{{{k + 4}{k + 1}}}"].subs(values)
         inertia = 1 / self._shown[f"B_{{{k + 4}{k + 1}}}"].subs(values)
@@ -98,7 +98,7 @@ class Numbers:
             self.K_P.append(names.derived(f"K_P{i}", f"K_{{P{i}}}", proportional.subs(values)))
             self.K_D.append(names.derived(f"K_D{i}", f"K_{{D{i}}}", damping.subs(values)))
 
-    def _link(self, names: Names, c: Loop) -> None:
+    def _link(self, names: Names, c: SampledLoop) -> None:
         """Count what the law (32) needs of a sample, in numbers of single precision."""
         self.bit = names.derived("bit", r"\mathrm{bit}", sp.S.One, positive=True)
         self.byte = names.derived("byte", r"\mathrm{byte}", sp.Integer(8), positive=True)
@@ -116,7 +116,7 @@ def _defaults(group: Group) -> dict[sp.Symbol, sp.Rational]:
     }
 
 
-def _coefficients(A: Expr, B: Expr, c: Loop) -> Case:
+def _coefficients(A: Expr, B: Expr, c: SampledLoop) -> Case:
     one, two = sp.symbols("q^{-1} q^{-2}", real=True)
     return {c.a1: A.coeff(one), c.a2: A.coeff(two), c.b0: B.coeff(one, 0), c.b1: B.coeff(one)}
 
@@ -157,7 +157,7 @@ def table(m: Motion, v: Numbers) -> Iterator[Printed]:
     )
 
 
-def sampled(c: Loop, v: Numbers) -> Iterator[Printed]:
+def sampled(c: SampledLoop, v: Numbers) -> Iterator[Printed]:
     """(43)-(45): the sampled axes."""
     digits = (("0.307", "0.0586"), ("0.305", "0.0411"), ("0.302", "0.0404"))
     for k, (first, second) in enumerate(digits):
@@ -186,7 +186,7 @@ def sampled(c: Loop, v: Numbers) -> Iterator[Printed]:
         )
 
 
-def design(c: Loop, v: Numbers) -> Iterator[Printed]:
+def design(c: SampledLoop, v: Numbers) -> Iterator[Printed]:
     """(46)-(48), and the delay that they are designed for."""
     after_link = "with the delay of a sample between computer and board"
     yield (
@@ -233,7 +233,7 @@ def design(c: Loop, v: Numbers) -> Iterator[Printed]:
     )
 
 
-def runs(c: Loop, v: Numbers) -> Iterator[Printed]:
+def runs(c: SampledLoop, v: Numbers) -> Iterator[Printed]:
     """(49), (50), and the numbers of the runs and of the link."""
     yield printed(
         "text before (49), amount of data",

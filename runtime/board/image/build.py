@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mehvar.errors import BuildError, InputError
+from mehvar.manifest import Controller, Scenario
 
 from ... import cache
 from ...compiling.compiler import environment
 from ...compiling.library import native_headers
-from ...model.manifest import Controller, Scenario
 from ...model.model import Model
 from ...model.parameters import Resolved, resolve
 from .header import Layout, board_law_header, board_model_header, layout

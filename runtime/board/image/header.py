@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.manifest import Controller, Manifest, identifier
+from mehvar.manifest import Controller, Manifest
+from mehvar.names import identifier
+
 from ...model.parameters import Resolved
 
 SUBSTEPS = 5

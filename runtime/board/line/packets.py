@@ -8,8 +8,9 @@ import ctypes
 import numpy as np
 from numpy.typing import NDArray
 
+from mehvar.names import identifier
+
 from ...model.functions import CBackend
-from ...model.manifest import identifier
 from ...model.parameters import Resolved
 from ..image.build import Program
 from ..image.header import raw_numbers

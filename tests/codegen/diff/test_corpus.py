@@ -8,7 +8,7 @@ from mehvar.codegen.diff import compare
 from mehvar.codegen.diff.report import Fate, Kind
 from mehvar.codegen.equal.judge import Judge, Meaning
 from mehvar.codegen.equal.pool import Pool
-from mehvar.codegen.equal.reals import Sampler
+from mehvar.codegen.equal.reals import PointSampler
 from mehvar.codegen.ledger.sides import Sides
 from tests.codegen.diff.corpus import EDITED, SAME
 from tests.codegen.diff.documents import document
@@ -54,7 +54,7 @@ def test_the_root_of_a_square_is_not_its_base(number):
     pool = Pool()
     meaning = Meaning(pool, lambda _: None)
     sides = [(meaning, Sides(pool).entries(side)[0]) for side in (sp.sqrt(sp.expand((a + b) ** 2)), a + b)]
-    assert Judge(pool, lambda _: False, Sampler({}, frozenset())).decide(*sides).equal is False
+    assert Judge(pool, lambda _: False, PointSampler({}, frozenset())).decide(*sides).equal is False
 
 
 def test_the_corpus_is_as_large_as_promised():

@@ -16,7 +16,7 @@ from mehvar.cli import app, batch, simulate
 from mehvar.cli.board import loop
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS, Campaign
 from mehvar.runtime.board.run import BoardRequest
-from mehvar.runtime.model.manifest import find_model, known_models
+from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.run.options import OPTIONS, RunOptions
 from mehvar.settings import read_settings
 

@@ -13,7 +13,7 @@ from mehvar.papers.triangle import shapes as shapes
 from mehvar.papers.triangle import surfaces as surfaces
 from mehvar.papers.triangle.chart import law_direction, target_shape
 from mehvar.pictures.style import style
-from mehvar.runtime.model.manifest import known_models
+from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.metrics import metrics
 from tests.mehvar.images import numbered_and_told, unlabelled

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 
 from mehvar import runtime
+from mehvar.names import identifier
 from mehvar.runtime.batch.kernel import Block, Kernel
 from mehvar.runtime.model.functions import CBackend
-from mehvar.runtime.model.manifest import identifier
 from mehvar.runtime.run import compiled
 from mehvar.runtime.run.metrics import evaluate
 from mehvar.runtime.run.noise import normals

@@ -16,8 +16,9 @@ import pytest
 
 import mehvar
 from mehvar import runtime
+from mehvar.manifest import FILE, read_manifest
 from mehvar.runtime import InputError, Model
-from mehvar.runtime.model.manifest import FILE, find_model, read_manifest
+from mehvar.runtime.model.catalogue import find_model
 
 BACKENDS = ["c", "python"]
 Edit = Callable[[str, str, str], Path]
@@ -186,7 +187,7 @@ def test_models_are_found_by_folder_only_if_they_are_one(folder: Path, tmp_path:
 
 
 def test_known_models_are_suggested(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runtime.model.manifest, "known_models", lambda: {"pendulum": folder})
+    monkeypatch.setattr(runtime.model.catalogue, "known_models", lambda: {"pendulum": folder})
     assert find_model("pendulum").folder == folder
     with pytest.raises(InputError, match=r"'pendlum': did you mean pendulum\? known: pendulum"):
         find_model("pendlum")

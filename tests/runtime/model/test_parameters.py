@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from mehvar import runtime
+from mehvar.manifest import FILE
 from mehvar.runtime import InputError, Model
-from mehvar.runtime.model.manifest import FILE
 from mehvar.runtime.model.parameters import Resolved, resolve, say
 
 

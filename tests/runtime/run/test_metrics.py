@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from mehvar import runtime
+from mehvar.manifest import Metric
 from mehvar.runtime import InputError, Model
-from mehvar.runtime.model.manifest import Metric
 from mehvar.runtime.run.metrics import evaluate
 
 T = np.array([0.0, 1.0, 2.0, 3.0, 4.0])

@@ -19,9 +19,9 @@ from scipy.integrate import solve_ivp
 from scipy.integrate._ivp import dop853_coefficients
 
 from mehvar import runtime
+from mehvar.manifest import FILE
 from mehvar.runtime import InputError, Model, Status, simulate
 from mehvar.runtime.compiling.library import load_native
-from mehvar.runtime.model.manifest import FILE
 
 Edit = Callable[[str, str, str], Path]
 Array = NDArray[np.float64]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where generated models are, and what their manifests say; the classes of `mehvar.manifest` are named here too."""
+"""Which generated models there are, by name."""
 
 from __future__ import annotations
 
@@ -8,35 +8,7 @@ import os
 from pathlib import Path
 
 from mehvar.errors import unknown_name
-from mehvar.manifest import (
-    FILE,
-    Array,
-    Controller,
-    Function,
-    Manifest,
-    Metric,
-    Parameter,
-    Quantity,
-    Scenario,
-    read_manifest,
-)
-from mehvar.names import identifier
-
-__all__ = [
-    "FILE",
-    "Array",
-    "Controller",
-    "Function",
-    "Manifest",
-    "Metric",
-    "Parameter",
-    "Quantity",
-    "Scenario",
-    "find_model",
-    "identifier",
-    "known_models",
-    "read_manifest",
-]
+from mehvar.manifest import FILE, Manifest, read_manifest
 
 
 def known_models() -> dict[str, Path]:
