@@ -245,3 +245,10 @@ def test_the_citation_names_this_version() -> None:
     version = re.search(r'^version = "(.+)"$', project, flags=re.MULTILINE)
     assert version
     assert f"version: {version.group(1)}\n" in citation
+
+
+def test_every_page_is_in_the_index_and_in_the_site():
+    """A page that nobody is led to might as well not be there."""
+    index, site = ((ROOT / name).read_text(encoding="utf-8") for name in ("docs/index.md", "mkdocs.yml"))
+    pages = [path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")]
+    assert not [page for page in pages if page != "index.md" and (f"({page}" not in index or f" {page}" not in site)]
