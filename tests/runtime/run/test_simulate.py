@@ -340,7 +340,9 @@ def test_sampled_law_without_period_needs_a_hold(edited: Edit) -> None:
 
 
 def test_functions_of_another_signature_are_refused(edited: Edit) -> None:
-    copy = edited(FILE, '"pd_loop": {"args": [["q", 2], ["r", 1]', '"pd_loop": {"args": [["r", 1], ["q", 2]')
+    copy = edited(
+        FILE, '"pd_loop": {"description": "", "args": [["q", 2], ', '"pd_loop": {"description": "", "args": [["w", 2], '
+    )
     model = runtime.load(copy, backend="c")
     with pytest.raises(InputError, match=r"lacks the function pd_loop\(q, r, p, c\); generate the model again"):
         simulate(model, "pd")
