@@ -26,6 +26,13 @@ class InputError(MehvarError, ValueError):
     """A value given by the user is wrong; the message names it, what is allowed and where it came from."""
 
 
+class FunctionNameError(MehvarError, KeyError):
+    """A generated function that a model does not have; the message names those that it has."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])  # where KeyError shows the quoted text
+
+
 class BuildError(MehvarError, RuntimeError):
     """The C compiler failed on a generated file; the message holds the command and what it printed."""
 

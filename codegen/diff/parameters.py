@@ -12,6 +12,10 @@ from .report import ParameterChange
 
 _QUIET = frozenset(("rate", "shown", "time", "argument"))
 """Roles of names that only stand in equations; their change shows there."""
+_OWN = ("scenario ", "metric ")
+"""Roles whose rows have no symbol that would tell when one comes or goes."""
+_LATEST = '"bears_loss"'
+"""The youngest field of a law: a manifest without it does not say what it is for."""
 
 
 def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) -> tuple[ParameterChange, ...]:
@@ -51,14 +55,16 @@ def _by_role(document: Document) -> dict[tuple[str, str], Symbol]:
 
 def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[str, str]) -> Iterator[ParameterChange]:
     before, after = dict(_numbers(old)), dict(_numbers(new))
+    if old is not None and new is not None and all(_LATEST in manifest.text for manifest in (old, new)):
+        before, after = before | dict(_loops(old)), after | dict(_loops(new))
     for (role, name), value in after.items():
         origin = before.pop((role, renamed.get(name, name)), None)
-        if origin is None and role.startswith("scenario "):
+        if origin is None and role.startswith(_OWN):
             yield ParameterChange(name, role, "added", "", value)
         elif origin is not None and origin != value:
             yield ParameterChange(name, role, "value", origin, value)
     for (role, name), value in before.items():
-        if role.startswith("scenario "):
+        if role.startswith(_OWN):
             yield ParameterChange(name, role, "removed", value, "")
 
 
@@ -79,3 +85,16 @@ def _numbers(manifest: Manifest | None) -> Iterator[tuple[tuple[str, str], str]]
         for law, values in scenario.controllers.items():
             for key, value in values.items():
                 yield (role, f"{law}.{key}"), str(value)
+        for law, values in scenario.expect.items():
+            for key, value in values.items():
+                yield (role, f"{law}.{key} expected"), str(value)
+    for metric in manifest.metrics.values():
+        for what in ("kind", "of", "band", "since", "until"):
+            yield (f"metric {metric.name}", what), str(getattr(metric, what))
+
+
+def _loops(manifest: Manifest) -> Iterator[tuple[tuple[str, str], str]]:
+    """Yield what of a law decides how its loop runs."""
+    for name, law in manifest.controllers.items():
+        for what in ("period", "delay", "bears_loss"):
+            yield (f"law {name}", what), str(getattr(law, what))

@@ -56,7 +56,8 @@ def difference(run: Run, store: Store, number: int) -> str | None:
     if block not in store.stored():
         return None
     row = number - store.runs(block).start
-    wide = np.stack(list(run.variables().values()), axis=1)
+    reports = {output.name for output in run.controller.outputs}  # of the law, which a store does not keep
+    wide = np.stack([series for name, series in run.variables().items() if name not in reports], axis=1)
     names = metrics(run, run.manifest)
     pairs = {
         "minimum": (wide.min(axis=0), store.read("minimum", [block])[row]),

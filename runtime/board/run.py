@@ -256,7 +256,7 @@ def _simulate(model: Model, request: BoardRequest, **overrides: Any) -> Run:
     scenario = model.manifest.scenario(request.scenario)
     delay = delay_of(law) if request.delay is None else request.delay
     options: dict[str, Any] = {"delay": delay, **(request.options or {}), **overrides}
-    period = period_of(law, scenario, _resolved(model, request))
+    period = float(options.get("hold") or period_of(law, scenario, _resolved(model, request)))
     options |= {"dt_out": period, "hold": period}
     t_end = (request.samples - 1) * period
     return simulate(

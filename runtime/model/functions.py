@@ -12,7 +12,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.errors import InputError, unknown_name
+from mehvar.errors import FunctionNameError, InputError, unknown_name
 from mehvar.manifest import Array, Function, Manifest
 from mehvar.names import identifier
 
@@ -93,7 +93,7 @@ class Functions(Mapping[str, GeneratedFunction]):
     def __getitem__(self, name: str) -> GeneratedFunction:
         function = self._functions.get(self._names.get(identifier(name), ""))
         if function is None:
-            raise KeyError(str(unknown_name(f"function of {self._model}", name, self._functions)))
+            raise FunctionNameError(str(unknown_name(f"function of {self._model}", name, self._functions)))
         return function
 
     def __iter__(self) -> Iterator[str]:

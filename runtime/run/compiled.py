@@ -31,18 +31,15 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
     _drive(library, single, problem)
     if elsewhere is not None and elsewhere.error is not None:
         raise elsewhere.error
-    q, record = arrays["q"], arrays["record"][: single.records]
+    q, count = arrays["q"], single.records
     charted = problem.hold_every is None and "from_coordinates" in problem.model.manifest.functions
-    m = single.model
-    ends = np.cumsum([m.nx, m.nu, m.nu, m.ny])
-    x, u, u_cmd, y, z = (np.ascontiguousarray(part) for part in np.split(record, ends, axis=1))
     return Trajectory(
-        t=arrays["record_t"][: single.records],
-        x=x,
-        u=u,
-        u_cmd=u_cmd,
-        y=y,
-        z=z,
+        t=arrays["record_t"][:count],
+        x=arrays["record_x"][:count],
+        u=arrays["record_u"][:count],
+        u_cmd=arrays["record_u_cmd"][:count],
+        y=arrays["record_y"][:count],
+        z=arrays["record_z"][:count],
         status=Status(single.status),
         violated=single.violated,
         t_stop=float(single.t),
@@ -129,7 +126,9 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatA
     rows = (len(problem.t) - 1 + problem.record_every - 1) // problem.record_every + 1
     arguments = {"p": problem.p, "c": problem.c, "s": problem.s, "e": problem.noise, "t": problem.t}
     arrays = {name: np.array(v, dtype=np.float64) for name, v in (arguments | {"q": x0, "z": problem.z0}).items()}
-    arrays |= {"record_t": np.zeros(rows), "record": np.zeros((rows, nx + 2 * nu + ny + nz))}
+    widths = {"x": nx, "u": nu, "u_cmd": nu, "y": ny, "z": nz}
+    records = {"record_t": np.zeros(rows)} | {f"record_{name}": np.zeros((rows, n)) for name, n in widths.items()}
+    arrays |= records
     pointers = {name: array.ctypes.data for name, array in arrays.items()}
     schedule = _Schedule(
         t=pointers["t"],
@@ -151,7 +150,7 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatA
         **_addresses(problem, backend),
         **{name: pointers[name] for name in ("p", "c", "s", "e")},
     )
-    results = {name: pointers[name] for name in ("q", "z", "record_t", "record")}
+    results = {name: pointers[name] for name in ("q", "z", *records)}
     return _Single(schedule=schedule, model=model, **results), arrays
 
 

@@ -173,7 +173,6 @@ class RunOptions:
             "s",
             otherwise="the law's period, or else none",
             above=0.0,
-            refused=_BY_BOARD,
         ),
     )
     delay: int = field(

@@ -98,10 +98,15 @@ static void mv_draw(const mv_loop *l, int64_t evaluation, double *e) { mv_copy(e
 static void mv_record(mv_loop *l, mask lanes, int due)
 {
     mv_single *s = ((mv_work *)l)->single;
+    const int64_t row = s->records++;
     (void)lanes;
     (void)due;
-    s->record_t[s->records] = l->schedule->t[l->tick];
-    mv_copy(s->record + s->records++ * COLUMNS, l->column, COLUMNS);
+    s->record_t[row] = l->schedule->t[l->tick];
+    mv_copy(s->record_x + row * NX, l->column, NX);
+    mv_copy(s->record_u + row * NU, l->column + U_COLUMN, NU);
+    mv_copy(s->record_u_cmd + row * NU, l->column + U_CMD_COLUMN, NU);
+    mv_copy(s->record_y + row * NY, l->column + Y_COLUMN, NY);
+    mv_copy(s->record_z + row * NZ, l->column + Z_COLUMN, NZ);
 }
 
 /* Let the arrays of a loop stand one after the other from `place` on; returns where they end. */

@@ -39,8 +39,7 @@ typedef struct {
     mv_model model;
     double *q;                /* coordinates at time t */
     const double *z;          /* memory before the first sample */
-    double *record_t;         /* instants of the recorded samples, */
-    double *record;           /* and their rows: x, u, u_cmd, y, z */
+    double *record_t, *record_x, *record_u, *record_u_cmd, *record_y, *record_z; /* a row each recorded sample */
     int64_t tick, records;    /* done so far */
     int64_t steps, rejected, evaluations;
     double t;

@@ -144,6 +144,34 @@ def test_numbers_of_the_manifest_are_compared():
     assert changes == [("parameter", "m", "value", "1.0", "1.5"), ("scenario paper", "m", "value", "2.0", "3.0")]
 
 
+def _edits(manifest):
+    """Yield manifests in which one thing that decides a run, or how it is judged, is another."""
+    metric, scenario, law = (
+        next(iter(group.values())) for group in (manifest.metrics, manifest.scenarios, manifest.controllers)
+    )
+    for field, value in {"kind": "final", "of": ("rate",), "band": 0.5, "since": 1.0, "until": 2.0}.items():
+        yield dataclasses.replace(manifest, metrics={metric.name: dataclasses.replace(metric, **{field: value})})
+    expected = dataclasses.replace(scenario, expect={law.name: {metric.name: 123.0}})
+    yield dataclasses.replace(manifest, scenarios=dict(manifest.scenarios) | {scenario.name: expected})
+    for field, value in {"period": "T", "delay": "k_p", "bears_loss": True}.items():
+        edited = dataclasses.replace(law, **{field: value})
+        yield dataclasses.replace(manifest, controllers=dict(manifest.controllers) | {law.name: edited})
+
+
+def test_what_decides_a_run_or_judges_it_is_compared():
+    manifest, plain = read_manifest(PENDULUM), document("f: m*x")
+    old = dataclasses.replace(
+        plain, manifest=dataclasses.replace(manifest, metrics=dict(list(manifest.metrics.items())[:1]))
+    )
+    for edited in _edits(old.manifest):
+        assert compare(old, dataclasses.replace(plain, manifest=edited)).differs
+    before = dataclasses.replace(old.manifest, text=old.manifest.text.replace("bears_loss", "not_yet"))
+    law = dataclasses.replace(manifest.controllers["p-sum"], delay="k_p")
+    after = dataclasses.replace(old.manifest, controllers=dict(manifest.controllers) | {"p-sum": law})
+    pair = (dataclasses.replace(plain, manifest=each) for each in (before, after))
+    assert not compare(*pair).differs  # what an older manifest does not say has not changed
+
+
 def test_a_saturation_that_no_point_reaches_is_undecided():
     comparison = compare(document("f: Max(x, -10**40)"), document("f: Max(x, -2*10**40)"))
     assert comparison["f"].verdict is Fate.UNDECIDED

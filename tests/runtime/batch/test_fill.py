@@ -80,6 +80,14 @@ def test_a_run_of_the_triangle_alone_is_the_same_bits(triangle: runtime.Model, l
     assert difference(repeat_run(Plan(triangle, campaign), store, number), store, number) == ""
 
 
+@pytest.mark.parametrize("law", ["lyapunov-v1", "lyapunov-v2"])
+def test_a_run_whose_law_reports_is_the_same_bits_alone(law: str) -> None:
+    """A store does not keep what a law reports."""
+    campaign = Campaign(law, n=3, vary={"phi1": "uniform(-0.2, 0.2)"}, options={"t_end": 2.0})
+    store = run_batch("slosh", campaign)
+    assert difference(repeat_run(plan_of(store), store, 2), store, 2) == ""
+
+
 @pytest.mark.parametrize("number", [0, 9])
 def test_a_run_with_noise_alone_is_the_same_bits(tmp_path: Path, number: int) -> None:
     """And the noise of each run is its own."""
