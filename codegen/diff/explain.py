@@ -11,7 +11,7 @@ from itertools import chain
 
 from ..equal.judge import VISIBLE, Counterexample, Expression, Worlds, shown, simplified
 from ..equal.values import FieldWorld
-from ..equations.formula import Names, Printer, rank_of
+from ..equations.formula import Printer, SymbolNames, rank_of
 from ..equations.spelling import LATEX
 from .changes import Change, replaced
 from .report import Edit, Kind, Part, Path
@@ -160,11 +160,11 @@ def _written(value: Fraction) -> str:
     return f"{float(value):.6g}" if value.denominator > 1000 or value.denominator == 1 else str(value)
 
 
-def _names(versions: Versions) -> Names:
+def _names(versions: Versions) -> SymbolNames:
     latex: dict[str, str] = {}
     rank: dict[str, int] = {}
     for document in (versions.new, versions.old):
         latex |= document.latex
         rank |= {symbol.name: rank_of(symbol.role) for symbol in document.symbols}
         rank |= dict.fromkeys(document.named, rank_of("definition"))
-    return Names(latex, rank)
+    return SymbolNames(latex, rank)

@@ -30,7 +30,7 @@ _Key = tuple[tuple[int, str], ...]
 
 
 @dataclass(frozen=True)
-class Names:
+class SymbolNames:
     """How names are printed and sorted.
 
     Attributes
@@ -91,13 +91,13 @@ class Printer:
     def __init__(
         self,
         nodes: Nodes,
-        names: Names | None = None,
+        names: SymbolNames | None = None,
         spelling: Spelling = TEXT,
         marks: Marks = frozenset(),
         line: int = 0,
     ) -> None:
         self.nodes = nodes
-        self.names = names or Names()
+        self.names = names or SymbolNames()
         self.spelling = spelling
         self._marks = marks
         self._line = line

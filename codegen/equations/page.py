@@ -14,7 +14,7 @@ import sympy as sp
 from mehvar.models.system import Definition, Equation, System
 
 from ..templates import text_environment
-from .formula import Names, Printer, aligned, broken, rank_of, width
+from .formula import Printer, SymbolNames, aligned, broken, rank_of, width
 from .graph import Graph, Outcome, groups, outcomes, quantity_latex
 from .spelling import LATEX
 
@@ -115,7 +115,7 @@ class _Writer:
         self._printer = Printer(self._graph.nodes, self._names(), LATEX, line=_LINE)
         self._explained: set[sp.Symbol] = set()
 
-    def _names(self) -> Names:
+    def _names(self) -> SymbolNames:
         latex = {symbol.name: quantity_latex(q) for symbol, q in self._quantities.items()}
         rank = {q.name: rank_of(role) for role, group in groups(self.system).items() for q in group}
         for step in self.system.steps:
@@ -127,7 +127,7 @@ class _Writer:
                     spelled = "\\" in symbol.name or "^" in symbol.name
                     latex.setdefault(symbol.name, symbol.name if spelled else sp.latex(symbol))
                     rank.setdefault(symbol.name, rank_of("rate" if "dot" in symbol.name else "parameter"))
-        return Names(latex, rank)
+        return SymbolNames(latex, rank)
 
     def derivation(self) -> Iterator[Section]:
         """Yield the sections of the derivation."""

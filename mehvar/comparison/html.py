@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ParameterChange, Story
-from mehvar.codegen.equations.formula import Marks, Names, Nodes, Printer
+from mehvar.codegen.equations.formula import Marks, Nodes, Printer, SymbolNames
 from mehvar.codegen.equations.mathml import element
 from mehvar.codegen.equations.spelling import MATHML
 from mehvar.html import page
@@ -176,7 +176,7 @@ class _Sheet:
 
 def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> list[tuple[str, bool]]:
     """Return the terms of a formula, each an element of its own: a long line breaks there, MathML itself does not."""
-    printer = Printer(nodes, Names(latex), MATHML, marks)
+    printer = Printer(nodes, SymbolNames(latex), MATHML, marks)
     return [(element(text), marked) for text, marked in printer.parts(root)]
 
 

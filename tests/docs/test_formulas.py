@@ -9,7 +9,7 @@ import pytest
 
 from docs.site.hooks import FENCED, INLINE
 from mehvar.codegen.equations.document import Document
-from mehvar.codegen.equations.formula import Names, Printer
+from mehvar.codegen.equations.formula import Printer, SymbolNames
 from mehvar.codegen.equations.mathml import content, element, mathml
 from mehvar.codegen.equations.spelling import LATEX, MATHML
 from tests.docs.formulas import faults
@@ -43,7 +43,7 @@ def test_there_are_formulas_of_every_kind() -> None:
 def test_every_derived_equation_is_drawn(folder: Path) -> None:
     """By both roads: its own MathML, and LaTeX of broken lines handed over."""
     document = Document.read(folder)
-    names = Names(document.latex)
+    names = SymbolNames(document.latex)
     direct, latex = Printer(document.nodes, names, MATHML), Printer(document.nodes, names, LATEX, line=88)
     for row in document.rows:
         for text in (direct.text(row.node), *direct.terms(row.node), content(latex.text(row.node))):
