@@ -15,6 +15,7 @@ import pytest
 from mehvar.runtime import load
 from mehvar.runtime.board.image.build import program, sources, write_sources
 from mehvar.runtime.compiling.library import INCLUDE
+from tests.tools import needs
 
 PENDULUM = Path(__file__).parents[1] / "pendulum"
 LAWS = {"triangle": "path", "slosh": "lyapunov-v1", "satellite": "mrac"}
@@ -72,11 +73,9 @@ def test_the_public_headers_are_these(exported: Path) -> None:
     assert public_headers(exported) == [*ours, f"{model_of(exported)}.h"]
 
 
-@pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
+@pytest.mark.parametrize("compiler", [pytest.param(c, marks=needs(c[0])) for c in COMPILERS], ids=" ".join)
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_a_vendors_own_names_do_no_harm(exported: Path, compiler: list[str], vendor: str) -> None:
-    if shutil.which(compiler[0]) is None:
-        pytest.skip(f"no {compiler[0]}")
     text = VENDORS[vendor].format(includes(public_headers(exported)))
     for flags in ((), ("-DMEHVAR_FLOAT",), ("-DMEHVAR_LANES=4",)):
         done = compiled(exported, compiler, text, *STRICT, *flags)
@@ -125,7 +124,6 @@ def wrong_names(folder: Path, headers: list[str], model: str, *flags: str) -> li
     return [name for name in names if not name.startswith(prefixes)]
 
 
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
 @pytest.mark.parametrize("flags", [(), ("-DMEHVAR_FLOAT", "-DMEHVAR_LANES=8")], ids=["one lane", "lanes"])
 def test_every_public_name_is_prefixed(exported: Path, flags: tuple[str, ...]) -> None:
     """Of every macro, type, function, constant and variable, as the compiler sees them."""
@@ -133,7 +131,6 @@ def test_every_public_name_is_prefixed(exported: Path, flags: tuple[str, ...]) -
     assert wrong_names(exported, headers, model_of(exported), *flags) == []
 
 
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
 @pytest.mark.parametrize(
     ("planted", "name"),
     [
@@ -158,7 +155,6 @@ def test_a_planted_name_is_found(exported: Path, tmp_path: Path, planted: str, n
         assert wrong_names(tmp_path / "copy", public_headers(exported), model) == [name]
 
 
-@pytest.mark.skipif(shutil.which("gcc") is None or shutil.which("nm") is None, reason="no gcc or no nm")
 def test_a_linker_sees_prefixed_symbols_only(exported: Path) -> None:
     model = model_of(exported)
     units = [f"{model}.c", "app.c", "link.c", "server.c"]
@@ -183,7 +179,7 @@ float copysignf(float, float), fmodf(float, float);
 """
 
 
-@pytest.mark.skipif(shutil.which("clang") is None, reason="no clang")
+@needs("clang")
 @pytest.mark.parametrize("flags", [(), ("-DMEHVAR_FLOAT",)], ids=["double", "float"])
 def test_generated_c_needs_no_gnu_c_at_one_lane(exported: Path, tmp_path: Path, flags: tuple[str, ...]) -> None:
     """clang as Microsoft's compiler, which has no GNU C; of its library math.h is all that is needed."""
