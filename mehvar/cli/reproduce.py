@@ -102,7 +102,7 @@ def _write(out: Path, reports: Sequence[PaperReport], html: str) -> None:
 
 
 def _claims_text(reports: Sequence[PaperReport]) -> str:
-    fields = ("number", "text", "expected", "measured", "verdict", "note")
+    fields = ("number", "text", "expected", "measured", "verdict", "note", "outcome")
     entries = [
         {"model": report.manifest.model, **{field: getattr(claim, field) for field in fields}}
         for report in reports

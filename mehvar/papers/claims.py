@@ -29,6 +29,7 @@ class ClaimVerdict(StrEnum):
 
     HOLDS = "holds"
     NOTE = "holds with a note"
+    READING = "holds under another reading"
     REFUTED = "does not hold, as documented"
     FAILS = "does not hold"
 
@@ -48,10 +49,25 @@ class Check:
 
 
 @dataclass(frozen=True)
+class TriedReading:
+    """Another way to read what a paper prints or leaves out, and the checks of a claim under it."""
+
+    name: str
+    text: str
+    checks: tuple[Check, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether the claim holds under this reading."""
+        return all(check.holds for check in self.checks if check.essential)
+
+
+@dataclass(frozen=True)
 class Claim:
     """Something a paper says and the checks that decide it; `explanation` is about the checks that may fail.
 
-    What a paper says and our documents refute is `refuted`: it fails when its checks hold.
+    What a paper says and our documents refute, in the reading that the model uses, is `refuted`: it fails when its
+    checks hold. A text that came damaged has other `readings`, and under one of them the claim may hold after all.
     """
 
     number: str
@@ -59,16 +75,28 @@ class Claim:
     checks: tuple[Check, ...]
     explanation: str = ""
     refuted: bool = False
+    readings: tuple[TriedReading, ...] = ()
 
     @property
     def verdict(self) -> ClaimVerdict:
         """What became of the claim."""
         failed = [check for check in self.checks if not check.holds]
         if any(check.essential for check in failed):
-            return ClaimVerdict.REFUTED if self.refuted else ClaimVerdict.FAILS
+            if not self.refuted:
+                return ClaimVerdict.FAILS
+            return ClaimVerdict.READING if any(r.holds for r in self.readings) else ClaimVerdict.REFUTED
         if self.refuted:
             return ClaimVerdict.FAILS
         return ClaimVerdict.NOTE if failed else ClaimVerdict.HOLDS
+
+    @property
+    def outcome(self) -> str:
+        """What trying other readings gave, in one line; empty where none was tried."""
+        if not self.readings:
+            return ""
+        holding = [f"{r.name}: {r.text}" for r in self.readings if r.holds]
+        tried = f"{len(self.readings)} other readings tried" if len(self.readings) > 1 else "one other reading tried"
+        return f"Holds under {len(holding)} of {tried}: {'; '.join(holding)}" if holding else f"Under none of {tried}."
 
     @property
     def expected(self) -> str:
@@ -87,6 +115,16 @@ class Claim:
 
 
 @dataclass(frozen=True)
+class ReadingText:
+    """A reading that is tried for a claim: its name and what it changes, in one sentence."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
 class ClaimText:
     """A claim before it is decided: an entry of a paper's `claims.toml`, with the numbers that its checks expect."""
 
@@ -97,6 +135,7 @@ class ClaimText:
     explanation: str = ""
     refuted: bool = False
     expected: Mapping[str, float] = field(default_factory=dict)
+    reading: tuple[ReadingText, ...] = ()
 
     def number_of(self, name: str) -> float:
         """Return an expected number by its name.
@@ -117,12 +156,20 @@ Checks: TypeAlias = Callable[["Runs", Expected], Sequence[Check]]
 """Runs the model and returns the checks of a claim."""
 
 
-def decide(texts: Sequence[ClaimText], checks: Mapping[str, Checks], runs: Runs) -> list[Claim]:
-    """Return the claims, each with its checks."""
-    return [
-        Claim(text.number, text.text, tuple(checks[text.number](runs, text.number_of)), text.explanation, text.refuted)
-        for text in texts
-    ]
+Readings: TypeAlias = Mapping[str, Mapping[str, Checks]]
+"""By the number of a claim and the name of a reading: the checks of the claim under that reading."""
+
+
+def decide(
+    texts: Sequence[ClaimText], checks: Mapping[str, Checks], runs: Runs, readings: Readings | None = None
+) -> list[Claim]:
+    """Return the claims, each with its checks, also under the readings that are tried."""
+    return [_decided(text, checks[text.number], (readings or {}).get(text.number, {}), runs) for text in texts]
+
+
+def _decided(text: ClaimText, checks: Checks, readings: Mapping[str, Checks], runs: Runs) -> Claim:
+    tried = tuple(TriedReading(r.name, r.text, tuple(readings[r.name](runs, text.number_of))) for r in text.reading)
+    return Claim(text.number, text.text, tuple(checks(runs, text.number_of)), text.explanation, text.refuted, tried)
 
 
 def about(what: str, expected: float, measured: float, unit: str = "", tolerance: float = TIMES) -> Check:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What reproducing a paper needs: figures, claims, an animation, a batch, and what it shows of a law on a board.
 
-A folder mehvar/papers/MODEL holds a paper's data (captions.toml, claims.toml, study.toml), the script of its scene
-(scene.js), and `reproduction.py`, whose REPRODUCTION binds them to the functions that compute.
+A folder mehvar/papers/MODEL holds a paper's data (captions.toml, claims.toml, statements.toml, study.toml), the script
+of its scene (scene.js), and `reproduction.py`, whose REPRODUCTION binds them to the functions that compute.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from mehvar.pictures.run import panels_picture
 from mehvar.pictures.style import style
 from mehvar.runtime.model.catalogue import known_models
 
-from .claims import Checks, Claim, ClaimText, decide
+from .claims import Checks, Claim, ClaimText, Readings, decide
 from .data import read_data
 from .runs import Runs
 from .scene import Scene
+from .statements import Statements
 from .study import Study
 
 if TYPE_CHECKING:
@@ -130,6 +131,8 @@ class Reproduction:
     ----------
     picture : callable
         Draws any run of the model.
+    readings : mapping
+        Checks of claims under other readings of the paper.
     more_claims : callable
         Claims beside those of `claims.toml`: the rows of a table.
     """
@@ -140,6 +143,8 @@ class Reproduction:
     figures: tuple[PaperFigure, ...]
     texts: tuple[ClaimText, ...]
     checks: Mapping[str, Checks]
+    readings: Readings
+    statements: Statements
     more_claims: Callable[[Runs], Sequence[Claim]]
     scene: Callable[[Runs], Scene]
     picture: RunPicture
@@ -152,7 +157,7 @@ class Reproduction:
 
     def claims(self, runs: Runs) -> list[Claim]:
         """Return what became of the paper's claims."""
-        return [*decide(self.texts, self.checks, runs), *self.more_claims(runs)]
+        return [*decide(self.texts, self.checks, runs, self.readings), *self.more_claims(runs)]
 
 
 def read_reproduction(
@@ -162,10 +167,13 @@ def read_reproduction(
     checks: Mapping[str, Checks],
     scene: Callable[[Runs], Scene],
     picture: RunPicture,
+    readings: Readings | None = None,
     more_claims: Callable[[Runs], Sequence[Claim]] = lambda runs: (),
     board: BoardPart | None = None,
 ) -> Reproduction:
     """Bind the files of a folder to functions: `draw` by the number of the figure, `checks` by that of the claim.
+
+    `readings` are further checks by the number of the claim and the name of the reading.
 
     Raises
     ------
@@ -176,12 +184,19 @@ def read_reproduction(
     texts = read_data(folder / "claims.toml", Claims).claim
     _same(folder / "captions.toml", "figure", [figure.number for figure in captions.figure], draw)
     _same(folder / "claims.toml", "claim", [text.number for text in texts], checks)
+    readings = readings or {}
+    for text in texts:
+        names = [reading.name for reading in text.reading]
+        _same(folder / "claims.toml", f"claim {text.number}: reading", names, readings.get(text.number, {}))
     figures = tuple(
         PaperFigure(f.number, f.title, _caption(f, captions.lost_picture), draw[f.number], f.claims)
         for f in captions.figure
     )
     study = read_data(folder / "study.toml", Study)
-    return Reproduction(folder, captions, study, figures, texts, checks, more_claims, scene, picture, board)
+    statements = read_data(folder / "statements.toml", Statements)
+    return Reproduction(
+        folder, captions, study, figures, texts, checks, readings, statements, more_claims, scene, picture, board
+    )
 
 
 def _caption(figure: FigureCaption, lost_picture: str) -> str:

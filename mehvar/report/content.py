@@ -6,7 +6,7 @@ from __future__ import annotations
 import struct
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from mehvar.papers.claims import Claim
@@ -14,6 +14,7 @@ from mehvar.papers.deviations import Deviation, by_run, deviations, table_claims
 from mehvar.papers.reproduction import PaperFigure, Reproduction, load_reproduction
 from mehvar.papers.runs import Runs
 from mehvar.papers.scene import Scene
+from mehvar.papers.statements import Coverage, Statement, coverage, judge
 from mehvar.pictures.files import encoded
 from mehvar.pictures.style import style
 from mehvar.runtime.model.model import load
@@ -34,7 +35,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of the page: a name that is unique there, texts, the picture, and its chart if it is over time."""
+    """A figure of the page: a name that is unique there, texts, the picture, and its chart if it is over time.
+
+    `printed` is whether it has the number of a figure of the paper; the others are beyond it.
+    """
 
     name: str
     title: str
@@ -42,6 +46,7 @@ class Picture:
     png: bytes
     chart: Mapping[str, Any] | None
     claims: Sequence[Claim] = ()
+    printed: bool = True
 
     @property
     def size(self) -> tuple[int, int]:
@@ -60,6 +65,8 @@ class PaperReport:
     pictures: Sequence[Picture]
     deviations: Sequence[Deviation]
     ledger: Ledger | None
+    statements: Sequence[Statement]
+    coverage: Sequence[Coverage]
     scene: Scene
     batch: Batch | None
     bands: Picture | None
@@ -101,11 +108,14 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
     advance(0.0, 1.0, f"{name}: claims")
     numbers = deviations(runs)
     claims = [*paper.claims(runs), *table_claims(runs.model.manifest, numbers)]
+    verdicts = {entry["number"]: entry["verdict"] for entry in ledger["entries"]} if ledger else {}
+    statements = judge(paper.statements, claims, verdicts) if ledger else []
+    covered = coverage(paper.statements, statements, verdicts, (figure.number for figure in paper.figures))
     clock.note("claims")
     pictures = []
     for done, figure in enumerate(paper.figures):
         advance(0.3 + 0.3 * done / len(paper.figures), 1.0, f"{name}: figure {figure.number}")
-        pictures.append(_drawn(name, figure, claims, runs))
+        pictures.append(_drawn(name, figure, claims, runs, figure.number <= paper.statements.printed.figures))
     clock.note("figures")
     scene = paper.scene(runs)
     clock.note("animation")
@@ -117,7 +127,7 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
     board = run_board(runs.model, paper.board.law) if paper.board and runs.model.backend == "c" else None
     clock.note("board")
     return PaperReport(
-        runs.model, paper, claims, pictures, numbers, ledger, scene, batch,
+        runs.model, paper, claims, pictures, numbers, ledger, statements, covered, scene, batch,
         picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
         board,
         picture(f"{name}-inputs", "Inputs", "", board.figure) if board and board.figure else None,
@@ -153,11 +163,13 @@ def scene_data(name: str, scene: Scene) -> dict[str, Any]:
     }
 
 
-def _drawn(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs) -> Picture:
+def _drawn(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs, printed: bool) -> Picture:
     shown = [claim for number in figure.claims for claim in claims if claim.number == number]
     with style():
         canvas = figure.draw(runs)
-    return picture(f"{name}-figure-{figure.number}", figure.title, figure.caption, canvas, shown)
+    return replace(
+        picture(f"{name}-figure-{figure.number}", figure.title, figure.caption, canvas, shown), printed=printed
+    )
 
 
 class _Clock:

@@ -2,7 +2,19 @@
 import math
 from dataclasses import replace
 
-from mehvar.papers.claims import Check, Claim, ClaimVerdict, about, below, beside, count
+from mehvar.papers.claims import (
+    Check,
+    Claim,
+    ClaimText,
+    ClaimVerdict,
+    ReadingText,
+    TriedReading,
+    about,
+    below,
+    beside,
+    count,
+    decide,
+)
 
 
 def test_a_claim_fails_by_an_essential_check_and_gets_a_note_by_another():
@@ -24,3 +36,23 @@ def test_a_documented_refutation_does_not_fail_but_its_opposite_does():
     assert Claim("1", "", (check,), "", refuted=True).verdict is ClaimVerdict.REFUTED
     assert Claim("1", "", (check,)).verdict is ClaimVerdict.FAILS
     assert Claim("1", "", (replace(check, holds=True),), "", refuted=True).verdict is ClaimVerdict.FAILS
+
+
+def test_a_refuted_claim_may_hold_under_another_reading():
+    bad, good = Check("m", "1", "2", False), Check("m", "1", "1", True)
+    fails, holds = TriedReading("grams", "masses in g", (bad,)), TriedReading("pounds", "masses in lb", (good,))
+    none = Claim("1", "", (bad,), refuted=True, readings=(fails, fails))
+    assert none.verdict is ClaimVerdict.REFUTED
+    assert none.outcome == "Under none of 2 other readings tried."
+    one = replace(none, readings=(fails, holds))
+    assert one.verdict is ClaimVerdict.READING
+    assert one.outcome == "Holds under 1 of 2 other readings tried: pounds: masses in lb"
+    assert replace(one, refuted=False).verdict is ClaimVerdict.FAILS
+
+
+def test_readings_are_run_with_the_numbers_of_the_claim():
+    text = ClaimText("1", "t", refuted=True, expected={"m": 3.0}, reading=(ReadingText("r", "other"),))
+    checks = {"1": lambda runs, expected: (below("m", expected("m"), 4.0),)}
+    readings = {"1": {"r": lambda runs, expected: (below("m", expected("m"), 2.0),)}}
+    (claim,) = decide([text], checks, None, readings)
+    assert claim.verdict is ClaimVerdict.READING

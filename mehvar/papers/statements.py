@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a paper says, sentence by sentence, and what became of it: the entries of a paper's `statements.toml`.
+
+A file holds how much the paper prints, and a statement for every sentence of its abstract and conclusions, for every
+table, every figure, and every other sentence that says something checkable::
+
+    [printed]
+    equations = 53
+    tables = 1
+    figures = 11
+
+    [[statement]]
+    place = "conclusions 2"         # "abstract 1", "table 1", "figure 4", "section 5"; "beyond the paper" is ours
+    text = "Sliding control chatters near the surface."
+    claims = ["5"]                  # numbers of claims.toml and of the metric table (R1, ...)
+    equations = ["(32)"]            # entries of the ledger, by its own numbers: "(32)", "text before (12)"
+    figures = [4]                   # where it is shown
+    remark = ""                     # needed where nothing can be judged: why, or where future work is done
+
+A statement is as good as the worst of what it rests on. What rests on nothing is not judged, and its remark says why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from mehvar.errors import InputError
+
+from .claims import Claim, ClaimVerdict
+
+BEYOND = "beyond the paper"
+"""The place of a statement that is ours."""
+
+
+class StatementVerdict(StrEnum):
+    """What became of a sentence, best first."""
+
+    HOLDS = "holds"
+    NOTE = "holds with a note"
+    READING = "holds under another reading"
+    MISPRINT = "rests on a formula that is misprinted"
+    REFUTED = "does not hold"
+    OPEN = "undecided"
+    BACKGROUND = "not judged"
+
+
+_CLAIMS = {
+    ClaimVerdict.HOLDS: StatementVerdict.HOLDS,
+    ClaimVerdict.NOTE: StatementVerdict.NOTE,
+    ClaimVerdict.READING: StatementVerdict.READING,
+    ClaimVerdict.REFUTED: StatementVerdict.REFUTED,
+    ClaimVerdict.FAILS: StatementVerdict.REFUTED,
+}
+_EQUATIONS = {
+    "holds": StatementVerdict.HOLDS,
+    "definition": StatementVerdict.HOLDS,
+    "illegible or ambiguous": StatementVerdict.READING,
+    "differs": StatementVerdict.MISPRINT,
+    "undecided": StatementVerdict.OPEN,
+}
+
+
+@dataclass(frozen=True)
+class PrintedCounts:
+    """How much a paper prints: numbered equations, tables, figures."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    equations: int
+    tables: int
+    figures: int
+
+
+@dataclass(frozen=True)
+class StatementText:
+    """A sentence of a paper, and what it rests on: claims, equations of the ledger, figures."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    place: str
+    text: str
+    claims: tuple[str, ...] = ()
+    equations: tuple[str, ...] = ()
+    figures: tuple[int, ...] = ()
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class Statements:
+    """A paper's `statements.toml`."""
+
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
+
+    printed: PrintedCounts
+    statement: tuple[StatementText, ...] = ()
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A sentence and what became of it."""
+
+    text: StatementText
+    verdict: StatementVerdict
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """How many things of a kind a paper prints, how many of them are judged, and how many the report shows."""
+
+    kind: str
+    printed: int
+    judged: int
+    shown: int
+
+
+def judge(statements: Statements, claims: Sequence[Claim], equations: Mapping[str, str]) -> list[Statement]:
+    """Return every statement with its verdict.
+
+    Parameters
+    ----------
+    statements : Statements
+        Of the paper.
+    claims : sequence of Claim
+        The decided claims.
+    equations : mapping of str to str
+        The verdicts of the ledger by the number of the entry.
+
+    Raises
+    ------
+    InputError
+        If a statement names a claim or an equation that does not exist, or rests on nothing and says nothing about it.
+    """
+    by_number = {claim.number: claim.verdict for claim in claims}
+    return [Statement(text, _verdict(text, by_number, equations)) for text in statements.statement]
+
+
+def _verdict(text: StatementText, claims: Mapping[str, ClaimVerdict], equations: Mapping[str, str]) -> StatementVerdict:
+    _known(text, "claim", text.claims, claims)
+    _known(text, "equation", text.equations, equations)
+    parts = [_CLAIMS[claims[number]] for number in text.claims]
+    parts += [_EQUATIONS[equations[number]] for number in text.equations]
+    if parts:
+        return max(parts, key=list(StatementVerdict).index)
+    if text.figures or text.remark:
+        return StatementVerdict.BACKGROUND
+    raise InputError(f"statements.toml: {text.place}: nothing to judge it by, and no remark that says why")
+
+
+def _known(text: StatementText, kind: str, numbers: Iterable[str], allowed: Mapping[str, object]) -> None:
+    for number in numbers:
+        if number not in allowed:
+            raise InputError(f"statements.toml: {text.place}: {kind} {number!r} does not exist: {', '.join(allowed)}")
+
+
+def missing(
+    statements: Statements, claims: Iterable[str], equations: Iterable[str], figures: Iterable[int]
+) -> Iterator[str]:
+    """Name everything that a paper prints and that has no entry, and every claim that no statement rests on.
+
+    Parameters
+    ----------
+    statements : Statements
+        Of the paper.
+    claims, equations : iterable of str
+        Numbers of the claims, and of the entries of the ledger.
+    figures : iterable of int
+        The paper's figures that the report draws.
+    """
+    places = {statement.place for statement in statements.statement}
+    entries, drawn = set(equations), set(figures)
+    printed = statements.printed
+    yield from (f"equation ({k})" for k in range(1, printed.equations + 1) if f"({k})" not in entries)
+    yield from (f"table {k}" for k in range(1, printed.tables + 1) if f"table {k}" not in places)
+    for k in range(1, printed.figures + 1):
+        if f"figure {k}" not in places:
+            yield f"statement of figure {k}"
+        if k not in drawn:
+            yield f"drawing of figure {k}"
+    resting = {number for statement in statements.statement for number in statement.claims}
+    yield from (f"statement for claim {number}" for number in claims if number not in resting)
+    for section in ("abstract", "conclusions"):
+        if not any(place.startswith(section) for place in places):
+            yield section
+
+
+def coverage(
+    statements: Statements, judgements: Sequence[Statement], equations: Mapping[str, str], figures: Iterable[int]
+) -> list[Coverage]:
+    """Count what the paper prints, what of it is judged, and what is shown.
+
+    An equation is shown by the errata when it does not hold, and by the model's equations otherwise; a table or a
+    sentence by the list of statements.
+    """
+    printed, drawn = statements.printed, set(figures)
+    numbered = [equations[f"({k})"] for k in range(1, printed.equations + 1) if f"({k})" in equations]
+    of_figures = range(1, printed.figures + 1)
+    judged = [s for s in judgements if s.verdict is not StatementVerdict.BACKGROUND]
+
+    def count(kind: str, items: Iterable[Statement]) -> int:
+        return sum(item.text.place.startswith(kind) for item in items)
+
+    rows = [
+        Coverage("equations", printed.equations, sum(verdict != "undecided" for verdict in numbered), len(numbered)),
+        Coverage("tables", printed.tables, count("table ", judged), count("table ", judgements)),
+        Coverage("figures", printed.figures, count("figure ", judged), sum(k in drawn for k in of_figures)),
+    ]
+    for kind in ("abstract", "conclusions", "section"):
+        sentences = count(kind, judgements)
+        rows.append(Coverage(f"sentences, {kind}", sentences, count(kind, judged), sentences))
+    return rows
