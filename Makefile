@@ -20,7 +20,7 @@ docs: setup farm
 
 soak: setup
 	$(BIN)/pytest -m soak
-	$(BIN)/python benchmarks/board.py fuzz
+	$(BIN)/python benchmarks/board.py fuzz residual
 	$(BIN)/python benchmarks/board.py day
 	$(BIN)/python benchmarks/kill_test.py --kills 200
 	$(BIN)/python benchmarks/mutation.py

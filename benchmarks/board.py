@@ -3,7 +3,8 @@
 
 python benchmarks/board.py equivalence   # compilers and emulators and processors, 5000 samples each
 python benchmarks/board.py day           # 172 800 samples, a day of the satellite, under Unicorn
-python benchmarks/board.py fuzz          # ten million frames at the receiver, sanitizers on
+python benchmarks/board.py fuzz          # ten million frames at the server, sanitizers on
+python benchmarks/board.py residual      # a hundred million damaged frames at the receiver
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import shutil
 import subprocess
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from machine import command_line
@@ -21,8 +23,8 @@ from mehvar.runtime.board.image.build import program, sources, write_sources
 from mehvar.runtime.board.image.toolchains import host_toolchain
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 
-SAMPLES, DAY, FRAMES = 5000, 172_800, 10_000_000
-FUZZ = Path(__file__).parents[1] / "tests" / "runtime" / "board" / "fuzz.c"
+SAMPLES, DAY, FRAMES, DAMAGED = 5000, 172_800, 10_000_000, 100_000_000
+TESTS = Path(__file__).parents[1] / "tests" / "runtime" / "board"
 SANITIZERS = (
     "-g",
     "-O2",
@@ -75,31 +77,45 @@ def day() -> None:
 
 
 def fuzz() -> None:
-    """Send random frames to the receiver, with sanitizers on."""
+    """Send random frames to the server, with sanitizers on; each reply is decoded and held to what changed."""
     with tempfile.TemporaryDirectory() as name:
-        folder, program_ = Path(name), build_fuzzer(Path(name))
-        halves = [subprocess.Popen([program_, str(seed), str(FRAMES // 2)], cwd=folder) for seed in (1, 2)]
+        fuzzer = build_campaign(Path(name), "fuzz", SANITIZERS)
         begin = time.perf_counter()
-        codes = [half.wait() for half in halves]
+        printed, codes = halves(fuzzer, FRAMES)
         print(
             f"{FRAMES} frames under AddressSanitizer and UBSan in {time.perf_counter() - begin:.0f} s: "
-            f"{'no finding' if not any(codes) else f'exit {codes}'}"
+            f"{'no finding' if not any(codes) else f'exit {codes}'}; {'; '.join(printed)}"
         )
 
 
-def build_fuzzer(folder: Path) -> Path:
-    """Compile the fuzzer with sanitizers."""
+def residual() -> None:
+    """Damage frames in eleven ways and count those that the check takes for whole ones."""
+    with tempfile.TemporaryDirectory() as name:
+        begin = time.perf_counter()
+        printed, _ = halves(build_campaign(Path(name), "residual", ("-O2",)), DAMAGED)
+        print(f"{DAMAGED} damaged frames in {time.perf_counter() - begin:.0f} s:", *printed, sep="\n")
+
+
+def halves(path: Path, frames: int) -> tuple[list[str], list[int]]:
+    """Run a campaign in two processes; return what they print and their exit statuses."""
+    both = [subprocess.Popen([path, str(seed), str(frames // 2)], stdout=subprocess.PIPE, text=True) for seed in (1, 2)]
+    printed = [process.communicate()[0].strip() for process in both]
+    return printed, [process.returncode for process in both]
+
+
+def build_campaign(folder: Path, name: str, flags: Sequence[str]) -> Path:
+    """Compile the server with a program that sends it frames."""
     firmware = program(runtime.load("satellite", backend="c"), "mrac")
     write_sources(folder, sources(firmware, None))
-    shutil.copyfile(FUZZ, folder / FUZZ.name)
-    compiler = host_toolchain()
-    units = ["satellite.c", "app.c", "link.c", "server.c", FUZZ.name]
-    command = [*compiler.command, *SANITIZERS, "-DMEHVAR_FLOAT", "-DMEHVAR_SMALL", "-ffp-contract=off", "-I.", *units]
-    subprocess.run([*command, "-o", "fuzz", "-lm"], cwd=folder, check=True)
-    return folder / "fuzz"
+    for file in (f"{name}.c", "process.h"):
+        shutil.copyfile(TESTS / file, folder / file)
+    units = ["satellite.c", "app.c", "link.c", "server.c", f"{name}.c"]
+    command = [*host_toolchain().command, *flags, "-DMEHVAR_FLOAT", "-DMEHVAR_SMALL", "-ffp-contract=off", "-I."]
+    subprocess.run([*command, *units, "-o", name, "-lm"], cwd=folder, check=True)
+    return folder / name
 
 
 if __name__ == "__main__":
-    campaigns = {"equivalence": equivalence, "day": day, "fuzz": fuzz}
+    campaigns = {"equivalence": equivalence, "day": day, "fuzz": fuzz, "residual": residual}
     for name in command_line(__doc__, campaigns).parse_args().parts or campaigns:
         campaigns[name]()

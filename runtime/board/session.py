@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from mehvar.errors import InputError
 
 from ..model.parameters import Resolved
 from .image.header import Layout
-from .line.link import Answer, Flags, Link, LinkError
+from .line.link import Link, LinkError, RestartError
 
 _CHECKPOINT = 25
 """Samples between two looks at the board's memory, from which a board that was reset goes on.
@@ -25,6 +25,7 @@ A look is one exchange more in 25; a reset costs at most 24 samples again. Half 
 _RESTORES = 5
 """A disturbance resets a board once, and once more while it is brought back; five times at one sample is a defect."""
 
+Reply = TypeVar("Reply")
 Doubles = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
@@ -97,9 +98,8 @@ class BoardLaw:
         self._link.set("z", self._checkpoint[1])
 
     def _evaluate(self, k: int) -> Floats:
-        if k == 0 or (self._journal is not None and self._journal.length == k):
-            self._restore(k)
-        answer = self._step(k)
+        first = k == 0 or (self._journal is not None and self._journal.length == k)
+        answer = self._at(k, lambda: self._link.step(self._numbers[k]), first)
         self.ticks.append(answer.ticks)
         if k % self._every == 0 or (k + 1) % _CHECKPOINT == 0:
             self._look(k)
@@ -109,36 +109,32 @@ class BoardLaw:
             self._after()
         return answer.u
 
-    def _step(self, k: int) -> Answer:
-        for _ in range(_RESTORES):
-            answer = self._link.step(k, self._numbers[k])
-            if not answer.flags & Flags.FRESH:
-                return answer
-            self.restored += 1
-            self._restore(k)
-        raise LinkError(f"the board lost its memory {_RESTORES} times at sample {k}")
-
     def _look(self, k: int) -> None:
         """Read the memory after sample k."""
         if not self._memory:
             return
+        self.z[k] = self._at(k + 1, lambda: self._link.get("z"), restore=False)
+        if (k + 1) % _CHECKPOINT == 0:
+            self._checkpoint = (k + 1, self.z[k])
+
+    def _at(self, k: int, request: Callable[[], Reply], restore: bool) -> Reply:
+        """Ask the board as it is before sample k; one that has started anew is brought back there first."""
         for _ in range(_RESTORES):
-            memory = self._link.get("z")
-            if memory is not None:
-                self.z[k] = memory
-                if (k + 1) % _CHECKPOINT == 0:
-                    self._checkpoint = (k + 1, memory)
-                return
-            self.restored += 1
-            self._restore(k + 1)
+            try:
+                if restore:
+                    self._restore(k)
+                return request()
+            except RestartError:
+                self.restored += 1
+                self._link.connect()
+                restore = True
         raise LinkError(f"the board lost its memory {_RESTORES} times at sample {k}")
 
     def _restore(self, k: int) -> None:
         """Bring the board to where it was before sample k."""
         self.prepare()
         for past in range(self._checkpoint[0], k):
-            if self._link.step(past, self._numbers[past]).flags & Flags.FRESH:
-                return
+            self._link.step(self._numbers[past])
 
 
 class Journal:

@@ -127,7 +127,9 @@ class SerialPort:
             raise InputError(f'the port {name} needs pyserial: pip install "mehvar[board]"') from error
         self.name = name
         try:
-            self._port = serial.serial_for_url(name, baudrate=baud, timeout=0)
+            # two hosts on one port would each take the other's answers; a URL is no device that could be locked
+            lock = {} if "://" in name or os.name == "nt" else {"exclusive": True}
+            self._port = serial.serial_for_url(name, baudrate=baud, timeout=0, **lock)
         except (serial.SerialException, ValueError) as error:
             allowed = f"{', '.join(TARGETS)}, or a serial port that can be opened"
             reason = _REASONS.get(getattr(error, "errno", None) or 0, str(error))

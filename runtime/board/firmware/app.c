@@ -46,7 +46,17 @@ static int finite_all(const real *v, uint32_t n)
     return !(above & MV_SIGN_BITS);
 }
 
-/* The same; and numbers smaller than any normal one, which are no measurements, become zero. */
+int mv_app_finite(const uint8_t *bytes, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        real value;
+        memcpy(&value, bytes + i * sizeof value, sizeof value);
+        if (!finite_all(&value, 1)) return 0;
+    }
+    return 1;
+}
+
+/* As finite_all; and numbers smaller than any normal one, which are no measurements, become zero. */
 static int admit(real *v, uint32_t n)
 {
     mv_bits above = 0;
@@ -106,7 +116,7 @@ void mv_app_selftest(uint32_t samples, mv_app_test *result)
     memset(result, 0, sizeof *result);
     result->crc = 0xFFFFFFFFu;
     mv_board_initial(p, s, x);
-    for (uint32_t k = 0; k < samples; k++) {
+    for (uint32_t k = 0; k < samples && mv_board_read() < 0; k++) {
         const real t = (real)k * MV_BOARD_PERIOD(p);
         memcpy(in, x, MV_BOARD_NX * sizeof *in);
         mv_board_reference(&t, p, s, in + MV_BOARD_NX);
@@ -120,7 +130,7 @@ void mv_app_selftest(uint32_t samples, mv_app_test *result)
         memcpy(before, u, sizeof before);
         advance(x, applied);
         mv_board_ms();
+        result->samples = k + 1;
     }
     result->crc = ~result->crc;
-    result->samples = samples;
 }

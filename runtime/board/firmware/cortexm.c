@@ -2,6 +2,7 @@
 #include "mehvar/private/cortexm.h"
 
 #include "mehvar/board.h"
+#include "mehvar/private/board_law.h"
 
 #define SYST_CSR REGISTER(0xE000E010u)
 #define SYST_RVR REGISTER(0xE000E014u)
@@ -104,7 +105,7 @@ void Reset_Handler(void)
 /* A fault: nothing to the actuators, then start again. */
 void Default_Handler(void)
 {
-    static const mv_real zero[8];
+    static const mv_real zero[MV_BOARD_NU];
     mv_board_output(zero);
     mv_board_reset();
 }

@@ -3,15 +3,36 @@
 
 #include "mehvar/board.h"
 
-uint16_t mv_link_crc16(const uint8_t *bytes, uint32_t count)
+/* Half a byte at a time: a table of 64 bytes, where one for whole bytes takes 1 kB of flash. */
+static uint32_t crc_of(uint32_t crc, const uint8_t *bytes, uint32_t count)
 {
-    uint32_t crc = 0xFFFFu;
+    static const uint32_t table[16] = {
+        0x00000000u, 0x105EC76Fu, 0x20BD8EDEu, 0x30E349B1u, 0x417B1DBCu, 0x5125DAD3u, 0x61C69362u, 0x7198540Du,
+        0x82F63B78u, 0x92A8FC17u, 0xA24BB5A6u, 0xB21572C9u, 0xC38D26C4u, 0xD3D3E1ABu, 0xE330A81Au, 0xF36E6F75u,
+    };
     for (uint32_t i = 0; i < count; i++) {
-        uint32_t x = (crc >> 8) ^ bytes[i];
-        x ^= x >> 4;
-        crc = ((crc << 8) ^ (x << 12) ^ (x << 5) ^ x) & 0xFFFFu;
+        crc ^= bytes[i];
+        crc = (crc >> 4) ^ table[crc & 15u];
+        crc = (crc >> 4) ^ table[crc & 15u];
     }
-    return (uint16_t)crc;
+    return crc;
+}
+
+static void put32(uint8_t *to, uint32_t value)
+{
+    for (int i = 0; i < 4; i++) to[i] = (uint8_t)(value >> 8 * i);
+}
+
+static uint32_t get32(const uint8_t *from)
+{
+    return from[0] | (uint32_t)from[1] << 8 | (uint32_t)from[2] << 16 | (uint32_t)from[3] << 24;
+}
+
+uint32_t mv_link_crc(const uint8_t *bytes, uint32_t count)
+{
+    uint8_t size[4];
+    put32(size, count - MV_LINK_HEADER);
+    return ~crc_of(crc_of(0xFFFFFFFFu, size, sizeof size), bytes, count);
 }
 
 static void restart(mv_link_state *link)
@@ -44,8 +65,8 @@ static int finish(mv_link_state *link)
         link->length++;
         return -1;
     }
-    const uint8_t *end = link->frame.bytes + size - MV_LINK_CRC;
-    if (mv_link_crc16(link->frame.bytes, size - MV_LINK_CRC) != (uint16_t)(end[0] | (uint32_t)end[1] << 8)) {
+    const uint32_t body = size - MV_LINK_CRC;
+    if (mv_link_crc(link->frame.bytes, body) != get32(link->frame.bytes + body)) {
         link->crc++;
         return -1;
     }
@@ -86,9 +107,7 @@ void mv_link_send(mv_link_state *link, uint32_t payload)
     static const uint8_t zero = 0;
     uint8_t *bytes = link->frame.bytes;
     const uint32_t body = MV_LINK_HEADER + payload;
-    const uint16_t crc = mv_link_crc16(bytes, body);
-    bytes[body] = (uint8_t)crc;
-    bytes[body + 1] = (uint8_t)(crc >> 8);
+    put32(bytes + body, mv_link_crc(bytes, body));
     mv_board_write(&zero, 1);
     send_encoded(bytes, body + MV_LINK_CRC);
     mv_board_write(&zero, 1);

@@ -14,7 +14,7 @@ static union {
     real numbers[MV_BOARD_RAW_IN];
     uint8_t bytes[MV_BOARD_RAW_IN * sizeof(real)];
 } packet;
-static uint32_t size, last_ms;
+static uint32_t size, last_ms, step_ms;
 static uint8_t started, silent;
 
 void mv_server_init(void) { mv_app_defaults(); }
@@ -31,6 +31,7 @@ void mv_server_byte(uint8_t byte)
     if (!started) mv_app_start(packet.numbers);
     started = 1;
     silent = 0;
+    step_ms = ms;
     mv_app_step(packet.numbers, u);
     mv_board_output(u);
     mv_board_write((const uint8_t *)u, sizeof u);
@@ -39,7 +40,7 @@ void mv_server_byte(uint8_t byte)
 void mv_server_watch(uint32_t ms)
 {
     static const real zero[MV_BOARD_NU];
-    if (!started || silent || ms - last_ms <= 2u * MV_BOARD_PERIOD_MS) return;
+    if (!started || silent || ms - step_ms <= 2u * MV_BOARD_PERIOD_MS) return;
     silent = 1;
     mv_board_output(zero);
 }

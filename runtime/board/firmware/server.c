@@ -7,7 +7,7 @@
 #include "mehvar/board.h"
 #include "mehvar/private/link.h"
 
-enum { VERSION = 1, NAME = 16 };
+enum { VERSION = 2, NAME = 16 };
 
 typedef struct {
     real u[MV_BOARD_NU];
@@ -15,21 +15,32 @@ typedef struct {
 } step_reply;
 
 typedef struct {
-    uint32_t steps, duplicates, gaps, lost, nonfinite; /* since the last reset */
+    uint32_t steps, duplicates, refused, lost, nonfinite; /* since the last reset */
     uint32_t ticks_last, ticks_least, ticks_most;
 } counters;
 
 static mv_link_state line;
 static counters count;
-static step_reply answer;     /* to the last step */
-static uint16_t answered;     /* its sequence number */
-static uint8_t answer_flags, has_answer, ready, silent;
+static uint16_t session; /* of the host that is served; 0: of none */
+static uint32_t last;    /* number of its last request */
+static uint8_t last_type, repeated;
+static step_reply answer; /* to the last step */
+static mv_app_test test;  /* result of the last self-test */
+static uint8_t answer_flags, has_answer, has_test, ready, silent;
+static uint8_t driven; /* an output is not zero: the law must go on, or it becomes zero */
 static uint32_t last_ms;
 static real output[MV_BOARD_NU]; /* what the actuators hold */
 
 static uint8_t *payload(void) { return line.frame.bytes + MV_LINK_HEADER; }
 
-static uint16_t sequence(void) { return (uint16_t)(line.frame.bytes[2] | (uint32_t)line.frame.bytes[3] << 8); }
+static uint16_t frame_session(void) { return (uint16_t)(line.frame.bytes[2] | (uint32_t)line.frame.bytes[3] << 8); }
+
+static uint32_t frame_number(void)
+{
+    uint32_t number = 0;
+    for (int i = 7; i >= 4; i--) number = number << 8 | line.frame.bytes[i];
+    return number;
+}
 
 static uint8_t *put(uint8_t *to, const void *from, uint32_t size)
 {
@@ -58,11 +69,13 @@ static void refuse(uint8_t reason)
 {
     line.frame.bytes[0] = MV_SERVER_NAK;
     payload()[0] = reason;
-    reply(0, payload() + 1);
+    reply(0, reason == MV_SERVER_OUT_OF_TURN ? put32(payload() + 1, last) : payload() + 1);
 }
 
 static void set_output(const real *u)
 {
+    driven = 0;
+    for (int i = 0; i < MV_BOARD_NU; i++) driven |= u[i] != K(0);
     memcpy(output, u, sizeof output);
     mv_board_output(output);
 }
@@ -78,8 +91,17 @@ static void forget_steps(void)
     memset(&count, 0, sizeof count);
     count.ticks_least = 0xFFFFFFFFu;
     has_answer = 0;
+    has_test = 0;
     silent = 0;
     clear_output();
+}
+
+/* Parameters as compiled in, no memory, nothing to the actuators. */
+static void forget_all(void)
+{
+    mv_app_defaults();
+    ready = 0;
+    forget_steps();
 }
 
 static void hello(uint32_t size)
@@ -103,16 +125,13 @@ static void hello(uint32_t size)
     reply(0, to);
 }
 
-/* Parameters as compiled in, and no memory. */
 static void reset(uint32_t size)
 {
     if (size != 0) {
         refuse(MV_SERVER_WRONG_SIZE);
         return;
     }
-    mv_app_defaults();
-    ready = 0;
-    forget_steps();
+    forget_all();
     reply(0, payload());
 }
 
@@ -123,21 +142,18 @@ static void note_ticks(uint32_t ticks)
     if (ticks > count.ticks_most) count.ticks_most = ticks;
 }
 
-static uint8_t evaluate(uint16_t number)
+static uint8_t evaluate(void)
 {
     real in[MV_BOARD_IN];
-    const int gap = has_answer && number != (uint16_t)(answered + 1u);
-    answer_flags = (uint8_t)((silent ? MV_SERVER_LOST : 0) | (gap ? MV_SERVER_GAP : 0));
+    answer_flags = (uint8_t)(silent ? MV_SERVER_LOST : 0);
     memcpy(in, payload(), sizeof in);
     const uint32_t begin = mv_board_ticks();
     const int finite = mv_app_step(in, answer.u);
     answer.ticks = mv_board_ticks() - begin;
     if (!finite) answer_flags |= MV_SERVER_NONFINITE;
     count.steps++;
-    count.gaps += (uint32_t)gap;
     count.nonfinite += (uint32_t)!finite;
     note_ticks(answer.ticks);
-    answered = number;
     has_answer = 1;
     silent = 0;
     last_ms = mv_board_ms();
@@ -154,11 +170,11 @@ static void step(uint32_t size)
     }
     if (!ready) {
         memset(&answer, 0, sizeof answer);
-    } else if (has_answer && sequence() == answered) {
+    } else if (repeated && has_answer) {
         count.duplicates++;
         flags = (uint8_t)(answer_flags | MV_SERVER_DUPLICATE);
     } else {
-        flags = evaluate(sequence());
+        flags = evaluate();
     }
     reply(flags, put32(put(payload(), answer.u, sizeof answer.u), answer.ticks));
 }
@@ -182,6 +198,10 @@ static void set(uint32_t size)
     real *group = size >= 1 ? mv_app_group(which, &numbers) : 0;
     if (!group || size != 1 + numbers * sizeof *group) {
         refuse(MV_SERVER_WRONG_SIZE);
+        return;
+    }
+    if (!mv_app_finite(payload() + 1, numbers)) {
+        refuse(MV_SERVER_NOT_FINITE);
         return;
     }
     memcpy(group, payload() + 1, numbers * sizeof *group);
@@ -210,26 +230,63 @@ static void stats(uint32_t size)
 
 static void selftest(uint32_t size)
 {
-    mv_app_test test;
     uint32_t samples = 0;
     if (size != sizeof samples) {
         refuse(MV_SERVER_WRONG_SIZE);
         return;
     }
-    if (!ready) {
-        refuse(MV_SERVER_NO_MEMORY);
-        return;
-    }
     memcpy(&samples, payload(), sizeof samples);
-    ready = 0;
-    forget_steps();
-    mv_app_selftest(samples, &test);
-    reply(0, put(payload(), &test, sizeof test));
+    if (!(repeated && has_test)) {
+        if (!ready) {
+            refuse(MV_SERVER_NO_MEMORY);
+            return;
+        }
+        ready = 0;
+        forget_steps();
+        mv_app_selftest(samples, &test);
+        has_test = 1;
+    }
+    reply(test.samples < samples ? MV_SERVER_ABORTED : 0, put(payload(), &test, sizeof test));
+}
+
+/* A host that says hello is served unless the law of another one is running; it finds nothing that another one left. */
+static int admit_host(uint32_t size)
+{
+    if (line.frame.bytes[0] != MV_SERVER_HELLO || frame_session() == 0) return MV_SERVER_NO_SESSION;
+    if (driven || (has_answer && !silent)) return MV_SERVER_BUSY;
+    if (size != 0) return MV_SERVER_WRONG_SIZE;
+    forget_all();
+    session = frame_session();
+    last = frame_number();
+    return 0;
+}
+
+/* Requests of a session are numbered. The last one may come again, as its reply may have been lost; what comes late is
+ * refused. A hello may leave numbers out, since those before it may have been lost. */
+static int admit(uint32_t size)
+{
+    const uint8_t type = line.frame.bytes[0];
+    repeated = 0;
+    if (session == 0 || frame_session() != session) return admit_host(size);
+    const uint32_t ahead = frame_number() - last;
+    if (ahead == 0 && type == last_type)
+        repeated = 1;
+    else if (ahead != 1 && (type != MV_SERVER_HELLO || ahead - 1u >= 0x7FFFFFFFu))
+        return MV_SERVER_OUT_OF_TURN;
+    last = frame_number();
+    return 0;
 }
 
 static void handle(uint32_t size)
 {
-    switch (line.frame.bytes[0]) {
+    const int reason = admit(size);
+    if (reason != 0) {
+        count.refused++;
+        refuse((uint8_t)reason);
+        return;
+    }
+    last_type = line.frame.bytes[0];
+    switch (last_type) {
     case MV_SERVER_HELLO: hello(size); return;
     case MV_SERVER_RESET: reset(size); return;
     case MV_SERVER_STEP: step(size); return;
@@ -244,8 +301,8 @@ static void handle(uint32_t size)
 
 void mv_server_init(void)
 {
-    mv_app_defaults();
-    forget_steps();
+    forget_all();
+    session = 0;
 }
 
 void mv_server_byte(uint8_t byte)
@@ -254,9 +311,10 @@ void mv_server_byte(uint8_t byte)
     if (size >= 0) handle((uint32_t)size);
 }
 
+/* Whoever is silent, and whatever else comes on the line: outputs are held for two samples after the last step. */
 void mv_server_watch(uint32_t ms)
 {
-    if (!has_answer || silent || ms - last_ms <= 2u * MV_BOARD_PERIOD_MS) return;
+    if (!(driven || (has_answer && !silent)) || ms - last_ms <= 2u * MV_BOARD_PERIOD_MS) return;
     silent = 1;
     count.lost++;
     clear_output();

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames as in firmware/mehvar/private/link.h: COBS, CRC-16, sequence number."""
+"""Frames as in firmware/mehvar/private/link.h: COBS, CRC-32C, session and number of the request."""
 
 from __future__ import annotations
 
-import binascii
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-_HEADER = struct.Struct("<BBH")
+_HEADER, _CRC = struct.Struct("<BBHI"), 4
 _LONGEST = 1 << 16
 """Bytes without a delimiter that are kept: above any frame, and a bound for a line that sends noise for ever."""
 
@@ -19,15 +18,15 @@ class Frame:
 
     type: int
     flags: int
-    sequence: int
+    session: int
+    number: int
     payload: bytes
 
 
 def encode(frame: Frame) -> bytes:
     """Return a frame as it goes on the line, with a delimiter at each end."""
-    body = _HEADER.pack(frame.type, frame.flags, frame.sequence) + frame.payload
-    body += binascii.crc_hqx(body, 0xFFFF).to_bytes(2, "little")
-    return b"\0" + _stuff(body) + b"\0"
+    body = _HEADER.pack(frame.type, frame.flags, frame.session, frame.number) + frame.payload
+    return b"\0" + _stuff(body + _check(body)) + b"\0"
 
 
 class Decoder:
@@ -57,13 +56,35 @@ class Decoder:
 
 def _decode(stuffed: bytes) -> Frame | None:
     body = _unstuff(stuffed)
-    if body is None or len(body) < _HEADER.size + 2:
+    if body is None or len(body) < _HEADER.size + _CRC:
         return None
-    content, crc = body[:-2], int.from_bytes(body[-2:], "little")
-    if binascii.crc_hqx(content, 0xFFFF) != crc:
+    content = body[:-_CRC]
+    if _check(content) != body[-_CRC:]:
         return None
-    kind, flags, sequence = _HEADER.unpack_from(content)
-    return Frame(kind, flags, sequence, content[_HEADER.size :])
+    return Frame(*_HEADER.unpack_from(content), content[_HEADER.size :])
+
+
+def _check(content: bytes) -> bytes:
+    """Return the CRC of header and payload, and of how long the payload is."""
+    size = (len(content) - _HEADER.size).to_bytes(4, "little")
+    return crc32c(size + content).to_bytes(4, "little")
+
+
+def crc32c(data: bytes) -> int:
+    """Return the CRC-32C (Castagnoli) of some bytes, as RFC 3720, B.4, has it."""
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc = crc >> 8 ^ _TABLE[(crc ^ byte) & 0xFF]
+    return crc ^ 0xFFFFFFFF
+
+
+def _remainder(byte: int) -> int:
+    for _ in range(8):
+        byte = byte >> 1 ^ (0x82F63B78 if byte & 1 else 0)
+    return byte
+
+
+_TABLE = tuple(map(_remainder, range(256)))
 
 
 def _stuff(body: bytes) -> bytes:

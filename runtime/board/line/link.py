@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import secrets
 import struct
 import time
 from dataclasses import dataclass, field
@@ -23,11 +24,16 @@ _REFUSALS = {
     1: "it does not know this type of request",
     2: "the payload has the wrong size",
     3: "it has no memory to start from",
+    4: "it has started since, or serves another host",
+    5: "it is neither the next request nor the last one again",
+    6: "a number is infinite or not a number",
+    7: "it runs a law for another host, until that has been silent for two samples",
 }
-_VERSION = 1
+_NO_SESSION = 4
+_VERSION = 2
 _HELLO = struct.Struct("<BB16s7HI16s16s16s")
 _STATS = (
-    "steps", "duplicates", "gaps", "lost", "nonfinite", "ticks_last", "ticks_least", "ticks_most",
+    "steps", "duplicates", "refused", "lost", "nonfinite", "ticks_last", "ticks_least", "ticks_most",
     "stack_used", "stack_size", "frames", "crc_errors", "length_errors", "cobs_errors", "ms",
 )  # fmt: skip
 
@@ -38,12 +44,16 @@ class LinkError(MehvarError, RuntimeError):
     exit_status = 3
 
 
+class RestartError(LinkError):
+    """The board has started anew, or served another host in between: memory and parameters are not ours any more."""
+
+
 class Flags(IntFlag):
     """What the board says with its answer to a step."""
 
     LOST = 1
     DUPLICATE = 2
-    GAP = 4
+    ABORTED = 4
     NONFINITE = 8
     FRESH = 16
 
@@ -134,15 +144,18 @@ class Link:
         self._port, self._layout = port, layout
         self._timeout, self._tries = timeout, tries
         self._decoder = Decoder()
-        self._sequence = 0
+        self._session = 1 + secrets.randbelow(0xFFFF)
+        self._number = 0
 
     def connect(self, patience: float = 10.0) -> Hello:
-        """Wait until the board answers, and make sure that it runs the right program.
+        """Wait until the board answers and serves this host, and make sure that it runs the right program.
+
+        The board then has its compiled-in parameters and no memory.
 
         Raises
         ------
         LinkError
-            If nothing answers for `patience` seconds.
+            If nothing answers for `patience` seconds, or the board runs a law for another host all the while.
         InputError
             If the board runs another model, law or version.
         """
@@ -163,9 +176,15 @@ class Link:
         """Forget memory and counters and put the compiled-in parameters back."""
         self._request(RESET)
 
-    def step(self, sequence: int, numbers: FloatArray) -> Answer:
-        """Evaluate the law once; the same sequence number again gives the same answer and no evaluation."""
-        reply = self._request(STEP, numbers.astype("<f4").tobytes(), sequence & 0xFFFF)
+    def step(self, numbers: FloatArray) -> Answer:
+        """Evaluate the law once, however often the request must be sent.
+
+        Raises
+        ------
+        RestartError
+            If the board has no memory to evaluate it with.
+        """
+        reply = self._request(STEP, numbers.astype("<f4").tobytes())
         size = 4 * self._layout.sizes[1]
         if len(reply.payload) != size + 4:
             raise LinkError(f"the answer to a step has {len(reply.payload)} bytes instead of {size + 4}")
@@ -173,14 +192,22 @@ class Link:
         for flag in flags:
             name = (flag.name or "").lower()
             self.counters.flags[name] = self.counters.flags.get(name, 0) + 1
+        if flags & Flags.FRESH:
+            raise RestartError(f"{self._port.name}: the board has no memory to go on from")
         u = np.frombuffer(reply.payload[:size], "<f4").astype(np.float32)
         return Answer(u, int.from_bytes(reply.payload[size:], "little"), flags)
 
-    def get(self, group: str) -> FloatArray | None:
-        """Return the memory "z" or the parameters "p", "c", "s"; None for the memory of a board that has none yet."""
+    def get(self, group: str) -> FloatArray:
+        """Return the memory "z" or the parameters "p", "c", "s".
+
+        Raises
+        ------
+        RestartError
+            If the board has no memory yet.
+        """
         reply = self._request(GET, bytes([_group(group)]))
         if group == "z" and reply.flags & Flags.FRESH:
-            return None
+            raise RestartError(f"{self._port.name}: the board has no memory")
         return np.frombuffer(reply.payload, "<f4").astype(np.float32)
 
     def set(self, group: str, values: NDArray[np.floating]) -> None:
@@ -203,48 +230,61 @@ class Link:
         before, self._timeout = self._timeout, timeout
         try:
             payload = self._request(SELFTEST, samples.to_bytes(4, "little")).payload
+        except KeyboardInterrupt:
+            self._port.write(b"\0")  # any byte ends the test
+            raise
         finally:
             self._timeout = before
         count, crc, ticks = struct.unpack_from("<3I", payload)
+        if count != samples:
+            done = f"after {count} of {samples} samples"
+            raise LinkError(f"{self._port.name}: a byte on the line ended the self-test {done}")
         numbers = np.frombuffer(payload[12:], "<f4").astype(np.float32)
         states = self._layout.sizes[6]
         return SelfTest(count, crc, ticks, numbers[:states], numbers[states:])
 
     def reboot(self) -> None:
         """Start the board's program anew; it does not answer."""
-        self._port.write(encode(Frame(REBOOT, 0, self._next(), b"")))
+        self._port.write(encode(Frame(REBOOT, 0, self._session, self._next(), b"")))
 
     def _next(self) -> int:
-        self._sequence = (self._sequence + 1) & 0xFFFF
-        return self._sequence
+        self._number += 1
+        return self._number
 
-    def _request(self, kind: int, payload: bytes = b"", sequence: int | None = None) -> Frame:
-        number = self._next() if sequence is None else sequence
-        data = encode(Frame(kind, 0, number, payload))
+    def _request(self, kind: int, payload: bytes = b"") -> Frame:
+        request = Frame(kind, 0, self._session, self._next(), payload)
+        data = encode(request)
         self.counters.requests += 1
         for attempt in range(self._tries):
             self.counters.resent += attempt > 0
             self._port.write(data)
-            reply = self._await(kind, number)
+            reply = self._await(request)
             if reply is not None:
                 return reply
-        raise LinkError(f"no answer to request {kind} number {number} after {self._tries} tries")
+        raise LinkError(f"no answer to request {kind} number {request.number} after {self._tries} tries")
 
-    def _await(self, kind: int, number: int) -> Frame | None:
+    def _await(self, request: Frame) -> Frame | None:
         end = time.monotonic() + self._timeout
         while (wait := end - time.monotonic()) > 0:
             data = self._port.read(wait)
             if not data:
                 return None
-            for frame in self._decoder.feed(data):
-                self.counters.damaged = self._decoder.damaged
-                if frame.sequence == number and frame.type == kind | REPLY:
-                    return frame
-                if frame.sequence == number and frame.type == NAK | REPLY:
-                    raise LinkError(f"the board refuses request {kind}: {_refusal(frame)}")
-                self.counters.stale += 1
+            frames = list(self._decoder.feed(data))
             self.counters.damaged = self._decoder.damaged
+            for frame in frames:
+                if (frame.session, frame.number) == (request.session, request.number):
+                    if frame.type == request.type | REPLY:
+                        return frame
+                    if frame.type == NAK | REPLY:
+                        raise self._refusal(request, frame)
+                self.counters.stale += 1
         return None
+
+    def _refusal(self, request: Frame, reply: Frame) -> LinkError:
+        code = reply.payload[0] if reply.payload else 0
+        reason = _REFUSALS.get(code, f"reason {code}")
+        kind = RestartError if code == _NO_SESSION else LinkError
+        return kind(f"{self._port.name}: the board refuses request {request.type} number {request.number}: {reason}")
 
     def _checked(self, reply: Frame) -> Hello:
         if len(reply.payload) != _HELLO.size or reply.payload[0] != _VERSION:
@@ -258,11 +298,6 @@ class Link:
                 f"{expected.model} {expected.law} ({expected.hash.hex()[:12]}) is asked for: build and flash it"
             )
         return hello
-
-
-def _refusal(frame: Frame) -> str:
-    code = frame.payload[0] if frame.payload else 0
-    return _REFUSALS.get(code, f"reason {code}")
 
 
 def _group(name: str) -> int:

@@ -1,48 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Throws frames at the server: whole ones, damaged ones, noise. Usage: fuzz SEED FRAMES; prints what became of them.
- * Whatever comes, what the actuators hold must be finite. */
+/* Throws frames at the server: whole ones, damaged ones, old ones, noise. Usage: fuzz SEED FRAMES; prints what became of
+ * them. Each reply is decoded, and what it says is compared with what changed:
+ *   a reply carries type, session and number of the frame it answers;
+ *   a refusal changes neither outputs, memory nor parameters;
+ *   a step is evaluated at most once for each number, and only a step changes the outputs, but for going to zero;
+ *   memory, parameters and outputs are finite;
+ *   outputs that nobody renewed for two samples are zero. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "mehvar/board.h"
-#include "mehvar/private/link.h"
-#include "mehvar/server.h"
+#include "process.h"
+#include "mehvar/private/app.h"
 
-const char mv_board_name[] = "fuzz";
+enum { WATCH_MS = 2 * MV_BOARD_PERIOD_MS, STEP_BYTES = 4 * MV_BOARD_IN, TURN = 10 };
 
 static uint64_t state;
-static uint32_t ms, answers;
-static int zeros;
+static uint8_t wish; /* what a host would send next, or 0 */
+static long answers, refusals, evaluations, duplicates, lost;
 
-void mv_board_init(void) {}
-int mv_board_read(void) { return -1; }
-void mv_board_wait(void) {}
-uint32_t mv_board_ms(void) { return ms; }
-uint32_t mv_board_ticks(void) { return ms; }
-uint32_t mv_board_ticks_per_second(void) { return 1000; }
-void mv_board_reset(void) { mv_server_init(); }
-
-void mv_board_stack(uint32_t *used, uint32_t *size)
+static void fail(const char *what)
 {
-    *used = 0;
-    *size = 0;
-}
-
-void mv_board_write(const uint8_t *bytes, uint32_t count)
-{
-    for (uint32_t i = 0; i < count; i++) zeros += bytes[i] == 0;
-    answers = (uint32_t)zeros / 2;
-}
-
-void mv_board_output(const mv_real *u)
-{
-    for (int i = 0; i < MV_BOARD_NU; i++)
-        if (!isfinite(u[i])) {
-            printf("input %d is not finite\n", i);
-            abort();
-        }
+    fprintf(stderr, "%s\n", what); /* abort does not empty stdout */
+    abort();
 }
 
 static uint32_t next(void)
@@ -55,35 +35,69 @@ static uint32_t next(void)
 
 static uint32_t below(uint32_t n) { return next() % n; }
 
-/* body, then its CRC: right, as a rule */
-static uint32_t body(uint8_t *to)
+static void put(uint8_t *to, uint32_t value, int bytes)
 {
-    static const uint8_t types[] = {1, 2, 3, 3, 3, 3, 4, 5, 5, 6, 7, 8};
-    enum { STEP = 4 * MV_BOARD_IN };
-    static const uint32_t sizes[] = {0, 0, STEP, STEP, STEP, STEP, 1, 0, 0, 0, 4, 0};
+    for (int i = 0; i < bytes; i++) to[i] = (uint8_t)(value >> 8 * i);
+}
+
+static uint32_t get(const uint8_t *from, int bytes)
+{
+    uint32_t value = 0;
+    for (int i = bytes - 1; i >= 0; i--) value = value << 8 | from[i];
+    return value;
+}
+
+static int all_finite(const mv_real *v, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++)
+        if (!isfinite(v[i])) return 0;
+    return 1;
+}
+
+static int driven(void)
+{
+    for (int i = 0; i < MV_BOARD_NU; i++)
+        if (actuators[i] != 0) return 1;
+    return 0;
+}
+
+/* CRC over all that a refusal must leave as it is. */
+static uint32_t fingerprint(void)
+{
+    uint32_t crc = 0;
+    for (uint32_t group = 0; group < MV_APP_GROUPS; group++) {
+        uint32_t n = 0;
+        const mv_real *v = mv_app_group(group, &n);
+        if (!all_finite(v, n)) fail("a number of the board is not finite");
+        crc = crc * 31 + mv_link_crc((const uint8_t *)v, n * (uint32_t)sizeof *v);
+    }
+    return crc * 31 + mv_link_crc((const uint8_t *)actuators, sizeof actuators);
+}
+
+/* header and payload of a request, most of them sensible */
+static uint32_t request(uint8_t *to, uint32_t number)
+{
+    static const uint8_t types[] = {1, 2, 3, 3, 3, 3, 3, 3, 4, 5, 5, 5, 6, 7, 8};
     static const uint32_t groups[] = {MV_BOARD_NZ, MV_BOARD_NP, MV_BOARD_NC, MV_BOARD_NS};
-    const uint32_t kind = below(sizeof types), which = below(4);
-    uint32_t size = sizes[kind];
-    to[0] = below(20) ? types[kind] : (uint8_t)next();
+    const uint8_t usual = types[below(sizeof types)], type = wish && below(4) ? wish : usual;
+    const uint32_t which = wish || below(2) ? MV_APP_MEMORY : below(4);
+    const uint32_t sizes[] = {0, 0, 0, STEP_BYTES, 1, 1 + 4 * groups[which], 0, 4, 0};
+    uint32_t size = below(20) ? sizes[type] : below(MV_LINK_MAX + 40);
+    to[0] = below(20) ? type : (uint8_t)next();
     to[1] = (uint8_t)next();
-    to[2] = (uint8_t)below(4);
-    to[3] = 0;
-    if (types[kind] == 5) size = 1 + 4 * groups[which];
-    if (below(20) == 0) size = below(MV_LINK_MAX + 40);
-    for (uint32_t i = 0; i < size; i++) to[4 + i] = (uint8_t)next();
-    for (uint32_t i = 0; i + 4 <= size && below(4); i += 4) {
+    put(to + 2, below(50) ? 1 : below(3), 2);
+    put(to + 4, number, 4);
+    uint8_t *payload = to + MV_LINK_HEADER;
+    for (uint32_t i = 0; i < size; i++) payload[i] = (uint8_t)next();
+    const uint32_t offset = type == MV_SERVER_SET;
+    const uint32_t sound = below(5) ? size : below(MV_LINK_MAX); /* numbers up to here, then any bits */
+    for (uint32_t i = 0; i + 4 + offset <= size && i < sound; i += 4) {
         const float value = (float)below(2000) * 1e-3f - 1.0f;
-        memcpy(to + 4 + i + (types[kind] == 5), &value, sizeof value);
+        memcpy(payload + i + offset, &value, sizeof value);
     }
-    if (types[kind] == 4 || types[kind] == 5) to[4] = (uint8_t)(below(10) ? which : next());
-    if (types[kind] == 7 && size == 4) {
-        const uint32_t samples = below(3);
-        memcpy(to + 4, &samples, sizeof samples);
-    }
-    const uint16_t crc = (uint16_t)(mv_link_crc16(to, 4 + size) ^ (below(30) ? 0 : next()));
-    to[4 + size] = (uint8_t)crc;
-    to[5 + size] = (uint8_t)(crc >> 8);
-    return 6 + size;
+    if (type == MV_SERVER_GET || type == MV_SERVER_SET) payload[0] = (uint8_t)(below(10) ? which : next());
+    if (type == MV_SERVER_SELFTEST && size == 4) put(payload, below(3), 4);
+    return MV_LINK_HEADER + size;
 }
 
 static uint32_t stuffed(const uint8_t *from, uint32_t size, uint8_t *to)
@@ -103,6 +117,22 @@ static uint32_t stuffed(const uint8_t *from, uint32_t size, uint8_t *to)
     return n;
 }
 
+/* header and payload of the only frame in what the board sent */
+static uint32_t unstuffed(uint8_t *to)
+{
+    if (sent_size < 3 || sent[0] != 0 || sent[sent_size - 1] != 0) fail("a reply without its zeros");
+    uint32_t n = 0;
+    for (uint32_t at = 1; at < sent_size - 1;) {
+        const uint32_t code = sent[at++];
+        if (code == 0 || at + code - 1 > sent_size - 1) fail("a reply whose blocks do not fit");
+        for (uint32_t i = 1; i < code; i++) to[n++] = sent[at++];
+        if (code != 0xFF && at < sent_size - 1) to[n++] = 0;
+    }
+    if (n < MV_LINK_SMALLEST || mv_link_crc(to, n - MV_LINK_CRC) != get(to + n - MV_LINK_CRC, 4))
+        fail("a reply with a wrong check");
+    return n - MV_LINK_CRC;
+}
+
 static uint32_t damaged(uint8_t *bytes, uint32_t size)
 {
     const uint32_t at = below(size);
@@ -116,20 +146,69 @@ static uint32_t damaged(uint8_t *bytes, uint32_t size)
 
 int main(int argc, char **argv)
 {
-    static uint8_t plain[2 * MV_LINK_MAX], line[4 * MV_LINK_MAX];
+    static uint8_t plain[2 * MV_LINK_MAX], line[4 * MV_LINK_MAX], back[4 * MV_LINK_MAX];
     const long frames = argc > 2 ? atol(argv[2]) : 0;
+    uint32_t number = 0, evaluated_at = 0, evaluated = 0;
+    int any_evaluated = 0;
     state = argc > 1 ? strtoull(argv[1], 0, 10) * 2654435761u + 1 : 1;
     mv_server_init();
     for (long k = 0; k < frames; k++) {
-        uint32_t size = stuffed(plain, body(plain), line);
+        const uint32_t turn = below(10);
+        number += turn == 0 ? (uint32_t)0 - below(3) : turn == 1 ? below(3) : turn < 4 ? 0 : 1;
+        uint32_t size = request(plain, number);
+        put(plain + size, mv_link_crc(plain, size) ^ (below(30) ? 0 : next()), 4);
+        const uint32_t whole = size + MV_LINK_CRC;
+        size = stuffed(plain, whole, line);
         if (below(3) == 0) size = damaged(line, size);
         if (below(50) == 0)
-            for (size = below(3 * MV_LINK_MAX), ms += 100; size > 0; size--) mv_server_byte((uint8_t)next());
+            for (uint32_t noise = below(3 * MV_LINK_MAX); noise > 0; noise--) mv_server_byte((uint8_t)next());
+        mv_server_byte(0);
+        sent_size = 0;
+        const uint32_t before = fingerprint();
+        mv_real outputs[MV_BOARD_NU];
+        memcpy(outputs, actuators, sizeof outputs);
         for (uint32_t i = 0; i < size; i++) mv_server_byte(line[i]);
         mv_server_byte(0);
-        ms += below(1500);
-        mv_server_watch(ms);
+        const uint32_t after = fingerprint();
+        if (!all_finite(actuators, MV_BOARD_NU)) fail("an output is not finite");
+        if (sent_size == 0) {
+            if (after != before && plain[0] != MV_SERVER_REBOOT) fail("what was not answered changed the board");
+        } else {
+            const uint32_t reply = unstuffed(back);
+            answers++;
+            if (memcmp(back + 2, plain + 2, 6) != 0) fail("a reply to another session or number");
+            if (back[0] == (MV_SERVER_NAK | MV_SERVER_REPLY)) {
+                refusals++;
+                if (back[MV_LINK_HEADER] == MV_SERVER_OUT_OF_TURN) number = get(back + MV_LINK_HEADER + 1, 4);
+                if (back[MV_LINK_HEADER] == MV_SERVER_NO_SESSION) wish = MV_SERVER_HELLO;
+                if (after != before) fail("a refused request changed the board");
+            } else if (back[0] != (plain[0] | MV_SERVER_REPLY)) {
+                fail("a reply of another type");
+            } else if (plain[0] == MV_SERVER_STEP && !(back[1] & MV_SERVER_FRESH)) {
+                if (reply != MV_LINK_HEADER + sizeof actuators + 4) fail("an answer of the wrong size");
+                if (back[1] & MV_SERVER_DUPLICATE) {
+                    duplicates++;
+                    if (after != before) fail("a step that came again changed the board");
+                } else {
+                    if (any_evaluated && evaluated == number) fail("a step was evaluated twice");
+                    evaluations++;
+                    evaluated = number, any_evaluated = 1;
+                    evaluated_at = ms;
+                    if (memcmp(back + MV_LINK_HEADER, actuators, sizeof actuators) != 0) fail("outputs not as answered");
+                }
+            } else if (memcmp(outputs, actuators, sizeof outputs) != 0 && driven()) {
+                fail("something else than a step changed the outputs");
+            }
+            if (back[0] != (MV_SERVER_NAK | MV_SERVER_REPLY)) wish = back[1] & MV_SERVER_FRESH ? MV_SERVER_SET : 0;
+            if (plain[0] == MV_SERVER_HELLO || plain[0] == MV_SERVER_RESET || plain[0] == MV_SERVER_SET) any_evaluated = 0;
+        }
+        if (plain[0] == MV_SERVER_REBOOT) any_evaluated = 0;
+        const int was_driven = driven();
+        pass(below(8) ? below(MV_BOARD_PERIOD_MS) : below(3 * MV_BOARD_PERIOD_MS));
+        if (driven() && ms - evaluated_at > WATCH_MS + TURN) fail("outputs are held for more than two samples");
+        lost += was_driven && !driven();
     }
-    printf("%ld frames sent, %u answers\n", frames, answers);
+    printf("%ld frames sent, %ld answers, %ld refusals, %ld steps evaluated, %ld again, %ld outputs cleared\n", frames,
+           answers, refusals, evaluations, duplicates, lost);
     return 0;
 }

@@ -12,8 +12,8 @@ import pytest
 from mehvar.errors import InputError
 from mehvar.runtime.board.image.build import build, program
 from mehvar.runtime.board.image.toolchains import board, toolchain
-from mehvar.runtime.board.line.frames import Frame, encode
-from mehvar.runtime.board.line.link import Flags, Link, LinkError
+from mehvar.runtime.board.line.frames import Decoder, Frame, encode
+from mehvar.runtime.board.line.link import Flags, Link, LinkError, RestartError
 from mehvar.runtime.board.session import BoardLaw, Journal
 from mehvar.runtime.board.targets import MachinePort
 from tests.runtime.board.conftest import Bench, Noisy, load
@@ -53,23 +53,23 @@ def test_a_bad_line_changes_nothing(bench, damage):
     law = BoardLaw(link, bench.expected.parameters, bench.program.layout)
     assert bench.same(bench.simulate(law=law))
     assert link.counters.resent + link.counters.damaged > 5
-    stats = Link(bench.port, bench.program.layout).stats()
+    stats = link.stats()
     assert stats["steps"] == bench.samples
-    assert stats["gaps"] == 0
+    assert stats["refused"] == 0
 
 
 def test_a_long_burst_of_garbage_is_forgotten(bench):
     link = bench.link()
     bench.start(link)
     bench.port.write(random.Random(3).randbytes(1500))
-    assert link.step(0, bench.numbers(0)).u.tobytes() == bench.expected.u_cmd[0].astype("<f4").tobytes()
+    assert link.step(bench.numbers(0)).u.tobytes() == bench.expected.u_cmd[0].astype("<f4").tobytes()
 
 
 def test_half_a_frame_does_not_spoil_the_next(bench):
     link = bench.link()
     bench.start(link)
-    bench.port.write(encode(Frame(3, 0, 0, bench.numbers(0).tobytes()))[:40])
-    assert link.step(0, bench.numbers(0)).flags == 0
+    bench.port.write(encode(Frame(3, 0, 1, 9, bench.numbers(0).tobytes()))[:40])
+    assert link.step(bench.numbers(0)).flags == 0
     assert link.stats()["steps"] == 1
 
 
@@ -109,9 +109,12 @@ def test_a_request_to_reboot_forgets_the_memory(bench):
     bench.start(link)
     link.reboot()
     bench.port.read(0)
-    answer = link.step(0, bench.numbers(0))
-    assert answer.flags & Flags.FRESH
-    assert not answer.u.any()
+    with pytest.raises(RestartError, match="has started since"):
+        link.step(bench.numbers(0))
+    link.connect()
+    with pytest.raises(RestartError, match="no memory"):
+        link.step(bench.numbers(0))
+    assert not link.output().any()
 
 
 class Stopped(Exception):  # noqa: N818 - stands for the end of the host's process
@@ -138,6 +141,7 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
         file.write(b"half a record")
     if board_forgets:
         bench.port.machine.power_on()
+    bench.port.machine.advance(1100)  # until then the board waits for the host that was stopped
     journal = Journal(path, identity, sizes[0], sizes[1])
     assert journal.length == 23
     law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout, journal=journal)
@@ -168,17 +172,133 @@ def test_an_image_for_another_board_is_refused():
         MachinePort(elsewhere)
 
 
-def test_repeated_and_missing_sequence_numbers(bench):
+class Tap:
+    """A line that keeps what the host sent, so that it can be sent again."""
+
+    name = "tapped line"
+
+    def __init__(self, port: MachinePort) -> None:
+        self._port = port
+        self.sent: list[bytes] = []
+
+    def write(self, data: bytes) -> None:
+        self.sent.append(data)
+        self._port.write(data)
+
+    def read(self, timeout: float) -> bytes:
+        return self._port.read(timeout)
+
+    def replies(self, data: bytes) -> list[Frame]:
+        """Put bytes on the line and return the frames that come back."""
+        self._port.write(data)
+        return list(Decoder().feed(self._port.read(0)))
+
+    def close(self) -> None:
+        pass
+
+
+def test_a_step_that_comes_again_is_answered_and_not_evaluated(bench):
+    tap = Tap(bench.port)
+    link = bench.link(tap)
+    bench.start(link)
+    first = link.step(bench.numbers(0))
+    (again,) = tap.replies(tap.sent[-1])
+    assert again.flags == Flags.DUPLICATE
+    assert again.payload[:12] == first.u.tobytes()
+    assert link.step(bench.numbers(1)).u.tobytes() == bench.expected.u_cmd[1].astype("<f4").tobytes()
+    stats = link.stats()
+    assert (stats["steps"], stats["duplicates"], stats["refused"]) == (2, 1, 0)
+
+
+@pytest.mark.parametrize("age", [1, 2, 5])
+def test_an_old_frame_is_refused_and_changes_nothing(bench, age):
+    """An estimator must not learn twice from one sample: a step of before came again and was evaluated once."""
+    tap = Tap(bench.port)
+    link = bench.link(tap)
+    bench.start(link)
+    for k in range(8):
+        link.step(bench.numbers(k))
+    before, steps = link.get("z"), [data for data in tap.sent if len(data) > 60][-8:]
+    (refusal,) = tap.replies(steps[-1 - age])
+    assert (refusal.type, refusal.payload[0]) == (0xFF, 5)
+    assert link.get("z").tobytes() == before.tobytes()
+    assert link.step(bench.numbers(8)).u.tobytes() == bench.expected.u_cmd[8].astype("<f4").tobytes()
+    assert link.stats()["refused"] == 1
+
+
+def test_a_line_that_repeats_old_requests_changes_nothing(bench):
+    rng = random.Random(5)
+
+    class Echoing(Tap):
+        def write(self, data: bytes) -> None:
+            super().write(data)
+            if rng.random() < 0.3:
+                self._port.write(rng.choice(self.sent[-6:]))
+
+    link = bench.link(Echoing(bench.port))
+    law = BoardLaw(link, bench.expected.parameters, bench.program.layout)
+    assert bench.same(bench.simulate(law=law))
+    assert link.stats()["steps"] == bench.samples
+
+
+def test_a_request_out_of_turn_ends_the_session_with_a_reason(bench):
     link = bench.link()
     bench.start(link)
-    first = link.step(0, bench.numbers(0))
-    again = link.step(0, bench.numbers(1))
-    assert again.flags == Flags.DUPLICATE
-    assert again.u.tobytes() == first.u.tobytes()
-    assert link.step(1, bench.numbers(1)).flags == 0
-    assert link.step(5, bench.numbers(2)).flags == Flags.GAP
-    stats = link.stats()
-    assert (stats["steps"], stats["duplicates"], stats["gaps"]) == (3, 1, 1)
+    link._number += 3
+    with pytest.raises(LinkError, match="neither the next request nor the last one again"):
+        link.step(bench.numbers(0))
+
+
+def test_another_host_is_told_that_the_board_is_busy_and_changes_nothing(bench):
+    link = bench.link()
+    bench.start(link)
+    link.step(bench.numbers(0))
+    other = Link(bench.port, bench.program.layout, tries=1)
+    with pytest.raises(LinkError, match="runs a law for another host"):
+        other.connect(patience=0.2)
+    for group in "pcsz":
+        with pytest.raises(RestartError, match="serves another host"):
+            other.set(group, bench.expected.z[0])
+    assert link.step(bench.numbers(1)).u.tobytes() == bench.expected.u_cmd[1].astype("<f4").tobytes()
+
+
+def test_the_next_host_finds_nothing_of_the_one_before(bench):
+    first = bench.link()
+    bench.start(first)
+    gains = first.get("c")
+    first.set("c", gains + 1)
+    first.step(bench.numbers(0))
+    bench.port.machine.advance(1100)
+    assert bench.link().get("c").tobytes() == gains.tobytes()
+    with pytest.raises(RestartError, match="serves another host"):
+        first.step(bench.numbers(1))
+
+
+@pytest.mark.parametrize("group", ["p", "c", "s", "z"])
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_what_is_no_number_is_no_parameter_and_no_memory(bench, group, bad):
+    link = bench.link()
+    bench.start(link)
+    before = link.get(group)
+    for place in range(len(before)):
+        values = before.copy()
+        values[place] = bad
+        with pytest.raises(LinkError, match="infinite or not a number"):
+            link.set(group, values)
+    assert link.get(group).tobytes() == before.tobytes()
+
+
+def test_a_byte_on_the_line_ends_a_self_test(bench):
+    link = bench.link()
+    bench.start(link)
+    writes = bench.port.write
+
+    def interrupted(data: bytes) -> None:
+        writes(data + b"\x55")
+
+    bench.port.write = interrupted
+    with pytest.raises(LinkError, match=r"ended the self-test after \d+ of 100000 samples"):
+        link.selftest(100_000)
 
 
 def test_unknown_types_and_wrong_sizes_are_refused(bench):
@@ -192,16 +312,41 @@ def test_unknown_types_and_wrong_sizes_are_refused(bench):
         link._request(7, b"\1\0\0\0")
 
 
+@pytest.mark.parametrize("request_between", ["z", "p", "stats", "hello", "noise"])
+def test_an_output_is_held_for_two_samples_whatever_else_comes(bench, request_between):
+    """Setting the memory disarmed the watch: the last torque was held for ever."""
+    link = bench.link()
+    bench.start(link)
+    link.step(bench.numbers(0))
+    assert link.output().any()
+    for _ in range(11):
+        bench.port.machine.advance(100)
+        if request_between == "stats":
+            link.stats()
+        elif request_between == "hello":
+            bench.port.write(encode(Frame(1, 0, 77, 1, b"")))
+        elif request_between == "noise":
+            bench.port.write(b"\x03ab\0")
+        else:
+            link.set(request_between, bench.expected.z[0] if request_between == "z" else bench.expected.parameters.p)
+        bench.port.read(0)
+    if request_between == "hello":  # the other host is served now, and finds nothing
+        assert not bench.link().output().any()
+    else:
+        assert not link.output().any()
+        assert link.stats()["lost"] == 1
+
+
 def test_a_silent_link_holds_for_two_samples_then_outputs_nothing(bench):
     link = bench.link()
     bench.start(link)
-    last = link.step(0, bench.numbers(0)).u
+    last = link.step(bench.numbers(0)).u
     assert last.any()
     bench.port.machine.advance(990)
     assert link.output().tobytes() == last.tobytes()
     bench.port.machine.advance(60)
     assert not link.output().any()
-    answer = link.step(1, bench.numbers(1))
+    answer = link.step(bench.numbers(1))
     assert answer.flags == Flags.LOST
     assert answer.u.tobytes() == bench.expected.u_cmd[1].astype("<f4").tobytes()
     assert link.stats()["lost"] == 1
@@ -217,7 +362,7 @@ def test_what_is_no_number_reaches_no_actuator(bench, bad, place):
         numbers = bench.numbers(k)
         if 8 <= k < 10:
             numbers[place] = bad
-        answer = link.step(k, numbers)
+        answer = link.step(numbers)
         assert np.isfinite(answer.u).all()
         if 8 <= k < 10 and not np.isfinite(bad):
             assert answer.flags & Flags.NONFINITE
@@ -237,7 +382,7 @@ def test_a_law_without_checks_of_its_own_is_guarded_too(law, bad):
     for place in range(8):
         numbers = np.full(8, 0.3, np.float32)
         numbers[place] = bad
-        answer = link.step(place, numbers)
+        answer = link.step(numbers)
         assert answer.flags & Flags.NONFINITE
         assert not answer.u.any()
 
@@ -245,11 +390,12 @@ def test_a_law_without_checks_of_its_own_is_guarded_too(law, bad):
 def test_numbers_below_the_smallest_normal_one_are_zero(bench):
     answers = []
     for value in (1e-40, 0.0):
+        bench.port.machine.advance(1100)
         link = bench.link()
         bench.start(link)
         numbers = bench.numbers(0)
         numbers[[0, 3, 12]] = value
-        answers.append(link.step(0, numbers).u.tobytes() + link.get("z").tobytes())
+        answers.append(link.step(numbers).u.tobytes() + link.get("z").tobytes())
     assert answers[0] == answers[1]
 
 

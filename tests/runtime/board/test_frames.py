@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mehvar.runtime.board.image.build import program, sources
-from mehvar.runtime.board.line.frames import Decoder, Frame, encode
+from mehvar.runtime.board.line.frames import Decoder, Frame, crc32c, encode
 from mehvar.runtime.compiling.library import load_library
 from tests.runtime.board.conftest import load
 
@@ -35,7 +35,7 @@ def payloads(longest):
             holes = plain.copy()
             holes[rng.integers(0, size, rng.integers(1, 4)) if size else []] = 0
             yield holes.tobytes()
-    header = 4
+    header = 8
     for end in range(BLOCK - header - 3, longest + 1):
         for zero in range(max(0, end - 4), end):
             edge = rng.integers(1, 256, end, dtype=np.uint8)
@@ -51,12 +51,20 @@ def test_every_frame_arrives_in_both_directions(firmware):
     longest = firmware.largest_payload()
     assert longest > BLOCK + 4
     for number, payload in enumerate(payloads(longest)):
-        frame = Frame(3 + number % 2 * 0x80, number % 256, number % 0x10000, payload)
+        frame = Frame(3 + number % 2 * 0x80, number % 256, number * 7 % 0x10000, number * 0x10001 % 2**32, payload)
         line = (ctypes.c_uint8 * (2 * longest + 64))()
-        body = bytes([frame.type, frame.flags]) + frame.sequence.to_bytes(2, "little") + payload
+        body = bytes([frame.type, frame.flags]) + frame.session.to_bytes(2, "little")
+        body += frame.number.to_bytes(4, "little") + payload
         count = firmware.send_frame(pointer(body), ctypes.c_long(len(payload)), line)
         decoder = Decoder()
         assert list(decoder.feed(bytes(line[:count]))) == [frame], f"{len(payload)} bytes, frame {number}"
         data = encode(frame)
         assert firmware.receive_bytes(pointer(data), ctypes.c_long(len(data)), line) == len(payload)
         assert bytes(line[: len(body)]) == body
+
+
+def test_the_check_is_crc_32c():
+    """The examples of RFC 3720, B.4."""
+    assert crc32c(bytes(32)) == 0x8A9136AA
+    assert crc32c(b"\xff" * 32) == 0x62A8AB43
+    assert crc32c(bytes(range(32))) == 0x46DD794E

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Answers the host's frames and watches that they keep coming. */
+/* Answers the host's frames and watches that they keep coming: version 2 of the protocol, docs/reference/board-link.md. */
 #ifndef MEHVAR_SERVER_H
 #define MEHVAR_SERVER_H
 
@@ -18,13 +18,22 @@ enum {
     MV_SERVER_REPLY = 0x80 /* added to the type of a request */
 };
 
-enum { MV_SERVER_UNKNOWN_TYPE = 1, MV_SERVER_WRONG_SIZE = 2, MV_SERVER_NO_MEMORY = 3 }; /* payload of a NAK */
-
-/* flags of a reply; all but the last belong to a step */
+/* payload of a NAK; after OUT_OF_TURN, the number of the last request, u32 */
 enum {
-    MV_SERVER_LOST = 1,      /* the link was silent for two samples: the inputs were set to zero */
+    MV_SERVER_UNKNOWN_TYPE = 1,
+    MV_SERVER_WRONG_SIZE = 2,
+    MV_SERVER_NO_MEMORY = 3,
+    MV_SERVER_NO_SESSION = 4,  /* the board has started since, or serves another host */
+    MV_SERVER_OUT_OF_TURN = 5, /* neither the request after the last one nor the last one again */
+    MV_SERVER_NOT_FINITE = 6,
+    MV_SERVER_BUSY = 7 /* another host's law is running */
+};
+
+/* flags of a reply */
+enum {
+    MV_SERVER_LOST = 1,      /* no step for two samples: the inputs were set to zero */
     MV_SERVER_DUPLICATE = 2, /* the answer of before; nothing was evaluated */
-    MV_SERVER_GAP = 4,       /* a sequence number was left out */
+    MV_SERVER_ABORTED = 4,   /* a self-test that a byte on the line ended */
     MV_SERVER_NONFINITE = 8, /* a number was not finite: the inputs are zero */
     MV_SERVER_FRESH = 16     /* no memory, as after a start: a step was not evaluated, the inputs are zero */
 };

@@ -28,7 +28,11 @@ int mv_app_step(real in[MV_BOARD_IN], real u[MV_BOARD_NU]);
 /* A group of numbers and how many they are; null when there is no such group. */
 real *mv_app_group(uint32_t group, uint32_t *count);
 
-/* Law and plant in closed loop on the target, from the scenario's start and the memory as it is. */
+/* Whether numbers of a frame are finite; they need not be aligned. */
+int mv_app_finite(const uint8_t *bytes, uint32_t count);
+
+/* Law and plant in closed loop on the target, from the scenario's start and the memory as it is. A byte on the line ends
+ * it; `samples` of the result says how many were done. */
 void mv_app_selftest(uint32_t samples, mv_app_test *result);
 
 #endif

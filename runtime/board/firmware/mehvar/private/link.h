@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Frames on a stream of bytes: 0x00 COBS(type u8 | flags u8 | seq u16 | payload | crc u16) 0x00, little-endian.
- * The CRC is CCITT-FALSE (0x1021, start 0xFFFF) over type to payload. */
+/* Frames on a stream of bytes, little-endian:
+ *     0x00 COBS(type u8 | flags u8 | session u16 | number u32 | payload | crc u32) 0x00
+ * The CRC is CRC-32C (Castagnoli, 0x1EDC6F41, reflected, start and end 0xFFFFFFFF) over the size of the payload, u32, and
+ * over type to payload: up to 655 bytes it notices any five wrong bits, where the CRC-32 of Ethernet ends with four
+ * beyond 371 (Koopman, 32-bit cyclic redundancy codes for Internet applications, DSN 2002, table 1). */
 #ifndef MEHVAR_PRIVATE_LINK_H
 #define MEHVAR_PRIVATE_LINK_H
 
@@ -8,7 +11,7 @@
 
 #include "mehvar/private/board_law.h"
 
-enum { MV_LINK_HEADER = 4, MV_LINK_CRC = 2, MV_LINK_SMALLEST = MV_LINK_HEADER + MV_LINK_CRC };
+enum { MV_LINK_HEADER = 8, MV_LINK_CRC = 4, MV_LINK_SMALLEST = MV_LINK_HEADER + MV_LINK_CRC };
 enum { MV_LINK_MAX = MV_LINK_SMALLEST + MV_BOARD_PAYLOAD };
 
 typedef struct {
@@ -28,6 +31,7 @@ int mv_link_receive(mv_link_state *link, uint8_t byte);
 /* Send header and payload from link->frame: the receiver starts anew, as a link carries one direction at a time. */
 void mv_link_send(mv_link_state *link, uint32_t payload);
 
-uint16_t mv_link_crc16(const uint8_t *bytes, uint32_t count);
+/* The CRC of a frame without its last four bytes. */
+uint32_t mv_link_crc(const uint8_t *bytes, uint32_t count);
 
 #endif
