@@ -24,7 +24,7 @@ _LARGEST_K = sp.Integer(10) ** 12
 _BARRIER = sp.Integer(100)
 """Rate at which rho may approach R, over k_phi (R - rho). On arcs it binds where R - rho < pi R/100^2 = 2e-4 only, and
 moves the settling times of the paper's runs by 8e-7 of themselves; half moves them by four times as much, twice by a
-quarter. Commands that are held for longer than 2/(100 k_phi), 40 ms by default, overshoot it: half of it allows twice that.
+quarter. Commands held for longer than 2/(100 k_phi), 40 ms by default, overshoot it.
 """
 
 _TURN_SPEED = sp.Symbol("turn_speed", positive=True)

@@ -45,8 +45,8 @@ def run_pairs(model, law, n, seed, nearest=0.0, options=COARSE):
 
 
 FINAL = {"path": (1e-6, 1e-6), "sliding": (0.015, 0.025)}
-"""|theta error| and rho~ at 100 s. In 20 000 pairs the path law has 9e-9 and 1.5e-8 at most; the sliding law, which creeps
-over the last centimetre, 0.0082 and 0.0146."""
+"""|theta error| and rho~ at 100 s. In 20 000 pairs the path law has 9e-9 and 1.5e-8 at most, the sliding law, which
+creeps over the last centimetre, 0.0082 and 0.0146."""
 
 
 def check_pairs(model, law, n, seed, **options):
