@@ -37,6 +37,8 @@ _EXACT = 1e-6
 """Relative, of what follows from the equations by algebra: the six digits that are shown agree."""
 _OUTSIDE = 1e-6
 """How far a law may pass the circle that limits it: within a step of the integrator. The path law does by 4e-15."""
+_GROWTH = 1e-8
+"""rad: errors of integration, with tolerances of 1e-9, about a shifted attitude that is practically zero."""
 _STEP = 1e-7
 """Of central differences about a point of size 0.01: rounding leaves 1e-7 of the slope, of which 1e-3 is allowed."""
 _ALIKE = 0.05
@@ -74,6 +76,19 @@ def _reaches_target(runs: Runs, expected: Expected) -> Sequence[Check]:
             beside(below(f"{law}, worst of {_PAIRS} random pairs, |θ| at 35 s", angle, early[0], "rad")),
             beside(below(f"{law}, worst of {_PAIRS} random pairs, ρ̃ at 35 s", distance, early[1])),
             Check(f"{law}, the same at 100 s", "closer", f"{late[0]:.2g} rad, {late[1]:.2g}", closer),
+        ]
+    return checks
+
+
+def _attitude_falls(runs: Runs, expected: Expected) -> Sequence[Check]:
+    checks = []
+    for law in ("sliding", "path"):
+        many = [np.abs(run.variables()["theta_shifted"]) for run in [runs(law, "paper"), *_random_runs(runs, law)]]
+        growth = max(float(np.diff(angle).max()) for angle in many)
+        ends = max(float(angle[-1] / angle[0]) for angle in many)
+        checks += [
+            below(f"{law}: largest growth of |θ̃| in a sample, {_PAIRS + 1} pairs", _GROWTH, growth, "rad"),
+            below(f"{law}: |θ̃| at the end over that at the start, the same", expected("end"), ends),
         ]
     return checks
 
@@ -278,5 +293,6 @@ CHECKS: Mapping[str, Checks] = {
     "10": attitude_is_area,
     "11": smooth_laws_fail,
     "12": usual_laws_leave,
+    "13": _attitude_falls,
 }
 """By the number of the claim in claims.toml."""

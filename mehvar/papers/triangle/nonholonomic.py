@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     ComplexArray = NDArray[np.complex128]
 
 _STEP = 0.1
-"""s, of the fourth-order steps of a smooth law with rates of 0.5 to 5 1/s: half of it moves the attitudes by 3e-5 rad at most."""
+"""s, of the fourth-order steps of a smooth law with rates of 0.5 to 5 1/s: half of it moves an attitude by 3e-5 rad."""
 _POINTS = 400
 """Of a loop, by the trapezoidal rule, which is exact for a circle."""
 _COLLINEAR = math.sqrt(0.5)
@@ -37,8 +37,8 @@ _SMOOTH: Mapping[str, Callable[[ComplexArray, FloatArray], ComplexArray]] = {
     "turning by the attitude": lambda w, theta: -_GAIN * w * (1 + 10j * theta),
     "pushed aside by the attitude": lambda w, theta: -_GAIN * w + 0.2j * theta,
 }
-"""Rates w' by w and theta~, polynomials that vanish at the target. Other factors than 10 and 0.2 leave another attitude,
-not none."""
+"""Rates w' by w and theta~, polynomials that vanish at the target. Other factors than 10 and 0.2 leave
+another attitude, not none."""
 
 
 @dataclass(frozen=True)
