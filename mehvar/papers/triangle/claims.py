@@ -45,19 +45,19 @@ _ALIKE = 0.05
 """Times by which two laws can be compared, relative: theirs differ by 1.2 %, with the gain as printed by 90 %."""
 
 
-def _errors(run: Run, t: float) -> FloatArray:
+def errors_at(run: Run, t: float) -> FloatArray:
     """Return |theta error| in rad and rho~ at a sample instant."""
     series, k = run.variables(), int(np.argmin(np.abs(run.t - t)))
     return np.array([abs(series["theta_error"][k]), series["rho_error"][k]])
 
 
-def _random_runs(runs: Runs, law: str) -> list[Run]:
+def random_runs(runs: Runs, law: str, **changes: float) -> list[Run]:
     """Run a law for 100 s between starts and targets spread evenly over the disc, from all attitudes."""
     g = np.random.default_rng(1)
     start, goal = _R * np.sqrt(g.random(_PAIRS)), _FARTHEST * np.sqrt(g.random(_PAIRS))
     phi, theta, direction = g.uniform(-np.pi, np.pi, (3, _PAIRS))
     rods = np.stack(runs.model.functions["lengths"](goal, direction, np.full(_PAIRS, 0.43)), axis=-1)
-    settings = {"t_end": 100.0, "dt_out": 0.05, "rtol": 1e-9, "atol": 1e-9}
+    settings = {"t_end": 100.0, "dt_out": 0.05, "rtol": 1e-9, "atol": 1e-9, **changes}
     starts = [{"rho": float(r), "phi": float(f), "theta": float(a)} for r, f, a in zip(start, phi, theta, strict=True)]
     targets = [{f"l{k}_f": float(length) for k, length in enumerate(lengths, 1)} for lengths in rods]
     return [runs(law, "paper", initial, **target, **settings) for initial, target in zip(starts, targets, strict=True)]
@@ -67,8 +67,8 @@ def _reaches_target(runs: Runs, expected: Expected) -> Sequence[Check]:
     checks: list[Check] = []
     for law in ("sliding", "path"):
         angle, distance = expected(f"{law}_angle"), expected(f"{law}_distance")
-        own, many = _errors(runs(law, "paper"), 35.0), _random_runs(runs, law)
-        early, late = (np.max([_errors(run, t) for run in many], axis=0) for t in (35.0, 100.0))
+        own, many = errors_at(runs(law, "paper"), 35.0), random_runs(runs, law)
+        early, late = (np.max([errors_at(run, t) for run in many], axis=0) for t in (35.0, 100.0))
         closer = all(run.status is Status.DONE for run in many) and bool((late < _CLOSER * early).all())
         checks += [
             below(f"{law}, paper's start, |θ| at 35 s", angle, own[0], "rad"),
@@ -83,7 +83,7 @@ def _reaches_target(runs: Runs, expected: Expected) -> Sequence[Check]:
 def _attitude_falls(runs: Runs, expected: Expected) -> Sequence[Check]:
     checks = []
     for law in ("sliding", "path"):
-        many = [np.abs(run.variables()["theta_shifted"]) for run in [runs(law, "paper"), *_random_runs(runs, law)]]
+        many = [np.abs(run.variables()["theta_shifted"]) for run in [runs(law, "paper"), *random_runs(runs, law)]]
         growth = max(float(np.diff(angle).max()) for angle in many)
         ends = max(float(angle[-1] / angle[0]) for angle in many)
         checks += [
@@ -138,7 +138,7 @@ def _largest_change(run: Run) -> float:
 
 def _stays_inside(runs: Runs, expected: Expected) -> Sequence[Check]:
     largest = {
-        law: max(float(run.variables()["rho"].max()) for run in [runs(law, "paper"), *_random_runs(runs, law)])
+        law: max(float(run.variables()["rho"].max()) for run in [runs(law, "paper"), *random_runs(runs, law)])
         for law in ("sliding", "path")
     }
     run = runs("path", "paper")
@@ -273,7 +273,7 @@ def _area_term(runs: Runs, expected: Expected) -> Sequence[Check]:
     settles = runs.metrics("path", "paper-b", area_factor=0.5, t_end=30.0)["T_rho"]
     settling = f"at {settles:.1f} s" if math.isfinite(settles) else "never"
     return (
-        below("without the factor: ρ̃ at 30 s", expected("derived"), float(_errors(derived, 30.0)[1])),
+        below("without the factor: ρ̃ at 30 s", expected("derived"), float(errors_at(derived, 30.0)[1])),
         about("with it: ρ̃ at 30 s", expected("printed"), float(late[-1]), tolerance=0.1),
         about("with it: least ρ̃ of the last 5 s", expected("printed"), float(late.min()), tolerance=0.1),
         Check("with it: ρ̃ < 0.02 for good", "never", settling, math.isinf(settles)),

@@ -7,7 +7,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..claims import Check, Checks, Expected
+import numpy as np
+
+from ..claims import Check, Checks, Expected, below
+from .claims import errors_at, random_runs
 
 if TYPE_CHECKING:
     from ..runs import Runs
@@ -77,7 +80,17 @@ def _one_smoothed(**sharp: float) -> Checks:
     return checks
 
 
+def _sharp_signs(runs: Runs, expected: Expected) -> Sequence[Check]:
+    many = random_runs(runs, "sliding", s_min=1e-12, theta_min=1e-12, hold=0.01)
+    angle, distance = np.max([errors_at(run, 35.0) for run in many], axis=0)
+    return (
+        below("sliding, worst of the random pairs, |θ| at 35 s", expected("sliding_angle"), angle, "rad"),
+        below("sliding, worst of the random pairs, ρ̃ at 35 s", expected("sliding_distance"), distance),
+    )
+
+
 READINGS: Mapping[str, Mapping[str, Checks]] = {
+    "1": {"signs not smoothed": _sharp_signs},
     "2": {name: _times(changes) for name, changes in _COMPARED.items()},
     "3": {name: _calmer(changes) for name, changes in _COMPARED.items()},
     "7": {
