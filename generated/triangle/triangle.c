@@ -24,7 +24,7 @@ void triangle_outputs(const real *x, const real *u, const real *r, const real *p
     const real v9 = x[0] * s8;
     const real v10 = K(1.7320508075688772) * v9;
     const real v12 = x[0] * c8;
-    const real v17 = mv_sqrt(K(1.0) - v12 * v12 - v9 * v9);
+    const real v17 = mv_sqrt(K(1.0) - (v12 * v12 + v9 * v9));
     const real v18 = v10 * v17;
     const real v20 = v12 * v17;
     const real v23 = v3 * mv_sqrt(K(1.0) + v18 - v20);
@@ -155,7 +155,7 @@ void triangle_lengths(const real *rho, const real *phi, const real *mu, real *l1
     real s8, c8; mv_sincos(phi[0], &s8, &c8);
     const real v9 = rho[0] * s8;
     const real v12 = rho[0] * c8;
-    const real v17 = mv_sqrt(K(1.0) - v12 * v12 - v9 * v9);
+    const real v17 = mv_sqrt(K(1.0) - (v12 * v12 + v9 * v9));
     const real v18 = K(1.7320508075688772) * v9 * v17;
     const real v20 = v12 * v17;
     l1[0] = v3 * mv_sqrt(K(1.0) + v18 - v20);
@@ -188,7 +188,7 @@ void triangle_length_rates(const real *x, const real *u, real *u_l)
     const real v10 = x[0] * s9;
     const real v11 = K(1.7320508075688772) * v10;
     const real v13 = x[0] * c9;
-    const real v18 = mv_sqrt(K(1.0) - v13 * v13 - v10 * v10);
+    const real v18 = mv_sqrt(K(1.0) - (v13 * v13 + v10 * v10));
     const real v19 = v11 * v18;
     const real v21 = v13 * v18;
     const real v26 = x[2] * v18;
@@ -360,7 +360,7 @@ void triangle_sliding_defaults(const real *c, real *derived)
     derived[0] = c[6] / c[1] * c[0];
 }
 
-/* online path: an arc that encloses the attitude error, (40)-(51); 207 operations. */
+/* online path: an arc that encloses the attitude error, (40)-(51); 228 operations. */
 void triangle_path(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)p;
@@ -426,20 +426,22 @@ void triangle_path(const real *x, const real *r, const real *p, const real *c, r
     const real v191 = SELECT(m76, v74 * v87, v162 - v171 / v183 * (K(-2.0) * v169 - v175 + (v162 + v162)));
     const real v192 = mv_min(v67, v191);
     real s193, c193; mv_sincos(v192, &s193, &c193);
-    const mask m194 = LT(c193, K(0.0));
-    const real v196 = c193 * c[0];
-    const real v205 = SELECT(m194, -(v196 * mv_max(v27, mv_min(c[1], mv_sqrt(v69)))), -(v196 * v27));
-    const real v211 = v37 * v27 * c[0] * s193;
-    const real v213 = SELECT0(m28, v205 * v40) - v50 * v211;
-    const real v218 = v50 * v205 + SELECT0(m28, v40 * v211);
-    const real v220 = v213 * s14 - v218 * c14;
-    const real v224 = v218 * s14 + v213 * c14;
-    u[0] = SELECT(m11, (v4 * v220 - v7 * v224) / v10, v220);
-    u[1] = SELECT0(m11, -((v4 * v224 + v220 * v7) / v9));
+    const real v203 = c[0] * mv_max(v27, -(c193 * mv_min(mv_min(c[2] - r[0], c[1]), mv_sqrt(v69))));
+    const real v204 = c193 * v203;
+    const real v210 = v37 * v203 * s193;
+    const real v212 = SELECT0(m28, -(v204 * v40)) - v50 * v210;
+    const real v221 = SELECT0(m28, v40 * v210) - v50 * v204;
+    const real v232 = K(1.0) / mv_max(SPLAT(K(1e-09)), v10);
+    const real v234 = K(-100.0) * c[0] * (c[2] - v10) - ((c14 * v221 - s14 * v212) * v4 + (c14 * v212 + s14 * v221) * v7) * v232;
+    const real v236 = mv_max(SPLAT(K(0.0)), v234) * v232;
+    const real v240 = v212 * s14 - v236 * v4 - v221 * c14;
+    const real v246 = v236 * v7 + v221 * s14 + v212 * c14;
+    u[0] = SELECT(m11, (v4 * v240 - v7 * v246) / v10, v240);
+    u[1] = SELECT0(m11, -((v4 * v246 + v240 * v7) / v9));
     u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - x[2])));
 }
 
-/* closed loop of path; 196 operations. */
+/* closed loop of path; 221 operations. */
 void triangle_path_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     real s2, c2; mv_sincos(r[1], &s2, &c2);
@@ -498,21 +500,24 @@ void triangle_path_loop(const real *q, const real *r, const real *p, const real 
     const real v181 = SELECT(m66, v64 * v77, v152 - v161 / v173 * (K(-2.0) * v159 - v165 + (v152 + v152)));
     const real v182 = mv_min(v57, v181);
     real s183, c183; mv_sincos(v182, &s183, &c183);
-    const mask m185 = LT(c183, K(0.0));
-    const real v187 = c183 * c[0];
-    const real v196 = SELECT(m185, -(v187 * mv_max(v17, mv_min(c[1], mv_sqrt(v59)))), -(v187 * v17));
-    const real v202 = v27 * v17 * c[0] * s183;
-    const real v204 = SELECT0(m18, v196 * v30) - v40 * v202;
-    const real v209 = v40 * v196 + SELECT0(m18, v30 * v202);
-    const real v211 = v204 * s2 - v209 * c2;
-    const real v214 = v209 * s2 + v204 * c2;
-    dq[0] = v211;
-    dq[1] = -v214;
+    const real v193 = c[0] * mv_max(v17, -(c183 * mv_min(mv_min(c[2] - r[0], c[1]), mv_sqrt(v59))));
+    const real v194 = c183 * v193;
+    const real v200 = v27 * v193 * s183;
+    const real v202 = SELECT0(m18, -(v194 * v30)) - v40 * v200;
+    const real v210 = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
+    const real v216 = SELECT0(m18, v30 * v200) - v40 * v194;
+    const real v227 = K(1.0) / mv_max(SPLAT(K(1e-09)), v210);
+    const real v229 = K(-100.0) * c[0] * (c[2] - v210) - ((c2 * v216 - s2 * v202) * q[0] + (c2 * v202 + s2 * v216) * q[1]) * v227;
+    const real v231 = mv_max(SPLAT(K(0.0)), v229) * v227;
+    const real v235 = v202 * s2 - v231 * q[0] - v216 * c2;
+    const real v240 = v231 * q[1] + v216 * s2 + v202 * c2;
+    dq[0] = v235;
+    dq[1] = -v240;
     dq[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
-    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v214 - v211 * q[1];
+    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v240 - v235 * q[1];
 }
 
-/* state and input in the loop of path; 204 operations. */
+/* state and input in the loop of path; 225 operations. */
 void triangle_path_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u)
 {
     (void)p;
@@ -575,20 +580,22 @@ void triangle_path_observe(const real *q, const real *r, const real *p, const re
     const real v189 = SELECT(m74, v72 * v85, v160 - v169 / v181 * (K(-2.0) * v167 - v173 + (v160 + v160)));
     const real v190 = mv_min(v65, v189);
     real s191, c191; mv_sincos(v190, &s191, &c191);
-    const mask m192 = LT(c191, K(0.0));
-    const real v194 = c191 * c[0];
-    const real v203 = SELECT(m192, -(v194 * mv_max(v26, mv_min(c[1], mv_sqrt(v67)))), -(v194 * v26));
-    const real v209 = v35 * v26 * c[0] * s191;
-    const real v211 = SELECT0(m27, v203 * v38) - v48 * v209;
-    const real v216 = v48 * v203 + SELECT0(m27, v38 * v209);
-    const real v218 = v211 * s13 - v216 * c13;
-    const real v222 = v216 * s13 + v211 * c13;
+    const real v201 = c[0] * mv_max(v26, -(c191 * mv_min(mv_min(c[2] - r[0], c[1]), mv_sqrt(v67))));
+    const real v202 = c191 * v201;
+    const real v208 = v35 * v201 * s191;
+    const real v210 = SELECT0(m27, -(v202 * v38)) - v48 * v208;
+    const real v219 = SELECT0(m27, v38 * v208) - v48 * v202;
+    const real v230 = K(1.0) / mv_max(SPLAT(K(1e-09)), v5);
+    const real v231 = ((c13 * v219 - s13 * v210) * q[0] + (c13 * v210 + s13 * v219) * q[1]) * v230;
+    const real v234 = mv_max(SPLAT(K(0.0)), K(-100.0) * c[0] * (c[2] - v5) - v231) * v230;
+    const real v238 = v210 * s13 - v234 * q[0] - v219 * c13;
+    const real v244 = v234 * q[1] + v219 * s13 + v210 * c13;
     x[0] = v5;
     x[1] = mv_atan2(q[1], q[0]);
     x[2] = q[2];
     x[3] = q[3];
-    u[0] = SELECT(m10, (q[0] * v218 - q[1] * v222) / v5, v218);
-    u[1] = SELECT0(m10, -((q[0] * v222 + v218 * q[1]) / v4));
+    u[0] = SELECT(m10, (q[0] * v238 - q[1] * v244) / v5, v238);
+    u[1] = SELECT0(m10, -((q[0] * v244 + v238 * q[1]) / v4));
     u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
 }
 

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "2ad0ed2503cc77c8549919845d3e1e221e0af092f14015ead9e36cdbd0f59978"
+#define TRIANGLE_HASH "d897af7f2ccc697adcf96bac9ca217d8d46795f0c31d986ce3cf4a6f0cb512c2"
 
 /* state x */
 enum {

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "2ad0ed2503cc77c8549919845d3e1e221e0af092f14015ead9e36cdbd0f59978"
+HASH = "d897af7f2ccc697adcf96bac9ca217d8d46795f0c31d986ce3cf4a6f0cb512c2"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )
@@ -44,7 +44,7 @@ def outputs(x, u, r, p):
         v9 = x[..., 0] * s8
         v10 = 1.7320508075688772 * v9
         v12 = x[..., 0] * c8
-        v17 = np.sqrt(1.0 - v12 * v12 - v9 * v9)
+        v17 = np.sqrt(1.0 - (v12 * v12 + v9 * v9))
         v18 = v10 * v17
         v20 = v12 * v17
         v23 = v3 * np.sqrt(1.0 + v18 - v20)
@@ -152,7 +152,7 @@ def lengths(rho, phi, mu):
         s8, c8 = np.sin(phi), np.cos(phi)
         v9 = rho * s8
         v12 = rho * c8
-        v17 = np.sqrt(1.0 - v12 * v12 - v9 * v9)
+        v17 = np.sqrt(1.0 - (v12 * v12 + v9 * v9))
         v18 = 1.7320508075688772 * v9 * v17
         v20 = v12 * v17
         return np.asarray(v3 * np.sqrt(1.0 + v18 - v20))[()], np.asarray(v3 * np.sqrt(1.0 - v20 - v18))[()], np.asarray(v3 * np.sqrt(1.0 + (v20 + v20)))[()]
@@ -183,7 +183,7 @@ def length_rates(x, u):
         v10 = x[..., 0] * s9
         v11 = 1.7320508075688772 * v10
         v13 = x[..., 0] * c9
-        v18 = np.sqrt(1.0 - v13 * v13 - v10 * v10)
+        v18 = np.sqrt(1.0 - (v13 * v13 + v10 * v10))
         v19 = v11 * v18
         v21 = v13 * v18
         v26 = x[..., 2] * v18
@@ -415,16 +415,19 @@ def path(x, r, p, c):
         v184 = v171 / (v172 + v172 - (v175 + 4.0 * v169 - v111 * v167) * (v162 - v169 - v174))
         v192 = np.fmin(v67, np.where(m76, v88, v162 - v184 * (-2.0 * v169 - v175 + (v162 + v162))))
         s193, c193 = np.sin(v192), np.cos(v192)
-        m194 = (c193 < 0.0)
-        v196 = c193 * c[..., 0]
-        v205 = np.where(m194, -(v196 * np.fmax(v27, np.fmin(c[..., 1], np.sqrt(v69)))), -(v196 * v27))
-        v211 = v37 * v27 * c[..., 0] * s193
-        v213 = np.where(m28, v205 * v40, 0.0) - v50 * v211
-        v218 = v50 * v205 + np.where(m28, v40 * v211, 0.0)
-        v220 = v213 * s14 - v218 * c14
-        v224 = v218 * s14 + v213 * c14
-        v243 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - x[..., 2])))
-        return _vector(np.where(m11, (v4 * v220 - v7 * v224) / v10, v220), np.where(m11, -((v4 * v224 + v220 * v7) / v9), 0.0), v243)
+        v201 = -(c193 * np.fmin(np.fmin(c[..., 2] - r[..., 0], c[..., 1]), np.sqrt(v69)))
+        v203 = c[..., 0] * np.fmax(v27, v201)
+        v204 = c193 * v203
+        v210 = v37 * v203 * s193
+        v212 = np.where(m28, -(v204 * v40), 0.0) - v50 * v210
+        v221 = np.where(m28, v40 * v210, 0.0) - v50 * v204
+        v232 = 1.0 / np.fmax(1e-09, v10)
+        v234 = -100.0 * c[..., 0] * (c[..., 2] - v10) - ((c14 * v221 - s14 * v212) * v4 + (c14 * v212 + s14 * v221) * v7) * v232
+        v236 = np.fmax(0.0, v234) * v232
+        v240 = v212 * s14 - v236 * v4 - v221 * c14
+        v246 = v236 * v7 + v221 * s14 + v212 * c14
+        v265 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - x[..., 2])))
+        return _vector(np.where(m11, (v4 * v240 - v7 * v246) / v10, v240), np.where(m11, -((v4 * v246 + v240 * v7) / v9), 0.0), v265)
 
 
 def path_loop(q, r, p, c):
@@ -486,17 +489,21 @@ def path_loop(q, r, p, c):
         v174 = v161 / (v162 + v162 - (v165 + 4.0 * v159 - v101 * v157) * (v152 - v159 - v164))
         v182 = np.fmin(v57, np.where(m66, v78, v152 - v174 * (-2.0 * v159 - v165 + (v152 + v152))))
         s183, c183 = np.sin(v182), np.cos(v182)
-        m185 = (c183 < 0.0)
-        v187 = c183 * c[..., 0]
-        v196 = np.where(m185, -(v187 * np.fmax(v17, np.fmin(c[..., 1], np.sqrt(v59)))), -(v187 * v17))
-        v202 = v27 * v17 * c[..., 0] * s183
-        v204 = np.where(m18, v196 * v30, 0.0) - v40 * v202
-        v209 = v40 * v196 + np.where(m18, v30 * v202, 0.0)
-        v211 = v204 * s2 - v209 * c2
-        v214 = v209 * s2 + v204 * c2
-        v224 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
-        v236 = p[..., 1] + 3.0 * p[..., 0] / p[..., 2] / q[..., 2] - q[..., 0] * v214 - v211 * q[..., 1]
-        return _vector(v211, -v214, v224, v236)
+        v191 = -(c183 * np.fmin(np.fmin(c[..., 2] - r[..., 0], c[..., 1]), np.sqrt(v59)))
+        v193 = c[..., 0] * np.fmax(v17, v191)
+        v194 = c183 * v193
+        v200 = v27 * v193 * s183
+        v202 = np.where(m18, -(v194 * v30), 0.0) - v40 * v200
+        v210 = np.sqrt(q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1])
+        v216 = np.where(m18, v30 * v200, 0.0) - v40 * v194
+        v225 = (c2 * v216 - s2 * v202) * q[..., 0] + (c2 * v202 + s2 * v216) * q[..., 1]
+        v227 = 1.0 / np.fmax(1e-09, v210)
+        v231 = np.fmax(0.0, -100.0 * c[..., 0] * (c[..., 2] - v210) - v225 * v227) * v227
+        v235 = v202 * s2 - v231 * q[..., 0] - v216 * c2
+        v240 = v231 * q[..., 1] + v216 * s2 + v202 * c2
+        v250 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
+        v262 = p[..., 1] + 3.0 * p[..., 0] / p[..., 2] / q[..., 2] - q[..., 0] * v240 - v235 * q[..., 1]
+        return _vector(v235, -v240, v250, v262)
 
 
 def path_observe(q, r, p, c):
@@ -561,16 +568,19 @@ def path_observe(q, r, p, c):
         v182 = v169 / (v170 + v170 - (v173 + 4.0 * v167 - v109 * v165) * (v160 - v167 - v172))
         v190 = np.fmin(v65, np.where(m74, v86, v160 - v182 * (-2.0 * v167 - v173 + (v160 + v160))))
         s191, c191 = np.sin(v190), np.cos(v190)
-        m192 = (c191 < 0.0)
-        v194 = c191 * c[..., 0]
-        v203 = np.where(m192, -(v194 * np.fmax(v26, np.fmin(c[..., 1], np.sqrt(v67)))), -(v194 * v26))
-        v209 = v35 * v26 * c[..., 0] * s191
-        v211 = np.where(m27, v203 * v38, 0.0) - v48 * v209
-        v216 = v48 * v203 + np.where(m27, v38 * v209, 0.0)
-        v218 = v211 * s13 - v216 * c13
-        v222 = v216 * s13 + v211 * c13
-        v240 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
-        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v218 - q[..., 1] * v222) / v5, v218), np.where(m10, -((q[..., 0] * v222 + v218 * q[..., 1]) / v4), 0.0), v240)
+        v199 = -(c191 * np.fmin(np.fmin(c[..., 2] - r[..., 0], c[..., 1]), np.sqrt(v67)))
+        v201 = c[..., 0] * np.fmax(v26, v199)
+        v202 = c191 * v201
+        v208 = v35 * v201 * s191
+        v210 = np.where(m27, -(v202 * v38), 0.0) - v48 * v208
+        v219 = np.where(m27, v38 * v208, 0.0) - v48 * v202
+        v228 = (c13 * v219 - s13 * v210) * q[..., 0] + (c13 * v210 + s13 * v219) * q[..., 1]
+        v230 = 1.0 / np.fmax(1e-09, v5)
+        v234 = np.fmax(0.0, -100.0 * c[..., 0] * (c[..., 2] - v5) - v228 * v230) * v230
+        v238 = v210 * s13 - v234 * q[..., 0] - v219 * c13
+        v244 = v234 * q[..., 1] + v219 * s13 + v210 * c13
+        v262 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
+        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v238 - q[..., 1] * v244) / v5, v238), np.where(m10, -((q[..., 0] * v244 + v238 * q[..., 1]) / v4), 0.0), v262)
 
 
 def path_constraints(p, c, s):
@@ -655,7 +665,7 @@ def outputs_prepared(x, u, r, h):
         v9 = x[..., 0] * s8
         v10 = 1.7320508075688772 * v9
         v12 = x[..., 0] * c8
-        v17 = np.sqrt(1.0 - v12 * v12 - v9 * v9)
+        v17 = np.sqrt(1.0 - (v12 * v12 + v9 * v9))
         v18 = v10 * v17
         v20 = v12 * v17
         v23 = v3 * np.sqrt(1.0 + v18 - v20)
@@ -824,7 +834,7 @@ def path_prepare(r, c):
     r, c = _arrays(r, c)
     with np.errstate(all="ignore"):
         s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0])
+        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0], np.fmin(c[..., 2] - r[..., 0], c[..., 1]), -100.0 * c[..., 0])
 
 
 def path_prepared(x, r, c, h):
@@ -891,16 +901,18 @@ def path_prepared(x, r, c, h):
         v181 = v168 / (v169 + v169 - (v172 + 4.0 * v166 - v108 * v164) * (v159 - v166 - v171))
         v189 = np.fmin(v64, np.where(m73, v85, v159 - v181 * (-2.0 * v166 - v172 + (v159 + v159))))
         s190, c190 = np.sin(v189), np.cos(v189)
-        m191 = (c190 < 0.0)
-        v193 = c190 * c[..., 0]
-        v202 = np.where(m191, -(v193 * np.fmax(v26, np.fmin(c[..., 1], np.sqrt(v66)))), -(v193 * v26))
-        v208 = v36 * v26 * c[..., 0] * s190
-        v210 = np.where(m27, v202 * v39, 0.0) - v47 * v208
-        v215 = v47 * v202 + np.where(m27, v39 * v208, 0.0)
-        v217 = v210 * h[..., 0] - v215 * h[..., 1]
-        v221 = v215 * h[..., 0] + v210 * h[..., 1]
-        v240 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - x[..., 2])))
-        return _vector(np.where(m11, (v4 * v217 - v7 * v221) / v10, v217), np.where(m11, -((v4 * v221 + v217 * v7) / v9), 0.0), v240)
+        v198 = c[..., 0] * np.fmax(v26, -(c190 * np.fmin(h[..., 3], np.sqrt(v66))))
+        v199 = c190 * v198
+        v205 = v36 * v198 * s190
+        v207 = np.where(m27, -(v199 * v39), 0.0) - v47 * v205
+        v215 = np.where(m27, v39 * v205, 0.0) - v47 * v199
+        v224 = (h[..., 1] * v215 - h[..., 0] * v207) * v4 + (h[..., 1] * v207 + h[..., 0] * v215) * v7
+        v226 = 1.0 / np.fmax(1e-09, v10)
+        v230 = np.fmax(0.0, h[..., 4] * (c[..., 2] - v10) - v224 * v226) * v226
+        v234 = v207 * h[..., 0] - v230 * v4 - v215 * h[..., 1]
+        v240 = v230 * v7 + v215 * h[..., 0] + v207 * h[..., 1]
+        v259 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - x[..., 2])))
+        return _vector(np.where(m11, (v4 * v234 - v7 * v240) / v10, v234), np.where(m11, -((v4 * v240 + v234 * v7) / v9), 0.0), v259)
 
 
 def path_loop_prepare(r, p, c):
@@ -908,7 +920,7 @@ def path_loop_prepare(r, p, c):
     r, p, c = _arrays(r, p, c)
     with np.errstate(all="ignore"):
         s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0], 3.0 * p[..., 0] / p[..., 2])
+        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0], np.fmin(c[..., 2] - r[..., 0], c[..., 1]), -100.0 * c[..., 0], 3.0 * p[..., 0] / p[..., 2])
 
 
 def path_loop_prepared(q, r, p, c, h):
@@ -969,16 +981,19 @@ def path_loop_prepared(q, r, p, c, h):
         v171 = v158 / (v159 + v159 - (v162 + 4.0 * v156 - v98 * v154) * (v149 - v156 - v161))
         v179 = np.fmin(v54, np.where(m63, v75, v149 - v171 * (-2.0 * v156 - v162 + (v149 + v149))))
         s180, c180 = np.sin(v179), np.cos(v179)
-        m182 = (c180 < 0.0)
-        v184 = c180 * c[..., 0]
-        v193 = np.where(m182, -(v184 * np.fmax(v16, np.fmin(c[..., 1], np.sqrt(v56)))), -(v184 * v16))
-        v199 = v26 * v16 * c[..., 0] * s180
-        v201 = np.where(m17, v193 * v29, 0.0) - v37 * v199
-        v206 = v37 * v193 + np.where(m17, v29 * v199, 0.0)
-        v208 = v201 * h[..., 0] - v206 * h[..., 1]
-        v211 = v206 * h[..., 0] + v201 * h[..., 1]
-        v221 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
-        return _vector(v208, -v211, v221, p[..., 1] + h[..., 3] / q[..., 2] - q[..., 0] * v211 - v208 * q[..., 1])
+        v188 = c[..., 0] * np.fmax(v16, -(c180 * np.fmin(h[..., 3], np.sqrt(v56))))
+        v189 = c180 * v188
+        v195 = v26 * v188 * s180
+        v197 = np.where(m17, -(v189 * v29), 0.0) - v37 * v195
+        v204 = np.sqrt(q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1])
+        v210 = np.where(m17, v29 * v195, 0.0) - v37 * v189
+        v219 = (h[..., 1] * v210 - h[..., 0] * v197) * q[..., 0] + (h[..., 1] * v197 + h[..., 0] * v210) * q[..., 1]
+        v221 = 1.0 / np.fmax(1e-09, v204)
+        v225 = np.fmax(0.0, h[..., 4] * (c[..., 2] - v204) - v219 * v221) * v221
+        v229 = v197 * h[..., 0] - v225 * q[..., 0] - v210 * h[..., 1]
+        v234 = v225 * q[..., 1] + v210 * h[..., 0] + v197 * h[..., 1]
+        v244 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
+        return _vector(v229, -v234, v244, p[..., 1] + h[..., 5] / q[..., 2] - q[..., 0] * v234 - v229 * q[..., 1])
 
 
 def path_observe_prepare(r, c):
@@ -986,7 +1001,7 @@ def path_observe_prepare(r, c):
     r, c = _arrays(r, c)
     with np.errstate(all="ignore"):
         s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0])
+        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0], np.fmin(c[..., 2] - r[..., 0], c[..., 1]), -100.0 * c[..., 0])
 
 
 def path_observe_prepared(q, r, c, h):
@@ -1050,13 +1065,15 @@ def path_observe_prepared(q, r, c, h):
         v179 = v166 / (v167 + v167 - (v170 + 4.0 * v164 - v106 * v162) * (v157 - v164 - v169))
         v187 = np.fmin(v62, np.where(m71, v83, v157 - v179 * (-2.0 * v164 - v170 + (v157 + v157))))
         s188, c188 = np.sin(v187), np.cos(v187)
-        m189 = (c188 < 0.0)
-        v191 = c188 * c[..., 0]
-        v200 = np.where(m189, -(v191 * np.fmax(v25, np.fmin(c[..., 1], np.sqrt(v64)))), -(v191 * v25))
-        v206 = v34 * v25 * c[..., 0] * s188
-        v208 = np.where(m26, v200 * v37, 0.0) - v45 * v206
-        v213 = v45 * v200 + np.where(m26, v37 * v206, 0.0)
-        v215 = v208 * h[..., 0] - v213 * h[..., 1]
-        v219 = v213 * h[..., 0] + v208 * h[..., 1]
-        v237 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
-        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v215 - q[..., 1] * v219) / v5, v215), np.where(m10, -((q[..., 0] * v219 + v215 * q[..., 1]) / v4), 0.0), v237)
+        v196 = c[..., 0] * np.fmax(v25, -(c188 * np.fmin(h[..., 3], np.sqrt(v64))))
+        v197 = c188 * v196
+        v203 = v34 * v196 * s188
+        v205 = np.where(m26, -(v197 * v37), 0.0) - v45 * v203
+        v213 = np.where(m26, v37 * v203, 0.0) - v45 * v197
+        v222 = (h[..., 1] * v213 - h[..., 0] * v205) * q[..., 0] + (h[..., 1] * v205 + h[..., 0] * v213) * q[..., 1]
+        v224 = 1.0 / np.fmax(1e-09, v5)
+        v228 = np.fmax(0.0, h[..., 4] * (c[..., 2] - v5) - v222 * v224) * v224
+        v232 = v205 * h[..., 0] - v228 * q[..., 0] - v213 * h[..., 1]
+        v238 = v228 * q[..., 1] + v213 * h[..., 0] + v205 * h[..., 1]
+        v256 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
+        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v232 - q[..., 1] * v238) / v5, v232), np.where(m10, -((q[..., 0] * v238 + v232 * q[..., 1]) / v4), 0.0), v256)

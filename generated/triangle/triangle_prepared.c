@@ -44,7 +44,7 @@ void triangle_outputs_prepared(const real *x, const real *u, const real *r, cons
     const real v9 = x[0] * s8;
     const real v10 = K(1.7320508075688772) * v9;
     const real v12 = x[0] * c8;
-    const real v17 = mv_sqrt(K(1.0) - v12 * v12 - v9 * v9);
+    const real v17 = mv_sqrt(K(1.0) - (v12 * v12 + v9 * v9));
     const real v18 = v10 * v17;
     const real v20 = v12 * v17;
     const real v23 = v3 * mv_sqrt(K(1.0) + v18 - v20);
@@ -248,16 +248,18 @@ void triangle_sliding_observe_prepared(const real *q, const real *r, const real 
     u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
 }
 
-/* what path computes once per run; 5 operations. */
+/* what path computes once per run; 8 operations. */
 void triangle_path_prepare(const real *r, const real *c, real *h)
 {
     real s1, c1; mv_sincos(r[1], &s1, &c1);
     h[0] = s1;
     h[1] = c1;
     h[2] = c[2] * c[2] - r[0] * r[0];
+    h[3] = mv_min(c[2] - r[0], c[1]);
+    h[4] = K(-100.0) * c[0];
 }
 
-/* the rest of path; 202 operations. */
+/* the rest of path; 220 operations. */
 void triangle_path_prepared(const real *x, const real *r, const real *c, const real *h, real *u)
 {
     real s3, c3; mv_sincos(x[1], &s3, &c3);
@@ -321,30 +323,34 @@ void triangle_path_prepared(const real *x, const real *r, const real *c, const r
     const real v188 = SELECT(m73, v71 * v84, v159 - v168 / v180 * (K(-2.0) * v166 - v172 + (v159 + v159)));
     const real v189 = mv_min(v64, v188);
     real s190, c190; mv_sincos(v189, &s190, &c190);
-    const mask m191 = LT(c190, K(0.0));
-    const real v193 = c190 * c[0];
-    const real v202 = SELECT(m191, -(v193 * mv_max(v26, mv_min(c[1], mv_sqrt(v66)))), -(v193 * v26));
-    const real v208 = v36 * v26 * c[0] * s190;
-    const real v210 = SELECT0(m27, v202 * v39) - v47 * v208;
-    const real v215 = v47 * v202 + SELECT0(m27, v39 * v208);
-    const real v217 = v210 * h[0] - v215 * h[1];
-    const real v221 = v215 * h[0] + v210 * h[1];
-    u[0] = SELECT(m11, (v4 * v217 - v7 * v221) / v10, v217);
-    u[1] = SELECT0(m11, -((v4 * v221 + v217 * v7) / v9));
+    const real v198 = c[0] * mv_max(v26, -(c190 * mv_min(h[3], mv_sqrt(v66))));
+    const real v199 = c190 * v198;
+    const real v205 = v36 * v198 * s190;
+    const real v207 = SELECT0(m27, -(v199 * v39)) - v47 * v205;
+    const real v215 = SELECT0(m27, v39 * v205) - v47 * v199;
+    const real v226 = K(1.0) / mv_max(SPLAT(K(1e-09)), v10);
+    const real v227 = ((h[1] * v215 - h[0] * v207) * v4 + (h[1] * v207 + h[0] * v215) * v7) * v226;
+    const real v230 = mv_max(SPLAT(K(0.0)), h[4] * (c[2] - v10) - v227) * v226;
+    const real v234 = v207 * h[0] - v230 * v4 - v215 * h[1];
+    const real v240 = v230 * v7 + v215 * h[0] + v207 * h[1];
+    u[0] = SELECT(m11, (v4 * v234 - v7 * v240) / v10, v234);
+    u[1] = SELECT0(m11, -((v4 * v240 + v234 * v7) / v9));
     u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - x[2])));
 }
 
-/* what path_loop computes once per run; 7 operations. */
+/* what path_loop computes once per run; 10 operations. */
 void triangle_path_loop_prepare(const real *r, const real *p, const real *c, real *h)
 {
     real s1, c1; mv_sincos(r[1], &s1, &c1);
     h[0] = s1;
     h[1] = c1;
     h[2] = c[2] * c[2] - r[0] * r[0];
-    h[3] = K(3.0) * p[0] / p[2];
+    h[3] = mv_min(c[2] - r[0], c[1]);
+    h[4] = K(-100.0) * c[0];
+    h[5] = K(3.0) * p[0] / p[2];
 }
 
-/* the rest of path_loop; 189 operations. */
+/* the rest of path_loop; 211 operations. */
 void triangle_path_loop_prepared(const real *q, const real *r, const real *p, const real *c, const real *h, real *dq)
 {
     const real v7 = h[0] * q[0] - h[1] * q[1];
@@ -402,30 +408,35 @@ void triangle_path_loop_prepared(const real *q, const real *r, const real *p, co
     const real v178 = SELECT(m63, v61 * v74, v149 - v171 * (K(-2.0) * v156 - v162 + (v149 + v149)));
     const real v179 = mv_min(v54, v178);
     real s180, c180; mv_sincos(v179, &s180, &c180);
-    const mask m182 = LT(c180, K(0.0));
-    const real v184 = c180 * c[0];
-    const real v193 = SELECT(m182, -(v184 * mv_max(v16, mv_min(c[1], mv_sqrt(v56)))), -(v184 * v16));
-    const real v199 = v26 * v16 * c[0] * s180;
-    const real v201 = SELECT0(m17, v193 * v29) - v37 * v199;
-    const real v206 = v37 * v193 + SELECT0(m17, v29 * v199);
-    const real v208 = v201 * h[0] - v206 * h[1];
-    const real v211 = v206 * h[0] + v201 * h[1];
-    dq[0] = v208;
-    dq[1] = -v211;
+    const real v188 = c[0] * mv_max(v16, -(c180 * mv_min(h[3], mv_sqrt(v56))));
+    const real v189 = c180 * v188;
+    const real v195 = v26 * v188 * s180;
+    const real v197 = SELECT0(m17, -(v189 * v29)) - v37 * v195;
+    const real v204 = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
+    const real v210 = SELECT0(m17, v29 * v195) - v37 * v189;
+    const real v221 = K(1.0) / mv_max(SPLAT(K(1e-09)), v204);
+    const real v222 = ((h[1] * v210 - h[0] * v197) * q[0] + (h[1] * v197 + h[0] * v210) * q[1]) * v221;
+    const real v225 = mv_max(SPLAT(K(0.0)), h[4] * (c[2] - v204) - v222) * v221;
+    const real v229 = v197 * h[0] - v225 * q[0] - v210 * h[1];
+    const real v234 = v225 * q[1] + v210 * h[0] + v197 * h[1];
+    dq[0] = v229;
+    dq[1] = -v234;
     dq[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
-    dq[3] = p[1] + h[3] / q[2] - q[0] * v211 - v208 * q[1];
+    dq[3] = p[1] + h[5] / q[2] - q[0] * v234 - v229 * q[1];
 }
 
-/* what path_observe computes once per run; 5 operations. */
+/* what path_observe computes once per run; 8 operations. */
 void triangle_path_observe_prepare(const real *r, const real *c, real *h)
 {
     real s1, c1; mv_sincos(r[1], &s1, &c1);
     h[0] = s1;
     h[1] = c1;
     h[2] = c[2] * c[2] - r[0] * r[0];
+    h[3] = mv_min(c[2] - r[0], c[1]);
+    h[4] = K(-100.0) * c[0];
 }
 
-/* the rest of path_observe; 199 operations. */
+/* the rest of path_observe; 217 operations. */
 void triangle_path_observe_prepared(const real *q, const real *r, const real *c, const real *h, real *x, real *u)
 {
     const real v4 = q[0] * q[0] + q[1] * q[1];
@@ -486,19 +497,21 @@ void triangle_path_observe_prepared(const real *q, const real *r, const real *c,
     const real v186 = SELECT(m71, v69 * v82, v157 - v166 / v178 * (K(-2.0) * v164 - v170 + (v157 + v157)));
     const real v187 = mv_min(v62, v186);
     real s188, c188; mv_sincos(v187, &s188, &c188);
-    const mask m189 = LT(c188, K(0.0));
-    const real v191 = c188 * c[0];
-    const real v200 = SELECT(m189, -(v191 * mv_max(v25, mv_min(c[1], mv_sqrt(v64)))), -(v191 * v25));
-    const real v206 = v34 * v25 * c[0] * s188;
-    const real v208 = SELECT0(m26, v200 * v37) - v45 * v206;
-    const real v213 = v45 * v200 + SELECT0(m26, v37 * v206);
-    const real v215 = v208 * h[0] - v213 * h[1];
-    const real v219 = v213 * h[0] + v208 * h[1];
+    const real v196 = c[0] * mv_max(v25, -(c188 * mv_min(h[3], mv_sqrt(v64))));
+    const real v197 = c188 * v196;
+    const real v203 = v34 * v196 * s188;
+    const real v205 = SELECT0(m26, -(v197 * v37)) - v45 * v203;
+    const real v213 = SELECT0(m26, v37 * v203) - v45 * v197;
+    const real v224 = K(1.0) / mv_max(SPLAT(K(1e-09)), v5);
+    const real v225 = ((h[1] * v213 - h[0] * v205) * q[0] + (h[1] * v205 + h[0] * v213) * q[1]) * v224;
+    const real v228 = mv_max(SPLAT(K(0.0)), h[4] * (c[2] - v5) - v225) * v224;
+    const real v232 = v205 * h[0] - v228 * q[0] - v213 * h[1];
+    const real v238 = v228 * q[1] + v213 * h[0] + v205 * h[1];
     x[0] = v5;
     x[1] = mv_atan2(q[1], q[0]);
     x[2] = q[2];
     x[3] = q[3];
-    u[0] = SELECT(m10, (q[0] * v215 - q[1] * v219) / v5, v215);
-    u[1] = SELECT0(m10, -((q[0] * v219 + v215 * q[1]) / v4));
+    u[0] = SELECT(m10, (q[0] * v232 - q[1] * v238) / v5, v232);
+    u[1] = SELECT0(m10, -((q[0] * v238 + v232 * q[1]) / v4));
     u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
 }

@@ -13,7 +13,7 @@ import sympy as sp
 
 from ..mechanics import rotate
 from ..system import Derivation, Expr, Group
-from .dynamics import THETA, mu, shifted_attitude, shifted_position
+from .dynamics import THETA, mu, shifted_attitude, shifted_position, zeta
 
 _ORIGIN = sp.Rational(1, 10**9)
 """Distance below which the direction phi~ of the target is taken as zero: rounding of 1e-16 in w still leaves seven
@@ -21,6 +21,11 @@ digits of it there. What it steers is multiplied by the distance, so another bou
 _LARGEST_K = sp.Integer(10) ** 12
 """Ratio (42) beyond which the arc is a full circle: x is within sqrt(pi/K) = 2e-6 rad of pi."""
 
+_BARRIER = sp.Integer(100)
+"""Rate at which rho may approach R, over k_phi (R - rho). On arcs it binds where R - rho < pi R/100^2 = 2e-4 only, and
+moves the settling times of the paper's runs by 8e-7 of themselves; half moves them by four times as much, twice by a
+quarter. Commands held for longer than 2/(100 k_phi), 40 ms by default, overshoot it.
+"""
 
 _TURN_SPEED = sp.Symbol("turn_speed", positive=True)
 
@@ -208,27 +213,47 @@ def path(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Expr]:
         "rad",
         "x",
     )
-    closing = -law.k_phi * sp.cos(x) * shifted.rho
     # An arc of area |theta~| needs a distance of about its root: near the target rounding must not kick the state out.
-    escape = sp.Min(law.rho_escape, sp.sqrt(sp.Abs(shifted.theta)))
-    leaving = -law.k_phi * sp.cos(x) * sp.Max(shifted.rho, escape)
-    rho_rate = d.define(
-        "rho_p_rate",
-        sp.Piecewise((leaving, sp.cos(x) < 0), (closing, True)),
-        "(46)",
-        "approach to the target",
-        "1/s",
-        r"\tilde\rho'",
+    # No circle that touches rho = R is smaller than R - a, and a small one must not be run round fast.
+    escape = d.define(
+        "escape",
+        sp.Min(law.rho_escape, sp.sqrt(sp.Abs(shifted.theta)), law.R - shifted.a),
+        title="distance below which the law leaves the target faster than in proportion to rho~",
+        latex=r"\tilde\rho_e",
     )
+    speed = d.define(
+        "speed",
+        law.k_phi * sp.Max(shifted.rho, -escape * sp.cos(x)),
+        "(45)",
+        "speed along the arc, also where the target is left",
+        "1/s",
+        r"|\tilde w'|",
+    )
+    rho_rate = d.define("rho_p_rate", -speed * sp.cos(x), "(46)", "approach to the target", "1/s", r"\tilde\rho'")
     turn = d.define(
         "turn_rate",
-        -law.k_phi * alpha * sp.sin(x) * shifted.rho,
+        -alpha * speed * sp.sin(x),
         "(46)",
         "rho~ phi~': motion across the direction of the target",
         "1/s",
         r"\tilde\rho\tilde\varphi'",
     )
-    return _shape_rate(rho_rate, turn, shifted)
+    return _inside(_shape_rate(rho_rate, turn, shifted), law, d)
+
+
+def _inside(rate: tuple[Expr, Expr], law: Group, d: Derivation) -> tuple[Expr, Expr]:
+    """Bound rho' by a multiple of R - rho, which then shrinks exponentially at most: rho < R stays so."""
+    distance = sp.sqrt(zeta.dot(zeta))
+    bound = _BARRIER * law.k_phi * (law.R - distance)
+    outward = zeta.dot(sp.Matrix(rate)) / sp.Max(distance, _ORIGIN)
+    excess = d.define(
+        "rho_rate_excess",
+        sp.Max(0, outward - bound) / sp.Max(distance, _ORIGIN),
+        title="rho' above it, over rho",
+        unit="1/s",
+        latex=r"(\rho'-\rho'_{max})/\rho",
+    )
+    return rate[0] - excess * zeta[0], rate[1] - excess * zeta[1]
 
 
 def arc_area(x: Expr) -> Expr:

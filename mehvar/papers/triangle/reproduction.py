@@ -8,6 +8,7 @@ from pathlib import Path
 from ..reproduction import read_reproduction
 from .claims import CHECKS
 from .picture import disturbed_runs, path_run, picture, sliding_run
+from .readings import READINGS
 from .scene import scene
 from .shapes import polar_plane, schematic, shape_grid, shifted_origin
 from .surfaces import cylinder, limited_arc, nested_surfaces, xi_curve
@@ -28,6 +29,7 @@ REPRODUCTION = read_reproduction(
         11: disturbed_runs,
     },
     checks=CHECKS,
+    readings=READINGS,
     scene=scene,
     picture=picture,
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from ...paper import Names, Paper
 from ...system import System
+from .forms import Forms, forms
 from .kinematics import equal_masses, momentum, placing, rods, table
 from .laws import Path, Shifted, Sliding
 from .path import arcs, law, stability
@@ -33,6 +34,7 @@ def paper(system: System) -> Paper:
         *equal_masses(k),
         *table(k),
         *rods(k),
+        *forms(k, Forms(names, k)),
         *shift(k, t),
         *surface(k, t, s),
         *control(t, s),

@@ -145,11 +145,8 @@ class Path:
     def _drive(self, system: System, names: Names, t: Shifted, chord: Expr) -> None:
         """Take the law's rates, at the current point and at any point of the shifted coordinates.
 
-        The model's law leaves the origin in a way that the paper does not print: rho_escape = 0 takes it out.
+        The model's law leaves the origin in a way that the paper does not print: escape = 0 takes it out.
         """
-        law = law_of(system, "path")
-        escape = next(q.symbol for q in law.parameters if q.name == "rho_escape")
-        definitions = {s.name: e for s, e in system.definitions.items()}
         named = {s.name: s for s in system.definitions}
 
         def rates(rho: Expr, theta: Expr) -> tuple[Expr, Expr]:
@@ -158,9 +155,9 @@ class Path:
                 named["alpha"]: self.alpha,
                 named["rho_t"]: rho,
                 named["theta_t"]: theta,
-                escape: 0,
+                named["escape"]: sp.S.Zero,
             }
-            turn, closing = (definitions[name].subs(cut, simultaneous=True) for name in ("turn_rate", "rho_p_rate"))
+            turn, closing = (follow(named[name], system.definitions, cut) for name in ("turn_rate", "rho_p_rate"))
             return closing, turn / rho
 
         closing, turn = rates(self.rho, self.theta)

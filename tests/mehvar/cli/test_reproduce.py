@@ -17,6 +17,7 @@ from mehvar.papers.claims import Check, Claim
 from mehvar.papers.reproduction import load_reproduction, paper_models
 from mehvar.papers.runs import Runs
 from mehvar.papers.scene import Scene
+from mehvar.papers.statements import PrintedCounts, Statements
 from mehvar.pictures.files import encoded
 from mehvar.pictures.style import style
 from mehvar.report import content
@@ -136,7 +137,7 @@ def test_page_shows_all_claims_captions_and_the_model(report):
     words = " ".join(text.split())
     claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
     ours = [c["number"] for c in claims if c["model"] == "triangle"]
-    assert ours == [*map(str, range(1, 10)), "T1", "T2", "T3", "T4", "T5"]
+    assert ours == [*(claim.number for claim in paper.texts), "T1", "T2", "T3", "T4", "T5"]
     assert set(claims[0]) == {"model", "number", "text", "expected", "measured", "verdict", "note"}
     for claim in claims:
         assert f"{claim['model']}-claim-{claim['number']}" in report.page.ids
@@ -177,8 +178,16 @@ def _only_claims(monkeypatch, claims):
     scene = Scene(runs={}, constants={}, panels=(), speeds=(1.0,))
     triangle = load_reproduction("triangle")
     captions = replace(triangle.captions, citation="A & B", readings=())
+    nothing = Statements(PrintedCounts(0, 0, 0))
     paper = replace(
-        triangle, captions=captions, figures=(), texts=(), more_claims=claims, scene=lambda runs: scene, board=None
+        triangle,
+        captions=captions,
+        figures=(),
+        texts=(),
+        statements=nothing,
+        more_claims=claims,
+        scene=lambda runs: scene,
+        board=None,
     )
     monkeypatch.setattr(content, "load_reproduction", lambda name: paper)
     monkeypatch.setattr(content, "run_study", lambda *given: None)

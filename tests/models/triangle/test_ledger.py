@@ -111,7 +111,11 @@ def broken(system: System, *names: str) -> System:
 def test_a_wrong_law_of_motion_turns_the_verdicts(system: System) -> None:
     rhs = (*system.rhs[:3], -system.rhs[3])
     wrong = dataclasses.replace(system, rhs=rhs)
-    assert verdicts(wrong, "12", "21", "23", "24", "53", "20") == [*[Standing.DIFFERS] * 5, Standing.HOLDS]
+    forms = [f"section 3, {form}" for form in ("nonholonomic integrator", "chained form", "Brockett")]
+    assert verdicts(wrong, "12", "21", "23", "24", "53", *forms[:2]) == [Standing.DIFFERS] * 7
+    assert verdicts(wrong, "20", forms[2]) == [Standing.HOLDS] * 2
+    drifting = dataclasses.replace(system, rhs=(*system.rhs[:3], system.rhs[3] + sp.Rational(1, 1000)))
+    assert verdicts(drifting, forms[2]) == [Standing.DIFFERS]
 
 
 @pytest.mark.parametrize(
