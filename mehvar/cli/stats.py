@@ -76,7 +76,7 @@ def print_statistics(store: Store, success: str | None = None) -> None:
             str(statistics.stored - row.finite),
             f"{row.mean:.6g}",
             f"{row.sd:.3g}",
-            *(f"{row.quantiles[q]:.6g} {_interval(*row.intervals[q], 4)}" for q in shown),
+            *(f"{row.quantiles[q]:.6g} {_interval(*row.intervals[q])}" for q in shown),
             f"{row.smallest[1]:.6g} (run {row.smallest[0]})",
             f"{row.largest[1]:.6g} (run {row.largest[0]})",
         ]
@@ -121,7 +121,10 @@ def _cell(item: Sensitivity, name: str) -> str:
 
 
 def _share(share: Share) -> str:
-    return f"{share.value:.3f} {_interval(share.low, share.high, 3)}" if share.determined else "undetermined"
+    if not share.determined:
+        return "undetermined"
+    value, low, high = (f"{round(number, 3) + 0.0:.3f}" for number in (share.value, share.low, share.high))
+    return f"{value} [{low}, {high}]"
 
 
 def _explained(item: Sensitivity) -> str:
@@ -129,8 +132,8 @@ def _explained(item: Sensitivity) -> str:
     return f"{item.explained:.3f}" if known else "-"
 
 
-def _interval(low: float, high: float, digits: int) -> str:
-    return f"[{', '.join('-' if math.isnan(end) else f'{end:.{digits}g}' for end in (low, high))}]"
+def _interval(low: float, high: float) -> str:
+    return f"[{', '.join('-' if math.isnan(end) else f'{end:.4g}' for end in (low, high))}]"
 
 
 def _print_refusals(store: Store, statistics: Statistics) -> None:

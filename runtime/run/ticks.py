@@ -42,7 +42,7 @@ def multiples(step: Fraction, count: int) -> FloatArray:
     """Return 0, step, ..., (count - 1) step, each the double next to it."""
     over, under = step.numerator, step.denominator
     if count * over <= _EXACT and under <= _EXACT:
-        return np.arange(count) * float(over) / float(under)  # exact but for the division
+        return np.arange(count, dtype=np.float64) * over / under  # exact but for the division
     return np.array([k * over / under for k in range(count)])
 
 

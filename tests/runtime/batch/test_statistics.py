@@ -171,7 +171,7 @@ def test_sobol_indices_of_a_known_function() -> None:
 
 
 def test_intervals_of_indices_are_as_wide_as_the_scatter_over_designs() -> None:
-    """Independent groups, where no sequence helps: of 60 designs three miss an index; nine or more by chance in 0.4 %."""
+    """Independent groups, where no sequence helps: of 60 designs three miss an index, nine or more in 0.3 %."""
     parts = np.array([1 / 12, 4 / 12, 9 / 144])
     first, second, both = parts / parts.sum()
     truth, missed = (first, second, first + both, second + both), np.zeros(4)
