@@ -29,8 +29,8 @@ but that of claim 7 agree to the sample, so half of this changes nothing; with t
 _EXACT = 1e-6
 """Relative, of damping: it comes from matrices that are exact but for rounding."""
 _WHEELS = 5e-6
-"""Relative, of stiffness: gravity pulls at the wheels too, which (8)-(10) leave out: 2.2e-6 of the pitch's. With half as
-much it still passes, with twice as much nothing else does."""
+"""Relative, of stiffness: gravity pulls at the wheels too, which (8)-(10) leave out: 2.2e-6 of the pitch's. Half
+as much still passes, with twice as much nothing else does."""
 
 
 def _each_below(what: str, bound: float, values: FloatArray, unit: str = "deg") -> Check:
