@@ -134,6 +134,27 @@ class Group:
 
 TIME = Quantity("t", "s", "time")
 
+_EDGE = 10**15
+"""Its inverse is the part of the time by which an edge is early, 5 spacings of a double: time, period, their quotient
+and this factor are each rounded by at most half a spacing. Half as much would just cover that; a tick is early by
+mistake only where it and the edge have denominators beyond 10^7 times 10^7."""
+
+
+def whole_periods(period: sp.Expr) -> sp.Expr:
+    """Return how many whole periods have passed at time t, for references that switch.
+
+    The whole part of t / period alone is one short at a tick that falls on an edge where the division rounds down:
+    0.3 / 0.1 is below 3. This is right at every tick.
+
+    Parameters
+    ----------
+    period : Expr
+        Longer than zero, s.
+    """
+    import sympy as sp
+
+    return sp.floor(TIME.symbol / period * sp.Rational(_EDGE + 1, _EDGE))
+
 
 def scalar(quantity: Quantity) -> Group:
     """Wrap one quantity as a scalar argument."""

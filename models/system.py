@@ -16,7 +16,7 @@ import sympy as sp
 from mehvar.manifest import Choice, Metric, Scenario
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
-from .quantities import EMPTY, TIME, Group, Interval, ModelError, Parameter, Quantity, scalar
+from .quantities import EMPTY, TIME, Group, Interval, ModelError, Parameter, Quantity, scalar, whole_periods
 
 __all__ = [
     "EMPTY",
@@ -44,6 +44,7 @@ __all__ = [
     "Variant",
     "free_symbols",
     "scalar",
+    "whole_periods",
 ]
 
 

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "36461a773c42406edfdd9866eab99aef1cd5bc03a9e9220d07a9bcd89b5f2745"
+#define SATELLITE_HASH "fde95af0c8eaa29a803419fb59ec47ac006ae9140a060fa476c8b43e876369ad"
 
 /* state x */
 enum {
@@ -65,9 +65,9 @@ enum {
 
 /* plant parameters p */
 enum {
-    SATELLITE_P_I_X = 0, /* inertia about x, less the wheels' spin inertias [kg m^2] */
-    SATELLITE_P_I_Y = 1, /* inertia about y, less the wheels' spin inertias [kg m^2] */
-    SATELLITE_P_I_Z = 2, /* inertia about z, less the wheels' spin inertias [kg m^2] */
+    SATELLITE_P_I_X = 0, /* inertia about x of body and wheels, less Iw_x [kg m^2] */
+    SATELLITE_P_I_Y = 1, /* inertia about y of body and wheels, less Iw_y [kg m^2] */
+    SATELLITE_P_I_Z = 2, /* inertia about z of body and wheels, less Iw_z [kg m^2] */
     SATELLITE_P_IW_X = 3, /* spin inertia of the wheel along x [kg m^2] */
     SATELLITE_P_IW_Y = 4, /* spin inertia of the wheel along y [kg m^2] */
     SATELLITE_P_IW_Z = 5, /* spin inertia of the wheel along z [kg m^2] */
@@ -481,6 +481,12 @@ void satellite_outputs_prepare(const mv_real *p, mv_real *h);
 
 /* the rest of outputs */
 void satellite_outputs_prepared(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, const mv_real *h, mv_real *y);
+
+/* what limits computes once per run */
+void satellite_limits_prepare(const mv_real *p, mv_real *h);
+
+/* the rest of limits */
+void satellite_limits_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, mv_real *margin);
 
 /* what actuate computes once per run */
 void satellite_actuate_prepare(const mv_real *p, mv_real *h);

@@ -6,7 +6,7 @@
 
 #include "mehvar/private/arithmetic.h"
 
-/* what rhs computes once per run; 33 operations. */
+/* what rhs computes once per run; 37 operations. */
 void satellite_rhs_prepare(const real *p, real *h)
 {
     const real v4 = p[7] * p[7];
@@ -16,6 +16,8 @@ void satellite_rhs_prepare(const real *p, real *h)
     const real v18 = p[20] * p[24] * (K(1.0) + p[25]);
     real s20, c20; mv_sincos(p[27], &s20, &c20);
     const real v22 = p[6] * p[6];
+    const real v37 = p[2] + p[5];
+    const real v48 = p[0] + p[3];
     h[0] = v9;
     h[1] = v6 * c8;
     h[2] = v9 + v9;
@@ -23,15 +25,15 @@ void satellite_rhs_prepare(const real *p, real *h)
     h[4] = c20;
     h[5] = K(0.5) * v22 * p[18] * p[20] * p[19] * v4;
     h[6] = v18 * s20;
-    h[7] = p[1] - p[2];
+    h[7] = p[1] + p[4] - v37;
     h[8] = K(3.0) * v22;
     h[9] = p[13] * p[10];
     h[10] = K(1.0) / p[3];
     h[11] = K(1.0) / p[0];
-    h[12] = p[0] - p[2];
+    h[12] = v48 - v37;
     h[13] = K(1.0) / p[4];
     h[14] = K(1.0) / p[1];
-    h[15] = K(-3.0) * v22 * (p[0] - p[1]);
+    h[15] = K(-3.0) * v22 * (v48 - p[1] - p[4]);
     h[16] = K(1.0) / p[5];
     h[17] = K(1.0) / p[2];
 }
@@ -164,6 +166,22 @@ void satellite_outputs_prepared(const real *x, const real *u, const real *r, con
     y[14] = v92 * p[14] + v100 * p[21] - v109 * p[15] - v115 * p[22];
 }
 
+/* what limits computes once per run; 1 operations. */
+void satellite_limits_prepare(const real *p, real *h)
+{
+    h[0] = K(1.000000001) * p[12];
+}
+
+/* the rest of limits; 16 operations. */
+void satellite_limits_prepared(const real *x, const real *u, const real *p, const real *h, real *margin)
+{
+    const mask m16 = LT(K(0.5), p[10]);
+    const real v28 = SELECT(m16, h[0] - mv_max(mv_max(mv_fabs(x[6]), mv_fabs(x[7])), mv_fabs(x[8])), p[12]);
+    margin[0] = p[32] - mv_fabs(x[1]);
+    margin[1] = p[31] - mv_max(mv_max(mv_fabs(u[0]), mv_fabs(u[1])), mv_fabs(u[2]));
+    margin[2] = v28;
+}
+
 /* what actuate computes once per run; 1 operations. */
 void satellite_actuate_prepare(const real *p, real *h)
 {
@@ -173,17 +191,14 @@ void satellite_actuate_prepare(const real *p, real *h)
 /* the rest of actuate; 28 operations. */
 void satellite_actuate_prepared(const real *x, const real *u_cmd, const real *p, const real *h, real *u)
 {
-    const mask m2 = LT(K(0.5), p[10]);
-    const real v9 = -p[11];
-    const real v12 = mv_max(v9, mv_min(u_cmd[0], p[11]));
-    const real v17 = SELECT(m2, mv_max((x[6] - p[12]) * h[0], mv_min(v12, (x[6] + p[12]) * h[0])), v12);
-    const real v23 = mv_max(v9, mv_min(u_cmd[1], p[11]));
-    const real v28 = SELECT(m2, mv_max((x[7] - p[12]) * h[0], mv_min(v23, (x[7] + p[12]) * h[0])), v23);
-    const real v34 = mv_max(v9, mv_min(u_cmd[2], p[11]));
-    const real v39 = SELECT(m2, mv_max((x[8] - p[12]) * h[0], mv_min(v34, (x[8] + p[12]) * h[0])), v34);
-    u[0] = v17;
-    u[1] = v28;
-    u[2] = v39;
+    const real v1 = -p[11];
+    const mask m4 = LT(K(0.5), p[10]);
+    const real v15 = SELECT(m4, mv_max((x[6] - p[12]) * h[0], mv_min(u_cmd[0], (x[6] + p[12]) * h[0])), u_cmd[0]);
+    const real v26 = SELECT(m4, mv_max((x[7] - p[12]) * h[0], mv_min(u_cmd[1], (x[7] + p[12]) * h[0])), u_cmd[1]);
+    const real v37 = SELECT(m4, mv_max((x[8] - p[12]) * h[0], mv_min(u_cmd[2], (x[8] + p[12]) * h[0])), u_cmd[2]);
+    u[0] = mv_max(v1, mv_min(v15, p[11]));
+    u[1] = mv_max(v1, mv_min(v26, p[11]));
+    u[2] = mv_max(v1, mv_min(v37, p[11]));
 }
 
 /* what measure computes once per run; 3 operations. */
@@ -220,30 +235,30 @@ void satellite_mrac_prepare(const real *p, const real *c, real *h)
     const mask m5 = LT(K(0.5), c[18]);
     const real v11 = mv_exp(-(p[9] / c[19]));
     const real v12 = K(-1.0) + v11;
-    const real v18 = c[0] * c[0];
-    const real v24 = c[0] * v18;
-    const real v25 = K(4.0) * v24;
-    const real v27 = -v24;
-    const real v29 = v18 * v18;
-    const real v30 = K(4.0) * c[0];
-    const real v32 = K(3.0) * c[0];
+    const real v18 = K(4.0) * c[0];
+    const real v21 = K(3.0) * c[0];
+    const real v25 = c[0] * c[0];
+    const real v29 = c[0] * v25;
+    const real v30 = K(4.0) * v29;
+    const real v32 = -v29;
+    const real v34 = v25 * v25;
     const real v45 = p[9] * p[9] * c[15];
     h[0] = K(1.0) / c[3];
     h[1] = v12 * v12;
     h[2] = v11 + v11;
     h[3] = v11 * v11;
-    h[4] = SELECT(m5, K(6.0) * v18, K(3.0) * v18);
-    h[5] = v25;
-    h[6] = SELECT(m5, -v25, v27);
-    h[7] = v29;
+    h[4] = v18;
+    h[5] = v21;
+    h[6] = SELECT(m5, -v18, -v21);
+    h[7] = SELECT(m5, K(6.0) * v25, K(3.0) * v25);
     h[8] = v30;
-    h[9] = v32;
-    h[10] = SELECT(m5, -v30, -v32);
+    h[9] = SELECT(m5, -v30, v32);
+    h[10] = v34;
     h[11] = mv_max(c[5], c[6] * p[28]);
     h[12] = mv_max(c[14], K(0.5) / p[1] * v45);
-    h[13] = K(-6.0) * v18;
-    h[14] = SELECT(m5, v29, v27);
-    h[15] = K(-3.0) * v18;
+    h[13] = K(-6.0) * v25;
+    h[14] = SELECT(m5, v34, v32);
+    h[15] = K(-3.0) * v25;
     h[16] = mv_max(c[14], K(0.5) / p[0] * v45);
     h[17] = mv_max(c[14], K(0.5) / p[2] * v45);
 }
@@ -421,7 +436,7 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
     const mask m491 = LT(mv_fabs(x[2]), K(1e+30));
     const mask m492 = AND(m489, m491);
     const real v502 = h[1] * r[1] + h[2] * z[56] - h[3] * z[57];
-    const real v520 = v502 + h[4] * z[57] + h[6] * z[58] + SELECT0(m63, h[7] * z[59]) + h[10] * z[56];
+    const real v520 = v502 + h[6] * z[56] + h[7] * z[57] + h[9] * z[58] + SELECT0(m63, h[10] * z[59]);
     const mask m522 = LT(K(0.5), c[1]);
     const mask m524 = LT(K(1.5), z[90]);
     const mask m525 = AND(m522, m524);
@@ -430,17 +445,17 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
     const mask m543 = AND(m525, m542);
     const real v547 = SELECT(m543, z[34] + v114 * v117 * v540, z[34]);
     const real v553 = SELECT(m543, z[30] + (v163 + v114 * z[46]) * v117 * v540, z[30]);
-    const real v554 = h[8] + v553;
+    const real v554 = h[4] + v553;
     const real v563 = SELECT(m543, z[33] + (v93 + v114 * z[49]) * v117 * v540, z[33]);
     const real v571 = SELECT(m543, z[32] + (v177 + v114 * z[48]) * v117 * v540, z[32]);
     const real v577 = mv_max(SPLAT(K(0.0)), K(-0.5) * v571 + K(-0.5) * v563 + h[12]);
     const real v578 = v563 + v577;
     const real v579 = v578 * v578;
     const real v587 = SELECT(m543, z[31] + (v170 + v114 * z[47]) * v117 * v540, z[31]);
-    const real v592 = SELECT(m63, v553 * v554 - (h[13] + v587), -(h[9] + v553));
+    const real v592 = SELECT(m63, v553 * v554 - (h[13] + v587), -(h[5] + v553));
     const real v594 = v571 + v577;
     const real v595 = v594 * v594;
-    const real v605 = SELECT(m63, v587 * v554 - h[5], -(h[15] + v587));
+    const real v605 = SELECT(m63, v587 * v554 - h[8], -(h[15] + v587));
     const real v610 = v578 * v553;
     const real v613 = K(1.0) / (v579 + v595 * v587 - v594 * v610);
     const real v614 = (v579 * v592 + v595 * h[14] - v578 * v594 * v605) * v613;
@@ -453,23 +468,23 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
     const mask m650 = LT(mv_fabs(v648), K(1e+30));
     const mask m651 = AND(m492, m650);
     const real v658 = h[1] * r[0] + h[2] * z[26] - h[3] * z[27];
-    const real v669 = v658 + h[4] * z[27] + h[6] * z[28] + SELECT0(m63, h[7] * z[29]) + h[10] * z[26];
+    const real v669 = v658 + h[6] * z[26] + h[7] * z[27] + h[9] * z[28] + SELECT0(m63, h[10] * z[29]);
     const real v683 = x[0] - (z[4] + z[2] * v216 + z[3] * z[22] - z[0] * v193 - z[1] * z[21]);
     const mask m685 = LT(h[11], mv_fabs(v683));
     const mask m686 = AND(m525, m685);
     const real v690 = SELECT(m686, z[4] + v263 * v266 * v683, z[4]);
     const real v696 = SELECT(m686, z[0] + (v312 + v263 * z[16]) * v266 * v683, z[0]);
-    const real v697 = h[8] + v696;
+    const real v697 = h[4] + v696;
     const real v706 = SELECT(m686, z[3] + (v242 + v263 * z[19]) * v266 * v683, z[3]);
     const real v712 = SELECT(m686, z[2] + (v326 + v263 * z[18]) * v266 * v683, z[2]);
     const real v718 = mv_max(SPLAT(K(0.0)), K(-0.5) * v712 + K(-0.5) * v706 + h[16]);
     const real v719 = v706 + v718;
     const real v720 = v719 * v719;
     const real v727 = SELECT(m686, z[1] + (v319 + v263 * z[17]) * v266 * v683, z[1]);
-    const real v732 = SELECT(m63, v696 * v697 - (h[13] + v727), -(h[9] + v696));
+    const real v732 = SELECT(m63, v696 * v697 - (h[13] + v727), -(h[5] + v696));
     const real v734 = v712 + v718;
     const real v735 = v734 * v734;
-    const real v743 = SELECT(m63, v727 * v697 - h[5], -(h[15] + v727));
+    const real v743 = SELECT(m63, v727 * v697 - h[8], -(h[15] + v727));
     const real v748 = v719 * v696;
     const real v751 = K(1.0) / (v720 + v735 * v727 - v734 * v748);
     const real v752 = (v720 * v732 + v735 * h[14] - v719 * v734 * v743) * v751;
@@ -482,23 +497,23 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
     const mask m788 = LT(mv_fabs(v786), K(1e+30));
     const mask m789 = AND(m651, m788);
     const real v796 = h[1] * r[2] + h[2] * z[86] - h[3] * z[87];
-    const real v807 = v796 + h[4] * z[87] + h[6] * z[88] + SELECT0(m63, h[7] * z[89]) + h[10] * z[86];
+    const real v807 = v796 + h[6] * z[86] + h[7] * z[87] + h[9] * z[88] + SELECT0(m63, h[10] * z[89]);
     const real v821 = x[2] - (z[64] + z[62] * v366 + z[63] * z[82] - z[60] * v343 - z[61] * z[81]);
     const mask m823 = LT(h[11], mv_fabs(v821));
     const mask m824 = AND(m525, m823);
     const real v828 = SELECT(m824, z[64] + v413 * v416 * v821, z[64]);
     const real v834 = SELECT(m824, z[60] + (v462 + v413 * z[76]) * v416 * v821, z[60]);
-    const real v835 = h[8] + v834;
+    const real v835 = h[4] + v834;
     const real v844 = SELECT(m824, z[63] + (v392 + v413 * z[79]) * v416 * v821, z[63]);
     const real v850 = SELECT(m824, z[62] + (v476 + v413 * z[78]) * v416 * v821, z[62]);
     const real v856 = mv_max(SPLAT(K(0.0)), K(-0.5) * v850 + K(-0.5) * v844 + h[17]);
     const real v857 = v844 + v856;
     const real v858 = v857 * v857;
     const real v865 = SELECT(m824, z[61] + (v469 + v413 * z[77]) * v416 * v821, z[61]);
-    const real v870 = SELECT(m63, v834 * v835 - (h[13] + v865), -(h[9] + v834));
+    const real v870 = SELECT(m63, v834 * v835 - (h[13] + v865), -(h[5] + v834));
     const real v872 = v850 + v856;
     const real v873 = v872 * v872;
-    const real v881 = SELECT(m63, v865 * v835 - h[5], -(h[15] + v865));
+    const real v881 = SELECT(m63, v865 * v835 - h[8], -(h[15] + v865));
     const real v886 = v857 * v834;
     const real v889 = K(1.0) / (v858 + v873 * v865 - v872 * v886);
     const real v890 = (v858 * v870 + v873 * h[14] - v857 * v872 * v881) * v889;

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
@@ -14,7 +15,7 @@ import typer
 from mehvar.errors import InputError
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, STATUS_TEXT
 from mehvar.runtime.batch.fill import plan_of
-from mehvar.runtime.batch.sensitivity import Sensitivity, sensitivities
+from mehvar.runtime.batch.sensitivity import Sensitivity, Share, sensitivities
 from mehvar.runtime.batch.statistics import Statistics, summarise
 from mehvar.runtime.batch.store import STATUS, Store, open_store
 from mehvar.terminal import print_table
@@ -75,7 +76,7 @@ def print_statistics(store: Store, success: str | None = None) -> None:
             str(statistics.stored - row.finite),
             f"{row.mean:.6g}",
             f"{row.sd:.3g}",
-            *(f"{row.quantiles[q]:.6g}" for q in shown),
+            *(f"{row.quantiles[q]:.6g} {_interval(*row.intervals[q])}" for q in shown),
             f"{row.smallest[1]:.6g} (run {row.smallest[0]})",
             f"{row.largest[1]:.6g} (run {row.largest[0]})",
         ]
@@ -83,6 +84,7 @@ def print_statistics(store: Store, success: str | None = None) -> None:
     ]
     titles = ["metric", "unit", "not finite", "mean", "sd", *(f"{100 * q:g} %" for q in shown), "smallest", "largest"]
     print_table("", titles, rows)
+    typer.echo("[ ]: 95 % intervals of quantiles, - where there are too few runs for an end")
     _print_sensitivities(sensitivities(store))
     _print_refusals(store, statistics)
 
@@ -97,8 +99,8 @@ def _extent(statistics: Statistics) -> str:
 
 def _print_sensitivities(items: list[Sensitivity]) -> None:
     for kind, title in (
-        ("sobol", "Sobol indices, first order / total: shares of the variance"),
-        ("regression", "sensitivities: standardised regression coefficients"),
+        ("sobol", "Sobol indices, first order / total, with 95 % intervals: shares of the variance"),
+        ("regression", "sensitivities: standardised regression coefficients with 95 % intervals"),
     ):
         group = [item for item in items if item.kind == kind]
         if not group:
@@ -108,17 +110,30 @@ def _print_sensitivities(items: list[Sensitivity]) -> None:
         print_table(
             "",
             ["metric", *names, "R^2" if kind == "regression" else "sum", "runs"],
-            [
-                [item.metric, *(_cell(item, name) for name in names), f"{item.explained:.3f}", str(item.runs)]
-                for item in group
-            ],
+            [[item.metric, *(_cell(item, name) for name in names), _explained(item), str(item.runs)] for item in group],
         )
 
 
 def _cell(item: Sensitivity, name: str) -> str:
     if name not in item.first:
         return "-"
-    return f"{item.first[name]:.3f}" + (f" / {item.total[name]:.3f}" if item.total else "")
+    return " / ".join(_share(shares[name]) for shares in (item.first, item.total) if shares)
+
+
+def _share(share: Share) -> str:
+    if not share.determined:
+        return "undetermined"
+    value, low, high = (f"{round(number, 3) + 0.0:.3f}" for number in (share.value, share.low, share.high))
+    return f"{value} [{low}, {high}]"
+
+
+def _explained(item: Sensitivity) -> str:
+    known = all(share.determined for share in item.first.values())
+    return f"{item.explained:.3f}" if known else "-"
+
+
+def _interval(low: float, high: float) -> str:
+    return f"[{', '.join('-' if math.isnan(end) else f'{end:.4g}' for end in (low, high))}]"
 
 
 def _print_refusals(store: Store, statistics: Statistics) -> None:

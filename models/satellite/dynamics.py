@@ -123,7 +123,7 @@ def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
 
 
 def gravity_gradient(rotation: sp.Matrix, inertia: sp.Matrix, omega0: Expr) -> sp.Matrix:
-    """Return 3 w0^2 n x (J n) with n the nadir direction in body axes."""
+    """Return 3 w0^2 n x (I n) with n the nadir direction in body axes and I the total inertia."""
     nadir = rotation[:, 2]
     return 3 * omega0**2 * nadir.cross(inertia * nadir)
 
@@ -134,8 +134,13 @@ def torque_excess(inertia: sp.Matrix, rate: sp.Matrix, acceleration: sp.Matrix, 
 
 
 def inertia_matrix(plant: Group) -> sp.Matrix:
-    """Return J, taken as the tabled principal inertia."""
+    """Return J, the inertia of body and wheels less what each wheel has about its own axis: that is in h."""
     return sp.diag(plant.I_x, plant.I_y, plant.I_z)
+
+
+def total_inertia(plant: Group) -> sp.Matrix:
+    """Return I = J + Iw, the inertia with locked wheels: gravity pulls at all masses, turning or not."""
+    return inertia_matrix(plant) + sp.diag(*wheel_inertia(plant))
 
 
 def wheel_inertia(plant: Group) -> tuple[Expr, Expr, Expr]:
@@ -148,7 +153,8 @@ def accelerations(torque: sp.Matrix, plant: Group, d: Derivation) -> tuple[Expr,
 
     Notes
     -----
-    h' = -u and H = J w + h, so u acts on the body as an external torque would and h enters through w x h only.
+    h' = -u and H = J w + h, so u acts on the body as an external torque would and h enters through w x h only. With
+    locked wheels h = Iw w and u = -Iw w', which leaves Euler's equations of the total inertia J + Iw.
     """
     unknown = sp.Matrix(sp.symbols("wx' wy' wz'", real=True))
     balance = torque_excess(inertia_matrix(plant), rates, unknown, wheels) - torque
@@ -180,9 +186,10 @@ def wheel_speeds(plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:
 
 def energy(rotation: sp.Matrix, plant: Group) -> Expr:
     """Return the energy of rotation of body and wheels and the potential of the gravity gradient."""
-    inertia, nadir = inertia_matrix(plant), rotation[:, 2]
+    nadir = rotation[:, 2]
     spin = sp.Add(*(h**2 / i for h, i in zip(wheels, wheel_inertia(plant), strict=True)))
-    return (rates.dot(inertia * rates) + spin + 3 * plant.omega0**2 * nadir.dot(inertia * nadir)) / 2
+    potential = 3 * plant.omega0**2 * nadir.dot(total_inertia(plant) * nadir)
+    return (rates.dot(inertia_matrix(plant) * rates) + spin + potential) / 2
 
 
 def inertial_momentum(rotation: sp.Matrix, plant: Group) -> sp.Matrix:

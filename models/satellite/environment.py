@@ -96,15 +96,19 @@ def wheel_torque(speeds: tuple[Expr, ...], plant: Group, d: Derivation) -> sp.Ma
 
 
 def actuator(plant: Group, d: Derivation) -> Actuator:
-    """Limit the torque, then the momentum that the wheels reach within a sample."""
+    """Limit the momentum that the wheels reach within a sample, then the torque.
+
+    The torque comes last, so that nothing passes umax. Both leave zero torque to a wheel within hmax, which is all that
+    a run may start with or come to, and then their order makes no difference: both limits hold.
+    """
     d.section("Wheels and sensor")
     applied = []
     for k, i in enumerate("xyz"):
-        inside = sp.Max(-plant.umax, sp.Min(plant.umax, COMMANDED.symbols[k]))
-        inside = d.define(f"T{i}_inside", inside, "", f"torque about {i} within umax", "N m", f"T_{{{i},1}}")
+        wanted = COMMANDED.symbols[k]
         lower, upper = (wheels[k] - plant.hmax) / plant.Ts, (wheels[k] + plant.hmax) / plant.Ts
-        limit = sp.Max(lower, sp.Min(upper, inside))
-        applied.append(sp.Piecewise((limit, plant.wheels > sp.Rational(1, 2)), (inside, True)))
+        inside = sp.Piecewise((sp.Max(lower, sp.Min(upper, wanted)), plant.wheels > sp.Rational(1, 2)), (wanted, True))
+        inside = d.define(f"T{i}_inside", inside, "", f"torque about {i} within hmax", "N m", f"T_{{{i},1}}")
+        applied.append(sp.Max(-plant.umax, sp.Min(plant.umax, inside)))
     return Actuator(COMMANDED, tuple(applied))
 
 

@@ -9,7 +9,17 @@ import sympy as sp
 
 from ..mechanics import angular_velocity, time_derivative
 from ..system import Derivation, Expr, Group
-from .dynamics import AXES, angles, euler_rotation, gravity_gradient, inertia_matrix, orbit_rate, torque_excess, wheels
+from .dynamics import (
+    AXES,
+    angles,
+    euler_rotation,
+    gravity_gradient,
+    inertia_matrix,
+    orbit_rate,
+    torque_excess,
+    total_inertia,
+    wheels,
+)
 
 _RATES = sp.symbols(r"\dot\varphi \dot\theta \dot\psi", real=True)
 _ACCELERATIONS = sp.symbols(r"\ddot\varphi \ddot\theta \ddot\psi", real=True)
@@ -23,8 +33,8 @@ def linear_torques(plant: Group) -> tuple[Expr, Expr, Expr]:
     relative = angular_velocity(rotation, dict(zip(angles, _RATES, strict=True)))
     rate = relative + orbit_rate(rotation, plant.omega0)
     acceleration = rate.applyfunc(lambda expr: time_derivative(expr, motion))
-    inertia = inertia_matrix(plant)
-    torque = torque_excess(inertia, rate, acceleration, wheels) - gravity_gradient(rotation, inertia, plant.omega0)
+    pull = gravity_gradient(rotation, total_inertia(plant), plant.omega0)
+    torque = torque_excess(inertia_matrix(plant), rate, acceleration, wheels) - pull
     small = {s: scale * s for s in (*angles, *_RATES, *_ACCELERATIONS)}
     return tuple(_first_order(expr.subs(small, simultaneous=True), scale) for expr in torque)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import sympy as sp
 
 from ..mechanics import quaternion_of_turns
-from ..system import TIME, Condition, Controller, Derivation, Expr, Function, Group, Quantity, System
+from ..system import Condition, Controller, Derivation, Expr, Function, Group, Quantity, System, whole_periods
 from ..tables import read_parameters, read_scenarios
 from . import controllers
 from .controllers import REFERENCES, Shared
@@ -26,14 +26,15 @@ from .dynamics import (
     energy,
     euler_rotation,
     gravity_gradient,
-    inertia_matrix,
     inertial_momentum,
     orbit_rate,
     torques,
+    total_inertia,
     wheel_speeds,
+    wheels,
 )
 from .environment import actuator, environment_torque, sensor, wheel_torque
-from .estimator import estimate
+from .estimator import HALF, estimate
 from .linear import show_linear_model, show_sampled_model
 
 STRUCTURE = {"chart": ("euler", "quaternion")}
@@ -53,6 +54,8 @@ _OUTPUTS = (
     *(Quantity(f"Tenv_{i}", "N m", f"dipole, drag and sunlight about {i}", f"T_{{env,{i}}}") for i in "xyz"),
 )
 _DEGREE = sp.pi / 180
+_ROUNDED = 1 + sp.Rational(1, 10**9)
+"""A wheel may hold so many times hmax: full, it is beyond hmax by the rounding of its steps, 1e-16 of it each."""
 
 
 def system(chart: str = "euler") -> System:
@@ -118,7 +121,7 @@ def system(chart: str = "euler") -> System:
 
 def _rhs(placed: Chart, plant: Group, d: Derivation) -> tuple[Expr, ...]:
     d.section("Torques")
-    gradient = gravity_gradient(placed.rotation, inertia_matrix(plant), plant.omega0)
+    gradient = gravity_gradient(placed.rotation, total_inertia(plant), plant.omega0)
     gradient = sp.Matrix(
         [
             d.define(
@@ -165,13 +168,19 @@ def _limits(chart: str, plant: Group) -> tuple[Condition, ...]:
         plant.torque_lost - sp.Max(*(sp.Abs(u) for u in torques)),
         "lost (torque): a control torque passed torque_lost = {torque_lost:g} N m",
     )
+    momentum = Condition(
+        sp.Piecewise(
+            (_ROUNDED * plant.hmax - sp.Max(*(sp.Abs(h) for h in wheels)), plant.wheels > HALF), (plant.hmax, True)
+        ),
+        "lost (momentum): a wheel holds more than hmax = {hmax:g} N m s",
+    )
     if chart == "quaternion":
-        return (torque,)
+        return (torque, momentum)
     pitch = Condition(
         plant.pitch_lost - sp.Abs(angles[1]),
         "lost (pitch): |pitch| passed pitch_lost = {pitch_lost:g} rad, near the singularity of the angles",
     )
-    return (pitch, torque)
+    return (pitch, torque, momentum)
 
 
 def _initial(chart: str, plant: Group, s: Group) -> tuple[Expr, ...]:
@@ -186,17 +195,16 @@ def _initial(chart: str, plant: Group, s: Group) -> tuple[Expr, ...]:
 
 def _reference(s: Group) -> tuple[Expr, ...]:
     """Return square waves that begin positive."""
-    half_periods = sp.floor(TIME.symbol / s.half_period)
-    side = 1 - 2 * sp.Mod(half_periods, 2)
+    side = 1 - 2 * sp.Mod(whole_periods(s.half_period), 2)
     return tuple(side * value * _DEGREE for value in (s.roll_step_deg, s.pitch_step_deg, s.yaw_step_deg))
 
 
 def _constraints(plant: Group, s: Group) -> tuple[Condition, ...]:
-    x, y, z = plant.I_x, plant.I_y, plant.I_z
+    x, y, z = total_inertia(plant).diagonal()
     body = Condition(
         sp.Min(y + z - x, z + x - y, x + y - z),
-        "I_x = {I_x:g}, I_y = {I_y:g}, I_z = {I_z:g} kg m^2 are the inertias of no body: "
-        "each must be less than the other two together",
+        "I_x = {I_x:g}, I_y = {I_y:g}, I_z = {I_z:g} kg m^2 are the inertias of no body: with the wheels' "
+        "Iw_x = {Iw_x:g}, Iw_y = {Iw_y:g}, Iw_z = {Iw_z:g} kg m^2 each total must be less than the other two together",
     )
     slow = Condition(
         s.half_period - plant.Ts,

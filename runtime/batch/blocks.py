@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.errors import InputError, bad_value
+from mehvar.errors import InputError
 from mehvar.manifest import Quantity
 
 from ..run.options import OPTIONS
 from ..run.problem import Status
+from ..run.ticks import rows_of
 from .kernel import compile_kernel
 from .plan import Plan
 from .store import NOT_RUN, STATUS, Coordinate, Variable
@@ -150,10 +151,7 @@ class Blocks:
         every = self.plan.campaign.save_every
         if every is None:
             return np.empty(0)
-        steps = every / self._dt
-        if abs(steps - round(steps)) > 1e-9 * steps or round(steps) < 1:
-            raise bad_value("save_every", every, f"a multiple of the sampling step {self._dt:g} s", self.plan.origin)
-        return np.arange(math.floor(self._t_end / every * (1 + 1e-9)) + 1, dtype=np.float64) * every
+        return rows_of(every, self._t_end, self._dt, self.plan.origin)
 
 
 def check_names(variables: list[Variable]) -> None:

@@ -25,7 +25,7 @@ from ..model.functions import FloatArray
 from ..model.model import Model
 from ..run.options import Profile, RunOptions, read_options
 from ..run.problem import check_law, variant_suffix
-from ..run.ticks import ticks_of
+from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
 _ALIGNMENT = 64  # bytes, of the widest vector
@@ -178,9 +178,9 @@ class Kernel:
         InputError
             For instants that do not fit one another.
         """
-        schedule, ticks = self._schedule(self._hold(p), t_end, dt)
-        saved = 0 if save_every is None else schedule.record_every * round(save_every / dt)
-        rows = (len(ticks) - 1) // saved + 1 if saved else 0
+        schedule, _ticks = self._schedule(self._hold(p), t_end, dt)
+        saved = 0 if save_every is None else schedule.record_every * (times_in(save_every, dt) or 0)
+        rows = 0 if save_every is None else len(rows_of(save_every, t_end, dt, self.origin))
         block = _empty(len(p), len(self.loop.manifest.states), len(self.variables), len(self._metrics()), rows)
         vectors = {"p": p, "c": c, "s": s, "x0": x0}
         arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in vectors.items()}
@@ -204,7 +204,7 @@ class Kernel:
         return block if complete else None
 
     def _schedule(self, hold: float | None, t_end: float, dt: float) -> tuple[Any, FloatArray]:
-        """Return what all runs share as a C structure, and the ticks that it points to."""
+        """Return what all runs share as a C structure, and the ticks that it points to, to be kept as long."""
         ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
         schedule = _Schedule(
             t=ticks.ctypes.data,

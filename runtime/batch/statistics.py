@@ -126,7 +126,10 @@ def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> Floa
 
 @dataclass(frozen=True)
 class MetricStatistics:
-    """One number of the runs: mean over the runs where it is finite, quantiles where it is known, runs at its ends."""
+    """One number of the runs: mean over the runs where it is finite, quantiles where it is known, runs at its ends.
+
+    `intervals` holds 95 % of each quantile; an end is NaN where there are too few runs for one.
+    """
 
     name: str
     unit: str
@@ -135,6 +138,7 @@ class MetricStatistics:
     mean: float
     sd: float
     quantiles: Mapping[float, float]
+    intervals: Mapping[float, tuple[float, float]]
     smallest: tuple[int, float]
     largest: tuple[int, float]
 
@@ -272,6 +276,7 @@ def _row(store: Store, name: str, blocks: Sequence[int]) -> MetricStatistics:
                 smallest = (first + run, value)
             if not largest[1] >= value:
                 largest = (first + run, value)
+    quantiles, intervals = _quantiles(store.read(name, blocks))
     variance = (squares - total**2 / finite) / (finite - 1) if finite > 1 else math.nan
     return MetricStatistics(
         name=name,
@@ -280,7 +285,8 @@ def _row(store: Store, name: str, blocks: Sequence[int]) -> MetricStatistics:
         finite=finite,
         mean=centre + total / finite if finite else math.nan,
         sd=math.sqrt(max(variance, 0.0)) if finite > 1 else math.nan,
-        quantiles=dict(zip(QUANTILES, _quantiles(store.read(name, blocks)), strict=True)),
+        quantiles=quantiles,
+        intervals=intervals,
         smallest=smallest,
         largest=largest,
     )
@@ -295,10 +301,28 @@ def _ends(values: FloatArray) -> list[tuple[int, float]]:
     return [(int(place), float(values[place])) for place in ends]
 
 
-def _quantiles(values: FloatArray) -> list[float]:
-    """Return quantiles without interpolation, so that infinite values count as what they are; sorts in place."""
+def _quantiles(values: FloatArray) -> tuple[dict[float, float], dict[float, tuple[float, float]]]:
+    """Return quantiles and their intervals, without interpolation, so that infinite values count as what they are.
+
+    Sorts in place.
+    """
     values.sort()  # NaN last
-    count = len(values) - int(np.count_nonzero(np.isnan(values)))
-    if not count:
-        return [math.nan] * len(QUANTILES)
-    return [float(values[math.ceil(q * count) - 1]) for q in QUANTILES]
+    known = values[: len(values) - int(np.count_nonzero(np.isnan(values)))]
+    if not known.size:
+        return dict.fromkeys(QUANTILES, math.nan), dict.fromkeys(QUANTILES, (math.nan, math.nan))
+    padded = np.concatenate([[math.nan], known, [math.nan]])
+    places = {q: ranks(q, known.size) for q in QUANTILES}
+    intervals = {q: (float(padded[low]), float(padded[high])) for q, (low, high) in places.items()}
+    return {q: float(known[math.ceil(q * known.size) - 1]) for q in QUANTILES}, intervals
+
+
+def ranks(q: float, n: int) -> tuple[int, int]:
+    """Return between which of n ordered independent numbers their quantile q lies at 95 %, whatever their distribution.
+
+    The numbers below the quantile are binomial (David and Nagaraja, Order Statistics, 2003, 7.1). Rank 0 or n + 1 is
+    there where n is too small for an end.
+    """
+    from scipy.stats import binom
+
+    tail = (1 - CONFIDENCE) / 2
+    return int(binom.ppf(tail, n, q)), int(binom.ppf(1 - tail, n, q)) + 1

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 INERTIA = np.array([2.13, 3.04, 3.09])
+SPIN = np.array([1.47e-5, 1.26e-5, 1.26e-5])
 ORBIT_RATE = math.sqrt(3.986004418e14 / (6378137.0 + 600e3) ** 3)
 PRINTED_B = ((0.307, 0.0586), (0.305, 0.0411), (0.302, 0.0404))
 PROPORTIONAL = np.array([2.1087e-3, 3.0096e-3, 3.0591e-3])
@@ -27,9 +28,10 @@ STEPS = np.radians([25.0, 30.0, 0.0])
 
 @dataclass(frozen=True)
 class Plant:
-    """The body, its orbit and its wheels."""
+    """The body with what its wheels have across their axes, the wheels about their axes, and the orbit."""
 
     inertia: Array = field(default_factory=INERTIA.copy)
+    spin: Array = field(default_factory=SPIN.copy)
     omega0: float = ORBIT_RATE
     wheels: bool = True
     umax: float = math.inf
@@ -62,6 +64,7 @@ def rates(plant: Plant, x: list[float], u: list[float]) -> list[float]:
     p, q, r = w1 + w0 * ct * ss, w2 + w0 * (sp * st * ss + cp * cs), w3 + w0 * (cp * st * ss - sp * cs)
     n1, n2, n3 = -st, sp * ct, cp * ct
     g = 3 * w0 * w0
+    j1, j2, j3 = plant.inertia + plant.spin
     l1, l2, l3 = i1 * w1 + h1, i2 * w2 + h2, i3 * w3 + h3
     turn = q * sp + r * cp
     loss = 1.0 if plant.wheels else 0.0
@@ -69,9 +72,9 @@ def rates(plant: Plant, x: list[float], u: list[float]) -> list[float]:
         p + turn * st / ct,
         q * cp - r * sp,
         turn / ct,
-        (u[0] + g * (i3 - i2) * n2 * n3 - (w2 * l3 - w3 * l2)) / i1,
-        (u[1] + g * (i1 - i3) * n1 * n3 - (w3 * l1 - w1 * l3)) / i2,
-        (u[2] + g * (i2 - i1) * n1 * n2 - (w1 * l2 - w2 * l1)) / i3,
+        (u[0] + g * (j3 - j2) * n2 * n3 - (w2 * l3 - w3 * l2)) / i1,
+        (u[1] + g * (j1 - j3) * n1 * n3 - (w3 * l1 - w1 * l3)) / i2,
+        (u[2] + g * (j2 - j1) * n1 * n2 - (w1 * l2 - w2 * l1)) / i3,
         -loss * u[0],
         -loss * u[1],
         -loss * u[2],
@@ -91,11 +94,10 @@ def advance(plant: Plant, x: Array, u: Array, span: float, steps: int = 5) -> Ar
 
 
 def wheel_limit(plant: Plant, h: Array, wanted: Array, period: float) -> Array:
-    """Return the torque that acts: limited to umax, then so that no wheel passes hmax within a sample."""
-    u = np.clip(wanted, -plant.umax, plant.umax)
-    if not plant.wheels:
-        return u
-    return np.clip(u, (h - plant.hmax) / period, (h + plant.hmax) / period)
+    """Return the torque that acts: limited so that no wheel passes hmax within a sample, then to umax."""
+    if plant.wheels:
+        wanted = np.clip(wanted, (h - plant.hmax) / period, (h + plant.hmax) / period)
+    return np.clip(wanted, -plant.umax, plant.umax)
 
 
 def square_wave(t: float, half_period: float = 200.0) -> Array:

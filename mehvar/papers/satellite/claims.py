@@ -27,7 +27,10 @@ _LOST = 0.02
 """Allowed deviation of the time at which a run is lost, relative: below one sample, 0.5 s, for times up to 25 s. All
 but that of claim 7 agree to the sample, so half of this changes nothing; with twice, claim 7's agrees too."""
 _EXACT = 1e-6
-"""Relative, of stiffness and damping: they come from matrices that are exact but for rounding."""
+"""Relative, of damping: it comes from matrices that are exact but for rounding."""
+_WHEELS = 5e-6
+"""Relative, of stiffness: gravity pulls at the wheels too, which (8)-(10) leave out: 2.2e-6 of the pitch's. Half
+as much still passes, with twice as much nothing else does."""
 
 
 def _each_below(what: str, bound: float, values: FloatArray, unit: str = "deg") -> Check:
@@ -185,7 +188,7 @@ def _linear_model(runs: Runs, expected: Expected) -> Sequence[Check]:
     stiffness, damping = _second_order(runs)
     printed = (4 * w0**2 * (y - z), 3 * w0**2 * (x - z), w0**2 * (y - x))
     checks = [
-        about(f"({8 + k}): stiffness of {axis}", printed[k], float(stiffness[k, k]), "N m/rad", _EXACT)
+        about(f"({8 + k}): stiffness of {axis}", printed[k], float(stiffness[k, k]), "N m/rad", _WHEELS)
         for k, axis in enumerate(AXES)
     ]
     checks += [

@@ -161,7 +161,9 @@ def linear(m: Motion) -> Iterator[Printed]:
             for total, right, corrected, alone in zip(m.total, balance, pulled, m.alone, strict=True)
         ),
         note="(8)-(10) are the control torque: they follow from (1)-(7) and the gravity gradient T_gg = "
-        "3 omega_0^2 n x I n, n to nadir, which the paper never writes. About yaw it has no term of first order.",
+        "3 omega_0^2 n x I n, n to nadir, which the paper never writes. About yaw it has no term of first order. The "
+        "paper has one I. Gravity pulls at the wheels too: the model has I + I_omega there and I in (1); with I_omega "
+        "of Table 1 that is 2e-6 of the stiffness in (9), nothing in (8) and (10).",
     )
     coupling, (phi_dot, _, psi_dot) = m.omega_0 * (I_x - I_y + I_z), m.small_rate
     yield (

@@ -20,6 +20,7 @@ from ..dynamics import (
     latitude,
     orbit_rate,
     rates,
+    wheel_inertia,
     wheels,
 )
 
@@ -30,11 +31,16 @@ _ANGLES = (("phi", r"\varphi"), ("theta", r"\theta"), ("psi", r"\psi"))
 
 
 class Motion:
-    """Symbols of (1)-(11): angles, rates, the torque, and the torques of small motions about the orbit axes."""
+    """Symbols of (1)-(11): angles, rates, the torque, and the torques of small motions about the orbit axes.
+
+    The paper has one inertia, I. What the wheels add to the gravity gradient, where the model has I + I_omega, is left
+    out here.
+    """
 
     def __init__(self, system: System, names: Names) -> None:
+        one_inertia: Case = dict.fromkeys(wheel_inertia(system.parameters), sp.S.Zero)
         self._definitions = system.definitions
-        self._shown = {step.left: step.expr for step in system.steps if isinstance(step, Equation)}
+        self._shown = {step.left: step.expr.subs(one_inertia) for step in system.steps if isinstance(step, Equation)}
         self.plant = system.parameters
         p = {q.name: q for q in system.parameters}
         self.phi, self.theta, self.psi = (

@@ -75,7 +75,7 @@ static inline void mv_prepare_steps(mv_loop *l, real target)
 /* Integrate all lanes that are alive to exactly `goal`; those that cannot get there are retired where they are. */
 static void mv_advance(mv_loop *l, double goal)
 {
-    const real target = SPLAT(goal);
+    const real target = SPLAT(goal), start = l->t;
     mv_prepare_steps(l, target);
     mask open = l->alive, bounded = mv_none();
     for (int64_t trial = 0; mv_any(open); trial++) {
@@ -85,7 +85,7 @@ static void mv_advance(mv_loop *l, double goal)
         }
         const real room = target - l->t;
         const mask last = LE(room, K(STRETCH) * l->h);
-        const real h = SELECT(last, room, l->h);
+        const real h = ORDER ? SELECT(last, room, l->h) : l->h;
         real ratio;
         const mask taken = mv_trial(l, target, h, open, last, &ratio), refused = AND(open, NOT(taken));
         if (ORDER)
@@ -93,6 +93,7 @@ static void mv_advance(mv_loop *l, double goal)
         else
             mv_retire(l, refused, MV_NOT_FINITE);
         bounded = refused;
+        if (!ORDER) l->t = SELECT(AND(taken, NOT(last)), start + K(trial + 1) * h, l->t); /* counted, not added up */
         mv_check_limits(l, taken);
         open = AND(l->alive, LT(l->t, target));
     }

@@ -22,6 +22,7 @@ def gates_of(subject: Machine) -> list[Gate]:
         balance("momentum of wheels", _wheels, lambda at: -at["wheels"][:, None] * _wheel_torque(at)),
         never_rises("energy without inputs", _energy, lambda at: _idle(at).moved(wheels=1.0, omega0=0.0)),
         balance("place on the orbit", lambda at: at["latitude"], lambda at: at["omega0"]),
+        identity("locked wheels", lambda at: _spinning(_locked(at)), _rigid_rates),
         identity("rest in orbit axes", lambda at: _resting(at).call("rhs")[:, :-1], _nothing),
         *_outputs(quaternion),
         identity("initial state", lambda at: at.call("initial"), _initial),
@@ -86,10 +87,10 @@ def _jacobi(at: Points) -> Array:
 
 def _energy_of_parts(at: Points) -> Array:
     """Return the energy of rotation of body and wheels, and the potential of the gravity gradient."""
-    inertia, nadir = at.vector("I_x", "I_y", "I_z"), _rotation(at)[:, :, 2]
-    body = dot(inertia * _w(at), _w(at))
+    nadir = _rotation(at)[:, :, 2]
+    body = dot(at.vector("I_x", "I_y", "I_z") * _w(at), _w(at))
     wheels = dot(_wheels(at), _absolute_speed(at))
-    return (body + wheels + 3 * at["omega0"] ** 2 * dot(nadir, inertia * nadir)) / 2
+    return (body + wheels + 3 * at["omega0"] ** 2 * dot(nadir, _total_inertia(at) * nadir)) / 2
 
 
 def _momentum_of_parts(at: Points) -> Array:
@@ -131,7 +132,28 @@ def _external(at: Points) -> Array:
 
 def _gradient(at: Points) -> Array:
     nadir = _rotation(at)[:, :, 2]
-    return 3 * at["omega0"][:, None] ** 2 * np.cross(nadir, at.vector("I_x", "I_y", "I_z") * nadir)
+    return 3 * at["omega0"][:, None] ** 2 * np.cross(nadir, _total_inertia(at) * nadir)
+
+
+def _total_inertia(at: Points) -> Array:
+    return at.vector("I_x", "I_y", "I_z") + at.vector(*_names("Iw_"))
+
+
+def _rigid_rates(at: Points) -> Array:
+    """Return w' and h' of one rigid body, its wheels locked: Euler's equations, which know nothing of wheels."""
+    inertia, w = _total_inertia(at), _w(at)
+    acceleration = (_gradient(at) + _environment(at) - np.cross(w, inertia * w)) / inertia
+    return np.hstack([acceleration, at.vector(*_names("Iw_")) * acceleration])
+
+
+def _locked(at: Points) -> Points:
+    """Return the points with wheels that turn with the body and motors that hold them there."""
+    holding = -_rigid_rates(at)[:, 3:]
+    speeds = at.vector(*_names("Iw_")) * _w(at)
+    values = {f"h{i}": speeds[:, k] for k, i in enumerate("xyz")} | {
+        f"T{i}": holding[:, k] for k, i in enumerate("xyz")
+    }
+    return at.moved(wheels=1.0, **values)
 
 
 def _environment(at: Points) -> Array:

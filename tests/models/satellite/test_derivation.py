@@ -73,9 +73,10 @@ def test_the_linear_model_keeps_and_drops_what_the_paper_does():
     roll, pitch, yaw = angles
     phi, _, psi = sp.symbols(r"\dot\varphi \dot\theta \dot\psi", real=True)
     up = sp.symbols(r"\ddot\varphi \ddot\theta \ddot\psi", real=True)
+    of_wheels = 3 * w0**2 * sp.Matrix([PLANT.Iw_y - PLANT.Iw_z, PLANT.Iw_x - PLANT.Iw_z])
     kept = [
-        x * up[0] + 4 * w0**2 * (y - z) * roll,
-        y * up[1] + 3 * w0**2 * (x - z) * pitch,
+        x * up[0] + (4 * w0**2 * (y - z) + of_wheels[0]) * roll,
+        y * up[1] + (3 * w0**2 * (x - z) + of_wheels[1]) * pitch,
         z * up[2] + w0**2 * (y - x) * yaw,
     ]
     dropped = {0: -w0 * (x - y + z) * psi, 2: w0 * (x - y + z) * phi}

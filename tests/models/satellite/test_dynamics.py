@@ -5,10 +5,15 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from mehvar.errors import InputError
+from mehvar.runtime.run.problem import Status
+from mehvar.runtime.run.simulate import simulate
 from tests.models.satellite.loop import satellite
-from tests.reference.reference_satellite import INERTIA, ORBIT_RATE, START, Plant, rates, rotation, wheel_limit
+from tests.reference.reference_satellite import INERTIA, ORBIT_RATE, SPIN, START, Plant, rates, rotation, wheel_limit
 
 EULER, QUATERNION = satellite("euler"), satellite("quaternion")
 RANDOM = np.random.default_rng(5)
@@ -65,10 +70,12 @@ def test_the_orbital_rate_is_that_of_a_circular_orbit():
     assert plant()[P.index("omega0")] == pytest.approx(ORBIT_RATE, rel=1e-9)
 
 
-def test_gravity_gradient_of_six_point_masses():
-    """Six masses on the principal axes have the satellite's inertia; each is pulled by the inverse square law."""
+@pytest.mark.parametrize("spin", [SPIN, np.array([0.3, 0.01, 0.02])], ids=["paper", "heavy"])
+def test_gravity_gradient_of_six_point_masses(spin):
+    """Six masses on the principal axes have the inertia of all; each is pulled by the inverse square law."""
     radius = plant()[P.index("orbit_radius")]
-    squares = INERTIA.sum() / 2 - INERTIA
+    total = INERTIA + spin
+    squares = total.sum() / 2 - total
     arms = np.vstack([sign * np.diag(np.sqrt(squares / 2)) for sign in (1, -1)])
     mu = ORBIT_RATE**2 * radius**3
     for x in random_states(10):
@@ -79,9 +86,20 @@ def test_gravity_gradient_of_six_point_masses():
         lengths = np.linalg.norm(distance, axis=1)
         excess = np.expm1(-3 * np.log1p((lengths - radius) / radius)) + 1
         torque = np.cross(arms, mu / radius**3 * distance * excess[:, None]).sum(axis=0)
-        p = plant(omega0=ORBIT_RATE)
+        p = plant(omega0=ORBIT_RATE, Iw_x=spin[0], Iw_y=spin[1], Iw_z=spin[2])
         result = EULER.rhs(x, np.zeros(3), p)[3:6] * INERTIA
         assert result == pytest.approx(torque, rel=1e-6, abs=1e-12)
+
+
+def test_wheels_are_pulled_at_as_the_body_is():
+    """With the same inertia about all axes but for a heavy wheel, gravity turns the tilted satellite all the same."""
+    p = plant(**dict.fromkeys(("I_x", "I_y", "I_z"), 3.0), Iw_x=0.3, Iw_y=0.01, Iw_z=0.01)
+    x = np.zeros(10)
+    x[:3] = np.radians([10, 10, 5])
+    nadir = rotation(x[:3])[:, 2]
+    expected = 3 * p[P.index("omega0")] ** 2 * np.cross(nadir, np.array([3.3, 3.01, 3.01]) * nadir) / 3
+    assert np.abs(expected).max() > 5e-8
+    assert EULER.rhs(x, np.zeros(3), p)[3:6] == pytest.approx(expected, rel=1e-12, abs=1e-20)
 
 
 def test_the_generated_jacobian_holds_the_linear_model():
@@ -94,7 +112,10 @@ def test_the_generated_jacobian_holds_the_linear_model():
     assert J[:3, 3:] == pytest.approx(np.eye(3))
     stiffness, coupling = stiff - damp @ turn, turn + damp
     ix, iy, iz = INERTIA
-    expected = [-4 * w0**2 * (iy - iz) / ix, -3 * w0**2 * (ix - iz) / iy, -(w0**2) * (iy - ix) / iz]
+    gx, gy, gz = INERTIA + SPIN
+    expected = [
+        -(w0**2) * (iy - iz + 3 * (gy - gz)) / ix, -3 * w0**2 * (gx - gz) / iy, -(w0**2) * (iy - ix) / iz
+    ]  # fmt: skip
     assert stiffness == pytest.approx(np.diag(expected), abs=1e-19)
     assert coupling[0, 2] == pytest.approx(1.10850e-3, rel=1e-5)
     assert coupling[2, 0] == pytest.approx(-7.64113e-4, rel=1e-5)
@@ -139,7 +160,7 @@ def test_momentum_changes_by_the_external_torque():
         slope = EULER.rhs(x, u, p)
         change = (EULER.momentum(x + step * slope, p) - EULER.momentum(x - step * slope, p)) / (2 * step)
         C = rotation(x[:3])
-        gradient = 3 * w0**2 * np.cross(C[:, 2], INERTIA * C[:, 2])
+        gradient = 3 * w0**2 * np.cross(C[:, 2], (INERTIA + SPIN) * C[:, 2])
         y = EULER.outputs(x, u, np.zeros(3), p)
         torque = C.T @ (gradient + [y[names.index(f"Tenv_{i}")] for i in "xyz"])
         c, s = math.cos(x[9]), math.sin(x[9])
@@ -197,17 +218,29 @@ def test_torques_of_the_environment():
     assert [quiet[names.index(f"Tenv_{i}")] for i in "xyz"] == [0, 0, 0]
 
 
-def test_wheels_limit_torque_then_momentum():
-    limited = Plant(umax=0.1, hmax=0.5)
-    p = plant(umax=0.1, hmax=0.5)
-    for _ in range(50):
-        x = random_states(1)[0]
-        x[6:9] = RANDOM.uniform(-0.55, 0.55, 3)
-        wanted = RANDOM.normal(0, 0.15, 3)
-        assert EULER.actuate(x, wanted, p) == pytest.approx(wheel_limit(limited, x[6:9], wanted, 0.5), abs=1e-15)
+@given(
+    h=st.floats(-0.7, 0.7), wanted=st.floats(-3, 3), umax=st.floats(0.01, 2), hmax=st.floats(0.1, 0.7),
+    period=st.floats(0.1, 2),
+)  # fmt: skip
+@settings(deadline=None)
+def test_a_torque_keeps_both_limits_and_the_order_of_them_is_known(h, wanted, umax, hmax, period):
+    """Never beyond umax, whatever the wheel holds; a wheel within hmax stays there, and is not driven without cause."""
+    x = np.zeros(10)
+    x[6:9] = h
+    (acts, *_) = EULER.actuate(x, np.full(3, wanted), plant(umax=umax, hmax=hmax, Ts=period))
+    assert acts == pytest.approx(wheel_limit(Plant(umax=umax, hmax=hmax), np.array([h]), np.array([wanted]), period)[0])
+    assert abs(acts) <= umax
+    if abs(h) <= hmax:
+        assert abs(h - period * acts) <= hmax * (1 + 1e-12)
+        assert min(0, wanted) <= acts <= max(0, wanted)
+    without = plant(umax=umax, hmax=hmax, Ts=period, wheels=0.0)
+    assert EULER.actuate(x, np.full(3, wanted), without)[0] == max(-umax, min(umax, wanted))
+
+
+def test_a_full_wheel_gives_no_torque_and_without_limits_all_is_given():
+    x = np.zeros(10)
     x[6:9] = 0.5
-    assert EULER.actuate(x, np.full(3, -1.0), p) == pytest.approx([0, 0, 0])
-    assert EULER.actuate(x, np.full(3, -1.0), plant(umax=0.1, hmax=0.5, wheels=0.0)) == pytest.approx([-0.1] * 3)
+    assert EULER.actuate(x, np.full(3, -1.0), plant(umax=0.1, hmax=0.5)) == pytest.approx([0, 0, 0])
     assert EULER.actuate(x, np.full(3, 50.0), plant()) == pytest.approx([50.0] * 3)
 
 
@@ -263,6 +296,8 @@ def test_what_cannot_be_is_refused():
     assert (margins() > 0).all()
     assert margins(I_z=5.2)[0] <= 0
     assert margins(I_x=0.01)[0] <= 0
+    assert margins(I_x=1.0, I_y=1.0, I_z=1.99)[0] > 0
+    assert margins(I_x=1.0, I_y=1.0, I_z=1.99, Iw_z=0.02)[0] <= 0
     assert margins(half_period=0.4)[1] <= 0
     p, c, s = EULER.parameters({"design_delay": 0.5}, "mrac")
     assert EULER.mrac_constraints(p, c, s)[0] <= 0
@@ -279,3 +314,24 @@ def test_a_run_is_lost_past_85_degrees_of_pitch_or_a_huge_torque():
     x[1] = math.radians(85.1)
     assert EULER.limits(x, np.zeros(3), p)[0] < 0
     assert EULER.limits(x, np.array([0, -1.1e4, 0]), p)[1] < 0
+
+
+def test_more_momentum_than_a_wheel_can_hold_ends_a_run_and_is_refused_at_its_start():
+    x, limited = np.zeros(10), plant(hmax=0.5)
+    for h, allowed in ((0.5, True), (-0.5, True), (0.5 + 1e-15, True), (0.501, False), (-0.501, False)):
+        x[7] = h
+        assert (EULER.limits(x, np.zeros(3), limited)[2] > 0) == allowed
+    assert EULER.limits(x, np.zeros(3), plant(hmax=0.5, wheels=0.0))[2] > 0
+    values = {"umax": 0.1, "hmax": 0.5, "hx_0": 1.0}
+    with pytest.raises(InputError, match=r"lost \(momentum\): a wheel holds more than hmax = 0.5 N m s"):
+        simulate("satellite", "mrac", parameters=values)
+    with pytest.raises(InputError, match=r"from the call, initial.*a wheel holds more"):
+        simulate("satellite", "mrac", parameters={**values, "hx_0": 0.0}, initial={"hx": 1.0})
+
+
+def test_a_run_at_both_limits_passes_neither():
+    run = simulate("satellite", "mrac", parameters={"umax": 0.02, "hmax": 0.05}, t_end=400.0)
+    assert run.status is Status.DONE
+    momentum, torque = np.abs(run.x[:, 6:9]), np.abs(run.u)
+    assert torque.max() == 0.02
+    assert 0.05 * (1 - 1e-9) < momentum.max() < 0.05 * (1 + 1e-9)

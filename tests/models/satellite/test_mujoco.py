@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from tests.models.satellite.loop import satellite
-from tests.reference.reference_satellite import INERTIA
+from tests.reference.reference_satellite import INERTIA, SPIN
 
-SPIN = np.array([1.47e-5, 1.26e-5, 1.26e-5])
 TRANSVERSE = 0.7 * SPIN
 """Of each wheel, part of the satellite's inertia: any value does that a body can have."""
 

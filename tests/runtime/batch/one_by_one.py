@@ -13,7 +13,7 @@ from mehvar.runtime.run import compiled
 from mehvar.runtime.run.metrics import evaluate
 from mehvar.runtime.run.noise import normals
 from mehvar.runtime.run.problem import Problem, Status
-from mehvar.runtime.run.ticks import ticks_of
+from mehvar.runtime.run.ticks import rows_of, ticks_of
 
 
 def run_alone(
@@ -25,7 +25,8 @@ def run_alone(
     if hold is None and law.period is not None:
         hold = float(p[0, model.parameter_names.index(law.period)])
     t, record_every, hold_every = ticks_of(t_end, dt, hold, "the test")
-    n, width, rows = len(p), len(kernel.variables), (len(t) - 1) // record_every + 1
+    regular_t = rows_of(dt, t_end, dt, "the test")
+    n, width, rows = len(p), len(kernel.variables), len(regular_t)
     block = Block(
         *(np.empty((n, k)) for k in (len(manifest.states), width, width, len(manifest.metrics))),
         *(np.empty(n, dtype) for dtype in (np.uint8, np.int32, np.float64, np.float64, np.int64)),
@@ -54,6 +55,6 @@ def run_alone(
         block.steps[i] = one.statistics["steps"]
         block.minimum[i], block.maximum[i] = series.min(axis=0), series.max(axis=0)
         block.metrics[i] = [evaluate(m, one.t, columns) for m in manifest.metrics.values()]
-        regular = np.isin(one.t, t[::record_every])
+        regular = np.isin(one.t, regular_t)
         block.series[i, : regular.sum()] = series[regular]
     return block
