@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "36461a773c42406edfdd9866eab99aef1cd5bc03a9e9220d07a9bcd89b5f2745"
+#define SATELLITE_HASH "978031f692ccef5979696af0fb23bc6808941a8e1488d27514b0bbdd0376d9de"
 
 /* state x */
 enum {
@@ -135,12 +135,14 @@ enum {
     SATELLITE_MRAC_C_B1_YAW_0 = 13, /* first guess of b1, yaw [rad/N/m] */
     SATELLITE_MRAC_C_B_MIN = 14, /* floor of the gain that the law uses [rad/N/m] */
     SATELLITE_MRAC_C_B_MIN_RATIO = 15, /* floor of the gain that the law uses, over Ts^2/(2 I) [1] */
-    SATELLITE_MRAC_C_APPLIED_REGRESSOR = 16, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
-    SATELLITE_MRAC_C_DELAY = 17, /* samples between a command and its action [1] */
-    SATELLITE_MRAC_C_DESIGN_DELAY = 18, /* samples of delay that the law is designed for [1] */
-    SATELLITE_MRAC_C_TAU_M = 19, /* time constant of the reference model's double pole [s] */
-    SATELLITE_MRAC_C_MATCHED = 20, /* 1: the reference model starts at the measured angles [1] */
-    SATELLITE_NMRAC_C = 21
+    SATELLITE_MRAC_C_ESTIMATE_D = 16, /* 1: the offset d is estimated, 0: it stays zero [1] */
+    SATELLITE_MRAC_C_COMPENSATE_D = 17, /* 1: the law takes the estimated offset d out, 0: it does not [1] */
+    SATELLITE_MRAC_C_APPLIED_REGRESSOR = 18, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
+    SATELLITE_MRAC_C_DELAY = 19, /* samples between a command and its action [1] */
+    SATELLITE_MRAC_C_DESIGN_DELAY = 20, /* samples of delay that the law is designed for [1] */
+    SATELLITE_MRAC_C_TAU_M = 21, /* time constant of the reference model's double pole [s] */
+    SATELLITE_MRAC_C_MATCHED = 22, /* 1: the reference model starts at the measured angles [1] */
+    SATELLITE_NMRAC_C = 23
 };
 
 /* memory z of the law mrac */
@@ -258,12 +260,14 @@ enum {
     SATELLITE_MRAC_LITERAL_C_B1_YAW_0 = 13, /* first guess of b1, yaw [rad/N/m] */
     SATELLITE_MRAC_LITERAL_C_B_MIN = 14, /* floor of the gain that the law uses [rad/N/m] */
     SATELLITE_MRAC_LITERAL_C_B_MIN_RATIO = 15, /* floor of the gain that the law uses, over Ts^2/(2 I) [1] */
-    SATELLITE_MRAC_LITERAL_C_APPLIED_REGRESSOR = 16, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
-    SATELLITE_MRAC_LITERAL_C_DELAY = 17, /* samples between a command and its action [1] */
-    SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY = 18, /* samples of delay that the law is designed for [1] */
-    SATELLITE_MRAC_LITERAL_C_TAU_M = 19, /* time constant of the reference model's double pole [s] */
-    SATELLITE_MRAC_LITERAL_C_MATCHED = 20, /* 1: the reference model starts at the measured angles [1] */
-    SATELLITE_NMRAC_LITERAL_C = 21
+    SATELLITE_MRAC_LITERAL_C_ESTIMATE_D = 16, /* 1: the offset d is estimated, 0: it stays zero [1] */
+    SATELLITE_MRAC_LITERAL_C_COMPENSATE_D = 17, /* 1: the law takes the estimated offset d out, 0: it does not [1] */
+    SATELLITE_MRAC_LITERAL_C_APPLIED_REGRESSOR = 18, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
+    SATELLITE_MRAC_LITERAL_C_DELAY = 19, /* samples between a command and its action [1] */
+    SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY = 20, /* samples of delay that the law is designed for [1] */
+    SATELLITE_MRAC_LITERAL_C_TAU_M = 21, /* time constant of the reference model's double pole [s] */
+    SATELLITE_MRAC_LITERAL_C_MATCHED = 22, /* 1: the reference model starts at the measured angles [1] */
+    SATELLITE_NMRAC_LITERAL_C = 23
 };
 
 /* memory z of the law mrac-literal */
