@@ -220,7 +220,8 @@ def _offset(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 def offset_helps(runs: Runs, law: str, scenario: str, switch: str, **settings: Any) -> Sequence[Check]:
     """Return the check that the error of every axis is smaller with the offset than with a switch off."""
-    on, off = (measure(runs(law, scenario, **settings, **{switch: value})).rms for value in (1, 0))
+    cases: list[dict[str, Any]] = [{**settings, switch: value} for value in (1, 0)]
+    on, off = (measure(runs(law, scenario, **case)).rms for case in cases)
     return (
         Check("RMS error from 200 s on", f"less than {three(off, 'deg')}", three(on, "deg"), bool((on < off).all())),
     )

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.linalg import expm
@@ -31,7 +31,7 @@ _MODELS = (5.0, 10.0, 20.0)
 """Time constants of C1, s: half and twice the product's."""
 _POLES = (0.3, 0.5, 0.7)
 """Poles of Ac, which has the part of C2 in the law that keeps the zero; its default, and one to either side."""
-_OFF = {"matched": 0, "roll_0_deg": 1.0, "pitch_0_deg": 1.0, "yaw_0_deg": 0.5}
+_OFF: dict[str, Any] = {"matched": 0, "roll_0_deg": 1.0, "pitch_0_deg": 1.0, "yaw_0_deg": 0.5}
 """A start beside the reference model, a disturbance for regulation. From ten times as far the torques that take it out
 in a few samples throw the other axes, and the loop is no longer linear."""
 _SAMPLES = 12
@@ -91,8 +91,8 @@ def independence_figure(runs: Runs) -> Figure:
     """Draw what another C1 and another C2 change: the error after a start beside the model, and the manoeuvre."""
     figure = new_figure(10.0, 5.2)
     axes = figure.subplots(2, 2)
-    models = [(f"C1: {tau:g} s", {"tau_m": tau}) for tau in _MODELS]
-    poles = [(f"C2: pole {rho:g}", {"rho": rho}) for rho in _POLES]
+    models: list[tuple[str, dict[str, Any]]] = [(f"C1: {tau:g} s", {"tau_m": tau}) for tau in _MODELS]
+    poles: list[tuple[str, dict[str, Any]]] = [(f"C2: pole {rho:g}", {"rho": rho}) for rho in _POLES]
     for (left, right), cases, what in zip(axes, (models, poles), ("C1", "C2"), strict=True):
         for (name, settings), color, width in zip(cases, (BLUE, VERMILLION, GREEN), (4.0, 2.4, 1.0), strict=True):
             off, run = runs("mrac", "paper", **settings, **_OFF), runs("mrac", "paper", **settings)
@@ -137,8 +137,7 @@ def _gains(runs: Runs, factor: float) -> FloatArray:
 
 def _poles(runs: Runs, factor: float) -> NDArray[np.complex128]:
     A, B = linear(runs)
-    poles: NDArray[np.complex128] = np.linalg.eigvals(A - B @ _gains(runs, factor))
-    return poles
+    return np.linalg.eigvals(A - B @ _gains(runs, factor)).astype(np.complex128)
 
 
 def _sampled_radius(runs: Runs) -> float:
