@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "978031f692ccef5979696af0fb23bc6808941a8e1488d27514b0bbdd0376d9de"
+#define SATELLITE_HASH "ba08907faccda8b43bb98e1a0dd289cf922ff4affc13f3e49ac8c347ea2c7141"
 
 /* state x */
 enum {
@@ -136,7 +136,7 @@ enum {
     SATELLITE_MRAC_C_B_MIN = 14, /* floor of the gain that the law uses [rad/N/m] */
     SATELLITE_MRAC_C_B_MIN_RATIO = 15, /* floor of the gain that the law uses, over Ts^2/(2 I) [1] */
     SATELLITE_MRAC_C_ESTIMATE_D = 16, /* 1: the offset d is estimated, 0: it stays zero [1] */
-    SATELLITE_MRAC_C_COMPENSATE_D = 17, /* 1: the law takes the estimated offset d out, 0: it does not [1] */
+    SATELLITE_MRAC_C_COMPENSATE_D = 17, /* share of the estimated offset d that the law takes out [1] */
     SATELLITE_MRAC_C_APPLIED_REGRESSOR = 18, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
     SATELLITE_MRAC_C_DELAY = 19, /* samples between a command and its action [1] */
     SATELLITE_MRAC_C_DESIGN_DELAY = 20, /* samples of delay that the law is designed for [1] */
@@ -261,7 +261,7 @@ enum {
     SATELLITE_MRAC_LITERAL_C_B_MIN = 14, /* floor of the gain that the law uses [rad/N/m] */
     SATELLITE_MRAC_LITERAL_C_B_MIN_RATIO = 15, /* floor of the gain that the law uses, over Ts^2/(2 I) [1] */
     SATELLITE_MRAC_LITERAL_C_ESTIMATE_D = 16, /* 1: the offset d is estimated, 0: it stays zero [1] */
-    SATELLITE_MRAC_LITERAL_C_COMPENSATE_D = 17, /* 1: the law takes the estimated offset d out, 0: it does not [1] */
+    SATELLITE_MRAC_LITERAL_C_COMPENSATE_D = 17, /* share of the estimated offset d that the law takes out [1] */
     SATELLITE_MRAC_LITERAL_C_APPLIED_REGRESSOR = 18, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
     SATELLITE_MRAC_LITERAL_C_DELAY = 19, /* samples between a command and its action [1] */
     SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY = 20, /* samples of delay that the law is designed for [1] */
