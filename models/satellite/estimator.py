@@ -135,7 +135,8 @@ def estimate(axis: int, applied: Expr, law: Group, plant: Group, d: Derivation) 
     )
     update = dict(zip((n for n, _, _ in _THETA), following, strict=True)) | covariance
     update |= {"y1": y, "y2": y1, "v1": torque, "u2": z["u1"]}
-    offset = d.define(f"d_used_{name}", law.compensate_d * following[-1], "", "offset that the laws take out", "rad", "d_o")
+    share = law.compensate_d * following[-1]
+    offset = d.define(f"d_used_{name}", share, "", "offset that the laws take out", "rad", "d_o")
     return Estimate(y, y1, torque, (*following[:-1], offset), trace, update)
 
 
