@@ -54,7 +54,10 @@ RANGES = {
         "noise": (0.01, 0.02), "noise_rate": (0.01, 0.02), "quantum": (0.01, 0.05), "torque_lost": (5, 9),
         **{f"e_{name}": (-2, 2) for name in ("roll", "pitch", "yaw", "wx", "wy", "wz")},
         "ref_roll": (-1, 1), "ref_pitch": (-1, 1), "ref_yaw": (-1, 1), "t": (0, 1000),
-        **dict.fromkeys(("design_delay", "follow_model", "matched", "adapt", "applied_regressor"), (0.49, 0.51)),
+        **dict.fromkeys(
+            ("design_delay", "follow_model", "matched", "adapt", "applied_regressor", "estimate_d"), (0.49, 0.51)
+        ),
+        "compensate_d": (0.5, 1.5),
         **{f"{b}_{axis}": (0.01, 0.1) for b in ("b0", "b1") for axis in ("roll", "pitch", "yaw")},
         **{f"{b}_{axis}_0": (-0.05, 0.1) for b in ("b0", "b1") for axis in ("roll", "pitch", "yaw")},
         "b_min": (0.02, 0.06), "b_min_ratio": (0.5, 1.5), "samples": (1, 3), "trace_max": (1, 5),

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "fde95af0c8eaa29a803419fb59ec47ac006ae9140a060fa476c8b43e876369ad"
+#define SATELLITE_HASH "ba08907faccda8b43bb98e1a0dd289cf922ff4affc13f3e49ac8c347ea2c7141"
 
 /* state x */
 enum {
@@ -65,9 +65,9 @@ enum {
 
 /* plant parameters p */
 enum {
-    SATELLITE_P_I_X = 0, /* inertia about x of body and wheels, less Iw_x [kg m^2] */
-    SATELLITE_P_I_Y = 1, /* inertia about y of body and wheels, less Iw_y [kg m^2] */
-    SATELLITE_P_I_Z = 2, /* inertia about z of body and wheels, less Iw_z [kg m^2] */
+    SATELLITE_P_I_X = 0, /* inertia about x, less the wheels' spin inertias [kg m^2] */
+    SATELLITE_P_I_Y = 1, /* inertia about y, less the wheels' spin inertias [kg m^2] */
+    SATELLITE_P_I_Z = 2, /* inertia about z, less the wheels' spin inertias [kg m^2] */
     SATELLITE_P_IW_X = 3, /* spin inertia of the wheel along x [kg m^2] */
     SATELLITE_P_IW_Y = 4, /* spin inertia of the wheel along y [kg m^2] */
     SATELLITE_P_IW_Z = 5, /* spin inertia of the wheel along z [kg m^2] */
@@ -135,12 +135,14 @@ enum {
     SATELLITE_MRAC_C_B1_YAW_0 = 13, /* first guess of b1, yaw [rad/N/m] */
     SATELLITE_MRAC_C_B_MIN = 14, /* floor of the gain that the law uses [rad/N/m] */
     SATELLITE_MRAC_C_B_MIN_RATIO = 15, /* floor of the gain that the law uses, over Ts^2/(2 I) [1] */
-    SATELLITE_MRAC_C_APPLIED_REGRESSOR = 16, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
-    SATELLITE_MRAC_C_DELAY = 17, /* samples between a command and its action [1] */
-    SATELLITE_MRAC_C_DESIGN_DELAY = 18, /* samples of delay that the law is designed for [1] */
-    SATELLITE_MRAC_C_TAU_M = 19, /* time constant of the reference model's double pole [s] */
-    SATELLITE_MRAC_C_MATCHED = 20, /* 1: the reference model starts at the measured angles [1] */
-    SATELLITE_NMRAC_C = 21
+    SATELLITE_MRAC_C_ESTIMATE_D = 16, /* 1: the offset d is estimated, 0: it stays zero [1] */
+    SATELLITE_MRAC_C_COMPENSATE_D = 17, /* share of the estimated offset d that the law takes out [1] */
+    SATELLITE_MRAC_C_APPLIED_REGRESSOR = 18, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
+    SATELLITE_MRAC_C_DELAY = 19, /* samples between a command and its action [1] */
+    SATELLITE_MRAC_C_DESIGN_DELAY = 20, /* samples of delay that the law is designed for [1] */
+    SATELLITE_MRAC_C_TAU_M = 21, /* time constant of the reference model's double pole [s] */
+    SATELLITE_MRAC_C_MATCHED = 22, /* 1: the reference model starts at the measured angles [1] */
+    SATELLITE_NMRAC_C = 23
 };
 
 /* memory z of the law mrac */
@@ -258,12 +260,14 @@ enum {
     SATELLITE_MRAC_LITERAL_C_B1_YAW_0 = 13, /* first guess of b1, yaw [rad/N/m] */
     SATELLITE_MRAC_LITERAL_C_B_MIN = 14, /* floor of the gain that the law uses [rad/N/m] */
     SATELLITE_MRAC_LITERAL_C_B_MIN_RATIO = 15, /* floor of the gain that the law uses, over Ts^2/(2 I) [1] */
-    SATELLITE_MRAC_LITERAL_C_APPLIED_REGRESSOR = 16, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
-    SATELLITE_MRAC_LITERAL_C_DELAY = 17, /* samples between a command and its action [1] */
-    SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY = 18, /* samples of delay that the law is designed for [1] */
-    SATELLITE_MRAC_LITERAL_C_TAU_M = 19, /* time constant of the reference model's double pole [s] */
-    SATELLITE_MRAC_LITERAL_C_MATCHED = 20, /* 1: the reference model starts at the measured angles [1] */
-    SATELLITE_NMRAC_LITERAL_C = 21
+    SATELLITE_MRAC_LITERAL_C_ESTIMATE_D = 16, /* 1: the offset d is estimated, 0: it stays zero [1] */
+    SATELLITE_MRAC_LITERAL_C_COMPENSATE_D = 17, /* share of the estimated offset d that the law takes out [1] */
+    SATELLITE_MRAC_LITERAL_C_APPLIED_REGRESSOR = 18, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
+    SATELLITE_MRAC_LITERAL_C_DELAY = 19, /* samples between a command and its action [1] */
+    SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY = 20, /* samples of delay that the law is designed for [1] */
+    SATELLITE_MRAC_LITERAL_C_TAU_M = 21, /* time constant of the reference model's double pole [s] */
+    SATELLITE_MRAC_LITERAL_C_MATCHED = 22, /* 1: the reference model starts at the measured angles [1] */
+    SATELLITE_NMRAC_LITERAL_C = 23
 };
 
 /* memory z of the law mrac-literal */
@@ -481,12 +485,6 @@ void satellite_outputs_prepare(const mv_real *p, mv_real *h);
 
 /* the rest of outputs */
 void satellite_outputs_prepared(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, const mv_real *h, mv_real *y);
-
-/* what limits computes once per run */
-void satellite_limits_prepare(const mv_real *p, mv_real *h);
-
-/* the rest of limits */
-void satellite_limits_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, mv_real *margin);
 
 /* what actuate computes once per run */
 void satellite_actuate_prepare(const mv_real *p, mv_real *h);

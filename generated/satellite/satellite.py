@@ -7,16 +7,16 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "fde95af0c8eaa29a803419fb59ec47ac006ae9140a060fa476c8b43e876369ad"
+HASH = "ba08907faccda8b43bb98e1a0dd289cf922ff4affc13f3e49ac8c347ea2c7141"
 STATES = ("roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz", "latitude", )
 INPUTS = ("Tx", "Ty", "Tz", )
 REFERENCES = ("ref_roll", "ref_pitch", "ref_yaw", )
 OUTPUTS = ("ref_roll", "ref_pitch", "ref_yaw", "roll_error", "pitch_error", "yaw_error", "rate_x", "rate_y", "rate_z", "wheel_x", "wheel_y", "wheel_z", "Tenv_x", "Tenv_y", "Tenv_z", )
 PARAMETERS = ("I_x", "I_y", "I_z", "Iw_x", "Iw_y", "Iw_z", "omega0", "orbit_radius", "inclination", "Ts", "wheels", "umax", "hmax", "wheel_friction", "dipole_x", "dipole_y", "dipole_z", "field_moment", "air_density", "drag_coefficient", "area", "arm_x", "arm_y", "arm_z", "solar_pressure", "reflectance", "sun_latitude", "sun_elevation", "noise", "noise_rate", "quantum", "torque_lost", "pitch_lost", )
 SCENARIO_PARAMETERS = ("roll_0_deg", "pitch_0_deg", "yaw_0_deg", "hx_0", "hy_0", "hz_0", "latitude_0", "roll_step_deg", "pitch_step_deg", "yaw_step_deg", "half_period", )
-MRAC_PARAMETERS = ("rho", "adapt", "F0", "forgetting", "trace_max", "dead_zone", "dead_zone_sigma", "guess", "b0_roll_0", "b1_roll_0", "b0_pitch_0", "b1_pitch_0", "b0_yaw_0", "b1_yaw_0", "b_min", "b_min_ratio", "applied_regressor", "delay", "design_delay", "tau_m", "matched", )
+MRAC_PARAMETERS = ("rho", "adapt", "F0", "forgetting", "trace_max", "dead_zone", "dead_zone_sigma", "guess", "b0_roll_0", "b1_roll_0", "b0_pitch_0", "b1_pitch_0", "b0_yaw_0", "b1_yaw_0", "b_min", "b_min_ratio", "estimate_d", "compensate_d", "applied_regressor", "delay", "design_delay", "tau_m", "matched", )
 MRAC_MEMORY = ("a1_roll", "a2_roll", "b0_roll", "b1_roll", "d_roll", "D1_roll", "D2_roll", "D3_roll", "D4_roll", "D5_roll", "U12_roll", "U13_roll", "U23_roll", "U14_roll", "U24_roll", "U34_roll", "U15_roll", "U25_roll", "U35_roll", "U45_roll", "y1_roll", "y2_roll", "v1_roll", "u1_roll", "u2_roll", "ym_roll", "wm1_roll", "wm2_roll", "wm3_roll", "wm4_roll", "a1_pitch", "a2_pitch", "b0_pitch", "b1_pitch", "d_pitch", "D1_pitch", "D2_pitch", "D3_pitch", "D4_pitch", "D5_pitch", "U12_pitch", "U13_pitch", "U23_pitch", "U14_pitch", "U24_pitch", "U34_pitch", "U15_pitch", "U25_pitch", "U35_pitch", "U45_pitch", "y1_pitch", "y2_pitch", "v1_pitch", "u1_pitch", "u2_pitch", "ym_pitch", "wm1_pitch", "wm2_pitch", "wm3_pitch", "wm4_pitch", "a1_yaw", "a2_yaw", "b0_yaw", "b1_yaw", "d_yaw", "D1_yaw", "D2_yaw", "D3_yaw", "D4_yaw", "D5_yaw", "U12_yaw", "U13_yaw", "U23_yaw", "U14_yaw", "U24_yaw", "U34_yaw", "U15_yaw", "U25_yaw", "U35_yaw", "U45_yaw", "y1_yaw", "y2_yaw", "v1_yaw", "u1_yaw", "u2_yaw", "ym_yaw", "wm1_yaw", "wm2_yaw", "wm3_yaw", "wm4_yaw", "samples", "sensor_lost", )
-MRAC_LITERAL_PARAMETERS = ("C2_pole", "adapt", "F0", "forgetting", "trace_max", "dead_zone", "dead_zone_sigma", "guess", "b0_roll_0", "b1_roll_0", "b0_pitch_0", "b1_pitch_0", "b0_yaw_0", "b1_yaw_0", "b_min", "b_min_ratio", "applied_regressor", "delay", "design_delay", "tau_m", "matched", )
+MRAC_LITERAL_PARAMETERS = ("C2_pole", "adapt", "F0", "forgetting", "trace_max", "dead_zone", "dead_zone_sigma", "guess", "b0_roll_0", "b1_roll_0", "b0_pitch_0", "b1_pitch_0", "b0_yaw_0", "b1_yaw_0", "b_min", "b_min_ratio", "estimate_d", "compensate_d", "applied_regressor", "delay", "design_delay", "tau_m", "matched", )
 MRAC_LITERAL_MEMORY = ("a1_roll", "a2_roll", "b0_roll", "b1_roll", "d_roll", "D1_roll", "D2_roll", "D3_roll", "D4_roll", "D5_roll", "U12_roll", "U13_roll", "U23_roll", "U14_roll", "U24_roll", "U34_roll", "U15_roll", "U25_roll", "U35_roll", "U45_roll", "y1_roll", "y2_roll", "v1_roll", "u1_roll", "u2_roll", "ym_roll", "wm1_roll", "wm2_roll", "a1_pitch", "a2_pitch", "b0_pitch", "b1_pitch", "d_pitch", "D1_pitch", "D2_pitch", "D3_pitch", "D4_pitch", "D5_pitch", "U12_pitch", "U13_pitch", "U23_pitch", "U14_pitch", "U24_pitch", "U34_pitch", "U15_pitch", "U25_pitch", "U35_pitch", "U45_pitch", "y1_pitch", "y2_pitch", "v1_pitch", "u1_pitch", "u2_pitch", "ym_pitch", "wm1_pitch", "wm2_pitch", "a1_yaw", "a2_yaw", "b0_yaw", "b1_yaw", "d_yaw", "D1_yaw", "D2_yaw", "D3_yaw", "D4_yaw", "D5_yaw", "U12_yaw", "U13_yaw", "U23_yaw", "U14_yaw", "U24_yaw", "U34_yaw", "U15_yaw", "U25_yaw", "U35_yaw", "U45_yaw", "y1_yaw", "y2_yaw", "v1_yaw", "u1_yaw", "u2_yaw", "ym_yaw", "wm1_yaw", "wm2_yaw", "samples", "sensor_lost", )
 PD_PARAMETERS = ("Kp_x", "Kp_y", "Kp_z", "Kd_x", "Kd_y", "Kd_z", "follow_model", "delay", "design_delay", "tau_m", "matched", )
 PD_MEMORY = ("ym_roll", "wm1_roll", "wm2_roll", "ym_pitch", "wm1_pitch", "wm2_pitch", "ym_yaw", "wm1_yaw", "wm2_yaw", "sensor_lost", )
@@ -74,25 +74,23 @@ def rhs(x, u, p):
         v111 = v52 * v105 - v57 * v21 + v62 * v109
         v119 = v90 * v105 + v93 * v21 + v98 * v109
         v122 = v65 * p[..., 15] + v100 * p[..., 22] - v111 * p[..., 16] - v119 * p[..., 23]
-        v128 = p[..., 2] + p[..., 5]
-        v132 = 3.0 * v82 * v63
-        v139 = p[..., 13] * p[..., 10]
-        v146 = u[..., 0] + v139 * (x[..., 6] * (1.0 / p[..., 3]) - x[..., 3])
-        v150 = x[..., 7] + x[..., 4] * p[..., 1]
-        v152 = v122 - (p[..., 1] + p[..., 4] - v128) * v132 * v109 + v146 + v150 * x[..., 5]
-        v155 = x[..., 8] + x[..., 5] * p[..., 2]
-        v161 = c2 * c4
-        v166 = v52 * v161 - v57 * v5 - v62 * s2
-        v172 = v90 * v161 + v93 * v5 - v98 * s2
-        v180 = v166 * p[..., 16] + v172 * p[..., 23] - v65 * p[..., 14] - v100 * p[..., 21]
-        v182 = p[..., 0] + p[..., 3]
-        v191 = u[..., 1] + v139 * (x[..., 7] * (1.0 / p[..., 4]) - x[..., 4])
-        v196 = x[..., 6] + x[..., 3] * p[..., 0]
-        v198 = v180 - v132 * s2 * (v182 - v128) + v191 + v155 * x[..., 3] - v196 * x[..., 5]
-        v207 = v111 * p[..., 14] + v119 * p[..., 21] - v166 * p[..., 15] - v172 * p[..., 22]
-        v221 = u[..., 2] + v139 * (x[..., 8] * (1.0 / p[..., 5]) - x[..., 5])
-        v224 = v207 - -3.0 * v82 * (v182 - p[..., 1] - p[..., 4]) * s2 * v109 + v221 + v196 * x[..., 4]
-        return _vector(x[..., 3] + v5 * p[..., 6] + s2 * v24 + s2 * v35, c11 * v23 - s11 * v34, v24 + v35, (v152 - v155 * x[..., 4]) * (1.0 / p[..., 0]), v198 * (1.0 / p[..., 1]), (v224 - v150 * x[..., 3]) * (1.0 / p[..., 2]), -(v146 * p[..., 10]), -(v191 * p[..., 10]), -(v221 * p[..., 10]), p[..., 6])
+        v128 = 3.0 * v82 * v63
+        v135 = p[..., 13] * p[..., 10]
+        v142 = u[..., 0] + v135 * (x[..., 6] * (1.0 / p[..., 3]) - x[..., 3])
+        v146 = x[..., 7] + x[..., 4] * p[..., 1]
+        v151 = x[..., 8] + x[..., 5] * p[..., 2]
+        v153 = v122 - (p[..., 1] - p[..., 2]) * v128 * v109 + v142 + v146 * x[..., 5] - v151 * x[..., 4]
+        v157 = c2 * c4
+        v162 = v52 * v157 - v57 * v5 - v62 * s2
+        v168 = v90 * v157 + v93 * v5 - v98 * s2
+        v176 = v162 * p[..., 16] + v168 * p[..., 23] - v65 * p[..., 14] - v100 * p[..., 21]
+        v187 = u[..., 1] + v135 * (x[..., 7] * (1.0 / p[..., 4]) - x[..., 4])
+        v192 = x[..., 6] + x[..., 3] * p[..., 0]
+        v194 = v176 - v128 * s2 * (p[..., 0] - p[..., 2]) + v187 + v151 * x[..., 3] - v192 * x[..., 5]
+        v203 = v111 * p[..., 14] + v119 * p[..., 21] - v162 * p[..., 15] - v168 * p[..., 22]
+        v217 = u[..., 2] + v135 * (x[..., 8] * (1.0 / p[..., 5]) - x[..., 5])
+        v220 = v203 - -3.0 * v82 * (p[..., 0] - p[..., 1]) * s2 * v109 + v217 + v192 * x[..., 4]
+        return _vector(x[..., 3] + v5 * p[..., 6] + s2 * v24 + s2 * v35, c11 * v23 - s11 * v34, v24 + v35, v153 * (1.0 / p[..., 0]), v194 * (1.0 / p[..., 1]), (v220 - v146 * x[..., 3]) * (1.0 / p[..., 2]), -(v142 * p[..., 10]), -(v187 * p[..., 10]), -(v217 * p[..., 10]), p[..., 6])
 
 
 def outputs(x, u, r, p):
@@ -147,22 +145,23 @@ def limits(x, u, p):
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
         v12 = np.fmax(np.fmax(np.abs(u[..., 0]), np.abs(u[..., 1])), np.abs(u[..., 2]))
-        m16 = (0.5 < p[..., 10])
-        v27 = np.fmax(np.fmax(np.abs(x[..., 6]), np.abs(x[..., 7])), np.abs(x[..., 8]))
-        return _vector(p[..., 32] - np.abs(x[..., 1]), p[..., 31] - v12, np.where(m16, 1.000000001 * p[..., 12] - v27, p[..., 12]))
+        return _vector(p[..., 32] - np.abs(x[..., 1]), p[..., 31] - v12)
 
 
 def actuate(x, u_cmd, p):
     """Input that acts: (x, u_cmd, p) -> u."""
     x, u_cmd, p = _arrays(x, u_cmd, p)
     with np.errstate(all="ignore"):
-        v1 = -p[..., 11]
-        m4 = (0.5 < p[..., 10])
-        v10 = 1.0 / p[..., 9]
-        v16 = np.fmax((x[..., 6] - p[..., 12]) * v10, np.fmin(u_cmd[..., 0], (x[..., 6] + p[..., 12]) * v10))
-        v27 = np.fmax((x[..., 7] - p[..., 12]) * v10, np.fmin(u_cmd[..., 1], (x[..., 7] + p[..., 12]) * v10))
-        v38 = np.fmax((x[..., 8] - p[..., 12]) * v10, np.fmin(u_cmd[..., 2], (x[..., 8] + p[..., 12]) * v10))
-        return _vector(np.fmax(v1, np.fmin(np.where(m4, v16, u_cmd[..., 0]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v27, u_cmd[..., 1]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v38, u_cmd[..., 2]), p[..., 11])))
+        m2 = (0.5 < p[..., 10])
+        v8 = 1.0 / p[..., 9]
+        v11 = -p[..., 11]
+        v14 = np.fmax(v11, np.fmin(u_cmd[..., 0], p[..., 11]))
+        v18 = np.fmax((x[..., 6] - p[..., 12]) * v8, np.fmin(v14, (x[..., 6] + p[..., 12]) * v8))
+        v25 = np.fmax(v11, np.fmin(u_cmd[..., 1], p[..., 11]))
+        v29 = np.fmax((x[..., 7] - p[..., 12]) * v8, np.fmin(v25, (x[..., 7] + p[..., 12]) * v8))
+        v36 = np.fmax(v11, np.fmin(u_cmd[..., 2], p[..., 11]))
+        v40 = np.fmax((x[..., 8] - p[..., 12]) * v8, np.fmin(v36, (x[..., 8] + p[..., 12]) * v8))
+        return _vector(np.where(m2, v18, v14), np.where(m2, v29, v25), np.where(m2, v40, v36))
 
 
 def measure(x, e, p):
@@ -196,19 +195,16 @@ def reference(t, p, s):
     """Reference of a scenario: (t, p, s) -> r."""
     t, p, s = _arrays(t, p, s)
     with np.errstate(all="ignore"):
-        v13 = 0.017453292519943295 * (1.0 + -2.0 * np.fmod(np.floor(1.000000000000001 * t / s[..., 10]), 2.0))
-        return _vector(v13 * s[..., 7], v13 * s[..., 8], v13 * s[..., 9])
+        v11 = 0.017453292519943295 * (1.0 + -2.0 * np.fmod(np.floor(t / s[..., 10]), 2.0))
+        return _vector(v11 * s[..., 7], v11 * s[..., 8], v11 * s[..., 9])
 
 
 def constraints(p, s):
     """Margins that stay positive for a feasible scenario: (p, s) -> margin."""
     p, s = _arrays(p, s)
     with np.errstate(all="ignore"):
-        v2 = p[..., 1] + p[..., 4]
-        v5 = p[..., 2] + p[..., 5]
-        v9 = p[..., 0] + p[..., 3]
-        v18 = np.fmin(np.fmin(v2 - v5 + v9, v9 - p[..., 1] - p[..., 4] + v5), v2 + v5 - p[..., 0] - p[..., 3])
-        return _vector(v18, s[..., 10] - p[..., 9])
+        v7 = np.fmin(p[..., 1] - p[..., 2] + p[..., 0], p[..., 0] - p[..., 1] + p[..., 2])
+        return _vector(np.fmin(v7, p[..., 1] + p[..., 2] - p[..., 0]), s[..., 10] - p[..., 9])
 
 
 def momentum(x, p):
@@ -238,13 +234,12 @@ def energy(x, p):
         v11 = 0.5 / p[..., 3] * (x[..., 6] * x[..., 6]) + 0.5 / p[..., 4] * (x[..., 7] * x[..., 7])
         v23 = v11 + 0.5 / p[..., 5] * (x[..., 8] * x[..., 8]) + 0.5 * p[..., 0] * (x[..., 3] * x[..., 3])
         v35 = v23 + 0.5 * p[..., 1] * (x[..., 4] * x[..., 4]) + 0.5 * p[..., 2] * (x[..., 5] * x[..., 5])
-        s42, c42 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s44, c44 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v45 = c42 * s44
-        v52 = (p[..., 1] + p[..., 4]) * (v45 * v45) + (p[..., 0] + p[..., 3]) * (s42 * s42)
-        v55 = c42 * c44
-        v59 = 1.5 * (p[..., 6] * p[..., 6]) * (v52 + (p[..., 2] + p[..., 5]) * (v55 * v55))
-        return np.asarray(v35 + v59)[()]
+        s41, c41 = np.sin(x[..., 1]), np.cos(x[..., 1])
+        s46, c46 = np.sin(x[..., 0]), np.cos(x[..., 0])
+        v47 = c41 * s46
+        v52 = c41 * c46
+        v55 = p[..., 0] * (s41 * s41) + p[..., 1] * (v47 * v47) + p[..., 2] * (v52 * v52)
+        return np.asarray(v35 + 1.5 * (p[..., 6] * p[..., 6]) * v55)[()]
 
 
 def mrac(x, r, v, z, p, c):
@@ -278,8 +273,8 @@ def mrac(x, r, v, z, p, c):
         v53 = v41 + v51 * v50
         v54 = 1.0 / v53
         v57 = v45 * v54 * z[..., 36] * v41
-        m61 = (0.5 < c[..., 16])
-        m63 = (0.5 < c[..., 18])
+        m61 = (0.5 < c[..., 18])
+        m63 = (0.5 < c[..., 20])
         v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 54], z[..., 53]))
         v73 = v67 - z[..., 41] * v38 - z[..., 42] * z[..., 51]
         v74 = z[..., 37] * v73
@@ -421,140 +416,143 @@ def mrac(x, r, v, z, p, c):
         m489 = np.logical_and(m339, m488)
         m491 = (np.abs(x[..., 2]) < 1e+30)
         m492 = np.logical_and(m489, m491)
-        v498 = np.exp(-(p[..., 9] / c[..., 19]))
+        v498 = np.exp(-(p[..., 9] / c[..., 21]))
         v499 = -1.0 + v498
         v500 = v499 * v499
         v502 = v498 + v498
         v506 = v498 * v498
         v509 = v500 * r[..., 1] + v502 * z[..., 56] - v506 * z[..., 57]
-        v512 = 4.0 * c[..., 0]
-        v515 = 3.0 * c[..., 0]
-        v517 = np.where(m63, -v512, -v515)
-        v521 = c[..., 0] * c[..., 0]
-        v524 = np.where(m63, 6.0 * v521, 3.0 * v521)
-        v527 = c[..., 0] * v521
-        v528 = 4.0 * v527
-        v530 = -v527
-        v531 = np.where(m63, -v528, v530)
-        v535 = v521 * v521
-        v539 = v509 + v517 * z[..., 56] + v524 * z[..., 57] + v531 * z[..., 58] + np.where(m63, v535 * z[..., 59], 0.0)
-        m541 = (0.5 < c[..., 1])
-        m543 = (1.5 < z[..., 90])
-        m544 = np.logical_and(m541, m543)
-        v549 = np.fmax(c[..., 5], c[..., 6] * p[..., 28])
-        v559 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
-        v563 = x[..., 1] - (v559 - z[..., 31] * z[..., 51])
-        m565 = (v549 < np.abs(v563))
-        m566 = np.logical_and(m544, m565)
-        v570 = np.where(m566, z[..., 34] + v114 * v117 * v563, z[..., 34])
-        v576 = np.where(m566, z[..., 30] + (v163 + v114 * z[..., 46]) * v117 * v563, z[..., 30])
-        v577 = v512 + v576
-        v586 = np.where(m566, z[..., 33] + (v93 + v114 * z[..., 49]) * v117 * v563, z[..., 33])
-        v594 = np.where(m566, z[..., 32] + (v177 + v114 * z[..., 48]) * v117 * v563, z[..., 32])
-        v603 = p[..., 9] * p[..., 9] * c[..., 15]
-        v607 = np.fmax(0.0, -0.5 * v594 + -0.5 * v586 + np.fmax(c[..., 14], 0.5 / p[..., 1] * v603))
-        v608 = v586 + v607
-        v609 = v608 * v608
-        v612 = -6.0 * v521
-        v618 = np.where(m566, z[..., 31] + (v170 + v114 * z[..., 47]) * v117 * v563, z[..., 31])
-        v623 = np.where(m63, v576 * v577 - (v612 + v618), -(v515 + v576))
-        v625 = v594 + v607
-        v626 = v625 * v625
-        v627 = np.where(m63, v535, v530)
-        v634 = -3.0 * v521
-        v637 = np.where(m63, v618 * v577 - v528, -(v634 + v618))
-        v642 = v608 * v576
-        v645 = 1.0 / (v609 + v626 * v618 - v625 * v642)
-        v646 = (v609 * v623 + v626 * v627 - v608 * v625 * v637) * v645
-        v653 = (v539 - v570 * (1.0 + np.where(m63, -v577, 0.0) + v646)) / (v594 + v586 + (v607 + v607))
-        v658 = v625 * v627
-        v662 = v625 * v618
-        v667 = v653 + np.where(m63, v577 * z[..., 53], 0.0) - x[..., 1] * ((v608 * v637 - v658 - v642 * v623 + v662 * v623) * v645)
-        v679 = (v608 * v627 - v658 * v576 + v662 * v637 - v608 * v618 * v623) * v645 * v38
-        v680 = v667 - v646 * v67 - v679
-        m682 = (np.abs(v680) < 1e+30)
-        m683 = np.logical_and(m492, m682)
-        v690 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27]
-        v701 = v690 + v517 * z[..., 26] + v524 * z[..., 27] + v531 * z[..., 28] + np.where(m63, v535 * z[..., 29], 0.0)
-        v714 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v715 = x[..., 0] - v714
-        m717 = (v549 < np.abs(v715))
-        m718 = np.logical_and(m544, m717)
-        v722 = np.where(m718, z[..., 4] + v263 * v266 * v715, z[..., 4])
-        v728 = np.where(m718, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v715, z[..., 0])
-        v729 = v512 + v728
-        v738 = np.where(m718, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v715, z[..., 3])
-        v744 = np.where(m718, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v715, z[..., 2])
-        v753 = np.fmax(0.0, -0.5 * v744 + -0.5 * v738 + np.fmax(c[..., 14], 0.5 / p[..., 0] * v603))
-        v754 = v738 + v753
-        v755 = v754 * v754
-        v762 = np.where(m718, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v715, z[..., 1])
-        v767 = np.where(m63, v728 * v729 - (v612 + v762), -(v515 + v728))
-        v769 = v744 + v753
-        v770 = v769 * v769
-        v778 = np.where(m63, v762 * v729 - v528, -(v634 + v762))
-        v783 = v754 * v728
-        v786 = 1.0 / (v755 + v770 * v762 - v769 * v783)
-        v787 = (v755 * v767 + v770 * v627 - v754 * v769 * v778) * v786
-        v794 = (v701 - v722 * (1.0 + np.where(m63, -v729, 0.0) + v787)) / (v744 + v738 + (v753 + v753))
-        v799 = v769 * v627
-        v803 = v769 * v762
-        v808 = v794 + np.where(m63, v729 * z[..., 23], 0.0) - x[..., 0] * ((v754 * v778 - v799 - v783 * v767 + v803 * v767) * v786)
-        v820 = (v754 * v627 - v799 * v728 + v803 * v778 - v754 * v762 * v767) * v786 * v193
-        v821 = v808 - v787 * v216 - v820
-        m823 = (np.abs(v821) < 1e+30)
-        m824 = np.logical_and(m683, m823)
-        v831 = v500 * r[..., 2] + v502 * z[..., 86] - v506 * z[..., 87]
-        v842 = v831 + v517 * z[..., 86] + v524 * z[..., 87] + v531 * z[..., 88] + np.where(m63, v535 * z[..., 89], 0.0)
-        v852 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
-        v856 = x[..., 2] - (v852 - z[..., 61] * z[..., 81])
-        m858 = (v549 < np.abs(v856))
-        m859 = np.logical_and(m544, m858)
-        v863 = np.where(m859, z[..., 64] + v413 * v416 * v856, z[..., 64])
-        v869 = np.where(m859, z[..., 60] + (v462 + v413 * z[..., 76]) * v416 * v856, z[..., 60])
-        v870 = v512 + v869
-        v879 = np.where(m859, z[..., 63] + (v392 + v413 * z[..., 79]) * v416 * v856, z[..., 63])
-        v885 = np.where(m859, z[..., 62] + (v476 + v413 * z[..., 78]) * v416 * v856, z[..., 62])
-        v894 = np.fmax(0.0, -0.5 * v885 + -0.5 * v879 + np.fmax(c[..., 14], 0.5 / p[..., 2] * v603))
-        v895 = v879 + v894
-        v896 = v895 * v895
-        v903 = np.where(m859, z[..., 61] + (v469 + v413 * z[..., 77]) * v416 * v856, z[..., 61])
-        v908 = np.where(m63, v869 * v870 - (v612 + v903), -(v515 + v869))
-        v910 = v885 + v894
-        v911 = v910 * v910
-        v919 = np.where(m63, v903 * v870 - v528, -(v634 + v903))
-        v924 = v895 * v869
-        v927 = 1.0 / (v896 + v911 * v903 - v910 * v924)
-        v928 = (v896 * v908 + v911 * v627 - v895 * v910 * v919) * v927
-        v935 = (v842 - v863 * (1.0 + np.where(m63, -v870, 0.0) + v928)) / (v885 + v879 + (v894 + v894))
-        v942 = v910 * v627
-        v946 = v910 * v903
-        v951 = v935 + np.where(m63, v870 * z[..., 83], 0.0) - v928 * v366 - (v895 * v919 - v942 - v924 * v908 + v946 * v908) * v927 * x[..., 2]
-        v961 = (v895 * v627 - v942 * v869 + v946 * v919 - v895 * v903 * v908) * v927 * v343
-        v962 = v951 - v961
-        m964 = (np.abs(v962) < 1e+30)
-        m965 = np.logical_and(m824, m964)
-        m969 = np.logical_not(m965)
-        m976 = (c[..., 4] < v336)
-        v977 = np.where(m976, c[..., 3], 1.0)
-        v1018 = 0.5 * z[..., 26]
-        v1025 = np.where(m965, np.where(m63, v1018 + 0.5 * z[..., 27], v1018 + 0.5 * v690), z[..., 25])
-        m1035 = (c[..., 4] < v187)
-        v1036 = np.where(m1035, c[..., 3], 1.0)
-        v1077 = 0.5 * z[..., 56]
-        v1084 = np.where(m965, np.where(m63, v1077 + 0.5 * z[..., 57], v1077 + 0.5 * v509), z[..., 55])
-        m1094 = (c[..., 4] < v486)
-        v1095 = np.where(m1094, c[..., 3], 1.0)
-        v1136 = 0.5 * z[..., 86]
-        v1143 = np.where(m965, np.where(m63, v1136 + 0.5 * z[..., 87], v1136 + 0.5 * v831), z[..., 85])
-        return _vector(np.where(m965, v821, 0.0), np.where(m965, v680, 0.0), np.where(m965, v962, 0.0)), _vector(np.where(m965, v728, z[..., 0]), np.where(m965, v762, z[..., 1]), np.where(m965, v744, z[..., 2]), np.where(m965, v738, z[..., 3]), np.where(m965, v722, z[..., 4]), np.where(m965, np.where(m718, v198 * v977, z[..., 5]), z[..., 5]), np.where(m965, np.where(m718, v210 * v977, z[..., 6]), z[..., 6]), np.where(m965, np.where(m718, v229 * v977, z[..., 7]), z[..., 7]), np.where(m965, np.where(m718, v248 * v977, z[..., 8]), z[..., 8]), np.where(m965, np.where(m718, v269 * v977, z[..., 9]), z[..., 9]), np.where(m965, np.where(m718, v273, z[..., 10]), z[..., 10]), np.where(m965, np.where(m718, v281, z[..., 11]), z[..., 11]), np.where(m965, np.where(m718, v286, z[..., 12]), z[..., 12]), np.where(m965, np.where(m718, v294, z[..., 13]), z[..., 13]), np.where(m965, np.where(m718, v301, z[..., 14]), z[..., 14]), np.where(m965, np.where(m718, v306, z[..., 15]), z[..., 15]), np.where(m965, np.where(m718, v314, z[..., 16]), z[..., 16]), np.where(m965, np.where(m718, v321, z[..., 17]), z[..., 17]), np.where(m965, np.where(m718, v328, z[..., 18]), z[..., 18]), np.where(m965, np.where(m718, v333, z[..., 19]), z[..., 19]), np.where(m965, x[..., 0], z[..., 20]), np.where(m965, v193, z[..., 21]), np.where(m965, v216, z[..., 22]), np.where(m965, v821, z[..., 23]), np.where(m965, z[..., 23], z[..., 24]), v1025, np.where(m965, v690, z[..., 26]), np.where(m965, z[..., 26], z[..., 27]), np.where(m965, z[..., 27], z[..., 28]), np.where(m965, z[..., 28], z[..., 29]), np.where(m965, v576, z[..., 30]), np.where(m965, v618, z[..., 31]), np.where(m965, v594, z[..., 32]), np.where(m965, v586, z[..., 33]), np.where(m965, v570, z[..., 34]), np.where(m965, np.where(m566, v44 * v1036, z[..., 35]), z[..., 35]), np.where(m965, np.where(m566, v57 * v1036, z[..., 36]), z[..., 36]), np.where(m965, np.where(m566, v80 * v1036, z[..., 37]), z[..., 37]), np.where(m965, np.where(m566, v99 * v1036, z[..., 38]), z[..., 38]), np.where(m965, np.where(m566, v120 * v1036, z[..., 39]), z[..., 39]), np.where(m965, np.where(m566, v124, z[..., 40]), z[..., 40]), np.where(m965, np.where(m566, v132, z[..., 41]), z[..., 41]), np.where(m965, np.where(m566, v137, z[..., 42]), z[..., 42]), np.where(m965, np.where(m566, v145, z[..., 43]), z[..., 43]), np.where(m965, np.where(m566, v152, z[..., 44]), z[..., 44]), np.where(m965, np.where(m566, v157, z[..., 45]), z[..., 45]), np.where(m965, np.where(m566, v165, z[..., 46]), z[..., 46]), np.where(m965, np.where(m566, v172, z[..., 47]), z[..., 47]), np.where(m965, np.where(m566, v179, z[..., 48]), z[..., 48]), np.where(m965, np.where(m566, v184, z[..., 49]), z[..., 49]), np.where(m965, x[..., 1], z[..., 50]), np.where(m965, v38, z[..., 51]), np.where(m965, v67, z[..., 52]), np.where(m965, v680, z[..., 53]), np.where(m965, z[..., 53], z[..., 54]), v1084, np.where(m965, v509, z[..., 56]), np.where(m965, z[..., 56], z[..., 57]), np.where(m965, z[..., 57], z[..., 58]), np.where(m965, z[..., 58], z[..., 59]), np.where(m965, v869, z[..., 60]), np.where(m965, v903, z[..., 61]), np.where(m965, v885, z[..., 62]), np.where(m965, v879, z[..., 63]), np.where(m965, v863, z[..., 64]), np.where(m965, np.where(m859, v348 * v1095, z[..., 65]), z[..., 65]), np.where(m965, np.where(m859, v360 * v1095, z[..., 66]), z[..., 66]), np.where(m965, np.where(m859, v379 * v1095, z[..., 67]), z[..., 67]), np.where(m965, np.where(m859, v398 * v1095, z[..., 68]), z[..., 68]), np.where(m965, np.where(m859, v419 * v1095, z[..., 69]), z[..., 69]), np.where(m965, np.where(m859, v423, z[..., 70]), z[..., 70]), np.where(m965, np.where(m859, v431, z[..., 71]), z[..., 71]), np.where(m965, np.where(m859, v436, z[..., 72]), z[..., 72]), np.where(m965, np.where(m859, v444, z[..., 73]), z[..., 73]), np.where(m965, np.where(m859, v451, z[..., 74]), z[..., 74]), np.where(m965, np.where(m859, v456, z[..., 75]), z[..., 75]), np.where(m965, np.where(m859, v464, z[..., 76]), z[..., 76]), np.where(m965, np.where(m859, v471, z[..., 77]), z[..., 77]), np.where(m965, np.where(m859, v478, z[..., 78]), z[..., 78]), np.where(m965, np.where(m859, v483, z[..., 79]), z[..., 79]), np.where(m965, x[..., 2], z[..., 80]), np.where(m965, v343, z[..., 81]), np.where(m965, v366, z[..., 82]), np.where(m965, v962, z[..., 83]), np.where(m965, z[..., 83], z[..., 84]), v1143, np.where(m965, v831, z[..., 86]), np.where(m965, z[..., 86], z[..., 87]), np.where(m965, z[..., 87], z[..., 88]), np.where(m965, z[..., 88], z[..., 89]), np.where(m965, np.fmin(2.0, 1.0 + z[..., 90]), 0.0), np.where(m969, 1.0, 0.0))
+        v512 = c[..., 0] * c[..., 0]
+        v516 = np.where(m63, 6.0 * v512, 3.0 * v512)
+        v520 = c[..., 0] * v512
+        v521 = 4.0 * v520
+        v523 = -v520
+        v524 = np.where(m63, -v521, v523)
+        v528 = v512 * v512
+        v532 = v509 + v516 * z[..., 57] + v524 * z[..., 58] + np.where(m63, v528 * z[..., 59], 0.0)
+        v533 = 4.0 * c[..., 0]
+        v535 = 3.0 * c[..., 0]
+        v537 = np.where(m63, -v533, -v535)
+        m542 = (0.5 < c[..., 1])
+        m544 = (1.5 < z[..., 90])
+        m545 = np.logical_and(m542, m544)
+        v550 = np.fmax(c[..., 5], c[..., 6] * p[..., 28])
+        v560 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
+        v564 = x[..., 1] - (v560 - z[..., 31] * z[..., 51])
+        m566 = (v550 < np.abs(v564))
+        m567 = np.logical_and(m545, m566)
+        v571 = np.where(m567, z[..., 34] + v114 * v117 * v564, z[..., 34])
+        v578 = np.where(m567, z[..., 30] + (v163 + v114 * z[..., 46]) * v117 * v564, z[..., 30])
+        v579 = v533 + v578
+        v588 = np.where(m567, z[..., 33] + (v93 + v114 * z[..., 49]) * v117 * v564, z[..., 33])
+        v596 = np.where(m567, z[..., 32] + (v177 + v114 * z[..., 48]) * v117 * v564, z[..., 32])
+        v605 = p[..., 9] * p[..., 9] * c[..., 15]
+        v609 = np.fmax(0.0, -0.5 * v596 + -0.5 * v588 + np.fmax(c[..., 14], 0.5 / p[..., 1] * v605))
+        v610 = v588 + v609
+        v611 = v610 * v610
+        v614 = -6.0 * v512
+        v620 = np.where(m567, z[..., 31] + (v170 + v114 * z[..., 47]) * v117 * v564, z[..., 31])
+        v625 = np.where(m63, v578 * v579 - (v614 + v620), -(v535 + v578))
+        v627 = v596 + v609
+        v628 = v627 * v627
+        v629 = np.where(m63, v528, v523)
+        v636 = -3.0 * v512
+        v639 = np.where(m63, v620 * v579 - v521, -(v636 + v620))
+        v644 = v610 * v578
+        v647 = 1.0 / (v611 + v628 * v620 - v627 * v644)
+        v648 = (v611 * v625 + v628 * v629 - v610 * v627 * v639) * v647
+        v651 = v532 + v537 * z[..., 56] - c[..., 17] * v571 * (1.0 + np.where(m63, -v579, 0.0) + v648)
+        v658 = v651 / (v596 + v588 + (v609 + v609)) + np.where(m63, v579 * z[..., 53], 0.0)
+        v660 = v627 * v629
+        v664 = v627 * v620
+        v669 = v658 - x[..., 1] * ((v610 * v639 - v660 - v644 * v625 + v664 * v625) * v647)
+        v681 = (v610 * v629 - v660 * v578 + v664 * v639 - v610 * v620 * v625) * v647 * v38
+        v682 = v669 - v648 * v67 - v681
+        m684 = (np.abs(v682) < 1e+30)
+        m685 = np.logical_and(m492, m684)
+        v692 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27]
+        v701 = v692 + v516 * z[..., 27] + v524 * z[..., 28] + np.where(m63, v528 * z[..., 29], 0.0)
+        v716 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
+        v717 = x[..., 0] - v716
+        m719 = (v550 < np.abs(v717))
+        m720 = np.logical_and(m545, m719)
+        v724 = np.where(m720, z[..., 4] + v263 * v266 * v717, z[..., 4])
+        v731 = np.where(m720, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v717, z[..., 0])
+        v732 = v533 + v731
+        v741 = np.where(m720, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v717, z[..., 3])
+        v747 = np.where(m720, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v717, z[..., 2])
+        v756 = np.fmax(0.0, -0.5 * v747 + -0.5 * v741 + np.fmax(c[..., 14], 0.5 / p[..., 0] * v605))
+        v757 = v741 + v756
+        v758 = v757 * v757
+        v765 = np.where(m720, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v717, z[..., 1])
+        v770 = np.where(m63, v731 * v732 - (v614 + v765), -(v535 + v731))
+        v772 = v747 + v756
+        v773 = v772 * v772
+        v781 = np.where(m63, v765 * v732 - v521, -(v636 + v765))
+        v786 = v757 * v731
+        v789 = 1.0 / (v758 + v773 * v765 - v772 * v786)
+        v790 = (v758 * v770 + v773 * v629 - v757 * v772 * v781) * v789
+        v793 = v701 + v537 * z[..., 26] - c[..., 17] * v724 * (1.0 + np.where(m63, -v732, 0.0) + v790)
+        v800 = v793 / (v747 + v741 + (v756 + v756)) + np.where(m63, v732 * z[..., 23], 0.0)
+        v802 = v772 * v629
+        v806 = v772 * v765
+        v811 = v800 - x[..., 0] * ((v757 * v781 - v802 - v786 * v770 + v806 * v770) * v789)
+        v823 = (v757 * v629 - v802 * v731 + v806 * v781 - v757 * v765 * v770) * v789 * v193
+        v824 = v811 - v790 * v216 - v823
+        m826 = (np.abs(v824) < 1e+30)
+        m827 = np.logical_and(m685, m826)
+        v834 = v500 * r[..., 2] + v502 * z[..., 86] - v506 * z[..., 87]
+        v843 = v834 + v516 * z[..., 87] + v524 * z[..., 88] + np.where(m63, v528 * z[..., 89], 0.0)
+        v855 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
+        v859 = x[..., 2] - (v855 - z[..., 61] * z[..., 81])
+        m861 = (v550 < np.abs(v859))
+        m862 = np.logical_and(m545, m861)
+        v866 = np.where(m862, z[..., 64] + v413 * v416 * v859, z[..., 64])
+        v873 = np.where(m862, z[..., 60] + (v462 + v413 * z[..., 76]) * v416 * v859, z[..., 60])
+        v874 = v533 + v873
+        v883 = np.where(m862, z[..., 63] + (v392 + v413 * z[..., 79]) * v416 * v859, z[..., 63])
+        v889 = np.where(m862, z[..., 62] + (v476 + v413 * z[..., 78]) * v416 * v859, z[..., 62])
+        v898 = np.fmax(0.0, -0.5 * v889 + -0.5 * v883 + np.fmax(c[..., 14], 0.5 / p[..., 2] * v605))
+        v899 = v883 + v898
+        v900 = v899 * v899
+        v907 = np.where(m862, z[..., 61] + (v469 + v413 * z[..., 77]) * v416 * v859, z[..., 61])
+        v912 = np.where(m63, v873 * v874 - (v614 + v907), -(v535 + v873))
+        v914 = v889 + v898
+        v915 = v914 * v914
+        v923 = np.where(m63, v907 * v874 - v521, -(v636 + v907))
+        v928 = v899 * v873
+        v931 = 1.0 / (v900 + v915 * v907 - v914 * v928)
+        v932 = (v900 * v912 + v915 * v629 - v899 * v914 * v923) * v931
+        v935 = v843 + v537 * z[..., 86] - c[..., 17] * v866 * (1.0 + np.where(m63, -v874, 0.0) + v932)
+        v942 = v935 / (v889 + v883 + (v898 + v898)) + np.where(m63, v874 * z[..., 83], 0.0)
+        v946 = v914 * v629
+        v950 = v914 * v907
+        v955 = v942 - v932 * v366 - (v899 * v923 - v946 - v928 * v912 + v950 * v912) * v931 * x[..., 2]
+        v965 = (v899 * v629 - v946 * v873 + v950 * v923 - v899 * v907 * v912) * v931 * v343
+        v966 = v955 - v965
+        m968 = (np.abs(v966) < 1e+30)
+        m969 = np.logical_and(m827, m968)
+        m973 = np.logical_not(m969)
+        m980 = (c[..., 4] < v336)
+        v981 = np.where(m980, c[..., 3], 1.0)
+        v1022 = 0.5 * z[..., 26]
+        v1029 = np.where(m969, np.where(m63, v1022 + 0.5 * z[..., 27], v1022 + 0.5 * v692), z[..., 25])
+        m1039 = (c[..., 4] < v187)
+        v1040 = np.where(m1039, c[..., 3], 1.0)
+        v1081 = 0.5 * z[..., 56]
+        v1088 = np.where(m969, np.where(m63, v1081 + 0.5 * z[..., 57], v1081 + 0.5 * v509), z[..., 55])
+        m1098 = (c[..., 4] < v486)
+        v1099 = np.where(m1098, c[..., 3], 1.0)
+        v1140 = 0.5 * z[..., 86]
+        v1147 = np.where(m969, np.where(m63, v1140 + 0.5 * z[..., 87], v1140 + 0.5 * v834), z[..., 85])
+        return _vector(np.where(m969, v824, 0.0), np.where(m969, v682, 0.0), np.where(m969, v966, 0.0)), _vector(np.where(m969, v731, z[..., 0]), np.where(m969, v765, z[..., 1]), np.where(m969, v747, z[..., 2]), np.where(m969, v741, z[..., 3]), np.where(m969, v724, z[..., 4]), np.where(m969, np.where(m720, v198 * v981, z[..., 5]), z[..., 5]), np.where(m969, np.where(m720, v210 * v981, z[..., 6]), z[..., 6]), np.where(m969, np.where(m720, v229 * v981, z[..., 7]), z[..., 7]), np.where(m969, np.where(m720, v248 * v981, z[..., 8]), z[..., 8]), np.where(m969, np.where(m720, v269 * v981, z[..., 9]), z[..., 9]), np.where(m969, np.where(m720, v273, z[..., 10]), z[..., 10]), np.where(m969, np.where(m720, v281, z[..., 11]), z[..., 11]), np.where(m969, np.where(m720, v286, z[..., 12]), z[..., 12]), np.where(m969, np.where(m720, v294, z[..., 13]), z[..., 13]), np.where(m969, np.where(m720, v301, z[..., 14]), z[..., 14]), np.where(m969, np.where(m720, v306, z[..., 15]), z[..., 15]), np.where(m969, np.where(m720, v314, z[..., 16]), z[..., 16]), np.where(m969, np.where(m720, v321, z[..., 17]), z[..., 17]), np.where(m969, np.where(m720, v328, z[..., 18]), z[..., 18]), np.where(m969, np.where(m720, v333, z[..., 19]), z[..., 19]), np.where(m969, x[..., 0], z[..., 20]), np.where(m969, v193, z[..., 21]), np.where(m969, v216, z[..., 22]), np.where(m969, v824, z[..., 23]), np.where(m969, z[..., 23], z[..., 24]), v1029, np.where(m969, v692, z[..., 26]), np.where(m969, z[..., 26], z[..., 27]), np.where(m969, z[..., 27], z[..., 28]), np.where(m969, z[..., 28], z[..., 29]), np.where(m969, v578, z[..., 30]), np.where(m969, v620, z[..., 31]), np.where(m969, v596, z[..., 32]), np.where(m969, v588, z[..., 33]), np.where(m969, v571, z[..., 34]), np.where(m969, np.where(m567, v44 * v1040, z[..., 35]), z[..., 35]), np.where(m969, np.where(m567, v57 * v1040, z[..., 36]), z[..., 36]), np.where(m969, np.where(m567, v80 * v1040, z[..., 37]), z[..., 37]), np.where(m969, np.where(m567, v99 * v1040, z[..., 38]), z[..., 38]), np.where(m969, np.where(m567, v120 * v1040, z[..., 39]), z[..., 39]), np.where(m969, np.where(m567, v124, z[..., 40]), z[..., 40]), np.where(m969, np.where(m567, v132, z[..., 41]), z[..., 41]), np.where(m969, np.where(m567, v137, z[..., 42]), z[..., 42]), np.where(m969, np.where(m567, v145, z[..., 43]), z[..., 43]), np.where(m969, np.where(m567, v152, z[..., 44]), z[..., 44]), np.where(m969, np.where(m567, v157, z[..., 45]), z[..., 45]), np.where(m969, np.where(m567, v165, z[..., 46]), z[..., 46]), np.where(m969, np.where(m567, v172, z[..., 47]), z[..., 47]), np.where(m969, np.where(m567, v179, z[..., 48]), z[..., 48]), np.where(m969, np.where(m567, v184, z[..., 49]), z[..., 49]), np.where(m969, x[..., 1], z[..., 50]), np.where(m969, v38, z[..., 51]), np.where(m969, v67, z[..., 52]), np.where(m969, v682, z[..., 53]), np.where(m969, z[..., 53], z[..., 54]), v1088, np.where(m969, v509, z[..., 56]), np.where(m969, z[..., 56], z[..., 57]), np.where(m969, z[..., 57], z[..., 58]), np.where(m969, z[..., 58], z[..., 59]), np.where(m969, v873, z[..., 60]), np.where(m969, v907, z[..., 61]), np.where(m969, v889, z[..., 62]), np.where(m969, v883, z[..., 63]), np.where(m969, v866, z[..., 64]), np.where(m969, np.where(m862, v348 * v1099, z[..., 65]), z[..., 65]), np.where(m969, np.where(m862, v360 * v1099, z[..., 66]), z[..., 66]), np.where(m969, np.where(m862, v379 * v1099, z[..., 67]), z[..., 67]), np.where(m969, np.where(m862, v398 * v1099, z[..., 68]), z[..., 68]), np.where(m969, np.where(m862, v419 * v1099, z[..., 69]), z[..., 69]), np.where(m969, np.where(m862, v423, z[..., 70]), z[..., 70]), np.where(m969, np.where(m862, v431, z[..., 71]), z[..., 71]), np.where(m969, np.where(m862, v436, z[..., 72]), z[..., 72]), np.where(m969, np.where(m862, v444, z[..., 73]), z[..., 73]), np.where(m969, np.where(m862, v451, z[..., 74]), z[..., 74]), np.where(m969, np.where(m862, v456, z[..., 75]), z[..., 75]), np.where(m969, np.where(m862, v464, z[..., 76]), z[..., 76]), np.where(m969, np.where(m862, v471, z[..., 77]), z[..., 77]), np.where(m969, np.where(m862, v478, z[..., 78]), z[..., 78]), np.where(m969, np.where(m862, v483, z[..., 79]), z[..., 79]), np.where(m969, x[..., 2], z[..., 80]), np.where(m969, v343, z[..., 81]), np.where(m969, v366, z[..., 82]), np.where(m969, v966, z[..., 83]), np.where(m969, z[..., 83], z[..., 84]), v1147, np.where(m969, v834, z[..., 86]), np.where(m969, z[..., 86], z[..., 87]), np.where(m969, z[..., 87], z[..., 88]), np.where(m969, z[..., 88], z[..., 89]), np.where(m969, np.fmin(2.0, 1.0 + z[..., 90]), 0.0), np.where(m973, 1.0, 0.0))
 
 
 def mrac_constraints(p, c, s):
     """Margins of a feasible mrac: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
-        return _vector(1e-09 - np.abs(c[..., 18] * (-1.0 + c[..., 18])))
+        return _vector(1e-09 - np.abs(c[..., 20] * (-1.0 + c[..., 20])))
 
 
 def mrac_start(x, r, p, c):
@@ -565,24 +563,26 @@ def mrac_start(x, r, p, c):
         v8 = p[..., 9] * p[..., 9] * c[..., 7]
         v12 = v8 * (0.5 / p[..., 0])
         m15 = (0.0 < c[..., 9])
-        m20 = (0.5 < c[..., 20])
-        v21 = np.where(m20, x[..., 0], 0.0)
-        m23 = (0.0 < c[..., 10])
-        v26 = 0.5 / p[..., 1] * v8
-        m29 = (0.0 < c[..., 11])
-        v32 = np.where(m20, x[..., 1], 0.0)
-        m34 = (0.0 < c[..., 12])
-        v37 = 0.5 / p[..., 2] * v8
-        m40 = (0.0 < c[..., 13])
-        v43 = np.where(m20, x[..., 2], 0.0)
-        return _vector(-2.0, 1.0, np.where(m4, c[..., 8], v12), np.where(m15, c[..., 9], v12), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 0], x[..., 0], 0.0, 0.0, 0.0, v21, v21, v21, v21, v21, -2.0, 1.0, np.where(m23, c[..., 10], v26), np.where(m29, c[..., 11], v26), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 1], x[..., 1], 0.0, 0.0, 0.0, v32, v32, v32, v32, v32, -2.0, 1.0, np.where(m34, c[..., 12], v37), np.where(m40, c[..., 13], v37), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 2], x[..., 2], 0.0, 0.0, 0.0, v43, v43, v43, v43, v43, 0.0, 0.0)
+        m19 = (0.5 < c[..., 16])
+        v20 = np.where(m19, c[..., 2], 0.0)
+        m23 = (0.5 < c[..., 22])
+        v24 = np.where(m23, x[..., 0], 0.0)
+        m26 = (0.0 < c[..., 10])
+        v29 = 0.5 / p[..., 1] * v8
+        m32 = (0.0 < c[..., 11])
+        v35 = np.where(m23, x[..., 1], 0.0)
+        m37 = (0.0 < c[..., 12])
+        v40 = 0.5 / p[..., 2] * v8
+        m43 = (0.0 < c[..., 13])
+        v46 = np.where(m23, x[..., 2], 0.0)
+        return _vector(-2.0, 1.0, np.where(m4, c[..., 8], v12), np.where(m15, c[..., 9], v12), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 0], x[..., 0], 0.0, 0.0, 0.0, v24, v24, v24, v24, v24, -2.0, 1.0, np.where(m26, c[..., 10], v29), np.where(m32, c[..., 11], v29), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 1], x[..., 1], 0.0, 0.0, 0.0, v35, v35, v35, v35, v35, -2.0, 1.0, np.where(m37, c[..., 12], v40), np.where(m43, c[..., 13], v40), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 2], x[..., 2], 0.0, 0.0, 0.0, v46, v46, v46, v46, v46, 0.0, 0.0)
 
 
 def mrac_defaults(c):
     """Formula defaults of mrac: (c) -> derived."""
     c, = _arrays(c)
     with np.errstate(all="ignore"):
-        return _vector(c[..., 17])
+        return _vector(c[..., 19])
 
 
 def mrac_literal(x, r, v, z, p, c):
@@ -616,8 +616,8 @@ def mrac_literal(x, r, v, z, p, c):
         v53 = v41 + v51 * v50
         v54 = 1.0 / v53
         v57 = v45 * v54 * z[..., 34] * v41
-        m61 = (0.5 < c[..., 16])
-        m63 = (0.5 < c[..., 18])
+        m61 = (0.5 < c[..., 18])
+        m63 = (0.5 < c[..., 20])
         v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 52], z[..., 51]))
         v73 = v67 - z[..., 39] * v38 - z[..., 40] * z[..., 49]
         v74 = z[..., 35] * v73
@@ -759,7 +759,7 @@ def mrac_literal(x, r, v, z, p, c):
         m489 = np.logical_and(m339, m488)
         m491 = (np.abs(x[..., 2]) < 1e+30)
         m492 = np.logical_and(m489, m491)
-        v498 = np.exp(-(p[..., 9] / c[..., 19]))
+        v498 = np.exp(-(p[..., 9] / c[..., 21]))
         v499 = -1.0 + v498
         v500 = v499 * v499
         v502 = v498 + v498
@@ -783,69 +783,69 @@ def mrac_literal(x, r, v, z, p, c):
         v570 = v542 * v67
         v574 = v509 - np.where(m63, z[..., 51] * (v542 - v557 * v566) - v570 * v566, v570)
         v575 = c[..., 0] * c[..., 0]
-        v583 = np.where(m536, z[..., 32] + v114 * v117 * v533, z[..., 32])
-        v587 = v574 + v575 * z[..., 55] - v559 * z[..., 54] - v583 * np.where(m63, 1.0 - v566, 1.0)
-        v593 = np.where(m536, z[..., 29] + (v170 + v114 * z[..., 45]) * v117 * v533, z[..., 29])
-        v594 = v575 - v593
-        v602 = v587 - x[..., 1] * np.where(m63, v594 + v565 * v565 + v559 * v565, -v566)
-        v609 = (v602 - np.where(m63, v559 * v593 + v565 * v593, v594) * v38) / v557
-        m611 = (np.abs(v609) < 1e+30)
-        m612 = np.logical_and(m492, m611)
-        v619 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27]
-        v632 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v633 = x[..., 0] - v632
-        m635 = (v519 < np.abs(v633))
-        m636 = np.logical_and(m514, m635)
-        v642 = np.where(m636, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v633, z[..., 3])
-        v648 = np.where(m636, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v633, z[..., 2])
-        v653 = np.fmax(np.fmax(v648, c[..., 14]), 0.5 / p[..., 0] * v555)
-        v659 = np.where(m636, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v633, z[..., 0])
-        v660 = v559 + v659
-        v664 = v642 * v216
-        v668 = v619 - np.where(m63, z[..., 23] * (v642 - v653 * v660) - v664 * v660, v664)
-        v676 = np.where(m636, z[..., 4] + v263 * v266 * v633, z[..., 4])
-        v680 = v668 + v575 * z[..., 27] - v559 * z[..., 26] - v676 * np.where(m63, 1.0 - v660, 1.0)
-        v686 = np.where(m636, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v633, z[..., 1])
-        v687 = v575 - v686
-        v695 = v680 - x[..., 0] * np.where(m63, v687 + v659 * v659 + v559 * v659, -v660)
-        v702 = (v695 - np.where(m63, v559 * v686 + v659 * v686, v687) * v193) / v653
-        m704 = (np.abs(v702) < 1e+30)
-        m705 = np.logical_and(m612, m704)
-        v712 = v500 * r[..., 2] + v502 * z[..., 82] - v506 * z[..., 83]
-        v722 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
-        v726 = x[..., 2] - (v722 - z[..., 57] * z[..., 77])
-        m728 = (v519 < np.abs(v726))
-        m729 = np.logical_and(m514, m728)
-        v735 = np.where(m729, z[..., 59] + (v392 + v413 * z[..., 75]) * v416 * v726, z[..., 59])
-        v741 = np.where(m729, z[..., 58] + (v476 + v413 * z[..., 74]) * v416 * v726, z[..., 58])
-        v746 = np.fmax(np.fmax(v741, c[..., 14]), 0.5 / p[..., 2] * v555)
-        v752 = np.where(m729, z[..., 56] + (v462 + v413 * z[..., 72]) * v416 * v726, z[..., 56])
-        v753 = v559 + v752
-        v757 = v735 * v366
-        v761 = v712 - np.where(m63, z[..., 79] * (v735 - v746 * v753) - v757 * v753, v757)
-        v769 = np.where(m729, z[..., 60] + v413 * v416 * v726, z[..., 60])
-        v773 = v761 + v575 * z[..., 83] - v559 * z[..., 82] - v769 * np.where(m63, 1.0 - v753, 1.0)
-        v779 = np.where(m729, z[..., 57] + (v469 + v413 * z[..., 73]) * v416 * v726, z[..., 57])
-        v780 = v575 - v779
-        v788 = v773 - np.where(m63, v780 + v752 * v752 + v559 * v752, -v753) * x[..., 2]
-        v795 = (v788 - np.where(m63, v559 * v779 + v752 * v779, v780) * v343) / v746
-        m797 = (np.abs(v795) < 1e+30)
-        m798 = np.logical_and(m705, m797)
-        m802 = np.logical_not(m798)
-        m809 = (c[..., 4] < v336)
-        v810 = np.where(m809, c[..., 3], 1.0)
-        m861 = (c[..., 4] < v187)
-        v862 = np.where(m861, c[..., 3], 1.0)
-        m913 = (c[..., 4] < v486)
-        v914 = np.where(m913, c[..., 3], 1.0)
-        return _vector(np.where(m798, v702, 0.0), np.where(m798, v609, 0.0), np.where(m798, v795, 0.0)), _vector(np.where(m798, v659, z[..., 0]), np.where(m798, v686, z[..., 1]), np.where(m798, v648, z[..., 2]), np.where(m798, v642, z[..., 3]), np.where(m798, v676, z[..., 4]), np.where(m798, np.where(m636, v198 * v810, z[..., 5]), z[..., 5]), np.where(m798, np.where(m636, v210 * v810, z[..., 6]), z[..., 6]), np.where(m798, np.where(m636, v229 * v810, z[..., 7]), z[..., 7]), np.where(m798, np.where(m636, v248 * v810, z[..., 8]), z[..., 8]), np.where(m798, np.where(m636, v269 * v810, z[..., 9]), z[..., 9]), np.where(m798, np.where(m636, v273, z[..., 10]), z[..., 10]), np.where(m798, np.where(m636, v281, z[..., 11]), z[..., 11]), np.where(m798, np.where(m636, v286, z[..., 12]), z[..., 12]), np.where(m798, np.where(m636, v294, z[..., 13]), z[..., 13]), np.where(m798, np.where(m636, v301, z[..., 14]), z[..., 14]), np.where(m798, np.where(m636, v306, z[..., 15]), z[..., 15]), np.where(m798, np.where(m636, v314, z[..., 16]), z[..., 16]), np.where(m798, np.where(m636, v321, z[..., 17]), z[..., 17]), np.where(m798, np.where(m636, v328, z[..., 18]), z[..., 18]), np.where(m798, np.where(m636, v333, z[..., 19]), z[..., 19]), np.where(m798, x[..., 0], z[..., 20]), np.where(m798, v193, z[..., 21]), np.where(m798, v216, z[..., 22]), np.where(m798, v702, z[..., 23]), np.where(m798, z[..., 23], z[..., 24]), np.where(m798, np.where(m63, z[..., 26], v619), z[..., 25]), np.where(m798, v619, z[..., 26]), np.where(m798, z[..., 26], z[..., 27]), np.where(m798, v565, z[..., 28]), np.where(m798, v593, z[..., 29]), np.where(m798, v548, z[..., 30]), np.where(m798, v542, z[..., 31]), np.where(m798, v583, z[..., 32]), np.where(m798, np.where(m536, v44 * v862, z[..., 33]), z[..., 33]), np.where(m798, np.where(m536, v57 * v862, z[..., 34]), z[..., 34]), np.where(m798, np.where(m536, v80 * v862, z[..., 35]), z[..., 35]), np.where(m798, np.where(m536, v99 * v862, z[..., 36]), z[..., 36]), np.where(m798, np.where(m536, v120 * v862, z[..., 37]), z[..., 37]), np.where(m798, np.where(m536, v124, z[..., 38]), z[..., 38]), np.where(m798, np.where(m536, v132, z[..., 39]), z[..., 39]), np.where(m798, np.where(m536, v137, z[..., 40]), z[..., 40]), np.where(m798, np.where(m536, v145, z[..., 41]), z[..., 41]), np.where(m798, np.where(m536, v152, z[..., 42]), z[..., 42]), np.where(m798, np.where(m536, v157, z[..., 43]), z[..., 43]), np.where(m798, np.where(m536, v165, z[..., 44]), z[..., 44]), np.where(m798, np.where(m536, v172, z[..., 45]), z[..., 45]), np.where(m798, np.where(m536, v179, z[..., 46]), z[..., 46]), np.where(m798, np.where(m536, v184, z[..., 47]), z[..., 47]), np.where(m798, x[..., 1], z[..., 48]), np.where(m798, v38, z[..., 49]), np.where(m798, v67, z[..., 50]), np.where(m798, v609, z[..., 51]), np.where(m798, z[..., 51], z[..., 52]), np.where(m798, np.where(m63, z[..., 54], v509), z[..., 53]), np.where(m798, v509, z[..., 54]), np.where(m798, z[..., 54], z[..., 55]), np.where(m798, v752, z[..., 56]), np.where(m798, v779, z[..., 57]), np.where(m798, v741, z[..., 58]), np.where(m798, v735, z[..., 59]), np.where(m798, v769, z[..., 60]), np.where(m798, np.where(m729, v348 * v914, z[..., 61]), z[..., 61]), np.where(m798, np.where(m729, v360 * v914, z[..., 62]), z[..., 62]), np.where(m798, np.where(m729, v379 * v914, z[..., 63]), z[..., 63]), np.where(m798, np.where(m729, v398 * v914, z[..., 64]), z[..., 64]), np.where(m798, np.where(m729, v419 * v914, z[..., 65]), z[..., 65]), np.where(m798, np.where(m729, v423, z[..., 66]), z[..., 66]), np.where(m798, np.where(m729, v431, z[..., 67]), z[..., 67]), np.where(m798, np.where(m729, v436, z[..., 68]), z[..., 68]), np.where(m798, np.where(m729, v444, z[..., 69]), z[..., 69]), np.where(m798, np.where(m729, v451, z[..., 70]), z[..., 70]), np.where(m798, np.where(m729, v456, z[..., 71]), z[..., 71]), np.where(m798, np.where(m729, v464, z[..., 72]), z[..., 72]), np.where(m798, np.where(m729, v471, z[..., 73]), z[..., 73]), np.where(m798, np.where(m729, v478, z[..., 74]), z[..., 74]), np.where(m798, np.where(m729, v483, z[..., 75]), z[..., 75]), np.where(m798, x[..., 2], z[..., 76]), np.where(m798, v343, z[..., 77]), np.where(m798, v366, z[..., 78]), np.where(m798, v795, z[..., 79]), np.where(m798, z[..., 79], z[..., 80]), np.where(m798, np.where(m63, z[..., 82], v712), z[..., 81]), np.where(m798, v712, z[..., 82]), np.where(m798, z[..., 82], z[..., 83]), np.where(m798, np.fmin(2.0, 1.0 + z[..., 84]), 0.0), np.where(m802, 1.0, 0.0))
+        v584 = np.where(m536, z[..., 32] + v114 * v117 * v533, z[..., 32])
+        v589 = v574 + v575 * z[..., 55] - v559 * z[..., 54] - c[..., 17] * v584 * np.where(m63, 1.0 - v566, 1.0)
+        v595 = np.where(m536, z[..., 29] + (v170 + v114 * z[..., 45]) * v117 * v533, z[..., 29])
+        v596 = v575 - v595
+        v604 = v589 - x[..., 1] * np.where(m63, v596 + v565 * v565 + v559 * v565, -v566)
+        v611 = (v604 - np.where(m63, v559 * v595 + v565 * v595, v596) * v38) / v557
+        m613 = (np.abs(v611) < 1e+30)
+        m614 = np.logical_and(m492, m613)
+        v621 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27]
+        v634 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
+        v635 = x[..., 0] - v634
+        m637 = (v519 < np.abs(v635))
+        m638 = np.logical_and(m514, m637)
+        v644 = np.where(m638, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v635, z[..., 3])
+        v650 = np.where(m638, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v635, z[..., 2])
+        v655 = np.fmax(np.fmax(v650, c[..., 14]), 0.5 / p[..., 0] * v555)
+        v661 = np.where(m638, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v635, z[..., 0])
+        v662 = v559 + v661
+        v666 = v644 * v216
+        v670 = v621 - np.where(m63, z[..., 23] * (v644 - v655 * v662) - v666 * v662, v666)
+        v678 = np.where(m638, z[..., 4] + v263 * v266 * v635, z[..., 4])
+        v683 = v670 + v575 * z[..., 27] - v559 * z[..., 26] - c[..., 17] * v678 * np.where(m63, 1.0 - v662, 1.0)
+        v689 = np.where(m638, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v635, z[..., 1])
+        v690 = v575 - v689
+        v698 = v683 - x[..., 0] * np.where(m63, v690 + v661 * v661 + v559 * v661, -v662)
+        v705 = (v698 - np.where(m63, v559 * v689 + v661 * v689, v690) * v193) / v655
+        m707 = (np.abs(v705) < 1e+30)
+        m708 = np.logical_and(m614, m707)
+        v715 = v500 * r[..., 2] + v502 * z[..., 82] - v506 * z[..., 83]
+        v725 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
+        v729 = x[..., 2] - (v725 - z[..., 57] * z[..., 77])
+        m731 = (v519 < np.abs(v729))
+        m732 = np.logical_and(m514, m731)
+        v738 = np.where(m732, z[..., 59] + (v392 + v413 * z[..., 75]) * v416 * v729, z[..., 59])
+        v744 = np.where(m732, z[..., 58] + (v476 + v413 * z[..., 74]) * v416 * v729, z[..., 58])
+        v749 = np.fmax(np.fmax(v744, c[..., 14]), 0.5 / p[..., 2] * v555)
+        v755 = np.where(m732, z[..., 56] + (v462 + v413 * z[..., 72]) * v416 * v729, z[..., 56])
+        v756 = v559 + v755
+        v760 = v738 * v366
+        v764 = v715 - np.where(m63, z[..., 79] * (v738 - v749 * v756) - v760 * v756, v760)
+        v772 = np.where(m732, z[..., 60] + v413 * v416 * v729, z[..., 60])
+        v777 = v764 + v575 * z[..., 83] - v559 * z[..., 82] - c[..., 17] * v772 * np.where(m63, 1.0 - v756, 1.0)
+        v783 = np.where(m732, z[..., 57] + (v469 + v413 * z[..., 73]) * v416 * v729, z[..., 57])
+        v784 = v575 - v783
+        v792 = v777 - np.where(m63, v784 + v755 * v755 + v559 * v755, -v756) * x[..., 2]
+        v799 = (v792 - np.where(m63, v559 * v783 + v755 * v783, v784) * v343) / v749
+        m801 = (np.abs(v799) < 1e+30)
+        m802 = np.logical_and(m708, m801)
+        m806 = np.logical_not(m802)
+        m813 = (c[..., 4] < v336)
+        v814 = np.where(m813, c[..., 3], 1.0)
+        m865 = (c[..., 4] < v187)
+        v866 = np.where(m865, c[..., 3], 1.0)
+        m917 = (c[..., 4] < v486)
+        v918 = np.where(m917, c[..., 3], 1.0)
+        return _vector(np.where(m802, v705, 0.0), np.where(m802, v611, 0.0), np.where(m802, v799, 0.0)), _vector(np.where(m802, v661, z[..., 0]), np.where(m802, v689, z[..., 1]), np.where(m802, v650, z[..., 2]), np.where(m802, v644, z[..., 3]), np.where(m802, v678, z[..., 4]), np.where(m802, np.where(m638, v198 * v814, z[..., 5]), z[..., 5]), np.where(m802, np.where(m638, v210 * v814, z[..., 6]), z[..., 6]), np.where(m802, np.where(m638, v229 * v814, z[..., 7]), z[..., 7]), np.where(m802, np.where(m638, v248 * v814, z[..., 8]), z[..., 8]), np.where(m802, np.where(m638, v269 * v814, z[..., 9]), z[..., 9]), np.where(m802, np.where(m638, v273, z[..., 10]), z[..., 10]), np.where(m802, np.where(m638, v281, z[..., 11]), z[..., 11]), np.where(m802, np.where(m638, v286, z[..., 12]), z[..., 12]), np.where(m802, np.where(m638, v294, z[..., 13]), z[..., 13]), np.where(m802, np.where(m638, v301, z[..., 14]), z[..., 14]), np.where(m802, np.where(m638, v306, z[..., 15]), z[..., 15]), np.where(m802, np.where(m638, v314, z[..., 16]), z[..., 16]), np.where(m802, np.where(m638, v321, z[..., 17]), z[..., 17]), np.where(m802, np.where(m638, v328, z[..., 18]), z[..., 18]), np.where(m802, np.where(m638, v333, z[..., 19]), z[..., 19]), np.where(m802, x[..., 0], z[..., 20]), np.where(m802, v193, z[..., 21]), np.where(m802, v216, z[..., 22]), np.where(m802, v705, z[..., 23]), np.where(m802, z[..., 23], z[..., 24]), np.where(m802, np.where(m63, z[..., 26], v621), z[..., 25]), np.where(m802, v621, z[..., 26]), np.where(m802, z[..., 26], z[..., 27]), np.where(m802, v565, z[..., 28]), np.where(m802, v595, z[..., 29]), np.where(m802, v548, z[..., 30]), np.where(m802, v542, z[..., 31]), np.where(m802, v584, z[..., 32]), np.where(m802, np.where(m536, v44 * v866, z[..., 33]), z[..., 33]), np.where(m802, np.where(m536, v57 * v866, z[..., 34]), z[..., 34]), np.where(m802, np.where(m536, v80 * v866, z[..., 35]), z[..., 35]), np.where(m802, np.where(m536, v99 * v866, z[..., 36]), z[..., 36]), np.where(m802, np.where(m536, v120 * v866, z[..., 37]), z[..., 37]), np.where(m802, np.where(m536, v124, z[..., 38]), z[..., 38]), np.where(m802, np.where(m536, v132, z[..., 39]), z[..., 39]), np.where(m802, np.where(m536, v137, z[..., 40]), z[..., 40]), np.where(m802, np.where(m536, v145, z[..., 41]), z[..., 41]), np.where(m802, np.where(m536, v152, z[..., 42]), z[..., 42]), np.where(m802, np.where(m536, v157, z[..., 43]), z[..., 43]), np.where(m802, np.where(m536, v165, z[..., 44]), z[..., 44]), np.where(m802, np.where(m536, v172, z[..., 45]), z[..., 45]), np.where(m802, np.where(m536, v179, z[..., 46]), z[..., 46]), np.where(m802, np.where(m536, v184, z[..., 47]), z[..., 47]), np.where(m802, x[..., 1], z[..., 48]), np.where(m802, v38, z[..., 49]), np.where(m802, v67, z[..., 50]), np.where(m802, v611, z[..., 51]), np.where(m802, z[..., 51], z[..., 52]), np.where(m802, np.where(m63, z[..., 54], v509), z[..., 53]), np.where(m802, v509, z[..., 54]), np.where(m802, z[..., 54], z[..., 55]), np.where(m802, v755, z[..., 56]), np.where(m802, v783, z[..., 57]), np.where(m802, v744, z[..., 58]), np.where(m802, v738, z[..., 59]), np.where(m802, v772, z[..., 60]), np.where(m802, np.where(m732, v348 * v918, z[..., 61]), z[..., 61]), np.where(m802, np.where(m732, v360 * v918, z[..., 62]), z[..., 62]), np.where(m802, np.where(m732, v379 * v918, z[..., 63]), z[..., 63]), np.where(m802, np.where(m732, v398 * v918, z[..., 64]), z[..., 64]), np.where(m802, np.where(m732, v419 * v918, z[..., 65]), z[..., 65]), np.where(m802, np.where(m732, v423, z[..., 66]), z[..., 66]), np.where(m802, np.where(m732, v431, z[..., 67]), z[..., 67]), np.where(m802, np.where(m732, v436, z[..., 68]), z[..., 68]), np.where(m802, np.where(m732, v444, z[..., 69]), z[..., 69]), np.where(m802, np.where(m732, v451, z[..., 70]), z[..., 70]), np.where(m802, np.where(m732, v456, z[..., 71]), z[..., 71]), np.where(m802, np.where(m732, v464, z[..., 72]), z[..., 72]), np.where(m802, np.where(m732, v471, z[..., 73]), z[..., 73]), np.where(m802, np.where(m732, v478, z[..., 74]), z[..., 74]), np.where(m802, np.where(m732, v483, z[..., 75]), z[..., 75]), np.where(m802, x[..., 2], z[..., 76]), np.where(m802, v343, z[..., 77]), np.where(m802, v366, z[..., 78]), np.where(m802, v799, z[..., 79]), np.where(m802, z[..., 79], z[..., 80]), np.where(m802, np.where(m63, z[..., 82], v715), z[..., 81]), np.where(m802, v715, z[..., 82]), np.where(m802, z[..., 82], z[..., 83]), np.where(m802, np.fmin(2.0, 1.0 + z[..., 84]), 0.0), np.where(m806, 1.0, 0.0))
 
 
 def mrac_literal_constraints(p, c, s):
     """Margins of a feasible mrac-literal: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
-        return _vector(1e-09 - np.abs(c[..., 18] * (-1.0 + c[..., 18])))
+        return _vector(1e-09 - np.abs(c[..., 20] * (-1.0 + c[..., 20])))
 
 
 def mrac_literal_start(x, r, p, c):
@@ -856,24 +856,26 @@ def mrac_literal_start(x, r, p, c):
         v8 = p[..., 9] * p[..., 9] * c[..., 7]
         v12 = v8 * (0.5 / p[..., 0])
         m15 = (0.0 < c[..., 9])
-        m20 = (0.5 < c[..., 20])
-        v21 = np.where(m20, x[..., 0], 0.0)
-        m23 = (0.0 < c[..., 10])
-        v26 = 0.5 / p[..., 1] * v8
-        m29 = (0.0 < c[..., 11])
-        v32 = np.where(m20, x[..., 1], 0.0)
-        m34 = (0.0 < c[..., 12])
-        v37 = 0.5 / p[..., 2] * v8
-        m40 = (0.0 < c[..., 13])
-        v43 = np.where(m20, x[..., 2], 0.0)
-        return _vector(-2.0, 1.0, np.where(m4, c[..., 8], v12), np.where(m15, c[..., 9], v12), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 0], x[..., 0], 0.0, 0.0, 0.0, v21, v21, v21, -2.0, 1.0, np.where(m23, c[..., 10], v26), np.where(m29, c[..., 11], v26), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 1], x[..., 1], 0.0, 0.0, 0.0, v32, v32, v32, -2.0, 1.0, np.where(m34, c[..., 12], v37), np.where(m40, c[..., 13], v37), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 2], x[..., 2], 0.0, 0.0, 0.0, v43, v43, v43, 0.0, 0.0)
+        m19 = (0.5 < c[..., 16])
+        v20 = np.where(m19, c[..., 2], 0.0)
+        m23 = (0.5 < c[..., 22])
+        v24 = np.where(m23, x[..., 0], 0.0)
+        m26 = (0.0 < c[..., 10])
+        v29 = 0.5 / p[..., 1] * v8
+        m32 = (0.0 < c[..., 11])
+        v35 = np.where(m23, x[..., 1], 0.0)
+        m37 = (0.0 < c[..., 12])
+        v40 = 0.5 / p[..., 2] * v8
+        m43 = (0.0 < c[..., 13])
+        v46 = np.where(m23, x[..., 2], 0.0)
+        return _vector(-2.0, 1.0, np.where(m4, c[..., 8], v12), np.where(m15, c[..., 9], v12), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 0], x[..., 0], 0.0, 0.0, 0.0, v24, v24, v24, -2.0, 1.0, np.where(m26, c[..., 10], v29), np.where(m32, c[..., 11], v29), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 1], x[..., 1], 0.0, 0.0, 0.0, v35, v35, v35, -2.0, 1.0, np.where(m37, c[..., 12], v40), np.where(m43, c[..., 13], v40), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 2], x[..., 2], 0.0, 0.0, 0.0, v46, v46, v46, 0.0, 0.0)
 
 
 def mrac_literal_defaults(c):
     """Formula defaults of mrac-literal: (c) -> derived."""
     c, = _arrays(c)
     with np.errstate(all="ignore"):
-        return _vector(c[..., 17])
+        return _vector(c[..., 19])
 
 
 def pd(x, r, v, z, p, c):
@@ -1047,68 +1049,66 @@ def jac_x(x, u, p):
         v174 = v115 * v168 - v120 * v25 + v125 * v172
         v182 = v153 * v168 + v156 * v25 + v161 * v172
         v184 = p[..., 15] * v128 + p[..., 22] * v163 - p[..., 16] * v174 - p[..., 23] * v182
-        v190 = p[..., 2] + p[..., 5]
-        v191 = p[..., 1] + p[..., 4] - v190
-        v193 = 3.0 * v145
-        v194 = v193 * v172
-        v195 = v191 * v194
-        v197 = v193 * v126
-        v203 = 1.0 / p[..., 0]
-        v205 = v7 * c1
-        v209 = c6 * s1
-        v211 = v115 * v205 - v120 * v59 - v125 * v209
-        v217 = v153 * v205 + v156 * v59 - v161 * v209
-        v220 = v24 * c1
-        v224 = s6 * s1
-        v226 = v115 * v220 - v120 * v45 - v125 * v224
-        v233 = v153 * v220 + v156 * v45 - v161 * v224
-        v235 = p[..., 15] * v211 + p[..., 22] * v217 - p[..., 16] * v226 - p[..., 23] * v233
-        v236 = v193 * v209
-        v244 = v68 - s1 * v70
-        v247 = v115 * v244 - v120 * v79
-        v251 = v153 * v244 + v156 * v79
-        v255 = s1 * v78 + v76
-        v258 = v115 * v255 + v120 * v71
-        v263 = v156 * v71 - v153 * v255
-        v265 = p[..., 15] * v247 + p[..., 22] * v251 + p[..., 16] * v258 - p[..., 23] * v263
-        v269 = p[..., 13] * p[..., 10]
-        v275 = x[..., 8] + x[..., 5] * p[..., 2]
-        v280 = x[..., 7] + x[..., 4] * p[..., 1]
-        v285 = v269 / p[..., 3]
-        v290 = v123 * c106
-        v292 = v10 + v167
-        v293 = v114 * s106
-        v295 = v172 * v290 - v292 * v293
-        v299 = v292 * v161 - v172 * v143
-        v303 = v116 - v22
-        v305 = v126 * v290 - v303 * v293
-        v310 = v303 * v161 - v126 * v143
-        v312 = p[..., 15] * v295 + p[..., 22] * v299 - p[..., 16] * v305 - p[..., 23] * v310
-        v314 = p[..., 0] + p[..., 3]
-        v315 = v314 - v190
-        v324 = 1.0 / p[..., 1]
-        v327 = c4 * s1
-        v331 = v120 * v51 - v115 * v327 - v125 * c1
-        v337 = v153 * v327 + v156 * v51 + v161 * c1
-        v343 = p[..., 16] * v331 - p[..., 23] * v337 - p[..., 14] * v211 - p[..., 21] * v217
-        v351 = c1 * s4
-        v353 = v156 * v66 - v153 * v351
-        v357 = v115 * v351 + v120 * v66
-        v363 = p[..., 23] * v353 - p[..., 16] * v357 - p[..., 14] * v247 - p[..., 21] * v251
-        v374 = x[..., 6] + x[..., 3] * p[..., 0]
-        v379 = v269 / p[..., 4]
-        v384 = v66 * v161 + s1 * v143
-        v388 = v66 * v293 + s1 * v290
-        v394 = p[..., 23] * v384 - p[..., 16] * v388 - p[..., 14] * v295 - p[..., 21] * v299
-        v403 = -3.0 * v145 * (v314 - p[..., 1] - p[..., 4])
-        v404 = v403 * s1
-        v407 = 1.0 / p[..., 2]
-        v415 = p[..., 14] * v226 + p[..., 21] * v233 - p[..., 15] * v331 + p[..., 22] * v337
-        v428 = p[..., 21] * v263 - p[..., 14] * v258 + p[..., 15] * v357 - p[..., 22] * v353
-        v441 = v269 / p[..., 5]
-        v449 = p[..., 14] * v305 + p[..., 21] * v310 + p[..., 15] * v388 - p[..., 22] * v384
-        v451 = p[..., 10] * v269
-        return (lambda J: J.reshape(*J.shape[:-1], 10, 10))(_vector(s1 * v28 - s1 * v37, v65, p[..., 6] * v66 + s1 * v73 + s1 * v81, 1.0, s1 * v21, s1 * v19, 0.0, 0.0, 0.0, 0.0, c6 * v26 - v15 * s6 - (v32 * c6 - s6 * v35), c6 * v46 - s6 * v60, c6 * v72 - s6 * v80, 0.0, c6, -s6, 0.0, 0.0, 0.0, 0.0, v28 - v37, v48 + v62, v73 + v81, 0.0, v21, v19, 0.0, 0.0, 0.0, 0.0, (v184 - (v195 * v172 - v126 * (v191 * v197))) * v203, (v235 + (v126 * (v191 * v236) + v195 * v224)) * v203, v265 * v203, -(v269 * v203), (x[..., 5] * p[..., 1] - v275) * v203, (v280 - x[..., 4] * p[..., 2]) * v203, v285 * v203, x[..., 5] * v203, -(x[..., 4] * v203), v312 * v203, (v315 * (s1 * v197) - (p[..., 14] * v128 + p[..., 21] * v163)) * v324, (v343 - v315 * (v194 * c1 - s1 * v236)) * v324, v363 * v324, (v275 - x[..., 5] * p[..., 0]) * v324, -(v269 * v324), (x[..., 3] * p[..., 2] - v374) * v324, -(x[..., 5] * v324), v379 * v324, x[..., 3] * v324, v394 * v324, (p[..., 14] * v174 + p[..., 21] * v182 - v404 * v172) * v407, (v415 - (v126 * (v403 * c1) - v404 * v224)) * v407, v428 * v407, (x[..., 4] * p[..., 0] - v280) * v407, (v374 - x[..., 3] * p[..., 1]) * v407, -(v269 * v407), x[..., 4] * v407, -(x[..., 3] * v407), v441 * v407, v449 * v407, 0.0, 0.0, 0.0, v451, 0.0, 0.0, -(p[..., 10] * v285), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v451, 0.0, 0.0, -(p[..., 10] * v379), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v451, 0.0, 0.0, -(p[..., 10] * v441), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        v187 = p[..., 1] - p[..., 2]
+        v189 = 3.0 * v145
+        v190 = v189 * v172
+        v191 = v187 * v190
+        v193 = v189 * v126
+        v199 = 1.0 / p[..., 0]
+        v201 = v7 * c1
+        v205 = c6 * s1
+        v207 = v115 * v201 - v120 * v59 - v125 * v205
+        v213 = v153 * v201 + v156 * v59 - v161 * v205
+        v216 = v24 * c1
+        v220 = s6 * s1
+        v222 = v115 * v216 - v120 * v45 - v125 * v220
+        v229 = v153 * v216 + v156 * v45 - v161 * v220
+        v231 = p[..., 15] * v207 + p[..., 22] * v213 - p[..., 16] * v222 - p[..., 23] * v229
+        v232 = v189 * v205
+        v240 = v68 - s1 * v70
+        v243 = v115 * v240 - v120 * v79
+        v247 = v153 * v240 + v156 * v79
+        v251 = s1 * v78 + v76
+        v254 = v115 * v251 + v120 * v71
+        v259 = v156 * v71 - v153 * v251
+        v261 = p[..., 15] * v243 + p[..., 22] * v247 + p[..., 16] * v254 - p[..., 23] * v259
+        v265 = p[..., 13] * p[..., 10]
+        v271 = x[..., 8] + x[..., 5] * p[..., 2]
+        v276 = x[..., 7] + x[..., 4] * p[..., 1]
+        v281 = v265 / p[..., 3]
+        v286 = v123 * c106
+        v288 = v10 + v167
+        v289 = v114 * s106
+        v291 = v172 * v286 - v288 * v289
+        v295 = v288 * v161 - v172 * v143
+        v299 = v116 - v22
+        v301 = v126 * v286 - v299 * v289
+        v306 = v299 * v161 - v126 * v143
+        v308 = p[..., 15] * v291 + p[..., 22] * v295 - p[..., 16] * v301 - p[..., 23] * v306
+        v310 = p[..., 0] - p[..., 2]
+        v319 = 1.0 / p[..., 1]
+        v322 = c4 * s1
+        v326 = v120 * v51 - v115 * v322 - v125 * c1
+        v332 = v153 * v322 + v156 * v51 + v161 * c1
+        v338 = p[..., 16] * v326 - p[..., 23] * v332 - p[..., 14] * v207 - p[..., 21] * v213
+        v346 = c1 * s4
+        v348 = v156 * v66 - v153 * v346
+        v352 = v115 * v346 + v120 * v66
+        v358 = p[..., 23] * v348 - p[..., 16] * v352 - p[..., 14] * v243 - p[..., 21] * v247
+        v369 = x[..., 6] + x[..., 3] * p[..., 0]
+        v375 = v265 / p[..., 4]
+        v380 = v66 * v161 + s1 * v143
+        v384 = v66 * v289 + s1 * v286
+        v390 = p[..., 23] * v380 - p[..., 16] * v384 - p[..., 14] * v291 - p[..., 21] * v295
+        v398 = -3.0 * v145 * (p[..., 0] - p[..., 1])
+        v399 = v398 * s1
+        v402 = 1.0 / p[..., 2]
+        v410 = p[..., 14] * v222 + p[..., 21] * v229 - p[..., 15] * v326 + p[..., 22] * v332
+        v423 = p[..., 21] * v259 - p[..., 14] * v254 + p[..., 15] * v352 - p[..., 22] * v348
+        v437 = v265 / p[..., 5]
+        v445 = p[..., 14] * v301 + p[..., 21] * v306 + p[..., 15] * v384 - p[..., 22] * v380
+        v447 = p[..., 10] * v265
+        return (lambda J: J.reshape(*J.shape[:-1], 10, 10))(_vector(s1 * v28 - s1 * v37, v65, p[..., 6] * v66 + s1 * v73 + s1 * v81, 1.0, s1 * v21, s1 * v19, 0.0, 0.0, 0.0, 0.0, c6 * v26 - v15 * s6 - (v32 * c6 - s6 * v35), c6 * v46 - s6 * v60, c6 * v72 - s6 * v80, 0.0, c6, -s6, 0.0, 0.0, 0.0, 0.0, v28 - v37, v48 + v62, v73 + v81, 0.0, v21, v19, 0.0, 0.0, 0.0, 0.0, (v184 - (v191 * v172 - v126 * (v187 * v193))) * v199, (v231 + (v126 * (v187 * v232) + v191 * v220)) * v199, v261 * v199, -(v265 * v199), (x[..., 5] * p[..., 1] - v271) * v199, (v276 - x[..., 4] * p[..., 2]) * v199, v281 * v199, x[..., 5] * v199, -(x[..., 4] * v199), v308 * v199, (v310 * (s1 * v193) - (p[..., 14] * v128 + p[..., 21] * v163)) * v319, (v338 - v310 * (v190 * c1 - s1 * v232)) * v319, v358 * v319, (v271 - x[..., 5] * p[..., 0]) * v319, -(v265 * v319), (x[..., 3] * p[..., 2] - v369) * v319, -(x[..., 5] * v319), v375 * v319, x[..., 3] * v319, v390 * v319, (p[..., 14] * v174 + p[..., 21] * v182 - v399 * v172) * v402, (v410 - (v126 * (v398 * c1) - v399 * v220)) * v402, v423 * v402, (x[..., 4] * p[..., 0] - v276) * v402, (v369 - x[..., 3] * p[..., 1]) * v402, -(v265 * v402), x[..., 4] * v402, -(x[..., 3] * v402), v437 * v402, v445 * v402, 0.0, 0.0, 0.0, v447, 0.0, 0.0, -(p[..., 10] * v281), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v447, 0.0, 0.0, -(p[..., 10] * v375), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v447, 0.0, 0.0, -(p[..., 10] * v437), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 def jac_u(x, u, p):
@@ -1187,33 +1187,31 @@ def jvp(x, u, p, along_x, along_u):
         v208 = v112 * v193 - v196 * v123 - v127 * v52 + (v201 * v133 + v135 * v205)
         v220 = v196 * v157 + v171 * v193 + v175 * v52 + (v183 * v205 - v201 * v180)
         v222 = p[..., 15] * v141 + p[..., 22] * v186 - p[..., 16] * v208 - p[..., 23] * v220
-        v228 = p[..., 2] + p[..., 5]
-        v229 = p[..., 1] + p[..., 4] - v228
-        v231 = 3.0 * v163
-        v232 = v231 * v130
-        v235 = v231 * v138
-        v243 = p[..., 13] * p[..., 10]
-        v249 = along_u[..., 0] + v243 * (along_x[..., 6] / p[..., 3] - along_x[..., 3])
-        v253 = along_x[..., 7] + p[..., 1] * along_x[..., 4]
-        v257 = x[..., 7] + x[..., 4] * p[..., 1]
-        v260 = v222 - (v229 * v232 * v205 - v201 * (v229 * v235)) + v249 + (x[..., 5] * v253 + v257 * along_x[..., 5])
-        v263 = along_x[..., 8] + p[..., 2] * along_x[..., 5]
-        v267 = x[..., 8] + x[..., 5] * p[..., 2]
-        v273 = c3 * c5
-        v277 = c5 * v12 + c3 * v47
-        v285 = v273 * v157 - v171 * v277 + v175 * v14 - (v183 * v31 - s3 * v180)
-        v295 = v273 * v123 + v112 * v277 + v127 * v14 + (s3 * v133 + v135 * v31)
-        v303 = p[..., 23] * v285 - p[..., 16] * v295 - p[..., 14] * v141 - p[..., 21] * v186
-        v304 = p[..., 0] + p[..., 3]
-        v315 = along_u[..., 1] + v243 * (along_x[..., 7] / p[..., 4] - along_x[..., 4])
-        v321 = v303 - (v304 - v228) * (v232 * v31 - s3 * v235) + v315 + (x[..., 3] * v263 + v267 * along_x[..., 3])
-        v323 = along_x[..., 6] + p[..., 0] * along_x[..., 3]
-        v327 = x[..., 6] + x[..., 3] * p[..., 0]
-        v338 = p[..., 14] * v208 + p[..., 21] * v220 + p[..., 15] * v295 - p[..., 22] * v285
-        v343 = -3.0 * v163 * (v304 - p[..., 1] - p[..., 4])
-        v354 = along_u[..., 2] + v243 * (along_x[..., 8] / p[..., 5] - along_x[..., 5])
-        v359 = v338 - (v201 * (v343 * v31) + v343 * s3 * v205) + v354 + (x[..., 4] * v323 + v327 * along_x[..., 4])
-        return _vector(v92, c18 * v54 - v29 * v49 - (v67 * v34 + s18 * v87), v56 + v89, (v260 - (x[..., 4] * v263 + v267 * along_x[..., 4])) / p[..., 0], (v321 - (x[..., 5] * v323 + v327 * along_x[..., 5])) / p[..., 1], (v359 - (x[..., 3] * v253 + v257 * along_x[..., 3])) / p[..., 2], -(p[..., 10] * v249), -(p[..., 10] * v315), -(p[..., 10] * v354), 0.0)
+        v225 = p[..., 1] - p[..., 2]
+        v227 = 3.0 * v163
+        v228 = v227 * v130
+        v231 = v227 * v138
+        v239 = p[..., 13] * p[..., 10]
+        v245 = along_u[..., 0] + v239 * (along_x[..., 6] / p[..., 3] - along_x[..., 3])
+        v249 = along_x[..., 7] + p[..., 1] * along_x[..., 4]
+        v253 = x[..., 7] + x[..., 4] * p[..., 1]
+        v256 = v222 - (v225 * v228 * v205 - v201 * (v225 * v231)) + v245 + (x[..., 5] * v249 + v253 * along_x[..., 5])
+        v259 = along_x[..., 8] + p[..., 2] * along_x[..., 5]
+        v263 = x[..., 8] + x[..., 5] * p[..., 2]
+        v269 = c3 * c5
+        v273 = c5 * v12 + c3 * v47
+        v281 = v269 * v157 - v171 * v273 + v175 * v14 - (v183 * v31 - s3 * v180)
+        v291 = v269 * v123 + v112 * v273 + v127 * v14 + (s3 * v133 + v135 * v31)
+        v299 = p[..., 23] * v281 - p[..., 16] * v291 - p[..., 14] * v141 - p[..., 21] * v186
+        v311 = along_u[..., 1] + v239 * (along_x[..., 7] / p[..., 4] - along_x[..., 4])
+        v317 = v299 - (p[..., 0] - p[..., 2]) * (v228 * v31 - s3 * v231) + v311 + (x[..., 3] * v259 + v263 * along_x[..., 3])
+        v319 = along_x[..., 6] + p[..., 0] * along_x[..., 3]
+        v323 = x[..., 6] + x[..., 3] * p[..., 0]
+        v334 = p[..., 14] * v208 + p[..., 21] * v220 + p[..., 15] * v291 - p[..., 22] * v281
+        v338 = -3.0 * v163 * (p[..., 0] - p[..., 1])
+        v350 = along_u[..., 2] + v239 * (along_x[..., 8] / p[..., 5] - along_x[..., 5])
+        v355 = v334 - (v201 * (v338 * v31) + v338 * s3 * v205) + v350 + (x[..., 4] * v319 + v323 * along_x[..., 4])
+        return _vector(v92, c18 * v54 - v29 * v49 - (v67 * v34 + s18 * v87), v56 + v89, (v256 - (x[..., 4] * v259 + v263 * along_x[..., 4])) / p[..., 0], (v317 - (x[..., 5] * v319 + v323 * along_x[..., 5])) / p[..., 1], (v355 - (x[..., 3] * v249 + v253 * along_x[..., 3])) / p[..., 2], -(p[..., 10] * v245), -(p[..., 10] * v311), -(p[..., 10] * v350), 0.0)
 
 
 def rhs_prepare(p):
@@ -1227,9 +1225,7 @@ def rhs_prepare(p):
         v18 = p[..., 20] * p[..., 24] * (1.0 + p[..., 25])
         s20, c20 = np.sin(p[..., 27]), np.cos(p[..., 27])
         v22 = p[..., 6] * p[..., 6]
-        v37 = p[..., 2] + p[..., 5]
-        v48 = p[..., 0] + p[..., 3]
-        return _vector(v9, v6 * c8, v9 + v9, v18, c20, 0.5 * v22 * p[..., 18] * p[..., 20] * p[..., 19] * v4, v18 * s20, p[..., 1] + p[..., 4] - v37, 3.0 * v22, p[..., 13] * p[..., 10], 1.0 / p[..., 3], 1.0 / p[..., 0], v48 - v37, 1.0 / p[..., 4], 1.0 / p[..., 1], -3.0 * v22 * (v48 - p[..., 1] - p[..., 4]), 1.0 / p[..., 5], 1.0 / p[..., 2])
+        return _vector(v9, v6 * c8, v9 + v9, v18, c20, 0.5 * v22 * p[..., 18] * p[..., 20] * p[..., 19] * v4, v18 * s20, p[..., 1] - p[..., 2], 3.0 * v22, p[..., 13] * p[..., 10], 1.0 / p[..., 3], 1.0 / p[..., 0], p[..., 0] - p[..., 2], 1.0 / p[..., 4], 1.0 / p[..., 1], -3.0 * v22 * (p[..., 0] - p[..., 1]), 1.0 / p[..., 5], 1.0 / p[..., 2])
 
 
 def rhs_prepared(x, u, p, h):
@@ -1337,23 +1333,6 @@ def outputs_prepared(x, u, r, p, h):
         return _vector(r[..., 0], r[..., 1], r[..., 2], x[..., 0] - r[..., 0], x[..., 1] - r[..., 1], x[..., 2] - r[..., 2], x[..., 3] + v12 * p[..., 6], x[..., 4] + v24 * p[..., 6], x[..., 5] + v31 * p[..., 6], x[..., 6] * h[..., 0] - x[..., 3], x[..., 7] * h[..., 1] - x[..., 4], x[..., 8] * h[..., 2] - x[..., 5], v103, v123, v130)
 
 
-def limits_prepare(p):
-    """What limits computes once per run: (p) -> h."""
-    p, = _arrays(p)
-    with np.errstate(all="ignore"):
-        return _vector(1.000000001 * p[..., 12])
-
-
-def limits_prepared(x, u, p, h):
-    """The rest of limits: (x, u, p, h) -> margin."""
-    x, u, p, h = _arrays(x, u, p, h)
-    with np.errstate(all="ignore"):
-        v12 = np.fmax(np.fmax(np.abs(u[..., 0]), np.abs(u[..., 1])), np.abs(u[..., 2]))
-        m16 = (0.5 < p[..., 10])
-        v26 = np.fmax(np.fmax(np.abs(x[..., 6]), np.abs(x[..., 7])), np.abs(x[..., 8]))
-        return _vector(p[..., 32] - np.abs(x[..., 1]), p[..., 31] - v12, np.where(m16, h[..., 0] - v26, p[..., 12]))
-
-
 def actuate_prepare(p):
     """What actuate computes once per run: (p) -> h."""
     p, = _arrays(p)
@@ -1365,12 +1344,15 @@ def actuate_prepared(x, u_cmd, p, h):
     """The rest of actuate: (x, u_cmd, p, h) -> u."""
     x, u_cmd, p, h = _arrays(x, u_cmd, p, h)
     with np.errstate(all="ignore"):
-        v1 = -p[..., 11]
-        m4 = (0.5 < p[..., 10])
-        v14 = np.fmax((x[..., 6] - p[..., 12]) * h[..., 0], np.fmin(u_cmd[..., 0], (x[..., 6] + p[..., 12]) * h[..., 0]))
-        v25 = np.fmax((x[..., 7] - p[..., 12]) * h[..., 0], np.fmin(u_cmd[..., 1], (x[..., 7] + p[..., 12]) * h[..., 0]))
-        v36 = np.fmax((x[..., 8] - p[..., 12]) * h[..., 0], np.fmin(u_cmd[..., 2], (x[..., 8] + p[..., 12]) * h[..., 0]))
-        return _vector(np.fmax(v1, np.fmin(np.where(m4, v14, u_cmd[..., 0]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v25, u_cmd[..., 1]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v36, u_cmd[..., 2]), p[..., 11])))
+        m2 = (0.5 < p[..., 10])
+        v9 = -p[..., 11]
+        v12 = np.fmax(v9, np.fmin(u_cmd[..., 0], p[..., 11]))
+        v16 = np.fmax((x[..., 6] - p[..., 12]) * h[..., 0], np.fmin(v12, (x[..., 6] + p[..., 12]) * h[..., 0]))
+        v23 = np.fmax(v9, np.fmin(u_cmd[..., 1], p[..., 11]))
+        v27 = np.fmax((x[..., 7] - p[..., 12]) * h[..., 0], np.fmin(v23, (x[..., 7] + p[..., 12]) * h[..., 0]))
+        v34 = np.fmax(v9, np.fmin(u_cmd[..., 2], p[..., 11]))
+        v38 = np.fmax((x[..., 8] - p[..., 12]) * h[..., 0], np.fmin(v34, (x[..., 8] + p[..., 12]) * h[..., 0]))
+        return _vector(np.where(m2, v16, v12), np.where(m2, v27, v23), np.where(m2, v38, v34))
 
 
 def measure_prepare(p):
@@ -1397,18 +1379,18 @@ def mrac_prepare(p, c):
     """What mrac computes once per run: (p, c) -> h."""
     p, c = _arrays(p, c)
     with np.errstate(all="ignore"):
-        m5 = (0.5 < c[..., 18])
-        v11 = np.exp(-(p[..., 9] / c[..., 19]))
+        m5 = (0.5 < c[..., 20])
+        v11 = np.exp(-(p[..., 9] / c[..., 21]))
         v12 = -1.0 + v11
-        v18 = 4.0 * c[..., 0]
-        v21 = 3.0 * c[..., 0]
-        v25 = c[..., 0] * c[..., 0]
-        v29 = c[..., 0] * v25
-        v30 = 4.0 * v29
-        v32 = -v29
-        v34 = v25 * v25
+        v18 = c[..., 0] * c[..., 0]
+        v24 = c[..., 0] * v18
+        v25 = 4.0 * v24
+        v27 = -v24
+        v29 = v18 * v18
+        v30 = 4.0 * c[..., 0]
+        v32 = 3.0 * c[..., 0]
         v45 = p[..., 9] * p[..., 9] * c[..., 15]
-        return _vector(1.0 / c[..., 3], v12 * v12, v11 + v11, v11 * v11, v18, v21, np.where(m5, -v18, -v21), np.where(m5, 6.0 * v25, 3.0 * v25), v30, np.where(m5, -v30, v32), v34, np.fmax(c[..., 5], c[..., 6] * p[..., 28]), np.fmax(c[..., 14], 0.5 / p[..., 1] * v45), -6.0 * v25, np.where(m5, v34, v32), -3.0 * v25, np.fmax(c[..., 14], 0.5 / p[..., 0] * v45), np.fmax(c[..., 14], 0.5 / p[..., 2] * v45))
+        return _vector(1.0 / c[..., 3], v12 * v12, v11 + v11, v11 * v11, np.where(m5, 6.0 * v18, 3.0 * v18), v25, np.where(m5, -v25, v27), v29, v30, v32, np.where(m5, -v30, -v32), np.fmax(c[..., 5], c[..., 6] * p[..., 28]), np.fmax(c[..., 14], 0.5 / p[..., 1] * v45), -6.0 * v18, np.where(m5, v29, v27), -3.0 * v18, np.fmax(c[..., 14], 0.5 / p[..., 0] * v45), np.fmax(c[..., 14], 0.5 / p[..., 2] * v45))
 
 
 def mrac_prepared(x, r, v, z, c, h):
@@ -1441,8 +1423,8 @@ def mrac_prepared(x, r, v, z, c, h):
         v53 = v41 + v51 * v50
         v54 = 1.0 / v53
         v57 = h[..., 0] * v54 * z[..., 36] * v41
-        m61 = (0.5 < c[..., 16])
-        m63 = (0.5 < c[..., 18])
+        m61 = (0.5 < c[..., 18])
+        m63 = (0.5 < c[..., 20])
         v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 54], z[..., 53]))
         v73 = v67 - z[..., 41] * v38 - z[..., 42] * z[..., 51]
         v74 = z[..., 37] * v73
@@ -1585,122 +1567,122 @@ def mrac_prepared(x, r, v, z, c, h):
         m491 = (np.abs(x[..., 2]) < 1e+30)
         m492 = np.logical_and(m489, m491)
         v502 = h[..., 1] * r[..., 1] + h[..., 2] * z[..., 56] - h[..., 3] * z[..., 57]
-        v515 = v502 + h[..., 6] * z[..., 56] + h[..., 7] * z[..., 57] + h[..., 9] * z[..., 58]
-        m522 = (0.5 < c[..., 1])
-        m524 = (1.5 < z[..., 90])
-        m525 = np.logical_and(m522, m524)
-        v536 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
-        v540 = x[..., 1] - (v536 - z[..., 31] * z[..., 51])
-        m542 = (h[..., 11] < np.abs(v540))
-        m543 = np.logical_and(m525, m542)
-        v547 = np.where(m543, z[..., 34] + v114 * v117 * v540, z[..., 34])
-        v553 = np.where(m543, z[..., 30] + (v163 + v114 * z[..., 46]) * v117 * v540, z[..., 30])
-        v554 = h[..., 4] + v553
-        v563 = np.where(m543, z[..., 33] + (v93 + v114 * z[..., 49]) * v117 * v540, z[..., 33])
-        v571 = np.where(m543, z[..., 32] + (v177 + v114 * z[..., 48]) * v117 * v540, z[..., 32])
-        v577 = np.fmax(0.0, -0.5 * v571 + -0.5 * v563 + h[..., 12])
-        v578 = v563 + v577
-        v579 = v578 * v578
-        v587 = np.where(m543, z[..., 31] + (v170 + v114 * z[..., 47]) * v117 * v540, z[..., 31])
-        v592 = np.where(m63, v553 * v554 - (h[..., 13] + v587), -(h[..., 5] + v553))
-        v594 = v571 + v577
-        v595 = v594 * v594
-        v605 = np.where(m63, v587 * v554 - h[..., 8], -(h[..., 15] + v587))
-        v610 = v578 * v553
-        v613 = 1.0 / (v579 + v595 * v587 - v594 * v610)
-        v614 = (v579 * v592 + v595 * h[..., 14] - v578 * v594 * v605) * v613
-        v617 = v515 + np.where(m63, h[..., 10] * z[..., 59], 0.0) - v547 * (1.0 + np.where(m63, -v554, 0.0) + v614)
-        v624 = v617 / (v571 + v563 + (v577 + v577)) + np.where(m63, v554 * z[..., 53], 0.0)
-        v626 = v594 * h[..., 14]
-        v630 = v594 * v587
-        v635 = v624 - x[..., 1] * ((v578 * v605 - v626 - v610 * v592 + v630 * v592) * v613)
-        v646 = (v578 * h[..., 14] - v626 * v553 + v630 * v605 - v578 * v587 * v592) * v613
-        v648 = v635 - v614 * v67 - v646 * v38
-        m650 = (np.abs(v648) < 1e+30)
-        m651 = np.logical_and(m492, m650)
-        v658 = h[..., 1] * r[..., 0] + h[..., 2] * z[..., 26] - h[..., 3] * z[..., 27]
-        v665 = v658 + h[..., 6] * z[..., 26] + h[..., 7] * z[..., 27] + h[..., 9] * z[..., 28]
-        v682 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v683 = x[..., 0] - v682
-        m685 = (h[..., 11] < np.abs(v683))
-        m686 = np.logical_and(m525, m685)
-        v690 = np.where(m686, z[..., 4] + v263 * v266 * v683, z[..., 4])
-        v696 = np.where(m686, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v683, z[..., 0])
-        v697 = h[..., 4] + v696
-        v706 = np.where(m686, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v683, z[..., 3])
-        v712 = np.where(m686, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v683, z[..., 2])
-        v718 = np.fmax(0.0, -0.5 * v712 + -0.5 * v706 + h[..., 16])
-        v719 = v706 + v718
-        v720 = v719 * v719
-        v727 = np.where(m686, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v683, z[..., 1])
-        v732 = np.where(m63, v696 * v697 - (h[..., 13] + v727), -(h[..., 5] + v696))
-        v734 = v712 + v718
-        v735 = v734 * v734
-        v743 = np.where(m63, v727 * v697 - h[..., 8], -(h[..., 15] + v727))
-        v748 = v719 * v696
-        v751 = 1.0 / (v720 + v735 * v727 - v734 * v748)
-        v752 = (v720 * v732 + v735 * h[..., 14] - v719 * v734 * v743) * v751
-        v755 = v665 + np.where(m63, h[..., 10] * z[..., 29], 0.0) - v690 * (1.0 + np.where(m63, -v697, 0.0) + v752)
-        v762 = v755 / (v712 + v706 + (v718 + v718)) + np.where(m63, v697 * z[..., 23], 0.0)
-        v764 = v734 * h[..., 14]
-        v768 = v734 * v727
-        v773 = v762 - x[..., 0] * ((v719 * v743 - v764 - v748 * v732 + v768 * v732) * v751)
-        v784 = (v719 * h[..., 14] - v764 * v696 + v768 * v743 - v719 * v727 * v732) * v751
-        v786 = v773 - v752 * v216 - v784 * v193
-        m788 = (np.abs(v786) < 1e+30)
-        m789 = np.logical_and(m651, m788)
-        v796 = h[..., 1] * r[..., 2] + h[..., 2] * z[..., 86] - h[..., 3] * z[..., 87]
-        v803 = v796 + h[..., 6] * z[..., 86] + h[..., 7] * z[..., 87] + h[..., 9] * z[..., 88]
-        v817 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
-        v821 = x[..., 2] - (v817 - z[..., 61] * z[..., 81])
-        m823 = (h[..., 11] < np.abs(v821))
-        m824 = np.logical_and(m525, m823)
-        v828 = np.where(m824, z[..., 64] + v413 * v416 * v821, z[..., 64])
-        v834 = np.where(m824, z[..., 60] + (v462 + v413 * z[..., 76]) * v416 * v821, z[..., 60])
-        v835 = h[..., 4] + v834
-        v844 = np.where(m824, z[..., 63] + (v392 + v413 * z[..., 79]) * v416 * v821, z[..., 63])
-        v850 = np.where(m824, z[..., 62] + (v476 + v413 * z[..., 78]) * v416 * v821, z[..., 62])
-        v856 = np.fmax(0.0, -0.5 * v850 + -0.5 * v844 + h[..., 17])
-        v857 = v844 + v856
-        v858 = v857 * v857
-        v865 = np.where(m824, z[..., 61] + (v469 + v413 * z[..., 77]) * v416 * v821, z[..., 61])
-        v870 = np.where(m63, v834 * v835 - (h[..., 13] + v865), -(h[..., 5] + v834))
-        v872 = v850 + v856
-        v873 = v872 * v872
-        v881 = np.where(m63, v865 * v835 - h[..., 8], -(h[..., 15] + v865))
-        v886 = v857 * v834
-        v889 = 1.0 / (v858 + v873 * v865 - v872 * v886)
-        v890 = (v858 * v870 + v873 * h[..., 14] - v857 * v872 * v881) * v889
-        v893 = v803 + np.where(m63, h[..., 10] * z[..., 89], 0.0) - v828 * (1.0 + np.where(m63, -v835, 0.0) + v890)
-        v900 = v893 / (v850 + v844 + (v856 + v856)) + np.where(m63, v835 * z[..., 83], 0.0)
-        v904 = v872 * h[..., 14]
-        v908 = v872 * v865
-        v913 = v900 - v890 * v366 - (v857 * v881 - v904 - v886 * v870 + v908 * v870) * v889 * x[..., 2]
-        v922 = (v857 * h[..., 14] - v904 * v834 + v908 * v881 - v857 * v865 * v870) * v889
-        v924 = v913 - v922 * v343
-        m926 = (np.abs(v924) < 1e+30)
-        m927 = np.logical_and(m789, m926)
-        m931 = np.logical_not(m927)
-        m938 = (c[..., 4] < v336)
-        v939 = np.where(m938, c[..., 3], 1.0)
-        v980 = 0.5 * z[..., 26]
-        v987 = np.where(m927, np.where(m63, v980 + 0.5 * z[..., 27], v980 + 0.5 * v658), z[..., 25])
-        m997 = (c[..., 4] < v187)
-        v998 = np.where(m997, c[..., 3], 1.0)
-        v1039 = 0.5 * z[..., 56]
-        v1046 = np.where(m927, np.where(m63, v1039 + 0.5 * z[..., 57], v1039 + 0.5 * v502), z[..., 55])
-        m1056 = (c[..., 4] < v486)
-        v1057 = np.where(m1056, c[..., 3], 1.0)
-        v1098 = 0.5 * z[..., 86]
-        v1105 = np.where(m927, np.where(m63, v1098 + 0.5 * z[..., 87], v1098 + 0.5 * v796), z[..., 85])
-        return _vector(np.where(m927, v786, 0.0), np.where(m927, v648, 0.0), np.where(m927, v924, 0.0)), _vector(np.where(m927, v696, z[..., 0]), np.where(m927, v727, z[..., 1]), np.where(m927, v712, z[..., 2]), np.where(m927, v706, z[..., 3]), np.where(m927, v690, z[..., 4]), np.where(m927, np.where(m686, v198 * v939, z[..., 5]), z[..., 5]), np.where(m927, np.where(m686, v210 * v939, z[..., 6]), z[..., 6]), np.where(m927, np.where(m686, v229 * v939, z[..., 7]), z[..., 7]), np.where(m927, np.where(m686, v248 * v939, z[..., 8]), z[..., 8]), np.where(m927, np.where(m686, v269 * v939, z[..., 9]), z[..., 9]), np.where(m927, np.where(m686, v273, z[..., 10]), z[..., 10]), np.where(m927, np.where(m686, v281, z[..., 11]), z[..., 11]), np.where(m927, np.where(m686, v286, z[..., 12]), z[..., 12]), np.where(m927, np.where(m686, v294, z[..., 13]), z[..., 13]), np.where(m927, np.where(m686, v301, z[..., 14]), z[..., 14]), np.where(m927, np.where(m686, v306, z[..., 15]), z[..., 15]), np.where(m927, np.where(m686, v314, z[..., 16]), z[..., 16]), np.where(m927, np.where(m686, v321, z[..., 17]), z[..., 17]), np.where(m927, np.where(m686, v328, z[..., 18]), z[..., 18]), np.where(m927, np.where(m686, v333, z[..., 19]), z[..., 19]), np.where(m927, x[..., 0], z[..., 20]), np.where(m927, v193, z[..., 21]), np.where(m927, v216, z[..., 22]), np.where(m927, v786, z[..., 23]), np.where(m927, z[..., 23], z[..., 24]), v987, np.where(m927, v658, z[..., 26]), np.where(m927, z[..., 26], z[..., 27]), np.where(m927, z[..., 27], z[..., 28]), np.where(m927, z[..., 28], z[..., 29]), np.where(m927, v553, z[..., 30]), np.where(m927, v587, z[..., 31]), np.where(m927, v571, z[..., 32]), np.where(m927, v563, z[..., 33]), np.where(m927, v547, z[..., 34]), np.where(m927, np.where(m543, v44 * v998, z[..., 35]), z[..., 35]), np.where(m927, np.where(m543, v57 * v998, z[..., 36]), z[..., 36]), np.where(m927, np.where(m543, v80 * v998, z[..., 37]), z[..., 37]), np.where(m927, np.where(m543, v99 * v998, z[..., 38]), z[..., 38]), np.where(m927, np.where(m543, v120 * v998, z[..., 39]), z[..., 39]), np.where(m927, np.where(m543, v124, z[..., 40]), z[..., 40]), np.where(m927, np.where(m543, v132, z[..., 41]), z[..., 41]), np.where(m927, np.where(m543, v137, z[..., 42]), z[..., 42]), np.where(m927, np.where(m543, v145, z[..., 43]), z[..., 43]), np.where(m927, np.where(m543, v152, z[..., 44]), z[..., 44]), np.where(m927, np.where(m543, v157, z[..., 45]), z[..., 45]), np.where(m927, np.where(m543, v165, z[..., 46]), z[..., 46]), np.where(m927, np.where(m543, v172, z[..., 47]), z[..., 47]), np.where(m927, np.where(m543, v179, z[..., 48]), z[..., 48]), np.where(m927, np.where(m543, v184, z[..., 49]), z[..., 49]), np.where(m927, x[..., 1], z[..., 50]), np.where(m927, v38, z[..., 51]), np.where(m927, v67, z[..., 52]), np.where(m927, v648, z[..., 53]), np.where(m927, z[..., 53], z[..., 54]), v1046, np.where(m927, v502, z[..., 56]), np.where(m927, z[..., 56], z[..., 57]), np.where(m927, z[..., 57], z[..., 58]), np.where(m927, z[..., 58], z[..., 59]), np.where(m927, v834, z[..., 60]), np.where(m927, v865, z[..., 61]), np.where(m927, v850, z[..., 62]), np.where(m927, v844, z[..., 63]), np.where(m927, v828, z[..., 64]), np.where(m927, np.where(m824, v348 * v1057, z[..., 65]), z[..., 65]), np.where(m927, np.where(m824, v360 * v1057, z[..., 66]), z[..., 66]), np.where(m927, np.where(m824, v379 * v1057, z[..., 67]), z[..., 67]), np.where(m927, np.where(m824, v398 * v1057, z[..., 68]), z[..., 68]), np.where(m927, np.where(m824, v419 * v1057, z[..., 69]), z[..., 69]), np.where(m927, np.where(m824, v423, z[..., 70]), z[..., 70]), np.where(m927, np.where(m824, v431, z[..., 71]), z[..., 71]), np.where(m927, np.where(m824, v436, z[..., 72]), z[..., 72]), np.where(m927, np.where(m824, v444, z[..., 73]), z[..., 73]), np.where(m927, np.where(m824, v451, z[..., 74]), z[..., 74]), np.where(m927, np.where(m824, v456, z[..., 75]), z[..., 75]), np.where(m927, np.where(m824, v464, z[..., 76]), z[..., 76]), np.where(m927, np.where(m824, v471, z[..., 77]), z[..., 77]), np.where(m927, np.where(m824, v478, z[..., 78]), z[..., 78]), np.where(m927, np.where(m824, v483, z[..., 79]), z[..., 79]), np.where(m927, x[..., 2], z[..., 80]), np.where(m927, v343, z[..., 81]), np.where(m927, v366, z[..., 82]), np.where(m927, v924, z[..., 83]), np.where(m927, z[..., 83], z[..., 84]), v1105, np.where(m927, v796, z[..., 86]), np.where(m927, z[..., 86], z[..., 87]), np.where(m927, z[..., 87], z[..., 88]), np.where(m927, z[..., 88], z[..., 89]), np.where(m927, np.fmin(2.0, 1.0 + z[..., 90]), 0.0), np.where(m931, 1.0, 0.0))
+        v515 = v502 + h[..., 4] * z[..., 57] + h[..., 6] * z[..., 58] + np.where(m63, h[..., 7] * z[..., 59], 0.0)
+        m523 = (0.5 < c[..., 1])
+        m525 = (1.5 < z[..., 90])
+        m526 = np.logical_and(m523, m525)
+        v537 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
+        v541 = x[..., 1] - (v537 - z[..., 31] * z[..., 51])
+        m543 = (h[..., 11] < np.abs(v541))
+        m544 = np.logical_and(m526, m543)
+        v548 = np.where(m544, z[..., 34] + v114 * v117 * v541, z[..., 34])
+        v555 = np.where(m544, z[..., 30] + (v163 + v114 * z[..., 46]) * v117 * v541, z[..., 30])
+        v556 = h[..., 8] + v555
+        v565 = np.where(m544, z[..., 33] + (v93 + v114 * z[..., 49]) * v117 * v541, z[..., 33])
+        v573 = np.where(m544, z[..., 32] + (v177 + v114 * z[..., 48]) * v117 * v541, z[..., 32])
+        v579 = np.fmax(0.0, -0.5 * v573 + -0.5 * v565 + h[..., 12])
+        v580 = v565 + v579
+        v581 = v580 * v580
+        v589 = np.where(m544, z[..., 31] + (v170 + v114 * z[..., 47]) * v117 * v541, z[..., 31])
+        v594 = np.where(m63, v555 * v556 - (h[..., 13] + v589), -(h[..., 9] + v555))
+        v596 = v573 + v579
+        v597 = v596 * v596
+        v607 = np.where(m63, v589 * v556 - h[..., 5], -(h[..., 15] + v589))
+        v612 = v580 * v555
+        v615 = 1.0 / (v581 + v597 * v589 - v596 * v612)
+        v616 = (v581 * v594 + v597 * h[..., 14] - v580 * v596 * v607) * v615
+        v619 = v515 + h[..., 10] * z[..., 56] - c[..., 17] * v548 * (1.0 + np.where(m63, -v556, 0.0) + v616)
+        v626 = v619 / (v573 + v565 + (v579 + v579)) + np.where(m63, v556 * z[..., 53], 0.0)
+        v628 = v596 * h[..., 14]
+        v632 = v596 * v589
+        v637 = v626 - x[..., 1] * ((v580 * v607 - v628 - v612 * v594 + v632 * v594) * v615)
+        v648 = (v580 * h[..., 14] - v628 * v555 + v632 * v607 - v580 * v589 * v594) * v615
+        v650 = v637 - v616 * v67 - v648 * v38
+        m652 = (np.abs(v650) < 1e+30)
+        m653 = np.logical_and(m492, m652)
+        v660 = h[..., 1] * r[..., 0] + h[..., 2] * z[..., 26] - h[..., 3] * z[..., 27]
+        v669 = v660 + h[..., 4] * z[..., 27] + h[..., 6] * z[..., 28] + np.where(m63, h[..., 7] * z[..., 29], 0.0)
+        v684 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
+        v685 = x[..., 0] - v684
+        m687 = (h[..., 11] < np.abs(v685))
+        m688 = np.logical_and(m526, m687)
+        v692 = np.where(m688, z[..., 4] + v263 * v266 * v685, z[..., 4])
+        v699 = np.where(m688, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v685, z[..., 0])
+        v700 = h[..., 8] + v699
+        v709 = np.where(m688, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v685, z[..., 3])
+        v715 = np.where(m688, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v685, z[..., 2])
+        v721 = np.fmax(0.0, -0.5 * v715 + -0.5 * v709 + h[..., 16])
+        v722 = v709 + v721
+        v723 = v722 * v722
+        v730 = np.where(m688, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v685, z[..., 1])
+        v735 = np.where(m63, v699 * v700 - (h[..., 13] + v730), -(h[..., 9] + v699))
+        v737 = v715 + v721
+        v738 = v737 * v737
+        v746 = np.where(m63, v730 * v700 - h[..., 5], -(h[..., 15] + v730))
+        v751 = v722 * v699
+        v754 = 1.0 / (v723 + v738 * v730 - v737 * v751)
+        v755 = (v723 * v735 + v738 * h[..., 14] - v722 * v737 * v746) * v754
+        v758 = v669 + h[..., 10] * z[..., 26] - c[..., 17] * v692 * (1.0 + np.where(m63, -v700, 0.0) + v755)
+        v765 = v758 / (v715 + v709 + (v721 + v721)) + np.where(m63, v700 * z[..., 23], 0.0)
+        v767 = v737 * h[..., 14]
+        v771 = v737 * v730
+        v776 = v765 - x[..., 0] * ((v722 * v746 - v767 - v751 * v735 + v771 * v735) * v754)
+        v787 = (v722 * h[..., 14] - v767 * v699 + v771 * v746 - v722 * v730 * v735) * v754
+        v789 = v776 - v755 * v216 - v787 * v193
+        m791 = (np.abs(v789) < 1e+30)
+        m792 = np.logical_and(m653, m791)
+        v799 = h[..., 1] * r[..., 2] + h[..., 2] * z[..., 86] - h[..., 3] * z[..., 87]
+        v808 = v799 + h[..., 4] * z[..., 87] + h[..., 6] * z[..., 88] + np.where(m63, h[..., 7] * z[..., 89], 0.0)
+        v820 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
+        v824 = x[..., 2] - (v820 - z[..., 61] * z[..., 81])
+        m826 = (h[..., 11] < np.abs(v824))
+        m827 = np.logical_and(m526, m826)
+        v831 = np.where(m827, z[..., 64] + v413 * v416 * v824, z[..., 64])
+        v838 = np.where(m827, z[..., 60] + (v462 + v413 * z[..., 76]) * v416 * v824, z[..., 60])
+        v839 = h[..., 8] + v838
+        v848 = np.where(m827, z[..., 63] + (v392 + v413 * z[..., 79]) * v416 * v824, z[..., 63])
+        v854 = np.where(m827, z[..., 62] + (v476 + v413 * z[..., 78]) * v416 * v824, z[..., 62])
+        v860 = np.fmax(0.0, -0.5 * v854 + -0.5 * v848 + h[..., 17])
+        v861 = v848 + v860
+        v862 = v861 * v861
+        v869 = np.where(m827, z[..., 61] + (v469 + v413 * z[..., 77]) * v416 * v824, z[..., 61])
+        v874 = np.where(m63, v838 * v839 - (h[..., 13] + v869), -(h[..., 9] + v838))
+        v876 = v854 + v860
+        v877 = v876 * v876
+        v885 = np.where(m63, v869 * v839 - h[..., 5], -(h[..., 15] + v869))
+        v890 = v861 * v838
+        v893 = 1.0 / (v862 + v877 * v869 - v876 * v890)
+        v894 = (v862 * v874 + v877 * h[..., 14] - v861 * v876 * v885) * v893
+        v897 = v808 + h[..., 10] * z[..., 86] - c[..., 17] * v831 * (1.0 + np.where(m63, -v839, 0.0) + v894)
+        v904 = v897 / (v854 + v848 + (v860 + v860)) + np.where(m63, v839 * z[..., 83], 0.0)
+        v908 = v876 * h[..., 14]
+        v912 = v876 * v869
+        v917 = v904 - v894 * v366 - (v861 * v885 - v908 - v890 * v874 + v912 * v874) * v893 * x[..., 2]
+        v926 = (v861 * h[..., 14] - v908 * v838 + v912 * v885 - v861 * v869 * v874) * v893
+        v928 = v917 - v926 * v343
+        m930 = (np.abs(v928) < 1e+30)
+        m931 = np.logical_and(m792, m930)
+        m935 = np.logical_not(m931)
+        m942 = (c[..., 4] < v336)
+        v943 = np.where(m942, c[..., 3], 1.0)
+        v984 = 0.5 * z[..., 26]
+        v991 = np.where(m931, np.where(m63, v984 + 0.5 * z[..., 27], v984 + 0.5 * v660), z[..., 25])
+        m1001 = (c[..., 4] < v187)
+        v1002 = np.where(m1001, c[..., 3], 1.0)
+        v1043 = 0.5 * z[..., 56]
+        v1050 = np.where(m931, np.where(m63, v1043 + 0.5 * z[..., 57], v1043 + 0.5 * v502), z[..., 55])
+        m1060 = (c[..., 4] < v486)
+        v1061 = np.where(m1060, c[..., 3], 1.0)
+        v1102 = 0.5 * z[..., 86]
+        v1109 = np.where(m931, np.where(m63, v1102 + 0.5 * z[..., 87], v1102 + 0.5 * v799), z[..., 85])
+        return _vector(np.where(m931, v789, 0.0), np.where(m931, v650, 0.0), np.where(m931, v928, 0.0)), _vector(np.where(m931, v699, z[..., 0]), np.where(m931, v730, z[..., 1]), np.where(m931, v715, z[..., 2]), np.where(m931, v709, z[..., 3]), np.where(m931, v692, z[..., 4]), np.where(m931, np.where(m688, v198 * v943, z[..., 5]), z[..., 5]), np.where(m931, np.where(m688, v210 * v943, z[..., 6]), z[..., 6]), np.where(m931, np.where(m688, v229 * v943, z[..., 7]), z[..., 7]), np.where(m931, np.where(m688, v248 * v943, z[..., 8]), z[..., 8]), np.where(m931, np.where(m688, v269 * v943, z[..., 9]), z[..., 9]), np.where(m931, np.where(m688, v273, z[..., 10]), z[..., 10]), np.where(m931, np.where(m688, v281, z[..., 11]), z[..., 11]), np.where(m931, np.where(m688, v286, z[..., 12]), z[..., 12]), np.where(m931, np.where(m688, v294, z[..., 13]), z[..., 13]), np.where(m931, np.where(m688, v301, z[..., 14]), z[..., 14]), np.where(m931, np.where(m688, v306, z[..., 15]), z[..., 15]), np.where(m931, np.where(m688, v314, z[..., 16]), z[..., 16]), np.where(m931, np.where(m688, v321, z[..., 17]), z[..., 17]), np.where(m931, np.where(m688, v328, z[..., 18]), z[..., 18]), np.where(m931, np.where(m688, v333, z[..., 19]), z[..., 19]), np.where(m931, x[..., 0], z[..., 20]), np.where(m931, v193, z[..., 21]), np.where(m931, v216, z[..., 22]), np.where(m931, v789, z[..., 23]), np.where(m931, z[..., 23], z[..., 24]), v991, np.where(m931, v660, z[..., 26]), np.where(m931, z[..., 26], z[..., 27]), np.where(m931, z[..., 27], z[..., 28]), np.where(m931, z[..., 28], z[..., 29]), np.where(m931, v555, z[..., 30]), np.where(m931, v589, z[..., 31]), np.where(m931, v573, z[..., 32]), np.where(m931, v565, z[..., 33]), np.where(m931, v548, z[..., 34]), np.where(m931, np.where(m544, v44 * v1002, z[..., 35]), z[..., 35]), np.where(m931, np.where(m544, v57 * v1002, z[..., 36]), z[..., 36]), np.where(m931, np.where(m544, v80 * v1002, z[..., 37]), z[..., 37]), np.where(m931, np.where(m544, v99 * v1002, z[..., 38]), z[..., 38]), np.where(m931, np.where(m544, v120 * v1002, z[..., 39]), z[..., 39]), np.where(m931, np.where(m544, v124, z[..., 40]), z[..., 40]), np.where(m931, np.where(m544, v132, z[..., 41]), z[..., 41]), np.where(m931, np.where(m544, v137, z[..., 42]), z[..., 42]), np.where(m931, np.where(m544, v145, z[..., 43]), z[..., 43]), np.where(m931, np.where(m544, v152, z[..., 44]), z[..., 44]), np.where(m931, np.where(m544, v157, z[..., 45]), z[..., 45]), np.where(m931, np.where(m544, v165, z[..., 46]), z[..., 46]), np.where(m931, np.where(m544, v172, z[..., 47]), z[..., 47]), np.where(m931, np.where(m544, v179, z[..., 48]), z[..., 48]), np.where(m931, np.where(m544, v184, z[..., 49]), z[..., 49]), np.where(m931, x[..., 1], z[..., 50]), np.where(m931, v38, z[..., 51]), np.where(m931, v67, z[..., 52]), np.where(m931, v650, z[..., 53]), np.where(m931, z[..., 53], z[..., 54]), v1050, np.where(m931, v502, z[..., 56]), np.where(m931, z[..., 56], z[..., 57]), np.where(m931, z[..., 57], z[..., 58]), np.where(m931, z[..., 58], z[..., 59]), np.where(m931, v838, z[..., 60]), np.where(m931, v869, z[..., 61]), np.where(m931, v854, z[..., 62]), np.where(m931, v848, z[..., 63]), np.where(m931, v831, z[..., 64]), np.where(m931, np.where(m827, v348 * v1061, z[..., 65]), z[..., 65]), np.where(m931, np.where(m827, v360 * v1061, z[..., 66]), z[..., 66]), np.where(m931, np.where(m827, v379 * v1061, z[..., 67]), z[..., 67]), np.where(m931, np.where(m827, v398 * v1061, z[..., 68]), z[..., 68]), np.where(m931, np.where(m827, v419 * v1061, z[..., 69]), z[..., 69]), np.where(m931, np.where(m827, v423, z[..., 70]), z[..., 70]), np.where(m931, np.where(m827, v431, z[..., 71]), z[..., 71]), np.where(m931, np.where(m827, v436, z[..., 72]), z[..., 72]), np.where(m931, np.where(m827, v444, z[..., 73]), z[..., 73]), np.where(m931, np.where(m827, v451, z[..., 74]), z[..., 74]), np.where(m931, np.where(m827, v456, z[..., 75]), z[..., 75]), np.where(m931, np.where(m827, v464, z[..., 76]), z[..., 76]), np.where(m931, np.where(m827, v471, z[..., 77]), z[..., 77]), np.where(m931, np.where(m827, v478, z[..., 78]), z[..., 78]), np.where(m931, np.where(m827, v483, z[..., 79]), z[..., 79]), np.where(m931, x[..., 2], z[..., 80]), np.where(m931, v343, z[..., 81]), np.where(m931, v366, z[..., 82]), np.where(m931, v928, z[..., 83]), np.where(m931, z[..., 83], z[..., 84]), v1109, np.where(m931, v799, z[..., 86]), np.where(m931, z[..., 86], z[..., 87]), np.where(m931, z[..., 87], z[..., 88]), np.where(m931, z[..., 88], z[..., 89]), np.where(m931, np.fmin(2.0, 1.0 + z[..., 90]), 0.0), np.where(m935, 1.0, 0.0))
 
 
 def mrac_literal_prepare(p, c):
     """What mrac_literal computes once per run: (p, c) -> h."""
     p, c = _arrays(p, c)
     with np.errstate(all="ignore"):
-        v9 = np.exp(-(p[..., 9] / c[..., 19]))
+        v9 = np.exp(-(p[..., 9] / c[..., 21]))
         v10 = -1.0 + v9
         v23 = p[..., 9] * p[..., 9] * c[..., 15]
         return _vector(1.0 / c[..., 3], v10 * v10, v9 + v9, v9 * v9, np.fmax(c[..., 5], c[..., 6] * p[..., 28]), 0.5 / p[..., 1] * v23, c[..., 0] + c[..., 0], c[..., 0] * c[..., 0], 0.5 / p[..., 0] * v23, 0.5 / p[..., 2] * v23)
@@ -1736,8 +1718,8 @@ def mrac_literal_prepared(x, r, v, z, c, h):
         v53 = v41 + v51 * v50
         v54 = 1.0 / v53
         v57 = h[..., 0] * v54 * z[..., 34] * v41
-        m61 = (0.5 < c[..., 16])
-        m63 = (0.5 < c[..., 18])
+        m61 = (0.5 < c[..., 18])
+        m63 = (0.5 < c[..., 20])
         v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 52], z[..., 51]))
         v73 = v67 - z[..., 39] * v38 - z[..., 40] * z[..., 49]
         v74 = z[..., 35] * v73
@@ -1894,62 +1876,62 @@ def mrac_literal_prepared(x, r, v, z, c, h):
         v549 = h[..., 6] + v548
         v553 = v531 * v67
         v557 = v502 - np.where(m63, z[..., 51] * (v531 - v541 * v549) - v553 * v549, v553)
-        v566 = np.where(m525, z[..., 32] + v114 * v117 * v522, z[..., 32])
-        v570 = v557 + h[..., 7] * z[..., 55] - h[..., 6] * z[..., 54] - v566 * np.where(m63, 1.0 - v549, 1.0)
-        v576 = np.where(m525, z[..., 29] + (v170 + v114 * z[..., 45]) * v117 * v522, z[..., 29])
-        v577 = h[..., 7] - v576
-        v585 = v570 - x[..., 1] * np.where(m63, v577 + v548 * v548 + h[..., 6] * v548, -v549)
-        v592 = (v585 - np.where(m63, h[..., 6] * v576 + v548 * v576, v577) * v38) / v541
-        m594 = (np.abs(v592) < 1e+30)
-        m595 = np.logical_and(m492, m594)
-        v602 = h[..., 1] * r[..., 0] + h[..., 2] * z[..., 26] - h[..., 3] * z[..., 27]
-        v615 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v616 = x[..., 0] - v615
-        m618 = (h[..., 4] < np.abs(v616))
-        m619 = np.logical_and(m507, m618)
-        v625 = np.where(m619, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v616, z[..., 3])
-        v631 = np.where(m619, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v616, z[..., 2])
-        v634 = np.fmax(np.fmax(v631, c[..., 14]), h[..., 8])
-        v640 = np.where(m619, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v616, z[..., 0])
-        v641 = h[..., 6] + v640
-        v645 = v625 * v216
-        v649 = v602 - np.where(m63, z[..., 23] * (v625 - v634 * v641) - v645 * v641, v645)
-        v657 = np.where(m619, z[..., 4] + v263 * v266 * v616, z[..., 4])
-        v661 = v649 + h[..., 7] * z[..., 27] - h[..., 6] * z[..., 26] - v657 * np.where(m63, 1.0 - v641, 1.0)
-        v667 = np.where(m619, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v616, z[..., 1])
-        v668 = h[..., 7] - v667
-        v676 = v661 - x[..., 0] * np.where(m63, v668 + v640 * v640 + h[..., 6] * v640, -v641)
-        v683 = (v676 - np.where(m63, h[..., 6] * v667 + v640 * v667, v668) * v193) / v634
-        m685 = (np.abs(v683) < 1e+30)
-        m686 = np.logical_and(m595, m685)
-        v693 = h[..., 1] * r[..., 2] + h[..., 2] * z[..., 82] - h[..., 3] * z[..., 83]
-        v703 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
-        v707 = x[..., 2] - (v703 - z[..., 57] * z[..., 77])
-        m709 = (h[..., 4] < np.abs(v707))
-        m710 = np.logical_and(m507, m709)
-        v716 = np.where(m710, z[..., 59] + (v392 + v413 * z[..., 75]) * v416 * v707, z[..., 59])
-        v722 = np.where(m710, z[..., 58] + (v476 + v413 * z[..., 74]) * v416 * v707, z[..., 58])
-        v725 = np.fmax(np.fmax(v722, c[..., 14]), h[..., 9])
-        v731 = np.where(m710, z[..., 56] + (v462 + v413 * z[..., 72]) * v416 * v707, z[..., 56])
-        v732 = h[..., 6] + v731
-        v736 = v716 * v366
-        v740 = v693 - np.where(m63, z[..., 79] * (v716 - v725 * v732) - v736 * v732, v736)
-        v748 = np.where(m710, z[..., 60] + v413 * v416 * v707, z[..., 60])
-        v752 = v740 + h[..., 7] * z[..., 83] - h[..., 6] * z[..., 82] - v748 * np.where(m63, 1.0 - v732, 1.0)
-        v758 = np.where(m710, z[..., 57] + (v469 + v413 * z[..., 73]) * v416 * v707, z[..., 57])
-        v759 = h[..., 7] - v758
-        v767 = v752 - np.where(m63, v759 + v731 * v731 + h[..., 6] * v731, -v732) * x[..., 2]
-        v774 = (v767 - np.where(m63, h[..., 6] * v758 + v731 * v758, v759) * v343) / v725
-        m776 = (np.abs(v774) < 1e+30)
-        m777 = np.logical_and(m686, m776)
-        m781 = np.logical_not(m777)
-        m788 = (c[..., 4] < v336)
-        v789 = np.where(m788, c[..., 3], 1.0)
-        m840 = (c[..., 4] < v187)
-        v841 = np.where(m840, c[..., 3], 1.0)
-        m892 = (c[..., 4] < v486)
-        v893 = np.where(m892, c[..., 3], 1.0)
-        return _vector(np.where(m777, v683, 0.0), np.where(m777, v592, 0.0), np.where(m777, v774, 0.0)), _vector(np.where(m777, v640, z[..., 0]), np.where(m777, v667, z[..., 1]), np.where(m777, v631, z[..., 2]), np.where(m777, v625, z[..., 3]), np.where(m777, v657, z[..., 4]), np.where(m777, np.where(m619, v198 * v789, z[..., 5]), z[..., 5]), np.where(m777, np.where(m619, v210 * v789, z[..., 6]), z[..., 6]), np.where(m777, np.where(m619, v229 * v789, z[..., 7]), z[..., 7]), np.where(m777, np.where(m619, v248 * v789, z[..., 8]), z[..., 8]), np.where(m777, np.where(m619, v269 * v789, z[..., 9]), z[..., 9]), np.where(m777, np.where(m619, v273, z[..., 10]), z[..., 10]), np.where(m777, np.where(m619, v281, z[..., 11]), z[..., 11]), np.where(m777, np.where(m619, v286, z[..., 12]), z[..., 12]), np.where(m777, np.where(m619, v294, z[..., 13]), z[..., 13]), np.where(m777, np.where(m619, v301, z[..., 14]), z[..., 14]), np.where(m777, np.where(m619, v306, z[..., 15]), z[..., 15]), np.where(m777, np.where(m619, v314, z[..., 16]), z[..., 16]), np.where(m777, np.where(m619, v321, z[..., 17]), z[..., 17]), np.where(m777, np.where(m619, v328, z[..., 18]), z[..., 18]), np.where(m777, np.where(m619, v333, z[..., 19]), z[..., 19]), np.where(m777, x[..., 0], z[..., 20]), np.where(m777, v193, z[..., 21]), np.where(m777, v216, z[..., 22]), np.where(m777, v683, z[..., 23]), np.where(m777, z[..., 23], z[..., 24]), np.where(m777, np.where(m63, z[..., 26], v602), z[..., 25]), np.where(m777, v602, z[..., 26]), np.where(m777, z[..., 26], z[..., 27]), np.where(m777, v548, z[..., 28]), np.where(m777, v576, z[..., 29]), np.where(m777, v537, z[..., 30]), np.where(m777, v531, z[..., 31]), np.where(m777, v566, z[..., 32]), np.where(m777, np.where(m525, v44 * v841, z[..., 33]), z[..., 33]), np.where(m777, np.where(m525, v57 * v841, z[..., 34]), z[..., 34]), np.where(m777, np.where(m525, v80 * v841, z[..., 35]), z[..., 35]), np.where(m777, np.where(m525, v99 * v841, z[..., 36]), z[..., 36]), np.where(m777, np.where(m525, v120 * v841, z[..., 37]), z[..., 37]), np.where(m777, np.where(m525, v124, z[..., 38]), z[..., 38]), np.where(m777, np.where(m525, v132, z[..., 39]), z[..., 39]), np.where(m777, np.where(m525, v137, z[..., 40]), z[..., 40]), np.where(m777, np.where(m525, v145, z[..., 41]), z[..., 41]), np.where(m777, np.where(m525, v152, z[..., 42]), z[..., 42]), np.where(m777, np.where(m525, v157, z[..., 43]), z[..., 43]), np.where(m777, np.where(m525, v165, z[..., 44]), z[..., 44]), np.where(m777, np.where(m525, v172, z[..., 45]), z[..., 45]), np.where(m777, np.where(m525, v179, z[..., 46]), z[..., 46]), np.where(m777, np.where(m525, v184, z[..., 47]), z[..., 47]), np.where(m777, x[..., 1], z[..., 48]), np.where(m777, v38, z[..., 49]), np.where(m777, v67, z[..., 50]), np.where(m777, v592, z[..., 51]), np.where(m777, z[..., 51], z[..., 52]), np.where(m777, np.where(m63, z[..., 54], v502), z[..., 53]), np.where(m777, v502, z[..., 54]), np.where(m777, z[..., 54], z[..., 55]), np.where(m777, v731, z[..., 56]), np.where(m777, v758, z[..., 57]), np.where(m777, v722, z[..., 58]), np.where(m777, v716, z[..., 59]), np.where(m777, v748, z[..., 60]), np.where(m777, np.where(m710, v348 * v893, z[..., 61]), z[..., 61]), np.where(m777, np.where(m710, v360 * v893, z[..., 62]), z[..., 62]), np.where(m777, np.where(m710, v379 * v893, z[..., 63]), z[..., 63]), np.where(m777, np.where(m710, v398 * v893, z[..., 64]), z[..., 64]), np.where(m777, np.where(m710, v419 * v893, z[..., 65]), z[..., 65]), np.where(m777, np.where(m710, v423, z[..., 66]), z[..., 66]), np.where(m777, np.where(m710, v431, z[..., 67]), z[..., 67]), np.where(m777, np.where(m710, v436, z[..., 68]), z[..., 68]), np.where(m777, np.where(m710, v444, z[..., 69]), z[..., 69]), np.where(m777, np.where(m710, v451, z[..., 70]), z[..., 70]), np.where(m777, np.where(m710, v456, z[..., 71]), z[..., 71]), np.where(m777, np.where(m710, v464, z[..., 72]), z[..., 72]), np.where(m777, np.where(m710, v471, z[..., 73]), z[..., 73]), np.where(m777, np.where(m710, v478, z[..., 74]), z[..., 74]), np.where(m777, np.where(m710, v483, z[..., 75]), z[..., 75]), np.where(m777, x[..., 2], z[..., 76]), np.where(m777, v343, z[..., 77]), np.where(m777, v366, z[..., 78]), np.where(m777, v774, z[..., 79]), np.where(m777, z[..., 79], z[..., 80]), np.where(m777, np.where(m63, z[..., 82], v693), z[..., 81]), np.where(m777, v693, z[..., 82]), np.where(m777, z[..., 82], z[..., 83]), np.where(m777, np.fmin(2.0, 1.0 + z[..., 84]), 0.0), np.where(m781, 1.0, 0.0))
+        v567 = np.where(m525, z[..., 32] + v114 * v117 * v522, z[..., 32])
+        v572 = v557 + h[..., 7] * z[..., 55] - h[..., 6] * z[..., 54] - c[..., 17] * v567 * np.where(m63, 1.0 - v549, 1.0)
+        v578 = np.where(m525, z[..., 29] + (v170 + v114 * z[..., 45]) * v117 * v522, z[..., 29])
+        v579 = h[..., 7] - v578
+        v587 = v572 - x[..., 1] * np.where(m63, v579 + v548 * v548 + h[..., 6] * v548, -v549)
+        v594 = (v587 - np.where(m63, h[..., 6] * v578 + v548 * v578, v579) * v38) / v541
+        m596 = (np.abs(v594) < 1e+30)
+        m597 = np.logical_and(m492, m596)
+        v604 = h[..., 1] * r[..., 0] + h[..., 2] * z[..., 26] - h[..., 3] * z[..., 27]
+        v617 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
+        v618 = x[..., 0] - v617
+        m620 = (h[..., 4] < np.abs(v618))
+        m621 = np.logical_and(m507, m620)
+        v627 = np.where(m621, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v618, z[..., 3])
+        v633 = np.where(m621, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v618, z[..., 2])
+        v636 = np.fmax(np.fmax(v633, c[..., 14]), h[..., 8])
+        v642 = np.where(m621, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v618, z[..., 0])
+        v643 = h[..., 6] + v642
+        v647 = v627 * v216
+        v651 = v604 - np.where(m63, z[..., 23] * (v627 - v636 * v643) - v647 * v643, v647)
+        v659 = np.where(m621, z[..., 4] + v263 * v266 * v618, z[..., 4])
+        v664 = v651 + h[..., 7] * z[..., 27] - h[..., 6] * z[..., 26] - c[..., 17] * v659 * np.where(m63, 1.0 - v643, 1.0)
+        v670 = np.where(m621, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v618, z[..., 1])
+        v671 = h[..., 7] - v670
+        v679 = v664 - x[..., 0] * np.where(m63, v671 + v642 * v642 + h[..., 6] * v642, -v643)
+        v686 = (v679 - np.where(m63, h[..., 6] * v670 + v642 * v670, v671) * v193) / v636
+        m688 = (np.abs(v686) < 1e+30)
+        m689 = np.logical_and(m597, m688)
+        v696 = h[..., 1] * r[..., 2] + h[..., 2] * z[..., 82] - h[..., 3] * z[..., 83]
+        v706 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
+        v710 = x[..., 2] - (v706 - z[..., 57] * z[..., 77])
+        m712 = (h[..., 4] < np.abs(v710))
+        m713 = np.logical_and(m507, m712)
+        v719 = np.where(m713, z[..., 59] + (v392 + v413 * z[..., 75]) * v416 * v710, z[..., 59])
+        v725 = np.where(m713, z[..., 58] + (v476 + v413 * z[..., 74]) * v416 * v710, z[..., 58])
+        v728 = np.fmax(np.fmax(v725, c[..., 14]), h[..., 9])
+        v734 = np.where(m713, z[..., 56] + (v462 + v413 * z[..., 72]) * v416 * v710, z[..., 56])
+        v735 = h[..., 6] + v734
+        v739 = v719 * v366
+        v743 = v696 - np.where(m63, z[..., 79] * (v719 - v728 * v735) - v739 * v735, v739)
+        v751 = np.where(m713, z[..., 60] + v413 * v416 * v710, z[..., 60])
+        v756 = v743 + h[..., 7] * z[..., 83] - h[..., 6] * z[..., 82] - c[..., 17] * v751 * np.where(m63, 1.0 - v735, 1.0)
+        v762 = np.where(m713, z[..., 57] + (v469 + v413 * z[..., 73]) * v416 * v710, z[..., 57])
+        v763 = h[..., 7] - v762
+        v771 = v756 - np.where(m63, v763 + v734 * v734 + h[..., 6] * v734, -v735) * x[..., 2]
+        v778 = (v771 - np.where(m63, h[..., 6] * v762 + v734 * v762, v763) * v343) / v728
+        m780 = (np.abs(v778) < 1e+30)
+        m781 = np.logical_and(m689, m780)
+        m785 = np.logical_not(m781)
+        m792 = (c[..., 4] < v336)
+        v793 = np.where(m792, c[..., 3], 1.0)
+        m844 = (c[..., 4] < v187)
+        v845 = np.where(m844, c[..., 3], 1.0)
+        m896 = (c[..., 4] < v486)
+        v897 = np.where(m896, c[..., 3], 1.0)
+        return _vector(np.where(m781, v686, 0.0), np.where(m781, v594, 0.0), np.where(m781, v778, 0.0)), _vector(np.where(m781, v642, z[..., 0]), np.where(m781, v670, z[..., 1]), np.where(m781, v633, z[..., 2]), np.where(m781, v627, z[..., 3]), np.where(m781, v659, z[..., 4]), np.where(m781, np.where(m621, v198 * v793, z[..., 5]), z[..., 5]), np.where(m781, np.where(m621, v210 * v793, z[..., 6]), z[..., 6]), np.where(m781, np.where(m621, v229 * v793, z[..., 7]), z[..., 7]), np.where(m781, np.where(m621, v248 * v793, z[..., 8]), z[..., 8]), np.where(m781, np.where(m621, v269 * v793, z[..., 9]), z[..., 9]), np.where(m781, np.where(m621, v273, z[..., 10]), z[..., 10]), np.where(m781, np.where(m621, v281, z[..., 11]), z[..., 11]), np.where(m781, np.where(m621, v286, z[..., 12]), z[..., 12]), np.where(m781, np.where(m621, v294, z[..., 13]), z[..., 13]), np.where(m781, np.where(m621, v301, z[..., 14]), z[..., 14]), np.where(m781, np.where(m621, v306, z[..., 15]), z[..., 15]), np.where(m781, np.where(m621, v314, z[..., 16]), z[..., 16]), np.where(m781, np.where(m621, v321, z[..., 17]), z[..., 17]), np.where(m781, np.where(m621, v328, z[..., 18]), z[..., 18]), np.where(m781, np.where(m621, v333, z[..., 19]), z[..., 19]), np.where(m781, x[..., 0], z[..., 20]), np.where(m781, v193, z[..., 21]), np.where(m781, v216, z[..., 22]), np.where(m781, v686, z[..., 23]), np.where(m781, z[..., 23], z[..., 24]), np.where(m781, np.where(m63, z[..., 26], v604), z[..., 25]), np.where(m781, v604, z[..., 26]), np.where(m781, z[..., 26], z[..., 27]), np.where(m781, v548, z[..., 28]), np.where(m781, v578, z[..., 29]), np.where(m781, v537, z[..., 30]), np.where(m781, v531, z[..., 31]), np.where(m781, v567, z[..., 32]), np.where(m781, np.where(m525, v44 * v845, z[..., 33]), z[..., 33]), np.where(m781, np.where(m525, v57 * v845, z[..., 34]), z[..., 34]), np.where(m781, np.where(m525, v80 * v845, z[..., 35]), z[..., 35]), np.where(m781, np.where(m525, v99 * v845, z[..., 36]), z[..., 36]), np.where(m781, np.where(m525, v120 * v845, z[..., 37]), z[..., 37]), np.where(m781, np.where(m525, v124, z[..., 38]), z[..., 38]), np.where(m781, np.where(m525, v132, z[..., 39]), z[..., 39]), np.where(m781, np.where(m525, v137, z[..., 40]), z[..., 40]), np.where(m781, np.where(m525, v145, z[..., 41]), z[..., 41]), np.where(m781, np.where(m525, v152, z[..., 42]), z[..., 42]), np.where(m781, np.where(m525, v157, z[..., 43]), z[..., 43]), np.where(m781, np.where(m525, v165, z[..., 44]), z[..., 44]), np.where(m781, np.where(m525, v172, z[..., 45]), z[..., 45]), np.where(m781, np.where(m525, v179, z[..., 46]), z[..., 46]), np.where(m781, np.where(m525, v184, z[..., 47]), z[..., 47]), np.where(m781, x[..., 1], z[..., 48]), np.where(m781, v38, z[..., 49]), np.where(m781, v67, z[..., 50]), np.where(m781, v594, z[..., 51]), np.where(m781, z[..., 51], z[..., 52]), np.where(m781, np.where(m63, z[..., 54], v502), z[..., 53]), np.where(m781, v502, z[..., 54]), np.where(m781, z[..., 54], z[..., 55]), np.where(m781, v734, z[..., 56]), np.where(m781, v762, z[..., 57]), np.where(m781, v725, z[..., 58]), np.where(m781, v719, z[..., 59]), np.where(m781, v751, z[..., 60]), np.where(m781, np.where(m713, v348 * v897, z[..., 61]), z[..., 61]), np.where(m781, np.where(m713, v360 * v897, z[..., 62]), z[..., 62]), np.where(m781, np.where(m713, v379 * v897, z[..., 63]), z[..., 63]), np.where(m781, np.where(m713, v398 * v897, z[..., 64]), z[..., 64]), np.where(m781, np.where(m713, v419 * v897, z[..., 65]), z[..., 65]), np.where(m781, np.where(m713, v423, z[..., 66]), z[..., 66]), np.where(m781, np.where(m713, v431, z[..., 67]), z[..., 67]), np.where(m781, np.where(m713, v436, z[..., 68]), z[..., 68]), np.where(m781, np.where(m713, v444, z[..., 69]), z[..., 69]), np.where(m781, np.where(m713, v451, z[..., 70]), z[..., 70]), np.where(m781, np.where(m713, v456, z[..., 71]), z[..., 71]), np.where(m781, np.where(m713, v464, z[..., 72]), z[..., 72]), np.where(m781, np.where(m713, v471, z[..., 73]), z[..., 73]), np.where(m781, np.where(m713, v478, z[..., 74]), z[..., 74]), np.where(m781, np.where(m713, v483, z[..., 75]), z[..., 75]), np.where(m781, x[..., 2], z[..., 76]), np.where(m781, v343, z[..., 77]), np.where(m781, v366, z[..., 78]), np.where(m781, v778, z[..., 79]), np.where(m781, z[..., 79], z[..., 80]), np.where(m781, np.where(m63, z[..., 82], v696), z[..., 81]), np.where(m781, v696, z[..., 82]), np.where(m781, z[..., 82], z[..., 83]), np.where(m781, np.fmin(2.0, 1.0 + z[..., 84]), 0.0), np.where(m785, 1.0, 0.0))
 
 
 def pd_prepare(p, c):

@@ -76,7 +76,7 @@ class Estimate:
     torque : Expr
         v(k), torque over the last sample.
     theta : tuple of Expr
-        a1, a2, b0, b1, d.
+        a1, a2, b0, b1, d as the laws take them.
     trace : Expr
         Trace of F.
     update : dict of str to Expr
@@ -135,7 +135,9 @@ def estimate(axis: int, applied: Expr, law: Group, plant: Group, d: Derivation) 
     )
     update = dict(zip((n for n, _, _ in _THETA), following, strict=True)) | covariance
     update |= {"y1": y, "y2": y1, "v1": torque, "u2": z["u1"]}
-    return Estimate(y, y1, torque, following, trace, update)
+    share = law.compensate_d * following[-1]
+    offset = d.define(f"d_used_{name}", share, "", "offset that the laws take out", "rad", "d_o")
+    return Estimate(y, y1, torque, (*following[:-1], offset), trace, update)
 
 
 def _bierman(
@@ -206,7 +208,11 @@ def _capped(
 
 
 def start(axis: int, law: Group, plant: Group) -> dict[str, Expr]:
-    """Return the memory before the first sample: first guess, F = F0 I, at rest at the measured angle."""
+    """Return the memory before the first sample: first guess, F = F0 I, at rest at the measured angle.
+
+    An offset that is not estimated has no variance: with the last entry of D zero, row and column of F stay zero, the
+    offset stays at its first guess, zero, and a sample computes the same as ever.
+    """
     name, y = AXES[axis], angles[axis]
     nominal = law.guess * nominal_gain(inertia_matrix(plant)[axis, axis], plant.Ts)
 
@@ -214,7 +220,8 @@ def start(axis: int, law: Group, plant: Group) -> dict[str, Expr]:
         guess = getattr(law, f"{which}_{name}_0")
         return sp.Piecewise((guess, guess > 0), (nominal, True))
 
-    values: dict[str, Expr] = {f"D{i + 1}": law.F0 for i in range(5)}
+    values: dict[str, Expr] = {f"D{i + 1}": law.F0 for i in range(4)}
+    values["D5"] = sp.Piecewise((law.F0, law.estimate_d > HALF), (0, True))
     values |= {f"U{i + 1}{j + 1}": sp.S.Zero for i, j in _ABOVE}
     values |= {"a1": sp.Integer(-2), "a2": sp.S.One, "b0": first("b0"), "b1": first("b1"), "d": sp.S.Zero}
     values |= {"y1": y, "y2": y, "v1": sp.S.Zero, "u1": sp.S.Zero, "u2": sp.S.Zero}

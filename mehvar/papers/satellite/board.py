@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures 10 and 11 with the law on a board: they show the loop behind the delay of the link."""
+"""What any run of the adaptive law on a board shows of figures 10 and 11, angles and torques behind the delay."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from mehvar.runtime.run.simulate import Run
 
-_FIGURES = {"mrac": 10, "pd": 11}
+_FIGURES = {"mrac": 10}
 
 
 def _draw(run: Run) -> Figure:

@@ -25,12 +25,14 @@ from ..runs import Runs
 from .rows import AXES, PRINTED_B
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike, NDArray
 
+    from mehvar.runtime.board.run import BoardRun, Difference
     from mehvar.runtime.run.simulate import Run
 
     Series = Mapping[str, NDArray[np.float64]]
@@ -42,6 +44,8 @@ COLORS = (BLUE, VERMILLION, GREEN)
 """Of roll, pitch and yaw, and of what belongs to them."""
 _DASHED = (0, (4, 2.5))
 _PROPER, _LITERAL = "law that keeps the zero", "law (32)"
+_HOST = "host, float"
+_TORQUE_SCALES = {"mN m": 1e3, "N m": 1.0}
 
 
 def angle(ax: Axes, t: ArrayLike, series: Series, k: int, last: bool = True) -> None:
@@ -53,12 +57,17 @@ def angle(ax: Axes, t: ArrayLike, series: Series, k: int, last: bool = True) -> 
     time_axis(ax, label(SYMBOLS[k], axis, "°"), last)
 
 
-def torque(ax: Axes, t: ArrayLike, series: Series, k: int, last: bool = True) -> None:
-    """Draw the torque about an axis, held from sample to sample."""
+def torque(ax: Axes, t: ArrayLike, series: Series, k: int, last: bool = True, unit: str = "") -> None:
+    """Draw the torque about an axis, held from sample to sample; in N m if it is large, unless a unit is given."""
     held = _held(series[f"u_T{'xyz'[k]}"])
-    scale, unit = (1e3, "mN m") if np.abs(held).max() < 1 else (1.0, "N m")
-    ax.step(t, scale * held, where="post", color=COLORS[k], lw=1.2, label=AXES[k])
+    unit = unit or torque_unit(held)
+    ax.step(t, _TORQUE_SCALES[unit] * held, where="post", color=COLORS[k], lw=1.2, label=AXES[k])
     time_axis(ax, label(f"$T_{'xyz'[k]}$", f"{AXES[k]} torque", unit), last)
+
+
+def torque_unit(*torques: NDArray[np.float64]) -> str:
+    """Return the unit in which some torques read well."""
+    return "mN m" if max(np.abs(_held(values)).max() for values in torques) < 1 else "N m"
 
 
 def _held(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -66,31 +75,87 @@ def _held(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.append(values[:-1], values[-2:][0])
 
 
-def angles_figure(series: Series, t: ArrayLike) -> Figure:
-    """Draw roll, pitch and yaw against reference and reference model, below each other."""
-    figure = new_figure(7.0, 6.0)
-    axes = figure.subplots(3, 1, sharex=True)
-    for k, ax in enumerate(axes):
-        angle(ax, t, series, k, k == 2)
+def angles_figure(adaptive: Run, literal: Run) -> Figure:
+    """Draw figure 4: roll, pitch and yaw under both adaptive laws, against reference and reference model."""
+    figure = new_figure(10.0, 6.0)
+    axes = figure.subplots(3, 2, sharex=True, sharey="row")
+    for column, (run, title) in enumerate(((adaptive, _PROPER), (literal, _LITERAL))):
+        for k in range(3):
+            angle(axes[k, column], run.t, run.variables(), k, k == 2)
+        axes[0, column].set_title(title)
     legend(figure)
     return figure
 
 
-def torques_figure(series: Series, t: ArrayLike) -> Figure:
-    """Draw the three torques below each other, on one scale."""
-    figure = new_figure(7.0, 5.6)
-    for k, ax in enumerate(figure.subplots(3, 1, sharex=True, sharey=True)):
-        torque(ax, t, series, k, k == 2)
+def torques_figure(*runs: tuple[str, Run]) -> Figure:
+    """Draw the three torques of each run below each other, each run on a scale of its own: figures 5 and 9."""
+    figure = new_figure(5.0 * len(runs) + (2.0 if len(runs) == 1 else 0.0), 5.6)
+    axes = figure.subplots(3, len(runs), sharex=True, sharey="col", squeeze=False)
+    for column, (title, run) in enumerate(runs):
+        series = run.variables()
+        unit = torque_unit(*(series[f"u_T{i}"] for i in "xyz"))
+        for k in range(3):
+            torque(axes[k, column], run.t, series, k, k == 2, unit)
+        axes[0, column].set_title(title)
     return figure
+
+
+def angle_figure(run: Run, k: int) -> Figure:
+    """Draw one angle against reference and reference model: figures 6 to 8."""
+    figure = new_figure(7.0, 3.4)
+    ax = figure.subplots()
+    angle(ax, run.t, run.variables(), k)
+    figure.legend(loc="outside upper center", ncols=3)
+    return figure
+
+
+def board_angles_figure(outcome: BoardRun) -> Figure:
+    """Draw figure 10: the angles with the law on the board, and under them those with the law in float on the host."""
+    figure = new_figure(7.0, 6.2)
+    axes = figure.subplots(3, 1, sharex=True)
+    board, host = outcome.board.variables(), outcome.single.variables()
+    for k, (ax, axis) in enumerate(zip(axes, AXES, strict=True)):
+        ax.plot(outcome.single.t, np.degrees(host[axis]), color=SKY, lw=4.0, label=_HOST)
+        angle(ax, outcome.board.t, board, k, k == 2)
+    axes[0].set_title(_apart("states of the satellite", outcome.x))
+    legend(figure, host=True)
+    return figure
+
+
+def board_torques_figure(outcome: BoardRun) -> Figure:
+    """Draw figure 11: the torques that the board commanded as they act, and under them those of the host's law."""
+    figure = new_figure(7.0, 6.0)
+    axes = figure.subplots(3, 1, sharex=True, sharey=True)
+    board, host = outcome.board.variables(), outcome.single.variables()
+    names = [f"u_T{i}" for i in "xyz"]
+    unit = torque_unit(*(board[name] for name in names))
+    for k, (ax, name) in enumerate(zip(axes, names, strict=True)):
+        scale = _TORQUE_SCALES[unit]
+        ax.step(outcome.single.t, scale * _held(host[name]), where="post", color=SKY, lw=4.0, label=_HOST)
+        torque(ax, outcome.board.t, board, k, k == 2, unit)
+    axes[0].set_title(_apart("torques", outcome.u))
+    figure.legend(*_once(axes), loc="outside upper center", ncols=4)
+    return figure
+
+
+def _once(axes: Iterable[Axes]) -> tuple[list[Artist], list[str]]:
+    """Return handles and labels of the lines of some panels, each label once."""
+    named = {text: handle for ax in axes for handle, text in zip(*ax.get_legend_handles_labels(), strict=True)}
+    return list(named.values()), list(named)
+
+
+def _apart(what: str, difference: Difference) -> str:
+    return f"board and host are {difference.ulp} ulp apart in all {difference.compared} {what}"
 
 
 def both_figure(series: Series, t: ArrayLike) -> Figure:
     """Draw angles at the left and torques at the right."""
     figure = new_figure(10.0, 6.0)
     axes = figure.subplots(3, 2, sharex=True)
+    unit = torque_unit(*(series[f"u_T{i}"] for i in "xyz"))
     for k, (left, right) in enumerate(axes):
         angle(left, t, series, k, k == 2)
-        torque(right, t, series, k, k == 2)
+        torque(right, t, series, k, k == 2, unit)
         if k:
             right.sharey(axes[0, 1])
     axes[0, 1].autoscale(axis="y")
@@ -98,16 +163,17 @@ def both_figure(series: Series, t: ArrayLike) -> Figure:
     return figure
 
 
-def legend(figure: Figure, place: Place = "outside upper center") -> None:
+def legend(figure: Figure, place: Place = "outside upper center", host: bool = False) -> None:
     """Say outside the panels what the lines of the angles mean."""
     from matplotlib.lines import Line2D
 
     handles = [
+        *([Line2D([], [], color=SKY, lw=4.0, label=_HOST)] if host else []),
         *(Line2D([], [], color=color, label=axis) for axis, color in zip(AXES, COLORS, strict=True)),
         Line2D([], [], color=BLACK, ls=_DASHED, lw=1.0, label="reference model"),
         Line2D([], [], color=GREY, lw=0.9, label="reference"),
     ]
-    figure.legend(handles=handles, loc=place, ncols=5)
+    figure.legend(handles=handles, loc=place, ncols=6)
 
 
 _ESTIMATES: tuple[tuple[tuple[tuple[str, str, str], ...], str, str], ...] = (
@@ -120,7 +186,7 @@ _SHIFT = {"a1": 2.0, "a2": -1.0}
 
 
 def estimates_figure(runs: Runs) -> Figure:
-    """Draw figure 6: the estimates of each axis from the printed B, and the true values."""
+    """Draw figure 12: the estimates of each axis from the printed B, and the true values."""
     run = runs("mrac", "printed")
     series, values = run.variables(), run.parameters.values
     figure = new_figure(10.0, 6.4)
@@ -162,7 +228,7 @@ def _estimates_legend(figure: Figure) -> None:
 
 
 def errors_figure(runs: Runs) -> Figure:
-    """Draw figure 9: what is left between angle and reference model, adaptive law and PD."""
+    """Draw figure 13: what is left between angle and reference model, adaptive law and PD."""
     figure = new_figure(10.0, 6.0)
     axes = figure.subplots(3, 2, sharex=True, sharey="col")
     for column, (law, title) in enumerate((("mrac", "adaptive law"), ("pd", "PD"))):
@@ -177,7 +243,7 @@ def errors_figure(runs: Runs) -> Figure:
 
 
 def ringing_figure(runs: Runs) -> Figure:
-    """Draw figure 12: the torque of law (32) beside that of the law that keeps the zero."""
+    """Draw figure 15: the torque of law (32) beside that of the law that keeps the zero."""
     literal, proper = runs("mrac-literal", "printed"), runs("mrac", "printed")
     figure = new_figure(10.0, 5.6)
     axes = figure.subplot_mosaic([["whole", "near"], ["whole", "error"]], width_ratios=(1.15, 1.0))

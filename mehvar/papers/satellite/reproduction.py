@@ -9,45 +9,70 @@ from typing import TYPE_CHECKING
 from ..reproduction import read_reproduction
 from .board import BOARD
 from .claims import CHECKS
-from .figures import angles_figure, both_figure, errors_figure, estimates_figure, ringing_figure, torques_figure
+from .design import independence_figure, locus_figure
+from .figures import (
+    angle_figure,
+    angles_figure,
+    board_angles_figure,
+    board_torques_figure,
+    both_figure,
+    errors_figure,
+    estimates_figure,
+    ringing_figure,
+    torques_figure,
+)
 from .picture import picture
+from .readings import READINGS
 from .rows import row_claims
 from .scene import scene
+from .schematic import bed, controller, parts
+from .survival import survival_figure
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from matplotlib.figure import Figure
-    from numpy.typing import ArrayLike
 
     from ..runs import Runs
-    from .figures import Series
 
 
-def _drawn(draw: Callable[[Series, ArrayLike], Figure], law: str, delay: int = 0) -> Callable[[Runs], Figure]:
-    """Return how a figure of one run is drawn."""
+def _angles(runs: Runs) -> Figure:
+    return angles_figure(runs("mrac", "paper"), runs("mrac-literal", "printed"))
 
-    def drawn(runs: Runs) -> Figure:
-        run = runs(law, "paper", delay=delay)
-        return draw(run.variables(), run.t)
 
-    return drawn
+def _torques(runs: Runs) -> Figure:
+    return torques_figure(
+        ("law that keeps the zero", runs("mrac", "paper")), ("law (32)", runs("mrac-literal", "printed"))
+    )
+
+
+def _delayed_pd(runs: Runs) -> Figure:
+    run = runs("pd", "paper", delay=1)
+    return both_figure(run.variables(), run.t)
 
 
 REPRODUCTION = read_reproduction(
     Path(__file__).parent,
     draw={
-        4: _drawn(angles_figure, "mrac"),
-        5: _drawn(torques_figure, "mrac"),
-        6: estimates_figure,
-        7: _drawn(angles_figure, "pd"),
-        8: _drawn(torques_figure, "pd"),
-        9: errors_figure,
-        10: _drawn(both_figure, "mrac", delay=1),
-        11: _drawn(both_figure, "pd", delay=1),
-        12: ringing_figure,
+        1: controller,
+        2: bed,
+        3: parts,
+        4: _angles,
+        5: _torques,
+        6: lambda runs: angle_figure(runs("pd", "paper"), 0),
+        7: lambda runs: angle_figure(runs("pd", "paper"), 1),
+        8: lambda runs: angle_figure(runs("pd", "paper"), 2),
+        9: lambda runs: torques_figure(("PD", runs("pd", "paper"))),
+        10: lambda runs: board_angles_figure(runs.board("mrac", "paper")),
+        11: lambda runs: board_torques_figure(runs.board("mrac", "paper")),
+        12: estimates_figure,
+        13: errors_figure,
+        14: _delayed_pd,
+        15: ringing_figure,
+        16: survival_figure,
+        17: independence_figure,
+        18: locus_figure,
     },
     checks=CHECKS,
+    readings=READINGS,
     more_claims=row_claims,
     scene=scene,
     picture=picture,

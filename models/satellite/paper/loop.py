@@ -145,7 +145,7 @@ class SampledLoop:
         w1, w2 = self._past_model()
         estimates = {named[f"{n}_now_roll"]: getattr(self, n) for n in ("a1", "a2", "b0", "b1")}
         cut = estimates | {
-            named["d_now_roll"]: offset,
+            named["d_used_roll"]: offset,
             named["b0_used_roll"]: self.b0,
             angles[0]: Y0,
             named["y1_used_roll"]: Y1,

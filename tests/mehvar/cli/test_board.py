@@ -41,7 +41,7 @@ def test_an_emulated_board_is_built_counted_and_reported(tmp_path):
     assert found["board_against_simulation_without_delay"]["max_state"] > 0
     page = (tmp_path / "r" / "index.html").read_text()
     assert "bit for bit" in page
-    assert "figure 11, with the law on the board" in page
+    assert "the closed loop, with the law on the board" in page.lower()
 
 
 def test_what_build_exports_can_be_built(tmp_path):
