@@ -47,3 +47,20 @@ class Runs:
     def metrics(self, controller: str, scenario: str, **settings: Any) -> dict[str, float]:
         """Return the metrics of a run by name."""
         return metrics(self(controller, scenario, **settings), self.model.manifest)
+
+    def under(self, **settings: Any) -> Runs:
+        """Return the same loops with further settings, which a call may still override: another reading of a paper."""
+        return _OtherRuns(self, settings)
+
+
+class _OtherRuns(Runs):
+    """Loops with further settings; what is integrated is kept where the others are."""
+
+    def __init__(self, runs: Runs, settings: Mapping[str, Any]) -> None:
+        super().__init__(runs.model)
+        self._base, self._settings = runs, settings
+
+    def __call__(
+        self, controller: str, scenario: str, initial: Mapping[str, float] | None = None, **settings: Any
+    ) -> Run:
+        return self._base(controller, scenario, initial, **{**self._settings, **settings})
