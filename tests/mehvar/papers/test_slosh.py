@@ -154,10 +154,14 @@ def test_axial_acceleration_is_that_of_19(runs):
 
 
 def test_figures_are_numbered_and_told():
-    figures = load_reproduction("slosh").figures
-    assert numbered_and_told(figures, range(1, 12))
-    assert all("computed anew" in figure.caption for figure in figures[:8])
-    assert "Not in the paper" in figures[-1].caption
+    paper = load_reproduction("slosh")
+    assert numbered_and_told(paper.figures, range(1, 12))
+    assert all("computed anew" in figure.caption for figure in paper.figures[:8])
+    assert "Not in the paper" in paper.figures[-1].caption
+    diagrams, drawings = (tuple(f"{kind} {k}" for k in range(1, n + 1)) for kind, n in (("Diagram", 8), ("Figure", 2)))
+    labels = tuple(figure.label for figure in paper.figures)
+    assert labels == (*diagrams, *drawings, "")
+    assert paper.statements.printed.figures == len(diagrams + drawings)
 
 
 @pytest.fixture(scope="module")
