@@ -138,7 +138,7 @@ def _weights(law: Laws, v: Numbers) -> Iterator[Printed]:
         .reading(
             "10^3",
             *v.equal(dict.fromkeys(of_attitude, "1000")),
-            why="The text wants them far above 1; the least thrust sideways of those that are near zero by 200 s.",
+            why="The text wants them far above 1; 10^3 is the least thrust sideways by which 200 s hold.",
         )
         .reading(
             "10^-5, as printed",
@@ -150,7 +150,7 @@ def _weights(law: Laws, v: Numbers) -> Iterator[Printed]:
             "10^5, a minus sign too many",
             *v.equal(dict.fromkeys(of_attitude, "1e5")),
             used=False,
-            why="Possible with w_3 to w_5 = 4e6.",
+            why="Possible with w_3 to w_5 = 4e5; the thrust then goes all sideways at first.",
         )
     )
     gains = dict.fromkeys((w[1], w[2]), "10000") | dict.fromkeys((w[3], w[4], w[5]), "40000")
