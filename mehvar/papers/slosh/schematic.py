@@ -40,8 +40,8 @@ def craft(runs: Runs) -> Figure:
     _points(ax, ((0.0, "$O$", BLACK), (-p["b"], "$m$", AXES[0])))
     _thrust(ax, _gimbal(p))
     _distances(ax, ((-p["b"], "$-b$", -0.74), (_gimbal(p), "$b + d$", -0.74)))
-    for k, (at, axis) in enumerate((((1.42, 0.1), "x"), ((-0.1, 0.8), "z"))):
-        ax.text(*at, f"$M_{axis}$", color=AXES[2 * k], ha="center", fontsize=10)
+    for x, z, axis, color in ((1.42, 0.1, "x", AXES[0]), (-0.1, 0.8, "z", AXES[2])):
+        ax.text(x, z, f"$M_{axis}$", color=color, ha="center", fontsize=10)
     ax.set_title("from the side; $y$ points away from the reader")
     return figure
 
@@ -77,7 +77,7 @@ def _hull(ax: Axes, p: Mapping[str, float]) -> None:
     for end, at, text in (((1.42, 0), (1.44, 0), "$x$"), ((0, 0.76), (0.03, 0.72), "$z$")):
         start = (-0.9 if end[0] else 0, 0)
         ax.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": GREY, "lw": 0.8}, zorder=4)
-        ax.text(*at, text, va="center", color=GREY)
+        ax.text(at[0], at[1], text, va="center", color=GREY)
     ax.set(xlim=(-1.15, 1.6), ylim=(-0.88, 0.88), xlabel="ahead of the tank's centre $x$ [m]", ylabel="$z$ [m]")
     ax.set_aspect("equal")
     ax.grid(False)
