@@ -94,9 +94,12 @@ class Claim:
         """What trying other readings gave, in one line; empty where none was tried."""
         if not self.readings:
             return ""
-        holding = [f"{r.name}: {r.text}" for r in self.readings if r.holds]
-        tried = f"{len(self.readings)} other readings tried" if len(self.readings) > 1 else "one other reading tried"
-        return f"Holds under {len(holding)} of {tried}: {'; '.join(holding)}" if holding else f"Under none of {tried}."
+        holding = [f"{r.name}: {r.text.removesuffix('.')}" for r in self.readings if r.holds]
+        many = len(self.readings)
+        if not holding:
+            return f"Under none of {many} other readings tried." if many > 1 else "Not under the other reading tried."
+        which = f"{len(holding)} of {many} other readings tried" if many > 1 else "the other reading tried"
+        return f"Holds under {which}: {'; '.join(holding)}."
 
     @property
     def expected(self) -> str:

@@ -42,7 +42,8 @@ _ROOM = Path(__file__).parent
 class FigureCaption:
     """The words of a figure, by its number in the paper; `claims` are the numbers of those that it shows.
 
-    The caption of a figure whose `picture` is lost ends with what the captions say of lost pictures.
+    `label` is what the paper calls it, where it numbers more than one kind of pictures. The caption of a figure whose
+    picture is `lost` ends with what the captions say of lost pictures.
     """
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
@@ -50,6 +51,7 @@ class FigureCaption:
     number: int
     title: str
     caption: str
+    label: str = ""
     lost: bool = False
     claims: tuple[str, ...] = ()
 
@@ -88,13 +90,17 @@ class Claims:
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """A figure by its number in the paper; `draw` makes it, `claims` are the numbers of those that it shows."""
+    """A figure by its number in the paper; `draw` makes it, `claims` are the numbers of those that it shows.
+
+    `label` is what the paper calls it, if not by that number.
+    """
 
     number: int
     title: str
     caption: str
     draw: Callable[[Runs], Figure]
     claims: tuple[str, ...] = ()
+    label: str = ""
 
 
 @dataclass(frozen=True)
@@ -189,7 +195,7 @@ def read_reproduction(
         names = [reading.name for reading in text.reading]
         _same(folder / "claims.toml", f"claim {text.number}: reading", names, readings.get(text.number, {}))
     figures = tuple(
-        PaperFigure(f.number, f.title, _caption(f, captions.lost_picture), draw[f.number], f.claims)
+        PaperFigure(f.number, f.title, _caption(f, captions.lost_picture), draw[f.number], f.claims, f.label)
         for f in captions.figure
     )
     study = read_data(folder / "study.toml", Study)

@@ -60,6 +60,10 @@ class Runs:
         """Return the metrics of a run by name."""
         return metrics(self(controller, scenario, **settings), self.model.manifest)
 
+    def under(self, **settings: Any) -> Runs:
+        """Return the same loops with further settings, which a call may still override: another reading of a paper."""
+        return _OtherRuns(self, settings)
+
     def board(
         self, controller: str, scenario: str | None = None, samples: int | None = None, **settings: Any
     ) -> BoardRun:
@@ -101,3 +105,16 @@ class Runs:
             return run_on_board(model, replace(request, samples=number))
         except ModuleNotFoundError as error:
             raise MissingError(f'a law on a board needs {error.name}: pip install "mehvar[board]"') from error
+
+
+class _OtherRuns(Runs):
+    """Loops with further settings; what is integrated is kept where the others are."""
+
+    def __init__(self, runs: Runs, settings: Mapping[str, Any]) -> None:
+        super().__init__(runs.model)
+        self._base, self._settings = runs, settings
+
+    def __call__(
+        self, controller: str, scenario: str, initial: Mapping[str, float] | None = None, **settings: Any
+    ) -> Run:
+        return self._base(controller, scenario, initial, **{**self._settings, **settings})

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 class Picture:
     """A figure of the page: a name that is unique there, texts, the picture, and its chart if it is over time.
 
-    `printed` is whether it has the number of a figure of the paper; the others are beyond it.
+    `heading` says which figure of the paper it is, or that it is beyond the paper.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Picture:
     png: bytes
     chart: Mapping[str, Any] | None
     claims: Sequence[Claim] = ()
-    printed: bool = True
+    heading: str = ""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -116,7 +116,7 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
     pictures = []
     for done, figure in enumerate(paper.figures):
         advance(0.3 + 0.3 * done / len(paper.figures), 1.0, f"{name}: figure {figure.number}")
-        pictures.append(_drawn(name, figure, claims, runs, figure.number <= paper.statements.printed.figures))
+        pictures.append(_drawn(name, figure, claims, runs, paper.statements.printed.figures))
     clock.note("figures")
     scene = paper.scene(runs)
     clock.note("animation")
@@ -164,15 +164,17 @@ def scene_data(name: str, scene: Scene) -> dict[str, Any]:
     }
 
 
-def _drawn(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs, printed: bool) -> Picture:
+def _drawn(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs, printed: int) -> Picture:
     shown = [claim for number in figure.claims for claim in claims if claim.number == number]
     with style():
         try:
             canvas = figure.draw(runs)
         except MissingError as error:
             canvas = text_figure(f"Not drawn: {error}.")
+    beyond = figure.number > printed
+    heading = f"Beyond the paper, {figure.number}" if beyond else figure.label or f"Figure {figure.number}"
     return replace(
-        picture(f"{name}-figure-{figure.number}", figure.title, figure.caption, canvas, shown), printed=printed
+        picture(f"{name}-figure-{figure.number}", figure.title, figure.caption, canvas, shown), heading=heading
     )
 
 

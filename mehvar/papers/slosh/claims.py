@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..claims import TIMES, Check, Checks, Expected, below, beside
+from ..claims import TIMES, Check, Checks, Expected, about, below, beside
 from ..runs import Runs
+from .positivity import positive
 from .rows import FULL, LAWS, REDUCED, axial
 
 if TYPE_CHECKING:
@@ -146,7 +147,24 @@ def _more_swing(runs: Runs, expected: Expected) -> Sequence[Check]:
                 ),
             ),
             late if plant == "reduced" else beside(late),
+            beside(_little(expected, float(off.max()), plant)),
         ]
+    return checks
+
+
+def _little(expected: Expected, off: float, plant: str) -> Check:
+    return below(f"the same, which the paper calls little, {plant}", expected("little"), off, "deg")
+
+
+def little_more_swing(runs: Runs, expected: Expected) -> Sequence[Check]:
+    """Return the checks of claim 6 in the paper's words: more swing, by little."""
+    checks = []
+    for plant, settings in _PLANTS:
+        ratios = _ratios(runs, settings, "travel_phi1", "travel_phi2")
+        off = float(np.degrees(_difference(runs, settings, "phi1", "phi2")).max())
+        text = " / ".join(f"{ratio:.3f}" for ratio in ratios)
+        more = Check(f"path of phi_1, phi_2 in 20 s, V2 over V1, {plant}", "> 1", text, min(ratios) > 1)
+        checks += [more, _little(expected, off, plant)]
     return checks
 
 
@@ -171,23 +189,56 @@ def _speed(runs: Runs, expected: Expected) -> Sequence[Check]:
     return (_four(runs, "largest loss of v_x in 0.1 s", 0.0, "m/s", largest_loss), beside(constant))
 
 
-def _order_of_azimuths(runs: Runs, expected: Expected) -> Sequence[Check]:
-    checks = []
-    for law, settings in _LOOPS:
-        metrics = runs.metrics(law, "paper", **settings)
-        plant = settings.get("plant", "full")
-        checks.append(
-            Check(
-                f"settling of theta_1 and theta_2 within 2 degrees of the end, {plant} V{law[-1]}",
-                "theta_1 twice as late",
-                f"{metrics['t_theta1']:.1f} and {metrics['t_theta2']:.1f} s",
-                metrics["t_theta1"] > 2 * metrics["t_theta2"],  # of the paper's 700 s and 100 s: seven times
-            )
-        )
-    return checks
+def turns(values: FloatArray, swing: float) -> int:
+    """Count the turning points of a series, but for those of swings smaller than `swing`."""
+    count, direction, turned = 0, 0, values[0]
+    for value in values:
+        if direction == 0 and abs(value - turned) > swing:
+            direction, turned = (1 if value > turned else -1), value
+        elif direction * (value - turned) > 0:
+            turned = value
+        elif direction * (turned - value) > swing:
+            count, direction, turned = count + 1, -direction, value
+    return count
 
 
-def _better_law(runs: Runs, expected: Expected) -> Sequence[Check]:
+def order_of_azimuths(runs: Runs, expected: Expected) -> Sequence[Check]:
+    """Return the checks of claim 8, each over all four loops."""
+    metrics = [runs.metrics(law, "paper", **settings) for law, settings in _LOOPS]
+    late, early = (np.array([values[name] for values in metrics]) for name in ("t_theta1", "t_theta2"))
+    swing = np.radians(expected("swing"))
+    series = [runs(law, "paper", **settings).variables() for law, settings in _LOOPS]
+    first, second = (np.array([turns(values[name], swing) for values in series]) for name in ("theta1", "theta2"))
+    named, near = expected("theta1"), expected("near")
+
+    def row(what: str, wanted: str, values: FloatArray, unit: str, holds: NDArray[np.bool_]) -> Check:
+        return Check(f"{what} ({_ORDER})", wanted, f"{' / '.join(f'{v:.3g}' for v in values)}{unit}", bool(holds.all()))
+
+    return (
+        row("theta_1 settles within 2 degrees of its end", f"{named:g} s", late, " s", abs(late / named - 1) < near),
+        row("theta_2 does", f"<= {expected('theta2'):g} s", early, " s", early <= expected("theta2")),
+        row(
+            "the first time over the second",
+            f"> {expected('ratio'):g}",
+            late / early,
+            "",
+            late > expected("ratio") * early,
+        ),
+        row("turning points of theta_1", f">= {expected('turns'):g}", first, "", first >= expected("turns")),
+        row("turning points of theta_2", "fewer than of theta_1", second, "", second < first),
+    )
+
+
+def gained_speed(runs: Runs, expected: Expected) -> Sequence[Check]:
+    """Return the check of claim 7 on the reduced model: v_x has grown by a_x times the time."""
+    run = runs(LAWS[0], "paper", **REDUCED)
+    vx = run.variables()["vx"]
+    gain, full = float(vx[-1] - vx[0]), axial(run) * float(run.t[-1])
+    return (about("v_x gained, reduced V1", round(full), gain, "m/s", expected("gain")),)
+
+
+def better_law(runs: Runs, expected: Expected) -> Sequence[Check]:
+    """Return the checks of claim 9."""
     checks = []
     for plant, settings in _PLANTS:
         path, settling, gimbal = (
@@ -213,7 +264,9 @@ def _along(runs: Runs, law: str, x: FloatArray, flow: FloatArray) -> float:
     return float((ahead - behind) / (2 * _STEP))
 
 
-def _values_fall(runs: Runs, expected: Expected) -> Sequence[Check]:
+def values_fall(runs: Runs, expected: Expected) -> Sequence[Check]:
+    """Return the checks of claim 10."""
+
     def rises(run: Run) -> float:
         title = run.controller.name.replace("-", "_")
         values = runs.model.functions[f"{title}_value"](run.x, runs.model.parameters(), _law_values(run))
@@ -236,23 +289,33 @@ def _values_fall(runs: Runs, expected: Expected) -> Sequence[Check]:
     )
 
 
-def _printed_signs(runs: Runs, expected: Expected) -> Sequence[Check]:
-    """Differentiate V2 on the full model, which to_physical makes follow any feasible u exactly."""
-    run, model = runs("lyapunov-v2", "paper"), runs.model
+def _slope(runs: Runs, law: str, sign: float) -> Check:
+    """Return the check that V falls on the full model, which to_physical makes follow any feasible u."""
+    run, model = runs(law, "paper"), runs.model
     x, p = run.x[0], model.parameters()
-    derived = np.asarray(model.functions["lyapunov_v2_demand"](x, p, _law_values(run)))[:5]
-    slopes = []
-    for sign in (1, -1):
-        demand = np.array([sign, sign, 1, 1, 1]) * derived
-        flow = model.rhs(x, model.functions["to_physical"](x, demand, p), p)
-        slopes.append(_along(runs, "lyapunov-v2", x, flow))
-    return (
-        Check("V2' at the start, with u_1 = w_1 B, u_2 = w_2 C", "< 0", f"{slopes[1]:.2e} 1/s", slopes[1] < 0),
-        Check("V2' at the start, with u_1 = -w_1 B, u_2 = -w_2 C", "< 0", f"{slopes[0]:.2e} 1/s", slopes[0] < 0),
-    )
+    derived = np.asarray(model.functions[f"{law.replace('-', '_')}_demand"](x, p, _law_values(run)))[:5]
+    demand = np.array([sign, sign, -1, -1, -1]) * -derived
+    flow = model.rhs(x, model.functions["to_physical"](x, demand, p), p)
+    slope, name, minus = _along(runs, law, x, flow), law[-2:].upper(), "-" if sign < 0 else ""
+    text = f"{name}' at the start, with u_1 = {minus}w_1 B, u_2 = {minus}w_2 C"
+    return Check(text, "< 0", f"{slope:.2e} 1/s", slope < 0)
 
 
-def _lengths(runs: Runs, expected: Expected) -> Sequence[Check]:
+def _weights_of_table_2(runs: Runs, expected: Expected) -> Sequence[Check]:
+    return positive(runs)
+
+
+def _printed_signs(runs: Runs, expected: Expected) -> Sequence[Check]:
+    return tuple(_slope(runs, "lyapunov-v2", sign) for sign in (1, -1))
+
+
+def signs_restored(runs: Runs, expected: Expected) -> Sequence[Check]:
+    """Return the checks of claim 11 with the minus signs, for both laws."""
+    return tuple(_slope(runs, law, -1) for law in LAWS)
+
+
+def lengths(runs: Runs, expected: Expected) -> Sequence[Check]:
+    """Return the checks of claim 12."""
     literal = {"h1": 0.16, "h2": 0.19, "b": -0.16, "l1": 0.12}
     moved: dict[str, float] = {}
     for law, settings in _LOOPS:
@@ -266,8 +329,9 @@ def _lengths(runs: Runs, expected: Expected) -> Sequence[Check]:
     )
 
 
-def _printed_weights(runs: Runs, expected: Expected) -> Sequence[Check]:
-    end = runs.metrics("lyapunov-v2", "paper", r3=1e-5, r5=1e-5, r7=1e-5)["t_att"]
+def attitude_settles(runs: Runs, **weights: float) -> Sequence[Check]:
+    """Return the check of claim 13 with weights and gains of the attitude."""
+    end = runs.metrics("lyapunov-v2", "paper", **weights)["t_att"]
     return (
         Check(
             "settling of the attitude within 0.1 degrees",
@@ -278,6 +342,10 @@ def _printed_weights(runs: Runs, expected: Expected) -> Sequence[Check]:
     )
 
 
+def _printed_weights(runs: Runs, expected: Expected) -> Sequence[Check]:
+    return attitude_settles(runs, r3=1e-5, r5=1e-5, r7=1e-5)
+
+
 CHECKS: Mapping[str, Checks] = {
     "1": _velocities,
     "2": _attitude,
@@ -286,11 +354,12 @@ CHECKS: Mapping[str, Checks] = {
     "5": _same_motion_of_the_hull,
     "6": _more_swing,
     "7": _speed,
-    "8": _order_of_azimuths,
-    "9": _better_law,
-    "10": _values_fall,
+    "8": order_of_azimuths,
+    "9": better_law,
+    "10": values_fall,
     "11": _printed_signs,
-    "12": _lengths,
+    "12": lengths,
     "13": _printed_weights,
+    "14": _weights_of_table_2,
 }
 """By the number of the claim in claims.toml."""

@@ -159,7 +159,7 @@ def laws(runs: Runs, angle: str, symbol: str) -> Figure:
 
 
 def thrust(runs: Runs) -> Figure:
-    """Draw figure 10: where the thrust goes, in the full loop, the reduced one and one that asks for too much."""
+    """Draw figure 11: where the thrust goes, in the full loop, the reduced one and one that asks for too much."""
     figure = new_figure(10.0, 3.4)
     left, right = figure.subplots(1, 2)
     loops = (

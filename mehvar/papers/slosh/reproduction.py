@@ -9,9 +9,10 @@ from ..reproduction import read_reproduction
 from .claims import CHECKS
 from .figures import attitude, gimbals, laws, moments, pendulums, thrust, velocities
 from .picture import picture
+from .readings import READINGS
 from .rows import row_claims
 from .scene import scene
-from .schematic import schematic
+from .schematic import craft, pendulums_drawn
 
 REPRODUCTION = read_reproduction(
     Path(__file__).parent,
@@ -24,10 +25,12 @@ REPRODUCTION = read_reproduction(
         6: gimbals,
         7: lambda runs: laws(runs, "phi", "varphi"),
         8: lambda runs: laws(runs, "theta", "theta"),
-        9: schematic,
-        10: thrust,
+        9: craft,
+        10: pendulums_drawn,
+        11: thrust,
     },
     checks=CHECKS,
+    readings=READINGS,
     more_claims=row_claims,
     scene=scene,
     picture=picture,

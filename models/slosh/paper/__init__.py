@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the slosh paper prints, for the ledger: equations (1)-(36), and sentences that can be checked."""
+"""What the slosh paper prints, for the ledger: equations (1)-(36), Tables 1 and 2, sentences that can be checked."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from .angles import pendulums
 from .balances import acceleration, forces, moments
 from .energy import energy, laws_of_motion
 from .laws import Laws, candidates, control
+from .numbers import Numbers, simulation, tables
 from .reduced import equilibrium, reduced
 from .symbols import Spacecraft
 
@@ -26,7 +27,7 @@ def paper(system: System) -> Paper:
     """Return what the paper prints, its symbols explained by a derived system with two pendulums."""
     names = Names()
     s = Spacecraft(system, names)
-    law = Laws(system, names, s)
+    law, numbers = Laws(system, names, s), Numbers(system, names)
     entries = (
         *laws_of_motion(s),
         *energy(s),
@@ -38,5 +39,7 @@ def paper(system: System) -> Paper:
         *reduced(s, law),
         *candidates(s, law),
         *control(s, law),
+        *tables(s, law, numbers),
+        *simulation(s, law, numbers),
     )
     return Paper(system.source, NUMBERS, names, entries, _NOTE)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import sympy as sp
@@ -100,15 +100,28 @@ def candidates(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     """(27)-(30): the Lyapunov functions and the form of their derivatives."""
     first, corrected = _first(s, law, True), _first(s, law, False)
     names, v1, v2 = s.names, law.law["v1"], law.law["v2"]
-    yield printed(
-        "27",
-        "Lyapunov function with the pendulums",
-        "definition",
-        Relation(v1.V, first, corrected=corrected),
-        note="V_1 is the authors' choice, but with the printed products (29) does not follow, which they state. "
-        "The products cancel the coupling of the pendulums' rates to Omega' only with the factors of (25), (26).",
+    yield (
+        printed(
+            "27",
+            "Lyapunov function with the pendulums",
+            "definition",
+            note="V_1 is the authors' choice, but with the printed products (29) does not follow, which they state. "
+            "The products cancel the coupling of the pendulums' rates to Omega' only with the factors of (25), (26).",
+        )
+        .reading(
+            "I_i moments of inertia",
+            Relation(v1.V, first, corrected=corrected),
+            why="As in the energy (5).",
+        )
+        .reading(
+            "I_i per unit of the pendulum's mass",
+            Relation(v1.V, _first(s, law, True, {s.i.I: s.i.I / s.i.m})),
+            used=False,
+            why="Then no factor m_i is missing, but the terms with l_i^2 are.",
+        )
     )
     yield printed("28", "Lyapunov function without the pendulums", "definition", Relation(v2.V, _second(s, law)))
+    yield from _positivity(s, law)
     pull = [
         names.matrix(
             f"d(dV_1/dt)/du with V_1 as {text}",
@@ -139,33 +152,93 @@ def _second(s: Spacecraft, law: Laws) -> Expr:
     return sp.Mul(HALF, sp.Add(*(r[k] * x**2 for k, x in enumerate(squares, 1))), evaluate=False)
 
 
-def _first(s: Spacecraft, law: Laws, as_printed: bool) -> Expr:
+def _first(s: Spacecraft, law: Laws, as_printed: bool, meaning: Mapping[Expr, Expr] | None = None) -> Expr:
+    i = s.i
+    lean, swing, inertias = _products(s, as_printed)
+    bob = law.r[9] * (i.phi_dot**2 - lean / inertias[0]) + law.r[10] * (i.theta_dot**2 - swing / inertias[1])
+    return _second(s, law) + HALF * s.total(i.m * bob.xreplace(dict(meaning or {})))
+
+
+def _products(s: Spacecraft, as_printed: bool) -> tuple[Expr, Expr, tuple[Expr, Expr]]:
+    """Return the products of (27) of a pendulum's rates with the body rates, and what they are divided by."""
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
     q, turn = i.phi_dot, i.theta_dot
     reach, square = i.h * i.l, i.l**2
     if as_printed:
         lean = -2 * q * W3 * reach * t.cS + 2 * q * W2 * reach * t.cC - 2 * q * W1 * i.I
         swing = -2 * turn * W3 * i.I - 2 * turn * W3 * reach * t.sC - 2 * turn * W2 * reach * t.sS
-        inertias = (square * t.s**2 + i.I, i.I)
-    else:
-        lean = (
-            -2 * q * W3 * i.m * reach * t.cS
-            + 2 * q * W2 * i.m * reach * t.cC
-            - 2 * q * W1 * i.I
-            + 2 * q * W3 * i.m * square * t.S
-            - 2 * q * W2 * i.m * square * t.C
+        return lean, swing, (square * t.s**2 + i.I, i.I)
+    lean = (
+        -2 * q * W3 * i.m * reach * t.cS
+        + 2 * q * W2 * i.m * reach * t.cC
+        - 2 * q * W1 * i.I
+        + 2 * q * W3 * i.m * square * t.S
+        - 2 * q * W2 * i.m * square * t.C
+    )
+    swing = (
+        -2 * turn * W3 * i.I
+        - 2 * turn * W3 * i.m * reach * t.sC
+        - 2 * turn * W2 * i.m * reach * t.sS
+        + 2 * turn * W3 * i.m * square * t.s * t.cC
+        + 2 * turn * W2 * i.m * square * t.s * t.cS
+        + 2 * turn * W1 * i.m * square * t.s**2
+    )
+    return lean, swing, (i.m * square + i.I, i.m * square * t.s**2 + i.I)
+
+
+def _positivity(s: Spacecraft, law: Laws) -> Iterator[Printed]:
+    """Yield the sentences between (28) and (29): both functions are positive."""
+    v1, v2 = law.law["v1"], law.law["v2"]
+    yield printed(
+        "text after (28), V_2",
+        "V_2 is positive as a sum of squares",
+        "statement",
+        Relation(v2.V, sp.S.Zero, ">"),
+    )
+    large = s.names.free("large", 10**3, 10**4, latex=r"r_{\gg 1}")
+    small = s.names.free("small", "1/1000000", "1/100000", latex=r"r_{\ll 1}")
+
+    def ordered(of_hull: Expr, of_bobs: Expr) -> Relation:
+        weights = dict.fromkeys((law.r[k] for k in range(3, 9)), of_hull) | dict.fromkeys(
+            (law.r[9], law.r[10]), of_bobs
         )
-        swing = (
-            -2 * turn * W3 * i.I
-            - 2 * turn * W3 * i.m * reach * t.sC
-            - 2 * turn * W2 * i.m * reach * t.sS
-            + 2 * turn * W3 * i.m * square * t.s * t.cC
-            + 2 * turn * W2 * i.m * square * t.s * t.cS
-            + 2 * turn * W1 * i.m * square * t.s**2
+        return Relation(v1.V, sp.S.Zero, ">", cases=(weights,))
+
+    yield (
+        printed(
+            "text after (28), V_1",
+            "V_1 is positive for the order of its weights",
+            "statement",
+            note="Completing the squares of the pendulums' rates leaves the f of (29) in place of r_4, r_6 and r_8: "
+            "V_1 is positive where f is, however the weights are ordered. The angles of the pendulums are in neither.",
         )
-        inertias = (i.m * square + i.I, i.m * square * t.s**2 + i.I)
-    bob = law.r[9] * (q**2 - lean / inertias[0]) + law.r[10] * (turn**2 - swing / inertias[1])
-    return _second(s, law) + HALF * s.total(i.m * bob)
+        .reading(
+            "r_3 to r_8 >> 1 >> r_9, r_10",
+            Relation(v1.V, _completed(s, law), says="V_1 in squares, and f"),
+            ordered(large, small),
+            why="As Table 2 has r_4, r_6, r_8, r_9 and r_10.",
+        )
+        .reading(
+            "r_9, r_10 >> 1 >> r_3 to r_8",
+            ordered(small, large),
+            used=False,
+            why="So the text at hand prints it; the products with the body rates then outweigh their squares.",
+        )
+    )
+
+
+def _completed(s: Spacecraft, law: Laws) -> Expr:
+    """Write V_1 with the squares of the pendulums' rates completed."""
+    i, f, W = s.i, law.law["v1"].f, s.w
+    lean, swing, inertias = _products(s, False)
+    moved = [
+        rate - product.diff(rate) / (2 * inertia)
+        for rate, product, inertia in zip((i.phi_dot, i.theta_dot), (lean, swing), inertias, strict=True)
+    ]
+    turning = sp.Add(*(f[j, k] * W[j] * W[k] for j in range(3) for k in range(3)))
+    r = law.r
+    hull = sp.Add(*(r[k] * x**2 for k, x in zip((1, 2, 3, 5, 7), (s.v[1], s.v[2], *s.att), strict=True)))
+    return HALF * (hull + turning) + HALF * s.total(i.m * (r[9] * moved[0] ** 2 + r[10] * moved[1] ** 2))
 
 
 def _pull(law: Laws, s: Spacecraft, value: Expr) -> sp.Matrix:

@@ -66,23 +66,43 @@ def _rate(number: str, name: str, left: Expr, right: Expr, case: dict[Expr, Expr
 def _angles(s: Spacecraft, law: Laws) -> Iterator[Printed]:
     W1d, _, W3d = s.w_dot
     i, t = s.i, Shorthand(s.i)
-    phi = i.l * phi_bracket(s, i.theta, sp.S.Zero) + i.I * W1d / i.m - i.eps * i.phi_dot / i.m
+    phi, phi_dotted = (
+        i.l * phi_bracket(s, turn, sp.S.Zero) + i.I * W1d / i.m - i.eps * i.phi_dot / i.m
+        for turn in (i.theta, i.theta_dot)
+    )
     inertia = i.m * i.l**2 * t.s**2 + i.I
     right_phi, right_theta = _corrected(s)
     cases = tuple(law.motion | each for each in s.each())
-    yield printed(
-        "25",
-        "reduced model: phi_i",
-        "equation",
-        Relation(i.phi_ddot, -1 / inertia * phi, corrected=right_phi, cases=cases),
-        note="In (25) theta_i stands where (15) has its rate.",
+    per_mass = {i.I: i.I / i.m}
+    as_in_energy, other = "I_i a moment of inertia", "I_i per unit of the pendulum's mass"
+    yield (
+        printed("25", "reduced model: phi_i", "equation", note="In (25) theta_i stands where (15) has its rate.")
+        .reading(
+            as_in_energy,
+            Relation(i.phi_ddot, -1 / inertia * phi, corrected=right_phi, cases=cases),
+            why="As in the energy (5).",
+        )
+        .reading(
+            f"{other}, theta_i with its dot",
+            Relation(i.phi_ddot, (-1 / inertia * phi_dotted).xreplace(per_mass), cases=cases),
+            used=False,
+            why="The factor m_i then has to stand in the denominator's first term alone, and the damping still drives.",
+        )
     )
     theta = i.l * theta_bracket(s) + i.I * W3d / i.m - i.eps * i.theta_dot / i.m
-    yield printed(
-        "26",
-        "reduced model: theta_i",
-        "equation",
-        Relation(i.theta_ddot, -1 / i.I * theta, corrected=right_theta, cases=cases),
+    yield (
+        printed("26", "reduced model: theta_i", "equation")
+        .reading(
+            as_in_energy,
+            Relation(i.theta_ddot, -1 / i.I * theta, corrected=right_theta, cases=cases),
+            why="As in the energy (5).",
+        )
+        .reading(
+            other,
+            Relation(i.theta_ddot, (-1 / i.I * theta).xreplace(per_mass), cases=cases),
+            used=False,
+            why="The factor m_i is then right before l_i, and the damping still drives.",
+        )
     )
 
 

@@ -46,7 +46,7 @@ def test_a_refuted_claim_may_hold_under_another_reading():
     assert none.outcome == "Under none of 2 other readings tried."
     one = replace(none, readings=(fails, holds))
     assert one.verdict is ClaimVerdict.READING
-    assert one.outcome == "Holds under 1 of 2 other readings tried: pounds: masses in lb"
+    assert one.outcome == "Holds under 1 of 2 other readings tried: pounds: masses in lb."
     assert replace(one, refuted=False).verdict is ClaimVerdict.FAILS
 
 

@@ -41,8 +41,13 @@ MISPRINTS: Mapping[str, tuple[str, ...]] = {
     "(34)": ("sign of B_hat*w1: printed +, correct -",),
     "(35)": ("sign of C_hat*w2: printed +, correct -",),
 }
-AMBIGUOUS = {"text after (7), omega_i"}
-DEFINITIONS = {"(4)", "(8)", "(17)", "(18)", "(28)"}
+AMBIGUOUS = {
+    *("text after (7), omega_i", "text after (28), V_1"),
+    *("Table 1, lengths", "Table 1, inertias", "Table 1, dampings", "Table 2, r_3, r_5, r_7", "Table 2, gains"),
+}
+DEFINITIONS = {
+    *("(4)", "(8)", "(17)", "(18)", "(28)", "Table 1, masses", "Table 2, weights", "section 4, initial state"),
+}
 
 
 def test_every_number_is_there_once(ledger: Ledger) -> None:
@@ -64,6 +69,18 @@ def test_each_misprint_is_at_its_term_with_a_correction_and_a_counterexample(led
         assert entry.corrected_latex, number
         assert "the corrected form is" in entry.how, number
         assert entry.counterexample, number
+
+
+def test_of_each_table_the_model_follows_one_reading(ledger: Ledger) -> None:
+    for entry in ledger.entries:
+        if entry.number.startswith(("Table", "section 4", "text after (28)")):
+            assert entry.used.verdict in (Standing.HOLDS, Standing.DEFINITION), entry.number
+            assert all(reading.verdict is Standing.DIFFERS for reading in entry.readings if not reading.used)
+
+
+def test_an_inertia_per_unit_mass_repairs_no_printed_formula(ledger: Ledger) -> None:
+    for number in ("(25)", "(26)", "(27)"):
+        assert [reading.verdict for reading in ledger[number].readings] == [Standing.DIFFERS] * 2
 
 
 def verdicts(system: System, *numbers: str) -> dict[str, Standing]:

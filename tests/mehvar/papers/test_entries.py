@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that a paper prints has an entry: equations, tables, figures, claims, sentences."""
+
+from __future__ import annotations
+
+import importlib
+from collections import Counter
+
+import pytest
+
+from mehvar.errors import InputError
+from mehvar.models.paper import Paper
+from mehvar.papers.claims import Claim
+from mehvar.papers.reproduction import Reproduction, load_reproduction
+from mehvar.papers.runs import Runs
+from mehvar.papers.statements import judge, missing
+from mehvar.runtime.model.model import load
+
+PAPERS = ("slosh",)
+
+
+@pytest.fixture(scope="module", params=PAPERS)
+def model(request: pytest.FixtureRequest) -> str:
+    name: str = request.param
+    return name
+
+
+@pytest.fixture(scope="module")
+def paper(model: str) -> Reproduction:
+    return load_reproduction(model)
+
+
+@pytest.fixture(scope="module")
+def printed(model: str) -> Paper:
+    """Return the paper's ledger, not judged."""
+    system = importlib.import_module(f"mehvar.models.{model}").system()
+    written: Paper = importlib.import_module(f"mehvar.models.{model}.paper").paper(system)
+    return written
+
+
+@pytest.fixture(scope="module")
+def entries(printed: Paper) -> list[str]:
+    """Return the numbers of the ledger's entries, as its verdicts have them."""
+    return [f"({entry.number})" if entry.number.isdecimal() else entry.number for entry in printed.entries]
+
+
+@pytest.fixture(scope="module")
+def rows(model: str, paper: Reproduction) -> list[str]:
+    """Return the numbers of the claims that are in no claims.toml."""
+    return [claim.number for claim in paper.more_claims(Runs(load(model)))]
+
+
+def test_everything_printed_has_an_entry(paper: Reproduction, entries: list[str], rows: list[str]) -> None:
+    claims = [*(text.number for text in paper.texts), *rows]
+    assert list(missing(paper.statements, claims, entries, (figure.number for figure in paper.figures))) == []
+
+
+def test_every_statement_names_what_exists(paper: Reproduction, entries: list[str], rows: list[str]) -> None:
+    claims = [Claim(number, "", ()) for number in (*(text.number for text in paper.texts), *rows)]
+    try:
+        judge(paper.statements, claims, dict.fromkeys(entries, "holds"))
+    except InputError as error:
+        pytest.fail(str(error))
+    drawn = {figure.number for figure in paper.figures}
+    assert not {number for statement in paper.statements.statement for number in statement.figures} - drawn
+
+
+def test_as_much_is_printed_as_the_ledger_says(paper: Reproduction, printed: Paper, entries: list[str]) -> None:
+    """The equations are counted by the ledger; tables have entries there too."""
+    assert paper.statements.printed.equations == printed.numbers
+    tables = {number.split(",")[0].lower() for number in entries if number.startswith("Table ")}
+    assert {f"table {k}" for k in range(1, paper.statements.printed.tables + 1)} == tables
+
+
+def test_no_more_is_called_printed_than_is(paper: Reproduction) -> None:
+    printed = paper.statements.printed
+    for kind, count in (("table", printed.tables), ("figure", printed.figures)):
+        places = {s.place for s in paper.statements.statement if s.place.startswith(f"{kind} ")}
+        assert places == {f"{kind} {k}" for k in range(1, count + 1)}
+
+
+def test_places_are_named_once_but_for_sections(paper: Reproduction) -> None:
+    places = Counter(statement.place for statement in paper.statements.statement)
+    once = ("table ", "figure ", "abstract ", "conclusions ")
+    assert [place for place, count in places.items() if place.startswith(once) and count > 1] == []
+    for kind in ("abstract", "conclusions"):
+        numbers = sorted(int(place.split()[1]) for place in places if place.startswith(f"{kind} "))
+        assert numbers == list(range(1, len(numbers) + 1))
