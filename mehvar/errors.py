@@ -26,6 +26,10 @@ class InputError(MehvarError, ValueError):
     """A value given by the user is wrong; the message names it, what is allowed and where it came from."""
 
 
+class MissingError(InputError):
+    """A compiler, an emulator or a package that is needed is not installed; the message says how to install it."""
+
+
 class FunctionNameError(MehvarError, KeyError):
     """A generated function that a model does not have; the message names those that it has."""
 

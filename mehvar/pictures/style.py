@@ -76,6 +76,13 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), dpi=DPI, layout="constrained")
 
 
+def text_figure(text: str) -> Figure:
+    """Return a figure that says in words why there is nothing to see."""
+    figure = new_figure(7.0, 1.0)
+    figure.text(0.5, 0.5, text, ha="center", va="center", wrap=True)
+    return figure
+
+
 def label(symbol: str, meaning: str, unit: str) -> str:
     """Return an axis label: symbol, meaning and unit."""
     return f"{meaning} {symbol} [{pretty_unit(unit)}]"

@@ -9,13 +9,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from mehvar.errors import MissingError
 from mehvar.papers.claims import Claim
 from mehvar.papers.deviations import Deviation, by_run, deviations, table_claims
 from mehvar.papers.reproduction import PaperFigure, Reproduction, load_reproduction
 from mehvar.papers.runs import Runs
 from mehvar.papers.scene import Scene
 from mehvar.pictures.files import encoded
-from mehvar.pictures.style import style
+from mehvar.pictures.style import style, text_figure
 from mehvar.runtime.model.model import load
 
 from .batches import Batch, run_study
@@ -156,7 +157,10 @@ def scene_data(name: str, scene: Scene) -> dict[str, Any]:
 def _drawn(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs) -> Picture:
     shown = [claim for number in figure.claims for claim in claims if claim.number == number]
     with style():
-        canvas = figure.draw(runs)
+        try:
+            canvas = figure.draw(runs)
+        except MissingError as error:
+            canvas = text_figure(f"Not drawn: {error}.")
     return picture(f"{name}-figure-{figure.number}", figure.title, figure.caption, canvas, shown)
 
 

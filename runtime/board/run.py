@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from mehvar.errors import InputError
 
 from ..model.model import Model
-from ..model.parameters import Resolved, resolve
+from ..model.parameters import resolve
 from ..run.options import read_options
 from ..run.problem import Status
 from ..run.simulate import Run, simulate
@@ -255,18 +256,26 @@ def _simulate(model: Model, request: BoardRequest, **overrides: Any) -> Run:
     law = model.manifest.controller(request.controller)
     scenario = model.manifest.scenario(request.scenario)
     delay = delay_of(law) if request.delay is None else request.delay
-    options: dict[str, Any] = {"delay": delay, **(request.options or {}), **overrides}
-    period = float(options.get("hold") or period_of(law, scenario, _resolved(model, request)))
-    options |= {"dt_out": period, "hold": period}
+    period = _period(model, request)
+    options = {"delay": delay, **(request.options or {}), **overrides, "dt_out": period, "hold": period}
     t_end = (request.samples - 1) * period
     return simulate(
         model, request.controller, scenario.name, request.parameters, t_end=t_end, origin="--set", **options
     )
 
 
-def _resolved(model: Model, request: BoardRequest) -> Resolved:
+def samples_of(model: Model, request: BoardRequest) -> int:
+    """Return the evaluations of the law from the start of the request's scenario to its end."""
+    return 1 + math.floor(model.manifest.scenario(request.scenario).duration / _period(model, request) * (1 + 1e-9))
+
+
+def _period(model: Model, request: BoardRequest) -> float:
+    """Return the time between two samples of the law, s."""
+    if hold := (request.options or {}).get("hold"):
+        return float(hold)
     law, scenario = model.manifest.controller(request.controller), model.manifest.scenario(request.scenario)
-    return resolve(model.manifest, model.functions, law, scenario, request.parameters or {}, "--set")
+    resolved = resolve(model.manifest, model.functions, law, scenario, request.parameters or {}, "--set")
+    return period_of(law, scenario, resolved)
 
 
 def _every(target: str) -> int:
@@ -353,9 +362,9 @@ __all__ = [
     "BoardRequest",
     "BoardRun",
     "Difference",
-    "Resolved",
     "build_image",
     "difference",
     "ended",
     "run_on_board",
+    "samples_of",
 ]

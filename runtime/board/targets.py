@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import IO
 
-from mehvar.errors import InputError
+from mehvar.errors import InputError, MissingError
 
 from .image.build import Image
 from .image.elf import read_elf
@@ -69,7 +69,7 @@ class MachinePort:
         try:
             from .emulator.machine import EmulatedBoard
         except ModuleNotFoundError as error:
-            raise InputError('the target unicorn needs its package: pip install "mehvar[board]"') from error
+            raise MissingError('the target unicorn needs its package: pip install "mehvar[board]"') from error
         assert image.board is not None
         self.name = f"unicorn {image.board.name}"
         self.machine = EmulatedBoard(read_elf(image.path), image.board)
@@ -124,7 +124,7 @@ class SerialPort:
         try:
             import serial
         except ModuleNotFoundError as error:
-            raise InputError(f'the port {name} needs pyserial: pip install "mehvar[board]"') from error
+            raise MissingError(f'the port {name} needs pyserial: pip install "mehvar[board]"') from error
         self.name = name
         try:
             self._port = serial.serial_for_url(name, baudrate=baud, timeout=0)
@@ -216,7 +216,7 @@ def _qemu(image: Image, line: str, log: Path, options: tuple[str, ...]) -> tuple
     assert image.board is not None
     program = shutil.which("qemu-system-arm")
     if program is None:
-        raise InputError("the target qemu needs qemu-system-arm: apt-get install qemu-system-arm")
+        raise MissingError("the target qemu needs qemu-system-arm: apt-get install qemu-system-arm")
     quiet = ("-serial", "null") if image.board.defines.get("BOARD_USART") == 2 else ()
     command = [
         program, "-M", image.board.machine, "-kernel", str(image.path), "-display", "none", "-monitor", "none",

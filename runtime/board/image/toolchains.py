@@ -11,7 +11,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from mehvar.errors import InputError, unknown_name
+from mehvar.errors import MissingError, unknown_name
 
 from ...compiling.compiler import require_compiler
 
@@ -118,7 +118,9 @@ def toolchain(name: str | None = None) -> Toolchain:
     Raises
     ------
     InputError
-        If it is not known or not installed; the message says how to install it.
+        If it is not known.
+    MissingError
+        If it is not installed; the message says how to install it.
     """
     if name not in (None, "zig", "gcc"):
         raise unknown_name("compiler", name, ("zig", "gcc"))
@@ -127,8 +129,8 @@ def toolchain(name: str | None = None) -> Toolchain:
         if compiler:
             return compiler
     if name == "gcc":
-        raise InputError("arm-none-eabi-gcc is not installed: apt-get install gcc-arm-none-eabi")
-    raise InputError('no compiler for ARM: pip install "mehvar[board]", or apt-get install gcc-arm-none-eabi')
+        raise MissingError("arm-none-eabi-gcc is not installed: apt-get install gcc-arm-none-eabi")
+    raise MissingError('no compiler for ARM: pip install "mehvar[board]", or apt-get install gcc-arm-none-eabi')
 
 
 def host_toolchain(name: str | None = None) -> Toolchain:

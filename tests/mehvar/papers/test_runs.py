@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+import builtins
+
+import pytest
+
+from mehvar.errors import MissingError
+from mehvar.papers.reproduction import PaperFigure
+from mehvar.papers.runs import Runs
+from mehvar.report import content
+from mehvar.runtime.board.image import toolchains
+from mehvar.runtime.model.model import load
+
+
+@pytest.fixture
+def runs():
+    return Runs(load("satellite", backend="c"))
+
+
+def test_a_run_on_the_board_is_made_once_and_has_the_hosts_bits(runs):
+    outcome = runs.board("pd", "paper", samples=40)
+    assert runs.board("pd", "paper", samples=40) is outcome
+    assert (outcome.max_ulp, outcome.x.ulp, outcome.board.t[-1]) == (0, 0, 19.5)
+    assert outcome.u.compared == 3 * 40
+    assert outcome.board.u_cmd.tobytes() == outcome.single.u_cmd.tobytes()
+
+
+def test_settings_reach_the_board(runs):
+    undelayed = runs.board("pd", "paper", samples=20, delay=0)
+    assert undelayed.board.options["delay"] == 0
+    damped = runs.board("pd", "paper", samples=20, Kd_x=5.0)
+    assert damped.board.parameters.values["Kd_x"] == 5.0
+
+
+def test_a_whole_scenario_is_run_unless_it_is_too_long(monkeypatch):
+    monkeypatch.setattr("mehvar.papers.runs._MOST_SAMPLES", 30)
+    assert len(Runs(load("triangle", backend="c")).board("path").board.t) == 30
+
+
+def test_a_figure_from_a_board_that_cannot_be_says_why(runs, monkeypatch):
+    monkeypatch.setattr(toolchains, "_gcc", lambda: None)
+    monkeypatch.setattr(toolchains, "_zig", lambda: None)
+    with pytest.raises(MissingError, match=r"no compiler for ARM: pip install"):
+        runs.board("pd")
+    figure = PaperFigure(1, "On the board", "", lambda runs: runs.board("pd").board)
+    picture = content._drawn("model", figure, [], runs)
+    assert picture.png.startswith(b"\x89PNG")
+    assert picture.chart is None
+
+
+def test_the_emulator_and_the_compiler_are_named_when_missing(runs, monkeypatch):
+    original = builtins.__import__
+
+    def without(name, *arguments, **more):
+        if "unicorn" in name or name.endswith("board.run"):
+            raise ModuleNotFoundError("no unicorn", name="unicorn")
+        return original(name, *arguments, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(MissingError, match=r"unicorn: pip install"):
+        runs.board("pd")
+    with pytest.raises(MissingError, match="C compiler"):
+        Runs(load("satellite", backend="python")).board("pd")
