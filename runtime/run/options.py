@@ -221,10 +221,10 @@ class RunOptions:
     backend: BackendName | None = field(
         default=None,
         metadata=word_row(
-            "The generated C or the generated Python module",
+            "What evaluates the functions: the generated C, the generated Python module, or CasADi's own C",
             get_args(BackendName),
             otherwise="c where there is a compiler",
-            refused={"batch": "left out: a batch runs compiled code", **_BY_BOARD},
+            refused={"batch": "left out: a batch runs our own C in lanes", **_BY_BOARD},
         ),
     )
     profile: Profile = field(
