@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..reproduction import read_reproduction
-from .board import BOARD
 from .claims import CHECKS
 from .figures import angles_figure, both_figure, errors_figure, estimates_figure, ringing_figure, torques_figure
 from .picture import picture
@@ -51,5 +50,4 @@ REPRODUCTION = read_reproduction(
     more_claims=row_claims,
     scene=scene,
     picture=picture,
-    board=BOARD,
 )

@@ -41,7 +41,9 @@ def test_an_emulated_board_is_built_counted_and_reported(tmp_path):
     assert found["board_against_simulation_without_delay"]["max_state"] > 0
     page = (tmp_path / "r" / "index.html").read_text()
     assert "bit for bit" in page
-    assert "figure 11, with the law on the board" in page
+    assert "The closed loop, with the law on the board" in page
+    assert "largest torque about x" in page
+    assert set(found["metrics"]["max_torque_x"]) == {"board", "host_double", "host_without_delay"}
 
 
 @pytest.mark.parametrize("delay", [0, 1])
