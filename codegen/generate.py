@@ -68,7 +68,7 @@ def check(tree: Tree, model: str) -> Report:
     """Compare generated/MODEL with its sources, without deriving anything."""
     folder = tree.root / "generated" / model
     reasons = _reasons(tree, model, folder)
-    names = sorted(_texts_of(model)) if reasons else []
+    names = sorted(_texts_of(model, has_casadi(folder, model))) if reasons else []
     return Report(model, tuple(names), reasons)
 
 
@@ -92,7 +92,8 @@ def generate(
     structure : mapping, optional
         Structural choices that differ from the defaults.
     casadi : bool
-        Write CasADi's own C too, for tools that expect its calling convention.
+        Write CasADi's own C too: `load` runs it as a backend, and other tools expect its calling convention. A folder
+        that has it keeps it.
 
     Raises
     ------
@@ -103,6 +104,7 @@ def generate(
     """
     folder = out or tree.root / "generated" / model
     choices = dict(structure or {})
+    casadi = casadi or has_casadi(folder, model)
     reasons = _reasons(tree, model, folder, choices, casadi)
     if not reasons:
         return Report(model)
@@ -218,6 +220,12 @@ def _record(folder: Path) -> Manifest | None:
         return None
 
 
+def has_casadi(folder: Path, model: str) -> bool:
+    """Whether CasADi's own C is in a generated folder, or should be."""
+    record, name = _record(folder), f"{model}_casadi.c"
+    return (folder / name).is_file() or (record is not None and name in record.files_sha256)
+
+
 def _differences(
     record: Manifest, tree: Tree, model: str, folder: Path, structure: Mapping[str, str], casadi: bool
 ) -> tuple[str, ...]:
@@ -245,8 +253,9 @@ def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterable[tupl
             yield name, "changed"
 
 
-def _texts_of(model: str) -> list[str]:
+def _texts_of(model: str, casadi: bool) -> list[str]:
     return [
+        *([f"{model}_casadi.c", f"{model}_casadi.h"] if casadi else []),
         f"{model}.c",
         f"{model}_jac.c",
         f"{model}_prepared.c",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What reproducing a paper needs: figures, claims, an animation, a batch, and what it shows of a law on a board.
+"""What reproducing a paper needs: figures, claims, an animation and a batch.
 
 A folder mehvar/papers/MODEL holds a paper's data (captions.toml, claims.toml, statements.toml, study.toml), the script
 of its scene (scene.js), and `reproduction.py`, whose REPRODUCTION binds them to the functions that compute.
@@ -11,7 +11,7 @@ import importlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from mehvar.errors import InputError
 from mehvar.names import identifier
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mehvar.manifest import Manifest
-    from mehvar.runtime.run.simulate import Run
 
     RunPicture: TypeAlias = Callable[[xr.Dataset, Manifest], Figure]
 
@@ -104,32 +103,6 @@ class PaperFigure:
 
 
 @dataclass(frozen=True)
-class BoardPart:
-    """What a paper has to do with boards.
-
-    Attributes
-    ----------
-    law : str
-        The law that the report runs on the emulated board.
-    figures : mapping of str to int
-        Laws, and the number of the paper's figure that shows each behind the link's delay.
-    draw : callable
-        Draws that figure from a run.
-    numbers : callable
-        What that figure shows, in numbers, for a law, named runs, the board's first, and the period in s; None where
-        the board's run is too short for it.
-    rows : callable
-        These numbers as rows of the report: what, how much, how it is known.
-    """
-
-    law: str
-    figures: Mapping[str, int]
-    draw: Callable[[Run], Figure]
-    numbers: Callable[[str, Mapping[str, Run], float], dict[str, Any] | None]
-    rows: Callable[[Mapping[str, Any]], list[tuple[str, str, str]]]
-
-
-@dataclass(frozen=True)
 class Reproduction:
     """A paper's words, and the functions that draw and check what it says.
 
@@ -154,7 +127,6 @@ class Reproduction:
     more_claims: Callable[[Runs], Sequence[Claim]]
     scene: Callable[[Runs], Scene]
     picture: RunPicture
-    board: BoardPart | None = None
 
     @property
     def script(self) -> str:
@@ -175,7 +147,6 @@ def read_reproduction(
     picture: RunPicture,
     readings: Readings | None = None,
     more_claims: Callable[[Runs], Sequence[Claim]] = lambda runs: (),
-    board: BoardPart | None = None,
 ) -> Reproduction:
     """Bind the files of a folder to functions: `draw` by the number of the figure, `checks` by that of the claim.
 
@@ -201,7 +172,7 @@ def read_reproduction(
     study = read_data(folder / "study.toml", Study)
     statements = read_data(folder / "statements.toml", Statements)
     return Reproduction(
-        folder, captions, study, figures, texts, checks, readings, statements, more_claims, scene, picture, board
+        folder, captions, study, figures, texts, checks, readings, statements, more_claims, scene, picture
     )
 
 

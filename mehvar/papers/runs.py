@@ -83,14 +83,13 @@ class Runs:
         MissingError
             Without a C compiler, a compiler for ARM or the emulator.
         """
-        key = (controller, scenario, samples, *sorted(settings.items()))
+        case = self.model.manifest.scenario(scenario).name
+        key = (controller, case, samples, *sorted(settings.items()))
         if key not in self._board_runs:
-            self._board_runs[key] = self._on_board(controller, scenario, samples, settings)
+            self._board_runs[key] = self._on_board(controller, case, samples, settings)
         return self._board_runs[key]
 
-    def _on_board(
-        self, controller: str, scenario: str | None, samples: int | None, settings: Mapping[str, Any]
-    ) -> BoardRun:
+    def _on_board(self, controller: str, scenario: str, samples: int | None, settings: Mapping[str, Any]) -> BoardRun:
         model = self.model
         if model.backend != "c":
             raise MissingError('a law on a board needs a C compiler: pip install "mehvar[cc]"')

@@ -1,60 +1,75 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law on an emulated microcontroller, as a part of the report."""
+"""The laws of a model on an emulated microcontroller, as a part of the report."""
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from mehvar.errors import InputError
-from mehvar.runtime.board.run import BoardRequest
+from mehvar.errors import MissingError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mehvar.runtime.model.model import Model
-
-_BOARD = "mps2-m4f"
-_SAMPLES = 400
-"""A law learns and settles within them, and emulating them takes a few seconds; the bits of all are compared."""
-_NEEDED = ("unicorn", "elftools", "capstone", "serial")
-MISSING = 'Not run: this needs the extra "board": pip install "mehvar[board]".'
+    from mehvar.papers.runs import Runs
+    from mehvar.runtime.board.run import BoardRun
 
 
 @dataclass(frozen=True)
 class OnBoard:
-    """What a run on the emulated board has shown, or why there was none."""
+    """What a law's run on the emulated board has shown; `extent` is how much of the scenario it was."""
 
     law: str
+    same: bool
+    title: str
+    extent: str
+    rows: Sequence[tuple[str, str, str]]
+    image: str
+    figure: Figure
+
+
+@dataclass(frozen=True)
+class Boards:
+    """Every law of a model on the emulated board, or why there is none."""
+
+    laws: Sequence[OnBoard] = ()
     missing: str = ""
-    same: bool = True
-    title: str = ""
-    rows: Sequence[tuple[str, str, str]] = ()
-    image: str = ""
-    figure: Figure | None = None
+
+    @property
+    def same(self) -> bool:
+        """Whether every law has the bits of the host."""
+        return all(law.same for law in self.laws)
 
 
-def run_board(model: Model, law: str) -> OnBoard:
-    """Run a law on the emulated board and compare it with the law in float on this machine."""
-    if any(importlib.util.find_spec(name) is None for name in _NEEDED):
-        return OnBoard(law, MISSING)
-    from mehvar.runtime.board.run import run_on_board
+def run_boards(runs: Runs) -> Boards:
+    """Run each law on the emulated board and compare it with the law in float on this machine."""
+    try:
+        return Boards([_on_board(runs.board(law)) for law in runs.model.manifest.controllers])
+    except MissingError as error:
+        return Boards(missing=f"Not run: {error}.")
 
+
+def _on_board(outcome: BoardRun) -> OnBoard:
     from .board_facts import facts
     from .board_page import fact_rows, inputs_figure
 
-    try:
-        outcome = run_on_board(model, BoardRequest(law, "unicorn", _BOARD, samples=_SAMPLES))
-    except InputError as error:
-        return OnBoard(law, f"Not run: {error}.")
     results = facts(outcome)
     return OnBoard(
-        law,
+        results["controller"],
         same=outcome.max_ulp == 0 and outcome.x.ulp == 0,
         title=f"{results['board']}, emulated by {results['target']}; {results['compiler']}",
+        extent=_extent(outcome, results),
         rows=fact_rows(results),
         image=results["image"]["sha256"],
         figure=inputs_figure(outcome),
     )
+
+
+def _extent(outcome: BoardRun, results: dict[str, Any]) -> str:
+    """Say how much of the scenario was run, and how it ended unless at the end that was asked for."""
+    run = outcome.board
+    whole, reached = run.scenario.duration, run.t[-1]
+    part = "all" if reached >= whole else f"{reached:g} of the {whole:g} s"
+    early = "" if results["status"] == "done" else f", where the run ended: {run.reason}"
+    return f"{results['samples']} samples of {results['period']:g} s, {part} of scenario {run.scenario.name}{early}"

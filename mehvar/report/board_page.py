@@ -5,66 +5,62 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mehvar.html import page
-from mehvar.papers.reproduction import BoardPart, load_reproduction, paper_models, run_picture
+from mehvar.papers.reproduction import run_picture
 from mehvar.pictures.files import save
-from mehvar.pictures.style import BLACK, BLUE, COLORS, VERMILLION, label, new_figure, style
-from mehvar.runtime.board.run import BoardRun
+from mehvar.pictures.style import BLUE, COLORS, VERMILLION, label, new_figure, style, time_axis
+from mehvar.runtime.board.run import BoardRun, ulps
 from mehvar.runtime.files import filling
+from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.results import to_dataset
 
 from .board_facts import facts
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
 def write_report(outcome: BoardRun, out: Path) -> None:
     """Write index.html, board.json and figures/ into a folder."""
-    part = _paper_part(outcome)
-    numbers = _figure_numbers(outcome, part)
-    results = facts(outcome) | {"figure": numbers}
-    rows = fact_rows(results, part.rows(numbers) if part and numbers else ())
+    results = facts(outcome) | {"metrics": metric_values(outcome)}
+    rows = fact_rows(results, metric_rows(outcome, results["metrics"]))
     with filling(out) as folder:
         (folder / "figures").mkdir()
-        figures = [
-            _saved(folder / "figures" / f"{name}.png", title, draw(outcome))
-            for name, title, draw in _figures(outcome, part)
-        ]
+        figures = [_saved(folder / "figures" / f"{name}.png", title, draw(outcome)) for name, title, draw in _FIGURES]
         (folder / "index.html").write_text(_page(results, figures, rows), encoding="utf-8")
         (folder / "board.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
 
 
-def _paper_part(outcome: BoardRun) -> BoardPart | None:
-    """Return what a paper has to do with the law on the board, None where it has not."""
-    layout = outcome.image.program.layout
-    part = load_reproduction(layout.model).board if layout.model in paper_models() else None
-    return part if part and layout.law in part.figures else None
-
-
-def _figures(outcome: BoardRun, part: BoardPart | None) -> list[tuple[str, str, Any]]:
-    name = f"the paper's figure {part.figures[outcome.image.program.layout.law]}" if part else "the closed loop"
-    return [
-        ("loop", f"{name}, with the law on the board".capitalize(), lambda outcome: _loop_figure(outcome, part)),
-        ("inputs", "What the board commanded, and how far from the host's float and double", inputs_figure),
-    ]
-
-
-def _figure_numbers(outcome: BoardRun, part: BoardPart | None) -> dict[str, Any] | None:
-    """Return what the paper's figure shows, in numbers, of the board and of the host with and without the delay."""
-    if part is None:
-        return None
-    program = outcome.image.program
+def metric_values(outcome: BoardRun) -> dict[str, dict[str, float]]:
+    """Return the model's metrics of the board, of the host with and without the delay; only those that are finite."""
     runs = {"board": outcome.board, "host_double": outcome.double, "host_without_delay": outcome.undelayed}
-    return part.numbers(
-        program.layout.law, {name: run for name, run in runs.items() if run is not None}, program.period
-    )
+    values = {name: metrics(run, run.manifest) for name, run in runs.items() if run is not None}
+    return {
+        metric: {name: numbers[metric] for name, numbers in values.items()}
+        for metric in outcome.board.manifest.metrics
+        if all(math.isfinite(numbers[metric]) for numbers in values.values())
+    }
+
+
+def metric_rows(outcome: BoardRun, values: Mapping[str, Mapping[str, float]]) -> list[tuple[str, str, str]]:
+    """Return metrics as rows: what, how much on the board and elsewhere, how it is known."""
+    known = outcome.board.manifest.metrics
+    return [
+        (
+            known[metric].description,
+            ", ".join(f"{value:.5g} ({name.replace('_', ' ')})" for name, value in numbers.items()),
+            f"measured, {known[metric].unit}",
+        )
+        for metric, numbers in values.items()
+    ]
 
 
 def _saved(path: Path, title: str, figure: Figure) -> dict[str, str]:
@@ -72,44 +68,59 @@ def _saved(path: Path, title: str, figure: Figure) -> dict[str, str]:
     return {"title": title, "uri": "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()}
 
 
-def _loop_figure(outcome: BoardRun, part: BoardPart | None) -> Figure:
-    run = outcome.board
-    if part is None:
-        return run_picture(to_dataset(run), run.manifest)
-    with style():
-        return part.draw(run)
+def _loop_figure(outcome: BoardRun) -> Figure:
+    return run_picture(to_dataset(outcome.board), outcome.board.manifest)
 
 
 def inputs_figure(outcome: BoardRun) -> Figure:
-    """Draw what the board commanded, and how far that is from the law in float and in double on this machine."""
-    board, single, double = outcome.board, outcome.single, outcome.double
-    rows = min(len(board.t), len(double.t))
+    """Draw each input as the board commanded it, below it the law in float on this machine, and how far apart they are.
+
+    A column for each unit; at the bottom, what float costs: the difference from the law in double.
+    """
+    units = list(dict.fromkeys(q.unit for q in outcome.board.manifest.inputs))
     with style():
-        figure = new_figure(8.0, 6.0)
-        upper, middle, lower = figure.subplots(3, 1, sharex=True)
-        for k, q in enumerate(board.manifest.inputs):
-            upper.step(
-                board.t, board.u_cmd[:, k], where="post", color=COLORS[k % len(COLORS)], label=f"{q.name} [{q.unit}]"
-            )
-        upper.legend(ncols=5, loc="upper right")
-        upper.set_ylabel("input commanded")
-        apart = np.abs(board.u_cmd - single.u_cmd[: len(board.u_cmd)]).max(axis=1)
-        middle.plot(board.t, apart, color=VERMILLION)
-        middle.set_ylabel("board − host, float")
-        lower.plot(board.t[:rows], np.abs(board.u_cmd[:rows] - double.u_cmd[:rows]).max(axis=1), color=BLUE)
-        lower.set_ylabel("float − double")
-        lower.set_xlabel(label("$t$", "time", "s"))
-        for ax in (middle, lower):
-            ax.axhline(0.0, color=BLACK, lw=0.6)
+        figure = new_figure(max(8.0, 5.0 * len(units)), 7.0)
+        for unit, column in zip(units, figure.subplots(4, len(units), sharex=True, squeeze=False).T, strict=True):
+            _inputs_column(column, outcome, unit)
         return figure
+
+
+def _inputs_column(column: Sequence[Axes], outcome: BoardRun, unit: str) -> None:
+    board, single, double = outcome.board, outcome.single, outcome.double
+    inputs = {k: q.name for k, q in enumerate(board.manifest.inputs) if q.unit == unit}
+    for ax, run, title in zip(column, (board, single), ("on the board", "on this machine, in float"), strict=False):
+        for color, (k, name) in enumerate(inputs.items()):
+            ax.step(run.t, run.u_cmd[:, k], where="post", color=COLORS[color], lw=1.0, label=name)
+        time_axis(ax, label("", "input", unit), last=False)
+        ax.set_title(title)
+    column[0].legend(ncols=5, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+    places = list(inputs)
+    apart = ulps(board.u_cmd[:, places], single.u_cmd[:, places]).max(axis=1, initial=0)
+    column[2].plot(board.t[: len(apart)], apart, color=VERMILLION)
+    column[2].set_ylim(-0.5, max(1.0, float(apart.max(initial=0))))
+    time_axis(column[2], label("", "board − float", "ulp"), last=False)
+    rows = min(len(board.t), len(double.t))
+    cost = np.abs(board.u_cmd[:rows, places] - double.u_cmd[:rows, places]).max(axis=1, initial=0.0)
+    column[3].plot(board.t[:rows], cost, color=BLUE)
+    time_axis(column[3], label("", "float − double", unit))
+
+
+_FIGURES: tuple[tuple[str, str, Callable[[BoardRun], Figure]], ...] = (
+    ("loop", "The closed loop, with the law on the board", _loop_figure),
+    (
+        "inputs",
+        "What the board commanded, the same in float on this machine, and how far they are apart",
+        inputs_figure,
+    ),
+)
 
 
 def _page(results: dict[str, Any], figures: Sequence[dict[str, str]], rows: Sequence[tuple[str, str, str]]) -> str:
     return page("board.html.j2", found=results, figures=figures, rows=rows)
 
 
-def fact_rows(results: dict[str, Any], figure: Sequence[tuple[str, str, str]] = ()) -> list[tuple[str, str, str]]:
-    """Return what, how much, and how it is known; `figure` are the rows of a paper's figure."""
+def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()) -> list[tuple[str, str, str]]:
+    """Return what, how much, and how it is known; `more` are rows about the closed loop."""
     image, same = results["image"], results["equivalence"]
     rows = [
         (
@@ -127,7 +138,7 @@ def fact_rows(results: dict[str, Any], figure: Sequence[tuple[str, str, str]] = 
             ("states, board against simulation without the delay", f"{late['max_state']:.3g} at most", "measured"),
             ("the same, shifted by one sample", f"{late['max_state_shifted']:.3g} at most", "measured"),
         ]
-    rows += figure
+    rows += more
     if results["instructions_per_step"] is not None:
         least, most = results["instructions_least"], results["instructions_per_step"]
         rows += [("instructions of a step", f"{least} to {most}", "exact, counted by the emulator")]

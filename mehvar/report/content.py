@@ -20,8 +20,9 @@ from mehvar.pictures.files import encoded
 from mehvar.pictures.style import style, text_figure
 from mehvar.runtime.model.model import load
 
+from .backends import Agreement, agreement
 from .batches import Batch, run_study
-from .board import OnBoard, run_board
+from .board import Boards, run_boards
 from .charts import COLOR_NAMES, chart
 from .series import track
 
@@ -71,8 +72,9 @@ class PaperReport:
     scene: Scene
     batch: Batch | None
     bands: Picture | None
-    board: OnBoard | None
-    board_picture: Picture | None
+    boards: Boards
+    board_pictures: Sequence[Picture]
+    agreement: Agreement | None
     loops: int
     seconds: Mapping[str, float]
 
@@ -120,18 +122,20 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
     clock.note("figures")
     scene = paper.scene(runs)
     clock.note("animation")
-    batch = None
+    batch = texts = None
     if runs.model.backend == "c":
         batch = run_study(runs.model, paper.study, lambda done, what: advance(0.6 + 0.3 * done, 1.0, f"{name}: {what}"))
         clock.note("batches")
-    advance(0.9, 1.0, f"{name}: board")
-    board = run_board(runs.model, paper.board.law) if paper.board and runs.model.backend == "c" else None
+        advance(0.9, 1.0, f"{name}: CasADi's own C")
+        texts = agreement(runs)
+        clock.note("CasADi's own C")
+    advance(0.95, 1.0, f"{name}: board")
+    boards = run_boards(runs)
     clock.note("board")
     return PaperReport(
         runs.model, paper, claims, pictures, numbers, ledger, statements, covered, scene, batch,
         picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
-        board,
-        picture(f"{name}-inputs", "Inputs", "", board.figure) if board and board.figure else None,
+        boards, [_static(f"{name}-board-{law.law}", law.law, law.figure) for law in boards.laws], texts,
         len(runs), clock.seconds,
     )  # fmt: skip
 
@@ -140,6 +144,12 @@ def picture(name: str, title: str, caption: str, figure: Figure, claims: Sequenc
     """Return a figure as the page takes it."""
     with style():
         return Picture(name, title, caption, encoded(figure, ".png"), chart(figure), claims)
+
+
+def _static(name: str, title: str, figure: Figure) -> Picture:
+    """Return a figure without its chart, which would be as large as the picture again."""
+    with style():
+        return Picture(name, title, "", encoded(figure, ".png"), None)
 
 
 def scene_data(name: str, scene: Scene) -> dict[str, Any]:

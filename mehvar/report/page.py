@@ -19,6 +19,7 @@ from mehvar.papers.claims import Check, Claim, ClaimVerdict
 from mehvar.papers.deviations import Deviation
 from mehvar.pictures.style import pretty_unit
 
+from .backends import POINTS
 from .batches import SEED
 from .content import PaperReport, Picture, scene_data
 
@@ -56,6 +57,7 @@ def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
         styles=[_text(name) for name in _STYLES],
         scripts=[*map(_text, _SCRIPTS), *scenes, _text("report.js")],
         seed=SEED,
+        points=POINTS,
         licence=_text("uplot/LICENSE"),
         data=_data(reports),
     )
@@ -68,7 +70,7 @@ def _text(name: str) -> Markup:
 
 def _data(reports: Sequence[PaperReport]) -> Markup:
     """Return the numbers of charts and animations as JSON that may stand in a script element."""
-    pictures = [p for r in reports for p in (*r.pictures, r.bands, r.board_picture) if p is not None and p.chart]
+    pictures = [p for r in reports for p in (*r.pictures, r.bands) if p is not None and p.chart]
     data: dict[str, Any] = {
         "charts": {p.name: p.chart for p in pictures},
         "scenes": {r.manifest.model: scene_data(r.manifest.model, r.scene) for r in reports},

@@ -107,7 +107,7 @@ def run_batch(
     """
     loaded = model if isinstance(model, Model) else load(model, "c")
     if loaded.backend != "c":
-        raise bad_value("backend", loaded.backend, "'c': a batch needs compiled code", origin)
+        raise bad_value("backend", loaded.backend, "'c': a batch runs many in lanes of our own C", origin)
     plan = Plan(loaded, campaign, origin)
     for text in advice(loaded.functions, plan.law, plan.nominal):
         warnings.warn(text, stacklevel=2)

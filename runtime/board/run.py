@@ -335,15 +335,22 @@ def difference(values: NDArray[Any], expected: NDArray[Any]) -> Difference:
     values, expected : array, (n, ...)
         One row per sample; a missing row of `values` is a difference.
     """
-    a, b = np.asarray(values, np.float32), np.asarray(expected, np.float32)
-    rows = min(len(a), len(b))
-    apart = np.abs(_ordered(a[:rows]) - _ordered(b[:rows]))
+    a, b, apart = np.asarray(values), np.asarray(expected), ulps(values, expected)
+    rows = len(apart)
     size = np.abs(np.asarray(values[:rows], np.float64) - np.asarray(expected[:rows], np.float64))
     differing = np.flatnonzero(apart.reshape(rows, -1).any(axis=1)) if rows else np.empty(0, int)
     first = int(differing[0]) if differing.size else rows if len(a) != len(b) else None
     largest = float(np.nanmax(size, initial=0.0))
     ulp = int(apart.max(initial=0))
     return Difference(int(a[:rows].size), max(ulp, int(len(a) != len(b))), largest, first)
+
+
+def ulps(values: NDArray[Any], expected: NDArray[Any]) -> NDArray[np.int64]:
+    """Return how many floats lie between two series as floats, element by element, as far as both go."""
+    rows = min(len(values), len(expected))
+    one, other = (np.asarray(series[:rows], np.float32) for series in (values, expected))
+    apart: NDArray[np.int64] = np.abs(_ordered(one) - _ordered(other))
+    return apart
 
 
 def _ordered(values: NDArray[np.float32]) -> NDArray[np.int64]:
@@ -367,4 +374,5 @@ __all__ = [
     "ended",
     "run_on_board",
     "samples_of",
+    "ulps",
 ]

@@ -19,7 +19,7 @@ from mehvar.names import identifier
 from ..compiling.library import load_library, load_native, native_headers
 
 FloatArray = NDArray[np.float64]
-BackendName = Literal["c", "python"]
+BackendName = Literal["c", "python", "casadi"]
 Real = Literal["double", "float"]
 
 _MAX_AXES = 32

@@ -14,6 +14,7 @@ from mehvar.errors import bad_value, unknown_name
 from mehvar.manifest import Manifest
 
 from ..compiling.compiler import find_compiler, require_compiler
+from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_model
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
 from .parameters import Setting, named_values, vector
@@ -64,7 +65,7 @@ class Model:
 
     @property
     def backend(self) -> BackendName:
-        """What evaluates the functions: "c" or "python"."""
+        """What evaluates the functions: "c", "python" or "casadi"."""
         return self.evaluator.name
 
     def parameters(self, **values: float) -> FloatArray:
@@ -178,17 +179,17 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     ----------
     model : str or path
         A name such as "triangle", or a generated folder.
-    backend : {"c", "python"}, optional
-        Compiled C or the generated NumPy module. C unless given; without a compiler the NumPy module, with a
-        warning.
+    backend : {"c", "python", "casadi"}, optional
+        Compiled C, the generated NumPy module, or the C that CasADi prints of the same graphs: for single runs, in
+        double. C unless given; without a compiler the NumPy module, with a warning.
 
     Raises
     ------
     InputError
-        If the model or backend is unknown, or C is asked for without a compiler.
+        If the model or backend is unknown, C is asked for without a compiler, or CasADi's C of a folder without it.
     """
-    if backend not in (None, "c", "python"):
-        raise bad_value("backend", backend, "'c' or 'python'")
+    if backend not in (None, "c", "python", "casadi"):
+        raise bad_value("backend", backend, "'c', 'python' or 'casadi'")
     manifest = find_model(model)
     if backend == "python":
         return Model(manifest, PythonBackend(manifest))
@@ -201,4 +202,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
         )
         return Model(manifest, PythonBackend(manifest))
     require_compiler()
+    if backend == "casadi":
+        manifest = casadi_manifest(manifest)
+        return Model(manifest, CasadiBackend(manifest))
     return Model(manifest, CBackend(manifest))

@@ -221,10 +221,10 @@ class RunOptions:
     backend: BackendName | None = field(
         default=None,
         metadata=word_row(
-            "The generated C or the generated Python module",
+            "What evaluates the functions: the generated C, the generated Python module, or CasADi's own C",
             get_args(BackendName),
             otherwise="c where there is a compiler",
-            refused={"batch": "left out: a batch runs compiled code", **_BY_BOARD},
+            refused={"batch": "left out: a batch runs our own C in lanes", **_BY_BOARD},
         ),
     )
     profile: Profile = field(
@@ -290,7 +290,9 @@ def split_settings(
     """
     options, others = read_options(settings, place, origin)
     selection = {name: others.pop(name) for name in choices if name in others}
-    return {name: _number_of(value) for name, value in others.items()}, {**options.changes(), **selection}
+    given = {name: getattr(options, name) for name in settings if name in OPTIONS}
+    kept = given if place == "board" else options.changes()  # a board's delay is 1 unless given, so that 0 is a change
+    return {name: _number_of(value) for name, value in others.items()}, {**kept, **selection}
 
 
 def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str) -> dict[str, Any]:

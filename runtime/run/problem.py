@@ -211,4 +211,4 @@ def _noise(model: Model, ticks: int, hold_every: int | None, options: RunOptions
     """Return standard normal numbers for each evaluation of a sampled law."""
     evaluations = 0 if hold_every is None else (ticks - 1) // hold_every + 1
     size = len(model.manifest.noise)
-    return normals(options.seed, options.run, evaluations, size, native=model.backend == "c")
+    return normals(options.seed, options.run, evaluations, size, native=model.backend != "python")

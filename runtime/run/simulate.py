@@ -31,7 +31,7 @@ class Run:
     Attributes
     ----------
     manifest, controller, scenario, backend
-        What was run: the model, its law and scenario, and "c" or "python".
+        What was run: the model, its law and scenario, and "c", "python" or "casadi".
     t : array, (n,)
         Sample instants in seconds.
     x, y : array, (n, nx) and (n, ny)

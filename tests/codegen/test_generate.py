@@ -50,12 +50,12 @@ def python(code: str, folder: Path, **environment: str) -> str:
     return done.stdout
 
 
-def generate_in(tree: Tree) -> None:
+def generate_in(tree: Tree, casadi: bool = False) -> None:
     """Generate in a process of its own: this one has imported the models of another tree."""
     code = (
         "from pathlib import Path\n"
         "from mehvar.codegen.generate import find_tree, generate\n"
-        "generate(find_tree(Path.cwd()), 'triangle')"
+        f"generate(find_tree(Path.cwd()), 'triangle', casadi={casadi})"
     )
     python(code, tree.root, PYTHONPATH=f"{tree.root}:{ROOT}")
 
@@ -66,7 +66,7 @@ def test_regenerating_gives_the_committed_bytes(model, seed, tmp_path):
     """Two hash seeds, each in a working folder of its own."""
     code = (
         "import json; from mehvar.codegen.generate import derive, installed_tree\n"
-        f"print(json.dumps(derive(installed_tree(), {model!r})))"
+        f"print(json.dumps(derive(installed_tree(), {model!r}, casadi=True)))"
     )
     texts = json.loads(python(code, tmp_path, PYTHONHASHSEED=seed))
     folder = ROOT / "generated" / model
@@ -211,10 +211,21 @@ def test_a_variant_goes_where_it_is_told(tmp_path):
     assert not generate(installed_tree(), "triangle", out=tmp_path / "mine", structure={"masses": "general"}).stale
 
 
-def test_casadis_own_c_is_written_on_request(tmp_path):
-    texts = derive(installed_tree(), "triangle", casadi=True)
-    assert "int triangle_rhs(const casadi_real** arg" in texts["triangle_casadi.c"]
-    assert "triangle_jac_x" in texts["triangle_casadi.h"]
+def test_casadis_own_c_is_written_on_request_and_kept_from_then_on(tree):
+    folder, (code, header) = tree.root / "generated" / "triangle", ("triangle_casadi.c", "triangle_casadi.h")
+    for name in (code, header, "manifest.json"):
+        (folder / name).unlink()
+    generate_in(tree)
+    assert not (folder / code).exists()
+    generate_in(tree, casadi=True)
+    assert "int triangle_rhs(const casadi_real** arg" in (folder / code).read_text()
+    assert "triangle_jac_x" in (folder / header).read_text()
+    for name in (code, "manifest.json"):
+        (folder / name).unlink()
+        assert check(tree, "triangle").stale
+        generate_in(tree)
+        assert (folder / code).is_file()
+        assert not check(tree, "triangle").stale
 
 
 @pytest.mark.parametrize(

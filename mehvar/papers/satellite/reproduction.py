@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..reproduction import read_reproduction
-from .board import BOARD
 from .claims import CHECKS
 from .design import independence_figure, locus_figure
 from .figures import (
@@ -76,5 +75,4 @@ REPRODUCTION = read_reproduction(
     more_claims=row_claims,
     scene=scene,
     picture=picture,
-    board=BOARD,
 )

@@ -42,6 +42,20 @@ def test_an_emulated_board_is_built_counted_and_reported(tmp_path):
     page = (tmp_path / "r" / "index.html").read_text()
     assert "bit for bit" in page
     assert "the closed loop, with the law on the board" in page.lower()
+    assert "largest torque about x" in page
+    assert set(found["metrics"]["max_torque_x"]) == {"board", "host_double", "host_without_delay"}
+
+
+@pytest.mark.parametrize("delay", [0, 1])
+def test_the_delay_that_is_given_is_the_one_of_the_run(delay):
+    done = run(
+        "board", "run", "satellite", "--controller", "pd", "--target", "sil", "--samples", "20",
+        "--set", f"delay={delay}", "--format", "json",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["delay"] == delay
+    assert (found["board_against_simulation_without_delay"] is None) == (delay == 0)
 
 
 def test_what_build_exports_can_be_built(tmp_path):

@@ -21,6 +21,7 @@ from mehvar.papers.statements import PrintedCounts, Statements
 from mehvar.pictures.files import encoded
 from mehvar.pictures.style import style
 from mehvar.report import content
+from mehvar.report.board import Boards
 from mehvar.report.page import typeset
 from mehvar.runtime.model.model import load
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show
@@ -62,13 +63,14 @@ def read(out):
 
 
 def small(monkeypatch):
-    """Make the batches small: everything else is as the command does it."""
+    """Make batches and runs on the board small: everything else is as the command does it."""
 
     def reduced(name):
         paper = load_reproduction(name)
         return replace(paper, study=replace(paper.study, runs=64))
 
     monkeypatch.setattr(content, "load_reproduction", reduced)
+    monkeypatch.setattr("mehvar.papers.runs._MOST_SAMPLES", 120)
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +118,7 @@ def test_figures_on_the_page_are_the_files_beside_it(report):
 def test_every_series_over_time_and_every_animation_is_in_the_data(report):
     data = json.loads(re.search(r'id="data">(.*?)</script>', report.html, re.S)[1])
     assert set(data["scenes"]) == set(paper_models())
-    for name in ("slosh-figure-7", "satellite-figure-4", "triangle-figure-9", "slosh-bands", "satellite-inputs"):
+    for name in ("slosh-figure-7", "satellite-figure-4", "triangle-figure-9", "slosh-bands"):
         assert data["charts"][name]["panels"]
     for scene in data["scenes"].values():
         columns = [set(run["columns"]) for run in scene["runs"].values()]
@@ -127,7 +129,11 @@ def test_every_series_over_time_and_every_animation_is_in_the_data(report):
 def test_batch_board_versions_and_times_are_said(report):
     text = report.page.text
     assert text.count("95 % interval") == len(paper_models())
-    assert "Every input, memory number and state has the bits" in text
+    laws = [law for model in paper_models() for law in load(model).manifest.controllers]
+    assert len(laws) == 7
+    assert text.count("0 ulp, bit for bit") == len(laws)
+    assert text.count("Our text against CasADi's own C") == len(paper_models())
+    assert "jac_x" in text
     for part in ("numpy", "casadi", "made", "closed loops beside the batches", "MIT License"):
         assert part in text
 
@@ -187,10 +193,11 @@ def _only_claims(monkeypatch, claims):
         statements=nothing,
         more_claims=claims,
         scene=lambda runs: scene,
-        board=None,
     )
     monkeypatch.setattr(content, "load_reproduction", lambda name: paper)
-    monkeypatch.setattr(content, "run_study", lambda *given: None)
+    for name in ("run_study", "agreement"):
+        monkeypatch.setattr(content, name, lambda *given: None)
+    monkeypatch.setattr(content, "run_boards", lambda runs: Boards())
 
 
 def test_a_claim_that_does_not_hold_is_shown_and_returned(tmp_path, monkeypatch):

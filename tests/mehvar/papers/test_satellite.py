@@ -336,15 +336,3 @@ def test_any_run_can_be_drawn(runs, tmp_path, law, scenario, settings, told):
     assert units == ({"N m]"} if told else {"mN m]"})
     save(figure, tmp_path / "run.png")
     assert (tmp_path / "run.png").stat().st_size > 10_000
-
-
-def test_the_board_has_the_numbers_of_figure_10_and_none_before_they_begin(runs):
-    board = load_reproduction("satellite").board
-    run = runs("mrac", "paper", delay=1)
-    numbers = board.numbers("mrac", {"board": run}, 0.5)
-    assert numbers["number"] == board.figures["mrac"] == 10
-    assert numbers["rms_error_degrees"] == {"board": list(table.measure(run).rms)}
-    (row,) = board.rows(numbers)
-    assert row[0] == "RMS error of roll, pitch, yaw from 200 s on, board"
-    assert board.numbers("mrac", {"board": runs("mrac", "paper", t_end=200.5)}, 0.5) is None
-    assert len(board.draw(run).axes) == PANELS[14]

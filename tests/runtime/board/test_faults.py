@@ -11,11 +11,11 @@ import pytest
 
 from mehvar.errors import InputError
 from mehvar.runtime.board.image.build import build, program
-from mehvar.runtime.board.image.toolchains import board, toolchain
+from mehvar.runtime.board.image.toolchains import board, host_toolchain, toolchain
 from mehvar.runtime.board.line.frames import Decoder, Frame, encode
 from mehvar.runtime.board.line.link import Flags, Link, LinkError, RestartError
 from mehvar.runtime.board.session import BoardLaw, Journal
-from mehvar.runtime.board.targets import MachinePort
+from mehvar.runtime.board.targets import MachinePort, ProcessPort
 from tests.runtime.board.conftest import Bench, Noisy, load
 
 RATE = 0.004
@@ -407,3 +407,24 @@ def test_frames_without_end_are_bounded(bench):
     bench.port.write(b"\0\x20abc\0" + struct.pack("<I", 0))
     bench.port.read(0)
     assert link.stats()["cobs_errors"] == 1
+
+
+def test_a_zero_at_any_place_of_an_answer_arrives():
+    """A block of 254 bytes stands for no zero, so the one zero moves past the end of the first block."""
+    image = build(program(load("satellite"), "mrac"), None, host_toolchain())
+    port = ProcessPort(image.path)
+    try:
+        link = Link(port, image.program.layout, tries=1)
+        link.connect()
+        size = 4 * len(image.program.layout.memory)
+        assert size > 256
+        for place in range(size):
+            content = bytearray(b"\x3f" * size)
+            content[place] = 0
+            memory = np.frombuffer(bytes(content), "<f4")
+            link.set("z", memory)
+            kept = link.get("z")
+            assert kept is not None
+            assert kept.tobytes() == memory.tobytes(), place
+    finally:
+        port.close()

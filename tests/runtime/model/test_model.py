@@ -182,7 +182,7 @@ def test_models_are_found_by_folder_only_if_they_are_one(folder: Path, tmp_path:
         find_model(tmp_path)
     with pytest.raises(InputError, match="unknown model"):
         find_model("no-such-model")
-    with pytest.raises(InputError, match="backend = 'fortran': must be 'c' or 'python'"):
+    with pytest.raises(InputError, match="backend = 'fortran': must be 'c', 'python' or 'casadi'"):
         runtime.load(folder, backend="fortran")  # type: ignore[arg-type]
 
 

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Our own text of the functions against CasADi's: every function at random points, and whole runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mehvar.names import identifier
+from mehvar.runtime.model.model import load
+from mehvar.runtime.run.metrics import metrics
+from mehvar.runtime.run.simulate import simulate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from mehvar.manifest import Array, Function
+    from mehvar.papers.runs import Runs
+    from mehvar.runtime.model.model import Model
+    from mehvar.runtime.run.simulate import Run
+
+    FloatArray = NDArray[np.float64]
+
+POINTS = 500
+"""Of each function: a second of work for all of them; what differs in the printing differs at every one."""
+_SPREAD = 0.1
+"""Of a point around one of a run, relative to the value and to the largest of its series. Much more leaves the sets in
+which the functions are defined; much less leaves out what the run does not reach."""
+TOLERANCE = 1e-13
+"""Of a function, relative to its largest result at a point: 450 roundings, where the largest difference seen is of 100.
+The oracle of the tests has the same."""
+
+
+@dataclass(frozen=True)
+class FunctionAgreement:
+    """A function on both backends: at how many points, and the largest difference relative to its largest result."""
+
+    name: str
+    points: int
+    difference: float
+
+    @property
+    def same(self) -> bool:
+        """Whether both are the same to rounding."""
+        return self.points > 0 and self.difference <= TOLERANCE
+
+
+@dataclass(frozen=True)
+class RunAgreement:
+    """A run on both backends: how each ended, and the largest difference of a state and of a metric.
+
+    Relative to the larger of 1 and the largest state, and of 1 and the metric, in their units.
+    """
+
+    law: str
+    ends: tuple[str, str]
+    state: float
+    metric: float
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """What both texts of a model make of its functions and of its laws' runs."""
+
+    functions: Sequence[FunctionAgreement]
+    runs: Sequence[RunAgreement]
+
+    @property
+    def same(self) -> bool:
+        """Whether every function is the same to rounding."""
+        return all(function.same for function in self.functions)
+
+    @property
+    def largest(self) -> float:
+        """The largest difference of all functions."""
+        return max(function.difference for function in self.functions)
+
+
+def agreement(runs: Runs) -> Agreement:
+    """Compare every function that CasADi prints, and each law's run of the first scenario."""
+    ours, theirs = runs.model, load(runs.model.manifest.folder, "casadi")
+    loops = {law: runs(law, ours.manifest.scenario(None).name) for law in ours.manifest.controllers}
+    functions = [compare(ours, theirs, name, _loop_of(name, loops)) for name in theirs.functions]
+    return Agreement(functions, [_compare_runs(theirs, run) for run in loops.values()])
+
+
+def compare(ours: Model, theirs: Model, name: str, run: Run) -> FunctionAgreement:
+    """Compare a function at random points around those of a run; where ours is not finite nothing is compared."""
+    function = ours.manifest.functions[name]
+    values = points(function, run)
+    one, other = (_flat(model.functions[name](*values)) for model in (ours, theirs))
+    finite = np.isfinite(one).all(axis=1)
+    apart = np.abs(one - other)[finite].max(axis=1, initial=0.0)
+    scale = np.abs(one)[finite].max(axis=1, initial=0.0)
+    relative = np.divide(apart, scale, out=np.where(apart > 0, np.inf, 0.0), where=scale > 0)
+    return FunctionAgreement(name, int(finite.sum()), float(relative.max(initial=0.0)))
+
+
+def points(function: Function, run: Run) -> list[FloatArray]:
+    """Draw arguments of a function: what the run has of them, spread at random."""
+    rng = np.random.default_rng(sum(map(ord, function.name)))
+    rows = rng.integers(len(run.t), size=POINTS)
+    known = _series(run)
+    return [_drawn(argument, known, rows, rng) for argument in function.arguments]
+
+
+def _series(run: Run) -> Mapping[str, FloatArray]:
+    """Return what a run knows of arguments by their names, a row for each sample."""
+    constant = {name: np.tile(getattr(run.parameters, name), (len(run.t), 1)) for name in "pcs"}
+    rows = {"x": run.x, "q": run.x, "u": run.u, "v": run.u, "u_cmd": run.u_cmd, "z": run.z}
+    return constant | rows | {"t": run.t} | run.variables()
+
+
+def _drawn(
+    argument: Array, known: Mapping[str, FloatArray], rows: NDArray[np.int64], rng: np.random.Generator
+) -> FloatArray:
+    shape = (POINTS, *argument.shape)
+    series = known.get(argument.name)
+    if series is None:
+        return rng.standard_normal(shape)
+    largest = np.abs(series).max(axis=0, initial=0.0)
+    largest = np.where(largest > 0.0, largest, 1.0)  # what is switched off in the run is switched on
+    values: FloatArray = series[rows] * rng.normal(1.0, _SPREAD, shape) + largest * rng.normal(0.0, _SPREAD, shape)
+    return values
+
+
+def _flat(results: FloatArray | tuple[FloatArray, ...]) -> FloatArray:
+    several = results if isinstance(results, tuple) else (results,)
+    return np.concatenate([np.reshape(result, (POINTS, -1)) for result in several], axis=1)
+
+
+def _loop_of(function: str, loops: Mapping[str, Run]) -> Run:
+    """Return the run of the law that a function belongs to, of the first law where it belongs to none."""
+    own = [law for law in loops if f"{function}_".startswith(f"{identifier(law)}_")]
+    return loops[max(own, key=len, default=next(iter(loops)))]
+
+
+def _compare_runs(theirs: Model, run: Run) -> RunAgreement:
+    again = simulate(theirs, run.controller.name, run.scenario.name)
+    rows = min(len(run.t), len(again.t))
+    one, other = run.x[:rows], again.x[:rows]
+    state = np.abs(one - other).max(initial=0.0) / max(1.0, np.abs(one).max(initial=0.0))
+    values, others = metrics(run, run.manifest), metrics(again, run.manifest)
+    finite = [name for name, value in values.items() if np.isfinite(value)]
+    metric = max((abs(values[name] - others[name]) / max(1.0, abs(values[name])) for name in finite), default=0.0)
+    return RunAgreement(run.controller.name, (run.reason, again.reason), float(state), float(metric))

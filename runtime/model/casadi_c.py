@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The generated functions in CasADi's own C, behind the calling convention of ours."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterable
+from dataclasses import replace
+
+from mehvar.errors import InputError
+from mehvar.manifest import Function, Manifest
+from mehvar.names import identifier
+
+from ..compiling.library import load_library
+from .functions import BackendName, CBackend, Real
+
+
+def casadi_manifest(manifest: Manifest) -> Manifest:
+    """Return a manifest whose functions are in CasADi's file: all but those that a batch calls in two parts.
+
+    Raises
+    ------
+    InputError
+        If the folder has no such file.
+    """
+    file = f"{manifest.model}_casadi.c"
+    if not (manifest.folder / file).is_file():
+        raise InputError(
+            f"backend = 'casadi': {manifest.folder} has no {file}; "
+            f"mehvar generate {manifest.model} --emit casadi writes it"
+        )
+    whole = {name: f for name, f in manifest.functions.items() if not f.file.endswith("_prepared.c")}
+    return replace(manifest, functions={name: replace(f, file=file) for name, f in whole.items()})
+
+
+class CasadiBackend(CBackend):
+    """CasADi's C: one library for all functions, Jacobians too, in double and in one lane.
+
+    Elementary functions are those of the C library; `fmin` and `fmax` drop a NaN that ours pass on.
+
+    Parameters
+    ----------
+    manifest : Manifest
+        What `casadi_manifest` returns.
+    """
+
+    name: BackendName = "casadi"
+
+    def prepare(self) -> None:
+        """Compile or load the integrators and the model."""
+        self._native_map()
+        self._library(self._manifest.functions["rhs"].file)
+
+    def address(self, name: str, real: Real = "double") -> int:
+        """Return the address of a C function on doubles, for the native loop."""
+        library = self._library(self._manifest.functions[name].file, real)
+        return ctypes.cast(getattr(library, f"direct_{identifier(name)}"), ctypes.c_void_p).value or 0
+
+    def _build(self, file: str, real: Real) -> ctypes.CDLL:
+        assert real == "double"
+        calls = _calls_text(self._manifest.model, file, self._manifest.functions.values())
+        # the Jacobians are in this file: compiling it counts for more than running it
+        return load_library(
+            identifier(file.removesuffix(".c")), {file: self._read(file), "calls.c": calls}, ["calls.c"], ["-O1"]
+        )
+
+
+def _calls_text(model: str, file: str, functions: Iterable[Function]) -> str:
+    """C text that gives each of CasADi's functions our two signatures; graphs of scalars need no work space."""
+    lines = [f'#include "{file}"', ""]
+    for function in functions:
+        name, symbol = identifier(function.name), f"{identifier(model)}_{identifier(function.name)}"
+        arguments = [f"a{k}" for k in range(len(function.arguments))]
+        results = [f"r{k}" for k in range(len(function.results))]
+        signature = [f"const double *{a}" for a in arguments] + [f"double *{r}" for r in results]
+        lines += [
+            f"void call_{name}(const double *const *a, double *const *r)",
+            f"{{ {symbol}((const double **)a, (double **)r, 0, 0, 0); }}",
+            f"void direct_{name}({', '.join(signature)})",
+            "{",
+            f"    const double *a[] = {{{', '.join(arguments)}}};",
+            f"    double *r[] = {{{', '.join(results)}}};",
+            f"    {symbol}(a, r, 0, 0, 0);",
+            "}",
+        ]
+    return "\n".join(lines) + "\n"
