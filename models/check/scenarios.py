@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether parameters are used, and scenarios and metrics speak of what there is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ..derivation import free_symbols
+from ..quantities import Group, ModelError, Parameter
+from ..system import System
+from ..tables import check_names, check_values, suggestion
+from .formulas import formulas
+from .vectors import Vector
+
+
+def check_scenarios(system: System, vectors: Iterable[Vector]) -> None:
+    """Refuse parameters that nothing uses, and names and values in scenarios that are not allowed."""
+    _check_kinds(system)
+    _check_parameters_used(system, list(vectors))
+    _check_scenarios(system)
+    _check_metrics(system)
+
+
+def _check_kinds(system: System) -> None:
+    groups = [system.parameters, system.scenario_parameters, *(law.parameters for law in system.controllers)]
+    for quantity in (q for group in groups for q in group):
+        if not isinstance(quantity, Parameter):
+            raise ModelError(
+                f"{system.origin}: {quantity.name!r} is a {type(quantity).__name__}: parameters must be of the class "
+                "Parameter, which has a default and bounds"
+            )
+
+
+def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
+    for group in (system.parameters, system.scenario_parameters):
+        used = {s.name for s in free_symbols((e for v in vectors for e in v.entries), system.definitions)}
+        used |= {law.period for law in system.controllers}
+        _refuse_unused(group, used, f"group {group.name!r} of {system.name}")
+    for law in system.controllers:
+        own = [e for v in vectors if law.parameters in v.receives for e in v.entries]
+        used = {s.name for s in free_symbols([*own, *formulas(law.parameters).values()], system.definitions)}
+        _refuse_unused(law.parameters, used | {law.delay}, f"law {law.name!r}")
+
+
+def _refuse_unused(group: Group, used: set[str], where: str) -> None:
+    for quantity in group:
+        if quantity.name not in used:
+            raise ModelError(
+                f"parameter {quantity.name!r} ({where}) is used by no right-hand side, output, law or scenario; "
+                f"remove it or use it{suggestion(quantity.name, used)}"
+            )
+
+
+def _check_scenarios(system: System) -> None:
+    laws = {c.name: _by_name(c.parameters) for c in system.controllers}
+    shared = _by_name(system.parameters) | _by_name(system.scenario_parameters)
+    metrics = {m.name for m in system.metrics}
+    for scenario in system.scenarios:
+        where = f"scenario {scenario.name!r} of {system.name}"
+        check_values(scenario.values, shared, where)
+        for table in (scenario.controllers, scenario.expect):
+            check_names(table, laws, f"{where}: controller")
+        for law, values in scenario.controllers.items():
+            check_values(values, laws[law], f"{where}, law {law!r}")
+        for expected in scenario.expect.values():
+            check_names(expected, metrics, f"{where}: metric")
+
+
+def _check_metrics(system: System) -> None:
+    variables = {q.name for q in (*system.states, *system.outputs)} | {f"u_{q.name}" for q in system.inputs}
+    memories = [
+        {q.name for q in (*law.memory, *(output.quantity for output in law.outputs))} for law in system.controllers
+    ]
+    variables |= set.intersection(*memories) if memories else set()
+    for metric in system.metrics:
+        check_names(
+            (part.strip() for of in metric.of for part in of.split(" - ")),
+            variables,
+            f"metric {metric.name!r} of {system.name}: variable",
+        )
+
+
+def _by_name(group: Group) -> dict[str, Parameter]:
+    return {q.name: q for q in group if isinstance(q, Parameter)}
