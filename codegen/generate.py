@@ -11,6 +11,7 @@ import hashlib
 import os
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from mehvar.errors import InputError
 from mehvar.manifest import FILE, Manifest, manifest_text, read_manifest
+from mehvar.names import identifier
 
 from .workspace import GenerateError, Tree, find_tree, installed_tree, load_model, prefer_vocabulary, sha256
 
@@ -154,7 +156,9 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     verify(system)
     graphs = generate_functions(system)
     functions = printed(graphs)
-    files = texts(system, functions)
+    manifest = manifest_of(system, functions, sources)
+    _check_constants(manifest, [f.name for f in functions])
+    files = texts(manifest, functions)
     files["equations.json"] = equations_json(system)
     files["equations.md"] = equations_markdown(system)
     if casadi:
@@ -162,13 +166,26 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
 
         files |= casadi_c(system.name, graphs)
     hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in files.items()}
-    manifest = manifest_of(system, functions, sources, hashes)
+    manifest = replace(manifest, files_sha256=dict(sorted(hashes.items())))
     tables = tree.root / "models" / model
     table_shapes = shapes(tables)
     if len(table_shapes) == len(TABLES) and renumber(manifest, tables) == manifest:
         manifest = replace(manifest, shapes_sha256=table_shapes)
     files[FILE] = manifest_text(manifest)
     return files
+
+
+def _check_constants(manifest: Manifest, functions: Iterable[str]) -> None:
+    """Refuse names that would be one in C: of two functions, or of two constants of the header."""
+    from mehvar.constants import constants
+
+    names = [*map(identifier, functions), *(name for name, _ in constants(manifest))]
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise GenerateError(
+            f"{manifest.model}: {twice[0]!r} would stand for two things in the generated C: "
+            "rename a law, a function or an element of a vector"
+        )
 
 
 def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:

@@ -18,12 +18,16 @@ from mehvar import errors
 from mehvar.errors import MehvarError
 
 _TOOL = Path(__file__).parent
-_SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("manifest", "names", "schema"))
+_SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))
 """What generated text depends on beside `codegen` and `models`: names in code, and the form of a manifest."""
 _COMPARING = re.compile(
     r"codegen/(diff|equal|ledger)/|codegen/equations/(document|mathml)\.py|models/(.*/)?(paper[./]|notation\.py)"
 )
 """Modules that compare equations and write no generated text."""
+
+
+_ROOMS = frozenset(("check",))
+"""Folders of the vocabulary that are no models."""
 
 
 class GenerateError(MehvarError, ValueError):
@@ -50,7 +54,8 @@ class Tree:
     @property
     def models(self) -> tuple[str, ...]:
         """Names of the models in this tree."""
-        return tuple(sorted(path.parent.name for path in (self.root / "models").glob("*/__init__.py")))
+        names = {path.parent.name for path in (self.root / "models").glob("*/__init__.py")}
+        return tuple(sorted(names - _ROOMS if self.has_vocabulary else names))
 
     def sources(self, model: str, papers: bool = False) -> dict[str, str]:
         """Return the SHA-256 of each file that the model's generated text depends on.
@@ -65,7 +70,8 @@ class Tree:
         vocabulary = (self.root if self.has_vocabulary else _TOOL.parent) / "models"
         own = (p for p in (self.root / "models" / model).rglob("*") if p.suffix in (".py", ".toml"))
         tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2"))
-        names = {p: "models/" + p.name for p in vocabulary.glob("*.py")}
+        ours = (*vocabulary.glob("*.py"), *vocabulary.glob("check/*.py"))
+        names = {p: "models/" + p.relative_to(vocabulary).as_posix() for p in ours}
         names |= {p: p.relative_to(self.root).as_posix() for p in own}
         names |= {p: "codegen/" + p.relative_to(_TOOL).as_posix() for p in tool}
         names |= {p: "mehvar/" + p.name for p in _SHARED}

@@ -17,48 +17,11 @@ from ..system import System
 from .vectors import known, own
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
-_OF_C = frozenset(
-    [
-        "auto",
-        "break",
-        "case",
-        "char",
-        "const",
-        "continue",
-        "default",
-        "do",
-        "double",
-        "else",
-        "enum",
-        "extern",
-        "float",
-        "for",
-        "goto",
-        "if",
-        "inline",
-        "int",
-        "long",
-        "register",
-        "restrict",
-        "return",
-        "short",
-        "signed",
-        "sizeof",
-        "static",
-        "struct",
-        "switch",
-        "typedef",
-        "union",
-        "unsigned",
-        "void",
-        "volatile",
-        "while",
-        "linux",
-        "unix",
-        "real",
-        "np",
-    ]
-)
+_OF_C = frozenset("""
+    auto break case char const continue default do double else enum extern float for goto if inline int long register
+    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
+    linux unix real np
+""".split())  # fmt: skip  # noqa: SIM905
 """Words of C and of its compilers, and what generated functions compute with: no argument can be called so."""
 _LOCAL = re.compile(r"[cmsv]\d+")
 """How generated functions call their own variables."""

@@ -75,7 +75,8 @@ def spinner() -> System:
         name="spinner", title="a spinner", source="test", structure={}, states=x, inputs=u, references=r,
         outputs=Group("y", (quantity("angle"),)), parameters=p, scenario_parameters=s,
         rhs=(-x.s * x.w, x.c * x.w, u.torque - p.drag * x.w), output=(sp.atan2(x.s, x.c),), steps=(),
-        limits=(Condition(sp.Rational(1, 2) - p.Ts * x.w, "too fast: half a radian in {Ts} s"),), initial=(sp.Integer(1), sp.Integer(0), s.w_0),
+        limits=(Condition(sp.Rational(1, 2) - p.Ts * x.w, "too fast: half a radian in {Ts} s"),),
+        initial=(sp.Integer(1), sp.Integer(0), s.w_0),
         reference=(s.w_goal * sp.Symbol("t", real=True) / 10,), constraints=(), functions=(),
         controllers=(law, smooth), scenarios=(Scenario("plain", "plain", 5.0, 0.1, {}, {}, {}),), metrics=(),
         actuator=Actuator(Group("u_cmd", (quantity("asked", "1/s^2"),)), (limited,)),
@@ -90,9 +91,10 @@ def folder(tmp_path_factory) -> Path:
     system, path = spinner(), tmp_path_factory.mktemp("spinner")
     check(system)
     functions = printed(generate_functions(system))
-    for name, text in texts(system, functions).items():
+    manifest = manifest_of(system, functions, {})
+    for name, text in texts(manifest, functions).items():
         (path / name).write_text(text)
-    (path / "manifest.json").write_text(manifest_text(manifest_of(system, functions, {}, {})))
+    (path / "manifest.json").write_text(manifest_text(manifest))
     return path
 
 

@@ -233,8 +233,8 @@ def test_manifest_that_is_not_an_object(tmp_path: Path) -> None:
 def test_missing_generated_file(edited: Edit, file: str, backend: str) -> None:
     copy = edited(FILE, "pendulum", "pendulum")
     (copy / file).unlink()
-    model = runtime.load(copy, backend=backend)  # type: ignore[arg-type]
     with pytest.raises(InputError, match=re.escape(file)):
+        model = runtime.load(copy, backend=backend)  # type: ignore[arg-type]
         model.rhs([0.0, 0.0], [0.0], model.parameters())
 
 
