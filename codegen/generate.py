@@ -21,7 +21,7 @@ from mehvar.errors import InputError
 from mehvar.manifest import FILE, Manifest, manifest_text, read_manifest
 from mehvar.names import identifier
 
-from .workspace import GenerateError, Tree, find_tree, installed_tree, load_model, prefer_vocabulary, sha256
+from .workspace import GenerateError, Tree, find_tree, installed_tree, load_model, own_text, prefer_vocabulary, sha256
 
 if TYPE_CHECKING:
     from mehvar.models.system import System
@@ -199,6 +199,10 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
         If the model's text is wrong.
     """
     package = load_model(tree, model)
+    folder = tree.root / "models" / model
+    for name in ("STRUCTURE", "system"):
+        if not hasattr(package, name):
+            raise GenerateError(f"{folder / '__init__.py'} lacks {name}")
     choices: Mapping[str, tuple[str, ...]] = package.STRUCTURE
     for name, value in structure.items():
         if name not in choices:
@@ -208,9 +212,11 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     from mehvar.models.check import check as check_system
     from mehvar.models.check import no_branching
 
-    with no_branching():
+    with own_text(folder), no_branching():
         system: System = package.system(**structure)
     check_system(system)
+    if system.name != model:
+        raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
     return system
 
 

@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import importlib
 import importlib.util
 import re
 import sys
+import traceback
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
@@ -80,10 +83,14 @@ class Tree:
 
 
 def find_tree(start: Path) -> Tree | None:
-    """Return the nearest folder at or above `start` that has generated/, and system.py in models/ or in a model."""
+    """Return the nearest folder at or above `start` that has generated/, and a model in models/.
+
+    A model has system.py or, where that is missing or misspelt, at least its parameters.
+    """
     for folder in (start, *start.parents):
         models = folder / "models"
-        if (folder / "generated").is_dir() and ((models / "system.py").is_file() or any(models.glob("*/system.py"))):
+        marks = (models.glob(pattern) for pattern in ("system.py", "*/system.py", "*/parameters.toml"))
+        if (folder / "generated").is_dir() and any(any(mark) for mark in marks):
             return Tree(folder)
     return None
 
@@ -103,15 +110,62 @@ def load_model(tree: Tree, model: str) -> ModuleType:
     """
     if model not in tree.models:
         raise GenerateError(f"model {model!r} is not known in {tree.root / 'models'}; known: {', '.join(tree.models)}")
+    folder = tree.root / "models" / model
     if not tree.has_vocabulary:
-        return _load_by_path(tree.root / "models" / model)
+        with own_text(folder):
+            return _load_by_path(folder)
     prefer_vocabulary(tree)
-    package = importlib.import_module(f"mehvar.models.{model}")
+    with own_text(folder):
+        package = importlib.import_module(f"mehvar.models.{model}")
     if not Path(package.__file__ or "").is_relative_to(tree.root):
         raise GenerateError(
             f"models is already imported from {Path(package.__file__ or '').parents[2]}; use a new process"
         )
     return package
+
+
+@contextlib.contextmanager
+def own_text(folder: Path) -> Iterator[None]:
+    """Turn an exception in a model's own text into one line: the last place in its folder, and what went wrong.
+
+    Raises
+    ------
+    ModelError
+        With the exception as its cause.
+    """
+    try:
+        yield
+    except MehvarError:
+        raise
+    except (Exception, SystemExit) as error:
+        from mehvar.models.quantities import ModelError, place
+
+        file, line = _last_place(error, folder)
+        raise ModelError(f"{place(file, line)}: {_one_line(error, folder)}") from error
+
+
+def _last_place(error: BaseException, folder: Path) -> tuple[str, int]:
+    if isinstance(error, SyntaxError) and error.filename:
+        return error.filename, error.lineno or 1
+    frames = traceback.extract_tb(error.__traceback__)
+    inside = [frame for frame in frames if Path(frame.filename).is_relative_to(folder)]
+    return (inside[-1].filename, inside[-1].lineno or 1) if inside else (str(folder / "__init__.py"), 1)
+
+
+def _one_line(error: BaseException, folder: Path) -> str:
+    """Say what went wrong; a module of the model itself is the file that it would be in."""
+    package = _name_of(folder)
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        for own in (f"{package}.", f"mehvar.models.{folder.name}."):
+            if error.name.startswith(own):
+                file = folder.joinpath(*error.name.removeprefix(own).split(".")).with_suffix(".py")
+                return f"imports {file}, which does not exist"
+    text = " ".join(str(error).split()).replace(package, folder.name)
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def _name_of(folder: Path) -> str:
+    return f"mehvar_own_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}_{folder.name}"
 
 
 def prefer_vocabulary(tree: Tree) -> None:
@@ -147,7 +201,7 @@ class _Vocabulary(MetaPathFinder, Loader):
 
 def _load_by_path(folder: Path) -> ModuleType:
     """Import a user's model under a name that cannot clash with a package of theirs or ours."""
-    name = f"mehvar_own_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}_{folder.name}"
+    name = _name_of(folder)
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(

@@ -73,8 +73,6 @@ def graph(root: sp.Basic) -> Iterator[sp.Basic]:
 
 
 def _check_length(vector: Vector) -> None:
-    if not isinstance(vector.entries, tuple):
-        raise ModelError(f"{vector.origin}: {vector.what} = {vector.entries!r}: must be a tuple of expressions")
     if vector.group and len(vector.entries) != len(vector.rows):
         names = ", ".join(q.name for q in vector.rows) or "none"
         raise ModelError(

@@ -7,6 +7,7 @@ from ..system import System
 from .dimensions import check_dimensions
 from .entries import check_entries
 from .features import check_features
+from .kinds import check_kinds
 from .names import check_names
 from .scenarios import check_scenarios
 from .vectors import vectors
@@ -23,6 +24,7 @@ def check(system: System) -> None:
     ModelError
         Naming file and line, vector, row and symbol, and what would be right.
     """
+    check_kinds(system)
     check_features(system)
     listing = vectors(system)
     check_names(system)
