@@ -217,7 +217,9 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     check_system(system)
     if system.name != model:
         raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
-    return system
+    from mehvar.models.clock import with_clock
+
+    return with_clock(system)
 
 
 def _reasons(

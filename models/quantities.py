@@ -174,6 +174,7 @@ class Group:
 
 
 TIME = Quantity("t", "s", "time")
+"""Time: `TIME.symbol` stands in references and in laws."""
 
 
 def scalar(quantity: Quantity) -> Group:

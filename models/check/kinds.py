@@ -10,7 +10,8 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import sympy as sp
 
-from ..quantities import ModelError
+from ..derivation import Definition, Equation
+from ..quantities import Located, ModelError
 from ..system import System
 
 
@@ -22,11 +23,14 @@ def check_kinds(system: object) -> None:
 
 
 def _check_record(record: Any, where: str, origin: str) -> None:
-    origin = getattr(record, "origin", origin)
+    origin = record.origin if isinstance(record, Located) else origin
     hints = get_type_hints(type(record))
     for field in fields(record):
         place = f"{where}.{field.name}" if where else field.name
-        _check(getattr(record, field.name), hints[field.name], place, origin)
+        value, hint = getattr(record, field.name), hints[field.name]
+        if isinstance(record, Definition | Equation) and hint is not str and not isinstance(value, hint):
+            raise _wrong(value, "SymPy expression", place, origin)
+        _check(value, hint, place, origin)
 
 
 def _check(value: Any, hint: Any, where: str, origin: str) -> None:

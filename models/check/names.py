@@ -23,6 +23,9 @@ _OF_C = frozenset("""
     linux unix real np
 """.split())  # fmt: skip  # noqa: SIM905
 """Words of C and of its compilers, and what generated functions compute with: no argument can be called so."""
+_CALLABLE = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*", re.ASCII)
+_TAKEN = ("jac", "hess", "null")
+"""What CasADi calls no function."""
 _LOCAL = re.compile(r"[cmsv]\d+")
 """How generated functions call their own variables."""
 
@@ -50,12 +53,9 @@ def check_names(system: System) -> None:
     _check_outputs(system, taken)
     _check_variables(system)
     _check_callables(system)
-    for kind, group in (
-        *known(system),
-        ("output", system.outputs),
-        *(pair for c in system.controllers for pair in own(c)),
-    ):
+    for kind, group in _groups(system):
         _check_spelling(kind, group, system.origin)
+    _check_letters(system)
 
 
 def role(system: System, symbol: sp.Symbol) -> str:
@@ -118,9 +118,12 @@ def _check_callables(system: System) -> None:
     """Refuse laws and functions whose names code cannot have, and arguments that two things would share."""
     _distinct("laws", (identifier(law.name) for law in system.controllers), system.origin)
     _distinct("functions", (function.name for function in system.functions), system.origin)
+    for choice in system.choices:
+        for word in (choice.name, *choice.values):
+            _check_word(word, f"{system.origin}: choice {choice.name!r}")
     for law in system.controllers:
-        if not _NAME.fullmatch(identifier(law.name)):
-            raise ModelError(f"{law.origin}: law {law.name!r}: {_FORM}, with '-' allowed")
+        if not _CALLABLE.fullmatch(law.name.replace("-", "_")) or law.name in _TAKEN:
+            raise ModelError(f"{law.origin}: law {law.name!r}: {_FORM}; '-' is allowed too, neither twice in a row")
     for function in system.functions:
         where = f"{function.origin}: function {function.name!r}"
         names = [group.name for group in function.arguments]
@@ -135,7 +138,13 @@ def _check_callables(system: System) -> None:
 
 
 def _check_word(name: str, where: str) -> None:
-    if not _NAME.fullmatch(name) or keyword.iskeyword(name) or name in _OF_C or _LOCAL.fullmatch(name):
+    if (
+        not _CALLABLE.fullmatch(name)
+        or name in _TAKEN
+        or keyword.iskeyword(name)
+        or name in _OF_C
+        or _LOCAL.fullmatch(name)
+    ):
         raise ModelError(f"{where}: the name {name!r}: {_FORM}, no word of C or Python, and nothing like v1")
 
 
@@ -148,6 +157,22 @@ def _distinct(what: str, names: Iterable[str], origin: str = "") -> None:
         if name in seen:
             raise ModelError(f"{origin + ': ' if origin else ''}{what}: {name!r} is there twice")
         seen.add(name)
+
+
+def _check_letters(system: System) -> None:
+    """Refuse another name of a vector than that by which runs know it."""
+    groups = [
+        ("x", system.states),
+        ("u", system.inputs),
+        ("r", system.references),
+        ("y", system.outputs),
+        ("p", system.parameters),
+        ("s", system.scenario_parameters),
+        *(("c", law.parameters) for law in system.controllers),
+    ]
+    for letter, group in groups:
+        if group.name != letter:
+            raise ModelError(f"{system.origin}: the group {group.name!r} must have the name {letter!r}")
 
 
 def _check_spelling(kind: str, group: Group, origin: str) -> None:

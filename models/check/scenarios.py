@@ -3,32 +3,41 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+
+from mehvar.manifest import METRIC_KINDS
 
 from ..derivation import free_symbols
 from ..quantities import Group, ModelError, Parameter
 from ..system import System
 from ..tables import check_names, check_values, suggestion
+from .features import check_distinct
 from .formulas import formulas
 from .vectors import Vector
 
 
 def check_scenarios(system: System, vectors: Iterable[Vector]) -> None:
     """Refuse parameters that nothing uses, and names and values in scenarios that are not allowed."""
-    _check_kinds(system)
+    _check_parameters(system)
     _check_parameters_used(system, list(vectors))
     _check_scenarios(system)
     _check_metrics(system)
 
 
-def _check_kinds(system: System) -> None:
-    groups = [system.parameters, system.scenario_parameters, *(law.parameters for law in system.controllers)]
-    for quantity in (q for group in groups for q in group):
-        if not isinstance(quantity, Parameter):
+def _check_parameters(system: System) -> None:
+    """Refuse parameters without bounds or default, and defaults that nothing would compute or allow."""
+    shared = [(q, False) for group in (system.parameters, system.scenario_parameters) for q in group]
+    for q, computed in (*shared, *((q, True) for law in system.controllers for q in law.parameters)):
+        where = f"{system.origin}: parameter {q.name!r}"
+        if not isinstance(q, Parameter):
             raise ModelError(
-                f"{system.origin}: {quantity.name!r} is a {type(quantity).__name__}: parameters must be of the class "
-                "Parameter, which has a default and bounds"
+                f"{where} is a {type(q).__name__}: must be of the class Parameter, with default and bounds"
             )
+        if isinstance(q.default, str) and not computed:
+            raise ModelError(f"{where}: default = {q.default!r} would not be computed: only laws have formulas")
+        if not isinstance(q.default, str) and not (math.isfinite(q.default) and q.default in q.bounds):
+            raise ModelError(f"{where}: default = {q.default:g} is outside its bounds {q.bounds}")
 
 
 def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
@@ -55,7 +64,11 @@ def _check_scenarios(system: System) -> None:
     laws = {c.name: _by_name(c.parameters) for c in system.controllers}
     shared = _by_name(system.parameters) | _by_name(system.scenario_parameters)
     metrics = {m.name for m in system.metrics}
+    check_distinct([scenario.name for scenario in system.scenarios], f"{system.origin}: scenario")
     for scenario in system.scenarios:
+        for what, seconds in (("duration", scenario.duration), ("step", scenario.step)):
+            if not 0 < seconds < math.inf:
+                raise ModelError(f"scenario {scenario.name!r} of {system.name}: {what} = {seconds}: must be above zero")
         where = f"scenario {scenario.name!r} of {system.name}"
         check_values(scenario.values, shared, where)
         for table in (scenario.controllers, scenario.expect):
@@ -72,7 +85,9 @@ def _check_metrics(system: System) -> None:
         {q.name for q in (*law.memory, *(output.quantity for output in law.outputs))} for law in system.controllers
     ]
     variables |= set.intersection(*memories) if memories else set()
+    check_distinct([metric.name for metric in system.metrics], f"{system.origin}: metric")
     for metric in system.metrics:
+        check_names([metric.kind], METRIC_KINDS, f"metric {metric.name!r} of {system.name}: kind")
         check_names(
             (part.strip() for of in metric.of for part in of.split(" - ")),
             variables,
