@@ -10,7 +10,7 @@ from mehvar.manifest import METRIC_KINDS
 
 from ..derivation import free_symbols
 from ..quantities import Group, ModelError, Parameter
-from ..system import System
+from ..system import Controller, Expr, System
 from ..tables import check_names, check_values, suggestion
 from .features import check_distinct
 from .formulas import formulas
@@ -44,19 +44,26 @@ def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
     for group in (system.parameters, system.scenario_parameters):
         used = {s.name for s in free_symbols((e for v in vectors for e in v.entries), system.definitions)}
         used |= {law.period for law in system.controllers}
-        _refuse_unused(group, used, f"group {group.name!r} of {system.name}")
+        _refuse_unused(group, used, f"group {group.name!r} of {system.name}", system.origin)
     for law in system.controllers:
         own = [e for v in vectors if law.parameters in v.receives for e in v.entries]
-        used = {s.name for s in free_symbols([*own, *formulas(law.parameters).values()], system.definitions)}
-        _refuse_unused(law.parameters, used | {law.delay}, f"law {law.name!r}")
+        used = {s.name for s in free_symbols([*own, *_formulas(law)], system.definitions)}
+        _refuse_unused(law.parameters, used | {law.delay}, f"law {law.name!r}", law.origin)
 
 
-def _refuse_unused(group: Group, used: set[str], where: str) -> None:
+def _formulas(law: Controller) -> list[Expr]:
+    try:
+        return list(formulas(law.parameters).values())
+    except ModelError as error:
+        raise ModelError(f"{law.origin}: law {law.name!r}: {error}") from error
+
+
+def _refuse_unused(group: Group, used: set[str], where: str, origin: str) -> None:
     for quantity in group:
         if quantity.name not in used:
             raise ModelError(
-                f"parameter {quantity.name!r} ({where}) is used by no right-hand side, output, law or scenario; "
-                f"remove it or use it{suggestion(quantity.name, used)}"
+                f"{origin}: parameter {quantity.name!r} ({where}) is used by no right-hand side, output, law or "
+                f"scenario; remove it or use it{suggestion(quantity.name, used)}"
             )
 
 
@@ -68,8 +75,10 @@ def _check_scenarios(system: System) -> None:
     for scenario in system.scenarios:
         for what, seconds in (("duration", scenario.duration), ("step", scenario.step)):
             if not 0 < seconds < math.inf:
-                raise ModelError(f"scenario {scenario.name!r} of {system.name}: {what} = {seconds}: must be above zero")
-        where = f"scenario {scenario.name!r} of {system.name}"
+                raise ModelError(
+                    f"{system.origin}: scenario {scenario.name!r} of {system.name}: {what} = {seconds}: must be above zero"
+                )
+        where = f"{system.origin}: scenario {scenario.name!r} of {system.name}"
         check_values(scenario.values, shared, where)
         for table in (scenario.controllers, scenario.expect):
             check_names(table, laws, f"{where}: controller")
@@ -87,11 +96,11 @@ def _check_metrics(system: System) -> None:
     variables |= set.intersection(*memories) if memories else set()
     check_distinct([metric.name for metric in system.metrics], f"{system.origin}: metric")
     for metric in system.metrics:
-        check_names([metric.kind], METRIC_KINDS, f"metric {metric.name!r} of {system.name}: kind")
+        check_names([metric.kind], METRIC_KINDS, f"{system.origin}: metric {metric.name!r} of {system.name}: kind")
         check_names(
             (part.strip() for of in metric.of for part in of.split(" - ")),
             variables,
-            f"metric {metric.name!r} of {system.name}: variable",
+            f"{system.origin}: metric {metric.name!r} of {system.name}: variable",
         )
 
 

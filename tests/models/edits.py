@@ -42,7 +42,7 @@ def quantity(name: str, unit: str) -> Quantity:
 
 
 def cart() -> System:
-    """A cart on a spring with a motor that saturates, a noisy sensor, a sampled law with memory and a continuous one."""
+    """A cart on a spring: a motor that saturates, a noisy sensor, a sampled law with memory and a continuous one."""
     x = Group("x", (quantity("place", "m"), quantity("speed", "m/s")))
     u, r = Group("u", (quantity("force", "N"),)), Group("r", (quantity("goal", "m"),))
     p = Group("p", tuple(parameter(*row) for row in (
@@ -64,7 +64,8 @@ def cart() -> System:
     late = Controller("late", "one sample late", c2, (c2.gain * (r.goal - x.place),), period="Ts", delay="delay")
     smooth = Controller(
         "smooth", "continuous", Group("c", (parameter("gain", "N/m"),)), (c.gain * (r.goal - x.place),),
-        constraints=(Condition(c.gain, "gain = {gain:g}"),), outputs=(Output(quantity("error", "m"), r.goal - x.place),),
+        constraints=(Condition(c.gain, "gain = {gain:g}"),),
+        outputs=(Output(quantity("error", "m"), r.goal - x.place),),
     )  # fmt: skip
     energy = p.mass * x.speed**2 / 2 + p.k * x.place**2 / 2
     return System(
@@ -126,7 +127,7 @@ def edits(base: System, generator: random.Random) -> Iterator[Edit]:
     while True:
         path, value = generator.choice(places)
         what, new = generator.choice(list(_changes(value, base, generator)))
-        yield Edit(path, what, _put(base, path, new))
+        yield Edit(path, what, put(base, path, new))
 
 
 def _places(value: Any, path: tuple[str | int, ...]) -> Iterator[tuple[tuple[str | int, ...], Any]]:
@@ -218,11 +219,11 @@ def _symbols(system: System) -> list[sp.Symbol]:
     return [*own, *system.definitions, TIME.symbol, sp.Symbol("stranger"), *(sp.Symbol(s.name) for s in own[:4])]
 
 
-def _put(value: Any, path: tuple[str | int, ...], new: Any) -> Any:
+def put(value: Any, path: tuple[str | int, ...], new: Any) -> Any:
     """Return a value with one place changed; dataclasses are made anew, as a model would make them."""
     if not path:
         return new
     head, *rest = path
     if isinstance(head, int):
-        return (*value[:head], _put(value[head], tuple(rest), new), *value[head + 1 :])
-    return dataclasses.replace(value, **{head: _put(getattr(value, head), tuple(rest), new)})
+        return (*value[:head], put(value[head], tuple(rest), new), *value[head + 1 :])
+    return dataclasses.replace(value, **{head: put(getattr(value, head), tuple(rest), new)})
