@@ -415,6 +415,9 @@ def _check_functions(manifest: Manifest) -> None:
     for name, (arguments, results) in optional.items():
         if name in manifest.functions:
             _check_sizes(manifest, name, arguments.split(), results.split(), sizes)
+    for name in ("x", "u"):
+        if f"jac_{name}" in manifest.functions:
+            _check_sizes(manifest, f"jac_{name}", ("x", "u", "p"), ("J",), sizes | {"J": sizes["x"] * sizes[name]})
 
 
 def _check_sizes(

@@ -73,12 +73,10 @@ def _check_scenarios(system: System) -> None:
     metrics = {m.name for m in system.metrics}
     check_distinct([scenario.name for scenario in system.scenarios], f"{system.origin}: scenario")
     for scenario in system.scenarios:
+        where = f"{system.origin}: scenario {scenario.name!r} of {system.name}"
         for what, seconds in (("duration", scenario.duration), ("step", scenario.step)):
             if not 0 < seconds < math.inf:
-                raise ModelError(
-                    f"{system.origin}: scenario {scenario.name!r} of {system.name}: {what} = {seconds}: must be above zero"
-                )
-        where = f"{system.origin}: scenario {scenario.name!r} of {system.name}"
+                raise ModelError(f"{where}: {what} = {seconds}: must be above zero")
         check_values(scenario.values, shared, where)
         for table in (scenario.controllers, scenario.expect):
             check_names(table, laws, f"{where}: controller")

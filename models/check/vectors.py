@@ -250,5 +250,5 @@ def _motion(system: System) -> tuple[Group, ...]:
 
 
 def _moves(system: System) -> bool:
-    expressions = [entry for entry in system.reference if isinstance(entry, Expr)]
+    expressions = [entry for entry in system.reference if isinstance(entry, sp.Expr)]
     return TIME.symbol in free_symbols(expressions, system.definitions)

@@ -208,7 +208,8 @@ REFUSED = [
     ("a stated unit", CART, ("steps", 0, "unit"), lambda v: "J",
      r"definition 'spring' at .*edits.py:\d+: .* is in kg m/s\^2, and is said to be in J"),
     ("no unit", CART, ("states", "quantities", 0, "unit"), lambda v: "furlong", r"unit 'furlong' has 'furlong', which"),
-    ("period in metres", CART, ("parameters", "quantities", 4, "unit"), lambda v: "m", r"period = 'Ts' .* must be in s"),
+    ("period in metres", CART, ("parameters", "quantities", 4, "unit"), lambda v: "m",
+     r"period = 'Ts' .* must be in s"),
     ("a stranger", CART, ("rhs", 0), lambda v: v + sp.Symbol("speeed"),
      r"rhs, row 1 of 2 \(place\): 'speeed' belongs to no group of the system \(did you mean 'speed'\?\)"),
     ("a symbol made again", CART, ("rhs", 0), lambda v: sp.Symbol("speed"), r"other assumptions: take the symbol from"),
@@ -234,7 +235,7 @@ REFUSED = [
 @pytest.mark.parametrize(
     ("system", "path", "change", "message"), [row[1:] for row in REFUSED], ids=[r[0] for r in REFUSED]
 )
-def test_an_edit_is_refused_with_file_line_and_name(_, system, path, change, message):
+def test_an_edit_is_refused_with_file_line_and_name(system, path, change, message):
     with pytest.raises(ModelError, match=message) as refusal:
         check(edited(system, path, change))
     assert re.match(r"\S+\.py:\d+: ", str(refusal.value))
