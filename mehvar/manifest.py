@@ -71,7 +71,15 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Choice:
-    """An option of a run with named values, such as a simpler plant; the first value is the default."""
+    """An option of a run with named values, such as a simpler plant.
+
+    Parameters
+    ----------
+    name, description : str
+        What it is called, and one line for people.
+    values : tuple of str
+        Two or more; the first is the default.
+    """
 
     name: str
     values: tuple[str, ...]

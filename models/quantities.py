@@ -178,7 +178,13 @@ TIME = Quantity("t", "s", "time")
 
 
 def scalar(quantity: Quantity) -> Group:
-    """Wrap one quantity as a scalar argument."""
+    """Wrap one quantity as a scalar argument.
+
+    Parameters
+    ----------
+    quantity : Quantity
+        What the argument is.
+    """
     return Group(quantity.name, (quantity,))
 
 
