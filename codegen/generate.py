@@ -11,6 +11,7 @@ import hashlib
 import os
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,8 +19,9 @@ from typing import TYPE_CHECKING
 
 from mehvar.errors import InputError
 from mehvar.manifest import FILE, Manifest, manifest_text, read_manifest
+from mehvar.names import identifier
 
-from .workspace import GenerateError, Tree, find_tree, installed_tree, load_model, prefer_vocabulary, sha256
+from .workspace import GenerateError, Tree, find_tree, installed_tree, load_model, own_text, prefer_vocabulary, sha256
 
 if TYPE_CHECKING:
     from mehvar.models.system import System
@@ -156,7 +158,9 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     verify(system)
     graphs = generate_functions(system)
     functions = printed(graphs)
-    files = texts(system, functions)
+    manifest = manifest_of(system, functions, sources)
+    _check_constants(manifest, [f.name for f in functions])
+    files = texts(manifest, functions)
     files["equations.json"] = equations_json(system)
     files["equations.md"] = equations_markdown(system)
     if casadi:
@@ -164,13 +168,26 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
 
         files |= casadi_c(system.name, graphs)
     hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in files.items()}
-    manifest = manifest_of(system, functions, sources, hashes)
+    manifest = replace(manifest, files_sha256=dict(sorted(hashes.items())))
     tables = tree.root / "models" / model
     table_shapes = shapes(tables)
     if len(table_shapes) == len(TABLES) and renumber(manifest, tables) == manifest:
         manifest = replace(manifest, shapes_sha256=table_shapes)
     files[FILE] = manifest_text(manifest)
     return files
+
+
+def _check_constants(manifest: Manifest, functions: Iterable[str]) -> None:
+    """Refuse names that would be one in C: of two functions, or of two constants of the header."""
+    from mehvar.constants import constants
+
+    names = [*map(identifier, functions), *(name for name, _ in constants(manifest))]
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise GenerateError(
+            f"{manifest.model}: {twice[0]!r} would stand for two things in the generated C: "
+            "rename a law, a function or an element of a vector"
+        )
 
 
 def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
@@ -184,6 +201,10 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
         If the model's text is wrong.
     """
     package = load_model(tree, model)
+    folder = tree.root / "models" / model
+    for name in ("STRUCTURE", "system"):
+        if not hasattr(package, name):
+            raise GenerateError(f"{folder / '__init__.py'} lacks {name}")
     choices: Mapping[str, tuple[str, ...]] = package.STRUCTURE
     for name, value in structure.items():
         if name not in choices:
@@ -193,10 +214,14 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     from mehvar.models.check import check as check_system
     from mehvar.models.check import no_branching
 
-    with no_branching():
+    with own_text(folder), no_branching():
         system: System = package.system(**structure)
     check_system(system)
-    return system
+    if system.name != model:
+        raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
+    from mehvar.models.clock import with_clock
+
+    return with_clock(system)
 
 
 def _reasons(

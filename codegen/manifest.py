@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from mehvar import manifest as numeric
 from mehvar.manifest import Manifest
@@ -14,9 +15,7 @@ from .code.files import PrintedFunction, file_of, model_hash
 from .functions.requests import reference_moves
 
 
-def manifest_of(
-    system: System, functions: Sequence[PrintedFunction], inputs: Mapping[str, str], files: Mapping[str, str]
-) -> Manifest:
+def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Mapping[str, str]) -> Manifest:
     """Return the manifest of a generated model.
 
     Parameters
@@ -25,15 +24,15 @@ def manifest_of(
         What was generated.
     functions : sequence of PrintedFunction
         Its functions.
-    inputs, files : mapping of str to str
-        SHA-256 of every source file it depends on and of every other file that was written.
+    inputs : mapping of str to str
+        SHA-256 of every source file it depends on.
     """
-    return Manifest(
+    manifest = Manifest(
         model=system.name,
         title=system.title,
         source=system.source,
         structure=dict(system.structure),
-        hash=model_hash(system, functions),
+        hash="",
         states=_quantities(system.states),
         inputs=_quantities(system.inputs),
         references=_quantities(system.references),
@@ -52,8 +51,8 @@ def manifest_of(
         functions={f.name: _function(system.name, f) for f in functions},
         versions=installed("casadi", "sympy"),
         inputs_sha256=dict(sorted(inputs.items())),
-        files_sha256=dict(sorted(files.items())),
     )
+    return replace(manifest, hash=model_hash(manifest, functions))
 
 
 def _quantities(group: Group) -> tuple[numeric.Quantity, ...]:

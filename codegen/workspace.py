@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import importlib
 import importlib.util
 import re
 import sys
+import traceback
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
@@ -18,12 +21,16 @@ from mehvar import errors
 from mehvar.errors import MehvarError
 
 _TOOL = Path(__file__).parent
-_SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("manifest", "names", "schema"))
+_SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))
 """What generated text depends on beside `codegen` and `models`: names in code, and the form of a manifest."""
 _COMPARING = re.compile(
     r"codegen/(diff|equal|ledger)/|codegen/equations/(document|mathml)\.py|models/(.*/)?(paper[./]|notation\.py)"
 )
 """Modules that compare equations and write no generated text."""
+
+
+_ROOMS = frozenset(("check",))
+"""Folders of the vocabulary that are no models."""
 
 
 class GenerateError(MehvarError, ValueError):
@@ -50,7 +57,8 @@ class Tree:
     @property
     def models(self) -> tuple[str, ...]:
         """Names of the models in this tree."""
-        return tuple(sorted(path.parent.name for path in (self.root / "models").glob("*/__init__.py")))
+        names = {path.parent.name for path in (self.root / "models").glob("*/__init__.py")}
+        return tuple(sorted(names - _ROOMS if self.has_vocabulary else names))
 
     def sources(self, model: str, papers: bool = False) -> dict[str, str]:
         """Return the SHA-256 of each file that the model's generated text depends on.
@@ -65,7 +73,8 @@ class Tree:
         vocabulary = (self.root if self.has_vocabulary else _TOOL.parent) / "models"
         own = (p for p in (self.root / "models" / model).rglob("*") if p.suffix in (".py", ".toml"))
         tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2"))
-        names = {p: "models/" + p.name for p in vocabulary.glob("*.py")}
+        ours = (*vocabulary.glob("*.py"), *vocabulary.glob("check/*.py"))
+        names = {p: "models/" + p.relative_to(vocabulary).as_posix() for p in ours}
         names |= {p: p.relative_to(self.root).as_posix() for p in own}
         names |= {p: "codegen/" + p.relative_to(_TOOL).as_posix() for p in tool}
         names |= {p: "mehvar/" + p.name for p in _SHARED}
@@ -74,10 +83,14 @@ class Tree:
 
 
 def find_tree(start: Path) -> Tree | None:
-    """Return the nearest folder at or above `start` that has generated/, and system.py in models/ or in a model."""
+    """Return the nearest folder at or above `start` that has generated/, and a model in models/.
+
+    A model has system.py or, where that is missing or misspelt, at least its parameters.
+    """
     for folder in (start, *start.parents):
         models = folder / "models"
-        if (folder / "generated").is_dir() and ((models / "system.py").is_file() or any(models.glob("*/system.py"))):
+        marks = (models.glob(pattern) for pattern in ("system.py", "*/system.py", "*/parameters.toml"))
+        if (folder / "generated").is_dir() and any(any(mark) for mark in marks):
             return Tree(folder)
     return None
 
@@ -97,15 +110,62 @@ def load_model(tree: Tree, model: str) -> ModuleType:
     """
     if model not in tree.models:
         raise GenerateError(f"model {model!r} is not known in {tree.root / 'models'}; known: {', '.join(tree.models)}")
+    folder = tree.root / "models" / model
     if not tree.has_vocabulary:
-        return _load_by_path(tree.root / "models" / model)
+        with own_text(folder):
+            return _load_by_path(folder)
     prefer_vocabulary(tree)
-    package = importlib.import_module(f"mehvar.models.{model}")
+    with own_text(folder):
+        package = importlib.import_module(f"mehvar.models.{model}")
     if not Path(package.__file__ or "").is_relative_to(tree.root):
         raise GenerateError(
             f"models is already imported from {Path(package.__file__ or '').parents[2]}; use a new process"
         )
     return package
+
+
+@contextlib.contextmanager
+def own_text(folder: Path) -> Iterator[None]:
+    """Turn an exception in a model's own text into one line: the last place in its folder, and what went wrong.
+
+    Raises
+    ------
+    ModelError
+        With the exception as its cause.
+    """
+    try:
+        yield
+    except MehvarError:
+        raise
+    except (Exception, SystemExit) as error:
+        from mehvar.models.quantities import ModelError, place
+
+        file, line = _last_place(error, folder)
+        raise ModelError(f"{place(file, line)}: {_one_line(error, folder)}") from error
+
+
+def _last_place(error: BaseException, folder: Path) -> tuple[str, int]:
+    if isinstance(error, SyntaxError) and error.filename:
+        return error.filename, error.lineno or 1
+    frames = traceback.extract_tb(error.__traceback__)
+    inside = [frame for frame in frames if Path(frame.filename).is_relative_to(folder)]
+    return (inside[-1].filename, inside[-1].lineno or 1) if inside else (str(folder / "__init__.py"), 1)
+
+
+def _one_line(error: BaseException, folder: Path) -> str:
+    """Say what went wrong; a module of the model itself is the file that it would be in."""
+    package = _name_of(folder)
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        for own in (f"{package}.", f"mehvar.models.{folder.name}."):
+            if error.name.startswith(own):
+                file = folder.joinpath(*error.name.removeprefix(own).split(".")).with_suffix(".py")
+                return f"imports {file}, which does not exist"
+    text = " ".join(str(error).split()).replace(package, folder.name)
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def _name_of(folder: Path) -> str:
+    return f"mehvar_own_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}_{folder.name}"
 
 
 def prefer_vocabulary(tree: Tree) -> None:
@@ -141,7 +201,7 @@ class _Vocabulary(MetaPathFinder, Loader):
 
 def _load_by_path(folder: Path) -> ModuleType:
     """Import a user's model under a name that cannot clash with a package of theirs or ours."""
-    name = f"mehvar_own_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}_{folder.name}"
+    name = _name_of(folder)
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(

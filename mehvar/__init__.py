@@ -23,7 +23,15 @@ if TYPE_CHECKING:
     from mehvar.errors import MehvarError as MehvarError
     from mehvar.models.mechanics import kirchhoff as kirchhoff
     from mehvar.models.mechanics import lagrange as lagrange
+    from mehvar.models.mechanics import quaternion_of_turns as quaternion_of_turns
+    from mehvar.models.mechanics import quaternion_product as quaternion_product
+    from mehvar.models.mechanics import quaternion_rates as quaternion_rates
+    from mehvar.models.mechanics import quaternion_rotation as quaternion_rotation
     from mehvar.models.mechanics import time_derivative as time_derivative
+    from mehvar.models.system import LARGEST as LARGEST
+    from mehvar.models.system import TIME as TIME
+    from mehvar.models.system import Actuator as Actuator
+    from mehvar.models.system import Choice as Choice
     from mehvar.models.system import Condition as Condition
     from mehvar.models.system import Controller as Controller
     from mehvar.models.system import Coordinates as Coordinates
@@ -36,7 +44,10 @@ if TYPE_CHECKING:
     from mehvar.models.system import Parameter as Parameter
     from mehvar.models.system import Quantity as Quantity
     from mehvar.models.system import Scenario as Scenario
+    from mehvar.models.system import Sensor as Sensor
     from mehvar.models.system import System as System
+    from mehvar.models.system import Variant as Variant
+    from mehvar.models.system import scalar as scalar
     from mehvar.models.tables import read_parameters as read_parameters
     from mehvar.models.tables import read_scenarios as read_scenarios
     from mehvar.runtime.model.model import Model as Model
@@ -50,11 +61,15 @@ _HOMES = {
     "mehvar.runtime.model.model": ("Model", "load"),
     "mehvar.runtime.run.results": ("open_result",),
     "mehvar.codegen.functions.lower": ("to_casadi",),
-    "mehvar.models.mechanics": ("kirchhoff", "lagrange", "time_derivative"),
+    "mehvar.models.mechanics": (
+        "kirchhoff", "lagrange", "quaternion_of_turns", "quaternion_product", "quaternion_rates",
+        "quaternion_rotation", "time_derivative",
+    ),
     "mehvar.models.tables": ("read_parameters", "read_scenarios"),
     "mehvar.models.system": (
-        "Condition", "Controller", "Coordinates", "Derivation", "Function", "Group", "Metric", "ModelError",
-        "Output", "Parameter", "Quantity", "Scenario", "System",
+        "LARGEST", "TIME", "Actuator", "Choice", "Condition", "Controller", "Coordinates", "Derivation", "Function",
+        "Group", "Metric", "ModelError", "Output", "Parameter", "Quantity", "Scenario", "Sensor", "System", "Variant",
+        "scalar",
     ),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

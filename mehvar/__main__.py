@@ -23,10 +23,18 @@ def _run() -> None:
     except MehvarError as error:
         fail(error, error.exit_status)
     except ModuleNotFoundError as error:
-        fail(f"the package {error.name} is missing: pip install {error.name} (mehvar doctor lists them all)", 2)
+        fail(f"the module {error.name} is missing{_how_to_install(error.name or '')}", 2)
     except OSError as error:
         where = f" {error.filename}" if error.filename else ""
         fail(f"{error.strerror or error}{where}", 2)
+
+
+def _how_to_install(module: str) -> str:
+    """Return the command that installs a package we depend on; a name of anyone else's could be anyone's package."""
+    from mehvar.versions import required
+
+    package = module.partition(".")[0]
+    return f": pip install {package} (mehvar doctor lists them all)" if package in required() else ""
 
 
 if __name__ == "__main__":

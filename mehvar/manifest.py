@@ -9,13 +9,15 @@ run refuses the older one.
 import json
 import math
 import os
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
 from mehvar.errors import InputError, unknown_name
+from mehvar.names import identifier
 from mehvar.schema import Lower, SchemaError, Upper, json_key, plain, read
 
 FILE = "manifest.json"
@@ -69,7 +71,15 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Choice:
-    """An option of a run with named values, such as a simpler plant; the first value is the default."""
+    """An option of a run with named values, such as a simpler plant.
+
+    Parameters
+    ----------
+    name, description : str
+        What it is called, and one line for people.
+    values : tuple of str
+        Two or more; the first is the default.
+    """
 
     name: str
     values: tuple[str, ...]
@@ -306,26 +316,210 @@ def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Mani
     Raises
     ------
     InputError
-        If the file is missing, is not JSON, has another schema, or a field is missing, not known or of a wrong kind.
+        If the file is missing, is not JSON, has another schema, a field is missing, not known or of a wrong kind, or
+        its parts do not fit together.
     """
     path = Path(folder) / FILE
     try:
         text = path.read_text(encoding="utf-8")
-        data = json.loads(text)
+        data = json.loads(text, parse_constant=_no_number)
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError(f"{folder} is not a generated model folder: {path}: {reason}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path} is not UTF-8 text: {error}") from error
-    except json.JSONDecodeError as error:
+    except RecursionError as error:
+        raise InputError(f"{path} is not JSON that we read: it is nested too deeply") from error
+    except ValueError as error:
         raise InputError(f"{path} is not JSON: {error}") from error
     schema = data.get("schema") if isinstance(data, dict) else None
     if schema != SCHEMA:
         raise InputError(f"{path}: schema = {schema!r}: must be {SCHEMA}; generate the model again")
     try:
-        return read(Manifest, data, any_age, folder=Path(folder), text=text)
+        manifest = read(Manifest, data, any_age, folder=Path(folder), text=text)
+        if not any_age:
+            check_manifest(manifest)
+        return manifest
     except SchemaError as error:
         raise InputError(f"{path}: {error}; generate the model again") from error
+
+
+def check_manifest(manifest: Manifest) -> None:
+    """Refuse a manifest whose parts do not fit together: a run makes its arrays by it.
+
+    Raises
+    ------
+    SchemaError
+        Naming the place and what would be right.
+    """
+    _check_words(manifest)
+    _check_vectors(manifest)
+    _check_functions(manifest)
+    for law in manifest.controllers.values():
+        _check_controller(manifest, law)
+    for parameter in (*manifest.parameters, *manifest.scenario_parameters):
+        _check_parameter(parameter, "parameters")
+    for choice in manifest.choices.values():
+        if len(set(choice.values)) < max(len(choice.values), 2):
+            raise SchemaError(
+                f" = {list(choice.values)}: must be two values or more, each once", f"choices.{choice.name}.values"
+            )
+    _check_scenarios(manifest)
+
+
+def _no_number(word: str) -> float:
+    raise ValueError(f"{word} is no number of JSON")
+
+
+def _check_words(manifest: Manifest) -> None:
+    """Refuse names that are no names in C: they become its text, and names of files."""
+    words = [("model", manifest.model)]
+    for f in manifest.functions.values():
+        words += [
+            (f"functions.{f.name}", name)
+            for name in (identifier(f.name), *(a.name for a in (*f.arguments, *f.results)))
+        ]
+        if f.file not in (f"{manifest.model}{part}.c" for part in ("", "_jac", "_prepared")):
+            raise SchemaError(f" = {f.file!r}: must be a C file of {manifest.model}", f"functions.{f.name}.file")
+    for place, word in words:
+        if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", word, re.ASCII):
+            raise SchemaError(f" = {word!r}: must be letters, digits and underscores", place)
+
+
+def _check_vectors(manifest: Manifest) -> None:
+    if not manifest.states:
+        raise SchemaError(" = []: must be one state or more", "states")
+    vectors = {name: getattr(manifest, name) for name in (
+        "states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise",
+    )}  # fmt: skip
+    for law in manifest.controllers.values():
+        vectors |= {f"controllers.{law.name}.{name}": getattr(law, name) for name in ("memory", "parameters")}
+    for place, quantities in vectors.items():
+        names = [q.name for q in quantities]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise SchemaError(f": {twice!r} is there twice", place)
+
+
+def _check_functions(manifest: Manifest) -> None:
+    """Refuse functions of other sizes than the vectors that they take and return."""
+    sizes = {
+        "x": len(manifest.states), "u": len(manifest.inputs), "r": len(manifest.references),
+        "p": len(manifest.parameters), "y": len(manifest.outputs), "s": len(manifest.scenario_parameters),
+        "dx": len(manifest.states),
+        "q": len(manifest.coordinates or manifest.states), "e": len(manifest.noise), "u_cmd": len(manifest.inputs),
+        "x_seen": len(manifest.states), "q_next": len(manifest.coordinates or manifest.states),
+    }  # fmt: skip
+    _check_sizes(manifest, "rhs", ("x", "u", "p"), ("dx",), sizes)
+    _check_sizes(manifest, "outputs", ("x", "u", "r", "p"), ("y",), sizes)
+    _check_sizes(manifest, "limits", ("x", "u", "p"), ("margin",), sizes | {"margin": len(manifest.limits)})
+    _check_sizes(manifest, "initial", ("p", "s"), ("x",), sizes)
+    _check_sizes(manifest, "reference", ("t", "p", "s"), ("r",), sizes)
+    _check_sizes(manifest, "constraints", ("p", "s"), ("margin",), sizes | {"margin": len(manifest.constraints)})
+    optional = {
+        "to_coordinates": ("x", "q"), "from_coordinates": ("q", "x"), "project": ("q", "q_next"),
+        "actuate": ("x u_cmd p", "u"), "measure": ("x e p", "x_seen"),
+    }  # fmt: skip
+    for name, (arguments, results) in optional.items():
+        if name in manifest.functions:
+            _check_sizes(manifest, name, arguments.split(), results.split(), sizes)
+    for name in ("x", "u"):
+        if f"jac_{name}" in manifest.functions:
+            _check_sizes(manifest, f"jac_{name}", ("x", "u", "p"), ("J",), sizes | {"J": sizes["x"] * sizes[name]})
+
+
+def _check_sizes(
+    manifest: Manifest, name: str, arguments: Sequence[str], results: Sequence[str], sizes: Mapping[str, int]
+) -> None:
+    function = next((f for f in manifest.functions.values() if identifier(f.name) == name), None)
+    if function is None:
+        raise SchemaError(f": {name!r} is missing", "functions")
+    for place, arrays, names in (
+        ("args", function.arguments, arguments),
+        ("results", function.results, results),
+    ):
+        expected = [[n, sizes.get(n)] for n in names]
+        present = [[a.name, a.length] for a in arrays]
+        if present != expected:
+            raise SchemaError(f" = {present}: must be {expected}", f"functions.{name}.{place}")
+
+
+def _check_controller(manifest: Manifest, law: Controller) -> None:
+    place, name = f"controllers.{law.name}", identifier(law.name)
+    parameters, own = ([q.name for q in group] for group in (manifest.parameters, law.parameters))
+    for field_name, value, allowed in (("period", law.period, parameters), ("delay", law.delay, own)):
+        if value is not None and value not in allowed:
+            raise SchemaError(
+                f" = {value!r}: must be one of {', '.join(allowed) or 'no parameters'}", f"{place}.{field_name}"
+            )
+    for parameter in law.parameters:
+        _check_parameter(parameter, f"{place}.parameters")
+    p, c, s, x, r = (
+        len(v)
+        for v in (
+            manifest.parameters,
+            law.parameters,
+            manifest.scenario_parameters,
+            manifest.states,
+            manifest.references,
+        )
+    )
+    sizes = {
+        "p": p, "c": c, "s": s, "x": x, "r": r, "u": len(manifest.inputs), "v": len(manifest.inputs),
+        "z": len(law.memory), "z_next": len(law.memory), "w": len(law.outputs), "margin": len(law.constraints),
+        "q": len(manifest.coordinates or manifest.states), "dq": len(manifest.coordinates or manifest.states),
+    }  # fmt: skip
+    if law.memory:
+        _check_sizes(manifest, name, ("x", "r", "v", "z", "p", "c"), ("u", "z_next"), sizes)
+        _check_sizes(manifest, f"{name}_start", ("x", "r", "p", "c"), ("z",), sizes)
+    else:
+        _check_sizes(manifest, name, ("x", "r", "p", "c"), ("u",), sizes)
+    if law.constraints:
+        _check_sizes(manifest, f"{name}_constraints", ("p", "c", "s"), ("margin",), sizes)
+    if law.warnings:
+        shown = sum(1 + warning.shown for warning in law.warnings)
+        _check_sizes(manifest, f"{name}_warnings", ("p", "c", "s"), ("margin",), sizes | {"margin": shown})
+    if law.outputs:
+        _check_sizes(manifest, f"{name}_outputs", ("x", "r", "p", "c"), ("w",), sizes)
+    if law.period is None:
+        _check_sizes(manifest, f"{name}_loop", ("q", "r", "p", "c"), ("dq",), sizes)
+    derived = sum(q.formula is not None for q in law.parameters)
+    if derived:
+        _check_sizes(manifest, f"{name}_defaults", ("c",), ("derived",), sizes | {"derived": derived})
+
+
+def _check_parameter(parameter: Parameter, place: str) -> None:
+    if parameter.default is not None and parameter.formula is not None:
+        raise SchemaError(": must have a default or a formula, not both", f"{place}.{parameter.name}")
+    if parameter.default is not None and not parameter.allows(parameter.default):
+        raise SchemaError(
+            f" = {parameter.default}: must be in {parameter.interval}", f"{place}.{parameter.name}.default"
+        )
+
+
+def _check_scenarios(manifest: Manifest) -> None:
+    """Refuse scenarios that no run can have, and metrics of another kind than there are."""
+    shared = {q.name for q in (*manifest.parameters, *manifest.scenario_parameters)}
+    for scenario in manifest.scenarios.values():
+        place = f"scenarios.{scenario.name}"
+        for name in ("duration", "step"):
+            if not 0 < getattr(scenario, name) < math.inf:
+                raise SchemaError(f" = {getattr(scenario, name)}: must be a number > 0", f"{place}.{name}")
+        own = {q.name for law in manifest.controllers.values() for q in law.parameters}
+        for name in scenario.values:
+            if name not in shared | own:
+                raise SchemaError(f": {name!r} is no parameter", f"{place}.set")
+        for table in (scenario.controllers, scenario.expect):
+            for name in table:
+                if name not in manifest.controllers:
+                    raise SchemaError(
+                        f": {name!r} is none of {', '.join(manifest.controllers)}", f"{place}.controllers"
+                    )
+    for metric in manifest.metrics.values():
+        if metric.kind not in METRIC_KINDS:
+            raise SchemaError(
+                f" = {metric.kind!r}: must be one of {', '.join(METRIC_KINDS)}", f"metrics.{metric.name}.kind"
+            )
 
 
 def manifest_text(manifest: Manifest) -> str:

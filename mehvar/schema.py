@@ -110,7 +110,7 @@ def _scalar_reader(kind: Any) -> _Convert:
     def convert(value: Any) -> Any:
         if type(value) is kind:
             return value
-        if kind is float and type(value) is int:
+        if kind is float and type(value) is int and abs(value) < 2**1023:
             return float(value)
         raise _wrong(value, _SCALARS[kind])
 

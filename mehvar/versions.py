@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import platform
+import re
 
 
 def installed(*packages: str) -> dict[str, str]:
@@ -17,3 +18,13 @@ def installed(*packages: str) -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return numbers
+
+
+def required() -> frozenset[str]:
+    """Return the packages that ours depends on, extras included."""
+    from importlib.metadata import PackageNotFoundError, requires
+
+    try:
+        return frozenset(re.split(r"[^\w-]", line.lower())[0] for line in requires("mehvar") or ())
+    except PackageNotFoundError:
+        return frozenset()

@@ -9,13 +9,13 @@ from typing import TypeAlias
 
 import sympy as sp
 
-from .quantities import ModelError, Quantity
+from .quantities import Located, ModelError, Quantity, caller
 
 Expr: TypeAlias = sp.Expr
 
 
 @dataclass(frozen=True)
-class Definition:
+class Definition(Located):
     """A named step of a derivation, in the order a reader would take it.
 
     Parameters
@@ -31,7 +31,7 @@ class Definition:
     section : str
         Heading under which it is printed.
     unit : str
-        SI unit.
+        SI unit; empty where it follows from the expression.
     latex : str
         How the symbol is printed.
     """
@@ -80,11 +80,11 @@ class Derivation:
         expr: Expr | float,
         number: str = "",
         title: str = "",
-        unit: str = "1",
+        unit: str = "",
         latex: str = "",
         positive: bool = False,
     ) -> sp.Symbol:
-        """Name an expression and return its symbol for use in later steps.
+        """Name an expression and return its symbol for use in later steps; its unit follows from it unless stated.
 
         Raises
         ------
@@ -92,12 +92,12 @@ class Derivation:
             If the name has been used before.
         """
         if name in self._names:
-            raise ModelError(f"definition {name!r} is made twice")
+            raise ModelError(f"{caller()}: definition {name!r} is made twice")
         self._names.add(name)
         quantity = Quantity(name, unit, title, latex, positive)
         definition = Definition(
             quantity.symbol,
-            sp.sympify(expr),
+            _scalar(expr, f"definition {name!r}"),
             number,
             title,
             self._section,
@@ -109,7 +109,14 @@ class Derivation:
 
     def show(self, left: str, expr: Expr, number: str = "", title: str = "", unit: str = "1") -> None:
         """Record a derived equation `left = expr` (left in LaTeX) that no function evaluates by itself."""
-        self.steps.append(Equation(left, sp.sympify(expr), number, title, self._section, unit))
+        self.steps.append(Equation(left, _scalar(expr, f"equation {left!r}"), number, title, self._section, unit))
+
+
+def _scalar(value: object, what: str) -> Expr:
+    """Return a number or an expression as SymPy has it; a text would become symbols that belong to nothing."""
+    if isinstance(value, sp.Expr | int | float) and not isinstance(value, bool | sp.MatrixExpr):
+        return sp.sympify(value)
+    raise ModelError(f"{caller()}: {what} = {value!r}: must be a SymPy expression or a number")
 
 
 def free_symbols(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:

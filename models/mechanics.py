@@ -88,13 +88,25 @@ def angle_rates(rotation: sp.Matrix, angles: Sequence[sp.Symbol], omega: Sequenc
 
 
 def quaternion_product(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Matrix:
-    """Multiply two quaternions, scalar first."""
+    """Multiply two quaternions.
+
+    Parameters
+    ----------
+    a, b : sequence of Expr
+        Four components, scalar first.
+    """
     u, v = sp.Matrix(a[1:]), sp.Matrix(b[1:])
     return sp.Matrix([a[0] * b[0] - u.dot(v), *(a[0] * v + b[0] * u + u.cross(v))])
 
 
 def quaternion_rotation(q: Sequence[sp.Expr]) -> sp.Matrix:
-    """Return the matrix v -> q* v q of a unit quaternion, scalar first: components in the frame that q places."""
+    """Return the matrix v -> q* v q of a unit quaternion: components in the frame that q places.
+
+    Parameters
+    ----------
+    q : sequence of Expr
+        Four components, scalar first.
+    """
     conjugate = (q[0], -q[1], -q[2], -q[3])
     columns = []
     for axis in range(3):
@@ -105,12 +117,26 @@ def quaternion_rotation(q: Sequence[sp.Expr]) -> sp.Matrix:
 
 
 def quaternion_rates(q: Sequence[sp.Expr], omega: Sequence[sp.Expr]) -> sp.Matrix:
-    """Return q' = q (0, Omega)/2 for the rate Omega of the frame that q places, in its own axes."""
+    """Return q' = q (0, Omega)/2 for the rate Omega of the frame that q places, in its own axes.
+
+    Parameters
+    ----------
+    q : sequence of Expr
+        Four components of a unit quaternion, scalar first.
+    omega : sequence of Expr
+        Rate of the frame, rad/s.
+    """
     return quaternion_product(q, (sp.S.Zero, *omega)) / 2
 
 
 def quaternion_of_turns(turns: Sequence[tuple[int, sp.Expr]]) -> sp.Matrix:
-    """Return the quaternion of turns made one after the other, each given by its axis 0, 1 or 2 and its angle, rad."""
+    """Return the unit quaternion of turns made one after the other.
+
+    Parameters
+    ----------
+    turns : sequence of (int, Expr)
+        Axis 0, 1 or 2 and angle, rad, of each.
+    """
     total = sp.Matrix([1, 0, 0, 0])
     for axis, angle in turns:
         single = [sp.cos(angle / 2), 0, 0, 0]

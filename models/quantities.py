@@ -4,8 +4,11 @@
 from __future__ import annotations
 
 import functools
+import os
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mehvar.errors import MehvarError
@@ -16,6 +19,44 @@ if TYPE_CHECKING:
 
 class ModelError(MehvarError, ValueError):
     """A mistake in a model's text: a derivation, a parameter table or a scenario table."""
+
+
+_VOCABULARY = str(Path(__file__).parent) + os.sep
+
+
+def caller() -> str:
+    """Return file and line of the model's text that called, as in "models/pendulum/system.py:57"."""
+    frame = sys._getframe(1)
+    while frame.f_back and _is_vocabulary(frame.f_code.co_filename):
+        frame = frame.f_back
+    return place(frame.f_code.co_filename, frame.f_lineno)
+
+
+def place(file: str, line: int) -> str:
+    """Return file and line as a message shows them: from the folder one is in, where the file is below it."""
+    path = Path(file)
+    return f"{path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}:{line}"
+
+
+@functools.cache
+def _is_vocabulary(file: str) -> bool:
+    """Tell whether a file is one of ours, not a model's; the functions that a dataclass makes are in <string>."""
+    if file == "<string>" or Path(file).name == "dataclasses.py":
+        return True
+    return file.startswith(_VOCABULARY) and os.sep not in file.removeprefix(_VOCABULARY)
+
+
+@dataclass(frozen=True)
+class Located:
+    """Part of a model that knows where its text stands.
+
+    Attributes
+    ----------
+    origin : str
+        File and line that made it.
+    """
+
+    origin: str = field(default_factory=caller, init=False, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -133,6 +174,7 @@ class Group:
 
 
 TIME = Quantity("t", "s", "time")
+"""Time: `TIME.symbol` stands in references and in laws."""
 
 _EDGE = 10**15
 """Its inverse is the part of the time by which an edge is early, 5 spacings of a double: time, period, their quotient
@@ -157,9 +199,19 @@ def whole_periods(period: sp.Expr) -> sp.Expr:
 
 
 def scalar(quantity: Quantity) -> Group:
-    """Wrap one quantity as a scalar argument."""
+    """Wrap one quantity as a scalar argument.
+
+    Parameters
+    ----------
+    quantity : Quantity
+        What the argument is.
+    """
     return Group(quantity.name, (quantity,))
 
 
 EMPTY = Group("", ())
 """A group without quantities."""
+
+LARGEST = 10**30
+"""Beyond it a number is neither a measurement nor a command, in whatever unit: `Abs(x) < LARGEST` asks whether x is
+finite. It and its sums are finite in single precision, up to 3e38."""

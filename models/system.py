@@ -16,10 +16,23 @@ import sympy as sp
 from mehvar.manifest import Choice, Metric, Scenario
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
-from .quantities import EMPTY, TIME, Group, Interval, ModelError, Parameter, Quantity, scalar, whole_periods
+from .quantities import (
+    EMPTY,
+    LARGEST,
+    TIME,
+    Group,
+    Interval,
+    Located,
+    ModelError,
+    Parameter,
+    Quantity,
+    scalar,
+    whole_periods,
+)
 
 __all__ = [
     "EMPTY",
+    "LARGEST",
     "TIME",
     "Actuator",
     "Choice",
@@ -49,7 +62,7 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class Function:
+class Function(Located):
     """A model's own public function, such as rod lengths from shape.
 
     Parameters
@@ -74,7 +87,7 @@ class Function:
 
 
 @dataclass(frozen=True)
-class Coordinates:
+class Coordinates(Located):
     """A chart without the singularities of the paper's, in which continuous loops are integrated.
 
     Parameters
@@ -99,7 +112,7 @@ class Coordinates:
 
 
 @dataclass(frozen=True)
-class Condition:
+class Condition(Located):
     """Something that must stay positive.
 
     Parameters
@@ -137,7 +150,7 @@ class Output:
 
 
 @dataclass(frozen=True)
-class Controller:
+class Controller(Located):
     """A control law as a symbolic function (measurement, reference) -> input.
 
     Parameters
@@ -166,6 +179,9 @@ class Controller:
         What the law reports beside its command.
     bears_loss : bool
         Whether a sampled law bears measurements that are not finite: it keeps its memory finite and commands zero.
+    in_numbers : bool
+        Whether the law computes with the numbers of its quantities in SI units, as an estimator does whose covariance
+        mixes units: the dimensions of its expressions are not checked.
     """
 
     name: str
@@ -182,10 +198,11 @@ class Controller:
     update: tuple[Expr, ...] = ()
     outputs: tuple[Output, ...] = ()
     bears_loss: bool = False
+    in_numbers: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)
-class Actuator:
+class Actuator(Located):
     """What becomes of a commanded input before it acts: limits, gimbals, wheels.
 
     Parameters
@@ -201,7 +218,7 @@ class Actuator:
 
 
 @dataclass(frozen=True)
-class Sensor:
+class Sensor(Located):
     """What a law sees of the state.
 
     Parameters
@@ -217,7 +234,7 @@ class Sensor:
 
 
 @dataclass(frozen=True)
-class Variant:
+class Variant(Located):
     """What a system becomes when choices differ from their defaults.
 
     Parameters
@@ -236,7 +253,7 @@ class Variant:
 
 
 @dataclass(frozen=True)
-class System:
+class System(Located):
     """A mechanical system with its laws and scenarios, ready for code generation.
 
     Parameters
@@ -319,4 +336,9 @@ class System:
     @property
     def definitions(self) -> dict[sp.Symbol, Expr]:
         """Every definition of the derivation, by symbol."""
-        return {step.symbol: step.expr for step in self.steps if isinstance(step, Definition)}
+        return {step.symbol: step.expr for step in self.definitions_in_order}
+
+    @property
+    def definitions_in_order(self) -> tuple[Definition, ...]:
+        """Every definition of the derivation, as it was made."""
+        return tuple(step for step in self.steps if isinstance(step, Definition))

@@ -15,9 +15,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from mehvar.manifest import METRIC_KINDS, Metric, Scenario
 
 from .quantities import Group, Interval, ModelError, Parameter
+from .units import dimension
 
 _INTERVAL = re.compile(r"^([(\[])\s*([^,\s]+)\s*,\s*([^,\s]+)\s*([)\]])$")
-_UNIT = re.compile(r"^(1|[A-Za-z]+(\^-?\d+)?( [A-Za-z]+(\^-?\d+)?)*(/[A-Za-z]+(\^-?\d+)?)*|1(/[A-Za-z]+(\^-?\d+)?)+)$")
 _SOURCE = re.compile(r"^(paper\b|assumption: |addition: )")
 
 
@@ -44,8 +44,7 @@ class _ParameterRow(_Strict):
     @field_validator("unit")
     @classmethod
     def _unit(cls, value: str) -> str:
-        if not _UNIT.match(value):
-            raise ValueError(f"unit {value!r} is not written like 'kg m^2/s', or '1' for a dimensionless number")
+        dimension(value)
         return value
 
     @field_validator("source")

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from mehvar.models.system import Group, Quantity, System
-from mehvar.names import identifier
+from mehvar.constants import vectors
+from mehvar.manifest import Manifest
 
 from ..functions.graphs import FunctionGraph
 from ..templates import text_environment
@@ -22,16 +22,6 @@ Part = Literal["", "jac", "prepared"]
 """Which of the model's C files a function is in."""
 
 _TEMPLATES = Path(__file__).parent / "templates"
-
-
-@dataclass(frozen=True)
-class Vector:
-    """A vector argument whose elements get names in the header and the Python module."""
-
-    title: str
-    prefix: str
-    constant: str
-    quantities: tuple[Quantity, ...]
 
 
 @dataclass(frozen=True)
@@ -152,41 +142,17 @@ def file_of(model: str, part: Part) -> str:
     return f"{model}_{part}.c" if part else f"{model}.c"
 
 
-def model_hash(system: System, functions: Sequence[PrintedFunction]) -> str:
+def model_hash(manifest: Manifest, functions: Sequence[PrintedFunction]) -> str:
     """Return a hash of what the generated functions compute and of the names of their arguments."""
-    digest = hashlib.sha256(repr((system.name, sorted(system.structure.items()))).encode())
-    for vector in vectors(system):
+    digest = hashlib.sha256(repr((manifest.model, sorted(manifest.structure.items()))).encode())
+    for vector in vectors(manifest):
         digest.update(repr([(vector.prefix, q.name, q.unit) for q in vector.quantities]).encode())
     for f in functions:
         digest.update(repr((f.name, f.arguments, f.results, f.tape)).encode())
     return digest.hexdigest()
 
 
-def vectors(system: System) -> list[Vector]:
-    """Return the named vectors of a system."""
-
-    def named(title: str, prefix: str, constant: str, group: Group) -> Vector:
-        return Vector(title, prefix, constant, group.quantities)
-
-    result = [
-        named("state x", "X", "STATES", system.states),
-        named("input u", "U", "INPUTS", system.inputs),
-        named("reference r", "R", "REFERENCES", system.references),
-        named("output y", "Y", "OUTPUTS", system.outputs),
-        named("plant parameters p", "P", "PARAMETERS", system.parameters),
-        named("scenario parameters s", "S", "SCENARIO_PARAMETERS", system.scenario_parameters),
-    ]
-    if system.coordinates:
-        result.append(named("regular coordinates q", "Q", "COORDINATES", system.coordinates.states))
-    for law in system.controllers:
-        upper = identifier(law.name).upper()
-        result.append(named(f"parameters c of the law {law.name}", f"{upper}_C", f"{upper}_PARAMETERS", law.parameters))
-        if law.memory:
-            result.append(named(f"memory z of the law {law.name}", f"{upper}_Z", f"{upper}_MEMORY", law.memory))
-    return result
-
-
-def texts(system: System, functions: Sequence[PrintedFunction]) -> dict[str, str]:
+def texts(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str, str]:
     """Fill the templates.
 
     Returns
@@ -196,12 +162,12 @@ def texts(system: System, functions: Sequence[PrintedFunction]) -> dict[str, str
     """
     environment = text_environment(_TEMPLATES)
     environment.filters["capitalize_first"] = lambda text: text[:1].upper() + text[1:]
-    name = system.name
+    name = manifest.model
     common = {
         "model": name,
-        "title": system.title,
-        "hash": model_hash(system, functions),
-        "vectors": vectors(system),
+        "title": manifest.title,
+        "hash": manifest.hash,
+        "vectors": vectors(manifest),
         "needs_erf": any(i.op == "erf" for f in functions for i in f.tape.instructions),
     }
 

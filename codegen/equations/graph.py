@@ -190,7 +190,7 @@ def _step(graph: Graph, step: Definition | Equation) -> dict[str, Any]:
         "section": step.section,
         "number": step.number,
         "title": step.title,
-        "unit": step.unit,
+        "unit": step.unit or "1",
         "latex": step.latex if isinstance(step, Definition) else step.left,
     }
 

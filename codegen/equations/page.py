@@ -136,7 +136,7 @@ class _Writer:
 
     def _step(self, step: Definition | Equation) -> Formula:
         left = step.latex if isinstance(step, Definition) else step.left
-        return self._formula(step.number, step.title, step.unit, left, step.expr)
+        return self._formula(step.number, step.title, step.unit or "1", left, step.expr)
 
     def results(self) -> Iterator[Section]:
         """Yield what is evaluated, by kind."""

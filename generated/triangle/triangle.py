@@ -17,6 +17,47 @@ SCENARIO_PARAMETERS = ("l1_0", "l2_0", "l3_0", "theta_0", "l1_f", "l2_f", "l3_f"
 COORDINATES = ("zeta1", "zeta2", "mu", "theta", )
 SLIDING_PARAMETERS = ("k_phi", "m", "eta_rho", "theta_star", "s_min", "theta_min", "R", "mu_gain", "mu_rate_max", "area_factor", )
 PATH_PARAMETERS = ("k_phi", "rho_escape", "R", "mu_gain", "mu_rate_max", "area_factor", )
+SIZES = {
+    "rhs": {'x': 4, 'u': 3, 'p': 3, 'dx': 4},
+    "outputs": {'x': 4, 'u': 3, 'r': 4, 'p': 3, 'y': 11},
+    "limits": {'x': 4, 'u': 3, 'p': 3, 'margin': 2},
+    "to_coordinates": {'x': 4, 'q': 4},
+    "from_coordinates": {'q': 4, 'x': 4},
+    "initial": {'p': 3, 's': 8, 'x': 4},
+    "reference": {'t': None, 'p': 3, 's': 8, 'r': 4},
+    "constraints": {'p': 3, 's': 8, 'margin': 2},
+    "lengths": {'rho': None, 'phi': None, 'mu': None, 'l1': None, 'l2': None, 'l3': None},
+    "shape": {'l1': None, 'l2': None, 'l3': None, 'rho': None, 'phi': None, 'mu': None},
+    "length_rates": {'x': 4, 'u': 3, 'u_l': 3},
+    "sliding": {'x': 4, 'r': 4, 'p': 3, 'c': 10, 'u': 3},
+    "sliding_loop": {'q': 4, 'r': 4, 'p': 3, 'c': 10, 'dq': 4},
+    "sliding_observe": {'q': 4, 'r': 4, 'p': 3, 'c': 10, 'x': 4, 'u': 3},
+    "sliding_constraints": {'p': 3, 'c': 10, 's': 8, 'margin': 2},
+    "sliding_defaults": {'c': 10, 'derived': 1},
+    "path": {'x': 4, 'r': 4, 'p': 3, 'c': 6, 'u': 3},
+    "path_loop": {'q': 4, 'r': 4, 'p': 3, 'c': 6, 'dq': 4},
+    "path_observe": {'q': 4, 'r': 4, 'p': 3, 'c': 6, 'x': 4, 'u': 3},
+    "path_constraints": {'p': 3, 'c': 6, 's': 8, 'margin': 2},
+    "jac_x": {'x': 4, 'u': 3, 'p': 3, 'J': 16},
+    "jac_u": {'x': 4, 'u': 3, 'p': 3, 'J': 12},
+    "jvp": {'x': 4, 'u': 3, 'p': 3, 'along_x': 4, 'along_u': 3, 'change': 4},
+    "rhs_prepare": {'p': 3, 'h': 1},
+    "rhs_prepared": {'x': 4, 'u': 3, 'p': 3, 'h': 1, 'dx': 4},
+    "outputs_prepare": {'r': 4, 'h': 5},
+    "outputs_prepared": {'x': 4, 'u': 3, 'r': 4, 'h': 5, 'y': 11},
+    "sliding_prepare": {'r': 4, 'c': 10, 'h': 10},
+    "sliding_prepared": {'x': 4, 'r': 4, 'c': 10, 'h': 10, 'u': 3},
+    "sliding_loop_prepare": {'r': 4, 'p': 3, 'c': 10, 'h': 11},
+    "sliding_loop_prepared": {'q': 4, 'r': 4, 'p': 3, 'c': 10, 'h': 11, 'dq': 4},
+    "sliding_observe_prepare": {'r': 4, 'c': 10, 'h': 10},
+    "sliding_observe_prepared": {'q': 4, 'r': 4, 'c': 10, 'h': 10, 'x': 4, 'u': 3},
+    "path_prepare": {'r': 4, 'c': 6, 'h': 3},
+    "path_prepared": {'x': 4, 'r': 4, 'c': 6, 'h': 3, 'u': 3},
+    "path_loop_prepare": {'r': 4, 'p': 3, 'c': 6, 'h': 4},
+    "path_loop_prepared": {'q': 4, 'r': 4, 'p': 3, 'c': 6, 'h': 4, 'dq': 4},
+    "path_observe_prepare": {'r': 4, 'c': 6, 'h': 3},
+    "path_observe_prepared": {'q': 4, 'r': 4, 'c': 6, 'h': 3, 'x': 4, 'u': 3},
+}
 
 
 def _arrays(*values):

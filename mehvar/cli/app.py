@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Annotated, Any
 
 import typer
@@ -12,6 +14,7 @@ from typer.core import TyperGroup
 
 from mehvar.terminal import interruptible
 
+_DEBUG = "mehvar.debug"
 COMMANDS = {
     "list": "List the generated models with their laws and scenarios.",
     "show": "Show a model: states, inputs, parameters with unit, default, bounds and source.",
@@ -54,7 +57,7 @@ class _Commands(TyperGroup):
         return name, _imported(f"{room}.{name.replace('-', '_')}", listed), rest
 
     def invoke(self, ctx: Any) -> Any:
-        with interruptible():
+        with interruptible(), _shown_if_asked(ctx):
             status = super().invoke(ctx)
         return status if ctx.parent else ctx.exit(status or 0)
 
@@ -72,7 +75,41 @@ def _imported(module: str, listed: Any) -> Any:
     """Return the command that a module defines, with the text under which it is listed."""
     single = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
     single.command(listed.name, help=listed.help)(importlib.import_module(module).command)
-    return typer.main.get_command(single)
+    command = typer.main.get_command(single)
+    command.params.append(_debug_option())
+    return command
+
+
+def _remember(ctx: typer.Context, debug: bool) -> None:
+    ctx.meta[_DEBUG] = ctx.meta.get(_DEBUG, False) or debug
+
+
+Debug = Annotated[
+    bool,
+    typer.Option("--debug", callback=_remember, expose_value=False, help="Print the traceback of an error too."),
+]
+
+
+def _debug_option() -> Any:
+    """Return the flag that every command has, as typer makes it of an argument."""
+
+    def flag(debug: Debug = False) -> None:
+        pass
+
+    single = typer.Typer(add_completion=False)
+    single.command()(flag)
+    return typer.main.get_command(single).params[0]
+
+
+@contextmanager
+def _shown_if_asked(ctx: Any) -> Iterator[None]:
+    """Print the traceback of an error under --debug, before the line that is printed in any case."""
+    try:
+        yield
+    except Exception:
+        if ctx.parent is None and ctx.meta.get(_DEBUG):
+            traceback.print_exc()
+        raise
 
 
 app = _group(
@@ -97,5 +134,6 @@ def _main(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
+    debug: Debug = False,
 ) -> None:
     pass

@@ -7,6 +7,7 @@ y(k) acts over [k, k+1), or over [k+1, k+2) with a delay of one sample: d = 1 or
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ import sympy as sp
 
 from mehvar.names import identifier
 
-from ..system import Condition, Controller, Derivation, Expr, Group, Quantity
+from ..system import LARGEST, Condition, Controller, Derivation, Expr, Group, Quantity
 from . import estimator
 from .dynamics import AXES, TORQUES, angles, rates
 from .estimator import HALF, SAMPLES, SENSOR_LOST, Estimate, smallest_gain
@@ -38,8 +39,6 @@ APPLIED = Group(
     "v", tuple(Quantity(f"{q.name}_applied", q.unit, f"applied {q.description}", f"{q.latex}^a") for q in TORQUES)
 )
 
-_LARGEST = sp.Integer(10) ** 30
-"""A number beyond this is no measurement and no torque; it and its sums are finite in single precision, up to 3e38."""
 _PAST = 4
 """Past values of w that d = 2 needs: Ac has degree four."""
 
@@ -197,7 +196,8 @@ def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared:
             rows.append((q, before[key], after[key]))
     count = sp.Piecewise((sp.Min(SAMPLES.symbol + 1, estimator.WARM), healthy), (0, True))
     extra = ((SAMPLES, sp.S.Zero, count),)
-    return _controller(name, title, law, commands, healthy, rows, extra)
+    # F = F0 I and its trace add what has different units
+    return dataclasses.replace(_controller(name, title, law, commands, healthy, rows, extra), in_numbers=True)
 
 
 def pd(title: str, omega: Iterable[Expr], plant: Group, law: Group, shared: Shared, d: Derivation) -> Controller:
@@ -242,7 +242,7 @@ def _model_start(axis: int, law: Group) -> dict[str, Expr]:
 
 def _healthy(tag: str, numbers: Iterable[Expr], d: Derivation) -> sp.Rel:
     """Define whether everything that enters and leaves a law is finite; NaN fails every comparison."""
-    finite = sp.And(*(sp.Abs(number) < _LARGEST for number in numbers))
+    finite = sp.And(*(sp.Abs(number) < LARGEST for number in numbers))
     flag = d.define(f"healthy_{tag}", sp.Piecewise((1, finite), (0, True)), "", "1 when all numbers are finite")
     return flag > HALF
 

@@ -17,6 +17,7 @@ from mehvar.manifest import Array, Function, Manifest
 from mehvar.names import identifier
 
 from ..compiling.library import load_library, load_native, native_headers
+from .header import check_header, check_module
 
 FloatArray = NDArray[np.float64]
 BackendName = Literal["c", "python", "casadi"]
@@ -109,6 +110,7 @@ class CBackend:
     name: BackendName = "c"
 
     def __init__(self, manifest: Manifest) -> None:
+        check_header(manifest)
         self._manifest = manifest
         self._libraries: dict[tuple[str, Real], ctypes.CDLL] = {}
         self._map: Any = None
@@ -221,6 +223,7 @@ class PythonBackend:
             raise InputError(f"cannot read {path}; generate the model again")
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
+        check_module(self._manifest, module, path)
         return module
 
 

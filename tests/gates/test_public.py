@@ -17,7 +17,7 @@ import mehvar
 from mehvar import codegen, models, runtime
 
 CALLED = {  # what users call directly, as the README, the reference and __all__ name it
-    **{f"mehvar.{name}": getattr(mehvar, name) for name in mehvar.__all__},
+    **{f"mehvar.{name}": getattr(mehvar, name) for name in mehvar.__all__ if callable(getattr(mehvar, name))},
     **{f"runtime.{name}": getattr(runtime, name) for name in runtime.__all__},
 }
 ANY_KEYWORD: dict[str, Callable[..., object]] = {

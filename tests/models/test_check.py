@@ -2,13 +2,30 @@
 """A model whose parts do not fit together is refused."""
 
 import dataclasses
+import re
+from collections.abc import Callable
+from typing import Any
 
+import numpy as np
 import pytest
 import sympy as sp
 
 from mehvar.models.check import check, formulas, no_branching
-from mehvar.models.system import Controller, Group, Interval, Metric, ModelError, Parameter, Scenario
+from mehvar.models.system import (
+    TIME,
+    Controller,
+    Group,
+    Interval,
+    Metric,
+    ModelError,
+    Parameter,
+    Quantity,
+    Scenario,
+    System,
+)
 from mehvar.models.triangle import system
+from mehvar.models.units import dimension, unit_text
+from tests.models.edits import cart, put, turner
 
 SYSTEM = system()
 
@@ -101,6 +118,140 @@ def test_branches_on_symbols_are_refused():
         assert sp.integrate(sp.sin(x) ** 2, (x, 0, sp.pi)) is not None
     assert bool(x + 1)
     assert (x == 0) is False
+
+
+MASS = sp.Symbol("mass", positive=True)
+MATRIX = sp.Matrix([[sp.Symbol("x", real=True), 0], [MASS * sp.cos(sp.Symbol("x", real=True)), MASS]])
+
+
+def test_where_a_matrix_has_entries_may_be_asked():
+    with no_branching():
+        assert [(i, j) for i in range(2) for j in range(2) if MATRIX[i, j] != 0] == [(0, 0), (1, 0), (1, 1)]
+        assert [k for k in range(4) if MATRIX[k] == 0] == [1]
+        assert (
+            MATRIX[
+                0,
+                1,
+            ]
+            == 0
+        )
+        assert MASS != 0
+
+
+@pytest.mark.parametrize(
+    "question",
+    [
+        lambda: MATRIX[0, 0] == 1,
+        lambda: next(iter(MATRIX)) == 0,
+        lambda: MATRIX[0, 0] + 1 == 0,
+        lambda: any(entry != 0 for entry in MATRIX[:1]),
+        lambda: MATRIX[0, 0] == MATRIX[1, 0],
+    ],
+)
+def test_a_value_may_not_be_asked_of_a_matrix_either(question):
+    with no_branching(), pytest.raises(ModelError, match=r"test_check.py:\d+: a Python branch asks for equality"):
+        question()
+
+
+CART, TURNER = cart(), turner()
+LAW = {law.name: k for k, law in enumerate(CART.controllers)}
+
+
+def edited(system: System, path: tuple[str | int, ...], change: Callable[[Any], Any]) -> System:
+    value: Any = system
+    for part in path:
+        value = value[part] if isinstance(part, int) else getattr(value, part)
+    return put(system, path, change(value))
+
+
+EXTRA, STATE = Quantity("extra", "m", ""), CART.states.quantities[0]
+REFUSED = [
+    ("rhs", CART, ("rhs",), lambda v: (*v, sp.S.Zero), r"rhs has 3 entries for 2 states \(place, speed\)"),
+    ("rhs", CART, ("rhs",), lambda v: v[:1], r"rhs has 1 entries for 2 states"),
+    ("output", CART, ("output",), lambda v: (*v, *v), r"output has 2 entries for 1 outputs \(E\)"),
+    ("initial", CART, ("initial",), lambda v: v[:1], r"initial has 1 entries for 2 states"),
+    ("reference", CART, ("reference",), lambda v: (), r"reference has 0 entries for 1 references"),
+    ("variant", CART, ("variants", 0, "rhs"), lambda v: v[:1], r"rhs of variant 'none' has 1 entries"),
+    ("command", CART, ("controllers", 0, "command"), lambda v: (*v, *v), r"command of law 'sum-law' has 2 entries"),
+    ("start", CART, ("controllers", 0, "start"), lambda v: v[:1], r"start of law 'sum-law' has 1 entries for 2 memory"),
+    ("update", CART, ("controllers", 0, "update"), lambda v: v[:1], r"update of law 'sum-law' has 1 entries"),
+    ("measured", CART, ("sensor", "measured"), lambda v: v[:1], r"measured of the sensor has 1 entries for 2 states"),
+    ("applied", CART, ("actuator", "applied"), lambda v: (), r"applied of the actuator has 0 entries for 1 inputs"),
+    ("applied", CART, ("controllers", 0, "applied", "quantities"), lambda v: (*v, EXTRA),
+     r"applied of law .* 2 entries"),
+    ("projection", CART, ("projection",), lambda v: (STATE.symbol,), r"projection has 1 entries for 2 states"),
+    ("to_input", TURNER, ("coordinates", "to_input"), lambda v: v[:1], r"to_input of the coordinates has 1 entries"),
+    ("residual", CART, ("residual",), lambda v: (*v, *v), r"residual has 2 entries for 1 rates"),
+    ("state and parameter", CART, ("parameters", "quantities", 0, "name"), lambda v: "speed",
+     r"parameter 'speed' has the name of state 'speed'"),
+    ("definition and state", CART, ("steps", 1, "symbol"), lambda v: STATE.symbol,
+     r"edits.py:\d+: definition 'place' at .*edits.py:\d+ has the name of state 'place'"),
+    ("memory and state", CART, ("controllers", 0, "memory", "quantities", 0, "name"), lambda v: "speed",
+     r"memory of law 'sum-law' 'speed' has the name of state"),
+    ("time", CART, ("states", "quantities", 0, "name"), lambda v: "t", r"state 't' has the name of time"),
+    ("law's parameter and definition", CART, ("controllers", LAW["late"], "parameters", "quantities", 0, "name"),
+     lambda v: "spring", r"parameter of law 'late' 'spring' has the name of definition 'spring' at"),
+    ("memory of a continuous law", CART, ("controllers", LAW["smooth"], "memory"), lambda v: Group("z", (EXTRA,)),
+     r"memory of law 'smooth' would be ignored: the law is continuous in time"),
+    ("delay of a continuous law", CART, ("controllers", LAW["late"], "period"), lambda v: "",
+     r"delay of law 'late' would be ignored"),
+    ("update without memory", CART, ("controllers", LAW["late"], "update"), lambda v: (sp.S.Zero,),
+     r"update of law 'late' would be ignored: the law is without memory"),
+    ("shown of a limit", CART, ("limits", 0, "shown"), lambda v: (STATE.symbol,), r"shown would be ignored"),
+    ("message", CART, ("limits", 0, "message"), lambda v: "{speedy}", r"limits '\{speedy\}' cannot be filled in"),
+    ("actuator beside a chart", TURNER, ("actuator",), lambda v: CART.actuator, r"actuator would be ignored by law"),
+    ("a rate in another unit", CART, ("rhs", 0), lambda v: STATE.symbol,
+     r"rhs, row 1 of 2 \(place\): place is in m, and must be in m/s"),
+    ("a sum of units", CART, ("rhs", 0), lambda v: v + STATE.symbol, r"place \[m\] and speed \[m/s\] stand"),
+    ("a sine of a length", CART, ("rhs", 0), lambda v: v * sp.sin(STATE.symbol),
+     r"sin is of a number, and place is in m"),
+    ("a stated unit", CART, ("steps", 0, "unit"), lambda v: "J",
+     r"definition 'spring' at .*edits.py:\d+: .* is in kg m/s\^2, and is said to be in J"),
+    ("no unit", CART, ("states", "quantities", 0, "unit"), lambda v: "furlong", r"unit 'furlong' has 'furlong', which"),
+    ("period in metres", CART, ("parameters", "quantities", 4, "unit"), lambda v: "m",
+     r"period = 'Ts' .* must be in s"),
+    ("a stranger", CART, ("rhs", 0), lambda v: v + sp.Symbol("speeed"),
+     r"rhs, row 1 of 2 \(place\): 'speeed' belongs to no group of the system \(did you mean 'speed'\?\)"),
+    ("a symbol made again", CART, ("rhs", 0), lambda v: sp.Symbol("speed"), r"other assumptions: take the symbol from"),
+    ("a law's gain in a limit", CART, ("limits", 0, "margin"), lambda v: sp.Symbol("gain", real=True),
+     r"margin 1 of limits, row 1 of 1: 'gain' is a parameter of law 'sum-law', which it does not receive"),
+    ("time in a rate", CART, ("rhs", 0), lambda v: v * TIME.symbol, r"'t' is time, which it does not receive"),
+    ("not a number", CART, ("rhs", 0), lambda v: sp.nan, r"has the constant nan: numbers must be real and finite"),
+    ("infinity", CART, ("initial", 0), lambda v: sp.oo, r"initial, row 1 of 2 \(place\) has the constant oo"),
+    ("a text", CART, ("rhs", 0), lambda v: "speed", r"'speed' is a str: must be a SymPy expression"),
+    ("a number of Python", CART, ("initial", 0), lambda v: 0, r"0 is a int: must be .*; write sympy.sympify\(0\)"),
+    ("a list", CART, ("rhs",), list, r"rhs = \[.*\] is a list: must be a tuple"),
+    ("a local name of C", CART, ("functions", 0, "name"), lambda v: "v1", r"function 'v1': the name 'v1'"),
+    ("a default that is not allowed", CART, ("parameters", "quantities", 0, "default"), lambda v: np.nan,
+     r"parameter 'mass': default = nan is outside its bounds"),
+    ("a formula that nothing computes", CART, ("parameters", "quantities", 0, "default"), lambda v: "2*k",
+     r"default = '2\*k' would not be computed"),
+    ("a choice without variant", CART, ("variants",), lambda v: (), r"variants lacks \('none',\)"),
+    ("a variable of a result", CART, ("outputs", "quantities", 0, "name"), lambda v: "u_force",
+     r"output 'u_force' has the name of variable of input 'u_force'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("system", "path", "change", "message"), [row[1:] for row in REFUSED], ids=[r[0] for r in REFUSED]
+)
+def test_an_edit_is_refused_with_file_line_and_name(system, path, change, message):
+    with pytest.raises(ModelError, match=message) as refusal:
+        check(edited(system, path, change))
+    assert re.match(r"\S+\.py:\d+: ", str(refusal.value))
+
+
+def test_rational_exponents_are_units():
+    unit = dimension("kg^(1/2) m/s")
+    assert dimension("N^(1/2) m^(1/2)") == unit
+    assert unit_text(unit) == "kg^(1/2) m/s"
+    root = Quantity("root", "J^(1/2)", "root of the energy")
+    system = dataclasses.replace(
+        CART, outputs=Group("y", (*CART.outputs.quantities, root)), output=(*CART.output, sp.sqrt(CART.output[0]))
+    )
+    check(system)
+    with pytest.raises(ModelError, match=r"row 2 of 2 \(root\): .* is in kg\^\(1/2\) m/s, and must be in J"):
+        check(edited(system, ("outputs", "quantities", 1, "unit"), lambda _: "J"))
 
 
 def test_laws_are_checked_one_by_one():

@@ -130,7 +130,7 @@ class Namer:
     def __init__(self, k: str, swing: Swing, d: Derivation) -> None:
         self.k, self.swing, self._d = k, swing, d
 
-    def __call__(self, text: str, value: Expr, title: str = "product", unit: str = "1", latex: str = "") -> Expr:
+    def __call__(self, text: str, value: Expr, title: str = "product", unit: str = "", latex: str = "") -> Expr:
         """Define an expression under this text and the number of the pendulum."""
         return self._d.define(f"{text}{self.k}", value, title=f"{title}, pendulum {self.k}", unit=unit, latex=latex)
 

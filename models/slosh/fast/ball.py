@@ -104,7 +104,7 @@ def _bob(a: Pendulum, arm: Arm, k: int, d: Derivation) -> _Bob:
     )
     squared = d.define(f"sigma_sq{k}", sigma.dot(sigma), title=f"|sigma{k}|^2", unit="1/s^2", latex=rf"|\sigma_{k}|^2")
     loss = d.define(
-        f"ke{k}", arm.ratio * a.damping, title="damping force over s'", unit="kg/s", latex=rf"k_{k}\varepsilon_{k}"
+        f"ke{k}", arm.ratio * a.damping, title="damping force over s'", unit="kg m/s", latex=rf"k_{k}\varepsilon_{k}"
     )
     return _Bob(s, sigma, slip, squared, s.cross(slip), a.damping, loss)
 
@@ -162,7 +162,7 @@ def _by_tensions(
             matrix[i, j] = matrix[j, i] = _together(i, j, hull, pendulums, arms, bobs, levers, d)
     right = [
         d.define(
-            f"r{a.name}",
+            f"along{a.name}",
             _at_pivot(free, hull, arm).dot(bob.s) - bob.squared / arm.ratio,
             title=f"acceleration along arm {a.name} without tension",
             unit="m/s^2",
@@ -205,17 +205,17 @@ def _without_tension(
         return d.define(name, value, title=title, unit=unit)
 
     loads = [
-        constant(f"X{k}_in", load / j, "applied load over inertia", "1")
+        constant(f"X{k}_in", load / j, "applied load over inertia", "")
         for k, load, j in zip(names, hull.applied, inertias, strict=True)
     ]
     turns = [sp.S.Zero] * 3 + [
-        constant(f"gyr{k}", factor / j, "gyroscopic constant", "1") * product
+        constant(f"gyr{k}", factor / j, "gyroscopic constant", "") * product
         for k, (factor, product), j in zip(names[3:], hull.gyration, hull.inertia, strict=True)
     ]
     drags: list[list[Expr]] = [[] for _ in names]
     for a, arm, bob in zip(pendulums, arms, bobs, strict=True):
         k, loss = a.name, arm.ratio * a.damping
-        slow = constant(f"kM{k}", loss / hull.mass, "damping force over mass", "1/s")
+        slow = constant(f"kM{k}", loss / hull.mass, "damping force over mass", "m/s")
         for axis in range(3):
             drags[axis].append(slow * bob.slip[axis])
         twist = [
@@ -223,9 +223,7 @@ def _without_tension(
             for row, j in zip(names[3:], hull.inertia, strict=True)
         ]
         pushed = [
-            constant(
-                f"kJ{row}{k}", arm.lever * loss / hull.inertia[i], "damping force times lever over inertia", "1/(m s)"
-            )
+            constant(f"kJ{row}{k}", arm.lever * loss / hull.inertia[i], "damping force times lever over inertia", "1/s")
             for row, i in (("5", 1), ("6", 2))
         ]
         across = bob.across

@@ -66,11 +66,12 @@ def _absolute(expr: Expr) -> Expr:
 
 
 def tangential_rows() -> sp.Matrix:
-    """Return the equations of s without the multiplier: s x row = 0 across s, and (sigma.s)' = 0 along it."""
+    """Return the equations of s without the multiplier: s x row = 0 across s, and D (sigma.s)' = 0 along it, N m."""
     row = contribution().rows
+    inertia = row[0].diff(arm_acceleration[0])
     slip = arm_rate - rate.cross(direction)
     constraint = arm_acceleration.dot(direction) + arm_rate.dot(slip)
-    return direction.cross(row) + direction * constraint
+    return direction.cross(row) + direction * (inertia * constraint)
 
 
 @functools.cache

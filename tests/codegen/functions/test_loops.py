@@ -40,39 +40,46 @@ from tests.runtime.batch.one_by_one import run_alone
 ANY = Interval(-np.inf, np.inf, True, True)
 
 
-def parameter(name: str, default: float) -> Parameter:
-    return Parameter(name, "1", name, default=default, bounds=ANY, source="assumption: test")
+def parameter(name: str, default: float, unit: str = "1") -> Parameter:
+    return Parameter(name, unit, name, default=default, bounds=ANY, source="assumption: test")
 
 
-def quantity(name: str) -> Quantity:
-    return Quantity(name, "1", name)
+def quantity(name: str, unit: str = "1") -> Quantity:
+    return Quantity(name, unit, name)
 
 
 def spinner() -> System:
     """A unit vector (c, s) turned at the rate w: a saturated motor, a noisy sensor, a circle."""
-    x = Group("x", (quantity("c"), quantity("s"), quantity("w")))
-    u, r, v = Group("u", (quantity("torque"),)), Group("r", (quantity("w_ref"),)), Group("v", (quantity("torque_was"),))
-    p = Group("p", (parameter("Ts", 0.1), parameter("top", 0.4), parameter("sigma", 0.0), parameter("drag", 0.5)))
-    s = Group("s", (parameter("w_0", 1.0), parameter("w_goal", 2.0)))
-    gain = Group("c", (parameter("k", 3.0), parameter("leak", 0.1)))
+    x = Group("x", (quantity("c"), quantity("s"), quantity("w", "1/s")))
+    u, r = Group("u", (quantity("torque", "1/s^2"),)), Group("r", (quantity("w_ref", "1/s"),))
+    v = Group("v", (quantity("torque_was", "1/s^2"),))
+    p = Group("p", (
+        parameter("Ts", 0.1, "s"), parameter("top", 0.4, "1/s^2"), parameter("sigma", 0.0, "1/s"),
+        parameter("drag", 0.5, "1/s"),
+    ))  # fmt: skip
+    s = Group("s", (parameter("w_0", 1.0, "1/s"), parameter("w_goal", 2.0, "1/s^2")))
+    gain = Group("c", (parameter("k", 3.0, "1/s"), parameter("leak", 0.1, "1/s")))
     law = Controller(
         "sum-law", "a law with memory", gain,
         command=(gain.k * (r.w_ref - x.w) + sp.Symbol("total", real=True),),
         period="Ts", applied=v, memory=Group("z", (quantity("total"), quantity("last"))),
         start=(sp.Integer(0), x.w),
-        update=(sp.Symbol("total", real=True) + gain.leak * (r.w_ref - x.w), v.torque_was),
+        update=(sp.Symbol("total", real=True) + gain.leak * (r.w_ref - x.w), v.torque_was), in_numbers=True,
     )  # fmt: skip
-    smooth = Controller("smooth", "continuous in time", Group("c", (parameter("k", 3.0),)), (gain.k * (r.w_ref - x.w),))
+    smooth = Controller(
+        "smooth", "continuous in time", Group("c", (parameter("k", 3.0, "1/s"),)), (gain.k * (r.w_ref - x.w),)
+    )
     limited = sp.Max(-p.top, sp.Min(p.top, sp.Symbol("asked", real=True)))
     norm = 1 / sp.sqrt(x.c**2 + x.s**2)
     return System(
         name="spinner", title="a spinner", source="test", structure={}, states=x, inputs=u, references=r,
         outputs=Group("y", (quantity("angle"),)), parameters=p, scenario_parameters=s,
         rhs=(-x.s * x.w, x.c * x.w, u.torque - p.drag * x.w), output=(sp.atan2(x.s, x.c),), steps=(),
-        limits=(Condition(5 - x.w, "too fast: {w}"),), initial=(sp.Integer(1), sp.Integer(0), s.w_0),
+        limits=(Condition(sp.Rational(1, 2) - p.Ts * x.w, "too fast: half a radian in {Ts} s"),),
+        initial=(sp.Integer(1), sp.Integer(0), s.w_0),
         reference=(s.w_goal * sp.Symbol("t", real=True) / 10,), constraints=(), functions=(),
         controllers=(law, smooth), scenarios=(Scenario("plain", "plain", 5.0, 0.1, {}, {}, {}),), metrics=(),
-        actuator=Actuator(Group("u_cmd", (quantity("asked"),)), (limited,)),
+        actuator=Actuator(Group("u_cmd", (quantity("asked", "1/s^2"),)), (limited,)),
         sensor=Sensor(Group("e", (quantity("w_noise"),)), (x.c, x.s, x.w + p.sigma * sp.Symbol("w_noise", real=True))),
         projection=(x.c * norm, x.s * norm, x.w), choices=(Choice("plant", ("full", "free"), "with or without drag"),),
         variants=(Variant(("free",), (-x.s * x.w, x.c * x.w, u.torque), {}),),
@@ -84,9 +91,10 @@ def folder(tmp_path_factory) -> Path:
     system, path = spinner(), tmp_path_factory.mktemp("spinner")
     check(system)
     functions = printed(generate_functions(system))
-    for name, text in texts(system, functions).items():
+    manifest = manifest_of(system, functions, {})
+    for name, text in texts(manifest, functions).items():
         (path / name).write_text(text)
-    (path / "manifest.json").write_text(manifest_text(manifest_of(system, functions, {}, {})))
+    (path / "manifest.json").write_text(manifest_text(manifest))
     return path
 
 

@@ -2,6 +2,7 @@
 """`mehvar new`: the new system generates, simulates and passes its gates; a wrong term does not."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -78,3 +79,58 @@ def test_an_existing_folder_is_left_alone(tmp_path):
     (tmp_path / "wheel").mkdir()
     with pytest.raises(InputError, match="exists"):
         scaffold("wheel", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("p.m * p.g", "p.mm * p.g", r"models/mine/system.py:\d+: AttributeError: group 'p' has no quantity 'mm'"),
+        ("import sympy", "import sympyy", r"models/mine/system.py:9: ModuleNotFoundError: No module named 'sympyy'"),
+        ("return body + wheel", "return body wheel", r"models/mine/system.py:\d+: SyntaxError: invalid syntax"),
+        ("d = Derivation()", "raise SystemExit(0)", r"models/mine/system.py:\d+: SystemExit: 0"),
+        ("return System(", "return dict(", r"must be a System"),
+        ('name="mine"', 'name="yours"', r"name = 'yours' of the system: must be that of its folder, 'mine'"),
+        (
+            '"theta_ddot", body',
+            '"wheel", body',
+            r"models/mine/system.py:\d+: definition 'wheel' at .* of state 'wheel'",
+        ),
+        ("        X.theta_dot,\n", "", r"models/mine/system.py:\d+: rhs has 2 entries for 3 states"),
+        (
+            "STRUCTURE: dict",
+            "STRUCTURES: dict",
+            r"models/mine/__init__.py:3: ImportError: cannot import name 'STRUCTURE'",
+        ),
+    ],
+)
+def test_a_mistake_in_a_model_is_one_line_and_nothing_is_written(tmp_path, mine, old, new, message):
+    shutil.copytree(mine, tmp_path / "mine")
+    path = tmp_path / "mine" / "models" / "mine" / "system.py"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    before = {p: p.read_bytes() for p in (tmp_path / "mine" / "generated").rglob("*.*")}
+    done = run(tmp_path / "mine", "mehvar", "generate")
+    assert done.returncode == 2
+    assert re.fullmatch(rf"mehvar: .*{message}.*\n", done.stderr), done.stderr
+    assert "mehvar_own" not in done.stderr
+    assert "pip" not in done.stderr
+    assert {p: p.read_bytes() for p in (tmp_path / "mine" / "generated").rglob("*.*")} == before
+
+
+@pytest.fixture(scope="module")
+def mine(tmp_path_factory):
+    return scaffold("mine", tmp_path_factory.mktemp("mine"))
+
+
+def test_a_misspelt_file_is_named_and_debug_shows_the_traceback(tmp_path, mine):
+    shutil.copytree(mine, tmp_path / "mine")
+    folder = tmp_path / "mine" / "models" / "mine"
+    (folder / "system.py").rename(folder / "sytem.py")
+    expected = f"mehvar: models/mine/__init__.py:3: imports {folder / 'system.py'}, which does not exist\n"
+    assert run(tmp_path / "mine", "mehvar", "generate").stderr == expected
+    for command in (["--debug", "generate"], ["generate", "--debug", "mine"]):
+        done = run(tmp_path / "mine", "mehvar", *command)
+        assert done.returncode == 2
+        assert done.stderr.startswith("Traceback")
+        assert done.stderr.endswith(expected)

@@ -7,7 +7,7 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,11 @@ import pytest
 
 import mehvar
 from mehvar import runtime
+from mehvar.errors import MehvarError
 from mehvar.manifest import FILE, read_manifest
 from mehvar.runtime import InputError, Model
 from mehvar.runtime.model.catalogue import find_model
+from mehvar.runtime.model.functions import BackendName
 
 BACKENDS = ["c", "python"]
 Edit = Callable[[str, str, str], Path]
@@ -233,9 +235,8 @@ def test_manifest_that_is_not_an_object(tmp_path: Path) -> None:
 def test_missing_generated_file(edited: Edit, file: str, backend: str) -> None:
     copy = edited(FILE, "pendulum", "pendulum")
     (copy / file).unlink()
-    model = runtime.load(copy, backend=backend)  # type: ignore[arg-type]
     with pytest.raises(InputError, match=re.escape(file)):
-        model.rhs([0.0, 0.0], [0.0], model.parameters())
+        runtime.load(copy, backend=backend).functions["initial"](np.zeros(10), np.zeros(4))  # type: ignore[arg-type]
 
 
 def test_jacobians_are_compiled_on_first_use(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -252,3 +253,72 @@ def test_import_is_light() -> None:
     root = Path(mehvar.__file__).parent.parent
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=root, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"states": [', '"states": [], "stats": [', "'stats' is not known"),
+        ('"period": "Ts"', '"period": "nosuch"', r"controllers.p-sum.period = 'nosuch': must be one of"),
+        ('["x", 2], ["u", 1], ["p', '["x", 3], ["u", 1], ["p', r"functions.rhs.args = .*: must be \[\['x', 2\]"),
+        ('"kind": "max_abs"', '"kind": "nosuch"', "kind = 'nosuch': must be one of settling"),
+        ('"duration": 2.0', '"duration": -2.0', r"scenarios.swing.duration = -2.0: must be a number > 0"),
+        ('"duration": 2.0', '"duration": NaN', "NaN is no number of JSON"),
+        ('"duration": 2.0', '"duration": 1' + "0" * 400, "duration = 10000.*must be a number"),
+        ('"duration": 2.0', '"duration": ' + "1" * 5000, "is not JSON"),
+        ('"model": "pendulum"', '"model": "../pendulum"', "must be a C file of ../pendulum"),
+        ('"file": "pendulum.c"', '"file": "/etc/passwd"', "file = '/etc/passwd': must be a C file of pendulum"),
+        ('"schema": 1', '"x": ' + "[" * 100_000, "nested too deeply"),
+    ],
+)
+def test_a_manifest_that_does_not_fit_together(edited: Edit, old: str, new: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read_manifest(edited(FILE, old, new))
+
+
+def changed(folder: Path, **fields: Any) -> Path:
+    data = json.loads((folder / FILE).read_text())
+    (folder / FILE).write_text(json.dumps({**data, **fields}))
+    return folder
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_code_of_another_order_size_or_hash_is_refused(edited: Edit, backend: BackendName) -> None:
+    copy = edited(FILE, "pendulum", "pendulum")
+    data = json.loads((copy / FILE).read_text())
+    for name in ("states", "outputs", "parameters"):
+        changed(copy, **{name: data[name][::-1]})
+        with pytest.raises(InputError, match=r"pendulum\.(h|py): .* is .*, and manifest.json says .*"):
+            runtime.load(copy, backend=backend).functions["rhs"]([0.0, 0.0], [0.0], np.ones(10))
+        changed(copy, **{name: data[name]})
+    changed(copy, hash="1" * 64)
+    with pytest.raises(InputError, match="says 1111"):
+        runtime.load(copy, backend=backend).functions["rhs"]([0.0, 0.0], [0.0], np.ones(10))
+
+
+def test_whatever_is_dropped_from_a_manifest_it_is_refused_or_runs(edited: Edit) -> None:
+    """One entry less in any list or table, or one twice: refused with one line, or of no account to a run."""
+    copy = edited(FILE, "pendulum", "pendulum")
+    whole = json.loads((copy / FILE).read_text())
+    refused = 0
+    for path in list(places(whole)):
+        data = json.loads(json.dumps(whole))
+        *above, last = path
+        place = data
+        for part in above:
+            place = place[part]
+        del place[last]
+        (copy / FILE).write_text(json.dumps(data))
+        try:
+            runtime.simulate(runtime.load(copy, backend="python"), "pd", t_end=0.1)
+        except MehvarError:
+            refused += 1
+    assert refused > 100
+
+
+def places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the place of each entry of each list and table."""
+    entries = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for key, value in entries:
+        yield (*path, key)
+        yield from places(value, (*path, key))

@@ -3,6 +3,38 @@
 
 import numpy as np
 
+HASH = "0000000000000000000000000000000000000000000000000000000000000000"
+STATES = ("angle", "rate")
+INPUTS = ("torque",)
+REFERENCES = ("angle_ref",)
+OUTPUTS = ("energy", "angle_error", "power")
+PARAMETERS = ("m", "l", "g", "b", "wall", "k_wall", "cube", "rate_max", "torque_max", "Ts")
+SCENARIO_PARAMETERS = ("angle_0", "rate_0", "angle_ref", "ref_rate")
+COORDINATES = ("double_angle", "rate")
+PD_PARAMETERS = ("k_p", "k_d")
+P_SUM_PARAMETERS = ("k_p", "k_i")
+P_SUM_MEMORY = ("sum",)
+SIZES = {
+    "rhs": {"x": 2, "u": 1, "p": 10, "dx": 2},
+    "outputs": {"x": 2, "u": 1, "r": 1, "p": 10, "y": 3},
+    "limits": {"x": 2, "u": 1, "p": 10, "margin": 2},
+    "to_coordinates": {"x": 2, "q": 2},
+    "from_coordinates": {"q": 2, "x": 2},
+    "initial": {"p": 10, "s": 4, "x": 2},
+    "reference": {"t": None, "p": 10, "s": 4, "r": 1},
+    "constraints": {"p": 10, "s": 4, "margin": 1},
+    "pd": {"x": 2, "r": 1, "p": 10, "c": 2, "u": 1},
+    "pd_loop": {"q": 2, "r": 1, "p": 10, "c": 2, "dq": 2},
+    "pd_observe": {"q": 2, "r": 1, "p": 10, "c": 2, "x": 2, "u": 1},
+    "pd_defaults": {"c": 2, "derived": 1},
+    "pd_constraints": {"p": 10, "c": 2, "s": 4, "margin": 1},
+    "p-sum": {"x": 2, "r": 1, "v": 1, "z": 1, "p": 10, "c": 2, "u": 1, "z_next": 1},
+    "p_sum_start": {"x": 2, "r": 1, "p": 10, "c": 2, "z": 1},
+    "swing": {"l": None, "g": None, "period": None, "omega": None},
+    "jac_x": {"x": 2, "u": 1, "p": 10, "J": 4},
+    "jac_u": {"x": 2, "u": 1, "p": 10, "J": 2},
+}
+
 
 def _vector(*elements):
     return np.stack(np.broadcast_arrays(*elements), axis=-1)

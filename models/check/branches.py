@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""No Python branch on a symbol while a model is derived: only one side of it would get into the equations."""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import linecache
+import sys
+from collections.abc import Iterator
+from types import FrameType
+from typing import Any
+
+import sympy as sp
+
+from ..quantities import ModelError, place
+from ..system import Expr
+
+
+@contextlib.contextmanager
+def no_branching() -> Iterator[None]:
+    """Make a Python `if` on a symbol an error while a model is derived.
+
+    SymPy already refuses `if x > 0`. It lets `if x:` and `if x == 0:` pass and takes one branch silently, the second
+    because the two differ in form; inside this context both raise `ModelError` when they stand in a model's own text.
+
+    Two comparisons with the number zero pass, for no value of a symbol can change what they answer:
+
+    - one that SymPy's assumptions decide, such as `m == 0` for a mass that is positive;
+    - `M[i, j] != 0` and `M[i, j] == 0` of an entry of a matrix, written as such. They ask where a matrix has entries,
+      which is its form: a sum over the entries that are not zero is the same function as the sum over all. The same
+      question of a name or of a formula, `x == 0`, is how one asks for a value, and is refused.
+    """
+    plain_eq, plain_ne = sp.Expr.__eq__, sp.Expr.__ne__
+
+    def truth(expr: Expr) -> bool:
+        _refuse(expr, "the truth of")
+        return True
+
+    def equal(expr: Expr, other: object) -> Any:
+        same = plain_eq(expr, other)
+        if same is not True and isinstance(other, int | float | sp.Expr) and (_symbolic(expr) or _symbolic(other)):
+            _refuse(expr if _symbolic(expr) else other, "equality with", other if _symbolic(expr) else expr)
+        return same
+
+    def unequal(expr: Expr, other: object) -> Any:
+        same = equal(expr, other)
+        return same if same is NotImplemented else not same
+
+    sp.Expr.__bool__ = truth
+    sp.Expr.__eq__, sp.Expr.__ne__ = equal, unequal
+    try:
+        yield
+    finally:
+        del sp.Expr.__bool__
+        sp.Expr.__eq__, sp.Expr.__ne__ = plain_eq, plain_ne
+
+
+def _symbolic(value: object) -> bool:
+    return isinstance(value, sp.Expr) and bool(value.free_symbols)
+
+
+def _refuse(expr: Expr, what: str, other: object = None) -> None:
+    """Refuse a question about an expression with symbols, unless SymPy asks it or no value can change the answer."""
+    frame = sys._getframe(2)
+    while frame.f_globals.get("__name__") == __name__ and frame.f_back:
+        frame = frame.f_back
+    if frame.f_globals.get("__name__", "").partition(".")[0] in ("sympy", "mpmath") or not expr.free_symbols:
+        return
+    zero = isinstance(other, int | float | sp.Number) and sp.sympify(other).is_zero
+    if zero and (expr.is_zero is False or _is_entry_with_zero(frame)):
+        return
+    raise ModelError(
+        f"{place(frame.f_code.co_filename, frame.f_lineno)}: a Python branch asks for {what} the symbolic expression "
+        f"{expr}; use sympy.Piecewise so that both branches are kept"
+    )
+
+
+def _is_entry_with_zero(frame: FrameType) -> bool:
+    """Tell whether what is evaluated in a frame is written `M[...] == 0` or `!= 0`, and M is a matrix."""
+    try:
+        node = ast.parse(f"({_source(frame)})", mode="eval").body
+    except SyntaxError:
+        return False
+    if not (isinstance(node, ast.Compare) and isinstance(node.left, ast.Subscript)):
+        return False
+    literal = node.comparators[0]
+    if len(node.ops) > 1 or not (isinstance(literal, ast.Constant) and literal.value == 0):
+        return False
+    return isinstance(_value(node.left.value, frame), sp.MatrixBase | sp.NDimArray)
+
+
+def _source(frame: FrameType) -> str:
+    """Return the text of what is evaluated in a frame; columns count bytes, and the last line is cut first."""
+    positions = list(frame.f_code.co_positions())[frame.f_lasti // 2]
+    first, last, start, end = (position or 0 for position in positions)
+    lines = [linecache.getline(frame.f_code.co_filename, k).encode() for k in range(first, last + 1)]
+    if not lines:
+        return ""
+    lines[-1] = lines[-1][:end]
+    lines[0] = lines[0][start:]
+    return b"".join(lines).decode(errors="replace")
+
+
+def _value(node: ast.expr, frame: FrameType) -> object:
+    """Return what a name, or an attribute of one, stands for in a frame."""
+    if isinstance(node, ast.Name):
+        return frame.f_locals.get(node.id, frame.f_globals.get(node.id))
+    if isinstance(node, ast.Attribute):
+        return getattr(_value(node.value, frame), node.attr, None)
+    return None

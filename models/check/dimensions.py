@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The dimension of every expression, from the units of its symbols."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterable, Iterator, Mapping
+from fractions import Fraction
+
+import sympy as sp
+from sympy.core.relational import Relational
+
+from ..derivation import Definition
+from ..quantities import LARGEST, TIME, ModelError
+from ..system import System
+from ..units import Dimension, dimension, product, unit_text
+from .entries import graph
+from .vectors import Vector, known, own
+
+NUMBER: Dimension = {}
+_SAME = (sp.Add, sp.Min, sp.Max, sp.Mod, sp.atan2, Relational)
+"""Arguments have one dimension."""
+_KEPT = (sp.Add, sp.Min, sp.Max, sp.Mod)
+"""And it is that of the value too."""
+_OF_NUMBERS = (
+    sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.sinh, sp.cosh, sp.tanh, sp.asinh, sp.acosh, sp.atanh,
+    sp.exp, sp.log, sp.floor, sp.ceiling, sp.erf,
+)  # fmt: skip
+
+
+class MisfitError(Exception):
+    """What does not fit, in words; who catches it says where."""
+
+
+def check_dimensions(system: System, vectors: Iterable[Vector]) -> None:
+    """Refuse rows in another unit than their quantity's, and sums of what cannot be added.
+
+    A definition whose unit is not stated has that of its expression; a plain number that is a definition of its own
+    has the unit that is stated.
+    """
+    _check_units(system, vectors)
+    dimensions = _ByScope(system)
+    apart: set[sp.Symbol] = set()
+    for vector in vectors:
+        if vector.in_numbers:
+            apart |= _definitions_of(vector.entries, system)
+            continue
+        for k, entry in enumerate(vector.entries):
+            _check_row(dimensions.of(vector), vector, k, entry)
+    for step in system.definitions_in_order:
+        if step.symbol not in apart:
+            with _placed(f"{step.origin}: definition {step.symbol.name!r}"):
+                dimensions.anywhere(step.symbol)
+
+
+def _check_row(dimensions: Dimensions, vector: Vector, k: int, entry: sp.Expr) -> None:
+    parts = entry.args if vector.margin and isinstance(entry, sp.Min) else (entry,)
+    with _placed(vector.row(k)):
+        values = [dimensions(part) for part in parts]  # of a smallest margin only the sign counts
+        if k < len(vector.rows) and values[0] is not None:
+            unit = vector.rows[k].unit + ("/s" if vector.rate else "")
+            if values[0] != dimension(unit):
+                raise MisfitError(f"{short(entry)} is in {unit_text(values[0])}, and must be in {unit}")
+
+
+def _check_units(system: System, vectors: Iterable[Vector]) -> None:
+    """Refuse units that are none, of quantities and of definitions."""
+    for vector in vectors:
+        for unit in (*vector.units.values(), *(q.unit for q in vector.rows)):
+            with _placed(f"{vector.origin}: {vector.what}"):
+                dimension(unit)
+    for step in system.definitions_in_order:
+        with _placed(f"{step.origin}: definition {step.symbol.name!r}"):
+            dimension(step.unit or "1")
+    for law in system.controllers:
+        clock = next((q for q in system.parameters if q.name == law.period), None)
+        count = next((q for q in law.parameters if q.name == law.delay), None)
+        for what, q, unit in (("period", clock, "s"), ("delay", count, "1")):
+            if q and dimension(q.unit) != dimension(unit):
+                raise ModelError(
+                    f"{law.origin}: {what} = {q.name!r} of law {law.name!r} is in {q.unit}, and must be in {unit}"
+                )
+
+
+@contextlib.contextmanager
+def _placed(where: str) -> Iterator[None]:
+    try:
+        yield
+    except (MisfitError, ValueError) as error:
+        raise ModelError(f"{where}: {error}") from None
+
+
+def _definitions_of(entries: Iterable[sp.Expr], system: System) -> set[sp.Symbol]:
+    """Return the definitions that expressions are made of."""
+    definitions = system.definitions
+    stack, seen = list(entries), set[sp.Symbol]()
+    while stack:
+        for node in graph(stack.pop()):
+            if isinstance(node, sp.Symbol) and node in definitions and node not in seen:
+                seen.add(node)
+                stack.append(definitions[node])
+    return seen
+
+
+class _ByScope:
+    """Dimensions for each scope: a law's gain and another law's gain of that name may differ in unit."""
+
+    def __init__(self, system: System) -> None:
+        self._definitions = {step.symbol: step for step in system.definitions_in_order}
+        self._common = {q.symbol: q.unit for _, group in known(system) for q in group} | {TIME.symbol: TIME.unit}
+        own_symbols = {q.symbol: q.unit for law in system.controllers for _, group in own(law) for q in group}
+        inside = {q.symbol: q.unit for f in system.functions for group in f.arguments for q in group}
+        self.anywhere = Dimensions(self._definitions | inside | own_symbols | self._common | self._definitions)
+        self._scopes: dict[frozenset[tuple[sp.Symbol, str]], Dimensions] = {}
+
+    def of(self, vector: Vector) -> Dimensions:
+        """Return the dimensions in the scope of a vector."""
+        units = vector.units
+        scope = frozenset((symbol, unit) for symbol, unit in units.items() if self._common.get(symbol) != unit)
+        if scope not in self._scopes:
+            self._scopes[scope] = Dimensions(self._definitions | self._common | units)
+        return self._scopes[scope]
+
+
+class Dimensions:
+    """Dimensions of expressions over symbols of known dimension.
+
+    Every subexpression is looked at once, however often it occurs: equations of motion are graphs of a few thousand
+    nodes that are trees of millions. Zero and `LARGEST` have any dimension, which is None.
+
+    Parameters
+    ----------
+    symbols : mapping of Symbol to str or Definition
+        Unit of every quantity, and every definition.
+    """
+
+    def __init__(self, symbols: Mapping[sp.Symbol, str | Definition]) -> None:
+        self._definitions = {s: step for s, step in symbols.items() if isinstance(step, Definition)}
+        self._memo: dict[sp.Basic, Dimension | None] = {
+            symbol: dimension(unit) for symbol, unit in symbols.items() if isinstance(unit, str)
+        }
+
+    def __call__(self, root: sp.Basic) -> Dimension | None:
+        """Return the dimension of an expression; None where it may be any.
+
+        Raises
+        ------
+        MisfitError
+            If summands differ in dimension, or a function of numbers is taken of something else.
+        """
+        stack, entered = [root], set[sp.Basic]()
+        while stack:
+            node = stack[-1]
+            waiting = [] if node in self._memo else [part for part in self._parts(node) if part not in self._memo]
+            if waiting and node in entered:
+                raise MisfitError(f"definition {short(node)!r} is defined by itself")
+            if waiting:
+                entered.add(node)
+                stack.extend(waiting)
+                continue
+            stack.pop()
+            if node not in self._memo:
+                self._memo[node] = self._of(node)
+        return self._memo[root]
+
+    def _parts(self, node: sp.Basic) -> tuple[sp.Basic, ...]:
+        return (self._definitions[node].expr,) if node in self._definitions else node.args
+
+    def _of(self, node: sp.Basic) -> Dimension | None:
+        if node in self._definitions:
+            return self._defined(self._definitions[node])
+        if node.is_Number or not node.args:
+            return None if node in (sp.S.Zero, LARGEST) else NUMBER
+        if isinstance(node, sp.Mul):
+            return self._product(node)
+        if isinstance(node, sp.Pow):
+            return self._power(node)
+        if isinstance(node, sp.Piecewise):
+            return self._common(node, [pair.expr for pair in node.args])
+        if isinstance(node, _SAME):
+            common = self._common(node, node.args)
+            return common if isinstance(node, _KEPT) else NUMBER
+        if isinstance(node, _OF_NUMBERS):
+            self._number(node.args[0], f"{type(node).__name__} is of a number")
+            return NUMBER
+        return self._memo[node.args[0]] if isinstance(node, sp.Abs) else NUMBER
+
+    def _defined(self, step: Definition) -> Dimension | None:
+        value = self._memo[step.expr]
+        if not step.unit or step.expr.is_number:
+            return dimension(step.unit) if step.unit else value
+        if value is not None and value != dimension(step.unit):
+            raise MisfitError(
+                f"definition {step.symbol.name!r} at {step.origin}: {short(step.expr)} is in {unit_text(value)}, "
+                f"and is said to be in {step.unit}"
+            )
+        return dimension(step.unit)
+
+    def _product(self, node: sp.Mul) -> Dimension | None:
+        parts = [self._memo[factor] for factor in node.args]
+        known = [part for part in parts if part is not None]
+        return product(*((part, 1) for part in known)) if len(known) == len(parts) else None
+
+    def _power(self, node: sp.Pow) -> Dimension | None:
+        base = self._memo[node.base]
+        if not base:
+            self._number(node.exp, "an exponent is a number")
+            return base
+        if not node.exp.is_Rational:
+            self._number(node.exp, "an exponent is a number")
+            raise MisfitError(
+                f"{short(node.base)} [{unit_text(base)}] has the exponent {short(node.exp)}, no fixed number"
+            )
+        return product((base, Fraction(int(node.exp.p), int(node.exp.q))))
+
+    def _common(self, node: sp.Basic, parts: tuple[sp.Basic, ...] | list[sp.Basic]) -> Dimension | None:
+        known = [(part, d) for part in parts if (d := self._memo[part]) is not None]
+        for part, other in known[1:]:
+            first, expected = known[0]
+            if other != expected:
+                raise MisfitError(
+                    f"{short(first)} [{unit_text(expected)}] and {short(part)} [{unit_text(other)}] "
+                    f"stand together in {short(node)}"
+                )
+        return known[0][1] if known else None
+
+    def _number(self, node: sp.Basic, rule: str) -> None:
+        if self._memo[node]:
+            raise MisfitError(f"{rule}, and {short(node)} is in {unit_text(self._memo[node] or {})}")
+
+
+def short(expr: sp.Basic) -> str:
+    """Return the text of an expression, cut to what a message can show."""
+    if sum(1 for _ in zip(sp.preorder_traversal(expr), range(_NODES), strict=False)) == _NODES:
+        return f"a {type(expr).__name__} of {len(expr.args)} parts"
+    return str(expr)
+
+
+_NODES = 40
+"""Of an expression that is shown: a line or two of a terminal."""

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the entries of each vector are as many as its group, expressions, finite, and of symbols that it receives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+
+import sympy as sp
+
+from ..derivation import Definition
+from ..quantities import TIME, ModelError
+from ..system import System
+from ..tables import suggestion
+from .names import role
+from .vectors import Vector
+
+_ENDLESS = (sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I)
+
+
+def check_entries(system: System, vectors: Iterable[Vector]) -> None:
+    """Refuse vectors of another length than their group, and entries that cannot be evaluated."""
+    nodes = Nodes(system)
+    for vector in vectors:
+        _check_length(vector)
+        received = set(vector.units)
+        for k, entry in enumerate(vector.entries):
+            _check_kind(entry, vector.row(k))
+            _check_constants(nodes.of(entry), vector.row(k))
+            _check_symbols(nodes, entry, received, system, vector, vector.row(k))
+    for step in system.definitions_in_order:
+        _check_constants(nodes.of(step.expr), f"{step.origin}: definition {step.symbol.name!r}")
+
+
+class Nodes:
+    """What expressions are made of; each is walked once, as the graph that it is."""
+
+    def __init__(self, system: System) -> None:
+        self.definitions: Mapping[sp.Symbol, Definition] = {step.symbol: step for step in system.definitions_in_order}
+        self._known: dict[sp.Basic, frozenset[sp.Basic]] = {}
+
+    def of(self, root: sp.Basic) -> frozenset[sp.Basic]:
+        """Return symbols and other things without parts of an expression."""
+        if root not in self._known:
+            self._known[root] = frozenset(node for node in graph(root) if not node.args)
+        return self._known[root]
+
+    def ends(self, entry: sp.Basic, received: set[sp.Symbol]) -> Iterator[tuple[sp.Symbol, Definition | None]]:
+        """Yield the symbols that an entry comes down to, each with the definition that it was met in."""
+        stack: list[tuple[sp.Basic, Definition | None]] = [(node, None) for node in self.of(entry)]
+        seen: set[sp.Basic] = set()
+        while stack:
+            node, within = stack.pop()
+            if node in seen or not isinstance(node, sp.Symbol):
+                continue
+            seen.add(node)
+            if node in received or node not in self.definitions:
+                yield node, within
+            else:
+                step = self.definitions[node]
+                stack.extend((part, step) for part in self.of(step.expr))
+
+
+def graph(root: sp.Basic) -> Iterator[sp.Basic]:
+    """Yield each different part of an expression once, itself included."""
+    stack, seen = [root], {root}
+    while stack:
+        node = stack.pop()
+        yield node
+        new = [part for part in node.args if part not in seen]
+        seen.update(new)
+        stack.extend(dict.fromkeys(new))
+
+
+def _check_length(vector: Vector) -> None:
+    if vector.group and len(vector.entries) != len(vector.rows):
+        names = ", ".join(q.name for q in vector.rows) or "none"
+        raise ModelError(
+            f"{vector.origin}: {vector.what} has {len(vector.entries)} entries for {len(vector.rows)} {vector.group} "
+            f"({names}): there must be one for each, in their order"
+        )
+
+
+def _check_kind(entry: object, where: str) -> None:
+    if not isinstance(entry, sp.Expr) or isinstance(entry, sp.MatrixExpr):
+        hint = f"; write sympy.sympify({entry!r})" if isinstance(entry, int | float) else ""
+        raise ModelError(f"{where}: {entry!r} is a {type(entry).__name__}: must be a SymPy expression{hint}")
+
+
+def _check_constants(nodes: Iterable[sp.Basic], where: str) -> None:
+    for node in nodes:
+        if node in _ENDLESS or (isinstance(node, sp.Float) and not math.isfinite(float(node))):
+            raise ModelError(f"{where} has the constant {node}: numbers must be real and finite")
+
+
+def _check_symbols(
+    nodes: Nodes, entry: sp.Basic, received: set[sp.Symbol], system: System, vector: Vector, where: str
+) -> None:
+    for symbol, within in nodes.ends(entry, received):
+        if symbol not in received:
+            raise ModelError(f"{where}: {_stranger(symbol, within, system, vector)}")
+
+
+def _stranger(symbol: sp.Symbol, within: Definition | None, system: System, vector: Vector) -> str:
+    """Say what a symbol is that a vector may not be a function of."""
+    allowed = sorted(s.name for s in vector.units)
+    through = f" (by definition {within.symbol.name!r} at {within.origin})" if within else ""
+    if symbol.name in allowed:
+        what = "has the name of what it receives but other assumptions: take the symbol from its group"
+    elif symbol == TIME.symbol:
+        what = "is time, which it does not receive"
+    else:
+        kind = role(system, symbol)
+        what = f"is a {kind}, which it does not receive" if kind else "belongs to no group of the system"
+    names = ", ".join(allowed) or "nothing"
+    return f"{symbol.name!r}{through} {what}{suggestion(symbol.name, allowed)}; it is a function of {names}"

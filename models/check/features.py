@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether what a system declares has an effect: a feature that nothing would use is refused by name."""
+
+from __future__ import annotations
+
+import itertools
+import string
+from collections.abc import Iterable, Sequence
+
+from ..quantities import Group, ModelError
+from ..system import Condition, Controller, System, Variant
+from ..tables import check_names, suggestion
+
+_OF_SAMPLES = ("delay", "applied", "memory", "start", "update", "bears_loss")
+"""What only a sampled law has."""
+_OF_MEMORY = ("applied", "start", "update")
+"""What only a law with memory has."""
+
+
+def check_features(system: System) -> None:
+    """Refuse what would be ignored, and combinations that no run can have."""
+    if not len(system.states):
+        raise ModelError(f"{system.origin}: states = (): a system must have at least one state")
+    for law in system.controllers:
+        _check_times(system, law)
+        _check_law(law)
+    _check_chart(system)
+    _check_choices(system)
+    if len(system.residual) != len(system.rates):
+        raise ModelError(
+            f"{system.origin}: residual has {len(system.residual)} entries for {len(system.rates)} rates: there must "
+            "be one for each"
+        )
+    _check_messages(system)
+
+
+def _check_law(law: Controller) -> None:
+    for names, missing in ((_OF_SAMPLES, "period"), (_OF_MEMORY, "memory")):
+        for name in names:
+            value = getattr(law, name)
+            if (len(value) if isinstance(value, Group | tuple) else value) and not getattr(law, missing):
+                kind = "continuous in time (it has no period)" if missing == "period" else "without memory"
+                raise ModelError(f"{law.origin}: {name} of law {law.name!r} would be ignored: the law is {kind}")
+
+
+def _check_times(system: System, law: Controller) -> None:
+    """Refuse a law whose period or delay is no parameter."""
+    for what, name, group in (("period", law.period, system.parameters), ("delay", law.delay, law.parameters)):
+        names = [q.name for q in group]
+        if name and name not in names:
+            raise ModelError(
+                f"{law.origin}: {what} = {name!r} of law {law.name!r} is no parameter of group {group.name!r}"
+                f"{suggestion(name, names)}"
+            )
+
+
+def _check_chart(system: System) -> None:
+    continuous = [law.name for law in system.controllers if not law.period]
+    if system.coordinates and system.actuator and continuous:
+        raise ModelError(
+            f"{system.actuator.origin}: actuator would be ignored by law {continuous[0]!r}: with coordinates a "
+            "continuous law commands the inputs of the chart; leave out one of actuator and coordinates"
+        )
+
+
+def _check_choices(system: System) -> None:
+    options = [choice.values for choice in system.choices]
+    for choice in system.choices:
+        if len(choice.values) < 2 or len(set(choice.values)) < len(choice.values):
+            raise ModelError(
+                f"{system.origin}: choice {choice.name!r} has the values {choice.values}: must be two or more, "
+                "each once"
+            )
+    check_distinct([choice.name for choice in system.choices], f"{system.origin}: choice")
+    wanted = [values for values in itertools.product(*options) if values != tuple(v[0] for v in options)]
+    present = [variant.values for variant in system.variants]
+    for variant in system.variants:
+        _check_variant(system, variant, wanted)
+    check_distinct(present, f"{system.origin}: variant")
+    missing = [values for values in wanted if values not in present]
+    if missing:
+        raise ModelError(
+            f"{system.origin}: variants lacks {missing[0]}: there must be one for each choice but the first"
+        )
+
+
+def _check_variant(system: System, variant: Variant, wanted: Sequence[tuple[str, ...]]) -> None:
+    if variant.values not in wanted:
+        allowed = ", ".join(map(str, wanted)) or "none, for the system has no choices"
+        raise ModelError(f"{variant.origin}: values = {variant.values} of a variant: must be one of {allowed}")
+    continuous = [law.name for law in system.controllers if not law.period]
+    check_names(variant.loops, continuous, f"{variant.origin}: loops of variant {variant.values}: continuous law")
+
+
+def check_distinct(names: Sequence[object], what: str) -> None:
+    """Refuse a name that is there twice."""
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            raise ModelError(f"{what} {name!r} is there twice")
+
+
+def _check_messages(system: System) -> None:
+    """Refuse messages whose places have no value, and values that no message shows."""
+    p, s = ([q.name for q in group] for group in (system.parameters, system.scenario_parameters))
+    _check_conditions("limits", system.limits, p, False)
+    _check_conditions("constraints", system.constraints, [*p, *s], False)
+    for law in system.controllers:
+        names = [*p, *s, *(q.name for q in law.parameters)]
+        _check_conditions(f"constraints of law {law.name!r}", law.constraints, names, False)
+        _check_conditions(f"warnings of law {law.name!r}", law.warnings, names, True)
+
+
+def _check_conditions(what: str, conditions: Iterable[Condition], names: Sequence[str], shows: bool) -> None:
+    for condition in conditions:
+        where = f"{condition.origin}: message of {what}"
+        if condition.shown and not shows:
+            raise ModelError(f"{where}: shown would be ignored: only the warnings of a law show values")
+        values = [str(k) for k in range(len(condition.shown))]
+        try:
+            places = [place for _, place, _, _ in string.Formatter().parse(condition.message) if place is not None]
+            condition.message.format(*(0.0 for _ in values), **dict.fromkeys(names, 0.0))
+        except (ValueError, KeyError, IndexError, AttributeError, TypeError) as error:
+            allowed = ", ".join((*values, *names)) or "none"
+            raise ModelError(
+                f"{where} {condition.message!r} cannot be filled in ({error}); places: {allowed}"
+            ) from None
+        unshown = [value for value in values if value not in places]
+        if unshown:
+            raise ModelError(f"{where} {condition.message!r} does not show value {{{unshown[0]}}}")

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Defaults of parameters that are formulas in other parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import sympy as sp
+
+from ..quantities import Group, ModelError, Parameter
+from ..system import Expr
+from ..tables import suggestion
+
+_NAMESPACE: dict[str, Any] = {"sqrt": sp.sqrt, "pi": sp.pi}
+
+
+def formulas(group: Group) -> dict[str, Expr]:
+    """Return the defaults of a group that are formulas in its other parameters.
+
+    Raises
+    ------
+    ModelError
+        If a formula is not an expression in parameters of the group.
+    """
+    symbols = {q.name: q.symbol for q in group}
+    return {
+        parameter.name: _parse(parameter, symbols)
+        for parameter in group
+        if isinstance(parameter, Parameter) and isinstance(parameter.default, str)
+    }
+
+
+def _parse(parameter: Parameter, symbols: Mapping[str, sp.Symbol]) -> Expr:
+    where = f"default of {parameter.name} = {parameter.default!r}"
+    try:
+        expr = sp.sympify(parameter.default, locals={**_NAMESPACE, **symbols})
+    except (sp.SympifyError, SyntaxError, TypeError, AttributeError) as error:
+        raise ModelError(f"{where} is not a formula: {error}") from error
+    if not isinstance(expr, sp.Expr):
+        raise ModelError(f"{where} is not a formula: it is a {type(expr).__name__}")
+    unknown = {s.name for s in expr.free_symbols} - set(symbols)
+    if unknown:
+        name = sorted(unknown)[0]
+        raise ModelError(f"{where} uses {name!r}, which is no parameter of this group{suggestion(name, symbols)}")
+    return expr

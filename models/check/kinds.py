@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether every field of a system holds what its class says: a list is no tuple, a text no number."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+import sympy as sp
+
+from ..derivation import Definition, Equation
+from ..quantities import Located, ModelError
+from ..system import System
+
+
+def check_kinds(system: object) -> None:
+    """Refuse what is no `System`, and fields of another kind than they are declared."""
+    if not isinstance(system, System):
+        raise ModelError(f"system() returns a {type(system).__name__}: must be a System")
+    _check_record(system, "", system.origin)
+
+
+def _check_record(record: Any, where: str, origin: str) -> None:
+    origin = record.origin if isinstance(record, Located) else origin
+    hints = get_type_hints(type(record))
+    for field in fields(record):
+        place = f"{where}.{field.name}" if where else field.name
+        value, hint = getattr(record, field.name), hints[field.name]
+        if isinstance(record, Definition | Equation) and hint is not str and not isinstance(value, hint):
+            raise _wrong(value, "SymPy expression", place, origin)
+        _check(value, hint, place, origin)
+
+
+def _check(value: Any, hint: Any, where: str, origin: str) -> None:
+    kind, inner = get_origin(hint), get_args(hint)
+    if kind in (Union, types.UnionType):
+        options = [part for part in inner if part is not type(None)]
+        if value is None and len(options) < len(inner):
+            return
+        if len(options) > 1 and not any(isinstance(value, option) for option in options):
+            raise _wrong(value, " or ".join(option.__name__ for option in options), where, origin)
+        hint = type(value) if len(options) > 1 else options[0]
+        kind, inner = get_origin(hint), get_args(hint)
+    if kind is tuple:
+        _check_tuple(value, inner, where, origin)
+    elif kind is not None and issubclass(kind, Mapping):
+        if not isinstance(value, Mapping):
+            raise _wrong(value, "a mapping", where, origin)
+        for key, entry in value.items():
+            _check(key, inner[0], f"name {key!r} of {where}", origin)
+            _check(entry, inner[1], f"{where}[{key!r}]", origin)
+    elif not (isinstance(hint, type) and issubclass(hint, sp.Expr)):  # expressions have a check that knows their rows
+        allowed = (int, float) if hint is float else hint
+        if not isinstance(value, allowed) or (isinstance(value, bool) and hint is not bool):
+            raise _wrong(value, hint.__name__, where, origin)
+        if is_dataclass(value):
+            _check_record(value, where, origin)
+
+
+def _check_tuple(value: Any, inner: tuple[Any, ...], where: str, origin: str) -> None:
+    every = len(inner) == 2 and inner[1] is Ellipsis
+    if not isinstance(value, tuple) or not (every or len(value) == len(inner)):
+        raise _wrong(value, "tuple" if every else f"tuple of {len(inner)}", where, origin)
+    for k, entry in enumerate(value):
+        _check(entry, inner[0] if every else inner[k], f"{where}[{k}]", origin)
+
+
+def _wrong(value: object, allowed: str, where: str, origin: str) -> ModelError:
+    text = repr(value)
+    shown = text if len(text) <= _LONGEST else text[:_LONGEST] + "..."
+    return ModelError(f"{origin}: {where} = {shown} is a {type(value).__name__}: must be a {allowed}")
+
+
+_LONGEST = 60
+"""Characters of a value that a message shows: a line in a terminal with the place before it."""

@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One name, one symbol: what a system names is named once, and in a form that C, Python and result files can have."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import sympy as sp
+
+from mehvar.names import identifier
+
+from ..quantities import TIME, Group, ModelError, Quantity
+from ..system import System
+from .vectors import known, own
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+_OF_C = frozenset("""
+    auto break case char const continue default do double else enum extern float for goto if inline int long register
+    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
+    linux unix real np
+""".split())  # fmt: skip  # noqa: SIM905
+"""Words of C and of its compilers, and what generated functions compute with: no argument can be called so."""
+_CALLABLE = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*", re.ASCII)
+_TAKEN = ("jac", "hess", "null")
+"""What CasADi calls no function."""
+_LOCAL = re.compile(r"[cmsv]\d+")
+"""How generated functions call their own variables."""
+
+
+@dataclass(frozen=True)
+class _Use:
+    """A name with what bears it; `origin` where that has a place of its own."""
+
+    name: str
+    kind: str
+    symbol: sp.Symbol | None
+    origin: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.name!r}" + (f" at {self.origin}" if self.origin else "")
+
+
+def check_names(system: System) -> None:
+    """Refuse names that two things bear, or that generated code cannot have."""
+    common = _common(system)
+    taken = _unique(common, {}, system.origin)
+    for law in system.controllers:
+        uses = (_Use(q.name, kind, q.symbol) for kind, group in own(law) for q in group)
+        _unique(uses, dict(taken), law.origin)
+    _check_outputs(system, taken)
+    _check_variables(system)
+    _check_callables(system)
+    for kind, group in _groups(system):
+        _check_spelling(kind, group, system.origin)
+    _check_letters(system)
+
+
+def role(system: System, symbol: sp.Symbol) -> str:
+    """Return what a symbol is, as in "parameter of law 'pd'"; nothing for one that belongs to nothing."""
+    return next((kind for kind, group in _groups(system) if symbol in group.symbols), "")
+
+
+def _groups(system: System) -> list[tuple[str, Group]]:
+    return [*known(system), *(pair for law in system.controllers for pair in own(law)), ("output", system.outputs)]
+
+
+def _common(system: System) -> Iterator[_Use]:
+    shared = {
+        "coordinate": set(system.states.quantities),
+        "input of the chart": set(system.inputs.quantities),
+    }
+    yield _Use(TIME.name, "time", TIME.symbol)
+    for kind, group in known(system):
+        yield from (_Use(q.name, kind, q.symbol) for q in group if q not in shared.get(kind, ()))
+    for step in system.definitions_in_order:
+        yield _Use(step.symbol.name, "definition", step.symbol, step.origin)
+
+
+def _unique(uses: Iterable[_Use], taken: dict[str, _Use], origin: str) -> dict[str, _Use]:
+    for use in uses:
+        first = taken.setdefault(use.name, use)
+        if first is not use:
+            raise ModelError(f"{use.origin or origin}: {use} has the name of {first}: one name stands for one thing")
+    return taken
+
+
+def _check_outputs(system: System, taken: dict[str, _Use]) -> None:
+    """Refuse an output that bears the name of something else and is not that very thing."""
+    rows = dict(zip((q.name for q in system.outputs), system.output, strict=False))
+    for name, entry in rows.items():
+        if name in taken and entry != taken[name].symbol:
+            raise ModelError(
+                f"{system.origin}: output {name!r} has the name of {taken[name]} and is another expression: "
+                "one name stands for one thing"
+            )
+
+
+def _check_variables(system: System) -> None:
+    """Refuse two variables of a result that would have one name."""
+    taken: dict[str, _Use] = {}
+    common = [
+        *(_Use(q.name, "state", None) for q in system.states),
+        *(_Use(f"u_{q.name}", "variable of input", None) for q in system.inputs),
+        *(_Use(q.name, "output", None) for q in system.outputs),
+        _Use(TIME.name, "time", None),
+    ]
+    _unique(common, taken, system.origin)
+    for law in system.controllers:
+        reported = (_Use(output.quantity.name, f"output of law {law.name!r}", None) for output in law.outputs)
+        memory = (_Use(q.name, f"memory of law {law.name!r}", None) for q in law.memory)
+        _unique((*memory, *reported), dict(taken), law.origin)
+
+
+def _check_callables(system: System) -> None:
+    """Refuse laws and functions whose names code cannot have, and arguments that two things would share."""
+    _distinct("laws", (identifier(law.name) for law in system.controllers), system.origin)
+    _distinct("functions", (function.name for function in system.functions), system.origin)
+    for choice in system.choices:
+        for word in (choice.name, *choice.values):
+            _check_word(word, f"{system.origin}: choice {choice.name!r}")
+    for law in system.controllers:
+        if not _CALLABLE.fullmatch(law.name.replace("-", "_")) or law.name in _TAKEN:
+            raise ModelError(f"{law.origin}: law {law.name!r}: {_FORM}; '-' is allowed too, neither twice in a row")
+    for function in system.functions:
+        where = f"{function.origin}: function {function.name!r}"
+        names = [group.name for group in function.arguments]
+        quantities = [q for group in function.arguments for q in group]
+        results = [function.vector] if function.vector else [q.name for q, _ in function.results]
+        if not function.results or not names:
+            raise ModelError(f"{where} has no {'results' if names else 'arguments'}: it must have at least one")
+        _distinct(f"{where}: arguments and results", (*names, *results))
+        _distinct(f"{where}: arguments' quantities", (q.name for q in quantities))
+        for name in (*names, *results, function.name):
+            _check_word(name, where)
+
+
+def _check_word(name: str, where: str) -> None:
+    if (
+        not _CALLABLE.fullmatch(name)
+        or name in _TAKEN
+        or keyword.iskeyword(name)
+        or name in _OF_C
+        or _LOCAL.fullmatch(name)
+    ):
+        raise ModelError(f"{where}: the name {name!r}: {_FORM}, no word of C or Python, and nothing like v1")
+
+
+_FORM = "must be letters, digits and underscores, beginning with a letter"
+
+
+def _distinct(what: str, names: Iterable[str], origin: str = "") -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise ModelError(f"{origin + ': ' if origin else ''}{what}: {name!r} is there twice")
+        seen.add(name)
+
+
+def _check_letters(system: System) -> None:
+    """Refuse another name of a vector than that by which runs know it."""
+    groups = [
+        ("x", system.states),
+        ("u", system.inputs),
+        ("r", system.references),
+        ("y", system.outputs),
+        ("p", system.parameters),
+        ("s", system.scenario_parameters),
+        *(("c", law.parameters) for law in system.controllers),
+    ]
+    for letter, group in groups:
+        if group.name != letter:
+            raise ModelError(f"{system.origin}: the group {group.name!r} must have the name {letter!r}")
+
+
+def _check_spelling(kind: str, group: Group, origin: str) -> None:
+    """Refuse names that differ in case only: the constants of the generated header have capitals."""
+    names: dict[str, Quantity] = {}
+    for quantity in group:
+        if not _NAME.fullmatch(quantity.name):
+            raise ModelError(f"{origin}: {kind} {quantity.name!r}: {_FORM}")
+        first = names.setdefault(quantity.name.upper(), quantity)
+        if first.name != quantity.name:
+            raise ModelError(
+                f"{origin}: {first.name!r} and {quantity.name!r} of vector {group.name!r} differ in capitals only, and "
+                "would be one constant in the generated C; rename one of them"
+            )
+        if first is not quantity:
+            raise ModelError(f"{origin}: {kind} {quantity.name!r} is there twice")

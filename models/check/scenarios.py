@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether parameters are used, and scenarios and metrics speak of what there is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from mehvar.manifest import METRIC_KINDS
+
+from ..derivation import free_symbols
+from ..quantities import Group, ModelError, Parameter
+from ..system import Controller, Expr, System
+from ..tables import check_names, check_values, suggestion
+from .features import check_distinct
+from .formulas import formulas
+from .vectors import Vector
+
+
+def check_scenarios(system: System, vectors: Iterable[Vector]) -> None:
+    """Refuse parameters that nothing uses, and names and values in scenarios that are not allowed."""
+    _check_parameters(system)
+    _check_parameters_used(system, list(vectors))
+    _check_scenarios(system)
+    _check_metrics(system)
+
+
+def _check_parameters(system: System) -> None:
+    """Refuse parameters without bounds or default, and defaults that nothing would compute or allow."""
+    shared = [(q, False) for group in (system.parameters, system.scenario_parameters) for q in group]
+    for q, computed in (*shared, *((q, True) for law in system.controllers for q in law.parameters)):
+        where = f"{system.origin}: parameter {q.name!r}"
+        if not isinstance(q, Parameter):
+            raise ModelError(
+                f"{where} is a {type(q).__name__}: must be of the class Parameter, with default and bounds"
+            )
+        if isinstance(q.default, str) and not computed:
+            raise ModelError(f"{where}: default = {q.default!r} would not be computed: only laws have formulas")
+        if not isinstance(q.default, str) and not (math.isfinite(q.default) and q.default in q.bounds):
+            raise ModelError(f"{where}: default = {q.default:g} is outside its bounds {q.bounds}")
+
+
+def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
+    for group in (system.parameters, system.scenario_parameters):
+        used = {s.name for s in free_symbols((e for v in vectors for e in v.entries), system.definitions)}
+        used |= {law.period for law in system.controllers}
+        _refuse_unused(group, used, f"group {group.name!r} of {system.name}", system.origin)
+    for law in system.controllers:
+        own = [e for v in vectors if law.parameters in v.receives for e in v.entries]
+        used = {s.name for s in free_symbols([*own, *_formulas(law)], system.definitions)}
+        _refuse_unused(law.parameters, used | {law.delay}, f"law {law.name!r}", law.origin)
+
+
+def _formulas(law: Controller) -> list[Expr]:
+    try:
+        return list(formulas(law.parameters).values())
+    except ModelError as error:
+        raise ModelError(f"{law.origin}: law {law.name!r}: {error}") from error
+
+
+def _refuse_unused(group: Group, used: set[str], where: str, origin: str) -> None:
+    for quantity in group:
+        if quantity.name not in used:
+            raise ModelError(
+                f"{origin}: parameter {quantity.name!r} ({where}) is used by no right-hand side, output, law or "
+                f"scenario; remove it or use it{suggestion(quantity.name, used)}"
+            )
+
+
+def _check_scenarios(system: System) -> None:
+    laws = {c.name: _by_name(c.parameters) for c in system.controllers}
+    shared = _by_name(system.parameters) | _by_name(system.scenario_parameters)
+    metrics = {m.name for m in system.metrics}
+    check_distinct([scenario.name for scenario in system.scenarios], f"{system.origin}: scenario")
+    for scenario in system.scenarios:
+        where = f"{system.origin}: scenario {scenario.name!r} of {system.name}"
+        for what, seconds in (("duration", scenario.duration), ("step", scenario.step)):
+            if not 0 < seconds < math.inf:
+                raise ModelError(f"{where}: {what} = {seconds}: must be above zero")
+        check_values(scenario.values, shared, where)
+        for table in (scenario.controllers, scenario.expect):
+            check_names(table, laws, f"{where}: controller")
+        for law, values in scenario.controllers.items():
+            check_values(values, laws[law], f"{where}, law {law!r}")
+        for expected in scenario.expect.values():
+            check_names(expected, metrics, f"{where}: metric")
+
+
+def _check_metrics(system: System) -> None:
+    variables = {q.name for q in (*system.states, *system.outputs)} | {f"u_{q.name}" for q in system.inputs}
+    memories = [
+        {q.name for q in (*law.memory, *(output.quantity for output in law.outputs))} for law in system.controllers
+    ]
+    variables |= set.intersection(*memories) if memories else set()
+    check_distinct([metric.name for metric in system.metrics], f"{system.origin}: metric")
+    for metric in system.metrics:
+        check_names([metric.kind], METRIC_KINDS, f"{system.origin}: metric {metric.name!r} of {system.name}: kind")
+        check_names(
+            (part.strip() for of in metric.of for part in of.split(" - ")),
+            variables,
+            f"{system.origin}: metric {metric.name!r} of {system.name}: variable",
+        )
+
+
+def _by_name(group: Group) -> dict[str, Parameter]:
+    return {q.name: q for q in group if isinstance(q, Parameter)}

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every vector of expressions that a system has: its rows, their units, and what it may be a function of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from ..derivation import free_symbols
+from ..quantities import TIME, Group, ModelError, Quantity
+from ..system import Condition, Controller, Coordinates, Expr, Function, System, Variant
+from ..tables import suggestion
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A vector of expressions of a system.
+
+    Attributes
+    ----------
+    what : str
+        What a message calls it, as in "rhs" or "command of law 'balance'".
+    entries : tuple of Expr
+        One expression a row.
+    rows : tuple of Quantity
+        What each row is; margins have none.
+    receives : tuple of Group
+        What it may be a function of.
+    origin : str
+        File and line.
+    of_time : bool
+        Whether it may be a function of time.
+    rate : bool
+        Whether each row is the rate of its quantity.
+    group : str
+        What the rows are together, as in "states".
+    margin : bool
+        Whether only the signs of the entries count.
+    in_numbers : bool
+        Whether its units are not to be checked.
+    more : mapping of Symbol to str
+        Symbols that it receives beside those of groups, with their units.
+    """
+
+    what: str
+    entries: tuple[Expr, ...]
+    rows: tuple[Quantity, ...]
+    receives: tuple[Group, ...]
+    origin: str
+    of_time: bool = False
+    rate: bool = False
+    group: str = ""
+    margin: bool = False
+    in_numbers: bool = False
+    more: Mapping[sp.Symbol, str] = field(default_factory=dict)
+
+    @property
+    def units(self) -> dict[sp.Symbol, str]:
+        """The unit of each symbol that it may be a function of."""
+        time = {TIME.symbol: TIME.unit} if self.of_time else {}
+        return time | {q.symbol: q.unit for group in self.receives for q in group} | dict(self.more)
+
+    def row(self, index: int) -> str:
+        """Return what a message calls an entry."""
+        where = f"{self.origin}: {self.what}, row {index + 1} of {len(self.entries)}"
+        return f"{where} ({self.rows[index].name})" if index < len(self.rows) else where
+
+
+def vectors(system: System) -> list[Vector]:
+    """List every vector of a system."""
+    result = [*_plant(system), *_scenario(system), *_hardware(system)]
+    for variant in system.variants:
+        result += _variant(system, variant)
+    for function in system.functions:
+        result.append(_function(system, function))
+    for law in system.controllers:
+        result += _law(system, law)
+    return result
+
+
+def known(system: System) -> list[tuple[str, Group]]:
+    """List the groups whose symbols stand in expressions, laws' own ones excepted, with what a message calls them."""
+    groups = [
+        ("state", system.states),
+        ("input", system.inputs),
+        ("reference", system.references),
+        ("parameter", system.parameters),
+        ("scenario parameter", system.scenario_parameters),
+    ]
+    if system.coordinates:
+        groups += [("coordinate", system.coordinates.states), ("input of the chart", system.coordinates.inputs)]
+    if system.actuator:
+        groups.append(("commanded input", system.actuator.commanded))
+    if system.sensor:
+        groups.append(("noise", system.sensor.noise))
+    return groups
+
+
+def own(law: Controller) -> list[tuple[str, Group]]:
+    """List a law's own groups."""
+    kinds = (("parameter", law.parameters), ("memory", law.memory), ("applied input", law.applied))
+    return [(f"{kind} of law {law.name!r}", group) for kind, group in kinds]
+
+
+def _plant(system: System) -> Iterator[Vector]:
+    motion = (*_motion(system), system.parameters)
+    yield Vector("rhs", system.rhs, system.states.quantities, motion, system.origin, rate=True, group="states")
+    yield Vector(
+        "output", system.output, system.outputs.quantities, (*motion, system.references), system.origin, group="outputs"
+    )
+    yield from _conditions("limits", system.limits, motion)
+    if system.residual or system.rates:
+        yield Vector("residual", system.residual, (), motion, system.origin, more=_rates(system))
+
+
+def _rates(system: System) -> dict[sp.Symbol, str]:
+    """Return the unit of each symbol that stands for a rate in the residual."""
+    units = {q.name: f"{q.unit}/s" for q in system.states}
+    unknown = next((name for name in system.rates if name not in units), None)
+    if unknown:
+        raise ModelError(f"{system.origin}: rates: {unknown!r} is no state{suggestion(unknown, units)}")
+    return {symbol: units[name] for name, symbol in system.rates.items()}
+
+
+def _scenario(system: System) -> Iterator[Vector]:
+    p, s, r = system.parameters, system.scenario_parameters, system.references
+    known_at_start = (p, s) if _moves(system) else (p, s, r)
+    yield Vector("initial", system.initial, system.states.quantities, known_at_start, system.origin, group="states")
+    yield Vector("reference", system.reference, r.quantities, (p, s), system.origin, of_time=True, group="references")
+    yield from _conditions("constraints", system.constraints, known_at_start)
+
+
+def _hardware(system: System) -> Iterator[Vector]:
+    x, u, p = system.states, system.inputs, system.parameters
+    if system.coordinates:
+        yield from _chart(system, system.coordinates)
+    if system.actuator:
+        part = system.actuator
+        yield _alike("commanded of the actuator", part.commanded, u, part.origin)
+        yield Vector(
+            "applied of the actuator", part.applied, u.quantities, (x, part.commanded, p), part.origin, group="inputs"
+        )
+    if system.sensor:
+        sensor = system.sensor
+        receives = (x, sensor.noise, p)
+        yield Vector("measured of the sensor", sensor.measured, x.quantities, receives, sensor.origin, group="states")
+    if system.projection:
+        q = system.coordinates.states if system.coordinates else x
+        yield Vector(
+            "projection", system.projection, q.quantities, (q,), system.origin,
+            group="coordinates" if system.coordinates else "states",
+        )  # fmt: skip
+
+
+def _chart(system: System, chart: Coordinates) -> Iterator[Vector]:
+    x, u, p = system.states, system.inputs, system.parameters
+    q, n = chart.states, chart.inputs
+    for name, entries, rows, receives, group in (
+        ("rhs", chart.rhs, q, (q, n, x, u, p), "states of the chart"),
+        ("from_state", chart.from_state, q, (x,), "states of the chart"),
+        ("from_input", chart.from_input, n, (x, u, q, p), "inputs of the chart"),
+        ("to_state", chart.to_state, x, (q,), "states"),
+        ("to_input", chart.to_input, u, (q, n, x, p), "inputs"),
+    ):
+        where = f"{name} of the coordinates"
+        yield Vector(where, entries, rows.quantities, receives, chart.origin, rate=name == "rhs", group=group)
+
+
+def _variant(system: System, variant: Variant) -> Iterator[Vector]:
+    name = f"variant {', '.join(variant.values)!r}"
+    motion = (*_motion(system), system.parameters)
+    yield Vector(
+        f"rhs of {name}", variant.rhs, system.states.quantities, motion, variant.origin, rate=True, group="states"
+    )
+    chart = system.coordinates
+    rows = chart.states if chart else system.states
+    for law in system.controllers:
+        if not law.period and (law.name in variant.loops or chart):
+            loop = variant.loops.get(law.name, variant.rhs)
+            yield Vector(
+                f"loop of law {law.name!r} in {name}", loop, rows.quantities,
+                (*motion, system.references, law.parameters), variant.origin, True, True, "integrated coordinates",
+            )  # fmt: skip
+
+
+def _function(system: System, function: Function) -> Vector:
+    received = {q.symbol for group in function.arguments for q in group}
+    chart, more = system.coordinates, dict[sp.Symbol, str]()
+    if chart:  # what the chart has for the state and input that the function receives
+        pairs = (*zip(chart.states, chart.from_state, strict=False), *zip(chart.inputs, chart.from_input, strict=False))
+        for quantity, value in pairs:
+            if isinstance(value, sp.Expr) and free_symbols([value], system.definitions) <= received | more.keys():
+                more[quantity.symbol] = quantity.unit
+    return Vector(
+        f"results of function {function.name!r}",
+        tuple(expr for _, expr in function.results),
+        tuple(quantity for quantity, _ in function.results),
+        function.arguments,
+        function.origin,
+        more={symbol: unit for symbol, unit in more.items() if symbol not in received},
+    )
+
+
+def _law(system: System, law: Controller) -> Iterator[Vector]:
+    x, r, p, s, c = system.states, system.references, system.parameters, system.scenario_parameters, law.parameters
+    chart = (system.coordinates.states,) if system.coordinates else ()
+    state = (x, r, p, c, *chart)
+    seen = (*state, law.memory, law.applied)
+    where = f"of law {law.name!r}"
+
+    def vector(what: str, entries: Sequence[Expr], rows: Group, receives: tuple[Group, ...], group: str) -> Vector:
+        return Vector(
+            f"{what} {where}", tuple(entries), rows.quantities, receives, law.origin,
+            of_time=True, group=group, in_numbers=law.in_numbers,
+        )  # fmt: skip
+
+    commanded = system.actuator.commanded if system.actuator else system.inputs
+    rows = system.coordinates.inputs if system.coordinates and not law.period else commanded
+    result = (commanded, system.inputs, *((system.coordinates.inputs,) if system.coordinates else ()))
+    yield vector("command", law.command, rows, seen, "inputs of the chart" if rows is not commanded else "inputs")
+    yield vector("start", law.start, law.memory, state, "memory")
+    yield vector("update", law.update, law.memory, (*seen, *result), "memory")
+    if law.applied:
+        yield _alike(f"applied {where}", law.applied, system.inputs, law.origin)
+    reported = Group("w", tuple(output.quantity for output in law.outputs))
+    receives = state if law.memory else (*state, *result)
+    yield vector("outputs", [output.value for output in law.outputs], reported, receives, "outputs")
+    known_at_start = (p, c, s) if _moves(system) else (p, c, s, r)
+    yield from _conditions(f"constraints {where}", law.constraints, known_at_start)
+    yield from _conditions(f"warnings {where}", law.warnings, known_at_start)
+
+
+def _alike(what: str, group: Group, inputs: Group, origin: str) -> Vector:
+    """Hold a group of symbols against the inputs that they stand for, one by one and in their units."""
+    return Vector(what, group.symbols, inputs.quantities, (group,), origin, group="inputs")
+
+
+def _conditions(where: str, conditions: Sequence[Condition], receives: tuple[Group, ...]) -> Iterator[Vector]:
+    for k, condition in enumerate(conditions):
+        yield Vector(f"margin {k + 1} of {where}", (condition.margin,), (), receives, condition.origin, margin=True)
+        if condition.shown:
+            yield Vector(f"shown {k + 1} of {where}", condition.shown, (), receives, condition.origin)
+
+
+def _motion(system: System) -> tuple[Group, ...]:
+    chart = system.coordinates
+    return (system.states, system.inputs, *((chart.states, chart.inputs) if chart else ()))
+
+
+def _moves(system: System) -> bool:
+    expressions = [entry for entry in system.reference if isinstance(entry, sp.Expr)]
+    return TIME.symbol in free_symbols(expressions, system.definitions)

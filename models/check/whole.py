@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The check of a whole system before anything is written."""
+
+from __future__ import annotations
+
+from ..system import System
+from .dimensions import check_dimensions
+from .entries import check_entries
+from .features import check_features
+from .kinds import check_kinds
+from .names import check_names
+from .scenarios import check_scenarios
+from .vectors import vectors
+
+
+def check(system: System) -> None:
+    """Refuse a system whose parts do not fit together.
+
+    Every vector has one expression for each quantity of its group, of symbols that it receives, in the quantity's unit;
+    one name stands for one thing; what is declared has an effect; scenarios and metrics speak of what there is.
+
+    Raises
+    ------
+    ModelError
+        Naming file and line, vector, row and symbol, and what would be right.
+    """
+    check_kinds(system)
+    check_features(system)
+    listing = vectors(system)
+    check_names(system)
+    check_entries(system, listing)
+    check_scenarios(system, listing)
+    check_dimensions(system, listing)

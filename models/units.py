@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Units of the SI as they are written in tables and quantities, and the dimensions that they stand for."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Mapping
+from fractions import Fraction
+
+Dimension = Mapping[str, Fraction]
+"""Exponent of each base unit; a base unit that does not enter is left out."""
+
+UNITS: Mapping[str, Mapping[str, int]] = {
+    "kg": {"kg": 1}, "m": {"m": 1}, "s": {"s": 1}, "A": {"A": 1}, "K": {"K": 1}, "mol": {"mol": 1}, "cd": {"cd": 1},
+    "1": {}, "rad": {}, "deg": {}, "sr": {},
+    "Hz": {"s": -1}, "N": {"kg": 1, "m": 1, "s": -2}, "Pa": {"kg": 1, "m": -1, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2}, "W": {"kg": 1, "m": 2, "s": -3}, "C": {"A": 1, "s": 1},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1}, "F": {"kg": -1, "m": -2, "s": 4, "A": 2},
+    "Ohm": {"kg": 1, "m": 2, "s": -3, "A": -2}, "S": {"kg": -1, "m": -2, "s": 3, "A": 2},
+    "Wb": {"kg": 1, "m": 2, "s": -2, "A": -1}, "T": {"kg": 1, "s": -2, "A": -1},
+    "H": {"kg": 1, "m": 2, "s": -2, "A": -2},
+}  # fmt: skip
+"""The SI's base units and its derived ones; angles are numbers."""
+
+_FACTOR = re.compile(r"([A-Za-z]+|1)(?:\^(-?\d+|\(-?\d+(?:/\d+)?\)))?")
+_SLASH = re.compile(r"/(?![^()]*\))")
+_FORM = "written like 'kg m^2/s', '1/(kg m)' or 'kg^(1/2) m', or '1' for a dimensionless number"
+
+
+@functools.cache
+def dimension(unit: str) -> Dimension:
+    """Return the exponents of the base units: "N m s/rad" is a product up to the slash, "1/(kg m)" divides by both.
+
+    Raises
+    ------
+    ValueError
+        If the text is no unit, or names one that is not of the SI.
+    """
+    above, *below = _SLASH.split(unit)
+    total: dict[str, Fraction] = {}
+    for part, sign in ((above, 1), *((part, -1) for part in below)):
+        inside = part.removeprefix("(").removesuffix(")") if re.fullmatch(r"\([^()]* [^()]*\)", part) else part
+        for factor in inside.split(" "):
+            match = _FACTOR.fullmatch(factor)
+            if match is None:
+                raise ValueError(f"unit {unit!r} is not {_FORM}")
+            name, power = match.groups()
+            if name not in UNITS:
+                raise ValueError(f"unit {unit!r} has {name!r}, which is none of {', '.join(UNITS)}")
+            for base, exponent in UNITS[name].items():
+                total[base] = total.get(base, Fraction()) + sign * exponent * Fraction((power or "1").strip("()"))
+    return {base: exponent for base, exponent in total.items() if exponent}
+
+
+def product(*factors: tuple[Dimension, Fraction | int]) -> Dimension:
+    """Return the dimension of a product of powers."""
+    total: dict[str, Fraction] = {}
+    for factor, power in factors:
+        for base, exponent in factor.items():
+            total[base] = total.get(base, Fraction()) + exponent * power
+    return {base: exponent for base, exponent in total.items() if exponent}
+
+
+def unit_text(dimension: Dimension) -> str:
+    """Return a dimension in base units, as in "kg m^2/s^2"."""
+    above = [_power(base, e) for base, e in dimension.items() if e > 0]
+    below = [_power(base, -e) for base, e in dimension.items() if e < 0]
+    return "/".join((" ".join(above) or "1", *below))
+
+
+def _power(base: str, exponent: Fraction) -> str:
+    if exponent == 1:
+        return base
+    return f"{base}^{exponent}" if exponent.denominator == 1 else f"{base}^({exponent})"

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether names, places and sizes in the generated C and Python are those of the manifest.
+
+A run makes its arrays by the manifest: code of another size would write beyond them, code of another order would give
+one state's numbers to another.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+
+from mehvar.constants import constants, vectors
+from mehvar.errors import InputError
+from mehvar.manifest import FILE, Manifest
+
+_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+_CONSTANT = re.compile(r"(\w+) = (\d+)")
+
+
+def check_header(manifest: Manifest) -> None:
+    """Refuse a header whose constants or hash are not the manifest's.
+
+    Raises
+    ------
+    InputError
+        Naming the constant and both values.
+    """
+    path = manifest.folder / f"{manifest.model}.h"
+    try:
+        text = _COMMENT.sub("", path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read {path} ({error}); generate the model again") from error
+    present: dict[str, object] = {name: int(value) for name, value in _CONSTANT.findall(text)}
+    _compare(path, present, dict(constants(manifest)))
+    if f'{manifest.model.upper()}_HASH "{manifest.hash}"' not in text:
+        raise _error(path, "hash", "another", manifest.hash)
+
+
+def check_module(manifest: Manifest, module: ModuleType, path: Path) -> None:
+    """Refuse a generated Python module whose names, sizes or hash are not the manifest's, as `check_header` does."""
+    sizes = getattr(module, "SIZES", {})
+    present = {vector.constant: getattr(module, vector.constant, None) for vector in vectors(manifest)}
+    present |= {f"SIZES[{name!r}]": size for name, size in sizes.items()}
+    expected: dict[str, object] = {vector.constant: vector.names for vector in vectors(manifest)}
+    for f in manifest.functions.values():
+        expected[f"SIZES[{f.name!r}]"] = {array.name: array.length for array in (*f.arguments, *f.results)}
+    _compare(path, present, expected)
+    if getattr(module, "HASH", None) != manifest.hash:
+        raise _error(path, "HASH", getattr(module, "HASH", None), manifest.hash)
+
+
+def _compare(path: Path, present: Mapping[str, object], expected: Mapping[str, object]) -> None:
+    for name in (*expected, *present):
+        if present.get(name) != expected.get(name):
+            raise _error(path, name, present.get(name, "nothing"), expected.get(name, "nothing"))
+
+
+def _error(path: Path, name: str, present: object, expected: object) -> InputError:
+    return InputError(
+        f"{path}: {name} is {present}, and {FILE} says {expected}: code and manifest are of different models; "
+        "generate the model again"
+    )
