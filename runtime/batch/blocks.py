@@ -55,6 +55,7 @@ class Blocks:
         self._t_end: float = OPTIONS["t_end"].check(options.t_end or scenario.duration, plan.origin)
         self._dt: float = OPTIONS["dt_out"].check(options.dt_out or scenario.step, plan.origin)
         self._kernel = compile_kernel(plan.model, plan.law.name, plan.choices, options, origin=plan.origin)
+        self._kernel.check(plan.nominal.p[None], self._t_end, self._dt)
         self.instants = self._instants()
 
     @property
@@ -151,8 +152,9 @@ class Blocks:
         if every is None:
             return np.empty(0)
         steps = every / self._dt
-        if abs(steps - round(steps)) > 1e-9 * steps or round(steps) < 1:
-            raise bad_value("save_every", every, f"a multiple of the sampling step {self._dt:g} s", self.plan.origin)
+        if every > self._t_end * (1 + 1e-9) or abs(steps - round(steps)) > 1e-9 * steps or round(steps) < 1:
+            allowed = f"a multiple of the sampling step {self._dt:g} s, at most the end time {self._t_end:g} s"
+            raise bad_value("save", every, allowed, self.plan.origin)
         return np.arange(math.floor(self._t_end / every * (1 + 1e-9)) + 1, dtype=np.float64) * every
 
 

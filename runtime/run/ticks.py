@@ -19,14 +19,17 @@ _MOST_SAMPLES = 5_000_000
 def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[FloatArray, int, int | None]:
     """Return the instants at which a run stops, at k dt to the last bit; ticks per recorded sample; ticks per hold."""
     tick = dt if hold is None else min(dt, hold)
-    record_every = _ratio(dt, tick, hold, origin)
-    hold_every = None if hold is None else _ratio(hold, tick, dt, origin)
     number_of_ticks = end / tick
     if number_of_ticks > _MOST_TICKS:
         raise bad_value("t_end", end, f"at most {_MOST_TICKS} times the sampling step {tick:g} s", origin)
     if end / dt > _MOST_SAMPLES:
         raise bad_value("dt_out", dt, f"at least {end / _MOST_SAMPLES:g} s, for {_MOST_SAMPLES} samples", origin)
+    record_every = _ratio(dt, tick, hold, origin)
+    hold_every = None if hold is None else _ratio(hold, tick, dt, origin)
     k = np.arange(math.floor(number_of_ticks * (1 + _MULTIPLE)) + 1)
+    # Beyond the end a step is as good as any other, and C counts ticks in 64 bits.
+    record_every = min(record_every, len(k))
+    hold_every = None if hold_every is None else min(hold_every, len(k))
     ticks = (k // record_every) * dt + (k % record_every) * tick
     if end - ticks[-1] > _MULTIPLE * tick:
         ticks = np.append(ticks, end)
