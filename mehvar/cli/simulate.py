@@ -120,9 +120,10 @@ def _finish(run: Run, out: Path | None, plot: Path | None) -> int:
 
 def _check_folder(path: Path) -> None:
     """Refuse a file that cannot be written before the run, not after it."""
-    if not path.parent.is_dir():
+    # os.path, since pathlib raises for a name that is too long
+    if not os.path.isdir(path.parent):  # noqa: PTH112
         raise bad_value("output file", str(path), "in a folder that exists")
-    if path.is_dir() or not os.access(path.parent, os.W_OK):
+    if os.path.isdir(path) or not os.access(path.parent, os.W_OK):  # noqa: PTH112
         raise bad_value("output file", str(path), "a file in a folder that can be written")
 
 
