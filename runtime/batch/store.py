@@ -87,7 +87,7 @@ class Store:
         self._group = group
         self.path = path
         self.attributes: dict[str, Any] = dict(group.attrs)
-        self._arrays: dict[str, Any] = dict(group.arrays())
+        self._arrays = _arrays(group)
         self._status = self._arrays[STATUS]
         self.chunk = int(self._status.chunks[0])
 
@@ -299,9 +299,19 @@ def open_store(path: str | os.PathLike[str]) -> Store:
         raise InputError(f"{folder} is not a batch store: {' '.join(str(error).split())}") from error
 
 
+def _arrays(group: Any) -> dict[str, Any]:
+    """Return the variables and the coordinates along their second dimensions, by name.
+
+    One after the other: opened all at once, several damaged ones leave errors behind that nobody collects.
+    """
+    arrays = {name: group[name] for name in group.attrs["variables"]}
+    dimensions = {name for array in arrays.values() for name in array.metadata.dimension_names[1:]}
+    return arrays | {name: group[name] for name in sorted(dimensions) if name in group}
+
+
 def _digest(group: Any) -> str:
     """Return a hash of all that a store says about itself but its number of runs, which a stop rule may cut."""
-    arrays = {name: {**array.metadata.to_dict(), "shape": None} for name, array in group.arrays()}
+    arrays = {name: {**array.metadata.to_dict(), "shape": None} for name, array in _arrays(group).items()}
     attributes = {name: value for name, value in group.attrs.items() if name != _DIGEST}
     return hashlib.sha256(json.dumps([attributes, arrays], sort_keys=True, default=str).encode()).hexdigest()
 

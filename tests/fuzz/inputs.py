@@ -163,10 +163,11 @@ def _batch(random: Random) -> list[str]:
     names = ("m", "k_p", "rate", "angle,rate", "nonsense", "")
     model = str(PENDULUM) if random.random() < 0.8 else random.choice(("c.toml", "none.toml"))
     return [
-        *(model, "--controller", random.choice(_LAWS), "-n", random.choice(("1", "2", "5", value(random)))),
+        *(model, "--controller", random.choice(_LAWS), "-n", random.choice(("1", "2", "2", "5", "5", value(random)))),
         *("--t-end", "0.05", "--out", random.choice(("new.zarr", "s.zarr", "no/new.zarr"))),
         *_settings(random),
-        *(("--vary", f"{random.choice(names)}={distribution(random)}") if random.random() < 0.5 else ()),
+        *(("--vary", "k_p=uniform(16, 17)") if random.random() < 0.5 else ()),
+        *(("--vary", f"{random.choice(names)}={distribution(random)}") if random.random() < 0.25 else ()),
         *(("--success", expression(random)) if random.random() < 0.3 else ()),
         *(("--save", f"every={value(random)}") if random.random() < 0.2 else ()),
         *_some(random, scenario=("swing",), seed=("1",), sampling=("latin",), until=("ci(success) < 0.1",)),
