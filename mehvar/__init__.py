@@ -52,14 +52,15 @@ if TYPE_CHECKING:
     from mehvar.models.tables import read_scenarios as read_scenarios
     from mehvar.runtime.model.model import Model as Model
     from mehvar.runtime.model.model import load as load
-    from mehvar.runtime.run.results import open_result as open_result
+    from mehvar.runtime.run.formats import open_result as open_result
+    from mehvar.runtime.run.formats import save as save
 
 _HOMES = {
     "mehvar.api": ("batch", "simulate"),
     "mehvar.comparison.compare": ("diff",),
     "mehvar.errors": ("InputError", "MehvarError"),
     "mehvar.runtime.model.model": ("Model", "load"),
-    "mehvar.runtime.run.results": ("open_result",),
+    "mehvar.runtime.run.formats": ("open_result", "save"),
     "mehvar.codegen.functions.lower": ("to_casadi",),
     "mehvar.models.mechanics": (
         "kirchhoff", "lagrange", "quaternion_of_turns", "quaternion_product", "quaternion_rates",

@@ -9,7 +9,8 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mehvar.errors import InputError
+from mehvar.errors import InputError, bad_value
+from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.model.catalogue import find_model
@@ -73,8 +74,8 @@ def batch(
     initial: Mapping[str, float] | None = None,
     *,
     vary: Mapping[str, str] | None = None,
-    seed: int = Campaign.seed,
-    sampling: Design = Campaign.sampling,
+    seed: int | None = None,
+    sampling: Design | None = None,
     save: float | None = None,
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
@@ -101,10 +102,11 @@ def batch(
         Parameters and initial states that all runs share.
     vary : mapping of str to str, optional
         Names of parameters or initial states to distributions, as in `{"m1": "normal(50, 2)"}`.
-    seed : int
-        What all random numbers start from. Run i of a seed is the same run wherever and with whatever it is computed.
-    sampling : str
-        Design of the drawn points: "random", "latin", "sobol" or "saltelli".
+    seed : int, optional
+        What all random numbers start from; 0 unless given. Run i of a seed is the same run wherever and with whatever
+        it is computed.
+    sampling : str, optional
+        Design of the drawn points: "random" unless given, "latin", "sobol" or "saltelli".
     save : float, optional
         Store series too, one sample every `save` seconds.
     out : path, optional
@@ -137,16 +139,25 @@ def batch(
     OSError
         If the store cannot be written; `resume=True` goes on from what it has.
     """
+    check_arguments("text", "the call", controller=controller, scenario=scenario)
+    check_arguments("mapping", "the call", parameters=parameters, initial=initial, vary=vary)
     source: Model | str | os.PathLike[str]
     if str(model).endswith(".toml"):
         from mehvar.campaign import read_campaign
 
-        numbers = (controller, n, scenario, parameters, initial, vary, save, options or None)
-        if any(value is not None for value in numbers) or (seed, sampling) != (Campaign.seed, Campaign.sampling):
-            raise InputError(f"{model} says what is run: leave out what comes before `out`, and options")
+        decided = {
+            **{"controller": controller, "n": n, "scenario": scenario, "parameters": parameters, "initial": initial},
+            **{"vary": vary, "seed": seed, "sampling": sampling, "save": save},
+            **options,
+        }
+        for name, value in decided.items():
+            if value is not None or name in options:
+                raise bad_value(name, value, f"left out, since {model} says what is run", "the call")
         file, origin = read_campaign(Path(str(model))), str(model)
         campaign, source = file.campaign(origin), file.model
-        out, success, until = out or file.out, success or file.success, until or file.until
+        out = file.out if out is None else out
+        success = file.success if success is None else success
+        until = file.until if until is None else until
     elif controller is None or n is None:
         raise InputError("a batch needs controller and n")
     else:
@@ -157,11 +168,11 @@ def batch(
             controller=controller,
             n=n,
             scenario=manifest.scenario(scenario).name,
-            seed=seed,
+            seed=Campaign.seed if seed is None else seed,
             vary=dict(vary or {}),
             parameters=merged(parameters or {}, shared, origin),
             initial=dict(initial or {}),
-            sampling=sampling,
+            sampling=Campaign.sampling if sampling is None else sampling,
             options=settings,
             save_every=save,
         )

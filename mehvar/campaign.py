@@ -6,19 +6,20 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from mehvar.errors import InputError
+from mehvar.errors import InputError, shown
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.sampling import Design
+from mehvar.runtime.batch.sampling import DESIGNS, Design
 from mehvar.runtime.model.catalogue import find_model
-from mehvar.runtime.run.options import split_settings
+from mehvar.runtime.run.options import either, split_settings
 
 
 class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    # Strict, so that a truth value is no number; the rows of the options say what a number may be.
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class Save(_Table):
@@ -42,9 +43,9 @@ class CampaignFile(_Table):
     t_end: float | None = None
     success: str | None = None
     until: str | None = None
-    out: Path | None = None
+    out: Annotated[Path | None, Field(strict=False)] = None
     save: Save | None = None
-    set: dict[str, int | float | str] = {}
+    set: dict[str, Any] = {}
     initial: dict[str, float] = {}
     vary: dict[str, str] = {}
 
@@ -106,14 +107,23 @@ def read_campaign(path: Path) -> CampaignFile:
     )
 
 
+_KINDS = {
+    **dict.fromkeys(("dict_type", "model_type", "model_attributes_type"), "a table, as in [name]"),
+    **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "a whole number"),
+    **dict.fromkeys(("float_type", "float_parsing"), "a number"),
+    **dict.fromkeys(("string_type", "path_type"), "a text"),
+    "literal_error": either(DESIGNS),
+}
+"""What pydantic's kinds of errors mean to who writes TOML; the only literal is the design of the points."""
+
+
 def _sentence(item: dict[str, object]) -> str:
     """Say field, value and what is allowed from one of pydantic's errors."""
     place = item["loc"]
-    field = (
-        ".".join(str(part) for part in place if part not in ("int", "float", "str")) if isinstance(place, tuple) else ""
-    )
+    field = ".".join(map(str, place)) if isinstance(place, tuple) else ""
     if item["type"] == "missing":
         return f"{field} is missing"
     if item["type"] == "extra_forbidden":
         return f"{field} is not known; known: {', '.join(CampaignFile.model_fields)}"
-    return f"{field} = {item['input']!r}: {item['msg']}"
+    allowed = _KINDS.get(str(item["type"]))
+    return f"{field} = {shown(item['input'])}: " + (f"must be {allowed}" if allowed else str(item["msg"]))

@@ -4,7 +4,11 @@
 from __future__ import annotations
 
 import difflib
+import reprlib
 from collections.abc import Iterable
+
+_LONGEST = 200
+"""Characters of a value in a message: a few lines of a terminal, and more than any path or condition people type."""
 
 
 class MehvarError(Exception):
@@ -57,7 +61,7 @@ def bad_value(field: str, value: object, allowed: str, origin: str = "") -> Inpu
     origin : str, optional
         Where the value came from, as in "--set" or "scenario paper".
     """
-    return InputError(f"{field} = {value!r}{_from(origin)}: must be {allowed}")
+    return InputError(f"{field} = {shown(value)}{_from(origin)}: must be {allowed}")
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = "") -> InputError:
@@ -75,10 +79,23 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
         Where the name came from.
     """
     names = list(dict.fromkeys(known))
-    close = difflib.get_close_matches(str(name), names, n=3, cutoff=0.6)
+    close = difflib.get_close_matches(name if isinstance(name, str) else shown(name), names, n=3, cutoff=0.6)
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     listed = ", ".join(names) if names else "none"
-    return InputError(f"unknown {kind} {name!r}{_from(origin)}: {hint}known: {listed}")
+    return InputError(f"unknown {kind} {shown(name)}{_from(origin)}: {hint}known: {listed}")
+
+
+def shown(value: object) -> str:
+    """Return a value as a message shows it: on one line, and its middle left out when it is long.
+
+    The `repr` of a long list fills the terminal, and Python refuses to spell out an integer of 5000 digits.
+    """
+    try:
+        text = repr(value)
+    except ValueError:
+        return f"an integer of {value.bit_length()} bits" if isinstance(value, int) else reprlib.repr(value)
+    text = " ".join(text.split())
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} ... {text[-_LONGEST // 4 :]}"
 
 
 def _from(origin: str) -> str:

@@ -6,9 +6,10 @@ from mehvar.manifest import Manifest, read_manifest
 
 from .model.catalogue import find_model, known_models
 from .model.model import Model, load
+from .run.formats import open_result, save
 from .run.metrics import metrics
 from .run.problem import Status
-from .run.results import open_result, save, to_dataset
+from .run.results import to_dataset
 from .run.simulate import Run, simulate
 
 __all__ = [

@@ -93,6 +93,12 @@ def cache_folder() -> Path:
     return Path(tempfile.mkdtemp(prefix="mehvar-"))
 
 
+def other_folders() -> list[Path]:
+    """Return the folders besides `cache_folder` that entries are found in too."""
+    first = cache_folder()
+    return [folder for folder in _roots() if folder != first and folder.is_dir() and _is_ours(folder)]
+
+
 def _made(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
     for _ in range(_TRIES):
         place = cache_folder() / kind / name

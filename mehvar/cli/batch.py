@@ -52,7 +52,7 @@ def command(
     strict: Annotated[bool, typer.Option("--strict", help="Stop at a run whose values are not allowed.")] = False,
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler: tcp://host:8786.")] = None,
     threads: Annotated[
-        int | None, typer.Option(min=1, help="Threads of this process; all processors unless given.")
+        int | None, typer.Option(metavar="N", help="Threads of this process; all processors unless given.")
     ] = None,
 ) -> int:
     """Run, report, print statistics; return the exit status.
@@ -66,7 +66,7 @@ def command(
         model, controller=controller, n=n, scenario=scenario, seed=seed, sampling=sampling, t_end=t_end, out=out,
         until=until, success=success, save=_save(save), set=read_settings(settings), vary=_dispersions(vary or ()),
     )  # fmt: skip
-    origin = f"--set or {model}" if model.endswith(".toml") else "--set"
+    origin = f"the command line or {model}" if model.endswith(".toml") else "the command line"
     if batch.out is None:
         raise InputError("a batch needs a store: --out STORE.zarr")
     try:
@@ -124,13 +124,9 @@ def _save(text: str | None) -> Save | None:
     if text is None:
         return None
     name, _, value = text.partition("=")
-    try:
-        every = float(value)
-    except ValueError:
-        every = 0.0
-    if name != "every" or not every > 0:
+    if name != "every" or not value:
         raise bad_value("--save", text, "every=DT with DT > 0 in seconds")
-    return Save(every=every)
+    return Save(every=CAMPAIGN_OPTIONS["save_every"].check(value, "--save"))
 
 
 def _client(scheduler: str | None) -> Any:

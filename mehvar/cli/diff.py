@@ -50,7 +50,7 @@ def command(
         if old is not None:
             raise InputError(f"--paper compares what models/ derives now with the paper, not {old!r}: leave it out")
         return _papers(model, chosen, out)
-    diff = diff_versions(old or _HEAD, new or WORK, model)
+    diff = diff_versions(_HEAD if old is None else old, WORK if new is None else new, model)
     if chosen == "text" and out is None:
         print_lines(diff.lines())
     else:

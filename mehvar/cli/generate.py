@@ -12,6 +12,7 @@ import typer
 from mehvar.codegen import generate as generation
 from mehvar.codegen.generate import Report, Tree, find_tree, installed_tree
 from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.manifest import read_manifest
 from mehvar.settings import read_settings
 
 
@@ -26,6 +27,9 @@ def command(
 ) -> int:
     """Check or generate; return the exit status."""
     if check:
+        for flag, value in (("--structure", structure), ("--out", out), ("--emit", emit)):
+            if value is not None:
+                raise bad_value(flag, value, "left out with --check, which looks at what generate writes by itself")
         return check_models(models or [])
     generate_models(models or [], read_settings(structure, "--structure"), out, emit)
     return 0
@@ -63,6 +67,16 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
         report = generation.generate(tree, model, out, structure, emit == "casadi")
         where = out or Path("generated") / model
         typer.echo(f"{model}: {'wrote ' + str(where) if report.written else 'up to date'}")
+        if report.written:
+            _note_hidden(out or tree.root / "generated" / model)
+
+
+def _note_hidden(folder: Path) -> None:
+    """Say which names of the model's results are not reached as an attribute."""
+    from mehvar.runtime.run.results import hidden_names
+
+    for name in hidden_names(read_manifest(folder)):
+        typer.echo(f"note: {name} is also an attribute of every dataset: write run[{name!r}], not run.{name}", err=True)
 
 
 def _names(tree: Tree, models: Sequence[str]) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ import typer
 from mehvar.errors import bad_value
 from mehvar.pictures.files import checked_suffix
 from mehvar.runtime.model.catalogue import find_model
+from mehvar.runtime.run.formats import checked_format
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.problem import Status
@@ -28,7 +29,7 @@ def command(
     scenario: Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")] = None,
     settings: SettingTexts = None,
     t_end: Annotated[float | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Save the result as NetCDF.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Save it; also .csv, .parquet, .mat.")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Save a picture of the run.")] = None,
     store: Annotated[
         Path | None, typer.Option("--from", metavar="STORE", help="Repeat a run of this batch; needs --run.")
@@ -37,7 +38,8 @@ def command(
 ) -> int:
     """Run or repeat; return the exit status."""
     if store is not None or run is not None:
-        if store is None or run is None or model or controller or scenario or settings or t_end:
+        decided = (model, controller, scenario, settings, t_end)
+        if store is None or run is None or any(value is not None for value in decided):
             raise typer.BadParameter("--from STORE and --run ID come together and without what the batch decides")
         return repeat(store, run, out, plot)
     if model is None or controller is None:
@@ -101,6 +103,8 @@ def _check_outputs(out: Path | None, plot: Path | None) -> None:
     for path in (out, plot):
         if path is not None:
             _check_folder(path)
+    if out is not None:
+        checked_format(out)
     if plot is not None:
         checked_suffix(plot)
 
@@ -116,9 +120,10 @@ def _finish(run: Run, out: Path | None, plot: Path | None) -> int:
 
 def _check_folder(path: Path) -> None:
     """Refuse a file that cannot be written before the run, not after it."""
-    if not path.parent.is_dir():
+    # os.path, since pathlib raises for a name that is too long
+    if not os.path.isdir(path.parent):  # noqa: PTH112
         raise bad_value("output file", str(path), "in a folder that exists")
-    if path.is_dir() or not os.access(path.parent, os.W_OK):
+    if os.path.isdir(path) or not os.access(path.parent, os.W_OK):  # noqa: PTH112
         raise bad_value("output file", str(path), "a file in a folder that can be written")
 
 
@@ -139,7 +144,8 @@ def _summary(run: Run) -> None:
 def _save(run: Run, out: Path | None, plot: Path | None) -> None:
     if out is None and plot is None:
         return
-    from mehvar.runtime.run.results import save, to_dataset
+    from mehvar.runtime.run.formats import save
+    from mehvar.runtime.run.results import to_dataset
 
     dataset = to_dataset(run)
     if out is not None:

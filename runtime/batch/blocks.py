@@ -56,6 +56,7 @@ class Blocks:
         self._t_end: float = OPTIONS["t_end"].check(options.t_end or scenario.duration, plan.origin)
         self._dt: float = OPTIONS["dt_out"].check(options.dt_out or scenario.step, plan.origin)
         self._kernel = compile_kernel(plan.model, plan.law.name, plan.choices, options, origin=plan.origin)
+        self._kernel.check(plan.nominal.p[None], self._t_end, self._dt)
         self.instants = self._instants()
 
     @property

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -55,6 +56,9 @@ def read_dispersions(vary: Mapping[str, str], origin: str = "vary") -> tuple[Dis
     InputError
         For a text that is not understood, arguments that make no distribution, or a name that is given twice.
     """
+    for names, text in vary.items():
+        if not isinstance(text, str):
+            raise bad_value(names, text, 'a text such as "normal(50, 2)"', origin)
     dispersions = [_read(names, text, origin) for names, text in vary.items()]
     flat = [name for dispersion in dispersions for name in dispersion.names]
     twice = [name for name in flat if flat.count(name) > 1]
@@ -93,6 +97,7 @@ def _lognormal(names: int, mu: float, sigma: float) -> Quantile:
 def _triangular(names: int, low: float, mode: float, high: float) -> Quantile:
     _require(names == 1 and low <= mode <= high and low < high)
     width, rise, fall = high - low, mode - low, high - mode
+    _require(math.isfinite(width * width))
 
     def quantile(u: FloatArray) -> FloatArray:
         below, above = low + np.sqrt(u * width * rise), high - np.sqrt((1 - u) * width * fall)
@@ -186,12 +191,14 @@ def _read(names: str, text: str, origin: str) -> Dispersion:
 def _call(names: str, text: str, origin: str) -> tuple[str, list[object], dict[str, object]]:
     """Return name and arguments of a call written in Python's way, its lists as tuples of floats."""
     try:
-        call = ast.parse(text.strip(), mode="eval").body
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # Python warns of texts such as `1if` before it refuses them
+            call = ast.parse(text.strip(), mode="eval").body
         if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name):
             raise ValueError
         arguments = [_numbers(ast.literal_eval(argument)) for argument in call.args]
         keywords = {str(k.arg): _numbers(ast.literal_eval(k.value)) for k in call.keywords}
-    except (AttributeError, SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
+    except (AttributeError, SyntaxError, ValueError, TypeError, OverflowError, MemoryError, RecursionError, Warning):
         raise bad_value(names, text, "a distribution with numbers, as in normal(50, 2)", origin) from None
     return call.func.id, arguments, keywords
 

@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value
 
+from ..arguments import check_arguments
 from ..compiling.compiler import require_compiler
 from ..compiling.library import FLAGS
 from ..model.catalogue import find_model, known_models
 from ..model.model import Model, load
 from ..model.parameters import advice
+from ..run.options import Option
 from ..run.problem import Status
 from ..run.results import versions
 from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Values, check_names
@@ -40,6 +42,12 @@ _FEWEST, _MOST = 512, 65536  # runs per block
 _SHORT, _SAMPLES = 4096, 2**20  # at least so many runs per block, unless that is more samples
 _BLOCKS = 256  # that a large batch has about
 _BLOCK_BYTES = 2**26
+
+
+_MOST_THREADS = 1024
+"""More than the processors of any one machine that batches are run on; each thread has work memory of its own."""
+_THREADS = Option("count", "Threads of this process", least=1, below=_MOST_THREADS + 1, name="threads")
+_RUNS_PER_BLOCK = Option("count", "Runs per block", least=1, below=_MOST + 1, name="chunk")
 
 
 class ImpossibleRunError(InputError):
@@ -105,6 +113,17 @@ def run_batch(
     StoreError
         If the store cannot be written. What it has is kept, and `resume` goes on from there.
     """
+    check_arguments("text", origin, success=success, until=until)
+    check_arguments("path", origin, out=out)
+    check_arguments("truth", origin, resume=resume, strict=strict)
+    check_arguments("function", origin, report=report)
+    threads, chunk = _THREADS.check(threads, origin), _RUNS_PER_BLOCK.check(chunk, origin)
+    if client is not None and not hasattr(client, "submit"):
+        raise bad_value("scheduler", client, "an address, or a distributed.Client", origin)
+    if threads is not None and client is not None:
+        raise bad_value("threads", threads, "left out with a scheduler: its workers have threads of their own", origin)
+    if resume and out is None:
+        raise bad_value("resume", resume, "left out unless out is a store", origin)
     loaded = model if isinstance(model, Model) else load(model, "c")
     if loaded.backend != "c":
         raise bad_value("backend", loaded.backend, "'c': a batch runs many in lanes of our own C", origin)
@@ -161,6 +180,8 @@ def _opened(
     if resume and path is not None and path.exists():
         store = open_store(path)
         _compare(store, identity)
+        if chunk not in (None, store.chunk):
+            raise bad_value("chunk", chunk, f"left out or {store.chunk}, as {store.name} was made", plan.origin)
         return store
     bytes_per_run = sum(np.dtype(v.dtype).itemsize * max(v.size, 1) for v in variables)
     return create(
@@ -190,16 +211,17 @@ def _compare(store: Store, identity: Mapping[str, str]) -> None:
     """Refuse to continue a store that was made otherwise, and say in what."""
     for name, value in identity.items():
         stored = store.attributes.get(name, "")
-        if stored == value:
-            continue
         if name == "campaign":
             name, stored, value = _difference(json.loads(stored), json.loads(value))
+        if stored == value:
+            continue
         raise InputError(f"{store.name} was made with {name} = {stored!r}, not {value!r}: it cannot be continued so")
 
 
 def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any]:
-    name = next(name for name in new if old.get(name) != new[name])
-    return name, old.get(name), new[name]
+    """Return what two campaigns differ in: name, old and new value; equal ones when it is nothing."""
+    name = next((name for name in new if old.get(name) != new[name]), "campaign")
+    return name, old.get(name), new.get(name)
 
 
 def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:

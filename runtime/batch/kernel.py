@@ -23,8 +23,8 @@ from ..compiling.processor import vector_flags, widest
 from ..compiling.structures import structures
 from ..model.functions import FloatArray
 from ..model.model import Model
-from ..run.options import Profile, RunOptions, read_options
-from ..run.problem import check_law, variant_suffix
+from ..run.options import Profile, RunOptions, check_effects, read_options
+from ..run.problem import check_delay, check_law, evaluations_of, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
@@ -106,9 +106,11 @@ def compile_kernel(
     """
     law = model.manifest.controller(controller)
     suffix = variant_suffix(model.manifest, choices or {}, origin)
-    options, _ = read_options((options or RunOptions()).changes(), "batch", origin)
+    given = (options or RunOptions()).changes()
+    options, _ = read_options(given, "batch", origin)
     sampled = options.hold is not None or law.period is not None
-    check_law(model, law, sampled, options.delay, origin)
+    check_law(model, law, sampled)
+    check_effects(given, options.method, sampled, bool(model.manifest.noise), origin)
     if lanes not in (None, 1, 2, 4, 8):
         raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)
     loop = KernelLoop(model.manifest, law, suffix, sampled, options.method)
@@ -203,9 +205,20 @@ class Kernel:
         complete = _in_threads(self.library, job, -(-len(p) // self.lanes), threads, halt, stop)
         return block if complete else None
 
+    def check(self, p: FloatArray, t_end: float, dt: float) -> None:
+        """Refuse instants that do not fit one another, for runs with the parameters p of the plant, shape (n, np).
+
+        Raises
+        ------
+        InputError
+            As `run` does.
+        """
+        self._schedule(self._hold(p), t_end, dt)
+
     def _schedule(self, hold: float | None, t_end: float, dt: float) -> tuple[Any, FloatArray]:
         """Return what all runs share as a C structure, and the ticks that it points to, to be kept as long."""
         ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
+        check_delay(self.options.delay, evaluations_of(len(ticks), hold_every), self.origin)
         schedule = _Schedule(
             t=ticks.ctypes.data,
             ticks=len(ticks),

@@ -6,19 +6,20 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.errors import InputError, unknown_name
+from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.manifest import Parameter, Quantity
 from mehvar.names import identifier
 
+from ..arguments import check_arguments
 from ..model.model import Model
-from ..model.parameters import Resolved, named_values, resolve
-from ..run.options import OPTIONS, count_row, number_row, read_options, rows, word_row
+from ..model.parameters import Resolved, named_values, number, resolve
+from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from .dispersions import read_dispersions
 from .sampling import DESIGNS, Design, FloatArray, Sampler
 
@@ -59,7 +60,8 @@ class Campaign:
     sampling: Design = field(default="random", metadata=word_row("Design of the drawn points", DESIGNS))
     options: Mapping[str, float | str] = field(default_factory=dict)
     save_every: float | None = field(
-        default=None, metadata=number_row("Step of the stored series", "s", otherwise="none are stored", above=0.0)
+        default=None,
+        metadata=number_row("Step of the stored series", "s", otherwise="none are stored", above=0.0, name="save"),
     )
 
     def json_text(self) -> str:
@@ -108,12 +110,13 @@ class Plan:
 
     def __init__(self, model: Model, campaign: Campaign, origin: str = "the call") -> None:
         manifest = model.manifest
-        self.model, self.campaign, self.origin = model, campaign, origin
+        check_arguments("text", origin, controller=campaign.controller, scenario=campaign.scenario)
+        check_arguments("mapping", origin, vary=campaign.vary, parameters=campaign.parameters, initial=campaign.initial)
+        self.model, self.origin = model, origin
         self.law, self.scenario = manifest.controller(campaign.controller), manifest.scenario(campaign.scenario)
-        for name, row in CAMPAIGN_OPTIONS.items():
-            row.check(getattr(campaign, name), origin)
         self.options, choices = read_options(campaign.options, "batch", origin)
         self.choices: Mapping[str, Any] = choices
+        self.campaign = campaign = self._checked(campaign)
         self.dispersions = read_dispersions(dict(sorted(campaign.vary.items())), origin)
         self.names = tuple(name for d in self.dispersions for name in d.names)
         groups = (manifest.parameters, self.law.parameters, manifest.scenario_parameters)
@@ -127,6 +130,16 @@ class Plan:
 
         start = model.functions["initial"](self.nominal.p, self.nominal.s)
         self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})
+
+    @property
+    def sampled(self) -> bool:
+        """Whether the law is sampled."""
+        return self.options.hold is not None or self.law.period is not None
+
+    @property
+    def noisy(self) -> bool:
+        """Whether the runs have measurement noise."""
+        return self.sampled and bool(self.model.manifest.noise)
 
     def labels(self) -> tuple[str, ...]:
         """Return the dispersed names as a store has them: a state is called `initial_NAME`."""
@@ -175,6 +188,27 @@ class Plan:
             return ""
         state = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self._states, draw.x0[0], strict=True))
         return f"the initial state of run {run} is outside the limits: {state}"
+
+    def _checked(self, campaign: Campaign) -> Campaign:
+        """Return the campaign as a store keeps it: every value as its row takes it, no option at its default."""
+        numbers: dict[str, Any] = {
+            name: row.check(getattr(campaign, name), self.origin) for name, row in CAMPAIGN_OPTIONS.items()
+        }
+        given = {name: value for name, value in campaign.options.items() if name in OPTIONS}
+        check_effects(given, self.options.method, self.sampled, bool(self.model.manifest.noise), self.origin)
+        if numbers["seed"] != Campaign.seed and not campaign.vary and not self.noisy:
+            raise bad_value(
+                "seed", campaign.seed, "left out unless something varies or the runs have noise", self.origin
+            )
+        if numbers["sampling"] != Campaign.sampling and not campaign.vary:
+            raise bad_value("sampling", campaign.sampling, "left out unless something varies", self.origin)
+        return replace(
+            campaign,
+            options={**self.options.changes(), **self.choices},
+            parameters={name: number(name, value, self.origin) for name, value in campaign.parameters.items()},
+            initial={name: number(name, value, self.origin) for name, value in campaign.initial.items()},
+            **numbers,
+        )
 
     def _values(self, first: int, count: int) -> FloatArray:
         points = self._sampler.points(first, count)

@@ -35,14 +35,14 @@ def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None 
     campaign = plan.campaign
     changes = plan.options.changes()
     options: dict[str, Any] = {name: changes[name] for name in changes if "run" not in OPTIONS[name].refused}
+    if plan.noisy:
+        options |= {"seed": campaign.seed, "run": number}
     return simulate(
         plan.model,
         campaign.controller,
         campaign.scenario,
         parameters,
         initial,
-        seed=campaign.seed,
-        run=number,
         progress=progress,
         origin=f"run {number}",
         **options,

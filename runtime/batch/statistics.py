@@ -43,7 +43,7 @@ class Success:
     """
 
     def __init__(self, text: str | None, origin: str = "success") -> None:
-        self._criterion = Criterion(text, origin) if text else None
+        self._criterion = None if text is None else Criterion(text, origin)
 
     def __call__(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return whether each stored run of some blocks succeeds."""
@@ -187,7 +187,7 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
     blocks = store.stored()
     if not blocks:
         raise InputError(f"{store.name} holds no run yet")
-    succeeds = Success(success or store.attributes["success"] or None)
+    succeeds = Success(success if success is not None else store.attributes["success"] or None)
     endings, successes = np.zeros(NOT_RUN + 1, np.int64), 0
     for block in blocks:
         endings += np.bincount(store.read(STATUS, [block]), minlength=len(endings))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import hashlib
 import json
 import os
 import shutil
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 STATUS = "status"
 NOT_RUN = 255
 FORMAT = 1
+_DIGEST = "sha256"
 _LARGEST_CHUNK = 2**22
 """Bytes of a chunk of series, which is held in memory and compressed whole: half as many make twice the files, and a
 reader of a few samples decompresses half as much."""
@@ -85,7 +87,7 @@ class Store:
         self._group = group
         self.path = path
         self.attributes: dict[str, Any] = dict(group.attrs)
-        self._arrays: dict[str, Any] = dict(group.arrays())
+        self._arrays = _arrays(group)
         self._status = self._arrays[STATUS]
         self.chunk = int(self._status.chunks[0])
 
@@ -133,27 +135,42 @@ class Store:
 
     def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
         """Return a variable's values for the stored runs of some blocks, or of all stored blocks."""
-        array = self._arrays[name]
+        array = self._array(name)
         selection = self.stored() if blocks is None else blocks
         out = np.empty((sum(len(self.runs(b)) for b in selection), *array.shape[1:]), dtype=array.dtype)
         place = 0
         for block in selection:
             runs = self.runs(block)
-            out[place : place + len(runs)] = array[runs.start : runs.stop]
+            with self._reading(name, f", block {block}"):
+                out[place : place + len(runs)] = array[runs.start : runs.stop]
             place += len(runs)
         return out
 
     def coordinate(self, name: str) -> NDArray[Any]:
         """Return a variable that is not one row per run."""
-        array = self._arrays[name]
-        values: NDArray[Any] = array[:]
+        with self._reading(name):
+            values: NDArray[Any] = self._array(name)[:]
         return values
 
     def series(self, name: str, first: int, last: int, blocks: Sequence[int]) -> NDArray[np.float64]:
         """Return the samples first ... last - 1 of a stored series, shape (runs, samples)."""
-        array = self._arrays[name]
-        parts = [array[self.runs(b).start : self.runs(b).stop, first:last] for b in blocks]
-        return np.concatenate(parts)
+        array = self._array(name)
+        with self._reading(name):
+            return np.concatenate([array[self.runs(b).start : self.runs(b).stop, first:last] for b in blocks])
+
+    def _array(self, name: str) -> Any:
+        if name not in self._arrays:
+            raise InputError(f"{self.name} is damaged: it has no variable {name}")
+        return self._arrays[name]
+
+    @contextlib.contextmanager
+    def _reading(self, name: str, where: str = "") -> Iterator[None]:
+        """Turn whatever Zarr and its codecs raise over a damaged chunk into an error that says which."""
+        try:
+            yield
+        except Exception as error:
+            what = " ".join(str(error).split())
+            raise InputError(f"{self.name} is damaged: {name}{where} cannot be read: {what}") from error
 
     def variables(self) -> dict[str, Variable]:
         """Return what the store holds, by name."""
@@ -275,9 +292,28 @@ def open_store(path: str | os.PathLike[str]) -> Store:
         group = zarr.open_group(folder, mode="r+", use_consolidated=False)
         if group.attrs.get("mehvar_batch") != FORMAT:
             raise ValueError(f"mehvar_batch = {group.attrs.get('mehvar_batch')!r} in its attributes, not {FORMAT}")
+        if group.attrs.get(_DIGEST, digest := _digest(group)) != digest:
+            raise ValueError("it is damaged: its attributes are not those it was made with")
         return Store(group, folder)
-    except (OSError, ValueError, KeyError, json.JSONDecodeError) as error:
-        raise InputError(f"{folder} is not a batch store: {error}") from error
+    except Exception as error:  # a damaged store makes Zarr and its parsers raise anything
+        raise InputError(f"{folder} is not a batch store: {' '.join(str(error).split())}") from error
+
+
+def _arrays(group: Any) -> dict[str, Any]:
+    """Return the variables and the coordinates along their second dimensions, by name.
+
+    One after the other: opened all at once, several damaged ones leave errors behind that nobody collects.
+    """
+    arrays = {name: group[name] for name in group.attrs["variables"]}
+    dimensions = {name for array in arrays.values() for name in array.metadata.dimension_names[1:]}
+    return arrays | {name: group[name] for name in sorted(dimensions) if name in group}
+
+
+def _digest(group: Any) -> str:
+    """Return a hash of all that a store says about itself but its number of runs, which a stop rule may cut."""
+    arrays = {name: {**array.metadata.to_dict(), "shape": None} for name, array in _arrays(group).items()}
+    attributes = {name: value for name, value in group.attrs.items() if name != _DIGEST}
+    return hashlib.sha256(json.dumps([attributes, arrays], sort_keys=True, default=str).encode()).hexdigest()
 
 
 def _fill(
@@ -312,6 +348,7 @@ def _fill(
             attributes=dict(coordinate.attributes),
         )
         array[:] = values
+    group.attrs[_DIGEST] = _digest(group)
     _consolidate(group)
     return Store(group, path)
 

@@ -7,7 +7,7 @@ import importlib.util
 import os
 from pathlib import Path
 
-from mehvar.errors import unknown_name
+from mehvar.errors import bad_value, unknown_name
 from mehvar.manifest import FILE, Manifest, read_manifest
 
 
@@ -32,10 +32,11 @@ def find_model(model: str | os.PathLike[str]) -> Manifest:
     InputError
         If there is no such model, or its manifest cannot be read.
     """
+    if not isinstance(model, str | os.PathLike):
+        raise bad_value("model", model, "the name of a model, or the path of a generated folder")
     models = known_models()
     if isinstance(model, str) and model in models:
         return read_manifest(models[model])
-    folder = Path(model)
-    if folder.is_dir():
-        return read_manifest(folder)
+    if os.path.isdir(model):  # noqa: PTH112 - pathlib raises for a name that is too long
+        return read_manifest(model)
     raise unknown_name("model (neither a known name nor a generated folder)", os.fspath(model), models)

@@ -10,9 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.errors import bad_value, unknown_name
+from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.manifest import Manifest
 
+from ..arguments import check_arguments
 from ..compiling.compiler import find_compiler, require_compiler
 from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_model
@@ -54,6 +55,10 @@ class Model:
         self.output_names = tuple(q.name for q in manifest.outputs)
         self.parameter_names = tuple(q.name for q in manifest.parameters)
         self.evaluator = backend
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Pickle as a folder and a backend: compiled code belongs to one process."""
+        return _reloaded, (str(self.manifest.folder.absolute()), self.backend, self.manifest.hash)
 
     def __repr__(self) -> str:
         return f"<mehvar model {self.name!r}, {len(self.state_names)} states, backend {self.backend!r}>"
@@ -172,6 +177,14 @@ def _steps(v: FloatArray) -> FloatArray:
     return result
 
 
+def _reloaded(folder: str, backend: BackendName, digest: str) -> Model:
+    """Load what another process pickled, or raise InputError when the folder holds another model by now."""
+    model = load(folder, backend)
+    if model.manifest.hash != digest:
+        raise InputError(f"{folder} has changed since the model was pickled: its hash is {model.manifest.hash[:12]}")
+    return model
+
+
 def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> Model:
     """Load a generated model.
 
@@ -188,6 +201,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     InputError
         If the model or backend is unknown, C is asked for without a compiler, or CasADi's C of a folder without it.
     """
+    check_arguments("text", "the call", backend=backend)
     if backend not in (None, "c", "python", "casadi"):
         raise bad_value("backend", backend, "'c', 'python' or 'casadi'")
     manifest = find_model(model)

@@ -54,11 +54,15 @@ class _Number(float):
 
 
 def number(name: str, value: object, origin: str = "") -> float:
-    """Return a value as a finite float, or raise InputError."""
+    """Return a value as a finite float, or raise InputError; neither a truth value nor bytes are numbers."""
     try:
+        if isinstance(value, (bool, np.bool_, bytes, bytearray)):
+            raise TypeError
         result = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError) as error:
         raise bad_value(name, value, "a number", origin) from error
+    except OverflowError:
+        result = math.inf
     if not math.isfinite(result):
         raise bad_value(name, value, "a finite number", origin)
     return result

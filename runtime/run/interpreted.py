@@ -7,6 +7,7 @@ and reads the samples from its dense output; everything else stops at every tick
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable
@@ -280,9 +281,10 @@ class _Solver:
         return slope
 
     def _advance_rk4(self, t: float, x: FloatArray, end: float) -> FloatArray:
-        count = int(np.ceil((end - t) / self._loop.problem.step * (1 - 1e-12)))
-        if count > self._loop.problem.max_steps:
+        pieces = float(end - t) / self._loop.problem.step * (1 - 1e-12)
+        if pieces > self._loop.problem.max_steps:
             raise _EndOfRun(Status.TOO_MANY_STEPS, t)
+        count = math.ceil(pieces)
         h = (end - t) / count
         for i in range(count):
             now = t + i * h

@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal, SupportsIndex, get_args
 
 from mehvar.errors import InputError, bad_value
 
@@ -21,11 +21,19 @@ Kind = Literal["number", "count", "word"]
 Place = Literal["run", "batch", "board"]
 Method = Literal["rk4", "dopri5", "dop853", "rock4"]
 Profile = Literal["portable", "fast"]
+Need = Literal["rk4", "adaptive", "sampled", "noise"]
 
 METHODS: tuple[Method, ...] = get_args(Method)  # numbered as in the native integrator
 SMALLEST_RTOL = 100 * sys.float_info.epsilon  # SciPy's own limit: below it an error estimate is mostly rounding
 _SMALLEST_ATOL = sys.float_info.min  # below it a number of type double has fewer digits
 _COUNT_BELOW = 2**31  # the narrowest count in C, the delay, is an int32
+_NEEDS: Mapping[Need, str] = {
+    "rk4": "the method is rk4",
+    "adaptive": "the method is adaptive in its step",
+    "sampled": "the law is sampled, by its own period or by `hold`",
+    "noise": "the law is sampled and the model has measurement noise",
+}
+"""What a loop must be for an option to have an effect on it."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +54,10 @@ class Option:
         What a word may be.
     refused : mapping of str to str
         Places that do not take the option, each with what to do instead.
+    needs : {"rk4", "adaptive", "sampled", "noise"}, optional
+        What the loop must be for the option to have an effect; with another loop it is refused.
     name : str
-        Of the field.
+        What people call it: the field's name unless given.
     """
 
     kind: Kind
@@ -60,6 +70,7 @@ class Option:
     below: float | None = None
     words: tuple[str, ...] = ()
     refused: Mapping[Place, str] = field(default_factory=dict)
+    needs: Need | None = None
     name: str = ""
 
     @property
@@ -72,11 +83,16 @@ class Option:
         return f"{kind} {' and '.join(f'{sign} {value:{digits}}' for sign, value in bounds if value is not None)}"
 
     @property
+    def meaning(self) -> str:
+        """The text, and where the option may be given."""
+        return f"{self.text}; only where {_NEEDS[self.needs]}" if self.needs else self.text
+
+    @property
     def help(self) -> str:
-        """The text with the words or the unit, and what holds unless given."""
+        """The meaning with the words or the unit, and what holds unless given."""
         kind = f": {either(self.words)}" if self.words else f", {self.unit}" if self.unit else ""
         otherwise = self.otherwise or ("" if self.default in (None, MISSING) else f"{self.default}")
-        return f"{self.text}{kind}{f'; {otherwise} unless given' if otherwise else ''}."
+        return f"{self.meaning}{kind}{f'; {otherwise} unless given' if otherwise else ''}."
 
     def check(self, value: object, origin: str, place: Place | None = None) -> Any:
         """Return a value, or what a text says, as this option takes it.
@@ -91,14 +107,14 @@ class Option:
         if value is None and self.default is None:
             return None
         if self.words:
-            if value not in self.words:
+            if not isinstance(value, str) or value not in self.words:
                 raise bad_value(self.name, value, self.allowed, origin)
             return value
         result = number(self.name, value, origin)
         whole = self.kind == "count" and result.is_integer()
         if not self._holds(result) or (self.kind == "count" and not whole):
             raise bad_value(self.name, result if isinstance(value, str) else value, self.allowed, origin)
-        return int(result) if whole else result
+        return _count(value, result) if whole else result
 
     def _holds(self, value: float) -> bool:
         return (
@@ -126,10 +142,17 @@ def word_row(text: str, words: tuple[str, ...], **more: Any) -> dict[str, Option
 def rows(table: type) -> dict[str, Option]:
     """Return the options among the fields of a dataclass; one that must be given has `MISSING` for a default."""
     return {
-        f.name: replace(f.metadata["option"], name=f.name, default=f.default)
+        f.name: replace(row := f.metadata["option"], name=row.name or f.name, default=f.default)
         for f in fields(table)
         if "option" in f.metadata
     }
+
+
+def _count(value: object, number: float) -> int:
+    """Return a whole number to its last digit, which a float above 2^53 has lost."""
+    if isinstance(value, SupportsIndex):
+        return value.__index__()
+    return int(value) if isinstance(value, str) and value.strip().isdecimal() else int(number)
 
 
 _BY_BOARD: dict[Place, str] = {"board": "left out: the board decides it"}
@@ -177,14 +200,14 @@ class RunOptions:
     )
     delay: int = field(
         default=0,
-        metadata=count_row(
-            "Samples between computing an input and applying it, zero input before; needs a sampled law"
-        ),
+        metadata=count_row("Samples between computing an input and applying it, zero input before", needs="sampled"),
     )
     seed: int = field(
         default=0,
         metadata=count_row(
-            "What the measurement noise starts from", refused={"batch": "given with --seed, or as seed of the batch"}
+            "What the measurement noise starts from",
+            refused={"batch": "given with --seed, or as seed of the batch"},
+            needs="noise",
         ),
     )
     run: int = field(
@@ -192,13 +215,15 @@ class RunOptions:
         metadata=count_row(
             "Which run of a batch with this seed has the same noise",
             refused={"batch": "left out: a batch counts its runs"},
+            needs="noise",
         ),
     )
     real: Real = field(
         default="double",
         metadata=word_row(
-            "What a sampled law computes with; float needs the C backend",
+            "What the law computes with; float needs the C backend",
             get_args(Real),
+            needs="sampled",
             refused={"batch": "left out: a batch computes in double", **_BY_BOARD},
         ),
     )
@@ -206,14 +231,16 @@ class RunOptions:
         default="dop853", metadata=word_row("Integration method, adaptive in its step but for rk4", METHODS)
     )
     rtol: float = field(
-        default=1e-11, metadata=number_row("Relative tolerance of the adaptive methods", least=SMALLEST_RTOL, below=1.0)
+        default=1e-11,
+        metadata=number_row("Relative tolerance", least=SMALLEST_RTOL, below=1.0, needs="adaptive"),
     )
     atol: float = field(
         default=1e-11,
-        metadata=number_row("Absolute tolerance of the adaptive methods", least=_SMALLEST_ATOL, below=1.0),
+        metadata=number_row("Absolute tolerance", least=_SMALLEST_ATOL, below=1.0, needs="adaptive"),
     )
     step: float | None = field(
-        default=None, metadata=number_row("Largest step of rk4", "s", otherwise="the sampling step", above=0.0)
+        default=None,
+        metadata=number_row("Largest step", "s", otherwise="the sampling step", above=0.0, needs="rk4"),
     )
     max_steps: int = field(
         default=100_000, metadata=count_row("Trial steps between two samples after which the run ends", least=1)
@@ -269,6 +296,37 @@ def read_options(settings: Mapping[str, object], place: Place, origin: str) -> t
     return RunOptions(**options), {name: value for name, value in settings.items() if name not in OPTIONS}
 
 
+def check_effects(given: Mapping[str, object], method: Method, sampled: bool, noisy: bool, origin: str) -> None:
+    """Refuse an option that would change nothing.
+
+    Parameters
+    ----------
+    given : mapping of str to object
+        Options that somebody gave, be it with the value that holds anyway; None stands for one that is not given.
+    method : str
+        Of the run.
+    sampled, noisy : bool
+        Whether the law is sampled, and whether the model has measurement noise.
+    origin : str
+        How error messages call the options.
+
+    Raises
+    ------
+    InputError
+        For the first option without an effect; the message says what it needs.
+    """
+    holds: Mapping[Need, bool] = {
+        "rk4": method == "rk4",
+        "adaptive": method != "rk4",
+        "sampled": sampled,
+        "noise": sampled and noisy,
+    }
+    for name, value in given.items():
+        need = OPTIONS[name].needs
+        if value is not None and need is not None and not holds[need]:
+            raise bad_value(name, value, f"left out unless {_NEEDS[need]}", origin)
+
+
 def split_settings(
     settings: Mapping[str, object], choices: Collection[str], place: Place, origin: str
 ) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -296,7 +354,16 @@ def split_settings(
 
 
 def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str) -> dict[str, Any]:
-    """Return parameters that come in a mapping and by name, or raise InputError when one comes twice."""
+    """Return parameters that come in a mapping and by name.
+
+    Raises
+    ------
+    InputError
+        When one comes twice, or the mapping has an option.
+    """
+    for name, value in parameters.items():
+        if name in OPTIONS:
+            raise bad_value(name, value, f"given by itself, as in {name}=..., not in `parameters`", origin)
     twice = [name for name in others if name in parameters]
     if twice:
         raise InputError(f"{twice[0]} is given twice (from {origin}): in `parameters` and as an option")

@@ -17,7 +17,7 @@ from ..model.functions import FloatArray, Real
 from ..model.model import Model
 from ..model.parameters import Resolved
 from .noise import normals
-from .options import OPTIONS, Method, RunOptions
+from .options import OPTIONS, Method, RunOptions, check_effects
 from .ticks import ticks_of
 
 Progress = Callable[[float, float], None]
@@ -135,18 +135,24 @@ def pose(
     resolved: Resolved,
     x0: FloatArray,
     options: RunOptions,
+    given: Mapping[str, object],
     suffix: str,
     progress: Progress | None,
     origin: str,
 ) -> Problem:
-    """Return the problem that options, scenario and parameters describe, or raise InputError."""
+    """Return the problem that options, scenario and parameters describe, or raise InputError.
+
+    `given` are the options that somebody gave, for which each must have an effect.
+    """
     end = OPTIONS["t_end"].check(options.t_end or scenario.duration, origin)
     dt = OPTIONS["dt_out"].check(options.dt_out or scenario.step, origin)
     hold = options.hold or (None if law.period is None else resolved.values[law.period])
-    check_law(model, law, hold is not None, options.delay, origin)
-    if options.real == "float" and (hold is None or model.backend != "c"):
-        raise bad_value("real", options.real, "double unless a sampled law runs on the C backend", origin)
+    check_law(model, law, hold is not None)
+    check_effects(given, options.method, hold is not None, bool(model.manifest.noise), origin)
+    if options.real == "float" and model.backend != "c":
+        raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
     ticks, record_every, hold_every = ticks_of(end, dt, hold, origin)
+    check_delay(options.delay, evaluations_of(len(ticks), hold_every), origin)
     return Problem(
         model=model,
         controller=law,
@@ -179,7 +185,7 @@ def variant_suffix(manifest: Manifest, choices: Mapping[str, object], origin: st
         if name not in manifest.choices:
             raise unknown_name(f"option or choice of {manifest.model}", name, (*OPTIONS, *manifest.choices), origin)
         words = manifest.choices[name].values
-        if value not in words:
+        if not isinstance(value, str) or value not in words:
             raise bad_value(name, value, " or ".join(map(repr, words)), origin)
     values = [
         str(choices[c.name]) for c in manifest.choices.values() if choices.get(c.name, c.values[0]) != c.values[0]
@@ -190,13 +196,23 @@ def variant_suffix(manifest: Manifest, choices: Mapping[str, object], origin: st
     return suffix
 
 
-def check_law(model: Model, law: Controller, sampled: bool, delay: int, origin: str) -> None:
-    """Refuse what a law cannot do: run without samples, or be delayed without them."""
+def check_law(model: Model, law: Controller, sampled: bool) -> None:
+    """Refuse to run without samples a law that needs them."""
     names = {identifier(name) for name in model.manifest.functions}
     if not sampled and f"{identifier(law.name)}_loop" not in names:
         raise InputError(f"{law.name} is a sampled law without a period of its own: set hold, in seconds")
-    if not sampled and delay:
-        raise bad_value("delay", delay, f"0 unless hold is set: {law.name} is continuous in time", origin)
+
+
+def check_delay(delay: int, evaluations: int, origin: str) -> None:
+    """Refuse a delay after which no input of a run ever acts, whose memory would grow without a use."""
+    if delay and delay >= evaluations:
+        allowed = f"less than {evaluations}, how often the law is evaluated in this run"
+        raise bad_value("delay", delay, allowed, origin)
+
+
+def evaluations_of(ticks: int, hold_every: int | None) -> int:
+    """Return how often a sampled law is evaluated in a run of so many ticks."""
+    return 0 if hold_every is None else (ticks - 1) // hold_every + 1
 
 
 def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -> FloatArray:
@@ -209,6 +225,5 @@ def _memory(model: Model, law: Controller, resolved: Resolved, x0: FloatArray) -
 
 def _noise(model: Model, ticks: int, hold_every: int | None, options: RunOptions) -> FloatArray:
     """Return standard normal numbers for each evaluation of a sampled law."""
-    evaluations = 0 if hold_every is None else (ticks - 1) // hold_every + 1
     size = len(model.manifest.noise)
-    return normals(options.seed, options.run, evaluations, size, native=model.backend != "python")
+    return normals(options.seed, options.run, evaluations_of(ticks, hold_every), size, native=model.backend != "python")

@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results as labelled datasets, and as NetCDF-4 files that say how they came about."""
+"""Results as labelled datasets that say how they came about."""
 
 from __future__ import annotations
 
 import json
-import os
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mehvar.errors import InputError
-from mehvar.manifest import Manifest
+from mehvar.manifest import Controller, Manifest
 from mehvar.versions import installed
 
-from ..files import write_atomic
+from .metrics import metrics
 from .simulate import Run
 
 if TYPE_CHECKING:
@@ -33,76 +31,45 @@ def to_dataset(run: Run) -> xarray.Dataset:
     -------
     xarray.Dataset
         Coordinate `t` in seconds; one variable per state, `u_NAME` per input, `u_cmd_NAME` per input of a
-        sampled law, one per output, per number of the law's memory and per report of the law, each with `units` and
-        `long_name`. The attributes hold model, law, scenario, status, effective parameters and the manifest, structured
-        ones as JSON.
+        sampled law, one per output, per number of the law's memory and per report of the law; one number per metric of
+        the model. Each has `units` and `long_name`. The attributes hold model, law, scenario, status, effective
+        parameters and the manifest, structured ones as JSON.
     """
     import xarray
 
-    names = _descriptions(run)
-    variables = {
-        name: ("t", values, {"units": names[name][0], "long_name": names[name][1]})
-        for name, values in run.variables().items()
+    manifest, about = run.manifest, _descriptions(run.manifest, run.controller)
+    series = {name: ("t", values, about[name]) for name, values in run.variables().items()}
+    numbers = {
+        name: ((), value, {"units": manifest.metrics[name].unit, "long_name": manifest.metrics[name].description})
+        for name, value in metrics(run, manifest).items()
     }
+    twice = [name for name in ("t", *numbers) if name in series]
+    if twice:
+        raise InputError(f"a result cannot hold two variables called {twice[0]}: rename one in {manifest.model}")
     time = ("t", run.t, {"units": "s", "long_name": "time"})
-    return xarray.Dataset(variables, coords={"t": time}, attrs=_attributes(run))
+    return xarray.Dataset({**series, **numbers}, coords={"t": time}, attrs=_attributes(run))
 
 
-def save(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write a dataset as NetCDF-4; the file is complete or absent, an old one stays until then.
+def hidden_names(manifest: Manifest) -> list[str]:
+    """Return the names in a model's results that are attributes of `xarray.Dataset` too.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A result, as `to_dataset` makes it.
-    path : path
-        The file, in a folder that exists.
-
-    Raises
-    ------
-    InputError
-        If the folder of `path` does not exist, or `path` is a folder.
-    OSError
-        If the file cannot be written; the message names `path`.
-    """
-    # In memory first: HDF5 does not report every write that failed.
-    write_atomic(path, bytes(dataset.to_netcdf(None, engine="h5netcdf", format="NETCDF4")))
-
-
-def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
-    """Read a result file whole.
-
-    Parameters
-    ----------
-    path : path
-        A file that `save` or `mehvar simulate --out` wrote.
-
-    Raises
-    ------
-    InputError
-        If there is no such file or it is not a result file.
+    `run.NAME` is then the attribute; `run["NAME"]` is the variable always.
     """
     import xarray
 
-    if not Path(path).is_file():
-        raise InputError(f"no result file {os.fspath(path)}")
-    try:
-        with xarray.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as dataset:
-            return dataset.load()
-    except (OSError, ValueError, KeyError, RuntimeError) as error:
-        raise InputError(f"{os.fspath(path)} is not a result file: {error}") from error
+    names = {name for law in manifest.controllers.values() for name in _descriptions(manifest, law)}
+    return sorted(name for name in names | manifest.metrics.keys() if hasattr(xarray.Dataset, name))
 
 
-def _descriptions(run: Run) -> dict[str, tuple[str, str]]:
-    """Return unit and long name of every variable."""
-    manifest, inputs = run.manifest, run.manifest.inputs
-    law = run.controller
+def _descriptions(manifest: Manifest, law: Controller) -> dict[str, dict[str, str]]:
+    """Return unit and long name of every series."""
     quantities = (*manifest.states, *manifest.outputs, *law.memory, *law.outputs)
-    return {
-        **{q.name: (q.unit, q.description) for q in quantities},
-        **{f"u_{q.name}": (q.unit, f"{q.description}, applied") for q in inputs},
-        **{f"u_cmd_{q.name}": (q.unit, f"{q.description}, commanded") for q in inputs},
-    }
+    texts = [
+        *((q.name, q.unit, q.description) for q in quantities),
+        *((f"u_{q.name}", q.unit, f"{q.description}, applied") for q in manifest.inputs),
+        *((f"u_cmd_{q.name}", q.unit, f"{q.description}, commanded") for q in manifest.inputs),
+    ]
+    return {name: {"units": unit, "long_name": text} for name, unit, text in texts}
 
 
 def _attributes(run: Run) -> dict[str, str | float]:

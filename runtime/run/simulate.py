@@ -16,6 +16,7 @@ from mehvar.errors import InputError, bad_value
 from mehvar.manifest import Controller, Manifest, Scenario
 from mehvar.names import identifier
 
+from ..arguments import check_arguments
 from ..model.functions import BackendName, CBackend, FloatArray
 from ..model.model import Model, load
 from ..model.parameters import Resolved, advice, named_values, resolve, say
@@ -157,6 +158,9 @@ def simulate(
     InputError
         For anything unknown, out of bounds or infeasible; the message says where the value came from.
     """
+    check_arguments("text", origin, controller=controller, scenario=scenario)
+    check_arguments("mapping", origin, parameters=parameters, initial=initial)
+    check_arguments("function", origin, progress=progress, law=law)
     options, others = read_options(settings, "run", origin)
     loaded = model if isinstance(model, Model) else load(model, options.backend)
     if options.backend not in (None, loaded.backend):
@@ -176,7 +180,8 @@ def simulate(
     for text in advice(loaded.functions, controlled, resolved):
         warnings.warn(text, stacklevel=2)
     x0 = _start(loaded, case, resolved, initial or {}, origin)
-    problem = pose(loaded, controlled, case, resolved, x0, options, suffix, progress, origin)
+    given = {name: value for name, value in settings.items() if name in OPTIONS}
+    problem = pose(loaded, controlled, case, resolved, x0, options, given, suffix, progress, origin)
     if law is not None:
         problem = _elsewhere(problem, law, origin)
     started = time.perf_counter()
@@ -226,7 +231,9 @@ def _integrate(problem: Problem) -> Trajectory:
 
 def _elsewhere(problem: Problem, law: Law, origin: str) -> Problem:
     if problem.hold is None or problem.model.backend != "c":
-        raise bad_value("law", "a callable", "left out unless a sampled law runs on the C backend", origin)
+        raise bad_value("law", law, "left out unless a sampled law runs on the C backend", origin)
+    if problem.real != "double":
+        raise bad_value("real", problem.real, "left out with law, which computes in its own way", origin)
     return replace(problem, law=law)
 
 

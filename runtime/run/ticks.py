@@ -67,24 +67,28 @@ def grid(end: float, step: Fraction) -> FloatArray:
 def rows_of(every: float, end: float, dt: float, origin: str) -> FloatArray:
     """Return the instants of a series with a row every so often."""
     steps = times_in(every, dt)
-    if steps is None:
-        raise bad_value("save_every", every, f"a multiple of the sampling step {dt:g} s", origin)
+    if steps is None or every > end * (1 + _MULTIPLE):
+        allowed = f"a multiple of the sampling step {dt:g} s, at most the end time {end:g} s"
+        raise bad_value("save", every, allowed, origin)
     return grid(end, fraction(dt) * steps)
 
 
 def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[FloatArray, int, int | None]:
     """Return the instants at which a run stops, the end among them; ticks per recorded sample; ticks per hold."""
     shortest = dt if hold is None else min(dt, hold)
-    record_every = _ratio(dt, shortest, hold, origin)
-    hold_every = None if hold is None else _ratio(hold, shortest, dt, origin)
     if end / shortest > _MOST_TICKS:
         raise bad_value("t_end", end, f"at most {_MOST_TICKS} times the sampling step {shortest:g} s", origin)
     if end / dt > _MOST_SAMPLES:
         raise bad_value("dt_out", dt, f"at least {end / _MOST_SAMPLES:g} s, for {_MOST_SAMPLES} samples", origin)
+    record_every = _ratio(dt, shortest, hold, origin)
+    hold_every = None if hold is None else _ratio(hold, shortest, dt, origin)
     tick = fraction(dt) / record_every
     ticks, last = grid(end, tick), fraction(end)
     if last - (len(ticks) - 1) * tick > _MULTIPLE * tick:
         ticks = np.append(ticks, float(last))
+    # Beyond the end a step is as good as any other, and C counts ticks in 64 bits.
+    record_every = min(record_every, len(ticks))
+    hold_every = None if hold_every is None else min(hold_every, len(ticks))
     return ticks, record_every, hold_every
 
 

@@ -57,7 +57,8 @@ def block(model: Model, law: Controller, lanes: int, method: Method) -> None:
     p[:, [name.startswith("noise") for name in model.parameter_names]] = 1e-5
     x0[3, 0] = np.nan
     hold = PERIOD if law.period is None else None
-    options = RunOptions(method=method, hold=hold, delay=1, **LOOSE)
+    tolerances = {} if method == "rk4" else LOOSE
+    options = RunOptions(method=method, hold=hold, delay=1, **tolerances)
     kernel = compile_kernel(model, law.name, options=options, lanes=lanes)
     kernel.run(0, p, c, s, x0, seed=1, t_end=6.0, dt=PERIOD, save_every=2 * PERIOD, threads=2)
 

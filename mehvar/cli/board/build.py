@@ -11,12 +11,16 @@ from typing import Annotated
 
 import typer
 
-from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Raw, Scenario, Target, compiled
+from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Raw, Scenario, compiled
+from mehvar.errors import bad_value
 from mehvar.runtime.board.image.build import Image, compile_commands, sources, write_sources
 from mehvar.runtime.board.image.elf import read_elf
 from mehvar.runtime.board.run import BoardRequest, build_image
 from mehvar.runtime.files import check_folder, filling
+from mehvar.runtime.run.options import either
 from mehvar.terminal import print_table
+
+_TARGETS = ("sil", "unicorn")
 
 
 def command(
@@ -25,11 +29,13 @@ def command(
     board: Board = None,
     compiler: Compiler = None,
     scenario: Scenario = None,
-    target: Target = "unicorn",
+    target: Annotated[str, typer.Option(metavar="|".join(_TARGETS), help="sil: a process here.")] = "unicorn",
     raw: Raw = False,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write sources, fragments and images here.")] = None,
 ) -> None:
     """Compile a firmware; with a folder, write its sources and images there."""
+    if target not in _TARGETS:
+        raise bad_value("target", target, f"{either(_TARGETS)}: one image serves emulators and hardware", "--target")
     if out is not None:
         check_folder(out)
     image = build_image(compiled(model), BoardRequest(controller, target, board, compiler, scenario, raw=raw))

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from mehvar.errors import MissingError, unknown_name
+from mehvar.errors import MissingError, bad_value, unknown_name
 
 from ...compiling.compiler import require_compiler
 
@@ -135,6 +135,8 @@ def toolchain(name: str | None = None) -> Toolchain:
 
 def host_toolchain(name: str | None = None) -> Toolchain:
     """Return the compiler for software in the loop: zig when asked for, else the one that models are compiled with."""
+    if name not in (None, "zig"):
+        raise bad_value("compiler", name, "zig, or left out for the compiler of this machine, with --target sil")
     if name == "zig":
         zig = toolchain("zig")
         return Toolchain("zig", zig.command, zig.version)

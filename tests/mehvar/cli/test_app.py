@@ -86,7 +86,7 @@ def test_simulate_prints_saves_and_draws(tmp_path):
         ((*SIMULATE, "--set", "l3_0=0.4"), "do not form a triangle"),
         ((*SIMULATE, "--set", "l1_f=0"), r"l1_f = 0.0 \(from --set\): must be in \(0, inf\) m"),
         ((*SIMULATE, "--set", "l1_f=-0.3"), "l1_f = -0.3"),
-        ((*SIMULATE, "--set", "delay=1"), "delay = 1.*0 unless hold is set"),
+        ((*SIMULATE, "--set", "delay=1"), "delay = 1.*left out unless the law is sampled"),
         ((*SIMULATE, "--set", "hold=0.003"), "one must be an integer multiple of the other"),
         (("simulate", "triangle", "--controller", "path", "--t-end", "-1"), "t_end = -1.0"),
         ((*SIMULATE, "--out", "/no/such/folder/run.nc"), "output file = '/no/such/folder/run.nc'.*folder that exists"),

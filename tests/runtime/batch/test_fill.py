@@ -165,7 +165,7 @@ def test_strict_stops_at_the_first_impossible_run(triangle: runtime.Model, tmp_p
         ({"options": {"t_end": -1.0}}, "t_end = -1.0"),
         ({"options": {"method": "euler"}}, "method = 'euler'"),
         ({"options": {"profile": "slow"}}, "profile = 'slow'"),
-        ({"save_every": 0.015}, "save_every = 0.015.*multiple of the sampling step 0.01 s"),
+        ({"save_every": 0.015}, "save = 0.015.*multiple of the sampling step 0.01 s"),
         ({"controller": "pat"}, "unknown controller of triangle 'pat'"),
         ({"initial": {"rho": 0.1, "x": 1.0}}, "unknown state .* 'x'"),
     ],
@@ -183,7 +183,7 @@ def test_what_cannot_be_run_is_refused(
     [
         ({"seed": 6}, "made with seed = 5, not 6"),
         ({"n": 61}, "made with n = 60, not 61"),
-        ({"vary": {}}, "made with vary = .*not {}"),
+        ({"vary": {"R": "uniform(0.6, 0.7)"}}, "made with vary = .*not {'R'"),
         ({"options": {"t_end": 0.4}}, "made with options"),
     ],
 )

@@ -87,7 +87,7 @@ def test_settings_are_sorted_into_parameters_and_options_with_choices():
     settings = {"m": "2.5", "name": "big", "plant": "reduced", "rtol": "1e-9", "max_steps": "100000"}
     parameters, options = split_settings(settings, ["plant", "attitude"], "run", "--set")
     assert parameters == {"m": 2.5, "name": "big"}, "a text that is no number is refused where its name is known"
-    assert options == {"rtol": 1e-9, "plant": "reduced"}
+    assert options == {"rtol": 1e-9, "max_steps": 100_000, "plant": "reduced"}, "what is given stays given"
 
 
 def line(row: Option) -> str:
@@ -96,7 +96,7 @@ def line(row: Option) -> str:
     places = {"run": "`simulate`", "batch": "`batch`", "board": "`board`"}
     where = ", ".join(text for place, text in places.items() if place not in row.refused)
     values = f"{row.allowed}, {row.unit}" if row.unit else row.allowed
-    return f"| `{row.name}` | {values} | {default} | {row.text} | {where} |"
+    return f"| `{row.name}` | {values} | {default} | {row.meaning} | {where} |"
 
 
 def test_the_reference_has_the_table():

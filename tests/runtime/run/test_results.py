@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,12 @@ import xarray
 
 import mehvar
 from mehvar import runtime
-from mehvar.runtime import InputError, Model
+from mehvar.runtime import InputError, Model, find_model
 from mehvar.runtime.files import filling, replacing, write_atomic
+from mehvar.runtime.run.results import hidden_names
 
 ROOT = Path(mehvar.__file__).parent.parent
+PENDULUM = Path(__file__).parents[1] / "pendulum"
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +32,7 @@ def dataset(pendulum: Model) -> xarray.Dataset:
 def test_variables_have_names_and_units(dataset: xarray.Dataset) -> None:
     assert list(dataset.data_vars) == [
         *("angle", "rate", "u_torque", "u_cmd_torque", "energy", "angle_error", "power", "sum"),
+        *runtime.load(PENDULUM).manifest.metrics,
     ]
     assert dataset["t"].attrs["units"] == "s"
     assert dataset["energy"].attrs == {"units": "J", "long_name": "kinetic and potential energy"}
@@ -60,11 +64,34 @@ def test_file_round_trip(dataset: xarray.Dataset, tmp_path: Path) -> None:
     assert np.array_equal(again["t"].values, dataset["t"].values)
 
 
+def test_metrics_are_in_the_dataset_and_its_file(pendulum: Model, dataset: xarray.Dataset, tmp_path: Path) -> None:
+    runtime.save(dataset, tmp_path / "run.nc")
+    again = runtime.open_result(tmp_path / "run.nc")
+    assert pendulum.manifest.metrics
+    for name, metric in pendulum.manifest.metrics.items():
+        assert again[name].ndim == 0
+        assert again[name].attrs == {"units": metric.unit, "long_name": metric.description}
+        assert float(again[name]) == runtime.metrics(again, pendulum.manifest)[name]
+
+
+def test_two_variables_of_one_name_are_refused(edited: Callable[[str, str, str], Path]) -> None:
+    name = next(iter(runtime.load(PENDULUM).manifest.metrics))
+    model = runtime.load(edited("manifest.json", f'"{name}": {{', '"energy": {'))
+    with pytest.raises(InputError, match="two variables called energy: rename one in pendulum"):
+        runtime.to_dataset(runtime.simulate(model, "pd"))
+
+
+def test_names_that_a_dataset_hides_are_told(edited: Callable[[str, str, str], Path], pendulum: Model) -> None:
+    assert hidden_names(pendulum.manifest) == ["sum"], "the law's memory"
+    assert hidden_names(find_model("satellite")) == ["roll"]
+
+
 def test_bad_places(dataset: xarray.Dataset, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"cannot write .*run\.nc: the folder .* does not exist"):
         runtime.save(dataset, tmp_path / "missing" / "run.nc")
+    (tmp_path / "folder.nc").mkdir()
     with pytest.raises(InputError, match="it is a folder"):
-        runtime.save(dataset, tmp_path)
+        runtime.save(dataset, tmp_path / "folder.nc")
     with pytest.raises(InputError, match="no result file"):
         runtime.open_result(tmp_path / "none.nc")
     (tmp_path / "text.nc").write_text("not a result")

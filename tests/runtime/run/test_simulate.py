@@ -304,7 +304,7 @@ def test_initial_state(model: Model) -> None:
         ({"dt_out": -1}, "dt_out = -1 .*: must be a number > 0"),
         ({"hold": 0.015}, r"hold and dt_out are 0.01 s and 0.015 s \(from --set\): one must be an integer"),
         ({"hold": "x"}, "hold = 'x' .*: must be a number"),
-        ({"delay": 1}, "delay = 1 .* continuous in time"),
+        ({"delay": 1}, "delay = 1 .* left out unless the law is sampled"),
         ({"delay": -1, "hold": 0.01}, "delay = -1 .*: must be a whole number >= 0"),
         ({"delay": 0.5, "hold": 0.01}, "delay = 0.5 .*: must be a whole number >= 0"),
         ({"method": "euler"}, "method = 'euler' .*: must be rk4, dopri5, dop853 or rock4"),

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The types of what Python callers give; what a value may be beyond its type is said where it is used."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from typing import Literal
+
+from mehvar.errors import bad_value
+
+Argument = Literal["text", "path", "mapping", "truth", "function"]
+
+_TYPES: Mapping[Argument, tuple[Callable[[object], bool], str]] = {
+    "text": (lambda value: isinstance(value, str), "a text"),
+    "path": (lambda value: isinstance(value, str | os.PathLike), "a path"),
+    "mapping": (
+        lambda value: isinstance(value, Mapping) and all(isinstance(name, str) for name in value),
+        "a mapping of names, such as a dict",
+    ),
+    "truth": (lambda value: isinstance(value, bool), "True or False"),
+    "function": (callable, "a function"),
+}
+
+
+def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None:
+    """Refuse arguments of another type; None stands for one that is not given.
+
+    Parameters
+    ----------
+    kind : {"text", "path", "mapping", "truth", "function"}
+        What each must be.
+    origin : str
+        How error messages call the arguments.
+    **arguments
+        By name.
+
+    Raises
+    ------
+    InputError
+        For the first that is something else.
+    """
+    holds, allowed = _TYPES[kind]
+    for name, value in arguments.items():
+        if value is not None and not holds(value):
+            raise bad_value(name, value, allowed, origin)

@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results as files: NetCDF, CSV, Parquet or MATLAB, as the file's name ends."""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+import json
+import math
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mehvar.errors import InputError, bad_value
+
+from ..files import write_atomic
+from .options import either
+
+if TYPE_CHECKING:
+    import xarray
+
+_MATLAB_HEADER, _MATLAB_NAME = 116, 63
+"""Bytes of free text at the start of a MAT-file, and characters of the longest name in MATLAB."""
+
+
+def save(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
+    """Write a result; the file is complete or absent, an old one stays until then.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result, as `simulate` returns it.
+    path : path
+        The file, in a folder that exists. Its ending says what is written: `.nc` everything, as NetCDF-4; `.csv` the
+        series, a column `NAME [UNIT]` each; `.parquet` the series, with units, attributes and metrics as metadata;
+        `.mat` series and metrics by name, with the structures `units` and `attributes`.
+
+    Raises
+    ------
+    InputError
+        For another ending, a missing package, a folder that does not exist, or a dataset that the format cannot hold.
+    OSError
+        If the file cannot be written; the message names `path`.
+    """
+    suffix = checked_format(path)
+    # In memory first: HDF5 does not report every write that failed.
+    write_atomic(path, _FORMATS[suffix](dataset))
+
+
+def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
+    """Read a result file whole.
+
+    Parameters
+    ----------
+    path : path
+        A `.nc` file that `save` or `mehvar simulate --out` wrote. The other formats are for other programs.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is not a result in NetCDF.
+    """
+    import h5py
+    import xarray
+
+    name = _name(path)
+    if not os.path.isfile(path):  # noqa: PTH113 - pathlib raises for a name that is too long
+        raise InputError(f"no result file {name}")
+    if Path(path).suffix.lower() != ".nc":
+        readers = "pandas.read_csv, pandas.read_parquet and scipy.io.loadmat read the other formats"
+        raise bad_value("path", name, f"a result in NetCDF, whose name ends in .nc; {readers}")
+    try:
+        with h5py.File(
+            path, "r"
+        ) as file:  # first, since h5netcdf leaves half an object behind attributes it cannot read
+            dict(file.attrs)
+        with xarray.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as dataset:
+            result = dataset.load()
+    except Exception as error:  # a damaged file makes HDF5 and its readers raise anything
+        raise InputError(f"{name} is not a result file: {' '.join(str(error).split())}") from error
+    if "model_hash" not in result.attrs or "t" not in result.coords:
+        raise InputError(f"{name} is not a result file: it has no model_hash or no time t")
+    return result
+
+
+def checked_format(path: str | os.PathLike[str]) -> str:
+    """Return the ending of a result file in small letters.
+
+    Raises
+    ------
+    InputError
+        If it is no format, or the format needs a package that is not installed.
+    """
+    name = _name(path)
+    suffix = Path(name).suffix.lower()
+    if suffix not in _FORMATS:
+        raise bad_value("result file", name, f"a file name that ends in {either(_FORMATS)}")
+    if suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
+        raise InputError(f'{name}: Parquet needs pyarrow: pip install "mehvar[parquet]"')
+    return suffix
+
+
+def _name(path: object) -> str:
+    if not isinstance(path, str | os.PathLike):
+        raise bad_value("path", path, "a path", "the call")
+    return os.fspath(path)
+
+
+def _netcdf(dataset: xarray.Dataset) -> bytes:
+    # Checksums of the series tell a damaged file; HDF5 keeps none of a single number.
+    encoding = {name: {"fletcher32": True} for name, array in dataset.variables.items() if array.ndim}
+    return bytes(dataset.to_netcdf(None, engine="h5netcdf", format="NETCDF4", encoding=encoding))
+
+
+def _csv(dataset: xarray.Dataset) -> bytes:
+    series = _series(dataset)
+    frame = series.to_dataframe().reset_index()
+    header = [f"{name} [{series[name].attrs['units']}]" for name in frame.columns]
+    return bytes(frame.to_csv(index=False, header=header, lineterminator="\n").encode())
+
+
+def _parquet(dataset: xarray.Dataset) -> bytes:
+    import pyarrow
+    from pyarrow import parquet
+
+    series = _series(dataset)
+    columns = _columns(series)
+    fields = [
+        pyarrow.field(name, pyarrow.float64(), metadata={str(key): str(text) for key, text in array.attrs.items()})
+        for name, array in columns.items()
+    ]
+    about = {**{str(name): str(value) for name, value in dataset.attrs.items()}, "metrics": _metrics_text(dataset)}
+    table = pyarrow.table([array.values for array in columns.values()], pyarrow.schema(fields, metadata=about))
+    content = io.BytesIO()
+    parquet.write_table(table, content)
+    return content.getvalue()
+
+
+def _matlab(dataset: xarray.Dataset) -> bytes:
+    from scipy.io import savemat
+
+    series = _series(dataset)
+    columns = {**_columns(series), **_metrics(dataset)}
+    about = {
+        "units": {name: array.attrs["units"] for name, array in columns.items()},
+        "attributes": {str(name): value for name, value in dataset.attrs.items()},
+    }
+    for name in columns:
+        if name in about or len(name) > _MATLAB_NAME or not name[0].isalpha():
+            raise bad_value("variable", name, f"a name for MATLAB, at most {_MATLAB_NAME} characters; take .nc")
+    content = io.BytesIO()
+    values = {name: array.values for name, array in columns.items()}
+    savemat(content, {**values, **about}, oned_as="column", long_field_names=True)
+    header = b"MATLAB 5.0 MAT-file, written by mehvar".ljust(_MATLAB_HEADER)  # where SciPy puts the time of day
+    return header + content.getvalue()[_MATLAB_HEADER:]
+
+
+_FORMATS: Mapping[str, Callable[[xarray.Dataset], bytes]] = {
+    ".nc": _netcdf,
+    ".csv": _csv,
+    ".parquet": _parquet,
+    ".mat": _matlab,
+}
+
+
+def _series(dataset: xarray.Dataset) -> xarray.Dataset:
+    """Return the variables along time, or raise InputError for a dataset that is no table."""
+    wide = [str(name) for name, array in dataset.data_vars.items() if array.dims not in ((), ("t",))]
+    if wide or "t" not in dataset.coords:
+        raise InputError("only a single run can be a table: save this dataset as .nc, or take what you need of it")
+    return dataset[[name for name, array in dataset.data_vars.items() if array.ndim]]
+
+
+def _columns(series: xarray.Dataset) -> dict[str, xarray.DataArray]:
+    return {"t": series["t"], **{str(name): array for name, array in series.data_vars.items()}}
+
+
+def _metrics(dataset: xarray.Dataset) -> dict[str, xarray.DataArray]:
+    return {str(name): array for name, array in dataset.data_vars.items() if not array.ndim}
+
+
+def _metrics_text(dataset: xarray.Dataset) -> str:
+    """Return the metrics as JSON, which knows no infinity: what is not finite is a text."""
+    values = {name: float(array) for name, array in _metrics(dataset).items()}
+    return json.dumps(
+        {
+            name: {"value": value if math.isfinite(value) else str(value), "units": dataset[name].attrs["units"]}
+            for name, value in values.items()
+        }
+    )

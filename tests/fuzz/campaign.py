@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fuzz campaigns: how many inputs were taken, how many were refused, and whatever ended otherwise."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import subprocess
+import sys
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+
+import numpy as np
+
+import mehvar
+from mehvar.__main__ import _run
+from mehvar.campaign import read_campaign
+from mehvar.errors import InputError
+from mehvar.runtime.batch.conditions import Criterion
+from mehvar.runtime.batch.dispersions import read_dispersions
+from mehvar.runtime.batch.statistics import StopRule
+
+from . import inputs
+
+ROOT = Path(mehvar.__file__).parents[1]
+STATUSES = {0, 1, 2, 3}
+_LONGEST = 4000
+"""Characters of a message: a list of known names is below it, a value that is printed whole is not."""
+
+
+@dataclass
+class Outcome:
+    """What became of a campaign's inputs; `findings` must stay empty."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    findings: list[str] = field(default_factory=list)
+
+
+def expressions(seed: int, count: int) -> Outcome:
+    """Read conditions, distributions and stop rules; evaluate what is taken."""
+    random, outcome = Random(seed), Outcome()
+    values = np.array([0.0, 1.0, -1.0, np.nan, np.inf, 1e308])
+    for _ in range(count):
+        kind = random.choices((_condition, _distribution, _stop_rule), (8, 4, 1))[0]
+        text = inputs.distribution(random) if kind is _distribution else inputs.expression(random)
+        text = inputs.damaged(random, text) if random.random() < 0.2 else text
+        _try(outcome, repr(text)[:300], lambda kind=kind, text=text: kind(text, values))
+    return outcome
+
+
+def campaign_files(seed: int, count: int, folder: Path) -> Outcome:
+    """Read campaign files as far as a batch can be made of them."""
+    random, outcome = Random(seed), Outcome()
+    path = folder / "fuzz.toml"
+    for _ in range(count):
+        text = inputs.campaign(random)
+        path.write_text(text, encoding="utf-8", errors="replace")
+        _try(outcome, text, lambda: read_campaign(path).campaign("the file"))
+    return outcome
+
+
+def commands(seed: int, count: int, folder: Path, process: bool = False) -> Outcome:
+    """Run commands in a folder that holds a campaign `c.toml` and a store `s.zarr`."""
+    random, outcome = Random(seed), Outcome()
+    run = _in_process if not process else _as_process
+    for _ in range(count):
+        arguments = inputs.command(random)
+        before = snapshot(folder)
+        with contextlib.chdir(folder):
+            status, text = run(arguments)
+        after = snapshot(folder)
+        outcome.counts[f"{arguments[0] if arguments else ''} {status}"] += 1
+        if wrong := _wrong(status, text, before == after):
+            outcome.findings.append(f"{wrong}: {arguments!r}\n{text[-1500:]}")
+        for path in after.keys() - before.keys():
+            _remove(folder / path)
+    return outcome
+
+
+def damaged_stores(seed: int, count: int, store: Path, probe: Callable[[], tuple[int, str]]) -> Outcome:
+    """Flip a bit or cut the end of a file of a store, probe it, and mend it."""
+    random, outcome = Random(seed), Outcome()
+    files = sorted(path for path in store.rglob("*") if path.is_file())
+    for _ in range(count):
+        path = random.choice(files)
+        whole = path.read_bytes()
+        place = random.randrange(max(1, len(whole)))
+        flipped = bytes([whole[place] ^ 1 << random.randrange(8)]) if whole else b"x"
+        path.write_bytes(whole[:place] + flipped + whole[place + 1 :] if random.random() < 0.7 else whole[:place])
+        status, text = probe()
+        outcome.counts[str(status)] += 1
+        if wrong := _wrong(status, text, True):
+            outcome.findings.append(f"{wrong}: {path.relative_to(store)} at {place}\n{text[-1500:]}")
+        path.write_bytes(whole)
+    return outcome
+
+
+def snapshot(folder: Path) -> dict[str, tuple[int, int]]:
+    """Return size and time of everything in a folder."""
+    paths = sorted(folder.rglob("*"))
+    return {str(p.relative_to(folder)): (p.stat().st_size, p.stat().st_mtime_ns) for p in paths if not p.is_dir()}
+
+
+def in_process(*arguments: str) -> tuple[int, str]:
+    """Run a command in this process; return its exit status and what it said."""
+    return _in_process(list(arguments))
+
+
+def _condition(text: str, values: np.ndarray) -> None:
+    criterion = Criterion(text)
+    result = criterion(dict.fromkeys(criterion.names, values))
+    assert result.shape == values.shape
+    assert result.dtype == np.bool_
+
+
+def _distribution(text: str, _: np.ndarray) -> None:
+    for names in ("a", "a, b"):
+        with contextlib.suppress(InputError):
+            (dispersion,) = read_dispersions({names: text})
+            dispersion.centre()
+    read_dispersions({"a": text})
+
+
+def _stop_rule(text: str, _: np.ndarray) -> None:
+    StopRule(f"ci(success) < {text}", "random").holds(3, 10)
+
+
+def _try(outcome: Outcome, what: str, call: Callable[[], object]) -> None:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            call()
+        outcome.counts["taken"] += 1
+    except InputError as error:
+        outcome.counts["refused"] += 1
+        if len(str(error)) > _LONGEST or not str(error).strip():
+            outcome.findings.append(f"{what}: a message of {len(str(error))} characters")
+    except BaseException as error:
+        outcome.findings.append(f"{what}: {type(error).__name__}: {error}")
+
+
+def _wrong(status: int, text: str, untouched: bool) -> str:
+    """Say what is wrong with how a command ended; nothing when nothing is."""
+    if status not in STATUSES:
+        return f"status {status}"
+    if "Traceback" in text or "Exception ignored" in text:
+        return "a traceback"
+    if status == 2 and not untouched:
+        return "refused, and yet something was written"
+    if status == 2 and ("rror" not in text and "mehvar: " not in text):
+        return "refused without a word"
+    lines = [line for line in text.splitlines() if line.startswith("mehvar: ")]
+    return "a message that is too long" if any(len(line) > _LONGEST for line in lines) else ""
+
+
+def _in_process(arguments: list[str]) -> tuple[int, str]:
+    output = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", errors="backslashreplace")
+    argv, status = sys.argv, 0
+    try:
+        sys.argv = ["mehvar", *arguments]
+        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                _run()
+            except SystemExit as end:
+                status = end.code if isinstance(end.code, int) else int(bool(end.code))
+            except BaseException:
+                import traceback
+
+                status = 1
+                traceback.print_exc()
+    finally:
+        sys.argv = argv
+    output.seek(0)
+    return status, output.read()
+
+
+def _as_process(arguments: list[str]) -> tuple[int, str]:
+    raw = [os.fsencode(argument) for argument in arguments]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+    done = subprocess.run(
+        [sys.executable, "-m", "mehvar", *raw], capture_output=True, env=environment, timeout=120, check=False
+    )
+    return done.returncode, (done.stdout + done.stderr).decode(errors="replace")
+
+
+def _remove(path: Path) -> None:
+    with contextlib.suppress(OSError):
+        path.unlink()
+    for folder in path.parents:
+        with contextlib.suppress(OSError):
+            folder.rmdir()

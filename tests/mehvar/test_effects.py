@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: Apache-2.0
+"""No argument is ignored: each option of each verb and function changes what is done, or is refused by name.
+
+The tables below are compared with the table of options, the commands and the signatures, so that a new option fails
+until a line shows what it does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import re
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+import xarray
+
+import mehvar
+from mehvar import runtime
+from mehvar.cli import app
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.run.options import OPTIONS
+from tests.fuzz.campaign import in_process, snapshot
+
+ROOT = Path(mehvar.__file__).parents[1]
+GENERATED = str(ROOT / "generated" / "triangle")
+PENDULUM = str(ROOT / "tests" / "runtime" / "pendulum")
+SHORT: dict[str, Any] = {"t_end": 0.2, "dt_out": 0.02}
+NOISY: dict[str, Any] = {"noise": 5e-5, "t_end": 20.0}
+
+EFFECTS: Mapping[str, tuple[dict[str, Any], object]] = {
+    "t_end": ({}, 0.1),
+    "dt_out": ({}, 0.05),
+    "hold": ({}, 0.1),
+    "delay": ({"hold": 0.02}, 1),
+    "seed": (NOISY, 1),
+    "run": (NOISY, 1),
+    "real": ({"hold": 0.02}, "float"),
+    "method": ({}, "rk4"),
+    "rtol": ({"atol": 1e-12}, 1e-3),
+    "atol": ({"rtol": 1e-12}, 1e-2),
+    "step": ({"method": "rk4"}, 0.001),
+    "max_steps": ({"rtol": 1e-13}, 1),
+    "backend": ({"backend": "c"}, "python"),
+    "profile": ({}, "fast"),
+}
+"""What an option is given beside, and to what."""
+WITHOUT: Mapping[str, dict[str, Any]] = {
+    "delay": {},
+    "seed": {"hold": 0.02},
+    "run": {},
+    "real": {},
+    "rtol": {"method": "rk4"},
+    "atol": {"method": "rk4"},
+    "step": {"method": "dopri5"},
+}
+"""Where an option has no effect, and is refused."""
+SIMULATE = ("simulate", PENDULUM, "--controller", "pd", "--t-end", "0.1")
+SAVED = (*SIMULATE, "--out", "a.csv")
+BOARD = ("board", "run", "triangle", "--controller", "path", "--target", "sil", "--samples", "3")
+BATCH = ("batch", PENDULUM, "--controller", "pd", "-n", "2", "--t-end", "0.1", "--vary", "k_p=normal(16, 0.1)")
+STORED = (*BATCH, "--out", "s.zarr")
+COMMANDS: Mapping[str, Mapping[str, object]] = {
+    "list": {},
+    "doctor": {},
+    "show": {"model": (("show", PENDULUM), ("show", "triangle"))},
+    "new": {"name": (("new", "numpy"), ("new", "math"))},
+    "simulate": {
+        "model": (SIMULATE, ("simulate", "none", *SIMULATE[2:])),
+        "controller": (SIMULATE, (*SIMULATE[:3], "p-sum", *SIMULATE[4:])),
+        "scenario": (SIMULATE, (*SIMULATE, "--scenario", "stiff")),
+        "settings": (SAVED, (*SAVED, "--set", "m=1.5")),
+        "t_end": (SAVED, (*SAVED[:5], "0.2", *SAVED[6:])),
+        "out": (SIMULATE, (*SIMULATE, "--out", "a.csv")),
+        "plot": (SIMULATE, (*SIMULATE, "--plot", "a.svg")),
+        "store": (SIMULATE, (*SIMULATE, "--from", "s.zarr")),
+        "run": (SIMULATE, (*SIMULATE, "--run", "0")),
+    },
+    "batch": {
+        "model": (STORED, ("batch", "none", *STORED[2:])),
+        "controller": (STORED, (*STORED[:3], "p-sum", *STORED[4:])),
+        "n": (STORED, (*STORED[:5], "3", *STORED[6:])),
+        "scenario": (STORED, (*STORED, "--scenario", "stiff")),
+        "seed": (STORED, (*STORED, "--seed", "1")),
+        "settings": (STORED, (*STORED, "--set", "m=1.1")),
+        "vary": (STORED, (*STORED, "--vary", "rate=uniform(0, 1)")),
+        "out": (STORED, (*BATCH, "--out", "other.zarr")),
+        "save": (STORED, (*STORED, "--save", "every=0.05")),
+        "resume": (STORED, (*STORED[:-1], "done.zarr", "--resume")),
+        "until": (STORED, (*STORED, "--until", "ci(success) < 0.99")),
+        "success": (STORED, (*STORED, "--success", "peak < 0")),
+        "sampling": (STORED, (*STORED, "--sampling", "latin")),
+        "t_end": (STORED, (*STORED[:7], "0.2", *STORED[8:])),
+        "strict": ((*STORED, "--vary", "m=choice(1000, 1)"), (*STORED, "--vary", "m=choice(1000, 1)", "--strict")),
+        "scheduler": (STORED, (*STORED, "--scheduler", "tcp://127.0.0.1:9")),
+        "threads": (STORED, (*STORED, "--threads", "0")),
+    },
+    "stats": {
+        "path": (("stats", "done.zarr"), ("stats", "none.zarr")),
+        "success": (("stats", "done.zarr"), ("stats", "done.zarr", "--success", "peak < 0")),
+        "plot": (("stats", "done.zarr"), ("stats", "done.zarr", "--plot", "a.svg")),
+        "of": (("stats", "done.zarr"), ("stats", "done.zarr", "--of", "peak")),
+    },
+    "generate": {
+        "models": (("generate", "--check", "none"), ("generate", "--check", "nil")),
+        "check": (("generate", "triangle"), ("generate", "triangle", "--check")),
+        "structure": (("generate", "--check"), ("generate", "--check", "--structure", "a=b")),
+        "out": (("generate", "--check"), ("generate", "--check", "--out", "a")),
+        "emit": (("generate", "--check"), ("generate", "--check", "--emit", "casadi")),
+    },
+    "diff": {
+        "old": (("diff", GENERATED, GENERATED), ("diff", "none", GENERATED)),
+        "new": (("diff", GENERATED, GENERATED), ("diff", GENERATED, "none")),
+        "model": "tests/mehvar/comparison/test_compare.py: --model",
+        "paper": "tests/mehvar/comparison/test_compare.py: --paper",
+        "form": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--format", "json")),
+        "out": "tests/mehvar/comparison/test_compare.py: --out",
+    },
+    "reproduce": {"out": (("reproduce", "--out", "file"), ("reproduce", "--out", "file/below"))},
+    "git-diff": {"arguments": (("git-diff", "a"), ("git-diff", "b"))},
+    "git-textconv": {"file": (("git-textconv", "file"), ("git-textconv", "none"))},
+    "board run": {
+        **dict.fromkeys(("target", "samples", "form"), "tests/mehvar/cli/test_board.py: {flag}"),
+        "journal": (BOARD, (*BOARD, "--journal", "no/such/journal")),
+        "raw": (BOARD, (*BOARD, "--raw")),
+        "scenario": (BOARD, (*BOARD, "--scenario", "paper-b")),
+        "model": (BOARD, (*BOARD[:2], "none", *BOARD[3:])),
+        "controller": (BOARD, (*BOARD[:4], "none", *BOARD[5:])),
+        "settings": (BOARD, (*BOARD, "--set", "R=0.6")),
+        "board": "tests/mehvar/cli/test_board.py: --board",
+        "compiler": "tests/runtime/board/test_equivalence.py: compiler=",
+    },
+}
+"""Of each parameter of a command: two lines that differ in it alone, or the file whose text shows what it does."""
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a finished store and a file, in which a command leaves what it is to leave."""
+    folder: Path = tmp_path_factory.mktemp("effects")
+    (folder / "file").write_text("text")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert in_process(*BATCH, "--out", "done.zarr")[0] == 0
+    return folder
+
+
+def observed(dataset: xarray.Dataset) -> tuple[object, ...]:
+    """Return all numbers of a run, and what computed them."""
+    return (dataset.attrs.get("backend"), {name: array.values.tobytes() for name, array in dataset.variables.items()})
+
+
+def single(**options: Any) -> xarray.Dataset:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        if "noise" in options:
+            return mehvar.simulate("satellite", "pd", **options)
+        return mehvar.simulate(PENDULUM, "pd", **{**SHORT, **options})
+
+
+def batch(**options: Any) -> tuple[object, ...]:
+    vary = {"k_p": "normal(16, 0.1)"}
+    store = run_batch(PENDULUM, Campaign("pd", n=2, vary=vary, options={**SHORT, **options}))
+    return (*observed(store.dataset().load()), store.attributes["profile"])
+
+
+def test_every_option_has_its_line():
+    assert EFFECTS.keys() == OPTIONS.keys()
+    assert WITHOUT.keys() == {name for name, row in OPTIONS.items() if row.needs}
+
+
+@pytest.mark.parametrize("name", [name for name, row in OPTIONS.items() if "run" not in row.refused])
+def test_an_option_changes_a_run(name):
+    beside, value = EFFECTS[name]
+    assert observed(single(**beside)) != observed(single(**{**beside, name: value}))
+
+
+@pytest.mark.parametrize("name", [name for name, row in OPTIONS.items() if "batch" not in row.refused])
+def test_an_option_changes_a_batch(name):
+    beside, value = EFFECTS[name]
+    assert batch(**beside) != batch(**{**beside, name: value})
+
+
+@pytest.mark.parametrize("name", WITHOUT)
+def test_an_option_without_effect_is_refused_in_python_on_the_command_line_and_in_toml(name, tmp_path):
+    beside, value = WITHOUT[name], EFFECTS[name][1]
+    default = OPTIONS[name].default
+    refusal = rf"{name} = .*: must be left out unless {'the'}"
+    for given in (value, *([] if default is None else [default])):
+        with pytest.raises(mehvar.InputError, match=refusal):
+            single(**beside, **{name: given})
+        settings = [word for item in {**beside, name: given}.items() for word in ("--set", "{}={}".format(*item))]
+        status, text = in_process(*SIMULATE, *settings)
+        assert status == 2
+        assert re.search(refusal, text)
+        if "batch" in OPTIONS[name].refused:
+            continue
+        with pytest.raises(mehvar.InputError, match=refusal):
+            mehvar.batch(PENDULUM, "pd", 2, **SHORT, **beside, **{name: given})
+        lines = [f"{key} = {word!r}" for key, word in {**beside, name: given}.items()]
+        file = tmp_path / "campaign.toml"
+        file.write_text("\n".join([f"model = '{PENDULUM}'", "controller = 'pd'", "n = 2", "[set]", *lines]))
+        with pytest.raises(mehvar.InputError, match=refusal):
+            mehvar.batch(file)
+
+
+def parameters_of(command: str) -> dict[str, Any]:
+    module = __import__(f"mehvar.cli.{command.replace(' ', '.').replace('-', '_')}", fromlist=["command"])
+    single_command = typer.Typer(add_completion=False)
+    single_command.command()(module.command)
+    return {p.name: p for p in typer.main.get_command(single_command).params}
+
+
+def outcome(arguments: tuple[str, ...], place: Path) -> tuple[object, ...]:
+    """Run a command; return status, text without times, and the new files with their contents; these are removed."""
+    before = snapshot(place)
+    status, text = in_process(*arguments)
+    new = {path: (place / path).read_bytes() for path in sorted(snapshot(place).keys() - before.keys())}
+    for path in new:
+        (place / path).unlink()
+    for folder in sorted((p for p in place.rglob("*") if p.is_dir()), reverse=True):
+        if not any(folder.iterdir()):
+            folder.rmdir()
+    return status, re.sub(r"[\d.]+ ms|in [\d.e+-]+ s.*|, \d+ a second", "", text), new
+
+
+ROWS = [(command, name) for command, rows in COMMANDS.items() for name in rows]
+
+
+@pytest.mark.parametrize("command", [*app.COMMANDS, *app.FOR_GIT, "board run"])
+def test_every_parameter_of_a_command_has_its_line(command):
+    assert COMMANDS[command].keys() == parameters_of(command).keys()
+
+
+@pytest.mark.parametrize(("command", "name"), ROWS, ids=lambda text: text)
+def test_a_parameter_of_a_command_changes_what_is_done(command, name, place, monkeypatch):
+    shown = COMMANDS[command][name]
+    if isinstance(shown, str):
+        path, text = shown.split(": ")
+        flag = parameters_of(command)[name].opts[0]
+        assert text.format(flag=flag) in (ROOT / path).read_text(encoding="utf-8")
+        return
+    monkeypatch.chdir(place)
+    one, other = shown
+    assert outcome(one, place) == outcome(one, place)
+    assert outcome(one, place) != outcome(other, place)
+
+
+def test_arguments_of_python_that_would_be_ignored_are_refused(tmp_path):
+    calls: dict[str, Any] = {
+        "resume": lambda: mehvar.batch(PENDULUM, "pd", 2, resume=True),
+        "threads": lambda: run_batch(PENDULUM, Campaign("pd", 2), threads=1, client=type("C", (), {"submit": 1})()),
+        "seed": lambda: mehvar.batch(PENDULUM, "pd", 2, seed=1),
+        "sampling": lambda: mehvar.batch(PENDULUM, "pd", 2, sampling="latin"),
+        "real": lambda: runtime.simulate("satellite", "pd", t_end=1.0, real="float", law=lambda x, r, v, z: (v, z)),
+        "rtol": lambda: mehvar.simulate(PENDULUM, "pd", parameters={"rtol": 1e-6}),
+        "t_end": lambda: mehvar.simulate(PENDULUM, "pd", t_end=True),
+    }
+    for name, call in calls.items():
+        with pytest.raises(mehvar.InputError, match=rf"^{name} = "):
+            call()
+
+
+TYPES = (3, 2.5, True, None, b"a", ["a"], {"a": "b"}, {1: 2}, object(), float("nan"), 10**400, "nonsense", "", print)
+
+
+@pytest.mark.parametrize("function", ["simulate", "batch", "load", "open_result", "save"])
+def test_a_value_of_any_type_is_taken_or_refused_by_name(function, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    call = getattr(mehvar, function)
+    base = {
+        "simulate": {"model": PENDULUM, "controller": "pd", "t_end": 0.1},
+        "batch": {"model": PENDULUM, "controller": "pd", "n": 1, "t_end": 0.1, "vary": {"k_p": "normal(16, 0.1)"}},
+        "load": {"model": PENDULUM},
+        "open_result": {"path": "none.nc"},
+        "save": {"dataset": single(), "path": "a.csv"},
+    }[function]
+    names = [name for name in inspect.signature(call).parameters if name not in ("options", "dataset")]
+    names += [*OPTIONS, "m", "progress", "law", "origin"] if function in ("simulate", "batch") else []
+    for name in names:
+        for value in TYPES:
+            if (name, value) in (("origin", "nonsense"), ("out", "nonsense")):
+                continue
+            with contextlib.suppress(mehvar.MehvarError):
+                call(**{**base, name: value})
