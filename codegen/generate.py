@@ -248,8 +248,11 @@ def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterable[tupl
 def _texts_of(model: str) -> list[str]:
     return [
         f"{model}.c",
-        f"{model}_jac.c",
         f"{model}_prepared.c",
+        f"{model}_jac.c",
+        f"{model}_outputs_jac.c",
+        f"{model}_parameters_jac.c",
+        f"{model}_loops_jac.c",
         f"{model}.h",
         f"{model}.py",
         "equations.json",

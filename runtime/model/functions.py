@@ -60,6 +60,11 @@ class GeneratedFunction:
         )
         return f"{function.name}({arguments}) -> {results}"
 
+    @property
+    def function(self) -> Function:
+        """What the manifest says of it: arguments and results."""
+        return self._function
+
     def __call__(self, *arguments: ArrayLike) -> Any:
         """Evaluate; raises InputError when the number, shape or type of an argument is wrong."""
         arrays, shape = self._checked(arguments)
