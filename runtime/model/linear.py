@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mehvar.errors import bad_value, unknown_name
 from mehvar.manifest import Controller, Manifest, Quantity
@@ -50,10 +50,9 @@ class LinearSystem:
         return (self.A, self.B, self.C, self.D)[place]
 
     @property
-    def eigenvalues(self) -> FloatArray:
+    def eigenvalues(self) -> NDArray[np.complex128]:
         """Eigenvalues of A: 1/s, of a sampled loop without unit, within the unit circle where it is stable."""
-        values: FloatArray = np.linalg.eigvals(self.A)
-        return values
+        return np.linalg.eigvals(self.A).astype(np.complex128)
 
 
 def linearize_plant(
@@ -93,7 +92,8 @@ def linearize_loop(
     A, B, C, D, E = _plant(manifest, functions, x, acting, p, r, outputs)
     period = None
     if controller.period:
-        period = np.asarray(p, dtype=np.float64)[..., _names(manifest.parameters).index(controller.period)][()]
+        place = [q.name for q in manifest.parameters].index(controller.period)
+        period = np.take(np.asarray(p, dtype=np.float64), place, axis=-1)
         A, B = _held(A, B, period)
     u_s, u_r = _by_state_and_reference(manifest, controller, slope_u)
     A, B, C, D = _widened(A, u_s) + B @ u_s, B @ u_r, _widened(C, u_s) + D @ u_s, E + D @ u_r
