@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "36461a773c42406edfdd9866eab99aef1cd5bc03a9e9220d07a9bcd89b5f2745"
+#define SATELLITE_HASH "bce134809a2aef6d2bb28d06b87c842858fd5d0df297bf54b735b3889389e562"
 
 /* state x */
 enum {
@@ -467,8 +467,29 @@ void satellite_jac_x(const mv_real *x, const mv_real *u, const mv_real *p, mv_re
 /* Jacobian of rhs with respect to u, row by row */
 void satellite_jac_u(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
-/* change of rhs along a change of state and input: J_x along_x + J_u along_u */
+/* change of rhs along a change of x and u */
 void satellite_jvp(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *along_x, const mv_real *along_u, mv_real *change);
+
+/* Jacobian of outputs with respect to x, u and r, row by row */
+void satellite_outputs_jac(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_x, mv_real *J_u, mv_real *J_r);
+
+/* Jacobian of rhs with respect to p, row by row */
+void satellite_jac_p(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
+
+/* Jacobian of outputs with respect to p, row by row */
+void satellite_outputs_jac_p(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_p);
+
+/* change of actuate along a change of x and u_cmd */
+void satellite_actuate_jvp(const mv_real *x, const mv_real *u_cmd, const mv_real *p, const mv_real *along_x, const mv_real *along_u_cmd, mv_real *change);
+
+/* change of mrac along a change of x, r, v and z */
+void satellite_mrac_jvp(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c, const mv_real *along_x, const mv_real *along_r, const mv_real *along_v, const mv_real *along_z, mv_real *change_u, mv_real *change_z_next);
+
+/* change of mrac_literal along a change of x, r, v and z */
+void satellite_mrac_literal_jvp(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c, const mv_real *along_x, const mv_real *along_r, const mv_real *along_v, const mv_real *along_z, mv_real *change_u, mv_real *change_z_next);
+
+/* change of pd along a change of x, r, v and z */
+void satellite_pd_jvp(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c, const mv_real *along_x, const mv_real *along_r, const mv_real *along_v, const mv_real *along_z, mv_real *change_u, mv_real *change_z_next);
 
 /* what rhs computes once per run */
 void satellite_rhs_prepare(const mv_real *p, mv_real *h);

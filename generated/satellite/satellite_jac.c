@@ -269,7 +269,7 @@ void satellite_jac_u(const real *x, const real *u, const real *p, real *J)
     J[29] = SPLAT(K(0.0));
 }
 
-/* change of rhs along a change of state and input: J_x along_x + J_u along_u; 312 operations. */
+/* change of rhs along a change of x and u; 312 operations. */
 void satellite_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change)
 {
     (void)u;

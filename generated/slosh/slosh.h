@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "df7e4a8c9595444e1b995083e55e7d0bf775c684ab126b9b4598a1558e46764d"
+#define SLOSH_HASH "b9c3c8d5eabdd404da3bbe543997776251cb7d3a9aa5cd7fa44a0a6a9290bf9e"
 
 /* state x */
 enum {
@@ -257,8 +257,32 @@ void slosh_jac_x(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *
 /* Jacobian of rhs with respect to u, row by row */
 void slosh_jac_u(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
-/* change of rhs along a change of state and input: J_x along_x + J_u along_u */
+/* change of rhs along a change of x and u */
 void slosh_jvp(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *along_x, const mv_real *along_u, mv_real *change);
+
+/* Jacobian of outputs with respect to x and u, row by row */
+void slosh_outputs_jac(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_x, mv_real *J_u);
+
+/* Jacobian of rhs with respect to p, row by row */
+void slosh_jac_p(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
+
+/* Jacobian of outputs with respect to p, row by row */
+void slosh_outputs_jac_p(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_p);
+
+/* change of actuate along a change of x and u_cmd */
+void slosh_actuate_jvp(const mv_real *x, const mv_real *u_cmd, const mv_real *p, const mv_real *along_x, const mv_real *along_u_cmd, mv_real *change);
+
+/* change of lyapunov_v1 along a change of x */
+void slosh_lyapunov_v1_jvp(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *along_x, mv_real *change);
+
+/* Jacobian of lyapunov_v1_loop with respect to q, row by row */
+void slosh_lyapunov_v1_loop_jac(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *J_q);
+
+/* change of lyapunov_v2 along a change of x */
+void slosh_lyapunov_v2_jvp(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *along_x, mv_real *change);
+
+/* Jacobian of lyapunov_v2_loop with respect to q, row by row */
+void slosh_lyapunov_v2_loop_jac(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *J_q);
 
 /* what rhs computes once per run */
 void slosh_rhs_prepare(const mv_real *p, mv_real *h);

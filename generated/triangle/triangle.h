@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "2ad0ed2503cc77c8549919845d3e1e221e0af092f14015ead9e36cdbd0f59978"
+#define TRIANGLE_HASH "dfda8a5cc41f7bec32283580b3ce0b9b29affab3c19885321d8b675bffd93323"
 
 /* state x */
 enum {
@@ -180,8 +180,29 @@ void triangle_jac_x(const mv_real *x, const mv_real *u, const mv_real *p, mv_rea
 /* Jacobian of rhs with respect to u, row by row */
 void triangle_jac_u(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
-/* change of rhs along a change of state and input: J_x along_x + J_u along_u */
+/* change of rhs along a change of x and u */
 void triangle_jvp(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *along_x, const mv_real *along_u, mv_real *change);
+
+/* Jacobian of outputs with respect to x, u and r, row by row */
+void triangle_outputs_jac(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_x, mv_real *J_u, mv_real *J_r);
+
+/* Jacobian of rhs with respect to p, row by row */
+void triangle_jac_p(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
+
+/* Jacobian of outputs with respect to p, row by row */
+void triangle_outputs_jac_p(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_p);
+
+/* change of sliding along a change of x and r */
+void triangle_sliding_jvp(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *along_x, const mv_real *along_r, mv_real *change);
+
+/* Jacobian of sliding_loop with respect to q and r, row by row */
+void triangle_sliding_loop_jac(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *J_q, mv_real *J_r);
+
+/* change of path along a change of x and r */
+void triangle_path_jvp(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *along_x, const mv_real *along_r, mv_real *change);
+
+/* Jacobian of path_loop with respect to q and r, row by row */
+void triangle_path_loop_jac(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *J_q, mv_real *J_r);
 
 /* what rhs computes once per run */
 void triangle_rhs_prepare(const mv_real *p, mv_real *h);
