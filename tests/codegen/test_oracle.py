@@ -41,8 +41,9 @@ BUILDS = [("double", 1), ("double", widest()), ("float", 2 * widest())]
 FURTHER_BUILDS = [("double", 4), ("double", 8), ("float", 1), ("float", 8), ("float", 16)]
 POINTS = 240
 TOLERANCE = {"double": 1e-13, "float": 5e-6}
-FLOAT_DERIVATIVE = 1e-4
-"""Quotients of a law are differentiated with their squares, which loses a digit more; FIXME are seen."""
+FLOAT_DERIVATIVE = 5e-5
+"""Quotients of a law are differentiated with their squares, which loses a digit more: 1.5e-5 is the most seen, so half
+of it still passes. A wrong operation shows in double."""
 INCLUDE = Path(__file__).parents[2] / "runtime" / "native" / "include"
 
 
