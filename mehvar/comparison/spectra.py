@@ -11,7 +11,6 @@ import numpy as np
 from mehvar.manifest import Controller
 from mehvar.names import identifier
 from mehvar.runtime.model.functions import FloatArray
-from mehvar.runtime.model.linear import jacobians
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import vector
 
@@ -36,10 +35,8 @@ class Loop:
     period : float or None
         Sampling period of the new law, s: its eigenvalues are those of the map over a period. None for continuous time.
     point : tuple of (str, float)
-        Where the old loop was linearised. A continuous one: at rest, looked for from the first scenario's start; a
-        sampled one: at that start, with the memory before a run. Zeros are left out.
-    residual : float
-        Largest rate of the old loop there; zero at an equilibrium.
+        Where the old loop was linearised: the first scenario's start, with a law's memory before a run. Zeros are left
+        out.
     eigenvalues : tuple of (complex, complex)
         Old and new, matched; conjugates left out.
     """
@@ -47,7 +44,6 @@ class Loop:
     law: str
     period: float | None
     point: tuple[tuple[str, float], ...]
-    residual: float
     eigenvalues: Pairs
 
 
@@ -98,12 +94,12 @@ def loops(before: Model, after: Model) -> tuple[Loop, ...]:
         former = before.manifest.controllers.get(name)
         if former is None or not (_differentiable(before, former) and _differentiable(after, law)):
             continue
-        (point, residual, old), (_, _, new) = _linearised(before, former), _linearised(after, law)
+        old, new = _matrix(before, former), _matrix(after, law)
         pairs = moved(old, new) if old.shape == new.shape else ()
         if pairs:
             places = [q.name for q in after.manifest.parameters]
             period = float(after.parameters()[places.index(law.period)]) if law.period else None
-            changed.append(Loop(name, period, point, residual, pairs))
+            changed.append(Loop(name, period, named(before.state_names, start(before)), pairs))
     return tuple(changed)
 
 
@@ -113,24 +109,11 @@ def undifferentiated(models: Sequence[Model]) -> bool:
 
 
 def _differentiable(model: Model, law: Controller) -> bool:
-    return (f"{identifier(law.name)}_jvp" if law.period else f"{identifier(law.name)}_loop_jac") in model.functions
+    return f"{identifier(law.name)}_jvp" in model.functions
 
 
-def _linearised(model: Model, law: Controller) -> tuple[tuple[tuple[str, float], ...], float, FloatArray]:
-    """Return the point, the largest rate there and the matrix of a loop with default parameters."""
-    p, c, x = model.parameters(), model.law_parameters(law.name), start(model)
+def _matrix(model: Model, law: Controller) -> FloatArray:
+    """Return the matrix of a loop at the first scenario's start, with default parameters."""
+    p = model.parameters()
     r = model.functions["reference"](0.0, p, vector(model.manifest.scenario_parameters, {}))
-    if law.period:
-        system = model.linearize(x, None, p, r=r, controller=law.name, c=c)
-        return named(model.state_names, x), 0.0, system.A
-    name = identifier(law.name)
-    loop, slope = model.functions[f"{name}_loop"], model.functions[f"{name}_loop_jac"]
-    charted = "to_coordinates" in model.functions
-    q = rest(
-        lambda v: np.asarray(loop(v, r, p, c)),
-        lambda v: jacobians(slope, v, r, p, c)["q"],
-        model.functions["to_coordinates"](x) if charted else x,
-    )
-    state = model.functions["from_coordinates"](q) if charted else q
-    residual = float(np.max(np.abs(loop(q, r, p, c))))
-    return named(model.state_names, state), residual, jacobians(slope, q, r, p, c)["q"]
+    return model.linearize(start(model), None, p, r=r, controller=law.name).A

@@ -198,7 +198,7 @@ def consequence_lines(follows: Consequences) -> Iterator[str]:
     elif follows.samples:
         yield f"eigenvalues at {point(follows)}: the same"
     for loop in follows.loops:
-        yield f"eigenvalues under {loop.law} at {point(loop)}:"
+        yield f"eigenvalues under {loop.law} at {place(loop.point)}:"
         for old, new in loop.eigenvalues:
             yield f"  {number(old)} -> {number(new)}  {unit(loop)}"
     for name, before, after in follows.operations:
@@ -212,11 +212,16 @@ def unit(loop: Loop) -> str:
     return "1/s" if loop.period is None else f"a period of {loop.period:g} s"
 
 
-def point(follows: Consequences | Loop) -> str:
+def point(follows: Consequences) -> str:
     """Say where a model was linearised."""
-    where = ", ".join(f"{name} = {value:.4g}" for name, value in follows.point)
     steady = "" if follows.residual < _ZERO else f", largest rate there {follows.residual:.2g}"
-    return f"{where or 'zero'}{', the rest 0' if where else ''}{steady}"
+    return f"{place(follows.point)}{steady}"
+
+
+def place(values: Sequence[tuple[str, float]]) -> str:
+    """Say which state it is whose other elements are zero."""
+    where = ", ".join(f"{name} = {value:.4g}" for name, value in values)
+    return f"{where}, the rest 0" if where else "zero"
 
 
 def number(value: complex) -> str:
