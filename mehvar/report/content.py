@@ -21,6 +21,7 @@ from mehvar.runtime.model.model import load
 from .batches import Batch, run_study
 from .board import OnBoard, run_board
 from .charts import COLOR_NAMES, chart
+from .eigenvalues import LoopSpectrum, loop_spectra
 from .series import track
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ class PaperReport:
     bands: Picture | None
     board: OnBoard | None
     board_picture: Picture | None
+    spectra: Sequence[LoopSpectrum]
     loops: int
     seconds: Mapping[str, float]
 
@@ -121,7 +123,7 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
         picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
         board,
         picture(f"{name}-inputs", "Inputs", "", board.figure) if board and board.figure else None,
-        len(runs), clock.seconds,
+        loop_spectra(runs, dict(by_run(numbers))), len(runs), clock.seconds,
     )  # fmt: skip
 
 

@@ -51,8 +51,13 @@ class LinearSystem:
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:
-        """Eigenvalues of A: 1/s, of a sampled loop without unit, within the unit circle where it is stable."""
-        return np.linalg.eigvals(self.A).astype(np.complex128)
+        """Eigenvalues of A: 1/s, of a sampled loop without unit, within the unit circle where it is stable.
+
+        Not a number where A is not finite.
+        """
+        finite = np.all(np.isfinite(self.A), axis=(-2, -1))
+        values = np.linalg.eigvals(np.where(finite[..., None, None], self.A, 0.0))
+        return np.where(finite[..., None], values, np.nan + 0j)
 
 
 def linearize_plant(

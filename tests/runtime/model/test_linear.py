@@ -111,6 +111,14 @@ def test_what_has_no_meaning_is_refused(model: Model, arguments: dict, message: 
         model.linearize([0.0, 0.0], p=model.parameters(), **arguments)
 
 
+def test_eigenvalues_of_what_has_no_derivative_are_no_numbers(model: Model) -> None:
+    """At the wall, where the root is zero, its slope is infinite."""
+    p = model.parameters(k_wall=1.0, wall=0.5)
+    system = model.linearize([[0.5, 0.0], [0.0, 0.0]], [0.0], p)
+    assert np.isnan(system.eigenvalues[0]).all()
+    np.testing.assert_array_equal(system.eigenvalues[1], model.linearize([0.0, 0.0], [0.0], p).eigenvalues)
+
+
 def test_law_parameters(model: Model) -> None:
     assert model.law_parameters("pd", k_p=25.0).tolist() == [25.0, 10.0]
     with pytest.raises(InputError, match="unknown parameter of the law pd 'k_q'"):
