@@ -282,8 +282,11 @@ def _texts_of(model: str, casadi: bool) -> list[str]:
     return [
         *([f"{model}_casadi.c", f"{model}_casadi.h"] if casadi else []),
         f"{model}.c",
-        f"{model}_jac.c",
         f"{model}_prepared.c",
+        f"{model}_jac.c",
+        f"{model}_outputs_jac.c",
+        f"{model}_parameters_jac.c",
+        f"{model}_loops_jac.c",
         f"{model}.h",
         f"{model}.py",
         "equations.json",

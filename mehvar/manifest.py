@@ -220,11 +220,27 @@ class Function:
 
     @cached_property
     def shapes(self) -> tuple[tuple[int, ...], ...]:
-        """The shape of each result: a vector, or a Jacobian with a row for each state."""
-        if self.name not in ("jac_x", "jac_u"):
-            return tuple(result.shape for result in self.results)
-        rows = next(argument.size for argument in self.arguments if argument.name == "x")
-        return tuple((rows, result.size // rows) for result in self.results)
+        """The shape of each result: a number, a vector, or a matrix of derivatives."""
+        return tuple(result_shape(self.name, result, self.arguments) for result in self.results)
+
+
+def result_shape(function: str, result: Array, arguments: Sequence[Array]) -> tuple[int, ...]:
+    """Return the shape of a result: that of the array, or of a matrix with a column for each element of an argument.
+
+    Parameters
+    ----------
+    function : str
+        Name of the function; the result J of `jac_ARG` is differentiated with respect to ARG.
+    result : Array
+        One called `J_ARG` is differentiated with respect to ARG.
+    arguments : sequence of Array
+        Of the function.
+    """
+    name = function.removeprefix("jac_") if result.name == "J" else result.name.removeprefix("J_")
+    columns = next((a.size for a in arguments if a.name == name), 0)
+    if result.length is None or name == result.name or not columns:
+        return result.shape
+    return (result.length // columns, columns)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import casadi as ca
 
-from ..functions.graphs import FunctionGraph
+from ..functions.function import FunctionGraph
 
 
 def casadi_c(model: str, functions: Sequence[FunctionGraph]) -> dict[str, str]:

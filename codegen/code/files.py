@@ -7,21 +7,25 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
 
 from mehvar.constants import vectors
-from mehvar.manifest import Manifest
+from mehvar.manifest import Array, Manifest, result_shape
 
-from ..functions.graphs import FunctionGraph
+from ..functions.function import FunctionGraph, Part
 from ..templates import text_environment
 from .spelling import PYTHON, C, statements
 from .split import split
 from .tape import Tape, tape
 
-Part = Literal["", "jac", "prepared"]
-"""Which of the model's C files a function is in."""
-
 _TEMPLATES = Path(__file__).parent / "templates"
+_TITLES: dict[Part, str] = {
+    "": "",
+    "prepared": ", in two parts for many calls of a run",
+    "jac": ", Jacobians",
+    "outputs_jac": ", Jacobians of the outputs",
+    "parameters_jac": ", Jacobians with respect to the parameters",
+    "loops_jac": ", derivatives of the laws and of the closed loops",
+}
 
 
 @dataclass(frozen=True)
@@ -97,18 +101,16 @@ class PrintedFunction:
         if result[1] is None:
             return f"np.asarray({values[0]})[()]"
         vector = f"_vector({', '.join(values)})"
-        if result[0] != "J":
+        shape = result_shape(self.name, Array(*result), [Array(*argument) for argument in self.arguments])
+        if len(shape) == 1:
             return vector
-        rows = dict(self.arguments)["x"] or 1
-        return f"(lambda J: J.reshape(*J.shape[:-1], {rows}, {result[1] // rows}))({vector})"
+        return f"(lambda J: J.reshape(*J.shape[:-1], {shape[0]}, {shape[1]}))({vector})"
 
 
 def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
     """Turn graphs into tapes ready to print; what a run calls again and again is printed in two parts as well."""
     whole = [
-        PrintedFunction(
-            f.name, f.description, f.arguments, f.results, "jac" if f.jacobian else "", tape(f.graph, f.parameters)
-        )
+        PrintedFunction(f.name, f.description, f.arguments, f.results, f.part, tape(f.graph, f.parameters))
         for f in functions
     ]
     parts = (_in_parts(p, f.parameters, f.held) for p, f in zip(whole, functions, strict=True))
@@ -158,7 +160,7 @@ def texts(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str,
     Returns
     -------
     dict of str to str
-        File name to text: MODEL.c, MODEL_jac.c, MODEL_prepared.c, MODEL.h, MODEL.py.
+        File name to text: MODEL.c, MODEL_prepared.c, MODEL_jac.c and the other parts, MODEL.h, MODEL.py.
     """
     environment = text_environment(_TEMPLATES)
     environment.filters["capitalize_first"] = lambda text: text[:1].upper() + text[1:]
@@ -174,9 +176,8 @@ def texts(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str,
     def fill(template: str, chosen: Sequence[PrintedFunction], what: str = "") -> str:
         return environment.get_template(template).render(common, functions=chosen, what=what)
 
-    titles: dict[Part, str] = {"": "", "jac": ", Jacobians", "prepared": ", in two parts for many calls of a run"}
     return {
-        **{file_of(name, p): fill("model.c.j2", [f for f in functions if f.part == p], t) for p, t in titles.items()},
+        **{file_of(name, p): fill("model.c.j2", [f for f in functions if f.part == p], t) for p, t in _TITLES.items()},
         f"{name}.h": fill("model.h.j2", functions),
         f"{name}.py": fill("model.py.j2", functions),
     }

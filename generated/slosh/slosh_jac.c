@@ -1576,7 +1576,7 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     J[84] = -(v69 * v918 - v555);
 }
 
-/* change of rhs along a change of state and input: J_x along_x + J_u along_u; 1769 operations. */
+/* change of rhs along a change of x and u; 1769 operations. */
 void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change)
 {
     real s1, c1; mv_sincos(x[9], &s1, &c1);

@@ -47,7 +47,7 @@ void triangle_jac_u(const real *x, const real *u, const real *p, real *J)
     J[11] = SPLAT(K(0.0));
 }
 
-/* change of rhs along a change of state and input: J_x along_x + J_u along_u; 13 operations. */
+/* change of rhs along a change of x and u; 13 operations. */
 void triangle_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change)
 {
     const real v19 = K(1.0) / x[2];

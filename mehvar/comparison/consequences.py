@@ -12,19 +12,16 @@ from mehvar.errors import InputError
 from mehvar.manifest import read_manifest
 from mehvar.runtime.model.functions import FloatArray, PythonBackend
 from mehvar.runtime.model.model import Model
-from mehvar.runtime.model.parameters import vector
+
+from .spectra import Loop, loops, moved, named, rest, start, undifferentiated
 
 SAMPLES = 512
 """Enough that the largest difference seen is that of the upper half percent of states; one evaluation of an array."""
 _SEED = 20250
-_STEPS = 20
-"""Gauss-Newton doubles the right digits with each step near a rest; where it has none, more steps find none either."""
 _SMALL = 0.1
 """A state that starts at zero is moved by so much, in SI units: a tenth of a radian, of a metre a second."""
 _ROUNDING = 1e-9
 """Of the rate: rearranging a right-hand side of some thousand operations moves it by 1e-13 or so of its parts."""
-_EIGENVALUE_ROUNDING = 1e-5
-"""Of the largest: a triple eigenvalue is good to the third root of the machine's precision only, 6e-6."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +60,8 @@ class Consequences:
         Largest rate of the old model there; zero at an equilibrium.
     eigenvalues : tuple of (complex, complex)
         Those of the old and of the new Jacobian, matched; only pairs that differ, conjugates left out.
+    loops : tuple of Loop
+        Closed loops whose eigenvalues differ.
     operations : tuple of (str, int, int)
         Functions whose number of operations differs.
     note : str
@@ -74,6 +73,7 @@ class Consequences:
     point: tuple[tuple[str, float], ...] = ()
     residual: float = 0.0
     eigenvalues: tuple[tuple[complex, complex], ...] = ()
+    loops: tuple[Loop, ...] = ()
     operations: tuple[tuple[str, int, int], ...] = ()
     note: str = ""
 
@@ -96,10 +96,20 @@ def consequences(old: Path, new: Path) -> Consequences:
     with np.errstate(all="ignore"):
         rates, samples = _rates(before, after)
         old_point, new_point = _rest(before), _rest(after)
-        pairs = _eigenvalues(before, old_point, after, new_point)
+        pairs = moved(_slope(before, old_point), _slope(after, new_point))
+        closed = loops(before, after)
         residual = float(np.max(np.abs(_rhs(before, old_point, np.zeros(len(before.input_names))))))
-    point = tuple((name, float(x)) for name, x in zip(before.state_names, old_point, strict=True) if abs(x) > _ROUNDING)
-    return Consequences(rates, samples, point, residual, pairs, operations)
+    note = "loops not compared: one of the versions has no derivatives of its laws"
+    return Consequences(
+        rates,
+        samples,
+        named(before.state_names, old_point),
+        residual,
+        pairs,
+        closed,
+        operations,
+        note if undifferentiated((before, after)) else "",
+    )
 
 
 def _loaded(folder: Path) -> Model:
@@ -115,12 +125,6 @@ def _operations(before: Model, after: Model) -> tuple[tuple[str, int, int], ...]
     return tuple(row for row in counts if row[1] != row[2])
 
 
-def _start(model: Model) -> FloatArray:
-    """Return the initial state of the first scenario's defaults."""
-    start: FloatArray = model.functions["initial"](model.parameters(), vector(model.manifest.scenario_parameters, {}))
-    return start
-
-
 def _rhs(model: Model, x: FloatArray, u: FloatArray) -> FloatArray:
     return model.rhs(x, u, model.parameters())
 
@@ -128,7 +132,7 @@ def _rhs(model: Model, x: FloatArray, u: FloatArray) -> FloatArray:
 def _rates(before: Model, after: Model) -> tuple[tuple[Rate, ...], int]:
     """Compare rates at random states as large as the first scenario's start, where both models are within limits."""
     random = np.random.default_rng(_SEED)
-    size = np.maximum(np.abs(_start(before)), _SMALL)
+    size = np.maximum(np.abs(start(before)), _SMALL)
     x = random.uniform(-size, size, (SAMPLES, len(size)))
     u = random.uniform(-1.0, 1.0, (SAMPLES, len(before.input_names)))
     valid = np.ones(SAMPLES, dtype=bool)
@@ -150,35 +154,13 @@ def _rates(before: Model, after: Model) -> tuple[tuple[Rate, ...], int]:
 
 
 def _rest(model: Model) -> FloatArray:
-    """Look for a state at rest without inputs by Gauss-Newton steps of least length, from zero or a scenario start."""
+    """Look for a state at rest without inputs, from zero or a scenario's start."""
     p, u = model.parameters(), np.zeros(len(model.input_names))
     x = np.zeros(len(model.state_names))
     if not (np.all(np.isfinite(model.rhs(x, u, p))) and np.all(np.isfinite(model.jac_x(x, u, p)))):
-        x = _start(model)
-    for _ in range(_STEPS):
-        rate = model.rhs(x, u, p)
-        step = np.linalg.lstsq(model.jac_x(x, u, p), -rate)[0]
-        trial = model.rhs(x + step, u, p)
-        if not np.linalg.norm(trial) < np.linalg.norm(rate):
-            break
-        x = x + step
-    return x
+        x = start(model)
+    return rest(lambda v: model.rhs(v, u, p), lambda v: model.jac_x(v, u, p), x)
 
 
-def _eigenvalues(
-    before: Model, old_point: FloatArray, after: Model, new_point: FloatArray
-) -> tuple[tuple[complex, complex], ...]:
-    from scipy.optimize import linear_sum_assignment  # half a second that an unchanged model need not wait
-
-    values = []
-    for model, x in ((before, old_point), (after, new_point)):
-        jacobian = model.jac_x(x, np.zeros(len(model.input_names)), model.parameters())
-        if not np.all(np.isfinite(jacobian)):
-            return ()
-        values.append(np.linalg.eigvals(jacobian))
-    old, new = values
-    distance = np.abs(old[:, None] - new[None, :])
-    pairs = zip(*linear_sum_assignment(distance), strict=True)
-    least = _EIGENVALUE_ROUNDING * max(float(np.max(np.abs(old))), float(np.max(np.abs(new))))
-    moved = [(complex(old[i]), complex(new[j])) for i, j in pairs if distance[i, j] > least]
-    return tuple(pair for pair in moved if max(value.imag for value in pair) >= 0)
+def _slope(model: Model, x: FloatArray) -> FloatArray:
+    return model.jac_x(x, np.zeros(len(model.input_names)), model.parameters())

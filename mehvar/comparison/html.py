@@ -25,10 +25,12 @@ from .text import (
     labels,
     number,
     one_by_one,
+    place,
     point,
     stories,
     sure,
     title,
+    unit,
 )
 
 _FOLDED = (
@@ -84,7 +86,7 @@ def html_page(diff: Diff) -> str:
     """Return the page as text."""
     sections = [_Sheet(model).section() for model in diff.models]
     names = ", ".join(section.name for section in sections)
-    filters: dict[str, Callable[..., str]] = {"complex": number, "point": point}
+    filters: dict[str, Callable[..., str]] = {"complex": number, "point": point, "place": place, "unit": unit}
     title = f"What changed in {names}"
     return page("diff.html.j2", filters, title=title, old=diff.old, new=diff.new, models=sections) + "\n"
 

@@ -77,7 +77,8 @@ class ModelDiff:
         equations.pop("schema")
         follows = None if self.consequences is None else asdict(self.consequences)
         if follows is not None:
-            follows["eigenvalues"] = [[[z.real, z.imag] for z in pair] for pair in follows["eigenvalues"]]
+            for spectrum in (follows, *follows["loops"]):
+                spectrum["eigenvalues"] = [[[z.real, z.imag] for z in pair] for pair in spectrum["eigenvalues"]]
         return {
             **equations,
             "model": self.model,

@@ -11,6 +11,7 @@ from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, P
 from mehvar.terminal import Line
 
 from .consequences import Consequences
+from .spectra import Loop
 from .status import ModelStatus
 
 _ZERO = 1e-9
@@ -196,17 +197,31 @@ def consequence_lines(follows: Consequences) -> Iterator[str]:
             yield f"  {number(old)} -> {number(new)}  1/s"
     elif follows.samples:
         yield f"eigenvalues at {point(follows)}: the same"
+    for loop in follows.loops:
+        yield f"eigenvalues under {loop.law} at {place(loop.point)}:"
+        for old, new in loop.eigenvalues:
+            yield f"  {number(old)} -> {number(new)}  {unit(loop)}"
     for name, before, after in follows.operations:
         yield f"operations of {name}: {before} -> {after} ({after - before:+d})"
     if follows.note:
         yield follows.note
 
 
+def unit(loop: Loop) -> str:
+    """Say what the eigenvalues of a loop are."""
+    return "1/s" if loop.period is None else f"a period of {loop.period:g} s"
+
+
 def point(follows: Consequences) -> str:
     """Say where a model was linearised."""
-    where = ", ".join(f"{name} = {value:.4g}" for name, value in follows.point)
     steady = "" if follows.residual < _ZERO else f", largest rate there {follows.residual:.2g}"
-    return f"{where or 'zero'}{', the rest 0' if where else ''}{steady}"
+    return f"{place(follows.point)}{steady}"
+
+
+def place(values: Sequence[tuple[str, float]]) -> str:
+    """Say which state it is whose other elements are zero."""
+    where = ", ".join(f"{name} = {value:.4g}" for name, value in values)
+    return f"{where}, the rest 0" if where else "zero"
 
 
 def number(value: complex) -> str:

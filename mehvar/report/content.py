@@ -24,6 +24,7 @@ from .backends import Agreement, agreement
 from .batches import Batch, run_study
 from .board import Boards, run_boards
 from .charts import COLOR_NAMES, chart
+from .eigenvalues import LoopSpectrum, loop_spectra
 from .series import track
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ class PaperReport:
     boards: Boards
     board_pictures: Sequence[Picture]
     agreement: Agreement | None
+    spectra: Sequence[LoopSpectrum]
     loops: int
     seconds: Mapping[str, float]
 
@@ -136,7 +138,7 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
         runs.model, paper, claims, pictures, numbers, ledger, statements, covered, scene, batch,
         picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
         boards, [_static(f"{name}-board-{law.law}", law.law, law.figure) for law in boards.laws], texts,
-        len(runs), clock.seconds,
+        loop_spectra(runs, dict(by_run(numbers))), len(runs), clock.seconds,
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from typing import Any
 from markupsafe import Markup, escape
 
 from mehvar import html
+from mehvar.comparison.text import number as eigenvalue
 from mehvar.ledger.text import counted, example
 from mehvar.papers.claims import Check, Claim, ClaimVerdict
 from mehvar.papers.deviations import Deviation
@@ -46,6 +47,7 @@ def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
     filters: dict[str, Callable[..., Any]] = {
         "typeset": typeset, "unit": pretty_unit, "number": number, "deviation": deviation, "counted": counted,
         "example": example, "uri": _uri, "brief": _brief,
+        "complex": eigenvalue,
     }  # fmt: skip
     text = html.page(
         "report/report.html.j2",

@@ -18,11 +18,8 @@ from ..compiling.compiler import find_compiler, require_compiler
 from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_model
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
-from .parameters import Setting, named_values, vector
-
-_DIFFERENCE = float(np.cbrt(np.finfo(np.float64).eps))
-"""Relative step of central differences: a smaller one loses more by rounding (eps / h) than it gains in truncation
-(h^2), a larger one the other way round; half or twice of it costs less than a digit."""
+from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows
+from .parameters import Setting, law_vector, named_values, vector
 
 
 class Model:
@@ -86,6 +83,16 @@ class Model:
                 raise unknown_name(f"parameter of {self.name}", name, self.parameter_names)
         return vector(self.manifest.parameters, {name: Setting(value, "") for name, value in values.items()})
 
+    def law_parameters(self, controller: str, **values: float) -> FloatArray:
+        """Return the parameter vector c of a law, defaults filled in.
+
+        Raises
+        ------
+        InputError
+            For an unknown law or name, a value that is not a finite number, or one out of bounds.
+        """
+        return law_vector(self.functions, self.manifest.controller(controller), values)
+
     def state(self, **values: float) -> FloatArray:
         """Return the state vector x; states that are not given are zero.
 
@@ -112,25 +119,22 @@ class Model:
         result: FloatArray = self.functions["jac_u"](x, u, p)
         return result
 
-    def linearize(
+    def jac_p(
         self,
         x: ArrayLike,
         u: ArrayLike,
         p: ArrayLike,
         outputs: Sequence[str] | None = None,
         r: ArrayLike | None = None,
-    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return the matrices (A, B, C, D) of the linear system around x, u.
-
-        A and B are exact. Without `outputs` every state is an output: C is the identity and D zero. Rows of C
-        and D that belong to named outputs are central differences, good to about nine digits.
+    ) -> FloatArray:
+        """Return the derivatives of the rates with respect to the parameters, shape (..., nx, np).
 
         Parameters
         ----------
         x, u, p : array_like
             State, input and parameters; leading axes broadcast.
         outputs : sequence of str, optional
-            Names of outputs or states, one row of C and D each.
+            Names of outputs or states: a row for each of them instead. A state does not depend on a parameter.
         r : array_like, optional
             Reference that the outputs are taken at; zero unless given.
 
@@ -139,42 +143,82 @@ class Model:
         InputError
             For an unknown output or an argument of the wrong shape.
         """
-        A, B = self.jac_x(x, u, p), self.jac_u(x, u, p)
-        nx, nu, leading = len(self.state_names), len(self.input_names), A.shape[:-2]
-        C = np.broadcast_to(np.eye(nx), (*leading, nx, nx)).copy()
-        D = np.zeros((*leading, nx, nu))
         if outputs is None:
-            return A, B, C, D
-        names = (*self.state_names, *self.output_names)
-        for name in outputs:
-            if name not in names:
-                raise unknown_name(f"output of {self.name}", name, names)
-        rows = [names.index(name) for name in outputs]
-        if max(rows, default=0) >= nx:
-            C_outputs, D_outputs = self._output_differences(np.asarray(x, float), np.asarray(u, float), p, r)
-            C, D = np.concatenate([C, C_outputs], axis=-2), np.concatenate([D, D_outputs], axis=-2)
-        return A, B, C[..., rows, :], D[..., rows, :]
+            result: FloatArray = self.functions["jac_p"](x, u, p)
+            return result
+        rows = output_rows(self.manifest, outputs)
+        exact = self.functions["outputs_jac_p"](x, u, self._reference(r), p)
+        own = np.zeros((*exact.shape[:-2], len(self.state_names), exact.shape[-1]))
+        result = np.concatenate([own, exact], axis=-2)[..., rows, :]
+        return result
 
-    def _output_differences(
-        self, x: FloatArray, u: FloatArray, p: ArrayLike, r: ArrayLike | None
-    ) -> tuple[FloatArray, FloatArray]:
-        reference = np.zeros(len(self.manifest.references)) if r is None else np.asarray(r, float)
-        values = np.asarray(p, float)
-        wide_x, wide_u = x[..., None, :], u[..., None, :]
-        wide_r, wide_p = reference[..., None, :], values[..., None, :]
-        outputs = self.functions["outputs"]
-        dx, du = _steps(x), _steps(u)
-        change_x = outputs(wide_x + dx, wide_u, wide_r, wide_p) - outputs(wide_x - dx, wide_u, wide_r, wide_p)
-        change_u = outputs(wide_x, wide_u + du, wide_r, wide_p) - outputs(wide_x, wide_u - du, wide_r, wide_p)
-        C = change_x / (2 * np.diagonal(dx, axis1=-2, axis2=-1)[..., :, None])
-        D = change_u / (2 * np.diagonal(du, axis1=-2, axis2=-1)[..., :, None])
-        return np.swapaxes(C, -1, -2), np.swapaxes(D, -1, -2)
+    def linearize(
+        self,
+        x: ArrayLike,
+        u: ArrayLike | None,
+        p: ArrayLike,
+        outputs: Sequence[str] | None = None,
+        r: ArrayLike | None = None,
+        controller: str | None = None,
+        c: ArrayLike | None = None,
+        z: ArrayLike | None = None,
+    ) -> LinearSystem:
+        """Return the linear system around a point: of the plant, or of its closed loop under a law.
 
+        All matrices are exact derivatives. An angle is differentiated across its cut, a saturated or rounded value has
+        the derivative zero, and where a function has none, such as a root at zero, the entry is not a number.
 
-def _steps(v: FloatArray) -> FloatArray:
-    """Return one row per component of v: the step of that component, the rest zero."""
-    result: FloatArray = (_DIFFERENCE * np.maximum(1.0, np.abs(v)))[..., None] * np.eye(v.shape[-1])
-    return result
+        Parameters
+        ----------
+        x, u, p : array_like
+            State, input and parameters; leading axes broadcast. With a law, which gives the input itself, `u` is None,
+            or what acted in the sample before if the law has a memory (zero for None).
+        outputs : sequence of str, optional
+            Names of outputs or states, one row of C and D each. Without it every state is an output.
+        r : array_like, optional
+            Reference; zero unless given.
+        controller : str, optional
+            A law: the input of the linear system is then the reference. Of a sampled law the map over one period is
+            returned, with the plant linearised at the input that acts and that input held: exact where the plant is at
+            an equilibrium. Sensor and delay are left out.
+        c : array_like, optional
+            Parameters of the law, as from `law_parameters`; its defaults unless given.
+        z : array_like, optional
+            Memory of the law; that before a run unless given.
+
+        Returns
+        -------
+        LinearSystem
+            Unpacks as (A, B, C, D); `states`, `inputs`, `outputs` name rows and columns, `period` is that of a sampled
+            law.
+
+        Raises
+        ------
+        InputError
+            For an unknown output or law, an argument of the wrong shape, or one that has no meaning here.
+
+        Examples
+        --------
+        >>> import mehvar
+        >>> model = mehvar.load("satellite")
+        >>> loop = model.linearize(model.state(), None, model.parameters(), controller="pd")
+        >>> loop.states[:3], loop.inputs, loop.A.shape
+        (('roll', 'pitch', 'yaw'), ('ref_roll', 'ref_pitch', 'ref_yaw'), (23, 23))
+        """
+        reference = self._reference(r)
+        if controller is not None:
+            law = self.manifest.controller(controller)
+            constants = law_vector(self.functions, law, {}) if c is None else c
+            return linearize_loop(self.manifest, self.functions, law, x, u, p, reference, constants, z, outputs)
+        for name, value in (("c", c), ("z", z)):
+            if value is not None:
+                raise bad_value(name, value, "None without a controller")
+        if u is None:
+            raise bad_value("u", u, "an input without a controller")
+        return linearize_plant(self.manifest, self.functions, x, u, p, reference, outputs)
+
+    def _reference(self, r: ArrayLike | None) -> ArrayLike:
+        return np.zeros(len(self.manifest.references)) if r is None else r
 
 
 def _reloaded(folder: str, backend: BackendName, digest: str) -> Model:

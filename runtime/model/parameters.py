@@ -89,6 +89,22 @@ def vector(parameters: Sequence[Parameter], settings: Mapping[str, Setting]) -> 
     return np.array([_value(q, settings) for q in parameters], dtype=np.float64)
 
 
+def law_vector(functions: Functions, controller: Controller, values: Mapping[str, object]) -> FloatArray:
+    """Return the parameter vector c of a law: what is set, else the default or its formula.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, a value that is not a finite number, or one out of bounds.
+    """
+    names = [q.name for q in controller.parameters]
+    for name in values:
+        if name not in names:
+            raise unknown_name(f"parameter of the law {controller.name}", name, names)
+    settings = {name: Setting(value, "") for name, value in values.items()}
+    return vector(controller.parameters, settings | _formulas(functions, controller, settings))
+
+
 def named_values(
     quantities: Sequence[str], kind: str, values: Mapping[str, object], origin: str = ""
 ) -> dict[str, float]:

@@ -349,8 +349,7 @@ def split_settings(
     options, others = read_options(settings, place, origin)
     selection = {name: others.pop(name) for name in choices if name in others}
     given = {name: getattr(options, name) for name in settings if name in OPTIONS}
-    kept = given if place == "board" else options.changes()  # a board's delay is 1 unless given, so that 0 is a change
-    return {name: _number_of(value) for name, value in others.items()}, {**kept, **selection}
+    return {name: _number_of(value) for name, value in others.items()}, {**given, **selection}
 
 
 def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str) -> dict[str, Any]:

@@ -25,6 +25,9 @@ ANY_KEYWORD: dict[str, Callable[..., object]] = {
     "mehvar.api.batch": lambda **more: mehvar.batch("triangle", "path", 2, t_end=0.1, **more),
     "mehvar.runtime.run.simulate.simulate": lambda **more: runtime.simulate("triangle", "path", t_end=0.1, **more),
     "mehvar.runtime.model.model.Model.parameters": lambda **more: runtime.load("triangle").parameters(**more),
+    "mehvar.runtime.model.model.Model.law_parameters": lambda **more: runtime.load("triangle").law_parameters(
+        "path", **more
+    ),
     "mehvar.runtime.model.model.Model.state": lambda **more: runtime.load("triangle").state(**more),
 }
 

@@ -160,6 +160,12 @@ def test_a_parameter_counts_and_its_consequence_is_computed(project):
     ((old, new),) = result["consequences"]["eigenvalues"]
     assert complex(*old) == pytest.approx(-0.125 + (4 - 0.125**2) ** 0.5 * 1j)
     assert complex(*new) == pytest.approx(-0.125 + (9 - 0.125**2) ** 0.5 * 1j)
+    (loop,) = result["consequences"]["loops"]
+    ((old, new),) = loop["eigenvalues"]
+    assert (loop["law"], loop["period"], loop["point"]) == ("hold", None, [["x", 0.5]])
+    assert complex(*old) == pytest.approx(-0.125 + (4.5 - 0.125**2) ** 0.5 * 1j)
+    assert complex(*new) == pytest.approx(-0.125 + (9.5 - 0.125**2) ** 0.5 * 1j)
+    assert "eigenvalues under hold at x = 0.5, the rest 0:" in project.diff()[1]
     (rate,) = result["consequences"]["rates"]
     assert rate["name"] == "v"
     assert rate["unit"] == "m/s^2"

@@ -161,22 +161,6 @@ def test_jacobians_against_differences(model: Model) -> None:
     np.testing.assert_allclose(model.jac_u(x, u, p)[:, 0], column, atol=1e-8)
 
 
-def test_linearize(model: Model) -> None:
-    p, u, x = model.parameters(), np.array([0.4]), np.array([0.7, -0.2])
-    A, B, C, D = model.linearize(x, u, p)
-    np.testing.assert_array_equal(A, model.jac_x(x, u, p))
-    np.testing.assert_array_equal(B, model.jac_u(x, u, p))
-    np.testing.assert_array_equal(C, np.eye(2))
-    np.testing.assert_array_equal(D, np.zeros((2, 1)))
-    *_, C, D = model.linearize(x, u, p, outputs=["energy", "rate", "power"])
-    np.testing.assert_allclose(C, [[9.81 * np.sin(0.7), -0.2], [0.0, 1.0], [0.0, 0.4]], atol=1e-8)
-    np.testing.assert_allclose(D, [[0.0], [0.0], [-0.2]], atol=1e-8)
-    *_, C, _ = model.linearize(np.stack([x, x, x]), u, p, outputs=["angle_error"])
-    np.testing.assert_allclose(C, np.tile([[1.0, 0.0]], (3, 1, 1)), atol=1e-8)
-    with pytest.raises(InputError, match="unknown output of pendulum 'enrgy': did you mean energy"):
-        model.linearize(x, u, p, outputs=["enrgy"])
-
-
 def test_models_are_found_by_folder_only_if_they_are_one(folder: Path, tmp_path: Path) -> None:
     assert find_model(str(folder)).model == "pendulum"
     assert find_model(folder).scenarios["stiff"].values == {"angle_0": 0.8, "k_p": 30.0}

@@ -146,6 +146,13 @@ void pendulum_p_sum(const mv_real *x, const mv_real *r, const mv_real *v, const 
 void pendulum_swing(const mv_real *l, const mv_real *g, mv_real *period, mv_real *omega);
 void pendulum_jac_x(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 void pendulum_jac_u(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
+void pendulum_outputs_jac(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_x,
+                          mv_real *J_u, mv_real *J_r);
+void pendulum_pd_jvp(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *along_x,
+                     const mv_real *along_r, mv_real *change);
+void pendulum_p_sum_jvp(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p,
+                        const mv_real *c, const mv_real *along_x, const mv_real *along_r, const mv_real *along_v,
+                        const mv_real *along_z, mv_real *change_u, mv_real *change_z_next);
 
 #ifdef __cplusplus
 }

@@ -125,3 +125,19 @@ def jac_x(x, u, p):
 def jac_u(x, u, p):
     J = _vector(0.0, 1.0 / (p[..., 0] * p[..., 1] * p[..., 1]) + 0.0 * x[..., 0])
     return J.reshape(*J.shape[:-1], 2, 1)
+
+
+def outputs_jac(x, u, r, p):
+    m, arm, g = p[..., 0], p[..., 1], p[..., 2]
+    J_x = _vector(m * g * arm * np.sin(x[..., 0]), m * arm * arm * x[..., 1], 1.0, 0.0, 0.0, u[..., 0])
+    J_u, J_r = _vector(0.0, 0.0, x[..., 1]), _vector(0.0, -1.0, 0.0 * x[..., 0])
+    return tuple(J.reshape(*J.shape[:-1], 3, -1) for J in (J_x, J_u, J_r))
+
+
+def pd_jvp(x, r, p, c, along_x, along_r):
+    return _vector(-c[..., 0] * (along_x[..., 0] - along_r[..., 0]) - c[..., 1] * along_x[..., 1])
+
+
+def p_sum_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
+    error = along_x[..., 0] - along_r[..., 0]
+    return _vector(-c[..., 0] * error - c[..., 1] * along_z[..., 0]), _vector(along_z[..., 0] + error)

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where two versions of a model are linearised, and which eigenvalues differ there: of the plant and under each law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mehvar.manifest import Controller
+from mehvar.names import identifier
+from mehvar.runtime.model.functions import FloatArray
+from mehvar.runtime.model.model import Model
+from mehvar.runtime.model.parameters import vector
+
+Pairs = tuple[tuple[complex, complex], ...]
+
+_STEPS = 20
+"""Gauss-Newton doubles the right digits with each step near a rest; where it has none, more steps find none either."""
+_ROUNDING = 1e-9
+"""Of a state: what is less is zero in the text."""
+_EIGENVALUE_ROUNDING = 1e-5
+"""Of the largest: a triple eigenvalue is good to the third root of the machine's precision only, 6e-6."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Eigenvalues of a closed loop that a change has moved.
+
+    Attributes
+    ----------
+    law : str
+        Name of the law.
+    period : float or None
+        Sampling period of the new law, s: its eigenvalues are those of the map over a period. None for continuous time.
+    point : tuple of (str, float)
+        Where the old loop was linearised: the first scenario's start, with a law's memory before a run. Zeros are left
+        out.
+    eigenvalues : tuple of (complex, complex)
+        Old and new, matched; conjugates left out.
+    """
+
+    law: str
+    period: float | None
+    point: tuple[tuple[str, float], ...]
+    eigenvalues: Pairs
+
+
+def start(model: Model) -> FloatArray:
+    """Return the initial state of the first scenario's defaults."""
+    state: FloatArray = model.functions["initial"](model.parameters(), vector(model.manifest.scenario_parameters, {}))
+    return state
+
+
+def rest(
+    rate: Callable[[FloatArray], FloatArray], slope: Callable[[FloatArray], FloatArray], x: FloatArray
+) -> FloatArray:
+    """Look for a zero of a rate by Gauss-Newton steps of least length."""
+    for _ in range(_STEPS):
+        matrix = slope(x)
+        if not np.all(np.isfinite(matrix)):
+            break
+        step = np.linalg.lstsq(matrix, -rate(x))[0]
+        if not np.linalg.norm(rate(x + step)) < np.linalg.norm(rate(x)):
+            break
+        x = x + step
+    return x
+
+
+def named(names: Iterable[str], x: FloatArray) -> tuple[tuple[str, float], ...]:
+    """Return the elements of a point that are not zero, by name."""
+    return tuple((name, float(value)) for name, value in zip(names, x, strict=True) if abs(value) > _ROUNDING)
+
+
+def moved(old: FloatArray, new: FloatArray) -> Pairs:
+    """Return the eigenvalues of two matrices that differ, matched, one of each conjugate pair."""
+    from scipy.optimize import linear_sum_assignment  # half a second that an unchanged model need not wait
+
+    if not (np.all(np.isfinite(old)) and np.all(np.isfinite(new))):
+        return ()
+    first, second = np.linalg.eigvals(old), np.linalg.eigvals(new)
+    distance = np.abs(first[:, None] - second[None, :])
+    matched = zip(*linear_sum_assignment(distance), strict=True)
+    least = _EIGENVALUE_ROUNDING * max(float(np.max(np.abs(first))), float(np.max(np.abs(second))))
+    pairs = [(complex(first[i]), complex(second[j])) for i, j in matched if distance[i, j] > least]
+    return tuple(pair for pair in pairs if max(value.imag for value in pair) >= 0)
+
+
+def loops(before: Model, after: Model) -> tuple[Loop, ...]:
+    """Return the loops whose eigenvalues differ, of the laws that both versions have with as many states."""
+    changed = []
+    for name, law in after.manifest.controllers.items():
+        former = before.manifest.controllers.get(name)
+        if former is None or not (_differentiable(before, former) and _differentiable(after, law)):
+            continue
+        old, new = _matrix(before, former), _matrix(after, law)
+        pairs = moved(old, new) if old.shape == new.shape else ()
+        if pairs:
+            places = [q.name for q in after.manifest.parameters]
+            period = float(after.parameters()[places.index(law.period)]) if law.period else None
+            changed.append(Loop(name, period, named(before.state_names, start(before)), pairs))
+    return tuple(changed)
+
+
+def undifferentiated(models: Sequence[Model]) -> bool:
+    """Tell whether a version was generated before laws had derivatives."""
+    return any(not _differentiable(model, law) for model in models for law in model.manifest.controllers.values())
+
+
+def _differentiable(model: Model, law: Controller) -> bool:
+    return f"{identifier(law.name)}_jvp" in model.functions
+
+
+def _matrix(model: Model, law: Controller) -> FloatArray:
+    """Return the matrix of a loop at the first scenario's start, with default parameters."""
+    p = model.parameters()
+    r = model.functions["reference"](0.0, p, vector(model.manifest.scenario_parameters, {}))
+    return model.linearize(start(model), None, p, r=r, controller=law.name).A

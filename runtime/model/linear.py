@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Linear systems around a point, exact: of the plant, and of the plant under a law."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mehvar.errors import bad_value, unknown_name
+from mehvar.manifest import Controller, Manifest, Quantity
+from mehvar.names import identifier
+
+from .functions import FloatArray, Functions, GeneratedFunction
+
+
+@dataclass(frozen=True, eq=False)
+class LinearSystem:
+    """The matrices of a linear system, with the names of their rows and columns; unpacks as (A, B, C, D).
+
+    Attributes
+    ----------
+    A, B, C, D : array, (..., rows, columns)
+        dx' = A dx + B du, dy = C dx + D du; of a sampled loop dx(k+1) = A dx(k) + B du(k).
+    states, inputs, outputs : tuple of str
+        Names of the elements of x, u and y. In a closed loop the inputs are the references, and the states of a sampled
+        law with memory are the plant's, `applied_INPUT` for the input of the sample before, and the memory.
+    period : array or None
+        Sampling period, s; None for continuous time.
+    """
+
+    A: FloatArray
+    B: FloatArray
+    C: FloatArray
+    D: FloatArray
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    period: FloatArray | None = None
+
+    def __iter__(self) -> Iterator[FloatArray]:
+        return iter((self.A, self.B, self.C, self.D))
+
+    def __len__(self) -> int:
+        return 4
+
+    def __getitem__(self, place: int) -> FloatArray:
+        return (self.A, self.B, self.C, self.D)[place]
+
+    @property
+    def eigenvalues(self) -> NDArray[np.complex128]:
+        """Eigenvalues of A: 1/s, of a sampled loop without unit, within the unit circle where it is stable.
+
+        Not a number where A is not finite.
+        """
+        finite = np.all(np.isfinite(self.A), axis=(-2, -1))
+        values = np.linalg.eigvals(np.where(finite[..., None, None], self.A, 0.0))
+        return np.where(finite[..., None], values, np.nan + 0j)
+
+
+def linearize_plant(
+    manifest: Manifest,
+    functions: Functions,
+    x: ArrayLike,
+    u: ArrayLike,
+    p: ArrayLike,
+    r: ArrayLike,
+    outputs: Sequence[str] | None,
+) -> LinearSystem:
+    """Return the plant's system around x, u; see `Model.linearize`."""
+    A, B, C, D, _ = _plant(manifest, functions, x, u, p, r, outputs)
+    states = _names(manifest.states)
+    return LinearSystem(A, B, C, D, states, _names(manifest.inputs), states if outputs is None else tuple(outputs))
+
+
+def linearize_loop(
+    manifest: Manifest,
+    functions: Functions,
+    controller: Controller,
+    x: ArrayLike,
+    u: ArrayLike | None,
+    p: ArrayLike,
+    r: ArrayLike,
+    c: ArrayLike,
+    z: ArrayLike | None,
+    outputs: Sequence[str] | None,
+) -> LinearSystem:
+    """Return the system of the plant under a law, driven by the reference; see `Model.linearize`."""
+    law, nu = identifier(controller.name), len(manifest.inputs)
+    memory = _memory(manifest, functions, controller, x, u, p, r, c, z)
+    arguments = (x, r, *memory, p, c)
+    results, slope = functions[law](*arguments), slopes(functions[f"{law}_jvp"], *arguments)
+    command, slope_u = results[0] if memory else results, {name: J[..., :nu, :] for name, J in slope.items()}
+    acting, slope_u = _acting(functions, x, command, p, slope_u)
+    A, B, C, D, E = _plant(manifest, functions, x, acting, p, r, outputs)
+    period = None
+    if controller.period:
+        place = [q.name for q in manifest.parameters].index(controller.period)
+        period = np.take(np.asarray(p, dtype=np.float64), place, axis=-1)
+        A, B = _held(A, B, period)
+    u_s, u_r = _by_state_and_reference(manifest, controller, slope_u)
+    A, B, C, D = _widened(A, u_s) + B @ u_s, B @ u_r, _widened(C, u_s) + D @ u_s, E + D @ u_r
+    states = _names(manifest.states)
+    if memory:
+        z_s, z_r = _by_state_and_reference(manifest, controller, {name: J[..., nu:, :] for name, J in slope.items()})
+        A, B = _stacked(_stacked(A, u_s), z_s), _stacked(_stacked(B, u_r), z_r)
+    applied = tuple(f"applied_{name}" for name in _names(manifest.inputs)) if memory else ()
+    everything = (*states, *applied, *_names(controller.memory))
+    shown = states if outputs is None else tuple(outputs)
+    return LinearSystem(A, B, C, D, everything, _names(manifest.references), shown, period)
+
+
+def slopes(derivative: GeneratedFunction, *arguments: ArrayLike) -> dict[str, FloatArray]:
+    """Return the Jacobians of a function's results, one below the other, from its derivative along a direction.
+
+    Parameters
+    ----------
+    derivative : GeneratedFunction
+        Such as `jvp`, or the `LAW_jvp` of a law.
+    *arguments : array_like
+        Of the function itself.
+
+    Returns
+    -------
+    dict of str to array, (..., results, elements)
+        By argument; those that it is not differentiated by are absent.
+
+    Examples
+    --------
+    >>> import mehvar
+    >>> model = mehvar.load("triangle")
+    >>> x, u, p = model.state(rho=0.3, mu=0.2), [0.0, 0.1, 0.0], model.parameters()
+    >>> bool((slopes(model.functions["jvp"], x, u, p)["u"] == model.jac_u(x, u, p)).all())
+    True
+    """
+    along = [a for a in derivative.function.arguments if a.name.startswith("along_")]
+    edges = np.cumsum([a.size for a in along])
+    unit = np.split(np.eye(int(edges[-1])), edges[:-1], axis=1)
+    changes = derivative(*(np.asarray(v, dtype=np.float64)[..., None, :] for v in arguments), *unit)
+    rows = np.concatenate(changes if isinstance(changes, tuple) else (changes,), axis=-1)
+    matrices = np.split(np.swapaxes(rows, -1, -2), edges[:-1], axis=-1)
+    return {a.name.removeprefix("along_"): matrix for a, matrix in zip(along, matrices, strict=True)}
+
+
+def jacobians(derivative: GeneratedFunction, *arguments: ArrayLike) -> dict[str, FloatArray]:
+    """Return the matrices of a generated Jacobian by the argument that each is with respect to."""
+    values = derivative(*arguments)
+    results = derivative.function.results
+    matrices = values if isinstance(values, tuple) else (values,)
+    return {result.name.removeprefix("J_"): J for result, J in zip(results, matrices, strict=True)}
+
+
+def output_rows(manifest: Manifest, outputs: Sequence[str]) -> list[int]:
+    """Return the places of outputs among the states and, after them, the outputs of a model.
+
+    Raises
+    ------
+    InputError
+        If a name is neither's.
+    """
+    names = (*_names(manifest.states), *_names(manifest.outputs))
+    for name in outputs:
+        if name not in names:
+            raise unknown_name(f"output of {manifest.model}", name, names)
+    return [names.index(name) for name in outputs]
+
+
+def _plant(
+    manifest: Manifest,
+    functions: Functions,
+    x: ArrayLike,
+    u: ArrayLike,
+    p: ArrayLike,
+    r: ArrayLike,
+    outputs: Sequence[str] | None,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return A, B, C, D, and the derivative of the outputs with respect to the reference."""
+    nx, nu, nr = len(manifest.states), len(manifest.inputs), len(manifest.references)
+    A, B = functions["jac_x"](x, u, p), functions["jac_u"](x, u, p)
+    C, D, E = (np.zeros((*A.shape[:-2], nx, size)) for size in (nx, nu, nr))
+    C += np.eye(nx)
+    rows = list(range(nx)) if outputs is None else output_rows(manifest, outputs)
+    if max(rows, default=0) >= nx:
+        exact = jacobians(functions["outputs_jac"], x, u, r, p)
+        none = np.zeros((len(manifest.outputs), 0))
+        C, D, E = (_stacked(own, exact.get(name, none)) for own, name in ((C, "x"), (D, "u"), (E, "r")))
+    return A, B, C[..., rows, :], D[..., rows, :], E[..., rows, :]
+
+
+def _memory(
+    manifest: Manifest,
+    functions: Functions,
+    controller: Controller,
+    x: ArrayLike,
+    u: ArrayLike | None,
+    p: ArrayLike,
+    r: ArrayLike,
+    c: ArrayLike,
+    z: ArrayLike | None,
+) -> tuple[ArrayLike, ...]:
+    """Return the input applied before the sample and the memory; of a law without memory neither may be given."""
+    if not controller.memory:
+        for name, value in (("u", u), ("z", z)):
+            if value is not None:
+                raise bad_value(name, value, f"None: the law {controller.name} gives the input and has no memory")
+        return ()
+    start = functions[f"{identifier(controller.name)}_start"]
+    return np.zeros(len(manifest.inputs)) if u is None else u, start(x, r, p, c) if z is None else z
+
+
+def _acting(
+    functions: Functions, x: ArrayLike, command: FloatArray, p: ArrayLike, slope: dict[str, FloatArray]
+) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Return the input that acts and its slopes, from the command and its slopes."""
+    if "actuate" not in functions:
+        return command, slope
+    actuator = slopes(functions["actuate_jvp"], x, command, p)
+    changed = {name: actuator["u_cmd"] @ J for name, J in slope.items()}
+    return functions["actuate"](x, command, p), changed | {"x": changed["x"] + actuator["x"]}
+
+
+def _by_state_and_reference(
+    manifest: Manifest, controller: Controller, slope: dict[str, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Put the slopes with respect to state, applied input and memory side by side; a model may have no reference."""
+    by_state = np.concatenate([slope[name] for name in (("x", "v", "z") if controller.memory else ("x",))], axis=-1)
+    return by_state, slope["r"] if manifest.references else np.zeros((*by_state.shape[:-1], 0))
+
+
+def _held(A: FloatArray, B: FloatArray, period: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the map of a linear system over a period in which its input is held."""
+    from scipy.linalg import expm  # a tenth of a second that a plant alone need not wait
+
+    nx, n = A.shape[-1], A.shape[-1] + B.shape[-1]
+    both = np.zeros((*np.broadcast_shapes(A.shape[:-2], np.shape(period)), n, n))
+    both[..., :nx, :nx], both[..., :nx, nx:] = A, B
+    grown = expm(both * np.asarray(period)[..., None, None])
+    return grown[..., :nx, :nx], grown[..., :nx, nx:]
+
+
+def _widened(matrix: FloatArray, by_state: FloatArray) -> FloatArray:
+    """Return a matrix with columns of zeros for what a law adds to the state."""
+    missing = by_state.shape[-1] - matrix.shape[-1]
+    return np.concatenate([matrix, np.zeros((*matrix.shape[:-1], missing))], axis=-1)
+
+
+def _stacked(above: FloatArray, below: FloatArray) -> FloatArray:
+    leading = np.broadcast_shapes(above.shape[:-2], below.shape[:-2])
+    return np.concatenate([np.broadcast_to(m, (*leading, *m.shape[-2:])) for m in (above, below)], axis=-2)
+
+
+def _names(quantities: Sequence[Quantity]) -> tuple[str, ...]:
+    return tuple(q.name for q in quantities)
