@@ -77,7 +77,7 @@ static void send_encoded(const uint8_t *bytes, uint32_t count)
         mv_board_write(&code, 1);
         mv_board_write(bytes + start, end - start);
         if (end == count) return;
-        start = bytes[end] == 0 ? end + 1 : end; /* a block of 254 stands for no zero */
+        start = code == 0xFF ? end : end + 1; /* a block of 254 stands for no zero, not even for one that follows */
     }
 }
 
