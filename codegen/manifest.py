@@ -11,7 +11,7 @@ from mehvar.manifest import Manifest
 from mehvar.models.system import Condition, Controller, Group, Output, Parameter, System
 from mehvar.versions import installed
 
-from .code.files import PrintedFunction, file_of, model_hash
+from .code.files import PrintedFunction, model_hash
 from .functions.requests import reference_moves
 
 
@@ -104,4 +104,4 @@ def _messages(conditions: Sequence[Condition]) -> tuple[str, ...]:
 
 def _function(model: str, f: PrintedFunction) -> numeric.Function:
     arguments, results = (tuple(numeric.Array(*pair) for pair in pairs) for pairs in (f.arguments, f.results))
-    return numeric.Function(f.name, f.description, arguments, results, f.operations, file_of(model, f.part))
+    return numeric.Function(f.name, f.description, arguments, results, f.operations, numeric.file_of(model, f.part))

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 from mehvar.errors import InputError, unknown_name
 from mehvar.names import identifier
@@ -22,6 +22,8 @@ from mehvar.schema import Lower, SchemaError, Upper, json_key, plain, read
 
 FILE = "manifest.json"
 SCHEMA = 1
+Part = Literal["", "prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
+"""Which of a model's C files a function is in."""
 METRIC_KINDS = ("settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final")
 """What a metric may be, numbered as in the C text of batches."""
 
@@ -383,6 +385,11 @@ def check_manifest(manifest: Manifest) -> None:
     _check_scenarios(manifest)
 
 
+def file_of(model: str, part: Part) -> str:
+    """Return the name of a C file."""
+    return f"{model}_{part}.c" if part else f"{model}.c"
+
+
 def _no_number(word: str) -> float:
     raise ValueError(f"{word} is no number of JSON")
 
@@ -395,7 +402,7 @@ def _check_words(manifest: Manifest) -> None:
             (f"functions.{f.name}", name)
             for name in (identifier(f.name), *(a.name for a in (*f.arguments, *f.results)))
         ]
-        if f.file not in (f"{manifest.model}{part}.c" for part in ("", "_jac", "_prepared")):
+        if f.file not in (file_of(manifest.model, part) for part in get_args(Part)):
             raise SchemaError(f" = {f.file!r}: must be a C file of {manifest.model}", f"functions.{f.name}.file")
     for place, word in words:
         if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", word, re.ASCII):

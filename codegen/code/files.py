@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from mehvar.constants import vectors
-from mehvar.manifest import Array, Manifest, result_shape
+from mehvar.manifest import Array, Manifest, Part, file_of, result_shape
 
-from ..functions.function import FunctionGraph, Part
+from ..functions.function import FunctionGraph
 from ..templates import text_environment
 from .spelling import PYTHON, C, statements
 from .split import split
@@ -137,11 +137,6 @@ def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[in
     if not parts:
         return []
     return [*parts, replace(rest, name=f"{f.name}_prepared", description=f"the rest of {f.name}", part="prepared")]
-
-
-def file_of(model: str, part: Part) -> str:
-    """Return the name of a C file."""
-    return f"{model}_{part}.c" if part else f"{model}.c"
 
 
 def model_hash(manifest: Manifest, functions: Sequence[PrintedFunction]) -> str:

@@ -12,10 +12,11 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from mehvar.manifest import Part
 from mehvar.models.system import System
 from mehvar.names import identifier
 
-from .function import FunctionGraph, Part
+from .function import FunctionGraph
 
 
 def derivatives(system: System, functions: Sequence[FunctionGraph]) -> list[FunctionGraph]:

@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import casadi as ca
 
+from mehvar.manifest import Part
+
 Signature = tuple[tuple[str, int | None], ...]
-Part = Literal["", "prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
-"""Which of the model's C files a function is in."""
 
 
 @dataclass(frozen=True)

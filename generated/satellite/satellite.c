@@ -6,7 +6,7 @@
 
 #include "mehvar/private/arithmetic.h"
 
-/* state derivative; 186 operations. */
+/* state derivative; 190 operations. */
 void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
 {
     real s2, c2; mv_sincos(x[1], &s2, &c2);
@@ -48,29 +48,31 @@ void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
     const real v109 = c2 * s11;
     const real v111 = v52 * v105 - v57 * v21 + v62 * v109;
     const real v119 = v90 * v105 + v93 * v21 + v98 * v109;
-    const real v128 = K(3.0) * v82 * v63;
-    const real v131 = v65 * p[15] + v100 * p[22] - v111 * p[16] - v119 * p[23] - (p[1] - p[2]) * v128 * v109;
-    const real v135 = p[13] * p[10];
-    const real v142 = u[0] + v135 * (x[6] * (K(1.0) / p[3]) - x[3]);
-    const real v146 = x[7] + x[4] * p[1];
-    const real v151 = x[8] + x[5] * p[2];
-    const real v157 = c2 * c4;
-    const real v162 = v52 * v157 - v57 * v5 - v62 * s2;
-    const real v168 = v90 * v157 + v93 * v5 - v98 * s2;
-    const real v180 = v162 * p[16] + v168 * p[23] - v65 * p[14] - v100 * p[21] - v128 * s2 * (p[0] - p[2]);
-    const real v187 = u[1] + v135 * (x[7] * (K(1.0) / p[4]) - x[4]);
-    const real v192 = x[6] + x[3] * p[0];
-    const real v210 = v111 * p[14] + v119 * p[21] - v162 * p[15] - v168 * p[22] - K(-3.0) * v82 * (p[0] - p[1]) * s2 * v109;
-    const real v217 = u[2] + v135 * (x[8] * (K(1.0) / p[5]) - x[5]);
+    const real v128 = p[2] + p[5];
+    const real v132 = K(3.0) * v82 * v63;
+    const real v135 = v65 * p[15] + v100 * p[22] - v111 * p[16] - v119 * p[23] - (p[1] + p[4] - v128) * v132 * v109;
+    const real v139 = p[13] * p[10];
+    const real v146 = u[0] + v139 * (x[6] * (K(1.0) / p[3]) - x[3]);
+    const real v150 = x[7] + x[4] * p[1];
+    const real v155 = x[8] + x[5] * p[2];
+    const real v161 = c2 * c4;
+    const real v166 = v52 * v161 - v57 * v5 - v62 * s2;
+    const real v172 = v90 * v161 + v93 * v5 - v98 * s2;
+    const real v182 = p[0] + p[3];
+    const real v185 = v166 * p[16] + v172 * p[23] - v65 * p[14] - v100 * p[21] - v132 * s2 * (v182 - v128);
+    const real v191 = u[1] + v139 * (x[7] * (K(1.0) / p[4]) - x[4]);
+    const real v196 = x[6] + x[3] * p[0];
+    const real v215 = v111 * p[14] + v119 * p[21] - v166 * p[15] - v172 * p[22] - K(-3.0) * v82 * (v182 - p[1] - p[4]) * s2 * v109;
+    const real v221 = u[2] + v139 * (x[8] * (K(1.0) / p[5]) - x[5]);
     dx[0] = x[3] + v5 * p[6] + s2 * v24 + s2 * v35;
     dx[1] = c11 * v23 - s11 * v34;
     dx[2] = v24 + v35;
-    dx[3] = (v131 + v142 + v146 * x[5] - v151 * x[4]) * (K(1.0) / p[0]);
-    dx[4] = (v180 + v187 + v151 * x[3] - v192 * x[5]) * (K(1.0) / p[1]);
-    dx[5] = (v210 + v217 + v192 * x[4] - v146 * x[3]) * (K(1.0) / p[2]);
-    dx[6] = -(v142 * p[10]);
-    dx[7] = -(v187 * p[10]);
-    dx[8] = -(v217 * p[10]);
+    dx[3] = (v135 + v146 + v150 * x[5] - v155 * x[4]) * (K(1.0) / p[0]);
+    dx[4] = (v185 + v191 + v155 * x[3] - v196 * x[5]) * (K(1.0) / p[1]);
+    dx[5] = (v215 + v221 + v196 * x[4] - v150 * x[3]) * (K(1.0) / p[2]);
+    dx[6] = -(v146 * p[10]);
+    dx[7] = -(v191 * p[10]);
+    dx[8] = -(v221 * p[10]);
     dx[9] = p[6];
 }
 
@@ -131,28 +133,28 @@ void satellite_outputs(const real *x, const real *u, const real *r, const real *
     y[14] = v119 * p[14] + v127 * p[21] - v136 * p[15] - v142 * p[22];
 }
 
-/* margins that stay positive along a run; 8 operations. */
+/* margins that stay positive along a run; 17 operations. */
 void satellite_limits(const real *x, const real *u, const real *p, real *margin)
 {
+    const mask m16 = LT(K(0.5), p[10]);
+    const real v28 = K(1.000000001) * p[12] - mv_max(mv_max(mv_fabs(x[6]), mv_fabs(x[7])), mv_fabs(x[8]));
     margin[0] = p[32] - mv_fabs(x[1]);
     margin[1] = p[31] - mv_max(mv_max(mv_fabs(u[0]), mv_fabs(u[1])), mv_fabs(u[2]));
+    margin[2] = SELECT(m16, v28, p[12]);
 }
 
 /* input that acts; 29 operations. */
 void satellite_actuate(const real *x, const real *u_cmd, const real *p, real *u)
 {
-    const mask m2 = LT(K(0.5), p[10]);
-    const real v8 = K(1.0) / p[9];
-    const real v11 = -p[11];
-    const real v14 = mv_max(v11, mv_min(u_cmd[0], p[11]));
-    const real v19 = SELECT(m2, mv_max((x[6] - p[12]) * v8, mv_min(v14, (x[6] + p[12]) * v8)), v14);
-    const real v25 = mv_max(v11, mv_min(u_cmd[1], p[11]));
-    const real v30 = SELECT(m2, mv_max((x[7] - p[12]) * v8, mv_min(v25, (x[7] + p[12]) * v8)), v25);
-    const real v36 = mv_max(v11, mv_min(u_cmd[2], p[11]));
-    const real v41 = SELECT(m2, mv_max((x[8] - p[12]) * v8, mv_min(v36, (x[8] + p[12]) * v8)), v36);
-    u[0] = v19;
-    u[1] = v30;
-    u[2] = v41;
+    const real v1 = -p[11];
+    const mask m4 = LT(K(0.5), p[10]);
+    const real v10 = K(1.0) / p[9];
+    const real v17 = SELECT(m4, mv_max((x[6] - p[12]) * v10, mv_min(u_cmd[0], (x[6] + p[12]) * v10)), u_cmd[0]);
+    const real v28 = SELECT(m4, mv_max((x[7] - p[12]) * v10, mv_min(u_cmd[1], (x[7] + p[12]) * v10)), u_cmd[1]);
+    const real v39 = SELECT(m4, mv_max((x[8] - p[12]) * v10, mv_min(u_cmd[2], (x[8] + p[12]) * v10)), u_cmd[2]);
+    u[0] = mv_max(v1, mv_min(v17, p[11]));
+    u[1] = mv_max(v1, mv_min(v28, p[11]));
+    u[2] = mv_max(v1, mv_min(v39, p[11]));
 }
 
 /* state that a law sees; 30 operations. */
@@ -198,21 +200,25 @@ void satellite_initial(const real *p, const real *s, real *x)
     x[9] = s[6];
 }
 
-/* reference of a scenario; 9 operations. */
+/* reference of a scenario; 10 operations. */
 void satellite_reference(const real *t, const real *p, const real *s, real *r)
 {
     (void)p;
-    const real v11 = K(0.017453292519943295) * (K(1.0) + K(-2.0) * mv_fmod(mv_floor(t[0] / s[10]), SPLAT(K(2.0))));
-    r[0] = v11 * s[7];
-    r[1] = v11 * s[8];
-    r[2] = v11 * s[9];
+    const real v11 = K(-2.0) * mv_fmod(mv_floor(K(1.000000000000001) * t[0] / s[10]), SPLAT(K(2.0)));
+    const real v13 = K(0.017453292519943295) * (K(1.0) + v11);
+    r[0] = v13 * s[7];
+    r[1] = v13 * s[8];
+    r[2] = v13 * s[9];
 }
 
-/* margins that stay positive for a feasible scenario; 9 operations. */
+/* margins that stay positive for a feasible scenario; 14 operations. */
 void satellite_constraints(const real *p, const real *s, real *margin)
 {
-    const real v10 = mv_min(mv_min(p[1] - p[2] + p[0], p[0] - p[1] + p[2]), p[1] + p[2] - p[0]);
-    margin[0] = v10;
+    const real v2 = p[1] + p[4];
+    const real v5 = p[2] + p[5];
+    const real v9 = p[0] + p[3];
+    const real v18 = mv_min(mv_min(v2 - v5 + v9, v9 - p[1] - p[4] + v5), v2 + v5 - p[0] - p[3]);
+    margin[0] = v18;
     margin[1] = s[10] - p[9];
 }
 
@@ -237,17 +243,17 @@ void satellite_momentum(const real *x, const real *p, real *H)
     H[2] = c1 * v48 + s1 * v39;
 }
 
-/* energy of rotation of body and wheels, and potential of the gravity gradient; 41 operations. */
+/* energy of rotation of body and wheels, and potential of the gravity gradient; 44 operations. */
 void satellite_energy(const real *x, const real *p, real *E)
 {
     const real v17 = K(0.5) / p[3] * (x[6] * x[6]) + K(0.5) / p[4] * (x[7] * x[7]) + K(0.5) / p[5] * (x[8] * x[8]);
     const real v35 = v17 + K(0.5) * p[0] * (x[3] * x[3]) + K(0.5) * p[1] * (x[4] * x[4]) + K(0.5) * p[2] * (x[5] * x[5]);
-    real s41, c41; mv_sincos(x[1], &s41, &c41);
-    real s46, c46; mv_sincos(x[0], &s46, &c46);
-    const real v47 = c41 * s46;
-    const real v52 = c41 * c46;
-    const real v56 = K(1.5) * (p[6] * p[6]) * (p[0] * (s41 * s41) + p[1] * (v47 * v47) + p[2] * (v52 * v52));
-    E[0] = v35 + v56;
+    real s42, c42; mv_sincos(x[1], &s42, &c42);
+    real s44, c44; mv_sincos(x[0], &s44, &c44);
+    const real v45 = c42 * s44;
+    const real v55 = c42 * c44;
+    const real v58 = (p[1] + p[4]) * (v45 * v45) + (p[0] + p[3]) * (s42 * s42) + (p[2] + p[5]) * (v55 * v55);
+    E[0] = v35 + K(1.5) * (p[6] * p[6]) * v58;
 }
 
 /* adaptive, keeps the sampled zero at -1; 1013 operations. */
@@ -429,17 +435,17 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
     const real v502 = v498 + v498;
     const real v506 = v498 * v498;
     const real v509 = v500 * r[1] + v502 * z[56] - v506 * z[57];
-    const real v512 = c[0] * c[0];
-    const real v516 = SELECT(m63, K(6.0) * v512, K(3.0) * v512);
-    const real v520 = c[0] * v512;
-    const real v521 = K(4.0) * v520;
-    const real v523 = -v520;
-    const real v524 = SELECT(m63, -v521, v523);
-    const real v528 = v512 * v512;
-    const real v533 = K(4.0) * c[0];
-    const real v535 = K(3.0) * c[0];
-    const real v537 = SELECT(m63, -v533, -v535);
-    const real v539 = v509 + v516 * z[57] + v524 * z[58] + SELECT0(m63, v528 * z[59]) + v537 * z[56];
+    const real v512 = K(4.0) * c[0];
+    const real v515 = K(3.0) * c[0];
+    const real v517 = SELECT(m63, -v512, -v515);
+    const real v521 = c[0] * c[0];
+    const real v524 = SELECT(m63, K(6.0) * v521, K(3.0) * v521);
+    const real v527 = c[0] * v521;
+    const real v528 = K(4.0) * v527;
+    const real v530 = -v527;
+    const real v531 = SELECT(m63, -v528, v530);
+    const real v535 = v521 * v521;
+    const real v539 = v509 + v517 * z[56] + v524 * z[57] + v531 * z[58] + SELECT0(m63, v535 * z[59]);
     const mask m542 = LT(K(0.5), c[1]);
     const mask m544 = LT(K(1.5), z[90]);
     const mask m545 = AND(m542, m544);
@@ -449,21 +455,21 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
     const mask m567 = AND(m545, m566);
     const real v571 = SELECT(m567, z[34] + v114 * v117 * v564, z[34]);
     const real v578 = SELECT(m567, z[30] + (v163 + v114 * z[46]) * v117 * v564, z[30]);
-    const real v579 = v533 + v578;
+    const real v579 = v512 + v578;
     const real v588 = SELECT(m567, z[33] + (v93 + v114 * z[49]) * v117 * v564, z[33]);
     const real v596 = SELECT(m567, z[32] + (v177 + v114 * z[48]) * v117 * v564, z[32]);
     const real v605 = p[9] * p[9] * c[15];
     const real v609 = mv_max(SPLAT(K(0.0)), K(-0.5) * v596 + K(-0.5) * v588 + mv_max(c[14], K(0.5) / p[1] * v605));
     const real v610 = v588 + v609;
     const real v611 = v610 * v610;
-    const real v614 = K(-6.0) * v512;
+    const real v614 = K(-6.0) * v521;
     const real v620 = SELECT(m567, z[31] + (v170 + v114 * z[47]) * v117 * v564, z[31]);
-    const real v625 = SELECT(m63, v578 * v579 - (v614 + v620), -(v535 + v578));
+    const real v625 = SELECT(m63, v578 * v579 - (v614 + v620), -(v515 + v578));
     const real v627 = v596 + v609;
     const real v628 = v627 * v627;
-    const real v629 = SELECT(m63, v528, v523);
-    const real v636 = K(-3.0) * v512;
-    const real v639 = SELECT(m63, v620 * v579 - v521, -(v636 + v620));
+    const real v629 = SELECT(m63, v535, v530);
+    const real v636 = K(-3.0) * v521;
+    const real v639 = SELECT(m63, v620 * v579 - v528, -(v636 + v620));
     const real v644 = v610 * v578;
     const real v647 = K(1.0) / (v611 + v628 * v620 - v627 * v644);
     const real v648 = (v611 * v625 + v628 * v629 - v610 * v627 * v639) * v647;
@@ -476,23 +482,23 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
     const mask m684 = LT(mv_fabs(v682), K(1e+30));
     const mask m685 = AND(m492, m684);
     const real v692 = v500 * r[0] + v502 * z[26] - v506 * z[27];
-    const real v703 = v692 + v516 * z[27] + v524 * z[28] + SELECT0(m63, v528 * z[29]) + v537 * z[26];
+    const real v703 = v692 + v517 * z[26] + v524 * z[27] + v531 * z[28] + SELECT0(m63, v535 * z[29]);
     const real v717 = x[0] - (z[4] + z[2] * v216 + z[3] * z[22] - z[0] * v193 - z[1] * z[21]);
     const mask m719 = LT(v550, mv_fabs(v717));
     const mask m720 = AND(m545, m719);
     const real v724 = SELECT(m720, z[4] + v263 * v266 * v717, z[4]);
     const real v731 = SELECT(m720, z[0] + (v312 + v263 * z[16]) * v266 * v717, z[0]);
-    const real v732 = v533 + v731;
+    const real v732 = v512 + v731;
     const real v741 = SELECT(m720, z[3] + (v242 + v263 * z[19]) * v266 * v717, z[3]);
     const real v747 = SELECT(m720, z[2] + (v326 + v263 * z[18]) * v266 * v717, z[2]);
     const real v756 = mv_max(SPLAT(K(0.0)), K(-0.5) * v747 + K(-0.5) * v741 + mv_max(c[14], K(0.5) / p[0] * v605));
     const real v757 = v741 + v756;
     const real v758 = v757 * v757;
     const real v765 = SELECT(m720, z[1] + (v319 + v263 * z[17]) * v266 * v717, z[1]);
-    const real v770 = SELECT(m63, v731 * v732 - (v614 + v765), -(v535 + v731));
+    const real v770 = SELECT(m63, v731 * v732 - (v614 + v765), -(v515 + v731));
     const real v772 = v747 + v756;
     const real v773 = v772 * v772;
-    const real v781 = SELECT(m63, v765 * v732 - v521, -(v636 + v765));
+    const real v781 = SELECT(m63, v765 * v732 - v528, -(v636 + v765));
     const real v786 = v757 * v731;
     const real v789 = K(1.0) / (v758 + v773 * v765 - v772 * v786);
     const real v790 = (v758 * v770 + v773 * v629 - v757 * v772 * v781) * v789;
@@ -505,23 +511,23 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
     const mask m826 = LT(mv_fabs(v824), K(1e+30));
     const mask m827 = AND(m685, m826);
     const real v834 = v500 * r[2] + v502 * z[86] - v506 * z[87];
-    const real v845 = v834 + v516 * z[87] + v524 * z[88] + SELECT0(m63, v528 * z[89]) + v537 * z[86];
+    const real v845 = v834 + v517 * z[86] + v524 * z[87] + v531 * z[88] + SELECT0(m63, v535 * z[89]);
     const real v859 = x[2] - (z[64] + z[62] * v366 + z[63] * z[82] - z[60] * v343 - z[61] * z[81]);
     const mask m861 = LT(v550, mv_fabs(v859));
     const mask m862 = AND(m545, m861);
     const real v866 = SELECT(m862, z[64] + v413 * v416 * v859, z[64]);
     const real v873 = SELECT(m862, z[60] + (v462 + v413 * z[76]) * v416 * v859, z[60]);
-    const real v874 = v533 + v873;
+    const real v874 = v512 + v873;
     const real v883 = SELECT(m862, z[63] + (v392 + v413 * z[79]) * v416 * v859, z[63]);
     const real v889 = SELECT(m862, z[62] + (v476 + v413 * z[78]) * v416 * v859, z[62]);
     const real v898 = mv_max(SPLAT(K(0.0)), K(-0.5) * v889 + K(-0.5) * v883 + mv_max(c[14], K(0.5) / p[2] * v605));
     const real v899 = v883 + v898;
     const real v900 = v899 * v899;
     const real v907 = SELECT(m862, z[61] + (v469 + v413 * z[77]) * v416 * v859, z[61]);
-    const real v912 = SELECT(m63, v873 * v874 - (v614 + v907), -(v535 + v873));
+    const real v912 = SELECT(m63, v873 * v874 - (v614 + v907), -(v515 + v873));
     const real v914 = v889 + v898;
     const real v915 = v914 * v914;
-    const real v923 = SELECT(m63, v907 * v874 - v521, -(v636 + v907));
+    const real v923 = SELECT(m63, v907 * v874 - v528, -(v636 + v907));
     const real v928 = v899 * v873;
     const real v931 = K(1.0) / (v900 + v915 * v907 - v914 * v928);
     const real v932 = (v900 * v912 + v915 * v629 - v899 * v914 * v923) * v931;

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "bce134809a2aef6d2bb28d06b87c842858fd5d0df297bf54b735b3889389e562"
+#define SATELLITE_HASH "9a44c260b197b7370be86d55011345c8bd1f2913fe08d6dea8312a7f9091641d"
 
 /* state x */
 enum {
@@ -65,9 +65,9 @@ enum {
 
 /* plant parameters p */
 enum {
-    SATELLITE_P_I_X = 0, /* inertia about x, less the wheels' spin inertias [kg m^2] */
-    SATELLITE_P_I_Y = 1, /* inertia about y, less the wheels' spin inertias [kg m^2] */
-    SATELLITE_P_I_Z = 2, /* inertia about z, less the wheels' spin inertias [kg m^2] */
+    SATELLITE_P_I_X = 0, /* inertia about x of body and wheels, less Iw_x [kg m^2] */
+    SATELLITE_P_I_Y = 1, /* inertia about y of body and wheels, less Iw_y [kg m^2] */
+    SATELLITE_P_I_Z = 2, /* inertia about z of body and wheels, less Iw_z [kg m^2] */
     SATELLITE_P_IW_X = 3, /* spin inertia of the wheel along x [kg m^2] */
     SATELLITE_P_IW_Y = 4, /* spin inertia of the wheel along y [kg m^2] */
     SATELLITE_P_IW_Z = 5, /* spin inertia of the wheel along z [kg m^2] */
@@ -135,12 +135,14 @@ enum {
     SATELLITE_MRAC_C_B1_YAW_0 = 13, /* first guess of b1, yaw [rad/N/m] */
     SATELLITE_MRAC_C_B_MIN = 14, /* floor of the gain that the law uses [rad/N/m] */
     SATELLITE_MRAC_C_B_MIN_RATIO = 15, /* floor of the gain that the law uses, over Ts^2/(2 I) [1] */
-    SATELLITE_MRAC_C_APPLIED_REGRESSOR = 16, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
-    SATELLITE_MRAC_C_DELAY = 17, /* samples between a command and its action [1] */
-    SATELLITE_MRAC_C_DESIGN_DELAY = 18, /* samples of delay that the law is designed for [1] */
-    SATELLITE_MRAC_C_TAU_M = 19, /* time constant of the reference model's double pole [s] */
-    SATELLITE_MRAC_C_MATCHED = 20, /* 1: the reference model starts at the measured angles [1] */
-    SATELLITE_NMRAC_C = 21
+    SATELLITE_MRAC_C_ESTIMATE_D = 16, /* 1: the offset d is estimated, 0: it stays zero [1] */
+    SATELLITE_MRAC_C_COMPENSATE_D = 17, /* share of the estimated offset d that the law takes out [1] */
+    SATELLITE_MRAC_C_APPLIED_REGRESSOR = 18, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
+    SATELLITE_MRAC_C_DELAY = 19, /* samples between a command and its action [1] */
+    SATELLITE_MRAC_C_DESIGN_DELAY = 20, /* samples of delay that the law is designed for [1] */
+    SATELLITE_MRAC_C_TAU_M = 21, /* time constant of the reference model's double pole [s] */
+    SATELLITE_MRAC_C_MATCHED = 22, /* 1: the reference model starts at the measured angles [1] */
+    SATELLITE_NMRAC_C = 23
 };
 
 /* memory z of the law mrac */
@@ -258,12 +260,14 @@ enum {
     SATELLITE_MRAC_LITERAL_C_B1_YAW_0 = 13, /* first guess of b1, yaw [rad/N/m] */
     SATELLITE_MRAC_LITERAL_C_B_MIN = 14, /* floor of the gain that the law uses [rad/N/m] */
     SATELLITE_MRAC_LITERAL_C_B_MIN_RATIO = 15, /* floor of the gain that the law uses, over Ts^2/(2 I) [1] */
-    SATELLITE_MRAC_LITERAL_C_APPLIED_REGRESSOR = 16, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
-    SATELLITE_MRAC_LITERAL_C_DELAY = 17, /* samples between a command and its action [1] */
-    SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY = 18, /* samples of delay that the law is designed for [1] */
-    SATELLITE_MRAC_LITERAL_C_TAU_M = 19, /* time constant of the reference model's double pole [s] */
-    SATELLITE_MRAC_LITERAL_C_MATCHED = 20, /* 1: the reference model starts at the measured angles [1] */
-    SATELLITE_NMRAC_LITERAL_C = 21
+    SATELLITE_MRAC_LITERAL_C_ESTIMATE_D = 16, /* 1: the offset d is estimated, 0: it stays zero [1] */
+    SATELLITE_MRAC_LITERAL_C_COMPENSATE_D = 17, /* share of the estimated offset d that the law takes out [1] */
+    SATELLITE_MRAC_LITERAL_C_APPLIED_REGRESSOR = 18, /* 1: the law learns from the torque applied, 0: from the torque commanded [1] */
+    SATELLITE_MRAC_LITERAL_C_DELAY = 19, /* samples between a command and its action [1] */
+    SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY = 20, /* samples of delay that the law is designed for [1] */
+    SATELLITE_MRAC_LITERAL_C_TAU_M = 21, /* time constant of the reference model's double pole [s] */
+    SATELLITE_MRAC_LITERAL_C_MATCHED = 22, /* 1: the reference model starts at the measured angles [1] */
+    SATELLITE_NMRAC_LITERAL_C = 23
 };
 
 /* memory z of the law mrac-literal */
@@ -393,144 +397,488 @@ extern "C" {
 #endif
 
 /* state derivative */
+enum {
+    SATELLITE_RHS_NX = 10,
+    SATELLITE_RHS_NU = 3,
+    SATELLITE_RHS_NP = 33,
+    SATELLITE_RHS_NDX = 10
+};
 void satellite_rhs(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *dx);
 
 /* outputs of a run */
+enum {
+    SATELLITE_OUTPUTS_NX = 10,
+    SATELLITE_OUTPUTS_NU = 3,
+    SATELLITE_OUTPUTS_NR = 3,
+    SATELLITE_OUTPUTS_NP = 33,
+    SATELLITE_OUTPUTS_NY = 15
+};
 void satellite_outputs(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *y);
 
 /* margins that stay positive along a run */
+enum {
+    SATELLITE_LIMITS_NX = 10,
+    SATELLITE_LIMITS_NU = 3,
+    SATELLITE_LIMITS_NP = 33,
+    SATELLITE_LIMITS_NMARGIN = 3
+};
 void satellite_limits(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *margin);
 
 /* input that acts */
+enum {
+    SATELLITE_ACTUATE_NX = 10,
+    SATELLITE_ACTUATE_NU_CMD = 3,
+    SATELLITE_ACTUATE_NP = 33,
+    SATELLITE_ACTUATE_NU = 3
+};
 void satellite_actuate(const mv_real *x, const mv_real *u_cmd, const mv_real *p, mv_real *u);
 
 /* state that a law sees */
+enum {
+    SATELLITE_MEASURE_NX = 10,
+    SATELLITE_MEASURE_NE = 6,
+    SATELLITE_MEASURE_NP = 33,
+    SATELLITE_MEASURE_NX_SEEN = 10
+};
 void satellite_measure(const mv_real *x, const mv_real *e, const mv_real *p, mv_real *x_seen);
 
 /* initial state of a scenario */
+enum {
+    SATELLITE_INITIAL_NP = 33,
+    SATELLITE_INITIAL_NS = 11,
+    SATELLITE_INITIAL_NX = 10
+};
 void satellite_initial(const mv_real *p, const mv_real *s, mv_real *x);
 
 /* reference of a scenario */
+enum {
+    SATELLITE_REFERENCE_NT = 1,
+    SATELLITE_REFERENCE_NP = 33,
+    SATELLITE_REFERENCE_NS = 11,
+    SATELLITE_REFERENCE_NR = 3
+};
 void satellite_reference(const mv_real *t, const mv_real *p, const mv_real *s, mv_real *r);
 
 /* margins that stay positive for a feasible scenario */
+enum {
+    SATELLITE_CONSTRAINTS_NP = 33,
+    SATELLITE_CONSTRAINTS_NS = 11,
+    SATELLITE_CONSTRAINTS_NMARGIN = 2
+};
 void satellite_constraints(const mv_real *p, const mv_real *s, mv_real *margin);
 
 /* angular momentum in the inertial axes that the orbit axes pass at latitude zero */
+enum {
+    SATELLITE_MOMENTUM_NX = 10,
+    SATELLITE_MOMENTUM_NP = 33,
+    SATELLITE_MOMENTUM_NH = 3
+};
 void satellite_momentum(const mv_real *x, const mv_real *p, mv_real *H);
 
 /* energy of rotation of body and wheels, and potential of the gravity gradient */
+enum {
+    SATELLITE_ENERGY_NX = 10,
+    SATELLITE_ENERGY_NP = 33,
+    SATELLITE_ENERGY_NE = 1
+};
 void satellite_energy(const mv_real *x, const mv_real *p, mv_real *E);
 
 /* adaptive, keeps the sampled zero at -1 */
+enum {
+    SATELLITE_MRAC_NX = 10,
+    SATELLITE_MRAC_NR = 3,
+    SATELLITE_MRAC_NV = 3,
+    SATELLITE_MRAC_NZ = 92,
+    SATELLITE_MRAC_NP = 33,
+    SATELLITE_MRAC_NC = 23,
+    SATELLITE_MRAC_NU = 3,
+    SATELLITE_MRAC_NZ_NEXT = 92
+};
 void satellite_mrac(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c, mv_real *u, mv_real *z_next);
 
 /* margins of a feasible mrac */
+enum {
+    SATELLITE_MRAC_CONSTRAINTS_NP = 33,
+    SATELLITE_MRAC_CONSTRAINTS_NC = 23,
+    SATELLITE_MRAC_CONSTRAINTS_NS = 11,
+    SATELLITE_MRAC_CONSTRAINTS_NMARGIN = 1
+};
 void satellite_mrac_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
 
 /* memory of mrac before the first sample */
+enum {
+    SATELLITE_MRAC_START_NX = 10,
+    SATELLITE_MRAC_START_NR = 3,
+    SATELLITE_MRAC_START_NP = 33,
+    SATELLITE_MRAC_START_NC = 23,
+    SATELLITE_MRAC_START_NZ = 92
+};
 void satellite_mrac_start(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *z);
 
 /* formula defaults of mrac */
+enum {
+    SATELLITE_MRAC_DEFAULTS_NC = 23,
+    SATELLITE_MRAC_DEFAULTS_NDERIVED = 1
+};
 void satellite_mrac_defaults(const mv_real *c, mv_real *derived);
 
 /* adaptive, as the paper's (32): cancels the zero */
+enum {
+    SATELLITE_MRAC_LITERAL_NX = 10,
+    SATELLITE_MRAC_LITERAL_NR = 3,
+    SATELLITE_MRAC_LITERAL_NV = 3,
+    SATELLITE_MRAC_LITERAL_NZ = 86,
+    SATELLITE_MRAC_LITERAL_NP = 33,
+    SATELLITE_MRAC_LITERAL_NC = 23,
+    SATELLITE_MRAC_LITERAL_NU = 3,
+    SATELLITE_MRAC_LITERAL_NZ_NEXT = 86
+};
 void satellite_mrac_literal(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c, mv_real *u, mv_real *z_next);
 
 /* margins of a feasible mrac-literal */
+enum {
+    SATELLITE_MRAC_LITERAL_CONSTRAINTS_NP = 33,
+    SATELLITE_MRAC_LITERAL_CONSTRAINTS_NC = 23,
+    SATELLITE_MRAC_LITERAL_CONSTRAINTS_NS = 11,
+    SATELLITE_MRAC_LITERAL_CONSTRAINTS_NMARGIN = 1
+};
 void satellite_mrac_literal_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
 
 /* memory of mrac-literal before the first sample */
+enum {
+    SATELLITE_MRAC_LITERAL_START_NX = 10,
+    SATELLITE_MRAC_LITERAL_START_NR = 3,
+    SATELLITE_MRAC_LITERAL_START_NP = 33,
+    SATELLITE_MRAC_LITERAL_START_NC = 23,
+    SATELLITE_MRAC_LITERAL_START_NZ = 86
+};
 void satellite_mrac_literal_start(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *z);
 
 /* formula defaults of mrac-literal */
+enum {
+    SATELLITE_MRAC_LITERAL_DEFAULTS_NC = 23,
+    SATELLITE_MRAC_LITERAL_DEFAULTS_NDERIVED = 1
+};
 void satellite_mrac_literal_defaults(const mv_real *c, mv_real *derived);
 
 /* proportional and derivative (50) */
+enum {
+    SATELLITE_PD_NX = 10,
+    SATELLITE_PD_NR = 3,
+    SATELLITE_PD_NV = 3,
+    SATELLITE_PD_NZ = 10,
+    SATELLITE_PD_NP = 33,
+    SATELLITE_PD_NC = 11,
+    SATELLITE_PD_NU = 3,
+    SATELLITE_PD_NZ_NEXT = 10
+};
 void satellite_pd(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c, mv_real *u, mv_real *z_next);
 
 /* margins of a feasible pd */
+enum {
+    SATELLITE_PD_CONSTRAINTS_NP = 33,
+    SATELLITE_PD_CONSTRAINTS_NC = 11,
+    SATELLITE_PD_CONSTRAINTS_NS = 11,
+    SATELLITE_PD_CONSTRAINTS_NMARGIN = 1
+};
 void satellite_pd_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
 
 /* margins that a run of pd should have, each with the values to show */
+enum {
+    SATELLITE_PD_WARNINGS_NP = 33,
+    SATELLITE_PD_WARNINGS_NC = 11,
+    SATELLITE_PD_WARNINGS_NS = 11,
+    SATELLITE_PD_WARNINGS_NMARGIN = 15
+};
 void satellite_pd_warnings(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
 
 /* memory of pd before the first sample */
+enum {
+    SATELLITE_PD_START_NX = 10,
+    SATELLITE_PD_START_NR = 3,
+    SATELLITE_PD_START_NP = 33,
+    SATELLITE_PD_START_NC = 11,
+    SATELLITE_PD_START_NZ = 10
+};
 void satellite_pd_start(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *z);
 
 /* formula defaults of pd */
+enum {
+    SATELLITE_PD_DEFAULTS_NC = 11,
+    SATELLITE_PD_DEFAULTS_NDERIVED = 1
+};
 void satellite_pd_defaults(const mv_real *c, mv_real *derived);
 
 /* Jacobian of rhs with respect to x, row by row */
+enum {
+    SATELLITE_JAC_X_NX = 10,
+    SATELLITE_JAC_X_NU = 3,
+    SATELLITE_JAC_X_NP = 33,
+    SATELLITE_JAC_X_NJ = 100
+};
 void satellite_jac_x(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
 /* Jacobian of rhs with respect to u, row by row */
+enum {
+    SATELLITE_JAC_U_NX = 10,
+    SATELLITE_JAC_U_NU = 3,
+    SATELLITE_JAC_U_NP = 33,
+    SATELLITE_JAC_U_NJ = 30
+};
 void satellite_jac_u(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
 /* change of rhs along a change of x and u */
+enum {
+    SATELLITE_JVP_NX = 10,
+    SATELLITE_JVP_NU = 3,
+    SATELLITE_JVP_NP = 33,
+    SATELLITE_JVP_NALONG_X = 10,
+    SATELLITE_JVP_NALONG_U = 3,
+    SATELLITE_JVP_NCHANGE = 10
+};
 void satellite_jvp(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *along_x, const mv_real *along_u, mv_real *change);
 
 /* Jacobian of outputs with respect to x, u and r, row by row */
+enum {
+    SATELLITE_OUTPUTS_JAC_NX = 10,
+    SATELLITE_OUTPUTS_JAC_NU = 3,
+    SATELLITE_OUTPUTS_JAC_NR = 3,
+    SATELLITE_OUTPUTS_JAC_NP = 33,
+    SATELLITE_OUTPUTS_JAC_NJ_X = 150,
+    SATELLITE_OUTPUTS_JAC_NJ_U = 45,
+    SATELLITE_OUTPUTS_JAC_NJ_R = 45
+};
 void satellite_outputs_jac(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_x, mv_real *J_u, mv_real *J_r);
 
 /* Jacobian of rhs with respect to p, row by row */
+enum {
+    SATELLITE_JAC_P_NX = 10,
+    SATELLITE_JAC_P_NU = 3,
+    SATELLITE_JAC_P_NP = 33,
+    SATELLITE_JAC_P_NJ = 330
+};
 void satellite_jac_p(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
 /* Jacobian of outputs with respect to p, row by row */
+enum {
+    SATELLITE_OUTPUTS_JAC_P_NX = 10,
+    SATELLITE_OUTPUTS_JAC_P_NU = 3,
+    SATELLITE_OUTPUTS_JAC_P_NR = 3,
+    SATELLITE_OUTPUTS_JAC_P_NP = 33,
+    SATELLITE_OUTPUTS_JAC_P_NJ_P = 495
+};
 void satellite_outputs_jac_p(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_p);
 
 /* change of actuate along a change of x and u_cmd */
+enum {
+    SATELLITE_ACTUATE_JVP_NX = 10,
+    SATELLITE_ACTUATE_JVP_NU_CMD = 3,
+    SATELLITE_ACTUATE_JVP_NP = 33,
+    SATELLITE_ACTUATE_JVP_NALONG_X = 10,
+    SATELLITE_ACTUATE_JVP_NALONG_U_CMD = 3,
+    SATELLITE_ACTUATE_JVP_NCHANGE = 3
+};
 void satellite_actuate_jvp(const mv_real *x, const mv_real *u_cmd, const mv_real *p, const mv_real *along_x, const mv_real *along_u_cmd, mv_real *change);
 
 /* change of mrac along a change of x, r, v and z */
+enum {
+    SATELLITE_MRAC_JVP_NX = 10,
+    SATELLITE_MRAC_JVP_NR = 3,
+    SATELLITE_MRAC_JVP_NV = 3,
+    SATELLITE_MRAC_JVP_NZ = 92,
+    SATELLITE_MRAC_JVP_NP = 33,
+    SATELLITE_MRAC_JVP_NC = 23,
+    SATELLITE_MRAC_JVP_NALONG_X = 10,
+    SATELLITE_MRAC_JVP_NALONG_R = 3,
+    SATELLITE_MRAC_JVP_NALONG_V = 3,
+    SATELLITE_MRAC_JVP_NALONG_Z = 92,
+    SATELLITE_MRAC_JVP_NCHANGE_U = 3,
+    SATELLITE_MRAC_JVP_NCHANGE_Z_NEXT = 92
+};
 void satellite_mrac_jvp(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c, const mv_real *along_x, const mv_real *along_r, const mv_real *along_v, const mv_real *along_z, mv_real *change_u, mv_real *change_z_next);
 
 /* change of mrac_literal along a change of x, r, v and z */
+enum {
+    SATELLITE_MRAC_LITERAL_JVP_NX = 10,
+    SATELLITE_MRAC_LITERAL_JVP_NR = 3,
+    SATELLITE_MRAC_LITERAL_JVP_NV = 3,
+    SATELLITE_MRAC_LITERAL_JVP_NZ = 86,
+    SATELLITE_MRAC_LITERAL_JVP_NP = 33,
+    SATELLITE_MRAC_LITERAL_JVP_NC = 23,
+    SATELLITE_MRAC_LITERAL_JVP_NALONG_X = 10,
+    SATELLITE_MRAC_LITERAL_JVP_NALONG_R = 3,
+    SATELLITE_MRAC_LITERAL_JVP_NALONG_V = 3,
+    SATELLITE_MRAC_LITERAL_JVP_NALONG_Z = 86,
+    SATELLITE_MRAC_LITERAL_JVP_NCHANGE_U = 3,
+    SATELLITE_MRAC_LITERAL_JVP_NCHANGE_Z_NEXT = 86
+};
 void satellite_mrac_literal_jvp(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c, const mv_real *along_x, const mv_real *along_r, const mv_real *along_v, const mv_real *along_z, mv_real *change_u, mv_real *change_z_next);
 
 /* change of pd along a change of x, r, v and z */
+enum {
+    SATELLITE_PD_JVP_NX = 10,
+    SATELLITE_PD_JVP_NR = 3,
+    SATELLITE_PD_JVP_NV = 3,
+    SATELLITE_PD_JVP_NZ = 10,
+    SATELLITE_PD_JVP_NP = 33,
+    SATELLITE_PD_JVP_NC = 11,
+    SATELLITE_PD_JVP_NALONG_X = 10,
+    SATELLITE_PD_JVP_NALONG_R = 3,
+    SATELLITE_PD_JVP_NALONG_V = 3,
+    SATELLITE_PD_JVP_NALONG_Z = 10,
+    SATELLITE_PD_JVP_NCHANGE_U = 3,
+    SATELLITE_PD_JVP_NCHANGE_Z_NEXT = 10
+};
 void satellite_pd_jvp(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c, const mv_real *along_x, const mv_real *along_r, const mv_real *along_v, const mv_real *along_z, mv_real *change_u, mv_real *change_z_next);
 
 /* what rhs computes once per run */
+enum {
+    SATELLITE_RHS_PREPARE_NP = 33,
+    SATELLITE_RHS_PREPARE_NH = 18
+};
 void satellite_rhs_prepare(const mv_real *p, mv_real *h);
 
 /* the rest of rhs */
+enum {
+    SATELLITE_RHS_PREPARED_NX = 10,
+    SATELLITE_RHS_PREPARED_NU = 3,
+    SATELLITE_RHS_PREPARED_NP = 33,
+    SATELLITE_RHS_PREPARED_NH = 18,
+    SATELLITE_RHS_PREPARED_NDX = 10
+};
 void satellite_rhs_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, mv_real *dx);
 
 /* what outputs computes once per run */
+enum {
+    SATELLITE_OUTPUTS_PREPARE_NP = 33,
+    SATELLITE_OUTPUTS_PREPARE_NH = 10
+};
 void satellite_outputs_prepare(const mv_real *p, mv_real *h);
 
 /* the rest of outputs */
+enum {
+    SATELLITE_OUTPUTS_PREPARED_NX = 10,
+    SATELLITE_OUTPUTS_PREPARED_NU = 3,
+    SATELLITE_OUTPUTS_PREPARED_NR = 3,
+    SATELLITE_OUTPUTS_PREPARED_NP = 33,
+    SATELLITE_OUTPUTS_PREPARED_NH = 10,
+    SATELLITE_OUTPUTS_PREPARED_NY = 15
+};
 void satellite_outputs_prepared(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, const mv_real *h, mv_real *y);
 
+/* what limits computes once per run */
+enum {
+    SATELLITE_LIMITS_PREPARE_NP = 33,
+    SATELLITE_LIMITS_PREPARE_NH = 1
+};
+void satellite_limits_prepare(const mv_real *p, mv_real *h);
+
+/* the rest of limits */
+enum {
+    SATELLITE_LIMITS_PREPARED_NX = 10,
+    SATELLITE_LIMITS_PREPARED_NU = 3,
+    SATELLITE_LIMITS_PREPARED_NP = 33,
+    SATELLITE_LIMITS_PREPARED_NH = 1,
+    SATELLITE_LIMITS_PREPARED_NMARGIN = 3
+};
+void satellite_limits_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, mv_real *margin);
+
 /* what actuate computes once per run */
+enum {
+    SATELLITE_ACTUATE_PREPARE_NP = 33,
+    SATELLITE_ACTUATE_PREPARE_NH = 1
+};
 void satellite_actuate_prepare(const mv_real *p, mv_real *h);
 
 /* the rest of actuate */
+enum {
+    SATELLITE_ACTUATE_PREPARED_NX = 10,
+    SATELLITE_ACTUATE_PREPARED_NU_CMD = 3,
+    SATELLITE_ACTUATE_PREPARED_NP = 33,
+    SATELLITE_ACTUATE_PREPARED_NH = 1,
+    SATELLITE_ACTUATE_PREPARED_NU = 3
+};
 void satellite_actuate_prepared(const mv_real *x, const mv_real *u_cmd, const mv_real *p, const mv_real *h, mv_real *u);
 
 /* what measure computes once per run */
+enum {
+    SATELLITE_MEASURE_PREPARE_NP = 33,
+    SATELLITE_MEASURE_PREPARE_NH = 2
+};
 void satellite_measure_prepare(const mv_real *p, mv_real *h);
 
 /* the rest of measure */
+enum {
+    SATELLITE_MEASURE_PREPARED_NX = 10,
+    SATELLITE_MEASURE_PREPARED_NE = 6,
+    SATELLITE_MEASURE_PREPARED_NP = 33,
+    SATELLITE_MEASURE_PREPARED_NH = 2,
+    SATELLITE_MEASURE_PREPARED_NX_SEEN = 10
+};
 void satellite_measure_prepared(const mv_real *x, const mv_real *e, const mv_real *p, const mv_real *h, mv_real *x_seen);
 
 /* what mrac computes once per run */
+enum {
+    SATELLITE_MRAC_PREPARE_NP = 33,
+    SATELLITE_MRAC_PREPARE_NC = 23,
+    SATELLITE_MRAC_PREPARE_NH = 18
+};
 void satellite_mrac_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of mrac */
+enum {
+    SATELLITE_MRAC_PREPARED_NX = 10,
+    SATELLITE_MRAC_PREPARED_NR = 3,
+    SATELLITE_MRAC_PREPARED_NV = 3,
+    SATELLITE_MRAC_PREPARED_NZ = 92,
+    SATELLITE_MRAC_PREPARED_NC = 23,
+    SATELLITE_MRAC_PREPARED_NH = 18,
+    SATELLITE_MRAC_PREPARED_NU = 3,
+    SATELLITE_MRAC_PREPARED_NZ_NEXT = 92
+};
 void satellite_mrac_prepared(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *c, const mv_real *h, mv_real *u, mv_real *z_next);
 
 /* what mrac_literal computes once per run */
+enum {
+    SATELLITE_MRAC_LITERAL_PREPARE_NP = 33,
+    SATELLITE_MRAC_LITERAL_PREPARE_NC = 23,
+    SATELLITE_MRAC_LITERAL_PREPARE_NH = 10
+};
 void satellite_mrac_literal_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of mrac_literal */
+enum {
+    SATELLITE_MRAC_LITERAL_PREPARED_NX = 10,
+    SATELLITE_MRAC_LITERAL_PREPARED_NR = 3,
+    SATELLITE_MRAC_LITERAL_PREPARED_NV = 3,
+    SATELLITE_MRAC_LITERAL_PREPARED_NZ = 86,
+    SATELLITE_MRAC_LITERAL_PREPARED_NC = 23,
+    SATELLITE_MRAC_LITERAL_PREPARED_NH = 10,
+    SATELLITE_MRAC_LITERAL_PREPARED_NU = 3,
+    SATELLITE_MRAC_LITERAL_PREPARED_NZ_NEXT = 86
+};
 void satellite_mrac_literal_prepared(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *c, const mv_real *h, mv_real *u, mv_real *z_next);
 
 /* what pd computes once per run */
+enum {
+    SATELLITE_PD_PREPARE_NP = 33,
+    SATELLITE_PD_PREPARE_NC = 11,
+    SATELLITE_PD_PREPARE_NH = 3
+};
 void satellite_pd_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of pd */
+enum {
+    SATELLITE_PD_PREPARED_NX = 10,
+    SATELLITE_PD_PREPARED_NR = 3,
+    SATELLITE_PD_PREPARED_NV = 3,
+    SATELLITE_PD_PREPARED_NZ = 10,
+    SATELLITE_PD_PREPARED_NP = 33,
+    SATELLITE_PD_PREPARED_NC = 11,
+    SATELLITE_PD_PREPARED_NH = 3,
+    SATELLITE_PD_PREPARED_NU = 3,
+    SATELLITE_PD_PREPARED_NZ_NEXT = 10
+};
 void satellite_pd_prepared(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *u, mv_real *z_next);
 
 #ifdef __cplusplus

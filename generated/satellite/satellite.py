@@ -7,19 +7,70 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "bce134809a2aef6d2bb28d06b87c842858fd5d0df297bf54b735b3889389e562"
+HASH = "9a44c260b197b7370be86d55011345c8bd1f2913fe08d6dea8312a7f9091641d"
 STATES = ("roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz", "latitude", )
 INPUTS = ("Tx", "Ty", "Tz", )
 REFERENCES = ("ref_roll", "ref_pitch", "ref_yaw", )
 OUTPUTS = ("ref_roll", "ref_pitch", "ref_yaw", "roll_error", "pitch_error", "yaw_error", "rate_x", "rate_y", "rate_z", "wheel_x", "wheel_y", "wheel_z", "Tenv_x", "Tenv_y", "Tenv_z", )
 PARAMETERS = ("I_x", "I_y", "I_z", "Iw_x", "Iw_y", "Iw_z", "omega0", "orbit_radius", "inclination", "Ts", "wheels", "umax", "hmax", "wheel_friction", "dipole_x", "dipole_y", "dipole_z", "field_moment", "air_density", "drag_coefficient", "area", "arm_x", "arm_y", "arm_z", "solar_pressure", "reflectance", "sun_latitude", "sun_elevation", "noise", "noise_rate", "quantum", "torque_lost", "pitch_lost", )
 SCENARIO_PARAMETERS = ("roll_0_deg", "pitch_0_deg", "yaw_0_deg", "hx_0", "hy_0", "hz_0", "latitude_0", "roll_step_deg", "pitch_step_deg", "yaw_step_deg", "half_period", )
-MRAC_PARAMETERS = ("rho", "adapt", "F0", "forgetting", "trace_max", "dead_zone", "dead_zone_sigma", "guess", "b0_roll_0", "b1_roll_0", "b0_pitch_0", "b1_pitch_0", "b0_yaw_0", "b1_yaw_0", "b_min", "b_min_ratio", "applied_regressor", "delay", "design_delay", "tau_m", "matched", )
+MRAC_PARAMETERS = ("rho", "adapt", "F0", "forgetting", "trace_max", "dead_zone", "dead_zone_sigma", "guess", "b0_roll_0", "b1_roll_0", "b0_pitch_0", "b1_pitch_0", "b0_yaw_0", "b1_yaw_0", "b_min", "b_min_ratio", "estimate_d", "compensate_d", "applied_regressor", "delay", "design_delay", "tau_m", "matched", )
 MRAC_MEMORY = ("a1_roll", "a2_roll", "b0_roll", "b1_roll", "d_roll", "D1_roll", "D2_roll", "D3_roll", "D4_roll", "D5_roll", "U12_roll", "U13_roll", "U23_roll", "U14_roll", "U24_roll", "U34_roll", "U15_roll", "U25_roll", "U35_roll", "U45_roll", "y1_roll", "y2_roll", "v1_roll", "u1_roll", "u2_roll", "ym_roll", "wm1_roll", "wm2_roll", "wm3_roll", "wm4_roll", "a1_pitch", "a2_pitch", "b0_pitch", "b1_pitch", "d_pitch", "D1_pitch", "D2_pitch", "D3_pitch", "D4_pitch", "D5_pitch", "U12_pitch", "U13_pitch", "U23_pitch", "U14_pitch", "U24_pitch", "U34_pitch", "U15_pitch", "U25_pitch", "U35_pitch", "U45_pitch", "y1_pitch", "y2_pitch", "v1_pitch", "u1_pitch", "u2_pitch", "ym_pitch", "wm1_pitch", "wm2_pitch", "wm3_pitch", "wm4_pitch", "a1_yaw", "a2_yaw", "b0_yaw", "b1_yaw", "d_yaw", "D1_yaw", "D2_yaw", "D3_yaw", "D4_yaw", "D5_yaw", "U12_yaw", "U13_yaw", "U23_yaw", "U14_yaw", "U24_yaw", "U34_yaw", "U15_yaw", "U25_yaw", "U35_yaw", "U45_yaw", "y1_yaw", "y2_yaw", "v1_yaw", "u1_yaw", "u2_yaw", "ym_yaw", "wm1_yaw", "wm2_yaw", "wm3_yaw", "wm4_yaw", "samples", "sensor_lost", )
-MRAC_LITERAL_PARAMETERS = ("C2_pole", "adapt", "F0", "forgetting", "trace_max", "dead_zone", "dead_zone_sigma", "guess", "b0_roll_0", "b1_roll_0", "b0_pitch_0", "b1_pitch_0", "b0_yaw_0", "b1_yaw_0", "b_min", "b_min_ratio", "applied_regressor", "delay", "design_delay", "tau_m", "matched", )
+MRAC_LITERAL_PARAMETERS = ("C2_pole", "adapt", "F0", "forgetting", "trace_max", "dead_zone", "dead_zone_sigma", "guess", "b0_roll_0", "b1_roll_0", "b0_pitch_0", "b1_pitch_0", "b0_yaw_0", "b1_yaw_0", "b_min", "b_min_ratio", "estimate_d", "compensate_d", "applied_regressor", "delay", "design_delay", "tau_m", "matched", )
 MRAC_LITERAL_MEMORY = ("a1_roll", "a2_roll", "b0_roll", "b1_roll", "d_roll", "D1_roll", "D2_roll", "D3_roll", "D4_roll", "D5_roll", "U12_roll", "U13_roll", "U23_roll", "U14_roll", "U24_roll", "U34_roll", "U15_roll", "U25_roll", "U35_roll", "U45_roll", "y1_roll", "y2_roll", "v1_roll", "u1_roll", "u2_roll", "ym_roll", "wm1_roll", "wm2_roll", "a1_pitch", "a2_pitch", "b0_pitch", "b1_pitch", "d_pitch", "D1_pitch", "D2_pitch", "D3_pitch", "D4_pitch", "D5_pitch", "U12_pitch", "U13_pitch", "U23_pitch", "U14_pitch", "U24_pitch", "U34_pitch", "U15_pitch", "U25_pitch", "U35_pitch", "U45_pitch", "y1_pitch", "y2_pitch", "v1_pitch", "u1_pitch", "u2_pitch", "ym_pitch", "wm1_pitch", "wm2_pitch", "a1_yaw", "a2_yaw", "b0_yaw", "b1_yaw", "d_yaw", "D1_yaw", "D2_yaw", "D3_yaw", "D4_yaw", "D5_yaw", "U12_yaw", "U13_yaw", "U23_yaw", "U14_yaw", "U24_yaw", "U34_yaw", "U15_yaw", "U25_yaw", "U35_yaw", "U45_yaw", "y1_yaw", "y2_yaw", "v1_yaw", "u1_yaw", "u2_yaw", "ym_yaw", "wm1_yaw", "wm2_yaw", "samples", "sensor_lost", )
 PD_PARAMETERS = ("Kp_x", "Kp_y", "Kp_z", "Kd_x", "Kd_y", "Kd_z", "follow_model", "delay", "design_delay", "tau_m", "matched", )
 PD_MEMORY = ("ym_roll", "wm1_roll", "wm2_roll", "ym_pitch", "wm1_pitch", "wm2_pitch", "ym_yaw", "wm1_yaw", "wm2_yaw", "sensor_lost", )
+SIZES = {
+    "rhs": {'x': 10, 'u': 3, 'p': 33, 'dx': 10},
+    "outputs": {'x': 10, 'u': 3, 'r': 3, 'p': 33, 'y': 15},
+    "limits": {'x': 10, 'u': 3, 'p': 33, 'margin': 3},
+    "actuate": {'x': 10, 'u_cmd': 3, 'p': 33, 'u': 3},
+    "measure": {'x': 10, 'e': 6, 'p': 33, 'x_seen': 10},
+    "initial": {'p': 33, 's': 11, 'x': 10},
+    "reference": {'t': None, 'p': 33, 's': 11, 'r': 3},
+    "constraints": {'p': 33, 's': 11, 'margin': 2},
+    "momentum": {'x': 10, 'p': 33, 'H': 3},
+    "energy": {'x': 10, 'p': 33, 'E': None},
+    "mrac": {'x': 10, 'r': 3, 'v': 3, 'z': 92, 'p': 33, 'c': 23, 'u': 3, 'z_next': 92},
+    "mrac_constraints": {'p': 33, 'c': 23, 's': 11, 'margin': 1},
+    "mrac_start": {'x': 10, 'r': 3, 'p': 33, 'c': 23, 'z': 92},
+    "mrac_defaults": {'c': 23, 'derived': 1},
+    "mrac_literal": {'x': 10, 'r': 3, 'v': 3, 'z': 86, 'p': 33, 'c': 23, 'u': 3, 'z_next': 86},
+    "mrac_literal_constraints": {'p': 33, 'c': 23, 's': 11, 'margin': 1},
+    "mrac_literal_start": {'x': 10, 'r': 3, 'p': 33, 'c': 23, 'z': 86},
+    "mrac_literal_defaults": {'c': 23, 'derived': 1},
+    "pd": {'x': 10, 'r': 3, 'v': 3, 'z': 10, 'p': 33, 'c': 11, 'u': 3, 'z_next': 10},
+    "pd_constraints": {'p': 33, 'c': 11, 's': 11, 'margin': 1},
+    "pd_warnings": {'p': 33, 'c': 11, 's': 11, 'margin': 15},
+    "pd_start": {'x': 10, 'r': 3, 'p': 33, 'c': 11, 'z': 10},
+    "pd_defaults": {'c': 11, 'derived': 1},
+    "jac_x": {'x': 10, 'u': 3, 'p': 33, 'J': 100},
+    "jac_u": {'x': 10, 'u': 3, 'p': 33, 'J': 30},
+    "jvp": {'x': 10, 'u': 3, 'p': 33, 'along_x': 10, 'along_u': 3, 'change': 10},
+    "outputs_jac": {'x': 10, 'u': 3, 'r': 3, 'p': 33, 'J_x': 150, 'J_u': 45, 'J_r': 45},
+    "jac_p": {'x': 10, 'u': 3, 'p': 33, 'J': 330},
+    "outputs_jac_p": {'x': 10, 'u': 3, 'r': 3, 'p': 33, 'J_p': 495},
+    "actuate_jvp": {'x': 10, 'u_cmd': 3, 'p': 33, 'along_x': 10, 'along_u_cmd': 3, 'change': 3},
+    "mrac_jvp": {'x': 10, 'r': 3, 'v': 3, 'z': 92, 'p': 33, 'c': 23, 'along_x': 10, 'along_r': 3, 'along_v': 3, 'along_z': 92, 'change_u': 3, 'change_z_next': 92},
+    "mrac_literal_jvp": {'x': 10, 'r': 3, 'v': 3, 'z': 86, 'p': 33, 'c': 23, 'along_x': 10, 'along_r': 3, 'along_v': 3, 'along_z': 86, 'change_u': 3, 'change_z_next': 86},
+    "pd_jvp": {'x': 10, 'r': 3, 'v': 3, 'z': 10, 'p': 33, 'c': 11, 'along_x': 10, 'along_r': 3, 'along_v': 3, 'along_z': 10, 'change_u': 3, 'change_z_next': 10},
+    "rhs_prepare": {'p': 33, 'h': 18},
+    "rhs_prepared": {'x': 10, 'u': 3, 'p': 33, 'h': 18, 'dx': 10},
+    "outputs_prepare": {'p': 33, 'h': 10},
+    "outputs_prepared": {'x': 10, 'u': 3, 'r': 3, 'p': 33, 'h': 10, 'y': 15},
+    "limits_prepare": {'p': 33, 'h': 1},
+    "limits_prepared": {'x': 10, 'u': 3, 'p': 33, 'h': 1, 'margin': 3},
+    "actuate_prepare": {'p': 33, 'h': 1},
+    "actuate_prepared": {'x': 10, 'u_cmd': 3, 'p': 33, 'h': 1, 'u': 3},
+    "measure_prepare": {'p': 33, 'h': 2},
+    "measure_prepared": {'x': 10, 'e': 6, 'p': 33, 'h': 2, 'x_seen': 10},
+    "mrac_prepare": {'p': 33, 'c': 23, 'h': 18},
+    "mrac_prepared": {'x': 10, 'r': 3, 'v': 3, 'z': 92, 'c': 23, 'h': 18, 'u': 3, 'z_next': 92},
+    "mrac_literal_prepare": {'p': 33, 'c': 23, 'h': 10},
+    "mrac_literal_prepared": {'x': 10, 'r': 3, 'v': 3, 'z': 86, 'c': 23, 'h': 10, 'u': 3, 'z_next': 86},
+    "pd_prepare": {'p': 33, 'c': 11, 'h': 3},
+    "pd_prepared": {'x': 10, 'r': 3, 'v': 3, 'z': 10, 'p': 33, 'c': 11, 'h': 3, 'u': 3, 'z_next': 10},
+}
 
 
 def _arrays(*values):
@@ -74,23 +125,25 @@ def rhs(x, u, p):
         v111 = v52 * v105 - v57 * v21 + v62 * v109
         v119 = v90 * v105 + v93 * v21 + v98 * v109
         v122 = v65 * p[..., 15] + v100 * p[..., 22] - v111 * p[..., 16] - v119 * p[..., 23]
-        v128 = 3.0 * v82 * v63
-        v135 = p[..., 13] * p[..., 10]
-        v142 = u[..., 0] + v135 * (x[..., 6] * (1.0 / p[..., 3]) - x[..., 3])
-        v146 = x[..., 7] + x[..., 4] * p[..., 1]
-        v151 = x[..., 8] + x[..., 5] * p[..., 2]
-        v153 = v122 - (p[..., 1] - p[..., 2]) * v128 * v109 + v142 + v146 * x[..., 5] - v151 * x[..., 4]
-        v157 = c2 * c4
-        v162 = v52 * v157 - v57 * v5 - v62 * s2
-        v168 = v90 * v157 + v93 * v5 - v98 * s2
-        v176 = v162 * p[..., 16] + v168 * p[..., 23] - v65 * p[..., 14] - v100 * p[..., 21]
-        v187 = u[..., 1] + v135 * (x[..., 7] * (1.0 / p[..., 4]) - x[..., 4])
-        v192 = x[..., 6] + x[..., 3] * p[..., 0]
-        v194 = v176 - v128 * s2 * (p[..., 0] - p[..., 2]) + v187 + v151 * x[..., 3] - v192 * x[..., 5]
-        v203 = v111 * p[..., 14] + v119 * p[..., 21] - v162 * p[..., 15] - v168 * p[..., 22]
-        v217 = u[..., 2] + v135 * (x[..., 8] * (1.0 / p[..., 5]) - x[..., 5])
-        v220 = v203 - -3.0 * v82 * (p[..., 0] - p[..., 1]) * s2 * v109 + v217 + v192 * x[..., 4]
-        return _vector(x[..., 3] + v5 * p[..., 6] + s2 * v24 + s2 * v35, c11 * v23 - s11 * v34, v24 + v35, v153 * (1.0 / p[..., 0]), v194 * (1.0 / p[..., 1]), (v220 - v146 * x[..., 3]) * (1.0 / p[..., 2]), -(v142 * p[..., 10]), -(v187 * p[..., 10]), -(v217 * p[..., 10]), p[..., 6])
+        v128 = p[..., 2] + p[..., 5]
+        v132 = 3.0 * v82 * v63
+        v139 = p[..., 13] * p[..., 10]
+        v146 = u[..., 0] + v139 * (x[..., 6] * (1.0 / p[..., 3]) - x[..., 3])
+        v150 = x[..., 7] + x[..., 4] * p[..., 1]
+        v152 = v122 - (p[..., 1] + p[..., 4] - v128) * v132 * v109 + v146 + v150 * x[..., 5]
+        v155 = x[..., 8] + x[..., 5] * p[..., 2]
+        v161 = c2 * c4
+        v166 = v52 * v161 - v57 * v5 - v62 * s2
+        v172 = v90 * v161 + v93 * v5 - v98 * s2
+        v180 = v166 * p[..., 16] + v172 * p[..., 23] - v65 * p[..., 14] - v100 * p[..., 21]
+        v182 = p[..., 0] + p[..., 3]
+        v191 = u[..., 1] + v139 * (x[..., 7] * (1.0 / p[..., 4]) - x[..., 4])
+        v196 = x[..., 6] + x[..., 3] * p[..., 0]
+        v198 = v180 - v132 * s2 * (v182 - v128) + v191 + v155 * x[..., 3] - v196 * x[..., 5]
+        v207 = v111 * p[..., 14] + v119 * p[..., 21] - v166 * p[..., 15] - v172 * p[..., 22]
+        v221 = u[..., 2] + v139 * (x[..., 8] * (1.0 / p[..., 5]) - x[..., 5])
+        v224 = v207 - -3.0 * v82 * (v182 - p[..., 1] - p[..., 4]) * s2 * v109 + v221 + v196 * x[..., 4]
+        return _vector(x[..., 3] + v5 * p[..., 6] + s2 * v24 + s2 * v35, c11 * v23 - s11 * v34, v24 + v35, (v152 - v155 * x[..., 4]) * (1.0 / p[..., 0]), v198 * (1.0 / p[..., 1]), (v224 - v150 * x[..., 3]) * (1.0 / p[..., 2]), -(v146 * p[..., 10]), -(v191 * p[..., 10]), -(v221 * p[..., 10]), p[..., 6])
 
 
 def outputs(x, u, r, p):
@@ -145,23 +198,22 @@ def limits(x, u, p):
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
         v12 = np.fmax(np.fmax(np.abs(u[..., 0]), np.abs(u[..., 1])), np.abs(u[..., 2]))
-        return _vector(p[..., 32] - np.abs(x[..., 1]), p[..., 31] - v12)
+        m16 = (0.5 < p[..., 10])
+        v27 = np.fmax(np.fmax(np.abs(x[..., 6]), np.abs(x[..., 7])), np.abs(x[..., 8]))
+        return _vector(p[..., 32] - np.abs(x[..., 1]), p[..., 31] - v12, np.where(m16, 1.000000001 * p[..., 12] - v27, p[..., 12]))
 
 
 def actuate(x, u_cmd, p):
     """Input that acts: (x, u_cmd, p) -> u."""
     x, u_cmd, p = _arrays(x, u_cmd, p)
     with np.errstate(all="ignore"):
-        m2 = (0.5 < p[..., 10])
-        v8 = 1.0 / p[..., 9]
-        v11 = -p[..., 11]
-        v14 = np.fmax(v11, np.fmin(u_cmd[..., 0], p[..., 11]))
-        v18 = np.fmax((x[..., 6] - p[..., 12]) * v8, np.fmin(v14, (x[..., 6] + p[..., 12]) * v8))
-        v25 = np.fmax(v11, np.fmin(u_cmd[..., 1], p[..., 11]))
-        v29 = np.fmax((x[..., 7] - p[..., 12]) * v8, np.fmin(v25, (x[..., 7] + p[..., 12]) * v8))
-        v36 = np.fmax(v11, np.fmin(u_cmd[..., 2], p[..., 11]))
-        v40 = np.fmax((x[..., 8] - p[..., 12]) * v8, np.fmin(v36, (x[..., 8] + p[..., 12]) * v8))
-        return _vector(np.where(m2, v18, v14), np.where(m2, v29, v25), np.where(m2, v40, v36))
+        v1 = -p[..., 11]
+        m4 = (0.5 < p[..., 10])
+        v10 = 1.0 / p[..., 9]
+        v16 = np.fmax((x[..., 6] - p[..., 12]) * v10, np.fmin(u_cmd[..., 0], (x[..., 6] + p[..., 12]) * v10))
+        v27 = np.fmax((x[..., 7] - p[..., 12]) * v10, np.fmin(u_cmd[..., 1], (x[..., 7] + p[..., 12]) * v10))
+        v38 = np.fmax((x[..., 8] - p[..., 12]) * v10, np.fmin(u_cmd[..., 2], (x[..., 8] + p[..., 12]) * v10))
+        return _vector(np.fmax(v1, np.fmin(np.where(m4, v16, u_cmd[..., 0]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v27, u_cmd[..., 1]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v38, u_cmd[..., 2]), p[..., 11])))
 
 
 def measure(x, e, p):
@@ -195,16 +247,19 @@ def reference(t, p, s):
     """Reference of a scenario: (t, p, s) -> r."""
     t, p, s = _arrays(t, p, s)
     with np.errstate(all="ignore"):
-        v11 = 0.017453292519943295 * (1.0 + -2.0 * np.fmod(np.floor(t / s[..., 10]), 2.0))
-        return _vector(v11 * s[..., 7], v11 * s[..., 8], v11 * s[..., 9])
+        v13 = 0.017453292519943295 * (1.0 + -2.0 * np.fmod(np.floor(1.000000000000001 * t / s[..., 10]), 2.0))
+        return _vector(v13 * s[..., 7], v13 * s[..., 8], v13 * s[..., 9])
 
 
 def constraints(p, s):
     """Margins that stay positive for a feasible scenario: (p, s) -> margin."""
     p, s = _arrays(p, s)
     with np.errstate(all="ignore"):
-        v7 = np.fmin(p[..., 1] - p[..., 2] + p[..., 0], p[..., 0] - p[..., 1] + p[..., 2])
-        return _vector(np.fmin(v7, p[..., 1] + p[..., 2] - p[..., 0]), s[..., 10] - p[..., 9])
+        v2 = p[..., 1] + p[..., 4]
+        v5 = p[..., 2] + p[..., 5]
+        v9 = p[..., 0] + p[..., 3]
+        v18 = np.fmin(np.fmin(v2 - v5 + v9, v9 - p[..., 1] - p[..., 4] + v5), v2 + v5 - p[..., 0] - p[..., 3])
+        return _vector(v18, s[..., 10] - p[..., 9])
 
 
 def momentum(x, p):
@@ -234,12 +289,13 @@ def energy(x, p):
         v11 = 0.5 / p[..., 3] * (x[..., 6] * x[..., 6]) + 0.5 / p[..., 4] * (x[..., 7] * x[..., 7])
         v23 = v11 + 0.5 / p[..., 5] * (x[..., 8] * x[..., 8]) + 0.5 * p[..., 0] * (x[..., 3] * x[..., 3])
         v35 = v23 + 0.5 * p[..., 1] * (x[..., 4] * x[..., 4]) + 0.5 * p[..., 2] * (x[..., 5] * x[..., 5])
-        s41, c41 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s46, c46 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v47 = c41 * s46
-        v52 = c41 * c46
-        v55 = p[..., 0] * (s41 * s41) + p[..., 1] * (v47 * v47) + p[..., 2] * (v52 * v52)
-        return np.asarray(v35 + 1.5 * (p[..., 6] * p[..., 6]) * v55)[()]
+        s42, c42 = np.sin(x[..., 1]), np.cos(x[..., 1])
+        s44, c44 = np.sin(x[..., 0]), np.cos(x[..., 0])
+        v45 = c42 * s44
+        v52 = (p[..., 1] + p[..., 4]) * (v45 * v45) + (p[..., 0] + p[..., 3]) * (s42 * s42)
+        v55 = c42 * c44
+        v59 = 1.5 * (p[..., 6] * p[..., 6]) * (v52 + (p[..., 2] + p[..., 5]) * (v55 * v55))
+        return np.asarray(v35 + v59)[()]
 
 
 def mrac(x, r, v, z, p, c):
@@ -273,8 +329,8 @@ def mrac(x, r, v, z, p, c):
         v53 = v41 + v51 * v50
         v54 = 1.0 / v53
         v57 = v45 * v54 * z[..., 36] * v41
-        m61 = (0.5 < c[..., 16])
-        m63 = (0.5 < c[..., 18])
+        m61 = (0.5 < c[..., 18])
+        m63 = (0.5 < c[..., 20])
         v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 54], z[..., 53]))
         v73 = v67 - z[..., 41] * v38 - z[..., 42] * z[..., 51]
         v74 = z[..., 37] * v73
@@ -416,143 +472,140 @@ def mrac(x, r, v, z, p, c):
         m489 = np.logical_and(m339, m488)
         m491 = (np.abs(x[..., 2]) < 1e+30)
         m492 = np.logical_and(m489, m491)
-        v498 = np.exp(-(p[..., 9] / c[..., 19]))
+        v498 = np.exp(-(p[..., 9] / c[..., 21]))
         v499 = -1.0 + v498
         v500 = v499 * v499
         v502 = v498 + v498
         v506 = v498 * v498
         v509 = v500 * r[..., 1] + v502 * z[..., 56] - v506 * z[..., 57]
-        v512 = c[..., 0] * c[..., 0]
-        v516 = np.where(m63, 6.0 * v512, 3.0 * v512)
-        v520 = c[..., 0] * v512
-        v521 = 4.0 * v520
-        v523 = -v520
-        v524 = np.where(m63, -v521, v523)
-        v528 = v512 * v512
-        v532 = v509 + v516 * z[..., 57] + v524 * z[..., 58] + np.where(m63, v528 * z[..., 59], 0.0)
-        v533 = 4.0 * c[..., 0]
-        v535 = 3.0 * c[..., 0]
-        v537 = np.where(m63, -v533, -v535)
-        m541 = (0.5 < c[..., 1])
-        m543 = (1.5 < z[..., 90])
-        m544 = np.logical_and(m541, m543)
-        v549 = np.fmax(c[..., 5], c[..., 6] * p[..., 28])
-        v559 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
-        v563 = x[..., 1] - (v559 - z[..., 31] * z[..., 51])
-        m565 = (v549 < np.abs(v563))
-        m566 = np.logical_and(m544, m565)
-        v570 = np.where(m566, z[..., 34] + v114 * v117 * v563, z[..., 34])
-        v576 = np.where(m566, z[..., 30] + (v163 + v114 * z[..., 46]) * v117 * v563, z[..., 30])
-        v577 = v533 + v576
-        v586 = np.where(m566, z[..., 33] + (v93 + v114 * z[..., 49]) * v117 * v563, z[..., 33])
-        v594 = np.where(m566, z[..., 32] + (v177 + v114 * z[..., 48]) * v117 * v563, z[..., 32])
-        v603 = p[..., 9] * p[..., 9] * c[..., 15]
-        v607 = np.fmax(0.0, -0.5 * v594 + -0.5 * v586 + np.fmax(c[..., 14], 0.5 / p[..., 1] * v603))
-        v608 = v586 + v607
-        v609 = v608 * v608
-        v612 = -6.0 * v512
-        v618 = np.where(m566, z[..., 31] + (v170 + v114 * z[..., 47]) * v117 * v563, z[..., 31])
-        v623 = np.where(m63, v576 * v577 - (v612 + v618), -(v535 + v576))
-        v625 = v594 + v607
-        v626 = v625 * v625
-        v627 = np.where(m63, v528, v523)
-        v634 = -3.0 * v512
-        v637 = np.where(m63, v618 * v577 - v521, -(v634 + v618))
-        v642 = v608 * v576
-        v645 = 1.0 / (v609 + v626 * v618 - v625 * v642)
-        v646 = (v609 * v623 + v626 * v627 - v608 * v625 * v637) * v645
-        v649 = v532 + v537 * z[..., 56] - v570 * (1.0 + np.where(m63, -v577, 0.0) + v646)
-        v656 = v649 / (v594 + v586 + (v607 + v607)) + np.where(m63, v577 * z[..., 53], 0.0)
-        v658 = v625 * v627
-        v662 = v625 * v618
-        v667 = v656 - x[..., 1] * ((v608 * v637 - v658 - v642 * v623 + v662 * v623) * v645)
-        v679 = (v608 * v627 - v658 * v576 + v662 * v637 - v608 * v618 * v623) * v645 * v38
-        v680 = v667 - v646 * v67 - v679
-        m682 = (np.abs(v680) < 1e+30)
-        m683 = np.logical_and(m492, m682)
-        v690 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27]
-        v699 = v690 + v516 * z[..., 27] + v524 * z[..., 28] + np.where(m63, v528 * z[..., 29], 0.0)
-        v714 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v715 = x[..., 0] - v714
-        m717 = (v549 < np.abs(v715))
-        m718 = np.logical_and(m544, m717)
-        v722 = np.where(m718, z[..., 4] + v263 * v266 * v715, z[..., 4])
-        v728 = np.where(m718, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v715, z[..., 0])
-        v729 = v533 + v728
-        v738 = np.where(m718, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v715, z[..., 3])
-        v744 = np.where(m718, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v715, z[..., 2])
-        v753 = np.fmax(0.0, -0.5 * v744 + -0.5 * v738 + np.fmax(c[..., 14], 0.5 / p[..., 0] * v603))
-        v754 = v738 + v753
-        v755 = v754 * v754
-        v762 = np.where(m718, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v715, z[..., 1])
-        v767 = np.where(m63, v728 * v729 - (v612 + v762), -(v535 + v728))
-        v769 = v744 + v753
-        v770 = v769 * v769
-        v778 = np.where(m63, v762 * v729 - v521, -(v634 + v762))
-        v783 = v754 * v728
-        v786 = 1.0 / (v755 + v770 * v762 - v769 * v783)
-        v787 = (v755 * v767 + v770 * v627 - v754 * v769 * v778) * v786
-        v790 = v699 + v537 * z[..., 26] - v722 * (1.0 + np.where(m63, -v729, 0.0) + v787)
-        v797 = v790 / (v744 + v738 + (v753 + v753)) + np.where(m63, v729 * z[..., 23], 0.0)
-        v799 = v769 * v627
-        v803 = v769 * v762
-        v808 = v797 - x[..., 0] * ((v754 * v778 - v799 - v783 * v767 + v803 * v767) * v786)
-        v820 = (v754 * v627 - v799 * v728 + v803 * v778 - v754 * v762 * v767) * v786 * v193
-        v821 = v808 - v787 * v216 - v820
-        m823 = (np.abs(v821) < 1e+30)
-        m824 = np.logical_and(m683, m823)
-        v831 = v500 * r[..., 2] + v502 * z[..., 86] - v506 * z[..., 87]
-        v840 = v831 + v516 * z[..., 87] + v524 * z[..., 88] + np.where(m63, v528 * z[..., 89], 0.0)
-        v852 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
-        v856 = x[..., 2] - (v852 - z[..., 61] * z[..., 81])
-        m858 = (v549 < np.abs(v856))
-        m859 = np.logical_and(m544, m858)
-        v863 = np.where(m859, z[..., 64] + v413 * v416 * v856, z[..., 64])
-        v869 = np.where(m859, z[..., 60] + (v462 + v413 * z[..., 76]) * v416 * v856, z[..., 60])
-        v870 = v533 + v869
-        v879 = np.where(m859, z[..., 63] + (v392 + v413 * z[..., 79]) * v416 * v856, z[..., 63])
-        v885 = np.where(m859, z[..., 62] + (v476 + v413 * z[..., 78]) * v416 * v856, z[..., 62])
-        v894 = np.fmax(0.0, -0.5 * v885 + -0.5 * v879 + np.fmax(c[..., 14], 0.5 / p[..., 2] * v603))
-        v895 = v879 + v894
-        v896 = v895 * v895
-        v903 = np.where(m859, z[..., 61] + (v469 + v413 * z[..., 77]) * v416 * v856, z[..., 61])
-        v908 = np.where(m63, v869 * v870 - (v612 + v903), -(v535 + v869))
-        v910 = v885 + v894
-        v911 = v910 * v910
-        v919 = np.where(m63, v903 * v870 - v521, -(v634 + v903))
-        v924 = v895 * v869
-        v927 = 1.0 / (v896 + v911 * v903 - v910 * v924)
-        v928 = (v896 * v908 + v911 * v627 - v895 * v910 * v919) * v927
-        v931 = v840 + v537 * z[..., 86] - v863 * (1.0 + np.where(m63, -v870, 0.0) + v928)
-        v938 = v931 / (v885 + v879 + (v894 + v894)) + np.where(m63, v870 * z[..., 83], 0.0)
-        v942 = v910 * v627
-        v946 = v910 * v903
-        v951 = v938 - v928 * v366 - (v895 * v919 - v942 - v924 * v908 + v946 * v908) * v927 * x[..., 2]
-        v961 = (v895 * v627 - v942 * v869 + v946 * v919 - v895 * v903 * v908) * v927 * v343
-        v962 = v951 - v961
-        m964 = (np.abs(v962) < 1e+30)
-        m965 = np.logical_and(m824, m964)
-        m969 = np.logical_not(m965)
-        m976 = (c[..., 4] < v336)
-        v977 = np.where(m976, c[..., 3], 1.0)
-        v1018 = 0.5 * z[..., 26]
-        v1025 = np.where(m965, np.where(m63, v1018 + 0.5 * z[..., 27], v1018 + 0.5 * v690), z[..., 25])
-        m1035 = (c[..., 4] < v187)
-        v1036 = np.where(m1035, c[..., 3], 1.0)
-        v1077 = 0.5 * z[..., 56]
-        v1084 = np.where(m965, np.where(m63, v1077 + 0.5 * z[..., 57], v1077 + 0.5 * v509), z[..., 55])
-        m1094 = (c[..., 4] < v486)
-        v1095 = np.where(m1094, c[..., 3], 1.0)
-        v1136 = 0.5 * z[..., 86]
-        v1143 = np.where(m965, np.where(m63, v1136 + 0.5 * z[..., 87], v1136 + 0.5 * v831), z[..., 85])
-        return _vector(np.where(m965, v821, 0.0), np.where(m965, v680, 0.0), np.where(m965, v962, 0.0)), _vector(np.where(m965, v728, z[..., 0]), np.where(m965, v762, z[..., 1]), np.where(m965, v744, z[..., 2]), np.where(m965, v738, z[..., 3]), np.where(m965, v722, z[..., 4]), np.where(m965, np.where(m718, v198 * v977, z[..., 5]), z[..., 5]), np.where(m965, np.where(m718, v210 * v977, z[..., 6]), z[..., 6]), np.where(m965, np.where(m718, v229 * v977, z[..., 7]), z[..., 7]), np.where(m965, np.where(m718, v248 * v977, z[..., 8]), z[..., 8]), np.where(m965, np.where(m718, v269 * v977, z[..., 9]), z[..., 9]), np.where(m965, np.where(m718, v273, z[..., 10]), z[..., 10]), np.where(m965, np.where(m718, v281, z[..., 11]), z[..., 11]), np.where(m965, np.where(m718, v286, z[..., 12]), z[..., 12]), np.where(m965, np.where(m718, v294, z[..., 13]), z[..., 13]), np.where(m965, np.where(m718, v301, z[..., 14]), z[..., 14]), np.where(m965, np.where(m718, v306, z[..., 15]), z[..., 15]), np.where(m965, np.where(m718, v314, z[..., 16]), z[..., 16]), np.where(m965, np.where(m718, v321, z[..., 17]), z[..., 17]), np.where(m965, np.where(m718, v328, z[..., 18]), z[..., 18]), np.where(m965, np.where(m718, v333, z[..., 19]), z[..., 19]), np.where(m965, x[..., 0], z[..., 20]), np.where(m965, v193, z[..., 21]), np.where(m965, v216, z[..., 22]), np.where(m965, v821, z[..., 23]), np.where(m965, z[..., 23], z[..., 24]), v1025, np.where(m965, v690, z[..., 26]), np.where(m965, z[..., 26], z[..., 27]), np.where(m965, z[..., 27], z[..., 28]), np.where(m965, z[..., 28], z[..., 29]), np.where(m965, v576, z[..., 30]), np.where(m965, v618, z[..., 31]), np.where(m965, v594, z[..., 32]), np.where(m965, v586, z[..., 33]), np.where(m965, v570, z[..., 34]), np.where(m965, np.where(m566, v44 * v1036, z[..., 35]), z[..., 35]), np.where(m965, np.where(m566, v57 * v1036, z[..., 36]), z[..., 36]), np.where(m965, np.where(m566, v80 * v1036, z[..., 37]), z[..., 37]), np.where(m965, np.where(m566, v99 * v1036, z[..., 38]), z[..., 38]), np.where(m965, np.where(m566, v120 * v1036, z[..., 39]), z[..., 39]), np.where(m965, np.where(m566, v124, z[..., 40]), z[..., 40]), np.where(m965, np.where(m566, v132, z[..., 41]), z[..., 41]), np.where(m965, np.where(m566, v137, z[..., 42]), z[..., 42]), np.where(m965, np.where(m566, v145, z[..., 43]), z[..., 43]), np.where(m965, np.where(m566, v152, z[..., 44]), z[..., 44]), np.where(m965, np.where(m566, v157, z[..., 45]), z[..., 45]), np.where(m965, np.where(m566, v165, z[..., 46]), z[..., 46]), np.where(m965, np.where(m566, v172, z[..., 47]), z[..., 47]), np.where(m965, np.where(m566, v179, z[..., 48]), z[..., 48]), np.where(m965, np.where(m566, v184, z[..., 49]), z[..., 49]), np.where(m965, x[..., 1], z[..., 50]), np.where(m965, v38, z[..., 51]), np.where(m965, v67, z[..., 52]), np.where(m965, v680, z[..., 53]), np.where(m965, z[..., 53], z[..., 54]), v1084, np.where(m965, v509, z[..., 56]), np.where(m965, z[..., 56], z[..., 57]), np.where(m965, z[..., 57], z[..., 58]), np.where(m965, z[..., 58], z[..., 59]), np.where(m965, v869, z[..., 60]), np.where(m965, v903, z[..., 61]), np.where(m965, v885, z[..., 62]), np.where(m965, v879, z[..., 63]), np.where(m965, v863, z[..., 64]), np.where(m965, np.where(m859, v348 * v1095, z[..., 65]), z[..., 65]), np.where(m965, np.where(m859, v360 * v1095, z[..., 66]), z[..., 66]), np.where(m965, np.where(m859, v379 * v1095, z[..., 67]), z[..., 67]), np.where(m965, np.where(m859, v398 * v1095, z[..., 68]), z[..., 68]), np.where(m965, np.where(m859, v419 * v1095, z[..., 69]), z[..., 69]), np.where(m965, np.where(m859, v423, z[..., 70]), z[..., 70]), np.where(m965, np.where(m859, v431, z[..., 71]), z[..., 71]), np.where(m965, np.where(m859, v436, z[..., 72]), z[..., 72]), np.where(m965, np.where(m859, v444, z[..., 73]), z[..., 73]), np.where(m965, np.where(m859, v451, z[..., 74]), z[..., 74]), np.where(m965, np.where(m859, v456, z[..., 75]), z[..., 75]), np.where(m965, np.where(m859, v464, z[..., 76]), z[..., 76]), np.where(m965, np.where(m859, v471, z[..., 77]), z[..., 77]), np.where(m965, np.where(m859, v478, z[..., 78]), z[..., 78]), np.where(m965, np.where(m859, v483, z[..., 79]), z[..., 79]), np.where(m965, x[..., 2], z[..., 80]), np.where(m965, v343, z[..., 81]), np.where(m965, v366, z[..., 82]), np.where(m965, v962, z[..., 83]), np.where(m965, z[..., 83], z[..., 84]), v1143, np.where(m965, v831, z[..., 86]), np.where(m965, z[..., 86], z[..., 87]), np.where(m965, z[..., 87], z[..., 88]), np.where(m965, z[..., 88], z[..., 89]), np.where(m965, np.fmin(2.0, 1.0 + z[..., 90]), 0.0), np.where(m969, 1.0, 0.0))
+        v512 = 4.0 * c[..., 0]
+        v515 = 3.0 * c[..., 0]
+        v517 = np.where(m63, -v512, -v515)
+        v521 = c[..., 0] * c[..., 0]
+        v524 = np.where(m63, 6.0 * v521, 3.0 * v521)
+        v527 = c[..., 0] * v521
+        v528 = 4.0 * v527
+        v530 = -v527
+        v531 = np.where(m63, -v528, v530)
+        v535 = v521 * v521
+        v539 = v509 + v517 * z[..., 56] + v524 * z[..., 57] + v531 * z[..., 58] + np.where(m63, v535 * z[..., 59], 0.0)
+        m542 = (0.5 < c[..., 1])
+        m544 = (1.5 < z[..., 90])
+        m545 = np.logical_and(m542, m544)
+        v550 = np.fmax(c[..., 5], c[..., 6] * p[..., 28])
+        v560 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
+        v564 = x[..., 1] - (v560 - z[..., 31] * z[..., 51])
+        m566 = (v550 < np.abs(v564))
+        m567 = np.logical_and(m545, m566)
+        v571 = np.where(m567, z[..., 34] + v114 * v117 * v564, z[..., 34])
+        v578 = np.where(m567, z[..., 30] + (v163 + v114 * z[..., 46]) * v117 * v564, z[..., 30])
+        v579 = v512 + v578
+        v588 = np.where(m567, z[..., 33] + (v93 + v114 * z[..., 49]) * v117 * v564, z[..., 33])
+        v596 = np.where(m567, z[..., 32] + (v177 + v114 * z[..., 48]) * v117 * v564, z[..., 32])
+        v605 = p[..., 9] * p[..., 9] * c[..., 15]
+        v609 = np.fmax(0.0, -0.5 * v596 + -0.5 * v588 + np.fmax(c[..., 14], 0.5 / p[..., 1] * v605))
+        v610 = v588 + v609
+        v611 = v610 * v610
+        v614 = -6.0 * v521
+        v620 = np.where(m567, z[..., 31] + (v170 + v114 * z[..., 47]) * v117 * v564, z[..., 31])
+        v625 = np.where(m63, v578 * v579 - (v614 + v620), -(v515 + v578))
+        v627 = v596 + v609
+        v628 = v627 * v627
+        v629 = np.where(m63, v535, v530)
+        v636 = -3.0 * v521
+        v639 = np.where(m63, v620 * v579 - v528, -(v636 + v620))
+        v644 = v610 * v578
+        v647 = 1.0 / (v611 + v628 * v620 - v627 * v644)
+        v648 = (v611 * v625 + v628 * v629 - v610 * v627 * v639) * v647
+        v655 = (v539 - c[..., 17] * v571 * (1.0 + np.where(m63, -v579, 0.0) + v648)) / (v596 + v588 + (v609 + v609))
+        v660 = v627 * v629
+        v664 = v627 * v620
+        v669 = v655 + np.where(m63, v579 * z[..., 53], 0.0) - x[..., 1] * ((v610 * v639 - v660 - v644 * v625 + v664 * v625) * v647)
+        v681 = (v610 * v629 - v660 * v578 + v664 * v639 - v610 * v620 * v625) * v647 * v38
+        v682 = v669 - v648 * v67 - v681
+        m684 = (np.abs(v682) < 1e+30)
+        m685 = np.logical_and(m492, m684)
+        v692 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27]
+        v703 = v692 + v517 * z[..., 26] + v524 * z[..., 27] + v531 * z[..., 28] + np.where(m63, v535 * z[..., 29], 0.0)
+        v716 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
+        v717 = x[..., 0] - v716
+        m719 = (v550 < np.abs(v717))
+        m720 = np.logical_and(m545, m719)
+        v724 = np.where(m720, z[..., 4] + v263 * v266 * v717, z[..., 4])
+        v731 = np.where(m720, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v717, z[..., 0])
+        v732 = v512 + v731
+        v741 = np.where(m720, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v717, z[..., 3])
+        v747 = np.where(m720, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v717, z[..., 2])
+        v756 = np.fmax(0.0, -0.5 * v747 + -0.5 * v741 + np.fmax(c[..., 14], 0.5 / p[..., 0] * v605))
+        v757 = v741 + v756
+        v758 = v757 * v757
+        v765 = np.where(m720, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v717, z[..., 1])
+        v770 = np.where(m63, v731 * v732 - (v614 + v765), -(v515 + v731))
+        v772 = v747 + v756
+        v773 = v772 * v772
+        v781 = np.where(m63, v765 * v732 - v528, -(v636 + v765))
+        v786 = v757 * v731
+        v789 = 1.0 / (v758 + v773 * v765 - v772 * v786)
+        v790 = (v758 * v770 + v773 * v629 - v757 * v772 * v781) * v789
+        v797 = (v703 - c[..., 17] * v724 * (1.0 + np.where(m63, -v732, 0.0) + v790)) / (v747 + v741 + (v756 + v756))
+        v802 = v772 * v629
+        v806 = v772 * v765
+        v811 = v797 + np.where(m63, v732 * z[..., 23], 0.0) - x[..., 0] * ((v757 * v781 - v802 - v786 * v770 + v806 * v770) * v789)
+        v823 = (v757 * v629 - v802 * v731 + v806 * v781 - v757 * v765 * v770) * v789 * v193
+        v824 = v811 - v790 * v216 - v823
+        m826 = (np.abs(v824) < 1e+30)
+        m827 = np.logical_and(m685, m826)
+        v834 = v500 * r[..., 2] + v502 * z[..., 86] - v506 * z[..., 87]
+        v845 = v834 + v517 * z[..., 86] + v524 * z[..., 87] + v531 * z[..., 88] + np.where(m63, v535 * z[..., 89], 0.0)
+        v855 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
+        v859 = x[..., 2] - (v855 - z[..., 61] * z[..., 81])
+        m861 = (v550 < np.abs(v859))
+        m862 = np.logical_and(m545, m861)
+        v866 = np.where(m862, z[..., 64] + v413 * v416 * v859, z[..., 64])
+        v873 = np.where(m862, z[..., 60] + (v462 + v413 * z[..., 76]) * v416 * v859, z[..., 60])
+        v874 = v512 + v873
+        v883 = np.where(m862, z[..., 63] + (v392 + v413 * z[..., 79]) * v416 * v859, z[..., 63])
+        v889 = np.where(m862, z[..., 62] + (v476 + v413 * z[..., 78]) * v416 * v859, z[..., 62])
+        v898 = np.fmax(0.0, -0.5 * v889 + -0.5 * v883 + np.fmax(c[..., 14], 0.5 / p[..., 2] * v605))
+        v899 = v883 + v898
+        v900 = v899 * v899
+        v907 = np.where(m862, z[..., 61] + (v469 + v413 * z[..., 77]) * v416 * v859, z[..., 61])
+        v912 = np.where(m63, v873 * v874 - (v614 + v907), -(v515 + v873))
+        v914 = v889 + v898
+        v915 = v914 * v914
+        v923 = np.where(m63, v907 * v874 - v528, -(v636 + v907))
+        v928 = v899 * v873
+        v931 = 1.0 / (v900 + v915 * v907 - v914 * v928)
+        v932 = (v900 * v912 + v915 * v629 - v899 * v914 * v923) * v931
+        v939 = (v845 - c[..., 17] * v866 * (1.0 + np.where(m63, -v874, 0.0) + v932)) / (v889 + v883 + (v898 + v898))
+        v946 = v914 * v629
+        v950 = v914 * v907
+        v955 = v939 + np.where(m63, v874 * z[..., 83], 0.0) - v932 * v366 - (v899 * v923 - v946 - v928 * v912 + v950 * v912) * v931 * x[..., 2]
+        v965 = (v899 * v629 - v946 * v873 + v950 * v923 - v899 * v907 * v912) * v931 * v343
+        v966 = v955 - v965
+        m968 = (np.abs(v966) < 1e+30)
+        m969 = np.logical_and(m827, m968)
+        m973 = np.logical_not(m969)
+        m980 = (c[..., 4] < v336)
+        v981 = np.where(m980, c[..., 3], 1.0)
+        v1022 = 0.5 * z[..., 26]
+        v1029 = np.where(m969, np.where(m63, v1022 + 0.5 * z[..., 27], v1022 + 0.5 * v692), z[..., 25])
+        m1039 = (c[..., 4] < v187)
+        v1040 = np.where(m1039, c[..., 3], 1.0)
+        v1081 = 0.5 * z[..., 56]
+        v1088 = np.where(m969, np.where(m63, v1081 + 0.5 * z[..., 57], v1081 + 0.5 * v509), z[..., 55])
+        m1098 = (c[..., 4] < v486)
+        v1099 = np.where(m1098, c[..., 3], 1.0)
+        v1140 = 0.5 * z[..., 86]
+        v1147 = np.where(m969, np.where(m63, v1140 + 0.5 * z[..., 87], v1140 + 0.5 * v834), z[..., 85])
+        return _vector(np.where(m969, v824, 0.0), np.where(m969, v682, 0.0), np.where(m969, v966, 0.0)), _vector(np.where(m969, v731, z[..., 0]), np.where(m969, v765, z[..., 1]), np.where(m969, v747, z[..., 2]), np.where(m969, v741, z[..., 3]), np.where(m969, v724, z[..., 4]), np.where(m969, np.where(m720, v198 * v981, z[..., 5]), z[..., 5]), np.where(m969, np.where(m720, v210 * v981, z[..., 6]), z[..., 6]), np.where(m969, np.where(m720, v229 * v981, z[..., 7]), z[..., 7]), np.where(m969, np.where(m720, v248 * v981, z[..., 8]), z[..., 8]), np.where(m969, np.where(m720, v269 * v981, z[..., 9]), z[..., 9]), np.where(m969, np.where(m720, v273, z[..., 10]), z[..., 10]), np.where(m969, np.where(m720, v281, z[..., 11]), z[..., 11]), np.where(m969, np.where(m720, v286, z[..., 12]), z[..., 12]), np.where(m969, np.where(m720, v294, z[..., 13]), z[..., 13]), np.where(m969, np.where(m720, v301, z[..., 14]), z[..., 14]), np.where(m969, np.where(m720, v306, z[..., 15]), z[..., 15]), np.where(m969, np.where(m720, v314, z[..., 16]), z[..., 16]), np.where(m969, np.where(m720, v321, z[..., 17]), z[..., 17]), np.where(m969, np.where(m720, v328, z[..., 18]), z[..., 18]), np.where(m969, np.where(m720, v333, z[..., 19]), z[..., 19]), np.where(m969, x[..., 0], z[..., 20]), np.where(m969, v193, z[..., 21]), np.where(m969, v216, z[..., 22]), np.where(m969, v824, z[..., 23]), np.where(m969, z[..., 23], z[..., 24]), v1029, np.where(m969, v692, z[..., 26]), np.where(m969, z[..., 26], z[..., 27]), np.where(m969, z[..., 27], z[..., 28]), np.where(m969, z[..., 28], z[..., 29]), np.where(m969, v578, z[..., 30]), np.where(m969, v620, z[..., 31]), np.where(m969, v596, z[..., 32]), np.where(m969, v588, z[..., 33]), np.where(m969, v571, z[..., 34]), np.where(m969, np.where(m567, v44 * v1040, z[..., 35]), z[..., 35]), np.where(m969, np.where(m567, v57 * v1040, z[..., 36]), z[..., 36]), np.where(m969, np.where(m567, v80 * v1040, z[..., 37]), z[..., 37]), np.where(m969, np.where(m567, v99 * v1040, z[..., 38]), z[..., 38]), np.where(m969, np.where(m567, v120 * v1040, z[..., 39]), z[..., 39]), np.where(m969, np.where(m567, v124, z[..., 40]), z[..., 40]), np.where(m969, np.where(m567, v132, z[..., 41]), z[..., 41]), np.where(m969, np.where(m567, v137, z[..., 42]), z[..., 42]), np.where(m969, np.where(m567, v145, z[..., 43]), z[..., 43]), np.where(m969, np.where(m567, v152, z[..., 44]), z[..., 44]), np.where(m969, np.where(m567, v157, z[..., 45]), z[..., 45]), np.where(m969, np.where(m567, v165, z[..., 46]), z[..., 46]), np.where(m969, np.where(m567, v172, z[..., 47]), z[..., 47]), np.where(m969, np.where(m567, v179, z[..., 48]), z[..., 48]), np.where(m969, np.where(m567, v184, z[..., 49]), z[..., 49]), np.where(m969, x[..., 1], z[..., 50]), np.where(m969, v38, z[..., 51]), np.where(m969, v67, z[..., 52]), np.where(m969, v682, z[..., 53]), np.where(m969, z[..., 53], z[..., 54]), v1088, np.where(m969, v509, z[..., 56]), np.where(m969, z[..., 56], z[..., 57]), np.where(m969, z[..., 57], z[..., 58]), np.where(m969, z[..., 58], z[..., 59]), np.where(m969, v873, z[..., 60]), np.where(m969, v907, z[..., 61]), np.where(m969, v889, z[..., 62]), np.where(m969, v883, z[..., 63]), np.where(m969, v866, z[..., 64]), np.where(m969, np.where(m862, v348 * v1099, z[..., 65]), z[..., 65]), np.where(m969, np.where(m862, v360 * v1099, z[..., 66]), z[..., 66]), np.where(m969, np.where(m862, v379 * v1099, z[..., 67]), z[..., 67]), np.where(m969, np.where(m862, v398 * v1099, z[..., 68]), z[..., 68]), np.where(m969, np.where(m862, v419 * v1099, z[..., 69]), z[..., 69]), np.where(m969, np.where(m862, v423, z[..., 70]), z[..., 70]), np.where(m969, np.where(m862, v431, z[..., 71]), z[..., 71]), np.where(m969, np.where(m862, v436, z[..., 72]), z[..., 72]), np.where(m969, np.where(m862, v444, z[..., 73]), z[..., 73]), np.where(m969, np.where(m862, v451, z[..., 74]), z[..., 74]), np.where(m969, np.where(m862, v456, z[..., 75]), z[..., 75]), np.where(m969, np.where(m862, v464, z[..., 76]), z[..., 76]), np.where(m969, np.where(m862, v471, z[..., 77]), z[..., 77]), np.where(m969, np.where(m862, v478, z[..., 78]), z[..., 78]), np.where(m969, np.where(m862, v483, z[..., 79]), z[..., 79]), np.where(m969, x[..., 2], z[..., 80]), np.where(m969, v343, z[..., 81]), np.where(m969, v366, z[..., 82]), np.where(m969, v966, z[..., 83]), np.where(m969, z[..., 83], z[..., 84]), v1147, np.where(m969, v834, z[..., 86]), np.where(m969, z[..., 86], z[..., 87]), np.where(m969, z[..., 87], z[..., 88]), np.where(m969, z[..., 88], z[..., 89]), np.where(m969, np.fmin(2.0, 1.0 + z[..., 90]), 0.0), np.where(m973, 1.0, 0.0))
 
 
 def mrac_constraints(p, c, s):
     """Margins of a feasible mrac: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
-        return _vector(1e-09 - np.abs(c[..., 18] * (-1.0 + c[..., 18])))
+        return _vector(1e-09 - np.abs(c[..., 20] * (-1.0 + c[..., 20])))
 
 
 def mrac_start(x, r, p, c):
@@ -563,24 +616,26 @@ def mrac_start(x, r, p, c):
         v8 = p[..., 9] * p[..., 9] * c[..., 7]
         v12 = v8 * (0.5 / p[..., 0])
         m15 = (0.0 < c[..., 9])
-        m20 = (0.5 < c[..., 20])
-        v21 = np.where(m20, x[..., 0], 0.0)
-        m23 = (0.0 < c[..., 10])
-        v26 = 0.5 / p[..., 1] * v8
-        m29 = (0.0 < c[..., 11])
-        v32 = np.where(m20, x[..., 1], 0.0)
-        m34 = (0.0 < c[..., 12])
-        v37 = 0.5 / p[..., 2] * v8
-        m40 = (0.0 < c[..., 13])
-        v43 = np.where(m20, x[..., 2], 0.0)
-        return _vector(-2.0, 1.0, np.where(m4, c[..., 8], v12), np.where(m15, c[..., 9], v12), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 0], x[..., 0], 0.0, 0.0, 0.0, v21, v21, v21, v21, v21, -2.0, 1.0, np.where(m23, c[..., 10], v26), np.where(m29, c[..., 11], v26), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 1], x[..., 1], 0.0, 0.0, 0.0, v32, v32, v32, v32, v32, -2.0, 1.0, np.where(m34, c[..., 12], v37), np.where(m40, c[..., 13], v37), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 2], x[..., 2], 0.0, 0.0, 0.0, v43, v43, v43, v43, v43, 0.0, 0.0)
+        m19 = (0.5 < c[..., 16])
+        v20 = np.where(m19, c[..., 2], 0.0)
+        m23 = (0.5 < c[..., 22])
+        v24 = np.where(m23, x[..., 0], 0.0)
+        m26 = (0.0 < c[..., 10])
+        v29 = 0.5 / p[..., 1] * v8
+        m32 = (0.0 < c[..., 11])
+        v35 = np.where(m23, x[..., 1], 0.0)
+        m37 = (0.0 < c[..., 12])
+        v40 = 0.5 / p[..., 2] * v8
+        m43 = (0.0 < c[..., 13])
+        v46 = np.where(m23, x[..., 2], 0.0)
+        return _vector(-2.0, 1.0, np.where(m4, c[..., 8], v12), np.where(m15, c[..., 9], v12), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 0], x[..., 0], 0.0, 0.0, 0.0, v24, v24, v24, v24, v24, -2.0, 1.0, np.where(m26, c[..., 10], v29), np.where(m32, c[..., 11], v29), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 1], x[..., 1], 0.0, 0.0, 0.0, v35, v35, v35, v35, v35, -2.0, 1.0, np.where(m37, c[..., 12], v40), np.where(m43, c[..., 13], v40), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 2], x[..., 2], 0.0, 0.0, 0.0, v46, v46, v46, v46, v46, 0.0, 0.0)
 
 
 def mrac_defaults(c):
     """Formula defaults of mrac: (c) -> derived."""
     c, = _arrays(c)
     with np.errstate(all="ignore"):
-        return _vector(c[..., 17])
+        return _vector(c[..., 19])
 
 
 def mrac_literal(x, r, v, z, p, c):
@@ -614,8 +669,8 @@ def mrac_literal(x, r, v, z, p, c):
         v53 = v41 + v51 * v50
         v54 = 1.0 / v53
         v57 = v45 * v54 * z[..., 34] * v41
-        m61 = (0.5 < c[..., 16])
-        m63 = (0.5 < c[..., 18])
+        m61 = (0.5 < c[..., 18])
+        m63 = (0.5 < c[..., 20])
         v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 52], z[..., 51]))
         v73 = v67 - z[..., 39] * v38 - z[..., 40] * z[..., 49]
         v74 = z[..., 35] * v73
@@ -757,7 +812,7 @@ def mrac_literal(x, r, v, z, p, c):
         m489 = np.logical_and(m339, m488)
         m491 = (np.abs(x[..., 2]) < 1e+30)
         m492 = np.logical_and(m489, m491)
-        v498 = np.exp(-(p[..., 9] / c[..., 19]))
+        v498 = np.exp(-(p[..., 9] / c[..., 21]))
         v499 = -1.0 + v498
         v500 = v499 * v499
         v502 = v498 + v498
@@ -781,69 +836,69 @@ def mrac_literal(x, r, v, z, p, c):
         v570 = v542 * v67
         v574 = v509 - np.where(m63, z[..., 51] * (v542 - v557 * v566) - v570 * v566, v570)
         v575 = c[..., 0] * c[..., 0]
-        v583 = np.where(m536, z[..., 32] + v114 * v117 * v533, z[..., 32])
-        v587 = v574 + v575 * z[..., 55] - v559 * z[..., 54] - v583 * np.where(m63, 1.0 - v566, 1.0)
-        v593 = np.where(m536, z[..., 29] + (v170 + v114 * z[..., 45]) * v117 * v533, z[..., 29])
-        v594 = v575 - v593
-        v602 = v587 - x[..., 1] * np.where(m63, v594 + v565 * v565 + v559 * v565, -v566)
-        v609 = (v602 - np.where(m63, v559 * v593 + v565 * v593, v594) * v38) / v557
-        m611 = (np.abs(v609) < 1e+30)
-        m612 = np.logical_and(m492, m611)
-        v619 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27]
-        v632 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v633 = x[..., 0] - v632
-        m635 = (v519 < np.abs(v633))
-        m636 = np.logical_and(m514, m635)
-        v642 = np.where(m636, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v633, z[..., 3])
-        v648 = np.where(m636, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v633, z[..., 2])
-        v653 = np.fmax(np.fmax(v648, c[..., 14]), 0.5 / p[..., 0] * v555)
-        v659 = np.where(m636, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v633, z[..., 0])
-        v660 = v559 + v659
-        v664 = v642 * v216
-        v668 = v619 - np.where(m63, z[..., 23] * (v642 - v653 * v660) - v664 * v660, v664)
-        v676 = np.where(m636, z[..., 4] + v263 * v266 * v633, z[..., 4])
-        v680 = v668 + v575 * z[..., 27] - v559 * z[..., 26] - v676 * np.where(m63, 1.0 - v660, 1.0)
-        v686 = np.where(m636, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v633, z[..., 1])
-        v687 = v575 - v686
-        v695 = v680 - x[..., 0] * np.where(m63, v687 + v659 * v659 + v559 * v659, -v660)
-        v702 = (v695 - np.where(m63, v559 * v686 + v659 * v686, v687) * v193) / v653
-        m704 = (np.abs(v702) < 1e+30)
-        m705 = np.logical_and(m612, m704)
-        v712 = v500 * r[..., 2] + v502 * z[..., 82] - v506 * z[..., 83]
-        v722 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
-        v726 = x[..., 2] - (v722 - z[..., 57] * z[..., 77])
-        m728 = (v519 < np.abs(v726))
-        m729 = np.logical_and(m514, m728)
-        v735 = np.where(m729, z[..., 59] + (v392 + v413 * z[..., 75]) * v416 * v726, z[..., 59])
-        v741 = np.where(m729, z[..., 58] + (v476 + v413 * z[..., 74]) * v416 * v726, z[..., 58])
-        v746 = np.fmax(np.fmax(v741, c[..., 14]), 0.5 / p[..., 2] * v555)
-        v752 = np.where(m729, z[..., 56] + (v462 + v413 * z[..., 72]) * v416 * v726, z[..., 56])
-        v753 = v559 + v752
-        v757 = v735 * v366
-        v761 = v712 - np.where(m63, z[..., 79] * (v735 - v746 * v753) - v757 * v753, v757)
-        v769 = np.where(m729, z[..., 60] + v413 * v416 * v726, z[..., 60])
-        v773 = v761 + v575 * z[..., 83] - v559 * z[..., 82] - v769 * np.where(m63, 1.0 - v753, 1.0)
-        v779 = np.where(m729, z[..., 57] + (v469 + v413 * z[..., 73]) * v416 * v726, z[..., 57])
-        v780 = v575 - v779
-        v788 = v773 - np.where(m63, v780 + v752 * v752 + v559 * v752, -v753) * x[..., 2]
-        v795 = (v788 - np.where(m63, v559 * v779 + v752 * v779, v780) * v343) / v746
-        m797 = (np.abs(v795) < 1e+30)
-        m798 = np.logical_and(m705, m797)
-        m802 = np.logical_not(m798)
-        m809 = (c[..., 4] < v336)
-        v810 = np.where(m809, c[..., 3], 1.0)
-        m861 = (c[..., 4] < v187)
-        v862 = np.where(m861, c[..., 3], 1.0)
-        m913 = (c[..., 4] < v486)
-        v914 = np.where(m913, c[..., 3], 1.0)
-        return _vector(np.where(m798, v702, 0.0), np.where(m798, v609, 0.0), np.where(m798, v795, 0.0)), _vector(np.where(m798, v659, z[..., 0]), np.where(m798, v686, z[..., 1]), np.where(m798, v648, z[..., 2]), np.where(m798, v642, z[..., 3]), np.where(m798, v676, z[..., 4]), np.where(m798, np.where(m636, v198 * v810, z[..., 5]), z[..., 5]), np.where(m798, np.where(m636, v210 * v810, z[..., 6]), z[..., 6]), np.where(m798, np.where(m636, v229 * v810, z[..., 7]), z[..., 7]), np.where(m798, np.where(m636, v248 * v810, z[..., 8]), z[..., 8]), np.where(m798, np.where(m636, v269 * v810, z[..., 9]), z[..., 9]), np.where(m798, np.where(m636, v273, z[..., 10]), z[..., 10]), np.where(m798, np.where(m636, v281, z[..., 11]), z[..., 11]), np.where(m798, np.where(m636, v286, z[..., 12]), z[..., 12]), np.where(m798, np.where(m636, v294, z[..., 13]), z[..., 13]), np.where(m798, np.where(m636, v301, z[..., 14]), z[..., 14]), np.where(m798, np.where(m636, v306, z[..., 15]), z[..., 15]), np.where(m798, np.where(m636, v314, z[..., 16]), z[..., 16]), np.where(m798, np.where(m636, v321, z[..., 17]), z[..., 17]), np.where(m798, np.where(m636, v328, z[..., 18]), z[..., 18]), np.where(m798, np.where(m636, v333, z[..., 19]), z[..., 19]), np.where(m798, x[..., 0], z[..., 20]), np.where(m798, v193, z[..., 21]), np.where(m798, v216, z[..., 22]), np.where(m798, v702, z[..., 23]), np.where(m798, z[..., 23], z[..., 24]), np.where(m798, np.where(m63, z[..., 26], v619), z[..., 25]), np.where(m798, v619, z[..., 26]), np.where(m798, z[..., 26], z[..., 27]), np.where(m798, v565, z[..., 28]), np.where(m798, v593, z[..., 29]), np.where(m798, v548, z[..., 30]), np.where(m798, v542, z[..., 31]), np.where(m798, v583, z[..., 32]), np.where(m798, np.where(m536, v44 * v862, z[..., 33]), z[..., 33]), np.where(m798, np.where(m536, v57 * v862, z[..., 34]), z[..., 34]), np.where(m798, np.where(m536, v80 * v862, z[..., 35]), z[..., 35]), np.where(m798, np.where(m536, v99 * v862, z[..., 36]), z[..., 36]), np.where(m798, np.where(m536, v120 * v862, z[..., 37]), z[..., 37]), np.where(m798, np.where(m536, v124, z[..., 38]), z[..., 38]), np.where(m798, np.where(m536, v132, z[..., 39]), z[..., 39]), np.where(m798, np.where(m536, v137, z[..., 40]), z[..., 40]), np.where(m798, np.where(m536, v145, z[..., 41]), z[..., 41]), np.where(m798, np.where(m536, v152, z[..., 42]), z[..., 42]), np.where(m798, np.where(m536, v157, z[..., 43]), z[..., 43]), np.where(m798, np.where(m536, v165, z[..., 44]), z[..., 44]), np.where(m798, np.where(m536, v172, z[..., 45]), z[..., 45]), np.where(m798, np.where(m536, v179, z[..., 46]), z[..., 46]), np.where(m798, np.where(m536, v184, z[..., 47]), z[..., 47]), np.where(m798, x[..., 1], z[..., 48]), np.where(m798, v38, z[..., 49]), np.where(m798, v67, z[..., 50]), np.where(m798, v609, z[..., 51]), np.where(m798, z[..., 51], z[..., 52]), np.where(m798, np.where(m63, z[..., 54], v509), z[..., 53]), np.where(m798, v509, z[..., 54]), np.where(m798, z[..., 54], z[..., 55]), np.where(m798, v752, z[..., 56]), np.where(m798, v779, z[..., 57]), np.where(m798, v741, z[..., 58]), np.where(m798, v735, z[..., 59]), np.where(m798, v769, z[..., 60]), np.where(m798, np.where(m729, v348 * v914, z[..., 61]), z[..., 61]), np.where(m798, np.where(m729, v360 * v914, z[..., 62]), z[..., 62]), np.where(m798, np.where(m729, v379 * v914, z[..., 63]), z[..., 63]), np.where(m798, np.where(m729, v398 * v914, z[..., 64]), z[..., 64]), np.where(m798, np.where(m729, v419 * v914, z[..., 65]), z[..., 65]), np.where(m798, np.where(m729, v423, z[..., 66]), z[..., 66]), np.where(m798, np.where(m729, v431, z[..., 67]), z[..., 67]), np.where(m798, np.where(m729, v436, z[..., 68]), z[..., 68]), np.where(m798, np.where(m729, v444, z[..., 69]), z[..., 69]), np.where(m798, np.where(m729, v451, z[..., 70]), z[..., 70]), np.where(m798, np.where(m729, v456, z[..., 71]), z[..., 71]), np.where(m798, np.where(m729, v464, z[..., 72]), z[..., 72]), np.where(m798, np.where(m729, v471, z[..., 73]), z[..., 73]), np.where(m798, np.where(m729, v478, z[..., 74]), z[..., 74]), np.where(m798, np.where(m729, v483, z[..., 75]), z[..., 75]), np.where(m798, x[..., 2], z[..., 76]), np.where(m798, v343, z[..., 77]), np.where(m798, v366, z[..., 78]), np.where(m798, v795, z[..., 79]), np.where(m798, z[..., 79], z[..., 80]), np.where(m798, np.where(m63, z[..., 82], v712), z[..., 81]), np.where(m798, v712, z[..., 82]), np.where(m798, z[..., 82], z[..., 83]), np.where(m798, np.fmin(2.0, 1.0 + z[..., 84]), 0.0), np.where(m802, 1.0, 0.0))
+        v584 = np.where(m536, z[..., 32] + v114 * v117 * v533, z[..., 32])
+        v589 = v574 + v575 * z[..., 55] - v559 * z[..., 54] - c[..., 17] * v584 * np.where(m63, 1.0 - v566, 1.0)
+        v595 = np.where(m536, z[..., 29] + (v170 + v114 * z[..., 45]) * v117 * v533, z[..., 29])
+        v596 = v575 - v595
+        v604 = v589 - x[..., 1] * np.where(m63, v596 + v565 * v565 + v559 * v565, -v566)
+        v611 = (v604 - np.where(m63, v559 * v595 + v565 * v595, v596) * v38) / v557
+        m613 = (np.abs(v611) < 1e+30)
+        m614 = np.logical_and(m492, m613)
+        v621 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27]
+        v634 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
+        v635 = x[..., 0] - v634
+        m637 = (v519 < np.abs(v635))
+        m638 = np.logical_and(m514, m637)
+        v644 = np.where(m638, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v635, z[..., 3])
+        v650 = np.where(m638, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v635, z[..., 2])
+        v655 = np.fmax(np.fmax(v650, c[..., 14]), 0.5 / p[..., 0] * v555)
+        v661 = np.where(m638, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v635, z[..., 0])
+        v662 = v559 + v661
+        v666 = v644 * v216
+        v670 = v621 - np.where(m63, z[..., 23] * (v644 - v655 * v662) - v666 * v662, v666)
+        v678 = np.where(m638, z[..., 4] + v263 * v266 * v635, z[..., 4])
+        v683 = v670 + v575 * z[..., 27] - v559 * z[..., 26] - c[..., 17] * v678 * np.where(m63, 1.0 - v662, 1.0)
+        v689 = np.where(m638, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v635, z[..., 1])
+        v690 = v575 - v689
+        v698 = v683 - x[..., 0] * np.where(m63, v690 + v661 * v661 + v559 * v661, -v662)
+        v705 = (v698 - np.where(m63, v559 * v689 + v661 * v689, v690) * v193) / v655
+        m707 = (np.abs(v705) < 1e+30)
+        m708 = np.logical_and(m614, m707)
+        v715 = v500 * r[..., 2] + v502 * z[..., 82] - v506 * z[..., 83]
+        v725 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
+        v729 = x[..., 2] - (v725 - z[..., 57] * z[..., 77])
+        m731 = (v519 < np.abs(v729))
+        m732 = np.logical_and(m514, m731)
+        v738 = np.where(m732, z[..., 59] + (v392 + v413 * z[..., 75]) * v416 * v729, z[..., 59])
+        v744 = np.where(m732, z[..., 58] + (v476 + v413 * z[..., 74]) * v416 * v729, z[..., 58])
+        v749 = np.fmax(np.fmax(v744, c[..., 14]), 0.5 / p[..., 2] * v555)
+        v755 = np.where(m732, z[..., 56] + (v462 + v413 * z[..., 72]) * v416 * v729, z[..., 56])
+        v756 = v559 + v755
+        v760 = v738 * v366
+        v764 = v715 - np.where(m63, z[..., 79] * (v738 - v749 * v756) - v760 * v756, v760)
+        v772 = np.where(m732, z[..., 60] + v413 * v416 * v729, z[..., 60])
+        v777 = v764 + v575 * z[..., 83] - v559 * z[..., 82] - c[..., 17] * v772 * np.where(m63, 1.0 - v756, 1.0)
+        v783 = np.where(m732, z[..., 57] + (v469 + v413 * z[..., 73]) * v416 * v729, z[..., 57])
+        v784 = v575 - v783
+        v792 = v777 - np.where(m63, v784 + v755 * v755 + v559 * v755, -v756) * x[..., 2]
+        v799 = (v792 - np.where(m63, v559 * v783 + v755 * v783, v784) * v343) / v749
+        m801 = (np.abs(v799) < 1e+30)
+        m802 = np.logical_and(m708, m801)
+        m806 = np.logical_not(m802)
+        m813 = (c[..., 4] < v336)
+        v814 = np.where(m813, c[..., 3], 1.0)
+        m865 = (c[..., 4] < v187)
+        v866 = np.where(m865, c[..., 3], 1.0)
+        m917 = (c[..., 4] < v486)
+        v918 = np.where(m917, c[..., 3], 1.0)
+        return _vector(np.where(m802, v705, 0.0), np.where(m802, v611, 0.0), np.where(m802, v799, 0.0)), _vector(np.where(m802, v661, z[..., 0]), np.where(m802, v689, z[..., 1]), np.where(m802, v650, z[..., 2]), np.where(m802, v644, z[..., 3]), np.where(m802, v678, z[..., 4]), np.where(m802, np.where(m638, v198 * v814, z[..., 5]), z[..., 5]), np.where(m802, np.where(m638, v210 * v814, z[..., 6]), z[..., 6]), np.where(m802, np.where(m638, v229 * v814, z[..., 7]), z[..., 7]), np.where(m802, np.where(m638, v248 * v814, z[..., 8]), z[..., 8]), np.where(m802, np.where(m638, v269 * v814, z[..., 9]), z[..., 9]), np.where(m802, np.where(m638, v273, z[..., 10]), z[..., 10]), np.where(m802, np.where(m638, v281, z[..., 11]), z[..., 11]), np.where(m802, np.where(m638, v286, z[..., 12]), z[..., 12]), np.where(m802, np.where(m638, v294, z[..., 13]), z[..., 13]), np.where(m802, np.where(m638, v301, z[..., 14]), z[..., 14]), np.where(m802, np.where(m638, v306, z[..., 15]), z[..., 15]), np.where(m802, np.where(m638, v314, z[..., 16]), z[..., 16]), np.where(m802, np.where(m638, v321, z[..., 17]), z[..., 17]), np.where(m802, np.where(m638, v328, z[..., 18]), z[..., 18]), np.where(m802, np.where(m638, v333, z[..., 19]), z[..., 19]), np.where(m802, x[..., 0], z[..., 20]), np.where(m802, v193, z[..., 21]), np.where(m802, v216, z[..., 22]), np.where(m802, v705, z[..., 23]), np.where(m802, z[..., 23], z[..., 24]), np.where(m802, np.where(m63, z[..., 26], v621), z[..., 25]), np.where(m802, v621, z[..., 26]), np.where(m802, z[..., 26], z[..., 27]), np.where(m802, v565, z[..., 28]), np.where(m802, v595, z[..., 29]), np.where(m802, v548, z[..., 30]), np.where(m802, v542, z[..., 31]), np.where(m802, v584, z[..., 32]), np.where(m802, np.where(m536, v44 * v866, z[..., 33]), z[..., 33]), np.where(m802, np.where(m536, v57 * v866, z[..., 34]), z[..., 34]), np.where(m802, np.where(m536, v80 * v866, z[..., 35]), z[..., 35]), np.where(m802, np.where(m536, v99 * v866, z[..., 36]), z[..., 36]), np.where(m802, np.where(m536, v120 * v866, z[..., 37]), z[..., 37]), np.where(m802, np.where(m536, v124, z[..., 38]), z[..., 38]), np.where(m802, np.where(m536, v132, z[..., 39]), z[..., 39]), np.where(m802, np.where(m536, v137, z[..., 40]), z[..., 40]), np.where(m802, np.where(m536, v145, z[..., 41]), z[..., 41]), np.where(m802, np.where(m536, v152, z[..., 42]), z[..., 42]), np.where(m802, np.where(m536, v157, z[..., 43]), z[..., 43]), np.where(m802, np.where(m536, v165, z[..., 44]), z[..., 44]), np.where(m802, np.where(m536, v172, z[..., 45]), z[..., 45]), np.where(m802, np.where(m536, v179, z[..., 46]), z[..., 46]), np.where(m802, np.where(m536, v184, z[..., 47]), z[..., 47]), np.where(m802, x[..., 1], z[..., 48]), np.where(m802, v38, z[..., 49]), np.where(m802, v67, z[..., 50]), np.where(m802, v611, z[..., 51]), np.where(m802, z[..., 51], z[..., 52]), np.where(m802, np.where(m63, z[..., 54], v509), z[..., 53]), np.where(m802, v509, z[..., 54]), np.where(m802, z[..., 54], z[..., 55]), np.where(m802, v755, z[..., 56]), np.where(m802, v783, z[..., 57]), np.where(m802, v744, z[..., 58]), np.where(m802, v738, z[..., 59]), np.where(m802, v772, z[..., 60]), np.where(m802, np.where(m732, v348 * v918, z[..., 61]), z[..., 61]), np.where(m802, np.where(m732, v360 * v918, z[..., 62]), z[..., 62]), np.where(m802, np.where(m732, v379 * v918, z[..., 63]), z[..., 63]), np.where(m802, np.where(m732, v398 * v918, z[..., 64]), z[..., 64]), np.where(m802, np.where(m732, v419 * v918, z[..., 65]), z[..., 65]), np.where(m802, np.where(m732, v423, z[..., 66]), z[..., 66]), np.where(m802, np.where(m732, v431, z[..., 67]), z[..., 67]), np.where(m802, np.where(m732, v436, z[..., 68]), z[..., 68]), np.where(m802, np.where(m732, v444, z[..., 69]), z[..., 69]), np.where(m802, np.where(m732, v451, z[..., 70]), z[..., 70]), np.where(m802, np.where(m732, v456, z[..., 71]), z[..., 71]), np.where(m802, np.where(m732, v464, z[..., 72]), z[..., 72]), np.where(m802, np.where(m732, v471, z[..., 73]), z[..., 73]), np.where(m802, np.where(m732, v478, z[..., 74]), z[..., 74]), np.where(m802, np.where(m732, v483, z[..., 75]), z[..., 75]), np.where(m802, x[..., 2], z[..., 76]), np.where(m802, v343, z[..., 77]), np.where(m802, v366, z[..., 78]), np.where(m802, v799, z[..., 79]), np.where(m802, z[..., 79], z[..., 80]), np.where(m802, np.where(m63, z[..., 82], v715), z[..., 81]), np.where(m802, v715, z[..., 82]), np.where(m802, z[..., 82], z[..., 83]), np.where(m802, np.fmin(2.0, 1.0 + z[..., 84]), 0.0), np.where(m806, 1.0, 0.0))
 
 
 def mrac_literal_constraints(p, c, s):
     """Margins of a feasible mrac-literal: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
-        return _vector(1e-09 - np.abs(c[..., 18] * (-1.0 + c[..., 18])))
+        return _vector(1e-09 - np.abs(c[..., 20] * (-1.0 + c[..., 20])))
 
 
 def mrac_literal_start(x, r, p, c):
@@ -854,24 +909,26 @@ def mrac_literal_start(x, r, p, c):
         v8 = p[..., 9] * p[..., 9] * c[..., 7]
         v12 = v8 * (0.5 / p[..., 0])
         m15 = (0.0 < c[..., 9])
-        m20 = (0.5 < c[..., 20])
-        v21 = np.where(m20, x[..., 0], 0.0)
-        m23 = (0.0 < c[..., 10])
-        v26 = 0.5 / p[..., 1] * v8
-        m29 = (0.0 < c[..., 11])
-        v32 = np.where(m20, x[..., 1], 0.0)
-        m34 = (0.0 < c[..., 12])
-        v37 = 0.5 / p[..., 2] * v8
-        m40 = (0.0 < c[..., 13])
-        v43 = np.where(m20, x[..., 2], 0.0)
-        return _vector(-2.0, 1.0, np.where(m4, c[..., 8], v12), np.where(m15, c[..., 9], v12), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 0], x[..., 0], 0.0, 0.0, 0.0, v21, v21, v21, -2.0, 1.0, np.where(m23, c[..., 10], v26), np.where(m29, c[..., 11], v26), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 1], x[..., 1], 0.0, 0.0, 0.0, v32, v32, v32, -2.0, 1.0, np.where(m34, c[..., 12], v37), np.where(m40, c[..., 13], v37), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], c[..., 2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 2], x[..., 2], 0.0, 0.0, 0.0, v43, v43, v43, 0.0, 0.0)
+        m19 = (0.5 < c[..., 16])
+        v20 = np.where(m19, c[..., 2], 0.0)
+        m23 = (0.5 < c[..., 22])
+        v24 = np.where(m23, x[..., 0], 0.0)
+        m26 = (0.0 < c[..., 10])
+        v29 = 0.5 / p[..., 1] * v8
+        m32 = (0.0 < c[..., 11])
+        v35 = np.where(m23, x[..., 1], 0.0)
+        m37 = (0.0 < c[..., 12])
+        v40 = 0.5 / p[..., 2] * v8
+        m43 = (0.0 < c[..., 13])
+        v46 = np.where(m23, x[..., 2], 0.0)
+        return _vector(-2.0, 1.0, np.where(m4, c[..., 8], v12), np.where(m15, c[..., 9], v12), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 0], x[..., 0], 0.0, 0.0, 0.0, v24, v24, v24, -2.0, 1.0, np.where(m26, c[..., 10], v29), np.where(m32, c[..., 11], v29), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 1], x[..., 1], 0.0, 0.0, 0.0, v35, v35, v35, -2.0, 1.0, np.where(m37, c[..., 12], v40), np.where(m43, c[..., 13], v40), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 2], x[..., 2], 0.0, 0.0, 0.0, v46, v46, v46, 0.0, 0.0)
 
 
 def mrac_literal_defaults(c):
     """Formula defaults of mrac-literal: (c) -> derived."""
     c, = _arrays(c)
     with np.errstate(all="ignore"):
-        return _vector(c[..., 17])
+        return _vector(c[..., 19])
 
 
 def pd(x, r, v, z, p, c):
@@ -1045,66 +1102,68 @@ def jac_x(x, u, p):
         v174 = v115 * v168 - v120 * v25 + v125 * v172
         v182 = v153 * v168 + v156 * v25 + v161 * v172
         v184 = p[..., 15] * v128 + p[..., 22] * v163 - p[..., 16] * v174 - p[..., 23] * v182
-        v187 = p[..., 1] - p[..., 2]
-        v189 = 3.0 * v145
-        v190 = v189 * v172
-        v191 = v187 * v190
-        v193 = v189 * v126
-        v199 = 1.0 / p[..., 0]
-        v201 = v7 * c1
-        v205 = c6 * s1
-        v207 = v115 * v201 - v120 * v59 - v125 * v205
-        v213 = v153 * v201 + v156 * v59 - v161 * v205
-        v216 = v24 * c1
-        v220 = s6 * s1
-        v222 = v115 * v216 - v120 * v45 - v125 * v220
-        v229 = v153 * v216 + v156 * v45 - v161 * v220
-        v231 = p[..., 15] * v207 + p[..., 22] * v213 - p[..., 16] * v222 - p[..., 23] * v229
-        v232 = v189 * v205
-        v240 = v68 - s1 * v70
-        v243 = v115 * v240 - v120 * v79
-        v247 = v153 * v240 + v156 * v79
-        v251 = s1 * v78 + v76
-        v254 = v115 * v251 + v120 * v71
-        v259 = v156 * v71 - v153 * v251
-        v261 = p[..., 15] * v243 + p[..., 22] * v247 + p[..., 16] * v254 - p[..., 23] * v259
-        v265 = p[..., 13] * p[..., 10]
-        v271 = x[..., 8] + x[..., 5] * p[..., 2]
-        v276 = x[..., 7] + x[..., 4] * p[..., 1]
-        v281 = v265 / p[..., 3]
-        v286 = v123 * c106
-        v288 = v10 + v167
-        v289 = v114 * s106
-        v291 = v172 * v286 - v288 * v289
-        v295 = v288 * v161 - v172 * v143
-        v299 = v116 - v22
-        v301 = v126 * v286 - v299 * v289
-        v306 = v299 * v161 - v126 * v143
-        v308 = p[..., 15] * v291 + p[..., 22] * v295 - p[..., 16] * v301 - p[..., 23] * v306
-        v310 = p[..., 0] - p[..., 2]
-        v319 = 1.0 / p[..., 1]
-        v322 = c4 * s1
-        v326 = v120 * v51 - v115 * v322 - v125 * c1
-        v332 = v153 * v322 + v156 * v51 + v161 * c1
-        v338 = p[..., 16] * v326 - p[..., 23] * v332 - p[..., 14] * v207 - p[..., 21] * v213
-        v346 = c1 * s4
-        v348 = v156 * v66 - v153 * v346
-        v352 = v115 * v346 + v120 * v66
-        v358 = p[..., 23] * v348 - p[..., 16] * v352 - p[..., 14] * v243 - p[..., 21] * v247
-        v369 = x[..., 6] + x[..., 3] * p[..., 0]
-        v375 = v265 / p[..., 4]
-        v380 = v66 * v161 + s1 * v143
-        v384 = v66 * v289 + s1 * v286
-        v390 = p[..., 23] * v380 - p[..., 16] * v384 - p[..., 14] * v291 - p[..., 21] * v295
-        v398 = -3.0 * v145 * (p[..., 0] - p[..., 1])
-        v399 = v398 * s1
-        v402 = 1.0 / p[..., 2]
-        v410 = p[..., 14] * v222 + p[..., 21] * v229 - p[..., 15] * v326 + p[..., 22] * v332
-        v423 = p[..., 21] * v259 - p[..., 14] * v254 + p[..., 15] * v352 - p[..., 22] * v348
-        v437 = v265 / p[..., 5]
-        v445 = p[..., 14] * v301 + p[..., 21] * v306 + p[..., 15] * v384 - p[..., 22] * v380
-        v447 = p[..., 10] * v265
-        return (lambda J: J.reshape(*J.shape[:-1], 10, 10))(_vector(s1 * v28 - s1 * v37, v65, p[..., 6] * v66 + s1 * v73 + s1 * v81, 1.0, s1 * v21, s1 * v19, 0.0, 0.0, 0.0, 0.0, c6 * v26 - v15 * s6 - (v32 * c6 - s6 * v35), c6 * v46 - s6 * v60, c6 * v72 - s6 * v80, 0.0, c6, -s6, 0.0, 0.0, 0.0, 0.0, v28 - v37, v48 + v62, v73 + v81, 0.0, v21, v19, 0.0, 0.0, 0.0, 0.0, (v184 - (v191 * v172 - v126 * (v187 * v193))) * v199, (v231 + (v126 * (v187 * v232) + v191 * v220)) * v199, v261 * v199, -(v265 * v199), (x[..., 5] * p[..., 1] - v271) * v199, (v276 - x[..., 4] * p[..., 2]) * v199, v281 * v199, x[..., 5] * v199, -(x[..., 4] * v199), v308 * v199, (v310 * (s1 * v193) - (p[..., 14] * v128 + p[..., 21] * v163)) * v319, (v338 - v310 * (v190 * c1 - s1 * v232)) * v319, v358 * v319, (v271 - x[..., 5] * p[..., 0]) * v319, -(v265 * v319), (x[..., 3] * p[..., 2] - v369) * v319, -(x[..., 5] * v319), v375 * v319, x[..., 3] * v319, v390 * v319, (p[..., 14] * v174 + p[..., 21] * v182 - v399 * v172) * v402, (v410 - (v126 * (v398 * c1) - v399 * v220)) * v402, v423 * v402, (x[..., 4] * p[..., 0] - v276) * v402, (v369 - x[..., 3] * p[..., 1]) * v402, -(v265 * v402), x[..., 4] * v402, -(x[..., 3] * v402), v437 * v402, v445 * v402, 0.0, 0.0, 0.0, v447, 0.0, 0.0, -(p[..., 10] * v281), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v447, 0.0, 0.0, -(p[..., 10] * v375), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v447, 0.0, 0.0, -(p[..., 10] * v437), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        v190 = p[..., 2] + p[..., 5]
+        v191 = p[..., 1] + p[..., 4] - v190
+        v193 = 3.0 * v145
+        v194 = v193 * v172
+        v195 = v191 * v194
+        v197 = v193 * v126
+        v203 = 1.0 / p[..., 0]
+        v205 = v7 * c1
+        v209 = c6 * s1
+        v211 = v115 * v205 - v120 * v59 - v125 * v209
+        v217 = v153 * v205 + v156 * v59 - v161 * v209
+        v220 = v24 * c1
+        v224 = s6 * s1
+        v226 = v115 * v220 - v120 * v45 - v125 * v224
+        v233 = v153 * v220 + v156 * v45 - v161 * v224
+        v235 = p[..., 15] * v211 + p[..., 22] * v217 - p[..., 16] * v226 - p[..., 23] * v233
+        v236 = v193 * v209
+        v244 = v68 - s1 * v70
+        v247 = v115 * v244 - v120 * v79
+        v251 = v153 * v244 + v156 * v79
+        v255 = s1 * v78 + v76
+        v258 = v115 * v255 + v120 * v71
+        v263 = v156 * v71 - v153 * v255
+        v265 = p[..., 15] * v247 + p[..., 22] * v251 + p[..., 16] * v258 - p[..., 23] * v263
+        v269 = p[..., 13] * p[..., 10]
+        v275 = x[..., 8] + x[..., 5] * p[..., 2]
+        v280 = x[..., 7] + x[..., 4] * p[..., 1]
+        v285 = v269 / p[..., 3]
+        v290 = v123 * c106
+        v292 = v10 + v167
+        v293 = v114 * s106
+        v295 = v172 * v290 - v292 * v293
+        v299 = v292 * v161 - v172 * v143
+        v303 = v116 - v22
+        v305 = v126 * v290 - v303 * v293
+        v310 = v303 * v161 - v126 * v143
+        v312 = p[..., 15] * v295 + p[..., 22] * v299 - p[..., 16] * v305 - p[..., 23] * v310
+        v314 = p[..., 0] + p[..., 3]
+        v315 = v314 - v190
+        v324 = 1.0 / p[..., 1]
+        v327 = c4 * s1
+        v331 = v120 * v51 - v115 * v327 - v125 * c1
+        v337 = v153 * v327 + v156 * v51 + v161 * c1
+        v343 = p[..., 16] * v331 - p[..., 23] * v337 - p[..., 14] * v211 - p[..., 21] * v217
+        v351 = c1 * s4
+        v353 = v156 * v66 - v153 * v351
+        v357 = v115 * v351 + v120 * v66
+        v363 = p[..., 23] * v353 - p[..., 16] * v357 - p[..., 14] * v247 - p[..., 21] * v251
+        v374 = x[..., 6] + x[..., 3] * p[..., 0]
+        v379 = v269 / p[..., 4]
+        v384 = v66 * v161 + s1 * v143
+        v388 = v66 * v293 + s1 * v290
+        v394 = p[..., 23] * v384 - p[..., 16] * v388 - p[..., 14] * v295 - p[..., 21] * v299
+        v403 = -3.0 * v145 * (v314 - p[..., 1] - p[..., 4])
+        v404 = v403 * s1
+        v407 = 1.0 / p[..., 2]
+        v415 = p[..., 14] * v226 + p[..., 21] * v233 - p[..., 15] * v331 + p[..., 22] * v337
+        v428 = p[..., 21] * v263 - p[..., 14] * v258 + p[..., 15] * v357 - p[..., 22] * v353
+        v441 = v269 / p[..., 5]
+        v449 = p[..., 14] * v305 + p[..., 21] * v310 + p[..., 15] * v388 - p[..., 22] * v384
+        v451 = p[..., 10] * v269
+        return (lambda J: J.reshape(*J.shape[:-1], 10, 10))(_vector(s1 * v28 - s1 * v37, v65, p[..., 6] * v66 + s1 * v73 + s1 * v81, 1.0, s1 * v21, s1 * v19, 0.0, 0.0, 0.0, 0.0, c6 * v26 - v15 * s6 - (v32 * c6 - s6 * v35), c6 * v46 - s6 * v60, c6 * v72 - s6 * v80, 0.0, c6, -s6, 0.0, 0.0, 0.0, 0.0, v28 - v37, v48 + v62, v73 + v81, 0.0, v21, v19, 0.0, 0.0, 0.0, 0.0, (v184 - (v195 * v172 - v126 * (v191 * v197))) * v203, (v235 + (v126 * (v191 * v236) + v195 * v224)) * v203, v265 * v203, -(v269 * v203), (x[..., 5] * p[..., 1] - v275) * v203, (v280 - x[..., 4] * p[..., 2]) * v203, v285 * v203, x[..., 5] * v203, -(x[..., 4] * v203), v312 * v203, (v315 * (s1 * v197) - (p[..., 14] * v128 + p[..., 21] * v163)) * v324, (v343 - v315 * (v194 * c1 - s1 * v236)) * v324, v363 * v324, (v275 - x[..., 5] * p[..., 0]) * v324, -(v269 * v324), (x[..., 3] * p[..., 2] - v374) * v324, -(x[..., 5] * v324), v379 * v324, x[..., 3] * v324, v394 * v324, (p[..., 14] * v174 + p[..., 21] * v182 - v404 * v172) * v407, (v415 - (v126 * (v403 * c1) - v404 * v224)) * v407, v428 * v407, (x[..., 4] * p[..., 0] - v280) * v407, (v374 - x[..., 3] * p[..., 1]) * v407, -(v269 * v407), x[..., 4] * v407, -(x[..., 3] * v407), v441 * v407, v449 * v407, 0.0, 0.0, 0.0, v451, 0.0, 0.0, -(p[..., 10] * v285), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v451, 0.0, 0.0, -(p[..., 10] * v379), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v451, 0.0, 0.0, -(p[..., 10] * v441), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 def jac_u(x, u, p):
@@ -1183,31 +1242,33 @@ def jvp(x, u, p, along_x, along_u):
         v208 = v112 * v193 - v196 * v123 - v127 * v52 + (v201 * v133 + v135 * v205)
         v220 = v196 * v157 + v171 * v193 + v175 * v52 + (v183 * v205 - v201 * v180)
         v222 = p[..., 15] * v141 + p[..., 22] * v186 - p[..., 16] * v208 - p[..., 23] * v220
-        v225 = p[..., 1] - p[..., 2]
-        v227 = 3.0 * v163
-        v228 = v227 * v130
-        v231 = v227 * v138
-        v239 = p[..., 13] * p[..., 10]
-        v245 = along_u[..., 0] + v239 * (along_x[..., 6] / p[..., 3] - along_x[..., 3])
-        v249 = along_x[..., 7] + p[..., 1] * along_x[..., 4]
-        v253 = x[..., 7] + x[..., 4] * p[..., 1]
-        v256 = v222 - (v225 * v228 * v205 - v201 * (v225 * v231)) + v245 + (x[..., 5] * v249 + v253 * along_x[..., 5])
-        v259 = along_x[..., 8] + p[..., 2] * along_x[..., 5]
-        v263 = x[..., 8] + x[..., 5] * p[..., 2]
-        v269 = c3 * c5
-        v273 = c5 * v12 + c3 * v47
-        v281 = v269 * v157 - v171 * v273 + v175 * v14 - (v183 * v31 - s3 * v180)
-        v291 = v269 * v123 + v112 * v273 + v127 * v14 + (s3 * v133 + v135 * v31)
-        v299 = p[..., 23] * v281 - p[..., 16] * v291 - p[..., 14] * v141 - p[..., 21] * v186
-        v311 = along_u[..., 1] + v239 * (along_x[..., 7] / p[..., 4] - along_x[..., 4])
-        v317 = v299 - (p[..., 0] - p[..., 2]) * (v228 * v31 - s3 * v231) + v311 + (x[..., 3] * v259 + v263 * along_x[..., 3])
-        v319 = along_x[..., 6] + p[..., 0] * along_x[..., 3]
-        v323 = x[..., 6] + x[..., 3] * p[..., 0]
-        v334 = p[..., 14] * v208 + p[..., 21] * v220 + p[..., 15] * v291 - p[..., 22] * v281
-        v338 = -3.0 * v163 * (p[..., 0] - p[..., 1])
-        v350 = along_u[..., 2] + v239 * (along_x[..., 8] / p[..., 5] - along_x[..., 5])
-        v355 = v334 - (v201 * (v338 * v31) + v338 * s3 * v205) + v350 + (x[..., 4] * v319 + v323 * along_x[..., 4])
-        return _vector(v92, c18 * v54 - v29 * v49 - (v67 * v34 + s18 * v87), v56 + v89, (v256 - (x[..., 4] * v259 + v263 * along_x[..., 4])) / p[..., 0], (v317 - (x[..., 5] * v319 + v323 * along_x[..., 5])) / p[..., 1], (v355 - (x[..., 3] * v249 + v253 * along_x[..., 3])) / p[..., 2], -(p[..., 10] * v245), -(p[..., 10] * v311), -(p[..., 10] * v350), 0.0)
+        v228 = p[..., 2] + p[..., 5]
+        v229 = p[..., 1] + p[..., 4] - v228
+        v231 = 3.0 * v163
+        v232 = v231 * v130
+        v235 = v231 * v138
+        v243 = p[..., 13] * p[..., 10]
+        v249 = along_u[..., 0] + v243 * (along_x[..., 6] / p[..., 3] - along_x[..., 3])
+        v253 = along_x[..., 7] + p[..., 1] * along_x[..., 4]
+        v257 = x[..., 7] + x[..., 4] * p[..., 1]
+        v260 = v222 - (v229 * v232 * v205 - v201 * (v229 * v235)) + v249 + (x[..., 5] * v253 + v257 * along_x[..., 5])
+        v263 = along_x[..., 8] + p[..., 2] * along_x[..., 5]
+        v267 = x[..., 8] + x[..., 5] * p[..., 2]
+        v273 = c3 * c5
+        v277 = c5 * v12 + c3 * v47
+        v285 = v273 * v157 - v171 * v277 + v175 * v14 - (v183 * v31 - s3 * v180)
+        v295 = v273 * v123 + v112 * v277 + v127 * v14 + (s3 * v133 + v135 * v31)
+        v303 = p[..., 23] * v285 - p[..., 16] * v295 - p[..., 14] * v141 - p[..., 21] * v186
+        v304 = p[..., 0] + p[..., 3]
+        v315 = along_u[..., 1] + v243 * (along_x[..., 7] / p[..., 4] - along_x[..., 4])
+        v321 = v303 - (v304 - v228) * (v232 * v31 - s3 * v235) + v315 + (x[..., 3] * v263 + v267 * along_x[..., 3])
+        v323 = along_x[..., 6] + p[..., 0] * along_x[..., 3]
+        v327 = x[..., 6] + x[..., 3] * p[..., 0]
+        v338 = p[..., 14] * v208 + p[..., 21] * v220 + p[..., 15] * v295 - p[..., 22] * v285
+        v343 = -3.0 * v163 * (v304 - p[..., 1] - p[..., 4])
+        v354 = along_u[..., 2] + v243 * (along_x[..., 8] / p[..., 5] - along_x[..., 5])
+        v359 = v338 - (v201 * (v343 * v31) + v343 * s3 * v205) + v354 + (x[..., 4] * v323 + v327 * along_x[..., 4])
+        return _vector(v92, c18 * v54 - v29 * v49 - (v67 * v34 + s18 * v87), v56 + v89, (v260 - (x[..., 4] * v263 + v267 * along_x[..., 4])) / p[..., 0], (v321 - (x[..., 5] * v323 + v327 * along_x[..., 5])) / p[..., 1], (v359 - (x[..., 3] * v253 + v257 * along_x[..., 3])) / p[..., 2], -(p[..., 10] * v249), -(p[..., 10] * v315), -(p[..., 10] * v354), 0.0)
 
 
 def outputs_jac(x, u, r, p):
@@ -1355,116 +1416,118 @@ def jac_p(x, u, p):
         v106 = v46 * v100 - v51 * v22 + v56 * v104
         v114 = v85 * v100 + v88 * v22 + v93 * v104
         v117 = v59 * p[..., 15] + v95 * p[..., 22] - v106 * p[..., 16] - v114 * p[..., 23]
-        v120 = p[..., 1] - p[..., 2]
-        v123 = 3.0 * v77 * v57
-        v130 = p[..., 13] * p[..., 10]
-        v133 = 1.0 / p[..., 3]
-        v134 = x[..., 6] * v133
-        v136 = v134 - x[..., 3]
-        v138 = u[..., 0] + v130 * v136
-        v143 = x[..., 7] + x[..., 4] * p[..., 1]
-        v149 = x[..., 8] + x[..., 5] * p[..., 2]
-        v153 = 1.0 / p[..., 0]
-        v154 = (v117 - v120 * v123 * v104 + v138 + v143 * x[..., 5] - v149 * x[..., 4]) * v153
-        v159 = v104 * v153
-        v160 = v123 * v159
-        v165 = v134 * v133
-        v169 = p[..., 6] + p[..., 6]
-        v173 = p[..., 22] * v153
-        v175 = p[..., 23] * v153
-        v177 = v48 * v173 - v100 * v175
-        v178 = v39 * v177
-        v179 = p[..., 19] * v178
-        v180 = p[..., 20] * v179
-        v186 = v42 * v41
-        v187 = p[..., 16] * v153
-        v189 = p[..., 15] * v153
-        v191 = v22 * v187 - v12 * v189
-        v196 = s36 * (v57 * v189 - v104 * v187)
-        v202 = v196 + v196 + c36 * (v48 * v189 - v100 * v187)
-        v204 = c44 * v191 + s44 * v202
-        v205 = v186 * v204
-        v207 = p[..., 7] + p[..., 7]
-        v219 = v136 * v153
-        v232 = v57 * v173 - v104 * v175
-        v236 = v12 * v173 - v22 * v175
-        v240 = v92 * v232 + s69 * v236 + v73 * v177
-        v241 = v66 * v240
-        v250 = v67 * v177
-        v253 = v67 * v232
-        v265 = 1.0 / p[..., 1]
-        v268 = v123 * s2
-        v269 = v268 * v265
-        v272 = c2 * c4
-        v277 = v46 * v272 - v51 * v27 - v56 * s2
-        v283 = v85 * v272 + v88 * v27 - v93 * s2
-        v291 = v277 * p[..., 16] + v283 * p[..., 23] - v59 * p[..., 14] - v95 * p[..., 21]
-        v292 = p[..., 0] - p[..., 2]
-        v297 = 1.0 / p[..., 4]
-        v298 = x[..., 7] * v297
-        v299 = v298 - x[..., 4]
-        v301 = u[..., 1] + v130 * v299
-        v306 = x[..., 6] + x[..., 3] * p[..., 0]
-        v310 = (v291 - v268 * v292 + v301 + v149 * x[..., 3] - v306 * x[..., 5]) * v265 * v265
-        v315 = v298 * v297
-        v323 = p[..., 23] * v265
-        v325 = p[..., 21] * v265
-        v327 = v272 * v323 - v48 * v325
-        v328 = v39 * v327
-        v329 = p[..., 19] * v328
-        v330 = p[..., 20] * v329
-        v335 = -(v169 * (3.0 * (v57 * (s2 * (v292 * v265))) + 0.5 * (p[..., 18] * v330)))
-        v336 = p[..., 14] * v265
-        v338 = p[..., 16] * v265
-        v340 = v12 * v336 - v27 * v338
-        v346 = -(s36 * (s2 * v338 + v57 * v336))
-        v352 = v346 + v346 + c36 * (v272 * v338 - v48 * v336)
-        v354 = c44 * v340 + s44 * v352
-        v355 = v186 * v354
-        v368 = v299 * v265
-        v381 = v27 * v323 - v12 * v325
-        v385 = s2 * v323 + v57 * v325
-        v389 = s69 * v381 - v92 * v385 + v73 * v327
-        v390 = v66 * v389
-        v399 = v67 * v385
-        v402 = v67 * v327
-        v414 = 1.0 / p[..., 2]
-        v418 = -3.0 * v77
-        v420 = s2 * (v104 * v414)
-        v421 = v418 * v420
-        v432 = v106 * p[..., 14] + v114 * p[..., 21] - v277 * p[..., 15] - v283 * p[..., 22]
-        v433 = p[..., 0] - p[..., 1]
-        v440 = 1.0 / p[..., 5]
-        v441 = x[..., 8] * v440
-        v442 = v441 - x[..., 5]
-        v444 = u[..., 2] + v130 * v442
-        v449 = v432 - v418 * v433 * s2 * v104 + v444 + v306 * x[..., 4] - v143 * x[..., 3]
-        v453 = v441 * v440
-        v459 = p[..., 21] * v414
-        v461 = p[..., 22] * v414
-        v463 = v100 * v459 - v272 * v461
-        v464 = v39 * v463
-        v465 = p[..., 19] * v464
-        v466 = p[..., 20] * v465
-        v472 = p[..., 15] * v414
-        v474 = p[..., 14] * v414
-        v476 = v27 * v472 - v22 * v474
-        v481 = s36 * (s2 * v472 + v104 * v474)
-        v487 = v481 + v481 + c36 * (v100 * v474 - v272 * v472)
-        v489 = c44 * v476 + s44 * v487
-        v490 = v186 * v489
-        v503 = v442 * v414
-        v516 = s2 * v461 + v104 * v459
-        v520 = v22 * v459 - v27 * v461
-        v524 = v92 * v516 + s69 * v520 + v73 * v463
-        v525 = v66 * v524
-        v534 = v67 * v463
-        v537 = v67 * v516
-        v549 = v130 * p[..., 10]
-        v551 = v136 * p[..., 10]
-        v558 = v299 * p[..., 10]
-        v565 = v442 * p[..., 10]
-        return (lambda J: J.reshape(*J.shape[:-1], 10, 33))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v12 * (v16 * s2) + v22 * (v23 * s2) + v27, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v22 * c6 - v12 * s6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v12 * v16 + v22 * v23, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(v154 * v153), x[..., 4] * (x[..., 5] * v153) - v160, v160 - x[..., 5] * (x[..., 4] * v153), -(v165 * (v130 * v153)), 0.0, 0.0, -(v169 * (3.0 * (v57 * (v120 * v159)) + 0.5 * (p[..., 18] * v180))), -(v39 * v205 + v207 * (v83 * v177 + p[..., 7] * v205)), c44 * (v42 * v202) - s44 * (v42 * v191), 0.0, p[..., 13] * v219, 0.0, 0.0, p[..., 10] * v219, 0.0, v59 * v153, -(v106 * v153), v204 * v41, -(v78 * v180), -(v81 * v178), p[..., 24] * v241 - v80 * v179, 0.0, v95 * v153, -(v114 * v153), p[..., 20] * v241, v64 * v240, -(c72 * (c69 * v250) - s72 * (c69 * v253)), c69 * (v67 * v236) - s69 * (c72 * v253 + s72 * v250), 0.0, 0.0, 0.0, 0.0, 0.0, -(x[..., 3] * (x[..., 5] * v265) + v269), -v310, v269 + x[..., 5] * (x[..., 3] * v265), 0.0, -(v315 * (v130 * v265)), 0.0, v335, -(v39 * v355 + v207 * (v83 * v327 + p[..., 7] * v355)), c44 * (v42 * v352) - s44 * (v42 * v340), 0.0, p[..., 13] * v368, 0.0, 0.0, p[..., 10] * v368, -(v59 * v265), 0.0, v277 * v265, v354 * v41, -(v78 * v330), -(v81 * v328), p[..., 24] * v390 - v80 * v329, -(v95 * v265), 0.0, v283 * v265, p[..., 20] * v390, v64 * v389, -(s72 * (c69 * v399) + c72 * (c69 * v402)), c69 * (v67 * v381) - s69 * (s72 * v402 - c72 * v399), 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 3] * (x[..., 4] * v414) - v421, v421 - x[..., 4] * (x[..., 3] * v414), -(v449 * v414 * v414), 0.0, 0.0, -(v453 * (v130 * v414)), -(v169 * (-3.0 * (v433 * v420) + 0.5 * (p[..., 18] * v466))), -(v39 * v490 + v207 * (v83 * v463 + p[..., 7] * v490)), c44 * (v42 * v487) - s44 * (v42 * v476), 0.0, p[..., 13] * v503, 0.0, 0.0, p[..., 10] * v503, v106 * v414, -(v277 * v414), 0.0, v489 * v41, -(v78 * v466), -(v81 * v464), p[..., 24] * v525 - v80 * v465, v114 * v414, -(v283 * v414), 0.0, p[..., 20] * v525, v64 * v524, -(c72 * (c69 * v534) - s72 * (c69 * v537)), c69 * (v67 * v520) - s69 * (c72 * v537 + s72 * v534), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v165 * v549, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(v138 + p[..., 13] * v551), 0.0, 0.0, -(p[..., 10] * v551), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v315 * v549, 0.0, 0.0, 0.0, 0.0, 0.0, -(v301 + p[..., 13] * v558), 0.0, 0.0, -(p[..., 10] * v558), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v453 * v549, 0.0, 0.0, 0.0, 0.0, -(v444 + p[..., 13] * v565), 0.0, 0.0, -(p[..., 10] * v565), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        v123 = p[..., 2] + p[..., 5]
+        v124 = p[..., 1] + p[..., 4] - v123
+        v127 = 3.0 * v77 * v57
+        v134 = p[..., 13] * p[..., 10]
+        v137 = 1.0 / p[..., 3]
+        v138 = x[..., 6] * v137
+        v140 = v138 - x[..., 3]
+        v142 = u[..., 0] + v134 * v140
+        v147 = x[..., 7] + x[..., 4] * p[..., 1]
+        v153 = x[..., 8] + x[..., 5] * p[..., 2]
+        v157 = 1.0 / p[..., 0]
+        v158 = (v117 - v124 * v127 * v104 + v142 + v147 * x[..., 5] - v153 * x[..., 4]) * v157
+        v163 = v104 * v157
+        v164 = v127 * v163
+        v169 = v138 * v137
+        v174 = p[..., 6] + p[..., 6]
+        v178 = p[..., 22] * v157
+        v180 = p[..., 23] * v157
+        v182 = v48 * v178 - v100 * v180
+        v183 = v39 * v182
+        v184 = p[..., 19] * v183
+        v185 = p[..., 20] * v184
+        v191 = v42 * v41
+        v192 = p[..., 16] * v157
+        v194 = p[..., 15] * v157
+        v196 = v22 * v192 - v12 * v194
+        v201 = s36 * (v57 * v194 - v104 * v192)
+        v207 = v201 + v201 + c36 * (v48 * v194 - v100 * v192)
+        v209 = c44 * v196 + s44 * v207
+        v210 = v191 * v209
+        v212 = p[..., 7] + p[..., 7]
+        v224 = v140 * v157
+        v237 = v57 * v178 - v104 * v180
+        v241 = v12 * v178 - v22 * v180
+        v245 = v92 * v237 + s69 * v241 + v73 * v182
+        v246 = v66 * v245
+        v255 = v67 * v182
+        v258 = v67 * v237
+        v270 = 1.0 / p[..., 1]
+        v273 = v127 * s2
+        v274 = v273 * v270
+        v277 = c2 * c4
+        v282 = v46 * v277 - v51 * v27 - v56 * s2
+        v288 = v85 * v277 + v88 * v27 - v93 * s2
+        v296 = v282 * p[..., 16] + v288 * p[..., 23] - v59 * p[..., 14] - v95 * p[..., 21]
+        v297 = p[..., 0] + p[..., 3]
+        v298 = v297 - v123
+        v302 = 1.0 / p[..., 4]
+        v303 = x[..., 7] * v302
+        v304 = v303 - x[..., 4]
+        v306 = u[..., 1] + v134 * v304
+        v311 = x[..., 6] + x[..., 3] * p[..., 0]
+        v315 = (v296 - v273 * v298 + v306 + v153 * x[..., 3] - v311 * x[..., 5]) * v270 * v270
+        v321 = v303 * v302
+        v329 = p[..., 23] * v270
+        v331 = p[..., 21] * v270
+        v333 = v277 * v329 - v48 * v331
+        v334 = v39 * v333
+        v335 = p[..., 19] * v334
+        v336 = p[..., 20] * v335
+        v341 = -(v174 * (3.0 * (v57 * (s2 * (v298 * v270))) + 0.5 * (p[..., 18] * v336)))
+        v342 = p[..., 14] * v270
+        v344 = p[..., 16] * v270
+        v346 = v12 * v342 - v27 * v344
+        v352 = -(s36 * (s2 * v344 + v57 * v342))
+        v358 = v352 + v352 + c36 * (v277 * v344 - v48 * v342)
+        v360 = c44 * v346 + s44 * v358
+        v361 = v191 * v360
+        v374 = v304 * v270
+        v387 = v27 * v329 - v12 * v331
+        v391 = s2 * v329 + v57 * v331
+        v395 = s69 * v387 - v92 * v391 + v73 * v333
+        v396 = v66 * v395
+        v405 = v67 * v391
+        v408 = v67 * v333
+        v420 = 1.0 / p[..., 2]
+        v424 = -3.0 * v77
+        v426 = s2 * (v104 * v420)
+        v427 = v424 * v426
+        v438 = v106 * p[..., 14] + v114 * p[..., 21] - v282 * p[..., 15] - v288 * p[..., 22]
+        v440 = v297 - p[..., 1] - p[..., 4]
+        v446 = 1.0 / p[..., 5]
+        v447 = x[..., 8] * v446
+        v448 = v447 - x[..., 5]
+        v450 = u[..., 2] + v134 * v448
+        v455 = v438 - v424 * v440 * s2 * v104 + v450 + v311 * x[..., 4] - v147 * x[..., 3]
+        v460 = v447 * v446
+        v466 = p[..., 21] * v420
+        v468 = p[..., 22] * v420
+        v470 = v100 * v466 - v277 * v468
+        v471 = v39 * v470
+        v472 = p[..., 19] * v471
+        v473 = p[..., 20] * v472
+        v479 = p[..., 15] * v420
+        v481 = p[..., 14] * v420
+        v483 = v27 * v479 - v22 * v481
+        v488 = s36 * (s2 * v479 + v104 * v481)
+        v494 = v488 + v488 + c36 * (v100 * v481 - v277 * v479)
+        v496 = c44 * v483 + s44 * v494
+        v497 = v191 * v496
+        v510 = v448 * v420
+        v523 = s2 * v468 + v104 * v466
+        v527 = v22 * v466 - v27 * v468
+        v531 = v92 * v523 + s69 * v527 + v73 * v470
+        v532 = v66 * v531
+        v541 = v67 * v470
+        v544 = v67 * v523
+        v556 = v134 * p[..., 10]
+        v558 = v140 * p[..., 10]
+        v565 = v304 * p[..., 10]
+        v572 = v448 * p[..., 10]
+        return (lambda J: J.reshape(*J.shape[:-1], 10, 33))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v12 * (v16 * s2) + v22 * (v23 * s2) + v27, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v22 * c6 - v12 * s6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v12 * v16 + v22 * v23, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(v158 * v157), x[..., 4] * (x[..., 5] * v157) - v164, v164 - x[..., 5] * (x[..., 4] * v157), -(v169 * (v134 * v157)), -v164, v164, -(v174 * (3.0 * (v57 * (v124 * v163)) + 0.5 * (p[..., 18] * v185))), -(v39 * v210 + v212 * (v83 * v182 + p[..., 7] * v210)), c44 * (v42 * v207) - s44 * (v42 * v196), 0.0, p[..., 13] * v224, 0.0, 0.0, p[..., 10] * v224, 0.0, v59 * v157, -(v106 * v157), v209 * v41, -(v78 * v185), -(v81 * v183), p[..., 24] * v246 - v80 * v184, 0.0, v95 * v157, -(v114 * v157), p[..., 20] * v246, v64 * v245, -(c72 * (c69 * v255) - s72 * (c69 * v258)), c69 * (v67 * v241) - s69 * (c72 * v258 + s72 * v255), 0.0, 0.0, 0.0, 0.0, 0.0, -(x[..., 3] * (x[..., 5] * v270) + v274), -v315, x[..., 5] * (x[..., 3] * v270) + v274, -v274, -(v321 * (v134 * v270)), v274, v341, -(v39 * v361 + v212 * (v83 * v333 + p[..., 7] * v361)), c44 * (v42 * v358) - s44 * (v42 * v346), 0.0, p[..., 13] * v374, 0.0, 0.0, p[..., 10] * v374, -(v59 * v270), 0.0, v282 * v270, v360 * v41, -(v78 * v336), -(v81 * v334), p[..., 24] * v396 - v80 * v335, -(v95 * v270), 0.0, v288 * v270, p[..., 20] * v396, v64 * v395, -(s72 * (c69 * v405) + c72 * (c69 * v408)), c69 * (v67 * v387) - s69 * (s72 * v408 - c72 * v405), 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 3] * (x[..., 4] * v420) - v427, v427 - x[..., 4] * (x[..., 3] * v420), -(v455 * v420 * v420), -v427, v427, -(v460 * (v134 * v420)), -(v174 * (-3.0 * (v440 * v426) + 0.5 * (p[..., 18] * v473))), -(v39 * v497 + v212 * (v83 * v470 + p[..., 7] * v497)), c44 * (v42 * v494) - s44 * (v42 * v483), 0.0, p[..., 13] * v510, 0.0, 0.0, p[..., 10] * v510, v106 * v420, -(v282 * v420), 0.0, v496 * v41, -(v78 * v473), -(v81 * v471), p[..., 24] * v532 - v80 * v472, v114 * v420, -(v288 * v420), 0.0, p[..., 20] * v532, v64 * v531, -(c72 * (c69 * v541) - s72 * (c69 * v544)), c69 * (v67 * v527) - s69 * (c72 * v544 + s72 * v541), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v169 * v556, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(v142 + p[..., 13] * v558), 0.0, 0.0, -(p[..., 10] * v558), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v321 * v556, 0.0, 0.0, 0.0, 0.0, 0.0, -(v306 + p[..., 13] * v565), 0.0, 0.0, -(p[..., 10] * v565), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v460 * v556, 0.0, 0.0, 0.0, 0.0, -(v450 + p[..., 13] * v572), 0.0, 0.0, -(p[..., 10] * v572), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 def outputs_jac_p(x, u, r, p):
@@ -1574,82 +1637,82 @@ def actuate_jvp(x, u_cmd, p, along_x, along_u_cmd):
     """Change of actuate along a change of x and u_cmd: (x, u_cmd, p, along_x, along_u_cmd) -> change."""
     x, u_cmd, p, along_x, along_u_cmd = _arrays(x, u_cmd, p, along_x, along_u_cmd)
     with np.errstate(all="ignore"):
-        m2 = (0.5 < p[..., 10])
-        v4 = -p[..., 11]
-        v6 = np.fmin(u_cmd[..., 0], p[..., 11])
-        v7 = np.fmax(v4, v6)
-        v13 = 1.0 / p[..., 9]
-        v14 = (x[..., 6] + p[..., 12]) * v13
-        v15 = np.fmin(v7, v14)
-        v17 = (x[..., 6] - p[..., 12]) * v13
-        m18 = (v15 <= v17)
-        m19 = (v17 <= v15)
-        v20 = np.where(m18, 1.0, 0.0)
-        v21 = np.where(m19, 1.0, 0.0)
-        v23 = 1.0 / (v20 + v21)
-        v26 = along_x[..., 6] * v13
-        m29 = (v7 <= v14)
-        m30 = (v14 <= v7)
-        v31 = np.where(m29, 1.0, 0.0)
-        v32 = np.where(m30, 1.0, 0.0)
-        v34 = 1.0 / (v31 + v32)
-        m36 = (v4 <= v6)
-        m37 = (v6 <= v4)
-        v39 = np.where(m36, 1.0, 0.0)
-        m42 = (u_cmd[..., 0] <= p[..., 11])
-        m43 = (p[..., 11] <= u_cmd[..., 0])
+        v1 = -p[..., 11]
+        m4 = (0.5 < p[..., 10])
+        v10 = 1.0 / p[..., 9]
+        v11 = (x[..., 6] - p[..., 12]) * v10
+        v14 = (x[..., 6] + p[..., 12]) * v10
+        v15 = np.fmin(u_cmd[..., 0], v14)
+        v17 = np.where(m4, np.fmax(v11, v15), u_cmd[..., 0])
+        v18 = np.fmin(v17, p[..., 11])
+        m19 = (v1 <= v18)
+        m20 = (v18 <= v1)
+        v22 = np.where(m19, 1.0, 0.0)
+        m25 = (v17 <= p[..., 11])
+        m26 = (p[..., 11] <= v17)
+        v27 = np.where(m25, 1.0, 0.0)
+        m31 = (v15 <= v11)
+        m32 = (v11 <= v15)
+        v33 = np.where(m31, 1.0, 0.0)
+        v34 = np.where(m32, 1.0, 0.0)
+        v36 = 1.0 / (v33 + v34)
+        v39 = along_x[..., 6] * v10
+        m42 = (u_cmd[..., 0] <= v14)
+        m43 = (v14 <= u_cmd[..., 0])
         v44 = np.where(m42, 1.0, 0.0)
-        v50 = v39 / (np.where(m37, 1.0, 0.0) + v39) * (v44 / (v44 + np.where(m43, 1.0, 0.0)) * along_u_cmd[..., 0])
-        v57 = np.where(m2, v20 * v23 * v26 + v21 * v23 * (v31 * v34 * v50 + v32 * v34 * v26), v50)
-        v59 = np.fmin(u_cmd[..., 1], p[..., 11])
-        v60 = np.fmax(v4, v59)
-        v63 = (x[..., 7] + p[..., 12]) * v13
-        v64 = np.fmin(v60, v63)
-        v66 = (x[..., 7] - p[..., 12]) * v13
-        m67 = (v64 <= v66)
-        m68 = (v66 <= v64)
-        v69 = np.where(m67, 1.0, 0.0)
-        v70 = np.where(m68, 1.0, 0.0)
-        v72 = 1.0 / (v69 + v70)
-        v75 = along_x[..., 7] * v13
-        m78 = (v60 <= v63)
-        m79 = (v63 <= v60)
-        v80 = np.where(m78, 1.0, 0.0)
-        v81 = np.where(m79, 1.0, 0.0)
-        v83 = 1.0 / (v80 + v81)
-        m85 = (v4 <= v59)
-        m86 = (v59 <= v4)
-        v88 = np.where(m85, 1.0, 0.0)
-        m91 = (u_cmd[..., 1] <= p[..., 11])
-        m92 = (p[..., 11] <= u_cmd[..., 1])
-        v93 = np.where(m91, 1.0, 0.0)
-        v99 = v88 / (np.where(m86, 1.0, 0.0) + v88) * (v93 / (v93 + np.where(m92, 1.0, 0.0)) * along_u_cmd[..., 1])
-        v106 = np.where(m2, v69 * v72 * v75 + v70 * v72 * (v80 * v83 * v99 + v81 * v83 * v75), v99)
-        v108 = np.fmin(u_cmd[..., 2], p[..., 11])
-        v109 = np.fmax(v4, v108)
-        v112 = (x[..., 8] + p[..., 12]) * v13
-        v113 = np.fmin(v109, v112)
-        v115 = (x[..., 8] - p[..., 12]) * v13
-        m116 = (v113 <= v115)
-        m117 = (v115 <= v113)
-        v118 = np.where(m116, 1.0, 0.0)
-        v119 = np.where(m117, 1.0, 0.0)
-        v121 = 1.0 / (v118 + v119)
-        v124 = along_x[..., 8] * v13
-        m127 = (v109 <= v112)
-        m128 = (v112 <= v109)
-        v129 = np.where(m127, 1.0, 0.0)
-        v130 = np.where(m128, 1.0, 0.0)
-        v132 = 1.0 / (v129 + v130)
-        m134 = (v4 <= v108)
-        m135 = (v108 <= v4)
-        v137 = np.where(m134, 1.0, 0.0)
-        m140 = (u_cmd[..., 2] <= p[..., 11])
-        m141 = (p[..., 11] <= u_cmd[..., 2])
-        v142 = np.where(m140, 1.0, 0.0)
-        v148 = v137 / (np.where(m135, 1.0, 0.0) + v137) * (v142 / (v142 + np.where(m141, 1.0, 0.0)) * along_u_cmd[..., 2])
-        v154 = v118 * v121 * v124 + v119 * v121 * (v129 * v132 * v148 + v130 * v132 * v124)
-        return _vector(v57, v106, np.where(m2, v154, v148))
+        v45 = np.where(m43, 1.0, 0.0)
+        v47 = 1.0 / (v44 + v45)
+        v55 = v33 * v36 * v39 + v34 * v36 * (v44 * v47 * along_u_cmd[..., 0] + v45 * v47 * v39)
+        v57 = v27 / (v27 + np.where(m26, 1.0, 0.0)) * np.where(m4, v55, along_u_cmd[..., 0])
+        v61 = (x[..., 7] - p[..., 12]) * v10
+        v64 = (x[..., 7] + p[..., 12]) * v10
+        v65 = np.fmin(u_cmd[..., 1], v64)
+        v67 = np.where(m4, np.fmax(v61, v65), u_cmd[..., 1])
+        v68 = np.fmin(v67, p[..., 11])
+        m69 = (v1 <= v68)
+        m70 = (v68 <= v1)
+        v72 = np.where(m69, 1.0, 0.0)
+        m75 = (v67 <= p[..., 11])
+        m76 = (p[..., 11] <= v67)
+        v77 = np.where(m75, 1.0, 0.0)
+        m81 = (v65 <= v61)
+        m82 = (v61 <= v65)
+        v83 = np.where(m81, 1.0, 0.0)
+        v84 = np.where(m82, 1.0, 0.0)
+        v86 = 1.0 / (v83 + v84)
+        v89 = along_x[..., 7] * v10
+        m92 = (u_cmd[..., 1] <= v64)
+        m93 = (v64 <= u_cmd[..., 1])
+        v94 = np.where(m92, 1.0, 0.0)
+        v95 = np.where(m93, 1.0, 0.0)
+        v97 = 1.0 / (v94 + v95)
+        v105 = v83 * v86 * v89 + v84 * v86 * (v94 * v97 * along_u_cmd[..., 1] + v95 * v97 * v89)
+        v107 = v77 / (v77 + np.where(m76, 1.0, 0.0)) * np.where(m4, v105, along_u_cmd[..., 1])
+        v111 = (x[..., 8] - p[..., 12]) * v10
+        v114 = (x[..., 8] + p[..., 12]) * v10
+        v115 = np.fmin(u_cmd[..., 2], v114)
+        v117 = np.where(m4, np.fmax(v111, v115), u_cmd[..., 2])
+        v118 = np.fmin(v117, p[..., 11])
+        m119 = (v1 <= v118)
+        m120 = (v118 <= v1)
+        v122 = np.where(m119, 1.0, 0.0)
+        m125 = (v117 <= p[..., 11])
+        m126 = (p[..., 11] <= v117)
+        v127 = np.where(m125, 1.0, 0.0)
+        m131 = (v115 <= v111)
+        m132 = (v111 <= v115)
+        v133 = np.where(m131, 1.0, 0.0)
+        v134 = np.where(m132, 1.0, 0.0)
+        v136 = 1.0 / (v133 + v134)
+        v139 = along_x[..., 8] * v10
+        m142 = (u_cmd[..., 2] <= v114)
+        m143 = (v114 <= u_cmd[..., 2])
+        v144 = np.where(m142, 1.0, 0.0)
+        v145 = np.where(m143, 1.0, 0.0)
+        v147 = 1.0 / (v144 + v145)
+        v155 = v133 * v136 * v139 + v134 * v136 * (v144 * v147 * along_u_cmd[..., 2] + v145 * v147 * v139)
+        v157 = v127 / (v127 + np.where(m126, 1.0, 0.0)) * np.where(m4, v155, along_u_cmd[..., 2])
+        return _vector(v22 / (np.where(m20, 1.0, 0.0) + v22) * v57, v72 / (np.where(m70, 1.0, 0.0) + v72) * v107, v122 / (np.where(m120, 1.0, 0.0) + v122) * v157)
 
 
 def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
@@ -1685,8 +1748,8 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         v55 = v45 * v54
         v56 = v55 * z[..., 36]
         v57 = v56 * v41
-        m61 = (0.5 < c[..., 16])
-        m63 = (0.5 < c[..., 18])
+        m61 = (0.5 < c[..., 18])
+        m63 = (0.5 < c[..., 20])
         v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 54], z[..., 53]))
         v73 = v67 - z[..., 41] * v38 - z[..., 42] * z[..., 51]
         v74 = z[..., 37] * v73
@@ -1853,425 +1916,425 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         m489 = np.logical_and(m339, m488)
         m491 = (np.abs(x[..., 2]) < 1e+30)
         m492 = np.logical_and(m489, m491)
-        v498 = np.exp(-(p[..., 9] / c[..., 19]))
+        v498 = np.exp(-(p[..., 9] / c[..., 21]))
         v499 = -1.0 + v498
         v500 = v499 * v499
         v502 = v498 + v498
         v506 = v498 * v498
-        v512 = c[..., 0] * c[..., 0]
-        v516 = np.where(m63, 6.0 * v512, 3.0 * v512)
-        v518 = v500 * r[..., 1] + v502 * z[..., 56] - v506 * z[..., 57] + v516 * z[..., 57]
-        v520 = c[..., 0] * v512
-        v521 = 4.0 * v520
-        v523 = -v520
-        v524 = np.where(m63, -v521, v523)
-        v528 = v512 * v512
-        v533 = 4.0 * c[..., 0]
-        v535 = 3.0 * c[..., 0]
-        v537 = np.where(m63, -v533, -v535)
-        v539 = v518 + v524 * z[..., 58] + np.where(m63, v528 * z[..., 59], 0.0) + v537 * z[..., 56]
-        m541 = (0.5 < c[..., 1])
-        m543 = (1.5 < z[..., 90])
-        m544 = np.logical_and(m541, m543)
-        v549 = np.fmax(c[..., 5], c[..., 6] * p[..., 28])
-        v559 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
-        v563 = x[..., 1] - (v559 - z[..., 31] * z[..., 51])
-        m565 = (v549 < np.abs(v563))
-        m566 = np.logical_and(m544, m565)
-        v567 = v114 * v117
-        v570 = np.where(m566, z[..., 34] + v567 * v563, z[..., 34])
-        v573 = (v163 + v114 * z[..., 46]) * v117
-        v576 = np.where(m566, z[..., 30] + v573 * v563, z[..., 30])
-        v577 = v533 + v576
-        v583 = (v93 + v114 * z[..., 49]) * v117
-        v586 = np.where(m566, z[..., 33] + v583 * v563, z[..., 33])
-        v591 = (v177 + v114 * z[..., 48]) * v117
-        v594 = np.where(m566, z[..., 32] + v591 * v563, z[..., 32])
-        v603 = p[..., 9] * p[..., 9] * c[..., 15]
-        v606 = -0.5 * v594 + -0.5 * v586 + np.fmax(c[..., 14], 0.5 / p[..., 1] * v603)
-        v607 = np.fmax(0.0, v606)
-        v608 = v586 + v607
-        v609 = v608 * v608
-        v612 = -6.0 * v512
-        v615 = (v170 + v114 * z[..., 47]) * v117
-        v618 = np.where(m566, z[..., 31] + v615 * v563, z[..., 31])
-        v623 = np.where(m63, v576 * v577 - (v612 + v618), -(v535 + v576))
-        v625 = v594 + v607
-        v626 = v625 * v625
-        v627 = np.where(m63, v528, v523)
-        v630 = v608 * v625
-        v634 = -3.0 * v512
-        v637 = np.where(m63, v618 * v577 - v521, -(v634 + v618))
-        v642 = v608 * v576
-        v645 = 1.0 / (v609 + v626 * v618 - v625 * v642)
-        v646 = (v609 * v623 + v626 * v627 - v630 * v637) * v645
-        v647 = 1.0 + np.where(m63, -v577, 0.0) + v646
-        v653 = 1.0 / (v594 + v586 + (v607 + v607))
-        v654 = (v539 - v570 * v647) * v653
-        v659 = v625 * v627
-        v663 = v625 * v618
-        v666 = (v608 * v637 - v659 - v642 * v623 + v663 * v623) * v645
-        v670 = v654 + np.where(m63, v577 * z[..., 53], 0.0) - x[..., 1] * v666 - v646 * v67
-        v676 = v608 * v618
-        v679 = (v608 * v627 - v659 * v576 + v663 * v637 - v676 * v623) * v645
-        m683 = (np.abs(v670 - v679 * v38) < 1e+30)
-        m684 = np.logical_and(m492, m683)
-        v693 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27] + v516 * z[..., 27]
-        v702 = v693 + v524 * z[..., 28] + np.where(m63, v528 * z[..., 29], 0.0) + v537 * z[..., 26]
-        v715 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v716 = x[..., 0] - v715
-        m718 = (v549 < np.abs(v716))
-        m719 = np.logical_and(m544, m718)
-        v720 = v263 * v266
-        v723 = np.where(m719, z[..., 4] + v720 * v716, z[..., 4])
-        v726 = (v312 + v263 * z[..., 16]) * v266
-        v729 = np.where(m719, z[..., 0] + v726 * v716, z[..., 0])
-        v730 = v533 + v729
-        v736 = (v242 + v263 * z[..., 19]) * v266
-        v739 = np.where(m719, z[..., 3] + v736 * v716, z[..., 3])
-        v742 = (v326 + v263 * z[..., 18]) * v266
-        v745 = np.where(m719, z[..., 2] + v742 * v716, z[..., 2])
-        v753 = -0.5 * v745 + -0.5 * v739 + np.fmax(c[..., 14], 0.5 / p[..., 0] * v603)
-        v754 = np.fmax(0.0, v753)
-        v755 = v739 + v754
-        v756 = v755 * v755
-        v760 = (v319 + v263 * z[..., 17]) * v266
-        v763 = np.where(m719, z[..., 1] + v760 * v716, z[..., 1])
-        v768 = np.where(m63, v729 * v730 - (v612 + v763), -(v535 + v729))
-        v770 = v745 + v754
-        v771 = v770 * v770
-        v774 = v755 * v770
-        v779 = np.where(m63, v763 * v730 - v521, -(v634 + v763))
-        v784 = v755 * v729
-        v787 = 1.0 / (v756 + v771 * v763 - v770 * v784)
-        v788 = (v756 * v768 + v771 * v627 - v774 * v779) * v787
-        v789 = 1.0 + np.where(m63, -v730, 0.0) + v788
-        v795 = 1.0 / (v745 + v739 + (v754 + v754))
-        v796 = (v702 - v723 * v789) * v795
-        v801 = v770 * v627
-        v805 = v770 * v763
-        v808 = (v755 * v779 - v801 - v784 * v768 + v805 * v768) * v787
-        v812 = v796 + np.where(m63, v730 * z[..., 23], 0.0) - x[..., 0] * v808 - v788 * v216
-        v818 = v755 * v763
-        v821 = (v755 * v627 - v801 * v729 + v805 * v779 - v818 * v768) * v787
-        m825 = (np.abs(v812 - v821 * v193) < 1e+30)
-        m826 = np.logical_and(m684, m825)
-        v835 = v500 * r[..., 2] + v502 * z[..., 86] - v506 * z[..., 87] + v516 * z[..., 87]
-        v844 = v835 + v524 * z[..., 88] + np.where(m63, v528 * z[..., 89], 0.0) + v537 * z[..., 86]
-        v854 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
-        v858 = x[..., 2] - (v854 - z[..., 61] * z[..., 81])
-        m860 = (v549 < np.abs(v858))
-        m861 = np.logical_and(m544, m860)
-        v862 = v413 * v416
-        v865 = np.where(m861, z[..., 64] + v862 * v858, z[..., 64])
-        v868 = (v462 + v413 * z[..., 76]) * v416
-        v871 = np.where(m861, z[..., 60] + v868 * v858, z[..., 60])
-        v872 = v533 + v871
-        v878 = (v392 + v413 * z[..., 79]) * v416
-        v881 = np.where(m861, z[..., 63] + v878 * v858, z[..., 63])
-        v884 = (v476 + v413 * z[..., 78]) * v416
-        v887 = np.where(m861, z[..., 62] + v884 * v858, z[..., 62])
-        v895 = -0.5 * v887 + -0.5 * v881 + np.fmax(c[..., 14], 0.5 / p[..., 2] * v603)
-        v896 = np.fmax(0.0, v895)
-        v897 = v881 + v896
-        v898 = v897 * v897
-        v902 = (v469 + v413 * z[..., 77]) * v416
-        v905 = np.where(m861, z[..., 61] + v902 * v858, z[..., 61])
-        v910 = np.where(m63, v871 * v872 - (v612 + v905), -(v535 + v871))
-        v912 = v887 + v896
-        v913 = v912 * v912
-        v916 = v897 * v912
-        v921 = np.where(m63, v905 * v872 - v521, -(v634 + v905))
-        v926 = v897 * v871
-        v929 = 1.0 / (v898 + v913 * v905 - v912 * v926)
-        v930 = (v898 * v910 + v913 * v627 - v916 * v921) * v929
-        v931 = 1.0 + np.where(m63, -v872, 0.0) + v930
-        v937 = 1.0 / (v887 + v881 + (v896 + v896))
-        v938 = (v844 - v865 * v931) * v937
-        v945 = v912 * v627
-        v949 = v912 * v905
-        v952 = (v897 * v921 - v945 - v926 * v910 + v949 * v910) * v929
-        v954 = v938 + np.where(m63, v872 * z[..., 83], 0.0) - v930 * v366 - v952 * x[..., 2]
-        v960 = v897 * v905
-        v963 = (v897 * v627 - v945 * v871 + v949 * v921 - v960 * v910) * v929
-        m967 = (np.abs(v954 - v963 * v343) < 1e+30)
-        m968 = np.logical_and(m826, m967)
-        v976 = v500 * along_r[..., 0] + v502 * along_z[..., 26] - v506 * along_z[..., 27]
-        v985 = v976 + v516 * along_z[..., 27] + v524 * along_z[..., 28] + np.where(m63, v528 * along_z[..., 29], 0.0)
-        v997 = np.where(m61, along_v[..., 0], np.where(m63, along_z[..., 24], along_z[..., 23]))
-        v1005 = v216 * along_z[..., 18] + z[..., 18] * v997 + (z[..., 22] * along_z[..., 19] + z[..., 19] * along_z[..., 22])
-        v1010 = np.where(m36, along_x[..., 0], along_z[..., 20])
-        v1019 = v1005 - (v193 * along_z[..., 16] + z[..., 16] * v1010) - (z[..., 21] * along_z[..., 17] + z[..., 17] * along_z[..., 21])
-        v1021 = v262 * along_z[..., 9] + z[..., 9] * v1019
-        v1027 = v193 * along_z[..., 5] + z[..., 5] * v1010
-        v1030 = v193 * v1027 + v194 * v1010
-        v1037 = along_z[..., 21] + (v193 * along_z[..., 10] + z[..., 10] * v1010)
-        v1039 = v203 * along_z[..., 6] + z[..., 6] * v1037
-        v1043 = v1030 + (v203 * v1039 + v204 * v1037)
-        v1055 = v997 - (v193 * along_z[..., 11] + z[..., 11] * v1010) - (z[..., 21] * along_z[..., 12] + z[..., 12] * along_z[..., 21])
-        v1057 = v222 * along_z[..., 7] + z[..., 7] * v1055
-        v1061 = v1043 + (v222 * v1057 + v223 * v1055)
-        v1073 = along_z[..., 22] + (v216 * along_z[..., 15] + z[..., 15] * v997) - (v193 * along_z[..., 13] + z[..., 13] * v1010)
-        v1078 = v1073 - (z[..., 21] * along_z[..., 14] + z[..., 14] * along_z[..., 21])
-        v1080 = v241 * along_z[..., 8] + z[..., 8] * v1078
-        v1084 = v1061 + (v241 * v1080 + v242 * v1078)
-        v1088 = v1084 + (v262 * v1021 + v263 * v1019)
-        v1101 = along_z[..., 4] + (v216 * along_z[..., 2] + z[..., 2] * v997) + (z[..., 22] * along_z[..., 3] + z[..., 3] * along_z[..., 22])
-        v1111 = v1101 - (v193 * along_z[..., 0] + z[..., 0] * v1010) - (z[..., 21] * along_z[..., 1] + z[..., 1] * along_z[..., 21])
-        v1112 = along_x[..., 0] - v1111
-        v1115 = along_z[..., 4] + (v716 * (v1021 * v266 - v720 * v266 * v1088) + v720 * v1112)
-        v1116 = np.where(m719, v1115, along_z[..., 4])
-        v1124 = v1027 + (z[..., 10] * v1039 + v204 * along_z[..., 10])
-        v1125 = z[..., 11] * v1057 + v223 * along_z[..., 11] - v1124
-        v1129 = v1125 + (z[..., 13] * v1080 + v242 * along_z[..., 13])
-        v1137 = (v1129 + (z[..., 16] * v1021 + v263 * along_z[..., 16])) * v266 - v726 * v266 * v1088
-        v1142 = np.where(m719, along_z[..., 0] + (v716 * v1137 + v726 * v1112), along_z[..., 0])
-        v1143 = -v1142
-        v1153 = (v1080 + (z[..., 19] * v1021 + v263 * along_z[..., 19])) * v266 - v736 * v266 * v1088
-        v1158 = np.where(m719, along_z[..., 3] + (v716 * v1153 + v736 * v1112), along_z[..., 3])
-        m1159 = (0.0 <= v753)
-        m1160 = (v753 <= 0.0)
-        v1162 = np.where(m1159, 1.0, 0.0)
-        v1168 = v1057 + (z[..., 15] * v1080 + v242 * along_z[..., 15])
-        v1176 = (v1168 + (z[..., 18] * v1021 + v263 * along_z[..., 18])) * v266 - v742 * v266 * v1088
-        v1181 = np.where(m719, along_z[..., 2] + (v716 * v1176 + v742 * v1112), along_z[..., 2])
-        v1185 = v1162 / (np.where(m1160, 1.0, 0.0) + v1162) * (-0.5 * v1181 + -0.5 * v1158)
-        v1186 = v1158 + v1185
-        v1187 = (v755 + v755) * v1186
-        v1195 = z[..., 12] * v1057 + v223 * along_z[..., 12] - v1039
-        v1199 = v1195 + (z[..., 14] * v1080 + v242 * along_z[..., 14])
-        v1207 = (v1199 + (z[..., 17] * v1021 + v263 * along_z[..., 17])) * v266 - v760 * v266 * v1088
-        v1212 = np.where(m719, along_z[..., 1] + (v716 * v1207 + v760 * v1112), along_z[..., 1])
-        v1214 = np.where(m63, v730 * v1142 + v729 * v1142 - v1212, v1143)
-        v1218 = v1181 + v1185
-        v1219 = (v770 + v770) * v1218
-        v1230 = np.where(m63, v730 * v1212 + v763 * v1142, -v1212)
-        v1233 = v768 * v1187 + v756 * v1214 + v627 * v1219 - (v779 * (v770 * v1186 + v755 * v1218) + v774 * v1230)
-        v1243 = v729 * v1186 + v755 * v1142
-        v1246 = v1187 + (v763 * v1219 + v771 * v1212) - (v784 * v1218 + v770 * v1243)
-        v1248 = v1233 * v787 - v788 * v787 * v1246
-        v1252 = v985 + v537 * along_z[..., 26] - (v789 * v1116 + v723 * (np.where(m63, v1143, 0.0) + v1248))
-        v1264 = v1252 * v795 - v796 * v795 * (v1181 + v1158 + (v1185 + v1185)) + np.where(m63, z[..., 23] * v1142 + v730 * along_z[..., 23], 0.0)
-        v1269 = v627 * v1218
-        v1277 = v763 * v1218 + v770 * v1212
-        v1281 = v779 * v1186 + v755 * v1230 - v1269 - (v768 * v1243 + v784 * v1214) + (v768 * v1277 + v805 * v1214)
-        v1287 = v808 * along_x[..., 0] + x[..., 0] * (v1281 * v787 - v808 * v787 * v1246)
-        v1301 = v627 * v1186 - (v729 * v1269 + v801 * v1142) + (v779 * v1277 + v805 * v1230)
-        v1312 = (v1301 - (v768 * (v763 * v1186 + v755 * v1212) + v818 * v1214)) * v787 - v821 * v787 * v1246
-        v1316 = v1264 - v1287 - (v216 * v1248 + v788 * v997) - (v193 * v1312 + v821 * v1010)
-        v1325 = v500 * along_r[..., 1] + v502 * along_z[..., 56] - v506 * along_z[..., 57]
-        v1334 = v1325 + v516 * along_z[..., 57] + v524 * along_z[..., 58] + np.where(m63, v528 * along_z[..., 59], 0.0)
-        v1346 = np.where(m61, along_v[..., 1], np.where(m63, along_z[..., 54], along_z[..., 53]))
-        v1354 = v67 * along_z[..., 48] + z[..., 48] * v1346 + (z[..., 52] * along_z[..., 49] + z[..., 49] * along_z[..., 52])
-        v1359 = np.where(m36, along_x[..., 1], along_z[..., 50])
-        v1368 = v1354 - (v38 * along_z[..., 46] + z[..., 46] * v1359) - (z[..., 51] * along_z[..., 47] + z[..., 47] * along_z[..., 51])
-        v1370 = v113 * along_z[..., 39] + z[..., 39] * v1368
-        v1376 = v38 * along_z[..., 35] + z[..., 35] * v1359
-        v1379 = v38 * v1376 + v39 * v1359
-        v1386 = along_z[..., 51] + (v38 * along_z[..., 40] + z[..., 40] * v1359)
-        v1388 = v50 * along_z[..., 36] + z[..., 36] * v1386
-        v1392 = v1379 + (v50 * v1388 + v51 * v1386)
-        v1404 = v1346 - (v38 * along_z[..., 41] + z[..., 41] * v1359) - (z[..., 51] * along_z[..., 42] + z[..., 42] * along_z[..., 51])
-        v1406 = v73 * along_z[..., 37] + z[..., 37] * v1404
-        v1410 = v1392 + (v73 * v1406 + v74 * v1404)
-        v1422 = along_z[..., 52] + (v67 * along_z[..., 45] + z[..., 45] * v1346) - (v38 * along_z[..., 43] + z[..., 43] * v1359)
-        v1427 = v1422 - (z[..., 51] * along_z[..., 44] + z[..., 44] * along_z[..., 51])
-        v1429 = v92 * along_z[..., 38] + z[..., 38] * v1427
-        v1433 = v1410 + (v92 * v1429 + v93 * v1427)
-        v1437 = v1433 + (v113 * v1370 + v114 * v1368)
-        v1450 = along_z[..., 34] + (v67 * along_z[..., 32] + z[..., 32] * v1346) + (z[..., 52] * along_z[..., 33] + z[..., 33] * along_z[..., 52])
-        v1460 = v1450 - (v38 * along_z[..., 30] + z[..., 30] * v1359) - (z[..., 51] * along_z[..., 31] + z[..., 31] * along_z[..., 51])
-        v1461 = along_x[..., 1] - v1460
-        v1464 = along_z[..., 34] + (v563 * (v1370 * v117 - v567 * v117 * v1437) + v567 * v1461)
-        v1465 = np.where(m566, v1464, along_z[..., 34])
-        v1473 = v1376 + (z[..., 40] * v1388 + v51 * along_z[..., 40])
-        v1474 = z[..., 41] * v1406 + v74 * along_z[..., 41] - v1473
-        v1478 = v1474 + (z[..., 43] * v1429 + v93 * along_z[..., 43])
-        v1486 = (v1478 + (z[..., 46] * v1370 + v114 * along_z[..., 46])) * v117 - v573 * v117 * v1437
-        v1491 = np.where(m566, along_z[..., 30] + (v563 * v1486 + v573 * v1461), along_z[..., 30])
-        v1492 = -v1491
-        v1502 = (v1429 + (z[..., 49] * v1370 + v114 * along_z[..., 49])) * v117 - v583 * v117 * v1437
-        v1507 = np.where(m566, along_z[..., 33] + (v563 * v1502 + v583 * v1461), along_z[..., 33])
-        m1508 = (0.0 <= v606)
-        m1509 = (v606 <= 0.0)
-        v1511 = np.where(m1508, 1.0, 0.0)
-        v1517 = v1406 + (z[..., 45] * v1429 + v93 * along_z[..., 45])
-        v1525 = (v1517 + (z[..., 48] * v1370 + v114 * along_z[..., 48])) * v117 - v591 * v117 * v1437
-        v1530 = np.where(m566, along_z[..., 32] + (v563 * v1525 + v591 * v1461), along_z[..., 32])
-        v1534 = v1511 / (np.where(m1509, 1.0, 0.0) + v1511) * (-0.5 * v1530 + -0.5 * v1507)
-        v1535 = v1507 + v1534
-        v1536 = (v608 + v608) * v1535
-        v1544 = z[..., 42] * v1406 + v74 * along_z[..., 42] - v1388
-        v1548 = v1544 + (z[..., 44] * v1429 + v93 * along_z[..., 44])
-        v1556 = (v1548 + (z[..., 47] * v1370 + v114 * along_z[..., 47])) * v117 - v615 * v117 * v1437
-        v1561 = np.where(m566, along_z[..., 31] + (v563 * v1556 + v615 * v1461), along_z[..., 31])
-        v1563 = np.where(m63, v577 * v1491 + v576 * v1491 - v1561, v1492)
-        v1567 = v1530 + v1534
-        v1568 = (v625 + v625) * v1567
-        v1579 = np.where(m63, v577 * v1561 + v618 * v1491, -v1561)
-        v1582 = v623 * v1536 + v609 * v1563 + v627 * v1568 - (v637 * (v625 * v1535 + v608 * v1567) + v630 * v1579)
-        v1592 = v576 * v1535 + v608 * v1491
-        v1595 = v1536 + (v618 * v1568 + v626 * v1561) - (v642 * v1567 + v625 * v1592)
-        v1597 = v1582 * v645 - v646 * v645 * v1595
-        v1601 = v1334 + v537 * along_z[..., 56] - (v647 * v1465 + v570 * (np.where(m63, v1492, 0.0) + v1597))
-        v1613 = v1601 * v653 - v654 * v653 * (v1530 + v1507 + (v1534 + v1534)) + np.where(m63, z[..., 53] * v1491 + v577 * along_z[..., 53], 0.0)
-        v1618 = v627 * v1567
-        v1626 = v618 * v1567 + v625 * v1561
-        v1630 = v637 * v1535 + v608 * v1579 - v1618 - (v623 * v1592 + v642 * v1563) + (v623 * v1626 + v663 * v1563)
-        v1636 = v666 * along_x[..., 1] + x[..., 1] * (v1630 * v645 - v666 * v645 * v1595)
-        v1650 = v627 * v1535 - (v576 * v1618 + v659 * v1491) + (v637 * v1626 + v663 * v1579)
-        v1661 = (v1650 - (v623 * (v618 * v1535 + v608 * v1561) + v676 * v1563)) * v645 - v679 * v645 * v1595
-        v1665 = v1613 - v1636 - (v67 * v1597 + v646 * v1346) - (v38 * v1661 + v679 * v1359)
-        v1674 = v500 * along_r[..., 2] + v502 * along_z[..., 86] - v506 * along_z[..., 87]
-        v1683 = v1674 + v516 * along_z[..., 87] + v524 * along_z[..., 88] + np.where(m63, v528 * along_z[..., 89], 0.0)
-        v1695 = np.where(m61, along_v[..., 2], np.where(m63, along_z[..., 84], along_z[..., 83]))
-        v1703 = v366 * along_z[..., 78] + z[..., 78] * v1695 + (z[..., 82] * along_z[..., 79] + z[..., 79] * along_z[..., 82])
-        v1708 = np.where(m36, along_x[..., 2], along_z[..., 80])
-        v1717 = v1703 - (v343 * along_z[..., 76] + z[..., 76] * v1708) - (z[..., 81] * along_z[..., 77] + z[..., 77] * along_z[..., 81])
-        v1719 = v412 * along_z[..., 69] + z[..., 69] * v1717
-        v1725 = v343 * along_z[..., 65] + z[..., 65] * v1708
-        v1728 = v343 * v1725 + v344 * v1708
-        v1735 = along_z[..., 81] + (v343 * along_z[..., 70] + z[..., 70] * v1708)
-        v1737 = v353 * along_z[..., 66] + z[..., 66] * v1735
-        v1741 = v1728 + (v353 * v1737 + v354 * v1735)
-        v1753 = v1695 - (v343 * along_z[..., 71] + z[..., 71] * v1708) - (z[..., 81] * along_z[..., 72] + z[..., 72] * along_z[..., 81])
-        v1755 = v372 * along_z[..., 67] + z[..., 67] * v1753
-        v1759 = v1741 + (v372 * v1755 + v373 * v1753)
-        v1771 = along_z[..., 82] + (v366 * along_z[..., 75] + z[..., 75] * v1695) - (v343 * along_z[..., 73] + z[..., 73] * v1708)
-        v1776 = v1771 - (z[..., 81] * along_z[..., 74] + z[..., 74] * along_z[..., 81])
-        v1778 = v391 * along_z[..., 68] + z[..., 68] * v1776
-        v1782 = v1759 + (v391 * v1778 + v392 * v1776)
-        v1786 = v1782 + (v412 * v1719 + v413 * v1717)
-        v1799 = along_z[..., 64] + (v366 * along_z[..., 62] + z[..., 62] * v1695) + (z[..., 82] * along_z[..., 63] + z[..., 63] * along_z[..., 82])
-        v1809 = v1799 - (v343 * along_z[..., 60] + z[..., 60] * v1708) - (z[..., 81] * along_z[..., 61] + z[..., 61] * along_z[..., 81])
-        v1810 = along_x[..., 2] - v1809
-        v1813 = along_z[..., 64] + (v858 * (v1719 * v416 - v862 * v416 * v1786) + v862 * v1810)
-        v1814 = np.where(m861, v1813, along_z[..., 64])
-        v1822 = v1725 + (z[..., 70] * v1737 + v354 * along_z[..., 70])
-        v1823 = z[..., 71] * v1755 + v373 * along_z[..., 71] - v1822
-        v1827 = v1823 + (z[..., 73] * v1778 + v392 * along_z[..., 73])
-        v1835 = (v1827 + (z[..., 76] * v1719 + v413 * along_z[..., 76])) * v416 - v868 * v416 * v1786
-        v1840 = np.where(m861, along_z[..., 60] + (v858 * v1835 + v868 * v1810), along_z[..., 60])
-        v1841 = -v1840
-        v1851 = (v1778 + (z[..., 79] * v1719 + v413 * along_z[..., 79])) * v416 - v878 * v416 * v1786
-        v1856 = np.where(m861, along_z[..., 63] + (v858 * v1851 + v878 * v1810), along_z[..., 63])
-        m1857 = (0.0 <= v895)
-        m1858 = (v895 <= 0.0)
-        v1860 = np.where(m1857, 1.0, 0.0)
-        v1866 = v1755 + (z[..., 75] * v1778 + v392 * along_z[..., 75])
-        v1874 = (v1866 + (z[..., 78] * v1719 + v413 * along_z[..., 78])) * v416 - v884 * v416 * v1786
-        v1879 = np.where(m861, along_z[..., 62] + (v858 * v1874 + v884 * v1810), along_z[..., 62])
-        v1883 = v1860 / (np.where(m1858, 1.0, 0.0) + v1860) * (-0.5 * v1879 + -0.5 * v1856)
-        v1884 = v1856 + v1883
-        v1885 = (v897 + v897) * v1884
-        v1893 = z[..., 72] * v1755 + v373 * along_z[..., 72] - v1737
-        v1897 = v1893 + (z[..., 74] * v1778 + v392 * along_z[..., 74])
-        v1905 = (v1897 + (z[..., 77] * v1719 + v413 * along_z[..., 77])) * v416 - v902 * v416 * v1786
-        v1910 = np.where(m861, along_z[..., 61] + (v858 * v1905 + v902 * v1810), along_z[..., 61])
-        v1912 = np.where(m63, v872 * v1840 + v871 * v1840 - v1910, v1841)
-        v1916 = v1879 + v1883
-        v1917 = (v912 + v912) * v1916
-        v1928 = np.where(m63, v872 * v1910 + v905 * v1840, -v1910)
-        v1931 = v910 * v1885 + v898 * v1912 + v627 * v1917 - (v921 * (v912 * v1884 + v897 * v1916) + v916 * v1928)
-        v1941 = v871 * v1884 + v897 * v1840
-        v1944 = v1885 + (v905 * v1917 + v913 * v1910) - (v926 * v1916 + v912 * v1941)
-        v1946 = v1931 * v929 - v930 * v929 * v1944
-        v1950 = v1683 + v537 * along_z[..., 86] - (v931 * v1814 + v865 * (np.where(m63, v1841, 0.0) + v1946))
-        v1962 = v1950 * v937 - v938 * v937 * (v1879 + v1856 + (v1883 + v1883)) + np.where(m63, z[..., 83] * v1840 + v872 * along_z[..., 83], 0.0)
-        v1970 = v627 * v1916
-        v1978 = v905 * v1916 + v912 * v1910
-        v1982 = v921 * v1884 + v897 * v1928 - v1970 - (v910 * v1941 + v926 * v1912) + (v910 * v1978 + v949 * v1912)
-        v1989 = x[..., 2] * (v1982 * v929 - v952 * v929 * v1944) + v952 * along_x[..., 2]
-        v1999 = v627 * v1884 - (v871 * v1970 + v945 * v1840) + (v921 * v1978 + v949 * v1928)
-        v2010 = (v1999 - (v910 * (v905 * v1884 + v897 * v1910) + v960 * v1912)) * v929 - v963 * v929 * v1944
-        v2014 = v1962 - (v366 * v1946 + v930 * v1695) - v1989 - (v343 * v2010 + v963 * v1708)
-        m2022 = (c[..., 4] < v336)
-        v2023 = np.where(m2022, c[..., 3], 1.0)
-        v2029 = np.where(m719, v2023 * (along_z[..., 5] * v197 - v198 * v197 * v1030), along_z[..., 5])
-        v2037 = v196 * (v208 * along_z[..., 6] - z[..., 6] * (v207 * v207 * v1043 * v45))
-        v2042 = np.where(m968, np.where(m719, v2023 * (v2037 + v209 * v1030), along_z[..., 6]), along_z[..., 6])
-        v2050 = v206 * (v227 * along_z[..., 7] - z[..., 7] * (v227 * v226 * v1061)) + v228 * v1043
-        v2053 = np.where(m968, np.where(m719, v2023 * v2050, along_z[..., 7]), along_z[..., 7])
-        v2061 = v225 * (v246 * along_z[..., 8] - z[..., 8] * (v246 * v245 * v1084)) + v247 * v1061
-        v2064 = np.where(m968, np.where(m719, v2023 * v2061, along_z[..., 8]), along_z[..., 8])
-        v2072 = v244 * (v267 * along_z[..., 9] - z[..., 9] * (v267 * v266 * v1088)) + v268 * v1084
-        v2075 = np.where(m968, np.where(m719, v2023 * v2072, along_z[..., 9]), along_z[..., 9])
-        v2083 = along_z[..., 10] - (v203 * (v1027 * v197 - v271 * v197 * v1030) + v271 * v1037)
-        v2085 = np.where(m968, np.where(m719, v2083, along_z[..., 10]), along_z[..., 10])
-        v2089 = v1055 * v207 - v277 * v207 * v1043
-        v2094 = np.where(m719, along_z[..., 11] + (v279 * v2089 + v277 * v1124), along_z[..., 11])
-        v2100 = np.where(m719, along_z[..., 12] + (v204 * v2089 + v277 * v1039), along_z[..., 12])
-        v2105 = v1078 * v226 - v290 * v226 * v1061
-        v2110 = np.where(m719, along_z[..., 13] - (v292 * v2105 + v290 * v1125), along_z[..., 13])
-        v2116 = np.where(m719, along_z[..., 14] - (v299 * v2105 + v290 * v1195), along_z[..., 14])
-        v2122 = np.where(m719, along_z[..., 15] - (v223 * v2105 + v290 * v1057), along_z[..., 15])
-        v2127 = v1019 * v245 - v310 * v245 * v1084
-        v2132 = np.where(m719, along_z[..., 16] - (v312 * v2127 + v310 * v1129), along_z[..., 16])
-        v2138 = np.where(m719, along_z[..., 17] - (v319 * v2127 + v310 * v1199), along_z[..., 17])
-        v2144 = np.where(m719, along_z[..., 18] - (v326 * v2127 + v310 * v1168), along_z[..., 18])
-        v2150 = np.where(m719, along_z[..., 19] - (v242 * v2127 + v310 * v1080), along_z[..., 19])
-        v2157 = 0.5 * along_z[..., 26]
-        v2164 = np.where(m968, np.where(m63, v2157 + 0.5 * along_z[..., 27], v2157 + 0.5 * v976), along_z[..., 25])
-        m2174 = (c[..., 4] < v187)
-        v2175 = np.where(m2174, c[..., 3], 1.0)
-        v2181 = np.where(m566, v2175 * (along_z[..., 35] * v43 - v44 * v43 * v1379), along_z[..., 35])
-        v2190 = v41 * (v55 * along_z[..., 36] - z[..., 36] * (v55 * v54 * v1392)) + v56 * v1379
-        v2193 = np.where(m968, np.where(m566, v2175 * v2190, along_z[..., 36]), along_z[..., 36])
-        v2201 = v53 * (v78 * along_z[..., 37] - z[..., 37] * (v78 * v77 * v1410)) + v79 * v1392
-        v2204 = np.where(m968, np.where(m566, v2175 * v2201, along_z[..., 37]), along_z[..., 37])
-        v2212 = v76 * (v97 * along_z[..., 38] - z[..., 38] * (v97 * v96 * v1433)) + v98 * v1410
-        v2215 = np.where(m968, np.where(m566, v2175 * v2212, along_z[..., 38]), along_z[..., 38])
-        v2223 = v95 * (v118 * along_z[..., 39] - z[..., 39] * (v118 * v117 * v1437)) + v119 * v1433
-        v2226 = np.where(m968, np.where(m566, v2175 * v2223, along_z[..., 39]), along_z[..., 39])
-        v2234 = along_z[..., 40] - (v50 * (v1376 * v43 - v122 * v43 * v1379) + v122 * v1386)
-        v2236 = np.where(m968, np.where(m566, v2234, along_z[..., 40]), along_z[..., 40])
-        v2240 = v1404 * v54 - v128 * v54 * v1392
-        v2245 = np.where(m566, along_z[..., 41] + (v130 * v2240 + v128 * v1473), along_z[..., 41])
-        v2251 = np.where(m566, along_z[..., 42] + (v51 * v2240 + v128 * v1388), along_z[..., 42])
-        v2256 = v1427 * v77 - v141 * v77 * v1410
-        v2261 = np.where(m566, along_z[..., 43] - (v143 * v2256 + v141 * v1474), along_z[..., 43])
-        v2267 = np.where(m566, along_z[..., 44] - (v150 * v2256 + v141 * v1544), along_z[..., 44])
-        v2273 = np.where(m566, along_z[..., 45] - (v74 * v2256 + v141 * v1406), along_z[..., 45])
-        v2278 = v1368 * v96 - v161 * v96 * v1433
-        v2283 = np.where(m566, along_z[..., 46] - (v163 * v2278 + v161 * v1478), along_z[..., 46])
-        v2289 = np.where(m566, along_z[..., 47] - (v170 * v2278 + v161 * v1548), along_z[..., 47])
-        v2295 = np.where(m566, along_z[..., 48] - (v177 * v2278 + v161 * v1517), along_z[..., 48])
-        v2301 = np.where(m566, along_z[..., 49] - (v93 * v2278 + v161 * v1429), along_z[..., 49])
-        v2308 = 0.5 * along_z[..., 56]
-        v2315 = np.where(m968, np.where(m63, v2308 + 0.5 * along_z[..., 57], v2308 + 0.5 * v1325), along_z[..., 55])
-        m2325 = (c[..., 4] < v486)
-        v2326 = np.where(m2325, c[..., 3], 1.0)
-        v2332 = np.where(m861, v2326 * (along_z[..., 65] * v347 - v348 * v347 * v1728), along_z[..., 65])
-        v2341 = v346 * (v358 * along_z[..., 66] - z[..., 66] * (v358 * v357 * v1741)) + v359 * v1728
-        v2344 = np.where(m968, np.where(m861, v2326 * v2341, along_z[..., 66]), along_z[..., 66])
-        v2352 = v356 * (v377 * along_z[..., 67] - z[..., 67] * (v377 * v376 * v1759)) + v378 * v1741
-        v2355 = np.where(m968, np.where(m861, v2326 * v2352, along_z[..., 67]), along_z[..., 67])
-        v2363 = v375 * (v396 * along_z[..., 68] - z[..., 68] * (v396 * v395 * v1782)) + v397 * v1759
-        v2366 = np.where(m968, np.where(m861, v2326 * v2363, along_z[..., 68]), along_z[..., 68])
-        v2374 = v394 * (v417 * along_z[..., 69] - z[..., 69] * (v417 * v416 * v1786)) + v418 * v1782
-        v2377 = np.where(m968, np.where(m861, v2326 * v2374, along_z[..., 69]), along_z[..., 69])
-        v2385 = along_z[..., 70] - (v353 * (v1725 * v347 - v421 * v347 * v1728) + v421 * v1735)
-        v2387 = np.where(m968, np.where(m861, v2385, along_z[..., 70]), along_z[..., 70])
-        v2391 = v1753 * v357 - v427 * v357 * v1741
-        v2396 = np.where(m861, along_z[..., 71] + (v429 * v2391 + v427 * v1822), along_z[..., 71])
-        v2402 = np.where(m861, along_z[..., 72] + (v354 * v2391 + v427 * v1737), along_z[..., 72])
-        v2407 = v1776 * v376 - v440 * v376 * v1759
-        v2412 = np.where(m861, along_z[..., 73] - (v442 * v2407 + v440 * v1823), along_z[..., 73])
-        v2418 = np.where(m861, along_z[..., 74] - (v449 * v2407 + v440 * v1893), along_z[..., 74])
-        v2424 = np.where(m861, along_z[..., 75] - (v373 * v2407 + v440 * v1755), along_z[..., 75])
-        v2429 = v1717 * v395 - v460 * v395 * v1782
-        v2434 = np.where(m861, along_z[..., 76] - (v462 * v2429 + v460 * v1827), along_z[..., 76])
-        v2440 = np.where(m861, along_z[..., 77] - (v469 * v2429 + v460 * v1897), along_z[..., 77])
-        v2446 = np.where(m861, along_z[..., 78] - (v476 * v2429 + v460 * v1866), along_z[..., 78])
-        v2452 = np.where(m861, along_z[..., 79] - (v392 * v2429 + v460 * v1778), along_z[..., 79])
-        v2459 = 0.5 * along_z[..., 86]
-        v2466 = np.where(m968, np.where(m63, v2459 + 0.5 * along_z[..., 87], v2459 + 0.5 * v1674), along_z[..., 85])
-        v2471 = 1.0 + z[..., 90]
-        m2473 = (v2471 <= 2.0)
-        m2474 = (2.0 <= v2471)
-        v2476 = np.where(m2473, 1.0, 0.0)
-        v2481 = np.where(m968, v2476 / (np.where(m2474, 1.0, 0.0) + v2476) * along_z[..., 90], 0.0)
-        return _vector(np.where(m968, v1316, 0.0), np.where(m968, v1665, 0.0), np.where(m968, v2014, 0.0)), _vector(np.where(m968, v1142, along_z[..., 0]), np.where(m968, v1212, along_z[..., 1]), np.where(m968, v1181, along_z[..., 2]), np.where(m968, v1158, along_z[..., 3]), np.where(m968, v1116, along_z[..., 4]), np.where(m968, v2029, along_z[..., 5]), v2042, v2053, v2064, v2075, v2085, np.where(m968, v2094, along_z[..., 11]), np.where(m968, v2100, along_z[..., 12]), np.where(m968, v2110, along_z[..., 13]), np.where(m968, v2116, along_z[..., 14]), np.where(m968, v2122, along_z[..., 15]), np.where(m968, v2132, along_z[..., 16]), np.where(m968, v2138, along_z[..., 17]), np.where(m968, v2144, along_z[..., 18]), np.where(m968, v2150, along_z[..., 19]), np.where(m968, along_x[..., 0], along_z[..., 20]), np.where(m968, v1010, along_z[..., 21]), np.where(m968, v997, along_z[..., 22]), np.where(m968, v1316, along_z[..., 23]), np.where(m968, along_z[..., 23], along_z[..., 24]), v2164, np.where(m968, v976, along_z[..., 26]), np.where(m968, along_z[..., 26], along_z[..., 27]), np.where(m968, along_z[..., 27], along_z[..., 28]), np.where(m968, along_z[..., 28], along_z[..., 29]), np.where(m968, v1491, along_z[..., 30]), np.where(m968, v1561, along_z[..., 31]), np.where(m968, v1530, along_z[..., 32]), np.where(m968, v1507, along_z[..., 33]), np.where(m968, v1465, along_z[..., 34]), np.where(m968, v2181, along_z[..., 35]), v2193, v2204, v2215, v2226, v2236, np.where(m968, v2245, along_z[..., 41]), np.where(m968, v2251, along_z[..., 42]), np.where(m968, v2261, along_z[..., 43]), np.where(m968, v2267, along_z[..., 44]), np.where(m968, v2273, along_z[..., 45]), np.where(m968, v2283, along_z[..., 46]), np.where(m968, v2289, along_z[..., 47]), np.where(m968, v2295, along_z[..., 48]), np.where(m968, v2301, along_z[..., 49]), np.where(m968, along_x[..., 1], along_z[..., 50]), np.where(m968, v1359, along_z[..., 51]), np.where(m968, v1346, along_z[..., 52]), np.where(m968, v1665, along_z[..., 53]), np.where(m968, along_z[..., 53], along_z[..., 54]), v2315, np.where(m968, v1325, along_z[..., 56]), np.where(m968, along_z[..., 56], along_z[..., 57]), np.where(m968, along_z[..., 57], along_z[..., 58]), np.where(m968, along_z[..., 58], along_z[..., 59]), np.where(m968, v1840, along_z[..., 60]), np.where(m968, v1910, along_z[..., 61]), np.where(m968, v1879, along_z[..., 62]), np.where(m968, v1856, along_z[..., 63]), np.where(m968, v1814, along_z[..., 64]), np.where(m968, v2332, along_z[..., 65]), v2344, v2355, v2366, v2377, v2387, np.where(m968, v2396, along_z[..., 71]), np.where(m968, v2402, along_z[..., 72]), np.where(m968, v2412, along_z[..., 73]), np.where(m968, v2418, along_z[..., 74]), np.where(m968, v2424, along_z[..., 75]), np.where(m968, v2434, along_z[..., 76]), np.where(m968, v2440, along_z[..., 77]), np.where(m968, v2446, along_z[..., 78]), np.where(m968, v2452, along_z[..., 79]), np.where(m968, along_x[..., 2], along_z[..., 80]), np.where(m968, v1708, along_z[..., 81]), np.where(m968, v1695, along_z[..., 82]), np.where(m968, v2014, along_z[..., 83]), np.where(m968, along_z[..., 83], along_z[..., 84]), v2466, np.where(m968, v1674, along_z[..., 86]), np.where(m968, along_z[..., 86], along_z[..., 87]), np.where(m968, along_z[..., 87], along_z[..., 88]), np.where(m968, along_z[..., 88], along_z[..., 89]), v2481, 0.0)
+        v512 = 4.0 * c[..., 0]
+        v515 = 3.0 * c[..., 0]
+        v517 = np.where(m63, -v512, -v515)
+        v519 = v500 * r[..., 1] + v502 * z[..., 56] - v506 * z[..., 57] + v517 * z[..., 56]
+        v521 = c[..., 0] * c[..., 0]
+        v524 = np.where(m63, 6.0 * v521, 3.0 * v521)
+        v527 = c[..., 0] * v521
+        v528 = 4.0 * v527
+        v530 = -v527
+        v531 = np.where(m63, -v528, v530)
+        v535 = v521 * v521
+        v539 = v519 + v524 * z[..., 57] + v531 * z[..., 58] + np.where(m63, v535 * z[..., 59], 0.0)
+        m542 = (0.5 < c[..., 1])
+        m544 = (1.5 < z[..., 90])
+        m545 = np.logical_and(m542, m544)
+        v550 = np.fmax(c[..., 5], c[..., 6] * p[..., 28])
+        v560 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
+        v564 = x[..., 1] - (v560 - z[..., 31] * z[..., 51])
+        m566 = (v550 < np.abs(v564))
+        m567 = np.logical_and(m545, m566)
+        v568 = v114 * v117
+        v572 = c[..., 17] * np.where(m567, z[..., 34] + v568 * v564, z[..., 34])
+        v575 = (v163 + v114 * z[..., 46]) * v117
+        v578 = np.where(m567, z[..., 30] + v575 * v564, z[..., 30])
+        v579 = v512 + v578
+        v585 = (v93 + v114 * z[..., 49]) * v117
+        v588 = np.where(m567, z[..., 33] + v585 * v564, z[..., 33])
+        v593 = (v177 + v114 * z[..., 48]) * v117
+        v596 = np.where(m567, z[..., 32] + v593 * v564, z[..., 32])
+        v605 = p[..., 9] * p[..., 9] * c[..., 15]
+        v608 = -0.5 * v596 + -0.5 * v588 + np.fmax(c[..., 14], 0.5 / p[..., 1] * v605)
+        v609 = np.fmax(0.0, v608)
+        v610 = v588 + v609
+        v611 = v610 * v610
+        v614 = -6.0 * v521
+        v617 = (v170 + v114 * z[..., 47]) * v117
+        v620 = np.where(m567, z[..., 31] + v617 * v564, z[..., 31])
+        v625 = np.where(m63, v578 * v579 - (v614 + v620), -(v515 + v578))
+        v627 = v596 + v609
+        v628 = v627 * v627
+        v629 = np.where(m63, v535, v530)
+        v632 = v610 * v627
+        v636 = -3.0 * v521
+        v639 = np.where(m63, v620 * v579 - v528, -(v636 + v620))
+        v644 = v610 * v578
+        v647 = 1.0 / (v611 + v628 * v620 - v627 * v644)
+        v648 = (v611 * v625 + v628 * v629 - v632 * v639) * v647
+        v649 = 1.0 + np.where(m63, -v579, 0.0) + v648
+        v655 = 1.0 / (v596 + v588 + (v609 + v609))
+        v656 = (v539 - v572 * v649) * v655
+        v661 = v627 * v629
+        v665 = v627 * v620
+        v668 = (v610 * v639 - v661 - v644 * v625 + v665 * v625) * v647
+        v672 = v656 + np.where(m63, v579 * z[..., 53], 0.0) - x[..., 1] * v668 - v648 * v67
+        v678 = v610 * v620
+        v681 = (v610 * v629 - v661 * v578 + v665 * v639 - v678 * v625) * v647
+        m685 = (np.abs(v672 - v681 * v38) < 1e+30)
+        m686 = np.logical_and(m492, m685)
+        v695 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27] + v517 * z[..., 26]
+        v704 = v695 + v524 * z[..., 27] + v531 * z[..., 28] + np.where(m63, v535 * z[..., 29], 0.0)
+        v717 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
+        v718 = x[..., 0] - v717
+        m720 = (v550 < np.abs(v718))
+        m721 = np.logical_and(m545, m720)
+        v722 = v263 * v266
+        v726 = c[..., 17] * np.where(m721, z[..., 4] + v722 * v718, z[..., 4])
+        v729 = (v312 + v263 * z[..., 16]) * v266
+        v732 = np.where(m721, z[..., 0] + v729 * v718, z[..., 0])
+        v733 = v512 + v732
+        v739 = (v242 + v263 * z[..., 19]) * v266
+        v742 = np.where(m721, z[..., 3] + v739 * v718, z[..., 3])
+        v745 = (v326 + v263 * z[..., 18]) * v266
+        v748 = np.where(m721, z[..., 2] + v745 * v718, z[..., 2])
+        v756 = -0.5 * v748 + -0.5 * v742 + np.fmax(c[..., 14], 0.5 / p[..., 0] * v605)
+        v757 = np.fmax(0.0, v756)
+        v758 = v742 + v757
+        v759 = v758 * v758
+        v763 = (v319 + v263 * z[..., 17]) * v266
+        v766 = np.where(m721, z[..., 1] + v763 * v718, z[..., 1])
+        v771 = np.where(m63, v732 * v733 - (v614 + v766), -(v515 + v732))
+        v773 = v748 + v757
+        v774 = v773 * v773
+        v777 = v758 * v773
+        v782 = np.where(m63, v766 * v733 - v528, -(v636 + v766))
+        v787 = v758 * v732
+        v790 = 1.0 / (v759 + v774 * v766 - v773 * v787)
+        v791 = (v759 * v771 + v774 * v629 - v777 * v782) * v790
+        v792 = 1.0 + np.where(m63, -v733, 0.0) + v791
+        v798 = 1.0 / (v748 + v742 + (v757 + v757))
+        v799 = (v704 - v726 * v792) * v798
+        v804 = v773 * v629
+        v808 = v773 * v766
+        v811 = (v758 * v782 - v804 - v787 * v771 + v808 * v771) * v790
+        v815 = v799 + np.where(m63, v733 * z[..., 23], 0.0) - x[..., 0] * v811 - v791 * v216
+        v821 = v758 * v766
+        v824 = (v758 * v629 - v804 * v732 + v808 * v782 - v821 * v771) * v790
+        m828 = (np.abs(v815 - v824 * v193) < 1e+30)
+        m829 = np.logical_and(m686, m828)
+        v838 = v500 * r[..., 2] + v502 * z[..., 86] - v506 * z[..., 87] + v517 * z[..., 86]
+        v847 = v838 + v524 * z[..., 87] + v531 * z[..., 88] + np.where(m63, v535 * z[..., 89], 0.0)
+        v857 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
+        v861 = x[..., 2] - (v857 - z[..., 61] * z[..., 81])
+        m863 = (v550 < np.abs(v861))
+        m864 = np.logical_and(m545, m863)
+        v865 = v413 * v416
+        v869 = c[..., 17] * np.where(m864, z[..., 64] + v865 * v861, z[..., 64])
+        v872 = (v462 + v413 * z[..., 76]) * v416
+        v875 = np.where(m864, z[..., 60] + v872 * v861, z[..., 60])
+        v876 = v512 + v875
+        v882 = (v392 + v413 * z[..., 79]) * v416
+        v885 = np.where(m864, z[..., 63] + v882 * v861, z[..., 63])
+        v888 = (v476 + v413 * z[..., 78]) * v416
+        v891 = np.where(m864, z[..., 62] + v888 * v861, z[..., 62])
+        v899 = -0.5 * v891 + -0.5 * v885 + np.fmax(c[..., 14], 0.5 / p[..., 2] * v605)
+        v900 = np.fmax(0.0, v899)
+        v901 = v885 + v900
+        v902 = v901 * v901
+        v906 = (v469 + v413 * z[..., 77]) * v416
+        v909 = np.where(m864, z[..., 61] + v906 * v861, z[..., 61])
+        v914 = np.where(m63, v875 * v876 - (v614 + v909), -(v515 + v875))
+        v916 = v891 + v900
+        v917 = v916 * v916
+        v920 = v901 * v916
+        v925 = np.where(m63, v909 * v876 - v528, -(v636 + v909))
+        v930 = v901 * v875
+        v933 = 1.0 / (v902 + v917 * v909 - v916 * v930)
+        v934 = (v902 * v914 + v917 * v629 - v920 * v925) * v933
+        v935 = 1.0 + np.where(m63, -v876, 0.0) + v934
+        v941 = 1.0 / (v891 + v885 + (v900 + v900))
+        v942 = (v847 - v869 * v935) * v941
+        v949 = v916 * v629
+        v953 = v916 * v909
+        v956 = (v901 * v925 - v949 - v930 * v914 + v953 * v914) * v933
+        v958 = v942 + np.where(m63, v876 * z[..., 83], 0.0) - v934 * v366 - v956 * x[..., 2]
+        v964 = v901 * v909
+        v967 = (v901 * v629 - v949 * v875 + v953 * v925 - v964 * v914) * v933
+        m971 = (np.abs(v958 - v967 * v343) < 1e+30)
+        m972 = np.logical_and(m829, m971)
+        v980 = v500 * along_r[..., 0] + v502 * along_z[..., 26] - v506 * along_z[..., 27]
+        v987 = v980 + v517 * along_z[..., 26] + v524 * along_z[..., 27] + v531 * along_z[..., 28]
+        v1001 = np.where(m61, along_v[..., 0], np.where(m63, along_z[..., 24], along_z[..., 23]))
+        v1009 = v216 * along_z[..., 18] + z[..., 18] * v1001 + (z[..., 22] * along_z[..., 19] + z[..., 19] * along_z[..., 22])
+        v1014 = np.where(m36, along_x[..., 0], along_z[..., 20])
+        v1023 = v1009 - (v193 * along_z[..., 16] + z[..., 16] * v1014) - (z[..., 21] * along_z[..., 17] + z[..., 17] * along_z[..., 21])
+        v1025 = v262 * along_z[..., 9] + z[..., 9] * v1023
+        v1031 = v193 * along_z[..., 5] + z[..., 5] * v1014
+        v1034 = v193 * v1031 + v194 * v1014
+        v1041 = along_z[..., 21] + (v193 * along_z[..., 10] + z[..., 10] * v1014)
+        v1043 = v203 * along_z[..., 6] + z[..., 6] * v1041
+        v1047 = v1034 + (v203 * v1043 + v204 * v1041)
+        v1059 = v1001 - (v193 * along_z[..., 11] + z[..., 11] * v1014) - (z[..., 21] * along_z[..., 12] + z[..., 12] * along_z[..., 21])
+        v1061 = v222 * along_z[..., 7] + z[..., 7] * v1059
+        v1065 = v1047 + (v222 * v1061 + v223 * v1059)
+        v1077 = along_z[..., 22] + (v216 * along_z[..., 15] + z[..., 15] * v1001) - (v193 * along_z[..., 13] + z[..., 13] * v1014)
+        v1082 = v1077 - (z[..., 21] * along_z[..., 14] + z[..., 14] * along_z[..., 21])
+        v1084 = v241 * along_z[..., 8] + z[..., 8] * v1082
+        v1088 = v1065 + (v241 * v1084 + v242 * v1082)
+        v1092 = v1088 + (v262 * v1025 + v263 * v1023)
+        v1105 = along_z[..., 4] + (v216 * along_z[..., 2] + z[..., 2] * v1001) + (z[..., 22] * along_z[..., 3] + z[..., 3] * along_z[..., 22])
+        v1115 = v1105 - (v193 * along_z[..., 0] + z[..., 0] * v1014) - (z[..., 21] * along_z[..., 1] + z[..., 1] * along_z[..., 21])
+        v1116 = along_x[..., 0] - v1115
+        v1119 = along_z[..., 4] + (v718 * (v1025 * v266 - v722 * v266 * v1092) + v722 * v1116)
+        v1120 = np.where(m721, v1119, along_z[..., 4])
+        v1129 = v1031 + (z[..., 10] * v1043 + v204 * along_z[..., 10])
+        v1130 = z[..., 11] * v1061 + v223 * along_z[..., 11] - v1129
+        v1134 = v1130 + (z[..., 13] * v1084 + v242 * along_z[..., 13])
+        v1142 = (v1134 + (z[..., 16] * v1025 + v263 * along_z[..., 16])) * v266 - v729 * v266 * v1092
+        v1147 = np.where(m721, along_z[..., 0] + (v718 * v1142 + v729 * v1116), along_z[..., 0])
+        v1148 = -v1147
+        v1158 = (v1084 + (z[..., 19] * v1025 + v263 * along_z[..., 19])) * v266 - v739 * v266 * v1092
+        v1163 = np.where(m721, along_z[..., 3] + (v718 * v1158 + v739 * v1116), along_z[..., 3])
+        m1164 = (0.0 <= v756)
+        m1165 = (v756 <= 0.0)
+        v1167 = np.where(m1164, 1.0, 0.0)
+        v1173 = v1061 + (z[..., 15] * v1084 + v242 * along_z[..., 15])
+        v1181 = (v1173 + (z[..., 18] * v1025 + v263 * along_z[..., 18])) * v266 - v745 * v266 * v1092
+        v1186 = np.where(m721, along_z[..., 2] + (v718 * v1181 + v745 * v1116), along_z[..., 2])
+        v1190 = v1167 / (np.where(m1165, 1.0, 0.0) + v1167) * (-0.5 * v1186 + -0.5 * v1163)
+        v1191 = v1163 + v1190
+        v1192 = (v758 + v758) * v1191
+        v1200 = z[..., 12] * v1061 + v223 * along_z[..., 12] - v1043
+        v1204 = v1200 + (z[..., 14] * v1084 + v242 * along_z[..., 14])
+        v1212 = (v1204 + (z[..., 17] * v1025 + v263 * along_z[..., 17])) * v266 - v763 * v266 * v1092
+        v1217 = np.where(m721, along_z[..., 1] + (v718 * v1212 + v763 * v1116), along_z[..., 1])
+        v1219 = np.where(m63, v733 * v1147 + v732 * v1147 - v1217, v1148)
+        v1223 = v1186 + v1190
+        v1224 = (v773 + v773) * v1223
+        v1235 = np.where(m63, v733 * v1217 + v766 * v1147, -v1217)
+        v1238 = v771 * v1192 + v759 * v1219 + v629 * v1224 - (v782 * (v773 * v1191 + v758 * v1223) + v777 * v1235)
+        v1248 = v732 * v1191 + v758 * v1147
+        v1251 = v1192 + (v766 * v1224 + v774 * v1217) - (v787 * v1223 + v773 * v1248)
+        v1253 = v1238 * v790 - v791 * v790 * v1251
+        v1257 = v987 + np.where(m63, v535 * along_z[..., 29], 0.0) - (v792 * (c[..., 17] * v1120) + v726 * (np.where(m63, v1148, 0.0) + v1253))
+        v1269 = v1257 * v798 - v799 * v798 * (v1186 + v1163 + (v1190 + v1190)) + np.where(m63, z[..., 23] * v1147 + v733 * along_z[..., 23], 0.0)
+        v1274 = v629 * v1223
+        v1282 = v766 * v1223 + v773 * v1217
+        v1286 = v782 * v1191 + v758 * v1235 - v1274 - (v771 * v1248 + v787 * v1219) + (v771 * v1282 + v808 * v1219)
+        v1292 = v811 * along_x[..., 0] + x[..., 0] * (v1286 * v790 - v811 * v790 * v1251)
+        v1306 = v629 * v1191 - (v732 * v1274 + v804 * v1147) + (v782 * v1282 + v808 * v1235)
+        v1317 = (v1306 - (v771 * (v766 * v1191 + v758 * v1217) + v821 * v1219)) * v790 - v824 * v790 * v1251
+        v1321 = v1269 - v1292 - (v216 * v1253 + v791 * v1001) - (v193 * v1317 + v824 * v1014)
+        v1330 = v500 * along_r[..., 1] + v502 * along_z[..., 56] - v506 * along_z[..., 57]
+        v1337 = v1330 + v517 * along_z[..., 56] + v524 * along_z[..., 57] + v531 * along_z[..., 58]
+        v1351 = np.where(m61, along_v[..., 1], np.where(m63, along_z[..., 54], along_z[..., 53]))
+        v1359 = v67 * along_z[..., 48] + z[..., 48] * v1351 + (z[..., 52] * along_z[..., 49] + z[..., 49] * along_z[..., 52])
+        v1364 = np.where(m36, along_x[..., 1], along_z[..., 50])
+        v1373 = v1359 - (v38 * along_z[..., 46] + z[..., 46] * v1364) - (z[..., 51] * along_z[..., 47] + z[..., 47] * along_z[..., 51])
+        v1375 = v113 * along_z[..., 39] + z[..., 39] * v1373
+        v1381 = v38 * along_z[..., 35] + z[..., 35] * v1364
+        v1384 = v38 * v1381 + v39 * v1364
+        v1391 = along_z[..., 51] + (v38 * along_z[..., 40] + z[..., 40] * v1364)
+        v1393 = v50 * along_z[..., 36] + z[..., 36] * v1391
+        v1397 = v1384 + (v50 * v1393 + v51 * v1391)
+        v1409 = v1351 - (v38 * along_z[..., 41] + z[..., 41] * v1364) - (z[..., 51] * along_z[..., 42] + z[..., 42] * along_z[..., 51])
+        v1411 = v73 * along_z[..., 37] + z[..., 37] * v1409
+        v1415 = v1397 + (v73 * v1411 + v74 * v1409)
+        v1427 = along_z[..., 52] + (v67 * along_z[..., 45] + z[..., 45] * v1351) - (v38 * along_z[..., 43] + z[..., 43] * v1364)
+        v1432 = v1427 - (z[..., 51] * along_z[..., 44] + z[..., 44] * along_z[..., 51])
+        v1434 = v92 * along_z[..., 38] + z[..., 38] * v1432
+        v1438 = v1415 + (v92 * v1434 + v93 * v1432)
+        v1442 = v1438 + (v113 * v1375 + v114 * v1373)
+        v1455 = along_z[..., 34] + (v67 * along_z[..., 32] + z[..., 32] * v1351) + (z[..., 52] * along_z[..., 33] + z[..., 33] * along_z[..., 52])
+        v1465 = v1455 - (v38 * along_z[..., 30] + z[..., 30] * v1364) - (z[..., 51] * along_z[..., 31] + z[..., 31] * along_z[..., 51])
+        v1466 = along_x[..., 1] - v1465
+        v1469 = along_z[..., 34] + (v564 * (v1375 * v117 - v568 * v117 * v1442) + v568 * v1466)
+        v1470 = np.where(m567, v1469, along_z[..., 34])
+        v1479 = v1381 + (z[..., 40] * v1393 + v51 * along_z[..., 40])
+        v1480 = z[..., 41] * v1411 + v74 * along_z[..., 41] - v1479
+        v1484 = v1480 + (z[..., 43] * v1434 + v93 * along_z[..., 43])
+        v1492 = (v1484 + (z[..., 46] * v1375 + v114 * along_z[..., 46])) * v117 - v575 * v117 * v1442
+        v1497 = np.where(m567, along_z[..., 30] + (v564 * v1492 + v575 * v1466), along_z[..., 30])
+        v1498 = -v1497
+        v1508 = (v1434 + (z[..., 49] * v1375 + v114 * along_z[..., 49])) * v117 - v585 * v117 * v1442
+        v1513 = np.where(m567, along_z[..., 33] + (v564 * v1508 + v585 * v1466), along_z[..., 33])
+        m1514 = (0.0 <= v608)
+        m1515 = (v608 <= 0.0)
+        v1517 = np.where(m1514, 1.0, 0.0)
+        v1523 = v1411 + (z[..., 45] * v1434 + v93 * along_z[..., 45])
+        v1531 = (v1523 + (z[..., 48] * v1375 + v114 * along_z[..., 48])) * v117 - v593 * v117 * v1442
+        v1536 = np.where(m567, along_z[..., 32] + (v564 * v1531 + v593 * v1466), along_z[..., 32])
+        v1540 = v1517 / (np.where(m1515, 1.0, 0.0) + v1517) * (-0.5 * v1536 + -0.5 * v1513)
+        v1541 = v1513 + v1540
+        v1542 = (v610 + v610) * v1541
+        v1550 = z[..., 42] * v1411 + v74 * along_z[..., 42] - v1393
+        v1554 = v1550 + (z[..., 44] * v1434 + v93 * along_z[..., 44])
+        v1562 = (v1554 + (z[..., 47] * v1375 + v114 * along_z[..., 47])) * v117 - v617 * v117 * v1442
+        v1567 = np.where(m567, along_z[..., 31] + (v564 * v1562 + v617 * v1466), along_z[..., 31])
+        v1569 = np.where(m63, v579 * v1497 + v578 * v1497 - v1567, v1498)
+        v1573 = v1536 + v1540
+        v1574 = (v627 + v627) * v1573
+        v1585 = np.where(m63, v579 * v1567 + v620 * v1497, -v1567)
+        v1588 = v625 * v1542 + v611 * v1569 + v629 * v1574 - (v639 * (v627 * v1541 + v610 * v1573) + v632 * v1585)
+        v1598 = v578 * v1541 + v610 * v1497
+        v1601 = v1542 + (v620 * v1574 + v628 * v1567) - (v644 * v1573 + v627 * v1598)
+        v1603 = v1588 * v647 - v648 * v647 * v1601
+        v1607 = v1337 + np.where(m63, v535 * along_z[..., 59], 0.0) - (v649 * (c[..., 17] * v1470) + v572 * (np.where(m63, v1498, 0.0) + v1603))
+        v1619 = v1607 * v655 - v656 * v655 * (v1536 + v1513 + (v1540 + v1540)) + np.where(m63, z[..., 53] * v1497 + v579 * along_z[..., 53], 0.0)
+        v1624 = v629 * v1573
+        v1632 = v620 * v1573 + v627 * v1567
+        v1636 = v639 * v1541 + v610 * v1585 - v1624 - (v625 * v1598 + v644 * v1569) + (v625 * v1632 + v665 * v1569)
+        v1642 = v668 * along_x[..., 1] + x[..., 1] * (v1636 * v647 - v668 * v647 * v1601)
+        v1656 = v629 * v1541 - (v578 * v1624 + v661 * v1497) + (v639 * v1632 + v665 * v1585)
+        v1667 = (v1656 - (v625 * (v620 * v1541 + v610 * v1567) + v678 * v1569)) * v647 - v681 * v647 * v1601
+        v1671 = v1619 - v1642 - (v67 * v1603 + v648 * v1351) - (v38 * v1667 + v681 * v1364)
+        v1680 = v500 * along_r[..., 2] + v502 * along_z[..., 86] - v506 * along_z[..., 87]
+        v1687 = v1680 + v517 * along_z[..., 86] + v524 * along_z[..., 87] + v531 * along_z[..., 88]
+        v1701 = np.where(m61, along_v[..., 2], np.where(m63, along_z[..., 84], along_z[..., 83]))
+        v1709 = v366 * along_z[..., 78] + z[..., 78] * v1701 + (z[..., 82] * along_z[..., 79] + z[..., 79] * along_z[..., 82])
+        v1714 = np.where(m36, along_x[..., 2], along_z[..., 80])
+        v1723 = v1709 - (v343 * along_z[..., 76] + z[..., 76] * v1714) - (z[..., 81] * along_z[..., 77] + z[..., 77] * along_z[..., 81])
+        v1725 = v412 * along_z[..., 69] + z[..., 69] * v1723
+        v1731 = v343 * along_z[..., 65] + z[..., 65] * v1714
+        v1734 = v343 * v1731 + v344 * v1714
+        v1741 = along_z[..., 81] + (v343 * along_z[..., 70] + z[..., 70] * v1714)
+        v1743 = v353 * along_z[..., 66] + z[..., 66] * v1741
+        v1747 = v1734 + (v353 * v1743 + v354 * v1741)
+        v1759 = v1701 - (v343 * along_z[..., 71] + z[..., 71] * v1714) - (z[..., 81] * along_z[..., 72] + z[..., 72] * along_z[..., 81])
+        v1761 = v372 * along_z[..., 67] + z[..., 67] * v1759
+        v1765 = v1747 + (v372 * v1761 + v373 * v1759)
+        v1777 = along_z[..., 82] + (v366 * along_z[..., 75] + z[..., 75] * v1701) - (v343 * along_z[..., 73] + z[..., 73] * v1714)
+        v1782 = v1777 - (z[..., 81] * along_z[..., 74] + z[..., 74] * along_z[..., 81])
+        v1784 = v391 * along_z[..., 68] + z[..., 68] * v1782
+        v1788 = v1765 + (v391 * v1784 + v392 * v1782)
+        v1792 = v1788 + (v412 * v1725 + v413 * v1723)
+        v1805 = along_z[..., 64] + (v366 * along_z[..., 62] + z[..., 62] * v1701) + (z[..., 82] * along_z[..., 63] + z[..., 63] * along_z[..., 82])
+        v1815 = v1805 - (v343 * along_z[..., 60] + z[..., 60] * v1714) - (z[..., 81] * along_z[..., 61] + z[..., 61] * along_z[..., 81])
+        v1816 = along_x[..., 2] - v1815
+        v1819 = along_z[..., 64] + (v861 * (v1725 * v416 - v865 * v416 * v1792) + v865 * v1816)
+        v1820 = np.where(m864, v1819, along_z[..., 64])
+        v1829 = v1731 + (z[..., 70] * v1743 + v354 * along_z[..., 70])
+        v1830 = z[..., 71] * v1761 + v373 * along_z[..., 71] - v1829
+        v1834 = v1830 + (z[..., 73] * v1784 + v392 * along_z[..., 73])
+        v1842 = (v1834 + (z[..., 76] * v1725 + v413 * along_z[..., 76])) * v416 - v872 * v416 * v1792
+        v1847 = np.where(m864, along_z[..., 60] + (v861 * v1842 + v872 * v1816), along_z[..., 60])
+        v1848 = -v1847
+        v1858 = (v1784 + (z[..., 79] * v1725 + v413 * along_z[..., 79])) * v416 - v882 * v416 * v1792
+        v1863 = np.where(m864, along_z[..., 63] + (v861 * v1858 + v882 * v1816), along_z[..., 63])
+        m1864 = (0.0 <= v899)
+        m1865 = (v899 <= 0.0)
+        v1867 = np.where(m1864, 1.0, 0.0)
+        v1873 = v1761 + (z[..., 75] * v1784 + v392 * along_z[..., 75])
+        v1881 = (v1873 + (z[..., 78] * v1725 + v413 * along_z[..., 78])) * v416 - v888 * v416 * v1792
+        v1886 = np.where(m864, along_z[..., 62] + (v861 * v1881 + v888 * v1816), along_z[..., 62])
+        v1890 = v1867 / (np.where(m1865, 1.0, 0.0) + v1867) * (-0.5 * v1886 + -0.5 * v1863)
+        v1891 = v1863 + v1890
+        v1892 = (v901 + v901) * v1891
+        v1900 = z[..., 72] * v1761 + v373 * along_z[..., 72] - v1743
+        v1904 = v1900 + (z[..., 74] * v1784 + v392 * along_z[..., 74])
+        v1912 = (v1904 + (z[..., 77] * v1725 + v413 * along_z[..., 77])) * v416 - v906 * v416 * v1792
+        v1917 = np.where(m864, along_z[..., 61] + (v861 * v1912 + v906 * v1816), along_z[..., 61])
+        v1919 = np.where(m63, v876 * v1847 + v875 * v1847 - v1917, v1848)
+        v1923 = v1886 + v1890
+        v1924 = (v916 + v916) * v1923
+        v1935 = np.where(m63, v876 * v1917 + v909 * v1847, -v1917)
+        v1938 = v914 * v1892 + v902 * v1919 + v629 * v1924 - (v925 * (v916 * v1891 + v901 * v1923) + v920 * v1935)
+        v1948 = v875 * v1891 + v901 * v1847
+        v1951 = v1892 + (v909 * v1924 + v917 * v1917) - (v930 * v1923 + v916 * v1948)
+        v1953 = v1938 * v933 - v934 * v933 * v1951
+        v1957 = v1687 + np.where(m63, v535 * along_z[..., 89], 0.0) - (v935 * (c[..., 17] * v1820) + v869 * (np.where(m63, v1848, 0.0) + v1953))
+        v1969 = v1957 * v941 - v942 * v941 * (v1886 + v1863 + (v1890 + v1890)) + np.where(m63, z[..., 83] * v1847 + v876 * along_z[..., 83], 0.0)
+        v1977 = v629 * v1923
+        v1985 = v909 * v1923 + v916 * v1917
+        v1989 = v925 * v1891 + v901 * v1935 - v1977 - (v914 * v1948 + v930 * v1919) + (v914 * v1985 + v953 * v1919)
+        v1996 = x[..., 2] * (v1989 * v933 - v956 * v933 * v1951) + v956 * along_x[..., 2]
+        v2006 = v629 * v1891 - (v875 * v1977 + v949 * v1847) + (v925 * v1985 + v953 * v1935)
+        v2017 = (v2006 - (v914 * (v909 * v1891 + v901 * v1917) + v964 * v1919)) * v933 - v967 * v933 * v1951
+        v2021 = v1969 - (v366 * v1953 + v934 * v1701) - v1996 - (v343 * v2017 + v967 * v1714)
+        m2029 = (c[..., 4] < v336)
+        v2030 = np.where(m2029, c[..., 3], 1.0)
+        v2036 = np.where(m721, v2030 * (along_z[..., 5] * v197 - v198 * v197 * v1034), along_z[..., 5])
+        v2044 = v196 * (v208 * along_z[..., 6] - z[..., 6] * (v207 * v207 * v1047 * v45))
+        v2049 = np.where(m972, np.where(m721, v2030 * (v2044 + v209 * v1034), along_z[..., 6]), along_z[..., 6])
+        v2057 = v206 * (v227 * along_z[..., 7] - z[..., 7] * (v227 * v226 * v1065)) + v228 * v1047
+        v2060 = np.where(m972, np.where(m721, v2030 * v2057, along_z[..., 7]), along_z[..., 7])
+        v2068 = v225 * (v246 * along_z[..., 8] - z[..., 8] * (v246 * v245 * v1088)) + v247 * v1065
+        v2071 = np.where(m972, np.where(m721, v2030 * v2068, along_z[..., 8]), along_z[..., 8])
+        v2079 = v244 * (v267 * along_z[..., 9] - z[..., 9] * (v267 * v266 * v1092)) + v268 * v1088
+        v2082 = np.where(m972, np.where(m721, v2030 * v2079, along_z[..., 9]), along_z[..., 9])
+        v2090 = along_z[..., 10] - (v203 * (v1031 * v197 - v271 * v197 * v1034) + v271 * v1041)
+        v2092 = np.where(m972, np.where(m721, v2090, along_z[..., 10]), along_z[..., 10])
+        v2096 = v1059 * v207 - v277 * v207 * v1047
+        v2101 = np.where(m721, along_z[..., 11] + (v279 * v2096 + v277 * v1129), along_z[..., 11])
+        v2107 = np.where(m721, along_z[..., 12] + (v204 * v2096 + v277 * v1043), along_z[..., 12])
+        v2112 = v1082 * v226 - v290 * v226 * v1065
+        v2117 = np.where(m721, along_z[..., 13] - (v292 * v2112 + v290 * v1130), along_z[..., 13])
+        v2123 = np.where(m721, along_z[..., 14] - (v299 * v2112 + v290 * v1200), along_z[..., 14])
+        v2129 = np.where(m721, along_z[..., 15] - (v223 * v2112 + v290 * v1061), along_z[..., 15])
+        v2134 = v1023 * v245 - v310 * v245 * v1088
+        v2139 = np.where(m721, along_z[..., 16] - (v312 * v2134 + v310 * v1134), along_z[..., 16])
+        v2145 = np.where(m721, along_z[..., 17] - (v319 * v2134 + v310 * v1204), along_z[..., 17])
+        v2151 = np.where(m721, along_z[..., 18] - (v326 * v2134 + v310 * v1173), along_z[..., 18])
+        v2157 = np.where(m721, along_z[..., 19] - (v242 * v2134 + v310 * v1084), along_z[..., 19])
+        v2164 = 0.5 * along_z[..., 26]
+        v2171 = np.where(m972, np.where(m63, v2164 + 0.5 * along_z[..., 27], v2164 + 0.5 * v980), along_z[..., 25])
+        m2181 = (c[..., 4] < v187)
+        v2182 = np.where(m2181, c[..., 3], 1.0)
+        v2188 = np.where(m567, v2182 * (along_z[..., 35] * v43 - v44 * v43 * v1384), along_z[..., 35])
+        v2197 = v41 * (v55 * along_z[..., 36] - z[..., 36] * (v55 * v54 * v1397)) + v56 * v1384
+        v2200 = np.where(m972, np.where(m567, v2182 * v2197, along_z[..., 36]), along_z[..., 36])
+        v2208 = v53 * (v78 * along_z[..., 37] - z[..., 37] * (v78 * v77 * v1415)) + v79 * v1397
+        v2211 = np.where(m972, np.where(m567, v2182 * v2208, along_z[..., 37]), along_z[..., 37])
+        v2219 = v76 * (v97 * along_z[..., 38] - z[..., 38] * (v97 * v96 * v1438)) + v98 * v1415
+        v2222 = np.where(m972, np.where(m567, v2182 * v2219, along_z[..., 38]), along_z[..., 38])
+        v2230 = v95 * (v118 * along_z[..., 39] - z[..., 39] * (v118 * v117 * v1442)) + v119 * v1438
+        v2233 = np.where(m972, np.where(m567, v2182 * v2230, along_z[..., 39]), along_z[..., 39])
+        v2241 = along_z[..., 40] - (v50 * (v1381 * v43 - v122 * v43 * v1384) + v122 * v1391)
+        v2243 = np.where(m972, np.where(m567, v2241, along_z[..., 40]), along_z[..., 40])
+        v2247 = v1409 * v54 - v128 * v54 * v1397
+        v2252 = np.where(m567, along_z[..., 41] + (v130 * v2247 + v128 * v1479), along_z[..., 41])
+        v2258 = np.where(m567, along_z[..., 42] + (v51 * v2247 + v128 * v1393), along_z[..., 42])
+        v2263 = v1432 * v77 - v141 * v77 * v1415
+        v2268 = np.where(m567, along_z[..., 43] - (v143 * v2263 + v141 * v1480), along_z[..., 43])
+        v2274 = np.where(m567, along_z[..., 44] - (v150 * v2263 + v141 * v1550), along_z[..., 44])
+        v2280 = np.where(m567, along_z[..., 45] - (v74 * v2263 + v141 * v1411), along_z[..., 45])
+        v2285 = v1373 * v96 - v161 * v96 * v1438
+        v2290 = np.where(m567, along_z[..., 46] - (v163 * v2285 + v161 * v1484), along_z[..., 46])
+        v2296 = np.where(m567, along_z[..., 47] - (v170 * v2285 + v161 * v1554), along_z[..., 47])
+        v2302 = np.where(m567, along_z[..., 48] - (v177 * v2285 + v161 * v1523), along_z[..., 48])
+        v2308 = np.where(m567, along_z[..., 49] - (v93 * v2285 + v161 * v1434), along_z[..., 49])
+        v2315 = 0.5 * along_z[..., 56]
+        v2322 = np.where(m972, np.where(m63, v2315 + 0.5 * along_z[..., 57], v2315 + 0.5 * v1330), along_z[..., 55])
+        m2332 = (c[..., 4] < v486)
+        v2333 = np.where(m2332, c[..., 3], 1.0)
+        v2339 = np.where(m864, v2333 * (along_z[..., 65] * v347 - v348 * v347 * v1734), along_z[..., 65])
+        v2348 = v346 * (v358 * along_z[..., 66] - z[..., 66] * (v358 * v357 * v1747)) + v359 * v1734
+        v2351 = np.where(m972, np.where(m864, v2333 * v2348, along_z[..., 66]), along_z[..., 66])
+        v2359 = v356 * (v377 * along_z[..., 67] - z[..., 67] * (v377 * v376 * v1765)) + v378 * v1747
+        v2362 = np.where(m972, np.where(m864, v2333 * v2359, along_z[..., 67]), along_z[..., 67])
+        v2370 = v375 * (v396 * along_z[..., 68] - z[..., 68] * (v396 * v395 * v1788)) + v397 * v1765
+        v2373 = np.where(m972, np.where(m864, v2333 * v2370, along_z[..., 68]), along_z[..., 68])
+        v2381 = v394 * (v417 * along_z[..., 69] - z[..., 69] * (v417 * v416 * v1792)) + v418 * v1788
+        v2384 = np.where(m972, np.where(m864, v2333 * v2381, along_z[..., 69]), along_z[..., 69])
+        v2392 = along_z[..., 70] - (v353 * (v1731 * v347 - v421 * v347 * v1734) + v421 * v1741)
+        v2394 = np.where(m972, np.where(m864, v2392, along_z[..., 70]), along_z[..., 70])
+        v2398 = v1759 * v357 - v427 * v357 * v1747
+        v2403 = np.where(m864, along_z[..., 71] + (v429 * v2398 + v427 * v1829), along_z[..., 71])
+        v2409 = np.where(m864, along_z[..., 72] + (v354 * v2398 + v427 * v1743), along_z[..., 72])
+        v2414 = v1782 * v376 - v440 * v376 * v1765
+        v2419 = np.where(m864, along_z[..., 73] - (v442 * v2414 + v440 * v1830), along_z[..., 73])
+        v2425 = np.where(m864, along_z[..., 74] - (v449 * v2414 + v440 * v1900), along_z[..., 74])
+        v2431 = np.where(m864, along_z[..., 75] - (v373 * v2414 + v440 * v1761), along_z[..., 75])
+        v2436 = v1723 * v395 - v460 * v395 * v1788
+        v2441 = np.where(m864, along_z[..., 76] - (v462 * v2436 + v460 * v1834), along_z[..., 76])
+        v2447 = np.where(m864, along_z[..., 77] - (v469 * v2436 + v460 * v1904), along_z[..., 77])
+        v2453 = np.where(m864, along_z[..., 78] - (v476 * v2436 + v460 * v1873), along_z[..., 78])
+        v2459 = np.where(m864, along_z[..., 79] - (v392 * v2436 + v460 * v1784), along_z[..., 79])
+        v2466 = 0.5 * along_z[..., 86]
+        v2473 = np.where(m972, np.where(m63, v2466 + 0.5 * along_z[..., 87], v2466 + 0.5 * v1680), along_z[..., 85])
+        v2478 = 1.0 + z[..., 90]
+        m2480 = (v2478 <= 2.0)
+        m2481 = (2.0 <= v2478)
+        v2483 = np.where(m2480, 1.0, 0.0)
+        v2488 = np.where(m972, v2483 / (np.where(m2481, 1.0, 0.0) + v2483) * along_z[..., 90], 0.0)
+        return _vector(np.where(m972, v1321, 0.0), np.where(m972, v1671, 0.0), np.where(m972, v2021, 0.0)), _vector(np.where(m972, v1147, along_z[..., 0]), np.where(m972, v1217, along_z[..., 1]), np.where(m972, v1186, along_z[..., 2]), np.where(m972, v1163, along_z[..., 3]), np.where(m972, v1120, along_z[..., 4]), np.where(m972, v2036, along_z[..., 5]), v2049, v2060, v2071, v2082, v2092, np.where(m972, v2101, along_z[..., 11]), np.where(m972, v2107, along_z[..., 12]), np.where(m972, v2117, along_z[..., 13]), np.where(m972, v2123, along_z[..., 14]), np.where(m972, v2129, along_z[..., 15]), np.where(m972, v2139, along_z[..., 16]), np.where(m972, v2145, along_z[..., 17]), np.where(m972, v2151, along_z[..., 18]), np.where(m972, v2157, along_z[..., 19]), np.where(m972, along_x[..., 0], along_z[..., 20]), np.where(m972, v1014, along_z[..., 21]), np.where(m972, v1001, along_z[..., 22]), np.where(m972, v1321, along_z[..., 23]), np.where(m972, along_z[..., 23], along_z[..., 24]), v2171, np.where(m972, v980, along_z[..., 26]), np.where(m972, along_z[..., 26], along_z[..., 27]), np.where(m972, along_z[..., 27], along_z[..., 28]), np.where(m972, along_z[..., 28], along_z[..., 29]), np.where(m972, v1497, along_z[..., 30]), np.where(m972, v1567, along_z[..., 31]), np.where(m972, v1536, along_z[..., 32]), np.where(m972, v1513, along_z[..., 33]), np.where(m972, v1470, along_z[..., 34]), np.where(m972, v2188, along_z[..., 35]), v2200, v2211, v2222, v2233, v2243, np.where(m972, v2252, along_z[..., 41]), np.where(m972, v2258, along_z[..., 42]), np.where(m972, v2268, along_z[..., 43]), np.where(m972, v2274, along_z[..., 44]), np.where(m972, v2280, along_z[..., 45]), np.where(m972, v2290, along_z[..., 46]), np.where(m972, v2296, along_z[..., 47]), np.where(m972, v2302, along_z[..., 48]), np.where(m972, v2308, along_z[..., 49]), np.where(m972, along_x[..., 1], along_z[..., 50]), np.where(m972, v1364, along_z[..., 51]), np.where(m972, v1351, along_z[..., 52]), np.where(m972, v1671, along_z[..., 53]), np.where(m972, along_z[..., 53], along_z[..., 54]), v2322, np.where(m972, v1330, along_z[..., 56]), np.where(m972, along_z[..., 56], along_z[..., 57]), np.where(m972, along_z[..., 57], along_z[..., 58]), np.where(m972, along_z[..., 58], along_z[..., 59]), np.where(m972, v1847, along_z[..., 60]), np.where(m972, v1917, along_z[..., 61]), np.where(m972, v1886, along_z[..., 62]), np.where(m972, v1863, along_z[..., 63]), np.where(m972, v1820, along_z[..., 64]), np.where(m972, v2339, along_z[..., 65]), v2351, v2362, v2373, v2384, v2394, np.where(m972, v2403, along_z[..., 71]), np.where(m972, v2409, along_z[..., 72]), np.where(m972, v2419, along_z[..., 73]), np.where(m972, v2425, along_z[..., 74]), np.where(m972, v2431, along_z[..., 75]), np.where(m972, v2441, along_z[..., 76]), np.where(m972, v2447, along_z[..., 77]), np.where(m972, v2453, along_z[..., 78]), np.where(m972, v2459, along_z[..., 79]), np.where(m972, along_x[..., 2], along_z[..., 80]), np.where(m972, v1714, along_z[..., 81]), np.where(m972, v1701, along_z[..., 82]), np.where(m972, v2021, along_z[..., 83]), np.where(m972, along_z[..., 83], along_z[..., 84]), v2473, np.where(m972, v1680, along_z[..., 86]), np.where(m972, along_z[..., 86], along_z[..., 87]), np.where(m972, along_z[..., 87], along_z[..., 88]), np.where(m972, along_z[..., 88], along_z[..., 89]), v2488, 0.0)
 
 
 def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
@@ -2307,8 +2370,8 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         v55 = v45 * v54
         v56 = v55 * z[..., 34]
         v57 = v56 * v41
-        m61 = (0.5 < c[..., 16])
-        m63 = (0.5 < c[..., 18])
+        m61 = (0.5 < c[..., 18])
+        m63 = (0.5 < c[..., 20])
         v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 52], z[..., 51]))
         v73 = v67 - z[..., 39] * v38 - z[..., 40] * z[..., 49]
         v74 = z[..., 35] * v73
@@ -2475,7 +2538,7 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         m489 = np.logical_and(m339, m488)
         m491 = (np.abs(x[..., 2]) < 1e+30)
         m492 = np.logical_and(m489, m491)
-        v498 = np.exp(-(p[..., 9] / c[..., 19]))
+        v498 = np.exp(-(p[..., 9] / c[..., 21]))
         v499 = -1.0 + v498
         v500 = v499 * v499
         v502 = v498 + v498
@@ -2504,319 +2567,319 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         v570 = v542 * v67
         v574 = v500 * r[..., 1] + v502 * z[..., 54] - v506 * z[..., 55] - np.where(m63, z[..., 51] * v568 - v570 * v566, v570)
         v575 = c[..., 0] * c[..., 0]
-        v580 = v114 * v117
-        v583 = np.where(m536, z[..., 32] + v580 * v533, z[..., 32])
-        v585 = np.where(m63, 1.0 - v566, 1.0)
-        v590 = (v170 + v114 * z[..., 45]) * v117
-        v593 = np.where(m536, z[..., 29] + v590 * v533, z[..., 29])
-        v594 = v575 - v593
-        v600 = np.where(m63, v594 + v565 * v565 + v559 * v565, -v566)
-        v602 = v574 + v575 * z[..., 55] - v559 * z[..., 54] - v583 * v585 - x[..., 1] * v600
-        v606 = np.where(m63, v559 * v593 + v565 * v593, v594)
-        v609 = 1.0 / v557
-        v610 = (v602 - v606 * v38) * v609
-        m612 = (np.abs(v610) < 1e+30)
-        m613 = np.logical_and(m492, m612)
-        v633 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v634 = x[..., 0] - v633
-        m636 = (v519 < np.abs(v634))
-        m637 = np.logical_and(m514, m636)
-        v640 = (v242 + v263 * z[..., 19]) * v266
-        v643 = np.where(m637, z[..., 3] + v640 * v634, z[..., 3])
-        v646 = (v326 + v263 * z[..., 18]) * v266
-        v649 = np.where(m637, z[..., 2] + v646 * v634, z[..., 2])
-        v650 = np.fmax(v649, c[..., 14])
-        v653 = 0.5 / p[..., 0] * v555
-        v654 = np.fmax(v650, v653)
-        v657 = (v312 + v263 * z[..., 16]) * v266
-        v660 = np.where(m637, z[..., 0] + v657 * v634, z[..., 0])
-        v661 = v559 + v660
-        v663 = v643 - v654 * v661
-        v665 = v643 * v216
-        v669 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27] - np.where(m63, z[..., 23] * v663 - v665 * v661, v665)
-        v674 = v263 * v266
-        v677 = np.where(m637, z[..., 4] + v674 * v634, z[..., 4])
-        v679 = np.where(m63, 1.0 - v661, 1.0)
-        v684 = (v319 + v263 * z[..., 17]) * v266
-        v687 = np.where(m637, z[..., 1] + v684 * v634, z[..., 1])
-        v688 = v575 - v687
-        v694 = np.where(m63, v688 + v660 * v660 + v559 * v660, -v661)
-        v696 = v669 + v575 * z[..., 27] - v559 * z[..., 26] - v677 * v679 - x[..., 0] * v694
-        v700 = np.where(m63, v559 * v687 + v660 * v687, v688)
-        v703 = 1.0 / v654
-        v704 = (v696 - v700 * v193) * v703
-        m706 = (np.abs(v704) < 1e+30)
-        m707 = np.logical_and(m613, m706)
-        v724 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
-        v728 = x[..., 2] - (v724 - z[..., 57] * z[..., 77])
-        m730 = (v519 < np.abs(v728))
-        m731 = np.logical_and(m514, m730)
-        v734 = (v392 + v413 * z[..., 75]) * v416
-        v737 = np.where(m731, z[..., 59] + v734 * v728, z[..., 59])
-        v740 = (v476 + v413 * z[..., 74]) * v416
-        v743 = np.where(m731, z[..., 58] + v740 * v728, z[..., 58])
-        v744 = np.fmax(v743, c[..., 14])
-        v747 = 0.5 / p[..., 2] * v555
-        v748 = np.fmax(v744, v747)
-        v751 = (v462 + v413 * z[..., 72]) * v416
-        v754 = np.where(m731, z[..., 56] + v751 * v728, z[..., 56])
-        v755 = v559 + v754
-        v757 = v737 - v748 * v755
-        v759 = v737 * v366
-        v763 = v500 * r[..., 2] + v502 * z[..., 82] - v506 * z[..., 83] - np.where(m63, z[..., 79] * v757 - v759 * v755, v759)
-        v768 = v413 * v416
-        v771 = np.where(m731, z[..., 60] + v768 * v728, z[..., 60])
-        v773 = np.where(m63, 1.0 - v755, 1.0)
-        v778 = (v469 + v413 * z[..., 73]) * v416
-        v781 = np.where(m731, z[..., 57] + v778 * v728, z[..., 57])
-        v782 = v575 - v781
-        v788 = np.where(m63, v782 + v754 * v754 + v559 * v754, -v755)
-        v790 = v763 + v575 * z[..., 83] - v559 * z[..., 82] - v771 * v773 - v788 * x[..., 2]
-        v794 = np.where(m63, v559 * v781 + v754 * v781, v782)
-        v797 = 1.0 / v748
-        v798 = (v790 - v794 * v343) * v797
-        m800 = (np.abs(v798) < 1e+30)
-        m801 = np.logical_and(m707, m800)
-        v809 = v500 * along_r[..., 0] + v502 * along_z[..., 26] - v506 * along_z[..., 27]
-        v821 = np.where(m61, along_v[..., 0], np.where(m63, along_z[..., 24], along_z[..., 23]))
-        v829 = np.where(m36, along_x[..., 0], along_z[..., 20])
-        v832 = along_z[..., 22] + (v216 * along_z[..., 15] + z[..., 15] * v821) - (v193 * along_z[..., 13] + z[..., 13] * v829)
-        v838 = v832 - (z[..., 21] * along_z[..., 14] + z[..., 14] * along_z[..., 21])
-        v840 = v241 * along_z[..., 8] + z[..., 8] * v838
-        v851 = v216 * along_z[..., 18] + z[..., 18] * v821 + (z[..., 22] * along_z[..., 19] + z[..., 19] * along_z[..., 22])
-        v861 = v851 - (v193 * along_z[..., 16] + z[..., 16] * v829) - (z[..., 21] * along_z[..., 17] + z[..., 17] * along_z[..., 21])
-        v863 = v262 * along_z[..., 9] + z[..., 9] * v861
-        v873 = v193 * along_z[..., 5] + z[..., 5] * v829
-        v876 = v193 * v873 + v194 * v829
-        v883 = along_z[..., 21] + (v193 * along_z[..., 10] + z[..., 10] * v829)
-        v885 = v203 * along_z[..., 6] + z[..., 6] * v883
-        v889 = v876 + (v203 * v885 + v204 * v883)
-        v901 = v821 - (v193 * along_z[..., 11] + z[..., 11] * v829) - (z[..., 21] * along_z[..., 12] + z[..., 12] * along_z[..., 21])
-        v903 = v222 * along_z[..., 7] + z[..., 7] * v901
-        v907 = v889 + (v222 * v903 + v223 * v901)
-        v911 = v907 + (v241 * v840 + v242 * v838)
-        v915 = v911 + (v262 * v863 + v263 * v861)
-        v917 = (v840 + (z[..., 19] * v863 + v263 * along_z[..., 19])) * v266 - v640 * v266 * v915
-        v928 = along_z[..., 4] + (v216 * along_z[..., 2] + z[..., 2] * v821) + (z[..., 22] * along_z[..., 3] + z[..., 3] * along_z[..., 22])
-        v938 = v928 - (v193 * along_z[..., 0] + z[..., 0] * v829) - (z[..., 21] * along_z[..., 1] + z[..., 1] * along_z[..., 21])
-        v939 = along_x[..., 0] - v938
-        v943 = np.where(m637, along_z[..., 3] + (v634 * v917 + v640 * v939), along_z[..., 3])
-        m944 = (v653 <= v650)
-        m945 = (v650 <= v653)
-        v946 = np.where(m944, 1.0, 0.0)
-        m950 = (c[..., 14] <= v649)
-        m951 = (v649 <= c[..., 14])
-        v952 = np.where(m950, 1.0, 0.0)
-        v959 = v903 + (z[..., 15] * v840 + v242 * along_z[..., 15])
-        v967 = (v959 + (z[..., 18] * v863 + v263 * along_z[..., 18])) * v266 - v646 * v266 * v915
-        v972 = np.where(m637, along_z[..., 2] + (v634 * v967 + v646 * v939), along_z[..., 2])
-        v974 = v946 / (v946 + np.where(m945, 1.0, 0.0)) * (v952 / (v952 + np.where(m951, 1.0, 0.0)) * v972)
-        v982 = v873 + (z[..., 10] * v885 + v204 * along_z[..., 10])
-        v983 = z[..., 11] * v903 + v223 * along_z[..., 11] - v982
-        v987 = v983 + (z[..., 13] * v840 + v242 * along_z[..., 13])
-        v995 = (v987 + (z[..., 16] * v863 + v263 * along_z[..., 16])) * v266 - v657 * v266 * v915
-        v1000 = np.where(m637, along_z[..., 0] + (v634 * v995 + v657 * v939), along_z[..., 0])
-        v1005 = v663 * along_z[..., 23] + z[..., 23] * (v943 - (v661 * v974 + v654 * v1000))
-        v1008 = v216 * v943 + v643 * v821
-        v1016 = v809 - np.where(m63, v1005 - (v661 * v1008 + v665 * v1000), v1008) + v575 * along_z[..., 27]
-        v1026 = along_z[..., 4] + (v634 * (v863 * v266 - v674 * v266 * v915) + v674 * v939)
-        v1027 = np.where(m637, v1026, along_z[..., 4])
-        v1033 = v1016 - v559 * along_z[..., 26] - (v679 * v1027 + np.where(m63, -(v677 * v1000), 0.0))
-        v1040 = z[..., 12] * v903 + v223 * along_z[..., 12] - v885
-        v1044 = v1040 + (z[..., 14] * v840 + v242 * along_z[..., 14])
-        v1052 = (v1044 + (z[..., 17] * v863 + v263 * along_z[..., 17])) * v266 - v684 * v266 * v915
-        v1057 = np.where(m637, along_z[..., 1] + (v634 * v1052 + v684 * v939), along_z[..., 1])
-        v1063 = x[..., 0] * np.where(m63, (v660 + v660) * v1000 - v1057 + v559 * v1000, -v1000)
-        v1073 = v193 * np.where(m63, v559 * v1057 + (v687 * v1000 + v660 * v1057), -v1057)
-        v1077 = (v1033 - (v694 * along_x[..., 0] + v1063) - (v1073 + v700 * v829)) * v703
-        v1080 = v1077 - v704 * v703 * v974
-        v1089 = v500 * along_r[..., 1] + v502 * along_z[..., 54] - v506 * along_z[..., 55]
-        v1101 = np.where(m61, along_v[..., 1], np.where(m63, along_z[..., 52], along_z[..., 51]))
-        v1109 = np.where(m36, along_x[..., 1], along_z[..., 48])
-        v1112 = along_z[..., 50] + (v67 * along_z[..., 43] + z[..., 43] * v1101) - (v38 * along_z[..., 41] + z[..., 41] * v1109)
-        v1118 = v1112 - (z[..., 49] * along_z[..., 42] + z[..., 42] * along_z[..., 49])
-        v1120 = v92 * along_z[..., 36] + z[..., 36] * v1118
-        v1131 = v67 * along_z[..., 46] + z[..., 46] * v1101 + (z[..., 50] * along_z[..., 47] + z[..., 47] * along_z[..., 50])
-        v1141 = v1131 - (v38 * along_z[..., 44] + z[..., 44] * v1109) - (z[..., 49] * along_z[..., 45] + z[..., 45] * along_z[..., 49])
-        v1143 = v113 * along_z[..., 37] + z[..., 37] * v1141
-        v1153 = v38 * along_z[..., 33] + z[..., 33] * v1109
-        v1156 = v38 * v1153 + v39 * v1109
-        v1163 = along_z[..., 49] + (v38 * along_z[..., 38] + z[..., 38] * v1109)
-        v1165 = v50 * along_z[..., 34] + z[..., 34] * v1163
-        v1169 = v1156 + (v50 * v1165 + v51 * v1163)
-        v1181 = v1101 - (v38 * along_z[..., 39] + z[..., 39] * v1109) - (z[..., 49] * along_z[..., 40] + z[..., 40] * along_z[..., 49])
-        v1183 = v73 * along_z[..., 35] + z[..., 35] * v1181
-        v1187 = v1169 + (v73 * v1183 + v74 * v1181)
-        v1191 = v1187 + (v92 * v1120 + v93 * v1118)
-        v1195 = v1191 + (v113 * v1143 + v114 * v1141)
-        v1197 = (v1120 + (z[..., 47] * v1143 + v114 * along_z[..., 47])) * v117 - v539 * v117 * v1195
-        v1208 = along_z[..., 32] + (v67 * along_z[..., 30] + z[..., 30] * v1101) + (z[..., 50] * along_z[..., 31] + z[..., 31] * along_z[..., 50])
-        v1218 = v1208 - (v38 * along_z[..., 28] + z[..., 28] * v1109) - (z[..., 49] * along_z[..., 29] + z[..., 29] * along_z[..., 49])
-        v1219 = along_x[..., 1] - v1218
-        v1223 = np.where(m536, along_z[..., 31] + (v533 * v1197 + v539 * v1219), along_z[..., 31])
-        m1224 = (v556 <= v550)
-        m1225 = (v550 <= v556)
-        v1226 = np.where(m1224, 1.0, 0.0)
-        m1230 = (c[..., 14] <= v548)
-        m1231 = (v548 <= c[..., 14])
-        v1232 = np.where(m1230, 1.0, 0.0)
-        v1239 = v1183 + (z[..., 43] * v1120 + v93 * along_z[..., 43])
-        v1247 = (v1239 + (z[..., 46] * v1143 + v114 * along_z[..., 46])) * v117 - v545 * v117 * v1195
-        v1252 = np.where(m536, along_z[..., 30] + (v533 * v1247 + v545 * v1219), along_z[..., 30])
-        v1254 = v1226 / (v1226 + np.where(m1225, 1.0, 0.0)) * (v1232 / (v1232 + np.where(m1231, 1.0, 0.0)) * v1252)
-        v1262 = v1153 + (z[..., 38] * v1165 + v51 * along_z[..., 38])
-        v1263 = z[..., 39] * v1183 + v74 * along_z[..., 39] - v1262
-        v1267 = v1263 + (z[..., 41] * v1120 + v93 * along_z[..., 41])
-        v1275 = (v1267 + (z[..., 44] * v1143 + v114 * along_z[..., 44])) * v117 - v562 * v117 * v1195
-        v1280 = np.where(m536, along_z[..., 28] + (v533 * v1275 + v562 * v1219), along_z[..., 28])
-        v1285 = v568 * along_z[..., 51] + z[..., 51] * (v1223 - (v566 * v1254 + v557 * v1280))
-        v1288 = v67 * v1223 + v542 * v1101
-        v1296 = v1089 - np.where(m63, v1285 - (v566 * v1288 + v570 * v1280), v1288) + v575 * along_z[..., 55]
-        v1306 = along_z[..., 32] + (v533 * (v1143 * v117 - v580 * v117 * v1195) + v580 * v1219)
-        v1307 = np.where(m536, v1306, along_z[..., 32])
-        v1313 = v1296 - v559 * along_z[..., 54] - (v585 * v1307 + np.where(m63, -(v583 * v1280), 0.0))
-        v1320 = z[..., 40] * v1183 + v74 * along_z[..., 40] - v1165
-        v1324 = v1320 + (z[..., 42] * v1120 + v93 * along_z[..., 42])
-        v1332 = (v1324 + (z[..., 45] * v1143 + v114 * along_z[..., 45])) * v117 - v590 * v117 * v1195
-        v1337 = np.where(m536, along_z[..., 29] + (v533 * v1332 + v590 * v1219), along_z[..., 29])
-        v1343 = x[..., 1] * np.where(m63, (v565 + v565) * v1280 - v1337 + v559 * v1280, -v1280)
-        v1353 = v38 * np.where(m63, v559 * v1337 + (v593 * v1280 + v565 * v1337), -v1337)
-        v1357 = (v1313 - (v600 * along_x[..., 1] + v1343) - (v1353 + v606 * v1109)) * v609
-        v1360 = v1357 - v610 * v609 * v1254
-        v1369 = v500 * along_r[..., 2] + v502 * along_z[..., 82] - v506 * along_z[..., 83]
-        v1381 = np.where(m61, along_v[..., 2], np.where(m63, along_z[..., 80], along_z[..., 79]))
-        v1389 = np.where(m36, along_x[..., 2], along_z[..., 76])
-        v1392 = along_z[..., 78] + (v366 * along_z[..., 71] + z[..., 71] * v1381) - (v343 * along_z[..., 69] + z[..., 69] * v1389)
-        v1398 = v1392 - (z[..., 77] * along_z[..., 70] + z[..., 70] * along_z[..., 77])
-        v1400 = v391 * along_z[..., 64] + z[..., 64] * v1398
-        v1411 = v366 * along_z[..., 74] + z[..., 74] * v1381 + (z[..., 78] * along_z[..., 75] + z[..., 75] * along_z[..., 78])
-        v1421 = v1411 - (v343 * along_z[..., 72] + z[..., 72] * v1389) - (z[..., 77] * along_z[..., 73] + z[..., 73] * along_z[..., 77])
-        v1423 = v412 * along_z[..., 65] + z[..., 65] * v1421
-        v1433 = v343 * along_z[..., 61] + z[..., 61] * v1389
-        v1436 = v343 * v1433 + v344 * v1389
-        v1443 = along_z[..., 77] + (v343 * along_z[..., 66] + z[..., 66] * v1389)
-        v1445 = v353 * along_z[..., 62] + z[..., 62] * v1443
-        v1449 = v1436 + (v353 * v1445 + v354 * v1443)
-        v1461 = v1381 - (v343 * along_z[..., 67] + z[..., 67] * v1389) - (z[..., 77] * along_z[..., 68] + z[..., 68] * along_z[..., 77])
-        v1463 = v372 * along_z[..., 63] + z[..., 63] * v1461
-        v1467 = v1449 + (v372 * v1463 + v373 * v1461)
-        v1471 = v1467 + (v391 * v1400 + v392 * v1398)
-        v1475 = v1471 + (v412 * v1423 + v413 * v1421)
-        v1477 = (v1400 + (z[..., 75] * v1423 + v413 * along_z[..., 75])) * v416 - v734 * v416 * v1475
-        v1488 = along_z[..., 60] + (v366 * along_z[..., 58] + z[..., 58] * v1381) + (z[..., 78] * along_z[..., 59] + z[..., 59] * along_z[..., 78])
-        v1498 = v1488 - (v343 * along_z[..., 56] + z[..., 56] * v1389) - (z[..., 77] * along_z[..., 57] + z[..., 57] * along_z[..., 77])
-        v1499 = along_x[..., 2] - v1498
-        v1503 = np.where(m731, along_z[..., 59] + (v728 * v1477 + v734 * v1499), along_z[..., 59])
-        m1504 = (v747 <= v744)
-        m1505 = (v744 <= v747)
-        v1506 = np.where(m1504, 1.0, 0.0)
-        m1510 = (c[..., 14] <= v743)
-        m1511 = (v743 <= c[..., 14])
+        v581 = v114 * v117
+        v585 = c[..., 17] * np.where(m536, z[..., 32] + v581 * v533, z[..., 32])
+        v587 = np.where(m63, 1.0 - v566, 1.0)
+        v592 = (v170 + v114 * z[..., 45]) * v117
+        v595 = np.where(m536, z[..., 29] + v592 * v533, z[..., 29])
+        v596 = v575 - v595
+        v602 = np.where(m63, v596 + v565 * v565 + v559 * v565, -v566)
+        v604 = v574 + v575 * z[..., 55] - v559 * z[..., 54] - v585 * v587 - x[..., 1] * v602
+        v608 = np.where(m63, v559 * v595 + v565 * v595, v596)
+        v611 = 1.0 / v557
+        v612 = (v604 - v608 * v38) * v611
+        m614 = (np.abs(v612) < 1e+30)
+        m615 = np.logical_and(m492, m614)
+        v635 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
+        v636 = x[..., 0] - v635
+        m638 = (v519 < np.abs(v636))
+        m639 = np.logical_and(m514, m638)
+        v642 = (v242 + v263 * z[..., 19]) * v266
+        v645 = np.where(m639, z[..., 3] + v642 * v636, z[..., 3])
+        v648 = (v326 + v263 * z[..., 18]) * v266
+        v651 = np.where(m639, z[..., 2] + v648 * v636, z[..., 2])
+        v652 = np.fmax(v651, c[..., 14])
+        v655 = 0.5 / p[..., 0] * v555
+        v656 = np.fmax(v652, v655)
+        v659 = (v312 + v263 * z[..., 16]) * v266
+        v662 = np.where(m639, z[..., 0] + v659 * v636, z[..., 0])
+        v663 = v559 + v662
+        v665 = v645 - v656 * v663
+        v667 = v645 * v216
+        v671 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27] - np.where(m63, z[..., 23] * v665 - v667 * v663, v667)
+        v676 = v263 * v266
+        v680 = c[..., 17] * np.where(m639, z[..., 4] + v676 * v636, z[..., 4])
+        v682 = np.where(m63, 1.0 - v663, 1.0)
+        v687 = (v319 + v263 * z[..., 17]) * v266
+        v690 = np.where(m639, z[..., 1] + v687 * v636, z[..., 1])
+        v691 = v575 - v690
+        v697 = np.where(m63, v691 + v662 * v662 + v559 * v662, -v663)
+        v699 = v671 + v575 * z[..., 27] - v559 * z[..., 26] - v680 * v682 - x[..., 0] * v697
+        v703 = np.where(m63, v559 * v690 + v662 * v690, v691)
+        v706 = 1.0 / v656
+        v707 = (v699 - v703 * v193) * v706
+        m709 = (np.abs(v707) < 1e+30)
+        m710 = np.logical_and(m615, m709)
+        v727 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
+        v731 = x[..., 2] - (v727 - z[..., 57] * z[..., 77])
+        m733 = (v519 < np.abs(v731))
+        m734 = np.logical_and(m514, m733)
+        v737 = (v392 + v413 * z[..., 75]) * v416
+        v740 = np.where(m734, z[..., 59] + v737 * v731, z[..., 59])
+        v743 = (v476 + v413 * z[..., 74]) * v416
+        v746 = np.where(m734, z[..., 58] + v743 * v731, z[..., 58])
+        v747 = np.fmax(v746, c[..., 14])
+        v750 = 0.5 / p[..., 2] * v555
+        v751 = np.fmax(v747, v750)
+        v754 = (v462 + v413 * z[..., 72]) * v416
+        v757 = np.where(m734, z[..., 56] + v754 * v731, z[..., 56])
+        v758 = v559 + v757
+        v760 = v740 - v751 * v758
+        v762 = v740 * v366
+        v766 = v500 * r[..., 2] + v502 * z[..., 82] - v506 * z[..., 83] - np.where(m63, z[..., 79] * v760 - v762 * v758, v762)
+        v771 = v413 * v416
+        v775 = c[..., 17] * np.where(m734, z[..., 60] + v771 * v731, z[..., 60])
+        v777 = np.where(m63, 1.0 - v758, 1.0)
+        v782 = (v469 + v413 * z[..., 73]) * v416
+        v785 = np.where(m734, z[..., 57] + v782 * v731, z[..., 57])
+        v786 = v575 - v785
+        v792 = np.where(m63, v786 + v757 * v757 + v559 * v757, -v758)
+        v794 = v766 + v575 * z[..., 83] - v559 * z[..., 82] - v775 * v777 - v792 * x[..., 2]
+        v798 = np.where(m63, v559 * v785 + v757 * v785, v786)
+        v801 = 1.0 / v751
+        v802 = (v794 - v798 * v343) * v801
+        m804 = (np.abs(v802) < 1e+30)
+        m805 = np.logical_and(m710, m804)
+        v813 = v500 * along_r[..., 0] + v502 * along_z[..., 26] - v506 * along_z[..., 27]
+        v825 = np.where(m61, along_v[..., 0], np.where(m63, along_z[..., 24], along_z[..., 23]))
+        v833 = np.where(m36, along_x[..., 0], along_z[..., 20])
+        v836 = along_z[..., 22] + (v216 * along_z[..., 15] + z[..., 15] * v825) - (v193 * along_z[..., 13] + z[..., 13] * v833)
+        v842 = v836 - (z[..., 21] * along_z[..., 14] + z[..., 14] * along_z[..., 21])
+        v844 = v241 * along_z[..., 8] + z[..., 8] * v842
+        v855 = v216 * along_z[..., 18] + z[..., 18] * v825 + (z[..., 22] * along_z[..., 19] + z[..., 19] * along_z[..., 22])
+        v865 = v855 - (v193 * along_z[..., 16] + z[..., 16] * v833) - (z[..., 21] * along_z[..., 17] + z[..., 17] * along_z[..., 21])
+        v867 = v262 * along_z[..., 9] + z[..., 9] * v865
+        v877 = v193 * along_z[..., 5] + z[..., 5] * v833
+        v880 = v193 * v877 + v194 * v833
+        v887 = along_z[..., 21] + (v193 * along_z[..., 10] + z[..., 10] * v833)
+        v889 = v203 * along_z[..., 6] + z[..., 6] * v887
+        v893 = v880 + (v203 * v889 + v204 * v887)
+        v905 = v825 - (v193 * along_z[..., 11] + z[..., 11] * v833) - (z[..., 21] * along_z[..., 12] + z[..., 12] * along_z[..., 21])
+        v907 = v222 * along_z[..., 7] + z[..., 7] * v905
+        v911 = v893 + (v222 * v907 + v223 * v905)
+        v915 = v911 + (v241 * v844 + v242 * v842)
+        v919 = v915 + (v262 * v867 + v263 * v865)
+        v921 = (v844 + (z[..., 19] * v867 + v263 * along_z[..., 19])) * v266 - v642 * v266 * v919
+        v932 = along_z[..., 4] + (v216 * along_z[..., 2] + z[..., 2] * v825) + (z[..., 22] * along_z[..., 3] + z[..., 3] * along_z[..., 22])
+        v942 = v932 - (v193 * along_z[..., 0] + z[..., 0] * v833) - (z[..., 21] * along_z[..., 1] + z[..., 1] * along_z[..., 21])
+        v943 = along_x[..., 0] - v942
+        v947 = np.where(m639, along_z[..., 3] + (v636 * v921 + v642 * v943), along_z[..., 3])
+        m948 = (v655 <= v652)
+        m949 = (v652 <= v655)
+        v950 = np.where(m948, 1.0, 0.0)
+        m954 = (c[..., 14] <= v651)
+        m955 = (v651 <= c[..., 14])
+        v956 = np.where(m954, 1.0, 0.0)
+        v963 = v907 + (z[..., 15] * v844 + v242 * along_z[..., 15])
+        v971 = (v963 + (z[..., 18] * v867 + v263 * along_z[..., 18])) * v266 - v648 * v266 * v919
+        v976 = np.where(m639, along_z[..., 2] + (v636 * v971 + v648 * v943), along_z[..., 2])
+        v978 = v950 / (v950 + np.where(m949, 1.0, 0.0)) * (v956 / (v956 + np.where(m955, 1.0, 0.0)) * v976)
+        v986 = v877 + (z[..., 10] * v889 + v204 * along_z[..., 10])
+        v987 = z[..., 11] * v907 + v223 * along_z[..., 11] - v986
+        v991 = v987 + (z[..., 13] * v844 + v242 * along_z[..., 13])
+        v999 = (v991 + (z[..., 16] * v867 + v263 * along_z[..., 16])) * v266 - v659 * v266 * v919
+        v1004 = np.where(m639, along_z[..., 0] + (v636 * v999 + v659 * v943), along_z[..., 0])
+        v1009 = v665 * along_z[..., 23] + z[..., 23] * (v947 - (v663 * v978 + v656 * v1004))
+        v1012 = v216 * v947 + v645 * v825
+        v1020 = v813 - np.where(m63, v1009 - (v663 * v1012 + v667 * v1004), v1012) + v575 * along_z[..., 27]
+        v1030 = along_z[..., 4] + (v636 * (v867 * v266 - v676 * v266 * v919) + v676 * v943)
+        v1031 = np.where(m639, v1030, along_z[..., 4])
+        v1038 = v1020 - v559 * along_z[..., 26] - (v682 * (c[..., 17] * v1031) + np.where(m63, -(v680 * v1004), 0.0))
+        v1045 = z[..., 12] * v907 + v223 * along_z[..., 12] - v889
+        v1049 = v1045 + (z[..., 14] * v844 + v242 * along_z[..., 14])
+        v1057 = (v1049 + (z[..., 17] * v867 + v263 * along_z[..., 17])) * v266 - v687 * v266 * v919
+        v1062 = np.where(m639, along_z[..., 1] + (v636 * v1057 + v687 * v943), along_z[..., 1])
+        v1068 = x[..., 0] * np.where(m63, (v662 + v662) * v1004 - v1062 + v559 * v1004, -v1004)
+        v1078 = v193 * np.where(m63, v559 * v1062 + (v690 * v1004 + v662 * v1062), -v1062)
+        v1082 = (v1038 - (v697 * along_x[..., 0] + v1068) - (v1078 + v703 * v833)) * v706
+        v1085 = v1082 - v707 * v706 * v978
+        v1094 = v500 * along_r[..., 1] + v502 * along_z[..., 54] - v506 * along_z[..., 55]
+        v1106 = np.where(m61, along_v[..., 1], np.where(m63, along_z[..., 52], along_z[..., 51]))
+        v1114 = np.where(m36, along_x[..., 1], along_z[..., 48])
+        v1117 = along_z[..., 50] + (v67 * along_z[..., 43] + z[..., 43] * v1106) - (v38 * along_z[..., 41] + z[..., 41] * v1114)
+        v1123 = v1117 - (z[..., 49] * along_z[..., 42] + z[..., 42] * along_z[..., 49])
+        v1125 = v92 * along_z[..., 36] + z[..., 36] * v1123
+        v1136 = v67 * along_z[..., 46] + z[..., 46] * v1106 + (z[..., 50] * along_z[..., 47] + z[..., 47] * along_z[..., 50])
+        v1146 = v1136 - (v38 * along_z[..., 44] + z[..., 44] * v1114) - (z[..., 49] * along_z[..., 45] + z[..., 45] * along_z[..., 49])
+        v1148 = v113 * along_z[..., 37] + z[..., 37] * v1146
+        v1158 = v38 * along_z[..., 33] + z[..., 33] * v1114
+        v1161 = v38 * v1158 + v39 * v1114
+        v1168 = along_z[..., 49] + (v38 * along_z[..., 38] + z[..., 38] * v1114)
+        v1170 = v50 * along_z[..., 34] + z[..., 34] * v1168
+        v1174 = v1161 + (v50 * v1170 + v51 * v1168)
+        v1186 = v1106 - (v38 * along_z[..., 39] + z[..., 39] * v1114) - (z[..., 49] * along_z[..., 40] + z[..., 40] * along_z[..., 49])
+        v1188 = v73 * along_z[..., 35] + z[..., 35] * v1186
+        v1192 = v1174 + (v73 * v1188 + v74 * v1186)
+        v1196 = v1192 + (v92 * v1125 + v93 * v1123)
+        v1200 = v1196 + (v113 * v1148 + v114 * v1146)
+        v1202 = (v1125 + (z[..., 47] * v1148 + v114 * along_z[..., 47])) * v117 - v539 * v117 * v1200
+        v1213 = along_z[..., 32] + (v67 * along_z[..., 30] + z[..., 30] * v1106) + (z[..., 50] * along_z[..., 31] + z[..., 31] * along_z[..., 50])
+        v1223 = v1213 - (v38 * along_z[..., 28] + z[..., 28] * v1114) - (z[..., 49] * along_z[..., 29] + z[..., 29] * along_z[..., 49])
+        v1224 = along_x[..., 1] - v1223
+        v1228 = np.where(m536, along_z[..., 31] + (v533 * v1202 + v539 * v1224), along_z[..., 31])
+        m1229 = (v556 <= v550)
+        m1230 = (v550 <= v556)
+        v1231 = np.where(m1229, 1.0, 0.0)
+        m1235 = (c[..., 14] <= v548)
+        m1236 = (v548 <= c[..., 14])
+        v1237 = np.where(m1235, 1.0, 0.0)
+        v1244 = v1188 + (z[..., 43] * v1125 + v93 * along_z[..., 43])
+        v1252 = (v1244 + (z[..., 46] * v1148 + v114 * along_z[..., 46])) * v117 - v545 * v117 * v1200
+        v1257 = np.where(m536, along_z[..., 30] + (v533 * v1252 + v545 * v1224), along_z[..., 30])
+        v1259 = v1231 / (v1231 + np.where(m1230, 1.0, 0.0)) * (v1237 / (v1237 + np.where(m1236, 1.0, 0.0)) * v1257)
+        v1267 = v1158 + (z[..., 38] * v1170 + v51 * along_z[..., 38])
+        v1268 = z[..., 39] * v1188 + v74 * along_z[..., 39] - v1267
+        v1272 = v1268 + (z[..., 41] * v1125 + v93 * along_z[..., 41])
+        v1280 = (v1272 + (z[..., 44] * v1148 + v114 * along_z[..., 44])) * v117 - v562 * v117 * v1200
+        v1285 = np.where(m536, along_z[..., 28] + (v533 * v1280 + v562 * v1224), along_z[..., 28])
+        v1290 = v568 * along_z[..., 51] + z[..., 51] * (v1228 - (v566 * v1259 + v557 * v1285))
+        v1293 = v67 * v1228 + v542 * v1106
+        v1301 = v1094 - np.where(m63, v1290 - (v566 * v1293 + v570 * v1285), v1293) + v575 * along_z[..., 55]
+        v1311 = along_z[..., 32] + (v533 * (v1148 * v117 - v581 * v117 * v1200) + v581 * v1224)
+        v1312 = np.where(m536, v1311, along_z[..., 32])
+        v1319 = v1301 - v559 * along_z[..., 54] - (v587 * (c[..., 17] * v1312) + np.where(m63, -(v585 * v1285), 0.0))
+        v1326 = z[..., 40] * v1188 + v74 * along_z[..., 40] - v1170
+        v1330 = v1326 + (z[..., 42] * v1125 + v93 * along_z[..., 42])
+        v1338 = (v1330 + (z[..., 45] * v1148 + v114 * along_z[..., 45])) * v117 - v592 * v117 * v1200
+        v1343 = np.where(m536, along_z[..., 29] + (v533 * v1338 + v592 * v1224), along_z[..., 29])
+        v1349 = x[..., 1] * np.where(m63, (v565 + v565) * v1285 - v1343 + v559 * v1285, -v1285)
+        v1359 = v38 * np.where(m63, v559 * v1343 + (v595 * v1285 + v565 * v1343), -v1343)
+        v1363 = (v1319 - (v602 * along_x[..., 1] + v1349) - (v1359 + v608 * v1114)) * v611
+        v1366 = v1363 - v612 * v611 * v1259
+        v1375 = v500 * along_r[..., 2] + v502 * along_z[..., 82] - v506 * along_z[..., 83]
+        v1387 = np.where(m61, along_v[..., 2], np.where(m63, along_z[..., 80], along_z[..., 79]))
+        v1395 = np.where(m36, along_x[..., 2], along_z[..., 76])
+        v1398 = along_z[..., 78] + (v366 * along_z[..., 71] + z[..., 71] * v1387) - (v343 * along_z[..., 69] + z[..., 69] * v1395)
+        v1404 = v1398 - (z[..., 77] * along_z[..., 70] + z[..., 70] * along_z[..., 77])
+        v1406 = v391 * along_z[..., 64] + z[..., 64] * v1404
+        v1417 = v366 * along_z[..., 74] + z[..., 74] * v1387 + (z[..., 78] * along_z[..., 75] + z[..., 75] * along_z[..., 78])
+        v1427 = v1417 - (v343 * along_z[..., 72] + z[..., 72] * v1395) - (z[..., 77] * along_z[..., 73] + z[..., 73] * along_z[..., 77])
+        v1429 = v412 * along_z[..., 65] + z[..., 65] * v1427
+        v1439 = v343 * along_z[..., 61] + z[..., 61] * v1395
+        v1442 = v343 * v1439 + v344 * v1395
+        v1449 = along_z[..., 77] + (v343 * along_z[..., 66] + z[..., 66] * v1395)
+        v1451 = v353 * along_z[..., 62] + z[..., 62] * v1449
+        v1455 = v1442 + (v353 * v1451 + v354 * v1449)
+        v1467 = v1387 - (v343 * along_z[..., 67] + z[..., 67] * v1395) - (z[..., 77] * along_z[..., 68] + z[..., 68] * along_z[..., 77])
+        v1469 = v372 * along_z[..., 63] + z[..., 63] * v1467
+        v1473 = v1455 + (v372 * v1469 + v373 * v1467)
+        v1477 = v1473 + (v391 * v1406 + v392 * v1404)
+        v1481 = v1477 + (v412 * v1429 + v413 * v1427)
+        v1483 = (v1406 + (z[..., 75] * v1429 + v413 * along_z[..., 75])) * v416 - v737 * v416 * v1481
+        v1494 = along_z[..., 60] + (v366 * along_z[..., 58] + z[..., 58] * v1387) + (z[..., 78] * along_z[..., 59] + z[..., 59] * along_z[..., 78])
+        v1504 = v1494 - (v343 * along_z[..., 56] + z[..., 56] * v1395) - (z[..., 77] * along_z[..., 57] + z[..., 57] * along_z[..., 77])
+        v1505 = along_x[..., 2] - v1504
+        v1509 = np.where(m734, along_z[..., 59] + (v731 * v1483 + v737 * v1505), along_z[..., 59])
+        m1510 = (v750 <= v747)
+        m1511 = (v747 <= v750)
         v1512 = np.where(m1510, 1.0, 0.0)
-        v1519 = v1463 + (z[..., 71] * v1400 + v392 * along_z[..., 71])
-        v1527 = (v1519 + (z[..., 74] * v1423 + v413 * along_z[..., 74])) * v416 - v740 * v416 * v1475
-        v1532 = np.where(m731, along_z[..., 58] + (v728 * v1527 + v740 * v1499), along_z[..., 58])
-        v1534 = v1506 / (v1506 + np.where(m1505, 1.0, 0.0)) * (v1512 / (v1512 + np.where(m1511, 1.0, 0.0)) * v1532)
-        v1542 = v1433 + (z[..., 66] * v1445 + v354 * along_z[..., 66])
-        v1543 = z[..., 67] * v1463 + v373 * along_z[..., 67] - v1542
-        v1547 = v1543 + (z[..., 69] * v1400 + v392 * along_z[..., 69])
-        v1555 = (v1547 + (z[..., 72] * v1423 + v413 * along_z[..., 72])) * v416 - v751 * v416 * v1475
-        v1560 = np.where(m731, along_z[..., 56] + (v728 * v1555 + v751 * v1499), along_z[..., 56])
-        v1565 = v757 * along_z[..., 79] + z[..., 79] * (v1503 - (v755 * v1534 + v748 * v1560))
-        v1568 = v366 * v1503 + v737 * v1381
-        v1576 = v1369 - np.where(m63, v1565 - (v755 * v1568 + v759 * v1560), v1568) + v575 * along_z[..., 83]
-        v1586 = along_z[..., 60] + (v728 * (v1423 * v416 - v768 * v416 * v1475) + v768 * v1499)
-        v1587 = np.where(m731, v1586, along_z[..., 60])
-        v1593 = v1576 - v559 * along_z[..., 82] - (v773 * v1587 + np.where(m63, -(v771 * v1560), 0.0))
-        v1599 = z[..., 68] * v1463 + v373 * along_z[..., 68] - v1445
-        v1603 = v1599 + (z[..., 70] * v1400 + v392 * along_z[..., 70])
-        v1611 = (v1603 + (z[..., 73] * v1423 + v413 * along_z[..., 73])) * v416 - v778 * v416 * v1475
-        v1616 = np.where(m731, along_z[..., 57] + (v728 * v1611 + v778 * v1499), along_z[..., 57])
-        v1622 = x[..., 2] * np.where(m63, (v754 + v754) * v1560 - v1616 + v559 * v1560, -v1560)
-        v1633 = v343 * np.where(m63, v559 * v1616 + (v781 * v1560 + v754 * v1616), -v1616)
-        v1637 = (v1593 - (v1622 + v788 * along_x[..., 2]) - (v1633 + v794 * v1389)) * v797
-        v1640 = v1637 - v798 * v797 * v1534
-        m1648 = (c[..., 4] < v336)
-        v1649 = np.where(m1648, c[..., 3], 1.0)
-        v1655 = np.where(m637, v1649 * (along_z[..., 5] * v197 - v198 * v197 * v876), along_z[..., 5])
-        v1665 = v196 * (v208 * along_z[..., 6] - z[..., 6] * (v207 * v207 * v889 * v45)) + v209 * v876
-        v1668 = np.where(m801, np.where(m637, v1649 * v1665, along_z[..., 6]), along_z[..., 6])
-        v1676 = v206 * (v227 * along_z[..., 7] - z[..., 7] * (v227 * v226 * v907)) + v228 * v889
-        v1679 = np.where(m801, np.where(m637, v1649 * v1676, along_z[..., 7]), along_z[..., 7])
-        v1687 = v225 * (v246 * along_z[..., 8] - z[..., 8] * (v246 * v245 * v911)) + v247 * v907
-        v1690 = np.where(m801, np.where(m637, v1649 * v1687, along_z[..., 8]), along_z[..., 8])
-        v1698 = v244 * (v267 * along_z[..., 9] - z[..., 9] * (v267 * v266 * v915)) + v268 * v911
-        v1701 = np.where(m801, np.where(m637, v1649 * v1698, along_z[..., 9]), along_z[..., 9])
-        v1709 = along_z[..., 10] - (v203 * (v873 * v197 - v271 * v197 * v876) + v271 * v883)
-        v1711 = np.where(m801, np.where(m637, v1709, along_z[..., 10]), along_z[..., 10])
-        v1715 = v901 * v207 - v277 * v207 * v889
-        v1720 = np.where(m637, along_z[..., 11] + (v279 * v1715 + v277 * v982), along_z[..., 11])
-        v1726 = np.where(m637, along_z[..., 12] + (v204 * v1715 + v277 * v885), along_z[..., 12])
-        v1731 = v838 * v226 - v290 * v226 * v907
-        v1736 = np.where(m637, along_z[..., 13] - (v292 * v1731 + v290 * v983), along_z[..., 13])
-        v1742 = np.where(m637, along_z[..., 14] - (v299 * v1731 + v290 * v1040), along_z[..., 14])
-        v1748 = np.where(m637, along_z[..., 15] - (v223 * v1731 + v290 * v903), along_z[..., 15])
-        v1753 = v861 * v245 - v310 * v245 * v911
-        v1758 = np.where(m637, along_z[..., 16] - (v312 * v1753 + v310 * v987), along_z[..., 16])
-        v1764 = np.where(m637, along_z[..., 17] - (v319 * v1753 + v310 * v1044), along_z[..., 17])
-        v1770 = np.where(m637, along_z[..., 18] - (v326 * v1753 + v310 * v959), along_z[..., 18])
-        v1776 = np.where(m637, along_z[..., 19] - (v242 * v1753 + v310 * v840), along_z[..., 19])
-        m1793 = (c[..., 4] < v187)
-        v1794 = np.where(m1793, c[..., 3], 1.0)
-        v1800 = np.where(m536, v1794 * (along_z[..., 33] * v43 - v44 * v43 * v1156), along_z[..., 33])
-        v1809 = v41 * (v55 * along_z[..., 34] - z[..., 34] * (v55 * v54 * v1169)) + v56 * v1156
-        v1812 = np.where(m801, np.where(m536, v1794 * v1809, along_z[..., 34]), along_z[..., 34])
-        v1820 = v53 * (v78 * along_z[..., 35] - z[..., 35] * (v78 * v77 * v1187)) + v79 * v1169
-        v1823 = np.where(m801, np.where(m536, v1794 * v1820, along_z[..., 35]), along_z[..., 35])
-        v1831 = v76 * (v97 * along_z[..., 36] - z[..., 36] * (v97 * v96 * v1191)) + v98 * v1187
-        v1834 = np.where(m801, np.where(m536, v1794 * v1831, along_z[..., 36]), along_z[..., 36])
-        v1842 = v95 * (v118 * along_z[..., 37] - z[..., 37] * (v118 * v117 * v1195)) + v119 * v1191
-        v1845 = np.where(m801, np.where(m536, v1794 * v1842, along_z[..., 37]), along_z[..., 37])
-        v1853 = along_z[..., 38] - (v50 * (v1153 * v43 - v122 * v43 * v1156) + v122 * v1163)
-        v1855 = np.where(m801, np.where(m536, v1853, along_z[..., 38]), along_z[..., 38])
-        v1859 = v1181 * v54 - v128 * v54 * v1169
-        v1864 = np.where(m536, along_z[..., 39] + (v130 * v1859 + v128 * v1262), along_z[..., 39])
-        v1870 = np.where(m536, along_z[..., 40] + (v51 * v1859 + v128 * v1165), along_z[..., 40])
-        v1875 = v1118 * v77 - v141 * v77 * v1187
-        v1880 = np.where(m536, along_z[..., 41] - (v143 * v1875 + v141 * v1263), along_z[..., 41])
-        v1886 = np.where(m536, along_z[..., 42] - (v150 * v1875 + v141 * v1320), along_z[..., 42])
-        v1892 = np.where(m536, along_z[..., 43] - (v74 * v1875 + v141 * v1183), along_z[..., 43])
-        v1897 = v1141 * v96 - v161 * v96 * v1191
-        v1902 = np.where(m536, along_z[..., 44] - (v163 * v1897 + v161 * v1267), along_z[..., 44])
-        v1908 = np.where(m536, along_z[..., 45] - (v170 * v1897 + v161 * v1324), along_z[..., 45])
-        v1914 = np.where(m536, along_z[..., 46] - (v177 * v1897 + v161 * v1239), along_z[..., 46])
-        v1920 = np.where(m536, along_z[..., 47] - (v93 * v1897 + v161 * v1120), along_z[..., 47])
-        m1937 = (c[..., 4] < v486)
-        v1938 = np.where(m1937, c[..., 3], 1.0)
-        v1944 = np.where(m731, v1938 * (along_z[..., 61] * v347 - v348 * v347 * v1436), along_z[..., 61])
-        v1953 = v346 * (v358 * along_z[..., 62] - z[..., 62] * (v358 * v357 * v1449)) + v359 * v1436
-        v1956 = np.where(m801, np.where(m731, v1938 * v1953, along_z[..., 62]), along_z[..., 62])
-        v1964 = v356 * (v377 * along_z[..., 63] - z[..., 63] * (v377 * v376 * v1467)) + v378 * v1449
-        v1967 = np.where(m801, np.where(m731, v1938 * v1964, along_z[..., 63]), along_z[..., 63])
-        v1975 = v375 * (v396 * along_z[..., 64] - z[..., 64] * (v396 * v395 * v1471)) + v397 * v1467
-        v1978 = np.where(m801, np.where(m731, v1938 * v1975, along_z[..., 64]), along_z[..., 64])
-        v1986 = v394 * (v417 * along_z[..., 65] - z[..., 65] * (v417 * v416 * v1475)) + v418 * v1471
-        v1989 = np.where(m801, np.where(m731, v1938 * v1986, along_z[..., 65]), along_z[..., 65])
-        v1997 = along_z[..., 66] - (v353 * (v1433 * v347 - v421 * v347 * v1436) + v421 * v1443)
-        v1999 = np.where(m801, np.where(m731, v1997, along_z[..., 66]), along_z[..., 66])
-        v2003 = v1461 * v357 - v427 * v357 * v1449
-        v2008 = np.where(m731, along_z[..., 67] + (v429 * v2003 + v427 * v1542), along_z[..., 67])
-        v2014 = np.where(m731, along_z[..., 68] + (v354 * v2003 + v427 * v1445), along_z[..., 68])
-        v2019 = v1398 * v376 - v440 * v376 * v1467
-        v2024 = np.where(m731, along_z[..., 69] - (v442 * v2019 + v440 * v1543), along_z[..., 69])
-        v2030 = np.where(m731, along_z[..., 70] - (v449 * v2019 + v440 * v1599), along_z[..., 70])
-        v2036 = np.where(m731, along_z[..., 71] - (v373 * v2019 + v440 * v1463), along_z[..., 71])
-        v2041 = v1421 * v395 - v460 * v395 * v1471
-        v2046 = np.where(m731, along_z[..., 72] - (v462 * v2041 + v460 * v1547), along_z[..., 72])
-        v2052 = np.where(m731, along_z[..., 73] - (v469 * v2041 + v460 * v1603), along_z[..., 73])
-        v2058 = np.where(m731, along_z[..., 74] - (v476 * v2041 + v460 * v1519), along_z[..., 74])
-        v2064 = np.where(m731, along_z[..., 75] - (v392 * v2041 + v460 * v1400), along_z[..., 75])
-        v2076 = 1.0 + z[..., 84]
-        m2078 = (v2076 <= 2.0)
-        m2079 = (2.0 <= v2076)
-        v2081 = np.where(m2078, 1.0, 0.0)
-        v2086 = np.where(m801, v2081 / (np.where(m2079, 1.0, 0.0) + v2081) * along_z[..., 84], 0.0)
-        return _vector(np.where(m801, v1080, 0.0), np.where(m801, v1360, 0.0), np.where(m801, v1640, 0.0)), _vector(np.where(m801, v1000, along_z[..., 0]), np.where(m801, v1057, along_z[..., 1]), np.where(m801, v972, along_z[..., 2]), np.where(m801, v943, along_z[..., 3]), np.where(m801, v1027, along_z[..., 4]), np.where(m801, v1655, along_z[..., 5]), v1668, v1679, v1690, v1701, v1711, np.where(m801, v1720, along_z[..., 11]), np.where(m801, v1726, along_z[..., 12]), np.where(m801, v1736, along_z[..., 13]), np.where(m801, v1742, along_z[..., 14]), np.where(m801, v1748, along_z[..., 15]), np.where(m801, v1758, along_z[..., 16]), np.where(m801, v1764, along_z[..., 17]), np.where(m801, v1770, along_z[..., 18]), np.where(m801, v1776, along_z[..., 19]), np.where(m801, along_x[..., 0], along_z[..., 20]), np.where(m801, v829, along_z[..., 21]), np.where(m801, v821, along_z[..., 22]), np.where(m801, v1080, along_z[..., 23]), np.where(m801, along_z[..., 23], along_z[..., 24]), np.where(m801, np.where(m63, along_z[..., 26], v809), along_z[..., 25]), np.where(m801, v809, along_z[..., 26]), np.where(m801, along_z[..., 26], along_z[..., 27]), np.where(m801, v1280, along_z[..., 28]), np.where(m801, v1337, along_z[..., 29]), np.where(m801, v1252, along_z[..., 30]), np.where(m801, v1223, along_z[..., 31]), np.where(m801, v1307, along_z[..., 32]), np.where(m801, v1800, along_z[..., 33]), v1812, v1823, v1834, v1845, v1855, np.where(m801, v1864, along_z[..., 39]), np.where(m801, v1870, along_z[..., 40]), np.where(m801, v1880, along_z[..., 41]), np.where(m801, v1886, along_z[..., 42]), np.where(m801, v1892, along_z[..., 43]), np.where(m801, v1902, along_z[..., 44]), np.where(m801, v1908, along_z[..., 45]), np.where(m801, v1914, along_z[..., 46]), np.where(m801, v1920, along_z[..., 47]), np.where(m801, along_x[..., 1], along_z[..., 48]), np.where(m801, v1109, along_z[..., 49]), np.where(m801, v1101, along_z[..., 50]), np.where(m801, v1360, along_z[..., 51]), np.where(m801, along_z[..., 51], along_z[..., 52]), np.where(m801, np.where(m63, along_z[..., 54], v1089), along_z[..., 53]), np.where(m801, v1089, along_z[..., 54]), np.where(m801, along_z[..., 54], along_z[..., 55]), np.where(m801, v1560, along_z[..., 56]), np.where(m801, v1616, along_z[..., 57]), np.where(m801, v1532, along_z[..., 58]), np.where(m801, v1503, along_z[..., 59]), np.where(m801, v1587, along_z[..., 60]), np.where(m801, v1944, along_z[..., 61]), v1956, v1967, v1978, v1989, v1999, np.where(m801, v2008, along_z[..., 67]), np.where(m801, v2014, along_z[..., 68]), np.where(m801, v2024, along_z[..., 69]), np.where(m801, v2030, along_z[..., 70]), np.where(m801, v2036, along_z[..., 71]), np.where(m801, v2046, along_z[..., 72]), np.where(m801, v2052, along_z[..., 73]), np.where(m801, v2058, along_z[..., 74]), np.where(m801, v2064, along_z[..., 75]), np.where(m801, along_x[..., 2], along_z[..., 76]), np.where(m801, v1389, along_z[..., 77]), np.where(m801, v1381, along_z[..., 78]), np.where(m801, v1640, along_z[..., 79]), np.where(m801, along_z[..., 79], along_z[..., 80]), np.where(m801, np.where(m63, along_z[..., 82], v1369), along_z[..., 81]), np.where(m801, v1369, along_z[..., 82]), np.where(m801, along_z[..., 82], along_z[..., 83]), v2086, 0.0)
+        m1516 = (c[..., 14] <= v746)
+        m1517 = (v746 <= c[..., 14])
+        v1518 = np.where(m1516, 1.0, 0.0)
+        v1525 = v1469 + (z[..., 71] * v1406 + v392 * along_z[..., 71])
+        v1533 = (v1525 + (z[..., 74] * v1429 + v413 * along_z[..., 74])) * v416 - v743 * v416 * v1481
+        v1538 = np.where(m734, along_z[..., 58] + (v731 * v1533 + v743 * v1505), along_z[..., 58])
+        v1540 = v1512 / (v1512 + np.where(m1511, 1.0, 0.0)) * (v1518 / (v1518 + np.where(m1517, 1.0, 0.0)) * v1538)
+        v1548 = v1439 + (z[..., 66] * v1451 + v354 * along_z[..., 66])
+        v1549 = z[..., 67] * v1469 + v373 * along_z[..., 67] - v1548
+        v1553 = v1549 + (z[..., 69] * v1406 + v392 * along_z[..., 69])
+        v1561 = (v1553 + (z[..., 72] * v1429 + v413 * along_z[..., 72])) * v416 - v754 * v416 * v1481
+        v1566 = np.where(m734, along_z[..., 56] + (v731 * v1561 + v754 * v1505), along_z[..., 56])
+        v1571 = v760 * along_z[..., 79] + z[..., 79] * (v1509 - (v758 * v1540 + v751 * v1566))
+        v1574 = v366 * v1509 + v740 * v1387
+        v1582 = v1375 - np.where(m63, v1571 - (v758 * v1574 + v762 * v1566), v1574) + v575 * along_z[..., 83]
+        v1592 = along_z[..., 60] + (v731 * (v1429 * v416 - v771 * v416 * v1481) + v771 * v1505)
+        v1593 = np.where(m734, v1592, along_z[..., 60])
+        v1600 = v1582 - v559 * along_z[..., 82] - (v777 * (c[..., 17] * v1593) + np.where(m63, -(v775 * v1566), 0.0))
+        v1606 = z[..., 68] * v1469 + v373 * along_z[..., 68] - v1451
+        v1610 = v1606 + (z[..., 70] * v1406 + v392 * along_z[..., 70])
+        v1618 = (v1610 + (z[..., 73] * v1429 + v413 * along_z[..., 73])) * v416 - v782 * v416 * v1481
+        v1623 = np.where(m734, along_z[..., 57] + (v731 * v1618 + v782 * v1505), along_z[..., 57])
+        v1629 = x[..., 2] * np.where(m63, (v757 + v757) * v1566 - v1623 + v559 * v1566, -v1566)
+        v1640 = v343 * np.where(m63, v559 * v1623 + (v785 * v1566 + v757 * v1623), -v1623)
+        v1644 = (v1600 - (v1629 + v792 * along_x[..., 2]) - (v1640 + v798 * v1395)) * v801
+        v1647 = v1644 - v802 * v801 * v1540
+        m1655 = (c[..., 4] < v336)
+        v1656 = np.where(m1655, c[..., 3], 1.0)
+        v1662 = np.where(m639, v1656 * (along_z[..., 5] * v197 - v198 * v197 * v880), along_z[..., 5])
+        v1672 = v196 * (v208 * along_z[..., 6] - z[..., 6] * (v207 * v207 * v893 * v45)) + v209 * v880
+        v1675 = np.where(m805, np.where(m639, v1656 * v1672, along_z[..., 6]), along_z[..., 6])
+        v1683 = v206 * (v227 * along_z[..., 7] - z[..., 7] * (v227 * v226 * v911)) + v228 * v893
+        v1686 = np.where(m805, np.where(m639, v1656 * v1683, along_z[..., 7]), along_z[..., 7])
+        v1694 = v225 * (v246 * along_z[..., 8] - z[..., 8] * (v246 * v245 * v915)) + v247 * v911
+        v1697 = np.where(m805, np.where(m639, v1656 * v1694, along_z[..., 8]), along_z[..., 8])
+        v1705 = v244 * (v267 * along_z[..., 9] - z[..., 9] * (v267 * v266 * v919)) + v268 * v915
+        v1708 = np.where(m805, np.where(m639, v1656 * v1705, along_z[..., 9]), along_z[..., 9])
+        v1716 = along_z[..., 10] - (v203 * (v877 * v197 - v271 * v197 * v880) + v271 * v887)
+        v1718 = np.where(m805, np.where(m639, v1716, along_z[..., 10]), along_z[..., 10])
+        v1722 = v905 * v207 - v277 * v207 * v893
+        v1727 = np.where(m639, along_z[..., 11] + (v279 * v1722 + v277 * v986), along_z[..., 11])
+        v1733 = np.where(m639, along_z[..., 12] + (v204 * v1722 + v277 * v889), along_z[..., 12])
+        v1738 = v842 * v226 - v290 * v226 * v911
+        v1743 = np.where(m639, along_z[..., 13] - (v292 * v1738 + v290 * v987), along_z[..., 13])
+        v1749 = np.where(m639, along_z[..., 14] - (v299 * v1738 + v290 * v1045), along_z[..., 14])
+        v1755 = np.where(m639, along_z[..., 15] - (v223 * v1738 + v290 * v907), along_z[..., 15])
+        v1760 = v865 * v245 - v310 * v245 * v915
+        v1765 = np.where(m639, along_z[..., 16] - (v312 * v1760 + v310 * v991), along_z[..., 16])
+        v1771 = np.where(m639, along_z[..., 17] - (v319 * v1760 + v310 * v1049), along_z[..., 17])
+        v1777 = np.where(m639, along_z[..., 18] - (v326 * v1760 + v310 * v963), along_z[..., 18])
+        v1783 = np.where(m639, along_z[..., 19] - (v242 * v1760 + v310 * v844), along_z[..., 19])
+        m1800 = (c[..., 4] < v187)
+        v1801 = np.where(m1800, c[..., 3], 1.0)
+        v1807 = np.where(m536, v1801 * (along_z[..., 33] * v43 - v44 * v43 * v1161), along_z[..., 33])
+        v1816 = v41 * (v55 * along_z[..., 34] - z[..., 34] * (v55 * v54 * v1174)) + v56 * v1161
+        v1819 = np.where(m805, np.where(m536, v1801 * v1816, along_z[..., 34]), along_z[..., 34])
+        v1827 = v53 * (v78 * along_z[..., 35] - z[..., 35] * (v78 * v77 * v1192)) + v79 * v1174
+        v1830 = np.where(m805, np.where(m536, v1801 * v1827, along_z[..., 35]), along_z[..., 35])
+        v1838 = v76 * (v97 * along_z[..., 36] - z[..., 36] * (v97 * v96 * v1196)) + v98 * v1192
+        v1841 = np.where(m805, np.where(m536, v1801 * v1838, along_z[..., 36]), along_z[..., 36])
+        v1849 = v95 * (v118 * along_z[..., 37] - z[..., 37] * (v118 * v117 * v1200)) + v119 * v1196
+        v1852 = np.where(m805, np.where(m536, v1801 * v1849, along_z[..., 37]), along_z[..., 37])
+        v1860 = along_z[..., 38] - (v50 * (v1158 * v43 - v122 * v43 * v1161) + v122 * v1168)
+        v1862 = np.where(m805, np.where(m536, v1860, along_z[..., 38]), along_z[..., 38])
+        v1866 = v1186 * v54 - v128 * v54 * v1174
+        v1871 = np.where(m536, along_z[..., 39] + (v130 * v1866 + v128 * v1267), along_z[..., 39])
+        v1877 = np.where(m536, along_z[..., 40] + (v51 * v1866 + v128 * v1170), along_z[..., 40])
+        v1882 = v1123 * v77 - v141 * v77 * v1192
+        v1887 = np.where(m536, along_z[..., 41] - (v143 * v1882 + v141 * v1268), along_z[..., 41])
+        v1893 = np.where(m536, along_z[..., 42] - (v150 * v1882 + v141 * v1326), along_z[..., 42])
+        v1899 = np.where(m536, along_z[..., 43] - (v74 * v1882 + v141 * v1188), along_z[..., 43])
+        v1904 = v1146 * v96 - v161 * v96 * v1196
+        v1909 = np.where(m536, along_z[..., 44] - (v163 * v1904 + v161 * v1272), along_z[..., 44])
+        v1915 = np.where(m536, along_z[..., 45] - (v170 * v1904 + v161 * v1330), along_z[..., 45])
+        v1921 = np.where(m536, along_z[..., 46] - (v177 * v1904 + v161 * v1244), along_z[..., 46])
+        v1927 = np.where(m536, along_z[..., 47] - (v93 * v1904 + v161 * v1125), along_z[..., 47])
+        m1944 = (c[..., 4] < v486)
+        v1945 = np.where(m1944, c[..., 3], 1.0)
+        v1951 = np.where(m734, v1945 * (along_z[..., 61] * v347 - v348 * v347 * v1442), along_z[..., 61])
+        v1960 = v346 * (v358 * along_z[..., 62] - z[..., 62] * (v358 * v357 * v1455)) + v359 * v1442
+        v1963 = np.where(m805, np.where(m734, v1945 * v1960, along_z[..., 62]), along_z[..., 62])
+        v1971 = v356 * (v377 * along_z[..., 63] - z[..., 63] * (v377 * v376 * v1473)) + v378 * v1455
+        v1974 = np.where(m805, np.where(m734, v1945 * v1971, along_z[..., 63]), along_z[..., 63])
+        v1982 = v375 * (v396 * along_z[..., 64] - z[..., 64] * (v396 * v395 * v1477)) + v397 * v1473
+        v1985 = np.where(m805, np.where(m734, v1945 * v1982, along_z[..., 64]), along_z[..., 64])
+        v1993 = v394 * (v417 * along_z[..., 65] - z[..., 65] * (v417 * v416 * v1481)) + v418 * v1477
+        v1996 = np.where(m805, np.where(m734, v1945 * v1993, along_z[..., 65]), along_z[..., 65])
+        v2004 = along_z[..., 66] - (v353 * (v1439 * v347 - v421 * v347 * v1442) + v421 * v1449)
+        v2006 = np.where(m805, np.where(m734, v2004, along_z[..., 66]), along_z[..., 66])
+        v2010 = v1467 * v357 - v427 * v357 * v1455
+        v2015 = np.where(m734, along_z[..., 67] + (v429 * v2010 + v427 * v1548), along_z[..., 67])
+        v2021 = np.where(m734, along_z[..., 68] + (v354 * v2010 + v427 * v1451), along_z[..., 68])
+        v2026 = v1404 * v376 - v440 * v376 * v1473
+        v2031 = np.where(m734, along_z[..., 69] - (v442 * v2026 + v440 * v1549), along_z[..., 69])
+        v2037 = np.where(m734, along_z[..., 70] - (v449 * v2026 + v440 * v1606), along_z[..., 70])
+        v2043 = np.where(m734, along_z[..., 71] - (v373 * v2026 + v440 * v1469), along_z[..., 71])
+        v2048 = v1427 * v395 - v460 * v395 * v1477
+        v2053 = np.where(m734, along_z[..., 72] - (v462 * v2048 + v460 * v1553), along_z[..., 72])
+        v2059 = np.where(m734, along_z[..., 73] - (v469 * v2048 + v460 * v1610), along_z[..., 73])
+        v2065 = np.where(m734, along_z[..., 74] - (v476 * v2048 + v460 * v1525), along_z[..., 74])
+        v2071 = np.where(m734, along_z[..., 75] - (v392 * v2048 + v460 * v1406), along_z[..., 75])
+        v2083 = 1.0 + z[..., 84]
+        m2085 = (v2083 <= 2.0)
+        m2086 = (2.0 <= v2083)
+        v2088 = np.where(m2085, 1.0, 0.0)
+        v2093 = np.where(m805, v2088 / (np.where(m2086, 1.0, 0.0) + v2088) * along_z[..., 84], 0.0)
+        return _vector(np.where(m805, v1085, 0.0), np.where(m805, v1366, 0.0), np.where(m805, v1647, 0.0)), _vector(np.where(m805, v1004, along_z[..., 0]), np.where(m805, v1062, along_z[..., 1]), np.where(m805, v976, along_z[..., 2]), np.where(m805, v947, along_z[..., 3]), np.where(m805, v1031, along_z[..., 4]), np.where(m805, v1662, along_z[..., 5]), v1675, v1686, v1697, v1708, v1718, np.where(m805, v1727, along_z[..., 11]), np.where(m805, v1733, along_z[..., 12]), np.where(m805, v1743, along_z[..., 13]), np.where(m805, v1749, along_z[..., 14]), np.where(m805, v1755, along_z[..., 15]), np.where(m805, v1765, along_z[..., 16]), np.where(m805, v1771, along_z[..., 17]), np.where(m805, v1777, along_z[..., 18]), np.where(m805, v1783, along_z[..., 19]), np.where(m805, along_x[..., 0], along_z[..., 20]), np.where(m805, v833, along_z[..., 21]), np.where(m805, v825, along_z[..., 22]), np.where(m805, v1085, along_z[..., 23]), np.where(m805, along_z[..., 23], along_z[..., 24]), np.where(m805, np.where(m63, along_z[..., 26], v813), along_z[..., 25]), np.where(m805, v813, along_z[..., 26]), np.where(m805, along_z[..., 26], along_z[..., 27]), np.where(m805, v1285, along_z[..., 28]), np.where(m805, v1343, along_z[..., 29]), np.where(m805, v1257, along_z[..., 30]), np.where(m805, v1228, along_z[..., 31]), np.where(m805, v1312, along_z[..., 32]), np.where(m805, v1807, along_z[..., 33]), v1819, v1830, v1841, v1852, v1862, np.where(m805, v1871, along_z[..., 39]), np.where(m805, v1877, along_z[..., 40]), np.where(m805, v1887, along_z[..., 41]), np.where(m805, v1893, along_z[..., 42]), np.where(m805, v1899, along_z[..., 43]), np.where(m805, v1909, along_z[..., 44]), np.where(m805, v1915, along_z[..., 45]), np.where(m805, v1921, along_z[..., 46]), np.where(m805, v1927, along_z[..., 47]), np.where(m805, along_x[..., 1], along_z[..., 48]), np.where(m805, v1114, along_z[..., 49]), np.where(m805, v1106, along_z[..., 50]), np.where(m805, v1366, along_z[..., 51]), np.where(m805, along_z[..., 51], along_z[..., 52]), np.where(m805, np.where(m63, along_z[..., 54], v1094), along_z[..., 53]), np.where(m805, v1094, along_z[..., 54]), np.where(m805, along_z[..., 54], along_z[..., 55]), np.where(m805, v1566, along_z[..., 56]), np.where(m805, v1623, along_z[..., 57]), np.where(m805, v1538, along_z[..., 58]), np.where(m805, v1509, along_z[..., 59]), np.where(m805, v1593, along_z[..., 60]), np.where(m805, v1951, along_z[..., 61]), v1963, v1974, v1985, v1996, v2006, np.where(m805, v2015, along_z[..., 67]), np.where(m805, v2021, along_z[..., 68]), np.where(m805, v2031, along_z[..., 69]), np.where(m805, v2037, along_z[..., 70]), np.where(m805, v2043, along_z[..., 71]), np.where(m805, v2053, along_z[..., 72]), np.where(m805, v2059, along_z[..., 73]), np.where(m805, v2065, along_z[..., 74]), np.where(m805, v2071, along_z[..., 75]), np.where(m805, along_x[..., 2], along_z[..., 76]), np.where(m805, v1395, along_z[..., 77]), np.where(m805, v1387, along_z[..., 78]), np.where(m805, v1647, along_z[..., 79]), np.where(m805, along_z[..., 79], along_z[..., 80]), np.where(m805, np.where(m63, along_z[..., 82], v1375), along_z[..., 81]), np.where(m805, v1375, along_z[..., 82]), np.where(m805, along_z[..., 82], along_z[..., 83]), v2093, 0.0)
 
 
 def pd_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
@@ -2895,7 +2958,9 @@ def rhs_prepare(p):
         v18 = p[..., 20] * p[..., 24] * (1.0 + p[..., 25])
         s20, c20 = np.sin(p[..., 27]), np.cos(p[..., 27])
         v22 = p[..., 6] * p[..., 6]
-        return _vector(v9, v6 * c8, v9 + v9, v18, c20, 0.5 * v22 * p[..., 18] * p[..., 20] * p[..., 19] * v4, v18 * s20, p[..., 1] - p[..., 2], 3.0 * v22, p[..., 13] * p[..., 10], 1.0 / p[..., 3], 1.0 / p[..., 0], p[..., 0] - p[..., 2], 1.0 / p[..., 4], 1.0 / p[..., 1], -3.0 * v22 * (p[..., 0] - p[..., 1]), 1.0 / p[..., 5], 1.0 / p[..., 2])
+        v37 = p[..., 2] + p[..., 5]
+        v48 = p[..., 0] + p[..., 3]
+        return _vector(v9, v6 * c8, v9 + v9, v18, c20, 0.5 * v22 * p[..., 18] * p[..., 20] * p[..., 19] * v4, v18 * s20, p[..., 1] + p[..., 4] - v37, 3.0 * v22, p[..., 13] * p[..., 10], 1.0 / p[..., 3], 1.0 / p[..., 0], v48 - v37, 1.0 / p[..., 4], 1.0 / p[..., 1], -3.0 * v22 * (v48 - p[..., 1] - p[..., 4]), 1.0 / p[..., 5], 1.0 / p[..., 2])
 
 
 def rhs_prepared(x, u, p, h):
@@ -3003,6 +3068,23 @@ def outputs_prepared(x, u, r, p, h):
         return _vector(r[..., 0], r[..., 1], r[..., 2], x[..., 0] - r[..., 0], x[..., 1] - r[..., 1], x[..., 2] - r[..., 2], x[..., 3] + v12 * p[..., 6], x[..., 4] + v24 * p[..., 6], x[..., 5] + v31 * p[..., 6], x[..., 6] * h[..., 0] - x[..., 3], x[..., 7] * h[..., 1] - x[..., 4], x[..., 8] * h[..., 2] - x[..., 5], v103, v123, v130)
 
 
+def limits_prepare(p):
+    """What limits computes once per run: (p) -> h."""
+    p, = _arrays(p)
+    with np.errstate(all="ignore"):
+        return _vector(1.000000001 * p[..., 12])
+
+
+def limits_prepared(x, u, p, h):
+    """The rest of limits: (x, u, p, h) -> margin."""
+    x, u, p, h = _arrays(x, u, p, h)
+    with np.errstate(all="ignore"):
+        v12 = np.fmax(np.fmax(np.abs(u[..., 0]), np.abs(u[..., 1])), np.abs(u[..., 2]))
+        m16 = (0.5 < p[..., 10])
+        v26 = np.fmax(np.fmax(np.abs(x[..., 6]), np.abs(x[..., 7])), np.abs(x[..., 8]))
+        return _vector(p[..., 32] - np.abs(x[..., 1]), p[..., 31] - v12, np.where(m16, h[..., 0] - v26, p[..., 12]))
+
+
 def actuate_prepare(p):
     """What actuate computes once per run: (p) -> h."""
     p, = _arrays(p)
@@ -3014,15 +3096,12 @@ def actuate_prepared(x, u_cmd, p, h):
     """The rest of actuate: (x, u_cmd, p, h) -> u."""
     x, u_cmd, p, h = _arrays(x, u_cmd, p, h)
     with np.errstate(all="ignore"):
-        m2 = (0.5 < p[..., 10])
-        v9 = -p[..., 11]
-        v12 = np.fmax(v9, np.fmin(u_cmd[..., 0], p[..., 11]))
-        v16 = np.fmax((x[..., 6] - p[..., 12]) * h[..., 0], np.fmin(v12, (x[..., 6] + p[..., 12]) * h[..., 0]))
-        v23 = np.fmax(v9, np.fmin(u_cmd[..., 1], p[..., 11]))
-        v27 = np.fmax((x[..., 7] - p[..., 12]) * h[..., 0], np.fmin(v23, (x[..., 7] + p[..., 12]) * h[..., 0]))
-        v34 = np.fmax(v9, np.fmin(u_cmd[..., 2], p[..., 11]))
-        v38 = np.fmax((x[..., 8] - p[..., 12]) * h[..., 0], np.fmin(v34, (x[..., 8] + p[..., 12]) * h[..., 0]))
-        return _vector(np.where(m2, v16, v12), np.where(m2, v27, v23), np.where(m2, v38, v34))
+        v1 = -p[..., 11]
+        m4 = (0.5 < p[..., 10])
+        v14 = np.fmax((x[..., 6] - p[..., 12]) * h[..., 0], np.fmin(u_cmd[..., 0], (x[..., 6] + p[..., 12]) * h[..., 0]))
+        v25 = np.fmax((x[..., 7] - p[..., 12]) * h[..., 0], np.fmin(u_cmd[..., 1], (x[..., 7] + p[..., 12]) * h[..., 0]))
+        v36 = np.fmax((x[..., 8] - p[..., 12]) * h[..., 0], np.fmin(u_cmd[..., 2], (x[..., 8] + p[..., 12]) * h[..., 0]))
+        return _vector(np.fmax(v1, np.fmin(np.where(m4, v14, u_cmd[..., 0]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v25, u_cmd[..., 1]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v36, u_cmd[..., 2]), p[..., 11])))
 
 
 def measure_prepare(p):
@@ -3049,18 +3128,18 @@ def mrac_prepare(p, c):
     """What mrac computes once per run: (p, c) -> h."""
     p, c = _arrays(p, c)
     with np.errstate(all="ignore"):
-        m5 = (0.5 < c[..., 18])
-        v11 = np.exp(-(p[..., 9] / c[..., 19]))
+        m5 = (0.5 < c[..., 20])
+        v11 = np.exp(-(p[..., 9] / c[..., 21]))
         v12 = -1.0 + v11
-        v18 = c[..., 0] * c[..., 0]
-        v24 = c[..., 0] * v18
-        v25 = 4.0 * v24
-        v27 = -v24
-        v29 = v18 * v18
-        v30 = 4.0 * c[..., 0]
-        v32 = 3.0 * c[..., 0]
+        v18 = 4.0 * c[..., 0]
+        v21 = 3.0 * c[..., 0]
+        v25 = c[..., 0] * c[..., 0]
+        v29 = c[..., 0] * v25
+        v30 = 4.0 * v29
+        v32 = -v29
+        v34 = v25 * v25
         v45 = p[..., 9] * p[..., 9] * c[..., 15]
-        return _vector(1.0 / c[..., 3], v12 * v12, v11 + v11, v11 * v11, np.where(m5, 6.0 * v18, 3.0 * v18), v25, np.where(m5, -v25, v27), v29, v30, v32, np.where(m5, -v30, -v32), np.fmax(c[..., 5], c[..., 6] * p[..., 28]), np.fmax(c[..., 14], 0.5 / p[..., 1] * v45), -6.0 * v18, np.where(m5, v29, v27), -3.0 * v18, np.fmax(c[..., 14], 0.5 / p[..., 0] * v45), np.fmax(c[..., 14], 0.5 / p[..., 2] * v45))
+        return _vector(1.0 / c[..., 3], v12 * v12, v11 + v11, v11 * v11, v18, v21, np.where(m5, -v18, -v21), np.where(m5, 6.0 * v25, 3.0 * v25), v30, np.where(m5, -v30, v32), v34, np.fmax(c[..., 5], c[..., 6] * p[..., 28]), np.fmax(c[..., 14], 0.5 / p[..., 1] * v45), -6.0 * v25, np.where(m5, v34, v32), -3.0 * v25, np.fmax(c[..., 14], 0.5 / p[..., 0] * v45), np.fmax(c[..., 14], 0.5 / p[..., 2] * v45))
 
 
 def mrac_prepared(x, r, v, z, c, h):
@@ -3093,8 +3172,8 @@ def mrac_prepared(x, r, v, z, c, h):
         v53 = v41 + v51 * v50
         v54 = 1.0 / v53
         v57 = h[..., 0] * v54 * z[..., 36] * v41
-        m61 = (0.5 < c[..., 16])
-        m63 = (0.5 < c[..., 18])
+        m61 = (0.5 < c[..., 18])
+        m63 = (0.5 < c[..., 20])
         v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 54], z[..., 53]))
         v73 = v67 - z[..., 41] * v38 - z[..., 42] * z[..., 51]
         v74 = z[..., 37] * v73
@@ -3237,122 +3316,122 @@ def mrac_prepared(x, r, v, z, c, h):
         m491 = (np.abs(x[..., 2]) < 1e+30)
         m492 = np.logical_and(m489, m491)
         v502 = h[..., 1] * r[..., 1] + h[..., 2] * z[..., 56] - h[..., 3] * z[..., 57]
-        v515 = v502 + h[..., 4] * z[..., 57] + h[..., 6] * z[..., 58] + np.where(m63, h[..., 7] * z[..., 59], 0.0)
-        m522 = (0.5 < c[..., 1])
-        m524 = (1.5 < z[..., 90])
-        m525 = np.logical_and(m522, m524)
-        v536 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
-        v540 = x[..., 1] - (v536 - z[..., 31] * z[..., 51])
-        m542 = (h[..., 11] < np.abs(v540))
-        m543 = np.logical_and(m525, m542)
-        v547 = np.where(m543, z[..., 34] + v114 * v117 * v540, z[..., 34])
-        v553 = np.where(m543, z[..., 30] + (v163 + v114 * z[..., 46]) * v117 * v540, z[..., 30])
-        v554 = h[..., 8] + v553
-        v563 = np.where(m543, z[..., 33] + (v93 + v114 * z[..., 49]) * v117 * v540, z[..., 33])
-        v571 = np.where(m543, z[..., 32] + (v177 + v114 * z[..., 48]) * v117 * v540, z[..., 32])
-        v577 = np.fmax(0.0, -0.5 * v571 + -0.5 * v563 + h[..., 12])
-        v578 = v563 + v577
-        v579 = v578 * v578
-        v587 = np.where(m543, z[..., 31] + (v170 + v114 * z[..., 47]) * v117 * v540, z[..., 31])
-        v592 = np.where(m63, v553 * v554 - (h[..., 13] + v587), -(h[..., 9] + v553))
-        v594 = v571 + v577
-        v595 = v594 * v594
-        v605 = np.where(m63, v587 * v554 - h[..., 5], -(h[..., 15] + v587))
-        v610 = v578 * v553
-        v613 = 1.0 / (v579 + v595 * v587 - v594 * v610)
-        v614 = (v579 * v592 + v595 * h[..., 14] - v578 * v594 * v605) * v613
-        v617 = v515 + h[..., 10] * z[..., 56] - v547 * (1.0 + np.where(m63, -v554, 0.0) + v614)
-        v624 = v617 / (v571 + v563 + (v577 + v577)) + np.where(m63, v554 * z[..., 53], 0.0)
-        v626 = v594 * h[..., 14]
-        v630 = v594 * v587
-        v635 = v624 - x[..., 1] * ((v578 * v605 - v626 - v610 * v592 + v630 * v592) * v613)
-        v646 = (v578 * h[..., 14] - v626 * v553 + v630 * v605 - v578 * v587 * v592) * v613
-        v648 = v635 - v614 * v67 - v646 * v38
-        m650 = (np.abs(v648) < 1e+30)
-        m651 = np.logical_and(m492, m650)
-        v658 = h[..., 1] * r[..., 0] + h[..., 2] * z[..., 26] - h[..., 3] * z[..., 27]
-        v667 = v658 + h[..., 4] * z[..., 27] + h[..., 6] * z[..., 28] + np.where(m63, h[..., 7] * z[..., 29], 0.0)
-        v682 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v683 = x[..., 0] - v682
-        m685 = (h[..., 11] < np.abs(v683))
-        m686 = np.logical_and(m525, m685)
-        v690 = np.where(m686, z[..., 4] + v263 * v266 * v683, z[..., 4])
-        v696 = np.where(m686, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v683, z[..., 0])
-        v697 = h[..., 8] + v696
-        v706 = np.where(m686, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v683, z[..., 3])
-        v712 = np.where(m686, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v683, z[..., 2])
-        v718 = np.fmax(0.0, -0.5 * v712 + -0.5 * v706 + h[..., 16])
-        v719 = v706 + v718
-        v720 = v719 * v719
-        v727 = np.where(m686, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v683, z[..., 1])
-        v732 = np.where(m63, v696 * v697 - (h[..., 13] + v727), -(h[..., 9] + v696))
-        v734 = v712 + v718
-        v735 = v734 * v734
-        v743 = np.where(m63, v727 * v697 - h[..., 5], -(h[..., 15] + v727))
-        v748 = v719 * v696
-        v751 = 1.0 / (v720 + v735 * v727 - v734 * v748)
-        v752 = (v720 * v732 + v735 * h[..., 14] - v719 * v734 * v743) * v751
-        v755 = v667 + h[..., 10] * z[..., 26] - v690 * (1.0 + np.where(m63, -v697, 0.0) + v752)
-        v762 = v755 / (v712 + v706 + (v718 + v718)) + np.where(m63, v697 * z[..., 23], 0.0)
-        v764 = v734 * h[..., 14]
-        v768 = v734 * v727
-        v773 = v762 - x[..., 0] * ((v719 * v743 - v764 - v748 * v732 + v768 * v732) * v751)
-        v784 = (v719 * h[..., 14] - v764 * v696 + v768 * v743 - v719 * v727 * v732) * v751
-        v786 = v773 - v752 * v216 - v784 * v193
-        m788 = (np.abs(v786) < 1e+30)
-        m789 = np.logical_and(m651, m788)
-        v796 = h[..., 1] * r[..., 2] + h[..., 2] * z[..., 86] - h[..., 3] * z[..., 87]
-        v805 = v796 + h[..., 4] * z[..., 87] + h[..., 6] * z[..., 88] + np.where(m63, h[..., 7] * z[..., 89], 0.0)
-        v817 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
-        v821 = x[..., 2] - (v817 - z[..., 61] * z[..., 81])
-        m823 = (h[..., 11] < np.abs(v821))
-        m824 = np.logical_and(m525, m823)
-        v828 = np.where(m824, z[..., 64] + v413 * v416 * v821, z[..., 64])
-        v834 = np.where(m824, z[..., 60] + (v462 + v413 * z[..., 76]) * v416 * v821, z[..., 60])
-        v835 = h[..., 8] + v834
-        v844 = np.where(m824, z[..., 63] + (v392 + v413 * z[..., 79]) * v416 * v821, z[..., 63])
-        v850 = np.where(m824, z[..., 62] + (v476 + v413 * z[..., 78]) * v416 * v821, z[..., 62])
-        v856 = np.fmax(0.0, -0.5 * v850 + -0.5 * v844 + h[..., 17])
-        v857 = v844 + v856
-        v858 = v857 * v857
-        v865 = np.where(m824, z[..., 61] + (v469 + v413 * z[..., 77]) * v416 * v821, z[..., 61])
-        v870 = np.where(m63, v834 * v835 - (h[..., 13] + v865), -(h[..., 9] + v834))
-        v872 = v850 + v856
-        v873 = v872 * v872
-        v881 = np.where(m63, v865 * v835 - h[..., 5], -(h[..., 15] + v865))
-        v886 = v857 * v834
-        v889 = 1.0 / (v858 + v873 * v865 - v872 * v886)
-        v890 = (v858 * v870 + v873 * h[..., 14] - v857 * v872 * v881) * v889
-        v893 = v805 + h[..., 10] * z[..., 86] - v828 * (1.0 + np.where(m63, -v835, 0.0) + v890)
-        v900 = v893 / (v850 + v844 + (v856 + v856)) + np.where(m63, v835 * z[..., 83], 0.0)
-        v904 = v872 * h[..., 14]
-        v908 = v872 * v865
-        v913 = v900 - v890 * v366 - (v857 * v881 - v904 - v886 * v870 + v908 * v870) * v889 * x[..., 2]
-        v922 = (v857 * h[..., 14] - v904 * v834 + v908 * v881 - v857 * v865 * v870) * v889
-        v924 = v913 - v922 * v343
-        m926 = (np.abs(v924) < 1e+30)
-        m927 = np.logical_and(m789, m926)
-        m931 = np.logical_not(m927)
-        m938 = (c[..., 4] < v336)
-        v939 = np.where(m938, c[..., 3], 1.0)
-        v980 = 0.5 * z[..., 26]
-        v987 = np.where(m927, np.where(m63, v980 + 0.5 * z[..., 27], v980 + 0.5 * v658), z[..., 25])
-        m997 = (c[..., 4] < v187)
-        v998 = np.where(m997, c[..., 3], 1.0)
-        v1039 = 0.5 * z[..., 56]
-        v1046 = np.where(m927, np.where(m63, v1039 + 0.5 * z[..., 57], v1039 + 0.5 * v502), z[..., 55])
-        m1056 = (c[..., 4] < v486)
-        v1057 = np.where(m1056, c[..., 3], 1.0)
-        v1098 = 0.5 * z[..., 86]
-        v1105 = np.where(m927, np.where(m63, v1098 + 0.5 * z[..., 87], v1098 + 0.5 * v796), z[..., 85])
-        return _vector(np.where(m927, v786, 0.0), np.where(m927, v648, 0.0), np.where(m927, v924, 0.0)), _vector(np.where(m927, v696, z[..., 0]), np.where(m927, v727, z[..., 1]), np.where(m927, v712, z[..., 2]), np.where(m927, v706, z[..., 3]), np.where(m927, v690, z[..., 4]), np.where(m927, np.where(m686, v198 * v939, z[..., 5]), z[..., 5]), np.where(m927, np.where(m686, v210 * v939, z[..., 6]), z[..., 6]), np.where(m927, np.where(m686, v229 * v939, z[..., 7]), z[..., 7]), np.where(m927, np.where(m686, v248 * v939, z[..., 8]), z[..., 8]), np.where(m927, np.where(m686, v269 * v939, z[..., 9]), z[..., 9]), np.where(m927, np.where(m686, v273, z[..., 10]), z[..., 10]), np.where(m927, np.where(m686, v281, z[..., 11]), z[..., 11]), np.where(m927, np.where(m686, v286, z[..., 12]), z[..., 12]), np.where(m927, np.where(m686, v294, z[..., 13]), z[..., 13]), np.where(m927, np.where(m686, v301, z[..., 14]), z[..., 14]), np.where(m927, np.where(m686, v306, z[..., 15]), z[..., 15]), np.where(m927, np.where(m686, v314, z[..., 16]), z[..., 16]), np.where(m927, np.where(m686, v321, z[..., 17]), z[..., 17]), np.where(m927, np.where(m686, v328, z[..., 18]), z[..., 18]), np.where(m927, np.where(m686, v333, z[..., 19]), z[..., 19]), np.where(m927, x[..., 0], z[..., 20]), np.where(m927, v193, z[..., 21]), np.where(m927, v216, z[..., 22]), np.where(m927, v786, z[..., 23]), np.where(m927, z[..., 23], z[..., 24]), v987, np.where(m927, v658, z[..., 26]), np.where(m927, z[..., 26], z[..., 27]), np.where(m927, z[..., 27], z[..., 28]), np.where(m927, z[..., 28], z[..., 29]), np.where(m927, v553, z[..., 30]), np.where(m927, v587, z[..., 31]), np.where(m927, v571, z[..., 32]), np.where(m927, v563, z[..., 33]), np.where(m927, v547, z[..., 34]), np.where(m927, np.where(m543, v44 * v998, z[..., 35]), z[..., 35]), np.where(m927, np.where(m543, v57 * v998, z[..., 36]), z[..., 36]), np.where(m927, np.where(m543, v80 * v998, z[..., 37]), z[..., 37]), np.where(m927, np.where(m543, v99 * v998, z[..., 38]), z[..., 38]), np.where(m927, np.where(m543, v120 * v998, z[..., 39]), z[..., 39]), np.where(m927, np.where(m543, v124, z[..., 40]), z[..., 40]), np.where(m927, np.where(m543, v132, z[..., 41]), z[..., 41]), np.where(m927, np.where(m543, v137, z[..., 42]), z[..., 42]), np.where(m927, np.where(m543, v145, z[..., 43]), z[..., 43]), np.where(m927, np.where(m543, v152, z[..., 44]), z[..., 44]), np.where(m927, np.where(m543, v157, z[..., 45]), z[..., 45]), np.where(m927, np.where(m543, v165, z[..., 46]), z[..., 46]), np.where(m927, np.where(m543, v172, z[..., 47]), z[..., 47]), np.where(m927, np.where(m543, v179, z[..., 48]), z[..., 48]), np.where(m927, np.where(m543, v184, z[..., 49]), z[..., 49]), np.where(m927, x[..., 1], z[..., 50]), np.where(m927, v38, z[..., 51]), np.where(m927, v67, z[..., 52]), np.where(m927, v648, z[..., 53]), np.where(m927, z[..., 53], z[..., 54]), v1046, np.where(m927, v502, z[..., 56]), np.where(m927, z[..., 56], z[..., 57]), np.where(m927, z[..., 57], z[..., 58]), np.where(m927, z[..., 58], z[..., 59]), np.where(m927, v834, z[..., 60]), np.where(m927, v865, z[..., 61]), np.where(m927, v850, z[..., 62]), np.where(m927, v844, z[..., 63]), np.where(m927, v828, z[..., 64]), np.where(m927, np.where(m824, v348 * v1057, z[..., 65]), z[..., 65]), np.where(m927, np.where(m824, v360 * v1057, z[..., 66]), z[..., 66]), np.where(m927, np.where(m824, v379 * v1057, z[..., 67]), z[..., 67]), np.where(m927, np.where(m824, v398 * v1057, z[..., 68]), z[..., 68]), np.where(m927, np.where(m824, v419 * v1057, z[..., 69]), z[..., 69]), np.where(m927, np.where(m824, v423, z[..., 70]), z[..., 70]), np.where(m927, np.where(m824, v431, z[..., 71]), z[..., 71]), np.where(m927, np.where(m824, v436, z[..., 72]), z[..., 72]), np.where(m927, np.where(m824, v444, z[..., 73]), z[..., 73]), np.where(m927, np.where(m824, v451, z[..., 74]), z[..., 74]), np.where(m927, np.where(m824, v456, z[..., 75]), z[..., 75]), np.where(m927, np.where(m824, v464, z[..., 76]), z[..., 76]), np.where(m927, np.where(m824, v471, z[..., 77]), z[..., 77]), np.where(m927, np.where(m824, v478, z[..., 78]), z[..., 78]), np.where(m927, np.where(m824, v483, z[..., 79]), z[..., 79]), np.where(m927, x[..., 2], z[..., 80]), np.where(m927, v343, z[..., 81]), np.where(m927, v366, z[..., 82]), np.where(m927, v924, z[..., 83]), np.where(m927, z[..., 83], z[..., 84]), v1105, np.where(m927, v796, z[..., 86]), np.where(m927, z[..., 86], z[..., 87]), np.where(m927, z[..., 87], z[..., 88]), np.where(m927, z[..., 88], z[..., 89]), np.where(m927, np.fmin(2.0, 1.0 + z[..., 90]), 0.0), np.where(m931, 1.0, 0.0))
+        v515 = v502 + h[..., 6] * z[..., 56] + h[..., 7] * z[..., 57] + h[..., 9] * z[..., 58]
+        m523 = (0.5 < c[..., 1])
+        m525 = (1.5 < z[..., 90])
+        m526 = np.logical_and(m523, m525)
+        v537 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
+        v541 = x[..., 1] - (v537 - z[..., 31] * z[..., 51])
+        m543 = (h[..., 11] < np.abs(v541))
+        m544 = np.logical_and(m526, m543)
+        v548 = np.where(m544, z[..., 34] + v114 * v117 * v541, z[..., 34])
+        v555 = np.where(m544, z[..., 30] + (v163 + v114 * z[..., 46]) * v117 * v541, z[..., 30])
+        v556 = h[..., 4] + v555
+        v565 = np.where(m544, z[..., 33] + (v93 + v114 * z[..., 49]) * v117 * v541, z[..., 33])
+        v573 = np.where(m544, z[..., 32] + (v177 + v114 * z[..., 48]) * v117 * v541, z[..., 32])
+        v579 = np.fmax(0.0, -0.5 * v573 + -0.5 * v565 + h[..., 12])
+        v580 = v565 + v579
+        v581 = v580 * v580
+        v589 = np.where(m544, z[..., 31] + (v170 + v114 * z[..., 47]) * v117 * v541, z[..., 31])
+        v594 = np.where(m63, v555 * v556 - (h[..., 13] + v589), -(h[..., 5] + v555))
+        v596 = v573 + v579
+        v597 = v596 * v596
+        v607 = np.where(m63, v589 * v556 - h[..., 8], -(h[..., 15] + v589))
+        v612 = v580 * v555
+        v615 = 1.0 / (v581 + v597 * v589 - v596 * v612)
+        v616 = (v581 * v594 + v597 * h[..., 14] - v580 * v596 * v607) * v615
+        v619 = v515 + np.where(m63, h[..., 10] * z[..., 59], 0.0) - c[..., 17] * v548 * (1.0 + np.where(m63, -v556, 0.0) + v616)
+        v626 = v619 / (v573 + v565 + (v579 + v579)) + np.where(m63, v556 * z[..., 53], 0.0)
+        v628 = v596 * h[..., 14]
+        v632 = v596 * v589
+        v637 = v626 - x[..., 1] * ((v580 * v607 - v628 - v612 * v594 + v632 * v594) * v615)
+        v648 = (v580 * h[..., 14] - v628 * v555 + v632 * v607 - v580 * v589 * v594) * v615
+        v650 = v637 - v616 * v67 - v648 * v38
+        m652 = (np.abs(v650) < 1e+30)
+        m653 = np.logical_and(m492, m652)
+        v660 = h[..., 1] * r[..., 0] + h[..., 2] * z[..., 26] - h[..., 3] * z[..., 27]
+        v667 = v660 + h[..., 6] * z[..., 26] + h[..., 7] * z[..., 27] + h[..., 9] * z[..., 28]
+        v684 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
+        v685 = x[..., 0] - v684
+        m687 = (h[..., 11] < np.abs(v685))
+        m688 = np.logical_and(m526, m687)
+        v692 = np.where(m688, z[..., 4] + v263 * v266 * v685, z[..., 4])
+        v699 = np.where(m688, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v685, z[..., 0])
+        v700 = h[..., 4] + v699
+        v709 = np.where(m688, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v685, z[..., 3])
+        v715 = np.where(m688, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v685, z[..., 2])
+        v721 = np.fmax(0.0, -0.5 * v715 + -0.5 * v709 + h[..., 16])
+        v722 = v709 + v721
+        v723 = v722 * v722
+        v730 = np.where(m688, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v685, z[..., 1])
+        v735 = np.where(m63, v699 * v700 - (h[..., 13] + v730), -(h[..., 5] + v699))
+        v737 = v715 + v721
+        v738 = v737 * v737
+        v746 = np.where(m63, v730 * v700 - h[..., 8], -(h[..., 15] + v730))
+        v751 = v722 * v699
+        v754 = 1.0 / (v723 + v738 * v730 - v737 * v751)
+        v755 = (v723 * v735 + v738 * h[..., 14] - v722 * v737 * v746) * v754
+        v758 = v667 + np.where(m63, h[..., 10] * z[..., 29], 0.0) - c[..., 17] * v692 * (1.0 + np.where(m63, -v700, 0.0) + v755)
+        v765 = v758 / (v715 + v709 + (v721 + v721)) + np.where(m63, v700 * z[..., 23], 0.0)
+        v767 = v737 * h[..., 14]
+        v771 = v737 * v730
+        v776 = v765 - x[..., 0] * ((v722 * v746 - v767 - v751 * v735 + v771 * v735) * v754)
+        v787 = (v722 * h[..., 14] - v767 * v699 + v771 * v746 - v722 * v730 * v735) * v754
+        v789 = v776 - v755 * v216 - v787 * v193
+        m791 = (np.abs(v789) < 1e+30)
+        m792 = np.logical_and(m653, m791)
+        v799 = h[..., 1] * r[..., 2] + h[..., 2] * z[..., 86] - h[..., 3] * z[..., 87]
+        v806 = v799 + h[..., 6] * z[..., 86] + h[..., 7] * z[..., 87] + h[..., 9] * z[..., 88]
+        v820 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
+        v824 = x[..., 2] - (v820 - z[..., 61] * z[..., 81])
+        m826 = (h[..., 11] < np.abs(v824))
+        m827 = np.logical_and(m526, m826)
+        v831 = np.where(m827, z[..., 64] + v413 * v416 * v824, z[..., 64])
+        v838 = np.where(m827, z[..., 60] + (v462 + v413 * z[..., 76]) * v416 * v824, z[..., 60])
+        v839 = h[..., 4] + v838
+        v848 = np.where(m827, z[..., 63] + (v392 + v413 * z[..., 79]) * v416 * v824, z[..., 63])
+        v854 = np.where(m827, z[..., 62] + (v476 + v413 * z[..., 78]) * v416 * v824, z[..., 62])
+        v860 = np.fmax(0.0, -0.5 * v854 + -0.5 * v848 + h[..., 17])
+        v861 = v848 + v860
+        v862 = v861 * v861
+        v869 = np.where(m827, z[..., 61] + (v469 + v413 * z[..., 77]) * v416 * v824, z[..., 61])
+        v874 = np.where(m63, v838 * v839 - (h[..., 13] + v869), -(h[..., 5] + v838))
+        v876 = v854 + v860
+        v877 = v876 * v876
+        v885 = np.where(m63, v869 * v839 - h[..., 8], -(h[..., 15] + v869))
+        v890 = v861 * v838
+        v893 = 1.0 / (v862 + v877 * v869 - v876 * v890)
+        v894 = (v862 * v874 + v877 * h[..., 14] - v861 * v876 * v885) * v893
+        v897 = v806 + np.where(m63, h[..., 10] * z[..., 89], 0.0) - c[..., 17] * v831 * (1.0 + np.where(m63, -v839, 0.0) + v894)
+        v904 = v897 / (v854 + v848 + (v860 + v860)) + np.where(m63, v839 * z[..., 83], 0.0)
+        v908 = v876 * h[..., 14]
+        v912 = v876 * v869
+        v917 = v904 - v894 * v366 - (v861 * v885 - v908 - v890 * v874 + v912 * v874) * v893 * x[..., 2]
+        v926 = (v861 * h[..., 14] - v908 * v838 + v912 * v885 - v861 * v869 * v874) * v893
+        v928 = v917 - v926 * v343
+        m930 = (np.abs(v928) < 1e+30)
+        m931 = np.logical_and(m792, m930)
+        m935 = np.logical_not(m931)
+        m942 = (c[..., 4] < v336)
+        v943 = np.where(m942, c[..., 3], 1.0)
+        v984 = 0.5 * z[..., 26]
+        v991 = np.where(m931, np.where(m63, v984 + 0.5 * z[..., 27], v984 + 0.5 * v660), z[..., 25])
+        m1001 = (c[..., 4] < v187)
+        v1002 = np.where(m1001, c[..., 3], 1.0)
+        v1043 = 0.5 * z[..., 56]
+        v1050 = np.where(m931, np.where(m63, v1043 + 0.5 * z[..., 57], v1043 + 0.5 * v502), z[..., 55])
+        m1060 = (c[..., 4] < v486)
+        v1061 = np.where(m1060, c[..., 3], 1.0)
+        v1102 = 0.5 * z[..., 86]
+        v1109 = np.where(m931, np.where(m63, v1102 + 0.5 * z[..., 87], v1102 + 0.5 * v799), z[..., 85])
+        return _vector(np.where(m931, v789, 0.0), np.where(m931, v650, 0.0), np.where(m931, v928, 0.0)), _vector(np.where(m931, v699, z[..., 0]), np.where(m931, v730, z[..., 1]), np.where(m931, v715, z[..., 2]), np.where(m931, v709, z[..., 3]), np.where(m931, v692, z[..., 4]), np.where(m931, np.where(m688, v198 * v943, z[..., 5]), z[..., 5]), np.where(m931, np.where(m688, v210 * v943, z[..., 6]), z[..., 6]), np.where(m931, np.where(m688, v229 * v943, z[..., 7]), z[..., 7]), np.where(m931, np.where(m688, v248 * v943, z[..., 8]), z[..., 8]), np.where(m931, np.where(m688, v269 * v943, z[..., 9]), z[..., 9]), np.where(m931, np.where(m688, v273, z[..., 10]), z[..., 10]), np.where(m931, np.where(m688, v281, z[..., 11]), z[..., 11]), np.where(m931, np.where(m688, v286, z[..., 12]), z[..., 12]), np.where(m931, np.where(m688, v294, z[..., 13]), z[..., 13]), np.where(m931, np.where(m688, v301, z[..., 14]), z[..., 14]), np.where(m931, np.where(m688, v306, z[..., 15]), z[..., 15]), np.where(m931, np.where(m688, v314, z[..., 16]), z[..., 16]), np.where(m931, np.where(m688, v321, z[..., 17]), z[..., 17]), np.where(m931, np.where(m688, v328, z[..., 18]), z[..., 18]), np.where(m931, np.where(m688, v333, z[..., 19]), z[..., 19]), np.where(m931, x[..., 0], z[..., 20]), np.where(m931, v193, z[..., 21]), np.where(m931, v216, z[..., 22]), np.where(m931, v789, z[..., 23]), np.where(m931, z[..., 23], z[..., 24]), v991, np.where(m931, v660, z[..., 26]), np.where(m931, z[..., 26], z[..., 27]), np.where(m931, z[..., 27], z[..., 28]), np.where(m931, z[..., 28], z[..., 29]), np.where(m931, v555, z[..., 30]), np.where(m931, v589, z[..., 31]), np.where(m931, v573, z[..., 32]), np.where(m931, v565, z[..., 33]), np.where(m931, v548, z[..., 34]), np.where(m931, np.where(m544, v44 * v1002, z[..., 35]), z[..., 35]), np.where(m931, np.where(m544, v57 * v1002, z[..., 36]), z[..., 36]), np.where(m931, np.where(m544, v80 * v1002, z[..., 37]), z[..., 37]), np.where(m931, np.where(m544, v99 * v1002, z[..., 38]), z[..., 38]), np.where(m931, np.where(m544, v120 * v1002, z[..., 39]), z[..., 39]), np.where(m931, np.where(m544, v124, z[..., 40]), z[..., 40]), np.where(m931, np.where(m544, v132, z[..., 41]), z[..., 41]), np.where(m931, np.where(m544, v137, z[..., 42]), z[..., 42]), np.where(m931, np.where(m544, v145, z[..., 43]), z[..., 43]), np.where(m931, np.where(m544, v152, z[..., 44]), z[..., 44]), np.where(m931, np.where(m544, v157, z[..., 45]), z[..., 45]), np.where(m931, np.where(m544, v165, z[..., 46]), z[..., 46]), np.where(m931, np.where(m544, v172, z[..., 47]), z[..., 47]), np.where(m931, np.where(m544, v179, z[..., 48]), z[..., 48]), np.where(m931, np.where(m544, v184, z[..., 49]), z[..., 49]), np.where(m931, x[..., 1], z[..., 50]), np.where(m931, v38, z[..., 51]), np.where(m931, v67, z[..., 52]), np.where(m931, v650, z[..., 53]), np.where(m931, z[..., 53], z[..., 54]), v1050, np.where(m931, v502, z[..., 56]), np.where(m931, z[..., 56], z[..., 57]), np.where(m931, z[..., 57], z[..., 58]), np.where(m931, z[..., 58], z[..., 59]), np.where(m931, v838, z[..., 60]), np.where(m931, v869, z[..., 61]), np.where(m931, v854, z[..., 62]), np.where(m931, v848, z[..., 63]), np.where(m931, v831, z[..., 64]), np.where(m931, np.where(m827, v348 * v1061, z[..., 65]), z[..., 65]), np.where(m931, np.where(m827, v360 * v1061, z[..., 66]), z[..., 66]), np.where(m931, np.where(m827, v379 * v1061, z[..., 67]), z[..., 67]), np.where(m931, np.where(m827, v398 * v1061, z[..., 68]), z[..., 68]), np.where(m931, np.where(m827, v419 * v1061, z[..., 69]), z[..., 69]), np.where(m931, np.where(m827, v423, z[..., 70]), z[..., 70]), np.where(m931, np.where(m827, v431, z[..., 71]), z[..., 71]), np.where(m931, np.where(m827, v436, z[..., 72]), z[..., 72]), np.where(m931, np.where(m827, v444, z[..., 73]), z[..., 73]), np.where(m931, np.where(m827, v451, z[..., 74]), z[..., 74]), np.where(m931, np.where(m827, v456, z[..., 75]), z[..., 75]), np.where(m931, np.where(m827, v464, z[..., 76]), z[..., 76]), np.where(m931, np.where(m827, v471, z[..., 77]), z[..., 77]), np.where(m931, np.where(m827, v478, z[..., 78]), z[..., 78]), np.where(m931, np.where(m827, v483, z[..., 79]), z[..., 79]), np.where(m931, x[..., 2], z[..., 80]), np.where(m931, v343, z[..., 81]), np.where(m931, v366, z[..., 82]), np.where(m931, v928, z[..., 83]), np.where(m931, z[..., 83], z[..., 84]), v1109, np.where(m931, v799, z[..., 86]), np.where(m931, z[..., 86], z[..., 87]), np.where(m931, z[..., 87], z[..., 88]), np.where(m931, z[..., 88], z[..., 89]), np.where(m931, np.fmin(2.0, 1.0 + z[..., 90]), 0.0), np.where(m935, 1.0, 0.0))
 
 
 def mrac_literal_prepare(p, c):
     """What mrac_literal computes once per run: (p, c) -> h."""
     p, c = _arrays(p, c)
     with np.errstate(all="ignore"):
-        v9 = np.exp(-(p[..., 9] / c[..., 19]))
+        v9 = np.exp(-(p[..., 9] / c[..., 21]))
         v10 = -1.0 + v9
         v23 = p[..., 9] * p[..., 9] * c[..., 15]
         return _vector(1.0 / c[..., 3], v10 * v10, v9 + v9, v9 * v9, np.fmax(c[..., 5], c[..., 6] * p[..., 28]), 0.5 / p[..., 1] * v23, c[..., 0] + c[..., 0], c[..., 0] * c[..., 0], 0.5 / p[..., 0] * v23, 0.5 / p[..., 2] * v23)
@@ -3388,8 +3467,8 @@ def mrac_literal_prepared(x, r, v, z, c, h):
         v53 = v41 + v51 * v50
         v54 = 1.0 / v53
         v57 = h[..., 0] * v54 * z[..., 34] * v41
-        m61 = (0.5 < c[..., 16])
-        m63 = (0.5 < c[..., 18])
+        m61 = (0.5 < c[..., 18])
+        m63 = (0.5 < c[..., 20])
         v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 52], z[..., 51]))
         v73 = v67 - z[..., 39] * v38 - z[..., 40] * z[..., 49]
         v74 = z[..., 35] * v73
@@ -3546,62 +3625,62 @@ def mrac_literal_prepared(x, r, v, z, c, h):
         v549 = h[..., 6] + v548
         v553 = v531 * v67
         v557 = v502 - np.where(m63, z[..., 51] * (v531 - v541 * v549) - v553 * v549, v553)
-        v566 = np.where(m525, z[..., 32] + v114 * v117 * v522, z[..., 32])
-        v570 = v557 + h[..., 7] * z[..., 55] - h[..., 6] * z[..., 54] - v566 * np.where(m63, 1.0 - v549, 1.0)
-        v576 = np.where(m525, z[..., 29] + (v170 + v114 * z[..., 45]) * v117 * v522, z[..., 29])
-        v577 = h[..., 7] - v576
-        v585 = v570 - x[..., 1] * np.where(m63, v577 + v548 * v548 + h[..., 6] * v548, -v549)
-        v592 = (v585 - np.where(m63, h[..., 6] * v576 + v548 * v576, v577) * v38) / v541
-        m594 = (np.abs(v592) < 1e+30)
-        m595 = np.logical_and(m492, m594)
-        v602 = h[..., 1] * r[..., 0] + h[..., 2] * z[..., 26] - h[..., 3] * z[..., 27]
-        v615 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v616 = x[..., 0] - v615
-        m618 = (h[..., 4] < np.abs(v616))
-        m619 = np.logical_and(m507, m618)
-        v625 = np.where(m619, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v616, z[..., 3])
-        v631 = np.where(m619, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v616, z[..., 2])
-        v634 = np.fmax(np.fmax(v631, c[..., 14]), h[..., 8])
-        v640 = np.where(m619, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v616, z[..., 0])
-        v641 = h[..., 6] + v640
-        v645 = v625 * v216
-        v649 = v602 - np.where(m63, z[..., 23] * (v625 - v634 * v641) - v645 * v641, v645)
-        v657 = np.where(m619, z[..., 4] + v263 * v266 * v616, z[..., 4])
-        v661 = v649 + h[..., 7] * z[..., 27] - h[..., 6] * z[..., 26] - v657 * np.where(m63, 1.0 - v641, 1.0)
-        v667 = np.where(m619, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v616, z[..., 1])
-        v668 = h[..., 7] - v667
-        v676 = v661 - x[..., 0] * np.where(m63, v668 + v640 * v640 + h[..., 6] * v640, -v641)
-        v683 = (v676 - np.where(m63, h[..., 6] * v667 + v640 * v667, v668) * v193) / v634
-        m685 = (np.abs(v683) < 1e+30)
-        m686 = np.logical_and(m595, m685)
-        v693 = h[..., 1] * r[..., 2] + h[..., 2] * z[..., 82] - h[..., 3] * z[..., 83]
-        v703 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
-        v707 = x[..., 2] - (v703 - z[..., 57] * z[..., 77])
-        m709 = (h[..., 4] < np.abs(v707))
-        m710 = np.logical_and(m507, m709)
-        v716 = np.where(m710, z[..., 59] + (v392 + v413 * z[..., 75]) * v416 * v707, z[..., 59])
-        v722 = np.where(m710, z[..., 58] + (v476 + v413 * z[..., 74]) * v416 * v707, z[..., 58])
-        v725 = np.fmax(np.fmax(v722, c[..., 14]), h[..., 9])
-        v731 = np.where(m710, z[..., 56] + (v462 + v413 * z[..., 72]) * v416 * v707, z[..., 56])
-        v732 = h[..., 6] + v731
-        v736 = v716 * v366
-        v740 = v693 - np.where(m63, z[..., 79] * (v716 - v725 * v732) - v736 * v732, v736)
-        v748 = np.where(m710, z[..., 60] + v413 * v416 * v707, z[..., 60])
-        v752 = v740 + h[..., 7] * z[..., 83] - h[..., 6] * z[..., 82] - v748 * np.where(m63, 1.0 - v732, 1.0)
-        v758 = np.where(m710, z[..., 57] + (v469 + v413 * z[..., 73]) * v416 * v707, z[..., 57])
-        v759 = h[..., 7] - v758
-        v767 = v752 - np.where(m63, v759 + v731 * v731 + h[..., 6] * v731, -v732) * x[..., 2]
-        v774 = (v767 - np.where(m63, h[..., 6] * v758 + v731 * v758, v759) * v343) / v725
-        m776 = (np.abs(v774) < 1e+30)
-        m777 = np.logical_and(m686, m776)
-        m781 = np.logical_not(m777)
-        m788 = (c[..., 4] < v336)
-        v789 = np.where(m788, c[..., 3], 1.0)
-        m840 = (c[..., 4] < v187)
-        v841 = np.where(m840, c[..., 3], 1.0)
-        m892 = (c[..., 4] < v486)
-        v893 = np.where(m892, c[..., 3], 1.0)
-        return _vector(np.where(m777, v683, 0.0), np.where(m777, v592, 0.0), np.where(m777, v774, 0.0)), _vector(np.where(m777, v640, z[..., 0]), np.where(m777, v667, z[..., 1]), np.where(m777, v631, z[..., 2]), np.where(m777, v625, z[..., 3]), np.where(m777, v657, z[..., 4]), np.where(m777, np.where(m619, v198 * v789, z[..., 5]), z[..., 5]), np.where(m777, np.where(m619, v210 * v789, z[..., 6]), z[..., 6]), np.where(m777, np.where(m619, v229 * v789, z[..., 7]), z[..., 7]), np.where(m777, np.where(m619, v248 * v789, z[..., 8]), z[..., 8]), np.where(m777, np.where(m619, v269 * v789, z[..., 9]), z[..., 9]), np.where(m777, np.where(m619, v273, z[..., 10]), z[..., 10]), np.where(m777, np.where(m619, v281, z[..., 11]), z[..., 11]), np.where(m777, np.where(m619, v286, z[..., 12]), z[..., 12]), np.where(m777, np.where(m619, v294, z[..., 13]), z[..., 13]), np.where(m777, np.where(m619, v301, z[..., 14]), z[..., 14]), np.where(m777, np.where(m619, v306, z[..., 15]), z[..., 15]), np.where(m777, np.where(m619, v314, z[..., 16]), z[..., 16]), np.where(m777, np.where(m619, v321, z[..., 17]), z[..., 17]), np.where(m777, np.where(m619, v328, z[..., 18]), z[..., 18]), np.where(m777, np.where(m619, v333, z[..., 19]), z[..., 19]), np.where(m777, x[..., 0], z[..., 20]), np.where(m777, v193, z[..., 21]), np.where(m777, v216, z[..., 22]), np.where(m777, v683, z[..., 23]), np.where(m777, z[..., 23], z[..., 24]), np.where(m777, np.where(m63, z[..., 26], v602), z[..., 25]), np.where(m777, v602, z[..., 26]), np.where(m777, z[..., 26], z[..., 27]), np.where(m777, v548, z[..., 28]), np.where(m777, v576, z[..., 29]), np.where(m777, v537, z[..., 30]), np.where(m777, v531, z[..., 31]), np.where(m777, v566, z[..., 32]), np.where(m777, np.where(m525, v44 * v841, z[..., 33]), z[..., 33]), np.where(m777, np.where(m525, v57 * v841, z[..., 34]), z[..., 34]), np.where(m777, np.where(m525, v80 * v841, z[..., 35]), z[..., 35]), np.where(m777, np.where(m525, v99 * v841, z[..., 36]), z[..., 36]), np.where(m777, np.where(m525, v120 * v841, z[..., 37]), z[..., 37]), np.where(m777, np.where(m525, v124, z[..., 38]), z[..., 38]), np.where(m777, np.where(m525, v132, z[..., 39]), z[..., 39]), np.where(m777, np.where(m525, v137, z[..., 40]), z[..., 40]), np.where(m777, np.where(m525, v145, z[..., 41]), z[..., 41]), np.where(m777, np.where(m525, v152, z[..., 42]), z[..., 42]), np.where(m777, np.where(m525, v157, z[..., 43]), z[..., 43]), np.where(m777, np.where(m525, v165, z[..., 44]), z[..., 44]), np.where(m777, np.where(m525, v172, z[..., 45]), z[..., 45]), np.where(m777, np.where(m525, v179, z[..., 46]), z[..., 46]), np.where(m777, np.where(m525, v184, z[..., 47]), z[..., 47]), np.where(m777, x[..., 1], z[..., 48]), np.where(m777, v38, z[..., 49]), np.where(m777, v67, z[..., 50]), np.where(m777, v592, z[..., 51]), np.where(m777, z[..., 51], z[..., 52]), np.where(m777, np.where(m63, z[..., 54], v502), z[..., 53]), np.where(m777, v502, z[..., 54]), np.where(m777, z[..., 54], z[..., 55]), np.where(m777, v731, z[..., 56]), np.where(m777, v758, z[..., 57]), np.where(m777, v722, z[..., 58]), np.where(m777, v716, z[..., 59]), np.where(m777, v748, z[..., 60]), np.where(m777, np.where(m710, v348 * v893, z[..., 61]), z[..., 61]), np.where(m777, np.where(m710, v360 * v893, z[..., 62]), z[..., 62]), np.where(m777, np.where(m710, v379 * v893, z[..., 63]), z[..., 63]), np.where(m777, np.where(m710, v398 * v893, z[..., 64]), z[..., 64]), np.where(m777, np.where(m710, v419 * v893, z[..., 65]), z[..., 65]), np.where(m777, np.where(m710, v423, z[..., 66]), z[..., 66]), np.where(m777, np.where(m710, v431, z[..., 67]), z[..., 67]), np.where(m777, np.where(m710, v436, z[..., 68]), z[..., 68]), np.where(m777, np.where(m710, v444, z[..., 69]), z[..., 69]), np.where(m777, np.where(m710, v451, z[..., 70]), z[..., 70]), np.where(m777, np.where(m710, v456, z[..., 71]), z[..., 71]), np.where(m777, np.where(m710, v464, z[..., 72]), z[..., 72]), np.where(m777, np.where(m710, v471, z[..., 73]), z[..., 73]), np.where(m777, np.where(m710, v478, z[..., 74]), z[..., 74]), np.where(m777, np.where(m710, v483, z[..., 75]), z[..., 75]), np.where(m777, x[..., 2], z[..., 76]), np.where(m777, v343, z[..., 77]), np.where(m777, v366, z[..., 78]), np.where(m777, v774, z[..., 79]), np.where(m777, z[..., 79], z[..., 80]), np.where(m777, np.where(m63, z[..., 82], v693), z[..., 81]), np.where(m777, v693, z[..., 82]), np.where(m777, z[..., 82], z[..., 83]), np.where(m777, np.fmin(2.0, 1.0 + z[..., 84]), 0.0), np.where(m781, 1.0, 0.0))
+        v567 = np.where(m525, z[..., 32] + v114 * v117 * v522, z[..., 32])
+        v572 = v557 + h[..., 7] * z[..., 55] - h[..., 6] * z[..., 54] - c[..., 17] * v567 * np.where(m63, 1.0 - v549, 1.0)
+        v578 = np.where(m525, z[..., 29] + (v170 + v114 * z[..., 45]) * v117 * v522, z[..., 29])
+        v579 = h[..., 7] - v578
+        v587 = v572 - x[..., 1] * np.where(m63, v579 + v548 * v548 + h[..., 6] * v548, -v549)
+        v594 = (v587 - np.where(m63, h[..., 6] * v578 + v548 * v578, v579) * v38) / v541
+        m596 = (np.abs(v594) < 1e+30)
+        m597 = np.logical_and(m492, m596)
+        v604 = h[..., 1] * r[..., 0] + h[..., 2] * z[..., 26] - h[..., 3] * z[..., 27]
+        v617 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
+        v618 = x[..., 0] - v617
+        m620 = (h[..., 4] < np.abs(v618))
+        m621 = np.logical_and(m507, m620)
+        v627 = np.where(m621, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v618, z[..., 3])
+        v633 = np.where(m621, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v618, z[..., 2])
+        v636 = np.fmax(np.fmax(v633, c[..., 14]), h[..., 8])
+        v642 = np.where(m621, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v618, z[..., 0])
+        v643 = h[..., 6] + v642
+        v647 = v627 * v216
+        v651 = v604 - np.where(m63, z[..., 23] * (v627 - v636 * v643) - v647 * v643, v647)
+        v659 = np.where(m621, z[..., 4] + v263 * v266 * v618, z[..., 4])
+        v664 = v651 + h[..., 7] * z[..., 27] - h[..., 6] * z[..., 26] - c[..., 17] * v659 * np.where(m63, 1.0 - v643, 1.0)
+        v670 = np.where(m621, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v618, z[..., 1])
+        v671 = h[..., 7] - v670
+        v679 = v664 - x[..., 0] * np.where(m63, v671 + v642 * v642 + h[..., 6] * v642, -v643)
+        v686 = (v679 - np.where(m63, h[..., 6] * v670 + v642 * v670, v671) * v193) / v636
+        m688 = (np.abs(v686) < 1e+30)
+        m689 = np.logical_and(m597, m688)
+        v696 = h[..., 1] * r[..., 2] + h[..., 2] * z[..., 82] - h[..., 3] * z[..., 83]
+        v706 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
+        v710 = x[..., 2] - (v706 - z[..., 57] * z[..., 77])
+        m712 = (h[..., 4] < np.abs(v710))
+        m713 = np.logical_and(m507, m712)
+        v719 = np.where(m713, z[..., 59] + (v392 + v413 * z[..., 75]) * v416 * v710, z[..., 59])
+        v725 = np.where(m713, z[..., 58] + (v476 + v413 * z[..., 74]) * v416 * v710, z[..., 58])
+        v728 = np.fmax(np.fmax(v725, c[..., 14]), h[..., 9])
+        v734 = np.where(m713, z[..., 56] + (v462 + v413 * z[..., 72]) * v416 * v710, z[..., 56])
+        v735 = h[..., 6] + v734
+        v739 = v719 * v366
+        v743 = v696 - np.where(m63, z[..., 79] * (v719 - v728 * v735) - v739 * v735, v739)
+        v751 = np.where(m713, z[..., 60] + v413 * v416 * v710, z[..., 60])
+        v756 = v743 + h[..., 7] * z[..., 83] - h[..., 6] * z[..., 82] - c[..., 17] * v751 * np.where(m63, 1.0 - v735, 1.0)
+        v762 = np.where(m713, z[..., 57] + (v469 + v413 * z[..., 73]) * v416 * v710, z[..., 57])
+        v763 = h[..., 7] - v762
+        v771 = v756 - np.where(m63, v763 + v734 * v734 + h[..., 6] * v734, -v735) * x[..., 2]
+        v778 = (v771 - np.where(m63, h[..., 6] * v762 + v734 * v762, v763) * v343) / v728
+        m780 = (np.abs(v778) < 1e+30)
+        m781 = np.logical_and(m689, m780)
+        m785 = np.logical_not(m781)
+        m792 = (c[..., 4] < v336)
+        v793 = np.where(m792, c[..., 3], 1.0)
+        m844 = (c[..., 4] < v187)
+        v845 = np.where(m844, c[..., 3], 1.0)
+        m896 = (c[..., 4] < v486)
+        v897 = np.where(m896, c[..., 3], 1.0)
+        return _vector(np.where(m781, v686, 0.0), np.where(m781, v594, 0.0), np.where(m781, v778, 0.0)), _vector(np.where(m781, v642, z[..., 0]), np.where(m781, v670, z[..., 1]), np.where(m781, v633, z[..., 2]), np.where(m781, v627, z[..., 3]), np.where(m781, v659, z[..., 4]), np.where(m781, np.where(m621, v198 * v793, z[..., 5]), z[..., 5]), np.where(m781, np.where(m621, v210 * v793, z[..., 6]), z[..., 6]), np.where(m781, np.where(m621, v229 * v793, z[..., 7]), z[..., 7]), np.where(m781, np.where(m621, v248 * v793, z[..., 8]), z[..., 8]), np.where(m781, np.where(m621, v269 * v793, z[..., 9]), z[..., 9]), np.where(m781, np.where(m621, v273, z[..., 10]), z[..., 10]), np.where(m781, np.where(m621, v281, z[..., 11]), z[..., 11]), np.where(m781, np.where(m621, v286, z[..., 12]), z[..., 12]), np.where(m781, np.where(m621, v294, z[..., 13]), z[..., 13]), np.where(m781, np.where(m621, v301, z[..., 14]), z[..., 14]), np.where(m781, np.where(m621, v306, z[..., 15]), z[..., 15]), np.where(m781, np.where(m621, v314, z[..., 16]), z[..., 16]), np.where(m781, np.where(m621, v321, z[..., 17]), z[..., 17]), np.where(m781, np.where(m621, v328, z[..., 18]), z[..., 18]), np.where(m781, np.where(m621, v333, z[..., 19]), z[..., 19]), np.where(m781, x[..., 0], z[..., 20]), np.where(m781, v193, z[..., 21]), np.where(m781, v216, z[..., 22]), np.where(m781, v686, z[..., 23]), np.where(m781, z[..., 23], z[..., 24]), np.where(m781, np.where(m63, z[..., 26], v604), z[..., 25]), np.where(m781, v604, z[..., 26]), np.where(m781, z[..., 26], z[..., 27]), np.where(m781, v548, z[..., 28]), np.where(m781, v578, z[..., 29]), np.where(m781, v537, z[..., 30]), np.where(m781, v531, z[..., 31]), np.where(m781, v567, z[..., 32]), np.where(m781, np.where(m525, v44 * v845, z[..., 33]), z[..., 33]), np.where(m781, np.where(m525, v57 * v845, z[..., 34]), z[..., 34]), np.where(m781, np.where(m525, v80 * v845, z[..., 35]), z[..., 35]), np.where(m781, np.where(m525, v99 * v845, z[..., 36]), z[..., 36]), np.where(m781, np.where(m525, v120 * v845, z[..., 37]), z[..., 37]), np.where(m781, np.where(m525, v124, z[..., 38]), z[..., 38]), np.where(m781, np.where(m525, v132, z[..., 39]), z[..., 39]), np.where(m781, np.where(m525, v137, z[..., 40]), z[..., 40]), np.where(m781, np.where(m525, v145, z[..., 41]), z[..., 41]), np.where(m781, np.where(m525, v152, z[..., 42]), z[..., 42]), np.where(m781, np.where(m525, v157, z[..., 43]), z[..., 43]), np.where(m781, np.where(m525, v165, z[..., 44]), z[..., 44]), np.where(m781, np.where(m525, v172, z[..., 45]), z[..., 45]), np.where(m781, np.where(m525, v179, z[..., 46]), z[..., 46]), np.where(m781, np.where(m525, v184, z[..., 47]), z[..., 47]), np.where(m781, x[..., 1], z[..., 48]), np.where(m781, v38, z[..., 49]), np.where(m781, v67, z[..., 50]), np.where(m781, v594, z[..., 51]), np.where(m781, z[..., 51], z[..., 52]), np.where(m781, np.where(m63, z[..., 54], v502), z[..., 53]), np.where(m781, v502, z[..., 54]), np.where(m781, z[..., 54], z[..., 55]), np.where(m781, v734, z[..., 56]), np.where(m781, v762, z[..., 57]), np.where(m781, v725, z[..., 58]), np.where(m781, v719, z[..., 59]), np.where(m781, v751, z[..., 60]), np.where(m781, np.where(m713, v348 * v897, z[..., 61]), z[..., 61]), np.where(m781, np.where(m713, v360 * v897, z[..., 62]), z[..., 62]), np.where(m781, np.where(m713, v379 * v897, z[..., 63]), z[..., 63]), np.where(m781, np.where(m713, v398 * v897, z[..., 64]), z[..., 64]), np.where(m781, np.where(m713, v419 * v897, z[..., 65]), z[..., 65]), np.where(m781, np.where(m713, v423, z[..., 66]), z[..., 66]), np.where(m781, np.where(m713, v431, z[..., 67]), z[..., 67]), np.where(m781, np.where(m713, v436, z[..., 68]), z[..., 68]), np.where(m781, np.where(m713, v444, z[..., 69]), z[..., 69]), np.where(m781, np.where(m713, v451, z[..., 70]), z[..., 70]), np.where(m781, np.where(m713, v456, z[..., 71]), z[..., 71]), np.where(m781, np.where(m713, v464, z[..., 72]), z[..., 72]), np.where(m781, np.where(m713, v471, z[..., 73]), z[..., 73]), np.where(m781, np.where(m713, v478, z[..., 74]), z[..., 74]), np.where(m781, np.where(m713, v483, z[..., 75]), z[..., 75]), np.where(m781, x[..., 2], z[..., 76]), np.where(m781, v343, z[..., 77]), np.where(m781, v366, z[..., 78]), np.where(m781, v778, z[..., 79]), np.where(m781, z[..., 79], z[..., 80]), np.where(m781, np.where(m63, z[..., 82], v696), z[..., 81]), np.where(m781, v696, z[..., 82]), np.where(m781, z[..., 82], z[..., 83]), np.where(m781, np.fmin(2.0, 1.0 + z[..., 84]), 0.0), np.where(m785, 1.0, 0.0))
 
 
 def pd_prepare(p, c):

@@ -485,6 +485,132 @@ int satellite_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int 
 #define satellite_jvp_SZ_RES 1
 #define satellite_jvp_SZ_IW 0
 #define satellite_jvp_SZ_W 0
+int satellite_outputs_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int satellite_outputs_jac_checkout(void);
+void satellite_outputs_jac_release(int mem);
+void satellite_outputs_jac_incref(void);
+void satellite_outputs_jac_decref(void);
+casadi_int satellite_outputs_jac_n_in(void);
+casadi_int satellite_outputs_jac_n_out(void);
+casadi_real satellite_outputs_jac_default_in(casadi_int i);
+const char* satellite_outputs_jac_name_in(casadi_int i);
+const char* satellite_outputs_jac_name_out(casadi_int i);
+const casadi_int* satellite_outputs_jac_sparsity_in(casadi_int i);
+const casadi_int* satellite_outputs_jac_sparsity_out(casadi_int i);
+int satellite_outputs_jac_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int satellite_outputs_jac_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define satellite_outputs_jac_SZ_ARG 4
+#define satellite_outputs_jac_SZ_RES 3
+#define satellite_outputs_jac_SZ_IW 0
+#define satellite_outputs_jac_SZ_W 0
+int satellite_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int satellite_jac_p_checkout(void);
+void satellite_jac_p_release(int mem);
+void satellite_jac_p_incref(void);
+void satellite_jac_p_decref(void);
+casadi_int satellite_jac_p_n_in(void);
+casadi_int satellite_jac_p_n_out(void);
+casadi_real satellite_jac_p_default_in(casadi_int i);
+const char* satellite_jac_p_name_in(casadi_int i);
+const char* satellite_jac_p_name_out(casadi_int i);
+const casadi_int* satellite_jac_p_sparsity_in(casadi_int i);
+const casadi_int* satellite_jac_p_sparsity_out(casadi_int i);
+int satellite_jac_p_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int satellite_jac_p_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define satellite_jac_p_SZ_ARG 3
+#define satellite_jac_p_SZ_RES 1
+#define satellite_jac_p_SZ_IW 0
+#define satellite_jac_p_SZ_W 0
+int satellite_outputs_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int satellite_outputs_jac_p_checkout(void);
+void satellite_outputs_jac_p_release(int mem);
+void satellite_outputs_jac_p_incref(void);
+void satellite_outputs_jac_p_decref(void);
+casadi_int satellite_outputs_jac_p_n_in(void);
+casadi_int satellite_outputs_jac_p_n_out(void);
+casadi_real satellite_outputs_jac_p_default_in(casadi_int i);
+const char* satellite_outputs_jac_p_name_in(casadi_int i);
+const char* satellite_outputs_jac_p_name_out(casadi_int i);
+const casadi_int* satellite_outputs_jac_p_sparsity_in(casadi_int i);
+const casadi_int* satellite_outputs_jac_p_sparsity_out(casadi_int i);
+int satellite_outputs_jac_p_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int satellite_outputs_jac_p_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define satellite_outputs_jac_p_SZ_ARG 4
+#define satellite_outputs_jac_p_SZ_RES 1
+#define satellite_outputs_jac_p_SZ_IW 0
+#define satellite_outputs_jac_p_SZ_W 0
+int satellite_actuate_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int satellite_actuate_jvp_checkout(void);
+void satellite_actuate_jvp_release(int mem);
+void satellite_actuate_jvp_incref(void);
+void satellite_actuate_jvp_decref(void);
+casadi_int satellite_actuate_jvp_n_in(void);
+casadi_int satellite_actuate_jvp_n_out(void);
+casadi_real satellite_actuate_jvp_default_in(casadi_int i);
+const char* satellite_actuate_jvp_name_in(casadi_int i);
+const char* satellite_actuate_jvp_name_out(casadi_int i);
+const casadi_int* satellite_actuate_jvp_sparsity_in(casadi_int i);
+const casadi_int* satellite_actuate_jvp_sparsity_out(casadi_int i);
+int satellite_actuate_jvp_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int satellite_actuate_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define satellite_actuate_jvp_SZ_ARG 5
+#define satellite_actuate_jvp_SZ_RES 1
+#define satellite_actuate_jvp_SZ_IW 0
+#define satellite_actuate_jvp_SZ_W 0
+int satellite_mrac_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int satellite_mrac_jvp_checkout(void);
+void satellite_mrac_jvp_release(int mem);
+void satellite_mrac_jvp_incref(void);
+void satellite_mrac_jvp_decref(void);
+casadi_int satellite_mrac_jvp_n_in(void);
+casadi_int satellite_mrac_jvp_n_out(void);
+casadi_real satellite_mrac_jvp_default_in(casadi_int i);
+const char* satellite_mrac_jvp_name_in(casadi_int i);
+const char* satellite_mrac_jvp_name_out(casadi_int i);
+const casadi_int* satellite_mrac_jvp_sparsity_in(casadi_int i);
+const casadi_int* satellite_mrac_jvp_sparsity_out(casadi_int i);
+int satellite_mrac_jvp_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int satellite_mrac_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define satellite_mrac_jvp_SZ_ARG 10
+#define satellite_mrac_jvp_SZ_RES 2
+#define satellite_mrac_jvp_SZ_IW 0
+#define satellite_mrac_jvp_SZ_W 0
+int satellite_mrac_literal_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int satellite_mrac_literal_jvp_checkout(void);
+void satellite_mrac_literal_jvp_release(int mem);
+void satellite_mrac_literal_jvp_incref(void);
+void satellite_mrac_literal_jvp_decref(void);
+casadi_int satellite_mrac_literal_jvp_n_in(void);
+casadi_int satellite_mrac_literal_jvp_n_out(void);
+casadi_real satellite_mrac_literal_jvp_default_in(casadi_int i);
+const char* satellite_mrac_literal_jvp_name_in(casadi_int i);
+const char* satellite_mrac_literal_jvp_name_out(casadi_int i);
+const casadi_int* satellite_mrac_literal_jvp_sparsity_in(casadi_int i);
+const casadi_int* satellite_mrac_literal_jvp_sparsity_out(casadi_int i);
+int satellite_mrac_literal_jvp_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int satellite_mrac_literal_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define satellite_mrac_literal_jvp_SZ_ARG 10
+#define satellite_mrac_literal_jvp_SZ_RES 2
+#define satellite_mrac_literal_jvp_SZ_IW 0
+#define satellite_mrac_literal_jvp_SZ_W 0
+int satellite_pd_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int satellite_pd_jvp_checkout(void);
+void satellite_pd_jvp_release(int mem);
+void satellite_pd_jvp_incref(void);
+void satellite_pd_jvp_decref(void);
+casadi_int satellite_pd_jvp_n_in(void);
+casadi_int satellite_pd_jvp_n_out(void);
+casadi_real satellite_pd_jvp_default_in(casadi_int i);
+const char* satellite_pd_jvp_name_in(casadi_int i);
+const char* satellite_pd_jvp_name_out(casadi_int i);
+const casadi_int* satellite_pd_jvp_sparsity_in(casadi_int i);
+const casadi_int* satellite_pd_jvp_sparsity_out(casadi_int i);
+int satellite_pd_jvp_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int satellite_pd_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define satellite_pd_jvp_SZ_ARG 10
+#define satellite_pd_jvp_SZ_RES 2
+#define satellite_pd_jvp_SZ_IW 0
+#define satellite_pd_jvp_SZ_W 0
 void satellite_casadi_casadi_version(int* major, int* minor, int* patch);
 int satellite_casadi_casadi_int_size(void);
 int satellite_casadi_casadi_real_size(void);

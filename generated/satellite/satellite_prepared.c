@@ -6,7 +6,7 @@
 
 #include "mehvar/private/arithmetic.h"
 
-/* what rhs computes once per run; 33 operations. */
+/* what rhs computes once per run; 37 operations. */
 void satellite_rhs_prepare(const real *p, real *h)
 {
     const real v4 = p[7] * p[7];
@@ -16,6 +16,8 @@ void satellite_rhs_prepare(const real *p, real *h)
     const real v18 = p[20] * p[24] * (K(1.0) + p[25]);
     real s20, c20; mv_sincos(p[27], &s20, &c20);
     const real v22 = p[6] * p[6];
+    const real v37 = p[2] + p[5];
+    const real v48 = p[0] + p[3];
     h[0] = v9;
     h[1] = v6 * c8;
     h[2] = v9 + v9;
@@ -23,15 +25,15 @@ void satellite_rhs_prepare(const real *p, real *h)
     h[4] = c20;
     h[5] = K(0.5) * v22 * p[18] * p[20] * p[19] * v4;
     h[6] = v18 * s20;
-    h[7] = p[1] - p[2];
+    h[7] = p[1] + p[4] - v37;
     h[8] = K(3.0) * v22;
     h[9] = p[13] * p[10];
     h[10] = K(1.0) / p[3];
     h[11] = K(1.0) / p[0];
-    h[12] = p[0] - p[2];
+    h[12] = v48 - v37;
     h[13] = K(1.0) / p[4];
     h[14] = K(1.0) / p[1];
-    h[15] = K(-3.0) * v22 * (p[0] - p[1]);
+    h[15] = K(-3.0) * v22 * (v48 - p[1] - p[4]);
     h[16] = K(1.0) / p[5];
     h[17] = K(1.0) / p[2];
 }
@@ -164,6 +166,22 @@ void satellite_outputs_prepared(const real *x, const real *u, const real *r, con
     y[14] = v92 * p[14] + v100 * p[21] - v109 * p[15] - v115 * p[22];
 }
 
+/* what limits computes once per run; 1 operations. */
+void satellite_limits_prepare(const real *p, real *h)
+{
+    h[0] = K(1.000000001) * p[12];
+}
+
+/* the rest of limits; 16 operations. */
+void satellite_limits_prepared(const real *x, const real *u, const real *p, const real *h, real *margin)
+{
+    const mask m16 = LT(K(0.5), p[10]);
+    const real v28 = SELECT(m16, h[0] - mv_max(mv_max(mv_fabs(x[6]), mv_fabs(x[7])), mv_fabs(x[8])), p[12]);
+    margin[0] = p[32] - mv_fabs(x[1]);
+    margin[1] = p[31] - mv_max(mv_max(mv_fabs(u[0]), mv_fabs(u[1])), mv_fabs(u[2]));
+    margin[2] = v28;
+}
+
 /* what actuate computes once per run; 1 operations. */
 void satellite_actuate_prepare(const real *p, real *h)
 {
@@ -173,17 +191,14 @@ void satellite_actuate_prepare(const real *p, real *h)
 /* the rest of actuate; 28 operations. */
 void satellite_actuate_prepared(const real *x, const real *u_cmd, const real *p, const real *h, real *u)
 {
-    const mask m2 = LT(K(0.5), p[10]);
-    const real v9 = -p[11];
-    const real v12 = mv_max(v9, mv_min(u_cmd[0], p[11]));
-    const real v17 = SELECT(m2, mv_max((x[6] - p[12]) * h[0], mv_min(v12, (x[6] + p[12]) * h[0])), v12);
-    const real v23 = mv_max(v9, mv_min(u_cmd[1], p[11]));
-    const real v28 = SELECT(m2, mv_max((x[7] - p[12]) * h[0], mv_min(v23, (x[7] + p[12]) * h[0])), v23);
-    const real v34 = mv_max(v9, mv_min(u_cmd[2], p[11]));
-    const real v39 = SELECT(m2, mv_max((x[8] - p[12]) * h[0], mv_min(v34, (x[8] + p[12]) * h[0])), v34);
-    u[0] = v17;
-    u[1] = v28;
-    u[2] = v39;
+    const real v1 = -p[11];
+    const mask m4 = LT(K(0.5), p[10]);
+    const real v15 = SELECT(m4, mv_max((x[6] - p[12]) * h[0], mv_min(u_cmd[0], (x[6] + p[12]) * h[0])), u_cmd[0]);
+    const real v26 = SELECT(m4, mv_max((x[7] - p[12]) * h[0], mv_min(u_cmd[1], (x[7] + p[12]) * h[0])), u_cmd[1]);
+    const real v37 = SELECT(m4, mv_max((x[8] - p[12]) * h[0], mv_min(u_cmd[2], (x[8] + p[12]) * h[0])), u_cmd[2]);
+    u[0] = mv_max(v1, mv_min(v15, p[11]));
+    u[1] = mv_max(v1, mv_min(v26, p[11]));
+    u[2] = mv_max(v1, mv_min(v37, p[11]));
 }
 
 /* what measure computes once per run; 3 operations. */
@@ -220,30 +235,30 @@ void satellite_mrac_prepare(const real *p, const real *c, real *h)
     const mask m5 = LT(K(0.5), c[20]);
     const real v11 = mv_exp(-(p[9] / c[21]));
     const real v12 = K(-1.0) + v11;
-    const real v18 = c[0] * c[0];
-    const real v24 = c[0] * v18;
-    const real v25 = K(4.0) * v24;
-    const real v27 = -v24;
-    const real v29 = v18 * v18;
-    const real v30 = K(4.0) * c[0];
-    const real v32 = K(3.0) * c[0];
+    const real v18 = K(4.0) * c[0];
+    const real v21 = K(3.0) * c[0];
+    const real v25 = c[0] * c[0];
+    const real v29 = c[0] * v25;
+    const real v30 = K(4.0) * v29;
+    const real v32 = -v29;
+    const real v34 = v25 * v25;
     const real v45 = p[9] * p[9] * c[15];
     h[0] = K(1.0) / c[3];
     h[1] = v12 * v12;
     h[2] = v11 + v11;
     h[3] = v11 * v11;
-    h[4] = SELECT(m5, K(6.0) * v18, K(3.0) * v18);
-    h[5] = v25;
-    h[6] = SELECT(m5, -v25, v27);
-    h[7] = v29;
+    h[4] = v18;
+    h[5] = v21;
+    h[6] = SELECT(m5, -v18, -v21);
+    h[7] = SELECT(m5, K(6.0) * v25, K(3.0) * v25);
     h[8] = v30;
-    h[9] = v32;
-    h[10] = SELECT(m5, -v30, -v32);
+    h[9] = SELECT(m5, -v30, v32);
+    h[10] = v34;
     h[11] = mv_max(c[5], c[6] * p[28]);
     h[12] = mv_max(c[14], K(0.5) / p[1] * v45);
-    h[13] = K(-6.0) * v18;
-    h[14] = SELECT(m5, v29, v27);
-    h[15] = K(-3.0) * v18;
+    h[13] = K(-6.0) * v25;
+    h[14] = SELECT(m5, v34, v32);
+    h[15] = K(-3.0) * v25;
     h[16] = mv_max(c[14], K(0.5) / p[0] * v45);
     h[17] = mv_max(c[14], K(0.5) / p[2] * v45);
 }
@@ -421,7 +436,7 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
     const mask m491 = LT(mv_fabs(x[2]), K(1e+30));
     const mask m492 = AND(m489, m491);
     const real v502 = h[1] * r[1] + h[2] * z[56] - h[3] * z[57];
-    const real v520 = v502 + h[4] * z[57] + h[6] * z[58] + SELECT0(m63, h[7] * z[59]) + h[10] * z[56];
+    const real v520 = v502 + h[6] * z[56] + h[7] * z[57] + h[9] * z[58] + SELECT0(m63, h[10] * z[59]);
     const mask m523 = LT(K(0.5), c[1]);
     const mask m525 = LT(K(1.5), z[90]);
     const mask m526 = AND(m523, m525);
@@ -430,17 +445,17 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
     const mask m544 = AND(m526, m543);
     const real v548 = SELECT(m544, z[34] + v114 * v117 * v541, z[34]);
     const real v555 = SELECT(m544, z[30] + (v163 + v114 * z[46]) * v117 * v541, z[30]);
-    const real v556 = h[8] + v555;
+    const real v556 = h[4] + v555;
     const real v565 = SELECT(m544, z[33] + (v93 + v114 * z[49]) * v117 * v541, z[33]);
     const real v573 = SELECT(m544, z[32] + (v177 + v114 * z[48]) * v117 * v541, z[32]);
     const real v579 = mv_max(SPLAT(K(0.0)), K(-0.5) * v573 + K(-0.5) * v565 + h[12]);
     const real v580 = v565 + v579;
     const real v581 = v580 * v580;
     const real v589 = SELECT(m544, z[31] + (v170 + v114 * z[47]) * v117 * v541, z[31]);
-    const real v594 = SELECT(m63, v555 * v556 - (h[13] + v589), -(h[9] + v555));
+    const real v594 = SELECT(m63, v555 * v556 - (h[13] + v589), -(h[5] + v555));
     const real v596 = v573 + v579;
     const real v597 = v596 * v596;
-    const real v607 = SELECT(m63, v589 * v556 - h[5], -(h[15] + v589));
+    const real v607 = SELECT(m63, v589 * v556 - h[8], -(h[15] + v589));
     const real v612 = v580 * v555;
     const real v615 = K(1.0) / (v581 + v597 * v589 - v596 * v612);
     const real v616 = (v581 * v594 + v597 * h[14] - v580 * v596 * v607) * v615;
@@ -453,23 +468,23 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
     const mask m652 = LT(mv_fabs(v650), K(1e+30));
     const mask m653 = AND(m492, m652);
     const real v660 = h[1] * r[0] + h[2] * z[26] - h[3] * z[27];
-    const real v671 = v660 + h[4] * z[27] + h[6] * z[28] + SELECT0(m63, h[7] * z[29]) + h[10] * z[26];
+    const real v671 = v660 + h[6] * z[26] + h[7] * z[27] + h[9] * z[28] + SELECT0(m63, h[10] * z[29]);
     const real v685 = x[0] - (z[4] + z[2] * v216 + z[3] * z[22] - z[0] * v193 - z[1] * z[21]);
     const mask m687 = LT(h[11], mv_fabs(v685));
     const mask m688 = AND(m526, m687);
     const real v692 = SELECT(m688, z[4] + v263 * v266 * v685, z[4]);
     const real v699 = SELECT(m688, z[0] + (v312 + v263 * z[16]) * v266 * v685, z[0]);
-    const real v700 = h[8] + v699;
+    const real v700 = h[4] + v699;
     const real v709 = SELECT(m688, z[3] + (v242 + v263 * z[19]) * v266 * v685, z[3]);
     const real v715 = SELECT(m688, z[2] + (v326 + v263 * z[18]) * v266 * v685, z[2]);
     const real v721 = mv_max(SPLAT(K(0.0)), K(-0.5) * v715 + K(-0.5) * v709 + h[16]);
     const real v722 = v709 + v721;
     const real v723 = v722 * v722;
     const real v730 = SELECT(m688, z[1] + (v319 + v263 * z[17]) * v266 * v685, z[1]);
-    const real v735 = SELECT(m63, v699 * v700 - (h[13] + v730), -(h[9] + v699));
+    const real v735 = SELECT(m63, v699 * v700 - (h[13] + v730), -(h[5] + v699));
     const real v737 = v715 + v721;
     const real v738 = v737 * v737;
-    const real v746 = SELECT(m63, v730 * v700 - h[5], -(h[15] + v730));
+    const real v746 = SELECT(m63, v730 * v700 - h[8], -(h[15] + v730));
     const real v751 = v722 * v699;
     const real v754 = K(1.0) / (v723 + v738 * v730 - v737 * v751);
     const real v755 = (v723 * v735 + v738 * h[14] - v722 * v737 * v746) * v754;
@@ -482,23 +497,23 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
     const mask m791 = LT(mv_fabs(v789), K(1e+30));
     const mask m792 = AND(m653, m791);
     const real v799 = h[1] * r[2] + h[2] * z[86] - h[3] * z[87];
-    const real v810 = v799 + h[4] * z[87] + h[6] * z[88] + SELECT0(m63, h[7] * z[89]) + h[10] * z[86];
+    const real v810 = v799 + h[6] * z[86] + h[7] * z[87] + h[9] * z[88] + SELECT0(m63, h[10] * z[89]);
     const real v824 = x[2] - (z[64] + z[62] * v366 + z[63] * z[82] - z[60] * v343 - z[61] * z[81]);
     const mask m826 = LT(h[11], mv_fabs(v824));
     const mask m827 = AND(m526, m826);
     const real v831 = SELECT(m827, z[64] + v413 * v416 * v824, z[64]);
     const real v838 = SELECT(m827, z[60] + (v462 + v413 * z[76]) * v416 * v824, z[60]);
-    const real v839 = h[8] + v838;
+    const real v839 = h[4] + v838;
     const real v848 = SELECT(m827, z[63] + (v392 + v413 * z[79]) * v416 * v824, z[63]);
     const real v854 = SELECT(m827, z[62] + (v476 + v413 * z[78]) * v416 * v824, z[62]);
     const real v860 = mv_max(SPLAT(K(0.0)), K(-0.5) * v854 + K(-0.5) * v848 + h[17]);
     const real v861 = v848 + v860;
     const real v862 = v861 * v861;
     const real v869 = SELECT(m827, z[61] + (v469 + v413 * z[77]) * v416 * v824, z[61]);
-    const real v874 = SELECT(m63, v838 * v839 - (h[13] + v869), -(h[9] + v838));
+    const real v874 = SELECT(m63, v838 * v839 - (h[13] + v869), -(h[5] + v838));
     const real v876 = v854 + v860;
     const real v877 = v876 * v876;
-    const real v885 = SELECT(m63, v869 * v839 - h[5], -(h[15] + v869));
+    const real v885 = SELECT(m63, v869 * v839 - h[8], -(h[15] + v869));
     const real v890 = v861 * v838;
     const real v893 = K(1.0) / (v862 + v877 * v869 - v876 * v890);
     const real v894 = (v862 * v874 + v877 * h[14] - v861 * v876 * v885) * v893;

@@ -153,255 +153,789 @@ extern "C" {
 #endif
 
 /* state derivative */
+enum {
+    SLOSH_RHS_NX = 17,
+    SLOSH_RHS_NU = 5,
+    SLOSH_RHS_NP = 22,
+    SLOSH_RHS_NDX = 17
+};
 void slosh_rhs(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *dx);
 
 /* outputs of a run */
+enum {
+    SLOSH_OUTPUTS_NX = 17,
+    SLOSH_OUTPUTS_NU = 5,
+    SLOSH_OUTPUTS_NR = 0,
+    SLOSH_OUTPUTS_NP = 22,
+    SLOSH_OUTPUTS_NY = 7
+};
 void slosh_outputs(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *y);
 
 /* margins that stay positive along a run */
+enum {
+    SLOSH_LIMITS_NX = 17,
+    SLOSH_LIMITS_NU = 5,
+    SLOSH_LIMITS_NP = 22,
+    SLOSH_LIMITS_NMARGIN = 0
+};
 void slosh_limits(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *margin);
 
 /* state derivative, full, euler */
+enum {
+    SLOSH_RHS_EULER_NX = 17,
+    SLOSH_RHS_EULER_NU = 5,
+    SLOSH_RHS_EULER_NP = 22,
+    SLOSH_RHS_EULER_NDX = 17
+};
 void slosh_rhs_euler(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *dx);
 
 /* state derivative, reduced, small */
+enum {
+    SLOSH_RHS_REDUCED_NX = 17,
+    SLOSH_RHS_REDUCED_NU = 5,
+    SLOSH_RHS_REDUCED_NP = 22,
+    SLOSH_RHS_REDUCED_NDX = 17
+};
 void slosh_rhs_reduced(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *dx);
 
 /* state derivative, reduced, euler */
+enum {
+    SLOSH_RHS_REDUCED_EULER_NX = 17,
+    SLOSH_RHS_REDUCED_EULER_NU = 5,
+    SLOSH_RHS_REDUCED_EULER_NP = 22,
+    SLOSH_RHS_REDUCED_EULER_NDX = 17
+};
 void slosh_rhs_reduced_euler(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *dx);
 
 /* input that acts */
+enum {
+    SLOSH_ACTUATE_NX = 17,
+    SLOSH_ACTUATE_NU_CMD = 5,
+    SLOSH_ACTUATE_NP = 22,
+    SLOSH_ACTUATE_NU = 5
+};
 void slosh_actuate(const mv_real *x, const mv_real *u_cmd, const mv_real *p, mv_real *u);
 
 /* initial state of a scenario */
+enum {
+    SLOSH_INITIAL_NP = 22,
+    SLOSH_INITIAL_NS = 17,
+    SLOSH_INITIAL_NX = 17
+};
 void slosh_initial(const mv_real *p, const mv_real *s, mv_real *x);
 
 /* reference of a scenario */
+enum {
+    SLOSH_REFERENCE_NT = 1,
+    SLOSH_REFERENCE_NP = 22,
+    SLOSH_REFERENCE_NS = 17,
+    SLOSH_REFERENCE_NR = 0
+};
 void slosh_reference(const mv_real *t, const mv_real *p, const mv_real *s, mv_real *r);
 
 /* margins that stay positive for a feasible scenario */
+enum {
+    SLOSH_CONSTRAINTS_NP = 22,
+    SLOSH_CONSTRAINTS_NS = 17,
+    SLOSH_CONSTRAINTS_NMARGIN = 8
+};
 void slosh_constraints(const mv_real *p, const mv_real *s, mv_real *margin);
 
 /* kinetic energy (5) */
+enum {
+    SLOSH_ENERGY_NX = 17,
+    SLOSH_ENERGY_NP = 22,
+    SLOSH_ENERGY_NENERGY = 1
+};
 void slosh_energy(const mv_real *x, const mv_real *p, mv_real *energy);
 
 /* linear momentum and angular momentum about O, in body axes */
+enum {
+    SLOSH_MOMENTUM_NX = 17,
+    SLOSH_MOMENTUM_NP = 22,
+    SLOSH_MOMENTUM_NMOMENTUM = 6
+};
 void slosh_momentum(const mv_real *x, const mv_real *p, mv_real *momentum);
 
 /* moments and gimbal angles that bring about a_y, a_z and Omega' */
+enum {
+    SLOSH_TO_PHYSICAL_NX = 17,
+    SLOSH_TO_PHYSICAL_NREDUCED = 5,
+    SLOSH_TO_PHYSICAL_NP = 22,
+    SLOSH_TO_PHYSICAL_NU = 5
+};
 void slosh_to_physical(const mv_real *x, const mv_real *reduced, const mv_real *p, mv_real *u);
 
 /* Lyapunov function of lyapunov-v1 */
+enum {
+    SLOSH_LYAPUNOV_V1_VALUE_NX = 17,
+    SLOSH_LYAPUNOV_V1_VALUE_NP = 22,
+    SLOSH_LYAPUNOV_V1_VALUE_NC = 15,
+    SLOSH_LYAPUNOV_V1_VALUE_NV = 1
+};
 void slosh_lyapunov_v1_value(const mv_real *x, const mv_real *p, const mv_real *c, mv_real *V);
 
 /* what lyapunov-v1 demands: u1..u5, lateral force, and how much of it is beyond the thrust */
+enum {
+    SLOSH_LYAPUNOV_V1_DEMAND_NX = 17,
+    SLOSH_LYAPUNOV_V1_DEMAND_NP = 22,
+    SLOSH_LYAPUNOV_V1_DEMAND_NC = 15,
+    SLOSH_LYAPUNOV_V1_DEMAND_NDEMAND = 7
+};
 void slosh_lyapunov_v1_demand(const mv_real *x, const mv_real *p, const mv_real *c, mv_real *demand);
 
 /* Lyapunov function of lyapunov-v2 */
+enum {
+    SLOSH_LYAPUNOV_V2_VALUE_NX = 17,
+    SLOSH_LYAPUNOV_V2_VALUE_NP = 22,
+    SLOSH_LYAPUNOV_V2_VALUE_NC = 13,
+    SLOSH_LYAPUNOV_V2_VALUE_NV = 1
+};
 void slosh_lyapunov_v2_value(const mv_real *x, const mv_real *p, const mv_real *c, mv_real *V);
 
 /* what lyapunov-v2 demands: u1..u5, lateral force, and how much of it is beyond the thrust */
+enum {
+    SLOSH_LYAPUNOV_V2_DEMAND_NX = 17,
+    SLOSH_LYAPUNOV_V2_DEMAND_NP = 22,
+    SLOSH_LYAPUNOV_V2_DEMAND_NC = 13,
+    SLOSH_LYAPUNOV_V2_DEMAND_NDEMAND = 7
+};
 void slosh_lyapunov_v2_demand(const mv_real *x, const mv_real *p, const mv_real *c, mv_real *demand);
 
 /* Lyapunov law with the pendulums' rates, (27), (29)-(33) */
+enum {
+    SLOSH_LYAPUNOV_V1_NX = 17,
+    SLOSH_LYAPUNOV_V1_NR = 0,
+    SLOSH_LYAPUNOV_V1_NP = 22,
+    SLOSH_LYAPUNOV_V1_NC = 15,
+    SLOSH_LYAPUNOV_V1_NU = 5
+};
 void slosh_lyapunov_v1(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *u);
 
 /* closed loop of lyapunov-v1 */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_NQ = 17,
+    SLOSH_LYAPUNOV_V1_LOOP_NR = 0,
+    SLOSH_LYAPUNOV_V1_LOOP_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_NDQ = 17
+};
 void slosh_lyapunov_v1_loop(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *dq);
 
 /* state and input in the loop of lyapunov-v1 */
+enum {
+    SLOSH_LYAPUNOV_V1_OBSERVE_NQ = 17,
+    SLOSH_LYAPUNOV_V1_OBSERVE_NR = 0,
+    SLOSH_LYAPUNOV_V1_OBSERVE_NP = 22,
+    SLOSH_LYAPUNOV_V1_OBSERVE_NC = 15,
+    SLOSH_LYAPUNOV_V1_OBSERVE_NX = 17,
+    SLOSH_LYAPUNOV_V1_OBSERVE_NU = 5,
+    SLOSH_LYAPUNOV_V1_OBSERVE_NU_CMD = 5
+};
 void slosh_lyapunov_v1_observe(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *x, mv_real *u, mv_real *u_cmd);
 
 /* closed loop of lyapunov-v1, full, euler */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_NQ = 17,
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_NR = 0,
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_NDQ = 17
+};
 void slosh_lyapunov_v1_loop_euler(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *dq);
 
 /* closed loop of lyapunov-v1, reduced, small */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_NQ = 17,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_NR = 0,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_NDQ = 17
+};
 void slosh_lyapunov_v1_loop_reduced(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *dq);
 
 /* closed loop of lyapunov-v1, reduced, euler */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_NQ = 17,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_NR = 0,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_NDQ = 17
+};
 void slosh_lyapunov_v1_loop_reduced_euler(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *dq);
 
 /* margins of a feasible lyapunov-v1 */
+enum {
+    SLOSH_LYAPUNOV_V1_CONSTRAINTS_NP = 22,
+    SLOSH_LYAPUNOV_V1_CONSTRAINTS_NC = 15,
+    SLOSH_LYAPUNOV_V1_CONSTRAINTS_NS = 17,
+    SLOSH_LYAPUNOV_V1_CONSTRAINTS_NMARGIN = 2
+};
 void slosh_lyapunov_v1_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
 
 /* what lyapunov-v1 reports */
+enum {
+    SLOSH_LYAPUNOV_V1_OUTPUTS_NX = 17,
+    SLOSH_LYAPUNOV_V1_OUTPUTS_NR = 0,
+    SLOSH_LYAPUNOV_V1_OUTPUTS_NP = 22,
+    SLOSH_LYAPUNOV_V1_OUTPUTS_NC = 15,
+    SLOSH_LYAPUNOV_V1_OUTPUTS_NW = 3
+};
 void slosh_lyapunov_v1_outputs(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *w);
 
 /* Lyapunov law of velocities and attitude, (28), (34)-(36) */
+enum {
+    SLOSH_LYAPUNOV_V2_NX = 17,
+    SLOSH_LYAPUNOV_V2_NR = 0,
+    SLOSH_LYAPUNOV_V2_NP = 22,
+    SLOSH_LYAPUNOV_V2_NC = 13,
+    SLOSH_LYAPUNOV_V2_NU = 5
+};
 void slosh_lyapunov_v2(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *u);
 
 /* closed loop of lyapunov-v2 */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_NQ = 17,
+    SLOSH_LYAPUNOV_V2_LOOP_NR = 0,
+    SLOSH_LYAPUNOV_V2_LOOP_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_NDQ = 17
+};
 void slosh_lyapunov_v2_loop(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *dq);
 
 /* state and input in the loop of lyapunov-v2 */
+enum {
+    SLOSH_LYAPUNOV_V2_OBSERVE_NQ = 17,
+    SLOSH_LYAPUNOV_V2_OBSERVE_NR = 0,
+    SLOSH_LYAPUNOV_V2_OBSERVE_NP = 22,
+    SLOSH_LYAPUNOV_V2_OBSERVE_NC = 13,
+    SLOSH_LYAPUNOV_V2_OBSERVE_NX = 17,
+    SLOSH_LYAPUNOV_V2_OBSERVE_NU = 5,
+    SLOSH_LYAPUNOV_V2_OBSERVE_NU_CMD = 5
+};
 void slosh_lyapunov_v2_observe(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *x, mv_real *u, mv_real *u_cmd);
 
 /* closed loop of lyapunov-v2, full, euler */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_NQ = 17,
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_NR = 0,
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_NDQ = 17
+};
 void slosh_lyapunov_v2_loop_euler(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *dq);
 
 /* closed loop of lyapunov-v2, reduced, small */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_NQ = 17,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_NR = 0,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_NDQ = 17
+};
 void slosh_lyapunov_v2_loop_reduced(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *dq);
 
 /* closed loop of lyapunov-v2, reduced, euler */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_NQ = 17,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_NR = 0,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_NDQ = 17
+};
 void slosh_lyapunov_v2_loop_reduced_euler(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *dq);
 
 /* margins of a feasible lyapunov-v2 */
+enum {
+    SLOSH_LYAPUNOV_V2_CONSTRAINTS_NP = 22,
+    SLOSH_LYAPUNOV_V2_CONSTRAINTS_NC = 13,
+    SLOSH_LYAPUNOV_V2_CONSTRAINTS_NS = 17,
+    SLOSH_LYAPUNOV_V2_CONSTRAINTS_NMARGIN = 1
+};
 void slosh_lyapunov_v2_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
 
 /* what lyapunov-v2 reports */
+enum {
+    SLOSH_LYAPUNOV_V2_OUTPUTS_NX = 17,
+    SLOSH_LYAPUNOV_V2_OUTPUTS_NR = 0,
+    SLOSH_LYAPUNOV_V2_OUTPUTS_NP = 22,
+    SLOSH_LYAPUNOV_V2_OUTPUTS_NC = 13,
+    SLOSH_LYAPUNOV_V2_OUTPUTS_NW = 3
+};
 void slosh_lyapunov_v2_outputs(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *w);
 
 /* Jacobian of rhs with respect to x, row by row */
+enum {
+    SLOSH_JAC_X_NX = 17,
+    SLOSH_JAC_X_NU = 5,
+    SLOSH_JAC_X_NP = 22,
+    SLOSH_JAC_X_NJ = 289
+};
 void slosh_jac_x(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
 /* Jacobian of rhs with respect to u, row by row */
+enum {
+    SLOSH_JAC_U_NX = 17,
+    SLOSH_JAC_U_NU = 5,
+    SLOSH_JAC_U_NP = 22,
+    SLOSH_JAC_U_NJ = 85
+};
 void slosh_jac_u(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
 /* change of rhs along a change of x and u */
+enum {
+    SLOSH_JVP_NX = 17,
+    SLOSH_JVP_NU = 5,
+    SLOSH_JVP_NP = 22,
+    SLOSH_JVP_NALONG_X = 17,
+    SLOSH_JVP_NALONG_U = 5,
+    SLOSH_JVP_NCHANGE = 17
+};
 void slosh_jvp(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *along_x, const mv_real *along_u, mv_real *change);
 
 /* Jacobian of outputs with respect to x and u, row by row */
+enum {
+    SLOSH_OUTPUTS_JAC_NX = 17,
+    SLOSH_OUTPUTS_JAC_NU = 5,
+    SLOSH_OUTPUTS_JAC_NR = 0,
+    SLOSH_OUTPUTS_JAC_NP = 22,
+    SLOSH_OUTPUTS_JAC_NJ_X = 119,
+    SLOSH_OUTPUTS_JAC_NJ_U = 35
+};
 void slosh_outputs_jac(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_x, mv_real *J_u);
 
 /* Jacobian of rhs with respect to p, row by row */
+enum {
+    SLOSH_JAC_P_NX = 17,
+    SLOSH_JAC_P_NU = 5,
+    SLOSH_JAC_P_NP = 22,
+    SLOSH_JAC_P_NJ = 374
+};
 void slosh_jac_p(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
 /* Jacobian of outputs with respect to p, row by row */
+enum {
+    SLOSH_OUTPUTS_JAC_P_NX = 17,
+    SLOSH_OUTPUTS_JAC_P_NU = 5,
+    SLOSH_OUTPUTS_JAC_P_NR = 0,
+    SLOSH_OUTPUTS_JAC_P_NP = 22,
+    SLOSH_OUTPUTS_JAC_P_NJ_P = 154
+};
 void slosh_outputs_jac_p(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_p);
 
 /* change of actuate along a change of x and u_cmd */
+enum {
+    SLOSH_ACTUATE_JVP_NX = 17,
+    SLOSH_ACTUATE_JVP_NU_CMD = 5,
+    SLOSH_ACTUATE_JVP_NP = 22,
+    SLOSH_ACTUATE_JVP_NALONG_X = 17,
+    SLOSH_ACTUATE_JVP_NALONG_U_CMD = 5,
+    SLOSH_ACTUATE_JVP_NCHANGE = 5
+};
 void slosh_actuate_jvp(const mv_real *x, const mv_real *u_cmd, const mv_real *p, const mv_real *along_x, const mv_real *along_u_cmd, mv_real *change);
 
 /* change of lyapunov_v1 along a change of x */
+enum {
+    SLOSH_LYAPUNOV_V1_JVP_NX = 17,
+    SLOSH_LYAPUNOV_V1_JVP_NR = 0,
+    SLOSH_LYAPUNOV_V1_JVP_NP = 22,
+    SLOSH_LYAPUNOV_V1_JVP_NC = 15,
+    SLOSH_LYAPUNOV_V1_JVP_NALONG_X = 17,
+    SLOSH_LYAPUNOV_V1_JVP_NCHANGE = 5
+};
 void slosh_lyapunov_v1_jvp(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *along_x, mv_real *change);
 
 /* Jacobian of lyapunov_v1_loop with respect to q, row by row */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_JAC_NQ = 17,
+    SLOSH_LYAPUNOV_V1_LOOP_JAC_NR = 0,
+    SLOSH_LYAPUNOV_V1_LOOP_JAC_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_JAC_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_JAC_NJ_Q = 289
+};
 void slosh_lyapunov_v1_loop_jac(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *J_q);
 
 /* change of lyapunov_v2 along a change of x */
+enum {
+    SLOSH_LYAPUNOV_V2_JVP_NX = 17,
+    SLOSH_LYAPUNOV_V2_JVP_NR = 0,
+    SLOSH_LYAPUNOV_V2_JVP_NP = 22,
+    SLOSH_LYAPUNOV_V2_JVP_NC = 13,
+    SLOSH_LYAPUNOV_V2_JVP_NALONG_X = 17,
+    SLOSH_LYAPUNOV_V2_JVP_NCHANGE = 5
+};
 void slosh_lyapunov_v2_jvp(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *along_x, mv_real *change);
 
 /* Jacobian of lyapunov_v2_loop with respect to q, row by row */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_JAC_NQ = 17,
+    SLOSH_LYAPUNOV_V2_LOOP_JAC_NR = 0,
+    SLOSH_LYAPUNOV_V2_LOOP_JAC_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_JAC_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_JAC_NJ_Q = 289
+};
 void slosh_lyapunov_v2_loop_jac(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *J_q);
 
 /* what rhs computes once per run */
+enum {
+    SLOSH_RHS_PREPARE_NP = 22,
+    SLOSH_RHS_PREPARE_NH = 32
+};
 void slosh_rhs_prepare(const mv_real *p, mv_real *h);
 
 /* what rhs computes when the input changes */
+enum {
+    SLOSH_RHS_HOLD_NU = 5,
+    SLOSH_RHS_HOLD_NP = 22,
+    SLOSH_RHS_HOLD_NH = 32,
+    SLOSH_RHS_HOLD_NW = 5
+};
 void slosh_rhs_hold(const mv_real *u, const mv_real *p, const mv_real *h, mv_real *w);
 
 /* the rest of rhs */
+enum {
+    SLOSH_RHS_PREPARED_NX = 17,
+    SLOSH_RHS_PREPARED_NU = 5,
+    SLOSH_RHS_PREPARED_NP = 22,
+    SLOSH_RHS_PREPARED_NH = 32,
+    SLOSH_RHS_PREPARED_NW = 5,
+    SLOSH_RHS_PREPARED_NDX = 17
+};
 void slosh_rhs_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, const mv_real *w, mv_real *dx);
 
 /* what outputs computes once per run */
+enum {
+    SLOSH_OUTPUTS_PREPARE_NP = 22,
+    SLOSH_OUTPUTS_PREPARE_NH = 28
+};
 void slosh_outputs_prepare(const mv_real *p, mv_real *h);
 
 /* the rest of outputs */
+enum {
+    SLOSH_OUTPUTS_PREPARED_NX = 17,
+    SLOSH_OUTPUTS_PREPARED_NU = 5,
+    SLOSH_OUTPUTS_PREPARED_NP = 22,
+    SLOSH_OUTPUTS_PREPARED_NH = 28,
+    SLOSH_OUTPUTS_PREPARED_NY = 7
+};
 void slosh_outputs_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, mv_real *y);
 
 /* what rhs_euler computes once per run */
+enum {
+    SLOSH_RHS_EULER_PREPARE_NP = 22,
+    SLOSH_RHS_EULER_PREPARE_NH = 32
+};
 void slosh_rhs_euler_prepare(const mv_real *p, mv_real *h);
 
 /* what rhs_euler computes when the input changes */
+enum {
+    SLOSH_RHS_EULER_HOLD_NU = 5,
+    SLOSH_RHS_EULER_HOLD_NP = 22,
+    SLOSH_RHS_EULER_HOLD_NH = 32,
+    SLOSH_RHS_EULER_HOLD_NW = 5
+};
 void slosh_rhs_euler_hold(const mv_real *u, const mv_real *p, const mv_real *h, mv_real *w);
 
 /* the rest of rhs_euler */
+enum {
+    SLOSH_RHS_EULER_PREPARED_NX = 17,
+    SLOSH_RHS_EULER_PREPARED_NU = 5,
+    SLOSH_RHS_EULER_PREPARED_NP = 22,
+    SLOSH_RHS_EULER_PREPARED_NH = 32,
+    SLOSH_RHS_EULER_PREPARED_NW = 5,
+    SLOSH_RHS_EULER_PREPARED_NDX = 17
+};
 void slosh_rhs_euler_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, const mv_real *w, mv_real *dx);
 
 /* what rhs_reduced computes once per run */
+enum {
+    SLOSH_RHS_REDUCED_PREPARE_NP = 22,
+    SLOSH_RHS_REDUCED_PREPARE_NH = 36
+};
 void slosh_rhs_reduced_prepare(const mv_real *p, mv_real *h);
 
 /* what rhs_reduced computes when the input changes */
+enum {
+    SLOSH_RHS_REDUCED_HOLD_NU = 5,
+    SLOSH_RHS_REDUCED_HOLD_NP = 22,
+    SLOSH_RHS_REDUCED_HOLD_NH = 36,
+    SLOSH_RHS_REDUCED_HOLD_NW = 5
+};
 void slosh_rhs_reduced_hold(const mv_real *u, const mv_real *p, const mv_real *h, mv_real *w);
 
 /* the rest of rhs_reduced */
+enum {
+    SLOSH_RHS_REDUCED_PREPARED_NX = 17,
+    SLOSH_RHS_REDUCED_PREPARED_NU = 5,
+    SLOSH_RHS_REDUCED_PREPARED_NP = 22,
+    SLOSH_RHS_REDUCED_PREPARED_NH = 36,
+    SLOSH_RHS_REDUCED_PREPARED_NW = 5,
+    SLOSH_RHS_REDUCED_PREPARED_NDX = 17
+};
 void slosh_rhs_reduced_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, const mv_real *w, mv_real *dx);
 
 /* what rhs_reduced_euler computes once per run */
+enum {
+    SLOSH_RHS_REDUCED_EULER_PREPARE_NP = 22,
+    SLOSH_RHS_REDUCED_EULER_PREPARE_NH = 36
+};
 void slosh_rhs_reduced_euler_prepare(const mv_real *p, mv_real *h);
 
 /* what rhs_reduced_euler computes when the input changes */
+enum {
+    SLOSH_RHS_REDUCED_EULER_HOLD_NU = 5,
+    SLOSH_RHS_REDUCED_EULER_HOLD_NP = 22,
+    SLOSH_RHS_REDUCED_EULER_HOLD_NH = 36,
+    SLOSH_RHS_REDUCED_EULER_HOLD_NW = 5
+};
 void slosh_rhs_reduced_euler_hold(const mv_real *u, const mv_real *p, const mv_real *h, mv_real *w);
 
 /* the rest of rhs_reduced_euler */
+enum {
+    SLOSH_RHS_REDUCED_EULER_PREPARED_NX = 17,
+    SLOSH_RHS_REDUCED_EULER_PREPARED_NU = 5,
+    SLOSH_RHS_REDUCED_EULER_PREPARED_NP = 22,
+    SLOSH_RHS_REDUCED_EULER_PREPARED_NH = 36,
+    SLOSH_RHS_REDUCED_EULER_PREPARED_NW = 5,
+    SLOSH_RHS_REDUCED_EULER_PREPARED_NDX = 17
+};
 void slosh_rhs_reduced_euler_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, const mv_real *w, mv_real *dx);
 
 /* what actuate computes once per run */
+enum {
+    SLOSH_ACTUATE_PREPARE_NP = 22,
+    SLOSH_ACTUATE_PREPARE_NH = 14
+};
 void slosh_actuate_prepare(const mv_real *p, mv_real *h);
 
 /* the rest of actuate */
+enum {
+    SLOSH_ACTUATE_PREPARED_NX = 17,
+    SLOSH_ACTUATE_PREPARED_NU_CMD = 5,
+    SLOSH_ACTUATE_PREPARED_NP = 22,
+    SLOSH_ACTUATE_PREPARED_NH = 14,
+    SLOSH_ACTUATE_PREPARED_NU = 5
+};
 void slosh_actuate_prepared(const mv_real *x, const mv_real *u_cmd, const mv_real *p, const mv_real *h, mv_real *u);
 
 /* what lyapunov_v1 computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V1_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V1_PREPARE_NC = 15,
+    SLOSH_LYAPUNOV_V1_PREPARE_NH = 45
+};
 void slosh_lyapunov_v1_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v1 */
+enum {
+    SLOSH_LYAPUNOV_V1_PREPARED_NX = 17,
+    SLOSH_LYAPUNOV_V1_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V1_PREPARED_NC = 15,
+    SLOSH_LYAPUNOV_V1_PREPARED_NH = 45,
+    SLOSH_LYAPUNOV_V1_PREPARED_NU = 5
+};
 void slosh_lyapunov_v1_prepared(const mv_real *x, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *u);
 
 /* what lyapunov_v1_loop computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_PREPARE_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_PREPARE_NH = 50
+};
 void slosh_lyapunov_v1_loop_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v1_loop */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_PREPARED_NQ = 17,
+    SLOSH_LYAPUNOV_V1_LOOP_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_PREPARED_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_PREPARED_NH = 50,
+    SLOSH_LYAPUNOV_V1_LOOP_PREPARED_NDQ = 17
+};
 void slosh_lyapunov_v1_loop_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
 /* what lyapunov_v1_observe computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARE_NC = 15,
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARE_NH = 46
+};
 void slosh_lyapunov_v1_observe_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v1_observe */
+enum {
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NQ = 17,
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NC = 15,
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NH = 46,
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NX = 17,
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NU = 5,
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NU_CMD = 5
+};
 void slosh_lyapunov_v1_observe_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *x, mv_real *u, mv_real *u_cmd);
 
 /* what lyapunov_v1_loop_euler computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARE_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARE_NH = 50
+};
 void slosh_lyapunov_v1_loop_euler_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v1_loop_euler */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARED_NQ = 17,
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARED_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARED_NH = 50,
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARED_NDQ = 17
+};
 void slosh_lyapunov_v1_loop_euler_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
 /* what lyapunov_v1_loop_reduced computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARE_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARE_NH = 19
+};
 void slosh_lyapunov_v1_loop_reduced_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v1_loop_reduced */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARED_NQ = 17,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARED_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARED_NH = 19,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARED_NDQ = 17
+};
 void slosh_lyapunov_v1_loop_reduced_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
 /* what lyapunov_v1_loop_reduced_euler computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARE_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARE_NH = 19
+};
 void slosh_lyapunov_v1_loop_reduced_euler_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v1_loop_reduced_euler */
+enum {
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARED_NQ = 17,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARED_NC = 15,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARED_NH = 19,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARED_NDQ = 17
+};
 void slosh_lyapunov_v1_loop_reduced_euler_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
 /* what lyapunov_v2 computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V2_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V2_PREPARE_NC = 13,
+    SLOSH_LYAPUNOV_V2_PREPARE_NH = 33
+};
 void slosh_lyapunov_v2_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v2 */
+enum {
+    SLOSH_LYAPUNOV_V2_PREPARED_NX = 17,
+    SLOSH_LYAPUNOV_V2_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V2_PREPARED_NC = 13,
+    SLOSH_LYAPUNOV_V2_PREPARED_NH = 33,
+    SLOSH_LYAPUNOV_V2_PREPARED_NU = 5
+};
 void slosh_lyapunov_v2_prepared(const mv_real *x, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *u);
 
 /* what lyapunov_v2_loop computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_PREPARE_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_PREPARE_NH = 38
+};
 void slosh_lyapunov_v2_loop_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v2_loop */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_PREPARED_NQ = 17,
+    SLOSH_LYAPUNOV_V2_LOOP_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_PREPARED_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_PREPARED_NH = 38,
+    SLOSH_LYAPUNOV_V2_LOOP_PREPARED_NDQ = 17
+};
 void slosh_lyapunov_v2_loop_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
 /* what lyapunov_v2_observe computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARE_NC = 13,
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARE_NH = 34
+};
 void slosh_lyapunov_v2_observe_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v2_observe */
+enum {
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NQ = 17,
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NC = 13,
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NH = 34,
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NX = 17,
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NU = 5,
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NU_CMD = 5
+};
 void slosh_lyapunov_v2_observe_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *x, mv_real *u, mv_real *u_cmd);
 
 /* what lyapunov_v2_loop_euler computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARE_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARE_NH = 38
+};
 void slosh_lyapunov_v2_loop_euler_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v2_loop_euler */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARED_NQ = 17,
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARED_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARED_NH = 38,
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARED_NDQ = 17
+};
 void slosh_lyapunov_v2_loop_euler_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
 /* what lyapunov_v2_loop_reduced computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARE_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARE_NH = 13
+};
 void slosh_lyapunov_v2_loop_reduced_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v2_loop_reduced */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARED_NQ = 17,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARED_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARED_NH = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARED_NDQ = 17
+};
 void slosh_lyapunov_v2_loop_reduced_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
 /* what lyapunov_v2_loop_reduced_euler computes once per run */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARE_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARE_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARE_NH = 13
+};
 void slosh_lyapunov_v2_loop_reduced_euler_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of lyapunov_v2_loop_reduced_euler */
+enum {
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARED_NQ = 17,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARED_NP = 22,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARED_NC = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARED_NH = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARED_NDQ = 17
+};
 void slosh_lyapunov_v2_loop_reduced_euler_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
 #ifdef __cplusplus

@@ -665,6 +665,150 @@ int slosh_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_
 #define slosh_jvp_SZ_RES 1
 #define slosh_jvp_SZ_IW 0
 #define slosh_jvp_SZ_W 0
+int slosh_outputs_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int slosh_outputs_jac_checkout(void);
+void slosh_outputs_jac_release(int mem);
+void slosh_outputs_jac_incref(void);
+void slosh_outputs_jac_decref(void);
+casadi_int slosh_outputs_jac_n_in(void);
+casadi_int slosh_outputs_jac_n_out(void);
+casadi_real slosh_outputs_jac_default_in(casadi_int i);
+const char* slosh_outputs_jac_name_in(casadi_int i);
+const char* slosh_outputs_jac_name_out(casadi_int i);
+const casadi_int* slosh_outputs_jac_sparsity_in(casadi_int i);
+const casadi_int* slosh_outputs_jac_sparsity_out(casadi_int i);
+int slosh_outputs_jac_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int slosh_outputs_jac_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define slosh_outputs_jac_SZ_ARG 4
+#define slosh_outputs_jac_SZ_RES 2
+#define slosh_outputs_jac_SZ_IW 0
+#define slosh_outputs_jac_SZ_W 0
+int slosh_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int slosh_jac_p_checkout(void);
+void slosh_jac_p_release(int mem);
+void slosh_jac_p_incref(void);
+void slosh_jac_p_decref(void);
+casadi_int slosh_jac_p_n_in(void);
+casadi_int slosh_jac_p_n_out(void);
+casadi_real slosh_jac_p_default_in(casadi_int i);
+const char* slosh_jac_p_name_in(casadi_int i);
+const char* slosh_jac_p_name_out(casadi_int i);
+const casadi_int* slosh_jac_p_sparsity_in(casadi_int i);
+const casadi_int* slosh_jac_p_sparsity_out(casadi_int i);
+int slosh_jac_p_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int slosh_jac_p_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define slosh_jac_p_SZ_ARG 3
+#define slosh_jac_p_SZ_RES 1
+#define slosh_jac_p_SZ_IW 0
+#define slosh_jac_p_SZ_W 0
+int slosh_outputs_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int slosh_outputs_jac_p_checkout(void);
+void slosh_outputs_jac_p_release(int mem);
+void slosh_outputs_jac_p_incref(void);
+void slosh_outputs_jac_p_decref(void);
+casadi_int slosh_outputs_jac_p_n_in(void);
+casadi_int slosh_outputs_jac_p_n_out(void);
+casadi_real slosh_outputs_jac_p_default_in(casadi_int i);
+const char* slosh_outputs_jac_p_name_in(casadi_int i);
+const char* slosh_outputs_jac_p_name_out(casadi_int i);
+const casadi_int* slosh_outputs_jac_p_sparsity_in(casadi_int i);
+const casadi_int* slosh_outputs_jac_p_sparsity_out(casadi_int i);
+int slosh_outputs_jac_p_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int slosh_outputs_jac_p_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define slosh_outputs_jac_p_SZ_ARG 4
+#define slosh_outputs_jac_p_SZ_RES 1
+#define slosh_outputs_jac_p_SZ_IW 0
+#define slosh_outputs_jac_p_SZ_W 0
+int slosh_actuate_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int slosh_actuate_jvp_checkout(void);
+void slosh_actuate_jvp_release(int mem);
+void slosh_actuate_jvp_incref(void);
+void slosh_actuate_jvp_decref(void);
+casadi_int slosh_actuate_jvp_n_in(void);
+casadi_int slosh_actuate_jvp_n_out(void);
+casadi_real slosh_actuate_jvp_default_in(casadi_int i);
+const char* slosh_actuate_jvp_name_in(casadi_int i);
+const char* slosh_actuate_jvp_name_out(casadi_int i);
+const casadi_int* slosh_actuate_jvp_sparsity_in(casadi_int i);
+const casadi_int* slosh_actuate_jvp_sparsity_out(casadi_int i);
+int slosh_actuate_jvp_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int slosh_actuate_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define slosh_actuate_jvp_SZ_ARG 5
+#define slosh_actuate_jvp_SZ_RES 1
+#define slosh_actuate_jvp_SZ_IW 0
+#define slosh_actuate_jvp_SZ_W 0
+int slosh_lyapunov_v1_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int slosh_lyapunov_v1_jvp_checkout(void);
+void slosh_lyapunov_v1_jvp_release(int mem);
+void slosh_lyapunov_v1_jvp_incref(void);
+void slosh_lyapunov_v1_jvp_decref(void);
+casadi_int slosh_lyapunov_v1_jvp_n_in(void);
+casadi_int slosh_lyapunov_v1_jvp_n_out(void);
+casadi_real slosh_lyapunov_v1_jvp_default_in(casadi_int i);
+const char* slosh_lyapunov_v1_jvp_name_in(casadi_int i);
+const char* slosh_lyapunov_v1_jvp_name_out(casadi_int i);
+const casadi_int* slosh_lyapunov_v1_jvp_sparsity_in(casadi_int i);
+const casadi_int* slosh_lyapunov_v1_jvp_sparsity_out(casadi_int i);
+int slosh_lyapunov_v1_jvp_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int slosh_lyapunov_v1_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define slosh_lyapunov_v1_jvp_SZ_ARG 5
+#define slosh_lyapunov_v1_jvp_SZ_RES 1
+#define slosh_lyapunov_v1_jvp_SZ_IW 0
+#define slosh_lyapunov_v1_jvp_SZ_W 0
+int slosh_lyapunov_v1_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int slosh_lyapunov_v1_loop_jac_checkout(void);
+void slosh_lyapunov_v1_loop_jac_release(int mem);
+void slosh_lyapunov_v1_loop_jac_incref(void);
+void slosh_lyapunov_v1_loop_jac_decref(void);
+casadi_int slosh_lyapunov_v1_loop_jac_n_in(void);
+casadi_int slosh_lyapunov_v1_loop_jac_n_out(void);
+casadi_real slosh_lyapunov_v1_loop_jac_default_in(casadi_int i);
+const char* slosh_lyapunov_v1_loop_jac_name_in(casadi_int i);
+const char* slosh_lyapunov_v1_loop_jac_name_out(casadi_int i);
+const casadi_int* slosh_lyapunov_v1_loop_jac_sparsity_in(casadi_int i);
+const casadi_int* slosh_lyapunov_v1_loop_jac_sparsity_out(casadi_int i);
+int slosh_lyapunov_v1_loop_jac_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int slosh_lyapunov_v1_loop_jac_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define slosh_lyapunov_v1_loop_jac_SZ_ARG 4
+#define slosh_lyapunov_v1_loop_jac_SZ_RES 1
+#define slosh_lyapunov_v1_loop_jac_SZ_IW 0
+#define slosh_lyapunov_v1_loop_jac_SZ_W 0
+int slosh_lyapunov_v2_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int slosh_lyapunov_v2_jvp_checkout(void);
+void slosh_lyapunov_v2_jvp_release(int mem);
+void slosh_lyapunov_v2_jvp_incref(void);
+void slosh_lyapunov_v2_jvp_decref(void);
+casadi_int slosh_lyapunov_v2_jvp_n_in(void);
+casadi_int slosh_lyapunov_v2_jvp_n_out(void);
+casadi_real slosh_lyapunov_v2_jvp_default_in(casadi_int i);
+const char* slosh_lyapunov_v2_jvp_name_in(casadi_int i);
+const char* slosh_lyapunov_v2_jvp_name_out(casadi_int i);
+const casadi_int* slosh_lyapunov_v2_jvp_sparsity_in(casadi_int i);
+const casadi_int* slosh_lyapunov_v2_jvp_sparsity_out(casadi_int i);
+int slosh_lyapunov_v2_jvp_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int slosh_lyapunov_v2_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define slosh_lyapunov_v2_jvp_SZ_ARG 5
+#define slosh_lyapunov_v2_jvp_SZ_RES 1
+#define slosh_lyapunov_v2_jvp_SZ_IW 0
+#define slosh_lyapunov_v2_jvp_SZ_W 0
+int slosh_lyapunov_v2_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int slosh_lyapunov_v2_loop_jac_checkout(void);
+void slosh_lyapunov_v2_loop_jac_release(int mem);
+void slosh_lyapunov_v2_loop_jac_incref(void);
+void slosh_lyapunov_v2_loop_jac_decref(void);
+casadi_int slosh_lyapunov_v2_loop_jac_n_in(void);
+casadi_int slosh_lyapunov_v2_loop_jac_n_out(void);
+casadi_real slosh_lyapunov_v2_loop_jac_default_in(casadi_int i);
+const char* slosh_lyapunov_v2_loop_jac_name_in(casadi_int i);
+const char* slosh_lyapunov_v2_loop_jac_name_out(casadi_int i);
+const casadi_int* slosh_lyapunov_v2_loop_jac_sparsity_in(casadi_int i);
+const casadi_int* slosh_lyapunov_v2_loop_jac_sparsity_out(casadi_int i);
+int slosh_lyapunov_v2_loop_jac_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int slosh_lyapunov_v2_loop_jac_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define slosh_lyapunov_v2_loop_jac_SZ_ARG 4
+#define slosh_lyapunov_v2_loop_jac_SZ_RES 1
+#define slosh_lyapunov_v2_loop_jac_SZ_IW 0
+#define slosh_lyapunov_v2_loop_jac_SZ_W 0
 void slosh_casadi_casadi_version(int* major, int* minor, int* patch);
 int slosh_casadi_casadi_int_size(void);
 int slosh_casadi_casadi_real_size(void);

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "dfda8a5cc41f7bec32283580b3ce0b9b29affab3c19885321d8b675bffd93323"
+#define TRIANGLE_HASH "da9b776377a8e3b41e8d0a2cd8fbe17d48bddc8a154aa234a16e319862d9a6c9"
 
 /* state x */
 enum {
@@ -115,141 +115,441 @@ extern "C" {
 #endif
 
 /* state derivative */
+enum {
+    TRIANGLE_RHS_NX = 4,
+    TRIANGLE_RHS_NU = 3,
+    TRIANGLE_RHS_NP = 3,
+    TRIANGLE_RHS_NDX = 4
+};
 void triangle_rhs(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *dx);
 
 /* outputs of a run */
+enum {
+    TRIANGLE_OUTPUTS_NX = 4,
+    TRIANGLE_OUTPUTS_NU = 3,
+    TRIANGLE_OUTPUTS_NR = 4,
+    TRIANGLE_OUTPUTS_NP = 3,
+    TRIANGLE_OUTPUTS_NY = 11
+};
 void triangle_outputs(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *y);
 
 /* margins that stay positive along a run */
+enum {
+    TRIANGLE_LIMITS_NX = 4,
+    TRIANGLE_LIMITS_NU = 3,
+    TRIANGLE_LIMITS_NP = 3,
+    TRIANGLE_LIMITS_NMARGIN = 2
+};
 void triangle_limits(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *margin);
 
 /* regular coordinates of a state */
+enum {
+    TRIANGLE_TO_COORDINATES_NX = 4,
+    TRIANGLE_TO_COORDINATES_NQ = 4
+};
 void triangle_to_coordinates(const mv_real *x, mv_real *q);
 
 /* state at regular coordinates */
+enum {
+    TRIANGLE_FROM_COORDINATES_NQ = 4,
+    TRIANGLE_FROM_COORDINATES_NX = 4
+};
 void triangle_from_coordinates(const mv_real *q, mv_real *x);
 
 /* initial state of a scenario */
+enum {
+    TRIANGLE_INITIAL_NP = 3,
+    TRIANGLE_INITIAL_NS = 8,
+    TRIANGLE_INITIAL_NX = 4
+};
 void triangle_initial(const mv_real *p, const mv_real *s, mv_real *x);
 
 /* reference of a scenario */
+enum {
+    TRIANGLE_REFERENCE_NT = 1,
+    TRIANGLE_REFERENCE_NP = 3,
+    TRIANGLE_REFERENCE_NS = 8,
+    TRIANGLE_REFERENCE_NR = 4
+};
 void triangle_reference(const mv_real *t, const mv_real *p, const mv_real *s, mv_real *r);
 
 /* margins that stay positive for a feasible scenario */
+enum {
+    TRIANGLE_CONSTRAINTS_NP = 3,
+    TRIANGLE_CONSTRAINTS_NS = 8,
+    TRIANGLE_CONSTRAINTS_NMARGIN = 2
+};
 void triangle_constraints(const mv_real *p, const mv_real *s, mv_real *margin);
 
 /* rod lengths of a shape (20) */
+enum {
+    TRIANGLE_LENGTHS_NRHO = 1,
+    TRIANGLE_LENGTHS_NPHI = 1,
+    TRIANGLE_LENGTHS_NMU = 1,
+    TRIANGLE_LENGTHS_NL1 = 1,
+    TRIANGLE_LENGTHS_NL2 = 1,
+    TRIANGLE_LENGTHS_NL3 = 1
+};
 void triangle_lengths(const mv_real *rho, const mv_real *phi, const mv_real *mu, mv_real *l1, mv_real *l2, mv_real *l3);
 
 /* shape with given rod lengths (19) */
+enum {
+    TRIANGLE_SHAPE_NL1 = 1,
+    TRIANGLE_SHAPE_NL2 = 1,
+    TRIANGLE_SHAPE_NL3 = 1,
+    TRIANGLE_SHAPE_NRHO = 1,
+    TRIANGLE_SHAPE_NPHI = 1,
+    TRIANGLE_SHAPE_NMU = 1
+};
 void triangle_shape(const mv_real *l1, const mv_real *l2, const mv_real *l3, mv_real *rho, mv_real *phi, mv_real *mu);
 
 /* rod rates (22) */
+enum {
+    TRIANGLE_LENGTH_RATES_NX = 4,
+    TRIANGLE_LENGTH_RATES_NU = 3,
+    TRIANGLE_LENGTH_RATES_NU_L = 3
+};
 void triangle_length_rates(const mv_real *x, const mv_real *u, mv_real *u_l);
 
 /* sliding mode on nested circles through the target, (29)-(39) */
+enum {
+    TRIANGLE_SLIDING_NX = 4,
+    TRIANGLE_SLIDING_NR = 4,
+    TRIANGLE_SLIDING_NP = 3,
+    TRIANGLE_SLIDING_NC = 10,
+    TRIANGLE_SLIDING_NU = 3
+};
 void triangle_sliding(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *u);
 
 /* closed loop of sliding */
+enum {
+    TRIANGLE_SLIDING_LOOP_NQ = 4,
+    TRIANGLE_SLIDING_LOOP_NR = 4,
+    TRIANGLE_SLIDING_LOOP_NP = 3,
+    TRIANGLE_SLIDING_LOOP_NC = 10,
+    TRIANGLE_SLIDING_LOOP_NDQ = 4
+};
 void triangle_sliding_loop(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *dq);
 
 /* state and input in the loop of sliding */
+enum {
+    TRIANGLE_SLIDING_OBSERVE_NQ = 4,
+    TRIANGLE_SLIDING_OBSERVE_NR = 4,
+    TRIANGLE_SLIDING_OBSERVE_NP = 3,
+    TRIANGLE_SLIDING_OBSERVE_NC = 10,
+    TRIANGLE_SLIDING_OBSERVE_NX = 4,
+    TRIANGLE_SLIDING_OBSERVE_NU = 3
+};
 void triangle_sliding_observe(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *x, mv_real *u);
 
 /* margins of a feasible sliding */
+enum {
+    TRIANGLE_SLIDING_CONSTRAINTS_NP = 3,
+    TRIANGLE_SLIDING_CONSTRAINTS_NC = 10,
+    TRIANGLE_SLIDING_CONSTRAINTS_NS = 8,
+    TRIANGLE_SLIDING_CONSTRAINTS_NMARGIN = 2
+};
 void triangle_sliding_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
 
 /* formula defaults of sliding */
+enum {
+    TRIANGLE_SLIDING_DEFAULTS_NC = 10,
+    TRIANGLE_SLIDING_DEFAULTS_NDERIVED = 1
+};
 void triangle_sliding_defaults(const mv_real *c, mv_real *derived);
 
 /* online path: an arc that encloses the attitude error, (40)-(51) */
+enum {
+    TRIANGLE_PATH_NX = 4,
+    TRIANGLE_PATH_NR = 4,
+    TRIANGLE_PATH_NP = 3,
+    TRIANGLE_PATH_NC = 6,
+    TRIANGLE_PATH_NU = 3
+};
 void triangle_path(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *u);
 
 /* closed loop of path */
+enum {
+    TRIANGLE_PATH_LOOP_NQ = 4,
+    TRIANGLE_PATH_LOOP_NR = 4,
+    TRIANGLE_PATH_LOOP_NP = 3,
+    TRIANGLE_PATH_LOOP_NC = 6,
+    TRIANGLE_PATH_LOOP_NDQ = 4
+};
 void triangle_path_loop(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *dq);
 
 /* state and input in the loop of path */
+enum {
+    TRIANGLE_PATH_OBSERVE_NQ = 4,
+    TRIANGLE_PATH_OBSERVE_NR = 4,
+    TRIANGLE_PATH_OBSERVE_NP = 3,
+    TRIANGLE_PATH_OBSERVE_NC = 6,
+    TRIANGLE_PATH_OBSERVE_NX = 4,
+    TRIANGLE_PATH_OBSERVE_NU = 3
+};
 void triangle_path_observe(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *x, mv_real *u);
 
 /* margins of a feasible path */
+enum {
+    TRIANGLE_PATH_CONSTRAINTS_NP = 3,
+    TRIANGLE_PATH_CONSTRAINTS_NC = 6,
+    TRIANGLE_PATH_CONSTRAINTS_NS = 8,
+    TRIANGLE_PATH_CONSTRAINTS_NMARGIN = 2
+};
 void triangle_path_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
 
 /* Jacobian of rhs with respect to x, row by row */
+enum {
+    TRIANGLE_JAC_X_NX = 4,
+    TRIANGLE_JAC_X_NU = 3,
+    TRIANGLE_JAC_X_NP = 3,
+    TRIANGLE_JAC_X_NJ = 16
+};
 void triangle_jac_x(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
 /* Jacobian of rhs with respect to u, row by row */
+enum {
+    TRIANGLE_JAC_U_NX = 4,
+    TRIANGLE_JAC_U_NU = 3,
+    TRIANGLE_JAC_U_NP = 3,
+    TRIANGLE_JAC_U_NJ = 12
+};
 void triangle_jac_u(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
 /* change of rhs along a change of x and u */
+enum {
+    TRIANGLE_JVP_NX = 4,
+    TRIANGLE_JVP_NU = 3,
+    TRIANGLE_JVP_NP = 3,
+    TRIANGLE_JVP_NALONG_X = 4,
+    TRIANGLE_JVP_NALONG_U = 3,
+    TRIANGLE_JVP_NCHANGE = 4
+};
 void triangle_jvp(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *along_x, const mv_real *along_u, mv_real *change);
 
 /* Jacobian of outputs with respect to x, u and r, row by row */
+enum {
+    TRIANGLE_OUTPUTS_JAC_NX = 4,
+    TRIANGLE_OUTPUTS_JAC_NU = 3,
+    TRIANGLE_OUTPUTS_JAC_NR = 4,
+    TRIANGLE_OUTPUTS_JAC_NP = 3,
+    TRIANGLE_OUTPUTS_JAC_NJ_X = 44,
+    TRIANGLE_OUTPUTS_JAC_NJ_U = 33,
+    TRIANGLE_OUTPUTS_JAC_NJ_R = 44
+};
 void triangle_outputs_jac(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_x, mv_real *J_u, mv_real *J_r);
 
 /* Jacobian of rhs with respect to p, row by row */
+enum {
+    TRIANGLE_JAC_P_NX = 4,
+    TRIANGLE_JAC_P_NU = 3,
+    TRIANGLE_JAC_P_NP = 3,
+    TRIANGLE_JAC_P_NJ = 12
+};
 void triangle_jac_p(const mv_real *x, const mv_real *u, const mv_real *p, mv_real *J);
 
 /* Jacobian of outputs with respect to p, row by row */
+enum {
+    TRIANGLE_OUTPUTS_JAC_P_NX = 4,
+    TRIANGLE_OUTPUTS_JAC_P_NU = 3,
+    TRIANGLE_OUTPUTS_JAC_P_NR = 4,
+    TRIANGLE_OUTPUTS_JAC_P_NP = 3,
+    TRIANGLE_OUTPUTS_JAC_P_NJ_P = 33
+};
 void triangle_outputs_jac_p(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, mv_real *J_p);
 
 /* change of sliding along a change of x and r */
+enum {
+    TRIANGLE_SLIDING_JVP_NX = 4,
+    TRIANGLE_SLIDING_JVP_NR = 4,
+    TRIANGLE_SLIDING_JVP_NP = 3,
+    TRIANGLE_SLIDING_JVP_NC = 10,
+    TRIANGLE_SLIDING_JVP_NALONG_X = 4,
+    TRIANGLE_SLIDING_JVP_NALONG_R = 4,
+    TRIANGLE_SLIDING_JVP_NCHANGE = 3
+};
 void triangle_sliding_jvp(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *along_x, const mv_real *along_r, mv_real *change);
 
 /* Jacobian of sliding_loop with respect to q and r, row by row */
+enum {
+    TRIANGLE_SLIDING_LOOP_JAC_NQ = 4,
+    TRIANGLE_SLIDING_LOOP_JAC_NR = 4,
+    TRIANGLE_SLIDING_LOOP_JAC_NP = 3,
+    TRIANGLE_SLIDING_LOOP_JAC_NC = 10,
+    TRIANGLE_SLIDING_LOOP_JAC_NJ_Q = 16,
+    TRIANGLE_SLIDING_LOOP_JAC_NJ_R = 16
+};
 void triangle_sliding_loop_jac(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *J_q, mv_real *J_r);
 
 /* change of path along a change of x and r */
+enum {
+    TRIANGLE_PATH_JVP_NX = 4,
+    TRIANGLE_PATH_JVP_NR = 4,
+    TRIANGLE_PATH_JVP_NP = 3,
+    TRIANGLE_PATH_JVP_NC = 6,
+    TRIANGLE_PATH_JVP_NALONG_X = 4,
+    TRIANGLE_PATH_JVP_NALONG_R = 4,
+    TRIANGLE_PATH_JVP_NCHANGE = 3
+};
 void triangle_path_jvp(const mv_real *x, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *along_x, const mv_real *along_r, mv_real *change);
 
 /* Jacobian of path_loop with respect to q and r, row by row */
+enum {
+    TRIANGLE_PATH_LOOP_JAC_NQ = 4,
+    TRIANGLE_PATH_LOOP_JAC_NR = 4,
+    TRIANGLE_PATH_LOOP_JAC_NP = 3,
+    TRIANGLE_PATH_LOOP_JAC_NC = 6,
+    TRIANGLE_PATH_LOOP_JAC_NJ_Q = 16,
+    TRIANGLE_PATH_LOOP_JAC_NJ_R = 16
+};
 void triangle_path_loop_jac(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *J_q, mv_real *J_r);
 
 /* what rhs computes once per run */
+enum {
+    TRIANGLE_RHS_PREPARE_NP = 3,
+    TRIANGLE_RHS_PREPARE_NH = 1
+};
 void triangle_rhs_prepare(const mv_real *p, mv_real *h);
 
 /* the rest of rhs */
+enum {
+    TRIANGLE_RHS_PREPARED_NX = 4,
+    TRIANGLE_RHS_PREPARED_NU = 3,
+    TRIANGLE_RHS_PREPARED_NP = 3,
+    TRIANGLE_RHS_PREPARED_NH = 1,
+    TRIANGLE_RHS_PREPARED_NDX = 4
+};
 void triangle_rhs_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, mv_real *dx);
 
 /* what outputs computes once per run */
+enum {
+    TRIANGLE_OUTPUTS_PREPARE_NR = 4,
+    TRIANGLE_OUTPUTS_PREPARE_NH = 5
+};
 void triangle_outputs_prepare(const mv_real *r, mv_real *h);
 
 /* the rest of outputs */
+enum {
+    TRIANGLE_OUTPUTS_PREPARED_NX = 4,
+    TRIANGLE_OUTPUTS_PREPARED_NU = 3,
+    TRIANGLE_OUTPUTS_PREPARED_NR = 4,
+    TRIANGLE_OUTPUTS_PREPARED_NH = 5,
+    TRIANGLE_OUTPUTS_PREPARED_NY = 11
+};
 void triangle_outputs_prepared(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *h, mv_real *y);
 
 /* what sliding computes once per run */
+enum {
+    TRIANGLE_SLIDING_PREPARE_NR = 4,
+    TRIANGLE_SLIDING_PREPARE_NC = 10,
+    TRIANGLE_SLIDING_PREPARE_NH = 10
+};
 void triangle_sliding_prepare(const mv_real *r, const mv_real *c, mv_real *h);
 
 /* the rest of sliding */
+enum {
+    TRIANGLE_SLIDING_PREPARED_NX = 4,
+    TRIANGLE_SLIDING_PREPARED_NR = 4,
+    TRIANGLE_SLIDING_PREPARED_NC = 10,
+    TRIANGLE_SLIDING_PREPARED_NH = 10,
+    TRIANGLE_SLIDING_PREPARED_NU = 3
+};
 void triangle_sliding_prepared(const mv_real *x, const mv_real *r, const mv_real *c, const mv_real *h, mv_real *u);
 
 /* what sliding_loop computes once per run */
+enum {
+    TRIANGLE_SLIDING_LOOP_PREPARE_NR = 4,
+    TRIANGLE_SLIDING_LOOP_PREPARE_NP = 3,
+    TRIANGLE_SLIDING_LOOP_PREPARE_NC = 10,
+    TRIANGLE_SLIDING_LOOP_PREPARE_NH = 11
+};
 void triangle_sliding_loop_prepare(const mv_real *r, const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of sliding_loop */
+enum {
+    TRIANGLE_SLIDING_LOOP_PREPARED_NQ = 4,
+    TRIANGLE_SLIDING_LOOP_PREPARED_NR = 4,
+    TRIANGLE_SLIDING_LOOP_PREPARED_NP = 3,
+    TRIANGLE_SLIDING_LOOP_PREPARED_NC = 10,
+    TRIANGLE_SLIDING_LOOP_PREPARED_NH = 11,
+    TRIANGLE_SLIDING_LOOP_PREPARED_NDQ = 4
+};
 void triangle_sliding_loop_prepared(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
 /* what sliding_observe computes once per run */
+enum {
+    TRIANGLE_SLIDING_OBSERVE_PREPARE_NR = 4,
+    TRIANGLE_SLIDING_OBSERVE_PREPARE_NC = 10,
+    TRIANGLE_SLIDING_OBSERVE_PREPARE_NH = 10
+};
 void triangle_sliding_observe_prepare(const mv_real *r, const mv_real *c, mv_real *h);
 
 /* the rest of sliding_observe */
+enum {
+    TRIANGLE_SLIDING_OBSERVE_PREPARED_NQ = 4,
+    TRIANGLE_SLIDING_OBSERVE_PREPARED_NR = 4,
+    TRIANGLE_SLIDING_OBSERVE_PREPARED_NC = 10,
+    TRIANGLE_SLIDING_OBSERVE_PREPARED_NH = 10,
+    TRIANGLE_SLIDING_OBSERVE_PREPARED_NX = 4,
+    TRIANGLE_SLIDING_OBSERVE_PREPARED_NU = 3
+};
 void triangle_sliding_observe_prepared(const mv_real *q, const mv_real *r, const mv_real *c, const mv_real *h, mv_real *x, mv_real *u);
 
 /* what path computes once per run */
+enum {
+    TRIANGLE_PATH_PREPARE_NR = 4,
+    TRIANGLE_PATH_PREPARE_NC = 6,
+    TRIANGLE_PATH_PREPARE_NH = 5
+};
 void triangle_path_prepare(const mv_real *r, const mv_real *c, mv_real *h);
 
 /* the rest of path */
+enum {
+    TRIANGLE_PATH_PREPARED_NX = 4,
+    TRIANGLE_PATH_PREPARED_NR = 4,
+    TRIANGLE_PATH_PREPARED_NC = 6,
+    TRIANGLE_PATH_PREPARED_NH = 5,
+    TRIANGLE_PATH_PREPARED_NU = 3
+};
 void triangle_path_prepared(const mv_real *x, const mv_real *r, const mv_real *c, const mv_real *h, mv_real *u);
 
 /* what path_loop computes once per run */
+enum {
+    TRIANGLE_PATH_LOOP_PREPARE_NR = 4,
+    TRIANGLE_PATH_LOOP_PREPARE_NP = 3,
+    TRIANGLE_PATH_LOOP_PREPARE_NC = 6,
+    TRIANGLE_PATH_LOOP_PREPARE_NH = 6
+};
 void triangle_path_loop_prepare(const mv_real *r, const mv_real *p, const mv_real *c, mv_real *h);
 
 /* the rest of path_loop */
+enum {
+    TRIANGLE_PATH_LOOP_PREPARED_NQ = 4,
+    TRIANGLE_PATH_LOOP_PREPARED_NR = 4,
+    TRIANGLE_PATH_LOOP_PREPARED_NP = 3,
+    TRIANGLE_PATH_LOOP_PREPARED_NC = 6,
+    TRIANGLE_PATH_LOOP_PREPARED_NH = 6,
+    TRIANGLE_PATH_LOOP_PREPARED_NDQ = 4
+};
 void triangle_path_loop_prepared(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
 /* what path_observe computes once per run */
+enum {
+    TRIANGLE_PATH_OBSERVE_PREPARE_NR = 4,
+    TRIANGLE_PATH_OBSERVE_PREPARE_NC = 6,
+    TRIANGLE_PATH_OBSERVE_PREPARE_NH = 5
+};
 void triangle_path_observe_prepare(const mv_real *r, const mv_real *c, mv_real *h);
 
 /* the rest of path_observe */
+enum {
+    TRIANGLE_PATH_OBSERVE_PREPARED_NQ = 4,
+    TRIANGLE_PATH_OBSERVE_PREPARED_NR = 4,
+    TRIANGLE_PATH_OBSERVE_PREPARED_NC = 6,
+    TRIANGLE_PATH_OBSERVE_PREPARED_NH = 5,
+    TRIANGLE_PATH_OBSERVE_PREPARED_NX = 4,
+    TRIANGLE_PATH_OBSERVE_PREPARED_NU = 3
+};
 void triangle_path_observe_prepared(const mv_real *q, const mv_real *r, const mv_real *c, const mv_real *h, mv_real *x, mv_real *u);
 
 #ifdef __cplusplus

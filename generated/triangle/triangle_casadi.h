@@ -431,6 +431,132 @@ int triangle_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *
 #define triangle_jvp_SZ_RES 1
 #define triangle_jvp_SZ_IW 0
 #define triangle_jvp_SZ_W 0
+int triangle_outputs_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int triangle_outputs_jac_checkout(void);
+void triangle_outputs_jac_release(int mem);
+void triangle_outputs_jac_incref(void);
+void triangle_outputs_jac_decref(void);
+casadi_int triangle_outputs_jac_n_in(void);
+casadi_int triangle_outputs_jac_n_out(void);
+casadi_real triangle_outputs_jac_default_in(casadi_int i);
+const char* triangle_outputs_jac_name_in(casadi_int i);
+const char* triangle_outputs_jac_name_out(casadi_int i);
+const casadi_int* triangle_outputs_jac_sparsity_in(casadi_int i);
+const casadi_int* triangle_outputs_jac_sparsity_out(casadi_int i);
+int triangle_outputs_jac_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int triangle_outputs_jac_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define triangle_outputs_jac_SZ_ARG 4
+#define triangle_outputs_jac_SZ_RES 3
+#define triangle_outputs_jac_SZ_IW 0
+#define triangle_outputs_jac_SZ_W 0
+int triangle_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int triangle_jac_p_checkout(void);
+void triangle_jac_p_release(int mem);
+void triangle_jac_p_incref(void);
+void triangle_jac_p_decref(void);
+casadi_int triangle_jac_p_n_in(void);
+casadi_int triangle_jac_p_n_out(void);
+casadi_real triangle_jac_p_default_in(casadi_int i);
+const char* triangle_jac_p_name_in(casadi_int i);
+const char* triangle_jac_p_name_out(casadi_int i);
+const casadi_int* triangle_jac_p_sparsity_in(casadi_int i);
+const casadi_int* triangle_jac_p_sparsity_out(casadi_int i);
+int triangle_jac_p_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int triangle_jac_p_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define triangle_jac_p_SZ_ARG 3
+#define triangle_jac_p_SZ_RES 1
+#define triangle_jac_p_SZ_IW 0
+#define triangle_jac_p_SZ_W 0
+int triangle_outputs_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int triangle_outputs_jac_p_checkout(void);
+void triangle_outputs_jac_p_release(int mem);
+void triangle_outputs_jac_p_incref(void);
+void triangle_outputs_jac_p_decref(void);
+casadi_int triangle_outputs_jac_p_n_in(void);
+casadi_int triangle_outputs_jac_p_n_out(void);
+casadi_real triangle_outputs_jac_p_default_in(casadi_int i);
+const char* triangle_outputs_jac_p_name_in(casadi_int i);
+const char* triangle_outputs_jac_p_name_out(casadi_int i);
+const casadi_int* triangle_outputs_jac_p_sparsity_in(casadi_int i);
+const casadi_int* triangle_outputs_jac_p_sparsity_out(casadi_int i);
+int triangle_outputs_jac_p_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int triangle_outputs_jac_p_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define triangle_outputs_jac_p_SZ_ARG 4
+#define triangle_outputs_jac_p_SZ_RES 1
+#define triangle_outputs_jac_p_SZ_IW 0
+#define triangle_outputs_jac_p_SZ_W 0
+int triangle_sliding_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int triangle_sliding_jvp_checkout(void);
+void triangle_sliding_jvp_release(int mem);
+void triangle_sliding_jvp_incref(void);
+void triangle_sliding_jvp_decref(void);
+casadi_int triangle_sliding_jvp_n_in(void);
+casadi_int triangle_sliding_jvp_n_out(void);
+casadi_real triangle_sliding_jvp_default_in(casadi_int i);
+const char* triangle_sliding_jvp_name_in(casadi_int i);
+const char* triangle_sliding_jvp_name_out(casadi_int i);
+const casadi_int* triangle_sliding_jvp_sparsity_in(casadi_int i);
+const casadi_int* triangle_sliding_jvp_sparsity_out(casadi_int i);
+int triangle_sliding_jvp_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int triangle_sliding_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define triangle_sliding_jvp_SZ_ARG 6
+#define triangle_sliding_jvp_SZ_RES 1
+#define triangle_sliding_jvp_SZ_IW 0
+#define triangle_sliding_jvp_SZ_W 0
+int triangle_sliding_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int triangle_sliding_loop_jac_checkout(void);
+void triangle_sliding_loop_jac_release(int mem);
+void triangle_sliding_loop_jac_incref(void);
+void triangle_sliding_loop_jac_decref(void);
+casadi_int triangle_sliding_loop_jac_n_in(void);
+casadi_int triangle_sliding_loop_jac_n_out(void);
+casadi_real triangle_sliding_loop_jac_default_in(casadi_int i);
+const char* triangle_sliding_loop_jac_name_in(casadi_int i);
+const char* triangle_sliding_loop_jac_name_out(casadi_int i);
+const casadi_int* triangle_sliding_loop_jac_sparsity_in(casadi_int i);
+const casadi_int* triangle_sliding_loop_jac_sparsity_out(casadi_int i);
+int triangle_sliding_loop_jac_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int triangle_sliding_loop_jac_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define triangle_sliding_loop_jac_SZ_ARG 4
+#define triangle_sliding_loop_jac_SZ_RES 2
+#define triangle_sliding_loop_jac_SZ_IW 0
+#define triangle_sliding_loop_jac_SZ_W 0
+int triangle_path_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int triangle_path_jvp_checkout(void);
+void triangle_path_jvp_release(int mem);
+void triangle_path_jvp_incref(void);
+void triangle_path_jvp_decref(void);
+casadi_int triangle_path_jvp_n_in(void);
+casadi_int triangle_path_jvp_n_out(void);
+casadi_real triangle_path_jvp_default_in(casadi_int i);
+const char* triangle_path_jvp_name_in(casadi_int i);
+const char* triangle_path_jvp_name_out(casadi_int i);
+const casadi_int* triangle_path_jvp_sparsity_in(casadi_int i);
+const casadi_int* triangle_path_jvp_sparsity_out(casadi_int i);
+int triangle_path_jvp_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int triangle_path_jvp_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define triangle_path_jvp_SZ_ARG 6
+#define triangle_path_jvp_SZ_RES 1
+#define triangle_path_jvp_SZ_IW 0
+#define triangle_path_jvp_SZ_W 0
+int triangle_path_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int triangle_path_loop_jac_checkout(void);
+void triangle_path_loop_jac_release(int mem);
+void triangle_path_loop_jac_incref(void);
+void triangle_path_loop_jac_decref(void);
+casadi_int triangle_path_loop_jac_n_in(void);
+casadi_int triangle_path_loop_jac_n_out(void);
+casadi_real triangle_path_loop_jac_default_in(casadi_int i);
+const char* triangle_path_loop_jac_name_in(casadi_int i);
+const char* triangle_path_loop_jac_name_out(casadi_int i);
+const casadi_int* triangle_path_loop_jac_sparsity_in(casadi_int i);
+const casadi_int* triangle_path_loop_jac_sparsity_out(casadi_int i);
+int triangle_path_loop_jac_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int triangle_path_loop_jac_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define triangle_path_loop_jac_SZ_ARG 4
+#define triangle_path_loop_jac_SZ_RES 2
+#define triangle_path_loop_jac_SZ_IW 0
+#define triangle_path_loop_jac_SZ_W 0
 void triangle_casadi_casadi_version(int* major, int* minor, int* patch);
 int triangle_casadi_casadi_int_size(void);
 int triangle_casadi_casadi_real_size(void);

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 from mehvar.codegen.code.casadi_c import casadi_c
-from mehvar.codegen.code.files import file_of
 from mehvar.codegen.functions.function import FunctionGraph, Part
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.requests import Request, bindings, requests
 from mehvar.codegen.generate import derive, installed_tree, system_of
+from mehvar.manifest import file_of
 from mehvar.models.system import System
 from mehvar.runtime.compiling.compiler import require_compiler
 from mehvar.runtime.compiling.processor import widest

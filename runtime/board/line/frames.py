@@ -61,7 +61,8 @@ def _decode(stuffed: bytes) -> Frame | None:
     content = body[:-_CRC]
     if _check(content) != body[-_CRC:]:
         return None
-    return Frame(*_HEADER.unpack_from(content), content[_HEADER.size :])
+    kind, flags, session, number = _HEADER.unpack_from(content)
+    return Frame(kind, flags, session, number, content[_HEADER.size :])
 
 
 def _check(content: bytes) -> bytes:
