@@ -15,7 +15,7 @@ import numpy as np
 from mehvar.html import page
 from mehvar.papers.reproduction import run_picture
 from mehvar.pictures.files import save
-from mehvar.pictures.style import BLUE, COLORS, VERMILLION, label, new_figure, style, time_axis
+from mehvar.pictures.style import BLUE, COLORS, VERMILLION, new_figure, pretty_unit, style, time_axis
 from mehvar.runtime.board.run import BoardRun, ulps
 from mehvar.runtime.files import filling
 from mehvar.runtime.run.metrics import metrics
@@ -91,18 +91,18 @@ def _inputs_column(column: Sequence[Axes], outcome: BoardRun, unit: str) -> None
     for ax, run, title in zip(column, (board, single), ("on the board", "on this machine, in float"), strict=False):
         for color, (k, name) in enumerate(inputs.items()):
             ax.step(run.t, run.u_cmd[:, k], where="post", color=COLORS[color], lw=1.0, label=name)
-        time_axis(ax, label("", "input", unit), last=False)
+        time_axis(ax, f"input [{pretty_unit(unit)}]", last=False)
         ax.set_title(title)
     column[0].legend(ncols=5, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
     places = list(inputs)
     apart = ulps(board.u_cmd[:, places], single.u_cmd[:, places]).max(axis=1, initial=0)
     column[2].plot(board.t[: len(apart)], apart, color=VERMILLION)
     column[2].set_ylim(-0.5, max(1.0, float(apart.max(initial=0))))
-    time_axis(column[2], label("", "board − float", "ulp"), last=False)
+    time_axis(column[2], "board − float [ulp]", last=False)
     rows = min(len(board.t), len(double.t))
     cost = np.abs(board.u_cmd[:rows, places] - double.u_cmd[:rows, places]).max(axis=1, initial=0.0)
     column[3].plot(board.t[:rows], cost, color=BLUE)
-    time_axis(column[3], label("", "float − double", unit))
+    time_axis(column[3], f"float − double [{pretty_unit(unit)}]")
 
 
 _FIGURES: tuple[tuple[str, str, Callable[[BoardRun], Figure]], ...] = (
