@@ -232,7 +232,8 @@ def result_shape(function: str, result: Array, arguments: Sequence[Array]) -> tu
     Parameters
     ----------
     function : str
-        Name of the function; the result J of `jac_ARG` is differentiated with respect to ARG.
+        Its name, with the word `jac` in that of a derivative; the result J of `jac_ARG` is differentiated with respect
+        to ARG.
     result : Array
         One called `J_ARG` is differentiated with respect to ARG.
     arguments : sequence of Array
@@ -240,7 +241,8 @@ def result_shape(function: str, result: Array, arguments: Sequence[Array]) -> tu
     """
     name = function.removeprefix("jac_") if result.name == "J" else result.name.removeprefix("J_")
     columns = next((a.size for a in arguments if a.name == name), 0)
-    if result.length is None or name == result.name or not columns:
+    # a moment of inertia may be called J_x too
+    if "jac" not in function.split("_") or result.length is None or name == result.name or not columns:
         return result.shape
     return (result.length // columns, columns)
 

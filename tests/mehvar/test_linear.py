@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import mehvar
+from mehvar.manifest import Array, result_shape
 from mehvar.names import identifier
 from mehvar.runtime.model.linear import jacobians
 from mehvar.runtime.model.parameters import vector
@@ -99,3 +100,12 @@ def test_derivatives_by_parameters(name):
     assert not exact[-1].any()
     wide = model.jac_p(np.stack([x, x]), u, p)
     assert wide.shape == (2, len(x), len(p))
+
+
+def test_only_derivatives_have_matrices():
+    """A moment of inertia may be called J_x, and take x."""
+    x = Array("x", 2)
+    assert result_shape("outputs_jac", Array("J_x", 6), [x]) == (3, 2)
+    assert result_shape("jac_x", Array("J", 4), [x]) == (2, 2)
+    assert result_shape("inertia", Array("J_x", 6), [x]) == (6,)
+    assert result_shape("jac_x", Array("J", None), [x]) == ()
