@@ -177,9 +177,11 @@ def _only_claims(monkeypatch, claims):
     scene = Scene(runs={}, constants={}, panels=(), speeds=(1.0,))
     triangle = load_reproduction("triangle")
     captions = replace(triangle.captions, citation="A & B", readings=())
+    statements = replace(triangle.statements, statement=())
     paper = replace(
-        triangle, captions=captions, figures=(), texts=(), more_claims=claims, scene=lambda runs: scene, board=None
-    )
+        triangle, captions=captions, figures=(), texts=(), statements=statements, more_claims=claims,
+        scene=lambda runs: scene, board=None,
+    )  # fmt: skip
     monkeypatch.setattr(content, "load_reproduction", lambda name: paper)
     monkeypatch.setattr(content, "run_study", lambda *given: None)
 
