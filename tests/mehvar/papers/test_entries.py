@@ -16,7 +16,7 @@ from mehvar.papers.runs import Runs
 from mehvar.papers.statements import judge, missing
 from mehvar.runtime.model.model import load
 
-PAPERS = ("slosh",)
+PAPERS = ("satellite", "slosh", "triangle")
 
 
 @pytest.fixture(scope="module", params=PAPERS)
