@@ -29,7 +29,7 @@ _COMPARING = re.compile(
 """Modules that compare equations and write no generated text."""
 
 
-_ROOMS = frozenset(("check",))
+ROOMS = frozenset(("check",))
 """Folders of the vocabulary that are no models."""
 
 
@@ -58,7 +58,7 @@ class Tree:
     def models(self) -> tuple[str, ...]:
         """Names of the models in this tree."""
         names = {path.parent.name for path in (self.root / "models").glob("*/__init__.py")}
-        return tuple(sorted(names - _ROOMS if self.has_vocabulary else names))
+        return tuple(sorted(names - ROOMS if self.has_vocabulary else names))
 
     def sources(self, model: str, papers: bool = False) -> dict[str, str]:
         """Return the SHA-256 of each file that the model's generated text depends on.

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mehvar.codegen.workspace import ROOMS
 from mehvar.errors import InputError
 
 
@@ -40,7 +41,8 @@ class Revision:
     def models(self) -> tuple[str, ...]:
         """Names of the models that the revision has generated texts or sources of."""
         folders = _git(self.root, "ls-tree", "-d", "--name-only", self.commit, "generated/", "models/")
-        names = {Path(line).name for line in folders.decode().splitlines()}
+        rooms = {f"models/{room}" for room in ROOMS}
+        names = {Path(line).name for line in folders.decode().splitlines() if line not in rooms}
         return tuple(sorted(name for name in names if not name.startswith((".", "_"))))
 
     def extract(self, paths: Sequence[str], folder: Path) -> None:
