@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mehvar.errors import InputError
-from mehvar.manifest import FILE, Manifest, manifest_text, read_manifest
+from mehvar.manifest import FILE, Manifest, manifest_text, parse_manifest, read_manifest
 from mehvar.names import identifier
 
 from .workspace import GenerateError, Tree, find_tree, installed_tree, load_model, own_text, prefer_vocabulary, sha256
@@ -174,6 +174,10 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     if len(table_shapes) == len(TABLES) and renumber(manifest, tables) == manifest:
         manifest = replace(manifest, shapes_sha256=table_shapes)
     files[FILE] = manifest_text(manifest)
+    try:
+        parse_manifest(files[FILE], tables / FILE)
+    except InputError as error:
+        raise GenerateError(f"{model}: what was derived could not be run: {error}") from error
     return files
 
 

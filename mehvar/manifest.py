@@ -342,12 +342,18 @@ def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Mani
     path = Path(folder) / FILE
     try:
         text = path.read_text(encoding="utf-8")
-        data = json.loads(text, parse_constant=_no_number)
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError(f"{folder} is not a generated model folder: {path}: {reason}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path} is not UTF-8 text: {error}") from error
+    return parse_manifest(text, path, any_age)
+
+
+def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
+    """Return the manifest that a text holds; `path` is where it is or will be. Raises as `read_manifest` does."""
+    try:
+        data = json.loads(text, parse_constant=_no_number)
     except RecursionError as error:
         raise InputError(f"{path} is not JSON that we read: it is nested too deeply") from error
     except ValueError as error:
@@ -356,7 +362,7 @@ def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Mani
     if schema != SCHEMA:
         raise InputError(f"{path}: schema = {schema!r}: must be {SCHEMA}; generate the model again")
     try:
-        manifest = read(Manifest, data, any_age, folder=Path(folder), text=text)
+        manifest = read(Manifest, data, any_age, folder=path.parent, text=text)
         if not any_age:
             check_manifest(manifest)
         return manifest

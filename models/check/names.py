@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from mehvar.names import identifier
+from mehvar.names import RESULT_NAMES, identifier
 
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import System
@@ -26,6 +26,11 @@ _OF_C = frozenset("""
 _CALLABLE = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*", re.ASCII)
 _TAKEN = ("jac", "hess", "null")
 """What CasADi calls no function."""
+_GENERATED = frozenset("""
+    rhs outputs limits initial reference constraints to_coordinates from_coordinates project actuate measure jvp jac_x
+    jac_u jac_p outputs_jac outputs_jac_p actuate_jvp
+""".split())  # fmt: skip  # noqa: SIM905
+"""What a system's own functions are called: no law and no other function."""
 _LOCAL = re.compile(r"[cmsv]\d+")
 """How generated functions call their own variables."""
 
@@ -55,6 +60,10 @@ def check_names(system: System) -> None:
     _check_callables(system)
     for kind, group in _groups(system):
         _check_spelling(kind, group, system.origin)
+        for quantity in group:
+            _check_text(quantity.description, f"{system.origin}: description of {kind} {quantity.name!r}")
+    for function in system.functions:
+        _check_text(function.description, f"{function.origin}: description of function {function.name!r}")
     _check_letters(system)
 
 
@@ -102,6 +111,7 @@ def _check_variables(system: System) -> None:
     """Refuse two variables of a result that would have one name."""
     taken: dict[str, _Use] = {}
     common = [
+        *(_Use(m.name, "metric", None) for m in system.metrics),
         *(_Use(q.name, "state", None) for q in system.states),
         *(_Use(f"u_{q.name}", "variable of input", None) for q in system.inputs),
         *(_Use(q.name, "output", None) for q in system.outputs),
@@ -111,13 +121,35 @@ def _check_variables(system: System) -> None:
     for law in system.controllers:
         reported = (_Use(output.quantity.name, f"output of law {law.name!r}", None) for output in law.outputs)
         memory = (_Use(q.name, f"memory of law {law.name!r}", None) for q in law.memory)
-        _unique((*memory, *reported), dict(taken), law.origin)
+        uses = (*memory, *reported)
+        _unique(uses, dict(taken), law.origin)
+        _check_results(uses, law.origin)
+    _check_results((use for use in common if use.name != TIME.name), system.origin)
+    parameters = {q.name: kind for kind, group in _groups(system) if "parameter" in kind for q in group}
+    for metric in system.metrics:
+        if metric.name in parameters:
+            raise ModelError(
+                f"{system.origin}: metric {metric.name!r} has the name of a {parameters[metric.name]}: a batch that "
+                "draws it would have two variables of that name"
+            )
+
+
+def _check_results(uses: Iterable[_Use], origin: str) -> None:
+    """Refuse a variable that bears the name of something that every result or store has."""
+    for use in uses:
+        if use.name in RESULT_NAMES:
+            raise ModelError(
+                f"{use.origin or origin}: {use} has a name that results use: {', '.join(sorted(RESULT_NAMES))}"
+            )
 
 
 def _check_callables(system: System) -> None:
     """Refuse laws and functions whose names code cannot have, and arguments that two things would share."""
     _distinct("laws", (identifier(law.name) for law in system.controllers), system.origin)
     _distinct("functions", (function.name for function in system.functions), system.origin)
+    for kind, part in (*(("law", law) for law in system.controllers), *(("function", f) for f in system.functions)):
+        if identifier(part.name) in _GENERATED:
+            raise ModelError(f"{part.origin}: {kind} {part.name!r} has the name of a function that every system has")
     for choice in system.choices:
         for word in (choice.name, *choice.values):
             _check_word(word, f"{system.origin}: choice {choice.name!r}")
@@ -157,6 +189,12 @@ def _distinct(what: str, names: Iterable[str], origin: str = "") -> None:
         if name in seen:
             raise ModelError(f"{origin + ': ' if origin else ''}{what}: {name!r} is there twice")
         seen.add(name)
+
+
+def _check_text(text: str, where: str) -> None:
+    """Refuse a text that would end the comment or the docstring that it stands in."""
+    if "\n" in text or "*/" in text or '"""' in text or text.endswith("\\"):
+        raise ModelError(f'{where} is {text!r}: must be one line without */ and """, and not end with a backslash')
 
 
 def _check_letters(system: System) -> None:

@@ -17,7 +17,7 @@ from mehvar.manifest import Array, Function, Manifest
 from mehvar.names import identifier
 
 from ..compiling.library import load_library, load_native, native_headers
-from .header import check_header, check_module
+from .header import check_module
 
 FloatArray = NDArray[np.float64]
 BackendName = Literal["c", "python", "casadi"]
@@ -115,7 +115,6 @@ class CBackend:
     name: BackendName = "c"
 
     def __init__(self, manifest: Manifest) -> None:
-        check_header(manifest)
         self._manifest = manifest
         self._libraries: dict[tuple[str, Real], ctypes.CDLL] = {}
         self._map: Any = None

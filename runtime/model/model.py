@@ -18,6 +18,7 @@ from ..compiling.compiler import find_compiler, require_compiler
 from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_model
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
+from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows
 from .parameters import Setting, law_vector, named_values, vector
 
@@ -260,6 +261,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
         )
         return Model(manifest, PythonBackend(manifest))
     require_compiler()
+    check_header(manifest)
     if backend == "casadi":
         manifest = casadi_manifest(manifest)
         return Model(manifest, CasadiBackend(manifest))

@@ -59,7 +59,7 @@ def grid(end: float, step: Fraction) -> FloatArray:
     last = fraction(end)
     count = math.floor(last / step + Fraction(_MULTIPLE))
     instants = multiples(step, count + 1)
-    if last - count * step < _MULTIPLE * step:
+    if count and last - count * step < _MULTIPLE * step:
         instants[-1] = float(last)
     return instants
 
@@ -84,7 +84,7 @@ def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[Fl
     hold_every = None if hold is None else _ratio(hold, shortest, dt, origin)
     tick = fraction(dt) / record_every
     ticks, last = grid(end, tick), fraction(end)
-    if last - (len(ticks) - 1) * tick > _MULTIPLE * tick:
+    if len(ticks) == 1 or last - (len(ticks) - 1) * tick > _MULTIPLE * tick:
         ticks = np.append(ticks, float(last))
     # Beyond the end a step is as good as any other, and C counts ticks in 64 bits.
     record_every = min(record_every, len(ticks))

@@ -11,6 +11,7 @@ import pytest
 from mehvar.errors import InputError
 from mehvar.models.paper import Paper
 from mehvar.papers.claims import Claim
+from mehvar.papers.deviations import deviations, table_claims
 from mehvar.papers.reproduction import Reproduction, load_reproduction
 from mehvar.papers.runs import Runs
 from mehvar.papers.statements import judge, missing
@@ -47,7 +48,9 @@ def entries(printed: Paper) -> list[str]:
 @pytest.fixture(scope="module")
 def rows(model: str, paper: Reproduction) -> list[str]:
     """Return the numbers of the claims that are in no claims.toml."""
-    return [claim.number for claim in paper.more_claims(Runs(load(model)))]
+    runs = Runs(load(model))
+    claims = [*paper.more_claims(runs), *table_claims(runs.model.manifest, deviations(runs))]
+    return [claim.number for claim in claims]
 
 
 def test_everything_printed_has_an_entry(paper: Reproduction, entries: list[str], rows: list[str]) -> None:

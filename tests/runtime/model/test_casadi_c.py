@@ -77,7 +77,7 @@ def test_what_needs_our_own_text_is_refused(tmp_path):
         mehvar.batch("triangle", "path", 4, backend="casadi")
     with pytest.raises(InputError, match=r"real = 'float'.*C backend"):
         simulate(model, "path", hold=0.01, real="float")
-    with pytest.raises(InputError, match=r"law = 'a callable'.*C backend"):
+    with pytest.raises(InputError, match=r"law = .*C backend"):
         simulate(model, "path", hold=0.01, law=lambda x, r, v, z: (np.zeros(3), z))
     with pytest.raises(InputError, match=r"backend = 'casadi' .*left out: the board decides it"):
         run_on_board(load("triangle", "c"), BoardRequest("path", "sil", samples=10, options={"backend": "casadi"}))

@@ -43,7 +43,9 @@ def test_a_model_in_use_pickles(folder: Path, backend: str) -> None:
 
 
 def test_another_model_in_its_place_is_refused(edited: Callable[[str, str, str], Path]) -> None:
+    edited("pendulum.h", 'HASH "', 'HASH "a')
     text = pickle.dumps(runtime.load(edited("manifest.json", '"hash": "', '"hash": "a')))
+    edited("pendulum.h", 'HASH "a', 'HASH "b')
     edited("manifest.json", '"hash": "a', '"hash": "b')
     with pytest.raises(InputError, match="has changed since the model was pickled"):
         pickle.loads(text)

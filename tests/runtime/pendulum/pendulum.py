@@ -33,6 +33,22 @@ SIZES = {
     "swing": {"l": None, "g": None, "period": None, "omega": None},
     "jac_x": {"x": 2, "u": 1, "p": 10, "J": 4},
     "jac_u": {"x": 2, "u": 1, "p": 10, "J": 2},
+    "outputs_jac": {"x": 2, "u": 1, "r": 1, "p": 10, "J_x": 6, "J_u": 3, "J_r": 3},
+    "pd_jvp": {"x": 2, "r": 1, "p": 10, "c": 2, "along_x": 2, "along_r": 1, "change": 1},
+    "p_sum_jvp": {
+        "x": 2,
+        "r": 1,
+        "v": 1,
+        "z": 1,
+        "p": 10,
+        "c": 2,
+        "along_x": 2,
+        "along_r": 1,
+        "along_v": 1,
+        "along_z": 1,
+        "change_u": 1,
+        "change_z_next": 1,
+    },
 }
 
 
