@@ -34,8 +34,8 @@ TOLERANCE = 1e-13
 The oracle of the tests has the same."""
 
 _NEIGHBOURS = 16
-"""Tried at each point. A rounding inside a function moves it as one of an argument does; with one neighbour three of 500
-points beside a pole pass, as roundings in one direction may cancel, with four one, with sixteen none."""
+"""Tried at each point. A rounding inside a function moves it as one of an argument does. With one neighbour three of
+500 points beside a pole pass, as roundings in one direction may cancel; with four one, with sixteen none."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def agreement(runs: Runs) -> Agreement:
 def compare(ours: Model, theirs: Model, name: str, run: Run) -> FunctionAgreement:
     """Compare a function at random points around those of a run.
 
-    Nothing is compared where ours is not finite, nor where the next numbers after the arguments move it by more than the
+    Nothing is compared where ours is not finite, nor where the numbers next to the arguments move it by more than the
     tolerance, as beside a pole: there no two texts agree, and neither is wrong.
     """
     function = ours.manifest.functions[name]
