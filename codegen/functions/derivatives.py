@@ -17,6 +17,7 @@ from mehvar.models.system import System
 from mehvar.names import identifier
 
 from .function import FunctionGraph
+from .plateaus import plateaus
 
 
 def derivatives(system: System, functions: Sequence[FunctionGraph]) -> list[FunctionGraph]:
@@ -67,9 +68,10 @@ def jacobian(function: FunctionGraph, by: Sequence[str], name: str, part: Part) 
         The file it goes into.
     """
     arguments, places = function.graph.sx_in(), _places(function, by)
-    value = function.graph(*arguments)
+    flats = plateaus(function.graph, arguments, places)
+    (value,) = flats.values
     matrices = [ca.densify(ca.jacobian(value, arguments[place])) for place in places]
-    flat = ca.cse([ca.vec(matrix.T) for matrix in matrices])
+    flat = ca.cse(flats.filled([ca.vec(matrix.T) for matrix in matrices]))
     names = ["J" if name.startswith("jac_") else f"J_{argument}" for argument in by]
     graph = ca.Function(name, arguments, flat, function.graph.name_in(), [f"res_{result}" for result in names])
     return FunctionGraph(
@@ -97,9 +99,9 @@ def directional(function: FunctionGraph, by: Sequence[str], part: Part) -> Funct
     """
     arguments, places = function.graph.sx_in(), _places(function, by)
     along = [ca.SX.sym(f"along_{name}", arguments[place].shape[0]) for name, place in zip(by, places, strict=True)]
-    values = function.graph.call(arguments)
-    point = ca.vertcat(*(arguments[place] for place in places))
-    change = ca.cse([ca.densify(ca.jtimes(value, point, ca.vertcat(*along))) for value in values])
+    flats, point = plateaus(function.graph, arguments, places), ca.vertcat(*(arguments[place] for place in places))
+    values = flats.values
+    change = ca.cse(flats.filled([ca.densify(ca.jtimes(value, point, ca.vertcat(*along))) for value in values]))
     name = "jvp" if function.name == "rhs" else f"{function.name}_jvp"
     names = ["change" if len(values) == 1 else f"change_{result}" for result, _ in function.results]
     graph = ca.Function(

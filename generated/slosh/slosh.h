@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "b9c3c8d5eabdd404da3bbe543997776251cb7d3a9aa5cd7fa44a0a6a9290bf9e"
+#define SLOSH_HASH "d50b1714d4596ce760d5b715a9fb6c106da56589801682ddcff01e3a39400456"
 
 /* state x */
 enum {

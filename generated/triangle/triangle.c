@@ -212,7 +212,7 @@ void triangle_length_rates(const real *x, const real *u, real *u_l)
     u_l[2] = v91;
 }
 
-/* sliding mode on nested circles through the target, (29)-(39); 113 operations. */
+/* sliding mode on nested circles through the target, (29)-(39); 138 operations. */
 void triangle_sliding(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)p;
@@ -243,17 +243,23 @@ void triangle_sliding(const real *x, const real *r, const real *p, const real *c
     const real v81 = mv_pow(v65, v34);
     const real v88 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v27 - v81 * v51) * (K(1.0) / c[4])));
     const real v90 = SELECT0(m29, v77) - c[2] * v88;
+    const real v92 = SELECT0(m28, v90 * v43);
     const real v101 = v69 * mv_pow(v81, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v63 * (K(1.0) / c[5])));
-    const real v106 = SELECT0(m28, v90 * v43) + SELECT0(m29, -(v38 * v101 * v27));
-    const real v113 = v38 * v90 + SELECT0(m28, SELECT0(m29, v101 * v27 * v43));
-    const real v115 = v106 * s14 - v113 * c14;
-    const real v119 = v113 * s14 + v106 * c14;
-    u[0] = SELECT(m11, (v4 * v115 - v7 * v119) / v10, v115);
-    u[1] = SELECT0(m11, -((v4 * v119 + v115 * v7) / v9));
+    const real v106 = v92 + SELECT0(m29, -(v38 * v101 * v27));
+    const real v113 = v101 * v27;
+    const real v117 = v38 * v90 + SELECT0(m28, SELECT0(m29, v113 * v43));
+    const real v122 = SELECT0(m29, -(v113 * v38)) + v92;
+    const real v132 = K(1.0) / mv_max(SPLAT(K(1e-09)), v10);
+    const real v134 = K(100.0) * c[0] * (c[6] - v10) + ((c14 * v117 - s14 * v122) * v4 + (c14 * v122 + s14 * v117) * v7) * v132;
+    const real v137 = mv_max(SPLAT(K(0.0)), -v134) * v132;
+    const real v141 = v106 * s14 - v137 * v4 - v117 * c14;
+    const real v147 = v137 * v7 + v117 * s14 + v106 * c14;
+    u[0] = SELECT(m11, (v4 * v141 - v7 * v147) / v10, v141);
+    u[1] = SELECT0(m11, -((v4 * v147 + v141 * v7) / v9));
     u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - x[2])));
 }
 
-/* closed loop of sliding; 102 operations. */
+/* closed loop of sliding; 131 operations. */
 void triangle_sliding_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     real s2, c2; mv_sincos(r[1], &s2, &c2);
@@ -277,18 +283,25 @@ void triangle_sliding_loop(const real *q, const real *r, const real *p, const re
     const real v72 = mv_pow(v56, v25);
     const real v79 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v17 - v72 * v42) * (K(1.0) / c[4])));
     const real v81 = SELECT0(m20, v68) - c[2] * v79;
+    const real v83 = SELECT0(m18, v81 * v34);
     const real v92 = v60 * mv_pow(v72, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v54 * (K(1.0) / c[5])));
-    const real v97 = SELECT0(m18, v81 * v34) + SELECT0(m20, -(v29 * v92 * v17));
-    const real v104 = v29 * v81 + SELECT0(m18, SELECT0(m20, v92 * v17 * v34));
-    const real v106 = v97 * s2 - v104 * c2;
-    const real v109 = v104 * s2 + v97 * c2;
-    dq[0] = v106;
-    dq[1] = -v109;
+    const real v97 = v83 + SELECT0(m20, -(v29 * v92 * v17));
+    const real v104 = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
+    const real v108 = v92 * v17;
+    const real v112 = v29 * v81 + SELECT0(m18, SELECT0(m20, v108 * v34));
+    const real v117 = SELECT0(m20, -(v108 * v29)) + v83;
+    const real v127 = K(1.0) / mv_max(SPLAT(K(1e-09)), v104);
+    const real v129 = K(100.0) * c[0] * (c[6] - v104) + ((c2 * v112 - s2 * v117) * q[0] + (c2 * v117 + s2 * v112) * q[1]) * v127;
+    const real v132 = mv_max(SPLAT(K(0.0)), -v129) * v127;
+    const real v136 = v97 * s2 - v132 * q[0] - v112 * c2;
+    const real v141 = v132 * q[1] + v112 * s2 + v97 * c2;
+    dq[0] = v136;
+    dq[1] = -v141;
     dq[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
-    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v109 - v106 * q[1];
+    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v141 - v136 * q[1];
 }
 
-/* state and input in the loop of sliding; 110 operations. */
+/* state and input in the loop of sliding; 135 operations. */
 void triangle_sliding_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u)
 {
     (void)p;
@@ -316,17 +329,23 @@ void triangle_sliding_observe(const real *q, const real *r, const real *p, const
     const real v79 = mv_pow(v63, v33);
     const real v86 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v26 - v79 * v50) * (K(1.0) / c[4])));
     const real v88 = SELECT0(m28, v75) - c[2] * v86;
+    const real v90 = SELECT0(m27, v88 * v42);
     const real v99 = v67 * mv_pow(v79, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v61 * (K(1.0) / c[5])));
-    const real v104 = SELECT0(m27, v88 * v42) + SELECT0(m28, -(v37 * v99 * v26));
-    const real v111 = v37 * v88 + SELECT0(m27, SELECT0(m28, v99 * v26 * v42));
-    const real v113 = v104 * s13 - v111 * c13;
-    const real v117 = v111 * s13 + v104 * c13;
+    const real v104 = v90 + SELECT0(m28, -(v37 * v99 * v26));
+    const real v111 = v99 * v26;
+    const real v115 = v37 * v88 + SELECT0(m27, SELECT0(m28, v111 * v42));
+    const real v120 = SELECT0(m28, -(v111 * v37)) + v90;
+    const real v130 = K(1.0) / mv_max(SPLAT(K(1e-09)), v5);
+    const real v131 = ((c13 * v115 - s13 * v120) * q[0] + (c13 * v120 + s13 * v115) * q[1]) * v130;
+    const real v135 = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[0] * (c[6] - v5) + v131)) * v130;
+    const real v139 = v104 * s13 - v135 * q[0] - v115 * c13;
+    const real v145 = v135 * q[1] + v115 * s13 + v104 * c13;
     x[0] = v5;
     x[1] = mv_atan2(q[1], q[0]);
     x[2] = q[2];
     x[3] = q[3];
-    u[0] = SELECT(m10, (q[0] * v113 - q[1] * v117) / v5, v113);
-    u[1] = SELECT0(m10, -((q[0] * v117 + v113 * q[1]) / v4));
+    u[0] = SELECT(m10, (q[0] * v139 - q[1] * v145) / v5, v139);
+    u[1] = SELECT0(m10, -((q[0] * v145 + v139 * q[1]) / v4));
     u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
 }
 
@@ -432,12 +451,12 @@ void triangle_path(const real *x, const real *r, const real *p, const real *c, r
     const real v212 = SELECT0(m28, -(v204 * v40)) - v50 * v210;
     const real v221 = SELECT0(m28, v40 * v210) - v50 * v204;
     const real v232 = K(1.0) / mv_max(SPLAT(K(1e-09)), v10);
-    const real v234 = K(-100.0) * c[0] * (c[2] - v10) - ((c14 * v221 - s14 * v212) * v4 + (c14 * v212 + s14 * v221) * v7) * v232;
-    const real v236 = mv_max(SPLAT(K(0.0)), v234) * v232;
-    const real v240 = v212 * s14 - v236 * v4 - v221 * c14;
-    const real v246 = v236 * v7 + v221 * s14 + v212 * c14;
-    u[0] = SELECT(m11, (v4 * v240 - v7 * v246) / v10, v240);
-    u[1] = SELECT0(m11, -((v4 * v246 + v240 * v7) / v9));
+    const real v234 = K(100.0) * c[0] * (c[2] - v10) + ((c14 * v221 - s14 * v212) * v4 + (c14 * v212 + s14 * v221) * v7) * v232;
+    const real v237 = mv_max(SPLAT(K(0.0)), -v234) * v232;
+    const real v241 = v212 * s14 - v237 * v4 - v221 * c14;
+    const real v247 = v237 * v7 + v221 * s14 + v212 * c14;
+    u[0] = SELECT(m11, (v4 * v241 - v7 * v247) / v10, v241);
+    u[1] = SELECT0(m11, -((v4 * v247 + v241 * v7) / v9));
     u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - x[2])));
 }
 
@@ -507,14 +526,14 @@ void triangle_path_loop(const real *q, const real *r, const real *p, const real 
     const real v210 = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
     const real v216 = SELECT0(m18, v30 * v200) - v40 * v194;
     const real v227 = K(1.0) / mv_max(SPLAT(K(1e-09)), v210);
-    const real v229 = K(-100.0) * c[0] * (c[2] - v210) - ((c2 * v216 - s2 * v202) * q[0] + (c2 * v202 + s2 * v216) * q[1]) * v227;
-    const real v231 = mv_max(SPLAT(K(0.0)), v229) * v227;
-    const real v235 = v202 * s2 - v231 * q[0] - v216 * c2;
-    const real v240 = v231 * q[1] + v216 * s2 + v202 * c2;
-    dq[0] = v235;
-    dq[1] = -v240;
+    const real v229 = K(100.0) * c[0] * (c[2] - v210) + ((c2 * v216 - s2 * v202) * q[0] + (c2 * v202 + s2 * v216) * q[1]) * v227;
+    const real v232 = mv_max(SPLAT(K(0.0)), -v229) * v227;
+    const real v236 = v202 * s2 - v232 * q[0] - v216 * c2;
+    const real v241 = v232 * q[1] + v216 * s2 + v202 * c2;
+    dq[0] = v236;
+    dq[1] = -v241;
     dq[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
-    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v240 - v235 * q[1];
+    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v241 - v236 * q[1];
 }
 
 /* state and input in the loop of path; 225 operations. */
@@ -587,15 +606,15 @@ void triangle_path_observe(const real *q, const real *r, const real *p, const re
     const real v219 = SELECT0(m27, v38 * v208) - v48 * v202;
     const real v230 = K(1.0) / mv_max(SPLAT(K(1e-09)), v5);
     const real v231 = ((c13 * v219 - s13 * v210) * q[0] + (c13 * v210 + s13 * v219) * q[1]) * v230;
-    const real v234 = mv_max(SPLAT(K(0.0)), K(-100.0) * c[0] * (c[2] - v5) - v231) * v230;
-    const real v238 = v210 * s13 - v234 * q[0] - v219 * c13;
-    const real v244 = v234 * q[1] + v219 * s13 + v210 * c13;
+    const real v235 = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[0] * (c[2] - v5) + v231)) * v230;
+    const real v239 = v210 * s13 - v235 * q[0] - v219 * c13;
+    const real v245 = v235 * q[1] + v219 * s13 + v210 * c13;
     x[0] = v5;
     x[1] = mv_atan2(q[1], q[0]);
     x[2] = q[2];
     x[3] = q[3];
-    u[0] = SELECT(m10, (q[0] * v238 - q[1] * v244) / v5, v238);
-    u[1] = SELECT0(m10, -((q[0] * v244 + v238 * q[1]) / v4));
+    u[0] = SELECT(m10, (q[0] * v239 - q[1] * v245) / v5, v239);
+    u[1] = SELECT0(m10, -((q[0] * v245 + v239 * q[1]) / v4));
     u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
 }
 

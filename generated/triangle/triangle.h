@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "da9b776377a8e3b41e8d0a2cd8fbe17d48bddc8a154aa234a16e319862d9a6c9"
+#define TRIANGLE_HASH "07737c9ba5b8b3b4c0bcd9e95a24261aff6193ee174bf30da5ff8a523c5d9d36"
 
 /* state x */
 enum {
@@ -442,7 +442,7 @@ void triangle_outputs_prepared(const mv_real *x, const mv_real *u, const mv_real
 enum {
     TRIANGLE_SLIDING_PREPARE_NR = 4,
     TRIANGLE_SLIDING_PREPARE_NC = 10,
-    TRIANGLE_SLIDING_PREPARE_NH = 10
+    TRIANGLE_SLIDING_PREPARE_NH = 11
 };
 void triangle_sliding_prepare(const mv_real *r, const mv_real *c, mv_real *h);
 
@@ -451,7 +451,7 @@ enum {
     TRIANGLE_SLIDING_PREPARED_NX = 4,
     TRIANGLE_SLIDING_PREPARED_NR = 4,
     TRIANGLE_SLIDING_PREPARED_NC = 10,
-    TRIANGLE_SLIDING_PREPARED_NH = 10,
+    TRIANGLE_SLIDING_PREPARED_NH = 11,
     TRIANGLE_SLIDING_PREPARED_NU = 3
 };
 void triangle_sliding_prepared(const mv_real *x, const mv_real *r, const mv_real *c, const mv_real *h, mv_real *u);
@@ -461,7 +461,7 @@ enum {
     TRIANGLE_SLIDING_LOOP_PREPARE_NR = 4,
     TRIANGLE_SLIDING_LOOP_PREPARE_NP = 3,
     TRIANGLE_SLIDING_LOOP_PREPARE_NC = 10,
-    TRIANGLE_SLIDING_LOOP_PREPARE_NH = 11
+    TRIANGLE_SLIDING_LOOP_PREPARE_NH = 12
 };
 void triangle_sliding_loop_prepare(const mv_real *r, const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -471,7 +471,7 @@ enum {
     TRIANGLE_SLIDING_LOOP_PREPARED_NR = 4,
     TRIANGLE_SLIDING_LOOP_PREPARED_NP = 3,
     TRIANGLE_SLIDING_LOOP_PREPARED_NC = 10,
-    TRIANGLE_SLIDING_LOOP_PREPARED_NH = 11,
+    TRIANGLE_SLIDING_LOOP_PREPARED_NH = 12,
     TRIANGLE_SLIDING_LOOP_PREPARED_NDQ = 4
 };
 void triangle_sliding_loop_prepared(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
@@ -480,7 +480,7 @@ void triangle_sliding_loop_prepared(const mv_real *q, const mv_real *r, const mv
 enum {
     TRIANGLE_SLIDING_OBSERVE_PREPARE_NR = 4,
     TRIANGLE_SLIDING_OBSERVE_PREPARE_NC = 10,
-    TRIANGLE_SLIDING_OBSERVE_PREPARE_NH = 10
+    TRIANGLE_SLIDING_OBSERVE_PREPARE_NH = 11
 };
 void triangle_sliding_observe_prepare(const mv_real *r, const mv_real *c, mv_real *h);
 
@@ -489,7 +489,7 @@ enum {
     TRIANGLE_SLIDING_OBSERVE_PREPARED_NQ = 4,
     TRIANGLE_SLIDING_OBSERVE_PREPARED_NR = 4,
     TRIANGLE_SLIDING_OBSERVE_PREPARED_NC = 10,
-    TRIANGLE_SLIDING_OBSERVE_PREPARED_NH = 10,
+    TRIANGLE_SLIDING_OBSERVE_PREPARED_NH = 11,
     TRIANGLE_SLIDING_OBSERVE_PREPARED_NX = 4,
     TRIANGLE_SLIDING_OBSERVE_PREPARED_NU = 3
 };

@@ -86,7 +86,7 @@ void triangle_outputs_prepared(const real *x, const real *u, const real *r, cons
     y[10] = v129;
 }
 
-/* what sliding computes once per run; 10 operations. */
+/* what sliding computes once per run; 11 operations. */
 void triangle_sliding_prepare(const real *r, const real *c, real *h)
 {
     real s1, c1; mv_sincos(r[1], &s1, &c1);
@@ -102,9 +102,10 @@ void triangle_sliding_prepare(const real *r, const real *c, real *h)
     h[7] = K(1.0) / c[4];
     h[8] = K(-1.0) + c[1];
     h[9] = K(1.0) / c[5];
+    h[10] = K(100.0) * c[0];
 }
 
-/* the rest of sliding; 103 operations. */
+/* the rest of sliding; 127 operations. */
 void triangle_sliding_prepared(const real *x, const real *r, const real *c, const real *h, real *u)
 {
     real s3, c3; mv_sincos(x[1], &s3, &c3);
@@ -121,27 +122,33 @@ void triangle_sliding_prepared(const real *x, const real *r, const real *c, cons
     const mask m28 = LT(K(0.0), v26);
     const real v34 = K(1.0) / v26;
     const real v36 = SELECT(m27, v23 * v34, SPLAT(K(1.0)));
-    const real v40 = v17 * v34;
-    const real v47 = mv_sqrt(h[5] + SELECT0(m27, SELECT0(m27, -(h[6] * (v40 * v40)))));
-    const real v48 = v36 * r[0] + v47;
-    const real v60 = x[3] - r[3] + r[0] * v17 * c[9];
-    const real v62 = mv_fabs(v60) * h[2];
-    const real v66 = c[0] * mv_sqrt(v26 / v48) / (v62 + v25 / (v48 * v48));
-    const real v75 = SELECT0(m28, h[4] * v48 * v66 * (SELECT0(m27, r[0] * v40 / v47 * v60 * c[1]) - v25));
-    const real v78 = mv_pow(v62, h[3]);
-    const real v85 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v26 - v78 * v48) * h[7]));
-    const real v86 = v75 - v85;
-    const real v96 = v66 * mv_pow(v78, h[8]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v60 * h[9]));
-    const real v101 = SELECT0(m27, v86 * v40) + SELECT0(m28, -(v36 * v96 * v26));
-    const real v108 = v36 * v86 + SELECT0(m27, SELECT0(m28, v96 * v26 * v40));
-    const real v110 = v101 * h[0] - v108 * h[1];
-    const real v114 = v108 * h[0] + v101 * h[1];
-    u[0] = SELECT(m11, (v4 * v110 - v7 * v114) / v10, v110);
-    u[1] = SELECT0(m11, -((v4 * v114 + v110 * v7) / v9));
+    const real v41 = v17 * v34;
+    const real v48 = mv_sqrt(h[5] + SELECT0(m27, SELECT0(m27, -(h[6] * (v41 * v41)))));
+    const real v49 = v36 * r[0] + v48;
+    const real v61 = x[3] - r[3] + r[0] * v17 * c[9];
+    const real v63 = mv_fabs(v61) * h[2];
+    const real v67 = c[0] * mv_sqrt(v26 / v49) / (v63 + v25 / (v49 * v49));
+    const real v76 = SELECT0(m28, h[4] * v49 * v67 * (SELECT0(m27, r[0] * v41 / v48 * v61 * c[1]) - v25));
+    const real v79 = mv_pow(v63, h[3]);
+    const real v86 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v26 - v79 * v49) * h[7]));
+    const real v87 = v76 - v86;
+    const real v89 = SELECT0(m27, v87 * v41);
+    const real v97 = v67 * mv_pow(v79, h[8]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v61 * h[9]));
+    const real v102 = v89 + SELECT0(m28, -(v36 * v97 * v26));
+    const real v108 = v97 * v26;
+    const real v112 = v36 * v87 + SELECT0(m27, SELECT0(m28, v108 * v41));
+    const real v117 = SELECT0(m28, -(v108 * v36)) + v89;
+    const real v127 = K(1.0) / mv_max(SPLAT(K(1e-09)), v10);
+    const real v128 = ((h[1] * v112 - h[0] * v117) * v4 + (h[1] * v117 + h[0] * v112) * v7) * v127;
+    const real v132 = mv_max(SPLAT(K(0.0)), -(h[10] * (c[6] - v10) + v128)) * v127;
+    const real v136 = v102 * h[0] - v132 * v4 - v112 * h[1];
+    const real v142 = v132 * v7 + v112 * h[0] + v102 * h[1];
+    u[0] = SELECT(m11, (v4 * v136 - v7 * v142) / v10, v136);
+    u[1] = SELECT0(m11, -((v4 * v142 + v136 * v7) / v9));
     u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - x[2])));
 }
 
-/* what sliding_loop computes once per run; 12 operations. */
+/* what sliding_loop computes once per run; 13 operations. */
 void triangle_sliding_loop_prepare(const real *r, const real *p, const real *c, real *h)
 {
     real s1, c1; mv_sincos(r[1], &s1, &c1);
@@ -157,10 +164,11 @@ void triangle_sliding_loop_prepare(const real *r, const real *p, const real *c, 
     h[7] = K(1.0) / c[4];
     h[8] = K(-1.0) + c[1];
     h[9] = K(1.0) / c[5];
-    h[10] = K(3.0) * p[0] / p[2];
+    h[10] = K(100.0) * c[0];
+    h[11] = K(3.0) * p[0] / p[2];
 }
 
-/* the rest of sliding_loop; 90 operations. */
+/* the rest of sliding_loop; 118 operations. */
 void triangle_sliding_loop_prepared(const real *q, const real *r, const real *p, const real *c, const real *h, real *dq)
 {
     const real v7 = h[0] * q[0] - h[1] * q[1];
@@ -171,28 +179,35 @@ void triangle_sliding_loop_prepared(const real *q, const real *r, const real *p,
     const mask m19 = LT(K(0.0), v16);
     const real v25 = K(1.0) / v16;
     const real v27 = SELECT(m17, v13 * v25, SPLAT(K(1.0)));
-    const real v31 = v7 * v25;
-    const real v38 = mv_sqrt(h[5] + SELECT0(m17, SELECT0(m17, -(h[6] * (v31 * v31)))));
-    const real v39 = v27 * r[0] + v38;
-    const real v51 = q[3] - r[3] + r[0] * v7 * c[9];
-    const real v53 = mv_fabs(v51) * h[2];
-    const real v57 = c[0] * mv_sqrt(v16 / v39) / (v53 + v15 / (v39 * v39));
-    const real v66 = SELECT0(m19, h[4] * v39 * v57 * (SELECT0(m17, r[0] * v31 / v38 * v51 * c[1]) - v15));
-    const real v69 = mv_pow(v53, h[3]);
-    const real v76 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v16 - v69 * v39) * h[7]));
-    const real v77 = v66 - v76;
-    const real v87 = v57 * mv_pow(v69, h[8]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v51 * h[9]));
-    const real v92 = SELECT0(m17, v77 * v31) + SELECT0(m19, -(v27 * v87 * v16));
-    const real v99 = v27 * v77 + SELECT0(m17, SELECT0(m19, v87 * v16 * v31));
-    const real v101 = v92 * h[0] - v99 * h[1];
-    const real v104 = v99 * h[0] + v92 * h[1];
-    dq[0] = v101;
-    dq[1] = -v104;
+    const real v32 = v7 * v25;
+    const real v39 = mv_sqrt(h[5] + SELECT0(m17, SELECT0(m17, -(h[6] * (v32 * v32)))));
+    const real v40 = v27 * r[0] + v39;
+    const real v52 = q[3] - r[3] + r[0] * v7 * c[9];
+    const real v54 = mv_fabs(v52) * h[2];
+    const real v58 = c[0] * mv_sqrt(v16 / v40) / (v54 + v15 / (v40 * v40));
+    const real v67 = SELECT0(m19, h[4] * v40 * v58 * (SELECT0(m17, r[0] * v32 / v39 * v52 * c[1]) - v15));
+    const real v70 = mv_pow(v54, h[3]);
+    const real v77 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v16 - v70 * v40) * h[7]));
+    const real v78 = v67 - v77;
+    const real v80 = SELECT0(m17, v78 * v32);
+    const real v88 = v58 * mv_pow(v70, h[8]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v52 * h[9]));
+    const real v93 = v80 + SELECT0(m19, -(v27 * v88 * v16));
+    const real v99 = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
+    const real v103 = v88 * v16;
+    const real v107 = v27 * v78 + SELECT0(m17, SELECT0(m19, v103 * v32));
+    const real v112 = SELECT0(m19, -(v103 * v27)) + v80;
+    const real v122 = K(1.0) / mv_max(SPLAT(K(1e-09)), v99);
+    const real v123 = ((h[1] * v107 - h[0] * v112) * q[0] + (h[1] * v112 + h[0] * v107) * q[1]) * v122;
+    const real v127 = mv_max(SPLAT(K(0.0)), -(h[10] * (c[6] - v99) + v123)) * v122;
+    const real v131 = v93 * h[0] - v127 * q[0] - v107 * h[1];
+    const real v136 = v127 * q[1] + v107 * h[0] + v93 * h[1];
+    dq[0] = v131;
+    dq[1] = -v136;
     dq[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
-    dq[3] = p[1] + h[10] / q[2] - q[0] * v104 - v101 * q[1];
+    dq[3] = p[1] + h[11] / q[2] - q[0] * v136 - v131 * q[1];
 }
 
-/* what sliding_observe computes once per run; 10 operations. */
+/* what sliding_observe computes once per run; 11 operations. */
 void triangle_sliding_observe_prepare(const real *r, const real *c, real *h)
 {
     real s1, c1; mv_sincos(r[1], &s1, &c1);
@@ -208,9 +223,10 @@ void triangle_sliding_observe_prepare(const real *r, const real *c, real *h)
     h[7] = K(1.0) / c[4];
     h[8] = K(-1.0) + c[1];
     h[9] = K(1.0) / c[5];
+    h[10] = K(100.0) * c[0];
 }
 
-/* the rest of sliding_observe; 100 operations. */
+/* the rest of sliding_observe; 124 operations. */
 void triangle_sliding_observe_prepared(const real *q, const real *r, const real *c, const real *h, real *x, real *u)
 {
     const real v4 = q[0] * q[0] + q[1] * q[1];
@@ -224,27 +240,33 @@ void triangle_sliding_observe_prepared(const real *q, const real *r, const real 
     const mask m27 = LT(K(0.0), v25);
     const real v33 = K(1.0) / v25;
     const real v35 = SELECT(m26, v22 * v33, SPLAT(K(1.0)));
-    const real v39 = v16 * v33;
-    const real v46 = mv_sqrt(h[5] + SELECT0(m26, SELECT0(m26, -(h[6] * (v39 * v39)))));
-    const real v47 = v35 * r[0] + v46;
-    const real v58 = q[3] - r[3] + r[0] * v16 * c[9];
-    const real v60 = mv_fabs(v58) * h[2];
-    const real v64 = c[0] * mv_sqrt(v25 / v47) / (v60 + v24 / (v47 * v47));
-    const real v73 = SELECT0(m27, h[4] * v47 * v64 * (SELECT0(m26, r[0] * v39 / v46 * v58 * c[1]) - v24));
-    const real v76 = mv_pow(v60, h[3]);
-    const real v83 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v25 - v76 * v47) * h[7]));
-    const real v84 = v73 - v83;
-    const real v94 = v64 * mv_pow(v76, h[8]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v58 * h[9]));
-    const real v99 = SELECT0(m26, v84 * v39) + SELECT0(m27, -(v35 * v94 * v25));
-    const real v106 = v35 * v84 + SELECT0(m26, SELECT0(m27, v94 * v25 * v39));
-    const real v108 = v99 * h[0] - v106 * h[1];
-    const real v112 = v106 * h[0] + v99 * h[1];
+    const real v40 = v16 * v33;
+    const real v47 = mv_sqrt(h[5] + SELECT0(m26, SELECT0(m26, -(h[6] * (v40 * v40)))));
+    const real v48 = v35 * r[0] + v47;
+    const real v59 = q[3] - r[3] + r[0] * v16 * c[9];
+    const real v61 = mv_fabs(v59) * h[2];
+    const real v65 = c[0] * mv_sqrt(v25 / v48) / (v61 + v24 / (v48 * v48));
+    const real v74 = SELECT0(m27, h[4] * v48 * v65 * (SELECT0(m26, r[0] * v40 / v47 * v59 * c[1]) - v24));
+    const real v77 = mv_pow(v61, h[3]);
+    const real v84 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v25 - v77 * v48) * h[7]));
+    const real v85 = v74 - v84;
+    const real v87 = SELECT0(m26, v85 * v40);
+    const real v95 = v65 * mv_pow(v77, h[8]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v59 * h[9]));
+    const real v100 = v87 + SELECT0(m27, -(v35 * v95 * v25));
+    const real v106 = v95 * v25;
+    const real v110 = v35 * v85 + SELECT0(m26, SELECT0(m27, v106 * v40));
+    const real v115 = SELECT0(m27, -(v106 * v35)) + v87;
+    const real v125 = K(1.0) / mv_max(SPLAT(K(1e-09)), v5);
+    const real v126 = ((h[1] * v110 - h[0] * v115) * q[0] + (h[1] * v115 + h[0] * v110) * q[1]) * v125;
+    const real v130 = mv_max(SPLAT(K(0.0)), -(h[10] * (c[6] - v5) + v126)) * v125;
+    const real v134 = v100 * h[0] - v130 * q[0] - v110 * h[1];
+    const real v140 = v130 * q[1] + v110 * h[0] + v100 * h[1];
     x[0] = v5;
     x[1] = mv_atan2(q[1], q[0]);
     x[2] = q[2];
     x[3] = q[3];
-    u[0] = SELECT(m10, (q[0] * v108 - q[1] * v112) / v5, v108);
-    u[1] = SELECT0(m10, -((q[0] * v112 + v108 * q[1]) / v4));
+    u[0] = SELECT(m10, (q[0] * v134 - q[1] * v140) / v5, v134);
+    u[1] = SELECT0(m10, -((q[0] * v140 + v134 * q[1]) / v4));
     u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
 }
 
@@ -256,7 +278,7 @@ void triangle_path_prepare(const real *r, const real *c, real *h)
     h[1] = c1;
     h[2] = c[2] * c[2] - r[0] * r[0];
     h[3] = mv_min(c[2] - r[0], c[1]);
-    h[4] = K(-100.0) * c[0];
+    h[4] = K(100.0) * c[0];
 }
 
 /* the rest of path; 220 operations. */
@@ -330,11 +352,11 @@ void triangle_path_prepared(const real *x, const real *r, const real *c, const r
     const real v215 = SELECT0(m27, v39 * v205) - v47 * v199;
     const real v226 = K(1.0) / mv_max(SPLAT(K(1e-09)), v10);
     const real v227 = ((h[1] * v215 - h[0] * v207) * v4 + (h[1] * v207 + h[0] * v215) * v7) * v226;
-    const real v230 = mv_max(SPLAT(K(0.0)), h[4] * (c[2] - v10) - v227) * v226;
-    const real v234 = v207 * h[0] - v230 * v4 - v215 * h[1];
-    const real v240 = v230 * v7 + v215 * h[0] + v207 * h[1];
-    u[0] = SELECT(m11, (v4 * v234 - v7 * v240) / v10, v234);
-    u[1] = SELECT0(m11, -((v4 * v240 + v234 * v7) / v9));
+    const real v231 = mv_max(SPLAT(K(0.0)), -(h[4] * (c[2] - v10) + v227)) * v226;
+    const real v235 = v207 * h[0] - v231 * v4 - v215 * h[1];
+    const real v241 = v231 * v7 + v215 * h[0] + v207 * h[1];
+    u[0] = SELECT(m11, (v4 * v235 - v7 * v241) / v10, v235);
+    u[1] = SELECT0(m11, -((v4 * v241 + v235 * v7) / v9));
     u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - x[2])));
 }
 
@@ -346,7 +368,7 @@ void triangle_path_loop_prepare(const real *r, const real *p, const real *c, rea
     h[1] = c1;
     h[2] = c[2] * c[2] - r[0] * r[0];
     h[3] = mv_min(c[2] - r[0], c[1]);
-    h[4] = K(-100.0) * c[0];
+    h[4] = K(100.0) * c[0];
     h[5] = K(3.0) * p[0] / p[2];
 }
 
@@ -416,13 +438,13 @@ void triangle_path_loop_prepared(const real *q, const real *r, const real *p, co
     const real v210 = SELECT0(m17, v29 * v195) - v37 * v189;
     const real v221 = K(1.0) / mv_max(SPLAT(K(1e-09)), v204);
     const real v222 = ((h[1] * v210 - h[0] * v197) * q[0] + (h[1] * v197 + h[0] * v210) * q[1]) * v221;
-    const real v225 = mv_max(SPLAT(K(0.0)), h[4] * (c[2] - v204) - v222) * v221;
-    const real v229 = v197 * h[0] - v225 * q[0] - v210 * h[1];
-    const real v234 = v225 * q[1] + v210 * h[0] + v197 * h[1];
-    dq[0] = v229;
-    dq[1] = -v234;
+    const real v226 = mv_max(SPLAT(K(0.0)), -(h[4] * (c[2] - v204) + v222)) * v221;
+    const real v230 = v197 * h[0] - v226 * q[0] - v210 * h[1];
+    const real v235 = v226 * q[1] + v210 * h[0] + v197 * h[1];
+    dq[0] = v230;
+    dq[1] = -v235;
     dq[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
-    dq[3] = p[1] + h[5] / q[2] - q[0] * v234 - v229 * q[1];
+    dq[3] = p[1] + h[5] / q[2] - q[0] * v235 - v230 * q[1];
 }
 
 /* what path_observe computes once per run; 8 operations. */
@@ -433,7 +455,7 @@ void triangle_path_observe_prepare(const real *r, const real *c, real *h)
     h[1] = c1;
     h[2] = c[2] * c[2] - r[0] * r[0];
     h[3] = mv_min(c[2] - r[0], c[1]);
-    h[4] = K(-100.0) * c[0];
+    h[4] = K(100.0) * c[0];
 }
 
 /* the rest of path_observe; 217 operations. */
@@ -504,14 +526,14 @@ void triangle_path_observe_prepared(const real *q, const real *r, const real *c,
     const real v213 = SELECT0(m26, v37 * v203) - v45 * v197;
     const real v224 = K(1.0) / mv_max(SPLAT(K(1e-09)), v5);
     const real v225 = ((h[1] * v213 - h[0] * v205) * q[0] + (h[1] * v205 + h[0] * v213) * q[1]) * v224;
-    const real v228 = mv_max(SPLAT(K(0.0)), h[4] * (c[2] - v5) - v225) * v224;
-    const real v232 = v205 * h[0] - v228 * q[0] - v213 * h[1];
-    const real v238 = v228 * q[1] + v213 * h[0] + v205 * h[1];
+    const real v229 = mv_max(SPLAT(K(0.0)), -(h[4] * (c[2] - v5) + v225)) * v224;
+    const real v233 = v205 * h[0] - v229 * q[0] - v213 * h[1];
+    const real v239 = v229 * q[1] + v213 * h[0] + v205 * h[1];
     x[0] = v5;
     x[1] = mv_atan2(q[1], q[0]);
     x[2] = q[2];
     x[3] = q[3];
-    u[0] = SELECT(m10, (q[0] * v232 - q[1] * v238) / v5, v232);
-    u[1] = SELECT0(m10, -((q[0] * v238 + v232 * q[1]) / v4));
+    u[0] = SELECT(m10, (q[0] * v233 - q[1] * v239) / v5, v233);
+    u[1] = SELECT0(m10, -((q[0] * v239 + v233 * q[1]) / v4));
     u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
 }

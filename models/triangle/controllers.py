@@ -23,8 +23,9 @@ _LARGEST_K = sp.Integer(10) ** 12
 
 _BARRIER = sp.Integer(100)
 """Rate at which rho may approach R, over k_phi (R - rho). On arcs it binds where R - rho < pi R/100^2 = 2e-4 only, and
-moves the settling times of the paper's runs by 8e-7 of themselves; half moves them by four times as much, twice by a
-quarter. Commands held for longer than 2/(100 k_phi), 40 ms by default, overshoot it.
+moves the settling times of the path law's runs in the paper by 8e-7 of themselves; half moves them by four times as
+much, twice by a quarter. The sliding law's runs there stay 0.1 away from R and keep their bits. Commands held for
+longer than 2/(100 k_phi), by default 40 ms with the path law and 7 ms with the sliding law, overshoot it.
 """
 
 _TURN_SPEED = sp.Symbol("turn_speed", positive=True)
@@ -145,7 +146,8 @@ def sliding(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Exp
         "1/s",
         r"\tilde\rho'",
     )
-    return _shape_rate(rho_rate, shifted.rho * phi_rate, shifted)
+    rate = _shape_rate(rho_rate, shifted.rho * phi_rate, shifted)
+    return _inside(rate, law, "rho_t_rate_excess", d)
 
 
 def _circle(shifted: ShiftedState, radius: Expr, d: Derivation) -> tuple[Expr, Expr]:
@@ -238,16 +240,16 @@ def path(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Expr]:
         "1/s",
         r"\tilde\rho\tilde\varphi'",
     )
-    return _inside(_shape_rate(rho_rate, turn, shifted), law, d)
+    return _inside(_shape_rate(rho_rate, turn, shifted), law, "rho_rate_excess", d)
 
 
-def _inside(rate: tuple[Expr, Expr], law: Group, d: Derivation) -> tuple[Expr, Expr]:
+def _inside(rate: tuple[Expr, Expr], law: Group, name: str, d: Derivation) -> tuple[Expr, Expr]:
     """Bound rho' by a multiple of R - rho, which then shrinks exponentially at most: rho < R stays so."""
     distance = sp.sqrt(zeta.dot(zeta))
     bound = _BARRIER * law.k_phi * (law.R - distance)
     outward = zeta.dot(sp.Matrix(rate)) / sp.Max(distance, _ORIGIN)
     excess = d.define(
-        "rho_rate_excess",
+        name,
         sp.Max(0, outward - bound) / sp.Max(distance, _ORIGIN),
         title="rho' above it, over rho",
         unit="1/s",

@@ -109,3 +109,21 @@ def test_only_derivatives_have_matrices():
     assert result_shape("jac_x", Array("J", 4), [x]) == (2, 2)
     assert result_shape("inertia", Array("J_x", 6), [x]) == (6,)
     assert result_shape("jac_x", Array("J", None), [x]) == ()
+
+
+@pytest.mark.parametrize("law", ["lyapunov-v1", "lyapunov-v2"])
+@pytest.mark.parametrize(("vy", "vz"), [(75.0, 25.0), (-75.0, 525.0), (775.0, 25.0), (5000.0, 0.0)])
+def test_a_loop_whose_gimbals_saturate_is_linearised(law, vy, vz):
+    """The sine of a gimbal angle is clipped at 1, where its arc sine has no slope; the loop is smooth there."""
+    model = mehvar.load("slosh", backend="python")
+    x = model.state(vx=3000, vy=vy, vz=vz, phi1=0.5, phi2=0.7, theta1=0.3, theta2=0.2, wz=0.05)
+    p, c, r = model.parameters(), model.law_parameters(law), np.zeros(len(model.manifest.references))
+
+    def command(state):
+        return model.functions[identifier(law)](state, r, p, c)
+
+    def rates(state):
+        return model.rhs(state, model.functions["actuate"](state, command(state), p), p)
+
+    assert np.isclose(np.abs(command(x)[-2:]), np.pi / 2, atol=1e-6).any()
+    assert close(model.linearize(x, None, p, controller=law).A, differences(rates, x))

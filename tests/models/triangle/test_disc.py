@@ -27,10 +27,10 @@ def in_disc(g, n, least, most):
     return np.sqrt(g.uniform(least**2, most**2, n)), g.uniform(-np.pi, np.pi, n)
 
 
-def run_pairs(model, law, n, seed, nearest=0.0, options=COARSE):
+def run_pairs(model, law, n, seed, nearest=0.0, options=COARSE, first=0.0, farthest=FARTHEST):
     """Run a law from n random starts to as many random targets; return the runs and a reader of their numbers."""
     g = np.random.default_rng(seed)
-    start, target = in_disc(g, n, 0.0, R), in_disc(g, n, nearest, FARTHEST)
+    start, target = in_disc(g, n, first, R), in_disc(g, n, nearest, farthest)
     theta = g.uniform(-np.pi, np.pi, n)
     kernel = compile_kernel(model, law, options=options)
     nominal = Plan(model, Campaign(law, n=1)).draw(0, 1)
@@ -90,6 +90,26 @@ def test_a_pair_that_was_once_lost(model):
     assert series["rho"].max() < R + 1e-12
     assert abs(series["theta_error"][-1]) < 1e-6
     assert series["rho_error"][-1] < 1e-6
+
+
+@pytest.mark.parametrize("law", ["sliding", "path"])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_a_start_and_a_target_within_2e_4_of_the_circle(model, law, tolerance):
+    """The smoothed sign of s let the sliding law pass R by 2.6e-5 here, at all tolerances."""
+    start = {"l1_0": 0.26429693, "l2_0": 0.18331111, "l3_0": 0.44333303, "theta_0": -1.81}
+    target = {"l1_f": 0.33456729, "l2_f": 0.19863854, "l3_f": 0.5278328}
+    run = simulate(model, law, **start, **target, t_end=10.0, rtol=tolerance, atol=tolerance)
+    rho = run.variables()["rho"]
+    assert run.status is Status.DONE
+    assert rho[0] > R - 2e-4
+    assert rho.max() < R + 1e-9
+
+
+def test_close_pairs_do_not_pass_the_circle(model):
+    """Starts and targets in the ring where the barrier acts, under both laws."""
+    for law in ("sliding", "path"):
+        _, _, largest = run_pairs(model, law, 500, 8, nearest=R - 1e-3, first=R - 2e-4, farthest=R - 1e-6)
+        assert largest.max() < R + 1e-6
 
 
 def law_rates(model, n, seed, least, most):

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Roots and arc functions of what saturates, so that algorithmic differentiation gives zero there and not 0 * inf.
+
+The chain rule multiplies the slope of the outer function, which is infinite at the end of its range, by that of the
+inner one, which is zero where a `Min`, `Max` or `sign` has made it constant: asin(Min(1, v)) from v = 1 on. The
+product is not a number, the derivative is zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import casadi as ca
+
+_STEEP = frozenset({ca.OP_SQRT, ca.OP_ASIN, ca.OP_ACOS})
+"""Functions with an infinite slope at an end of their range."""
+_STEPS = frozenset({
+    ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR, ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL,
+})  # fmt: skip
+"""Functions that are constant but for jumps."""
+
+
+@dataclass(frozen=True)
+class Plateaus:
+    """The results of a function with symbols for its steep functions where their arguments are constant.
+
+    Attributes
+    ----------
+    values : list of SX
+        The results, to be differentiated.
+    """
+
+    values: list[ca.SX]
+    _symbols: list[ca.SX]
+    _constants: list[ca.SX]
+
+    def filled(self, derivatives: list[ca.SX]) -> list[ca.SX]:
+        """Put the functions back in place of their symbols, in what the values were differentiated to."""
+        if not self._symbols:
+            return derivatives
+        constants, symbols = ca.vertcat(*self._constants), ca.vertcat(*self._symbols)
+        filled: list[ca.SX] = ca.substitute(derivatives, [symbols], [constants])
+        return filled
+
+
+def plateaus(function: ca.Function, arguments: list[ca.SX], varying: Collection[int]) -> Plateaus:
+    """Evaluate a function so that its derivatives by some arguments are zero where it saturates.
+
+    Parameters
+    ----------
+    function : casadi.Function
+        An SX function.
+    arguments : list of SX
+        What it is evaluated at.
+    varying : collection of int
+        Places of the arguments that it will be differentiated by.
+    """
+    walk = _Walk(arguments, varying)
+    values = [ca.SX(function.sparsity_out(k)) for k in range(function.n_out())]
+    for k in range(function.n_instructions()):
+        op, to = function.instruction_id(k), function.instruction_output(k)
+        of = function.instruction_input(k)
+        if op == ca.OP_OUTPUT:
+            values[to[0]].nz[to[1]] = walk.value[of[0]]
+        elif op == ca.OP_CONST:
+            walk.put(to[0], ca.SX(function.instruction_constant(k)), ca.SX(1))
+        elif op == ca.OP_INPUT:
+            walk.put(to[0], arguments[of[0]].nz[of[1]], ca.SX(of[0] not in varying))
+        else:
+            walk.apply(op, to[0], of)
+    if not walk.symbols:
+        return Plateaus(function.call(arguments), [], [])
+    return Plateaus(values, walk.symbols, walk.constants)
+
+
+class _Walk:
+    """Registers of a function with, of each, the plain value and the condition under which it is constant nearby."""
+
+    def __init__(self, arguments: list[ca.SX], varying: Collection[int]) -> None:
+        self.value: dict[int, ca.SX] = {}
+        self.symbols: list[ca.SX] = []
+        self.constants: list[ca.SX] = []
+        self._plain: dict[int, ca.SX] = {}
+        self._constant: dict[int, ca.SX] = {}
+
+    def put(self, to: int, value: ca.SX, constant: ca.SX, plain: ca.SX | None = None) -> None:
+        self.value[to], self._constant[to] = value, constant
+        self._plain[to] = value if plain is None else plain
+
+    def apply(self, op: int, to: int, of: list[int]) -> None:
+        value, plain = (_applied(op, [values[k] for k in of]) for values in (self.value, self._plain))
+        constant = _constant(op, [self._plain[k] for k in of], [self._constant[k] for k in of])
+        if op in _STEEP and not constant.is_constant():
+            symbol = ca.SX.sym(f"plateau{len(self.symbols)}")
+            self.symbols.append(symbol)
+            self.constants.append(plain)
+            value = ca.if_else(constant, symbol, value)
+        self.put(to, value, constant, plain)
+
+
+def _applied(op: int, values: list[ca.SX]) -> ca.SX:
+    return ca.SX.unary(op, *values) if len(values) == 1 else ca.SX.binary(op, *values)
+
+
+def _constant(op: int, values: list[ca.SX], constant: list[ca.SX]) -> ca.SX:
+    """Return the condition under which the result of an operation is constant nearby."""
+    if op in _STEPS:
+        return ca.SX(1)
+    if op in (ca.OP_FMIN, ca.OP_FMAX):
+        first = ca.lt(*values) if op == ca.OP_FMIN else ca.gt(*values)
+        other = ca.gt(*values) if op == ca.OP_FMIN else ca.lt(*values)
+        return _or(_or(_and(first, constant[0]), _and(other, constant[1])), _and(*constant))
+    if op == ca.OP_IF_ELSE_ZERO:
+        return _or(ca.logic_not(values[0]), constant[1])
+    result = constant[0]
+    for other in constant[1:]:
+        result = _and(result, other)
+    return result
+
+
+def _and(a: ca.SX, b: ca.SX) -> ca.SX:
+    if a.is_constant():
+        return b if a.is_one() else a
+    if b.is_constant():
+        return a if b.is_one() else b
+    return ca.logic_and(a, b)
+
+
+def _or(a: ca.SX, b: ca.SX) -> ca.SX:
+    if a.is_constant():
+        return a if a.is_one() else b
+    if b.is_constant():
+        return b if b.is_one() else a
+    return ca.logic_or(a, b)
