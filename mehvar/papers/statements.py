@@ -2,7 +2,8 @@
 """What a paper says, sentence by sentence, and what became of it: the entries of a paper's `statements.toml`.
 
 A file holds how much the paper prints, and a statement for every sentence of its abstract and conclusions, for every
-table, every figure, and every other sentence that says something checkable::
+table, every figure, and every other sentence that says something checkable. A long sentence may have several entries,
+and an entry may join several short ones: entries are counted, not sentences::
 
     [printed]
     equations = 53
@@ -107,10 +108,16 @@ class Statement:
 
 @dataclass(frozen=True)
 class Coverage:
-    """How many things of a kind a paper prints, how many of them are judged, and how many the report shows."""
+    """How many things of a kind a paper prints, how many of them are judged, and how many the report shows.
+
+    Attributes
+    ----------
+    printed : int or None
+        None for entries on a part of the text: they are counted, the paper's sentences are not.
+    """
 
     kind: str
-    printed: int
+    printed: int | None
     judged: int
     shown: int
 
@@ -190,8 +197,8 @@ def coverage(
 ) -> list[Coverage]:
     """Count what the paper prints, what of it is judged, and what is shown.
 
-    An equation is shown by the errata when it does not hold, and by the model's equations otherwise; a table or a
-    sentence by the list of statements.
+    An equation is shown by the errata when it does not hold, and by the model's equations otherwise; a table or an
+    entry on the text by the list of statements.
     """
     printed, drawn = statements.printed, set(figures)
     numbered = [equations[f"({k})"] for k in range(1, printed.equations + 1) if f"({k})" in equations]
@@ -206,7 +213,7 @@ def coverage(
         Coverage("tables", printed.tables, count("table ", judged), count("table ", judgements)),
         Coverage("figures", printed.figures, count("figure ", judged), sum(k in drawn for k in of_figures)),
     ]
-    for kind in ("abstract", "conclusions", "section"):
-        sentences = count(kind, judgements)
-        rows.append(Coverage(f"sentences, {kind}", sentences, count(kind, judged), sentences))
+    for kind, title in (("abstract", "abstract"), ("conclusions", "conclusions"), ("section", "sections")):
+        entries = count(kind, judgements)
+        rows.append(Coverage(f"entries on the {title}", None, count(kind, judged), entries))
     return rows

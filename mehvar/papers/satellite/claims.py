@@ -14,7 +14,7 @@ from mehvar.runtime.run.problem import Status
 from ..claims import AMPLITUDES, Check, Checks, Expected, about, below, beside
 from ..runs import Runs
 from .checks import each_above, each_below, ends, lost, rms_degrees, three
-from .design import by_root_locus, cycle, independent, linear
+from .design import cycle, independent, linear, root_locus
 from .rows import AXES, LATE, PRINTED_B, measure
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ def _bears_delay(runs: Runs, expected: Expected) -> Sequence[Check]:
         each_below(
             "RMS difference to the run without delay, shifted by one sample", expected("shifted"), _shifted(plain, late)
         ),
+        each_below("RMS error over that without the delay", expected("ratio"), measure(late).rms / measure(plain).rms, ""),
     )
 
 
@@ -85,7 +86,23 @@ def _printed_guess(runs: Runs, expected: Expected) -> Sequence[Check]:
     for what, delay in (("without delay", 0), ("with the delay", 1)):
         run = runs("mrac", "printed", delay=delay)
         checks += [ends(run), each_below(f"RMS error from 200 s on, {what}", expected("error"), measure(run).rms)]
+        gain, b0, b1 = (_off(run, *names)[:, -1] for names in (("b0", "b1"), ("b0",), ("b1",)))
+        of = f"off from Ts²/I at the end, {what}"
+        checks += [
+            *(below(f"b0 + b1 of {a}, {of}", expected("gain"), float(g)) for a, g in zip(AXES[:2], gain, strict=False)),
+            beside(below(f"b0 + b1 of yaw, {of}", expected("gain"), float(gain[2]))),
+            beside(each_below(f"b0 alone, from half of it, {what}", expected("gain"), b0, "")),
+            beside(each_below(f"b1 alone, from half of it, {what}", expected("gain"), b1, "")),
+        ]
     return checks
+
+
+def _off(run: Run, *names: str) -> FloatArray:
+    """Return how far the sum of estimated coefficients of B is off from the true one, relative, by axis and sample."""
+    values, series = run.parameters.values, run.variables()
+    true = [len(names) * values["Ts"] ** 2 / (2 * values[f"I_{i}"]) for i in "xyz"]
+    sums = (np.sum([series[f"{name}_{axis}"] for name in names], axis=0) for axis in AXES)
+    return np.array([np.abs(s / t - 1) for s, t in zip(sums, true, strict=True)])
 
 
 def _single_precision(runs: Runs, expected: Expected) -> Sequence[Check]:
@@ -142,15 +159,20 @@ def _literal_is_lost(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 def _literal_controls(runs: Runs, expected: Expected) -> Sequence[Check]:
     run, known = runs("mrac-literal", "printed"), runs("mrac-literal", "paper", adapt=0)
-    return (
-        ends(run),
-        each_below("ring from 200 s on, 1 for pure alternation", expected("ring"), measure(run).ring, ""),
-        ends(known, "plant known"),
-    )
+    return (ends(run), _calm(run, expected), ends(known, "plant known"))
 
 
 def _literal_bears_delay(runs: Runs, expected: Expected) -> Sequence[Check]:
-    return (ends(runs("mrac-literal", "printed", delay=1)),)
+    run = runs("mrac-literal", "printed", delay=1)
+    return (ends(run), _calm(run, expected))
+
+
+def _calm(run: Run, expected: Expected) -> Check:
+    """Return the check that the torques of a run do not alternate."""
+    what, bound = "ring from 200 s on, 1 for pure alternation", expected("ring")
+    if run.status is not Status.DONE:
+        return Check(what, f"< {bound:g}", "none: the run is lost", False)
+    return each_below(what, bound, measure(run).ring, "")
 
 
 def _linear_model(runs: Runs, expected: Expected) -> Sequence[Check]:
@@ -245,9 +267,7 @@ def _quick(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 def _learnt(run: Run, axis: int) -> float:
     """Return the last time at which the estimated B(1) = Ts^2/I of an axis is off by more than a fifth, s."""
-    values, series = run.parameters.values, run.variables()
-    true = values["Ts"] ** 2 / values[f"I_{'xyz'[axis]}"]
-    off = np.abs((series[f"b0_{AXES[axis]}"] + series[f"b1_{AXES[axis]}"]) / true - 1) > 0.2
+    off = _off(run, "b0", "b1")[axis] > 0.2
     return float(run.t[np.flatnonzero(off)[-1]])
 
 
@@ -269,7 +289,7 @@ CHECKS: Mapping[str, Checks] = {
     "15": _offset,
     "16": independent,
     "17": _quick,
-    "18": by_root_locus,
+    "18": root_locus,
     "19": cycle,
 }
 """By the number of the claim in claims.toml."""

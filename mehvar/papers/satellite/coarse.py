@@ -42,11 +42,14 @@ class CoarseRuns:
         Whether no limit was passed before the end.
     rms : array, (n, 3)
         RMS error of roll, pitch and yaw against the reference model, from 200 s on, deg.
+    torque : array, (n, samples, 3)
+        Torque that acts over each sample, from 200 s on, N m.
     """
 
     values: FloatArray
     done: BoolArray
     rms: FloatArray
+    torque: FloatArray
 
 
 def coarse_runs(model: Model, campaign: Campaign, step: Step) -> CoarseRuns:
@@ -64,8 +67,10 @@ def coarse_runs(model: Model, campaign: Campaign, step: Step) -> CoarseRuns:
     plan = Plan(model, campaign)
     loop = _Loop(model, plan, step)
     instants = [k * loop.period for k in range(round(plan.scenario.duration / loop.period))]
-    errors = [error for t, error in ((t, loop.step(t)) for t in instants) if t >= LATE]
-    return CoarseRuns(loop.values, loop.done, np.degrees(np.sqrt(np.square(errors).mean(axis=0))))
+    samples = [sample for t, sample in ((t, loop.step(t)) for t in instants) if t >= LATE]
+    errors, torques = (np.array(series) for series in zip(*samples, strict=True))
+    rms = np.degrees(np.sqrt(np.square(errors).mean(axis=0)))
+    return CoarseRuns(loop.values, loop.done, rms, torques.swapaxes(0, 1))
 
 
 class _Loop:
@@ -85,15 +90,15 @@ class _Loop:
         self._applied = np.zeros((plan.campaign.n, 3))
         self._waiting = [self._applied] * plan.options.delay
 
-    def step(self, t: float) -> FloatArray:
-        """Go on by a sample, a run that passed a limit not any more; return the errors before, rad."""
+    def step(self, t: float) -> tuple[FloatArray, FloatArray]:
+        """Go on by a sample, a run that passed a limit not any more; return the errors before, rad, and the torques."""
         error: FloatArray = self._x[:, :3] - self._z[:, self._model]
         command, self._z = self._law(self._x, self._reference(t), self._applied, self._z, self._p, self._c)
         self.done &= (self._functions["limits"](self._x, command, self._p) > 0).all(axis=1)
         self._waiting.append(command)
         self._applied = np.where(self.done[:, None], self._waiting.pop(0), 0.0)
         self._x = np.where(self.done[:, None], self._moved(), self._x)
-        return error
+        return error, self._applied
 
     def _moved(self) -> FloatArray:
         """Return the state a sample later."""

@@ -115,7 +115,6 @@ def measure(run: Run) -> AxisMetrics:
     t, torque = run.t[:-1], np.abs(run.u[:-1])
     late = t >= LATE
     error = np.degrees([series[a] - series[f"ym_{a}"] for a in AXES])[:, late]
-    change = np.abs(np.diff(run.u[:-1][late], axis=0))
     return AxisMetrics(
         rms=np.sqrt(np.square(error).mean(axis=1)),
         largest=np.abs(error).max(axis=1),
@@ -123,8 +122,19 @@ def measure(run: Run) -> AxisMetrics:
         torque_ever=torque.max(axis=0),
         settling=np.array([_settling(t, np.degrees(series[f"{a}_error"]), band)
                            for a, band in zip(AXES, _SETTLED_DEG, strict=True)]),
-        ring=change.mean(axis=0) / (2 * torque[late].mean(axis=0)),
+        ring=ring(run.u[:-1][late]),
     )  # fmt: skip
+
+
+def ring(torque: FloatArray) -> FloatArray:
+    """Return the mean change of a torque from sample to sample over twice its mean size; samples are the last axis but
+    one.
+
+    1 is pure alternation; a torque that changes little from sample to sample is near 0. One that is always zero has NaN.
+    """
+    with np.errstate(invalid="ignore"):
+        change: FloatArray = np.abs(np.diff(torque, axis=-2)).mean(axis=-2)
+        return change / (2 * np.abs(torque).mean(axis=-2))
 
 
 def _settling(t: FloatArray, error: FloatArray, band: float) -> float:

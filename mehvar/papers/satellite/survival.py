@@ -16,7 +16,7 @@ from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.run.problem import Status
 
 from .coarse import coarse_runs
-from .rows import AXES
+from .rows import AXES, LATE, ring
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,18 +54,25 @@ class Survival:
         Which runs reach their end.
     rms : array, (41, 3)
         RMS errors of roll, pitch and yaw from 200 s on, deg.
+    ring : array, (41, 3)
+        Ring of the torques from 200 s on, 1 for pure alternation; of a run that is lost it means nothing.
     """
 
     done: BoolArray
     rms: FloatArray
+    ring: FloatArray
 
     @property
     def clean(self) -> BoolArray:
         """Which runs reach their end and keep every axis below `CLEAN`."""
         return self.done & (self.rms < CLEAN).all(axis=1)
 
+    def calm(self, most: float) -> BoolArray:
+        """Return which runs reach their end with a ring below `most` on every axis."""
+        return self.done & (self.ring < most).all(axis=1)
 
-@functools.lru_cache(maxsize=16)
+
+@functools.lru_cache(maxsize=32)
 def survival(
     model: Model, step: Step | None, pole: float, delay: int = 0, scenario: str = "printed", **parameters: float
 ) -> Survival:
@@ -91,19 +98,22 @@ def survival(
     InputError
         If the batch engine has no C compiler.
     """
+    period = float(model.parameters()[model.parameter_names.index("Ts")])
     campaign = Campaign(
         "mrac-literal", len(COVARIANCES), scenario, sampling="latin", parameters={"C2_pole": pole, **parameters},
         vary={"F0": f"choice({', '.join(f'{value:.17g}' for value in COVARIANCES)})"}, options={"delay": delay},
+        save_every=period,
     )  # fmt: skip
     if step:
         runs = coarse_runs(model, campaign, step)
-        drawn, done, rms = runs.values[:, 0], runs.done, runs.rms
+        drawn, done, rms, torque = runs.values[:, 0], runs.done, runs.rms, runs.torque
     else:
         store = run_batch(model, campaign)
         drawn, done = store.read("F0"), store.read("status") == Status.DONE
         rms = np.degrees([store.read(f"rms_{axis}") for axis in AXES]).T
+        torque = np.moveaxis([store.read(f"u_T{i}")[:, round(LATE / period) : -1] for i in "xyz"], 0, -1)
     order = np.argsort(drawn)
-    return Survival(done[order], rms[order])
+    return Survival(done[order], rms[order], ring(torque[order]))
 
 
 def survival_figure(runs: Runs) -> Figure:

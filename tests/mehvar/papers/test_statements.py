@@ -63,3 +63,9 @@ def test_what_is_printed_is_counted_beside_what_is_judged_and_shown():
     assert [(r.kind, r.printed, r.judged, r.shown) for r in rows][:3] == [
         ("equations", 2, 1, 2), ("tables", 1, 1, 1), ("figures", 1, 0, 1),
     ]  # fmt: skip
+
+
+def test_entries_on_the_text_are_counted_and_not_said_to_be_printed():
+    texts = of(StatementText("abstract 1", "t", ("1",)), StatementText("abstract 1", "t", remark="background"))
+    rows = {r.kind: (r.printed, r.judged, r.shown) for r in coverage(texts, judge(texts, (HOLDS,), LEDGER), {}, [])}
+    assert rows["entries on the abstract"] == (None, 1, 2)
