@@ -72,7 +72,7 @@ class Survival:
         return self.done & (self.ring < most).all(axis=1)
 
 
-@functools.lru_cache(maxsize=32)
+@functools.lru_cache(maxsize=16)
 def survival(
     model: Model, step: Step | None, pole: float, delay: int = 0, scenario: str = "printed", **parameters: float
 ) -> Survival:
