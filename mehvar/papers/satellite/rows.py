@@ -132,8 +132,8 @@ def ring(torque: FloatArray) -> FloatArray:
     1 is pure alternation; a torque that changes little is near 0; one that is always zero has NaN.
     """
     with np.errstate(invalid="ignore"):
-        change: FloatArray = np.abs(np.diff(torque, axis=-2)).mean(axis=-2)
-        return change / (2 * np.abs(torque).mean(axis=-2))
+        ratio: FloatArray = np.abs(np.diff(torque, axis=-2)).mean(axis=-2) / (2 * np.abs(torque).mean(axis=-2))
+    return ratio
 
 
 def _settling(t: FloatArray, error: FloatArray, band: float) -> float:
