@@ -37,7 +37,7 @@ def _follows_model(runs: Runs, expected: Expected) -> Sequence[Check]:
     return (ends(run), each_below("RMS error from 200 s on", expected("error"), measure(run).rms))
 
 
-def _bears_delay(runs: Runs, expected: Expected) -> Sequence[Check]:
+def _follows_late(runs: Runs, expected: Expected) -> Sequence[Check]:
     plain, late = runs("mrac", "paper"), runs("mrac", "paper", delay=1)
     return (
         ends(late),
@@ -45,7 +45,9 @@ def _bears_delay(runs: Runs, expected: Expected) -> Sequence[Check]:
         each_below(
             "RMS difference to the run without delay, shifted by one sample", expected("shifted"), _shifted(plain, late)
         ),
-        each_below("RMS error over that without the delay", expected("ratio"), measure(late).rms / measure(plain).rms, ""),
+        each_below(
+            "RMS error over that without the delay", expected("ratio"), measure(late).rms / measure(plain).rms, ""
+        ),
     )
 
 
@@ -159,10 +161,10 @@ def _literal_is_lost(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 def _literal_controls(runs: Runs, expected: Expected) -> Sequence[Check]:
     run, known = runs("mrac-literal", "printed"), runs("mrac-literal", "paper", adapt=0)
-    return (ends(run), _calm(run, expected), ends(known, "plant known"))
+    return (ends(run), _calm(run, expected), beside(ends(known, "plant known")))
 
 
-def _literal_bears_delay(runs: Runs, expected: Expected) -> Sequence[Check]:
+def _literal_controls_late(runs: Runs, expected: Expected) -> Sequence[Check]:
     run = runs("mrac-literal", "printed", delay=1)
     return (ends(run), _calm(run, expected))
 
@@ -273,7 +275,7 @@ def _learnt(run: Run, axis: int) -> float:
 
 CHECKS: Mapping[str, Checks] = {
     "1": _follows_model,
-    "2": _bears_delay,
+    "2": _follows_late,
     "3": _pd_does_not_track,
     "4": _pd_needs_less_torque,
     "5": _printed_guess,
@@ -285,7 +287,7 @@ CHECKS: Mapping[str, Checks] = {
     "11": _linear_model,
     "12": _sampled_model,
     "13": _wheels,
-    "14": _literal_bears_delay,
+    "14": _literal_controls_late,
     "15": _offset,
     "16": independent,
     "17": _quick,

@@ -127,14 +127,13 @@ def measure(run: Run) -> AxisMetrics:
 
 
 def ring(torque: FloatArray) -> FloatArray:
-    """Return the mean change of a torque from sample to sample over twice its mean size; samples are the last axis but
-    one.
+    """Return the mean change of a torque, (..., samples, 3), from sample to sample over twice its mean size.
 
-    1 is pure alternation; a torque that changes little from sample to sample is near 0. One that is always zero has NaN.
+    1 is pure alternation; a torque that changes little is near 0; one that is always zero has NaN.
     """
     with np.errstate(invalid="ignore"):
-        change: FloatArray = np.abs(np.diff(torque, axis=-2)).mean(axis=-2)
-        return change / (2 * np.abs(torque).mean(axis=-2))
+        ratio: FloatArray = np.abs(np.diff(torque, axis=-2)).mean(axis=-2) / (2 * np.abs(torque).mean(axis=-2))
+    return ratio
 
 
 def _settling(t: FloatArray, error: FloatArray, band: float) -> float:

@@ -72,7 +72,7 @@ class Survival:
         return self.done & (self.ring < most).all(axis=1)
 
 
-@functools.lru_cache(maxsize=32)
+@functools.lru_cache(maxsize=16)
 def survival(
     model: Model, step: Step | None, pole: float, delay: int = 0, scenario: str = "printed", **parameters: float
 ) -> Survival:
@@ -111,7 +111,7 @@ def survival(
         store = run_batch(model, campaign)
         drawn, done = store.read("F0"), store.read("status") == Status.DONE
         rms = np.degrees([store.read(f"rms_{axis}") for axis in AXES]).T
-        torque = np.moveaxis([store.read(f"u_T{i}")[:, round(LATE / period) : -1] for i in "xyz"], 0, -1)
+        torque = np.stack([store.read(f"u_T{i}")[:, round(LATE / period) : -1] for i in "xyz"], axis=-1)
     order = np.argsort(drawn)
     return Survival(done[order], rms[order], ring(torque[order]))
 
