@@ -136,6 +136,7 @@ class WatchedRuns(_OtherRuns):
     def __call__(
         self, controller: str, scenario: str, initial: Mapping[str, float] | None = None, **settings: Any
     ) -> Run:
+        """Return a run, and remember it."""
         run = super().__call__(controller, scenario, initial, **settings)
         self.seen.append(run)
         return run

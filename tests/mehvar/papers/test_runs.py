@@ -4,8 +4,8 @@ import builtins
 import pytest
 
 from mehvar.errors import MissingError
-from mehvar.papers.reproduction import PaperFigure
 from mehvar.papers.claims import ClaimText, ReadingText, below, decide
+from mehvar.papers.reproduction import PaperFigure
 from mehvar.papers.runs import Runs
 from mehvar.report import content
 from mehvar.runtime.board.image import toolchains
