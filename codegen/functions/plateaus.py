@@ -56,7 +56,7 @@ def plateaus(function: ca.Function, arguments: list[ca.SX], varying: Collection[
     varying : collection of int
         Places of the arguments that it will be differentiated by.
     """
-    walk = _Walk(arguments, varying)
+    walk = _Walk()
     values = [ca.SX(function.sparsity_out(k)) for k in range(function.n_out())]
     for k in range(function.n_instructions()):
         op, to = function.instruction_id(k), function.instruction_output(k)
@@ -77,7 +77,7 @@ def plateaus(function: ca.Function, arguments: list[ca.SX], varying: Collection[
 class _Walk:
     """Registers of a function with, of each, the plain value and the condition under which it is constant nearby."""
 
-    def __init__(self, arguments: list[ca.SX], varying: Collection[int]) -> None:
+    def __init__(self) -> None:
         self.value: dict[int, ca.SX] = {}
         self.symbols: list[ca.SX] = []
         self.constants: list[ca.SX] = []

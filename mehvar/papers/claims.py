@@ -6,12 +6,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from mehvar.errors import InputError
 
-if TYPE_CHECKING:
-    from .runs import Runs
+from .runs import Runs, WatchedRuns
 
 TIMES = 0.01
 """Allowed deviation of a time, relative: a settling time is a whole number of samples, and one sample is 0.2 to 0.9 %
@@ -155,7 +154,7 @@ class ClaimText:
 
 Expected: TypeAlias = Callable[[str], float]
 """The expected numbers of a claim, by name."""
-Checks: TypeAlias = Callable[["Runs", Expected], Sequence[Check]]
+Checks: TypeAlias = Callable[[Runs, Expected], Sequence[Check]]
 """Runs the model and returns the checks of a claim."""
 
 
@@ -171,8 +170,23 @@ def decide(
 
 
 def _decided(text: ClaimText, checks: Checks, readings: Mapping[str, Checks], runs: Runs) -> Claim:
-    tried = tuple(TriedReading(r.name, r.text, tuple(readings[r.name](runs, text.number_of))) for r in text.reading)
+    tried = tuple(TriedReading(r.name, r.text, _tried(readings[r.name], text.number_of, runs)) for r in text.reading)
     return Claim(text.number, text.text, tuple(checks(runs, text.number_of)), text.explanation, text.refuted, tried)
+
+
+def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:
+    """Return the checks of a reading; where a run of it is lost, numbers of the part before are no measurements.
+
+    Only of readings: a claim may be about a loop that is lost, and then has a check that says so.
+    """
+    watched = WatchedRuns(runs)
+    results = tuple(checks(watched, expected))
+    if not watched.lost:
+        return results
+    ends = Check(
+        "the runs reach their ends", "all", "; ".join(dict.fromkeys(run.reason for run in watched.lost)), False
+    )
+    return (ends, *(replace(check, measured="not measured", holds=False) for check in results))
 
 
 def about(what: str, expected: float, measured: float, unit: str = "", tolerance: float = TIMES) -> Check:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from mehvar.errors import MissingError
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.options import split_settings
+from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import simulate
 
 if TYPE_CHECKING:
@@ -117,3 +118,30 @@ class _OtherRuns(Runs):
         self, controller: str, scenario: str, initial: Mapping[str, float] | None = None, **settings: Any
     ) -> Run:
         return self._base(controller, scenario, initial, **{**self._settings, **settings})
+
+
+class WatchedRuns(_OtherRuns):
+    """The same loops, of which those that were asked for are remembered.
+
+    Attributes
+    ----------
+    seen : list of Run
+        In the order of the calls.
+    """
+
+    def __init__(self, runs: Runs) -> None:
+        super().__init__(runs, {})
+        self.seen: list[Run] = []
+
+    def __call__(
+        self, controller: str, scenario: str, initial: Mapping[str, float] | None = None, **settings: Any
+    ) -> Run:
+        """Return a run, and remember it."""
+        run = super().__call__(controller, scenario, initial, **settings)
+        self.seen.append(run)
+        return run
+
+    @property
+    def lost(self) -> list[Run]:
+        """The runs that did not reach their end."""
+        return [run for run in self.seen if run.status is not Status.DONE]

@@ -3,17 +3,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from mehvar.papers.runs import Runs
+    from mehvar.runtime.model.functions import FloatArray
+    from mehvar.runtime.model.linear import LinearSystem
+    from mehvar.runtime.run.simulate import Run
+
+    ComplexArray = NDArray[np.complex128]
 
 SHOWN = 4
 """Fills a line of the table."""
+_SAME = 0.01
+"""Of an eigenvalue: what it may move by when the state moves by as little as the run's own tolerance. Those of smooth
+loops move by 1e-8 of the largest, those of a law at its kink by all of themselves; half or twice changes no row."""
+_ROUNDING = 1e-5
+"""Of the largest: a triple eigenvalue is good to the third root of the machine's precision only, 6e-6."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +44,7 @@ class LoopSpectrum:
         Of all eigenvalues.
     nearest : tuple of complex
         Those with the largest modulus, or real part, one of each conjugate pair; empty where the loop has no
-        derivative.
+        derivative, or where the end is so close to a kink that the run's tolerance decides on them.
     """
 
     scenario: str
@@ -53,10 +65,31 @@ def _spectrum(runs: Runs, scenario: str, law: str) -> LoopSpectrum:
     values, t = run.parameters, float(run.t[-1])
     memory = {"u": run.u[-2], "z": run.z[-1]} if run.controller.memory and len(run.t) > 1 else {"u": None}
     r = model.functions["reference"](t, values.p, values.s)
-    system = model.linearize(run.x[-1], p=values.p, r=r, controller=law, c=values.c, **memory)
+
+    def linear(x: FloatArray) -> LinearSystem:
+        return model.linearize(x, p=values.p, r=r, controller=law, c=values.c, **memory)
+
+    system = linear(run.x[-1])
     eigenvalues = system.eigenvalues
     upper = eigenvalues[~(eigenvalues.imag < 0)]
     period = None if system.period is None else float(system.period)
     order = np.argsort(-(upper.real if period is None else np.abs(upper)), kind="stable")
-    nearest = tuple(complex(value) for value in upper[order[:SHOWN]]) if np.all(np.isfinite(upper)) else ()
-    return LoopSpectrum(scenario, law, t, period, len(eigenvalues), nearest)
+    nearest = upper[order[:SHOWN]]
+    steady = all(_same(nearest, linear(x).eigenvalues) for x in _within_tolerance(run))
+    return LoopSpectrum(scenario, law, t, period, len(eigenvalues), tuple(nearest.tolist()) if steady else ())
+
+
+def _within_tolerance(run: Run) -> Iterator[FloatArray]:
+    """Yield the end of a run, and states that its tolerances do not tell from it: off in one element, either way."""
+    x = run.x[-1]
+    yield x
+    off = np.diag(float(run.options["rtol"]) * np.abs(x) + float(run.options["atol"]))
+    yield from (x + step for step in (*off, *-off))
+
+
+def _same(some: ComplexArray, others: ComplexArray) -> bool:
+    """Whether each eigenvalue of some is among others; not where one is not a number."""
+    if not (np.isfinite(some).all() and np.isfinite(others).all()):
+        return False
+    distance = np.abs(some[:, None] - others).min(axis=1)
+    return bool((distance <= _SAME * np.abs(some) + _ROUNDING * np.abs(others).max()).all())

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..claims import TIMES, Check, Checks, Expected, about, below, beside
 from ..runs import Runs
-from .positivity import positive
+from .positivity import ORDER_AS_PRINTED, positive
 from .rows import FULL, LAWS, REDUCED, axial
 
 if TYPE_CHECKING:
@@ -301,8 +301,8 @@ def _slope(runs: Runs, law: str, sign: float) -> Check:
     return Check(text, "< 0", f"{slope:.2e} 1/s", slope < 0)
 
 
-def _weights_of_table_2(runs: Runs, expected: Expected) -> Sequence[Check]:
-    return positive(runs)
+def _weights_as_ordered(runs: Runs, expected: Expected) -> Sequence[Check]:
+    return positive(runs, **ORDER_AS_PRINTED)
 
 
 def _printed_signs(runs: Runs, expected: Expected) -> Sequence[Check]:
@@ -360,6 +360,6 @@ CHECKS: Mapping[str, Checks] = {
     "11": _printed_signs,
     "12": lengths,
     "13": _printed_weights,
-    "14": _weights_of_table_2,
+    "14": _weights_as_ordered,
 }
 """By the number of the claim in claims.toml."""

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 _STATES = 1000
 """Random states, each component within 1: with r9, r10 >> 1 >> r3 to r8 V1 is negative at 228 of them, and f has
 a negative eigenvalue at all; half or twice as many change no verdict."""
+ORDER_AS_PRINTED = {f"r{k}": 1e-3 for k in range(3, 9)} | {"r9": 1e3, "r10": 1e3}
+"""r9, r10 >> 1 >> r3 to r8, as the text at hand has it; Table 2 has the reverse."""
 _BODY_RATES = ("wx", "wy", "wz")
 _BOB_RATES = ("phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot")
 

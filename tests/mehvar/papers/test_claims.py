@@ -15,6 +15,8 @@ from mehvar.papers.claims import (
     count,
     decide,
 )
+from mehvar.papers.runs import Runs
+from mehvar.runtime.model.model import load
 
 
 def test_a_claim_fails_by_an_essential_check_and_gets_a_note_by_another():
@@ -54,5 +56,5 @@ def test_readings_are_run_with_the_numbers_of_the_claim():
     text = ClaimText("1", "t", refuted=True, expected={"m": 3.0}, reading=(ReadingText("r", "other"),))
     checks = {"1": lambda runs, expected: (below("m", expected("m"), 4.0),)}
     readings = {"1": {"r": lambda runs, expected: (below("m", expected("m"), 2.0),)}}
-    (claim,) = decide([text], checks, None, readings)
+    (claim,) = decide([text], checks, Runs(load("triangle", backend="python")), readings)
     assert claim.verdict is ClaimVerdict.READING

@@ -4,6 +4,7 @@ import builtins
 import pytest
 
 from mehvar.errors import MissingError
+from mehvar.papers.claims import ClaimText, ReadingText, below, decide
 from mehvar.papers.reproduction import PaperFigure
 from mehvar.papers.runs import Runs
 from mehvar.report import content
@@ -60,3 +61,24 @@ def test_the_emulator_and_the_compiler_are_named_when_missing(runs, monkeypatch)
         runs.board("pd")
     with pytest.raises(MissingError, match="C compiler"):
         Runs(load("satellite", backend="python")).board("pd")
+
+
+def test_a_reading_whose_run_is_lost_shows_no_numbers():
+    """The path law's commands held for a second end at collinear masses at 7.5 s."""
+
+    def turns(**settings):
+        def checks(runs, expected):
+            return [below("sign changes", 100, runs.under(t_end=20.0).metrics("path", "paper", **settings)["flips"])]
+
+        return checks
+
+    text = ClaimText("1", "t", reading=(ReadingText("held", "h"), ReadingText("continuous", "c")))
+    readings = {"1": {"held": turns(hold=1.0), "continuous": turns()}}
+    (claim,) = decide([text], {"1": turns()}, Runs(load("triangle", backend="c")), readings)
+    held, continuous = claim.readings
+    assert not held.holds
+    assert [check.what for check in held.checks] == ["the runs reach their ends", "sign changes"]
+    assert "collinear" in held.checks[0].measured
+    assert held.checks[1].measured == "not measured"
+    assert continuous.holds
+    assert [check.what for check in continuous.checks] == ["sign changes"]

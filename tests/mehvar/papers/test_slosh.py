@@ -20,7 +20,7 @@ from mehvar.runtime.run.simulate import simulate
 from tests.mehvar.images import numbered_and_told, unlabelled
 
 NOTED = {"6", "7", "9", "10", "12", "R1"}
-READ_OTHERWISE = {"8", "11", "13"}
+READ_OTHERWISE = {"8", "11", "13", "14"}
 PANELS = {1: 3, 2: 1, 3: 4, 4: 4, 5: 6, 6: 4, 7: 4, 8: 4, 9: 1, 10: 2, 11: 2}
 FIRST, SECOND = table.LAWS
 
@@ -89,6 +89,11 @@ def test_v1_is_positive_where_f_is(runs):
     assert [check.holds for check in beyond] == [False, True, False]
     with pytest.raises(MehvarError, match="may lose its inverse"):
         simulate(runs.model, FIRST, "paper", r9=100.0, r10=100.0)
+
+
+def test_the_printed_order_of_the_weights_is_the_reverse_of_what_v1_needs(claims):
+    assert [check.holds for check in claims["14"].checks] == [False, True, False]
+    assert all(reading.holds for reading in claims["14"].readings)
 
 
 def test_only_the_printed_sign_is_refuted_not_the_derived_one(claims):

@@ -9,7 +9,7 @@ from mehvar.papers.runs import Runs
 from mehvar.report.eigenvalues import SHOWN, loop_spectra
 
 
-@pytest.mark.parametrize(("name", "law"), [("triangle", "path"), ("satellite", "pd")])
+@pytest.mark.parametrize(("name", "law"), [("slosh", "lyapunov-v2"), ("satellite", "pd")])
 def test_a_loop_is_linearised_where_its_run_ends(name, law):
     model = mehvar.load(name)
     runs, scenario = Runs(model), next(iter(model.manifest.scenarios))
@@ -24,3 +24,11 @@ def test_a_loop_is_linearised_where_its_run_ends(name, law):
     assert np.all(np.diff(sizes) <= 0)
     assert np.array(spectrum.nearest).imag.min() >= 0
     assert sizes[0] < (0 if spectrum.period is None else 1.001)
+
+
+@pytest.mark.parametrize("scenario", ["paper", "printed"])
+def test_no_eigenvalues_where_rounding_decides_on_them(scenario):
+    """The path law has a kink at its target, where K = 2 |theta| / rho^2 is 0/0."""
+    (spectrum,) = loop_spectra(Runs(mehvar.load("triangle")), [(scenario, "path")])
+    assert spectrum.nearest == ()
+    assert spectrum.count == 4
