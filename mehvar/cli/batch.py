@@ -19,7 +19,7 @@ from mehvar.errors import InputError, MehvarError, bad_value
 from mehvar.runtime.batch.dispersions import split
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
-from mehvar.runtime.batch.store import open_store
+from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.settings import SettingTexts, read_settings
 from mehvar.terminal import Advance, progress
@@ -148,7 +148,7 @@ def _stopped(why: str, out: Path, status: int) -> int:
         pass
     words = ["mehvar", *sys.argv[1:]]
     again = shlex.join(words if "--resume" in words else [*words, "--resume"])
-    typer.echo(f"mehvar: {why}\n{extent}go on with:\n  {again}", err=True)
+    typer.echo(f"mehvar: {why}; {extent}go on with: {again}", err=True)
     return status
 
 

@@ -16,11 +16,12 @@ from mehvar import runtime
 from mehvar.errors import InputError
 from mehvar.runtime.batch import fill
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, Blocks
-from mehvar.runtime.batch.fill import ImpossibleRunError, plan_of, run_batch
+from mehvar.runtime.batch.fill import ImpossibleRunError, run_batch
 from mehvar.runtime.batch.plan import Campaign, Plan
-from mehvar.runtime.batch.repeat import difference, repeat_run
+from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.statistics import Success
-from mehvar.runtime.batch.store import STATUS, Store, StoreError, open_store
+from mehvar.runtime.batch.store.layout import STATUS
+from mehvar.runtime.batch.store.store import Store, StoreError, open_store
 
 TRIANGLE = Campaign(
     "path",

@@ -19,7 +19,7 @@ from distributed import Client
 from mehvar.errors import InputError
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.store import Store, open_store
+from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.batch.workers import connect
 
 ROOT = Path(__file__).parents[3]
