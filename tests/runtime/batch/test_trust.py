@@ -6,7 +6,6 @@ from __future__ import annotations
 import ctypes
 import json
 import shutil
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ from typing import Any
 import pytest
 
 import mehvar
-from mehvar.__main__ import main
 from mehvar.errors import InputError
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.numerics import generated_digest
@@ -26,6 +24,7 @@ from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
 from mehvar.runtime.compiling import compiler
 from mehvar.runtime.model.catalogue import find_model, known_models
+from tests.fuzz.campaign import in_process
 
 PENDULUM = Path(__file__).parents[1] / "pendulum"
 CAMPAIGN = Campaign("pd", n=60, vary={"g": "uniform(-2, 9)"}, options={"t_end": 0.05})
@@ -69,16 +68,12 @@ Command = Callable[..., tuple[int, str]]
 
 
 @pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+def command(monkeypatch: pytest.MonkeyPatch) -> Command:
     """A function that runs a command in a folder, and returns its status and what it says."""
 
     def run(*arguments: str, cwd: Path) -> tuple[int, str]:
         monkeypatch.chdir(cwd)
-        monkeypatch.setattr(sys, "argv", ["mehvar", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        said = capsys.readouterr()
-        return int(ended.value.code or 0), said.out + said.err
+        return in_process(*arguments)
 
     return run
 
