@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 import shlex
 import sys
 import time
@@ -134,7 +135,11 @@ def _client(scheduler: str | None) -> Any:
         return nullcontext()
     from mehvar.runtime.batch.workers import connect
 
-    return connect(scheduler)
+    client = connect(scheduler)
+    # what dask logs of a lost scheduler is a page of tracebacks; what is to be done stands in our message
+    for name in ("tornado.application", *(name for name in logging.root.manager.loggerDict if "distributed" in name)):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    return client
 
 
 def _stopped(why: str, out: Path, status: int) -> int:

@@ -7,6 +7,7 @@ that owns the store. A worker whose numerics are not the owner's is refused.
 
 from __future__ import annotations
 
+import asyncio
 import json
 import threading
 from collections.abc import Generator, Mapping
@@ -132,7 +133,7 @@ def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
             yield from produce(missing)
         except (MehvarError, GeneratorExit):
             raise
-        except Exception as error:
+        except (Exception, asyncio.CancelledError) as error:  # dask's own, of many kinds
             raise _lost(client, error) from error
 
     return guarded
@@ -172,7 +173,7 @@ def _result(future: Any) -> tuple[Values, Provenance]:
     return result
 
 
-def _lost(client: Client, error: Exception) -> ClusterError:
+def _lost(client: Client, error: BaseException) -> ClusterError:
     """Return what to say of an error of dask's."""
     if client.status != "running":
         return ClusterError(f"the scheduler {_address(client)} is gone")
