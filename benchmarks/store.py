@@ -12,7 +12,6 @@
 
 from __future__ import annotations
 
-import os
 import random
 import shutil
 import subprocess
@@ -20,6 +19,7 @@ import sys
 import tempfile
 import time
 import warnings
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
@@ -41,40 +41,37 @@ from mehvar.runtime.batch.store.verification import verify
 MODEL, LAW = "triangle", "path"
 VARY = {"l1_0": "normal(0.2, 0.01)", "theta_0": "uniform(0.8, 1.2)"}
 SHORT = Campaign(LAW, n=2000, seed=1, vary=VARY, options={"t_end": 0.2}, save_every=0.1)
-DAMAGES, STARTS = 325, 50
-RUNS = int(os.environ.get("STORE_RUNS", 1_000_000))
-PAIRS = int(os.environ.get("STORE_PAIRS", 3))
+SIZES = {"damages": 325, "starts": 50, "runs": 1_000_000, "pairs": 3}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the parts, and write what came of them."""
     parts = {"damage": damage, "starts": starts, "million": million, "cost": cost}
-    names = command_line(__doc__, parts).parse_args(arguments).parts or list(parts)
-    lines = [
-        "# Stores: damage, first starts, cost",
-        "",
-        *machine(),
-        "",
-        f"`python benchmarks/store.py {' '.join(names)}`",
-    ]
+    parser = command_line(__doc__, parts)
+    for name, size in SIZES.items():
+        parser.add_argument(f"--{name}", type=int, default=size, metavar="N", help=f"{size} unless given")
+    given = parser.parse_args(arguments)
+    names = given.parts or list(parts)
+    line = " ".join(sys.argv[1:] if arguments is None else arguments)
+    lines = ["# Stores: damage, first starts, cost", "", *machine(), "", f"`python benchmarks/store.py {line}`"]
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
             place = Path(folder) / name
             place.mkdir()
-            lines += ["", *parts[name](place)]
+            lines += ["", *parts[name](place, given)]
             shutil.rmtree(place)
     write("store.md", lines)
 
 
-def damage(folder: Path) -> list[str]:
+def damage(folder: Path, sizes: Namespace) -> list[str]:
     """Damage one file after the other, some twice; mend after each."""
     chance, store = random.Random(1), folder / "runs.zarr"
     run_batch(MODEL, SHORT, store, chunk=512)
     wanted = contents(store)
     names = sorted(wanted)
     seen: Counter[str] = Counter()
-    for number in range(DAMAGES):
-        name, kind = names[number % len(names)], chance.choice(("removed", "cut", "emptied", "a bit flipped"))
+    for number in range(sizes.damages):
+        name, kind = names[(7 * number) % len(names)], chance.choice(("removed", "cut", "emptied", "a bit flipped"))
         spoil(store / name, kind, chance)
         unseen = verify(store).complete
         refused, blocks = False, []
@@ -104,13 +101,13 @@ def damage(folder: Path) -> list[str]:
     return [head, "", *table(["what", "times"], rows), "", note]
 
 
-def starts(folder: Path) -> list[str]:
+def starts(folder: Path, sizes: Namespace) -> list[str]:
     """Begin one batch in two processes at once, and look at what is left."""
     line = [sys.executable, "-m", "mehvar", "batch", MODEL, "--controller", LAW, "-n", "600", "--t-end", "0.1"]
     reference = folder / "reference.zarr"
     assert subprocess.run([*line, "--out", str(reference)], stdout=subprocess.DEVNULL, check=False).returncode == 0
     wanted, told = contents(reference), Counter[str]()
-    for number in range(STARTS):
+    for number in range(sizes.starts):
         out = folder / f"{number}.zarr"
         pair = [
             subprocess.Popen([*line, "--out", str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -126,13 +123,13 @@ def starts(folder: Path) -> list[str]:
         shutil.rmtree(out)
     assert [path.name for path in folder.iterdir()] == ["reference.zarr"], "nothing is left behind"
     rows = [[f"the second {what}", str(times)] for what, times in told.items()]
-    rows += [["the first had the bytes of a batch alone; no file left behind", str(STARTS)]]
+    rows += [["the first had the bytes of a batch alone; no file left behind", str(sizes.starts)]]
     return ["## Two first starts on one name", "", *table(["what", "times"], rows)]
 
 
-def million(folder: Path) -> list[str]:
+def million(folder: Path, sizes: Namespace) -> list[str]:
     """Kill, damage and resume a large batch."""
-    line = [sys.executable, "-m", "mehvar", "batch", MODEL, "--controller", LAW, "-n", str(RUNS), "--seed", "1"]
+    line = [sys.executable, "-m", "mehvar", "batch", MODEL, "--controller", LAW, "-n", str(sizes.runs), "--seed", "1"]
     line += [text for name, value in VARY.items() for text in ("--vary", f"{name}={value}")]
     line += ["--t-end", "1", "--resume", "--out"]
     quiet = {"stdout": subprocess.DEVNULL}
@@ -154,19 +151,19 @@ def million(folder: Path) -> list[str]:
     assert subprocess.run([*line, str(store)], **quiet, stderr=subprocess.DEVNULL, check=False).returncode == 0
     assert contents(store) == contents(folder / "reference.zarr")
     return [
-        f"## A batch of {RUNS} runs, killed and damaged",
+        f"## A batch of {sizes.runs} runs, killed and damaged",
         "",
         f"Killed when {kept} of {blocks} blocks were stored, resumed, damaged in the blocks {damaged}, resumed: every "
         f"byte of {blocks} blocks is that of an undisturbed batch ({seconds:.0f} s).",
     ]
 
 
-def cost(folder: Path) -> list[str]:
+def cost(folder: Path, sizes: Namespace) -> list[str]:
     """Time a batch with and without digests and forced writes, in turns."""
-    campaign = Campaign(LAW, n=RUNS, seed=1, vary=VARY)
+    campaign = Campaign(LAW, n=sizes.runs, seed=1, vary=VARY)
     run_batch(MODEL, Campaign(LAW, n=2000, seed=1, vary=VARY))  # compiles
     times: dict[str, list[tuple[float, float]]] = {"with": [], "without": []}
-    for pair in range(PAIRS):
+    for pair in range(sizes.pairs):
         for name in ("with", "without") if pair % 2 else ("without", "with"):
             with unproved() if name == "without" else nullcontext():
                 wall, used = time.perf_counter(), time.process_time()
@@ -179,7 +176,7 @@ def cost(folder: Path) -> list[str]:
         for (wall, used), (bare, plain) in zip(times["with"], times["without"], strict=True)
     ]
     return [
-        f"## Cost of digests and forced writes: {RUNS} runs of the triangle",
+        f"## Cost of digests and forced writes: {sizes.runs} runs of the triangle",
         "",
         *table(["with", "without", "more time", "more processor time"], rows),
         "",
