@@ -11,7 +11,7 @@ import numpy as np
 from ..claims import Check, Checks, Expected, Readings
 from ..runs import Runs
 from .claims import carried, coefficients, offset_helps
-from .survival import COVARIANCES, survival
+from .survival import CLEAN, COVARIANCES, survival
 
 if TYPE_CHECKING:
     from .coarse import Step
@@ -33,9 +33,10 @@ def _survives(step: Step | None = None, pole: float = 0.001, **settings: Any) ->
             return (Check(f"{of}, survives", f">= {least:g}", "not run: a batch needs a C compiler", False),)
         cell = survival(runs.model, step, pole, **settings)
         done, clean, calm = (int(which.sum()) for which in (cell.done, cell.clean, cell.calm(most)))
+        ring = f"{calm}, largest ring {cell.ring[cell.done].max():.2g}" if done else "none"
         return (
-            Check(f"{of}, survives", f">= {least:g}", f"{done}, {clean} of them clean", done >= least),
-            Check(f"{of}, survives with a ring below {most:g}", f">= {least:g}", f"{calm}", calm >= least),
+            Check(f"{of}, survives", f">= {least:g}", f"{done}, {clean} of them within {CLEAN:g} deg", done >= least),
+            Check(f"{of}, survives with a ring below {most:g}", f">= {least:g}", ring, calm >= least),
         )
 
     return checks
