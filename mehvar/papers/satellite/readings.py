@@ -82,6 +82,7 @@ READINGS: Readings = {
     "13": {
         "one wheel's principal inertias": _carried(1.47e-5 * _SPEED, Iw_y=1.47e-5, Iw_z=1.47e-5),
         "1e-3 for 1e-5": _carried(1.26e-3 * _SPEED, Iw_x=1.47e-3, Iw_y=1.26e-3, Iw_z=1.26e-3),
+        "reference of 150 s": _carried(1.26e-5 * _SPEED, tau_m=150.0, half_period=1000.0, t_end=4000.0),
         "slow reference": _carried(1.26e-5 * _SPEED, tau_m=300.0, half_period=2000.0, t_end=8000.0),
     },
     "14": {

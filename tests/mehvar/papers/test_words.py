@@ -28,6 +28,8 @@ def test_numbers_are_told_from_names_of_places(text, written):
         ("2.3e-5 N m", [2.36e-5], ["2.3e-5"]),
         ("two laws, 2 wheels", [], []),
         ("falls by 46 m/s", [], ["46"]),
+        ("87 000 rpm", [8.72e4], []),
+        ("86 000 rpm", [8.72e4], ["86000"]),
     ],
 )
 def test_a_number_in_words_is_a_known_one_as_it_is_rounded(text, known, foreign):

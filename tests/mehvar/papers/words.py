@@ -40,6 +40,8 @@ def _same(written: str, value: float) -> bool:
     """Tell whether a value reads as it is written when it is given with as many digits."""
     number, (mantissa, _, exponent) = float(written), written.partition("e")
     digits = len(mantissa.partition(".")[2])
+    if number >= 1000:
+        digits = min(digits, len(mantissa.rstrip("0")) - len(mantissa))  # zeros that only make up the length
     return math.isclose(value, number, rel_tol=1e-9, abs_tol=0.5001 * 10.0 ** (int(exponent or 0) - digits))
 
 
