@@ -15,9 +15,9 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-from mehvar.errors import InputError
+from mehvar.errors import InputError, shown
 from mehvar.manifest import FILE, Manifest, manifest_text, parse_manifest, read_manifest
 from mehvar.names import identifier
 
@@ -209,7 +209,7 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     for name in ("STRUCTURE", "system"):
         if not hasattr(package, name):
             raise GenerateError(f"{folder / '__init__.py'} lacks {name}")
-    choices: Mapping[str, tuple[str, ...]] = package.STRUCTURE
+    choices: Mapping[str, tuple[str, ...]] = _structure(package.STRUCTURE, folder)
     for name, value in structure.items():
         if name not in choices:
             raise GenerateError(f"{model} has no structure {name!r}; it has: {', '.join(choices) or 'none'}")
@@ -226,6 +226,20 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     from mehvar.models.clock import with_clock
 
     return with_clock(system)
+
+
+def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:
+    """Return a model's structural choices, or raise GenerateError for what is no table of them."""
+    words = isinstance(choices, Mapping) and all(
+        isinstance(name, str) and isinstance(values, tuple) and values and all(isinstance(v, str) for v in values)
+        for name, values in choices.items()
+    )
+    if not words:
+        raise GenerateError(
+            f"{folder / '__init__.py'}: STRUCTURE = {shown(choices)}: must be a mapping of names to tuples of words, "
+            "{} for a model without structural choices"
+        )
+    return cast(Mapping[str, tuple[str, ...]], choices)
 
 
 def _reasons(

@@ -310,7 +310,7 @@ class Manifest:
 
     def controller(self, name: str) -> Controller:
         """Return a control law by name, or raise InputError with the names that there are."""
-        if name not in self.controllers:
+        if not isinstance(name, str) or name not in self.controllers:
             raise unknown_name(f"controller of {self.model}", name, self.controllers)
         return self.controllers[name]
 
@@ -318,7 +318,7 @@ class Manifest:
         """Return a scenario by name (the first one for None), or raise InputError with the names that there are."""
         if name is None and self.scenarios:
             return next(iter(self.scenarios.values()))
-        if name is None or name not in self.scenarios:
+        if not isinstance(name, str) or name not in self.scenarios:
             raise unknown_name(f"scenario of {self.model}", name, self.scenarios)
         return self.scenarios[name]
 

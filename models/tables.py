@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from mehvar.manifest import METRIC_KINDS, Metric, Scenario
 
-from .quantities import Group, Interval, ModelError, Parameter
+from .quantities import Group, Interval, ModelError, Parameter, wrong
 from .units import dimension
 
 _INTERVAL = re.compile(r"^([(\[])\s*([^,\s]+)\s*,\s*([^,\s]+)\s*([)\]])$")
@@ -175,6 +175,8 @@ def check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter], 
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
+    if not isinstance(path, Path):
+        raise wrong("path", path, "a pathlib.Path")
     try:
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:

@@ -11,13 +11,14 @@ import casadi as ca
 import sympy as sp
 from sympy.core.relational import Relational
 
-from mehvar.errors import MehvarError
+from mehvar.errors import MehvarError, shown
 
 
 class LoweringError(MehvarError, ValueError):
     """A SymPy expression that has no CasADi counterpart, or a symbol without a value."""
 
 
+_EXPRESSION = (sp.Basic, int, float)
 _UNARY: dict[type[sp.Basic], Callable[[ca.SX], ca.SX]] = {
     sp.sin: ca.sin, sp.cos: ca.cos, sp.tan: ca.tan, sp.asin: ca.asin, sp.acos: ca.acos, sp.atan: ca.atan,
     sp.sinh: ca.sinh, sp.cosh: ca.cosh, sp.tanh: ca.tanh, sp.asinh: ca.asinh, sp.acosh: ca.acosh, sp.atanh: ca.atanh,
@@ -68,8 +69,29 @@ def to_casadi(
     >>> to_casadi([sympy.sin(x) ** 2], {x: casadi.SX.sym("x")})
     [SX(sq(sin(x)))]
     """
-    converter = _Converter(symbols, definitions or {})
-    return [converter(sp.sympify(expression)) for expression in expressions]
+    meanings = {} if definitions is None else definitions
+    _check_table("symbols", symbols, ca.SX)
+    _check_table("definitions", meanings, _EXPRESSION)
+    if not isinstance(expressions, Iterable):
+        raise LoweringError(f"expressions = {shown(expressions)}: must be SymPy expressions, as in a list")
+    converter = _Converter(symbols, meanings)
+    return [converter(_expression(value)) for value in expressions]
+
+
+def _check_table(name: str, table: object, kind: type | tuple[type, ...]) -> None:
+    """Refuse what is no mapping of symbols to values of a kind; a text would become symbols of SymPy's own."""
+    if not isinstance(table, Mapping):
+        raise LoweringError(f"{name} = {shown(table)}: must be a mapping of SymPy symbols")
+    for symbol, value in table.items():
+        if not isinstance(symbol, sp.Symbol) or not isinstance(value, kind):
+            allowed = "a casadi.SX" if kind is ca.SX else "an expression"
+            raise LoweringError(f"{name}[{shown(symbol)}] = {shown(value)}: must be {allowed} for a SymPy symbol")
+
+
+def _expression(value: object) -> sp.Basic:
+    if not isinstance(value, _EXPRESSION):
+        raise LoweringError(f"expressions hold {shown(value)}: must be SymPy expressions or numbers")
+    return sp.sympify(value)
 
 
 class _Converter:

@@ -210,6 +210,8 @@ REFUSED = [
     ("no unit", CART, ("states", "quantities", 0, "unit"), lambda v: "furlong", r"unit 'furlong' has 'furlong', which"),
     ("period in metres", CART, ("parameters", "quantities", 4, "unit"), lambda v: "m",
      r"period = 'Ts' .* must be in s"),
+    ("period of zero", CART, ("parameters", "quantities", 4, "bounds"), lambda v: Interval(0.0, 1.0, False, False),
+     r"period = 'Ts' of law 'sum-law' has the bounds \[0, 1\]: must be above zero"),
     ("a stranger", CART, ("rhs", 0), lambda v: v + sp.Symbol("speeed"),
      r"rhs, row 1 of 2 \(place\): 'speeed' belongs to no group of the system \(did you mean 'speed'\?\)"),
     ("a symbol made again", CART, ("rhs", 0), lambda v: sp.Symbol("speed"), r"other assumptions: take the symbol from"),

@@ -101,6 +101,14 @@ def test_an_existing_folder_is_left_alone(tmp_path):
             "STRUCTURES: dict",
             r"models/mine/__init__.py:3: ImportError: cannot import name 'STRUCTURE'",
         ),
+        *(
+            (
+                "STRUCTURE: dict[str, tuple[str, ...]] = {}",
+                f"STRUCTURE = {choices}",
+                r"STRUCTURE = .*: must be a mapping",
+            )
+            for choices in ("None", "('a', 'b')", "{'a': 'b'}", "{1: ('a', 'b')}", "{'a': ()}")
+        ),
     ],
 )
 def test_a_mistake_in_a_model_is_one_line_and_nothing_is_written(tmp_path, mine, old, new, message):
