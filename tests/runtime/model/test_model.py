@@ -297,7 +297,7 @@ def test_whatever_is_edited_in_a_manifest_by_hand_it_is_refused(edited: Edit) ->
             read_manifest(copy)
     for edit in (
         lambda t: t.replace('"schema": 1,', '"schema": 1, "title": "t",'),
-        lambda t: t.replace("}", "}\n"),
+        lambda t: t.replace(",\n", ", \n"),
         lambda t: json.dumps(json.loads(t)),
         lambda t: json.dumps({**json.loads(t), "digest": ""}, indent=1),
         lambda t: t.replace('["x", 2], ["u", 1]', '["u", 1], ["x", 2]'),
