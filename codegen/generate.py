@@ -151,10 +151,11 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     from .equations.graph import equations_json
     from .equations.page import equations_markdown
     from .functions.graphs import generate_functions
-    from .functions.verify import verify
+    from .functions.verify import check_counterparts, verify
     from .manifest import manifest_of
     from .new_numbers import TABLES, renumber, shapes
 
+    check_counterparts(system)
     verify(system)
     graphs = generate_functions(system)
     functions = printed(graphs)
@@ -216,11 +217,13 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
         if value not in choices[name]:
             raise GenerateError(f"structure {name} = {value!r} is not one of {', '.join(choices[name])}")
     from mehvar.models.check import check as check_system
-    from mehvar.models.check import no_branching
+    from mehvar.models.check import check_tables, no_branching
 
     with own_text(folder), no_branching():
         system: System = package.system(**structure)
     check_system(system)
+    if not choices:
+        check_tables(system, folder)
     if system.name != model:
         raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
     from mehvar.models.clock import with_clock

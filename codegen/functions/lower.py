@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 import casadi as ca
 import sympy as sp
 from sympy.core.relational import Relational
+from sympy.functions.elementary.piecewise import ExprCondPair
 
 from mehvar.errors import MehvarError, shown
 
@@ -34,6 +35,8 @@ _BINARY: dict[type[sp.Basic], Callable[[ca.SX, ca.SX], ca.SX]] = {
     sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge,
     sp.Equality: ca.eq, sp.Unequality: ca.ne,
 }  # fmt: skip
+_OTHERS = (sp.Pow, sp.Piecewise, ExprCondPair)
+"""What is converted in a way of its own."""
 
 
 def to_casadi(
@@ -94,6 +97,17 @@ def _expression(value: object) -> sp.Basic:
     return sp.sympify(value)
 
 
+def lack(node: sp.Basic) -> str:
+    """Say why a node has no counterpart in CasADi, its parts aside; nothing when it has one."""
+    if isinstance(node, sp.Piecewise) and node.args[-1].cond is not sp.true:
+        return f"Piecewise without a last branch for all other cases: {node}"
+    known = isinstance(node, _OTHERS) or type(node) in (*_UNARY, *_BINARY, *_FOLDED)
+    if known or not node.args or (isinstance(node, sp.Expr) and node.is_number):
+        return ""
+    what = "relation" if isinstance(node, Relational) else "function"
+    return f"{what} {type(node).__name__!r} has no CasADi counterpart (in {node})"
+
+
 class _Converter:
     """A memoised walk; the stack is explicit, so deep expressions do not exhaust Python's."""
 
@@ -150,8 +164,7 @@ class _Converter:
             return _BINARY[kind](*arguments)
         if kind in _FOLDED:
             return functools.reduce(_FOLDED[kind], arguments)
-        what = "relation" if isinstance(node, Relational) else "function"
-        raise LoweringError(f"{what} {kind.__name__!r} has no CasADi counterpart (in {node})")
+        raise LoweringError(lack(node))
 
     def _power(self, node: sp.Pow) -> ca.SX:
         base, exponent = self._memo[node.base], node.exp
@@ -165,8 +178,8 @@ class _Converter:
         return ca.power(base, float(exponent))
 
     def _piecewise(self, node: sp.Piecewise) -> ca.SX:
-        if node.args[-1].cond is not sp.true:
-            raise LoweringError(f"Piecewise without a last branch for all other cases: {node}")
+        if problem := lack(node):
+            raise LoweringError(problem)
         result = self._memo[node.args[-1].expr]
         for pair in reversed(node.args[:-1]):
             result = ca.if_else(self._memo[pair.cond], self._memo[pair.expr], result)

@@ -12,7 +12,7 @@ import pytest
 
 from mehvar.codegen.code.files import printed, texts
 from mehvar.codegen.functions.graphs import generate_functions
-from mehvar.codegen.functions.verify import verify
+from mehvar.codegen.functions.verify import check_counterparts, verify
 from mehvar.codegen.manifest import manifest_of
 from mehvar.errors import MehvarError
 from mehvar.manifest import manifest_text
@@ -69,6 +69,7 @@ def _refusal(system: System) -> str:
 
 
 def _run(system: System, folder: Path, compiled: bool) -> None:
+    check_counterparts(system)
     verify(system)
     functions = printed(generate_functions(system))
     manifest = manifest_of(system, functions, {})
