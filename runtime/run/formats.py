@@ -190,8 +190,8 @@ def _matlab(dataset: xarray.Dataset) -> bytes:
     for kind, names in (("variable", columns), ("attribute", about["attributes"])):
         for name in names:
             if not _MATLAB_NAME.fullmatch(name) or (names is columns and name in about):
-                allowed = "a letter and up to 62 letters, digits and underscores of ASCII, for MATLAB"
-                raise bad_value(kind, name, f"{allowed}, and none of {', '.join(about)}; take .nc")
+                allowed = "a name for MATLAB, of up to 63 letters, digits and underscores of ASCII"
+                raise bad_value(kind, name, f"{allowed}, and neither of {', '.join(about)}; take .nc")
     content = io.BytesIO()
     values = {name: array.values for name, array in columns.items()}
     savemat(content, {**values, **about}, oned_as="column", long_field_names=True)
