@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 import shlex
 import sys
 import time
@@ -19,7 +20,7 @@ from mehvar.errors import InputError, MehvarError, bad_value
 from mehvar.runtime.batch.dispersions import split
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
-from mehvar.runtime.batch.store import open_store
+from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.settings import SettingTexts, read_value, read_values
 from mehvar.terminal import Advance, progress
@@ -134,7 +135,11 @@ def _client(scheduler: str | None) -> Any:
         return nullcontext()
     from mehvar.runtime.batch.workers import connect
 
-    return connect(scheduler)
+    client = connect(scheduler)
+    # what dask logs of a lost scheduler is a page of tracebacks; what is to be done stands in our message
+    for name in ("tornado.application", *(name for name in logging.root.manager.loggerDict if "distributed" in name)):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    return client
 
 
 def _stopped(why: str, out: Path, status: int) -> int:
@@ -148,7 +153,7 @@ def _stopped(why: str, out: Path, status: int) -> int:
         pass
     words = ["mehvar", *sys.argv[1:]]
     again = shlex.join(words if "--resume" in words else [*words, "--resume"])
-    typer.echo(f"mehvar: {why}\n{extent}go on with:\n  {again}", err=True)
+    typer.echo(f"mehvar: {why}; {extent}go on with: {again}", err=True)
     return status
 
 

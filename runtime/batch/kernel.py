@@ -271,13 +271,17 @@ _STRUCTURES = structures("step/schedule.h", "batch/job.h")
 _Schedule, _Metric, _Signal, _Job = (_STRUCTURES[f"mv_{name}"] for name in ("schedule", "metric", "signal", "job"))
 
 
+def kernel_flags(profile: Profile, lanes: int) -> tuple[str, ...]:
+    """Return what a kernel is compiled with besides the flags of every library."""
+    contract = "off" if profile == "portable" else "fast"
+    flags = ("-O2", "-fno-tree-slp-vectorize", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}")
+    return (*flags, *vector_flags(), *require_compiler().scheduling, f"-ffp-contract={contract}")
+
+
 def _library(loop: KernelLoop, profile: Profile, lanes: int) -> ctypes.CDLL:
     """Compile a kernel, or load it from the cache."""
-    contract = "off" if profile == "portable" else "fast"
-    flags = ["-O2", "-fno-tree-slp-vectorize", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}"]
-    flags += [*vector_flags(), *require_compiler().scheduling]
     name = f"{identifier(loop.manifest.model)}_batch"
-    library = load_library(name, kernel_sources(loop), ["batch.c"], [*flags, f"-ffp-contract={contract}"])
+    library = load_library(name, kernel_sources(loop), ["batch.c"], kernel_flags(profile, lanes))
     library.mv_job_size.restype = library.mv_work_size.restype = ctypes.c_int64
     library.mv_work_size.argtypes = [ctypes.c_void_p]
     library.mv_run_blocks.argtypes = [ctypes.c_void_p, *[ctypes.c_int64] * 2, ctypes.c_void_p]
