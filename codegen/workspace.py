@@ -19,6 +19,7 @@ from types import ModuleType
 
 from mehvar import errors
 from mehvar.errors import MehvarError
+from mehvar.manifest import FILE
 
 _TOOL = Path(__file__).parent
 _SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))
@@ -59,6 +60,17 @@ class Tree:
         """Names of the models in this tree."""
         names = {path.parent.name for path in (self.root / "models").glob("*/__init__.py")}
         return tuple(sorted(names - ROOMS if self.has_vocabulary else names))
+
+    @property
+    def orphans(self) -> dict[str, str]:
+        """What lacks its other half, with what is missing: generated folders a model, models an `__init__.py`."""
+        models, rooms = self.root / "models", ROOMS if self.has_vocabulary else ()
+        marks = (*models.glob("*/system.py"), *models.glob("*/parameters.toml"))
+        names = {path.parent.name for path in (*marks, *(self.root / "generated").glob(f"*/{FILE}"))}
+        return {
+            name: f"{models / name / '__init__.py' if (models / name).is_dir() else models / name} is missing"
+            for name in sorted(names - {*self.models, *rooms})
+        }
 
     def sources(self, model: str, papers: bool = False) -> dict[str, str]:
         """Return the SHA-256 of each file that the model's generated text depends on.

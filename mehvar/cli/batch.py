@@ -22,7 +22,7 @@ from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.options import OPTIONS
-from mehvar.settings import SettingTexts, read_settings
+from mehvar.settings import SettingTexts, read_value, read_values
 from mehvar.terminal import Advance, progress
 
 _FLAGS = {"n": "-n", "seed": "--seed", "sampling": "--sampling"}
@@ -65,7 +65,7 @@ def command(
     """
     batch = _campaign(
         model, controller=controller, n=n, scenario=scenario, seed=seed, sampling=sampling, t_end=t_end, out=out,
-        until=until, success=success, save=_save(save), set=read_settings(settings), vary=_dispersions(vary or ()),
+        until=until, success=success, save=_save(save), set=read_values(settings), vary=_dispersions(vary or ()),
     )  # fmt: skip
     origin = f"the command line or {model}" if model.endswith(".toml") else "the command line"
     if batch.out is None:
@@ -127,7 +127,7 @@ def _save(text: str | None) -> Save | None:
     name, _, value = text.partition("=")
     if name != "every" or not value:
         raise bad_value("--save", text, "every=DT with DT > 0 in seconds")
-    return Save(every=CAMPAIGN_OPTIONS["save_every"].check(value, "--save"))
+    return Save(every=CAMPAIGN_OPTIONS["save_every"].check(read_value(value), "--save"))
 
 
 def _client(scheduler: str | None) -> Any:

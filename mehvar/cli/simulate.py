@@ -19,7 +19,7 @@ from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
-from mehvar.settings import SettingTexts, read_settings
+from mehvar.settings import SettingTexts, read_values
 from mehvar.terminal import print_table, progress
 
 
@@ -50,14 +50,14 @@ def command(
     if model is None or controller is None:
         raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
     ends = [] if t_end is None else [f"t_end={t_end}"]
-    return simulate(model, controller, scenario, read_settings([*(settings or ()), *ends]), out, plot)
+    return simulate(model, controller, scenario, read_values([*(settings or ()), *ends]), out, plot)
 
 
 def simulate(
     model: str,
     controller: str,
     scenario: str | None,
-    settings: Mapping[str, str],
+    settings: Mapping[str, float | str],
     out: Path | None,
     plot: Path | None,
 ) -> int:

@@ -24,7 +24,7 @@ from ..compiling.structures import structures
 from ..model.functions import FloatArray
 from ..model.model import Model
 from ..run.options import Profile, RunOptions, check_effects, read_options
-from ..run.problem import check_delay, evaluations_of, variant_suffix
+from ..run.problem import check_delay, check_hold, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
@@ -217,7 +217,7 @@ class Kernel:
     def _schedule(self, hold: float | None, t_end: float, dt: float) -> tuple[Any, FloatArray]:
         """Return what all runs share as a C structure, and the ticks that it points to, to be kept as long."""
         ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
-        check_delay(self.options.delay, evaluations_of(len(ticks), hold_every), self.origin)
+        check_delay(self.options.delay, len(ticks), hold_every, self.origin)
         schedule = _Schedule(
             t=ticks.ctypes.data,
             ticks=len(ticks),
@@ -234,11 +234,12 @@ class Kernel:
     def _hold(self, p: FloatArray) -> float | None:
         """Return the hold time, which all runs share."""
         period = self.loop.controller.period
-        if self.options.hold is not None or period is None:
+        if period is None:
             return self.options.hold
         column = p[:, [q.name for q in self.loop.manifest.parameters].index(period)]
         if np.any(column != column[0]):
             raise InputError(f"{period} (from {self.origin}): must be the same in all runs of a batch")
+        check_hold(self.options.hold, self.loop.controller, float(column[0]), self.origin)
         return float(column[0])
 
     def _metrics(self) -> list[Metric]:
