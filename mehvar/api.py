@@ -9,6 +9,8 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from numpy.typing import ArrayLike
+
 from mehvar.errors import InputError, bad_value
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
@@ -24,28 +26,49 @@ if TYPE_CHECKING:
     from distributed import Client
 
     from mehvar.runtime.batch.sampling import Design
+    from mehvar.runtime.run.own.inputs import Interpolation
+    from mehvar.runtime.run.own.law import LawFunction
 
 
 def simulate(
     model: Model | str | os.PathLike[str],
-    controller: str,
+    controller: str | LawFunction | None,
     scenario: str | None = None,
     parameters: Mapping[str, float] | None = None,
     initial: Mapping[str, float] | None = None,
+    *,
+    inputs: Mapping[str, Any] | xr.Dataset | None = None,
+    interpolation: Interpolation | None = None,
+    period: float | None = None,
+    memory: ArrayLike | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Integrate one closed loop.
+    """Integrate one loop: closed by a law of the model, by a law of your own in Python, or open.
 
     Parameters
     ----------
     model : str, path or Model
         Name of a model, a generated folder, or a loaded model.
-    controller, scenario : str
-        The law and the scenario; the model's first scenario unless given.
+    controller : str or callable
+        A law of the model by name; or a function law(t, x) -> u, or law(t, x, z) -> (u, z_next) with `memory`. `x` is
+        an array that answers to names too, `x.roll`, also to those of the references; it is what the sensor shows of
+        the state, where the model has one and there is a period. None for an open loop.
+    scenario : str, optional
+        The model's first scenario unless given.
     parameters : mapping, optional
         Values of plant, law and scenario parameters by name.
     initial : mapping, optional
         States that start elsewhere than the scenario says.
+    inputs : mapping or xarray.Dataset, optional
+        For an open loop: inputs by name, each a number, a pair (t, values) of arrays or a function of t, zero unless
+        named; or the result of an earlier run, whose commands are given again.
+    interpolation : {"hold", "linear"}, optional
+        What an array means between its instants; "hold" unless given.
+    period : float, optional
+        Time in s after which a function, of the state or of time, is evaluated again; what it gave is held in between.
+        Without it a function is continuous, and the run is on the Python backend, as its attribute `backend` says.
+    memory : array_like, optional
+        What a function keeps, before the first sample.
     **options
         Options of the run, as in `t_end=5.0` (`mehvar simulate` has a table of them), choices of the model, as in
         `plant="reduced"`, parameters by name, as in `disturbance=0.001`, and `progress`, `law` and `origin` as in
@@ -61,8 +84,22 @@ def simulate(
     ------
     InputError
         For anything unknown, out of bounds or infeasible.
+    LawError
+        If a function fails, or returns what is no input; the message says when, and what it returned.
     """
-    return to_dataset(simulate_run(model, controller, scenario, parameters, initial, **options))
+    run = simulate_run(
+        model,
+        controller,
+        scenario,
+        parameters,
+        initial,
+        inputs=inputs,
+        interpolation=interpolation,
+        period=period,
+        memory=memory,
+        **options,
+    )
+    return to_dataset(run)
 
 
 def batch(
