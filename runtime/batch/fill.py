@@ -25,6 +25,7 @@ from ..model.catalogue import find_model, known_models
 from ..model.model import Model, load
 from ..model.parameters import advice
 from ..run.options import Option
+from ..run.own.law import OwnLaw
 from ..run.problem import Status
 from ..run.results import versions
 from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Values, check_names
@@ -69,6 +70,7 @@ def run_batch(
     client: Client | None = None,
     chunk: int | None = None,
     report: BatchProgress | None = None,
+    own: OwnLaw | None = None,
     origin: str = "the call",
 ) -> Store:
     """Compute the runs of a campaign and store them.
@@ -97,6 +99,8 @@ def run_batch(
         Runs per block; unless given, chosen from n and from what is stored of each run.
     report : callable, optional
         Called at the start and after each block.
+    own : OwnLaw, optional
+        The law, where it is none of the model's but in Python; the campaign has its name.
     origin : str
         How error messages call the arguments.
 
@@ -127,7 +131,11 @@ def run_batch(
     loaded = model if isinstance(model, Model) else load(model, "c")
     if loaded.backend != "c":
         raise bad_value("backend", loaded.backend, "'c': a batch runs many in lanes of our own C", origin)
-    plan = Plan(loaded, campaign, origin)
+    if own is not None and client is not None:
+        raise bad_value("scheduler", client, "left out: a law in Python runs in this process", origin)
+    if own is not None and resume and not own.text:
+        raise bad_value("resume", resume, "left out: whether it is the same law in Python cannot be told", origin)
+    plan = Plan(loaded, campaign, origin, own)
     for text in advice(loaded.functions, plan.law, plan.nominal):
         warnings.warn(text, stacklevel=2)
     rule = None if until is None else StopRule(until, campaign.sampling)
@@ -161,6 +169,11 @@ def plan_of(store: Store) -> Plan:
             f"{store.name} was made from another {manifest.model}: its model hash is {attributes['model_hash'][:12]}, "
             f"the model at hand has {manifest.hash[:12]}"
         )
+    if attributes["controller"] not in manifest.controllers:
+        raise InputError(
+            f"{store.name} was run under {attributes['controller']}, which no store keeps: repeat a run in Python, "
+            "with the values that it drew"
+        )
     return Plan(load(attributes["model_source"], "c"), Campaign(**json.loads(attributes["campaign"])), store.name)
 
 
@@ -177,6 +190,7 @@ def _opened(
     check_names(variables)
     manifest, path = plan.model.manifest, None if out is None else Path(out)
     identity = {"model": manifest.model, "model_hash": manifest.hash, "campaign": plan.campaign.json_text(), **rules}
+    identity |= {} if plan.own is None else {"law": plan.own.text}
     if resume and path is not None and path.exists():
         store = open_store(path)
         _compare(store, identity)
@@ -196,7 +210,7 @@ def _opened(
         scenario=plan.scenario.name,
         seed=plan.campaign.seed,
         drawn=json.dumps(plan.labels()),
-        metrics=json.dumps(list(manifest.metrics)),
+        metrics=json.dumps([metric.name for metric in blocks.metrics]),
         profile=plan.options.profile,
         flags=" ".join(FLAGS),
         compiler=require_compiler().version,

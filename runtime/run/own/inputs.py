@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -18,7 +19,7 @@ from ...model.functions import FloatArray
 from ...model.parameters import number
 from ..options import either
 from ..ticks import fraction
-from .law import LawError, OwnLaw, describe
+from .law import LawError, OwnLaw, describe, source
 
 if TYPE_CHECKING:
     import xarray
@@ -46,12 +47,15 @@ class Signal:
         Where it changes its course, s.
     last : float
         Until when it is known, s.
+    text : str
+        Tells it from others, where Python knows its text.
     """
 
     value: Callable[[float], float]
     held: bool
     instants: FloatArray = field(default_factory=lambda: np.empty(0))
     last: float = np.inf
+    text: str = ""
 
 
 def open_loop(
@@ -107,6 +111,7 @@ def open_loop(
         command=_Inputs(names, signals),
         period=period,
         held=all(signal.held for signal in signals),
+        text="" if not all(signal.text for signal in signals) else "\n".join(signal.text for signal in signals),
         instants=np.unique(np.concatenate([signal.instants for signal in signals] or [np.empty(0)])),
     )
 
@@ -136,17 +141,21 @@ class _Inputs:
 
 def _signal(name: str, value: object, linear: bool, origin: str) -> Signal:
     if callable(value):
-        return Signal(value, held=False)
+        return Signal(value, held=False, text=source(value))
     if not isinstance(value, tuple | list):
         try:
             constant = number(name, value, origin)
         except InputError:
             raise bad_value(name, value, _ALLOWED, origin) from None
-        return Signal(lambda _t: constant, held=True)
+        return Signal(lambda _t: constant, held=True, text=repr(constant))
     t, values = _series(name, value, origin)
+    text = hashlib.sha256(t.tobytes() + values.tobytes()).hexdigest()
     if linear:
-        return Signal(lambda now: float(np.interp(now, t, values)), held=False, instants=t, last=float(t[-1]))
-    return Signal(lambda now: float(values[np.searchsorted(t, now, side="right") - 1]), held=True, instants=t)
+        last = float(t[-1])
+        return Signal(lambda now: float(np.interp(now, t, values)), held=False, instants=t, last=last, text=text)
+    return Signal(
+        lambda now: float(values[np.searchsorted(t, now, side="right") - 1]), held=True, instants=t, text=text
+    )
 
 
 def _series(name: str, pair: Sequence[Any], origin: str) -> tuple[FloatArray, FloatArray]:

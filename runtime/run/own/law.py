@@ -123,7 +123,7 @@ def own_law(
     title = next(iter((getattr(function, "__doc__", None) or "").strip().splitlines()), f"{name}, in Python")
     quantities = [Quantity(f"memory_{i}", "1", f"number {i} that {name} keeps") for i in range(1, len(start) + 1)]
     caller = _Caller(function, name, manifest, None if memory is None else len(start))
-    return OwnLaw(describe(f"python:{name}", title, quantities), start, caller, period, text=_source(function))
+    return OwnLaw(describe(f"python:{name}", title, quantities), start, caller, period, text=source(function))
 
 
 def _memory(memory: ArrayLike, period: float | None, origin: str) -> FloatArray:
@@ -198,7 +198,8 @@ def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
     return np.array([np.broadcast_to(a, runs) for a in arrays], dtype=np.float64)
 
 
-def _source(function: LawFunction) -> str:
+def source(function: LawFunction) -> str:
+    """Return the text of a function; nothing where Python does not know it."""
     try:
         return inspect.getsource(function)
     except (OSError, TypeError):
