@@ -58,12 +58,12 @@ class Equation:
 
 
 class Derivation:
-    """An ordered list of definitions and equations under section headings."""
+    """An ordered list of definitions and equations under section headings; it may go on from other steps."""
 
-    def __init__(self) -> None:
-        self.steps: list[Definition | Equation] = []
+    def __init__(self, steps: Iterable[Definition | Equation] = ()) -> None:
+        self.steps: list[Definition | Equation] = list(steps)
         self._section = ""
-        self._names: set[str] = set()
+        self._names = {step.symbol.name for step in self.steps if isinstance(step, Definition)}
 
     @property
     def definitions(self) -> dict[sp.Symbol, Expr]:

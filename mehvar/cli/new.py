@@ -17,7 +17,7 @@ from mehvar.errors import InputError, bad_value
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.board.image.build import FIRMWARE
 from mehvar.runtime.compiling.library import NATIVE
-from mehvar.runtime.model.catalogue import known_models
+from mehvar.runtime.model.catalogue import project_models, shipped_models
 from mehvar.runtime.run.options import OPTIONS
 
 _TEMPLATES = Path(__file__).parents[1] / "templates" / "system"
@@ -84,8 +84,10 @@ def scaffold(name: str, into: Path) -> Path:
 
 def _holder(name: str) -> str | None:
     """Return what a name belongs to already, so that a system called so would hide it or be hidden by it."""
-    if name in known_models():
+    if name in shipped_models():
         return "a model that comes with mehvar"
+    if name in project_models():
+        return "a model of the project that this folder is in"
     if name in (*OPTIONS, *CAMPAIGN_OPTIONS):
         return "an option of a run"
     if name in _C_HEADERS:

@@ -21,7 +21,7 @@ from mehvar.errors import InputError, bad_value
 from ..arguments import check_arguments
 from ..compiling.compiler import require_compiler
 from ..compiling.library import FLAGS
-from ..model.catalogue import find_model, known_models
+from ..model.catalogue import find_model, shipped_models
 from ..model.model import Model, load
 from ..model.parameters import advice
 from ..run.options import Option
@@ -252,7 +252,7 @@ def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
 def _source(model: Model) -> str:
     """Return what `load` finds this model by."""
     folder = model.manifest.folder
-    return model.name if known_models().get(model.name) == folder else str(folder.absolute())
+    return model.name if shipped_models().get(model.name) == folder else str(folder.absolute())
 
 
 class _Filling:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from mehvar import cache
 from mehvar.errors import BuildError
-from mehvar.runtime import cache
 
 
 @pytest.fixture(autouse=True)
@@ -88,7 +88,7 @@ def test_who_is_second_takes_what_the_first_has_made() -> None:
 
 def test_many_processes_at_once() -> None:
     code = (
-        "from mehvar.runtime import cache\n"
+        "from mehvar import cache\n"
         "for k in range(60): cache.entry('kind', str(k), lambda f: (f / 'text').write_text('whole' * 1000))"
     )
     processes = [subprocess.Popen([sys.executable, "-c", code]) for _ in range(3)]
