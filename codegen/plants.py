@@ -47,14 +47,14 @@ def _text(plant: System) -> bytes | None:
     """Return a plant as bytes; None where it does not come back equal, as with functions of a module of one's own."""
     try:
         text = pickle.dumps(plant)
-        return text if pickle.loads(text) == plant else None  # noqa: S301 - written a line above
+        return text if pickle.loads(text) == plant else None
     except Exception:  # what a class of the user's does when it is pickled can be anything
         return None
 
 
 def _read(entry: Path) -> System | None:
     try:
-        plant: System = pickle.loads((entry / _FILE).read_bytes())  # noqa: S301 - the cache is the user's own folder
+        plant: System = pickle.loads((entry / _FILE).read_bytes())
     except Exception:  # as above; it is derived again
         cache.discard(entry)
         return None

@@ -78,7 +78,7 @@ class Tree:
         try:
             name = tomllib.loads(file.read_text(encoding="utf-8-sig"))["plant"]
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError) as error:
-            raise GenerateError(f"{file}: must be one line, plant = \"MODEL\": {error}") from error
+            raise GenerateError(f'{file}: must be one line, plant = "MODEL": {error}') from error
         own = {name: self for name in self.models if not (self.root / "models" / name / PLANT).is_file()}
         shipped = {name: installed_tree() for name in installed_tree().models}
         plants = {**shipped, **own}

@@ -74,5 +74,3 @@ def _steps_of(plant: System) -> Iterable[Definition | Equation]:
         kept = step.symbol in needed if isinstance(step, Definition) else step.expr.free_symbols <= known
         if kept:
             yield step
-
-

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from mehvar.errors import bad_value, unknown_name
+from mehvar.manifest import OPEN_LOOP
 from mehvar.pictures.files import checked_suffix
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.parameters import number
@@ -18,18 +19,33 @@ from mehvar.runtime.run.formats import checked_format
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.own.files import read_inputs
-from mehvar.runtime.run.own.inputs import OPEN_LOOP, Interpolation
+from mehvar.runtime.run.own.inputs import Interpolation
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
-from mehvar.settings import SettingTexts, read_settings
+from mehvar.settings import (
+    SettingTexts,
+    complete_controllers,
+    complete_models,
+    complete_scenarios,
+    read_settings,
+)
 from mehvar.terminal import print_table, progress
 
 
 def command(
-    model: Annotated[str | None, typer.Argument(metavar="MODEL", help="A model or a generated folder.")] = None,
-    controller: Annotated[str | None, typer.Option(metavar="C", help="The control law; none for an open loop.")] = None,
-    scenario: Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")] = None,
+    model: Annotated[
+        str | None,
+        typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models),
+    ] = None,
+    controller: Annotated[
+        str | None,
+        typer.Option(metavar="C", help="The control law; none for an open loop.", autocompletion=complete_controllers),
+    ] = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option(metavar="S", help="The scenario; the first unless given.", autocompletion=complete_scenarios),
+    ] = None,
     settings: SettingTexts = None,
     input_texts: Annotated[
         list[str] | None,
@@ -201,7 +217,8 @@ def _save(run: Run, out: Path | None, plot: Path | None) -> None:
         typer.echo(f"saved {out}")
     if plot is not None:
         from mehvar.papers.reproduction import run_picture
-        from mehvar.pictures.files import save as save_picture
+        from mehvar.manifest import OPEN_LOOP
+from mehvar.pictures.files import save as save_picture
 
         save_picture(run_picture(dataset, run.manifest), plot)
         typer.echo(f"saved {plot}")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 
 from mehvar.errors import InputError, bad_value, shown, unknown_name
-from mehvar.manifest import Manifest
+from mehvar.manifest import OPEN_LOOP, Manifest
 
 from ...arguments import check_arguments
 from ...model.functions import FloatArray
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     import xarray
 
 Interpolation = Literal["hold", "linear"]
-OPEN_LOOP = "none"
-"""What a run without a law is called, where a law has its name."""
 
 _ROUNDING = 1e-9
 """Of a sample: instants are rounded multiples of it, and the next one is a whole sample away."""
