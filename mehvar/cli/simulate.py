@@ -217,8 +217,7 @@ def _save(run: Run, out: Path | None, plot: Path | None) -> None:
         typer.echo(f"saved {out}")
     if plot is not None:
         from mehvar.papers.reproduction import run_picture
-        from mehvar.manifest import OPEN_LOOP
-from mehvar.pictures.files import save as save_picture
+        from mehvar.pictures.files import save as save_picture
 
         save_picture(run_picture(dataset, run.manifest), plot)
         typer.echo(f"saved {plot}")
