@@ -58,7 +58,13 @@ class Equation:
 
 
 class Derivation:
-    """An ordered list of definitions and equations under section headings; it may go on from other steps."""
+    """An ordered list of definitions and equations under section headings.
+
+    Parameters
+    ----------
+    steps : iterable of Definition and Equation
+        What it goes on from, as a law does from the derivation of its plant.
+    """
 
     def __init__(self, steps: Iterable[Definition | Equation] = ()) -> None:
         self.steps: list[Definition | Equation] = list(steps)

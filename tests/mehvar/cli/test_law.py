@@ -59,9 +59,9 @@ def test_the_project_is_known_by_its_names(project: Path, monkeypatch: pytest.Mo
     assert mehvar.list_models() == ["hover", "satellite", "slosh", "triangle"]
     assert mehvar.load("hover").name == "hover"
     assert complete_models("ho") == ["hover"]
-    with pytest.raises(InputError, match="unknown model .*'hovr'.*did you mean hover"):
+    with pytest.raises(InputError, match=r"unknown model .*'hovr'.*did you mean hover"):
         mehvar.load("hovr")
-    with pytest.raises(InputError, match="taken by a model of the project"):
+    with pytest.raises(InputError, match="hover exists; choose another"):
         scaffold_law("hover", "satellite", project)
 
 
