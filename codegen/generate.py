@@ -21,6 +21,7 @@ from mehvar.errors import InputError, shown
 from mehvar.manifest import FILE, Manifest, manifest_text, parse_manifest, read_manifest
 from mehvar.names import identifier
 
+from .plants import kept_plant
 from .workspace import GenerateError, Tree, find_tree, installed_tree, load_model, own_text, prefer_vocabulary, sha256
 
 if TYPE_CHECKING:
@@ -205,6 +206,46 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     ModelError
         If the model's text is wrong.
     """
+    system = _system(tree, model, structure)
+    from mehvar.models.clock import with_clock
+
+    return with_clock(system)
+
+
+def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
+    """Derive a model and check it, as its text has it."""
+    plant = tree.plant(model)
+    system = _whole(tree, model, structure) if plant is None else _law(tree, model, structure, *plant)
+    from mehvar.models.check import check as check_system
+
+    check_system(system)
+    if system.name != model:
+        folder = tree.root / "models" / model
+        raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
+    return system
+
+
+def _law(tree: Tree, model: str, structure: Mapping[str, str], plant_tree: Tree, name: str) -> System:
+    """Derive a law of one's own on a plant, which is derived once."""
+    package = load_model(tree, model)
+    folder = tree.root / "models" / model
+    if not hasattr(package, "laws"):
+        raise GenerateError(f"{folder / '__init__.py'} lacks laws")
+    prefer_vocabulary(plant_tree)
+    plant = kept_plant(plant_tree.sources(name), structure, lambda: _system(plant_tree, name, structure))
+    from mehvar.models.check import no_branching
+    from mehvar.models.derivation import Derivation
+    from mehvar.models.plant import with_laws, without_laws
+
+    bare = without_laws(plant)
+    derivation = Derivation(bare.steps)
+    derivation.section("Laws")
+    with own_text(folder), no_branching():
+        laws = package.laws(bare, derivation)
+    return with_laws(bare, model, laws, derivation)
+
+
+def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     package = load_model(tree, model)
     folder = tree.root / "models" / model
     for name in ("STRUCTURE", "system"):
@@ -216,19 +257,13 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
             raise GenerateError(f"{model} has no structure {name!r}; it has: {', '.join(choices) or 'none'}")
         if value not in choices[name]:
             raise GenerateError(f"structure {name} = {value!r} is not one of {', '.join(choices[name])}")
-    from mehvar.models.check import check as check_system
     from mehvar.models.check import check_tables, no_branching
 
     with own_text(folder), no_branching():
         system: System = package.system(**structure)
-    check_system(system)
     if not choices:
         check_tables(system, folder)
-    if system.name != model:
-        raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
-    from mehvar.models.clock import with_clock
-
-    return with_clock(system)
+    return system
 
 
 def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:

@@ -117,7 +117,7 @@ def _shown_if_asked(ctx: Any) -> Iterator[None]:
 app = _group(
     COMMANDS,
     hidden=FOR_GIT,
-    add_completion=False,
+    add_completion=True,
     help="Derive spacecraft attitude models, generate code from them, and simulate them.",
 )
 app.add_typer(_group(BOARD, help="Take a law to a microcontroller, emulated or real."), name="board")

@@ -7,8 +7,8 @@ import platform
 import shutil
 import sys
 
+from mehvar.cache import cache_folder
 from mehvar.errors import InputError
-from mehvar.runtime.cache import cache_folder
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.compiling.library import INCLUDE
 from mehvar.terminal import print_table

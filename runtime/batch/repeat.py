@@ -45,12 +45,19 @@ def plan_of(store: Store, model: Model | str | os.PathLike[str] | None = None, t
 
     Raises
     ------
+    InputError
+        If the law was one in Python.
     TrustError
         If only the store says where the model is, or it has changed since.
     """
     if model is None:
         model = _trusted_model(store, trust)
     loaded = model if isinstance(model, Model) else load(model, "c")
+    if store.attributes["controller"] not in loaded.manifest.controllers:
+        raise InputError(
+            f"{store.name} was run under {store.attributes['controller']}, which no store keeps: repeat a run in "
+            "Python, with the values that it drew"
+        )
     return Plan(loaded, Campaign(**json.loads(store.attributes["campaign"])), store.name)
 
 
