@@ -20,6 +20,7 @@ from tests.models.slosh.variants import slosh
 from tests.validation import craft
 from tests.validation.table import record
 
+pytestmark = pytest.mark.filterwarnings("ignore:Kp_. = 0 N m/rad")
 mpmath.mp.dps = 30
 VERSION = mpmath.__version__
 REASON = "tolerance of a step, 1e-11, times the steps"

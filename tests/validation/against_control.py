@@ -6,6 +6,7 @@ from __future__ import annotations
 import control
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import mehvar
 from tests.validation.table import record
@@ -30,9 +31,9 @@ def test_linear_models(name: str) -> None:
         "python-control",
         control.__version__,
         np.concatenate([np.ravel(A - fine.A), np.ravel(B - fine.B)]) / scale,
-        max(np.abs(coarse.A - fine.A).max(), np.abs(coarse.B - fine.B).max(), 1e-10 * scale * 10) / scale,
+        1.1 * max(np.abs(coarse.A - fine.A).max(), np.abs(coarse.B - fine.B).max(), 1e-9 * scale) / scale,
         "of the largest element or 1",
-        "change when its step of 1e-6 is doubled, at least its rounding of 1e-16/1e-6",
+        "change when its step of 1e-6 is doubled and a tenth, as it is of order one; at least its rounding, 1e-9",
     )
 
 
@@ -47,8 +48,6 @@ def test_response_of_the_linear_satellite() -> None:
     for size in (1e-6, 5e-7):
         torque = size * np.array([1.0, -2.0, 1.5])
         linear = control.forced_response(system, times, np.outer(torque, np.ones_like(times))).states.T[:, :9]
-        from scipy.integrate import solve_ivp
-
         run = solve_ivp(lambda _t, y, u=torque: model.rhs(y, u, p), (0, 100), rest, "DOP853", times, rtol=1e-12, atol=1e-16)
         errors.append(np.abs(linear + rest[:9] - run.y.T[:, :9]).max())
         sizes.append(np.abs(linear).max())

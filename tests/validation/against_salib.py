@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from importlib.metadata import version
 
 import numpy as np
@@ -10,7 +11,7 @@ from SALib.analyze import sobol
 
 from mehvar.runtime.batch.sampling import Sampler
 from mehvar.runtime.batch.sensitivity import sensitivities
-from tests.runtime.batch.test_statistics import campaign, filled
+from mehvar.runtime.batch.store import STATUS, Store, Variable, create
 from tests.validation.table import record
 
 NAMES, GROUPS = ("a", "b", "c"), 1024
@@ -21,12 +22,22 @@ def ishigami(points: np.ndarray) -> np.ndarray:
     return np.sin(a) + 7 * np.sin(b) ** 2 + 0.1 * c**4 * np.sin(a)
 
 
+def store(points: np.ndarray, metric: np.ndarray) -> Store:
+    """Return a store in memory of these runs."""
+    series = dict(zip((*NAMES, "m"), (*points.T, metric), strict=True)) | {STATUS: np.zeros(len(metric), np.uint8)}
+    variables = [Variable(name, str(array.dtype)) for name, array in series.items()]
+    campaign = json.dumps({"sampling": "saltelli", "vary": dict.fromkeys(NAMES, "uniform(0, 1)")})
+    known = {"drawn": json.dumps(NAMES), "metrics": json.dumps(["m"]), "success": "", "campaign": campaign}
+    made = create(None, len(metric), len(metric), variables, {}, **known)
+    made.write(0, series)
+    return made
+
+
 def test_indices_of_ishigami() -> None:
     n = (len(NAMES) + 2) * GROUPS
     points = Sampler("saltelli", [(name,) for name in NAMES], n, 1).points(0, n)
     metric = ishigami(points)
-    drawn = dict(zip(NAMES, points.T, strict=True))
-    (ours,) = sensitivities(filled({**drawn, "m": metric}, n=n, campaign=campaign("saltelli")))
+    (ours,) = sensitivities(store(points, metric))
     first_a, first_b, *crossed = metric.reshape(-1, len(NAMES) + 2).T
     problem = {"num_vars": 3, "names": list(NAMES), "bounds": [[-np.pi, np.pi]] * 3}
     ordered = np.stack([first_a, *crossed, first_b], axis=1).ravel()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rows of the table of docs/validation.md: what was compared with what, how far apart they are, and how far they may be."""
+"""The rows of the table of docs/validation.md: what was compared with what, and how far apart they are and may be."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-ROWS = Path(__file__).parents[2] / "build" / "validation" / "rows.jsonl"
+ROOT = Path(__file__).parents[2]
+ROWS = ROOT / "build" / "validation" / "rows.jsonl"
 
 
 @dataclass(frozen=True)
@@ -26,9 +27,9 @@ class Row:
     points : int
         Numbers compared.
     error, bound : float
-        Largest error over its bound's unit, and the bound, both in `unit`.
+        Largest error and what it may be, in `unit`.
     unit : str
-        Of both.
+        Of both, as the table says it.
     reason : str
         Where the bound comes from.
     """
