@@ -105,6 +105,11 @@ def test_one_name(text: str, distribution: stats.rv_continuous) -> None:
     assert not stats.kstest(drawn * 1.05, distribution.cdf).pvalue > 1e-3
 
 
+def test_a_lognormal_is_the_exponential_of_the_normal_of_the_same_numbers() -> None:
+    """Not of their reflection, which has the same distribution and turns a run repeated by its number into another."""
+    assert values("x", "lognormal(0.5, 0.25)") == pytest.approx(np.exp(values("x", "normal(0.5, 0.25)")), rel=1e-14)
+
+
 def test_choice_takes_each_value_equally_often() -> None:
     drawn = values("x", "choice(1, 2.5, -3)")[:, 0]
     result, counts = np.unique(drawn, return_counts=True)

@@ -194,6 +194,19 @@ def test_temporary_folder_that_others_can_write_is_not_trusted(monkeypatch: pyte
     assert list(shared.iterdir()) == []
 
 
+def test_temporary_folder_of_another_user_is_not_trusted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    occupied, other = tmp_path / "file", os.getuid() + 1
+    occupied.write_text("")
+    shared = tmp_path / f"mehvar-{other}"
+    shared.mkdir(mode=0o700)
+    monkeypatch.delenv("MEHVAR_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(occupied / "cache"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(os, "getuid", lambda: other)
+    assert seven() == 7
+    assert list(shared.iterdir()) == []
+
+
 def test_two_processes_at_once(cache: Path, folder: Path) -> None:
     code = (
         "import sys, runtime\n"
