@@ -14,7 +14,7 @@ import signal
 import sys
 import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
@@ -34,7 +34,7 @@ _TWICE = 2.0
 class Subject:
     """Modules that are mutated alike: how many mutants are drawn, and the tests that concern them.
 
-    `tests` are tried first; what they let live meets `more`.
+    `tests` are tried first, but those in `slow`; what they let live meets `more`.
     """
 
     area: str
@@ -42,6 +42,7 @@ class Subject:
     draw: int
     tests: tuple[str, ...]
     more: tuple[str, ...] = ()
+    slow: tuple[str, ...] = ()
 
     @property
     def python(self) -> bool:
@@ -96,7 +97,8 @@ def draw(subject: Subject) -> Iterator[Mutant]:
     for module, place in every:
         start, end, replacement = _operators(module).mutate(texts[module], place)
         mutant = _mutant(module, texts[module], start, end, replacement)
-        if mutant.before != mutant.after and mutant.key not in keys:
+        idle = mutant.before == mutant.after or mutant.before.startswith("@dataclass")  # frozen is for the type checker
+        if not idle and mutant.key not in keys:
             keys.add(mutant.key)
             yield mutant
         if len(keys) == subject.draw:
@@ -143,10 +145,10 @@ class Campaign:
         start = time.monotonic()
         outcome, killer = "survived", ""
         for tests in filter(None, (subject.tests, subject.more)):
-            skipped, seconds = self._baseline(tests)
+            failing, seconds = self._baseline(tests, subject.slow)
             path.write_text(text[: mutant.start] + mutant.replacement + text[mutant.end :], encoding="utf-8")
             try:
-                outcome, killer = self._run(tests, skipped, seconds * _TWICE + 10)
+                outcome, killer = self._run(tests, [*failing, *subject.slow], seconds * _TWICE + 10)
             finally:
                 path.write_text(text, encoding="utf-8")
             if outcome != "survived":
@@ -176,12 +178,12 @@ class Campaign:
             for name in _OWN:
                 importlib.import_module(name)
 
-    def _baseline(self, tests: tuple[str, ...]) -> tuple[list[str], float]:
+    def _baseline(self, tests: tuple[str, ...], slow: tuple[str, ...]) -> tuple[list[str], float]:
         """Return the tests that fail without a mutant, which tell nothing about one, and the seconds of them all."""
         name = " ".join(tests)
         if name not in self._baselines:
             report, start = WORK / "failing", time.monotonic()
-            outcome, _ = self._run(tests, [], 600, report)
+            outcome, _ = self._run(tests, slow, 600, report)
             failing = report.read_text(encoding="utf-8").split("\n")[:-1]
             if outcome != "survived" and not failing:
                 raise SystemExit(f"{outcome} without a mutant:\n{(WORK / 'output').read_text(encoding='utf-8')[-2000:]}")
@@ -191,7 +193,7 @@ class Campaign:
         return self._baselines[name]
 
     def _run(
-        self, tests: tuple[str, ...], skipped: list[str], limit: float, report: Path | None = None
+        self, tests: tuple[str, ...], skipped: Sequence[str], limit: float, report: Path | None = None
     ) -> tuple[str, str]:
         killer = WORK / "killer"
         killer.unlink(missing_ok=True)
@@ -228,7 +230,7 @@ class _Watch:
                 file.write(report.nodeid + "\n")
 
 
-def _test(tree: Path, tests: tuple[str, ...], skipped: list[str], killer: Path, report: Path | None) -> NoReturn:
+def _test(tree: Path, tests: tuple[str, ...], skipped: Sequence[str], killer: Path, report: Path | None) -> NoReturn:
     """Run in a process of its own: the tests on the tree, up to the first that fails unless all are wanted."""
     status = 1
     try:

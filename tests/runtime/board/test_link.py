@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import struct
+import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -119,3 +120,43 @@ def test_a_self_test_that_was_cut_short_is_no_result() -> None:
     assert link(answer).selftest(7).samples == 7
     with pytest.raises(LinkError, match="after 7 of 8 samples"):
         link(answer).selftest(8)
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (0, "reason 0"), (1, "does not know this type"), (2, "wrong size"), (3, "no memory"), (4, "has started since"),
+        (5, "neither the next request"), (6, "infinite or not a number"), (7, "another host"), (8, "reason 8"),
+    ],
+)  # fmt: skip
+def test_a_refusal_says_why(code: int, words: str) -> None:
+    with pytest.raises(LinkError, match=words) as caught:
+        link(lambda request: iter([dataclasses.replace(request, type=NAK | REPLY, payload=bytes([code]))])).reset()
+    assert caught.value.exit_status == 3
+    with pytest.raises(LinkError, match="reason 0"):
+        link(lambda request: iter([dataclasses.replace(request, type=NAK | REPLY, payload=b"")])).reset()
+
+
+def test_a_step_returns_input_time_and_flags() -> None:
+    payload = np.array([0.5, -1.5], "<f4").tobytes() + (1234).to_bytes(4, "little")
+    host = link(lambda request: iter([reply(request, payload, flags=1)]))
+    for _ in range(2):
+        answer = host.step(np.zeros(3))
+    np.testing.assert_array_equal(answer.u, np.float32([0.5, -1.5]))
+    assert answer.ticks == 1234
+    assert set(host.counters.as_dict().values()) == {0, 2}
+    assert [count for name, count in host.counters.flags.items() if count] == [2]
+
+
+def test_a_self_test_returns_states_and_inputs_apart() -> None:
+    numbers = np.array([1, 2, 3, 4, 5], "<f4").tobytes()
+    result = link(lambda request: iter([reply(request, struct.pack("<3I", 7, 11, 13) + numbers)])).selftest(7)
+    assert (result.samples, result.crc, result.ticks) == (7, 11, 13)
+    assert (result.x.tolist(), result.u.tolist()) == ([1, 2, 3], [4, 5])
+
+
+def test_a_board_that_is_not_there_is_waited_for_as_long_as_asked() -> None:
+    begin = time.monotonic()
+    with pytest.raises(LinkError, match=r"no answer from script in 0\.3 s"):
+        link(lambda _request: iter([])).connect(0.3)
+    assert 0.3 <= time.monotonic() - begin < 5
