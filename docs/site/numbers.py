@@ -20,7 +20,10 @@ _SHOWN = {
 }
 """Sections whose first table is shown; of a page that is not named, the first table."""
 _COMMANDS = {
-    "batch.md": ("put together from the four pages of batches below by hand", "tolerance 1e-6, a user's default is 1e-11"),
+    "batch.md": (
+        "put together from the four pages of batches below by hand",
+        "tolerance 1e-6, a user's default is 1e-11",
+    ),
     "soak.md": ("made by `make soak`", ""),
 }
 """Of pages that do not begin with the command that wrote them: how they were made, and settings that are not the defaults."""

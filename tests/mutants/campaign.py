@@ -23,13 +23,15 @@ from tests.mutants import c_operators, python_operators
 
 ROOT = Path(__file__).parents[2]
 WORK = ROOT / "build" / "mutants"
-_LIBRARIES =("numpy", "scipy.integrate", "xarray", "zarr", "h5netcdf", "pandas")
+_LIBRARIES = ("numpy", "scipy.integrate", "xarray", "zarr", "h5netcdf", "pandas")
 """Loaded once, before the processes that run tests part."""
 _OWN = ("mehvar", "mehvar.runtime", "mehvar.runtime.batch.fill", "mehvar.runtime.batch.statistics")
 """Likewise, of the copy, where C is mutated and Python is not."""
 _COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "pyproject.toml")
 _TWICE = 2.0
 """A mutant has so many times the seconds of its tests without one, and ten more: it compiles anew, in company."""
+
+
 @dataclass(frozen=True)
 class Subject:
     """Modules that are mutated alike: how many mutants are drawn, and the tests that concern them.
@@ -186,7 +188,9 @@ class Campaign:
             outcome, _ = self._run(tests, slow, 600, report)
             failing = report.read_text(encoding="utf-8").split("\n")[:-1]
             if outcome != "survived" and not failing:
-                raise SystemExit(f"{outcome} without a mutant:\n{(WORK / 'output').read_text(encoding='utf-8')[-2000:]}")
+                raise SystemExit(
+                    f"{outcome} without a mutant:\n{(WORK / 'output').read_text(encoding='utf-8')[-2000:]}"
+                )
             self._baselines[name] = failing, time.monotonic() - start
             self._baseline_file.write_text(json.dumps(self._baselines), encoding="utf-8")
             print(f"{self._baselines[name][1]:.0f} s without a mutant; failing: {failing}", file=sys.stderr, flush=True)

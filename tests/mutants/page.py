@@ -37,7 +37,11 @@ def _lines(results: Sequence[Result]) -> list[str]:
     lines += ["| area | module | tried | killed by a test | by its time | alive |", "|---|---|---|---|---|---|"]
     for area, module in sorted({(result.area, result.module) for result in results}):
         count = Counter(result.outcome for result in results if result.module == module)
-        row = (area, f"`{module}`", *(str(n) for n in (count.total(), *(count[k] for k in ("killed", "timeout", "survived")))))
+        row = (
+            area,
+            f"`{module}`",
+            *(str(n) for n in (count.total(), *(count[k] for k in ("killed", "timeout", "survived")))),
+        )
         lines.append(f"| {' | '.join(row)} |")
     return [*lines, "", *_survivors(alive, reasons())]
 

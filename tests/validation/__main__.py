@@ -33,13 +33,23 @@ def write(rows: list[Row]) -> None:
     text = PAGE.read_text(encoding="utf-8")
     head, rest = text.split(BEGIN)
     table, tail = rest.split(END)
-    lines = {_case(line): line for line in table.splitlines() if line.startswith("| ") and not line.startswith("| case ")}
+    lines = {
+        _case(line): line for line in table.splitlines() if line.startswith("| ") and not line.startswith("| case ")
+    }
     today = f"{datetime.now(UTC):%Y-%m-%d}"
     lines |= {row.case: _line(row, today) for row in rows}
     kept = sorted(lines.values(), key=lambda line: (line.split(" | ")[1], _natural(line)))
     verdicts = Counter("holds" if line.endswith(" yes |") else "fails" for line in kept)
-    title = "| case | reference | version | numbers | largest error | bound | in | where the bound is from | date | holds |"
-    shown = [f"{len(kept)} cases: {verdicts['holds']} hold, {verdicts['fails']} fail.", "", title, "|" + "---|" * 10, *kept]
+    title = (
+        "| case | reference | version | numbers | largest error | bound | in | where the bound is from | date | holds |"
+    )
+    shown = [
+        f"{len(kept)} cases: {verdicts['holds']} hold, {verdicts['fails']} fail.",
+        "",
+        title,
+        "|" + "---|" * 10,
+        *kept,
+    ]
     PAGE.write_text(head + BEGIN + "\n".join(shown) + "\n" + END + tail, encoding="utf-8")
 
 
@@ -53,7 +63,16 @@ def _natural(line: str) -> list[str]:
 
 def _line(row: Row, date: str) -> str:
     numbers = (f"{row.points}", f"{row.error:.1e}", f"{row.bound:.1e}")
-    cells = (row.case, row.reference, row.version, *numbers, row.unit, row.reason, date, "yes" if row.holds else "**no**")
+    cells = (
+        row.case,
+        row.reference,
+        row.version,
+        *numbers,
+        row.unit,
+        row.reason,
+        date,
+        "yes" if row.holds else "**no**",
+    )
     return f"| {' | '.join(cells)} |"
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The satellite against Basilisk: a hub with balanced wheels on a circular orbit in the gravity gradient.
 
-Basilisk's hub has the inertia with locked wheels, I + Iw, and its wheel momentum is Js (Omega + w), as the satellite's h.
-Its bound is its own: how far its rk4 moves when the step is halved.
+Basilisk's hub has the inertia with locked wheels, I + Iw, and its wheels the momentum Js (Omega + w), as the
+satellite's h. Its bound is its own: how far its rk4 moves when the step is halved.
 """
 
 from __future__ import annotations
@@ -49,7 +49,9 @@ def basilisk(turn: np.ndarray, rate: np.ndarray, spin: np.ndarray, momentum: np.
         relative = momentum[k] / spin[k] - rate[k]
         factory.create("custom", axis, Js=spin[k], Omega=relative / macros.RPM, useMaxTorque=False)
     factory.addToSpacecraft("wheels", wheels, craft)
-    message = messaging.ArrayMotorTorqueMsg().write(messaging.ArrayMotorTorqueMsgPayload(motorTorque=(-torque).tolist()))
+    message = messaging.ArrayMotorTorqueMsg().write(
+        messaging.ArrayMotorTorqueMsgPayload(motorTorque=(-torque).tolist())
+    )
     wheels.rwMotorCmdInMsg.subscribeTo(message)
     for part in (craft, gradient, wheels):
         simulation.AddModelToTask("t", part)

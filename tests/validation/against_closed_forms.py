@@ -96,7 +96,9 @@ def test_spherical_pendulum() -> None:
     tilt, swing = 0.7, 0.9
     x[at : at + 6] = -np.cos(tilt), 0, np.sin(tilt), 0, swing, 0
     times = np.linspace(0, 20, 201)
-    run = solve_ivp(lambda _t, y: model.functions["rhs"](y, np.zeros(5), p), (0, 20), x, "DOP853", times, rtol=1e-12, atol=1e-14)
+    run = solve_ivp(
+        lambda _t, y: model.functions["rhs"](y, np.zeros(5), p), (0, 20), x, "DOP853", times, rtol=1e-12, atol=1e-14
+    )
     level, turn = mpf(g) / length, mpf(swing) * mpmath.sin(mpf(tilt))
     total = mpf(swing) ** 2 / 2 - level * mpmath.cos(mpf(tilt))
     roots = mpmath.polyroots([2 * level, -2 * total, -2 * level, 2 * total - turn**2], maxsteps=200, extraprec=100)

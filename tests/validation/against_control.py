@@ -48,7 +48,9 @@ def test_response_of_the_linear_satellite() -> None:
     for size in (1e-6, 5e-7):
         torque = size * np.array([1.0, -2.0, 1.5])
         linear = control.forced_response(system, times, np.outer(torque, np.ones_like(times))).states.T[:, :9]
-        run = solve_ivp(lambda _t, y, u=torque: model.rhs(y, u, p), (0, 100), rest, "DOP853", times, rtol=1e-12, atol=1e-16)
+        run = solve_ivp(
+            lambda _t, y, u=torque: model.rhs(y, u, p), (0, 100), rest, "DOP853", times, rtol=1e-12, atol=1e-16
+        )
         errors.append(np.abs(linear + rest[:9] - run.y.T[:, :9]).max())
         sizes.append(np.abs(linear).max())
     record(

@@ -49,7 +49,9 @@ def _extreme(p: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return p * scale
 
 
-def reduced(model: Slosh, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def reduced(
+    model: Slosh, x: np.ndarray, u: np.ndarray, p: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return MuJoCo's mass matrix, its force, the sizes of what that is the sum of, and the order of the model."""
     craft, motion = reference.spacecraft(p), model.motion(x)
     if model.convention == "hinge":
@@ -98,7 +100,7 @@ def geared(craft: reference.Spacecraft) -> tuple[mujoco.MjModel, np.ndarray]:
 
 
 def carried(model: Slosh, x: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Return the sizes of what cancels in MuJoCo's forces: centripetal terms of all mass at its speed, and their arms."""
+    """Return the sizes of what cancels in MuJoCo's forces: centripetal terms of all mass, and their arms."""
     craft, motion = reference.spacecraft(p), model.motion(x)
     mass = craft.m + craft.m0 + sum(bob.m for bob in craft.pendulums)
     arm = max(craft.b, abs(craft.h0), *(abs(bob.h) + bob.length for bob in craft.pendulums))
@@ -180,7 +182,7 @@ def write(count: int, convention: str, extreme: bool, errors: list[np.ndarray], 
         np.array(errors) / np.array(bounds)[:, None],
         1,
         "of the bound of each point",
-        "rounding of the parts of MuJoCo's forces over the least eigenvalue of its scaled mass matrix; paper: its discs weigh 1e-11 kg",
+        "rounding of MuJoCo's forces over the least eigenvalue of its mass matrix; paper: its discs weigh 1e-11 kg",
     )
 
 

@@ -52,9 +52,7 @@ class Row:
 Record = Callable[..., None]
 
 
-def record(
-    case: str, reference: str, version: str, errors: ArrayLike, bound: float, unit: str, reason: str
-) -> None:
+def record(case: str, reference: str, version: str, errors: ArrayLike, bound: float, unit: str, reason: str) -> None:
     """Write a row, then fail if its bound is broken: what fails is in the table too."""
     values = np.abs(np.asarray(errors, dtype=float))
     row = Row(case, reference, version, values.size, float(values.max()), float(bound), unit, reason)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+from typing import Any
 
 import numpy as np
 import pytest
@@ -82,6 +83,12 @@ def test_bits_are_pinned() -> None:
     assert digest(u) == "b3cf5ff8b0b849bc"
     assert digest(z) == "13a22c981ef742e2"
     assert digest(exponential(z)) == "4609f8e2548ad4ef"
+
+
+@pytest.mark.parametrize(("design", "numbers"), [("random", "cff89538f32865c3"), ("latin", "f91455604b0b3bf6")])
+def test_a_seed_means_the_same_runs_in_every_version(design: Any, numbers: str) -> None:
+    """Another constant of the permutation is as random, and makes another campaign of the same seed."""
+    assert digest(Sampler(design, [("a",), ("b",)], 60, 5).points(0, 60)) == numbers
 
 
 def digest(array: np.ndarray) -> str:

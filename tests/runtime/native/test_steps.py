@@ -24,7 +24,7 @@ LOOPS = {
     "from rest": {"angle_0": 0.0, "angle_ref": 0.0, "k_p": 20.0, "k_d": 0.0, "ref_rate": 0.3},
     "at rest": {"angle_0": 0.0, "angle_ref": 0.0, "k_p": 20.0, "k_d": 0.0},
 }
-"""The first is refused steps, the second has neither size nor slope when its first step is chosen, the third no error."""
+"""The first is refused steps; the second begins without size and slope; the third no error."""
 TOLERANCES = ((1e-3, 1e-6), (1e-6, 1e-3), (1e-7, 1e-7))
 
 
