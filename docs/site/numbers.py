@@ -26,7 +26,7 @@ _COMMANDS = {
     ),
     "soak.md": ("made by `make soak`", ""),
 }
-"""Of pages that do not begin with the command that wrote them: how they were made, and settings that are not the defaults."""
+"""Of pages without the command that wrote them: how they were made, and settings that are not the defaults."""
 _SETTINGS = {
     "closed_loop.md": "samples every 1 s where a heading says so; a user's default is 0.01 s",
     "batch_open_loop.md": "tolerances and steps as the tables say; a user's default is dop853 at 1e-11",
