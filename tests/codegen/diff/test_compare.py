@@ -144,6 +144,16 @@ def test_numbers_of_the_manifest_are_compared():
     assert changes == [("parameter", "m", "value", "1.0", "1.5"), ("scenario paper", "m", "value", "2.0", "3.0")]
 
 
+@pytest.mark.parametrize("what", ["duration", "step"])
+def test_when_a_scenario_ends_and_what_it_samples_are_compared(what):
+    manifest, plain = read_manifest(PENDULUM), document("f: m*x")
+    paper = manifest.scenarios["swing"]
+    changed = dataclasses.replace(paper, **{what: 2 * getattr(paper, what)})
+    after = dataclasses.replace(manifest, scenarios=dict(manifest.scenarios) | {"swing": changed})
+    comparison = compare(*(dataclasses.replace(plain, manifest=each) for each in (manifest, after)))
+    assert [(p.role, p.name) for p in comparison.parameters] == [("scenario swing", what)]
+
+
 def _edits(manifest):
     """Yield manifests in which one thing that decides a run, or how it is judged, is another."""
     metric, scenario, law = (
@@ -178,6 +188,19 @@ def test_a_saturation_that_no_point_reaches_is_undecided():
     assert comparison["f"].matters
     assert comparison.differs
     assert "branch" in comparison["f"].how
+
+
+def test_a_branch_behind_many_conditions_is_not_called_the_same():
+    """Fourteen signs at once: no point of the field has them, so that values alone agree at all of them."""
+    names = [f"a{k}" for k in range(14)]
+    seldom = " & ".join(f"({name} > 0)" for name in names)
+    old, new = (
+        document(f"f: Piecewise((x + {shift}, {seldom}), (x, True))", **{name: {} for name in names})
+        for shift in (1, 2)
+    )
+    comparison = compare(old, new)
+    assert comparison["f"].verdict is Fate.UNDECIDED
+    assert comparison.differs
 
 
 def test_strict_and_other_comparisons_are_not_mixed_up():
