@@ -110,6 +110,13 @@ def working(what: str) -> Iterator[None]:
         yield
 
 
+def print_version() -> None:
+    """Print what `mehvar --version` does."""
+    from mehvar.versions import installed
+
+    print(f"mehvar {installed('mehvar')['mehvar']}")
+
+
 def fail(message: object, status: int) -> NoReturn:
     """Print one message on standard error and exit."""
     print(f"mehvar: {message}", file=sys.stderr)

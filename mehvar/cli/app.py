@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from mehvar.terminal import interruptible
+from mehvar.terminal import interruptible, print_version
 
 _DEBUG = "mehvar.debug"
 COMMANDS = {
@@ -123,9 +123,7 @@ app.add_typer(_group(BOARD, help="Take a law to a microcontroller, emulated or r
 
 def _version(shown: bool) -> None:
     if shown:
-        from mehvar.versions import installed
-
-        typer.echo(f"mehvar {installed('mehvar')['mehvar']}")
+        print_version()
         raise typer.Exit
 
 

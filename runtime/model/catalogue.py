@@ -19,6 +19,24 @@ def known_models() -> dict[str, Path]:
     return {folder.name: folder for folder in folders if (folder / FILE).is_file()}
 
 
+def find_folder(model: str | os.PathLike[str]) -> Path:
+    """Return the folder of a model, by a name that comes with the `generated` package or as the folder itself.
+
+    Raises
+    ------
+    InputError
+        If there is no such model.
+    """
+    if not isinstance(model, str | os.PathLike):
+        raise bad_value("model", model, "the name of a model, or the path of a generated folder")
+    models = known_models()
+    if isinstance(model, str) and model in models:
+        return models[model]
+    if os.path.isdir(model):  # noqa: PTH112 - pathlib raises for a name that is too long
+        return Path(model)
+    raise unknown_name("model (neither a known name nor a generated folder)", os.fspath(model), models)
+
+
 def find_model(model: str | os.PathLike[str]) -> Manifest:
     """Read the manifest of a model.
 
@@ -32,11 +50,4 @@ def find_model(model: str | os.PathLike[str]) -> Manifest:
     InputError
         If there is no such model, or its manifest cannot be read.
     """
-    if not isinstance(model, str | os.PathLike):
-        raise bad_value("model", model, "the name of a model, or the path of a generated folder")
-    models = known_models()
-    if isinstance(model, str) and model in models:
-        return read_manifest(models[model])
-    if os.path.isdir(model):  # noqa: PTH112 - pathlib raises for a name that is too long
-        return read_manifest(model)
-    raise unknown_name("model (neither a known name nor a generated folder)", os.fspath(model), models)
+    return read_manifest(find_folder(model))

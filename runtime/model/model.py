@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import warnings
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ from mehvar.manifest import Manifest
 from ..arguments import check_arguments
 from ..compiling.compiler import find_compiler, require_compiler
 from .casadi_c import CasadiBackend, casadi_manifest
-from .catalogue import find_model
+from .catalogue import find_folder, find_model
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
 from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows
@@ -266,3 +267,18 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
         manifest = casadi_manifest(manifest)
         return Model(manifest, CasadiBackend(manifest))
     return Model(manifest, CBackend(manifest))
+
+
+def shared_model(model: str | os.PathLike[str], backend: BackendName | None = None) -> Model:
+    """Return a loaded model as `load` does, the same one while nothing in its folder or about the compiler changes."""
+    if backend not in (None, "c") or find_compiler() is None:
+        return load(model, backend)
+    folder = find_folder(model)
+    with os.scandir(folder) as files:
+        stamps = [(f.name, s.st_ino, s.st_size, s.st_mtime_ns) for f in files for s in (f.stat(),)]
+    return _shared(str(folder), find_compiler(), os.environ.get("MEHVAR_CACHE"), tuple(sorted(stamps)))
+
+
+@functools.lru_cache(maxsize=8)  # models at work at once; one more is loaded again, as all were without this
+def _shared(folder: str, *_: object) -> Model:
+    return load(folder, "c")
