@@ -1,12 +1,13 @@
 # make run : set up .venv and reproduce the papers' figures and claims into report/
 # make test: set up .venv and run every check and test
 # make docs: set up .venv and build the site into build/site
-# make soak: the long campaigns, hours; make matrix: other Pythons and libraries, needs the package index
+# make soak: the long campaigns, hours; make matrix: other Pythons and libraries,
+# make peers: the tools that models are exported to; both need the package index
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test docs soak matrix lint farm setup clean
+.PHONY: run test docs soak matrix peers lint farm setup clean
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
@@ -29,6 +30,10 @@ soak: setup
 
 matrix: setup
 	$(BIN)/python tests/gates/matrix.py
+
+peers: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[control,jax,numba]" fmpy
+	$(BIN)/pytest -m peers
 
 lint: setup farm
 	$(BIN)/ruff check .

@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from mehvar.models.tables import read_scenarios as read_scenarios
     from mehvar.runtime.model.model import Model as Model
     from mehvar.runtime.model.model import load as load
+    from mehvar.runtime.model.trim import Trim as Trim
+    from mehvar.runtime.model.trim import trim as trim
     from mehvar.runtime.run.formats import open_result as open_result
     from mehvar.runtime.run.formats import save as save
 
@@ -60,6 +62,7 @@ _HOMES = {
     "mehvar.comparison.compare": ("diff",),
     "mehvar.errors": ("InputError", "MehvarError"),
     "mehvar.runtime.model.model": ("Model", "load"),
+    "mehvar.runtime.model.trim": ("Trim", "trim"),
     "mehvar.runtime.run.formats": ("open_result", "save"),
     "mehvar.codegen.functions.lower": ("to_casadi",),
     "mehvar.models.mechanics": (

@@ -17,7 +17,7 @@ from mehvar.runtime.model.model import shared_model
 
 @pytest.mark.parametrize("name", sorted(known_models()))
 def test_a_point_is_an_element_of_an_array(name):
-    """Every function of every model, bit for bit; the same for slices, lists and whole numbers, which go by the loop."""
+    """Every function of every model, bit for bit, and of the same type."""
     model = mehvar.load(name)
     generator = np.random.default_rng(0)
     for function in model.functions.values():
