@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from mehvar.comparison.compare import diff as diff
     from mehvar.errors import InputError as InputError
     from mehvar.errors import MehvarError as MehvarError
+    from mehvar.fmu.export import export_fmu as export_fmu
     from mehvar.models.mechanics import kirchhoff as kirchhoff
     from mehvar.models.mechanics import lagrange as lagrange
     from mehvar.models.mechanics import quaternion_of_turns as quaternion_of_turns
@@ -61,6 +62,7 @@ _HOMES = {
     "mehvar.api": ("batch", "simulate"),
     "mehvar.comparison.compare": ("diff",),
     "mehvar.errors": ("InputError", "MehvarError"),
+    "mehvar.fmu.export": ("export_fmu",),
     "mehvar.runtime.model.model": ("Model", "load"),
     "mehvar.runtime.model.trim": ("Trim", "trim"),
     "mehvar.runtime.run.formats": ("open_result", "save"),

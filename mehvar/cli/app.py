@@ -38,6 +38,10 @@ BOARD = {
     "flash": "Build for an STM32 board and flash it. Not tested on silicon.",
 }
 
+EXPORT = {
+    "fmu": "Write a functional mock-up unit: FMI 2.0 or 3.0, model exchange or co-simulation, sources and a binary.",
+}
+
 
 class _Commands(TyperGroup):
     """Commands by name: listed from the tables above, imported when called.
@@ -119,6 +123,7 @@ app = _group(
     help="Derive spacecraft attitude models, generate code from them, and simulate them.",
 )
 app.add_typer(_group(BOARD, help="Take a law to a microcontroller, emulated or real."), name="board")
+app.add_typer(_group(EXPORT, help="Write a model as a file that other programs run."), name="export")
 
 
 def _version(shown: bool) -> None:
