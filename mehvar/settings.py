@@ -15,6 +15,8 @@ SettingTexts = Annotated[
     typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter or an option; repeat as needed."),
 ]
 
+AsJson = Annotated[bool, typer.Option("--json", help="Print the facts as JSON.")]
+
 
 def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str, str]:
     """Return texts of values by name; raise InputError for a text of another form, or a name that comes twice.

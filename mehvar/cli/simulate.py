@@ -19,8 +19,8 @@ from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
-from mehvar.settings import SettingTexts, read_settings
-from mehvar.terminal import print_table, progress
+from mehvar.settings import AsJson, SettingTexts, read_settings
+from mehvar.terminal import print_json, print_table, progress
 
 
 def command(
@@ -35,17 +35,20 @@ def command(
         Path | None, typer.Option("--from", metavar="STORE", help="Repeat a run of this batch; needs --run.")
     ] = None,
     run: Annotated[int | None, typer.Option(metavar="ID", help="Which run of the batch, counted from 0.")] = None,
+    as_json: AsJson = False,
 ) -> int:
     """Run or repeat; return the exit status."""
     if store is not None or run is not None:
         decided = (model, controller, scenario, settings, t_end)
         if store is None or run is None or any(value is not None for value in decided):
             raise typer.BadParameter("--from STORE and --run ID come together and without what the batch decides")
+        if as_json:
+            raise typer.BadParameter("--json prints a run, not a comparison with a batch")
         return repeat(store, run, out, plot)
     if model is None or controller is None:
         raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
     ends = [] if t_end is None else [f"t_end={t_end}"]
-    return simulate(model, controller, scenario, read_settings([*(settings or ()), *ends]), out, plot)
+    return simulate(model, controller, scenario, read_settings([*(settings or ()), *ends]), out, plot, as_json)
 
 
 def simulate(
@@ -55,6 +58,7 @@ def simulate(
     settings: Mapping[str, str],
     out: Path | None,
     plot: Path | None,
+    as_json: bool = False,
 ) -> int:
     """Run, print, save; return the exit status.
 
@@ -68,7 +72,7 @@ def simulate(
     with progress(f"{model} {controller}") as advance:
         advance(0, 1, "(the first run compiles)")
         run = simulate_run(model, controller, scenario, parameters, progress=advance, origin="--set", **options)
-    return _finish(run, out, plot)
+    return _finish(run, out, plot, as_json)
 
 
 def repeat(path: Path, number: int, out: Path | None, plot: Path | None) -> int:
@@ -109,9 +113,12 @@ def _check_outputs(out: Path | None, plot: Path | None) -> None:
         checked_suffix(plot)
 
 
-def _finish(run: Run, out: Path | None, plot: Path | None) -> int:
-    _summary(run)
-    _save(run, out, plot)
+def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False) -> int:
+    if as_json:
+        print_json(_facts(run))
+    else:
+        _summary(run)
+    _save(run, out, plot, as_json)
     if run.status is not Status.DONE:
         typer.echo(f"mehvar: the run ended early: {run.reason}", err=True)
         return 3
@@ -141,7 +148,23 @@ def _summary(run: Run) -> None:
     print_table("", ["metric", "value", "unit", "meaning"], rows)
 
 
-def _save(run: Run, out: Path | None, plot: Path | None) -> None:
+def _facts(run: Run) -> dict[str, object]:
+    values = metrics(run, run.manifest)
+    return {
+        "model": run.manifest.model,
+        "controller": run.controller.name,
+        "scenario": run.scenario.name,
+        "status": run.status.text,
+        "reason": run.reason,
+        "t_stop": run.t_stop,
+        "run_seconds": run.run_seconds,
+        "backend": run.backend,
+        "notes": run.exceeded(),
+        "metrics": {n: {"value": float(v), "unit": run.manifest.metrics[n].unit} for n, v in values.items()},
+    }
+
+
+def _save(run: Run, out: Path | None, plot: Path | None, quiet: bool) -> None:
     if out is None and plot is None:
         return
     from mehvar.runtime.run.formats import save
@@ -150,10 +173,10 @@ def _save(run: Run, out: Path | None, plot: Path | None) -> None:
     dataset = to_dataset(run)
     if out is not None:
         save(dataset, out)
-        typer.echo(f"saved {out}")
+        typer.echo(f"saved {out}", err=quiet)
     if plot is not None:
         from mehvar.papers.reproduction import run_picture
         from mehvar.pictures.files import save as save_picture
 
         save_picture(run_picture(dataset, run.manifest), plot)
-        typer.echo(f"saved {plot}")
+        typer.echo(f"saved {plot}", err=quiet)

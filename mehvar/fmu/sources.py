@@ -113,8 +113,10 @@ def _jacobians(subject: Subject) -> str:
     """Return parameters and body of the macro that evaluates d(dq)/dq and d(dq)/d(inputs)."""
     if subject.kind == "loop":
         assert subject.law is not None
-        call = _symbol(subject, f"{identifier(subject.law.name)}_loop_jac")
-        return f"(q, u, r, p, c, J_q, J_u) {call}(q, r, p, c, J_q, J_u)"
+        function = subject.model.functions[f"{identifier(subject.law.name)}_loop_jac"].function
+        by = {"J_q": "J_q", "J_r": "J_u"}  # the inputs of a loop are the references, where it has any
+        results = ", ".join(by[result.name] for result in function.results)
+        return f"(q, u, r, p, c, J_q, J_u) {_symbol(subject, function.name)}(q, r, p, c, {results})"
     by_x = f"{_symbol(subject, 'jac_x')}(q, u, p, J_q)"
     by_u = f"{_symbol(subject, 'jac_u')}(q, u, p, J_u)" if subject.kind == "plant" else "(void)(J_u)"
     return f"(q, u, r, p, c, J_q, J_u) {by_x}, {by_u}"
