@@ -33,9 +33,9 @@ def main() -> None:
     lines = [
         "# Calls from other tools",
         "",
-        "Written by `python benchmarks/tools.py`. Each row takes turns with ctypes on the same compiled function, called as",
-        "a user would (`x.ctypes.data`): microseconds of the median round, and the median of the ratios. Agreement is the",
-        "largest difference to that C over its largest element. `own` is the system that `mehvar new` writes.",
+        "Written by `python benchmarks/tools.py`. Each row takes turns with ctypes on the same compiled function, as a",
+        "user would call it (`x.ctypes.data`): microseconds of the median round, and the median of the ratios.",
+        "Agreement is the largest difference to that C over its largest element. `own` is what `mehvar new` writes.",
         "",
         "## Machine",
         "",

@@ -161,9 +161,9 @@ def _write_table(path: Path, columns: Mapping[str, Column], dataset: xarray.Data
 
 
 def _csv(columns: Mapping[str, Column]) -> bytes:
-    import pandas
+    import xarray
 
-    frame = pandas.DataFrame({name: column.values for name, column in columns.items()})
+    frame = xarray.Dataset({name: ("row", column.values) for name, column in columns.items()}).to_dataframe()
     return bytes(frame.to_csv(index=False, lineterminator="\n").encode())
 
 

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Literal
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from mehvar.models.units import dimension
 from mehvar.versions import installed
 
+from .sources import UNITS
 from .variables import Subject, Variable
 
 Version = Literal["2.0", "3.0"]
@@ -71,7 +72,9 @@ def _interface(root: Element, subject: Subject, two: bool, interface: Interface,
             about["fixedInternalStepSize"] = repr(subject.period)
     element = SubElement(root, "ModelExchange" if interface == "me" else "CoSimulation", about)
     if two:
-        SubElement(SubElement(element, "SourceFiles"), "File", {"name": "unit.c"})
+        sources = SubElement(element, "SourceFiles")
+        for unit in UNITS:
+            SubElement(sources, "File", {"name": unit})
 
 
 def _units(root: Element, subject: Subject) -> None:
@@ -102,7 +105,7 @@ def _variables(root: Element, subject: Subject, two: bool) -> None:
             SubElement(parent, "Float64", about | kind | value)
 
 
-def _kind(variable: Variable) -> Mapping[str, str]:
+def _kind(variable: Variable) -> dict[str, str]:
     table: dict[str, tuple[str, str, str | None]] = {
         "time": ("independent", "continuous", None),
         "parameter": ("parameter", "fixed", "exact"),

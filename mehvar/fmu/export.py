@@ -21,7 +21,7 @@ from mehvar.runtime.files import write_atomic
 from mehvar.runtime.model.model import load
 
 from .description import Interface, Version, description
-from .sources import c_sources
+from .sources import UNITS, c_sources
 from .variables import subject
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -100,7 +100,9 @@ def _build_description(name: str) -> bytes:
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         '<fmiBuildDescription fmiVersion="3.0">\n'
         f'  <BuildConfiguration modelIdentifier="{name}">\n'
-        '    <SourceFileSet language="C99">\n      <SourceFile name="unit.c"/>\n    </SourceFileSet>\n'
+        '    <SourceFileSet language="C99">\n'
+        + "".join(f'      <SourceFile name="{unit}"/>\n' for unit in UNITS)
+        + "    </SourceFileSet>\n"
         "  </BuildConfiguration>\n</fmiBuildDescription>\n"
     ).encode()
 
@@ -112,7 +114,7 @@ def _compiled(sources: Mapping[str, str]) -> bytes:
             place = Path(scratch) / path
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_text(text, encoding="utf-8")
-        command = [*compiler.command, *_FLAGS, *compiler.flags, "-I.", "unit.c", "-o", "unit.so", "-lm"]
+        command = [*compiler.command, *_FLAGS, *compiler.flags, "-I.", *UNITS, "-o", "unit.so", "-lm"]
         process = subprocess.run(
             command, cwd=scratch, env=environment(Path(scratch)), capture_output=True, text=True, check=False,
             stdin=subprocess.DEVNULL,

@@ -13,11 +13,17 @@ from mehvar.runtime.run.options import METHODS, RunOptions
 from .variables import KINDS, Subject
 
 _GROUPS = ("T", "P", "C", "R", "U", "Q", "D", "X", "Y", "Z", "M")
+UNITS = ("unit.c", "jacobians.c")
+"""The files that are compiled."""
+_UNOPTIMISED = (
+    '#if defined __clang__\n#pragma clang optimize off\n#elif defined __GNUC__\n#pragma GCC optimize ("O0")\n#endif\n'
+)
+"""Before the derivatives, which are long and rarely called: compiling them counts for more than running them."""
 _CLASSES = {"parameter": "p", "input": "i", "state": "s"}
 
 
 def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
-    """Return the files of the folder `sources`, of which `unit.c` is compiled.
+    """Return the files of the folder `sources`, of which `UNITS` are compiled.
 
     Parameters
     ----------
@@ -37,7 +43,7 @@ def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
         except OSError as error:
             raise InputError(f"cannot read {manifest.folder / name}; generate the model again") from error
     adapter = f"fmi{version[0]}.c"
-    units = [file_of(manifest.model, ""), *files, "tableaux.c", adapter]
+    units = [file_of(manifest.model, ""), "tableaux.c", adapter]
     native = native_sources("step/*.h", "single/*.[ch]", "methods/*.[ch]", "methods/*.inc", "fmu/core.h")
     standard = native_sources(f"fmu/{adapter}", f"fmu/fmi/fmi{version[0]}*.h")
     return {
@@ -47,6 +53,7 @@ def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
         **generated,
         "fmu_model.h": _header(subject, token),
         "unit.c": "".join(f'#include "{name}"\n' for name in units),
+        "jacobians.c": _UNOPTIMISED + "".join(f'#include "{name}"\n' for name in files),
     }
 
 

@@ -319,15 +319,26 @@ class Model:
             self.functions, lambda t: np.asarray(given(t), dtype=np.float64), plant, start, case.duration
         )
 
-    def to_control(self, x: ArrayLike, u: ArrayLike | None, p: ArrayLike, **more: Any) -> Any:
+    def to_control(
+        self,
+        x: ArrayLike,
+        u: ArrayLike | None,
+        p: ArrayLike,
+        outputs: Sequence[str] | None = None,
+        r: ArrayLike | None = None,
+        *,
+        controller: str | None = None,
+        c: ArrayLike | None = None,
+        z: ArrayLike | None = None,
+    ) -> Any:
         """Return what `linearize` returns as a `control.StateSpace` with labelled states, inputs and outputs.
 
         Parameters
         ----------
         x, u, p : array_like
             One point, without leading axes.
-        **more
-            As of `linearize`: `outputs`, `controller`, `c`, `r`, `z`.
+        outputs, r, controller, c, z
+            As of `linearize`.
 
         Raises
         ------
@@ -336,7 +347,7 @@ class Model:
         """
         from .tools.control import state_space
 
-        return state_space(self.linearize(x, u, p, **more))
+        return state_space(self.linearize(x, u, p, outputs, r, controller=controller, c=c, z=z))
 
     def to_nlsys(
         self,

@@ -31,7 +31,7 @@ def documented(verb: str) -> set[str]:
     section = REFERENCE.read_text(encoding="utf-8").partition("## --json")[2]
     row = re.search(rf"^\| `{verb}` \| (.*) \|$", section, re.MULTILINE)
     assert row is not None
-    return {name for name in re.findall(r"`(\w+)`", re.split(r":| by name", row[1])[0])}
+    return set(re.findall(r"`(\w+)`", re.split(r":| by name", row[1])[0]))
 
 
 def test_list():
