@@ -51,7 +51,7 @@ def main() -> None:
         "",
         *table(["system", "least ms", "median ms", "integration ms"], runs),
     ]
-    write("tools", lines)
+    write("tools.md", lines)
 
 
 def _own() -> dict[str, mehvar.Model]:
