@@ -104,7 +104,7 @@ def test_a_store_goes_on_under_the_same_text_only(pendulum: runtime.Model, tmp_p
 
 def runtime_plan(out: Any) -> Any:
     from mehvar.runtime.batch.fill import plan_of
-    from mehvar.runtime.batch.store import open_store
+    from mehvar.runtime.batch.store.store import open_store
 
     return plan_of(open_store(out))
 
