@@ -104,7 +104,6 @@ def _roots(draw: random.Random) -> Iterator[Row]:
     yield _text(True, "sqrt(1 - sin(a)**2)", "cos(a)")
     yield _text(False, "sqrt(1 - sin(a)**2)", "Abs(cos(a))")
     yield _text(False, "sqrt(x**2 + y**2)*sqrt(x**2 + y**2)", "x**2 + y**2")
-    yield _text(True, "(x**2 + 2*x*y + y**2)**Rational(1, 4)*z", "sqrt(x + y)*z")
 
 
 def _regions(draw: random.Random) -> Iterator[Row]:
