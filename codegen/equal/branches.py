@@ -184,7 +184,7 @@ def requirements(pool: Pool, way: Way) -> list[tuple[Atom, ...]] | None:
         return [tuple((difference(pool, operands[number], other), sign) for other in others)]
     if operation == "piecewise":
         conditions = [pool.operands(pair)[1] for pair in operands[: number + 1]]
-        return _all([_truth(pool, c, k == number) for k, c in enumerate(conditions)])
+        return every([_truth(pool, c, k == number) for k, c in enumerate(conditions)])
     return _truth(pool, node, bool(number))
 
 
@@ -197,7 +197,7 @@ def _truth(pool: Pool, node: int, wanted: bool) -> list[tuple[Atom, ...]] | None
         return _truth(pool, operands[0], not wanted)
     if operation in ("and", "or"):
         parts = [_truth(pool, operand, wanted) for operand in operands]
-        return _all(parts) if (operation == "and") is wanted else _any(parts)
+        return every(parts) if (operation == "and") is wanted else _any(parts)
     if operation not in COMPARISONS:
         return None
     node = difference(pool, *operands)
@@ -206,7 +206,8 @@ def _truth(pool: Pool, node: int, wanted: bool) -> list[tuple[Atom, ...]] | None
     return [((node, 1 if operation.startswith(("strictgreater", "greater")) is wanted else -1),)]
 
 
-def _all(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ...]] | None:
+def every(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ...]] | None:
+    """Return the alternatives in which one of each list holds; None if there are too many."""
     product: list[tuple[Atom, ...]] = [()]
     for part in parts:
         if part is None or len(product) * len(part) > _MOST:

@@ -29,6 +29,7 @@ from .branches import (
     atoms,
     branching,
     counted,
+    every,
     requirements,
     smooth,
     ways_of,
@@ -106,17 +107,8 @@ class Cells:
         self._same = same
         self._bounds = {name: row[:2] for name, row in sampler.names.items()}
 
-    def decide(self, old: int, new: int, doubtful: Sequence[tuple[Way, ...]] = ()) -> Outcome:
-        """Decide whether two expressions are the same function.
-
-        Parameters
-        ----------
-        old, new : int
-            Both sides.
-        doubtful : sequence of tuple of Way
-            Ways at which they differ when taken together, if they can be.
-        """
-        self._doubtful = [tuple(sorted(ways)) for ways in doubtful]
+    def walk(self, old: int, new: int) -> Outcome | None:
+        """Visit ordinary points, and those beside every change along lines; None if both sides are equal there."""
         self._roots = (old, new)
         self._units = branching(self.pool, self._roots)
         self._atoms = list(dict.fromkeys(g for node in self._units for g in atoms(self.pool, node)))
@@ -126,14 +118,26 @@ class Cells:
         self._constants = self._numbers()
         self._ways: set[Way] = set()
         self._pairs: set[tuple[Way, Way]] = set()
+        self._needed: dict[int, list[list[tuple[Atom, ...]] | None]] = {}
         self._company: dict[Way, frozenset[int]] = {}
-        self._states: set[tuple[Way, ...]] = set()
+        self._doubtful: list[tuple[Way, ...]] = []
+        self._states: set[frozenset[Way]] = set()
         self._forms: dict[tuple[int, int], bool] = {}
         self._patterns: set[bytes] = set()
         self._left = _WORK
         self._points = 0
         self._draw = random.Random(1)
-        return self._walk() or self._missing() or self._equal()
+        return self._walk()
+
+    def decide(self, doubtful: Sequence[tuple[Way, ...]] = ()) -> Outcome:
+        """Look for every way, every pair of ways, and those at which both sides may differ; after `walk`."""
+        self._doubtful = [tuple(sorted(ways)) for ways in doubtful]
+        return self._missing() or self._equal()
+
+    @property
+    def points(self) -> str:
+        """How many points were visited, in words."""
+        return f"{self._points} points beside every change of {len(self._units)} branching nodes"
 
     def _factors(self) -> list[int]:
         """Return the parts whose signs a root may depend on: those of one side only, where there are even roots."""
@@ -156,7 +160,6 @@ class Cells:
     # Lines
 
     def _walk(self) -> Outcome | None:
-        """Visit ordinary points and those beside every change along lines."""
         starts = doubles.draw(self._names, self.sampler, 256, seed=7)
         if outcome := self._visit(starts):
             return outcome
@@ -285,7 +288,7 @@ class Cells:
         ways = sorted((node, taken[node]) for node in counting if self.pool.nodes[node][0] not in STEPS)
         self._ways |= {*ways}
         self._pairs |= {*itertools.combinations(ways, 2)}
-        self._states |= {state for state in self._doubtful if {*state} <= {*ways}}
+        self._states.add(frozenset(ways))
         return None
 
     def _way(self, world: RealWorld, node: int) -> int:
@@ -350,7 +353,7 @@ class Cells:
     def _is_met(self, ways: tuple[Way, ...]) -> bool:
         if len(ways) < 3:
             return {*ways} <= self._ways and (len(ways) < 2 or ways in self._pairs)
-        return ways in self._states
+        return any(state.issuperset(ways) for state in self._states)
 
     def _is_out(self, ways: tuple[Way, ...]) -> bool:
         """Whether ways are proved to exclude each other."""
@@ -360,10 +363,23 @@ class Cells:
         )
 
     def _alternatives(self, ways: tuple[Way, ...]) -> list[tuple[Atom, ...]] | None:
-        lists = [requirements(self.pool, way) for way in ways]
-        if any(entry is None for entry in lists):
-            return None
-        return [tuple(itertools.chain(*parts)) for parts in itertools.product(*(entry or [] for entry in lists))]
+        """Return what has to hold for nodes to count and to go these ways, one list for each way in which it can."""
+        product = every([requirements(self.pool, way) for way in ways])
+        for node in dict.fromkeys(node for node, _ in ways) if product else ():
+            for needed in self._needs(node):
+                product = every([product, needed]) or product
+        return product
+
+    def _needs(self, node: int) -> list[list[tuple[Atom, ...]] | None]:
+        """Return what has to hold for a node to count, by the nodes that leave only one way to it."""
+        if node not in self._needed:
+            choices = ([way for way in ways_of(self.pool, k) if node in self._beside(way)] for k in self._units)
+            self._needed[node] = [
+                requirements(self.pool, open_[0])
+                for k, open_ in zip(self._units, choices, strict=True)
+                if k != node and len(open_) == 1
+            ]
+        return self._needed[node]
 
     def _look(self, ways: tuple[Way, ...]) -> Outcome | None:
         """Walk towards a point where nodes go wanted ways, one line after the other."""
@@ -407,6 +423,5 @@ class Cells:
     def _equal(self) -> Outcome:
         return Outcome(
             True,
-            f"{self._points} points beside every change of {len(self._units)} branching nodes, each way and each pair "
-            f"of ways in {len(self._forms)} forms",
+            f"{self.points}; each way, and each pair of ways, was reached or is excluded",
         )

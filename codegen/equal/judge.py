@@ -36,8 +36,9 @@ chance: that of (a + b)^2 is a + b at every second point, which all of 3 are onc
 _BRANCHED = 64
 """Points of the reals, and of the field with signs where two nodes branch: each of their four joint ways then stays
 unseen in one of 10^8 cases. Each further node doubles the joint ways and the points."""
-_MOST_VALUES = 400_000
-"""Values of nodes that the field with signs may cost, about two seconds: seven nodes that branch in a hundred."""
+_MOST_SIGNED = 512
+"""Points of the field with signs: five nodes that branch have all their joint ways there. More nodes leave the answer
+to the reals, and doubling the points, seconds for a law, would add one node."""
 _MOST_DOUBTFUL = 24
 """Joint ways that are looked for among the reals one after the other; more are of the kind of these."""
 _FEW = 16
@@ -273,14 +274,15 @@ class Judge:
         return replaced_nodes(self.pool, old, free), replaced_nodes(self.pool, new, free)
 
     def _by_cells(self, old: int, new: int) -> Verdict:
-        doubtful, count = self._doubtful(old, new)
-        if count and not doubtful:
-            return Verdict(True, f"{count} points of a {field.BITS}-bit field with signs, seed {self.seed}")
         from .cells import Cells  # needs numpy, which most comparisons do not
 
-        outcome = Cells(self.pool, self.sampler, lambda point: self.real(point)[self._free], self._smooth_sides).decide(
-            old, new, doubtful
-        )
+        cells = Cells(self.pool, self.sampler, lambda point: self.real(point)[self._free], self._smooth_sides)
+        outcome = cells.walk(old, new)
+        if outcome is None:
+            doubtful, count = self._doubtful(old, new)
+            if count and not doubtful:
+                return Verdict(True, f"{count} points of a {field.BITS}-bit field with signs, {cells.points}")
+            outcome = cells.decide(doubtful)
         return Verdict(outcome.equal, outcome.how, point=outcome.point)
 
     def _smooth_sides(self, old: int, new: int) -> bool | None:
@@ -297,13 +299,12 @@ class Judge:
         The signs of the field are those of chance, and multiply: whether they can be met together is not its question.
         The number is zero where there are too few points for all joint ways.
         """
-        nodes = len(reached(self.pool.nodes, [old, new]))
         units = [node for node in branching(self.pool, [old, new]) if ways_of(self.pool, node)]
         needed = _BRANCHED << max(len(units) - 2, 0)
         left = {way for node in units for way in ways_of(self.pool, node)}
         states: dict[tuple[Way, ...], None] = {}
         matches = 0
-        for number in range(4 * min(needed, max(_BRANCHED, _MOST_VALUES // nodes))):
+        for number in range(4 * min(needed, _MOST_SIGNED)):
             if number == len(self._signed):
                 self._signed.append(self.at(10_000 + number, interpreted=True))
             world = self._signed[number][self._free]
@@ -317,7 +318,7 @@ class Judge:
             left -= {*ways}
             if a != b:
                 states[ways] = None
-            if matches == needed or len(states) == _MOST_DOUBTFUL:
+            if matches == min(needed, _MOST_SIGNED) or len(states) == _MOST_DOUBTFUL:
                 break
         return list(states), matches if matches == needed and not left else 0
 

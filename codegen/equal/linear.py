@@ -27,11 +27,10 @@ def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> 
     for node, sign in atoms:
         form = _form(pool, node)
         rows += [(_scaled(form, Fraction(s)), bool(sign)) for s in ((sign,) if sign else (1, -1))]
-    for node in {node for form, _ in rows for node in form if node != _ONE}:
-        operation, *rest = pool.nodes[node]
-        low, high = bounds.get(rest[0], (None, None)) if operation == "sym" else (None, None)
-        rows += [({node: Fraction(1), _ONE: -low}, False)] if low is not None else []
-        rows += [({node: Fraction(-1), _ONE: high}, False)] if high is not None else []
+    told: set[int] = {_ONE}
+    while unknown := sorted({node for form, _ in rows for node in form} - told):
+        told |= {*unknown}
+        rows += [row for node in unknown for row in _facts(pool, node, bounds)]
     while len(rows) <= _MOST:
         if any(_is_false(row) for row in rows):
             return True
@@ -40,6 +39,24 @@ def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> 
             return False
         rows = _without(rows, min(unknowns, key=lambda node: (_count(rows, node), node)))
     return False
+
+
+def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
+    """Return what is known of a term: its bounds, or how it stands to its operands."""
+    operation, *rest = pool.nodes[node]
+    itself = {node: Fraction(1)}
+    if operation == "sym":
+        low, high = bounds.get(rest[0], (None, None))
+        below = [] if low is None else [_sum([itself, {_ONE: -low}])]
+        above = [] if high is None else [_sum([{_ONE: high}, _scaled(itself, Fraction(-1))])]
+        return [(form, False) for form in below + above]
+    forms = [_form(pool, operand) for operand in pool.operands(node)]
+    if operation in ("max", "min"):
+        sign = Fraction(1 if operation == "max" else -1)
+        return [(_sum([_scaled(itself, sign), _scaled(form, -sign)]), False) for form in forms]
+    if operation == "abs":
+        return [(_sum([itself, _scaled(forms[0], Fraction(sign))]), False) for sign in (1, -1)]
+    return []
 
 
 def _form(pool: Pool, node: int) -> Form:
