@@ -87,7 +87,9 @@ class Cells:
     pool : Pool
         Holds both.
     sampler : PointSampler
-        Bounds, defaults and angles.
+        Draws ordinary points.
+    bounds : mapping
+        Of free names.
     world : callable
         Makes the real world at a point.
     same : callable
@@ -98,6 +100,7 @@ class Cells:
         self,
         pool: Pool,
         sampler: PointSampler,
+        bounds: intervals.Bounds,
         world: Callable[[Mapping[str, Fraction]], RealWorld],
         same: Callable[[int, int], bool | None],
     ) -> None:
@@ -105,7 +108,7 @@ class Cells:
         self.sampler = sampler
         self._world = world
         self._same = same
-        self._bounds = {name: row[:2] for name, row in sampler.names.items()}
+        self._bounds = bounds
 
     def walk(self, old: int, new: int) -> Outcome | None:
         """Visit ordinary points, and those beside every change along lines; None if both sides are equal there."""

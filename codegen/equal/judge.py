@@ -19,7 +19,7 @@ from typing import Any
 import mpmath
 
 from ..equations.document import reached
-from . import field, reals
+from . import field, intervals, reals
 from .branches import COMPARISONS, Flat, Way, branching, counted, replaced_nodes, ways_of
 from .pool import Pool
 from .reals import Point, PointSampler, RealWorld
@@ -49,6 +49,8 @@ _HOPELESS = 48
 """Points without a value after which none is expected any more: one in ten would have shown in 99 of 100 cases."""
 _MOST_NAMES = 60
 """Names that are sent far out one after the other; each takes two evaluations of all."""
+_LEAST = Fraction(1, 10**300)
+"""Of a positive number, for proofs in doubles: the smallest of them have fewer digits."""
 VISIBLE = 1e-4
 """Relative difference that a counterexample shows: two of the six digits that are printed."""
 _PASSES = 2
@@ -276,7 +278,9 @@ class Judge:
     def _by_cells(self, old: int, new: int) -> Verdict:
         from .cells import Cells  # needs numpy, which most comparisons do not
 
-        cells = Cells(self.pool, self.sampler, lambda point: self.real(point)[self._free], self._smooth_sides)
+        cells = Cells(
+            self.pool, self.sampler, self._bounds(), lambda point: self.real(point)[self._free], self._smooth_sides
+        )
         outcome = cells.walk(old, new)
         if outcome is None:
             doubtful, count = self._doubtful(old, new)
@@ -284,6 +288,15 @@ class Judge:
                 return Verdict(True, f"{count} points of a {field.BITS}-bit field with signs, {cells.points}")
             outcome = cells.decide(doubtful)
         return Verdict(outcome.equal, outcome.how, point=outcome.point)
+
+    def never_zero(self, expression: Expression) -> bool:
+        """Whether intervals prove that an expression has no zero within the bounds of its names."""
+        return intervals.impossible(self.pool, [(self._written_out(expression), 0)], self._bounds())
+
+    def _bounds(self) -> dict[str, tuple[Fraction | None, Fraction | None]]:
+        """Return the bounds of every free name; what is positive is not zero."""
+        bounds = {name: row[:2] for name, row in self.sampler.names.items()}
+        return {name: (_LEAST if low == 0 and self.positive(name) else low, high) for name, (low, high) in bounds.items()}
 
     def _smooth_sides(self, old: int, new: int) -> bool | None:
         """Whether two expressions without branches are equal; None where the field cannot show a difference."""

@@ -6,6 +6,7 @@ Terms count as unknowns of their own, and unknowns are eliminated one by one, ex
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
@@ -19,6 +20,8 @@ Row = tuple[Form, bool]
 _ONE = -1
 _MOST = 300
 """Inequalities at once: the number may square with each unknown. Those of the corpus stay under 40."""
+_CASES = 4
+"""Maxima and minima whose operands are taken in turn: sixteen cases where each has two."""
 
 
 def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
@@ -31,6 +34,23 @@ def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> 
     while unknown := sorted({node for form, _ in rows for node in form} - told):
         told |= {*unknown}
         rows += [row for node in unknown for row in _facts(pool, node, bounds)]
+    return _is_contradiction(rows) or _in_every_case(pool, rows, sorted(told))
+
+
+def _in_every_case(pool: Pool, rows: list[Row], nodes: Sequence[int]) -> bool:
+    """Whether inequalities contradict each other whichever operand each maximum and minimum among them is."""
+    chosen = [node for node in nodes if node != _ONE and pool.nodes[node][0] in ("max", "min")][:_CASES]
+    cases = itertools.product(*(pool.operands(node) for node in chosen))
+    equal = ([_sum([{n: Fraction(1)}, _scaled(_form(pool, o), Fraction(-1))]) for n, o in zip(chosen, c, strict=True)]
+             for c in cases)  # fmt: skip
+    return bool(chosen) and all(
+        _is_contradiction([*rows, *((_scaled(form, Fraction(s)), False) for form in forms for s in (1, -1))])
+        for forms in equal
+    )
+
+
+def _is_contradiction(rows: list[Row]) -> bool:
+    """Whether no numbers satisfy inequalities; `False` where there are too many of them to tell."""
     while len(rows) <= _MOST:
         if any(_is_false(row) for row in rows):
             return True
