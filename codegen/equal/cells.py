@@ -255,7 +255,7 @@ class Cells:
         self._points += count
         old, new = (np.broadcast_to(np.asarray(found[root], dtype=float), count) for root in self._roots)
         defined = np.isfinite(old) & np.isfinite(new)
-        differing = np.nonzero(defined & (doubles.apart(old, new) > 0))[0]
+        differing = np.nonzero(doubles.apart(old, new)[0])[0]
         for k in [*differing[:8], *(k for k in self._fresh(found, count) if defined[k])]:
             if outcome := self._judge({name: Fraction(float(column[k])) for name, column in point.items()}):
                 return outcome

@@ -22,7 +22,7 @@ _DECADES = (0.5, 3.0, 6.0)
 """Around one over which numbers without a default or two bounds are drawn, each as often as the others: those of
 ordinary size, those of lengths and rates of other models, and far ones. A table that starts at Mach 1 and one that
 ends at 300 are met by the first and the second."""
-_CHUNK = 1024
+_CHUNK = 2048
 """Points at a time: the values of some thousand nodes then stay in the processor's cache."""
 _APART = 1e-9
 """Relative difference of two doubles that is looked at with 50 digits. Ten times less would look at more rounding,
@@ -125,11 +125,13 @@ def _inside(drawn: Array, low: float, high: float) -> Array:
     return np.where(drawn > high, high - (drawn - high), drawn)
 
 
-def apart(a: Any, b: Any) -> Array:
-    """Return how far values differ, relative to both; zero where one does not exist or they are as good as equal."""
+def apart(a: Any, b: Any) -> tuple[Array, int]:
+    """Return how far values differ, relative to both, zero where as good as not, and how many pairs of them there are."""
     with np.errstate(all="ignore"):
-        relative = np.abs(np.asarray(a) - b) / (np.abs(a) + np.abs(b))
-    return np.where(relative > _APART, relative, 0.0)
+        gap = np.abs(np.atleast_1d(a) - b)
+        size = np.abs(a) + np.abs(b)
+        # a comparison with NaN is false
+        return np.where(gap > _APART * size, gap / size, 0.0), int(np.count_nonzero(gap >= 0))
 
 
 def suspects(
@@ -153,22 +155,17 @@ def suspects(
     """
     nodes = reached(pool.nodes, [node for pair in pairs for node in pair])
     names = {pool.nodes[node][1] for node in nodes if pool.nodes[node][0] == "sym"}
-    worst: dict[int, list[tuple[float, dict[str, Fraction]]]] = {}
+    worst: list[list[tuple[float, int, int]]] = [[] for _ in pairs]
     seen = [0] * len(pairs)
     for part in range(0, count, _CHUNK):
-        point = draw(names, sampler, min(_CHUNK, count - part), seed + part)
-        found = values(pool, nodes, point)
+        found = values(pool, nodes, draw(names, sampler, _CHUNK, seed + part))
         for number, (a, b) in enumerate(pairs):
-            seen[number] += int(np.count_nonzero(np.isfinite(found[a]) & np.isfinite(found[b])))
-            for k, size in _largest(apart(found[a], found[b]), most):
-                worst.setdefault(number, []).append((size, {n: Fraction(float(v[k])) for n, v in point.items()}))
-    ordered = ((number, sorted(found, key=lambda entry: -entry[0])[:most]) for number, found in worst.items())
-    return {number: [point for _, point in entries] for number, entries in ordered}, seen
+            sizes, both = apart(found[a], found[b])
+            seen[number] += both
+            top = np.argsort(sizes)[-most:] if np.any(sizes) else ()
+            worst[number] = sorted([*worst[number], *((float(sizes[k]), part, int(k)) for k in top if sizes[k])])[-most:]
+    return {number: [_point(names, sampler, seed + part, k) for _, part, k in rows] for number, rows in enumerate(worst)}, seen
 
 
-def _largest(sizes: Array, most: int) -> Iterator[tuple[int, float]]:
-    if not np.any(sizes):
-        return
-    for k in np.argsort(sizes, axis=None)[-most:]:
-        if np.ravel(sizes)[k] > 0:
-            yield int(k), float(np.ravel(sizes)[k])
+def _point(names: Iterable[str], sampler: PointSampler, seed: int, k: int) -> dict[str, Fraction]:
+    return {name: Fraction(float(column[k])) for name, column in draw(names, sampler, _CHUNK, seed).items()}

@@ -168,6 +168,11 @@ class Judge:
         Draws real values of free names.
     seed : int
         Of the points of the field.
+
+    Attributes
+    ----------
+    written_out : Flat
+        Gives the node of an expression in which every name is free.
     """
 
     def __init__(self, pool: Pool, positive: Callable[[str], bool], sampler: PointSampler, seed: int = SEED) -> None:
@@ -180,11 +185,15 @@ class Judge:
         self._real: list[Worlds] = []
         self._rooted: dict[Expression, bool] = {}
         self._free = Meaning(pool, lambda _: None)
-        self._written_out = Flat(pool)
+        self.written_out = Flat(pool)
 
     def how(self, *sides: Expression) -> str:
         """Say how equality in the field is known."""
         return f"{self._count(sides)} points of a {field.BITS}-bit field, seed {self.seed}"
+
+    def is_rooted(self, *sides: Expression) -> bool:
+        """Whether some expression has even roots whose signs the field takes by chance."""
+        return self._count(sides) == _ROOTED
 
     def _count(self, sides: Iterable[Expression]) -> int:
         """Return how many points of the field tell whether expressions are equal."""
@@ -261,7 +270,7 @@ class Judge:
 
     def _by_branches(self, old: Expression, new: Expression) -> Verdict:
         """Decide by the cells of the branching nodes, parts that both sides share as free numbers first."""
-        roots = self._written_out(old), self._written_out(new)
+        roots = self.written_out(old), self.written_out(new)
         if roots[0] == roots[1]:
             return Verdict(True, "the same text with all names written out")
         cut = self._cut(*roots)
@@ -291,7 +300,7 @@ class Judge:
 
     def never_zero(self, expression: Expression) -> bool:
         """Whether intervals prove that an expression has no zero within the bounds of its names."""
-        return intervals.impossible(self.pool, [(self._written_out(expression), 0)], self._bounds())
+        return intervals.impossible(self.pool, [(self.written_out(expression), 0)], self._bounds())
 
     def _bounds(self) -> dict[str, tuple[Fraction | None, Fraction | None]]:
         """Return the bounds of every free name; what is positive is not zero."""
