@@ -238,7 +238,7 @@ class _Verdicts:
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
-        explanation = explainer.explain(partner, item) if partner and verdict is Fate.CHANGED else None
+        explanation = explainer.explain(partner, item, decision.point) if partner and verdict is Fate.CHANGED else None
         return EquationChange(
             name=row.name,
             old_name=partner.row.name if partner else "",

@@ -17,9 +17,7 @@ from .pool import Pool, live, ways
 if TYPE_CHECKING:
     from .judge import Expression
 
-COMPARISONS = frozenset(
-    ("strictlessthan", "lessthan", "strictgreaterthan", "greaterthan", "equality", "unequality")
-)
+COMPARISONS = frozenset(("strictlessthan", "lessthan", "strictgreaterthan", "greaterthan", "equality", "unequality"))
 STEPS = frozenset(("floor", "ceiling", "mod"))
 """Operations with endlessly many ways: the whole number is the way."""
 BRANCHING = COMPARISONS | STEPS | {"abs", "sign", "max", "min", "piecewise"}
@@ -66,9 +64,7 @@ class Flat:
             return self._memo[needed[0]] if needed else place[1]
         if not needed:
             return place[1]
-        return self.pool.intern(
-            operation, *(self._memo[place[0], o] if isinstance(o, int) else o for o in operands)
-        )
+        return self.pool.intern(operation, *(self._memo[place[0], o] if isinstance(o, int) else o for o in operands))
 
 
 def branching(pool: Pool, roots: Iterable[int]) -> list[int]:

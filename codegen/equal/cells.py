@@ -264,7 +264,10 @@ class Cells:
     def _fresh(self, found: Mapping[int, Any], count: int) -> Iterator[int]:
         """Yield points at which the branching nodes go together as they did at none before."""
         rows = [np.broadcast_to(np.asarray(found[node], dtype=float), count) for node in self._steps]
-        rows += [np.sign(np.broadcast_to(np.asarray(found[node], dtype=float), count)) for node in (*self._atoms, *self._signed)]
+        rows += [
+            np.sign(np.broadcast_to(np.asarray(found[node], dtype=float), count))
+            for node in (*self._atoms, *self._signed)
+        ]
         table = np.array(rows, dtype=float).reshape(-1, count)
         for k in range(count):
             pattern = table[:, k].tobytes()
@@ -421,7 +424,9 @@ class Cells:
     def _undecided(self, ways: tuple[Way, ...], before: str = "") -> Outcome:
         kinds = " with ".join(self.pool.nodes[node][0] for node, _ in ways)
         state = "a branch of" if len(ways) == 1 else "a joint state of"
-        return Outcome(None, f"equal at {self._points} points, but {before}{state} {kinds} was neither reached nor excluded")
+        return Outcome(
+            None, f"equal at {self._points} points, but {before}{state} {kinds} was neither reached nor excluded"
+        )
 
     def _equal(self) -> Outcome:
         return Outcome(

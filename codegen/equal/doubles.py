@@ -163,8 +163,12 @@ def suspects(
             sizes, both = apart(found[a], found[b])
             seen[number] += both
             top = np.argsort(sizes)[-most:] if np.any(sizes) else ()
-            worst[number] = sorted([*worst[number], *((float(sizes[k]), part, int(k)) for k in top if sizes[k])])[-most:]
-    return {number: [_point(names, sampler, seed + part, k) for _, part, k in rows] for number, rows in enumerate(worst)}, seen
+            worst[number] = sorted([*worst[number], *((float(sizes[k]), part, int(k)) for k in top if sizes[k])])[
+                -most:
+            ]
+    return {
+        number: [_point(names, sampler, seed + part, k) for _, part, k in rows] for number, rows in enumerate(worst)
+    }, seen
 
 
 def _point(names: Iterable[str], sampler: PointSampler, seed: int, k: int) -> dict[str, Fraction]:

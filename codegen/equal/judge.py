@@ -305,7 +305,9 @@ class Judge:
     def _bounds(self) -> dict[str, tuple[Fraction | None, Fraction | None]]:
         """Return the bounds of every free name; what is positive is not zero."""
         bounds = {name: row[:2] for name, row in self.sampler.names.items()}
-        return {name: (_LEAST if low == 0 and self.positive(name) else low, high) for name, (low, high) in bounds.items()}
+        return {
+            name: (_LEAST if low == 0 and self.positive(name) else low, high) for name, (low, high) in bounds.items()
+        }
 
     def _smooth_sides(self, old: int, new: int) -> bool | None:
         """Whether two expressions without branches are equal; None where the field cannot show a difference."""
