@@ -165,7 +165,11 @@ class Explainer:
 
 
 def _written(value: Fraction) -> str:
-    return f"{float(value):.6g}" if value.denominator > 1000 or value.denominator == 1 else str(value)
+    if 1 < value.denominator <= 1000:
+        return str(value)
+    short = f"{float(value):.6g}"
+    # beside a threshold every digit counts; elsewhere simple numbers were found
+    return short if Fraction(short) == value or value.denominator < 2**20 else repr(float(value))
 
 
 def _names(versions: Versions) -> SymbolNames:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Expressions with their definitions written out, which way they branch, and what a way requires.
 
-A *way* is one choice of a node that branches: the sign under an absolute value, the operand that is a maximum, the piece
-of a case distinction, the truth of a comparison. Where all ways are fixed, an expression is smooth.
+A *way* is one choice of a node that branches: the sign under an absolute value, the operand that is a maximum, the
+piece of a case distinction, the truth of a comparison. Where all ways are fixed, an expression is smooth.
 """
 
 from __future__ import annotations

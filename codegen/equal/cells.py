@@ -11,6 +11,7 @@ looked for on purpose, or proved impossible by intervals; what is neither leaves
 from __future__ import annotations
 
 import itertools
+import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..equations.document import reached
 from . import doubles, intervals, linear, reals
@@ -233,7 +235,7 @@ class Cells:
         self._left -= count * len(self._nodes)
         return doubles.values(self.pool, self._nodes, point)
 
-    def _narrowed(self, base: Point, name: str, rows: Array, low: Array, high: Array) -> Array:
+    def _narrowed(self, base: Point, name: str, rows: NDArray[np.intp], low: Array, high: Array) -> Array:
         """Return where conditions change between two places each, to the last bit but two."""
         parts = np.linspace(0, 1, _SIXTEENTHS + 1)
         for _ in range(_CUTS if len(low) else 0):
@@ -300,9 +302,10 @@ class Cells:
     def _way(self, world: RealWorld, node: int) -> int:
         operation, *operands = self.pool.nodes[node]
         if operation == "mod":
-            return int((world.memo[operands[0]] - world.memo[node]) / world.memo[operands[1]] + Fraction(1, 2))
+            a, b = (world.value(operand) for operand in operands)
+            return math.floor(a / b)
         if operation in STEPS or operation in COMPARISONS:
-            return int(world.memo[node])
+            return int(world.value(node))
         return world.ways[node]
 
     def _differ(self, taken: Mapping[int, int]) -> bool:
@@ -414,10 +417,12 @@ class Cells:
         nodes = reached(self.pool.nodes, [node for node, _ in required])
         count = len(next(iter(line.values())))
         found = doubles.values(self.pool, nodes, line)
-        return sum(
+        right = (
             (np.sign(np.broadcast_to(np.asarray(found[node], dtype=float), count)) == sign).astype(float)
             for node, sign in required
-        )  # type: ignore[return-value]
+        )
+        score: Array = np.sum([*right], axis=0, dtype=float)
+        return score
 
     # Words
 

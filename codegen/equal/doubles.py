@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -66,7 +66,7 @@ def _value(pool: Pool, node: int, found: Mapping[int, Any], point: Mapping[str, 
     if operation == "piecewise":
         return _piecewise(operands)
     if operation == "pow":
-        return _power(*operands, pool.constant(rest[1]))
+        return _power(operands[0], operands[1], pool.constant(rest[1]))
     if operation in _MANY:
         total = operands[0]
         for operand in operands[1:]:
@@ -126,7 +126,7 @@ def _inside(drawn: Array, low: float, high: float) -> Array:
 
 
 def apart(a: Any, b: Any) -> tuple[Array, int]:
-    """Return how far values differ, relative to both, zero where as good as not, and how many pairs of them there are."""
+    """Return how far values differ, relative to both and zero for rounding, and how many pairs of them there are."""
     with np.errstate(all="ignore"):
         gap = np.abs(np.atleast_1d(a) - b)
         size = np.abs(a) + np.abs(b)

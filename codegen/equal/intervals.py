@@ -16,7 +16,7 @@ from .pool import Pool, fraction
 Interval = tuple[float, float]
 ALL: Interval = (-math.inf, math.inf)
 _ROUNDS = 8
-"""Of narrowing: a chain of n sums needs about n; more rounds than this prove one in a hundred more, measured on none."""
+"""Of narrowing: a sign goes one operation up or down in each, so that this is how deep a proof may be."""
 Bounds = Mapping[str, tuple[Fraction | None, Fraction | None]]
 
 
@@ -135,7 +135,7 @@ def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[
 
 
 def _root(base: int, exponent: Fraction | None, low: float, high: float) -> list[tuple[int, Interval]]:
-    if exponent is None or exponent <= 0 or high == math.inf and low <= 0:
+    if exponent is None or exponent <= 0 or (high == math.inf and low <= 0):
         return []
     if exponent.denominator == 2:
         return [(base, (0.0, math.inf))]

@@ -348,7 +348,7 @@ class Judge:
 
     def _ways_at(self, world: FieldWorld, units: Sequence[int], old: int, new: int) -> tuple[Way, ...]:
         taken = {
-            node: int(world.memo[node]) if self.pool.nodes[node][0] in COMPARISONS else world.ways[node]
+            node: int(world.value(node)) if self.pool.nodes[node][0] in COMPARISONS else world.ways[node]
             for node in units
             if world.memo.get(node) is not None
         }

@@ -16,9 +16,9 @@ POINTS = 100_000
 """Of the 15 false answers of an independent corpus of 281 pairs, 20 000 such points showed 9; five times as many met a
 region of 1 in 30 000 with a chance of 96 in 100."""
 _WORK = 400_000_000
-"""Values of nodes for all expressions together, about two seconds; a model of more than 4000 nodes gets fewer points."""
+"""Values of nodes for all expressions together, about two seconds; more than 4000 nodes get fewer points."""
 _LOOKS = 8
-"""Points of one pair that are looked at with 50 digits, those that differ most: rounding differs less than terms do."""
+"""Points of one pair that are looked at with 50 digits, those that differ most: rounding differs less than terms."""
 _FEW = 16
 """Points with a value on both sides, without which agreement in roots counts for nothing; as in `judge`."""
 _SEED = 40_000

@@ -173,6 +173,7 @@ def _number(text: str) -> Any:
 
 
 def real(value: Fraction) -> Any:
+    """Return a fraction as a real number."""
     return _CONTEXT.mpf(value.numerator) / value.denominator
 
 

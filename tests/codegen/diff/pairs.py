@@ -7,6 +7,7 @@ drawn, between two points, in a joint state of several branches, or in a field t
 
 from __future__ import annotations
 
+import itertools
 import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -61,7 +62,7 @@ def _angles(draw: random.Random) -> Iterator[Row]:
         yield _text(True, f"{p}*{wrapped}", f"{p}*{angle}")
         yield _text(True, f"Max(-{p}, Min({wrapped} + {s}, {p}))", f"Max(-{p}, Min({angle} + {s}, {p}))")
         yield _text(False, wrapped, f"atan2(2*sin({angle}/2)*cos({angle}/2), 1 - 2*sin({angle}/2)**2)")
-    for first, second in zip(ANGLES, ANGLES[1:], strict=False):
+    for first, second in itertools.pairwise(ANGLES):
         error = f"({first} - {second})"
         s = draw.choice(STATES)
         yield _text(True, f"{s}*atan2(sin{error}, cos{error})", f"{s}*{error}")
@@ -97,7 +98,7 @@ def _roots(draw: random.Random) -> Iterator[Row]:
         yield _text(False, f"sqrt({square})", f"Abs({first} + {n}*{second})")
         far = 10 ** draw.randrange(3, 10)
         yield _text(True, f"sqrt({first}**2 + {2 * far}*{first} + {far}**2)*{second}", f"({first} + {far})*{second}")
-    for first, second in zip(PARAMETERS, PARAMETERS[1:], strict=False):
+    for first, second in itertools.pairwise(PARAMETERS):
         square = f"{first}**2 + 2*{first}*{second} + {second}**2"
         yield _text(False, f"x*sqrt({square})", f"x*{first} + x*{second}")
         yield _text(True, f"x*sqrt({first}**2 - 2*{first}*{second} + {second}**2)", f"x*{first} - x*{second}")
