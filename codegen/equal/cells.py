@@ -303,7 +303,7 @@ class Cells:
         operation, *operands = self.pool.nodes[node]
         if operation == "mod":
             a, b = (world.value(operand) for operand in operands)
-            return math.floor(a / b)
+            return int(math.floor(a / b))
         if operation in STEPS or operation in COMPARISONS:
             return int(world.value(node))
         return world.ways[node]
