@@ -2,9 +2,9 @@
 """Whether two expressions are the same function, how that is known, and a point where they are not.
 
 From cheap and certain to expensive: the same node; the same value in the finite field, with arbitrary functions in
-place of maxima, absolute values and the like; the same value there with signs, at 64 points; the real numbers. Without
-branches, different values in the field show that expressions differ. The real numbers may call expressions equal only
-if every branch was visited.
+place of maxima, absolute values and the like; ordinary points of the reals; the cells in which branches are fixed.
+Without branches, different values in the field show that expressions differ. What is called equal with branches has
+had every way, and every pair of ways, reached or excluded.
 """
 
 from __future__ import annotations
