@@ -19,7 +19,8 @@ Row = tuple[Form, bool]
 """A form that is positive, or, where this is False, not negative."""
 _ONE = -1
 _MOST = 300
-"""Inequalities at once: the number may square with each unknown. Those of the corpus stay under 40."""
+"""Inequalities at once: their number may square with each unknown. Fewer prove less, more take longer where there is
+nothing to prove."""
 _CASES = 4
 """Maxima and minima whose operands are taken in turn: sixteen cases where each has two."""
 
