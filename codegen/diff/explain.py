@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain
 
-from ..equal.judge import VISIBLE, Counterexample, Expression, Worlds, shown, simplified
+from ..equal.judge import VISIBLE, Counterexample, Worlds, shown, simplified
+from ..equal.meaning import Expression
 from ..equal.reals import Point
 from ..equal.values import FieldWorld
 from ..equations.formula import Printer, SymbolNames, rank_of

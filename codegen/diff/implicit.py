@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from ..equal import field
 from ..equal.field import Element, Undefined
-from ..equal.judge import Meaning
+from ..equal.meaning import Meaning
 from .changes import Values, rational
 from .versions import Item, Versions
 

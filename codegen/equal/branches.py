@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Expressions with their definitions written out, which way they branch, and what a way requires.
+"""Which way expressions branch, what they are where all ways are fixed, and what a way requires.
 
 A *way* is one choice of a node that branches: the sign under an absolute value, the operand that is a maximum, the
 piece of a case distinction, the truth of a comparison. Where all ways are fixed, an expression is smooth.
@@ -9,13 +9,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..equations.document import reached
 from .pool import Pool, live, ways
-
-if TYPE_CHECKING:
-    from .judge import Expression
 
 COMPARISONS = frozenset(("strictlessthan", "lessthan", "strictgreaterthan", "greaterthan", "equality", "unequality"))
 STEPS = frozenset(("floor", "ceiling", "mod"))
@@ -27,44 +24,6 @@ Way = tuple[int, int]
 """A branching node, and which way it goes."""
 _MOST = 32
 """Ways in which one condition can come true that are told apart: five alternatives inside five others."""
-
-
-class Flat:
-    """Writes out definitions, so that equal parts of two sides become one node of the pool."""
-
-    def __init__(self, pool: Pool) -> None:
-        self.pool = pool
-        self._memo: dict[Expression, int] = {}
-
-    def __call__(self, expression: Expression) -> int:
-        """Return the node of an expression in which every name is free."""
-        stack = [expression]
-        while stack:
-            place = stack[-1]
-            needed = self._needed(place)
-            missing = [other for other in needed if other not in self._memo]
-            if missing:
-                stack += missing
-                continue
-            self._memo[place] = self._written(place, needed)
-            stack.pop()
-        return self._memo[expression]
-
-    def _needed(self, place: Expression) -> list[Expression]:
-        meaning, node = place
-        operation, *operands = self.pool.nodes[node]
-        if operation != "sym":
-            return [(meaning, operand) for operand in self.pool.operands(node)]
-        target = meaning.targets(operands[0])
-        return [] if target is None else [target]
-
-    def _written(self, place: Expression, needed: Sequence[Expression]) -> int:
-        operation, *operands = self.pool.nodes[place[1]]
-        if operation == "sym":
-            return self._memo[needed[0]] if needed else place[1]
-        if not needed:
-            return place[1]
-        return self.pool.intern(operation, *(self._memo[place[0], o] if isinstance(o, int) else o for o in operands))
 
 
 def branching(pool: Pool, roots: Iterable[int]) -> list[int]:

@@ -20,7 +20,8 @@ import mpmath
 
 from ..equations.document import reached
 from . import field, intervals, reals
-from .branches import COMPARISONS, Flat, Way, branching, counted, replaced_nodes, ways_of
+from .branches import COMPARISONS, Way, branching, counted, replaced_nodes, ways_of
+from .meaning import Expression, Flat, Meaning
 from .pool import Pool
 from .reals import Point, PointSampler, RealWorld
 from .values import FieldWorld, Lookup, World
@@ -87,52 +88,6 @@ class Verdict:
     how: str
     counterexample: Counterexample | None = None
     point: Point | None = None
-
-
-class Meaning:
-    """A system of named expressions over a pool; names that are not in it are free.
-
-    Parameters
-    ----------
-    pool : Pool
-        Where the expressions are.
-    targets : callable
-        The expression and the meaning that a name stands for; None for a free name.
-    """
-
-    def __init__(self, pool: Pool, targets: Callable[[str], Expression | None]) -> None:
-        self.pool = pool
-        self.targets = targets
-
-    def cone(self, root: int) -> list[int]:
-        """Return every node that an expression depends on, through definitions too."""
-        return sorted({node for _, node in self.depends(root)})
-
-    def free(self, root: int) -> list[str]:
-        """Return the free names that an expression depends on."""
-        nodes = self.pool.nodes
-        names = ((meaning, nodes[node][1]) for meaning, node in self.depends(root) if nodes[node][0] == "sym")
-        return sorted({name for meaning, name in names if meaning.targets(name) is None})
-
-    def depends(self, root: int) -> Iterator[tuple[Meaning, int]]:
-        """Yield every node that an expression depends on, with what names stand for there."""
-        seen: set[Expression] = set()
-        stack: list[Expression] = [(self, root)]
-        while stack:
-            meaning, start = stack.pop()
-            for node in reached(self.pool.nodes, [start]):
-                if (meaning, node) in seen:
-                    continue
-                seen.add((meaning, node))
-                yield meaning, node
-                operation, *operands = self.pool.nodes[node]
-                target = meaning.targets(operands[0]) if operation == "sym" else None
-                if target is not None:
-                    stack.append(target)
-
-
-Expression = tuple[Meaning, int]
-"""An expression with what its names stand for."""
 
 
 class Worlds:

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..equations.document import reached
-from .judge import Expression, Judge, Verdict
+from .judge import Judge, Verdict
+from .meaning import Expression
 from .reals import DIGITS
 
 POINTS = 100_000

@@ -8,7 +8,8 @@ import sympy as sp
 
 from mehvar.codegen.diff import compare
 from mehvar.codegen.diff.report import Fate, Kind
-from mehvar.codegen.equal.judge import Judge, Meaning
+from mehvar.codegen.equal.judge import Judge
+from mehvar.codegen.equal.meaning import Meaning
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equal.reals import PointSampler
 from mehvar.codegen.ledger.sides import Sides
