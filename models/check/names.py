@@ -147,9 +147,11 @@ def _check_callables(system: System) -> None:
     """Refuse laws and functions whose names code cannot have, and arguments that two things would share."""
     _distinct("laws", (identifier(law.name) for law in system.controllers), system.origin)
     _distinct("functions", (function.name for function in system.functions), system.origin)
-    for kind, part in (*(("law", law) for law in system.controllers), *(("function", f) for f in system.functions)):
-        if identifier(part.name) in _GENERATED:
-            raise ModelError(f"{part.origin}: {kind} {part.name!r} has the name of a function that every system has")
+    laws = [("law", law.name, law.origin) for law in system.controllers]
+    functions = [("function", function.name, function.origin) for function in system.functions]
+    for kind, name, where in laws + functions:
+        if identifier(name) in _GENERATED:
+            raise ModelError(f"{where}: {kind} {name!r} has the name of a function that every system has")
     for choice in system.choices:
         for word in (choice.name, *choice.values):
             _check_word(word, f"{system.origin}: choice {choice.name!r}")

@@ -24,7 +24,7 @@ from ..compiling.structures import structures
 from ..model.functions import FloatArray
 from ..model.model import Model
 from ..run.options import Profile, RunOptions, check_effects, read_options
-from ..run.problem import check_delay, check_law, evaluations_of, variant_suffix
+from ..run.problem import check_delay, evaluations_of, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
@@ -109,7 +109,6 @@ def compile_kernel(
     given = (options or RunOptions()).changes()
     options, _ = read_options(given, "batch", origin)
     sampled = options.hold is not None or law.period is not None
-    check_law(model, law, sampled)
     check_effects(given, options.method, sampled, bool(model.manifest.noise), origin)
     if lanes not in (None, 1, 2, 4, 8):
         raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import io
 import json
@@ -10,7 +11,9 @@ import math
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from mehvar.errors import InputError, bad_value
 
@@ -20,6 +23,7 @@ from .options import either
 if TYPE_CHECKING:
     import xarray
 
+_DIGEST = "sha256"
 _MATLAB_HEADER, _MATLAB_NAME = 116, 63
 """Bytes of free text at the start of a MAT-file, and characters of the longest name in MATLAB."""
 
@@ -71,9 +75,7 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
         readers = "pandas.read_csv, pandas.read_parquet and scipy.io.loadmat read the other formats"
         raise bad_value("path", name, f"a result in NetCDF, whose name ends in .nc; {readers}")
     try:
-        with h5py.File(
-            path, "r"
-        ) as file:  # first, since h5netcdf leaves half an object behind attributes it cannot read
+        with h5py.File(path, "r") as file:  # first: h5netcdf leaves half an object behind attributes it cannot read
             dict(file.attrs)
         with xarray.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as dataset:
             result = dataset.load()
@@ -81,6 +83,8 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
         raise InputError(f"{name} is not a result file: {' '.join(str(error).split())}") from error
     if "model_hash" not in result.attrs or "t" not in result.coords:
         raise InputError(f"{name} is not a result file: it has no model_hash or no time t")
+    if result.attrs.pop(_DIGEST, None) != _digest(result):
+        raise InputError(f"{name} is not a result file as it was written: its content does not match its {_DIGEST}")
     return result
 
 
@@ -108,9 +112,27 @@ def _name(path: object) -> str:
 
 
 def _netcdf(dataset: xarray.Dataset) -> bytes:
-    # Checksums of the series tell a damaged file; HDF5 keeps none of a single number.
-    encoding = {name: {"fletcher32": True} for name, array in dataset.variables.items() if array.ndim}
-    return bytes(dataset.to_netcdf(None, engine="h5netcdf", format="NETCDF4", encoding=encoding))
+    signed = dataset.assign_attrs({_DIGEST: _digest(dataset)})
+    return bytes(signed.to_netcdf(None, engine="h5netcdf", format="NETCDF4"))
+
+
+def _digest(dataset: xarray.Dataset) -> str:
+    """Return a hash of all values, names, dimensions, units and attributes, apart from their order.
+
+    HDF5's own checksums cover the values of a series, not where the file says they lie.
+    """
+    digest = hashlib.sha256()
+    for name in sorted(dataset.variables, key=str):
+        array = dataset[name]
+        digest.update(f"{name} {array.dims} {array.shape} {array.dtype.str} {_about(array.attrs)}\n".encode())
+        digest.update(np.ascontiguousarray(array.values).tobytes())
+    digest.update(_about({name: value for name, value in dataset.attrs.items() if name != _DIGEST}).encode())
+    return digest.hexdigest()
+
+
+def _about(attributes: Mapping[Any, Any]) -> str:
+    """Return attributes as text, the same whether a file holds a number as Python's or as NumPy's."""
+    return repr(sorted((str(name), np.asarray(value).tolist()) for name, value in attributes.items()))
 
 
 def _csv(dataset: xarray.Dataset) -> bytes:

@@ -147,7 +147,6 @@ def pose(
     end = OPTIONS["t_end"].check(options.t_end or scenario.duration, origin)
     dt = OPTIONS["dt_out"].check(options.dt_out or scenario.step, origin)
     hold = options.hold or (None if law.period is None else resolved.values[law.period])
-    check_law(model, law, hold is not None)
     check_effects(given, options.method, hold is not None, bool(model.manifest.noise), origin)
     if options.real == "float" and model.backend != "c":
         raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
@@ -194,13 +193,6 @@ def variant_suffix(manifest: Manifest, choices: Mapping[str, object], origin: st
     if f"rhs{suffix}" not in manifest.functions:
         raise InputError(f"{manifest.model} has no variant for {' with '.join(values)} (from {origin})")
     return suffix
-
-
-def check_law(model: Model, law: Controller, sampled: bool) -> None:
-    """Refuse to run without samples a law that needs them."""
-    names = {identifier(name) for name in model.manifest.functions}
-    if not sampled and f"{identifier(law.name)}_loop" not in names:
-        raise InputError(f"{law.name} is a sampled law without a period of its own: set hold, in seconds")
 
 
 def check_delay(delay: int, evaluations: int, origin: str) -> None:

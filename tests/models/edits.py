@@ -65,7 +65,7 @@ def cart() -> System:
     smooth = Controller(
         "smooth", "continuous", Group("c", (parameter("gain", "N/m"),)), (c.gain * (r.goal - x.place),),
         constraints=(Condition(c.gain, "gain = {gain:g}"),),
-        outputs=(Output(quantity("error", "m"), r.goal - x.place),),
+        outputs=(Output(quantity("lag", "m"), r.goal - x.place),),
     )  # fmt: skip
     energy = p.mass * x.speed**2 / 2 + p.k * x.place**2 / 2
     return System(

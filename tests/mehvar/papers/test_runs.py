@@ -43,7 +43,7 @@ def test_a_figure_from_a_board_that_cannot_be_says_why(runs, monkeypatch):
     with pytest.raises(MissingError, match=r"no compiler for ARM: pip install"):
         runs.board("pd")
     figure = PaperFigure(1, "On the board", "", lambda runs: runs.board("pd").board)
-    picture = content._drawn("model", figure, [], runs)
+    picture = content._drawn("model", figure, [], runs, 1)
     assert picture.png.startswith(b"\x89PNG")
     assert picture.chart is None
 

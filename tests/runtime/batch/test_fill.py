@@ -207,8 +207,9 @@ def test_another_model_is_not_continued(triangle: runtime.Model, tmp_path: Path)
     shutil.copytree(triangle.manifest.folder, copy)
     out, campaign = tmp_path / "runs.zarr", replace(TRIANGLE, n=4, save_every=None)
     run_batch(copy, campaign, out)
-    text = (copy / "manifest.json").read_text()
-    (copy / "manifest.json").write_text(text.replace(triangle.manifest.hash, "0" * 64))
+    for name in ("manifest.json", "triangle.h"):
+        text = (copy / name).read_text()
+        (copy / name).write_text(text.replace(triangle.manifest.hash, "0" * 64))
     with pytest.raises(InputError, match=r"made with model_hash = .*, not '0000"):
         run_batch(copy, campaign, out, resume=True)
     with pytest.raises(InputError, match="was made from another triangle"):

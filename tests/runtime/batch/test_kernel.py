@@ -104,6 +104,7 @@ def test_lanes_that_fail_do_not_harm_their_neighbours():
     healthy = kernel.run(0, p, c, s, x0, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
     c_bad, x0_bad = c.copy(), x0.copy()
     c_bad[1] = np.nan
+    c_bad[2, 0] *= -1  # a gain that drives the run out, past the law's own barrier
     x0_bad[2, 0] = 0.7071
     x0_bad[5] = np.inf
     block = kernel.run(0, p, c_bad, s, x0_bad, seed=0, t_end=3.0, dt=0.1, save_every=0.1)

@@ -9,6 +9,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from mehvar import runtime
 from mehvar.manifest import FILE
 from mehvar.runtime import InputError, Model, Status, simulate
 from mehvar.runtime.compiling.library import load_native
+from mehvar.runtime.run.calls import loop_calls
 
 Edit = Callable[[str, str, str], Path]
 Array = NDArray[np.float64]
@@ -332,20 +334,22 @@ def test_unknown_controller(model: Model) -> None:
         simulate(model, "pdd")
 
 
-def test_sampled_law_without_period_needs_a_hold(edited: Edit) -> None:
-    model = runtime.load(edited(FILE, '"period": "Ts"', '"period": null'), backend="python")
-    with pytest.raises(InputError, match="p-sum is a sampled law without a period of its own: set hold"):
-        simulate(model, "p-sum")
-    assert simulate(model, "p-sum", hold=0.1).hold == 0.1
+def test_a_law_with_memory_and_no_period_is_refused(edited: Edit) -> None:
+    with pytest.raises(InputError, match="functions: 'p_sum_loop' is missing"):
+        runtime.load(edited(FILE, '"period": "Ts"', '"period": null'), backend="python")
 
 
-def test_functions_of_another_signature_are_refused(edited: Edit) -> None:
-    copy = edited(
-        FILE, '"pd_loop": {"description": "", "args": [["q", 2], ', '"pd_loop": {"description": "", "args": [["w", 2], '
-    )
-    model = runtime.load(copy, backend="c")
-    with pytest.raises(InputError, match=r"lacks the function pd_loop\(q, r, p, c\); generate the model again"):
-        simulate(model, "pd")
+def test_functions_of_another_signature_are_refused(edited: Edit, slow_pendulum: Model) -> None:
+    observe = '"pd_observe": {"description": "", "args": [["%s", 2], '
+    copy = edited(FILE, observe % "q", observe % "w")
+    with pytest.raises(InputError, match="PENDULUM_PD_OBSERVE_NW is nothing"):
+        simulate(runtime.load(copy, backend="c"), "pd")
+    with pytest.raises(InputError, match=r"SIZES\['pd_observe'\] is"):
+        simulate(runtime.load(copy, backend="python"), "pd")
+    manifest = slow_pendulum.manifest
+    other = {name: function for name, function in manifest.functions.items() if name != "pd_observe"}
+    with pytest.raises(InputError, match=r"lacks the function pd_observe\(q, r, p, c\); generate the model again"):
+        loop_calls(replace(manifest, functions=other), manifest.controllers["pd"], "", sampled=False)
 
 
 def test_model_by_folder(folder: Path) -> None:

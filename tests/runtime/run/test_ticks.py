@@ -61,6 +61,7 @@ def test_a_law_is_sampled_at_multiples_of_its_period(tick: Fraction, times: int,
 def test_rows_of_a_series_are_samples(dt: Fraction, times: int, count: int) -> None:
     end = count * dt
     assume(end < 1000)
+    assume(times <= count)
     rows = rows_of(float(times * dt), float(end), float(dt), "the test")
     ticks, *_ = ticks_of(float(end), float(dt), None, "the test")
     assert rows.tolist() == ticks[::times].tolist()
@@ -83,6 +84,6 @@ def test_spans_that_do_not_fit_are_refused(dt: float, hold: float) -> None:
 
 def test_a_span_is_not_repeated_less_than_once() -> None:
     assert times_in(0.1, 0.3) is None
-    with pytest.raises(InputError, match="save_every"):
+    with pytest.raises(InputError, match=r"save = 0\.1 .*: must be a multiple"):
         rows_of(0.1, 1.0, 0.3, "the test")
     assert np.array_equal(rows_of(0.6, 0.95, 0.3, "the test"), [0.0, 0.6])
