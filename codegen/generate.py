@@ -15,9 +15,9 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-from mehvar.errors import InputError
+from mehvar.errors import InputError, shown
 from mehvar.manifest import FILE, Manifest, manifest_text, parse_manifest, read_manifest
 from mehvar.names import identifier
 
@@ -152,10 +152,11 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     from .equations.graph import equations_json
     from .equations.page import equations_markdown
     from .functions.graphs import generate_functions
-    from .functions.verify import verify
+    from .functions.verify import check_counterparts, verify
     from .manifest import manifest_of
     from .new_numbers import TABLES, renumber, shapes
 
+    check_counterparts(system)
     verify(system)
     graphs = generate_functions(system)
     functions = printed(graphs)
@@ -216,10 +217,13 @@ def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     plant = tree.plant(model)
     system = _whole(tree, model, structure) if plant is None else _law(tree, model, structure, *plant)
     from mehvar.models.check import check as check_system
+    from mehvar.models.check import check_tables
 
+    folder = tree.root / "models" / model
     check_system(system)
+    if plant is not None or not load_model(tree, model).STRUCTURE:
+        check_tables(system, folder)
     if system.name != model:
-        folder = tree.root / "models" / model
         raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
     return system
 
@@ -250,7 +254,7 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     for name in ("STRUCTURE", "system"):
         if not hasattr(package, name):
             raise GenerateError(f"{folder / '__init__.py'} lacks {name}")
-    choices: Mapping[str, tuple[str, ...]] = package.STRUCTURE
+    choices: Mapping[str, tuple[str, ...]] = _structure(package.STRUCTURE, folder)
     for name, value in structure.items():
         if name not in choices:
             raise GenerateError(f"{model} has no structure {name!r}; it has: {', '.join(choices) or 'none'}")
@@ -261,6 +265,20 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     with own_text(folder), no_branching():
         system: System = package.system(**structure)
     return system
+
+
+def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:
+    """Return a model's structural choices, or raise GenerateError for what is no table of them."""
+    words = isinstance(choices, Mapping) and all(
+        isinstance(name, str) and isinstance(values, tuple) and values and all(isinstance(v, str) for v in values)
+        for name, values in choices.items()
+    )
+    if not words:
+        raise GenerateError(
+            f"{folder / '__init__.py'}: STRUCTURE = {shown(choices)}: must be a mapping of names to tuples of words, "
+            "{} for a model without structural choices"
+        )
+    return cast(Mapping[str, tuple[str, ...]], choices)
 
 
 def _reasons(

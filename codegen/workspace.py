@@ -20,6 +20,7 @@ from types import ModuleType
 
 from mehvar import errors
 from mehvar.errors import MehvarError, unknown_name
+from mehvar.manifest import FILE
 from mehvar.project import project_root
 
 _TOOL = Path(__file__).parent
@@ -85,6 +86,17 @@ class Tree:
         if name not in plants:
             raise GenerateError(str(unknown_name("plant", name, plants, str(file))))
         return plants[name], name
+
+    @property
+    def orphans(self) -> dict[str, str]:
+        """What lacks its other half, with what is missing: generated folders a model, models an `__init__.py`."""
+        models, rooms = self.root / "models", ROOMS if self.has_vocabulary else ()
+        marks = (*models.glob("*/system.py"), *models.glob("*/parameters.toml"))
+        names = {path.parent.name for path in (*marks, *(self.root / "generated").glob(f"*/{FILE}"))}
+        return {
+            name: f"{models / name / '__init__.py' if (models / name).is_dir() else models / name} is missing"
+            for name in sorted(names - {*self.models, *rooms})
+        }
 
     def sources(self, model: str, papers: bool = False) -> dict[str, str]:
         """Return the SHA-256 of each file that the model's generated text depends on.

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from mehvar.models.system import scalar as scalar
     from mehvar.models.tables import read_parameters as read_parameters
     from mehvar.models.tables import read_scenarios as read_scenarios
+    from mehvar.runtime.batch.store.verification import verify as verify
     from mehvar.runtime.model.catalogue import list_models as list_models
     from mehvar.runtime.model.model import Model as Model
     from mehvar.runtime.model.model import load as load
@@ -61,6 +62,7 @@ _HOMES = {
     "mehvar.comparison.compare": ("diff",),
     "mehvar.errors": ("InputError", "MehvarError"),
     "mehvar.runtime.model.catalogue": ("list_models",),
+    "mehvar.runtime.batch.store.verification": ("verify",),
     "mehvar.runtime.model.model": ("Model", "load"),
     "mehvar.runtime.run.formats": ("open_result", "save"),
     "mehvar.codegen.functions.lower": ("to_casadi",),

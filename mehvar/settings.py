@@ -59,3 +59,18 @@ def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str,
             raise InputError(f"{flag} {name} is given twice")
         settings[name] = value
     return settings
+
+
+def read_values(texts: Iterable[str] | None) -> dict[str, float | str]:
+    """Return what `--set` gives, by name: a number where the text is one, for only a command line writes numbers so."""
+    return {name: read_value(text) for name, text in read_settings(texts).items()}
+
+
+def read_value(text: str) -> float | str:
+    """Return the number that a text of the command line is, or the text."""
+    for kind in (int, float):  # a whole number to its last digit, which a float above 2^53 has lost
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text

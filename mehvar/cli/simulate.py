@@ -29,6 +29,7 @@ from mehvar.settings import (
     complete_models,
     complete_scenarios,
     read_settings,
+    read_values,
 )
 from mehvar.terminal import print_table, progress
 
@@ -65,17 +66,22 @@ def command(
         Path | None, typer.Option("--from", metavar="STORE", help="Repeat a run of this batch; needs --run.")
     ] = None,
     run: Annotated[int | None, typer.Option(metavar="ID", help="Which run of the batch, counted from 0.")] = None,
+    trust_model: Annotated[
+        bool, typer.Option("--trust-model", help="With --from: compile and run the model that the store names.")
+    ] = False,
 ) -> int:
     """Run or repeat; return the exit status."""
-    if store is not None or run is not None:
-        decided = (model, controller, scenario, settings, t_end, input_texts, inputs, interpolation)
+    if store is not None or run is not None or trust_model:
+        decided = (controller, scenario, settings, t_end, input_texts, inputs, interpolation)
         if store is None or run is None or any(value is not None for value in decided):
             raise typer.BadParameter("--from STORE and --run ID come together and without what the batch decides")
-        return repeat(store, run, out, plot)
+        if model is not None and trust_model:
+            raise typer.BadParameter("--trust-model takes the model that the store names: leave MODEL out")
+        return repeat(store, run, out, plot, model, trust_model)
     if model is None or controller is None:
         raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
     ends = [] if t_end is None else [f"t_end={t_end}"]
-    texts = read_settings([*(settings or ()), *ends])
+    texts = read_values([*(settings or ()), *ends])
     opened = _open_loop(model, controller, input_texts, inputs, interpolation)
     return simulate(model, None if opened else controller, scenario, texts, out, plot, opened)
 
@@ -111,7 +117,7 @@ def simulate(
     model: str,
     controller: str | None,
     scenario: str | None,
-    settings: Mapping[str, str],
+    settings: Mapping[str, float | str],
     out: Path | None,
     plot: Path | None,
     opened: Mapping[str, Any],
@@ -133,21 +139,25 @@ def simulate(
     return _finish(run, out, plot)
 
 
-def repeat(path: Path, number: int, out: Path | None, plot: Path | None) -> int:
+def repeat(
+    path: Path, number: int, out: Path | None, plot: Path | None, model: str | None = None, trust: bool = False
+) -> int:
     """Repeat one run of a batch with full logging, and say whether it is the same to the last bit.
 
     Raises
     ------
     InputError
-        For a store that is none, a run that it does not have, or one whose drawn values are not allowed.
+        For a store that is none, a run that it does not have, one whose drawn values are not allowed, or a model that
+        nobody but the store names.
     """
-    from mehvar.runtime.batch.fill import plan_of
-    from mehvar.runtime.batch.repeat import difference, repeat_run
-    from mehvar.runtime.batch.store import open_store
+    from mehvar.runtime.batch.repeat import difference, is_model_of, plan_of, repeat_run
+    from mehvar.runtime.batch.store.store import open_store
 
     _check_outputs(out, plot)
     store = open_store(path)
-    plan = plan_of(store)
+    plan = plan_of(store, model, trust)
+    if not is_model_of(store, plan.model):
+        typer.echo(f"note: {path} was made from another text of the model {store.attributes['model']}")
     with progress(f"{plan.model.name} run {number}") as advance:
         run = repeat_run(plan, store, number, advance)
     what = f"run {number} of {path}"

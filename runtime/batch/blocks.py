@@ -17,8 +17,9 @@ from ..run.options import OPTIONS
 from ..run.problem import Status
 from ..run.ticks import rows_of
 from .kernel import compile_kernel
+from .numerics import Numerics, numerics_of, provenance
 from .plan import Plan
-from .store import NOT_RUN, STATUS, Coordinate, Variable
+from .store.layout import NOT_RUN, STATUS, Coordinate, Variable
 
 Values = Mapping[str, NDArray[Any]]
 """What a store takes for the runs of one block, by name."""
@@ -26,7 +27,10 @@ Values = Mapping[str, NDArray[Any]]
 Missing = Sequence[tuple[int, range]]
 """Numbers of blocks, each with its runs."""
 
-BlockSource = Callable[[Missing], Generator[tuple[int, Values], None, None]]
+Provenance = Mapping[str, str | int]
+"""What computed a block: compiler, lanes, flags, versions."""
+
+BlockSource = Callable[[Missing], Generator[tuple[int, Values, Provenance], None, None]]
 """Computes blocks that a store does not have yet, in any order."""
 
 IMPOSSIBLE = max(Status) + 1
@@ -43,6 +47,15 @@ class Blocks:
         Which runs.
     threads : int
         That compute one block.
+
+    Attributes
+    ----------
+    instants : array
+        Of the stored series, s.
+    numerics : Numerics
+        What decides the bits of the runs on this machine.
+    provenance : mapping
+        What computes them.
 
     Raises
     ------
@@ -61,6 +74,8 @@ class Blocks:
         self.metrics = self._kernel.loop.metrics
         self._kernel.check(plan.nominal.p[None], self._t_end, self._dt)
         self.instants = self._instants()
+        self.numerics: Numerics = numerics_of(self._kernel, plan.campaign.sampling)
+        self.provenance: Provenance = provenance(self._kernel)
 
     @property
     def samples(self) -> int:

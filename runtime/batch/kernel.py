@@ -26,7 +26,7 @@ from ..model.functions import FloatArray
 from ..model.model import Model
 from ..run.options import Profile, RunOptions, check_effects, read_options
 from ..run.own.law import OwnLaw
-from ..run.problem import check_delay, evaluations_of, variant_suffix
+from ..run.problem import check_delay, check_hold, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
@@ -228,7 +228,7 @@ class Kernel:
     def _schedule(self, hold: float | None, t_end: float, dt: float) -> tuple[Any, FloatArray]:
         """Return what all runs share as a C structure, and the ticks that it points to, to be kept as long."""
         ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
-        check_delay(self.options.delay, evaluations_of(len(ticks), hold_every), self.origin)
+        check_delay(self.options.delay, len(ticks), hold_every, self.origin)
         schedule = _Schedule(
             t=ticks.ctypes.data,
             ticks=len(ticks),
@@ -245,11 +245,12 @@ class Kernel:
     def _hold(self, p: FloatArray) -> float | None:
         """Return the hold time, which all runs share."""
         period = self.loop.controller.period
-        if self.options.hold is not None or period is None:
+        if period is None:
             return self.options.hold
         column = p[:, [q.name for q in self.loop.manifest.parameters].index(period)]
         if np.any(column != column[0]):
             raise InputError(f"{period} (from {self.origin}): must be the same in all runs of a batch")
+        check_hold(self.options.hold, self.loop.controller, float(column[0]), self.origin)
         return float(column[0])
 
     def _in_step(self, job: Any, ticks: FloatArray, blocks: int, threads: int, stop: Callable[[], bool] | None) -> bool:
@@ -309,13 +310,17 @@ _Schedule, _Metric, _Signal, _Job, _Own = (
 )
 
 
+def kernel_flags(profile: Profile, lanes: int) -> tuple[str, ...]:
+    """Return what a kernel is compiled with besides the flags of every library."""
+    contract = "off" if profile == "portable" else "fast"
+    flags = ("-O2", "-fno-tree-slp-vectorize", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}")
+    return (*flags, *vector_flags(), *require_compiler().scheduling, f"-ffp-contract={contract}")
+
+
 def _library(loop: KernelLoop, profile: Profile, lanes: int) -> ctypes.CDLL:
     """Compile a kernel, or load it from the cache."""
-    contract = "off" if profile == "portable" else "fast"
-    flags = ["-O2", "-fno-tree-slp-vectorize", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}"]
-    flags += [*vector_flags(), *require_compiler().scheduling]
     name = f"{identifier(loop.manifest.model)}_batch"
-    library = load_library(name, kernel_sources(loop), ["batch.c"], [*flags, f"-ffp-contract={contract}"])
+    library = load_library(name, kernel_sources(loop), ["batch.c"], kernel_flags(profile, lanes))
     library.mv_job_size.restype = library.mv_work_size.restype = ctypes.c_int64
     library.mv_work_size.argtypes = [ctypes.c_void_p]
     library.mv_run_blocks.argtypes = [ctypes.c_void_p, *[ctypes.c_int64] * 2, ctypes.c_void_p]

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from mehvar.errors import InputError
 from mehvar.manifest import Controller, Function, Manifest, Metric
 from mehvar.names import identifier
 
@@ -102,9 +103,21 @@ def kernel_sources(loop: KernelLoop) -> dict[str, str]:
         If the generated folder lacks a function.
     """
     sources = native_headers() | native_sources("step/*.h", "batch/*.[ch]", "random/*.h")
-    for name in _files(loop.manifest):
-        sources[name] = (loop.manifest.folder / name).read_text(encoding="utf-8")
-    return sources | {"kernel.h": _kernel(loop)}
+    return sources | generated_sources(loop.manifest) | {"kernel.h": _kernel(loop)}
+
+
+def generated_sources(manifest: Manifest) -> dict[str, str]:
+    """Return the C files of a model that a kernel takes in, by name.
+
+    Raises
+    ------
+    InputError
+        If one cannot be read.
+    """
+    try:
+        return {name: (manifest.folder / name).read_text(encoding="utf-8") for name in _files(manifest)}
+    except OSError as error:
+        raise InputError(f"cannot read {error.filename} ({error.strerror}); generate the model again") from error
 
 
 def _kernel(loop: KernelLoop) -> str:

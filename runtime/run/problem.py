@@ -149,14 +149,16 @@ def pose(
     """
     end = OPTIONS["t_end"].check(options.t_end or scenario.duration, origin)
     dt = OPTIONS["dt_out"].check(options.dt_out or scenario.step, origin)
-    hold = options.hold or (None if law.period is None else resolved.values[law.period])
+    period = None if law.period is None else resolved.values[law.period]
+    check_hold(options.hold, law, period, origin)
+    hold = options.hold or period
     hold, step = (hold, hold) if own is None else own.hold(dt, origin)
     check_effects(given, options.method, hold is not None, bool(model.manifest.noise), origin)
     if options.real == "float" and model.backend != "c":
         raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
     ticks, record_every, every = ticks_of(end, dt, step, origin)
     hold_every = None if hold is None else every
-    check_delay(options.delay, evaluations_of(len(ticks), hold_every), origin)
+    check_delay(options.delay, len(ticks), hold_every, origin)
     return Problem(
         model=model,
         controller=law,
@@ -202,11 +204,18 @@ def variant_suffix(manifest: Manifest, choices: Mapping[str, object], origin: st
     return suffix
 
 
-def check_delay(delay: int, evaluations: int, origin: str) -> None:
-    """Refuse a delay after which no input of a run ever acts, whose memory would grow without a use."""
-    if delay and delay >= evaluations:
-        allowed = f"less than {evaluations}, how often the law is evaluated in this run"
-        raise bad_value("delay", delay, allowed, origin)
+def check_delay(delay: int, ticks: int, hold_every: int | None, origin: str) -> None:
+    """Refuse a delay after which no input of a run ever acts: one that lasts to its end, or longer."""
+    periods = 0 if hold_every is None else -(-(ticks - 1) // hold_every)
+    if delay and delay >= periods:
+        raise bad_value("delay", delay, f"less than {periods}, the periods that this run has", origin)
+
+
+def check_hold(hold: float | None, law: Controller, period: float | None, origin: str) -> None:
+    """Refuse to sample a law otherwise than the period says that it computes with."""
+    if hold is not None and period is not None and hold != period:
+        allowed = f"left out, or {period:g} s, the period of the law {law.name}: set {law.period} to sample otherwise"
+        raise bad_value("hold", hold, allowed, origin)
 
 
 def evaluations_of(ticks: int, hold_every: int | None) -> int:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from mehvar import cache
-from mehvar.errors import BuildError
+from mehvar.errors import BuildError, InputError
 
 
 @pytest.fixture(autouse=True)
@@ -99,3 +100,74 @@ def test_many_processes_at_once() -> None:
 def test_a_key_tells_where_a_part_ends() -> None:
     assert cache.key("ab", "c") != cache.key("a", "bc")
     assert len(cache.key()) == 32
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o757, 0o1777])
+def test_a_cache_that_others_can_write_is_refused(root: Path, mode: int) -> None:
+    """Else their library would be loaded as ours."""
+    cache.entry("kind", "name", write)
+    root.chmod(mode)
+    try:
+        assert cache.find("kind", "name") is None
+        with pytest.raises(InputError, match=rf"\$MEHVAR_CACHE must be .*only you can write: .*chmod go-w {root}"):
+            cache.entry("kind", "name", write)
+    finally:
+        root.chmod(0o700)
+
+
+def test_a_cache_of_another_user_is_refused(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cache.entry("kind", "name", write)
+    monkeypatch.setattr("os.getuid", lambda: root.stat().st_uid + 1)
+    assert cache.find("kind", "name") is None
+    with pytest.raises(InputError, match="it belongs to the user with the number"):
+        cache.cache_folder()
+
+
+@pytest.mark.parametrize("inside", ["kind", "kind/name"])
+def test_a_folder_in_the_cache_that_others_can_write_is_not_believed(root: Path, inside: str) -> None:
+    cache.entry("kind", "name", write)
+    (root / inside).chmod(0o777)
+    assert cache.find("kind", "name") is None
+    if inside == "kind":
+        with pytest.raises(InputError, match=r"cannot be used: .*chmod go-w"):
+            cache.entry("kind", "name", write)
+    else:
+        assert cache.is_private(cache.entry("kind", "name", write)), "it is made again"
+
+
+@pytest.mark.parametrize("planted", ["mehvar-{uid}", "mehvar"])
+def test_no_cache_has_a_name_that_others_can_guess(tmp_path: Path, planted: str) -> None:
+    """Without a home another user's folder in the shared temporary one is never looked into."""
+    trap = tmp_path / planted.format(uid=os.getuid())
+    trap.mkdir()
+    code = (
+        "import pathlib, sys; from mehvar.runtime import cache\n"
+        "def homeless(): raise RuntimeError\n"
+        "pathlib.Path.home = homeless\n"
+        "first = cache.entry('kind', 'name', lambda f: (f / 'text').write_text('whole'))\n"
+        "assert first == cache.find('kind', 'name'), 'it serves this process'\n"
+        "print(cache.cache_folder(), oct(cache.cache_folder().stat().st_mode & 0o777))"
+    )
+    names = ("MEHVAR_CACHE", "XDG_CACHE_HOME", "HOME")
+    environment = {name: value for name, value in os.environ.items() if name not in names}
+    command = [sys.executable, "-c", code]
+    places = set()
+    for _ in range(2):
+        done = subprocess.run(
+            command, env={**environment, "TMPDIR": str(tmp_path)}, capture_output=True, text=True, check=True
+        )
+        place, mode = done.stdout.split()
+        assert mode == "0o700"
+        places.add(place)
+        assert not Path(place).exists(), "it ends with its process"
+    assert len(places) == 2
+    assert list(trap.iterdir()) == []
+
+
+def test_a_home_that_others_can_write_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MEHVAR_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    (tmp_path / "mehvar").mkdir()
+    (tmp_path / "mehvar").chmod(0o777)
+    assert cache.cache_folder() != tmp_path / "mehvar"
+    assert cache.is_private(cache.cache_folder())

@@ -12,7 +12,7 @@ import typer
 from mehvar.runtime.board.run import BoardRequest, BoardRun, ended, run_on_board
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import split_settings
-from mehvar.settings import complete_controllers, complete_models, complete_scenarios, read_settings
+from mehvar.settings import complete_controllers, complete_models, complete_scenarios, read_values
 from mehvar.terminal import working
 
 ModelName = Annotated[
@@ -44,7 +44,7 @@ def compiled(model: str) -> Model:
 
 def with_settings(model: Model, request: BoardRequest, settings: Sequence[str] | None) -> BoardRequest:
     """Return the request with the settings of `--set` in it."""
-    values = read_settings(settings)
+    values = read_values(settings)
     parameters, options = split_settings(values, model.manifest.choices, "board", "--set")
     return replace(request, parameters=parameters, options=options)
 
