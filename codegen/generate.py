@@ -231,10 +231,13 @@ def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     plant = tree.plant(model)
     system = _whole(tree, model, structure) if plant is None else _law(tree, model, structure, *plant)
     from mehvar.models.check import check as check_system
+    from mehvar.models.check import check_tables
 
+    folder = tree.root / "models" / model
     check_system(system)
+    if plant is not None or not load_model(tree, model).STRUCTURE:
+        check_tables(system, folder)
     if system.name != model:
-        folder = tree.root / "models" / model
         raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
     return system
 
@@ -276,12 +279,10 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
             raise GenerateError(f"{model} has no structure {name!r}; it has: {', '.join(choices) or 'none'}")
         if value not in choices[name]:
             raise GenerateError(f"structure {name} = {value!r} is not one of {', '.join(choices[name])}")
-    from mehvar.models.check import check_tables, no_branching
+    from mehvar.models.check import no_branching
 
     with own_text(folder), no_branching():
         system: System = package.system(**structure)
-    if not choices:
-        check_tables(system, folder)
     return system
 
 
