@@ -22,7 +22,14 @@ from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.options import OPTIONS
-from mehvar.settings import SettingTexts, read_value, read_values
+from mehvar.settings import (
+    SettingTexts,
+    complete_controllers,
+    complete_models,
+    complete_scenarios,
+    read_value,
+    read_values,
+)
 from mehvar.terminal import Advance, progress
 
 _FLAGS = {"n": "-n", "seed": "--seed", "sampling": "--sampling"}
@@ -30,10 +37,20 @@ _FLAGS = {"n": "-n", "seed": "--seed", "sampling": "--sampling"}
 
 
 def command(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="A model, a generated folder, or a campaign.toml.")],
-    controller: Annotated[str | None, typer.Option(metavar="C", help="The control law.")] = None,
+    model: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL", help="A model, a generated folder, or a campaign.toml.", autocompletion=complete_models
+        ),
+    ],
+    controller: Annotated[
+        str | None, typer.Option(metavar="C", help="The control law.", autocompletion=complete_controllers)
+    ] = None,
     n: Annotated[int | None, typer.Option("-n", metavar="N", help=CAMPAIGN_OPTIONS["n"].help)] = None,
-    scenario: Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")] = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option(metavar="S", help="The scenario; the first unless given.", autocompletion=complete_scenarios),
+    ] = None,
     seed: Annotated[int | None, typer.Option(metavar="K", help=CAMPAIGN_OPTIONS["seed"].help)] = None,
     settings: SettingTexts = None,
     vary: Annotated[

@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from mehvar.errors import InputError, bad_value
 
 from ..arguments import check_arguments
-from ..model.catalogue import known_models
+from ..model.catalogue import shipped_models
 from ..model.model import Model, load
 from ..model.parameters import advice
 from ..run.options import Option
+from ..run.own.law import OwnLaw
 from ..run.problem import Status
 from ..run.results import versions
 from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Provenance, Values, check_names
@@ -73,6 +74,7 @@ def run_batch(
     client: Client | None = None,
     chunk: int | None = None,
     report: BatchProgress | None = None,
+    own: OwnLaw | None = None,
     origin: str = "the call",
 ) -> Store:
     """Compute the runs of a campaign and store them.
@@ -101,6 +103,8 @@ def run_batch(
         Runs per block; unless given, chosen from n and from what is stored of each run.
     report : callable, optional
         Called at the start and after each block.
+    own : OwnLaw, optional
+        The law, where it is none of the model's but in Python; the campaign has its name.
     origin : str
         How error messages call the arguments.
 
@@ -133,7 +137,11 @@ def run_batch(
     loaded = model if isinstance(model, Model) else load(model, "c")
     if loaded.backend != "c":
         raise bad_value("backend", loaded.backend, "'c': a batch runs many in lanes of our own C", origin)
-    plan = Plan(loaded, campaign, origin)
+    if own is not None and client is not None:
+        raise bad_value("scheduler", client, "left out: a law in Python runs in this process", origin)
+    if own is not None and resume and not own.text:
+        raise bad_value("resume", resume, "left out: whether it is the same law in Python cannot be told", origin)
+    plan = Plan(loaded, campaign, origin, own)
     for text in advice(loaded.functions, plan.law, plan.nominal):
         warnings.warn(text, stacklevel=2)
     rule = None if until is None else StopRule(until, campaign.sampling)
@@ -184,6 +192,7 @@ def _layout(plan: Plan, blocks: Blocks, chunk: int | None, rules: dict[str, str]
         identity={
             **{"model": manifest.model, "model_hash": manifest.hash, "campaign": campaign.json_text(), **rules},
             **{"numerics": blocks.numerics.text()},
+            **({} if plan.own is None else {"law": plan.own.text}),
         },
         attributes={
             "title": f"{manifest.title}: {plan.law.title}",
@@ -192,7 +201,7 @@ def _layout(plan: Plan, blocks: Blocks, chunk: int | None, rules: dict[str, str]
             "scenario": plan.scenario.name,
             "seed": campaign.seed,
             "drawn": json.dumps(plan.labels()),
-            "metrics": json.dumps(list(manifest.metrics)),
+            "metrics": json.dumps([metric.name for metric in blocks.metrics]),
             "profile": plan.options.profile,
             "flags": blocks.provenance["flags"],
             "compiler": blocks.provenance["compiler"],
@@ -240,7 +249,7 @@ def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
 def _source(model: Model) -> str:
     """Return what `load` finds this model by."""
     folder = model.manifest.folder
-    return model.name if known_models().get(model.name) == folder else str(folder.absolute())
+    return model.name if shipped_models().get(model.name) == folder else str(folder.absolute())
 
 
 def _tell_damage(store: Store, damaged: Sequence[BlockDamage]) -> None:

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from mehvar.cache import key
 from mehvar.manifest import Manifest
 
-from ..cache import key
 from ..compiling.compiler import require_compiler
 from ..compiling.library import FLAGS, native_headers, native_sources
 from ..run.results import versions

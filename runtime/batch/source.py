@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from mehvar.errors import InputError
-from mehvar.manifest import Controller, Function, Manifest
+from mehvar.manifest import Controller, Function, Manifest, Metric
 from mehvar.names import identifier
 
 from ..compiling.library import load_native, native_headers, native_sources
 from ..compiling.structures import structures
 from ..run.calls import loop_calls
+from ..run.metrics import metrics_of
 from ..run.options import METHODS, Method
 from ..run.problem import STAGES
 
@@ -45,6 +46,14 @@ _INSTEAD = {
 """What a call does where a model has no such function, or where that lacks the last result."""
 
 
+_OWN = {
+    "CALL_LAW": "mv_copy(u_cmd, m->u_own, NU); mv_copy(z_next, m->z_own, NZ)",
+    "CALL_START": "mv_copy(z, m->z_own, NZ)",
+    "LOCKSTEP": "",
+}
+"""What a law in Python has given for the sample at hand, see native/batch/lockstep.h."""
+
+
 @dataclass(frozen=True)
 class KernelLoop:
     """Which loop a kernel runs: a law, a variant of the plant, a method."""
@@ -61,6 +70,11 @@ class KernelLoop:
         return loop_calls(self.manifest, self.controller, self.suffix, self.sampled)
 
     @property
+    def generated(self) -> bool:
+        """Whether the law is one of the model's; any other is in Python."""
+        return self.controller.name in self.manifest.controllers
+
+    @property
     def variables(self) -> tuple[str, ...]:
         """Names of what is recorded, in the order of the columns: as in a result file."""
         manifest = self.manifest
@@ -68,6 +82,11 @@ class KernelLoop:
         if self.records_command:
             names += [f"u_cmd_{q.name}" for q in manifest.inputs]
         return (*names, *(q.name for q in manifest.outputs), *(q.name for q in self.controller.memory))
+
+    @property
+    def metrics(self) -> tuple[Metric, ...]:
+        """What sums up a run."""
+        return tuple(metrics_of(self.manifest, self.controller.name, self.variables).values())
 
     @property
     def records_command(self) -> bool:
@@ -122,12 +141,14 @@ def _calls(loop: KernelLoop) -> dict[str, str]:
     for step in ("prepare", "hold"):
         statements = [_statement(manifest, call, group[step]) for call, group in parts.items() if step in group]
         definitions[f"CALL_{step.upper()}"] = "; ".join(statements)
+    if not loop.generated:
+        definitions["CONSTANTS"] += " real u_own[NU + 1], z_own[NZ + 1];"
     for call, results in _RESULTS.items():
         function = loop.calls.get(call)
         if parts.get(call) and function is not None:
             function = functions[f"{identifier(function.name)}_prepared"]
         definitions[f"CALL_{call.upper()}"] = _call(manifest, call, function, results.split())
-    return definitions
+    return definitions if loop.generated else definitions | _OWN
 
 
 def _parts(functions: Mapping[str, Function], function: Function) -> dict[str, Function]:

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mehvar import cache
 from mehvar.errors import InputError, MehvarError
 from mehvar.manifest import FILE
 
-from .. import cache
 from ..compiling.compiler import require_compiler
 from ..model.model import load
 from .blocks import Blocks, BlockSource, Missing, Provenance, Values
