@@ -24,6 +24,7 @@ soak: setup
 	$(BIN)/python benchmarks/board.py fuzz residual
 	$(BIN)/python benchmarks/board.py day
 	$(BIN)/python benchmarks/kill_test.py --kills 200
+	$(BIN)/python benchmarks/store.py
 	$(BIN)/python benchmarks/mutation.py
 	rm -rf report/soak.zarr && mkdir -p report
 	$(BIN)/mehvar batch triangle --controller path -n 10000000 --vary "theta_0=uniform(0.8, 1.2)" --out report/soak.zarr

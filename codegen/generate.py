@@ -15,12 +15,13 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-from mehvar.errors import InputError
+from mehvar.errors import InputError, shown
 from mehvar.manifest import FILE, Manifest, manifest_text, parse_manifest, read_manifest
 from mehvar.names import identifier
 
+from .plants import kept_plant
 from .workspace import GenerateError, Tree, find_tree, installed_tree, load_model, own_text, prefer_vocabulary, sha256
 
 if TYPE_CHECKING:
@@ -151,10 +152,11 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     from .equations.graph import equations_json
     from .equations.page import equations_markdown
     from .functions.graphs import generate_functions
-    from .functions.verify import verify
+    from .functions.verify import check_counterparts, verify
     from .manifest import manifest_of
     from .new_numbers import TABLES, renumber, shapes
 
+    check_counterparts(system)
     verify(system)
     graphs = generate_functions(system)
     functions = printed(graphs)
@@ -204,28 +206,78 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     ModelError
         If the model's text is wrong.
     """
+    system = _system(tree, model, structure)
+    from mehvar.models.clock import with_clock
+
+    return with_clock(system)
+
+
+def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
+    """Derive a model and check it, as its text has it."""
+    plant = tree.plant(model)
+    system = _whole(tree, model, structure) if plant is None else _law(tree, model, structure, *plant)
+    from mehvar.models.check import check as check_system
+
+    check_system(system)
+    if system.name != model:
+        folder = tree.root / "models" / model
+        raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
+    return system
+
+
+def _law(tree: Tree, model: str, structure: Mapping[str, str], plant_tree: Tree, name: str) -> System:
+    """Derive a law of one's own on a plant, which is derived once."""
+    package = load_model(tree, model)
+    folder = tree.root / "models" / model
+    if not hasattr(package, "laws"):
+        raise GenerateError(f"{folder / '__init__.py'} lacks laws")
+    prefer_vocabulary(plant_tree)
+    plant = kept_plant(plant_tree.sources(name), structure, lambda: _system(plant_tree, name, structure))
+    from mehvar.models.check import no_branching
+    from mehvar.models.derivation import Derivation
+    from mehvar.models.plant import with_laws, without_laws
+
+    bare = without_laws(plant)
+    derivation = Derivation(bare.steps)
+    derivation.section("Laws")
+    with own_text(folder), no_branching():
+        laws = package.laws(bare, derivation)
+    return with_laws(bare, model, laws, derivation)
+
+
+def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     package = load_model(tree, model)
     folder = tree.root / "models" / model
     for name in ("STRUCTURE", "system"):
         if not hasattr(package, name):
             raise GenerateError(f"{folder / '__init__.py'} lacks {name}")
-    choices: Mapping[str, tuple[str, ...]] = package.STRUCTURE
+    choices: Mapping[str, tuple[str, ...]] = _structure(package.STRUCTURE, folder)
     for name, value in structure.items():
         if name not in choices:
             raise GenerateError(f"{model} has no structure {name!r}; it has: {', '.join(choices) or 'none'}")
         if value not in choices[name]:
             raise GenerateError(f"structure {name} = {value!r} is not one of {', '.join(choices[name])}")
-    from mehvar.models.check import check as check_system
-    from mehvar.models.check import no_branching
+    from mehvar.models.check import check_tables, no_branching
 
     with own_text(folder), no_branching():
         system: System = package.system(**structure)
-    check_system(system)
-    if system.name != model:
-        raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
-    from mehvar.models.clock import with_clock
+    if not choices:
+        check_tables(system, folder)
+    return system
 
-    return with_clock(system)
+
+def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:
+    """Return a model's structural choices, or raise GenerateError for what is no table of them."""
+    words = isinstance(choices, Mapping) and all(
+        isinstance(name, str) and isinstance(values, tuple) and values and all(isinstance(v, str) for v in values)
+        for name, values in choices.items()
+    )
+    if not words:
+        raise GenerateError(
+            f"{folder / '__init__.py'}: STRUCTURE = {shown(choices)}: must be a mapping of names to tuples of words, "
+            "{} for a model without structural choices"
+        )
+    return cast(Mapping[str, tuple[str, ...]], choices)
 
 
 def _reasons(

@@ -24,6 +24,7 @@ COMMANDS = {
     "new": "Write a new system into a folder of its name: an example that generates, simulates and passes its tests.",
     "batch": "Run many closed loops into a store, with statistics at the end; a stopped batch goes on with --resume.",
     "stats": "Print the statistics of a batch: success, metrics, worst runs, sensitivities.",
+    "verify": "Hold every file of a batch against what was written; exit 1 if one is missing or damaged.",
     "doctor": "Say what is installed, what is missing, and the command that would install it.",
     "reproduce": "Compute every figure and claim of the papers and write one HTML report.",
 }
@@ -54,7 +55,8 @@ class _Commands(TyperGroup):
         if name is None or isinstance(listed, TyperGroup):
             return name, listed, rest
         room = __package__ if ctx.parent is None else f"{__package__}.{self.name}"
-        return name, _imported(f"{room}.{name.replace('-', '_')}", listed), rest
+        place = name.replace("-", ".", 1) if name in FOR_GIT else name  # git-diff stands in git/diff.py
+        return name, _imported(f"{room}.{place.replace('-', '_')}", listed), rest
 
     def invoke(self, ctx: Any) -> Any:
         with interruptible(), _shown_if_asked(ctx):
@@ -115,7 +117,7 @@ def _shown_if_asked(ctx: Any) -> Iterator[None]:
 app = _group(
     COMMANDS,
     hidden=FOR_GIT,
-    add_completion=False,
+    add_completion=True,
     help="Derive spacecraft attitude models, generate code from them, and simulate them.",
 )
 app.add_typer(_group(BOARD, help="Take a law to a microcontroller, emulated or real."), name="board")

@@ -7,8 +7,8 @@ import platform
 import shutil
 import sys
 
+from mehvar.cache import cache_folder
 from mehvar.errors import InputError
-from mehvar.runtime.cache import cache_folder, other_folders
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.compiling.library import INCLUDE
 from mehvar.terminal import print_table
@@ -51,9 +51,6 @@ def command() -> int:
     rows += [_program_row(name, *about) for name, about in _PROGRAMS.items()]
     rows.append(["C headers", str(INCLUDE), "for generated C in other projects: cc -I", ""])
     rows.append(["cache", str(cache_folder()), "compiled models; safe to delete", ""])
-    rows += [
-        ["cache", str(folder), "compiled models of earlier; read too, safe to delete", ""] for folder in other_folders()
-    ]
     print_table("", ["part", "found", "used for", "install with"], rows)
     missing = [row[0] for row in rows if row[1] in ("missing", "does not work")]
     return int(bool(missing))

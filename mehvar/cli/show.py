@@ -10,10 +10,15 @@ import typer
 
 from mehvar.manifest import Manifest, Parameter, Quantity
 from mehvar.runtime.model.catalogue import find_model
+from mehvar.settings import complete_models
 from mehvar.terminal import print_table
 
 
-def command(model: Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")]) -> None:
+def command(
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
+    ],
+) -> None:
     """Print names, units, defaults, bounds and sources of one model."""
     manifest = find_model(model)
     structure = ", ".join(f"{name} = {value}" for name, value in manifest.structure.items())

@@ -13,10 +13,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from mehvar import cache
 from mehvar.codegen.equations import SCHEMA
 from mehvar.codegen.generate import Tree, check, find_tree, installed_tree
 from mehvar.errors import InputError
-from mehvar.runtime import cache
 from mehvar.terminal import working
 
 from .git import Revision, find_revision, in_repository
