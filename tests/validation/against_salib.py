@@ -11,7 +11,8 @@ from SALib.analyze import sobol
 
 from mehvar.runtime.batch.sampling import Sampler
 from mehvar.runtime.batch.sensitivity import sensitivities
-from mehvar.runtime.batch.store import STATUS, Store, Variable, create
+from mehvar.runtime.batch.store.layout import STATUS, Layout, Variable
+from mehvar.runtime.batch.store.store import Store, create
 from tests.validation.table import record
 
 NAMES, GROUPS = ("a", "b", "c"), 1024
@@ -28,7 +29,7 @@ def store(points: np.ndarray, metric: np.ndarray) -> Store:
     variables = [Variable(name, str(array.dtype)) for name, array in series.items()]
     campaign = json.dumps({"sampling": "saltelli", "vary": dict.fromkeys(NAMES, "uniform(0, 1)")})
     known = {"drawn": json.dumps(NAMES), "metrics": json.dumps(["m"]), "success": "", "campaign": campaign}
-    made = create(None, len(metric), len(metric), variables, {}, **known)
+    made = create(None, Layout(len(metric), len(metric), variables, {}, attributes=known))
     made.write(0, series)
     return made
 
