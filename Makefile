@@ -2,12 +2,13 @@
 # make test: set up .venv and run every check and test
 # make docs: set up .venv and build the site into build/site
 # make validate: against outside engines; make mutants: wrong versions of the runtime; both need the package index
-# make soak: the long campaigns, hours; make matrix: other Pythons and libraries, needs the package index
+# make soak: the long campaigns, hours; make matrix: other Pythons and libraries,
+# make peers: the tools that models are exported to; both need the package index
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test docs validate mutants soak matrix lint farm setup clean
+.PHONY: run test docs validate mutants soak matrix peers lint farm setup clean
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
@@ -41,6 +42,10 @@ validate:
 mutants: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[mutants]"
 	$(BIN)/python -m tests.mutants
+
+peers: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[control,jax,numba]" fmpy
+	$(BIN)/pytest -m peers
 
 lint: setup farm
 	$(BIN)/ruff check .

@@ -202,6 +202,11 @@ def _one_line(error: BaseException, folder: Path) -> str:
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
+def package_name(tree: Tree, model: str) -> str:
+    """Return the name under which a model's package is imported."""
+    return f"mehvar.models.{model}" if tree.has_vocabulary else _name_of(tree.root / "models" / model)
+
+
 def _name_of(folder: Path) -> str:
     return f"mehvar_own_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}_{folder.name}"
 

@@ -16,6 +16,8 @@ SettingTexts = Annotated[
     typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter or an option; repeat as needed."),
 ]
 
+AsJson = Annotated[bool, typer.Option("--json", help="Print the facts as JSON.")]
+
 
 def complete_models(incomplete: str) -> list[str]:
     """Return the models that a text may become: those of mehvar and of the project that one stands in."""

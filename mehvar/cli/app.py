@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from mehvar.terminal import interruptible
+from mehvar.terminal import interruptible, print_version
 
 _DEBUG = "mehvar.debug"
 COMMANDS = {
@@ -25,6 +25,7 @@ COMMANDS = {
     "batch": "Run many closed loops into a store, with statistics at the end; a stopped batch goes on with --resume.",
     "stats": "Print the statistics of a batch: success, metrics, worst runs, sensitivities.",
     "verify": "Hold every file of a batch against what was written; exit 1 if one is missing or damaged.",
+    "convert": "Write a result or a batch as Parquet, NetCDF, CSV or MATLAB, units in names and metadata.",
     "doctor": "Say what is installed, what is missing, and the command that would install it.",
     "reproduce": "Compute every figure and claim of the papers and write one HTML report.",
 }
@@ -37,6 +38,10 @@ BOARD = {
     "run": "Run a closed loop with the law on a board and compare it, bit for bit, with the law on this machine.",
     "report": "Run as `board run` does, and write what came of it as HTML and JSON.",
     "flash": "Build for an STM32 board and flash it. Not tested on silicon.",
+}
+
+EXPORT = {
+    "fmu": "Write a functional mock-up unit: FMI 2.0 or 3.0, model exchange or co-simulation, sources and a binary.",
 }
 
 
@@ -121,13 +126,12 @@ app = _group(
     help="Derive spacecraft attitude models, generate code from them, and simulate them.",
 )
 app.add_typer(_group(BOARD, help="Take a law to a microcontroller, emulated or real."), name="board")
+app.add_typer(_group(EXPORT, help="Write a model as a file that other programs run."), name="export")
 
 
 def _version(shown: bool) -> None:
     if shown:
-        from mehvar.versions import installed
-
-        typer.echo(f"mehvar {installed('mehvar')['mehvar']}")
+        print_version()
         raise typer.Exit
 
 

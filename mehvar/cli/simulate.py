@@ -24,6 +24,7 @@ from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
 from mehvar.settings import (
+    AsJson,
     SettingTexts,
     complete_controllers,
     complete_models,
@@ -31,7 +32,7 @@ from mehvar.settings import (
     read_settings,
     read_values,
 )
-from mehvar.terminal import print_table, progress
+from mehvar.terminal import print_json, print_table, progress
 
 
 def command(
@@ -69,6 +70,7 @@ def command(
     trust_model: Annotated[
         bool, typer.Option("--trust-model", help="With --from: compile and run the model that the store names.")
     ] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Run or repeat; return the exit status."""
     if store is not None or run is not None or trust_model:
@@ -77,13 +79,15 @@ def command(
             raise typer.BadParameter("--from STORE and --run ID come together and without what the batch decides")
         if model is not None and trust_model:
             raise typer.BadParameter("--trust-model takes the model that the store names: leave MODEL out")
+        if as_json:
+            raise typer.BadParameter("--json prints a run, not a comparison with a batch")
         return repeat(store, run, out, plot, model, trust_model)
     if model is None or controller is None:
         raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
     ends = [] if t_end is None else [f"t_end={t_end}"]
     values = read_values([*(settings or ()), *ends])
     opened = _open_loop(model, controller, input_texts, inputs, interpolation)
-    return simulate(model, None if opened else controller, scenario, values, out, plot, opened)
+    return simulate(model, None if opened else controller, scenario, values, out, plot, opened, as_json)
 
 
 def _open_loop(
@@ -121,6 +125,7 @@ def simulate(
     out: Path | None,
     plot: Path | None,
     opened: Mapping[str, Any],
+    as_json: bool = False,
 ) -> int:
     """Run, print, save; return the exit status.
 
@@ -136,7 +141,7 @@ def simulate(
         run = simulate_run(
             model, controller, scenario, parameters, progress=advance, origin="--set", **options, **opened
         )
-    return _finish(run, out, plot)
+    return _finish(run, out, plot, as_json)
 
 
 def repeat(
@@ -181,9 +186,12 @@ def _check_outputs(out: Path | None, plot: Path | None) -> None:
         checked_suffix(plot)
 
 
-def _finish(run: Run, out: Path | None, plot: Path | None) -> int:
-    _summary(run)
-    _save(run, out, plot)
+def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False) -> int:
+    if as_json:
+        print_json(_facts(run))
+    else:
+        _summary(run)
+    _save(run, out, plot, as_json)
     if run.status is not Status.DONE:
         typer.echo(f"mehvar: the run ended early: {run.reason}", err=True)
         return 3
@@ -215,7 +223,23 @@ def _summary(run: Run) -> None:
     print_table("", ["metric", "value", "unit", "meaning"], rows)
 
 
-def _save(run: Run, out: Path | None, plot: Path | None) -> None:
+def _facts(run: Run) -> dict[str, object]:
+    values = metrics(run, run.manifest)
+    return {
+        "model": run.manifest.model,
+        "controller": run.controller.name,
+        "scenario": run.scenario.name,
+        "status": run.status.text,
+        "reason": run.reason,
+        "t_stop": run.t_stop,
+        "run_seconds": run.run_seconds,
+        "backend": run.backend,
+        "notes": run.exceeded(),
+        "metrics": {n: {"value": float(v), "unit": run.manifest.metrics[n].unit} for n, v in values.items()},
+    }
+
+
+def _save(run: Run, out: Path | None, plot: Path | None, quiet: bool) -> None:
     if out is None and plot is None:
         return
     from mehvar.runtime.run.formats import save
@@ -224,10 +248,10 @@ def _save(run: Run, out: Path | None, plot: Path | None) -> None:
     dataset = to_dataset(run)
     if out is not None:
         save(dataset, out)
-        typer.echo(f"saved {out}")
+        typer.echo(f"saved {out}", err=quiet)
     if plot is not None:
         from mehvar.papers.reproduction import run_picture
         from mehvar.pictures.files import save as save_picture
 
         save_picture(run_picture(dataset, run.manifest), plot)
-        typer.echo(f"saved {plot}")
+        typer.echo(f"saved {plot}", err=quiet)

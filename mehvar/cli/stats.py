@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import asdict
 from itertools import islice
 from pathlib import Path
 from typing import Annotated
@@ -17,7 +18,8 @@ from mehvar.runtime.batch.fill import REFUSALS
 from mehvar.runtime.batch.sensitivity import Sensitivity, Share, sensitivities
 from mehvar.runtime.batch.statistics import Statistics, summarise
 from mehvar.runtime.batch.store.store import Store, open_store
-from mehvar.terminal import print_table
+from mehvar.settings import AsJson
+from mehvar.terminal import print_json, print_table
 
 
 def command(
@@ -27,6 +29,7 @@ def command(
         typer.Option(metavar="EXPR", help="What counts as success; what the batch has for it unless given."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw bands and worst cases.")] = None,
+    as_json: AsJson = False,
     of: Annotated[list[str] | None, typer.Option(metavar="NAME", help="What to draw; repeat.")] = None,
 ) -> None:
     """Print the statistics of a store, and draw it.
@@ -43,13 +46,16 @@ def command(
     elif of:
         raise InputError("--of says what --plot draws: give both")
     store = open_store(path)
-    print_statistics(store, success)
+    if as_json:
+        print_json(asdict(summarise(store, success)) | {"sensitivities": [asdict(s) for s in sensitivities(store)]})
+    else:
+        print_statistics(store, success)
     if plot is not None:
         from mehvar.pictures.batch import batch_picture
         from mehvar.pictures.files import save
 
         save(batch_picture(store, of or []), plot)
-        typer.echo(f"saved {plot}")
+        typer.echo(f"saved {plot}", err=as_json)
 
 
 def print_statistics(store: Store, success: str | None = None) -> None:

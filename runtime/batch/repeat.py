@@ -11,7 +11,7 @@ import numpy as np
 
 from mehvar.errors import InputError, bad_value
 
-from ..model.catalogue import find_model, known_models
+from ..model.catalogue import find_model, shipped_models
 from ..model.functions import FloatArray
 from ..model.model import Model, load
 from ..run.metrics import metrics
@@ -53,10 +53,10 @@ def plan_of(store: Store, model: Model | str | os.PathLike[str] | None = None, t
     if model is None:
         model = _trusted_model(store, trust)
     loaded = model if isinstance(model, Model) else load(model, "c")
-    if store.attributes["controller"] not in loaded.manifest.controllers:
+    if store.attributes["controller"] not in loaded.manifest.controllers and "law" in store.attributes:
         raise InputError(
-            f"{store.name} was run under {store.attributes['controller']}, which no store keeps: repeat a run in "
-            "Python, with the values that it drew"
+            f"{store.name} was run under {store.attributes['controller']}, which no store keeps: repeat a run with "
+            "mehvar.simulate, the law, and the values that the run drew"
         )
     return Plan(loaded, Campaign(**json.loads(store.attributes["campaign"])), store.name)
 
@@ -68,9 +68,9 @@ def is_model_of(store: Store, model: Model) -> bool:
 
 def _trusted_model(store: Store, trust: bool) -> str:
     name, source = str(store.attributes["model"]), str(store.attributes["model_source"])
-    for place in [name] if name in known_models() else []:
-        if generated_digest(find_model(place)) == _recorded_digest(store):
-            return place
+    installed = shipped_models().get(name)  # not that of the folder one stands in, which may have come with the store
+    if installed is not None and generated_digest(find_model(installed)) == _recorded_digest(store):
+        return str(installed)
     if not trust:
         raise TrustError(
             f"{store.name} was made from a model {name} that is not installed here with the same text; it names "

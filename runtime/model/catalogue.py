@@ -47,6 +47,26 @@ def _is_same(folder: Path, other: Path | None) -> bool:
     return other is not None and folder.samefile(other)
 
 
+def find_folder(model: str | os.PathLike[str]) -> Path:
+    """Return the folder of a model, by a name that is known here or as the folder itself.
+
+    Raises
+    ------
+    InputError
+        If there is no such model.
+    """
+    if not isinstance(model, str | os.PathLike):
+        raise bad_value("model", model, "the name of a model, or the path of a generated folder")
+    models = known_models()
+    if isinstance(model, str) and model in models:
+        if model in shipped_models() and models[model] != shipped_models()[model]:
+            warnings.warn(f"{model} is that in {models[model]}, not the one that comes with mehvar", stacklevel=2)
+        return models[model]
+    if os.path.isdir(model):  # noqa: PTH112 - pathlib raises for a name that is too long
+        return Path(model)
+    raise unknown_name("model (neither a known name nor a generated folder)", os.fspath(model), models)
+
+
 def find_model(model: str | os.PathLike[str]) -> Manifest:
     """Read the manifest of a model.
 
@@ -60,13 +80,4 @@ def find_model(model: str | os.PathLike[str]) -> Manifest:
     InputError
         If there is no such model, or its manifest cannot be read.
     """
-    if not isinstance(model, str | os.PathLike):
-        raise bad_value("model", model, "the name of a model, or the path of a generated folder")
-    models = known_models()
-    if isinstance(model, str) and model in models:
-        if model in shipped_models() and models[model] != shipped_models()[model]:
-            warnings.warn(f"{model} is that in {models[model]}, not the one that comes with mehvar", stacklevel=2)
-        return read_manifest(models[model])
-    if os.path.isdir(model):  # noqa: PTH112 - pathlib raises for a name that is too long
-        return read_manifest(model)
-    raise unknown_name("model (neither a known name nor a generated folder)", os.fspath(model), models)
+    return read_manifest(find_folder(model))

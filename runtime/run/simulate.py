@@ -20,7 +20,7 @@ from mehvar.names import identifier
 
 from ..arguments import check_arguments
 from ..model.functions import BackendName, CBackend, FloatArray
-from ..model.model import Model, load
+from ..model.model import Model, load, shared_model
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted
 from .options import OPTIONS, merged, read_options
@@ -184,7 +184,7 @@ def simulate(
     check_arguments("mapping", origin, parameters=parameters, initial=initial)
     check_arguments("function", origin, progress=progress, law=law)
     options, others = read_options(settings, "run", origin)
-    loaded = model if isinstance(model, Model) else load(model, options.backend)
+    loaded = model if isinstance(model, Model) else shared_model(model, options.backend)
     if options.backend not in (None, loaded.backend):
         raise bad_value("backend", options.backend, f"{loaded.backend!r}, as the model was loaded", origin)
     manifest = loaded.manifest

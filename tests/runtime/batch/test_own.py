@@ -11,6 +11,8 @@ import pytest
 import mehvar
 from mehvar import runtime
 from mehvar.errors import InputError
+from mehvar.runtime.batch.repeat import plan_of
+from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.own.law import LawError
 from mehvar.runtime.run.problem import Status
 
@@ -99,14 +101,11 @@ def test_a_store_goes_on_under_the_same_text_only(pendulum: runtime.Model, tmp_p
     with pytest.raises(InputError, match="was made with law = "):
         batch(pendulum, controller=other, out=out, resume=True, **OWN)
     with pytest.raises(InputError, match="run under python:p_sum, which no store keeps"):
-        runtime_plan(out)
+        repeated(out, pendulum)
 
 
-def runtime_plan(out: Any) -> Any:
-    from mehvar.runtime.batch.fill import plan_of
-    from mehvar.runtime.batch.store import open_store
-
-    return plan_of(open_store(out))
+def repeated(out: Any, model: runtime.Model) -> Any:
+    return plan_of(open_store(out), model)
 
 
 @pytest.mark.parametrize(
