@@ -18,6 +18,7 @@ import runpy
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -278,3 +279,11 @@ def test_the_first_screen_leads_to_the_validation_and_its_tables_are_filled() ->
     assert all(re.search(r"\| \d{4}-\d\d-\d\d \|", line) for line in cases)
     assert "mutants tried" in page
     assert "no reason yet" not in page
+
+
+def test_what_is_mutated_and_which_tests_concern_it_are_there() -> None:
+    """A module that moves must not leave the campaign without a word."""
+    subjects = tomllib.loads((ROOT / "tests" / "mutants" / "subjects.toml").read_text(encoding="utf-8"))["subject"]
+    for subject in subjects:
+        for path in (*subject["modules"], *subject["tests"], *subject.get("more", ()), *subject.get("slow", ())):
+            assert (ROOT / path.partition("::")[0]).is_file(), path

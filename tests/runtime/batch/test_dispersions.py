@@ -85,6 +85,12 @@ def test_bits_are_pinned() -> None:
     assert digest(exponential(z)) == "4609f8e2548ad4ef"
 
 
+def test_points_of_a_sobol_sequence_are_in_the_middle_of_their_cells() -> None:
+    """Of 2^-32 each, so that none is at zero or one, where a quantile is infinite."""
+    halves = Sampler("sobol", [("a",), ("b",)], 64, 5).points(0, 64) * 2.0**33
+    np.testing.assert_array_equal(halves % 2, 1)
+
+
 @pytest.mark.parametrize(("design", "numbers"), [("random", "cff89538f32865c3"), ("latin", "f91455604b0b3bf6")])
 def test_a_seed_means_the_same_runs_in_every_version(design: Any, numbers: str) -> None:
     """Another constant of the permutation is as random, and makes another campaign of the same seed."""
@@ -148,6 +154,7 @@ def test_directions_are_uniform_on_the_sphere(names: str) -> None:
         ({"a": "normal(1)"}, r"must be normal\(mean, sd\)"),
         ({"a": "normal([1], [[2]])"}, r"must be normal\(mean, sd\)"),
         ({"a": "uniform(2, 1)"}, "low < high"),
+        ({"a": "uniform(1, 1)"}, "low < high"),
         ({"a": "triangular(1, 0, 2)"}, "low <= mode <= high"),
         ({"a": "choice()"}, r"choice\(value, ...\)"),
         ({"a": "sphere(1)"}, "two or more components"),

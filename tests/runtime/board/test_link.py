@@ -14,7 +14,19 @@ import pytest
 from mehvar.errors import InputError
 from mehvar.runtime.board.image.header import Layout
 from mehvar.runtime.board.line.frames import Decoder, Frame, encode
-from mehvar.runtime.board.line.link import _HELLO, _VERSION, NAK, REPLY, Link, LinkError, RestartError
+from mehvar.runtime.board.line.link import (
+    _HELLO,
+    _STATS,
+    _VERSION,
+    HELLO,
+    NAK,
+    REPLY,
+    STEP,
+    Flags,
+    Link,
+    LinkError,
+    RestartError,
+)
 
 HASH = bytes(range(1, 17))
 SIZES = (3, 2, 1, 0, 0, 0, 3)
@@ -109,7 +121,7 @@ def test_another_protocol_is_refused(payload: bytes) -> None:
 @pytest.mark.parametrize("extra", [-1, 1])
 def test_an_answer_of_another_length_is_refused(extra: int) -> None:
     size = 4 * SIZES[1] + 4 + extra
-    with pytest.raises(LinkError, match="instead of"):
+    with pytest.raises(LinkError, match=f"has {size} bytes instead of 12"):
         link(lambda request: iter([reply(request, bytes(size))])).step(np.zeros(3))
 
 
@@ -160,3 +172,44 @@ def test_a_board_that_is_not_there_is_waited_for_as_long_as_asked() -> None:
     with pytest.raises(LinkError, match=r"no answer from script in 0\.3 s"):
         link(lambda _request: iter([])).connect(0.3)
     assert 0.3 <= time.monotonic() - begin < 5
+
+
+def test_the_numbers_on_the_wire_are_those_of_the_firmware() -> None:
+    """Types of requests, flags and bytes of payloads, as docs/reference/board-link.md has them."""
+    counters = struct.pack(f"<{len(_STATS)}I", *range(1, len(_STATS) + 1)) + np.array([9.5, 8.5], "<f4").tobytes()
+    answers = {2: b"", 4: b"", 5: b"", 6: counters, 7: struct.pack("<3I", 7, 0, 0) + bytes(20)}
+    port = Script(lambda request: (reply(request, answers[kind]) for kind in answers if kind == request.type))
+    host = Link(port, LAYOUT, timeout=0.2, tries=1)  # type: ignore[arg-type]
+    host.reset()
+    for group in "zpcs":
+        host.get(group)
+    host.set("c", np.array([1.5]))
+    assert tuple(host.stats().values()) == tuple(range(1, len(_STATS) + 1))
+    assert host.output().tolist() == [9.5, 8.5]
+    assert host.selftest(7).samples == 7
+    host.reboot()
+    assert [(request.type, request.flags, request.payload) for request in port.requests] == [
+        (2, 0, b""), (4, 0, b"\0"), (4, 0, b"\1"), (4, 0, b"\2"), (4, 0, b"\3"),
+        (5, 0, b"\2\0\0\xc0\x3f"), (6, 0, b""), (6, 0, b""), (7, 0, b"\7\0\0\0"), (8, 0, b""),
+    ]  # fmt: skip
+    assert (HELLO, STEP, NAK, REPLY) == (1, 3, 0x7F, 0x80)
+    assert [flag.value for flag in Flags] == [2**k for k in range(len(Flags))]
+
+
+@pytest.mark.parametrize(("drawn", "session"), [(0, 1), (0xFFFE, 0xFFFF)])
+def test_a_session_has_any_number_but_zero(drawn: int, session: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("secrets.randbelow", lambda end: min(drawn, end - 1))
+    port = Script(lambda request: iter([reply(request)]))
+    Link(port, LAYOUT).reset()  # type: ignore[arg-type]
+    assert port.requests[0].session == session
+
+
+def test_a_memory_of_a_board_that_has_none_is_not_taken() -> None:
+    every = sum(Flags)
+    host = link(
+        lambda request: iter([reply(request, bytes(4), flags=every if request.payload != b"\0" else Flags.FRESH)])
+    )
+    assert host.get("p").tolist() == [0]
+    with pytest.raises(RestartError):
+        host.get("z")
+    assert link(lambda request: iter([reply(request, bytes(4), flags=every - Flags.FRESH)])).get("z").tolist() == [0]
