@@ -23,6 +23,8 @@ from mehvar.schema import Lower, SchemaError, Upper, json_key, parse, plain, rea
 
 FILE = "manifest.json"
 SCHEMA = 1
+OPEN_LOOP = "none"
+"""What a run without a law is called, where a law has its name; no law can have it."""
 Part = Literal["", "prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
 """Which of a model's C files a function is in."""
 METRIC_KINDS = ("settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final")
@@ -479,6 +481,8 @@ def _check_sizes(
 
 
 def _check_controller(manifest: Manifest, law: Controller) -> None:
+    if law.name == OPEN_LOOP:
+        raise SchemaError(f": {OPEN_LOOP!r} is what a run without a law is called", "controllers")
     place, name = f"controllers.{law.name}", identifier(law.name)
     parameters, own = ([q.name for q in group] for group in (manifest.parameters, law.parameters))
     for field_name, value, allowed in (("period", law.period, parameters), ("delay", law.delay, own)):

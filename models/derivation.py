@@ -59,12 +59,18 @@ class Equation:
 
 
 class Derivation:
-    """An ordered list of definitions and equations under section headings."""
+    """An ordered list of definitions and equations under section headings.
 
-    def __init__(self) -> None:
-        self.steps: list[Definition | Equation] = []
+    Parameters
+    ----------
+    steps : iterable of Definition and Equation
+        What it goes on from, as a law does from the derivation of its plant.
+    """
+
+    def __init__(self, steps: Iterable[Definition | Equation] = ()) -> None:
+        self.steps: list[Definition | Equation] = list(steps)
         self._section = ""
-        self._names: set[str] = set()
+        self._names = {step.symbol.name for step in self.steps if isinstance(step, Definition)}
 
     @property
     def definitions(self) -> dict[sp.Symbol, Expr]:

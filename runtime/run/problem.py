@@ -18,11 +18,10 @@ from ..model.model import Model
 from ..model.parameters import Resolved
 from .noise import normals
 from .options import OPTIONS, Method, RunOptions, check_effects
+from .own.law import Law, OwnLaw
 from .ticks import ticks_of
 
 Progress = Callable[[float, float], None]
-Law = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""A sampled law evaluated elsewhere: state as measured, reference, applied input, memory -> input, memory."""
 
 STAGES = 16  # the most that a method has, and the length of a row of its coefficients: MV_STAGES
 
@@ -80,6 +79,8 @@ class Problem:
         Called now and then with the time reached and the end time.
     law : callable, optional
         Evaluates the sampled law in place of the generated function.
+    own : OwnLaw, optional
+        The law, where it is none of the model's but in Python.
     """
 
     model: Model
@@ -105,6 +106,7 @@ class Problem:
     max_steps: int
     progress: Progress | None
     law: Law | None = None
+    own: OwnLaw | None = None
 
 
 @dataclass(frozen=True)
@@ -139,20 +141,23 @@ def pose(
     suffix: str,
     progress: Progress | None,
     origin: str,
+    own: OwnLaw | None = None,
 ) -> Problem:
     """Return the problem that options, scenario and parameters describe, or raise InputError.
 
-    `given` are the options that somebody gave, for which each must have an effect.
+    `given` are the options that somebody gave, for which each must have an effect; `own` is the law if it is in Python.
     """
     end = OPTIONS["t_end"].check(options.t_end or scenario.duration, origin)
     dt = OPTIONS["dt_out"].check(options.dt_out or scenario.step, origin)
     period = None if law.period is None else resolved.values[law.period]
     check_hold(options.hold, law, period, origin)
     hold = options.hold or period
+    hold, step = (hold, hold) if own is None else own.hold(dt, origin)
     check_effects(given, options.method, hold is not None, bool(model.manifest.noise), origin)
     if options.real == "float" and model.backend != "c":
         raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
-    ticks, record_every, hold_every = ticks_of(end, dt, hold, origin)
+    ticks, record_every, every = ticks_of(end, dt, step, origin)
+    hold_every = None if hold is None else every
     check_delay(options.delay, len(ticks), hold_every, origin)
     return Problem(
         model=model,
@@ -161,7 +166,7 @@ def pose(
         c=resolved.c,
         s=resolved.s,
         x0=x0,
-        z0=_memory(model, law, resolved, x0),
+        z0=_memory(model, law, resolved, x0) if own is None else own.start,
         noise=_noise(model, len(ticks), hold_every, options),
         suffix=suffix,
         real=options.real,
@@ -177,6 +182,8 @@ def pose(
         step=options.step or min(dt, hold or dt),
         max_steps=options.max_steps,
         progress=progress,
+        law=None if own is None or hold_every is None else own.at(ticks[::hold_every]),
+        own=own,
     )
 
 

@@ -63,6 +63,7 @@ SAVED = (*SIMULATE, "--out", "a.csv")
 BOARD = ("board", "run", "triangle", "--controller", "path", "--target", "sil", "--samples", "3")
 BATCH = ("batch", PENDULUM, "--controller", "pd", "-n", "2", "--t-end", "0.1", "--vary", "k_p=normal(16, 0.1)")
 STORED = (*BATCH, "--out", "s.zarr")
+REPEAT = ("simulate", "--from", "done.zarr", "--run", "0")
 COMMANDS: Mapping[str, Mapping[str, object]] = {
     "list": {},
     "doctor": {},
@@ -78,6 +79,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "plot": (SIMULATE, (*SIMULATE, "--plot", "a.svg")),
         "store": (SIMULATE, (*SIMULATE, "--from", "s.zarr")),
         "run": (SIMULATE, (*SIMULATE, "--run", "0")),
+        "trust_model": (REPEAT, (*REPEAT, "--trust-model")),
     },
     "batch": {
         "model": (STORED, ("batch", "none", *STORED[2:])),
@@ -103,6 +105,10 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "success": (("stats", "done.zarr"), ("stats", "done.zarr", "--success", "peak < 0")),
         "plot": (("stats", "done.zarr"), ("stats", "done.zarr", "--plot", "a.svg")),
         "of": (("stats", "done.zarr"), ("stats", "done.zarr", "--of", "peak")),
+    },
+    "verify": {
+        "path": (("verify", "done.zarr"), ("verify", "none.zarr")),
+        "as_json": (("verify", "done.zarr"), ("verify", "done.zarr", "--json")),
     },
     "generate": {
         "models": (("generate", "--check", "none"), ("generate", "--check", "nil")),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -18,7 +19,8 @@ PENDULUM = Path(__file__).parent / "pendulum"
 @pytest.fixture(scope="session", autouse=True)
 def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MEHVAR_CACHE", str(tmp_path_factory.mktemp("cache")))
+        # a run over many mutants keeps what did not change compiled
+        patch.setenv("MEHVAR_CACHE", os.environ.get("MEHVAR_TEST_CACHE") or str(tmp_path_factory.mktemp("cache")))
         yield
 
 
