@@ -51,6 +51,8 @@ if TYPE_CHECKING:
     from mehvar.models.system import scalar as scalar
     from mehvar.models.tables import read_parameters as read_parameters
     from mehvar.models.tables import read_scenarios as read_scenarios
+    from mehvar.runtime.batch.store.verification import verify as verify
+    from mehvar.runtime.model.catalogue import list_models as list_models
     from mehvar.runtime.model.model import Model as Model
     from mehvar.runtime.model.model import load as load
     from mehvar.runtime.model.trim import Trim as Trim
@@ -63,6 +65,8 @@ _HOMES = {
     "mehvar.comparison.compare": ("diff",),
     "mehvar.errors": ("InputError", "MehvarError"),
     "mehvar.fmu.export": ("export_fmu",),
+    "mehvar.runtime.batch.store.verification": ("verify",),
+    "mehvar.runtime.model.catalogue": ("list_models",),
     "mehvar.runtime.model.model": ("Model", "load"),
     "mehvar.runtime.model.trim": ("Trim", "trim"),
     "mehvar.runtime.run.formats": ("open_result", "save"),

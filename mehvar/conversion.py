@@ -86,7 +86,7 @@ def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]
         else:
             _write_table(target, _series_of_a_run(result), result)
         return [target]
-    from mehvar.runtime.batch.store import open_store
+    from mehvar.runtime.batch.store.store import open_store
 
     store = open_store(source)
     dataset = store.dataset().load()

@@ -24,6 +24,7 @@ COMMANDS = {
     "new": "Write a new system into a folder of its name: an example that generates, simulates and passes its tests.",
     "batch": "Run many closed loops into a store, with statistics at the end; a stopped batch goes on with --resume.",
     "stats": "Print the statistics of a batch: success, metrics, worst runs, sensitivities.",
+    "verify": "Hold every file of a batch against what was written; exit 1 if one is missing or damaged.",
     "convert": "Write a result or a batch as Parquet, NetCDF, CSV or MATLAB, units in names and metadata.",
     "doctor": "Say what is installed, what is missing, and the command that would install it.",
     "reproduce": "Compute every figure and claim of the papers and write one HTML report.",
@@ -121,7 +122,7 @@ def _shown_if_asked(ctx: Any) -> Iterator[None]:
 app = _group(
     COMMANDS,
     hidden=FOR_GIT,
-    add_completion=False,
+    add_completion=True,
     help="Derive spacecraft attitude models, generate code from them, and simulate them.",
 )
 app.add_typer(_group(BOARD, help="Take a law to a microcontroller, emulated or real."), name="board")

@@ -7,8 +7,8 @@ import platform
 import shutil
 import sys
 
+from mehvar.cache import cache_folder
 from mehvar.errors import InputError
-from mehvar.runtime.cache import cache_folder, other_folders
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.compiling.library import INCLUDE
 from mehvar.settings import AsJson
@@ -59,9 +59,6 @@ def command(as_json: AsJson = False) -> int:
     rows += [_program_row(name, *about) for name, about in _PROGRAMS.items()]
     rows.append(["C headers", str(INCLUDE), "for generated C in other projects: cc -I", ""])
     rows.append(["cache", str(cache_folder()), "compiled models; safe to delete", ""])
-    rows += [
-        ["cache", str(folder), "compiled models of earlier; read too, safe to delete", ""] for folder in other_folders()
-    ]
     if as_json:
         print_json({"parts": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]})
     else:

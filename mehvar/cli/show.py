@@ -11,12 +11,14 @@ import typer
 from mehvar.manifest import Manifest, Parameter, Quantity
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.schema import plain
-from mehvar.settings import AsJson
+from mehvar.settings import AsJson, complete_models
 from mehvar.terminal import print_json, print_table
 
 
 def command(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")],
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
+    ],
     as_json: AsJson = False,
 ) -> None:
     """Print names, units, defaults, bounds and sources of one model."""

@@ -10,19 +10,16 @@ from itertools import islice
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from mehvar.errors import InputError
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, STATUS_TEXT
-from mehvar.runtime.batch.fill import plan_of
+from mehvar.runtime.batch.fill import REFUSALS
 from mehvar.runtime.batch.sensitivity import Sensitivity, Share, sensitivities
 from mehvar.runtime.batch.statistics import Statistics, summarise
-from mehvar.runtime.batch.store import STATUS, Store, open_store
+from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.settings import AsJson
 from mehvar.terminal import print_json, print_table
-
-_REFUSALS = 3  # that are shown
 
 
 def command(
@@ -147,15 +144,13 @@ def _print_refusals(store: Store, statistics: Statistics) -> None:
     number = statistics.statuses.get(STATUS_TEXT[IMPOSSIBLE], 0)
     if not number:
         return
-    plan = plan_of(store)
     typer.echo(f"\n{number} runs were drawn with values that are not allowed and were not computed:")
-    for run in islice(_impossible(store), _REFUSALS):
-        typer.echo(f"  run {run}: {plan.refusal(run)}")
-    if number > _REFUSALS:
+    for run, text in islice(_refusals(store), REFUSALS):
+        typer.echo(f"  run {run}: {text}")
+    if number > REFUSALS:
         typer.echo("  ...")
 
 
-def _impossible(store: Store) -> Iterator[int]:
+def _refusals(store: Store) -> Iterator[tuple[str, str]]:
     for block in store.stored():
-        first = store.runs(block).start
-        yield from (first + int(k) for k in np.flatnonzero(store.read(STATUS, [block]) == IMPOSSIBLE))
+        yield from sorted(store.about(block)["refusals"].items(), key=lambda item: int(item[0]))

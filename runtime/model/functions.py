@@ -310,5 +310,5 @@ def _numbers(function: Function, spec: Array, value: ArrayLike) -> NDArray[Any]:
     try:
         array = np.asarray(value)
         return array.astype(np.float64) if array.dtype.kind == "O" else array
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{function.name}: {spec.name} must be an array of numbers: {error}") from error
