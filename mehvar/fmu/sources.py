@@ -19,7 +19,7 @@ _UNOPTIMISED = (
     '#if defined __clang__\n#pragma clang optimize off\n#elif defined __GNUC__\n#pragma GCC optimize ("O0")\n#endif\n'
 )
 """Before the derivatives, which are long and rarely called: compiling them counts for more than running them."""
-_CLASSES = {"parameter": "p", "input": "i", "state": "s"}
+_CLASSES = {"parameter": "p", "input": "i", "state": "s", "time": "t"}
 
 
 def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:

@@ -243,11 +243,13 @@ static enum fmu_status fmu_step(fmu_instance *i, double t, double h)
                                                                : "the integration cannot go on");
 }
 
-/* Whether a value may be set now: inputs always, parameters and starts until the first step. */
+/* Whether a value may be set now: inputs always, parameters and starts until the first step. In model exchange the
+ * importer owns states and time, and CasADi sets them by reference. */
 static int fmu_may_set(const fmu_instance *i, size_t reference)
 {
     if (reference >= FMU_VALUES) return 0;
     if (fmu_class[reference] == 'i') return 1;
+    if (i->exchange && (fmu_class[reference] == 's' || fmu_class[reference] == 't')) return 1;
     return (fmu_class[reference] == 'p' || fmu_class[reference] == 's') && i->mode <= FMU_INITIALIZING;
 }
 

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -21,12 +24,21 @@ def point(function: Function) -> list[FloatArray]:
     return [generator.uniform(0.1, 0.9, spec.shape) for spec in function.arguments]
 
 
-@pytest.fixture(params=[*MODELS, "pendulum"])
+@pytest.fixture(scope="session")
+def own(tmp_path_factory: pytest.TempPathFactory) -> mehvar.Model:
+    """What `mehvar new` writes, generated."""
+    folder = tmp_path_factory.mktemp("own")
+    for words, place in ((["new", "own"], folder), (["generate", "own"], folder / "own")):
+        subprocess.run([sys.executable, "-m", "mehvar", *words], cwd=place, check=True, capture_output=True)
+    return mehvar.load(folder / "own" / "generated" / "own")
+
+
+@pytest.fixture(params=[*MODELS, "own"])
 def model(request: pytest.FixtureRequest) -> mehvar.Model:
     """The three systems, and one of a user's own."""
-    if request.param == "pendulum":
-        own: mehvar.Model = request.getfixturevalue("pendulum")
-        return own
+    if request.param == "own":
+        mine: mehvar.Model = request.getfixturevalue("own")
+        return mine
     return mehvar.load(request.param)
 
 

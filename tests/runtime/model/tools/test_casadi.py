@@ -43,7 +43,7 @@ def test_derivatives_are_our_jacobians(model):
 
 
 def test_an_unknown_function_is_refused(model):
-    with pytest.raises(InputError, match="unknown function"):
+    with pytest.raises(mehvar.MehvarError, match="unknown function"):
         model.to_casadi("no_such")
 
 
