@@ -143,7 +143,7 @@ def build_image(model: Model, request: BoardRequest) -> Image:
     BuildError
         If the compiler fails.
     """
-    firmware = program(model, request.controller, request.scenario, request.raw)
+    firmware = program(model, request.controller, request.scenario, request.raw, _hold(request))
     if request.target == "sil":
         if request.board is not None:
             raise InputError(f"board = {request.board!r}: must be left out for software in the loop (--target sil)")
@@ -271,11 +271,17 @@ def samples_of(model: Model, request: BoardRequest) -> int:
 
 def _period(model: Model, request: BoardRequest) -> float:
     """Return the time between two samples of the law, s."""
-    if hold := (request.options or {}).get("hold"):
-        return float(hold)
+    if hold := _hold(request):
+        return hold
     law, scenario = model.manifest.controller(request.controller), model.manifest.scenario(request.scenario)
     resolved = resolve(model.manifest, model.functions, law, scenario, request.parameters or {}, "--set")
     return period_of(law, scenario, resolved)
+
+
+def _hold(request: BoardRequest) -> float | None:
+    """Return the period that is asked for, s."""
+    hold = (request.options or {}).get("hold")
+    return float(hold) if hold else None
 
 
 def _every(target: str) -> int:

@@ -57,7 +57,7 @@ def export(image: Image, out: Path) -> None:
     texts["build.sh"] = "set -e\n" + "".join(f"{shlex.join(command)}\n" for command in commands)
     with filling(out) as folder:
         write_sources(folder, texts)
-        shutil.copyfile(image.path, folder / "firmware.elf")
+        shutil.copy(image.path, folder / "firmware.elf")  # it stays a program
         if image.board is not None:
             (folder / "firmware.bin").write_bytes(_flash_contents(image.path))
 

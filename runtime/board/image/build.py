@@ -95,15 +95,22 @@ def delay_of(law: Controller) -> int:
     return int(law.delay is not None)
 
 
-def program(model: Model, law: str, scenario: str | None = None, raw: bool = False) -> Program:
+def program(
+    model: Model, law: str, scenario: str | None = None, raw: bool = False, period: float | None = None
+) -> Program:
     """Return what the firmware of a law is made from; its compiled-in parameters are those of a scenario.
 
     Over a line a command acts one sample after it was computed, and a law that can be designed for that is.
+
+    Parameters
+    ----------
+    period : float, optional
+        Time between two samples, s, which the watch over the outputs goes by; that of the law unless given.
     """
     controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
     values = {controller.delay: 1.0} if controller.delay else {}
     resolved = resolve(model.manifest, model.functions, controller, case, values, "the board's one sample of delay")
-    return Program(model, controller, case, resolved, period_of(controller, case, resolved), raw)
+    return Program(model, controller, case, resolved, period or period_of(controller, case, resolved), raw)
 
 
 def sources(firmware: Program, board: Board | None) -> dict[str, str]:

@@ -4,6 +4,7 @@
  *   a reply carries type, session and number of the frame it answers;
  *   a refusal changes neither outputs, memory nor parameters;
  *   a step is evaluated at most once for each number, and only a step changes the outputs, but for going to zero;
+ *   a step that is answered as before has the number of the step that was evaluated;
  *   memory, parameters and outputs are finite;
  *   outputs that nobody renewed for two samples are zero. */
 #include <math.h>
@@ -189,6 +190,7 @@ int main(int argc, char **argv)
                 if (back[1] & MV_SERVER_DUPLICATE) {
                     duplicates++;
                     if (after != before) fail("a step that came again changed the board");
+                    if (evaluations == 0 || evaluated != number) fail("a step has the answer of another one");
                 } else {
                     if (any_evaluated && evaluated == number) fail("a step was evaluated twice");
                     evaluations++;
@@ -199,8 +201,10 @@ int main(int argc, char **argv)
             } else if (memcmp(outputs, actuators, sizeof outputs) != 0 && driven()) {
                 fail("something else than a step changed the outputs");
             }
-            if (back[0] != (MV_SERVER_NAK | MV_SERVER_REPLY)) wish = back[1] & MV_SERVER_FRESH ? MV_SERVER_SET : 0;
-            if (plain[0] == MV_SERVER_HELLO || plain[0] == MV_SERVER_RESET || plain[0] == MV_SERVER_SET) any_evaluated = 0;
+            if (back[0] != (MV_SERVER_NAK | MV_SERVER_REPLY)) {
+                wish = back[1] & MV_SERVER_FRESH ? MV_SERVER_SET : 0;
+                if (plain[0] == MV_SERVER_HELLO || plain[0] == MV_SERVER_RESET || plain[0] == MV_SERVER_SET) any_evaluated = 0;
+            }
         }
         if (plain[0] == MV_SERVER_REBOOT) any_evaluated = 0;
         const int was_driven = driven();

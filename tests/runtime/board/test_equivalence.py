@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mehvar.errors import InputError
-from mehvar.runtime.board.image.build import build, program
+from mehvar.runtime.board.image.build import build, program, sources
 from mehvar.runtime.board.image.toolchains import host_toolchain
 from mehvar.runtime.board.line.link import LinkError
 from mehvar.runtime.board.run import BoardRequest, difference, run_on_board
@@ -29,6 +29,15 @@ LONG = 5000
 def test_software_in_the_loop(model, law):
     outcome = run_on_board(load(model), BoardRequest(law, "sil", samples=600))
     assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, outcome.single.u_cmd.size)
+
+
+def test_the_period_that_is_asked_for_is_the_one_of_loop_watch_and_self_test():
+    outcome = run_on_board(load("triangle"), BoardRequest("path", "sil", samples=20, options={"hold": 0.005}))
+    assert outcome.max_ulp == 0
+    assert outcome.board.t[1] == 0.005
+    assert "MV_BOARD_PERIOD_MS = 5" in sources(outcome.image.program, None)["mehvar/board_model.h"]
+    usual = run_on_board(load("triangle"), BoardRequest("path", "sil", samples=2))
+    assert usual.selftest.crc != outcome.selftest.crc
 
 
 @pytest.fixture(scope="module")
