@@ -108,7 +108,7 @@ def slices(path: Path, frames: int) -> list[str]:
 
 
 def summed(printed: Sequence[str]) -> str:
-    """Add up the counts of texts that differ in their counts only; a number that begins a line is the name of a kind."""
+    """Add up the counts of texts that differ in their counts only; the number in the name of a kind is no count."""
     count = re.compile(r"(?<=: )\d+|(?<=of )\d+|(?<=, )\d+|^\d+(?= frames)", re.MULTILINE)
     columns = (sum(map(int, column)) for column in zip(*map(count.findall, printed), strict=True))
     return count.sub(lambda _: str(next(columns)), printed[0])

@@ -191,6 +191,7 @@ static int set(uint32_t size)
     real *group = size >= 1 ? mv_app_group(which, &numbers) : 0;
     if (!group || size != 1 + numbers * sizeof *group) return MV_SERVER_WRONG_SIZE;
     if (!mv_app_finite(payload() + 1, numbers)) return MV_SERVER_NOT_FINITE;
+    if (!mv_app_settable(which, payload() + 1)) return MV_SERVER_CONSTANT;
     memcpy(group, payload() + 1, numbers * sizeof *group);
     if (which == MV_APP_MEMORY) {
         ready = 1;
