@@ -68,7 +68,7 @@ def test_printed_b0_and_zeros_fail_and_printed_b1_hold(claims):
     [
         ("10", {"coarse simulator, pole 0.5"}, 7),
         ("12", set(), 5),
-        ("13", {"1e-3 for 1e-5", "slow reference"}, 3),
+        ("13", {"1e-3 for 1e-5", "slow reference"}, 4),
         ("14", {"coarse simulator, pole 0.5"}, 6),
         ("15", {"estimated and not used", "law (32), pole 0.5"}, 3),
     ],

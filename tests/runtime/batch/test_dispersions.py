@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+from typing import Any
 
 import numpy as np
 import pytest
@@ -84,6 +85,12 @@ def test_bits_are_pinned() -> None:
     assert digest(exponential(z)) == "4609f8e2548ad4ef"
 
 
+@pytest.mark.parametrize(("design", "numbers"), [("random", "cff89538f32865c3"), ("latin", "f91455604b0b3bf6")])
+def test_a_seed_means_the_same_runs_in_every_version(design: Any, numbers: str) -> None:
+    """Another constant of the permutation is as random, and makes another campaign of the same seed."""
+    assert digest(Sampler(design, [("a",), ("b",)], 60, 5).points(0, 60)) == numbers
+
+
 def digest(array: np.ndarray) -> str:
     return hashlib.sha256(array.astype("<f8").tobytes()).hexdigest()[:16]
 
@@ -103,6 +110,11 @@ def test_one_name(text: str, distribution: stats.rv_continuous) -> None:
     drawn = values("x", text)[:, 0]
     assert stats.kstest(drawn, distribution.cdf).pvalue > 1e-3
     assert not stats.kstest(drawn * 1.05, distribution.cdf).pvalue > 1e-3
+
+
+def test_a_lognormal_is_the_exponential_of_the_normal_of_the_same_numbers() -> None:
+    """Not of their reflection, which has the same distribution and turns a run repeated by its number into another."""
+    assert values("x", "lognormal(0.5, 0.25)") == pytest.approx(np.exp(values("x", "normal(0.5, 0.25)")), rel=1e-14)
 
 
 def test_choice_takes_each_value_equally_often() -> None:

@@ -17,7 +17,8 @@ from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.sampling import Sampler
 from mehvar.runtime.batch.sensitivity import sensitivities
 from mehvar.runtime.batch.statistics import QUANTILES, StopRule, bands, interval, ranks, summarise, worst
-from mehvar.runtime.batch.store import STATUS, Coordinate, Store, Variable, create
+from mehvar.runtime.batch.store.layout import STATUS, Coordinate, Layout, Variable
+from mehvar.runtime.batch.store.store import Store, create
 from mehvar.runtime.run.problem import Status
 
 N, CHUNK = 1000, 64
@@ -31,7 +32,7 @@ def filled(values: dict[str, np.ndarray], n: int = N, blocks: list[int] | None =
     variables += [Variable(STATUS, "uint8")]
     coordinates = {"state": Coordinate(["x"]), "t": Coordinate(np.arange(5.0))}
     known = {"drawn": json.dumps(["a", "b"]), "metrics": json.dumps(["m"]), "success": "", **attributes}
-    store = create(None, n, CHUNK, variables, coordinates, **known)
+    store = create(None, Layout(n, CHUNK, variables, coordinates, attributes=known))
     empty = {"a": np.zeros(n), "b": np.zeros(n), "m": np.zeros(n), "x": np.zeros((n, 5)), "final": np.zeros((n, 1))}
     whole = {**empty, STATUS: np.zeros(n, np.uint8), **values}
     for block in range(store.blocks()) if blocks is None else blocks:
