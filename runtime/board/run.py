@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mehvar.errors import InputError
 
 from ..model.model import Model
-from ..model.parameters import resolve
+from ..model.parameters import Resolved, resolve
 from ..run.options import read_options
 from ..run.problem import Status
 from ..run.simulate import Run, simulate
@@ -60,6 +60,8 @@ class BoardRequest:
         File that lets a run whose host was stopped go on.
     selftest : int
         Samples of the self-test with law and plant on the target.
+    tunable : tuple of str, optional
+        Make all parameters but these constants of the law's text; none is unless given.
     profiled : bool
         Count instructions where the emulator can; long runs are faster without.
     """
@@ -77,6 +79,7 @@ class BoardRequest:
     raw: bool = False
     journal: Path | None = None
     selftest: int = _SELF_TEST
+    tunable: tuple[str, ...] | None = None
     profiled: bool = True
 
 
@@ -133,8 +136,13 @@ class BoardRun:
         return max(self.u.ulp, self.z.ulp)
 
 
-def build_image(model: Model, request: BoardRequest) -> Image:
+def build_image(model: Model, request: BoardRequest, resolved: Resolved | None = None) -> Image:
     """Compile the firmware that a run wants.
+
+    Parameters
+    ----------
+    resolved : Resolved, optional
+        What is compiled in; the scenario's unless given.
 
     Raises
     ------
@@ -143,7 +151,9 @@ def build_image(model: Model, request: BoardRequest) -> Image:
     BuildError
         If the compiler fails.
     """
-    firmware = program(model, request.controller, request.scenario, request.raw)
+    firmware = program(
+        model, request.controller, request.scenario, request.raw, _hold(request), request.tunable, resolved
+    )
     if request.target == "sil":
         if request.board is not None:
             raise InputError(f"board = {request.board!r}: must be left out for software in the loop (--target sil)")
@@ -167,7 +177,7 @@ def run_on_board(model: Model, request: BoardRequest) -> BoardRun:
         raise InputError("raw: a bare link has neither parameters nor a journal; leave --set and --journal out")
     read_options(request.options or {}, "board", "--set")
     single = _simulate(model, request, real="float")
-    image = build_image(model, request)
+    image = build_image(model, request, None if request.tunable is None else single.parameters)
     port = open_target(request.target, image)
     try:
         if request.raw:
@@ -211,7 +221,8 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
     z, expected = _memories(law, single)
     covered: tuple[Coverage, ...] = ()
     if profiler and elf:
-        names = [name for name in (_law_symbol(model, request), "mv_app_step") if name in elf.symbols]
+        laws = (_law_symbol(model, request), "mv_app_law", "mv_app_step")
+        names = [name for name in laws if name in elf.symbols]
         covered = tuple(coverage(image.path, elf, names, profiler.profile.addresses))
     return BoardRun(
         request=request, image=image, elf=elf, hello=hello, board=board, single=single,
@@ -271,11 +282,17 @@ def samples_of(model: Model, request: BoardRequest) -> int:
 
 def _period(model: Model, request: BoardRequest) -> float:
     """Return the time between two samples of the law, s."""
-    if hold := (request.options or {}).get("hold"):
-        return float(hold)
+    if hold := _hold(request):
+        return hold
     law, scenario = model.manifest.controller(request.controller), model.manifest.scenario(request.scenario)
     resolved = resolve(model.manifest, model.functions, law, scenario, request.parameters or {}, "--set")
     return period_of(law, scenario, resolved)
+
+
+def _hold(request: BoardRequest) -> float | None:
+    """Return the period that is asked for, s."""
+    hold = (request.options or {}).get("hold")
+    return float(hold) if hold else None
 
 
 def _every(target: str) -> int:

@@ -11,9 +11,20 @@ from typing import Annotated
 
 import typer
 
-from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Raw, Scenario, compiled
+from mehvar.cli.board.loop import (
+    Board,
+    Compiler,
+    Inline,
+    Law,
+    ModelName,
+    Raw,
+    Scenario,
+    Tunable,
+    compiled,
+    tunable_of,
+)
 from mehvar.errors import bad_value
-from mehvar.runtime.board.image.build import Image, compile_commands, sources, write_sources
+from mehvar.runtime.board.image.build import Image, compile_commands, law_unit, sources, write_sources
 from mehvar.runtime.board.image.elf import read_elf
 from mehvar.runtime.board.run import BoardRequest, build_image
 from mehvar.runtime.files import check_folder, filling
@@ -31,6 +42,8 @@ def command(
     scenario: Scenario = None,
     target: Annotated[str, typer.Option(metavar="|".join(_TARGETS), help="sil: a process here.")] = "unicorn",
     raw: Raw = False,
+    inline: Inline = False,
+    tunable: Tunable = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write sources, fragments and images here.")] = None,
 ) -> None:
     """Compile a firmware; with a folder, write its sources and images there."""
@@ -38,7 +51,10 @@ def command(
         raise bad_value("target", target, f"{either(_TARGETS)}: one image serves emulators and hardware", "--target")
     if out is not None:
         check_folder(out)
-    image = build_image(compiled(model), BoardRequest(controller, target, board, compiler, scenario, raw=raw))
+    image = build_image(
+        compiled(model),
+        BoardRequest(controller, target, board, compiler, scenario, raw=raw, tunable=tunable_of(inline, tunable)),
+    )
     _print_image(image)
     if out is not None:
         export(image, out)
@@ -49,7 +65,7 @@ def export(image: Image, out: Path) -> None:
     """Write sources, a CMake and a Make fragment, and the image into a folder that a vendor's project can take."""
     model = image.program.model.manifest.model
     texts = sources(image.program, image.board)
-    law = f"{model}.c"
+    law = law_unit(texts, model)
     portable = [law, "app.c", "link.c", "raw.c" if image.program.raw else "server.c"]
     commands = compile_commands(texts, model, image.board, image.toolchain)
     texts["mehvar.mk"] = _make_fragment(portable)
@@ -57,7 +73,7 @@ def export(image: Image, out: Path) -> None:
     texts["build.sh"] = "set -e\n" + "".join(f"{shlex.join(command)}\n" for command in commands)
     with filling(out) as folder:
         write_sources(folder, texts)
-        shutil.copyfile(image.path, folder / "firmware.elf")
+        shutil.copy(image.path, folder / "firmware.elf")  # it stays a program
         if image.board is not None:
             (folder / "firmware.bin").write_bytes(_flash_contents(image.path))
 

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Scenario, compiled
+from mehvar.cli.board.loop import Board, Compiler, Inline, Law, ModelName, Scenario, Tunable, compiled, tunable_of
 from mehvar.errors import InputError, bad_value
 from mehvar.runtime.board.image.build import Image
 from mehvar.runtime.board.run import BoardRequest, build_image
@@ -22,10 +22,15 @@ def command(
     board: Board = None,
     compiler: Compiler = None,
     scenario: Scenario = None,
+    inline: Inline = False,
+    tunable: Tunable = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only print the commands.")] = False,
 ) -> int:
     """Flash a board with the first tool that is installed, or print the commands; return the exit status."""
-    image = build_image(compiled(model), BoardRequest(controller, "port", board, compiler, scenario))
+    image = build_image(
+        compiled(model),
+        BoardRequest(controller, "port", board, compiler, scenario, tunable=tunable_of(inline, tunable)),
+    )
     if image.board is None or not image.board.name.startswith("stm32"):
         raise bad_value("board", board, "an STM32 board: stm32f4 or stm32f4-usart2", "--board")
     commands = flash_commands(image)

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from mehvar.errors import bad_value
 from mehvar.runtime.board.run import BoardRequest, BoardRun, ended, run_on_board
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import split_settings
@@ -35,6 +36,27 @@ Target = Annotated[
 ]
 Samples = Annotated[int, typer.Option(metavar="N", help="Evaluations of the law.")]
 Raw = Annotated[bool, typer.Option("--raw", help="Bare packets, as in the satellite's paper.")]
+
+Inline = Annotated[bool, typer.Option("--inline-parameters", help="Fold the parameters into the law's text.")]
+Tunable = Annotated[
+    str | None,
+    typer.Option("--tunable", metavar="NAME,...", help="With --inline-parameters: those that can still be set."),
+]
+
+
+def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
+    """Return the parameters that can still be set when the others are constants; None when none is a constant.
+
+    Raises
+    ------
+    InputError
+        For names without constants, which would say nothing.
+    """
+    if names is not None and not inline:
+        raise bad_value(
+            "tunable", names, "left out, as every parameter can be set without --inline-parameters", "--tunable"
+        )
+    return tuple(filter(None, map(str.strip, (names or "").split(",")))) if inline else None
 
 
 def compiled(model: str) -> Model:

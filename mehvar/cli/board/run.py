@@ -12,15 +12,18 @@ import typer
 from mehvar.cli.board.loop import (
     Board,
     Compiler,
+    Inline,
     Law,
     ModelName,
     Raw,
     Samples,
     Scenario,
     Target,
+    Tunable,
     compiled,
     outcome_of,
     status_of,
+    tunable_of,
     with_settings,
 )
 from mehvar.errors import bad_value
@@ -44,6 +47,8 @@ def command(
     scenario: Scenario = None,
     settings: SettingTexts = None,
     raw: Raw = False,
+    inline: Inline = False,
+    tunable: Tunable = None,
     journal: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Keep what was answered; a run that was stopped goes on from it."),
@@ -53,7 +58,10 @@ def command(
     if form not in FORMATS:
         raise bad_value("format", form, either(FORMATS), "--format")
     loaded = compiled(model)
-    request = BoardRequest(controller, target, board, compiler, scenario, samples, raw=raw, journal=journal)
+    request = BoardRequest(
+        controller, target, board, compiler, scenario, samples,
+        raw=raw, journal=journal, tunable=tunable_of(inline, tunable),
+    )  # fmt: skip
     outcome = outcome_of(loaded, with_settings(loaded, request, settings))
     if form == "json":
         typer.echo(json.dumps(facts(outcome), indent=1))

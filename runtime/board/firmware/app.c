@@ -56,6 +56,18 @@ int mv_app_finite(const uint8_t *bytes, uint32_t count)
     return 1;
 }
 
+int mv_app_settable(uint32_t group, const uint8_t *bytes)
+{
+    uint32_t count = 0;
+    const real *own = mv_app_group(group, &count);
+    for (uint32_t i = 0; i < count; i++) {
+        real value;
+        memcpy(&value, bytes + i * sizeof value, sizeof value);
+        if (!mv_board_tunable(group, i) && mv_to_bits(value) != mv_to_bits(own[i])) return 0;
+    }
+    return 1;
+}
+
 /* As finite_all; and numbers smaller than any normal one, which are no measurements, become zero. */
 static int admit(real *v, uint32_t n)
 {

@@ -23,7 +23,8 @@ static mv_link_state line;
 static counters count;
 static uint16_t session; /* of the host that is served; 0: of none */
 static uint32_t last;    /* number of its last request */
-static uint8_t last_type, repeated;
+static uint8_t last_type, served; /* was it not refused? */
+static uint8_t repeated;          /* the request at hand is the last one again, which was served */
 static step_reply answer; /* to the last step */
 static mv_app_test test;  /* result of the last self-test */
 static uint8_t answer_flags, has_answer, has_test, ready, silent;
@@ -104,15 +105,12 @@ static void forget_all(void)
     forget_steps();
 }
 
-static void hello(uint32_t size)
+static int hello(uint32_t size)
 {
     static const uint8_t hash[] = MV_BOARD_HASH;
     static const uint16_t sizes[] = {MV_BOARD_IN, MV_BOARD_NU, MV_BOARD_NZ, MV_BOARD_NP,
                                      MV_BOARD_NC, MV_BOARD_NS, MV_BOARD_NX};
-    if (size != 0) {
-        refuse(MV_SERVER_WRONG_SIZE);
-        return;
-    }
+    if (size != 0) return MV_SERVER_WRONG_SIZE;
     uint8_t *to = payload();
     *to++ = VERSION;
     *to++ = (uint8_t)sizeof(real);
@@ -123,16 +121,15 @@ static void hello(uint32_t size)
     to = put_name(to, MV_BOARD_MODEL);
     to = put_name(to, MV_BOARD_LAW);
     reply(0, to);
+    return 0;
 }
 
-static void reset(uint32_t size)
+static int reset(uint32_t size)
 {
-    if (size != 0) {
-        refuse(MV_SERVER_WRONG_SIZE);
-        return;
-    }
+    if (size != 0) return MV_SERVER_WRONG_SIZE;
     forget_all();
     reply(0, payload());
+    return 0;
 }
 
 static void note_ticks(uint32_t ticks)
@@ -161,13 +158,10 @@ static uint8_t evaluate(void)
     return answer_flags;
 }
 
-static void step(uint32_t size)
+static int step(uint32_t size)
 {
     uint8_t flags = 0;
-    if (size != MV_BOARD_IN * sizeof(real)) {
-        refuse(MV_SERVER_WRONG_SIZE);
-        return;
-    }
+    if (size != MV_BOARD_IN * sizeof(real)) return MV_SERVER_WRONG_SIZE;
     if (!ready) {
         memset(&answer, 0, sizeof answer);
     } else if (repeated && has_answer) {
@@ -177,48 +171,40 @@ static void step(uint32_t size)
         flags = evaluate();
     }
     reply(flags, put32(put(payload(), answer.u, sizeof answer.u), answer.ticks));
+    return 0;
 }
 
-static void get(uint32_t size)
+static int get(uint32_t size)
 {
     uint32_t numbers = 0;
     const real *group = size == 1 ? mv_app_group(payload()[0], &numbers) : 0;
-    if (!group) {
-        refuse(MV_SERVER_WRONG_SIZE);
-        return;
-    }
+    if (!group) return MV_SERVER_WRONG_SIZE;
     reply(0, put(payload(), group, numbers * (uint32_t)sizeof *group));
+    return 0;
 }
 
 /* Setting the memory makes the law ready to start, or to go on, from it. */
-static void set(uint32_t size)
+static int set(uint32_t size)
 {
     uint32_t numbers = 0;
     const uint32_t which = payload()[0];
     real *group = size >= 1 ? mv_app_group(which, &numbers) : 0;
-    if (!group || size != 1 + numbers * sizeof *group) {
-        refuse(MV_SERVER_WRONG_SIZE);
-        return;
-    }
-    if (!mv_app_finite(payload() + 1, numbers)) {
-        refuse(MV_SERVER_NOT_FINITE);
-        return;
-    }
+    if (!group || size != 1 + numbers * sizeof *group) return MV_SERVER_WRONG_SIZE;
+    if (!mv_app_finite(payload() + 1, numbers)) return MV_SERVER_NOT_FINITE;
+    if (!mv_app_settable(which, payload() + 1)) return MV_SERVER_CONSTANT;
     memcpy(group, payload() + 1, numbers * sizeof *group);
     if (which == MV_APP_MEMORY) {
         ready = 1;
         has_answer = 0;
     }
     reply(0, payload());
+    return 0;
 }
 
-static void stats(uint32_t size)
+static int stats(uint32_t size)
 {
     uint32_t used = 0, available = 0;
-    if (size != 0) {
-        refuse(MV_SERVER_WRONG_SIZE);
-        return;
-    }
+    if (size != 0) return MV_SERVER_WRONG_SIZE;
     mv_board_stack(&used, &available);
     uint8_t *to = put(payload(), &count, sizeof count);
     to = put32(put32(to, used), available);
@@ -226,27 +212,23 @@ static void stats(uint32_t size)
     to = put32(put32(to, line.length), line.cobs);
     to = put32(to, mv_board_ms());
     reply(0, put(to, output, sizeof output));
+    return 0;
 }
 
-static void selftest(uint32_t size)
+static int selftest(uint32_t size)
 {
     uint32_t samples = 0;
-    if (size != sizeof samples) {
-        refuse(MV_SERVER_WRONG_SIZE);
-        return;
-    }
+    if (size != sizeof samples) return MV_SERVER_WRONG_SIZE;
     memcpy(&samples, payload(), sizeof samples);
     if (!(repeated && has_test)) {
-        if (!ready) {
-            refuse(MV_SERVER_NO_MEMORY);
-            return;
-        }
+        if (!ready) return MV_SERVER_NO_MEMORY;
         ready = 0;
         forget_steps();
         mv_app_selftest(samples, &test);
         has_test = 1;
     }
     reply(test.samples < samples ? MV_SERVER_ABORTED : 0, put(payload(), &test, sizeof test));
+    return 0;
 }
 
 /* A host that says hello is served unless the law of another one is running; it finds nothing that another one left. */
@@ -258,45 +240,56 @@ static int admit_host(uint32_t size)
     forget_all();
     session = frame_session();
     last = frame_number();
+    last_type = MV_SERVER_HELLO;
+    served = 0;
     return 0;
 }
 
 /* Requests of a session are numbered. The last one may come again, as its reply may have been lost; what comes late is
- * refused. A hello may leave numbers out, since those before it may have been lost. */
+ * refused. A hello may leave numbers out, since those before it may have been lost. A request in turn that is refused has
+ * used its number: its refusal, if that comes late, must not be taken for one of the request after it. */
 static int admit(uint32_t size)
 {
     const uint8_t type = line.frame.bytes[0];
     repeated = 0;
     if (session == 0 || frame_session() != session) return admit_host(size);
     const uint32_t ahead = frame_number() - last;
-    if (ahead == 0 && type == last_type)
-        repeated = 1;
-    else if (ahead != 1 && (type != MV_SERVER_HELLO || ahead - 1u >= 0x7FFFFFFFu))
-        return MV_SERVER_OUT_OF_TURN;
+    if (ahead == 0 && type == last_type) {
+        repeated = served;
+        return 0;
+    }
+    if (ahead != 1 && (type != MV_SERVER_HELLO || ahead - 1u >= 0x7FFFFFFFu)) return MV_SERVER_OUT_OF_TURN;
     last = frame_number();
+    last_type = type;
+    served = 0;
     return 0;
+}
+
+static int serve(uint32_t size)
+{
+    switch (line.frame.bytes[0]) {
+    case MV_SERVER_HELLO: return hello(size);
+    case MV_SERVER_RESET: return reset(size);
+    case MV_SERVER_STEP: return step(size);
+    case MV_SERVER_GET: return get(size);
+    case MV_SERVER_SET: return set(size);
+    case MV_SERVER_STATS: return stats(size);
+    case MV_SERVER_SELFTEST: return selftest(size);
+    case MV_SERVER_REBOOT: mv_board_reset(); return 0;
+    default: return MV_SERVER_UNKNOWN_TYPE;
+    }
 }
 
 static void handle(uint32_t size)
 {
-    const int reason = admit(size);
-    if (reason != 0) {
-        count.refused++;
-        refuse((uint8_t)reason);
-        return;
+    int reason = admit(size);
+    if (reason == 0) {
+        reason = serve(size);
+        served |= reason == 0;
     }
-    last_type = line.frame.bytes[0];
-    switch (last_type) {
-    case MV_SERVER_HELLO: hello(size); return;
-    case MV_SERVER_RESET: reset(size); return;
-    case MV_SERVER_STEP: step(size); return;
-    case MV_SERVER_GET: get(size); return;
-    case MV_SERVER_SET: set(size); return;
-    case MV_SERVER_STATS: stats(size); return;
-    case MV_SERVER_SELFTEST: selftest(size); return;
-    case MV_SERVER_REBOOT: mv_board_reset(); return;
-    default: refuse(MV_SERVER_UNKNOWN_TYPE);
-    }
+    if (reason == 0) return;
+    count.refused++;
+    refuse((uint8_t)reason);
 }
 
 void mv_server_init(void)

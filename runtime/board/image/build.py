@@ -7,7 +7,7 @@ import os
 import shlex
 import subprocess
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,7 @@ from ...compiling.compiler import environment
 from ...compiling.library import native_headers
 from ...model.model import Model
 from ...model.parameters import Resolved, resolve
-from .header import Layout, board_law_header, board_model_header, layout
+from .header import Layout, board_law_header, board_law_source, board_model_header, layout
 from .toolchains import Board, Toolchain
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
@@ -51,6 +51,8 @@ class Program:
         Of the law, s.
     raw : bool
         Bare packets instead of frames.
+    tunable : tuple of str, optional
+        All other parameters are constants of the law's text; None: none is.
     """
 
     model: Model
@@ -59,6 +61,7 @@ class Program:
     resolved: Resolved
     period: float
     raw: bool = False
+    tunable: tuple[str, ...] | None = None
 
     @property
     def layout(self) -> Layout:
@@ -95,15 +98,34 @@ def delay_of(law: Controller) -> int:
     return int(law.delay is not None)
 
 
-def program(model: Model, law: str, scenario: str | None = None, raw: bool = False) -> Program:
+def program(
+    model: Model,
+    law: str,
+    scenario: str | None = None,
+    raw: bool = False,
+    period: float | None = None,
+    tunable: Sequence[str] | None = None,
+    resolved: Resolved | None = None,
+) -> Program:
     """Return what the firmware of a law is made from; its compiled-in parameters are those of a scenario.
 
     Over a line a command acts one sample after it was computed, and a law that can be designed for that is.
+
+    Parameters
+    ----------
+    period : float, optional
+        Time between two samples, s, which the watch over the outputs goes by; that of the law unless given.
+    tunable : sequence of str, optional
+        Make all parameters but these constants of the law's text.
+    resolved : Resolved, optional
+        Other parameters than the scenario's.
     """
     controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
     values = {controller.delay: 1.0} if controller.delay else {}
-    resolved = resolve(model.manifest, model.functions, controller, case, values, "the board's one sample of delay")
-    return Program(model, controller, case, resolved, period_of(controller, case, resolved), raw)
+    if resolved is None:
+        resolved = resolve(model.manifest, model.functions, controller, case, values, "the board's one sample of delay")
+    own = None if tunable is None else tuple(tunable)
+    return Program(model, controller, case, resolved, period or period_of(controller, case, resolved), raw, own)
 
 
 def sources(firmware: Program, board: Board | None) -> dict[str, str]:
@@ -121,9 +143,12 @@ def sources(firmware: Program, board: Board | None) -> dict[str, str]:
         except OSError as error:
             raise InputError(f"cannot read {manifest.folder / file} ({error.strerror}); generate it again") from error
     texts["mehvar/board_model.h"] = board_model_header(manifest, firmware.law, firmware.period)
+    delay = delay_of(firmware.law)
     texts["mehvar/private/board_law.h"] = board_law_header(
-        manifest, firmware.law, firmware.resolved, firmware.period, delay_of(firmware.law)
+        manifest, firmware.law, firmware.resolved, firmware.period, delay, tunable=firmware.tunable
     )
+    if firmware.tunable is not None:
+        texts["law.c"] = board_law_source(manifest, firmware.law, firmware.tunable)
     if board is not None:
         texts["board.ld"] = _linker_script(board)
     return texts
@@ -175,14 +200,19 @@ def compile_commands(
         own = (*toolchain.flags(board), *_SMALL, *defines)
         own += ("-fno-tree-loop-distribute-patterns",) if toolchain.name == "gcc" else ()
         link = ("-T", "board.ld", *toolchain.libraries)
-    law = f"{model}.c"
-    units = [name for name in texts if name.endswith(".c")]
+    law = law_unit(texts, model)
+    units = [name for name in texts if name.endswith(".c") and (name != f"{model}.c" or name == law)]
     objects = {name: Path(name).with_suffix(".o").name for name in units}
     start = [*toolchain.command, *own, *FLAGS]
     return [
         *([*start, *(LAW_FLAGS if name == law else OTHER_FLAGS), "-c", name, "-o", objects[name]] for name in units),
         [*start, *LAW_FLAGS, "-Wl,--gc-sections", *objects.values(), *link, "-o", _ELF],
     ]
+
+
+def law_unit(texts: Mapping[str, str], model: str) -> str:
+    """Return the name of the file that holds the law: the generated one, or that which includes it."""
+    return "law.c" if "law.c" in texts else f"{model}.c"
 
 
 def _below(folder: str) -> list[str]:

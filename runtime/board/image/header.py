@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mehvar.errors import unknown_name
 from mehvar.manifest import Controller, Manifest
 from mehvar.names import identifier
 
@@ -20,6 +21,9 @@ SUBSTEPS = 5
 _RAW_NUMBERS = 18
 """Numbers in the paper's bare packet of 72 bytes."""
 _LICENSE = "/* SPDX-License-Identifier: Apache-2.0 */"
+_LAW_ARGUMENTS = (
+    "const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, real *u, real *z_next"
+)
 
 
 @dataclass(frozen=True)
@@ -104,7 +108,13 @@ def board_model_header(manifest: Manifest, law: Controller, period: float) -> st
 
 
 def board_law_header(
-    manifest: Manifest, law: Controller, resolved: Resolved, period: float, delay: int, suffix: str = ""
+    manifest: Manifest,
+    law: Controller,
+    resolved: Resolved,
+    period: float,
+    delay: int,
+    suffix: str = "",
+    tunable: Sequence[str] | None = None,
 ) -> str:
     """Return the text of mehvar/private/board_law.h: the model's functions and numbers as the firmware calls them.
 
@@ -118,6 +128,13 @@ def board_law_header(
         Samples between a command and its action in the self-test, 0 or 1.
     suffix : str
         Of the right-hand side of the plant's variant, for the self-test.
+    tunable : sequence of str, optional
+        Parameters that can be set while all others are constants of the law's text; None: all can be.
+
+    Raises
+    ------
+    InputError
+        If a name is no parameter of model or law.
     """
     link = layout(manifest, law)
     model, upper = identifier(manifest.model), identifier(manifest.model).upper()
@@ -147,21 +164,78 @@ def board_law_header(
             for n, values in (("P", resolved.p), ("C", resolved.c), ("S", resolved.s))
         ),
         "",
-        *_functions(manifest, law, model, suffix),
+        *_functions(manifest, law, model, suffix, inlined=tunable is not None),
+        *_tunable(manifest, law, tunable),
         "#endif",
     ]
     return "\n".join(lines) + "\n"
 
 
-def _functions(manifest: Manifest, law: Controller, model: str, suffix: str) -> list[str]:
+def board_law_source(manifest: Manifest, law: Controller, tunable: Sequence[str]) -> str:
+    """Return the text of law.c: all parameters but the tunable ones are constants of the law, for the compiler to fold.
+
+    What a compiler computes it rounds as the processor does, so the bits stay.
+    """
+    groups = {"p": manifest.parameters, "c": law.parameters}
+    lines = [
+        _LICENSE,
+        f"/* {manifest.model} under {law.name}, its parameters folded into its text. Written by mehvar board. */",
+        f'#include "{manifest.model}.c"',
+        "",
+        '#include "mehvar/private/board_law.h"',
+        "",
+        "__attribute__((flatten)) /* or the law is called, and nothing folded */",
+        f"void mv_app_law({_LAW_ARGUMENTS})",
+        "{",
+        *(f"    real own_{n}[] = MV_BOARD_DEFAULT_{n.upper()};" for n in groups),
+        *(
+            f"    own_{n}[{i}] = {n}[{i}];"
+            for n, group in groups.items()
+            for i, parameter in enumerate(group)
+            if parameter.name in tunable
+        ),
+        *(f"    (void){n};" for n in (("p", "c") if law.memory else ("p", "c", "v", "z", "z_next"))),
+        f"    {_law_call(manifest, law, 'own_p', 'own_c')};",
+        "}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _tunable(manifest: Manifest, law: Controller, names: Sequence[str] | None) -> list[str]:
+    """Say which parameters can be set."""
+    head = "static inline int mv_board_tunable(uint32_t group, uint32_t i) /* group: 1 is p, 2 is c */"
+    if names is None:
+        return [head, "{", "    (void)group, (void)i;", "    return 1;", "}", ""]
+    groups = [[q.name for q in group] for group in (manifest.parameters, law.parameters)]
+    for name in names:
+        if not any(name in group for group in groups):
+            raise unknown_name("tunable", name, [n for group in groups for n in group])
+    flags = [", ".join(str(int(name in names)) for name in group) or "0" for group in groups]
+    return [
+        head,
+        "{",
+        *(f"    static const uint8_t {n}[] = {{{values}}};" for n, values in zip("pc", flags, strict=True)),
+        "    return group == 1 ? p[i] : group == 2 ? c[i] : 1;",
+        "}",
+        "",
+    ]
+
+
+def _law_call(manifest: Manifest, law: Controller, p: str, c: str) -> str:
+    function = f"{identifier(manifest.model)}_{identifier(law.name)}"
+    return f"{function}(x, r, v, z, {p}, {c}, u, z_next)" if law.memory else f"{function}(x, r, {p}, {c}, u)"
+
+
+def _functions(manifest: Manifest, law: Controller, model: str, suffix: str, inlined: bool) -> list[str]:
     """Give the functions of the model the names and arguments that the firmware calls."""
     name = identifier(law.name)
     names = {identifier(f) for f in manifest.functions}
     memory, start = bool(law.memory), f"{name}_start" in names
     lines: list[str] = []
-    arguments = "const real *x, const real *r, const real *v, const real *z, const real *p, const real *c"
-    call = f"{model}_{name}(x, r, v, z, p, c, u, z_next)" if memory else f"{model}_{name}(x, r, p, c, u)"
-    lines += _inline("law", f"{arguments}, real *u, real *z_next", call, () if memory else ("v", "z", "z_next"))
+    if inlined:
+        lines += [f"void mv_app_law({_LAW_ARGUMENTS}); /* law.c */", ""]
+    call = "mv_app_law(x, r, v, z, p, c, u, z_next)" if inlined else _law_call(manifest, law, "p", "c")
+    lines += _inline("law", _LAW_ARGUMENTS, call, () if memory or inlined else ("v", "z", "z_next"))
     call = f"{model}_{name}_start(x, r, p, c, z)" if start else ""
     unused: tuple[str, ...] = () if start else ("x", "r", "p", "c", "z")
     lines += _inline("start", "const real *x, const real *r, const real *p, const real *c, real *z", call, unused)

@@ -28,6 +28,7 @@ _REFUSALS = {
     5: "it is neither the next request nor the last one again",
     6: "a number is infinite or not a number",
     7: "it runs a law for another host, until that has been silent for two samples",
+    8: "a parameter that was compiled in has another value; build and flash it again, or make it tunable",
 }
 _NO_SESSION = 4
 _VERSION = 2

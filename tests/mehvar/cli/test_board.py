@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from mehvar.runtime import load
-from mehvar.runtime.board.image.build import build, program
-from mehvar.runtime.board.image.toolchains import host_toolchain
+from mehvar.runtime.board.image.build import program
 from mehvar.runtime.board.line.link import Link
 from mehvar.runtime.board.targets import ProcessPort
 from tests.mehvar.cli.test_app import refused, run
@@ -125,12 +124,11 @@ def test_a_vendors_project_takes_law_and_link(vendor, tool):
         (vendor / "Makefile").unlink()
     for command in BUILDS[tool]:
         subprocess.run(command, cwd=vendor, check=True, stdout=subprocess.DEVNULL)
-    image = build(program(load("triangle"), "path"), None, host_toolchain())
     found = []
-    for path in (vendor / "vendor", image.path):
+    for path in (vendor / "vendor", vendor / "firmware" / "firmware.elf"):
         port = ProcessPort(path)
         try:
-            link = Link(port, image.program.layout)
+            link = Link(port, program(load("triangle"), "path").layout)
             link.connect()
             link.set("z", np.empty(0))
             found.append(link.selftest(50).crc)
@@ -156,6 +154,7 @@ def test_mistakes_are_named():
     assert "unknown model" in refused("board", "run", "sattelite", "--controller", "mrac")
     assert "did you mean stm32f4" in refused("board", "build", "satellite", "--controller", "pd", "--board", "stm32")
     assert "format = 'xml'" in refused(*RUN, "--format", "xml")
+    assert "without --inline-parameters all can be set" in refused(*RUN, "--tunable", "R")
     assert "backend = 'python'" in refused(*RUN, "--set", "backend=python")
     assert "must be sil, unicorn, qemu, qemu-pty, or a serial port" in refused(*RUN[:-4], "--target", "/dev/nowhere")
 

@@ -36,9 +36,16 @@ def load(model: str) -> runtime.Model:
 class Bench:
     """A law on an emulated board, its line, and the closed loop that the host expects."""
 
-    def __init__(self, model: str = "satellite", law: str = "mrac", samples: int = 60, delay: int = 1) -> None:
+    def __init__(
+        self,
+        model: str = "satellite",
+        law: str = "mrac",
+        samples: int = 60,
+        delay: int = 1,
+        tunable: tuple[str, ...] | None = None,
+    ) -> None:
         self.model = load(model)
-        self.program = program(self.model, law)
+        self.program = program(self.model, law, tunable=tunable)
         self.samples, self.delay, self.law = samples, delay, law
         self.port = MachinePort(build(self.program, board("stm32f4"), toolchain("gcc" if _gcc() else "zig")))
         self.expected = self.simulate(real="float")

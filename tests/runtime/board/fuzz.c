@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Throws frames at the server: whole ones, damaged ones, old ones, noise. Usage: fuzz SEED FRAMES; prints what became of
- * them. Each reply is decoded, and what it says is compared with what changed:
+ * them. With -DGUIDED and clang's -fsanitize=fuzzer the choices come from an input that grows with what it covers. Each
+ * reply is decoded, and what it says is compared with what changed:
  *   a reply carries type, session and number of the frame it answers;
  *   a refusal changes neither outputs, memory nor parameters;
  *   a step is evaluated at most once for each number, and only a step changes the outputs, but for going to zero;
+ *   a step that is answered as before has the number of the step that was evaluated;
  *   memory, parameters and outputs are finite;
  *   outputs that nobody renewed for two samples are zero. */
 #include <math.h>
@@ -16,8 +18,12 @@
 enum { WATCH_MS = 2 * MV_BOARD_PERIOD_MS, STEP_BYTES = 4 * MV_BOARD_IN, TURN = 10 };
 
 static uint64_t state;
+static const uint8_t *choices; /* of a guided run; then 0 */
+static size_t choices_left;
+static uint32_t number, evaluated_at, evaluated;
+static int any_evaluated;
 static uint8_t wish; /* what a host would send next, or 0 */
-static long answers, refusals, evaluations, duplicates, lost;
+static long frames, answers, refusals, evaluations, duplicates, lost;
 
 static void fail(const char *what)
 {
@@ -27,6 +33,12 @@ static void fail(const char *what)
 
 static uint32_t next(void)
 {
+    if (choices_left >= 2) {
+        const uint32_t choice = choices[0] | (uint32_t)choices[1] << 8;
+        choices += 2;
+        choices_left -= 2;
+        return choice | (choice * 40503u) << 16; /* two bytes decide on all four */
+    }
     state ^= state << 13;
     state ^= state >> 7;
     state ^= state << 17;
@@ -144,71 +156,106 @@ static uint32_t damaged(uint8_t *bytes, uint32_t size)
     }
 }
 
-int main(int argc, char **argv)
+/* One frame, and what must hold after it. */
+static void throw_one(void)
 {
     static uint8_t plain[2 * MV_LINK_MAX], line[4 * MV_LINK_MAX], back[4 * MV_LINK_MAX];
-    const long frames = argc > 2 ? atol(argv[2]) : 0;
-    uint32_t number = 0, evaluated_at = 0, evaluated = 0;
-    int any_evaluated = 0;
-    state = argc > 1 ? strtoull(argv[1], 0, 10) * 2654435761u + 1 : 1;
-    mv_server_init();
-    for (long k = 0; k < frames; k++) {
-        const uint32_t turn = below(10);
-        number += turn == 0 ? (uint32_t)0 - below(3) : turn == 1 ? below(3) : turn < 4 ? 0 : 1;
-        uint32_t size = request(plain, number);
-        put(plain + size, mv_link_crc(plain, size) ^ (below(30) ? 0 : next()), 4);
-        const uint32_t whole = size + MV_LINK_CRC;
-        size = stuffed(plain, whole, line);
-        if (below(3) == 0) size = damaged(line, size);
-        if (below(50) == 0)
-            for (uint32_t noise = below(3 * MV_LINK_MAX); noise > 0; noise--) mv_server_byte((uint8_t)next());
-        mv_server_byte(0);
-        sent_size = 0;
-        const uint32_t before = fingerprint();
-        mv_real outputs[MV_BOARD_NU];
-        memcpy(outputs, actuators, sizeof outputs);
-        for (uint32_t i = 0; i < size; i++) mv_server_byte(line[i]);
-        mv_server_byte(0);
-        const uint32_t after = fingerprint();
-        if (!all_finite(actuators, MV_BOARD_NU)) fail("an output is not finite");
-        if (sent_size == 0) {
-            if (after != before && plain[0] != MV_SERVER_REBOOT) fail("what was not answered changed the board");
-        } else {
-            const uint32_t reply = unstuffed(back);
-            answers++;
-            if (memcmp(back + 2, plain + 2, 6) != 0) fail("a reply to another session or number");
-            if (back[0] == (MV_SERVER_NAK | MV_SERVER_REPLY)) {
-                refusals++;
-                if (back[MV_LINK_HEADER] == MV_SERVER_OUT_OF_TURN) number = get(back + MV_LINK_HEADER + 1, 4);
-                if (back[MV_LINK_HEADER] == MV_SERVER_NO_SESSION) wish = MV_SERVER_HELLO;
-                if (after != before) fail("a refused request changed the board");
-            } else if (back[0] != (plain[0] | MV_SERVER_REPLY)) {
-                fail("a reply of another type");
-            } else if (plain[0] == MV_SERVER_STEP && !(back[1] & MV_SERVER_FRESH)) {
-                if (reply != MV_LINK_HEADER + sizeof actuators + 4) fail("an answer of the wrong size");
-                if (back[1] & MV_SERVER_DUPLICATE) {
-                    duplicates++;
-                    if (after != before) fail("a step that came again changed the board");
-                } else {
-                    if (any_evaluated && evaluated == number) fail("a step was evaluated twice");
-                    evaluations++;
-                    evaluated = number, any_evaluated = 1;
-                    evaluated_at = ms;
-                    if (memcmp(back + MV_LINK_HEADER, actuators, sizeof actuators) != 0) fail("outputs not as answered");
-                }
-            } else if (memcmp(outputs, actuators, sizeof outputs) != 0 && driven()) {
-                fail("something else than a step changed the outputs");
+    frames++;
+    const uint32_t turn = below(10);
+    number += turn == 0 ? (uint32_t)0 - below(3) : turn == 1 ? below(3) : turn < 4 ? 0 : 1;
+    uint32_t size = request(plain, number);
+    put(plain + size, mv_link_crc(plain, size) ^ (below(30) ? 0 : next()), 4);
+    const uint32_t whole = size + MV_LINK_CRC;
+    size = stuffed(plain, whole, line);
+    if (below(3) == 0) size = damaged(line, size);
+    if (below(50) == 0)
+        for (uint32_t noise = below(3 * MV_LINK_MAX); noise > 0; noise--) mv_server_byte((uint8_t)next());
+    mv_server_byte(0);
+    sent_size = 0;
+    const uint32_t before = fingerprint();
+    mv_real outputs[MV_BOARD_NU];
+    memcpy(outputs, actuators, sizeof outputs);
+    for (uint32_t i = 0; i < size; i++) mv_server_byte(line[i]);
+    mv_server_byte(0);
+    const uint32_t after = fingerprint();
+    if (!all_finite(actuators, MV_BOARD_NU)) fail("an output is not finite");
+    if (sent_size == 0) {
+        if (after != before && plain[0] != MV_SERVER_REBOOT) fail("what was not answered changed the board");
+    } else {
+        const uint32_t reply = unstuffed(back);
+        answers++;
+        if (memcmp(back + 2, plain + 2, 6) != 0) fail("a reply to another session or number");
+        if (back[0] == (MV_SERVER_NAK | MV_SERVER_REPLY)) {
+            refusals++;
+            if (back[MV_LINK_HEADER] == MV_SERVER_OUT_OF_TURN) number = get(back + MV_LINK_HEADER + 1, 4);
+            if (back[MV_LINK_HEADER] == MV_SERVER_NO_SESSION) wish = MV_SERVER_HELLO;
+            if (after != before) fail("a refused request changed the board");
+        } else if (back[0] != (plain[0] | MV_SERVER_REPLY)) {
+            fail("a reply of another type");
+        } else if (plain[0] == MV_SERVER_STEP && !(back[1] & MV_SERVER_FRESH)) {
+            if (reply != MV_LINK_HEADER + sizeof actuators + 4) fail("an answer of the wrong size");
+            if (back[1] & MV_SERVER_DUPLICATE) {
+                duplicates++;
+                if (after != before) fail("a step that came again changed the board");
+                if (evaluations == 0 || evaluated != number) fail("a step has the answer of another one");
+            } else {
+                if (any_evaluated && evaluated == number) fail("a step was evaluated twice");
+                evaluations++;
+                evaluated = number, any_evaluated = 1;
+                evaluated_at = ms;
+                if (memcmp(back + MV_LINK_HEADER, actuators, sizeof actuators) != 0) fail("outputs not as answered");
             }
-            if (back[0] != (MV_SERVER_NAK | MV_SERVER_REPLY)) wish = back[1] & MV_SERVER_FRESH ? MV_SERVER_SET : 0;
+        } else if (memcmp(outputs, actuators, sizeof outputs) != 0 && driven()) {
+            fail("something else than a step changed the outputs");
+        }
+        if (back[0] != (MV_SERVER_NAK | MV_SERVER_REPLY)) {
+            wish = back[1] & MV_SERVER_FRESH ? MV_SERVER_SET : 0;
             if (plain[0] == MV_SERVER_HELLO || plain[0] == MV_SERVER_RESET || plain[0] == MV_SERVER_SET) any_evaluated = 0;
         }
-        if (plain[0] == MV_SERVER_REBOOT) any_evaluated = 0;
-        const int was_driven = driven();
-        pass(below(8) ? below(MV_BOARD_PERIOD_MS) : below(3 * MV_BOARD_PERIOD_MS));
-        if (driven() && ms - evaluated_at > WATCH_MS + TURN) fail("outputs are held for more than two samples");
-        lost += was_driven && !driven();
     }
+    if (plain[0] == MV_SERVER_REBOOT) any_evaluated = 0;
+    const int was_driven = driven();
+    pass(below(8) ? below(MV_BOARD_PERIOD_MS) : below(3 * MV_BOARD_PERIOD_MS));
+    if (driven() && ms - evaluated_at > WATCH_MS + TURN) fail("outputs are held for more than two samples");
+    lost += was_driven && !driven();
+}
+
+static void report(void)
+{
     printf("%ld frames sent, %ld answers, %ld refusals, %ld steps evaluated, %ld again, %ld outputs cleared\n", frames,
            answers, refusals, evaluations, duplicates, lost);
+}
+
+#ifdef GUIDED
+int LLVMFuzzerInitialize(int *argc, char ***argv);
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+int LLVMFuzzerInitialize(int *argc, char ***argv)
+{
+    (void)argc, (void)argv;
+    return atexit(report);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    choices = data;
+    choices_left = size;
+    state = 1;
+    number = 0;
+    any_evaluated = 0;
+    wish = 0;
+    memset(actuators, 0, sizeof actuators);
+    mv_server_init();
+    while (choices_left >= 2) throw_one();
     return 0;
 }
+#else
+int main(int argc, char **argv)
+{
+    state = argc > 1 ? strtoull(argv[1], 0, 10) * 2654435761u + 1 : 1;
+    mv_server_init();
+    for (long left = argc > 2 ? atol(argv[2]) : 0; left > 0; left--) throw_one();
+    report();
+    return 0;
+}
+#endif

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from mehvar.errors import InputError
-from mehvar.runtime.board.image.build import build, program
+from mehvar.runtime.board.image.build import build, program, sources
 from mehvar.runtime.board.image.toolchains import host_toolchain
 from mehvar.runtime.board.line.link import LinkError
 from mehvar.runtime.board.run import BoardRequest, difference, run_on_board
 from mehvar.runtime.board.session import BoardLaw
 from mehvar.runtime.board.targets import ProcessPort, SerialPort
-from tests.runtime.board.conftest import load
+from tests.runtime.board.conftest import Bench, load
 from tests.tools import needs
 
 GCC = pytest.param("gcc", marks=needs("arm-none-eabi-gcc"))
@@ -29,6 +29,15 @@ LONG = 5000
 def test_software_in_the_loop(model, law):
     outcome = run_on_board(load(model), BoardRequest(law, "sil", samples=600))
     assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, outcome.single.u_cmd.size)
+
+
+def test_the_period_that_is_asked_for_is_the_one_of_loop_watch_and_self_test():
+    outcome = run_on_board(load("triangle"), BoardRequest("path", "sil", samples=20, options={"hold": 0.005}))
+    assert outcome.max_ulp == 0
+    assert outcome.board.t[1] == 0.005
+    assert "MV_BOARD_PERIOD_MS = 5" in sources(outcome.image.program, None)["mehvar/board_model.h"]
+    usual = run_on_board(load("triangle"), BoardRequest("path", "sil", samples=2))
+    assert usual.selftest.crc != outcome.selftest.crc
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +85,38 @@ def test_other_models_on_the_processor(model, law, board):
 def test_bare_packets(target):
     outcome = run_on_board(load("satellite"), BoardRequest("mrac", target, samples=100, raw=True))
     assert (outcome.u.compared, outcome.u.ulp, outcome.x.ulp) == (300, 0, 0)
+
+
+@pytest.mark.parametrize("compiler", [GCC, "zig"])
+def test_constants_in_the_laws_text_save_instructions_and_keep_every_bit(compiler):
+    plain, folded = (
+        run_on_board(load("satellite"), BoardRequest("mrac", compiler=compiler, samples=60, tunable=tunable))
+        for tunable in (None, ())
+    )
+    assert folded.max_ulp == 0
+    assert folded.board.u.tobytes() == plain.board.u.tobytes()
+    assert folded.selftest.crc == plain.selftest.crc
+    assert folded.profile.most < 0.92 * plain.profile.most  # measured: 0.90 gcc, 0.86 zig
+    assert folded.elf.flash < plain.elf.flash
+
+
+@pytest.mark.parametrize(("model", "law"), LAWS[1:])
+def test_a_law_without_memory_is_folded_too(model, law):
+    outcome = run_on_board(load(model), BoardRequest(law, "sil", samples=100, tunable=()))
+    assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
+
+
+def test_a_tunable_parameter_can_be_set_and_a_constant_cannot():
+    bench = Bench(tunable=("F0", "dead_zone"))
+    expected = bench.simulate(real="float", parameters={"F0": 3.0, "dead_zone": 1e-4})
+    assert expected.u_cmd.tobytes() != bench.expected.u_cmd.tobytes()
+    law = BoardLaw(bench.link(), expected.parameters, bench.program.layout)
+    run = bench.simulate(law=law, parameters={"F0": 3.0, "dead_zone": 1e-4})
+    assert run.u_cmd.tobytes() == expected.u_cmd.tobytes()
+    other = bench.simulate(real="float", parameters={"forgetting": 0.99})
+    bench.port.machine.advance(1100)  # until then the board waits for the host of the run before
+    with pytest.raises(LinkError, match="compiled in has another value"):
+        bench.simulate(law=BoardLaw(bench.link(), other.parameters, bench.program.layout))
 
 
 def test_a_run_on_the_board_is_a_run_of_simulate(bench):
@@ -131,6 +172,7 @@ def test_what_cannot_be_run_is_refused():
         (BoardRequest("mrac", "sil", "stm32f4"), "must be left out for software in the loop"),
         (BoardRequest("mrac", "unicorn", "stm32f9"), "did you mean stm32f4"),
         (BoardRequest("mrac", compiler="icc"), "known: zig, gcc"),
+        (BoardRequest("mrac", tunable=("F_0",)), "unknown tunable 'F_0'.*did you mean F0"),
         (BoardRequest("mrac", "sil", samples=1), "must be a whole number >= 2"),
         (BoardRequest("mrac", "sil", raw=True, parameters={"F0": 2.0}), "bare link"),
         (BoardRequest("mrac", "sil", journal=Path("/no/such/folder/journal")), "journal = .*No such file"),

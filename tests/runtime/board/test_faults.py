@@ -210,6 +210,24 @@ def test_a_step_that_comes_again_is_answered_and_not_evaluated(bench):
     assert (stats["steps"], stats["duplicates"], stats["refused"]) == (2, 1, 0)
 
 
+@pytest.mark.parametrize("kind", [3, 7])
+def test_what_follows_a_refused_request_is_not_answered_with_what_went_before(bench, kind):
+    """A step, or a self-test, with the number of one that was refused was answered as the one before both."""
+    tap = Tap(bench.port)
+    link = bench.link(tap)
+    bench.start(link)
+    right = [bench.numbers(0).tobytes(), bench.numbers(1).tobytes()] if kind == 3 else [b"\2\0\0\0", b"\3\0\0\0"]
+    first = link._request(kind, right[0])
+    with pytest.raises(LinkError, match="wrong size"):
+        link._request(kind, right[1] + b"\0")
+    (second,) = tap.replies(encode(Frame(kind, 0, link._session, link._number, right[1])))
+    assert second.payload != first.payload
+    if kind == 3:
+        assert second.payload[:12] == bench.expected.u_cmd[1].astype("<f4").tobytes()
+    else:
+        assert (second.type, second.payload[0]) == (0xFF, 3), "the memory was spent on the test before"
+
+
 @pytest.mark.parametrize("age", [1, 2, 5])
 def test_an_old_frame_is_refused_and_changes_nothing(bench, age):
     """An estimator must not learn twice from one sample: a step of before came again and was evaluated once."""

@@ -25,8 +25,8 @@ from hypothesis.stateful import (
 )
 
 from mehvar.runtime.board.image.build import program, sources
-from mehvar.runtime.board.line.frames import Decoder
-from mehvar.runtime.board.line.link import HELLO, REPLY, Link, LinkError, RestartError
+from mehvar.runtime.board.line.frames import Decoder, Frame, encode
+from mehvar.runtime.board.line.link import HELLO, NAK, REPLY, STEP, Flags, Link, LinkError, RestartError
 from mehvar.runtime.compiling.library import load_library
 from tests.runtime.board.conftest import load
 
@@ -34,6 +34,7 @@ HERE = Path(__file__).parent
 MODEL, LAW = "satellite", "mrac"
 TWO_SAMPLES = 1000
 """ms, of the satellite."""
+WRONG_SIZE, NO_SESSION = 2, 4
 
 
 class Board:
@@ -169,6 +170,29 @@ def test_the_board_computes_what_its_twin_on_a_perfect_line_does(libraries):
                 with pytest.raises(LinkError):
                     self.link.set(group, values)
                 self.perfect.stats()
+
+        @precondition(lambda self: self.started)
+        @rule(numbers=NUMBERS, short=st.integers(1, 4 * layout.sizes[0]))
+        def step_of_a_wrong_size(self, numbers: np.ndarray, short: int) -> None:
+            """It is refused as often as it comes, and the step that then has its number is one of its own."""
+            payload = numbers[: layout.sizes[0]].tobytes()
+            for _ in range(2):
+                refusal = self.sends(STEP, payload[:-short], self.link._number + 1)
+                assert (refusal.type, refusal.payload[0]) in ((NAK | REPLY, WRONG_SIZE), (NAK | REPLY, NO_SESSION))
+            if refusal.payload[0] == NO_SESSION:
+                return
+            self.link._number += 1
+            reply = self.sends(STEP, payload, self.link._number)
+            self.since_step = 0
+            expected = self.perfect.step(numbers[: layout.sizes[0]])
+            assert not reply.flags & Flags.DUPLICATE
+            assert reply.payload[: 4 * layout.sizes[1]] == expected.u.tobytes()
+            self.sends(STEP, payload[:-short], self.link._number)
+            assert self.sends(STEP, payload, self.link._number).flags & Flags.DUPLICATE
+
+        def sends(self, kind: int, payload: bytes, number: int) -> Frame:
+            (reply,) = Decoder().feed(self.board.exchange(encode(Frame(kind, 0, self.link._session, number, payload))))
+            return reply
 
         @rule(back=st.integers(1, 6))
         def old_request(self, back: int) -> None:

@@ -26,7 +26,8 @@ enum {
     MV_SERVER_NO_SESSION = 4,  /* the board has started since, or serves another host */
     MV_SERVER_OUT_OF_TURN = 5, /* neither the request after the last one nor the last one again */
     MV_SERVER_NOT_FINITE = 6,
-    MV_SERVER_BUSY = 7 /* another host's law is running */
+    MV_SERVER_BUSY = 7,        /* another host's law is running */
+    MV_SERVER_CONSTANT = 8     /* that parameter is a constant of the law's text */
 };
 
 /* flags of a reply */

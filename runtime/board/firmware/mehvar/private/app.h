@@ -31,6 +31,9 @@ real *mv_app_group(uint32_t group, uint32_t *count);
 /* Whether numbers of a frame are finite; they need not be aligned. */
 int mv_app_finite(const uint8_t *bytes, uint32_t count);
 
+/* Whether finite numbers of a frame may become a group: parameters that are compiled into the law are what they are. */
+int mv_app_settable(uint32_t group, const uint8_t *bytes);
+
 /* Law and plant in closed loop on the target, from the scenario's start and the memory as it is. A byte on the line ends
  * it; `samples` of the result says how many were done. */
 void mv_app_selftest(uint32_t samples, mv_app_test *result);
