@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mehvar.conversion import ENDINGS, convert
+from mehvar.formats.conversion import ENDINGS, convert
 
 
 def command(

@@ -13,8 +13,8 @@ from pyarrow import parquet
 from scipy.io import loadmat
 
 import mehvar
-from mehvar.conversion import convert, flat_name
 from mehvar.errors import InputError
+from mehvar.formats.conversion import convert, flat_name
 from mehvar.models.units import UNITS
 
 
