@@ -30,6 +30,7 @@ from mehvar.settings import (
     complete_models,
     complete_scenarios,
     read_settings,
+    read_value,
     read_values,
 )
 from mehvar.terminal import print_json, print_table, progress
@@ -105,7 +106,9 @@ def _open_loop(
         return {}
     manifest = find_model(model)
     inputs: Any = {} if file is None else read_inputs(file, manifest)
-    constants = {name: number(f"--input {name}", value) for name, value in read_settings(texts, "--input").items()}
+    constants = {
+        name: number(f"--input {name}", read_value(text)) for name, text in read_settings(texts, "--input").items()
+    }
     if constants and not isinstance(inputs, dict):
         raise bad_value("--input", " ".join(constants), f"left out with --inputs {file}, a result that has every input")
     names = [q.name for q in manifest.inputs]
