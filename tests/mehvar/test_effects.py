@@ -129,9 +129,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
     "git-diff": {"arguments": (("git-diff", "a"), ("git-diff", "b"))},
     "git-textconv": {"file": (("git-textconv", "file"), ("git-textconv", "none"))},
     "board run": {
-        **dict.fromkeys(
-            ("target", "samples", "form", "inline", "tunable"), "tests/mehvar/cli/test_board.py: {flag}"
-        ),
+        **dict.fromkeys(("target", "samples", "form", "inline", "tunable"), "tests/mehvar/cli/test_board.py: {flag}"),
         "journal": (BOARD, (*BOARD, "--journal", "no/such/journal")),
         "raw": (BOARD, (*BOARD, "--raw")),
         "scenario": (BOARD, (*BOARD, "--scenario", "paper-b")),
