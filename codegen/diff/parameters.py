@@ -26,6 +26,7 @@ EXEMPT = {
     "Manifest.inputs_sha256": "of files, whose meaning is compared",
     "Manifest.files_sha256": "of files, whose meaning is compared",
     "Manifest.shapes_sha256": "of files, whose meaning is compared",
+    "Manifest.digest": "of the file, not of the model",
     "Manifest.folder": "where it was read",
     "Manifest.text": "what was read",
     "Quantity.description": "words",

@@ -75,7 +75,7 @@ def to_casadi(
     meanings = {} if definitions is None else definitions
     _check_table("symbols", symbols, ca.SX)
     _check_table("definitions", meanings, _EXPRESSION)
-    if not isinstance(expressions, Iterable):
+    if not isinstance(expressions, Iterable | sp.MatrixBase):  # a matrix has items, but no iterator
         raise LoweringError(f"expressions = {shown(expressions)}: must be SymPy expressions, as in a list")
     converter = _Converter(symbols, meanings)
     return [converter(_expression(value)) for value in expressions]

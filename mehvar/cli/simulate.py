@@ -104,6 +104,8 @@ def _open_loop(
             if value is not None:
                 raise bad_value(flag, value, f"left out unless --controller is {OPEN_LOOP}")
         return {}
+    if interpolation is not None and file is None:
+        raise bad_value("--interpolation", interpolation, "left out without --inputs FILE")
     manifest = find_model(model)
     inputs: Any = {} if file is None else read_inputs(file, manifest)
     given = read_settings(texts, "--input")

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from mehvar.errors import BuildError, bad_value
 from mehvar.names import identifier
+from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.compiling.compiler import environment, require_compiler
 from mehvar.runtime.files import write_atomic
 from mehvar.runtime.model.model import load
@@ -64,12 +65,14 @@ def export_fmu(
     OSError
         If the file cannot be written.
     """
+    check_arguments("text", "the call", controller=controller, scenario=scenario, fmi=fmi, kind=kind)
+    check_arguments("path", "the call", out=out)
     if fmi not in ("2.0", "3.0"):
         raise bad_value("fmi", fmi, "'2.0' or '3.0'")
     if kind not in ("me", "cs"):
         raise bad_value("kind", kind, "'me' or 'cs'")
-    if Path(out).suffix.lower() != ".fmu":
-        raise bad_value("out", os.fspath(out), "a file name that ends in .fmu")
+    if out is None or Path(out).suffix.lower() != ".fmu":
+        raise bad_value("out", out, "a file name that ends in .fmu")
     what = subject(load(model), controller, scenario)
     name = identifier("_".join(filter(None, (what.model.name, controller))))
     draft = c_sources(what, fmi, "")

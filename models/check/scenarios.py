@@ -52,7 +52,8 @@ def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
 
 def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
     """Refuse inputs, references and noise that nothing reads."""
-    reading = [v for v in vectors if not any(v.entries == group.symbols for group in v.receives)]
+    # What only hands a group on, as an identity chart does, reads nothing of it; a rate that is an input does.
+    reading = [v for v in vectors if v.what == "rhs" or not any(v.entries == group.symbols for group in v.receives)]
     used = free_symbols((e for v in reading for e in v.entries), system.definitions)
     groups = [("input", system.inputs, system.origin), ("reference", system.references, system.origin)]
     if system.actuator:

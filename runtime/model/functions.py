@@ -80,6 +80,14 @@ class GeneratedFunction:
         results = self._backend.evaluate(self._function, arrays, shape)
         return results[0][()] if len(results) == 1 else tuple(result[()] for result in results)
 
+    def argument(self, name: str, value: ArrayLike) -> FloatArray:
+        """Return one argument at a single point as an array of doubles; raises InputError if it is none."""
+        spec = next(spec for spec in self._function.arguments if spec.name == name)
+        array = _as_array(self._function, spec, value)
+        if array.shape != spec.shape:
+            raise InputError(f"{self._function.name}: {name} must have the shape {spec.shape}, got {array.shape}")
+        return array
+
     def _checked(self, arguments: tuple[ArrayLike, ...]) -> tuple[list[FloatArray], tuple[int, ...]]:
         specs = self._function.arguments
         if len(arguments) != len(specs):
@@ -105,7 +113,9 @@ class Functions(Mapping[str, GeneratedFunction]):
         self._names = {identifier(name): name for name in manifest.functions}
 
     def __getitem__(self, name: str) -> GeneratedFunction:
-        function = self._functions.get(name) or self._functions.get(self._names.get(identifier(name), ""))
+        function = None
+        if isinstance(name, str):
+            function = self._functions.get(name) or self._functions.get(self._names.get(identifier(name), ""))
         if function is None:
             raise FunctionNameError(str(unknown_name(f"function of {self._model}", name, self._functions)))
         return function

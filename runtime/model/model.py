@@ -297,7 +297,7 @@ class Model:
         Raises
         ------
         InputError
-            For an unknown scenario.
+            For an unknown scenario, or an argument of the wrong shape.
 
         Examples
         --------
@@ -311,13 +311,16 @@ class Model:
 
         case = self.manifest.scenario(scenario)
         settings = {name: Setting(value, f"scenario {case.name}") for name, value in case.values.items()}
-        plant = vector(self.manifest.parameters, settings) if p is None else np.asarray(p, dtype=np.float64)
+        rhs = self.functions["rhs"]
+        plant = vector(self.manifest.parameters, settings) if p is None else rhs.argument("p", p)
         start = self.functions["initial"](plant, vector(self.manifest.scenario_parameters, settings))
-        constant = np.zeros(len(self.input_names)) if u is None else u
-        given = constant if callable(constant) else lambda _: constant
-        return initial_value_problem(
-            self.functions, lambda t: np.asarray(given(t), dtype=np.float64), plant, start, case.duration
-        )
+        if callable(u):
+            given = u
+            return initial_value_problem(
+                self.functions, lambda t: rhs.argument("u", given(t)), plant, start, case.duration
+            )
+        constant = np.zeros(len(self.input_names)) if u is None else rhs.argument("u", u)
+        return initial_value_problem(self.functions, lambda _: constant, plant, start, case.duration)
 
     def to_control(
         self,
@@ -371,12 +374,14 @@ class Model:
         Raises
         ------
         InputError
-            For an unknown law or part, the loop of a sampled law, or if python-control is not installed.
+            For an unknown law or part, an argument of the wrong shape, the loop of a sampled law, or if python-control
+            is not installed.
         """
         from .tools.control import law_system, loop_system, plant_system
 
-        chosen = part or ("plant" if controller is None else "loop")
-        plant = self.parameters() if p is None else np.asarray(p, dtype=np.float64)
+        check_arguments("text", "the call", part=part)
+        chosen = ("plant" if controller is None else "loop") if part is None else part
+        plant = self.parameters() if p is None else self.functions["rhs"].argument("p", p)
         if chosen == "plant":
             return plant_system(self.manifest, self.functions, plant)
         if chosen not in ("law", "loop"):
@@ -384,7 +389,7 @@ class Model:
         if controller is None:
             raise bad_value("controller", controller, f"a law: {', '.join(self.manifest.controllers)}")
         law = self.manifest.controller(controller)
-        constants = law_vector(self.functions, law, {}) if c is None else np.asarray(c, dtype=np.float64)
+        constants = law_vector(self.functions, law, {}) if c is None else self.functions[law.name].argument("c", c)
         build = law_system if chosen == "law" else loop_system
         return build(self.manifest, self.functions, law, plant, constants)
 

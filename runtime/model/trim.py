@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from mehvar.errors import bad_value, unknown_name
 
+from ..arguments import check_arguments
 from .functions import FloatArray
 from .model import Model, load
 from .parameters import number
@@ -97,15 +98,17 @@ def trim(
     >>> bool(abs(point.residual).max() < 1e-12)
     True
     """
+    check_arguments("mapping", "the call", fix=fix, bounds=bounds)
     loaded = model if isinstance(model, Model) else load(model)
     names = (*loaded.state_names, *loaded.input_names)
-    starts = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free, None)
+    starts = dict(free) if isinstance(free, Mapping) else dict.fromkeys(_texts("free", free), None)
+    steady = loaded.state_names if steady is None else _texts("steady", steady)
     limits = dict(bounds or {})
     for kind, given in (("fix", fix or {}), ("free", starts), ("bounds", limits)):
         for name in given:
             if name not in names:
                 raise unknown_name(f"state or input of {loaded.name} in {kind}", name, names)
-    for name in steady or ():
+    for name in steady:
         if name not in loaded.state_names:
             raise unknown_name(f"state of {loaded.name} in steady", name, loaded.state_names)
     for name in (*(fix or {}), *limits):
@@ -119,8 +122,10 @@ def trim(
         raise bad_value("bounds", limits, "pairs of a lower and a higher number")
     begin = np.array([0.0 if value is None else number(name, value, "free") for name, value in starts.items()])
     places = [names.index(name) for name in starts]
-    rows = [loaded.state_names.index(name) for name in (loaded.state_names if steady is None else steady)]
-    nx, parameters = len(loaded.state_names), loaded.parameters() if p is None else np.asarray(p, dtype=np.float64)
+    rows = [loaded.state_names.index(name) for name in steady]
+    nx, parameters = len(loaded.state_names), loaded.parameters()
+    if p is not None:
+        parameters = loaded.functions["rhs"].argument("p", p)
 
     def at(unknown: FloatArray) -> tuple[FloatArray, FloatArray]:
         point[places] = unknown
@@ -137,6 +142,9 @@ def trim(
     from scipy.optimize import least_squares
 
     inside = np.clip(begin, lower, upper)
+    if not np.isfinite(rates(inside)).all():
+        start = dict(zip(starts, inside.tolist(), strict=True))
+        raise bad_value("free", start, "a start at which the rates are finite")
     result = least_squares(
         rates, inside, slopes, bounds=(lower, upper), x_scale="jac", xtol=_TOLERANCE, ftol=_TOLERANCE, gtol=_TOLERANCE
     )
@@ -152,11 +160,21 @@ def trim(
     )
 
 
+def _texts(name: str, value: object) -> tuple[str, ...]:
+    try:
+        texts = tuple(value)  # type: ignore[arg-type]
+    except TypeError:
+        texts = (None,)
+    if isinstance(value, str | bytes) or not all(isinstance(text, str) for text in texts):
+        raise bad_value(name, value, "a list of names", "the call")
+    return texts
+
+
 def _bound(name: str, bounds: Mapping[str, tuple[float, float]], side: int) -> float:
     pair = bounds.get(name, (-np.inf, np.inf))
     try:
         value = float(pair[side])
-    except (TypeError, ValueError, IndexError) as error:
+    except (TypeError, ValueError, LookupError, OverflowError) as error:
         raise bad_value(f"bounds of {name}", pair, "a lower and a higher number") from error
     if np.isnan(value):
         raise bad_value(f"bounds of {name}", pair, "a lower and a higher number")

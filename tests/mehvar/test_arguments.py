@@ -39,7 +39,15 @@ ODD: Mapping[str, Any] = {
     "dataset": xr.Dataset({}), "symbol": sp.Symbol("z"), "matrix": sp.Matrix([X]), "module": mehvar,
     "proxy": MappingProxyType({}),
 }  # fmt: skip
-RUN = {"model": PENDULUM, "controller": "pd", "scenario": "swing", "parameters": {"m": 1.5}, "initial": {"rate": 0.1}}
+RUN = {"model": PENDULUM, "controller": "pd", "scenario": "swing", "parameters": {"m": 1.5}, "initial": {"rate": 0.1},
+       "inputs": None, "interpolation": None, "period": None, "memory": None}  # fmt: skip
+
+
+def slope(problem: Any) -> object:
+    """Evaluate an initial value problem at its start."""
+    return problem.fun(0.0, problem.y0), problem.jac(0.0, problem.y0)
+
+
 CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "simulate": (mehvar.simulate, {**RUN, "t_end": 0.1, "progress": None, "law": None, "origin": "a test", "m": 1.5}),
     "batch": (
@@ -68,6 +76,24 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "scalar": (mehvar.scalar, {"quantity": mehvar.TIME}),
     "time_derivative": (mehvar.time_derivative, {"expr": X, "rates": {X: Y}}),
     "to_casadi": (mehvar.to_casadi, {"expressions": [X], "symbols": {X: ca.SX.sym("x")}, "definitions": {}}),
+    "export_fmu": (
+        mehvar.export_fmu,
+        {"model": PENDULUM, "out": "a.fmu", "controller": "pd", "scenario": "swing", "fmi": "2.0", "kind": "cs"},
+    ),
+    "list_models": (mehvar.list_models, {}),
+    "trim": (
+        mehvar.trim,
+        {"model": MODEL, "fix": {"rate": 0.0}, "free": ["angle"], "p": None, "bounds": None, "steady": None},
+    ),
+    "verify": (mehvar.verify, {"path": "none"}),
+    "Model.to_casadi": (MODEL.to_casadi, {"name": "rhs"}),
+    "Model.to_jax": (MODEL.to_jax, {}),
+    "Model.to_numba": (MODEL.to_numba, {}),
+    "Model.as_solve_ivp": (lambda **more: slope(MODEL.as_solve_ivp(**more)), {"u": [0.0], "p": None, "scenario": "swing"}),
+    "Model.to_control": (
+        MODEL.to_control, {**POINT, "u": None, "outputs": None, "r": None, "controller": "pd", "c": None, "z": None}
+    ),
+    "Model.to_nlsys": (MODEL.to_nlsys, {"p": None, "controller": "pd", "c": None, "part": "loop"}),
     "Model.parameters": (MODEL.parameters, {"m": 1.5}),
     "Model.law_parameters": (MODEL.law_parameters, {"controller": "pd", "k_p": 1.0}),
     "Model.state": (MODEL.state, {"rate": 1.0}),
@@ -87,6 +113,43 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     ),
 }  # fmt: skip
 """Of each function and method: how it is called, and arguments that are right."""
+LOOP = {"model": PENDULUM, "t_end": 0.05}
+OPEN, OWN = {"controller": None, "inputs": {"torque": 0.1}}, {"controller": lambda _t, _x, z: ([0.0], z)}
+HELD = {"period": 0.05, "memory": [0.0]}
+RECORDED = mehvar.simulate(PENDULUM, "pd", t_end=0.1)
+MORE: Mapping[str, tuple[Callable[..., object], dict[str, Any], set[str]]] = {
+    "simulate, open": (
+        mehvar.simulate, {**LOOP, **OPEN, "interpolation": "hold", "period": 0.05}, {"inputs", "interpolation", "period"}
+    ),
+    "simulate, recorded": (mehvar.simulate, {**LOOP, "controller": None, "inputs": RECORDED}, {"interpolation", "period"}),
+    "simulate, own law": (mehvar.simulate, {**LOOP, **OWN, **HELD}, {"controller", "period", "memory"}),
+    "batch, open": (mehvar.batch, {**LOOP, **OPEN, "n": 1, "period": 0.05}, {"inputs", "interpolation", "period"}),
+    "batch, own law": (mehvar.batch, {**LOOP, **OWN, **HELD, "n": 1}, {"controller", "period", "memory"}),
+    **{
+        f"Model.to_nlsys, {part}": (MODEL.to_nlsys, {"controller": law, "part": part}, {"p", "c", "controller"})
+        for part, law in (("plant", None), ("law", "pd"), ("loop", "pd"))
+    },
+    "Model.to_control, plant": (MODEL.to_control, {**POINT, "controller": None}, {*POINT, "outputs", "r", "c", "z"}),
+    **{
+        f"{call}, inside {argument}": (
+            lambda inside, call=call, argument=argument, given=given, key=key: getattr(mehvar, call)(
+                **{**given, argument: {key: inside}}
+            ),
+            {"inside": 0.1},
+            {"inside"},
+        )
+        for call, argument, given, key in (
+            ("trim", "fix", {"model": MODEL, "free": ["angle"]}, "rate"),
+            ("trim", "free", {"model": MODEL}, "angle"),
+            ("trim", "bounds", {"model": MODEL, "free": ["angle"]}, "angle"),
+            ("simulate", "inputs", {**LOOP, "controller": None}, "torque"),
+            ("simulate", "parameters", {**LOOP, "controller": "pd"}, "m"),
+            ("simulate", "initial", {**LOOP, "controller": "pd"}, "rate"),
+            ("batch", "vary", {**LOOP, "controller": "pd", "n": 1}, "k_p"),
+        )
+    },
+}  # fmt: skip
+"""Calls of another kind, and which of their arguments are tried."""
 FREE = {"simulate": {"m", *OPTIONS, "progress", "law", "origin"}, "batch": set(OPTIONS), "Model.parameters": {"m"},
         "Model.law_parameters": {"k_p"}, "Model.state": {"rate"}}  # fmt: skip
 """Names that go in by **keywords."""
@@ -105,7 +168,7 @@ def test_every_public_name_is_called():
         if inspect.isfunction(value) and not method.startswith("_")
     }
     assert functions | methods == CALLS.keys()
-    assert classes == RECORDS | {"Model", "Derivation", "InputError", "MehvarError", "ModelError"}
+    assert classes == RECORDS | {"Model", "Derivation", "InputError", "MehvarError", "ModelError", "Trim"}
 
 
 @pytest.mark.parametrize("name", CALLS)
@@ -126,7 +189,18 @@ def method(name: str) -> Callable[..., object]:
 def test_a_value_of_any_kind_is_taken_or_refused_by_name(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     call, arguments = CALLS[name]
-    for argument in {*arguments, *FREE.get(name, ())}:
+    try_all(name, call, arguments, {*arguments, *FREE.get(name, ())})
+
+
+@pytest.mark.parametrize("name", MORE)
+def test_so_it_is_in_calls_of_other_kinds(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    try_all(name, *MORE[name])
+
+
+def try_all(name: str, call: Callable[..., object], arguments: dict[str, Any], tried: set[str]) -> None:
+    """Give each of these arguments every value, beside the others."""
+    for argument in sorted(tried):
         for label, value in ODD.items():
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")

@@ -95,7 +95,8 @@ def test_no_parameter_or_choice_of_a_model_is_called_like_an_option():
 
 
 def test_every_command_that_is_listed_can_be_called():
-    for room, commands in (("", {**app.COMMANDS, **app.FOR_GIT}), ("board.", app.BOARD)):
+    git = {name.removeprefix("git-"): text for name, text in app.FOR_GIT.items()}
+    for room, commands in (("", app.COMMANDS), ("git.", git), ("board.", app.BOARD), ("export.", app.EXPORT)):
         for name, text in commands.items():
             module = __import__(f"mehvar.cli.{room}{name.replace('-', '_')}", fromlist=["command"])
             assert callable(module.command)

@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -146,7 +147,7 @@ def test_a_worker_with_other_sources_is_refused_and_adds_no_block(
 
 
 def test_a_slow_worker_changes_nothing(scheduler: str, client: Client, here: Store, tmp_path: Path) -> None:
-    """One stands still while the other goes on."""
+    """One stands still, with blocks of its own, while the other goes on."""
     processes = [worker(scheduler, f"s{k}", FOLDER=str(tmp_path)) for k in (0, 1)]
     try:
         client.wait_for_workers(2, timeout=60)
@@ -154,8 +155,7 @@ def test_a_slow_worker_changes_nothing(scheduler: str, client: Client, here: Sto
         def report(runs: int, *_: int) -> None:
             if runs == 16:
                 processes[0].send_signal(signal.SIGSTOP)
-            if runs == 64:
-                processes[0].send_signal(signal.SIGCONT)
+                threading.Timer(2.0, processes[0].send_signal, [signal.SIGCONT]).start()
 
         store = run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client, chunk=8, report=report)
         assert same(store, here)
