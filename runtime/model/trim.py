@@ -161,11 +161,8 @@ def trim(
 
 
 def _texts(name: str, value: object) -> tuple[str, ...]:
-    try:
-        texts = tuple(value)  # type: ignore[arg-type]
-    except TypeError:
-        texts = (None,)
-    if isinstance(value, str | bytes) or not all(isinstance(text, str) for text in texts):
+    texts = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else (None,)
+    if not all(isinstance(text, str) for text in texts):
         raise bad_value(name, value, "a list of names", "the call")
     return texts
 

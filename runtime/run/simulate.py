@@ -180,6 +180,7 @@ def simulate(
     LawError
         If a function fails during the run, or gives what is no input; the message says when.
     """
+    check_arguments("text", "the call", origin=origin)
     check_arguments("text", origin, scenario=scenario)
     check_arguments("mapping", origin, parameters=parameters, initial=initial)
     check_arguments("function", origin, progress=progress, law=law)

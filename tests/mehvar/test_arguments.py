@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import re
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -28,6 +29,7 @@ GENERATED = str(Path(mehvar.__file__).parents[1] / "generated" / "triangle")
 X, Y = sp.symbols("x y", real=True)
 Q = (sp.S.One, X, Y, sp.S.Zero)
 MODEL = mehvar.load(PENDULUM, "python")
+TRIANGLE = mehvar.load(GENERATED, "python")
 POINT = {"x": [0.1, 0.2], "u": [0.0], "p": MODEL.parameters()}
 
 ODD: Mapping[str, Any] = {
@@ -49,7 +51,7 @@ def slope(problem: Any) -> object:
 
 
 CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
-    "simulate": (mehvar.simulate, {**RUN, "t_end": 0.1, "progress": None, "law": None, "origin": "a test", "m": 1.5}),
+    "simulate": (mehvar.simulate, {**RUN, "t_end": 0.1, "progress": None, "law": None, "origin": "a test", "l": 1.1}),
     "batch": (
         mehvar.batch,
         {
@@ -78,7 +80,7 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "to_casadi": (mehvar.to_casadi, {"expressions": [X], "symbols": {X: ca.SX.sym("x")}, "definitions": {}}),
     "export_fmu": (
         mehvar.export_fmu,
-        {"model": PENDULUM, "out": "a.fmu", "controller": "pd", "scenario": "swing", "fmi": "2.0", "kind": "cs"},
+        {"model": GENERATED, "out": "a.fmu", "controller": None, "scenario": None, "fmi": "2.0", "kind": "cs"},
     ),
     "list_models": (mehvar.list_models, {}),
     "trim": (
@@ -86,10 +88,12 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
         {"model": MODEL, "fix": {"rate": 0.0}, "free": ["angle"], "p": None, "bounds": None, "steady": None},
     ),
     "verify": (mehvar.verify, {"path": "none"}),
-    "Model.to_casadi": (MODEL.to_casadi, {"name": "rhs"}),
+    "Model.to_casadi": (TRIANGLE.to_casadi, {"name": "rhs"}),
     "Model.to_jax": (MODEL.to_jax, {}),
     "Model.to_numba": (MODEL.to_numba, {}),
-    "Model.as_solve_ivp": (lambda **more: slope(MODEL.as_solve_ivp(**more)), {"u": [0.0], "p": None, "scenario": "swing"}),
+    "Model.as_solve_ivp": (
+        lambda **more: slope(MODEL.as_solve_ivp(**more)), {"u": [0.0], "p": None, "scenario": "swing"}
+    ),
     "Model.to_control": (
         MODEL.to_control, {**POINT, "u": None, "outputs": None, "r": None, "controller": "pd", "c": None, "z": None}
     ),
@@ -98,7 +102,10 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "Model.law_parameters": (MODEL.law_parameters, {"controller": "pd", "k_p": 1.0}),
     "Model.state": (MODEL.state, {"rate": 1.0}),
     **{f"Model.{name}": (getattr(MODEL, name), POINT) for name in ("rhs", "jac_x", "jac_u")},
-    "Model.jac_p": (MODEL.jac_p, {**POINT, "outputs": None, "r": None}),
+    "Model.jac_p": (
+        TRIANGLE.jac_p,
+        {"x": TRIANGLE.state(), "u": [0.0] * 3, "p": TRIANGLE.parameters(), "outputs": None, "r": None},
+    ),
     "Model.linearize": (
         MODEL.linearize, {**POINT, "u": None, "outputs": None, "r": None, "controller": "pd", "c": None, "z": None}
     ),
@@ -114,16 +121,20 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
 }  # fmt: skip
 """Of each function and method: how it is called, and arguments that are right."""
 LOOP = {"model": PENDULUM, "t_end": 0.05}
-OPEN, OWN = {"controller": None, "inputs": {"torque": 0.1}}, {"controller": lambda _t, _x, z: ([0.0], z)}
+OPEN, OWN = (
+    {"controller": None, "inputs": {"torque": ([0.0, 0.02], [0.1, 0.2])}},
+    {"controller": lambda _t, _x, z: ([0.0], z)},
+)
+SIGNALS = {"interpolation", "period"}
 HELD = {"period": 0.05, "memory": [0.0]}
 RECORDED = mehvar.simulate(PENDULUM, "pd", t_end=0.1)
 MORE: Mapping[str, tuple[Callable[..., object], dict[str, Any], set[str]]] = {
     "simulate, open": (
-        mehvar.simulate, {**LOOP, **OPEN, "interpolation": "hold", "period": 0.05}, {"inputs", "interpolation", "period"}
+        mehvar.simulate, {**LOOP, **OPEN, "interpolation": "hold", "period": 0.05}, SIGNALS | {"inputs"}
     ),
-    "simulate, recorded": (mehvar.simulate, {**LOOP, "controller": None, "inputs": RECORDED}, {"interpolation", "period"}),
+    "simulate, recorded": (mehvar.simulate, {**LOOP, "controller": None, "inputs": RECORDED}, SIGNALS),
     "simulate, own law": (mehvar.simulate, {**LOOP, **OWN, **HELD}, {"controller", "period", "memory"}),
-    "batch, open": (mehvar.batch, {**LOOP, **OPEN, "n": 1, "period": 0.05}, {"inputs", "interpolation", "period"}),
+    "batch, open": (mehvar.batch, {**LOOP, **OPEN, "n": 1, "period": 0.05}, SIGNALS | {"inputs"}),
     "batch, own law": (mehvar.batch, {**LOOP, **OWN, **HELD, "n": 1}, {"controller", "period", "memory"}),
     **{
         f"Model.to_nlsys, {part}": (MODEL.to_nlsys, {"controller": law, "part": part}, {"p", "c", "controller"})
@@ -135,27 +146,40 @@ MORE: Mapping[str, tuple[Callable[..., object], dict[str, Any], set[str]]] = {
             lambda inside, call=call, argument=argument, given=given, key=key: getattr(mehvar, call)(
                 **{**given, argument: {key: inside}}
             ),
-            {"inside": 0.1},
+            {"inside": right},
             {"inside"},
         )
-        for call, argument, given, key in (
-            ("trim", "fix", {"model": MODEL, "free": ["angle"]}, "rate"),
-            ("trim", "free", {"model": MODEL}, "angle"),
-            ("trim", "bounds", {"model": MODEL, "free": ["angle"]}, "angle"),
-            ("simulate", "inputs", {**LOOP, "controller": None}, "torque"),
-            ("simulate", "parameters", {**LOOP, "controller": "pd"}, "m"),
-            ("simulate", "initial", {**LOOP, "controller": "pd"}, "rate"),
-            ("batch", "vary", {**LOOP, "controller": "pd", "n": 1}, "k_p"),
+        for call, argument, given, key, right in (
+            ("trim", "fix", {"model": MODEL, "free": ["angle"]}, "rate", 0.1),
+            ("trim", "free", {"model": MODEL}, "angle", 0.1),
+            ("trim", "bounds", {"model": MODEL, "free": ["angle"]}, "angle", (-1.0, 1.0)),
+            ("simulate", "inputs", {**LOOP, "controller": None}, "torque", 0.1),
+            ("simulate", "parameters", {**LOOP, "controller": "pd"}, "m", 0.1),
+            ("simulate", "initial", {**LOOP, "controller": "pd"}, "rate", 0.1),
+            ("batch", "vary", {**LOOP, "controller": "pd", "n": 1}, "k_p", "normal(16, 0.1)"),
         )
     },
 }  # fmt: skip
 """Calls of another kind, and which of their arguments are tried."""
-FREE = {"simulate": {"m", *OPTIONS, "progress", "law", "origin"}, "batch": set(OPTIONS), "Model.parameters": {"m"},
+FREE = {"simulate": {"l", *OPTIONS, "progress", "law", "origin"}, "batch": set(OPTIONS), "Model.parameters": {"m"},
         "Model.law_parameters": {"k_p"}, "Model.state": {"rate"}}  # fmt: skip
 """Names that go in by **keywords."""
 RECORDS = {"Actuator", "Choice", "Condition", "Controller", "Coordinates", "Function", "Group", "Metric", "Output",
            "Parameter", "Quantity", "Scenario", "Sensor", "System", "Variant"}  # fmt: skip
 """Classes that hold what they are given; the check of the whole system looks at it (tests/models/test_check.py)."""
+
+ABSENT = {"open_result", "read_parameters", "read_scenarios", "save", "verify"}
+"""What reads something that is not there here."""
+
+
+@pytest.mark.parametrize("name", sorted({*CALLS, *MORE} - ABSENT))
+def test_the_other_arguments_are_right(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    call, arguments = {**CALLS, **MORE}[name][:2]
+    try:
+        call(**arguments)
+    except mehvar.InputError as error:
+        assert re.search(r"needs \w+: pip install \w+$", str(error))  # noqa: PT017 - most need no package
 
 
 def test_every_public_name_is_called():

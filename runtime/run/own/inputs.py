@@ -87,6 +87,7 @@ def open_loop(
     InputError
         For an unknown input, or values that are none.
     """
+    check_arguments("text", origin, interpolation=interpolation)
     if interpolation not in (None, *get_args(Interpolation)):
         raise bad_value("interpolation", interpolation, either(map(repr, get_args(Interpolation))), origin)
     linear = interpolation == "linear"
@@ -99,6 +100,8 @@ def open_loop(
         if name not in names:
             raise unknown_name(f"input of {manifest.model}", name, names, origin)
     signals = [_signal(f"inputs[{name!r}]", inputs.get(name, 0.0), linear, origin) for name in names]
+    if interpolation is not None and not any(len(signal.instants) for signal in signals):
+        raise bad_value("interpolation", interpolation, "left out unless an input is an array over time", origin)
     for name, signal in zip(names, signals, strict=True):
         if signal.last < end:
             allowed = f"known until the end of the run, {end:g} s; they end at {signal.last:g} s"

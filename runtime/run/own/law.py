@@ -133,7 +133,7 @@ def _memory(memory: ArrayLike, period: float | None, origin: str) -> FloatArray:
         )
     try:
         start = np.array(memory)
-    except ValueError:
+    except (TypeError, ValueError):
         start = np.empty((), dtype=object)
     if start.dtype.kind not in "iuf" or start.ndim != 1 or not start.size or not np.isfinite(start).all():
         raise bad_value("memory", memory, "a list of finite numbers", origin)
