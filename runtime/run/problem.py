@@ -154,7 +154,7 @@ def pose(
     hold = options.hold or period
     hold, step = (hold, hold) if own is None else own.hold(dt, origin)
     check_effects(given, options.method, hold is not None, bool(model.manifest.noise), origin)
-    if options.real == "float" and model.backend != "c":
+    if options.real == "float" and (model.backend != "c" or own is not None):
         raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
     ticks, record_every, every = ticks_of(end, dt, step, origin)
     hold_every = None if hold is None else every

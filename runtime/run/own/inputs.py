@@ -106,13 +106,14 @@ def open_loop(
         if signal.last < end:
             allowed = f"known until the end of the run, {end:g} s; they end at {signal.last:g} s"
             raise InputError(f"inputs[{name!r}] (from {origin}): must be {allowed}")
+    texts = [signal.text for signal in signals]
     return OwnLaw(
         controller=describe(OPEN_LOOP, "open loop"),
         start=np.empty(0),
         command=_Inputs(names, signals),
         period=period,
         held=all(signal.held for signal in signals),
-        text="" if not all(signal.text for signal in signals) else "\n".join(signal.text for signal in signals),
+        text="\n".join([f"linear = {linear}", *texts]) if all(texts) else "",
         instants=np.unique(np.concatenate([signal.instants for signal in signals] or [np.empty(0)])),
     )
 

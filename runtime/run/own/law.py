@@ -7,6 +7,7 @@ import inspect
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -123,7 +124,10 @@ def own_law(
     title = next(iter((getattr(function, "__doc__", None) or "").strip().splitlines()), f"{name}, in Python")
     quantities = [Quantity(f"memory_{i}", "1", f"number {i} that {name} keeps") for i in range(1, len(start) + 1)]
     caller = _Caller(function, name, manifest, None if memory is None else len(start))
-    return OwnLaw(describe(f"python:{name}", title, quantities), start, caller, period, text=source(function))
+    text = source(function)
+    if text:
+        text += f"\nmemory = {start.tolist()}"
+    return OwnLaw(describe(f"python:{name}", title, quantities), start, caller, period, text=text)
 
 
 def _memory(memory: ArrayLike, period: float | None, origin: str) -> FloatArray:
@@ -199,11 +203,26 @@ def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
 
 
 def source(function: LawFunction) -> str:
-    """Return the text of a function; nothing where Python does not know it."""
+    """Return the text of a function and the numbers that it takes from around it; nothing where that is not all of it.
+
+    Python knows a lambda by its line, which may hold several, and other functions and objects by name only.
+    """
     try:
-        return inspect.getsource(function)
-    except (OSError, TypeError):
+        text, around = inspect.getsource(function), inspect.getclosurevars(function)
+    except (OSError, TypeError, ValueError):
         return ""
+    values = {**around.globals, **around.nonlocals, "defaults": getattr(function, "__defaults__", None)}
+    numbers = {name: value for name, value in values.items() if not isinstance(value, ModuleType)}
+    if getattr(function, "__name__", "<lambda>") == "<lambda>" or not all(map(_is_plain, numbers.values())):
+        return ""
+    return f"{text}\n{ {name: np.asarray(value).tolist() for name, value in sorted(numbers.items())} }"
+
+
+def _is_plain(value: object) -> bool:
+    try:
+        return np.asarray(value).dtype.kind in "biufU" or value is None
+    except (TypeError, ValueError):
+        return False
 
 
 def _said(error: Exception, function: LawFunction) -> str:

@@ -94,14 +94,46 @@ def test_a_store_goes_on_under_the_same_text_only(pendulum: runtime.Model, tmp_p
     batch(pendulum, controller=p_sum, out=out, **OWN)
     batch(pendulum, controller=p_sum, out=out, resume=True, **OWN)
 
-    def other(t, x, z):
-        return p_sum(t, x, z)
+    def other(_t, x, z):
+        return -x.angle, z
 
     other.__name__ = "p_sum"
-    with pytest.raises(InputError, match="was made with law = "):
-        batch(pendulum, controller=other, out=out, resume=True, **OWN)
+    for change in ({"controller": other}, {"controller": p_sum, "memory": [2.0]}):
+        with pytest.raises(InputError, match="was made with law = "):
+            batch(pendulum, out=out, resume=True, **{**OWN, **change})
     with pytest.raises(InputError, match="run under python:p_sum, which no store keeps"):
         repeated(out, pendulum)
+
+
+def scaled(gain: float) -> Any:
+    def law(_t, x):
+        return [-gain * x.angle]
+
+    return law
+
+
+def calling(_t, x):
+    return scaled(1.0)(_t, x)
+
+
+def test_a_number_from_around_a_law_is_of_its_text_and_a_function_cannot_be_told(
+    pendulum: runtime.Model, tmp_path
+) -> None:
+    out, options = tmp_path / "runs.zarr", {"period": 0.05, "t_end": 0.1}
+    batch(pendulum, controller=scaled(1.0), out=out, **options)
+    batch(pendulum, controller=scaled(1.0), out=out, resume=True, **options)
+    with pytest.raises(InputError, match="was made with law = "):
+        batch(pendulum, controller=scaled(2.0), out=out, resume=True, **options)
+    for unknown in (calling, lambda _t, x: [-x.angle]):
+        with pytest.raises(InputError, match="whether it is the same law in Python cannot be told"):
+            batch(pendulum, controller=unknown, out=out, resume=True, **options)
+
+
+def test_inputs_go_on_between_their_instants_as_they_began(pendulum: runtime.Model, tmp_path) -> None:
+    options = {"inputs": {"torque": ([0.0, 0.1], [0.0, 1.0])}, "period": 0.05, "t_end": 0.1, "out": tmp_path / "a.zarr"}
+    batch(pendulum, interpolation="hold", **options)
+    with pytest.raises(InputError, match="was made with law = "):
+        batch(pendulum, interpolation="linear", resume=True, **options)
 
 
 def repeated(out: Any, model: runtime.Model) -> Any:
