@@ -117,6 +117,7 @@ def _made(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
         try:
             fill(scratch)
             (scratch / _DIGESTS).write_text(_digests(scratch), encoding="utf-8")
+            _make_private(scratch)
             return _moved(scratch, place)
         except (BuildError, OSError):
             if scratch.is_dir():
@@ -139,7 +140,17 @@ def _moved(scratch: Path, place: Path) -> Path:
 
 
 def _is_ours(entry: Path) -> bool:
-    return is_private(entry) and _is_whole(entry)
+    try:
+        alone = not any(_writer(path, path.stat()) for path in entry.rglob("*"))
+    except OSError:  # another process has just removed it
+        return False
+    return alone and is_private(entry) and _is_whole(entry)
+
+
+def _make_private(folder: Path) -> None:
+    """Take from group and others the right to write, which a wide umask has given them."""
+    for path in folder.rglob("*"):
+        path.chmod(path.stat().st_mode & ~_WRITABLE)
 
 
 def _is_whole(folder: Path) -> bool:
@@ -187,12 +198,15 @@ def _own_temporary() -> Path:
 def _exposure(folder: Path) -> str:
     """Say why somebody else could have put a library into a folder; nothing when nobody could."""
     status = folder.stat()
-    if not stat.S_ISDIR(status.st_mode):
-        return "it is no folder"
+    return _writer(folder, status) if stat.S_ISDIR(status.st_mode) else "it is no folder"
+
+
+def _writer(path: Path, status: os.stat_result) -> str:
+    """Say who else may write a file or a folder; nothing when nobody may."""
     if not hasattr(os, "getuid"):
         return ""  # a system without owners
     if status.st_uid != os.getuid():
         return f"it belongs to the user with the number {status.st_uid}"
     if status.st_mode & _WRITABLE:
-        return f"others may write it (mode {stat.S_IMODE(status.st_mode):o}): chmod go-w {folder}"
+        return f"others may write it (mode {stat.S_IMODE(status.st_mode):o}): chmod go-w {path}"
     return ""

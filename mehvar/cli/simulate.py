@@ -177,7 +177,7 @@ def repeat(
         typer.echo("this run is not stored yet: there is nothing to compare with")
     else:
         typer.echo(different or "the same as in the store, bit for bit")
-    return _finish(run, out, plot)
+    return _finish(run, out, plot) or int(bool(different))
 
 
 def _check_outputs(out: Path | None, plot: Path | None) -> None:

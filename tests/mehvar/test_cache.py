@@ -55,6 +55,25 @@ def test_a_damaged_entry_is_made_again(damage: str) -> None:
     assert sorted(path.name for path in folder.iterdir()) == [".sha256", "inner"]
 
 
+@pytest.mark.parametrize("name", ["inner/text", ".sha256"])
+def test_a_file_that_others_can_write_is_made_again(name: str) -> None:
+    folder = cache.entry("kind", "name", write)
+    (folder / name).chmod(0o666)
+    assert cache.find("kind", "name") is None
+    assert text(cache.entry("kind", "name", write)) == "whole"
+    assert (folder / name).stat().st_mode & 0o022 == 0
+
+
+def test_a_wide_umask_opens_nothing() -> None:
+    before = os.umask(0)
+    try:
+        folder = cache.entry("kind", "name", write)
+    finally:
+        os.umask(before)
+    assert not [path for path in folder.rglob("*") if path.stat().st_mode & 0o022]
+    assert cache.entry("kind", "name", refuse) == folder
+
+
 def test_a_full_disk_leaves_nothing(root: Path) -> None:
     def fill(folder: Path) -> None:
         write(folder)
