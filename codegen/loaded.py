@@ -16,7 +16,8 @@ from typing import Any
 _IMPORTS: defaultdict[str, set[str]] = defaultdict(set)
 """For each module that was executed under `tracing`, those that it imports: it is executed once in a process."""
 _LIBRARIES = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib"))
-"""Where libraries live: of these the versions count."""
+_INSTALLED = {"site-packages", "dist-packages"}
+"""Where libraries live, of this environment and of one below it: of these the versions count."""
 _opened: set[str] | None = None
 
 
@@ -82,7 +83,7 @@ def _files(root: Path, modules: set[str], opened: set[str]) -> dict[str, Path]:
 
 
 def _is_library(path: Path) -> bool:
-    return any(path.is_relative_to(folder) for folder in _LIBRARIES)
+    return any(path.is_relative_to(folder) for folder in _LIBRARIES) or not _INSTALLED.isdisjoint(path.parts)
 
 
 def _is_ours(path: Path, ours: Path) -> bool:
