@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import inspect
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from types import ModuleType
+from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -207,15 +207,30 @@ def source(function: LawFunction) -> str:
 
     Python knows a lambda by its line, which may hold several, and other functions and objects by name only.
     """
+    if not isinstance(function, FunctionType):
+        return ""
     try:
         text, around = inspect.getsource(function), inspect.getclosurevars(function)
     except (OSError, TypeError, ValueError):
         return ""
-    values = {**around.globals, **around.nonlocals, "defaults": getattr(function, "__defaults__", None)}
+    values = {
+        **{name: function.__globals__[name] for name in _names(function.__code__) if name in function.__globals__},
+        **around.nonlocals,
+        "defaults": function.__defaults__,
+        "keywords": tuple((function.__kwdefaults__ or {}).values()),
+    }
     numbers = {name: value for name, value in values.items() if not isinstance(value, ModuleType)}
-    if getattr(function, "__name__", "<lambda>") == "<lambda>" or not all(map(_is_plain, numbers.values())):
+    if function.__name__ == "<lambda>" or not all(map(_is_plain, numbers.values())):
         return ""
     return f"{text}\n{ {name: np.asarray(value).tolist() for name, value in sorted(numbers.items())} }"
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """Yield the names that a text uses, in its comprehensions too, which Python keeps as code of their own."""
+    yield from code.co_names
+    for part in code.co_consts:
+        if isinstance(part, CodeType):
+            yield from _names(part)
 
 
 def _is_plain(value: object) -> bool:

@@ -112,6 +112,22 @@ def scaled(gain: float) -> Any:
     return law
 
 
+GAIN = 1.0
+
+
+def summing(_t, x):
+    return [sum(-GAIN * angle for angle in [x.angle])]
+
+
+def test_a_number_within_a_comprehension_is_of_a_laws_text(pendulum: runtime.Model, tmp_path, monkeypatch) -> None:
+    out, options = tmp_path / "runs.zarr", {"period": 0.05, "t_end": 0.1}
+    batch(pendulum, controller=summing, out=out, **options)
+    batch(pendulum, controller=summing, out=out, resume=True, **options)
+    monkeypatch.setitem(globals(), "GAIN", 2.0)
+    with pytest.raises(InputError, match="was made with law = "):
+        batch(pendulum, controller=summing, out=out, resume=True, **options)
+
+
 def calling(_t, x):
     return scaled(1.0)(_t, x)
 
