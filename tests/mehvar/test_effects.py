@@ -254,7 +254,8 @@ def outcome(arguments: tuple[str, ...], place: Path) -> tuple[object, ...]:
     """Run a command; return status, text without times, and the new files with their contents; these are removed."""
     before = snapshot(place)
     status, text = in_process(*arguments)
-    new = {path: (place / path).read_bytes() for path in sorted(snapshot(place).keys() - before.keys())}
+    paths = sorted(snapshot(place).keys() - before.keys())
+    new = {path: (place / path).read_bytes() for path in paths if (place / path).is_file()}
     for path in new:
         (place / path).unlink()
     for folder in sorted((p for p in place.rglob("*") if p.is_dir()), reverse=True):
