@@ -20,6 +20,7 @@ from ..compiling.compiler import find_compiler, require_compiler
 from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_folder, find_model
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
+from .generated import tell_stale
 from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows
 from .parameters import Setting, law_vector, named_values, vector
@@ -425,6 +426,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     if backend not in (None, "c", "python", "casadi"):
         raise bad_value("backend", backend, "'c', 'python' or 'casadi'")
     manifest = find_model(model)
+    tell_stale(manifest)
     if backend == "python":
         return Model(manifest, PythonBackend(manifest))
     if backend is None and find_compiler() is None:
