@@ -56,6 +56,7 @@ def tell_stale(manifest: Manifest) -> None:
         warnings.warn(
             f"{manifest.model} runs as it was generated: {changed[0]}{others} changed since; "
             f"mehvar generate {manifest.model} brings it up to date",
+            RuntimeWarning,
             stacklevel=3,
         )
 
