@@ -91,9 +91,9 @@ def _base(seed: str) -> System:
 
 
 _KINDS: Mapping[str, tuple[int, Callable[[], _Take]]] = {
-    "commands": (1000, _commands),
-    "edits": (100, lambda: lambda seed, count, folder: edited(_base(seed), seed, count, folder)),
-    "sanitizers": (10, lambda: lambda seed, count, folder: sanitized(_base(seed), seed, count, folder)),
+    "commands": (100, _commands),
+    "edits": (20, lambda: lambda seed, count, folder: edited(_base(seed), seed, count, folder)),
+    "sanitizers": (5, lambda: lambda seed, count, folder: sanitized(_base(seed), seed, count, folder)),
 }
 """How many inputs are a part, and what makes ready to take some of a seed in a folder."""
 

@@ -91,10 +91,11 @@ def commands(seed: int | str, count: int, folder: Path, run: Run) -> Outcome:
 
 
 def furnish(folder: Path, run: Run) -> None:
-    """Put a campaign file `c.toml` and a store `s.zarr` into a folder."""
+    """Put a campaign file `c.toml`, inputs over time `in.csv` and a store `s.zarr` into a folder."""
     batch = ("batch", str(inputs.PENDULUM), "--controller", "pd", "-n", "4", "--t-end", "0.05")
     text = f"model = '{inputs.PENDULUM}'\ncontroller = 'pd'\nn = 2\nt_end = 0.05\nout = 'new.zarr'\n"
     (folder / "c.toml").write_text(text)
+    (folder / "in.csv").write_text("t [s],torque [N m]\n0,0\n0.1,1\n")
     with contextlib.chdir(folder):
         status, text = run(*batch, "--vary", "k_p=normal(16, 0.1)", "--save", "every=0.01", "--out", "s.zarr")
     assert status == 0, text
@@ -163,6 +164,8 @@ def _wrong(status: int, text: str, untouched: bool) -> str:
         return f"status {status}"
     if "Traceback" in text or "Exception ignored" in text:
         return "a traceback"
+    if "Path(" in text:
+        return "a path as Python spells it"
     if status == 2 and not untouched:
         return "refused, and yet something was written"
     if status == 2 and ("rror" not in text and "mehvar: " not in text):

@@ -34,7 +34,7 @@ _NAMES = (
     "minimum(rate)",
     "nonsense",
 )
-_LAWS = (*("pd", "p-sum") * 4, "nonsense", "")
+_LAWS = (*("pd", "p-sum") * 4, "none", "nonsense", "")
 _ATOMS = ("1", "0", "20", "1.5e3", "1e999", "1" * 400, "True", "None", "'a'", "x", "()", "[1]", "{}", "λ", "1j", "0x1f")
 _OPERATORS = ("<", "<=", ">", ">=", "==", "!=", "+", "-", "*", "/", "//", "%", "**", "and", "or", "is", "in", ",", ":=")
 
@@ -155,6 +155,7 @@ def _simulate(random: Random) -> list[str]:
         *_some(
             random, scenario=("swing", "stiff"), out=("a.nc", "a.csv", "a.mat", "a.xyz", "no/a.nc"), plot=("a.xyz",)
         ),
+        *_some(random, input=("torque=1", "torque"), inputs=("in.csv", "c.toml"), interpolation=("linear", "hold")),
         *_some(random, run=("0", "1"), **{"from": ("s.zarr", "none.zarr")}),
     ]
 
