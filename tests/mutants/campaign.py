@@ -158,7 +158,7 @@ class Campaign:
         print(f"{result.outcome:9}{result.seconds:6.1f} s  {result.key}", file=sys.stderr, flush=True)
 
     def _prepare(self) -> None:
-        """Copy the tree, once, and load the libraries; another campaign in the same tree would try two mutants at once."""
+        """Copy the tree, once, and load the libraries. Two campaigns in one tree would try two mutants at once."""
         if self._copied:
             return
         WORK.mkdir(parents=True, exist_ok=True)
