@@ -3,18 +3,22 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ParameterChange, Story
 from mehvar.codegen.equations.formula import Marks, Nodes, Printer, SymbolNames
 from mehvar.codegen.equations.mathml import element
 from mehvar.codegen.equations.spelling import MATHML
 from mehvar.html import page
+from mehvar.pictures.files import encoded
 
 from .consequences import Consequences
 from .marks import Alignment
+from .picture import overlay_of
 from .result import Diff, ModelDiff
 from .status import ModelStatus
 from .text import (
@@ -22,11 +26,16 @@ from .text import (
     edit_title,
     example,
     is_complete,
+    joined,
     labels,
+    margin_rows,
     number,
     one_by_one,
+    outcome,
     place,
     point,
+    relative,
+    same_runs,
     stories,
     sure,
     title,
@@ -79,14 +88,18 @@ class _Section:
     parameters: Sequence[ParameterChange]
     follows: Consequences | None
     folded: Sequence[tuple[str, Sequence[_Card]]]
-    unchanged: Sequence[_Card]
+    unchanged: Sequence[str]
+    picture: str
 
 
 def html_page(diff: Diff) -> str:
     """Return the page as text."""
     sections = [_Sheet(model).section() for model in diff.models]
     names = ", ".join(section.name for section in sections)
-    filters: dict[str, Callable[..., str]] = {"complex": number, "point": point, "place": place, "unit": unit}
+    filters: dict[str, Callable[..., Any]] = {
+        **{"complex": number, "point": point, "place": place, "unit": unit, "relative": relative},
+        **{"joined": joined, "outcome": outcome, "same_runs": same_runs, "margin_rows": margin_rows},
+    }
     title = f"What changed in {names}"
     return page("diff.html.j2", filters, title=title, old=diff.old, new=diff.new, models=sections) + "\n"
 
@@ -123,7 +136,8 @@ class _Sheet:
             parameters=comparison.parameters,
             follows=self._model.consequences,
             folded=[(f"{len(cards)} {heading}", cards) for heading, cards in folded if cards],
-            unchanged=[self._card(equation) for equation in comparison.of(Fate.SAME)],
+            unchanged=[title(equation) for equation in comparison.of(Fate.SAME)],
+            picture=_picture(self._model),
         )
 
     def _card(self, equation: EquationChange, group: Story | None = None) -> _Card:
@@ -174,6 +188,12 @@ class _Sheet:
             return old, new
         written = self._alignment.marks(equation.old_node, equation.new_node)
         return old or written[0], new or written[1]
+
+
+def _picture(model: ModelDiff) -> str:
+    """Return the overlay of the run that differs most, as an address that holds it; empty where there is none."""
+    figure = overlay_of(model)
+    return "" if figure is None else "data:image/svg+xml;base64," + b64encode(encoded(figure, ".svg")).decode()
 
 
 def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> list[tuple[str, bool]]:

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from rich.text import Text
 
@@ -11,6 +13,8 @@ from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, P
 from mehvar.terminal import Line
 
 from .consequences import Consequences
+from .margins import Margin
+from .runs import MarginChange, MetricChange, RunChange, Runs
 from .spectra import Loop
 from .status import ModelStatus
 
@@ -184,13 +188,14 @@ def _consequences(follows: Consequences) -> Iterator[Line]:
 
 
 def consequence_lines(follows: Consequences) -> Iterator[str]:
-    """Say what follows from a change, one finding a line."""
+    """Say what follows from a change, one finding a line; loops first, because they are what flies."""
+    yield from run_lines(follows.runs)
     if follows.rates:
-        yield f"rates without a law, largest difference at {follows.samples} random states (rms of the old rate):"
+        yield f"the plant without a law: largest difference of rates at {follows.samples} random states (rms before):"
         for rate in follows.rates:
             yield f"  {rate.name}'  {rate.largest:.3g} {rate.unit}  ({rate.typical:.3g})"
     elif follows.samples:
-        yield f"rates without a law: equal at {follows.samples} random states, to rounding"
+        yield f"the plant without a law: rates equal at {follows.samples} random states, to rounding"
     if follows.eigenvalues:
         yield f"eigenvalues at {point(follows)}:"
         for old, new in follows.eigenvalues:
@@ -205,6 +210,65 @@ def consequence_lines(follows: Consequences) -> Iterator[str]:
         yield f"operations of {name}: {before} -> {after} ({after - before:+d})"
     if follows.note:
         yield follows.note
+
+
+def run_lines(runs: Runs) -> Iterator[str]:
+    """Say what became of the scenarios under the laws."""
+    for run, scenarios in joined(runs.changed):
+        yield f"{', '.join(scenarios)} under {run.law}: {outcome(run)}"
+        for metric in run.metrics:
+            yield f"  {metric.name}  {metric.old:.5g} -> {metric.new:.5g} {metric.unit}{relative(metric)}"
+    if runs.same:
+        yield f"equal in all metrics: {same_runs(runs)}"
+    for change in runs.margins:
+        yield f"margins under {change.law} where {change.scenario} ends (gain, phase):"
+        for name, old, new in margin_rows(change):
+            yield f"  {name}  {old} -> {new}"
+    if runs.note:
+        yield runs.note
+
+
+def joined(runs: Sequence[RunChange]) -> list[tuple[RunChange, list[str]]]:
+    """Return runs with their scenarios, those that differ alike under one law together."""
+    groups: dict[RunChange, list[str]] = {}
+    for run in runs:
+        groups.setdefault(replace(run, scenario=""), []).append(run.scenario)
+    return list(groups.items())
+
+
+def same_runs(runs: Runs) -> str:
+    """Name the runs that are equal in all metrics, law by law."""
+    laws = dict.fromkeys(law for law, _ in runs.same)
+    scenarios = {law: ", ".join(scenario for other, scenario in runs.same if other == law) for law in laws}
+    return "; ".join(f"{names} under {law}" for law, names in scenarios.items())
+
+
+def outcome(run: RunChange) -> str:
+    """Say how a run differs."""
+    ends = [f"{side} {end}" for side, end in (("the old one", run.old), ("the new one", run.new)) if end]
+    if run.old == run.new:
+        ends = [f"both {run.old}"] if run.old else []
+    return "; ".join([*ends, f"{len(run.metrics)} of {run.count} metrics differ"] if run.count else ends)
+
+
+def relative(metric: MetricChange) -> str:
+    """Return by how much of its old value a metric moved, or nothing where that has no meaning."""
+    part = (metric.new - metric.old) / abs(metric.old) if metric.old else math.inf
+    return f"  ({100 * part:+.3g} %)" if math.isfinite(part) else ""
+
+
+def margin_rows(change: MarginChange) -> Iterator[tuple[str, str, str]]:
+    """Yield input, old and new margins."""
+    old, new = ({margin.input: margin for margin in side} for side in (change.old, change.new))
+    for name in dict.fromkeys((*old, *new)):
+        yield name, margin_text(old.get(name)), margin_text(new.get(name))
+
+
+def margin_text(margin: Margin | None) -> str:
+    """Say what a margin is; none where the linearised loop is not stable or the input is not used."""
+    if margin is None:
+        return "not defined"
+    return f"x{margin.gain:.3g}, {math.degrees(margin.phase):.3g} deg"
 
 
 def unit(loop: Loop) -> str:
