@@ -100,12 +100,13 @@ class MarginChange:
 
 @dataclass(frozen=True)
 class Overlay:
-    """The run that a change moves most, of both versions, for the picture."""
+    """The run that a change moves most, of both versions, for the picture; `size` is that of `RunChange`."""
 
     law: str
     scenario: str
     old: Run
     new: Run
+    size: float
 
 
 @dataclass(frozen=True)
@@ -154,7 +155,7 @@ def runs(old: Path, new: Path) -> tuple[Runs, Overlay | None]:
         if isinstance(pair[0], str) or isinstance(pair[1], str):
             continue
         if change is not None and change.size > largest:
-            overlay, largest = Overlay(law, scenario, *pair), change.size
+            overlay, largest = Overlay(law, scenario, *pair, change.size), change.size
         edges = _margins(before, pair[0]), _margins(after, pair[1])
         if _differ(*edges):
             moved.append(MarginChange(law, scenario, edges[0], edges[1]))

@@ -21,7 +21,7 @@ from .status import ModelStatus
 _ZERO = 1e-9
 """A rate at rest, and a part of an eigenvalue beside the other, that is rounding and not worth a word."""
 _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
-_HEADLINES = {
+HEADLINES = {
     ModelStatus.SAME: "physics the SAME",
     ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
     ModelStatus.UNDECIDED: "physics UNDECIDED",
@@ -39,7 +39,7 @@ _COUNTED = {
 def lines(model: str, status: ModelStatus, comparison: Comparison, follows: Consequences | None) -> Iterator[Line]:
     """Say what became of a model."""
     style = _STYLES.get(status, "bold red")
-    yield 0, Text.assemble((f"{model}: ", "bold"), (_HEADLINES[status], style), "   ", counted(comparison))
+    yield 0, Text.assemble((f"{model}: ", "bold"), (HEADLINES[status], style), "   ", counted(comparison))
     for name, old, new in comparison.structure:
         yield 2, Text(f"structure {name}: {old} -> {new}")
     yield from _equations(comparison)
@@ -190,6 +190,11 @@ def _consequences(follows: Consequences) -> Iterator[Line]:
 def consequence_lines(follows: Consequences) -> Iterator[str]:
     """Say what follows from a change, one finding a line; loops first, because they are what flies."""
     yield from run_lines(follows.runs)
+    yield from plant_lines(follows)
+
+
+def plant_lines(follows: Consequences) -> Iterator[str]:
+    """Say what follows for the plant, for eigenvalues and for the number of operations."""
     if follows.rates:
         yield f"the plant without a law: largest difference of rates at {follows.samples} random states (rms before):"
         for rate in follows.rates:
