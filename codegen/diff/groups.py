@@ -4,18 +4,35 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from .report import EquationChange, Fate, Story
+from .extension import Extension
+from .report import EXTENDED, MEMBER, EquationChange, Fate, Story
 from .versions import Versions
 
 
-def groups(versions: Versions, equations: tuple[EquationChange, ...]) -> tuple[Story, ...]:
+def groups(
+    versions: Versions, equations: tuple[EquationChange, ...], extension: Extension | None = None
+) -> tuple[Story, ...]:
     """Return the groups among judged rows."""
-    return (*_families(versions, equations), *_conventions(versions, equations), *_recombined(equations))
+    return (
+        *_extended(equations, extension),
+        *_families(versions, [equation for equation in equations if not equation.extended]),
+        *_conventions(versions, equations),
+        *_recombined(equations),
+    )
 
 
-def _families(versions: Versions, equations: tuple[EquationChange, ...]) -> list[Story]:
+def _extended(equations: tuple[EquationChange, ...], extension: Extension | None) -> list[Story]:
+    if extension is None:
+        return []
+    longer = sum(equation.how == EXTENDED for equation in equations)
+    own = sum(equation.how == MEMBER for equation in equations)
+    says = f"{extension.says}: {longer} equations are the same but for their terms, {own} are their own"
+    return [Story("extended", says, tuple(sorted(extension.names)))]
+
+
+def _families(versions: Versions, equations: Sequence[EquationChange]) -> list[Story]:
     indexed = _indexed(versions)
     stories: dict[tuple[str, ...], list[EquationChange]] = {}
     for equation in equations:

@@ -38,14 +38,16 @@ from .text import (
     same_runs,
     stories,
     sure,
+    telling_parameters,
     title,
     unit,
 )
 
 _FOLDED = (
+    (Fate.CHANGED, "extended: the same but for the terms of a family's other members"),
     (Fate.INHERITED, "inherited: other values, because of the changes above"),
-    (Fate.ADDED, "added, used by other equations"),
-    (Fate.REMOVED, "removed, were used by other equations"),
+    (Fate.ADDED, "added, used by other equations or of a family's new members"),
+    (Fate.REMOVED, "removed, were used by other equations or of a family's former members"),
     (Fate.REARRANGED, "rearranged: written differently, equal"),
     (Fate.RENAMED, "renamed, equal"),
     (Fate.SCALED, "scaled: the same equation, multiplied by something"),
@@ -123,7 +125,7 @@ class _Sheet:
         comparison, status = self._comparison, self._model.status
         apart = {equation for equation, _ in one_by_one(comparison)}
         folded = [
-            (heading, [self._card(equation) for equation in comparison.of(verdict) if equation not in apart])
+            (heading, [self._card(equation) for equation in comparison.of(verdict) if self._is_folded(equation, apart)])
             for verdict, heading in _FOLDED
         ]
         return _Section(
@@ -133,12 +135,17 @@ class _Sheet:
             counted=counted(comparison),
             stories=stories(comparison),
             changed=[self._card(equation, group) for equation, group in one_by_one(comparison)],
-            parameters=comparison.parameters,
+            parameters=telling_parameters(comparison),
             follows=self._model.consequences,
             folded=[(f"{len(cards)} {heading}", cards) for heading, cards in folded if cards],
             unchanged=[title(equation) for equation in comparison.of(Fate.SAME)],
             picture=_picture(self._model),
         )
+
+    @staticmethod
+    def _is_folded(equation: EquationChange, apart: set[EquationChange]) -> bool:
+        """Whether an equation has no card above; one of a family has, that of the family's first."""
+        return equation not in apart and (equation.verdict is not Fate.CHANGED or equation.extended)
 
     def _card(self, equation: EquationChange, group: Story | None = None) -> _Card:
         old, new = self._sides(equation)

@@ -20,6 +20,8 @@ from .status import ModelStatus
 
 _ZERO = 1e-9
 """A rate at rest, and a part of an eigenvalue beside the other, that is rounding and not worth a word."""
+_NAMED = 12
+"""Equations that are named where all have the same to say: two lines of a terminal. A page folds them all below."""
 _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
 HEADLINES = {
     ModelStatus.SAME: "physics the SAME",
@@ -44,7 +46,7 @@ def lines(model: str, status: ModelStatus, comparison: Comparison, follows: Cons
         yield 2, Text(f"structure {name}: {old} -> {new}")
     yield from _equations(comparison)
     yield from _equivalent(comparison)
-    yield from _parameters(comparison.parameters)
+    yield from _parameters(telling_parameters(comparison))
     if follows:
         yield from _consequences(follows)
 
@@ -78,7 +80,7 @@ def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story |
     family = families(comparison)
     for equation in comparison.of(Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED):
         group = family.get(equation.name)
-        if not is_quiet(equation) and (group is None or group.names[0] == equation.name):
+        if not (is_quiet(equation) or equation.extended) and (group is None or group.names[0] == equation.name):
             yield equation, group
 
 
@@ -114,6 +116,12 @@ def is_complete(edit: Edit) -> bool:
     return all(part is None or part.text in edit.says for part in (edit.old, edit.new))
 
 
+def telling_parameters(comparison: Comparison) -> list[ParameterChange]:
+    """Return the names and numbers that get words of their own: those of a family's other members do not."""
+    extended = comparison.extended()
+    return [change for change in comparison.parameters if change.name.split(".")[-1] not in extended]
+
+
 def label(equation: EquationChange) -> str:
     """Return the shortest name of an equation; one that is only shown goes by its number."""
     return equation.number or equation.title or equation.name if equation.kind == "equation" else equation.name
@@ -122,7 +130,9 @@ def label(equation: EquationChange) -> str:
 def labels(comparison: Comparison, names: Sequence[str]) -> str:
     """Return the shortest names of equations, each once."""
     shortest = {equation.name: label(equation) for equation in reversed(comparison.equations)}
-    return ", ".join(dict.fromkeys(shortest.get(name, name) for name in names))
+    every = list(dict.fromkeys(shortest.get(name, name) for name in names))
+    rest = f" and {len(every) - _NAMED} more" if len(every) > _NAMED + 1 else ""
+    return ", ".join(every[:_NAMED] if rest else every) + rest
 
 
 def _equations(comparison: Comparison) -> Iterator[Line]:
@@ -145,7 +155,8 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
         if equation.users:
             yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
     for verdict in (Fate.ADDED, Fate.REMOVED):
-        if quiet := [label(equation) for equation in comparison.of(verdict) if is_quiet(equation)]:
+        quiet = [label(e) for e in comparison.of(verdict) if is_quiet(e) and not e.extended]
+        if quiet:
             yield 2, Text.assemble((f"{verdict.value} ", "cyan"), ", ".join(quiet))
 
 
