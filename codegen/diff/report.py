@@ -163,7 +163,8 @@ class Story:
     kind : str
         "family": the same edit for every member of a family. "convention": a definition changed and its users
         compensate. "recombined": implicit equations differ one by one, but have the same solution. "extended": families
-        have more members on one side; the names are those of the members.
+        have more members on one side; the names are those of the members. "symmetric": the same edit in every axis.
+        "solved": texts that solve equations of motion which changed, and follow them.
     says : str
         The story in one line.
     names : tuple of str

@@ -38,6 +38,7 @@ from .text import (
     same_runs,
     stories,
     sure,
+    telling_metrics,
     telling_parameters,
     title,
     unit,
@@ -100,7 +101,13 @@ def html_page(diff: Diff) -> str:
     names = ", ".join(section.name for section in sections)
     filters: dict[str, Callable[..., Any]] = {
         **{"complex": number, "point": point, "place": place, "unit": unit, "relative": relative},
-        **{"joined": joined, "outcome": outcome, "same_runs": same_runs, "margin_rows": margin_rows},
+        **{
+            "joined": joined,
+            "outcome": outcome,
+            "same_runs": same_runs,
+            "margin_rows": margin_rows,
+            "telling": telling_metrics,
+        },
     }
     title = f"What changed in {names}"
     return page("diff.html.j2", filters, title=title, old=diff.old, new=diff.new, models=sections) + "\n"

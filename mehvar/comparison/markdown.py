@@ -26,6 +26,7 @@ from .text import (
     relative,
     same_runs,
     stories,
+    telling_metrics,
     title,
 )
 
@@ -109,7 +110,10 @@ def _parameters(model: ModelDiff) -> Iterator[str]:
 def _runs(changed: Sequence[RunChange]) -> Iterator[str]:
     for run, scenarios in joined(changed):
         yield from ("", f"**{', '.join(scenarios)} under {run.law}**: {_plain(outcome(run))}")
-        rows = [(_code(m.name), f"{m.old:.5g}", f"{m.new:.5g}", relative(m).strip(" ()"), m.unit) for m in run.metrics]
+        rows = [
+            (_code(m.name), f"{m.old:.5g}", f"{m.new:.5g}", relative(m).strip(" ()"), m.unit)
+            for m in telling_metrics(run)
+        ]
         yield from _table(("metric", "old", "new", "change", "unit"), rows)
 
 

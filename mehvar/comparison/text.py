@@ -20,6 +20,10 @@ from .status import ModelStatus
 
 _ZERO = 1e-9
 """A rate at rest, and a part of an eigenvalue beside the other, that is rounding and not worth a word."""
+_ALIKE = ("family", "symmetric")
+"""Groups whose members are said once, by the first."""
+_PART = 1e-3
+"""Of a metric: smaller changes are counted, not listed; they do not show in three digits."""
 _NAMED = 12
 """Equations that are named where all have the same to say: two lines of a terminal. A page folds them all below."""
 _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
@@ -67,18 +71,20 @@ def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
 
 def families(comparison: Comparison) -> dict[str, Story]:
     """Return the family that each equation belongs to, where the same edit was made in several."""
-    return {name: group for group in comparison.groups if group.kind == "family" for name in group.names}
+    return {name: group for group in comparison.groups if group.kind in _ALIKE for name in group.names}
 
 
 def stories(comparison: Comparison) -> list[str]:
     """Return what is said about several equations at once, families excepted."""
-    return [group.says for group in comparison.groups if group.kind != "family"]
+    return [group.says for group in comparison.groups if group.kind not in _ALIKE]
 
 
 def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story | None]]:
     """Yield the equations that get words of their own; a family once, by its first member."""
     family = families(comparison)
-    for equation in comparison.of(Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED):
+    follows = {name for group in comparison.groups if group.kind == "solved" for name in group.names}
+    telling = comparison.of(Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED)
+    for equation in sorted(telling, key=lambda equation: equation.name in follows):  # causes before what follows
         group = family.get(equation.name)
         if not (is_quiet(equation) or equation.extended) and (group is None or group.names[0] == equation.name):
             yield equation, group
@@ -222,8 +228,11 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
         yield f"eigenvalues under {loop.law} at {place(loop.point)}:"
         for old, new in loop.eigenvalues:
             yield f"  {number(old)} -> {number(new)}  {unit(loop)}"
-    for name, before, after in follows.operations:
+    operations = sorted(follows.operations, key=lambda row: -abs(row[2] - row[1]))
+    for name, before, after in operations[:_NAMED]:
         yield f"operations of {name}: {before} -> {after} ({after - before:+d})"
+    if len(operations) > _NAMED:
+        yield f"operations of {len(operations) - _NAMED} more functions differ"
     if follows.note:
         yield follows.note
 
@@ -232,7 +241,7 @@ def run_lines(runs: Runs) -> Iterator[str]:
     """Say what became of the scenarios under the laws."""
     for run, scenarios in joined(runs.changed):
         yield f"{', '.join(scenarios)} under {run.law}: {outcome(run)}"
-        for metric in run.metrics:
+        for metric in telling_metrics(run):
             yield f"  {metric.name}  {metric.old:.5g} -> {metric.new:.5g} {metric.unit}{relative(metric)}"
     if runs.same:
         yield f"equal in all metrics: {same_runs(runs)}"
@@ -264,7 +273,14 @@ def outcome(run: RunChange) -> str:
     ends = [f"{side} {end}" for side, end in (("the old one", run.old), ("the new one", run.new)) if end]
     if run.old == run.new:
         ends = [f"both {run.old}"] if run.old else []
-    return "; ".join([*ends, f"{len(run.metrics)} of {run.count} metrics differ"] if run.count else ends)
+    little = len(run.metrics) - len(telling_metrics(run))
+    less = f", {little} of them by less than {100 * _PART:g} %" if little else ""
+    return "; ".join([*ends, f"{len(run.metrics)} of {run.count} metrics differ{less}"] if run.count else ends)
+
+
+def telling_metrics(run: RunChange) -> list[MetricChange]:
+    """Return the metrics that moved enough to be listed."""
+    return [m for m in run.metrics if not abs(m.new - m.old) < _PART * max(abs(m.old), abs(m.new))]
 
 
 def relative(metric: MetricChange) -> str:
