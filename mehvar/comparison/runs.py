@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from mehvar.errors import InputError, MehvarError
 from mehvar.manifest import read_manifest
 from mehvar.runtime.compiling.compiler import require_compiler
@@ -191,16 +193,24 @@ def _change(law: str, scenario: str, old: Run | str, new: Run | str) -> RunChang
     before, after = _metrics(old), _metrics(new)
     shared = [name for name in after if name in before]
     moved = tuple(
-        MetricChange(name, new.manifest.metrics[name].unit, before[name], after[name])
+        MetricChange(name, after[name][1], before[name][0], after[name][0])
         for name in shared
-        if not isinstance(new, str) and not _equal(before[name], after[name])
+        if not _equal(before[name][0], after[name][0])
     )
     ends = _end(old), _end(new)
     return RunChange(law, scenario, *ends, moved, len(shared)) if moved or ends[0] != ends[1] else None
 
 
-def _metrics(run: Run | str) -> dict[str, float]:
-    return {} if isinstance(run, str) else {name: float(v) for name, v in metrics(run, run.manifest).items()}
+def _metrics(run: Run | str) -> dict[str, tuple[float, str]]:
+    """Return the metrics of a run with their units; of a model that defines none, what its states reach and end at."""
+    if isinstance(run, str):
+        return {}
+    known = run.manifest.metrics
+    if known:
+        return {name: (float(value), known[name].unit) for name, value in metrics(run, run.manifest).items()}
+    states = list(enumerate(run.manifest.states))
+    reached = {f"largest |{q.name}|": (float(np.max(np.abs(run.x[:, k]))), q.unit) for k, q in states}
+    return reached | {f"last {q.name}": (float(run.x[-1, k]), q.unit) for k, q in states}
 
 
 def _equal(old: float, new: float) -> bool:
