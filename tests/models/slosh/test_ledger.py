@@ -11,7 +11,7 @@ import sympy as sp
 from mehvar.codegen.ledger.ledger import Ledger, Standing, judge_entry
 from mehvar.models.slosh.paper import NUMBERS, paper
 from mehvar.models.system import Definition, Equation, System
-from tests.models.ledgers import equations, judged
+from tests.models.ledgers import check_errata, equations, judged
 
 MISPRINTS: Mapping[str, tuple[str, ...]] = {
     "(1)": ("d/dt dL/dV_dot should read d/dt dL/dV",),
@@ -52,6 +52,10 @@ DEFINITIONS = {
 
 def test_every_number_is_there_once(ledger: Ledger) -> None:
     assert equations(ledger) == list(range(1, NUMBERS + 1))
+
+
+def test_every_erratum_has_one_kind_and_a_cause(ledger: Ledger) -> None:
+    check_errata(ledger)
 
 
 def test_the_verdicts(ledger: Ledger) -> None:
