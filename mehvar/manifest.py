@@ -223,6 +223,11 @@ class Function:
     operations: int
     file: str
 
+    @property
+    def internal(self) -> bool:
+        """Whether it is one of the two parts of another function, split so that a run computes the first part once."""
+        return self.file.endswith("_prepared.c")
+
     @cached_property
     def shapes(self) -> tuple[tuple[int, ...], ...]:
         """The shape of each result: a number, a vector, or a matrix of derivatives."""

@@ -24,6 +24,7 @@ _PACKAGES = {
     "casadi": "code generation",
     "zarr": "batches",
     "pandas": "result files as CSV",
+    "pint": "units in values, as in --set theta_0=30deg",
     "pyarrow": "result files as Parquet",
     "matplotlib": "pictures and the report",
     "distributed": "batches on many machines",
