@@ -15,7 +15,6 @@ import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from itertools import zip_longest
 from typing import TYPE_CHECKING, NoReturn, Protocol
 
 if TYPE_CHECKING:
@@ -82,8 +81,7 @@ def print_entries(title: str, columns: Sequence[str], rows: Sequence[Sequence[st
 
 def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
     """Return cells under each other; what comes after the last width is as wide as it is."""
-    padded = [cell.ljust(width) for cell, width in zip_longest(cells, widths[: len(cells)], fillvalue=0)]
-    return (" " * _GAP).join(padded)
+    return (" " * _GAP).join(cell.ljust(width) for cell, width in zip(cells, [*widths, 0], strict=False))
 
 
 def _styled(text: str, style: str) -> Text:

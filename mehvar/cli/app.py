@@ -28,6 +28,7 @@ COMMANDS = {
     "verify": "Hold every file of a batch against what was written; exit 1 if one is missing or damaged.",
     "convert": "Write a result or a batch as Parquet, NetCDF, CSV or MATLAB, units in names and metadata.",
     "doctor": "Say what is installed, what is missing, and the command that would install it.",
+    "report": "Write a page about a model, a result or a batch: equations, numbers, runs, pictures, animation.",
     "reproduce": "Compute every figure and claim of the papers and write one HTML report.",
 }
 FOR_GIT = {

@@ -107,9 +107,8 @@ def _check(
 
     def check_settings() -> None:
         parameters, _ = split_settings(read_values(texts, manifest), manifest.choices, "run", "--set")
-        if controller in manifest.controllers:
-            names = (*OPTIONS, *manifest.choices)
-            check_values(manifest, manifest.controllers[controller], parameters, "--set", names)
+        if law := manifest.controllers.get(controller or ""):
+            check_values(manifest, law, parameters, "--set", (*OPTIONS, *manifest.choices))
 
     together(
         lambda: controller == OPEN_LOOP or manifest.controller(required_law(manifest, controller)),
