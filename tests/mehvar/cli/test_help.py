@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from mehvar import __main__
+from mehvar.cli import doctor
 from mehvar.cli.app import BOARD, COMMANDS, EXPORT
 from mehvar.runtime.model.catalogue import find_model, list_models
 
@@ -27,6 +28,15 @@ def test_h_is_help(words, monkeypatch, capsys):
     short, long = (printed(monkeypatch, capsys, *words, flag) for flag in ("-h", "--help"))
     assert short == long
     assert "-h, --help" in short
+
+
+def test_doctor_says_what_works_and_what_to_install(monkeypatch, capsys):
+    monkeypatch.setattr(doctor, "installed", lambda name: {} if name in ("jax", "numba") else {name: "1.0"})
+    page = printed(monkeypatch, capsys, "doctor")
+    works = page.partition("works: ")[2].partition("\n")[0]
+    assert "every run" in works
+    assert "right-hand sides in JAX" not in works
+    assert 'for the rest: pip install "mehvar[jax,numba]"' in page
 
 
 @pytest.mark.parametrize("model", list_models())
