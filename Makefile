@@ -44,7 +44,7 @@ validate:
 
 mutants: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[mutants]"
-	$(BIN)/python -m tests.mutants
+	$(BIN)/python -m tests.mutants $(if $(MINUTES),--minutes $(MINUTES))
 
 peers: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[control,jax,numba]" fmpy

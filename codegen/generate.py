@@ -160,7 +160,8 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     """
     with tracing(tree.root, package_name(tree, model)) as loading:
         system = system_of(tree, model, structure or {})
-        loaded = {name: sha256(path) for name, path in loading().items()}
+        loaded = {name: sha256(path) for name, path in loading.files().items()}
+        libraries = loading.libraries()
     sources = {**loaded, **(_plant_inputs(tree, model) or {}), **tree.sources(model)}
     from .code.files import printed, texts
     from .equations.graph import equations_json
@@ -175,6 +176,7 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     graphs = generate_functions(system)
     functions = printed(graphs)
     manifest = manifest_of(system, functions, sources)
+    manifest = replace(manifest, versions=dict(sorted({**libraries, **manifest.versions}.items())))
     _check_constants(manifest, [f.name for f in functions])
     files = texts(manifest, functions)
     files["equations.json"] = equations_json(system)

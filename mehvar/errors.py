@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import difflib
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import PurePath
 
 _LONGEST = 200
@@ -84,6 +84,26 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     listed = ", ".join(names) if names else "none"
     return InputError(f"unknown {kind} {shown(name)}{_from(origin)}: {hint}known: {listed}")
+
+
+def together(*checks: Callable[[], object]) -> None:
+    """Run checks, and refuse what any of them refuses in one message, a line for each.
+
+    Raises
+    ------
+    InputError
+        If a check raises it; the others run all the same.
+    """
+    errors = []
+    for check in checks:
+        try:
+            check()
+        except InputError as error:
+            errors.append(error)
+    if len(errors) > 1:
+        raise InputError("\n".join(dict.fromkeys(map(str, errors))))
+    if errors:
+        raise errors[0]
 
 
 def shown(value: object) -> str:

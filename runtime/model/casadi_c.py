@@ -30,7 +30,7 @@ def casadi_manifest(manifest: Manifest) -> Manifest:
             f"backend = 'casadi': {manifest.folder} has no {file}; "
             f"mehvar generate {manifest.model} --emit casadi writes it"
         )
-    whole = {name: f for name, f in manifest.functions.items() if not f.file.endswith("_prepared.c")}
+    whole = {name: f for name, f in manifest.functions.items() if not f.internal}
     return replace(manifest, functions={name: replace(f, file=file) for name, f in whole.items()})
 
 

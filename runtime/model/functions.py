@@ -11,6 +11,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mehvar.display import heading, table
 from mehvar.errors import FunctionNameError, InputError, unknown_name
 from mehvar.manifest import Array, Function, Manifest
 from mehvar.names import identifier
@@ -66,6 +67,15 @@ class GeneratedFunction:
         )
         return f"{function.name}({arguments}) -> {results}"
 
+    def _repr_html_(self) -> str:
+        function, what = self._function, f"{self!r}, {self._function.operations} operations"
+        shapes = zip(function.results, function.shapes, strict=True)
+        rows = [
+            *((a.name, "argument", a.shape or "number") for a in function.arguments),
+            *((result.name, "result", shape or "number") for result, shape in shapes),
+        ]
+        return heading(f"{what}: {function.description}") + table("", ("name", "what it is", "shape"), rows)
+
     @property
     def function(self) -> Function:
         """What the manifest says of it: arguments and results."""
@@ -119,6 +129,9 @@ class Functions(Mapping[str, GeneratedFunction]):
         if function is None:
             raise FunctionNameError(str(unknown_name(f"function of {self._model}", name, self._functions)))
         return function
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self._functions)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._functions)
