@@ -146,6 +146,11 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "paper": "tests/mehvar/comparison/test_compare.py: --paper",
         "form": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--format", "json")),
         "out": "tests/mehvar/comparison/test_compare.py: --out",
+        "plot": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--plot", "a.bmp")),
+    },
+    "report": {
+        "subject": (("report", "none", "--out", "a"), ("report", "nil", "--out", "a")),
+        "out": (("report", "none", "--out", "a"), ("report", "none", "--out", "file")),
     },
     "convert": {
         "source": (CONVERT, (CONVERT[0], "none.zarr", *CONVERT[2:])),
