@@ -22,6 +22,9 @@ docs: setup farm
 
 soak: setup
 	$(BIN)/pytest -m soak
+	$(BIN)/python -m tests.fuzz commands 1 100000 build/fuzz.jsonl
+	$(BIN)/python -m tests.fuzz edits 1 10000 build/fuzz.jsonl
+	$(BIN)/python -m tests.fuzz sanitizers 1 300 build/fuzz.jsonl
 	$(BIN)/python benchmarks/board.py fuzz residual
 	$(BIN)/python benchmarks/board.py day
 	$(BIN)/python benchmarks/kill_test.py --kills 200

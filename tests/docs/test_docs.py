@@ -27,6 +27,7 @@ from typing import Any
 
 import pytest
 
+from docs.site import pictures
 from tests.validation import __main__ as validation
 from tests.validation.table import Row
 
@@ -242,6 +243,10 @@ def anchors(page: Path) -> set[str]:
 def test_the_page_of_numbers_is_what_the_benchmarks_say() -> None:
     program = runpy.run_path(str(ROOT / "docs" / "site" / "numbers.py"))
     assert program["PAGE"].read_text(encoding="utf-8") == program["page"](), "run: python docs/site/numbers.py"
+
+
+def test_the_moving_picture_of_the_readme_is_made_by_a_run() -> None:
+    assert pictures.FILE.read_text(encoding="utf-8") == pictures.picture(), "run: python -m docs.site.pictures"
 
 
 def test_the_citation_names_this_version() -> None:
