@@ -7,7 +7,7 @@ import functools
 import json
 from typing import TYPE_CHECKING
 
-from mehvar.errors import InputError, MissingError
+from mehvar.errors import InputError
 from mehvar.manifest import Controller, Manifest
 from mehvar.versions import installed
 
@@ -36,10 +36,7 @@ def to_dataset(run: Run) -> xarray.Dataset:
         the model. Each has `units` and `long_name`. The attributes hold model, law, scenario, status, effective
         parameters and the manifest, structured ones as JSON.
     """
-    try:
-        import xarray
-    except ImportError as error:
-        raise MissingError("a dataset needs xarray: pip install xarray") from error
+    import xarray
 
     manifest, about = run.manifest, _descriptions(run.manifest, run.controller)
     series = {name: ("t", values, about[name]) for name, values in run.variables().items()}
