@@ -148,17 +148,17 @@ def runs(old: Path, new: Path) -> tuple[Runs, Overlay | None]:
     changed, same, moved = [], [], []
     overlay, largest = None, 0.0
     for law, scenario in _cases(before, after):
-        pair = _run(before, law, scenario), _run(after, law, scenario)
-        change = _change(law, scenario, *pair)
+        first, second = _run(before, law, scenario), _run(after, law, scenario)
+        change = _change(law, scenario, first, second)
         if change is None:
             same.append((law, scenario))
         else:
             changed.append(change)
-        if isinstance(pair[0], str) or isinstance(pair[1], str):
+        if isinstance(first, str) or isinstance(second, str):
             continue
         if change is not None and change.size > largest:
-            overlay, largest = Overlay(law, scenario, *pair, change.size), change.size
-        edges = _margins(before, pair[0]), _margins(after, pair[1])
+            overlay, largest = Overlay(law, scenario, first, second, change.size), change.size
+        edges = _margins(before, first), _margins(after, second)
         if _differ(*edges):
             moved.append(MarginChange(law, scenario, edges[0], edges[1]))
     return Runs(tuple(changed), tuple(same), tuple(moved)), overlay

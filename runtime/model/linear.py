@@ -235,7 +235,8 @@ def _period(manifest: Manifest, controller: Controller, p: ArrayLike) -> FloatAr
     if not controller.period:
         return None
     place = [q.name for q in manifest.parameters].index(controller.period)
-    return np.take(np.asarray(p, dtype=np.float64), place, axis=-1)
+    period: FloatArray = np.take(np.asarray(p, dtype=np.float64), place, axis=-1)
+    return period
 
 
 def _loop_states(manifest: Manifest, controller: Controller) -> tuple[str, ...]:
