@@ -237,8 +237,7 @@ def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
     folder = tree.root / "models" / model
     check_system(system)
-    if plant is not None or not load_model(tree, model).STRUCTURE:
-        check_tables(system, folder)
+    check_tables(system, folder, {} if plant is not None else load_model(tree, model).STRUCTURE)
     if system.name != model:
         raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
     return system
@@ -285,6 +284,9 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
     with own_text(folder), no_branching():
         system: System = package.system(**structure)
+    chosen = {name: values[0] for name, values in choices.items()} | dict(structure)
+    if system.structure != chosen:
+        raise GenerateError(f"{folder}: structure = {shown(system.structure)} of the system: must be {chosen}")
     return system
 
 

@@ -12,14 +12,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mehvar.display import gathered, heading, table
 from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import Manifest
+from mehvar.manifest import Manifest, parameter_table
 
 from ..arguments import check_arguments
 from ..compiling.compiler import find_compiler, require_compiler
 from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_folder, find_model
+from .equations import rates
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
+from .generated import tell_stale
 from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows
 from .parameters import Setting, law_vector, named_values, vector
@@ -66,6 +69,25 @@ class Model:
 
     def __repr__(self) -> str:
         return f"<mehvar model {self.name!r}, {len(self.state_names)} states, backend {self.backend!r}>"
+
+    def _repr_latex_(self) -> str:
+        return gathered(rates(self.manifest.folder))
+
+    def _repr_html_(self) -> str:
+        manifest, columns = self.manifest, ("name", "unit", "meaning")
+        groups = (("states x", manifest.states), ("inputs u", manifest.inputs), ("outputs y", manifest.outputs))
+        laws = [(law.name, law.title) for law in manifest.controllers.values()]
+        scenarios = [(case.name, case.title) for case in manifest.scenarios.values()]
+        return "".join(
+            (
+                heading(f"{manifest.model}: {manifest.title}"),
+                *(table(title, columns, [(q.name, q.unit, q.description) for q in group]) for title, group in groups),
+                self._repr_latex_(),
+                parameter_table("parameters p", manifest.parameters),
+                table("laws", ("name", "what it is"), laws),
+                table("scenarios", ("name", "what it is"), scenarios),
+            )
+        )
 
     @property
     def name(self) -> str:
@@ -425,6 +447,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     if backend not in (None, "c", "python", "casadi"):
         raise bad_value("backend", backend, "'c', 'python' or 'casadi'")
     manifest = find_model(model)
+    tell_stale(manifest)
     if backend == "python":
         return Model(manifest, PythonBackend(manifest))
     if backend is None and find_compiler() is None:

@@ -471,10 +471,10 @@ def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
     shutil.copy(CART / "paper.py", project.root / "models" / "cart")
     process = project.mehvar("diff", "--paper")
     assert process.returncode == 1, process.stderr
-    for line in ("cart: 1 hold, 1 differ", "hold  (1)", "differs (2)  acceleration", "The force pushes."):
+    for line in ("cart: 1 hold, 1 differ", "hold  (1)", "differs (2)  acceleration", "misprint: The force pushes."):
         assert line in process.stdout
     printed, correct = (
-        next(line for line in process.stdout.splitlines() if word in line) for word in ("printed  ", "correct  ")
+        next(line for line in process.stdout.splitlines() if word in line) for word in ("printed  ", "assumption  ")
     )
     assert "-F" in printed.replace(" ", "") or "F_s-F" in printed.replace(" ", "")
     assert printed.split()[1:] != correct.split()[1:]
@@ -486,7 +486,8 @@ def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
     assert "cart: 1 hold, 1 differ" in text
     page = (project.root / "ledger.html").read_text(encoding="utf-8")
     assert Tags(page).addresses == ["#cart"]
-    assert page.count("<math") == 3
+    assert page.count("<math") == 6  # three formulas, and in the change a term and two signs
+    assert '<span class="badge">misprint</span> The force pushes. The correction is an assumption.' in page
 
 
 TUTORIAL = (ROOT / "docs" / "tutorials" / "diff.md").read_text(encoding="utf-8")
