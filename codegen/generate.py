@@ -160,7 +160,8 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     """
     with tracing(tree.root, package_name(tree, model)) as loading:
         system = system_of(tree, model, structure or {})
-        loaded = {name: sha256(path) for name, path in loading().items()}
+        loaded = {name: sha256(path) for name, path in loading.files().items()}
+        libraries = loading.libraries()
     sources = {**loaded, **(_plant_inputs(tree, model) or {}), **tree.sources(model)}
     from .code.files import printed, texts
     from .equations.graph import equations_json
@@ -175,6 +176,7 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     graphs = generate_functions(system)
     functions = printed(graphs)
     manifest = manifest_of(system, functions, sources)
+    manifest = replace(manifest, versions=dict(sorted({**libraries, **manifest.versions}.items())))
     _check_constants(manifest, [f.name for f in functions])
     files = texts(manifest, functions)
     files["equations.json"] = equations_json(system)
@@ -235,8 +237,7 @@ def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
     folder = tree.root / "models" / model
     check_system(system)
-    if plant is not None or not load_model(tree, model).STRUCTURE:
-        check_tables(system, folder)
+    check_tables(system, folder, {} if plant is not None else load_model(tree, model).STRUCTURE)
     if system.name != model:
         raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
     return system
@@ -283,6 +284,9 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
     with own_text(folder), no_branching():
         system: System = package.system(**structure)
+    chosen = {name: values[0] for name, values in choices.items()} | dict(structure)
+    if system.structure != chosen:
+        raise GenerateError(f"{folder}: structure = {shown(system.structure)} of the system: must be {chosen}")
     return system
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import difflib
 import reprlib
 from collections.abc import Callable, Iterable
+from pathlib import PurePath
 
 _LONGEST = 200
 """Characters of a value in a message: a few lines of a terminal, and more than any path or condition people type."""
@@ -111,7 +112,7 @@ def shown(value: object) -> str:
     The `repr` of a long list fills the terminal, and Python refuses to spell out an integer of 5000 digits.
     """
     try:
-        text = repr(value)
+        text = repr(str(value) if isinstance(value, PurePath) else value)
     except ValueError:
         return f"an integer of {value.bit_length()} bits" if isinstance(value, int) else reprlib.repr(value)
     text = " ".join(text.split())

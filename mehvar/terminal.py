@@ -153,17 +153,18 @@ def working(what: str) -> Iterator[None]:
 
 
 def print_json(facts: object) -> None:
-    """Print facts as JSON, which knows neither infinity nor NaN: such numbers are texts."""
-    print(json.dumps(_finite(facts), indent=1, ensure_ascii=False))
+    """Print facts as JSON."""
+    print(json.dumps(finite(facts), indent=1, ensure_ascii=False))
 
 
-def _finite(value: object) -> object:
+def finite(value: object) -> object:
+    """Return facts with infinity and NaN, which JSON does not know, as texts."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, Mapping):
-        return {str(key): _finite(item) for key, item in value.items()}
+        return {str(key): finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     return value
 
 

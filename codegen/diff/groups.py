@@ -3,19 +3,46 @@
 
 from __future__ import annotations
 
+import itertools
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from .report import EquationChange, Fate, Story
+from .extension import Extension
+from .report import EXTENDED, MEMBER, EquationChange, Fate, Story
 from .versions import Versions
 
+_AXIS = re.compile(
+    r"(?<![A-Za-z0-9])[xyz](?![A-Za-z0-9])|(?<=_)[xyz123](?![A-Za-z0-9])|(?<=[a-z_])[xyz](?![A-Za-z0-9_])"
+)
+"""An axis as a word, as in "torque about x", or at the end of a name, as in I_y or wx."""
+_SIGN = re.compile(r"(?<![\w)])-(?=\d)")
+"""Of a number: factors are taken out of sums in one order for all axes, and cross products are not."""
 
-def groups(versions: Versions, equations: tuple[EquationChange, ...]) -> tuple[Story, ...]:
+
+def groups(
+    versions: Versions, equations: tuple[EquationChange, ...], extension: Extension | None = None
+) -> tuple[Story, ...]:
     """Return the groups among judged rows."""
-    return (*_families(versions, equations), *_conventions(versions, equations), *_recombined(equations))
+    return (
+        *_extended(equations, extension),
+        *_families(versions, [equation for equation in equations if not equation.extended]),
+        *_symmetric(equations),
+        *_solved(versions, equations),
+        *_conventions(versions, equations),
+        *_recombined(equations),
+    )
 
 
-def _families(versions: Versions, equations: tuple[EquationChange, ...]) -> list[Story]:
+def _extended(equations: tuple[EquationChange, ...], extension: Extension | None) -> list[Story]:
+    if extension is None:
+        return []
+    longer = sum(equation.how == EXTENDED for equation in equations)
+    own = sum(equation.how == MEMBER for equation in equations)
+    says = f"{extension.says}: {longer} equations are the same but for their terms, {own} are their own"
+    return [Story("extended", says, tuple(sorted(extension.names)))]
+
+
+def _families(versions: Versions, equations: Sequence[EquationChange]) -> list[Story]:
     indexed = _indexed(versions)
     stories: dict[tuple[str, ...], list[EquationChange]] = {}
     for equation in equations:
@@ -31,6 +58,58 @@ def _families(versions: Versions, equations: tuple[EquationChange, ...]) -> list
             says = "; ".join(_generic(edit.says, indexed) for edit in members[0].edits) or members[0].verdict.value
             families.append(Story("family", f"for every i: {says}", names))
     return families
+
+
+def _symmetric(equations: tuple[EquationChange, ...]) -> list[Story]:
+    """Return equations for the axes of one vector, or entries of one matrix, that were edited alike but for signs."""
+    stories: dict[tuple[object, ...], list[EquationChange]] = {}
+    for equation in equations:
+        if equation.verdict is Fate.CHANGED and equation.edits and equation.kind != "equation":
+            edits = frozenset((edit.kind, _any_axis(edit.says)) for edit in equation.edits)
+            about = equation.kind, _any_axis(equation.name), _any_axis(equation.title), edits
+            stories.setdefault(about, []).append(equation)
+    symmetric = []
+    for members in stories.values():
+        names = tuple(dict.fromkeys(equation.name for equation in members))
+        if len(names) > 1:
+            says = "; ".join(dict.fromkeys(_unsigned(edit.says) for edit in members[0].edits))
+            symmetric.append(Story("symmetric", f"{_titles(members)}: {says}", names))
+    return symmetric
+
+
+def _any_axis(text: str) -> str:
+    """Return a text without its signs, and with one letter for every axis."""
+    return _AXIS.sub("_", _unsigned(text))
+
+
+def _unsigned(text: str) -> str:
+    return _SIGN.sub("", text)
+
+
+def _titles(members: Sequence[EquationChange]) -> str:
+    """Name what several equations are about: what their titles share, and in what they differ."""
+    titles = list(dict.fromkeys(equation.title for equation in members))
+    if len(titles) == 1:
+        return titles[0]
+    words = zip(*(title.split() for title in titles), strict=False)
+    stem = " ".join(word for word, *others in itertools.takewhile(lambda same: len(set(same)) == 1, words))
+    return f"{stem} {', '.join(title.removeprefix(stem).strip() for title in titles)}".strip()
+
+
+def _solved(versions: Versions, equations: tuple[EquationChange, ...]) -> list[Story]:
+    """Return what changed in the form that is solved for the rates, where the equations that it solves changed too."""
+    if not any(equation.kind == "motion" and equation.verdict is Fate.CHANGED for equation in equations):
+        return []
+    stated = [item for item in versions.news if item.row.kind in ("motion", "equation")]
+    used = {item.name for item in stated}
+    while stated:
+        children = [child for child in versions.children(stated.pop()) if child.name not in used]
+        used |= {child.name for child in children}
+        stated += children
+    solving = [e for e in equations if e.verdict is Fate.CHANGED and e.kind in ("definition", "rhs") and e.matters]
+    names = tuple(dict.fromkeys(equation.name for equation in solving if equation.name not in used))
+    says = "the equations of motion changed; the form that is solved for the rates, which generate compares, follows"
+    return [Story("solved", says, names)] if names else []
 
 
 def _indexed(versions: Versions) -> Mapping[str, str]:

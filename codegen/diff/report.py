@@ -15,6 +15,11 @@ Path = tuple[int, ...]
 """Positions of operands on the way from the root of an expression to a part of it."""
 
 
+EXTENDED = "the same text with terms of the other members of a family, by its form"
+MEMBER = "of a member of a family that the other side lacks"
+"""How a change is known that the length of a family explains."""
+
+
 class Fate(StrEnum):
     """What became of an equation.
 
@@ -143,6 +148,11 @@ class EquationChange:
     old_node: int | None = None
     new_node: int | None = None
 
+    @property
+    def extended(self) -> bool:
+        """Whether the length of a family explains what became of it."""
+        return self.how in (EXTENDED, MEMBER)
+
 
 @dataclass(frozen=True)
 class Story:
@@ -152,7 +162,9 @@ class Story:
     ----------
     kind : str
         "family": the same edit for every member of a family. "convention": a definition changed and its users
-        compensate. "recombined": implicit equations differ one by one, but have the same solution.
+        compensate. "recombined": implicit equations differ one by one, but have the same solution. "extended": families
+        have more members on one side; the names are those of the members. "symmetric": the same edit in every axis.
+        "solved": texts that solve equations of motion which changed, and follow them.
     says : str
         The story in one line.
     names : tuple of str
@@ -218,6 +230,10 @@ class Comparison:
     new_nodes: tuple[tuple[Any, ...], ...] = ()
     old_latex: tuple[tuple[str, str], ...] = ()
     new_latex: tuple[tuple[str, str], ...] = ()
+
+    def extended(self) -> frozenset[str]:
+        """Return the names of the members of families that only one side has."""
+        return frozenset(name for group in self.groups if group.kind == "extended" for name in group.names)
 
     @property
     def sources(self) -> tuple[EquationChange, ...]:

@@ -200,7 +200,7 @@ def repeat(
     what = f"run {number} of {path}"
     drawn = ", ".join(f"{name} = {value!r}" for name, value in plan.drawn(number).items())
     typer.echo(f"{what}: {drawn}" if drawn else what)
-    different = difference(run, store, number)
+    different = difference(run, plan, store, number)
     if different is None:
         typer.echo("this run is not stored yet: there is nothing to compare with")
     else:

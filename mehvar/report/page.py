@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 
 from mehvar import html
 from mehvar.comparison.text import number as eigenvalue
-from mehvar.ledger.text import counted, example
+from mehvar.ledger.page import FILTERS
 from mehvar.papers.claims import Check, Claim, ClaimVerdict
 from mehvar.papers.deviations import Deviation
 from mehvar.papers.scene import Scene
@@ -46,9 +46,8 @@ def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
     counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in ClaimVerdict]
     scenes = [Markup(report.paper.script) for report in reports]
     filters: dict[str, Callable[..., Any]] = {
-        "typeset": typeset, "unit": pretty_unit, "number": number, "deviation": deviation, "counted": counted,
-        "example": example, "uri": uri, "brief": _brief,
-        "complex": eigenvalue,
+        "typeset": typeset, "unit": pretty_unit, "number": number, "deviation": deviation, "uri": uri, "brief": _brief,
+        "complex": eigenvalue, **FILTERS,
     }  # fmt: skip
     text = html.page(
         "report/report.html.j2",

@@ -21,6 +21,7 @@ from mehvar.errors import InputError, MehvarError
 from mehvar.manifest import FILE
 
 from ..compiling.compiler import require_compiler
+from ..model.generated import generated_text
 from ..model.model import load
 from .blocks import Blocks, BlockSource, Missing, Provenance, Values
 from .numerics import Numerics, other_numerics
@@ -143,7 +144,7 @@ def _bundle(plan: Plan, numerics: Numerics) -> Bundle:
     manifest = plan.model.manifest
     sources = (path for path in manifest.folder.iterdir() if path.suffix in (".c", ".h"))
     names = [FILE, *sorted(path.name for path in sources if not path.stem.endswith("_jac"))]
-    files = {name: (manifest.folder / name).read_text(encoding="utf-8") for name in names}
+    files = {name: generated_text(manifest, name) for name in names}
     return Bundle(files, plan.campaign.json_text(), numerics.text())
 
 

@@ -22,6 +22,7 @@ from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_folder, find_model
 from .equations import rates
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
+from .generated import tell_stale
 from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows
 from .named import NamedVector, named
@@ -448,6 +449,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     if backend not in (None, "c", "python", "casadi"):
         raise bad_value("backend", backend, "'c', 'python' or 'casadi'")
     manifest = find_model(model)
+    tell_stale(manifest)
     if backend == "python":
         return Model(manifest, PythonBackend(manifest))
     if backend is None and find_compiler() is None:

@@ -12,7 +12,8 @@ import re
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, NoReturn
 
 import pytest
 import typer
@@ -21,8 +22,11 @@ import xarray
 import mehvar
 from mehvar import runtime
 from mehvar.cli import app
+from mehvar.cli.board import flash, report
+from mehvar.errors import InputError
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.board.run import BoardRequest
 from mehvar.runtime.run.options import OPTIONS
 from tests.fuzz.campaign import in_process, snapshot
 
@@ -62,6 +66,9 @@ WITHOUT: Mapping[str, dict[str, Any]] = {
 SIMULATE = ("simulate", PENDULUM, "--controller", "pd", "--t-end", "0.1")
 SAVED = (*SIMULATE, "--out", "a.csv")
 BOARD = ("board", "run", "triangle", "--controller", "path", "--target", "sil", "--samples", "3")
+BUILD = ("board", "build", "triangle", "--controller", "path", "--target", "sil")
+REPORT = ("board", "report", *BOARD[2:], "--out", "a")
+FLASH = ("board", "flash", "triangle", "--controller", "path", "--dry-run")
 BATCH = ("batch", PENDULUM, "--controller", "pd", "-n", "2", "--t-end", "0.1", "--vary", "k_p=normal(16, 0.1)")
 STORED = (*BATCH, "--out", "s.zarr")
 OPEN = (*SIMULATE[:3], "none", *SIMULATE[4:], "--out", "a.csv")
@@ -159,6 +166,39 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "board": "tests/mehvar/cli/test_board.py: --board",
         "compiler": "tests/runtime/board/test_equivalence.py: compiler=",
     },
+    "board build": {
+        "model": (BUILD, (*BUILD[:2], "none", *BUILD[3:])),
+        "controller": (BUILD, (*BUILD[:4], "sliding", *BUILD[5:])),
+        "board": (BUILD, (*BUILD, "--board", "stm32f4")),
+        "compiler": (BUILD, (*BUILD, "--compiler", "tcc")),
+        "scenario": (BUILD, (*BUILD, "--scenario", "paper-b")),
+        "target": (BUILD, (*BUILD[:6], "unicorn")),
+        "raw": (BUILD, (*BUILD, "--raw")),
+        "inline": (BUILD, (*BUILD, "--inline-parameters")),
+        "tunable": ((*BUILD, "--inline-parameters"), (*BUILD, "--inline-parameters", "--tunable", "R")),
+        "out": (BUILD, (*BUILD, "--out", "a")),
+    },
+    "board report": {
+        "model": (REPORT, (*REPORT[:2], "none", *REPORT[3:])),
+        "controller": (REPORT, (*REPORT[:4], "sliding", *REPORT[5:])),
+        "target": (REPORT, (*REPORT[:6], "nosuch", *REPORT[7:])),
+        "samples": (REPORT, (*REPORT[:8], "4", *REPORT[9:])),
+        "board": (REPORT, (*REPORT, "--board", "stm32f4")),
+        "compiler": (REPORT, (*REPORT, "--compiler", "tcc")),
+        "scenario": (REPORT, (*REPORT, "--scenario", "paper-b")),
+        "settings": (REPORT, (*REPORT, "--set", "R=0.6")),
+        "out": (REPORT, (*REPORT[:-1], "file")),
+    },
+    "board flash": {
+        "model": (FLASH, (*FLASH[:2], "none", *FLASH[3:])),
+        "controller": (FLASH, (*FLASH[:4], "sliding", *FLASH[5:])),
+        "board": (FLASH, (*FLASH, "--board", "stm32f4-usart2")),
+        "compiler": (FLASH, (*FLASH, "--compiler", "tcc")),
+        "scenario": (FLASH, (*FLASH, "--scenario", "paper-b")),
+        "inline": (FLASH, (*FLASH, "--inline-parameters")),
+        "tunable": ((*FLASH, "--inline-parameters"), (*FLASH, "--inline-parameters", "--tunable", "R")),
+        "dry_run": (FLASH, FLASH[:-1]),
+    },
     "export fmu": {
         "model": (FMU, (*FMU[:2], "none", *FMU[3:])),
         "out": (FMU, (*FMU[:-1], "b.fmu")),
@@ -254,7 +294,8 @@ def outcome(arguments: tuple[str, ...], place: Path) -> tuple[object, ...]:
     """Run a command; return status, text without times, and the new files with their contents; these are removed."""
     before = snapshot(place)
     status, text = in_process(*arguments)
-    new = {path: (place / path).read_bytes() for path in sorted(snapshot(place).keys() - before.keys())}
+    paths = sorted(snapshot(place).keys() - before.keys())
+    new = {path: (place / path).read_bytes() for path in paths if (place / path).is_file()}
     for path in new:
         (place / path).unlink()
     for folder in sorted((p for p in place.rglob("*") if p.is_dir()), reverse=True):
@@ -266,11 +307,17 @@ def outcome(arguments: tuple[str, ...], place: Path) -> tuple[object, ...]:
 ROWS = [(command, name) for command, rows in COMMANDS.items() for name in rows]
 
 
-@pytest.mark.parametrize(
-    "command", [*app.COMMANDS, *app.FOR_GIT, *(f"export {name}" for name in app.EXPORT), "board run"]
-)
+GROUPS = [f"{group} {name}" for group, names in (("export", app.EXPORT), ("board", app.BOARD)) for name in names]
+
+
+@pytest.mark.parametrize("command", [*app.COMMANDS, *app.FOR_GIT, *GROUPS])
 def test_every_parameter_of_a_command_has_its_line(command):
     assert COMMANDS[command].keys() == parameters_of(command).keys()
+
+
+def _told(model: runtime.Model, request: BoardRequest) -> NoReturn:
+    """Say what a report would be of: what it measures is never the same twice."""
+    raise InputError(f"{model.name} {request}")
 
 
 @pytest.mark.parametrize(("command", "name"), ROWS, ids=lambda text: text)
@@ -282,6 +329,8 @@ def test_a_parameter_of_a_command_changes_what_is_done(command, name, place, mon
         assert text.format(flag=flag) in (ROOT / path).read_text(encoding="utf-8")
         return
     monkeypatch.chdir(place)
+    monkeypatch.setattr(report, "outcome_of", _told)
+    monkeypatch.setattr(flash, "shutil", SimpleNamespace(which=lambda _: None))
     one, other = shown
     assert outcome(one, place) == outcome(one, place)
     assert outcome(one, place) != outcome(other, place)

@@ -38,6 +38,29 @@ def test_a_run_that_does_not_hold_all_its_inputs_is_refused(pendulum: runtime.Mo
         run(pendulum, runtime.to_dataset(coarse), t_end=2.0)
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        *("", "[]", "1", "{", '{"hold": 0.1, "hold": 0.05, "delay": 0}', '{"hold": 0.05}', '{"hold": "a", "delay": 0}'),
+        *('{"hold": -1, "delay": 0}', '{"hold": 0, "delay": 0}', '{"hold": 1e999, "delay": 0}'),
+        *('{"hold": 0.05, "delay": -1}', '{"hold": 0.05, "delay": []}'),
+    ],
+)
+def test_what_a_run_says_of_itself_is_read_or_refused(pendulum: runtime.Model, options: str) -> None:
+    before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}))
+    before.attrs["options"] = options
+    with pytest.raises(InputError, match=r"inputs \(from .*\): its attribute options is not what a run leaves: ."):
+        run(pendulum, before)
+
+
+def test_a_run_without_numbers_is_refused(pendulum: runtime.Model) -> None:
+    before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0))
+    words = ("t", ["a"] * before.sizes["t"])
+    for damage in (before.isel(t=slice(0)), before.assign_coords(t=words), before.assign(u_cmd_torque=words)):
+        with pytest.raises(InputError, match=r"inputs = 'a dataset w.*the result of one run"):
+            run(pendulum, damage)
+
+
 def test_the_inputs_of_a_continuous_run_are_arrays(pendulum: runtime.Model) -> None:
     before = runtime.simulate(pendulum, "pd", t_end=1.0)
     again = run(pendulum, runtime.to_dataset(before), interpolation="linear")
