@@ -157,6 +157,10 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "to": (CONVERT, (*CONVERT[:3], "mat", *CONVERT[4:])),
         "out": (CONVERT, (*CONVERT[:-1], "b.csv")),
     },
+    "report": {
+        "subject": (("report", "none"), ("report", "nil")),
+        "out": (("report", PENDULUM, "--out", "file"), ("report", PENDULUM, "--out", "file/below")),
+    },
     "reproduce": {"out": (("reproduce", "--out", "file"), ("reproduce", "--out", "file/below"))},
     "git-diff": {"arguments": (("git-diff", "a"), ("git-diff", "b"))},
     "git-textconv": {"file": (("git-textconv", "file"), ("git-textconv", "none"))},
@@ -288,7 +292,7 @@ def test_an_option_without_effect_is_refused_in_python_on_the_command_line_and_i
 
 
 def parameters_of(command: str) -> dict[str, Any]:
-    place = command.replace("-", ".", 1) if command in app.FOR_GIT else command.replace(" ", ".")
+    place = app.PLACES.get(command, command).replace(" ", ".")
     module = importlib.import_module(f"mehvar.cli.{place.replace('-', '_')}")
     single_command = typer.Typer(add_completion=False)
     single_command.command()(module.command)
