@@ -2,7 +2,7 @@
 """What generated text calls its values: after the model where it names them, else after what they are made of.
 
 The names of a function depend on that function alone, and not on how many values stand before one: an edit of a model
-leaves the names of what it does not touch. See decision 0022.
+leaves the names of what it does not touch. See decision 0020.
 """
 
 from __future__ import annotations
