@@ -110,7 +110,7 @@ if not os.path.isdir(os.path.join(_HERE, "models")):  # noqa: PTH112, PTH118
 
 def __getattr__(name: str) -> Any:
     if name in _RESULTS:
-        importlib.import_module("mehvar.accessor")  # their datasets have `.mehvar`
+        importlib.import_module("mehvar.report.accessor")  # their datasets have `.mehvar`
     if name in _HOME:
         return getattr(importlib.import_module(_HOME[name]), name)
     if name == "__version__":

@@ -17,9 +17,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
-from mehvar.display import heading, table
 from mehvar.errors import InputError, unknown_name
 from mehvar.names import identifier
+from mehvar.notebook.display import heading, table
 from mehvar.schema import Lower, SchemaError, Upper, json_key, parse, plain, read
 
 FILE = "manifest.json"

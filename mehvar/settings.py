@@ -108,15 +108,15 @@ def setting_units(manifest: Manifest) -> dict[str, str]:
     return {name: row.unit for name, row in OPTIONS.items()} | {q.name: q.unit for group in groups for q in group}
 
 
-def read_value(text: str, unit: str | None, name: str, origin: str) -> float | str:
+def read_value(text: str, unit: str | None = None, name: str = "value", origin: str = "") -> float | str:
     """Return the number that a text of the command line is, in the unit that its name has, or the text.
 
     Parameters
     ----------
     text : str
         As in "0.5", "30deg" or "5 mN m"; only a command line writes numbers so.
-    unit : str or None
-        What a number is in; None or nothing where none is known.
+    unit : str, optional
+        What a number is in, where that is known.
     name, origin : str
         For the message.
 

@@ -14,8 +14,8 @@ from itertools import chain
 
 import sympy as sp
 
-from mehvar.display import gathered, heading, table
 from mehvar.manifest import Choice, Metric, Scenario
+from mehvar.notebook.display import gathered, heading, table
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
 from .quantities import (

@@ -31,6 +31,8 @@ COMMANDS = {
     "report": "Write a page about a model, a result or a batch: equations, numbers, runs, pictures, animation.",
     "reproduce": "Compute every figure and claim of the papers and write one HTML report.",
 }
+PLACES = {"convert": "export.convert", "git-diff": "git.diff", "git-textconv": "git.textconv"}
+"""Modules of commands that stand in a folder with others."""
 FOR_GIT = {
     "git-diff": "Compare the two versions of an equations.json that git names; git's diff.NAME.command.",
     "git-textconv": "Print an equations.json as text, one term a line; git's diff.NAME.textconv.",
@@ -62,7 +64,7 @@ class _Commands(TyperGroup):
         if name is None or isinstance(listed, TyperGroup):
             return name, listed, rest
         room = __package__ if ctx.parent is None else f"{__package__}.{self.name}"
-        place = name.replace("-", ".", 1) if name in FOR_GIT else name  # git-diff stands in git/diff.py
+        place = PLACES.get(name, name) if ctx.parent is None else name
         return name, _imported(f"{room}.{place.replace('-', '_')}", listed), rest
 
     def invoke(self, ctx: Any) -> Any:

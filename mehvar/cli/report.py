@@ -51,7 +51,7 @@ def command(
 
 
 def _content(subject: str) -> tuple[str, list[Section]]:
-    from mehvar.accessor import Results
+    from mehvar.report.accessor import Results
     from mehvar.report.subjects import model_sections
 
     if subject.endswith(".nc"):

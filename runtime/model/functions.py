@@ -11,10 +11,10 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.display import heading, table
 from mehvar.errors import FunctionNameError, InputError, unknown_name
 from mehvar.manifest import Array, Function, Manifest
 from mehvar.names import identifier
+from mehvar.notebook.display import heading, table
 
 from ..compiling.library import load_library, load_native, native_headers
 from .generated import generated_text

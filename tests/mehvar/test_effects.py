@@ -146,11 +146,20 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "paper": "tests/mehvar/comparison/test_compare.py: --paper",
         "form": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--format", "json")),
         "out": "tests/mehvar/comparison/test_compare.py: --out",
+        "plot": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--plot", "a.bmp")),
+    },
+    "report": {
+        "subject": (("report", "none", "--out", "a"), ("report", "nil", "--out", "a")),
+        "out": (("report", "none", "--out", "a"), ("report", "none", "--out", "file")),
     },
     "convert": {
         "source": (CONVERT, (CONVERT[0], "none.zarr", *CONVERT[2:])),
         "to": (CONVERT, (*CONVERT[:3], "mat", *CONVERT[4:])),
         "out": (CONVERT, (*CONVERT[:-1], "b.csv")),
+    },
+    "report": {
+        "subject": (("report", "none"), ("report", "nil")),
+        "out": (("report", PENDULUM, "--out", "file"), ("report", PENDULUM, "--out", "file/below")),
     },
     "reproduce": {"out": (("reproduce", "--out", "file"), ("reproduce", "--out", "file/below"))},
     "git-diff": {"arguments": (("git-diff", "a"), ("git-diff", "b"))},
@@ -283,7 +292,7 @@ def test_an_option_without_effect_is_refused_in_python_on_the_command_line_and_i
 
 
 def parameters_of(command: str) -> dict[str, Any]:
-    place = command.replace("-", ".", 1) if command in app.FOR_GIT else command.replace(" ", ".")
+    place = app.PLACES.get(command, command).replace(" ", ".")
     module = importlib.import_module(f"mehvar.cli.{place.replace('-', '_')}")
     single_command = typer.Typer(add_completion=False)
     single_command.command()(module.command)

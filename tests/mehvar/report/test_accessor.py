@@ -17,7 +17,7 @@ from mehvar.cli import report as report_command
 from mehvar.pictures.batch import BINS, bin_edges
 from tests.docs.formulas import faults
 
-PENDULUM = Path(__file__).parents[1] / "runtime" / "pendulum"
+PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
 
 
 @pytest.fixture(scope="module", autouse=True)
