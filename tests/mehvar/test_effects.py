@@ -148,10 +148,6 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "out": "tests/mehvar/comparison/test_compare.py: --out",
         "plot": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--plot", "a.bmp")),
     },
-    "report": {
-        "subject": (("report", "none", "--out", "a"), ("report", "nil", "--out", "a")),
-        "out": (("report", "none", "--out", "a"), ("report", "none", "--out", "file")),
-    },
     "convert": {
         "source": (CONVERT, (CONVERT[0], "none.zarr", *CONVERT[2:])),
         "to": (CONVERT, (*CONVERT[:3], "mat", *CONVERT[4:])),
