@@ -153,7 +153,7 @@ def million(folder: Path, sizes: Namespace) -> list[str]:
     while process.poll() is None and len(list(store.glob("records/*.json"))) < records // 2:
         time.sleep(0.1)
     process.kill()
-    process.wait()
+    assert process.wait() < 0, "it came to its end before it was killed"
     kept = len(open_store(store).stored())
     assert subprocess.run([*line, str(store)], **quiet, check=False).returncode == 0
     blocks, chance = len(verify(store).whole), random.Random(2)
