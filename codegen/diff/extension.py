@@ -46,15 +46,15 @@ class Extension:
 def extension(old: Document, new: Document) -> Extension | None:
     """Return what was extended; None where families have the same members, or differ in more than one way."""
     before, after = _members(old), _members(new)
-    shared = [family for family in after if family in before]
-    pairs = {(frozenset(before[family]), frozenset(after[family])) for family in shared}
+    moved = [family for family in after if family in before and before[family] != after[family]]
+    pairs = {(frozenset(before[family]), frozenset(after[family])) for family in moved}
     if len(pairs) != 1:
         return None
     ((few, many),) = pairs
-    if few == many or not (few < many or many < few):
+    if not (few < many or many < few):
         return None
     longer, extra = (new, many - few) if few < many else (old, few - many)
-    symbols = {symbol.name for symbol in longer.symbols if symbol.family in shared and symbol.index in extra}
+    symbols = {symbol.name for symbol in longer.symbols if symbol.family in moved and symbol.index in extra}
     rows = {row.name for row in longer.definitions if row.family and row.index in extra}
     return Extension(len(few), len(many), frozenset(symbols | rows))
 

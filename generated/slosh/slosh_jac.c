@@ -9,1075 +9,1736 @@
 /* Jacobian of rhs with respect to x, row by row; 4064 operations. */
 void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
 {
-    real s5, c5; mv_sincos(x[9], &s5, &c5);
-    const real v13 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v14 = p[12] * v13;
-    const real v15 = v14 * p[15];
-    const real v16 = v15 * p[13];
-    real s18, c18; mv_sincos(x[10], &s18, &c18);
-    const real v22 = c18 * x[5] + s18 * x[4];
-    const real v24 = v22 * c5;
-    const real v27 = x[3] - x[14];
-    const real v29 = v24 + s5 * v27;
-    const real v32 = v22 * s5;
-    const real v33 = c5 * v27 - v32;
-    const real v35 = v29 * c5 + v33 * s5;
-    const real v36 = v35 - v22;
-    const real v37 = v16 * v36;
-    real s40, c40; mv_sincos(x[11], &s40, &c40);
-    const real v47 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v48 = p[17] * v47;
-    const real v49 = v48 * p[20];
-    const real v50 = v49 * p[18];
-    real s52, c52; mv_sincos(x[12], &s52, &c52);
-    const real v56 = c52 * x[5] + s52 * x[4];
-    const real v58 = v56 * c40;
-    const real v60 = x[3] - x[16];
-    const real v62 = v58 + s40 * v60;
-    const real v65 = v56 * s40;
-    const real v66 = c40 * v60 - v65;
-    const real v68 = v62 * c40 + v66 * s40;
-    const real v69 = v68 - v56;
-    const real v70 = v50 * v69;
-    const real v73 = p[13] * p[12];
-    const real v74 = v29 + v29;
-    const real v76 = v73 * (v74 * s5);
-    const real v77 = c5 * v76;
-    const real v79 = p[18] * p[17];
-    const real v80 = v62 + v62;
-    const real v82 = v79 * (v80 * s40);
-    const real v83 = c40 * v82;
-    const real v84 = s5 * v37 + s40 * v70 - v77 - v83;
-    const real v89 = p[0] + p[1] + v15 + v49;
-    const real v90 = v14 * p[13];
-    const real v91 = v73 * v90;
-    const real v93 = v48 * p[18];
-    const real v94 = v79 * v93;
-    const real v96 = v91 * s5;
-    const real v97 = v96 * s5;
-    const real v99 = v94 * s40;
-    const real v100 = v99 * s40;
-    const real v102 = K(1.0) / (v89 + v91 + v94 - v97 - v100);
-    const real v104 = v96 * c5;
-    const real v105 = v104 * s18;
-    const real v106 = v99 * c40;
-    const real v107 = v106 * s52;
-    const real v108 = v105 + v107;
-    const real v109 = v108 * v102;
-    const real v111 = s5 * p[13];
-    const real v115 = K(1.0) / (p[15] + p[12] * (v111 * v111));
-    const real v116 = p[12] * v115;
-    const real v120 = c18 * x[4] - s18 * x[5];
-    const real v121 = c5 * p[13];
-    const real v122 = v120 * v121;
-    const real v125 = v120 + x[13];
-    const real v126 = v125 + x[13];
-    const real v127 = p[13] * c5;
-    const real v128 = v126 * v127;
-    const real v129 = v111 * x[4] + v122 - v128;
-    const real v131 = v116 * (p[15] * v129);
-    const real v132 = c18 * v131;
-    const real v133 = s40 * p[18];
-    const real v137 = K(1.0) / (p[20] + p[17] * (v133 * v133));
-    const real v138 = p[17] * v137;
-    const real v142 = c52 * x[4] - s52 * x[5];
-    const real v143 = c40 * p[18];
-    const real v144 = v142 * v143;
-    const real v147 = v142 + x[15];
-    const real v148 = v147 + x[15];
-    const real v149 = p[18] * c40;
-    const real v150 = v148 * v149;
-    const real v151 = v133 * x[4] + v144 - v150;
-    const real v153 = v138 * (p[20] * v151);
-    const real v154 = c52 * v153;
-    const real v156 = s5 * v76;
-    const real v158 = v156 + c5 * v37;
-    const real v161 = s40 * v82;
-    const real v163 = v161 + c40 * v70;
-    const real v166 = v109 * v84 - (v132 + v154 - s18 * v158 - s52 * v163);
-    const real v167 = s18 * s18;
-    const real v169 = v116 * p[15];
-    const real v170 = v97 + v15 - v169;
-    const real v171 = v167 * v170;
-    const real v172 = s52 * s52;
-    const real v174 = v138 * p[20];
-    const real v175 = v100 + v49 - v174;
-    const real v176 = v172 * v175;
-    const real v185 = K(1.0) / (v171 + v176 + v89 + v169 + v174 - v15 - v49 - v108 * v109);
-    const real v187 = c18 * s18;
-    const real v189 = c52 * s52;
-    const real v192 = v104 * c18;
-    const real v193 = v106 * c52;
-    const real v194 = v192 + v193;
-    const real v195 = v194 * v102;
-    const real v197 = v187 * v170 + v189 * v175 - v108 * v195;
-    const real v198 = v197 * v185;
-    const real v201 = s18 * v131;
-    const real v202 = s52 * v153;
-    const real v209 = v195 * v84 + (c18 * v158 + (v201 + v202) + c52 * v163) - v198 * v166;
-    const real v218 = K(1.0) / (v97 + v100 + v89 - v171 - v176 - v197 * v198 - v194 * v195);
-    const real v220 = v111 * v169;
-    const real v221 = s18 * v220;
-    const real v222 = v133 * v174;
-    const real v223 = s52 * v222;
-    const real v225 = v16 * c5;
-    const real v226 = v225 * c18;
-    const real v228 = v50 * c40;
-    const real v229 = v228 * c52;
-    const real v231 = c18 * v220;
-    const real v232 = c52 * v222;
-    const real v234 = v225 * s18;
-    const real v236 = v228 * s52;
-    const real v238 = v16 * s5;
-    const real v239 = v50 * s40;
-    const real v240 = v238 + v239;
-    const real v241 = v240 * v102;
-    const real v243 = v231 + v232 + v234 + v236 + v108 * v241;
-    const real v244 = v243 * v185;
-    const real v248 = v221 + v223 - v226 - v229 + v197 * v244 - v194 * v241;
-    const real v249 = v248 * v218;
-    const real v251 = p[13] * v37;
-    const real v254 = v111 * v131 + v133 * v153;
-    const real v256 = p[18] * v70;
-    const real v262 = v241 * v84 - (v251 - v254 + v256) + v244 * v166 - v249 * v209;
-    const real v265 = v111 * v220 + v133 * v222;
-    const real v266 = v16 * p[13];
-    const real v268 = v50 * p[18];
-    const real v272 = p[2] + p[3];
-    const real v280 = K(1.0) / (v265 + v266 + v268 + v272 - v243 * v244 - v248 * v249 - v240 * v241);
-    const real v293 = (p[14] * v15 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v49) / v89;
-    const real v294 = p[14] - v293;
-    const real v295 = v294 - v121;
-    const real v296 = v295 * v169;
-    const real v297 = v111 * v296;
-    const real v298 = c18 * v297;
-    const real v300 = p[19] - v293;
-    const real v301 = v300 - v143;
-    const real v302 = v301 * v174;
-    const real v303 = v133 * v302;
-    const real v304 = c52 * v303;
-    const real v306 = v225 * v294;
-    const real v307 = v266 - v306;
-    const real v308 = v307 * s18;
-    const real v310 = v228 * v300;
-    const real v311 = v268 - v310;
-    const real v312 = v311 * s52;
-    const real v315 = v296 - v294 * v15;
-    const real v317 = v302 - v300 * v49;
-    const real v319 = v97 * v294;
-    const real v320 = v225 - v319;
-    const real v321 = v320 + v315;
-    const real v323 = v100 * v300;
-    const real v324 = v228 - v323;
-    const real v325 = v324 + v317;
-    const real v327 = v167 * v321 + v172 * v325;
-    const real v332 = v238 + v104 * v294;
-    const real v333 = v332 * s18;
-    const real v335 = v239 + v106 * v300;
-    const real v336 = v335 * s52;
-    const real v337 = v333 + v336;
-    const real v338 = v337 * v102;
-    const real v340 = v315 + v317 - v327 - v231 - v232 - v108 * v338;
-    const real v341 = v340 * v185;
-    const real v346 = v187 * v321 + v189 * v325;
-    const real v352 = v221 - v346 + v223 - v197 * v341 - v194 * v338;
-    const real v353 = v352 * v218;
-    const real v357 = v265 - v298 - v304 + v308 + v312 + v243 * v341 - v248 * v353 - v240 * v338;
-    const real v358 = v357 * v280;
-    const real v361 = v251 - v294 * v158;
-    const real v365 = v256 - v300 * v163;
-    const real v371 = v272 + (p[5] - p[4]);
-    const real v378 = v338 * v84 - (s18 * v361 - v254 + s52 * v365 - v371 * x[4] + v295 * v132 + v301 * v154);
-    const real v384 = v378 - v341 * v166 - v353 * v209 - v358 * v262;
-    const real v385 = v295 * v296;
-    const real v386 = v301 * v302;
-    const real v390 = v15 * (v294 * v294);
-    const real v395 = v266 + K(-2.0) * v306 + v294 * v319;
-    const real v397 = v390 + v395 - v385;
-    const real v398 = v167 * v397;
-    const real v401 = v49 * (v300 * v300);
-    const real v405 = v268 + K(-2.0) * v310 + v300 * v323;
-    const real v407 = v401 + v405 - v386;
-    const real v408 = v172 * v407;
-    const real v421 = v15 * (p[14] * p[14]) + v49 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v424 = v421 - v89 * (v293 * v293);
-    const real v430 = v385 + v386 + v265 + v398 + v408 + (p[2] + p[5] + v424) - v390 - v401 + K(-2.0) * v298;
-    const real v440 = v430 + K(-2.0) * v304 - v340 * v341 - v352 * v353 - v357 * v358 - v337 * v338;
-    const real v441 = K(1.0) / v440;
-    const real v445 = s18 * v297 + s52 * v303;
-    const real v450 = v332 * c18;
-    const real v451 = v335 * c52;
-    const real v452 = v450 + v451;
-    const real v453 = v452 * v102;
-    const real v455 = v346 + v108 * v453;
-    const real v456 = v455 * v185;
-    const real v464 = v327 - (v320 + v324) + v197 * v456 - v194 * v453;
-    const real v465 = v464 * v218;
-    const real v468 = v307 * c18;
-    const real v470 = v311 * c52;
-    const real v477 = v445 + v468 + v470 - v243 * v456 - v248 * v465 - v240 * v453;
-    const real v478 = v477 * v280;
-    const real v480 = v445 + v187 * v397 + v189 * v407 + v340 * v456 - v352 * v465 - v357 * v478;
-    const real v482 = v480 - v337 * v453;
-    const real v483 = v482 * v441;
-    const real v488 = x[14] * p[15];
-    const real v490 = x[16] * p[20];
-    const real v492 = p[15] + p[20];
-    const real v494 = p[4] - p[5];
-    const real v495 = v272 + v492 + v494;
-    const real v501 = c18 * v361 + c52 * v365 + v488 + v490 - v495 * x[5] - v295 * v201 - v301 * v202;
-    const real v510 = v453 * v84 - v501 + v456 * v166 - v465 * v209 - v478 * v262 - v483 * v384;
-    const real v521 = v395 + v405 + (p[2] + p[4] + v492 + v424) - v398 - v408 - v455 * v456 - v464 * v465;
-    const real v528 = K(1.0) / (v521 - v477 * v478 - v482 * v483 - v452 * v453);
-    const real v529 = v510 * v528;
-    const real v531 = v384 * v441 - v483 * v529;
-    const real v535 = v262 * v280 - v358 * v531 - v478 * v529;
-    const real v541 = v209 * v218 - v249 * v535 - v353 * v531 - v465 * v529;
-    const real v549 = v166 * v185 - v198 * v541 + v244 * v535 - v341 * v531 + v456 * v529;
-    const real v559 = v84 * v102 + v109 * v549 + v195 * v541 + v241 * v535 + v338 * v531 + v453 * v529;
-    const real v560 = c5 * s18;
-    const real v562 = s5 * s18;
-    const real v566 = v33 * v560 - v29 * v562 - v27 * s18;
-    const real v567 = v16 * v566;
-    const real v569 = c40 * s52;
-    const real v571 = s40 * s52;
-    const real v575 = v66 * v569 - v62 * v571 - v60 * s52;
-    const real v576 = v50 * v575;
-    const real v579 = x[4] + x[4];
-    const real v580 = v294 * v579;
-    const real v584 = v125 + v125;
-    const real v588 = v91 * (c5 * v580) - v73 * (v74 * v560 + v584 * c18);
-    const real v591 = v300 * v579;
-    const real v595 = v147 + v147;
-    const real v599 = v94 * (c40 * v591) - v79 * (v80 * v569 + v595 * c52);
-    const real v601 = s5 * v567 + s40 * v576 + c5 * v588 + c40 * v599;
-    const real v608 = v33 * p[13];
-    const real v613 = v111 * x[3] + v27 * (v121 * c18) - (v608 * c18 - v126 * (p[13] * v562));
-    const real v615 = v116 * (p[15] * v613);
-    const real v616 = c18 * v615;
-    const real v621 = v66 * p[18];
-    const real v626 = v133 * x[3] + v60 * (v143 * c52) - (v621 * c52 - v148 * (p[18] * v571));
-    const real v628 = v138 * (p[20] * v626);
-    const real v629 = c52 * v628;
-    const real v633 = s5 * v588 - c5 * v567;
-    const real v638 = s40 * v599 - c40 * v576;
-    const real v641 = v109 * v601 - (v616 + v629 + s18 * v633 + s52 * v638);
-    const real v645 = s18 * v615;
-    const real v646 = s52 * v628;
-    const real v653 = v195 * v601 - (c18 * v633 - (v645 + v646) + c52 * v638) - v198 * v641;
-    const real v658 = v238 * v580 + p[13] * v567;
-    const real v661 = v111 * v615 + v133 * v628;
-    const real v665 = v239 * v591 + p[18] * v576;
-    const real v673 = v241 * v601 - (v658 - v661 + v665 + v488 + v490 - x[5] * v494) + v244 * v641;
-    const real v675 = v673 - v249 * v653;
-    const real v679 = v658 + v294 * v633;
-    const real v683 = v665 + v300 * v638;
-    const real v688 = x[13] * p[15];
-    const real v690 = x[15] * p[20];
-    const real v695 = s18 * v679 - v661 + s52 * v683 - v371 * x[3] - v688 - v690 + v295 * v616 + v301 * v629;
-    const real v702 = v338 * v601 - v695 - v341 * v641 - v353 * v653 - v358 * v675;
-    const real v714 = v453 * v601 - (c18 * v679 + c52 * v683 - v295 * v645 - v301 * v646) + v456 * v641;
-    const real v721 = (v714 - v465 * v653 - v478 * v675 - v483 * v702) * v528;
-    const real v723 = v702 * v441 - v483 * v721;
-    const real v727 = v675 * v280 - v358 * v723 - v478 * v721;
-    const real v733 = v653 * v218 - v249 * v727 - v353 * v723 - v465 * v721;
-    const real v741 = v641 * v185 - v198 * v733 + v244 * v727 - v341 * v723 + v456 * v721;
-    const real v751 = v601 * v102 + v109 * v741 + v195 * v733 + v241 * v727 + v338 * v723 + v453 * v721;
-    const real v756 = c5 * c18;
-    const real v758 = s5 * c18;
-    const real v762 = v33 * v756 - v29 * v758 - v27 * c18;
-    const real v763 = v16 * v762;
-    const real v765 = c40 * c52;
-    const real v767 = s40 * c52;
-    const real v771 = v66 * v765 - v62 * v767 - v60 * c52;
-    const real v772 = v50 * v771;
-    const real v775 = x[5] + x[5];
-    const real v776 = v294 * v775;
-    const real v783 = v91 * (c5 * v776) - v73 * (v74 * v756 - v584 * s18);
-    const real v786 = v300 * v775;
-    const real v793 = v94 * (c40 * v786) - v79 * (v80 * v765 - v595 * s52);
-    const real v795 = s5 * v763 + s40 * v772 + c5 * v783 + c40 * v793;
-    const real v804 = v126 * (p[13] * v758) + v608 * s18 - v27 * (v121 * s18);
-    const real v806 = v116 * (p[15] * v804);
-    const real v807 = c18 * v806;
-    const real v814 = v148 * (p[18] * v767) + v621 * s52 - v60 * (v143 * s52);
-    const real v816 = v138 * (p[20] * v814);
-    const real v817 = c52 * v816;
-    const real v821 = s5 * v783 - c5 * v763;
-    const real v826 = s40 * v793 - c40 * v772;
-    const real v829 = v109 * v795 - (v807 + v817 + s18 * v821 + s52 * v826);
-    const real v833 = s18 * v806;
-    const real v834 = s52 * v816;
-    const real v841 = v195 * v795 - (c18 * v821 - (v833 + v834) + c52 * v826) - v198 * v829;
-    const real v846 = v238 * v776 + p[13] * v763;
-    const real v849 = v111 * v806 + v133 * v816;
-    const real v853 = v239 * v786 + p[18] * v772;
-    const real v855 = v494 * x[4];
-    const real v861 = v241 * v795 - (v846 - v849 + v853 - v855) + v244 * v829 - v249 * v841;
-    const real v865 = v846 + v294 * v821;
-    const real v869 = v853 + v300 * v826;
-    const real v876 = v338 * v795 - (s18 * v865 - v849 + s52 * v869 + v295 * v807 + v301 * v817);
-    const real v882 = v876 - v341 * v829 - v353 * v841 - v358 * v861;
-    const real v895 = c18 * v865 + c52 * v869 - v495 * x[3] - v295 * v833 - v301 * v834 - v688 - v690;
-    const real v904 = v453 * v795 - v895 + v456 * v829 - v465 * v841 - v478 * v861 - v483 * v882;
-    const real v905 = v904 * v528;
-    const real v907 = v882 * v441 - v483 * v905;
-    const real v911 = v861 * v280 - v358 * v907 - v478 * v905;
-    const real v917 = v841 * v218 - v249 * v911 - v353 * v907 - v465 * v905;
-    const real v925 = v829 * v185 - v198 * v917 + v244 * v911 - v341 * v907 + v456 * v905;
-    const real v935 = v795 * v102 + v109 * v925 + v195 * v917 + v241 * v911 + v338 * v907 + v453 * v905;
-    const real v941 = v27 * c5 - v32;
-    const real v944 = v27 * s5 + v24;
-    const real v946 = v33 * v941 - v29 * v944;
-    const real v947 = v16 * v946;
-    const real v954 = p[16] * x[13];
-    const real v956 = v16 * (v33 * v29 - v22 * v27) + v954 * v90;
-    const real v957 = v956 * c5;
-    const real v961 = x[4] * x[4] + x[5] * x[5];
-    const real v962 = v961 * v294;
-    const real v969 = c5 * v962 * v91 - v73 * (v29 * v29 + v125 * v125);
-    const real v975 = v91 * (v962 * s5) + v73 * (v74 * v941);
-    const real v978 = s5 * v947 + v957 - (v969 * s5 + c5 * v975);
-    real s981, c981; mv_sincos(u[4], &s981, &c981);
-    const real v983 = c981 * p[9];
-    real s985, c985; mv_sincos(u[3], &s985, &c985);
-    const real v987 = v956 * s5;
-    const real v993 = p[21] * x[15];
-    const real v995 = v50 * (v66 * v62 - v56 * v60) + v993 * v93;
-    const real v996 = v995 * s40;
-    const real v1000 = v961 * v300;
-    const real v1007 = c40 * v1000 * v94 - v79 * (v62 * v62 + v147 * v147);
-    const real v1010 = v983 * c985 + (v987 + v996 + c5 * v969 + c40 * v1007);
-    const real v1011 = v1010 * v102;
-    const real v1012 = v1011 * v102;
-    const real v1013 = v91 * c5;
-    const real v1015 = s5 * v1013 + v104;
-    const real v1019 = s981 * p[9];
-    const real v1020 = x[3] * x[4];
-    const real v1025 = v1020 * v111 + v122 * v27 - v608 * v126;
-    const real v1027 = p[16] * x[14];
-    const real v1029 = v1025 * p[15] - v1027 * v111;
-    const real v1030 = v116 * v1029;
-    const real v1031 = v1030 * c18;
-    const real v1036 = v1020 * v133 + v144 * v60 - v621 * v148;
-    const real v1038 = p[21] * x[16];
-    const real v1040 = v1036 * p[20] - v1038 * v133;
-    const real v1041 = v138 * v1040;
-    const real v1042 = v1041 * c52;
-    const real v1045 = s5 * v969 - v957;
-    const real v1046 = v1045 * s18;
-    const real v1049 = v995 * c40;
-    const real v1050 = s40 * v1007 - v1049;
-    const real v1051 = v1050 * s52;
-    const real v1055 = v1019 - (v1031 + v1042 + v1046 + v1051) + v109 * v1010;
-    const real v1056 = v1055 * v185;
-    const real v1059 = v983 * s985;
-    const real v1060 = v1045 * c18;
-    const real v1061 = v1030 * s18;
-    const real v1062 = v1041 * s52;
-    const real v1065 = v1050 * c52;
-    const real v1070 = v195 * v1010 - (v1059 + (v1060 - (v1061 + v1062) + v1065)) - v198 * v1055;
-    const real v1071 = v1070 * v218;
-    const real v1075 = v238 * v962 + v956 * p[13];
-    const real v1078 = v1030 * v111 + v1041 * v133;
-    const real v1082 = v239 * v1000 + v995 * p[18];
-    const real v1091 = v1075 - v1078 + v1082 - v954 - v993 + v488 * x[4] + v490 * x[4] - v855 * x[5];
-    const real v1098 = u[0] - v1091 + v241 * v1010 + v244 * v1055 - v249 * v1070;
-    const real v1099 = v1098 * v280;
-    const real v1102 = v1075 + v1045 * v294;
-    const real v1103 = v1102 * s18;
-    const real v1108 = v1082 + v1050 * v300;
-    const real v1109 = v1108 * s52;
-    const real v1116 = v1103 - (v1078 + v1027 + v1038) + v1109 - v1020 * v371 - v688 * x[4] - v690 * x[4];
-    const real v1124 = p[7] + p[8] + v293;
-    const real v1128 = u[2] - (v1116 + v1031 * v295 + v1042 * v301) - v1019 * v1124 + v338 * v1010;
-    const real v1134 = v1128 - v341 * v1055 - v353 * v1070 - v358 * v1098;
-    const real v1135 = v1134 * v441;
-    const real v1138 = v1102 * c18;
-    const real v1139 = v1108 * c52;
-    const real v1149 = v1138 + v1139 + v488 * x[3] + v490 * x[3] - x[3] * x[5] * v495 - v1061 * v295;
-    const real v1157 = v1059 * v1124 - (u[1] + (v1149 - v1062 * v301 - v688 * x[5] - v690 * x[5]));
-    const real v1167 = v1157 + v453 * v1010 + v456 * v1055 - v465 * v1070 - v478 * v1098 - v483 * v1134;
-    const real v1168 = v1167 * v528;
-    const real v1170 = v1135 - v483 * v1168;
-    const real v1174 = v1099 - v358 * v1170 - v478 * v1168;
-    const real v1180 = v1071 - v249 * v1174 - v353 * v1170 - v465 * v1168;
-    const real v1188 = v1056 - v198 * v1180 + v244 * v1174 - v341 * v1170 + v456 * v1168;
-    const real v1190 = c5 * v1013 - v97;
-    const real v1191 = s18 * v1190;
-    const real v1193 = v109 * v102;
-    const real v1195 = v1191 * v102 + v1193 * v1015;
-    const real v1201 = p[13] * s5;
-    const real v1207 = v1020 * v127 - v27 * (v120 * v1201) + v126 * (p[13] * v944);
-    const real v1216 = v116 * v115 * (p[12] * ((v111 + v111) * v127));
-    const real v1218 = v116 * (p[15] * v1207 - v1027 * v127) - v1029 * v1216;
-    const real v1219 = c18 * v1218;
-    const real v1225 = v969 * c5 - s5 * v975 - (c5 * v947 - v987);
-    const real v1228 = v1010 * v1195 + v109 * v978 - (v1219 + s18 * v1225);
-    const real v1230 = v1056 * v185;
-    const real v1231 = p[15] * v1216;
-    const real v1232 = v1015 + v1231;
-    const real v1233 = v167 * v1232;
-    const real v1238 = v1233 - v1231 - (v109 * v1191 + v108 * v1195);
-    const real v1243 = c18 * v1190;
-    const real v1245 = v195 * v102;
-    const real v1247 = v1243 * v102 + v1245 * v1015;
-    const real v1250 = v187 * v1232 - (v195 * v1191 + v108 * v1247);
-    const real v1252 = v198 * v185;
-    const real v1254 = v1250 * v185 - v1252 * v1238;
-    const real v1260 = s18 * v1218;
-    const real v1266 = v1010 * v1247 + v195 * v978 - (c18 * v1225 - v1260) - (v1055 * v1254 + v198 * v1228);
-    const real v1268 = v1071 * v218;
-    const real v1277 = v1015 - v1233 - (v198 * v1250 + v197 * v1254) - (v195 * v1243 + v194 * v1247);
-    const real v1282 = v169 * v127 - v111 * v1231;
-    const real v1283 = s18 * v1282;
-    const real v1287 = c18 * v1282;
-    const real v1292 = v241 * v102;
-    const real v1294 = v225 * v102 + v1292 * v1015;
-    const real v1297 = v1287 - s18 * v238 + (v241 * v1191 + v108 * v1294);
-    const real v1299 = v244 * v185;
-    const real v1301 = v1297 * v185 - v1299 * v1238;
-    const real v1308 = v1283 + c18 * v238 + (v244 * v1250 + v197 * v1301) - (v241 * v1243 + v194 * v1294);
-    const real v1310 = v249 * v218;
-    const real v1312 = v1308 * v218 - v1310 * v1277;
-    const real v1319 = v962 * v225 + p[13] * v947;
-    const real v1322 = v111 * v1218 + v1030 * v127;
-    const real v1328 = v1010 * v1294 + v241 * v978 - (v1319 - v1322) + (v1055 * v1301 + v244 * v1228);
-    const real v1332 = v1328 - (v1070 * v1312 + v249 * v1266);
-    const real v1334 = v1099 * v280;
-    const real v1337 = v220 * v127 + v111 * v1282;
-    const real v1349 = v1337 - (v244 * v1297 + v243 * v1301) - (v249 * v1308 + v248 * v1312) - (v241 * v225 + v240 * v1294);
-    const real v1355 = v169 * v1201 - v295 * v1231;
-    const real v1357 = v296 * v127 + v111 * v1355;
-    const real v1358 = c18 * v1357;
-    const real v1360 = v294 * v238;
-    const real v1364 = v294 * v1015;
-    const real v1365 = v238 + v1364;
-    const real v1366 = v1355 - v1365;
-    const real v1367 = v167 * v1366;
-    const real v1372 = v225 + v294 * v1190;
-    const real v1373 = s18 * v1372;
-    const real v1375 = v338 * v102;
-    const real v1377 = v1373 * v102 + v1375 * v1015;
-    const real v1380 = v1355 - v1367 - v1287 - (v338 * v1191 + v108 * v1377);
-    const real v1382 = v341 * v185;
-    const real v1384 = v1380 * v185 - v1382 * v1238;
-    const real v1389 = v187 * v1366;
-    const real v1398 = v1283 - v1389 - (v341 * v1250 + v197 * v1384) - (v338 * v1243 + v194 * v1377);
-    const real v1400 = v353 * v218;
-    const real v1402 = v1398 * v218 - v1400 * v1277;
-    const real v1405 = v1337 - v1358 + s18 * v1360 + (v341 * v1297 + v243 * v1384) - (v353 * v1308 + v248 * v1402);
-    const real v1409 = v1405 - (v338 * v225 + v240 * v1377);
-    const real v1411 = v358 * v280;
-    const real v1413 = v1409 * v280 - v1411 * v1349;
-    const real v1419 = v1319 + v294 * v1225;
-    const real v1426 = v1010 * v1377 + v338 * v978 - (s18 * v1419 - v1322 + (v295 * v1219 + v1031 * v1201));
-    const real v1438 = v1426 - (v1055 * v1384 + v341 * v1228) - (v1070 * v1402 + v353 * v1266) - (v1098 * v1413 + v358 * v1332);
-    const real v1440 = v1135 * v441;
-    const real v1443 = v296 * v1201 + v295 * v1355;
-    const real v1447 = v294 * v1364 - K(-2.0) * v1360;
-    const real v1448 = v1447 - v1443;
-    const real v1449 = v167 * v1448;
-    const real v1460 = v1443 + v1337 + v1449 + K(-2.0) * v1358 - (v341 * v1380 + v340 * v1384) - (v353 * v1398 + v352 * v1402);
-    const real v1468 = v1460 - (v358 * v1409 + v357 * v1413) - (v338 * v1373 + v337 * v1377);
-    const real v1471 = s18 * v1357;
-    const real v1476 = c18 * v1372;
-    const real v1478 = v453 * v102;
-    const real v1480 = v1476 * v102 + v1478 * v1015;
-    const real v1483 = v1389 + (v453 * v1191 + v108 * v1480);
-    const real v1485 = v456 * v185;
-    const real v1487 = v1483 * v185 - v1485 * v1238;
-    const real v1500 = v1367 + v1365 + (v456 * v1250 + v197 * v1487) - (v453 * v1243 + v194 * v1480);
-    const real v1502 = v465 * v218;
-    const real v1504 = v1500 * v218 - v1502 * v1277;
-    const real v1507 = v1471 + v187 * v1448 + (v456 * v1380 + v340 * v1487) - (v465 * v1398 + v352 * v1504);
-    const real v1518 = v1471 + c18 * v1360 - (v456 * v1297 + v243 * v1487) - (v465 * v1308 + v248 * v1504);
-    const real v1522 = v1518 - (v453 * v225 + v240 * v1480);
-    const real v1524 = v478 * v280;
-    const real v1526 = v1522 * v280 - v1524 * v1349;
-    const real v1533 = v1507 - (v478 * v1409 + v357 * v1526) - (v453 * v1373 + v337 * v1480);
-    const real v1535 = v483 * v441;
-    const real v1537 = v1533 * v441 - v1535 * v1468;
-    const real v1547 = v1010 * v1480 + v453 * v978 - (c18 * v1419 - (v295 * v1260 + v1061 * v1201));
-    const real v1559 = v1547 + (v1055 * v1487 + v456 * v1228) - (v1070 * v1504 + v465 * v1266) - (v1098 * v1526 + v478 * v1332);
-    const real v1565 = v1168 * v528;
-    const real v1574 = v1447 - v1449 - (v456 * v1483 + v455 * v1487) - (v465 * v1500 + v464 * v1504);
-    const real v1586 = v1574 - (v478 * v1522 + v477 * v1526) - (v483 * v1533 + v482 * v1537) - (v453 * v1476 + v452 * v1480);
-    const real v1588 = (v1559 - (v1134 * v1537 + v483 * v1438)) * v528 - v1565 * v1586;
-    const real v1591 = v1438 * v441 - v1440 * v1468 - (v1168 * v1537 + v483 * v1588);
-    const real v1598 = v1332 * v280 - v1334 * v1349 - (v1170 * v1413 + v358 * v1591) - (v1168 * v1526 + v478 * v1588);
-    const real v1605 = v1266 * v218 - v1268 * v1277 - (v1174 * v1312 + v249 * v1598) - (v1170 * v1402 + v353 * v1591);
-    const real v1609 = v1605 - (v1168 * v1504 + v465 * v1588);
-    const real v1616 = v1228 * v185 - v1230 * v1238 - (v1180 * v1254 + v198 * v1609) + (v1174 * v1301 + v244 * v1598);
-    const real v1624 = v1616 - (v1170 * v1384 + v341 * v1591) + (v1168 * v1487 + v456 * v1588);
-    const real v1631 = v978 * v102 + v1012 * v1015 + (v1188 * v1195 + v109 * v1624) + (v1180 * v1247 + v195 * v1609);
-    const real v1643 = v1631 + (v1174 * v1294 + v241 * v1598) + (v1170 * v1377 + v338 * v1591) + (v1168 * v1480 + v453 * v1588);
-    const real v1646 = x[4] * c18 - x[5] * s18;
-    const real v1647 = c5 * v1646;
-    const real v1649 = s5 * v1646;
-    const real v1653 = v33 * v1647 - v29 * v1649 - v27 * v1646;
-    const real v1654 = v16 * v1653;
-    const real v1659 = x[4] * s18 + x[5] * c18;
-    const real v1662 = v73 * (v74 * v1647 - v584 * v1659);
-    const real v1664 = s5 * v1654 - c5 * v1662;
-    const real v1666 = v192 * v102;
-    const real v1677 = v126 * (p[13] * v1649) + v608 * v1659 - v27 * (v121 * v1659);
-    const real v1679 = v116 * (p[15] * v1677);
-    const real v1681 = c18 * v1679 - v1061;
-    const real v1684 = s5 * v1662 + c5 * v1654;
-    const real v1688 = v1010 * v1666 + v109 * v1664 - (v1681 + (v1060 - s18 * v1684));
-    const real v1691 = (s18 + s18) * c18;
-    const real v1692 = v170 * v1691;
-    const real v1696 = v1692 - (v109 * v192 + v108 * v1666);
-    const real v1700 = c18 * c18 - v167;
-    const real v1703 = v105 * v102;
-    const real v1706 = v170 * v1700 - (v195 * v192 - v108 * v1703);
-    const real v1709 = v1706 * v185 - v1252 * v1696;
-    const real v1717 = s18 * v1679 + v1031;
-    const real v1723 = v195 * v1664 - v1010 * v1703 + (c18 * v1684 + v1046 + v1717) - (v1055 * v1709 + v198 * v1688);
-    const real v1732 = v195 * v105 + v194 * v1703 - (v1692 + (v198 * v1706 + v197 * v1709));
-    const real v1735 = v220 * c18;
-    const real v1738 = v220 * s18;
-    const real v1741 = v226 - v1738 + v241 * v192;
-    const real v1744 = v1741 * v185 - v1299 * v1696;
-    const real v1749 = v1735 + v234 + (v244 * v1706 + v197 * v1744) + v241 * v105;
-    const real v1752 = v1749 * v218 - v1310 * v1732;
-    const real v1755 = p[13] * v1654;
-    const real v1756 = v111 * v1679;
-    const real v1766 = v241 * v1664 - (v1755 - v1756) + (v1055 * v1744 + v244 * v1688) - (v1070 * v1752 + v249 * v1723);
-    const real v1774 = v244 * v1741 + v243 * v1744 + (v249 * v1749 + v248 * v1752);
-    const real v1777 = v297 * s18;
-    const real v1780 = v321 * v1691;
-    const real v1783 = v450 * v102;
-    const real v1786 = v1738 - v1780 - (v338 * v192 + v108 * v1783);
-    const real v1789 = v1786 * v185 - v1382 * v1696;
-    const real v1794 = v321 * v1700;
-    const real v1803 = v1735 - v1794 - (v341 * v1706 + v197 * v1789) - (v194 * v1783 - v338 * v105);
-    const real v1806 = v1803 * v218 - v1400 * v1732;
-    const real v1809 = v1777 + v468 + (v341 * v1741 + v243 * v1789) - (v353 * v1749 + v248 * v1806);
-    const real v1811 = v1809 - v240 * v1783;
-    const real v1814 = v1811 * v280 + v1411 * v1774;
-    const real v1820 = v1755 - v294 * v1684;
-    const real v1826 = v1010 * v1783 + v338 * v1664 - (s18 * v1820 + v1138 - v1756 + v295 * v1681);
-    const real v1838 = v1826 - (v1055 * v1789 + v341 * v1688) - (v1070 * v1806 + v353 * v1723) - (v1098 * v1814 + v358 * v1766);
-    const real v1840 = v397 * v1691;
-    const real v1850 = v1840 - K(-2.0) * v1777 - (v341 * v1786 + v340 * v1789) - (v353 * v1803 + v352 * v1806);
-    const real v1858 = v1850 - (v358 * v1811 + v357 * v1814) - (v338 * v450 + v337 * v1783);
-    const real v1861 = v297 * c18;
-    const real v1866 = v333 * v102;
-    const real v1869 = v1794 + (v453 * v192 - v108 * v1866);
-    const real v1872 = v1869 * v185 - v1485 * v1696;
-    const real v1884 = v1780 + (v456 * v1706 + v197 * v1872) + (v453 * v105 + v194 * v1866);
-    const real v1887 = v1884 * v218 - v1502 * v1732;
-    const real v1890 = v1861 + v397 * v1700 + (v456 * v1786 + v340 * v1872) - (v465 * v1803 + v352 * v1887);
-    const real v1900 = v1861 - v308 - (v456 * v1741 + v243 * v1872) - (v465 * v1749 + v248 * v1887);
-    const real v1902 = v1900 + v240 * v1866;
-    const real v1905 = v1902 * v280 + v1524 * v1774;
-    const real v1912 = v1890 - (v478 * v1811 + v357 * v1905) - (v453 * v450 - v337 * v1866);
-    const real v1915 = v1912 * v441 - v1535 * v1858;
-    const real v1928 = v453 * v1664 - v1010 * v1866 - (c18 * v1820 - v1103 - v295 * v1717) + (v1055 * v1872 + v456 * v1688);
-    const real v1940 = v1928 - (v1070 * v1887 + v465 * v1723) - (v1098 * v1905 + v478 * v1766) - (v1134 * v1915 + v483 * v1838);
-    const real v1956 = v1840 + (v456 * v1869 + v455 * v1872) + (v465 * v1884 + v464 * v1887) + (v478 * v1902 + v477 * v1905);
-    const real v1962 = v1565 * (v453 * v333 + v452 * v1866 - (v1956 + (v483 * v1912 + v482 * v1915)));
-    const real v1963 = v1940 * v528 - v1962;
-    const real v1966 = v1838 * v441 - v1440 * v1858 - (v1168 * v1915 + v483 * v1963);
-    const real v1973 = v1766 * v280 + v1334 * v1774 - (v1170 * v1814 + v358 * v1966) - (v1168 * v1905 + v478 * v1963);
-    const real v1980 = v1723 * v218 - v1268 * v1732 - (v1174 * v1752 + v249 * v1973) - (v1170 * v1806 + v353 * v1966);
-    const real v1984 = v1980 - (v1168 * v1887 + v465 * v1963);
-    const real v1991 = v1688 * v185 - v1230 * v1696 - (v1180 * v1709 + v198 * v1984) + (v1174 * v1744 + v244 * v1973);
-    const real v1999 = v1991 - (v1170 * v1789 + v341 * v1966) + (v1168 * v1872 + v456 * v1963);
-    const real v2006 = v1664 * v102 + (v1188 * v1666 + v109 * v1999) + (v195 * v1984 - v1180 * v1703);
-    const real v2016 = v2006 + v241 * v1973 + (v1170 * v1783 + v338 * v1966) + (v453 * v1963 - v1168 * v1866);
-    const real v2018 = v60 * c40 - v65;
-    const real v2021 = v60 * s40 + v58;
-    const real v2023 = v66 * v2018 - v62 * v2021;
-    const real v2024 = v50 * v2023;
-    const real v2032 = v94 * (v1000 * s40) + v79 * (v80 * v2018);
-    const real v2035 = s40 * v2024 + v1049 - (v1007 * s40 + c40 * v2032);
-    const real v2037 = v94 * c40;
-    const real v2039 = s40 * v2037 + v106;
-    const real v2043 = c40 * v2037 - v100;
-    const real v2044 = s52 * v2043;
-    const real v2047 = v2044 * v102 + v1193 * v2039;
-    const real v2053 = p[18] * s40;
-    const real v2059 = v1020 * v149 - v60 * (v142 * v2053) + v148 * (p[18] * v2021);
-    const real v2068 = v138 * v137 * (p[17] * ((v133 + v133) * v149));
-    const real v2070 = v138 * (p[20] * v2059 - v1038 * v149) - v1040 * v2068;
-    const real v2071 = c52 * v2070;
-    const real v2077 = v1007 * c40 - s40 * v2032 - (c40 * v2024 - v996);
-    const real v2080 = v1010 * v2047 + v109 * v2035 - (v2071 + s52 * v2077);
-    const real v2082 = p[20] * v2068;
-    const real v2083 = v2039 + v2082;
-    const real v2084 = v172 * v2083;
-    const real v2089 = v2084 - v2082 - (v109 * v2044 + v108 * v2047);
-    const real v2094 = c52 * v2043;
-    const real v2097 = v2094 * v102 + v1245 * v2039;
-    const real v2100 = v189 * v2083 - (v195 * v2044 + v108 * v2097);
-    const real v2103 = v2100 * v185 - v1252 * v2089;
-    const real v2109 = s52 * v2070;
-    const real v2115 = v1010 * v2097 + v195 * v2035 - (c52 * v2077 - v2109) - (v1055 * v2103 + v198 * v2080);
-    const real v2125 = v2039 - v2084 - (v198 * v2100 + v197 * v2103) - (v195 * v2094 + v194 * v2097);
-    const real v2130 = v174 * v149 - v133 * v2082;
-    const real v2131 = s52 * v2130;
-    const real v2135 = c52 * v2130;
-    const real v2141 = v228 * v102 + v1292 * v2039;
-    const real v2144 = v2135 - s52 * v239 + (v241 * v2044 + v108 * v2141);
-    const real v2147 = v2144 * v185 - v1299 * v2089;
-    const real v2154 = v2131 + c52 * v239 + (v244 * v2100 + v197 * v2147) - (v241 * v2094 + v194 * v2141);
-    const real v2157 = v2154 * v218 - v1310 * v2125;
-    const real v2164 = v1000 * v228 + p[18] * v2024;
-    const real v2167 = v133 * v2070 + v1041 * v149;
-    const real v2173 = v1010 * v2141 + v241 * v2035 - (v2164 - v2167) + (v1055 * v2147 + v244 * v2080);
-    const real v2177 = v2173 - (v1070 * v2157 + v249 * v2115);
-    const real v2181 = v222 * v149 + v133 * v2130;
-    const real v2193 = v2181 - (v244 * v2144 + v243 * v2147) - (v249 * v2154 + v248 * v2157) - (v241 * v228 + v240 * v2141);
-    const real v2199 = v174 * v2053 - v301 * v2082;
-    const real v2201 = v302 * v149 + v133 * v2199;
-    const real v2202 = c52 * v2201;
-    const real v2204 = v300 * v239;
-    const real v2208 = v300 * v2039;
-    const real v2209 = v239 + v2208;
-    const real v2210 = v2199 - v2209;
-    const real v2211 = v172 * v2210;
-    const real v2216 = v228 + v300 * v2043;
-    const real v2217 = s52 * v2216;
-    const real v2220 = v2217 * v102 + v1375 * v2039;
-    const real v2223 = v2199 - v2211 - v2135 - (v338 * v2044 + v108 * v2220);
-    const real v2226 = v2223 * v185 - v1382 * v2089;
-    const real v2231 = v189 * v2210;
-    const real v2240 = v2131 - v2231 - (v341 * v2100 + v197 * v2226) - (v338 * v2094 + v194 * v2220);
-    const real v2243 = v2240 * v218 - v1400 * v2125;
-    const real v2246 = v2181 - v2202 + s52 * v2204 + (v341 * v2144 + v243 * v2226) - (v353 * v2154 + v248 * v2243);
-    const real v2250 = v2246 - (v338 * v228 + v240 * v2220);
-    const real v2253 = v2250 * v280 - v1411 * v2193;
-    const real v2259 = v2164 + v300 * v2077;
-    const real v2266 = v1010 * v2220 + v338 * v2035 - (s52 * v2259 - v2167 + (v301 * v2071 + v1042 * v2053));
-    const real v2278 = v2266 - (v1055 * v2226 + v341 * v2080) - (v1070 * v2243 + v353 * v2115) - (v1098 * v2253 + v358 * v2177);
-    const real v2282 = v302 * v2053 + v301 * v2199;
-    const real v2286 = v300 * v2208 - K(-2.0) * v2204;
-    const real v2287 = v2286 - v2282;
-    const real v2288 = v172 * v2287;
-    const real v2299 = v2282 + v2181 + v2288 + K(-2.0) * v2202 - (v341 * v2223 + v340 * v2226) - (v353 * v2240 + v352 * v2243);
-    const real v2307 = v2299 - (v358 * v2250 + v357 * v2253) - (v338 * v2217 + v337 * v2220);
-    const real v2310 = s52 * v2201;
-    const real v2315 = c52 * v2216;
-    const real v2318 = v2315 * v102 + v1478 * v2039;
-    const real v2321 = v2231 + (v453 * v2044 + v108 * v2318);
-    const real v2324 = v2321 * v185 - v1485 * v2089;
-    const real v2337 = v2211 + v2209 + (v456 * v2100 + v197 * v2324) - (v453 * v2094 + v194 * v2318);
-    const real v2340 = v2337 * v218 - v1502 * v2125;
-    const real v2343 = v2310 + v189 * v2287 + (v456 * v2223 + v340 * v2324) - (v465 * v2240 + v352 * v2340);
-    const real v2354 = v2310 + c52 * v2204 - (v456 * v2144 + v243 * v2324) - (v465 * v2154 + v248 * v2340);
-    const real v2358 = v2354 - (v453 * v228 + v240 * v2318);
-    const real v2361 = v2358 * v280 - v1524 * v2193;
-    const real v2368 = v2343 - (v478 * v2250 + v357 * v2361) - (v453 * v2217 + v337 * v2318);
-    const real v2371 = v2368 * v441 - v1535 * v2307;
-    const real v2381 = v1010 * v2318 + v453 * v2035 - (c52 * v2259 - (v301 * v2109 + v1062 * v2053));
-    const real v2393 = v2381 + (v1055 * v2324 + v456 * v2080) - (v1070 * v2340 + v465 * v2115) - (v1098 * v2361 + v478 * v2177);
-    const real v2407 = v2286 - v2288 - (v456 * v2321 + v455 * v2324) - (v465 * v2337 + v464 * v2340);
-    const real v2419 = v2407 - (v478 * v2358 + v477 * v2361) - (v483 * v2368 + v482 * v2371) - (v453 * v2315 + v452 * v2318);
-    const real v2421 = (v2393 - (v1134 * v2371 + v483 * v2278)) * v528 - v1565 * v2419;
-    const real v2424 = v2278 * v441 - v1440 * v2307 - (v1168 * v2371 + v483 * v2421);
-    const real v2431 = v2177 * v280 - v1334 * v2193 - (v1170 * v2253 + v358 * v2424) - (v1168 * v2361 + v478 * v2421);
-    const real v2438 = v2115 * v218 - v1268 * v2125 - (v1174 * v2157 + v249 * v2431) - (v1170 * v2243 + v353 * v2424);
-    const real v2442 = v2438 - (v1168 * v2340 + v465 * v2421);
-    const real v2449 = v2080 * v185 - v1230 * v2089 - (v1180 * v2103 + v198 * v2442) + (v1174 * v2147 + v244 * v2431);
-    const real v2457 = v2449 - (v1170 * v2226 + v341 * v2424) + (v1168 * v2324 + v456 * v2421);
-    const real v2464 = v2035 * v102 + v1012 * v2039 + (v1188 * v2047 + v109 * v2457) + (v1180 * v2097 + v195 * v2442);
-    const real v2476 = v2464 + (v1174 * v2141 + v241 * v2431) + (v1170 * v2220 + v338 * v2424) + (v1168 * v2318 + v453 * v2421);
-    const real v2479 = x[4] * c52 - x[5] * s52;
-    const real v2480 = c40 * v2479;
-    const real v2482 = s40 * v2479;
-    const real v2486 = v66 * v2480 - v62 * v2482 - v60 * v2479;
-    const real v2487 = v50 * v2486;
-    const real v2492 = x[4] * s52 + x[5] * c52;
-    const real v2495 = v79 * (v80 * v2480 - v595 * v2492);
-    const real v2497 = s40 * v2487 - c40 * v2495;
-    const real v2499 = v193 * v102;
-    const real v2510 = v148 * (p[18] * v2482) + v621 * v2492 - v60 * (v143 * v2492);
-    const real v2512 = v138 * (p[20] * v2510);
-    const real v2514 = c52 * v2512 - v1062;
-    const real v2517 = s40 * v2495 + c40 * v2487;
-    const real v2521 = v1010 * v2499 + v109 * v2497 - (v2514 + (v1065 - s52 * v2517));
-    const real v2524 = (s52 + s52) * c52;
-    const real v2525 = v175 * v2524;
-    const real v2529 = v2525 - (v109 * v193 + v108 * v2499);
-    const real v2533 = c52 * c52 - v172;
-    const real v2536 = v107 * v102;
-    const real v2539 = v175 * v2533 - (v195 * v193 - v108 * v2536);
-    const real v2542 = v2539 * v185 - v1252 * v2529;
-    const real v2548 = s52 * v2512 + v1042;
-    const real v2556 = v195 * v2497 - v1010 * v2536 + (v2548 + (c52 * v2517 + v1051)) - (v1055 * v2542 + v198 * v2521);
-    const real v2565 = v195 * v107 + v194 * v2536 - (v2525 + (v198 * v2539 + v197 * v2542));
-    const real v2568 = v222 * c52;
-    const real v2571 = v222 * s52;
-    const real v2574 = v229 - v2571 + v241 * v193;
-    const real v2577 = v2574 * v185 - v1299 * v2529;
-    const real v2582 = v2568 + v236 + (v244 * v2539 + v197 * v2577) + v241 * v107;
-    const real v2585 = v2582 * v218 - v1310 * v2565;
-    const real v2588 = p[18] * v2487;
-    const real v2589 = v133 * v2512;
-    const real v2599 = v241 * v2497 - (v2588 - v2589) + (v1055 * v2577 + v244 * v2521) - (v1070 * v2585 + v249 * v2556);
-    const real v2607 = v244 * v2574 + v243 * v2577 + (v249 * v2582 + v248 * v2585);
-    const real v2610 = v303 * s52;
-    const real v2613 = v325 * v2524;
-    const real v2616 = v451 * v102;
-    const real v2619 = v2571 - v2613 - (v338 * v193 + v108 * v2616);
-    const real v2622 = v2619 * v185 - v1382 * v2529;
-    const real v2627 = v325 * v2533;
-    const real v2636 = v2568 - v2627 - (v341 * v2539 + v197 * v2622) - (v194 * v2616 - v338 * v107);
-    const real v2639 = v2636 * v218 - v1400 * v2565;
-    const real v2642 = v2610 + v470 + (v341 * v2574 + v243 * v2622) - (v353 * v2582 + v248 * v2639);
-    const real v2644 = v2642 - v240 * v2616;
-    const real v2647 = v2644 * v280 + v1411 * v2607;
-    const real v2653 = v2588 - v300 * v2517;
-    const real v2659 = v1010 * v2616 + v338 * v2497 - (s52 * v2653 + v1139 - v2589 + v301 * v2514);
-    const real v2671 = v2659 - (v1055 * v2622 + v341 * v2521) - (v1070 * v2639 + v353 * v2556) - (v1098 * v2647 + v358 * v2599);
-    const real v2673 = v407 * v2524;
-    const real v2683 = v2673 - K(-2.0) * v2610 - (v341 * v2619 + v340 * v2622) - (v353 * v2636 + v352 * v2639);
-    const real v2691 = v2683 - (v358 * v2644 + v357 * v2647) - (v338 * v451 + v337 * v2616);
-    const real v2694 = v303 * c52;
-    const real v2699 = v336 * v102;
-    const real v2702 = v2627 + (v453 * v193 - v108 * v2699);
-    const real v2705 = v2702 * v185 - v1485 * v2529;
-    const real v2717 = v2613 + (v456 * v2539 + v197 * v2705) + (v453 * v107 + v194 * v2699);
-    const real v2720 = v2717 * v218 - v1502 * v2565;
-    const real v2723 = v2694 + v407 * v2533 + (v456 * v2619 + v340 * v2705) - (v465 * v2636 + v352 * v2720);
-    const real v2733 = v2694 - v312 - (v456 * v2574 + v243 * v2705) - (v465 * v2582 + v248 * v2720);
-    const real v2735 = v2733 + v240 * v2699;
-    const real v2738 = v2735 * v280 + v1524 * v2607;
-    const real v2745 = v2723 - (v478 * v2644 + v357 * v2738) - (v453 * v451 - v337 * v2699);
-    const real v2748 = v2745 * v441 - v1535 * v2691;
-    const real v2761 = v453 * v2497 - v1010 * v2699 - (c52 * v2653 - v1109 - v301 * v2548) + (v1055 * v2705 + v456 * v2521);
-    const real v2773 = v2761 - (v1070 * v2720 + v465 * v2556) - (v1098 * v2738 + v478 * v2599) - (v1134 * v2748 + v483 * v2671);
-    const real v2789 = v2673 + (v456 * v2702 + v455 * v2705) + (v465 * v2717 + v464 * v2720) + (v478 * v2735 + v477 * v2738);
-    const real v2795 = v1565 * (v453 * v336 + v452 * v2699 - (v2789 + (v483 * v2745 + v482 * v2748)));
-    const real v2796 = v2773 * v528 - v2795;
-    const real v2799 = v2671 * v441 - v1440 * v2691 - (v1168 * v2748 + v483 * v2796);
-    const real v2806 = v2599 * v280 + v1334 * v2607 - (v1170 * v2647 + v358 * v2799) - (v1168 * v2738 + v478 * v2796);
-    const real v2813 = v2556 * v218 - v1268 * v2565 - (v1174 * v2585 + v249 * v2806) - (v1170 * v2639 + v353 * v2799);
-    const real v2817 = v2813 - (v1168 * v2720 + v465 * v2796);
-    const real v2824 = v2521 * v185 - v1230 * v2529 - (v1180 * v2542 + v198 * v2817) + (v1174 * v2577 + v244 * v2806);
-    const real v2832 = v2824 - (v1170 * v2622 + v341 * v2799) + (v1168 * v2705 + v456 * v2796);
-    const real v2839 = v2497 * v102 + (v1188 * v2499 + v109 * v2832) + (v195 * v2817 - v1180 * v2536);
-    const real v2849 = v2839 + v241 * v2806 + (v1170 * v2616 + v338 * v2799) + (v453 * v2796 - v1168 * v2699);
-    const real v2850 = v90 * p[16];
-    const real v2852 = v73 * v584;
-    const real v2854 = s5 * v2850 - c5 * v2852;
-    const real v2856 = v608 + v608;
-    const real v2858 = v116 * (p[15] * v2856);
-    const real v2859 = c18 * v2858;
-    const real v2862 = s5 * v2852 + c5 * v2850;
-    const real v2866 = v2859 + s18 * v2862 + v109 * v2854;
-    const real v2869 = s18 * v2858;
-    const real v2874 = v195 * v2854 - (v2869 - c18 * v2862) - v198 * v2866;
-    const real v2877 = p[13] * v2850;
-    const real v2878 = v111 * v2858;
-    const real v2885 = v241 * v2854 - (v2877 + v2878 - p[16]) + v244 * v2866 - v249 * v2874;
-    const real v2889 = v2877 - v294 * v2862;
-    const real v2892 = x[4] * p[15];
-    const real v2898 = v338 * v2854 - (s18 * v2889 + v2878 - v2892 - v295 * v2859) - v341 * v2866;
-    const real v2902 = v2898 - v353 * v2874 - v358 * v2885;
-    const real v2912 = v453 * v2854 - (c18 * v2889 + v295 * v2869 - x[5] * p[15]) + v456 * v2866;
-    const real v2919 = (v2912 - v465 * v2874 - v478 * v2885 - v483 * v2902) * v528;
-    const real v2921 = v2902 * v441 - v483 * v2919;
-    const real v2925 = v2885 * v280 - v358 * v2921 - v478 * v2919;
-    const real v2931 = v2874 * v218 - v249 * v2925 - v353 * v2921 - v465 * v2919;
-    const real v2939 = v2866 * v185 - v198 * v2931 + v244 * v2925 - v341 * v2921 + v456 * v2919;
-    const real v2949 = v2854 * v102 + v109 * v2939 + v195 * v2931 + v241 * v2925 + v338 * v2921 + v453 * v2919;
-    const real v2950 = v22 - v35;
-    const real v2951 = v16 * v2950;
-    const real v2953 = s5 * v2951 + v77;
-    const real v2956 = v128 - v122;
-    const real v2960 = v116 * (p[15] * v2956 - v111 * p[16]);
-    const real v2961 = c18 * v2960;
-    const real v2963 = v156 - c5 * v2951;
-    const real v2966 = v109 * v2953 - (v2961 + s18 * v2963);
-    const real v2970 = s18 * v2960;
-    const real v2974 = v195 * v2953 - (c18 * v2963 - v2970) - v198 * v2966;
-    const real v2977 = p[13] * v2951;
-    const real v2978 = v111 * v2960;
-    const real v2985 = v241 * v2953 - (v2977 - v2978 + v2892) + v244 * v2966 - v249 * v2974;
-    const real v2989 = v2977 + v294 * v2963;
-    const real v2997 = v338 * v2953 - (s18 * v2989 - (v2978 + p[16]) + v295 * v2961) - v341 * v2966;
-    const real v3001 = v2997 - v353 * v2974 - v358 * v2985;
-    const real v3011 = v453 * v2953 - (c18 * v2989 + x[3] * p[15] - v295 * v2970) + v456 * v2966;
-    const real v3018 = (v3011 - v465 * v2974 - v478 * v2985 - v483 * v3001) * v528;
-    const real v3020 = v3001 * v441 - v483 * v3018;
-    const real v3024 = v2985 * v280 - v358 * v3020 - v478 * v3018;
-    const real v3030 = v2974 * v218 - v249 * v3024 - v353 * v3020 - v465 * v3018;
-    const real v3038 = v2966 * v185 - v198 * v3030 + v244 * v3024 - v341 * v3020 + v456 * v3018;
-    const real v3048 = v2953 * v102 + v109 * v3038 + v195 * v3030 + v241 * v3024 + v338 * v3020 + v453 * v3018;
-    const real v3049 = v93 * p[21];
-    const real v3051 = v79 * v595;
-    const real v3053 = s40 * v3049 - c40 * v3051;
-    const real v3055 = v621 + v621;
-    const real v3057 = v138 * (p[20] * v3055);
-    const real v3058 = c52 * v3057;
-    const real v3061 = s40 * v3051 + c40 * v3049;
-    const real v3065 = v3058 + s52 * v3061 + v109 * v3053;
-    const real v3068 = s52 * v3057;
-    const real v3073 = v195 * v3053 - (v3068 - c52 * v3061) - v198 * v3065;
-    const real v3076 = v133 * v3057;
-    const real v3077 = p[18] * v3049;
-    const real v3084 = v241 * v3053 - (v3076 + v3077 - p[21]) + v244 * v3065 - v249 * v3073;
-    const real v3088 = v3077 - v300 * v3061;
-    const real v3091 = x[4] * p[20];
-    const real v3097 = v338 * v3053 - (v3076 + s52 * v3088 - v3091 - v301 * v3058) - v341 * v3065;
-    const real v3101 = v3097 - v353 * v3073 - v358 * v3084;
-    const real v3111 = v453 * v3053 - (c52 * v3088 + v301 * v3068 - x[5] * p[20]) + v456 * v3065;
-    const real v3118 = (v3111 - v465 * v3073 - v478 * v3084 - v483 * v3101) * v528;
-    const real v3120 = v3101 * v441 - v483 * v3118;
-    const real v3124 = v3084 * v280 - v358 * v3120 - v478 * v3118;
-    const real v3130 = v3073 * v218 - v249 * v3124 - v353 * v3120 - v465 * v3118;
-    const real v3138 = v3065 * v185 - v198 * v3130 + v244 * v3124 - v341 * v3120 + v456 * v3118;
-    const real v3148 = v3053 * v102 + v109 * v3138 + v195 * v3130 + v241 * v3124 + v338 * v3120 + v453 * v3118;
-    const real v3149 = v56 - v68;
-    const real v3150 = v50 * v3149;
-    const real v3152 = s40 * v3150 + v83;
-    const real v3155 = v150 - v144;
-    const real v3159 = v138 * (p[20] * v3155 - v133 * p[21]);
-    const real v3160 = c52 * v3159;
-    const real v3162 = v161 - c40 * v3150;
-    const real v3165 = v109 * v3152 - (v3160 + s52 * v3162);
-    const real v3169 = s52 * v3159;
-    const real v3173 = v195 * v3152 - (c52 * v3162 - v3169) - v198 * v3165;
-    const real v3176 = p[18] * v3150;
-    const real v3177 = v133 * v3159;
-    const real v3184 = v241 * v3152 - (v3176 - v3177 + v3091) + v244 * v3165 - v249 * v3173;
-    const real v3188 = v3176 + v300 * v3162;
-    const real v3196 = v338 * v3152 - (s52 * v3188 - (v3177 + p[21]) + v301 * v3160) - v341 * v3165;
-    const real v3200 = v3196 - v353 * v3173 - v358 * v3184;
-    const real v3210 = v453 * v3152 - (c52 * v3188 + x[3] * p[20] - v301 * v3169) + v456 * v3165;
-    const real v3217 = (v3210 - v465 * v3173 - v478 * v3184 - v483 * v3200) * v528;
-    const real v3219 = v3200 * v441 - v483 * v3217;
-    const real v3223 = v3184 * v280 - v358 * v3219 - v478 * v3217;
-    const real v3229 = v3173 * v218 - v249 * v3223 - v353 * v3219 - v465 * v3217;
-    const real v3237 = v3165 * v185 - v198 * v3229 + v244 * v3223 - v341 * v3219 + v456 * v3217;
-    const real v3247 = v3152 * v102 + v109 * v3237 + v195 * v3229 + v241 * v3223 + v338 * v3219 + v453 * v3217;
-    const real v3310 = v531 - x[4];
-    const real v3311 = v723 - x[3];
-    const real v3314 = s18 * v531 + c18 * v529;
-    const real v3315 = v3314 + v36;
-    const real v3329 = v3315 - p[15] * (v3315 + v535) * v13 - v90 * (c5 * (v294 * v3314 + s18 * v549 + c18 * v541) + s5 * v559);
-    const real v3332 = s18 * v723 + c18 * v721;
-    const real v3333 = v3332 + v566;
-    const real v3347 = v90 * (c5 * (v294 * v3332 + s18 * v741 + c18 * v733) + s5 * (v751 - v580));
-    const real v3351 = s18 * v907 + c18 * v905;
-    const real v3352 = v3351 + v762;
-    const real v3366 = v90 * (c5 * (v294 * v3351 + s18 * v925 + c18 * v917) + s5 * (v935 - v776));
-    const real v3370 = s18 * v1591 + c18 * v1588;
-    const real v3371 = v3370 + v946;
-    const real v3382 = v1170 * s18;
-    const real v3383 = v1168 * c18;
-    const real v3386 = v1188 * s18;
-    const real v3388 = v1180 * c18;
-    const real v3391 = c5 * (v294 * v3370 + s18 * v1624 + c18 * v1609) - ((v3382 + v3383) * v294 + v3386 + v3388) * s5;
-    const real v3401 = v1011 + v109 * v1188 + v195 * v1180 + v241 * v1174 + v338 * v1170 + v453 * v1168;
-    const real v3408 = v3371 - p[15] * (v3371 + v1598) * v13 - v90 * (v3391 + ((v3401 - v962) * c5 + s5 * v1643));
-    const real v3410 = v1170 * c18;
-    const real v3413 = v1168 * s18;
-    const real v3415 = s18 * v1966 + v3410 + (c18 * v1963 - v3413);
-    const real v3416 = v3415 + v1653;
-    const real v3423 = v1188 * c18;
-    const real v3427 = v1180 * s18;
-    const real v3432 = c5 * (v294 * v3415 + (s18 * v1999 + v3423) + (c18 * v1984 - v3427)) + s5 * v2016;
-    const real v3437 = s18 * v2424 + c18 * v2421;
-    const real v3451 = v3437 - p[15] * (v3437 + v2431) * v13 - v90 * (c5 * (v294 * v3437 + s18 * v2457 + c18 * v2442) + s5 * v2476);
-    const real v3454 = s18 * v2799 + c18 * v2796;
-    const real v3468 = v3454 - p[15] * (v3454 + v2806) * v13 - v90 * (c5 * (v294 * v3454 + s18 * v2832 + c18 * v2817) + s5 * v2849);
-    const real v3471 = s18 * v2921 + c18 * v2919;
-    const real v3486 = v3471 - (p[16] + p[15] * (v3471 + v2925)) * v13 - v90 * (c5 * (v294 * v3471 + s18 * v2939 + c18 * v2931) + s5 * v2949);
-    const real v3489 = s18 * v3020 + c18 * v3018;
-    const real v3490 = v3489 + v2950;
-    const real v3504 = v3490 - p[15] * (v3490 + v3024) * v13 - v90 * (c5 * (v294 * v3489 + s18 * v3038 + c18 * v3030) + s5 * v3048);
-    const real v3507 = s18 * v3120 + c18 * v3118;
-    const real v3521 = v3507 - p[15] * (v3507 + v3124) * v13 - v90 * (c5 * (v294 * v3507 + s18 * v3138 + c18 * v3130) + s5 * v3148);
-    const real v3524 = s18 * v3219 + c18 * v3217;
-    const real v3538 = v3524 - p[15] * (v3524 + v3223) * v13 - v90 * (c5 * (v294 * v3524 + s18 * v3237 + c18 * v3229) + s5 * v3247);
-    const real v3546 = v535 + v531;
-    const real v3550 = v129 + c18 * v549 + v295 * (c18 * v531 - s18 * v529) - v111 * v3546 - s18 * v541;
-    const real v3562 = v727 + v723;
-    const real v3566 = v613 + c18 * v741 + v295 * (c18 * v723 - s18 * v721) - v111 * v3562 - s18 * v733;
-    const real v3578 = v911 + v907;
-    const real v3582 = v804 + c18 * v925 + v295 * (c18 * v907 - s18 * v905) - v111 * v3578 - s18 * v917;
-    const real v3588 = v3410 - v3413;
-    const real v3591 = v1174 + v1170;
-    const real v3594 = v1025 + v3423 + v295 * v3588 - v3591 * v111 - v3427;
-    const real v3604 = v1207 + c18 * v1624 + (v3588 * v1201 + v295 * (c18 * v1591 - s18 * v1588));
-    const real v3605 = v1598 + v1591;
-    const real v3613 = v3594 * v127 + v111 * (v3604 - (v111 * v3605 + v3591 * v127) - s18 * v1609);
-    const real v3615 = K(1.0) / p[12];
-    const real v3632 = v1677 + (c18 * v1999 - v3386) + v295 * (c18 * v1966 - v3382 - (s18 * v1963 + v3383));
-    const real v3633 = v1973 + v1966;
-    const real v3642 = -(v1966 + v116 * (v111 * (v3632 - v111 * v3633 - (s18 * v1984 + v3388))));
-    const real v3649 = v2431 + v2424;
-    const real v3653 = c18 * v2457 + v295 * (c18 * v2424 - s18 * v2421) - v111 * v3649 - s18 * v2442;
-    const real v3664 = v2806 + v2799;
-    const real v3668 = c18 * v2832 + v295 * (c18 * v2799 - s18 * v2796) - v111 * v3664 - s18 * v2817;
-    const real v3680 = v2925 + v2921;
-    const real v3684 = c18 * v2939 - v2856 + v295 * (c18 * v2921 - s18 * v2919) - v111 * v3680 - s18 * v2931;
-    const real v3697 = v3024 + v3020;
-    const real v3701 = v2956 + c18 * v3038 + v295 * (c18 * v3020 - s18 * v3018) - v111 * v3697 - s18 * v3030;
-    const real v3713 = v3124 + v3120;
-    const real v3717 = c18 * v3138 + v295 * (c18 * v3120 - s18 * v3118) - v111 * v3713 - s18 * v3130;
-    const real v3728 = v3223 + v3219;
-    const real v3732 = c18 * v3237 + v295 * (c18 * v3219 - s18 * v3217) - v111 * v3728 - s18 * v3229;
-    const real v3739 = s52 * v531 + c52 * v529;
-    const real v3740 = v3739 + v69;
-    const real v3754 = v3740 - p[20] * (v3740 + v535) * v47 - v93 * (c40 * (v300 * v3739 + s52 * v549 + c52 * v541) + s40 * v559);
-    const real v3757 = s52 * v723 + c52 * v721;
-    const real v3758 = v3757 + v575;
-    const real v3772 = v93 * (c40 * (v300 * v3757 + s52 * v741 + c52 * v733) + s40 * (v751 - v591));
-    const real v3776 = s52 * v907 + c52 * v905;
-    const real v3777 = v3776 + v771;
-    const real v3791 = v93 * (c40 * (v300 * v3776 + s52 * v925 + c52 * v917) + s40 * (v935 - v786));
-    const real v3795 = s52 * v1591 + c52 * v1588;
-    const real v3809 = v3795 - p[20] * (v3795 + v1598) * v47 - v93 * (c40 * (v300 * v3795 + s52 * v1624 + c52 * v1609) + s40 * v1643);
-    const real v3812 = s52 * v1966 + c52 * v1963;
-    const real v3826 = v3812 - p[20] * (v3812 + v1973) * v47 - v93 * (c40 * (v300 * v3812 + s52 * v1999 + c52 * v1984) + s40 * v2016);
-    const real v3829 = s52 * v2424 + c52 * v2421;
-    const real v3830 = v3829 + v2023;
-    const real v3841 = v1170 * s52;
-    const real v3842 = v1168 * c52;
-    const real v3845 = v1188 * s52;
-    const real v3847 = v1180 * c52;
-    const real v3850 = c40 * (v300 * v3829 + s52 * v2457 + c52 * v2442) - ((v3841 + v3842) * v300 + v3845 + v3847) * s40;
-    const real v3857 = v3830 - p[20] * (v3830 + v2431) * v47 - v93 * (v3850 + ((v3401 - v1000) * c40 + s40 * v2476));
-    const real v3859 = v1170 * c52;
-    const real v3862 = v1168 * s52;
-    const real v3864 = s52 * v2799 + v3859 + (c52 * v2796 - v3862);
-    const real v3865 = v3864 + v2486;
-    const real v3872 = v1188 * c52;
-    const real v3876 = v1180 * s52;
-    const real v3881 = c40 * (v300 * v3864 + (s52 * v2832 + v3872) + (c52 * v2817 - v3876)) + s40 * v2849;
-    const real v3886 = s52 * v2921 + c52 * v2919;
-    const real v3900 = v3886 - p[20] * (v3886 + v2925) * v47 - v93 * (c40 * (v300 * v3886 + s52 * v2939 + c52 * v2931) + s40 * v2949);
-    const real v3903 = s52 * v3020 + c52 * v3018;
-    const real v3917 = v3903 - p[20] * (v3903 + v3024) * v47 - v93 * (c40 * (v300 * v3903 + s52 * v3038 + c52 * v3030) + s40 * v3048);
-    const real v3920 = s52 * v3120 + c52 * v3118;
-    const real v3935 = v3920 - (p[21] + p[20] * (v3920 + v3124)) * v47 - v93 * (c40 * (v300 * v3920 + s52 * v3138 + c52 * v3130) + s40 * v3148);
-    const real v3938 = s52 * v3219 + c52 * v3217;
-    const real v3939 = v3938 + v3149;
-    const real v3953 = v3939 - p[20] * (v3939 + v3223) * v47 - v93 * (c40 * (v300 * v3938 + s52 * v3237 + c52 * v3229) + s40 * v3247);
-    const real v3964 = v151 + c52 * v549 + v301 * (c52 * v531 - s52 * v529) - v133 * v3546 - s52 * v541;
-    const real v3979 = v626 + c52 * v741 + v301 * (c52 * v723 - s52 * v721) - v133 * v3562 - s52 * v733;
-    const real v3994 = v814 + c52 * v925 + v301 * (c52 * v907 - s52 * v905) - v133 * v3578 - s52 * v917;
-    const real v4008 = c52 * v1624 + v301 * (c52 * v1591 - s52 * v1588) - v133 * v3605 - s52 * v1609;
-    const real v4022 = c52 * v1999 + v301 * (c52 * v1966 - s52 * v1963) - v133 * v3633 - s52 * v1984;
-    const real v4028 = v3859 - v3862;
-    const real v4033 = v1036 + v3872 + v301 * v4028 - v3591 * v133 - v3876;
-    const real v4043 = v2059 + c52 * v2457 + (v4028 * v2053 + v301 * (c52 * v2424 - s52 * v2421));
-    const real v4051 = v4033 * v149 + v133 * (v4043 - (v133 * v3649 + v3591 * v149) - s52 * v2442);
-    const real v4053 = K(1.0) / p[17];
-    const real v4070 = v2510 + (c52 * v2832 - v3845) + v301 * (c52 * v2799 - v3841 - (s52 * v2796 + v3842));
-    const real v4079 = -(v2799 + v138 * (v133 * (v4070 - v133 * v3664 - (s52 * v2817 + v3847))));
-    const real v4089 = c52 * v2939 + v301 * (c52 * v2921 - s52 * v2919) - v133 * v3680 - s52 * v2931;
-    const real v4103 = c52 * v3038 + v301 * (c52 * v3020 - s52 * v3018) - v133 * v3697 - s52 * v3030;
-    const real v4118 = c52 * v3138 - v3055 + v301 * (c52 * v3120 - s52 * v3118) - v133 * v3713 - s52 * v3130;
-    const real v4134 = v3155 + c52 * v3237 + v301 * (c52 * v3219 - s52 * v3217) - v133 * v3728 - s52 * v3229;
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real t_tqamb = Wt1 * sin_phi1;
+    const real chi1 = cos_phi1 * w_x1 - t_tqamb;
+    const real t_pad7a = Wt1 * cos_phi1;
+    const real t_qm5gj = t_pad7a + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real t_4adrp = Wt2 * sin_phi2;
+    const real chi2 = cos_phi2 * w_x2 - t_4adrp;
+    const real t_3pe4c = Wt2 * cos_phi2;
+    const real t_c6dmt = t_3pe4c + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_62zow;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_smkh7 = Wn1 * lc_1;
+    const real t_q2k45 = chi1 * p[l1];
+    const real t_wmv32 = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real t_k644q = t_7imwe * cos_phi1;
+    const real F_t1 = sin_phi1 * tension1 - t_k644q;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_4434n;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_2nvx4 = Wn2 * lc_2;
+    const real t_e55su = chi2 * p[l2];
+    const real t_nlamb = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real t_czyms = t_4b2fa * cos_phi2;
+    const real F_t2 = sin_phi2 * tension2 - t_czyms;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real t_rlbqu = Bc_1 * cos_theta1;
+    const real t_2fa7h = Bc_2 * cos_theta2;
+    const real K43 = wqS_1 + wqS_2 - t_rlbqu - t_2fa7h;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_cr4jw = t_nncdg * sin_theta1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real t_6pb2s = t_4q22j * sin_theta2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_cr4jw + t_6pb2s;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real t_67cpm = t_nncdg * cos_theta1;
+    const real t_4qb3w = t_4q22j * cos_theta2;
+    const real K64 = t_zhbuw + t_67cpm + t_4qb3w;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_ramrz = F_t1 * sin_theta1;
+    const real t_ssvj3 = F_t2 * sin_theta2;
+    const real n2 = t_vt7uo + t_oncjt + t_ramrz + t_ssvj3;
+    const real t_ibvem = F_t1 * cos_theta1;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real t_ga7f3 = F_t2 * cos_theta2;
+    const real n3 = t_ibvem - (t_azclp + t_iya7w) + t_ga7f3;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real t_6nfyn = t_sfymc * x[wy];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_6nfyn * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_h4rsv = t_w7nmt * sin_theta1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real t_n4l7v = t_e5cx2 * sin_theta2;
+    const real t_5r66u = J_C1 + (p[J_z] - p[J_y]);
+    const real n5 = t_h4rsv
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_n4l7v
+        - W12 * t_5r66u
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real t_slihb = t_w7nmt * cos_theta1;
+    const real t_wrhtu = t_e5cx2 * cos_theta2;
+    const real t_7bo2j = J_C1 + t_is5lg + t_sfymc;
+    const real n6 = t_slihb
+        + t_wrhtu
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * t_7bo2j
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_pagmx = Asc_1 * sin_theta1;
+    const real t_em5lf = Asc_2 * sin_theta2;
+    const real t_b3aij = t_pagmx + t_em5lf;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_pq5r4 = Asc_1 * cos_theta1;
+    const real t_mejrc = Asc_2 * cos_theta2;
+    const real t_zzymx = t_pq5r4 + t_mejrc;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_2rbbr = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_2rbbr * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_b2inm = t_ev7u5 * sin_theta1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_i6twe = t_bvybx * sin_theta2;
+    const real t_6mmeb = t_b2inm + t_i6twe;
+    const real t_rujpm = t_6mmeb * t_bpfoo;
+    const real t_xqwvu = K52 - t_b3aij * t_rujpm;
+    const real K_L52 = t_xqwvu * t_4iujv;
+    const real K_D3 = K33 - t_2rbbr * K_L32 - t_zzymx * t_3go2w;
+    const real t_kimqu = Bc_1 * sin_theta1;
+    const real t_h3qlz = Bc_2 * sin_theta2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + t_kimqu + t_h3qlz + t_b3aij * t_xq4wt;
+    const real t_3jpev = t_m67zs * t_4iujv;
+    const real t_busu7 = K43 + t_2rbbr * t_3jpev - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_busu7 * t_zmh3u;
+    const real t_kjv32 = K53 - t_2rbbr * K_L52 - t_zzymx * t_rujpm;
+    const real K_L53 = t_kjv32 * t_zmh3u;
+    const real t_llswo = t_ev7u5 * cos_theta1;
+    const real t_inhtz = t_bvybx * cos_theta2;
+    const real t_bl4f2 = t_llswo + t_inhtz;
+    const real t_pgxzp = t_bl4f2 * t_bpfoo;
+    const real t_jc3gv = t_hjmgb + t_b3aij * t_pgxzp;
+    const real t_gz422 = t_jc3gv * t_4iujv;
+    const real t_iyghn = K63 + t_2rbbr * t_gz422 - t_zzymx * t_pgxzp;
+    const real K_L63 = t_iyghn * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_3jpev - t_busu7 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_qs67n = K54 + t_m67zs * K_L52 - t_busu7 * K_L53 - t_2m245 * t_rujpm;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_qs67n * t_lt2al;
+    const real t_vuqjn = K64 - t_m67zs * t_gz422 - t_busu7 * K_L63 - t_2m245 * t_pgxzp;
+    const real K_L64 = t_vuqjn * t_lt2al;
+    const real K_D5 = K55
+        - t_xqwvu * K_L52
+        - t_kjv32 * K_L53
+        - t_qs67n * K_L54
+        - t_6mmeb * t_rujpm;
+    const real t_at26l = K65
+        + t_xqwvu * t_gz422
+        - t_kjv32 * K_L63
+        - t_qs67n * K_L64
+        - t_6mmeb * t_pgxzp;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_at26l * t_ftqxb;
+    const real K_D6 = K66
+        - t_jc3gv * t_gz422
+        - t_iyghn * K_L63
+        - t_vuqjn * K_L64
+        - t_at26l * K_L65
+        - t_bl4f2 * t_pgxzp;
+    const real t_qbgt7 = t_7imwe * sin_phi1;
+    const real t_v7h4t = t_4b2fa * sin_phi2;
+    const real b1 = f_x + (t_qbgt7 + t_v7h4t + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_3jpev * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_rujpm * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_pgxzp * b1
+        + t_gz422 * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_nfkwa;
+    const real t_cufdy = X_y5 * t_ftqxb;
+    const real X_x5 = t_cufdy - K_L65 * X_x6;
+    const real t_72jfh = X_y4 * t_lt2al;
+    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_izhu2 = X_y3 * t_zmh3u;
+    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_uifqg = X_y2 * t_4iujv;
+    const real X_x2 = t_uifqg
+        - K_L32 * X_x3
+        + t_3jpev * X_x4
+        - K_L52 * X_x5
+        + t_gz422 * X_x6;
+    const real t_47fu6 = b1 * t_bpfoo;
+    const real X_x1 = t_47fu6
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_rujpm * X_x5
+        + t_pgxzp * X_x6;
+    const real t_wg4gh = X_x5 * sin_theta1;
+    const real t_kw2iv = X_x6 * cos_theta1;
+    const real G_t1 = t_wg4gh + t_kw2iv;
+    const real t_ywjjw = X_x5 * sin_theta2;
+    const real t_f6k2p = X_x6 * cos_theta2;
+    const real G_t2 = t_ywjjw + t_f6k2p;
+    const real t_2idpk = t_qm5gj * cos_phi1 + chi1 * sin_phi1;
+    const real t_bawzi = t_2idpk - Wt1;
+    const real t_h7dxi = B_1 * t_bawzi;
+    const real t_6tvwe = t_c6dmt * cos_phi2 + chi2 * sin_phi2;
+    const real t_ly4o3 = t_6tvwe - Wt2;
+    const real t_skszy = B_2 * t_ly4o3;
+    const real t_dskdd = t_qm5gj + t_qm5gj;
+    const real t_jfvj3 = t_6nwd2 * (t_dskdd * sin_phi1);
+    const real t_ghnnr = cos_phi1 * t_jfvj3;
+    const real t_npq2c = t_c6dmt + t_c6dmt;
+    const real t_2bqt6 = t_popww * (t_npq2c * sin_phi2);
+    const real t_7e3oz = cos_phi2 * t_2bqt6;
+    const real t_pworu = sin_phi1 * t_h7dxi + sin_phi2 * t_skszy - t_ghnnr - t_7e3oz;
+    const real t_4z4np = p[l1] * cos_phi1;
+    const real t_ceplo = t_wmv32 * t_4z4np;
+    const real t_ljxeu = q_1 * x[wy] + t_smkh7 - t_ceplo;
+    const real t_wp4cy = th_1 * (p[I1] * t_ljxeu);
+    const real t_mnfa5 = cos_theta1 * t_wp4cy;
+    const real t_yk3z4 = p[l2] * cos_phi2;
+    const real t_udto6 = t_nlamb * t_yk3z4;
+    const real t_f5pan = q_2 * x[wy] + t_2nvx4 - t_udto6;
+    const real t_sc77m = th_2 * (p[I2] * t_f5pan);
+    const real t_cb5bw = cos_theta2 * t_sc77m;
+    const real t_qbft3 = sin_phi1 * t_jfvj3;
+    const real t_hqad4 = t_qbft3 + cos_phi1 * t_h7dxi;
+    const real t_bpppy = sin_phi2 * t_2bqt6;
+    const real t_3iwx3 = t_bpppy + cos_phi2 * t_skszy;
+    const real t_r6mys = t_w7lcw * t_pworu - (t_mnfa5 + t_cb5bw - sin_theta1 * t_hqad4 - sin_theta2 * t_3iwx3);
+    const real t_rwvfl = sin_theta1 * t_wp4cy;
+    const real t_cqdkk = sin_theta2 * t_sc77m;
+    const real t_vm2ku = t_3go2w * t_pworu
+        + (cos_theta1 * t_hqad4 + (t_rwvfl + t_cqdkk) + cos_theta2 * t_3iwx3)
+        - K_L32 * t_r6mys;
+    const real t_zfk4z = p[l1] * t_h7dxi;
+    const real t_a7ivz = q_1 * t_wp4cy + q_2 * t_sc77m;
+    const real t_6tlin = p[l2] * t_skszy;
+    const real t_barmu = t_xq4wt * t_pworu
+        - (t_zfk4z - t_a7ivz + t_6tlin)
+        + t_3jpev * t_r6mys
+        - K_L43 * t_vm2ku;
+    const real t_dzlkr = t_zfk4z - e1 * t_hqad4;
+    const real t_7hro7 = t_6tlin - e2 * t_3iwx3;
+    const real t_q3zlw = sin_theta1 * t_dzlkr
+        - t_a7ivz
+        + sin_theta2 * t_7hro7
+        - t_5r66u * x[wy]
+        + g_1 * t_mnfa5
+        + g_2 * t_cb5bw;
+    const real t_r5an4 = t_rujpm * t_pworu
+        - t_q3zlw
+        - K_L52 * t_r6mys
+        - K_L53 * t_vm2ku
+        - K_L54 * t_barmu;
+    const real t_k4r7s = cos_theta1 * t_dzlkr
+        + cos_theta2 * t_7hro7
+        + I_theta1
+        + I_theta2
+        - t_7bo2j * x[wz]
+        - g_1 * t_rwvfl
+        - g_2 * t_cqdkk;
+    const real t_rfdqf = t_pgxzp * t_pworu
+        - t_k4r7s
+        + t_gz422 * t_r6mys
+        - K_L63 * t_vm2ku
+        - K_L64 * t_barmu
+        - K_L65 * t_r5an4;
+    const real t_l3hyo = t_rfdqf * t_nfkwa;
+    const real t_hmcjh = t_r5an4 * t_ftqxb - K_L65 * t_l3hyo;
+    const real t_v5isq = t_barmu * t_lt2al - K_L54 * t_hmcjh - K_L64 * t_l3hyo;
+    const real t_qjxw2 = t_vm2ku * t_zmh3u - K_L43 * t_v5isq - K_L53 * t_hmcjh - K_L63 * t_l3hyo;
+    const real t_yrgl2 = t_r6mys * t_4iujv
+        - K_L32 * t_qjxw2
+        + t_3jpev * t_v5isq
+        - K_L52 * t_hmcjh
+        + t_gz422 * t_l3hyo;
+    const real t_wizkf = t_pworu * t_bpfoo
+        + t_w7lcw * t_yrgl2
+        + t_3go2w * t_qjxw2
+        + t_xq4wt * t_v5isq
+        + t_rujpm * t_hmcjh
+        + t_pgxzp * t_l3hyo;
+    const real t_tqerc = cos_phi1 * sin_theta1;
+    const real t_bq73g = sin_phi1 * sin_theta1;
+    const real t_lmubw = chi1 * t_tqerc - t_qm5gj * t_bq73g - w_x1 * sin_theta1;
+    const real t_64tpi = B_1 * t_lmubw;
+    const real t_vjwdl = cos_phi2 * sin_theta2;
+    const real t_7pjle = sin_phi2 * sin_theta2;
+    const real t_js3na = chi2 * t_vjwdl - t_c6dmt * t_7pjle - w_x2 * sin_theta2;
+    const real t_xythb = B_2 * t_js3na;
+    const real t_6xfo3 = x[wy] + x[wy];
+    const real t_imsf6 = e1 * t_6xfo3;
+    const real t_7uthm = p1 + p1;
+    const real t_sayxc = mv1 * (cos_phi1 * t_imsf6) - t_6nwd2 * (t_dskdd * t_tqerc + t_7uthm * cos_theta1);
+    const real t_sqd7x = e2 * t_6xfo3;
+    const real t_ozxm2 = p2 + p2;
+    const real t_a5qu3 = mv2 * (cos_phi2 * t_sqd7x) - t_popww * (t_npq2c * t_vjwdl + t_ozxm2 * cos_theta2);
+    const real t_bg65y = sin_phi1 * t_64tpi + sin_phi2 * t_xythb + cos_phi1 * t_sayxc + cos_phi2 * t_a5qu3;
+    const real t_qrqlw = q_1 * x[wx]
+        + w_x1 * (lc_1 * cos_theta1)
+        - (t_q2k45 * cos_theta1 - t_wmv32 * (p[l1] * t_bq73g));
+    const real t_3t364 = th_1 * (p[I1] * t_qrqlw);
+    const real t_56goo = cos_theta1 * t_3t364;
+    const real t_wbyvc = q_2 * x[wx]
+        + w_x2 * (lc_2 * cos_theta2)
+        - (t_e55su * cos_theta2 - t_nlamb * (p[l2] * t_7pjle));
+    const real t_nrfga = th_2 * (p[I2] * t_wbyvc);
+    const real t_isxxh = cos_theta2 * t_nrfga;
+    const real t_zexpu = sin_phi1 * t_sayxc - cos_phi1 * t_64tpi;
+    const real t_jshhh = sin_phi2 * t_a5qu3 - cos_phi2 * t_xythb;
+    const real t_tzabn = t_w7lcw * t_bg65y - (t_56goo + t_isxxh + sin_theta1 * t_zexpu + sin_theta2 * t_jshhh);
+    const real t_hrzpn = sin_theta1 * t_3t364;
+    const real t_dm2ov = sin_theta2 * t_nrfga;
+    const real t_b5npc = t_3go2w * t_bg65y
+        - (cos_theta1 * t_zexpu - (t_hrzpn + t_dm2ov) + cos_theta2 * t_jshhh)
+        - K_L32 * t_tzabn;
+    const real t_zycl7 = Bs_1 * t_imsf6 + p[l1] * t_64tpi;
+    const real t_ht2gr = q_1 * t_3t364 + q_2 * t_nrfga;
+    const real t_6wizo = Bs_2 * t_sqd7x + p[l2] * t_xythb;
+    const real t_vxw4y = t_xq4wt * t_bg65y
+        - (t_zycl7 - t_ht2gr + t_6wizo + I_theta1 + I_theta2 - x[wz] * t_sfymc)
+        + t_3jpev * t_tzabn
+        - K_L43 * t_b5npc;
+    const real t_upz5m = t_zycl7 + e1 * t_zexpu;
+    const real t_sqdg4 = t_6wizo + e2 * t_jshhh;
+    const real t_otfbn = sin_theta1 * t_upz5m
+        - t_ht2gr
+        + sin_theta2 * t_sqdg4
+        - t_5r66u * x[wx]
+        - I_phi1
+        - I_phi2
+        + g_1 * t_56goo
+        + g_2 * t_isxxh;
+    const real t_dobma = t_rujpm * t_bg65y
+        - t_otfbn
+        - K_L52 * t_tzabn
+        - K_L53 * t_b5npc
+        - K_L54 * t_vxw4y;
+    const real t_hsnyp = t_pgxzp * t_bg65y
+        - (cos_theta1 * t_upz5m + cos_theta2 * t_sqdg4 - g_1 * t_hrzpn - g_2 * t_dm2ov)
+        + t_gz422 * t_tzabn
+        - K_L63 * t_b5npc
+        - K_L64 * t_vxw4y
+        - K_L65 * t_dobma;
+    const real t_xbolq = t_hsnyp * t_nfkwa;
+    const real t_64av6 = t_dobma * t_ftqxb - K_L65 * t_xbolq;
+    const real t_5napi = t_vxw4y * t_lt2al - K_L54 * t_64av6 - K_L64 * t_xbolq;
+    const real t_7monj = t_b5npc * t_zmh3u - K_L43 * t_5napi - K_L53 * t_64av6 - K_L63 * t_xbolq;
+    const real t_iac5b = t_tzabn * t_4iujv
+        - K_L32 * t_7monj
+        + t_3jpev * t_5napi
+        - K_L52 * t_64av6
+        + t_gz422 * t_xbolq;
+    const real t_lo7gb = t_bg65y * t_bpfoo
+        + t_w7lcw * t_iac5b
+        + t_3go2w * t_7monj
+        + t_xq4wt * t_5napi
+        + t_rujpm * t_64av6
+        + t_pgxzp * t_xbolq;
+    const real t_3wimo = cos_phi1 * cos_theta1;
+    const real t_xfyzm = sin_phi1 * cos_theta1;
+    const real t_e6rpb = chi1 * t_3wimo - t_qm5gj * t_xfyzm - w_x1 * cos_theta1;
+    const real t_jpgmg = B_1 * t_e6rpb;
+    const real t_kwc4d = cos_phi2 * cos_theta2;
+    const real t_5jk2g = sin_phi2 * cos_theta2;
+    const real t_jv37x = chi2 * t_kwc4d - t_c6dmt * t_5jk2g - w_x2 * cos_theta2;
+    const real t_h6rqi = B_2 * t_jv37x;
+    const real t_gwp2t = x[wz] + x[wz];
+    const real t_oetyi = e1 * t_gwp2t;
+    const real t_3kj2o = mv1 * (cos_phi1 * t_oetyi) - t_6nwd2 * (t_dskdd * t_3wimo - t_7uthm * sin_theta1);
+    const real t_xfnc5 = e2 * t_gwp2t;
+    const real t_zqoxx = mv2 * (cos_phi2 * t_xfnc5) - t_popww * (t_npq2c * t_kwc4d - t_ozxm2 * sin_theta2);
+    const real t_pctcd = sin_phi1 * t_jpgmg + sin_phi2 * t_h6rqi + cos_phi1 * t_3kj2o + cos_phi2 * t_zqoxx;
+    const real t_z7jiy = t_wmv32 * (p[l1] * t_xfyzm) + t_q2k45 * sin_theta1 - w_x1 * (lc_1 * sin_theta1);
+    const real t_ucha7 = th_1 * (p[I1] * t_z7jiy);
+    const real t_iiyuu = cos_theta1 * t_ucha7;
+    const real t_aopwl = t_nlamb * (p[l2] * t_5jk2g) + t_e55su * sin_theta2 - w_x2 * (lc_2 * sin_theta2);
+    const real t_ji52a = th_2 * (p[I2] * t_aopwl);
+    const real t_etwic = cos_theta2 * t_ji52a;
+    const real t_thij4 = sin_phi1 * t_3kj2o - cos_phi1 * t_jpgmg;
+    const real t_brnoc = sin_phi2 * t_zqoxx - cos_phi2 * t_h6rqi;
+    const real t_smgku = t_w7lcw * t_pctcd - (t_iiyuu + t_etwic + sin_theta1 * t_thij4 + sin_theta2 * t_brnoc);
+    const real t_5vlm2 = sin_theta1 * t_ucha7;
+    const real t_e53jk = sin_theta2 * t_ji52a;
+    const real t_jxjma = t_3go2w * t_pctcd
+        - (cos_theta1 * t_thij4 - (t_5vlm2 + t_e53jk) + cos_theta2 * t_brnoc)
+        - K_L32 * t_smgku;
+    const real t_oeqp6 = Bs_1 * t_oetyi + p[l1] * t_jpgmg;
+    const real t_r7m37 = q_1 * t_ucha7 + q_2 * t_ji52a;
+    const real t_amsj5 = Bs_2 * t_xfnc5 + p[l2] * t_h6rqi;
+    const real t_alfzz = t_xq4wt * t_pctcd
+        - (t_oeqp6 - t_r7m37 + t_amsj5 - t_6nfyn)
+        + t_3jpev * t_smgku
+        - K_L43 * t_jxjma;
+    const real t_c23dv = t_oeqp6 + e1 * t_thij4;
+    const real t_7daeh = t_amsj5 + e2 * t_brnoc;
+    const real t_xuedc = sin_theta1 * t_c23dv
+        - t_r7m37
+        + sin_theta2 * t_7daeh
+        + g_1 * t_iiyuu
+        + g_2 * t_etwic;
+    const real t_nq6kj = t_rujpm * t_pctcd
+        - t_xuedc
+        - K_L52 * t_smgku
+        - K_L53 * t_jxjma
+        - K_L54 * t_alfzz;
+    const real t_xlo26 = cos_theta1 * t_c23dv
+        + cos_theta2 * t_7daeh
+        - t_7bo2j * x[wx]
+        - g_1 * t_5vlm2
+        - g_2 * t_e53jk
+        - I_phi1
+        - I_phi2;
+    const real t_r57uk = t_pgxzp * t_pctcd
+        - t_xlo26
+        + t_gz422 * t_smgku
+        - K_L63 * t_jxjma
+        - K_L64 * t_alfzz
+        - K_L65 * t_nq6kj;
+    const real t_stsgp = t_r57uk * t_nfkwa;
+    const real t_jyiaj = t_nq6kj * t_ftqxb - K_L65 * t_stsgp;
+    const real t_nkq7y = t_alfzz * t_lt2al - K_L54 * t_jyiaj - K_L64 * t_stsgp;
+    const real t_rol52 = t_jxjma * t_zmh3u - K_L43 * t_nkq7y - K_L53 * t_jyiaj - K_L63 * t_stsgp;
+    const real t_mvyus = t_smgku * t_4iujv
+        - K_L32 * t_rol52
+        + t_3jpev * t_nkq7y
+        - K_L52 * t_jyiaj
+        + t_gz422 * t_stsgp;
+    const real t_jctnv = t_pctcd * t_bpfoo
+        + t_w7lcw * t_mvyus
+        + t_3go2w * t_rol52
+        + t_xq4wt * t_nkq7y
+        + t_rujpm * t_jyiaj
+        + t_pgxzp * t_stsgp;
+    const real t_laqoo = w_x1 * cos_phi1 - t_tqamb;
+    const real t_qm5gj_2 = w_x1 * sin_phi1 + t_pad7a;
+    const real t_hvpvf = chi1 * t_laqoo - t_qm5gj * t_qm5gj_2;
+    const real t_5qnaj = B_1 * t_hvpvf;
+    const real t_rqjd5 = mv1 * (t_w7vil * sin_phi1) + t_6nwd2 * (t_dskdd * t_laqoo);
+    const real t_qzx6f = sin_phi1 * t_5qnaj + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
+    const real t_2sw7d = t_47fu6 * t_bpfoo;
+    const real t_6choa = mv1 * cos_phi1;
+    const real t_h2ibw = sin_phi1 * t_6choa + Asc_1;
+    const real t_m24qb = cos_phi1 * t_6choa - Ass_1;
+    const real t_7j6vv = sin_theta1 * t_m24qb;
+    const real t_7rnk2 = t_w7lcw * t_bpfoo;
+    const real t_ccnxe = t_7j6vv * t_bpfoo + t_7rnk2 * t_h2ibw;
+    const real t_xtwlg = p[l1] * sin_phi1;
+    const real t_f2zxy = W12 * t_4z4np - w_x1 * (Wn1 * t_xtwlg) + t_wmv32 * (p[l1] * t_qm5gj_2);
+    const real t_vhuco = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_4z4np));
+    const real t_dnmdb = th_1 * (p[I1] * t_f2zxy - loss_theta1 * t_4z4np) - t_xips6 * t_vhuco;
+    const real t_6fek6 = cos_theta1 * t_dnmdb;
+    const real t_odlfh = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_5qnaj - t_qbgt7);
+    const real t_nlesu = b1 * t_ccnxe + t_w7lcw * t_qzx6f - (t_6fek6 + sin_theta1 * t_odlfh);
+    const real t_5am4i = t_uifqg * t_4iujv;
+    const real t_qends = p[I1] * t_vhuco;
+    const real t_3agyi = t_h2ibw + t_qends;
+    const real t_6n66f = S_sq1 * t_3agyi;
+    const real t_4urrx = t_6n66f - t_qends - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
+    const real t_ix2vw = cos_theta1 * t_m24qb;
+    const real t_7rnk2_2 = t_3go2w * t_bpfoo;
+    const real t_lkd5z = t_ix2vw * t_bpfoo + t_7rnk2_2 * t_h2ibw;
+    const real t_ses2j = SC1 * t_3agyi - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
+    const real t_6yahm = K_L32 * t_4iujv;
+    const real t_shbrh = t_ses2j * t_4iujv - t_6yahm * t_4urrx;
+    const real t_k46nc = sin_theta1 * t_dnmdb;
+    const real t_nigha = b1 * t_lkd5z
+        + t_3go2w * t_qzx6f
+        - (cos_theta1 * t_odlfh - t_k46nc)
+        - (X_y2 * t_shbrh + K_L32 * t_nlesu);
+    const real t_insvr = t_izhu2 * t_zmh3u;
+    const real t_r6f5q = t_h2ibw
+        - t_6n66f
+        - (K_L32 * t_ses2j + t_2rbbr * t_shbrh)
+        - (t_3go2w * t_ix2vw + t_zzymx * t_lkd5z);
+    const real t_ryzts = wth_1 * t_4z4np - q_1 * t_qends;
+    const real t_g5uka = sin_theta1 * t_ryzts;
+    const real t_zohce = cos_theta1 * t_ryzts;
+    const real t_jtjoh = t_xq4wt * t_bpfoo;
+    const real t_zopz4 = Bc_1 * t_bpfoo + t_jtjoh * t_h2ibw;
+    const real t_ran7z = t_zohce - sin_theta1 * Bs_1 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
+    const real t_j4z66 = t_3jpev * t_4iujv;
+    const real t_bzre6 = t_ran7z * t_4iujv - t_j4z66 * t_4urrx;
+    const real t_npvz7 = t_g5uka
+        + cos_theta1 * Bs_1
+        + (t_3jpev * t_ses2j + t_2rbbr * t_bzre6)
+        - (t_xq4wt * t_ix2vw + t_zzymx * t_zopz4);
+    const real t_ydwjl = K_L43 * t_zmh3u;
+    const real t_55rpl = t_npvz7 * t_zmh3u - t_ydwjl * t_r6f5q;
+    const real t_bu7fp = t_w7vil * Bc_1 + p[l1] * t_5qnaj;
+    const real t_7t2bq = q_1 * t_dnmdb + F_n1 * t_4z4np;
+    const real t_2q7pu = b1 * t_zopz4
+        + t_xq4wt * t_qzx6f
+        - (t_bu7fp - t_7t2bq)
+        + (X_y2 * t_bzre6 + t_3jpev * t_nlesu)
+        - (X_y3 * t_55rpl + K_L43 * t_nigha);
+    const real t_gkoba = t_72jfh * t_lt2al;
+    const real t_gtdgn = wq_1 * t_4z4np + q_1 * t_ryzts;
+    const real t_lflfz = t_gtdgn
+        - (t_3jpev * t_ran7z + t_m67zs * t_bzre6)
+        - (K_L43 * t_npvz7 + t_busu7 * t_55rpl)
+        - (t_xq4wt * Bc_1 + t_2m245 * t_zopz4);
+    const real t_xziph = wth_1 * t_xtwlg - g_1 * t_qends;
+    const real t_52vl2 = wg_1 * t_4z4np + q_1 * t_xziph;
+    const real t_3s2va = cos_theta1 * t_52vl2;
+    const real t_6iiam = e1 * Bs_1;
+    const real t_7z7va = e1 * t_h2ibw;
+    const real t_fpsha = Bs_1 + t_7z7va;
+    const real t_wufir = t_xziph - t_fpsha;
+    const real t_dra62 = S_sq1 * t_wufir;
+    const real t_vvqnn = Bc_1 + e1 * t_m24qb;
+    const real t_e4sul = sin_theta1 * t_vvqnn;
+    const real t_7rnk2_3 = t_rujpm * t_bpfoo;
+    const real t_4vm3d = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
+    const real t_oygab = t_xziph - t_dra62 - t_zohce - (t_rujpm * t_7j6vv + t_b3aij * t_4vm3d);
+    const real t_hfybw = K_L52 * t_4iujv;
+    const real t_tzwn6 = t_oygab * t_4iujv - t_hfybw * t_4urrx;
+    const real t_d4baz = SC1 * t_wufir;
+    const real t_syfvk = t_g5uka
+        - t_d4baz
+        - (K_L52 * t_ses2j + t_2rbbr * t_tzwn6)
+        - (t_rujpm * t_ix2vw + t_zzymx * t_4vm3d);
+    const real t_qe675 = K_L53 * t_zmh3u;
+    const real t_5h4ln = t_syfvk * t_zmh3u - t_qe675 * t_r6f5q;
+    const real t_atoyr = t_gtdgn
+        - t_3s2va
+        + sin_theta1 * t_6iiam
+        + (K_L52 * t_ran7z + t_m67zs * t_tzwn6)
+        - (K_L53 * t_npvz7 + t_busu7 * t_5h4ln)
+        - (t_rujpm * Bc_1 + t_2m245 * t_4vm3d);
+    const real t_2e52m = K_L54 * t_lt2al;
+    const real t_bjw24 = t_atoyr * t_lt2al - t_2e52m * t_lflfz;
+    const real t_x76h7 = t_bu7fp + e1 * t_odlfh;
+    const real t_b25zg = b1 * t_4vm3d
+        + t_rujpm * t_qzx6f
+        - (sin_theta1 * t_x76h7 - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg))
+        - (X_y2 * t_tzwn6 + K_L52 * t_nlesu)
+        - (X_y3 * t_5h4ln + K_L53 * t_nigha)
+        - (X_y4 * t_bjw24 + K_L54 * t_2q7pu);
+    const real t_eriz2 = t_cufdy * t_ftqxb;
+    const real t_iorjk = wg_1 * t_xtwlg + g_1 * t_xziph;
+    const real t_dnjms = e1 * t_7z7va - K(-2.0) * t_6iiam;
+    const real t_miprn = t_dnjms - t_iorjk;
+    const real t_wrcyr = S_sq1 * t_miprn;
+    const real t_e7dhx = t_iorjk
+        + t_gtdgn
+        + t_wrcyr
+        + K(-2.0) * t_3s2va
+        - (K_L52 * t_oygab + t_xqwvu * t_tzwn6)
+        - (K_L53 * t_syfvk + t_kjv32 * t_5h4ln)
+        - (K_L54 * t_atoyr + t_qs67n * t_bjw24)
+        - (t_rujpm * t_e4sul + t_6mmeb * t_4vm3d);
+    const real t_tzirt = sin_theta1 * t_52vl2;
+    const real t_as46a = cos_theta1 * t_vvqnn;
+    const real t_7rnk2_4 = t_pgxzp * t_bpfoo;
+    const real t_wf3ag = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
+    const real t_7ziuu = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_wf3ag);
+    const real t_2ngl5 = t_gz422 * t_4iujv;
+    const real t_uwd42 = t_7ziuu * t_4iujv - t_2ngl5 * t_4urrx;
+    const real t_k35ow = t_dra62
+        + t_fpsha
+        + (t_gz422 * t_ses2j + t_2rbbr * t_uwd42)
+        - (t_pgxzp * t_ix2vw + t_zzymx * t_wf3ag);
+    const real t_kpf5p = K_L63 * t_zmh3u;
+    const real t_3j7mz = t_k35ow * t_zmh3u - t_kpf5p * t_r6f5q;
+    const real t_gapjl = t_tzirt
+        + cos_theta1 * t_6iiam
+        - (t_gz422 * t_ran7z + t_m67zs * t_uwd42)
+        - (K_L63 * t_npvz7 + t_busu7 * t_3j7mz)
+        - (t_pgxzp * Bc_1 + t_2m245 * t_wf3ag);
+    const real t_wurun = K_L64 * t_lt2al;
+    const real t_6tx7x = t_gapjl * t_lt2al - t_wurun * t_lflfz;
+    const real t_sbp55 = t_tzirt
+        + SC1 * t_miprn
+        + (t_gz422 * t_oygab + t_xqwvu * t_uwd42)
+        - (K_L63 * t_syfvk + t_kjv32 * t_3j7mz)
+        - (K_L64 * t_atoyr + t_qs67n * t_6tx7x)
+        - (t_pgxzp * t_e4sul + t_6mmeb * t_wf3ag);
+    const real t_dzxqu = K_L65 * t_ftqxb;
+    const real t_lw467 = t_sbp55 * t_ftqxb - t_dzxqu * t_e7dhx;
+    const real t_36rxv = b1 * t_wf3ag
+        + t_pgxzp * t_qzx6f
+        - (cos_theta1 * t_x76h7 - (g_1 * t_k46nc + t_azclp * t_xtwlg))
+        + (X_y2 * t_uwd42 + t_gz422 * t_nlesu)
+        - (X_y3 * t_3j7mz + K_L63 * t_nigha)
+        - (X_y4 * t_6tx7x + K_L64 * t_2q7pu)
+        - (X_y5 * t_lw467 + K_L65 * t_b25zg);
+    const real t_o4hiw = X_x6 * t_nfkwa;
+    const real t_ucs7l = t_dnjms
+        - t_wrcyr
+        - (t_gz422 * t_7ziuu + t_jc3gv * t_uwd42)
+        - (K_L63 * t_k35ow + t_iyghn * t_3j7mz)
+        - (K_L64 * t_gapjl + t_vuqjn * t_6tx7x)
+        - (K_L65 * t_sbp55 + t_at26l * t_lw467)
+        - (t_pgxzp * t_as46a + t_bl4f2 * t_wf3ag);
+    const real t_yr2ut = t_36rxv * t_nfkwa - t_o4hiw * t_ucs7l;
+    const real t_st4yk = t_b25zg * t_ftqxb - t_eriz2 * t_e7dhx - (X_x6 * t_lw467 + K_L65 * t_yr2ut);
+    const real t_dibdt = t_2q7pu * t_lt2al
+        - t_gkoba * t_lflfz
+        - (X_x5 * t_bjw24 + K_L54 * t_st4yk)
+        - (X_x6 * t_6tx7x + K_L64 * t_yr2ut);
+    const real t_y7rng = t_nigha * t_zmh3u
+        - t_insvr * t_r6f5q
+        - (X_x4 * t_55rpl + K_L43 * t_dibdt)
+        - (X_x5 * t_5h4ln + K_L53 * t_st4yk)
+        - (X_x6 * t_3j7mz + K_L63 * t_yr2ut);
+    const real t_nqnwq = t_nlesu * t_4iujv
+        - t_5am4i * t_4urrx
+        - (X_x3 * t_shbrh + K_L32 * t_y7rng)
+        + (X_x4 * t_bzre6 + t_3jpev * t_dibdt)
+        - (X_x5 * t_tzwn6 + K_L52 * t_st4yk)
+        + (X_x6 * t_uwd42 + t_gz422 * t_yr2ut);
+    const real t_u2cjx = t_qzx6f * t_bpfoo
+        + t_2sw7d * t_h2ibw
+        + (X_x2 * t_ccnxe + t_w7lcw * t_nqnwq)
+        + (X_x3 * t_lkd5z + t_3go2w * t_y7rng)
+        + (X_x4 * t_zopz4 + t_xq4wt * t_dibdt)
+        + (X_x5 * t_4vm3d + t_rujpm * t_st4yk)
+        + (X_x6 * t_wf3ag + t_pgxzp * t_yr2ut);
+    const real t_ffpz7 = x[wy] * cos_theta1 - x[wz] * sin_theta1;
+    const real t_2wqtn = cos_phi1 * t_ffpz7;
+    const real t_7lrt3 = sin_phi1 * t_ffpz7;
+    const real t_y5gv4 = chi1 * t_2wqtn - t_qm5gj * t_7lrt3 - w_x1 * t_ffpz7;
+    const real t_4bhef = B_1 * t_y5gv4;
+    const real t_amwyw = x[wy] * sin_theta1 + x[wz] * cos_theta1;
+    const real t_2jicd = t_6nwd2 * (t_dskdd * t_2wqtn - t_7uthm * t_amwyw);
+    const real t_bgytl = sin_phi1 * t_4bhef - cos_phi1 * t_2jicd;
+    const real t_7rizg = t_pq5r4 * t_bpfoo;
+    const real t_2vp5p = t_wmv32 * (p[l1] * t_7lrt3) + t_q2k45 * t_amwyw - w_x1 * (lc_1 * t_amwyw);
+    const real t_oqojn = th_1 * (p[I1] * t_2vp5p);
+    const real t_kvxem = cos_theta1 * t_oqojn - t_azclp;
+    const real t_caraw = sin_phi1 * t_2jicd + cos_phi1 * t_4bhef;
+    const real t_oobz7 = b1 * t_7rizg + t_w7lcw * t_bgytl - (t_kvxem + (t_ibvem - sin_theta1 * t_caraw));
+    const real t_amqia = (sin_theta1 + sin_theta1) * cos_theta1;
+    const real t_dypyd = tn11_1 * t_amqia;
+    const real t_gruy3 = t_dypyd - (t_w7lcw * t_pq5r4 + t_b3aij * t_7rizg);
+    const real t_32wvq = cos_theta1 * cos_theta1 - S_sq1;
+    const real t_xy6nc = t_pagmx * t_bpfoo;
+    const real t_2d4vd = tn11_1 * t_32wvq - (t_3go2w * t_pq5r4 - t_b3aij * t_xy6nc);
+    const real t_qjb2l = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
+    const real t_6ikyu = sin_theta1 * t_oqojn + t_vt7uo;
+    const real t_3qzv5 = t_3go2w * t_bgytl
+        - b1 * t_xy6nc
+        + (cos_theta1 * t_caraw + t_ramrz + t_6ikyu)
+        - (X_y2 * t_qjb2l + K_L32 * t_oobz7);
+    const real t_f4k2m = t_3go2w * t_pagmx
+        + t_zzymx * t_xy6nc
+        - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_qjb2l));
+    const real t_a5psl = wq_1 * cos_theta1;
+    const real t_4sjo7 = wq_1 * sin_theta1;
+    const real t_ilktx = t_rlbqu - t_4sjo7 + t_xq4wt * t_pq5r4;
+    const real t_6adkg = t_ilktx * t_4iujv - t_j4z66 * t_gruy3;
+    const real t_qki4i = t_a5psl + t_kimqu + (t_3jpev * t_2d4vd + t_2rbbr * t_6adkg) + t_xq4wt * t_pagmx;
+    const real t_ewd2a = t_qki4i * t_zmh3u - t_ydwjl * t_f4k2m;
+    const real t_wzzjp = p[l1] * t_4bhef;
+    const real t_3clim = q_1 * t_oqojn;
+    const real t_3zzcr = t_xq4wt * t_bgytl
+        - (t_wzzjp - t_3clim)
+        + (X_y2 * t_6adkg + t_3jpev * t_oobz7)
+        - (X_y3 * t_ewd2a + K_L43 * t_3qzv5);
+    const real t_zgvuu = t_3jpev * t_ilktx + t_m67zs * t_6adkg + (K_L43 * t_qki4i + t_busu7 * t_ewd2a);
+    const real t_k6txy = wqg_1 * sin_theta1;
+    const real t_i3r2o = t_65obb * t_amqia;
+    const real t_zfxwu = t_llswo * t_bpfoo;
+    const real t_3frlf = t_4sjo7 - t_i3r2o - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
+    const real t_gwmcr = t_3frlf * t_4iujv - t_hfybw * t_gruy3;
+    const real t_gv4lk = t_65obb * t_32wvq;
+    const real t_sdd2f = t_a5psl
+        - t_gv4lk
+        - (K_L52 * t_2d4vd + t_2rbbr * t_gwmcr)
+        - (t_zzymx * t_zfxwu - t_rujpm * t_pagmx);
+    const real t_yjgmw = t_sdd2f * t_zmh3u - t_qe675 * t_f4k2m;
+    const real t_ul25e = t_k6txy
+        + t_67cpm
+        + (K_L52 * t_ilktx + t_m67zs * t_gwmcr)
+        - (K_L53 * t_qki4i + t_busu7 * t_yjgmw)
+        - t_2m245 * t_zfxwu;
+    const real t_to5qf = t_ul25e * t_lt2al + t_2e52m * t_zgvuu;
+    const real t_i7xzp = t_wzzjp - e1 * t_caraw;
+    const real t_xrpah = b1 * t_zfxwu
+        + t_rujpm * t_bgytl
+        - (sin_theta1 * t_i7xzp + t_slihb - t_3clim + g_1 * t_kvxem)
+        - (X_y2 * t_gwmcr + K_L52 * t_oobz7)
+        - (X_y3 * t_yjgmw + K_L53 * t_3qzv5)
+        - (X_y4 * t_to5qf + K_L54 * t_3zzcr);
+    const real t_twgyt = tn44_1 * t_amqia;
+    const real t_5buxm = t_twgyt
+        - K(-2.0) * t_k6txy
+        - (K_L52 * t_3frlf + t_xqwvu * t_gwmcr)
+        - (K_L53 * t_sdd2f + t_kjv32 * t_yjgmw)
+        - (K_L54 * t_ul25e + t_qs67n * t_to5qf)
+        - (t_rujpm * t_llswo + t_6mmeb * t_zfxwu);
+    const real t_tn2l4 = wqg_1 * cos_theta1;
+    const real t_rqo2a = t_b2inm * t_bpfoo;
+    const real t_mdqeg = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
+    const real t_icgwl = t_mdqeg * t_4iujv - t_2ngl5 * t_gruy3;
+    const real t_hauan = t_i3r2o
+        + (t_gz422 * t_2d4vd + t_2rbbr * t_icgwl)
+        + (t_pgxzp * t_pagmx + t_zzymx * t_rqo2a);
+    const real t_6kcud = t_hauan * t_zmh3u - t_kpf5p * t_f4k2m;
+    const real t_b2hwn = t_tn2l4
+        - t_cr4jw
+        - (t_gz422 * t_ilktx + t_m67zs * t_icgwl)
+        - (K_L63 * t_qki4i + t_busu7 * t_6kcud)
+        + t_2m245 * t_rqo2a;
+    const real t_lyqt7 = t_b2hwn * t_lt2al + t_wurun * t_zgvuu;
+    const real t_l4yoh = t_tn2l4
+        + tn44_1 * t_32wvq
+        + (t_gz422 * t_3frlf + t_xqwvu * t_icgwl)
+        - (K_L63 * t_sdd2f + t_kjv32 * t_6kcud)
+        - (K_L64 * t_ul25e + t_qs67n * t_lyqt7)
+        - (t_pgxzp * t_llswo - t_6mmeb * t_rqo2a);
+    const real t_24n2f = t_l4yoh * t_ftqxb - t_dzxqu * t_5buxm;
+    const real t_bhe2t = t_pgxzp * t_bgytl
+        - b1 * t_rqo2a
+        - (cos_theta1 * t_i7xzp - t_h4rsv - g_1 * t_6ikyu)
+        + (X_y2 * t_icgwl + t_gz422 * t_oobz7)
+        - (X_y3 * t_6kcud + K_L63 * t_3qzv5)
+        - (X_y4 * t_lyqt7 + K_L64 * t_3zzcr)
+        - (X_y5 * t_24n2f + K_L65 * t_xrpah);
+    const real t_ptgog = t_twgyt
+        + (t_gz422 * t_mdqeg + t_jc3gv * t_icgwl)
+        + (K_L63 * t_hauan + t_iyghn * t_6kcud)
+        + (K_L64 * t_b2hwn + t_vuqjn * t_lyqt7)
+        + (K_L65 * t_l4yoh + t_at26l * t_24n2f);
+    const real t_2fgqn = t_bhe2t * t_nfkwa - t_o4hiw * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_ptgog);
+    const real t_e5wip = t_xrpah * t_ftqxb - t_eriz2 * t_5buxm - (X_x6 * t_24n2f + K_L65 * t_2fgqn);
+    const real t_uznvr = t_3zzcr * t_lt2al
+        + t_gkoba * t_zgvuu
+        - (X_x5 * t_to5qf + K_L54 * t_e5wip)
+        - (X_x6 * t_lyqt7 + K_L64 * t_2fgqn);
+    const real t_ndnvg = t_3qzv5 * t_zmh3u
+        - t_insvr * t_f4k2m
+        - (X_x4 * t_ewd2a + K_L43 * t_uznvr)
+        - (X_x5 * t_yjgmw + K_L53 * t_e5wip)
+        - (X_x6 * t_6kcud + K_L63 * t_2fgqn);
+    const real t_lgr6t = t_oobz7 * t_4iujv
+        - t_5am4i * t_gruy3
+        - (X_x3 * t_qjb2l + K_L32 * t_ndnvg)
+        + (X_x4 * t_6adkg + t_3jpev * t_uznvr)
+        - (X_x5 * t_gwmcr + K_L52 * t_e5wip)
+        + (X_x6 * t_icgwl + t_gz422 * t_2fgqn);
+    const real t_wjac4 = t_bgytl * t_bpfoo
+        + (X_x2 * t_7rizg + t_w7lcw * t_lgr6t)
+        + (t_3go2w * t_ndnvg - X_x3 * t_xy6nc)
+        + t_xq4wt * t_uznvr
+        + (X_x5 * t_zfxwu + t_rujpm * t_e5wip)
+        + (t_pgxzp * t_2fgqn - X_x6 * t_rqo2a);
+    const real t_4p46o = w_x2 * cos_phi2 - t_4adrp;
+    const real t_c6dmt_2 = w_x2 * sin_phi2 + t_3pe4c;
+    const real t_aduzw = chi2 * t_4p46o - t_c6dmt * t_c6dmt_2;
+    const real t_fregp = B_2 * t_aduzw;
+    const real t_7pqkc = mv2 * (t_6fvzz * sin_phi2) + t_popww * (t_npq2c * t_4p46o);
+    const real t_n32zz = sin_phi2 * t_fregp + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
+    const real t_jzaos = mv2 * cos_phi2;
+    const real t_anfnj = sin_phi2 * t_jzaos + Asc_2;
+    const real t_f2vdr = cos_phi2 * t_jzaos - Ass_2;
+    const real t_igjjb = sin_theta2 * t_f2vdr;
+    const real t_f4frf = t_igjjb * t_bpfoo + t_7rnk2 * t_anfnj;
+    const real t_h36cy = p[l2] * sin_phi2;
+    const real t_qy4n2 = W12 * t_yk3z4 - w_x2 * (Wn2 * t_h36cy) + t_nlamb * (p[l2] * t_c6dmt_2);
+    const real t_2s2br = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_yk3z4));
+    const real t_q6l6c = th_2 * (p[I2] * t_qy4n2 - loss_theta2 * t_yk3z4) - t_vry6x * t_2s2br;
+    const real t_uj3u6 = cos_theta2 * t_q6l6c;
+    const real t_nwcoo = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_fregp - t_v7h4t);
+    const real t_btyd4 = b1 * t_f4frf + t_w7lcw * t_n32zz - (t_uj3u6 + sin_theta2 * t_nwcoo);
+    const real t_hokbn = p[I2] * t_2s2br;
+    const real t_mj4g4 = t_anfnj + t_hokbn;
+    const real t_hq2cs = S_sq2 * t_mj4g4;
+    const real t_4wtbf = t_hq2cs - t_hokbn - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
+    const real t_kytbr = cos_theta2 * t_f2vdr;
+    const real t_zlixu = t_kytbr * t_bpfoo + t_7rnk2_2 * t_anfnj;
+    const real t_u3qrf = SC2 * t_mj4g4 - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
+    const real t_vqtxe = t_u3qrf * t_4iujv - t_6yahm * t_4wtbf;
+    const real t_k5p2h = sin_theta2 * t_q6l6c;
+    const real t_zehmc = b1 * t_zlixu
+        + t_3go2w * t_n32zz
+        - (cos_theta2 * t_nwcoo - t_k5p2h)
+        - (X_y2 * t_vqtxe + K_L32 * t_btyd4);
+    const real t_chxqs = t_anfnj
+        - t_hq2cs
+        - (K_L32 * t_u3qrf + t_2rbbr * t_vqtxe)
+        - (t_3go2w * t_kytbr + t_zzymx * t_zlixu);
+    const real t_2xgil = wth_2 * t_yk3z4 - q_2 * t_hokbn;
+    const real t_4twqa = sin_theta2 * t_2xgil;
+    const real t_vzlku = cos_theta2 * t_2xgil;
+    const real t_sasqd = Bc_2 * t_bpfoo + t_jtjoh * t_anfnj;
+    const real t_ysiow = t_vzlku - sin_theta2 * Bs_2 + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
+    const real t_ykmet = t_ysiow * t_4iujv - t_j4z66 * t_4wtbf;
+    const real t_zxfg5 = t_4twqa
+        + cos_theta2 * Bs_2
+        + (t_3jpev * t_u3qrf + t_2rbbr * t_ykmet)
+        - (t_xq4wt * t_kytbr + t_zzymx * t_sasqd);
+    const real t_dymtx = t_zxfg5 * t_zmh3u - t_ydwjl * t_chxqs;
+    const real t_jebwn = t_6fvzz * Bc_2 + p[l2] * t_fregp;
+    const real t_dlwth = q_2 * t_q6l6c + F_n2 * t_yk3z4;
+    const real t_uri4g = b1 * t_sasqd
+        + t_xq4wt * t_n32zz
+        - (t_jebwn - t_dlwth)
+        + (X_y2 * t_ykmet + t_3jpev * t_btyd4)
+        - (X_y3 * t_dymtx + K_L43 * t_zehmc);
+    const real t_vpcgp = wq_2 * t_yk3z4 + q_2 * t_2xgil;
+    const real t_jaulc = t_vpcgp
+        - (t_3jpev * t_ysiow + t_m67zs * t_ykmet)
+        - (K_L43 * t_zxfg5 + t_busu7 * t_dymtx)
+        - (t_xq4wt * Bc_2 + t_2m245 * t_sasqd);
+    const real t_ktpye = wth_2 * t_h36cy - g_2 * t_hokbn;
+    const real t_42o7o = wg_2 * t_yk3z4 + q_2 * t_ktpye;
+    const real t_bbhco = cos_theta2 * t_42o7o;
+    const real t_moyc6 = e2 * Bs_2;
+    const real t_n46wu = e2 * t_anfnj;
+    const real t_r6gya = Bs_2 + t_n46wu;
+    const real t_kpd7x = t_ktpye - t_r6gya;
+    const real t_kxs24 = S_sq2 * t_kpd7x;
+    const real t_2zutr = Bc_2 + e2 * t_f2vdr;
+    const real t_msyoe = sin_theta2 * t_2zutr;
+    const real t_j3lqj = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
+    const real t_zmbqa = t_ktpye - t_kxs24 - t_vzlku - (t_rujpm * t_igjjb + t_b3aij * t_j3lqj);
+    const real t_qxytf = t_zmbqa * t_4iujv - t_hfybw * t_4wtbf;
+    const real t_w6dhl = SC2 * t_kpd7x;
+    const real t_ffkmk = t_4twqa
+        - t_w6dhl
+        - (K_L52 * t_u3qrf + t_2rbbr * t_qxytf)
+        - (t_rujpm * t_kytbr + t_zzymx * t_j3lqj);
+    const real t_vwuf5 = t_ffkmk * t_zmh3u - t_qe675 * t_chxqs;
+    const real t_j2y74 = t_vpcgp
+        - t_bbhco
+        + sin_theta2 * t_moyc6
+        + (K_L52 * t_ysiow + t_m67zs * t_qxytf)
+        - (K_L53 * t_zxfg5 + t_busu7 * t_vwuf5)
+        - (t_rujpm * Bc_2 + t_2m245 * t_j3lqj);
+    const real t_pq2ow = t_j2y74 * t_lt2al - t_2e52m * t_jaulc;
+    const real t_msam2 = t_jebwn + e2 * t_nwcoo;
+    const real t_ambdh = b1 * t_j3lqj
+        + t_rujpm * t_n32zz
+        - (sin_theta2 * t_msam2 - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy))
+        - (X_y2 * t_qxytf + K_L52 * t_btyd4)
+        - (X_y3 * t_vwuf5 + K_L53 * t_zehmc)
+        - (X_y4 * t_pq2ow + K_L54 * t_uri4g);
+    const real t_37ayo = wg_2 * t_h36cy + g_2 * t_ktpye;
+    const real t_vjaf4 = e2 * t_n46wu - K(-2.0) * t_moyc6;
+    const real t_3khok = t_vjaf4 - t_37ayo;
+    const real t_kcxpy = S_sq2 * t_3khok;
+    const real t_b77ym = t_37ayo
+        + t_vpcgp
+        + t_kcxpy
+        + K(-2.0) * t_bbhco
+        - (K_L52 * t_zmbqa + t_xqwvu * t_qxytf)
+        - (K_L53 * t_ffkmk + t_kjv32 * t_vwuf5)
+        - (K_L54 * t_j2y74 + t_qs67n * t_pq2ow)
+        - (t_rujpm * t_msyoe + t_6mmeb * t_j3lqj);
+    const real t_awxjj = sin_theta2 * t_42o7o;
+    const real t_sqznz = cos_theta2 * t_2zutr;
+    const real t_6m3tu = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
+    const real t_zw4rt = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_6m3tu);
+    const real t_4zrts = t_zw4rt * t_4iujv - t_2ngl5 * t_4wtbf;
+    const real t_q6umu = t_kxs24
+        + t_r6gya
+        + (t_gz422 * t_u3qrf + t_2rbbr * t_4zrts)
+        - (t_pgxzp * t_kytbr + t_zzymx * t_6m3tu);
+    const real t_vkelj = t_q6umu * t_zmh3u - t_kpf5p * t_chxqs;
+    const real t_ep3w4 = t_awxjj
+        + cos_theta2 * t_moyc6
+        - (t_gz422 * t_ysiow + t_m67zs * t_4zrts)
+        - (K_L63 * t_zxfg5 + t_busu7 * t_vkelj)
+        - (t_pgxzp * Bc_2 + t_2m245 * t_6m3tu);
+    const real t_r4ffx = t_ep3w4 * t_lt2al - t_wurun * t_jaulc;
+    const real t_o4xr5 = t_awxjj
+        + SC2 * t_3khok
+        + (t_gz422 * t_zmbqa + t_xqwvu * t_4zrts)
+        - (K_L63 * t_ffkmk + t_kjv32 * t_vkelj)
+        - (K_L64 * t_j2y74 + t_qs67n * t_r4ffx)
+        - (t_pgxzp * t_msyoe + t_6mmeb * t_6m3tu);
+    const real t_npvny = t_o4xr5 * t_ftqxb - t_dzxqu * t_b77ym;
+    const real t_75flj = b1 * t_6m3tu
+        + t_pgxzp * t_n32zz
+        - (cos_theta2 * t_msam2 - (g_2 * t_k5p2h + t_iya7w * t_h36cy))
+        + (X_y2 * t_4zrts + t_gz422 * t_btyd4)
+        - (X_y3 * t_vkelj + K_L63 * t_zehmc)
+        - (X_y4 * t_r4ffx + K_L64 * t_uri4g)
+        - (X_y5 * t_npvny + K_L65 * t_ambdh);
+    const real t_4zyl4 = t_vjaf4
+        - t_kcxpy
+        - (t_gz422 * t_zw4rt + t_jc3gv * t_4zrts)
+        - (K_L63 * t_q6umu + t_iyghn * t_vkelj)
+        - (K_L64 * t_ep3w4 + t_vuqjn * t_r4ffx)
+        - (K_L65 * t_o4xr5 + t_at26l * t_npvny)
+        - (t_pgxzp * t_sqznz + t_bl4f2 * t_6m3tu);
+    const real t_3os3c = t_75flj * t_nfkwa - t_o4hiw * t_4zyl4;
+    const real t_svukv = t_ambdh * t_ftqxb - t_eriz2 * t_b77ym - (X_x6 * t_npvny + K_L65 * t_3os3c);
+    const real t_vjb6t = t_uri4g * t_lt2al
+        - t_gkoba * t_jaulc
+        - (X_x5 * t_pq2ow + K_L54 * t_svukv)
+        - (X_x6 * t_r4ffx + K_L64 * t_3os3c);
+    const real t_owrrl = t_zehmc * t_zmh3u
+        - t_insvr * t_chxqs
+        - (X_x4 * t_dymtx + K_L43 * t_vjb6t)
+        - (X_x5 * t_vwuf5 + K_L53 * t_svukv)
+        - (X_x6 * t_vkelj + K_L63 * t_3os3c);
+    const real t_fpibt = t_btyd4 * t_4iujv
+        - t_5am4i * t_4wtbf
+        - (X_x3 * t_vqtxe + K_L32 * t_owrrl)
+        + (X_x4 * t_ykmet + t_3jpev * t_vjb6t)
+        - (X_x5 * t_qxytf + K_L52 * t_svukv)
+        + (X_x6 * t_4zrts + t_gz422 * t_3os3c);
+    const real t_qjmq3 = t_n32zz * t_bpfoo
+        + t_2sw7d * t_anfnj
+        + (X_x2 * t_f4frf + t_w7lcw * t_fpibt)
+        + (X_x3 * t_zlixu + t_3go2w * t_owrrl)
+        + (X_x4 * t_sasqd + t_xq4wt * t_vjb6t)
+        + (X_x5 * t_j3lqj + t_rujpm * t_svukv)
+        + (X_x6 * t_6m3tu + t_pgxzp * t_3os3c);
+    const real t_62dmq = x[wy] * cos_theta2 - x[wz] * sin_theta2;
+    const real t_v3kg2 = cos_phi2 * t_62dmq;
+    const real t_rcia5 = sin_phi2 * t_62dmq;
+    const real t_abii4 = chi2 * t_v3kg2 - t_c6dmt * t_rcia5 - w_x2 * t_62dmq;
+    const real t_p5vlz = B_2 * t_abii4;
+    const real t_kmx3q = x[wy] * sin_theta2 + x[wz] * cos_theta2;
+    const real t_q63w7 = t_popww * (t_npq2c * t_v3kg2 - t_ozxm2 * t_kmx3q);
+    const real t_bw63z = sin_phi2 * t_p5vlz - cos_phi2 * t_q63w7;
+    const real t_hr7g5 = t_mejrc * t_bpfoo;
+    const real t_jx7yj = t_nlamb * (p[l2] * t_rcia5) + t_e55su * t_kmx3q - w_x2 * (lc_2 * t_kmx3q);
+    const real t_ermaq = th_2 * (p[I2] * t_jx7yj);
+    const real t_r45ez = cos_theta2 * t_ermaq - t_iya7w;
+    const real t_iv3yz = sin_phi2 * t_q63w7 + cos_phi2 * t_p5vlz;
+    const real t_d4ror = b1 * t_hr7g5 + t_w7lcw * t_bw63z - (t_r45ez + (t_ga7f3 - sin_theta2 * t_iv3yz));
+    const real t_vsg3m = (sin_theta2 + sin_theta2) * cos_theta2;
+    const real t_bynkl = tn11_2 * t_vsg3m;
+    const real t_5awlg = t_bynkl - (t_w7lcw * t_mejrc + t_b3aij * t_hr7g5);
+    const real t_vvls5 = cos_theta2 * cos_theta2 - S_sq2;
+    const real t_w7urv = t_em5lf * t_bpfoo;
+    const real t_zzxmw = tn11_2 * t_vvls5 - (t_3go2w * t_mejrc - t_b3aij * t_w7urv);
+    const real t_ctuam = t_zzxmw * t_4iujv - t_6yahm * t_5awlg;
+    const real t_g66ka = sin_theta2 * t_ermaq + t_oncjt;
+    const real t_ibd4w = t_3go2w * t_bw63z
+        - b1 * t_w7urv
+        + (t_g66ka + (cos_theta2 * t_iv3yz + t_ssvj3))
+        - (X_y2 * t_ctuam + K_L32 * t_d4ror);
+    const real t_k2uk4 = t_3go2w * t_em5lf
+        + t_zzymx * t_w7urv
+        - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_ctuam));
+    const real t_lq6gj = wq_2 * cos_theta2;
+    const real t_7u5ql = wq_2 * sin_theta2;
+    const real t_ufzx3 = t_2fa7h - t_7u5ql + t_xq4wt * t_mejrc;
+    const real t_mc75e = t_ufzx3 * t_4iujv - t_j4z66 * t_5awlg;
+    const real t_hil2t = t_lq6gj + t_h3qlz + (t_3jpev * t_zzxmw + t_2rbbr * t_mc75e) + t_xq4wt * t_em5lf;
+    const real t_7uhuc = t_hil2t * t_zmh3u - t_ydwjl * t_k2uk4;
+    const real t_o7iro = p[l2] * t_p5vlz;
+    const real t_44ssi = q_2 * t_ermaq;
+    const real t_icwdb = t_xq4wt * t_bw63z
+        - (t_o7iro - t_44ssi)
+        + (X_y2 * t_mc75e + t_3jpev * t_d4ror)
+        - (X_y3 * t_7uhuc + K_L43 * t_ibd4w);
+    const real t_lhdrb = t_3jpev * t_ufzx3 + t_m67zs * t_mc75e + (K_L43 * t_hil2t + t_busu7 * t_7uhuc);
+    const real t_jke4d = wqg_2 * sin_theta2;
+    const real t_duc43 = t_yoiua * t_vsg3m;
+    const real t_tcnjk = t_inhtz * t_bpfoo;
+    const real t_qsxce = t_7u5ql - t_duc43 - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
+    const real t_7a3rr = t_qsxce * t_4iujv - t_hfybw * t_5awlg;
+    const real t_h4epw = t_yoiua * t_vvls5;
+    const real t_3eeez = t_lq6gj
+        - t_h4epw
+        - (K_L52 * t_zzxmw + t_2rbbr * t_7a3rr)
+        - (t_zzymx * t_tcnjk - t_rujpm * t_em5lf);
+    const real t_illj6 = t_3eeez * t_zmh3u - t_qe675 * t_k2uk4;
+    const real t_cizuc = t_jke4d
+        + t_4qb3w
+        + (K_L52 * t_ufzx3 + t_m67zs * t_7a3rr)
+        - (K_L53 * t_hil2t + t_busu7 * t_illj6)
+        - t_2m245 * t_tcnjk;
+    const real t_4uv2q = t_cizuc * t_lt2al + t_2e52m * t_lhdrb;
+    const real t_qwkf6 = t_o7iro - e2 * t_iv3yz;
+    const real t_xffd6 = b1 * t_tcnjk
+        + t_rujpm * t_bw63z
+        - (sin_theta2 * t_qwkf6 + t_wrhtu - t_44ssi + g_2 * t_r45ez)
+        - (X_y2 * t_7a3rr + K_L52 * t_d4ror)
+        - (X_y3 * t_illj6 + K_L53 * t_ibd4w)
+        - (X_y4 * t_4uv2q + K_L54 * t_icwdb);
+    const real t_mxd3p = tn44_2 * t_vsg3m;
+    const real t_hdedc = t_mxd3p
+        - K(-2.0) * t_jke4d
+        - (K_L52 * t_qsxce + t_xqwvu * t_7a3rr)
+        - (K_L53 * t_3eeez + t_kjv32 * t_illj6)
+        - (K_L54 * t_cizuc + t_qs67n * t_4uv2q)
+        - (t_rujpm * t_inhtz + t_6mmeb * t_tcnjk);
+    const real t_jcxvb = wqg_2 * cos_theta2;
+    const real t_kpfwr = t_i6twe * t_bpfoo;
+    const real t_f75xd = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
+    const real t_q22up = t_f75xd * t_4iujv - t_2ngl5 * t_5awlg;
+    const real t_tc5zh = t_duc43
+        + (t_gz422 * t_zzxmw + t_2rbbr * t_q22up)
+        + (t_pgxzp * t_em5lf + t_zzymx * t_kpfwr);
+    const real t_r3zla = t_tc5zh * t_zmh3u - t_kpf5p * t_k2uk4;
+    const real t_tihip = t_jcxvb
+        - t_6pb2s
+        - (t_gz422 * t_ufzx3 + t_m67zs * t_q22up)
+        - (K_L63 * t_hil2t + t_busu7 * t_r3zla)
+        + t_2m245 * t_kpfwr;
+    const real t_osics = t_tihip * t_lt2al + t_wurun * t_lhdrb;
+    const real t_wkuas = t_jcxvb
+        + tn44_2 * t_vvls5
+        + (t_gz422 * t_qsxce + t_xqwvu * t_q22up)
+        - (K_L63 * t_3eeez + t_kjv32 * t_r3zla)
+        - (K_L64 * t_cizuc + t_qs67n * t_osics)
+        - (t_pgxzp * t_inhtz - t_6mmeb * t_kpfwr);
+    const real t_5fghl = t_wkuas * t_ftqxb - t_dzxqu * t_hdedc;
+    const real t_umruz = t_pgxzp * t_bw63z
+        - b1 * t_kpfwr
+        - (cos_theta2 * t_qwkf6 - t_n4l7v - g_2 * t_g66ka)
+        + (X_y2 * t_q22up + t_gz422 * t_d4ror)
+        - (X_y3 * t_r3zla + K_L63 * t_ibd4w)
+        - (X_y4 * t_osics + K_L64 * t_icwdb)
+        - (X_y5 * t_5fghl + K_L65 * t_xffd6);
+    const real t_gbzmh = t_mxd3p
+        + (t_gz422 * t_f75xd + t_jc3gv * t_q22up)
+        + (K_L63 * t_tc5zh + t_iyghn * t_r3zla)
+        + (K_L64 * t_tihip + t_vuqjn * t_osics)
+        + (K_L65 * t_wkuas + t_at26l * t_5fghl);
+    const real t_zuj7h = t_umruz * t_nfkwa - t_o4hiw * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_gbzmh);
+    const real t_7tjax = t_xffd6 * t_ftqxb - t_eriz2 * t_hdedc - (X_x6 * t_5fghl + K_L65 * t_zuj7h);
+    const real t_grzp5 = t_icwdb * t_lt2al
+        + t_gkoba * t_lhdrb
+        - (X_x5 * t_4uv2q + K_L54 * t_7tjax)
+        - (X_x6 * t_osics + K_L64 * t_zuj7h);
+    const real t_e6rdz = t_ibd4w * t_zmh3u
+        - t_insvr * t_k2uk4
+        - (X_x4 * t_7uhuc + K_L43 * t_grzp5)
+        - (X_x5 * t_illj6 + K_L53 * t_7tjax)
+        - (X_x6 * t_r3zla + K_L63 * t_zuj7h);
+    const real t_g7wh3 = t_d4ror * t_4iujv
+        - t_5am4i * t_5awlg
+        - (X_x3 * t_ctuam + K_L32 * t_e6rdz)
+        + (X_x4 * t_mc75e + t_3jpev * t_grzp5)
+        - (X_x5 * t_7a3rr + K_L52 * t_7tjax)
+        + (X_x6 * t_q22up + t_gz422 * t_zuj7h);
+    const real t_jltkv = t_bw63z * t_bpfoo
+        + (X_x2 * t_hr7g5 + t_w7lcw * t_g7wh3)
+        + (t_3go2w * t_e6rdz - X_x3 * t_w7urv)
+        + t_xq4wt * t_grzp5
+        + (X_x5 * t_tcnjk + t_rujpm * t_7tjax)
+        + (t_pgxzp * t_zuj7h - X_x6 * t_kpfwr);
+    const real t_5skfg = k1 * p[eps1];
+    const real t_2r2yl = t_6nwd2 * t_7uthm;
+    const real t_py77n = sin_phi1 * t_5skfg - cos_phi1 * t_2r2yl;
+    const real t_nxx6u = t_q2k45 + t_q2k45;
+    const real t_qkxuz = th_1 * (p[I1] * t_nxx6u);
+    const real t_sjukx = cos_theta1 * t_qkxuz;
+    const real t_xryeg = sin_phi1 * t_2r2yl + cos_phi1 * t_5skfg;
+    const real t_nask7 = t_sjukx + sin_theta1 * t_xryeg + t_w7lcw * t_py77n;
+    const real t_3j3sr = sin_theta1 * t_qkxuz;
+    const real t_bbeaq = t_3go2w * t_py77n - (t_3j3sr - cos_theta1 * t_xryeg) - K_L32 * t_nask7;
+    const real t_2g7bi = p[l1] * t_5skfg;
+    const real t_t262i = q_1 * t_qkxuz;
+    const real t_xpm2r = t_xq4wt * t_py77n
+        - (t_2g7bi + t_t262i - p[eps1])
+        + t_3jpev * t_nask7
+        - K_L43 * t_bbeaq;
+    const real t_jczf2 = t_2g7bi - e1 * t_xryeg;
+    const real t_cs5mc = x[wy] * p[I1];
+    const real t_m4jn3 = t_rujpm * t_py77n
+        - (sin_theta1 * t_jczf2 + t_t262i - t_cs5mc - g_1 * t_sjukx)
+        - K_L52 * t_nask7
+        - K_L53 * t_bbeaq
+        - K_L54 * t_xpm2r;
+    const real t_n6tp6 = t_pgxzp * t_py77n
+        - (cos_theta1 * t_jczf2 + g_1 * t_3j3sr - x[wz] * p[I1])
+        + t_gz422 * t_nask7
+        - K_L63 * t_bbeaq
+        - K_L64 * t_xpm2r
+        - K_L65 * t_m4jn3;
+    const real t_hywv3 = t_n6tp6 * t_nfkwa;
+    const real t_7bkgr = t_m4jn3 * t_ftqxb - K_L65 * t_hywv3;
+    const real t_zdjlz = t_xpm2r * t_lt2al - K_L54 * t_7bkgr - K_L64 * t_hywv3;
+    const real t_lewpu = t_bbeaq * t_zmh3u - K_L43 * t_zdjlz - K_L53 * t_7bkgr - K_L63 * t_hywv3;
+    const real t_bpmay = t_nask7 * t_4iujv
+        - K_L32 * t_lewpu
+        + t_3jpev * t_zdjlz
+        - K_L52 * t_7bkgr
+        + t_gz422 * t_hywv3;
+    const real t_wakkd = t_py77n * t_bpfoo
+        + t_w7lcw * t_bpmay
+        + t_3go2w * t_lewpu
+        + t_xq4wt * t_zdjlz
+        + t_rujpm * t_7bkgr
+        + t_pgxzp * t_hywv3;
+    const real t_bawzi_2 = Wt1 - t_2idpk;
+    const real t_h7dxi_2 = B_1 * t_bawzi_2;
+    const real t_j4nxv = sin_phi1 * t_h7dxi_2 + t_ghnnr;
+    const real t_ol4jq = t_ceplo - t_smkh7;
+    const real t_5znvx = th_1 * (p[I1] * t_ol4jq - q_1 * p[eps1]);
+    const real t_lv5jl = cos_theta1 * t_5znvx;
+    const real t_hqad4_2 = t_qbft3 - cos_phi1 * t_h7dxi_2;
+    const real t_qp7dw = t_w7lcw * t_j4nxv - (t_lv5jl + sin_theta1 * t_hqad4_2);
+    const real t_swgbm = sin_theta1 * t_5znvx;
+    const real t_l545r = t_3go2w * t_j4nxv - (cos_theta1 * t_hqad4_2 - t_swgbm) - K_L32 * t_qp7dw;
+    const real t_zfk4z_2 = p[l1] * t_h7dxi_2;
+    const real t_kukcp = q_1 * t_5znvx;
+    const real t_qq3hd = t_xq4wt * t_j4nxv
+        - (t_zfk4z_2 - t_kukcp + t_cs5mc)
+        + t_3jpev * t_qp7dw
+        - K_L43 * t_l545r;
+    const real t_dzlkr_2 = t_zfk4z_2 + e1 * t_hqad4_2;
+    const real t_2xl36 = t_rujpm * t_j4nxv
+        - (sin_theta1 * t_dzlkr_2 - (t_kukcp + p[eps1]) + g_1 * t_lv5jl)
+        - K_L52 * t_qp7dw
+        - K_L53 * t_l545r
+        - K_L54 * t_qq3hd;
+    const real t_o7oi4 = t_pgxzp * t_j4nxv
+        - (cos_theta1 * t_dzlkr_2 + x[wx] * p[I1] - g_1 * t_swgbm)
+        + t_gz422 * t_qp7dw
+        - K_L63 * t_l545r
+        - K_L64 * t_qq3hd
+        - K_L65 * t_2xl36;
+    const real t_bdqqj = t_o7oi4 * t_nfkwa;
+    const real t_cgfgk = t_2xl36 * t_ftqxb - K_L65 * t_bdqqj;
+    const real t_djcyo = t_qq3hd * t_lt2al - K_L54 * t_cgfgk - K_L64 * t_bdqqj;
+    const real t_56fhu = t_l545r * t_zmh3u - K_L43 * t_djcyo - K_L53 * t_cgfgk - K_L63 * t_bdqqj;
+    const real t_7a2co = t_qp7dw * t_4iujv
+        - K_L32 * t_56fhu
+        + t_3jpev * t_djcyo
+        - K_L52 * t_cgfgk
+        + t_gz422 * t_bdqqj;
+    const real t_r4c63 = t_j4nxv * t_bpfoo
+        + t_w7lcw * t_7a2co
+        + t_3go2w * t_56fhu
+        + t_xq4wt * t_djcyo
+        + t_rujpm * t_cgfgk
+        + t_pgxzp * t_bdqqj;
+    const real t_o7zln = k2 * p[eps2];
+    const real t_kkthf = t_popww * t_ozxm2;
+    const real t_h6rho = sin_phi2 * t_o7zln - cos_phi2 * t_kkthf;
+    const real t_pv35x = t_e55su + t_e55su;
+    const real t_lmpa4 = th_2 * (p[I2] * t_pv35x);
+    const real t_556h3 = cos_theta2 * t_lmpa4;
+    const real t_7cclx = sin_phi2 * t_kkthf + cos_phi2 * t_o7zln;
+    const real t_hk5jy = t_556h3 + sin_theta2 * t_7cclx + t_w7lcw * t_h6rho;
+    const real t_qj4qw = sin_theta2 * t_lmpa4;
+    const real t_houes = t_3go2w * t_h6rho - (t_qj4qw - cos_theta2 * t_7cclx) - K_L32 * t_hk5jy;
+    const real t_xeswd = q_2 * t_lmpa4;
+    const real t_ldmue = p[l2] * t_o7zln;
+    const real t_gotkz = t_xq4wt * t_h6rho
+        - (t_xeswd + t_ldmue - p[eps2])
+        + t_3jpev * t_hk5jy
+        - K_L43 * t_houes;
+    const real t_dvr7i = t_ldmue - e2 * t_7cclx;
+    const real t_ak22y = x[wy] * p[I2];
+    const real t_xvq2e = t_rujpm * t_h6rho
+        - (t_xeswd + sin_theta2 * t_dvr7i - t_ak22y - g_2 * t_556h3)
+        - K_L52 * t_hk5jy
+        - K_L53 * t_houes
+        - K_L54 * t_gotkz;
+    const real t_kwdb7 = t_pgxzp * t_h6rho
+        - (cos_theta2 * t_dvr7i + g_2 * t_qj4qw - x[wz] * p[I2])
+        + t_gz422 * t_hk5jy
+        - K_L63 * t_houes
+        - K_L64 * t_gotkz
+        - K_L65 * t_xvq2e;
+    const real t_66fud = t_kwdb7 * t_nfkwa;
+    const real t_2pdgz = t_xvq2e * t_ftqxb - K_L65 * t_66fud;
+    const real t_5zxjl = t_gotkz * t_lt2al - K_L54 * t_2pdgz - K_L64 * t_66fud;
+    const real t_tt5vi = t_houes * t_zmh3u - K_L43 * t_5zxjl - K_L53 * t_2pdgz - K_L63 * t_66fud;
+    const real t_g7hmz = t_hk5jy * t_4iujv
+        - K_L32 * t_tt5vi
+        + t_3jpev * t_5zxjl
+        - K_L52 * t_2pdgz
+        + t_gz422 * t_66fud;
+    const real t_h65yd = t_h6rho * t_bpfoo
+        + t_w7lcw * t_g7hmz
+        + t_3go2w * t_tt5vi
+        + t_xq4wt * t_5zxjl
+        + t_rujpm * t_2pdgz
+        + t_pgxzp * t_66fud;
+    const real t_ly4o3_2 = Wt2 - t_6tvwe;
+    const real t_skszy_2 = B_2 * t_ly4o3_2;
+    const real t_lxf65 = sin_phi2 * t_skszy_2 + t_7e3oz;
+    const real t_noiav = t_udto6 - t_2nvx4;
+    const real t_jmlk4 = th_2 * (p[I2] * t_noiav - q_2 * p[eps2]);
+    const real t_kaole = cos_theta2 * t_jmlk4;
+    const real t_3iwx3_2 = t_bpppy - cos_phi2 * t_skszy_2;
+    const real t_zjnzg = t_w7lcw * t_lxf65 - (t_kaole + sin_theta2 * t_3iwx3_2);
+    const real t_wmtg5 = sin_theta2 * t_jmlk4;
+    const real t_t5t33 = t_3go2w * t_lxf65 - (cos_theta2 * t_3iwx3_2 - t_wmtg5) - K_L32 * t_zjnzg;
+    const real t_6tlin_2 = p[l2] * t_skszy_2;
+    const real t_toplq = q_2 * t_jmlk4;
+    const real t_z4iem = t_xq4wt * t_lxf65
+        - (t_6tlin_2 - t_toplq + t_ak22y)
+        + t_3jpev * t_zjnzg
+        - K_L43 * t_t5t33;
+    const real t_7hro7_2 = t_6tlin_2 + e2 * t_3iwx3_2;
+    const real t_genvc = t_rujpm * t_lxf65
+        - (sin_theta2 * t_7hro7_2 - (t_toplq + p[eps2]) + g_2 * t_kaole)
+        - K_L52 * t_zjnzg
+        - K_L53 * t_t5t33
+        - K_L54 * t_z4iem;
+    const real t_qhn44 = t_pgxzp * t_lxf65
+        - (cos_theta2 * t_7hro7_2 + x[wx] * p[I2] - g_2 * t_wmtg5)
+        + t_gz422 * t_zjnzg
+        - K_L63 * t_t5t33
+        - K_L64 * t_z4iem
+        - K_L65 * t_genvc;
+    const real t_mwdei = t_qhn44 * t_nfkwa;
+    const real t_yxqfq = t_genvc * t_ftqxb - K_L65 * t_mwdei;
+    const real t_2flrc = t_z4iem * t_lt2al - K_L54 * t_yxqfq - K_L64 * t_mwdei;
+    const real t_kucrp = t_t5t33 * t_zmh3u - K_L43 * t_2flrc - K_L53 * t_yxqfq - K_L63 * t_mwdei;
+    const real t_qjqnr = t_zjnzg * t_4iujv
+        - K_L32 * t_kucrp
+        + t_3jpev * t_2flrc
+        - K_L52 * t_yxqfq
+        + t_gz422 * t_mwdei;
+    const real t_qysrg = t_lxf65 * t_bpfoo
+        + t_w7lcw * t_qjqnr
+        + t_3go2w * t_kucrp
+        + t_xq4wt * t_2flrc
+        + t_rujpm * t_yxqfq
+        + t_pgxzp * t_mwdei;
+    const real t_fgium = t_hmcjh - x[wy];
+    const real t_ydtml = t_64av6 - x[wx];
+    const real t_3aqwf = sin_theta1 * t_hmcjh + cos_theta1 * t_l3hyo;
+    const real t_b6lbb = t_3aqwf + t_bawzi;
+    const real t_2wai5 = cos_phi1 * (e1 * t_3aqwf + sin_theta1 * t_yrgl2 + cos_theta1 * t_qjxw2)
+        + sin_phi1 * t_wizkf;
+    const real t_tm4p2 = sin_theta1 * t_64av6 + cos_theta1 * t_xbolq;
+    const real t_hjnut = t_tm4p2 + t_lmubw;
+    const real t_q52o2 = cos_phi1 * (e1 * t_tm4p2 + sin_theta1 * t_iac5b + cos_theta1 * t_7monj)
+        + sin_phi1 * (t_lo7gb - t_imsf6);
+    const real t_glfpk = sin_theta1 * t_jyiaj + cos_theta1 * t_stsgp;
+    const real t_l4hct = t_glfpk + t_e6rpb;
+    const real t_25zy6 = cos_phi1 * (e1 * t_glfpk + sin_theta1 * t_mvyus + cos_theta1 * t_rol52)
+        + sin_phi1 * (t_jctnv - t_oetyi);
+    const real t_baweu = sin_theta1 * t_st4yk + cos_theta1 * t_yr2ut;
+    const real t_rmtjl = t_baweu + t_hvpvf;
+    const real t_yijss = X_x2 * sin_theta1;
+    const real t_dnlk7 = X_x3 * cos_theta1;
+    const real t_ek3bf = cos_phi1 * (e1 * t_baweu + sin_theta1 * t_nqnwq + cos_theta1 * t_y7rng)
+        - (G_t1 * e1 + t_yijss + t_dnlk7) * sin_phi1
+        + ((X_x1 - t_w7vil) * cos_phi1 + sin_phi1 * t_u2cjx);
+    const real t_niq6z = X_x5 * cos_theta1;
+    const real t_43mkt = X_x6 * sin_theta1;
+    const real t_5rmw7 = sin_theta1 * t_e5wip + t_niq6z + (cos_theta1 * t_2fgqn - t_43mkt);
+    const real t_ffjg7 = t_5rmw7 + t_y5gv4;
+    const real t_xtcbd = X_x2 * cos_theta1;
+    const real t_jpkdx = X_x3 * sin_theta1;
+    const real t_5uwnp = cos_phi1 * (e1 * t_5rmw7 + (sin_theta1 * t_lgr6t + t_xtcbd) + (cos_theta1 * t_ndnvg - t_jpkdx));
+    const real t_7ixr3 = sin_theta1 * t_svukv + cos_theta1 * t_3os3c;
+    const real t_o4qft = cos_phi1 * (e1 * t_7ixr3 + sin_theta1 * t_fpibt + cos_theta1 * t_owrrl)
+        + sin_phi1 * t_qjmq3;
+    const real t_ogvfg = sin_theta1 * t_7tjax + cos_theta1 * t_zuj7h;
+    const real t_vig6y = cos_phi1 * (e1 * t_ogvfg + sin_theta1 * t_g7wh3 + cos_theta1 * t_e6rdz)
+        + sin_phi1 * t_jltkv;
+    const real t_k6p4v = sin_theta1 * t_7bkgr + cos_theta1 * t_hywv3;
+    const real t_ypbjq = cos_phi1 * (e1 * t_k6p4v + sin_theta1 * t_bpmay + cos_theta1 * t_lewpu)
+        + sin_phi1 * t_wakkd;
+    const real t_johe5 = sin_theta1 * t_cgfgk + cos_theta1 * t_bdqqj;
+    const real t_b6lbb_2 = t_johe5 + t_bawzi_2;
+    const real t_p4uqe = cos_phi1 * (e1 * t_johe5 + sin_theta1 * t_7a2co + cos_theta1 * t_56fhu)
+        + sin_phi1 * t_r4c63;
+    const real t_weyld = sin_theta1 * t_2pdgz + cos_theta1 * t_66fud;
+    const real t_nlbke = cos_phi1 * (e1 * t_weyld + sin_theta1 * t_g7hmz + cos_theta1 * t_tt5vi)
+        + sin_phi1 * t_h65yd;
+    const real t_wm5qr = sin_theta1 * t_yxqfq + cos_theta1 * t_mwdei;
+    const real t_lxq2b = cos_phi1 * (e1 * t_wm5qr + sin_theta1 * t_qjqnr + cos_theta1 * t_kucrp)
+        + sin_phi1 * t_qysrg;
+    const real t_zdhge = t_v5isq + t_hmcjh;
+    const real t_z5xy2 = t_ljxeu
+        + cos_theta1 * t_yrgl2
+        + g_1 * (cos_theta1 * t_hmcjh - sin_theta1 * t_l3hyo)
+        - q_1 * t_zdhge
+        - sin_theta1 * t_qjxw2;
+    const real t_dw6y2 = t_5napi + t_64av6;
+    const real t_lvsav = t_qrqlw
+        + cos_theta1 * t_iac5b
+        + g_1 * (cos_theta1 * t_64av6 - sin_theta1 * t_xbolq)
+        - q_1 * t_dw6y2
+        - sin_theta1 * t_7monj;
+    const real t_7yydu = t_nkq7y + t_jyiaj;
+    const real t_l5hwn = t_z7jiy
+        + cos_theta1 * t_mvyus
+        + g_1 * (cos_theta1 * t_jyiaj - sin_theta1 * t_stsgp)
+        - q_1 * t_7yydu
+        - sin_theta1 * t_rol52;
+    const real t_ogd3q = t_niq6z - t_43mkt;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1 + t_xtcbd + g_1 * t_ogd3q - t_mwq7z * q_1 - t_jpkdx;
+    const real t_emych = t_dibdt + t_st4yk;
+    const real t_acpjx = t_f2zxy
+        + cos_theta1 * t_nqnwq
+        + (t_ogd3q * t_xtwlg + g_1 * (cos_theta1 * t_st4yk - sin_theta1 * t_yr2ut))
+        - (q_1 * t_emych + t_mwq7z * t_4z4np)
+        - sin_theta1 * t_y7rng;
+    const real t_ibe72 = K(1.0) / p[m1];
+    const real t_q6atl = th_1 * (t_5ffnn * t_4z4np + q_1 * t_acpjx)
+        - (loss_theta1 * t_ibe72 + q_1 * t_5ffnn) * t_vhuco;
+    const real t_qc2pj = t_uznvr + t_e5wip;
+    const real t_plsic = t_2vp5p
+        + (cos_theta1 * t_lgr6t - t_yijss)
+        + g_1 * (cos_theta1 * t_e5wip - t_wg4gh - (sin_theta1 * t_2fgqn + t_kw2iv))
+        - q_1 * t_qc2pj
+        - (sin_theta1 * t_ndnvg + t_dnlk7);
+    const real t_n6536 = t_vjb6t + t_svukv;
+    const real t_vmk3p = cos_theta1 * t_fpibt
+        + g_1 * (cos_theta1 * t_svukv - sin_theta1 * t_3os3c)
+        - q_1 * t_n6536
+        - sin_theta1 * t_owrrl;
+    const real t_gb6fy = t_grzp5 + t_7tjax;
+    const real t_ujhnb = cos_theta1 * t_g7wh3
+        + g_1 * (cos_theta1 * t_7tjax - sin_theta1 * t_zuj7h)
+        - q_1 * t_gb6fy
+        - sin_theta1 * t_e6rdz;
+    const real t_bw3t3 = t_zdjlz + t_7bkgr;
+    const real t_rlhct = cos_theta1 * t_bpmay
+        - t_nxx6u
+        + g_1 * (cos_theta1 * t_7bkgr - sin_theta1 * t_hywv3)
+        - q_1 * t_bw3t3
+        - sin_theta1 * t_lewpu;
+    const real t_akefi = t_djcyo + t_cgfgk;
+    const real t_6jr6d = t_ol4jq
+        + cos_theta1 * t_7a2co
+        + g_1 * (cos_theta1 * t_cgfgk - sin_theta1 * t_bdqqj)
+        - q_1 * t_akefi
+        - sin_theta1 * t_56fhu;
+    const real t_m2ltr = t_5zxjl + t_2pdgz;
+    const real t_wlqwa = cos_theta1 * t_g7hmz
+        + g_1 * (cos_theta1 * t_2pdgz - sin_theta1 * t_66fud)
+        - q_1 * t_m2ltr
+        - sin_theta1 * t_tt5vi;
+    const real t_xuwb4 = t_2flrc + t_yxqfq;
+    const real t_cqpuq = cos_theta1 * t_qjqnr
+        + g_1 * (cos_theta1 * t_yxqfq - sin_theta1 * t_mwdei)
+        - q_1 * t_xuwb4
+        - sin_theta1 * t_kucrp;
+    const real t_pkcnl = sin_theta2 * t_hmcjh + cos_theta2 * t_l3hyo;
+    const real t_zhlch = t_pkcnl + t_ly4o3;
+    const real t_52v5y = cos_phi2 * (e2 * t_pkcnl + sin_theta2 * t_yrgl2 + cos_theta2 * t_qjxw2)
+        + sin_phi2 * t_wizkf;
+    const real t_k4c7w = sin_theta2 * t_64av6 + cos_theta2 * t_xbolq;
+    const real t_yowov = t_k4c7w + t_js3na;
+    const real t_q2win = cos_phi2 * (e2 * t_k4c7w + sin_theta2 * t_iac5b + cos_theta2 * t_7monj)
+        + sin_phi2 * (t_lo7gb - t_sqd7x);
+    const real t_dsc22 = sin_theta2 * t_jyiaj + cos_theta2 * t_stsgp;
+    const real t_lmd5o = t_dsc22 + t_jv37x;
+    const real t_plc3g = cos_phi2 * (e2 * t_dsc22 + sin_theta2 * t_mvyus + cos_theta2 * t_rol52)
+        + sin_phi2 * (t_jctnv - t_xfnc5);
+    const real t_k3lg7 = sin_theta2 * t_st4yk + cos_theta2 * t_yr2ut;
+    const real t_umm2c = cos_phi2 * (e2 * t_k3lg7 + sin_theta2 * t_nqnwq + cos_theta2 * t_y7rng)
+        + sin_phi2 * t_u2cjx;
+    const real t_6i2zt = sin_theta2 * t_e5wip + cos_theta2 * t_2fgqn;
+    const real t_5ejm3 = cos_phi2 * (e2 * t_6i2zt + sin_theta2 * t_lgr6t + cos_theta2 * t_ndnvg)
+        + sin_phi2 * t_wjac4;
+    const real t_e5tzh = sin_theta2 * t_svukv + cos_theta2 * t_3os3c;
+    const real t_fkz2i = t_e5tzh + t_aduzw;
+    const real t_7idvc = X_x2 * sin_theta2;
+    const real t_rmigv = X_x3 * cos_theta2;
+    const real t_fceru = cos_phi2 * (e2 * t_e5tzh + sin_theta2 * t_fpibt + cos_theta2 * t_owrrl)
+        - (G_t2 * e2 + t_7idvc + t_rmigv) * sin_phi2
+        + ((X_x1 - t_6fvzz) * cos_phi2 + sin_phi2 * t_qjmq3);
+    const real t_44ttq = X_x5 * cos_theta2;
+    const real t_fmgqh = X_x6 * sin_theta2;
+    const real t_y3vbh = sin_theta2 * t_7tjax + t_44ttq + (cos_theta2 * t_zuj7h - t_fmgqh);
+    const real t_sspv6 = t_y3vbh + t_abii4;
+    const real t_3ocqs = X_x2 * cos_theta2;
+    const real t_m72m7 = X_x3 * sin_theta2;
+    const real t_w6xso = cos_phi2 * (e2 * t_y3vbh + (sin_theta2 * t_g7wh3 + t_3ocqs) + (cos_theta2 * t_e6rdz - t_m72m7));
+    const real t_pvinf = sin_theta2 * t_7bkgr + cos_theta2 * t_hywv3;
+    const real t_y3mj5 = cos_phi2 * (e2 * t_pvinf + sin_theta2 * t_bpmay + cos_theta2 * t_lewpu)
+        + sin_phi2 * t_wakkd;
+    const real t_6st5c = sin_theta2 * t_cgfgk + cos_theta2 * t_bdqqj;
+    const real t_qfziw = cos_phi2 * (e2 * t_6st5c + sin_theta2 * t_7a2co + cos_theta2 * t_56fhu)
+        + sin_phi2 * t_r4c63;
+    const real t_s46nv = sin_theta2 * t_2pdgz + cos_theta2 * t_66fud;
+    const real t_lfqro = cos_phi2 * (e2 * t_s46nv + sin_theta2 * t_g7hmz + cos_theta2 * t_tt5vi)
+        + sin_phi2 * t_h65yd;
+    const real t_eoqpv = sin_theta2 * t_yxqfq + cos_theta2 * t_mwdei;
+    const real t_zhlch_2 = t_eoqpv + t_ly4o3_2;
+    const real t_wtdxe = cos_phi2 * (e2 * t_eoqpv + sin_theta2 * t_qjqnr + cos_theta2 * t_kucrp)
+        + sin_phi2 * t_qysrg;
+    const real t_ykjcq = t_f5pan
+        + cos_theta2 * t_yrgl2
+        + g_2 * (cos_theta2 * t_hmcjh - sin_theta2 * t_l3hyo)
+        - q_2 * t_zdhge
+        - sin_theta2 * t_qjxw2;
+    const real t_y5uxn = t_wbyvc
+        + cos_theta2 * t_iac5b
+        + g_2 * (cos_theta2 * t_64av6 - sin_theta2 * t_xbolq)
+        - q_2 * t_dw6y2
+        - sin_theta2 * t_7monj;
+    const real t_mckra = t_aopwl
+        + cos_theta2 * t_mvyus
+        + g_2 * (cos_theta2 * t_jyiaj - sin_theta2 * t_stsgp)
+        - q_2 * t_7yydu
+        - sin_theta2 * t_rol52;
+    const real t_x6x7f = cos_theta2 * t_nqnwq
+        + g_2 * (cos_theta2 * t_st4yk - sin_theta2 * t_yr2ut)
+        - q_2 * t_emych
+        - sin_theta2 * t_y7rng;
+    const real t_7yjtm = cos_theta2 * t_lgr6t
+        + g_2 * (cos_theta2 * t_e5wip - sin_theta2 * t_2fgqn)
+        - q_2 * t_qc2pj
+        - sin_theta2 * t_ndnvg;
+    const real t_qv4rx = t_44ttq - t_fmgqh;
+    const real t_oqair = zeta2 + t_3ocqs + g_2 * t_qv4rx - t_mwq7z * q_2 - t_m72m7;
+    const real t_kzilx = t_qy4n2
+        + cos_theta2 * t_fpibt
+        + (t_qv4rx * t_h36cy + g_2 * (cos_theta2 * t_svukv - sin_theta2 * t_3os3c))
+        - (q_2 * t_n6536 + t_mwq7z * t_yk3z4)
+        - sin_theta2 * t_owrrl;
+    const real t_r7vy7 = K(1.0) / p[m2];
+    const real t_6j5z6 = th_2 * (t_oqair * t_yk3z4 + q_2 * t_kzilx)
+        - (loss_theta2 * t_r7vy7 + q_2 * t_oqair) * t_2s2br;
+    const real t_y2zxl = t_jx7yj
+        + (cos_theta2 * t_g7wh3 - t_7idvc)
+        + g_2 * (cos_theta2 * t_7tjax - t_ywjjw - (sin_theta2 * t_zuj7h + t_f6k2p))
+        - q_2 * t_gb6fy
+        - (sin_theta2 * t_e6rdz + t_rmigv);
+    const real t_rkjwp = cos_theta2 * t_bpmay
+        + g_2 * (cos_theta2 * t_7bkgr - sin_theta2 * t_hywv3)
+        - q_2 * t_bw3t3
+        - sin_theta2 * t_lewpu;
+    const real t_fiwtb = cos_theta2 * t_7a2co
+        + g_2 * (cos_theta2 * t_cgfgk - sin_theta2 * t_bdqqj)
+        - q_2 * t_akefi
+        - sin_theta2 * t_56fhu;
+    const real t_npqeu = cos_theta2 * t_g7hmz
+        - t_pv35x
+        + g_2 * (cos_theta2 * t_2pdgz - sin_theta2 * t_66fud)
+        - q_2 * t_m2ltr
+        - sin_theta2 * t_tt5vi;
+    const real t_shi42 = t_noiav
+        + cos_theta2 * t_qjqnr
+        + g_2 * (cos_theta2 * t_yxqfq - sin_theta2 * t_mwdei)
+        - q_2 * t_xuwb4
+        - sin_theta2 * t_kucrp;
     J[0] = SPLAT(K(0.0));
-    J[1] = x[5];
-    J[2] = -x[4];
-    J[3] = v559;
-    J[4] = v751 + v293 * v579 - x[2];
-    J[5] = v935 + v293 * v775 + x[1];
+    J[1] = x[wz];
+    J[2] = -x[wy];
+    J[3] = t_wizkf;
+    J[4] = t_lo7gb + x_C * t_6xfo3 - x[vz];
+    J[5] = t_jctnv + x_C * t_gwp2t + x[vy];
     J[6] = SPLAT(K(0.0));
     J[7] = SPLAT(K(0.0));
     J[8] = SPLAT(K(0.0));
-    J[9] = v1643;
-    J[10] = v2016;
-    J[11] = v2476;
-    J[12] = v2849;
-    J[13] = v2949;
-    J[14] = v3048;
-    J[15] = v3148;
-    J[16] = v3247;
-    J[17] = -x[5];
+    J[9] = t_u2cjx;
+    J[10] = t_wjac4;
+    J[11] = t_qjmq3;
+    J[12] = t_jltkv;
+    J[13] = t_wakkd;
+    J[14] = t_r4c63;
+    J[15] = t_h65yd;
+    J[16] = t_qysrg;
+    J[17] = -x[wz];
     J[18] = SPLAT(K(0.0));
-    J[19] = x[3];
-    J[20] = v549 - v293 * v531 + x[2];
-    J[21] = v741 - v293 * v723;
-    J[22] = v925 - v293 * v907 - x[0];
+    J[19] = x[wx];
+    J[20] = t_yrgl2 - x_C * t_hmcjh + x[vz];
+    J[21] = t_iac5b - x_C * t_64av6;
+    J[22] = t_mvyus - x_C * t_jyiaj - x[vx];
     J[23] = SPLAT(K(0.0));
     J[24] = SPLAT(K(0.0));
     J[25] = SPLAT(K(0.0));
-    J[26] = v1624 - v293 * v1591;
-    J[27] = v1999 - v293 * v1966;
-    J[28] = v2457 - v293 * v2424;
-    J[29] = v2832 - v293 * v2799;
-    J[30] = v2939 - v293 * v2921;
-    J[31] = v3038 - v293 * v3020;
-    J[32] = v3138 - v293 * v3120;
-    J[33] = v3237 - v293 * v3219;
-    J[34] = x[4];
-    J[35] = -x[3];
+    J[26] = t_nqnwq - x_C * t_st4yk;
+    J[27] = t_lgr6t - x_C * t_e5wip;
+    J[28] = t_fpibt - x_C * t_svukv;
+    J[29] = t_g7wh3 - x_C * t_7tjax;
+    J[30] = t_bpmay - x_C * t_7bkgr;
+    J[31] = t_7a2co - x_C * t_cgfgk;
+    J[32] = t_g7hmz - x_C * t_2pdgz;
+    J[33] = t_qjqnr - x_C * t_yxqfq;
+    J[34] = x[wy];
+    J[35] = -x[wx];
     J[36] = SPLAT(K(0.0));
-    J[37] = v541 - v293 * v529 - x[1];
-    J[38] = v733 - v293 * v721 + x[0];
-    J[39] = v917 - v293 * v905;
+    J[37] = t_qjxw2 - x_C * t_l3hyo - x[vy];
+    J[38] = t_7monj - x_C * t_xbolq + x[vx];
+    J[39] = t_rol52 - x_C * t_stsgp;
     J[40] = SPLAT(K(0.0));
     J[41] = SPLAT(K(0.0));
     J[42] = SPLAT(K(0.0));
-    J[43] = v1609 - v293 * v1588;
-    J[44] = v1984 - v293 * v1963;
-    J[45] = v2442 - v293 * v2421;
-    J[46] = v2817 - v293 * v2796;
-    J[47] = v2931 - v293 * v2919;
-    J[48] = v3030 - v293 * v3018;
-    J[49] = v3130 - v293 * v3118;
-    J[50] = v3229 - v293 * v3217;
+    J[43] = t_y7rng - x_C * t_yr2ut;
+    J[44] = t_ndnvg - x_C * t_2fgqn;
+    J[45] = t_owrrl - x_C * t_3os3c;
+    J[46] = t_e6rdz - x_C * t_zuj7h;
+    J[47] = t_lewpu - x_C * t_hywv3;
+    J[48] = t_56fhu - x_C * t_bdqqj;
+    J[49] = t_tt5vi - x_C * t_66fud;
+    J[50] = t_kucrp - x_C * t_mwdei;
     J[51] = SPLAT(K(0.0));
     J[52] = SPLAT(K(0.0));
     J[53] = SPLAT(K(0.0));
-    J[54] = v535;
-    J[55] = v727;
-    J[56] = v911;
+    J[54] = t_v5isq;
+    J[55] = t_5napi;
+    J[56] = t_nkq7y;
     J[57] = SPLAT(K(0.0));
     J[58] = SPLAT(K(0.0));
     J[59] = SPLAT(K(0.0));
-    J[60] = v1598;
-    J[61] = v1973;
-    J[62] = v2431;
-    J[63] = v2806;
-    J[64] = v2925;
-    J[65] = v3024;
-    J[66] = v3124;
-    J[67] = v3223;
+    J[60] = t_dibdt;
+    J[61] = t_uznvr;
+    J[62] = t_vjb6t;
+    J[63] = t_grzp5;
+    J[64] = t_zdjlz;
+    J[65] = t_djcyo;
+    J[66] = t_5zxjl;
+    J[67] = t_2flrc;
     J[68] = SPLAT(K(0.0));
     J[69] = SPLAT(K(0.0));
     J[70] = SPLAT(K(0.0));
-    J[71] = x[5] - v529;
-    J[72] = -v721;
-    J[73] = x[3] - v905;
+    J[71] = x[wz] - t_l3hyo;
+    J[72] = -t_xbolq;
+    J[73] = x[wx] - t_stsgp;
     J[74] = SPLAT(K(0.0));
     J[75] = SPLAT(K(0.0));
     J[76] = SPLAT(K(0.0));
-    J[77] = -v1588;
-    J[78] = -v1963;
-    J[79] = -v2421;
-    J[80] = -v2796;
-    J[81] = -v2919;
-    J[82] = -v3018;
-    J[83] = -v3118;
-    J[84] = -v3217;
+    J[77] = -t_yr2ut;
+    J[78] = -t_2fgqn;
+    J[79] = -t_3os3c;
+    J[80] = -t_zuj7h;
+    J[81] = -t_hywv3;
+    J[82] = -t_bdqqj;
+    J[83] = -t_66fud;
+    J[84] = -t_mwdei;
     J[85] = SPLAT(K(0.0));
     J[86] = SPLAT(K(0.0));
     J[87] = SPLAT(K(0.0));
-    J[88] = v3310;
-    J[89] = v3311;
-    J[90] = v907;
+    J[88] = t_fgium;
+    J[89] = t_ydtml;
+    J[90] = t_jyiaj;
     J[91] = SPLAT(K(0.0));
     J[92] = SPLAT(K(0.0));
     J[93] = SPLAT(K(0.0));
-    J[94] = v1591;
-    J[95] = v1966;
-    J[96] = v2424;
-    J[97] = v2799;
-    J[98] = v2921;
-    J[99] = v3020;
-    J[100] = v3120;
-    J[101] = v3219;
+    J[94] = t_st4yk;
+    J[95] = t_e5wip;
+    J[96] = t_svukv;
+    J[97] = t_7tjax;
+    J[98] = t_7bkgr;
+    J[99] = t_cgfgk;
+    J[100] = t_2pdgz;
+    J[101] = t_yxqfq;
     J[102] = SPLAT(K(0.0));
     J[103] = SPLAT(K(0.0));
     J[104] = SPLAT(K(0.0));
@@ -1200,325 +1861,483 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[221] = SPLAT(K(0.0));
     J[222] = SPLAT(K(0.0));
     J[223] = SPLAT(K(0.0));
-    J[224] = v3329;
-    J[225] = v3333 - p[15] * (v3333 + v727) * v13 - v3347;
-    J[226] = v3352 - p[15] * (v3352 + v911) * v13 - v3366;
+    J[224] = t_b6lbb - p[I1] * (t_b6lbb + t_v5isq) * t_zrejm - k1 * t_2wai5;
+    J[225] = t_hjnut - p[I1] * (t_hjnut + t_5napi) * t_zrejm - k1 * t_q52o2;
+    J[226] = t_l4hct - p[I1] * (t_l4hct + t_nkq7y) * t_zrejm - k1 * t_25zy6;
     J[227] = SPLAT(K(0.0));
     J[228] = SPLAT(K(0.0));
     J[229] = SPLAT(K(0.0));
-    J[230] = v3408;
-    J[231] = v3416 - p[15] * (v3416 + v1973) * v13 - v90 * v3432;
-    J[232] = v3451;
-    J[233] = v3468;
-    J[234] = v3486;
-    J[235] = v3504;
-    J[236] = v3521;
-    J[237] = v3538;
+    J[230] = t_rmtjl - p[I1] * (t_rmtjl + t_dibdt) * t_zrejm - k1 * t_ek3bf;
+    J[231] = t_ffjg7
+        - p[I1] * (t_ffjg7 + t_uznvr) * t_zrejm
+        - k1 * (t_5uwnp + sin_phi1 * t_wjac4);
+    J[232] = t_7ixr3 - p[I1] * (t_7ixr3 + t_vjb6t) * t_zrejm - k1 * t_o4qft;
+    J[233] = t_ogvfg - p[I1] * (t_ogvfg + t_grzp5) * t_zrejm - k1 * t_vig6y;
+    J[234] = t_k6p4v - (p[eps1] + p[I1] * (t_k6p4v + t_zdjlz)) * t_zrejm - k1 * t_ypbjq;
+    J[235] = t_b6lbb_2 - p[I1] * (t_b6lbb_2 + t_djcyo) * t_zrejm - k1 * t_p4uqe;
+    J[236] = t_weyld - p[I1] * (t_weyld + t_5zxjl) * t_zrejm - k1 * t_nlbke;
+    J[237] = t_wm5qr - p[I1] * (t_wm5qr + t_2flrc) * t_zrejm - k1 * t_lxq2b;
     J[238] = SPLAT(K(0.0));
     J[239] = SPLAT(K(0.0));
     J[240] = SPLAT(K(0.0));
-    J[241] = -(v3310 + v116 * (v111 * v3550));
-    J[242] = -(v3311 + v116 * (v111 * v3566));
-    J[243] = -(v907 + v116 * (v111 * v3582));
+    J[241] = -(t_fgium + th_1 * (q_1 * t_z5xy2));
+    J[242] = -(t_ydtml + th_1 * (q_1 * t_lvsav));
+    J[243] = -(t_jyiaj + th_1 * (q_1 * t_l5hwn));
     J[244] = SPLAT(K(0.0));
     J[245] = SPLAT(K(0.0));
     J[246] = SPLAT(K(0.0));
-    J[247] = -(v1591 + (v116 * v3613 - (v1027 * v3615 + v111 * v3594) * v1216));
-    J[248] = v3642;
-    J[249] = -(v2424 + v116 * (v111 * v3653));
-    J[250] = -(v2799 + v116 * (v111 * v3668));
-    J[251] = -(v2921 + v116 * (v111 * v3684));
-    J[252] = -(v3020 + v116 * (p[16] * v3615 + v111 * v3701));
-    J[253] = -(v3120 + v116 * (v111 * v3717));
-    J[254] = -(v3219 + v116 * (v111 * v3732));
+    J[247] = -(t_st4yk + t_q6atl);
+    J[248] = -(t_e5wip + th_1 * (q_1 * t_plsic));
+    J[249] = -(t_svukv + th_1 * (q_1 * t_vmk3p));
+    J[250] = -(t_7tjax + th_1 * (q_1 * t_ujhnb));
+    J[251] = -(t_7bkgr + th_1 * (q_1 * t_rlhct));
+    J[252] = -(t_cgfgk + th_1 * (p[eps1] * t_ibe72 + q_1 * t_6jr6d));
+    J[253] = -(t_2pdgz + th_1 * (q_1 * t_wlqwa));
+    J[254] = -(t_yxqfq + th_1 * (q_1 * t_cqpuq));
     J[255] = SPLAT(K(0.0));
     J[256] = SPLAT(K(0.0));
     J[257] = SPLAT(K(0.0));
-    J[258] = v3754;
-    J[259] = v3758 - p[20] * (v3758 + v727) * v47 - v3772;
-    J[260] = v3777 - p[20] * (v3777 + v911) * v47 - v3791;
+    J[258] = t_zhlch - p[I2] * (t_zhlch + t_v5isq) * t_5wzvs - k2 * t_52v5y;
+    J[259] = t_yowov - p[I2] * (t_yowov + t_5napi) * t_5wzvs - k2 * t_q2win;
+    J[260] = t_lmd5o - p[I2] * (t_lmd5o + t_nkq7y) * t_5wzvs - k2 * t_plc3g;
     J[261] = SPLAT(K(0.0));
     J[262] = SPLAT(K(0.0));
     J[263] = SPLAT(K(0.0));
-    J[264] = v3809;
-    J[265] = v3826;
-    J[266] = v3857;
-    J[267] = v3865 - p[20] * (v3865 + v2806) * v47 - v93 * v3881;
-    J[268] = v3900;
-    J[269] = v3917;
-    J[270] = v3935;
-    J[271] = v3953;
+    J[264] = t_k3lg7 - p[I2] * (t_k3lg7 + t_dibdt) * t_5wzvs - k2 * t_umm2c;
+    J[265] = t_6i2zt - p[I2] * (t_6i2zt + t_uznvr) * t_5wzvs - k2 * t_5ejm3;
+    J[266] = t_fkz2i - p[I2] * (t_fkz2i + t_vjb6t) * t_5wzvs - k2 * t_fceru;
+    J[267] = t_sspv6
+        - p[I2] * (t_sspv6 + t_grzp5) * t_5wzvs
+        - k2 * (t_w6xso + sin_phi2 * t_jltkv);
+    J[268] = t_pvinf - p[I2] * (t_pvinf + t_zdjlz) * t_5wzvs - k2 * t_y3mj5;
+    J[269] = t_6st5c - p[I2] * (t_6st5c + t_djcyo) * t_5wzvs - k2 * t_qfziw;
+    J[270] = t_s46nv - (p[eps2] + p[I2] * (t_s46nv + t_5zxjl)) * t_5wzvs - k2 * t_lfqro;
+    J[271] = t_zhlch_2 - p[I2] * (t_zhlch_2 + t_2flrc) * t_5wzvs - k2 * t_wtdxe;
     J[272] = SPLAT(K(0.0));
     J[273] = SPLAT(K(0.0));
     J[274] = SPLAT(K(0.0));
-    J[275] = -(v3310 + v138 * (v133 * v3964));
-    J[276] = -(v3311 + v138 * (v133 * v3979));
-    J[277] = -(v907 + v138 * (v133 * v3994));
+    J[275] = -(t_fgium + th_2 * (q_2 * t_ykjcq));
+    J[276] = -(t_ydtml + th_2 * (q_2 * t_y5uxn));
+    J[277] = -(t_jyiaj + th_2 * (q_2 * t_mckra));
     J[278] = SPLAT(K(0.0));
     J[279] = SPLAT(K(0.0));
     J[280] = SPLAT(K(0.0));
-    J[281] = -(v1591 + v138 * (v133 * v4008));
-    J[282] = -(v1966 + v138 * (v133 * v4022));
-    J[283] = -(v2424 + (v138 * v4051 - (v1038 * v4053 + v133 * v4033) * v2068));
-    J[284] = v4079;
-    J[285] = -(v2921 + v138 * (v133 * v4089));
-    J[286] = -(v3020 + v138 * (v133 * v4103));
-    J[287] = -(v3120 + v138 * (v133 * v4118));
-    J[288] = -(v3219 + v138 * (p[21] * v4053 + v133 * v4134));
+    J[281] = -(t_st4yk + th_2 * (q_2 * t_x6x7f));
+    J[282] = -(t_e5wip + th_2 * (q_2 * t_7yjtm));
+    J[283] = -(t_svukv + t_6j5z6);
+    J[284] = -(t_7tjax + th_2 * (q_2 * t_y2zxl));
+    J[285] = -(t_7bkgr + th_2 * (q_2 * t_rkjwp));
+    J[286] = -(t_cgfgk + th_2 * (q_2 * t_fiwtb));
+    J[287] = -(t_2pdgz + th_2 * (q_2 * t_npqeu));
+    J[288] = -(t_yxqfq + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_shi42));
 }
 
 /* Jacobian of rhs with respect to u, row by row; 879 operations. */
 void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
 {
-    const real v8 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v9 = p[12] * v8;
-    const real v10 = v9 * p[13];
-    const real v11 = p[13] * p[12] * v10;
-    real s13, c13; mv_sincos(x[9], &s13, &c13);
-    const real v14 = v11 * s13;
-    const real v16 = v14 * c13;
-    real s18, c18; mv_sincos(x[10], &s18, &c18);
-    const real v27 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v28 = p[17] * v27;
-    const real v29 = v28 * p[18];
-    const real v30 = p[18] * p[17] * v29;
-    real s32, c32; mv_sincos(x[11], &s32, &c32);
-    const real v33 = v30 * s32;
-    const real v35 = v33 * c32;
-    real s37, c37; mv_sincos(x[12], &s37, &c37);
-    const real v39 = v16 * s18 + v35 * s37;
-    const real v43 = v9 * p[15];
-    const real v45 = v28 * p[20];
-    const real v46 = p[0] + p[1] + v43 + v45;
-    const real v49 = v14 * s13;
-    const real v51 = v33 * s32;
-    const real v53 = K(1.0) / (v46 + v11 + v30 - v49 - v51);
-    const real v54 = v39 * v53;
-    const real v56 = s13 * p[13];
-    const real v60 = p[12] / (p[15] + p[12] * (v56 * v56));
-    const real v61 = v60 * p[15];
-    const real v62 = v56 * v61;
-    const real v63 = c18 * v62;
-    const real v65 = s32 * p[18];
-    const real v69 = p[17] / (p[20] + p[17] * (v65 * v65));
-    const real v70 = v69 * p[20];
-    const real v71 = v65 * v70;
-    const real v72 = c37 * v71;
-    const real v74 = v43 * p[13];
-    const real v75 = v74 * c13;
-    const real v78 = v45 * p[18];
-    const real v79 = v78 * c32;
-    const real v82 = v74 * s13;
-    const real v83 = v78 * s32;
-    const real v84 = v82 + v83;
-    const real v85 = v84 * v53;
-    const real v87 = v63 + v72 + v75 * s18 + v79 * s37 + v39 * v85;
-    const real v88 = s18 * s18;
-    const real v90 = v49 + v43 - v61;
-    const real v91 = v88 * v90;
-    const real v92 = s37 * s37;
-    const real v94 = v51 + v45 - v70;
-    const real v95 = v92 * v94;
-    const real v104 = K(1.0) / (v91 + v95 + v46 + v61 + v70 - v43 - v45 - v39 * v54);
-    const real v105 = v87 * v104;
-    const real v108 = v56 * v62 + v65 * v71;
-    const real v109 = v74 * p[13];
-    const real v111 = v78 * p[18];
-    const real v119 = s18 * v62;
-    const real v120 = s37 * v71;
-    const real v126 = c18 * s18;
-    const real v128 = c37 * s37;
-    const real v133 = v16 * c18 + v35 * c37;
-    const real v134 = v133 * v53;
-    const real v136 = v126 * v90 + v128 * v94 - v39 * v134;
-    const real v140 = v119 + v120 - v75 * c18 - v79 * c37 + v136 * v105 - v133 * v85;
-    const real v145 = v136 * v104;
-    const real v150 = K(1.0) / (v49 + v51 + v46 - v91 - v95 - v136 * v145 - v133 * v134);
-    const real v151 = v140 * v150;
-    const real v155 = v108 + v109 + v111 + (p[2] + p[3]) - v87 * v105 - v140 * v151 - v84 * v85;
-    const real v156 = K(1.0) / v155;
-    const real v168 = (p[14] * v43 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v45) / v46;
-    const real v169 = p[14] - v168;
-    const real v171 = v169 - c13 * p[13];
-    const real v172 = v171 * v61;
-    const real v173 = v56 * v172;
-    const real v174 = c18 * v173;
-    const real v176 = p[19] - v168;
-    const real v178 = v176 - c32 * p[18];
-    const real v179 = v178 * v70;
-    const real v180 = v65 * v179;
-    const real v181 = c37 * v180;
-    const real v183 = v75 * v169;
-    const real v184 = v109 - v183;
-    const real v187 = v79 * v176;
-    const real v188 = v111 - v187;
-    const real v192 = v172 - v169 * v43;
-    const real v194 = v179 - v176 * v45;
-    const real v196 = v49 * v169;
-    const real v197 = v75 - v196;
-    const real v198 = v197 + v192;
-    const real v200 = v51 * v176;
-    const real v201 = v79 - v200;
-    const real v202 = v201 + v194;
-    const real v204 = v88 * v198 + v92 * v202;
-    const real v209 = v82 + v16 * v169;
-    const real v212 = v83 + v35 * v176;
-    const real v214 = v209 * s18 + v212 * s37;
-    const real v215 = v214 * v53;
-    const real v217 = v192 + v194 - v204 - v63 - v72 - v39 * v215;
-    const real v218 = v217 * v104;
-    const real v223 = v126 * v198 + v128 * v202;
-    const real v229 = v119 - v223 + v120 - v136 * v218 - v133 * v215;
-    const real v230 = v229 * v150;
-    const real v234 = v108 - v174 - v181 + v184 * s18 + v188 * s37 + v87 * v218 - v140 * v230 - v84 * v215;
-    const real v235 = v234 * v156;
-    const real v236 = v171 * v172;
-    const real v237 = v178 * v179;
-    const real v241 = v43 * (v169 * v169);
-    const real v246 = v109 + K(-2.0) * v183 + v169 * v196;
-    const real v248 = v241 + v246 - v236;
-    const real v249 = v88 * v248;
-    const real v252 = v45 * (v176 * v176);
-    const real v256 = v111 + K(-2.0) * v187 + v176 * v200;
-    const real v258 = v252 + v256 - v237;
-    const real v259 = v92 * v258;
-    const real v273 = v43 * (p[14] * p[14]) + v45 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v276 = v273 - v46 * (v168 * v168);
-    const real v282 = v236 + v237 + v108 + v249 + v259 + (p[2] + p[5] + v276) - v241 - v252 + K(-2.0) * v174;
-    const real v292 = v282 + K(-2.0) * v181 - v217 * v218 - v229 * v230 - v234 * v235 - v214 * v215;
-    const real v293 = K(1.0) / v292;
-    const real v297 = s18 * v173 + s37 * v180;
-    const real v304 = v209 * c18 + v212 * c37;
-    const real v305 = v304 * v53;
-    const real v307 = v223 + v39 * v305;
-    const real v308 = v307 * v104;
-    const real v316 = v204 - (v197 + v201) + v136 * v308 - v133 * v305;
-    const real v317 = v316 * v150;
-    const real v329 = v297 + v184 * c18 + v188 * c37 - v87 * v308 - v140 * v317 - v84 * v305;
-    const real v330 = v329 * v156;
-    const real v332 = v297 + v126 * v248 + v128 * v258 + v217 * v308 - v229 * v317 - v234 * v330;
-    const real v334 = v332 - v214 * v305;
-    const real v335 = v334 * v293;
-    const real v348 = v246 + v256 + (p[2] + p[4] + (p[15] + p[20]) + v276) - v249 - v259 - v307 * v308;
-    const real v357 = K(1.0) / (v348 - v316 * v317 - v329 * v330 - v334 * v335 - v304 * v305);
-    const real v358 = (v335 * v235 - v330) * v357;
-    const real v360 = v235 * v293 + v335 * v358;
-    const real v364 = v156 + v235 * v360 - v330 * v358;
-    const real v370 = v230 * v360 - v151 * v364 - v317 * v358;
-    const real v376 = v105 * v364 - v145 * v370 + v218 * v360 + v308 * v358;
-    const real v385 = v54 * v376 + v134 * v370 + v85 * v364 - v215 * v360 + v305 * v358;
-    const real v387 = v335 * v357;
-    const real v389 = v330 * v357 - v235 * v387;
-    const real v395 = v317 * v357 - (v151 * v389 + v230 * v387);
-    const real v401 = v105 * v389 - v145 * v395 - v218 * v387 - v308 * v357;
-    const real v410 = v54 * v401 + v134 * v395 + v85 * v389 + v215 * v387 - v305 * v357;
-    const real v413 = v293 + v335 * v387;
-    const real v415 = v330 * v387 - v235 * v413;
-    const real v421 = v317 * v387 - (v151 * v415 + v230 * v413);
-    const real v427 = v105 * v415 - v145 * v421 - v218 * v413 - v308 * v387;
-    const real v436 = v54 * v427 + v134 * v421 + v85 * v415 + v215 * v413 - v305 * v387;
-    const real v439 = p[7] + p[8] + v168;
-    real s441, c441; mv_sincos(u[4], &s441, &c441);
-    const real v443 = c441 * p[9];
-    real s445, c445; mv_sincos(u[3], &s445, &c445);
-    const real v446 = v443 * c445;
-    const real v449 = v443 * s445;
-    const real v452 = v54 * v449;
-    const real v458 = v145 * v452 - (v134 * v449 + v446);
-    const real v465 = v85 * v449 + v105 * v452 + v151 * v458;
-    const real v474 = v218 * v452 - v215 * v449 - v230 * v458 + v235 * v465;
-    const real v476 = v439 * v446 - v305 * v449 - v308 * v452 - v317 * v458 + v330 * v465 - v335 * v474;
-    const real v477 = v476 * v357;
-    const real v484 = v474 * v293 - v335 * v477;
-    const real v488 = v465 * v156 + v235 * v484 + v330 * v477;
-    const real v494 = v458 * v150 + v151 * v488 - v230 * v484 - v317 * v477;
-    const real v501 = v308 * v477 - (v452 * v104 + v145 * v494 + v105 * v488 + v218 * v484);
-    const real v512 = v54 * v501 - v449 * v53 + v134 * v494 - v85 * v488 + v215 * v484 + v305 * v477;
-    const real v513 = p[9] * c441;
-    const real v515 = p[9] * s441;
-    const real v516 = c445 * v515;
-    const real v518 = v513 - v54 * v516;
-    const real v520 = s445 * v515;
-    const real v524 = v520 - v134 * v516 - v145 * v518;
-    const real v530 = v105 * v518 - v85 * v516 - v151 * v524;
-    const real v540 = v439 * v513 + v215 * v516 + v218 * v518 + v230 * v524 + v235 * v530;
-    const real v552 = v308 * v518 - (v439 * v520 + v305 * v516) - v317 * v524 - v330 * v530 + v335 * v540;
-    const real v553 = v552 * v357;
-    const real v555 = v540 * v293 + v335 * v553;
-    const real v559 = v530 * v156 + v235 * v555 - v330 * v553;
-    const real v565 = v524 * v150 - v151 * v559 + v230 * v555 - v317 * v553;
-    const real v573 = v518 * v104 - v145 * v565 + v105 * v559 + v218 * v555 + v308 * v553;
-    const real v584 = v54 * v573 - v516 * v53 + v134 * v565 + v85 * v559 - v215 * v555 + v305 * v553;
-    const real v587 = v168 * v387;
-    const real v613 = c18 * v358 - s18 * v360;
-    const real v627 = v613 - p[15] * (v613 + v364) * v8 - v10 * (c13 * (v169 * v613 + s18 * v376 + c18 * v370) + s13 * v385);
-    const real v628 = s18 * v387;
-    const real v630 = v628 - c18 * v357;
-    const real v644 = v630 - p[15] * (v630 + v389) * v8 - v10 * (c13 * (v169 * v630 + s18 * v401 + c18 * v395) + s13 * v410);
-    const real v646 = c18 * v387;
-    const real v647 = s18 * v413 - v646;
-    const real v661 = v647 - p[15] * (v647 + v415) * v8 - v10 * (c13 * (v169 * v647 + s18 * v427 + c18 * v421) + s13 * v436);
-    const real v664 = s18 * v484 + c18 * v477;
-    const real v678 = v664 - p[15] * (v664 - v488) * v8 - v10 * (c13 * (v169 * v664 + s18 * v501 + c18 * v494) + s13 * v512);
-    const real v681 = c18 * v553 - s18 * v555;
-    const real v695 = v681 - p[15] * (v681 + v559) * v8 - v10 * (c13 * (v169 * v681 + s18 * v573 + c18 * v565) + s13 * v584);
-    const real v702 = v364 - v360;
-    const real v707 = v56 * (c18 * v376 - v171 * (c18 * v360 + s18 * v358) - v56 * v702 - s18 * v370);
-    const real v716 = v389 + v387;
-    const real v721 = v56 * (c18 * v401 + v171 * (v646 + s18 * v357) - v56 * v716 - s18 * v395);
-    const real v730 = v415 + v413;
-    const real v735 = v56 * (c18 * v427 + v171 * (c18 * v413 + v628) - v56 * v730 - s18 * v421);
-    const real v745 = v484 - v488;
-    const real v750 = v56 * (c18 * v501 + v171 * (c18 * v484 - s18 * v477) - v56 * v745 - s18 * v494);
-    const real v760 = v559 - v555;
-    const real v765 = v56 * (c18 * v573 - v171 * (c18 * v555 + s18 * v553) - v56 * v760 - s18 * v565);
-    const real v771 = c37 * v358 - s37 * v360;
-    const real v785 = v771 - p[20] * (v771 + v364) * v27 - v29 * (c32 * (v176 * v771 + s37 * v376 + c37 * v370) + s32 * v385);
-    const real v786 = s37 * v387;
-    const real v788 = v786 - c37 * v357;
-    const real v802 = v788 - p[20] * (v788 + v389) * v27 - v29 * (c32 * (v176 * v788 + s37 * v401 + c37 * v395) + s32 * v410);
-    const real v804 = c37 * v387;
-    const real v805 = s37 * v413 - v804;
-    const real v819 = v805 - p[20] * (v805 + v415) * v27 - v29 * (c32 * (v176 * v805 + s37 * v427 + c37 * v421) + s32 * v436);
-    const real v822 = s37 * v484 + c37 * v477;
-    const real v836 = v822 - p[20] * (v822 - v488) * v27 - v29 * (c32 * (v176 * v822 + s37 * v501 + c37 * v494) + s32 * v512);
-    const real v839 = c37 * v553 - s37 * v555;
-    const real v853 = v839 - p[20] * (v839 + v559) * v27 - v29 * (c32 * (v176 * v839 + s37 * v573 + c37 * v565) + s32 * v584);
-    const real v864 = v65 * (c37 * v376 - v178 * (c37 * v360 + s37 * v358) - v65 * v702 - s37 * v370);
-    const real v877 = v65 * (c37 * v401 + v178 * (v804 + s37 * v357) - v65 * v716 - s37 * v395);
-    const real v890 = v65 * (c37 * v427 + v178 * (c37 * v413 + v786) - v65 * v730 - s37 * v421);
-    const real v904 = v65 * (c37 * v501 + v178 * (c37 * v484 - s37 * v477) - v65 * v745 - s37 * v494);
-    const real v918 = v65 * (c37 * v573 - v178 * (c37 * v555 + s37 * v553) - v65 * v760 - s37 * v565);
-    J[0] = v385;
-    J[1] = v410;
-    J[2] = v436;
-    J[3] = v512;
-    J[4] = v584;
-    J[5] = v376 + v168 * v360;
-    J[6] = v401 - v587;
-    J[7] = v427 - v168 * v413;
-    J[8] = v501 - v168 * v484;
-    J[9] = v573 + v168 * v555;
-    J[10] = v370 - v168 * v358;
-    J[11] = v395 + v168 * v357;
-    J[12] = v421 + v587;
-    J[13] = v494 - v168 * v477;
-    J[14] = v565 - v168 * v553;
-    J[15] = v364;
-    J[16] = v389;
-    J[17] = v415;
-    J[18] = -v488;
-    J[19] = v559;
-    J[20] = -v358;
-    J[21] = v357;
-    J[22] = v387;
-    J[23] = -v477;
-    J[24] = -v553;
-    J[25] = -v360;
-    J[26] = v387;
-    J[27] = v413;
-    J[28] = v484;
-    J[29] = -v555;
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real mv1 = p[l1] * p[m1] * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real mv2 = p[l2] * p[m2] * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real J_C2 = p[I0] + p[J_y] + (p[I1] + p[I2]) + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = p[F] * sin_delta2;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_5gmab = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_D6 = K66
+        - t_hmob3 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_5gmab * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real t_hiifd = (K_L65 * K_L54 - K_L64) * t_nfkwa;
+    const real t_5u7wz = K_L54 * t_ftqxb + K_L65 * t_hiifd;
+    const real t_6ytpw = t_lt2al + K_L54 * t_5u7wz - K_L64 * t_hiifd;
+    const real t_fokyf = K_L53 * t_5u7wz - K_L43 * t_6ytpw - K_L63 * t_hiifd;
+    const real t_fiyby = t_6urah * t_6ytpw - K_L32 * t_fokyf + K_L52 * t_5u7wz + t_dj64q * t_hiifd;
+    const real t_vppyl = t_w7lcw * t_fiyby
+        + t_3go2w * t_fokyf
+        + t_xq4wt * t_6ytpw
+        - t_vshgd * t_5u7wz
+        + t_e4enr * t_hiifd;
+    const real t_zwjps = K_L65 * t_nfkwa;
+    const real t_ctsrf = K_L64 * t_nfkwa - K_L54 * t_zwjps;
+    const real t_5wlzs = K_L63 * t_nfkwa - (K_L43 * t_ctsrf + K_L53 * t_zwjps);
+    const real t_ltkoi = t_6urah * t_ctsrf - K_L32 * t_5wlzs - K_L52 * t_zwjps - t_dj64q * t_nfkwa;
+    const real t_vyzex = t_w7lcw * t_ltkoi
+        + t_3go2w * t_5wlzs
+        + t_xq4wt * t_ctsrf
+        + t_vshgd * t_zwjps
+        - t_e4enr * t_nfkwa;
+    const real t_kchpi = t_ftqxb + K_L65 * t_zwjps;
+    const real t_ht423 = K_L64 * t_zwjps - K_L54 * t_kchpi;
+    const real t_mrgyy = K_L63 * t_zwjps - (K_L43 * t_ht423 + K_L53 * t_kchpi);
+    const real t_f72r2 = t_6urah * t_ht423 - K_L32 * t_mrgyy - K_L52 * t_kchpi - t_dj64q * t_zwjps;
+    const real t_4z2sa = t_w7lcw * t_f72r2
+        + t_3go2w * t_mrgyy
+        + t_xq4wt * t_ht423
+        + t_vshgd * t_kchpi
+        - t_e4enr * t_zwjps;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real t_wqzoa = t_w7lcw * t_gcu5g;
+    const real t_5hiyq = K_L32 * t_wqzoa - (t_3go2w * t_gcu5g + f_x);
+    const real t_jzilr = t_xq4wt * t_gcu5g + t_6urah * t_wqzoa + K_L43 * t_5hiyq;
+    const real t_zx4zt = K_L52 * t_wqzoa - t_vshgd * t_gcu5g - K_L53 * t_5hiyq + K_L54 * t_jzilr;
+    const real t_ut65g = t_lwe76 * f_x
+        - t_e4enr * t_gcu5g
+        - t_dj64q * t_wqzoa
+        - K_L63 * t_5hiyq
+        + K_L64 * t_jzilr
+        - K_L65 * t_zx4zt;
+    const real t_6ukot = t_ut65g * t_nfkwa;
+    const real t_mb4dl = t_zx4zt * t_ftqxb - K_L65 * t_6ukot;
+    const real t_7yrsu = t_jzilr * t_lt2al + K_L54 * t_mb4dl + K_L64 * t_6ukot;
+    const real t_4q6bj = t_5hiyq * t_zmh3u + K_L43 * t_7yrsu - K_L53 * t_mb4dl - K_L63 * t_6ukot;
+    const real t_qnvui = t_dj64q * t_6ukot
+        - (t_wqzoa * t_4iujv + K_L32 * t_4q6bj + t_6urah * t_7yrsu + K_L52 * t_mb4dl);
+    const real t_3b7kk = t_w7lcw * t_qnvui
+        - t_gcu5g * t_bpfoo
+        + t_3go2w * t_4q6bj
+        - t_xq4wt * t_7yrsu
+        + t_vshgd * t_mb4dl
+        + t_e4enr * t_6ukot;
+    const real t_ruxs4_2 = p[F] * cos_delta2;
+    const real t_exz5b = cos_delta1 * f_y;
+    const real t_3xluz = t_ruxs4_2 - t_w7lcw * t_exz5b;
+    const real t_jowkb = sin_delta1 * f_y;
+    const real t_bdf6j = t_jowkb - t_3go2w * t_exz5b - K_L32 * t_3xluz;
+    const real t_xgosb = t_6urah * t_3xluz - t_xq4wt * t_exz5b - K_L43 * t_bdf6j;
+    const real t_lu7j3 = t_lwe76 * t_ruxs4_2
+        + t_vshgd * t_exz5b
+        + K_L52 * t_3xluz
+        + K_L53 * t_bdf6j
+        + K_L54 * t_xgosb;
+    const real t_5nezl = t_dj64q * t_3xluz
+        - (t_lwe76 * t_jowkb + t_e4enr * t_exz5b)
+        - K_L63 * t_bdf6j
+        - K_L64 * t_xgosb
+        + K_L65 * t_lu7j3;
+    const real t_gzwx7 = t_5nezl * t_nfkwa;
+    const real t_t4qmk = t_lu7j3 * t_ftqxb + K_L65 * t_gzwx7;
+    const real t_zve7a = t_xgosb * t_lt2al + K_L54 * t_t4qmk - K_L64 * t_gzwx7;
+    const real t_32ooq = t_bdf6j * t_zmh3u - K_L43 * t_zve7a + K_L53 * t_t4qmk - K_L63 * t_gzwx7;
+    const real t_yj7pt = t_3xluz * t_4iujv
+        - K_L32 * t_32ooq
+        + t_6urah * t_zve7a
+        + K_L52 * t_t4qmk
+        + t_dj64q * t_gzwx7;
+    const real t_5r2f4 = t_w7lcw * t_yj7pt
+        - t_exz5b * t_bpfoo
+        + t_3go2w * t_32ooq
+        + t_xq4wt * t_zve7a
+        - t_vshgd * t_t4qmk
+        + t_e4enr * t_gzwx7;
+    const real t_okbuw = x_C * t_zwjps;
+    const real t_4n5xx = cos_theta1 * t_hiifd - sin_theta1 * t_5u7wz;
+    const real t_3ke5c = cos_phi1 * (e1 * t_4n5xx + sin_theta1 * t_fiyby + cos_theta1 * t_fokyf)
+        + sin_phi1 * t_vppyl;
+    const real t_4koa5 = sin_theta1 * t_zwjps;
+    const real t_kfd5v = t_4koa5 - cos_theta1 * t_nfkwa;
+    const real t_4bgej = cos_phi1 * (e1 * t_kfd5v + sin_theta1 * t_ltkoi + cos_theta1 * t_5wlzs)
+        + sin_phi1 * t_vyzex;
+    const real t_v7fho = cos_theta1 * t_zwjps;
+    const real t_zkcpx = sin_theta1 * t_kchpi - t_v7fho;
+    const real t_xz5cz = cos_phi1 * (e1 * t_zkcpx + sin_theta1 * t_f72r2 + cos_theta1 * t_mrgyy)
+        + sin_phi1 * t_4z2sa;
+    const real t_5oran = sin_theta1 * t_mb4dl + cos_theta1 * t_6ukot;
+    const real t_sc5cr = cos_phi1 * (e1 * t_5oran + sin_theta1 * t_qnvui + cos_theta1 * t_4q6bj)
+        + sin_phi1 * t_3b7kk;
+    const real t_vydar = cos_theta1 * t_gzwx7 - sin_theta1 * t_t4qmk;
+    const real t_wtpe3 = cos_phi1 * (e1 * t_vydar + sin_theta1 * t_yj7pt + cos_theta1 * t_32ooq)
+        + sin_phi1 * t_5r2f4;
+    const real t_g3dly = t_6ytpw - t_5u7wz;
+    const real t_yfi22 = cos_theta1 * t_fiyby
+        - g_1 * (cos_theta1 * t_5u7wz + sin_theta1 * t_hiifd)
+        - q_1 * t_g3dly
+        - sin_theta1 * t_fokyf;
+    const real t_af24o = t_ctsrf + t_zwjps;
+    const real t_d2xng = cos_theta1 * t_ltkoi
+        + g_1 * (t_v7fho + sin_theta1 * t_nfkwa)
+        - q_1 * t_af24o
+        - sin_theta1 * t_5wlzs;
+    const real t_7fuvy = t_ht423 + t_kchpi;
+    const real t_hhv56 = cos_theta1 * t_f72r2
+        + g_1 * (cos_theta1 * t_kchpi + t_4koa5)
+        - q_1 * t_7fuvy
+        - sin_theta1 * t_mrgyy;
+    const real t_nlpcb = t_mb4dl - t_7yrsu;
+    const real t_x7cyv = cos_theta1 * t_qnvui
+        + g_1 * (cos_theta1 * t_mb4dl - sin_theta1 * t_6ukot)
+        - q_1 * t_nlpcb
+        - sin_theta1 * t_4q6bj;
+    const real t_imhon = t_zve7a - t_t4qmk;
+    const real t_sczj4 = cos_theta1 * t_yj7pt
+        - g_1 * (cos_theta1 * t_t4qmk + sin_theta1 * t_gzwx7)
+        - q_1 * t_imhon
+        - sin_theta1 * t_32ooq;
+    const real t_h5vfc = cos_theta2 * t_hiifd - sin_theta2 * t_5u7wz;
+    const real t_23i7t = cos_phi2 * (e2 * t_h5vfc + sin_theta2 * t_fiyby + cos_theta2 * t_fokyf)
+        + sin_phi2 * t_vppyl;
+    const real t_rdjur = sin_theta2 * t_zwjps;
+    const real t_fa7jv = t_rdjur - cos_theta2 * t_nfkwa;
+    const real t_3tmlu = cos_phi2 * (e2 * t_fa7jv + sin_theta2 * t_ltkoi + cos_theta2 * t_5wlzs)
+        + sin_phi2 * t_vyzex;
+    const real t_rhp3f = cos_theta2 * t_zwjps;
+    const real t_lptuo = sin_theta2 * t_kchpi - t_rhp3f;
+    const real t_bnbdm = cos_phi2 * (e2 * t_lptuo + sin_theta2 * t_f72r2 + cos_theta2 * t_mrgyy)
+        + sin_phi2 * t_4z2sa;
+    const real t_iactb = sin_theta2 * t_mb4dl + cos_theta2 * t_6ukot;
+    const real t_hmizu = cos_phi2 * (e2 * t_iactb + sin_theta2 * t_qnvui + cos_theta2 * t_4q6bj)
+        + sin_phi2 * t_3b7kk;
+    const real t_geihc = cos_theta2 * t_gzwx7 - sin_theta2 * t_t4qmk;
+    const real t_xmvr6 = cos_phi2 * (e2 * t_geihc + sin_theta2 * t_yj7pt + cos_theta2 * t_32ooq)
+        + sin_phi2 * t_5r2f4;
+    const real t_d45fr = cos_theta2 * t_fiyby
+        - g_2 * (cos_theta2 * t_5u7wz + sin_theta2 * t_hiifd)
+        - q_2 * t_g3dly
+        - sin_theta2 * t_fokyf;
+    const real t_2zbzk = cos_theta2 * t_ltkoi
+        + g_2 * (t_rhp3f + sin_theta2 * t_nfkwa)
+        - q_2 * t_af24o
+        - sin_theta2 * t_5wlzs;
+    const real t_6t3ih = cos_theta2 * t_f72r2
+        + g_2 * (cos_theta2 * t_kchpi + t_rdjur)
+        - q_2 * t_7fuvy
+        - sin_theta2 * t_mrgyy;
+    const real t_26krw = cos_theta2 * t_qnvui
+        + g_2 * (cos_theta2 * t_mb4dl - sin_theta2 * t_6ukot)
+        - q_2 * t_nlpcb
+        - sin_theta2 * t_4q6bj;
+    const real t_zl42h = cos_theta2 * t_yj7pt
+        - g_2 * (cos_theta2 * t_t4qmk + sin_theta2 * t_gzwx7)
+        - q_2 * t_imhon
+        - sin_theta2 * t_32ooq;
+    J[0] = t_vppyl;
+    J[1] = t_vyzex;
+    J[2] = t_4z2sa;
+    J[3] = t_3b7kk;
+    J[4] = t_5r2f4;
+    J[5] = t_fiyby + x_C * t_5u7wz;
+    J[6] = t_ltkoi - t_okbuw;
+    J[7] = t_f72r2 - x_C * t_kchpi;
+    J[8] = t_qnvui - x_C * t_mb4dl;
+    J[9] = t_yj7pt + x_C * t_t4qmk;
+    J[10] = t_fokyf - x_C * t_hiifd;
+    J[11] = t_5wlzs + x_C * t_nfkwa;
+    J[12] = t_mrgyy + t_okbuw;
+    J[13] = t_4q6bj - x_C * t_6ukot;
+    J[14] = t_32ooq - x_C * t_gzwx7;
+    J[15] = t_6ytpw;
+    J[16] = t_ctsrf;
+    J[17] = t_ht423;
+    J[18] = -t_7yrsu;
+    J[19] = t_zve7a;
+    J[20] = -t_hiifd;
+    J[21] = t_nfkwa;
+    J[22] = t_zwjps;
+    J[23] = -t_6ukot;
+    J[24] = -t_gzwx7;
+    J[25] = -t_5u7wz;
+    J[26] = t_zwjps;
+    J[27] = t_kchpi;
+    J[28] = t_mb4dl;
+    J[29] = -t_t4qmk;
     J[30] = SPLAT(K(0.0));
     J[31] = SPLAT(K(0.0));
     J[32] = SPLAT(K(0.0));
@@ -1554,487 +2373,805 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     J[62] = SPLAT(K(0.0));
     J[63] = SPLAT(K(0.0));
     J[64] = SPLAT(K(0.0));
-    J[65] = v627;
-    J[66] = v644;
-    J[67] = v661;
-    J[68] = v678;
-    J[69] = v695;
-    J[70] = -(v60 * v707 - v360);
-    J[71] = -(v387 + v60 * v721);
-    J[72] = -(v413 + v60 * v735);
-    J[73] = -(v484 + v60 * v750);
-    J[74] = -(v60 * v765 - v555);
-    J[75] = v785;
-    J[76] = v802;
-    J[77] = v819;
-    J[78] = v836;
-    J[79] = v853;
-    J[80] = -(v69 * v864 - v360);
-    J[81] = -(v387 + v69 * v877);
-    J[82] = -(v413 + v69 * v890);
-    J[83] = -(v484 + v69 * v904);
-    J[84] = -(v69 * v918 - v555);
+    J[65] = t_4n5xx - p[I1] * (t_4n5xx + t_6ytpw) * t_zrejm - k1 * t_3ke5c;
+    J[66] = t_kfd5v - p[I1] * (t_kfd5v + t_ctsrf) * t_zrejm - k1 * t_4bgej;
+    J[67] = t_zkcpx - p[I1] * (t_zkcpx + t_ht423) * t_zrejm - k1 * t_xz5cz;
+    J[68] = t_5oran - p[I1] * (t_5oran - t_7yrsu) * t_zrejm - k1 * t_sc5cr;
+    J[69] = t_vydar - p[I1] * (t_vydar + t_zve7a) * t_zrejm - k1 * t_wtpe3;
+    J[70] = -(th_1 * (q_1 * t_yfi22) - t_5u7wz);
+    J[71] = -(t_zwjps + th_1 * (q_1 * t_d2xng));
+    J[72] = -(t_kchpi + th_1 * (q_1 * t_hhv56));
+    J[73] = -(t_mb4dl + th_1 * (q_1 * t_x7cyv));
+    J[74] = -(th_1 * (q_1 * t_sczj4) - t_t4qmk);
+    J[75] = t_h5vfc - p[I2] * (t_h5vfc + t_6ytpw) * t_5wzvs - k2 * t_23i7t;
+    J[76] = t_fa7jv - p[I2] * (t_fa7jv + t_ctsrf) * t_5wzvs - k2 * t_3tmlu;
+    J[77] = t_lptuo - p[I2] * (t_lptuo + t_ht423) * t_5wzvs - k2 * t_bnbdm;
+    J[78] = t_iactb - p[I2] * (t_iactb - t_7yrsu) * t_5wzvs - k2 * t_hmizu;
+    J[79] = t_geihc - p[I2] * (t_geihc + t_zve7a) * t_5wzvs - k2 * t_xmvr6;
+    J[80] = -(th_2 * (q_2 * t_d45fr) - t_5u7wz);
+    J[81] = -(t_zwjps + th_2 * (q_2 * t_2zbzk));
+    J[82] = -(t_kchpi + th_2 * (q_2 * t_6t3ih));
+    J[83] = -(t_mb4dl + th_2 * (q_2 * t_26krw));
+    J[84] = -(th_2 * (q_2 * t_zl42h) - t_t4qmk);
 }
 
 /* change of rhs along a change of x and u; 1769 operations. */
 void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change)
 {
-    real s1, c1; mv_sincos(x[9], &s1, &c1);
-    const real v9 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v10 = p[12] * v9;
-    const real v11 = v10 * p[15];
-    const real v12 = v11 * p[13];
-    real s14, c14; mv_sincos(x[10], &s14, &c14);
-    const real v20 = c14 * x[5] + s14 * x[4];
-    const real v25 = x[3] - x[14];
-    const real v27 = v20 * c1 + s1 * v25;
-    const real v30 = along_x[3] - along_x[14];
-    const real v33 = s1 * along_x[9];
-    const real v39 = s14 * along_x[10];
-    const real v42 = c14 * along_x[10];
-    const real v47 = c14 * along_x[5] - x[5] * v39 + (x[4] * v42 + s14 * along_x[4]);
-    const real v49 = c1 * along_x[9];
-    const real v52 = c1 * v30 - v25 * v33 - (s1 * v47 + v20 * v49);
-    const real v56 = c1 * v25 - v20 * s1;
-    const real v63 = c1 * v47 - v20 * v33 + (v25 * v49 + s1 * v30);
-    const real v69 = v27 * v52 + v56 * v63 - (v25 * v47 + v20 * v30);
-    const real v71 = v10 * p[13];
-    const real v74 = p[16] * along_x[13];
-    const real v76 = v12 * v69 + v71 * v74;
-    const real v83 = p[16] * x[13];
-    const real v85 = v12 * (v56 * v27 - v20 * v25) + v83 * v71;
-    real s89, c89; mv_sincos(x[11], &s89, &c89);
-    const real v96 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v97 = p[17] * v96;
-    const real v98 = v97 * p[20];
-    const real v99 = v98 * p[18];
-    real s101, c101; mv_sincos(x[12], &s101, &c101);
-    const real v105 = c101 * x[5] + s101 * x[4];
-    const real v109 = x[3] - x[16];
-    const real v111 = v105 * c89 + s89 * v109;
-    const real v113 = along_x[3] - along_x[16];
-    const real v116 = s89 * along_x[11];
-    const real v121 = s101 * along_x[12];
-    const real v124 = c101 * along_x[12];
-    const real v128 = c101 * along_x[5] - x[5] * v121 + (x[4] * v124 + s101 * along_x[4]);
-    const real v130 = c89 * along_x[11];
-    const real v133 = c89 * v113 - v109 * v116 - (s89 * v128 + v105 * v130);
-    const real v137 = c89 * v109 - v105 * s89;
-    const real v144 = c89 * v128 - v105 * v116 + (v109 * v130 + s89 * v113);
-    const real v150 = v111 * v133 + v137 * v144 - (v109 * v128 + v105 * v113);
-    const real v152 = v97 * p[18];
-    const real v155 = p[21] * along_x[15];
-    const real v157 = v99 * v150 + v152 * v155;
-    const real v164 = p[21] * x[15];
-    const real v166 = v99 * (v137 * v111 - v105 * v109) + v164 * v152;
-    const real v170 = p[13] * p[12];
-    const real v171 = v170 * v71;
-    const real v187 = p[0] + p[1] + v11 + v98;
-    const real v188 = (p[14] * v11 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v98) / v187;
-    const real v189 = p[14] - v188;
-    const real v194 = (x[4] + x[4]) * along_x[4] + (x[5] + x[5]) * along_x[5];
-    const real v195 = v189 * v194;
-    const real v199 = x[4] * x[4] + x[5] * x[5];
-    const real v200 = v199 * v189;
-    const real v208 = c14 * x[4] - s14 * x[5];
-    const real v209 = v208 + x[13];
-    const real v217 = c14 * along_x[4] - x[4] * v39 - (x[5] * v42 + s14 * along_x[5]);
-    const real v218 = v217 + along_x[13];
-    const real v222 = v171 * (c1 * v195 - v200 * v33) - v170 * ((v27 + v27) * v63 + (v209 + v209) * v218);
-    const real v230 = c1 * v200 * v171 - v170 * (v27 * v27 + v209 * v209);
-    const real v233 = s1 * v76 + v85 * v49 + (s89 * v157 + v166 * v130) + (c1 * v222 - v230 * v33);
-    const real v234 = p[18] * p[17];
-    const real v235 = v234 * v152;
-    const real v236 = p[19] - v188;
-    const real v237 = v236 * v194;
-    const real v239 = v199 * v236;
-    const real v247 = c101 * x[4] - s101 * x[5];
-    const real v248 = v247 + x[15];
-    const real v256 = c101 * along_x[4] - x[4] * v121 - (x[5] * v124 + s101 * along_x[5]);
-    const real v257 = v256 + along_x[15];
-    const real v261 = v235 * (c89 * v237 - v239 * v116) - v234 * ((v111 + v111) * v144 + (v248 + v248) * v257);
-    const real v269 = c89 * v239 * v235 - v234 * (v111 * v111 + v248 * v248);
-    real s274, c274; mv_sincos(u[3], &s274, &c274);
-    real s277, c277; mv_sincos(u[4], &s277, &c277);
-    const real v280 = p[9] * (s277 * along_u[4]);
-    const real v283 = c277 * p[9];
-    const real v289 = v233 + (c89 * v261 - v269 * v116) - (c274 * v280 + v283 * (s274 * along_u[3]));
-    const real v292 = v171 * s1;
-    const real v293 = v292 * s1;
-    const real v295 = v235 * s89;
-    const real v296 = v295 * s89;
-    const real v298 = K(1.0) / (v187 + v171 + v235 - v293 - v296);
-    const real v308 = v283 * c274 + (v85 * s1 + v166 * s89 + c1 * v230 + c89 * v269);
-    const real v309 = v308 * v298;
-    const real v311 = v171 * v49;
-    const real v314 = s1 * v311 + v292 * v49;
-    const real v315 = v235 * v130;
-    const real v318 = s89 * v315 + v295 * v130;
-    const real v319 = v314 + v318;
-    const real v322 = s277 * p[9];
-    const real v323 = s1 * p[13];
-    const real v327 = K(1.0) / (p[15] + p[12] * (v323 * v323));
-    const real v328 = p[12] * v327;
-    const real v329 = x[3] * x[4];
-    const real v331 = c1 * p[13];
-    const real v332 = v208 * v331;
-    const real v335 = v56 * p[13];
-    const real v336 = v209 + x[13];
-    const real v338 = v329 * v323 + v332 * v25 - v335 * v336;
-    const real v340 = p[16] * x[14];
-    const real v342 = v338 * p[15] - v340 * v323;
-    const real v343 = v328 * v342;
-    const real v344 = v343 * c14;
-    const real v345 = s89 * p[18];
-    const real v349 = K(1.0) / (p[20] + p[17] * (v345 * v345));
-    const real v350 = p[17] * v349;
-    const real v352 = c89 * p[18];
-    const real v353 = v247 * v352;
-    const real v356 = v137 * p[18];
-    const real v357 = v248 + x[15];
-    const real v359 = v329 * v345 + v353 * v109 - v356 * v357;
-    const real v361 = p[21] * x[16];
-    const real v363 = v359 * p[20] - v361 * v345;
-    const real v364 = v350 * v363;
-    const real v365 = v364 * c101;
-    const real v369 = s1 * v230 - v85 * c1;
-    const real v374 = s89 * v269 - v166 * c89;
-    const real v378 = v292 * c1;
-    const real v380 = v295 * c89;
-    const real v382 = v378 * s14 + v380 * s101;
-    const real v383 = v382 * v298;
-    const real v385 = v322 - (v344 + v365 + v369 * s14 + v374 * s101) + v383 * v308;
-    const real v386 = s14 * s14;
-    const real v388 = v328 * p[15];
-    const real v389 = v293 + v11 - v388;
-    const real v390 = v386 * v389;
-    const real v391 = s101 * s101;
-    const real v393 = v350 * p[20];
-    const real v394 = v296 + v98 - v393;
-    const real v395 = v391 * v394;
-    const real v404 = K(1.0) / (v390 + v395 + v187 + v388 + v393 - v11 - v98 - v382 * v383);
-    const real v405 = v385 * v404;
-    const real v406 = c14 * s14;
-    const real v408 = c101 * s101;
-    const real v413 = v378 * c14 + v380 * c101;
-    const real v414 = v413 * v298;
-    const real v416 = v406 * v389 + v408 * v394 - v382 * v414;
-    const real v417 = v416 * v404;
-    const real v419 = v283 * s274;
-    const real v421 = v343 * s14;
-    const real v422 = v364 * s101;
-    const real v430 = v414 * v308 - (v419 + (v369 * c14 - (v421 + v422) + v374 * c101)) - v417 * v385;
-    const real v439 = K(1.0) / (v293 + v296 + v187 - v390 - v395 - v416 * v417 - v413 * v414);
-    const real v440 = v430 * v439;
-    const real v441 = v323 * v388;
-    const real v442 = s14 * v441;
-    const real v443 = v345 * v393;
-    const real v444 = s101 * v443;
-    const real v446 = v12 * c1;
-    const real v449 = v99 * c89;
-    const real v452 = c14 * v441;
-    const real v453 = c101 * v443;
-    const real v459 = v12 * s1;
-    const real v460 = v99 * s89;
-    const real v461 = v459 + v460;
-    const real v462 = v461 * v298;
-    const real v464 = v452 + v453 + v446 * s14 + v449 * s101 + v382 * v462;
-    const real v465 = v464 * v404;
-    const real v469 = v442 + v444 - v446 * c14 - v449 * c101 + v416 * v465 - v413 * v462;
-    const real v470 = v469 * v439;
-    const real v474 = v459 * v200 + v85 * p[13];
-    const real v477 = v343 * v323 + v364 * v345;
-    const real v481 = v460 * v239 + v166 * p[18];
-    const real v485 = x[14] * p[15];
-    const real v488 = x[16] * p[20];
-    const real v493 = p[4] - p[5];
-    const real v494 = v493 * x[4];
-    const real v496 = v474 - v477 + v481 - v83 - v164 + v485 * x[4] + v488 * x[4] - v494 * x[5];
-    const real v503 = u[0] - v496 + v462 * v308 + v465 * v385 - v470 * v430;
-    const real v506 = v323 * v441 + v345 * v443;
-    const real v507 = v12 * p[13];
-    const real v509 = v99 * p[18];
-    const real v513 = p[2] + p[3];
-    const real v521 = K(1.0) / (v506 + v507 + v509 + v513 - v464 * v465 - v469 * v470 - v461 * v462);
-    const real v522 = v503 * v521;
-    const real v523 = v189 - v331;
-    const real v524 = v523 * v388;
-    const real v525 = v323 * v524;
-    const real v526 = c14 * v525;
-    const real v528 = v236 - v352;
-    const real v529 = v528 * v393;
-    const real v530 = v345 * v529;
-    const real v531 = c101 * v530;
-    const real v533 = v446 * v189;
-    const real v534 = v507 - v533;
-    const real v537 = v449 * v236;
-    const real v538 = v509 - v537;
-    const real v542 = v524 - v189 * v11;
-    const real v544 = v529 - v236 * v98;
-    const real v546 = v293 * v189;
-    const real v547 = v446 - v546;
-    const real v548 = v547 + v542;
-    const real v550 = v296 * v236;
-    const real v551 = v449 - v550;
-    const real v552 = v551 + v544;
-    const real v554 = v386 * v548 + v391 * v552;
-    const real v559 = v459 + v378 * v189;
-    const real v562 = v460 + v380 * v236;
-    const real v564 = v559 * s14 + v562 * s101;
-    const real v565 = v564 * v298;
-    const real v567 = v542 + v544 - v554 - v452 - v453 - v382 * v565;
-    const real v568 = v567 * v404;
-    const real v573 = v406 * v548 + v408 * v552;
-    const real v579 = v442 - v573 + v444 - v416 * v568 - v413 * v565;
-    const real v580 = v579 * v439;
-    const real v582 = v506 - v526 - v531 + v534 * s14 + v538 * s101 + v464 * v568 - v469 * v580;
-    const real v584 = v582 - v461 * v565;
-    const real v585 = v584 * v521;
-    const real v588 = v474 + v369 * v189;
-    const real v594 = v481 + v374 * v236;
-    const real v598 = v513 + (p[5] - p[4]);
-    const real v601 = x[13] * p[15];
-    const real v603 = v588 * s14 - (v477 + v340 + v361) + v594 * s101 - v329 * v598 - v601 * x[4];
-    const real v604 = x[15] * p[20];
-    const real v614 = p[7] + p[8] + v188;
-    const real v618 = u[2] - (v603 - v604 * x[4] + v344 * v523 + v365 * v528) - v322 * v614 + v565 * v308;
-    const real v624 = v618 - v568 * v385 - v580 * v430 - v585 * v503;
-    const real v625 = v523 * v524;
-    const real v626 = v528 * v529;
-    const real v630 = v11 * (v189 * v189);
-    const real v635 = v507 + K(-2.0) * v533 + v189 * v546;
-    const real v637 = v630 + v635 - v625;
-    const real v638 = v386 * v637;
-    const real v641 = v98 * (v236 * v236);
-    const real v645 = v509 + K(-2.0) * v537 + v236 * v550;
-    const real v647 = v641 + v645 - v626;
-    const real v648 = v391 * v647;
-    const real v661 = v11 * (p[14] * p[14]) + v98 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v664 = v661 - v187 * (v188 * v188);
-    const real v670 = v625 + v626 + v506 + v638 + v648 + (p[2] + p[5] + v664) - v630 - v641 + K(-2.0) * v526;
-    const real v680 = v670 + K(-2.0) * v531 - v567 * v568 - v579 * v580 - v584 * v585 - v564 * v565;
-    const real v681 = K(1.0) / v680;
-    const real v682 = v624 * v681;
-    const real v685 = s14 * v525 + s101 * v530;
-    const real v692 = v559 * c14 + v562 * c101;
-    const real v693 = v692 * v298;
-    const real v695 = v573 + v382 * v693;
-    const real v696 = v695 * v404;
-    const real v704 = v554 - (v547 + v551) + v416 * v696 - v413 * v693;
-    const real v705 = v704 * v439;
-    const real v717 = v685 + v534 * c14 + v538 * c101 - v464 * v696 - v469 * v705 - v461 * v693;
-    const real v718 = v717 * v521;
-    const real v720 = v685 + v406 * v637 + v408 * v647 + v567 * v696 - v579 * v705 - v584 * v718;
-    const real v722 = v720 - v564 * v693;
-    const real v723 = v722 * v681;
-    const real v734 = p[15] + p[20];
-    const real v736 = v513 + v734 + v493;
-    const real v738 = v588 * c14 + v594 * c101 + v485 * x[3] + v488 * x[3] - x[3] * x[5] * v736;
-    const real v748 = v419 * v614 - (u[1] + (v738 - v421 * v523 - v422 * v528 - v601 * x[5] - v604 * x[5]));
-    const real v758 = v748 + v693 * v308 + v696 * v385 - v705 * v430 - v718 * v503 - v723 * v624;
-    const real v769 = v635 + v645 + (p[2] + p[4] + v734 + v664) - v638 - v648 - v695 * v696 - v704 * v705;
-    const real v776 = K(1.0) / (v769 - v717 * v718 - v722 * v723 - v692 * v693);
-    const real v777 = v758 * v776;
-    const real v779 = v682 - v723 * v777;
-    const real v783 = v522 - v585 * v779 - v718 * v777;
-    const real v789 = v440 - v470 * v783 - v580 * v779 - v705 * v777;
-    const real v797 = v405 - v417 * v789 + v465 * v783 - v568 * v779 + v696 * v777;
-    const real v800 = c1 * v311 - v292 * v33;
-    const real v806 = c89 * v315 - v295 * v116;
-    const real v810 = s14 * v800 + v378 * v42 + (s101 * v806 + v380 * v124);
-    const real v814 = v810 * v298 + v383 * v298 * v319;
-    const real v817 = p[9] * (c277 * along_u[4]);
-    const real v820 = x[4] * along_x[3] + x[3] * along_x[4];
-    const real v822 = p[13] * v49;
-    const real v826 = p[13] * v33;
-    const real v832 = v323 * v820 + v329 * v822 + (v25 * (v331 * v217 - v208 * v826) + v332 * v30);
-    const real v838 = v832 - (v336 * (p[13] * v52) + v335 * (v218 + along_x[13]));
-    const real v840 = p[16] * along_x[14];
-    const real v850 = v328 * v327 * (p[12] * ((v323 + v323) * v822));
-    const real v852 = v328 * (p[15] * v838 - (v323 * v840 + v340 * v822)) - v342 * v850;
-    const real v855 = c14 * v852 - v343 * v39;
-    const real v857 = p[18] * v130;
-    const real v861 = p[18] * v116;
-    const real v867 = v345 * v820 + v329 * v857 + (v109 * (v352 * v256 - v247 * v861) + v353 * v113);
-    const real v873 = v867 - (v357 * (p[18] * v133) + v356 * (v257 + along_x[15]));
-    const real v875 = p[21] * along_x[16];
-    const real v885 = v350 * v349 * (p[17] * ((v345 + v345) * v857));
-    const real v887 = v350 * (p[20] * v873 - (v345 * v875 + v361 * v857)) - v363 * v885;
-    const real v890 = c101 * v887 - v364 * v121;
-    const real v898 = v230 * v49 + s1 * v222 - (c1 * v76 - v85 * v33);
-    const real v909 = v269 * v130 + s89 * v261 - (c89 * v157 - v166 * v116);
-    const real v914 = v817 - (v855 + v890 + (s14 * v898 + v369 * v42) + (s101 * v909 + v374 * v124));
-    const real v918 = v914 + (v308 * v814 + v383 * v289);
-    const real v922 = (s14 + s14) * v42;
-    const real v924 = p[15] * v850;
-    const real v925 = v314 + v924;
-    const real v927 = v389 * v922 + v386 * v925;
-    const real v929 = (s101 + s101) * v124;
-    const real v931 = p[20] * v885;
-    const real v932 = v318 + v931;
-    const real v934 = v394 * v929 + v391 * v932;
-    const real v941 = v927 + v934 - v924 - v931 - (v383 * v810 + v382 * v814);
-    const real v946 = c14 * v42 - s14 * v39;
-    const real v952 = c101 * v124 - s101 * v121;
-    const real v964 = c14 * v800 - v378 * v39 + (c101 * v806 - v380 * v121);
-    const real v968 = v964 * v298 + v414 * v298 * v319;
-    const real v971 = v389 * v946 + v406 * v925 + (v394 * v952 + v408 * v932) - (v414 * v810 + v382 * v968);
-    const real v975 = v971 * v404 - v417 * v404 * v941;
-    const real v983 = v283 * (c274 * along_u[3]) - s274 * v280;
-    const real v989 = s14 * v852 + v343 * v42;
-    const real v992 = s101 * v887 + v364 * v124;
-    const real v999 = v983 + (c14 * v898 - v369 * v39 - (v989 + v992) + (c101 * v909 - v374 * v121));
-    const real v1004 = v308 * v968 + v414 * v289 - v999 - (v385 * v975 + v417 * v918);
-    const real v1016 = v319 - v927 - v934 - (v417 * v971 + v416 * v975) - (v414 * v964 + v413 * v968);
-    const real v1022 = v388 * v822 - v323 * v924;
-    const real v1024 = v441 * v42 + s14 * v1022;
-    const real v1028 = v393 * v857 - v345 * v931;
-    const real v1030 = v443 * v124 + s101 * v1028;
-    const real v1032 = v12 * v33;
-    const real v1037 = v99 * v116;
-    const real v1041 = v1024 + v1030 + (c14 * v1032 + v446 * v39) + (c101 * v1037 + v449 * v121);
-    const real v1045 = c14 * v1022 - v441 * v39;
-    const real v1048 = c101 * v1028 - v443 * v121;
-    const real v1057 = v1045 + v1048 + (v446 * v42 - s14 * v1032) + (v449 * v124 - s101 * v1037);
-    const real v1059 = v12 * v49;
-    const real v1060 = v99 * v130;
-    const real v1061 = v1059 + v1060;
-    const real v1065 = v1061 * v298 + v462 * v298 * v319;
-    const real v1068 = v1057 + (v462 * v810 + v382 * v1065);
-    const real v1072 = v1068 * v404 - v465 * v404 * v941;
-    const real v1079 = v1041 + (v465 * v971 + v416 * v1072) - (v462 * v964 + v413 * v1065);
-    const real v1083 = v1079 * v439 - v470 * v439 * v1016;
-    const real v1090 = v200 * v1059 + v459 * v195 + p[13] * v76;
-    const real v1097 = v323 * v852 + v343 * v822 + (v345 * v887 + v364 * v857);
-    const real v1103 = v239 * v1060 + v460 * v237 + p[18] * v157;
-    const real v1107 = p[15] * along_x[14];
-    const real v1112 = p[20] * along_x[16];
-    const real v1116 = v1090 - v1097 + v1103 - v74 - v155 + (x[4] * v1107 + v485 * along_x[4]) + (x[4] * v1112 + v488 * along_x[4]);
-    const real v1126 = along_u[0] - (v1116 - (x[5] * (v493 * along_x[4]) + v494 * along_x[5])) + (v308 * v1065 + v462 * v289);
-    const real v1134 = v1126 + (v385 * v1072 + v465 * v918) - (v430 * v1083 + v470 * v1004);
-    const real v1143 = v441 * v822 + v323 * v1022 + (v443 * v857 + v345 * v1028);
-    const real v1155 = v1143 - (v465 * v1068 + v464 * v1072) - (v470 * v1079 + v469 * v1083) - (v462 * v1061 + v461 * v1065);
-    const real v1161 = v388 * v826 - v523 * v924;
-    const real v1163 = v524 * v822 + v323 * v1161;
-    const real v1166 = c14 * v1163 - v525 * v39;
-    const real v1171 = v393 * v861 - v528 * v931;
-    const real v1173 = v529 * v857 + v345 * v1171;
-    const real v1176 = c101 * v1173 - v530 * v121;
-    const real v1178 = v189 * v1032;
-    const real v1183 = v236 * v1037;
-    const real v1187 = v1143 - v1166 - v1176 + (s14 * v1178 + v534 * v42) + (s101 * v1183 + v538 * v124);
-    const real v1191 = v189 * v314;
-    const real v1192 = v1032 + v1191;
-    const real v1193 = v1161 - v1192;
-    const real v1197 = v236 * v318;
-    const real v1198 = v1037 + v1197;
-    const real v1199 = v1171 - v1198;
-    const real v1202 = v548 * v922 + v386 * v1193 + (v552 * v929 + v391 * v1199);
-    const real v1208 = v1059 + v189 * v800;
-    const real v1213 = v1060 + v236 * v806;
-    const real v1217 = s14 * v1208 + v559 * v42 + (s101 * v1213 + v562 * v124);
-    const real v1221 = v1217 * v298 + v565 * v298 * v319;
-    const real v1224 = v1161 + v1171 - v1202 - v1045 - v1048 - (v565 * v810 + v382 * v1221);
-    const real v1228 = v1224 * v404 - v568 * v404 * v941;
-    const real v1239 = v548 * v946 + v406 * v1193 + (v552 * v952 + v408 * v1199);
-    const real v1249 = v1024 - v1239 + v1030 - (v568 * v971 + v416 * v1228) - (v565 * v964 + v413 * v1221);
-    const real v1253 = v1249 * v439 - v580 * v439 * v1016;
-    const real v1260 = v1187 + (v568 * v1068 + v464 * v1228) - (v580 * v1079 + v469 * v1253) - (v565 * v1061 + v461 * v1221);
-    const real v1264 = v1260 * v521 - v585 * v521 * v1155;
-    const real v1268 = v1090 + v189 * v898;
-    const real v1276 = v1103 + v236 * v909;
-    const real v1280 = s14 * v1268 + v588 * v42 - (v1097 + v840 + v875) + (s101 * v1276 + v594 * v124);
-    const real v1283 = p[15] * along_x[13];
-    const real v1288 = p[20] * along_x[15];
-    const real v1292 = v1280 - v598 * v820 - (x[4] * v1283 + v601 * along_x[4]) - (x[4] * v1288 + v604 * along_x[4]);
-    const real v1301 = along_u[2] - (v1292 + (v523 * v855 + v344 * v826) + (v528 * v890 + v365 * v861));
-    const real v1311 = v1301 - v614 * v817 + (v308 * v1221 + v565 * v289) - (v385 * v1228 + v568 * v918);
-    const real v1319 = v1311 - (v430 * v1253 + v580 * v1004) - (v503 * v1264 + v585 * v1134);
-    const real v1324 = v524 * v826 + v523 * v1161;
-    const real v1327 = v529 * v861 + v528 * v1171;
-    const real v1333 = v189 * v1191 - K(-2.0) * v1178;
-    const real v1334 = v1333 - v1324;
-    const real v1336 = v637 * v922 + v386 * v1334;
-    const real v1341 = v236 * v1197 - K(-2.0) * v1183;
-    const real v1342 = v1341 - v1327;
-    const real v1344 = v647 * v929 + v391 * v1342;
-    const real v1349 = v1324 + v1327 + v1143 + v1336 + v1344 + K(-2.0) * v1166 + K(-2.0) * v1176;
-    const real v1361 = v1349 - (v568 * v1224 + v567 * v1228) - (v580 * v1249 + v579 * v1253) - (v585 * v1260 + v584 * v1264);
-    const real v1365 = v1361 - (v565 * v1217 + v564 * v1221);
-    const real v1374 = v525 * v42 + s14 * v1163 + (v530 * v124 + s101 * v1173);
-    const real v1391 = c14 * v1208 - v559 * v39 + (c101 * v1213 - v562 * v121);
-    const real v1395 = v1391 * v298 + v693 * v298 * v319;
-    const real v1398 = v1239 + (v693 * v810 + v382 * v1395);
-    const real v1402 = v1398 * v404 - v696 * v404 * v941;
-    const real v1405 = v1374 + (v637 * v946 + v406 * v1334) + (v647 * v952 + v408 * v1342) + (v696 * v1224 + v567 * v1402);
-    const real v1416 = v1202 + (v1192 + v1198) + (v696 * v971 + v416 * v1402) - (v693 * v964 + v413 * v1395);
-    const real v1420 = v1416 * v439 - v705 * v439 * v1016;
-    const real v1436 = v1374 + (c14 * v1178 - v534 * v39) + (c101 * v1183 - v538 * v121) - (v696 * v1068 + v464 * v1402);
-    const real v1444 = v1436 - (v705 * v1079 + v469 * v1420) - (v693 * v1061 + v461 * v1395);
-    const real v1448 = v1444 * v521 - v718 * v521 * v1155;
-    const real v1455 = v1405 - (v705 * v1249 + v579 * v1420) - (v718 * v1260 + v584 * v1448) - (v693 * v1217 + v564 * v1395);
-    const real v1459 = v1455 * v681 - v723 * v681 * v1365;
-    const real v1473 = c14 * v1268 - v588 * v39 + (c101 * v1276 - v594 * v121) + (x[3] * v1107 + v485 * along_x[3]);
-    const real v1480 = x[5] * along_x[3] + x[3] * along_x[5];
-    const real v1486 = v1473 + (x[3] * v1112 + v488 * along_x[3]) - v736 * v1480 - (v523 * v989 + v421 * v826);
-    const real v1498 = v1486 - (v528 * v992 + v422 * v861) - (x[5] * v1283 + v601 * along_x[5]) - (x[5] * v1288 + v604 * along_x[5]);
-    const real v1508 = v614 * v983 - (along_u[1] + v1498) + (v308 * v1395 + v693 * v289) + (v385 * v1402 + v696 * v918);
-    const real v1520 = v1508 - (v430 * v1420 + v705 * v1004) - (v503 * v1448 + v718 * v1134) - (v624 * v1459 + v723 * v1319);
-    const real v1533 = v1333 + v1341 - v1336 - v1344 - (v696 * v1398 + v695 * v1402) - (v705 * v1416 + v704 * v1420);
-    const real v1545 = v1533 - (v718 * v1444 + v717 * v1448) - (v723 * v1455 + v722 * v1459) - (v693 * v1391 + v692 * v1395);
-    const real v1547 = v1520 * v776 - v777 * v776 * v1545;
-    const real v1550 = v1319 * v681 - v682 * v681 * v1365 - (v777 * v1459 + v723 * v1547);
-    const real v1557 = v1134 * v521 - v522 * v521 * v1155 - (v779 * v1264 + v585 * v1550) - (v777 * v1448 + v718 * v1547);
-    const real v1564 = v1004 * v439 - v440 * v439 * v1016 - (v783 * v1083 + v470 * v1557) - (v779 * v1253 + v580 * v1550);
-    const real v1568 = v1564 - (v777 * v1420 + v705 * v1547);
-    const real v1575 = v918 * v404 - v405 * v404 * v941 - (v789 * v975 + v417 * v1568) + (v783 * v1072 + v465 * v1557);
-    const real v1583 = v1575 - (v779 * v1228 + v568 * v1550) + (v777 * v1402 + v696 * v1547);
-    const real v1590 = v289 * v298 + v309 * v298 * v319 + (v797 * v814 + v383 * v1583) + (v789 * v968 + v414 * v1568);
-    const real v1602 = v1590 + (v783 * v1065 + v462 * v1557) + (v779 * v1221 + v565 * v1550) + (v777 * v1395 + v693 * v1547);
-    const real v1616 = v1602 + v188 * v194 - (x[4] * along_x[2] + x[2] * along_x[4]) + (x[5] * along_x[1] + x[1] * along_x[5]);
-    const real v1627 = x[3] * along_x[2] + x[2] * along_x[3] - (x[5] * along_x[0] + x[0] * along_x[5]);
-    const real v1637 = x[4] * along_x[0] + x[0] * along_x[4] - (x[3] * along_x[1] + x[1] * along_x[3]);
-    const real v1640 = v1550 - v820;
-    const real v1647 = s14 * v1550 + v779 * v42 + (c14 * v1547 - v777 * v39);
-    const real v1648 = v1647 + v69;
-    const real v1663 = c1 * (v189 * v1647 + (s14 * v1583 + v797 * v42) + (c14 * v1568 - v789 * v39));
-    const real v1673 = v1663 - ((v779 * s14 + v777 * c14) * v189 + v797 * s14 + v789 * c14) * v33;
-    const real v1683 = v309 + v383 * v797 + v414 * v789 + v462 * v783 + v565 * v779 + v693 * v777;
-    const real v1691 = v1648 - (v74 + p[15] * (v1648 + v1557)) * v9 - v71 * (v1673 + ((v1683 - v200) * v49 + s1 * (v1602 - v195)));
-    const real v1692 = K(1.0) / p[12];
-    const real v1698 = v779 * c14 - v777 * s14;
-    const real v1701 = v783 + v779;
-    const real v1705 = v338 + v797 * c14 + v523 * v1698 - v1701 * v323 - v789 * s14;
-    const real v1720 = v1698 * v826 + v523 * (c14 * v1550 - v779 * v39 - (s14 * v1547 + v777 * v42));
-    const real v1722 = v1557 + v1550;
-    const real v1726 = v838 + (c14 * v1583 - v797 * v39) + v1720 - (v323 * v1722 + v1701 * v822);
-    const real v1733 = v840 * v1692 + (v1705 * v822 + v323 * (v1726 - (s14 * v1568 + v789 * v42)));
-    const real v1748 = s101 * v1550 + v779 * v124 + (c101 * v1547 - v777 * v121);
-    const real v1749 = v1748 + v150;
-    const real v1763 = v236 * v1748 + (s101 * v1583 + v797 * v124) + (c101 * v1568 - v789 * v121);
-    const real v1774 = c89 * v1763 - ((v779 * s101 + v777 * c101) * v236 + v797 * s101 + v789 * c101) * v116;
-    const real v1782 = v1749 - (v155 + p[20] * (v1749 + v1557)) * v96 - v152 * (v1774 + ((v1683 - v239) * v130 + s89 * (v1602 - v237)));
-    const real v1783 = K(1.0) / p[17];
-    const real v1789 = v779 * c101 - v777 * s101;
-    const real v1795 = v359 + v797 * c101 + v528 * v1789 - v1701 * v345 - v789 * s101;
-    const real v1810 = v1789 * v861 + v528 * (c101 * v1550 - v779 * v121 - (s101 * v1547 + v777 * v124));
-    const real v1815 = v873 + (c101 * v1583 - v797 * v121) + v1810 - (v345 * v1722 + v1701 * v857);
-    const real v1822 = v875 * v1783 + (v1795 * v857 + v345 * (v1815 - (s101 * v1568 + v789 * v124)));
-    change[0] = v1616;
-    change[1] = v1583 - v188 * v1550 + v1627;
-    change[2] = v1568 - v188 * v1547 + v1637;
-    change[3] = v1557;
-    change[4] = v1480 - v1547;
-    change[5] = v1640;
-    change[6] = along_x[3];
-    change[7] = along_x[4];
-    change[8] = along_x[5];
-    change[9] = along_x[13];
-    change[10] = along_x[14];
-    change[11] = along_x[15];
-    change[12] = along_x[16];
-    change[13] = v1691;
-    change[14] = -(v1640 + (v328 * v1733 - (v340 * v1692 + v323 * v1705) * v850));
-    change[15] = v1782;
-    change[16] = -(v1640 + (v350 * v1822 - (v361 * v1783 + v345 * v1795) * v885));
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { along_vx = 0 };
+    enum { along_vy = 1 };
+    enum { along_vz = 2 };
+    enum { along_wx = 3 };
+    enum { along_wy = 4 };
+    enum { along_wz = 5 };
+    enum { along_phi1 = 9 };
+    enum { along_theta1 = 10 };
+    enum { along_phi2 = 11 };
+    enum { along_theta2 = 12 };
+    enum { along_phi1_dot = 13 };
+    enum { along_theta1_dot = 14 };
+    enum { along_phi2_dot = 15 };
+    enum { along_theta2_dot = 16 };
+    enum { along_Mx = 0 };
+    enum { along_My = 1 };
+    enum { along_Mz = 2 };
+    enum { along_delta1 = 3 };
+    enum { along_delta2 = 4 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_62zow;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_smkh7 = Wn1 * lc_1;
+    const real t_q2k45 = chi1 * p[l1];
+    const real t_wmv32 = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_4434n;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_2nvx4 = Wn2 * lc_2;
+    const real t_e55su = chi2 * p[l2];
+    const real t_nlamb = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real t_6nfyn = t_sfymc * x[wy];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_6nfyn * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real t_5r66u = J_C1 + (p[J_z] - p[J_y]);
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * t_5r66u
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real t_7bo2j = J_C1 + t_is5lg + t_sfymc;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * t_7bo2j
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_5gmab = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_D6 = K66
+        - t_hmob3 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_5gmab * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_nfkwa;
+    const real t_cufdy = X_y5 * t_ftqxb;
+    const real X_x5 = t_cufdy - K_L65 * X_x6;
+    const real t_72jfh = X_y4 * t_lt2al;
+    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_izhu2 = X_y3 * t_zmh3u;
+    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_uifqg = X_y2 * t_4iujv;
+    const real X_x2 = t_uifqg
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real t_47fu6 = b1 * t_bpfoo;
+    const real X_x1 = t_47fu6
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real t_t7e4r = along_x[along_wx] - along_x[along_theta1_dot];
+    const real t_r477s = sin_phi1 * along_x[along_phi1];
+    const real t_gzco3 = sin_theta1 * along_x[along_theta1];
+    const real t_7xloa = cos_theta1 * along_x[along_theta1];
+    const real t_diibk = cos_theta1 * along_x[along_wz] - x[wz] * t_gzco3 + (x[wy] * t_7xloa + sin_theta1 * along_x[along_wy]);
+    const real t_u3bis = cos_phi1 * along_x[along_phi1];
+    const real t_idjxn = cos_phi1 * t_t7e4r - w_x1 * t_r477s - (sin_phi1 * t_diibk + Wt1 * t_u3bis);
+    const real t_rxace = cos_phi1 * t_diibk - Wt1 * t_r477s + (w_x1 * t_u3bis + sin_phi1 * t_t7e4r);
+    const real t_wbpon = t_qm5gj * t_idjxn + chi1 * t_rxace - (w_x1 * t_diibk + Wt1 * t_t7e4r);
+    const real t_zmble = p[eps1] * along_x[along_phi1_dot];
+    const real t_4fnvg = B_1 * t_wbpon + k1 * t_zmble;
+    const real t_b67qm = along_x[along_wx] - along_x[along_theta2_dot];
+    const real t_zjnbg = sin_phi2 * along_x[along_phi2];
+    const real t_lgafn = sin_theta2 * along_x[along_theta2];
+    const real t_gzo6d = cos_theta2 * along_x[along_theta2];
+    const real t_eycr6 = cos_theta2 * along_x[along_wz] - x[wz] * t_lgafn + (x[wy] * t_gzo6d + sin_theta2 * along_x[along_wy]);
+    const real t_kxapq = cos_phi2 * along_x[along_phi2];
+    const real t_7uyfc = cos_phi2 * t_b67qm - w_x2 * t_zjnbg - (sin_phi2 * t_eycr6 + Wt2 * t_kxapq);
+    const real t_5govq = cos_phi2 * t_eycr6 - Wt2 * t_zjnbg + (w_x2 * t_kxapq + sin_phi2 * t_b67qm);
+    const real t_y3fz3 = t_c6dmt * t_7uyfc + chi2 * t_5govq - (w_x2 * t_eycr6 + Wt2 * t_b67qm);
+    const real t_trbl5 = p[eps2] * along_x[along_phi2_dot];
+    const real t_2m3xa = B_2 * t_y3fz3 + k2 * t_trbl5;
+    const real t_fjb5c = (x[wy] + x[wy]) * along_x[along_wy] + (x[wz] + x[wz]) * along_x[along_wz];
+    const real t_vbqwh = e1 * t_fjb5c;
+    const real t_jgoba = cos_theta1 * along_x[along_wy] - x[wy] * t_gzco3 - (x[wz] * t_7xloa + sin_theta1 * along_x[along_wz]);
+    const real t_j5ton = t_jgoba + along_x[along_phi1_dot];
+    const real t_epihp = mv1 * (cos_phi1 * t_vbqwh - t_w7vil * t_r477s)
+        - t_6nwd2 * ((t_qm5gj + t_qm5gj) * t_rxace + (p1 + p1) * t_j5ton);
+    const real t_u3ycx = e2 * t_fjb5c;
+    const real t_poule = cos_theta2 * along_x[along_wy] - x[wy] * t_lgafn - (x[wz] * t_gzo6d + sin_theta2 * along_x[along_wz]);
+    const real t_o3tgg = t_poule + along_x[along_phi2_dot];
+    const real t_nmec3 = mv2 * (cos_phi2 * t_u3ycx - t_6fvzz * t_zjnbg)
+        - t_popww * ((t_c6dmt + t_c6dmt) * t_5govq + (p2 + p2) * t_o3tgg);
+    const real t_wybx3 = p[F] * (sin_delta2 * along_u[along_delta2]);
+    const real t_i5ygv = sin_phi1 * t_4fnvg
+        + t_7imwe * t_u3bis
+        + (sin_phi2 * t_2m3xa + t_4b2fa * t_kxapq)
+        + (cos_phi1 * t_epihp - tension1 * t_r477s)
+        + (cos_phi2 * t_nmec3 - tension2 * t_zjnbg)
+        - (cos_delta1 * t_wybx3 + t_ruxs4 * (sin_delta1 * along_u[along_delta1]));
+    const real t_g3x7g = mv1 * t_u3bis;
+    const real t_4mgnc = sin_phi1 * t_g3x7g + As_1 * t_u3bis;
+    const real t_oz7ag = mv2 * t_kxapq;
+    const real t_tys73 = sin_phi2 * t_oz7ag + As_2 * t_kxapq;
+    const real t_oqb2a = t_4mgnc + t_tys73;
+    const real t_m4i63 = cos_phi1 * t_g3x7g - As_1 * t_r477s;
+    const real t_aqus5 = cos_phi2 * t_oz7ag - As_2 * t_zjnbg;
+    const real t_ql2ju = sin_theta1 * t_m4i63 + Asc_1 * t_7xloa + (sin_theta2 * t_aqus5 + Asc_2 * t_gzo6d);
+    const real t_vcmoj = t_ql2ju * t_bpfoo + t_w7lcw * t_bpfoo * t_oqb2a;
+    const real t_byxim = p[F] * (cos_delta2 * along_u[along_delta2]);
+    const real t_y5zog = x[wy] * along_x[along_wx] + x[wx] * along_x[along_wy];
+    const real t_xggug = p[l1] * t_u3bis;
+    const real t_wvrxp = p[l1] * t_r477s;
+    const real t_grjl3 = q_1 * t_y5zog
+        + W12 * t_xggug
+        + (w_x1 * (lc_1 * t_jgoba - Wn1 * t_wvrxp) + t_smkh7 * t_t7e4r)
+        - (t_wmv32 * (p[l1] * t_idjxn) + t_q2k45 * (t_j5ton + along_x[along_phi1_dot]));
+    const real t_sqgls = p[eps1] * along_x[along_theta1_dot];
+    const real t_julzq = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_xggug));
+    const real t_yo2fs = th_1 * (p[I1] * t_grjl3 - (q_1 * t_sqgls + loss_theta1 * t_xggug))
+        - t_xips6 * t_julzq;
+    const real t_o4hgj = cos_theta1 * t_yo2fs - F_n1 * t_gzco3;
+    const real t_x4syx = p[l2] * t_kxapq;
+    const real t_oukri = p[l2] * t_zjnbg;
+    const real t_4cbz5 = q_2 * t_y5zog
+        + W12 * t_x4syx
+        + (w_x2 * (lc_2 * t_poule - Wn2 * t_oukri) + t_2nvx4 * t_b67qm)
+        - (t_nlamb * (p[l2] * t_7uyfc) + t_e55su * (t_o3tgg + along_x[along_phi2_dot]));
+    const real t_lon4y = p[eps2] * along_x[along_theta2_dot];
+    const real t_hxrn3 = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_x4syx));
+    const real t_pibqw = th_2 * (p[I2] * t_4cbz5 - (q_2 * t_lon4y + loss_theta2 * t_x4syx))
+        - t_vry6x * t_hxrn3;
+    const real t_2c2vm = cos_theta2 * t_pibqw - F_n2 * t_lgafn;
+    const real t_45ch3 = tension1 * t_u3bis + sin_phi1 * t_epihp - (cos_phi1 * t_4fnvg - t_7imwe * t_r477s);
+    const real t_eoiwa = tension2 * t_kxapq + sin_phi2 * t_nmec3 - (cos_phi2 * t_2m3xa - t_4b2fa * t_zjnbg);
+    const real t_xk7vx = t_o4hgj
+        + t_2c2vm
+        + (sin_theta1 * t_45ch3 + F_t1 * t_7xloa)
+        + (sin_theta2 * t_eoiwa + F_t2 * t_gzo6d);
+    const real t_p2azn = t_byxim - t_xk7vx + (b1 * t_vcmoj + t_w7lcw * t_i5ygv);
+    const real t_c23o2 = (sin_theta1 + sin_theta1) * t_7xloa;
+    const real t_vltvw = p[I1] * t_julzq;
+    const real t_nzqgu = t_4mgnc + t_vltvw;
+    const real t_d7jey = tn11_1 * t_c23o2 + S_sq1 * t_nzqgu;
+    const real t_vfytj = (sin_theta2 + sin_theta2) * t_gzo6d;
+    const real t_zmcd5 = p[I2] * t_hxrn3;
+    const real t_ls5em = t_tys73 + t_zmcd5;
+    const real t_qxmxx = tn11_2 * t_vfytj + S_sq2 * t_ls5em;
+    const real t_6ayke = t_d7jey + t_qxmxx - t_vltvw - t_zmcd5 - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
+    const real t_bgfqx = cos_theta1 * t_7xloa - sin_theta1 * t_gzco3;
+    const real t_f3p5c = cos_theta2 * t_gzo6d - sin_theta2 * t_lgafn;
+    const real t_thmu4 = cos_theta1 * t_m4i63 - Asc_1 * t_gzco3 + (cos_theta2 * t_aqus5 - Asc_2 * t_lgafn);
+    const real t_xs7e4 = t_thmu4 * t_bpfoo + t_3go2w * t_bpfoo * t_oqb2a;
+    const real t_bti7j = tn11_1 * t_bgfqx
+        + SC1 * t_nzqgu
+        + (tn11_2 * t_f3p5c + SC2 * t_ls5em)
+        - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
+    const real t_uuvjo = t_bti7j * t_4iujv - K_L32 * t_4iujv * t_6ayke;
+    const real t_qmyd7 = t_ruxs4 * (cos_delta1 * along_u[along_delta1]) - sin_delta1 * t_wybx3;
+    const real t_sfe3n = sin_theta1 * t_yo2fs + F_n1 * t_7xloa;
+    const real t_xjgds = sin_theta2 * t_pibqw + F_n2 * t_gzo6d;
+    const real t_7ramb = cos_theta1 * t_45ch3
+        - F_t1 * t_gzco3
+        - (t_sfe3n + t_xjgds)
+        + (cos_theta2 * t_eoiwa - F_t2 * t_lgafn);
+    const real t_pf7nq = b1 * t_xs7e4
+        + t_3go2w * t_i5ygv
+        - (t_qmyd7 + t_7ramb)
+        - (X_y2 * t_uuvjo + K_L32 * t_p2azn);
+    const real t_vwafj = t_oqb2a
+        - t_d7jey
+        - t_qxmxx
+        - (K_L32 * t_bti7j + t_d4mqf * t_uuvjo)
+        - (t_3go2w * t_thmu4 + t_zzymx * t_xs7e4);
+    const real t_6ik5d = wth_1 * t_xggug - q_1 * t_vltvw;
+    const real t_yuwss = wq_1 * t_7xloa + sin_theta1 * t_6ik5d;
+    const real t_plooz = wth_2 * t_x4syx - q_2 * t_zmcd5;
+    const real t_vivay = wq_2 * t_gzo6d + sin_theta2 * t_plooz;
+    const real t_lp2tr = B_1 * t_r477s;
+    const real t_wz5xx = B_2 * t_zjnbg;
+    const real t_ow2yt = cos_theta1 * t_6ik5d - wq_1 * t_gzco3;
+    const real t_andwa = cos_theta2 * t_plooz - wq_2 * t_lgafn;
+    const real t_ik2jg = B_1 * t_u3bis;
+    const real t_o4leh = B_2 * t_kxapq;
+    const real t_fm43t = t_ik2jg + t_o4leh;
+    const real t_jj6hm = t_fm43t * t_bpfoo + t_xq4wt * t_bpfoo * t_oqb2a;
+    const real t_bdoat = t_ow2yt
+        + t_andwa
+        + (Bc_1 * t_7xloa - sin_theta1 * t_lp2tr)
+        + (Bc_2 * t_gzo6d - sin_theta2 * t_wz5xx)
+        + (t_xq4wt * t_ql2ju + t_b3aij * t_jj6hm);
+    const real t_izje3 = t_bdoat * t_4iujv - t_6urah * t_4iujv * t_6ayke;
+    const real t_yonkt = t_yuwss
+        + t_vivay
+        + (cos_theta1 * t_lp2tr + Bc_1 * t_gzco3)
+        + (cos_theta2 * t_wz5xx + Bc_2 * t_lgafn)
+        + (t_6urah * t_bti7j + t_d4mqf * t_izje3)
+        - (t_xq4wt * t_thmu4 + t_zzymx * t_jj6hm);
+    const real t_t6nlt = t_yonkt * t_zmh3u - K_L43 * t_zmh3u * t_vwafj;
+    const real t_txv7k = t_w7vil * t_ik2jg + Bs_1 * t_vbqwh + p[l1] * t_4fnvg;
+    const real t_ms5y3 = q_1 * t_yo2fs + F_n1 * t_xggug + (q_2 * t_pibqw + F_n2 * t_x4syx);
+    const real t_3gdrl = t_6fvzz * t_o4leh + Bs_2 * t_u3ycx + p[l2] * t_2m3xa;
+    const real t_ihgv7 = p[I1] * along_x[along_theta1_dot];
+    const real t_5vhzn = p[I2] * along_x[along_theta2_dot];
+    const real t_bgytu = t_txv7k
+        - t_ms5y3
+        + t_3gdrl
+        - t_zmble
+        - t_trbl5
+        + (x[wy] * t_ihgv7 + I_theta1 * along_x[along_wy])
+        + (x[wy] * t_5vhzn + I_theta2 * along_x[along_wy])
+        - (x[wz] * (t_sfymc * along_x[along_wy]) + t_6nfyn * along_x[along_wz]);
+    const real t_hw3iv = along_u[along_Mx]
+        - t_bgytu
+        + (b1 * t_jj6hm + t_xq4wt * t_i5ygv)
+        + (X_y2 * t_izje3 + t_6urah * t_p2azn)
+        - (X_y3 * t_t6nlt + K_L43 * t_pf7nq);
+    const real t_lmeqo = wq_1 * t_xggug + q_1 * t_6ik5d + (wq_2 * t_x4syx + q_2 * t_plooz);
+    const real t_pvlwj = t_lmeqo
+        - (t_6urah * t_bdoat + t_m67zs * t_izje3)
+        - (K_L43 * t_yonkt + t_m27n6 * t_t6nlt)
+        - (t_xq4wt * t_fm43t + t_2m245 * t_jj6hm);
+    const real t_p7wdd = wth_1 * t_wvrxp - g_1 * t_vltvw;
+    const real t_uvki3 = wg_1 * t_xggug + q_1 * t_p7wdd;
+    const real t_6b5j3 = cos_theta1 * t_uvki3 - wqg_1 * t_gzco3;
+    const real t_v5uuq = wth_2 * t_oukri - g_2 * t_zmcd5;
+    const real t_4houv = wg_2 * t_x4syx + q_2 * t_v5uuq;
+    const real t_jvp6q = cos_theta2 * t_4houv - wqg_2 * t_lgafn;
+    const real t_5kwcz = e1 * t_lp2tr;
+    const real t_ltgig = e2 * t_wz5xx;
+    const real t_jkn3n = e1 * t_4mgnc;
+    const real t_33ras = t_lp2tr + t_jkn3n;
+    const real t_4ee66 = t_p7wdd - t_33ras;
+    const real t_2koli = e2 * t_tys73;
+    const real t_newbu = t_wz5xx + t_2koli;
+    const real t_ldkuf = t_v5uuq - t_newbu;
+    const real t_ke3mq = t_65obb * t_c23o2 + S_sq1 * t_4ee66 + (t_yoiua * t_vfytj + S_sq2 * t_ldkuf);
+    const real t_rhxsn = t_ik2jg + e1 * t_m4i63;
+    const real t_5tipn = t_o4leh + e2 * t_aqus5;
+    const real t_j3w63 = sin_theta1 * t_rhxsn + t_ev7u5 * t_7xloa + (sin_theta2 * t_5tipn + t_bvybx * t_gzo6d);
+    const real t_xjkjp = t_j3w63 * t_bpfoo + t_vshgd * t_bpfoo * t_oqb2a;
+    const real t_gqawv = t_p7wdd
+        + t_v5uuq
+        - t_ke3mq
+        - t_ow2yt
+        - t_andwa
+        - (t_vshgd * t_ql2ju + t_b3aij * t_xjkjp);
+    const real t_terue = t_gqawv * t_4iujv - K_L52 * t_4iujv * t_6ayke;
+    const real t_7muol = t_65obb * t_bgfqx + SC1 * t_4ee66 + (t_yoiua * t_f3p5c + SC2 * t_ldkuf);
+    const real t_s3kea = t_yuwss
+        - t_7muol
+        + t_vivay
+        - (K_L52 * t_bti7j + t_d4mqf * t_terue)
+        - (t_vshgd * t_thmu4 + t_zzymx * t_xjkjp);
+    const real t_knl2g = t_s3kea * t_zmh3u - K_L53 * t_zmh3u * t_vwafj;
+    const real t_b3jmw = t_lmeqo
+        - t_6b5j3
+        - t_jvp6q
+        + (sin_theta1 * t_5kwcz + t_nncdg * t_7xloa)
+        + (sin_theta2 * t_ltgig + t_4q22j * t_gzo6d)
+        + (K_L52 * t_bdoat + t_m67zs * t_terue)
+        - (K_L53 * t_yonkt + t_m27n6 * t_knl2g)
+        - (t_vshgd * t_fm43t + t_2m245 * t_xjkjp);
+    const real t_fzu7y = t_b3jmw * t_lt2al - K_L54 * t_lt2al * t_pvlwj;
+    const real t_gekml = t_txv7k + e1 * t_45ch3;
+    const real t_m22z7 = t_3gdrl + e2 * t_eoiwa;
+    const real t_cexsj = p[I1] * along_x[along_phi1_dot];
+    const real t_6syep = p[I2] * along_x[along_phi2_dot];
+    const real t_3w42q = sin_theta1 * t_gekml
+        + t_w7nmt * t_7xloa
+        - (t_ms5y3 + t_sqgls + t_lon4y)
+        + (sin_theta2 * t_m22z7 + t_e5cx2 * t_gzo6d)
+        - t_5r66u * t_y5zog
+        - (x[wy] * t_cexsj + I_phi1 * along_x[along_wy])
+        - (x[wy] * t_6syep + I_phi2 * along_x[along_wy])
+        + (g_1 * t_o4hgj + t_vt7uo * t_wvrxp)
+        + (g_2 * t_2c2vm + t_oncjt * t_oukri);
+    const real t_pbqkn = along_u[along_Mz]
+        - t_3w42q
+        - t_lwe76 * t_byxim
+        + (b1 * t_xjkjp + t_vshgd * t_i5ygv)
+        - (X_y2 * t_terue + K_L52 * t_p2azn)
+        - (X_y3 * t_knl2g + K_L53 * t_pf7nq)
+        - (X_y4 * t_fzu7y + K_L54 * t_hw3iv);
+    const real t_ho4oo = wg_1 * t_wvrxp + g_1 * t_p7wdd;
+    const real t_jacgj = wg_2 * t_oukri + g_2 * t_v5uuq;
+    const real t_e6cz6 = e1 * t_jkn3n - K(-2.0) * t_5kwcz;
+    const real t_hansg = t_e6cz6 - t_ho4oo;
+    const real t_vzndn = tn44_1 * t_c23o2 + S_sq1 * t_hansg;
+    const real t_vo7za = e2 * t_2koli - K(-2.0) * t_ltgig;
+    const real t_g3yxf = t_vo7za - t_jacgj;
+    const real t_dto2m = tn44_2 * t_vfytj + S_sq2 * t_g3yxf;
+    const real t_4wf6b = t_ho4oo
+        + t_jacgj
+        + t_lmeqo
+        + t_vzndn
+        + t_dto2m
+        + K(-2.0) * t_6b5j3
+        + K(-2.0) * t_jvp6q
+        - (K_L52 * t_gqawv + t_p6zld * t_terue)
+        - (K_L53 * t_s3kea + t_bxfcn * t_knl2g)
+        - (K_L54 * t_b3jmw + t_amczu * t_fzu7y)
+        - (t_vshgd * t_j3w63 + t_6mmeb * t_xjkjp);
+    const real t_7wvhi = wqg_1 * t_7xloa + sin_theta1 * t_uvki3 + (wqg_2 * t_gzo6d + sin_theta2 * t_4houv);
+    const real t_bnzmj = cos_theta1 * t_rhxsn - t_ev7u5 * t_gzco3 + (cos_theta2 * t_5tipn - t_bvybx * t_lgafn);
+    const real t_uqmbr = t_bnzmj * t_bpfoo + t_e4enr * t_bpfoo * t_oqb2a;
+    const real t_4hnoc = t_7muol + (t_e4enr * t_ql2ju + t_b3aij * t_uqmbr);
+    const real t_inyrv = t_4hnoc * t_4iujv - t_dj64q * t_4iujv * t_6ayke;
+    const real t_gt7hv = t_ke3mq
+        + (t_33ras + t_newbu)
+        + (t_dj64q * t_bti7j + t_d4mqf * t_inyrv)
+        - (t_e4enr * t_thmu4 + t_zzymx * t_uqmbr);
+    const real t_fclhl = t_gt7hv * t_zmh3u - K_L63 * t_zmh3u * t_vwafj;
+    const real t_5ecsx = t_7wvhi
+        + (cos_theta1 * t_5kwcz - t_nncdg * t_gzco3)
+        + (cos_theta2 * t_ltgig - t_4q22j * t_lgafn)
+        - (t_dj64q * t_bdoat + t_m67zs * t_inyrv)
+        - (K_L63 * t_yonkt + t_m27n6 * t_fclhl)
+        - (t_e4enr * t_fm43t + t_2m245 * t_uqmbr);
+    const real t_txucc = t_5ecsx * t_lt2al - K_L64 * t_lt2al * t_pvlwj;
+    const real t_vsv5b = t_7wvhi
+        + (tn44_1 * t_bgfqx + SC1 * t_hansg)
+        + (tn44_2 * t_f3p5c + SC2 * t_g3yxf)
+        + (t_dj64q * t_gqawv + t_p6zld * t_inyrv)
+        - (K_L63 * t_s3kea + t_bxfcn * t_fclhl)
+        - (K_L64 * t_b3jmw + t_amczu * t_txucc)
+        - (t_e4enr * t_j3w63 + t_6mmeb * t_uqmbr);
+    const real t_jtjbh = t_vsv5b * t_ftqxb - K_L65 * t_ftqxb * t_4wf6b;
+    const real t_d5jt4 = x[wz] * along_x[along_wx] + x[wx] * along_x[along_wz];
+    const real t_s5fbt = cos_theta1 * t_gekml
+        - t_w7nmt * t_gzco3
+        + (cos_theta2 * t_m22z7 - t_e5cx2 * t_lgafn)
+        + (x[wx] * t_ihgv7 + I_theta1 * along_x[along_wx])
+        + (x[wx] * t_5vhzn + I_theta2 * along_x[along_wx])
+        - t_7bo2j * t_d5jt4
+        - (g_1 * t_sfe3n + t_azclp * t_wvrxp)
+        - (g_2 * t_xjgds + t_iya7w * t_oukri)
+        - (x[wz] * t_cexsj + I_phi1 * along_x[along_wz])
+        - (x[wz] * t_6syep + I_phi2 * along_x[along_wz]);
+    const real t_w5jge = t_lwe76 * t_qmyd7
+        - (along_u[along_My] + t_s5fbt)
+        + (b1 * t_uqmbr + t_e4enr * t_i5ygv)
+        + (X_y2 * t_inyrv + t_dj64q * t_p2azn)
+        - (X_y3 * t_fclhl + K_L63 * t_pf7nq)
+        - (X_y4 * t_txucc + K_L64 * t_hw3iv)
+        - (X_y5 * t_jtjbh + K_L65 * t_pbqkn);
+    const real t_hrimk = t_e6cz6
+        + t_vo7za
+        - t_vzndn
+        - t_dto2m
+        - (t_dj64q * t_4hnoc + t_hmob3 * t_inyrv)
+        - (K_L63 * t_gt7hv + t_rahc4 * t_fclhl)
+        - (K_L64 * t_5ecsx + t_e4k6u * t_txucc)
+        - (K_L65 * t_vsv5b + t_5gmab * t_jtjbh)
+        - (t_e4enr * t_bnzmj + t_bl4f2 * t_uqmbr);
+    const real t_e3vsq = t_w5jge * t_nfkwa - X_x6 * t_nfkwa * t_hrimk;
+    const real t_cnaxt = t_pbqkn * t_ftqxb
+        - t_cufdy * t_ftqxb * t_4wf6b
+        - (X_x6 * t_jtjbh + K_L65 * t_e3vsq);
+    const real t_63dcn = t_hw3iv * t_lt2al
+        - t_72jfh * t_lt2al * t_pvlwj
+        - (X_x5 * t_fzu7y + K_L54 * t_cnaxt)
+        - (X_x6 * t_txucc + K_L64 * t_e3vsq);
+    const real t_5ebmb = t_pf7nq * t_zmh3u
+        - t_izhu2 * t_zmh3u * t_vwafj
+        - (X_x4 * t_t6nlt + K_L43 * t_63dcn)
+        - (X_x5 * t_knl2g + K_L53 * t_cnaxt)
+        - (X_x6 * t_fclhl + K_L63 * t_e3vsq);
+    const real t_ebuuj = t_p2azn * t_4iujv
+        - t_uifqg * t_4iujv * t_6ayke
+        - (X_x3 * t_uuvjo + K_L32 * t_5ebmb)
+        + (X_x4 * t_izje3 + t_6urah * t_63dcn)
+        - (X_x5 * t_terue + K_L52 * t_cnaxt)
+        + (X_x6 * t_inyrv + t_dj64q * t_e3vsq);
+    const real t_q6g6h = t_i5ygv * t_bpfoo
+        + t_47fu6 * t_bpfoo * t_oqb2a
+        + (X_x2 * t_vcmoj + t_w7lcw * t_ebuuj)
+        + (X_x3 * t_xs7e4 + t_3go2w * t_5ebmb)
+        + (X_x4 * t_jj6hm + t_xq4wt * t_63dcn)
+        + (X_x5 * t_xjkjp + t_vshgd * t_cnaxt)
+        + (X_x6 * t_uqmbr + t_e4enr * t_e3vsq);
+    const real t_kmhb3 = t_cnaxt - t_y5zog;
+    const real t_ozo2c = sin_theta1 * t_cnaxt + X_x5 * t_7xloa + (cos_theta1 * t_e3vsq - X_x6 * t_gzco3);
+    const real t_xjkzo = t_ozo2c + t_wbpon;
+    const real t_iukz2 = e1 * t_ozo2c
+        + (sin_theta1 * t_ebuuj + X_x2 * t_7xloa)
+        + (cos_theta1 * t_5ebmb - X_x3 * t_gzco3);
+    const real t_i4zyi = cos_phi1 * t_iukz2
+        - (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1) * t_r477s
+        + ((X_x1 - t_w7vil) * t_u3bis + sin_phi1 * (t_q6g6h - t_vbqwh));
+    const real t_ibe72 = K(1.0) / p[m1];
+    const real t_ogd3q = X_x5 * cos_theta1 - X_x6 * sin_theta1;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * t_ogd3q
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real t_qfwcr = g_1 * (cos_theta1 * t_cnaxt - X_x5 * t_gzco3 - (sin_theta1 * t_e3vsq + X_x6 * t_7xloa));
+    const real t_mxtpf = t_63dcn + t_cnaxt;
+    const real t_tjmzy = t_grjl3
+        + (cos_theta1 * t_ebuuj - X_x2 * t_gzco3)
+        + (t_ogd3q * t_wvrxp + t_qfwcr)
+        - (q_1 * t_mxtpf + t_mwq7z * t_xggug)
+        - (sin_theta1 * t_5ebmb + X_x3 * t_7xloa);
+    const real t_iatqt = th_1 * (t_sqgls * t_ibe72 + (t_5ffnn * t_xggug + q_1 * t_tjmzy))
+        - (loss_theta1 * t_ibe72 + q_1 * t_5ffnn) * t_julzq;
+    const real t_jsrvh = sin_theta2 * t_cnaxt + X_x5 * t_gzo6d + (cos_theta2 * t_e3vsq - X_x6 * t_lgafn);
+    const real t_mlm5m = t_jsrvh + t_y3fz3;
+    const real t_du4go = e2 * t_jsrvh
+        + (sin_theta2 * t_ebuuj + X_x2 * t_gzo6d)
+        + (cos_theta2 * t_5ebmb - X_x3 * t_lgafn);
+    const real t_ozr3r = cos_phi2 * t_du4go
+        - (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2) * t_zjnbg
+        + ((X_x1 - t_6fvzz) * t_kxapq + sin_phi2 * (t_q6g6h - t_u3ycx));
+    const real t_r7vy7 = K(1.0) / p[m2];
+    const real t_qv4rx = X_x5 * cos_theta2 - X_x6 * sin_theta2;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * t_qv4rx
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real t_vht34 = g_2 * (cos_theta2 * t_cnaxt - X_x5 * t_lgafn - (sin_theta2 * t_e3vsq + X_x6 * t_gzo6d));
+    const real t_jejx5 = t_4cbz5
+        + (cos_theta2 * t_ebuuj - X_x2 * t_lgafn)
+        + (t_qv4rx * t_oukri + t_vht34)
+        - (q_2 * t_mxtpf + t_mwq7z * t_x4syx)
+        - (sin_theta2 * t_5ebmb + X_x3 * t_gzo6d);
+    const real t_l5edl = th_2 * (t_lon4y * t_r7vy7 + (t_oqair * t_x4syx + q_2 * t_jejx5))
+        - (loss_theta2 * t_r7vy7 + q_2 * t_oqair) * t_hxrn3;
+    change[0] = t_q6g6h
+        + x_C * t_fjb5c
+        - (x[wy] * along_x[along_vz] + x[vz] * along_x[along_wy])
+        + (x[wz] * along_x[along_vy] + x[vy] * along_x[along_wz]);
+    change[1] = t_ebuuj
+        - x_C * t_cnaxt
+        + (x[wx] * along_x[along_vz] + x[vz] * along_x[along_wx] - (x[wz] * along_x[along_vx] + x[vx] * along_x[along_wz]));
+    change[2] = t_5ebmb
+        - x_C * t_e3vsq
+        + (x[wy] * along_x[along_vx] + x[vx] * along_x[along_wy] - (x[wx] * along_x[along_vy] + x[vy] * along_x[along_wx]));
+    change[3] = t_63dcn;
+    change[4] = t_d5jt4 - t_e3vsq;
+    change[5] = t_kmhb3;
+    change[6] = along_x[along_wx];
+    change[7] = along_x[along_wy];
+    change[8] = along_x[along_wz];
+    change[9] = along_x[along_phi1_dot];
+    change[10] = along_x[along_theta1_dot];
+    change[11] = along_x[along_phi2_dot];
+    change[12] = along_x[along_theta2_dot];
+    change[13] = t_xjkzo - (t_zmble + p[I1] * (t_xjkzo + t_63dcn)) * t_zrejm - k1 * t_i4zyi;
+    change[14] = -(t_kmhb3 + t_iatqt);
+    change[15] = t_mlm5m - (t_trbl5 + p[I2] * (t_mlm5m + t_63dcn)) * t_5wzvs - k2 * t_ozr3r;
+    change[16] = -(t_kmhb3 + t_l5edl);
 }

@@ -9,1994 +9,3239 @@
 /* Jacobian of rhs with respect to p, row by row; 8187 operations. */
 void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
 {
-    real s1, c1; mv_sincos(x[9], &s1, &c1);
-    const real v4 = p[13] * p[12];
-    const real v5 = p[13] * p[13];
-    const real v10 = K(1.0) / (v5 * p[12] + p[15]);
-    const real v11 = p[12] * v10;
-    const real v12 = v11 * p[13];
-    const real v13 = v4 * v12;
-    const real v18 = x[4] * x[4] + x[5] * x[5];
-    const real v23 = v11 * p[15];
-    const real v27 = p[18] * p[18];
-    const real v31 = K(1.0) / (v27 * p[17] + p[20]);
-    const real v32 = p[17] * v31;
-    const real v33 = v32 * p[20];
-    const real v34 = p[0] + p[1] + v23 + v33;
-    const real v35 = K(1.0) / v34;
-    const real v47 = (p[14] * v23 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v33) * v35;
-    const real v48 = v47 * v35;
-    const real v49 = p[7] * v35 + v48;
-    const real v50 = v18 * v49;
-    const real v52 = v13 * (c1 * v50);
-    real s55, c55; mv_sincos(x[11], &s55, &c55);
-    const real v56 = p[18] * p[17];
-    const real v57 = v32 * p[18];
-    const real v58 = v56 * v57;
-    const real v60 = v58 * (c55 * v50);
-    const real v62 = c1 * v52 + c55 * v60;
-    const real v66 = v13 * s1;
-    const real v67 = v66 * s1;
-    const real v70 = v58 * s55;
-    const real v71 = v70 * s55;
-    const real v73 = K(1.0) / (v34 + v13 + v58 - v67 - v71);
-    real s76, c76; mv_sincos(u[4], &s76, &c76);
-    const real v78 = c76 * p[9];
-    real s80, c80; mv_sincos(u[3], &s80, &c80);
-    const real v82 = v23 * p[13];
-    const real v85 = x[3] - x[14];
-    real s88, c88; mv_sincos(x[10], &s88, &c88);
-    const real v92 = c88 * x[5] + s88 * x[4];
-    const real v94 = c1 * v85 - v92 * s1;
-    const real v97 = v92 * c1 + s1 * v85;
-    const real v100 = v94 * v97 - v92 * v85;
-    const real v104 = p[16] * x[13];
-    const real v106 = v82 * v100 + v104 * v12;
-    const real v108 = v33 * p[18];
-    const real v110 = x[3] - x[16];
-    real s113, c113; mv_sincos(x[12], &s113, &c113);
-    const real v117 = c113 * x[5] + s113 * x[4];
-    const real v119 = c55 * v110 - v117 * s55;
-    const real v122 = v117 * c55 + s55 * v110;
-    const real v125 = v119 * v122 - v117 * v110;
-    const real v129 = p[21] * x[15];
-    const real v131 = v108 * v125 + v129 * v57;
-    const real v134 = p[14] - v47;
-    const real v135 = v18 * v134;
-    const real v136 = c1 * v135;
-    const real v141 = c88 * x[4] - s88 * x[5];
-    const real v142 = v141 + x[13];
-    const real v144 = v97 * v97 + v142 * v142;
-    const real v146 = v136 * v13 - v4 * v144;
-    const real v149 = p[19] - v47;
-    const real v150 = v18 * v149;
-    const real v151 = c55 * v150;
-    const real v156 = c113 * x[4] - s113 * x[5];
-    const real v157 = v156 + x[15];
-    const real v159 = v122 * v122 + v157 * v157;
-    const real v161 = v151 * v58 - v56 * v159;
-    const real v164 = v78 * c80 + (v106 * s1 + v131 * s55 + c1 * v146 + c55 * v161);
-    const real v165 = v164 * v73;
-    const real v166 = v165 * v73;
-    const real v168 = v66 * c1;
-    const real v170 = v70 * c55;
-    const real v172 = v168 * s88 + v170 * s113;
-    const real v173 = v172 * v73;
-    const real v175 = v173 * v73;
-    const real v176 = v164 * v175;
-    const real v178 = s1 * v52;
-    const real v180 = s55 * v60;
-    const real v183 = v173 * v62 - v176 - (s88 * v178 + s113 * v180);
-    const real v184 = s88 * s88;
-    const real v186 = s1 * p[13];
-    const real v187 = v186 * v186;
-    const real v190 = K(1.0) / (p[15] + p[12] * v187);
-    const real v191 = p[12] * v190;
-    const real v192 = v191 * p[15];
-    const real v193 = v67 + v23 - v192;
-    const real v194 = v184 * v193;
-    const real v195 = s113 * s113;
-    const real v197 = s55 * p[18];
-    const real v198 = v197 * v197;
-    const real v201 = K(1.0) / (p[20] + p[17] * v198);
-    const real v202 = p[17] * v201;
-    const real v203 = v202 * p[20];
-    const real v204 = v71 + v33 - v203;
-    const real v205 = v195 * v204;
-    const real v214 = K(1.0) / (v194 + v205 + v34 + v192 + v203 - v23 - v33 - v172 * v173);
-    const real v217 = s76 * p[9];
-    const real v218 = x[3] * x[4];
-    const real v220 = c1 * p[13];
-    const real v225 = v142 + x[13];
-    const real v227 = v218 * v186 + v141 * v220 * v85 - v94 * p[13] * v225;
-    const real v229 = p[16] * x[14];
-    const real v231 = v227 * p[15] - v229 * v186;
-    const real v232 = v191 * v231;
-    const real v233 = v232 * c88;
-    const real v235 = c55 * p[18];
-    const real v240 = v157 + x[15];
-    const real v242 = v218 * v197 + v156 * v235 * v110 - v119 * p[18] * v240;
-    const real v244 = p[21] * x[16];
-    const real v246 = v242 * p[20] - v244 * v197;
-    const real v247 = v202 * v246;
-    const real v248 = v247 * c113;
-    const real v252 = s1 * v146 - v106 * c1;
-    const real v257 = s55 * v161 - v131 * c55;
-    const real v262 = v217 - (v233 + v248 + v252 * s88 + v257 * s113) + v173 * v164;
-    const real v263 = v262 * v214;
-    const real v264 = v263 * v214;
-    const real v266 = K(1.0) + v172 * v175;
-    const real v267 = v264 * v266;
-    const real v271 = v168 * c88 + v170 * c113;
-    const real v272 = v271 * v73;
-    const real v275 = v78 * s80;
-    const real v277 = v232 * s88;
-    const real v278 = v247 * s113;
-    const real v285 = c88 * s88;
-    const real v287 = c113 * s113;
-    const real v291 = v285 * v193 + v287 * v204 - v172 * v272;
-    const real v292 = v291 * v214;
-    const real v294 = v272 * v164 - (v275 + (v252 * c88 - (v277 + v278) + v257 * c113)) - v292 * v262;
-    const real v303 = K(1.0) / (v67 + v71 + v34 - v194 - v205 - v291 * v292 - v271 * v272);
-    const real v304 = v294 * v303;
-    const real v305 = v186 * v192;
-    const real v306 = s88 * v305;
-    const real v307 = v197 * v203;
-    const real v308 = s113 * v307;
-    const real v310 = v82 * c1;
-    const real v313 = v108 * c55;
-    const real v316 = c88 * v305;
-    const real v317 = c113 * v307;
-    const real v323 = v82 * s1;
-    const real v324 = v108 * s55;
-    const real v325 = v323 + v324;
-    const real v326 = v325 * v73;
-    const real v328 = v316 + v317 + v310 * s88 + v313 * s113 + v172 * v326;
-    const real v329 = v328 * v214;
-    const real v333 = v306 + v308 - v310 * c88 - v313 * c113 + v291 * v329 - v271 * v326;
-    const real v334 = v333 * v303;
-    const real v338 = v323 * v135 + v106 * p[13];
-    const real v341 = v232 * v186 + v247 * v197;
-    const real v345 = v324 * v150 + v131 * p[18];
-    const real v349 = x[14] * p[15];
-    const real v352 = x[16] * p[20];
-    const real v357 = p[4] - p[5];
-    const real v360 = v338 - v341 + v345 - v104 - v129 + v349 * x[4] + v352 * x[4] - v357 * x[4] * x[5];
-    const real v367 = u[0] - v360 + v326 * v164 + v329 * v262 - v334 * v294;
-    const real v370 = v186 * v305 + v197 * v307;
-    const real v371 = v82 * p[13];
-    const real v373 = v108 * p[18];
-    const real v377 = p[2] + p[3];
-    const real v385 = K(1.0) / (v370 + v371 + v373 + v377 - v328 * v329 - v333 * v334 - v325 * v326);
-    const real v386 = v367 * v385;
-    const real v387 = v134 - v220;
-    const real v388 = v387 * v192;
-    const real v389 = v186 * v388;
-    const real v390 = c88 * v389;
-    const real v392 = v149 - v235;
-    const real v393 = v392 * v203;
-    const real v394 = v197 * v393;
-    const real v395 = c113 * v394;
-    const real v397 = v310 * v134;
-    const real v398 = v371 - v397;
-    const real v401 = v313 * v149;
-    const real v402 = v373 - v401;
-    const real v406 = v388 - v134 * v23;
-    const real v408 = v393 - v149 * v33;
-    const real v410 = v67 * v134;
-    const real v411 = v310 - v410;
-    const real v412 = v411 + v406;
-    const real v414 = v71 * v149;
-    const real v415 = v313 - v414;
-    const real v416 = v415 + v408;
-    const real v418 = v184 * v412 + v195 * v416;
-    const real v423 = v323 + v168 * v134;
-    const real v426 = v324 + v170 * v149;
-    const real v428 = v423 * s88 + v426 * s113;
-    const real v429 = v428 * v73;
-    const real v431 = v406 + v408 - v418 - v316 - v317 - v172 * v429;
-    const real v432 = v431 * v214;
-    const real v437 = v285 * v412 + v287 * v416;
-    const real v443 = v306 - v437 + v308 - v291 * v432 - v271 * v429;
-    const real v444 = v443 * v303;
-    const real v446 = v370 - v390 - v395 + v398 * s88 + v402 * s113 + v328 * v432 - v333 * v444;
-    const real v448 = v446 - v325 * v429;
-    const real v449 = v448 * v385;
-    const real v452 = v338 + v252 * v134;
-    const real v458 = v345 + v257 * v149;
-    const real v464 = v452 * s88 - (v341 + v229 + v244) + v458 * s113 - v218 * (v377 + (p[5] - p[4]));
-    const real v465 = x[13] * p[15];
-    const real v468 = x[15] * p[20];
-    const real v478 = p[7] + p[8] + v47;
-    const real v480 = u[2] - (v464 - v465 * x[4] - v468 * x[4] + v233 * v387 + v248 * v392) - v217 * v478;
-    const real v488 = v480 + v429 * v164 - v432 * v262 - v444 * v294 - v449 * v367;
-    const real v489 = v387 * v388;
-    const real v490 = v392 * v393;
-    const real v493 = v134 * v134;
-    const real v494 = v23 * v493;
-    const real v499 = v371 + K(-2.0) * v397 + v134 * v410;
-    const real v501 = v494 + v499 - v489;
-    const real v502 = v184 * v501;
-    const real v504 = v149 * v149;
-    const real v505 = v33 * v504;
-    const real v509 = v373 + K(-2.0) * v401 + v149 * v414;
-    const real v511 = v505 + v509 - v490;
-    const real v512 = v195 * v511;
-    const real v515 = p[14] * p[14];
-    const real v517 = p[19] * p[19];
-    const real v520 = p[7] * p[7];
-    const real v523 = p[6] * p[6];
-    const real v526 = v47 * v47;
-    const real v528 = v23 * v515 + v33 * v517 + p[0] * v520 + p[1] * v523 - v34 * v526;
-    const real v534 = v489 + v490 + v370 + v502 + v512 + (p[2] + p[5] + v528) - v494 - v505 + K(-2.0) * v390;
-    const real v544 = v534 + K(-2.0) * v395 - v431 * v432 - v443 * v444 - v448 * v449 - v428 * v429;
-    const real v545 = K(1.0) / v544;
-    const real v546 = v488 * v545;
-    const real v549 = s88 * v389 + s113 * v394;
-    const real v556 = v423 * c88 + v426 * c113;
-    const real v557 = v556 * v73;
-    const real v559 = v437 + v172 * v557;
-    const real v560 = v559 * v214;
-    const real v568 = v418 - (v411 + v415) + v291 * v560 - v271 * v557;
-    const real v569 = v568 * v303;
-    const real v581 = v549 + v398 * c88 + v402 * c113 - v328 * v560 - v333 * v569 - v325 * v557;
-    const real v582 = v581 * v385;
-    const real v584 = v549 + v285 * v501 + v287 * v511 + v431 * v560 - v443 * v569 - v448 * v582;
-    const real v586 = v584 - v428 * v557;
-    const real v587 = v586 * v545;
-    const real v597 = x[3] * x[5];
-    const real v598 = p[15] + p[20];
-    const real v602 = v452 * c88 + v458 * c113 + v349 * x[3] + v352 * x[3] - v597 * (v377 + v598 + v357);
-    const real v612 = v275 * v478 - (u[1] + (v602 - v277 * v387 - v278 * v392 - v465 * x[5] - v468 * x[5]));
-    const real v622 = v612 + v557 * v164 + v560 * v262 - v569 * v294 - v582 * v367 - v587 * v488;
-    const real v633 = v499 + v509 + (p[2] + p[4] + v598 + v528) - v502 - v512 - v559 * v560 - v568 * v569;
-    const real v640 = K(1.0) / (v633 - v581 * v582 - v586 * v587 - v556 * v557);
-    const real v641 = v622 * v640;
-    const real v643 = v546 - v587 * v641;
-    const real v647 = v386 - v449 * v643 - v582 * v641;
-    const real v653 = v304 - v334 * v647 - v444 * v643 - v569 * v641;
-    const real v654 = v272 * v73;
-    const real v655 = v172 * v654;
-    const real v657 = v292 * v214;
-    const real v659 = v655 * v214 - v657 * v266;
-    const real v660 = v653 * v659;
-    const real v662 = v164 * v654;
-    const real v668 = v262 * v659;
-    const real v671 = v272 * v62 - v662 - (c88 * v178 + c113 * v180) - (v668 + v292 * v183);
-    const real v673 = v304 * v303;
-    const real v679 = K(1.0) - (v292 * v655 + v291 * v659) + v271 * v654;
-    const real v680 = v673 * v679;
-    const real v683 = v326 * v73;
-    const real v684 = v172 * v683;
-    const real v686 = v329 * v214;
-    const real v688 = v684 * v214 + v686 * v266;
-    const real v692 = v329 * v655 - v291 * v688 + v271 * v683;
-    const real v694 = v334 * v303;
-    const real v696 = v692 * v303 - v694 * v679;
-    const real v697 = v647 * v696;
-    const real v699 = v164 * v683;
-    const real v701 = v323 * v50;
-    const real v702 = v324 * v50;
-    const real v706 = v262 * v688;
-    const real v709 = v294 * v696;
-    const real v712 = v326 * v62 - v699 - (v701 + v702) + (v329 * v183 - v706) - (v709 + v334 * v671);
-    const real v714 = v386 * v385;
-    const real v723 = v329 * v684 + v328 * v688 - (v334 * v692 + v333 * v696) + v325 * v683;
-    const real v724 = v714 * v723;
-    const real v726 = v192 * v49;
-    const real v728 = v726 - v23 * v49;
-    const real v729 = v203 * v49;
-    const real v731 = v729 - v33 * v49;
-    const real v733 = v67 * v49;
-    const real v734 = v728 - v733;
-    const real v736 = v71 * v49;
-    const real v737 = v731 - v736;
-    const real v739 = v184 * v734 + v195 * v737;
-    const real v741 = v168 * v49;
-    const real v743 = v170 * v49;
-    const real v745 = s88 * v741 + s113 * v743;
-    const real v747 = v429 * v73;
-    const real v748 = v745 * v73 - v747;
-    const real v750 = v728 + v731 - v739 - v172 * v748;
-    const real v752 = v432 * v214;
-    const real v753 = v752 * v266;
-    const real v754 = v750 * v214 - v753;
-    const real v756 = v432 * v684;
-    const real v758 = v186 * v726;
-    const real v759 = c88 * v758;
-    const real v760 = v197 * v729;
-    const real v761 = c113 * v760;
-    const real v763 = v310 * v49;
-    const real v766 = v313 * v49;
-    const real v770 = v444 * v692;
-    const real v773 = v285 * v734 + v287 * v737;
-    const real v774 = v432 * v655;
-    const real v779 = v773 + (v774 + v291 * v754) + v271 * v748;
-    const real v781 = v444 * v303;
-    const real v782 = v781 * v679;
-    const real v783 = v779 * v303 + v782;
-    const real v786 = v328 * v754 - v756 - (v759 + v761 + s88 * v763 + s113 * v766) - (v770 - v333 * v783);
-    const real v788 = v786 - v325 * v748;
-    const real v790 = v449 * v385;
-    const real v791 = v790 * v723;
-    const real v792 = v788 * v385 - v791;
-    const real v798 = v701 + (v134 * v178 + v252 * v49);
-    const real v803 = v702 + (v149 * v180 + v257 * v49);
-    const real v814 = v217 * v49 - (s88 * v798 + s113 * v803 + v233 * v49 + v248 * v49) + (v164 * v748 + v429 * v62);
-    const real v826 = v814 - (v262 * v754 + v432 * v183) - (v444 * v671 - v294 * v783) - (v367 * v792 + v449 * v712);
-    const real v828 = v546 * v545;
-    const real v831 = v388 * v49 + v387 * v726;
-    const real v834 = v393 * v49 + v392 * v729;
-    const real v836 = v134 + v134;
-    const real v838 = v23 * (v836 * v49);
-    const real v843 = K(-2.0) * v763 + (v410 * v49 + v134 * v733);
-    const real v845 = v838 + v843 - v831;
-    const real v846 = v184 * v845;
-    const real v848 = v149 + v149;
-    const real v850 = v33 * (v848 * v49);
-    const real v855 = K(-2.0) * v766 + (v414 * v49 + v149 * v736);
-    const real v857 = v850 + v855 - v834;
-    const real v858 = v195 * v857;
-    const real v860 = v47 + v47;
-    const real v864 = v520 - (v526 - v34 * (v860 * v49));
-    const real v871 = v831 + v834 + v846 + v858 + v864 - v838 - v850 + K(-2.0) * v759 + K(-2.0) * v761;
-    const real v883 = v871 - (v432 * v750 + v431 * v754) + (v444 * v779 + v443 * v783) - (v449 * v788 + v448 * v792);
-    const real v887 = v883 - (v429 * v745 + v428 * v748);
-    const real v892 = s88 * v758 + s113 * v760;
-    const real v900 = c88 * v741 + c113 * v743;
-    const real v902 = v557 * v73;
-    const real v903 = v900 * v73 - v902;
-    const real v905 = v773 + v172 * v903;
-    const real v907 = v560 * v214;
-    const real v908 = v907 * v266;
-    const real v909 = v905 * v214 - v908;
-    const real v915 = v560 * v655;
-    const real v920 = v739 + (v733 + v736) + (v915 + v291 * v909) - v271 * v903;
-    const real v922 = v569 * v303;
-    const real v923 = v922 * v679;
-    const real v924 = v920 * v303 - v923;
-    const real v928 = v892 + v285 * v845 + v287 * v857 + (v560 * v750 + v431 * v909) - (v443 * v924 - v569 * v779);
-    const real v935 = v560 * v684;
-    const real v938 = v569 * v692;
-    const real v941 = v892 - c88 * v763 - c113 * v766 - (v328 * v909 - v935) - (v938 + v333 * v924);
-    const real v943 = v941 - v325 * v903;
-    const real v945 = v582 * v385;
-    const real v946 = v945 * v723;
-    const real v947 = v943 * v385 - v946;
-    const real v954 = v928 - (v582 * v788 + v448 * v947) - (v557 * v745 + v428 * v903);
-    const real v956 = v587 * v545;
-    const real v958 = v954 * v545 - v956 * v887;
-    const real v972 = v164 * v903 + v557 * v62 - (v275 * v49 + (c88 * v798 + c113 * v803 - v277 * v49 - v278 * v49));
-    const real v984 = v972 + (v262 * v909 + v560 * v183) - (v294 * v924 + v569 * v671) - (v367 * v947 + v582 * v712);
-    const real v990 = v641 * v640;
-    const real v1002 = v843 + v855 + v864 - v846 - v858 - (v560 * v905 + v559 * v909) - (v569 * v920 + v568 * v924);
-    const real v1014 = v1002 - (v582 * v943 + v581 * v947) - (v587 * v954 + v586 * v958) - (v557 * v900 + v556 * v903);
-    const real v1016 = (v984 - (v488 * v958 + v587 * v826)) * v640 - v990 * v1014;
-    const real v1019 = v826 * v545 - v828 * v887 - (v641 * v958 + v587 * v1016);
-    const real v1026 = v712 * v385 - v724 - (v643 * v792 + v449 * v1019) - (v641 * v947 + v582 * v1016);
-    const real v1033 = v671 * v303 - v680 - (v697 + v334 * v1026) - (v444 * v1019 - v643 * v783);
-    const real v1037 = v1033 - (v641 * v924 + v569 * v1016);
-    const real v1042 = v647 * v688;
-    const real v1048 = v183 * v214 - v267 - (v660 + v292 * v1037) + (v329 * v1026 - v1042) - (v643 * v754 + v432 * v1019);
-    const real v1052 = v1048 + (v641 * v909 + v560 * v1016);
-    const real v1061 = v263 - v292 * v653 + v329 * v647 - v432 * v643 + v560 * v641;
-    const real v1062 = v1061 * v175;
-    const real v1066 = v653 * v654;
-    const real v1070 = v647 * v683;
-    const real v1072 = v62 * v73 - v166 + (v173 * v1052 - v1062) + (v272 * v1037 - v1066) + (v326 * v1026 - v1070);
-    const real v1081 = v1072 + (v643 * v748 + v429 * v1019) + (v641 * v903 + v557 * v1016) - v50;
-    const real v1083 = p[6] * v35 + v48;
-    const real v1084 = v18 * v1083;
-    const real v1086 = v13 * (c1 * v1084);
-    const real v1089 = v58 * (c55 * v1084);
-    const real v1091 = c1 * v1086 + c55 * v1089;
-    const real v1096 = s1 * v1086;
-    const real v1098 = s55 * v1089;
-    const real v1101 = v173 * v1091 - v176 - (s88 * v1096 + s113 * v1098);
-    const real v1112 = v272 * v1091 - v662 - (c88 * v1096 + c113 * v1098) - (v668 + v292 * v1101);
-    const real v1117 = v323 * v1084;
-    const real v1118 = v324 * v1084;
-    const real v1126 = v326 * v1091 - v699 - (v1117 + v1118) + (v329 * v1101 - v706) - (v709 + v334 * v1112);
-    const real v1129 = v192 * v1083;
-    const real v1131 = v1129 - v23 * v1083;
-    const real v1132 = v203 * v1083;
-    const real v1134 = v1132 - v33 * v1083;
-    const real v1136 = v67 * v1083;
-    const real v1137 = v1131 - v1136;
-    const real v1139 = v71 * v1083;
-    const real v1140 = v1134 - v1139;
-    const real v1142 = v184 * v1137 + v195 * v1140;
-    const real v1144 = v168 * v1083;
-    const real v1146 = v170 * v1083;
-    const real v1148 = s88 * v1144 + s113 * v1146;
-    const real v1150 = v1148 * v73 - v747;
-    const real v1152 = v1131 + v1134 - v1142 - v172 * v1150;
-    const real v1154 = v1152 * v214 - v753;
-    const real v1157 = v186 * v1129;
-    const real v1158 = c88 * v1157;
-    const real v1159 = v197 * v1132;
-    const real v1160 = c113 * v1159;
-    const real v1162 = v310 * v1083;
-    const real v1165 = v313 * v1083;
-    const real v1171 = v285 * v1137 + v287 * v1140;
-    const real v1176 = v1171 + (v774 + v291 * v1154) + v271 * v1150;
-    const real v1178 = v1176 * v303 + v782;
-    const real v1181 = v328 * v1154 - v756 - (v1158 + v1160 + s88 * v1162 + s113 * v1165) - (v770 - v333 * v1178);
-    const real v1183 = v1181 - v325 * v1150;
-    const real v1185 = v1183 * v385 - v791;
-    const real v1191 = v1117 + (v134 * v1096 + v252 * v1083);
-    const real v1196 = v1118 + (v149 * v1098 + v257 * v1083);
-    const real v1203 = v217 * v1083 - (s88 * v1191 + s113 * v1196 + v233 * v1083 + v248 * v1083);
-    const real v1215 = v1203 + (v164 * v1150 + v429 * v1091) - (v262 * v1154 + v432 * v1101) - (v444 * v1112 - v294 * v1178);
-    const real v1219 = v1215 - (v367 * v1185 + v449 * v1126);
-    const real v1223 = v388 * v1083 + v387 * v1129;
-    const real v1226 = v393 * v1083 + v392 * v1132;
-    const real v1229 = v23 * (v836 * v1083);
-    const real v1234 = K(-2.0) * v1162 + (v410 * v1083 + v134 * v1136);
-    const real v1236 = v1229 + v1234 - v1223;
-    const real v1237 = v184 * v1236;
-    const real v1240 = v33 * (v848 * v1083);
-    const real v1245 = K(-2.0) * v1165 + (v414 * v1083 + v149 * v1139);
-    const real v1247 = v1240 + v1245 - v1226;
-    const real v1248 = v195 * v1247;
-    const real v1253 = v523 - (v526 - v34 * (v860 * v1083));
-    const real v1260 = v1223 + v1226 + v1237 + v1248 + v1253 - v1229 - v1240 + K(-2.0) * v1158 + K(-2.0) * v1160;
-    const real v1272 = v1260 - (v432 * v1152 + v431 * v1154) + (v444 * v1176 + v443 * v1178) - (v449 * v1183 + v448 * v1185);
-    const real v1276 = v1272 - (v429 * v1148 + v428 * v1150);
-    const real v1281 = s88 * v1157 + s113 * v1159;
-    const real v1289 = c88 * v1144 + c113 * v1146;
-    const real v1291 = v1289 * v73 - v902;
-    const real v1293 = v1171 + v172 * v1291;
-    const real v1295 = v1293 * v214 - v908;
-    const real v1305 = v1142 + (v1136 + v1139) + (v915 + v291 * v1295) - v271 * v1291;
-    const real v1307 = v1305 * v303 - v923;
-    const real v1311 = v1281 + v285 * v1236 + v287 * v1247 + (v560 * v1152 + v431 * v1295) - (v443 * v1307 - v569 * v1176);
-    const real v1322 = v1281 - c88 * v1162 - c113 * v1165 - (v328 * v1295 - v935) - (v938 + v333 * v1307);
-    const real v1324 = v1322 - v325 * v1291;
-    const real v1326 = v1324 * v385 - v946;
-    const real v1333 = v1311 - (v582 * v1183 + v448 * v1326) - (v557 * v1148 + v428 * v1291);
-    const real v1336 = v1333 * v545 - v956 * v1276;
-    const real v1349 = v275 * v1083 + (c88 * v1191 + c113 * v1196 - v277 * v1083 - v278 * v1083);
-    const real v1358 = v164 * v1291 + v557 * v1091 - v1349 + (v262 * v1295 + v560 * v1101) - (v294 * v1307 + v569 * v1112);
-    const real v1367 = (v1358 - (v367 * v1326 + v582 * v1126) - (v488 * v1336 + v587 * v1219)) * v640;
-    const real v1379 = v1234 + v1245 + v1253 - v1237 - v1248 - (v560 * v1293 + v559 * v1295) - (v569 * v1305 + v568 * v1307);
-    const real v1391 = v1379 - (v582 * v1324 + v581 * v1326) - (v587 * v1333 + v586 * v1336) - (v557 * v1289 + v556 * v1291);
-    const real v1393 = v1367 - v990 * v1391;
-    const real v1396 = v1219 * v545 - v828 * v1276 - (v641 * v1336 + v587 * v1393);
-    const real v1403 = v1126 * v385 - v724 - (v643 * v1185 + v449 * v1396) - (v641 * v1326 + v582 * v1393);
-    const real v1410 = v1112 * v303 - v680 - (v697 + v334 * v1403) - (v444 * v1396 - v643 * v1178);
-    const real v1414 = v1410 - (v641 * v1307 + v569 * v1393);
-    const real v1424 = v1101 * v214 - v267 - (v660 + v292 * v1414) + (v329 * v1403 - v1042) - (v643 * v1154 + v432 * v1396);
-    const real v1428 = v1424 + (v641 * v1295 + v560 * v1393);
-    const real v1437 = v1091 * v73 - v166 + (v173 * v1428 - v1062) + (v272 * v1414 - v1066) + (v326 * v1403 - v1070);
-    const real v1446 = v1437 + (v643 * v1150 + v429 * v1396) + (v641 * v1291 + v557 * v1393) - v1084;
-    const real v1448 = v597 + v367 * v945;
-    const real v1449 = v448 * v945;
-    const real v1450 = v1449 * v545;
-    const real v1451 = v448 * v790;
-    const real v1452 = K(1.0) + v1451;
-    const real v1454 = v1450 - v956 * v1452;
-    const real v1457 = v218 + v367 * v790;
-    const real v1458 = v587 * v1457;
-    const real v1462 = v581 * v945;
-    const real v1464 = v587 * v1449;
-    const real v1469 = (v1448 - (v488 * v1454 + v1458)) * v640 - v990 * (K(1.0) + v1462 - (v1464 + v586 * v1454));
-    const real v1471 = v1457 * v545;
-    const real v1477 = v1471 - v828 * v1452 - (v641 * v1454 + v587 * v1469);
-    const real v1479 = v643 * v790;
-    const real v1483 = v641 * v945;
-    const real v1485 = v714 + (v449 * v1477 - v1479) + (v582 * v1469 - v1483);
-    const real v1490 = v334 * v1485 - v444 * v1477 - v569 * v1469;
-    const real v1496 = v560 * v1469 - (v292 * v1490 + v329 * v1485 + v432 * v1477);
-    const real v1505 = v173 * v1496 + v272 * v1490 - v326 * v1485 + v429 * v1477 + v557 * v1469;
-    const real v1507 = v1450 - v956 * v1451;
-    const real v1516 = (v1448 - (v488 * v1507 + v1458)) * v640 - v990 * (v1462 - (v1464 + v586 * v1507));
-    const real v1523 = v1471 - v828 * v1451 - (v641 * v1507 + v587 * v1516);
-    const real v1529 = v714 + (v449 * v1523 - v1479) + (v582 * v1516 - v1483);
-    const real v1534 = v334 * v1529 - v444 * v1523 - v569 * v1516;
-    const real v1540 = v560 * v1516 - (v292 * v1534 + v329 * v1529 + v432 * v1523);
-    const real v1549 = v173 * v1540 + v272 * v1534 - v326 * v1529 + v429 * v1523 + v557 * v1516;
-    const real v1550 = x[5] * x[4];
-    const real v1551 = v1550 * v385;
-    const real v1553 = v218 + v449 * v1550;
-    const real v1554 = v1553 * v545;
-    const real v1555 = v582 * v1550;
-    const real v1557 = v587 * v1553;
-    const real v1560 = (v597 - v1555 + v1557) * v640 - v990;
-    const real v1562 = v1554 + v587 * v1560;
-    const real v1566 = v1551 + v449 * v1562 - v582 * v1560;
-    const real v1572 = v444 * v1562 - v334 * v1566 - v569 * v1560;
-    const real v1578 = v329 * v1566 - v292 * v1572 + v432 * v1562 + v560 * v1560;
-    const real v1587 = v173 * v1578 + v272 * v1572 + v326 * v1566 - v429 * v1562 + v557 * v1560;
-    const real v1595 = (v1555 - v597 - (v1557 - v488 * v956)) * v640 - v990 * (v586 * v956);
-    const real v1601 = v1554 - v828 - (v587 * v1595 - v641 * v956);
-    const real v1605 = v1551 + v449 * v1601 + v582 * v1595;
-    const real v1610 = v334 * v1605 - v444 * v1601 - v569 * v1595;
-    const real v1616 = v560 * v1595 - (v292 * v1610 + v329 * v1605 + v432 * v1601);
-    const real v1625 = v173 * v1616 + v272 * v1610 - v326 * v1605 + v429 * v1601 + v557 * v1595;
-    const real v1626 = p[1] * v35;
-    const real v1627 = v18 * v1626;
-    const real v1629 = v13 * (c1 * v1627);
-    const real v1632 = v58 * (c55 * v1627);
-    const real v1634 = c1 * v1629 + c55 * v1632;
-    const real v1637 = s1 * v1629;
-    const real v1639 = s55 * v1632;
-    const real v1642 = v173 * v1634 - (s88 * v1637 + s113 * v1639);
-    const real v1650 = v272 * v1634 - (c88 * v1637 + c113 * v1639) - v292 * v1642;
-    const real v1653 = v323 * v1627;
-    const real v1654 = v324 * v1627;
-    const real v1660 = v326 * v1634 - (v1653 + v1654) + v329 * v1642 - v334 * v1650;
-    const real v1662 = v192 * v1626;
-    const real v1664 = v1662 - v23 * v1626;
-    const real v1665 = v203 * v1626;
-    const real v1667 = v1665 - v33 * v1626;
-    const real v1669 = v67 * v1626;
-    const real v1670 = v1664 - v1669;
-    const real v1672 = v71 * v1626;
-    const real v1673 = v1667 - v1672;
-    const real v1675 = v184 * v1670 + v195 * v1673;
-    const real v1677 = v168 * v1626;
-    const real v1679 = v170 * v1626;
-    const real v1681 = s88 * v1677 + s113 * v1679;
-    const real v1682 = v1681 * v73;
-    const real v1684 = v1664 + v1667 - v1675 - v172 * v1682;
-    const real v1685 = v1684 * v214;
-    const real v1687 = v186 * v1662;
-    const real v1688 = c88 * v1687;
-    const real v1689 = v197 * v1665;
-    const real v1690 = c113 * v1689;
-    const real v1692 = v310 * v1626;
-    const real v1695 = v313 * v1626;
-    const real v1701 = v285 * v1670 + v287 * v1673;
-    const real v1705 = v1701 + v291 * v1685 + v271 * v1682;
-    const real v1706 = v1705 * v303;
-    const real v1708 = v328 * v1685 - (v1688 + v1690 + s88 * v1692 + s113 * v1695) + v333 * v1706;
-    const real v1710 = v1708 - v325 * v1682;
-    const real v1711 = v1710 * v385;
-    const real v1717 = v1653 + (v134 * v1637 + v252 * v1626);
-    const real v1722 = v1654 + (v149 * v1639 + v257 * v1626);
-    const real v1729 = v217 * v1626 - (s88 * v1717 + s113 * v1722 + v233 * v1626 + v248 * v1626);
-    const real v1741 = v1729 + (v164 * v1682 + v429 * v1634) - (v262 * v1685 + v432 * v1642) - (v444 * v1650 - v294 * v1706);
-    const real v1745 = v1741 - (v367 * v1711 + v449 * v1660);
-    const real v1749 = v388 * v1626 + v387 * v1662;
-    const real v1752 = v393 * v1626 + v392 * v1665;
-    const real v1755 = v23 * (v836 * v1626);
-    const real v1760 = K(-2.0) * v1692 + (v410 * v1626 + v134 * v1669);
-    const real v1762 = v1755 + v1760 - v1749;
-    const real v1763 = v184 * v1762;
-    const real v1766 = v33 * (v848 * v1626);
-    const real v1771 = K(-2.0) * v1695 + (v414 * v1626 + v149 * v1672);
-    const real v1773 = v1766 + v1771 - v1752;
-    const real v1774 = v195 * v1773;
-    const real v1780 = p[1] * (p[6] + p[6]) + v34 * (v860 * v1626);
-    const real v1787 = v1749 + v1752 + v1763 + v1774 + v1780 - v1755 - v1766 + K(-2.0) * v1688 + K(-2.0) * v1690;
-    const real v1799 = v1787 - (v432 * v1684 + v431 * v1685) + (v444 * v1705 + v443 * v1706) - (v449 * v1710 + v448 * v1711);
-    const real v1803 = v1799 - (v429 * v1681 + v428 * v1682);
-    const real v1808 = s88 * v1687 + s113 * v1689;
-    const real v1816 = c88 * v1677 + c113 * v1679;
-    const real v1817 = v1816 * v73;
-    const real v1819 = v1701 + v172 * v1817;
-    const real v1820 = v1819 * v214;
-    const real v1829 = v1675 + (v1669 + v1672) + v291 * v1820 - v271 * v1817;
-    const real v1830 = v1829 * v303;
-    const real v1834 = v1808 + v285 * v1762 + v287 * v1773 + (v560 * v1684 + v431 * v1820) - (v443 * v1830 - v569 * v1705);
-    const real v1845 = v1808 - c88 * v1692 - c113 * v1695 - v328 * v1820 - v333 * v1830 - v325 * v1817;
-    const real v1846 = v1845 * v385;
-    const real v1853 = v1834 - (v582 * v1710 + v448 * v1846) - (v557 * v1681 + v428 * v1817);
-    const real v1856 = v1853 * v545 - v956 * v1803;
-    const real v1869 = v275 * v1626 + (c88 * v1717 + c113 * v1722 - v277 * v1626 - v278 * v1626);
-    const real v1878 = v164 * v1817 + v557 * v1634 - v1869 + (v262 * v1820 + v560 * v1642) - (v294 * v1830 + v569 * v1650);
-    const real v1887 = (v1878 - (v367 * v1846 + v582 * v1660) - (v488 * v1856 + v587 * v1745)) * v640;
-    const real v1899 = v1760 + v1771 + v1780 - v1763 - v1774 - (v560 * v1819 + v559 * v1820) - (v569 * v1829 + v568 * v1830);
-    const real v1911 = v1899 - (v582 * v1845 + v581 * v1846) - (v587 * v1853 + v586 * v1856) - (v557 * v1816 + v556 * v1817);
-    const real v1913 = v1887 - v990 * v1911;
-    const real v1916 = v1745 * v545 - v828 * v1803 - (v641 * v1856 + v587 * v1913);
-    const real v1923 = v1660 * v385 - (v643 * v1711 + v449 * v1916) - (v641 * v1846 + v582 * v1913);
-    const real v1933 = v1650 * v303 - v334 * v1923 - (v444 * v1916 - v643 * v1706) - (v641 * v1830 + v569 * v1913);
-    const real v1941 = v1642 * v214 - v292 * v1933 + v329 * v1923 - (v643 * v1685 + v432 * v1916);
-    const real v1945 = v1941 + (v641 * v1820 + v560 * v1913);
-    const real v1955 = v1634 * v73 + v173 * v1945 + v272 * v1933 + v326 * v1923 + (v643 * v1682 + v429 * v1916);
-    const real v1960 = v1955 + (v641 * v1817 + v557 * v1913) - v1627;
-    const real v1961 = p[0] * v35;
-    const real v1962 = v18 * v1961;
-    const real v1964 = v13 * (c1 * v1962);
-    const real v1967 = v58 * (c55 * v1962);
-    const real v1969 = c1 * v1964 + c55 * v1967;
-    const real v1972 = s1 * v1964;
-    const real v1974 = s55 * v1967;
-    const real v1977 = v173 * v1969 - (s88 * v1972 + s113 * v1974);
-    const real v1985 = v272 * v1969 - (c88 * v1972 + c113 * v1974) - v292 * v1977;
-    const real v1988 = v323 * v1962;
-    const real v1989 = v324 * v1962;
-    const real v1995 = v326 * v1969 - (v1988 + v1989) + v329 * v1977 - v334 * v1985;
-    const real v1997 = v192 * v1961;
-    const real v1999 = v1997 - v23 * v1961;
-    const real v2000 = v203 * v1961;
-    const real v2002 = v2000 - v33 * v1961;
-    const real v2004 = v67 * v1961;
-    const real v2005 = v1999 - v2004;
-    const real v2007 = v71 * v1961;
-    const real v2008 = v2002 - v2007;
-    const real v2010 = v184 * v2005 + v195 * v2008;
-    const real v2012 = v168 * v1961;
-    const real v2014 = v170 * v1961;
-    const real v2016 = s88 * v2012 + s113 * v2014;
-    const real v2017 = v2016 * v73;
-    const real v2019 = v1999 + v2002 - v2010 - v172 * v2017;
-    const real v2020 = v2019 * v214;
-    const real v2022 = v186 * v1997;
-    const real v2023 = c88 * v2022;
-    const real v2024 = v197 * v2000;
-    const real v2025 = c113 * v2024;
-    const real v2027 = v310 * v1961;
-    const real v2030 = v313 * v1961;
-    const real v2036 = v285 * v2005 + v287 * v2008;
-    const real v2040 = v2036 + v291 * v2020 + v271 * v2017;
-    const real v2041 = v2040 * v303;
-    const real v2043 = v328 * v2020 - (v2023 + v2025 + s88 * v2027 + s113 * v2030) + v333 * v2041;
-    const real v2045 = v2043 - v325 * v2017;
-    const real v2046 = v2045 * v385;
-    const real v2054 = v1988 + (v134 * v1972 + v252 * v1961);
-    const real v2059 = v1989 + (v149 * v1974 + v257 * v1961);
-    const real v2066 = K(1.0) - v1961;
-    const real v2069 = v164 * v2017 + v429 * v1969 - (s88 * v2054 + s113 * v2059 + v233 * v1961 + v248 * v1961 + v217 * v2066);
-    const real v2081 = v2069 - (v262 * v2020 + v432 * v1977) - (v444 * v1985 - v294 * v2041) - (v367 * v2046 + v449 * v1995);
-    const real v2085 = v388 * v1961 + v387 * v1997;
-    const real v2088 = v393 * v1961 + v392 * v2000;
-    const real v2091 = v23 * (v836 * v1961);
-    const real v2096 = K(-2.0) * v2027 + (v410 * v1961 + v134 * v2004);
-    const real v2098 = v2091 + v2096 - v2085;
-    const real v2099 = v184 * v2098;
-    const real v2102 = v33 * (v848 * v1961);
-    const real v2107 = K(-2.0) * v2030 + (v414 * v1961 + v149 * v2007);
-    const real v2109 = v2102 + v2107 - v2088;
-    const real v2110 = v195 * v2109;
-    const real v2116 = p[0] * (p[7] + p[7]) + v34 * (v860 * v1961);
-    const real v2123 = v2085 + v2088 + v2099 + v2110 + v2116 - v2091 - v2102 + K(-2.0) * v2023 + K(-2.0) * v2025;
-    const real v2135 = v2123 - (v432 * v2019 + v431 * v2020) + (v444 * v2040 + v443 * v2041) - (v449 * v2045 + v448 * v2046);
-    const real v2139 = v2135 - (v429 * v2016 + v428 * v2017);
-    const real v2144 = s88 * v2022 + s113 * v2024;
-    const real v2152 = c88 * v2012 + c113 * v2014;
-    const real v2153 = v2152 * v73;
-    const real v2155 = v2036 + v172 * v2153;
-    const real v2156 = v2155 * v214;
-    const real v2165 = v2010 + (v2004 + v2007) + v291 * v2156 - v271 * v2153;
-    const real v2166 = v2165 * v303;
-    const real v2170 = v2144 + v285 * v2098 + v287 * v2109 + (v560 * v2019 + v431 * v2156) - (v443 * v2166 - v569 * v2040);
-    const real v2181 = v2144 - c88 * v2027 - c113 * v2030 - v328 * v2156 - v333 * v2166 - v325 * v2153;
-    const real v2182 = v2181 * v385;
-    const real v2189 = v2170 - (v582 * v2045 + v448 * v2182) - (v557 * v2016 + v428 * v2153);
-    const real v2192 = v2189 * v545 - v956 * v2139;
-    const real v2202 = v275 * v2066 - (c88 * v2054 + c113 * v2059 - v277 * v1961 - v278 * v1961);
-    const real v2214 = v2202 + (v164 * v2153 + v557 * v1969) + (v262 * v2156 + v560 * v1977) - (v294 * v2166 + v569 * v1985);
-    const real v2223 = (v2214 - (v367 * v2182 + v582 * v1995) - (v488 * v2192 + v587 * v2081)) * v640;
-    const real v2235 = v2096 + v2107 + v2116 - v2099 - v2110 - (v560 * v2155 + v559 * v2156) - (v569 * v2165 + v568 * v2166);
-    const real v2247 = v2235 - (v582 * v2181 + v581 * v2182) - (v587 * v2189 + v586 * v2192) - (v557 * v2152 + v556 * v2153);
-    const real v2249 = v2223 - v990 * v2247;
-    const real v2252 = v2081 * v545 - v828 * v2139 - (v641 * v2192 + v587 * v2249);
-    const real v2259 = v1995 * v385 - (v643 * v2046 + v449 * v2252) - (v641 * v2182 + v582 * v2249);
-    const real v2269 = v1985 * v303 - v334 * v2259 - (v444 * v2252 - v643 * v2041) - (v641 * v2166 + v569 * v2249);
-    const real v2277 = v1977 * v214 - v292 * v2269 + v329 * v2259 - (v643 * v2020 + v432 * v2252);
-    const real v2281 = v2277 + (v641 * v2156 + v560 * v2249);
-    const real v2291 = v1969 * v73 + v173 * v2281 + v272 * v2269 + v326 * v2259 + (v643 * v2017 + v429 * v2252);
-    const real v2296 = v2291 + (v641 * v2153 + v557 * v2249) - v1962;
-    const real v2300 = (v275 + v587 * v217) * v640;
-    const real v2302 = v217 * v545 + v587 * v2300;
-    const real v2305 = v449 * v2302 - v582 * v2300;
-    const real v2311 = v444 * v2302 - v334 * v2305 - v569 * v2300;
-    const real v2317 = v329 * v2305 - v292 * v2311 + v432 * v2302 + v560 * v2300;
-    const real v2326 = v173 * v2317 + v272 * v2311 + v326 * v2305 - v429 * v2302 + v557 * v2300;
-    const real v2327 = c80 * c76;
-    const real v2330 = s76 + v173 * v2327;
-    const real v2333 = s80 * c76;
-    const real v2336 = v272 * v2327 - v2333 - v292 * v2330;
-    const real v2342 = v326 * v2327 + v329 * v2330 - v334 * v2336;
-    const real v2352 = v429 * v2327 - v478 * s76 - v432 * v2330 - v444 * v2336 - v449 * v2342;
-    const real v2364 = v478 * v2333 + v557 * v2327 + v560 * v2330 - v569 * v2336 - v582 * v2342 - v587 * v2352;
-    const real v2365 = v2364 * v640;
-    const real v2367 = v2352 * v545 - v587 * v2365;
-    const real v2371 = v2342 * v385 - v449 * v2367 - v582 * v2365;
-    const real v2377 = v2336 * v303 - v334 * v2371 - v444 * v2367 - v569 * v2365;
-    const real v2385 = v2330 * v214 - v292 * v2377 + v329 * v2371 - v432 * v2367 + v560 * v2365;
-    const real v2395 = v2327 * v73 + v173 * v2385 + v272 * v2377 + v326 * v2371 + v429 * v2367 + v557 * v2365;
-    const real v2397 = v11 * v10;
-    const real v2399 = v10 - v2397 * v5;
-    const real v2400 = p[15] * v2399;
-    const real v2401 = p[13] * v2400;
-    const real v2403 = p[13] * v2399;
-    const real v2405 = v100 * v2401 + v104 * v2403;
-    const real v2409 = v12 * p[13] + v4 * v2403;
-    const real v2414 = p[14] * v2400 * v35 - v48 * v2400;
-    const real v2415 = v18 * v2414;
-    const real v2420 = v136 * v2409 - v13 * (c1 * v2415) - v144 * p[13];
-    const real v2424 = v58 * (c55 * v2415);
-    const real v2426 = s1 * v2405 + c1 * v2420 - c55 * v2424;
-    const real v2429 = s1 * v2409;
-    const real v2430 = s1 * v2429;
-    const real v2431 = v2400 + v2409 - v2430;
-    const real v2434 = c1 * v2429;
-    const real v2435 = s88 * v2434;
-    const real v2438 = v2435 * v73 - v175 * v2431;
-    const real v2443 = v191 * v190;
-    const real v2445 = v190 - v2443 * v187;
-    const real v2446 = v231 * v2445;
-    const real v2447 = c88 * v2446;
-    const real v2450 = s1 * v2420 - c1 * v2405;
-    const real v2453 = s55 * v2424;
-    const real v2456 = v164 * v2438 + v173 * v2426 - (v2447 + s88 * v2450 - s113 * v2453);
-    const real v2458 = v2430 + v2400;
-    const real v2459 = p[15] * v2445;
-    const real v2460 = v2458 - v2459;
-    const real v2461 = v184 * v2460;
-    const real v2468 = v2461 + v2400 + v2459 - v2400 - (v173 * v2435 + v172 * v2438);
-    const real v2473 = c88 * v2434;
-    const real v2476 = v2473 * v73 - v654 * v2431;
-    const real v2479 = v285 * v2460 - (v272 * v2435 + v172 * v2476);
-    const real v2482 = v2479 * v214 - v657 * v2468;
-    const real v2488 = s88 * v2446;
-    const real v2496 = v164 * v2476 + v272 * v2426 - (c88 * v2450 - v2488 - c113 * v2453) - (v262 * v2482 + v292 * v2456);
-    const real v2506 = v2458 - v2461 - (v292 * v2479 + v291 * v2482) - (v272 * v2473 + v271 * v2476);
-    const real v2509 = v186 * v2459;
-    const real v2510 = s88 * v2509;
-    const real v2511 = c1 * v2401;
-    const real v2515 = c88 * v2509;
-    const real v2519 = s1 * v2401;
-    const real v2522 = v2519 * v73 - v683 * v2431;
-    const real v2525 = v2515 + s88 * v2511 + (v326 * v2435 + v172 * v2522);
-    const real v2528 = v2525 * v214 - v686 * v2468;
-    const real v2535 = v2510 - c88 * v2511 + (v329 * v2479 + v291 * v2528) - (v326 * v2473 + v271 * v2522);
-    const real v2538 = v2535 * v303 - v694 * v2506;
-    const real v2547 = v135 * v2519 - v323 * v2415 + p[13] * v2405;
-    const real v2548 = v186 * v2446;
-    const real v2550 = v324 * v2415;
-    const real v2556 = v164 * v2522 + v326 * v2426 - (v2547 - v2548 - v2550) + (v262 * v2528 + v329 * v2456);
-    const real v2560 = v2556 - (v294 * v2538 + v334 * v2496);
-    const real v2562 = v186 * v2509;
-    const real v2563 = p[13] * v2401;
-    const real v2572 = v2562 + v2563 - (v329 * v2525 + v328 * v2528) - (v334 * v2535 + v333 * v2538);
-    const real v2576 = v2572 - (v326 * v2519 + v325 * v2522);
-    const real v2581 = v387 * v2459 - v192 * v2414;
-    const real v2582 = v186 * v2581;
-    const real v2583 = c88 * v2582;
-    const real v2585 = v203 * v2414;
-    const real v2586 = v197 * v2585;
-    const real v2587 = c113 * v2586;
-    const real v2591 = v134 * v2511 - v310 * v2414;
-    const real v2592 = v2563 - v2591;
-    const real v2595 = v313 * v2414;
-    const real v2602 = v2581 - (v134 * v2400 - v23 * v2414);
-    const real v2604 = v33 * v2414 - v2585;
-    const real v2608 = v134 * v2430 - v67 * v2414;
-    const real v2609 = v2511 - v2608;
-    const real v2610 = v2609 + v2602;
-    const real v2612 = v71 * v2414;
-    const real v2613 = v2612 + v2604;
-    const real v2615 = v184 * v2610 + v195 * v2613;
-    const real v2622 = v2519 + (v134 * v2434 - v168 * v2414);
-    const real v2624 = v170 * v2414;
-    const real v2626 = s88 * v2622 - s113 * v2624;
-    const real v2629 = v2626 * v73 - v747 * v2431;
-    const real v2632 = v2602 + v2604 - v2615 - v2515 - (v429 * v2435 + v172 * v2629);
-    const real v2635 = v2632 * v214 - v752 * v2468;
-    const real v2638 = v2562 - v2583 + v2587 + s88 * v2592 + s113 * v2595 + (v432 * v2525 + v328 * v2635);
-    const real v2642 = v285 * v2610 + v287 * v2613;
-    const real v2651 = v2510 - v2642 - (v432 * v2479 + v291 * v2635) - (v429 * v2473 + v271 * v2629);
-    const real v2654 = v2651 * v303 - v781 * v2506;
-    const real v2661 = v2638 - (v444 * v2535 + v333 * v2654) - (v429 * v2519 + v325 * v2629);
-    const real v2664 = v2661 * v385 - v790 * v2576;
-    const real v2672 = v2547 + (v134 * v2450 - v252 * v2414);
-    const real v2678 = v2550 + (v149 * v2453 + v257 * v2414);
-    const real v2686 = s88 * v2672 - v2548 - s113 * v2678 + (v387 * v2447 - v233 * v2414) - v248 * v2414;
-    const real v2693 = v164 * v2629 + v429 * v2426 - (v2686 + v217 * v2414) - (v262 * v2635 + v432 * v2456);
-    const real v2701 = v2693 - (v294 * v2654 + v444 * v2496) - (v367 * v2664 + v449 * v2560);
-    const real v2705 = v387 * v2581 - v388 * v2414;
-    const real v2708 = v393 * v2414 + v392 * v2585;
-    const real v2714 = v493 * v2400 - v23 * (v836 * v2414);
-    const real v2720 = v2563 + K(-2.0) * v2591 + (v134 * v2608 - v410 * v2414);
-    const real v2722 = v2714 + v2720 - v2705;
-    const real v2723 = v184 * v2722;
-    const real v2726 = v33 * (v848 * v2414);
-    const real v2731 = K(-2.0) * v2595 + (v414 * v2414 + v149 * v2612);
-    const real v2733 = v2708 - (v2726 + v2731);
-    const real v2734 = v195 * v2733;
-    const real v2741 = v515 * v2400 - (v526 * v2400 + v34 * (v860 * v2414));
-    const real v2746 = v2705 - v2708 + v2562 + v2723 + v2734 + v2741 - v2714 + v2726 + K(-2.0) * v2583;
-    const real v2756 = v2746 - K(-2.0) * v2587 - (v432 * v2632 + v431 * v2635) - (v444 * v2651 + v443 * v2654);
-    const real v2764 = v2756 - (v449 * v2661 + v448 * v2664) - (v429 * v2626 + v428 * v2629);
-    const real v2769 = s88 * v2582 - s113 * v2586;
-    const real v2778 = c88 * v2622 - c113 * v2624;
-    const real v2781 = v2778 * v73 - v902 * v2431;
-    const real v2784 = v2642 + (v557 * v2435 + v172 * v2781);
-    const real v2787 = v2784 * v214 - v907 * v2468;
-    const real v2801 = v2615 - (v2609 + v2612) + (v560 * v2479 + v291 * v2787) - (v557 * v2473 + v271 * v2781);
-    const real v2804 = v2801 * v303 - v922 * v2506;
-    const real v2807 = v2769 + v285 * v2722 + v287 * v2733 + (v560 * v2632 + v431 * v2787) - (v569 * v2651 + v443 * v2804);
-    const real v2820 = v2769 + c88 * v2592 + c113 * v2595 - (v560 * v2525 + v328 * v2787) - (v569 * v2535 + v333 * v2804);
-    const real v2824 = v2820 - (v557 * v2519 + v325 * v2781);
-    const real v2827 = v2824 * v385 - v945 * v2576;
-    const real v2834 = v2807 - (v582 * v2661 + v448 * v2827) - (v557 * v2626 + v428 * v2781);
-    const real v2837 = v2834 * v545 - v956 * v2764;
-    const real v2848 = c88 * v2672 - c113 * v2678 - (v387 * v2488 - v277 * v2414) + v278 * v2414;
-    const real v2857 = v275 * v2414 - v2848 + (v164 * v2781 + v557 * v2426) + (v262 * v2787 + v560 * v2456);
-    const real v2869 = v2857 - (v294 * v2804 + v569 * v2496) - (v367 * v2827 + v582 * v2560) - (v488 * v2837 + v587 * v2701);
-    const real v2882 = v2720 - v2731 + v2741 - v2723 - v2734 - (v560 * v2784 + v559 * v2787) - (v569 * v2801 + v568 * v2804);
-    const real v2894 = v2882 - (v582 * v2824 + v581 * v2827) - (v587 * v2834 + v586 * v2837) - (v557 * v2778 + v556 * v2781);
-    const real v2896 = v2869 * v640 - v990 * v2894;
-    const real v2899 = v2701 * v545 - v828 * v2764 - (v641 * v2837 + v587 * v2896);
-    const real v2906 = v2560 * v385 - v714 * v2576 - (v643 * v2664 + v449 * v2899) - (v641 * v2827 + v582 * v2896);
-    const real v2913 = v2496 * v303 - v673 * v2506 - (v647 * v2538 + v334 * v2906) - (v643 * v2654 + v444 * v2899);
-    const real v2917 = v2913 - (v641 * v2804 + v569 * v2896);
-    const real v2924 = v2456 * v214 - v264 * v2468 - (v653 * v2482 + v292 * v2917) + (v647 * v2528 + v329 * v2906);
-    const real v2932 = v2924 - (v643 * v2635 + v432 * v2899) + (v641 * v2787 + v560 * v2896);
-    const real v2939 = v2426 * v73 - v166 * v2431 + (v1061 * v2438 + v173 * v2932) + (v653 * v2476 + v272 * v2917);
-    const real v2951 = v2939 + (v647 * v2522 + v326 * v2906) + (v643 * v2629 + v429 * v2899) + (v641 * v2781 + v557 * v2896);
-    const real v2952 = v2951 + v2415;
-    const real v2954 = p[12] * (p[13] + p[13]);
-    const real v2955 = v2397 * v2954;
-    const real v2956 = p[15] * v2955;
-    const real v2958 = v23 - p[13] * v2956;
-    const real v2961 = v11 - p[13] * v2955;
-    const real v2963 = v100 * v2958 + v104 * v2961;
-    const real v2967 = v12 * p[12] + v4 * v2961;
-    const real v2972 = v48 * v2956 - p[14] * v2956 * v35;
-    const real v2973 = v18 * v2972;
-    const real v2978 = v136 * v2967 - v13 * (c1 * v2973) - v144 * p[12];
-    const real v2982 = v58 * (c55 * v2973);
-    const real v2984 = s1 * v2963 + c1 * v2978 - c55 * v2982;
-    const real v2987 = s1 * v2967;
-    const real v2988 = s1 * v2987;
-    const real v2989 = v2967 - v2956 - v2988;
-    const real v2992 = c1 * v2987;
-    const real v2993 = s88 * v2992;
-    const real v2996 = v2993 * v73 - v175 * v2989;
-    const real v3006 = v218 * s1 + v85 * (v141 * c1) - v225 * v94;
-    const real v3014 = v2443 * (p[12] * ((v186 + v186) * s1));
-    const real v3016 = v191 * (p[15] * v3006 - v229 * s1) - v231 * v3014;
-    const real v3017 = c88 * v3016;
-    const real v3020 = s1 * v2978 - c1 * v2963;
-    const real v3023 = s55 * v2982;
-    const real v3026 = v164 * v2996 + v173 * v2984 - (v3017 + s88 * v3020 - s113 * v3023);
-    const real v3028 = v2988 - v2956;
-    const real v3029 = p[15] * v3014;
-    const real v3030 = v3028 + v3029;
-    const real v3031 = v184 * v3030;
-    const real v3038 = v3031 - v2956 - v3029 + v2956 - (v173 * v2993 + v172 * v2996);
-    const real v3043 = c88 * v2992;
-    const real v3046 = v3043 * v73 - v654 * v2989;
-    const real v3049 = v285 * v3030 - (v272 * v2993 + v172 * v3046);
-    const real v3052 = v3049 * v214 - v657 * v3038;
-    const real v3058 = s88 * v3016;
-    const real v3066 = v164 * v3046 + v272 * v2984 - (c88 * v3020 - v3058 - c113 * v3023) - (v262 * v3052 + v292 * v3026);
-    const real v3076 = v3028 - v3031 - (v292 * v3049 + v291 * v3052) - (v272 * v3043 + v271 * v3046);
-    const real v3081 = v192 * s1 - v186 * v3029;
-    const real v3082 = s88 * v3081;
-    const real v3083 = c1 * v2958;
-    const real v3087 = c88 * v3081;
-    const real v3091 = s1 * v2958;
-    const real v3094 = v3091 * v73 - v683 * v2989;
-    const real v3097 = v3087 + s88 * v3083 + (v326 * v2993 + v172 * v3094);
-    const real v3100 = v3097 * v214 - v686 * v3038;
-    const real v3107 = v3082 - c88 * v3083 + (v329 * v3049 + v291 * v3100) - (v326 * v3043 + v271 * v3094);
-    const real v3110 = v3107 * v303 - v694 * v3076;
-    const real v3120 = v135 * v3091 - v323 * v2973 + (p[13] * v2963 + v106);
-    const real v3123 = v186 * v3016 + v232 * s1;
-    const real v3125 = v324 * v2973;
-    const real v3131 = v164 * v3094 + v326 * v2984 - (v3120 - v3123 - v3125) + (v262 * v3100 + v329 * v3026);
-    const real v3135 = v3131 - (v294 * v3110 + v334 * v3066);
-    const real v3139 = v305 * s1 + v186 * v3081;
-    const real v3141 = p[13] * v2958 + v82;
-    const real v3150 = v3139 + v3141 - (v329 * v3097 + v328 * v3100) - (v334 * v3107 + v333 * v3110);
-    const real v3154 = v3150 - (v326 * v3091 + v325 * v3094);
-    const real v3158 = v2972 + c1;
-    const real v3161 = v192 * v3158 + v387 * v3029;
-    const real v3163 = v388 * s1 - v186 * v3161;
-    const real v3164 = c88 * v3163;
-    const real v3166 = v203 * v2972;
-    const real v3167 = v197 * v3166;
-    const real v3168 = c113 * v3167;
-    const real v3172 = v134 * v3083 - v310 * v2972;
-    const real v3173 = v3141 - v3172;
-    const real v3176 = v313 * v2972;
-    const real v3183 = v23 * v2972 + v134 * v2956 - v3161;
-    const real v3185 = v33 * v2972 - v3166;
-    const real v3189 = v134 * v2988 - v67 * v2972;
-    const real v3190 = v3083 - v3189;
-    const real v3191 = v3190 + v3183;
-    const real v3193 = v71 * v2972;
-    const real v3194 = v3193 + v3185;
-    const real v3196 = v184 * v3191 + v195 * v3194;
-    const real v3203 = v3091 + (v134 * v2992 - v168 * v2972);
-    const real v3205 = v170 * v2972;
-    const real v3207 = s88 * v3203 - s113 * v3205;
-    const real v3210 = v3207 * v73 - v747 * v2989;
-    const real v3213 = v3183 + v3185 - v3196 - v3087 - (v429 * v2993 + v172 * v3210);
-    const real v3216 = v3213 * v214 - v752 * v3038;
-    const real v3219 = v3139 - v3164 + v3168 + s88 * v3173 + s113 * v3176 + (v432 * v3097 + v328 * v3216);
-    const real v3223 = v285 * v3191 + v287 * v3194;
-    const real v3232 = v3082 - v3223 - (v432 * v3049 + v291 * v3216) - (v429 * v3043 + v271 * v3210);
-    const real v3235 = v3232 * v303 - v781 * v3076;
-    const real v3242 = v3219 - (v444 * v3107 + v333 * v3235) - (v429 * v3091 + v325 * v3210);
-    const real v3245 = v3242 * v385 - v790 * v3154;
-    const real v3253 = v3120 + (v134 * v3020 - v252 * v2972);
-    const real v3259 = v3125 + (v149 * v3023 + v257 * v2972);
-    const real v3267 = s88 * v3253 - v3123 - s113 * v3259 + (v387 * v3017 - v233 * v3158) - v248 * v2972;
-    const real v3274 = v164 * v3210 + v429 * v2984 - (v3267 + v217 * v2972) - (v262 * v3216 + v432 * v3026);
-    const real v3282 = v3274 - (v294 * v3235 + v444 * v3066) - (v367 * v3245 + v449 * v3135);
-    const real v3286 = v388 * v3158 + v387 * v3161;
-    const real v3289 = v393 * v2972 + v392 * v3166;
-    const real v3297 = v3141 + K(-2.0) * v3172 + (v134 * v3189 - v410 * v2972);
-    const real v3301 = v493 * v2956 + v23 * (v836 * v2972);
-    const real v3303 = v3297 - v3301 + v3286;
-    const real v3304 = v184 * v3303;
-    const real v3307 = v33 * (v848 * v2972);
-    const real v3312 = K(-2.0) * v3176 + (v414 * v2972 + v149 * v3193);
-    const real v3314 = v3289 - (v3307 + v3312);
-    const real v3315 = v195 * v3314;
-    const real v3322 = v515 * v2956 + (v34 * (v860 * v2972) - v526 * v2956);
-    const real v3327 = v3139 - (v3286 + v3289) + v3304 + v3315 - v3322 + v3301 + v3307 + K(-2.0) * v3164;
-    const real v3337 = v3327 - K(-2.0) * v3168 - (v432 * v3213 + v431 * v3216) - (v444 * v3232 + v443 * v3235);
-    const real v3345 = v3337 - (v449 * v3242 + v448 * v3245) - (v429 * v3207 + v428 * v3210);
-    const real v3350 = s88 * v3163 - s113 * v3167;
-    const real v3359 = c88 * v3203 - c113 * v3205;
-    const real v3362 = v3359 * v73 - v902 * v2989;
-    const real v3365 = v3223 + (v557 * v2993 + v172 * v3362);
-    const real v3368 = v3365 * v214 - v907 * v3038;
-    const real v3382 = v3196 - (v3190 + v3193) + (v560 * v3049 + v291 * v3368) - (v557 * v3043 + v271 * v3362);
-    const real v3385 = v3382 * v303 - v922 * v3076;
-    const real v3388 = v3350 + v285 * v3303 + v287 * v3314 + (v560 * v3213 + v431 * v3368) - (v569 * v3232 + v443 * v3385);
-    const real v3401 = v3350 + c88 * v3173 + c113 * v3176 - (v560 * v3097 + v328 * v3368) - (v569 * v3107 + v333 * v3385);
-    const real v3405 = v3401 - (v557 * v3091 + v325 * v3362);
-    const real v3408 = v3405 * v385 - v945 * v3154;
-    const real v3415 = v3388 - (v582 * v3242 + v448 * v3408) - (v557 * v3207 + v428 * v3362);
-    const real v3418 = v3415 * v545 - v956 * v3345;
-    const real v3429 = c88 * v3253 - c113 * v3259 - (v387 * v3058 - v277 * v3158) + v278 * v2972;
-    const real v3438 = v275 * v2972 - v3429 + (v164 * v3362 + v557 * v2984) + (v262 * v3368 + v560 * v3026);
-    const real v3450 = v3438 - (v294 * v3385 + v569 * v3066) - (v367 * v3408 + v582 * v3135) - (v488 * v3418 + v587 * v3282);
-    const real v3463 = v3297 - v3312 - v3322 - v3304 - v3315 - (v560 * v3365 + v559 * v3368) - (v569 * v3382 + v568 * v3385);
-    const real v3475 = v3463 - (v582 * v3405 + v581 * v3408) - (v587 * v3415 + v586 * v3418) - (v557 * v3359 + v556 * v3362);
-    const real v3477 = v3450 * v640 - v990 * v3475;
-    const real v3480 = v3282 * v545 - v828 * v3345 - (v641 * v3418 + v587 * v3477);
-    const real v3487 = v3135 * v385 - v714 * v3154 - (v643 * v3245 + v449 * v3480) - (v641 * v3408 + v582 * v3477);
-    const real v3494 = v3066 * v303 - v673 * v3076 - (v647 * v3110 + v334 * v3487) - (v643 * v3235 + v444 * v3480);
-    const real v3498 = v3494 - (v641 * v3385 + v569 * v3477);
-    const real v3505 = v3026 * v214 - v264 * v3038 - (v653 * v3052 + v292 * v3498) + (v647 * v3100 + v329 * v3487);
-    const real v3513 = v3505 - (v643 * v3216 + v432 * v3480) + (v641 * v3368 + v560 * v3477);
-    const real v3520 = v2984 * v73 - v166 * v2989 + (v1061 * v2996 + v173 * v3513) + (v653 * v3046 + v272 * v3498);
-    const real v3532 = v3520 + (v647 * v3094 + v326 * v3487) + (v643 * v3210 + v429 * v3480) + (v641 * v3362 + v557 * v3477);
-    const real v3533 = v3532 + v2973;
-    const real v3534 = v23 * v35;
-    const real v3535 = K(1.0) - v3534;
-    const real v3536 = v18 * v3535;
-    const real v3538 = v13 * (c1 * v3536);
-    const real v3540 = v18 * v3534;
-    const real v3542 = v58 * (c55 * v3540);
-    const real v3544 = c1 * v3538 - c55 * v3542;
-    const real v3547 = s1 * v3538;
-    const real v3549 = s55 * v3542;
-    const real v3552 = v173 * v3544 - (s88 * v3547 - s113 * v3549);
-    const real v3560 = v272 * v3544 - (c88 * v3547 - c113 * v3549) - v292 * v3552;
-    const real v3563 = v323 * v3536;
-    const real v3564 = v324 * v3540;
-    const real v3570 = v326 * v3544 - (v3563 - v3564) + v329 * v3552 - v334 * v3560;
-    const real v3572 = v203 * v3534;
-    const real v3573 = v197 * v3572;
-    const real v3574 = c113 * v3573;
-    const real v3575 = v192 * v3535;
-    const real v3576 = v186 * v3575;
-    const real v3577 = c88 * v3576;
-    const real v3579 = v310 * v3535;
-    const real v3582 = v313 * v3534;
-    const real v3586 = v3575 - v23 * v3535;
-    const real v3588 = v33 * v3534 - v3572;
-    const real v3590 = v67 * v3535;
-    const real v3591 = v3586 - v3590;
-    const real v3593 = v71 * v3534;
-    const real v3594 = v3593 + v3588;
-    const real v3596 = v184 * v3591 + v195 * v3594;
-    const real v3598 = v168 * v3535;
-    const real v3600 = v170 * v3534;
-    const real v3602 = s88 * v3598 - s113 * v3600;
-    const real v3603 = v3602 * v73;
-    const real v3605 = v3586 + v3588 - v3596 - v172 * v3603;
-    const real v3606 = v3605 * v214;
-    const real v3611 = v285 * v3591 + v287 * v3594;
-    const real v3615 = v3611 + v291 * v3606 + v271 * v3603;
-    const real v3616 = v3615 * v303;
-    const real v3620 = v3574 - v3577 - s88 * v3579 + s113 * v3582 + v328 * v3606 + v333 * v3616 - v325 * v3603;
-    const real v3621 = v3620 * v385;
-    const real v3629 = v3563 + (v134 * v3547 + v252 * v3535);
-    const real v3634 = v3564 + (v149 * v3549 + v257 * v3534);
-    const real v3643 = v164 * v3603 + v429 * v3544 - (s88 * v3629 - s113 * v3634 + v233 * v3535 - v248 * v3534 + v217 * v3534);
-    const real v3655 = v3643 - (v262 * v3606 + v432 * v3552) - (v444 * v3560 - v294 * v3616) - (v367 * v3621 + v449 * v3570);
-    const real v3659 = v388 * v3535 + v387 * v3575;
-    const real v3662 = v393 * v3534 + v392 * v3572;
-    const real v3665 = v23 * (v836 * v3535);
-    const real v3670 = K(-2.0) * v3579 + (v410 * v3535 + v134 * v3590);
-    const real v3672 = v3665 + v3670 - v3659;
-    const real v3673 = v184 * v3672;
-    const real v3676 = v33 * (v848 * v3534);
-    const real v3681 = K(-2.0) * v3582 + (v414 * v3534 + v149 * v3593);
-    const real v3683 = v3662 - (v3676 + v3681);
-    const real v3684 = v195 * v3683;
-    const real v3690 = v23 * (p[14] + p[14]) - v34 * (v860 * v3534);
-    const real v3697 = v3659 - v3662 + v3673 + v3684 + v3690 - v3665 + v3676 + K(-2.0) * v3577 - K(-2.0) * v3574;
-    const real v3709 = v3697 - (v432 * v3605 + v431 * v3606) + (v444 * v3615 + v443 * v3616) - (v449 * v3620 + v448 * v3621);
-    const real v3713 = v3709 - (v429 * v3602 + v428 * v3603);
-    const real v3718 = s88 * v3576 - s113 * v3573;
-    const real v3726 = c88 * v3598 - c113 * v3600;
-    const real v3727 = v3726 * v73;
-    const real v3729 = v3611 + v172 * v3727;
-    const real v3730 = v3729 * v214;
-    const real v3739 = v3596 - (v3593 - v3590) + v291 * v3730 - v271 * v3727;
-    const real v3740 = v3739 * v303;
-    const real v3744 = v3718 + v285 * v3672 + v287 * v3683 + (v560 * v3605 + v431 * v3730) - (v443 * v3740 - v569 * v3615);
-    const real v3755 = v3718 - c88 * v3579 + c113 * v3582 - v328 * v3730 - v333 * v3740 - v325 * v3727;
-    const real v3756 = v3755 * v385;
-    const real v3763 = v3744 - (v582 * v3620 + v448 * v3756) - (v557 * v3602 + v428 * v3727);
-    const real v3766 = v3763 * v545 - v956 * v3713;
-    const real v3776 = v275 * v3534 - (c88 * v3629 - c113 * v3634 - v277 * v3535 + v278 * v3534);
-    const real v3788 = v3776 + (v164 * v3727 + v557 * v3544) + (v262 * v3730 + v560 * v3552) - (v294 * v3740 + v569 * v3560);
-    const real v3797 = (v3788 - (v367 * v3756 + v582 * v3570) - (v488 * v3766 + v587 * v3655)) * v640;
-    const real v3809 = v3670 - v3681 + v3690 - v3673 - v3684 - (v560 * v3729 + v559 * v3730) - (v569 * v3739 + v568 * v3740);
-    const real v3821 = v3809 - (v582 * v3755 + v581 * v3756) - (v587 * v3763 + v586 * v3766) - (v557 * v3726 + v556 * v3727);
-    const real v3823 = v3797 - v990 * v3821;
-    const real v3826 = v3655 * v545 - v828 * v3713 - (v641 * v3766 + v587 * v3823);
-    const real v3833 = v3570 * v385 - (v643 * v3621 + v449 * v3826) - (v641 * v3756 + v582 * v3823);
-    const real v3843 = v3560 * v303 - v334 * v3833 - (v444 * v3826 - v643 * v3616) - (v641 * v3740 + v569 * v3823);
-    const real v3851 = v3552 * v214 - v292 * v3843 + v329 * v3833 - (v643 * v3606 + v432 * v3826);
-    const real v3855 = v3851 + (v641 * v3730 + v560 * v3823);
-    const real v3865 = v3544 * v73 + v173 * v3855 + v272 * v3843 + v326 * v3833 + (v643 * v3603 + v429 * v3826);
-    const real v3869 = v3865 + (v641 * v3727 + v557 * v3823);
-    const real v3870 = v3869 + v3540;
-    const real v3872 = v11 - p[15] * v2397;
-    const real v3873 = p[13] * v3872;
-    const real v3875 = p[13] * v2397;
-    const real v3877 = v100 * v3873 - v104 * v3875;
-    const real v3882 = p[14] * v3872 * v35 - v48 * v3872;
-    const real v3883 = v18 * v3882;
-    const real v3886 = v4 * v3875;
-    const real v3888 = v13 * (c1 * v3883) + v136 * v3886;
-    const real v3892 = v58 * (c55 * v3883);
-    const real v3894 = s1 * v3877 - c1 * v3888 - c55 * v3892;
-    const real v3897 = s1 * v3886;
-    const real v3898 = s1 * v3897;
-    const real v3899 = v3872 - v3886 + v3898;
-    const real v3903 = c1 * v3897;
-    const real v3904 = s88 * v3903;
-    const real v3907 = v3904 * v73 + v175 * v3899;
-    const real v3912 = v191 * v227 - v231 * v2443;
-    const real v3913 = c88 * v3912;
-    const real v3916 = s1 * v3888 + c1 * v3877;
-    const real v3919 = s55 * v3892;
-    const real v3922 = v173 * v3894 - v164 * v3907 - (v3913 - s88 * v3916 - s113 * v3919);
-    const real v3924 = v3872 - v3898;
-    const real v3926 = v191 - p[15] * v2443;
-    const real v3927 = v3924 - v3926;
-    const real v3928 = v184 * v3927;
-    const real v3935 = v3928 + v3872 + v3926 - v3872 + (v173 * v3904 + v172 * v3907);
-    const real v3940 = c88 * v3903;
-    const real v3943 = v3940 * v73 + v654 * v3899;
-    const real v3946 = v285 * v3927 + (v272 * v3904 + v172 * v3943);
-    const real v3949 = v3946 * v214 - v657 * v3935;
-    const real v3955 = s88 * v3912;
-    const real v3963 = v272 * v3894 - v164 * v3943 + (c88 * v3916 + v3955 + c113 * v3919) - (v262 * v3949 + v292 * v3922);
-    const real v3973 = v3924 - v3928 - (v292 * v3946 + v291 * v3949) + (v272 * v3940 + v271 * v3943);
-    const real v3976 = v186 * v3926;
-    const real v3977 = s88 * v3976;
-    const real v3978 = c1 * v3873;
-    const real v3982 = c88 * v3976;
-    const real v3985 = s1 * v3873;
-    const real v3988 = v3985 * v73 - v683 * v3899;
-    const real v3992 = v3982 + s88 * v3978 + (v172 * v3988 - v326 * v3904);
-    const real v3995 = v3992 * v214 - v686 * v3935;
-    const real v4002 = v3977 - c88 * v3978 + (v329 * v3946 + v291 * v3995) - (v271 * v3988 - v326 * v3940);
-    const real v4005 = v4002 * v303 - v694 * v3973;
-    const real v4014 = v135 * v3985 - v323 * v3883 + p[13] * v3877;
-    const real v4015 = v186 * v3912;
-    const real v4017 = v324 * v3883;
-    const real v4025 = v164 * v3988 + v326 * v3894 - (v4014 - v4015 - v4017 + x[4] * x[14]) + (v262 * v3995 + v329 * v3922);
-    const real v4029 = v4025 - (v294 * v4005 + v334 * v3963);
-    const real v4031 = v186 * v3976;
-    const real v4032 = p[13] * v3873;
-    const real v4041 = v4031 + v4032 - (v329 * v3992 + v328 * v3995) - (v334 * v4002 + v333 * v4005);
-    const real v4045 = v4041 - (v326 * v3985 + v325 * v3988);
-    const real v4050 = v387 * v3926 - v192 * v3882;
-    const real v4051 = v186 * v4050;
-    const real v4052 = c88 * v4051;
-    const real v4054 = v203 * v3882;
-    const real v4055 = v197 * v4054;
-    const real v4056 = c113 * v4055;
-    const real v4060 = v134 * v3978 - v310 * v3882;
-    const real v4061 = v4032 - v4060;
-    const real v4064 = v313 * v3882;
-    const real v4071 = v4050 - (v134 * v3872 - v23 * v3882);
-    const real v4073 = v33 * v3882 - v4054;
-    const real v4077 = v134 * v3898 + v67 * v3882;
-    const real v4078 = v3978 + v4077;
-    const real v4079 = v4078 + v4071;
-    const real v4081 = v71 * v3882;
-    const real v4082 = v4081 + v4073;
-    const real v4084 = v184 * v4079 + v195 * v4082;
-    const real v4090 = v3985 - (v134 * v3903 + v168 * v3882);
-    const real v4092 = v170 * v3882;
-    const real v4094 = s88 * v4090 - s113 * v4092;
-    const real v4097 = v4094 * v73 - v747 * v3899;
-    const real v4101 = v4071 + v4073 - v4084 - v3982 - (v172 * v4097 - v429 * v3904);
-    const real v4104 = v4101 * v214 - v752 * v3935;
-    const real v4107 = v4031 - v4052 + v4056 + s88 * v4061 + s113 * v4064 + (v432 * v3992 + v328 * v4104);
-    const real v4111 = v285 * v4079 + v287 * v4082;
-    const real v4120 = v3977 - v4111 - (v432 * v3946 + v291 * v4104) - (v271 * v4097 - v429 * v3940);
-    const real v4123 = v4120 * v303 - v781 * v3973;
-    const real v4130 = v4107 - (v444 * v4002 + v333 * v4123) - (v429 * v3985 + v325 * v4097);
-    const real v4133 = v4130 * v385 - v790 * v4045;
-    const real v4141 = v4014 - (v134 * v3916 + v252 * v3882);
-    const real v4147 = v4017 + (v149 * v3919 + v257 * v3882);
-    const real v4155 = s88 * v4141 - v4015 - s113 * v4147 - x[4] * x[13] + (v387 * v3913 - v233 * v3882);
-    const real v4164 = v164 * v4097 + v429 * v3894 - (v4155 - v248 * v3882 + v217 * v3882) - (v262 * v4104 + v432 * v3922);
-    const real v4172 = v4164 - (v294 * v4123 + v444 * v3963) - (v367 * v4133 + v449 * v4029);
-    const real v4176 = v387 * v4050 - v388 * v3882;
-    const real v4179 = v393 * v3882 + v392 * v4054;
-    const real v4185 = v493 * v3872 - v23 * (v836 * v3882);
-    const real v4191 = v4032 + K(-2.0) * v4060 - (v410 * v3882 + v134 * v4077);
-    const real v4193 = v4185 + v4191 - v4176;
-    const real v4194 = v184 * v4193;
-    const real v4197 = v33 * (v848 * v3882);
-    const real v4202 = K(-2.0) * v4064 + (v414 * v3882 + v149 * v4081);
-    const real v4204 = v4179 - (v4197 + v4202);
-    const real v4205 = v195 * v4204;
-    const real v4212 = v515 * v3872 - (v526 * v3872 + v34 * (v860 * v3882));
-    const real v4217 = v4176 - v4179 + v4031 + v4194 + v4205 + v4212 - v4185 + v4197 + K(-2.0) * v4052;
-    const real v4227 = v4217 - K(-2.0) * v4056 - (v432 * v4101 + v431 * v4104) - (v444 * v4120 + v443 * v4123);
-    const real v4235 = v4227 - (v449 * v4130 + v448 * v4133) - (v429 * v4094 + v428 * v4097);
-    const real v4240 = s88 * v4051 - s113 * v4055;
-    const real v4248 = c88 * v4090 - c113 * v4092;
-    const real v4251 = v4248 * v73 - v902 * v3899;
-    const real v4255 = v4111 + (v172 * v4251 - v557 * v3904);
-    const real v4258 = v4255 * v214 - v907 * v3935;
-    const real v4272 = v4084 - (v4078 + v4081) + (v560 * v3946 + v291 * v4258) - (v271 * v4251 - v557 * v3940);
-    const real v4275 = v4272 * v303 - v922 * v3973;
-    const real v4278 = v4240 + v285 * v4193 + v287 * v4204 + (v560 * v4101 + v431 * v4258) - (v569 * v4120 + v443 * v4275);
-    const real v4291 = v4240 + c88 * v4061 + c113 * v4064 - (v560 * v3992 + v328 * v4258) - (v569 * v4002 + v333 * v4275);
-    const real v4295 = v4291 - (v557 * v3985 + v325 * v4251);
-    const real v4298 = v4295 * v385 - v945 * v4045;
-    const real v4305 = v4278 - (v582 * v4130 + v448 * v4298) - (v557 * v4094 + v428 * v4251);
-    const real v4308 = v4305 * v545 - v956 * v4235;
-    const real v4320 = c88 * v4141 - c113 * v4147 + x[3] * x[14] - v597 - (v387 * v3955 - v277 * v3882);
-    const real v4329 = v275 * v3882 - (v4320 + v278 * v3882 - x[5] * x[13]) + (v164 * v4251 + v557 * v3894);
-    const real v4341 = v4329 + (v262 * v4258 + v560 * v3922) - (v294 * v4275 + v569 * v3963) - (v367 * v4298 + v582 * v4029);
-    const real v4355 = v4191 - v4202 + (K(1.0) + v4212) - v4194 - v4205 - (v560 * v4255 + v559 * v4258);
-    const real v4367 = v4355 - (v569 * v4272 + v568 * v4275) - (v582 * v4295 + v581 * v4298) - (v587 * v4305 + v586 * v4308);
-    const real v4373 = (v4341 - (v488 * v4308 + v587 * v4172)) * v640 - v990 * (v4367 - (v557 * v4248 + v556 * v4251));
-    const real v4376 = v4172 * v545 - v828 * v4235 - (v641 * v4308 + v587 * v4373);
-    const real v4383 = v4029 * v385 - v714 * v4045 - (v643 * v4133 + v449 * v4376) - (v641 * v4298 + v582 * v4373);
-    const real v4390 = v3963 * v303 - v673 * v3973 - (v647 * v4005 + v334 * v4383) - (v643 * v4123 + v444 * v4376);
-    const real v4394 = v4390 - (v641 * v4275 + v569 * v4373);
-    const real v4401 = v3922 * v214 - v264 * v3935 - (v653 * v3949 + v292 * v4394) + (v647 * v3995 + v329 * v4383);
-    const real v4409 = v4401 - (v643 * v4104 + v432 * v4376) + (v641 * v4258 + v560 * v4373);
-    const real v4417 = v3894 * v73 - v166 * v3899 + (v173 * v4409 - v1061 * v3907) + (v272 * v4394 - v653 * v3943);
-    const real v4429 = v4417 + (v647 * v3988 + v326 * v4383) + (v643 * v4097 + v429 * v4376) + (v641 * v4251 + v557 * v4373);
-    const real v4430 = v4429 + v3883;
-    const real v4431 = v12 * x[13];
-    const real v4432 = s1 * v4431;
-    const real v4435 = v191 * (v186 * x[14]);
-    const real v4436 = c88 * v4435;
-    const real v4437 = c1 * v4431;
-    const real v4441 = v4436 + s88 * v4437 + v173 * v4432;
-    const real v4444 = s88 * v4435;
-    const real v4449 = v272 * v4432 - (v4444 - c88 * v4437) - v292 * v4441;
-    const real v4452 = p[13] * v4431;
-    const real v4453 = v186 * v4435;
-    const real v4460 = v326 * v4432 - (v4452 + v4453 - x[13]) + v329 * v4441 - v334 * v4449;
-    const real v4464 = v4452 - v134 * v4437;
-    const real v4472 = v429 * v4432 - (s88 * v4464 - (x[14] - v4453) - v387 * v4436) - v432 * v4441;
-    const real v4476 = v4472 - v444 * v4449 - v449 * v4460;
-    const real v4486 = v557 * v4432 - (c88 * v4464 + v387 * v4444) + v560 * v4441 - v569 * v4449;
-    const real v4491 = (v4486 - v582 * v4460 - v587 * v4476) * v640;
-    const real v4493 = v4476 * v545 - v587 * v4491;
-    const real v4497 = v4460 * v385 - v449 * v4493 - v582 * v4491;
-    const real v4503 = v4449 * v303 - v334 * v4497 - v444 * v4493 - v569 * v4491;
-    const real v4511 = v4441 * v214 - v292 * v4503 + v329 * v4497 - v432 * v4493 + v560 * v4491;
-    const real v4521 = v4432 * v73 + v173 * v4511 + v272 * v4503 + v326 * v4497 + v429 * v4493 + v557 * v4491;
-    const real v4522 = v32 * v31;
-    const real v4524 = v31 - v4522 * v27;
-    const real v4525 = p[20] * v4524;
-    const real v4526 = p[18] * v4525;
-    const real v4528 = p[18] * v4524;
-    const real v4530 = v125 * v4526 + v129 * v4528;
-    const real v4535 = p[19] * v4525 * v35 - v48 * v4525;
-    const real v4536 = v18 * v4535;
-    const real v4538 = v13 * (c1 * v4536);
-    const real v4543 = v57 * p[18] + v56 * v4528;
-    const real v4549 = v151 * v4543 - v58 * (c55 * v4536) - v159 * p[18];
-    const real v4551 = s55 * v4530 - c1 * v4538 + c55 * v4549;
-    const real v4554 = s55 * v4543;
-    const real v4555 = s55 * v4554;
-    const real v4556 = v4525 + v4543 - v4555;
-    const real v4559 = c55 * v4554;
-    const real v4560 = s113 * v4559;
-    const real v4563 = v4560 * v73 - v175 * v4556;
-    const real v4568 = v202 * v201;
-    const real v4570 = v201 - v4568 * v198;
-    const real v4571 = v246 * v4570;
-    const real v4572 = c113 * v4571;
-    const real v4573 = s1 * v4538;
-    const real v4578 = s55 * v4549 - c55 * v4530;
-    const real v4581 = v164 * v4563 + v173 * v4551 - (v4572 - s88 * v4573 + s113 * v4578);
-    const real v4583 = v4555 + v4525;
-    const real v4584 = p[20] * v4570;
-    const real v4585 = v4583 - v4584;
-    const real v4586 = v195 * v4585;
-    const real v4593 = v4586 + v4525 + v4584 - v4525 - (v173 * v4560 + v172 * v4563);
-    const real v4598 = c113 * v4559;
-    const real v4601 = v4598 * v73 - v654 * v4556;
-    const real v4604 = v287 * v4585 - (v272 * v4560 + v172 * v4601);
-    const real v4607 = v4604 * v214 - v657 * v4593;
-    const real v4614 = s113 * v4571;
-    const real v4621 = v164 * v4601 + v272 * v4551 - (c113 * v4578 - (c88 * v4573 + v4614)) - (v262 * v4607 + v292 * v4581);
-    const real v4631 = v4583 - v4586 - (v292 * v4604 + v291 * v4607) - (v272 * v4598 + v271 * v4601);
-    const real v4634 = v197 * v4584;
-    const real v4635 = s113 * v4634;
-    const real v4636 = c55 * v4526;
-    const real v4640 = c113 * v4634;
-    const real v4644 = s55 * v4526;
-    const real v4647 = v4644 * v73 - v683 * v4556;
-    const real v4650 = v4640 + s113 * v4636 + (v326 * v4560 + v172 * v4647);
-    const real v4653 = v4650 * v214 - v686 * v4593;
-    const real v4660 = v4635 - c113 * v4636 + (v329 * v4604 + v291 * v4653) - (v326 * v4598 + v271 * v4647);
-    const real v4663 = v4660 * v303 - v694 * v4631;
-    const real v4672 = v150 * v4644 - v324 * v4536 + p[18] * v4530;
-    const real v4673 = v323 * v4536;
-    const real v4674 = v197 * v4571;
-    const real v4681 = v164 * v4647 + v326 * v4551 - (v4672 - (v4673 + v4674)) + (v262 * v4653 + v329 * v4581);
-    const real v4685 = v4681 - (v294 * v4663 + v334 * v4621);
-    const real v4687 = v197 * v4634;
-    const real v4688 = p[18] * v4526;
-    const real v4697 = v4687 + v4688 - (v329 * v4650 + v328 * v4653) - (v334 * v4660 + v333 * v4663);
-    const real v4701 = v4697 - (v326 * v4644 + v325 * v4647);
-    const real v4704 = v192 * v4535;
-    const real v4705 = v186 * v4704;
-    const real v4706 = c88 * v4705;
-    const real v4710 = v392 * v4584 - v203 * v4535;
-    const real v4711 = v197 * v4710;
-    const real v4712 = c113 * v4711;
-    const real v4714 = v310 * v4535;
-    const real v4719 = v149 * v4636 - v313 * v4535;
-    const real v4720 = v4688 - v4719;
-    const real v4725 = v23 * v4535 - v4704;
-    const real v4729 = v4710 - (v149 * v4525 - v33 * v4535);
-    const real v4731 = v67 * v4535;
-    const real v4732 = v4731 + v4725;
-    const real v4736 = v149 * v4555 - v71 * v4535;
-    const real v4737 = v4636 - v4736;
-    const real v4738 = v4737 + v4729;
-    const real v4740 = v184 * v4732 + v195 * v4738;
-    const real v4747 = v4644 + (v149 * v4559 - v170 * v4535);
-    const real v4749 = v168 * v4535;
-    const real v4751 = s113 * v4747 - s88 * v4749;
-    const real v4754 = v4751 * v73 - v747 * v4556;
-    const real v4757 = v4725 + v4729 - v4740 - v4640 - (v429 * v4560 + v172 * v4754);
-    const real v4760 = v4757 * v214 - v752 * v4593;
-    const real v4763 = v4687 + v4706 - v4712 + s88 * v4714 + s113 * v4720 + (v432 * v4650 + v328 * v4760);
-    const real v4767 = v285 * v4732 + v287 * v4738;
-    const real v4776 = v4635 - v4767 - (v432 * v4604 + v291 * v4760) - (v429 * v4598 + v271 * v4754);
-    const real v4779 = v4776 * v303 - v781 * v4631;
-    const real v4786 = v4763 - (v444 * v4660 + v333 * v4779) - (v429 * v4644 + v325 * v4754);
-    const real v4789 = v4786 * v385 - v790 * v4701;
-    const real v4797 = v4672 + (v149 * v4578 - v257 * v4535);
-    const real v4802 = v4673 + (v134 * v4573 + v252 * v4535);
-    const real v4811 = s113 * v4797 - (s88 * v4802 + v4674) - v233 * v4535 + (v392 * v4572 - v248 * v4535);
-    const real v4818 = v164 * v4754 + v429 * v4551 - (v4811 + v217 * v4535) - (v262 * v4760 + v432 * v4581);
-    const real v4826 = v4818 - (v294 * v4779 + v444 * v4621) - (v367 * v4789 + v449 * v4685);
-    const real v4830 = v392 * v4710 - v393 * v4535;
-    const real v4833 = v388 * v4535 + v387 * v4704;
-    const real v4837 = v23 * (v836 * v4535);
-    const real v4842 = K(-2.0) * v4714 + (v410 * v4535 + v134 * v4731);
-    const real v4844 = v4833 - (v4837 + v4842);
-    const real v4845 = v184 * v4844;
-    const real v4850 = v504 * v4525 - v33 * (v848 * v4535);
-    const real v4856 = v4688 + K(-2.0) * v4719 + (v149 * v4736 - v414 * v4535);
-    const real v4858 = v4850 + v4856 - v4830;
-    const real v4859 = v195 * v4858;
-    const real v4866 = v517 * v4525 - (v526 * v4525 + v34 * (v860 * v4535));
-    const real v4871 = v4830 - v4833 + v4687 + v4845 + v4859 + v4866 + v4837 - v4850 - K(-2.0) * v4706;
-    const real v4881 = v4871 + K(-2.0) * v4712 - (v432 * v4757 + v431 * v4760) - (v444 * v4776 + v443 * v4779);
-    const real v4889 = v4881 - (v449 * v4786 + v448 * v4789) - (v429 * v4751 + v428 * v4754);
-    const real v4894 = s113 * v4711 - s88 * v4705;
-    const real v4903 = c113 * v4747 - c88 * v4749;
-    const real v4906 = v4903 * v73 - v902 * v4556;
-    const real v4909 = v4767 + (v557 * v4560 + v172 * v4906);
-    const real v4912 = v4909 * v214 - v907 * v4593;
-    const real v4926 = v4740 - (v4731 + v4737) + (v560 * v4604 + v291 * v4912) - (v557 * v4598 + v271 * v4906);
-    const real v4929 = v4926 * v303 - v922 * v4631;
-    const real v4932 = v4894 + v285 * v4844 + v287 * v4858 + (v560 * v4757 + v431 * v4912) - (v569 * v4776 + v443 * v4929);
-    const real v4945 = v4894 + c88 * v4714 + c113 * v4720 - (v560 * v4650 + v328 * v4912) - (v569 * v4660 + v333 * v4929);
-    const real v4949 = v4945 - (v557 * v4644 + v325 * v4906);
-    const real v4952 = v4949 * v385 - v945 * v4701;
-    const real v4959 = v4932 - (v582 * v4786 + v448 * v4952) - (v557 * v4751 + v428 * v4906);
-    const real v4962 = v4959 * v545 - v956 * v4889;
-    const real v4973 = c113 * v4797 - c88 * v4802 + v277 * v4535 - (v392 * v4614 - v278 * v4535);
-    const real v4982 = v275 * v4535 - v4973 + (v164 * v4906 + v557 * v4551) + (v262 * v4912 + v560 * v4581);
-    const real v4994 = v4982 - (v294 * v4929 + v569 * v4621) - (v367 * v4952 + v582 * v4685) - (v488 * v4962 + v587 * v4826);
-    const real v5007 = v4856 - v4842 + v4866 - v4845 - v4859 - (v560 * v4909 + v559 * v4912) - (v569 * v4926 + v568 * v4929);
-    const real v5019 = v5007 - (v582 * v4949 + v581 * v4952) - (v587 * v4959 + v586 * v4962) - (v557 * v4903 + v556 * v4906);
-    const real v5021 = v4994 * v640 - v990 * v5019;
-    const real v5024 = v4826 * v545 - v828 * v4889 - (v641 * v4962 + v587 * v5021);
-    const real v5031 = v4685 * v385 - v714 * v4701 - (v643 * v4789 + v449 * v5024) - (v641 * v4952 + v582 * v5021);
-    const real v5038 = v4621 * v303 - v673 * v4631 - (v647 * v4663 + v334 * v5031) - (v643 * v4779 + v444 * v5024);
-    const real v5042 = v5038 - (v641 * v4929 + v569 * v5021);
-    const real v5049 = v4581 * v214 - v264 * v4593 - (v653 * v4607 + v292 * v5042) + (v647 * v4653 + v329 * v5031);
-    const real v5057 = v5049 - (v643 * v4760 + v432 * v5024) + (v641 * v4912 + v560 * v5021);
-    const real v5064 = v4551 * v73 - v166 * v4556 + (v1061 * v4563 + v173 * v5057) + (v653 * v4601 + v272 * v5042);
-    const real v5076 = v5064 + (v647 * v4647 + v326 * v5031) + (v643 * v4754 + v429 * v5024) + (v641 * v4906 + v557 * v5021);
-    const real v5077 = v5076 + v4536;
-    const real v5079 = p[17] * (p[18] + p[18]);
-    const real v5080 = v4522 * v5079;
-    const real v5081 = p[20] * v5080;
-    const real v5083 = v33 - p[18] * v5081;
-    const real v5086 = v32 - p[18] * v5080;
-    const real v5088 = v125 * v5083 + v129 * v5086;
-    const real v5093 = v48 * v5081 - p[19] * v5081 * v35;
-    const real v5094 = v18 * v5093;
-    const real v5096 = v13 * (c1 * v5094);
-    const real v5101 = v57 * p[17] + v56 * v5086;
-    const real v5107 = v151 * v5101 - v58 * (c55 * v5094) - v159 * p[17];
-    const real v5109 = s55 * v5088 - c1 * v5096 + c55 * v5107;
-    const real v5112 = s55 * v5101;
-    const real v5113 = s55 * v5112;
-    const real v5114 = v5101 - v5081 - v5113;
-    const real v5117 = c55 * v5112;
-    const real v5118 = s113 * v5117;
-    const real v5121 = v5118 * v73 - v175 * v5114;
-    const real v5131 = v218 * s55 + v110 * (v156 * c55) - v240 * v119;
-    const real v5139 = v4568 * (p[17] * ((v197 + v197) * s55));
-    const real v5141 = v202 * (p[20] * v5131 - v244 * s55) - v246 * v5139;
-    const real v5142 = c113 * v5141;
-    const real v5143 = s1 * v5096;
-    const real v5148 = s55 * v5107 - c55 * v5088;
-    const real v5151 = v164 * v5121 + v173 * v5109 - (v5142 - s88 * v5143 + s113 * v5148);
-    const real v5153 = v5113 - v5081;
-    const real v5154 = p[20] * v5139;
-    const real v5155 = v5153 + v5154;
-    const real v5156 = v195 * v5155;
-    const real v5163 = v5156 - v5081 - v5154 + v5081 - (v173 * v5118 + v172 * v5121);
-    const real v5168 = c113 * v5117;
-    const real v5171 = v5168 * v73 - v654 * v5114;
-    const real v5174 = v287 * v5155 - (v272 * v5118 + v172 * v5171);
-    const real v5177 = v5174 * v214 - v657 * v5163;
-    const real v5184 = s113 * v5141;
-    const real v5191 = v164 * v5171 + v272 * v5109 - (c113 * v5148 - (c88 * v5143 + v5184)) - (v262 * v5177 + v292 * v5151);
-    const real v5201 = v5153 - v5156 - (v292 * v5174 + v291 * v5177) - (v272 * v5168 + v271 * v5171);
-    const real v5206 = v203 * s55 - v197 * v5154;
-    const real v5207 = s113 * v5206;
-    const real v5208 = c55 * v5083;
-    const real v5212 = c113 * v5206;
-    const real v5216 = s55 * v5083;
-    const real v5219 = v5216 * v73 - v683 * v5114;
-    const real v5222 = v5212 + s113 * v5208 + (v326 * v5118 + v172 * v5219);
-    const real v5225 = v5222 * v214 - v686 * v5163;
-    const real v5232 = v5207 - c113 * v5208 + (v329 * v5174 + v291 * v5225) - (v326 * v5168 + v271 * v5219);
-    const real v5235 = v5232 * v303 - v694 * v5201;
-    const real v5245 = v150 * v5216 - v324 * v5094 + (p[18] * v5088 + v131);
-    const real v5246 = v323 * v5094;
-    const real v5249 = v197 * v5141 + v247 * s55;
-    const real v5256 = v164 * v5219 + v326 * v5109 - (v5245 - (v5246 + v5249)) + (v262 * v5225 + v329 * v5151);
-    const real v5260 = v5256 - (v294 * v5235 + v334 * v5191);
-    const real v5264 = v307 * s55 + v197 * v5206;
-    const real v5266 = p[18] * v5083 + v108;
-    const real v5275 = v5264 + v5266 - (v329 * v5222 + v328 * v5225) - (v334 * v5232 + v333 * v5235);
-    const real v5279 = v5275 - (v326 * v5216 + v325 * v5219);
-    const real v5282 = v192 * v5093;
-    const real v5283 = v186 * v5282;
-    const real v5284 = c88 * v5283;
-    const real v5287 = v5093 + c55;
-    const real v5290 = v203 * v5287 + v392 * v5154;
-    const real v5292 = v393 * s55 - v197 * v5290;
-    const real v5293 = c113 * v5292;
-    const real v5295 = v310 * v5093;
-    const real v5300 = v149 * v5208 - v313 * v5093;
-    const real v5301 = v5266 - v5300;
-    const real v5306 = v23 * v5093 - v5282;
-    const real v5310 = v33 * v5093 + v149 * v5081 - v5290;
-    const real v5312 = v67 * v5093;
-    const real v5313 = v5312 + v5306;
-    const real v5317 = v149 * v5113 - v71 * v5093;
-    const real v5318 = v5208 - v5317;
-    const real v5319 = v5318 + v5310;
-    const real v5321 = v184 * v5313 + v195 * v5319;
-    const real v5328 = v5216 + (v149 * v5117 - v170 * v5093);
-    const real v5330 = v168 * v5093;
-    const real v5332 = s113 * v5328 - s88 * v5330;
-    const real v5335 = v5332 * v73 - v747 * v5114;
-    const real v5338 = v5306 + v5310 - v5321 - v5212 - (v429 * v5118 + v172 * v5335);
-    const real v5341 = v5338 * v214 - v752 * v5163;
-    const real v5344 = v5264 + v5284 - v5293 + s88 * v5295 + s113 * v5301 + (v432 * v5222 + v328 * v5341);
-    const real v5348 = v285 * v5313 + v287 * v5319;
-    const real v5357 = v5207 - v5348 - (v432 * v5174 + v291 * v5341) - (v429 * v5168 + v271 * v5335);
-    const real v5360 = v5357 * v303 - v781 * v5201;
-    const real v5367 = v5344 - (v444 * v5232 + v333 * v5360) - (v429 * v5216 + v325 * v5335);
-    const real v5370 = v5367 * v385 - v790 * v5279;
-    const real v5378 = v5245 + (v149 * v5148 - v257 * v5093);
-    const real v5383 = v5246 + (v134 * v5143 + v252 * v5093);
-    const real v5392 = s113 * v5378 - (s88 * v5383 + v5249) - v233 * v5093 + (v392 * v5142 - v248 * v5287);
-    const real v5399 = v164 * v5335 + v429 * v5109 - (v5392 + v217 * v5093) - (v262 * v5341 + v432 * v5151);
-    const real v5407 = v5399 - (v294 * v5360 + v444 * v5191) - (v367 * v5370 + v449 * v5260);
-    const real v5411 = v388 * v5093 + v387 * v5282;
-    const real v5414 = v393 * v5287 + v392 * v5290;
-    const real v5418 = v23 * (v836 * v5093);
-    const real v5423 = K(-2.0) * v5295 + (v410 * v5093 + v134 * v5312);
-    const real v5425 = v5411 - (v5418 + v5423);
-    const real v5426 = v184 * v5425;
-    const real v5433 = v5266 + K(-2.0) * v5300 + (v149 * v5317 - v414 * v5093);
-    const real v5437 = v504 * v5081 + v33 * (v848 * v5093);
-    const real v5439 = v5433 - v5437 + v5414;
-    const real v5440 = v195 * v5439;
-    const real v5447 = v517 * v5081 + (v34 * (v860 * v5093) - v526 * v5081);
-    const real v5452 = v5264 - (v5411 + v5414) + v5426 + v5440 - v5447 + v5418 + v5437 - K(-2.0) * v5284;
-    const real v5462 = v5452 + K(-2.0) * v5293 - (v432 * v5338 + v431 * v5341) - (v444 * v5357 + v443 * v5360);
-    const real v5470 = v5462 - (v449 * v5367 + v448 * v5370) - (v429 * v5332 + v428 * v5335);
-    const real v5475 = s113 * v5292 - s88 * v5283;
-    const real v5484 = c113 * v5328 - c88 * v5330;
-    const real v5487 = v5484 * v73 - v902 * v5114;
-    const real v5490 = v5348 + (v557 * v5118 + v172 * v5487);
-    const real v5493 = v5490 * v214 - v907 * v5163;
-    const real v5507 = v5321 - (v5312 + v5318) + (v560 * v5174 + v291 * v5493) - (v557 * v5168 + v271 * v5487);
-    const real v5510 = v5507 * v303 - v922 * v5201;
-    const real v5513 = v5475 + v285 * v5425 + v287 * v5439 + (v560 * v5338 + v431 * v5493) - (v569 * v5357 + v443 * v5510);
-    const real v5526 = v5475 + c88 * v5295 + c113 * v5301 - (v560 * v5222 + v328 * v5493) - (v569 * v5232 + v333 * v5510);
-    const real v5530 = v5526 - (v557 * v5216 + v325 * v5487);
-    const real v5533 = v5530 * v385 - v945 * v5279;
-    const real v5540 = v5513 - (v582 * v5367 + v448 * v5533) - (v557 * v5332 + v428 * v5487);
-    const real v5543 = v5540 * v545 - v956 * v5470;
-    const real v5554 = c113 * v5378 - c88 * v5383 + v277 * v5093 - (v392 * v5184 - v278 * v5287);
-    const real v5563 = v275 * v5093 - v5554 + (v164 * v5487 + v557 * v5109) + (v262 * v5493 + v560 * v5151);
-    const real v5575 = v5563 - (v294 * v5510 + v569 * v5191) - (v367 * v5533 + v582 * v5260) - (v488 * v5543 + v587 * v5407);
-    const real v5588 = v5433 - v5423 - v5447 - v5426 - v5440 - (v560 * v5490 + v559 * v5493) - (v569 * v5507 + v568 * v5510);
-    const real v5600 = v5588 - (v582 * v5530 + v581 * v5533) - (v587 * v5540 + v586 * v5543) - (v557 * v5484 + v556 * v5487);
-    const real v5602 = v5575 * v640 - v990 * v5600;
-    const real v5605 = v5407 * v545 - v828 * v5470 - (v641 * v5543 + v587 * v5602);
-    const real v5612 = v5260 * v385 - v714 * v5279 - (v643 * v5370 + v449 * v5605) - (v641 * v5533 + v582 * v5602);
-    const real v5619 = v5191 * v303 - v673 * v5201 - (v647 * v5235 + v334 * v5612) - (v643 * v5360 + v444 * v5605);
-    const real v5623 = v5619 - (v641 * v5510 + v569 * v5602);
-    const real v5630 = v5151 * v214 - v264 * v5163 - (v653 * v5177 + v292 * v5623) + (v647 * v5225 + v329 * v5612);
-    const real v5638 = v5630 - (v643 * v5341 + v432 * v5605) + (v641 * v5493 + v560 * v5602);
-    const real v5645 = v5109 * v73 - v166 * v5114 + (v1061 * v5121 + v173 * v5638) + (v653 * v5171 + v272 * v5623);
-    const real v5657 = v5645 + (v647 * v5219 + v326 * v5612) + (v643 * v5335 + v429 * v5605) + (v641 * v5487 + v557 * v5602);
-    const real v5658 = v5657 + v5094;
-    const real v5659 = v33 * v35;
-    const real v5660 = K(1.0) - v5659;
-    const real v5661 = v18 * v5660;
-    const real v5663 = v58 * (c55 * v5661);
-    const real v5665 = v18 * v5659;
-    const real v5667 = v13 * (c1 * v5665);
-    const real v5669 = c55 * v5663 - c1 * v5667;
-    const real v5672 = s55 * v5663;
-    const real v5674 = s1 * v5667;
-    const real v5677 = v173 * v5669 - (s113 * v5672 - s88 * v5674);
-    const real v5685 = v272 * v5669 - (c113 * v5672 - c88 * v5674) - v292 * v5677;
-    const real v5688 = v324 * v5661;
-    const real v5689 = v323 * v5665;
-    const real v5695 = v326 * v5669 - (v5688 - v5689) + v329 * v5677 - v334 * v5685;
-    const real v5697 = v192 * v5659;
-    const real v5698 = v186 * v5697;
-    const real v5699 = c88 * v5698;
-    const real v5700 = v203 * v5660;
-    const real v5701 = v197 * v5700;
-    const real v5702 = c113 * v5701;
-    const real v5704 = v310 * v5659;
-    const real v5707 = v313 * v5660;
-    const real v5711 = v23 * v5659 - v5697;
-    const real v5713 = v5700 - v33 * v5660;
-    const real v5715 = v67 * v5659;
-    const real v5716 = v5715 + v5711;
-    const real v5718 = v71 * v5660;
-    const real v5719 = v5713 - v5718;
-    const real v5721 = v184 * v5716 + v195 * v5719;
-    const real v5723 = v170 * v5660;
-    const real v5725 = v168 * v5659;
-    const real v5727 = s113 * v5723 - s88 * v5725;
-    const real v5728 = v5727 * v73;
-    const real v5730 = v5711 + v5713 - v5721 - v172 * v5728;
-    const real v5731 = v5730 * v214;
-    const real v5736 = v285 * v5716 + v287 * v5719;
-    const real v5740 = v5736 + v291 * v5731 + v271 * v5728;
-    const real v5741 = v5740 * v303;
-    const real v5745 = v5699 - v5702 + s88 * v5704 - s113 * v5707 + v328 * v5731 + v333 * v5741 - v325 * v5728;
-    const real v5746 = v5745 * v385;
-    const real v5754 = v5688 + (v149 * v5672 + v257 * v5660);
-    const real v5759 = v5689 + (v134 * v5674 + v252 * v5659);
-    const real v5768 = v164 * v5728 + v429 * v5669 - (s113 * v5754 - s88 * v5759 - v233 * v5659 + v248 * v5660 + v217 * v5659);
-    const real v5780 = v5768 - (v262 * v5731 + v432 * v5677) - (v444 * v5685 - v294 * v5741) - (v367 * v5746 + v449 * v5695);
-    const real v5784 = v393 * v5660 + v392 * v5700;
-    const real v5787 = v388 * v5659 + v387 * v5697;
-    const real v5790 = v23 * (v836 * v5659);
-    const real v5795 = K(-2.0) * v5704 + (v410 * v5659 + v134 * v5715);
-    const real v5797 = v5787 - (v5790 + v5795);
-    const real v5798 = v184 * v5797;
-    const real v5801 = v33 * (v848 * v5660);
-    const real v5806 = K(-2.0) * v5707 + (v414 * v5660 + v149 * v5718);
-    const real v5808 = v5801 + v5806 - v5784;
-    const real v5809 = v195 * v5808;
-    const real v5815 = v33 * (p[19] + p[19]) - v34 * (v860 * v5659);
-    const real v5822 = v5784 - v5787 + v5798 + v5809 + v5815 + v5790 - v5801 - K(-2.0) * v5699 + K(-2.0) * v5702;
-    const real v5834 = v5822 - (v432 * v5730 + v431 * v5731) + (v444 * v5740 + v443 * v5741) - (v449 * v5745 + v448 * v5746);
-    const real v5838 = v5834 - (v429 * v5727 + v428 * v5728);
-    const real v5843 = s113 * v5701 - s88 * v5698;
-    const real v5851 = c113 * v5723 - c88 * v5725;
-    const real v5852 = v5851 * v73;
-    const real v5854 = v5736 + v172 * v5852;
-    const real v5855 = v5854 * v214;
-    const real v5864 = v5721 - (v5715 - v5718) + v291 * v5855 - v271 * v5852;
-    const real v5865 = v5864 * v303;
-    const real v5869 = v5843 + v285 * v5797 + v287 * v5808 + (v560 * v5730 + v431 * v5855) - (v443 * v5865 - v569 * v5740);
-    const real v5880 = v5843 + c88 * v5704 - c113 * v5707 - v328 * v5855 - v333 * v5865 - v325 * v5852;
-    const real v5881 = v5880 * v385;
-    const real v5888 = v5869 - (v582 * v5745 + v448 * v5881) - (v557 * v5727 + v428 * v5852);
-    const real v5891 = v5888 * v545 - v956 * v5838;
-    const real v5901 = v275 * v5659 - (c113 * v5754 - c88 * v5759 + v277 * v5659 - v278 * v5660);
-    const real v5913 = v5901 + (v164 * v5852 + v557 * v5669) + (v262 * v5855 + v560 * v5677) - (v294 * v5865 + v569 * v5685);
-    const real v5922 = (v5913 - (v367 * v5881 + v582 * v5695) - (v488 * v5891 + v587 * v5780)) * v640;
-    const real v5934 = v5806 - v5795 + v5815 - v5798 - v5809 - (v560 * v5854 + v559 * v5855) - (v569 * v5864 + v568 * v5865);
-    const real v5946 = v5934 - (v582 * v5880 + v581 * v5881) - (v587 * v5888 + v586 * v5891) - (v557 * v5851 + v556 * v5852);
-    const real v5948 = v5922 - v990 * v5946;
-    const real v5951 = v5780 * v545 - v828 * v5838 - (v641 * v5891 + v587 * v5948);
-    const real v5958 = v5695 * v385 - (v643 * v5746 + v449 * v5951) - (v641 * v5881 + v582 * v5948);
-    const real v5968 = v5685 * v303 - v334 * v5958 - (v444 * v5951 - v643 * v5741) - (v641 * v5865 + v569 * v5948);
-    const real v5976 = v5677 * v214 - v292 * v5968 + v329 * v5958 - (v643 * v5731 + v432 * v5951);
-    const real v5980 = v5976 + (v641 * v5855 + v560 * v5948);
-    const real v5990 = v5669 * v73 + v173 * v5980 + v272 * v5968 + v326 * v5958 + (v643 * v5728 + v429 * v5951);
-    const real v5994 = v5990 + (v641 * v5852 + v557 * v5948);
-    const real v5995 = v5994 + v5665;
-    const real v5997 = v32 - p[20] * v4522;
-    const real v5998 = p[18] * v5997;
-    const real v6000 = p[18] * v4522;
-    const real v6002 = v125 * v5998 - v129 * v6000;
-    const real v6007 = p[19] * v5997 * v35 - v48 * v5997;
-    const real v6008 = v18 * v6007;
-    const real v6010 = v13 * (c1 * v6008);
-    const real v6015 = v56 * v6000;
-    const real v6017 = v58 * (c55 * v6008) + v151 * v6015;
-    const real v6019 = s55 * v6002 - c1 * v6010 - c55 * v6017;
-    const real v6022 = s55 * v6015;
-    const real v6023 = s55 * v6022;
-    const real v6024 = v5997 - v6015 + v6023;
-    const real v6028 = c55 * v6022;
-    const real v6029 = s113 * v6028;
-    const real v6032 = v6029 * v73 + v175 * v6024;
-    const real v6037 = v202 * v242 - v246 * v4568;
-    const real v6038 = c113 * v6037;
-    const real v6039 = s1 * v6010;
-    const real v6044 = s55 * v6017 + c55 * v6002;
-    const real v6047 = v173 * v6019 - v164 * v6032 - (v6038 - s88 * v6039 - s113 * v6044);
-    const real v6049 = v5997 - v6023;
-    const real v6051 = v202 - p[20] * v4568;
-    const real v6052 = v6049 - v6051;
-    const real v6053 = v195 * v6052;
-    const real v6060 = v6053 + v5997 + v6051 - v5997 + (v173 * v6029 + v172 * v6032);
-    const real v6065 = c113 * v6028;
-    const real v6068 = v6065 * v73 + v654 * v6024;
-    const real v6071 = v287 * v6052 + (v272 * v6029 + v172 * v6068);
-    const real v6074 = v6071 * v214 - v657 * v6060;
-    const real v6080 = s113 * v6037;
-    const real v6088 = v272 * v6019 - v164 * v6068 + (c88 * v6039 + v6080 + c113 * v6044) - (v262 * v6074 + v292 * v6047);
-    const real v6098 = v6049 - v6053 - (v292 * v6071 + v291 * v6074) + (v272 * v6065 + v271 * v6068);
-    const real v6101 = v197 * v6051;
-    const real v6102 = s113 * v6101;
-    const real v6103 = c55 * v5998;
-    const real v6107 = c113 * v6101;
-    const real v6110 = s55 * v5998;
-    const real v6113 = v6110 * v73 - v683 * v6024;
-    const real v6117 = v6107 + s113 * v6103 + (v172 * v6113 - v326 * v6029);
-    const real v6120 = v6117 * v214 - v686 * v6060;
-    const real v6127 = v6102 - c113 * v6103 + (v329 * v6071 + v291 * v6120) - (v271 * v6113 - v326 * v6065);
-    const real v6130 = v6127 * v303 - v694 * v6098;
-    const real v6139 = v150 * v6110 - v324 * v6008 + p[18] * v6002;
-    const real v6140 = v323 * v6008;
-    const real v6141 = v197 * v6037;
-    const real v6150 = v164 * v6113 + v326 * v6019 - (v6139 - (v6140 + v6141) + x[4] * x[16]) + (v262 * v6120 + v329 * v6047);
-    const real v6154 = v6150 - (v294 * v6130 + v334 * v6088);
-    const real v6156 = v197 * v6101;
-    const real v6157 = p[18] * v5998;
-    const real v6166 = v6156 + v6157 - (v329 * v6117 + v328 * v6120) - (v334 * v6127 + v333 * v6130);
-    const real v6170 = v6166 - (v326 * v6110 + v325 * v6113);
-    const real v6173 = v192 * v6007;
-    const real v6174 = v186 * v6173;
-    const real v6175 = c88 * v6174;
-    const real v6179 = v392 * v6051 - v203 * v6007;
-    const real v6180 = v197 * v6179;
-    const real v6181 = c113 * v6180;
-    const real v6183 = v310 * v6007;
-    const real v6188 = v149 * v6103 - v313 * v6007;
-    const real v6189 = v6157 - v6188;
-    const real v6194 = v23 * v6007 - v6173;
-    const real v6198 = v6179 - (v149 * v5997 - v33 * v6007);
-    const real v6200 = v67 * v6007;
-    const real v6201 = v6200 + v6194;
-    const real v6205 = v149 * v6023 + v71 * v6007;
-    const real v6206 = v6103 + v6205;
-    const real v6207 = v6206 + v6198;
-    const real v6209 = v184 * v6201 + v195 * v6207;
-    const real v6215 = v6110 - (v149 * v6028 + v170 * v6007);
-    const real v6217 = v168 * v6007;
-    const real v6219 = s113 * v6215 - s88 * v6217;
-    const real v6222 = v6219 * v73 - v747 * v6024;
-    const real v6226 = v6194 + v6198 - v6209 - v6107 - (v172 * v6222 - v429 * v6029);
-    const real v6229 = v6226 * v214 - v752 * v6060;
-    const real v6232 = v6156 + v6175 - v6181 + s88 * v6183 + s113 * v6189 + (v432 * v6117 + v328 * v6229);
-    const real v6236 = v285 * v6201 + v287 * v6207;
-    const real v6245 = v6102 - v6236 - (v432 * v6071 + v291 * v6229) - (v271 * v6222 - v429 * v6065);
-    const real v6248 = v6245 * v303 - v781 * v6098;
-    const real v6255 = v6232 - (v444 * v6127 + v333 * v6248) - (v429 * v6110 + v325 * v6222);
-    const real v6258 = v6255 * v385 - v790 * v6170;
-    const real v6266 = v6139 - (v149 * v6044 + v257 * v6007);
-    const real v6271 = v6140 + (v134 * v6039 + v252 * v6007);
-    const real v6282 = s113 * v6266 - (s88 * v6271 + v6141) - x[4] * x[15] - v233 * v6007 + (v392 * v6038 - v248 * v6007);
-    const real v6289 = v164 * v6222 + v429 * v6019 - (v6282 + v217 * v6007) - (v262 * v6229 + v432 * v6047);
-    const real v6297 = v6289 - (v294 * v6248 + v444 * v6088) - (v367 * v6258 + v449 * v6154);
-    const real v6301 = v392 * v6179 - v393 * v6007;
-    const real v6304 = v388 * v6007 + v387 * v6173;
-    const real v6308 = v23 * (v836 * v6007);
-    const real v6313 = K(-2.0) * v6183 + (v410 * v6007 + v134 * v6200);
-    const real v6315 = v6304 - (v6308 + v6313);
-    const real v6316 = v184 * v6315;
-    const real v6321 = v504 * v5997 - v33 * (v848 * v6007);
-    const real v6327 = v6157 + K(-2.0) * v6188 - (v414 * v6007 + v149 * v6205);
-    const real v6329 = v6321 + v6327 - v6301;
-    const real v6330 = v195 * v6329;
-    const real v6337 = v517 * v5997 - (v526 * v5997 + v34 * (v860 * v6007));
-    const real v6342 = v6301 - v6304 + v6156 + v6316 + v6330 + v6337 + v6308 - v6321 - K(-2.0) * v6175;
-    const real v6352 = v6342 + K(-2.0) * v6181 - (v432 * v6226 + v431 * v6229) - (v444 * v6245 + v443 * v6248);
-    const real v6360 = v6352 - (v449 * v6255 + v448 * v6258) - (v429 * v6219 + v428 * v6222);
-    const real v6365 = s113 * v6180 - s88 * v6174;
-    const real v6373 = c113 * v6215 - c88 * v6217;
-    const real v6376 = v6373 * v73 - v902 * v6024;
-    const real v6380 = v6236 + (v172 * v6376 - v557 * v6029);
-    const real v6383 = v6380 * v214 - v907 * v6060;
-    const real v6397 = v6209 - (v6200 + v6206) + (v560 * v6071 + v291 * v6383) - (v271 * v6376 - v557 * v6065);
-    const real v6400 = v6397 * v303 - v922 * v6098;
-    const real v6403 = v6365 + v285 * v6315 + v287 * v6329 + (v560 * v6226 + v431 * v6383) - (v569 * v6245 + v443 * v6400);
-    const real v6416 = v6365 + c88 * v6183 + c113 * v6189 - (v560 * v6117 + v328 * v6383) - (v569 * v6127 + v333 * v6400);
-    const real v6420 = v6416 - (v557 * v6110 + v325 * v6376);
-    const real v6423 = v6420 * v385 - v945 * v6170;
-    const real v6430 = v6403 - (v582 * v6255 + v448 * v6423) - (v557 * v6219 + v428 * v6376);
-    const real v6433 = v6430 * v545 - v956 * v6360;
-    const real v6447 = c113 * v6266 - c88 * v6271 + x[3] * x[16] - v597 + v277 * v6007 - (v392 * v6080 - v278 * v6007);
-    const real v6458 = v275 * v6007 - (v6447 - x[5] * x[15]) + (v164 * v6376 + v557 * v6019) + (v262 * v6383 + v560 * v6047);
-    const real v6470 = v6458 - (v294 * v6400 + v569 * v6088) - (v367 * v6423 + v582 * v6154) - (v488 * v6433 + v587 * v6297);
-    const real v6480 = v6327 - v6313 + (K(1.0) + v6337) - v6316 - v6330 - (v560 * v6380 + v559 * v6383);
-    const real v6492 = v6480 - (v569 * v6397 + v568 * v6400) - (v582 * v6420 + v581 * v6423) - (v587 * v6430 + v586 * v6433);
-    const real v6498 = v6470 * v640 - v990 * (v6492 - (v557 * v6373 + v556 * v6376));
-    const real v6501 = v6297 * v545 - v828 * v6360 - (v641 * v6433 + v587 * v6498);
-    const real v6508 = v6154 * v385 - v714 * v6170 - (v643 * v6258 + v449 * v6501) - (v641 * v6423 + v582 * v6498);
-    const real v6515 = v6088 * v303 - v673 * v6098 - (v647 * v6130 + v334 * v6508) - (v643 * v6248 + v444 * v6501);
-    const real v6519 = v6515 - (v641 * v6400 + v569 * v6498);
-    const real v6526 = v6047 * v214 - v264 * v6060 - (v653 * v6074 + v292 * v6519) + (v647 * v6120 + v329 * v6508);
-    const real v6534 = v6526 - (v643 * v6229 + v432 * v6501) + (v641 * v6383 + v560 * v6498);
-    const real v6542 = v6019 * v73 - v166 * v6024 + (v173 * v6534 - v1061 * v6032) + (v272 * v6519 - v653 * v6068);
-    const real v6554 = v6542 + (v647 * v6113 + v326 * v6508) + (v643 * v6222 + v429 * v6501) + (v641 * v6376 + v557 * v6498);
-    const real v6555 = v6554 + v6008;
-    const real v6556 = v57 * x[15];
-    const real v6557 = s55 * v6556;
-    const real v6560 = v202 * (v197 * x[16]);
-    const real v6561 = c113 * v6560;
-    const real v6562 = c55 * v6556;
-    const real v6566 = v6561 + s113 * v6562 + v173 * v6557;
-    const real v6569 = s113 * v6560;
-    const real v6574 = v272 * v6557 - (v6569 - c113 * v6562) - v292 * v6566;
-    const real v6577 = v197 * v6560;
-    const real v6578 = p[18] * v6556;
-    const real v6585 = v326 * v6557 - (v6577 + v6578 - x[15]) + v329 * v6566 - v334 * v6574;
-    const real v6589 = v6578 - v149 * v6562;
-    const real v6597 = v429 * v6557 - (s113 * v6589 - (x[16] - v6577) - v392 * v6561) - v432 * v6566;
-    const real v6601 = v6597 - v444 * v6574 - v449 * v6585;
-    const real v6611 = v557 * v6557 - (c113 * v6589 + v392 * v6569) + v560 * v6566 - v569 * v6574;
-    const real v6616 = (v6611 - v582 * v6585 - v587 * v6601) * v640;
-    const real v6618 = v6601 * v545 - v587 * v6616;
-    const real v6622 = v6585 * v385 - v449 * v6618 - v582 * v6616;
-    const real v6628 = v6574 * v303 - v334 * v6622 - v444 * v6618 - v569 * v6616;
-    const real v6636 = v6566 * v214 - v292 * v6628 + v329 * v6622 - v432 * v6618 + v560 * v6616;
-    const real v6646 = v6557 * v73 + v173 * v6636 + v272 * v6628 + v326 * v6622 + v429 * v6618 + v557 * v6616;
-    const real v6802 = s88 * v1019 + c88 * v1016;
-    const real v6810 = v643 * s88 + v641 * c88;
-    const real v6819 = c1 * (v134 * v6802 + v6810 * v49 + s88 * v1052 + c88 * v1037) + s1 * v1081;
-    const real v6824 = s88 * v1396 + c88 * v1393;
-    const real v6838 = c1 * (v134 * v6824 + v6810 * v1083 + s88 * v1428 + c88 * v1414) + s1 * v1446;
-    const real v6843 = s88 * v1477 + c88 * v1469;
-    const real v6857 = v6843 - p[15] * (v6843 - v1485) * v10 - v12 * (c1 * (v134 * v6843 + s88 * v1496 + c88 * v1490) + s1 * v1505);
-    const real v6860 = s88 * v1523 + c88 * v1516;
-    const real v6874 = v6860 - p[15] * (v6860 - v1529) * v10 - v12 * (c1 * (v134 * v6860 + s88 * v1540 + c88 * v1534) + s1 * v1549);
-    const real v6877 = c88 * v1560 - s88 * v1562;
-    const real v6891 = v6877 - p[15] * (v6877 + v1566) * v10 - v12 * (c1 * (v134 * v6877 + s88 * v1578 + c88 * v1572) + s1 * v1587);
-    const real v6894 = s88 * v1601 + c88 * v1595;
-    const real v6908 = v6894 - p[15] * (v6894 - v1605) * v10 - v12 * (c1 * (v134 * v6894 + s88 * v1616 + c88 * v1610) + s1 * v1625);
-    const real v6911 = s88 * v1916 + c88 * v1913;
-    const real v6925 = c1 * (v134 * v6911 + v6810 * v1626 + s88 * v1945 + c88 * v1933) + s1 * v1960;
-    const real v6930 = s88 * v2252 + c88 * v2249;
-    const real v6944 = c1 * (v134 * v6930 + v6810 * v1961 + s88 * v2281 + c88 * v2269) + s1 * v2296;
-    const real v6949 = c88 * v2300 - s88 * v2302;
-    const real v6963 = v6949 - p[15] * (v6949 + v2305) * v10 - v12 * (c1 * (v134 * v6949 + s88 * v2317 + c88 * v2311) + s1 * v2326);
-    const real v6966 = s88 * v2367 + c88 * v2365;
-    const real v6980 = v6966 - p[15] * (v6966 + v2371) * v10 - v12 * (c1 * (v134 * v6966 + s88 * v2385 + c88 * v2377) + s1 * v2395);
-    const real v6983 = s88 * v2899 + c88 * v2896;
-    const real v6988 = v6810 + v100 + v647;
-    const real v6992 = (v104 + p[15] * v6988) * v10 * v10;
-    const real v7011 = v165 + v173 * v1061 + v272 * v653 + v326 * v647 + v429 * v643 + v557 * v641;
-    const real v7014 = c1 * (v6810 * v134 + v1061 * s88 + v653 * c88) + s1 * (v7011 - v135);
-    const real v7025 = c1 * (v134 * v6983 - v6810 * v2414 + s88 * v2932 + c88 * v2917) + s1 * v2952;
-    const real v7028 = v6983 - (p[15] * (v6983 + v2906) * v10 - v6992 * v5) - (v7014 * v2403 + v12 * v7025);
-    const real v7031 = s88 * v3480 + c88 * v3477;
-    const real v7048 = c1 * (v134 * v7031 - v6810 * v2972 + s88 * v3513 + c88 * v3498) + s1 * v3533;
-    const real v7051 = v7031 - (p[15] * (v7031 + v3487) * v10 - v6992 * v2954) - (v7014 * v2961 + v12 * v7048);
-    const real v7054 = s88 * v3826 + c88 * v3823;
-    const real v7069 = c1 * (v134 * v7054 + v6810 * v3535 + s88 * v3855 + c88 * v3843) + s1 * (v3869 - v3536);
-    const real v7074 = s88 * v4376 + c88 * v4373;
-    const real v7090 = c1 * (v134 * v7074 - v6810 * v3882 + s88 * v4409 + c88 * v4394) + s1 * v4430;
-    const real v7094 = v7074 - ((v6988 + p[15] * (v7074 + v4383)) * v10 - v6992) - (v12 * v7090 - v7014 * v3875);
-    const real v7097 = s88 * v4493 + c88 * v4491;
-    const real v7112 = v7097 - (x[13] + p[15] * (v7097 + v4497)) * v10 - v12 * (c1 * (v134 * v7097 + s88 * v4511 + c88 * v4503) + s1 * v4521);
-    const real v7115 = s88 * v5024 + c88 * v5021;
-    const real v7129 = c1 * (v134 * v7115 - v6810 * v4535 + s88 * v5057 + c88 * v5042) + s1 * v5077;
-    const real v7134 = s88 * v5605 + c88 * v5602;
-    const real v7148 = c1 * (v134 * v7134 - v6810 * v5093 + s88 * v5638 + c88 * v5623) + s1 * v5658;
-    const real v7153 = s88 * v5951 + c88 * v5948;
-    const real v7167 = c1 * (v134 * v7153 - v6810 * v5659 + s88 * v5980 + c88 * v5968) + s1 * v5995;
-    const real v7172 = s88 * v6501 + c88 * v6498;
-    const real v7186 = c1 * (v134 * v7172 - v6810 * v6007 + s88 * v6534 + c88 * v6519) + s1 * v6555;
-    const real v7191 = s88 * v6618 + c88 * v6616;
-    const real v7205 = v7191 - p[15] * (v7191 + v6622) * v10 - v12 * (c1 * (v134 * v7191 + s88 * v6636 + c88 * v6628) + s1 * v6646);
-    const real v7209 = v643 * c88 - v641 * s88;
-    const real v7217 = v1026 + v1019;
-    const real v7219 = c88 * v1052 + (v7209 * v49 + v387 * (c88 * v1019 - s88 * v1016)) - v186 * v7217;
-    const real v7234 = v1403 + v1396;
-    const real v7236 = c88 * v1428 + (v7209 * v1083 + v387 * (c88 * v1396 - s88 * v1393)) - v186 * v7234;
-    const real v7249 = v1477 - v1485;
-    const real v7253 = c88 * v1496 + v387 * (c88 * v1477 - s88 * v1469) - v186 * v7249 - s88 * v1490;
-    const real v7264 = v1523 - v1529;
-    const real v7268 = c88 * v1540 + v387 * (c88 * v1523 - s88 * v1516) - v186 * v7264 - s88 * v1534;
-    const real v7279 = v1566 - v1562;
-    const real v7283 = c88 * v1578 - v387 * (c88 * v1562 + s88 * v1560) - v186 * v7279 - s88 * v1572;
-    const real v7294 = v1601 - v1605;
-    const real v7298 = c88 * v1616 + v387 * (c88 * v1601 - s88 * v1595) - v186 * v7294 - s88 * v1610;
-    const real v7311 = v1923 + v1916;
-    const real v7313 = c88 * v1945 + (v7209 * v1626 + v387 * (c88 * v1916 - s88 * v1913)) - v186 * v7311;
-    const real v7328 = v2259 + v2252;
-    const real v7330 = c88 * v2281 + (v7209 * v1961 + v387 * (c88 * v2252 - s88 * v2249)) - v186 * v7328;
-    const real v7343 = v2305 - v2302;
-    const real v7347 = c88 * v2317 - v387 * (c88 * v2302 + s88 * v2300) - v186 * v7343 - s88 * v2311;
-    const real v7358 = v2371 + v2367;
-    const real v7362 = c88 * v2385 + v387 * (c88 * v2367 - s88 * v2365) - v186 * v7358 - s88 * v2377;
-    const real v7367 = K(1.0) / p[12];
-    const real v7368 = v229 * v7367;
-    const real v7373 = v647 + v643;
-    const real v7377 = v227 + v1061 * c88 + v387 * v7209 - v7373 * v186 - v653 * s88;
-    const real v7379 = v7368 + v186 * v7377;
-    const real v7389 = v2906 + v2899;
-    const real v7391 = c88 * v2932 + (v387 * (c88 * v2899 - s88 * v2896) - v7209 * v2414) - v186 * v7389;
-    const real v7399 = v2899 + (v7379 * v2445 + v191 * (v186 * (v7391 - s88 * v2917) - v7368 * v7367));
-    const real v7410 = v3006 + c88 * v3513 + (v387 * (c88 * v3480 - s88 * v3477) - v7209 * v3158);
-    const real v7411 = v3487 + v3480;
-    const real v7420 = v191 * (v7377 * s1 + v186 * (v7410 - (v186 * v7411 + v7373 * s1) - s88 * v3498));
-    const real v7433 = v3833 + v3826;
-    const real v7435 = c88 * v3855 + (v7209 * v3535 + v387 * (c88 * v3826 - s88 * v3823)) - v186 * v7433;
-    const real v7450 = v4383 + v4376;
-    const real v7452 = c88 * v4409 + (v387 * (c88 * v4376 - s88 * v4373) - v7209 * v3882) - v186 * v7450;
-    const real v7468 = v4497 + v4493;
-    const real v7472 = c88 * v4511 + v387 * (c88 * v4493 - s88 * v4491) - v186 * v7468 - s88 * v4503;
-    const real v7486 = v5031 + v5024;
-    const real v7488 = c88 * v5057 + (v387 * (c88 * v5024 - s88 * v5021) - v7209 * v4535) - v186 * v7486;
-    const real v7503 = v5612 + v5605;
-    const real v7505 = c88 * v5638 + (v387 * (c88 * v5605 - s88 * v5602) - v7209 * v5093) - v186 * v7503;
-    const real v7520 = v5958 + v5951;
-    const real v7522 = c88 * v5980 + (v387 * (c88 * v5951 - s88 * v5948) - v7209 * v5659) - v186 * v7520;
-    const real v7537 = v6508 + v6501;
-    const real v7539 = c88 * v6534 + (v387 * (c88 * v6501 - s88 * v6498) - v7209 * v6007) - v186 * v7537;
-    const real v7552 = v6622 + v6618;
-    const real v7556 = c88 * v6636 + v387 * (c88 * v6618 - s88 * v6616) - v186 * v7552 - s88 * v6628;
-    const real v7563 = s113 * v1019 + c113 * v1016;
-    const real v7571 = v643 * s113 + v641 * c113;
-    const real v7580 = c55 * (v149 * v7563 + v7571 * v49 + s113 * v1052 + c113 * v1037) + s55 * v1081;
-    const real v7585 = s113 * v1396 + c113 * v1393;
-    const real v7599 = c55 * (v149 * v7585 + v7571 * v1083 + s113 * v1428 + c113 * v1414) + s55 * v1446;
-    const real v7604 = s113 * v1477 + c113 * v1469;
-    const real v7618 = v7604 - p[20] * (v7604 - v1485) * v31 - v57 * (c55 * (v149 * v7604 + s113 * v1496 + c113 * v1490) + s55 * v1505);
-    const real v7621 = s113 * v1523 + c113 * v1516;
-    const real v7635 = v7621 - p[20] * (v7621 - v1529) * v31 - v57 * (c55 * (v149 * v7621 + s113 * v1540 + c113 * v1534) + s55 * v1549);
-    const real v7638 = c113 * v1560 - s113 * v1562;
-    const real v7652 = v7638 - p[20] * (v7638 + v1566) * v31 - v57 * (c55 * (v149 * v7638 + s113 * v1578 + c113 * v1572) + s55 * v1587);
-    const real v7655 = s113 * v1601 + c113 * v1595;
-    const real v7669 = v7655 - p[20] * (v7655 - v1605) * v31 - v57 * (c55 * (v149 * v7655 + s113 * v1616 + c113 * v1610) + s55 * v1625);
-    const real v7672 = s113 * v1916 + c113 * v1913;
-    const real v7686 = c55 * (v149 * v7672 + v7571 * v1626 + s113 * v1945 + c113 * v1933) + s55 * v1960;
-    const real v7691 = s113 * v2252 + c113 * v2249;
-    const real v7705 = c55 * (v149 * v7691 + v7571 * v1961 + s113 * v2281 + c113 * v2269) + s55 * v2296;
-    const real v7710 = c113 * v2300 - s113 * v2302;
-    const real v7724 = v7710 - p[20] * (v7710 + v2305) * v31 - v57 * (c55 * (v149 * v7710 + s113 * v2317 + c113 * v2311) + s55 * v2326);
-    const real v7727 = s113 * v2367 + c113 * v2365;
-    const real v7741 = v7727 - p[20] * (v7727 + v2371) * v31 - v57 * (c55 * (v149 * v7727 + s113 * v2385 + c113 * v2377) + s55 * v2395);
-    const real v7744 = s113 * v2899 + c113 * v2896;
-    const real v7758 = c55 * (v149 * v7744 - v7571 * v2414 + s113 * v2932 + c113 * v2917) + s55 * v2952;
-    const real v7763 = s113 * v3480 + c113 * v3477;
-    const real v7777 = c55 * (v149 * v7763 - v7571 * v2972 + s113 * v3513 + c113 * v3498) + s55 * v3533;
-    const real v7782 = s113 * v3826 + c113 * v3823;
-    const real v7796 = c55 * (v149 * v7782 - v7571 * v3534 + s113 * v3855 + c113 * v3843) + s55 * v3870;
-    const real v7801 = s113 * v4376 + c113 * v4373;
-    const real v7815 = c55 * (v149 * v7801 - v7571 * v3882 + s113 * v4409 + c113 * v4394) + s55 * v4430;
-    const real v7820 = s113 * v4493 + c113 * v4491;
-    const real v7834 = v7820 - p[20] * (v7820 + v4497) * v31 - v57 * (c55 * (v149 * v7820 + s113 * v4511 + c113 * v4503) + s55 * v4521);
-    const real v7837 = s113 * v5024 + c113 * v5021;
-    const real v7842 = v7571 + v125 + v647;
-    const real v7846 = (v129 + p[20] * v7842) * v31 * v31;
-    const real v7858 = c55 * (v7571 * v149 + v1061 * s113 + v653 * c113) + s55 * (v7011 - v150);
-    const real v7869 = c55 * (v149 * v7837 - v7571 * v4535 + s113 * v5057 + c113 * v5042) + s55 * v5077;
-    const real v7872 = v7837 - (p[20] * (v7837 + v5031) * v31 - v7846 * v27) - (v7858 * v4528 + v57 * v7869);
-    const real v7875 = s113 * v5605 + c113 * v5602;
-    const real v7892 = c55 * (v149 * v7875 - v7571 * v5093 + s113 * v5638 + c113 * v5623) + s55 * v5658;
-    const real v7895 = v7875 - (p[20] * (v7875 + v5612) * v31 - v7846 * v5079) - (v7858 * v5086 + v57 * v7892);
-    const real v7898 = s113 * v5951 + c113 * v5948;
-    const real v7913 = c55 * (v149 * v7898 + v7571 * v5660 + s113 * v5980 + c113 * v5968) + s55 * (v5994 - v5661);
-    const real v7918 = s113 * v6501 + c113 * v6498;
-    const real v7934 = c55 * (v149 * v7918 - v7571 * v6007 + s113 * v6534 + c113 * v6519) + s55 * v6555;
-    const real v7938 = v7918 - ((v7842 + p[20] * (v7918 + v6508)) * v31 - v7846) - (v57 * v7934 - v7858 * v6000);
-    const real v7941 = s113 * v6618 + c113 * v6616;
-    const real v7956 = v7941 - (x[15] + p[20] * (v7941 + v6622)) * v31 - v57 * (c55 * (v149 * v7941 + s113 * v6636 + c113 * v6628) + s55 * v6646);
-    const real v7960 = v643 * c113 - v641 * s113;
-    const real v7969 = c113 * v1052 + (v7960 * v49 + v392 * (c113 * v1019 - s113 * v1016)) - v197 * v7217;
-    const real v7985 = c113 * v1428 + (v7960 * v1083 + v392 * (c113 * v1396 - s113 * v1393)) - v197 * v7234;
-    const real v8001 = c113 * v1496 + v392 * (c113 * v1477 - s113 * v1469) - v197 * v7249 - s113 * v1490;
-    const real v8015 = c113 * v1540 + v392 * (c113 * v1523 - s113 * v1516) - v197 * v7264 - s113 * v1534;
-    const real v8029 = c113 * v1578 - v392 * (c113 * v1562 + s113 * v1560) - v197 * v7279 - s113 * v1572;
-    const real v8043 = c113 * v1616 + v392 * (c113 * v1601 - s113 * v1595) - v197 * v7294 - s113 * v1610;
-    const real v8057 = c113 * v1945 + (v7960 * v1626 + v392 * (c113 * v1916 - s113 * v1913)) - v197 * v7311;
-    const real v8073 = c113 * v2281 + (v7960 * v1961 + v392 * (c113 * v2252 - s113 * v2249)) - v197 * v7328;
-    const real v8089 = c113 * v2317 - v392 * (c113 * v2302 + s113 * v2300) - v197 * v7343 - s113 * v2311;
-    const real v8103 = c113 * v2385 + v392 * (c113 * v2367 - s113 * v2365) - v197 * v7358 - s113 * v2377;
-    const real v8117 = c113 * v2932 + (v392 * (c113 * v2899 - s113 * v2896) - v7960 * v2414) - v197 * v7389;
-    const real v8133 = c113 * v3513 + (v392 * (c113 * v3480 - s113 * v3477) - v7960 * v2972) - v197 * v7411;
-    const real v8149 = c113 * v3855 + (v392 * (c113 * v3826 - s113 * v3823) - v7960 * v3534) - v197 * v7433;
-    const real v8165 = c113 * v4409 + (v392 * (c113 * v4376 - s113 * v4373) - v7960 * v3882) - v197 * v7450;
-    const real v8181 = c113 * v4511 + v392 * (c113 * v4493 - s113 * v4491) - v197 * v7468 - s113 * v4503;
-    const real v8186 = K(1.0) / p[17];
-    const real v8187 = v244 * v8186;
-    const real v8195 = v242 + v1061 * c113 + v392 * v7960 - v7373 * v197 - v653 * s113;
-    const real v8197 = v8187 + v197 * v8195;
-    const real v8208 = c113 * v5057 + (v392 * (c113 * v5024 - s113 * v5021) - v7960 * v4535) - v197 * v7486;
-    const real v8216 = v5024 + (v8197 * v4570 + v202 * (v197 * (v8208 - s113 * v5042) - v8187 * v8186));
-    const real v8227 = v5131 + c113 * v5638 + (v392 * (c113 * v5605 - s113 * v5602) - v7960 * v5287);
-    const real v8235 = v8195 * s55 + v197 * (v8227 - (v197 * v7503 + v7373 * s55) - s113 * v5623);
-    const real v8250 = c113 * v5980 + (v7960 * v5660 + v392 * (c113 * v5951 - s113 * v5948)) - v197 * v7520;
-    const real v8266 = c113 * v6534 + (v392 * (c113 * v6501 - s113 * v6498) - v7960 * v6007) - v197 * v7537;
-    const real v8285 = c113 * v6636 + v392 * (c113 * v6618 - s113 * v6616) - v197 * v7552 - s113 * v6628;
-    J[0] = v1081;
-    J[1] = v1446;
-    J[2] = v1505;
-    J[3] = v1549;
-    J[4] = v1587;
-    J[5] = v1625;
-    J[6] = v1960;
-    J[7] = v2296;
-    J[8] = v2326;
-    J[9] = v2395;
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real D1 = t_os4zj * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real D2 = t_nfvux * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real t_xpjrw = K(1.0) / M_C;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) * t_xpjrw;
+    const real t_owkw5 = p[h1] * p[h1];
+    const real t_gy5fy = p[h2] * p[h2];
+    const real t_piq3g = p[b] * p[b];
+    const real t_rvsxd = p[h0] * p[h0];
+    const real t_iw7bs = x_C * x_C;
+    const real S_C = me1 * t_owkw5
+        + me2 * t_gy5fy
+        + p[m] * t_piq3g
+        + p[m0] * t_rvsxd
+        - M_C * t_iw7bs;
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real t_lupe6 = cos_phi1 * t_w7vil;
+    const real tension1 = t_lupe6 * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_7vbeu = q_1 * q_1;
+    const real t_odnx4 = K(1.0) / (p[I1] + p[m1] * t_7vbeu);
+    const real th_1 = p[m1] * t_odnx4;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_simvy = e1 * e1;
+    const real t_qodfc = me1 * t_simvy;
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_qodfc + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_wmv32 = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + Wn1 * lc_1 * w_x1 - chi1 * p[l1] * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real t_cekeb = cos_phi2 * t_6fvzz;
+    const real tension2 = t_cekeb * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_bnx3m = q_2 * q_2;
+    const real t_mwbp3 = K(1.0) / (p[I2] + p[m2] * t_bnx3m);
+    const real th_2 = p[m2] * t_mwbp3;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_quuci = e2 * e2;
+    const real t_7nffd = me2 * t_quuci;
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_7nffd + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_nlamb = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + Wn2 * lc_2 * w_x2 - chi2 * p[l2] * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_qodfc
+        - t_7nffd
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_5gmab = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_D6 = K66
+        - t_hmob3 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_5gmab * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_nfkwa;
+    const real t_cufdy = X_y5 * t_ftqxb;
+    const real X_x5 = t_cufdy - K_L65 * X_x6;
+    const real t_72jfh = X_y4 * t_lt2al;
+    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_izhu2 = X_y3 * t_zmh3u;
+    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_uifqg = X_y2 * t_4iujv;
+    const real X_x2 = t_uifqg
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real t_47fu6 = b1 * t_bpfoo;
+    const real X_x1 = t_47fu6
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rl7kq = x_C * t_xpjrw;
+    const real t_6fswf = p[b] * t_xpjrw + t_rl7kq;
+    const real t_hpky5 = t_rybsf * t_6fswf;
+    const real t_o6w4o = mv1 * (cos_phi1 * t_hpky5);
+    const real t_zxktr = mv2 * (cos_phi2 * t_hpky5);
+    const real t_hupqz = cos_phi1 * t_o6w4o + cos_phi2 * t_zxktr;
+    const real t_2sw7d = t_47fu6 * t_bpfoo;
+    const real t_6xwz3 = t_w7lcw * t_bpfoo;
+    const real t_ivdwu = b1 * t_6xwz3;
+    const real t_yoao5 = sin_phi1 * t_o6w4o;
+    const real t_itqut = sin_phi2 * t_zxktr;
+    const real t_7zfcf = t_w7lcw * t_hupqz - t_ivdwu - (sin_theta1 * t_yoao5 + sin_theta2 * t_itqut);
+    const real t_5am4i = t_uifqg * t_4iujv;
+    const real t_xrsrh = K(1.0) + t_b3aij * t_6xwz3;
+    const real t_g7cfv = t_5am4i * t_xrsrh;
+    const real t_3tmqi = t_3go2w * t_bpfoo;
+    const real t_xrsrh_2 = t_b3aij * t_3tmqi;
+    const real t_6yahm = K_L32 * t_4iujv;
+    const real t_leg3q = t_xrsrh_2 * t_4iujv - t_6yahm * t_xrsrh;
+    const real t_puwni = X_x3 * t_leg3q;
+    const real t_ivdwu_2 = b1 * t_3tmqi;
+    const real t_bouyt = X_y2 * t_leg3q;
+    const real t_dyyu2 = t_3go2w * t_hupqz
+        - t_ivdwu_2
+        - (cos_theta1 * t_yoao5 + cos_theta2 * t_itqut)
+        - (t_bouyt + K_L32 * t_7zfcf);
+    const real t_insvr = t_izhu2 * t_zmh3u;
+    const real t_qd67m = K(1.0) - (K_L32 * t_xrsrh_2 + t_d4mqf * t_leg3q) + t_zzymx * t_3tmqi;
+    const real t_ntpbt = t_insvr * t_qd67m;
+    const real t_jtjoh = t_xq4wt * t_bpfoo;
+    const real t_xrsrh_3 = t_b3aij * t_jtjoh;
+    const real t_dwrhg = t_6urah * t_4iujv;
+    const real t_63ug5 = t_xrsrh_3 * t_4iujv + t_dwrhg * t_xrsrh;
+    const real t_ycob5 = t_6urah * t_xrsrh_2 - t_d4mqf * t_63ug5 + t_zzymx * t_jtjoh;
+    const real t_ydwjl = K_L43 * t_zmh3u;
+    const real t_ylyb5 = t_ycob5 * t_zmh3u - t_ydwjl * t_qd67m;
+    const real t_ymqyk = X_x4 * t_ylyb5;
+    const real t_ivdwu_3 = b1 * t_jtjoh;
+    const real t_itwjz = Bs_1 * t_hpky5;
+    const real t_vffkn = Bs_2 * t_hpky5;
+    const real t_l7sux = X_y2 * t_63ug5;
+    const real t_uonnm = X_y3 * t_ylyb5;
+    const real t_eqj6c = t_xq4wt * t_hupqz
+        - t_ivdwu_3
+        - (t_itwjz + t_vffkn)
+        + (t_6urah * t_7zfcf - t_l7sux)
+        - (t_uonnm + K_L43 * t_dyyu2);
+    const real t_gkoba = t_72jfh * t_lt2al;
+    const real t_swgzs = t_6urah * t_xrsrh_3
+        + t_m67zs * t_63ug5
+        - (K_L43 * t_ycob5 + t_m27n6 * t_ylyb5)
+        + t_2m245 * t_jtjoh;
+    const real t_7hryf = t_gkoba * t_swgzs;
+    const real t_3z4kr = wth_1 * t_6fswf;
+    const real t_z7jl2 = t_3z4kr - me1 * t_6fswf;
+    const real t_ijexu = wth_2 * t_6fswf;
+    const real t_uscsv = t_ijexu - me2 * t_6fswf;
+    const real t_m3olv = Ass_1 * t_6fswf;
+    const real t_2wzxe = t_z7jl2 - t_m3olv;
+    const real t_zkj77 = Ass_2 * t_6fswf;
+    const real t_rushh = t_uscsv - t_zkj77;
+    const real t_jkuuu = S_sq1 * t_2wzxe + S_sq2 * t_rushh;
+    const real t_jn5ua = Asc_1 * t_6fswf;
+    const real t_7mui7 = Asc_2 * t_6fswf;
+    const real t_r2rme = sin_theta1 * t_jn5ua + sin_theta2 * t_7mui7;
+    const real t_2lluf = t_vshgd * t_bpfoo;
+    const real t_djz6b = t_r2rme * t_bpfoo - t_2lluf;
+    const real t_zw7oh = t_z7jl2 + t_uscsv - t_jkuuu - t_b3aij * t_djz6b;
+    const real t_hfybw = K_L52 * t_4iujv;
+    const real t_glra5 = t_hfybw * t_xrsrh;
+    const real t_76dtt = t_zw7oh * t_4iujv - t_glra5;
+    const real t_wfcn3 = K_L52 * t_xrsrh_3;
+    const real t_fsp76 = q_1 * t_3z4kr;
+    const real t_o3ymy = cos_theta1 * t_fsp76;
+    const real t_vvlvm = q_2 * t_ijexu;
+    const real t_g4wtj = cos_theta2 * t_vvlvm;
+    const real t_cflyn = Bc_1 * t_6fswf;
+    const real t_yapab = Bc_2 * t_6fswf;
+    const real t_dlmfg = K_L53 * t_ycob5;
+    const real t_ly2ei = SC1 * t_2wzxe + SC2 * t_rushh;
+    const real t_wfcn3_2 = K_L52 * t_xrsrh_2;
+    const real t_4ptna = t_ly2ei + (t_wfcn3_2 + t_d4mqf * t_76dtt) + t_zzymx * t_djz6b;
+    const real t_qe675 = K_L53 * t_zmh3u;
+    const real t_il3zn = t_qe675 * t_qd67m;
+    const real t_77una = t_4ptna * t_zmh3u + t_il3zn;
+    const real t_s7r6s = t_m67zs * t_76dtt
+        - t_wfcn3
+        - (t_o3ymy + t_g4wtj + sin_theta1 * t_cflyn + sin_theta2 * t_yapab)
+        - (t_dlmfg - t_m27n6 * t_77una)
+        - t_2m245 * t_djz6b;
+    const real t_2e52m = K_L54 * t_lt2al;
+    const real t_tyywe = t_2e52m * t_swgzs;
+    const real t_n4jtz = t_s7r6s * t_lt2al - t_tyywe;
+    const real t_g7adh = t_itwjz + (e1 * t_yoao5 + F_t1 * t_6fswf);
+    const real t_mhvj3 = t_vffkn + (e2 * t_itqut + F_t2 * t_6fswf);
+    const real t_4o6vy = f_y * t_6fswf
+        - (sin_theta1 * t_g7adh + sin_theta2 * t_mhvj3 + t_vt7uo * t_6fswf + t_oncjt * t_6fswf)
+        + (b1 * t_djz6b + t_vshgd * t_hupqz)
+        - (X_y2 * t_76dtt + K_L52 * t_7zfcf)
+        - (K_L53 * t_dyyu2 - X_y3 * t_77una)
+        - (X_y4 * t_n4jtz + K_L54 * t_eqj6c);
+    const real t_eriz2 = t_cufdy * t_ftqxb;
+    const real t_p6q5r = wg_1 * t_6fswf + g_1 * t_3z4kr;
+    const real t_lgvpq = wg_2 * t_6fswf + g_2 * t_ijexu;
+    const real t_o6yyy = e1 + e1;
+    const real t_njlqx = me1 * (t_o6yyy * t_6fswf);
+    const real t_xywve = K(-2.0) * t_cflyn + (eAss_1 * t_6fswf + e1 * t_m3olv);
+    const real t_z3a3a = t_njlqx + t_xywve - t_p6q5r;
+    const real t_uxfwe = S_sq1 * t_z3a3a;
+    const real t_rdwum = e2 + e2;
+    const real t_7h6k3 = me2 * (t_rdwum * t_6fswf);
+    const real t_xbuur = K(-2.0) * t_yapab + (eAss_2 * t_6fswf + e2 * t_zkj77);
+    const real t_q2te3 = t_7h6k3 + t_xbuur - t_lgvpq;
+    const real t_mwcol = S_sq2 * t_q2te3;
+    const real t_jf3qj = x_C + x_C;
+    const real t_uha2o = t_piq3g - (t_iw7bs - M_C * (t_jf3qj * t_6fswf));
+    const real t_rrzp2 = t_p6q5r
+        + t_lgvpq
+        + t_uxfwe
+        + t_mwcol
+        + t_uha2o
+        - t_njlqx
+        - t_7h6k3
+        + K(-2.0) * t_o3ymy
+        + K(-2.0) * t_g4wtj
+        - (K_L52 * t_zw7oh + t_p6zld * t_76dtt)
+        + (K_L53 * t_4ptna + t_bxfcn * t_77una)
+        - (K_L54 * t_s7r6s + t_amczu * t_n4jtz)
+        - (t_vshgd * t_r2rme + t_6mmeb * t_djz6b);
+    const real t_qp7r5 = sin_theta1 * t_fsp76 + sin_theta2 * t_vvlvm;
+    const real t_q2eqh = cos_theta1 * t_jn5ua + cos_theta2 * t_7mui7;
+    const real t_ielc3 = t_e4enr * t_bpfoo;
+    const real t_hp5v6 = t_q2eqh * t_bpfoo - t_ielc3;
+    const real t_rouua = t_ly2ei + t_b3aij * t_hp5v6;
+    const real t_2ngl5 = t_dj64q * t_4iujv;
+    const real t_5wzl5 = t_2ngl5 * t_xrsrh;
+    const real t_eprkt = t_rouua * t_4iujv - t_5wzl5;
+    const real t_r2k42 = t_dj64q * t_xrsrh_2;
+    const real t_nbptp = t_jkuuu + (t_m3olv + t_zkj77) + (t_r2k42 + t_d4mqf * t_eprkt) - t_zzymx * t_hp5v6;
+    const real t_kpf5p = K_L63 * t_zmh3u;
+    const real t_owm5e = t_kpf5p * t_qd67m;
+    const real t_dzevz = t_nbptp * t_zmh3u - t_owm5e;
+    const real t_r2k42_2 = t_dj64q * t_xrsrh_3;
+    const real t_orilw = K_L63 * t_ycob5;
+    const real t_h5s2v = t_qp7r5
+        - cos_theta1 * t_cflyn
+        - cos_theta2 * t_yapab
+        - (t_m67zs * t_eprkt - t_r2k42_2)
+        - (t_orilw + t_m27n6 * t_dzevz)
+        - t_2m245 * t_hp5v6;
+    const real t_wurun = K_L64 * t_lt2al;
+    const real t_6vlz4 = t_wurun * t_swgzs;
+    const real t_htnmt = t_h5s2v * t_lt2al - t_6vlz4;
+    const real t_zb6go = t_qp7r5
+        + SC1 * t_z3a3a
+        + SC2 * t_q2te3
+        + (t_dj64q * t_zw7oh + t_p6zld * t_eprkt)
+        - (t_bxfcn * t_dzevz - K_L63 * t_4ptna)
+        - (K_L64 * t_s7r6s + t_amczu * t_htnmt)
+        - (t_e4enr * t_r2rme + t_6mmeb * t_hp5v6);
+    const real t_dzxqu = K_L65 * t_ftqxb;
+    const real t_p45kn = t_zb6go * t_ftqxb - t_dzxqu * t_rrzp2;
+    const real t_jn35t = t_gcu5g * t_6fswf
+        + (cos_theta1 * t_g7adh + cos_theta2 * t_mhvj3 - t_azclp * t_6fswf - t_iya7w * t_6fswf);
+    const real t_srbww = b1 * t_hp5v6
+        + t_e4enr * t_hupqz
+        - t_jn35t
+        + (X_y2 * t_eprkt + t_dj64q * t_7zfcf)
+        - (X_y3 * t_dzevz + K_L63 * t_dyyu2)
+        - (X_y4 * t_htnmt + K_L64 * t_eqj6c)
+        - (X_y5 * t_p45kn + K_L65 * t_4o6vy);
+    const real t_o4hiw = X_x6 * t_nfkwa;
+    const real t_rd2bq = t_xywve
+        + t_xbuur
+        + t_uha2o
+        - t_uxfwe
+        - t_mwcol
+        - (t_dj64q * t_rouua + t_hmob3 * t_eprkt)
+        - (K_L63 * t_nbptp + t_rahc4 * t_dzevz)
+        - (K_L64 * t_h5s2v + t_e4k6u * t_htnmt)
+        - (K_L65 * t_zb6go + t_5gmab * t_p45kn)
+        - (t_e4enr * t_q2eqh + t_bl4f2 * t_hp5v6);
+    const real t_zu7ht = t_srbww * t_nfkwa - t_o4hiw * t_rd2bq;
+    const real t_q3ysb = t_4o6vy * t_ftqxb - t_eriz2 * t_rrzp2 - (X_x6 * t_p45kn + K_L65 * t_zu7ht);
+    const real t_i5u2g = t_eqj6c * t_lt2al
+        - t_7hryf
+        - (X_x5 * t_n4jtz + K_L54 * t_q3ysb)
+        - (X_x6 * t_htnmt + K_L64 * t_zu7ht);
+    const real t_zic2p = t_dyyu2 * t_zmh3u
+        - t_ntpbt
+        - (t_ymqyk + K_L43 * t_i5u2g)
+        - (K_L53 * t_q3ysb - X_x5 * t_77una)
+        - (X_x6 * t_dzevz + K_L63 * t_zu7ht);
+    const real t_fq7gg = X_x4 * t_63ug5;
+    const real t_ajehr = t_7zfcf * t_4iujv
+        - t_g7cfv
+        - (t_puwni + K_L32 * t_zic2p)
+        + (t_6urah * t_i5u2g - t_fq7gg)
+        - (X_x5 * t_76dtt + K_L52 * t_q3ysb)
+        + (X_x6 * t_eprkt + t_dj64q * t_zu7ht);
+    const real t_75jdv = X_x2 * t_6xwz3;
+    const real t_zjwcx = X_x3 * t_3tmqi;
+    const real t_mcaun = X_x4 * t_jtjoh;
+    const real t_2pdsr = t_hupqz * t_bpfoo
+        - t_2sw7d
+        + (t_w7lcw * t_ajehr - t_75jdv)
+        + (t_3go2w * t_zic2p - t_zjwcx)
+        + (t_xq4wt * t_i5u2g - t_mcaun)
+        + (X_x5 * t_djz6b + t_vshgd * t_q3ysb)
+        + (X_x6 * t_hp5v6 + t_e4enr * t_zu7ht)
+        - t_hpky5;
+    const real t_ug47n = p[h0] * t_xpjrw + t_rl7kq;
+    const real t_z7eya = t_rybsf * t_ug47n;
+    const real t_2almj = mv1 * (cos_phi1 * t_z7eya);
+    const real t_xkmul = mv2 * (cos_phi2 * t_z7eya);
+    const real t_hupqz_2 = cos_phi1 * t_2almj + cos_phi2 * t_xkmul;
+    const real t_yoao5_2 = sin_phi1 * t_2almj;
+    const real t_itqut_2 = sin_phi2 * t_xkmul;
+    const real t_7zfcf_2 = t_w7lcw * t_hupqz_2 - t_ivdwu - (sin_theta1 * t_yoao5_2 + sin_theta2 * t_itqut_2);
+    const real t_dyyu2_2 = t_3go2w * t_hupqz_2
+        - t_ivdwu_2
+        - (cos_theta1 * t_yoao5_2 + cos_theta2 * t_itqut_2)
+        - (t_bouyt + K_L32 * t_7zfcf_2);
+    const real t_v2rud = Bs_1 * t_z7eya;
+    const real t_hpdcn = Bs_2 * t_z7eya;
+    const real t_eqj6c_2 = t_xq4wt * t_hupqz_2
+        - t_ivdwu_3
+        - (t_v2rud + t_hpdcn)
+        + (t_6urah * t_7zfcf_2 - t_l7sux)
+        - (t_uonnm + K_L43 * t_dyyu2_2);
+    const real t_3erlx = wth_1 * t_ug47n;
+    const real t_6fiok = t_3erlx - me1 * t_ug47n;
+    const real t_trawz = wth_2 * t_ug47n;
+    const real t_znkee = t_trawz - me2 * t_ug47n;
+    const real t_h6jar = Ass_1 * t_ug47n;
+    const real t_djdgp = t_6fiok - t_h6jar;
+    const real t_l6l6o = Ass_2 * t_ug47n;
+    const real t_5hehv = t_znkee - t_l6l6o;
+    const real t_jkuuu_2 = S_sq1 * t_djdgp + S_sq2 * t_5hehv;
+    const real t_ewudi = Asc_1 * t_ug47n;
+    const real t_m3ec6 = Asc_2 * t_ug47n;
+    const real t_7y47i = sin_theta1 * t_ewudi + sin_theta2 * t_m3ec6;
+    const real t_djz6b_2 = t_7y47i * t_bpfoo - t_2lluf;
+    const real t_kd2ge = t_6fiok + t_znkee - t_jkuuu_2 - t_b3aij * t_djz6b_2;
+    const real t_76dtt_2 = t_kd2ge * t_4iujv - t_glra5;
+    const real t_6jowo = q_1 * t_3erlx;
+    const real t_o3ymy_2 = cos_theta1 * t_6jowo;
+    const real t_vrybd = q_2 * t_trawz;
+    const real t_g4wtj_2 = cos_theta2 * t_vrybd;
+    const real t_7p3vv = Bc_1 * t_ug47n;
+    const real t_gxnee = Bc_2 * t_ug47n;
+    const real t_ly2ei_2 = SC1 * t_djdgp + SC2 * t_5hehv;
+    const real t_4ptna_2 = t_ly2ei_2 + (t_wfcn3_2 + t_d4mqf * t_76dtt_2) + t_zzymx * t_djz6b_2;
+    const real t_77una_2 = t_4ptna_2 * t_zmh3u + t_il3zn;
+    const real t_77zep = t_m67zs * t_76dtt_2
+        - t_wfcn3
+        - (t_o3ymy_2 + t_g4wtj_2 + sin_theta1 * t_7p3vv + sin_theta2 * t_gxnee)
+        - (t_dlmfg - t_m27n6 * t_77una_2)
+        - t_2m245 * t_djz6b_2;
+    const real t_n4jtz_2 = t_77zep * t_lt2al - t_tyywe;
+    const real t_nmnda = t_v2rud + (e1 * t_yoao5_2 + F_t1 * t_ug47n);
+    const real t_q2agw = t_hpdcn + (e2 * t_itqut_2 + F_t2 * t_ug47n);
+    const real t_s4dce = f_y * t_ug47n
+        - (sin_theta1 * t_nmnda + sin_theta2 * t_q2agw + t_vt7uo * t_ug47n + t_oncjt * t_ug47n)
+        + (b1 * t_djz6b_2 + t_vshgd * t_hupqz_2)
+        - (X_y2 * t_76dtt_2 + K_L52 * t_7zfcf_2)
+        - (K_L53 * t_dyyu2_2 - X_y3 * t_77una_2)
+        - (X_y4 * t_n4jtz_2 + K_L54 * t_eqj6c_2);
+    const real t_znv25 = wg_1 * t_ug47n + g_1 * t_3erlx;
+    const real t_xvy3d = wg_2 * t_ug47n + g_2 * t_trawz;
+    const real t_rs4gz = me1 * (t_o6yyy * t_ug47n);
+    const real t_52cqh = K(-2.0) * t_7p3vv + (eAss_1 * t_ug47n + e1 * t_h6jar);
+    const real t_6fdvk = t_rs4gz + t_52cqh - t_znv25;
+    const real t_uxfwe_2 = S_sq1 * t_6fdvk;
+    const real t_qolgh = me2 * (t_rdwum * t_ug47n);
+    const real t_f5vvm = K(-2.0) * t_gxnee + (eAss_2 * t_ug47n + e2 * t_l6l6o);
+    const real t_vwoq2 = t_qolgh + t_f5vvm - t_xvy3d;
+    const real t_mwcol_2 = S_sq2 * t_vwoq2;
+    const real t_4vn6j = t_rvsxd - (t_iw7bs - M_C * (t_jf3qj * t_ug47n));
+    const real t_re2za = t_znv25
+        + t_xvy3d
+        + t_uxfwe_2
+        + t_mwcol_2
+        + t_4vn6j
+        - t_rs4gz
+        - t_qolgh
+        + K(-2.0) * t_o3ymy_2
+        + K(-2.0) * t_g4wtj_2
+        - (K_L52 * t_kd2ge + t_p6zld * t_76dtt_2)
+        + (K_L53 * t_4ptna_2 + t_bxfcn * t_77una_2)
+        - (K_L54 * t_77zep + t_amczu * t_n4jtz_2)
+        - (t_vshgd * t_7y47i + t_6mmeb * t_djz6b_2);
+    const real t_qp7r5_2 = sin_theta1 * t_6jowo + sin_theta2 * t_vrybd;
+    const real t_hf5br = cos_theta1 * t_ewudi + cos_theta2 * t_m3ec6;
+    const real t_hp5v6_2 = t_hf5br * t_bpfoo - t_ielc3;
+    const real t_rouua_2 = t_ly2ei_2 + t_b3aij * t_hp5v6_2;
+    const real t_eprkt_2 = t_rouua_2 * t_4iujv - t_5wzl5;
+    const real t_inelo = t_jkuuu_2 + (t_h6jar + t_l6l6o) + (t_r2k42 + t_d4mqf * t_eprkt_2) - t_zzymx * t_hp5v6_2;
+    const real t_dzevz_2 = t_inelo * t_zmh3u - t_owm5e;
+    const real t_pphpw = t_qp7r5_2
+        - cos_theta1 * t_7p3vv
+        - cos_theta2 * t_gxnee
+        - (t_m67zs * t_eprkt_2 - t_r2k42_2)
+        - (t_orilw + t_m27n6 * t_dzevz_2)
+        - t_2m245 * t_hp5v6_2;
+    const real t_htnmt_2 = t_pphpw * t_lt2al - t_6vlz4;
+    const real t_zb6go_2 = t_qp7r5_2
+        + SC1 * t_6fdvk
+        + SC2 * t_vwoq2
+        + (t_dj64q * t_kd2ge + t_p6zld * t_eprkt_2)
+        - (t_bxfcn * t_dzevz_2 - K_L63 * t_4ptna_2)
+        - (K_L64 * t_77zep + t_amczu * t_htnmt_2)
+        - (t_e4enr * t_7y47i + t_6mmeb * t_hp5v6_2);
+    const real t_p45kn_2 = t_zb6go_2 * t_ftqxb - t_dzxqu * t_re2za;
+    const real t_mwtsv = t_gcu5g * t_ug47n
+        + (cos_theta1 * t_nmnda + cos_theta2 * t_q2agw - t_azclp * t_ug47n - t_iya7w * t_ug47n);
+    const real t_qvvjd = b1 * t_hp5v6_2
+        + t_e4enr * t_hupqz_2
+        - t_mwtsv
+        + (X_y2 * t_eprkt_2 + t_dj64q * t_7zfcf_2)
+        - (X_y3 * t_dzevz_2 + K_L63 * t_dyyu2_2)
+        - (X_y4 * t_htnmt_2 + K_L64 * t_eqj6c_2)
+        - (X_y5 * t_p45kn_2 + K_L65 * t_s4dce);
+    const real t_bzye3 = t_52cqh
+        + t_f5vvm
+        + t_4vn6j
+        - t_uxfwe_2
+        - t_mwcol_2
+        - (t_dj64q * t_rouua_2 + t_hmob3 * t_eprkt_2)
+        - (K_L63 * t_inelo + t_rahc4 * t_dzevz_2)
+        - (K_L64 * t_pphpw + t_e4k6u * t_htnmt_2)
+        - (K_L65 * t_zb6go_2 + t_5gmab * t_p45kn_2)
+        - (t_e4enr * t_hf5br + t_bl4f2 * t_hp5v6_2);
+    const real t_zu7ht_2 = t_qvvjd * t_nfkwa - t_o4hiw * t_bzye3;
+    const real t_j4zjk = t_s4dce * t_ftqxb - t_eriz2 * t_re2za - (X_x6 * t_p45kn_2 + K_L65 * t_zu7ht_2);
+    const real t_i5u2g_2 = t_eqj6c_2 * t_lt2al
+        - t_7hryf
+        - (X_x5 * t_n4jtz_2 + K_L54 * t_j4zjk)
+        - (X_x6 * t_htnmt_2 + K_L64 * t_zu7ht_2);
+    const real t_zic2p_2 = t_dyyu2_2 * t_zmh3u
+        - t_ntpbt
+        - (t_ymqyk + K_L43 * t_i5u2g_2)
+        - (K_L53 * t_j4zjk - X_x5 * t_77una_2)
+        - (X_x6 * t_dzevz_2 + K_L63 * t_zu7ht_2);
+    const real t_ajehr_2 = t_7zfcf_2 * t_4iujv
+        - t_g7cfv
+        - (t_puwni + K_L32 * t_zic2p_2)
+        + (t_6urah * t_i5u2g_2 - t_fq7gg)
+        - (X_x5 * t_76dtt_2 + K_L52 * t_j4zjk)
+        + (X_x6 * t_eprkt_2 + t_dj64q * t_zu7ht_2);
+    const real t_35k2x = t_hupqz_2 * t_bpfoo
+        - t_2sw7d
+        + (t_w7lcw * t_ajehr_2 - t_75jdv)
+        + (t_3go2w * t_zic2p_2 - t_zjwcx)
+        + (t_xq4wt * t_i5u2g_2 - t_mcaun)
+        + (X_x5 * t_djz6b_2 + t_vshgd * t_j4zjk)
+        + (X_x6 * t_hp5v6_2 + t_e4enr * t_zu7ht_2)
+        - t_z7eya;
+    const real t_cueei = W13 + X_y4 * t_wurun;
+    const real t_wfjdj = t_amczu * t_wurun;
+    const real t_hn2kt = t_wfjdj * t_ftqxb;
+    const real t_uan55 = t_amczu * t_2e52m;
+    const real t_q4rvc = K(1.0) + t_uan55;
+    const real t_es5tw = t_hn2kt - t_dzxqu * t_q4rvc;
+    const real t_guqde = W12 + X_y4 * t_2e52m;
+    const real t_zyiup = K_L65 * t_guqde;
+    const real t_jluxf = t_e4k6u * t_wurun;
+    const real t_mvliy = K_L65 * t_wfjdj;
+    const real t_khmpp = (t_cueei - (X_y5 * t_es5tw + t_zyiup)) * t_nfkwa
+        - t_o4hiw * (K(1.0) + t_jluxf - (t_mvliy + t_5gmab * t_es5tw));
+    const real t_olpij = t_guqde * t_ftqxb;
+    const real t_ozkxr = t_olpij - t_eriz2 * t_q4rvc - (X_x6 * t_es5tw + K_L65 * t_khmpp);
+    const real t_o35mr = X_x5 * t_2e52m;
+    const real t_lnwsc = X_x6 * t_wurun;
+    const real t_ml4oe = t_gkoba + (K_L54 * t_ozkxr - t_o35mr) + (K_L64 * t_khmpp - t_lnwsc);
+    const real t_6tvc2 = K_L43 * t_ml4oe - K_L53 * t_ozkxr - K_L63 * t_khmpp;
+    const real t_ikw3y = t_dj64q * t_khmpp - (K_L32 * t_6tvc2 + t_6urah * t_ml4oe + K_L52 * t_ozkxr);
+    const real t_7n2yw = t_w7lcw * t_ikw3y
+        + t_3go2w * t_6tvc2
+        - t_xq4wt * t_ml4oe
+        + t_vshgd * t_ozkxr
+        + t_e4enr * t_khmpp;
+    const real t_sx5cz = t_hn2kt - t_dzxqu * t_uan55;
+    const real t_2nc4v = (t_cueei - (X_y5 * t_sx5cz + t_zyiup)) * t_nfkwa
+        - t_o4hiw * (t_jluxf - (t_mvliy + t_5gmab * t_sx5cz));
+    const real t_aecy7 = t_olpij - t_eriz2 * t_uan55 - (X_x6 * t_sx5cz + K_L65 * t_2nc4v);
+    const real t_4fpsg = t_gkoba + (K_L54 * t_aecy7 - t_o35mr) + (K_L64 * t_2nc4v - t_lnwsc);
+    const real t_xkugq = K_L43 * t_4fpsg - K_L53 * t_aecy7 - K_L63 * t_2nc4v;
+    const real t_2tjc3 = t_dj64q * t_2nc4v - (K_L32 * t_xkugq + t_6urah * t_4fpsg + K_L52 * t_aecy7);
+    const real t_n32gg = t_w7lcw * t_2tjc3
+        + t_3go2w * t_xkugq
+        - t_xq4wt * t_4fpsg
+        + t_vshgd * t_aecy7
+        + t_e4enr * t_2nc4v;
+    const real t_qrwvx = x[wz] * x[wy];
+    const real t_kzfz6 = t_qrwvx * t_lt2al;
+    const real t_kuo7u = W12 + K_L54 * t_qrwvx;
+    const real t_3pacs = t_kuo7u * t_ftqxb;
+    const real t_ekx6e = K_L64 * t_qrwvx;
+    const real t_cxt3w = K_L65 * t_kuo7u;
+    const real t_gao76 = (W13 - t_ekx6e + t_cxt3w) * t_nfkwa - t_o4hiw;
+    const real t_gaejw = t_3pacs + K_L65 * t_gao76;
+    const real t_as7pg = t_kzfz6 + K_L54 * t_gaejw - K_L64 * t_gao76;
+    const real t_gvz3t = K_L53 * t_gaejw - K_L43 * t_as7pg - K_L63 * t_gao76;
+    const real t_ohqcq = t_6urah * t_as7pg - K_L32 * t_gvz3t + K_L52 * t_gaejw + t_dj64q * t_gao76;
+    const real t_2i6hk = t_w7lcw * t_ohqcq
+        + t_3go2w * t_gvz3t
+        + t_xq4wt * t_as7pg
+        - t_vshgd * t_gaejw
+        + t_e4enr * t_gao76;
+    const real t_xv3ic = (t_ekx6e - W13 - (t_cxt3w - X_y5 * t_dzxqu)) * t_nfkwa
+        - t_o4hiw * (t_5gmab * t_dzxqu);
+    const real t_xzyw2 = t_3pacs - t_eriz2 - (K_L65 * t_xv3ic - X_x6 * t_dzxqu);
+    const real t_egwsq = t_kzfz6 + K_L54 * t_xzyw2 + K_L64 * t_xv3ic;
+    const real t_us2rr = K_L43 * t_egwsq - K_L53 * t_xzyw2 - K_L63 * t_xv3ic;
+    const real t_aei2j = t_dj64q * t_xv3ic - (K_L32 * t_us2rr + t_6urah * t_egwsq + K_L52 * t_xzyw2);
+    const real t_73lsu = t_w7lcw * t_aei2j
+        + t_3go2w * t_us2rr
+        - t_xq4wt * t_egwsq
+        + t_vshgd * t_xzyw2
+        + t_e4enr * t_xv3ic;
+    const real t_yqcxm = p[m0] * t_xpjrw;
+    const real t_eja4l = t_rybsf * t_yqcxm;
+    const real t_nwzd4 = mv1 * (cos_phi1 * t_eja4l);
+    const real t_yzxmz = mv2 * (cos_phi2 * t_eja4l);
+    const real t_4xl2z = cos_phi1 * t_nwzd4 + cos_phi2 * t_yzxmz;
+    const real t_rv7s3 = sin_phi1 * t_nwzd4;
+    const real t_o6oom = sin_phi2 * t_yzxmz;
+    const real t_cdwx5 = t_w7lcw * t_4xl2z - (sin_theta1 * t_rv7s3 + sin_theta2 * t_o6oom);
+    const real t_qmxc6 = t_3go2w * t_4xl2z - (cos_theta1 * t_rv7s3 + cos_theta2 * t_o6oom) - K_L32 * t_cdwx5;
+    const real t_5h2df = Bs_1 * t_eja4l;
+    const real t_grpwh = Bs_2 * t_eja4l;
+    const real t_rmagd = t_xq4wt * t_4xl2z - (t_5h2df + t_grpwh) + t_6urah * t_cdwx5 - K_L43 * t_qmxc6;
+    const real t_6haoc = wth_1 * t_yqcxm;
+    const real t_si6iv = t_6haoc - me1 * t_yqcxm;
+    const real t_ge6ok = wth_2 * t_yqcxm;
+    const real t_5naxg = t_ge6ok - me2 * t_yqcxm;
+    const real t_qbn4r = Ass_1 * t_yqcxm;
+    const real t_y2uut = t_si6iv - t_qbn4r;
+    const real t_uyzpn = Ass_2 * t_yqcxm;
+    const real t_3onw4 = t_5naxg - t_uyzpn;
+    const real t_hui6q = S_sq1 * t_y2uut + S_sq2 * t_3onw4;
+    const real t_7eucp = Asc_1 * t_yqcxm;
+    const real t_rmedn = Asc_2 * t_yqcxm;
+    const real t_wb4eu = sin_theta1 * t_7eucp + sin_theta2 * t_rmedn;
+    const real t_qmomo = t_wb4eu * t_bpfoo;
+    const real t_aa7tb = t_si6iv + t_5naxg - t_hui6q - t_b3aij * t_qmomo;
+    const real t_4wlvj = t_aa7tb * t_4iujv;
+    const real t_ucf5m = q_1 * t_6haoc;
+    const real t_haevv = cos_theta1 * t_ucf5m;
+    const real t_44dkd = q_2 * t_ge6ok;
+    const real t_rsccx = cos_theta2 * t_44dkd;
+    const real t_x53xs = Bc_1 * t_yqcxm;
+    const real t_gh2np = Bc_2 * t_yqcxm;
+    const real t_6r4hi = SC1 * t_y2uut + SC2 * t_3onw4;
+    const real t_wjvpg = t_6r4hi + t_d4mqf * t_4wlvj + t_zzymx * t_qmomo;
+    const real t_b4isz = t_wjvpg * t_zmh3u;
+    const real t_2tfiq = t_m67zs * t_4wlvj
+        - (t_haevv + t_rsccx + sin_theta1 * t_x53xs + sin_theta2 * t_gh2np)
+        + t_m27n6 * t_b4isz
+        - t_2m245 * t_qmomo;
+    const real t_vaqzs = t_2tfiq * t_lt2al;
+    const real t_cg6s6 = t_5h2df + (e1 * t_rv7s3 + F_t1 * t_yqcxm);
+    const real t_iyhk4 = t_grpwh + (e2 * t_o6oom + F_t2 * t_yqcxm);
+    const real t_fyrwu = f_y * t_yqcxm
+        - (sin_theta1 * t_cg6s6 + sin_theta2 * t_iyhk4 + t_vt7uo * t_yqcxm + t_oncjt * t_yqcxm)
+        + (b1 * t_qmomo + t_vshgd * t_4xl2z)
+        - (X_y2 * t_4wlvj + K_L52 * t_cdwx5)
+        - (K_L53 * t_qmxc6 - X_y3 * t_b4isz)
+        - (X_y4 * t_vaqzs + K_L54 * t_rmagd);
+    const real t_45fld = wg_1 * t_yqcxm + g_1 * t_6haoc;
+    const real t_psjn2 = wg_2 * t_yqcxm + g_2 * t_ge6ok;
+    const real t_npch2 = me1 * (t_o6yyy * t_yqcxm);
+    const real t_mxlsp = K(-2.0) * t_x53xs + (eAss_1 * t_yqcxm + e1 * t_qbn4r);
+    const real t_mkxmp = t_npch2 + t_mxlsp - t_45fld;
+    const real t_i2wb2 = S_sq1 * t_mkxmp;
+    const real t_7jt7i = me2 * (t_rdwum * t_yqcxm);
+    const real t_h6fui = K(-2.0) * t_gh2np + (eAss_2 * t_yqcxm + e2 * t_uyzpn);
+    const real t_zljwx = t_7jt7i + t_h6fui - t_psjn2;
+    const real t_yjdhu = S_sq2 * t_zljwx;
+    const real t_7lshx = p[m0] * (p[h0] + p[h0]) + M_C * (t_jf3qj * t_yqcxm);
+    const real t_5mz7t = t_45fld
+        + t_psjn2
+        + t_i2wb2
+        + t_yjdhu
+        + t_7lshx
+        - t_npch2
+        - t_7jt7i
+        + K(-2.0) * t_haevv
+        + K(-2.0) * t_rsccx
+        - (K_L52 * t_aa7tb + t_p6zld * t_4wlvj)
+        + (K_L53 * t_wjvpg + t_bxfcn * t_b4isz)
+        - (K_L54 * t_2tfiq + t_amczu * t_vaqzs)
+        - (t_vshgd * t_wb4eu + t_6mmeb * t_qmomo);
+    const real t_5sezt = sin_theta1 * t_ucf5m + sin_theta2 * t_44dkd;
+    const real t_b6ora = cos_theta1 * t_7eucp + cos_theta2 * t_rmedn;
+    const real t_5jxyz = t_b6ora * t_bpfoo;
+    const real t_a64bi = t_6r4hi + t_b3aij * t_5jxyz;
+    const real t_uja5q = t_a64bi * t_4iujv;
+    const real t_pd7da = t_hui6q + (t_qbn4r + t_uyzpn) + t_d4mqf * t_uja5q - t_zzymx * t_5jxyz;
+    const real t_fwrrj = t_pd7da * t_zmh3u;
+    const real t_o2pd7 = t_5sezt
+        - cos_theta1 * t_x53xs
+        - cos_theta2 * t_gh2np
+        - t_m67zs * t_uja5q
+        - t_m27n6 * t_fwrrj
+        - t_2m245 * t_5jxyz;
+    const real t_pkblx = t_o2pd7 * t_lt2al;
+    const real t_73goa = t_5sezt
+        + SC1 * t_mkxmp
+        + SC2 * t_zljwx
+        + (t_dj64q * t_aa7tb + t_p6zld * t_uja5q)
+        - (t_bxfcn * t_fwrrj - K_L63 * t_wjvpg)
+        - (K_L64 * t_2tfiq + t_amczu * t_pkblx)
+        - (t_e4enr * t_wb4eu + t_6mmeb * t_5jxyz);
+    const real t_n32ox = t_73goa * t_ftqxb - t_dzxqu * t_5mz7t;
+    const real t_xve4h = t_gcu5g * t_yqcxm
+        + (cos_theta1 * t_cg6s6 + cos_theta2 * t_iyhk4 - t_azclp * t_yqcxm - t_iya7w * t_yqcxm);
+    const real t_7fm3u = b1 * t_5jxyz
+        + t_e4enr * t_4xl2z
+        - t_xve4h
+        + (X_y2 * t_uja5q + t_dj64q * t_cdwx5)
+        - (X_y3 * t_fwrrj + K_L63 * t_qmxc6)
+        - (X_y4 * t_pkblx + K_L64 * t_rmagd)
+        - (X_y5 * t_n32ox + K_L65 * t_fyrwu);
+    const real t_44bic = t_mxlsp
+        + t_h6fui
+        + t_7lshx
+        - t_i2wb2
+        - t_yjdhu
+        - (t_dj64q * t_a64bi + t_hmob3 * t_uja5q)
+        - (K_L63 * t_pd7da + t_rahc4 * t_fwrrj)
+        - (K_L64 * t_o2pd7 + t_e4k6u * t_pkblx)
+        - (K_L65 * t_73goa + t_5gmab * t_n32ox)
+        - (t_e4enr * t_b6ora + t_bl4f2 * t_5jxyz);
+    const real t_belws = t_7fm3u * t_nfkwa - t_o4hiw * t_44bic;
+    const real t_nv4kq = t_fyrwu * t_ftqxb - t_eriz2 * t_5mz7t - (X_x6 * t_n32ox + K_L65 * t_belws);
+    const real t_tq3df = t_rmagd * t_lt2al
+        - (X_x5 * t_vaqzs + K_L54 * t_nv4kq)
+        - (X_x6 * t_pkblx + K_L64 * t_belws);
+    const real t_nmsvx = t_qmxc6 * t_zmh3u
+        - K_L43 * t_tq3df
+        - (K_L53 * t_nv4kq - X_x5 * t_b4isz)
+        - (X_x6 * t_fwrrj + K_L63 * t_belws);
+    const real t_wbc7k = t_cdwx5 * t_4iujv
+        - K_L32 * t_nmsvx
+        + t_6urah * t_tq3df
+        - (X_x5 * t_4wlvj + K_L52 * t_nv4kq)
+        + (X_x6 * t_uja5q + t_dj64q * t_belws);
+    const real t_6apwe = t_4xl2z * t_bpfoo
+        + t_w7lcw * t_wbc7k
+        + t_3go2w * t_nmsvx
+        + t_xq4wt * t_tq3df
+        + (X_x5 * t_qmomo + t_vshgd * t_nv4kq)
+        + (X_x6 * t_5jxyz + t_e4enr * t_belws)
+        - t_eja4l;
+    const real t_fzk4w = p[m] * t_xpjrw;
+    const real t_gxqu4 = t_rybsf * t_fzk4w;
+    const real t_nm37d = mv1 * (cos_phi1 * t_gxqu4);
+    const real t_foddl = mv2 * (cos_phi2 * t_gxqu4);
+    const real t_4xl2z_2 = cos_phi1 * t_nm37d + cos_phi2 * t_foddl;
+    const real t_rv7s3_2 = sin_phi1 * t_nm37d;
+    const real t_o6oom_2 = sin_phi2 * t_foddl;
+    const real t_cdwx5_2 = t_w7lcw * t_4xl2z_2 - (sin_theta1 * t_rv7s3_2 + sin_theta2 * t_o6oom_2);
+    const real t_qmxc6_2 = t_3go2w * t_4xl2z_2 - (cos_theta1 * t_rv7s3_2 + cos_theta2 * t_o6oom_2) - K_L32 * t_cdwx5_2;
+    const real t_5mznh = Bs_1 * t_gxqu4;
+    const real t_slgct = Bs_2 * t_gxqu4;
+    const real t_rmagd_2 = t_xq4wt * t_4xl2z_2 - (t_5mznh + t_slgct) + t_6urah * t_cdwx5_2 - K_L43 * t_qmxc6_2;
+    const real t_vnyvj = wth_1 * t_fzk4w;
+    const real t_r6kfj = t_vnyvj - me1 * t_fzk4w;
+    const real t_iaue7 = wth_2 * t_fzk4w;
+    const real t_opjux = t_iaue7 - me2 * t_fzk4w;
+    const real t_2bjtr = Ass_1 * t_fzk4w;
+    const real t_fxcfg = t_r6kfj - t_2bjtr;
+    const real t_pep65 = Ass_2 * t_fzk4w;
+    const real t_pdo3t = t_opjux - t_pep65;
+    const real t_hui6q_2 = S_sq1 * t_fxcfg + S_sq2 * t_pdo3t;
+    const real t_ph4di = Asc_1 * t_fzk4w;
+    const real t_flhvv = Asc_2 * t_fzk4w;
+    const real t_da6la = sin_theta1 * t_ph4di + sin_theta2 * t_flhvv;
+    const real t_qmomo_2 = t_da6la * t_bpfoo;
+    const real t_ucrv3 = t_r6kfj + t_opjux - t_hui6q_2 - t_b3aij * t_qmomo_2;
+    const real t_4wlvj_2 = t_ucrv3 * t_4iujv;
+    const real t_olo6m = q_1 * t_vnyvj;
+    const real t_haevv_2 = cos_theta1 * t_olo6m;
+    const real t_fclpd = q_2 * t_iaue7;
+    const real t_rsccx_2 = cos_theta2 * t_fclpd;
+    const real t_o7noo = Bc_1 * t_fzk4w;
+    const real t_pganz = Bc_2 * t_fzk4w;
+    const real t_6r4hi_2 = SC1 * t_fxcfg + SC2 * t_pdo3t;
+    const real t_wjvpg_2 = t_6r4hi_2 + t_d4mqf * t_4wlvj_2 + t_zzymx * t_qmomo_2;
+    const real t_b4isz_2 = t_wjvpg_2 * t_zmh3u;
+    const real t_uemby = t_m67zs * t_4wlvj_2
+        - (t_haevv_2 + t_rsccx_2 + sin_theta1 * t_o7noo + sin_theta2 * t_pganz)
+        + t_m27n6 * t_b4isz_2
+        - t_2m245 * t_qmomo_2;
+    const real t_vaqzs_2 = t_uemby * t_lt2al;
+    const real t_6fv7n = t_5mznh + (e1 * t_rv7s3_2 + F_t1 * t_fzk4w);
+    const real t_rvf4r = t_slgct + (e2 * t_o6oom_2 + F_t2 * t_fzk4w);
+    const real t_fzk4w_2 = K(1.0) - t_fzk4w;
+    const real t_ihmol = sin_theta1 * t_6fv7n
+        + sin_theta2 * t_rvf4r
+        + t_vt7uo * t_fzk4w
+        + t_oncjt * t_fzk4w
+        + f_y * t_fzk4w_2;
+    const real t_ep5fb = b1 * t_qmomo_2
+        + t_vshgd * t_4xl2z_2
+        - t_ihmol
+        - (X_y2 * t_4wlvj_2 + K_L52 * t_cdwx5_2)
+        - (K_L53 * t_qmxc6_2 - X_y3 * t_b4isz_2)
+        - (X_y4 * t_vaqzs_2 + K_L54 * t_rmagd_2);
+    const real t_cdamv = wg_1 * t_fzk4w + g_1 * t_vnyvj;
+    const real t_2afio = wg_2 * t_fzk4w + g_2 * t_iaue7;
+    const real t_y2zas = me1 * (t_o6yyy * t_fzk4w);
+    const real t_4uttp = K(-2.0) * t_o7noo + (eAss_1 * t_fzk4w + e1 * t_2bjtr);
+    const real t_ervqp = t_y2zas + t_4uttp - t_cdamv;
+    const real t_i2wb2_2 = S_sq1 * t_ervqp;
+    const real t_ow5vg = me2 * (t_rdwum * t_fzk4w);
+    const real t_4heh4 = K(-2.0) * t_pganz + (eAss_2 * t_fzk4w + e2 * t_pep65);
+    const real t_kkpjo = t_ow5vg + t_4heh4 - t_2afio;
+    const real t_yjdhu_2 = S_sq2 * t_kkpjo;
+    const real t_shwx6 = p[m] * (p[b] + p[b]) + M_C * (t_jf3qj * t_fzk4w);
+    const real t_clek3 = t_cdamv
+        + t_2afio
+        + t_i2wb2_2
+        + t_yjdhu_2
+        + t_shwx6
+        - t_y2zas
+        - t_ow5vg
+        + K(-2.0) * t_haevv_2
+        + K(-2.0) * t_rsccx_2
+        - (K_L52 * t_ucrv3 + t_p6zld * t_4wlvj_2)
+        + (K_L53 * t_wjvpg_2 + t_bxfcn * t_b4isz_2)
+        - (K_L54 * t_uemby + t_amczu * t_vaqzs_2)
+        - (t_vshgd * t_da6la + t_6mmeb * t_qmomo_2);
+    const real t_5sezt_2 = sin_theta1 * t_olo6m + sin_theta2 * t_fclpd;
+    const real t_3amyd = cos_theta1 * t_ph4di + cos_theta2 * t_flhvv;
+    const real t_5jxyz_2 = t_3amyd * t_bpfoo;
+    const real t_a64bi_2 = t_6r4hi_2 + t_b3aij * t_5jxyz_2;
+    const real t_uja5q_2 = t_a64bi_2 * t_4iujv;
+    const real t_6f22r = t_hui6q_2 + (t_2bjtr + t_pep65) + t_d4mqf * t_uja5q_2 - t_zzymx * t_5jxyz_2;
+    const real t_fwrrj_2 = t_6f22r * t_zmh3u;
+    const real t_an6uk = t_5sezt_2
+        - cos_theta1 * t_o7noo
+        - cos_theta2 * t_pganz
+        - t_m67zs * t_uja5q_2
+        - t_m27n6 * t_fwrrj_2
+        - t_2m245 * t_5jxyz_2;
+    const real t_pkblx_2 = t_an6uk * t_lt2al;
+    const real t_73goa_2 = t_5sezt_2
+        + SC1 * t_ervqp
+        + SC2 * t_kkpjo
+        + (t_dj64q * t_ucrv3 + t_p6zld * t_uja5q_2)
+        - (t_bxfcn * t_fwrrj_2 - K_L63 * t_wjvpg_2)
+        - (K_L64 * t_uemby + t_amczu * t_pkblx_2)
+        - (t_e4enr * t_da6la + t_6mmeb * t_5jxyz_2);
+    const real t_2tq7m = t_73goa_2 * t_ftqxb - t_dzxqu * t_clek3;
+    const real t_hqetm = t_gcu5g * t_fzk4w_2
+        - (cos_theta1 * t_6fv7n + cos_theta2 * t_rvf4r - t_azclp * t_fzk4w - t_iya7w * t_fzk4w)
+        + (b1 * t_5jxyz_2 + t_e4enr * t_4xl2z_2)
+        + (X_y2 * t_uja5q_2 + t_dj64q * t_cdwx5_2)
+        - (X_y3 * t_fwrrj_2 + K_L63 * t_qmxc6_2)
+        - (X_y4 * t_pkblx_2 + K_L64 * t_rmagd_2)
+        - (X_y5 * t_2tq7m + K_L65 * t_ep5fb);
+    const real t_wddp6 = t_4uttp
+        + t_4heh4
+        + t_shwx6
+        - t_i2wb2_2
+        - t_yjdhu_2
+        - (t_dj64q * t_a64bi_2 + t_hmob3 * t_uja5q_2)
+        - (K_L63 * t_6f22r + t_rahc4 * t_fwrrj_2)
+        - (K_L64 * t_an6uk + t_e4k6u * t_pkblx_2)
+        - (K_L65 * t_73goa_2 + t_5gmab * t_2tq7m)
+        - (t_e4enr * t_3amyd + t_bl4f2 * t_5jxyz_2);
+    const real t_45olx = t_hqetm * t_nfkwa - t_o4hiw * t_wddp6;
+    const real t_zomt2 = t_ep5fb * t_ftqxb - t_eriz2 * t_clek3 - (X_x6 * t_2tq7m + K_L65 * t_45olx);
+    const real t_tcyfg = t_rmagd_2 * t_lt2al
+        - (X_x5 * t_vaqzs_2 + K_L54 * t_zomt2)
+        - (X_x6 * t_pkblx_2 + K_L64 * t_45olx);
+    const real t_ayndu = t_qmxc6_2 * t_zmh3u
+        - K_L43 * t_tcyfg
+        - (K_L53 * t_zomt2 - X_x5 * t_b4isz_2)
+        - (X_x6 * t_fwrrj_2 + K_L63 * t_45olx);
+    const real t_b5oey = t_cdwx5_2 * t_4iujv
+        - K_L32 * t_ayndu
+        + t_6urah * t_tcyfg
+        - (X_x5 * t_4wlvj_2 + K_L52 * t_zomt2)
+        + (X_x6 * t_uja5q_2 + t_dj64q * t_45olx);
+    const real t_fnet4 = t_4xl2z_2 * t_bpfoo
+        + t_w7lcw * t_b5oey
+        + t_3go2w * t_ayndu
+        + t_xq4wt * t_tcyfg
+        + (X_x5 * t_qmomo_2 + t_vshgd * t_zomt2)
+        + (X_x6 * t_5jxyz_2 + t_e4enr * t_45olx)
+        - t_gxqu4;
+    const real t_kutbt = (t_gcu5g + K_L65 * f_y) * t_nfkwa;
+    const real t_rzdx6 = f_y * t_ftqxb + K_L65 * t_kutbt;
+    const real t_ha5ja = K_L54 * t_rzdx6 - K_L64 * t_kutbt;
+    const real t_ocypu = K_L53 * t_rzdx6 - K_L43 * t_ha5ja - K_L63 * t_kutbt;
+    const real t_kl34e = t_6urah * t_ha5ja - K_L32 * t_ocypu + K_L52 * t_rzdx6 + t_dj64q * t_kutbt;
+    const real t_l62zz = t_w7lcw * t_kl34e
+        + t_3go2w * t_ocypu
+        + t_xq4wt * t_ha5ja
+        - t_vshgd * t_rzdx6
+        + t_e4enr * t_kutbt;
+    const real t_tv227 = cos_delta1 * cos_delta2;
+    const real t_dlr25 = sin_delta2 + t_w7lcw * t_tv227;
+    const real t_dtzim = sin_delta1 * cos_delta2;
+    const real t_hyach = t_3go2w * t_tv227 - t_dtzim - K_L32 * t_dlr25;
+    const real t_k54eg = t_xq4wt * t_tv227 + t_6urah * t_dlr25 - K_L43 * t_hyach;
+    const real t_oeqt2 = t_vshgd * t_tv227
+        - t_lwe76 * sin_delta2
+        - K_L52 * t_dlr25
+        - K_L53 * t_hyach
+        - K_L54 * t_k54eg;
+    const real t_eosnw = t_lwe76 * t_dtzim
+        + t_e4enr * t_tv227
+        + t_dj64q * t_dlr25
+        - K_L63 * t_hyach
+        - K_L64 * t_k54eg
+        - K_L65 * t_oeqt2;
+    const real t_gwiuf = t_eosnw * t_nfkwa;
+    const real t_jhwfa = t_oeqt2 * t_ftqxb - K_L65 * t_gwiuf;
+    const real t_wdonk = t_k54eg * t_lt2al - K_L54 * t_jhwfa - K_L64 * t_gwiuf;
+    const real t_ahhlw = t_hyach * t_zmh3u - K_L43 * t_wdonk - K_L53 * t_jhwfa - K_L63 * t_gwiuf;
+    const real t_2bo4h = t_dlr25 * t_4iujv
+        - K_L32 * t_ahhlw
+        + t_6urah * t_wdonk
+        - K_L52 * t_jhwfa
+        + t_dj64q * t_gwiuf;
+    const real t_5eu3y = t_tv227 * t_bpfoo
+        + t_w7lcw * t_2bo4h
+        + t_3go2w * t_ahhlw
+        + t_xq4wt * t_wdonk
+        + t_vshgd * t_jhwfa
+        + t_e4enr * t_gwiuf;
+    const real t_ecohd = t_3qn53 * t_zrejm;
+    const real t_uf4mw = t_zrejm - t_ecohd * t_os4zj;
+    const real t_fuzfv = p[I1] * t_uf4mw;
+    const real t_db2vr = p[l1] * t_fuzfv;
+    const real t_65tki = p[l1] * t_uf4mw;
+    const real t_75vo7 = eta1 * t_db2vr + loss_phi1 * t_65tki;
+    const real t_bsjym = k1 * p[l1] + t_6nwd2 * t_65tki;
+    const real t_qrwk6 = p[h1] * t_fuzfv * t_xpjrw - t_rl7kq * t_fuzfv;
+    const real t_k2u6a = t_rybsf * t_qrwk6;
+    const real t_t6oub = t_lupe6 * t_bsjym - mv1 * (cos_phi1 * t_k2u6a) - sigma_sq1 * p[l1];
+    const real t_4hlbz = mv2 * (cos_phi2 * t_k2u6a);
+    const real t_3ew43 = sin_phi1 * t_75vo7 + cos_phi1 * t_t6oub - cos_phi2 * t_4hlbz;
+    const real t_phzei = sin_phi1 * t_bsjym;
+    const real t_mjqsw = sin_phi1 * t_phzei;
+    const real t_kxp6r = t_fuzfv + t_bsjym - t_mjqsw;
+    const real t_y7q2h = cos_phi1 * t_phzei;
+    const real t_a7bb7 = sin_theta1 * t_y7q2h;
+    const real t_imfgl = t_a7bb7 * t_bpfoo - t_6xwz3 * t_kxp6r;
+    const real t_sdxhx = th_1 * t_odnx4;
+    const real t_ievgo = t_odnx4 - t_sdxhx * t_7vbeu;
+    const real t_bhqvx = t_xips6 * t_ievgo;
+    const real t_h4glw = cos_theta1 * t_bhqvx;
+    const real t_vc4jo = sin_phi1 * t_t6oub - cos_phi1 * t_75vo7;
+    const real t_gwnxz = sin_phi2 * t_4hlbz;
+    const real t_24o2a = b1 * t_imfgl
+        + t_w7lcw * t_3ew43
+        - (t_h4glw + sin_theta1 * t_vc4jo - sin_theta2 * t_gwnxz);
+    const real t_mpupz = t_mjqsw + t_fuzfv;
+    const real t_vxv6o = p[I1] * t_ievgo;
+    const real t_yw26e = t_mpupz - t_vxv6o;
+    const real t_5pryi = S_sq1 * t_yw26e;
+    const real t_322jv = t_5pryi + t_fuzfv + t_vxv6o - t_fuzfv - (t_w7lcw * t_a7bb7 + t_b3aij * t_imfgl);
+    const real t_rhsuv = cos_theta1 * t_y7q2h;
+    const real t_ng4bx = t_rhsuv * t_bpfoo - t_3tmqi * t_kxp6r;
+    const real t_43qib = SC1 * t_yw26e - (t_3go2w * t_a7bb7 + t_b3aij * t_ng4bx);
+    const real t_mcxfy = t_43qib * t_4iujv - t_6yahm * t_322jv;
+    const real t_s5lk2 = sin_theta1 * t_bhqvx;
+    const real t_uohiv = b1 * t_ng4bx
+        + t_3go2w * t_3ew43
+        - (cos_theta1 * t_vc4jo - t_s5lk2 - cos_theta2 * t_gwnxz)
+        - (X_y2 * t_mcxfy + K_L32 * t_24o2a);
+    const real t_vjen7 = t_mpupz
+        - t_5pryi
+        - (K_L32 * t_43qib + t_d4mqf * t_mcxfy)
+        - (t_3go2w * t_rhsuv + t_zzymx * t_ng4bx);
+    const real t_u6bpu = q_1 * t_vxv6o;
+    const real t_mcdg7 = sin_theta1 * t_u6bpu;
+    const real t_bsp2v = cos_phi1 * t_db2vr;
+    const real t_kcehq = cos_theta1 * t_u6bpu;
+    const real t_mzzfe = sin_phi1 * t_db2vr;
+    const real t_2csgi = t_mzzfe * t_bpfoo - t_jtjoh * t_kxp6r;
+    const real t_eas4d = t_kcehq + sin_theta1 * t_bsp2v + (t_xq4wt * t_a7bb7 + t_b3aij * t_2csgi);
+    const real t_zmtva = t_eas4d * t_4iujv - t_dwrhg * t_322jv;
+    const real t_xhdwx = t_mcdg7
+        - cos_theta1 * t_bsp2v
+        + (t_6urah * t_43qib + t_d4mqf * t_zmtva)
+        - (t_xq4wt * t_rhsuv + t_zzymx * t_2csgi);
+    const real t_hiuyo = t_xhdwx * t_zmh3u - t_ydwjl * t_vjen7;
+    const real t_7f54x = t_w7vil * t_mzzfe - Bs_1 * t_k2u6a + p[l1] * t_75vo7;
+    const real t_55hgq = q_1 * t_bhqvx;
+    const real t_36nrg = Bs_2 * t_k2u6a;
+    const real t_6akah = b1 * t_2csgi
+        + t_xq4wt * t_3ew43
+        - (t_7f54x - t_55hgq - t_36nrg)
+        + (X_y2 * t_zmtva + t_6urah * t_24o2a)
+        - (X_y3 * t_hiuyo + K_L43 * t_uohiv);
+    const real t_bx2wv = q_1 * t_u6bpu;
+    const real t_ucon2 = p[l1] * t_db2vr;
+    const real t_3ijf6 = t_bx2wv
+        + t_ucon2
+        - (t_6urah * t_eas4d + t_m67zs * t_zmtva)
+        - (K_L43 * t_xhdwx + t_m27n6 * t_hiuyo)
+        - (t_xq4wt * t_mzzfe + t_2m245 * t_2csgi);
+    const real t_sxa4t = g_1 * t_vxv6o - wth_1 * t_qrwk6;
+    const real t_xbuh6 = q_1 * t_sxa4t;
+    const real t_bksnt = cos_theta1 * t_xbuh6;
+    const real t_lyfnw = wth_2 * t_qrwk6;
+    const real t_bnhwl = q_2 * t_lyfnw;
+    const real t_clz7k = cos_theta2 * t_bnhwl;
+    const real t_r57wa = e1 * t_bsp2v - Bc_1 * t_qrwk6;
+    const real t_yqcmh = t_ucon2 - t_r57wa;
+    const real t_htsp6 = Bc_2 * t_qrwk6;
+    const real t_g2npn = t_sxa4t - (e1 * t_fuzfv - me1 * t_qrwk6);
+    const real t_omgjy = me2 * t_qrwk6 - t_lyfnw;
+    const real t_vno3c = e1 * t_mjqsw - Ass_1 * t_qrwk6;
+    const real t_6z5r2 = t_bsp2v - t_vno3c;
+    const real t_heodd = t_6z5r2 + t_g2npn;
+    const real t_qpxzc = Ass_2 * t_qrwk6;
+    const real t_4txy7 = t_qpxzc + t_omgjy;
+    const real t_365m6 = S_sq1 * t_heodd + S_sq2 * t_4txy7;
+    const real t_iu7yf = t_mzzfe + (e1 * t_y7q2h - Asc_1 * t_qrwk6);
+    const real t_r54g7 = Asc_2 * t_qrwk6;
+    const real t_25v6w = sin_theta1 * t_iu7yf - sin_theta2 * t_r54g7;
+    const real t_pposf = t_25v6w * t_bpfoo - t_2lluf * t_kxp6r;
+    const real t_7hssh = t_g2npn + t_omgjy - t_365m6 - t_kcehq - (t_vshgd * t_a7bb7 + t_b3aij * t_pposf);
+    const real t_n275d = t_7hssh * t_4iujv - t_hfybw * t_322jv;
+    const real t_khzxu = SC1 * t_heodd + SC2 * t_4txy7;
+    const real t_zzqg6 = t_mcdg7
+        - t_khzxu
+        - (K_L52 * t_43qib + t_d4mqf * t_n275d)
+        - (t_vshgd * t_rhsuv + t_zzymx * t_pposf);
+    const real t_oifao = t_zzqg6 * t_zmh3u - t_qe675 * t_vjen7;
+    const real t_7gsdm = t_bx2wv
+        - t_bksnt
+        + t_clz7k
+        + sin_theta1 * t_yqcmh
+        + sin_theta2 * t_htsp6
+        + (K_L52 * t_eas4d + t_m67zs * t_n275d)
+        - (K_L53 * t_xhdwx + t_m27n6 * t_oifao)
+        - (t_vshgd * t_mzzfe + t_2m245 * t_pposf);
+    const real t_y6psd = t_7gsdm * t_lt2al - t_2e52m * t_3ijf6;
+    const real t_hsvh7 = t_7f54x + (e1 * t_vc4jo - F_t1 * t_qrwk6);
+    const real t_5antn = t_36nrg + (e2 * t_gwnxz + F_t2 * t_qrwk6);
+    const real t_iokbu = sin_theta1 * t_hsvh7
+        - t_55hgq
+        - sin_theta2 * t_5antn
+        + (g_1 * t_h4glw - t_vt7uo * t_qrwk6)
+        - t_oncjt * t_qrwk6
+        + f_y * t_qrwk6;
+    const real t_uda2a = b1 * t_pposf
+        + t_vshgd * t_3ew43
+        - t_iokbu
+        - (X_y2 * t_n275d + K_L52 * t_24o2a)
+        - (X_y3 * t_oifao + K_L53 * t_uohiv)
+        - (X_y4 * t_y6psd + K_L54 * t_6akah);
+    const real t_swn5u = g_1 * t_sxa4t - wg_1 * t_qrwk6;
+    const real t_c6myv = wg_2 * t_qrwk6 + g_2 * t_lyfnw;
+    const real t_xblb5 = t_simvy * t_fuzfv - me1 * (t_o6yyy * t_qrwk6);
+    const real t_y6tfp = t_ucon2 + K(-2.0) * t_r57wa + (e1 * t_vno3c - eAss_1 * t_qrwk6);
+    const real t_kzg6k = t_xblb5 + t_y6tfp - t_swn5u;
+    const real t_ro26e = S_sq1 * t_kzg6k;
+    const real t_fqyco = me2 * (t_rdwum * t_qrwk6);
+    const real t_xaepv = K(-2.0) * t_htsp6 + (eAss_2 * t_qrwk6 + e2 * t_qpxzc);
+    const real t_3cwpp = t_c6myv - (t_fqyco + t_xaepv);
+    const real t_pbze3 = S_sq2 * t_3cwpp;
+    const real t_gdt73 = t_owkw5 * t_fuzfv - (t_iw7bs * t_fuzfv + M_C * (t_jf3qj * t_qrwk6));
+    const real t_xydv6 = t_swn5u
+        - t_c6myv
+        + t_bx2wv
+        + t_ro26e
+        + t_pbze3
+        + t_gdt73
+        - t_xblb5
+        + t_fqyco
+        + K(-2.0) * t_bksnt
+        - K(-2.0) * t_clz7k
+        - (K_L52 * t_7hssh + t_p6zld * t_n275d)
+        - (K_L53 * t_zzqg6 + t_bxfcn * t_oifao)
+        - (K_L54 * t_7gsdm + t_amczu * t_y6psd)
+        - (t_vshgd * t_25v6w + t_6mmeb * t_pposf);
+    const real t_jlls6 = sin_theta1 * t_xbuh6 - sin_theta2 * t_bnhwl;
+    const real t_5n5yo = cos_theta1 * t_iu7yf - cos_theta2 * t_r54g7;
+    const real t_nm4jj = t_5n5yo * t_bpfoo - t_ielc3 * t_kxp6r;
+    const real t_giwql = t_khzxu + (t_e4enr * t_a7bb7 + t_b3aij * t_nm4jj);
+    const real t_chgud = t_giwql * t_4iujv - t_2ngl5 * t_322jv;
+    const real t_ykc3h = t_365m6
+        - (t_6z5r2 + t_qpxzc)
+        + (t_dj64q * t_43qib + t_d4mqf * t_chgud)
+        - (t_e4enr * t_rhsuv + t_zzymx * t_nm4jj);
+    const real t_s52uu = t_ykc3h * t_zmh3u - t_kpf5p * t_vjen7;
+    const real t_rw4vq = t_jlls6
+        + cos_theta1 * t_yqcmh
+        + cos_theta2 * t_htsp6
+        - (t_dj64q * t_eas4d + t_m67zs * t_chgud)
+        - (K_L63 * t_xhdwx + t_m27n6 * t_s52uu)
+        - (t_e4enr * t_mzzfe + t_2m245 * t_nm4jj);
+    const real t_btse7 = t_rw4vq * t_lt2al - t_wurun * t_3ijf6;
+    const real t_7zmiy = t_jlls6
+        + SC1 * t_kzg6k
+        + SC2 * t_3cwpp
+        + (t_dj64q * t_7hssh + t_p6zld * t_chgud)
+        - (K_L63 * t_zzqg6 + t_bxfcn * t_s52uu)
+        - (K_L64 * t_7gsdm + t_amczu * t_btse7)
+        - (t_e4enr * t_25v6w + t_6mmeb * t_nm4jj);
+    const real t_tarpx = t_7zmiy * t_ftqxb - t_dzxqu * t_xydv6;
+    const real t_coxig = cos_theta1 * t_hsvh7
+        - cos_theta2 * t_5antn
+        - (g_1 * t_s5lk2 - t_azclp * t_qrwk6)
+        + t_iya7w * t_qrwk6;
+    const real t_lltrk = t_gcu5g * t_qrwk6
+        - t_coxig
+        + (b1 * t_nm4jj + t_e4enr * t_3ew43)
+        + (X_y2 * t_chgud + t_dj64q * t_24o2a)
+        - (X_y3 * t_s52uu + K_L63 * t_uohiv)
+        - (X_y4 * t_btse7 + K_L64 * t_6akah)
+        - (X_y5 * t_tarpx + K_L65 * t_uda2a);
+    const real t_txyqm = t_y6tfp
+        - t_xaepv
+        + t_gdt73
+        - t_ro26e
+        - t_pbze3
+        - (t_dj64q * t_giwql + t_hmob3 * t_chgud)
+        - (K_L63 * t_ykc3h + t_rahc4 * t_s52uu)
+        - (K_L64 * t_rw4vq + t_e4k6u * t_btse7)
+        - (K_L65 * t_7zmiy + t_5gmab * t_tarpx)
+        - (t_e4enr * t_5n5yo + t_bl4f2 * t_nm4jj);
+    const real t_al5gg = t_lltrk * t_nfkwa - t_o4hiw * t_txyqm;
+    const real t_iyskn = t_uda2a * t_ftqxb - t_eriz2 * t_xydv6 - (X_x6 * t_tarpx + K_L65 * t_al5gg);
+    const real t_b7dui = t_6akah * t_lt2al
+        - t_gkoba * t_3ijf6
+        - (X_x5 * t_y6psd + K_L54 * t_iyskn)
+        - (X_x6 * t_btse7 + K_L64 * t_al5gg);
+    const real t_cyqrj = t_uohiv * t_zmh3u
+        - t_insvr * t_vjen7
+        - (X_x4 * t_hiuyo + K_L43 * t_b7dui)
+        - (X_x5 * t_oifao + K_L53 * t_iyskn)
+        - (X_x6 * t_s52uu + K_L63 * t_al5gg);
+    const real t_s5sv6 = t_24o2a * t_4iujv
+        - t_5am4i * t_322jv
+        - (X_x3 * t_mcxfy + K_L32 * t_cyqrj)
+        + (X_x4 * t_zmtva + t_6urah * t_b7dui)
+        - (X_x5 * t_n275d + K_L52 * t_iyskn)
+        + (X_x6 * t_chgud + t_dj64q * t_al5gg);
+    const real t_6e2zk = t_3ew43 * t_bpfoo
+        - t_2sw7d * t_kxp6r
+        + (X_x2 * t_imfgl + t_w7lcw * t_s5sv6)
+        + (X_x3 * t_ng4bx + t_3go2w * t_cyqrj)
+        + (X_x4 * t_2csgi + t_xq4wt * t_b7dui)
+        + (X_x5 * t_pposf + t_vshgd * t_iyskn)
+        + (X_x6 * t_nm4jj + t_e4enr * t_al5gg)
+        + t_k2u6a;
+    const real t_gi55u = p[m1] * (p[l1] + p[l1]);
+    const real t_6j7lq = t_ecohd * t_gi55u;
+    const real t_m2ww5 = p[I1] * t_6j7lq;
+    const real t_2rkyb = me1 - p[l1] * t_m2ww5;
+    const real t_gtm2o = t_3qn53 - p[l1] * t_6j7lq;
+    const real t_v5nss = eta1 * t_2rkyb + loss_phi1 * t_gtm2o;
+    const real t_rw2ac = k1 * p[m1] + t_6nwd2 * t_gtm2o;
+    const real t_37b6j = t_rl7kq * t_m2ww5 - p[h1] * t_m2ww5 * t_xpjrw;
+    const real t_h7gpd = t_rybsf * t_37b6j;
+    const real t_bzxdq = t_lupe6 * t_rw2ac - mv1 * (cos_phi1 * t_h7gpd) - sigma_sq1 * p[m1];
+    const real t_4hlbz_2 = mv2 * (cos_phi2 * t_h7gpd);
+    const real t_uaiyr = sin_phi1 * t_v5nss + cos_phi1 * t_bzxdq - cos_phi2 * t_4hlbz_2;
+    const real t_5ekb4 = sin_phi1 * t_rw2ac;
+    const real t_a6cua = sin_phi1 * t_5ekb4;
+    const real t_umhwk = t_rw2ac - t_m2ww5 - t_a6cua;
+    const real t_jtr2s = cos_phi1 * t_5ekb4;
+    const real t_a7bb7_2 = sin_theta1 * t_jtr2s;
+    const real t_s6tyt = t_a7bb7_2 * t_bpfoo - t_6xwz3 * t_umhwk;
+    const real t_4hepc = W12 * sin_phi1 + w_x1 * (Wn1 * cos_phi1) - t_wmv32 * chi1;
+    const real t_hjjc3 = t_sdxhx * (p[m1] * ((q_1 + q_1) * sin_phi1));
+    const real t_h5xbx = th_1 * (p[I1] * t_4hepc - loss_theta1 * sin_phi1) - t_xips6 * t_hjjc3;
+    const real t_ayguz = cos_theta1 * t_h5xbx;
+    const real t_5tqjh = sin_phi1 * t_bzxdq - cos_phi1 * t_v5nss;
+    const real t_gwnxz_2 = sin_phi2 * t_4hlbz_2;
+    const real t_zenj3 = b1 * t_s6tyt
+        + t_w7lcw * t_uaiyr
+        - (t_ayguz + sin_theta1 * t_5tqjh - sin_theta2 * t_gwnxz_2);
+    const real t_tenoe = t_a6cua - t_m2ww5;
+    const real t_yiwsa = p[I1] * t_hjjc3;
+    const real t_zzdue = t_tenoe + t_yiwsa;
+    const real t_h3uzn = S_sq1 * t_zzdue;
+    const real t_c4ssh = t_h3uzn - t_m2ww5 - t_yiwsa + t_m2ww5 - (t_w7lcw * t_a7bb7_2 + t_b3aij * t_s6tyt);
+    const real t_rhsuv_2 = cos_theta1 * t_jtr2s;
+    const real t_e7kdw = t_rhsuv_2 * t_bpfoo - t_3tmqi * t_umhwk;
+    const real t_vztfu = SC1 * t_zzdue - (t_3go2w * t_a7bb7_2 + t_b3aij * t_e7kdw);
+    const real t_my75p = t_vztfu * t_4iujv - t_6yahm * t_c4ssh;
+    const real t_hphhq = sin_theta1 * t_h5xbx;
+    const real t_rty7q = b1 * t_e7kdw
+        + t_3go2w * t_uaiyr
+        - (cos_theta1 * t_5tqjh - t_hphhq - cos_theta2 * t_gwnxz_2)
+        - (X_y2 * t_my75p + K_L32 * t_zenj3);
+    const real t_zohqf = t_tenoe
+        - t_h3uzn
+        - (K_L32 * t_vztfu + t_d4mqf * t_my75p)
+        - (t_3go2w * t_rhsuv_2 + t_zzymx * t_e7kdw);
+    const real t_36czx = wth_1 * sin_phi1 - q_1 * t_yiwsa;
+    const real t_ah477 = sin_theta1 * t_36czx;
+    const real t_nbszk = cos_phi1 * t_2rkyb;
+    const real t_e6agj = cos_theta1 * t_36czx;
+    const real t_xkdho = sin_phi1 * t_2rkyb;
+    const real t_je6f4 = t_xkdho * t_bpfoo - t_jtjoh * t_umhwk;
+    const real t_mmxti = t_e6agj + sin_theta1 * t_nbszk + (t_xq4wt * t_a7bb7_2 + t_b3aij * t_je6f4);
+    const real t_llrs2 = t_mmxti * t_4iujv - t_dwrhg * t_c4ssh;
+    const real t_knoyq = t_ah477
+        - cos_theta1 * t_nbszk
+        + (t_6urah * t_vztfu + t_d4mqf * t_llrs2)
+        - (t_xq4wt * t_rhsuv_2 + t_zzymx * t_je6f4);
+    const real t_l6si5 = t_knoyq * t_zmh3u - t_ydwjl * t_zohqf;
+    const real t_ortue = t_w7vil * t_xkdho - Bs_1 * t_h7gpd + (p[l1] * t_v5nss + t_7imwe);
+    const real t_b6lzs = q_1 * t_h5xbx + F_n1 * sin_phi1;
+    const real t_36nrg_2 = Bs_2 * t_h7gpd;
+    const real t_325fy = b1 * t_je6f4
+        + t_xq4wt * t_uaiyr
+        - (t_ortue - t_b6lzs - t_36nrg_2)
+        + (X_y2 * t_llrs2 + t_6urah * t_zenj3)
+        - (X_y3 * t_l6si5 + K_L43 * t_rty7q);
+    const real t_jf4vx = wq_1 * sin_phi1 + q_1 * t_36czx;
+    const real t_3t63m = p[l1] * t_2rkyb + B_1;
+    const real t_g3o7b = t_jf4vx
+        + t_3t63m
+        - (t_6urah * t_mmxti + t_m67zs * t_llrs2)
+        - (K_L43 * t_knoyq + t_m27n6 * t_l6si5)
+        - (t_xq4wt * t_xkdho + t_2m245 * t_je6f4);
+    const real t_cdint = t_37b6j + cos_phi1;
+    const real t_wdr3j = wth_1 * t_cdint + g_1 * t_yiwsa;
+    const real t_47q2m = wg_1 * sin_phi1 - q_1 * t_wdr3j;
+    const real t_rghg2 = cos_theta1 * t_47q2m;
+    const real t_gkp3c = wth_2 * t_37b6j;
+    const real t_bnhwl_2 = q_2 * t_gkp3c;
+    const real t_clz7k_2 = cos_theta2 * t_bnhwl_2;
+    const real t_i3n37 = e1 * t_nbszk - Bc_1 * t_37b6j;
+    const real t_sgfsw = t_3t63m - t_i3n37;
+    const real t_bqb2c = Bc_2 * t_37b6j;
+    const real t_yktzs = me1 * t_37b6j + e1 * t_m2ww5 - t_wdr3j;
+    const real t_l7h7q = me2 * t_37b6j - t_gkp3c;
+    const real t_ubmvw = e1 * t_a6cua - Ass_1 * t_37b6j;
+    const real t_loy7b = t_nbszk - t_ubmvw;
+    const real t_taizj = t_loy7b + t_yktzs;
+    const real t_d5gqi = Ass_2 * t_37b6j;
+    const real t_4txy7_2 = t_d5gqi + t_l7h7q;
+    const real t_fespu = S_sq1 * t_taizj + S_sq2 * t_4txy7_2;
+    const real t_arzsw = t_xkdho + (e1 * t_jtr2s - Asc_1 * t_37b6j);
+    const real t_tne3j = Asc_2 * t_37b6j;
+    const real t_uoriu = sin_theta1 * t_arzsw - sin_theta2 * t_tne3j;
+    const real t_mecns = t_uoriu * t_bpfoo - t_2lluf * t_umhwk;
+    const real t_zar4u = t_yktzs + t_l7h7q - t_fespu - t_e6agj - (t_vshgd * t_a7bb7_2 + t_b3aij * t_mecns);
+    const real t_pcxgd = t_zar4u * t_4iujv - t_hfybw * t_c4ssh;
+    const real t_cy5n4 = SC1 * t_taizj + SC2 * t_4txy7_2;
+    const real t_ar3wb = t_ah477
+        - t_cy5n4
+        - (K_L52 * t_vztfu + t_d4mqf * t_pcxgd)
+        - (t_vshgd * t_rhsuv_2 + t_zzymx * t_mecns);
+    const real t_ss5y6 = t_ar3wb * t_zmh3u - t_qe675 * t_zohqf;
+    const real t_oh55a = t_jf4vx
+        - t_rghg2
+        + t_clz7k_2
+        + sin_theta1 * t_sgfsw
+        + sin_theta2 * t_bqb2c
+        + (K_L52 * t_mmxti + t_m67zs * t_pcxgd)
+        - (K_L53 * t_knoyq + t_m27n6 * t_ss5y6)
+        - (t_vshgd * t_xkdho + t_2m245 * t_mecns);
+    const real t_54l55 = t_oh55a * t_lt2al - t_2e52m * t_g3o7b;
+    const real t_lcrlm = t_ortue + (e1 * t_5tqjh - F_t1 * t_37b6j);
+    const real t_pmaze = t_36nrg_2 + (e2 * t_gwnxz_2 + F_t2 * t_37b6j);
+    const real t_jzj7v = sin_theta1 * t_lcrlm
+        - t_b6lzs
+        - sin_theta2 * t_pmaze
+        + (g_1 * t_ayguz - t_vt7uo * t_cdint)
+        - t_oncjt * t_37b6j
+        + f_y * t_37b6j;
+    const real t_nulbe = b1 * t_mecns
+        + t_vshgd * t_uaiyr
+        - t_jzj7v
+        - (X_y2 * t_pcxgd + K_L52 * t_zenj3)
+        - (X_y3 * t_ss5y6 + K_L53 * t_rty7q)
+        - (X_y4 * t_54l55 + K_L54 * t_325fy);
+    const real t_qh3qj = wg_1 * t_cdint + g_1 * t_wdr3j;
+    const real t_iixdx = wg_2 * t_37b6j + g_2 * t_gkp3c;
+    const real t_ezs6d = t_3t63m + K(-2.0) * t_i3n37 + (e1 * t_ubmvw - eAss_1 * t_37b6j);
+    const real t_a6646 = t_simvy * t_m2ww5 + me1 * (t_o6yyy * t_37b6j);
+    const real t_5hxbq = t_ezs6d - t_a6646 + t_qh3qj;
+    const real t_zdike = S_sq1 * t_5hxbq;
+    const real t_3qwrp = me2 * (t_rdwum * t_37b6j);
+    const real t_kuxer = K(-2.0) * t_bqb2c + (eAss_2 * t_37b6j + e2 * t_d5gqi);
+    const real t_3cwpp_2 = t_iixdx - (t_3qwrp + t_kuxer);
+    const real t_pbze3_2 = S_sq2 * t_3cwpp_2;
+    const real t_w6fl5 = t_owkw5 * t_m2ww5 + (M_C * (t_jf3qj * t_37b6j) - t_iw7bs * t_m2ww5);
+    const real t_rsxxd = t_jf4vx
+        - (t_qh3qj + t_iixdx)
+        + t_zdike
+        + t_pbze3_2
+        - t_w6fl5
+        + t_a6646
+        + t_3qwrp
+        + K(-2.0) * t_rghg2
+        - K(-2.0) * t_clz7k_2
+        - (K_L52 * t_zar4u + t_p6zld * t_pcxgd)
+        - (K_L53 * t_ar3wb + t_bxfcn * t_ss5y6)
+        - (K_L54 * t_oh55a + t_amczu * t_54l55)
+        - (t_vshgd * t_uoriu + t_6mmeb * t_mecns);
+    const real t_scpkc = sin_theta1 * t_47q2m - sin_theta2 * t_bnhwl_2;
+    const real t_le6tz = cos_theta1 * t_arzsw - cos_theta2 * t_tne3j;
+    const real t_pa765 = t_le6tz * t_bpfoo - t_ielc3 * t_umhwk;
+    const real t_giwql_2 = t_cy5n4 + (t_e4enr * t_a7bb7_2 + t_b3aij * t_pa765);
+    const real t_fdao3 = t_giwql_2 * t_4iujv - t_2ngl5 * t_c4ssh;
+    const real t_6mrbs = t_fespu
+        - (t_loy7b + t_d5gqi)
+        + (t_dj64q * t_vztfu + t_d4mqf * t_fdao3)
+        - (t_e4enr * t_rhsuv_2 + t_zzymx * t_pa765);
+    const real t_6d4zw = t_6mrbs * t_zmh3u - t_kpf5p * t_zohqf;
+    const real t_bcijq = t_scpkc
+        + cos_theta1 * t_sgfsw
+        + cos_theta2 * t_bqb2c
+        - (t_dj64q * t_mmxti + t_m67zs * t_fdao3)
+        - (K_L63 * t_knoyq + t_m27n6 * t_6d4zw)
+        - (t_e4enr * t_xkdho + t_2m245 * t_pa765);
+    const real t_kk4iu = t_bcijq * t_lt2al - t_wurun * t_g3o7b;
+    const real t_r7kw7 = t_scpkc
+        + SC1 * t_5hxbq
+        + SC2 * t_3cwpp_2
+        + (t_dj64q * t_zar4u + t_p6zld * t_fdao3)
+        - (K_L63 * t_ar3wb + t_bxfcn * t_6d4zw)
+        - (K_L64 * t_oh55a + t_amczu * t_kk4iu)
+        - (t_e4enr * t_uoriu + t_6mmeb * t_pa765);
+    const real t_u7goy = t_r7kw7 * t_ftqxb - t_dzxqu * t_rsxxd;
+    const real t_72nb6 = cos_theta1 * t_lcrlm
+        - cos_theta2 * t_pmaze
+        - (g_1 * t_hphhq - t_azclp * t_cdint)
+        + t_iya7w * t_37b6j;
+    const real t_5irxv = t_gcu5g * t_37b6j
+        - t_72nb6
+        + (b1 * t_pa765 + t_e4enr * t_uaiyr)
+        + (X_y2 * t_fdao3 + t_dj64q * t_zenj3)
+        - (X_y3 * t_6d4zw + K_L63 * t_rty7q)
+        - (X_y4 * t_kk4iu + K_L64 * t_325fy)
+        - (X_y5 * t_u7goy + K_L65 * t_nulbe);
+    const real t_wiv3k = t_ezs6d
+        - t_kuxer
+        - t_w6fl5
+        - t_zdike
+        - t_pbze3_2
+        - (t_dj64q * t_giwql_2 + t_hmob3 * t_fdao3)
+        - (K_L63 * t_6mrbs + t_rahc4 * t_6d4zw)
+        - (K_L64 * t_bcijq + t_e4k6u * t_kk4iu)
+        - (K_L65 * t_r7kw7 + t_5gmab * t_u7goy)
+        - (t_e4enr * t_le6tz + t_bl4f2 * t_pa765);
+    const real t_2jvqf = t_5irxv * t_nfkwa - t_o4hiw * t_wiv3k;
+    const real t_xya35 = t_nulbe * t_ftqxb - t_eriz2 * t_rsxxd - (X_x6 * t_u7goy + K_L65 * t_2jvqf);
+    const real t_jg45l = t_325fy * t_lt2al
+        - t_gkoba * t_g3o7b
+        - (X_x5 * t_54l55 + K_L54 * t_xya35)
+        - (X_x6 * t_kk4iu + K_L64 * t_2jvqf);
+    const real t_yppnm = t_rty7q * t_zmh3u
+        - t_insvr * t_zohqf
+        - (X_x4 * t_l6si5 + K_L43 * t_jg45l)
+        - (X_x5 * t_ss5y6 + K_L53 * t_xya35)
+        - (X_x6 * t_6d4zw + K_L63 * t_2jvqf);
+    const real t_xcehm = t_zenj3 * t_4iujv
+        - t_5am4i * t_c4ssh
+        - (X_x3 * t_my75p + K_L32 * t_yppnm)
+        + (X_x4 * t_llrs2 + t_6urah * t_jg45l)
+        - (X_x5 * t_pcxgd + K_L52 * t_xya35)
+        + (X_x6 * t_fdao3 + t_dj64q * t_2jvqf);
+    const real t_i6bxu = t_uaiyr * t_bpfoo
+        - t_2sw7d * t_umhwk
+        + (X_x2 * t_s6tyt + t_w7lcw * t_xcehm)
+        + (X_x3 * t_e7kdw + t_3go2w * t_yppnm)
+        + (X_x4 * t_je6f4 + t_xq4wt * t_jg45l)
+        + (X_x5 * t_mecns + t_vshgd * t_xya35)
+        + (X_x6 * t_pa765 + t_e4enr * t_2jvqf)
+        + t_h7gpd;
+    const real t_tepdd = me1 * t_xpjrw;
+    const real t_tepdd_2 = K(1.0) - t_tepdd;
+    const real t_vpupx = t_rybsf * t_tepdd_2;
+    const real t_2gia2 = mv1 * (cos_phi1 * t_vpupx);
+    const real t_trlfj = t_rybsf * t_tepdd;
+    const real t_xuzfq = mv2 * (cos_phi2 * t_trlfj);
+    const real t_p2ohj = cos_phi1 * t_2gia2 - cos_phi2 * t_xuzfq;
+    const real t_2legd = sin_phi1 * t_2gia2;
+    const real t_o6oom_3 = sin_phi2 * t_xuzfq;
+    const real t_cdwx5_3 = t_w7lcw * t_p2ohj - (sin_theta1 * t_2legd - sin_theta2 * t_o6oom_3);
+    const real t_qmxc6_3 = t_3go2w * t_p2ohj - (cos_theta1 * t_2legd - cos_theta2 * t_o6oom_3) - K_L32 * t_cdwx5_3;
+    const real t_qhdbb = Bs_1 * t_vpupx;
+    const real t_k3c3a = Bs_2 * t_trlfj;
+    const real t_gsbxp = t_xq4wt * t_p2ohj - (t_qhdbb - t_k3c3a) + t_6urah * t_cdwx5_3 - K_L43 * t_qmxc6_3;
+    const real t_h47lp = wth_2 * t_tepdd;
+    const real t_zt6ue = q_2 * t_h47lp;
+    const real t_rsccx_3 = cos_theta2 * t_zt6ue;
+    const real t_2qtw7 = wth_1 * t_tepdd_2;
+    const real t_agbff = q_1 * t_2qtw7;
+    const real t_z35cf = cos_theta1 * t_agbff;
+    const real t_62pvo = Bc_1 * t_tepdd_2;
+    const real t_hdcy5 = Bc_2 * t_tepdd;
+    const real t_gmjri = t_2qtw7 - me1 * t_tepdd_2;
+    const real t_5iyue = me2 * t_tepdd - t_h47lp;
+    const real t_4unkw = Ass_1 * t_tepdd_2;
+    const real t_rnekx = t_gmjri - t_4unkw;
+    const real t_yaefc = Ass_2 * t_tepdd;
+    const real t_h2ehx = t_yaefc + t_5iyue;
+    const real t_452c4 = S_sq1 * t_rnekx + S_sq2 * t_h2ehx;
+    const real t_v7xpn = Asc_1 * t_tepdd_2;
+    const real t_nwnem = Asc_2 * t_tepdd;
+    const real t_gpkxs = sin_theta1 * t_v7xpn - sin_theta2 * t_nwnem;
+    const real t_pukmo = t_gpkxs * t_bpfoo;
+    const real t_d3bap = t_gmjri + t_5iyue - t_452c4 - t_b3aij * t_pukmo;
+    const real t_24q47 = t_d3bap * t_4iujv;
+    const real t_fd327 = SC1 * t_rnekx + SC2 * t_h2ehx;
+    const real t_wjvpg_3 = t_fd327 + t_d4mqf * t_24q47 + t_zzymx * t_pukmo;
+    const real t_xlqlq = t_wjvpg_3 * t_zmh3u;
+    const real t_rcnv7 = t_rsccx_3
+        - t_z35cf
+        - sin_theta1 * t_62pvo
+        + sin_theta2 * t_hdcy5
+        + t_m67zs * t_24q47
+        + t_m27n6 * t_xlqlq
+        - t_2m245 * t_pukmo;
+    const real t_f3qde = t_rcnv7 * t_lt2al;
+    const real t_bi4ou = t_qhdbb + (e1 * t_2legd + F_t1 * t_tepdd_2);
+    const real t_6ou74 = t_k3c3a + (e2 * t_o6oom_3 + F_t2 * t_tepdd);
+    const real t_c5hrf = sin_theta1 * t_bi4ou
+        - sin_theta2 * t_6ou74
+        + t_vt7uo * t_tepdd_2
+        - t_oncjt * t_tepdd
+        + f_y * t_tepdd;
+    const real t_2w4nw = b1 * t_pukmo
+        + t_vshgd * t_p2ohj
+        - t_c5hrf
+        - (X_y2 * t_24q47 + K_L52 * t_cdwx5_3)
+        - (K_L53 * t_qmxc6_3 - X_y3 * t_xlqlq)
+        - (X_y4 * t_f3qde + K_L54 * t_gsbxp);
+    const real t_vwz3k = wg_1 * t_tepdd_2 + g_1 * t_2qtw7;
+    const real t_fu6zx = wg_2 * t_tepdd + g_2 * t_h47lp;
+    const real t_4rfxb = me1 * (t_o6yyy * t_tepdd_2);
+    const real t_abfa5 = K(-2.0) * t_62pvo + (eAss_1 * t_tepdd_2 + e1 * t_4unkw);
+    const real t_t7yp5 = t_4rfxb + t_abfa5 - t_vwz3k;
+    const real t_jaj24 = S_sq1 * t_t7yp5;
+    const real t_bjusx = me2 * (t_rdwum * t_tepdd);
+    const real t_5o6w5 = K(-2.0) * t_hdcy5 + (eAss_2 * t_tepdd + e2 * t_yaefc);
+    const real t_gc6ds = t_fu6zx - (t_bjusx + t_5o6w5);
+    const real t_yjdhu_3 = S_sq2 * t_gc6ds;
+    const real t_rlxpo = me1 * (p[h1] + p[h1]) - M_C * (t_jf3qj * t_tepdd);
+    const real t_vfm43 = t_vwz3k
+        - t_fu6zx
+        + t_jaj24
+        + t_yjdhu_3
+        + t_rlxpo
+        - t_4rfxb
+        + t_bjusx
+        + K(-2.0) * t_z35cf
+        - K(-2.0) * t_rsccx_3
+        - (K_L52 * t_d3bap + t_p6zld * t_24q47)
+        + (K_L53 * t_wjvpg_3 + t_bxfcn * t_xlqlq)
+        - (K_L54 * t_rcnv7 + t_amczu * t_f3qde)
+        - (t_vshgd * t_gpkxs + t_6mmeb * t_pukmo);
+    const real t_tnlb3 = sin_theta1 * t_agbff - sin_theta2 * t_zt6ue;
+    const real t_ayt2t = cos_theta1 * t_v7xpn - cos_theta2 * t_nwnem;
+    const real t_o77hq = t_ayt2t * t_bpfoo;
+    const real t_a64bi_3 = t_fd327 + t_b3aij * t_o77hq;
+    const real t_5hkmo = t_a64bi_3 * t_4iujv;
+    const real t_wfq3f = t_452c4 - (t_yaefc - t_4unkw) + t_d4mqf * t_5hkmo - t_zzymx * t_o77hq;
+    const real t_xzpae = t_wfq3f * t_zmh3u;
+    const real t_ublo7 = t_tnlb3
+        - cos_theta1 * t_62pvo
+        + cos_theta2 * t_hdcy5
+        - t_m67zs * t_5hkmo
+        - t_m27n6 * t_xzpae
+        - t_2m245 * t_o77hq;
+    const real t_o365h = t_ublo7 * t_lt2al;
+    const real t_rpmmg = t_tnlb3
+        + SC1 * t_t7yp5
+        + SC2 * t_gc6ds
+        + (t_dj64q * t_d3bap + t_p6zld * t_5hkmo)
+        - (t_bxfcn * t_xzpae - K_L63 * t_wjvpg_3)
+        - (K_L64 * t_rcnv7 + t_amczu * t_o365h)
+        - (t_e4enr * t_gpkxs + t_6mmeb * t_o77hq);
+    const real t_dslfn = t_rpmmg * t_ftqxb - t_dzxqu * t_vfm43;
+    const real t_mz67v = t_gcu5g * t_tepdd
+        - (cos_theta1 * t_bi4ou - cos_theta2 * t_6ou74 - t_azclp * t_tepdd_2 + t_iya7w * t_tepdd)
+        + (b1 * t_o77hq + t_e4enr * t_p2ohj)
+        + (X_y2 * t_5hkmo + t_dj64q * t_cdwx5_3)
+        - (X_y3 * t_xzpae + K_L63 * t_qmxc6_3)
+        - (X_y4 * t_o365h + K_L64 * t_gsbxp)
+        - (X_y5 * t_dslfn + K_L65 * t_2w4nw);
+    const real t_jbuse = t_abfa5
+        - t_5o6w5
+        + t_rlxpo
+        - t_jaj24
+        - t_yjdhu_3
+        - (t_dj64q * t_a64bi_3 + t_hmob3 * t_5hkmo)
+        - (K_L63 * t_wfq3f + t_rahc4 * t_xzpae)
+        - (K_L64 * t_ublo7 + t_e4k6u * t_o365h)
+        - (K_L65 * t_rpmmg + t_5gmab * t_dslfn)
+        - (t_e4enr * t_ayt2t + t_bl4f2 * t_o77hq);
+    const real t_bzmsi = t_mz67v * t_nfkwa - t_o4hiw * t_jbuse;
+    const real t_sziam = t_2w4nw * t_ftqxb - t_eriz2 * t_vfm43 - (X_x6 * t_dslfn + K_L65 * t_bzmsi);
+    const real t_yeu3n = t_gsbxp * t_lt2al
+        - (X_x5 * t_f3qde + K_L54 * t_sziam)
+        - (X_x6 * t_o365h + K_L64 * t_bzmsi);
+    const real t_rgn4o = t_qmxc6_3 * t_zmh3u
+        - K_L43 * t_yeu3n
+        - (K_L53 * t_sziam - X_x5 * t_xlqlq)
+        - (X_x6 * t_xzpae + K_L63 * t_bzmsi);
+    const real t_v5ta6 = t_cdwx5_3 * t_4iujv
+        - K_L32 * t_rgn4o
+        + t_6urah * t_yeu3n
+        - (X_x5 * t_24q47 + K_L52 * t_sziam)
+        + (X_x6 * t_5hkmo + t_dj64q * t_bzmsi);
+    const real t_bywiv = t_p2ohj * t_bpfoo
+        + t_w7lcw * t_v5ta6
+        + t_3go2w * t_rgn4o
+        + t_xq4wt * t_yeu3n
+        + (X_x5 * t_pukmo + t_vshgd * t_sziam)
+        + (X_x6 * t_o77hq + t_e4enr * t_bzmsi);
+    const real t_s47t6 = t_bywiv + t_trlfj;
+    const real t_y6yta = t_3qn53 - p[I1] * t_ecohd;
+    const real t_tdmqv = p[l1] * t_y6yta;
+    const real t_f7dyx = p[l1] * t_ecohd;
+    const real t_bc452 = eta1 * t_tdmqv - loss_phi1 * t_f7dyx;
+    const real t_qdapd = p[h1] * t_y6yta * t_xpjrw - t_rl7kq * t_y6yta;
+    const real t_lf65f = t_rybsf * t_qdapd;
+    const real t_tr3c4 = t_6nwd2 * t_f7dyx;
+    const real t_gyqtm = mv1 * (cos_phi1 * t_lf65f) + t_lupe6 * t_tr3c4;
+    const real t_u2bz6 = mv2 * (cos_phi2 * t_lf65f);
+    const real t_eysat = sin_phi1 * t_bc452 - cos_phi1 * t_gyqtm - cos_phi2 * t_u2bz6;
+    const real t_ytdxg = sin_phi1 * t_tr3c4;
+    const real t_4punh = sin_phi1 * t_ytdxg;
+    const real t_gcmhj = t_y6yta - t_tr3c4 + t_4punh;
+    const real t_sfgcw = cos_phi1 * t_ytdxg;
+    const real t_7nyq2 = sin_theta1 * t_sfgcw;
+    const real t_vfg2c = t_7nyq2 * t_bpfoo + t_6xwz3 * t_gcmhj;
+    const real t_e3qlh = th_1 * zeta1 - t_xips6 * t_sdxhx;
+    const real t_vzisz = cos_theta1 * t_e3qlh;
+    const real t_35s34 = sin_phi1 * t_gyqtm + cos_phi1 * t_bc452;
+    const real t_gwnxz_3 = sin_phi2 * t_u2bz6;
+    const real t_q7frg = t_w7lcw * t_eysat
+        - b1 * t_vfg2c
+        - (t_vzisz - sin_theta1 * t_35s34 - sin_theta2 * t_gwnxz_3);
+    const real t_qqepj = t_y6yta - t_4punh;
+    const real t_43bqs = th_1 - p[I1] * t_sdxhx;
+    const real t_h676r = t_qqepj - t_43bqs;
+    const real t_7szr3 = S_sq1 * t_h676r;
+    const real t_jcwxi = t_7szr3 + t_y6yta + t_43bqs - t_y6yta + (t_w7lcw * t_7nyq2 + t_b3aij * t_vfg2c);
+    const real t_7mc24 = cos_theta1 * t_sfgcw;
+    const real t_qorkj = t_7mc24 * t_bpfoo + t_3tmqi * t_gcmhj;
+    const real t_b4bxh = SC1 * t_h676r + (t_3go2w * t_7nyq2 + t_b3aij * t_qorkj);
+    const real t_e3ifd = t_b4bxh * t_4iujv - t_6yahm * t_jcwxi;
+    const real t_wwrju = sin_theta1 * t_e3qlh;
+    const real t_dseh4 = t_3go2w * t_eysat
+        - b1 * t_qorkj
+        + (cos_theta1 * t_35s34 + t_wwrju + cos_theta2 * t_gwnxz_3)
+        - (X_y2 * t_e3ifd + K_L32 * t_q7frg);
+    const real t_5rfri = t_qqepj
+        - t_7szr3
+        - (K_L32 * t_b4bxh + t_d4mqf * t_e3ifd)
+        + (t_3go2w * t_7mc24 + t_zzymx * t_qorkj);
+    const real t_xcurm = q_1 * t_43bqs;
+    const real t_zxvwo = sin_theta1 * t_xcurm;
+    const real t_kibnj = cos_phi1 * t_tdmqv;
+    const real t_2ulsd = cos_theta1 * t_xcurm;
+    const real t_2cpxt = sin_phi1 * t_tdmqv;
+    const real t_2j6v5 = t_2cpxt * t_bpfoo - t_jtjoh * t_gcmhj;
+    const real t_2gb7j = t_2ulsd + sin_theta1 * t_kibnj + (t_b3aij * t_2j6v5 - t_xq4wt * t_7nyq2);
+    const real t_dcntx = t_2gb7j * t_4iujv - t_dwrhg * t_jcwxi;
+    const real t_jh4uy = t_zxvwo
+        - cos_theta1 * t_kibnj
+        + (t_6urah * t_b4bxh + t_d4mqf * t_dcntx)
+        - (t_zzymx * t_2j6v5 - t_xq4wt * t_7mc24);
+    const real t_fbuaf = t_jh4uy * t_zmh3u - t_ydwjl * t_5rfri;
+    const real t_wgnk6 = t_w7vil * t_2cpxt - Bs_1 * t_lf65f + p[l1] * t_bc452;
+    const real t_bemza = q_1 * t_e3qlh;
+    const real t_he445 = Bs_2 * t_lf65f;
+    const real t_zlmzl = b1 * t_2j6v5
+        + t_xq4wt * t_eysat
+        - (t_wgnk6 - t_bemza - t_he445 + x[wy] * x[theta1_dot])
+        + (X_y2 * t_dcntx + t_6urah * t_q7frg)
+        - (X_y3 * t_fbuaf + K_L43 * t_dseh4);
+    const real t_ez4pt = q_1 * t_xcurm;
+    const real t_adnnd = p[l1] * t_tdmqv;
+    const real t_zt6qe = t_ez4pt
+        + t_adnnd
+        - (t_6urah * t_2gb7j + t_m67zs * t_dcntx)
+        - (K_L43 * t_jh4uy + t_m27n6 * t_fbuaf)
+        - (t_xq4wt * t_2cpxt + t_2m245 * t_2j6v5);
+    const real t_w7zeu = g_1 * t_43bqs - wth_1 * t_qdapd;
+    const real t_dskpw = q_1 * t_w7zeu;
+    const real t_yhm6z = cos_theta1 * t_dskpw;
+    const real t_64hxd = wth_2 * t_qdapd;
+    const real t_n4zxp = q_2 * t_64hxd;
+    const real t_clz7k_3 = cos_theta2 * t_n4zxp;
+    const real t_ddtvo = e1 * t_kibnj - Bc_1 * t_qdapd;
+    const real t_x7pd7 = t_adnnd - t_ddtvo;
+    const real t_cm66r = Bc_2 * t_qdapd;
+    const real t_sfs4d = t_w7zeu - (e1 * t_y6yta - me1 * t_qdapd);
+    const real t_o23yg = me2 * t_qdapd - t_64hxd;
+    const real t_pgh2t = e1 * t_4punh + Ass_1 * t_qdapd;
+    const real t_7xuwl = t_kibnj + t_pgh2t;
+    const real t_dyqrt = t_7xuwl + t_sfs4d;
+    const real t_vxxq3 = Ass_2 * t_qdapd;
+    const real t_cqbfw = t_vxxq3 + t_o23yg;
+    const real t_bcgsc = S_sq1 * t_dyqrt + S_sq2 * t_cqbfw;
+    const real t_g4kmj = t_2cpxt - (e1 * t_sfgcw + Asc_1 * t_qdapd);
+    const real t_xrmsz = Asc_2 * t_qdapd;
+    const real t_wehgy = sin_theta1 * t_g4kmj - sin_theta2 * t_xrmsz;
+    const real t_i7qc2 = t_wehgy * t_bpfoo - t_2lluf * t_gcmhj;
+    const real t_z5wgh = t_sfs4d + t_o23yg - t_bcgsc - t_2ulsd - (t_b3aij * t_i7qc2 - t_vshgd * t_7nyq2);
+    const real t_zndug = t_z5wgh * t_4iujv - t_hfybw * t_jcwxi;
+    const real t_p6j6d = SC1 * t_dyqrt + SC2 * t_cqbfw;
+    const real t_jtt4s = t_zxvwo
+        - t_p6j6d
+        - (K_L52 * t_b4bxh + t_d4mqf * t_zndug)
+        - (t_zzymx * t_i7qc2 - t_vshgd * t_7mc24);
+    const real t_iimev = t_jtt4s * t_zmh3u - t_qe675 * t_5rfri;
+    const real t_wozog = t_ez4pt
+        - t_yhm6z
+        + t_clz7k_3
+        + sin_theta1 * t_x7pd7
+        + sin_theta2 * t_cm66r
+        + (K_L52 * t_2gb7j + t_m67zs * t_zndug)
+        - (K_L53 * t_jh4uy + t_m27n6 * t_iimev)
+        - (t_vshgd * t_2cpxt + t_2m245 * t_i7qc2);
+    const real t_a7doy = t_wozog * t_lt2al - t_2e52m * t_zt6qe;
+    const real t_2hhjj = t_wgnk6 - (e1 * t_35s34 + F_t1 * t_qdapd);
+    const real t_ufv3b = t_he445 + (e2 * t_gwnxz_3 + F_t2 * t_qdapd);
+    const real t_r7du6 = sin_theta1 * t_2hhjj
+        - t_bemza
+        - sin_theta2 * t_ufv3b
+        - x[wy] * x[phi1_dot]
+        + (g_1 * t_vzisz - t_vt7uo * t_qdapd)
+        - t_oncjt * t_qdapd
+        + f_y * t_qdapd;
+    const real t_4e6pn = b1 * t_i7qc2
+        + t_vshgd * t_eysat
+        - t_r7du6
+        - (X_y2 * t_zndug + K_L52 * t_q7frg)
+        - (X_y3 * t_iimev + K_L53 * t_dseh4)
+        - (X_y4 * t_a7doy + K_L54 * t_zlmzl);
+    const real t_o7x4f = g_1 * t_w7zeu - wg_1 * t_qdapd;
+    const real t_4pvt7 = wg_2 * t_qdapd + g_2 * t_64hxd;
+    const real t_3ia5d = t_simvy * t_y6yta - me1 * (t_o6yyy * t_qdapd);
+    const real t_3xjn7 = t_adnnd + K(-2.0) * t_ddtvo - (eAss_1 * t_qdapd + e1 * t_pgh2t);
+    const real t_hvpyz = t_3ia5d + t_3xjn7 - t_o7x4f;
+    const real t_yb5xx = S_sq1 * t_hvpyz;
+    const real t_5lekt = me2 * (t_rdwum * t_qdapd);
+    const real t_5wux4 = K(-2.0) * t_cm66r + (eAss_2 * t_qdapd + e2 * t_vxxq3);
+    const real t_hs5tv = t_4pvt7 - (t_5lekt + t_5wux4);
+    const real t_pbze3_3 = S_sq2 * t_hs5tv;
+    const real t_zvaug = t_owkw5 * t_y6yta - (t_iw7bs * t_y6yta + M_C * (t_jf3qj * t_qdapd));
+    const real t_yo3tx = t_o7x4f
+        - t_4pvt7
+        + t_ez4pt
+        + t_yb5xx
+        + t_pbze3_3
+        + t_zvaug
+        - t_3ia5d
+        + t_5lekt
+        + K(-2.0) * t_yhm6z
+        - K(-2.0) * t_clz7k_3
+        - (K_L52 * t_z5wgh + t_p6zld * t_zndug)
+        - (K_L53 * t_jtt4s + t_bxfcn * t_iimev)
+        - (K_L54 * t_wozog + t_amczu * t_a7doy)
+        - (t_vshgd * t_wehgy + t_6mmeb * t_i7qc2);
+    const real t_zk6pm = sin_theta1 * t_dskpw - sin_theta2 * t_n4zxp;
+    const real t_2iaus = cos_theta1 * t_g4kmj - cos_theta2 * t_xrmsz;
+    const real t_drhew = t_2iaus * t_bpfoo - t_ielc3 * t_gcmhj;
+    const real t_76ez5 = t_p6j6d + (t_b3aij * t_drhew - t_e4enr * t_7nyq2);
+    const real t_aycvd = t_76ez5 * t_4iujv - t_2ngl5 * t_jcwxi;
+    const real t_jas4v = t_bcgsc
+        - (t_7xuwl + t_vxxq3)
+        + (t_dj64q * t_b4bxh + t_d4mqf * t_aycvd)
+        - (t_zzymx * t_drhew - t_e4enr * t_7mc24);
+    const real t_3zeoh = t_jas4v * t_zmh3u - t_kpf5p * t_5rfri;
+    const real t_yyq6r = t_zk6pm
+        + cos_theta1 * t_x7pd7
+        + cos_theta2 * t_cm66r
+        - (t_dj64q * t_2gb7j + t_m67zs * t_aycvd)
+        - (K_L63 * t_jh4uy + t_m27n6 * t_3zeoh)
+        - (t_e4enr * t_2cpxt + t_2m245 * t_drhew);
+    const real t_vt2hd = t_yyq6r * t_lt2al - t_wurun * t_zt6qe;
+    const real t_a4364 = t_zk6pm
+        + SC1 * t_hvpyz
+        + SC2 * t_hs5tv
+        + (t_dj64q * t_z5wgh + t_p6zld * t_aycvd)
+        - (K_L63 * t_jtt4s + t_bxfcn * t_3zeoh)
+        - (K_L64 * t_wozog + t_amczu * t_vt2hd)
+        - (t_e4enr * t_wehgy + t_6mmeb * t_drhew);
+    const real t_7der6 = t_a4364 * t_ftqxb - t_dzxqu * t_yo3tx;
+    const real t_nyaxm = cos_theta1 * t_2hhjj
+        - cos_theta2 * t_ufv3b
+        + x[wx] * x[theta1_dot]
+        - W13
+        - (g_1 * t_wwrju - t_azclp * t_qdapd)
+        + t_iya7w * t_qdapd
+        - x[wz] * x[phi1_dot];
+    const real t_bwieb = t_gcu5g * t_qdapd
+        - t_nyaxm
+        + (b1 * t_drhew + t_e4enr * t_eysat)
+        + (X_y2 * t_aycvd + t_dj64q * t_q7frg)
+        - (X_y3 * t_3zeoh + K_L63 * t_dseh4)
+        - (X_y4 * t_vt2hd + K_L64 * t_zlmzl)
+        - (X_y5 * t_7der6 + K_L65 * t_4e6pn);
+    const real t_rau7z = t_3xjn7
+        - t_5wux4
+        + (K(1.0) + t_zvaug)
+        - t_yb5xx
+        - t_pbze3_3
+        - (t_dj64q * t_76ez5 + t_hmob3 * t_aycvd)
+        - (K_L63 * t_jas4v + t_rahc4 * t_3zeoh)
+        - (K_L64 * t_yyq6r + t_e4k6u * t_vt2hd)
+        - (K_L65 * t_a4364 + t_5gmab * t_7der6)
+        - (t_e4enr * t_2iaus + t_bl4f2 * t_drhew);
+    const real t_lfpzh = t_bwieb * t_nfkwa - t_o4hiw * t_rau7z;
+    const real t_o3cyf = t_4e6pn * t_ftqxb - t_eriz2 * t_yo3tx - (X_x6 * t_7der6 + K_L65 * t_lfpzh);
+    const real t_dmtnz = t_zlmzl * t_lt2al
+        - t_gkoba * t_zt6qe
+        - (X_x5 * t_a7doy + K_L54 * t_o3cyf)
+        - (X_x6 * t_vt2hd + K_L64 * t_lfpzh);
+    const real t_nv3la = t_dseh4 * t_zmh3u
+        - t_insvr * t_5rfri
+        - (X_x4 * t_fbuaf + K_L43 * t_dmtnz)
+        - (X_x5 * t_iimev + K_L53 * t_o3cyf)
+        - (X_x6 * t_3zeoh + K_L63 * t_lfpzh);
+    const real t_53quf = t_q7frg * t_4iujv
+        - t_5am4i * t_jcwxi
+        - (X_x3 * t_e3ifd + K_L32 * t_nv3la)
+        + (X_x4 * t_dcntx + t_6urah * t_dmtnz)
+        - (X_x5 * t_zndug + K_L52 * t_o3cyf)
+        + (X_x6 * t_aycvd + t_dj64q * t_lfpzh);
+    const real t_digap = t_eysat * t_bpfoo
+        - t_2sw7d * t_gcmhj
+        + (t_w7lcw * t_53quf - X_x2 * t_vfg2c)
+        + (t_3go2w * t_nv3la - X_x3 * t_qorkj)
+        + (X_x4 * t_2j6v5 + t_xq4wt * t_dmtnz)
+        + (X_x5 * t_i7qc2 + t_vshgd * t_o3cyf)
+        + (X_x6 * t_drhew + t_e4enr * t_lfpzh)
+        + t_lf65f;
+    const real t_5rhqw = k1 * x[phi1_dot];
+    const real t_tzbyk = sin_phi1 * t_5rhqw;
+    const real t_uphji = th_1 * (q_1 * x[theta1_dot]);
+    const real t_lyfmz = cos_theta1 * t_uphji;
+    const real t_mnh5p = cos_phi1 * t_5rhqw;
+    const real t_6avuf = t_lyfmz + sin_theta1 * t_mnh5p + t_w7lcw * t_tzbyk;
+    const real t_hclzh = sin_theta1 * t_uphji;
+    const real t_qxywo = t_3go2w * t_tzbyk - (t_hclzh - cos_theta1 * t_mnh5p) - K_L32 * t_6avuf;
+    const real t_zukiv = p[l1] * t_5rhqw;
+    const real t_mxqd4 = q_1 * t_uphji;
+    const real t_oyrjx = t_xq4wt * t_tzbyk
+        - (t_zukiv + t_mxqd4 - x[phi1_dot])
+        + t_6urah * t_6avuf
+        - K_L43 * t_qxywo;
+    const real t_rz4pg = t_zukiv - e1 * t_mnh5p;
+    const real t_csr5v = t_vshgd * t_tzbyk
+        - (sin_theta1 * t_rz4pg - (x[theta1_dot] - t_mxqd4) - g_1 * t_lyfmz)
+        - K_L52 * t_6avuf
+        - K_L53 * t_qxywo
+        - K_L54 * t_oyrjx;
+    const real t_r5ar3 = t_e4enr * t_tzbyk
+        - (cos_theta1 * t_rz4pg + g_1 * t_hclzh)
+        + t_dj64q * t_6avuf
+        - K_L63 * t_qxywo
+        - K_L64 * t_oyrjx
+        - K_L65 * t_csr5v;
+    const real t_z266e = t_r5ar3 * t_nfkwa;
+    const real t_cgllx = t_csr5v * t_ftqxb - K_L65 * t_z266e;
+    const real t_luk3u = t_oyrjx * t_lt2al - K_L54 * t_cgllx - K_L64 * t_z266e;
+    const real t_unpsh = t_qxywo * t_zmh3u - K_L43 * t_luk3u - K_L53 * t_cgllx - K_L63 * t_z266e;
+    const real t_r6xy5 = t_6avuf * t_4iujv
+        - K_L32 * t_unpsh
+        + t_6urah * t_luk3u
+        - K_L52 * t_cgllx
+        + t_dj64q * t_z266e;
+    const real t_kzw2b = t_tzbyk * t_bpfoo
+        + t_w7lcw * t_r6xy5
+        + t_3go2w * t_unpsh
+        + t_xq4wt * t_luk3u
+        + t_vshgd * t_cgllx
+        + t_e4enr * t_z266e;
+    const real t_ew3ec = t_54cbb * t_5wzvs;
+    const real t_7qbxx = t_5wzvs - t_ew3ec * t_nfvux;
+    const real t_7jdgx = p[I2] * t_7qbxx;
+    const real t_k3sgq = p[l2] * t_7jdgx;
+    const real t_zlqqo = p[l2] * t_7qbxx;
+    const real t_32o7p = eta2 * t_k3sgq + loss_phi2 * t_zlqqo;
+    const real t_zn23j = p[h2] * t_7jdgx * t_xpjrw - t_rl7kq * t_7jdgx;
+    const real t_exgtc = t_rybsf * t_zn23j;
+    const real t_xaxsj = mv1 * (cos_phi1 * t_exgtc);
+    const real t_wnhil = k2 * p[l2] + t_popww * t_zlqqo;
+    const real t_o6v6i = t_cekeb * t_wnhil - mv2 * (cos_phi2 * t_exgtc) - sigma_sq2 * p[l2];
+    const real t_ptuai = sin_phi2 * t_32o7p - cos_phi1 * t_xaxsj + cos_phi2 * t_o6v6i;
+    const real t_37po7 = sin_phi2 * t_wnhil;
+    const real t_lvrx3 = sin_phi2 * t_37po7;
+    const real t_afvew = t_7jdgx + t_wnhil - t_lvrx3;
+    const real t_ewa4e = cos_phi2 * t_37po7;
+    const real t_tkfc5 = sin_theta2 * t_ewa4e;
+    const real t_dprg3 = t_tkfc5 * t_bpfoo - t_6xwz3 * t_afvew;
+    const real t_yyt2v = th_2 * t_mwbp3;
+    const real t_igor2 = t_mwbp3 - t_yyt2v * t_bnx3m;
+    const real t_ugd3k = t_vry6x * t_igor2;
+    const real t_l2p7l = cos_theta2 * t_ugd3k;
+    const real t_2legd_2 = sin_phi1 * t_xaxsj;
+    const real t_h2ybs = sin_phi2 * t_o6v6i - cos_phi2 * t_32o7p;
+    const real t_rvpid = b1 * t_dprg3
+        + t_w7lcw * t_ptuai
+        - (t_l2p7l - sin_theta1 * t_2legd_2 + sin_theta2 * t_h2ybs);
+    const real t_hksdv = t_lvrx3 + t_7jdgx;
+    const real t_6ppzy = p[I2] * t_igor2;
+    const real t_rjznv = t_hksdv - t_6ppzy;
+    const real t_zrrvc = S_sq2 * t_rjznv;
+    const real t_lf23f = t_zrrvc + t_7jdgx + t_6ppzy - t_7jdgx - (t_w7lcw * t_tkfc5 + t_b3aij * t_dprg3);
+    const real t_kc56c = cos_theta2 * t_ewa4e;
+    const real t_m34bh = t_kc56c * t_bpfoo - t_3tmqi * t_afvew;
+    const real t_dmfax = SC2 * t_rjznv - (t_3go2w * t_tkfc5 + t_b3aij * t_m34bh);
+    const real t_yox2c = t_dmfax * t_4iujv - t_6yahm * t_lf23f;
+    const real t_aad4d = sin_theta2 * t_ugd3k;
+    const real t_wgca3 = b1 * t_m34bh
+        + t_3go2w * t_ptuai
+        - (cos_theta2 * t_h2ybs - (cos_theta1 * t_2legd_2 + t_aad4d))
+        - (X_y2 * t_yox2c + K_L32 * t_rvpid);
+    const real t_rjzbu = t_hksdv
+        - t_zrrvc
+        - (K_L32 * t_dmfax + t_d4mqf * t_yox2c)
+        - (t_3go2w * t_kc56c + t_zzymx * t_m34bh);
+    const real t_c7g7f = q_2 * t_6ppzy;
+    const real t_orpul = sin_theta2 * t_c7g7f;
+    const real t_e76cv = cos_phi2 * t_k3sgq;
+    const real t_fqeyo = cos_theta2 * t_c7g7f;
+    const real t_arouj = sin_phi2 * t_k3sgq;
+    const real t_fcfqf = t_arouj * t_bpfoo - t_jtjoh * t_afvew;
+    const real t_7qqeu = t_fqeyo + sin_theta2 * t_e76cv + (t_xq4wt * t_tkfc5 + t_b3aij * t_fcfqf);
+    const real t_ehb75 = t_7qqeu * t_4iujv - t_dwrhg * t_lf23f;
+    const real t_v2w2p = t_orpul
+        - cos_theta2 * t_e76cv
+        + (t_6urah * t_dmfax + t_d4mqf * t_ehb75)
+        - (t_xq4wt * t_kc56c + t_zzymx * t_fcfqf);
+    const real t_u33pz = t_v2w2p * t_zmh3u - t_ydwjl * t_rjzbu;
+    const real t_vraj3 = t_6fvzz * t_arouj - Bs_2 * t_exgtc + p[l2] * t_32o7p;
+    const real t_5at4f = Bs_1 * t_exgtc;
+    const real t_oaodz = q_2 * t_ugd3k;
+    const real t_7cdwr = b1 * t_fcfqf
+        + t_xq4wt * t_ptuai
+        - (t_vraj3 - (t_5at4f + t_oaodz))
+        + (X_y2 * t_ehb75 + t_6urah * t_rvpid)
+        - (X_y3 * t_u33pz + K_L43 * t_wgca3);
+    const real t_4opex = q_2 * t_c7g7f;
+    const real t_iyxap = p[l2] * t_k3sgq;
+    const real t_kz437 = t_4opex
+        + t_iyxap
+        - (t_6urah * t_7qqeu + t_m67zs * t_ehb75)
+        - (K_L43 * t_v2w2p + t_m27n6 * t_u33pz)
+        - (t_xq4wt * t_arouj + t_2m245 * t_fcfqf);
+    const real t_cnv4i = wth_1 * t_zn23j;
+    const real t_xms73 = q_1 * t_cnv4i;
+    const real t_z35cf_2 = cos_theta1 * t_xms73;
+    const real t_um457 = g_2 * t_6ppzy - wth_2 * t_zn23j;
+    const real t_4nfhj = q_2 * t_um457;
+    const real t_a5xsu = cos_theta2 * t_4nfhj;
+    const real t_mhdtd = Bc_1 * t_zn23j;
+    const real t_vzbi5 = e2 * t_e76cv - Bc_2 * t_zn23j;
+    const real t_tprtn = t_iyxap - t_vzbi5;
+    const real t_zrnxf = me1 * t_zn23j - t_cnv4i;
+    const real t_avgzt = t_um457 - (e2 * t_7jdgx - me2 * t_zn23j);
+    const real t_w5tye = Ass_1 * t_zn23j;
+    const real t_friv5 = t_w5tye + t_zrnxf;
+    const real t_4ofnl = e2 * t_lvrx3 - Ass_2 * t_zn23j;
+    const real t_j46x5 = t_e76cv - t_4ofnl;
+    const real t_bdp7i = t_j46x5 + t_avgzt;
+    const real t_yarlm = S_sq1 * t_friv5 + S_sq2 * t_bdp7i;
+    const real t_brpah = t_arouj + (e2 * t_ewa4e - Asc_2 * t_zn23j);
+    const real t_nfljt = Asc_1 * t_zn23j;
+    const real t_lfgew = sin_theta2 * t_brpah - sin_theta1 * t_nfljt;
+    const real t_mjyno = t_lfgew * t_bpfoo - t_2lluf * t_afvew;
+    const real t_2mxu3 = t_zrnxf + t_avgzt - t_yarlm - t_fqeyo - (t_vshgd * t_tkfc5 + t_b3aij * t_mjyno);
+    const real t_t4iok = t_2mxu3 * t_4iujv - t_hfybw * t_lf23f;
+    const real t_4lwv5 = SC1 * t_friv5 + SC2 * t_bdp7i;
+    const real t_iqbee = t_orpul
+        - t_4lwv5
+        - (K_L52 * t_dmfax + t_d4mqf * t_t4iok)
+        - (t_vshgd * t_kc56c + t_zzymx * t_mjyno);
+    const real t_gnufj = t_iqbee * t_zmh3u - t_qe675 * t_rjzbu;
+    const real t_ehrh4 = t_4opex
+        + t_z35cf_2
+        - t_a5xsu
+        + sin_theta1 * t_mhdtd
+        + sin_theta2 * t_tprtn
+        + (K_L52 * t_7qqeu + t_m67zs * t_t4iok)
+        - (K_L53 * t_v2w2p + t_m27n6 * t_gnufj)
+        - (t_vshgd * t_arouj + t_2m245 * t_mjyno);
+    const real t_os2xa = t_ehrh4 * t_lt2al - t_2e52m * t_kz437;
+    const real t_wi4nh = t_vraj3 + (e2 * t_h2ybs - F_t2 * t_zn23j);
+    const real t_bsfc7 = t_5at4f + (e1 * t_2legd_2 + F_t1 * t_zn23j);
+    const real t_azimh = sin_theta2 * t_wi4nh
+        - (sin_theta1 * t_bsfc7 + t_oaodz)
+        - t_vt7uo * t_zn23j
+        + (g_2 * t_l2p7l - t_oncjt * t_zn23j)
+        + f_y * t_zn23j;
+    const real t_dfwwy = b1 * t_mjyno
+        + t_vshgd * t_ptuai
+        - t_azimh
+        - (X_y2 * t_t4iok + K_L52 * t_rvpid)
+        - (X_y3 * t_gnufj + K_L53 * t_wgca3)
+        - (X_y4 * t_os2xa + K_L54 * t_7cdwr);
+    const real t_jlrqn = g_2 * t_um457 - wg_2 * t_zn23j;
+    const real t_xjchg = wg_1 * t_zn23j + g_1 * t_cnv4i;
+    const real t_cx54x = me1 * (t_o6yyy * t_zn23j);
+    const real t_2gebp = K(-2.0) * t_mhdtd + (eAss_1 * t_zn23j + e1 * t_w5tye);
+    const real t_xwifr = t_xjchg - (t_cx54x + t_2gebp);
+    const real t_jaj24_2 = S_sq1 * t_xwifr;
+    const real t_vpfzf = t_quuci * t_7jdgx - me2 * (t_rdwum * t_zn23j);
+    const real t_3qapx = t_iyxap + K(-2.0) * t_vzbi5 + (e2 * t_4ofnl - eAss_2 * t_zn23j);
+    const real t_zkun4 = t_vpfzf + t_3qapx - t_jlrqn;
+    const real t_j3rd2 = S_sq2 * t_zkun4;
+    const real t_okxw2 = t_gy5fy * t_7jdgx - (t_iw7bs * t_7jdgx + M_C * (t_jf3qj * t_zn23j));
+    const real t_p6c3v = t_jlrqn
+        - t_xjchg
+        + t_4opex
+        + t_jaj24_2
+        + t_j3rd2
+        + t_okxw2
+        + t_cx54x
+        - t_vpfzf
+        - K(-2.0) * t_z35cf_2
+        + K(-2.0) * t_a5xsu
+        - (K_L52 * t_2mxu3 + t_p6zld * t_t4iok)
+        - (K_L53 * t_iqbee + t_bxfcn * t_gnufj)
+        - (K_L54 * t_ehrh4 + t_amczu * t_os2xa)
+        - (t_vshgd * t_lfgew + t_6mmeb * t_mjyno);
+    const real t_hjuo7 = sin_theta2 * t_4nfhj - sin_theta1 * t_xms73;
+    const real t_ydttz = cos_theta2 * t_brpah - cos_theta1 * t_nfljt;
+    const real t_64tkj = t_ydttz * t_bpfoo - t_ielc3 * t_afvew;
+    const real t_ealt3 = t_4lwv5 + (t_e4enr * t_tkfc5 + t_b3aij * t_64tkj);
+    const real t_hzml5 = t_ealt3 * t_4iujv - t_2ngl5 * t_lf23f;
+    const real t_rt7il = t_yarlm
+        - (t_w5tye + t_j46x5)
+        + (t_dj64q * t_dmfax + t_d4mqf * t_hzml5)
+        - (t_e4enr * t_kc56c + t_zzymx * t_64tkj);
+    const real t_sbj72 = t_rt7il * t_zmh3u - t_kpf5p * t_rjzbu;
+    const real t_e454g = t_hjuo7
+        + cos_theta1 * t_mhdtd
+        + cos_theta2 * t_tprtn
+        - (t_dj64q * t_7qqeu + t_m67zs * t_hzml5)
+        - (K_L63 * t_v2w2p + t_m27n6 * t_sbj72)
+        - (t_e4enr * t_arouj + t_2m245 * t_64tkj);
+    const real t_poruw = t_e454g * t_lt2al - t_wurun * t_kz437;
+    const real t_so6im = t_hjuo7
+        + SC1 * t_xwifr
+        + SC2 * t_zkun4
+        + (t_dj64q * t_2mxu3 + t_p6zld * t_hzml5)
+        - (K_L63 * t_iqbee + t_bxfcn * t_sbj72)
+        - (K_L64 * t_ehrh4 + t_amczu * t_poruw)
+        - (t_e4enr * t_lfgew + t_6mmeb * t_64tkj);
+    const real t_wtaqa = t_so6im * t_ftqxb - t_dzxqu * t_p6c3v;
+    const real t_o4cjs = cos_theta2 * t_wi4nh
+        - cos_theta1 * t_bsfc7
+        + t_azclp * t_zn23j
+        - (g_2 * t_aad4d - t_iya7w * t_zn23j);
+    const real t_bal7h = t_gcu5g * t_zn23j
+        - t_o4cjs
+        + (b1 * t_64tkj + t_e4enr * t_ptuai)
+        + (X_y2 * t_hzml5 + t_dj64q * t_rvpid)
+        - (X_y3 * t_sbj72 + K_L63 * t_wgca3)
+        - (X_y4 * t_poruw + K_L64 * t_7cdwr)
+        - (X_y5 * t_wtaqa + K_L65 * t_dfwwy);
+    const real t_5jdsz = t_3qapx
+        - t_2gebp
+        + t_okxw2
+        - t_jaj24_2
+        - t_j3rd2
+        - (t_dj64q * t_ealt3 + t_hmob3 * t_hzml5)
+        - (K_L63 * t_rt7il + t_rahc4 * t_sbj72)
+        - (K_L64 * t_e454g + t_e4k6u * t_poruw)
+        - (K_L65 * t_so6im + t_5gmab * t_wtaqa)
+        - (t_e4enr * t_ydttz + t_bl4f2 * t_64tkj);
+    const real t_osnw5 = t_bal7h * t_nfkwa - t_o4hiw * t_5jdsz;
+    const real t_s74js = t_dfwwy * t_ftqxb - t_eriz2 * t_p6c3v - (X_x6 * t_wtaqa + K_L65 * t_osnw5);
+    const real t_oqjyt = t_7cdwr * t_lt2al
+        - t_gkoba * t_kz437
+        - (X_x5 * t_os2xa + K_L54 * t_s74js)
+        - (X_x6 * t_poruw + K_L64 * t_osnw5);
+    const real t_hefnq = t_wgca3 * t_zmh3u
+        - t_insvr * t_rjzbu
+        - (X_x4 * t_u33pz + K_L43 * t_oqjyt)
+        - (X_x5 * t_gnufj + K_L53 * t_s74js)
+        - (X_x6 * t_sbj72 + K_L63 * t_osnw5);
+    const real t_kykfd = t_rvpid * t_4iujv
+        - t_5am4i * t_lf23f
+        - (X_x3 * t_yox2c + K_L32 * t_hefnq)
+        + (X_x4 * t_ehb75 + t_6urah * t_oqjyt)
+        - (X_x5 * t_t4iok + K_L52 * t_s74js)
+        + (X_x6 * t_hzml5 + t_dj64q * t_osnw5);
+    const real t_256yz = t_ptuai * t_bpfoo
+        - t_2sw7d * t_afvew
+        + (X_x2 * t_dprg3 + t_w7lcw * t_kykfd)
+        + (X_x3 * t_m34bh + t_3go2w * t_hefnq)
+        + (X_x4 * t_fcfqf + t_xq4wt * t_oqjyt)
+        + (X_x5 * t_mjyno + t_vshgd * t_s74js)
+        + (X_x6 * t_64tkj + t_e4enr * t_osnw5)
+        + t_exgtc;
+    const real t_f5n5n = p[m2] * (p[l2] + p[l2]);
+    const real t_jzm7f = t_ew3ec * t_f5n5n;
+    const real t_s27by = p[I2] * t_jzm7f;
+    const real t_rymvh = me2 - p[l2] * t_s27by;
+    const real t_knrxj = t_54cbb - p[l2] * t_jzm7f;
+    const real t_hxx3n = eta2 * t_rymvh + loss_phi2 * t_knrxj;
+    const real t_zthab = t_rl7kq * t_s27by - p[h2] * t_s27by * t_xpjrw;
+    const real t_z3l2w = t_rybsf * t_zthab;
+    const real t_xaxsj_2 = mv1 * (cos_phi1 * t_z3l2w);
+    const real t_kgklc = k2 * p[m2] + t_popww * t_knrxj;
+    const real t_5ckty = t_cekeb * t_kgklc - mv2 * (cos_phi2 * t_z3l2w) - sigma_sq2 * p[m2];
+    const real t_s6guj = sin_phi2 * t_hxx3n - cos_phi1 * t_xaxsj_2 + cos_phi2 * t_5ckty;
+    const real t_aw3a3 = sin_phi2 * t_kgklc;
+    const real t_2emki = sin_phi2 * t_aw3a3;
+    const real t_2tc5h = t_kgklc - t_s27by - t_2emki;
+    const real t_dvka4 = cos_phi2 * t_aw3a3;
+    const real t_tkfc5_2 = sin_theta2 * t_dvka4;
+    const real t_pd6pr = t_tkfc5_2 * t_bpfoo - t_6xwz3 * t_2tc5h;
+    const real t_e4gys = W12 * sin_phi2 + w_x2 * (Wn2 * cos_phi2) - t_nlamb * chi2;
+    const real t_yex7s = t_yyt2v * (p[m2] * ((q_2 + q_2) * sin_phi2));
+    const real t_qtpmn = th_2 * (p[I2] * t_e4gys - loss_theta2 * sin_phi2) - t_vry6x * t_yex7s;
+    const real t_vokcl = cos_theta2 * t_qtpmn;
+    const real t_2legd_3 = sin_phi1 * t_xaxsj_2;
+    const real t_nl6u5 = sin_phi2 * t_5ckty - cos_phi2 * t_hxx3n;
+    const real t_62kx5 = b1 * t_pd6pr
+        + t_w7lcw * t_s6guj
+        - (t_vokcl - sin_theta1 * t_2legd_3 + sin_theta2 * t_nl6u5);
+    const real t_kdgyz = t_2emki - t_s27by;
+    const real t_ttnh5 = p[I2] * t_yex7s;
+    const real t_fz663 = t_kdgyz + t_ttnh5;
+    const real t_lfilo = S_sq2 * t_fz663;
+    const real t_jtkuw = t_lfilo - t_s27by - t_ttnh5 + t_s27by - (t_w7lcw * t_tkfc5_2 + t_b3aij * t_pd6pr);
+    const real t_kc56c_2 = cos_theta2 * t_dvka4;
+    const real t_62icq = t_kc56c_2 * t_bpfoo - t_3tmqi * t_2tc5h;
+    const real t_jpyyi = SC2 * t_fz663 - (t_3go2w * t_tkfc5_2 + t_b3aij * t_62icq);
+    const real t_az2ve = t_jpyyi * t_4iujv - t_6yahm * t_jtkuw;
+    const real t_r4x7k = sin_theta2 * t_qtpmn;
+    const real t_il6eo = b1 * t_62icq
+        + t_3go2w * t_s6guj
+        - (cos_theta2 * t_nl6u5 - (cos_theta1 * t_2legd_3 + t_r4x7k))
+        - (X_y2 * t_az2ve + K_L32 * t_62kx5);
+    const real t_mjl7i = t_kdgyz
+        - t_lfilo
+        - (K_L32 * t_jpyyi + t_d4mqf * t_az2ve)
+        - (t_3go2w * t_kc56c_2 + t_zzymx * t_62icq);
+    const real t_ozcjk = wth_2 * sin_phi2 - q_2 * t_ttnh5;
+    const real t_kry2b = sin_theta2 * t_ozcjk;
+    const real t_gp4f4 = cos_phi2 * t_rymvh;
+    const real t_okkkb = cos_theta2 * t_ozcjk;
+    const real t_v6qrg = sin_phi2 * t_rymvh;
+    const real t_o5uk6 = t_v6qrg * t_bpfoo - t_jtjoh * t_2tc5h;
+    const real t_pnp7y = t_okkkb + sin_theta2 * t_gp4f4 + (t_xq4wt * t_tkfc5_2 + t_b3aij * t_o5uk6);
+    const real t_iv7k5 = t_pnp7y * t_4iujv - t_dwrhg * t_jtkuw;
+    const real t_e6xt3 = t_kry2b
+        - cos_theta2 * t_gp4f4
+        + (t_6urah * t_jpyyi + t_d4mqf * t_iv7k5)
+        - (t_xq4wt * t_kc56c_2 + t_zzymx * t_o5uk6);
+    const real t_qlunw = t_e6xt3 * t_zmh3u - t_ydwjl * t_mjl7i;
+    const real t_6gfvk = t_6fvzz * t_v6qrg - Bs_2 * t_z3l2w + (p[l2] * t_hxx3n + t_4b2fa);
+    const real t_5at4f_2 = Bs_1 * t_z3l2w;
+    const real t_mhn3g = q_2 * t_qtpmn + F_n2 * sin_phi2;
+    const real t_tms6m = b1 * t_o5uk6
+        + t_xq4wt * t_s6guj
+        - (t_6gfvk - (t_5at4f_2 + t_mhn3g))
+        + (X_y2 * t_iv7k5 + t_6urah * t_62kx5)
+        - (X_y3 * t_qlunw + K_L43 * t_il6eo);
+    const real t_vzcwt = wq_2 * sin_phi2 + q_2 * t_ozcjk;
+    const real t_pq43y = p[l2] * t_rymvh + B_2;
+    const real t_uflxh = t_vzcwt
+        + t_pq43y
+        - (t_6urah * t_pnp7y + t_m67zs * t_iv7k5)
+        - (K_L43 * t_e6xt3 + t_m27n6 * t_qlunw)
+        - (t_xq4wt * t_v6qrg + t_2m245 * t_o5uk6);
+    const real t_az7m7 = wth_1 * t_zthab;
+    const real t_xms73_2 = q_1 * t_az7m7;
+    const real t_z35cf_3 = cos_theta1 * t_xms73_2;
+    const real t_l352k = t_zthab + cos_phi2;
+    const real t_4qh7y = wth_2 * t_l352k + g_2 * t_ttnh5;
+    const real t_63w4z = wg_2 * sin_phi2 - q_2 * t_4qh7y;
+    const real t_cfhyw = cos_theta2 * t_63w4z;
+    const real t_dryfk = Bc_1 * t_zthab;
+    const real t_s7kez = e2 * t_gp4f4 - Bc_2 * t_zthab;
+    const real t_a53my = t_pq43y - t_s7kez;
+    const real t_vhcuv = me1 * t_zthab - t_az7m7;
+    const real t_3anzb = me2 * t_zthab + e2 * t_s27by - t_4qh7y;
+    const real t_4errb = Ass_1 * t_zthab;
+    const real t_friv5_2 = t_4errb + t_vhcuv;
+    const real t_srwqc = e2 * t_2emki - Ass_2 * t_zthab;
+    const real t_cbsoq = t_gp4f4 - t_srwqc;
+    const real t_rh3mx = t_cbsoq + t_3anzb;
+    const real t_o3jy4 = S_sq1 * t_friv5_2 + S_sq2 * t_rh3mx;
+    const real t_zsbhr = t_v6qrg + (e2 * t_dvka4 - Asc_2 * t_zthab);
+    const real t_xynxb = Asc_1 * t_zthab;
+    const real t_e7hgz = sin_theta2 * t_zsbhr - sin_theta1 * t_xynxb;
+    const real t_v66yt = t_e7hgz * t_bpfoo - t_2lluf * t_2tc5h;
+    const real t_bg25x = t_vhcuv + t_3anzb - t_o3jy4 - t_okkkb - (t_vshgd * t_tkfc5_2 + t_b3aij * t_v66yt);
+    const real t_r4isy = t_bg25x * t_4iujv - t_hfybw * t_jtkuw;
+    const real t_7lgnt = SC1 * t_friv5_2 + SC2 * t_rh3mx;
+    const real t_t2vgh = t_kry2b
+        - t_7lgnt
+        - (K_L52 * t_jpyyi + t_d4mqf * t_r4isy)
+        - (t_vshgd * t_kc56c_2 + t_zzymx * t_v66yt);
+    const real t_zhmc7 = t_t2vgh * t_zmh3u - t_qe675 * t_mjl7i;
+    const real t_7jjqs = t_vzcwt
+        + t_z35cf_3
+        - t_cfhyw
+        + sin_theta1 * t_dryfk
+        + sin_theta2 * t_a53my
+        + (K_L52 * t_pnp7y + t_m67zs * t_r4isy)
+        - (K_L53 * t_e6xt3 + t_m27n6 * t_zhmc7)
+        - (t_vshgd * t_v6qrg + t_2m245 * t_v66yt);
+    const real t_cxswd = t_7jjqs * t_lt2al - t_2e52m * t_uflxh;
+    const real t_hzwem = t_6gfvk + (e2 * t_nl6u5 - F_t2 * t_zthab);
+    const real t_pjvsr = t_5at4f_2 + (e1 * t_2legd_3 + F_t1 * t_zthab);
+    const real t_ebiyx = sin_theta2 * t_hzwem
+        - (sin_theta1 * t_pjvsr + t_mhn3g)
+        - t_vt7uo * t_zthab
+        + (g_2 * t_vokcl - t_oncjt * t_l352k)
+        + f_y * t_zthab;
+    const real t_gmunq = b1 * t_v66yt
+        + t_vshgd * t_s6guj
+        - t_ebiyx
+        - (X_y2 * t_r4isy + K_L52 * t_62kx5)
+        - (X_y3 * t_zhmc7 + K_L53 * t_il6eo)
+        - (X_y4 * t_cxswd + K_L54 * t_tms6m);
+    const real t_fqcrc = wg_1 * t_zthab + g_1 * t_az7m7;
+    const real t_6pi5n = wg_2 * t_l352k + g_2 * t_4qh7y;
+    const real t_nr76x = me1 * (t_o6yyy * t_zthab);
+    const real t_ym2mu = K(-2.0) * t_dryfk + (eAss_1 * t_zthab + e1 * t_4errb);
+    const real t_xwifr_2 = t_fqcrc - (t_nr76x + t_ym2mu);
+    const real t_jaj24_3 = S_sq1 * t_xwifr_2;
+    const real t_5jf46 = t_pq43y + K(-2.0) * t_s7kez + (e2 * t_srwqc - eAss_2 * t_zthab);
+    const real t_2voqq = t_quuci * t_s27by + me2 * (t_rdwum * t_zthab);
+    const real t_mde46 = t_5jf46 - t_2voqq + t_6pi5n;
+    const real t_xojpv = S_sq2 * t_mde46;
+    const real t_5uagq = t_gy5fy * t_s27by + (M_C * (t_jf3qj * t_zthab) - t_iw7bs * t_s27by);
+    const real t_twvfn = t_vzcwt
+        - (t_fqcrc + t_6pi5n)
+        + t_jaj24_3
+        + t_xojpv
+        - t_5uagq
+        + t_nr76x
+        + t_2voqq
+        - K(-2.0) * t_z35cf_3
+        + K(-2.0) * t_cfhyw
+        - (K_L52 * t_bg25x + t_p6zld * t_r4isy)
+        - (K_L53 * t_t2vgh + t_bxfcn * t_zhmc7)
+        - (K_L54 * t_7jjqs + t_amczu * t_cxswd)
+        - (t_vshgd * t_e7hgz + t_6mmeb * t_v66yt);
+    const real t_mjxkb = sin_theta2 * t_63w4z - sin_theta1 * t_xms73_2;
+    const real t_hr6xv = cos_theta2 * t_zsbhr - cos_theta1 * t_xynxb;
+    const real t_won7z = t_hr6xv * t_bpfoo - t_ielc3 * t_2tc5h;
+    const real t_ealt3_2 = t_7lgnt + (t_e4enr * t_tkfc5_2 + t_b3aij * t_won7z);
+    const real t_bx6dr = t_ealt3_2 * t_4iujv - t_2ngl5 * t_jtkuw;
+    const real t_odpxl = t_o3jy4
+        - (t_4errb + t_cbsoq)
+        + (t_dj64q * t_jpyyi + t_d4mqf * t_bx6dr)
+        - (t_e4enr * t_kc56c_2 + t_zzymx * t_won7z);
+    const real t_yj7cw = t_odpxl * t_zmh3u - t_kpf5p * t_mjl7i;
+    const real t_vq6bd = t_mjxkb
+        + cos_theta1 * t_dryfk
+        + cos_theta2 * t_a53my
+        - (t_dj64q * t_pnp7y + t_m67zs * t_bx6dr)
+        - (K_L63 * t_e6xt3 + t_m27n6 * t_yj7cw)
+        - (t_e4enr * t_v6qrg + t_2m245 * t_won7z);
+    const real t_3ylbv = t_vq6bd * t_lt2al - t_wurun * t_uflxh;
+    const real t_gyyj5 = t_mjxkb
+        + SC1 * t_xwifr_2
+        + SC2 * t_mde46
+        + (t_dj64q * t_bg25x + t_p6zld * t_bx6dr)
+        - (K_L63 * t_t2vgh + t_bxfcn * t_yj7cw)
+        - (K_L64 * t_7jjqs + t_amczu * t_3ylbv)
+        - (t_e4enr * t_e7hgz + t_6mmeb * t_won7z);
+    const real t_pkxkk = t_gyyj5 * t_ftqxb - t_dzxqu * t_twvfn;
+    const real t_mbdam = cos_theta2 * t_hzwem
+        - cos_theta1 * t_pjvsr
+        + t_azclp * t_zthab
+        - (g_2 * t_r4x7k - t_iya7w * t_l352k);
+    const real t_6ytuk = t_gcu5g * t_zthab
+        - t_mbdam
+        + (b1 * t_won7z + t_e4enr * t_s6guj)
+        + (X_y2 * t_bx6dr + t_dj64q * t_62kx5)
+        - (X_y3 * t_yj7cw + K_L63 * t_il6eo)
+        - (X_y4 * t_3ylbv + K_L64 * t_tms6m)
+        - (X_y5 * t_pkxkk + K_L65 * t_gmunq);
+    const real t_lo4sx = t_5jf46
+        - t_ym2mu
+        - t_5uagq
+        - t_jaj24_3
+        - t_xojpv
+        - (t_dj64q * t_ealt3_2 + t_hmob3 * t_bx6dr)
+        - (K_L63 * t_odpxl + t_rahc4 * t_yj7cw)
+        - (K_L64 * t_vq6bd + t_e4k6u * t_3ylbv)
+        - (K_L65 * t_gyyj5 + t_5gmab * t_pkxkk)
+        - (t_e4enr * t_hr6xv + t_bl4f2 * t_won7z);
+    const real t_mzhk4 = t_6ytuk * t_nfkwa - t_o4hiw * t_lo4sx;
+    const real t_322oz = t_gmunq * t_ftqxb - t_eriz2 * t_twvfn - (X_x6 * t_pkxkk + K_L65 * t_mzhk4);
+    const real t_jxuud = t_tms6m * t_lt2al
+        - t_gkoba * t_uflxh
+        - (X_x5 * t_cxswd + K_L54 * t_322oz)
+        - (X_x6 * t_3ylbv + K_L64 * t_mzhk4);
+    const real t_prhgk = t_il6eo * t_zmh3u
+        - t_insvr * t_mjl7i
+        - (X_x4 * t_qlunw + K_L43 * t_jxuud)
+        - (X_x5 * t_zhmc7 + K_L53 * t_322oz)
+        - (X_x6 * t_yj7cw + K_L63 * t_mzhk4);
+    const real t_4acjh = t_62kx5 * t_4iujv
+        - t_5am4i * t_jtkuw
+        - (X_x3 * t_az2ve + K_L32 * t_prhgk)
+        + (X_x4 * t_iv7k5 + t_6urah * t_jxuud)
+        - (X_x5 * t_r4isy + K_L52 * t_322oz)
+        + (X_x6 * t_bx6dr + t_dj64q * t_mzhk4);
+    const real t_d63r2 = t_s6guj * t_bpfoo
+        - t_2sw7d * t_2tc5h
+        + (X_x2 * t_pd6pr + t_w7lcw * t_4acjh)
+        + (X_x3 * t_62icq + t_3go2w * t_prhgk)
+        + (X_x4 * t_o5uk6 + t_xq4wt * t_jxuud)
+        + (X_x5 * t_v66yt + t_vshgd * t_322oz)
+        + (X_x6 * t_won7z + t_e4enr * t_mzhk4)
+        + t_z3l2w;
+    const real t_ntng6 = me2 * t_xpjrw;
+    const real t_ntng6_2 = K(1.0) - t_ntng6;
+    const real t_tcwyk = t_rybsf * t_ntng6_2;
+    const real t_b72qn = mv2 * (cos_phi2 * t_tcwyk);
+    const real t_sbjpy = t_rybsf * t_ntng6;
+    const real t_jxkby = mv1 * (cos_phi1 * t_sbjpy);
+    const real t_anpd5 = cos_phi2 * t_b72qn - cos_phi1 * t_jxkby;
+    const real t_gwnxz_4 = sin_phi2 * t_b72qn;
+    const real t_rv7s3_3 = sin_phi1 * t_jxkby;
+    const real t_cdwx5_4 = t_w7lcw * t_anpd5 - (sin_theta2 * t_gwnxz_4 - sin_theta1 * t_rv7s3_3);
+    const real t_qmxc6_4 = t_3go2w * t_anpd5 - (cos_theta2 * t_gwnxz_4 - cos_theta1 * t_rv7s3_3) - K_L32 * t_cdwx5_4;
+    const real t_ba2xh = Bs_2 * t_tcwyk;
+    const real t_suduy = Bs_1 * t_sbjpy;
+    const real t_slpa2 = t_xq4wt * t_anpd5 - (t_ba2xh - t_suduy) + t_6urah * t_cdwx5_4 - K_L43 * t_qmxc6_4;
+    const real t_ry4ty = wth_1 * t_ntng6;
+    const real t_6ghs5 = q_1 * t_ry4ty;
+    const real t_haevv_3 = cos_theta1 * t_6ghs5;
+    const real t_ewcy3 = wth_2 * t_ntng6_2;
+    const real t_yxwpu = q_2 * t_ewcy3;
+    const real t_clz7k_4 = cos_theta2 * t_yxwpu;
+    const real t_wlk3z = Bc_1 * t_ntng6;
+    const real t_te67z = Bc_2 * t_ntng6_2;
+    const real t_caqfo = me1 * t_ntng6 - t_ry4ty;
+    const real t_kge64 = t_ewcy3 - me2 * t_ntng6_2;
+    const real t_c4lj6 = Ass_1 * t_ntng6;
+    const real t_3iyxq = t_c4lj6 + t_caqfo;
+    const real t_7xsxf = Ass_2 * t_ntng6_2;
+    const real t_bnt2t = t_kge64 - t_7xsxf;
+    const real t_xcmte = S_sq1 * t_3iyxq + S_sq2 * t_bnt2t;
+    const real t_gz5f3 = Asc_2 * t_ntng6_2;
+    const real t_47a5d = Asc_1 * t_ntng6;
+    const real t_s7q4z = sin_theta2 * t_gz5f3 - sin_theta1 * t_47a5d;
+    const real t_2rc5l = t_s7q4z * t_bpfoo;
+    const real t_5uj7n = t_caqfo + t_kge64 - t_xcmte - t_b3aij * t_2rc5l;
+    const real t_xrhyg = t_5uj7n * t_4iujv;
+    const real t_jiatm = SC1 * t_3iyxq + SC2 * t_bnt2t;
+    const real t_wjvpg_4 = t_jiatm + t_d4mqf * t_xrhyg + t_zzymx * t_2rc5l;
+    const real t_324rt = t_wjvpg_4 * t_zmh3u;
+    const real t_hmxve = t_haevv_3
+        - t_clz7k_4
+        + sin_theta1 * t_wlk3z
+        - sin_theta2 * t_te67z
+        + t_m67zs * t_xrhyg
+        + t_m27n6 * t_324rt
+        - t_2m245 * t_2rc5l;
+    const real t_6gug7 = t_hmxve * t_lt2al;
+    const real t_oyrq4 = t_ba2xh + (e2 * t_gwnxz_4 + F_t2 * t_ntng6_2);
+    const real t_bzq7u = t_suduy + (e1 * t_rv7s3_3 + F_t1 * t_ntng6);
+    const real t_h7yle = sin_theta2 * t_oyrq4
+        - sin_theta1 * t_bzq7u
+        - t_vt7uo * t_ntng6
+        + t_oncjt * t_ntng6_2
+        + f_y * t_ntng6;
+    const real t_sm5hl = b1 * t_2rc5l
+        + t_vshgd * t_anpd5
+        - t_h7yle
+        - (X_y2 * t_xrhyg + K_L52 * t_cdwx5_4)
+        - (K_L53 * t_qmxc6_4 - X_y3 * t_324rt)
+        - (X_y4 * t_6gug7 + K_L54 * t_slpa2);
+    const real t_3y467 = wg_2 * t_ntng6_2 + g_2 * t_ewcy3;
+    const real t_22ten = wg_1 * t_ntng6 + g_1 * t_ry4ty;
+    const real t_olxaf = me1 * (t_o6yyy * t_ntng6);
+    const real t_sce6e = K(-2.0) * t_wlk3z + (eAss_1 * t_ntng6 + e1 * t_c4lj6);
+    const real t_sm6jv = t_22ten - (t_olxaf + t_sce6e);
+    const real t_i2wb2_3 = S_sq1 * t_sm6jv;
+    const real t_cwu6h = me2 * (t_rdwum * t_ntng6_2);
+    const real t_cr4bz = K(-2.0) * t_te67z + (eAss_2 * t_ntng6_2 + e2 * t_7xsxf);
+    const real t_4gfzr = t_cwu6h + t_cr4bz - t_3y467;
+    const real t_pbze3_4 = S_sq2 * t_4gfzr;
+    const real t_zllsy = me2 * (p[h2] + p[h2]) - M_C * (t_jf3qj * t_ntng6);
+    const real t_xjgga = t_3y467
+        - t_22ten
+        + t_i2wb2_3
+        + t_pbze3_4
+        + t_zllsy
+        + t_olxaf
+        - t_cwu6h
+        - K(-2.0) * t_haevv_3
+        + K(-2.0) * t_clz7k_4
+        - (K_L52 * t_5uj7n + t_p6zld * t_xrhyg)
+        + (K_L53 * t_wjvpg_4 + t_bxfcn * t_324rt)
+        - (K_L54 * t_hmxve + t_amczu * t_6gug7)
+        - (t_vshgd * t_s7q4z + t_6mmeb * t_2rc5l);
+    const real t_ieaac = sin_theta2 * t_yxwpu - sin_theta1 * t_6ghs5;
+    const real t_frsix = cos_theta2 * t_gz5f3 - cos_theta1 * t_47a5d;
+    const real t_2vnaq = t_frsix * t_bpfoo;
+    const real t_a64bi_4 = t_jiatm + t_b3aij * t_2vnaq;
+    const real t_avkcl = t_a64bi_4 * t_4iujv;
+    const real t_riufh = t_xcmte - (t_c4lj6 - t_7xsxf) + t_d4mqf * t_avkcl - t_zzymx * t_2vnaq;
+    const real t_ovfd3 = t_riufh * t_zmh3u;
+    const real t_upemx = t_ieaac
+        + cos_theta1 * t_wlk3z
+        - cos_theta2 * t_te67z
+        - t_m67zs * t_avkcl
+        - t_m27n6 * t_ovfd3
+        - t_2m245 * t_2vnaq;
+    const real t_3yjxz = t_upemx * t_lt2al;
+    const real t_b4nrj = t_ieaac
+        + SC1 * t_sm6jv
+        + SC2 * t_4gfzr
+        + (t_dj64q * t_5uj7n + t_p6zld * t_avkcl)
+        - (t_bxfcn * t_ovfd3 - K_L63 * t_wjvpg_4)
+        - (K_L64 * t_hmxve + t_amczu * t_3yjxz)
+        - (t_e4enr * t_s7q4z + t_6mmeb * t_2vnaq);
+    const real t_nv4rw = t_b4nrj * t_ftqxb - t_dzxqu * t_xjgga;
+    const real t_nfkzq = t_gcu5g * t_ntng6
+        - (cos_theta2 * t_oyrq4 - cos_theta1 * t_bzq7u + t_azclp * t_ntng6 - t_iya7w * t_ntng6_2)
+        + (b1 * t_2vnaq + t_e4enr * t_anpd5)
+        + (X_y2 * t_avkcl + t_dj64q * t_cdwx5_4)
+        - (X_y3 * t_ovfd3 + K_L63 * t_qmxc6_4)
+        - (X_y4 * t_3yjxz + K_L64 * t_slpa2)
+        - (X_y5 * t_nv4rw + K_L65 * t_sm5hl);
+    const real t_y2amb = t_cr4bz
+        - t_sce6e
+        + t_zllsy
+        - t_i2wb2_3
+        - t_pbze3_4
+        - (t_dj64q * t_a64bi_4 + t_hmob3 * t_avkcl)
+        - (K_L63 * t_riufh + t_rahc4 * t_ovfd3)
+        - (K_L64 * t_upemx + t_e4k6u * t_3yjxz)
+        - (K_L65 * t_b4nrj + t_5gmab * t_nv4rw)
+        - (t_e4enr * t_frsix + t_bl4f2 * t_2vnaq);
+    const real t_25es6 = t_nfkzq * t_nfkwa - t_o4hiw * t_y2amb;
+    const real t_zoe5v = t_sm5hl * t_ftqxb - t_eriz2 * t_xjgga - (X_x6 * t_nv4rw + K_L65 * t_25es6);
+    const real t_yeu3n_2 = t_slpa2 * t_lt2al
+        - (X_x5 * t_6gug7 + K_L54 * t_zoe5v)
+        - (X_x6 * t_3yjxz + K_L64 * t_25es6);
+    const real t_rgn4o_2 = t_qmxc6_4 * t_zmh3u
+        - K_L43 * t_yeu3n_2
+        - (K_L53 * t_zoe5v - X_x5 * t_324rt)
+        - (X_x6 * t_ovfd3 + K_L63 * t_25es6);
+    const real t_v5ta6_2 = t_cdwx5_4 * t_4iujv
+        - K_L32 * t_rgn4o_2
+        + t_6urah * t_yeu3n_2
+        - (X_x5 * t_xrhyg + K_L52 * t_zoe5v)
+        + (X_x6 * t_avkcl + t_dj64q * t_25es6);
+    const real t_bywiv_2 = t_anpd5 * t_bpfoo
+        + t_w7lcw * t_v5ta6_2
+        + t_3go2w * t_rgn4o_2
+        + t_xq4wt * t_yeu3n_2
+        + (X_x5 * t_2rc5l + t_vshgd * t_zoe5v)
+        + (X_x6 * t_2vnaq + t_e4enr * t_25es6);
+    const real t_nawns = t_bywiv_2 + t_sbjpy;
+    const real t_roasq = t_54cbb - p[I2] * t_ew3ec;
+    const real t_ejcck = p[l2] * t_roasq;
+    const real t_2deuo = p[l2] * t_ew3ec;
+    const real t_ijjye = eta2 * t_ejcck - loss_phi2 * t_2deuo;
+    const real t_h4vxz = p[h2] * t_roasq * t_xpjrw - t_rl7kq * t_roasq;
+    const real t_6fyvh = t_rybsf * t_h4vxz;
+    const real t_5iyj4 = mv1 * (cos_phi1 * t_6fyvh);
+    const real t_vdglw = t_popww * t_2deuo;
+    const real t_ytkuc = mv2 * (cos_phi2 * t_6fyvh) + t_cekeb * t_vdglw;
+    const real t_vkuv5 = sin_phi2 * t_ijjye - cos_phi1 * t_5iyj4 - cos_phi2 * t_ytkuc;
+    const real t_papp7 = sin_phi2 * t_vdglw;
+    const real t_373qj = sin_phi2 * t_papp7;
+    const real t_xfpvs = t_roasq - t_vdglw + t_373qj;
+    const real t_fkcrn = cos_phi2 * t_papp7;
+    const real t_ny62t = sin_theta2 * t_fkcrn;
+    const real t_5ovze = t_ny62t * t_bpfoo + t_6xwz3 * t_xfpvs;
+    const real t_f7lcj = th_2 * zeta2 - t_vry6x * t_yyt2v;
+    const real t_f25hq = cos_theta2 * t_f7lcj;
+    const real t_2legd_4 = sin_phi1 * t_5iyj4;
+    const real t_22hch = sin_phi2 * t_ytkuc + cos_phi2 * t_ijjye;
+    const real t_4liu5 = t_w7lcw * t_vkuv5
+        - b1 * t_5ovze
+        - (t_f25hq - sin_theta1 * t_2legd_4 - sin_theta2 * t_22hch);
+    const real t_ofnsd = t_roasq - t_373qj;
+    const real t_kz7at = th_2 - p[I2] * t_yyt2v;
+    const real t_s3sag = t_ofnsd - t_kz7at;
+    const real t_3akma = S_sq2 * t_s3sag;
+    const real t_sipqo = t_3akma + t_roasq + t_kz7at - t_roasq + (t_w7lcw * t_ny62t + t_b3aij * t_5ovze);
+    const real t_uyuwd = cos_theta2 * t_fkcrn;
+    const real t_5o6bi = t_uyuwd * t_bpfoo + t_3tmqi * t_xfpvs;
+    const real t_wm2sw = SC2 * t_s3sag + (t_3go2w * t_ny62t + t_b3aij * t_5o6bi);
+    const real t_4sl4y = t_wm2sw * t_4iujv - t_6yahm * t_sipqo;
+    const real t_tylpm = sin_theta2 * t_f7lcj;
+    const real t_micib = t_3go2w * t_vkuv5
+        - b1 * t_5o6bi
+        + (cos_theta1 * t_2legd_4 + t_tylpm + cos_theta2 * t_22hch)
+        - (X_y2 * t_4sl4y + K_L32 * t_4liu5);
+    const real t_dp5pt = t_ofnsd
+        - t_3akma
+        - (K_L32 * t_wm2sw + t_d4mqf * t_4sl4y)
+        + (t_3go2w * t_uyuwd + t_zzymx * t_5o6bi);
+    const real t_mcphg = q_2 * t_kz7at;
+    const real t_hrlqk = sin_theta2 * t_mcphg;
+    const real t_htagi = cos_phi2 * t_ejcck;
+    const real t_7zl3n = cos_theta2 * t_mcphg;
+    const real t_izow3 = sin_phi2 * t_ejcck;
+    const real t_edzs7 = t_izow3 * t_bpfoo - t_jtjoh * t_xfpvs;
+    const real t_cc7nr = t_7zl3n + sin_theta2 * t_htagi + (t_b3aij * t_edzs7 - t_xq4wt * t_ny62t);
+    const real t_jzzit = t_cc7nr * t_4iujv - t_dwrhg * t_sipqo;
+    const real t_ing2r = t_hrlqk
+        - cos_theta2 * t_htagi
+        + (t_6urah * t_wm2sw + t_d4mqf * t_jzzit)
+        - (t_zzymx * t_edzs7 - t_xq4wt * t_uyuwd);
+    const real t_jjca3 = t_ing2r * t_zmh3u - t_ydwjl * t_dp5pt;
+    const real t_2opig = t_6fvzz * t_izow3 - Bs_2 * t_6fyvh + p[l2] * t_ijjye;
+    const real t_fidxf = Bs_1 * t_6fyvh;
+    const real t_wk3rr = q_2 * t_f7lcj;
+    const real t_rd2cp = b1 * t_edzs7
+        + t_xq4wt * t_vkuv5
+        - (t_2opig - (t_fidxf + t_wk3rr) + x[wy] * x[theta2_dot])
+        + (X_y2 * t_jzzit + t_6urah * t_4liu5)
+        - (X_y3 * t_jjca3 + K_L43 * t_micib);
+    const real t_nyh3s = q_2 * t_mcphg;
+    const real t_dg5ta = p[l2] * t_ejcck;
+    const real t_wfsrv = t_nyh3s
+        + t_dg5ta
+        - (t_6urah * t_cc7nr + t_m67zs * t_jzzit)
+        - (K_L43 * t_ing2r + t_m27n6 * t_jjca3)
+        - (t_xq4wt * t_izow3 + t_2m245 * t_edzs7);
+    const real t_jq3j6 = wth_1 * t_h4vxz;
+    const real t_7twem = q_1 * t_jq3j6;
+    const real t_z35cf_4 = cos_theta1 * t_7twem;
+    const real t_du2gn = g_2 * t_kz7at - wth_2 * t_h4vxz;
+    const real t_gavga = q_2 * t_du2gn;
+    const real t_iwxus = cos_theta2 * t_gavga;
+    const real t_waxf6 = Bc_1 * t_h4vxz;
+    const real t_6xucw = e2 * t_htagi - Bc_2 * t_h4vxz;
+    const real t_vriar = t_dg5ta - t_6xucw;
+    const real t_q2zhm = me1 * t_h4vxz - t_jq3j6;
+    const real t_d7sar = t_du2gn - (e2 * t_roasq - me2 * t_h4vxz);
+    const real t_xqqdn = Ass_1 * t_h4vxz;
+    const real t_pwasj = t_xqqdn + t_q2zhm;
+    const real t_nezzo = e2 * t_373qj + Ass_2 * t_h4vxz;
+    const real t_x4vtx = t_htagi + t_nezzo;
+    const real t_lfdre = t_x4vtx + t_d7sar;
+    const real t_viyh5 = S_sq1 * t_pwasj + S_sq2 * t_lfdre;
+    const real t_4eujt = t_izow3 - (e2 * t_fkcrn + Asc_2 * t_h4vxz);
+    const real t_lrprj = Asc_1 * t_h4vxz;
+    const real t_2kijq = sin_theta2 * t_4eujt - sin_theta1 * t_lrprj;
+    const real t_uj2mv = t_2kijq * t_bpfoo - t_2lluf * t_xfpvs;
+    const real t_mxx3g = t_q2zhm + t_d7sar - t_viyh5 - t_7zl3n - (t_b3aij * t_uj2mv - t_vshgd * t_ny62t);
+    const real t_d5awd = t_mxx3g * t_4iujv - t_hfybw * t_sipqo;
+    const real t_ltvd7 = SC1 * t_pwasj + SC2 * t_lfdre;
+    const real t_wurrt = t_hrlqk
+        - t_ltvd7
+        - (K_L52 * t_wm2sw + t_d4mqf * t_d5awd)
+        - (t_zzymx * t_uj2mv - t_vshgd * t_uyuwd);
+    const real t_sz3kh = t_wurrt * t_zmh3u - t_qe675 * t_dp5pt;
+    const real t_ozyl6 = t_nyh3s
+        + t_z35cf_4
+        - t_iwxus
+        + sin_theta1 * t_waxf6
+        + sin_theta2 * t_vriar
+        + (K_L52 * t_cc7nr + t_m67zs * t_d5awd)
+        - (K_L53 * t_ing2r + t_m27n6 * t_sz3kh)
+        - (t_vshgd * t_izow3 + t_2m245 * t_uj2mv);
+    const real t_hf5re = t_ozyl6 * t_lt2al - t_2e52m * t_wfsrv;
+    const real t_yszuc = t_2opig - (e2 * t_22hch + F_t2 * t_h4vxz);
+    const real t_bdmz7 = t_fidxf + (e1 * t_2legd_4 + F_t1 * t_h4vxz);
+    const real t_e6fn6 = sin_theta2 * t_yszuc
+        - (sin_theta1 * t_bdmz7 + t_wk3rr)
+        - x[wy] * x[phi2_dot]
+        - t_vt7uo * t_h4vxz
+        + (g_2 * t_f25hq - t_oncjt * t_h4vxz)
+        + f_y * t_h4vxz;
+    const real t_2vfqh = b1 * t_uj2mv
+        + t_vshgd * t_vkuv5
+        - t_e6fn6
+        - (X_y2 * t_d5awd + K_L52 * t_4liu5)
+        - (X_y3 * t_sz3kh + K_L53 * t_micib)
+        - (X_y4 * t_hf5re + K_L54 * t_rd2cp);
+    const real t_jqkom = g_2 * t_du2gn - wg_2 * t_h4vxz;
+    const real t_znw4v = wg_1 * t_h4vxz + g_1 * t_jq3j6;
+    const real t_v2gjt = me1 * (t_o6yyy * t_h4vxz);
+    const real t_6n6ii = K(-2.0) * t_waxf6 + (eAss_1 * t_h4vxz + e1 * t_xqqdn);
+    const real t_47scc = t_znw4v - (t_v2gjt + t_6n6ii);
+    const real t_jaj24_4 = S_sq1 * t_47scc;
+    const real t_bolwq = t_quuci * t_roasq - me2 * (t_rdwum * t_h4vxz);
+    const real t_7isik = t_dg5ta + K(-2.0) * t_6xucw - (eAss_2 * t_h4vxz + e2 * t_nezzo);
+    const real t_vh62f = t_bolwq + t_7isik - t_jqkom;
+    const real t_kz2bj = S_sq2 * t_vh62f;
+    const real t_zqx4p = t_gy5fy * t_roasq - (t_iw7bs * t_roasq + M_C * (t_jf3qj * t_h4vxz));
+    const real t_4s5os = t_jqkom
+        - t_znw4v
+        + t_nyh3s
+        + t_jaj24_4
+        + t_kz2bj
+        + t_zqx4p
+        + t_v2gjt
+        - t_bolwq
+        - K(-2.0) * t_z35cf_4
+        + K(-2.0) * t_iwxus
+        - (K_L52 * t_mxx3g + t_p6zld * t_d5awd)
+        - (K_L53 * t_wurrt + t_bxfcn * t_sz3kh)
+        - (K_L54 * t_ozyl6 + t_amczu * t_hf5re)
+        - (t_vshgd * t_2kijq + t_6mmeb * t_uj2mv);
+    const real t_tcg2z = sin_theta2 * t_gavga - sin_theta1 * t_7twem;
+    const real t_42654 = cos_theta2 * t_4eujt - cos_theta1 * t_lrprj;
+    const real t_6jyv2 = t_42654 * t_bpfoo - t_ielc3 * t_xfpvs;
+    const real t_k33p3 = t_ltvd7 + (t_b3aij * t_6jyv2 - t_e4enr * t_ny62t);
+    const real t_zdfbe = t_k33p3 * t_4iujv - t_2ngl5 * t_sipqo;
+    const real t_r44r5 = t_viyh5
+        - (t_xqqdn + t_x4vtx)
+        + (t_dj64q * t_wm2sw + t_d4mqf * t_zdfbe)
+        - (t_zzymx * t_6jyv2 - t_e4enr * t_uyuwd);
+    const real t_26l65 = t_r44r5 * t_zmh3u - t_kpf5p * t_dp5pt;
+    const real t_c754z = t_tcg2z
+        + cos_theta1 * t_waxf6
+        + cos_theta2 * t_vriar
+        - (t_dj64q * t_cc7nr + t_m67zs * t_zdfbe)
+        - (K_L63 * t_ing2r + t_m27n6 * t_26l65)
+        - (t_e4enr * t_izow3 + t_2m245 * t_6jyv2);
+    const real t_e6vhi = t_c754z * t_lt2al - t_wurun * t_wfsrv;
+    const real t_xaant = t_tcg2z
+        + SC1 * t_47scc
+        + SC2 * t_vh62f
+        + (t_dj64q * t_mxx3g + t_p6zld * t_zdfbe)
+        - (K_L63 * t_wurrt + t_bxfcn * t_26l65)
+        - (K_L64 * t_ozyl6 + t_amczu * t_e6vhi)
+        - (t_e4enr * t_2kijq + t_6mmeb * t_6jyv2);
+    const real t_xnc6r = t_xaant * t_ftqxb - t_dzxqu * t_4s5os;
+    const real t_g2rnk = cos_theta2 * t_yszuc
+        - cos_theta1 * t_bdmz7
+        + x[wx] * x[theta2_dot]
+        - W13
+        + t_azclp * t_h4vxz
+        - (g_2 * t_tylpm - t_iya7w * t_h4vxz)
+        - x[wz] * x[phi2_dot];
+    const real t_m7ij3 = t_gcu5g * t_h4vxz
+        - t_g2rnk
+        + (b1 * t_6jyv2 + t_e4enr * t_vkuv5)
+        + (X_y2 * t_zdfbe + t_dj64q * t_4liu5)
+        - (X_y3 * t_26l65 + K_L63 * t_micib)
+        - (X_y4 * t_e6vhi + K_L64 * t_rd2cp)
+        - (X_y5 * t_xnc6r + K_L65 * t_2vfqh);
+    const real t_py5vi = t_7isik
+        - t_6n6ii
+        + (K(1.0) + t_zqx4p)
+        - t_jaj24_4
+        - t_kz2bj
+        - (t_dj64q * t_k33p3 + t_hmob3 * t_zdfbe)
+        - (K_L63 * t_r44r5 + t_rahc4 * t_26l65)
+        - (K_L64 * t_c754z + t_e4k6u * t_e6vhi)
+        - (K_L65 * t_xaant + t_5gmab * t_xnc6r)
+        - (t_e4enr * t_42654 + t_bl4f2 * t_6jyv2);
+    const real t_xy2df = t_m7ij3 * t_nfkwa - t_o4hiw * t_py5vi;
+    const real t_cpyav = t_2vfqh * t_ftqxb - t_eriz2 * t_4s5os - (X_x6 * t_xnc6r + K_L65 * t_xy2df);
+    const real t_jnadu = t_rd2cp * t_lt2al
+        - t_gkoba * t_wfsrv
+        - (X_x5 * t_hf5re + K_L54 * t_cpyav)
+        - (X_x6 * t_e6vhi + K_L64 * t_xy2df);
+    const real t_7bbkr = t_micib * t_zmh3u
+        - t_insvr * t_dp5pt
+        - (X_x4 * t_jjca3 + K_L43 * t_jnadu)
+        - (X_x5 * t_sz3kh + K_L53 * t_cpyav)
+        - (X_x6 * t_26l65 + K_L63 * t_xy2df);
+    const real t_3yfo4 = t_4liu5 * t_4iujv
+        - t_5am4i * t_sipqo
+        - (X_x3 * t_4sl4y + K_L32 * t_7bbkr)
+        + (X_x4 * t_jzzit + t_6urah * t_jnadu)
+        - (X_x5 * t_d5awd + K_L52 * t_cpyav)
+        + (X_x6 * t_zdfbe + t_dj64q * t_xy2df);
+    const real t_puesv = t_vkuv5 * t_bpfoo
+        - t_2sw7d * t_xfpvs
+        + (t_w7lcw * t_3yfo4 - X_x2 * t_5ovze)
+        + (t_3go2w * t_7bbkr - X_x3 * t_5o6bi)
+        + (X_x4 * t_edzs7 + t_xq4wt * t_jnadu)
+        + (X_x5 * t_uj2mv + t_vshgd * t_cpyav)
+        + (X_x6 * t_6jyv2 + t_e4enr * t_xy2df)
+        + t_6fyvh;
+    const real t_4vz2s = k2 * x[phi2_dot];
+    const real t_q6epm = sin_phi2 * t_4vz2s;
+    const real t_cimfk = th_2 * (q_2 * x[theta2_dot]);
+    const real t_qgbg6 = cos_theta2 * t_cimfk;
+    const real t_2h7ww = cos_phi2 * t_4vz2s;
+    const real t_sxgeo = t_qgbg6 + sin_theta2 * t_2h7ww + t_w7lcw * t_q6epm;
+    const real t_km6t2 = sin_theta2 * t_cimfk;
+    const real t_gy7r3 = t_3go2w * t_q6epm - (t_km6t2 - cos_theta2 * t_2h7ww) - K_L32 * t_sxgeo;
+    const real t_o34iq = q_2 * t_cimfk;
+    const real t_xhdr7 = p[l2] * t_4vz2s;
+    const real t_jg62a = t_xq4wt * t_q6epm
+        - (t_o34iq + t_xhdr7 - x[phi2_dot])
+        + t_6urah * t_sxgeo
+        - K_L43 * t_gy7r3;
+    const real t_pq7m7 = t_xhdr7 - e2 * t_2h7ww;
+    const real t_pcxjd = t_vshgd * t_q6epm
+        - (sin_theta2 * t_pq7m7 - (x[theta2_dot] - t_o34iq) - g_2 * t_qgbg6)
+        - K_L52 * t_sxgeo
+        - K_L53 * t_gy7r3
+        - K_L54 * t_jg62a;
+    const real t_a4sr4 = t_e4enr * t_q6epm
+        - (cos_theta2 * t_pq7m7 + g_2 * t_km6t2)
+        + t_dj64q * t_sxgeo
+        - K_L63 * t_gy7r3
+        - K_L64 * t_jg62a
+        - K_L65 * t_pcxjd;
+    const real t_o36ad = t_a4sr4 * t_nfkwa;
+    const real t_tfhfc = t_pcxjd * t_ftqxb - K_L65 * t_o36ad;
+    const real t_4zch6 = t_jg62a * t_lt2al - K_L54 * t_tfhfc - K_L64 * t_o36ad;
+    const real t_v7qqm = t_gy7r3 * t_zmh3u - K_L43 * t_4zch6 - K_L53 * t_tfhfc - K_L63 * t_o36ad;
+    const real t_kunhq = t_sxgeo * t_4iujv
+        - K_L32 * t_v7qqm
+        + t_6urah * t_4zch6
+        - K_L52 * t_tfhfc
+        + t_dj64q * t_o36ad;
+    const real t_uctyo = t_q6epm * t_bpfoo
+        + t_w7lcw * t_kunhq
+        + t_3go2w * t_v7qqm
+        + t_xq4wt * t_4zch6
+        + t_vshgd * t_tfhfc
+        + t_e4enr * t_o36ad;
+    const real t_rnrjd = sin_theta1 * t_q3ysb + cos_theta1 * t_zu7ht;
+    const real t_sy5zq = cos_phi1 * (e1 * t_rnrjd + G_t1 * t_6fswf + sin_theta1 * t_ajehr + cos_theta1 * t_zic2p);
+    const real t_rnrjd_2 = sin_theta1 * t_j4zjk + cos_theta1 * t_zu7ht_2;
+    const real t_y4io7 = cos_phi1 * (e1 * t_rnrjd_2 + G_t1 * t_ug47n + sin_theta1 * t_ajehr_2 + cos_theta1 * t_zic2p_2);
+    const real t_ogesh = sin_theta1 * t_ozkxr + cos_theta1 * t_khmpp;
+    const real t_igooi = cos_phi1 * (e1 * t_ogesh + sin_theta1 * t_ikw3y + cos_theta1 * t_6tvc2)
+        + sin_phi1 * t_7n2yw;
+    const real t_2qiva = sin_theta1 * t_aecy7 + cos_theta1 * t_2nc4v;
+    const real t_amxlf = cos_phi1 * (e1 * t_2qiva + sin_theta1 * t_2tjc3 + cos_theta1 * t_xkugq)
+        + sin_phi1 * t_n32gg;
+    const real t_bj4c5 = cos_theta1 * t_gao76 - sin_theta1 * t_gaejw;
+    const real t_7e3hy = cos_phi1 * (e1 * t_bj4c5 + sin_theta1 * t_ohqcq + cos_theta1 * t_gvz3t)
+        + sin_phi1 * t_2i6hk;
+    const real t_tugjj = sin_theta1 * t_xzyw2 + cos_theta1 * t_xv3ic;
+    const real t_ui562 = cos_phi1 * (e1 * t_tugjj + sin_theta1 * t_aei2j + cos_theta1 * t_us2rr)
+        + sin_phi1 * t_73lsu;
+    const real t_lnocb = sin_theta1 * t_nv4kq + cos_theta1 * t_belws;
+    const real t_mrfhd = cos_phi1 * (e1 * t_lnocb + G_t1 * t_yqcxm + sin_theta1 * t_wbc7k + cos_theta1 * t_nmsvx);
+    const real t_fdbsx = sin_theta1 * t_zomt2 + cos_theta1 * t_45olx;
+    const real t_tauqf = cos_phi1 * (e1 * t_fdbsx + G_t1 * t_fzk4w + sin_theta1 * t_b5oey + cos_theta1 * t_ayndu);
+    const real t_tj7ps = cos_theta1 * t_kutbt - sin_theta1 * t_rzdx6;
+    const real t_ggo3v = cos_phi1 * (e1 * t_tj7ps + sin_theta1 * t_kl34e + cos_theta1 * t_ocypu)
+        + sin_phi1 * t_l62zz;
+    const real t_tadv5 = sin_theta1 * t_jhwfa + cos_theta1 * t_gwiuf;
+    const real t_wczfr = cos_phi1 * (e1 * t_tadv5 + sin_theta1 * t_2bo4h + cos_theta1 * t_ahhlw)
+        + sin_phi1 * t_5eu3y;
+    const real t_6rtva = sin_theta1 * t_iyskn + cos_theta1 * t_al5gg;
+    const real t_j5eoq = Gt_eta1 + X_x4;
+    const real t_g65cu = (loss_phi1 + p[I1] * t_j5eoq) * t_zrejm * t_zrejm;
+    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real t_upuu6 = cos_phi1 * (e1 * t_6rtva - G_t1 * t_qrwk6 + sin_theta1 * t_s5sv6 + cos_theta1 * t_cyqrj);
+    const real t_stdd7 = sin_theta1 * t_xya35 + cos_theta1 * t_2jvqf;
+    const real t_mnjvm = cos_phi1 * (e1 * t_stdd7 - G_t1 * t_37b6j + sin_theta1 * t_xcehm + cos_theta1 * t_yppnm);
+    const real t_2ahez = sin_theta1 * t_sziam + cos_theta1 * t_bzmsi;
+    const real t_om7ra = cos_phi1 * (e1 * t_2ahez + G_t1 * t_tepdd_2 + sin_theta1 * t_v5ta6 + cos_theta1 * t_rgn4o);
+    const real t_hracj = sin_theta1 * t_o3cyf + cos_theta1 * t_lfpzh;
+    const real t_fplv6 = cos_phi1 * (e1 * t_hracj - G_t1 * t_qdapd + sin_theta1 * t_53quf + cos_theta1 * t_nv3la);
+    const real t_mqpbj = sin_theta1 * t_cgllx + cos_theta1 * t_z266e;
+    const real t_dj4y5 = cos_phi1 * (e1 * t_mqpbj + sin_theta1 * t_r6xy5 + cos_theta1 * t_unpsh)
+        + sin_phi1 * t_kzw2b;
+    const real t_psyh7 = sin_theta1 * t_s74js + cos_theta1 * t_osnw5;
+    const real t_l5rxn = cos_phi1 * (e1 * t_psyh7 - G_t1 * t_zn23j + sin_theta1 * t_kykfd + cos_theta1 * t_hefnq);
+    const real t_fbd7k = sin_theta1 * t_322oz + cos_theta1 * t_mzhk4;
+    const real t_cq326 = cos_phi1 * (e1 * t_fbd7k - G_t1 * t_zthab + sin_theta1 * t_4acjh + cos_theta1 * t_prhgk);
+    const real t_2ahez_2 = sin_theta1 * t_zoe5v + cos_theta1 * t_25es6;
+    const real t_jt2ti = cos_phi1 * (e1 * t_2ahez_2 - G_t1 * t_ntng6 + sin_theta1 * t_v5ta6_2 + cos_theta1 * t_rgn4o_2);
+    const real t_hracj_2 = sin_theta1 * t_cpyav + cos_theta1 * t_xy2df;
+    const real t_wjneu = cos_phi1 * (e1 * t_hracj_2 - G_t1 * t_h4vxz + sin_theta1 * t_3yfo4 + cos_theta1 * t_7bbkr);
+    const real t_5haj4 = sin_theta1 * t_tfhfc + cos_theta1 * t_o36ad;
+    const real t_pp24n = cos_phi1 * (e1 * t_5haj4 + sin_theta1 * t_kunhq + cos_theta1 * t_v7qqm)
+        + sin_phi1 * t_uctyo;
+    const real t_ogd3q = X_x5 * cos_theta1 - X_x6 * sin_theta1;
+    const real t_o6kgp = t_i5u2g + t_q3ysb;
+    const real t_wo6h7 = cos_theta1 * t_ajehr
+        + (t_ogd3q * t_6fswf + g_1 * (cos_theta1 * t_q3ysb - sin_theta1 * t_zu7ht))
+        - q_1 * t_o6kgp
+        - sin_theta1 * t_zic2p;
+    const real t_o6kgp_2 = t_i5u2g_2 + t_j4zjk;
+    const real t_7en7e = cos_theta1 * t_ajehr_2
+        + (t_ogd3q * t_ug47n + g_1 * (cos_theta1 * t_j4zjk - sin_theta1 * t_zu7ht_2))
+        - q_1 * t_o6kgp_2
+        - sin_theta1 * t_zic2p_2;
+    const real t_6ezlp = t_ozkxr - t_ml4oe;
+    const real t_7323g = cos_theta1 * t_ikw3y
+        + g_1 * (cos_theta1 * t_ozkxr - sin_theta1 * t_khmpp)
+        - q_1 * t_6ezlp
+        - sin_theta1 * t_6tvc2;
+    const real t_ubtk6 = t_aecy7 - t_4fpsg;
+    const real t_xtgc2 = cos_theta1 * t_2tjc3
+        + g_1 * (cos_theta1 * t_aecy7 - sin_theta1 * t_2nc4v)
+        - q_1 * t_ubtk6
+        - sin_theta1 * t_xkugq;
+    const real t_65csc = t_as7pg - t_gaejw;
+    const real t_xvogd = cos_theta1 * t_ohqcq
+        - g_1 * (cos_theta1 * t_gaejw + sin_theta1 * t_gao76)
+        - q_1 * t_65csc
+        - sin_theta1 * t_gvz3t;
+    const real t_dkyt7 = t_xzyw2 - t_egwsq;
+    const real t_teg5r = cos_theta1 * t_aei2j
+        + g_1 * (cos_theta1 * t_xzyw2 - sin_theta1 * t_xv3ic)
+        - q_1 * t_dkyt7
+        - sin_theta1 * t_us2rr;
+    const real t_x5h6s = t_tq3df + t_nv4kq;
+    const real t_ie34x = cos_theta1 * t_wbc7k
+        + (t_ogd3q * t_yqcxm + g_1 * (cos_theta1 * t_nv4kq - sin_theta1 * t_belws))
+        - q_1 * t_x5h6s
+        - sin_theta1 * t_nmsvx;
+    const real t_aignr = t_tcyfg + t_zomt2;
+    const real t_ahwqk = cos_theta1 * t_b5oey
+        + (t_ogd3q * t_fzk4w + g_1 * (cos_theta1 * t_zomt2 - sin_theta1 * t_45olx))
+        - q_1 * t_aignr
+        - sin_theta1 * t_ayndu;
+    const real t_rg3cx = t_ha5ja - t_rzdx6;
+    const real t_4ioql = cos_theta1 * t_kl34e
+        - g_1 * (cos_theta1 * t_rzdx6 + sin_theta1 * t_kutbt)
+        - q_1 * t_rg3cx
+        - sin_theta1 * t_ocypu;
+    const real t_uxuz4 = t_wdonk + t_jhwfa;
+    const real t_jhfzo = cos_theta1 * t_2bo4h
+        + g_1 * (cos_theta1 * t_jhwfa - sin_theta1 * t_gwiuf)
+        - q_1 * t_uxuz4
+        - sin_theta1 * t_ahhlw;
+    const real t_ibe72 = K(1.0) / p[m1];
+    const real t_4yl6k = loss_theta1 * t_ibe72;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * t_ogd3q
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real t_mvk6z = t_4yl6k + q_1 * t_5ffnn;
+    const real t_zcpex = t_b7dui + t_iyskn;
+    const real t_wvcrq = cos_theta1 * t_s5sv6
+        + (g_1 * (cos_theta1 * t_iyskn - sin_theta1 * t_al5gg) - t_ogd3q * t_qrwk6)
+        - q_1 * t_zcpex
+        - sin_theta1 * t_cyqrj;
+    const real t_4lksn = t_jg45l + t_xya35;
+    const real t_xpnc6 = t_4hepc
+        + cos_theta1 * t_xcehm
+        + (g_1 * (cos_theta1 * t_xya35 - sin_theta1 * t_2jvqf) - t_ogd3q * t_cdint)
+        - (q_1 * t_4lksn + t_mwq7z * sin_phi1)
+        - sin_theta1 * t_yppnm;
+    const real t_qmaux = t_yeu3n + t_sziam;
+    const real t_fxvss = cos_theta1 * t_v5ta6
+        + (t_ogd3q * t_tepdd_2 + g_1 * (cos_theta1 * t_sziam - sin_theta1 * t_bzmsi))
+        - q_1 * t_qmaux
+        - sin_theta1 * t_rgn4o;
+    const real t_rcvtb = t_dmtnz + t_o3cyf;
+    const real t_7ivqc = cos_theta1 * t_53quf
+        + (g_1 * (cos_theta1 * t_o3cyf - sin_theta1 * t_lfpzh) - t_ogd3q * t_qdapd)
+        - q_1 * t_rcvtb
+        - sin_theta1 * t_nv3la;
+    const real t_kd47u = t_luk3u + t_cgllx;
+    const real t_27bzv = cos_theta1 * t_r6xy5
+        + g_1 * (cos_theta1 * t_cgllx - sin_theta1 * t_z266e)
+        - q_1 * t_kd47u
+        - sin_theta1 * t_unpsh;
+    const real t_ntpia = t_oqjyt + t_s74js;
+    const real t_qbkx4 = cos_theta1 * t_kykfd
+        + (g_1 * (cos_theta1 * t_s74js - sin_theta1 * t_osnw5) - t_ogd3q * t_zn23j)
+        - q_1 * t_ntpia
+        - sin_theta1 * t_hefnq;
+    const real t_qrmlh = t_jxuud + t_322oz;
+    const real t_scgmx = cos_theta1 * t_4acjh
+        + (g_1 * (cos_theta1 * t_322oz - sin_theta1 * t_mzhk4) - t_ogd3q * t_zthab)
+        - q_1 * t_qrmlh
+        - sin_theta1 * t_prhgk;
+    const real t_qmaux_2 = t_yeu3n_2 + t_zoe5v;
+    const real t_ieorm = cos_theta1 * t_v5ta6_2
+        + (g_1 * (cos_theta1 * t_zoe5v - sin_theta1 * t_25es6) - t_ogd3q * t_ntng6)
+        - q_1 * t_qmaux_2
+        - sin_theta1 * t_rgn4o_2;
+    const real t_rzpzi = t_jnadu + t_cpyav;
+    const real t_6evko = cos_theta1 * t_3yfo4
+        + (g_1 * (cos_theta1 * t_cpyav - sin_theta1 * t_xy2df) - t_ogd3q * t_h4vxz)
+        - q_1 * t_rzpzi
+        - sin_theta1 * t_7bbkr;
+    const real t_caysj = t_4zch6 + t_tfhfc;
+    const real t_ytru3 = cos_theta1 * t_kunhq
+        + g_1 * (cos_theta1 * t_tfhfc - sin_theta1 * t_o36ad)
+        - q_1 * t_caysj
+        - sin_theta1 * t_v7qqm;
+    const real t_hxbgp = sin_theta2 * t_q3ysb + cos_theta2 * t_zu7ht;
+    const real t_jkdzz = cos_phi2 * (e2 * t_hxbgp + G_t2 * t_6fswf + sin_theta2 * t_ajehr + cos_theta2 * t_zic2p);
+    const real t_hxbgp_2 = sin_theta2 * t_j4zjk + cos_theta2 * t_zu7ht_2;
+    const real t_i6w5k = cos_phi2 * (e2 * t_hxbgp_2 + G_t2 * t_ug47n + sin_theta2 * t_ajehr_2 + cos_theta2 * t_zic2p_2);
+    const real t_w3fgt = sin_theta2 * t_ozkxr + cos_theta2 * t_khmpp;
+    const real t_winne = cos_phi2 * (e2 * t_w3fgt + sin_theta2 * t_ikw3y + cos_theta2 * t_6tvc2)
+        + sin_phi2 * t_7n2yw;
+    const real t_a52fo = sin_theta2 * t_aecy7 + cos_theta2 * t_2nc4v;
+    const real t_2rz7s = cos_phi2 * (e2 * t_a52fo + sin_theta2 * t_2tjc3 + cos_theta2 * t_xkugq)
+        + sin_phi2 * t_n32gg;
+    const real t_uahpb = cos_theta2 * t_gao76 - sin_theta2 * t_gaejw;
+    const real t_zvjo3 = cos_phi2 * (e2 * t_uahpb + sin_theta2 * t_ohqcq + cos_theta2 * t_gvz3t)
+        + sin_phi2 * t_2i6hk;
+    const real t_j2okh = sin_theta2 * t_xzyw2 + cos_theta2 * t_xv3ic;
+    const real t_zjyxr = cos_phi2 * (e2 * t_j2okh + sin_theta2 * t_aei2j + cos_theta2 * t_us2rr)
+        + sin_phi2 * t_73lsu;
+    const real t_6cwyv = sin_theta2 * t_nv4kq + cos_theta2 * t_belws;
+    const real t_meq6l = cos_phi2 * (e2 * t_6cwyv + G_t2 * t_yqcxm + sin_theta2 * t_wbc7k + cos_theta2 * t_nmsvx);
+    const real t_xdbxt = sin_theta2 * t_zomt2 + cos_theta2 * t_45olx;
+    const real t_aoeko = cos_phi2 * (e2 * t_xdbxt + G_t2 * t_fzk4w + sin_theta2 * t_b5oey + cos_theta2 * t_ayndu);
+    const real t_4sp22 = cos_theta2 * t_kutbt - sin_theta2 * t_rzdx6;
+    const real t_2cwad = cos_phi2 * (e2 * t_4sp22 + sin_theta2 * t_kl34e + cos_theta2 * t_ocypu)
+        + sin_phi2 * t_l62zz;
+    const real t_gh7eg = sin_theta2 * t_jhwfa + cos_theta2 * t_gwiuf;
+    const real t_puhky = cos_phi2 * (e2 * t_gh7eg + sin_theta2 * t_2bo4h + cos_theta2 * t_ahhlw)
+        + sin_phi2 * t_5eu3y;
+    const real t_dtvci = sin_theta2 * t_iyskn + cos_theta2 * t_al5gg;
+    const real t_53u44 = cos_phi2 * (e2 * t_dtvci - G_t2 * t_qrwk6 + sin_theta2 * t_s5sv6 + cos_theta2 * t_cyqrj);
+    const real t_5qnmj = sin_theta2 * t_xya35 + cos_theta2 * t_2jvqf;
+    const real t_ld6te = cos_phi2 * (e2 * t_5qnmj - G_t2 * t_37b6j + sin_theta2 * t_xcehm + cos_theta2 * t_yppnm);
+    const real t_crn6j = sin_theta2 * t_sziam + cos_theta2 * t_bzmsi;
+    const real t_iquxt = cos_phi2 * (e2 * t_crn6j - G_t2 * t_tepdd + sin_theta2 * t_v5ta6 + cos_theta2 * t_rgn4o);
+    const real t_qdbgb = sin_theta2 * t_o3cyf + cos_theta2 * t_lfpzh;
+    const real t_cf35k = cos_phi2 * (e2 * t_qdbgb - G_t2 * t_qdapd + sin_theta2 * t_53quf + cos_theta2 * t_nv3la);
+    const real t_w3xi4 = sin_theta2 * t_cgllx + cos_theta2 * t_z266e;
+    const real t_dgh7u = cos_phi2 * (e2 * t_w3xi4 + sin_theta2 * t_r6xy5 + cos_theta2 * t_unpsh)
+        + sin_phi2 * t_kzw2b;
+    const real t_mjs33 = sin_theta2 * t_s74js + cos_theta2 * t_osnw5;
+    const real t_ceda7 = Gt_eta2 + X_x4;
+    const real t_ikkca = (loss_phi2 + p[I2] * t_ceda7) * t_5wzvs * t_5wzvs;
+    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real t_35ipv = cos_phi2 * (e2 * t_mjs33 - G_t2 * t_zn23j + sin_theta2 * t_kykfd + cos_theta2 * t_hefnq);
+    const real t_ifv2k = sin_theta2 * t_322oz + cos_theta2 * t_mzhk4;
+    const real t_eaxpb = cos_phi2 * (e2 * t_ifv2k - G_t2 * t_zthab + sin_theta2 * t_4acjh + cos_theta2 * t_prhgk);
+    const real t_crn6j_2 = sin_theta2 * t_zoe5v + cos_theta2 * t_25es6;
+    const real t_4agfb = cos_phi2 * (e2 * t_crn6j_2 + G_t2 * t_ntng6_2 + sin_theta2 * t_v5ta6_2 + cos_theta2 * t_rgn4o_2);
+    const real t_qdbgb_2 = sin_theta2 * t_cpyav + cos_theta2 * t_xy2df;
+    const real t_zvs4z = cos_phi2 * (e2 * t_qdbgb_2 - G_t2 * t_h4vxz + sin_theta2 * t_3yfo4 + cos_theta2 * t_7bbkr);
+    const real t_kwb5a = sin_theta2 * t_tfhfc + cos_theta2 * t_o36ad;
+    const real t_kr6w6 = cos_phi2 * (e2 * t_kwb5a + sin_theta2 * t_kunhq + cos_theta2 * t_v7qqm)
+        + sin_phi2 * t_uctyo;
+    const real t_qv4rx = X_x5 * cos_theta2 - X_x6 * sin_theta2;
+    const real t_as3es = cos_theta2 * t_ajehr
+        + (t_qv4rx * t_6fswf + g_2 * (cos_theta2 * t_q3ysb - sin_theta2 * t_zu7ht))
+        - q_2 * t_o6kgp
+        - sin_theta2 * t_zic2p;
+    const real t_3sude = cos_theta2 * t_ajehr_2
+        + (t_qv4rx * t_ug47n + g_2 * (cos_theta2 * t_j4zjk - sin_theta2 * t_zu7ht_2))
+        - q_2 * t_o6kgp_2
+        - sin_theta2 * t_zic2p_2;
+    const real t_4sxvn = cos_theta2 * t_ikw3y
+        + g_2 * (cos_theta2 * t_ozkxr - sin_theta2 * t_khmpp)
+        - q_2 * t_6ezlp
+        - sin_theta2 * t_6tvc2;
+    const real t_e2h5d = cos_theta2 * t_2tjc3
+        + g_2 * (cos_theta2 * t_aecy7 - sin_theta2 * t_2nc4v)
+        - q_2 * t_ubtk6
+        - sin_theta2 * t_xkugq;
+    const real t_f7waq = cos_theta2 * t_ohqcq
+        - g_2 * (cos_theta2 * t_gaejw + sin_theta2 * t_gao76)
+        - q_2 * t_65csc
+        - sin_theta2 * t_gvz3t;
+    const real t_uuehf = cos_theta2 * t_aei2j
+        + g_2 * (cos_theta2 * t_xzyw2 - sin_theta2 * t_xv3ic)
+        - q_2 * t_dkyt7
+        - sin_theta2 * t_us2rr;
+    const real t_lkd27 = cos_theta2 * t_wbc7k
+        + (t_qv4rx * t_yqcxm + g_2 * (cos_theta2 * t_nv4kq - sin_theta2 * t_belws))
+        - q_2 * t_x5h6s
+        - sin_theta2 * t_nmsvx;
+    const real t_ffjij = cos_theta2 * t_b5oey
+        + (t_qv4rx * t_fzk4w + g_2 * (cos_theta2 * t_zomt2 - sin_theta2 * t_45olx))
+        - q_2 * t_aignr
+        - sin_theta2 * t_ayndu;
+    const real t_u33pu = cos_theta2 * t_kl34e
+        - g_2 * (cos_theta2 * t_rzdx6 + sin_theta2 * t_kutbt)
+        - q_2 * t_rg3cx
+        - sin_theta2 * t_ocypu;
+    const real t_3zlhy = cos_theta2 * t_2bo4h
+        + g_2 * (cos_theta2 * t_jhwfa - sin_theta2 * t_gwiuf)
+        - q_2 * t_uxuz4
+        - sin_theta2 * t_ahhlw;
+    const real t_bjk52 = cos_theta2 * t_s5sv6
+        + (g_2 * (cos_theta2 * t_iyskn - sin_theta2 * t_al5gg) - t_qv4rx * t_qrwk6)
+        - q_2 * t_zcpex
+        - sin_theta2 * t_cyqrj;
+    const real t_xccbo = cos_theta2 * t_xcehm
+        + (g_2 * (cos_theta2 * t_xya35 - sin_theta2 * t_2jvqf) - t_qv4rx * t_37b6j)
+        - q_2 * t_4lksn
+        - sin_theta2 * t_yppnm;
+    const real t_6h7qq = cos_theta2 * t_v5ta6
+        + (g_2 * (cos_theta2 * t_sziam - sin_theta2 * t_bzmsi) - t_qv4rx * t_tepdd)
+        - q_2 * t_qmaux
+        - sin_theta2 * t_rgn4o;
+    const real t_rb62l = cos_theta2 * t_53quf
+        + (g_2 * (cos_theta2 * t_o3cyf - sin_theta2 * t_lfpzh) - t_qv4rx * t_qdapd)
+        - q_2 * t_rcvtb
+        - sin_theta2 * t_nv3la;
+    const real t_hnip2 = cos_theta2 * t_r6xy5
+        + g_2 * (cos_theta2 * t_cgllx - sin_theta2 * t_z266e)
+        - q_2 * t_kd47u
+        - sin_theta2 * t_unpsh;
+    const real t_r7vy7 = K(1.0) / p[m2];
+    const real t_4jcmi = loss_theta2 * t_r7vy7;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * t_qv4rx
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real t_4nigg = t_4jcmi + q_2 * t_oqair;
+    const real t_seil5 = cos_theta2 * t_kykfd
+        + (g_2 * (cos_theta2 * t_s74js - sin_theta2 * t_osnw5) - t_qv4rx * t_zn23j)
+        - q_2 * t_ntpia
+        - sin_theta2 * t_hefnq;
+    const real t_gmnig = t_e4gys
+        + cos_theta2 * t_4acjh
+        + (g_2 * (cos_theta2 * t_322oz - sin_theta2 * t_mzhk4) - t_qv4rx * t_l352k)
+        - (q_2 * t_qrmlh + t_mwq7z * sin_phi2)
+        - sin_theta2 * t_prhgk;
+    const real t_kdd6n = cos_theta2 * t_v5ta6_2
+        + (t_qv4rx * t_ntng6_2 + g_2 * (cos_theta2 * t_zoe5v - sin_theta2 * t_25es6))
+        - q_2 * t_qmaux_2
+        - sin_theta2 * t_rgn4o_2;
+    const real t_yv4zn = cos_theta2 * t_3yfo4
+        + (g_2 * (cos_theta2 * t_cpyav - sin_theta2 * t_xy2df) - t_qv4rx * t_h4vxz)
+        - q_2 * t_rzpzi
+        - sin_theta2 * t_7bbkr;
+    const real t_qzp2o = cos_theta2 * t_kunhq
+        + g_2 * (cos_theta2 * t_tfhfc - sin_theta2 * t_o36ad)
+        - q_2 * t_caysj
+        - sin_theta2 * t_v7qqm;
+    J[0] = t_2pdsr;
+    J[1] = t_35k2x;
+    J[2] = t_7n2yw;
+    J[3] = t_n32gg;
+    J[4] = t_2i6hk;
+    J[5] = t_73lsu;
+    J[6] = t_6apwe;
+    J[7] = t_fnet4;
+    J[8] = t_l62zz;
+    J[9] = t_5eu3y;
     J[10] = SPLAT(K(0.0));
     J[11] = SPLAT(K(0.0));
-    J[12] = v2952;
-    J[13] = v3533;
-    J[14] = v3870;
-    J[15] = v4430;
-    J[16] = v4521;
-    J[17] = v5077;
-    J[18] = v5658;
-    J[19] = v5995;
-    J[20] = v6555;
-    J[21] = v6646;
-    J[22] = v1052 - (v47 * v1019 - v643 * v49);
-    J[23] = v1428 - (v47 * v1396 - v643 * v1083);
-    J[24] = v1496 - v47 * v1477;
-    J[25] = v1540 - v47 * v1523;
-    J[26] = v1578 + v47 * v1562;
-    J[27] = v1616 - v47 * v1601;
-    J[28] = v1945 - (v47 * v1916 - v643 * v1626);
-    J[29] = v2281 - (v47 * v2252 - v643 * v1961);
-    J[30] = v2317 + v47 * v2302;
-    J[31] = v2385 - v47 * v2367;
+    J[12] = t_6e2zk;
+    J[13] = t_i6bxu;
+    J[14] = t_s47t6;
+    J[15] = t_digap;
+    J[16] = t_kzw2b;
+    J[17] = t_256yz;
+    J[18] = t_d63r2;
+    J[19] = t_nawns;
+    J[20] = t_puesv;
+    J[21] = t_uctyo;
+    J[22] = t_ajehr - (x_C * t_q3ysb - X_x5 * t_6fswf);
+    J[23] = t_ajehr_2 - (x_C * t_j4zjk - X_x5 * t_ug47n);
+    J[24] = t_ikw3y - x_C * t_ozkxr;
+    J[25] = t_2tjc3 - x_C * t_aecy7;
+    J[26] = t_ohqcq + x_C * t_gaejw;
+    J[27] = t_aei2j - x_C * t_xzyw2;
+    J[28] = t_wbc7k - (x_C * t_nv4kq - X_x5 * t_yqcxm);
+    J[29] = t_b5oey - (x_C * t_zomt2 - X_x5 * t_fzk4w);
+    J[30] = t_kl34e + x_C * t_rzdx6;
+    J[31] = t_2bo4h - x_C * t_jhwfa;
     J[32] = SPLAT(K(0.0));
     J[33] = SPLAT(K(0.0));
-    J[34] = v2932 - (v47 * v2899 + v643 * v2414);
-    J[35] = v3513 - (v47 * v3480 + v643 * v2972);
-    J[36] = v3855 - (v47 * v3826 + v643 * v3534);
-    J[37] = v4409 - (v47 * v4376 + v643 * v3882);
-    J[38] = v4511 - v47 * v4493;
-    J[39] = v5057 - (v47 * v5024 + v643 * v4535);
-    J[40] = v5638 - (v47 * v5605 + v643 * v5093);
-    J[41] = v5980 - (v47 * v5951 + v643 * v5659);
-    J[42] = v6534 - (v47 * v6501 + v643 * v6007);
-    J[43] = v6636 - v47 * v6618;
-    J[44] = v1037 - (v47 * v1016 - v641 * v49);
-    J[45] = v1414 - (v47 * v1393 - v641 * v1083);
-    J[46] = v1490 - v47 * v1469;
-    J[47] = v1534 - v47 * v1516;
-    J[48] = v1572 - v47 * v1560;
-    J[49] = v1610 - v47 * v1595;
-    J[50] = v1933 - (v47 * v1913 - v641 * v1626);
-    J[51] = v2269 - (v47 * v2249 - v641 * v1961);
-    J[52] = v2311 - v47 * v2300;
-    J[53] = v2377 - v47 * v2365;
+    J[34] = t_s5sv6 - (x_C * t_iyskn + X_x5 * t_qrwk6);
+    J[35] = t_xcehm - (x_C * t_xya35 + X_x5 * t_37b6j);
+    J[36] = t_v5ta6 - (x_C * t_sziam + X_x5 * t_tepdd);
+    J[37] = t_53quf - (x_C * t_o3cyf + X_x5 * t_qdapd);
+    J[38] = t_r6xy5 - x_C * t_cgllx;
+    J[39] = t_kykfd - (x_C * t_s74js + X_x5 * t_zn23j);
+    J[40] = t_4acjh - (x_C * t_322oz + X_x5 * t_zthab);
+    J[41] = t_v5ta6_2 - (x_C * t_zoe5v + X_x5 * t_ntng6);
+    J[42] = t_3yfo4 - (x_C * t_cpyav + X_x5 * t_h4vxz);
+    J[43] = t_kunhq - x_C * t_tfhfc;
+    J[44] = t_zic2p - (x_C * t_zu7ht - X_x6 * t_6fswf);
+    J[45] = t_zic2p_2 - (x_C * t_zu7ht_2 - X_x6 * t_ug47n);
+    J[46] = t_6tvc2 - x_C * t_khmpp;
+    J[47] = t_xkugq - x_C * t_2nc4v;
+    J[48] = t_gvz3t - x_C * t_gao76;
+    J[49] = t_us2rr - x_C * t_xv3ic;
+    J[50] = t_nmsvx - (x_C * t_belws - X_x6 * t_yqcxm);
+    J[51] = t_ayndu - (x_C * t_45olx - X_x6 * t_fzk4w);
+    J[52] = t_ocypu - x_C * t_kutbt;
+    J[53] = t_ahhlw - x_C * t_gwiuf;
     J[54] = SPLAT(K(0.0));
     J[55] = SPLAT(K(0.0));
-    J[56] = v2917 - (v47 * v2896 + v641 * v2414);
-    J[57] = v3498 - (v47 * v3477 + v641 * v2972);
-    J[58] = v3843 - (v47 * v3823 + v641 * v3534);
-    J[59] = v4394 - (v47 * v4373 + v641 * v3882);
-    J[60] = v4503 - v47 * v4491;
-    J[61] = v5042 - (v47 * v5021 + v641 * v4535);
-    J[62] = v5623 - (v47 * v5602 + v641 * v5093);
-    J[63] = v5968 - (v47 * v5948 + v641 * v5659);
-    J[64] = v6519 - (v47 * v6498 + v641 * v6007);
-    J[65] = v6628 - v47 * v6616;
-    J[66] = v1026;
-    J[67] = v1403;
-    J[68] = -v1485;
-    J[69] = -v1529;
-    J[70] = v1566;
-    J[71] = -v1605;
-    J[72] = v1923;
-    J[73] = v2259;
-    J[74] = v2305;
-    J[75] = v2371;
+    J[56] = t_cyqrj - (x_C * t_al5gg + X_x6 * t_qrwk6);
+    J[57] = t_yppnm - (x_C * t_2jvqf + X_x6 * t_37b6j);
+    J[58] = t_rgn4o - (x_C * t_bzmsi + X_x6 * t_tepdd);
+    J[59] = t_nv3la - (x_C * t_lfpzh + X_x6 * t_qdapd);
+    J[60] = t_unpsh - x_C * t_z266e;
+    J[61] = t_hefnq - (x_C * t_osnw5 + X_x6 * t_zn23j);
+    J[62] = t_prhgk - (x_C * t_mzhk4 + X_x6 * t_zthab);
+    J[63] = t_rgn4o_2 - (x_C * t_25es6 + X_x6 * t_ntng6);
+    J[64] = t_7bbkr - (x_C * t_xy2df + X_x6 * t_h4vxz);
+    J[65] = t_v7qqm - x_C * t_o36ad;
+    J[66] = t_i5u2g;
+    J[67] = t_i5u2g_2;
+    J[68] = -t_ml4oe;
+    J[69] = -t_4fpsg;
+    J[70] = t_as7pg;
+    J[71] = -t_egwsq;
+    J[72] = t_tq3df;
+    J[73] = t_tcyfg;
+    J[74] = t_ha5ja;
+    J[75] = t_wdonk;
     J[76] = SPLAT(K(0.0));
     J[77] = SPLAT(K(0.0));
-    J[78] = v2906;
-    J[79] = v3487;
-    J[80] = v3833;
-    J[81] = v4383;
-    J[82] = v4497;
-    J[83] = v5031;
-    J[84] = v5612;
-    J[85] = v5958;
-    J[86] = v6508;
-    J[87] = v6622;
-    J[88] = -v1016;
-    J[89] = -v1393;
-    J[90] = -v1469;
-    J[91] = -v1516;
-    J[92] = -v1560;
-    J[93] = -v1595;
-    J[94] = -v1913;
-    J[95] = -v2249;
-    J[96] = -v2300;
-    J[97] = -v2365;
+    J[78] = t_b7dui;
+    J[79] = t_jg45l;
+    J[80] = t_yeu3n;
+    J[81] = t_dmtnz;
+    J[82] = t_luk3u;
+    J[83] = t_oqjyt;
+    J[84] = t_jxuud;
+    J[85] = t_yeu3n_2;
+    J[86] = t_jnadu;
+    J[87] = t_4zch6;
+    J[88] = -t_zu7ht;
+    J[89] = -t_zu7ht_2;
+    J[90] = -t_khmpp;
+    J[91] = -t_2nc4v;
+    J[92] = -t_gao76;
+    J[93] = -t_xv3ic;
+    J[94] = -t_belws;
+    J[95] = -t_45olx;
+    J[96] = -t_kutbt;
+    J[97] = -t_gwiuf;
     J[98] = SPLAT(K(0.0));
     J[99] = SPLAT(K(0.0));
-    J[100] = -v2896;
-    J[101] = -v3477;
-    J[102] = -v3823;
-    J[103] = -v4373;
-    J[104] = -v4491;
-    J[105] = -v5021;
-    J[106] = -v5602;
-    J[107] = -v5948;
-    J[108] = -v6498;
-    J[109] = -v6616;
-    J[110] = v1019;
-    J[111] = v1396;
-    J[112] = v1477;
-    J[113] = v1523;
-    J[114] = -v1562;
-    J[115] = v1601;
-    J[116] = v1916;
-    J[117] = v2252;
-    J[118] = -v2302;
-    J[119] = v2367;
+    J[100] = -t_al5gg;
+    J[101] = -t_2jvqf;
+    J[102] = -t_bzmsi;
+    J[103] = -t_lfpzh;
+    J[104] = -t_z266e;
+    J[105] = -t_osnw5;
+    J[106] = -t_mzhk4;
+    J[107] = -t_25es6;
+    J[108] = -t_xy2df;
+    J[109] = -t_o36ad;
+    J[110] = t_q3ysb;
+    J[111] = t_j4zjk;
+    J[112] = t_ozkxr;
+    J[113] = t_aecy7;
+    J[114] = -t_gaejw;
+    J[115] = t_xzyw2;
+    J[116] = t_nv4kq;
+    J[117] = t_zomt2;
+    J[118] = -t_rzdx6;
+    J[119] = t_jhwfa;
     J[120] = SPLAT(K(0.0));
     J[121] = SPLAT(K(0.0));
-    J[122] = v2899;
-    J[123] = v3480;
-    J[124] = v3826;
-    J[125] = v4376;
-    J[126] = v4493;
-    J[127] = v5024;
-    J[128] = v5605;
-    J[129] = v5951;
-    J[130] = v6501;
-    J[131] = v6618;
+    J[122] = t_iyskn;
+    J[123] = t_xya35;
+    J[124] = t_sziam;
+    J[125] = t_o3cyf;
+    J[126] = t_cgllx;
+    J[127] = t_s74js;
+    J[128] = t_322oz;
+    J[129] = t_zoe5v;
+    J[130] = t_cpyav;
+    J[131] = t_tfhfc;
     J[132] = SPLAT(K(0.0));
     J[133] = SPLAT(K(0.0));
     J[134] = SPLAT(K(0.0));
@@ -2151,1432 +3396,2324 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     J[283] = SPLAT(K(0.0));
     J[284] = SPLAT(K(0.0));
     J[285] = SPLAT(K(0.0));
-    J[286] = v6802 - p[15] * (v6802 + v1026) * v10 - v12 * v6819;
-    J[287] = v6824 - p[15] * (v6824 + v1403) * v10 - v12 * v6838;
-    J[288] = v6857;
-    J[289] = v6874;
-    J[290] = v6891;
-    J[291] = v6908;
-    J[292] = v6911 - p[15] * (v6911 + v1923) * v10 - v12 * v6925;
-    J[293] = v6930 - p[15] * (v6930 + v2259) * v10 - v12 * v6944;
-    J[294] = v6963;
-    J[295] = v6980;
+    J[286] = t_rnrjd
+        - p[I1] * (t_rnrjd + t_i5u2g) * t_zrejm
+        - k1 * (t_sy5zq + sin_phi1 * t_2pdsr);
+    J[287] = t_rnrjd_2
+        - p[I1] * (t_rnrjd_2 + t_i5u2g_2) * t_zrejm
+        - k1 * (t_y4io7 + sin_phi1 * t_35k2x);
+    J[288] = t_ogesh - p[I1] * (t_ogesh - t_ml4oe) * t_zrejm - k1 * t_igooi;
+    J[289] = t_2qiva - p[I1] * (t_2qiva - t_4fpsg) * t_zrejm - k1 * t_amxlf;
+    J[290] = t_bj4c5 - p[I1] * (t_bj4c5 + t_as7pg) * t_zrejm - k1 * t_7e3hy;
+    J[291] = t_tugjj - p[I1] * (t_tugjj - t_egwsq) * t_zrejm - k1 * t_ui562;
+    J[292] = t_lnocb
+        - p[I1] * (t_lnocb + t_tq3df) * t_zrejm
+        - k1 * (t_mrfhd + sin_phi1 * t_6apwe);
+    J[293] = t_fdbsx
+        - p[I1] * (t_fdbsx + t_tcyfg) * t_zrejm
+        - k1 * (t_tauqf + sin_phi1 * t_fnet4);
+    J[294] = t_tj7ps - p[I1] * (t_tj7ps + t_ha5ja) * t_zrejm - k1 * t_ggo3v;
+    J[295] = t_tadv5 - p[I1] * (t_tadv5 + t_wdonk) * t_zrejm - k1 * t_wczfr;
     J[296] = SPLAT(K(0.0));
     J[297] = SPLAT(K(0.0));
-    J[298] = v7028;
-    J[299] = v7051;
-    J[300] = v7054 - p[15] * (v7054 + v3833) * v10 - v12 * v7069;
-    J[301] = v7094;
-    J[302] = v7112;
-    J[303] = v7115 - p[15] * (v7115 + v5031) * v10 - v12 * v7129;
-    J[304] = v7134 - p[15] * (v7134 + v5612) * v10 - v12 * v7148;
-    J[305] = v7153 - p[15] * (v7153 + v5958) * v10 - v12 * v7167;
-    J[306] = v7172 - p[15] * (v7172 + v6508) * v10 - v12 * v7186;
-    J[307] = v7205;
-    J[308] = -(v1019 + v191 * (v186 * (v7219 - s88 * v1037)));
-    J[309] = -(v1396 + v191 * (v186 * (v7236 - s88 * v1414)));
-    J[310] = -(v1477 + v191 * (v186 * v7253));
-    J[311] = -(v1523 + v191 * (v186 * v7268));
-    J[312] = -(v191 * (v186 * v7283) - v1562);
-    J[313] = -(v1601 + v191 * (v186 * v7298));
-    J[314] = -(v1916 + v191 * (v186 * (v7313 - s88 * v1933)));
-    J[315] = -(v2252 + v191 * (v186 * (v7330 - s88 * v2269)));
-    J[316] = -(v191 * (v186 * v7347) - v2302);
-    J[317] = -(v2367 + v191 * (v186 * v7362));
+    J[298] = t_6rtva
+        - (p[I1] * (t_6rtva + t_b7dui) * t_zrejm - t_g65cu * t_os4zj)
+        - (t_ynvhx * t_65tki + k1 * (t_upuu6 + sin_phi1 * t_6e2zk));
+    J[299] = t_stdd7
+        - (p[I1] * (t_stdd7 + t_jg45l) * t_zrejm - t_g65cu * t_gi55u)
+        - (t_ynvhx * t_gtm2o + k1 * (t_mnjvm + sin_phi1 * t_i6bxu));
+    J[300] = t_2ahez
+        - p[I1] * (t_2ahez + t_yeu3n) * t_zrejm
+        - k1 * (t_om7ra + sin_phi1 * (t_bywiv - t_vpupx));
+    J[301] = t_hracj
+        - ((t_j5eoq + p[I1] * (t_hracj + t_dmtnz)) * t_zrejm - t_g65cu)
+        - (k1 * (t_fplv6 + sin_phi1 * t_digap) - t_ynvhx * t_f7dyx);
+    J[302] = t_mqpbj - (x[phi1_dot] + p[I1] * (t_mqpbj + t_luk3u)) * t_zrejm - k1 * t_dj4y5;
+    J[303] = t_psyh7
+        - p[I1] * (t_psyh7 + t_oqjyt) * t_zrejm
+        - k1 * (t_l5rxn + sin_phi1 * t_256yz);
+    J[304] = t_fbd7k
+        - p[I1] * (t_fbd7k + t_jxuud) * t_zrejm
+        - k1 * (t_cq326 + sin_phi1 * t_d63r2);
+    J[305] = t_2ahez_2
+        - p[I1] * (t_2ahez_2 + t_yeu3n_2) * t_zrejm
+        - k1 * (t_jt2ti + sin_phi1 * t_nawns);
+    J[306] = t_hracj_2
+        - p[I1] * (t_hracj_2 + t_jnadu) * t_zrejm
+        - k1 * (t_wjneu + sin_phi1 * t_puesv);
+    J[307] = t_5haj4 - p[I1] * (t_5haj4 + t_4zch6) * t_zrejm - k1 * t_pp24n;
+    J[308] = -(t_q3ysb + th_1 * (q_1 * t_wo6h7));
+    J[309] = -(t_j4zjk + th_1 * (q_1 * t_7en7e));
+    J[310] = -(t_ozkxr + th_1 * (q_1 * t_7323g));
+    J[311] = -(t_aecy7 + th_1 * (q_1 * t_xtgc2));
+    J[312] = -(th_1 * (q_1 * t_xvogd) - t_gaejw);
+    J[313] = -(t_xzyw2 + th_1 * (q_1 * t_teg5r));
+    J[314] = -(t_nv4kq + th_1 * (q_1 * t_ie34x));
+    J[315] = -(t_zomt2 + th_1 * (q_1 * t_ahwqk));
+    J[316] = -(th_1 * (q_1 * t_4ioql) - t_rzdx6);
+    J[317] = -(t_jhwfa + th_1 * (q_1 * t_jhfzo));
     J[318] = SPLAT(K(0.0));
     J[319] = SPLAT(K(0.0));
-    J[320] = -v7399;
-    J[321] = -(v3480 + (v7420 - v7379 * v3014));
-    J[322] = -(v3826 + v191 * (v186 * (v7435 - s88 * v3843)));
-    J[323] = -(v4376 + (v191 * (v186 * (v7452 - s88 * v4394)) - v7379 * v2443));
-    J[324] = -(v4493 + v191 * (x[14] * v7367 + v186 * v7472));
-    J[325] = -(v5024 + v191 * (v186 * (v7488 - s88 * v5042)));
-    J[326] = -(v5605 + v191 * (v186 * (v7505 - s88 * v5623)));
-    J[327] = -(v5951 + v191 * (v186 * (v7522 - s88 * v5968)));
-    J[328] = -(v6501 + v191 * (v186 * (v7539 - s88 * v6519)));
-    J[329] = -(v6618 + v191 * (v186 * v7556));
-    J[330] = v7563 - p[20] * (v7563 + v1026) * v31 - v57 * v7580;
-    J[331] = v7585 - p[20] * (v7585 + v1403) * v31 - v57 * v7599;
-    J[332] = v7618;
-    J[333] = v7635;
-    J[334] = v7652;
-    J[335] = v7669;
-    J[336] = v7672 - p[20] * (v7672 + v1923) * v31 - v57 * v7686;
-    J[337] = v7691 - p[20] * (v7691 + v2259) * v31 - v57 * v7705;
-    J[338] = v7724;
-    J[339] = v7741;
+    J[320] = -(t_iyskn + (t_mvk6z * t_ievgo + th_1 * (q_1 * t_wvcrq - t_4yl6k * t_ibe72)));
+    J[321] = -(t_xya35 + (th_1 * (t_5ffnn * sin_phi1 + q_1 * t_xpnc6) - t_mvk6z * t_hjjc3));
+    J[322] = -(t_sziam + th_1 * (q_1 * t_fxvss));
+    J[323] = -(t_o3cyf + (th_1 * (q_1 * t_7ivqc) - t_mvk6z * t_sdxhx));
+    J[324] = -(t_cgllx + th_1 * (x[theta1_dot] * t_ibe72 + q_1 * t_27bzv));
+    J[325] = -(t_s74js + th_1 * (q_1 * t_qbkx4));
+    J[326] = -(t_322oz + th_1 * (q_1 * t_scgmx));
+    J[327] = -(t_zoe5v + th_1 * (q_1 * t_ieorm));
+    J[328] = -(t_cpyav + th_1 * (q_1 * t_6evko));
+    J[329] = -(t_tfhfc + th_1 * (q_1 * t_ytru3));
+    J[330] = t_hxbgp
+        - p[I2] * (t_hxbgp + t_i5u2g) * t_5wzvs
+        - k2 * (t_jkdzz + sin_phi2 * t_2pdsr);
+    J[331] = t_hxbgp_2
+        - p[I2] * (t_hxbgp_2 + t_i5u2g_2) * t_5wzvs
+        - k2 * (t_i6w5k + sin_phi2 * t_35k2x);
+    J[332] = t_w3fgt - p[I2] * (t_w3fgt - t_ml4oe) * t_5wzvs - k2 * t_winne;
+    J[333] = t_a52fo - p[I2] * (t_a52fo - t_4fpsg) * t_5wzvs - k2 * t_2rz7s;
+    J[334] = t_uahpb - p[I2] * (t_uahpb + t_as7pg) * t_5wzvs - k2 * t_zvjo3;
+    J[335] = t_j2okh - p[I2] * (t_j2okh - t_egwsq) * t_5wzvs - k2 * t_zjyxr;
+    J[336] = t_6cwyv
+        - p[I2] * (t_6cwyv + t_tq3df) * t_5wzvs
+        - k2 * (t_meq6l + sin_phi2 * t_6apwe);
+    J[337] = t_xdbxt
+        - p[I2] * (t_xdbxt + t_tcyfg) * t_5wzvs
+        - k2 * (t_aoeko + sin_phi2 * t_fnet4);
+    J[338] = t_4sp22 - p[I2] * (t_4sp22 + t_ha5ja) * t_5wzvs - k2 * t_2cwad;
+    J[339] = t_gh7eg - p[I2] * (t_gh7eg + t_wdonk) * t_5wzvs - k2 * t_puhky;
     J[340] = SPLAT(K(0.0));
     J[341] = SPLAT(K(0.0));
-    J[342] = v7744 - p[20] * (v7744 + v2906) * v31 - v57 * v7758;
-    J[343] = v7763 - p[20] * (v7763 + v3487) * v31 - v57 * v7777;
-    J[344] = v7782 - p[20] * (v7782 + v3833) * v31 - v57 * v7796;
-    J[345] = v7801 - p[20] * (v7801 + v4383) * v31 - v57 * v7815;
-    J[346] = v7834;
-    J[347] = v7872;
-    J[348] = v7895;
-    J[349] = v7898 - p[20] * (v7898 + v5958) * v31 - v57 * v7913;
-    J[350] = v7938;
-    J[351] = v7956;
-    J[352] = -(v1019 + v202 * (v197 * (v7969 - s113 * v1037)));
-    J[353] = -(v1396 + v202 * (v197 * (v7985 - s113 * v1414)));
-    J[354] = -(v1477 + v202 * (v197 * v8001));
-    J[355] = -(v1523 + v202 * (v197 * v8015));
-    J[356] = -(v202 * (v197 * v8029) - v1562);
-    J[357] = -(v1601 + v202 * (v197 * v8043));
-    J[358] = -(v1916 + v202 * (v197 * (v8057 - s113 * v1933)));
-    J[359] = -(v2252 + v202 * (v197 * (v8073 - s113 * v2269)));
-    J[360] = -(v202 * (v197 * v8089) - v2302);
-    J[361] = -(v2367 + v202 * (v197 * v8103));
+    J[342] = t_dtvci
+        - p[I2] * (t_dtvci + t_b7dui) * t_5wzvs
+        - k2 * (t_53u44 + sin_phi2 * t_6e2zk);
+    J[343] = t_5qnmj
+        - p[I2] * (t_5qnmj + t_jg45l) * t_5wzvs
+        - k2 * (t_ld6te + sin_phi2 * t_i6bxu);
+    J[344] = t_crn6j
+        - p[I2] * (t_crn6j + t_yeu3n) * t_5wzvs
+        - k2 * (t_iquxt + sin_phi2 * t_s47t6);
+    J[345] = t_qdbgb
+        - p[I2] * (t_qdbgb + t_dmtnz) * t_5wzvs
+        - k2 * (t_cf35k + sin_phi2 * t_digap);
+    J[346] = t_w3xi4 - p[I2] * (t_w3xi4 + t_luk3u) * t_5wzvs - k2 * t_dgh7u;
+    J[347] = t_mjs33
+        - (p[I2] * (t_mjs33 + t_oqjyt) * t_5wzvs - t_ikkca * t_nfvux)
+        - (t_rrute * t_zlqqo + k2 * (t_35ipv + sin_phi2 * t_256yz));
+    J[348] = t_ifv2k
+        - (p[I2] * (t_ifv2k + t_jxuud) * t_5wzvs - t_ikkca * t_f5n5n)
+        - (t_rrute * t_knrxj + k2 * (t_eaxpb + sin_phi2 * t_d63r2));
+    J[349] = t_crn6j_2
+        - p[I2] * (t_crn6j_2 + t_yeu3n_2) * t_5wzvs
+        - k2 * (t_4agfb + sin_phi2 * (t_bywiv_2 - t_tcwyk));
+    J[350] = t_qdbgb_2
+        - ((t_ceda7 + p[I2] * (t_qdbgb_2 + t_jnadu)) * t_5wzvs - t_ikkca)
+        - (k2 * (t_zvs4z + sin_phi2 * t_puesv) - t_rrute * t_2deuo);
+    J[351] = t_kwb5a - (x[phi2_dot] + p[I2] * (t_kwb5a + t_4zch6)) * t_5wzvs - k2 * t_kr6w6;
+    J[352] = -(t_q3ysb + th_2 * (q_2 * t_as3es));
+    J[353] = -(t_j4zjk + th_2 * (q_2 * t_3sude));
+    J[354] = -(t_ozkxr + th_2 * (q_2 * t_4sxvn));
+    J[355] = -(t_aecy7 + th_2 * (q_2 * t_e2h5d));
+    J[356] = -(th_2 * (q_2 * t_f7waq) - t_gaejw);
+    J[357] = -(t_xzyw2 + th_2 * (q_2 * t_uuehf));
+    J[358] = -(t_nv4kq + th_2 * (q_2 * t_lkd27));
+    J[359] = -(t_zomt2 + th_2 * (q_2 * t_ffjij));
+    J[360] = -(th_2 * (q_2 * t_u33pu) - t_rzdx6);
+    J[361] = -(t_jhwfa + th_2 * (q_2 * t_3zlhy));
     J[362] = SPLAT(K(0.0));
     J[363] = SPLAT(K(0.0));
-    J[364] = -(v2899 + v202 * (v197 * (v8117 - s113 * v2917)));
-    J[365] = -(v3480 + v202 * (v197 * (v8133 - s113 * v3498)));
-    J[366] = -(v3826 + v202 * (v197 * (v8149 - s113 * v3843)));
-    J[367] = -(v4376 + v202 * (v197 * (v8165 - s113 * v4394)));
-    J[368] = -(v4493 + v202 * (v197 * v8181));
-    J[369] = -v8216;
-    J[370] = -(v5605 + (v202 * v8235 - v8197 * v5139));
-    J[371] = -(v5951 + v202 * (v197 * (v8250 - s113 * v5968)));
-    J[372] = -(v6501 + (v202 * (v197 * (v8266 - s113 * v6519)) - v8197 * v4568));
-    J[373] = -(v6618 + v202 * (x[16] * v8186 + v197 * v8285));
+    J[364] = -(t_iyskn + th_2 * (q_2 * t_bjk52));
+    J[365] = -(t_xya35 + th_2 * (q_2 * t_xccbo));
+    J[366] = -(t_sziam + th_2 * (q_2 * t_6h7qq));
+    J[367] = -(t_o3cyf + th_2 * (q_2 * t_rb62l));
+    J[368] = -(t_cgllx + th_2 * (q_2 * t_hnip2));
+    J[369] = -(t_s74js + (t_4nigg * t_igor2 + th_2 * (q_2 * t_seil5 - t_4jcmi * t_r7vy7)));
+    J[370] = -(t_322oz + (th_2 * (t_oqair * sin_phi2 + q_2 * t_gmnig) - t_4nigg * t_yex7s));
+    J[371] = -(t_zoe5v + th_2 * (q_2 * t_kdd6n));
+    J[372] = -(t_cpyav + (th_2 * (q_2 * t_yv4zn) - t_4nigg * t_yyt2v));
+    J[373] = -(t_tfhfc + th_2 * (x[theta2_dot] * t_r7vy7 + q_2 * t_qzp2o));
 }
 
 /* Jacobian of outputs with respect to p, row by row; 5259 operations. */
 void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real *p, real *J_p)
 {
     (void)r;
-    const real v3 = p[13] * p[13];
-    const real v8 = K(1.0) / (v3 * p[12] + p[15]);
-    const real v9 = p[12] * v8;
-    const real v10 = v9 * p[15];
-    const real v23 = p[18] * p[18];
-    const real v27 = K(1.0) / (v23 * p[17] + p[20]);
-    const real v28 = p[17] * v27;
-    const real v29 = v28 * p[20];
-    const real v34 = p[0] + p[1] + v10 + v29;
-    const real v35 = K(1.0) / v34;
-    const real v36 = (p[14] * v10 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v29) * v35;
-    const real v37 = v36 * v36;
-    real s39, c39; mv_sincos(u[4], &s39, &c39);
-    const real v41 = c39 * p[9];
-    real s43, c43; mv_sincos(u[3], &s43, &c43);
-    const real v44 = v41 * s43;
-    const real v47 = p[7] + p[8] + v36;
-    const real v50 = v10 * p[13];
-    real s52, c52; mv_sincos(x[9], &s52, &c52);
-    const real v53 = v50 * s52;
-    const real v58 = x[4] * x[4] + x[5] * x[5];
-    const real v59 = p[14] - v36;
-    const real v60 = v58 * v59;
-    const real v65 = x[3] - x[14];
-    real s68, c68; mv_sincos(x[10], &s68, &c68);
-    const real v72 = c68 * x[5] + s68 * x[4];
-    const real v74 = c52 * v65 - v72 * s52;
-    const real v77 = v72 * c52 + s52 * v65;
-    const real v80 = v74 * v77 - v72 * v65;
-    const real v84 = p[16] * x[13];
-    const real v85 = v9 * p[13];
-    const real v87 = v50 * v80 + v84 * v85;
-    const real v89 = v53 * v60 + v87 * p[13];
-    const real v90 = c52 * v60;
-    const real v91 = p[13] * p[12];
-    const real v92 = v91 * v85;
-    const real v97 = c68 * x[4] - s68 * x[5];
-    const real v98 = v97 + x[13];
-    const real v100 = v77 * v77 + v98 * v98;
-    const real v102 = v90 * v92 - v91 * v100;
-    const real v105 = s52 * v102 - v87 * c52;
-    const real v107 = v89 + v105 * v59;
-    const real v109 = v29 * p[18];
-    real s111, c111; mv_sincos(x[11], &s111, &c111);
-    const real v112 = v109 * s111;
-    const real v113 = p[19] - v36;
-    const real v114 = v58 * v113;
-    const real v118 = x[3] - x[16];
-    real s121, c121; mv_sincos(x[12], &s121, &c121);
-    const real v125 = c121 * x[5] + s121 * x[4];
-    const real v127 = c111 * v118 - v125 * s111;
-    const real v130 = v125 * c111 + s111 * v118;
-    const real v133 = v127 * v130 - v125 * v118;
-    const real v137 = p[21] * x[15];
-    const real v138 = v28 * p[18];
-    const real v140 = v109 * v133 + v137 * v138;
-    const real v142 = v112 * v114 + v140 * p[18];
-    const real v143 = c111 * v114;
-    const real v144 = p[18] * p[17];
-    const real v145 = v144 * v138;
-    const real v150 = c121 * x[4] - s121 * x[5];
-    const real v151 = v150 + x[15];
-    const real v153 = v130 * v130 + v151 * v151;
-    const real v155 = v143 * v145 - v144 * v153;
-    const real v158 = s111 * v155 - v140 * c111;
-    const real v160 = v142 + v158 * v113;
-    const real v163 = x[14] * p[15];
-    const real v166 = x[16] * p[20];
-    const real v169 = x[3] * x[5];
-    const real v172 = p[2] + p[3];
-    const real v173 = p[15] + p[20];
-    const real v177 = p[4] - p[5];
-    const real v180 = v107 * c68 + v160 * c121 + v163 * x[3] + v166 * x[3] - v169 * (v172 + v173 + v177);
-    const real v181 = s52 * p[13];
-    const real v182 = v181 * v181;
-    const real v185 = K(1.0) / (p[15] + p[12] * v182);
-    const real v186 = p[12] * v185;
-    const real v187 = x[3] * x[4];
-    const real v189 = c52 * p[13];
-    const real v194 = v98 + x[13];
-    const real v196 = v187 * v181 + v97 * v189 * v65 - v74 * p[13] * v194;
-    const real v198 = p[16] * x[14];
-    const real v200 = v196 * p[15] - v198 * v181;
-    const real v201 = v186 * v200;
-    const real v202 = v201 * s68;
-    const real v203 = v59 - v189;
-    const real v206 = s111 * p[18];
-    const real v207 = v206 * v206;
-    const real v210 = K(1.0) / (p[20] + p[17] * v207);
-    const real v211 = p[17] * v210;
-    const real v213 = c111 * p[18];
-    const real v218 = v151 + x[15];
-    const real v220 = v187 * v206 + v150 * v213 * v118 - v127 * p[18] * v218;
-    const real v222 = p[21] * x[16];
-    const real v224 = v220 * p[20] - v222 * v206;
-    const real v225 = v211 * v224;
-    const real v226 = v225 * s121;
-    const real v227 = v113 - v213;
-    const real v230 = x[13] * p[15];
-    const real v233 = x[15] * p[20];
-    const real v237 = v44 * v47 - (u[1] + (v180 - v202 * v203 - v226 * v227 - v230 * x[5] - v233 * x[5]));
-    const real v238 = v92 * s52;
-    const real v239 = v238 * c52;
-    const real v241 = v53 + v239 * v59;
-    const real v243 = v145 * s111;
-    const real v244 = v243 * c111;
-    const real v246 = v112 + v244 * v113;
-    const real v248 = v241 * c68 + v246 * c121;
-    const real v251 = v238 * s52;
-    const real v253 = v243 * s111;
-    const real v255 = K(1.0) / (v34 + v92 + v145 - v251 - v253);
-    const real v256 = v248 * v255;
-    const real v266 = v41 * c43 + (v87 * s52 + v140 * s111 + c52 * v102 + c111 * v155);
-    const real v269 = c68 * s68;
-    const real v270 = v50 * c52;
-    const real v271 = v251 * v59;
-    const real v272 = v270 - v271;
-    const real v273 = v186 * p[15];
-    const real v274 = v203 * v273;
-    const real v276 = v274 - v59 * v10;
-    const real v277 = v272 + v276;
-    const real v279 = c121 * s121;
-    const real v280 = v109 * c111;
-    const real v281 = v253 * v113;
-    const real v282 = v280 - v281;
-    const real v283 = v211 * p[20];
-    const real v284 = v227 * v283;
-    const real v286 = v284 - v113 * v29;
-    const real v287 = v282 + v286;
-    const real v289 = v269 * v277 + v279 * v287;
-    const real v292 = v239 * s68 + v244 * s121;
-    const real v294 = v289 + v292 * v256;
-    const real v295 = s68 * s68;
-    const real v297 = v251 + v10 - v273;
-    const real v298 = v295 * v297;
-    const real v299 = s121 * s121;
-    const real v301 = v253 + v29 - v283;
-    const real v302 = v299 * v301;
-    const real v309 = v292 * v255;
-    const real v312 = K(1.0) / (v298 + v302 + v34 + v273 + v283 - v10 - v29 - v292 * v309);
-    const real v313 = v294 * v312;
-    const real v315 = s39 * p[9];
-    const real v316 = v201 * c68;
-    const real v317 = v225 * c121;
-    const real v325 = v315 - (v316 + v317 + v105 * s68 + v158 * s121) + v309 * v266;
-    const real v330 = v295 * v277 + v299 * v287;
-    const real v338 = v239 * c68 + v244 * c121;
-    const real v339 = v338 * v255;
-    const real v341 = v269 * v297 + v279 * v301 - v292 * v339;
-    const real v345 = v330 - (v272 + v282) + v341 * v313 - v338 * v256;
-    const real v350 = v341 * v312;
-    const real v355 = K(1.0) / (v251 + v253 + v34 - v298 - v302 - v341 * v350 - v338 * v339);
-    const real v356 = v345 * v355;
-    const real v366 = v339 * v266 - (v44 + (v105 * c68 - (v202 + v226) + v158 * c121)) - v350 * v325;
-    const real v369 = v181 * v274;
-    const real v371 = v206 * v284;
-    const real v373 = s68 * v369 + s121 * v371;
-    const real v374 = v50 * p[13];
-    const real v375 = v270 * v59;
-    const real v376 = v374 - v375;
-    const real v379 = v109 * p[18];
-    const real v380 = v280 * v113;
-    const real v381 = v379 - v380;
-    const real v384 = v181 * v273;
-    const real v385 = c68 * v384;
-    const real v386 = v206 * v283;
-    const real v387 = c121 * v386;
-    const real v393 = v53 + v112;
-    const real v394 = v393 * v255;
-    const real v396 = v385 + v387 + v270 * s68 + v280 * s121 + v292 * v394;
-    const real v399 = s68 * v384;
-    const real v400 = s121 * v386;
-    const real v406 = v396 * v312;
-    const real v410 = v399 + v400 - v270 * c68 - v280 * c121 + v341 * v406 - v338 * v394;
-    const real v414 = v373 + v376 * c68 + v381 * c121 - v396 * v313 - v410 * v356 - v393 * v256;
-    const real v417 = v181 * v384 + v206 * v386;
-    const real v423 = v410 * v355;
-    const real v428 = K(1.0) / (v417 + v374 + v379 + v172 - v396 * v406 - v410 * v423 - v393 * v394);
-    const real v429 = v414 * v428;
-    const real v433 = v201 * v181 + v225 * v206;
-    const real v444 = v89 - v433 + v142 - v84 - v137 + v163 * x[4] + v166 * x[4] - v177 * x[4] * x[5];
-    const real v451 = u[0] - v444 + v394 * v266 + v406 * v325 - v423 * v366;
-    const real v454 = v59 * v59;
-    const real v455 = v10 * v454;
-    const real v460 = v374 + K(-2.0) * v375 + v59 * v271;
-    const real v462 = v203 * v274;
-    const real v463 = v455 + v460 - v462;
-    const real v466 = v113 * v113;
-    const real v467 = v29 * v466;
-    const real v471 = v379 + K(-2.0) * v380 + v113 * v281;
-    const real v473 = v227 * v284;
-    const real v474 = v467 + v471 - v473;
-    const real v483 = v241 * s68 + v246 * s121;
-    const real v484 = v483 * v255;
-    const real v486 = v276 + v286 - v330 - v385 - v387 - v292 * v484;
-    const real v491 = v486 * v312;
-    const real v495 = v399 - v289 + v400 - v341 * v491 - v338 * v484;
-    const real v498 = c68 * v369;
-    const real v500 = c121 * v371;
-    const real v508 = v495 * v355;
-    const real v510 = v417 - v498 - v500 + v376 * s68 + v381 * s121 + v396 * v491 - v410 * v508;
-    const real v512 = v510 - v393 * v484;
-    const real v514 = v373 + v269 * v463 + v279 * v474 + v486 * v313 - v495 * v356 - v512 * v429;
-    const real v516 = v514 - v483 * v256;
-    const real v519 = v295 * v463;
-    const real v521 = v299 * v474;
-    const real v524 = p[14] * p[14];
-    const real v526 = p[19] * p[19];
-    const real v529 = p[7] * p[7];
-    const real v532 = p[6] * p[6];
-    const real v536 = v10 * v524 + v29 * v526 + p[0] * v529 + p[1] * v532 - v34 * v37;
-    const real v542 = v462 + v473 + v417 + v519 + v521 + (p[2] + p[5] + v536) - v455 - v467 + K(-2.0) * v498;
-    const real v549 = v512 * v428;
-    const real v553 = v542 + K(-2.0) * v500 - v486 * v491 - v495 * v508 - v512 * v549 - v483 * v484;
-    const real v554 = K(1.0) / v553;
-    const real v555 = v516 * v554;
-    const real v566 = v107 * s68 - (v433 + v198 + v222) + v160 * s121 - v187 * (v172 + (p[5] - p[4]));
-    const real v577 = u[2] - (v566 - v230 * x[4] - v233 * x[4] + v316 * v203 + v317 * v227) - v315 * v47;
-    const real v585 = v577 + v484 * v266 - v491 * v325 - v508 * v366 - v549 * v451;
-    const real v587 = v237 + v256 * v266 + v313 * v325 - v356 * v366 - v429 * v451 - v555 * v585;
-    const real v598 = v460 + v471 + (p[2] + p[4] + v173 + v536) - v519 - v521 - v294 * v313 - v345 * v356;
-    const real v605 = K(1.0) / (v598 - v414 * v429 - v516 * v555 - v248 * v256);
-    const real v606 = v587 * v605;
-    const real v607 = v606 * v605;
-    const real v611 = v406 + v423 * v350;
-    const real v618 = v508 * v350 - (v36 + v491) - v549 * v611;
-    const real v620 = v313 + v356 * v350 - v429 * v611 - v555 * v618;
-    const real v621 = v607 * v620;
-    const real v622 = v555 * v554;
-    const real v626 = v620 * v605;
-    const real v628 = v516 * v621 - v606 * v618 - v585 * v626;
-    const real v630 = v585 * v554;
-    const real v631 = v630 * v554;
-    const real v633 = v622 * v628 + v631 * v618;
-    const real v634 = v621 + v633;
-    const real v636 = v366 * v355;
-    const real v637 = v636 * v355;
-    const real v639 = v356 * v355;
-    const real v653 = v555 * v621 + v628 * v554;
-    const real v655 = v414 * v621 - v606 * v611 - v451 * v626 - v512 * v653;
-    const real v657 = v429 * v621 + v655 * v428;
-    const real v661 = v606 * v350 + v345 * v621 - v366 * v626 - v410 * v657 - v495 * v653;
-    const real v663 = v508 * v355;
-    const real v665 = v630 - v555 * v606;
-    const real v671 = v618 * v554 - v555 * v626;
-    const real v681 = v512 * v633 - v665 * v611 - v451 * v671;
-    const real v683 = v549 * v633 - v429 * v653 + v681 * v428;
-    const real v685 = v665 * v350 + v495 * v633 - v366 * v671 - v410 * v683;
-    const real v688 = v423 * v355;
-    const real v689 = v451 * v428;
-    const real v693 = v689 - v549 * v665 - v429 * v606;
-    const real v695 = v429 * v428;
-    const real v697 = v549 * v428;
-    const real v700 = v689 * v428;
-    const real v702 = v695 * v655 + v697 * v681 + v700 * v611;
-    const real v709 = v611 * v428 - (v429 * v626 + v549 * v671);
-    const real v711 = v693 * v350 + v410 * v702 - v366 * v709;
-    const real v714 = v637 * v350 - (v639 * v661 + v663 * v685 + v688 * v711);
-    const real v716 = v313 * v312;
-    const real v725 = v356 * v621 + v661 * v355;
-    const real v729 = v606 + v294 * v621 + v325 * v626 - v396 * v657 + v341 * v725 + v486 * v653;
-    const real v731 = v491 * v312;
-    const real v740 = v508 * v633 - v356 * v653 + v685 * v355;
-    const real v744 = v486 * v633 - v665 - v325 * v671 - v341 * v740 + v396 * v683;
-    const real v747 = v406 * v312;
-    const real v758 = v423 * v702 - (v356 * v657 + v508 * v683) + v711 * v355;
-    const real v760 = v693 + v396 * v702 + v325 * v709 + v341 * v758;
-    const real v763 = v350 * v312;
-    const real v770 = v356 * v626 + v508 * v671 + v423 * v709 + v350 * v355;
-    const real v777 = v636 - v423 * v693 - v508 * v665 - v356 * v606;
-    const real v780 = v325 * v770 - (v777 + v341 * v714);
-    const real v783 = v325 * v312;
-    const real v784 = v783 * v312;
-    const real v785 = v716 * v729 + v731 * v744 + v747 * v760 + v763 * v780 + v784;
-    const real v787 = v339 * v255;
-    const real v799 = v313 * v725 - v491 * v740 + v406 * v758 - v350 * v714 + v780 * v312;
-    const real v801 = v338 * v714 + v266 * v770 + v292 * v799;
-    const real v803 = v256 * v255;
-    const real v815 = v313 * v621 + v729 * v312;
-    const real v817 = v248 * v621 + v266 * v626 - v483 * v653 - v393 * v657 - v338 * v725 + v292 * v815;
-    const real v819 = v484 * v255;
-    const real v831 = v313 * v653 + v491 * v633 + v744 * v312;
-    const real v833 = v483 * v633 + v266 * v671 - v393 * v683 - v338 * v740 - v292 * v831;
-    const real v836 = v394 * v255;
-    const real v848 = v491 * v683 - v313 * v657 + v406 * v702 + v760 * v312;
-    const real v850 = v393 * v702 + v266 * v709 - v338 * v758 + v292 * v848;
-    const real v854 = v309 * v255;
-    const real v863 = v313 * v626 - v491 * v671 + v406 * v709 + v350 * v770 + v312;
-    const real v865 = v292 * v785 + v266 * v863;
-    const real v867 = v787 * v801 - (v803 * v817 + v819 * v833 + v836 * v850) - v854 * v865;
-    const real v869 = v36 * v35;
-    const real v870 = v36 + v36;
-    const real v876 = v44 * v626 - v315 * v671;
-    const real v879 = v621 - v633;
-    const real v881 = v279 * v653 + v299 * v879;
-    const real v882 = v881 - v621;
-    const real v884 = v113 + v113;
-    const real v885 = v633 + v881;
-    const real v891 = c121 * v626 + s121 * v671;
-    const real v896 = v256 * v621 + v817 * v255;
-    const real v902 = v484 * v633 - v256 * v653 + v833 * v255;
-    const real v904 = c121 * v896 + s121 * v902;
-    const real v908 = v815 - v740;
-    const real v910 = v725 - v831;
-    const real v912 = v279 * v908 + v299 * v910;
-    const real v913 = v912 - v725;
-    const real v914 = v113 * v882 - v913;
-    const real v916 = v281 * v882 + v884 * (v29 * v885) - v158 * v891 + v244 * v904 + v253 * v914;
-    const real v917 = v912 + v831;
-    const real v923 = c121 * v657 + s121 * v683;
-    const real v924 = K(-2.0) * v882 - v923;
-    const real v928 = v881 + v633;
-    const real v935 = v657 + v653;
-    const real v938 = K(-2.0) * v633 + v683;
-    const real v940 = s121 * v935 - c121 * v938;
-    const real v942 = v917 - v227 * v928 + v206 * v940;
-    const real v944 = v226 * v626 - v284 * v928 - v317 * v671 + v283 * v942;
-    const real v954 = v256 * v626 + v484 * v671 + v394 * v709 - v339 * v770 + v309 * v863;
-    const real v960 = c121 * v770 - v113 * v891 - s121 * v863;
-    const real v962 = c111 * v954 + s111 * v960;
-    const real v965 = v891 + v709;
-    const real v969 = v916 - v29 * v917 + v280 * v924 + v944 + v58 * (c111 * (v145 * v962) - v112 * v965);
-    const real v973 = v269 * v653 + v295 * v879;
-    const real v974 = v973 - v621;
-    const real v976 = v59 + v59;
-    const real v977 = v633 + v973;
-    const real v983 = c68 * v626 + s68 * v671;
-    const real v988 = c68 * v896 + s68 * v902;
-    const real v994 = v269 * v908 + v295 * v910;
-    const real v995 = v994 - v725;
-    const real v996 = v59 * v974 - v995;
-    const real v998 = v271 * v974 + v976 * (v10 * v977) - v105 * v983 + v239 * v988 + v251 * v996;
-    const real v999 = v994 + v831;
-    const real v1005 = c68 * v657 + s68 * v683;
-    const real v1006 = K(-2.0) * v974 - v1005;
-    const real v1010 = v973 + v633;
-    const real v1019 = s68 * v935 - c68 * v938;
-    const real v1021 = v999 - v203 * v1010 + v181 * v1019;
-    const real v1023 = v202 * v626 - v274 * v1010 - v316 * v671 + v273 * v1021;
-    const real v1030 = c68 * v770 - v59 * v983 - s68 * v863;
-    const real v1032 = c52 * v954 + s52 * v1030;
-    const real v1035 = v983 + v709;
-    const real v1039 = v998 - v10 * v999 + v270 * v1006 + v1023 + v58 * (c52 * (v92 * v1032) - v53 * v1035);
-    const real v1040 = v870 * (v34 * v634) - v665 + v876 - v969 - v1039;
-    const real v1042 = v37 * v634 + v714 - v785 + v867 - v869 * v1040;
-    const real v1045 = v1040 * v35;
-    const real v1052 = v169 * v626;
-    const real v1053 = v187 * v671;
-    const real v1055 = v1052 + v1053 - v702;
-    const real v1059 = v1052 + x[4] * (x[5] * v709);
-    const real v1064 = p[6] + p[6];
-    const real v1070 = p[7] + p[7];
-    const real v1085 = c39 * (s43 * (v47 * v626 + v770) + c43 * v954) + s39 * (v863 - v47 * v671);
-    const real v1090 = v714 + v785;
-    const real v1092 = v269 * v799 - v295 * v1090;
-    const real v1105 = v256 * v725 + v484 * v740 + v394 * v758 + v339 * v714 + v801 * v255;
-    const real v1118 = v256 * v815 - v484 * v831 + v394 * v848 - v339 * v799 + v309 * v785 + v865 * v255;
-    const real v1122 = s52 * (v59 * v996 + v714 + v1092 - v867) + c52 * (v59 * v988 - c68 * v1105 + s68 * v1118);
-    const real v1126 = v867 + s52 * v1122 + v90 * v1032;
-    const real v1129 = v85 * v1126 - v100 * v1032;
-    const real v1135 = s52 * v954 - p[13] * v1035 - c52 * v1030;
-    const real v1138 = v84 * v1135 + v91 * v1126;
-    const real v1148 = v974 + v1005 - v702;
-    const real v1158 = v394 * v702 - (v256 * v657 + v484 * v683) + v850 * v255;
-    const real v1169 = p[13] * v1148 + s52 * (v988 - v60 * v1035 + v1158) + c52 * (v995 + v59 * v1006 + s68 * v848 - c68 * v758);
-    const real v1171 = v1169 + v80 * v1135;
-    const real v1174 = v454 * v977 - v524 * v634 - v59 * v999 + v785 + v1092 + p[13] * v1171 + v1042;
-    const real v1176 = v1174 + p[14] * v1045;
-    const real v1178 = p[13] * v1138 + p[15] * v1176;
-    const real v1181 = v9 * v8;
-    const real v1182 = v1181 * v1178;
-    const real v1187 = v683 - v633 - v702;
-    const real v1189 = v848 - v831;
-    const real v1192 = v740 + v758;
-    const real v1194 = v181 * v1187 + c68 * v1189 + s68 * v1192;
-    const real v1198 = v203 * v1021 + v181 * v1194 - v785 - v1092;
-    const real v1200 = v671 + v709;
-    const real v1209 = v181 * v1200 + s68 * (v203 * v626 - v770) - c68 * (v203 * v671 + v863);
-    const real v1211 = p[15] * v1198 + v200 * v1209;
-    const real v1214 = v186 * v185;
-    const real v1215 = v1214 * v1211;
-    const real v1227 = p[13] + p[13];
-    const real v1230 = v50 * v1148 - v87 * v1035 + v10 * v1171 + v9 * v1138 + p[12] * v1129 - v1227 * (p[12] * v1182);
-    const real v1231 = v186 * v1209;
-    const real v1232 = p[15] * v1231;
-    const real v1251 = v274 * v1019 + v384 * v1187 + v201 * v1200 + v273 * v1194 - v198 * v1231 + v187 * v1232;
-    const real v1252 = v181 + v181;
-    const real v1257 = v1230 - v74 * (v194 * v1232) + c52 * (v97 * (v65 * v1232) - v1023) + s52 * (v1251 - v1252 * (p[12] * v1215));
-    const real v1258 = p[14] + p[14];
-    const real v1264 = v1052 - v621;
-    const real v1267 = x[5] * v626 + x[4] * v671;
-    const real v1272 = x[3] * v626 + x[4] * v709;
-    const real v1279 = v1264 + x[13] * v1267 - x[14] * v1272 + v186 * v1198 + v9 * v1176 - v1182;
-    const real v1294 = v279 * v799 - v299 * v1090;
-    const real v1304 = s111 * (v113 * v914 + v714 + v1294 - v867) + c111 * (v113 * v904 - c121 * v1105 + s121 * v1118);
-    const real v1308 = v867 + s111 * v1304 + v143 * v962;
-    const real v1311 = v138 * v1308 - v153 * v962;
-    const real v1317 = s111 * v954 - p[18] * v965 - c111 * v960;
-    const real v1320 = v137 * v1317 + v144 * v1308;
-    const real v1330 = v882 + v923 - v702;
-    const real v1344 = p[18] * v1330 + s111 * (v904 - v114 * v965 + v1158) + c111 * (v913 + v113 * v924 + s121 * v848 - c121 * v758);
-    const real v1346 = v1344 + v133 * v1317;
-    const real v1349 = v466 * v885 - v526 * v634 - v113 * v917 + v785 + v1294 + p[18] * v1346 + v1042;
-    const real v1351 = v1349 + p[19] * v1045;
-    const real v1353 = p[18] * v1320 + p[20] * v1351;
-    const real v1356 = v28 * v27;
-    const real v1357 = v1356 * v1353;
-    const real v1365 = v206 * v1187 + c121 * v1189 + s121 * v1192;
-    const real v1369 = v227 * v942 + v206 * v1365 - v785 - v1294;
-    const real v1379 = v206 * v1200 + s121 * (v227 * v626 - v770) - c121 * (v227 * v671 + v863);
-    const real v1381 = p[20] * v1369 + v224 * v1379;
-    const real v1384 = v211 * v210;
-    const real v1385 = v1384 * v1381;
-    const real v1397 = p[18] + p[18];
-    const real v1400 = v109 * v1330 - v140 * v965 + v29 * v1346 + v28 * v1320 + p[17] * v1311 - v1397 * (p[17] * v1357);
-    const real v1401 = v211 * v1379;
-    const real v1402 = p[20] * v1401;
-    const real v1421 = v284 * v940 + v386 * v1187 + v225 * v1200 + v283 * v1365 - v222 * v1401 + v187 * v1402;
-    const real v1422 = v206 + v206;
-    const real v1427 = v1400 - v127 * (v218 * v1402) + c111 * (v150 * (v118 * v1402) - v944) + s111 * (v1421 - v1422 * (p[17] * v1385));
-    const real v1428 = p[19] + p[19];
-    const real v1442 = v1264 + x[15] * v1267 - x[16] * v1272 + v211 * v1369 + v28 * v1351 - v1357;
-    const real v1457 = v549 * v423 - v508;
-    const real v1459 = v429 * v423 - (v36 + v356) - v555 * v1457;
-    const real v1460 = v607 * v1459;
-    const real v1464 = v1459 * v605;
-    const real v1466 = v516 * v1460 - v606 * v1457 - v585 * v1464;
-    const real v1469 = v622 * v1466 + v631 * v1457;
-    const real v1470 = v1460 + v1469;
-    const real v1484 = v555 * v1460 + v1466 * v554;
-    const real v1486 = v606 * v423 + v414 * v1460 - v451 * v1464 - v512 * v1484;
-    const real v1488 = v429 * v1460 + v1486 * v428;
-    const real v1492 = v345 * v1460 - v606 - v366 * v1464 - v410 * v1488 - v495 * v1484;
-    const real v1498 = v1457 * v554 - v555 * v1464;
-    const real v1508 = v665 * v423 + v512 * v1469 - v451 * v1498;
-    const real v1510 = v549 * v1469 - v429 * v1484 + v1508 * v428;
-    const real v1512 = v495 * v1469 - v665 - v366 * v1498 - v410 * v1510;
-    const real v1519 = v429 * v1464 + v549 * v1498 + v423 * v428;
-    const real v1525 = v700 * v423 - (v695 * v1486 + v697 * v1508);
-    const real v1528 = v366 * v1519 - (v693 + v410 * v1525);
-    const real v1531 = v639 * v1492 + v663 * v1512 + v688 * v1528 + v637;
-    const real v1540 = v356 * v1460 + v1492 * v355;
-    const real v1544 = v294 * v1460 + v325 * v1464 - v396 * v1488 + v341 * v1540 + v486 * v1484;
-    const real v1553 = v508 * v1469 - v356 * v1484 + v1512 * v355;
-    const real v1557 = v486 * v1469 - v325 * v1498 - v341 * v1553 + v396 * v1510;
-    const real v1566 = v1528 * v355 - (v356 * v1488 + v508 * v1510 + v423 * v1525);
-    const real v1571 = v341 * v1566 - (v396 * v1525 + v325 * v1519);
-    const real v1580 = v423 * v1519 - (v356 * v1464 + v508 * v1498) + v355;
-    const real v1582 = v341 * v1531 - v325 * v1580;
-    const real v1584 = v716 * v1544 + v731 * v1557 + v747 * v1571 + v763 * v1582;
-    const real v1597 = v313 * v1460 + v1544 * v312;
-    const real v1599 = v248 * v1460 + v266 * v1464 - v483 * v1484 - v393 * v1488 - v338 * v1540 + v292 * v1597;
-    const real v1612 = v313 * v1484 + v491 * v1469 + v1557 * v312;
-    const real v1614 = v483 * v1469 + v266 * v1498 - v393 * v1510 - v338 * v1553 - v292 * v1612;
-    const real v1623 = v491 * v1510 - v313 * v1488 - v406 * v1525 + v1571 * v312;
-    const real v1630 = v292 * v1623 - (v393 * v1525 + v266 * v1519 + v338 * v1566);
-    const real v1644 = v313 * v1540 - v491 * v1553 + v406 * v1566 + v350 * v1531 + v1582 * v312;
-    const real v1646 = v338 * v1531 + v266 * v1580 - v292 * v1644;
-    const real v1656 = v313 * v1464 - v491 * v1498 - v406 * v1519 - v350 * v1580;
-    const real v1658 = v292 * v1584 + v266 * v1656;
-    const real v1660 = v803 * v1599 + v819 * v1614 + v836 * v1630 + v787 * v1646 + v854 * v1658;
-    const real v1667 = v44 * v1464 - v315 * v1498;
-    const real v1670 = v1460 - v1469;
-    const real v1672 = v279 * v1484 + v299 * v1670;
-    const real v1673 = v1672 - v1460;
-    const real v1675 = v1469 + v1672;
-    const real v1681 = c121 * v1464 + s121 * v1498;
-    const real v1686 = v256 * v1460 + v1599 * v255;
-    const real v1692 = v484 * v1469 - v256 * v1484 + v1614 * v255;
-    const real v1694 = c121 * v1686 + s121 * v1692;
-    const real v1698 = v1597 - v1553;
-    const real v1700 = v1540 - v1612;
-    const real v1702 = v279 * v1698 + v299 * v1700;
-    const real v1703 = v1702 - v1540;
-    const real v1704 = v113 * v1673 - v1703;
-    const real v1706 = v281 * v1673 + v884 * (v29 * v1675) - v158 * v1681 + v244 * v1694 + v253 * v1704;
-    const real v1707 = v1702 + v1612;
-    const real v1713 = c121 * v1488 + s121 * v1510;
-    const real v1714 = K(-2.0) * v1673 - v1713;
-    const real v1718 = v1672 + v1469;
-    const real v1725 = v1488 + v1484;
-    const real v1728 = K(-2.0) * v1469 + v1510;
-    const real v1730 = s121 * v1725 - c121 * v1728;
-    const real v1732 = v1707 - v227 * v1718 + v206 * v1730;
-    const real v1734 = v226 * v1464 - v284 * v1718 - v317 * v1498 + v283 * v1732;
-    const real v1736 = v1519 - v1681;
-    const real v1746 = v256 * v1464 + v484 * v1498 - v394 * v1519 + v339 * v1580 + v309 * v1656;
-    const real v1752 = v113 * v1681 + c121 * v1580 + s121 * v1656;
-    const real v1754 = c111 * v1746 - s111 * v1752;
-    const real v1759 = v1706 - v29 * v1707 + v280 * v1714 + v1734 + v58 * (v112 * v1736 + c111 * (v145 * v1754));
-    const real v1763 = v269 * v1484 + v295 * v1670;
-    const real v1764 = v1763 - v1460;
-    const real v1766 = v1469 + v1763;
-    const real v1772 = c68 * v1464 + s68 * v1498;
-    const real v1777 = c68 * v1686 + s68 * v1692;
-    const real v1783 = v269 * v1698 + v295 * v1700;
-    const real v1784 = v1783 - v1540;
-    const real v1785 = v59 * v1764 - v1784;
-    const real v1787 = v271 * v1764 + v976 * (v10 * v1766) - v105 * v1772 + v239 * v1777 + v251 * v1785;
-    const real v1788 = v1783 + v1612;
-    const real v1794 = c68 * v1488 + s68 * v1510;
-    const real v1795 = K(-2.0) * v1764 - v1794;
-    const real v1799 = v1763 + v1469;
-    const real v1808 = s68 * v1725 - c68 * v1728;
-    const real v1810 = v1788 - v203 * v1799 + v181 * v1808;
-    const real v1812 = v202 * v1464 - v274 * v1799 - v316 * v1498 + v273 * v1810;
-    const real v1814 = v1519 - v1772;
-    const real v1821 = v59 * v1772 + c68 * v1580 + s68 * v1656;
-    const real v1823 = c52 * v1746 - s52 * v1821;
-    const real v1828 = v1787 - v10 * v1788 + v270 * v1795 + v1812 + v58 * (v53 * v1814 + c52 * (v92 * v1823));
-    const real v1829 = v870 * (v34 * v1470) - v606 + v1667 - v1759 - v1828;
-    const real v1831 = v37 * v1470 - v1531 - v1584 - v1660 - v869 * v1829;
-    const real v1834 = v1829 * v35;
-    const real v1841 = v169 * v1464;
-    const real v1842 = v187 * v1498;
-    const real v1844 = v1841 + v1842 + v1525;
-    const real v1848 = v1841 - x[4] * (x[5] * v1519);
-    const real v1872 = c39 * (s43 * (v47 * v1464 - v1580) + c43 * v1746) + s39 * (v1656 - v47 * v1498);
-    const real v1876 = v1531 - v1584;
-    const real v1878 = v269 * v1644 + v295 * v1876;
-    const real v1891 = v339 * v1531 - (v256 * v1540 + v484 * v1553 + v394 * v1566) + v1646 * v255;
-    const real v1904 = v256 * v1597 - v484 * v1612 + v394 * v1623 - v339 * v1644 + v309 * v1584 + v1658 * v255;
-    const real v1908 = s52 * (v59 * v1785 - v1531 + v1878 + v1660) + c52 * (v59 * v1777 + c68 * v1891 + s68 * v1904);
-    const real v1912 = s52 * v1908 - v1660 + v90 * v1823;
-    const real v1915 = v85 * v1912 - v100 * v1823;
-    const real v1921 = p[13] * v1814 + s52 * v1746 + c52 * v1821;
-    const real v1924 = v84 * v1921 + v91 * v1912;
-    const real v1934 = v1764 + v1794 + v1525;
-    const real v1944 = v1630 * v255 - (v256 * v1488 + v484 * v1510 + v394 * v1525);
-    const real v1955 = p[13] * v1934 + s52 * (v1777 + v60 * v1814 + v1944) + c52 * (v1784 + v59 * v1795 + s68 * v1623 - c68 * v1566);
-    const real v1957 = v1955 + v80 * v1921;
-    const real v1959 = v454 * v1766 - v524 * v1470 - v59 * v1788 + v1584 + v1878 + p[13] * v1957;
-    const real v1962 = v1959 + v1831 + p[14] * v1834;
-    const real v1964 = p[13] * v1924 + p[15] * v1962;
-    const real v1967 = v1181 * v1964;
-    const real v1972 = v1510 - v1469 + v1525;
-    const real v1974 = v1623 - v1612;
-    const real v1977 = v1553 + v1566;
-    const real v1979 = v181 * v1972 + c68 * v1974 + s68 * v1977;
-    const real v1983 = v203 * v1810 + v181 * v1979 - v1584 - v1878;
-    const real v1985 = v1498 - v1519;
-    const real v1994 = v181 * v1985 + s68 * (v203 * v1464 + v1580) - c68 * (v203 * v1498 + v1656);
-    const real v1996 = p[15] * v1983 + v200 * v1994;
-    const real v1999 = v1214 * v1996;
-    const real v2013 = v50 * v1934 + v87 * v1814 + v10 * v1957 + v9 * v1924 + p[12] * v1915 - v1227 * (p[12] * v1967);
-    const real v2014 = v186 * v1994;
-    const real v2015 = p[15] * v2014;
-    const real v2034 = v274 * v1808 + v384 * v1972 + v201 * v1985 + v273 * v1979 - v198 * v2014 + v187 * v2015;
-    const real v2039 = v2013 - v74 * (v194 * v2015) + c52 * (v97 * (v65 * v2015) - v1812) + s52 * (v2034 - v1252 * (p[12] * v1999));
-    const real v2045 = v1841 - v1460;
-    const real v2048 = x[5] * v1464 + x[4] * v1498;
-    const real v2053 = x[4] * v1519 - x[3] * v1464;
-    const real v2060 = v2045 + x[13] * v2048 + x[14] * v2053 + v186 * v1983 + v9 * v1962 - v1967;
-    const real v2075 = v279 * v1644 + v299 * v1876;
-    const real v2085 = s111 * (v113 * v1704 - v1531 + v2075 + v1660) + c111 * (v113 * v1694 + c121 * v1891 + s121 * v1904);
-    const real v2089 = s111 * v2085 - v1660 + v143 * v1754;
-    const real v2092 = v138 * v2089 - v153 * v1754;
-    const real v2098 = p[18] * v1736 + s111 * v1746 + c111 * v1752;
-    const real v2101 = v137 * v2098 + v144 * v2089;
-    const real v2111 = v1673 + v1713 + v1525;
-    const real v2125 = p[18] * v2111 + s111 * (v1694 + v114 * v1736 + v1944) + c111 * (v1703 + v113 * v1714 + s121 * v1623 - c121 * v1566);
-    const real v2127 = v2125 + v133 * v2098;
-    const real v2129 = v466 * v1675 - v526 * v1470 - v113 * v1707 + v1584 + v2075 + p[18] * v2127;
-    const real v2132 = v2129 + v1831 + p[19] * v1834;
-    const real v2134 = p[18] * v2101 + p[20] * v2132;
-    const real v2137 = v1356 * v2134;
-    const real v2145 = v206 * v1972 + c121 * v1974 + s121 * v1977;
-    const real v2149 = v227 * v1732 + v206 * v2145 - v1584 - v2075;
-    const real v2159 = v206 * v1985 + s121 * (v227 * v1464 + v1580) - c121 * (v227 * v1498 + v1656);
-    const real v2161 = p[20] * v2149 + v224 * v2159;
-    const real v2164 = v1384 * v2161;
-    const real v2178 = v109 * v2111 + v140 * v1736 + v29 * v2127 + v28 * v2101 + p[17] * v2092 - v1397 * (p[17] * v2137);
-    const real v2179 = v211 * v2159;
-    const real v2180 = p[20] * v2179;
-    const real v2199 = v284 * v1730 + v386 * v1972 + v225 * v1985 + v283 * v2145 - v222 * v2179 + v187 * v2180;
-    const real v2204 = v2178 - v127 * (v218 * v2180) + c111 * (v150 * (v118 * v2180) - v1734) + s111 * (v2199 - v1422 * (p[17] * v2164));
-    const real v2218 = v2045 + x[15] * v2048 + x[16] * v2053 + v211 * v2149 + v28 * v2132 - v2137;
-    const real v2232 = v555 * v549 - v429;
-    const real v2233 = v607 * v2232;
-    const real v2236 = v2232 * v605;
-    const real v2238 = v606 * v549 + v516 * v2233 - v585 * v2236;
-    const real v2240 = v631 * v549 - v622 * v2238;
-    const real v2241 = v2240 - v2233;
-    const real v2246 = v555 * v2236 + v549 * v554;
-    const real v2252 = v451 * v2246 - (v665 + v512 * v2240);
-    const real v2256 = v555 * v2233 + v2238 * v554;
-    const real v2260 = v2252 * v428 - (v429 * v2256 + v549 * v2240);
-    const real v2267 = v366 * v2246 - v495 * v2240 - v410 * v2260;
-    const real v2272 = v2267 * v355 - (v356 * v2256 + v508 * v2240);
-    const real v2284 = v325 * v2246 - v486 * v2240 - v341 * v2272 + v396 * v2260;
-    const real v2286 = v313 * v2256 - v491 * v2240 + v2284 * v312;
-    const real v2288 = v483 * v2240 + v266 * v2246 + v393 * v2260 + v338 * v2272 + v292 * v2286;
-    const real v2301 = v414 * v2233 - v606 - v451 * v2236 - v512 * v2256;
-    const real v2303 = v429 * v2233 + v2301 * v428;
-    const real v2313 = v345 * v2233 - v366 * v2236 - v410 * v2303 - v495 * v2256;
-    const real v2315 = v356 * v2233 + v2313 * v355;
-    const real v2327 = v294 * v2233 + v325 * v2236 - v396 * v2303 + v341 * v2315 + v486 * v2256;
-    const real v2329 = v313 * v2233 + v2327 * v312;
-    const real v2331 = v248 * v2233 + v266 * v2236 - v483 * v2256 - v393 * v2303 - v338 * v2315 + v292 * v2329;
-    const real v2337 = v695 * v2301 + v697 * v2252 + v700;
-    const real v2342 = v549 * v2246 - v429 * v2236 + v428;
-    const real v2352 = v410 * v2337 - v366 * v2342;
-    const real v2354 = v423 * v2337 - (v356 * v2303 + v508 * v2260) + v2352 * v355;
-    const real v2366 = v396 * v2337 + v325 * v2342 + v341 * v2354;
-    const real v2368 = v491 * v2260 - v313 * v2303 + v406 * v2337 + v2366 * v312;
-    const real v2370 = v393 * v2337 + v266 * v2342 - v338 * v2354 + v292 * v2368;
-    const real v2377 = v639 * v2313 + v663 * v2267 + v688 * v2352;
-    const real v2383 = v508 * v2246 - v356 * v2236 - v423 * v2342;
-    const real v2395 = v341 * v2377 - v325 * v2383;
-    const real v2397 = v313 * v2315 - v491 * v2272 + v406 * v2354 + v350 * v2377 + v2395 * v312;
-    const real v2399 = v338 * v2377 + v266 * v2383 - v292 * v2397;
-    const real v2408 = v716 * v2327 + v731 * v2284 + v747 * v2366 + v763 * v2395;
-    const real v2416 = v313 * v2236 + v491 * v2246 + v406 * v2342 - v350 * v2383;
-    const real v2418 = v292 * v2408 + v266 * v2416;
-    const real v2420 = v819 * v2288 - v803 * v2331 - v836 * v2370 - v787 * v2399 - v854 * v2418;
-    const real v2427 = v44 * v2236 + v315 * v2246;
-    const real v2432 = v2233 + v2240;
-    const real v2434 = v279 * v2256 + v299 * v2432;
-    const real v2435 = v2434 - v2233;
-    const real v2437 = v2434 - v2240;
-    const real v2443 = s121 * v2246 - c121 * v2236;
-    const real v2448 = v256 * v2233 + v2331 * v255;
-    const real v2454 = v256 * v2256 + v484 * v2240 + v2288 * v255;
-    const real v2456 = c121 * v2448 - s121 * v2454;
-    const real v2460 = v2329 - v2272;
-    const real v2462 = v2315 - v2286;
-    const real v2464 = v279 * v2460 + v299 * v2462;
-    const real v2465 = v2464 - v2315;
-    const real v2466 = v113 * v2435 - v2465;
-    const real v2468 = v281 * v2435 + v884 * (v29 * v2437) + v158 * v2443 + v244 * v2456 + v253 * v2466;
-    const real v2469 = v2464 + v2286;
-    const real v2475 = c121 * v2303 + s121 * v2260;
-    const real v2476 = K(-2.0) * v2435 - v2475;
-    const real v2480 = v2240 - v2434;
-    const real v2487 = v2303 + v2256;
-    const real v2490 = K(-2.0) * v2240 - v2260;
-    const real v2492 = s121 * v2487 + c121 * v2490;
-    const real v2494 = v227 * v2480 + v2469 + v206 * v2492;
-    const real v2496 = v226 * v2236 + v284 * v2480 + v317 * v2246 + v283 * v2494;
-    const real v2498 = v2443 - v2342;
-    const real v2508 = v256 * v2236 - v484 * v2246 + v394 * v2342 + v339 * v2383 + v309 * v2416;
-    const real v2514 = v113 * v2443 - c121 * v2383 - s121 * v2416;
-    const real v2516 = c111 * v2508 + s111 * v2514;
-    const real v2521 = v2468 - v29 * v2469 + v280 * v2476 + v2496 + v58 * (v112 * v2498 + c111 * (v145 * v2516));
-    const real v2525 = v269 * v2256 + v295 * v2432;
-    const real v2526 = v2525 - v2233;
-    const real v2528 = v2525 - v2240;
-    const real v2534 = s68 * v2246 - c68 * v2236;
-    const real v2539 = c68 * v2448 - s68 * v2454;
-    const real v2545 = v269 * v2460 + v295 * v2462;
-    const real v2546 = v2545 - v2315;
-    const real v2547 = v59 * v2526 - v2546;
-    const real v2549 = v271 * v2526 + v976 * (v10 * v2528) + v105 * v2534 + v239 * v2539 + v251 * v2547;
-    const real v2550 = v2545 + v2286;
-    const real v2556 = c68 * v2303 + s68 * v2260;
-    const real v2557 = K(-2.0) * v2526 - v2556;
-    const real v2561 = v2240 - v2525;
-    const real v2570 = s68 * v2487 + c68 * v2490;
-    const real v2572 = v203 * v2561 + v2550 + v181 * v2570;
-    const real v2574 = v202 * v2236 + v274 * v2561 + v316 * v2246 + v273 * v2572;
-    const real v2576 = v2534 - v2342;
-    const real v2583 = v59 * v2534 - c68 * v2383 - s68 * v2416;
-    const real v2585 = c52 * v2508 + s52 * v2583;
-    const real v2590 = v2549 - v10 * v2550 + v270 * v2557 + v2574 + v58 * (v53 * v2576 + c52 * (v92 * v2585));
-    const real v2591 = v2427 - v870 * (v34 * v2241) - v2521 - v2590;
-    const real v2593 = v2420 - (v37 * v2241 + v2377 + v2408) - v869 * v2591;
-    const real v2595 = v2591 * v35;
-    const real v2602 = v169 * v2236;
-    const real v2603 = v187 * v2246;
-    const real v2605 = v2602 - v2603 - v2337;
-    const real v2610 = v2602 + x[4] * (x[5] * v2342);
-    const real v2632 = c39 * (s43 * (v47 * v2236 - v2383) + c43 * v2508) + s39 * (v47 * v2246 + v2416);
-    const real v2636 = v2377 - v2408;
-    const real v2638 = v269 * v2397 + v295 * v2636;
-    const real v2651 = v339 * v2377 - (v256 * v2315 + v484 * v2272 + v394 * v2354) + v2399 * v255;
-    const real v2664 = v256 * v2329 - v484 * v2286 + v394 * v2368 - v339 * v2397 + v309 * v2408 + v2418 * v255;
-    const real v2668 = s52 * (v59 * v2547 - v2377 + v2638 - v2420) + c52 * (v59 * v2539 + c68 * v2651 + s68 * v2664);
-    const real v2672 = v2420 + s52 * v2668 + v90 * v2585;
-    const real v2675 = v85 * v2672 - v100 * v2585;
-    const real v2681 = p[13] * v2576 + s52 * v2508 - c52 * v2583;
-    const real v2684 = v84 * v2681 + v91 * v2672;
-    const real v2694 = v2526 + v2556 - v2337;
-    const real v2704 = v394 * v2337 - (v256 * v2303 + v484 * v2260) + v2370 * v255;
-    const real v2715 = p[13] * v2694 + s52 * (v2539 + v60 * v2576 + v2704) + c52 * (v2546 + v59 * v2557 + s68 * v2368 - c68 * v2354);
-    const real v2717 = v2715 + v80 * v2681;
-    const real v2719 = v524 * v2241 + v454 * v2528 - v59 * v2550 + v2408 + v2638 + p[13] * v2717;
-    const real v2722 = v2719 + v2593 + p[14] * v2595;
-    const real v2724 = p[13] * v2684 + p[15] * v2722;
-    const real v2727 = v1181 * v2724;
-    const real v2732 = v2240 + v2260 - v2337;
-    const real v2734 = v2368 - v2286;
-    const real v2737 = v2272 + v2354;
-    const real v2739 = v181 * v2732 + c68 * v2734 + s68 * v2737;
-    const real v2743 = v203 * v2572 + v181 * v2739 - v2408 - v2638;
-    const real v2745 = v2342 - v2246;
-    const real v2754 = v181 * v2745 + s68 * (v203 * v2236 + v2383) + c68 * (v203 * v2246 - v2416);
-    const real v2756 = p[15] * v2743 + v200 * v2754;
-    const real v2759 = v1214 * v2756;
-    const real v2773 = v50 * v2694 + v87 * v2576 + v10 * v2717 + v9 * v2684 + p[12] * v2675 - v1227 * (p[12] * v2727);
-    const real v2774 = v186 * v2754;
-    const real v2775 = p[15] * v2774;
-    const real v2794 = v274 * v2570 + v384 * v2732 + v201 * v2745 + v273 * v2739 - v198 * v2774 + v187 * v2775;
-    const real v2799 = v2773 - v74 * (v194 * v2775) + c52 * (v97 * (v65 * v2775) - v2574) + s52 * (v2794 - v1252 * (p[12] * v2759));
-    const real v2805 = v2602 - v2233;
-    const real v2808 = x[5] * v2236 - x[4] * v2246;
-    const real v2813 = x[3] * v2236 + x[4] * v2342;
-    const real v2820 = v2805 + x[13] * v2808 - x[14] * v2813 + v186 * v2743 + v9 * v2722 - v2727;
-    const real v2835 = v279 * v2397 + v299 * v2636;
-    const real v2845 = s111 * (v113 * v2466 - v2377 + v2835 - v2420) + c111 * (v113 * v2456 + c121 * v2651 + s121 * v2664);
-    const real v2849 = v2420 + s111 * v2845 + v143 * v2516;
-    const real v2852 = v138 * v2849 - v153 * v2516;
-    const real v2858 = p[18] * v2498 + s111 * v2508 - c111 * v2514;
-    const real v2861 = v137 * v2858 + v144 * v2849;
-    const real v2871 = v2435 + v2475 - v2337;
-    const real v2885 = p[18] * v2871 + s111 * (v2456 + v114 * v2498 + v2704) + c111 * (v2465 + v113 * v2476 + s121 * v2368 - c121 * v2354);
-    const real v2887 = v2885 + v133 * v2858;
-    const real v2889 = v526 * v2241 + v466 * v2437 - v113 * v2469 + v2408 + v2835 + p[18] * v2887;
-    const real v2892 = v2889 + v2593 + p[19] * v2595;
-    const real v2894 = p[18] * v2861 + p[20] * v2892;
-    const real v2897 = v1356 * v2894;
-    const real v2905 = v206 * v2732 + c121 * v2734 + s121 * v2737;
-    const real v2909 = v227 * v2494 + v206 * v2905 - v2408 - v2835;
-    const real v2919 = v206 * v2745 + s121 * (v227 * v2236 + v2383) + c121 * (v227 * v2246 - v2416);
-    const real v2921 = p[20] * v2909 + v224 * v2919;
-    const real v2924 = v1384 * v2921;
-    const real v2938 = v109 * v2871 + v140 * v2498 + v29 * v2887 + v28 * v2861 + p[17] * v2852 - v1397 * (p[17] * v2897);
-    const real v2939 = v211 * v2919;
-    const real v2940 = p[20] * v2939;
-    const real v2959 = v284 * v2492 + v386 * v2732 + v225 * v2745 + v283 * v2905 - v222 * v2939 + v187 * v2940;
-    const real v2964 = v2938 - v127 * (v218 * v2940) + c111 * (v150 * (v118 * v2940) - v2496) + s111 * (v2959 - v1422 * (p[17] * v2924));
-    const real v2978 = v2805 + x[15] * v2808 - x[16] * v2813 + v211 * v2909 + v28 * v2892 - v2897;
-    const real v2991 = v585 * v605 - v516 * v607;
-    const real v2992 = v622 * v2991;
-    const real v2993 = v607 - v2992;
-    const real v2998 = v555 * v605;
-    const real v3000 = v44 * v605 + v315 * v2998;
-    const real v3004 = v2991 * v554 - v555 * v607;
-    const real v3006 = v607 + v2992;
-    const real v3008 = v279 * v3004 - v299 * v3006;
-    const real v3009 = v607 + v3008;
-    const real v3011 = v2992 + v3008;
-    const real v3017 = c121 * v605 - s121 * v2998;
-    const real v3027 = v451 * v605 - v414 * v607 - v512 * v3004;
-    const real v3030 = v3027 * v428 - v429 * v607;
-    const real v3034 = v366 * v605 - v345 * v607 - v410 * v3030 - v495 * v3004;
-    const real v3037 = v3034 * v355 - v356 * v607;
-    const real v3046 = v341 * v3037 - (v294 * v607 + v325 * v605 + v396 * v3030) + v486 * v3004;
-    const real v3049 = v3046 * v312 - v313 * v607;
-    const real v3060 = v292 * v3049 - (v248 * v607 + v266 * v605 + v483 * v3004 + v393 * v3030 + v338 * v3037);
-    const real v3063 = v3060 * v255 - v256 * v607;
-    const real v3069 = v266 * v2998;
-    const real v3075 = v451 * v2998;
-    const real v3076 = v512 * v2992 - v3075;
-    const real v3078 = v549 * v2992 - v429 * v3004 + v3076 * v428;
-    const real v3085 = v366 * v2998;
-    const real v3088 = v495 * v2992 - v3085 - v410 * v3078;
-    const real v3090 = v508 * v2992 - v356 * v3004 + v3088 * v355;
-    const real v3097 = v325 * v2998;
-    const real v3102 = v486 * v2992 - v3097 - v341 * v3090 + v396 * v3078;
-    const real v3104 = v313 * v3004 + v491 * v2992 + v3102 * v312;
-    const real v3106 = v483 * v2992 + v3069 - v393 * v3078 - v338 * v3090 - v292 * v3104;
-    const real v3108 = v484 * v2992 - v256 * v3004 + v3106 * v255;
-    const real v3110 = c121 * v3063 + s121 * v3108;
-    const real v3114 = v3049 - v3090;
-    const real v3116 = v3037 - v3104;
-    const real v3118 = v279 * v3114 + v299 * v3116;
-    const real v3119 = v3118 - v3037;
-    const real v3120 = v113 * v3009 - v3119;
-    const real v3122 = v281 * v3009 + v884 * (v29 * v3011) + v158 * v3017 + v244 * v3110 + v253 * v3120;
-    const real v3123 = v3118 + v3104;
-    const real v3129 = c121 * v3030 + s121 * v3078;
-    const real v3130 = K(-2.0) * v3009 - v3129;
-    const real v3133 = v3008 + v2992;
-    const real v3136 = v3030 + v3004;
-    const real v3139 = K(-2.0) * v2992 + v3078;
-    const real v3141 = s121 * v3136 - c121 * v3139;
-    const real v3143 = v3123 - v227 * v3133 + v206 * v3141;
-    const real v3150 = v283 * v3143 - (v226 * v605 + v284 * v3133 + v317 * v2998);
-    const real v3154 = v429 * v605 - v549 * v2998;
-    const real v3155 = v3017 - v3154;
-    const real v3166 = v356 * v605 - v508 * v2998 - v423 * v3154;
-    const real v3175 = v406 * v3154 - (v313 * v605 + v491 * v2998) - v350 * v3166;
-    const real v3177 = v484 * v2998 - v256 * v605 + v394 * v3154 + v339 * v3166 + v309 * v3175;
-    const real v3183 = v113 * v3017 - c121 * v3166 - s121 * v3175;
-    const real v3185 = c111 * v3177 + s111 * v3183;
-    const real v3190 = v3122 - v29 * v3123 + v280 * v3130 + v3150 + v58 * (v112 * v3155 + c111 * (v145 * v3185));
-    const real v3194 = v269 * v3004 - v295 * v3006;
-    const real v3195 = v607 + v3194;
-    const real v3197 = v2992 + v3194;
-    const real v3203 = c68 * v605 - s68 * v2998;
-    const real v3208 = c68 * v3063 + s68 * v3108;
-    const real v3214 = v269 * v3114 + v295 * v3116;
-    const real v3215 = v3214 - v3037;
-    const real v3216 = v59 * v3195 - v3215;
-    const real v3218 = v271 * v3195 + v976 * (v10 * v3197) + v105 * v3203 + v239 * v3208 + v251 * v3216;
-    const real v3219 = v3214 + v3104;
-    const real v3225 = c68 * v3030 + s68 * v3078;
-    const real v3226 = K(-2.0) * v3195 - v3225;
-    const real v3229 = v3194 + v2992;
-    const real v3234 = s68 * v3136 - c68 * v3139;
-    const real v3236 = v3219 - v203 * v3229 + v181 * v3234;
-    const real v3243 = v273 * v3236 - (v202 * v605 + v274 * v3229 + v316 * v2998);
-    const real v3245 = v3203 - v3154;
-    const real v3252 = v59 * v3203 - c68 * v3166 - s68 * v3175;
-    const real v3254 = c52 * v3177 + s52 * v3252;
-    const real v3259 = v3218 - v10 * v3219 + v270 * v3226 + v3243 + v58 * (v53 * v3245 + c52 * (v92 * v3254));
-    const real v3260 = v870 * (v34 * v2993) + v3000 + v3190 + v3259;
-    const real v3268 = v695 * v3027 + v697 * v3076;
-    const real v3271 = v410 * v3268 - v366 * v3154;
-    const real v3273 = v639 * v3034 + v663 * v3088 + v688 * v3271;
-    const real v3287 = v423 * v3268 - (v356 * v3030 + v508 * v3078) + v3271 * v355;
-    const real v3289 = v396 * v3268 + v325 * v3154 + v341 * v3287;
-    const real v3294 = v341 * v3273 - v325 * v3166;
-    const real v3296 = v716 * v3046 + v731 * v3102 + v747 * v3289 + v763 * v3294;
-    const real v3312 = v491 * v3078 - v313 * v3030 + v406 * v3268 + v3289 * v312;
-    const real v3314 = v393 * v3268 + v266 * v3154 - v338 * v3287 + v292 * v3312;
-    const real v3328 = v313 * v3037 - v491 * v3090 + v406 * v3287 + v350 * v3273 + v3294 * v312;
-    const real v3330 = v338 * v3273 + v266 * v3166 - v292 * v3328;
-    const real v3335 = v292 * v3296 + v266 * v3175;
-    const real v3337 = v803 * v3060 + v819 * v3106 + v836 * v3314 + v787 * v3330 + v854 * v3335;
-    const real v3339 = v869 * v3260 - (v37 * v2993 + v3273 + v3296 + v3337);
-    const real v3341 = v3260 * v35;
-    const real v3348 = v187 * v2998;
-    const real v3349 = v169 * v605;
-    const real v3351 = v3348 - v3349 - v3268;
-    const real v3356 = x[4] * (x[5] * v3154) - v3349;
-    const real v3376 = v47 * v2998;
-    const real v3383 = v3273 - v3296;
-    const real v3385 = v269 * v3328 + v295 * v3383;
-    const real v3398 = v339 * v3273 - (v256 * v3037 + v484 * v3090 + v394 * v3287) + v3330 * v255;
-    const real v3411 = v256 * v3049 - v484 * v3104 + v394 * v3312 - v339 * v3328 + v309 * v3296 + v3335 * v255;
-    const real v3415 = s52 * (v59 * v3216 - v3273 + v3385 + v3337) + c52 * (v59 * v3208 + c68 * v3398 + s68 * v3411);
-    const real v3419 = s52 * v3415 - v3337 + v90 * v3254;
-    const real v3422 = v85 * v3419 - v100 * v3254;
-    const real v3428 = p[13] * v3245 + s52 * v3177 - c52 * v3252;
-    const real v3431 = v84 * v3428 + v91 * v3419;
-    const real v3441 = v3195 + v3225 - v3268;
-    const real v3451 = v394 * v3268 - (v256 * v3030 + v484 * v3078) + v3314 * v255;
-    const real v3462 = p[13] * v3441 + s52 * (v3208 + v60 * v3245 + v3451) + c52 * (v3215 + v59 * v3226 + s68 * v3312 - c68 * v3287);
-    const real v3464 = v3462 + v80 * v3428;
-    const real v3466 = v524 * v2993 + v454 * v3197 - v59 * v3219 + v3296 + v3385 + p[13] * v3464;
-    const real v3469 = v3466 + v3339 - p[14] * v3341;
-    const real v3471 = p[13] * v3431 + p[15] * v3469;
-    const real v3474 = v1181 * v3471;
-    const real v3479 = v3078 - v2992 - v3268;
-    const real v3481 = v3312 - v3104;
-    const real v3484 = v3090 + v3287;
-    const real v3486 = v181 * v3479 + c68 * v3481 + s68 * v3484;
-    const real v3490 = v203 * v3236 + v181 * v3486 - v3296 - v3385;
-    const real v3492 = v2998 + v3154;
-    const real v3498 = v203 * v2998;
-    const real v3501 = v181 * v3492 + s68 * (v3166 - v203 * v605) - c68 * (v3498 + v3175);
-    const real v3503 = p[15] * v3490 + v200 * v3501;
-    const real v3506 = v1214 * v3503;
-    const real v3520 = v50 * v3441 + v87 * v3245 + v10 * v3464 + v9 * v3431 + p[12] * v3422 - v1227 * (p[12] * v3474);
-    const real v3521 = v186 * v3501;
-    const real v3522 = p[15] * v3521;
-    const real v3541 = v274 * v3234 + v384 * v3479 + v201 * v3492 + v273 * v3486 - v198 * v3521 + v187 * v3522;
-    const real v3546 = v3520 - v74 * (v194 * v3522) + c52 * (v97 * (v65 * v3522) - v3243) + s52 * (v3541 - v1252 * (p[12] * v3506));
-    const real v3552 = v607 - v3349;
-    const real v3555 = x[4] * v2998 - x[5] * v605;
-    const real v3560 = x[3] * v605 - x[4] * v3154;
-    const real v3567 = v3552 + x[13] * v3555 + x[14] * v3560 + v186 * v3490 + v9 * v3469 - v3474;
-    const real v3582 = v279 * v3328 + v299 * v3383;
-    const real v3592 = s111 * (v113 * v3120 - v3273 + v3582 + v3337) + c111 * (v113 * v3110 + c121 * v3398 + s121 * v3411);
-    const real v3596 = s111 * v3592 - v3337 + v143 * v3185;
-    const real v3599 = v138 * v3596 - v153 * v3185;
-    const real v3605 = p[18] * v3155 + s111 * v3177 - c111 * v3183;
-    const real v3608 = v137 * v3605 + v144 * v3596;
-    const real v3618 = v3009 + v3129 - v3268;
-    const real v3632 = p[18] * v3618 + s111 * (v3110 + v114 * v3155 + v3451) + c111 * (v3119 + v113 * v3130 + s121 * v3312 - c121 * v3287);
-    const real v3634 = v3632 + v133 * v3605;
-    const real v3636 = v526 * v2993 + v466 * v3011 - v113 * v3123 + v3296 + v3582 + p[18] * v3634;
-    const real v3639 = v3636 + v3339 - p[19] * v3341;
-    const real v3641 = p[18] * v3608 + p[20] * v3639;
-    const real v3644 = v1356 * v3641;
-    const real v3652 = v206 * v3479 + c121 * v3481 + s121 * v3484;
-    const real v3656 = v227 * v3143 + v206 * v3652 - v3296 - v3582;
-    const real v3663 = v227 * v2998;
-    const real v3666 = v206 * v3492 + s121 * (v3166 - v227 * v605) - c121 * (v3663 + v3175);
-    const real v3668 = p[20] * v3656 + v224 * v3666;
-    const real v3671 = v1384 * v3668;
-    const real v3685 = v109 * v3618 + v140 * v3155 + v29 * v3634 + v28 * v3608 + p[17] * v3599 - v1397 * (p[17] * v3644);
-    const real v3686 = v211 * v3666;
-    const real v3687 = p[20] * v3686;
-    const real v3706 = v284 * v3141 + v386 * v3479 + v225 * v3492 + v283 * v3652 - v222 * v3686 + v187 * v3687;
-    const real v3711 = v3685 - v127 * (v218 * v3687) + c111 * (v150 * (v118 * v3687) - v3150) + s111 * (v3706 - v1422 * (p[17] * v3671));
-    const real v3725 = v3552 + x[15] * v3555 + x[16] * v3560 + v211 * v3656 + v28 * v3639 - v3644;
-    const real v3736 = v607 * v555;
-    const real v3740 = v585 * v2998 - (v606 + v516 * v3736);
-    const real v3742 = v622 * v3740 + v631;
-    const real v3743 = v3736 - v3742;
-    const real v3749 = v555 * v2998 + v554;
-    const real v3751 = v44 * v2998 + v315 * v3749;
-    const real v3755 = v3740 * v554 - v555 * v3736;
-    const real v3757 = v3736 + v3742;
-    const real v3759 = v279 * v3755 - v299 * v3757;
-    const real v3760 = v3736 + v3759;
-    const real v3762 = v3742 + v3759;
-    const real v3768 = c121 * v2998 - s121 * v3749;
-    const real v3776 = v3075 - v414 * v3736 - v512 * v3755;
-    const real v3779 = v3776 * v428 - v429 * v3736;
-    const real v3783 = v3085 - v345 * v3736 - v410 * v3779 - v495 * v3755;
-    const real v3786 = v3783 * v355 - v356 * v3736;
-    const real v3794 = v341 * v3786 - (v294 * v3736 + v3097 + v396 * v3779) + v486 * v3755;
-    const real v3797 = v3794 * v312 - v313 * v3736;
-    const real v3807 = v292 * v3797 - (v248 * v3736 + v3069 + v483 * v3755 + v393 * v3779 + v338 * v3786);
-    const real v3810 = v3807 * v255 - v256 * v3736;
-    const real v3823 = v512 * v3742 - v451 * v3749;
-    const real v3825 = v549 * v3742 - v429 * v3755 + v3823 * v428;
-    const real v3835 = v495 * v3742 - v366 * v3749 - v410 * v3825;
-    const real v3837 = v508 * v3742 - v356 * v3755 + v3835 * v355;
-    const real v3849 = v486 * v3742 - v325 * v3749 - v341 * v3837 + v396 * v3825;
-    const real v3851 = v313 * v3755 + v491 * v3742 + v3849 * v312;
-    const real v3853 = v483 * v3742 + v266 * v3749 - v393 * v3825 - v338 * v3837 - v292 * v3851;
-    const real v3855 = v484 * v3742 - v256 * v3755 + v3853 * v255;
-    const real v3857 = c121 * v3810 + s121 * v3855;
-    const real v3861 = v3797 - v3837;
-    const real v3863 = v3786 - v3851;
-    const real v3865 = v279 * v3861 + v299 * v3863;
-    const real v3866 = v3865 - v3786;
-    const real v3867 = v113 * v3760 - v3866;
-    const real v3869 = v281 * v3760 + v884 * (v29 * v3762) + v158 * v3768 + v244 * v3857 + v253 * v3867;
-    const real v3870 = v3865 + v3851;
-    const real v3876 = c121 * v3779 + s121 * v3825;
-    const real v3877 = K(-2.0) * v3760 - v3876;
-    const real v3880 = v3759 + v3742;
-    const real v3883 = v3779 + v3755;
-    const real v3886 = K(-2.0) * v3742 + v3825;
-    const real v3888 = s121 * v3883 - c121 * v3886;
-    const real v3890 = v3870 - v227 * v3880 + v206 * v3888;
-    const real v3897 = v283 * v3890 - (v226 * v2998 + v284 * v3880 + v317 * v3749);
-    const real v3901 = v429 * v2998 - v549 * v3749;
-    const real v3902 = v3768 - v3901;
-    const real v3913 = v356 * v2998 - v508 * v3749 - v423 * v3901;
-    const real v3922 = v406 * v3901 - (v313 * v2998 + v491 * v3749) - v350 * v3913;
-    const real v3924 = v484 * v3749 - v256 * v2998 + v394 * v3901 + v339 * v3913 + v309 * v3922;
-    const real v3930 = v113 * v3768 - c121 * v3913 - s121 * v3922;
-    const real v3932 = c111 * v3924 + s111 * v3930;
-    const real v3937 = v3869 - v29 * v3870 + v280 * v3877 + v3897 + v58 * (v112 * v3902 + c111 * (v145 * v3932));
-    const real v3941 = v269 * v3755 - v295 * v3757;
-    const real v3942 = v3736 + v3941;
-    const real v3944 = v3742 + v3941;
-    const real v3950 = c68 * v2998 - s68 * v3749;
-    const real v3955 = c68 * v3810 + s68 * v3855;
-    const real v3961 = v269 * v3861 + v295 * v3863;
-    const real v3962 = v3961 - v3786;
-    const real v3963 = v59 * v3942 - v3962;
-    const real v3965 = v271 * v3942 + v976 * (v10 * v3944) + v105 * v3950 + v239 * v3955 + v251 * v3963;
-    const real v3966 = v3961 + v3851;
-    const real v3972 = c68 * v3779 + s68 * v3825;
-    const real v3973 = K(-2.0) * v3942 - v3972;
-    const real v3976 = v3941 + v3742;
-    const real v3981 = s68 * v3883 - c68 * v3886;
-    const real v3983 = v3966 - v203 * v3976 + v181 * v3981;
-    const real v3990 = v273 * v3983 - (v202 * v2998 + v274 * v3976 + v316 * v3749);
-    const real v3992 = v3950 - v3901;
-    const real v3999 = v59 * v3950 - c68 * v3913 - s68 * v3922;
-    const real v4001 = c52 * v3924 + s52 * v3999;
-    const real v4006 = v3965 - v10 * v3966 + v270 * v3973 + v3990 + v58 * (v53 * v3992 + c52 * (v92 * v4001));
-    const real v4007 = v870 * (v34 * v3743) + v3751 + v3937 + v4006;
-    const real v4015 = v695 * v3776 + v697 * v3823;
-    const real v4018 = v410 * v4015 - v366 * v3901;
-    const real v4020 = v639 * v3783 + v663 * v3835 + v688 * v4018;
-    const real v4034 = v423 * v4015 - (v356 * v3779 + v508 * v3825) + v4018 * v355;
-    const real v4036 = v396 * v4015 + v325 * v3901 + v341 * v4034;
-    const real v4041 = v341 * v4020 - v325 * v3913;
-    const real v4043 = v716 * v3794 + v731 * v3849 + v747 * v4036 + v763 * v4041;
-    const real v4059 = v491 * v3825 - v313 * v3779 + v406 * v4015 + v4036 * v312;
-    const real v4061 = v393 * v4015 + v266 * v3901 - v338 * v4034 + v292 * v4059;
-    const real v4075 = v313 * v3786 - v491 * v3837 + v406 * v4034 + v350 * v4020 + v4041 * v312;
-    const real v4077 = v338 * v4020 + v266 * v3913 - v292 * v4075;
-    const real v4082 = v292 * v4043 + v266 * v3922;
-    const real v4084 = v803 * v3807 + v819 * v3853 + v836 * v4061 + v787 * v4077 + v854 * v4082;
-    const real v4086 = v869 * v4007 - (v37 * v3743 + v4020 + v4043 + v4084);
-    const real v4088 = v4007 * v35;
-    const real v4095 = v187 * v3749;
-    const real v4096 = v169 * v2998;
-    const real v4098 = v4095 - v4096 - v4015;
-    const real v4103 = x[4] * (x[5] * v3901) - v4096;
-    const real v4125 = c39 * (c43 * v3924 - s43 * (v3376 + v3913)) + s39 * (v3922 - v47 * v3749);
-    const real v4129 = v4020 - v4043;
-    const real v4131 = v269 * v4075 + v295 * v4129;
-    const real v4144 = v339 * v4020 - (v256 * v3786 + v484 * v3837 + v394 * v4034) + v4077 * v255;
-    const real v4157 = v256 * v3797 - v484 * v3851 + v394 * v4059 - v339 * v4075 + v309 * v4043 + v4082 * v255;
-    const real v4161 = s52 * (v59 * v3963 - v4020 + v4131 + v4084) + c52 * (v59 * v3955 + c68 * v4144 + s68 * v4157);
-    const real v4165 = s52 * v4161 - v4084 + v90 * v4001;
-    const real v4168 = v85 * v4165 - v100 * v4001;
-    const real v4174 = p[13] * v3992 + s52 * v3924 - c52 * v3999;
-    const real v4177 = v84 * v4174 + v91 * v4165;
-    const real v4187 = v3942 + v3972 - v4015;
-    const real v4197 = v394 * v4015 - (v256 * v3779 + v484 * v3825) + v4061 * v255;
-    const real v4208 = p[13] * v4187 + s52 * (v3955 + v60 * v3992 + v4197) + c52 * (v3962 + v59 * v3973 + s68 * v4059 - c68 * v4034);
-    const real v4210 = v4208 + v80 * v4174;
-    const real v4212 = v524 * v3743 + v454 * v3944 - v59 * v3966 + v4043 + v4131 + p[13] * v4210;
-    const real v4215 = v4212 + v4086 - p[14] * v4088;
-    const real v4217 = p[13] * v4177 + p[15] * v4215;
-    const real v4220 = v1181 * v4217;
-    const real v4225 = v3825 - v3742 - v4015;
-    const real v4227 = v4059 - v3851;
-    const real v4230 = v3837 + v4034;
-    const real v4232 = v181 * v4225 + c68 * v4227 + s68 * v4230;
-    const real v4236 = v203 * v3983 + v181 * v4232 - v4043 - v4131;
-    const real v4238 = v3749 + v3901;
-    const real v4246 = v181 * v4238 + s68 * (v3913 - v3498) - c68 * (v203 * v3749 + v3922);
-    const real v4248 = p[15] * v4236 + v200 * v4246;
-    const real v4251 = v1214 * v4248;
-    const real v4265 = v50 * v4187 + v87 * v3992 + v10 * v4210 + v9 * v4177 + p[12] * v4168 - v1227 * (p[12] * v4220);
-    const real v4266 = v186 * v4246;
-    const real v4267 = p[15] * v4266;
-    const real v4286 = v274 * v3981 + v384 * v4225 + v201 * v4238 + v273 * v4232 - v198 * v4266 + v187 * v4267;
-    const real v4291 = v4265 - v74 * (v194 * v4267) + c52 * (v97 * (v65 * v4267) - v3990) + s52 * (v4286 - v1252 * (p[12] * v4251));
-    const real v4297 = v3736 - v4096;
-    const real v4300 = x[4] * v3749 - x[5] * v2998;
-    const real v4305 = x[3] * v2998 - x[4] * v3901;
-    const real v4312 = v4297 + x[13] * v4300 + x[14] * v4305 + v186 * v4236 + v9 * v4215 - v4220;
-    const real v4327 = v279 * v4075 + v299 * v4129;
-    const real v4337 = s111 * (v113 * v3867 - v4020 + v4327 + v4084) + c111 * (v113 * v3857 + c121 * v4144 + s121 * v4157);
-    const real v4341 = s111 * v4337 - v4084 + v143 * v3932;
-    const real v4344 = v138 * v4341 - v153 * v3932;
-    const real v4350 = p[18] * v3902 + s111 * v3924 - c111 * v3930;
-    const real v4353 = v137 * v4350 + v144 * v4341;
-    const real v4363 = v3760 + v3876 - v4015;
-    const real v4377 = p[18] * v4363 + s111 * (v3857 + v114 * v3902 + v4197) + c111 * (v3866 + v113 * v3877 + s121 * v4059 - c121 * v4034);
-    const real v4379 = v4377 + v133 * v4350;
-    const real v4381 = v526 * v3743 + v466 * v3762 - v113 * v3870 + v4043 + v4327 + p[18] * v4379;
-    const real v4384 = v4381 + v4086 - p[19] * v4088;
-    const real v4386 = p[18] * v4353 + p[20] * v4384;
-    const real v4389 = v1356 * v4386;
-    const real v4397 = v206 * v4225 + c121 * v4227 + s121 * v4230;
-    const real v4401 = v227 * v3890 + v206 * v4397 - v4043 - v4327;
-    const real v4410 = v206 * v4238 + s121 * (v3913 - v3663) - c121 * (v227 * v3749 + v3922);
-    const real v4412 = p[20] * v4401 + v224 * v4410;
-    const real v4415 = v1384 * v4412;
-    const real v4429 = v109 * v4363 + v140 * v3902 + v29 * v4379 + v28 * v4353 + p[17] * v4344 - v1397 * (p[17] * v4389);
-    const real v4430 = v211 * v4410;
-    const real v4431 = p[20] * v4430;
-    const real v4450 = v284 * v3888 + v386 * v4225 + v225 * v4238 + v283 * v4397 - v222 * v4430 + v187 * v4431;
-    const real v4455 = v4429 - v127 * (v218 * v4431) + c111 * (v150 * (v118 * v4431) - v3897) + s111 * (v4450 - v1422 * (p[17] * v4415));
-    const real v4469 = v4297 + x[15] * v4300 + x[16] * v4305 + v211 * v4401 + v28 * v4384 - v4389;
-    const real v4483 = v339 - v350 * v309;
-    const real v4489 = v394 + v406 * v309 - v423 * v4483;
-    const real v4497 = v484 - v491 * v309 - v508 * v4483 - v549 * v4489;
-    const real v4499 = v256 + v313 * v309 - v356 * v4483 - v429 * v4489 - v555 * v4497;
-    const real v4500 = v607 * v4499;
-    const real v4504 = v4499 * v605;
-    const real v4506 = v516 * v4500 - v606 * v4497 - v585 * v4504;
-    const real v4509 = v622 * v4506 + v631 * v4497;
-    const real v4510 = v4500 + v4509;
-    const real v4525 = v555 * v4500 + v4506 * v554;
-    const real v4527 = v414 * v4500 - v606 * v4489 - v451 * v4504 - v512 * v4525;
-    const real v4529 = v429 * v4500 + v4527 * v428;
-    const real v4533 = v345 * v4500 - v606 * v4483 - v366 * v4504 - v410 * v4529 - v495 * v4525;
-    const real v4540 = v4497 * v554 - v555 * v4504;
-    const real v4550 = v512 * v4509 - v665 * v4489 - v451 * v4540;
-    const real v4552 = v549 * v4509 - v429 * v4525 + v4550 * v428;
-    const real v4554 = v495 * v4509 - v665 * v4483 - v366 * v4540 - v410 * v4552;
-    const real v4561 = v695 * v4527 + v697 * v4550 + v700 * v4489;
-    const real v4569 = v4489 * v428 - (v429 * v4504 + v549 * v4540);
-    const real v4571 = v410 * v4561 - v693 * v4483 - v366 * v4569;
-    const real v4575 = v639 * v4533 + v663 * v4554 + v688 * v4571 + v637 * v4483;
-    const real v4586 = v356 * v4500 + v4533 * v355;
-    const real v4590 = v606 * v309 + v294 * v4500 + v325 * v4504 - v396 * v4529 + v341 * v4586 + v486 * v4525;
-    const real v4601 = v508 * v4509 - v356 * v4525 + v4554 * v355;
-    const real v4605 = v486 * v4509 - v665 * v309 - v325 * v4540 - v341 * v4601 + v396 * v4552;
-    const real v4619 = v423 * v4561 - (v356 * v4529 + v508 * v4552) + v4571 * v355;
-    const real v4621 = v693 * v309 + v396 * v4561 + v325 * v4569 + v341 * v4619;
-    const real v4633 = v4483 * v355 - (v356 * v4504 + v508 * v4540 + v423 * v4569);
-    const real v4635 = v341 * v4575 - v777 * v309 - v325 * v4633;
-    const real v4639 = v716 * v4590 + v731 * v4605 + v747 * v4621 + v763 * v4635 + v784 * v309;
-    const real v4652 = v606 + v248 * v4500 + v266 * v4504 - v483 * v4525 - v393 * v4529 - v338 * v4586;
-    const real v4655 = v313 * v4500 + v4590 * v312;
-    const real v4657 = v4652 + v292 * v4655;
-    const real v4672 = v313 * v4525 + v491 * v4509 + v4605 * v312;
-    const real v4674 = v665 + v483 * v4509 + v266 * v4540 - v393 * v4552 - v338 * v4601 - v292 * v4672;
-    const real v4689 = v491 * v4552 - v313 * v4529 + v406 * v4561 + v4621 * v312;
-    const real v4691 = v693 + v393 * v4561 + v266 * v4569 - v338 * v4619 + v292 * v4689;
-    const real v4706 = v313 * v4586 - v491 * v4601 + v406 * v4619 + v350 * v4575 + v4635 * v312;
-    const real v4708 = v777 + v338 * v4575 + v266 * v4633 - v292 * v4706;
-    const real v4710 = v266 * v255 * v255 + v803 * v4657 + v819 * v4674 + v836 * v4691 + v787 * v4708;
-    const real v4720 = v783 - v350 * v777 + v406 * v693 - v491 * v665 + v313 * v606 + v292 * v4639;
-    const real v4729 = v313 * v4504 - v491 * v4540 + v406 * v4569 - v350 * v4633 + v309 * v312;
-    const real v4731 = v4720 + v266 * v4729;
-    const real v4733 = v4710 + v854 * v4731;
-    const real v4740 = v44 * v4504 - v315 * v4540;
-    const real v4743 = v4500 - v4509;
-    const real v4745 = v279 * v4525 + v299 * v4743;
-    const real v4746 = v4745 - v4500;
-    const real v4748 = v4509 + v4745;
-    const real v4754 = c121 * v4504 + s121 * v4540;
-    const real v4759 = v256 * v4500 + v4657 * v255;
-    const real v4765 = v484 * v4509 - v256 * v4525 + v4674 * v255;
-    const real v4767 = c121 * v4759 + s121 * v4765;
-    const real v4771 = v4655 - v4601;
-    const real v4773 = v4586 - v4672;
-    const real v4775 = v279 * v4771 + v299 * v4773;
-    const real v4776 = v4775 - v4586;
-    const real v4777 = v113 * v4746 - v4776;
-    const real v4779 = v281 * v4746 + v884 * (v29 * v4748) - v158 * v4754 + v244 * v4767 + v253 * v4777;
-    const real v4780 = v4775 + v4672;
-    const real v4786 = c121 * v4529 + s121 * v4552;
-    const real v4787 = K(-2.0) * v4746 - v4786;
-    const real v4791 = v4745 + v4509;
-    const real v4798 = v4529 + v4525;
-    const real v4801 = K(-2.0) * v4509 + v4552;
-    const real v4803 = s121 * v4798 - c121 * v4801;
-    const real v4805 = v4780 - v227 * v4791 + v206 * v4803;
-    const real v4807 = v226 * v4504 - v284 * v4791 - v317 * v4540 + v283 * v4805;
-    const real v4818 = v255 + v256 * v4504 + v484 * v4540 + v394 * v4569 + v339 * v4633 + v309 * v4729;
-    const real v4824 = v113 * v4754 + c121 * v4633 + s121 * v4729;
-    const real v4826 = c111 * v4818 - s111 * v4824;
-    const real v4829 = v4754 + v4569;
-    const real v4833 = v4779 - v29 * v4780 + v280 * v4787 + v4807 + v58 * (c111 * (v145 * v4826) - v112 * v4829);
-    const real v4837 = v269 * v4525 + v295 * v4743;
-    const real v4838 = v4837 - v4500;
-    const real v4840 = v4509 + v4837;
-    const real v4846 = c68 * v4504 + s68 * v4540;
-    const real v4851 = c68 * v4759 + s68 * v4765;
-    const real v4857 = v269 * v4771 + v295 * v4773;
-    const real v4858 = v4857 - v4586;
-    const real v4859 = v59 * v4838 - v4858;
-    const real v4861 = v271 * v4838 + v976 * (v10 * v4840) - v105 * v4846 + v239 * v4851 + v251 * v4859;
-    const real v4862 = v4857 + v4672;
-    const real v4868 = c68 * v4529 + s68 * v4552;
-    const real v4869 = K(-2.0) * v4838 - v4868;
-    const real v4873 = v4837 + v4509;
-    const real v4882 = s68 * v4798 - c68 * v4801;
-    const real v4884 = v4862 - v203 * v4873 + v181 * v4882;
-    const real v4886 = v202 * v4504 - v274 * v4873 - v316 * v4540 + v273 * v4884;
-    const real v4893 = v59 * v4846 + c68 * v4633 + s68 * v4729;
-    const real v4895 = c52 * v4818 - s52 * v4893;
-    const real v4898 = v4846 + v4569;
-    const real v4902 = v4861 - v10 * v4862 + v270 * v4869 + v4886 + v58 * (c52 * (v92 * v4895) - v53 * v4898);
-    const real v4903 = v58 + v870 * (v34 * v4510) + v4740 - v4833 - v4902;
-    const real v4905 = v37 * v4510 - v4575 - v4639 - v4733 - v869 * v4903;
-    const real v4908 = v4903 * v35;
-    const real v4915 = v169 * v4504;
-    const real v4916 = v187 * v4540;
-    const real v4918 = v4915 + v4916 - v4561;
-    const real v4922 = v4915 + x[4] * (x[5] * v4569);
-    const real v4946 = c39 * (s43 * (v47 * v4504 - v4633) + c43 * v4818) + s39 * (v4729 - v47 * v4540);
-    const real v4950 = v4575 - v4639;
-    const real v4952 = v269 * v4706 + v295 * v4950;
-    const real v4965 = v339 * v4575 - (v256 * v4586 + v484 * v4601 + v394 * v4619) + v4708 * v255;
-    const real v4978 = v256 * v4655 - v484 * v4672 + v394 * v4689 - v339 * v4706 + v309 * v4639 + v4731 * v255;
-    const real v4982 = s52 * (v59 * v4859 - v4575 + v4952 + v4733) + c52 * (v59 * v4851 + c68 * v4965 + s68 * v4978);
-    const real v4986 = s52 * v4982 - v4733 + v90 * v4895;
-    const real v4989 = v85 * v4986 - v100 * v4895;
-    const real v4995 = s52 * v4818 - p[13] * v4898 + c52 * v4893;
-    const real v4998 = v84 * v4995 + v91 * v4986;
-    const real v5008 = v4838 + v4868 - v4561;
-    const real v5018 = v394 * v4561 - (v256 * v4529 + v484 * v4552) + v4691 * v255;
-    const real v5029 = p[13] * v5008 + s52 * (v4851 - v60 * v4898 + v5018) + c52 * (v4858 + v59 * v4869 + s68 * v4689 - c68 * v4619);
-    const real v5031 = v5029 + v80 * v4995;
-    const real v5033 = v454 * v4840 - v524 * v4510 - v59 * v4862 + v4639 + v4952 + p[13] * v5031;
-    const real v5036 = v5033 + v4905 + p[14] * v4908;
-    const real v5038 = p[13] * v4998 + p[15] * v5036;
-    const real v5041 = v1181 * v5038;
-    const real v5046 = v4552 - v4509 - v4561;
-    const real v5048 = v4689 - v4672;
-    const real v5051 = v4601 + v4619;
-    const real v5053 = v181 * v5046 + c68 * v5048 + s68 * v5051;
-    const real v5057 = v203 * v4884 + v181 * v5053 - v4639 - v4952;
-    const real v5059 = v4540 + v4569;
-    const real v5068 = v181 * v5059 + s68 * (v203 * v4504 + v4633) - c68 * (v203 * v4540 + v4729);
-    const real v5070 = p[15] * v5057 + v200 * v5068;
-    const real v5073 = v1214 * v5070;
-    const real v5087 = v50 * v5008 - v87 * v4898 + v10 * v5031 + v9 * v4998 + p[12] * v4989 - v1227 * (p[12] * v5041);
-    const real v5088 = v186 * v5068;
-    const real v5089 = p[15] * v5088;
-    const real v5108 = v274 * v4882 + v384 * v5046 + v201 * v5059 + v273 * v5053 - v198 * v5088 + v187 * v5089;
-    const real v5113 = v5087 - v74 * (v194 * v5089) + c52 * (v97 * (v65 * v5089) - v4886) + s52 * (v5108 - v1252 * (p[12] * v5073));
-    const real v5119 = v4915 - v4500;
-    const real v5122 = x[5] * v4504 + x[4] * v4540;
-    const real v5127 = x[3] * v4504 + x[4] * v4569;
-    const real v5134 = v5119 + x[13] * v5122 - x[14] * v5127 + v186 * v5057 + v9 * v5036 - v5041;
-    const real v5149 = v279 * v4706 + v299 * v4950;
-    const real v5159 = s111 * (v113 * v4777 - v4575 + v5149 + v4733) + c111 * (v113 * v4767 + c121 * v4965 + s121 * v4978);
-    const real v5163 = s111 * v5159 - v4733 + v143 * v4826;
-    const real v5166 = v138 * v5163 - v153 * v4826;
-    const real v5172 = s111 * v4818 - p[18] * v4829 + c111 * v4824;
-    const real v5175 = v137 * v5172 + v144 * v5163;
-    const real v5185 = v4746 + v4786 - v4561;
-    const real v5199 = p[18] * v5185 + s111 * (v4767 - v114 * v4829 + v5018) + c111 * (v4776 + v113 * v4787 + s121 * v4689 - c121 * v4619);
-    const real v5201 = v5199 + v133 * v5172;
-    const real v5203 = v466 * v4748 - v526 * v4510 - v113 * v4780 + v4639 + v5149 + p[18] * v5201;
-    const real v5206 = v5203 + v4905 + p[19] * v4908;
-    const real v5208 = p[18] * v5175 + p[20] * v5206;
-    const real v5211 = v1356 * v5208;
-    const real v5219 = v206 * v5046 + c121 * v5048 + s121 * v5051;
-    const real v5223 = v227 * v4805 + v206 * v5219 - v4639 - v5149;
-    const real v5233 = v206 * v5059 + s121 * (v227 * v4504 + v4633) - c121 * (v227 * v4540 + v4729);
-    const real v5235 = p[20] * v5223 + v224 * v5233;
-    const real v5238 = v1384 * v5235;
-    const real v5252 = v109 * v5185 - v140 * v4829 + v29 * v5201 + v28 * v5175 + p[17] * v5166 - v1397 * (p[17] * v5211);
-    const real v5253 = v211 * v5233;
-    const real v5254 = p[20] * v5253;
-    const real v5273 = v284 * v4803 + v386 * v5046 + v225 * v5059 + v283 * v5219 - v222 * v5253 + v187 * v5254;
-    const real v5278 = v5252 - v127 * (v218 * v5254) + c111 * (v150 * (v118 * v5254) - v4807) + s111 * (v5273 - v1422 * (p[17] * v5238));
-    const real v5292 = v5119 + x[15] * v5122 - x[16] * v5127 + v211 * v5223 + v28 * v5206 - v5211;
-    J_p[0] = v1042 - v529 * v634 - p[7] * v1045;
-    J_p[1] = v1042 - v532 * v634 - p[6] * v1045;
-    J_p[2] = v1055 - v634;
-    J_p[3] = v1055;
-    J_p[4] = v1059 - (v621 + v1053);
-    J_p[5] = v1053 - v633 - v1059;
-    J_p[6] = -(v1064 * (p[1] * v634) + p[1] * v1045);
-    J_p[7] = v876 - v1070 * (p[0] * v634) - p[0] * v1045;
-    J_p[8] = v876;
-    J_p[9] = v1085;
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real D1 = t_os4zj * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real D2 = t_nfvux * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real t_xpjrw = K(1.0) / M_C;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) * t_xpjrw;
+    const real t_owkw5 = p[h1] * p[h1];
+    const real t_gy5fy = p[h2] * p[h2];
+    const real t_piq3g = p[b] * p[b];
+    const real t_rvsxd = p[h0] * p[h0];
+    const real t_iw7bs = x_C * x_C;
+    const real S_C = me1 * t_owkw5
+        + me2 * t_gy5fy
+        + p[m] * t_piq3g
+        + p[m0] * t_rvsxd
+        - M_C * t_iw7bs;
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real t_lupe6 = cos_phi1 * t_w7vil;
+    const real tension1 = t_lupe6 * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_7vbeu = q_1 * q_1;
+    const real t_odnx4 = K(1.0) / (p[I1] + p[m1] * t_7vbeu);
+    const real th_1 = p[m1] * t_odnx4;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_simvy = e1 * e1;
+    const real t_qodfc = me1 * t_simvy;
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_qodfc + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_wmv32 = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + Wn1 * lc_1 * w_x1 - chi1 * p[l1] * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real t_cekeb = cos_phi2 * t_6fvzz;
+    const real tension2 = t_cekeb * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_bnx3m = q_2 * q_2;
+    const real t_mwbp3 = K(1.0) / (p[I2] + p[m2] * t_bnx3m);
+    const real th_2 = p[m2] * t_mwbp3;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_quuci = e2 * e2;
+    const real t_7nffd = me2 * t_quuci;
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_7nffd + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_nlamb = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + Wn2 * lc_2 * w_x2 - chi2 * p[l2] * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_qodfc
+        - t_7nffd
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_5gmab = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_D6 = K66
+        - t_hmob3 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_5gmab * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_nfkwa;
+    const real t_cufdy = X_y5 * t_ftqxb;
+    const real X_x5 = t_cufdy - K_L65 * X_x6;
+    const real t_72jfh = X_y4 * t_lt2al;
+    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_izhu2 = X_y3 * t_zmh3u;
+    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_uifqg = X_y2 * t_4iujv;
+    const real X_x2 = t_uifqg
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real t_o4hiw = X_x6 * t_nfkwa;
+    const real t_3g325 = t_6urah + K_L43 * K_L32;
+    const real t_g7phw = K_L53 * K_L32 - (x_C + K_L52) - K_L54 * t_3g325;
+    const real t_wjbnt = t_dj64q + K_L63 * K_L32 - K_L64 * t_3g325 - K_L65 * t_g7phw;
+    const real t_5shbl = t_o4hiw * t_wjbnt;
+    const real t_dzxqu = K_L65 * t_ftqxb;
+    const real t_ncxva = t_wjbnt * t_nfkwa;
+    const real t_qxirk = t_5gmab * t_5shbl - X_x6 * t_g7phw - X_y5 * t_ncxva;
+    const real t_eriz2 = t_cufdy * t_ftqxb;
+    const real t_czoan = t_dzxqu * t_qxirk + t_eriz2 * t_g7phw;
+    const real t_cjz52 = t_5shbl + t_czoan;
+    const real t_insvr = t_izhu2 * t_zmh3u;
+    const real t_kpf5p = K_L63 * t_zmh3u;
+    const real t_u7ikg = K_L65 * t_5shbl + t_qxirk * t_ftqxb;
+    const real t_txhh4 = t_e4k6u * t_5shbl - X_x6 * t_3g325 - X_y4 * t_ncxva - t_amczu * t_u7ikg;
+    const real t_6k53y = K_L64 * t_5shbl + t_txhh4 * t_lt2al;
+    const real t_posex = X_x6 * K_L32
+        + t_rahc4 * t_5shbl
+        - X_y3 * t_ncxva
+        - t_m27n6 * t_6k53y
+        - t_bxfcn * t_u7ikg;
+    const real t_qe675 = K_L53 * t_zmh3u;
+    const real t_ojvym = t_g7phw * t_ftqxb - K_L65 * t_ncxva;
+    const real t_riqc4 = t_amczu * t_czoan - X_x5 * t_3g325 - X_y4 * t_ojvym;
+    const real t_o45mp = K_L54 * t_czoan - K_L64 * t_u7ikg + t_riqc4 * t_lt2al;
+    const real t_c6h3v = X_x5 * K_L32 + t_bxfcn * t_czoan - X_y3 * t_ojvym - t_m27n6 * t_o45mp;
+    const real t_ydwjl = K_L43 * t_zmh3u;
+    const real t_wurun = K_L64 * t_lt2al;
+    const real t_2e52m = K_L54 * t_lt2al;
+    const real t_gkoba = t_72jfh * t_lt2al;
+    const real t_ufqkl = t_wurun * t_txhh4 + t_2e52m * t_riqc4 + t_gkoba * t_3g325;
+    const real t_ykkzy = t_3g325 * t_lt2al - (K_L64 * t_ncxva + K_L54 * t_ojvym);
+    const real t_iozzf = X_x4 * K_L32 + t_m27n6 * t_ufqkl - X_y3 * t_ykkzy;
+    const real t_5fsgj = t_insvr * K_L32 - (t_kpf5p * t_posex + t_qe675 * t_c6h3v + t_ydwjl * t_iozzf);
+    const real t_2ngl5 = t_dj64q * t_4iujv;
+    const real t_vkicw = K_L63 * t_5shbl + t_posex * t_zmh3u;
+    const real t_zossc = X_x6
+        + t_hmob3 * t_5shbl
+        + X_y2 * t_ncxva
+        - t_m67zs * t_6k53y
+        + t_d4mqf * t_vkicw
+        + t_p6zld * t_u7ikg;
+    const real t_hfybw = K_L52 * t_4iujv;
+    const real t_evpu4 = K_L53 * t_czoan - K_L63 * t_u7ikg + t_c6h3v * t_zmh3u;
+    const real t_gpk77 = t_p6zld * t_czoan
+        - X_x5
+        - X_y2 * t_ojvym
+        - t_d4mqf * t_evpu4
+        + t_m67zs * t_o45mp;
+    const real t_dwrhg = t_6urah * t_4iujv;
+    const real t_usrz2 = K_L43 * t_ufqkl - (K_L63 * t_6k53y + K_L53 * t_o45mp) + t_iozzf * t_zmh3u;
+    const real t_2wwhh = X_x4 + t_m67zs * t_ufqkl + X_y2 * t_ykkzy + t_d4mqf * t_usrz2;
+    const real t_6yahm = K_L32 * t_4iujv;
+    const real t_blall = K_L63 * t_ncxva + K_L53 * t_ojvym + K_L43 * t_ykkzy + K_L32 * t_zmh3u;
+    const real t_i67b6 = X_y2 * t_blall - (X_x3 + t_d4mqf * t_5fsgj);
+    const real t_5am4i = t_uifqg * t_4iujv;
+    const real t_esyty = t_2ngl5 * t_zossc
+        + t_hfybw * t_gpk77
+        + t_dwrhg * t_2wwhh
+        + t_6yahm * t_i67b6
+        + t_5am4i;
+    const real t_3tmqi = t_3go2w * t_bpfoo;
+    const real t_gnrqx = t_dj64q * t_vkicw
+        - K_L52 * t_evpu4
+        + t_6urah * t_usrz2
+        - K_L32 * t_5fsgj
+        + t_i67b6 * t_4iujv;
+    const real t_irwpn = t_zzymx * t_5fsgj + b1 * t_blall + t_b3aij * t_gnrqx;
+    const real t_ielc3 = t_e4enr * t_bpfoo;
+    const real t_rl367 = t_dj64q * t_5shbl + t_zossc * t_4iujv;
+    const real t_h2gcj = t_bl4f2 * t_5shbl
+        + b1 * t_ncxva
+        - t_6mmeb * t_u7ikg
+        - t_2m245 * t_6k53y
+        - t_zzymx * t_vkicw
+        + t_b3aij * t_rl367;
+    const real t_2lluf = t_vshgd * t_bpfoo;
+    const real t_jdfsv = t_dj64q * t_u7ikg + K_L52 * t_czoan + t_gpk77 * t_4iujv;
+    const real t_fqofw = t_6mmeb * t_czoan
+        + b1 * t_ojvym
+        - t_2m245 * t_o45mp
+        - t_zzymx * t_evpu4
+        - t_b3aij * t_jdfsv;
+    const real t_jtjoh = t_xq4wt * t_bpfoo;
+    const real t_ic3zc = K_L52 * t_o45mp - t_dj64q * t_6k53y + t_6urah * t_ufqkl + t_2wwhh * t_4iujv;
+    const real t_oqopf = t_2m245 * t_ufqkl + b1 * t_ykkzy - t_zzymx * t_usrz2 + t_b3aij * t_ic3zc;
+    const real t_6xwz3 = t_w7lcw * t_bpfoo;
+    const real t_42z75 = t_dj64q * t_ncxva
+        - K_L52 * t_ojvym
+        + t_6urah * t_ykkzy
+        + K_L32 * t_blall
+        + t_4iujv;
+    const real t_pvda3 = t_b3aij * t_esyty + b1 * t_42z75;
+    const real t_fvnmp = t_3tmqi * t_irwpn
+        - (t_ielc3 * t_h2gcj + t_2lluf * t_fqofw + t_jtjoh * t_oqopf)
+        - t_6xwz3 * t_pvda3;
+    const real t_rl7kq = x_C * t_xpjrw;
+    const real t_jf3qj = x_C + x_C;
+    const real t_kvgen = t_gcu5g * t_ncxva - f_y * t_ojvym;
+    const real t_cjz52_2 = t_5shbl - t_czoan;
+    const real t_gq6gd = SC2 * t_u7ikg + S_sq2 * t_cjz52_2;
+    const real t_cw25a = t_gq6gd - t_5shbl;
+    const real t_rdwum = e2 + e2;
+    const real t_vxwz4 = t_czoan + t_gq6gd;
+    const real t_b2xhe = cos_theta2 * t_ncxva + sin_theta2 * t_ojvym;
+    const real t_jihew = t_e4enr * t_5shbl + t_h2gcj * t_bpfoo;
+    const real t_mm7af = t_vshgd * t_czoan - t_e4enr * t_u7ikg + t_fqofw * t_bpfoo;
+    const real t_zpckf = cos_theta2 * t_jihew + sin_theta2 * t_mm7af;
+    const real t_rvyqk = t_rl367 - t_evpu4;
+    const real t_yncj7 = t_vkicw - t_jdfsv;
+    const real t_3cedv = SC2 * t_rvyqk + S_sq2 * t_yncj7;
+    const real t_higk2 = t_3cedv - t_vkicw;
+    const real t_p3cia = e2 * t_cw25a - t_higk2;
+    const real t_tj6no = t_3cedv + t_jdfsv;
+    const real t_krf5c = cos_theta2 * t_6k53y + sin_theta2 * t_o45mp;
+    const real t_xbozt = K(-2.0) * t_cw25a - t_krf5c;
+    const real t_vxwz4_2 = t_gq6gd + t_czoan;
+    const real t_hz3th = t_6k53y + t_u7ikg;
+    const real t_ycuea = K(-2.0) * t_czoan + t_o45mp;
+    const real t_fpdlq = sin_theta2 * t_hz3th - cos_theta2 * t_ycuea;
+    const real t_jjae4 = t_tj6no - g_2 * t_vxwz4_2 + q_2 * t_fpdlq;
+    const real t_mche2 = t_iya7w * t_ncxva - wg_2 * t_vxwz4_2 - t_oncjt * t_ojvym + wth_2 * t_jjae4;
+    const real t_avmqp = t_e4enr * t_ncxva
+        + t_vshgd * t_ojvym
+        + t_xq4wt * t_ykkzy
+        - t_3go2w * t_blall
+        + t_w7lcw * t_42z75;
+    const real t_fmrm2 = cos_theta2 * t_blall - e2 * t_b2xhe - sin_theta2 * t_42z75;
+    const real t_nlso5 = cos_phi2 * t_avmqp + sin_phi2 * t_fmrm2;
+    const real t_tjtzd = t_b2xhe + t_ykkzy;
+    const real t_xcmta = eAss_2 * t_cw25a
+        + t_rdwum * (me2 * t_vxwz4)
+        - F_t2 * t_b2xhe
+        + Asc_2 * t_zpckf
+        + Ass_2 * t_p3cia
+        - me2 * t_tj6no
+        + Bc_2 * t_xbozt
+        + t_mche2
+        + t_rybsf * (cos_phi2 * (mv2 * t_nlso5) - Bs_2 * t_tjtzd);
+    const real t_xgozw = SC1 * t_u7ikg + S_sq1 * t_cjz52_2;
+    const real t_j6fyz = t_xgozw - t_5shbl;
+    const real t_o6yyy = e1 + e1;
+    const real t_pvzh7 = t_czoan + t_xgozw;
+    const real t_otb6w = cos_theta1 * t_ncxva + sin_theta1 * t_ojvym;
+    const real t_j64kw = cos_theta1 * t_jihew + sin_theta1 * t_mm7af;
+    const real t_rabrj = SC1 * t_rvyqk + S_sq1 * t_yncj7;
+    const real t_dtjsi = t_rabrj - t_vkicw;
+    const real t_w4qwv = e1 * t_j6fyz - t_dtjsi;
+    const real t_oq4x2 = t_rabrj + t_jdfsv;
+    const real t_n2jmm = cos_theta1 * t_6k53y + sin_theta1 * t_o45mp;
+    const real t_wytfm = K(-2.0) * t_j6fyz - t_n2jmm;
+    const real t_pvzh7_2 = t_xgozw + t_czoan;
+    const real t_3kvsj = sin_theta1 * t_hz3th - cos_theta1 * t_ycuea;
+    const real t_57mwu = t_oq4x2 - g_1 * t_pvzh7_2 + q_1 * t_3kvsj;
+    const real t_m4w4c = t_azclp * t_ncxva - wg_1 * t_pvzh7_2 - t_vt7uo * t_ojvym + wth_1 * t_57mwu;
+    const real t_q5coj = cos_theta1 * t_blall - e1 * t_otb6w - sin_theta1 * t_42z75;
+    const real t_jwhw6 = cos_phi1 * t_avmqp + sin_phi1 * t_q5coj;
+    const real t_miils = t_otb6w + t_ykkzy;
+    const real t_dhagk = eAss_1 * t_j6fyz
+        + t_o6yyy * (me1 * t_pvzh7)
+        - F_t1 * t_otb6w
+        + Asc_1 * t_j64kw
+        + Ass_1 * t_w4qwv
+        - me1 * t_oq4x2
+        + Bc_1 * t_wytfm
+        + t_m4w4c
+        + t_rybsf * (cos_phi1 * (mv1 * t_jwhw6) - Bs_1 * t_miils);
+    const real t_tk6ae = t_jf3qj * (M_C * t_cjz52) - X_x5 + t_kvgen - t_xcmta - t_dhagk;
+    const real t_2dovo = t_iw7bs * t_cjz52 + t_5fsgj - t_esyty + t_fvnmp - t_rl7kq * t_tk6ae;
+    const real t_d2amu = t_tk6ae * t_xpjrw;
+    const real t_u25rc = W13 * t_ncxva;
+    const real t_zrnvv = W12 * t_ojvym;
+    const real t_xm2mi = t_u25rc + t_zrnvv - t_ufqkl;
+    const real t_oxofv = t_u25rc + x[wy] * (x[wz] * t_ykkzy);
+    const real t_xkwv2 = p[h0] + p[h0];
+    const real t_gfysi = p[b] + p[b];
+    const real t_y5ken = t_5fsgj + t_esyty;
+    const real t_f3g7t = SC1 * t_gnrqx - S_sq1 * t_y5ken;
+    const real t_xkhtv = t_e4enr * t_vkicw
+        + t_vshgd * t_evpu4
+        + t_xq4wt * t_usrz2
+        + t_3go2w * t_5fsgj
+        + t_irwpn * t_bpfoo;
+    const real t_vw7r6 = t_e4enr * t_rl367
+        - t_vshgd * t_jdfsv
+        + t_xq4wt * t_ic3zc
+        - t_3go2w * t_gnrqx
+        + t_w7lcw * t_esyty
+        + t_pvda3 * t_bpfoo;
+    const real t_5hhiy = sin_phi1 * (e1 * t_w4qwv + t_5fsgj + t_f3g7t - t_fvnmp)
+        + cos_phi1 * (e1 * t_j64kw - cos_theta1 * t_xkhtv + sin_theta1 * t_vw7r6);
+    const real t_s4psh = t_fvnmp + sin_phi1 * t_5hhiy + t_lupe6 * t_jwhw6;
+    const real t_sahjx = k1 * t_s4psh - sigma_sq1 * t_jwhw6;
+    const real t_6uoxu = sin_phi1 * t_avmqp - p[l1] * t_miils - cos_phi1 * t_q5coj;
+    const real t_3vohu = loss_phi1 * t_6uoxu + t_6nwd2 * t_s4psh;
+    const real t_k7gmz = t_j6fyz + t_n2jmm - t_ufqkl;
+    const real t_zrek7 = t_xq4wt * t_ufqkl - (t_e4enr * t_6k53y + t_vshgd * t_o45mp) + t_oqopf * t_bpfoo;
+    const real t_uvltu = p[l1] * t_k7gmz
+        + sin_phi1 * (t_j64kw - t_w7vil * t_miils + t_zrek7)
+        + cos_phi1 * (t_dtjsi + e1 * t_wytfm + sin_theta1 * t_ic3zc - cos_theta1 * t_usrz2)
+        + eta1 * t_6uoxu;
+    const real t_mw3gr = t_simvy * t_pvzh7
+        - t_owkw5 * t_cjz52
+        - e1 * t_oq4x2
+        + t_esyty
+        + t_f3g7t
+        + p[l1] * t_uvltu
+        + t_2dovo
+        + p[h1] * t_d2amu;
+    const real t_b3plw = p[l1] * t_3vohu + p[I1] * t_mw3gr;
+    const real t_ecohd = t_3qn53 * t_zrejm;
+    const real t_2psst = t_ecohd * t_b3plw;
+    const real t_nkvn6 = t_o45mp - t_czoan - t_ufqkl;
+    const real t_fmkhd = t_ic3zc - t_jdfsv;
+    const real t_6ykfk = t_evpu4 + t_usrz2;
+    const real t_z33xl = q_1 * t_nkvn6 + cos_theta1 * t_fmkhd + sin_theta1 * t_6ykfk;
+    const real t_kaz6z = g_1 * t_57mwu + q_1 * t_z33xl - t_esyty - t_f3g7t;
+    const real t_xwoi6 = t_ojvym + t_ykkzy;
+    const real t_bvbnx = q_1 * t_xwoi6
+        + sin_theta1 * (g_1 * t_ncxva - t_blall)
+        - cos_theta1 * (g_1 * t_ojvym + t_42z75);
+    const real t_nmhzq = p[I1] * t_kaz6z + t_xips6 * t_bvbnx;
+    const real t_sdxhx = th_1 * t_odnx4;
+    const real t_4usqf = t_sdxhx * t_nmhzq;
+    const real t_he5kr = p[l1] + p[l1];
+    const real t_eut3y = th_1 * t_bvbnx;
+    const real t_c367e = p[I1] * t_eut3y;
+    const real t_hpic2 = q_1 + q_1;
+    const real t_nbykh = wg_1 * t_3kvsj
+        + wq_1 * t_nkvn6
+        + F_n1 * t_xwoi6
+        + wth_1 * t_z33xl
+        - loss_theta1 * t_eut3y
+        + W12 * t_c367e
+        - t_hpic2 * (p[m1] * t_4usqf);
+    const real t_ljvgb = p[h1] + p[h1];
+    const real t_irqkj = t_u25rc - t_5shbl;
+    const real t_wmdbw = x[wz] * t_ncxva + x[wy] * t_ojvym;
+    const real t_egtvj = x[wx] * t_ncxva + x[wy] * t_ykkzy;
+    const real t_4fuc3 = SC2 * t_gnrqx - S_sq2 * t_y5ken;
+    const real t_d3edq = sin_phi2 * (e2 * t_p3cia + t_5fsgj + t_4fuc3 - t_fvnmp)
+        + cos_phi2 * (e2 * t_zpckf - cos_theta2 * t_xkhtv + sin_theta2 * t_vw7r6);
+    const real t_zwkow = t_fvnmp + sin_phi2 * t_d3edq + t_cekeb * t_nlso5;
+    const real t_e6f4j = k2 * t_zwkow - sigma_sq2 * t_nlso5;
+    const real t_suh4f = sin_phi2 * t_avmqp - p[l2] * t_tjtzd - cos_phi2 * t_fmrm2;
+    const real t_nokjz = loss_phi2 * t_suh4f + t_popww * t_zwkow;
+    const real t_xusft = t_cw25a + t_krf5c - t_ufqkl;
+    const real t_ci6eg = p[l2] * t_xusft
+        + sin_phi2 * (t_zpckf - t_6fvzz * t_tjtzd + t_zrek7)
+        + cos_phi2 * (t_higk2 + e2 * t_xbozt + sin_theta2 * t_ic3zc - cos_theta2 * t_usrz2)
+        + eta2 * t_suh4f;
+    const real t_bvu5a = t_quuci * t_vxwz4
+        - t_gy5fy * t_cjz52
+        - e2 * t_tj6no
+        + t_esyty
+        + t_4fuc3
+        + p[l2] * t_ci6eg
+        + t_2dovo
+        + p[h2] * t_d2amu;
+    const real t_flrtq = p[l2] * t_nokjz + p[I2] * t_bvu5a;
+    const real t_ew3ec = t_54cbb * t_5wzvs;
+    const real t_jtemh = t_ew3ec * t_flrtq;
+    const real t_nazjw = q_2 * t_nkvn6 + cos_theta2 * t_fmkhd + sin_theta2 * t_6ykfk;
+    const real t_5t32u = g_2 * t_jjae4 + q_2 * t_nazjw - t_esyty - t_4fuc3;
+    const real t_ztlyl = q_2 * t_xwoi6
+        + sin_theta2 * (g_2 * t_ncxva - t_blall)
+        - cos_theta2 * (g_2 * t_ojvym + t_42z75);
+    const real t_4dpp3 = p[I2] * t_5t32u + t_vry6x * t_ztlyl;
+    const real t_yyt2v = th_2 * t_mwbp3;
+    const real t_xod3t = t_yyt2v * t_4dpp3;
+    const real t_frqfv = p[l2] + p[l2];
+    const real t_dcslj = th_2 * t_ztlyl;
+    const real t_7segs = p[I2] * t_dcslj;
+    const real t_n52pz = q_2 + q_2;
+    const real t_6wpqr = wg_2 * t_fpdlq
+        + wq_2 * t_nkvn6
+        + F_n2 * t_xwoi6
+        + wth_2 * t_nazjw
+        - loss_theta2 * t_dcslj
+        + W12 * t_7segs
+        - t_n52pz * (p[m2] * t_xod3t);
+    const real t_pshhe = p[h2] + p[h2];
+    const real t_mpjg7 = K_L54 * K_L43 - K_L53;
+    const real t_midow = K_L64 * K_L43 - (x_C + K_L63) - K_L65 * t_mpjg7;
+    const real t_hco6x = t_o4hiw * t_midow;
+    const real t_bqimq = t_midow * t_nfkwa;
+    const real t_lttjx = t_5gmab * t_hco6x - X_x6 * t_mpjg7 - X_y5 * t_bqimq;
+    const real t_mjkgo = t_dzxqu * t_lttjx + t_eriz2 * t_mpjg7;
+    const real t_vc2sk = t_hco6x + t_mjkgo;
+    const real t_qondo = K_L65 * t_hco6x + t_lttjx * t_ftqxb;
+    const real t_ur3e7 = X_x6 * K_L43 + t_e4k6u * t_hco6x - X_y4 * t_bqimq - t_amczu * t_qondo;
+    const real t_bda7v = K_L64 * t_hco6x + t_ur3e7 * t_lt2al;
+    const real t_v22bh = t_rahc4 * t_hco6x
+        - X_x6
+        - X_y3 * t_bqimq
+        - t_m27n6 * t_bda7v
+        - t_bxfcn * t_qondo;
+    const real t_c7hza = t_mpjg7 * t_ftqxb - K_L65 * t_bqimq;
+    const real t_tqvuc = X_x5 * K_L43 + t_amczu * t_mjkgo - X_y4 * t_c7hza;
+    const real t_yqjtj = K_L54 * t_mjkgo - K_L64 * t_qondo + t_tqvuc * t_lt2al;
+    const real t_cjxlt = t_bxfcn * t_mjkgo - X_x5 - X_y3 * t_c7hza - t_m27n6 * t_yqjtj;
+    const real t_tfurz = K_L64 * t_bqimq + K_L54 * t_c7hza + K_L43 * t_lt2al;
+    const real t_23pj3 = t_gkoba * K_L43 - (t_wurun * t_ur3e7 + t_2e52m * t_tqvuc);
+    const real t_qj2ln = X_y3 * t_tfurz - (X_x4 + t_m27n6 * t_23pj3);
+    const real t_66hqm = t_kpf5p * t_v22bh + t_qe675 * t_cjxlt + t_ydwjl * t_qj2ln + t_insvr;
+    const real t_kyxnw = K_L63 * t_hco6x + t_v22bh * t_zmh3u;
+    const real t_xtaz7 = t_hmob3 * t_hco6x
+        + X_y2 * t_bqimq
+        - t_m67zs * t_bda7v
+        + t_d4mqf * t_kyxnw
+        + t_p6zld * t_qondo;
+    const real t_6pe7i = K_L53 * t_mjkgo - K_L63 * t_qondo + t_cjxlt * t_zmh3u;
+    const real t_zch25 = t_p6zld * t_mjkgo - X_y2 * t_c7hza - t_d4mqf * t_6pe7i + t_m67zs * t_yqjtj;
+    const real t_7bx47 = t_qj2ln * t_zmh3u - (K_L63 * t_bda7v + K_L53 * t_yqjtj + K_L43 * t_23pj3);
+    const real t_vyc3d = t_d4mqf * t_7bx47 - (t_m67zs * t_23pj3 + X_y2 * t_tfurz);
+    const real t_qsuqm = K_L43 * t_tfurz - (K_L63 * t_bqimq + K_L53 * t_c7hza) + t_zmh3u;
+    const real t_ybhfu = t_d4mqf * t_66hqm - X_y2 * t_qsuqm;
+    const real t_3zz6t = t_2ngl5 * t_xtaz7 + t_hfybw * t_zch25 + t_dwrhg * t_vyc3d + t_6yahm * t_ybhfu;
+    const real t_ezmwn = t_dj64q * t_hco6x + t_xtaz7 * t_4iujv;
+    const real t_kgxpg = t_bl4f2 * t_hco6x
+        + b1 * t_bqimq
+        - t_6mmeb * t_qondo
+        - t_2m245 * t_bda7v
+        - t_zzymx * t_kyxnw
+        + t_b3aij * t_ezmwn;
+    const real t_oqrq5 = t_dj64q * t_qondo + K_L52 * t_mjkgo + t_zch25 * t_4iujv;
+    const real t_zhhlh = t_6mmeb * t_mjkgo
+        + b1 * t_c7hza
+        - t_2m245 * t_yqjtj
+        - t_zzymx * t_6pe7i
+        - t_b3aij * t_oqrq5;
+    const real t_focwf = K_L52 * t_yqjtj - t_dj64q * t_bda7v - t_6urah * t_23pj3 + t_vyc3d * t_4iujv;
+    const real t_r5ilt = t_b3aij * t_focwf - (t_2m245 * t_23pj3 + b1 * t_tfurz + t_zzymx * t_7bx47);
+    const real t_xgrlh = t_dj64q * t_kyxnw
+        - K_L52 * t_6pe7i
+        + t_6urah * t_7bx47
+        + K_L32 * t_66hqm
+        + t_ybhfu * t_4iujv;
+    const real t_ylzo6 = t_zzymx * t_66hqm + b1 * t_qsuqm - t_b3aij * t_xgrlh;
+    const real t_xnwwz = t_dj64q * t_bqimq - K_L52 * t_c7hza - t_6urah * t_tfurz - K_L32 * t_qsuqm;
+    const real t_szihz = t_b3aij * t_3zz6t + b1 * t_xnwwz;
+    const real t_igklm = t_ielc3 * t_kgxpg
+        + t_2lluf * t_zhhlh
+        + t_jtjoh * t_r5ilt
+        + t_3tmqi * t_ylzo6
+        + t_6xwz3 * t_szihz;
+    const real t_wn2ur = t_gcu5g * t_bqimq - f_y * t_c7hza;
+    const real t_vc2sk_2 = t_hco6x - t_mjkgo;
+    const real t_gq6gd_2 = SC2 * t_qondo + S_sq2 * t_vc2sk_2;
+    const real t_g2lol = t_gq6gd_2 - t_hco6x;
+    const real t_cd6ju = t_mjkgo + t_gq6gd_2;
+    const real t_gavqs = cos_theta2 * t_bqimq + sin_theta2 * t_c7hza;
+    const real t_esedu = t_e4enr * t_hco6x + t_kgxpg * t_bpfoo;
+    const real t_jl634 = t_vshgd * t_mjkgo - t_e4enr * t_qondo + t_zhhlh * t_bpfoo;
+    const real t_zpckf_2 = cos_theta2 * t_esedu + sin_theta2 * t_jl634;
+    const real t_ntjyz = t_ezmwn - t_6pe7i;
+    const real t_zxdrw = t_kyxnw - t_oqrq5;
+    const real t_3cedv_2 = SC2 * t_ntjyz + S_sq2 * t_zxdrw;
+    const real t_rjc6v = t_3cedv_2 - t_kyxnw;
+    const real t_p3cia_2 = e2 * t_g2lol - t_rjc6v;
+    const real t_oudvz = t_3cedv_2 + t_oqrq5;
+    const real t_dazjx = cos_theta2 * t_bda7v + sin_theta2 * t_yqjtj;
+    const real t_xbozt_2 = K(-2.0) * t_g2lol - t_dazjx;
+    const real t_cd6ju_2 = t_gq6gd_2 + t_mjkgo;
+    const real t_iapz6 = t_bda7v + t_qondo;
+    const real t_ttgzd = K(-2.0) * t_mjkgo + t_yqjtj;
+    const real t_fpdlq_2 = sin_theta2 * t_iapz6 - cos_theta2 * t_ttgzd;
+    const real t_jjae4_2 = t_oudvz - g_2 * t_cd6ju_2 + q_2 * t_fpdlq_2;
+    const real t_n56ki = t_iya7w * t_bqimq - wg_2 * t_cd6ju_2 - t_oncjt * t_c7hza + wth_2 * t_jjae4_2;
+    const real t_5q6gp = t_tfurz - t_gavqs;
+    const real t_rjunc = t_e4enr * t_bqimq
+        + t_vshgd * t_c7hza
+        - t_xq4wt * t_tfurz
+        + t_3go2w * t_qsuqm
+        + t_w7lcw * t_xnwwz;
+    const real t_t6kro = e2 * t_gavqs + cos_theta2 * t_qsuqm + sin_theta2 * t_xnwwz;
+    const real t_pfhbv = cos_phi2 * t_rjunc - sin_phi2 * t_t6kro;
+    const real t_xcyr3 = eAss_2 * t_g2lol
+        + t_rdwum * (me2 * t_cd6ju)
+        - F_t2 * t_gavqs
+        + Asc_2 * t_zpckf_2
+        + Ass_2 * t_p3cia_2
+        - me2 * t_oudvz
+        + Bc_2 * t_xbozt_2
+        + t_n56ki
+        + t_rybsf * (Bs_2 * t_5q6gp + cos_phi2 * (mv2 * t_pfhbv));
+    const real t_xgozw_2 = SC1 * t_qondo + S_sq1 * t_vc2sk_2;
+    const real t_dw4ik = t_xgozw_2 - t_hco6x;
+    const real t_tmrra = t_mjkgo + t_xgozw_2;
+    const real t_g652q = cos_theta1 * t_bqimq + sin_theta1 * t_c7hza;
+    const real t_j64kw_2 = cos_theta1 * t_esedu + sin_theta1 * t_jl634;
+    const real t_rabrj_2 = SC1 * t_ntjyz + S_sq1 * t_zxdrw;
+    const real t_aaqci = t_rabrj_2 - t_kyxnw;
+    const real t_w4qwv_2 = e1 * t_dw4ik - t_aaqci;
+    const real t_igf4f = t_rabrj_2 + t_oqrq5;
+    const real t_nc6kd = cos_theta1 * t_bda7v + sin_theta1 * t_yqjtj;
+    const real t_wytfm_2 = K(-2.0) * t_dw4ik - t_nc6kd;
+    const real t_tmrra_2 = t_xgozw_2 + t_mjkgo;
+    const real t_3kvsj_2 = sin_theta1 * t_iapz6 - cos_theta1 * t_ttgzd;
+    const real t_57mwu_2 = t_igf4f - g_1 * t_tmrra_2 + q_1 * t_3kvsj_2;
+    const real t_gloqq = t_azclp * t_bqimq - wg_1 * t_tmrra_2 - t_vt7uo * t_c7hza + wth_1 * t_57mwu_2;
+    const real t_ixh47 = t_tfurz - t_g652q;
+    const real t_3e5er = e1 * t_g652q + cos_theta1 * t_qsuqm + sin_theta1 * t_xnwwz;
+    const real t_fzfv4 = cos_phi1 * t_rjunc - sin_phi1 * t_3e5er;
+    const real t_sw7hc = eAss_1 * t_dw4ik
+        + t_o6yyy * (me1 * t_tmrra)
+        - F_t1 * t_g652q
+        + Asc_1 * t_j64kw_2
+        + Ass_1 * t_w4qwv_2
+        - me1 * t_igf4f
+        + Bc_1 * t_wytfm_2
+        + t_gloqq
+        + t_rybsf * (Bs_1 * t_ixh47 + cos_phi1 * (mv1 * t_fzfv4));
+    const real t_rdh5k = t_jf3qj * (M_C * t_vc2sk) - X_x6 + t_wn2ur - t_xcyr3 - t_sw7hc;
+    const real t_6s736 = t_iw7bs * t_vc2sk - t_66hqm - t_3zz6t - t_igklm - t_rl7kq * t_rdh5k;
+    const real t_dkrae = t_rdh5k * t_xpjrw;
+    const real t_ycsc2 = W13 * t_bqimq;
+    const real t_yflfn = W12 * t_c7hza;
+    const real t_wob6o = t_ycsc2 + t_yflfn + t_23pj3;
+    const real t_gooky = t_ycsc2 - x[wy] * (x[wz] * t_tfurz);
+    const real t_tv63q = t_66hqm - t_3zz6t;
+    const real t_v355z = SC1 * t_xgrlh + S_sq1 * t_tv63q;
+    const real t_5a6cv = t_3go2w * t_66hqm
+        - (t_e4enr * t_kyxnw + t_vshgd * t_6pe7i + t_xq4wt * t_7bx47)
+        + t_ylzo6 * t_bpfoo;
+    const real t_kutxk = t_e4enr * t_ezmwn
+        - t_vshgd * t_oqrq5
+        + t_xq4wt * t_focwf
+        - t_3go2w * t_xgrlh
+        + t_w7lcw * t_3zz6t
+        + t_szihz * t_bpfoo;
+    const real t_2jzej = sin_phi1 * (e1 * t_w4qwv_2 - t_66hqm + t_v355z + t_igklm)
+        + cos_phi1 * (e1 * t_j64kw_2 + cos_theta1 * t_5a6cv + sin_theta1 * t_kutxk);
+    const real t_me6jn = sin_phi1 * t_2jzej - t_igklm + t_lupe6 * t_fzfv4;
+    const real t_6hn5h = k1 * t_me6jn - sigma_sq1 * t_fzfv4;
+    const real t_uspkv = p[l1] * t_ixh47 + sin_phi1 * t_rjunc + cos_phi1 * t_3e5er;
+    const real t_nxn4u = loss_phi1 * t_uspkv + t_6nwd2 * t_me6jn;
+    const real t_6spyg = t_dw4ik + t_nc6kd + t_23pj3;
+    const real t_wdwdk = t_r5ilt * t_bpfoo - (t_e4enr * t_bda7v + t_vshgd * t_yqjtj + t_xq4wt * t_23pj3);
+    const real t_mktem = p[l1] * t_6spyg
+        + sin_phi1 * (t_j64kw_2 + t_w7vil * t_ixh47 + t_wdwdk)
+        + cos_phi1 * (t_aaqci + e1 * t_wytfm_2 + sin_theta1 * t_focwf - cos_theta1 * t_7bx47)
+        + eta1 * t_uspkv;
+    const real t_3sne6 = t_simvy * t_tmrra
+        - t_owkw5 * t_vc2sk
+        - e1 * t_igf4f
+        + t_3zz6t
+        + t_v355z
+        + p[l1] * t_mktem
+        + t_6s736
+        + p[h1] * t_dkrae;
+    const real t_yvga5 = p[l1] * t_nxn4u + p[I1] * t_3sne6;
+    const real t_jxr3i = t_ecohd * t_yvga5;
+    const real t_2mr47 = t_yqjtj - t_mjkgo + t_23pj3;
+    const real t_hwpew = t_focwf - t_oqrq5;
+    const real t_xi6ht = t_6pe7i + t_7bx47;
+    const real t_hrric = q_1 * t_2mr47 + cos_theta1 * t_hwpew + sin_theta1 * t_xi6ht;
+    const real t_3hdtc = g_1 * t_57mwu_2 + q_1 * t_hrric - t_3zz6t - t_v355z;
+    const real t_yx4vq = t_c7hza - t_tfurz;
+    const real t_atyzo = q_1 * t_yx4vq
+        + sin_theta1 * (g_1 * t_bqimq + t_qsuqm)
+        - cos_theta1 * (g_1 * t_c7hza + t_xnwwz);
+    const real t_xi5aa = p[I1] * t_3hdtc + t_xips6 * t_atyzo;
+    const real t_mmdk6 = t_sdxhx * t_xi5aa;
+    const real t_plcfz = th_1 * t_atyzo;
+    const real t_k35ag = p[I1] * t_plcfz;
+    const real t_fyhae = wg_1 * t_3kvsj_2
+        + wq_1 * t_2mr47
+        + F_n1 * t_yx4vq
+        + wth_1 * t_hrric
+        - loss_theta1 * t_plcfz
+        + W12 * t_k35ag
+        - t_hpic2 * (p[m1] * t_mmdk6);
+    const real t_jeq4h = t_ycsc2 - t_hco6x;
+    const real t_llc3o = x[wz] * t_bqimq + x[wy] * t_c7hza;
+    const real t_ktdrn = x[wy] * t_tfurz - x[wx] * t_bqimq;
+    const real t_flqt7 = SC2 * t_xgrlh + S_sq2 * t_tv63q;
+    const real t_lm4dy = sin_phi2 * (e2 * t_p3cia_2 - t_66hqm + t_flqt7 + t_igklm)
+        + cos_phi2 * (e2 * t_zpckf_2 + cos_theta2 * t_5a6cv + sin_theta2 * t_kutxk);
+    const real t_2dwmh = sin_phi2 * t_lm4dy - t_igklm + t_cekeb * t_pfhbv;
+    const real t_zowfw = k2 * t_2dwmh - sigma_sq2 * t_pfhbv;
+    const real t_tonl2 = p[l2] * t_5q6gp + sin_phi2 * t_rjunc + cos_phi2 * t_t6kro;
+    const real t_dvxex = loss_phi2 * t_tonl2 + t_popww * t_2dwmh;
+    const real t_sb3l5 = t_g2lol + t_dazjx + t_23pj3;
+    const real t_ofcdk = p[l2] * t_sb3l5
+        + sin_phi2 * (t_zpckf_2 + t_6fvzz * t_5q6gp + t_wdwdk)
+        + cos_phi2 * (t_rjc6v + e2 * t_xbozt_2 + sin_theta2 * t_focwf - cos_theta2 * t_7bx47)
+        + eta2 * t_tonl2;
+    const real t_kuqwg = t_quuci * t_cd6ju
+        - t_gy5fy * t_vc2sk
+        - e2 * t_oudvz
+        + t_3zz6t
+        + t_flqt7
+        + p[l2] * t_ofcdk
+        + t_6s736
+        + p[h2] * t_dkrae;
+    const real t_gyr2f = p[l2] * t_dvxex + p[I2] * t_kuqwg;
+    const real t_ixbo7 = t_ew3ec * t_gyr2f;
+    const real t_sdf2c = q_2 * t_2mr47 + cos_theta2 * t_hwpew + sin_theta2 * t_xi6ht;
+    const real t_ogh6l = g_2 * t_jjae4_2 + q_2 * t_sdf2c - t_3zz6t - t_flqt7;
+    const real t_sr3fx = q_2 * t_yx4vq
+        + sin_theta2 * (g_2 * t_bqimq + t_qsuqm)
+        - cos_theta2 * (g_2 * t_c7hza + t_xnwwz);
+    const real t_23hqs = p[I2] * t_ogh6l + t_vry6x * t_sr3fx;
+    const real t_fcbkn = t_yyt2v * t_23hqs;
+    const real t_rilaf = th_2 * t_sr3fx;
+    const real t_qa3ar = p[I2] * t_rilaf;
+    const real t_7a56z = wg_2 * t_fpdlq_2
+        + wq_2 * t_2mr47
+        + F_n2 * t_yx4vq
+        + wth_2 * t_sdf2c
+        - loss_theta2 * t_rilaf
+        + W12 * t_qa3ar
+        - t_n52pz * (p[m2] * t_fcbkn);
+    const real t_6yo6x = K_L65 * K_L54 - K_L64;
+    const real t_vxg33 = t_o4hiw * t_6yo6x;
+    const real t_hiifd = t_6yo6x * t_nfkwa;
+    const real t_a3bio = X_x6 * K_L54 + t_5gmab * t_vxg33 - X_y5 * t_hiifd;
+    const real t_uvrpv = t_eriz2 * K_L54 - t_dzxqu * t_a3bio;
+    const real t_2yrx6 = t_uvrpv - t_vxg33;
+    const real t_5u7wz = K_L65 * t_hiifd + K_L54 * t_ftqxb;
+    const real t_qurat = X_y4 * t_5u7wz - (X_x5 + t_amczu * t_uvrpv);
+    const real t_lna6b = K_L65 * t_vxg33 + t_a3bio * t_ftqxb;
+    const real t_defhh = t_qurat * t_lt2al - (K_L64 * t_lna6b + K_L54 * t_uvrpv);
+    const real t_mmd2x = X_y3 * t_5u7wz - t_bxfcn * t_uvrpv - t_m27n6 * t_defhh;
+    const real t_5xgcg = t_mmd2x * t_zmh3u - (K_L63 * t_lna6b + K_L53 * t_uvrpv);
+    const real t_2gqtd = X_y2 * t_5u7wz - t_p6zld * t_uvrpv - t_d4mqf * t_5xgcg + t_m67zs * t_defhh;
+    const real t_yilcs = t_dj64q * t_lna6b - K_L52 * t_uvrpv + t_2gqtd * t_4iujv;
+    const real t_6zlgn = t_6mmeb * t_uvrpv
+        + b1 * t_5u7wz
+        + t_2m245 * t_defhh
+        + t_zzymx * t_5xgcg
+        + t_b3aij * t_yilcs;
+    const real t_4tooh = t_e4k6u * t_vxg33 - X_x6 - X_y4 * t_hiifd - t_amczu * t_lna6b;
+    const real t_jjjpx = K_L64 * t_vxg33 + t_4tooh * t_lt2al;
+    const real t_7yrvt = t_rahc4 * t_vxg33 - X_y3 * t_hiifd - t_m27n6 * t_jjjpx - t_bxfcn * t_lna6b;
+    const real t_gazmy = K_L63 * t_vxg33 + t_7yrvt * t_zmh3u;
+    const real t_xeu3u = t_hmob3 * t_vxg33
+        + X_y2 * t_hiifd
+        - t_m67zs * t_jjjpx
+        + t_d4mqf * t_gazmy
+        + t_p6zld * t_lna6b;
+    const real t_h37zh = t_dj64q * t_vxg33 + t_xeu3u * t_4iujv;
+    const real t_cc6zw = t_bl4f2 * t_vxg33
+        + b1 * t_hiifd
+        - t_6mmeb * t_lna6b
+        - t_2m245 * t_jjjpx
+        - t_zzymx * t_gazmy
+        + t_b3aij * t_h37zh;
+    const real t_d7pww = t_wurun * t_4tooh + t_2e52m * t_qurat + t_gkoba;
+    const real t_flyj3 = K_L54 * t_5u7wz - K_L64 * t_hiifd + t_lt2al;
+    const real t_skfrc = t_m27n6 * t_d7pww - X_y3 * t_flyj3;
+    const real t_sh76v = K_L43 * t_d7pww - (K_L63 * t_jjjpx + K_L53 * t_defhh) + t_skfrc * t_zmh3u;
+    const real t_wclla = t_m67zs * t_d7pww + X_y2 * t_flyj3 + t_d4mqf * t_sh76v;
+    const real t_jamub = K_L52 * t_defhh - t_dj64q * t_jjjpx + t_6urah * t_d7pww + t_wclla * t_4iujv;
+    const real t_mhf2j = t_2m245 * t_d7pww + b1 * t_flyj3 - t_zzymx * t_sh76v + t_b3aij * t_jamub;
+    const real t_cgj3k = t_kpf5p * t_7yrvt + t_qe675 * t_mmd2x + t_ydwjl * t_skfrc;
+    const real t_zovv7 = K_L53 * t_5u7wz - K_L63 * t_hiifd - K_L43 * t_flyj3;
+    const real t_hcsfo = t_d4mqf * t_cgj3k - X_y2 * t_zovv7;
+    const real t_hz6ud = t_dj64q * t_gazmy
+        - K_L52 * t_5xgcg
+        + t_6urah * t_sh76v
+        + K_L32 * t_cgj3k
+        + t_hcsfo * t_4iujv;
+    const real t_4h65g = t_zzymx * t_cgj3k + b1 * t_zovv7 - t_b3aij * t_hz6ud;
+    const real t_vsmhl = t_2ngl5 * t_xeu3u + t_hfybw * t_2gqtd + t_dwrhg * t_wclla + t_6yahm * t_hcsfo;
+    const real t_p73sc = t_dj64q * t_hiifd + K_L52 * t_5u7wz + t_6urah * t_flyj3 - K_L32 * t_zovv7;
+    const real t_3kjmr = t_b3aij * t_vsmhl + b1 * t_p73sc;
+    const real t_n7kzj = t_2lluf * t_6zlgn
+        - t_ielc3 * t_cc6zw
+        - t_jtjoh * t_mhf2j
+        - t_3tmqi * t_4h65g
+        - t_6xwz3 * t_3kjmr;
+    const real t_omrhy = t_gcu5g * t_hiifd + f_y * t_5u7wz;
+    const real t_2yrx6_2 = t_vxg33 + t_uvrpv;
+    const real t_w2nnk = SC2 * t_lna6b + S_sq2 * t_2yrx6_2;
+    const real t_2mzfx = t_w2nnk - t_vxg33;
+    const real t_trvua = t_w2nnk - t_uvrpv;
+    const real t_tmzd5 = sin_theta2 * t_5u7wz - cos_theta2 * t_hiifd;
+    const real t_7oafc = t_e4enr * t_vxg33 + t_cc6zw * t_bpfoo;
+    const real t_v3if6 = t_e4enr * t_lna6b + t_vshgd * t_uvrpv + t_6zlgn * t_bpfoo;
+    const real t_cnnzo = cos_theta2 * t_7oafc - sin_theta2 * t_v3if6;
+    const real t_2ikch = t_h37zh - t_5xgcg;
+    const real t_jqrcg = t_gazmy - t_yilcs;
+    const real t_xvqnd = SC2 * t_2ikch + S_sq2 * t_jqrcg;
+    const real t_3pudp = t_xvqnd - t_gazmy;
+    const real t_xtfh5 = e2 * t_2mzfx - t_3pudp;
+    const real t_pc6yk = t_xvqnd + t_yilcs;
+    const real t_xfma6 = cos_theta2 * t_jjjpx + sin_theta2 * t_defhh;
+    const real t_u7bvn = K(-2.0) * t_2mzfx - t_xfma6;
+    const real t_trvua_2 = t_uvrpv - t_w2nnk;
+    const real t_hapc4 = t_jjjpx + t_lna6b;
+    const real t_a4w4k = K(-2.0) * t_uvrpv - t_defhh;
+    const real t_wjzp6 = sin_theta2 * t_hapc4 + cos_theta2 * t_a4w4k;
+    const real t_ownvl = g_2 * t_trvua_2 + t_pc6yk + q_2 * t_wjzp6;
+    const real t_2nr5l = t_iya7w * t_hiifd + wg_2 * t_trvua_2 + t_oncjt * t_5u7wz + wth_2 * t_ownvl;
+    const real t_7327d = t_tmzd5 - t_flyj3;
+    const real t_ejmjd = t_e4enr * t_hiifd
+        - t_vshgd * t_5u7wz
+        + t_xq4wt * t_flyj3
+        + t_3go2w * t_zovv7
+        + t_w7lcw * t_p73sc;
+    const real t_xp4sh = e2 * t_tmzd5 - cos_theta2 * t_zovv7 - sin_theta2 * t_p73sc;
+    const real t_kuluq = cos_phi2 * t_ejmjd + sin_phi2 * t_xp4sh;
+    const real t_fperx = eAss_2 * t_2mzfx
+        + t_rdwum * (me2 * t_trvua)
+        + F_t2 * t_tmzd5
+        + Asc_2 * t_cnnzo
+        + Ass_2 * t_xtfh5
+        - me2 * t_pc6yk
+        + Bc_2 * t_u7bvn
+        + t_2nr5l
+        + t_rybsf * (Bs_2 * t_7327d + cos_phi2 * (mv2 * t_kuluq));
+    const real t_cawb6 = SC1 * t_lna6b + S_sq1 * t_2yrx6_2;
+    const real t_axpam = t_cawb6 - t_vxg33;
+    const real t_l4kui = t_cawb6 - t_uvrpv;
+    const real t_ptmda = sin_theta1 * t_5u7wz - cos_theta1 * t_hiifd;
+    const real t_ummvm = cos_theta1 * t_7oafc - sin_theta1 * t_v3if6;
+    const real t_cxjld = SC1 * t_2ikch + S_sq1 * t_jqrcg;
+    const real t_tlax3 = t_cxjld - t_gazmy;
+    const real t_25moi = e1 * t_axpam - t_tlax3;
+    const real t_uhaca = t_cxjld + t_yilcs;
+    const real t_v6ocm = cos_theta1 * t_jjjpx + sin_theta1 * t_defhh;
+    const real t_craxp = K(-2.0) * t_axpam - t_v6ocm;
+    const real t_l4kui_2 = t_uvrpv - t_cawb6;
+    const real t_yeuex = sin_theta1 * t_hapc4 + cos_theta1 * t_a4w4k;
+    const real t_5h6cz = g_1 * t_l4kui_2 + t_uhaca + q_1 * t_yeuex;
+    const real t_vemvw = t_azclp * t_hiifd + wg_1 * t_l4kui_2 + t_vt7uo * t_5u7wz + wth_1 * t_5h6cz;
+    const real t_wyuuy = t_ptmda - t_flyj3;
+    const real t_kopb2 = e1 * t_ptmda - cos_theta1 * t_zovv7 - sin_theta1 * t_p73sc;
+    const real t_62yve = cos_phi1 * t_ejmjd + sin_phi1 * t_kopb2;
+    const real t_s3vof = eAss_1 * t_axpam
+        + t_o6yyy * (me1 * t_l4kui)
+        + F_t1 * t_ptmda
+        + Asc_1 * t_ummvm
+        + Ass_1 * t_25moi
+        - me1 * t_uhaca
+        + Bc_1 * t_craxp
+        + t_vemvw
+        + t_rybsf * (Bs_1 * t_wyuuy + cos_phi1 * (mv1 * t_62yve));
+    const real t_srlpo = t_omrhy - t_jf3qj * (M_C * t_2yrx6) - t_fperx - t_s3vof;
+    const real t_elyhs = t_n7kzj - (t_iw7bs * t_2yrx6 + t_cgj3k + t_vsmhl) - t_rl7kq * t_srlpo;
+    const real t_oeayl = t_srlpo * t_xpjrw;
+    const real t_3hwbf = W13 * t_hiifd;
+    const real t_px4ef = W12 * t_5u7wz;
+    const real t_vw2fo = t_3hwbf - t_px4ef - t_d7pww;
+    const real t_x2swu = t_3hwbf + x[wy] * (x[wz] * t_flyj3);
+    const real t_4vxud = t_cgj3k - t_vsmhl;
+    const real t_id2e2 = SC1 * t_hz6ud + S_sq1 * t_4vxud;
+    const real t_jahgb = t_3go2w * t_cgj3k
+        - (t_e4enr * t_gazmy + t_vshgd * t_5xgcg + t_xq4wt * t_sh76v)
+        + t_4h65g * t_bpfoo;
+    const real t_gd6ty = t_e4enr * t_h37zh
+        - t_vshgd * t_yilcs
+        + t_xq4wt * t_jamub
+        - t_3go2w * t_hz6ud
+        + t_w7lcw * t_vsmhl
+        + t_3kjmr * t_bpfoo;
+    const real t_rymkd = sin_phi1 * (e1 * t_25moi - t_cgj3k + t_id2e2 - t_n7kzj)
+        + cos_phi1 * (e1 * t_ummvm + cos_theta1 * t_jahgb + sin_theta1 * t_gd6ty);
+    const real t_e5b7l = t_n7kzj + sin_phi1 * t_rymkd + t_lupe6 * t_62yve;
+    const real t_kg4zs = k1 * t_e5b7l - sigma_sq1 * t_62yve;
+    const real t_rhypt = p[l1] * t_wyuuy + sin_phi1 * t_ejmjd - cos_phi1 * t_kopb2;
+    const real t_ekfc3 = loss_phi1 * t_rhypt + t_6nwd2 * t_e5b7l;
+    const real t_4e7ox = t_axpam + t_v6ocm - t_d7pww;
+    const real t_ufft4 = t_xq4wt * t_d7pww - (t_e4enr * t_jjjpx + t_vshgd * t_defhh) + t_mhf2j * t_bpfoo;
+    const real t_34c6o = p[l1] * t_4e7ox
+        + sin_phi1 * (t_ummvm + t_w7vil * t_wyuuy + t_ufft4)
+        + cos_phi1 * (t_tlax3 + e1 * t_craxp + sin_theta1 * t_jamub - cos_theta1 * t_sh76v)
+        + eta1 * t_rhypt;
+    const real t_aaznf = t_owkw5 * t_2yrx6
+        + t_simvy * t_l4kui
+        - e1 * t_uhaca
+        + t_vsmhl
+        + t_id2e2
+        + p[l1] * t_34c6o
+        + t_elyhs
+        + p[h1] * t_oeayl;
+    const real t_vyeik = p[l1] * t_ekfc3 + p[I1] * t_aaznf;
+    const real t_vbyvz = t_ecohd * t_vyeik;
+    const real t_ajijj = t_uvrpv + t_defhh - t_d7pww;
+    const real t_f32pp = t_jamub - t_yilcs;
+    const real t_koccl = t_5xgcg + t_sh76v;
+    const real t_uk6bx = q_1 * t_ajijj + cos_theta1 * t_f32pp + sin_theta1 * t_koccl;
+    const real t_crvvl = g_1 * t_5h6cz + q_1 * t_uk6bx - t_vsmhl - t_id2e2;
+    const real t_ekrwk = t_flyj3 - t_5u7wz;
+    const real t_4acpq = q_1 * t_ekrwk
+        + sin_theta1 * (g_1 * t_hiifd + t_zovv7)
+        + cos_theta1 * (g_1 * t_5u7wz - t_p73sc);
+    const real t_l6vpt = p[I1] * t_crvvl + t_xips6 * t_4acpq;
+    const real t_ba4ag = t_sdxhx * t_l6vpt;
+    const real t_vserh = th_1 * t_4acpq;
+    const real t_dgv35 = p[I1] * t_vserh;
+    const real t_rmyzl = wg_1 * t_yeuex
+        + wq_1 * t_ajijj
+        + F_n1 * t_ekrwk
+        + wth_1 * t_uk6bx
+        - loss_theta1 * t_vserh
+        + W12 * t_dgv35
+        - t_hpic2 * (p[m1] * t_ba4ag);
+    const real t_s47gu = t_3hwbf - t_vxg33;
+    const real t_43te3 = x[wz] * t_hiifd - x[wy] * t_5u7wz;
+    const real t_xgjzl = x[wx] * t_hiifd + x[wy] * t_flyj3;
+    const real t_dxyav = SC2 * t_hz6ud + S_sq2 * t_4vxud;
+    const real t_t6axx = sin_phi2 * (e2 * t_xtfh5 - t_cgj3k + t_dxyav - t_n7kzj)
+        + cos_phi2 * (e2 * t_cnnzo + cos_theta2 * t_jahgb + sin_theta2 * t_gd6ty);
+    const real t_e3xoa = t_n7kzj + sin_phi2 * t_t6axx + t_cekeb * t_kuluq;
+    const real t_yte6n = k2 * t_e3xoa - sigma_sq2 * t_kuluq;
+    const real t_7lnh5 = p[l2] * t_7327d + sin_phi2 * t_ejmjd - cos_phi2 * t_xp4sh;
+    const real t_ml5g6 = loss_phi2 * t_7lnh5 + t_popww * t_e3xoa;
+    const real t_u6fbs = t_2mzfx + t_xfma6 - t_d7pww;
+    const real t_rf2j6 = p[l2] * t_u6fbs
+        + sin_phi2 * (t_cnnzo + t_6fvzz * t_7327d + t_ufft4)
+        + cos_phi2 * (t_3pudp + e2 * t_u7bvn + sin_theta2 * t_jamub - cos_theta2 * t_sh76v)
+        + eta2 * t_7lnh5;
+    const real t_euhax = t_gy5fy * t_2yrx6
+        + t_quuci * t_trvua
+        - e2 * t_pc6yk
+        + t_vsmhl
+        + t_dxyav
+        + p[l2] * t_rf2j6
+        + t_elyhs
+        + p[h2] * t_oeayl;
+    const real t_7stvm = p[l2] * t_ml5g6 + p[I2] * t_euhax;
+    const real t_urgpu = t_ew3ec * t_7stvm;
+    const real t_q6oa3 = q_2 * t_ajijj + cos_theta2 * t_f32pp + sin_theta2 * t_koccl;
+    const real t_fab7w = g_2 * t_ownvl + q_2 * t_q6oa3 - t_vsmhl - t_dxyav;
+    const real t_5spyd = q_2 * t_ekrwk
+        + sin_theta2 * (g_2 * t_hiifd + t_zovv7)
+        + cos_theta2 * (g_2 * t_5u7wz - t_p73sc);
+    const real t_6borh = p[I2] * t_fab7w + t_vry6x * t_5spyd;
+    const real t_c62hk = t_yyt2v * t_6borh;
+    const real t_oanuf = th_2 * t_5spyd;
+    const real t_rihjy = p[I2] * t_oanuf;
+    const real t_whntw = wg_2 * t_wjzp6
+        + wq_2 * t_ajijj
+        + F_n2 * t_ekrwk
+        + wth_2 * t_q6oa3
+        - loss_theta2 * t_oanuf
+        + W12 * t_rihjy
+        - t_n52pz * (p[m2] * t_c62hk);
+    const real t_h3it3 = X_y5 * t_nfkwa - t_5gmab * t_o4hiw;
+    const real t_mmtxw = t_dzxqu * t_h3it3;
+    const real t_om3f2 = t_o4hiw - t_mmtxw;
+    const real t_zwjps = K_L65 * t_nfkwa;
+    const real t_7abzy = t_gcu5g * t_nfkwa + f_y * t_zwjps;
+    const real t_5u6zo = t_h3it3 * t_ftqxb - K_L65 * t_o4hiw;
+    const real t_om3f2_2 = t_o4hiw + t_mmtxw;
+    const real t_vj5zh = SC2 * t_5u6zo - S_sq2 * t_om3f2_2;
+    const real t_sl67m = t_o4hiw + t_vj5zh;
+    const real t_6727d = t_mmtxw + t_vj5zh;
+    const real t_t6dav = cos_theta2 * t_nfkwa - sin_theta2 * t_zwjps;
+    const real t_ntsfh = X_y4 * t_nfkwa - t_e4k6u * t_o4hiw - t_amczu * t_5u6zo;
+    const real t_ma35j = t_ntsfh * t_lt2al - K_L64 * t_o4hiw;
+    const real t_asacy = X_y3 * t_nfkwa - t_rahc4 * t_o4hiw - t_m27n6 * t_ma35j - t_bxfcn * t_5u6zo;
+    const real t_bi5su = t_asacy * t_zmh3u - K_L63 * t_o4hiw;
+    const real t_acmtc = t_d4mqf * t_bi5su
+        - (t_hmob3 * t_o4hiw + X_y2 * t_nfkwa + t_m67zs * t_ma35j)
+        + t_p6zld * t_5u6zo;
+    const real t_ye7fk = t_acmtc * t_4iujv - t_dj64q * t_o4hiw;
+    const real t_eab6h = t_bl4f2 * t_o4hiw
+        + b1 * t_nfkwa
+        + t_6mmeb * t_5u6zo
+        + t_2m245 * t_ma35j
+        + t_zzymx * t_bi5su;
+    const real t_pv7ue = t_b3aij * t_ye7fk - t_eab6h;
+    const real t_fiqba = t_pv7ue * t_bpfoo - t_e4enr * t_o4hiw;
+    const real t_jctdr = b1 * t_zwjps;
+    const real t_tdwsm = X_y4 * t_zwjps;
+    const real t_zlf77 = t_amczu * t_mmtxw - t_tdwsm;
+    const real t_isok2 = K_L54 * t_mmtxw - K_L64 * t_5u6zo + t_zlf77 * t_lt2al;
+    const real t_ejwpy = X_y3 * t_zwjps;
+    const real t_je73g = t_bxfcn * t_mmtxw - t_ejwpy - t_m27n6 * t_isok2;
+    const real t_zve3p = K_L53 * t_mmtxw - K_L63 * t_5u6zo + t_je73g * t_zmh3u;
+    const real t_tjg6z = X_y2 * t_zwjps;
+    const real t_b4aj3 = t_p6zld * t_mmtxw - t_tjg6z - t_d4mqf * t_zve3p + t_m67zs * t_isok2;
+    const real t_i6oo5 = t_dj64q * t_5u6zo + K_L52 * t_mmtxw + t_b4aj3 * t_4iujv;
+    const real t_wojpu = t_6mmeb * t_mmtxw
+        + t_jctdr
+        - t_2m245 * t_isok2
+        - t_zzymx * t_zve3p
+        - t_b3aij * t_i6oo5;
+    const real t_xeh6o = t_vshgd * t_mmtxw - t_e4enr * t_5u6zo + t_wojpu * t_bpfoo;
+    const real t_nuka6 = cos_theta2 * t_fiqba + sin_theta2 * t_xeh6o;
+    const real t_v5hqk = t_ye7fk - t_zve3p;
+    const real t_xdgum = t_bi5su - t_i6oo5;
+    const real t_ljega = SC2 * t_v5hqk + S_sq2 * t_xdgum;
+    const real t_ibved = t_ljega - t_bi5su;
+    const real t_z3ils = e2 * t_sl67m - t_ibved;
+    const real t_g4jko = t_ljega + t_i6oo5;
+    const real t_pfgdh = cos_theta2 * t_ma35j + sin_theta2 * t_isok2;
+    const real t_qqs7b = K(-2.0) * t_sl67m - t_pfgdh;
+    const real t_6727d_2 = t_vj5zh + t_mmtxw;
+    const real t_klkip = t_ma35j + t_5u6zo;
+    const real t_jur2x = K(-2.0) * t_mmtxw + t_isok2;
+    const real t_fbjkp = sin_theta2 * t_klkip - cos_theta2 * t_jur2x;
+    const real t_pzlhq = t_g4jko - g_2 * t_6727d_2 + q_2 * t_fbjkp;
+    const real t_twmdk = wth_2 * t_pzlhq - (t_iya7w * t_nfkwa + wg_2 * t_6727d_2 + t_oncjt * t_zwjps);
+    const real t_ctsrf = K_L64 * t_nfkwa - K_L54 * t_zwjps;
+    const real t_5jp42 = t_t6dav - t_ctsrf;
+    const real t_5wlzs = K_L63 * t_nfkwa - K_L53 * t_zwjps - K_L43 * t_ctsrf;
+    const real t_ltkoi = t_6urah * t_ctsrf - (t_dj64q * t_nfkwa + K_L52 * t_zwjps) - K_L32 * t_5wlzs;
+    const real t_vyzex = t_vshgd * t_zwjps
+        - t_e4enr * t_nfkwa
+        + t_xq4wt * t_ctsrf
+        + t_3go2w * t_5wlzs
+        + t_w7lcw * t_ltkoi;
+    const real t_oxcmz = e2 * t_t6dav - cos_theta2 * t_5wlzs - sin_theta2 * t_ltkoi;
+    const real t_t3v7w = cos_phi2 * t_vyzex + sin_phi2 * t_oxcmz;
+    const real t_ea7vn = eAss_2 * t_sl67m
+        + t_rdwum * (me2 * t_6727d)
+        + F_t2 * t_t6dav
+        + Asc_2 * t_nuka6
+        + Ass_2 * t_z3ils
+        - me2 * t_g4jko
+        + Bc_2 * t_qqs7b
+        + t_twmdk
+        + t_rybsf * (Bs_2 * t_5jp42 + cos_phi2 * (mv2 * t_t3v7w));
+    const real t_m7kdc = SC1 * t_5u6zo - S_sq1 * t_om3f2_2;
+    const real t_6rqtx = t_o4hiw + t_m7kdc;
+    const real t_gg3v5 = t_mmtxw + t_m7kdc;
+    const real t_v3mav = cos_theta1 * t_nfkwa - sin_theta1 * t_zwjps;
+    const real t_kzj7a = cos_theta1 * t_fiqba + sin_theta1 * t_xeh6o;
+    const real t_pivwo = SC1 * t_v5hqk + S_sq1 * t_xdgum;
+    const real t_wjyle = t_pivwo - t_bi5su;
+    const real t_v2u3t = e1 * t_6rqtx - t_wjyle;
+    const real t_awxsw = t_pivwo + t_i6oo5;
+    const real t_nkvpe = cos_theta1 * t_ma35j + sin_theta1 * t_isok2;
+    const real t_lfbsd = K(-2.0) * t_6rqtx - t_nkvpe;
+    const real t_gg3v5_2 = t_m7kdc + t_mmtxw;
+    const real t_iafy2 = sin_theta1 * t_klkip - cos_theta1 * t_jur2x;
+    const real t_5bdkl = t_awxsw - g_1 * t_gg3v5_2 + q_1 * t_iafy2;
+    const real t_wbmj3 = wth_1 * t_5bdkl - (t_azclp * t_nfkwa + wg_1 * t_gg3v5_2 + t_vt7uo * t_zwjps);
+    const real t_rbpqq = t_v3mav - t_ctsrf;
+    const real t_pxge5 = e1 * t_v3mav - cos_theta1 * t_5wlzs - sin_theta1 * t_ltkoi;
+    const real t_bg73v = cos_phi1 * t_vyzex + sin_phi1 * t_pxge5;
+    const real t_ubuyh = eAss_1 * t_6rqtx
+        + t_o6yyy * (me1 * t_gg3v5)
+        + F_t1 * t_v3mav
+        + Asc_1 * t_kzj7a
+        + Ass_1 * t_v2u3t
+        - me1 * t_awxsw
+        + Bc_1 * t_lfbsd
+        + t_wbmj3
+        + t_rybsf * (Bs_1 * t_rbpqq + cos_phi1 * (mv1 * t_bg73v));
+    const real t_6todb = t_jf3qj * (M_C * t_om3f2) + t_7abzy + t_ea7vn + t_ubuyh;
+    const real t_szmqh = t_wurun * t_ntsfh + t_2e52m * t_zlf77;
+    const real t_wkosz = t_m27n6 * t_szmqh - X_y3 * t_ctsrf;
+    const real t_yklbf = t_kpf5p * t_asacy + t_qe675 * t_je73g + t_ydwjl * t_wkosz;
+    const real t_7yxsd = K_L43 * t_szmqh - (K_L63 * t_ma35j + K_L53 * t_isok2) + t_wkosz * t_zmh3u;
+    const real t_sigze = t_m67zs * t_szmqh + X_y2 * t_ctsrf + t_d4mqf * t_7yxsd;
+    const real t_lgldj = t_d4mqf * t_yklbf - X_y2 * t_5wlzs;
+    const real t_wngq3 = t_2ngl5 * t_acmtc + t_hfybw * t_b4aj3 + t_dwrhg * t_sigze + t_6yahm * t_lgldj;
+    const real t_vdaxa = K_L52 * t_isok2 - t_dj64q * t_ma35j + t_6urah * t_szmqh + t_sigze * t_4iujv;
+    const real t_ov6tz = t_2m245 * t_szmqh + b1 * t_ctsrf - t_zzymx * t_7yxsd + t_b3aij * t_vdaxa;
+    const real t_pizba = t_dj64q * t_bi5su
+        - K_L52 * t_zve3p
+        + t_6urah * t_7yxsd
+        + K_L32 * t_yklbf
+        + t_lgldj * t_4iujv;
+    const real t_7dvwj = t_zzymx * t_yklbf + b1 * t_5wlzs - t_b3aij * t_pizba;
+    const real t_dt4kv = t_b3aij * t_wngq3 + b1 * t_ltkoi;
+    const real t_ytleh = t_ielc3 * t_pv7ue
+        + t_2lluf * t_wojpu
+        + t_jtjoh * t_ov6tz
+        + t_3tmqi * t_7dvwj
+        + t_6xwz3 * t_dt4kv;
+    const real t_yfqch = t_rl7kq * t_6todb - (t_iw7bs * t_om3f2 + t_yklbf + t_wngq3 + t_ytleh);
+    const real t_pxjei = t_6todb * t_xpjrw;
+    const real t_qnupi = W12 * t_zwjps;
+    const real t_ijksw = W13 * t_nfkwa;
+    const real t_fbnaa = t_qnupi - t_ijksw - t_szmqh;
+    const real t_vv2pk = x[wy] * (x[wz] * t_ctsrf) - t_ijksw;
+    const real t_cv2jl = t_lwe76 * t_zwjps;
+    const real t_lugr2 = t_yklbf - t_wngq3;
+    const real t_kmujw = SC1 * t_pizba + S_sq1 * t_lugr2;
+    const real t_7gvfv = t_3go2w * t_yklbf
+        - (t_e4enr * t_bi5su + t_vshgd * t_zve3p + t_xq4wt * t_7yxsd)
+        + t_7dvwj * t_bpfoo;
+    const real t_ba36i = t_e4enr * t_ye7fk
+        - t_vshgd * t_i6oo5
+        + t_xq4wt * t_vdaxa
+        - t_3go2w * t_pizba
+        + t_w7lcw * t_wngq3
+        + t_dt4kv * t_bpfoo;
+    const real t_5i5hm = sin_phi1 * (e1 * t_v2u3t - t_yklbf + t_kmujw + t_ytleh)
+        + cos_phi1 * (e1 * t_kzj7a + cos_theta1 * t_7gvfv + sin_theta1 * t_ba36i);
+    const real t_l4jev = sin_phi1 * t_5i5hm - t_ytleh + t_lupe6 * t_bg73v;
+    const real t_qe2y6 = k1 * t_l4jev - sigma_sq1 * t_bg73v;
+    const real t_qawgh = p[l1] * t_rbpqq + sin_phi1 * t_vyzex - cos_phi1 * t_pxge5;
+    const real t_2j6ld = loss_phi1 * t_qawgh + t_6nwd2 * t_l4jev;
+    const real t_cwm3q = t_6rqtx + t_nkvpe - t_szmqh;
+    const real t_uzbfg = t_xq4wt * t_szmqh - (t_e4enr * t_ma35j + t_vshgd * t_isok2) + t_ov6tz * t_bpfoo;
+    const real t_mi2sf = p[l1] * t_cwm3q
+        + sin_phi1 * (t_kzj7a + t_w7vil * t_rbpqq + t_uzbfg)
+        + cos_phi1 * (t_wjyle + e1 * t_lfbsd + sin_theta1 * t_vdaxa - cos_theta1 * t_7yxsd)
+        + eta1 * t_qawgh;
+    const real t_ioq3g = t_owkw5 * t_om3f2
+        + t_simvy * t_gg3v5
+        - e1 * t_awxsw
+        + t_wngq3
+        + t_kmujw
+        + p[l1] * t_mi2sf
+        + t_yfqch
+        - p[h1] * t_pxjei;
+    const real t_aawkq = p[l1] * t_2j6ld + p[I1] * t_ioq3g;
+    const real t_cm4rz = t_ecohd * t_aawkq;
+    const real t_ar4dk = t_isok2 - t_mmtxw - t_szmqh;
+    const real t_vb35i = t_vdaxa - t_i6oo5;
+    const real t_6coyz = t_zve3p + t_7yxsd;
+    const real t_mp6ik = q_1 * t_ar4dk + cos_theta1 * t_vb35i + sin_theta1 * t_6coyz;
+    const real t_pju77 = g_1 * t_5bdkl + q_1 * t_mp6ik - t_wngq3 - t_kmujw;
+    const real t_af24o = t_zwjps + t_ctsrf;
+    const real t_ioku6 = g_1 * t_zwjps;
+    const real t_t5acl = q_1 * t_af24o
+        + sin_theta1 * (t_5wlzs - g_1 * t_nfkwa)
+        - cos_theta1 * (t_ioku6 + t_ltkoi);
+    const real t_oap64 = p[I1] * t_pju77 + t_xips6 * t_t5acl;
+    const real t_lehet = t_sdxhx * t_oap64;
+    const real t_gk4lx = th_1 * t_t5acl;
+    const real t_kawvh = p[I1] * t_gk4lx;
+    const real t_n7gga = wg_1 * t_iafy2
+        + wq_1 * t_ar4dk
+        + F_n1 * t_af24o
+        + wth_1 * t_mp6ik
+        - loss_theta1 * t_gk4lx
+        + W12 * t_kawvh
+        - t_hpic2 * (p[m1] * t_lehet);
+    const real t_y7zws = t_o4hiw - t_ijksw;
+    const real t_lipgc = x[wy] * t_zwjps - x[wz] * t_nfkwa;
+    const real t_cmraw = x[wx] * t_nfkwa - x[wy] * t_ctsrf;
+    const real t_bdx62 = SC2 * t_pizba + S_sq2 * t_lugr2;
+    const real t_faxwp = sin_phi2 * (e2 * t_z3ils - t_yklbf + t_bdx62 + t_ytleh)
+        + cos_phi2 * (e2 * t_nuka6 + cos_theta2 * t_7gvfv + sin_theta2 * t_ba36i);
+    const real t_voqe7 = sin_phi2 * t_faxwp - t_ytleh + t_cekeb * t_t3v7w;
+    const real t_xlwys = k2 * t_voqe7 - sigma_sq2 * t_t3v7w;
+    const real t_g7dg6 = p[l2] * t_5jp42 + sin_phi2 * t_vyzex - cos_phi2 * t_oxcmz;
+    const real t_itc7d = loss_phi2 * t_g7dg6 + t_popww * t_voqe7;
+    const real t_c2pgy = t_sl67m + t_pfgdh - t_szmqh;
+    const real t_qoqcd = p[l2] * t_c2pgy
+        + sin_phi2 * (t_nuka6 + t_6fvzz * t_5jp42 + t_uzbfg)
+        + cos_phi2 * (t_ibved + e2 * t_qqs7b + sin_theta2 * t_vdaxa - cos_theta2 * t_7yxsd)
+        + eta2 * t_g7dg6;
+    const real t_tqhig = t_gy5fy * t_om3f2
+        + t_quuci * t_6727d
+        - e2 * t_g4jko
+        + t_wngq3
+        + t_bdx62
+        + p[l2] * t_qoqcd
+        + t_yfqch
+        - p[h2] * t_pxjei;
+    const real t_cy6bc = p[l2] * t_itc7d + p[I2] * t_tqhig;
+    const real t_mh4kp = t_ew3ec * t_cy6bc;
+    const real t_tttaq = q_2 * t_ar4dk + cos_theta2 * t_vb35i + sin_theta2 * t_6coyz;
+    const real t_2acg4 = g_2 * t_pzlhq + q_2 * t_tttaq - t_wngq3 - t_bdx62;
+    const real t_knybb = g_2 * t_zwjps;
+    const real t_wknm6 = q_2 * t_af24o
+        + sin_theta2 * (t_5wlzs - g_2 * t_nfkwa)
+        - cos_theta2 * (t_knybb + t_ltkoi);
+    const real t_y7rwc = p[I2] * t_2acg4 + t_vry6x * t_wknm6;
+    const real t_jdmts = t_yyt2v * t_y7rwc;
+    const real t_neytf = th_2 * t_wknm6;
+    const real t_yfz5c = p[I2] * t_neytf;
+    const real t_qlucw = wg_2 * t_fbjkp
+        + wq_2 * t_ar4dk
+        + F_n2 * t_af24o
+        + wth_2 * t_tttaq
+        - loss_theta2 * t_neytf
+        + W12 * t_yfz5c
+        - t_n52pz * (p[m2] * t_jdmts);
+    const real t_hxdw7 = t_o4hiw * K_L65;
+    const real t_funl6 = X_y5 * t_zwjps - (X_x6 + t_5gmab * t_hxdw7);
+    const real t_quqy3 = t_dzxqu * t_funl6 + t_eriz2;
+    const real t_sld5r = t_hxdw7 - t_quqy3;
+    const real t_kchpi = K_L65 * t_zwjps + t_ftqxb;
+    const real t_2qijq = t_gcu5g * t_zwjps + f_y * t_kchpi;
+    const real t_xgjig = t_funl6 * t_ftqxb - K_L65 * t_hxdw7;
+    const real t_sld5r_2 = t_hxdw7 + t_quqy3;
+    const real t_6bumy = SC2 * t_xgjig - S_sq2 * t_sld5r_2;
+    const real t_i76tk = t_hxdw7 + t_6bumy;
+    const real t_tcia6 = t_quqy3 + t_6bumy;
+    const real t_xtm6t = cos_theta2 * t_zwjps - sin_theta2 * t_kchpi;
+    const real t_e2l2j = t_tdwsm - t_e4k6u * t_hxdw7 - t_amczu * t_xgjig;
+    const real t_kg5jh = t_e2l2j * t_lt2al - K_L64 * t_hxdw7;
+    const real t_pzfnv = t_ejwpy - t_rahc4 * t_hxdw7 - t_m27n6 * t_kg5jh - t_bxfcn * t_xgjig;
+    const real t_ogk3l = t_pzfnv * t_zmh3u - K_L63 * t_hxdw7;
+    const real t_4oigs = t_d4mqf * t_ogk3l
+        - (t_hmob3 * t_hxdw7 + t_tjg6z + t_m67zs * t_kg5jh)
+        + t_p6zld * t_xgjig;
+    const real t_63du7 = t_4oigs * t_4iujv - t_dj64q * t_hxdw7;
+    const real t_jm4nv = t_bl4f2 * t_hxdw7
+        + t_jctdr
+        + t_6mmeb * t_xgjig
+        + t_2m245 * t_kg5jh
+        + t_zzymx * t_ogk3l;
+    const real t_wmhj6 = t_b3aij * t_63du7 - t_jm4nv;
+    const real t_e2ul6 = t_wmhj6 * t_bpfoo - t_e4enr * t_hxdw7;
+    const real t_dn2cq = t_amczu * t_quqy3 - X_y4 * t_kchpi;
+    const real t_a53l4 = K_L54 * t_quqy3 - K_L64 * t_xgjig + t_dn2cq * t_lt2al;
+    const real t_m3xet = t_bxfcn * t_quqy3 - X_y3 * t_kchpi - t_m27n6 * t_a53l4;
+    const real t_dsm5n = K_L53 * t_quqy3 - K_L63 * t_xgjig + t_m3xet * t_zmh3u;
+    const real t_dwpvo = t_p6zld * t_quqy3 - X_y2 * t_kchpi - t_d4mqf * t_dsm5n + t_m67zs * t_a53l4;
+    const real t_bmggl = t_dj64q * t_xgjig + K_L52 * t_quqy3 + t_dwpvo * t_4iujv;
+    const real t_ukvyd = t_6mmeb * t_quqy3
+        + b1 * t_kchpi
+        - t_2m245 * t_a53l4
+        - t_zzymx * t_dsm5n
+        - t_b3aij * t_bmggl;
+    const real t_pyg7e = t_vshgd * t_quqy3 - t_e4enr * t_xgjig + t_ukvyd * t_bpfoo;
+    const real t_5o7cf = cos_theta2 * t_e2ul6 + sin_theta2 * t_pyg7e;
+    const real t_g6mcq = t_63du7 - t_dsm5n;
+    const real t_rx43t = t_ogk3l - t_bmggl;
+    const real t_ip4xi = SC2 * t_g6mcq + S_sq2 * t_rx43t;
+    const real t_55im7 = t_ip4xi - t_ogk3l;
+    const real t_rbkud = e2 * t_i76tk - t_55im7;
+    const real t_veh2r = t_ip4xi + t_bmggl;
+    const real t_jjwow = cos_theta2 * t_kg5jh + sin_theta2 * t_a53l4;
+    const real t_tcra6 = K(-2.0) * t_i76tk - t_jjwow;
+    const real t_tcia6_2 = t_6bumy + t_quqy3;
+    const real t_q7bkp = t_kg5jh + t_xgjig;
+    const real t_s4qxb = K(-2.0) * t_quqy3 + t_a53l4;
+    const real t_joivs = sin_theta2 * t_q7bkp - cos_theta2 * t_s4qxb;
+    const real t_6xmta = t_veh2r - g_2 * t_tcia6_2 + q_2 * t_joivs;
+    const real t_tcgnk = wth_2 * t_6xmta - (t_iya7w * t_zwjps + wg_2 * t_tcia6_2 + t_oncjt * t_kchpi);
+    const real t_ht423 = K_L64 * t_zwjps - K_L54 * t_kchpi;
+    const real t_uyclk = t_xtm6t - t_ht423;
+    const real t_mrgyy = K_L63 * t_zwjps - K_L53 * t_kchpi - K_L43 * t_ht423;
+    const real t_f72r2 = t_6urah * t_ht423 - (t_dj64q * t_zwjps + K_L52 * t_kchpi) - K_L32 * t_mrgyy;
+    const real t_4z2sa = t_vshgd * t_kchpi
+        - t_e4enr * t_zwjps
+        + t_xq4wt * t_ht423
+        + t_3go2w * t_mrgyy
+        + t_w7lcw * t_f72r2;
+    const real t_cmxxc = e2 * t_xtm6t - cos_theta2 * t_mrgyy - sin_theta2 * t_f72r2;
+    const real t_snavw = cos_phi2 * t_4z2sa + sin_phi2 * t_cmxxc;
+    const real t_v5ufy = eAss_2 * t_i76tk
+        + t_rdwum * (me2 * t_tcia6)
+        + F_t2 * t_xtm6t
+        + Asc_2 * t_5o7cf
+        + Ass_2 * t_rbkud
+        - me2 * t_veh2r
+        + Bc_2 * t_tcra6
+        + t_tcgnk
+        + t_rybsf * (Bs_2 * t_uyclk + cos_phi2 * (mv2 * t_snavw));
+    const real t_6txch = SC1 * t_xgjig - S_sq1 * t_sld5r_2;
+    const real t_fezpi = t_hxdw7 + t_6txch;
+    const real t_zrlhg = t_quqy3 + t_6txch;
+    const real t_f5dkx = cos_theta1 * t_zwjps - sin_theta1 * t_kchpi;
+    const real t_dkyqa = cos_theta1 * t_e2ul6 + sin_theta1 * t_pyg7e;
+    const real t_dsnuj = SC1 * t_g6mcq + S_sq1 * t_rx43t;
+    const real t_yutr3 = t_dsnuj - t_ogk3l;
+    const real t_ogggi = e1 * t_fezpi - t_yutr3;
+    const real t_36kln = t_dsnuj + t_bmggl;
+    const real t_l4bn5 = cos_theta1 * t_kg5jh + sin_theta1 * t_a53l4;
+    const real t_gsbw4 = K(-2.0) * t_fezpi - t_l4bn5;
+    const real t_zrlhg_2 = t_6txch + t_quqy3;
+    const real t_r7dto = sin_theta1 * t_q7bkp - cos_theta1 * t_s4qxb;
+    const real t_ccrah = t_36kln - g_1 * t_zrlhg_2 + q_1 * t_r7dto;
+    const real t_53x4e = wth_1 * t_ccrah - (t_azclp * t_zwjps + wg_1 * t_zrlhg_2 + t_vt7uo * t_kchpi);
+    const real t_e3grk = t_f5dkx - t_ht423;
+    const real t_bjg7u = e1 * t_f5dkx - cos_theta1 * t_mrgyy - sin_theta1 * t_f72r2;
+    const real t_mtbgo = cos_phi1 * t_4z2sa + sin_phi1 * t_bjg7u;
+    const real t_6ntsd = eAss_1 * t_fezpi
+        + t_o6yyy * (me1 * t_zrlhg)
+        + F_t1 * t_f5dkx
+        + Asc_1 * t_dkyqa
+        + Ass_1 * t_ogggi
+        - me1 * t_36kln
+        + Bc_1 * t_gsbw4
+        + t_53x4e
+        + t_rybsf * (Bs_1 * t_e3grk + cos_phi1 * (mv1 * t_mtbgo));
+    const real t_ymjsn = t_jf3qj * (M_C * t_sld5r) + t_2qijq + t_v5ufy + t_6ntsd;
+    const real t_aqx76 = t_wurun * t_e2l2j + t_2e52m * t_dn2cq;
+    const real t_swf3r = t_m27n6 * t_aqx76 - X_y3 * t_ht423;
+    const real t_qzb5b = t_kpf5p * t_pzfnv + t_qe675 * t_m3xet + t_ydwjl * t_swf3r;
+    const real t_xgb5l = K_L43 * t_aqx76 - (K_L63 * t_kg5jh + K_L53 * t_a53l4) + t_swf3r * t_zmh3u;
+    const real t_ja372 = t_m67zs * t_aqx76 + X_y2 * t_ht423 + t_d4mqf * t_xgb5l;
+    const real t_piz3f = t_d4mqf * t_qzb5b - X_y2 * t_mrgyy;
+    const real t_hlep2 = t_2ngl5 * t_4oigs + t_hfybw * t_dwpvo + t_dwrhg * t_ja372 + t_6yahm * t_piz3f;
+    const real t_hdzbx = K_L52 * t_a53l4 - t_dj64q * t_kg5jh + t_6urah * t_aqx76 + t_ja372 * t_4iujv;
+    const real t_vegrt = t_2m245 * t_aqx76 + b1 * t_ht423 - t_zzymx * t_xgb5l + t_b3aij * t_hdzbx;
+    const real t_bjgv6 = t_dj64q * t_ogk3l
+        - K_L52 * t_dsm5n
+        + t_6urah * t_xgb5l
+        + K_L32 * t_qzb5b
+        + t_piz3f * t_4iujv;
+    const real t_jiiip = t_zzymx * t_qzb5b + b1 * t_mrgyy - t_b3aij * t_bjgv6;
+    const real t_ikxum = t_b3aij * t_hlep2 + b1 * t_f72r2;
+    const real t_uwo5m = t_ielc3 * t_wmhj6
+        + t_2lluf * t_ukvyd
+        + t_jtjoh * t_vegrt
+        + t_3tmqi * t_jiiip
+        + t_6xwz3 * t_ikxum;
+    const real t_hel7w = t_rl7kq * t_ymjsn - (t_iw7bs * t_sld5r + t_qzb5b + t_hlep2 + t_uwo5m);
+    const real t_3bhwh = t_ymjsn * t_xpjrw;
+    const real t_376fm = W12 * t_kchpi;
+    const real t_ghmih = W13 * t_zwjps;
+    const real t_aynjy = t_376fm - t_ghmih - t_aqx76;
+    const real t_fp5ww = x[wy] * (x[wz] * t_ht423) - t_ghmih;
+    const real t_r2hvo = t_qzb5b - t_hlep2;
+    const real t_feajd = SC1 * t_bjgv6 + S_sq1 * t_r2hvo;
+    const real t_cikyy = t_3go2w * t_qzb5b
+        - (t_e4enr * t_ogk3l + t_vshgd * t_dsm5n + t_xq4wt * t_xgb5l)
+        + t_jiiip * t_bpfoo;
+    const real t_yczy7 = t_e4enr * t_63du7
+        - t_vshgd * t_bmggl
+        + t_xq4wt * t_hdzbx
+        - t_3go2w * t_bjgv6
+        + t_w7lcw * t_hlep2
+        + t_ikxum * t_bpfoo;
+    const real t_af4rj = sin_phi1 * (e1 * t_ogggi - t_qzb5b + t_feajd + t_uwo5m)
+        + cos_phi1 * (e1 * t_dkyqa + cos_theta1 * t_cikyy + sin_theta1 * t_yczy7);
+    const real t_s2qzy = sin_phi1 * t_af4rj - t_uwo5m + t_lupe6 * t_mtbgo;
+    const real t_yjmne = k1 * t_s2qzy - sigma_sq1 * t_mtbgo;
+    const real t_iiu4k = p[l1] * t_e3grk + sin_phi1 * t_4z2sa - cos_phi1 * t_bjg7u;
+    const real t_b7ehk = loss_phi1 * t_iiu4k + t_6nwd2 * t_s2qzy;
+    const real t_4ra7m = t_fezpi + t_l4bn5 - t_aqx76;
+    const real t_o5ijg = t_xq4wt * t_aqx76 - (t_e4enr * t_kg5jh + t_vshgd * t_a53l4) + t_vegrt * t_bpfoo;
+    const real t_ubv4n = p[l1] * t_4ra7m
+        + sin_phi1 * (t_dkyqa + t_w7vil * t_e3grk + t_o5ijg)
+        + cos_phi1 * (t_yutr3 + e1 * t_gsbw4 + sin_theta1 * t_hdzbx - cos_theta1 * t_xgb5l)
+        + eta1 * t_iiu4k;
+    const real t_vhl2o = t_owkw5 * t_sld5r
+        + t_simvy * t_zrlhg
+        - e1 * t_36kln
+        + t_hlep2
+        + t_feajd
+        + p[l1] * t_ubv4n
+        + t_hel7w
+        - p[h1] * t_3bhwh;
+    const real t_3oe6h = p[l1] * t_b7ehk + p[I1] * t_vhl2o;
+    const real t_cm4rz_2 = t_ecohd * t_3oe6h;
+    const real t_w6osa = t_a53l4 - t_quqy3 - t_aqx76;
+    const real t_ukv3z = t_hdzbx - t_bmggl;
+    const real t_hsejh = t_dsm5n + t_xgb5l;
+    const real t_dcodb = q_1 * t_w6osa + cos_theta1 * t_ukv3z + sin_theta1 * t_hsejh;
+    const real t_xawty = g_1 * t_ccrah + q_1 * t_dcodb - t_hlep2 - t_feajd;
+    const real t_7fuvy = t_kchpi + t_ht423;
+    const real t_4qunc = q_1 * t_7fuvy
+        + sin_theta1 * (t_mrgyy - t_ioku6)
+        - cos_theta1 * (g_1 * t_kchpi + t_f72r2);
+    const real t_6gjtg = p[I1] * t_xawty + t_xips6 * t_4qunc;
+    const real t_gj6ho = t_sdxhx * t_6gjtg;
+    const real t_tlnuk = th_1 * t_4qunc;
+    const real t_ebxww = p[I1] * t_tlnuk;
+    const real t_tb73o = wg_1 * t_r7dto
+        + wq_1 * t_w6osa
+        + F_n1 * t_7fuvy
+        + wth_1 * t_dcodb
+        - loss_theta1 * t_tlnuk
+        + W12 * t_ebxww
+        - t_hpic2 * (p[m1] * t_gj6ho);
+    const real t_zbc4o = t_hxdw7 - t_ghmih;
+    const real t_vzsco = x[wy] * t_kchpi - x[wz] * t_zwjps;
+    const real t_6zjra = x[wx] * t_zwjps - x[wy] * t_ht423;
+    const real t_sipkk = SC2 * t_bjgv6 + S_sq2 * t_r2hvo;
+    const real t_752ms = sin_phi2 * (e2 * t_rbkud - t_qzb5b + t_sipkk + t_uwo5m)
+        + cos_phi2 * (e2 * t_5o7cf + cos_theta2 * t_cikyy + sin_theta2 * t_yczy7);
+    const real t_a5p2c = sin_phi2 * t_752ms - t_uwo5m + t_cekeb * t_snavw;
+    const real t_rpkoe = k2 * t_a5p2c - sigma_sq2 * t_snavw;
+    const real t_y45oi = p[l2] * t_uyclk + sin_phi2 * t_4z2sa - cos_phi2 * t_cmxxc;
+    const real t_aukc7 = loss_phi2 * t_y45oi + t_popww * t_a5p2c;
+    const real t_jxhef = t_i76tk + t_jjwow - t_aqx76;
+    const real t_2udnc = p[l2] * t_jxhef
+        + sin_phi2 * (t_5o7cf + t_6fvzz * t_uyclk + t_o5ijg)
+        + cos_phi2 * (t_55im7 + e2 * t_tcra6 + sin_theta2 * t_hdzbx - cos_theta2 * t_xgb5l)
+        + eta2 * t_y45oi;
+    const real t_rtfxw = t_gy5fy * t_sld5r
+        + t_quuci * t_tcia6
+        - e2 * t_veh2r
+        + t_hlep2
+        + t_sipkk
+        + p[l2] * t_2udnc
+        + t_hel7w
+        - p[h2] * t_3bhwh;
+    const real t_emhsf = p[l2] * t_aukc7 + p[I2] * t_rtfxw;
+    const real t_mh4kp_2 = t_ew3ec * t_emhsf;
+    const real t_gzmfo = q_2 * t_w6osa + cos_theta2 * t_ukv3z + sin_theta2 * t_hsejh;
+    const real t_k4hxt = g_2 * t_6xmta + q_2 * t_gzmfo - t_hlep2 - t_sipkk;
+    const real t_gzqbv = q_2 * t_7fuvy
+        + sin_theta2 * (t_mrgyy - t_knybb)
+        - cos_theta2 * (g_2 * t_kchpi + t_f72r2);
+    const real t_5wdqj = p[I2] * t_k4hxt + t_vry6x * t_gzqbv;
+    const real t_lmyyz = t_yyt2v * t_5wdqj;
+    const real t_5o6ce = th_2 * t_gzqbv;
+    const real t_5xnu3 = p[I2] * t_5o6ce;
+    const real t_i56om = wg_2 * t_joivs
+        + wq_2 * t_w6osa
+        + F_n2 * t_7fuvy
+        + wth_2 * t_gzmfo
+        - loss_theta2 * t_5o6ce
+        + W12 * t_5xnu3
+        - t_n52pz * (p[m2] * t_lmyyz);
+    const real t_wbmmu = t_3go2w - K_L32 * t_w7lcw;
+    const real t_zo2il = t_xq4wt + t_6urah * t_w7lcw - K_L43 * t_wbmmu;
+    const real t_7cc3d = t_vshgd - K_L52 * t_w7lcw - K_L53 * t_wbmmu - K_L54 * t_zo2il;
+    const real t_pdrn4 = t_e4enr
+        + t_dj64q * t_w7lcw
+        - K_L63 * t_wbmmu
+        - K_L64 * t_zo2il
+        - K_L65 * t_7cc3d;
+    const real t_ksgil = t_o4hiw * t_pdrn4;
+    const real t_jvg22 = t_pdrn4 * t_nfkwa;
+    const real t_z76tc = t_5gmab * t_ksgil - X_x6 * t_7cc3d - X_y5 * t_jvg22;
+    const real t_722xe = t_dzxqu * t_z76tc + t_eriz2 * t_7cc3d;
+    const real t_evcvo = t_ksgil + t_722xe;
+    const real t_fnfxi = K_L65 * t_ksgil + t_z76tc * t_ftqxb;
+    const real t_jcy4e = t_e4k6u * t_ksgil - X_x6 * t_zo2il - X_y4 * t_jvg22 - t_amczu * t_fnfxi;
+    const real t_24zrz = K_L64 * t_ksgil + t_jcy4e * t_lt2al;
+    const real t_lw5dw = t_rahc4 * t_ksgil
+        - X_x6 * t_wbmmu
+        - X_y3 * t_jvg22
+        - t_m27n6 * t_24zrz
+        - t_bxfcn * t_fnfxi;
+    const real t_b3qbg = t_7cc3d * t_ftqxb - K_L65 * t_jvg22;
+    const real t_biltf = t_amczu * t_722xe - X_x5 * t_zo2il - X_y4 * t_b3qbg;
+    const real t_nkrrm = K_L54 * t_722xe - K_L64 * t_fnfxi + t_biltf * t_lt2al;
+    const real t_xauqu = t_bxfcn * t_722xe - X_x5 * t_wbmmu - X_y3 * t_b3qbg - t_m27n6 * t_nkrrm;
+    const real t_7pd3n = t_wurun * t_jcy4e + t_2e52m * t_biltf + t_gkoba * t_zo2il;
+    const real t_mk6zb = t_zo2il * t_lt2al - (K_L64 * t_jvg22 + K_L54 * t_b3qbg);
+    const real t_dopty = t_m27n6 * t_7pd3n - X_x4 * t_wbmmu - X_y3 * t_mk6zb;
+    const real t_pjhpc = t_kpf5p * t_lw5dw + t_qe675 * t_xauqu + t_ydwjl * t_dopty + t_insvr * t_wbmmu;
+    const real t_x6vjj = K_L63 * t_ksgil + t_lw5dw * t_zmh3u;
+    const real t_rny3o = X_x6 * t_w7lcw
+        + t_hmob3 * t_ksgil
+        + X_y2 * t_jvg22
+        - t_m67zs * t_24zrz
+        + t_d4mqf * t_x6vjj
+        + t_p6zld * t_fnfxi;
+    const real t_nzxzv = K_L53 * t_722xe - K_L63 * t_fnfxi + t_xauqu * t_zmh3u;
+    const real t_n7rwk = t_p6zld * t_722xe
+        - X_x5 * t_w7lcw
+        - X_y2 * t_b3qbg
+        - t_d4mqf * t_nzxzv
+        + t_m67zs * t_nkrrm;
+    const real t_w6735 = K_L43 * t_7pd3n - (K_L63 * t_24zrz + K_L53 * t_nkrrm) + t_dopty * t_zmh3u;
+    const real t_kscbh = X_x4 * t_w7lcw + t_m67zs * t_7pd3n + X_y2 * t_mk6zb + t_d4mqf * t_w6735;
+    const real t_5x4uu = t_wbmmu * t_zmh3u - (K_L63 * t_jvg22 + K_L53 * t_b3qbg + K_L43 * t_mk6zb);
+    const real t_lgpez = t_d4mqf * t_pjhpc - X_x3 * t_w7lcw - X_y2 * t_5x4uu;
+    const real t_v3y36 = t_2ngl5 * t_rny3o
+        + t_hfybw * t_n7rwk
+        + t_dwrhg * t_kscbh
+        + t_6yahm * t_lgpez
+        + t_5am4i * t_w7lcw;
+    const real t_v27kp = t_dj64q * t_ksgil + t_rny3o * t_4iujv;
+    const real t_svr35 = X_x6
+        + t_bl4f2 * t_ksgil
+        + b1 * t_jvg22
+        - t_6mmeb * t_fnfxi
+        - t_2m245 * t_24zrz
+        - t_zzymx * t_x6vjj
+        + t_b3aij * t_v27kp;
+    const real t_h7fo6 = t_dj64q * t_fnfxi + K_L52 * t_722xe + t_n7rwk * t_4iujv;
+    const real t_wctmn = X_x5
+        + t_6mmeb * t_722xe
+        + b1 * t_b3qbg
+        - t_2m245 * t_nkrrm
+        - t_zzymx * t_nzxzv
+        - t_b3aij * t_h7fo6;
+    const real t_tby47 = K_L52 * t_nkrrm - t_dj64q * t_24zrz + t_6urah * t_7pd3n + t_kscbh * t_4iujv;
+    const real t_oq6fz = X_x4
+        + t_2m245 * t_7pd3n
+        + b1 * t_mk6zb
+        - t_zzymx * t_w6735
+        + t_b3aij * t_tby47;
+    const real t_v4o2r = t_dj64q * t_x6vjj
+        - K_L52 * t_nzxzv
+        + t_6urah * t_w6735
+        + K_L32 * t_pjhpc
+        + t_lgpez * t_4iujv;
+    const real t_sd446 = X_x3 + t_zzymx * t_pjhpc + b1 * t_5x4uu - t_b3aij * t_v4o2r;
+    const real t_jro6v = t_dj64q * t_jvg22
+        - K_L52 * t_b3qbg
+        + t_6urah * t_mk6zb
+        - K_L32 * t_5x4uu
+        + t_w7lcw * t_4iujv;
+    const real t_wcwx4 = X_x2 + t_b3aij * t_v3y36 + b1 * t_jro6v;
+    const real t_df6dv = b1 * t_bpfoo * t_bpfoo
+        + t_ielc3 * t_svr35
+        + t_2lluf * t_wctmn
+        + t_jtjoh * t_oq6fz
+        + t_3tmqi * t_sd446
+        + t_6xwz3 * t_wcwx4;
+    const real t_pwlhn = t_gcu5g * t_jvg22 - f_y * t_b3qbg;
+    const real t_evcvo_2 = t_ksgil - t_722xe;
+    const real t_gq6gd_3 = SC2 * t_fnfxi + S_sq2 * t_evcvo_2;
+    const real t_ee3f3 = t_gq6gd_3 - t_ksgil;
+    const real t_fdiq6 = t_722xe + t_gq6gd_3;
+    const real t_pahah = cos_theta2 * t_jvg22 + sin_theta2 * t_b3qbg;
+    const real t_moyct = t_e4enr * t_ksgil + t_svr35 * t_bpfoo;
+    const real t_evv2j = t_vshgd * t_722xe - t_e4enr * t_fnfxi + t_wctmn * t_bpfoo;
+    const real t_y4sd2 = cos_theta2 * t_moyct + sin_theta2 * t_evv2j;
+    const real t_o4oqg = t_v27kp - t_nzxzv;
+    const real t_ouaoc = t_x6vjj - t_h7fo6;
+    const real t_3cedv_3 = SC2 * t_o4oqg + S_sq2 * t_ouaoc;
+    const real t_iqgc6 = t_3cedv_3 - t_x6vjj;
+    const real t_p3cia_3 = e2 * t_ee3f3 - t_iqgc6;
+    const real t_xyejz = t_3cedv_3 + t_h7fo6;
+    const real t_ut54n = cos_theta2 * t_24zrz + sin_theta2 * t_nkrrm;
+    const real t_xbozt_3 = K(-2.0) * t_ee3f3 - t_ut54n;
+    const real t_fdiq6_2 = t_gq6gd_3 + t_722xe;
+    const real t_ettsl = t_24zrz + t_fnfxi;
+    const real t_76don = K(-2.0) * t_722xe + t_nkrrm;
+    const real t_fpdlq_3 = sin_theta2 * t_ettsl - cos_theta2 * t_76don;
+    const real t_jjae4_3 = t_xyejz - g_2 * t_fdiq6_2 + q_2 * t_fpdlq_3;
+    const real t_3ab7p = t_iya7w * t_jvg22 - wg_2 * t_fdiq6_2 - t_oncjt * t_b3qbg + wth_2 * t_jjae4_3;
+    const real t_ecxbj = t_bpfoo
+        + t_e4enr * t_jvg22
+        + t_vshgd * t_b3qbg
+        + t_xq4wt * t_mk6zb
+        + t_3go2w * t_5x4uu
+        + t_w7lcw * t_jro6v;
+    const real t_yep4c = e2 * t_pahah + cos_theta2 * t_5x4uu + sin_theta2 * t_jro6v;
+    const real t_yfp6d = cos_phi2 * t_ecxbj - sin_phi2 * t_yep4c;
+    const real t_kkyvb = t_pahah + t_mk6zb;
+    const real t_a5jf4 = eAss_2 * t_ee3f3
+        + t_rdwum * (me2 * t_fdiq6)
+        - F_t2 * t_pahah
+        + Asc_2 * t_y4sd2
+        + Ass_2 * t_p3cia_3
+        - me2 * t_xyejz
+        + Bc_2 * t_xbozt_3
+        + t_3ab7p
+        + t_rybsf * (cos_phi2 * (mv2 * t_yfp6d) - Bs_2 * t_kkyvb);
+    const real t_xgozw_3 = SC1 * t_fnfxi + S_sq1 * t_evcvo_2;
+    const real t_n4sjm = t_xgozw_3 - t_ksgil;
+    const real t_kqh47 = t_722xe + t_xgozw_3;
+    const real t_ty4by = cos_theta1 * t_jvg22 + sin_theta1 * t_b3qbg;
+    const real t_utt4r = cos_theta1 * t_moyct + sin_theta1 * t_evv2j;
+    const real t_rabrj_3 = SC1 * t_o4oqg + S_sq1 * t_ouaoc;
+    const real t_5cwgw = t_rabrj_3 - t_x6vjj;
+    const real t_w4qwv_3 = e1 * t_n4sjm - t_5cwgw;
+    const real t_s5npi = t_rabrj_3 + t_h7fo6;
+    const real t_fcmyf = cos_theta1 * t_24zrz + sin_theta1 * t_nkrrm;
+    const real t_wytfm_3 = K(-2.0) * t_n4sjm - t_fcmyf;
+    const real t_kqh47_2 = t_xgozw_3 + t_722xe;
+    const real t_3kvsj_3 = sin_theta1 * t_ettsl - cos_theta1 * t_76don;
+    const real t_57mwu_3 = t_s5npi - g_1 * t_kqh47_2 + q_1 * t_3kvsj_3;
+    const real t_nhjqb = t_azclp * t_jvg22 - wg_1 * t_kqh47_2 - t_vt7uo * t_b3qbg + wth_1 * t_57mwu_3;
+    const real t_ejuzd = e1 * t_ty4by + cos_theta1 * t_5x4uu + sin_theta1 * t_jro6v;
+    const real t_hszre = cos_phi1 * t_ecxbj - sin_phi1 * t_ejuzd;
+    const real t_tfdif = t_ty4by + t_mk6zb;
+    const real t_d3ayq = eAss_1 * t_n4sjm
+        + t_o6yyy * (me1 * t_kqh47)
+        - F_t1 * t_ty4by
+        + Asc_1 * t_utt4r
+        + Ass_1 * t_w4qwv_3
+        - me1 * t_s5npi
+        + Bc_1 * t_wytfm_3
+        + t_nhjqb
+        + t_rybsf * (cos_phi1 * (mv1 * t_hszre) - Bs_1 * t_tfdif);
+    const real t_guzgi = t_rybsf + t_jf3qj * (M_C * t_evcvo) + t_pwlhn - t_a5jf4 - t_d3ayq;
+    const real t_rwurg = t_iw7bs * t_evcvo - t_pjhpc - t_v3y36 - t_df6dv - t_rl7kq * t_guzgi;
+    const real t_ky7wu = t_guzgi * t_xpjrw;
+    const real t_ul6el = W13 * t_jvg22;
+    const real t_b6mim = W12 * t_b3qbg;
+    const real t_anblo = t_ul6el + t_b6mim - t_7pd3n;
+    const real t_i2xaq = t_ul6el + x[wy] * (x[wz] * t_mk6zb);
+    const real t_bklsz = t_pjhpc - t_v3y36;
+    const real t_a3xia = SC1 * t_v4o2r + S_sq1 * t_bklsz;
+    const real t_tjots = t_3go2w * t_pjhpc
+        - (t_e4enr * t_x6vjj + t_vshgd * t_nzxzv + t_xq4wt * t_w6735)
+        + t_sd446 * t_bpfoo;
+    const real t_sa6sh = t_e4enr * t_v27kp
+        - t_vshgd * t_h7fo6
+        + t_xq4wt * t_tby47
+        - t_3go2w * t_v4o2r
+        + t_w7lcw * t_v3y36
+        + t_wcwx4 * t_bpfoo;
+    const real t_nzgkn = sin_phi1 * (e1 * t_w4qwv_3 - t_pjhpc + t_a3xia + t_df6dv)
+        + cos_phi1 * (e1 * t_utt4r + cos_theta1 * t_tjots + sin_theta1 * t_sa6sh);
+    const real t_dqgt5 = sin_phi1 * t_nzgkn - t_df6dv + t_lupe6 * t_hszre;
+    const real t_i73bt = k1 * t_dqgt5 - sigma_sq1 * t_hszre;
+    const real t_nyvva = sin_phi1 * t_ecxbj - p[l1] * t_tfdif + cos_phi1 * t_ejuzd;
+    const real t_waqmv = loss_phi1 * t_nyvva + t_6nwd2 * t_dqgt5;
+    const real t_lzukl = t_n4sjm + t_fcmyf - t_7pd3n;
+    const real t_jhfiq = t_xq4wt * t_7pd3n - (t_e4enr * t_24zrz + t_vshgd * t_nkrrm) + t_oq6fz * t_bpfoo;
+    const real t_m2rd2 = p[l1] * t_lzukl
+        + sin_phi1 * (t_utt4r - t_w7vil * t_tfdif + t_jhfiq)
+        + cos_phi1 * (t_5cwgw + e1 * t_wytfm_3 + sin_theta1 * t_tby47 - cos_theta1 * t_w6735)
+        + eta1 * t_nyvva;
+    const real t_bwszi = t_simvy * t_kqh47
+        - t_owkw5 * t_evcvo
+        - e1 * t_s5npi
+        + t_v3y36
+        + t_a3xia
+        + p[l1] * t_m2rd2
+        + t_rwurg
+        + p[h1] * t_ky7wu;
+    const real t_agl4b = p[l1] * t_waqmv + p[I1] * t_bwszi;
+    const real t_jxr3i_2 = t_ecohd * t_agl4b;
+    const real t_l4eek = t_nkrrm - t_722xe - t_7pd3n;
+    const real t_ay7fa = t_tby47 - t_h7fo6;
+    const real t_qicmh = t_nzxzv + t_w6735;
+    const real t_lu2c7 = q_1 * t_l4eek + cos_theta1 * t_ay7fa + sin_theta1 * t_qicmh;
+    const real t_ctvwf = g_1 * t_57mwu_3 + q_1 * t_lu2c7 - t_v3y36 - t_a3xia;
+    const real t_gov7j = t_b3qbg + t_mk6zb;
+    const real t_ru5hw = q_1 * t_gov7j
+        + sin_theta1 * (g_1 * t_jvg22 + t_5x4uu)
+        - cos_theta1 * (g_1 * t_b3qbg + t_jro6v);
+    const real t_fxlp2 = p[I1] * t_ctvwf + t_xips6 * t_ru5hw;
+    const real t_4nvxf = t_sdxhx * t_fxlp2;
+    const real t_tjjir = th_1 * t_ru5hw;
+    const real t_hyqog = p[I1] * t_tjjir;
+    const real t_hcjh6 = wg_1 * t_3kvsj_3
+        + wq_1 * t_l4eek
+        + F_n1 * t_gov7j
+        + wth_1 * t_lu2c7
+        - loss_theta1 * t_tjjir
+        + W12 * t_hyqog
+        - t_hpic2 * (p[m1] * t_4nvxf);
+    const real t_zijwy = t_ul6el - t_ksgil;
+    const real t_2niry = x[wz] * t_jvg22 + x[wy] * t_b3qbg;
+    const real t_tnb7l = x[wx] * t_jvg22 + x[wy] * t_mk6zb;
+    const real t_6b7g3 = SC2 * t_v4o2r + S_sq2 * t_bklsz;
+    const real t_tjhtw = sin_phi2 * (e2 * t_p3cia_3 - t_pjhpc + t_6b7g3 + t_df6dv)
+        + cos_phi2 * (e2 * t_y4sd2 + cos_theta2 * t_tjots + sin_theta2 * t_sa6sh);
+    const real t_fbx5y = sin_phi2 * t_tjhtw - t_df6dv + t_cekeb * t_yfp6d;
+    const real t_jumut = k2 * t_fbx5y - sigma_sq2 * t_yfp6d;
+    const real t_shrvr = sin_phi2 * t_ecxbj - p[l2] * t_kkyvb + cos_phi2 * t_yep4c;
+    const real t_5nlta = loss_phi2 * t_shrvr + t_popww * t_fbx5y;
+    const real t_2auvx = t_ee3f3 + t_ut54n - t_7pd3n;
+    const real t_urst3 = p[l2] * t_2auvx
+        + sin_phi2 * (t_y4sd2 - t_6fvzz * t_kkyvb + t_jhfiq)
+        + cos_phi2 * (t_iqgc6 + e2 * t_xbozt_3 + sin_theta2 * t_tby47 - cos_theta2 * t_w6735)
+        + eta2 * t_shrvr;
+    const real t_5b75k = t_quuci * t_fdiq6
+        - t_gy5fy * t_evcvo
+        - e2 * t_xyejz
+        + t_v3y36
+        + t_6b7g3
+        + p[l2] * t_urst3
+        + t_rwurg
+        + p[h2] * t_ky7wu;
+    const real t_6iy6t = p[l2] * t_5nlta + p[I2] * t_5b75k;
+    const real t_ixbo7_2 = t_ew3ec * t_6iy6t;
+    const real t_cbb5p = q_2 * t_l4eek + cos_theta2 * t_ay7fa + sin_theta2 * t_qicmh;
+    const real t_ujr62 = g_2 * t_jjae4_3 + q_2 * t_cbb5p - t_v3y36 - t_6b7g3;
+    const real t_d2gzo = q_2 * t_gov7j
+        + sin_theta2 * (g_2 * t_jvg22 + t_5x4uu)
+        - cos_theta2 * (g_2 * t_b3qbg + t_jro6v);
+    const real t_qnutv = p[I2] * t_ujr62 + t_vry6x * t_d2gzo;
+    const real t_dpeas = t_yyt2v * t_qnutv;
+    const real t_j7kb5 = th_2 * t_d2gzo;
+    const real t_t7xsb = p[I2] * t_j7kb5;
+    const real t_bx32h = wg_2 * t_fpdlq_3
+        + wq_2 * t_l4eek
+        + F_n2 * t_gov7j
+        + wth_2 * t_cbb5p
+        - loss_theta2 * t_j7kb5
+        + W12 * t_t7xsb
+        - t_n52pz * (p[m2] * t_dpeas);
+    J_p[0] = t_2dovo - t_piq3g * t_cjz52 - p[b] * t_d2amu;
+    J_p[1] = t_2dovo - t_rvsxd * t_cjz52 - p[h0] * t_d2amu;
+    J_p[2] = t_xm2mi - t_cjz52;
+    J_p[3] = t_xm2mi;
+    J_p[4] = t_oxofv - (t_5shbl + t_zrnvv);
+    J_p[5] = t_zrnvv - t_czoan - t_oxofv;
+    J_p[6] = -(t_xkwv2 * (p[m0] * t_cjz52) + p[m0] * t_d2amu);
+    J_p[7] = t_kvgen - t_gfysi * (p[m] * t_cjz52) - p[m] * t_d2amu;
+    J_p[8] = t_kvgen;
+    J_p[9] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_ncxva + t_blall) + cos_delta1 * t_avmqp)
+        + sin_delta2 * (t_42z75 - t_lwe76 * t_ojvym);
     J_p[10] = SPLAT(K(0.0));
     J_p[11] = SPLAT(K(0.0));
-    J_p[12] = p[13] * v1129 + v1178 * v8 - v3 * v1182 + v1211 * v185 - v182 * v1215;
-    J_p[13] = v1257;
-    J_p[14] = v1039 - v1258 * (v10 * v634) + v10 * v1045;
-    J_p[15] = v1279 + v196 * v1231 - v1215;
-    J_p[16] = x[13] * (v709 + v85 * v1135) + x[14] * (v671 - v181 * v1231);
-    J_p[17] = p[18] * v1311 + v1353 * v27 - v23 * v1357 + v1381 * v210 - v207 * v1385;
-    J_p[18] = v1427;
-    J_p[19] = v969 - v1428 * (v29 * v634) + v29 * v1045;
-    J_p[20] = v1442 + v220 * v1401 - v1385;
-    J_p[21] = x[15] * (v709 + v138 * v1317) + x[16] * (v671 - v206 * v1401);
-    J_p[22] = v1831 - v529 * v1470 - p[7] * v1834;
-    J_p[23] = v1831 - v532 * v1470 - p[6] * v1834;
-    J_p[24] = v1844 - v1470;
-    J_p[25] = v1844;
-    J_p[26] = v1848 - (v1460 + v1842);
-    J_p[27] = v1842 - v1469 - v1848;
-    J_p[28] = -(v1064 * (p[1] * v1470) + p[1] * v1834);
-    J_p[29] = v1667 - v1070 * (p[0] * v1470) - p[0] * v1834;
-    J_p[30] = v1667;
-    J_p[31] = v1872;
+    J_p[12] = p[l1] * t_sahjx
+        + t_b3plw * t_zrejm
+        - t_os4zj * t_2psst
+        + t_nmhzq * t_odnx4
+        - t_7vbeu * t_4usqf;
+    J_p[13] = B_1 * t_k7gmz
+        - t_7imwe * t_miils
+        + me1 * t_uvltu
+        + t_3qn53 * t_3vohu
+        + p[m1] * t_sahjx
+        - t_he5kr * (p[m1] * t_2psst)
+        - chi1 * (t_wmv32 * t_c367e)
+        + cos_phi1 * (Wn1 * (w_x1 * t_c367e) - t_m4w4c)
+        + sin_phi1 * t_nbykh;
+    J_p[14] = t_dhagk - t_ljvgb * (me1 * t_cjz52) + me1 * t_d2amu;
+    J_p[15] = t_irqkj
+        + x[phi1_dot] * t_wmdbw
+        - x[theta1_dot] * t_egtvj
+        + th_1 * t_kaz6z
+        + t_3qn53 * t_mw3gr
+        - t_2psst
+        + zeta1 * t_eut3y
+        - t_4usqf;
+    J_p[16] = x[phi1_dot] * (t_ykkzy + k1 * t_6uoxu) + x[theta1_dot] * (t_ojvym - q_1 * t_eut3y);
+    J_p[17] = p[l2] * t_e6f4j
+        + t_flrtq * t_5wzvs
+        - t_nfvux * t_jtemh
+        + t_4dpp3 * t_mwbp3
+        - t_bnx3m * t_xod3t;
+    J_p[18] = B_2 * t_xusft
+        - t_4b2fa * t_tjtzd
+        + me2 * t_ci6eg
+        + t_54cbb * t_nokjz
+        + p[m2] * t_e6f4j
+        - t_frqfv * (p[m2] * t_jtemh)
+        - chi2 * (t_nlamb * t_7segs)
+        + cos_phi2 * (Wn2 * (w_x2 * t_7segs) - t_mche2)
+        + sin_phi2 * t_6wpqr;
+    J_p[19] = t_xcmta - t_pshhe * (me2 * t_cjz52) + me2 * t_d2amu;
+    J_p[20] = t_irqkj
+        + x[phi2_dot] * t_wmdbw
+        - x[theta2_dot] * t_egtvj
+        + th_2 * t_5t32u
+        + t_54cbb * t_bvu5a
+        - t_jtemh
+        + zeta2 * t_dcslj
+        - t_xod3t;
+    J_p[21] = x[phi2_dot] * (t_ykkzy + k2 * t_suh4f) + x[theta2_dot] * (t_ojvym - q_2 * t_dcslj);
+    J_p[22] = t_6s736 - t_piq3g * t_vc2sk - p[b] * t_dkrae;
+    J_p[23] = t_6s736 - t_rvsxd * t_vc2sk - p[h0] * t_dkrae;
+    J_p[24] = t_wob6o - t_vc2sk;
+    J_p[25] = t_wob6o;
+    J_p[26] = t_gooky - (t_hco6x + t_yflfn);
+    J_p[27] = t_yflfn - t_mjkgo - t_gooky;
+    J_p[28] = -(t_xkwv2 * (p[m0] * t_vc2sk) + p[m0] * t_dkrae);
+    J_p[29] = t_wn2ur - t_gfysi * (p[m] * t_vc2sk) - p[m] * t_dkrae;
+    J_p[30] = t_wn2ur;
+    J_p[31] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_bqimq - t_qsuqm) + cos_delta1 * t_rjunc)
+        + sin_delta2 * (t_xnwwz - t_lwe76 * t_c7hza);
     J_p[32] = SPLAT(K(0.0));
     J_p[33] = SPLAT(K(0.0));
-    J_p[34] = p[13] * v1915 + v1964 * v8 - v3 * v1967 + v1996 * v185 - v182 * v1999;
-    J_p[35] = v2039;
-    J_p[36] = v1828 - v1258 * (v10 * v1470) + v10 * v1834;
-    J_p[37] = v2060 + v196 * v2014 - v1999;
-    J_p[38] = x[13] * (v85 * v1921 - v1519) + x[14] * (v1498 - v181 * v2014);
-    J_p[39] = p[18] * v2092 + v2134 * v27 - v23 * v2137 + v2161 * v210 - v207 * v2164;
-    J_p[40] = v2204;
-    J_p[41] = v1759 - v1428 * (v29 * v1470) + v29 * v1834;
-    J_p[42] = v2218 + v220 * v2179 - v2164;
-    J_p[43] = x[15] * (v138 * v2098 - v1519) + x[16] * (v1498 - v206 * v2179);
-    J_p[44] = v529 * v2241 + v2593 - p[7] * v2595;
-    J_p[45] = v532 * v2241 + v2593 - p[6] * v2595;
-    J_p[46] = v2241 + v2605;
-    J_p[47] = v2605;
-    J_p[48] = v2603 - v2233 + v2610;
-    J_p[49] = v2240 - v2603 - v2610;
-    J_p[50] = v1064 * (p[1] * v2241) - p[1] * v2595;
-    J_p[51] = v1070 * (p[0] * v2241) + v2427 - p[0] * v2595;
-    J_p[52] = v2427;
-    J_p[53] = v2632;
+    J_p[34] = p[l1] * t_6hn5h
+        + t_yvga5 * t_zrejm
+        - t_os4zj * t_jxr3i
+        + t_xi5aa * t_odnx4
+        - t_7vbeu * t_mmdk6;
+    J_p[35] = B_1 * t_6spyg
+        + t_7imwe * t_ixh47
+        + me1 * t_mktem
+        + t_3qn53 * t_nxn4u
+        + p[m1] * t_6hn5h
+        - t_he5kr * (p[m1] * t_jxr3i)
+        - chi1 * (t_wmv32 * t_k35ag)
+        + cos_phi1 * (Wn1 * (w_x1 * t_k35ag) - t_gloqq)
+        + sin_phi1 * t_fyhae;
+    J_p[36] = t_sw7hc - t_ljvgb * (me1 * t_vc2sk) + me1 * t_dkrae;
+    J_p[37] = t_jeq4h
+        + x[phi1_dot] * t_llc3o
+        + x[theta1_dot] * t_ktdrn
+        + th_1 * t_3hdtc
+        + t_3qn53 * t_3sne6
+        - t_jxr3i
+        + zeta1 * t_plcfz
+        - t_mmdk6;
+    J_p[38] = x[phi1_dot] * (k1 * t_uspkv - t_tfurz) + x[theta1_dot] * (t_c7hza - q_1 * t_plcfz);
+    J_p[39] = p[l2] * t_zowfw
+        + t_gyr2f * t_5wzvs
+        - t_nfvux * t_ixbo7
+        + t_23hqs * t_mwbp3
+        - t_bnx3m * t_fcbkn;
+    J_p[40] = B_2 * t_sb3l5
+        + t_4b2fa * t_5q6gp
+        + me2 * t_ofcdk
+        + t_54cbb * t_dvxex
+        + p[m2] * t_zowfw
+        - t_frqfv * (p[m2] * t_ixbo7)
+        - chi2 * (t_nlamb * t_qa3ar)
+        + cos_phi2 * (Wn2 * (w_x2 * t_qa3ar) - t_n56ki)
+        + sin_phi2 * t_7a56z;
+    J_p[41] = t_xcyr3 - t_pshhe * (me2 * t_vc2sk) + me2 * t_dkrae;
+    J_p[42] = t_jeq4h
+        + x[phi2_dot] * t_llc3o
+        + x[theta2_dot] * t_ktdrn
+        + th_2 * t_ogh6l
+        + t_54cbb * t_kuqwg
+        - t_ixbo7
+        + zeta2 * t_rilaf
+        - t_fcbkn;
+    J_p[43] = x[phi2_dot] * (k2 * t_tonl2 - t_tfurz) + x[theta2_dot] * (t_c7hza - q_2 * t_rilaf);
+    J_p[44] = t_piq3g * t_2yrx6 + t_elyhs - p[b] * t_oeayl;
+    J_p[45] = t_rvsxd * t_2yrx6 + t_elyhs - p[h0] * t_oeayl;
+    J_p[46] = t_2yrx6 + t_vw2fo;
+    J_p[47] = t_vw2fo;
+    J_p[48] = t_px4ef - t_vxg33 + t_x2swu;
+    J_p[49] = t_uvrpv - t_px4ef - t_x2swu;
+    J_p[50] = t_xkwv2 * (p[m0] * t_2yrx6) - p[m0] * t_oeayl;
+    J_p[51] = t_gfysi * (p[m] * t_2yrx6) + t_omrhy - p[m] * t_oeayl;
+    J_p[52] = t_omrhy;
+    J_p[53] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_hiifd - t_zovv7) + cos_delta1 * t_ejmjd)
+        + sin_delta2 * (t_lwe76 * t_5u7wz + t_p73sc);
     J_p[54] = SPLAT(K(0.0));
     J_p[55] = SPLAT(K(0.0));
-    J_p[56] = p[13] * v2675 + v2724 * v8 - v3 * v2727 + v2756 * v185 - v182 * v2759;
-    J_p[57] = v2799;
-    J_p[58] = v1258 * (v10 * v2241) + v2590 + v10 * v2595;
-    J_p[59] = v2820 + v196 * v2774 - v2759;
-    J_p[60] = x[13] * (v2342 + v85 * v2681) - x[14] * (v2246 + v181 * v2774);
-    J_p[61] = p[18] * v2852 + v2894 * v27 - v23 * v2897 + v2921 * v210 - v207 * v2924;
-    J_p[62] = v2964;
-    J_p[63] = v1428 * (v29 * v2241) + v2521 + v29 * v2595;
-    J_p[64] = v2978 + v220 * v2939 - v2924;
-    J_p[65] = x[15] * (v2342 + v138 * v2858) - x[16] * (v2246 + v206 * v2939);
-    J_p[66] = v529 * v2993 + v3339 + p[7] * v3341;
-    J_p[67] = v532 * v2993 + v3339 + p[6] * v3341;
-    J_p[68] = v2993 + v3351;
-    J_p[69] = v3351;
-    J_p[70] = v607 - v3348 + v3356;
-    J_p[71] = v3348 - v2992 - v3356;
-    J_p[72] = v1064 * (p[1] * v2993) + p[1] * v3341;
-    J_p[73] = v1070 * (p[0] * v2993) - v3000 + p[0] * v3341;
-    J_p[74] = -v3000;
-    J_p[75] = c39 * (c43 * v3177 - s43 * (v47 * v605 + v3166)) + s39 * (v3175 - v3376);
+    J_p[56] = p[l1] * t_kg4zs
+        + t_vyeik * t_zrejm
+        - t_os4zj * t_vbyvz
+        + t_l6vpt * t_odnx4
+        - t_7vbeu * t_ba4ag;
+    J_p[57] = B_1 * t_4e7ox
+        + t_7imwe * t_wyuuy
+        + me1 * t_34c6o
+        + t_3qn53 * t_ekfc3
+        + p[m1] * t_kg4zs
+        - t_he5kr * (p[m1] * t_vbyvz)
+        - chi1 * (t_wmv32 * t_dgv35)
+        + cos_phi1 * (Wn1 * (w_x1 * t_dgv35) - t_vemvw)
+        + sin_phi1 * t_rmyzl;
+    J_p[58] = t_ljvgb * (me1 * t_2yrx6) + t_s3vof + me1 * t_oeayl;
+    J_p[59] = t_s47gu
+        + x[phi1_dot] * t_43te3
+        - x[theta1_dot] * t_xgjzl
+        + th_1 * t_crvvl
+        + t_3qn53 * t_aaznf
+        - t_vbyvz
+        + zeta1 * t_vserh
+        - t_ba4ag;
+    J_p[60] = x[phi1_dot] * (t_flyj3 + k1 * t_rhypt) - x[theta1_dot] * (t_5u7wz + q_1 * t_vserh);
+    J_p[61] = p[l2] * t_yte6n
+        + t_7stvm * t_5wzvs
+        - t_nfvux * t_urgpu
+        + t_6borh * t_mwbp3
+        - t_bnx3m * t_c62hk;
+    J_p[62] = B_2 * t_u6fbs
+        + t_4b2fa * t_7327d
+        + me2 * t_rf2j6
+        + t_54cbb * t_ml5g6
+        + p[m2] * t_yte6n
+        - t_frqfv * (p[m2] * t_urgpu)
+        - chi2 * (t_nlamb * t_rihjy)
+        + cos_phi2 * (Wn2 * (w_x2 * t_rihjy) - t_2nr5l)
+        + sin_phi2 * t_whntw;
+    J_p[63] = t_pshhe * (me2 * t_2yrx6) + t_fperx + me2 * t_oeayl;
+    J_p[64] = t_s47gu
+        + x[phi2_dot] * t_43te3
+        - x[theta2_dot] * t_xgjzl
+        + th_2 * t_fab7w
+        + t_54cbb * t_euhax
+        - t_urgpu
+        + zeta2 * t_oanuf
+        - t_c62hk;
+    J_p[65] = x[phi2_dot] * (t_flyj3 + k2 * t_7lnh5) - x[theta2_dot] * (t_5u7wz + q_2 * t_oanuf);
+    J_p[66] = t_piq3g * t_om3f2 + t_yfqch + p[b] * t_pxjei;
+    J_p[67] = t_rvsxd * t_om3f2 + t_yfqch + p[h0] * t_pxjei;
+    J_p[68] = t_om3f2 + t_fbnaa;
+    J_p[69] = t_fbnaa;
+    J_p[70] = t_o4hiw - t_qnupi + t_vv2pk;
+    J_p[71] = t_qnupi - t_mmtxw - t_vv2pk;
+    J_p[72] = t_xkwv2 * (p[m0] * t_om3f2) + p[m0] * t_pxjei;
+    J_p[73] = t_gfysi * (p[m] * t_om3f2) - t_7abzy + p[m] * t_pxjei;
+    J_p[74] = -t_7abzy;
+    J_p[75] = cos_delta2 * (cos_delta1 * t_vyzex - sin_delta1 * (t_lwe76 * t_nfkwa + t_5wlzs))
+        + sin_delta2 * (t_ltkoi - t_cv2jl);
     J_p[76] = SPLAT(K(0.0));
     J_p[77] = SPLAT(K(0.0));
-    J_p[78] = p[13] * v3422 + v3471 * v8 - v3 * v3474 + v3503 * v185 - v182 * v3506;
-    J_p[79] = v3546;
-    J_p[80] = v1258 * (v10 * v2993) + v3259 - v10 * v3341;
-    J_p[81] = v3567 + v196 * v3521 - v3506;
-    J_p[82] = x[13] * (v3154 + v85 * v3428) + x[14] * (v2998 - v181 * v3521);
-    J_p[83] = p[18] * v3599 + v3641 * v27 - v23 * v3644 + v3668 * v210 - v207 * v3671;
-    J_p[84] = v3711;
-    J_p[85] = v1428 * (v29 * v2993) + v3190 - v29 * v3341;
-    J_p[86] = v3725 + v220 * v3686 - v3671;
-    J_p[87] = x[15] * (v3154 + v138 * v3605) + x[16] * (v2998 - v206 * v3686);
-    J_p[88] = v529 * v3743 + v4086 + p[7] * v4088;
-    J_p[89] = v532 * v3743 + v4086 + p[6] * v4088;
-    J_p[90] = v3743 + v4098;
-    J_p[91] = v4098;
-    J_p[92] = v3736 - v4095 + v4103;
-    J_p[93] = v4095 - v3742 - v4103;
-    J_p[94] = v1064 * (p[1] * v3743) + p[1] * v4088;
-    J_p[95] = v1070 * (p[0] * v3743) - v3751 + p[0] * v4088;
-    J_p[96] = -v3751;
-    J_p[97] = v4125;
+    J_p[78] = p[l1] * t_qe2y6
+        + t_aawkq * t_zrejm
+        - t_os4zj * t_cm4rz
+        + t_oap64 * t_odnx4
+        - t_7vbeu * t_lehet;
+    J_p[79] = B_1 * t_cwm3q
+        + t_7imwe * t_rbpqq
+        + me1 * t_mi2sf
+        + t_3qn53 * t_2j6ld
+        + p[m1] * t_qe2y6
+        - t_he5kr * (p[m1] * t_cm4rz)
+        - chi1 * (t_wmv32 * t_kawvh)
+        + cos_phi1 * (Wn1 * (w_x1 * t_kawvh) - t_wbmj3)
+        + sin_phi1 * t_n7gga;
+    J_p[80] = t_ljvgb * (me1 * t_om3f2) + t_ubuyh - me1 * t_pxjei;
+    J_p[81] = t_y7zws
+        + x[phi1_dot] * t_lipgc
+        + x[theta1_dot] * t_cmraw
+        + th_1 * t_pju77
+        + t_3qn53 * t_ioq3g
+        - t_cm4rz
+        + zeta1 * t_gk4lx
+        - t_lehet;
+    J_p[82] = x[phi1_dot] * (t_ctsrf + k1 * t_qawgh) + x[theta1_dot] * (t_zwjps - q_1 * t_gk4lx);
+    J_p[83] = p[l2] * t_xlwys
+        + t_cy6bc * t_5wzvs
+        - t_nfvux * t_mh4kp
+        + t_y7rwc * t_mwbp3
+        - t_bnx3m * t_jdmts;
+    J_p[84] = B_2 * t_c2pgy
+        + t_4b2fa * t_5jp42
+        + me2 * t_qoqcd
+        + t_54cbb * t_itc7d
+        + p[m2] * t_xlwys
+        - t_frqfv * (p[m2] * t_mh4kp)
+        - chi2 * (t_nlamb * t_yfz5c)
+        + cos_phi2 * (Wn2 * (w_x2 * t_yfz5c) - t_twmdk)
+        + sin_phi2 * t_qlucw;
+    J_p[85] = t_pshhe * (me2 * t_om3f2) + t_ea7vn - me2 * t_pxjei;
+    J_p[86] = t_y7zws
+        + x[phi2_dot] * t_lipgc
+        + x[theta2_dot] * t_cmraw
+        + th_2 * t_2acg4
+        + t_54cbb * t_tqhig
+        - t_mh4kp
+        + zeta2 * t_neytf
+        - t_jdmts;
+    J_p[87] = x[phi2_dot] * (t_ctsrf + k2 * t_g7dg6) + x[theta2_dot] * (t_zwjps - q_2 * t_neytf);
+    J_p[88] = t_piq3g * t_sld5r + t_hel7w + p[b] * t_3bhwh;
+    J_p[89] = t_rvsxd * t_sld5r + t_hel7w + p[h0] * t_3bhwh;
+    J_p[90] = t_sld5r + t_aynjy;
+    J_p[91] = t_aynjy;
+    J_p[92] = t_hxdw7 - t_376fm + t_fp5ww;
+    J_p[93] = t_376fm - t_quqy3 - t_fp5ww;
+    J_p[94] = t_xkwv2 * (p[m0] * t_sld5r) + p[m0] * t_3bhwh;
+    J_p[95] = t_gfysi * (p[m] * t_sld5r) - t_2qijq + p[m] * t_3bhwh;
+    J_p[96] = -t_2qijq;
+    J_p[97] = cos_delta2 * (cos_delta1 * t_4z2sa - sin_delta1 * (t_cv2jl + t_mrgyy))
+        + sin_delta2 * (t_f72r2 - t_lwe76 * t_kchpi);
     J_p[98] = SPLAT(K(0.0));
     J_p[99] = SPLAT(K(0.0));
-    J_p[100] = p[13] * v4168 + v4217 * v8 - v3 * v4220 + v4248 * v185 - v182 * v4251;
-    J_p[101] = v4291;
-    J_p[102] = v1258 * (v10 * v3743) + v4006 - v10 * v4088;
-    J_p[103] = v4312 + v196 * v4266 - v4251;
-    J_p[104] = x[13] * (v3901 + v85 * v4174) + x[14] * (v3749 - v181 * v4266);
-    J_p[105] = p[18] * v4344 + v4386 * v27 - v23 * v4389 + v4412 * v210 - v207 * v4415;
-    J_p[106] = v4455;
-    J_p[107] = v1428 * (v29 * v3743) + v3937 - v29 * v4088;
-    J_p[108] = v4469 + v220 * v4430 - v4415;
-    J_p[109] = x[15] * (v3901 + v138 * v4350) + x[16] * (v3749 - v206 * v4430);
-    J_p[110] = v4905 - v529 * v4510 - p[7] * v4908;
-    J_p[111] = v4905 - v532 * v4510 - p[6] * v4908;
-    J_p[112] = v4918 - v4510;
-    J_p[113] = v4918;
-    J_p[114] = v4922 - (v4500 + v4916);
-    J_p[115] = v4916 - v4509 - v4922;
-    J_p[116] = -(v1064 * (p[1] * v4510) + p[1] * v4908);
-    J_p[117] = v4740 - v1070 * (p[0] * v4510) - p[0] * v4908;
-    J_p[118] = v4740;
-    J_p[119] = v4946;
+    J_p[100] = p[l1] * t_yjmne
+        + t_3oe6h * t_zrejm
+        - t_os4zj * t_cm4rz_2
+        + t_6gjtg * t_odnx4
+        - t_7vbeu * t_gj6ho;
+    J_p[101] = B_1 * t_4ra7m
+        + t_7imwe * t_e3grk
+        + me1 * t_ubv4n
+        + t_3qn53 * t_b7ehk
+        + p[m1] * t_yjmne
+        - t_he5kr * (p[m1] * t_cm4rz_2)
+        - chi1 * (t_wmv32 * t_ebxww)
+        + cos_phi1 * (Wn1 * (w_x1 * t_ebxww) - t_53x4e)
+        + sin_phi1 * t_tb73o;
+    J_p[102] = t_ljvgb * (me1 * t_sld5r) + t_6ntsd - me1 * t_3bhwh;
+    J_p[103] = t_zbc4o
+        + x[phi1_dot] * t_vzsco
+        + x[theta1_dot] * t_6zjra
+        + th_1 * t_xawty
+        + t_3qn53 * t_vhl2o
+        - t_cm4rz_2
+        + zeta1 * t_tlnuk
+        - t_gj6ho;
+    J_p[104] = x[phi1_dot] * (t_ht423 + k1 * t_iiu4k) + x[theta1_dot] * (t_kchpi - q_1 * t_tlnuk);
+    J_p[105] = p[l2] * t_rpkoe
+        + t_emhsf * t_5wzvs
+        - t_nfvux * t_mh4kp_2
+        + t_5wdqj * t_mwbp3
+        - t_bnx3m * t_lmyyz;
+    J_p[106] = B_2 * t_jxhef
+        + t_4b2fa * t_uyclk
+        + me2 * t_2udnc
+        + t_54cbb * t_aukc7
+        + p[m2] * t_rpkoe
+        - t_frqfv * (p[m2] * t_mh4kp_2)
+        - chi2 * (t_nlamb * t_5xnu3)
+        + cos_phi2 * (Wn2 * (w_x2 * t_5xnu3) - t_tcgnk)
+        + sin_phi2 * t_i56om;
+    J_p[107] = t_pshhe * (me2 * t_sld5r) + t_v5ufy - me2 * t_3bhwh;
+    J_p[108] = t_zbc4o
+        + x[phi2_dot] * t_vzsco
+        + x[theta2_dot] * t_6zjra
+        + th_2 * t_k4hxt
+        + t_54cbb * t_rtfxw
+        - t_mh4kp_2
+        + zeta2 * t_5o6ce
+        - t_lmyyz;
+    J_p[109] = x[phi2_dot] * (t_ht423 + k2 * t_y45oi) + x[theta2_dot] * (t_kchpi - q_2 * t_5o6ce);
+    J_p[110] = t_rwurg - t_piq3g * t_evcvo - p[b] * t_ky7wu;
+    J_p[111] = t_rwurg - t_rvsxd * t_evcvo - p[h0] * t_ky7wu;
+    J_p[112] = t_anblo - t_evcvo;
+    J_p[113] = t_anblo;
+    J_p[114] = t_i2xaq - (t_ksgil + t_b6mim);
+    J_p[115] = t_b6mim - t_722xe - t_i2xaq;
+    J_p[116] = -(t_xkwv2 * (p[m0] * t_evcvo) + p[m0] * t_ky7wu);
+    J_p[117] = t_pwlhn - t_gfysi * (p[m] * t_evcvo) - p[m] * t_ky7wu;
+    J_p[118] = t_pwlhn;
+    J_p[119] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_jvg22 - t_5x4uu) + cos_delta1 * t_ecxbj)
+        + sin_delta2 * (t_jro6v - t_lwe76 * t_b3qbg);
     J_p[120] = SPLAT(K(0.0));
     J_p[121] = SPLAT(K(0.0));
-    J_p[122] = p[13] * v4989 + v5038 * v8 - v3 * v5041 + v5070 * v185 - v182 * v5073;
-    J_p[123] = v5113;
-    J_p[124] = v4902 - v1258 * (v10 * v4510) + v10 * v4908;
-    J_p[125] = v5134 + v196 * v5088 - v5073;
-    J_p[126] = x[13] * (v4569 + v85 * v4995) + x[14] * (v4540 - v181 * v5088);
-    J_p[127] = p[18] * v5166 + v5208 * v27 - v23 * v5211 + v5235 * v210 - v207 * v5238;
-    J_p[128] = v5278;
-    J_p[129] = v4833 - v1428 * (v29 * v4510) + v29 * v4908;
-    J_p[130] = v5292 + v220 * v5253 - v5238;
-    J_p[131] = x[15] * (v4569 + v138 * v5172) + x[16] * (v4540 - v206 * v5253);
+    J_p[122] = p[l1] * t_i73bt
+        + t_agl4b * t_zrejm
+        - t_os4zj * t_jxr3i_2
+        + t_fxlp2 * t_odnx4
+        - t_7vbeu * t_4nvxf;
+    J_p[123] = B_1 * t_lzukl
+        - t_7imwe * t_tfdif
+        + me1 * t_m2rd2
+        + t_3qn53 * t_waqmv
+        + p[m1] * t_i73bt
+        - t_he5kr * (p[m1] * t_jxr3i_2)
+        - chi1 * (t_wmv32 * t_hyqog)
+        + cos_phi1 * (Wn1 * (w_x1 * t_hyqog) - t_nhjqb)
+        + sin_phi1 * t_hcjh6;
+    J_p[124] = t_d3ayq - t_ljvgb * (me1 * t_evcvo) + me1 * t_ky7wu;
+    J_p[125] = t_zijwy
+        + x[phi1_dot] * t_2niry
+        - x[theta1_dot] * t_tnb7l
+        + th_1 * t_ctvwf
+        + t_3qn53 * t_bwszi
+        - t_jxr3i_2
+        + zeta1 * t_tjjir
+        - t_4nvxf;
+    J_p[126] = x[phi1_dot] * (t_mk6zb + k1 * t_nyvva) + x[theta1_dot] * (t_b3qbg - q_1 * t_tjjir);
+    J_p[127] = p[l2] * t_jumut
+        + t_6iy6t * t_5wzvs
+        - t_nfvux * t_ixbo7_2
+        + t_qnutv * t_mwbp3
+        - t_bnx3m * t_dpeas;
+    J_p[128] = B_2 * t_2auvx
+        - t_4b2fa * t_kkyvb
+        + me2 * t_urst3
+        + t_54cbb * t_5nlta
+        + p[m2] * t_jumut
+        - t_frqfv * (p[m2] * t_ixbo7_2)
+        - chi2 * (t_nlamb * t_t7xsb)
+        + cos_phi2 * (Wn2 * (w_x2 * t_t7xsb) - t_3ab7p)
+        + sin_phi2 * t_bx32h;
+    J_p[129] = t_a5jf4 - t_pshhe * (me2 * t_evcvo) + me2 * t_ky7wu;
+    J_p[130] = t_zijwy
+        + x[phi2_dot] * t_2niry
+        - x[theta2_dot] * t_tnb7l
+        + th_2 * t_ujr62
+        + t_54cbb * t_5b75k
+        - t_ixbo7_2
+        + zeta2 * t_j7kb5
+        - t_dpeas;
+    J_p[131] = x[phi2_dot] * (t_mk6zb + k2 * t_shrvr) + x[theta2_dot] * (t_b3qbg - q_2 * t_j7kb5);
     J_p[132] = SPLAT(K(0.0));
     J_p[133] = SPLAT(K(0.0));
     J_p[134] = SPLAT(K(0.0));

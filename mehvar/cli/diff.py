@@ -75,10 +75,8 @@ def command(
 
 def _draw(diff: Diff, path: Path) -> None:
     """Save the picture of the model whose run differs most, and say so where there is none."""
-    from mehvar.comparison.picture import overlay_of
-
     moved = max(diff.models, key=lambda model: model.overlay.size if model.overlay else -1.0)
-    figure = overlay_of(moved)
+    figure = moved.overlay.picture(moved.model) if moved.overlay else None
     if figure is None:
         typer.echo(f"no run differs: {path} is not written", err=True)
         return

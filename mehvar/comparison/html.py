@@ -18,7 +18,6 @@ from mehvar.pictures.files import encoded
 
 from .consequences import Consequences
 from .marks import Alignment
-from .picture import overlay_of
 from .result import Diff, ModelDiff
 from .status import ModelStatus
 from .text import (
@@ -206,7 +205,7 @@ class _Sheet:
 
 def _picture(model: ModelDiff) -> str:
     """Return the overlay of the run that differs most, as an address that holds it; empty where there is none."""
-    figure = overlay_of(model)
+    figure = model.overlay.picture(model.model) if model.overlay else None
     return "" if figure is None else "data:image/svg+xml;base64," + b64encode(encoded(figure, ".svg")).decode()
 
 

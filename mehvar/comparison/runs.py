@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +26,9 @@ from mehvar.runtime.run.simulate import Run, simulate
 
 from .margins import Margin, margins
 from .spectra import differentiable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _STEPS = 1e-6
 """Of a metric: two texts of one loop round differently, so that an integrator with the tolerance 1e-9 takes other steps
@@ -109,6 +114,18 @@ class Overlay:
     old: Run
     new: Run
     size: float
+
+    def picture(self, model: str) -> Figure | None:
+        """Return both runs in one picture; None where matplotlib is not installed."""
+        if importlib.util.find_spec("matplotlib") is None:
+            return None
+        from mehvar.pictures.overlay import overlay_picture
+        from mehvar.pictures.style import style
+        from mehvar.runtime.run.results import to_dataset
+
+        with style():
+            title = f"{model}: {self.scenario} under {self.law}"
+            return overlay_picture(to_dataset(self.old), to_dataset(self.new), title)
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray
 
-from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.errors import InputError, MissingError, bad_value, unknown_name
 from mehvar.manifest import FILE, Manifest, parse_manifest
 from mehvar.runtime.files import write_atomic
 from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.run.metrics import metrics, metrics_of
+
+try:
+    import xarray
+except ImportError as error:
+    raise MissingError("results are datasets of xarray: pip install xarray") from error
 
 if TYPE_CHECKING:
     import pandas

@@ -11,6 +11,7 @@ A `text` block after a Python block, and the lines without `$ ` in a `console` b
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import io
 import os
 import re
@@ -27,6 +28,8 @@ from typing import Any
 import pytest
 
 from docs.site import pictures
+from tests.validation import __main__ as validation
+from tests.validation.table import Row
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted(
@@ -335,6 +338,23 @@ def test_the_first_screen_leads_to_the_validation_and_its_tables_are_filled() ->
     assert all(re.search(r"\| \d{4}-\d\d-\d\d \|", line) for line in cases)
     assert "mutants tried" in page
     assert "no reason yet" not in page
+
+
+def test_a_case_that_ends_without_a_result_does_not_keep_its_old_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page, row = tmp_path / "page.md", Row("one", "engine", "1", 1, 0.0, 1.0, "m", "digits")
+    page.write_text(f"above\n{validation.BEGIN}{validation.END}below\n", encoding="utf-8")
+    monkeypatch.setattr(validation, "PAGE", page)
+    validation.write([row, dataclasses.replace(row, case="two")])
+    assert "2 cases: 2 hold, 0 fail." in page.read_text(encoding="utf-8")
+    validation.write([row], without_result={"test_two": "InputError: no"}, complete=True)
+    text = page.read_text(encoding="utf-8")
+    assert "2 cases: 1 hold, 1 fail." in text
+    assert "InputError: no" in text
+    assert "| two |" not in text
+    validation.write([dataclasses.replace(row, case="two", error=2.0)], passed={"test_two"})
+    assert "2 cases: 1 hold, 1 fail." in page.read_text(encoding="utf-8")
 
 
 def test_what_is_mutated_and_which_tests_concern_it_are_there() -> None:

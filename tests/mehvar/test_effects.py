@@ -146,7 +146,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "paper": "tests/mehvar/comparison/test_compare.py: --paper",
         "form": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--format", "json")),
         "out": "tests/mehvar/comparison/test_compare.py: --out",
-        "plot": "tests/mehvar/comparison/test_compare.py: --plot",
+        "plot": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--plot", "a.bmp")),
     },
     "convert": {
         "source": (CONVERT, (CONVERT[0], "none.zarr", *CONVERT[2:])),

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from mehvar.codegen.code.files import printed, texts
 from mehvar.codegen.functions.graphs import generate_functions
-from mehvar.codegen.functions.verify import check_counterparts, verify
+from mehvar.codegen.functions.verify import VerificationError, check_counterparts, verify
 from mehvar.codegen.manifest import manifest_of
 from mehvar.manifest import FILE, manifest_text
 from mehvar.models.check import check
@@ -32,11 +32,11 @@ def edited(base: System, seed: str, count: int, folder: Path) -> Outcome:
     outcome = Outcome()
     for k, edit in enumerate(islice(edits(base, random.Random(seed)), count)):
         try:
-            if refusal := _refusal(edit.system):
-                outcome.counts["refused"] += 1
+            refusal = _refusal(edit.system)
+            outcome.counts["refused" if refusal else "taken"] += 1
+            if refusal:
                 assert _PLACED.match(refusal), refusal
             else:
-                outcome.counts["taken"] += 1
                 exercise_edits.run(load(_written(edit.system, folder / str(k)), "python"))
         except Exception:
             outcome.findings.append(f"{base.name} {seed}, {edit.path} {edit.what}:\n{traceback.format_exc()[-1500:]}")
@@ -64,14 +64,14 @@ def _accepted(base: System, seed: str) -> Iterator[Edit]:
 def _refusal(system: System) -> str:
     try:
         check(system)
-    except ModelError as error:
+        verify(system)
+    except (ModelError, VerificationError) as error:
         return str(error)
     return ""
 
 
 def _written(system: System, folder: Path) -> Path:
     check_counterparts(system)
-    verify(system)
     functions = printed(generate_functions(system))
     manifest = manifest_of(system, functions, {})
     folder.mkdir()

@@ -146,7 +146,8 @@ class Campaign:
             path.write_text(text, encoding="utf-8")
         last = next((test for test in done.tests if test.failed), None)
         outcome = {"passed": "survived", "failed": "killed"}.get(done.outcome, done.outcome)
-        outcome = "refused" if last and last.refused else outcome
+        if last and last.refused and mutant.module.endswith((".c", ".h")):
+            outcome = "refused"
         fields = (mutant.module, mutant.line, mutant.before, mutant.after, outcome, last.name if last else "")
         self._remember(Result(subject.area, *fields, round(done.seconds, 1)))
 

@@ -265,13 +265,13 @@ def test_a_tree_may_be_a_folder_of_a_repository(project, tmp_path):
 
 
 def test_a_revision_with_older_equations_is_derived_from_its_models(project):
-    project.edit('"schema": 2', '"schema": 1', "generated/cart/equations.json")
+    project.edit('"schema": 3', '"schema": 1', "generated/cart/equations.json")
     project.commit("as an older version wrote it")
     project.generate()
     project.edit("-p.k * x", "-2 * p.k * x")
     assert project.json(status=1)["status"] == "changed"
     project.edit("-2 * p.k * x", "p.nonsense * x")
-    project.edit('"schema": 2', '"schema": 1', "generated/cart/equations.json")
+    project.edit('"schema": 3', '"schema": 1', "generated/cart/equations.json")
     project.commit("broken")
     message = project.refused("HEAD", "HEAD~1")
     assert "cart cannot be derived by this version of mehvar: " in message
@@ -290,7 +290,7 @@ def without_delay(text: str) -> str:
 
 
 def test_a_version_from_before_the_one_import_name_is_derived_with_its_own_vocabulary(project, tmp_path):
-    project.edit('"schema": 2', '"schema": 1', "generated/cart/equations.json")
+    project.edit('"schema": 3', '"schema": 1', "generated/cart/equations.json")
     for path in (project.root / "models").rglob("*.py"):
         text = path.read_text()
         path.write_text(older(text) if path.parent.name != "check" else without_delay(text))

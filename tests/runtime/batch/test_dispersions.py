@@ -146,6 +146,11 @@ def test_directions_are_uniform_on_the_sphere(names: str) -> None:
         assert stats.kstest(drawn[:, 0], stats.uniform(-2, 4).cdf).pvalue > 1e-3
 
 
+def test_the_centre_of_directions_points_along_the_last_axis() -> None:
+    (dispersion,) = read_dispersions({"a,b,c": "sphere(2)"})
+    assert dispersion.centre() == {"a": 0.0, "b": 0.0, "c": pytest.approx(2.0)}
+
+
 @pytest.mark.parametrize(
     ("vary", "message"),
     [
