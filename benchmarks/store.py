@@ -148,10 +148,12 @@ def million(folder: Path, sizes: Namespace) -> list[str]:
     begun = time.monotonic()
     assert subprocess.run([*line, str(folder / "reference.zarr")], **quiet, check=False).returncode == 0
     seconds, store = time.monotonic() - begun, folder / "runs.zarr"
+    records = len(list((folder / "reference.zarr").glob("records/*.json")))
     process = subprocess.Popen([*line, str(store)], **quiet)
-    time.sleep(seconds / 2)
+    while process.poll() is None and len(list(store.glob("records/*.json"))) < records // 2:
+        time.sleep(0.1)
     process.kill()
-    process.wait()
+    assert process.wait() < 0, "it came to its end before it was killed"
     kept = len(open_store(store).stored())
     assert subprocess.run([*line, str(store)], **quiet, check=False).returncode == 0
     blocks, chance = len(verify(store).whole), random.Random(2)

@@ -128,7 +128,7 @@ def _campaign(model: str, **fields: Any) -> CampaignFile:
         return read_campaign(Path(model)).under(flags)
     together(
         lambda: required_law(find_model(model), flags.get("controller")),
-        lambda: _required(flags, "n", "how many runs: -n N"),
+        lambda: _required(flags, "n", "-n N"),
         lambda: _required(flags, "out", "a store: --out STORE.zarr"),
     )
     return CampaignFile(model=model, **flags)

@@ -74,12 +74,14 @@ def connect(address: str, timeout: float = 10.0) -> Client:
     Raises
     ------
     InputError
-        If dask.distributed is missing or nobody answers at the address.
+        If dask.distributed is missing, nobody answers at the address, or it wants certificates that there are not.
     """
     try:
         from distributed import Client
     except ModuleNotFoundError as error:
         raise InputError('a cluster needs dask.distributed: pip install "mehvar[cluster]"') from error
+    if address.startswith("tls://"):
+        _check_certificates(address)
     try:
         return Client(address, timeout=timeout, set_as_default=False)
     except (OSError, ValueError, TypeError, TimeoutError) as error:
@@ -87,6 +89,19 @@ def connect(address: str, timeout: float = 10.0) -> Client:
         raise InputError(
             f"scheduler = {address!r}: must be the address of a running dask scheduler, as in tcp://host:8786 ({what})"
         ) from error
+
+
+def _check_certificates(address: str) -> None:
+    """Refuse an address with TLS without certificates, for which dask would try until its time is over."""
+    from distributed.security import Security
+
+    allowed = "reached with certificates: set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, ...CLIENT__CERT and ...CLIENT__KEY"
+    try:
+        context = Security().get_connection_args("client").get("ssl_context")
+    except (OSError, ValueError) as error:  # a file that is missing, or no certificate
+        raise InputError(f"scheduler = {address!r}: must be {allowed} ({error})") from error
+    if context is None:
+        raise InputError(f"scheduler = {address!r}: must be {allowed}")
 
 
 def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:

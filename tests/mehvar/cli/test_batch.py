@@ -180,7 +180,7 @@ ONE = (*BATCH[:4], "--t-end", "0.5", "-n", "1", "--out", "new.zarr")
     [
         ((*BATCH, "-n", "0", "--out", "new.zarr"), "n = 0 (from -n): must be a whole number >= 1"),
         (BATCH[:-2], "a batch needs -n N"),
-        (("batch", "triangle", "-n", "1"), "a batch needs --controller C"),
+        (("batch", "triangle", "-n", "1"), "a run of triangle needs a law: --controller sliding or path"),
         ((*BATCH, "-n", "1"), "a batch needs a store: --out STORE.zarr"),
         ((*ONE, "--vary", "R"), "--vary = 'R': must be NAME=DIST(...)"),
         ((*ONE, "--vary", "R=normal(0.9, 0.01)"), "must be in (0, 0.707106781187)"),

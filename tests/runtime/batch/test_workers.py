@@ -203,7 +203,7 @@ def test_a_scheduler_that_is_lost_ends_the_command_in_one_line(tmp_path: Path) -
 
 @pytest.mark.soak
 def test_the_page_on_tls_is_right(tmp_path: Path) -> None:
-    """Its commands, on this machine: with the certificates a batch runs, without them nobody gets in."""
+    """Its commands, on this machine: with the certificates a batch runs, without them it is refused."""
     page = (ROOT / "docs" / "how-to" / "batch-on-a-cluster.md").read_text(encoding="utf-8")
     keys, servers = re.findall(r"```bash\n(.*?)```", page.partition("## With TLS")[2], flags=re.DOTALL)[:2]
     subprocess.run(["bash", "-ec", keys], cwd=tmp_path, check=True, capture_output=True)
@@ -239,6 +239,7 @@ def test_the_page_on_tls_is_right(tmp_path: Path) -> None:
         bare = {**os.environ, "PYTHONPATH": str(ROOT), "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": PATIENCE}
         refused = subprocess.run(batch, cwd=tmp_path, env=bare, capture_output=True, text=True, check=False)
         assert refused.returncode == 2
+        assert "must be reached with certificates: set DASK_DISTRIBUTED__COMM__TLS__CA_FILE" in refused.stderr
         assert "Traceback" not in refused.stderr
         assert not out.exists()
         for _ in range(60):  # until the worker is there
@@ -267,3 +268,12 @@ def test_a_cluster_without_workers_is_refused_and_the_store_can_go_on(client: Cl
 def test_a_scheduler_that_is_not_there_is_named(address: str) -> None:
     with pytest.raises(InputError, match=rf"scheduler = '{address}': must be the address of a running dask scheduler"):
         connect(address, timeout=1)
+
+
+def test_tls_without_certificates_is_refused_at_once(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="must be reached with certificates: set DASK_"):
+        connect("tls://127.0.0.1:9")
+    names = ("ca-file", "client.cert", "client.key")
+    missing = {f"distributed.comm.tls.{name}": str(tmp_path / "none.pem") for name in names}
+    with dask_config.set(missing), pytest.raises(InputError, match="No such file"):
+        connect("tls://127.0.0.1:9")
