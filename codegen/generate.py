@@ -145,7 +145,14 @@ def _renumbered(
         return None
     prefer_vocabulary(tree)
     new = renumber(record, tables)
-    return None if new is None else {FILE: manifest_text(new)}
+    if new is None:
+        return None
+    text = manifest_text(new)
+    try:
+        parse_manifest(text, tables / FILE)
+    except InputError:
+        return None  # what is wrong with the numbers is said by the check of the whole system
+    return {FILE: text}
 
 
 def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, casadi: bool = False) -> dict[str, str]:
@@ -280,10 +287,11 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
             raise GenerateError(f"{model} has no structure {name!r}; it has: {', '.join(choices) or 'none'}")
         if value not in choices[name]:
             raise GenerateError(f"structure {name} = {value!r} is not one of {', '.join(choices[name])}")
-    from mehvar.models.check import no_branching
+    from mehvar.models.check import check_kinds, no_branching
 
     with own_text(folder), no_branching():
         system: System = package.system(**structure)
+    check_kinds(system)
     chosen = {name: values[0] for name, values in choices.items()} | dict(structure)
     if system.structure != chosen:
         raise GenerateError(f"{folder}: structure = {shown(system.structure)} of the system: must be {chosen}")
