@@ -24,12 +24,12 @@ LEAVES = 8
 """Operands of a statement, beyond which parts of it get statements of their own, so that a line has about a hundred
 letters; in a sum each term gets a line instead. Half makes more statements, twice longer lines; numbers stay."""
 _DEPTH = 2
-"""How many statements below its own decide a value's name. An early count of eight edits of satellite gave as the median
-of lines changed over lines that must change 2.4 with 0, where more names have to be numbered, 2.8 with 1 and 2.1 with
-2, 3 and 8."""
+"""How many statements below its own decide a value's name. An early count of eight edits of satellite gave as median of
+lines changed over lines that must change 2.4 with 0, where more names have to be numbered, 2.8 with 1 and 2.1 with 2, 3
+and 8."""
 _LETTERS = 5
-"""Of a name, 25 bits. Were the hashes spread evenly, two of two hundred temporaries of a function would share one in one
-function of 1700, and are then numbered; with one letter less in one of 50. That is an estimate, not a count."""
+"""Of a name, 25 bits. Were the hashes spread evenly, two of two hundred temporaries of a function would share one in
+one function of 1700, and are then numbered; with one letter less in one of 50. That is an estimate, not a count."""
 _LONGEST = 200
 """Letters of a description before its digest of 64 stands for it; any number above that gives unique descriptions."""
 _SIGNS, _KINDS = ("neg", "num", "truth"), {"sub": "add"}
