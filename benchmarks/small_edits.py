@@ -119,7 +119,7 @@ EDITS = (
     ),
     Edit("triangle", "rename: tau", "controllers.py", '"tau", sp.Abs', '"closeness", sp.Abs'),
     Edit("slosh", "gain: u1 doubled", "laws/controllers.py", "-c.w1 * b", "-2 * c.w1 * b"),
-    Edit("slosh", "term: product of rates", "fast/hull.py", 'd.define("W12", w1 * w2,', 'd.define("W12", w1,'),
+    Edit("slosh", "sign: u2", "laws/controllers.py", "-c.w2 * cc", "c.w2 * cc"),
     Edit("slosh", "title: roll inertia", "fast/hull.py", 'title="roll inertia"', 'title="inertia in roll"'),
 )
 
