@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Twenty small edits of the models: how many lines of generated text each changes, and how many it must change.
+"""Twenty small edits of the models: how many lines of generated text each changes, and of how many the meaning changes.
 
-Run: python benchmarks/small_edits.py
+Run: python benchmarks/small_edits.py REVISION
 
-With the folder of an earlier checkout, `python benchmarks/small_edits.py EARLIER`, that one's generator is asked.
-A line must change when it reads otherwise even with the names of temporaries masked, wherever it stands; what is
-counted is what `git diff` removes and adds. CasADi's own C is not counted: its names are CasADi's.
+The generators of a revision of this repository and of this tree derive both; each is compared with its own generated/.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import re
@@ -20,23 +17,30 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from machine import table
+from machine import command_line, machine, table, write
 
 ROOT = Path(__file__).parents[1]
 DERIVE = (
     "import json, sys; from pathlib import Path; from mehvar.codegen.generate import Tree, derive\n"
     "print(json.dumps(derive(Tree(Path.cwd()), sys.argv[1])))"
 )
+TEXTS = (".c", ".h", ".py", "equations.json")
+"""Ends of the names of the files that are counted; equations.md has no temporaries."""
+GOAL = 3
+"""Lines changed for each line whose meaning changes."""
 _TEMPORARY = re.compile(
-    r"\b(?:[vmsc]\d+\b|(?:(?:sin|cos)_)?[tm]_[a-z2-7]{5}(?:_\d+)?_*|(?:sin|cos)_[a-z2-7]{5}\b|h\[\w+\]"
-    r"|h\[\.\.\., \d+\]|\w+_[hw]_\w+)"
+    r"(?<!\[)\b[vmsc]\d+\b|\bh\[(?:\.\.\., )?\d+\]"
+    r"|\b(?:\w+_[hw]_)?(?:(?:sin_|cos_)?[tm]_[a-z2-7]{5}|(?:sin|cos)_[a-z2-7]{5})(?:_\d+)?_*\b"
 )
+"""What a temporary is called: v12 and h[12] by place, t_abcde by content, after h_ or w_ where another function makes
+it."""
 _NODE = re.compile(r'(?<![\w"])\d+(?![\w"])|"[0-9a-f]{10}"')
+"""What a node of equations.json is called: its place, or ten digits of a hash of its content."""
+_WORD = re.compile(r"[\w.]+|\S")
 
 
 @dataclass(frozen=True)
@@ -115,67 +119,108 @@ EDITS = (
     ),
     Edit("triangle", "rename: tau", "controllers.py", '"tau", sp.Abs', '"closeness", sp.Abs'),
     Edit("slosh", "gain: u1 doubled", "laws/controllers.py", "-c.w1 * b", "-2 * c.w1 * b"),
-    Edit("slosh", "term: product of rates", "fast/hull.py", 'd.define("W12", w1 * w2,', 'd.define("W12", w1,'),
+    Edit("slosh", "sign: u2", "laws/controllers.py", "-c.w2 * cc", "c.w2 * cc"),
     Edit("slosh", "title: roll inertia", "fast/hull.py", 'title="roll inertia"', 'title="inertia in roll"'),
 )
 
 
-def main(earlier: Path | None, models: frozenset[str], kept: Path | None) -> None:
-    """Count, and print a table."""
-    edits = [edit for edit in EDITS if not models or edit.model in models]
-    counts = _counts(earlier or ROOT, edits, kept)
-    rows = [[e.model, e.kind, str(changed), str(must)] for e, (changed, must) in zip(edits, counts, strict=True)]
-    print("\n".join(table(["model", "edit", "lines changed", "must change"], rows)))
-    print("median of the ratios:", round(median(changed / max(must, 1) for changed, must in counts), 2))
+def main(revision: str) -> None:
+    """Count, and write the page."""
+    with tempfile.TemporaryDirectory() as folder:
+        earlier = Path(folder)
+        _checkout(revision, earlier)
+        counts = [(count(earlier, edit), count(ROOT, edit)) for edit in EDITS]
+    rows = [
+        [
+            edit.model,
+            edit.kind,
+            *(text for side in sides for text in (str(side[0]), str(side[1]), f"{_ratio(side):.1f}")),
+        ]
+        for edit, sides in zip(EDITS, counts, strict=True)
+    ]
+    columns = [f"{what} {when}" for when in ("before", "now") for what in ("changed", "meaning", "ratio")]
+    before, now = ([sides[k] for sides in counts] for k in (0, 1))
+    lines = [
+        "# Small edits",
+        "",
+        f"Written by `python benchmarks/small_edits.py {revision}`: before is that revision, now is this tree.",
+        "",
+        "- changed: lines that `git diff` removes and adds, in C, header, Python and equations.json.",
+        "- meaning: of these, the lines that no choice of names avoids. Each line is taken without the names of its",
+        "  temporaries and of its nodes, and with its words sorted; those in only one version count. A sum in another",
+        "  order or another temporary in the same place does not count: the number is rather too small.",
+        "- ratio: the first over the second, of which at least one is taken.",
+        "",
+        "## Machine",
+        "",
+        *machine(),
+        "",
+        "## Lines",
+        "",
+        *table(["model", "edit", *columns], rows),
+        "",
+        f"All lines changed: {_changed(before)} before, {_changed(now)} now. Median of the ratios: "
+        f"{median(map(_ratio, before)):.1f} before, {median(map(_ratio, now)):.1f} now; "
+        f"{sum(_ratio(pair) > GOAL for pair in now)} of {len(now)} edits are above {GOAL} now.",
+    ]
+    write("small_edits.md", lines)
 
 
-def _counts(side: Path, edits: list[Edit], kept: Path | None) -> list[tuple[int, int]]:
-    with ThreadPoolExecutor(2) as pool:
-        models = list(dict.fromkeys(edit.model for edit in edits))
-        plain = dict(zip(models, pool.map(lambda model: _texts(side, model, None, kept), models), strict=True))
-        edited = list(pool.map(lambda edit: _texts(side, edit.model, edit, kept), edits))
-    return [lines(plain[edit.model], texts) for edit, texts in zip(edits, edited, strict=True)]
+def _ratio(pair: tuple[int, int]) -> float:
+    changed, meaning = pair
+    return changed / max(meaning, 1)
 
 
-def _texts(side: Path, model: str, edit: Edit | None, kept: Path | None) -> dict[str, str]:
-    """Derive a model, edited or not, in a process of its own."""
-    store = (
-        None
-        if kept is None
-        else kept / f"{side.name}-{model}-{re.sub('[^a-z0-9]+', '-', edit.kind) if edit else 'plain'}.json"
-    )
-    if store is not None and store.is_file():
-        return json.loads(store.read_text())
+def _changed(pairs: list[tuple[int, int]]) -> int:
+    return sum(changed for changed, _ in pairs)
+
+
+def _checkout(revision: str, folder: Path) -> None:
+    """Write a revision's files."""
+    archive = subprocess.run(["git", "archive", revision], cwd=ROOT, capture_output=True, check=True).stdout
+    subprocess.run(["tar", "-x"], cwd=folder, input=archive, check=True)
+
+
+def count(side: Path, edit: Edit) -> tuple[int, int]:
+    """Count, for one edit under a checkout's generator, the lines that change and those whose meaning does."""
+    folder = side / "generated" / edit.model
+    return lines({path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}, derived(side, edit))
+
+
+def derived(side: Path, edit: Edit) -> dict[str, str]:
+    """Derive an edited model in a process of its own."""
     with tempfile.TemporaryDirectory() as folder:
         shutil.copytree(side / "models", Path(folder) / "models", ignore=shutil.ignore_patterns("__pycache__"))
-        if edit is not None:
-            file = Path(folder) / "models" / model / edit.file
-            text = file.read_text(encoding="utf-8")
-            if edit.old not in text:
-                raise SystemExit(f"{file}: lacks {edit.old!r}")
-            file.write_text(text.replace(edit.old, edit.new, 1), encoding="utf-8")
+        file = Path(folder) / "models" / edit.model / edit.file
+        text = file.read_text(encoding="utf-8")
+        if edit.old not in text:
+            raise SystemExit(f"{file}: lacks {edit.old!r}")
+        file.write_text(text.replace(edit.old, edit.new, 1), encoding="utf-8")
         path = os.pathsep.join((folder, str(side)))
         done = subprocess.run(
-            [sys.executable, "-c", DERIVE, model],
+            [sys.executable, "-c", DERIVE, edit.model],
             cwd=folder, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False,
         )  # fmt: skip
-        if done.returncode:
-            raise SystemExit(f"{edit}: {done.stderr[-2000:]}")
-    if store is not None:
-        store.write_text(done.stdout)
-    return json.loads(done.stdout)
+    if done.returncode:
+        raise SystemExit(f"{edit}: {done.stderr[-2000:]}")
+    texts: dict[str, str] = json.loads(done.stdout)
+    return texts
 
 
 def lines(before: Mapping[str, str], after: Mapping[str, str]) -> tuple[int, int]:
-    """Return how many lines a diff of two versions' C, header, Python and equations removes and adds, and must."""
-    changed = must = 0
-    for name in before:
-        if name.endswith((".c", ".h", ".py", ".json")) and name != "manifest.json":
-            changed += _diff(before[name], after[name])
-            names = _NODE if name.endswith(".json") else _TEMPORARY
-            one, other = (Counter(names.sub("_", line) for line in text[name].splitlines()) for text in (before, after))
-            must += (one - other).total() + (other - one).total()
-    return changed, must
+    """Return how many lines a diff of two versions' texts takes away and adds, and of how many the meaning changes."""
+    changed = meaning = 0
+    for name in (name for name in after if name.endswith(TEXTS)):
+        changed += _diff(before[name], after[name])
+        names = _NODE if name.endswith(".json") else _TEMPORARY
+        one, other = (Counter(_meaning(line, names) for line in text[name].splitlines()) for text in (before, after))
+        meaning += (one - other).total() + (other - one).total()
+    return changed, meaning
+
+
+def _meaning(line: str, names: re.Pattern[str]) -> str:
+    """Return the words of a line in order of the alphabet, without some names."""
+    return " ".join(sorted(_WORD.findall(names.sub("_", line))))
 
 
 def _diff(before: str, after: str) -> int:
@@ -188,9 +233,6 @@ def _diff(before: str, after: str) -> int:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("earlier", nargs="?", type=Path)
-    parser.add_argument("--models", nargs="*", default=())
-    parser.add_argument("--kept", type=Path)
-    given = parser.parse_args()
-    main(given.earlier, frozenset(given.models), given.kept)
+    parser = command_line(__doc__)
+    parser.add_argument("revision", help="what to compare with")
+    main(parser.parse_args().revision)

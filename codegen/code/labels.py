@@ -2,7 +2,7 @@
 """What generated text calls its values: after the model where it names them, else after what they are made of.
 
 The names of a function depend on that function alone, and not on how many values stand before one: an edit of a model
-leaves the names of what it does not touch. See decision 0020.
+leaves the names of what it does not touch. See decision 0022.
 """
 
 from __future__ import annotations
@@ -24,13 +24,16 @@ LEAVES = 8
 """Operands of a statement, beyond which parts of it get statements of their own, so that a line has about a hundred
 letters; in a sum each term gets a line instead. Half makes more statements, twice longer lines; numbers stay."""
 _DEPTH = 2
-"""How many statements below its own decide a value's name. Of eight edits of satellite the median of lines changed over
-lines that must change was 2.4 with 0, where more names have to be numbered, 2.8 with 1, 2.1 with 2, 3 and 8."""
+"""How many statements below its own decide a value's name. An early count of eight edits of satellite gave as median of
+lines changed over lines that must change 2.4 with 0, where more names have to be numbered, 2.8 with 1 and 2.1 with 2, 3
+and 8."""
 _LETTERS = 5
-"""Of a name, 25 bits: among the two hundred temporaries of a large function two share one in one function of two
-thousand, and are then numbered. One letter less makes that one of sixty."""
+"""Of a name, 25 bits. Were the hashes spread evenly, two of two hundred temporaries of a function would share one in
+one function of 1700, and are then numbered; with one letter less in one of 50. That is an estimate, not a count."""
 _LONGEST = 200
 """Letters of a description before its digest of 64 stands for it; any number above that gives unique descriptions."""
+_SIGNS, _KINDS = ("neg", "num", "truth"), {"sub": "add"}
+"""What a name does not tell: a sign, whether a truth value is meant as a number, a difference from a sum."""
 _RESERVED = frozenset("""
     auto break case char const continue default do double else enum extern float for goto if inline int long register
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while linux unix
@@ -199,9 +202,21 @@ def _contents(tape: Tape, lined: set[int], elements: Mapping[Element, str]) -> l
     """Describe what values are made of: their own statement and those it uses, without coefficients and signs."""
     contents: list[str] = []
     for depth in range(_DEPTH + 1):
-        operands = [f".{i.op}" for i in tape.instructions] if depth == 0 else contents
+        operands = _kinds(tape) if depth == 0 else contents
         contents = _described(tape, lined, elements, operands)
     return contents
+
+
+def _kinds(tape: Tape) -> list[str]:
+    """Return the operation of each value, that of what a sign or a coefficient stands before."""
+    kinds: list[str] = []
+    for i in tape.instructions:
+        scaled = [a for a in i.operands if tape.instructions[a].op != "const"] if i.op == "mul" else []
+        if i.op in _SIGNS or len(scaled) == 1:
+            kinds.append(kinds[scaled[0] if scaled else i.args[0]])
+        else:
+            kinds.append(f".{_KINDS.get(i.op, i.op)}")
+    return kinds
 
 
 def _described(tape: Tape, lined: set[int], elements: Mapping[Element, str], operands: Sequence[str]) -> list[str]:
@@ -214,12 +229,12 @@ def _described(tape: Tape, lined: set[int], elements: Mapping[Element, str], ope
         return i.name or (operands[k] if k in lined else own[k])
 
     for i in tape.instructions:
-        kind, members = {"sub": "add"}.get(i.op, i.op), tuple[str, ...]()
+        kind, members = _KINDS.get(i.op, i.op), tuple[str, ...]()
         if i.op == "input":
             text = elements.get(_element(i), str(i.args))
         elif i.op == "const":
             text = ""
-        elif i.op in ("neg", "num", "truth"):
+        elif i.op in _SIGNS:
             text = shown(i.args[0])
         elif kind in ("add", "mul"):
             for a in i.args:

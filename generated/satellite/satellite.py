@@ -2419,12 +2419,12 @@ def jac_x(x, u, p):
         t_cbxhz = latitude - sun_latitude
         sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz)
-        t_idfvp = t_w63c6 - F_air
+        t_e7ljy = t_w63c6 - F_air
         t_q5gsa = sin_pitch * t_fdgli
         t_pvagg = t_q5gsa + t_wcbyi
         t_cokzx = t_o4eym * sin_sun_elevation
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
-        F_z = t_idfvp * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
+        F_z = t_e7ljy * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
         sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
@@ -2455,7 +2455,7 @@ def jac_x(x, u, p):
         t_4xk5d = t_jt2xw_2 - t_i4hmh
         t_xdhrg = t_ph4ov * cos_inclination
         t_4pbsi = B_x * t_4xk5d + t_xdhrg * t_5cndk - B_z * C23
-        t_y7xb2 = t_idfvp * t_4xk5d - t_cokzx * t_5cndk - t_cw7a6 * C23
+        t_itxwx = t_e7ljy * t_4xk5d - t_cokzx * t_5cndk - t_cw7a6 * C23
         t_7s2z4 = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33
         t_dukwy = I_z + Iw_z
         t_bcmgw = I_y + Iw_y - t_dukwy
@@ -2465,7 +2465,7 @@ def jac_x(x, u, p):
         t_zdw5r = t_xcu2m_2 * C23
         t_7oem5 = (
             dipole_y * t_4pbsi
-            + arm_y * t_y7xb2
+            + arm_y * t_itxwx
             - dipole_z * t_7s2z4
             - arm_z * F_z
             - (t_vxz3w * C33 - C23 * (t_bcmgw * t_zdw5r))
@@ -2474,25 +2474,25 @@ def jac_x(x, u, p):
         t_cd6xl = t_fdgli * cos_pitch
         t_mwkyj = cos_roll * sin_pitch
         t_tt6x5 = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj
-        t_yfy2d = t_idfvp * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj
+        t_y7iwx = t_e7ljy * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj
         t_qgn6d = t_yxoxk_2 * cos_pitch
         t_psgw2 = sin_roll * sin_pitch
         t_bcmxe = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2
-        t_qltz5 = t_idfvp * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2
+        t_sa57v = t_e7ljy * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2
         t_buhu2 = t_xcu2m_2 * t_mwkyj
         t_v4s6p = (
             dipole_y * t_tt6x5
-            + arm_y * t_yfy2d
+            + arm_y * t_y7iwx
             - dipole_z * t_bcmxe
-            - arm_z * t_qltz5
+            - arm_z * t_sa57v
             + (C23 * (t_bcmgw * t_buhu2) + t_vxz3w * t_psgw2)
         )
         t_476oe = t_yxoxk - sin_pitch * t_jt2xw
         t_syvjd = B_x * t_476oe - t_xdhrg * C31
-        t_whbkf = t_idfvp * t_476oe + t_cokzx * C31
+        t_whbkf = t_e7ljy * t_476oe + t_cokzx * C31
         t_wg4li = sin_pitch * t_wcbyi_2 + t_fdgli_2
         t_grzrf = B_x * t_wg4li + t_xdhrg * C21
-        t_pblgh = t_cokzx * C21 - t_idfvp * t_wg4li
+        t_pblgh = t_cokzx * C21 - t_e7ljy * t_wg4li
         t_n5ucq = wheel_friction * wheels
         t_2fuj5 = hz + wz * I_z
         t_rud4r = hy + wy * I_y
@@ -2501,37 +2501,37 @@ def jac_x(x, u, p):
         t_pvagg_2 = t_wcbyi + t_q5gsa
         t_azyle = t_mt3zp * sin_latitude
         t_vlaah = C33 * t_gwqt4 - t_pvagg_2 * t_azyle
-        t_b2ach = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6
+        t_ius45 = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6
         t_4xk5d_2 = t_i4hmh - t_jt2xw_2
         t_4do7k = C23 * t_gwqt4 - t_4xk5d_2 * t_azyle
-        t_n7i26 = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6
+        t_dchol = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6
         t_l4gxo = I_x + Iw_x
         t_viru7 = t_l4gxo - t_dukwy
         t_s2koj = 1.0 / I_y
         t_uohxy = cos_yaw * sin_pitch
         t_sdpy6 = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch
-        t_5ozc3 = t_idfvp * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch
+        t_63k4n = t_e7ljy * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch
         t_ygkqp = (
             dipole_z * t_sdpy6
-            - arm_z * t_5ozc3
+            - arm_z * t_63k4n
             - dipole_x * t_tt6x5
-            - arm_x * t_yfy2d
+            - arm_x * t_y7iwx
             - t_viru7 * (t_asvi2 * cos_pitch - sin_pitch * t_buhu2)
         )
-        t_m2bmb = t_cokzx * C11 - t_idfvp * C12
+        t_m2bmb = t_cokzx * C11 - t_e7ljy * C12
         t_hv7pp = B_x * C12 + t_xdhrg * C11
         t_id7q2 = hx + wx * I_x
         t_uh5nx = t_n5ucq / Iw_y
-        t_tjq7l = C11 * t_cw7a6 + sin_pitch * t_w63c6
+        t_6rmt4 = C11 * t_cw7a6 + sin_pitch * t_w63c6
         t_62fmd = C11 * t_azyle + sin_pitch * t_gwqt4
         t_wa4l3 = -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y)
         t_dm267 = t_wa4l3 * sin_pitch
         t_eah32 = 1.0 / I_z
         t_34tdc = (
             dipole_x * t_bcmxe
-            + arm_x * t_qltz5
+            + arm_x * t_sa57v
             - dipole_y * t_sdpy6
-            + arm_y * t_5ozc3
+            + arm_y * t_63k4n
             - (C23 * (t_wa4l3 * cos_pitch) - t_dm267 * t_psgw2)
         )
         t_bmggw = t_n5ucq / Iw_z
@@ -2579,8 +2579,8 @@ def jac_x(x, u, p):
             t_lfdce * t_wdz5p,
             wz * t_wdz5p,
             -(wy * t_wdz5p),
-            (dipole_y * t_vlaah + arm_y * t_b2ach - dipole_z * t_4do7k - arm_z * t_n7i26) * t_wdz5p,
-            (t_viru7 * (sin_pitch * t_zdw5r) - (dipole_x * t_4pbsi + arm_x * t_y7xb2)) * t_s2koj,
+            (dipole_y * t_vlaah + arm_y * t_ius45 - dipole_z * t_4do7k - arm_z * t_dchol) * t_wdz5p,
+            (t_viru7 * (sin_pitch * t_zdw5r) - (dipole_x * t_4pbsi + arm_x * t_itxwx)) * t_s2koj,
             t_ygkqp * t_s2koj,
             (arm_z * t_m2bmb - dipole_z * t_hv7pp - dipole_x * t_syvjd - arm_x * t_whbkf) * t_s2koj,
             (t_2fuj5 - wz * I_x) * t_s2koj,
@@ -2589,7 +2589,7 @@ def jac_x(x, u, p):
             -(wz * t_s2koj),
             t_uh5nx * t_s2koj,
             wx * t_s2koj,
-            (arm_z * t_tjq7l - dipole_z * t_62fmd - dipole_x * t_vlaah - arm_x * t_b2ach) * t_s2koj,
+            (arm_z * t_6rmt4 - dipole_z * t_62fmd - dipole_x * t_vlaah - arm_x * t_ius45) * t_s2koj,
             (dipole_x * t_7s2z4 + arm_x * F_z - t_dm267 * C33) * t_eah32,
             t_34tdc * t_eah32,
             (arm_x * t_pblgh - dipole_x * t_grzrf + dipole_y * t_hv7pp - arm_y * t_m2bmb) * t_eah32,
@@ -2599,7 +2599,7 @@ def jac_x(x, u, p):
             wy * t_eah32,
             -(wx * t_eah32),
             t_bmggw * t_eah32,
-            (dipole_x * t_4do7k + arm_x * t_n7i26 + dipole_y * t_62fmd - arm_y * t_tjq7l) * t_eah32,
+            (dipole_x * t_4do7k + arm_x * t_dchol + dipole_y * t_62fmd - arm_y * t_6rmt4) * t_eah32,
             0.0,
             0.0,
             0.0,
@@ -2783,7 +2783,7 @@ def jvp(x, u, p, along_x, along_u):
         t_r7mwo = cos_yaw * t_nfkgj - sin_roll * t_7f7mz
         t_p66sm = t_jt2xw * t_dfbbp + sin_pitch * t_xn3as - t_r7mwo
         t_wkarc = along_wz + omega0 * t_p66sm
-        t_zwok4 = rate_z * (t_k5hl2 * t_ksn4u * t_xy2yy - t_bbfxd * t_ksn4u) + t_k5hl2 * t_wkarc
+        t_snkug = rate_z * (t_k5hl2 * t_ksn4u * t_xy2yy - t_bbfxd * t_ksn4u) + t_k5hl2 * t_wkarc
         t_3yubc = t_77cpe + (t_fdgli * t_dfbbp - sin_pitch * t_t5j4l)
         t_dj3d2 = t_mt3zp * (sin_latitude * along_latitude)
         t_xdhrg = t_ph4ov * cos_inclination
@@ -2804,7 +2804,7 @@ def jvp(x, u, p, along_x, along_u):
         t_cokzx = t_o4eym * sin_sun_elevation
         t_axqw3 = t_o4eym * (cos_sun_elevation * (sin_t_cbxhz * along_latitude))
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
-        t_42v3s = (
+        t_rvw4l = (
             C31 * t_4d2hq
             + t_gegnr * t_3yubc
             + t_cokzx * t_p66sm
@@ -2818,7 +2818,7 @@ def jvp(x, u, p, along_x, along_u):
             - t_xdhrg * t_fut3b
             + (C23 * t_vor3r + B_z * t_e5eec)
         )
-        t_ztwk7 = (
+        t_hzhrp = (
             C21 * t_4d2hq
             + t_gegnr * t_yn6iw
             + t_cokzx * t_fut3b
@@ -2835,18 +2835,18 @@ def jvp(x, u, p, along_x, along_u):
         t_rud4r = hy + wy * I_y
         t_mrqlo = along_hz + I_z * along_wz
         t_2fuj5 = hz + wz * I_z
-        t_h2ugl = (
+        t_wdz2l = (
             dipole_y * t_6xcun
-            + arm_y * t_42v3s
+            + arm_y * t_rvw4l
             - dipole_z * t_65wn2
-            - arm_z * t_ztwk7
+            - arm_z * t_hzhrp
             - (t_bcmgw * t_asvi2 * t_e5eec - C23 * (t_bcmgw * t_qilnn))
             + t_h3squ
             + (wz * t_c24zs + t_rud4r * along_wz)
             - (wy * t_mrqlo + t_2fuj5 * along_wy)
         )
         t_3yawc = cos_yaw * t_xy2yy + cos_pitch * t_7f7mz
-        t_tag5b = (
+        t_lshsg = (
             C11 * t_4d2hq
             - t_gegnr * t_3yawc
             + t_cokzx * t_gaz2e
@@ -2862,11 +2862,11 @@ def jvp(x, u, p, along_x, along_u):
         t_dokbx = along_Ty + t_n5ucq * (along_hy / Iw_y - along_wy)
         t_tzx3r = along_hx + I_x * along_wx
         t_id7q2 = hx + wx * I_x
-        t_2p37f = (
-            arm_z * t_tag5b
+        t_oacis = (
+            arm_z * t_lshsg
             - dipole_z * t_ouh2h
             - dipole_x * t_6xcun
-            - arm_x * t_42v3s
+            - arm_x * t_rvw4l
             - (t_l4gxo - t_dukwy) * (t_asvi2 * t_dfbbp - sin_pitch * t_qilnn)
             + t_dokbx
             + (wx * t_mrqlo + t_2fuj5 * along_wx)
@@ -2874,11 +2874,11 @@ def jvp(x, u, p, along_x, along_u):
         )
         t_wa4l3 = -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y)
         t_k4pse = along_Tz + t_n5ucq * (along_hz / Iw_z - along_wz)
-        t_mgbzn = (
+        t_pslfk = (
             dipole_x * t_65wn2
-            + arm_x * t_ztwk7
+            + arm_x * t_hzhrp
             + dipole_y * t_ouh2h
-            - arm_y * t_tag5b
+            - arm_y * t_lshsg
             - (C23 * (t_wa4l3 * t_dfbbp) + t_wa4l3 * sin_pitch * t_e5eec)
             + t_k4pse
             + (wy * t_tzx3r + t_id7q2 * along_wy)
@@ -2888,12 +2888,12 @@ def jvp(x, u, p, along_x, along_u):
             along_wx
                 + omega0 * t_gaz2e
                 + (t_l3vet * rate_y * t_dfbbp + sin_pitch * t_ho4wi)
-                + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_zwok4),
+                + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_snkug),
             cos_roll * t_iw7jh - rate_y * t_bbfxd - (rate_z * t_nfkgj + sin_roll * t_wkarc),
-            t_ho4wi + t_zwok4,
-            t_h2ugl / I_x,
-            t_2p37f / I_y,
-            t_mgbzn / I_z,
+            t_ho4wi + t_snkug,
+            t_wdz2l / I_x,
+            t_oacis / I_y,
+            t_pslfk / I_z,
             -(wheels * t_h3squ),
             -(wheels * t_dokbx),
             -(wheels * t_k4pse),
@@ -2955,12 +2955,12 @@ def outputs_jac(x, u, r, p):
         t_cbxhz = latitude - sun_latitude
         sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz)
-        t_idfvp = t_w63c6 - F_air
+        t_e7ljy = t_w63c6 - F_air
         t_q5gsa = sin_pitch * t_fdgli
         t_pvagg = t_q5gsa + t_wcbyi
         t_cokzx = t_o4eym * sin_sun_elevation
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
-        F_z = t_idfvp * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
+        F_z = t_e7ljy * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
         sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
@@ -2975,36 +2975,36 @@ def outputs_jac(x, u, r, p):
         t_4xk5d = t_jt2xw_2 - t_i4hmh
         t_xdhrg = t_ph4ov * cos_inclination
         t_qvmnj = B_x * t_4xk5d + t_xdhrg * C22 - B_z * C23
-        t_l5t2j = t_idfvp * t_4xk5d - t_cokzx * C22 - t_cw7a6 * C23
+        t_alsvf = t_e7ljy * t_4xk5d - t_cokzx * C22 - t_cw7a6 * C23
         t_7s2z4 = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33
         t_cd6xl = t_fdgli * cos_pitch
         t_mwkyj = cos_roll * sin_pitch
         t_tt6x5 = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj
-        t_yfy2d = t_idfvp * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj
+        t_y7iwx = t_e7ljy * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj
         t_qgn6d = t_yxoxk_2 * cos_pitch
         t_psgw2 = sin_roll * sin_pitch
         t_bcmxe = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2
-        t_qltz5 = t_idfvp * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2
+        t_sa57v = t_e7ljy * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2
         t_476oe = t_yxoxk - sin_pitch * t_jt2xw
         t_syvjd = B_x * t_476oe - t_xdhrg * C31
-        t_whbkf = t_idfvp * t_476oe + t_cokzx * C31
+        t_whbkf = t_e7ljy * t_476oe + t_cokzx * C31
         t_wg4li = sin_pitch * t_wcbyi_2 + t_fdgli_2
         t_grzrf = B_x * t_wg4li + t_xdhrg * C21
-        t_pblgh = t_cokzx * C21 - t_idfvp * t_wg4li
+        t_pblgh = t_cokzx * C21 - t_e7ljy * t_wg4li
         t_gwqt4 = t_vpxty * cos_latitude
         t_pvagg_2 = t_wcbyi + t_q5gsa
         t_azyle = t_mt3zp * sin_latitude
         t_vlaah = C33 * t_gwqt4 - t_pvagg_2 * t_azyle
-        t_b2ach = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6
+        t_ius45 = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6
         t_4xk5d_2 = t_i4hmh - t_jt2xw_2
         t_4do7k = C23 * t_gwqt4 - t_4xk5d_2 * t_azyle
-        t_n7i26 = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6
+        t_dchol = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6
         t_uohxy = cos_yaw * sin_pitch
         t_sdpy6 = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch
-        t_5ozc3 = t_idfvp * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch
-        t_m2bmb = t_cokzx * C11 - t_idfvp * C12
+        t_63k4n = t_e7ljy * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch
+        t_m2bmb = t_cokzx * C11 - t_e7ljy * C12
         t_hv7pp = B_x * C12 + t_xdhrg * C11
-        t_tjq7l = C11 * t_cw7a6 + sin_pitch * t_w63c6
+        t_6rmt4 = C11 * t_cw7a6 + sin_pitch * t_w63c6
         t_62fmd = C11 * t_azyle + sin_pitch * t_gwqt4
         return (lambda J: J.reshape(*J.shape[:-1], 15, 10))(_vector(
             0.0,
@@ -3127,8 +3127,8 @@ def outputs_jac(x, u, r, p):
             0.0,
             1.0 / Iw_z,
             0.0,
-            dipole_y * t_qvmnj + arm_y * t_l5t2j - dipole_z * t_7s2z4 - arm_z * F_z,
-            dipole_y * t_tt6x5 + arm_y * t_yfy2d - dipole_z * t_bcmxe - arm_z * t_qltz5,
+            dipole_y * t_qvmnj + arm_y * t_alsvf - dipole_z * t_7s2z4 - arm_z * F_z,
+            dipole_y * t_tt6x5 + arm_y * t_y7iwx - dipole_z * t_bcmxe - arm_z * t_sa57v,
             dipole_y * t_syvjd + arm_y * t_whbkf + dipole_z * t_grzrf - arm_z * t_pblgh,
             0.0,
             0.0,
@@ -3136,9 +3136,9 @@ def outputs_jac(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            dipole_y * t_vlaah + arm_y * t_b2ach - dipole_z * t_4do7k - arm_z * t_n7i26,
-            -(dipole_x * t_qvmnj + arm_x * t_l5t2j),
-            dipole_z * t_sdpy6 - arm_z * t_5ozc3 - dipole_x * t_tt6x5 - arm_x * t_yfy2d,
+            dipole_y * t_vlaah + arm_y * t_ius45 - dipole_z * t_4do7k - arm_z * t_dchol,
+            -(dipole_x * t_qvmnj + arm_x * t_alsvf),
+            dipole_z * t_sdpy6 - arm_z * t_63k4n - dipole_x * t_tt6x5 - arm_x * t_y7iwx,
             arm_z * t_m2bmb - dipole_z * t_hv7pp - dipole_x * t_syvjd - arm_x * t_whbkf,
             0.0,
             0.0,
@@ -3146,9 +3146,9 @@ def outputs_jac(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            arm_z * t_tjq7l - dipole_z * t_62fmd - dipole_x * t_vlaah - arm_x * t_b2ach,
+            arm_z * t_6rmt4 - dipole_z * t_62fmd - dipole_x * t_vlaah - arm_x * t_ius45,
             dipole_x * t_7s2z4 + arm_x * F_z,
-            dipole_x * t_bcmxe + arm_x * t_qltz5 - dipole_y * t_sdpy6 + arm_y * t_5ozc3,
+            dipole_x * t_bcmxe + arm_x * t_sa57v - dipole_y * t_sdpy6 + arm_y * t_63k4n,
             arm_x * t_pblgh - dipole_x * t_grzrf + dipole_y * t_hv7pp - arm_y * t_m2bmb,
             0.0,
             0.0,
@@ -3156,7 +3156,7 @@ def outputs_jac(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            dipole_x * t_4do7k + arm_x * t_n7i26 + dipole_y * t_62fmd - arm_y * t_tjq7l,
+            dipole_x * t_4do7k + arm_x * t_dchol + dipole_y * t_62fmd - arm_y * t_6rmt4,
         )), (lambda J: J.reshape(*J.shape[:-1], 15, 3))(_vector(
             0.0,
             0.0,
@@ -3323,13 +3323,13 @@ def jac_p(x, u, p):
         t_cbxhz = latitude - sun_latitude
         sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_ekgtu = cos_sun_elevation * sin_t_cbxhz
-        t_4cylp = t_4jzgd * t_ekgtu - F_air
+        t_ecpr6 = t_4jzgd * t_ekgtu - F_air
         t_yye7w = t_4jzgd * sin_sun_elevation
         t_ur7gc = cos_sun_elevation * cos_t_cbxhz
-        t_fd3xo = t_4jzgd * t_ur7gc
-        F_x = t_4cylp * C11 + t_yye7w * C12 - t_fd3xo * sin_pitch
-        F_y = t_4cylp * C21 + t_yye7w * C22 + t_fd3xo * C23
-        F_z = t_4cylp * C31 + t_yye7w * C32 + t_fd3xo * C33
+        t_7q2bu = t_4jzgd * t_ur7gc
+        F_x = t_ecpr6 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch
+        F_y = t_ecpr6 * C21 + t_yye7w * C22 + t_7q2bu * C23
+        F_z = t_ecpr6 * C31 + t_yye7w * C32 + t_7q2bu * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_u74gp = 1.0 / (orbit_radius * t_woyh3)
         t_pnzyy = field_moment * t_u74gp
@@ -3400,7 +3400,7 @@ def jac_p(x, u, p):
         t_65rpu = C31 * t_hskb4 - C21 * t_bkxr7
         t_ncfix = t_woyh3 * t_65rpu
         t_v2qkq = drag_coefficient * t_ncfix
-        t_473jy = area * t_v2qkq
+        t_vfl5x = area * t_v2qkq
         t_eaiiz = t_pnzyy * t_u74gp
         t_vryl5 = dipole_z * t_wdz5p
         t_jyjqz = dipole_y * t_wdz5p
@@ -3413,8 +3413,8 @@ def jac_p(x, u, p):
         t_36ame = wheel_x * t_wdz5p
         t_jvx74 = C33 * t_hskb4 - C23 * t_bkxr7
         t_vlxe7 = C32 * t_hskb4 - C22 * t_bkxr7
-        t_q3qoj = t_ur7gc * t_jvx74 + sin_sun_elevation * t_vlxe7 + t_ekgtu * t_65rpu
-        t_jan6j = t_njqbq * t_q3qoj
+        t_cxqwf = t_ur7gc * t_jvx74 + sin_sun_elevation * t_vlxe7 + t_ekgtu * t_65rpu
+        t_jan6j = t_njqbq * t_cxqwf
         t_jxdss = t_4jzgd * t_65rpu
         t_gl23r = t_4jzgd * t_jvx74
         t_gdo2h = t_ypoyh * t_s2koj
@@ -3424,20 +3424,20 @@ def jac_p(x, u, p):
         t_opz5c = C11 * t_btzhi - C31 * t_hzzgj
         t_tucmm = t_woyh3 * t_opz5c
         t_yunfo = drag_coefficient * t_tucmm
-        t_473jy_2 = area * t_yunfo
-        t_y3otc = t_nw3nv * (3.0 * (C33 * (sin_pitch * (t_viru7 * t_s2koj))) + 0.5 * (air_density * t_473jy_2))
+        t_vfl5x_2 = area * t_yunfo
+        t_y3otc = t_nw3nv * (3.0 * (C33 * (sin_pitch * (t_viru7 * t_s2koj))) + 0.5 * (air_density * t_vfl5x_2))
         t_s4eid = dipole_x * t_s2koj
         t_ea5e5 = dipole_z * t_s2koj
         t_2isb2 = C32 * t_s4eid - C12 * t_ea5e5
         t_54rru = -(sin_latitude * (sin_pitch * t_ea5e5 + C33 * t_s4eid))
         t_537sd = t_54rru + t_54rru + cos_latitude * (C11 * t_ea5e5 - C31 * t_s4eid)
         t_j2skq = cos_inclination * t_2isb2 + sin_inclination * t_537sd
-        t_p5wf6 = t_eaiiz * t_j2skq
+        t_i522b = t_eaiiz * t_j2skq
         t_ugpmh = wheel_y * t_s2koj
         t_5misd = C12 * t_btzhi - C32 * t_hzzgj
         t_liwlu = sin_pitch * t_btzhi + C33 * t_hzzgj
-        t_daptm = sin_sun_elevation * t_5misd - t_ur7gc * t_liwlu + t_ekgtu * t_opz5c
-        t_qgroc = t_njqbq * t_daptm
+        t_uypxf = sin_sun_elevation * t_5misd - t_ur7gc * t_liwlu + t_ekgtu * t_opz5c
+        t_qgroc = t_njqbq * t_uypxf
         t_ujlus = t_4jzgd * t_liwlu
         t_lvcdy = t_4jzgd * t_opz5c
         t_clsbp = sin_pitch * (C23 * t_eah32)
@@ -3448,7 +3448,7 @@ def jac_p(x, u, p):
         t_kzel7 = C21 * t_egxh4 - C11 * t_6x2k3
         t_7l34t = t_woyh3 * t_kzel7
         t_xtbn7 = drag_coefficient * t_7l34t
-        t_473jy_3 = area * t_xtbn7
+        t_vfl5x_3 = area * t_xtbn7
         t_4uyrv = dipole_y * t_eah32
         t_jeqfw = dipole_x * t_eah32
         t_yz32u = C12 * t_4uyrv - C22 * t_jeqfw
@@ -3459,8 +3459,8 @@ def jac_p(x, u, p):
         t_donjv = wheel_z * t_eah32
         t_5hbjc = sin_pitch * t_6x2k3 + C23 * t_egxh4
         t_auhzl = C22 * t_egxh4 - C12 * t_6x2k3
-        t_plait = t_ur7gc * t_5hbjc + sin_sun_elevation * t_auhzl + t_ekgtu * t_kzel7
-        t_payzj = t_njqbq * t_plait
+        t_ymlbm = t_ur7gc * t_5hbjc + sin_sun_elevation * t_auhzl + t_ekgtu * t_kzel7
+        t_payzj = t_njqbq * t_ymlbm
         t_jkfp6 = t_4jzgd * t_kzel7
         t_v26gl = t_4jzgd * t_5hbjc
         t_j6wsb = t_n5ucq * wheels
@@ -3573,7 +3573,7 @@ def jac_p(x, u, p):
             -(t_g7ghd * (t_n5ucq * t_wdz5p)),
             -t_mpksu,
             t_mpksu,
-            -(t_nw3nv * (3.0 * (C33 * (t_bcmgw * t_7mmui)) + 0.5 * (air_density * t_473jy))),
+            -(t_nw3nv * (3.0 * (C33 * (t_bcmgw * t_7mmui)) + 0.5 * (air_density * t_vfl5x))),
             -(t_woyh3 * t_37oda + t_afnx2 * (t_ymhak * t_65rpu + orbit_radius * t_37oda)),
             cos_inclination * (t_pnzyy * t_y534k) - sin_inclination * (t_pnzyy * t_p6db7),
             0.0,
@@ -3585,14 +3585,14 @@ def jac_p(x, u, p):
             t_qfvhg * t_wdz5p,
             -(t_dtzjw * t_wdz5p),
             t_bwukh * t_u74gp,
-            -(t_xcu2m_2 * t_473jy),
+            -(t_xcu2m_2 * t_vfl5x),
             -(t_33yuw * t_ncfix),
             solar_pressure * t_jan6j - t_74mdg * t_v2qkq,
             0.0,
             F_z * t_wdz5p,
             -(F_y * t_wdz5p),
             area * t_jan6j,
-            t_ntete * t_q3qoj,
+            t_ntete * t_cxqwf,
             -(cos_t_cbxhz * (cos_sun_elevation * t_jxdss) - sin_t_cbxhz * (cos_sun_elevation * t_gl23r)),
             cos_sun_elevation * (t_4jzgd * t_vlxe7) - sin_sun_elevation * (cos_t_cbxhz * t_gl23r + sin_t_cbxhz * t_jxdss),
             0.0,
@@ -3607,7 +3607,7 @@ def jac_p(x, u, p):
             -(t_yad6h * (t_n5ucq * t_s2koj)),
             t_gdo2h,
             -t_y3otc,
-            -(t_woyh3 * t_p5wf6 + t_afnx2 * (t_ymhak * t_opz5c + orbit_radius * t_p5wf6)),
+            -(t_woyh3 * t_i522b + t_afnx2 * (t_ymhak * t_opz5c + orbit_radius * t_i522b)),
             cos_inclination * (t_pnzyy * t_537sd) - sin_inclination * (t_pnzyy * t_2isb2),
             0.0,
             wheel_friction * t_ugpmh,
@@ -3618,14 +3618,14 @@ def jac_p(x, u, p):
             0.0,
             t_3xqfk * t_s2koj,
             t_j2skq * t_u74gp,
-            -(t_xcu2m_2 * t_473jy_2),
+            -(t_xcu2m_2 * t_vfl5x_2),
             -(t_33yuw * t_tucmm),
             solar_pressure * t_qgroc - t_74mdg * t_yunfo,
             -(F_z * t_s2koj),
             0.0,
             F_x * t_s2koj,
             area * t_qgroc,
-            t_ntete * t_daptm,
+            t_ntete * t_uypxf,
             -(sin_t_cbxhz * (cos_sun_elevation * t_ujlus) + cos_t_cbxhz * (cos_sun_elevation * t_lvcdy)),
             cos_sun_elevation * (t_4jzgd * t_5misd) - sin_sun_elevation * (sin_t_cbxhz * t_lvcdy - cos_t_cbxhz * t_ujlus),
             0.0,
@@ -3639,7 +3639,7 @@ def jac_p(x, u, p):
             -t_c72he,
             t_c72he,
             -(t_ebzji * (t_n5ucq * t_eah32)),
-            -(t_nw3nv * (-3.0 * (t_eu5d2 * t_clsbp) + 0.5 * (air_density * t_473jy_3))),
+            -(t_nw3nv * (-3.0 * (t_eu5d2 * t_clsbp) + 0.5 * (air_density * t_vfl5x_3))),
             -(t_woyh3 * t_cn32v + t_afnx2 * (t_ymhak * t_kzel7 + orbit_radius * t_cn32v)),
             cos_inclination * (t_pnzyy * t_jxpne) - sin_inclination * (t_pnzyy * t_yz32u),
             0.0,
@@ -3651,14 +3651,14 @@ def jac_p(x, u, p):
             -(t_3xqfk * t_eah32),
             0.0,
             t_2y4y3 * t_u74gp,
-            -(t_xcu2m_2 * t_473jy_3),
+            -(t_xcu2m_2 * t_vfl5x_3),
             -(t_33yuw * t_7l34t),
             solar_pressure * t_payzj - t_74mdg * t_xtbn7,
             F_y * t_eah32,
             -(F_x * t_eah32),
             0.0,
             area * t_payzj,
-            t_ntete * t_plait,
+            t_ntete * t_ymlbm,
             -(cos_t_cbxhz * (cos_sun_elevation * t_jkfp6) - sin_t_cbxhz * (cos_sun_elevation * t_v26gl)),
             cos_sun_elevation * (t_4jzgd * t_auhzl) - sin_sun_elevation * (cos_t_cbxhz * t_v26gl + sin_t_cbxhz * t_jkfp6),
             0.0,
@@ -3860,13 +3860,13 @@ def outputs_jac_p(x, u, r, p):
         t_cbxhz = latitude - sun_latitude
         sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_ekgtu = cos_sun_elevation * sin_t_cbxhz
-        t_4cylp = t_4jzgd * t_ekgtu - F_air
+        t_ecpr6 = t_4jzgd * t_ekgtu - F_air
         t_yye7w = t_4jzgd * sin_sun_elevation
         t_ur7gc = cos_sun_elevation * cos_t_cbxhz
-        t_fd3xo = t_4jzgd * t_ur7gc
-        F_x = t_4cylp * C11 + t_yye7w * C12 - t_fd3xo * sin_pitch
-        F_y = t_4cylp * C21 + t_yye7w * C22 + t_fd3xo * C23
-        F_z = t_4cylp * C31 + t_yye7w * C32 + t_fd3xo * C33
+        t_7q2bu = t_4jzgd * t_ur7gc
+        F_x = t_ecpr6 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch
+        F_y = t_ecpr6 * C21 + t_yye7w * C22 + t_7q2bu * C23
+        F_z = t_ecpr6 * C31 + t_yye7w * C32 + t_7q2bu * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_u74gp = 1.0 / (orbit_radius * t_woyh3)
         t_pnzyy = field_moment * t_u74gp
@@ -3881,7 +3881,7 @@ def outputs_jac_p(x, u, r, p):
         t_ena56 = C31 * arm_y - C21 * arm_z
         t_pnddb = t_woyh3 * t_ena56
         t_yffhx = drag_coefficient * t_pnddb
-        t_473jy = area * t_yffhx
+        t_vfl5x = area * t_yffhx
         t_eaiiz = t_pnzyy * t_u74gp
         t_2mtf7 = C22 * dipole_z - C32 * dipole_y
         t_pew2j = sin_latitude * (C33 * dipole_y - C23 * dipole_z)
@@ -3894,30 +3894,30 @@ def outputs_jac_p(x, u, r, p):
         t_dtzjw = B_x * C21 - t_v7luc * C22 + B_z * C23
         t_mfxtp = C33 * arm_y - C23 * arm_z
         t_vewfv = C32 * arm_y - C22 * arm_z
-        t_egqw5 = t_ur7gc * t_mfxtp + sin_sun_elevation * t_vewfv + t_ekgtu * t_ena56
-        t_ogx5w = t_njqbq * t_egqw5
+        t_zmc5g = t_ur7gc * t_mfxtp + sin_sun_elevation * t_vewfv + t_ekgtu * t_ena56
+        t_ogx5w = t_njqbq * t_zmc5g
         t_ekpnj = t_4jzgd * t_ena56
         t_57evd = t_4jzgd * t_mfxtp
         t_oj6kt = C11 * arm_z - C31 * arm_x
         t_k6lr7 = t_woyh3 * t_oj6kt
         t_erl2a = drag_coefficient * t_k6lr7
-        t_473jy_2 = area * t_erl2a
+        t_vfl5x_2 = area * t_erl2a
         t_7zeqq = C32 * dipole_x - C12 * dipole_z
         t_yzxam = -(sin_latitude * (sin_pitch * dipole_z + C33 * dipole_x))
         t_fnkx3 = t_yzxam + t_yzxam + cos_latitude * (C11 * dipole_z - C31 * dipole_x)
         t_aa7k7 = cos_inclination * t_7zeqq + sin_inclination * t_fnkx3
-        t_yttxn = t_eaiiz * t_aa7k7
+        t_go2aw = t_eaiiz * t_aa7k7
         t_3xqfk = B_x * C11 - t_v7luc * C12 - B_z * sin_pitch
         t_tyfbf = C12 * arm_z - C32 * arm_x
         t_uhb7v = sin_pitch * arm_z + C33 * arm_x
-        t_brb2t = sin_sun_elevation * t_tyfbf - t_ur7gc * t_uhb7v + t_ekgtu * t_oj6kt
-        t_iyk2l = t_njqbq * t_brb2t
+        t_tgnvg = sin_sun_elevation * t_tyfbf - t_ur7gc * t_uhb7v + t_ekgtu * t_oj6kt
+        t_iyk2l = t_njqbq * t_tgnvg
         t_z6z4y = t_4jzgd * t_uhb7v
         t_xy7ug = t_4jzgd * t_oj6kt
         t_cmzpv = C21 * arm_x - C11 * arm_y
         t_ub3c2 = t_woyh3 * t_cmzpv
         t_632ds = drag_coefficient * t_ub3c2
-        t_473jy_3 = area * t_632ds
+        t_vfl5x_3 = area * t_632ds
         t_qzdzv = C12 * dipole_y - C22 * dipole_x
         t_uqjll = sin_latitude * (sin_pitch * dipole_y + C23 * dipole_x)
         t_bsldq = t_uqjll + t_uqjll + cos_latitude * (C21 * dipole_x - C11 * dipole_y)
@@ -3925,8 +3925,8 @@ def outputs_jac_p(x, u, r, p):
         t_turue = t_eaiiz * t_l5nx4
         t_v3vjq = sin_pitch * arm_y + C23 * arm_x
         t_4sw6x = C22 * arm_x - C12 * arm_y
-        t_5dtkj = t_ur7gc * t_v3vjq + sin_sun_elevation * t_4sw6x + t_ekgtu * t_cmzpv
-        t_iclxv = t_njqbq * t_5dtkj
+        t_bvyjc = t_ur7gc * t_v3vjq + sin_sun_elevation * t_4sw6x + t_ekgtu * t_cmzpv
+        t_iclxv = t_njqbq * t_bvyjc
         t_tmidt = t_4jzgd * t_cmzpv
         t_mbe4y = t_4jzgd * t_v3vjq
         return (lambda J: J.reshape(*J.shape[:-1], 15, 33))(_vector(
@@ -4332,7 +4332,7 @@ def outputs_jac_p(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            -(t_nw3nv * (0.5 * (air_density * t_473jy))),
+            -(t_nw3nv * (0.5 * (air_density * t_vfl5x))),
             -(t_woyh3 * t_j6j5a + t_afnx2 * (t_ymhak * t_ena56 + orbit_radius * t_j6j5a)),
             cos_inclination * (t_pnzyy * t_so36n) - sin_inclination * (t_pnzyy * t_2mtf7),
             0.0,
@@ -4344,14 +4344,14 @@ def outputs_jac_p(x, u, r, p):
             t_qfvhg,
             -t_dtzjw,
             t_mrz4o * t_u74gp,
-            -(t_xcu2m * t_473jy),
+            -(t_xcu2m * t_vfl5x),
             -(t_jfl5k * t_pnddb),
             solar_pressure * t_ogx5w - t_74mdg * t_yffhx,
             0.0,
             F_z,
             -F_y,
             area * t_ogx5w,
-            t_ntete * t_egqw5,
+            t_ntete * t_zmc5g,
             -(cos_t_cbxhz * (cos_sun_elevation * t_ekpnj) - sin_t_cbxhz * (cos_sun_elevation * t_57evd)),
             cos_sun_elevation * (t_4jzgd * t_vewfv) - sin_sun_elevation * (cos_t_cbxhz * t_57evd + sin_t_cbxhz * t_ekpnj),
             0.0,
@@ -4365,8 +4365,8 @@ def outputs_jac_p(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            -(t_nw3nv * (0.5 * (air_density * t_473jy_2))),
-            -(t_woyh3 * t_yttxn + t_afnx2 * (t_ymhak * t_oj6kt + orbit_radius * t_yttxn)),
+            -(t_nw3nv * (0.5 * (air_density * t_vfl5x_2))),
+            -(t_woyh3 * t_go2aw + t_afnx2 * (t_ymhak * t_oj6kt + orbit_radius * t_go2aw)),
             cos_inclination * (t_pnzyy * t_fnkx3) - sin_inclination * (t_pnzyy * t_7zeqq),
             0.0,
             0.0,
@@ -4377,14 +4377,14 @@ def outputs_jac_p(x, u, r, p):
             0.0,
             t_3xqfk,
             t_aa7k7 * t_u74gp,
-            -(t_xcu2m * t_473jy_2),
+            -(t_xcu2m * t_vfl5x_2),
             -(t_jfl5k * t_k6lr7),
             solar_pressure * t_iyk2l - t_74mdg * t_erl2a,
             -F_z,
             0.0,
             F_x,
             area * t_iyk2l,
-            t_ntete * t_brb2t,
+            t_ntete * t_tgnvg,
             -(sin_t_cbxhz * (cos_sun_elevation * t_z6z4y) + cos_t_cbxhz * (cos_sun_elevation * t_xy7ug)),
             cos_sun_elevation * (t_4jzgd * t_tyfbf) - sin_sun_elevation * (sin_t_cbxhz * t_xy7ug - cos_t_cbxhz * t_z6z4y),
             0.0,
@@ -4398,7 +4398,7 @@ def outputs_jac_p(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            -(t_nw3nv * (0.5 * (air_density * t_473jy_3))),
+            -(t_nw3nv * (0.5 * (air_density * t_vfl5x_3))),
             -(t_woyh3 * t_turue + t_afnx2 * (t_ymhak * t_cmzpv + orbit_radius * t_turue)),
             cos_inclination * (t_pnzyy * t_bsldq) - sin_inclination * (t_pnzyy * t_qzdzv),
             0.0,
@@ -4410,14 +4410,14 @@ def outputs_jac_p(x, u, r, p):
             -t_3xqfk,
             0.0,
             t_l5nx4 * t_u74gp,
-            -(t_xcu2m * t_473jy_3),
+            -(t_xcu2m * t_vfl5x_3),
             -(t_jfl5k * t_ub3c2),
             solar_pressure * t_iclxv - t_74mdg * t_632ds,
             F_y,
             -F_x,
             0.0,
             area * t_iclxv,
-            t_ntete * t_5dtkj,
+            t_ntete * t_bvyjc,
             -(cos_t_cbxhz * (cos_sun_elevation * t_tmidt) - sin_t_cbxhz * (cos_sun_elevation * t_mbe4y)),
             cos_sun_elevation * (t_4jzgd * t_4sw6x) - sin_sun_elevation * (cos_t_cbxhz * t_mbe4y + sin_t_cbxhz * t_tmidt),
             0.0,
@@ -5269,8 +5269,8 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - (y2_roll * along_U24_roll + U24_roll * along_y2_roll)
         )
         t_2j7d3 = f4_roll * along_D4_roll + D4_roll * t_cr44a
-        t_r42gl = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a)
-        t_lbehp = t_r42gl + (f5_roll * t_p2iki + Df5_roll * t_2mkg5)
+        t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a)
+        t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5)
         t_zpwnk = (
             along_d_roll
             + (v_roll * along_b0_roll + b0_roll * t_5guc6)
@@ -5279,91 +5279,91 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - (y2_roll * along_a2_roll + a2_roll * along_y2_roll)
         )
         t_vewdd = along_roll - t_zpwnk
-        t_4qihm = (
+        t_uyv4a = (
             along_d_roll
-            + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_lbehp) + G5_roll * t_vewdd)
+            + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd)
         )
-        t_t2sxp = np.where(m_huydk, t_4qihm, along_d_roll)
+        t_4e7kp = np.where(m_huydk, t_uyv4a, along_d_roll)
         t_i7ymo = t_4ubt3 + (U12_roll * t_vhaxy + t_bqiu4 * along_U12_roll)
         t_7nnhz = U13_roll * t_5myce + Df3_roll * along_U13_roll - t_i7ymo
-        t_5gxrm = t_7nnhz + (U14_roll * t_2j7d3 + Df4_roll * along_U14_roll)
-        t_odiir = (
-            (t_5gxrm + (U15_roll * t_p2iki + Df5_roll * along_U15_roll)) * t_szpzk
-            - G1_roll * t_szpzk * t_lbehp
+        t_6g2lm = t_7nnhz + (U14_roll * t_2j7d3 + Df4_roll * along_U14_roll)
+        t_7lmwn = (
+            (t_6g2lm + (U15_roll * t_p2iki + Df5_roll * along_U15_roll)) * t_szpzk
+            - G1_roll * t_szpzk * t_waqqe
         )
-        t_5wxpl = np.where(m_huydk, along_a1_roll + (eps_roll * t_odiir + G1_roll * t_vewdd), along_a1_roll)
-        t_pe4v6 = -t_5wxpl
-        t_yvqog = (
+        t_vh4ur = np.where(m_huydk, along_a1_roll + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_a1_roll)
+        t_6zbht = -t_vh4ur
+        t_csmt4 = (
             (t_2j7d3 + (U45_roll * t_p2iki + Df5_roll * along_U45_roll)) * t_szpzk
-            - G4_roll * t_szpzk * t_lbehp
+            - G4_roll * t_szpzk * t_waqqe
         )
-        t_qipc6 = np.where(m_huydk, along_b1_roll + (eps_roll * t_yvqog + G4_roll * t_vewdd), along_b1_roll)
+        t_3jfg3 = np.where(m_huydk, along_b1_roll + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_b1_roll)
         m_iplzg = (0.0 <= t_ff25k)
         t_jas4c = np.where(m_iplzg, 1.0, 0.0)
         m_r5m7i = (t_ff25k <= 0.0)
         t_qjleu = t_5myce + (U34_roll * t_2j7d3 + Df4_roll * along_U34_roll)
-        t_tjkwj = (
+        t_x4ac6 = (
             (t_qjleu + (U35_roll * t_p2iki + Df5_roll * along_U35_roll)) * t_szpzk
-            - G3_roll * t_szpzk * t_lbehp
+            - G3_roll * t_szpzk * t_waqqe
         )
-        t_r2ii4 = np.where(m_huydk, along_b0_roll + (eps_roll * t_tjkwj + G3_roll * t_vewdd), along_b0_roll)
-        t_wbo5s = t_jas4c / (np.where(m_r5m7i, 1.0, 0.0) + t_jas4c) * (-0.5 * t_r2ii4 + -0.5 * t_qipc6)
-        t_w6h2h = t_qipc6 + t_wbo5s
-        t_3vl2g = (t_zjozf + t_zjozf) * t_w6h2h
+        t_mdwgv = np.where(m_huydk, along_b0_roll + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_b0_roll)
+        t_jtkcv = t_jas4c / (np.where(m_r5m7i, 1.0, 0.0) + t_jas4c) * (-0.5 * t_mdwgv + -0.5 * t_3jfg3)
+        t_7uexi = t_3jfg3 + t_jtkcv
+        t_p6ka5 = (t_zjozf + t_zjozf) * t_7uexi
         t_l6zsn = U23_roll * t_5myce + Df3_roll * along_U23_roll - t_vhaxy
-        t_3f7vi = t_l6zsn + (U24_roll * t_2j7d3 + Df4_roll * along_U24_roll)
-        t_d32s4 = (
-            (t_3f7vi + (U25_roll * t_p2iki + Df5_roll * along_U25_roll)) * t_szpzk
-            - G2_roll * t_szpzk * t_lbehp
+        t_z4fpw = t_l6zsn + (U24_roll * t_2j7d3 + Df4_roll * along_U24_roll)
+        t_m7fjp = (
+            (t_z4fpw + (U25_roll * t_p2iki + Df5_roll * along_U25_roll)) * t_szpzk
+            - G2_roll * t_szpzk * t_waqqe
         )
-        t_ds5fk = np.where(m_huydk, along_a2_roll + (eps_roll * t_d32s4 + G2_roll * t_vewdd), along_a2_roll)
-        t_ys43l = np.where(m_ng6lt, t_ph5cf * t_5wxpl + a1_now_roll * t_5wxpl - t_ds5fk, t_pe4v6)
-        t_ehzj3 = t_r2ii4 + t_wbo5s
-        t_ydxeh = (t_4ihf2 + t_4ihf2) * t_ehzj3
-        t_3hnht = np.where(m_ng6lt, t_ph5cf * t_ds5fk + a2_now_roll * t_5wxpl, -t_ds5fk)
-        t_n6pix = (
-            e1_roll * t_3vl2g
-            + t_yz2fy * t_ys43l
-            + e3_roll * t_ydxeh
-            - (e2_roll * (t_4ihf2 * t_w6h2h + t_zjozf * t_ehzj3) + t_at7me * t_3hnht)
+        t_qy6nt = np.where(m_huydk, along_a2_roll + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_a2_roll)
+        t_bvd4t = np.where(m_ng6lt, t_ph5cf * t_vh4ur + a1_now_roll * t_vh4ur - t_qy6nt, t_6zbht)
+        t_2nvj2 = t_mdwgv + t_jtkcv
+        t_2wzo5 = (t_4ihf2 + t_4ihf2) * t_2nvj2
+        t_ofsuv = np.where(m_ng6lt, t_ph5cf * t_qy6nt + a2_now_roll * t_vh4ur, -t_qy6nt)
+        t_uutq2 = (
+            e1_roll * t_p6ka5
+            + t_yz2fy * t_bvd4t
+            + e3_roll * t_2wzo5
+            - (e2_roll * (t_4ihf2 * t_7uexi + t_zjozf * t_2nvj2) + t_at7me * t_ofsuv)
         )
-        t_764cl = a1_now_roll * t_w6h2h + t_zjozf * t_5wxpl
-        t_w3akn = (
-            t_3vl2g
-            + (a2_now_roll * t_ydxeh + t_qkhny * t_ds5fk)
-            - (t_ncl23 * t_ehzj3 + t_4ihf2 * t_764cl)
+        t_v22rg = a1_now_roll * t_7uexi + t_zjozf * t_vh4ur
+        t_ipjhm = (
+            t_p6ka5
+            + (a2_now_roll * t_2wzo5 + t_qkhny * t_qy6nt)
+            - (t_ncl23 * t_2nvj2 + t_4ihf2 * t_v22rg)
         )
-        t_3jwrk = t_n6pix * t_k6fq7 - sd_roll * t_k6fq7 * t_w3akn
-        t_x5tcp = (
+        t_rp6ac = t_uutq2 * t_k6fq7 - sd_roll * t_k6fq7 * t_ipjhm
+        t_nq3sa = (
             t_fyvaw
             + t_z4laf * along_wm1_roll
             + t_mymwd * along_wm2_roll
             + t_32esp * along_wm3_roll
             + np.where(m_ng6lt, t_v4kye * along_wm4_roll, 0.0)
-            - (t_qevl4 * (compensate_d * t_t2sxp) + d_used_roll * (np.where(m_ng6lt, t_pe4v6, 0.0) + t_3jwrk))
+            - (t_qevl4 * (compensate_d * t_4e7kp) + d_used_roll * (np.where(m_ng6lt, t_6zbht, 0.0) + t_rp6ac))
         )
-        t_xjsjq = e3_roll * t_ehzj3
-        t_mf6kd = a2_now_roll * t_ehzj3 + t_4ihf2 * t_ds5fk
-        t_wqdfn = (
-            e2_roll * t_w6h2h
-            + t_zjozf * t_3hnht
-            - t_xjsjq
-            - (e1_roll * t_764cl + t_ncl23 * t_ys43l)
-            + (e1_roll * t_mf6kd + t_6zvri * t_ys43l)
+        t_3rxvv = e3_roll * t_2nvj2
+        t_eetqw = a2_now_roll * t_2nvj2 + t_4ihf2 * t_qy6nt
+        t_6thbo = (
+            e2_roll * t_7uexi
+            + t_zjozf * t_ofsuv
+            - t_3rxvv
+            - (e1_roll * t_v22rg + t_ncl23 * t_bvd4t)
+            + (e1_roll * t_eetqw + t_6zvri * t_bvd4t)
         )
-        t_wrwkl = (
-            e3_roll * t_w6h2h
-            - (a1_now_roll * t_xjsjq + t_6p656 * t_5wxpl)
-            + (e2_roll * t_mf6kd + t_6zvri * t_3hnht)
-            - (e1_roll * (a2_now_roll * t_w6h2h + t_zjozf * t_ds5fk) + t_nopcl * t_ys43l)
+        t_w4ckt = (
+            e3_roll * t_7uexi
+            - (a1_now_roll * t_3rxvv + t_6p656 * t_vh4ur)
+            + (e2_roll * t_eetqw + t_6zvri * t_ofsuv)
+            - (e1_roll * (a2_now_roll * t_7uexi + t_zjozf * t_qy6nt) + t_nopcl * t_bvd4t)
         )
-        t_7cbq6 = (
-            t_x5tcp * t_ircix
-            - t_ozb3k * t_ircix * (t_r2ii4 + t_qipc6 + (t_wbo5s + t_wbo5s))
-            + np.where(m_ng6lt, u1_roll * t_5wxpl + t_ph5cf * along_u1_roll, 0.0)
-            - (t0_roll * along_roll + roll * (t_wqdfn * t_k6fq7 - t0_roll * t_k6fq7 * t_w3akn))
-            - (v_roll * t_3jwrk + sd_roll * t_5guc6)
-            - (y1_used_roll * (t_wrwkl * t_k6fq7 - t1_roll * t_k6fq7 * t_w3akn) + t1_roll * t_p5mb3)
+        t_6rbxb = (
+            t_nq3sa * t_ircix
+            - t_ozb3k * t_ircix * (t_mdwgv + t_3jfg3 + (t_jtkcv + t_jtkcv))
+            + np.where(m_ng6lt, u1_roll * t_vh4ur + t_ph5cf * along_u1_roll, 0.0)
+            - (t0_roll * along_roll + roll * (t_6thbo * t_k6fq7 - t0_roll * t_k6fq7 * t_ipjhm))
+            - (v_roll * t_rp6ac + sd_roll * t_5guc6)
+            - (y1_used_roll * (t_w4ckt * t_k6fq7 - t1_roll * t_k6fq7 * t_ipjhm) + t1_roll * t_p5mb3)
         )
         t_g77db = t_lbhv6 * along_ref_pitch + t_u5zvh * along_wm1_pitch - t_lbhv6_2 * along_wm2_pitch
         t_fzwzx = np.where(m_2oym3, along_Ty_applied, np.where(m_ng6lt, along_u2_pitch, along_u1_pitch))
@@ -5395,8 +5395,8 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - (y2_pitch * along_U24_pitch + U24_pitch * along_y2_pitch)
         )
         t_s3vzk = f4_pitch * along_D4_pitch + D4_pitch * t_johjr
-        t_ssazb = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr)
-        t_qggm5 = t_ssazb + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg)
+        t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr)
+        t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg)
         t_sfbvj = (
             along_d_pitch
             + (v_pitch * along_b0_pitch + b0_pitch * t_fzwzx)
@@ -5405,91 +5405,91 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - (y2_pitch * along_a2_pitch + a2_pitch * along_y2_pitch)
         )
         t_54n5p = along_pitch - t_sfbvj
-        t_2ccaa = (
+        t_y6ibb = (
             along_d_pitch
-            + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_qggm5) + G5_pitch * t_54n5p)
+            + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p)
         )
-        t_xzxvi = np.where(m_fztcf, t_2ccaa, along_d_pitch)
+        t_yfbgo = np.where(m_fztcf, t_y6ibb, along_d_pitch)
         t_tljzu = t_52r3v + (U12_pitch * t_fck75 + t_urk7s * along_U12_pitch)
         t_c765l = U13_pitch * t_kwitg + Df3_pitch * along_U13_pitch - t_tljzu
-        t_pc243 = t_c765l + (U14_pitch * t_s3vzk + Df4_pitch * along_U14_pitch)
-        t_kfls5 = (
-            (t_pc243 + (U15_pitch * t_te3hn + Df5_pitch * along_U15_pitch)) * t_uppvm
-            - G1_pitch * t_uppvm * t_qggm5
+        t_ximdz = t_c765l + (U14_pitch * t_s3vzk + Df4_pitch * along_U14_pitch)
+        t_nlcuq = (
+            (t_ximdz + (U15_pitch * t_te3hn + Df5_pitch * along_U15_pitch)) * t_uppvm
+            - G1_pitch * t_uppvm * t_4zppg
         )
-        t_d7rwz = np.where(m_fztcf, along_a1_pitch + (eps_pitch * t_kfls5 + G1_pitch * t_54n5p), along_a1_pitch)
-        t_e5xhl = -t_d7rwz
-        t_jxmkg = (
+        t_hw34x = np.where(m_fztcf, along_a1_pitch + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_a1_pitch)
+        t_kgjqe = -t_hw34x
+        t_7l2lt = (
             (t_s3vzk + (U45_pitch * t_te3hn + Df5_pitch * along_U45_pitch)) * t_uppvm
-            - G4_pitch * t_uppvm * t_qggm5
+            - G4_pitch * t_uppvm * t_4zppg
         )
-        t_exmaw = np.where(m_fztcf, along_b1_pitch + (eps_pitch * t_jxmkg + G4_pitch * t_54n5p), along_b1_pitch)
+        t_c6ql7 = np.where(m_fztcf, along_b1_pitch + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_b1_pitch)
         m_zobj6 = (0.0 <= t_obugf)
         t_2koqz = np.where(m_zobj6, 1.0, 0.0)
         m_ghg47 = (t_obugf <= 0.0)
         t_crqif = t_kwitg + (U34_pitch * t_s3vzk + Df4_pitch * along_U34_pitch)
-        t_yaqj3 = (
+        t_cfhpf = (
             (t_crqif + (U35_pitch * t_te3hn + Df5_pitch * along_U35_pitch)) * t_uppvm
-            - G3_pitch * t_uppvm * t_qggm5
+            - G3_pitch * t_uppvm * t_4zppg
         )
-        t_l6v5h = np.where(m_fztcf, along_b0_pitch + (eps_pitch * t_yaqj3 + G3_pitch * t_54n5p), along_b0_pitch)
-        t_mudjw = t_2koqz / (np.where(m_ghg47, 1.0, 0.0) + t_2koqz) * (-0.5 * t_l6v5h + -0.5 * t_exmaw)
-        t_sy2yi = t_exmaw + t_mudjw
-        t_styf5 = (t_tpvzc + t_tpvzc) * t_sy2yi
+        t_t6poo = np.where(m_fztcf, along_b0_pitch + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_b0_pitch)
+        t_sngex = t_2koqz / (np.where(m_ghg47, 1.0, 0.0) + t_2koqz) * (-0.5 * t_t6poo + -0.5 * t_c6ql7)
+        t_lxqs2 = t_c6ql7 + t_sngex
+        t_rq5wk = (t_tpvzc + t_tpvzc) * t_lxqs2
         t_kfsdu = U23_pitch * t_kwitg + Df3_pitch * along_U23_pitch - t_fck75
-        t_3pfwk = t_kfsdu + (U24_pitch * t_s3vzk + Df4_pitch * along_U24_pitch)
-        t_33r25 = (
-            (t_3pfwk + (U25_pitch * t_te3hn + Df5_pitch * along_U25_pitch)) * t_uppvm
-            - G2_pitch * t_uppvm * t_qggm5
+        t_fax5j = t_kfsdu + (U24_pitch * t_s3vzk + Df4_pitch * along_U24_pitch)
+        t_ajce5 = (
+            (t_fax5j + (U25_pitch * t_te3hn + Df5_pitch * along_U25_pitch)) * t_uppvm
+            - G2_pitch * t_uppvm * t_4zppg
         )
-        t_7ibnm = np.where(m_fztcf, along_a2_pitch + (eps_pitch * t_33r25 + G2_pitch * t_54n5p), along_a2_pitch)
-        t_w6qbx = np.where(m_ng6lt, t_2hojt * t_d7rwz + a1_now_pitch * t_d7rwz - t_7ibnm, t_e5xhl)
-        t_otnos = t_l6v5h + t_mudjw
-        t_fhtor = (t_6edde + t_6edde) * t_otnos
-        t_5vaor = np.where(m_ng6lt, t_2hojt * t_7ibnm + a2_now_pitch * t_d7rwz, -t_7ibnm)
-        t_kvycd = (
-            e1_pitch * t_styf5
-            + t_imlet * t_w6qbx
-            + e3_roll * t_fhtor
-            - (e2_pitch * (t_6edde * t_sy2yi + t_tpvzc * t_otnos) + t_zcg3q * t_5vaor)
+        t_ak6av = np.where(m_fztcf, along_a2_pitch + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_a2_pitch)
+        t_t5fuc = np.where(m_ng6lt, t_2hojt * t_hw34x + a1_now_pitch * t_hw34x - t_ak6av, t_kgjqe)
+        t_3kvld = t_t6poo + t_sngex
+        t_adupz = (t_6edde + t_6edde) * t_3kvld
+        t_nbjqc = np.where(m_ng6lt, t_2hojt * t_ak6av + a2_now_pitch * t_hw34x, -t_ak6av)
+        t_k7gpu = (
+            e1_pitch * t_rq5wk
+            + t_imlet * t_t5fuc
+            + e3_roll * t_adupz
+            - (e2_pitch * (t_6edde * t_lxqs2 + t_tpvzc * t_3kvld) + t_zcg3q * t_nbjqc)
         )
-        t_lqh2t = a1_now_pitch * t_sy2yi + t_tpvzc * t_d7rwz
-        t_x5ubx = (
-            t_styf5
-            + (a2_now_pitch * t_fhtor + t_23zut * t_7ibnm)
-            - (t_ivfwu * t_otnos + t_6edde * t_lqh2t)
+        t_qiqyy = a1_now_pitch * t_lxqs2 + t_tpvzc * t_hw34x
+        t_uhm6v = (
+            t_rq5wk
+            + (a2_now_pitch * t_adupz + t_23zut * t_ak6av)
+            - (t_ivfwu * t_3kvld + t_6edde * t_qiqyy)
         )
-        t_4hme7 = t_kvycd * t_traey - sd_pitch * t_traey * t_x5ubx
-        t_usvrp = (
+        t_swdpr = t_k7gpu * t_traey - sd_pitch * t_traey * t_uhm6v
+        t_gdqwq = (
             t_g77db
             + t_z4laf * along_wm1_pitch
             + t_mymwd * along_wm2_pitch
             + t_32esp * along_wm3_pitch
             + np.where(m_ng6lt, t_v4kye * along_wm4_pitch, 0.0)
-            - (t_aamui * (compensate_d * t_xzxvi) + d_used_pitch * (np.where(m_ng6lt, t_e5xhl, 0.0) + t_4hme7))
+            - (t_aamui * (compensate_d * t_yfbgo) + d_used_pitch * (np.where(m_ng6lt, t_kgjqe, 0.0) + t_swdpr))
         )
-        t_w3zfq = e3_roll * t_otnos
-        t_xxbg4 = a2_now_pitch * t_otnos + t_6edde * t_7ibnm
-        t_2tswr = (
-            e2_pitch * t_sy2yi
-            + t_tpvzc * t_5vaor
-            - t_w3zfq
-            - (e1_pitch * t_lqh2t + t_ivfwu * t_w6qbx)
-            + (e1_pitch * t_xxbg4 + t_rhale * t_w6qbx)
+        t_gepei = e3_roll * t_3kvld
+        t_bioy2 = a2_now_pitch * t_3kvld + t_6edde * t_ak6av
+        t_65xbp = (
+            e2_pitch * t_lxqs2
+            + t_tpvzc * t_nbjqc
+            - t_gepei
+            - (e1_pitch * t_qiqyy + t_ivfwu * t_t5fuc)
+            + (e1_pitch * t_bioy2 + t_rhale * t_t5fuc)
         )
-        t_3c56e = (
-            e3_roll * t_sy2yi
-            - (a1_now_pitch * t_w3zfq + t_3uzty * t_d7rwz)
-            + (e2_pitch * t_xxbg4 + t_rhale * t_5vaor)
-            - (e1_pitch * (a2_now_pitch * t_sy2yi + t_tpvzc * t_7ibnm) + t_34ruz * t_w6qbx)
+        t_cwqg7 = (
+            e3_roll * t_lxqs2
+            - (a1_now_pitch * t_gepei + t_3uzty * t_hw34x)
+            + (e2_pitch * t_bioy2 + t_rhale * t_nbjqc)
+            - (e1_pitch * (a2_now_pitch * t_lxqs2 + t_tpvzc * t_ak6av) + t_34ruz * t_t5fuc)
         )
-        t_ansnu = (
-            t_usvrp * t_hmw3a
-            - t_4vqbg * t_hmw3a * (t_l6v5h + t_exmaw + (t_mudjw + t_mudjw))
-            + np.where(m_ng6lt, u1_pitch * t_d7rwz + t_2hojt * along_u1_pitch, 0.0)
-            - (t0_pitch * along_pitch + pitch * (t_2tswr * t_traey - t0_pitch * t_traey * t_x5ubx))
-            - (v_pitch * t_4hme7 + sd_pitch * t_fzwzx)
-            - (y1_used_pitch * (t_3c56e * t_traey - t1_pitch * t_traey * t_x5ubx) + t1_pitch * t_k2ugh)
+        t_4oelk = (
+            t_gdqwq * t_hmw3a
+            - t_4vqbg * t_hmw3a * (t_t6poo + t_c6ql7 + (t_sngex + t_sngex))
+            + np.where(m_ng6lt, u1_pitch * t_hw34x + t_2hojt * along_u1_pitch, 0.0)
+            - (t0_pitch * along_pitch + pitch * (t_65xbp * t_traey - t0_pitch * t_traey * t_uhm6v))
+            - (v_pitch * t_swdpr + sd_pitch * t_fzwzx)
+            - (y1_used_pitch * (t_cwqg7 * t_traey - t1_pitch * t_traey * t_uhm6v) + t1_pitch * t_k2ugh)
         )
         t_k6r65 = t_lbhv6 * along_ref_yaw + t_u5zvh * along_wm1_yaw - t_lbhv6_2 * along_wm2_yaw
         t_2h7da = np.where(m_2oym3, along_Tz_applied, np.where(m_ng6lt, along_u2_yaw, along_u1_yaw))
@@ -5521,8 +5521,8 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - (y2_yaw * along_U24_yaw + U24_yaw * along_y2_yaw)
         )
         t_v7jac = f4_yaw * along_D4_yaw + D4_yaw * t_ox57m
-        t_rzfn2 = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m)
-        t_4rtpn = t_rzfn2 + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq)
+        t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m)
+        t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq)
         t_yvkbd = (
             along_d_yaw
             + (v_yaw * along_b0_yaw + b0_yaw * t_2h7da)
@@ -5531,257 +5531,257 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - (y2_yaw * along_a2_yaw + a2_yaw * along_y2_yaw)
         )
         t_ndufb = along_yaw - t_yvkbd
-        t_kbqpm = (
+        t_i6vab = (
             along_d_yaw
-            + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_4rtpn) + G5_yaw * t_ndufb)
+            + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb)
         )
-        t_qzf2q = np.where(m_6lewq, t_kbqpm, along_d_yaw)
+        t_rwfza = np.where(m_6lewq, t_i6vab, along_d_yaw)
         t_3op2v = t_yeeko + (U12_yaw * t_bvhqg + t_3inrl * along_U12_yaw)
         t_duqey = U13_yaw * t_spwqh + Df3_yaw * along_U13_yaw - t_3op2v
-        t_lct5e = t_duqey + (U14_yaw * t_v7jac + Df4_yaw * along_U14_yaw)
-        t_xc7gx = (
-            (t_lct5e + (U15_yaw * t_xfl26 + Df5_yaw * along_U15_yaw)) * t_xt42v
-            - G1_yaw * t_xt42v * t_4rtpn
+        t_n2atp = t_duqey + (U14_yaw * t_v7jac + Df4_yaw * along_U14_yaw)
+        t_bn3mt = (
+            (t_n2atp + (U15_yaw * t_xfl26 + Df5_yaw * along_U15_yaw)) * t_xt42v
+            - G1_yaw * t_xt42v * t_ewrtu
         )
-        t_3lkyw = np.where(m_6lewq, along_a1_yaw + (eps_yaw * t_xc7gx + G1_yaw * t_ndufb), along_a1_yaw)
-        t_kdwkw = -t_3lkyw
-        t_y7ccd = (
+        t_ua7hv = np.where(m_6lewq, along_a1_yaw + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_a1_yaw)
+        t_36ubd = -t_ua7hv
+        t_6mmhc = (
             (t_v7jac + (U45_yaw * t_xfl26 + Df5_yaw * along_U45_yaw)) * t_xt42v
-            - G4_yaw * t_xt42v * t_4rtpn
+            - G4_yaw * t_xt42v * t_ewrtu
         )
-        t_czoxw = np.where(m_6lewq, along_b1_yaw + (eps_yaw * t_y7ccd + G4_yaw * t_ndufb), along_b1_yaw)
+        t_7g3bh = np.where(m_6lewq, along_b1_yaw + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_b1_yaw)
         m_4vgw7 = (0.0 <= t_qlksj)
         t_jpuml = np.where(m_4vgw7, 1.0, 0.0)
         m_6cjdt = (t_qlksj <= 0.0)
         t_gtofe = t_spwqh + (U34_yaw * t_v7jac + Df4_yaw * along_U34_yaw)
-        t_ikisk = (
+        t_6cu3u = (
             (t_gtofe + (U35_yaw * t_xfl26 + Df5_yaw * along_U35_yaw)) * t_xt42v
-            - G3_yaw * t_xt42v * t_4rtpn
+            - G3_yaw * t_xt42v * t_ewrtu
         )
-        t_ioia2 = np.where(m_6lewq, along_b0_yaw + (eps_yaw * t_ikisk + G3_yaw * t_ndufb), along_b0_yaw)
-        t_kwc6l = t_jpuml / (np.where(m_6cjdt, 1.0, 0.0) + t_jpuml) * (-0.5 * t_ioia2 + -0.5 * t_czoxw)
-        t_2hkpu = t_czoxw + t_kwc6l
-        t_qekhm = (t_zkiaw + t_zkiaw) * t_2hkpu
+        t_jqmmw = np.where(m_6lewq, along_b0_yaw + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_b0_yaw)
+        t_ibohv = t_jpuml / (np.where(m_6cjdt, 1.0, 0.0) + t_jpuml) * (-0.5 * t_jqmmw + -0.5 * t_7g3bh)
+        t_xwlwo = t_7g3bh + t_ibohv
+        t_zwged = (t_zkiaw + t_zkiaw) * t_xwlwo
         t_dcf52 = U23_yaw * t_spwqh + Df3_yaw * along_U23_yaw - t_bvhqg
-        t_db7us = t_dcf52 + (U24_yaw * t_v7jac + Df4_yaw * along_U24_yaw)
-        t_lkktc = (
-            (t_db7us + (U25_yaw * t_xfl26 + Df5_yaw * along_U25_yaw)) * t_xt42v
-            - G2_yaw * t_xt42v * t_4rtpn
+        t_c7xj5 = t_dcf52 + (U24_yaw * t_v7jac + Df4_yaw * along_U24_yaw)
+        t_bwo5p = (
+            (t_c7xj5 + (U25_yaw * t_xfl26 + Df5_yaw * along_U25_yaw)) * t_xt42v
+            - G2_yaw * t_xt42v * t_ewrtu
         )
-        t_aizam = np.where(m_6lewq, along_a2_yaw + (eps_yaw * t_lkktc + G2_yaw * t_ndufb), along_a2_yaw)
-        t_4vftz = np.where(m_ng6lt, t_newnt * t_3lkyw + a1_now_yaw * t_3lkyw - t_aizam, t_kdwkw)
-        t_viwvy = t_ioia2 + t_kwc6l
-        t_6z2b7 = (t_qhfkz + t_qhfkz) * t_viwvy
-        t_ejbcx = np.where(m_ng6lt, t_newnt * t_aizam + a2_now_yaw * t_3lkyw, -t_aizam)
-        t_b4wte = (
-            e1_yaw * t_qekhm
-            + t_npqek * t_4vftz
-            + e3_roll * t_6z2b7
-            - (e2_yaw * (t_qhfkz * t_2hkpu + t_zkiaw * t_viwvy) + t_z4gi6 * t_ejbcx)
+        t_mzrdq = np.where(m_6lewq, along_a2_yaw + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_a2_yaw)
+        t_hdlup = np.where(m_ng6lt, t_newnt * t_ua7hv + a1_now_yaw * t_ua7hv - t_mzrdq, t_36ubd)
+        t_4evb5 = t_jqmmw + t_ibohv
+        t_bho2m = (t_qhfkz + t_qhfkz) * t_4evb5
+        t_fxys3 = np.where(m_ng6lt, t_newnt * t_mzrdq + a2_now_yaw * t_ua7hv, -t_mzrdq)
+        t_xhtsb = (
+            e1_yaw * t_zwged
+            + t_npqek * t_hdlup
+            + e3_roll * t_bho2m
+            - (e2_yaw * (t_qhfkz * t_xwlwo + t_zkiaw * t_4evb5) + t_z4gi6 * t_fxys3)
         )
-        t_orcm6 = a1_now_yaw * t_2hkpu + t_zkiaw * t_3lkyw
-        t_6kjtz = (
-            t_qekhm
-            + (a2_now_yaw * t_6z2b7 + t_xjk5e * t_aizam)
-            - (t_n6w5s * t_viwvy + t_qhfkz * t_orcm6)
+        t_sr5gm = a1_now_yaw * t_xwlwo + t_zkiaw * t_ua7hv
+        t_tbtsp = (
+            t_zwged
+            + (a2_now_yaw * t_bho2m + t_xjk5e * t_mzrdq)
+            - (t_n6w5s * t_4evb5 + t_qhfkz * t_sr5gm)
         )
-        t_efrb5 = t_b4wte * t_7xf6k - sd_yaw * t_7xf6k * t_6kjtz
-        t_y6t5n = (
+        t_zogq5 = t_xhtsb * t_7xf6k - sd_yaw * t_7xf6k * t_tbtsp
+        t_tgjkt = (
             t_k6r65
             + t_z4laf * along_wm1_yaw
             + t_mymwd * along_wm2_yaw
             + t_32esp * along_wm3_yaw
             + np.where(m_ng6lt, t_v4kye * along_wm4_yaw, 0.0)
-            - (t_maquh * (compensate_d * t_qzf2q) + d_used_yaw * (np.where(m_ng6lt, t_kdwkw, 0.0) + t_efrb5))
+            - (t_maquh * (compensate_d * t_rwfza) + d_used_yaw * (np.where(m_ng6lt, t_36ubd, 0.0) + t_zogq5))
         )
-        t_fccmp = e3_roll * t_viwvy
-        t_hsus4 = a2_now_yaw * t_viwvy + t_qhfkz * t_aizam
-        t_sgvxw = (
-            e2_yaw * t_2hkpu
-            + t_zkiaw * t_ejbcx
-            - t_fccmp
-            - (e1_yaw * t_orcm6 + t_n6w5s * t_4vftz)
-            + (e1_yaw * t_hsus4 + t_3ziba * t_4vftz)
+        t_oc62j = e3_roll * t_4evb5
+        t_nmhsp = a2_now_yaw * t_4evb5 + t_qhfkz * t_mzrdq
+        t_skgbh = (
+            e2_yaw * t_xwlwo
+            + t_zkiaw * t_fxys3
+            - t_oc62j
+            - (e1_yaw * t_sr5gm + t_n6w5s * t_hdlup)
+            + (e1_yaw * t_nmhsp + t_3ziba * t_hdlup)
         )
-        t_gtlq3 = (
-            e3_roll * t_2hkpu
-            - (a1_now_yaw * t_fccmp + t_vephh * t_3lkyw)
-            + (e2_yaw * t_hsus4 + t_3ziba * t_ejbcx)
-            - (e1_yaw * (a2_now_yaw * t_2hkpu + t_zkiaw * t_aizam) + t_ptnjb * t_4vftz)
+        t_6di57 = (
+            e3_roll * t_xwlwo
+            - (a1_now_yaw * t_oc62j + t_vephh * t_ua7hv)
+            + (e2_yaw * t_nmhsp + t_3ziba * t_fxys3)
+            - (e1_yaw * (a2_now_yaw * t_xwlwo + t_zkiaw * t_mzrdq) + t_ptnjb * t_hdlup)
         )
-        t_velrh = (
-            t_y6t5n * t_ujplt
-            - t_xvgnn * t_ujplt * (t_ioia2 + t_czoxw + (t_kwc6l + t_kwc6l))
-            + np.where(m_ng6lt, u1_yaw * t_3lkyw + t_newnt * along_u1_yaw, 0.0)
-            - (v_yaw * t_efrb5 + sd_yaw * t_2h7da)
-            - (yaw * (t_sgvxw * t_7xf6k - t0_yaw * t_7xf6k * t_6kjtz) + t0_yaw * along_yaw)
-            - (y1_used_yaw * (t_gtlq3 * t_7xf6k - t1_yaw * t_7xf6k * t_6kjtz) + t1_yaw * t_rq2o3)
+        t_43g4a = (
+            t_tgjkt * t_ujplt
+            - t_xvgnn * t_ujplt * (t_jqmmw + t_7g3bh + (t_ibohv + t_ibohv))
+            + np.where(m_ng6lt, u1_yaw * t_ua7hv + t_newnt * along_u1_yaw, 0.0)
+            - (v_yaw * t_zogq5 + sd_yaw * t_2h7da)
+            - (yaw * (t_skgbh * t_7xf6k - t0_yaw * t_7xf6k * t_tbtsp) + t0_yaw * along_yaw)
+            - (y1_used_yaw * (t_6di57 * t_7xf6k - t1_yaw * t_7xf6k * t_tbtsp) + t1_yaw * t_rq2o3)
         )
         t_ihfue = (
             alpha1_roll * (t_buzsg * along_D2_roll - D2_roll * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
             + t_uep3r * t_zxndv
         )
-        t_lek6x = (
+        t_njcfp = (
             alpha2_roll * (t_pgi2s * along_D3_roll - D3_roll * (t_pgi2s * t_m6gkz * t_ptrq3))
             + t_chslv * t_lwfke
         )
-        t_p2ddv = (
-            alpha3_roll * (t_ssuku * along_D4_roll - D4_roll * (t_ssuku * t_qd2bm * t_r42gl))
+        t_lckzd = (
+            alpha3_roll * (t_ssuku * along_D4_roll - D4_roll * (t_ssuku * t_qd2bm * t_xbc47))
             + t_3j35e * t_ptrq3
         )
-        t_l6yuq = (
-            alpha4_roll * (t_petfr * along_D5_roll - D5_roll * (t_petfr * t_szpzk * t_lbehp))
-            + t_glxxd * t_r42gl
+        t_6r6fl = (
+            alpha4_roll * (t_petfr * along_D5_roll - D5_roll * (t_petfr * t_szpzk * t_waqqe))
+            + t_glxxd * t_xbc47
         )
         t_ekuo5 = (
             along_U12_roll
             - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5)
         )
         t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke
-        t_nvn5w = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3
-        t_zfxgg = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_r42gl
+        t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3
+        t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47
         t_nlujp = 0.5 * along_wm1_roll
         t_ibz42 = (
             alpha1_pitch * (t_rwzhe * along_D2_pitch - D2_pitch * (t_rwzhe * t_vq6qe * t_n3q67))
             + t_rz27b * t_myzpk
         )
-        t_kdu2f = (
+        t_x4xmc = (
             alpha2_pitch * (t_clmmw * along_D3_pitch - D3_pitch * (t_clmmw * t_wnsbx * t_xb5zf))
             + t_ehcbr * t_n3q67
         )
-        t_ivbqu = (
-            alpha3_pitch * (t_km5us * along_D4_pitch - D4_pitch * (t_km5us * t_au2dz * t_ssazb))
+        t_l6zox = (
+            alpha3_pitch * (t_km5us * along_D4_pitch - D4_pitch * (t_km5us * t_au2dz * t_7o2f3))
             + t_22ct6 * t_xb5zf
         )
-        t_j5bmh = (
-            alpha4_pitch * (t_xfgg5 * along_D5_pitch - D5_pitch * (t_xfgg5 * t_uppvm * t_qggm5))
-            + t_enyoc * t_ssazb
+        t_puqnz = (
+            alpha4_pitch * (t_xfgg5 * along_D5_pitch - D5_pitch * (t_xfgg5 * t_uppvm * t_4zppg))
+            + t_enyoc * t_7o2f3
         )
         t_j76ya = (
             along_U12_pitch
             - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr)
         )
         t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67
-        t_sggwh = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf
-        t_f42pt = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_ssazb
+        t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf
+        t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3
         t_mceqq = 0.5 * along_wm1_pitch
         t_zj3sb = (
             alpha1_yaw * (t_jmud7 * along_D2_yaw - D2_yaw * (t_jmud7 * t_epc3p * t_g3udf))
             + t_7itiz * t_7twjv
         )
-        t_jhr2h = (
+        t_mhrjx = (
             alpha2_yaw * (t_qfkhf * along_D3_yaw - D3_yaw * (t_qfkhf * t_czmse * t_u2t3t))
             + t_3ufve * t_g3udf
         )
-        t_sxdd5 = (
-            alpha3_yaw * (t_zqvsh * along_D4_yaw - D4_yaw * (t_zqvsh * t_nk3ay * t_rzfn2))
+        t_yf5z4 = (
+            alpha3_yaw * (t_zqvsh * along_D4_yaw - D4_yaw * (t_zqvsh * t_nk3ay * t_lat2a))
             + t_kj3bh * t_u2t3t
         )
-        t_7nvnm = (
-            alpha4_yaw * (t_6uhyh * along_D5_yaw - D5_yaw * (t_6uhyh * t_xt42v * t_4rtpn))
-            + t_janky * t_rzfn2
+        t_vfy4e = (
+            alpha4_yaw * (t_6uhyh * along_D5_yaw - D5_yaw * (t_6uhyh * t_xt42v * t_ewrtu))
+            + t_janky * t_lat2a
         )
         t_pd3h4 = (
             along_U12_yaw
             - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy)
         )
         t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf
-        t_nmwtf = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t
-        t_t667w = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_rzfn2
+        t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t
+        t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a
         t_a3omx = 0.5 * along_wm1_yaw
         t_es5kp = 1.0 + samples
         m_alcgu = (t_es5kp <= 2.0)
         t_alcgu = np.where(m_alcgu, 1.0, 0.0)
         m_n23aq = (2.0 <= t_es5kp)
         return _vector(
-            np.where(m_mu5jj, t_7cbq6, 0.0),
-            np.where(m_mu5jj, t_ansnu, 0.0),
-            np.where(m_mu5jj, t_velrh, 0.0),
+            np.where(m_mu5jj, t_6rbxb, 0.0),
+            np.where(m_mu5jj, t_4oelk, 0.0),
+            np.where(m_mu5jj, t_43g4a, 0.0),
         ), _vector(
-            np.where(m_mu5jj, t_5wxpl, along_a1_roll),
-            np.where(m_mu5jj, t_ds5fk, along_a2_roll),
-            np.where(m_mu5jj, t_r2ii4, along_b0_roll),
-            np.where(m_mu5jj, t_qipc6, along_b1_roll),
-            np.where(m_mu5jj, t_t2sxp, along_d_roll),
+            np.where(m_mu5jj, t_vh4ur, along_a1_roll),
+            np.where(m_mu5jj, t_qy6nt, along_a2_roll),
+            np.where(m_mu5jj, t_mdwgv, along_b0_roll),
+            np.where(m_mu5jj, t_3jfg3, along_b1_roll),
+            np.where(m_mu5jj, t_4e7kp, along_d_roll),
             np.where(m_mu5jj, np.where(m_huydk, cap_roll * (along_D1_roll * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_D1_roll), along_D1_roll),
             np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_ihfue, along_D2_roll), along_D2_roll),
-            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_lek6x, along_D3_roll), along_D3_roll),
-            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_p2ddv, along_D4_roll), along_D4_roll),
-            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_l6yuq, along_D5_roll), along_D5_roll),
+            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_njcfp, along_D3_roll), along_D3_roll),
+            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_lckzd, along_D4_roll), along_D4_roll),
+            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_6r6fl, along_D5_roll), along_D5_roll),
             np.where(m_mu5jj, np.where(m_huydk, t_ekuo5, along_U12_roll), along_U12_roll),
             np.where(m_mu5jj, np.where(m_huydk, along_U13_roll + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_U13_roll), along_U13_roll),
             np.where(m_mu5jj, np.where(m_huydk, along_U23_roll + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_U23_roll), along_U23_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U14_roll - (b1_3_roll * t_nvn5w + t_vpr7m * t_7nnhz), along_U14_roll), along_U14_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U24_roll - (b2_3_roll * t_nvn5w + t_vpr7m * t_l6zsn), along_U24_roll), along_U24_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U34_roll - (Df3_roll * t_nvn5w + t_vpr7m * t_5myce), along_U34_roll), along_U34_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U15_roll - (b1_4_roll * t_zfxgg + t_el36p * t_5gxrm), along_U15_roll), along_U15_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U25_roll - (b2_4_roll * t_zfxgg + t_el36p * t_3f7vi), along_U25_roll), along_U25_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U35_roll - (b3_4_roll * t_zfxgg + t_el36p * t_qjleu), along_U35_roll), along_U35_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U45_roll - (Df4_roll * t_zfxgg + t_el36p * t_2j7d3), along_U45_roll), along_U45_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U14_roll - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_U14_roll), along_U14_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U24_roll - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_U24_roll), along_U24_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U34_roll - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_U34_roll), along_U34_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U15_roll - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_U15_roll), along_U15_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U25_roll - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_U25_roll), along_U25_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U35_roll - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_U35_roll), along_U35_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U45_roll - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_U45_roll), along_U45_roll),
             np.where(m_mu5jj, along_roll, along_y1_roll),
             np.where(m_mu5jj, t_p5mb3, along_y2_roll),
             np.where(m_mu5jj, t_5guc6, along_v1_roll),
-            np.where(m_mu5jj, t_7cbq6, along_u1_roll),
+            np.where(m_mu5jj, t_6rbxb, along_u1_roll),
             np.where(m_mu5jj, along_u1_roll, along_u2_roll),
             np.where(m_mu5jj, np.where(m_ng6lt, t_nlujp + 0.5 * along_wm2_roll, t_nlujp + 0.5 * t_fyvaw), along_ym_roll),
             np.where(m_mu5jj, t_fyvaw, along_wm1_roll),
             np.where(m_mu5jj, along_wm1_roll, along_wm2_roll),
             np.where(m_mu5jj, along_wm2_roll, along_wm3_roll),
             np.where(m_mu5jj, along_wm3_roll, along_wm4_roll),
-            np.where(m_mu5jj, t_d7rwz, along_a1_pitch),
-            np.where(m_mu5jj, t_7ibnm, along_a2_pitch),
-            np.where(m_mu5jj, t_l6v5h, along_b0_pitch),
-            np.where(m_mu5jj, t_exmaw, along_b1_pitch),
-            np.where(m_mu5jj, t_xzxvi, along_d_pitch),
+            np.where(m_mu5jj, t_hw34x, along_a1_pitch),
+            np.where(m_mu5jj, t_ak6av, along_a2_pitch),
+            np.where(m_mu5jj, t_t6poo, along_b0_pitch),
+            np.where(m_mu5jj, t_c6ql7, along_b1_pitch),
+            np.where(m_mu5jj, t_yfbgo, along_d_pitch),
             np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * (along_D1_pitch * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_D1_pitch), along_D1_pitch),
             np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_ibz42, along_D2_pitch), along_D2_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_kdu2f, along_D3_pitch), along_D3_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_ivbqu, along_D4_pitch), along_D4_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_j5bmh, along_D5_pitch), along_D5_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_x4xmc, along_D3_pitch), along_D3_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_l6zox, along_D4_pitch), along_D4_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_puqnz, along_D5_pitch), along_D5_pitch),
             np.where(m_mu5jj, np.where(m_fztcf, t_j76ya, along_U12_pitch), along_U12_pitch),
             np.where(m_mu5jj, np.where(m_fztcf, along_U13_pitch + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_U13_pitch), along_U13_pitch),
             np.where(m_mu5jj, np.where(m_fztcf, along_U23_pitch + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_U23_pitch), along_U23_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U14_pitch - (b1_3_pitch * t_sggwh + t_q5cqa * t_c765l), along_U14_pitch), along_U14_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U24_pitch - (b2_3_pitch * t_sggwh + t_q5cqa * t_kfsdu), along_U24_pitch), along_U24_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U34_pitch - (Df3_pitch * t_sggwh + t_q5cqa * t_kwitg), along_U34_pitch), along_U34_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U15_pitch - (b1_4_pitch * t_f42pt + t_blzne * t_pc243), along_U15_pitch), along_U15_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U25_pitch - (b2_4_pitch * t_f42pt + t_blzne * t_3pfwk), along_U25_pitch), along_U25_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U35_pitch - (b3_4_pitch * t_f42pt + t_blzne * t_crqif), along_U35_pitch), along_U35_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U45_pitch - (Df4_pitch * t_f42pt + t_blzne * t_s3vzk), along_U45_pitch), along_U45_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U14_pitch - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_U14_pitch), along_U14_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U24_pitch - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_U24_pitch), along_U24_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U34_pitch - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_U34_pitch), along_U34_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U15_pitch - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_U15_pitch), along_U15_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U25_pitch - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_U25_pitch), along_U25_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U35_pitch - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_U35_pitch), along_U35_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U45_pitch - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_U45_pitch), along_U45_pitch),
             np.where(m_mu5jj, along_pitch, along_y1_pitch),
             np.where(m_mu5jj, t_k2ugh, along_y2_pitch),
             np.where(m_mu5jj, t_fzwzx, along_v1_pitch),
-            np.where(m_mu5jj, t_ansnu, along_u1_pitch),
+            np.where(m_mu5jj, t_4oelk, along_u1_pitch),
             np.where(m_mu5jj, along_u1_pitch, along_u2_pitch),
             np.where(m_mu5jj, np.where(m_ng6lt, t_mceqq + 0.5 * along_wm2_pitch, t_mceqq + 0.5 * t_g77db), along_ym_pitch),
             np.where(m_mu5jj, t_g77db, along_wm1_pitch),
             np.where(m_mu5jj, along_wm1_pitch, along_wm2_pitch),
             np.where(m_mu5jj, along_wm2_pitch, along_wm3_pitch),
             np.where(m_mu5jj, along_wm3_pitch, along_wm4_pitch),
-            np.where(m_mu5jj, t_3lkyw, along_a1_yaw),
-            np.where(m_mu5jj, t_aizam, along_a2_yaw),
-            np.where(m_mu5jj, t_ioia2, along_b0_yaw),
-            np.where(m_mu5jj, t_czoxw, along_b1_yaw),
-            np.where(m_mu5jj, t_qzf2q, along_d_yaw),
+            np.where(m_mu5jj, t_ua7hv, along_a1_yaw),
+            np.where(m_mu5jj, t_mzrdq, along_a2_yaw),
+            np.where(m_mu5jj, t_jqmmw, along_b0_yaw),
+            np.where(m_mu5jj, t_7g3bh, along_b1_yaw),
+            np.where(m_mu5jj, t_rwfza, along_d_yaw),
             np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * (along_D1_yaw * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_D1_yaw), along_D1_yaw),
             np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_zj3sb, along_D2_yaw), along_D2_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_jhr2h, along_D3_yaw), along_D3_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_sxdd5, along_D4_yaw), along_D4_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_7nvnm, along_D5_yaw), along_D5_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_mhrjx, along_D3_yaw), along_D3_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_yf5z4, along_D4_yaw), along_D4_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_vfy4e, along_D5_yaw), along_D5_yaw),
             np.where(m_mu5jj, np.where(m_6lewq, t_pd3h4, along_U12_yaw), along_U12_yaw),
             np.where(m_mu5jj, np.where(m_6lewq, along_U13_yaw + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_U13_yaw), along_U13_yaw),
             np.where(m_mu5jj, np.where(m_6lewq, along_U23_yaw + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_U23_yaw), along_U23_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U14_yaw - (b1_3_yaw * t_nmwtf + t_ov6wh * t_duqey), along_U14_yaw), along_U14_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U24_yaw - (b2_3_yaw * t_nmwtf + t_ov6wh * t_dcf52), along_U24_yaw), along_U24_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U34_yaw - (Df3_yaw * t_nmwtf + t_ov6wh * t_spwqh), along_U34_yaw), along_U34_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U15_yaw - (b1_4_yaw * t_t667w + t_xokdo * t_lct5e), along_U15_yaw), along_U15_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U25_yaw - (b2_4_yaw * t_t667w + t_xokdo * t_db7us), along_U25_yaw), along_U25_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U35_yaw - (b3_4_yaw * t_t667w + t_xokdo * t_gtofe), along_U35_yaw), along_U35_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U45_yaw - (Df4_yaw * t_t667w + t_xokdo * t_v7jac), along_U45_yaw), along_U45_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U14_yaw - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_U14_yaw), along_U14_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U24_yaw - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_U24_yaw), along_U24_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U34_yaw - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_U34_yaw), along_U34_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U15_yaw - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_U15_yaw), along_U15_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U25_yaw - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_U25_yaw), along_U25_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U35_yaw - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_U35_yaw), along_U35_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U45_yaw - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_U45_yaw), along_U45_yaw),
             np.where(m_mu5jj, along_yaw, along_y1_yaw),
             np.where(m_mu5jj, t_rq2o3, along_y2_yaw),
             np.where(m_mu5jj, t_2h7da, along_v1_yaw),
-            np.where(m_mu5jj, t_velrh, along_u1_yaw),
+            np.where(m_mu5jj, t_43g4a, along_u1_yaw),
             np.where(m_mu5jj, along_u1_yaw, along_u2_yaw),
             np.where(m_mu5jj, np.where(m_ng6lt, t_a3omx + 0.5 * along_wm2_yaw, t_a3omx + 0.5 * t_k6r65), along_ym_yaw),
             np.where(m_mu5jj, t_k6r65, along_wm1_yaw),
@@ -6458,11 +6458,11 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         )
         t_5myce = f3_roll * along_D3_roll + D3_roll * t_mtkdt
         t_ptrq3 = t_lwfke + (f3_roll * t_5myce + Df3_roll * t_mtkdt)
-        t_r42gl = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a)
-        t_lbehp = t_r42gl + (f5_roll * t_p2iki + Df5_roll * t_2mkg5)
-        t_yvqog = (
+        t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a)
+        t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5)
+        t_csmt4 = (
             (t_2j7d3 + (U45_roll * t_p2iki + Df5_roll * along_U45_roll)) * t_szpzk
-            - G4_roll * t_szpzk * t_lbehp
+            - G4_roll * t_szpzk * t_waqqe
         )
         t_zpwnk = (
             along_d_roll
@@ -6472,7 +6472,7 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - (y2_roll * along_a2_roll + a2_roll * along_y2_roll)
         )
         t_vewdd = along_roll - t_zpwnk
-        t_qipc6 = np.where(m_huydk, along_b1_roll + (eps_roll * t_yvqog + G4_roll * t_vewdd), along_b1_roll)
+        t_3jfg3 = np.where(m_huydk, along_b1_roll + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_b1_roll)
         m_ixyhd = (t_r2nkn <= t_uyakr)
         t_scbgl = np.where(m_ixyhd, 1.0, 0.0)
         m_enadh = (t_uyakr <= t_r2nkn)
@@ -6480,50 +6480,50 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         t_fqqqw = np.where(m_fqqqw, 1.0, 0.0)
         m_ildba = (b0_now_roll <= b_min)
         t_qjleu = t_5myce + (U34_roll * t_2j7d3 + Df4_roll * along_U34_roll)
-        t_tjkwj = (
+        t_x4ac6 = (
             (t_qjleu + (U35_roll * t_p2iki + Df5_roll * along_U35_roll)) * t_szpzk
-            - G3_roll * t_szpzk * t_lbehp
+            - G3_roll * t_szpzk * t_waqqe
         )
-        t_r2ii4 = np.where(m_huydk, along_b0_roll + (eps_roll * t_tjkwj + G3_roll * t_vewdd), along_b0_roll)
-        t_hhcgc = t_scbgl / (t_scbgl + np.where(m_enadh, 1.0, 0.0)) * (t_fqqqw / (t_fqqqw + np.where(m_ildba, 1.0, 0.0)) * t_r2ii4)
+        t_mdwgv = np.where(m_huydk, along_b0_roll + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_b0_roll)
+        t_xa6zw = t_scbgl / (t_scbgl + np.where(m_enadh, 1.0, 0.0)) * (t_fqqqw / (t_fqqqw + np.where(m_ildba, 1.0, 0.0)) * t_mdwgv)
         t_i7ymo = t_4ubt3 + (U12_roll * t_vhaxy + t_bqiu4 * along_U12_roll)
         t_7nnhz = U13_roll * t_5myce + Df3_roll * along_U13_roll - t_i7ymo
-        t_5gxrm = t_7nnhz + (U14_roll * t_2j7d3 + Df4_roll * along_U14_roll)
-        t_odiir = (
-            (t_5gxrm + (U15_roll * t_p2iki + Df5_roll * along_U15_roll)) * t_szpzk
-            - G1_roll * t_szpzk * t_lbehp
+        t_6g2lm = t_7nnhz + (U14_roll * t_2j7d3 + Df4_roll * along_U14_roll)
+        t_7lmwn = (
+            (t_6g2lm + (U15_roll * t_p2iki + Df5_roll * along_U15_roll)) * t_szpzk
+            - G1_roll * t_szpzk * t_waqqe
         )
-        t_5wxpl = np.where(m_huydk, along_a1_roll + (eps_roll * t_odiir + G1_roll * t_vewdd), along_a1_roll)
-        t_squeb = v_roll * t_qipc6 + b1_now_roll * t_5guc6
-        t_lcnr3 = (
+        t_vh4ur = np.where(m_huydk, along_a1_roll + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_a1_roll)
+        t_c2nnb = v_roll * t_3jfg3 + b1_now_roll * t_5guc6
+        t_sehpn = (
             t_f3rmr * along_u1_roll
-            + u1_roll * (t_qipc6 - (t_lanll * t_hhcgc + b0_used_roll * t_5wxpl))
-            - (t_lanll * t_squeb + t_qkrvx * t_5wxpl)
+            + u1_roll * (t_3jfg3 - (t_lanll * t_xa6zw + b0_used_roll * t_vh4ur))
+            - (t_lanll * t_c2nnb + t_qkrvx * t_vh4ur)
         )
-        t_4qihm = (
+        t_uyv4a = (
             along_d_roll
-            + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_lbehp) + G5_roll * t_vewdd)
+            + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd)
         )
-        t_t2sxp = np.where(m_huydk, t_4qihm, along_d_roll)
+        t_4e7kp = np.where(m_huydk, t_uyv4a, along_d_roll)
         t_l6zsn = U23_roll * t_5myce + Df3_roll * along_U23_roll - t_vhaxy
-        t_3f7vi = t_l6zsn + (U24_roll * t_2j7d3 + Df4_roll * along_U24_roll)
-        t_d32s4 = (
-            (t_3f7vi + (U25_roll * t_p2iki + Df5_roll * along_U25_roll)) * t_szpzk
-            - G2_roll * t_szpzk * t_lbehp
+        t_z4fpw = t_l6zsn + (U24_roll * t_2j7d3 + Df4_roll * along_U24_roll)
+        t_m7fjp = (
+            (t_z4fpw + (U25_roll * t_p2iki + Df5_roll * along_U25_roll)) * t_szpzk
+            - G2_roll * t_szpzk * t_waqqe
         )
-        t_ds5fk = np.where(m_huydk, along_a2_roll + (eps_roll * t_d32s4 + G2_roll * t_vewdd), along_a2_roll)
-        t_mmy2u = roll * np.where(m_ng6lt, (a1_now_roll + a1_now_roll) * t_5wxpl - t_ds5fk + t_pbd6n * t_5wxpl, -t_5wxpl)
-        t_bertm = y1_used_roll * np.where(m_ng6lt, t_pbd6n * t_ds5fk + (a2_now_roll * t_5wxpl + a1_now_roll * t_ds5fk), -t_ds5fk)
-        t_xzwem = (
+        t_qy6nt = np.where(m_huydk, along_a2_roll + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_a2_roll)
+        t_uu5gi = roll * np.where(m_ng6lt, (a1_now_roll + a1_now_roll) * t_vh4ur - t_qy6nt + t_pbd6n * t_vh4ur, -t_vh4ur)
+        t_xdjfu = y1_used_roll * np.where(m_ng6lt, t_pbd6n * t_qy6nt + (a2_now_roll * t_vh4ur + a1_now_roll * t_qy6nt), -t_qy6nt)
+        t_uftfu = (
             t_fyvaw
-            - np.where(m_ng6lt, t_lcnr3, t_squeb)
+            - np.where(m_ng6lt, t_sehpn, t_c2nnb)
             + t_2qnly * along_wm2_roll
             - t_pbd6n * along_wm1_roll
-            - (t_nzxnb * (compensate_d * t_t2sxp) + np.where(m_ng6lt, -(d_used_roll * t_5wxpl), 0.0))
-            - (t0_cancel_roll * along_roll + t_mmy2u)
-            - (t_bertm + t1_cancel_roll * t_p5mb3)
+            - (t_nzxnb * (compensate_d * t_4e7kp) + np.where(m_ng6lt, -(d_used_roll * t_vh4ur), 0.0))
+            - (t0_cancel_roll * along_roll + t_uu5gi)
+            - (t_xdjfu + t1_cancel_roll * t_p5mb3)
         )
-        t_zrsjg = t_xzwem * t_63334 - u_roll_mrac_literal * t_63334 * t_hhcgc
+        t_i4jyc = t_uftfu * t_63334 - u_roll_mrac_literal * t_63334 * t_xa6zw
         t_g77db = t_lbhv6 * along_ref_pitch + t_u5zvh * along_wm1_pitch - t_lbhv6_2 * along_wm2_pitch
         t_fzwzx = np.where(m_2oym3, along_Ty_applied, np.where(m_ng6lt, along_u2_pitch, along_u1_pitch))
         t_k2ugh = np.where(m_myerm, along_pitch, along_y1_pitch)
@@ -6554,11 +6554,11 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         )
         t_kwitg = f3_pitch * along_D3_pitch + D3_pitch * t_tyqro
         t_xb5zf = t_n3q67 + (f3_pitch * t_kwitg + Df3_pitch * t_tyqro)
-        t_ssazb = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr)
-        t_qggm5 = t_ssazb + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg)
-        t_jxmkg = (
+        t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr)
+        t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg)
+        t_7l2lt = (
             (t_s3vzk + (U45_pitch * t_te3hn + Df5_pitch * along_U45_pitch)) * t_uppvm
-            - G4_pitch * t_uppvm * t_qggm5
+            - G4_pitch * t_uppvm * t_4zppg
         )
         t_sfbvj = (
             along_d_pitch
@@ -6568,7 +6568,7 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - (y2_pitch * along_a2_pitch + a2_pitch * along_y2_pitch)
         )
         t_54n5p = along_pitch - t_sfbvj
-        t_exmaw = np.where(m_fztcf, along_b1_pitch + (eps_pitch * t_jxmkg + G4_pitch * t_54n5p), along_b1_pitch)
+        t_c6ql7 = np.where(m_fztcf, along_b1_pitch + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_b1_pitch)
         m_w25f5 = (t_rf45g <= t_3us43)
         t_vqxtx = np.where(m_w25f5, 1.0, 0.0)
         m_tm5bw = (t_3us43 <= t_rf45g)
@@ -6576,50 +6576,50 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         t_bdwad = np.where(m_bdwad, 1.0, 0.0)
         m_ffoek = (b0_now_pitch <= b_min)
         t_crqif = t_kwitg + (U34_pitch * t_s3vzk + Df4_pitch * along_U34_pitch)
-        t_yaqj3 = (
+        t_cfhpf = (
             (t_crqif + (U35_pitch * t_te3hn + Df5_pitch * along_U35_pitch)) * t_uppvm
-            - G3_pitch * t_uppvm * t_qggm5
+            - G3_pitch * t_uppvm * t_4zppg
         )
-        t_l6v5h = np.where(m_fztcf, along_b0_pitch + (eps_pitch * t_yaqj3 + G3_pitch * t_54n5p), along_b0_pitch)
-        t_gfvak = t_vqxtx / (t_vqxtx + np.where(m_tm5bw, 1.0, 0.0)) * (t_bdwad / (t_bdwad + np.where(m_ffoek, 1.0, 0.0)) * t_l6v5h)
+        t_t6poo = np.where(m_fztcf, along_b0_pitch + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_b0_pitch)
+        t_ydqgt = t_vqxtx / (t_vqxtx + np.where(m_tm5bw, 1.0, 0.0)) * (t_bdwad / (t_bdwad + np.where(m_ffoek, 1.0, 0.0)) * t_t6poo)
         t_tljzu = t_52r3v + (U12_pitch * t_fck75 + t_urk7s * along_U12_pitch)
         t_c765l = U13_pitch * t_kwitg + Df3_pitch * along_U13_pitch - t_tljzu
-        t_pc243 = t_c765l + (U14_pitch * t_s3vzk + Df4_pitch * along_U14_pitch)
-        t_kfls5 = (
-            (t_pc243 + (U15_pitch * t_te3hn + Df5_pitch * along_U15_pitch)) * t_uppvm
-            - G1_pitch * t_uppvm * t_qggm5
+        t_ximdz = t_c765l + (U14_pitch * t_s3vzk + Df4_pitch * along_U14_pitch)
+        t_nlcuq = (
+            (t_ximdz + (U15_pitch * t_te3hn + Df5_pitch * along_U15_pitch)) * t_uppvm
+            - G1_pitch * t_uppvm * t_4zppg
         )
-        t_d7rwz = np.where(m_fztcf, along_a1_pitch + (eps_pitch * t_kfls5 + G1_pitch * t_54n5p), along_a1_pitch)
-        t_nphzx = v_pitch * t_exmaw + b1_now_pitch * t_fzwzx
-        t_xpwbp = (
+        t_hw34x = np.where(m_fztcf, along_a1_pitch + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_a1_pitch)
+        t_o32ab = v_pitch * t_c6ql7 + b1_now_pitch * t_fzwzx
+        t_navur = (
             t_ds3fx * along_u1_pitch
-            + u1_pitch * (t_exmaw - (t_xabv7 * t_gfvak + b0_used_pitch * t_d7rwz))
-            - (t_xabv7 * t_nphzx + t_gl7ia * t_d7rwz)
+            + u1_pitch * (t_c6ql7 - (t_xabv7 * t_ydqgt + b0_used_pitch * t_hw34x))
+            - (t_xabv7 * t_o32ab + t_gl7ia * t_hw34x)
         )
-        t_2ccaa = (
+        t_y6ibb = (
             along_d_pitch
-            + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_qggm5) + G5_pitch * t_54n5p)
+            + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p)
         )
-        t_xzxvi = np.where(m_fztcf, t_2ccaa, along_d_pitch)
+        t_yfbgo = np.where(m_fztcf, t_y6ibb, along_d_pitch)
         t_kfsdu = U23_pitch * t_kwitg + Df3_pitch * along_U23_pitch - t_fck75
-        t_3pfwk = t_kfsdu + (U24_pitch * t_s3vzk + Df4_pitch * along_U24_pitch)
-        t_33r25 = (
-            (t_3pfwk + (U25_pitch * t_te3hn + Df5_pitch * along_U25_pitch)) * t_uppvm
-            - G2_pitch * t_uppvm * t_qggm5
+        t_fax5j = t_kfsdu + (U24_pitch * t_s3vzk + Df4_pitch * along_U24_pitch)
+        t_ajce5 = (
+            (t_fax5j + (U25_pitch * t_te3hn + Df5_pitch * along_U25_pitch)) * t_uppvm
+            - G2_pitch * t_uppvm * t_4zppg
         )
-        t_7ibnm = np.where(m_fztcf, along_a2_pitch + (eps_pitch * t_33r25 + G2_pitch * t_54n5p), along_a2_pitch)
-        t_b7kpc = pitch * np.where(m_ng6lt, (a1_now_pitch + a1_now_pitch) * t_d7rwz - t_7ibnm + t_pbd6n * t_d7rwz, -t_d7rwz)
-        t_lnbfz = y1_used_pitch * np.where(m_ng6lt, t_pbd6n * t_7ibnm + (a2_now_pitch * t_d7rwz + a1_now_pitch * t_7ibnm), -t_7ibnm)
-        t_m7anv = (
+        t_ak6av = np.where(m_fztcf, along_a2_pitch + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_a2_pitch)
+        t_j2bzl = pitch * np.where(m_ng6lt, (a1_now_pitch + a1_now_pitch) * t_hw34x - t_ak6av + t_pbd6n * t_hw34x, -t_hw34x)
+        t_5ldky = y1_used_pitch * np.where(m_ng6lt, t_pbd6n * t_ak6av + (a2_now_pitch * t_hw34x + a1_now_pitch * t_ak6av), -t_ak6av)
+        t_u5cq7 = (
             t_g77db
-            - np.where(m_ng6lt, t_xpwbp, t_nphzx)
+            - np.where(m_ng6lt, t_navur, t_o32ab)
             + t_2qnly * along_wm2_pitch
             - t_pbd6n * along_wm1_pitch
-            - (t_7xp6e * (compensate_d * t_xzxvi) + np.where(m_ng6lt, -(d_used_pitch * t_d7rwz), 0.0))
-            - (t0_cancel_pitch * along_pitch + t_b7kpc)
-            - (t_lnbfz + t1_cancel_pitch * t_k2ugh)
+            - (t_7xp6e * (compensate_d * t_yfbgo) + np.where(m_ng6lt, -(d_used_pitch * t_hw34x), 0.0))
+            - (t0_cancel_pitch * along_pitch + t_j2bzl)
+            - (t_5ldky + t1_cancel_pitch * t_k2ugh)
         )
-        t_6nxbd = t_m7anv * t_l33k6 - u_pitch_mrac_literal * t_l33k6 * t_gfvak
+        t_gxsuy = t_u5cq7 * t_l33k6 - u_pitch_mrac_literal * t_l33k6 * t_ydqgt
         t_k6r65 = t_lbhv6 * along_ref_yaw + t_u5zvh * along_wm1_yaw - t_lbhv6_2 * along_wm2_yaw
         t_2h7da = np.where(m_2oym3, along_Tz_applied, np.where(m_ng6lt, along_u2_yaw, along_u1_yaw))
         t_rq2o3 = np.where(m_myerm, along_yaw, along_y1_yaw)
@@ -6650,11 +6650,11 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         )
         t_spwqh = f3_yaw * along_D3_yaw + D3_yaw * t_dnqfm
         t_u2t3t = t_g3udf + (f3_yaw * t_spwqh + Df3_yaw * t_dnqfm)
-        t_rzfn2 = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m)
-        t_4rtpn = t_rzfn2 + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq)
-        t_y7ccd = (
+        t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m)
+        t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq)
+        t_6mmhc = (
             (t_v7jac + (U45_yaw * t_xfl26 + Df5_yaw * along_U45_yaw)) * t_xt42v
-            - G4_yaw * t_xt42v * t_4rtpn
+            - G4_yaw * t_xt42v * t_ewrtu
         )
         t_yvkbd = (
             along_d_yaw
@@ -6664,7 +6664,7 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - (y2_yaw * along_a2_yaw + a2_yaw * along_y2_yaw)
         )
         t_ndufb = along_yaw - t_yvkbd
-        t_czoxw = np.where(m_6lewq, along_b1_yaw + (eps_yaw * t_y7ccd + G4_yaw * t_ndufb), along_b1_yaw)
+        t_7g3bh = np.where(m_6lewq, along_b1_yaw + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_b1_yaw)
         m_bn3sx = (t_ufxyh <= t_jqfjm)
         t_expcq = np.where(m_bn3sx, 1.0, 0.0)
         m_ifxoy = (t_jqfjm <= t_ufxyh)
@@ -6672,208 +6672,208 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         t_b4zst = np.where(m_b4zst, 1.0, 0.0)
         m_jta5f = (b0_now_yaw <= b_min)
         t_gtofe = t_spwqh + (U34_yaw * t_v7jac + Df4_yaw * along_U34_yaw)
-        t_ikisk = (
+        t_6cu3u = (
             (t_gtofe + (U35_yaw * t_xfl26 + Df5_yaw * along_U35_yaw)) * t_xt42v
-            - G3_yaw * t_xt42v * t_4rtpn
+            - G3_yaw * t_xt42v * t_ewrtu
         )
-        t_ioia2 = np.where(m_6lewq, along_b0_yaw + (eps_yaw * t_ikisk + G3_yaw * t_ndufb), along_b0_yaw)
-        t_rigkb = t_expcq / (t_expcq + np.where(m_ifxoy, 1.0, 0.0)) * (t_b4zst / (t_b4zst + np.where(m_jta5f, 1.0, 0.0)) * t_ioia2)
+        t_jqmmw = np.where(m_6lewq, along_b0_yaw + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_b0_yaw)
+        t_z7z4i = t_expcq / (t_expcq + np.where(m_ifxoy, 1.0, 0.0)) * (t_b4zst / (t_b4zst + np.where(m_jta5f, 1.0, 0.0)) * t_jqmmw)
         t_3op2v = t_yeeko + (U12_yaw * t_bvhqg + t_3inrl * along_U12_yaw)
         t_duqey = U13_yaw * t_spwqh + Df3_yaw * along_U13_yaw - t_3op2v
-        t_lct5e = t_duqey + (U14_yaw * t_v7jac + Df4_yaw * along_U14_yaw)
-        t_xc7gx = (
-            (t_lct5e + (U15_yaw * t_xfl26 + Df5_yaw * along_U15_yaw)) * t_xt42v
-            - G1_yaw * t_xt42v * t_4rtpn
+        t_n2atp = t_duqey + (U14_yaw * t_v7jac + Df4_yaw * along_U14_yaw)
+        t_bn3mt = (
+            (t_n2atp + (U15_yaw * t_xfl26 + Df5_yaw * along_U15_yaw)) * t_xt42v
+            - G1_yaw * t_xt42v * t_ewrtu
         )
-        t_3lkyw = np.where(m_6lewq, along_a1_yaw + (eps_yaw * t_xc7gx + G1_yaw * t_ndufb), along_a1_yaw)
-        t_zdqaz = v_yaw * t_czoxw + b1_now_yaw * t_2h7da
-        t_cnlh7 = (
+        t_ua7hv = np.where(m_6lewq, along_a1_yaw + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_a1_yaw)
+        t_o6gkb = v_yaw * t_7g3bh + b1_now_yaw * t_2h7da
+        t_zwdcg = (
             t_u4ahm * along_u1_yaw
-            + u1_yaw * (t_czoxw - (t_44iwp * t_rigkb + b0_used_yaw * t_3lkyw))
-            - (t_44iwp * t_zdqaz + t_quuto * t_3lkyw)
+            + u1_yaw * (t_7g3bh - (t_44iwp * t_z7z4i + b0_used_yaw * t_ua7hv))
+            - (t_44iwp * t_o6gkb + t_quuto * t_ua7hv)
         )
-        t_kbqpm = (
+        t_i6vab = (
             along_d_yaw
-            + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_4rtpn) + G5_yaw * t_ndufb)
+            + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb)
         )
-        t_qzf2q = np.where(m_6lewq, t_kbqpm, along_d_yaw)
+        t_rwfza = np.where(m_6lewq, t_i6vab, along_d_yaw)
         t_dcf52 = U23_yaw * t_spwqh + Df3_yaw * along_U23_yaw - t_bvhqg
-        t_db7us = t_dcf52 + (U24_yaw * t_v7jac + Df4_yaw * along_U24_yaw)
-        t_lkktc = (
-            (t_db7us + (U25_yaw * t_xfl26 + Df5_yaw * along_U25_yaw)) * t_xt42v
-            - G2_yaw * t_xt42v * t_4rtpn
+        t_c7xj5 = t_dcf52 + (U24_yaw * t_v7jac + Df4_yaw * along_U24_yaw)
+        t_bwo5p = (
+            (t_c7xj5 + (U25_yaw * t_xfl26 + Df5_yaw * along_U25_yaw)) * t_xt42v
+            - G2_yaw * t_xt42v * t_ewrtu
         )
-        t_aizam = np.where(m_6lewq, along_a2_yaw + (eps_yaw * t_lkktc + G2_yaw * t_ndufb), along_a2_yaw)
-        t_er336 = yaw * np.where(m_ng6lt, (a1_now_yaw + a1_now_yaw) * t_3lkyw - t_aizam + t_pbd6n * t_3lkyw, -t_3lkyw)
-        t_s5kxc = y1_used_yaw * np.where(m_ng6lt, t_pbd6n * t_aizam + (a2_now_yaw * t_3lkyw + a1_now_yaw * t_aizam), -t_aizam)
-        t_2sx4v = (
+        t_mzrdq = np.where(m_6lewq, along_a2_yaw + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_a2_yaw)
+        t_trscq = yaw * np.where(m_ng6lt, (a1_now_yaw + a1_now_yaw) * t_ua7hv - t_mzrdq + t_pbd6n * t_ua7hv, -t_ua7hv)
+        t_yhbyc = y1_used_yaw * np.where(m_ng6lt, t_pbd6n * t_mzrdq + (a2_now_yaw * t_ua7hv + a1_now_yaw * t_mzrdq), -t_mzrdq)
+        t_si6kx = (
             t_k6r65
-            - np.where(m_ng6lt, t_cnlh7, t_zdqaz)
+            - np.where(m_ng6lt, t_zwdcg, t_o6gkb)
             + t_2qnly * along_wm2_yaw
             - t_pbd6n * along_wm1_yaw
-            - (t_ekig6 * (compensate_d * t_qzf2q) + np.where(m_ng6lt, -(d_used_yaw * t_3lkyw), 0.0))
-            - (t_er336 + t0_cancel_yaw * along_yaw)
-            - (t_s5kxc + t1_cancel_yaw * t_rq2o3)
+            - (t_ekig6 * (compensate_d * t_rwfza) + np.where(m_ng6lt, -(d_used_yaw * t_ua7hv), 0.0))
+            - (t_trscq + t0_cancel_yaw * along_yaw)
+            - (t_yhbyc + t1_cancel_yaw * t_rq2o3)
         )
-        t_zmxd4 = t_2sx4v * t_uslyz - u_yaw_mrac_literal * t_uslyz * t_rigkb
+        t_wwgjp = t_si6kx * t_uslyz - u_yaw_mrac_literal * t_uslyz * t_z7z4i
         t_ihfue = (
             alpha1_roll * (t_buzsg * along_D2_roll - D2_roll * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
             + t_uep3r * t_zxndv
         )
-        t_lek6x = (
+        t_njcfp = (
             alpha2_roll * (t_pgi2s * along_D3_roll - D3_roll * (t_pgi2s * t_m6gkz * t_ptrq3))
             + t_chslv * t_lwfke
         )
-        t_p2ddv = (
-            alpha3_roll * (t_ssuku * along_D4_roll - D4_roll * (t_ssuku * t_qd2bm * t_r42gl))
+        t_lckzd = (
+            alpha3_roll * (t_ssuku * along_D4_roll - D4_roll * (t_ssuku * t_qd2bm * t_xbc47))
             + t_3j35e * t_ptrq3
         )
-        t_l6yuq = (
-            alpha4_roll * (t_petfr * along_D5_roll - D5_roll * (t_petfr * t_szpzk * t_lbehp))
-            + t_glxxd * t_r42gl
+        t_6r6fl = (
+            alpha4_roll * (t_petfr * along_D5_roll - D5_roll * (t_petfr * t_szpzk * t_waqqe))
+            + t_glxxd * t_xbc47
         )
         t_ekuo5 = (
             along_U12_roll
             - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5)
         )
         t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke
-        t_nvn5w = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3
-        t_zfxgg = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_r42gl
+        t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3
+        t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47
         t_ibz42 = (
             alpha1_pitch * (t_rwzhe * along_D2_pitch - D2_pitch * (t_rwzhe * t_vq6qe * t_n3q67))
             + t_rz27b * t_myzpk
         )
-        t_kdu2f = (
+        t_x4xmc = (
             alpha2_pitch * (t_clmmw * along_D3_pitch - D3_pitch * (t_clmmw * t_wnsbx * t_xb5zf))
             + t_ehcbr * t_n3q67
         )
-        t_ivbqu = (
-            alpha3_pitch * (t_km5us * along_D4_pitch - D4_pitch * (t_km5us * t_au2dz * t_ssazb))
+        t_l6zox = (
+            alpha3_pitch * (t_km5us * along_D4_pitch - D4_pitch * (t_km5us * t_au2dz * t_7o2f3))
             + t_22ct6 * t_xb5zf
         )
-        t_j5bmh = (
-            alpha4_pitch * (t_xfgg5 * along_D5_pitch - D5_pitch * (t_xfgg5 * t_uppvm * t_qggm5))
-            + t_enyoc * t_ssazb
+        t_puqnz = (
+            alpha4_pitch * (t_xfgg5 * along_D5_pitch - D5_pitch * (t_xfgg5 * t_uppvm * t_4zppg))
+            + t_enyoc * t_7o2f3
         )
         t_j76ya = (
             along_U12_pitch
             - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr)
         )
         t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67
-        t_sggwh = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf
-        t_f42pt = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_ssazb
+        t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf
+        t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3
         t_zj3sb = (
             alpha1_yaw * (t_jmud7 * along_D2_yaw - D2_yaw * (t_jmud7 * t_epc3p * t_g3udf))
             + t_7itiz * t_7twjv
         )
-        t_jhr2h = (
+        t_mhrjx = (
             alpha2_yaw * (t_qfkhf * along_D3_yaw - D3_yaw * (t_qfkhf * t_czmse * t_u2t3t))
             + t_3ufve * t_g3udf
         )
-        t_sxdd5 = (
-            alpha3_yaw * (t_zqvsh * along_D4_yaw - D4_yaw * (t_zqvsh * t_nk3ay * t_rzfn2))
+        t_yf5z4 = (
+            alpha3_yaw * (t_zqvsh * along_D4_yaw - D4_yaw * (t_zqvsh * t_nk3ay * t_lat2a))
             + t_kj3bh * t_u2t3t
         )
-        t_7nvnm = (
-            alpha4_yaw * (t_6uhyh * along_D5_yaw - D5_yaw * (t_6uhyh * t_xt42v * t_4rtpn))
-            + t_janky * t_rzfn2
+        t_vfy4e = (
+            alpha4_yaw * (t_6uhyh * along_D5_yaw - D5_yaw * (t_6uhyh * t_xt42v * t_ewrtu))
+            + t_janky * t_lat2a
         )
         t_pd3h4 = (
             along_U12_yaw
             - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy)
         )
         t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf
-        t_nmwtf = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t
-        t_t667w = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_rzfn2
+        t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t
+        t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a
         t_es5kp = 1.0 + samples
         m_alcgu = (t_es5kp <= 2.0)
         t_alcgu = np.where(m_alcgu, 1.0, 0.0)
         m_n23aq = (2.0 <= t_es5kp)
         return _vector(
-            np.where(m_kqyoi, t_zrsjg, 0.0),
-            np.where(m_kqyoi, t_6nxbd, 0.0),
-            np.where(m_kqyoi, t_zmxd4, 0.0),
+            np.where(m_kqyoi, t_i4jyc, 0.0),
+            np.where(m_kqyoi, t_gxsuy, 0.0),
+            np.where(m_kqyoi, t_wwgjp, 0.0),
         ), _vector(
-            np.where(m_kqyoi, t_5wxpl, along_a1_roll),
-            np.where(m_kqyoi, t_ds5fk, along_a2_roll),
-            np.where(m_kqyoi, t_r2ii4, along_b0_roll),
-            np.where(m_kqyoi, t_qipc6, along_b1_roll),
-            np.where(m_kqyoi, t_t2sxp, along_d_roll),
+            np.where(m_kqyoi, t_vh4ur, along_a1_roll),
+            np.where(m_kqyoi, t_qy6nt, along_a2_roll),
+            np.where(m_kqyoi, t_mdwgv, along_b0_roll),
+            np.where(m_kqyoi, t_3jfg3, along_b1_roll),
+            np.where(m_kqyoi, t_4e7kp, along_d_roll),
             np.where(m_kqyoi, np.where(m_huydk, cap_roll * (along_D1_roll * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_D1_roll), along_D1_roll),
             np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_ihfue, along_D2_roll), along_D2_roll),
-            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_lek6x, along_D3_roll), along_D3_roll),
-            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_p2ddv, along_D4_roll), along_D4_roll),
-            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_l6yuq, along_D5_roll), along_D5_roll),
+            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_njcfp, along_D3_roll), along_D3_roll),
+            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_lckzd, along_D4_roll), along_D4_roll),
+            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_6r6fl, along_D5_roll), along_D5_roll),
             np.where(m_kqyoi, np.where(m_huydk, t_ekuo5, along_U12_roll), along_U12_roll),
             np.where(m_kqyoi, np.where(m_huydk, along_U13_roll + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_U13_roll), along_U13_roll),
             np.where(m_kqyoi, np.where(m_huydk, along_U23_roll + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_U23_roll), along_U23_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U14_roll - (b1_3_roll * t_nvn5w + t_vpr7m * t_7nnhz), along_U14_roll), along_U14_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U24_roll - (b2_3_roll * t_nvn5w + t_vpr7m * t_l6zsn), along_U24_roll), along_U24_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U34_roll - (Df3_roll * t_nvn5w + t_vpr7m * t_5myce), along_U34_roll), along_U34_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U15_roll - (b1_4_roll * t_zfxgg + t_el36p * t_5gxrm), along_U15_roll), along_U15_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U25_roll - (b2_4_roll * t_zfxgg + t_el36p * t_3f7vi), along_U25_roll), along_U25_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U35_roll - (b3_4_roll * t_zfxgg + t_el36p * t_qjleu), along_U35_roll), along_U35_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U45_roll - (Df4_roll * t_zfxgg + t_el36p * t_2j7d3), along_U45_roll), along_U45_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U14_roll - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_U14_roll), along_U14_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U24_roll - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_U24_roll), along_U24_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U34_roll - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_U34_roll), along_U34_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U15_roll - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_U15_roll), along_U15_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U25_roll - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_U25_roll), along_U25_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U35_roll - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_U35_roll), along_U35_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U45_roll - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_U45_roll), along_U45_roll),
             np.where(m_kqyoi, along_roll, along_y1_roll),
             np.where(m_kqyoi, t_p5mb3, along_y2_roll),
             np.where(m_kqyoi, t_5guc6, along_v1_roll),
-            np.where(m_kqyoi, t_zrsjg, along_u1_roll),
+            np.where(m_kqyoi, t_i4jyc, along_u1_roll),
             np.where(m_kqyoi, along_u1_roll, along_u2_roll),
             np.where(m_kqyoi, np.where(m_ng6lt, along_wm1_roll, t_fyvaw), along_ym_roll),
             np.where(m_kqyoi, t_fyvaw, along_wm1_roll),
             np.where(m_kqyoi, along_wm1_roll, along_wm2_roll),
-            np.where(m_kqyoi, t_d7rwz, along_a1_pitch),
-            np.where(m_kqyoi, t_7ibnm, along_a2_pitch),
-            np.where(m_kqyoi, t_l6v5h, along_b0_pitch),
-            np.where(m_kqyoi, t_exmaw, along_b1_pitch),
-            np.where(m_kqyoi, t_xzxvi, along_d_pitch),
+            np.where(m_kqyoi, t_hw34x, along_a1_pitch),
+            np.where(m_kqyoi, t_ak6av, along_a2_pitch),
+            np.where(m_kqyoi, t_t6poo, along_b0_pitch),
+            np.where(m_kqyoi, t_c6ql7, along_b1_pitch),
+            np.where(m_kqyoi, t_yfbgo, along_d_pitch),
             np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * (along_D1_pitch * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_D1_pitch), along_D1_pitch),
             np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_ibz42, along_D2_pitch), along_D2_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_kdu2f, along_D3_pitch), along_D3_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_ivbqu, along_D4_pitch), along_D4_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_j5bmh, along_D5_pitch), along_D5_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_x4xmc, along_D3_pitch), along_D3_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_l6zox, along_D4_pitch), along_D4_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_puqnz, along_D5_pitch), along_D5_pitch),
             np.where(m_kqyoi, np.where(m_fztcf, t_j76ya, along_U12_pitch), along_U12_pitch),
             np.where(m_kqyoi, np.where(m_fztcf, along_U13_pitch + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_U13_pitch), along_U13_pitch),
             np.where(m_kqyoi, np.where(m_fztcf, along_U23_pitch + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_U23_pitch), along_U23_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U14_pitch - (b1_3_pitch * t_sggwh + t_q5cqa * t_c765l), along_U14_pitch), along_U14_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U24_pitch - (b2_3_pitch * t_sggwh + t_q5cqa * t_kfsdu), along_U24_pitch), along_U24_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U34_pitch - (Df3_pitch * t_sggwh + t_q5cqa * t_kwitg), along_U34_pitch), along_U34_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U15_pitch - (b1_4_pitch * t_f42pt + t_blzne * t_pc243), along_U15_pitch), along_U15_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U25_pitch - (b2_4_pitch * t_f42pt + t_blzne * t_3pfwk), along_U25_pitch), along_U25_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U35_pitch - (b3_4_pitch * t_f42pt + t_blzne * t_crqif), along_U35_pitch), along_U35_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U45_pitch - (Df4_pitch * t_f42pt + t_blzne * t_s3vzk), along_U45_pitch), along_U45_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U14_pitch - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_U14_pitch), along_U14_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U24_pitch - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_U24_pitch), along_U24_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U34_pitch - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_U34_pitch), along_U34_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U15_pitch - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_U15_pitch), along_U15_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U25_pitch - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_U25_pitch), along_U25_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U35_pitch - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_U35_pitch), along_U35_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U45_pitch - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_U45_pitch), along_U45_pitch),
             np.where(m_kqyoi, along_pitch, along_y1_pitch),
             np.where(m_kqyoi, t_k2ugh, along_y2_pitch),
             np.where(m_kqyoi, t_fzwzx, along_v1_pitch),
-            np.where(m_kqyoi, t_6nxbd, along_u1_pitch),
+            np.where(m_kqyoi, t_gxsuy, along_u1_pitch),
             np.where(m_kqyoi, along_u1_pitch, along_u2_pitch),
             np.where(m_kqyoi, np.where(m_ng6lt, along_wm1_pitch, t_g77db), along_ym_pitch),
             np.where(m_kqyoi, t_g77db, along_wm1_pitch),
             np.where(m_kqyoi, along_wm1_pitch, along_wm2_pitch),
-            np.where(m_kqyoi, t_3lkyw, along_a1_yaw),
-            np.where(m_kqyoi, t_aizam, along_a2_yaw),
-            np.where(m_kqyoi, t_ioia2, along_b0_yaw),
-            np.where(m_kqyoi, t_czoxw, along_b1_yaw),
-            np.where(m_kqyoi, t_qzf2q, along_d_yaw),
+            np.where(m_kqyoi, t_ua7hv, along_a1_yaw),
+            np.where(m_kqyoi, t_mzrdq, along_a2_yaw),
+            np.where(m_kqyoi, t_jqmmw, along_b0_yaw),
+            np.where(m_kqyoi, t_7g3bh, along_b1_yaw),
+            np.where(m_kqyoi, t_rwfza, along_d_yaw),
             np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * (along_D1_yaw * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_D1_yaw), along_D1_yaw),
             np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_zj3sb, along_D2_yaw), along_D2_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_jhr2h, along_D3_yaw), along_D3_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_sxdd5, along_D4_yaw), along_D4_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_7nvnm, along_D5_yaw), along_D5_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_mhrjx, along_D3_yaw), along_D3_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_yf5z4, along_D4_yaw), along_D4_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_vfy4e, along_D5_yaw), along_D5_yaw),
             np.where(m_kqyoi, np.where(m_6lewq, t_pd3h4, along_U12_yaw), along_U12_yaw),
             np.where(m_kqyoi, np.where(m_6lewq, along_U13_yaw + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_U13_yaw), along_U13_yaw),
             np.where(m_kqyoi, np.where(m_6lewq, along_U23_yaw + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_U23_yaw), along_U23_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U14_yaw - (b1_3_yaw * t_nmwtf + t_ov6wh * t_duqey), along_U14_yaw), along_U14_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U24_yaw - (b2_3_yaw * t_nmwtf + t_ov6wh * t_dcf52), along_U24_yaw), along_U24_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U34_yaw - (Df3_yaw * t_nmwtf + t_ov6wh * t_spwqh), along_U34_yaw), along_U34_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U15_yaw - (b1_4_yaw * t_t667w + t_xokdo * t_lct5e), along_U15_yaw), along_U15_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U25_yaw - (b2_4_yaw * t_t667w + t_xokdo * t_db7us), along_U25_yaw), along_U25_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U35_yaw - (b3_4_yaw * t_t667w + t_xokdo * t_gtofe), along_U35_yaw), along_U35_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U45_yaw - (Df4_yaw * t_t667w + t_xokdo * t_v7jac), along_U45_yaw), along_U45_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U14_yaw - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_U14_yaw), along_U14_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U24_yaw - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_U24_yaw), along_U24_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U34_yaw - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_U34_yaw), along_U34_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U15_yaw - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_U15_yaw), along_U15_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U25_yaw - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_U25_yaw), along_U25_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U35_yaw - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_U35_yaw), along_U35_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U45_yaw - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_U45_yaw), along_U45_yaw),
             np.where(m_kqyoi, along_yaw, along_y1_yaw),
             np.where(m_kqyoi, t_rq2o3, along_y2_yaw),
             np.where(m_kqyoi, t_2h7da, along_v1_yaw),
-            np.where(m_kqyoi, t_zmxd4, along_u1_yaw),
+            np.where(m_kqyoi, t_wwgjp, along_u1_yaw),
             np.where(m_kqyoi, along_u1_yaw, along_u2_yaw),
             np.where(m_kqyoi, np.where(m_ng6lt, along_wm1_yaw, t_k6r65), along_ym_yaw),
             np.where(m_kqyoi, t_k6r65, along_wm1_yaw),

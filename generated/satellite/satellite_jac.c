@@ -75,12 +75,12 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_cbxhz = x[latitude] - p[sun_latitude];
     real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
     const real t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz);
-    const real t_idfvp = t_w63c6 - F_air;
+    const real t_e7ljy = t_w63c6 - F_air;
     const real t_q5gsa = sin_pitch * t_fdgli;
     const real t_pvagg = t_q5gsa + t_wcbyi;
     const real t_cokzx = t_o4eym * sin_sun_elevation;
     const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
-    const real F_z = t_idfvp * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33;
+    const real F_z = t_e7ljy * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33;
     real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
     real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
@@ -111,7 +111,7 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_4xk5d = t_jt2xw_2 - t_i4hmh;
     const real t_xdhrg = t_ph4ov * cos_inclination;
     const real t_4pbsi = B_x * t_4xk5d + t_xdhrg * t_5cndk - B_z * C23;
-    const real t_y7xb2 = t_idfvp * t_4xk5d - t_cokzx * t_5cndk - t_cw7a6 * C23;
+    const real t_itxwx = t_e7ljy * t_4xk5d - t_cokzx * t_5cndk - t_cw7a6 * C23;
     const real t_7s2z4 = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33;
     const real t_dukwy = p[I_z] + p[Iw_z];
     const real t_bcmgw = p[I_y] + p[Iw_y] - t_dukwy;
@@ -120,7 +120,7 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_vxz3w = t_bcmgw * t_asvi2;
     const real t_zdw5r = t_xcu2m_2 * C23;
     const real t_7oem5 = p[dipole_y] * t_4pbsi
-        + p[arm_y] * t_y7xb2
+        + p[arm_y] * t_itxwx
         - p[dipole_z] * t_7s2z4
         - p[arm_z] * F_z
         - (t_vxz3w * C33 - C23 * (t_bcmgw * t_zdw5r));
@@ -128,23 +128,23 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_cd6xl = t_fdgli * cos_pitch;
     const real t_mwkyj = cos_roll * sin_pitch;
     const real t_tt6x5 = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj;
-    const real t_yfy2d = t_idfvp * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj;
+    const real t_y7iwx = t_e7ljy * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj;
     const real t_qgn6d = t_yxoxk_2 * cos_pitch;
     const real t_psgw2 = sin_roll * sin_pitch;
     const real t_bcmxe = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2;
-    const real t_qltz5 = t_idfvp * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2;
+    const real t_sa57v = t_e7ljy * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2;
     const real t_buhu2 = t_xcu2m_2 * t_mwkyj;
     const real t_v4s6p = p[dipole_y] * t_tt6x5
-        + p[arm_y] * t_yfy2d
+        + p[arm_y] * t_y7iwx
         - p[dipole_z] * t_bcmxe
-        - p[arm_z] * t_qltz5
+        - p[arm_z] * t_sa57v
         + (C23 * (t_bcmgw * t_buhu2) + t_vxz3w * t_psgw2);
     const real t_476oe = t_yxoxk - sin_pitch * t_jt2xw;
     const real t_syvjd = B_x * t_476oe - t_xdhrg * C31;
-    const real t_whbkf = t_idfvp * t_476oe + t_cokzx * C31;
+    const real t_whbkf = t_e7ljy * t_476oe + t_cokzx * C31;
     const real t_wg4li = sin_pitch * t_wcbyi_2 + t_fdgli_2;
     const real t_grzrf = B_x * t_wg4li + t_xdhrg * C21;
-    const real t_pblgh = t_cokzx * C21 - t_idfvp * t_wg4li;
+    const real t_pblgh = t_cokzx * C21 - t_e7ljy * t_wg4li;
     const real t_n5ucq = p[wheel_friction] * p[wheels];
     const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
     const real t_rud4r = x[hy] + x[wy] * p[I_y];
@@ -153,34 +153,34 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_pvagg_2 = t_wcbyi + t_q5gsa;
     const real t_azyle = t_mt3zp * sin_latitude;
     const real t_vlaah = C33 * t_gwqt4 - t_pvagg_2 * t_azyle;
-    const real t_b2ach = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6;
+    const real t_ius45 = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6;
     const real t_4xk5d_2 = t_i4hmh - t_jt2xw_2;
     const real t_4do7k = C23 * t_gwqt4 - t_4xk5d_2 * t_azyle;
-    const real t_n7i26 = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6;
+    const real t_dchol = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6;
     const real t_l4gxo = p[I_x] + p[Iw_x];
     const real t_viru7 = t_l4gxo - t_dukwy;
     const real t_s2koj = K(1.0) / p[I_y];
     const real t_uohxy = cos_yaw * sin_pitch;
     const real t_sdpy6 = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch;
-    const real t_5ozc3 = t_idfvp * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch;
+    const real t_63k4n = t_e7ljy * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch;
     const real t_ygkqp = p[dipole_z] * t_sdpy6
-        - p[arm_z] * t_5ozc3
+        - p[arm_z] * t_63k4n
         - p[dipole_x] * t_tt6x5
-        - p[arm_x] * t_yfy2d
+        - p[arm_x] * t_y7iwx
         - t_viru7 * (t_asvi2 * cos_pitch - sin_pitch * t_buhu2);
-    const real t_m2bmb = t_cokzx * C11 - t_idfvp * C12;
+    const real t_m2bmb = t_cokzx * C11 - t_e7ljy * C12;
     const real t_hv7pp = B_x * C12 + t_xdhrg * C11;
     const real t_id7q2 = x[hx] + x[wx] * p[I_x];
     const real t_uh5nx = t_n5ucq / p[Iw_y];
-    const real t_tjq7l = C11 * t_cw7a6 + sin_pitch * t_w63c6;
+    const real t_6rmt4 = C11 * t_cw7a6 + sin_pitch * t_w63c6;
     const real t_62fmd = C11 * t_azyle + sin_pitch * t_gwqt4;
     const real t_wa4l3 = K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]);
     const real t_dm267 = t_wa4l3 * sin_pitch;
     const real t_eah32 = K(1.0) / p[I_z];
     const real t_34tdc = p[dipole_x] * t_bcmxe
-        + p[arm_x] * t_qltz5
+        + p[arm_x] * t_sa57v
         - p[dipole_y] * t_sdpy6
-        + p[arm_y] * t_5ozc3
+        + p[arm_y] * t_63k4n
         - (C23 * (t_wa4l3 * cos_pitch) - t_dm267 * t_psgw2);
     const real t_bmggw = t_n5ucq / p[Iw_z];
     const real t_j6wsb = p[wheels] * t_n5ucq;
@@ -226,8 +226,8 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     J[36] = t_lfdce * t_wdz5p;
     J[37] = x[wz] * t_wdz5p;
     J[38] = -(x[wy] * t_wdz5p);
-    J[39] = (p[dipole_y] * t_vlaah + p[arm_y] * t_b2ach - p[dipole_z] * t_4do7k - p[arm_z] * t_n7i26) * t_wdz5p;
-    J[40] = (t_viru7 * (sin_pitch * t_zdw5r) - (p[dipole_x] * t_4pbsi + p[arm_x] * t_y7xb2)) * t_s2koj;
+    J[39] = (p[dipole_y] * t_vlaah + p[arm_y] * t_ius45 - p[dipole_z] * t_4do7k - p[arm_z] * t_dchol) * t_wdz5p;
+    J[40] = (t_viru7 * (sin_pitch * t_zdw5r) - (p[dipole_x] * t_4pbsi + p[arm_x] * t_itxwx)) * t_s2koj;
     J[41] = t_ygkqp * t_s2koj;
     J[42] = (p[arm_z] * t_m2bmb - p[dipole_z] * t_hv7pp - p[dipole_x] * t_syvjd - p[arm_x] * t_whbkf) * t_s2koj;
     J[43] = (t_2fuj5 - x[wz] * p[I_x]) * t_s2koj;
@@ -236,7 +236,7 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     J[46] = -(x[wz] * t_s2koj);
     J[47] = t_uh5nx * t_s2koj;
     J[48] = x[wx] * t_s2koj;
-    J[49] = (p[arm_z] * t_tjq7l - p[dipole_z] * t_62fmd - p[dipole_x] * t_vlaah - p[arm_x] * t_b2ach) * t_s2koj;
+    J[49] = (p[arm_z] * t_6rmt4 - p[dipole_z] * t_62fmd - p[dipole_x] * t_vlaah - p[arm_x] * t_ius45) * t_s2koj;
     J[50] = (p[dipole_x] * t_7s2z4 + p[arm_x] * F_z - t_dm267 * C33) * t_eah32;
     J[51] = t_34tdc * t_eah32;
     J[52] = (p[arm_x] * t_pblgh - p[dipole_x] * t_grzrf + p[dipole_y] * t_hv7pp - p[arm_y] * t_m2bmb) * t_eah32;
@@ -246,7 +246,7 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     J[56] = x[wy] * t_eah32;
     J[57] = -(x[wx] * t_eah32);
     J[58] = t_bmggw * t_eah32;
-    J[59] = (p[dipole_x] * t_4do7k + p[arm_x] * t_n7i26 + p[dipole_y] * t_62fmd - p[arm_y] * t_tjq7l) * t_eah32;
+    J[59] = (p[dipole_x] * t_4do7k + p[arm_x] * t_dchol + p[dipole_y] * t_62fmd - p[arm_y] * t_6rmt4) * t_eah32;
     J[60] = SPLAT(K(0.0));
     J[61] = SPLAT(K(0.0));
     J[62] = SPLAT(K(0.0));
@@ -428,7 +428,7 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
     const real t_r7mwo = cos_yaw * t_nfkgj - sin_roll * t_7f7mz;
     const real t_p66sm = t_jt2xw * t_dfbbp + sin_pitch * t_xn3as - t_r7mwo;
     const real t_wkarc = along_x[along_wz] + p[omega0] * t_p66sm;
-    const real t_zwok4 = rate_z * (t_k5hl2 * t_ksn4u * t_xy2yy - t_bbfxd * t_ksn4u) + t_k5hl2 * t_wkarc;
+    const real t_snkug = rate_z * (t_k5hl2 * t_ksn4u * t_xy2yy - t_bbfxd * t_ksn4u) + t_k5hl2 * t_wkarc;
     const real t_3yubc = t_77cpe + (t_fdgli * t_dfbbp - sin_pitch * t_t5j4l);
     const real t_dj3d2 = t_mt3zp * (sin_latitude * along_x[along_latitude]);
     const real t_xdhrg = t_ph4ov * cos_inclination;
@@ -447,7 +447,7 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
     const real t_cokzx = t_o4eym * sin_sun_elevation;
     const real t_axqw3 = t_o4eym * (cos_sun_elevation * (sin_t_cbxhz * along_x[along_latitude]));
     const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
-    const real t_42v3s = C31 * t_4d2hq
+    const real t_rvw4l = C31 * t_4d2hq
         + t_gegnr * t_3yubc
         + t_cokzx * t_p66sm
         - (C33 * t_axqw3 + t_cw7a6 * t_duf4v);
@@ -457,7 +457,7 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
         - C21 * t_dj3d2
         - t_xdhrg * t_fut3b
         + (C23 * t_vor3r + B_z * t_e5eec);
-    const real t_ztwk7 = C21 * t_4d2hq
+    const real t_hzhrp = C21 * t_4d2hq
         + t_gegnr * t_yn6iw
         + t_cokzx * t_fut3b
         + (t_cw7a6 * t_e5eec - C23 * t_axqw3);
@@ -472,16 +472,16 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
     const real t_rud4r = x[hy] + x[wy] * p[I_y];
     const real t_mrqlo = along_x[along_hz] + p[I_z] * along_x[along_wz];
     const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
-    const real t_h2ugl = p[dipole_y] * t_6xcun
-        + p[arm_y] * t_42v3s
+    const real t_wdz2l = p[dipole_y] * t_6xcun
+        + p[arm_y] * t_rvw4l
         - p[dipole_z] * t_65wn2
-        - p[arm_z] * t_ztwk7
+        - p[arm_z] * t_hzhrp
         - (t_bcmgw * t_asvi2 * t_e5eec - C23 * (t_bcmgw * t_qilnn))
         + t_h3squ
         + (x[wz] * t_c24zs + t_rud4r * along_x[along_wz])
         - (x[wy] * t_mrqlo + t_2fuj5 * along_x[along_wy]);
     const real t_3yawc = cos_yaw * t_xy2yy + cos_pitch * t_7f7mz;
-    const real t_tag5b = C11 * t_4d2hq
+    const real t_lshsg = C11 * t_4d2hq
         - t_gegnr * t_3yawc
         + t_cokzx * t_gaz2e
         - (t_cw7a6 * t_dfbbp - sin_pitch * t_axqw3);
@@ -493,20 +493,20 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
     const real t_dokbx = along_u[along_Ty] + t_n5ucq * (along_x[along_hy] / p[Iw_y] - along_x[along_wy]);
     const real t_tzx3r = along_x[along_hx] + p[I_x] * along_x[along_wx];
     const real t_id7q2 = x[hx] + x[wx] * p[I_x];
-    const real t_2p37f = p[arm_z] * t_tag5b
+    const real t_oacis = p[arm_z] * t_lshsg
         - p[dipole_z] * t_ouh2h
         - p[dipole_x] * t_6xcun
-        - p[arm_x] * t_42v3s
+        - p[arm_x] * t_rvw4l
         - (t_l4gxo - t_dukwy) * (t_asvi2 * t_dfbbp - sin_pitch * t_qilnn)
         + t_dokbx
         + (x[wx] * t_mrqlo + t_2fuj5 * along_x[along_wx])
         - (x[wz] * t_tzx3r + t_id7q2 * along_x[along_wz]);
     const real t_wa4l3 = K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]);
     const real t_k4pse = along_u[along_Tz] + t_n5ucq * (along_x[along_hz] / p[Iw_z] - along_x[along_wz]);
-    const real t_mgbzn = p[dipole_x] * t_65wn2
-        + p[arm_x] * t_ztwk7
+    const real t_pslfk = p[dipole_x] * t_65wn2
+        + p[arm_x] * t_hzhrp
         + p[dipole_y] * t_ouh2h
-        - p[arm_y] * t_tag5b
+        - p[arm_y] * t_lshsg
         - (C23 * (t_wa4l3 * t_dfbbp) + t_wa4l3 * sin_pitch * t_e5eec)
         + t_k4pse
         + (x[wy] * t_tzx3r + t_id7q2 * along_x[along_wy])
@@ -514,12 +514,12 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
     change[0] = along_x[along_wx]
         + p[omega0] * t_gaz2e
         + (t_l3vet * rate_y * t_dfbbp + sin_pitch * t_ho4wi)
-        + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_zwok4);
+        + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_snkug);
     change[1] = cos_roll * t_iw7jh - rate_y * t_bbfxd - (rate_z * t_nfkgj + sin_roll * t_wkarc);
-    change[2] = t_ho4wi + t_zwok4;
-    change[3] = t_h2ugl / p[I_x];
-    change[4] = t_2p37f / p[I_y];
-    change[5] = t_mgbzn / p[I_z];
+    change[2] = t_ho4wi + t_snkug;
+    change[3] = t_wdz2l / p[I_x];
+    change[4] = t_oacis / p[I_y];
+    change[5] = t_pslfk / p[I_z];
     change[6] = -(p[wheels] * t_h3squ);
     change[7] = -(p[wheels] * t_dokbx);
     change[8] = -(p[wheels] * t_k4pse);

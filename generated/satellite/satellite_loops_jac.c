@@ -801,78 +801,78 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         - (y1_used_roll * along_z[along_U14_roll] + z[U14_roll] * t_p5mb3)
         - (z[y2_roll] * along_z[along_U24_roll] + z[U24_roll] * along_z[along_y2_roll]);
     const real t_2j7d3 = f4_roll * along_z[along_D4_roll] + z[D4_roll] * t_cr44a;
-    const real t_r42gl = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a);
-    const real t_lbehp = t_r42gl + (f5_roll * t_p2iki + Df5_roll * t_2mkg5);
+    const real t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a);
+    const real t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5);
     const real t_zpwnk = along_z[along_d_roll]
         + (v_roll * along_z[along_b0_roll] + z[b0_roll] * t_5guc6)
         + (z[v1_roll] * along_z[along_b1_roll] + z[b1_roll] * along_z[along_v1_roll])
         - (y1_used_roll * along_z[along_a1_roll] + z[a1_roll] * t_p5mb3)
         - (z[y2_roll] * along_z[along_a2_roll] + z[a2_roll] * along_z[along_y2_roll]);
     const real t_vewdd = along_x[along_roll] - t_zpwnk;
-    const real t_4qihm = along_z[along_d_roll]
-        + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_lbehp) + G5_roll * t_vewdd);
-    const real t_t2sxp = SELECT(m_huydk, t_4qihm, along_z[along_d_roll]);
+    const real t_uyv4a = along_z[along_d_roll]
+        + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd);
+    const real t_4e7kp = SELECT(m_huydk, t_uyv4a, along_z[along_d_roll]);
     const real t_i7ymo = t_4ubt3 + (z[U12_roll] * t_vhaxy + t_bqiu4 * along_z[along_U12_roll]);
     const real t_7nnhz = z[U13_roll] * t_5myce + Df3_roll * along_z[along_U13_roll] - t_i7ymo;
-    const real t_5gxrm = t_7nnhz + (z[U14_roll] * t_2j7d3 + Df4_roll * along_z[along_U14_roll]);
-    const real t_odiir = (t_5gxrm + (z[U15_roll] * t_p2iki + Df5_roll * along_z[along_U15_roll])) * t_szpzk
-        - G1_roll * t_szpzk * t_lbehp;
-    const real t_5wxpl = SELECT(m_huydk, along_z[along_a1_roll] + (eps_roll * t_odiir + G1_roll * t_vewdd), along_z[along_a1_roll]);
-    const real t_pe4v6 = -t_5wxpl;
-    const real t_yvqog = (t_2j7d3 + (z[U45_roll] * t_p2iki + Df5_roll * along_z[along_U45_roll])) * t_szpzk
-        - G4_roll * t_szpzk * t_lbehp;
-    const real t_qipc6 = SELECT(m_huydk, along_z[along_b1_roll] + (eps_roll * t_yvqog + G4_roll * t_vewdd), along_z[along_b1_roll]);
+    const real t_6g2lm = t_7nnhz + (z[U14_roll] * t_2j7d3 + Df4_roll * along_z[along_U14_roll]);
+    const real t_7lmwn = (t_6g2lm + (z[U15_roll] * t_p2iki + Df5_roll * along_z[along_U15_roll])) * t_szpzk
+        - G1_roll * t_szpzk * t_waqqe;
+    const real t_vh4ur = SELECT(m_huydk, along_z[along_a1_roll] + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_z[along_a1_roll]);
+    const real t_6zbht = -t_vh4ur;
+    const real t_csmt4 = (t_2j7d3 + (z[U45_roll] * t_p2iki + Df5_roll * along_z[along_U45_roll])) * t_szpzk
+        - G4_roll * t_szpzk * t_waqqe;
+    const real t_3jfg3 = SELECT(m_huydk, along_z[along_b1_roll] + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_z[along_b1_roll]);
     const mask m_iplzg = LE(K(0.0), t_ff25k);
     const real t_jas4c = NUM(m_iplzg);
     const mask m_r5m7i = LE(t_ff25k, K(0.0));
     const real t_qjleu = t_5myce + (z[U34_roll] * t_2j7d3 + Df4_roll * along_z[along_U34_roll]);
-    const real t_tjkwj = (t_qjleu + (z[U35_roll] * t_p2iki + Df5_roll * along_z[along_U35_roll])) * t_szpzk
-        - G3_roll * t_szpzk * t_lbehp;
-    const real t_r2ii4 = SELECT(m_huydk, along_z[along_b0_roll] + (eps_roll * t_tjkwj + G3_roll * t_vewdd), along_z[along_b0_roll]);
-    const real t_wbo5s = t_jas4c / (NUM(m_r5m7i) + t_jas4c) * (K(-0.5) * t_r2ii4 + K(-0.5) * t_qipc6);
-    const real t_w6h2h = t_qipc6 + t_wbo5s;
-    const real t_3vl2g = (t_zjozf + t_zjozf) * t_w6h2h;
+    const real t_x4ac6 = (t_qjleu + (z[U35_roll] * t_p2iki + Df5_roll * along_z[along_U35_roll])) * t_szpzk
+        - G3_roll * t_szpzk * t_waqqe;
+    const real t_mdwgv = SELECT(m_huydk, along_z[along_b0_roll] + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_z[along_b0_roll]);
+    const real t_jtkcv = t_jas4c / (NUM(m_r5m7i) + t_jas4c) * (K(-0.5) * t_mdwgv + K(-0.5) * t_3jfg3);
+    const real t_7uexi = t_3jfg3 + t_jtkcv;
+    const real t_p6ka5 = (t_zjozf + t_zjozf) * t_7uexi;
     const real t_l6zsn = z[U23_roll] * t_5myce + Df3_roll * along_z[along_U23_roll] - t_vhaxy;
-    const real t_3f7vi = t_l6zsn + (z[U24_roll] * t_2j7d3 + Df4_roll * along_z[along_U24_roll]);
-    const real t_d32s4 = (t_3f7vi + (z[U25_roll] * t_p2iki + Df5_roll * along_z[along_U25_roll])) * t_szpzk
-        - G2_roll * t_szpzk * t_lbehp;
-    const real t_ds5fk = SELECT(m_huydk, along_z[along_a2_roll] + (eps_roll * t_d32s4 + G2_roll * t_vewdd), along_z[along_a2_roll]);
-    const real t_ys43l = SELECT(m_ng6lt, t_ph5cf * t_5wxpl + a1_now_roll * t_5wxpl - t_ds5fk, t_pe4v6);
-    const real t_ehzj3 = t_r2ii4 + t_wbo5s;
-    const real t_ydxeh = (t_4ihf2 + t_4ihf2) * t_ehzj3;
-    const real t_3hnht = SELECT(m_ng6lt, t_ph5cf * t_ds5fk + a2_now_roll * t_5wxpl, -t_ds5fk);
-    const real t_n6pix = e1_roll * t_3vl2g
-        + t_yz2fy * t_ys43l
-        + e3_roll * t_ydxeh
-        - (e2_roll * (t_4ihf2 * t_w6h2h + t_zjozf * t_ehzj3) + t_at7me * t_3hnht);
-    const real t_764cl = a1_now_roll * t_w6h2h + t_zjozf * t_5wxpl;
-    const real t_w3akn = t_3vl2g
-        + (a2_now_roll * t_ydxeh + t_qkhny * t_ds5fk)
-        - (t_ncl23 * t_ehzj3 + t_4ihf2 * t_764cl);
-    const real t_3jwrk = t_n6pix * t_k6fq7 - sd_roll * t_k6fq7 * t_w3akn;
-    const real t_x5tcp = t_fyvaw
+    const real t_z4fpw = t_l6zsn + (z[U24_roll] * t_2j7d3 + Df4_roll * along_z[along_U24_roll]);
+    const real t_m7fjp = (t_z4fpw + (z[U25_roll] * t_p2iki + Df5_roll * along_z[along_U25_roll])) * t_szpzk
+        - G2_roll * t_szpzk * t_waqqe;
+    const real t_qy6nt = SELECT(m_huydk, along_z[along_a2_roll] + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_z[along_a2_roll]);
+    const real t_bvd4t = SELECT(m_ng6lt, t_ph5cf * t_vh4ur + a1_now_roll * t_vh4ur - t_qy6nt, t_6zbht);
+    const real t_2nvj2 = t_mdwgv + t_jtkcv;
+    const real t_2wzo5 = (t_4ihf2 + t_4ihf2) * t_2nvj2;
+    const real t_ofsuv = SELECT(m_ng6lt, t_ph5cf * t_qy6nt + a2_now_roll * t_vh4ur, -t_qy6nt);
+    const real t_uutq2 = e1_roll * t_p6ka5
+        + t_yz2fy * t_bvd4t
+        + e3_roll * t_2wzo5
+        - (e2_roll * (t_4ihf2 * t_7uexi + t_zjozf * t_2nvj2) + t_at7me * t_ofsuv);
+    const real t_v22rg = a1_now_roll * t_7uexi + t_zjozf * t_vh4ur;
+    const real t_ipjhm = t_p6ka5
+        + (a2_now_roll * t_2wzo5 + t_qkhny * t_qy6nt)
+        - (t_ncl23 * t_2nvj2 + t_4ihf2 * t_v22rg);
+    const real t_rp6ac = t_uutq2 * t_k6fq7 - sd_roll * t_k6fq7 * t_ipjhm;
+    const real t_nq3sa = t_fyvaw
         + t_z4laf * along_z[along_wm1_roll]
         + t_mymwd * along_z[along_wm2_roll]
         + t_32esp * along_z[along_wm3_roll]
         + SELECT0(m_ng6lt, t_v4kye * along_z[along_wm4_roll])
-        - (t_qevl4 * (c[compensate_d] * t_t2sxp) + d_used_roll * (SELECT0(m_ng6lt, t_pe4v6) + t_3jwrk));
-    const real t_xjsjq = e3_roll * t_ehzj3;
-    const real t_mf6kd = a2_now_roll * t_ehzj3 + t_4ihf2 * t_ds5fk;
-    const real t_wqdfn = e2_roll * t_w6h2h
-        + t_zjozf * t_3hnht
-        - t_xjsjq
-        - (e1_roll * t_764cl + t_ncl23 * t_ys43l)
-        + (e1_roll * t_mf6kd + t_6zvri * t_ys43l);
-    const real t_wrwkl = e3_roll * t_w6h2h
-        - (a1_now_roll * t_xjsjq + t_6p656 * t_5wxpl)
-        + (e2_roll * t_mf6kd + t_6zvri * t_3hnht)
-        - (e1_roll * (a2_now_roll * t_w6h2h + t_zjozf * t_ds5fk) + t_nopcl * t_ys43l);
-    const real t_7cbq6 = t_x5tcp * t_ircix
-        - t_ozb3k * t_ircix * (t_r2ii4 + t_qipc6 + (t_wbo5s + t_wbo5s))
-        + SELECT0(m_ng6lt, z[u1_roll] * t_5wxpl + t_ph5cf * along_z[along_u1_roll])
-        - (t0_roll * along_x[along_roll] + x[roll] * (t_wqdfn * t_k6fq7 - t0_roll * t_k6fq7 * t_w3akn))
-        - (v_roll * t_3jwrk + sd_roll * t_5guc6)
-        - (y1_used_roll * (t_wrwkl * t_k6fq7 - t1_roll * t_k6fq7 * t_w3akn) + t1_roll * t_p5mb3);
+        - (t_qevl4 * (c[compensate_d] * t_4e7kp) + d_used_roll * (SELECT0(m_ng6lt, t_6zbht) + t_rp6ac));
+    const real t_3rxvv = e3_roll * t_2nvj2;
+    const real t_eetqw = a2_now_roll * t_2nvj2 + t_4ihf2 * t_qy6nt;
+    const real t_6thbo = e2_roll * t_7uexi
+        + t_zjozf * t_ofsuv
+        - t_3rxvv
+        - (e1_roll * t_v22rg + t_ncl23 * t_bvd4t)
+        + (e1_roll * t_eetqw + t_6zvri * t_bvd4t);
+    const real t_w4ckt = e3_roll * t_7uexi
+        - (a1_now_roll * t_3rxvv + t_6p656 * t_vh4ur)
+        + (e2_roll * t_eetqw + t_6zvri * t_ofsuv)
+        - (e1_roll * (a2_now_roll * t_7uexi + t_zjozf * t_qy6nt) + t_nopcl * t_bvd4t);
+    const real t_6rbxb = t_nq3sa * t_ircix
+        - t_ozb3k * t_ircix * (t_mdwgv + t_3jfg3 + (t_jtkcv + t_jtkcv))
+        + SELECT0(m_ng6lt, z[u1_roll] * t_vh4ur + t_ph5cf * along_z[along_u1_roll])
+        - (t0_roll * along_x[along_roll] + x[roll] * (t_6thbo * t_k6fq7 - t0_roll * t_k6fq7 * t_ipjhm))
+        - (v_roll * t_rp6ac + sd_roll * t_5guc6)
+        - (y1_used_roll * (t_w4ckt * t_k6fq7 - t1_roll * t_k6fq7 * t_ipjhm) + t1_roll * t_p5mb3);
     const real t_g77db = t_lbhv6 * along_r[along_ref_pitch] + t_u5zvh * along_z[along_wm1_pitch] - t_lbhv6_2 * along_z[along_wm2_pitch];
     const real t_fzwzx = SELECT(m_2oym3, along_v[along_Ty_applied], SELECT(m_ng6lt, along_z[along_u2_pitch], along_z[along_u1_pitch]));
     const real t_k2ugh = SELECT(m_myerm, along_x[along_pitch], along_z[along_y1_pitch]);
@@ -897,78 +897,78 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         - (y1_used_pitch * along_z[along_U14_pitch] + z[U14_pitch] * t_k2ugh)
         - (z[y2_pitch] * along_z[along_U24_pitch] + z[U24_pitch] * along_z[along_y2_pitch]);
     const real t_s3vzk = f4_pitch * along_z[along_D4_pitch] + z[D4_pitch] * t_johjr;
-    const real t_ssazb = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr);
-    const real t_qggm5 = t_ssazb + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg);
+    const real t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr);
+    const real t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg);
     const real t_sfbvj = along_z[along_d_pitch]
         + (v_pitch * along_z[along_b0_pitch] + z[b0_pitch] * t_fzwzx)
         + (z[v1_pitch] * along_z[along_b1_pitch] + z[b1_pitch] * along_z[along_v1_pitch])
         - (y1_used_pitch * along_z[along_a1_pitch] + z[a1_pitch] * t_k2ugh)
         - (z[y2_pitch] * along_z[along_a2_pitch] + z[a2_pitch] * along_z[along_y2_pitch]);
     const real t_54n5p = along_x[along_pitch] - t_sfbvj;
-    const real t_2ccaa = along_z[along_d_pitch]
-        + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_qggm5) + G5_pitch * t_54n5p);
-    const real t_xzxvi = SELECT(m_fztcf, t_2ccaa, along_z[along_d_pitch]);
+    const real t_y6ibb = along_z[along_d_pitch]
+        + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p);
+    const real t_yfbgo = SELECT(m_fztcf, t_y6ibb, along_z[along_d_pitch]);
     const real t_tljzu = t_52r3v + (z[U12_pitch] * t_fck75 + t_urk7s * along_z[along_U12_pitch]);
     const real t_c765l = z[U13_pitch] * t_kwitg + Df3_pitch * along_z[along_U13_pitch] - t_tljzu;
-    const real t_pc243 = t_c765l + (z[U14_pitch] * t_s3vzk + Df4_pitch * along_z[along_U14_pitch]);
-    const real t_kfls5 = (t_pc243 + (z[U15_pitch] * t_te3hn + Df5_pitch * along_z[along_U15_pitch])) * t_uppvm
-        - G1_pitch * t_uppvm * t_qggm5;
-    const real t_d7rwz = SELECT(m_fztcf, along_z[along_a1_pitch] + (eps_pitch * t_kfls5 + G1_pitch * t_54n5p), along_z[along_a1_pitch]);
-    const real t_e5xhl = -t_d7rwz;
-    const real t_jxmkg = (t_s3vzk + (z[U45_pitch] * t_te3hn + Df5_pitch * along_z[along_U45_pitch])) * t_uppvm
-        - G4_pitch * t_uppvm * t_qggm5;
-    const real t_exmaw = SELECT(m_fztcf, along_z[along_b1_pitch] + (eps_pitch * t_jxmkg + G4_pitch * t_54n5p), along_z[along_b1_pitch]);
+    const real t_ximdz = t_c765l + (z[U14_pitch] * t_s3vzk + Df4_pitch * along_z[along_U14_pitch]);
+    const real t_nlcuq = (t_ximdz + (z[U15_pitch] * t_te3hn + Df5_pitch * along_z[along_U15_pitch])) * t_uppvm
+        - G1_pitch * t_uppvm * t_4zppg;
+    const real t_hw34x = SELECT(m_fztcf, along_z[along_a1_pitch] + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_z[along_a1_pitch]);
+    const real t_kgjqe = -t_hw34x;
+    const real t_7l2lt = (t_s3vzk + (z[U45_pitch] * t_te3hn + Df5_pitch * along_z[along_U45_pitch])) * t_uppvm
+        - G4_pitch * t_uppvm * t_4zppg;
+    const real t_c6ql7 = SELECT(m_fztcf, along_z[along_b1_pitch] + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_z[along_b1_pitch]);
     const mask m_zobj6 = LE(K(0.0), t_obugf);
     const real t_2koqz = NUM(m_zobj6);
     const mask m_ghg47 = LE(t_obugf, K(0.0));
     const real t_crqif = t_kwitg + (z[U34_pitch] * t_s3vzk + Df4_pitch * along_z[along_U34_pitch]);
-    const real t_yaqj3 = (t_crqif + (z[U35_pitch] * t_te3hn + Df5_pitch * along_z[along_U35_pitch])) * t_uppvm
-        - G3_pitch * t_uppvm * t_qggm5;
-    const real t_l6v5h = SELECT(m_fztcf, along_z[along_b0_pitch] + (eps_pitch * t_yaqj3 + G3_pitch * t_54n5p), along_z[along_b0_pitch]);
-    const real t_mudjw = t_2koqz / (NUM(m_ghg47) + t_2koqz) * (K(-0.5) * t_l6v5h + K(-0.5) * t_exmaw);
-    const real t_sy2yi = t_exmaw + t_mudjw;
-    const real t_styf5 = (t_tpvzc + t_tpvzc) * t_sy2yi;
+    const real t_cfhpf = (t_crqif + (z[U35_pitch] * t_te3hn + Df5_pitch * along_z[along_U35_pitch])) * t_uppvm
+        - G3_pitch * t_uppvm * t_4zppg;
+    const real t_t6poo = SELECT(m_fztcf, along_z[along_b0_pitch] + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_z[along_b0_pitch]);
+    const real t_sngex = t_2koqz / (NUM(m_ghg47) + t_2koqz) * (K(-0.5) * t_t6poo + K(-0.5) * t_c6ql7);
+    const real t_lxqs2 = t_c6ql7 + t_sngex;
+    const real t_rq5wk = (t_tpvzc + t_tpvzc) * t_lxqs2;
     const real t_kfsdu = z[U23_pitch] * t_kwitg + Df3_pitch * along_z[along_U23_pitch] - t_fck75;
-    const real t_3pfwk = t_kfsdu + (z[U24_pitch] * t_s3vzk + Df4_pitch * along_z[along_U24_pitch]);
-    const real t_33r25 = (t_3pfwk + (z[U25_pitch] * t_te3hn + Df5_pitch * along_z[along_U25_pitch])) * t_uppvm
-        - G2_pitch * t_uppvm * t_qggm5;
-    const real t_7ibnm = SELECT(m_fztcf, along_z[along_a2_pitch] + (eps_pitch * t_33r25 + G2_pitch * t_54n5p), along_z[along_a2_pitch]);
-    const real t_w6qbx = SELECT(m_ng6lt, t_2hojt * t_d7rwz + a1_now_pitch * t_d7rwz - t_7ibnm, t_e5xhl);
-    const real t_otnos = t_l6v5h + t_mudjw;
-    const real t_fhtor = (t_6edde + t_6edde) * t_otnos;
-    const real t_5vaor = SELECT(m_ng6lt, t_2hojt * t_7ibnm + a2_now_pitch * t_d7rwz, -t_7ibnm);
-    const real t_kvycd = e1_pitch * t_styf5
-        + t_imlet * t_w6qbx
-        + e3_roll * t_fhtor
-        - (e2_pitch * (t_6edde * t_sy2yi + t_tpvzc * t_otnos) + t_zcg3q * t_5vaor);
-    const real t_lqh2t = a1_now_pitch * t_sy2yi + t_tpvzc * t_d7rwz;
-    const real t_x5ubx = t_styf5
-        + (a2_now_pitch * t_fhtor + t_23zut * t_7ibnm)
-        - (t_ivfwu * t_otnos + t_6edde * t_lqh2t);
-    const real t_4hme7 = t_kvycd * t_traey - sd_pitch * t_traey * t_x5ubx;
-    const real t_usvrp = t_g77db
+    const real t_fax5j = t_kfsdu + (z[U24_pitch] * t_s3vzk + Df4_pitch * along_z[along_U24_pitch]);
+    const real t_ajce5 = (t_fax5j + (z[U25_pitch] * t_te3hn + Df5_pitch * along_z[along_U25_pitch])) * t_uppvm
+        - G2_pitch * t_uppvm * t_4zppg;
+    const real t_ak6av = SELECT(m_fztcf, along_z[along_a2_pitch] + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_z[along_a2_pitch]);
+    const real t_t5fuc = SELECT(m_ng6lt, t_2hojt * t_hw34x + a1_now_pitch * t_hw34x - t_ak6av, t_kgjqe);
+    const real t_3kvld = t_t6poo + t_sngex;
+    const real t_adupz = (t_6edde + t_6edde) * t_3kvld;
+    const real t_nbjqc = SELECT(m_ng6lt, t_2hojt * t_ak6av + a2_now_pitch * t_hw34x, -t_ak6av);
+    const real t_k7gpu = e1_pitch * t_rq5wk
+        + t_imlet * t_t5fuc
+        + e3_roll * t_adupz
+        - (e2_pitch * (t_6edde * t_lxqs2 + t_tpvzc * t_3kvld) + t_zcg3q * t_nbjqc);
+    const real t_qiqyy = a1_now_pitch * t_lxqs2 + t_tpvzc * t_hw34x;
+    const real t_uhm6v = t_rq5wk
+        + (a2_now_pitch * t_adupz + t_23zut * t_ak6av)
+        - (t_ivfwu * t_3kvld + t_6edde * t_qiqyy);
+    const real t_swdpr = t_k7gpu * t_traey - sd_pitch * t_traey * t_uhm6v;
+    const real t_gdqwq = t_g77db
         + t_z4laf * along_z[along_wm1_pitch]
         + t_mymwd * along_z[along_wm2_pitch]
         + t_32esp * along_z[along_wm3_pitch]
         + SELECT0(m_ng6lt, t_v4kye * along_z[along_wm4_pitch])
-        - (t_aamui * (c[compensate_d] * t_xzxvi) + d_used_pitch * (SELECT0(m_ng6lt, t_e5xhl) + t_4hme7));
-    const real t_w3zfq = e3_roll * t_otnos;
-    const real t_xxbg4 = a2_now_pitch * t_otnos + t_6edde * t_7ibnm;
-    const real t_2tswr = e2_pitch * t_sy2yi
-        + t_tpvzc * t_5vaor
-        - t_w3zfq
-        - (e1_pitch * t_lqh2t + t_ivfwu * t_w6qbx)
-        + (e1_pitch * t_xxbg4 + t_rhale * t_w6qbx);
-    const real t_3c56e = e3_roll * t_sy2yi
-        - (a1_now_pitch * t_w3zfq + t_3uzty * t_d7rwz)
-        + (e2_pitch * t_xxbg4 + t_rhale * t_5vaor)
-        - (e1_pitch * (a2_now_pitch * t_sy2yi + t_tpvzc * t_7ibnm) + t_34ruz * t_w6qbx);
-    const real t_ansnu = t_usvrp * t_hmw3a
-        - t_4vqbg * t_hmw3a * (t_l6v5h + t_exmaw + (t_mudjw + t_mudjw))
-        + SELECT0(m_ng6lt, z[u1_pitch] * t_d7rwz + t_2hojt * along_z[along_u1_pitch])
-        - (t0_pitch * along_x[along_pitch] + x[pitch] * (t_2tswr * t_traey - t0_pitch * t_traey * t_x5ubx))
-        - (v_pitch * t_4hme7 + sd_pitch * t_fzwzx)
-        - (y1_used_pitch * (t_3c56e * t_traey - t1_pitch * t_traey * t_x5ubx) + t1_pitch * t_k2ugh);
+        - (t_aamui * (c[compensate_d] * t_yfbgo) + d_used_pitch * (SELECT0(m_ng6lt, t_kgjqe) + t_swdpr));
+    const real t_gepei = e3_roll * t_3kvld;
+    const real t_bioy2 = a2_now_pitch * t_3kvld + t_6edde * t_ak6av;
+    const real t_65xbp = e2_pitch * t_lxqs2
+        + t_tpvzc * t_nbjqc
+        - t_gepei
+        - (e1_pitch * t_qiqyy + t_ivfwu * t_t5fuc)
+        + (e1_pitch * t_bioy2 + t_rhale * t_t5fuc);
+    const real t_cwqg7 = e3_roll * t_lxqs2
+        - (a1_now_pitch * t_gepei + t_3uzty * t_hw34x)
+        + (e2_pitch * t_bioy2 + t_rhale * t_nbjqc)
+        - (e1_pitch * (a2_now_pitch * t_lxqs2 + t_tpvzc * t_ak6av) + t_34ruz * t_t5fuc);
+    const real t_4oelk = t_gdqwq * t_hmw3a
+        - t_4vqbg * t_hmw3a * (t_t6poo + t_c6ql7 + (t_sngex + t_sngex))
+        + SELECT0(m_ng6lt, z[u1_pitch] * t_hw34x + t_2hojt * along_z[along_u1_pitch])
+        - (t0_pitch * along_x[along_pitch] + x[pitch] * (t_65xbp * t_traey - t0_pitch * t_traey * t_uhm6v))
+        - (v_pitch * t_swdpr + sd_pitch * t_fzwzx)
+        - (y1_used_pitch * (t_cwqg7 * t_traey - t1_pitch * t_traey * t_uhm6v) + t1_pitch * t_k2ugh);
     const real t_k6r65 = t_lbhv6 * along_r[along_ref_yaw] + t_u5zvh * along_z[along_wm1_yaw] - t_lbhv6_2 * along_z[along_wm2_yaw];
     const real t_2h7da = SELECT(m_2oym3, along_v[along_Tz_applied], SELECT(m_ng6lt, along_z[along_u2_yaw], along_z[along_u1_yaw]));
     const real t_rq2o3 = SELECT(m_myerm, along_x[along_yaw], along_z[along_y1_yaw]);
@@ -993,211 +993,211 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         - (y1_used_yaw * along_z[along_U14_yaw] + z[U14_yaw] * t_rq2o3)
         - (z[y2_yaw] * along_z[along_U24_yaw] + z[U24_yaw] * along_z[along_y2_yaw]);
     const real t_v7jac = f4_yaw * along_z[along_D4_yaw] + z[D4_yaw] * t_ox57m;
-    const real t_rzfn2 = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m);
-    const real t_4rtpn = t_rzfn2 + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq);
+    const real t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m);
+    const real t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq);
     const real t_yvkbd = along_z[along_d_yaw]
         + (v_yaw * along_z[along_b0_yaw] + z[b0_yaw] * t_2h7da)
         + (z[v1_yaw] * along_z[along_b1_yaw] + z[b1_yaw] * along_z[along_v1_yaw])
         - (y1_used_yaw * along_z[along_a1_yaw] + z[a1_yaw] * t_rq2o3)
         - (z[y2_yaw] * along_z[along_a2_yaw] + z[a2_yaw] * along_z[along_y2_yaw]);
     const real t_ndufb = along_x[along_yaw] - t_yvkbd;
-    const real t_kbqpm = along_z[along_d_yaw]
-        + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_4rtpn) + G5_yaw * t_ndufb);
-    const real t_qzf2q = SELECT(m_6lewq, t_kbqpm, along_z[along_d_yaw]);
+    const real t_i6vab = along_z[along_d_yaw]
+        + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb);
+    const real t_rwfza = SELECT(m_6lewq, t_i6vab, along_z[along_d_yaw]);
     const real t_3op2v = t_yeeko + (z[U12_yaw] * t_bvhqg + t_3inrl * along_z[along_U12_yaw]);
     const real t_duqey = z[U13_yaw] * t_spwqh + Df3_yaw * along_z[along_U13_yaw] - t_3op2v;
-    const real t_lct5e = t_duqey + (z[U14_yaw] * t_v7jac + Df4_yaw * along_z[along_U14_yaw]);
-    const real t_xc7gx = (t_lct5e + (z[U15_yaw] * t_xfl26 + Df5_yaw * along_z[along_U15_yaw])) * t_xt42v
-        - G1_yaw * t_xt42v * t_4rtpn;
-    const real t_3lkyw = SELECT(m_6lewq, along_z[along_a1_yaw] + (eps_yaw * t_xc7gx + G1_yaw * t_ndufb), along_z[along_a1_yaw]);
-    const real t_kdwkw = -t_3lkyw;
-    const real t_y7ccd = (t_v7jac + (z[U45_yaw] * t_xfl26 + Df5_yaw * along_z[along_U45_yaw])) * t_xt42v
-        - G4_yaw * t_xt42v * t_4rtpn;
-    const real t_czoxw = SELECT(m_6lewq, along_z[along_b1_yaw] + (eps_yaw * t_y7ccd + G4_yaw * t_ndufb), along_z[along_b1_yaw]);
+    const real t_n2atp = t_duqey + (z[U14_yaw] * t_v7jac + Df4_yaw * along_z[along_U14_yaw]);
+    const real t_bn3mt = (t_n2atp + (z[U15_yaw] * t_xfl26 + Df5_yaw * along_z[along_U15_yaw])) * t_xt42v
+        - G1_yaw * t_xt42v * t_ewrtu;
+    const real t_ua7hv = SELECT(m_6lewq, along_z[along_a1_yaw] + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_z[along_a1_yaw]);
+    const real t_36ubd = -t_ua7hv;
+    const real t_6mmhc = (t_v7jac + (z[U45_yaw] * t_xfl26 + Df5_yaw * along_z[along_U45_yaw])) * t_xt42v
+        - G4_yaw * t_xt42v * t_ewrtu;
+    const real t_7g3bh = SELECT(m_6lewq, along_z[along_b1_yaw] + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_z[along_b1_yaw]);
     const mask m_4vgw7 = LE(K(0.0), t_qlksj);
     const real t_jpuml = NUM(m_4vgw7);
     const mask m_6cjdt = LE(t_qlksj, K(0.0));
     const real t_gtofe = t_spwqh + (z[U34_yaw] * t_v7jac + Df4_yaw * along_z[along_U34_yaw]);
-    const real t_ikisk = (t_gtofe + (z[U35_yaw] * t_xfl26 + Df5_yaw * along_z[along_U35_yaw])) * t_xt42v
-        - G3_yaw * t_xt42v * t_4rtpn;
-    const real t_ioia2 = SELECT(m_6lewq, along_z[along_b0_yaw] + (eps_yaw * t_ikisk + G3_yaw * t_ndufb), along_z[along_b0_yaw]);
-    const real t_kwc6l = t_jpuml / (NUM(m_6cjdt) + t_jpuml) * (K(-0.5) * t_ioia2 + K(-0.5) * t_czoxw);
-    const real t_2hkpu = t_czoxw + t_kwc6l;
-    const real t_qekhm = (t_zkiaw + t_zkiaw) * t_2hkpu;
+    const real t_6cu3u = (t_gtofe + (z[U35_yaw] * t_xfl26 + Df5_yaw * along_z[along_U35_yaw])) * t_xt42v
+        - G3_yaw * t_xt42v * t_ewrtu;
+    const real t_jqmmw = SELECT(m_6lewq, along_z[along_b0_yaw] + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_z[along_b0_yaw]);
+    const real t_ibohv = t_jpuml / (NUM(m_6cjdt) + t_jpuml) * (K(-0.5) * t_jqmmw + K(-0.5) * t_7g3bh);
+    const real t_xwlwo = t_7g3bh + t_ibohv;
+    const real t_zwged = (t_zkiaw + t_zkiaw) * t_xwlwo;
     const real t_dcf52 = z[U23_yaw] * t_spwqh + Df3_yaw * along_z[along_U23_yaw] - t_bvhqg;
-    const real t_db7us = t_dcf52 + (z[U24_yaw] * t_v7jac + Df4_yaw * along_z[along_U24_yaw]);
-    const real t_lkktc = (t_db7us + (z[U25_yaw] * t_xfl26 + Df5_yaw * along_z[along_U25_yaw])) * t_xt42v
-        - G2_yaw * t_xt42v * t_4rtpn;
-    const real t_aizam = SELECT(m_6lewq, along_z[along_a2_yaw] + (eps_yaw * t_lkktc + G2_yaw * t_ndufb), along_z[along_a2_yaw]);
-    const real t_4vftz = SELECT(m_ng6lt, t_newnt * t_3lkyw + a1_now_yaw * t_3lkyw - t_aizam, t_kdwkw);
-    const real t_viwvy = t_ioia2 + t_kwc6l;
-    const real t_6z2b7 = (t_qhfkz + t_qhfkz) * t_viwvy;
-    const real t_ejbcx = SELECT(m_ng6lt, t_newnt * t_aizam + a2_now_yaw * t_3lkyw, -t_aizam);
-    const real t_b4wte = e1_yaw * t_qekhm
-        + t_npqek * t_4vftz
-        + e3_roll * t_6z2b7
-        - (e2_yaw * (t_qhfkz * t_2hkpu + t_zkiaw * t_viwvy) + t_z4gi6 * t_ejbcx);
-    const real t_orcm6 = a1_now_yaw * t_2hkpu + t_zkiaw * t_3lkyw;
-    const real t_6kjtz = t_qekhm
-        + (a2_now_yaw * t_6z2b7 + t_xjk5e * t_aizam)
-        - (t_n6w5s * t_viwvy + t_qhfkz * t_orcm6);
-    const real t_efrb5 = t_b4wte * t_7xf6k - sd_yaw * t_7xf6k * t_6kjtz;
-    const real t_y6t5n = t_k6r65
+    const real t_c7xj5 = t_dcf52 + (z[U24_yaw] * t_v7jac + Df4_yaw * along_z[along_U24_yaw]);
+    const real t_bwo5p = (t_c7xj5 + (z[U25_yaw] * t_xfl26 + Df5_yaw * along_z[along_U25_yaw])) * t_xt42v
+        - G2_yaw * t_xt42v * t_ewrtu;
+    const real t_mzrdq = SELECT(m_6lewq, along_z[along_a2_yaw] + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_z[along_a2_yaw]);
+    const real t_hdlup = SELECT(m_ng6lt, t_newnt * t_ua7hv + a1_now_yaw * t_ua7hv - t_mzrdq, t_36ubd);
+    const real t_4evb5 = t_jqmmw + t_ibohv;
+    const real t_bho2m = (t_qhfkz + t_qhfkz) * t_4evb5;
+    const real t_fxys3 = SELECT(m_ng6lt, t_newnt * t_mzrdq + a2_now_yaw * t_ua7hv, -t_mzrdq);
+    const real t_xhtsb = e1_yaw * t_zwged
+        + t_npqek * t_hdlup
+        + e3_roll * t_bho2m
+        - (e2_yaw * (t_qhfkz * t_xwlwo + t_zkiaw * t_4evb5) + t_z4gi6 * t_fxys3);
+    const real t_sr5gm = a1_now_yaw * t_xwlwo + t_zkiaw * t_ua7hv;
+    const real t_tbtsp = t_zwged
+        + (a2_now_yaw * t_bho2m + t_xjk5e * t_mzrdq)
+        - (t_n6w5s * t_4evb5 + t_qhfkz * t_sr5gm);
+    const real t_zogq5 = t_xhtsb * t_7xf6k - sd_yaw * t_7xf6k * t_tbtsp;
+    const real t_tgjkt = t_k6r65
         + t_z4laf * along_z[along_wm1_yaw]
         + t_mymwd * along_z[along_wm2_yaw]
         + t_32esp * along_z[along_wm3_yaw]
         + SELECT0(m_ng6lt, t_v4kye * along_z[along_wm4_yaw])
-        - (t_maquh * (c[compensate_d] * t_qzf2q) + d_used_yaw * (SELECT0(m_ng6lt, t_kdwkw) + t_efrb5));
-    const real t_fccmp = e3_roll * t_viwvy;
-    const real t_hsus4 = a2_now_yaw * t_viwvy + t_qhfkz * t_aizam;
-    const real t_sgvxw = e2_yaw * t_2hkpu
-        + t_zkiaw * t_ejbcx
-        - t_fccmp
-        - (e1_yaw * t_orcm6 + t_n6w5s * t_4vftz)
-        + (e1_yaw * t_hsus4 + t_3ziba * t_4vftz);
-    const real t_gtlq3 = e3_roll * t_2hkpu
-        - (a1_now_yaw * t_fccmp + t_vephh * t_3lkyw)
-        + (e2_yaw * t_hsus4 + t_3ziba * t_ejbcx)
-        - (e1_yaw * (a2_now_yaw * t_2hkpu + t_zkiaw * t_aizam) + t_ptnjb * t_4vftz);
-    const real t_velrh = t_y6t5n * t_ujplt
-        - t_xvgnn * t_ujplt * (t_ioia2 + t_czoxw + (t_kwc6l + t_kwc6l))
-        + SELECT0(m_ng6lt, z[u1_yaw] * t_3lkyw + t_newnt * along_z[along_u1_yaw])
-        - (v_yaw * t_efrb5 + sd_yaw * t_2h7da)
-        - (x[yaw] * (t_sgvxw * t_7xf6k - t0_yaw * t_7xf6k * t_6kjtz) + t0_yaw * along_x[along_yaw])
-        - (y1_used_yaw * (t_gtlq3 * t_7xf6k - t1_yaw * t_7xf6k * t_6kjtz) + t1_yaw * t_rq2o3);
+        - (t_maquh * (c[compensate_d] * t_rwfza) + d_used_yaw * (SELECT0(m_ng6lt, t_36ubd) + t_zogq5));
+    const real t_oc62j = e3_roll * t_4evb5;
+    const real t_nmhsp = a2_now_yaw * t_4evb5 + t_qhfkz * t_mzrdq;
+    const real t_skgbh = e2_yaw * t_xwlwo
+        + t_zkiaw * t_fxys3
+        - t_oc62j
+        - (e1_yaw * t_sr5gm + t_n6w5s * t_hdlup)
+        + (e1_yaw * t_nmhsp + t_3ziba * t_hdlup);
+    const real t_6di57 = e3_roll * t_xwlwo
+        - (a1_now_yaw * t_oc62j + t_vephh * t_ua7hv)
+        + (e2_yaw * t_nmhsp + t_3ziba * t_fxys3)
+        - (e1_yaw * (a2_now_yaw * t_xwlwo + t_zkiaw * t_mzrdq) + t_ptnjb * t_hdlup);
+    const real t_43g4a = t_tgjkt * t_ujplt
+        - t_xvgnn * t_ujplt * (t_jqmmw + t_7g3bh + (t_ibohv + t_ibohv))
+        + SELECT0(m_ng6lt, z[u1_yaw] * t_ua7hv + t_newnt * along_z[along_u1_yaw])
+        - (v_yaw * t_zogq5 + sd_yaw * t_2h7da)
+        - (x[yaw] * (t_skgbh * t_7xf6k - t0_yaw * t_7xf6k * t_tbtsp) + t0_yaw * along_x[along_yaw])
+        - (y1_used_yaw * (t_6di57 * t_7xf6k - t1_yaw * t_7xf6k * t_tbtsp) + t1_yaw * t_rq2o3);
     const real t_ihfue = alpha1_roll * (t_buzsg * along_z[along_D2_roll] - z[D2_roll] * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
         + t_uep3r * t_zxndv;
-    const real t_lek6x = alpha2_roll * (t_pgi2s * along_z[along_D3_roll] - z[D3_roll] * (t_pgi2s * t_m6gkz * t_ptrq3))
+    const real t_njcfp = alpha2_roll * (t_pgi2s * along_z[along_D3_roll] - z[D3_roll] * (t_pgi2s * t_m6gkz * t_ptrq3))
         + t_chslv * t_lwfke;
-    const real t_p2ddv = alpha3_roll * (t_ssuku * along_z[along_D4_roll] - z[D4_roll] * (t_ssuku * t_qd2bm * t_r42gl))
+    const real t_lckzd = alpha3_roll * (t_ssuku * along_z[along_D4_roll] - z[D4_roll] * (t_ssuku * t_qd2bm * t_xbc47))
         + t_3j35e * t_ptrq3;
-    const real t_l6yuq = alpha4_roll * (t_petfr * along_z[along_D5_roll] - z[D5_roll] * (t_petfr * t_szpzk * t_lbehp))
-        + t_glxxd * t_r42gl;
+    const real t_6r6fl = alpha4_roll * (t_petfr * along_z[along_D5_roll] - z[D5_roll] * (t_petfr * t_szpzk * t_waqqe))
+        + t_glxxd * t_xbc47;
     const real t_ekuo5 = along_z[along_U12_roll]
         - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5);
     const real t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke;
-    const real t_nvn5w = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3;
-    const real t_zfxgg = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_r42gl;
+    const real t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3;
+    const real t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47;
     const real t_nlujp = K(0.5) * along_z[along_wm1_roll];
     const real t_ibz42 = alpha1_pitch * (t_rwzhe * along_z[along_D2_pitch] - z[D2_pitch] * (t_rwzhe * t_vq6qe * t_n3q67))
         + t_rz27b * t_myzpk;
-    const real t_kdu2f = alpha2_pitch * (t_clmmw * along_z[along_D3_pitch] - z[D3_pitch] * (t_clmmw * t_wnsbx * t_xb5zf))
+    const real t_x4xmc = alpha2_pitch * (t_clmmw * along_z[along_D3_pitch] - z[D3_pitch] * (t_clmmw * t_wnsbx * t_xb5zf))
         + t_ehcbr * t_n3q67;
-    const real t_ivbqu = alpha3_pitch * (t_km5us * along_z[along_D4_pitch] - z[D4_pitch] * (t_km5us * t_au2dz * t_ssazb))
+    const real t_l6zox = alpha3_pitch * (t_km5us * along_z[along_D4_pitch] - z[D4_pitch] * (t_km5us * t_au2dz * t_7o2f3))
         + t_22ct6 * t_xb5zf;
-    const real t_j5bmh = alpha4_pitch * (t_xfgg5 * along_z[along_D5_pitch] - z[D5_pitch] * (t_xfgg5 * t_uppvm * t_qggm5))
-        + t_enyoc * t_ssazb;
+    const real t_puqnz = alpha4_pitch * (t_xfgg5 * along_z[along_D5_pitch] - z[D5_pitch] * (t_xfgg5 * t_uppvm * t_4zppg))
+        + t_enyoc * t_7o2f3;
     const real t_j76ya = along_z[along_U12_pitch]
         - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr);
     const real t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67;
-    const real t_sggwh = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf;
-    const real t_f42pt = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_ssazb;
+    const real t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf;
+    const real t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3;
     const real t_mceqq = K(0.5) * along_z[along_wm1_pitch];
     const real t_zj3sb = alpha1_yaw * (t_jmud7 * along_z[along_D2_yaw] - z[D2_yaw] * (t_jmud7 * t_epc3p * t_g3udf))
         + t_7itiz * t_7twjv;
-    const real t_jhr2h = alpha2_yaw * (t_qfkhf * along_z[along_D3_yaw] - z[D3_yaw] * (t_qfkhf * t_czmse * t_u2t3t))
+    const real t_mhrjx = alpha2_yaw * (t_qfkhf * along_z[along_D3_yaw] - z[D3_yaw] * (t_qfkhf * t_czmse * t_u2t3t))
         + t_3ufve * t_g3udf;
-    const real t_sxdd5 = alpha3_yaw * (t_zqvsh * along_z[along_D4_yaw] - z[D4_yaw] * (t_zqvsh * t_nk3ay * t_rzfn2))
+    const real t_yf5z4 = alpha3_yaw * (t_zqvsh * along_z[along_D4_yaw] - z[D4_yaw] * (t_zqvsh * t_nk3ay * t_lat2a))
         + t_kj3bh * t_u2t3t;
-    const real t_7nvnm = alpha4_yaw * (t_6uhyh * along_z[along_D5_yaw] - z[D5_yaw] * (t_6uhyh * t_xt42v * t_4rtpn))
-        + t_janky * t_rzfn2;
+    const real t_vfy4e = alpha4_yaw * (t_6uhyh * along_z[along_D5_yaw] - z[D5_yaw] * (t_6uhyh * t_xt42v * t_ewrtu))
+        + t_janky * t_lat2a;
     const real t_pd3h4 = along_z[along_U12_yaw]
         - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy);
     const real t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf;
-    const real t_nmwtf = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t;
-    const real t_t667w = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_rzfn2;
+    const real t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t;
+    const real t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a;
     const real t_a3omx = K(0.5) * along_z[along_wm1_yaw];
     const real t_es5kp = K(1.0) + z[samples];
     const mask m_alcgu = LE(t_es5kp, K(2.0));
     const real t_alcgu = NUM(m_alcgu);
     const mask m_n23aq = LE(K(2.0), t_es5kp);
-    change_u[0] = SELECT0(m_mu5jj, t_7cbq6);
-    change_u[1] = SELECT0(m_mu5jj, t_ansnu);
-    change_u[2] = SELECT0(m_mu5jj, t_velrh);
-    change_z_next[0] = SELECT(m_mu5jj, t_5wxpl, along_z[along_a1_roll]);
-    change_z_next[1] = SELECT(m_mu5jj, t_ds5fk, along_z[along_a2_roll]);
-    change_z_next[2] = SELECT(m_mu5jj, t_r2ii4, along_z[along_b0_roll]);
-    change_z_next[3] = SELECT(m_mu5jj, t_qipc6, along_z[along_b1_roll]);
-    change_z_next[4] = SELECT(m_mu5jj, t_t2sxp, along_z[along_d_roll]);
+    change_u[0] = SELECT0(m_mu5jj, t_6rbxb);
+    change_u[1] = SELECT0(m_mu5jj, t_4oelk);
+    change_u[2] = SELECT0(m_mu5jj, t_43g4a);
+    change_z_next[0] = SELECT(m_mu5jj, t_vh4ur, along_z[along_a1_roll]);
+    change_z_next[1] = SELECT(m_mu5jj, t_qy6nt, along_z[along_a2_roll]);
+    change_z_next[2] = SELECT(m_mu5jj, t_mdwgv, along_z[along_b0_roll]);
+    change_z_next[3] = SELECT(m_mu5jj, t_3jfg3, along_z[along_b1_roll]);
+    change_z_next[4] = SELECT(m_mu5jj, t_4e7kp, along_z[along_d_roll]);
     change_z_next[5] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * (along_z[along_D1_roll] * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_z[along_D1_roll]), along_z[along_D1_roll]);
     change_z_next[6] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_ihfue, along_z[along_D2_roll]), along_z[along_D2_roll]);
-    change_z_next[7] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_lek6x, along_z[along_D3_roll]), along_z[along_D3_roll]);
-    change_z_next[8] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_p2ddv, along_z[along_D4_roll]), along_z[along_D4_roll]);
-    change_z_next[9] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_l6yuq, along_z[along_D5_roll]), along_z[along_D5_roll]);
+    change_z_next[7] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_njcfp, along_z[along_D3_roll]), along_z[along_D3_roll]);
+    change_z_next[8] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_lckzd, along_z[along_D4_roll]), along_z[along_D4_roll]);
+    change_z_next[9] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_6r6fl, along_z[along_D5_roll]), along_z[along_D5_roll]);
     change_z_next[10] = SELECT(m_mu5jj, SELECT(m_huydk, t_ekuo5, along_z[along_U12_roll]), along_z[along_U12_roll]);
     change_z_next[11] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U13_roll] + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_z[along_U13_roll]), along_z[along_U13_roll]);
     change_z_next[12] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U23_roll] + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_z[along_U23_roll]), along_z[along_U23_roll]);
-    change_z_next[13] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U14_roll] - (b1_3_roll * t_nvn5w + t_vpr7m * t_7nnhz), along_z[along_U14_roll]), along_z[along_U14_roll]);
-    change_z_next[14] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U24_roll] - (b2_3_roll * t_nvn5w + t_vpr7m * t_l6zsn), along_z[along_U24_roll]), along_z[along_U24_roll]);
-    change_z_next[15] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U34_roll] - (Df3_roll * t_nvn5w + t_vpr7m * t_5myce), along_z[along_U34_roll]), along_z[along_U34_roll]);
-    change_z_next[16] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U15_roll] - (b1_4_roll * t_zfxgg + t_el36p * t_5gxrm), along_z[along_U15_roll]), along_z[along_U15_roll]);
-    change_z_next[17] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U25_roll] - (b2_4_roll * t_zfxgg + t_el36p * t_3f7vi), along_z[along_U25_roll]), along_z[along_U25_roll]);
-    change_z_next[18] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U35_roll] - (b3_4_roll * t_zfxgg + t_el36p * t_qjleu), along_z[along_U35_roll]), along_z[along_U35_roll]);
-    change_z_next[19] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U45_roll] - (Df4_roll * t_zfxgg + t_el36p * t_2j7d3), along_z[along_U45_roll]), along_z[along_U45_roll]);
+    change_z_next[13] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U14_roll] - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_z[along_U14_roll]), along_z[along_U14_roll]);
+    change_z_next[14] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U24_roll] - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_z[along_U24_roll]), along_z[along_U24_roll]);
+    change_z_next[15] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U34_roll] - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_z[along_U34_roll]), along_z[along_U34_roll]);
+    change_z_next[16] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U15_roll] - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_z[along_U15_roll]), along_z[along_U15_roll]);
+    change_z_next[17] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U25_roll] - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_z[along_U25_roll]), along_z[along_U25_roll]);
+    change_z_next[18] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U35_roll] - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_z[along_U35_roll]), along_z[along_U35_roll]);
+    change_z_next[19] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U45_roll] - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_z[along_U45_roll]), along_z[along_U45_roll]);
     change_z_next[20] = SELECT(m_mu5jj, along_x[along_roll], along_z[along_y1_roll]);
     change_z_next[21] = SELECT(m_mu5jj, t_p5mb3, along_z[along_y2_roll]);
     change_z_next[22] = SELECT(m_mu5jj, t_5guc6, along_z[along_v1_roll]);
-    change_z_next[23] = SELECT(m_mu5jj, t_7cbq6, along_z[along_u1_roll]);
+    change_z_next[23] = SELECT(m_mu5jj, t_6rbxb, along_z[along_u1_roll]);
     change_z_next[24] = SELECT(m_mu5jj, along_z[along_u1_roll], along_z[along_u2_roll]);
     change_z_next[25] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_nlujp + K(0.5) * along_z[along_wm2_roll], t_nlujp + K(0.5) * t_fyvaw), along_z[along_ym_roll]);
     change_z_next[26] = SELECT(m_mu5jj, t_fyvaw, along_z[along_wm1_roll]);
     change_z_next[27] = SELECT(m_mu5jj, along_z[along_wm1_roll], along_z[along_wm2_roll]);
     change_z_next[28] = SELECT(m_mu5jj, along_z[along_wm2_roll], along_z[along_wm3_roll]);
     change_z_next[29] = SELECT(m_mu5jj, along_z[along_wm3_roll], along_z[along_wm4_roll]);
-    change_z_next[30] = SELECT(m_mu5jj, t_d7rwz, along_z[along_a1_pitch]);
-    change_z_next[31] = SELECT(m_mu5jj, t_7ibnm, along_z[along_a2_pitch]);
-    change_z_next[32] = SELECT(m_mu5jj, t_l6v5h, along_z[along_b0_pitch]);
-    change_z_next[33] = SELECT(m_mu5jj, t_exmaw, along_z[along_b1_pitch]);
-    change_z_next[34] = SELECT(m_mu5jj, t_xzxvi, along_z[along_d_pitch]);
+    change_z_next[30] = SELECT(m_mu5jj, t_hw34x, along_z[along_a1_pitch]);
+    change_z_next[31] = SELECT(m_mu5jj, t_ak6av, along_z[along_a2_pitch]);
+    change_z_next[32] = SELECT(m_mu5jj, t_t6poo, along_z[along_b0_pitch]);
+    change_z_next[33] = SELECT(m_mu5jj, t_c6ql7, along_z[along_b1_pitch]);
+    change_z_next[34] = SELECT(m_mu5jj, t_yfbgo, along_z[along_d_pitch]);
     change_z_next[35] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * (along_z[along_D1_pitch] * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_z[along_D1_pitch]), along_z[along_D1_pitch]);
     change_z_next[36] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_ibz42, along_z[along_D2_pitch]), along_z[along_D2_pitch]);
-    change_z_next[37] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_kdu2f, along_z[along_D3_pitch]), along_z[along_D3_pitch]);
-    change_z_next[38] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_ivbqu, along_z[along_D4_pitch]), along_z[along_D4_pitch]);
-    change_z_next[39] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_j5bmh, along_z[along_D5_pitch]), along_z[along_D5_pitch]);
+    change_z_next[37] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_x4xmc, along_z[along_D3_pitch]), along_z[along_D3_pitch]);
+    change_z_next[38] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_l6zox, along_z[along_D4_pitch]), along_z[along_D4_pitch]);
+    change_z_next[39] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_puqnz, along_z[along_D5_pitch]), along_z[along_D5_pitch]);
     change_z_next[40] = SELECT(m_mu5jj, SELECT(m_fztcf, t_j76ya, along_z[along_U12_pitch]), along_z[along_U12_pitch]);
     change_z_next[41] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U13_pitch] + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_z[along_U13_pitch]), along_z[along_U13_pitch]);
     change_z_next[42] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U23_pitch] + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_z[along_U23_pitch]), along_z[along_U23_pitch]);
-    change_z_next[43] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U14_pitch] - (b1_3_pitch * t_sggwh + t_q5cqa * t_c765l), along_z[along_U14_pitch]), along_z[along_U14_pitch]);
-    change_z_next[44] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U24_pitch] - (b2_3_pitch * t_sggwh + t_q5cqa * t_kfsdu), along_z[along_U24_pitch]), along_z[along_U24_pitch]);
-    change_z_next[45] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U34_pitch] - (Df3_pitch * t_sggwh + t_q5cqa * t_kwitg), along_z[along_U34_pitch]), along_z[along_U34_pitch]);
-    change_z_next[46] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U15_pitch] - (b1_4_pitch * t_f42pt + t_blzne * t_pc243), along_z[along_U15_pitch]), along_z[along_U15_pitch]);
-    change_z_next[47] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U25_pitch] - (b2_4_pitch * t_f42pt + t_blzne * t_3pfwk), along_z[along_U25_pitch]), along_z[along_U25_pitch]);
-    change_z_next[48] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U35_pitch] - (b3_4_pitch * t_f42pt + t_blzne * t_crqif), along_z[along_U35_pitch]), along_z[along_U35_pitch]);
-    change_z_next[49] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U45_pitch] - (Df4_pitch * t_f42pt + t_blzne * t_s3vzk), along_z[along_U45_pitch]), along_z[along_U45_pitch]);
+    change_z_next[43] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U14_pitch] - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_z[along_U14_pitch]), along_z[along_U14_pitch]);
+    change_z_next[44] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U24_pitch] - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_z[along_U24_pitch]), along_z[along_U24_pitch]);
+    change_z_next[45] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U34_pitch] - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_z[along_U34_pitch]), along_z[along_U34_pitch]);
+    change_z_next[46] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U15_pitch] - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_z[along_U15_pitch]), along_z[along_U15_pitch]);
+    change_z_next[47] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U25_pitch] - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_z[along_U25_pitch]), along_z[along_U25_pitch]);
+    change_z_next[48] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U35_pitch] - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_z[along_U35_pitch]), along_z[along_U35_pitch]);
+    change_z_next[49] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U45_pitch] - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_z[along_U45_pitch]), along_z[along_U45_pitch]);
     change_z_next[50] = SELECT(m_mu5jj, along_x[along_pitch], along_z[along_y1_pitch]);
     change_z_next[51] = SELECT(m_mu5jj, t_k2ugh, along_z[along_y2_pitch]);
     change_z_next[52] = SELECT(m_mu5jj, t_fzwzx, along_z[along_v1_pitch]);
-    change_z_next[53] = SELECT(m_mu5jj, t_ansnu, along_z[along_u1_pitch]);
+    change_z_next[53] = SELECT(m_mu5jj, t_4oelk, along_z[along_u1_pitch]);
     change_z_next[54] = SELECT(m_mu5jj, along_z[along_u1_pitch], along_z[along_u2_pitch]);
     change_z_next[55] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_mceqq + K(0.5) * along_z[along_wm2_pitch], t_mceqq + K(0.5) * t_g77db), along_z[along_ym_pitch]);
     change_z_next[56] = SELECT(m_mu5jj, t_g77db, along_z[along_wm1_pitch]);
     change_z_next[57] = SELECT(m_mu5jj, along_z[along_wm1_pitch], along_z[along_wm2_pitch]);
     change_z_next[58] = SELECT(m_mu5jj, along_z[along_wm2_pitch], along_z[along_wm3_pitch]);
     change_z_next[59] = SELECT(m_mu5jj, along_z[along_wm3_pitch], along_z[along_wm4_pitch]);
-    change_z_next[60] = SELECT(m_mu5jj, t_3lkyw, along_z[along_a1_yaw]);
-    change_z_next[61] = SELECT(m_mu5jj, t_aizam, along_z[along_a2_yaw]);
-    change_z_next[62] = SELECT(m_mu5jj, t_ioia2, along_z[along_b0_yaw]);
-    change_z_next[63] = SELECT(m_mu5jj, t_czoxw, along_z[along_b1_yaw]);
-    change_z_next[64] = SELECT(m_mu5jj, t_qzf2q, along_z[along_d_yaw]);
+    change_z_next[60] = SELECT(m_mu5jj, t_ua7hv, along_z[along_a1_yaw]);
+    change_z_next[61] = SELECT(m_mu5jj, t_mzrdq, along_z[along_a2_yaw]);
+    change_z_next[62] = SELECT(m_mu5jj, t_jqmmw, along_z[along_b0_yaw]);
+    change_z_next[63] = SELECT(m_mu5jj, t_7g3bh, along_z[along_b1_yaw]);
+    change_z_next[64] = SELECT(m_mu5jj, t_rwfza, along_z[along_d_yaw]);
     change_z_next[65] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * (along_z[along_D1_yaw] * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_z[along_D1_yaw]), along_z[along_D1_yaw]);
     change_z_next[66] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_zj3sb, along_z[along_D2_yaw]), along_z[along_D2_yaw]);
-    change_z_next[67] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_jhr2h, along_z[along_D3_yaw]), along_z[along_D3_yaw]);
-    change_z_next[68] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_sxdd5, along_z[along_D4_yaw]), along_z[along_D4_yaw]);
-    change_z_next[69] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_7nvnm, along_z[along_D5_yaw]), along_z[along_D5_yaw]);
+    change_z_next[67] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_mhrjx, along_z[along_D3_yaw]), along_z[along_D3_yaw]);
+    change_z_next[68] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_yf5z4, along_z[along_D4_yaw]), along_z[along_D4_yaw]);
+    change_z_next[69] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_vfy4e, along_z[along_D5_yaw]), along_z[along_D5_yaw]);
     change_z_next[70] = SELECT(m_mu5jj, SELECT(m_6lewq, t_pd3h4, along_z[along_U12_yaw]), along_z[along_U12_yaw]);
     change_z_next[71] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U13_yaw] + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_z[along_U13_yaw]), along_z[along_U13_yaw]);
     change_z_next[72] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U23_yaw] + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_z[along_U23_yaw]), along_z[along_U23_yaw]);
-    change_z_next[73] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U14_yaw] - (b1_3_yaw * t_nmwtf + t_ov6wh * t_duqey), along_z[along_U14_yaw]), along_z[along_U14_yaw]);
-    change_z_next[74] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U24_yaw] - (b2_3_yaw * t_nmwtf + t_ov6wh * t_dcf52), along_z[along_U24_yaw]), along_z[along_U24_yaw]);
-    change_z_next[75] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U34_yaw] - (Df3_yaw * t_nmwtf + t_ov6wh * t_spwqh), along_z[along_U34_yaw]), along_z[along_U34_yaw]);
-    change_z_next[76] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U15_yaw] - (b1_4_yaw * t_t667w + t_xokdo * t_lct5e), along_z[along_U15_yaw]), along_z[along_U15_yaw]);
-    change_z_next[77] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U25_yaw] - (b2_4_yaw * t_t667w + t_xokdo * t_db7us), along_z[along_U25_yaw]), along_z[along_U25_yaw]);
-    change_z_next[78] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U35_yaw] - (b3_4_yaw * t_t667w + t_xokdo * t_gtofe), along_z[along_U35_yaw]), along_z[along_U35_yaw]);
-    change_z_next[79] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U45_yaw] - (Df4_yaw * t_t667w + t_xokdo * t_v7jac), along_z[along_U45_yaw]), along_z[along_U45_yaw]);
+    change_z_next[73] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U14_yaw] - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_z[along_U14_yaw]), along_z[along_U14_yaw]);
+    change_z_next[74] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U24_yaw] - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_z[along_U24_yaw]), along_z[along_U24_yaw]);
+    change_z_next[75] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U34_yaw] - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_z[along_U34_yaw]), along_z[along_U34_yaw]);
+    change_z_next[76] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U15_yaw] - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_z[along_U15_yaw]), along_z[along_U15_yaw]);
+    change_z_next[77] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U25_yaw] - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_z[along_U25_yaw]), along_z[along_U25_yaw]);
+    change_z_next[78] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U35_yaw] - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_z[along_U35_yaw]), along_z[along_U35_yaw]);
+    change_z_next[79] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U45_yaw] - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_z[along_U45_yaw]), along_z[along_U45_yaw]);
     change_z_next[80] = SELECT(m_mu5jj, along_x[along_yaw], along_z[along_y1_yaw]);
     change_z_next[81] = SELECT(m_mu5jj, t_rq2o3, along_z[along_y2_yaw]);
     change_z_next[82] = SELECT(m_mu5jj, t_2h7da, along_z[along_v1_yaw]);
-    change_z_next[83] = SELECT(m_mu5jj, t_velrh, along_z[along_u1_yaw]);
+    change_z_next[83] = SELECT(m_mu5jj, t_43g4a, along_z[along_u1_yaw]);
     change_z_next[84] = SELECT(m_mu5jj, along_z[along_u1_yaw], along_z[along_u2_yaw]);
     change_z_next[85] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_a3omx + K(0.5) * along_z[along_wm2_yaw], t_a3omx + K(0.5) * t_k6r65), along_z[along_ym_yaw]);
     change_z_next[86] = SELECT(m_mu5jj, t_k6r65, along_z[along_wm1_yaw]);
@@ -1842,17 +1842,17 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         - (z[y2_roll] * along_z[along_U23_roll] + z[U23_roll] * along_z[along_y2_roll]);
     const real t_5myce = f3_roll * along_z[along_D3_roll] + z[D3_roll] * t_mtkdt;
     const real t_ptrq3 = t_lwfke + (f3_roll * t_5myce + Df3_roll * t_mtkdt);
-    const real t_r42gl = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a);
-    const real t_lbehp = t_r42gl + (f5_roll * t_p2iki + Df5_roll * t_2mkg5);
-    const real t_yvqog = (t_2j7d3 + (z[U45_roll] * t_p2iki + Df5_roll * along_z[along_U45_roll])) * t_szpzk
-        - G4_roll * t_szpzk * t_lbehp;
+    const real t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a);
+    const real t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5);
+    const real t_csmt4 = (t_2j7d3 + (z[U45_roll] * t_p2iki + Df5_roll * along_z[along_U45_roll])) * t_szpzk
+        - G4_roll * t_szpzk * t_waqqe;
     const real t_zpwnk = along_z[along_d_roll]
         + (v_roll * along_z[along_b0_roll] + z[b0_roll] * t_5guc6)
         + (z[v1_roll] * along_z[along_b1_roll] + z[b1_roll] * along_z[along_v1_roll])
         - (y1_used_roll * along_z[along_a1_roll] + z[a1_roll] * t_p5mb3)
         - (z[y2_roll] * along_z[along_a2_roll] + z[a2_roll] * along_z[along_y2_roll]);
     const real t_vewdd = along_x[along_roll] - t_zpwnk;
-    const real t_qipc6 = SELECT(m_huydk, along_z[along_b1_roll] + (eps_roll * t_yvqog + G4_roll * t_vewdd), along_z[along_b1_roll]);
+    const real t_3jfg3 = SELECT(m_huydk, along_z[along_b1_roll] + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_z[along_b1_roll]);
     const mask m_ixyhd = LE(t_r2nkn, t_uyakr);
     const real t_scbgl = NUM(m_ixyhd);
     const mask m_enadh = LE(t_uyakr, t_r2nkn);
@@ -1860,38 +1860,38 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
     const real t_fqqqw = NUM(m_fqqqw);
     const mask m_ildba = LE(b0_now_roll, c[b_min]);
     const real t_qjleu = t_5myce + (z[U34_roll] * t_2j7d3 + Df4_roll * along_z[along_U34_roll]);
-    const real t_tjkwj = (t_qjleu + (z[U35_roll] * t_p2iki + Df5_roll * along_z[along_U35_roll])) * t_szpzk
-        - G3_roll * t_szpzk * t_lbehp;
-    const real t_r2ii4 = SELECT(m_huydk, along_z[along_b0_roll] + (eps_roll * t_tjkwj + G3_roll * t_vewdd), along_z[along_b0_roll]);
-    const real t_hhcgc = t_scbgl / (t_scbgl + NUM(m_enadh)) * (t_fqqqw / (t_fqqqw + NUM(m_ildba)) * t_r2ii4);
+    const real t_x4ac6 = (t_qjleu + (z[U35_roll] * t_p2iki + Df5_roll * along_z[along_U35_roll])) * t_szpzk
+        - G3_roll * t_szpzk * t_waqqe;
+    const real t_mdwgv = SELECT(m_huydk, along_z[along_b0_roll] + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_z[along_b0_roll]);
+    const real t_xa6zw = t_scbgl / (t_scbgl + NUM(m_enadh)) * (t_fqqqw / (t_fqqqw + NUM(m_ildba)) * t_mdwgv);
     const real t_i7ymo = t_4ubt3 + (z[U12_roll] * t_vhaxy + t_bqiu4 * along_z[along_U12_roll]);
     const real t_7nnhz = z[U13_roll] * t_5myce + Df3_roll * along_z[along_U13_roll] - t_i7ymo;
-    const real t_5gxrm = t_7nnhz + (z[U14_roll] * t_2j7d3 + Df4_roll * along_z[along_U14_roll]);
-    const real t_odiir = (t_5gxrm + (z[U15_roll] * t_p2iki + Df5_roll * along_z[along_U15_roll])) * t_szpzk
-        - G1_roll * t_szpzk * t_lbehp;
-    const real t_5wxpl = SELECT(m_huydk, along_z[along_a1_roll] + (eps_roll * t_odiir + G1_roll * t_vewdd), along_z[along_a1_roll]);
-    const real t_squeb = v_roll * t_qipc6 + b1_now_roll * t_5guc6;
-    const real t_lcnr3 = t_f3rmr * along_z[along_u1_roll]
-        + z[u1_roll] * (t_qipc6 - (t_lanll * t_hhcgc + b0_used_roll * t_5wxpl))
-        - (t_lanll * t_squeb + t_qkrvx * t_5wxpl);
-    const real t_4qihm = along_z[along_d_roll]
-        + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_lbehp) + G5_roll * t_vewdd);
-    const real t_t2sxp = SELECT(m_huydk, t_4qihm, along_z[along_d_roll]);
+    const real t_6g2lm = t_7nnhz + (z[U14_roll] * t_2j7d3 + Df4_roll * along_z[along_U14_roll]);
+    const real t_7lmwn = (t_6g2lm + (z[U15_roll] * t_p2iki + Df5_roll * along_z[along_U15_roll])) * t_szpzk
+        - G1_roll * t_szpzk * t_waqqe;
+    const real t_vh4ur = SELECT(m_huydk, along_z[along_a1_roll] + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_z[along_a1_roll]);
+    const real t_c2nnb = v_roll * t_3jfg3 + b1_now_roll * t_5guc6;
+    const real t_sehpn = t_f3rmr * along_z[along_u1_roll]
+        + z[u1_roll] * (t_3jfg3 - (t_lanll * t_xa6zw + b0_used_roll * t_vh4ur))
+        - (t_lanll * t_c2nnb + t_qkrvx * t_vh4ur);
+    const real t_uyv4a = along_z[along_d_roll]
+        + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd);
+    const real t_4e7kp = SELECT(m_huydk, t_uyv4a, along_z[along_d_roll]);
     const real t_l6zsn = z[U23_roll] * t_5myce + Df3_roll * along_z[along_U23_roll] - t_vhaxy;
-    const real t_3f7vi = t_l6zsn + (z[U24_roll] * t_2j7d3 + Df4_roll * along_z[along_U24_roll]);
-    const real t_d32s4 = (t_3f7vi + (z[U25_roll] * t_p2iki + Df5_roll * along_z[along_U25_roll])) * t_szpzk
-        - G2_roll * t_szpzk * t_lbehp;
-    const real t_ds5fk = SELECT(m_huydk, along_z[along_a2_roll] + (eps_roll * t_d32s4 + G2_roll * t_vewdd), along_z[along_a2_roll]);
-    const real t_mmy2u = x[roll] * SELECT(m_ng6lt, (a1_now_roll + a1_now_roll) * t_5wxpl - t_ds5fk + t_pbd6n * t_5wxpl, -t_5wxpl);
-    const real t_bertm = y1_used_roll * SELECT(m_ng6lt, t_pbd6n * t_ds5fk + (a2_now_roll * t_5wxpl + a1_now_roll * t_ds5fk), -t_ds5fk);
-    const real t_xzwem = t_fyvaw
-        - SELECT(m_ng6lt, t_lcnr3, t_squeb)
+    const real t_z4fpw = t_l6zsn + (z[U24_roll] * t_2j7d3 + Df4_roll * along_z[along_U24_roll]);
+    const real t_m7fjp = (t_z4fpw + (z[U25_roll] * t_p2iki + Df5_roll * along_z[along_U25_roll])) * t_szpzk
+        - G2_roll * t_szpzk * t_waqqe;
+    const real t_qy6nt = SELECT(m_huydk, along_z[along_a2_roll] + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_z[along_a2_roll]);
+    const real t_uu5gi = x[roll] * SELECT(m_ng6lt, (a1_now_roll + a1_now_roll) * t_vh4ur - t_qy6nt + t_pbd6n * t_vh4ur, -t_vh4ur);
+    const real t_xdjfu = y1_used_roll * SELECT(m_ng6lt, t_pbd6n * t_qy6nt + (a2_now_roll * t_vh4ur + a1_now_roll * t_qy6nt), -t_qy6nt);
+    const real t_uftfu = t_fyvaw
+        - SELECT(m_ng6lt, t_sehpn, t_c2nnb)
         + t_2qnly * along_z[along_wm2_roll]
         - t_pbd6n * along_z[along_wm1_roll]
-        - (t_nzxnb * (c[compensate_d] * t_t2sxp) + SELECT0(m_ng6lt, -(d_used_roll * t_5wxpl)))
-        - (t0_cancel_roll * along_x[along_roll] + t_mmy2u)
-        - (t_bertm + t1_cancel_roll * t_p5mb3);
-    const real t_zrsjg = t_xzwem * t_63334 - u_roll_mrac_literal * t_63334 * t_hhcgc;
+        - (t_nzxnb * (c[compensate_d] * t_4e7kp) + SELECT0(m_ng6lt, -(d_used_roll * t_vh4ur)))
+        - (t0_cancel_roll * along_x[along_roll] + t_uu5gi)
+        - (t_xdjfu + t1_cancel_roll * t_p5mb3);
+    const real t_i4jyc = t_uftfu * t_63334 - u_roll_mrac_literal * t_63334 * t_xa6zw;
     const real t_g77db = t_lbhv6 * along_r[along_ref_pitch] + t_u5zvh * along_z[along_wm1_pitch] - t_lbhv6_2 * along_z[along_wm2_pitch];
     const real t_fzwzx = SELECT(m_2oym3, along_v[along_Ty_applied], SELECT(m_ng6lt, along_z[along_u2_pitch], along_z[along_u1_pitch]));
     const real t_k2ugh = SELECT(m_myerm, along_x[along_pitch], along_z[along_y1_pitch]);
@@ -1916,17 +1916,17 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         - (z[y2_pitch] * along_z[along_U23_pitch] + z[U23_pitch] * along_z[along_y2_pitch]);
     const real t_kwitg = f3_pitch * along_z[along_D3_pitch] + z[D3_pitch] * t_tyqro;
     const real t_xb5zf = t_n3q67 + (f3_pitch * t_kwitg + Df3_pitch * t_tyqro);
-    const real t_ssazb = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr);
-    const real t_qggm5 = t_ssazb + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg);
-    const real t_jxmkg = (t_s3vzk + (z[U45_pitch] * t_te3hn + Df5_pitch * along_z[along_U45_pitch])) * t_uppvm
-        - G4_pitch * t_uppvm * t_qggm5;
+    const real t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr);
+    const real t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg);
+    const real t_7l2lt = (t_s3vzk + (z[U45_pitch] * t_te3hn + Df5_pitch * along_z[along_U45_pitch])) * t_uppvm
+        - G4_pitch * t_uppvm * t_4zppg;
     const real t_sfbvj = along_z[along_d_pitch]
         + (v_pitch * along_z[along_b0_pitch] + z[b0_pitch] * t_fzwzx)
         + (z[v1_pitch] * along_z[along_b1_pitch] + z[b1_pitch] * along_z[along_v1_pitch])
         - (y1_used_pitch * along_z[along_a1_pitch] + z[a1_pitch] * t_k2ugh)
         - (z[y2_pitch] * along_z[along_a2_pitch] + z[a2_pitch] * along_z[along_y2_pitch]);
     const real t_54n5p = along_x[along_pitch] - t_sfbvj;
-    const real t_exmaw = SELECT(m_fztcf, along_z[along_b1_pitch] + (eps_pitch * t_jxmkg + G4_pitch * t_54n5p), along_z[along_b1_pitch]);
+    const real t_c6ql7 = SELECT(m_fztcf, along_z[along_b1_pitch] + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_z[along_b1_pitch]);
     const mask m_w25f5 = LE(t_rf45g, t_3us43);
     const real t_vqxtx = NUM(m_w25f5);
     const mask m_tm5bw = LE(t_3us43, t_rf45g);
@@ -1934,38 +1934,38 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
     const real t_bdwad = NUM(m_bdwad);
     const mask m_ffoek = LE(b0_now_pitch, c[b_min]);
     const real t_crqif = t_kwitg + (z[U34_pitch] * t_s3vzk + Df4_pitch * along_z[along_U34_pitch]);
-    const real t_yaqj3 = (t_crqif + (z[U35_pitch] * t_te3hn + Df5_pitch * along_z[along_U35_pitch])) * t_uppvm
-        - G3_pitch * t_uppvm * t_qggm5;
-    const real t_l6v5h = SELECT(m_fztcf, along_z[along_b0_pitch] + (eps_pitch * t_yaqj3 + G3_pitch * t_54n5p), along_z[along_b0_pitch]);
-    const real t_gfvak = t_vqxtx / (t_vqxtx + NUM(m_tm5bw)) * (t_bdwad / (t_bdwad + NUM(m_ffoek)) * t_l6v5h);
+    const real t_cfhpf = (t_crqif + (z[U35_pitch] * t_te3hn + Df5_pitch * along_z[along_U35_pitch])) * t_uppvm
+        - G3_pitch * t_uppvm * t_4zppg;
+    const real t_t6poo = SELECT(m_fztcf, along_z[along_b0_pitch] + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_z[along_b0_pitch]);
+    const real t_ydqgt = t_vqxtx / (t_vqxtx + NUM(m_tm5bw)) * (t_bdwad / (t_bdwad + NUM(m_ffoek)) * t_t6poo);
     const real t_tljzu = t_52r3v + (z[U12_pitch] * t_fck75 + t_urk7s * along_z[along_U12_pitch]);
     const real t_c765l = z[U13_pitch] * t_kwitg + Df3_pitch * along_z[along_U13_pitch] - t_tljzu;
-    const real t_pc243 = t_c765l + (z[U14_pitch] * t_s3vzk + Df4_pitch * along_z[along_U14_pitch]);
-    const real t_kfls5 = (t_pc243 + (z[U15_pitch] * t_te3hn + Df5_pitch * along_z[along_U15_pitch])) * t_uppvm
-        - G1_pitch * t_uppvm * t_qggm5;
-    const real t_d7rwz = SELECT(m_fztcf, along_z[along_a1_pitch] + (eps_pitch * t_kfls5 + G1_pitch * t_54n5p), along_z[along_a1_pitch]);
-    const real t_nphzx = v_pitch * t_exmaw + b1_now_pitch * t_fzwzx;
-    const real t_xpwbp = t_ds3fx * along_z[along_u1_pitch]
-        + z[u1_pitch] * (t_exmaw - (t_xabv7 * t_gfvak + b0_used_pitch * t_d7rwz))
-        - (t_xabv7 * t_nphzx + t_gl7ia * t_d7rwz);
-    const real t_2ccaa = along_z[along_d_pitch]
-        + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_qggm5) + G5_pitch * t_54n5p);
-    const real t_xzxvi = SELECT(m_fztcf, t_2ccaa, along_z[along_d_pitch]);
+    const real t_ximdz = t_c765l + (z[U14_pitch] * t_s3vzk + Df4_pitch * along_z[along_U14_pitch]);
+    const real t_nlcuq = (t_ximdz + (z[U15_pitch] * t_te3hn + Df5_pitch * along_z[along_U15_pitch])) * t_uppvm
+        - G1_pitch * t_uppvm * t_4zppg;
+    const real t_hw34x = SELECT(m_fztcf, along_z[along_a1_pitch] + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_z[along_a1_pitch]);
+    const real t_o32ab = v_pitch * t_c6ql7 + b1_now_pitch * t_fzwzx;
+    const real t_navur = t_ds3fx * along_z[along_u1_pitch]
+        + z[u1_pitch] * (t_c6ql7 - (t_xabv7 * t_ydqgt + b0_used_pitch * t_hw34x))
+        - (t_xabv7 * t_o32ab + t_gl7ia * t_hw34x);
+    const real t_y6ibb = along_z[along_d_pitch]
+        + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p);
+    const real t_yfbgo = SELECT(m_fztcf, t_y6ibb, along_z[along_d_pitch]);
     const real t_kfsdu = z[U23_pitch] * t_kwitg + Df3_pitch * along_z[along_U23_pitch] - t_fck75;
-    const real t_3pfwk = t_kfsdu + (z[U24_pitch] * t_s3vzk + Df4_pitch * along_z[along_U24_pitch]);
-    const real t_33r25 = (t_3pfwk + (z[U25_pitch] * t_te3hn + Df5_pitch * along_z[along_U25_pitch])) * t_uppvm
-        - G2_pitch * t_uppvm * t_qggm5;
-    const real t_7ibnm = SELECT(m_fztcf, along_z[along_a2_pitch] + (eps_pitch * t_33r25 + G2_pitch * t_54n5p), along_z[along_a2_pitch]);
-    const real t_b7kpc = x[pitch] * SELECT(m_ng6lt, (a1_now_pitch + a1_now_pitch) * t_d7rwz - t_7ibnm + t_pbd6n * t_d7rwz, -t_d7rwz);
-    const real t_lnbfz = y1_used_pitch * SELECT(m_ng6lt, t_pbd6n * t_7ibnm + (a2_now_pitch * t_d7rwz + a1_now_pitch * t_7ibnm), -t_7ibnm);
-    const real t_m7anv = t_g77db
-        - SELECT(m_ng6lt, t_xpwbp, t_nphzx)
+    const real t_fax5j = t_kfsdu + (z[U24_pitch] * t_s3vzk + Df4_pitch * along_z[along_U24_pitch]);
+    const real t_ajce5 = (t_fax5j + (z[U25_pitch] * t_te3hn + Df5_pitch * along_z[along_U25_pitch])) * t_uppvm
+        - G2_pitch * t_uppvm * t_4zppg;
+    const real t_ak6av = SELECT(m_fztcf, along_z[along_a2_pitch] + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_z[along_a2_pitch]);
+    const real t_j2bzl = x[pitch] * SELECT(m_ng6lt, (a1_now_pitch + a1_now_pitch) * t_hw34x - t_ak6av + t_pbd6n * t_hw34x, -t_hw34x);
+    const real t_5ldky = y1_used_pitch * SELECT(m_ng6lt, t_pbd6n * t_ak6av + (a2_now_pitch * t_hw34x + a1_now_pitch * t_ak6av), -t_ak6av);
+    const real t_u5cq7 = t_g77db
+        - SELECT(m_ng6lt, t_navur, t_o32ab)
         + t_2qnly * along_z[along_wm2_pitch]
         - t_pbd6n * along_z[along_wm1_pitch]
-        - (t_7xp6e * (c[compensate_d] * t_xzxvi) + SELECT0(m_ng6lt, -(d_used_pitch * t_d7rwz)))
-        - (t0_cancel_pitch * along_x[along_pitch] + t_b7kpc)
-        - (t_lnbfz + t1_cancel_pitch * t_k2ugh);
-    const real t_6nxbd = t_m7anv * t_l33k6 - u_pitch_mrac_literal * t_l33k6 * t_gfvak;
+        - (t_7xp6e * (c[compensate_d] * t_yfbgo) + SELECT0(m_ng6lt, -(d_used_pitch * t_hw34x)))
+        - (t0_cancel_pitch * along_x[along_pitch] + t_j2bzl)
+        - (t_5ldky + t1_cancel_pitch * t_k2ugh);
+    const real t_gxsuy = t_u5cq7 * t_l33k6 - u_pitch_mrac_literal * t_l33k6 * t_ydqgt;
     const real t_k6r65 = t_lbhv6 * along_r[along_ref_yaw] + t_u5zvh * along_z[along_wm1_yaw] - t_lbhv6_2 * along_z[along_wm2_yaw];
     const real t_2h7da = SELECT(m_2oym3, along_v[along_Tz_applied], SELECT(m_ng6lt, along_z[along_u2_yaw], along_z[along_u1_yaw]));
     const real t_rq2o3 = SELECT(m_myerm, along_x[along_yaw], along_z[along_y1_yaw]);
@@ -1990,17 +1990,17 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         - (z[y2_yaw] * along_z[along_U23_yaw] + z[U23_yaw] * along_z[along_y2_yaw]);
     const real t_spwqh = f3_yaw * along_z[along_D3_yaw] + z[D3_yaw] * t_dnqfm;
     const real t_u2t3t = t_g3udf + (f3_yaw * t_spwqh + Df3_yaw * t_dnqfm);
-    const real t_rzfn2 = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m);
-    const real t_4rtpn = t_rzfn2 + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq);
-    const real t_y7ccd = (t_v7jac + (z[U45_yaw] * t_xfl26 + Df5_yaw * along_z[along_U45_yaw])) * t_xt42v
-        - G4_yaw * t_xt42v * t_4rtpn;
+    const real t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m);
+    const real t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq);
+    const real t_6mmhc = (t_v7jac + (z[U45_yaw] * t_xfl26 + Df5_yaw * along_z[along_U45_yaw])) * t_xt42v
+        - G4_yaw * t_xt42v * t_ewrtu;
     const real t_yvkbd = along_z[along_d_yaw]
         + (v_yaw * along_z[along_b0_yaw] + z[b0_yaw] * t_2h7da)
         + (z[v1_yaw] * along_z[along_b1_yaw] + z[b1_yaw] * along_z[along_v1_yaw])
         - (y1_used_yaw * along_z[along_a1_yaw] + z[a1_yaw] * t_rq2o3)
         - (z[y2_yaw] * along_z[along_a2_yaw] + z[a2_yaw] * along_z[along_y2_yaw]);
     const real t_ndufb = along_x[along_yaw] - t_yvkbd;
-    const real t_czoxw = SELECT(m_6lewq, along_z[along_b1_yaw] + (eps_yaw * t_y7ccd + G4_yaw * t_ndufb), along_z[along_b1_yaw]);
+    const real t_7g3bh = SELECT(m_6lewq, along_z[along_b1_yaw] + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_z[along_b1_yaw]);
     const mask m_bn3sx = LE(t_ufxyh, t_jqfjm);
     const real t_expcq = NUM(m_bn3sx);
     const mask m_ifxoy = LE(t_jqfjm, t_ufxyh);
@@ -2008,164 +2008,164 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
     const real t_b4zst = NUM(m_b4zst);
     const mask m_jta5f = LE(b0_now_yaw, c[b_min]);
     const real t_gtofe = t_spwqh + (z[U34_yaw] * t_v7jac + Df4_yaw * along_z[along_U34_yaw]);
-    const real t_ikisk = (t_gtofe + (z[U35_yaw] * t_xfl26 + Df5_yaw * along_z[along_U35_yaw])) * t_xt42v
-        - G3_yaw * t_xt42v * t_4rtpn;
-    const real t_ioia2 = SELECT(m_6lewq, along_z[along_b0_yaw] + (eps_yaw * t_ikisk + G3_yaw * t_ndufb), along_z[along_b0_yaw]);
-    const real t_rigkb = t_expcq / (t_expcq + NUM(m_ifxoy)) * (t_b4zst / (t_b4zst + NUM(m_jta5f)) * t_ioia2);
+    const real t_6cu3u = (t_gtofe + (z[U35_yaw] * t_xfl26 + Df5_yaw * along_z[along_U35_yaw])) * t_xt42v
+        - G3_yaw * t_xt42v * t_ewrtu;
+    const real t_jqmmw = SELECT(m_6lewq, along_z[along_b0_yaw] + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_z[along_b0_yaw]);
+    const real t_z7z4i = t_expcq / (t_expcq + NUM(m_ifxoy)) * (t_b4zst / (t_b4zst + NUM(m_jta5f)) * t_jqmmw);
     const real t_3op2v = t_yeeko + (z[U12_yaw] * t_bvhqg + t_3inrl * along_z[along_U12_yaw]);
     const real t_duqey = z[U13_yaw] * t_spwqh + Df3_yaw * along_z[along_U13_yaw] - t_3op2v;
-    const real t_lct5e = t_duqey + (z[U14_yaw] * t_v7jac + Df4_yaw * along_z[along_U14_yaw]);
-    const real t_xc7gx = (t_lct5e + (z[U15_yaw] * t_xfl26 + Df5_yaw * along_z[along_U15_yaw])) * t_xt42v
-        - G1_yaw * t_xt42v * t_4rtpn;
-    const real t_3lkyw = SELECT(m_6lewq, along_z[along_a1_yaw] + (eps_yaw * t_xc7gx + G1_yaw * t_ndufb), along_z[along_a1_yaw]);
-    const real t_zdqaz = v_yaw * t_czoxw + b1_now_yaw * t_2h7da;
-    const real t_cnlh7 = t_u4ahm * along_z[along_u1_yaw]
-        + z[u1_yaw] * (t_czoxw - (t_44iwp * t_rigkb + b0_used_yaw * t_3lkyw))
-        - (t_44iwp * t_zdqaz + t_quuto * t_3lkyw);
-    const real t_kbqpm = along_z[along_d_yaw]
-        + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_4rtpn) + G5_yaw * t_ndufb);
-    const real t_qzf2q = SELECT(m_6lewq, t_kbqpm, along_z[along_d_yaw]);
+    const real t_n2atp = t_duqey + (z[U14_yaw] * t_v7jac + Df4_yaw * along_z[along_U14_yaw]);
+    const real t_bn3mt = (t_n2atp + (z[U15_yaw] * t_xfl26 + Df5_yaw * along_z[along_U15_yaw])) * t_xt42v
+        - G1_yaw * t_xt42v * t_ewrtu;
+    const real t_ua7hv = SELECT(m_6lewq, along_z[along_a1_yaw] + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_z[along_a1_yaw]);
+    const real t_o6gkb = v_yaw * t_7g3bh + b1_now_yaw * t_2h7da;
+    const real t_zwdcg = t_u4ahm * along_z[along_u1_yaw]
+        + z[u1_yaw] * (t_7g3bh - (t_44iwp * t_z7z4i + b0_used_yaw * t_ua7hv))
+        - (t_44iwp * t_o6gkb + t_quuto * t_ua7hv);
+    const real t_i6vab = along_z[along_d_yaw]
+        + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb);
+    const real t_rwfza = SELECT(m_6lewq, t_i6vab, along_z[along_d_yaw]);
     const real t_dcf52 = z[U23_yaw] * t_spwqh + Df3_yaw * along_z[along_U23_yaw] - t_bvhqg;
-    const real t_db7us = t_dcf52 + (z[U24_yaw] * t_v7jac + Df4_yaw * along_z[along_U24_yaw]);
-    const real t_lkktc = (t_db7us + (z[U25_yaw] * t_xfl26 + Df5_yaw * along_z[along_U25_yaw])) * t_xt42v
-        - G2_yaw * t_xt42v * t_4rtpn;
-    const real t_aizam = SELECT(m_6lewq, along_z[along_a2_yaw] + (eps_yaw * t_lkktc + G2_yaw * t_ndufb), along_z[along_a2_yaw]);
-    const real t_er336 = x[yaw] * SELECT(m_ng6lt, (a1_now_yaw + a1_now_yaw) * t_3lkyw - t_aizam + t_pbd6n * t_3lkyw, -t_3lkyw);
-    const real t_s5kxc = y1_used_yaw * SELECT(m_ng6lt, t_pbd6n * t_aizam + (a2_now_yaw * t_3lkyw + a1_now_yaw * t_aizam), -t_aizam);
-    const real t_2sx4v = t_k6r65
-        - SELECT(m_ng6lt, t_cnlh7, t_zdqaz)
+    const real t_c7xj5 = t_dcf52 + (z[U24_yaw] * t_v7jac + Df4_yaw * along_z[along_U24_yaw]);
+    const real t_bwo5p = (t_c7xj5 + (z[U25_yaw] * t_xfl26 + Df5_yaw * along_z[along_U25_yaw])) * t_xt42v
+        - G2_yaw * t_xt42v * t_ewrtu;
+    const real t_mzrdq = SELECT(m_6lewq, along_z[along_a2_yaw] + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_z[along_a2_yaw]);
+    const real t_trscq = x[yaw] * SELECT(m_ng6lt, (a1_now_yaw + a1_now_yaw) * t_ua7hv - t_mzrdq + t_pbd6n * t_ua7hv, -t_ua7hv);
+    const real t_yhbyc = y1_used_yaw * SELECT(m_ng6lt, t_pbd6n * t_mzrdq + (a2_now_yaw * t_ua7hv + a1_now_yaw * t_mzrdq), -t_mzrdq);
+    const real t_si6kx = t_k6r65
+        - SELECT(m_ng6lt, t_zwdcg, t_o6gkb)
         + t_2qnly * along_z[along_wm2_yaw]
         - t_pbd6n * along_z[along_wm1_yaw]
-        - (t_ekig6 * (c[compensate_d] * t_qzf2q) + SELECT0(m_ng6lt, -(d_used_yaw * t_3lkyw)))
-        - (t_er336 + t0_cancel_yaw * along_x[along_yaw])
-        - (t_s5kxc + t1_cancel_yaw * t_rq2o3);
-    const real t_zmxd4 = t_2sx4v * t_uslyz - u_yaw_mrac_literal * t_uslyz * t_rigkb;
+        - (t_ekig6 * (c[compensate_d] * t_rwfza) + SELECT0(m_ng6lt, -(d_used_yaw * t_ua7hv)))
+        - (t_trscq + t0_cancel_yaw * along_x[along_yaw])
+        - (t_yhbyc + t1_cancel_yaw * t_rq2o3);
+    const real t_wwgjp = t_si6kx * t_uslyz - u_yaw_mrac_literal * t_uslyz * t_z7z4i;
     const real t_ihfue = alpha1_roll * (t_buzsg * along_z[along_D2_roll] - z[D2_roll] * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
         + t_uep3r * t_zxndv;
-    const real t_lek6x = alpha2_roll * (t_pgi2s * along_z[along_D3_roll] - z[D3_roll] * (t_pgi2s * t_m6gkz * t_ptrq3))
+    const real t_njcfp = alpha2_roll * (t_pgi2s * along_z[along_D3_roll] - z[D3_roll] * (t_pgi2s * t_m6gkz * t_ptrq3))
         + t_chslv * t_lwfke;
-    const real t_p2ddv = alpha3_roll * (t_ssuku * along_z[along_D4_roll] - z[D4_roll] * (t_ssuku * t_qd2bm * t_r42gl))
+    const real t_lckzd = alpha3_roll * (t_ssuku * along_z[along_D4_roll] - z[D4_roll] * (t_ssuku * t_qd2bm * t_xbc47))
         + t_3j35e * t_ptrq3;
-    const real t_l6yuq = alpha4_roll * (t_petfr * along_z[along_D5_roll] - z[D5_roll] * (t_petfr * t_szpzk * t_lbehp))
-        + t_glxxd * t_r42gl;
+    const real t_6r6fl = alpha4_roll * (t_petfr * along_z[along_D5_roll] - z[D5_roll] * (t_petfr * t_szpzk * t_waqqe))
+        + t_glxxd * t_xbc47;
     const real t_ekuo5 = along_z[along_U12_roll]
         - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5);
     const real t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke;
-    const real t_nvn5w = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3;
-    const real t_zfxgg = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_r42gl;
+    const real t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3;
+    const real t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47;
     const real t_ibz42 = alpha1_pitch * (t_rwzhe * along_z[along_D2_pitch] - z[D2_pitch] * (t_rwzhe * t_vq6qe * t_n3q67))
         + t_rz27b * t_myzpk;
-    const real t_kdu2f = alpha2_pitch * (t_clmmw * along_z[along_D3_pitch] - z[D3_pitch] * (t_clmmw * t_wnsbx * t_xb5zf))
+    const real t_x4xmc = alpha2_pitch * (t_clmmw * along_z[along_D3_pitch] - z[D3_pitch] * (t_clmmw * t_wnsbx * t_xb5zf))
         + t_ehcbr * t_n3q67;
-    const real t_ivbqu = alpha3_pitch * (t_km5us * along_z[along_D4_pitch] - z[D4_pitch] * (t_km5us * t_au2dz * t_ssazb))
+    const real t_l6zox = alpha3_pitch * (t_km5us * along_z[along_D4_pitch] - z[D4_pitch] * (t_km5us * t_au2dz * t_7o2f3))
         + t_22ct6 * t_xb5zf;
-    const real t_j5bmh = alpha4_pitch * (t_xfgg5 * along_z[along_D5_pitch] - z[D5_pitch] * (t_xfgg5 * t_uppvm * t_qggm5))
-        + t_enyoc * t_ssazb;
+    const real t_puqnz = alpha4_pitch * (t_xfgg5 * along_z[along_D5_pitch] - z[D5_pitch] * (t_xfgg5 * t_uppvm * t_4zppg))
+        + t_enyoc * t_7o2f3;
     const real t_j76ya = along_z[along_U12_pitch]
         - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr);
     const real t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67;
-    const real t_sggwh = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf;
-    const real t_f42pt = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_ssazb;
+    const real t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf;
+    const real t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3;
     const real t_zj3sb = alpha1_yaw * (t_jmud7 * along_z[along_D2_yaw] - z[D2_yaw] * (t_jmud7 * t_epc3p * t_g3udf))
         + t_7itiz * t_7twjv;
-    const real t_jhr2h = alpha2_yaw * (t_qfkhf * along_z[along_D3_yaw] - z[D3_yaw] * (t_qfkhf * t_czmse * t_u2t3t))
+    const real t_mhrjx = alpha2_yaw * (t_qfkhf * along_z[along_D3_yaw] - z[D3_yaw] * (t_qfkhf * t_czmse * t_u2t3t))
         + t_3ufve * t_g3udf;
-    const real t_sxdd5 = alpha3_yaw * (t_zqvsh * along_z[along_D4_yaw] - z[D4_yaw] * (t_zqvsh * t_nk3ay * t_rzfn2))
+    const real t_yf5z4 = alpha3_yaw * (t_zqvsh * along_z[along_D4_yaw] - z[D4_yaw] * (t_zqvsh * t_nk3ay * t_lat2a))
         + t_kj3bh * t_u2t3t;
-    const real t_7nvnm = alpha4_yaw * (t_6uhyh * along_z[along_D5_yaw] - z[D5_yaw] * (t_6uhyh * t_xt42v * t_4rtpn))
-        + t_janky * t_rzfn2;
+    const real t_vfy4e = alpha4_yaw * (t_6uhyh * along_z[along_D5_yaw] - z[D5_yaw] * (t_6uhyh * t_xt42v * t_ewrtu))
+        + t_janky * t_lat2a;
     const real t_pd3h4 = along_z[along_U12_yaw]
         - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy);
     const real t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf;
-    const real t_nmwtf = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t;
-    const real t_t667w = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_rzfn2;
+    const real t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t;
+    const real t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a;
     const real t_es5kp = K(1.0) + z[samples];
     const mask m_alcgu = LE(t_es5kp, K(2.0));
     const real t_alcgu = NUM(m_alcgu);
     const mask m_n23aq = LE(K(2.0), t_es5kp);
-    change_u[0] = SELECT0(m_kqyoi, t_zrsjg);
-    change_u[1] = SELECT0(m_kqyoi, t_6nxbd);
-    change_u[2] = SELECT0(m_kqyoi, t_zmxd4);
-    change_z_next[0] = SELECT(m_kqyoi, t_5wxpl, along_z[along_a1_roll]);
-    change_z_next[1] = SELECT(m_kqyoi, t_ds5fk, along_z[along_a2_roll]);
-    change_z_next[2] = SELECT(m_kqyoi, t_r2ii4, along_z[along_b0_roll]);
-    change_z_next[3] = SELECT(m_kqyoi, t_qipc6, along_z[along_b1_roll]);
-    change_z_next[4] = SELECT(m_kqyoi, t_t2sxp, along_z[along_d_roll]);
+    change_u[0] = SELECT0(m_kqyoi, t_i4jyc);
+    change_u[1] = SELECT0(m_kqyoi, t_gxsuy);
+    change_u[2] = SELECT0(m_kqyoi, t_wwgjp);
+    change_z_next[0] = SELECT(m_kqyoi, t_vh4ur, along_z[along_a1_roll]);
+    change_z_next[1] = SELECT(m_kqyoi, t_qy6nt, along_z[along_a2_roll]);
+    change_z_next[2] = SELECT(m_kqyoi, t_mdwgv, along_z[along_b0_roll]);
+    change_z_next[3] = SELECT(m_kqyoi, t_3jfg3, along_z[along_b1_roll]);
+    change_z_next[4] = SELECT(m_kqyoi, t_4e7kp, along_z[along_d_roll]);
     change_z_next[5] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * (along_z[along_D1_roll] * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_z[along_D1_roll]), along_z[along_D1_roll]);
     change_z_next[6] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_ihfue, along_z[along_D2_roll]), along_z[along_D2_roll]);
-    change_z_next[7] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_lek6x, along_z[along_D3_roll]), along_z[along_D3_roll]);
-    change_z_next[8] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_p2ddv, along_z[along_D4_roll]), along_z[along_D4_roll]);
-    change_z_next[9] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_l6yuq, along_z[along_D5_roll]), along_z[along_D5_roll]);
+    change_z_next[7] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_njcfp, along_z[along_D3_roll]), along_z[along_D3_roll]);
+    change_z_next[8] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_lckzd, along_z[along_D4_roll]), along_z[along_D4_roll]);
+    change_z_next[9] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_6r6fl, along_z[along_D5_roll]), along_z[along_D5_roll]);
     change_z_next[10] = SELECT(m_kqyoi, SELECT(m_huydk, t_ekuo5, along_z[along_U12_roll]), along_z[along_U12_roll]);
     change_z_next[11] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U13_roll] + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_z[along_U13_roll]), along_z[along_U13_roll]);
     change_z_next[12] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U23_roll] + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_z[along_U23_roll]), along_z[along_U23_roll]);
-    change_z_next[13] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U14_roll] - (b1_3_roll * t_nvn5w + t_vpr7m * t_7nnhz), along_z[along_U14_roll]), along_z[along_U14_roll]);
-    change_z_next[14] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U24_roll] - (b2_3_roll * t_nvn5w + t_vpr7m * t_l6zsn), along_z[along_U24_roll]), along_z[along_U24_roll]);
-    change_z_next[15] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U34_roll] - (Df3_roll * t_nvn5w + t_vpr7m * t_5myce), along_z[along_U34_roll]), along_z[along_U34_roll]);
-    change_z_next[16] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U15_roll] - (b1_4_roll * t_zfxgg + t_el36p * t_5gxrm), along_z[along_U15_roll]), along_z[along_U15_roll]);
-    change_z_next[17] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U25_roll] - (b2_4_roll * t_zfxgg + t_el36p * t_3f7vi), along_z[along_U25_roll]), along_z[along_U25_roll]);
-    change_z_next[18] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U35_roll] - (b3_4_roll * t_zfxgg + t_el36p * t_qjleu), along_z[along_U35_roll]), along_z[along_U35_roll]);
-    change_z_next[19] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U45_roll] - (Df4_roll * t_zfxgg + t_el36p * t_2j7d3), along_z[along_U45_roll]), along_z[along_U45_roll]);
+    change_z_next[13] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U14_roll] - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_z[along_U14_roll]), along_z[along_U14_roll]);
+    change_z_next[14] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U24_roll] - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_z[along_U24_roll]), along_z[along_U24_roll]);
+    change_z_next[15] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U34_roll] - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_z[along_U34_roll]), along_z[along_U34_roll]);
+    change_z_next[16] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U15_roll] - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_z[along_U15_roll]), along_z[along_U15_roll]);
+    change_z_next[17] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U25_roll] - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_z[along_U25_roll]), along_z[along_U25_roll]);
+    change_z_next[18] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U35_roll] - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_z[along_U35_roll]), along_z[along_U35_roll]);
+    change_z_next[19] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U45_roll] - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_z[along_U45_roll]), along_z[along_U45_roll]);
     change_z_next[20] = SELECT(m_kqyoi, along_x[along_roll], along_z[along_y1_roll]);
     change_z_next[21] = SELECT(m_kqyoi, t_p5mb3, along_z[along_y2_roll]);
     change_z_next[22] = SELECT(m_kqyoi, t_5guc6, along_z[along_v1_roll]);
-    change_z_next[23] = SELECT(m_kqyoi, t_zrsjg, along_z[along_u1_roll]);
+    change_z_next[23] = SELECT(m_kqyoi, t_i4jyc, along_z[along_u1_roll]);
     change_z_next[24] = SELECT(m_kqyoi, along_z[along_u1_roll], along_z[along_u2_roll]);
     change_z_next[25] = SELECT(m_kqyoi, SELECT(m_ng6lt, along_z[along_wm1_roll], t_fyvaw), along_z[along_ym_roll]);
     change_z_next[26] = SELECT(m_kqyoi, t_fyvaw, along_z[along_wm1_roll]);
     change_z_next[27] = SELECT(m_kqyoi, along_z[along_wm1_roll], along_z[along_wm2_roll]);
-    change_z_next[28] = SELECT(m_kqyoi, t_d7rwz, along_z[along_a1_pitch]);
-    change_z_next[29] = SELECT(m_kqyoi, t_7ibnm, along_z[along_a2_pitch]);
-    change_z_next[30] = SELECT(m_kqyoi, t_l6v5h, along_z[along_b0_pitch]);
-    change_z_next[31] = SELECT(m_kqyoi, t_exmaw, along_z[along_b1_pitch]);
-    change_z_next[32] = SELECT(m_kqyoi, t_xzxvi, along_z[along_d_pitch]);
+    change_z_next[28] = SELECT(m_kqyoi, t_hw34x, along_z[along_a1_pitch]);
+    change_z_next[29] = SELECT(m_kqyoi, t_ak6av, along_z[along_a2_pitch]);
+    change_z_next[30] = SELECT(m_kqyoi, t_t6poo, along_z[along_b0_pitch]);
+    change_z_next[31] = SELECT(m_kqyoi, t_c6ql7, along_z[along_b1_pitch]);
+    change_z_next[32] = SELECT(m_kqyoi, t_yfbgo, along_z[along_d_pitch]);
     change_z_next[33] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * (along_z[along_D1_pitch] * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_z[along_D1_pitch]), along_z[along_D1_pitch]);
     change_z_next[34] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_ibz42, along_z[along_D2_pitch]), along_z[along_D2_pitch]);
-    change_z_next[35] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_kdu2f, along_z[along_D3_pitch]), along_z[along_D3_pitch]);
-    change_z_next[36] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_ivbqu, along_z[along_D4_pitch]), along_z[along_D4_pitch]);
-    change_z_next[37] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_j5bmh, along_z[along_D5_pitch]), along_z[along_D5_pitch]);
+    change_z_next[35] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_x4xmc, along_z[along_D3_pitch]), along_z[along_D3_pitch]);
+    change_z_next[36] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_l6zox, along_z[along_D4_pitch]), along_z[along_D4_pitch]);
+    change_z_next[37] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_puqnz, along_z[along_D5_pitch]), along_z[along_D5_pitch]);
     change_z_next[38] = SELECT(m_kqyoi, SELECT(m_fztcf, t_j76ya, along_z[along_U12_pitch]), along_z[along_U12_pitch]);
     change_z_next[39] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U13_pitch] + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_z[along_U13_pitch]), along_z[along_U13_pitch]);
     change_z_next[40] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U23_pitch] + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_z[along_U23_pitch]), along_z[along_U23_pitch]);
-    change_z_next[41] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U14_pitch] - (b1_3_pitch * t_sggwh + t_q5cqa * t_c765l), along_z[along_U14_pitch]), along_z[along_U14_pitch]);
-    change_z_next[42] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U24_pitch] - (b2_3_pitch * t_sggwh + t_q5cqa * t_kfsdu), along_z[along_U24_pitch]), along_z[along_U24_pitch]);
-    change_z_next[43] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U34_pitch] - (Df3_pitch * t_sggwh + t_q5cqa * t_kwitg), along_z[along_U34_pitch]), along_z[along_U34_pitch]);
-    change_z_next[44] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U15_pitch] - (b1_4_pitch * t_f42pt + t_blzne * t_pc243), along_z[along_U15_pitch]), along_z[along_U15_pitch]);
-    change_z_next[45] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U25_pitch] - (b2_4_pitch * t_f42pt + t_blzne * t_3pfwk), along_z[along_U25_pitch]), along_z[along_U25_pitch]);
-    change_z_next[46] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U35_pitch] - (b3_4_pitch * t_f42pt + t_blzne * t_crqif), along_z[along_U35_pitch]), along_z[along_U35_pitch]);
-    change_z_next[47] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U45_pitch] - (Df4_pitch * t_f42pt + t_blzne * t_s3vzk), along_z[along_U45_pitch]), along_z[along_U45_pitch]);
+    change_z_next[41] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U14_pitch] - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_z[along_U14_pitch]), along_z[along_U14_pitch]);
+    change_z_next[42] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U24_pitch] - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_z[along_U24_pitch]), along_z[along_U24_pitch]);
+    change_z_next[43] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U34_pitch] - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_z[along_U34_pitch]), along_z[along_U34_pitch]);
+    change_z_next[44] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U15_pitch] - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_z[along_U15_pitch]), along_z[along_U15_pitch]);
+    change_z_next[45] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U25_pitch] - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_z[along_U25_pitch]), along_z[along_U25_pitch]);
+    change_z_next[46] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U35_pitch] - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_z[along_U35_pitch]), along_z[along_U35_pitch]);
+    change_z_next[47] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U45_pitch] - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_z[along_U45_pitch]), along_z[along_U45_pitch]);
     change_z_next[48] = SELECT(m_kqyoi, along_x[along_pitch], along_z[along_y1_pitch]);
     change_z_next[49] = SELECT(m_kqyoi, t_k2ugh, along_z[along_y2_pitch]);
     change_z_next[50] = SELECT(m_kqyoi, t_fzwzx, along_z[along_v1_pitch]);
-    change_z_next[51] = SELECT(m_kqyoi, t_6nxbd, along_z[along_u1_pitch]);
+    change_z_next[51] = SELECT(m_kqyoi, t_gxsuy, along_z[along_u1_pitch]);
     change_z_next[52] = SELECT(m_kqyoi, along_z[along_u1_pitch], along_z[along_u2_pitch]);
     change_z_next[53] = SELECT(m_kqyoi, SELECT(m_ng6lt, along_z[along_wm1_pitch], t_g77db), along_z[along_ym_pitch]);
     change_z_next[54] = SELECT(m_kqyoi, t_g77db, along_z[along_wm1_pitch]);
     change_z_next[55] = SELECT(m_kqyoi, along_z[along_wm1_pitch], along_z[along_wm2_pitch]);
-    change_z_next[56] = SELECT(m_kqyoi, t_3lkyw, along_z[along_a1_yaw]);
-    change_z_next[57] = SELECT(m_kqyoi, t_aizam, along_z[along_a2_yaw]);
-    change_z_next[58] = SELECT(m_kqyoi, t_ioia2, along_z[along_b0_yaw]);
-    change_z_next[59] = SELECT(m_kqyoi, t_czoxw, along_z[along_b1_yaw]);
-    change_z_next[60] = SELECT(m_kqyoi, t_qzf2q, along_z[along_d_yaw]);
+    change_z_next[56] = SELECT(m_kqyoi, t_ua7hv, along_z[along_a1_yaw]);
+    change_z_next[57] = SELECT(m_kqyoi, t_mzrdq, along_z[along_a2_yaw]);
+    change_z_next[58] = SELECT(m_kqyoi, t_jqmmw, along_z[along_b0_yaw]);
+    change_z_next[59] = SELECT(m_kqyoi, t_7g3bh, along_z[along_b1_yaw]);
+    change_z_next[60] = SELECT(m_kqyoi, t_rwfza, along_z[along_d_yaw]);
     change_z_next[61] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * (along_z[along_D1_yaw] * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_z[along_D1_yaw]), along_z[along_D1_yaw]);
     change_z_next[62] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_zj3sb, along_z[along_D2_yaw]), along_z[along_D2_yaw]);
-    change_z_next[63] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_jhr2h, along_z[along_D3_yaw]), along_z[along_D3_yaw]);
-    change_z_next[64] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_sxdd5, along_z[along_D4_yaw]), along_z[along_D4_yaw]);
-    change_z_next[65] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_7nvnm, along_z[along_D5_yaw]), along_z[along_D5_yaw]);
+    change_z_next[63] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_mhrjx, along_z[along_D3_yaw]), along_z[along_D3_yaw]);
+    change_z_next[64] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_yf5z4, along_z[along_D4_yaw]), along_z[along_D4_yaw]);
+    change_z_next[65] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_vfy4e, along_z[along_D5_yaw]), along_z[along_D5_yaw]);
     change_z_next[66] = SELECT(m_kqyoi, SELECT(m_6lewq, t_pd3h4, along_z[along_U12_yaw]), along_z[along_U12_yaw]);
     change_z_next[67] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U13_yaw] + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_z[along_U13_yaw]), along_z[along_U13_yaw]);
     change_z_next[68] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U23_yaw] + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_z[along_U23_yaw]), along_z[along_U23_yaw]);
-    change_z_next[69] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U14_yaw] - (b1_3_yaw * t_nmwtf + t_ov6wh * t_duqey), along_z[along_U14_yaw]), along_z[along_U14_yaw]);
-    change_z_next[70] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U24_yaw] - (b2_3_yaw * t_nmwtf + t_ov6wh * t_dcf52), along_z[along_U24_yaw]), along_z[along_U24_yaw]);
-    change_z_next[71] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U34_yaw] - (Df3_yaw * t_nmwtf + t_ov6wh * t_spwqh), along_z[along_U34_yaw]), along_z[along_U34_yaw]);
-    change_z_next[72] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U15_yaw] - (b1_4_yaw * t_t667w + t_xokdo * t_lct5e), along_z[along_U15_yaw]), along_z[along_U15_yaw]);
-    change_z_next[73] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U25_yaw] - (b2_4_yaw * t_t667w + t_xokdo * t_db7us), along_z[along_U25_yaw]), along_z[along_U25_yaw]);
-    change_z_next[74] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U35_yaw] - (b3_4_yaw * t_t667w + t_xokdo * t_gtofe), along_z[along_U35_yaw]), along_z[along_U35_yaw]);
-    change_z_next[75] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U45_yaw] - (Df4_yaw * t_t667w + t_xokdo * t_v7jac), along_z[along_U45_yaw]), along_z[along_U45_yaw]);
+    change_z_next[69] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U14_yaw] - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_z[along_U14_yaw]), along_z[along_U14_yaw]);
+    change_z_next[70] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U24_yaw] - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_z[along_U24_yaw]), along_z[along_U24_yaw]);
+    change_z_next[71] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U34_yaw] - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_z[along_U34_yaw]), along_z[along_U34_yaw]);
+    change_z_next[72] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U15_yaw] - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_z[along_U15_yaw]), along_z[along_U15_yaw]);
+    change_z_next[73] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U25_yaw] - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_z[along_U25_yaw]), along_z[along_U25_yaw]);
+    change_z_next[74] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U35_yaw] - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_z[along_U35_yaw]), along_z[along_U35_yaw]);
+    change_z_next[75] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U45_yaw] - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_z[along_U45_yaw]), along_z[along_U45_yaw]);
     change_z_next[76] = SELECT(m_kqyoi, along_x[along_yaw], along_z[along_y1_yaw]);
     change_z_next[77] = SELECT(m_kqyoi, t_rq2o3, along_z[along_y2_yaw]);
     change_z_next[78] = SELECT(m_kqyoi, t_2h7da, along_z[along_v1_yaw]);
-    change_z_next[79] = SELECT(m_kqyoi, t_zmxd4, along_z[along_u1_yaw]);
+    change_z_next[79] = SELECT(m_kqyoi, t_wwgjp, along_z[along_u1_yaw]);
     change_z_next[80] = SELECT(m_kqyoi, along_z[along_u1_yaw], along_z[along_u2_yaw]);
     change_z_next[81] = SELECT(m_kqyoi, SELECT(m_ng6lt, along_z[along_wm1_yaw], t_k6r65), along_z[along_ym_yaw]);
     change_z_next[82] = SELECT(m_kqyoi, t_k6r65, along_z[along_wm1_yaw]);

@@ -290,8 +290,8 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -305,18 +305,18 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -678,8 +678,8 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -693,18 +693,18 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -1047,8 +1047,8 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -1062,18 +1062,18 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -1453,8 +1453,8 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -1468,18 +1468,18 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -1930,8 +1930,8 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -1945,18 +1945,18 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -4827,8 +4827,8 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
@@ -4842,18 +4842,18 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
         - t_bxfcn * K_L53
         - t_ejg3c * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_moxdb = K65
+    const real t_aqba4 = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_ejg3c * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_moxdb * t_ftqxb;
+    const real K_L65 = t_aqba4 * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_yioo4 * K_L64
-        - t_moxdb * K_L65
+        - t_aqba4 * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x + t_xynyo;
     const real b2 = f_y - n2;
@@ -6172,8 +6172,8 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
@@ -6187,18 +6187,18 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
         - t_bxfcn * K_L53
         - t_ejg3c * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_moxdb = K65
+    const real t_aqba4 = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_ejg3c * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_moxdb * t_ftqxb;
+    const real K_L65 = t_aqba4 * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_yioo4 * K_L64
-        - t_moxdb * K_L65
+        - t_aqba4 * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x + t_xynyo;
     const real b2 = f_y - n2;
@@ -8140,8 +8140,8 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
@@ -8155,18 +8155,18 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
         - t_bxfcn * K_L53
         - t_ejg3c * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_moxdb = K65
+    const real t_aqba4 = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_ejg3c * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_moxdb * t_ftqxb;
+    const real K_L65 = t_aqba4 * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_yioo4 * K_L64
-        - t_moxdb * K_L65
+        - t_aqba4 * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x + t_xynyo;
     const real b2 = f_y - n2;
@@ -9081,8 +9081,8 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
@@ -9096,18 +9096,18 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
         - t_bxfcn * K_L53
         - t_ejg3c * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_moxdb = K65
+    const real t_aqba4 = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_ejg3c * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_moxdb * t_ftqxb;
+    const real K_L65 = t_aqba4 * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_yioo4 * K_L64
-        - t_moxdb * K_L65
+        - t_aqba4 * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x + t_xynyo;
     const real b2 = f_y - n2;

@@ -329,8 +329,8 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_inhtz = t_bvybx * cos_theta2;
     const real t_bl4f2 = t_llswo + t_inhtz;
     const real t_pgxzp = t_bl4f2 * t_bpfoo;
-    const real t_jc3gv = t_hjmgb + t_b3aij * t_pgxzp;
-    const real t_gz422 = t_jc3gv * t_4iujv;
+    const real t_dzmcy = t_hjmgb + t_b3aij * t_pgxzp;
+    const real t_gz422 = t_dzmcy * t_4iujv;
     const real t_iyghn = K63 + t_2rbbr * t_gz422 - t_zzymx * t_pgxzp;
     const real K_L63 = t_iyghn * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_3jpev - t_busu7 * K_L43 - t_2m245 * t_xq4wt;
@@ -344,18 +344,18 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
         - t_kjv32 * K_L53
         - t_qs67n * K_L54
         - t_6mmeb * t_rujpm;
-    const real t_at26l = K65
+    const real t_aedxu = K65
         + t_xqwvu * t_gz422
         - t_kjv32 * K_L63
         - t_qs67n * K_L64
         - t_6mmeb * t_pgxzp;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_at26l * t_ftqxb;
+    const real K_L65 = t_aedxu * t_ftqxb;
     const real K_D6 = K66
-        - t_jc3gv * t_gz422
+        - t_dzmcy * t_gz422
         - t_iyghn * K_L63
         - t_vuqjn * K_L64
-        - t_at26l * K_L65
+        - t_aedxu * K_L65
         - t_bl4f2 * t_pgxzp;
     const real t_qbgt7 = t_7imwe * sin_phi1;
     const real t_v7h4t = t_4b2fa * sin_phi2;
@@ -434,60 +434,60 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_hqad4 = t_qbft3 + cos_phi1 * t_h7dxi;
     const real t_bpppy = sin_phi2 * t_2bqt6;
     const real t_3iwx3 = t_bpppy + cos_phi2 * t_skszy;
-    const real t_r6mys = t_w7lcw * t_pworu - (t_mnfa5 + t_cb5bw - sin_theta1 * t_hqad4 - sin_theta2 * t_3iwx3);
+    const real t_exl5i = t_w7lcw * t_pworu - (t_mnfa5 + t_cb5bw - sin_theta1 * t_hqad4 - sin_theta2 * t_3iwx3);
     const real t_rwvfl = sin_theta1 * t_wp4cy;
     const real t_cqdkk = sin_theta2 * t_sc77m;
-    const real t_vm2ku = t_3go2w * t_pworu
+    const real t_fa6nk = t_3go2w * t_pworu
         + (cos_theta1 * t_hqad4 + (t_rwvfl + t_cqdkk) + cos_theta2 * t_3iwx3)
-        - K_L32 * t_r6mys;
+        - K_L32 * t_exl5i;
     const real t_zfk4z = p[l1] * t_h7dxi;
     const real t_a7ivz = q_1 * t_wp4cy + q_2 * t_sc77m;
     const real t_6tlin = p[l2] * t_skszy;
-    const real t_barmu = t_xq4wt * t_pworu
+    const real t_sacre = t_xq4wt * t_pworu
         - (t_zfk4z - t_a7ivz + t_6tlin)
-        + t_3jpev * t_r6mys
-        - K_L43 * t_vm2ku;
-    const real t_dzlkr = t_zfk4z - e1 * t_hqad4;
-    const real t_7hro7 = t_6tlin - e2 * t_3iwx3;
-    const real t_q3zlw = sin_theta1 * t_dzlkr
+        + t_3jpev * t_exl5i
+        - K_L43 * t_fa6nk;
+    const real t_oeo2d = t_zfk4z - e1 * t_hqad4;
+    const real t_6g4dk = t_6tlin - e2 * t_3iwx3;
+    const real t_tc4zj = sin_theta1 * t_oeo2d
         - t_a7ivz
-        + sin_theta2 * t_7hro7
+        + sin_theta2 * t_6g4dk
         - t_5r66u * x[wy]
         + g_1 * t_mnfa5
         + g_2 * t_cb5bw;
-    const real t_r5an4 = t_rujpm * t_pworu
-        - t_q3zlw
-        - K_L52 * t_r6mys
-        - K_L53 * t_vm2ku
-        - K_L54 * t_barmu;
-    const real t_k4r7s = cos_theta1 * t_dzlkr
-        + cos_theta2 * t_7hro7
+    const real t_jmofn = t_rujpm * t_pworu
+        - t_tc4zj
+        - K_L52 * t_exl5i
+        - K_L53 * t_fa6nk
+        - K_L54 * t_sacre;
+    const real t_d3sej = cos_theta1 * t_oeo2d
+        + cos_theta2 * t_6g4dk
         + I_theta1
         + I_theta2
         - t_7bo2j * x[wz]
         - g_1 * t_rwvfl
         - g_2 * t_cqdkk;
-    const real t_rfdqf = t_pgxzp * t_pworu
-        - t_k4r7s
-        + t_gz422 * t_r6mys
-        - K_L63 * t_vm2ku
-        - K_L64 * t_barmu
-        - K_L65 * t_r5an4;
-    const real t_l3hyo = t_rfdqf * t_nfkwa;
-    const real t_hmcjh = t_r5an4 * t_ftqxb - K_L65 * t_l3hyo;
-    const real t_v5isq = t_barmu * t_lt2al - K_L54 * t_hmcjh - K_L64 * t_l3hyo;
-    const real t_qjxw2 = t_vm2ku * t_zmh3u - K_L43 * t_v5isq - K_L53 * t_hmcjh - K_L63 * t_l3hyo;
-    const real t_yrgl2 = t_r6mys * t_4iujv
-        - K_L32 * t_qjxw2
-        + t_3jpev * t_v5isq
-        - K_L52 * t_hmcjh
-        + t_gz422 * t_l3hyo;
-    const real t_wizkf = t_pworu * t_bpfoo
-        + t_w7lcw * t_yrgl2
-        + t_3go2w * t_qjxw2
-        + t_xq4wt * t_v5isq
-        + t_rujpm * t_hmcjh
-        + t_pgxzp * t_l3hyo;
+    const real t_cryxh = t_pgxzp * t_pworu
+        - t_d3sej
+        + t_gz422 * t_exl5i
+        - K_L63 * t_fa6nk
+        - K_L64 * t_sacre
+        - K_L65 * t_jmofn;
+    const real t_fukug = t_cryxh * t_nfkwa;
+    const real t_mvcys = t_jmofn * t_ftqxb - K_L65 * t_fukug;
+    const real t_cgzf6 = t_sacre * t_lt2al - K_L54 * t_mvcys - K_L64 * t_fukug;
+    const real t_k4g3j = t_fa6nk * t_zmh3u - K_L43 * t_cgzf6 - K_L53 * t_mvcys - K_L63 * t_fukug;
+    const real t_p3cyq = t_exl5i * t_4iujv
+        - K_L32 * t_k4g3j
+        + t_3jpev * t_cgzf6
+        - K_L52 * t_mvcys
+        + t_gz422 * t_fukug;
+    const real t_eyqb4 = t_pworu * t_bpfoo
+        + t_w7lcw * t_p3cyq
+        + t_3go2w * t_k4g3j
+        + t_xq4wt * t_cgzf6
+        + t_rujpm * t_mvcys
+        + t_pgxzp * t_fukug;
     const real t_tqerc = cos_phi1 * sin_theta1;
     const real t_bq73g = sin_phi1 * sin_theta1;
     const real t_lmubw = chi1 * t_tqerc - t_qm5gj * t_bq73g - w_x1 * sin_theta1;
@@ -516,55 +516,55 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_isxxh = cos_theta2 * t_nrfga;
     const real t_zexpu = sin_phi1 * t_sayxc - cos_phi1 * t_64tpi;
     const real t_jshhh = sin_phi2 * t_a5qu3 - cos_phi2 * t_xythb;
-    const real t_tzabn = t_w7lcw * t_bg65y - (t_56goo + t_isxxh + sin_theta1 * t_zexpu + sin_theta2 * t_jshhh);
+    const real t_r3r7s = t_w7lcw * t_bg65y - (t_56goo + t_isxxh + sin_theta1 * t_zexpu + sin_theta2 * t_jshhh);
     const real t_hrzpn = sin_theta1 * t_3t364;
     const real t_dm2ov = sin_theta2 * t_nrfga;
-    const real t_b5npc = t_3go2w * t_bg65y
+    const real t_joo3t = t_3go2w * t_bg65y
         - (cos_theta1 * t_zexpu - (t_hrzpn + t_dm2ov) + cos_theta2 * t_jshhh)
-        - K_L32 * t_tzabn;
+        - K_L32 * t_r3r7s;
     const real t_zycl7 = Bs_1 * t_imsf6 + p[l1] * t_64tpi;
     const real t_ht2gr = q_1 * t_3t364 + q_2 * t_nrfga;
     const real t_6wizo = Bs_2 * t_sqd7x + p[l2] * t_xythb;
-    const real t_vxw4y = t_xq4wt * t_bg65y
+    const real t_5odkw = t_xq4wt * t_bg65y
         - (t_zycl7 - t_ht2gr + t_6wizo + I_theta1 + I_theta2 - x[wz] * t_sfymc)
-        + t_3jpev * t_tzabn
-        - K_L43 * t_b5npc;
-    const real t_upz5m = t_zycl7 + e1 * t_zexpu;
-    const real t_sqdg4 = t_6wizo + e2 * t_jshhh;
-    const real t_otfbn = sin_theta1 * t_upz5m
+        + t_3jpev * t_r3r7s
+        - K_L43 * t_joo3t;
+    const real t_tnzse = t_zycl7 + e1 * t_zexpu;
+    const real t_rv4bf = t_6wizo + e2 * t_jshhh;
+    const real t_hgr6m = sin_theta1 * t_tnzse
         - t_ht2gr
-        + sin_theta2 * t_sqdg4
+        + sin_theta2 * t_rv4bf
         - t_5r66u * x[wx]
         - I_phi1
         - I_phi2
         + g_1 * t_56goo
         + g_2 * t_isxxh;
-    const real t_dobma = t_rujpm * t_bg65y
-        - t_otfbn
-        - K_L52 * t_tzabn
-        - K_L53 * t_b5npc
-        - K_L54 * t_vxw4y;
-    const real t_hsnyp = t_pgxzp * t_bg65y
-        - (cos_theta1 * t_upz5m + cos_theta2 * t_sqdg4 - g_1 * t_hrzpn - g_2 * t_dm2ov)
-        + t_gz422 * t_tzabn
-        - K_L63 * t_b5npc
-        - K_L64 * t_vxw4y
-        - K_L65 * t_dobma;
-    const real t_xbolq = t_hsnyp * t_nfkwa;
-    const real t_64av6 = t_dobma * t_ftqxb - K_L65 * t_xbolq;
-    const real t_5napi = t_vxw4y * t_lt2al - K_L54 * t_64av6 - K_L64 * t_xbolq;
-    const real t_7monj = t_b5npc * t_zmh3u - K_L43 * t_5napi - K_L53 * t_64av6 - K_L63 * t_xbolq;
-    const real t_iac5b = t_tzabn * t_4iujv
-        - K_L32 * t_7monj
-        + t_3jpev * t_5napi
-        - K_L52 * t_64av6
-        + t_gz422 * t_xbolq;
-    const real t_lo7gb = t_bg65y * t_bpfoo
-        + t_w7lcw * t_iac5b
-        + t_3go2w * t_7monj
-        + t_xq4wt * t_5napi
-        + t_rujpm * t_64av6
-        + t_pgxzp * t_xbolq;
+    const real t_ygneh = t_rujpm * t_bg65y
+        - t_hgr6m
+        - K_L52 * t_r3r7s
+        - K_L53 * t_joo3t
+        - K_L54 * t_5odkw;
+    const real t_y3xss = t_pgxzp * t_bg65y
+        - (cos_theta1 * t_tnzse + cos_theta2 * t_rv4bf - g_1 * t_hrzpn - g_2 * t_dm2ov)
+        + t_gz422 * t_r3r7s
+        - K_L63 * t_joo3t
+        - K_L64 * t_5odkw
+        - K_L65 * t_ygneh;
+    const real t_yanuq = t_y3xss * t_nfkwa;
+    const real t_zidue = t_ygneh * t_ftqxb - K_L65 * t_yanuq;
+    const real t_v3546 = t_5odkw * t_lt2al - K_L54 * t_zidue - K_L64 * t_yanuq;
+    const real t_z2otz = t_joo3t * t_zmh3u - K_L43 * t_v3546 - K_L53 * t_zidue - K_L63 * t_yanuq;
+    const real t_5gogd = t_r3r7s * t_4iujv
+        - K_L32 * t_z2otz
+        + t_3jpev * t_v3546
+        - K_L52 * t_zidue
+        + t_gz422 * t_yanuq;
+    const real t_d5rka = t_bg65y * t_bpfoo
+        + t_w7lcw * t_5gogd
+        + t_3go2w * t_z2otz
+        + t_xq4wt * t_v3546
+        + t_rujpm * t_zidue
+        + t_pgxzp * t_yanuq;
     const real t_3wimo = cos_phi1 * cos_theta1;
     const real t_xfyzm = sin_phi1 * cos_theta1;
     const real t_e6rpb = chi1 * t_3wimo - t_qm5gj * t_xfyzm - w_x1 * cos_theta1;
@@ -587,65 +587,65 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_etwic = cos_theta2 * t_ji52a;
     const real t_thij4 = sin_phi1 * t_3kj2o - cos_phi1 * t_jpgmg;
     const real t_brnoc = sin_phi2 * t_zqoxx - cos_phi2 * t_h6rqi;
-    const real t_smgku = t_w7lcw * t_pctcd - (t_iiyuu + t_etwic + sin_theta1 * t_thij4 + sin_theta2 * t_brnoc);
+    const real t_izsb2 = t_w7lcw * t_pctcd - (t_iiyuu + t_etwic + sin_theta1 * t_thij4 + sin_theta2 * t_brnoc);
     const real t_5vlm2 = sin_theta1 * t_ucha7;
     const real t_e53jk = sin_theta2 * t_ji52a;
-    const real t_jxjma = t_3go2w * t_pctcd
+    const real t_2iqnc = t_3go2w * t_pctcd
         - (cos_theta1 * t_thij4 - (t_5vlm2 + t_e53jk) + cos_theta2 * t_brnoc)
-        - K_L32 * t_smgku;
+        - K_L32 * t_izsb2;
     const real t_oeqp6 = Bs_1 * t_oetyi + p[l1] * t_jpgmg;
     const real t_r7m37 = q_1 * t_ucha7 + q_2 * t_ji52a;
     const real t_amsj5 = Bs_2 * t_xfnc5 + p[l2] * t_h6rqi;
-    const real t_alfzz = t_xq4wt * t_pctcd
+    const real t_clu23 = t_xq4wt * t_pctcd
         - (t_oeqp6 - t_r7m37 + t_amsj5 - t_6nfyn)
-        + t_3jpev * t_smgku
-        - K_L43 * t_jxjma;
-    const real t_c23dv = t_oeqp6 + e1 * t_thij4;
-    const real t_7daeh = t_amsj5 + e2 * t_brnoc;
-    const real t_xuedc = sin_theta1 * t_c23dv
+        + t_3jpev * t_izsb2
+        - K_L43 * t_2iqnc;
+    const real t_mvuro = t_oeqp6 + e1 * t_thij4;
+    const real t_blnd5 = t_amsj5 + e2 * t_brnoc;
+    const real t_rp4f5 = sin_theta1 * t_mvuro
         - t_r7m37
-        + sin_theta2 * t_7daeh
+        + sin_theta2 * t_blnd5
         + g_1 * t_iiyuu
         + g_2 * t_etwic;
-    const real t_nq6kj = t_rujpm * t_pctcd
-        - t_xuedc
-        - K_L52 * t_smgku
-        - K_L53 * t_jxjma
-        - K_L54 * t_alfzz;
-    const real t_xlo26 = cos_theta1 * t_c23dv
-        + cos_theta2 * t_7daeh
+    const real t_zd2f6 = t_rujpm * t_pctcd
+        - t_rp4f5
+        - K_L52 * t_izsb2
+        - K_L53 * t_2iqnc
+        - K_L54 * t_clu23;
+    const real t_ogxo7 = cos_theta1 * t_mvuro
+        + cos_theta2 * t_blnd5
         - t_7bo2j * x[wx]
         - g_1 * t_5vlm2
         - g_2 * t_e53jk
         - I_phi1
         - I_phi2;
-    const real t_r57uk = t_pgxzp * t_pctcd
-        - t_xlo26
-        + t_gz422 * t_smgku
-        - K_L63 * t_jxjma
-        - K_L64 * t_alfzz
-        - K_L65 * t_nq6kj;
-    const real t_stsgp = t_r57uk * t_nfkwa;
-    const real t_jyiaj = t_nq6kj * t_ftqxb - K_L65 * t_stsgp;
-    const real t_nkq7y = t_alfzz * t_lt2al - K_L54 * t_jyiaj - K_L64 * t_stsgp;
-    const real t_rol52 = t_jxjma * t_zmh3u - K_L43 * t_nkq7y - K_L53 * t_jyiaj - K_L63 * t_stsgp;
-    const real t_mvyus = t_smgku * t_4iujv
-        - K_L32 * t_rol52
-        + t_3jpev * t_nkq7y
-        - K_L52 * t_jyiaj
-        + t_gz422 * t_stsgp;
-    const real t_jctnv = t_pctcd * t_bpfoo
-        + t_w7lcw * t_mvyus
-        + t_3go2w * t_rol52
-        + t_xq4wt * t_nkq7y
-        + t_rujpm * t_jyiaj
-        + t_pgxzp * t_stsgp;
+    const real t_ckewu = t_pgxzp * t_pctcd
+        - t_ogxo7
+        + t_gz422 * t_izsb2
+        - K_L63 * t_2iqnc
+        - K_L64 * t_clu23
+        - K_L65 * t_zd2f6;
+    const real t_gif7d = t_ckewu * t_nfkwa;
+    const real t_hucxp = t_zd2f6 * t_ftqxb - K_L65 * t_gif7d;
+    const real t_psn6w = t_clu23 * t_lt2al - K_L54 * t_hucxp - K_L64 * t_gif7d;
+    const real t_nsiwt = t_2iqnc * t_zmh3u - K_L43 * t_psn6w - K_L53 * t_hucxp - K_L63 * t_gif7d;
+    const real t_gbvsw = t_izsb2 * t_4iujv
+        - K_L32 * t_nsiwt
+        + t_3jpev * t_psn6w
+        - K_L52 * t_hucxp
+        + t_gz422 * t_gif7d;
+    const real t_r4y2f = t_pctcd * t_bpfoo
+        + t_w7lcw * t_gbvsw
+        + t_3go2w * t_nsiwt
+        + t_xq4wt * t_psn6w
+        + t_rujpm * t_hucxp
+        + t_pgxzp * t_gif7d;
     const real t_laqoo = w_x1 * cos_phi1 - t_tqamb;
     const real t_qm5gj_2 = w_x1 * sin_phi1 + t_pad7a;
     const real t_hvpvf = chi1 * t_laqoo - t_qm5gj * t_qm5gj_2;
     const real t_5qnaj = B_1 * t_hvpvf;
     const real t_rqjd5 = mv1 * (t_w7vil * sin_phi1) + t_6nwd2 * (t_dskdd * t_laqoo);
-    const real t_qzx6f = sin_phi1 * t_5qnaj + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
+    const real t_ku2ls = sin_phi1 * t_5qnaj + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
     const real t_2sw7d = t_47fu6 * t_bpfoo;
     const real t_6choa = mv1 * cos_phi1;
     const real t_h2ibw = sin_phi1 * t_6choa + Asc_1;
@@ -658,28 +658,28 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_vhuco = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_4z4np));
     const real t_dnmdb = th_1 * (p[I1] * t_f2zxy - loss_theta1 * t_4z4np) - t_xips6 * t_vhuco;
     const real t_6fek6 = cos_theta1 * t_dnmdb;
-    const real t_odlfh = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_5qnaj - t_qbgt7);
-    const real t_nlesu = b1 * t_ccnxe + t_w7lcw * t_qzx6f - (t_6fek6 + sin_theta1 * t_odlfh);
+    const real t_ajxqx = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_5qnaj - t_qbgt7);
+    const real t_jwrt2 = b1 * t_ccnxe + t_w7lcw * t_ku2ls - (t_6fek6 + sin_theta1 * t_ajxqx);
     const real t_5am4i = t_uifqg * t_4iujv;
     const real t_qends = p[I1] * t_vhuco;
     const real t_3agyi = t_h2ibw + t_qends;
     const real t_6n66f = S_sq1 * t_3agyi;
-    const real t_4urrx = t_6n66f - t_qends - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
+    const real t_7ekva = t_6n66f - t_qends - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
     const real t_ix2vw = cos_theta1 * t_m24qb;
     const real t_7rnk2_2 = t_3go2w * t_bpfoo;
     const real t_lkd5z = t_ix2vw * t_bpfoo + t_7rnk2_2 * t_h2ibw;
-    const real t_ses2j = SC1 * t_3agyi - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
+    const real t_eukb7 = SC1 * t_3agyi - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
     const real t_6yahm = K_L32 * t_4iujv;
-    const real t_shbrh = t_ses2j * t_4iujv - t_6yahm * t_4urrx;
+    const real t_sx3o7 = t_eukb7 * t_4iujv - t_6yahm * t_7ekva;
     const real t_k46nc = sin_theta1 * t_dnmdb;
-    const real t_nigha = b1 * t_lkd5z
-        + t_3go2w * t_qzx6f
-        - (cos_theta1 * t_odlfh - t_k46nc)
-        - (X_y2 * t_shbrh + K_L32 * t_nlesu);
+    const real t_hnz62 = b1 * t_lkd5z
+        + t_3go2w * t_ku2ls
+        - (cos_theta1 * t_ajxqx - t_k46nc)
+        - (X_y2 * t_sx3o7 + K_L32 * t_jwrt2);
     const real t_insvr = t_izhu2 * t_zmh3u;
-    const real t_r6f5q = t_h2ibw
+    const real t_zyg4s = t_h2ibw
         - t_6n66f
-        - (K_L32 * t_ses2j + t_2rbbr * t_shbrh)
+        - (K_L32 * t_eukb7 + t_2rbbr * t_sx3o7)
         - (t_3go2w * t_ix2vw + t_zzymx * t_lkd5z);
     const real t_ryzts = wth_1 * t_4z4np - q_1 * t_qends;
     const real t_g5uka = sin_theta1 * t_ryzts;
@@ -688,25 +688,25 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_zopz4 = Bc_1 * t_bpfoo + t_jtjoh * t_h2ibw;
     const real t_ran7z = t_zohce - sin_theta1 * Bs_1 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
     const real t_j4z66 = t_3jpev * t_4iujv;
-    const real t_bzre6 = t_ran7z * t_4iujv - t_j4z66 * t_4urrx;
-    const real t_npvz7 = t_g5uka
+    const real t_qvqlb = t_ran7z * t_4iujv - t_j4z66 * t_7ekva;
+    const real t_am56c = t_g5uka
         + cos_theta1 * Bs_1
-        + (t_3jpev * t_ses2j + t_2rbbr * t_bzre6)
+        + (t_3jpev * t_eukb7 + t_2rbbr * t_qvqlb)
         - (t_xq4wt * t_ix2vw + t_zzymx * t_zopz4);
     const real t_ydwjl = K_L43 * t_zmh3u;
-    const real t_55rpl = t_npvz7 * t_zmh3u - t_ydwjl * t_r6f5q;
-    const real t_bu7fp = t_w7vil * Bc_1 + p[l1] * t_5qnaj;
+    const real t_vjaoz = t_am56c * t_zmh3u - t_ydwjl * t_zyg4s;
+    const real t_umhin = t_w7vil * Bc_1 + p[l1] * t_5qnaj;
     const real t_7t2bq = q_1 * t_dnmdb + F_n1 * t_4z4np;
-    const real t_2q7pu = b1 * t_zopz4
-        + t_xq4wt * t_qzx6f
-        - (t_bu7fp - t_7t2bq)
-        + (X_y2 * t_bzre6 + t_3jpev * t_nlesu)
-        - (X_y3 * t_55rpl + K_L43 * t_nigha);
+    const real t_vzbfg = b1 * t_zopz4
+        + t_xq4wt * t_ku2ls
+        - (t_umhin - t_7t2bq)
+        + (X_y2 * t_qvqlb + t_3jpev * t_jwrt2)
+        - (X_y3 * t_vjaoz + K_L43 * t_hnz62);
     const real t_gkoba = t_72jfh * t_lt2al;
     const real t_gtdgn = wq_1 * t_4z4np + q_1 * t_ryzts;
-    const real t_lflfz = t_gtdgn
-        - (t_3jpev * t_ran7z + t_m67zs * t_bzre6)
-        - (K_L43 * t_npvz7 + t_busu7 * t_55rpl)
+    const real t_zlytl = t_gtdgn
+        - (t_3jpev * t_ran7z + t_m67zs * t_qvqlb)
+        - (K_L43 * t_am56c + t_busu7 * t_vjaoz)
         - (t_xq4wt * Bc_1 + t_2m245 * t_zopz4);
     const real t_xziph = wth_1 * t_xtwlg - g_1 * t_qends;
     const real t_52vl2 = wg_1 * t_4z4np + q_1 * t_xziph;
@@ -719,126 +719,126 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_vvqnn = Bc_1 + e1 * t_m24qb;
     const real t_e4sul = sin_theta1 * t_vvqnn;
     const real t_7rnk2_3 = t_rujpm * t_bpfoo;
-    const real t_4vm3d = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
-    const real t_oygab = t_xziph - t_dra62 - t_zohce - (t_rujpm * t_7j6vv + t_b3aij * t_4vm3d);
+    const real t_ryoqa = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
+    const real t_dxvtf = t_xziph - t_dra62 - t_zohce - (t_rujpm * t_7j6vv + t_b3aij * t_ryoqa);
     const real t_hfybw = K_L52 * t_4iujv;
-    const real t_tzwn6 = t_oygab * t_4iujv - t_hfybw * t_4urrx;
+    const real t_npjae = t_dxvtf * t_4iujv - t_hfybw * t_7ekva;
     const real t_d4baz = SC1 * t_wufir;
-    const real t_syfvk = t_g5uka
+    const real t_trcfn = t_g5uka
         - t_d4baz
-        - (K_L52 * t_ses2j + t_2rbbr * t_tzwn6)
-        - (t_rujpm * t_ix2vw + t_zzymx * t_4vm3d);
+        - (K_L52 * t_eukb7 + t_2rbbr * t_npjae)
+        - (t_rujpm * t_ix2vw + t_zzymx * t_ryoqa);
     const real t_qe675 = K_L53 * t_zmh3u;
-    const real t_5h4ln = t_syfvk * t_zmh3u - t_qe675 * t_r6f5q;
-    const real t_atoyr = t_gtdgn
+    const real t_4qzna = t_trcfn * t_zmh3u - t_qe675 * t_zyg4s;
+    const real t_v6w56 = t_gtdgn
         - t_3s2va
         + sin_theta1 * t_6iiam
-        + (K_L52 * t_ran7z + t_m67zs * t_tzwn6)
-        - (K_L53 * t_npvz7 + t_busu7 * t_5h4ln)
-        - (t_rujpm * Bc_1 + t_2m245 * t_4vm3d);
+        + (K_L52 * t_ran7z + t_m67zs * t_npjae)
+        - (K_L53 * t_am56c + t_busu7 * t_4qzna)
+        - (t_rujpm * Bc_1 + t_2m245 * t_ryoqa);
     const real t_2e52m = K_L54 * t_lt2al;
-    const real t_bjw24 = t_atoyr * t_lt2al - t_2e52m * t_lflfz;
-    const real t_x76h7 = t_bu7fp + e1 * t_odlfh;
-    const real t_b25zg = b1 * t_4vm3d
-        + t_rujpm * t_qzx6f
-        - (sin_theta1 * t_x76h7 - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg))
-        - (X_y2 * t_tzwn6 + K_L52 * t_nlesu)
-        - (X_y3 * t_5h4ln + K_L53 * t_nigha)
-        - (X_y4 * t_bjw24 + K_L54 * t_2q7pu);
+    const real t_fpb7p = t_v6w56 * t_lt2al - t_2e52m * t_zlytl;
+    const real t_tdpur = t_umhin + e1 * t_ajxqx;
+    const real t_ltxdf = b1 * t_ryoqa
+        + t_rujpm * t_ku2ls
+        - (sin_theta1 * t_tdpur - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg))
+        - (X_y2 * t_npjae + K_L52 * t_jwrt2)
+        - (X_y3 * t_4qzna + K_L53 * t_hnz62)
+        - (X_y4 * t_fpb7p + K_L54 * t_vzbfg);
     const real t_eriz2 = t_cufdy * t_ftqxb;
     const real t_iorjk = wg_1 * t_xtwlg + g_1 * t_xziph;
     const real t_dnjms = e1 * t_7z7va - K(-2.0) * t_6iiam;
     const real t_miprn = t_dnjms - t_iorjk;
-    const real t_wrcyr = S_sq1 * t_miprn;
-    const real t_e7dhx = t_iorjk
+    const real t_bznju = S_sq1 * t_miprn;
+    const real t_ga4qh = t_iorjk
         + t_gtdgn
-        + t_wrcyr
+        + t_bznju
         + K(-2.0) * t_3s2va
-        - (K_L52 * t_oygab + t_xqwvu * t_tzwn6)
-        - (K_L53 * t_syfvk + t_kjv32 * t_5h4ln)
-        - (K_L54 * t_atoyr + t_qs67n * t_bjw24)
-        - (t_rujpm * t_e4sul + t_6mmeb * t_4vm3d);
+        - (K_L52 * t_dxvtf + t_xqwvu * t_npjae)
+        - (K_L53 * t_trcfn + t_kjv32 * t_4qzna)
+        - (K_L54 * t_v6w56 + t_qs67n * t_fpb7p)
+        - (t_rujpm * t_e4sul + t_6mmeb * t_ryoqa);
     const real t_tzirt = sin_theta1 * t_52vl2;
     const real t_as46a = cos_theta1 * t_vvqnn;
     const real t_7rnk2_4 = t_pgxzp * t_bpfoo;
-    const real t_wf3ag = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
-    const real t_7ziuu = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_wf3ag);
+    const real t_fewxz = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
+    const real t_oal24 = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_fewxz);
     const real t_2ngl5 = t_gz422 * t_4iujv;
-    const real t_uwd42 = t_7ziuu * t_4iujv - t_2ngl5 * t_4urrx;
-    const real t_k35ow = t_dra62
+    const real t_xcrgh = t_oal24 * t_4iujv - t_2ngl5 * t_7ekva;
+    const real t_zmlnb = t_dra62
         + t_fpsha
-        + (t_gz422 * t_ses2j + t_2rbbr * t_uwd42)
-        - (t_pgxzp * t_ix2vw + t_zzymx * t_wf3ag);
+        + (t_gz422 * t_eukb7 + t_2rbbr * t_xcrgh)
+        - (t_pgxzp * t_ix2vw + t_zzymx * t_fewxz);
     const real t_kpf5p = K_L63 * t_zmh3u;
-    const real t_3j7mz = t_k35ow * t_zmh3u - t_kpf5p * t_r6f5q;
-    const real t_gapjl = t_tzirt
+    const real t_t3nez = t_zmlnb * t_zmh3u - t_kpf5p * t_zyg4s;
+    const real t_jh5ai = t_tzirt
         + cos_theta1 * t_6iiam
-        - (t_gz422 * t_ran7z + t_m67zs * t_uwd42)
-        - (K_L63 * t_npvz7 + t_busu7 * t_3j7mz)
-        - (t_pgxzp * Bc_1 + t_2m245 * t_wf3ag);
+        - (t_gz422 * t_ran7z + t_m67zs * t_xcrgh)
+        - (K_L63 * t_am56c + t_busu7 * t_t3nez)
+        - (t_pgxzp * Bc_1 + t_2m245 * t_fewxz);
     const real t_wurun = K_L64 * t_lt2al;
-    const real t_6tx7x = t_gapjl * t_lt2al - t_wurun * t_lflfz;
-    const real t_sbp55 = t_tzirt
+    const real t_jobc6 = t_jh5ai * t_lt2al - t_wurun * t_zlytl;
+    const real t_3vmiw = t_tzirt
         + SC1 * t_miprn
-        + (t_gz422 * t_oygab + t_xqwvu * t_uwd42)
-        - (K_L63 * t_syfvk + t_kjv32 * t_3j7mz)
-        - (K_L64 * t_atoyr + t_qs67n * t_6tx7x)
-        - (t_pgxzp * t_e4sul + t_6mmeb * t_wf3ag);
+        + (t_gz422 * t_dxvtf + t_xqwvu * t_xcrgh)
+        - (K_L63 * t_trcfn + t_kjv32 * t_t3nez)
+        - (K_L64 * t_v6w56 + t_qs67n * t_jobc6)
+        - (t_pgxzp * t_e4sul + t_6mmeb * t_fewxz);
     const real t_dzxqu = K_L65 * t_ftqxb;
-    const real t_lw467 = t_sbp55 * t_ftqxb - t_dzxqu * t_e7dhx;
-    const real t_36rxv = b1 * t_wf3ag
-        + t_pgxzp * t_qzx6f
-        - (cos_theta1 * t_x76h7 - (g_1 * t_k46nc + t_azclp * t_xtwlg))
-        + (X_y2 * t_uwd42 + t_gz422 * t_nlesu)
-        - (X_y3 * t_3j7mz + K_L63 * t_nigha)
-        - (X_y4 * t_6tx7x + K_L64 * t_2q7pu)
-        - (X_y5 * t_lw467 + K_L65 * t_b25zg);
+    const real t_vf7ew = t_3vmiw * t_ftqxb - t_dzxqu * t_ga4qh;
+    const real t_ayjtj = b1 * t_fewxz
+        + t_pgxzp * t_ku2ls
+        - (cos_theta1 * t_tdpur - (g_1 * t_k46nc + t_azclp * t_xtwlg))
+        + (X_y2 * t_xcrgh + t_gz422 * t_jwrt2)
+        - (X_y3 * t_t3nez + K_L63 * t_hnz62)
+        - (X_y4 * t_jobc6 + K_L64 * t_vzbfg)
+        - (X_y5 * t_vf7ew + K_L65 * t_ltxdf);
     const real t_o4hiw = X_x6 * t_nfkwa;
-    const real t_ucs7l = t_dnjms
-        - t_wrcyr
-        - (t_gz422 * t_7ziuu + t_jc3gv * t_uwd42)
-        - (K_L63 * t_k35ow + t_iyghn * t_3j7mz)
-        - (K_L64 * t_gapjl + t_vuqjn * t_6tx7x)
-        - (K_L65 * t_sbp55 + t_at26l * t_lw467)
-        - (t_pgxzp * t_as46a + t_bl4f2 * t_wf3ag);
-    const real t_yr2ut = t_36rxv * t_nfkwa - t_o4hiw * t_ucs7l;
-    const real t_st4yk = t_b25zg * t_ftqxb - t_eriz2 * t_e7dhx - (X_x6 * t_lw467 + K_L65 * t_yr2ut);
-    const real t_dibdt = t_2q7pu * t_lt2al
-        - t_gkoba * t_lflfz
-        - (X_x5 * t_bjw24 + K_L54 * t_st4yk)
-        - (X_x6 * t_6tx7x + K_L64 * t_yr2ut);
-    const real t_y7rng = t_nigha * t_zmh3u
-        - t_insvr * t_r6f5q
-        - (X_x4 * t_55rpl + K_L43 * t_dibdt)
-        - (X_x5 * t_5h4ln + K_L53 * t_st4yk)
-        - (X_x6 * t_3j7mz + K_L63 * t_yr2ut);
-    const real t_nqnwq = t_nlesu * t_4iujv
-        - t_5am4i * t_4urrx
-        - (X_x3 * t_shbrh + K_L32 * t_y7rng)
-        + (X_x4 * t_bzre6 + t_3jpev * t_dibdt)
-        - (X_x5 * t_tzwn6 + K_L52 * t_st4yk)
-        + (X_x6 * t_uwd42 + t_gz422 * t_yr2ut);
-    const real t_u2cjx = t_qzx6f * t_bpfoo
+    const real t_v6umg = t_dnjms
+        - t_bznju
+        - (t_gz422 * t_oal24 + t_dzmcy * t_xcrgh)
+        - (K_L63 * t_zmlnb + t_iyghn * t_t3nez)
+        - (K_L64 * t_jh5ai + t_vuqjn * t_jobc6)
+        - (K_L65 * t_3vmiw + t_aedxu * t_vf7ew)
+        - (t_pgxzp * t_as46a + t_bl4f2 * t_fewxz);
+    const real t_2rjc3 = t_ayjtj * t_nfkwa - t_o4hiw * t_v6umg;
+    const real t_nbkzt = t_ltxdf * t_ftqxb - t_eriz2 * t_ga4qh - (X_x6 * t_vf7ew + K_L65 * t_2rjc3);
+    const real t_acgzr = t_vzbfg * t_lt2al
+        - t_gkoba * t_zlytl
+        - (X_x5 * t_fpb7p + K_L54 * t_nbkzt)
+        - (X_x6 * t_jobc6 + K_L64 * t_2rjc3);
+    const real t_vb3vk = t_hnz62 * t_zmh3u
+        - t_insvr * t_zyg4s
+        - (X_x4 * t_vjaoz + K_L43 * t_acgzr)
+        - (X_x5 * t_4qzna + K_L53 * t_nbkzt)
+        - (X_x6 * t_t3nez + K_L63 * t_2rjc3);
+    const real t_clzgq = t_jwrt2 * t_4iujv
+        - t_5am4i * t_7ekva
+        - (X_x3 * t_sx3o7 + K_L32 * t_vb3vk)
+        + (X_x4 * t_qvqlb + t_3jpev * t_acgzr)
+        - (X_x5 * t_npjae + K_L52 * t_nbkzt)
+        + (X_x6 * t_xcrgh + t_gz422 * t_2rjc3);
+    const real t_ohz37 = t_ku2ls * t_bpfoo
         + t_2sw7d * t_h2ibw
-        + (X_x2 * t_ccnxe + t_w7lcw * t_nqnwq)
-        + (X_x3 * t_lkd5z + t_3go2w * t_y7rng)
-        + (X_x4 * t_zopz4 + t_xq4wt * t_dibdt)
-        + (X_x5 * t_4vm3d + t_rujpm * t_st4yk)
-        + (X_x6 * t_wf3ag + t_pgxzp * t_yr2ut);
+        + (X_x2 * t_ccnxe + t_w7lcw * t_clzgq)
+        + (X_x3 * t_lkd5z + t_3go2w * t_vb3vk)
+        + (X_x4 * t_zopz4 + t_xq4wt * t_acgzr)
+        + (X_x5 * t_ryoqa + t_rujpm * t_nbkzt)
+        + (X_x6 * t_fewxz + t_pgxzp * t_2rjc3);
     const real t_ffpz7 = x[wy] * cos_theta1 - x[wz] * sin_theta1;
     const real t_2wqtn = cos_phi1 * t_ffpz7;
     const real t_7lrt3 = sin_phi1 * t_ffpz7;
     const real t_y5gv4 = chi1 * t_2wqtn - t_qm5gj * t_7lrt3 - w_x1 * t_ffpz7;
-    const real t_4bhef = B_1 * t_y5gv4;
+    const real t_qoq6p = B_1 * t_y5gv4;
     const real t_amwyw = x[wy] * sin_theta1 + x[wz] * cos_theta1;
     const real t_2jicd = t_6nwd2 * (t_dskdd * t_2wqtn - t_7uthm * t_amwyw);
-    const real t_bgytl = sin_phi1 * t_4bhef - cos_phi1 * t_2jicd;
+    const real t_xf6ji = sin_phi1 * t_qoq6p - cos_phi1 * t_2jicd;
     const real t_7rizg = t_pq5r4 * t_bpfoo;
     const real t_2vp5p = t_wmv32 * (p[l1] * t_7lrt3) + t_q2k45 * t_amwyw - w_x1 * (lc_1 * t_amwyw);
-    const real t_oqojn = th_1 * (p[I1] * t_2vp5p);
-    const real t_kvxem = cos_theta1 * t_oqojn - t_azclp;
-    const real t_caraw = sin_phi1 * t_2jicd + cos_phi1 * t_4bhef;
-    const real t_oobz7 = b1 * t_7rizg + t_w7lcw * t_bgytl - (t_kvxem + (t_ibvem - sin_theta1 * t_caraw));
+    const real t_b2rhp = th_1 * (p[I1] * t_2vp5p);
+    const real t_kvxem = cos_theta1 * t_b2rhp - t_azclp;
+    const real t_osexi = sin_phi1 * t_2jicd + cos_phi1 * t_qoq6p;
+    const real t_na2dn = b1 * t_7rizg + t_w7lcw * t_xf6ji - (t_kvxem + (t_ibvem - sin_theta1 * t_osexi));
     const real t_amqia = (sin_theta1 + sin_theta1) * cos_theta1;
     const real t_dypyd = tn11_1 * t_amqia;
     const real t_gruy3 = t_dypyd - (t_w7lcw * t_pq5r4 + t_b3aij * t_7rizg);
@@ -846,12 +846,12 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_xy6nc = t_pagmx * t_bpfoo;
     const real t_2d4vd = tn11_1 * t_32wvq - (t_3go2w * t_pq5r4 - t_b3aij * t_xy6nc);
     const real t_qjb2l = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
-    const real t_6ikyu = sin_theta1 * t_oqojn + t_vt7uo;
-    const real t_3qzv5 = t_3go2w * t_bgytl
+    const real t_6ikyu = sin_theta1 * t_b2rhp + t_vt7uo;
+    const real t_blco7 = t_3go2w * t_xf6ji
         - b1 * t_xy6nc
-        + (cos_theta1 * t_caraw + t_ramrz + t_6ikyu)
-        - (X_y2 * t_qjb2l + K_L32 * t_oobz7);
-    const real t_f4k2m = t_3go2w * t_pagmx
+        + (cos_theta1 * t_osexi + t_ramrz + t_6ikyu)
+        - (X_y2 * t_qjb2l + K_L32 * t_na2dn);
+    const real t_5t2nc = t_3go2w * t_pagmx
         + t_zzymx * t_xy6nc
         - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_qjb2l));
     const real t_a5psl = wq_1 * cos_theta1;
@@ -859,107 +859,107 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_ilktx = t_rlbqu - t_4sjo7 + t_xq4wt * t_pq5r4;
     const real t_6adkg = t_ilktx * t_4iujv - t_j4z66 * t_gruy3;
     const real t_qki4i = t_a5psl + t_kimqu + (t_3jpev * t_2d4vd + t_2rbbr * t_6adkg) + t_xq4wt * t_pagmx;
-    const real t_ewd2a = t_qki4i * t_zmh3u - t_ydwjl * t_f4k2m;
-    const real t_wzzjp = p[l1] * t_4bhef;
-    const real t_3clim = q_1 * t_oqojn;
-    const real t_3zzcr = t_xq4wt * t_bgytl
-        - (t_wzzjp - t_3clim)
-        + (X_y2 * t_6adkg + t_3jpev * t_oobz7)
-        - (X_y3 * t_ewd2a + K_L43 * t_3qzv5);
-    const real t_zgvuu = t_3jpev * t_ilktx + t_m67zs * t_6adkg + (K_L43 * t_qki4i + t_busu7 * t_ewd2a);
+    const real t_7awbi = t_qki4i * t_zmh3u - t_ydwjl * t_5t2nc;
+    const real t_zbzge = p[l1] * t_qoq6p;
+    const real t_3clim = q_1 * t_b2rhp;
+    const real t_r2ei4 = t_xq4wt * t_xf6ji
+        - (t_zbzge - t_3clim)
+        + (X_y2 * t_6adkg + t_3jpev * t_na2dn)
+        - (X_y3 * t_7awbi + K_L43 * t_blco7);
+    const real t_7l7qw = t_3jpev * t_ilktx + t_m67zs * t_6adkg + (K_L43 * t_qki4i + t_busu7 * t_7awbi);
     const real t_k6txy = wqg_1 * sin_theta1;
     const real t_i3r2o = t_65obb * t_amqia;
     const real t_zfxwu = t_llswo * t_bpfoo;
-    const real t_3frlf = t_4sjo7 - t_i3r2o - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
-    const real t_gwmcr = t_3frlf * t_4iujv - t_hfybw * t_gruy3;
+    const real t_epn5o = t_4sjo7 - t_i3r2o - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
+    const real t_gwmcr = t_epn5o * t_4iujv - t_hfybw * t_gruy3;
     const real t_gv4lk = t_65obb * t_32wvq;
-    const real t_sdd2f = t_a5psl
+    const real t_qzzlb = t_a5psl
         - t_gv4lk
         - (K_L52 * t_2d4vd + t_2rbbr * t_gwmcr)
         - (t_zzymx * t_zfxwu - t_rujpm * t_pagmx);
-    const real t_yjgmw = t_sdd2f * t_zmh3u - t_qe675 * t_f4k2m;
-    const real t_ul25e = t_k6txy
+    const real t_bvkpi = t_qzzlb * t_zmh3u - t_qe675 * t_5t2nc;
+    const real t_ftvjz = t_k6txy
         + t_67cpm
         + (K_L52 * t_ilktx + t_m67zs * t_gwmcr)
-        - (K_L53 * t_qki4i + t_busu7 * t_yjgmw)
+        - (K_L53 * t_qki4i + t_busu7 * t_bvkpi)
         - t_2m245 * t_zfxwu;
-    const real t_to5qf = t_ul25e * t_lt2al + t_2e52m * t_zgvuu;
-    const real t_i7xzp = t_wzzjp - e1 * t_caraw;
-    const real t_xrpah = b1 * t_zfxwu
-        + t_rujpm * t_bgytl
-        - (sin_theta1 * t_i7xzp + t_slihb - t_3clim + g_1 * t_kvxem)
-        - (X_y2 * t_gwmcr + K_L52 * t_oobz7)
-        - (X_y3 * t_yjgmw + K_L53 * t_3qzv5)
-        - (X_y4 * t_to5qf + K_L54 * t_3zzcr);
+    const real t_ouygk = t_ftvjz * t_lt2al + t_2e52m * t_7l7qw;
+    const real t_rtw3j = t_zbzge - e1 * t_osexi;
+    const real t_on6ek = b1 * t_zfxwu
+        + t_rujpm * t_xf6ji
+        - (sin_theta1 * t_rtw3j + t_slihb - t_3clim + g_1 * t_kvxem)
+        - (X_y2 * t_gwmcr + K_L52 * t_na2dn)
+        - (X_y3 * t_bvkpi + K_L53 * t_blco7)
+        - (X_y4 * t_ouygk + K_L54 * t_r2ei4);
     const real t_twgyt = tn44_1 * t_amqia;
-    const real t_5buxm = t_twgyt
+    const real t_tedmq = t_twgyt
         - K(-2.0) * t_k6txy
-        - (K_L52 * t_3frlf + t_xqwvu * t_gwmcr)
-        - (K_L53 * t_sdd2f + t_kjv32 * t_yjgmw)
-        - (K_L54 * t_ul25e + t_qs67n * t_to5qf)
+        - (K_L52 * t_epn5o + t_xqwvu * t_gwmcr)
+        - (K_L53 * t_qzzlb + t_kjv32 * t_bvkpi)
+        - (K_L54 * t_ftvjz + t_qs67n * t_ouygk)
         - (t_rujpm * t_llswo + t_6mmeb * t_zfxwu);
     const real t_tn2l4 = wqg_1 * cos_theta1;
     const real t_rqo2a = t_b2inm * t_bpfoo;
-    const real t_mdqeg = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
-    const real t_icgwl = t_mdqeg * t_4iujv - t_2ngl5 * t_gruy3;
-    const real t_hauan = t_i3r2o
-        + (t_gz422 * t_2d4vd + t_2rbbr * t_icgwl)
+    const real t_cr6n6 = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
+    const real t_vpdap = t_cr6n6 * t_4iujv - t_2ngl5 * t_gruy3;
+    const real t_6rklf = t_i3r2o
+        + (t_gz422 * t_2d4vd + t_2rbbr * t_vpdap)
         + (t_pgxzp * t_pagmx + t_zzymx * t_rqo2a);
-    const real t_6kcud = t_hauan * t_zmh3u - t_kpf5p * t_f4k2m;
-    const real t_b2hwn = t_tn2l4
+    const real t_k3xtn = t_6rklf * t_zmh3u - t_kpf5p * t_5t2nc;
+    const real t_wuh4g = t_tn2l4
         - t_cr4jw
-        - (t_gz422 * t_ilktx + t_m67zs * t_icgwl)
-        - (K_L63 * t_qki4i + t_busu7 * t_6kcud)
+        - (t_gz422 * t_ilktx + t_m67zs * t_vpdap)
+        - (K_L63 * t_qki4i + t_busu7 * t_k3xtn)
         + t_2m245 * t_rqo2a;
-    const real t_lyqt7 = t_b2hwn * t_lt2al + t_wurun * t_zgvuu;
-    const real t_l4yoh = t_tn2l4
+    const real t_z6is2 = t_wuh4g * t_lt2al + t_wurun * t_7l7qw;
+    const real t_qcqb4 = t_tn2l4
         + tn44_1 * t_32wvq
-        + (t_gz422 * t_3frlf + t_xqwvu * t_icgwl)
-        - (K_L63 * t_sdd2f + t_kjv32 * t_6kcud)
-        - (K_L64 * t_ul25e + t_qs67n * t_lyqt7)
+        + (t_gz422 * t_epn5o + t_xqwvu * t_vpdap)
+        - (K_L63 * t_qzzlb + t_kjv32 * t_k3xtn)
+        - (K_L64 * t_ftvjz + t_qs67n * t_z6is2)
         - (t_pgxzp * t_llswo - t_6mmeb * t_rqo2a);
-    const real t_24n2f = t_l4yoh * t_ftqxb - t_dzxqu * t_5buxm;
-    const real t_bhe2t = t_pgxzp * t_bgytl
+    const real t_76hqo = t_qcqb4 * t_ftqxb - t_dzxqu * t_tedmq;
+    const real t_fwps3 = t_pgxzp * t_xf6ji
         - b1 * t_rqo2a
-        - (cos_theta1 * t_i7xzp - t_h4rsv - g_1 * t_6ikyu)
-        + (X_y2 * t_icgwl + t_gz422 * t_oobz7)
-        - (X_y3 * t_6kcud + K_L63 * t_3qzv5)
-        - (X_y4 * t_lyqt7 + K_L64 * t_3zzcr)
-        - (X_y5 * t_24n2f + K_L65 * t_xrpah);
-    const real t_ptgog = t_twgyt
-        + (t_gz422 * t_mdqeg + t_jc3gv * t_icgwl)
-        + (K_L63 * t_hauan + t_iyghn * t_6kcud)
-        + (K_L64 * t_b2hwn + t_vuqjn * t_lyqt7)
-        + (K_L65 * t_l4yoh + t_at26l * t_24n2f);
-    const real t_2fgqn = t_bhe2t * t_nfkwa - t_o4hiw * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_ptgog);
-    const real t_e5wip = t_xrpah * t_ftqxb - t_eriz2 * t_5buxm - (X_x6 * t_24n2f + K_L65 * t_2fgqn);
-    const real t_uznvr = t_3zzcr * t_lt2al
-        + t_gkoba * t_zgvuu
-        - (X_x5 * t_to5qf + K_L54 * t_e5wip)
-        - (X_x6 * t_lyqt7 + K_L64 * t_2fgqn);
-    const real t_ndnvg = t_3qzv5 * t_zmh3u
-        - t_insvr * t_f4k2m
-        - (X_x4 * t_ewd2a + K_L43 * t_uznvr)
-        - (X_x5 * t_yjgmw + K_L53 * t_e5wip)
-        - (X_x6 * t_6kcud + K_L63 * t_2fgqn);
-    const real t_lgr6t = t_oobz7 * t_4iujv
+        - (cos_theta1 * t_rtw3j - t_h4rsv - g_1 * t_6ikyu)
+        + (X_y2 * t_vpdap + t_gz422 * t_na2dn)
+        - (X_y3 * t_k3xtn + K_L63 * t_blco7)
+        - (X_y4 * t_z6is2 + K_L64 * t_r2ei4)
+        - (X_y5 * t_76hqo + K_L65 * t_on6ek);
+    const real t_q6txf = t_twgyt
+        + (t_gz422 * t_cr6n6 + t_dzmcy * t_vpdap)
+        + (K_L63 * t_6rklf + t_iyghn * t_k3xtn)
+        + (K_L64 * t_wuh4g + t_vuqjn * t_z6is2)
+        + (K_L65 * t_qcqb4 + t_aedxu * t_76hqo);
+    const real t_vbfnl = t_fwps3 * t_nfkwa - t_o4hiw * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_q6txf);
+    const real t_zr5di = t_on6ek * t_ftqxb - t_eriz2 * t_tedmq - (X_x6 * t_76hqo + K_L65 * t_vbfnl);
+    const real t_3knpj = t_r2ei4 * t_lt2al
+        + t_gkoba * t_7l7qw
+        - (X_x5 * t_ouygk + K_L54 * t_zr5di)
+        - (X_x6 * t_z6is2 + K_L64 * t_vbfnl);
+    const real t_vmmcz = t_blco7 * t_zmh3u
+        - t_insvr * t_5t2nc
+        - (X_x4 * t_7awbi + K_L43 * t_3knpj)
+        - (X_x5 * t_bvkpi + K_L53 * t_zr5di)
+        - (X_x6 * t_k3xtn + K_L63 * t_vbfnl);
+    const real t_ghemx = t_na2dn * t_4iujv
         - t_5am4i * t_gruy3
-        - (X_x3 * t_qjb2l + K_L32 * t_ndnvg)
-        + (X_x4 * t_6adkg + t_3jpev * t_uznvr)
-        - (X_x5 * t_gwmcr + K_L52 * t_e5wip)
-        + (X_x6 * t_icgwl + t_gz422 * t_2fgqn);
-    const real t_wjac4 = t_bgytl * t_bpfoo
-        + (X_x2 * t_7rizg + t_w7lcw * t_lgr6t)
-        + (t_3go2w * t_ndnvg - X_x3 * t_xy6nc)
-        + t_xq4wt * t_uznvr
-        + (X_x5 * t_zfxwu + t_rujpm * t_e5wip)
-        + (t_pgxzp * t_2fgqn - X_x6 * t_rqo2a);
+        - (X_x3 * t_qjb2l + K_L32 * t_vmmcz)
+        + (X_x4 * t_6adkg + t_3jpev * t_3knpj)
+        - (X_x5 * t_gwmcr + K_L52 * t_zr5di)
+        + (X_x6 * t_vpdap + t_gz422 * t_vbfnl);
+    const real t_siypo = t_xf6ji * t_bpfoo
+        + (X_x2 * t_7rizg + t_w7lcw * t_ghemx)
+        + (t_3go2w * t_vmmcz - X_x3 * t_xy6nc)
+        + t_xq4wt * t_3knpj
+        + (X_x5 * t_zfxwu + t_rujpm * t_zr5di)
+        + (t_pgxzp * t_vbfnl - X_x6 * t_rqo2a);
     const real t_4p46o = w_x2 * cos_phi2 - t_4adrp;
     const real t_c6dmt_2 = w_x2 * sin_phi2 + t_3pe4c;
     const real t_aduzw = chi2 * t_4p46o - t_c6dmt * t_c6dmt_2;
     const real t_fregp = B_2 * t_aduzw;
     const real t_7pqkc = mv2 * (t_6fvzz * sin_phi2) + t_popww * (t_npq2c * t_4p46o);
-    const real t_n32zz = sin_phi2 * t_fregp + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
+    const real t_7smnw = sin_phi2 * t_fregp + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
     const real t_jzaos = mv2 * cos_phi2;
     const real t_anfnj = sin_phi2 * t_jzaos + Asc_2;
     const real t_f2vdr = cos_phi2 * t_jzaos - Ass_2;
@@ -970,47 +970,47 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_2s2br = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_yk3z4));
     const real t_q6l6c = th_2 * (p[I2] * t_qy4n2 - loss_theta2 * t_yk3z4) - t_vry6x * t_2s2br;
     const real t_uj3u6 = cos_theta2 * t_q6l6c;
-    const real t_nwcoo = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_fregp - t_v7h4t);
-    const real t_btyd4 = b1 * t_f4frf + t_w7lcw * t_n32zz - (t_uj3u6 + sin_theta2 * t_nwcoo);
+    const real t_ehxvd = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_fregp - t_v7h4t);
+    const real t_anhhw = b1 * t_f4frf + t_w7lcw * t_7smnw - (t_uj3u6 + sin_theta2 * t_ehxvd);
     const real t_hokbn = p[I2] * t_2s2br;
     const real t_mj4g4 = t_anfnj + t_hokbn;
     const real t_hq2cs = S_sq2 * t_mj4g4;
-    const real t_4wtbf = t_hq2cs - t_hokbn - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
+    const real t_56wd7 = t_hq2cs - t_hokbn - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
     const real t_kytbr = cos_theta2 * t_f2vdr;
     const real t_zlixu = t_kytbr * t_bpfoo + t_7rnk2_2 * t_anfnj;
-    const real t_u3qrf = SC2 * t_mj4g4 - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
-    const real t_vqtxe = t_u3qrf * t_4iujv - t_6yahm * t_4wtbf;
+    const real t_tqol2 = SC2 * t_mj4g4 - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
+    const real t_miecx = t_tqol2 * t_4iujv - t_6yahm * t_56wd7;
     const real t_k5p2h = sin_theta2 * t_q6l6c;
-    const real t_zehmc = b1 * t_zlixu
-        + t_3go2w * t_n32zz
-        - (cos_theta2 * t_nwcoo - t_k5p2h)
-        - (X_y2 * t_vqtxe + K_L32 * t_btyd4);
-    const real t_chxqs = t_anfnj
+    const real t_aa6tz = b1 * t_zlixu
+        + t_3go2w * t_7smnw
+        - (cos_theta2 * t_ehxvd - t_k5p2h)
+        - (X_y2 * t_miecx + K_L32 * t_anhhw);
+    const real t_k2fda = t_anfnj
         - t_hq2cs
-        - (K_L32 * t_u3qrf + t_2rbbr * t_vqtxe)
+        - (K_L32 * t_tqol2 + t_2rbbr * t_miecx)
         - (t_3go2w * t_kytbr + t_zzymx * t_zlixu);
     const real t_2xgil = wth_2 * t_yk3z4 - q_2 * t_hokbn;
     const real t_4twqa = sin_theta2 * t_2xgil;
     const real t_vzlku = cos_theta2 * t_2xgil;
     const real t_sasqd = Bc_2 * t_bpfoo + t_jtjoh * t_anfnj;
     const real t_ysiow = t_vzlku - sin_theta2 * Bs_2 + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
-    const real t_ykmet = t_ysiow * t_4iujv - t_j4z66 * t_4wtbf;
-    const real t_zxfg5 = t_4twqa
+    const real t_s7ss2 = t_ysiow * t_4iujv - t_j4z66 * t_56wd7;
+    const real t_ro67f = t_4twqa
         + cos_theta2 * Bs_2
-        + (t_3jpev * t_u3qrf + t_2rbbr * t_ykmet)
+        + (t_3jpev * t_tqol2 + t_2rbbr * t_s7ss2)
         - (t_xq4wt * t_kytbr + t_zzymx * t_sasqd);
-    const real t_dymtx = t_zxfg5 * t_zmh3u - t_ydwjl * t_chxqs;
-    const real t_jebwn = t_6fvzz * Bc_2 + p[l2] * t_fregp;
+    const real t_wish7 = t_ro67f * t_zmh3u - t_ydwjl * t_k2fda;
+    const real t_p2f6u = t_6fvzz * Bc_2 + p[l2] * t_fregp;
     const real t_dlwth = q_2 * t_q6l6c + F_n2 * t_yk3z4;
-    const real t_uri4g = b1 * t_sasqd
-        + t_xq4wt * t_n32zz
-        - (t_jebwn - t_dlwth)
-        + (X_y2 * t_ykmet + t_3jpev * t_btyd4)
-        - (X_y3 * t_dymtx + K_L43 * t_zehmc);
+    const real t_5lojb = b1 * t_sasqd
+        + t_xq4wt * t_7smnw
+        - (t_p2f6u - t_dlwth)
+        + (X_y2 * t_s7ss2 + t_3jpev * t_anhhw)
+        - (X_y3 * t_wish7 + K_L43 * t_aa6tz);
     const real t_vpcgp = wq_2 * t_yk3z4 + q_2 * t_2xgil;
-    const real t_jaulc = t_vpcgp
-        - (t_3jpev * t_ysiow + t_m67zs * t_ykmet)
-        - (K_L43 * t_zxfg5 + t_busu7 * t_dymtx)
+    const real t_5vhkx = t_vpcgp
+        - (t_3jpev * t_ysiow + t_m67zs * t_s7ss2)
+        - (K_L43 * t_ro67f + t_busu7 * t_wish7)
         - (t_xq4wt * Bc_2 + t_2m245 * t_sasqd);
     const real t_ktpye = wth_2 * t_h36cy - g_2 * t_hokbn;
     const real t_42o7o = wg_2 * t_yk3z4 + q_2 * t_ktpye;
@@ -1022,116 +1022,116 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_kxs24 = S_sq2 * t_kpd7x;
     const real t_2zutr = Bc_2 + e2 * t_f2vdr;
     const real t_msyoe = sin_theta2 * t_2zutr;
-    const real t_j3lqj = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
-    const real t_zmbqa = t_ktpye - t_kxs24 - t_vzlku - (t_rujpm * t_igjjb + t_b3aij * t_j3lqj);
-    const real t_qxytf = t_zmbqa * t_4iujv - t_hfybw * t_4wtbf;
+    const real t_5xnip = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
+    const real t_odat4 = t_ktpye - t_kxs24 - t_vzlku - (t_rujpm * t_igjjb + t_b3aij * t_5xnip);
+    const real t_x6rr5 = t_odat4 * t_4iujv - t_hfybw * t_56wd7;
     const real t_w6dhl = SC2 * t_kpd7x;
-    const real t_ffkmk = t_4twqa
+    const real t_6nzrt = t_4twqa
         - t_w6dhl
-        - (K_L52 * t_u3qrf + t_2rbbr * t_qxytf)
-        - (t_rujpm * t_kytbr + t_zzymx * t_j3lqj);
-    const real t_vwuf5 = t_ffkmk * t_zmh3u - t_qe675 * t_chxqs;
-    const real t_j2y74 = t_vpcgp
+        - (K_L52 * t_tqol2 + t_2rbbr * t_x6rr5)
+        - (t_rujpm * t_kytbr + t_zzymx * t_5xnip);
+    const real t_o42pg = t_6nzrt * t_zmh3u - t_qe675 * t_k2fda;
+    const real t_rovf7 = t_vpcgp
         - t_bbhco
         + sin_theta2 * t_moyc6
-        + (K_L52 * t_ysiow + t_m67zs * t_qxytf)
-        - (K_L53 * t_zxfg5 + t_busu7 * t_vwuf5)
-        - (t_rujpm * Bc_2 + t_2m245 * t_j3lqj);
-    const real t_pq2ow = t_j2y74 * t_lt2al - t_2e52m * t_jaulc;
-    const real t_msam2 = t_jebwn + e2 * t_nwcoo;
-    const real t_ambdh = b1 * t_j3lqj
-        + t_rujpm * t_n32zz
-        - (sin_theta2 * t_msam2 - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy))
-        - (X_y2 * t_qxytf + K_L52 * t_btyd4)
-        - (X_y3 * t_vwuf5 + K_L53 * t_zehmc)
-        - (X_y4 * t_pq2ow + K_L54 * t_uri4g);
+        + (K_L52 * t_ysiow + t_m67zs * t_x6rr5)
+        - (K_L53 * t_ro67f + t_busu7 * t_o42pg)
+        - (t_rujpm * Bc_2 + t_2m245 * t_5xnip);
+    const real t_m7j6i = t_rovf7 * t_lt2al - t_2e52m * t_5vhkx;
+    const real t_j4zbm = t_p2f6u + e2 * t_ehxvd;
+    const real t_aux6v = b1 * t_5xnip
+        + t_rujpm * t_7smnw
+        - (sin_theta2 * t_j4zbm - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy))
+        - (X_y2 * t_x6rr5 + K_L52 * t_anhhw)
+        - (X_y3 * t_o42pg + K_L53 * t_aa6tz)
+        - (X_y4 * t_m7j6i + K_L54 * t_5lojb);
     const real t_37ayo = wg_2 * t_h36cy + g_2 * t_ktpye;
     const real t_vjaf4 = e2 * t_n46wu - K(-2.0) * t_moyc6;
     const real t_3khok = t_vjaf4 - t_37ayo;
-    const real t_kcxpy = S_sq2 * t_3khok;
-    const real t_b77ym = t_37ayo
+    const real t_pfkyz = S_sq2 * t_3khok;
+    const real t_j5rpr = t_37ayo
         + t_vpcgp
-        + t_kcxpy
+        + t_pfkyz
         + K(-2.0) * t_bbhco
-        - (K_L52 * t_zmbqa + t_xqwvu * t_qxytf)
-        - (K_L53 * t_ffkmk + t_kjv32 * t_vwuf5)
-        - (K_L54 * t_j2y74 + t_qs67n * t_pq2ow)
-        - (t_rujpm * t_msyoe + t_6mmeb * t_j3lqj);
+        - (K_L52 * t_odat4 + t_xqwvu * t_x6rr5)
+        - (K_L53 * t_6nzrt + t_kjv32 * t_o42pg)
+        - (K_L54 * t_rovf7 + t_qs67n * t_m7j6i)
+        - (t_rujpm * t_msyoe + t_6mmeb * t_5xnip);
     const real t_awxjj = sin_theta2 * t_42o7o;
     const real t_sqznz = cos_theta2 * t_2zutr;
-    const real t_6m3tu = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
-    const real t_zw4rt = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_6m3tu);
-    const real t_4zrts = t_zw4rt * t_4iujv - t_2ngl5 * t_4wtbf;
-    const real t_q6umu = t_kxs24
+    const real t_jxilg = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
+    const real t_pqe72 = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_jxilg);
+    const real t_sznin = t_pqe72 * t_4iujv - t_2ngl5 * t_56wd7;
+    const real t_2y3xy = t_kxs24
         + t_r6gya
-        + (t_gz422 * t_u3qrf + t_2rbbr * t_4zrts)
-        - (t_pgxzp * t_kytbr + t_zzymx * t_6m3tu);
-    const real t_vkelj = t_q6umu * t_zmh3u - t_kpf5p * t_chxqs;
-    const real t_ep3w4 = t_awxjj
+        + (t_gz422 * t_tqol2 + t_2rbbr * t_sznin)
+        - (t_pgxzp * t_kytbr + t_zzymx * t_jxilg);
+    const real t_dw7gu = t_2y3xy * t_zmh3u - t_kpf5p * t_k2fda;
+    const real t_5kib4 = t_awxjj
         + cos_theta2 * t_moyc6
-        - (t_gz422 * t_ysiow + t_m67zs * t_4zrts)
-        - (K_L63 * t_zxfg5 + t_busu7 * t_vkelj)
-        - (t_pgxzp * Bc_2 + t_2m245 * t_6m3tu);
-    const real t_r4ffx = t_ep3w4 * t_lt2al - t_wurun * t_jaulc;
-    const real t_o4xr5 = t_awxjj
+        - (t_gz422 * t_ysiow + t_m67zs * t_sznin)
+        - (K_L63 * t_ro67f + t_busu7 * t_dw7gu)
+        - (t_pgxzp * Bc_2 + t_2m245 * t_jxilg);
+    const real t_qm5qx = t_5kib4 * t_lt2al - t_wurun * t_5vhkx;
+    const real t_w7kgk = t_awxjj
         + SC2 * t_3khok
-        + (t_gz422 * t_zmbqa + t_xqwvu * t_4zrts)
-        - (K_L63 * t_ffkmk + t_kjv32 * t_vkelj)
-        - (K_L64 * t_j2y74 + t_qs67n * t_r4ffx)
-        - (t_pgxzp * t_msyoe + t_6mmeb * t_6m3tu);
-    const real t_npvny = t_o4xr5 * t_ftqxb - t_dzxqu * t_b77ym;
-    const real t_75flj = b1 * t_6m3tu
-        + t_pgxzp * t_n32zz
-        - (cos_theta2 * t_msam2 - (g_2 * t_k5p2h + t_iya7w * t_h36cy))
-        + (X_y2 * t_4zrts + t_gz422 * t_btyd4)
-        - (X_y3 * t_vkelj + K_L63 * t_zehmc)
-        - (X_y4 * t_r4ffx + K_L64 * t_uri4g)
-        - (X_y5 * t_npvny + K_L65 * t_ambdh);
-    const real t_4zyl4 = t_vjaf4
-        - t_kcxpy
-        - (t_gz422 * t_zw4rt + t_jc3gv * t_4zrts)
-        - (K_L63 * t_q6umu + t_iyghn * t_vkelj)
-        - (K_L64 * t_ep3w4 + t_vuqjn * t_r4ffx)
-        - (K_L65 * t_o4xr5 + t_at26l * t_npvny)
-        - (t_pgxzp * t_sqznz + t_bl4f2 * t_6m3tu);
-    const real t_3os3c = t_75flj * t_nfkwa - t_o4hiw * t_4zyl4;
-    const real t_svukv = t_ambdh * t_ftqxb - t_eriz2 * t_b77ym - (X_x6 * t_npvny + K_L65 * t_3os3c);
-    const real t_vjb6t = t_uri4g * t_lt2al
-        - t_gkoba * t_jaulc
-        - (X_x5 * t_pq2ow + K_L54 * t_svukv)
-        - (X_x6 * t_r4ffx + K_L64 * t_3os3c);
-    const real t_owrrl = t_zehmc * t_zmh3u
-        - t_insvr * t_chxqs
-        - (X_x4 * t_dymtx + K_L43 * t_vjb6t)
-        - (X_x5 * t_vwuf5 + K_L53 * t_svukv)
-        - (X_x6 * t_vkelj + K_L63 * t_3os3c);
-    const real t_fpibt = t_btyd4 * t_4iujv
-        - t_5am4i * t_4wtbf
-        - (X_x3 * t_vqtxe + K_L32 * t_owrrl)
-        + (X_x4 * t_ykmet + t_3jpev * t_vjb6t)
-        - (X_x5 * t_qxytf + K_L52 * t_svukv)
-        + (X_x6 * t_4zrts + t_gz422 * t_3os3c);
-    const real t_qjmq3 = t_n32zz * t_bpfoo
+        + (t_gz422 * t_odat4 + t_xqwvu * t_sznin)
+        - (K_L63 * t_6nzrt + t_kjv32 * t_dw7gu)
+        - (K_L64 * t_rovf7 + t_qs67n * t_qm5qx)
+        - (t_pgxzp * t_msyoe + t_6mmeb * t_jxilg);
+    const real t_cti3e = t_w7kgk * t_ftqxb - t_dzxqu * t_j5rpr;
+    const real t_l3bkt = b1 * t_jxilg
+        + t_pgxzp * t_7smnw
+        - (cos_theta2 * t_j4zbm - (g_2 * t_k5p2h + t_iya7w * t_h36cy))
+        + (X_y2 * t_sznin + t_gz422 * t_anhhw)
+        - (X_y3 * t_dw7gu + K_L63 * t_aa6tz)
+        - (X_y4 * t_qm5qx + K_L64 * t_5lojb)
+        - (X_y5 * t_cti3e + K_L65 * t_aux6v);
+    const real t_rbhbe = t_vjaf4
+        - t_pfkyz
+        - (t_gz422 * t_pqe72 + t_dzmcy * t_sznin)
+        - (K_L63 * t_2y3xy + t_iyghn * t_dw7gu)
+        - (K_L64 * t_5kib4 + t_vuqjn * t_qm5qx)
+        - (K_L65 * t_w7kgk + t_aedxu * t_cti3e)
+        - (t_pgxzp * t_sqznz + t_bl4f2 * t_jxilg);
+    const real t_ggj7d = t_l3bkt * t_nfkwa - t_o4hiw * t_rbhbe;
+    const real t_5rghd = t_aux6v * t_ftqxb - t_eriz2 * t_j5rpr - (X_x6 * t_cti3e + K_L65 * t_ggj7d);
+    const real t_qeczb = t_5lojb * t_lt2al
+        - t_gkoba * t_5vhkx
+        - (X_x5 * t_m7j6i + K_L54 * t_5rghd)
+        - (X_x6 * t_qm5qx + K_L64 * t_ggj7d);
+    const real t_z36hd = t_aa6tz * t_zmh3u
+        - t_insvr * t_k2fda
+        - (X_x4 * t_wish7 + K_L43 * t_qeczb)
+        - (X_x5 * t_o42pg + K_L53 * t_5rghd)
+        - (X_x6 * t_dw7gu + K_L63 * t_ggj7d);
+    const real t_ixgiu = t_anhhw * t_4iujv
+        - t_5am4i * t_56wd7
+        - (X_x3 * t_miecx + K_L32 * t_z36hd)
+        + (X_x4 * t_s7ss2 + t_3jpev * t_qeczb)
+        - (X_x5 * t_x6rr5 + K_L52 * t_5rghd)
+        + (X_x6 * t_sznin + t_gz422 * t_ggj7d);
+    const real t_5ikkw = t_7smnw * t_bpfoo
         + t_2sw7d * t_anfnj
-        + (X_x2 * t_f4frf + t_w7lcw * t_fpibt)
-        + (X_x3 * t_zlixu + t_3go2w * t_owrrl)
-        + (X_x4 * t_sasqd + t_xq4wt * t_vjb6t)
-        + (X_x5 * t_j3lqj + t_rujpm * t_svukv)
-        + (X_x6 * t_6m3tu + t_pgxzp * t_3os3c);
+        + (X_x2 * t_f4frf + t_w7lcw * t_ixgiu)
+        + (X_x3 * t_zlixu + t_3go2w * t_z36hd)
+        + (X_x4 * t_sasqd + t_xq4wt * t_qeczb)
+        + (X_x5 * t_5xnip + t_rujpm * t_5rghd)
+        + (X_x6 * t_jxilg + t_pgxzp * t_ggj7d);
     const real t_62dmq = x[wy] * cos_theta2 - x[wz] * sin_theta2;
     const real t_v3kg2 = cos_phi2 * t_62dmq;
     const real t_rcia5 = sin_phi2 * t_62dmq;
     const real t_abii4 = chi2 * t_v3kg2 - t_c6dmt * t_rcia5 - w_x2 * t_62dmq;
-    const real t_p5vlz = B_2 * t_abii4;
+    const real t_3poda = B_2 * t_abii4;
     const real t_kmx3q = x[wy] * sin_theta2 + x[wz] * cos_theta2;
     const real t_q63w7 = t_popww * (t_npq2c * t_v3kg2 - t_ozxm2 * t_kmx3q);
-    const real t_bw63z = sin_phi2 * t_p5vlz - cos_phi2 * t_q63w7;
+    const real t_hjtld = sin_phi2 * t_3poda - cos_phi2 * t_q63w7;
     const real t_hr7g5 = t_mejrc * t_bpfoo;
     const real t_jx7yj = t_nlamb * (p[l2] * t_rcia5) + t_e55su * t_kmx3q - w_x2 * (lc_2 * t_kmx3q);
-    const real t_ermaq = th_2 * (p[I2] * t_jx7yj);
-    const real t_r45ez = cos_theta2 * t_ermaq - t_iya7w;
-    const real t_iv3yz = sin_phi2 * t_q63w7 + cos_phi2 * t_p5vlz;
-    const real t_d4ror = b1 * t_hr7g5 + t_w7lcw * t_bw63z - (t_r45ez + (t_ga7f3 - sin_theta2 * t_iv3yz));
+    const real t_iwdgv = th_2 * (p[I2] * t_jx7yj);
+    const real t_r45ez = cos_theta2 * t_iwdgv - t_iya7w;
+    const real t_5td2q = sin_phi2 * t_q63w7 + cos_phi2 * t_3poda;
+    const real t_4mjyh = b1 * t_hr7g5 + t_w7lcw * t_hjtld - (t_r45ez + (t_ga7f3 - sin_theta2 * t_5td2q));
     const real t_vsg3m = (sin_theta2 + sin_theta2) * cos_theta2;
     const real t_bynkl = tn11_2 * t_vsg3m;
     const real t_5awlg = t_bynkl - (t_w7lcw * t_mejrc + t_b3aij * t_hr7g5);
@@ -1139,12 +1139,12 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_w7urv = t_em5lf * t_bpfoo;
     const real t_zzxmw = tn11_2 * t_vvls5 - (t_3go2w * t_mejrc - t_b3aij * t_w7urv);
     const real t_ctuam = t_zzxmw * t_4iujv - t_6yahm * t_5awlg;
-    const real t_g66ka = sin_theta2 * t_ermaq + t_oncjt;
-    const real t_ibd4w = t_3go2w * t_bw63z
+    const real t_g66ka = sin_theta2 * t_iwdgv + t_oncjt;
+    const real t_urjje = t_3go2w * t_hjtld
         - b1 * t_w7urv
-        + (t_g66ka + (cos_theta2 * t_iv3yz + t_ssvj3))
-        - (X_y2 * t_ctuam + K_L32 * t_d4ror);
-    const real t_k2uk4 = t_3go2w * t_em5lf
+        + (t_g66ka + (cos_theta2 * t_5td2q + t_ssvj3))
+        - (X_y2 * t_ctuam + K_L32 * t_4mjyh);
+    const real t_xj6ud = t_3go2w * t_em5lf
         + t_zzymx * t_w7urv
         - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_ctuam));
     const real t_lq6gj = wq_2 * cos_theta2;
@@ -1152,101 +1152,101 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_ufzx3 = t_2fa7h - t_7u5ql + t_xq4wt * t_mejrc;
     const real t_mc75e = t_ufzx3 * t_4iujv - t_j4z66 * t_5awlg;
     const real t_hil2t = t_lq6gj + t_h3qlz + (t_3jpev * t_zzxmw + t_2rbbr * t_mc75e) + t_xq4wt * t_em5lf;
-    const real t_7uhuc = t_hil2t * t_zmh3u - t_ydwjl * t_k2uk4;
-    const real t_o7iro = p[l2] * t_p5vlz;
-    const real t_44ssi = q_2 * t_ermaq;
-    const real t_icwdb = t_xq4wt * t_bw63z
-        - (t_o7iro - t_44ssi)
-        + (X_y2 * t_mc75e + t_3jpev * t_d4ror)
-        - (X_y3 * t_7uhuc + K_L43 * t_ibd4w);
-    const real t_lhdrb = t_3jpev * t_ufzx3 + t_m67zs * t_mc75e + (K_L43 * t_hil2t + t_busu7 * t_7uhuc);
+    const real t_ddhbg = t_hil2t * t_zmh3u - t_ydwjl * t_xj6ud;
+    const real t_ae7pr = p[l2] * t_3poda;
+    const real t_44ssi = q_2 * t_iwdgv;
+    const real t_vfjfb = t_xq4wt * t_hjtld
+        - (t_ae7pr - t_44ssi)
+        + (X_y2 * t_mc75e + t_3jpev * t_4mjyh)
+        - (X_y3 * t_ddhbg + K_L43 * t_urjje);
+    const real t_ipobs = t_3jpev * t_ufzx3 + t_m67zs * t_mc75e + (K_L43 * t_hil2t + t_busu7 * t_ddhbg);
     const real t_jke4d = wqg_2 * sin_theta2;
     const real t_duc43 = t_yoiua * t_vsg3m;
     const real t_tcnjk = t_inhtz * t_bpfoo;
-    const real t_qsxce = t_7u5ql - t_duc43 - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
-    const real t_7a3rr = t_qsxce * t_4iujv - t_hfybw * t_5awlg;
+    const real t_au2wz = t_7u5ql - t_duc43 - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
+    const real t_7a3rr = t_au2wz * t_4iujv - t_hfybw * t_5awlg;
     const real t_h4epw = t_yoiua * t_vvls5;
-    const real t_3eeez = t_lq6gj
+    const real t_du6qd = t_lq6gj
         - t_h4epw
         - (K_L52 * t_zzxmw + t_2rbbr * t_7a3rr)
         - (t_zzymx * t_tcnjk - t_rujpm * t_em5lf);
-    const real t_illj6 = t_3eeez * t_zmh3u - t_qe675 * t_k2uk4;
-    const real t_cizuc = t_jke4d
+    const real t_dxe4o = t_du6qd * t_zmh3u - t_qe675 * t_xj6ud;
+    const real t_7armk = t_jke4d
         + t_4qb3w
         + (K_L52 * t_ufzx3 + t_m67zs * t_7a3rr)
-        - (K_L53 * t_hil2t + t_busu7 * t_illj6)
+        - (K_L53 * t_hil2t + t_busu7 * t_dxe4o)
         - t_2m245 * t_tcnjk;
-    const real t_4uv2q = t_cizuc * t_lt2al + t_2e52m * t_lhdrb;
-    const real t_qwkf6 = t_o7iro - e2 * t_iv3yz;
-    const real t_xffd6 = b1 * t_tcnjk
-        + t_rujpm * t_bw63z
-        - (sin_theta2 * t_qwkf6 + t_wrhtu - t_44ssi + g_2 * t_r45ez)
-        - (X_y2 * t_7a3rr + K_L52 * t_d4ror)
-        - (X_y3 * t_illj6 + K_L53 * t_ibd4w)
-        - (X_y4 * t_4uv2q + K_L54 * t_icwdb);
+    const real t_6mg7c = t_7armk * t_lt2al + t_2e52m * t_ipobs;
+    const real t_cdcpd = t_ae7pr - e2 * t_5td2q;
+    const real t_l6cjx = b1 * t_tcnjk
+        + t_rujpm * t_hjtld
+        - (sin_theta2 * t_cdcpd + t_wrhtu - t_44ssi + g_2 * t_r45ez)
+        - (X_y2 * t_7a3rr + K_L52 * t_4mjyh)
+        - (X_y3 * t_dxe4o + K_L53 * t_urjje)
+        - (X_y4 * t_6mg7c + K_L54 * t_vfjfb);
     const real t_mxd3p = tn44_2 * t_vsg3m;
-    const real t_hdedc = t_mxd3p
+    const real t_7pgss = t_mxd3p
         - K(-2.0) * t_jke4d
-        - (K_L52 * t_qsxce + t_xqwvu * t_7a3rr)
-        - (K_L53 * t_3eeez + t_kjv32 * t_illj6)
-        - (K_L54 * t_cizuc + t_qs67n * t_4uv2q)
+        - (K_L52 * t_au2wz + t_xqwvu * t_7a3rr)
+        - (K_L53 * t_du6qd + t_kjv32 * t_dxe4o)
+        - (K_L54 * t_7armk + t_qs67n * t_6mg7c)
         - (t_rujpm * t_inhtz + t_6mmeb * t_tcnjk);
     const real t_jcxvb = wqg_2 * cos_theta2;
     const real t_kpfwr = t_i6twe * t_bpfoo;
-    const real t_f75xd = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
-    const real t_q22up = t_f75xd * t_4iujv - t_2ngl5 * t_5awlg;
-    const real t_tc5zh = t_duc43
-        + (t_gz422 * t_zzxmw + t_2rbbr * t_q22up)
+    const real t_mgkky = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
+    const real t_utidn = t_mgkky * t_4iujv - t_2ngl5 * t_5awlg;
+    const real t_o7ywb = t_duc43
+        + (t_gz422 * t_zzxmw + t_2rbbr * t_utidn)
         + (t_pgxzp * t_em5lf + t_zzymx * t_kpfwr);
-    const real t_r3zla = t_tc5zh * t_zmh3u - t_kpf5p * t_k2uk4;
-    const real t_tihip = t_jcxvb
+    const real t_etrao = t_o7ywb * t_zmh3u - t_kpf5p * t_xj6ud;
+    const real t_vssx4 = t_jcxvb
         - t_6pb2s
-        - (t_gz422 * t_ufzx3 + t_m67zs * t_q22up)
-        - (K_L63 * t_hil2t + t_busu7 * t_r3zla)
+        - (t_gz422 * t_ufzx3 + t_m67zs * t_utidn)
+        - (K_L63 * t_hil2t + t_busu7 * t_etrao)
         + t_2m245 * t_kpfwr;
-    const real t_osics = t_tihip * t_lt2al + t_wurun * t_lhdrb;
-    const real t_wkuas = t_jcxvb
+    const real t_6xzlq = t_vssx4 * t_lt2al + t_wurun * t_ipobs;
+    const real t_4qrru = t_jcxvb
         + tn44_2 * t_vvls5
-        + (t_gz422 * t_qsxce + t_xqwvu * t_q22up)
-        - (K_L63 * t_3eeez + t_kjv32 * t_r3zla)
-        - (K_L64 * t_cizuc + t_qs67n * t_osics)
+        + (t_gz422 * t_au2wz + t_xqwvu * t_utidn)
+        - (K_L63 * t_du6qd + t_kjv32 * t_etrao)
+        - (K_L64 * t_7armk + t_qs67n * t_6xzlq)
         - (t_pgxzp * t_inhtz - t_6mmeb * t_kpfwr);
-    const real t_5fghl = t_wkuas * t_ftqxb - t_dzxqu * t_hdedc;
-    const real t_umruz = t_pgxzp * t_bw63z
+    const real t_6gqpz = t_4qrru * t_ftqxb - t_dzxqu * t_7pgss;
+    const real t_m5mgr = t_pgxzp * t_hjtld
         - b1 * t_kpfwr
-        - (cos_theta2 * t_qwkf6 - t_n4l7v - g_2 * t_g66ka)
-        + (X_y2 * t_q22up + t_gz422 * t_d4ror)
-        - (X_y3 * t_r3zla + K_L63 * t_ibd4w)
-        - (X_y4 * t_osics + K_L64 * t_icwdb)
-        - (X_y5 * t_5fghl + K_L65 * t_xffd6);
-    const real t_gbzmh = t_mxd3p
-        + (t_gz422 * t_f75xd + t_jc3gv * t_q22up)
-        + (K_L63 * t_tc5zh + t_iyghn * t_r3zla)
-        + (K_L64 * t_tihip + t_vuqjn * t_osics)
-        + (K_L65 * t_wkuas + t_at26l * t_5fghl);
-    const real t_zuj7h = t_umruz * t_nfkwa - t_o4hiw * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_gbzmh);
-    const real t_7tjax = t_xffd6 * t_ftqxb - t_eriz2 * t_hdedc - (X_x6 * t_5fghl + K_L65 * t_zuj7h);
-    const real t_grzp5 = t_icwdb * t_lt2al
-        + t_gkoba * t_lhdrb
-        - (X_x5 * t_4uv2q + K_L54 * t_7tjax)
-        - (X_x6 * t_osics + K_L64 * t_zuj7h);
-    const real t_e6rdz = t_ibd4w * t_zmh3u
-        - t_insvr * t_k2uk4
-        - (X_x4 * t_7uhuc + K_L43 * t_grzp5)
-        - (X_x5 * t_illj6 + K_L53 * t_7tjax)
-        - (X_x6 * t_r3zla + K_L63 * t_zuj7h);
-    const real t_g7wh3 = t_d4ror * t_4iujv
+        - (cos_theta2 * t_cdcpd - t_n4l7v - g_2 * t_g66ka)
+        + (X_y2 * t_utidn + t_gz422 * t_4mjyh)
+        - (X_y3 * t_etrao + K_L63 * t_urjje)
+        - (X_y4 * t_6xzlq + K_L64 * t_vfjfb)
+        - (X_y5 * t_6gqpz + K_L65 * t_l6cjx);
+    const real t_c4cau = t_mxd3p
+        + (t_gz422 * t_mgkky + t_dzmcy * t_utidn)
+        + (K_L63 * t_o7ywb + t_iyghn * t_etrao)
+        + (K_L64 * t_vssx4 + t_vuqjn * t_6xzlq)
+        + (K_L65 * t_4qrru + t_aedxu * t_6gqpz);
+    const real t_7ekei = t_m5mgr * t_nfkwa - t_o4hiw * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_c4cau);
+    const real t_6dg7r = t_l6cjx * t_ftqxb - t_eriz2 * t_7pgss - (X_x6 * t_6gqpz + K_L65 * t_7ekei);
+    const real t_tlzdx = t_vfjfb * t_lt2al
+        + t_gkoba * t_ipobs
+        - (X_x5 * t_6mg7c + K_L54 * t_6dg7r)
+        - (X_x6 * t_6xzlq + K_L64 * t_7ekei);
+    const real t_vpbw5 = t_urjje * t_zmh3u
+        - t_insvr * t_xj6ud
+        - (X_x4 * t_ddhbg + K_L43 * t_tlzdx)
+        - (X_x5 * t_dxe4o + K_L53 * t_6dg7r)
+        - (X_x6 * t_etrao + K_L63 * t_7ekei);
+    const real t_ze77j = t_4mjyh * t_4iujv
         - t_5am4i * t_5awlg
-        - (X_x3 * t_ctuam + K_L32 * t_e6rdz)
-        + (X_x4 * t_mc75e + t_3jpev * t_grzp5)
-        - (X_x5 * t_7a3rr + K_L52 * t_7tjax)
-        + (X_x6 * t_q22up + t_gz422 * t_zuj7h);
-    const real t_jltkv = t_bw63z * t_bpfoo
-        + (X_x2 * t_hr7g5 + t_w7lcw * t_g7wh3)
-        + (t_3go2w * t_e6rdz - X_x3 * t_w7urv)
-        + t_xq4wt * t_grzp5
-        + (X_x5 * t_tcnjk + t_rujpm * t_7tjax)
-        + (t_pgxzp * t_zuj7h - X_x6 * t_kpfwr);
+        - (X_x3 * t_ctuam + K_L32 * t_vpbw5)
+        + (X_x4 * t_mc75e + t_3jpev * t_tlzdx)
+        - (X_x5 * t_7a3rr + K_L52 * t_6dg7r)
+        + (X_x6 * t_utidn + t_gz422 * t_7ekei);
+    const real t_x2xqm = t_hjtld * t_bpfoo
+        + (X_x2 * t_hr7g5 + t_w7lcw * t_ze77j)
+        + (t_3go2w * t_vpbw5 - X_x3 * t_w7urv)
+        + t_xq4wt * t_tlzdx
+        + (X_x5 * t_tcnjk + t_rujpm * t_6dg7r)
+        + (t_pgxzp * t_7ekei - X_x6 * t_kpfwr);
     const real t_5skfg = k1 * p[eps1];
     const real t_2r2yl = t_6nwd2 * t_7uthm;
     const real t_py77n = sin_phi1 * t_5skfg - cos_phi1 * t_2r2yl;
@@ -1259,38 +1259,38 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_bbeaq = t_3go2w * t_py77n - (t_3j3sr - cos_theta1 * t_xryeg) - K_L32 * t_nask7;
     const real t_2g7bi = p[l1] * t_5skfg;
     const real t_t262i = q_1 * t_qkxuz;
-    const real t_xpm2r = t_xq4wt * t_py77n
+    const real t_a4qku = t_xq4wt * t_py77n
         - (t_2g7bi + t_t262i - p[eps1])
         + t_3jpev * t_nask7
         - K_L43 * t_bbeaq;
     const real t_jczf2 = t_2g7bi - e1 * t_xryeg;
     const real t_cs5mc = x[wy] * p[I1];
-    const real t_m4jn3 = t_rujpm * t_py77n
+    const real t_4njta = t_rujpm * t_py77n
         - (sin_theta1 * t_jczf2 + t_t262i - t_cs5mc - g_1 * t_sjukx)
         - K_L52 * t_nask7
         - K_L53 * t_bbeaq
-        - K_L54 * t_xpm2r;
-    const real t_n6tp6 = t_pgxzp * t_py77n
+        - K_L54 * t_a4qku;
+    const real t_io3oh = t_pgxzp * t_py77n
         - (cos_theta1 * t_jczf2 + g_1 * t_3j3sr - x[wz] * p[I1])
         + t_gz422 * t_nask7
         - K_L63 * t_bbeaq
-        - K_L64 * t_xpm2r
-        - K_L65 * t_m4jn3;
-    const real t_hywv3 = t_n6tp6 * t_nfkwa;
-    const real t_7bkgr = t_m4jn3 * t_ftqxb - K_L65 * t_hywv3;
-    const real t_zdjlz = t_xpm2r * t_lt2al - K_L54 * t_7bkgr - K_L64 * t_hywv3;
-    const real t_lewpu = t_bbeaq * t_zmh3u - K_L43 * t_zdjlz - K_L53 * t_7bkgr - K_L63 * t_hywv3;
-    const real t_bpmay = t_nask7 * t_4iujv
-        - K_L32 * t_lewpu
-        + t_3jpev * t_zdjlz
-        - K_L52 * t_7bkgr
-        + t_gz422 * t_hywv3;
-    const real t_wakkd = t_py77n * t_bpfoo
-        + t_w7lcw * t_bpmay
-        + t_3go2w * t_lewpu
-        + t_xq4wt * t_zdjlz
-        + t_rujpm * t_7bkgr
-        + t_pgxzp * t_hywv3;
+        - K_L64 * t_a4qku
+        - K_L65 * t_4njta;
+    const real t_zzwnh = t_io3oh * t_nfkwa;
+    const real t_zgzfd = t_4njta * t_ftqxb - K_L65 * t_zzwnh;
+    const real t_lg6ux = t_a4qku * t_lt2al - K_L54 * t_zgzfd - K_L64 * t_zzwnh;
+    const real t_jxtto = t_bbeaq * t_zmh3u - K_L43 * t_lg6ux - K_L53 * t_zgzfd - K_L63 * t_zzwnh;
+    const real t_ky43l = t_nask7 * t_4iujv
+        - K_L32 * t_jxtto
+        + t_3jpev * t_lg6ux
+        - K_L52 * t_zgzfd
+        + t_gz422 * t_zzwnh;
+    const real t_osway = t_py77n * t_bpfoo
+        + t_w7lcw * t_ky43l
+        + t_3go2w * t_jxtto
+        + t_xq4wt * t_lg6ux
+        + t_rujpm * t_zgzfd
+        + t_pgxzp * t_zzwnh;
     const real t_bawzi_2 = Wt1 - t_2idpk;
     const real t_h7dxi_2 = B_1 * t_bawzi_2;
     const real t_j4nxv = sin_phi1 * t_h7dxi_2 + t_ghnnr;
@@ -1298,42 +1298,42 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_5znvx = th_1 * (p[I1] * t_ol4jq - q_1 * p[eps1]);
     const real t_lv5jl = cos_theta1 * t_5znvx;
     const real t_hqad4_2 = t_qbft3 - cos_phi1 * t_h7dxi_2;
-    const real t_qp7dw = t_w7lcw * t_j4nxv - (t_lv5jl + sin_theta1 * t_hqad4_2);
+    const real t_66ljm = t_w7lcw * t_j4nxv - (t_lv5jl + sin_theta1 * t_hqad4_2);
     const real t_swgbm = sin_theta1 * t_5znvx;
-    const real t_l545r = t_3go2w * t_j4nxv - (cos_theta1 * t_hqad4_2 - t_swgbm) - K_L32 * t_qp7dw;
+    const real t_y4kk5 = t_3go2w * t_j4nxv - (cos_theta1 * t_hqad4_2 - t_swgbm) - K_L32 * t_66ljm;
     const real t_zfk4z_2 = p[l1] * t_h7dxi_2;
     const real t_kukcp = q_1 * t_5znvx;
-    const real t_qq3hd = t_xq4wt * t_j4nxv
+    const real t_kkmhd = t_xq4wt * t_j4nxv
         - (t_zfk4z_2 - t_kukcp + t_cs5mc)
-        + t_3jpev * t_qp7dw
-        - K_L43 * t_l545r;
-    const real t_dzlkr_2 = t_zfk4z_2 + e1 * t_hqad4_2;
-    const real t_2xl36 = t_rujpm * t_j4nxv
-        - (sin_theta1 * t_dzlkr_2 - (t_kukcp + p[eps1]) + g_1 * t_lv5jl)
-        - K_L52 * t_qp7dw
-        - K_L53 * t_l545r
-        - K_L54 * t_qq3hd;
-    const real t_o7oi4 = t_pgxzp * t_j4nxv
-        - (cos_theta1 * t_dzlkr_2 + x[wx] * p[I1] - g_1 * t_swgbm)
-        + t_gz422 * t_qp7dw
-        - K_L63 * t_l545r
-        - K_L64 * t_qq3hd
-        - K_L65 * t_2xl36;
-    const real t_bdqqj = t_o7oi4 * t_nfkwa;
-    const real t_cgfgk = t_2xl36 * t_ftqxb - K_L65 * t_bdqqj;
-    const real t_djcyo = t_qq3hd * t_lt2al - K_L54 * t_cgfgk - K_L64 * t_bdqqj;
-    const real t_56fhu = t_l545r * t_zmh3u - K_L43 * t_djcyo - K_L53 * t_cgfgk - K_L63 * t_bdqqj;
-    const real t_7a2co = t_qp7dw * t_4iujv
-        - K_L32 * t_56fhu
-        + t_3jpev * t_djcyo
-        - K_L52 * t_cgfgk
-        + t_gz422 * t_bdqqj;
-    const real t_r4c63 = t_j4nxv * t_bpfoo
-        + t_w7lcw * t_7a2co
-        + t_3go2w * t_56fhu
-        + t_xq4wt * t_djcyo
-        + t_rujpm * t_cgfgk
-        + t_pgxzp * t_bdqqj;
+        + t_3jpev * t_66ljm
+        - K_L43 * t_y4kk5;
+    const real t_oeo2d_2 = t_zfk4z_2 + e1 * t_hqad4_2;
+    const real t_sduz2 = t_rujpm * t_j4nxv
+        - (sin_theta1 * t_oeo2d_2 - (t_kukcp + p[eps1]) + g_1 * t_lv5jl)
+        - K_L52 * t_66ljm
+        - K_L53 * t_y4kk5
+        - K_L54 * t_kkmhd;
+    const real t_us5yq = t_pgxzp * t_j4nxv
+        - (cos_theta1 * t_oeo2d_2 + x[wx] * p[I1] - g_1 * t_swgbm)
+        + t_gz422 * t_66ljm
+        - K_L63 * t_y4kk5
+        - K_L64 * t_kkmhd
+        - K_L65 * t_sduz2;
+    const real t_w4yjg = t_us5yq * t_nfkwa;
+    const real t_o2b4u = t_sduz2 * t_ftqxb - K_L65 * t_w4yjg;
+    const real t_c4scz = t_kkmhd * t_lt2al - K_L54 * t_o2b4u - K_L64 * t_w4yjg;
+    const real t_yvcd5 = t_y4kk5 * t_zmh3u - K_L43 * t_c4scz - K_L53 * t_o2b4u - K_L63 * t_w4yjg;
+    const real t_5ewla = t_66ljm * t_4iujv
+        - K_L32 * t_yvcd5
+        + t_3jpev * t_c4scz
+        - K_L52 * t_o2b4u
+        + t_gz422 * t_w4yjg;
+    const real t_xpg2b = t_j4nxv * t_bpfoo
+        + t_w7lcw * t_5ewla
+        + t_3go2w * t_yvcd5
+        + t_xq4wt * t_c4scz
+        + t_rujpm * t_o2b4u
+        + t_pgxzp * t_w4yjg;
     const real t_o7zln = k2 * p[eps2];
     const real t_kkthf = t_popww * t_ozxm2;
     const real t_h6rho = sin_phi2 * t_o7zln - cos_phi2 * t_kkthf;
@@ -1346,38 +1346,38 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_houes = t_3go2w * t_h6rho - (t_qj4qw - cos_theta2 * t_7cclx) - K_L32 * t_hk5jy;
     const real t_xeswd = q_2 * t_lmpa4;
     const real t_ldmue = p[l2] * t_o7zln;
-    const real t_gotkz = t_xq4wt * t_h6rho
+    const real t_orfk7 = t_xq4wt * t_h6rho
         - (t_xeswd + t_ldmue - p[eps2])
         + t_3jpev * t_hk5jy
         - K_L43 * t_houes;
     const real t_dvr7i = t_ldmue - e2 * t_7cclx;
     const real t_ak22y = x[wy] * p[I2];
-    const real t_xvq2e = t_rujpm * t_h6rho
+    const real t_gha7f = t_rujpm * t_h6rho
         - (t_xeswd + sin_theta2 * t_dvr7i - t_ak22y - g_2 * t_556h3)
         - K_L52 * t_hk5jy
         - K_L53 * t_houes
-        - K_L54 * t_gotkz;
-    const real t_kwdb7 = t_pgxzp * t_h6rho
+        - K_L54 * t_orfk7;
+    const real t_y4p7x = t_pgxzp * t_h6rho
         - (cos_theta2 * t_dvr7i + g_2 * t_qj4qw - x[wz] * p[I2])
         + t_gz422 * t_hk5jy
         - K_L63 * t_houes
-        - K_L64 * t_gotkz
-        - K_L65 * t_xvq2e;
-    const real t_66fud = t_kwdb7 * t_nfkwa;
-    const real t_2pdgz = t_xvq2e * t_ftqxb - K_L65 * t_66fud;
-    const real t_5zxjl = t_gotkz * t_lt2al - K_L54 * t_2pdgz - K_L64 * t_66fud;
-    const real t_tt5vi = t_houes * t_zmh3u - K_L43 * t_5zxjl - K_L53 * t_2pdgz - K_L63 * t_66fud;
-    const real t_g7hmz = t_hk5jy * t_4iujv
-        - K_L32 * t_tt5vi
-        + t_3jpev * t_5zxjl
-        - K_L52 * t_2pdgz
-        + t_gz422 * t_66fud;
-    const real t_h65yd = t_h6rho * t_bpfoo
-        + t_w7lcw * t_g7hmz
-        + t_3go2w * t_tt5vi
-        + t_xq4wt * t_5zxjl
-        + t_rujpm * t_2pdgz
-        + t_pgxzp * t_66fud;
+        - K_L64 * t_orfk7
+        - K_L65 * t_gha7f;
+    const real t_wa6kp = t_y4p7x * t_nfkwa;
+    const real t_dytux = t_gha7f * t_ftqxb - K_L65 * t_wa6kp;
+    const real t_ucko3 = t_orfk7 * t_lt2al - K_L54 * t_dytux - K_L64 * t_wa6kp;
+    const real t_nvzz5 = t_houes * t_zmh3u - K_L43 * t_ucko3 - K_L53 * t_dytux - K_L63 * t_wa6kp;
+    const real t_neuvj = t_hk5jy * t_4iujv
+        - K_L32 * t_nvzz5
+        + t_3jpev * t_ucko3
+        - K_L52 * t_dytux
+        + t_gz422 * t_wa6kp;
+    const real t_qcn7c = t_h6rho * t_bpfoo
+        + t_w7lcw * t_neuvj
+        + t_3go2w * t_nvzz5
+        + t_xq4wt * t_ucko3
+        + t_rujpm * t_dytux
+        + t_pgxzp * t_wa6kp;
     const real t_ly4o3_2 = Wt2 - t_6tvwe;
     const real t_skszy_2 = B_2 * t_ly4o3_2;
     const real t_lxf65 = sin_phi2 * t_skszy_2 + t_7e3oz;
@@ -1385,360 +1385,360 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_jmlk4 = th_2 * (p[I2] * t_noiav - q_2 * p[eps2]);
     const real t_kaole = cos_theta2 * t_jmlk4;
     const real t_3iwx3_2 = t_bpppy - cos_phi2 * t_skszy_2;
-    const real t_zjnzg = t_w7lcw * t_lxf65 - (t_kaole + sin_theta2 * t_3iwx3_2);
+    const real t_py4gp = t_w7lcw * t_lxf65 - (t_kaole + sin_theta2 * t_3iwx3_2);
     const real t_wmtg5 = sin_theta2 * t_jmlk4;
-    const real t_t5t33 = t_3go2w * t_lxf65 - (cos_theta2 * t_3iwx3_2 - t_wmtg5) - K_L32 * t_zjnzg;
+    const real t_c2tmt = t_3go2w * t_lxf65 - (cos_theta2 * t_3iwx3_2 - t_wmtg5) - K_L32 * t_py4gp;
     const real t_6tlin_2 = p[l2] * t_skszy_2;
     const real t_toplq = q_2 * t_jmlk4;
-    const real t_z4iem = t_xq4wt * t_lxf65
+    const real t_p4uwd = t_xq4wt * t_lxf65
         - (t_6tlin_2 - t_toplq + t_ak22y)
-        + t_3jpev * t_zjnzg
-        - K_L43 * t_t5t33;
-    const real t_7hro7_2 = t_6tlin_2 + e2 * t_3iwx3_2;
-    const real t_genvc = t_rujpm * t_lxf65
-        - (sin_theta2 * t_7hro7_2 - (t_toplq + p[eps2]) + g_2 * t_kaole)
-        - K_L52 * t_zjnzg
-        - K_L53 * t_t5t33
-        - K_L54 * t_z4iem;
-    const real t_qhn44 = t_pgxzp * t_lxf65
-        - (cos_theta2 * t_7hro7_2 + x[wx] * p[I2] - g_2 * t_wmtg5)
-        + t_gz422 * t_zjnzg
-        - K_L63 * t_t5t33
-        - K_L64 * t_z4iem
-        - K_L65 * t_genvc;
-    const real t_mwdei = t_qhn44 * t_nfkwa;
-    const real t_yxqfq = t_genvc * t_ftqxb - K_L65 * t_mwdei;
-    const real t_2flrc = t_z4iem * t_lt2al - K_L54 * t_yxqfq - K_L64 * t_mwdei;
-    const real t_kucrp = t_t5t33 * t_zmh3u - K_L43 * t_2flrc - K_L53 * t_yxqfq - K_L63 * t_mwdei;
-    const real t_qjqnr = t_zjnzg * t_4iujv
-        - K_L32 * t_kucrp
-        + t_3jpev * t_2flrc
-        - K_L52 * t_yxqfq
-        + t_gz422 * t_mwdei;
-    const real t_qysrg = t_lxf65 * t_bpfoo
-        + t_w7lcw * t_qjqnr
-        + t_3go2w * t_kucrp
-        + t_xq4wt * t_2flrc
-        + t_rujpm * t_yxqfq
-        + t_pgxzp * t_mwdei;
-    const real t_fgium = t_hmcjh - x[wy];
-    const real t_ydtml = t_64av6 - x[wx];
-    const real t_3aqwf = sin_theta1 * t_hmcjh + cos_theta1 * t_l3hyo;
-    const real t_b6lbb = t_3aqwf + t_bawzi;
-    const real t_2wai5 = cos_phi1 * (e1 * t_3aqwf + sin_theta1 * t_yrgl2 + cos_theta1 * t_qjxw2)
-        + sin_phi1 * t_wizkf;
-    const real t_tm4p2 = sin_theta1 * t_64av6 + cos_theta1 * t_xbolq;
-    const real t_hjnut = t_tm4p2 + t_lmubw;
-    const real t_q52o2 = cos_phi1 * (e1 * t_tm4p2 + sin_theta1 * t_iac5b + cos_theta1 * t_7monj)
-        + sin_phi1 * (t_lo7gb - t_imsf6);
-    const real t_glfpk = sin_theta1 * t_jyiaj + cos_theta1 * t_stsgp;
-    const real t_l4hct = t_glfpk + t_e6rpb;
-    const real t_25zy6 = cos_phi1 * (e1 * t_glfpk + sin_theta1 * t_mvyus + cos_theta1 * t_rol52)
-        + sin_phi1 * (t_jctnv - t_oetyi);
-    const real t_baweu = sin_theta1 * t_st4yk + cos_theta1 * t_yr2ut;
-    const real t_rmtjl = t_baweu + t_hvpvf;
+        + t_3jpev * t_py4gp
+        - K_L43 * t_c2tmt;
+    const real t_6g4dk_2 = t_6tlin_2 + e2 * t_3iwx3_2;
+    const real t_36elt = t_rujpm * t_lxf65
+        - (sin_theta2 * t_6g4dk_2 - (t_toplq + p[eps2]) + g_2 * t_kaole)
+        - K_L52 * t_py4gp
+        - K_L53 * t_c2tmt
+        - K_L54 * t_p4uwd;
+    const real t_tdom5 = t_pgxzp * t_lxf65
+        - (cos_theta2 * t_6g4dk_2 + x[wx] * p[I2] - g_2 * t_wmtg5)
+        + t_gz422 * t_py4gp
+        - K_L63 * t_c2tmt
+        - K_L64 * t_p4uwd
+        - K_L65 * t_36elt;
+    const real t_qyrcg = t_tdom5 * t_nfkwa;
+    const real t_mm5vw = t_36elt * t_ftqxb - K_L65 * t_qyrcg;
+    const real t_vu6ur = t_p4uwd * t_lt2al - K_L54 * t_mm5vw - K_L64 * t_qyrcg;
+    const real t_ibmfi = t_c2tmt * t_zmh3u - K_L43 * t_vu6ur - K_L53 * t_mm5vw - K_L63 * t_qyrcg;
+    const real t_s77ah = t_py4gp * t_4iujv
+        - K_L32 * t_ibmfi
+        + t_3jpev * t_vu6ur
+        - K_L52 * t_mm5vw
+        + t_gz422 * t_qyrcg;
+    const real t_smbtt = t_lxf65 * t_bpfoo
+        + t_w7lcw * t_s77ah
+        + t_3go2w * t_ibmfi
+        + t_xq4wt * t_vu6ur
+        + t_rujpm * t_mm5vw
+        + t_pgxzp * t_qyrcg;
+    const real t_ljjby = t_mvcys - x[wy];
+    const real t_6xihg = t_zidue - x[wx];
+    const real t_d24ea = sin_theta1 * t_mvcys + cos_theta1 * t_fukug;
+    const real t_7iogl = t_d24ea + t_bawzi;
+    const real t_stpa4 = cos_phi1 * (e1 * t_d24ea + sin_theta1 * t_p3cyq + cos_theta1 * t_k4g3j)
+        + sin_phi1 * t_eyqb4;
+    const real t_g4vjj = sin_theta1 * t_zidue + cos_theta1 * t_yanuq;
+    const real t_vjduo = t_g4vjj + t_lmubw;
+    const real t_e7lob = cos_phi1 * (e1 * t_g4vjj + sin_theta1 * t_5gogd + cos_theta1 * t_z2otz)
+        + sin_phi1 * (t_d5rka - t_imsf6);
+    const real t_d24ea_2 = sin_theta1 * t_hucxp + cos_theta1 * t_gif7d;
+    const real t_rb6tk = t_d24ea_2 + t_e6rpb;
+    const real t_g563g = cos_phi1 * (e1 * t_d24ea_2 + sin_theta1 * t_gbvsw + cos_theta1 * t_nsiwt)
+        + sin_phi1 * (t_r4y2f - t_oetyi);
+    const real t_6i3h6 = sin_theta1 * t_nbkzt + cos_theta1 * t_2rjc3;
+    const real t_kohte = t_6i3h6 + t_hvpvf;
     const real t_yijss = X_x2 * sin_theta1;
     const real t_dnlk7 = X_x3 * cos_theta1;
-    const real t_ek3bf = cos_phi1 * (e1 * t_baweu + sin_theta1 * t_nqnwq + cos_theta1 * t_y7rng)
+    const real t_2hj4r = cos_phi1 * (e1 * t_6i3h6 + sin_theta1 * t_clzgq + cos_theta1 * t_vb3vk)
         - (G_t1 * e1 + t_yijss + t_dnlk7) * sin_phi1
-        + ((X_x1 - t_w7vil) * cos_phi1 + sin_phi1 * t_u2cjx);
+        + ((X_x1 - t_w7vil) * cos_phi1 + sin_phi1 * t_ohz37);
     const real t_niq6z = X_x5 * cos_theta1;
     const real t_43mkt = X_x6 * sin_theta1;
-    const real t_5rmw7 = sin_theta1 * t_e5wip + t_niq6z + (cos_theta1 * t_2fgqn - t_43mkt);
-    const real t_ffjg7 = t_5rmw7 + t_y5gv4;
+    const real t_suox4 = sin_theta1 * t_zr5di + t_niq6z + (cos_theta1 * t_vbfnl - t_43mkt);
+    const real t_yfrgw = t_suox4 + t_y5gv4;
     const real t_xtcbd = X_x2 * cos_theta1;
     const real t_jpkdx = X_x3 * sin_theta1;
-    const real t_5uwnp = cos_phi1 * (e1 * t_5rmw7 + (sin_theta1 * t_lgr6t + t_xtcbd) + (cos_theta1 * t_ndnvg - t_jpkdx));
-    const real t_7ixr3 = sin_theta1 * t_svukv + cos_theta1 * t_3os3c;
-    const real t_o4qft = cos_phi1 * (e1 * t_7ixr3 + sin_theta1 * t_fpibt + cos_theta1 * t_owrrl)
-        + sin_phi1 * t_qjmq3;
-    const real t_ogvfg = sin_theta1 * t_7tjax + cos_theta1 * t_zuj7h;
-    const real t_vig6y = cos_phi1 * (e1 * t_ogvfg + sin_theta1 * t_g7wh3 + cos_theta1 * t_e6rdz)
-        + sin_phi1 * t_jltkv;
-    const real t_k6p4v = sin_theta1 * t_7bkgr + cos_theta1 * t_hywv3;
-    const real t_ypbjq = cos_phi1 * (e1 * t_k6p4v + sin_theta1 * t_bpmay + cos_theta1 * t_lewpu)
-        + sin_phi1 * t_wakkd;
-    const real t_johe5 = sin_theta1 * t_cgfgk + cos_theta1 * t_bdqqj;
-    const real t_b6lbb_2 = t_johe5 + t_bawzi_2;
-    const real t_p4uqe = cos_phi1 * (e1 * t_johe5 + sin_theta1 * t_7a2co + cos_theta1 * t_56fhu)
-        + sin_phi1 * t_r4c63;
-    const real t_weyld = sin_theta1 * t_2pdgz + cos_theta1 * t_66fud;
-    const real t_nlbke = cos_phi1 * (e1 * t_weyld + sin_theta1 * t_g7hmz + cos_theta1 * t_tt5vi)
-        + sin_phi1 * t_h65yd;
-    const real t_wm5qr = sin_theta1 * t_yxqfq + cos_theta1 * t_mwdei;
-    const real t_lxq2b = cos_phi1 * (e1 * t_wm5qr + sin_theta1 * t_qjqnr + cos_theta1 * t_kucrp)
-        + sin_phi1 * t_qysrg;
-    const real t_zdhge = t_v5isq + t_hmcjh;
-    const real t_z5xy2 = t_ljxeu
-        + cos_theta1 * t_yrgl2
-        + g_1 * (cos_theta1 * t_hmcjh - sin_theta1 * t_l3hyo)
-        - q_1 * t_zdhge
-        - sin_theta1 * t_qjxw2;
-    const real t_dw6y2 = t_5napi + t_64av6;
-    const real t_lvsav = t_qrqlw
-        + cos_theta1 * t_iac5b
-        + g_1 * (cos_theta1 * t_64av6 - sin_theta1 * t_xbolq)
-        - q_1 * t_dw6y2
-        - sin_theta1 * t_7monj;
-    const real t_7yydu = t_nkq7y + t_jyiaj;
-    const real t_l5hwn = t_z7jiy
-        + cos_theta1 * t_mvyus
-        + g_1 * (cos_theta1 * t_jyiaj - sin_theta1 * t_stsgp)
-        - q_1 * t_7yydu
-        - sin_theta1 * t_rol52;
+    const real t_hwsei = cos_phi1 * (e1 * t_suox4 + (sin_theta1 * t_ghemx + t_xtcbd) + (cos_theta1 * t_vmmcz - t_jpkdx));
+    const real t_cpkpb = sin_theta1 * t_5rghd + cos_theta1 * t_ggj7d;
+    const real t_gjjkx = cos_phi1 * (e1 * t_cpkpb + sin_theta1 * t_ixgiu + cos_theta1 * t_z36hd)
+        + sin_phi1 * t_5ikkw;
+    const real t_pjwwp = sin_theta1 * t_6dg7r + cos_theta1 * t_7ekei;
+    const real t_5rtia = cos_phi1 * (e1 * t_pjwwp + sin_theta1 * t_ze77j + cos_theta1 * t_vpbw5)
+        + sin_phi1 * t_x2xqm;
+    const real t_uc5ut = sin_theta1 * t_zgzfd + cos_theta1 * t_zzwnh;
+    const real t_2szno = cos_phi1 * (e1 * t_uc5ut + sin_theta1 * t_ky43l + cos_theta1 * t_jxtto)
+        + sin_phi1 * t_osway;
+    const real t_rx2x6 = sin_theta1 * t_o2b4u + cos_theta1 * t_w4yjg;
+    const real t_7iogl_2 = t_rx2x6 + t_bawzi_2;
+    const real t_bpc6o = cos_phi1 * (e1 * t_rx2x6 + sin_theta1 * t_5ewla + cos_theta1 * t_yvcd5)
+        + sin_phi1 * t_xpg2b;
+    const real t_tixs4 = sin_theta1 * t_dytux + cos_theta1 * t_wa6kp;
+    const real t_yfavs = cos_phi1 * (e1 * t_tixs4 + sin_theta1 * t_neuvj + cos_theta1 * t_nvzz5)
+        + sin_phi1 * t_qcn7c;
+    const real t_fb4it = sin_theta1 * t_mm5vw + cos_theta1 * t_qyrcg;
+    const real t_djhv6 = cos_phi1 * (e1 * t_fb4it + sin_theta1 * t_s77ah + cos_theta1 * t_ibmfi)
+        + sin_phi1 * t_smbtt;
+    const real t_f2s7l = t_cgzf6 + t_mvcys;
+    const real t_z5ycs = t_ljxeu
+        + cos_theta1 * t_p3cyq
+        + g_1 * (cos_theta1 * t_mvcys - sin_theta1 * t_fukug)
+        - q_1 * t_f2s7l
+        - sin_theta1 * t_k4g3j;
+    const real t_aonvw = t_v3546 + t_zidue;
+    const real t_7t23y = t_qrqlw
+        + cos_theta1 * t_5gogd
+        + g_1 * (cos_theta1 * t_zidue - sin_theta1 * t_yanuq)
+        - q_1 * t_aonvw
+        - sin_theta1 * t_z2otz;
+    const real t_36ekq = t_psn6w + t_hucxp;
+    const real t_zp6pk = t_z7jiy
+        + cos_theta1 * t_gbvsw
+        + g_1 * (cos_theta1 * t_hucxp - sin_theta1 * t_gif7d)
+        - q_1 * t_36ekq
+        - sin_theta1 * t_nsiwt;
     const real t_ogd3q = t_niq6z - t_43mkt;
     const real t_mwq7z = X_x4 + X_x5;
     const real t_5ffnn = zeta1 + t_xtcbd + g_1 * t_ogd3q - t_mwq7z * q_1 - t_jpkdx;
-    const real t_emych = t_dibdt + t_st4yk;
-    const real t_acpjx = t_f2zxy
-        + cos_theta1 * t_nqnwq
-        + (t_ogd3q * t_xtwlg + g_1 * (cos_theta1 * t_st4yk - sin_theta1 * t_yr2ut))
-        - (q_1 * t_emych + t_mwq7z * t_4z4np)
-        - sin_theta1 * t_y7rng;
+    const real t_4kv23 = t_acgzr + t_nbkzt;
+    const real t_glazt = t_f2zxy
+        + cos_theta1 * t_clzgq
+        + (t_ogd3q * t_xtwlg + g_1 * (cos_theta1 * t_nbkzt - sin_theta1 * t_2rjc3))
+        - (q_1 * t_4kv23 + t_mwq7z * t_4z4np)
+        - sin_theta1 * t_vb3vk;
     const real t_ibe72 = K(1.0) / p[m1];
-    const real t_q6atl = th_1 * (t_5ffnn * t_4z4np + q_1 * t_acpjx)
+    const real t_37k6y = th_1 * (t_5ffnn * t_4z4np + q_1 * t_glazt)
         - (loss_theta1 * t_ibe72 + q_1 * t_5ffnn) * t_vhuco;
-    const real t_qc2pj = t_uznvr + t_e5wip;
-    const real t_plsic = t_2vp5p
-        + (cos_theta1 * t_lgr6t - t_yijss)
-        + g_1 * (cos_theta1 * t_e5wip - t_wg4gh - (sin_theta1 * t_2fgqn + t_kw2iv))
-        - q_1 * t_qc2pj
-        - (sin_theta1 * t_ndnvg + t_dnlk7);
-    const real t_n6536 = t_vjb6t + t_svukv;
-    const real t_vmk3p = cos_theta1 * t_fpibt
-        + g_1 * (cos_theta1 * t_svukv - sin_theta1 * t_3os3c)
-        - q_1 * t_n6536
-        - sin_theta1 * t_owrrl;
-    const real t_gb6fy = t_grzp5 + t_7tjax;
-    const real t_ujhnb = cos_theta1 * t_g7wh3
-        + g_1 * (cos_theta1 * t_7tjax - sin_theta1 * t_zuj7h)
-        - q_1 * t_gb6fy
-        - sin_theta1 * t_e6rdz;
-    const real t_bw3t3 = t_zdjlz + t_7bkgr;
-    const real t_rlhct = cos_theta1 * t_bpmay
+    const real t_qbvyw = t_3knpj + t_zr5di;
+    const real t_go4yy = t_2vp5p
+        + (cos_theta1 * t_ghemx - t_yijss)
+        + g_1 * (cos_theta1 * t_zr5di - t_wg4gh - (sin_theta1 * t_vbfnl + t_kw2iv))
+        - q_1 * t_qbvyw
+        - (sin_theta1 * t_vmmcz + t_dnlk7);
+    const real t_62hw3 = t_qeczb + t_5rghd;
+    const real t_pn42b = cos_theta1 * t_ixgiu
+        + g_1 * (cos_theta1 * t_5rghd - sin_theta1 * t_ggj7d)
+        - q_1 * t_62hw3
+        - sin_theta1 * t_z36hd;
+    const real t_jkr3e = t_tlzdx + t_6dg7r;
+    const real t_qk44u = cos_theta1 * t_ze77j
+        + g_1 * (cos_theta1 * t_6dg7r - sin_theta1 * t_7ekei)
+        - q_1 * t_jkr3e
+        - sin_theta1 * t_vpbw5;
+    const real t_sxhnn = t_lg6ux + t_zgzfd;
+    const real t_ovipm = cos_theta1 * t_ky43l
         - t_nxx6u
-        + g_1 * (cos_theta1 * t_7bkgr - sin_theta1 * t_hywv3)
-        - q_1 * t_bw3t3
-        - sin_theta1 * t_lewpu;
-    const real t_akefi = t_djcyo + t_cgfgk;
-    const real t_6jr6d = t_ol4jq
-        + cos_theta1 * t_7a2co
-        + g_1 * (cos_theta1 * t_cgfgk - sin_theta1 * t_bdqqj)
-        - q_1 * t_akefi
-        - sin_theta1 * t_56fhu;
-    const real t_m2ltr = t_5zxjl + t_2pdgz;
-    const real t_wlqwa = cos_theta1 * t_g7hmz
-        + g_1 * (cos_theta1 * t_2pdgz - sin_theta1 * t_66fud)
-        - q_1 * t_m2ltr
-        - sin_theta1 * t_tt5vi;
-    const real t_xuwb4 = t_2flrc + t_yxqfq;
-    const real t_cqpuq = cos_theta1 * t_qjqnr
-        + g_1 * (cos_theta1 * t_yxqfq - sin_theta1 * t_mwdei)
-        - q_1 * t_xuwb4
-        - sin_theta1 * t_kucrp;
-    const real t_pkcnl = sin_theta2 * t_hmcjh + cos_theta2 * t_l3hyo;
-    const real t_zhlch = t_pkcnl + t_ly4o3;
-    const real t_52v5y = cos_phi2 * (e2 * t_pkcnl + sin_theta2 * t_yrgl2 + cos_theta2 * t_qjxw2)
-        + sin_phi2 * t_wizkf;
-    const real t_k4c7w = sin_theta2 * t_64av6 + cos_theta2 * t_xbolq;
-    const real t_yowov = t_k4c7w + t_js3na;
-    const real t_q2win = cos_phi2 * (e2 * t_k4c7w + sin_theta2 * t_iac5b + cos_theta2 * t_7monj)
-        + sin_phi2 * (t_lo7gb - t_sqd7x);
-    const real t_dsc22 = sin_theta2 * t_jyiaj + cos_theta2 * t_stsgp;
-    const real t_lmd5o = t_dsc22 + t_jv37x;
-    const real t_plc3g = cos_phi2 * (e2 * t_dsc22 + sin_theta2 * t_mvyus + cos_theta2 * t_rol52)
-        + sin_phi2 * (t_jctnv - t_xfnc5);
-    const real t_k3lg7 = sin_theta2 * t_st4yk + cos_theta2 * t_yr2ut;
-    const real t_umm2c = cos_phi2 * (e2 * t_k3lg7 + sin_theta2 * t_nqnwq + cos_theta2 * t_y7rng)
-        + sin_phi2 * t_u2cjx;
-    const real t_6i2zt = sin_theta2 * t_e5wip + cos_theta2 * t_2fgqn;
-    const real t_5ejm3 = cos_phi2 * (e2 * t_6i2zt + sin_theta2 * t_lgr6t + cos_theta2 * t_ndnvg)
-        + sin_phi2 * t_wjac4;
-    const real t_e5tzh = sin_theta2 * t_svukv + cos_theta2 * t_3os3c;
-    const real t_fkz2i = t_e5tzh + t_aduzw;
+        + g_1 * (cos_theta1 * t_zgzfd - sin_theta1 * t_zzwnh)
+        - q_1 * t_sxhnn
+        - sin_theta1 * t_jxtto;
+    const real t_2gspi = t_c4scz + t_o2b4u;
+    const real t_gt2q6 = t_ol4jq
+        + cos_theta1 * t_5ewla
+        + g_1 * (cos_theta1 * t_o2b4u - sin_theta1 * t_w4yjg)
+        - q_1 * t_2gspi
+        - sin_theta1 * t_yvcd5;
+    const real t_ue6qm = t_ucko3 + t_dytux;
+    const real t_cey4r = cos_theta1 * t_neuvj
+        + g_1 * (cos_theta1 * t_dytux - sin_theta1 * t_wa6kp)
+        - q_1 * t_ue6qm
+        - sin_theta1 * t_nvzz5;
+    const real t_vdq6k = t_vu6ur + t_mm5vw;
+    const real t_o7eef = cos_theta1 * t_s77ah
+        + g_1 * (cos_theta1 * t_mm5vw - sin_theta1 * t_qyrcg)
+        - q_1 * t_vdq6k
+        - sin_theta1 * t_ibmfi;
+    const real t_mbe2r = sin_theta2 * t_mvcys + cos_theta2 * t_fukug;
+    const real t_5zull = t_mbe2r + t_ly4o3;
+    const real t_p7h7g = cos_phi2 * (e2 * t_mbe2r + sin_theta2 * t_p3cyq + cos_theta2 * t_k4g3j)
+        + sin_phi2 * t_eyqb4;
+    const real t_cavu5 = sin_theta2 * t_zidue + cos_theta2 * t_yanuq;
+    const real t_45gz6 = t_cavu5 + t_js3na;
+    const real t_pz33d = cos_phi2 * (e2 * t_cavu5 + sin_theta2 * t_5gogd + cos_theta2 * t_z2otz)
+        + sin_phi2 * (t_d5rka - t_sqd7x);
+    const real t_mbe2r_2 = sin_theta2 * t_hucxp + cos_theta2 * t_gif7d;
+    const real t_v3njf = t_mbe2r_2 + t_jv37x;
+    const real t_fg6t7 = cos_phi2 * (e2 * t_mbe2r_2 + sin_theta2 * t_gbvsw + cos_theta2 * t_nsiwt)
+        + sin_phi2 * (t_r4y2f - t_xfnc5);
+    const real t_wbluk = sin_theta2 * t_nbkzt + cos_theta2 * t_2rjc3;
+    const real t_v2sjm = cos_phi2 * (e2 * t_wbluk + sin_theta2 * t_clzgq + cos_theta2 * t_vb3vk)
+        + sin_phi2 * t_ohz37;
+    const real t_edlpj = sin_theta2 * t_zr5di + cos_theta2 * t_vbfnl;
+    const real t_7ao57 = cos_phi2 * (e2 * t_edlpj + sin_theta2 * t_ghemx + cos_theta2 * t_vmmcz)
+        + sin_phi2 * t_siypo;
+    const real t_ugh3y = sin_theta2 * t_5rghd + cos_theta2 * t_ggj7d;
+    const real t_yun54 = t_ugh3y + t_aduzw;
     const real t_7idvc = X_x2 * sin_theta2;
     const real t_rmigv = X_x3 * cos_theta2;
-    const real t_fceru = cos_phi2 * (e2 * t_e5tzh + sin_theta2 * t_fpibt + cos_theta2 * t_owrrl)
+    const real t_ert3o = cos_phi2 * (e2 * t_ugh3y + sin_theta2 * t_ixgiu + cos_theta2 * t_z36hd)
         - (G_t2 * e2 + t_7idvc + t_rmigv) * sin_phi2
-        + ((X_x1 - t_6fvzz) * cos_phi2 + sin_phi2 * t_qjmq3);
+        + ((X_x1 - t_6fvzz) * cos_phi2 + sin_phi2 * t_5ikkw);
     const real t_44ttq = X_x5 * cos_theta2;
     const real t_fmgqh = X_x6 * sin_theta2;
-    const real t_y3vbh = sin_theta2 * t_7tjax + t_44ttq + (cos_theta2 * t_zuj7h - t_fmgqh);
-    const real t_sspv6 = t_y3vbh + t_abii4;
+    const real t_666xy = sin_theta2 * t_6dg7r + t_44ttq + (cos_theta2 * t_7ekei - t_fmgqh);
+    const real t_qdiup = t_666xy + t_abii4;
     const real t_3ocqs = X_x2 * cos_theta2;
     const real t_m72m7 = X_x3 * sin_theta2;
-    const real t_w6xso = cos_phi2 * (e2 * t_y3vbh + (sin_theta2 * t_g7wh3 + t_3ocqs) + (cos_theta2 * t_e6rdz - t_m72m7));
-    const real t_pvinf = sin_theta2 * t_7bkgr + cos_theta2 * t_hywv3;
-    const real t_y3mj5 = cos_phi2 * (e2 * t_pvinf + sin_theta2 * t_bpmay + cos_theta2 * t_lewpu)
-        + sin_phi2 * t_wakkd;
-    const real t_6st5c = sin_theta2 * t_cgfgk + cos_theta2 * t_bdqqj;
-    const real t_qfziw = cos_phi2 * (e2 * t_6st5c + sin_theta2 * t_7a2co + cos_theta2 * t_56fhu)
-        + sin_phi2 * t_r4c63;
-    const real t_s46nv = sin_theta2 * t_2pdgz + cos_theta2 * t_66fud;
-    const real t_lfqro = cos_phi2 * (e2 * t_s46nv + sin_theta2 * t_g7hmz + cos_theta2 * t_tt5vi)
-        + sin_phi2 * t_h65yd;
-    const real t_eoqpv = sin_theta2 * t_yxqfq + cos_theta2 * t_mwdei;
-    const real t_zhlch_2 = t_eoqpv + t_ly4o3_2;
-    const real t_wtdxe = cos_phi2 * (e2 * t_eoqpv + sin_theta2 * t_qjqnr + cos_theta2 * t_kucrp)
-        + sin_phi2 * t_qysrg;
-    const real t_ykjcq = t_f5pan
-        + cos_theta2 * t_yrgl2
-        + g_2 * (cos_theta2 * t_hmcjh - sin_theta2 * t_l3hyo)
-        - q_2 * t_zdhge
-        - sin_theta2 * t_qjxw2;
-    const real t_y5uxn = t_wbyvc
-        + cos_theta2 * t_iac5b
-        + g_2 * (cos_theta2 * t_64av6 - sin_theta2 * t_xbolq)
-        - q_2 * t_dw6y2
-        - sin_theta2 * t_7monj;
-    const real t_mckra = t_aopwl
-        + cos_theta2 * t_mvyus
-        + g_2 * (cos_theta2 * t_jyiaj - sin_theta2 * t_stsgp)
-        - q_2 * t_7yydu
-        - sin_theta2 * t_rol52;
-    const real t_x6x7f = cos_theta2 * t_nqnwq
-        + g_2 * (cos_theta2 * t_st4yk - sin_theta2 * t_yr2ut)
-        - q_2 * t_emych
-        - sin_theta2 * t_y7rng;
-    const real t_7yjtm = cos_theta2 * t_lgr6t
-        + g_2 * (cos_theta2 * t_e5wip - sin_theta2 * t_2fgqn)
-        - q_2 * t_qc2pj
-        - sin_theta2 * t_ndnvg;
+    const real t_wpqww = cos_phi2 * (e2 * t_666xy + (sin_theta2 * t_ze77j + t_3ocqs) + (cos_theta2 * t_vpbw5 - t_m72m7));
+    const real t_ndael = sin_theta2 * t_zgzfd + cos_theta2 * t_zzwnh;
+    const real t_ca6n5 = cos_phi2 * (e2 * t_ndael + sin_theta2 * t_ky43l + cos_theta2 * t_jxtto)
+        + sin_phi2 * t_osway;
+    const real t_hdhet = sin_theta2 * t_o2b4u + cos_theta2 * t_w4yjg;
+    const real t_qv4hp = cos_phi2 * (e2 * t_hdhet + sin_theta2 * t_5ewla + cos_theta2 * t_yvcd5)
+        + sin_phi2 * t_xpg2b;
+    const real t_vso36 = sin_theta2 * t_dytux + cos_theta2 * t_wa6kp;
+    const real t_2jexu = cos_phi2 * (e2 * t_vso36 + sin_theta2 * t_neuvj + cos_theta2 * t_nvzz5)
+        + sin_phi2 * t_qcn7c;
+    const real t_xmvmi = sin_theta2 * t_mm5vw + cos_theta2 * t_qyrcg;
+    const real t_5zull_2 = t_xmvmi + t_ly4o3_2;
+    const real t_iytag = cos_phi2 * (e2 * t_xmvmi + sin_theta2 * t_s77ah + cos_theta2 * t_ibmfi)
+        + sin_phi2 * t_smbtt;
+    const real t_dgy3c = t_f5pan
+        + cos_theta2 * t_p3cyq
+        + g_2 * (cos_theta2 * t_mvcys - sin_theta2 * t_fukug)
+        - q_2 * t_f2s7l
+        - sin_theta2 * t_k4g3j;
+    const real t_6q5vx = t_wbyvc
+        + cos_theta2 * t_5gogd
+        + g_2 * (cos_theta2 * t_zidue - sin_theta2 * t_yanuq)
+        - q_2 * t_aonvw
+        - sin_theta2 * t_z2otz;
+    const real t_kgekk = t_aopwl
+        + cos_theta2 * t_gbvsw
+        + g_2 * (cos_theta2 * t_hucxp - sin_theta2 * t_gif7d)
+        - q_2 * t_36ekq
+        - sin_theta2 * t_nsiwt;
+    const real t_ct5ru = cos_theta2 * t_clzgq
+        + g_2 * (cos_theta2 * t_nbkzt - sin_theta2 * t_2rjc3)
+        - q_2 * t_4kv23
+        - sin_theta2 * t_vb3vk;
+    const real t_roiww = cos_theta2 * t_ghemx
+        + g_2 * (cos_theta2 * t_zr5di - sin_theta2 * t_vbfnl)
+        - q_2 * t_qbvyw
+        - sin_theta2 * t_vmmcz;
     const real t_qv4rx = t_44ttq - t_fmgqh;
     const real t_oqair = zeta2 + t_3ocqs + g_2 * t_qv4rx - t_mwq7z * q_2 - t_m72m7;
-    const real t_kzilx = t_qy4n2
-        + cos_theta2 * t_fpibt
-        + (t_qv4rx * t_h36cy + g_2 * (cos_theta2 * t_svukv - sin_theta2 * t_3os3c))
-        - (q_2 * t_n6536 + t_mwq7z * t_yk3z4)
-        - sin_theta2 * t_owrrl;
+    const real t_p3bh6 = t_qy4n2
+        + cos_theta2 * t_ixgiu
+        + (t_qv4rx * t_h36cy + g_2 * (cos_theta2 * t_5rghd - sin_theta2 * t_ggj7d))
+        - (q_2 * t_62hw3 + t_mwq7z * t_yk3z4)
+        - sin_theta2 * t_z36hd;
     const real t_r7vy7 = K(1.0) / p[m2];
-    const real t_6j5z6 = th_2 * (t_oqair * t_yk3z4 + q_2 * t_kzilx)
+    const real t_vokmq = th_2 * (t_oqair * t_yk3z4 + q_2 * t_p3bh6)
         - (loss_theta2 * t_r7vy7 + q_2 * t_oqair) * t_2s2br;
-    const real t_y2zxl = t_jx7yj
-        + (cos_theta2 * t_g7wh3 - t_7idvc)
-        + g_2 * (cos_theta2 * t_7tjax - t_ywjjw - (sin_theta2 * t_zuj7h + t_f6k2p))
-        - q_2 * t_gb6fy
-        - (sin_theta2 * t_e6rdz + t_rmigv);
-    const real t_rkjwp = cos_theta2 * t_bpmay
-        + g_2 * (cos_theta2 * t_7bkgr - sin_theta2 * t_hywv3)
-        - q_2 * t_bw3t3
-        - sin_theta2 * t_lewpu;
-    const real t_fiwtb = cos_theta2 * t_7a2co
-        + g_2 * (cos_theta2 * t_cgfgk - sin_theta2 * t_bdqqj)
-        - q_2 * t_akefi
-        - sin_theta2 * t_56fhu;
-    const real t_npqeu = cos_theta2 * t_g7hmz
+    const real t_hucua = t_jx7yj
+        + (cos_theta2 * t_ze77j - t_7idvc)
+        + g_2 * (cos_theta2 * t_6dg7r - t_ywjjw - (sin_theta2 * t_7ekei + t_f6k2p))
+        - q_2 * t_jkr3e
+        - (sin_theta2 * t_vpbw5 + t_rmigv);
+    const real t_ydtrg = cos_theta2 * t_ky43l
+        + g_2 * (cos_theta2 * t_zgzfd - sin_theta2 * t_zzwnh)
+        - q_2 * t_sxhnn
+        - sin_theta2 * t_jxtto;
+    const real t_waus3 = cos_theta2 * t_5ewla
+        + g_2 * (cos_theta2 * t_o2b4u - sin_theta2 * t_w4yjg)
+        - q_2 * t_2gspi
+        - sin_theta2 * t_yvcd5;
+    const real t_4emsa = cos_theta2 * t_neuvj
         - t_pv35x
-        + g_2 * (cos_theta2 * t_2pdgz - sin_theta2 * t_66fud)
-        - q_2 * t_m2ltr
-        - sin_theta2 * t_tt5vi;
-    const real t_shi42 = t_noiav
-        + cos_theta2 * t_qjqnr
-        + g_2 * (cos_theta2 * t_yxqfq - sin_theta2 * t_mwdei)
-        - q_2 * t_xuwb4
-        - sin_theta2 * t_kucrp;
+        + g_2 * (cos_theta2 * t_dytux - sin_theta2 * t_wa6kp)
+        - q_2 * t_ue6qm
+        - sin_theta2 * t_nvzz5;
+    const real t_heo73 = t_noiav
+        + cos_theta2 * t_s77ah
+        + g_2 * (cos_theta2 * t_mm5vw - sin_theta2 * t_qyrcg)
+        - q_2 * t_vdq6k
+        - sin_theta2 * t_ibmfi;
     J[0] = SPLAT(K(0.0));
     J[1] = x[wz];
     J[2] = -x[wy];
-    J[3] = t_wizkf;
-    J[4] = t_lo7gb + x_C * t_6xfo3 - x[vz];
-    J[5] = t_jctnv + x_C * t_gwp2t + x[vy];
+    J[3] = t_eyqb4;
+    J[4] = t_d5rka + x_C * t_6xfo3 - x[vz];
+    J[5] = t_r4y2f + x_C * t_gwp2t + x[vy];
     J[6] = SPLAT(K(0.0));
     J[7] = SPLAT(K(0.0));
     J[8] = SPLAT(K(0.0));
-    J[9] = t_u2cjx;
-    J[10] = t_wjac4;
-    J[11] = t_qjmq3;
-    J[12] = t_jltkv;
-    J[13] = t_wakkd;
-    J[14] = t_r4c63;
-    J[15] = t_h65yd;
-    J[16] = t_qysrg;
+    J[9] = t_ohz37;
+    J[10] = t_siypo;
+    J[11] = t_5ikkw;
+    J[12] = t_x2xqm;
+    J[13] = t_osway;
+    J[14] = t_xpg2b;
+    J[15] = t_qcn7c;
+    J[16] = t_smbtt;
     J[17] = -x[wz];
     J[18] = SPLAT(K(0.0));
     J[19] = x[wx];
-    J[20] = t_yrgl2 - x_C * t_hmcjh + x[vz];
-    J[21] = t_iac5b - x_C * t_64av6;
-    J[22] = t_mvyus - x_C * t_jyiaj - x[vx];
+    J[20] = t_p3cyq - x_C * t_mvcys + x[vz];
+    J[21] = t_5gogd - x_C * t_zidue;
+    J[22] = t_gbvsw - x_C * t_hucxp - x[vx];
     J[23] = SPLAT(K(0.0));
     J[24] = SPLAT(K(0.0));
     J[25] = SPLAT(K(0.0));
-    J[26] = t_nqnwq - x_C * t_st4yk;
-    J[27] = t_lgr6t - x_C * t_e5wip;
-    J[28] = t_fpibt - x_C * t_svukv;
-    J[29] = t_g7wh3 - x_C * t_7tjax;
-    J[30] = t_bpmay - x_C * t_7bkgr;
-    J[31] = t_7a2co - x_C * t_cgfgk;
-    J[32] = t_g7hmz - x_C * t_2pdgz;
-    J[33] = t_qjqnr - x_C * t_yxqfq;
+    J[26] = t_clzgq - x_C * t_nbkzt;
+    J[27] = t_ghemx - x_C * t_zr5di;
+    J[28] = t_ixgiu - x_C * t_5rghd;
+    J[29] = t_ze77j - x_C * t_6dg7r;
+    J[30] = t_ky43l - x_C * t_zgzfd;
+    J[31] = t_5ewla - x_C * t_o2b4u;
+    J[32] = t_neuvj - x_C * t_dytux;
+    J[33] = t_s77ah - x_C * t_mm5vw;
     J[34] = x[wy];
     J[35] = -x[wx];
     J[36] = SPLAT(K(0.0));
-    J[37] = t_qjxw2 - x_C * t_l3hyo - x[vy];
-    J[38] = t_7monj - x_C * t_xbolq + x[vx];
-    J[39] = t_rol52 - x_C * t_stsgp;
+    J[37] = t_k4g3j - x_C * t_fukug - x[vy];
+    J[38] = t_z2otz - x_C * t_yanuq + x[vx];
+    J[39] = t_nsiwt - x_C * t_gif7d;
     J[40] = SPLAT(K(0.0));
     J[41] = SPLAT(K(0.0));
     J[42] = SPLAT(K(0.0));
-    J[43] = t_y7rng - x_C * t_yr2ut;
-    J[44] = t_ndnvg - x_C * t_2fgqn;
-    J[45] = t_owrrl - x_C * t_3os3c;
-    J[46] = t_e6rdz - x_C * t_zuj7h;
-    J[47] = t_lewpu - x_C * t_hywv3;
-    J[48] = t_56fhu - x_C * t_bdqqj;
-    J[49] = t_tt5vi - x_C * t_66fud;
-    J[50] = t_kucrp - x_C * t_mwdei;
+    J[43] = t_vb3vk - x_C * t_2rjc3;
+    J[44] = t_vmmcz - x_C * t_vbfnl;
+    J[45] = t_z36hd - x_C * t_ggj7d;
+    J[46] = t_vpbw5 - x_C * t_7ekei;
+    J[47] = t_jxtto - x_C * t_zzwnh;
+    J[48] = t_yvcd5 - x_C * t_w4yjg;
+    J[49] = t_nvzz5 - x_C * t_wa6kp;
+    J[50] = t_ibmfi - x_C * t_qyrcg;
     J[51] = SPLAT(K(0.0));
     J[52] = SPLAT(K(0.0));
     J[53] = SPLAT(K(0.0));
-    J[54] = t_v5isq;
-    J[55] = t_5napi;
-    J[56] = t_nkq7y;
+    J[54] = t_cgzf6;
+    J[55] = t_v3546;
+    J[56] = t_psn6w;
     J[57] = SPLAT(K(0.0));
     J[58] = SPLAT(K(0.0));
     J[59] = SPLAT(K(0.0));
-    J[60] = t_dibdt;
-    J[61] = t_uznvr;
-    J[62] = t_vjb6t;
-    J[63] = t_grzp5;
-    J[64] = t_zdjlz;
-    J[65] = t_djcyo;
-    J[66] = t_5zxjl;
-    J[67] = t_2flrc;
+    J[60] = t_acgzr;
+    J[61] = t_3knpj;
+    J[62] = t_qeczb;
+    J[63] = t_tlzdx;
+    J[64] = t_lg6ux;
+    J[65] = t_c4scz;
+    J[66] = t_ucko3;
+    J[67] = t_vu6ur;
     J[68] = SPLAT(K(0.0));
     J[69] = SPLAT(K(0.0));
     J[70] = SPLAT(K(0.0));
-    J[71] = x[wz] - t_l3hyo;
-    J[72] = -t_xbolq;
-    J[73] = x[wx] - t_stsgp;
+    J[71] = x[wz] - t_fukug;
+    J[72] = -t_yanuq;
+    J[73] = x[wx] - t_gif7d;
     J[74] = SPLAT(K(0.0));
     J[75] = SPLAT(K(0.0));
     J[76] = SPLAT(K(0.0));
-    J[77] = -t_yr2ut;
-    J[78] = -t_2fgqn;
-    J[79] = -t_3os3c;
-    J[80] = -t_zuj7h;
-    J[81] = -t_hywv3;
-    J[82] = -t_bdqqj;
-    J[83] = -t_66fud;
-    J[84] = -t_mwdei;
+    J[77] = -t_2rjc3;
+    J[78] = -t_vbfnl;
+    J[79] = -t_ggj7d;
+    J[80] = -t_7ekei;
+    J[81] = -t_zzwnh;
+    J[82] = -t_w4yjg;
+    J[83] = -t_wa6kp;
+    J[84] = -t_qyrcg;
     J[85] = SPLAT(K(0.0));
     J[86] = SPLAT(K(0.0));
     J[87] = SPLAT(K(0.0));
-    J[88] = t_fgium;
-    J[89] = t_ydtml;
-    J[90] = t_jyiaj;
+    J[88] = t_ljjby;
+    J[89] = t_6xihg;
+    J[90] = t_hucxp;
     J[91] = SPLAT(K(0.0));
     J[92] = SPLAT(K(0.0));
     J[93] = SPLAT(K(0.0));
-    J[94] = t_st4yk;
-    J[95] = t_e5wip;
-    J[96] = t_svukv;
-    J[97] = t_7tjax;
-    J[98] = t_7bkgr;
-    J[99] = t_cgfgk;
-    J[100] = t_2pdgz;
-    J[101] = t_yxqfq;
+    J[94] = t_nbkzt;
+    J[95] = t_zr5di;
+    J[96] = t_5rghd;
+    J[97] = t_6dg7r;
+    J[98] = t_zgzfd;
+    J[99] = t_o2b4u;
+    J[100] = t_dytux;
+    J[101] = t_mm5vw;
     J[102] = SPLAT(K(0.0));
     J[103] = SPLAT(K(0.0));
     J[104] = SPLAT(K(0.0));
@@ -1861,75 +1861,75 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[221] = SPLAT(K(0.0));
     J[222] = SPLAT(K(0.0));
     J[223] = SPLAT(K(0.0));
-    J[224] = t_b6lbb - p[I1] * (t_b6lbb + t_v5isq) * t_zrejm - k1 * t_2wai5;
-    J[225] = t_hjnut - p[I1] * (t_hjnut + t_5napi) * t_zrejm - k1 * t_q52o2;
-    J[226] = t_l4hct - p[I1] * (t_l4hct + t_nkq7y) * t_zrejm - k1 * t_25zy6;
+    J[224] = t_7iogl - p[I1] * (t_7iogl + t_cgzf6) * t_zrejm - k1 * t_stpa4;
+    J[225] = t_vjduo - p[I1] * (t_vjduo + t_v3546) * t_zrejm - k1 * t_e7lob;
+    J[226] = t_rb6tk - p[I1] * (t_rb6tk + t_psn6w) * t_zrejm - k1 * t_g563g;
     J[227] = SPLAT(K(0.0));
     J[228] = SPLAT(K(0.0));
     J[229] = SPLAT(K(0.0));
-    J[230] = t_rmtjl - p[I1] * (t_rmtjl + t_dibdt) * t_zrejm - k1 * t_ek3bf;
-    J[231] = t_ffjg7
-        - p[I1] * (t_ffjg7 + t_uznvr) * t_zrejm
-        - k1 * (t_5uwnp + sin_phi1 * t_wjac4);
-    J[232] = t_7ixr3 - p[I1] * (t_7ixr3 + t_vjb6t) * t_zrejm - k1 * t_o4qft;
-    J[233] = t_ogvfg - p[I1] * (t_ogvfg + t_grzp5) * t_zrejm - k1 * t_vig6y;
-    J[234] = t_k6p4v - (p[eps1] + p[I1] * (t_k6p4v + t_zdjlz)) * t_zrejm - k1 * t_ypbjq;
-    J[235] = t_b6lbb_2 - p[I1] * (t_b6lbb_2 + t_djcyo) * t_zrejm - k1 * t_p4uqe;
-    J[236] = t_weyld - p[I1] * (t_weyld + t_5zxjl) * t_zrejm - k1 * t_nlbke;
-    J[237] = t_wm5qr - p[I1] * (t_wm5qr + t_2flrc) * t_zrejm - k1 * t_lxq2b;
+    J[230] = t_kohte - p[I1] * (t_kohte + t_acgzr) * t_zrejm - k1 * t_2hj4r;
+    J[231] = t_yfrgw
+        - p[I1] * (t_yfrgw + t_3knpj) * t_zrejm
+        - k1 * (t_hwsei + sin_phi1 * t_siypo);
+    J[232] = t_cpkpb - p[I1] * (t_cpkpb + t_qeczb) * t_zrejm - k1 * t_gjjkx;
+    J[233] = t_pjwwp - p[I1] * (t_pjwwp + t_tlzdx) * t_zrejm - k1 * t_5rtia;
+    J[234] = t_uc5ut - (p[eps1] + p[I1] * (t_uc5ut + t_lg6ux)) * t_zrejm - k1 * t_2szno;
+    J[235] = t_7iogl_2 - p[I1] * (t_7iogl_2 + t_c4scz) * t_zrejm - k1 * t_bpc6o;
+    J[236] = t_tixs4 - p[I1] * (t_tixs4 + t_ucko3) * t_zrejm - k1 * t_yfavs;
+    J[237] = t_fb4it - p[I1] * (t_fb4it + t_vu6ur) * t_zrejm - k1 * t_djhv6;
     J[238] = SPLAT(K(0.0));
     J[239] = SPLAT(K(0.0));
     J[240] = SPLAT(K(0.0));
-    J[241] = -(t_fgium + th_1 * (q_1 * t_z5xy2));
-    J[242] = -(t_ydtml + th_1 * (q_1 * t_lvsav));
-    J[243] = -(t_jyiaj + th_1 * (q_1 * t_l5hwn));
+    J[241] = -(t_ljjby + th_1 * (q_1 * t_z5ycs));
+    J[242] = -(t_6xihg + th_1 * (q_1 * t_7t23y));
+    J[243] = -(t_hucxp + th_1 * (q_1 * t_zp6pk));
     J[244] = SPLAT(K(0.0));
     J[245] = SPLAT(K(0.0));
     J[246] = SPLAT(K(0.0));
-    J[247] = -(t_st4yk + t_q6atl);
-    J[248] = -(t_e5wip + th_1 * (q_1 * t_plsic));
-    J[249] = -(t_svukv + th_1 * (q_1 * t_vmk3p));
-    J[250] = -(t_7tjax + th_1 * (q_1 * t_ujhnb));
-    J[251] = -(t_7bkgr + th_1 * (q_1 * t_rlhct));
-    J[252] = -(t_cgfgk + th_1 * (p[eps1] * t_ibe72 + q_1 * t_6jr6d));
-    J[253] = -(t_2pdgz + th_1 * (q_1 * t_wlqwa));
-    J[254] = -(t_yxqfq + th_1 * (q_1 * t_cqpuq));
+    J[247] = -(t_nbkzt + t_37k6y);
+    J[248] = -(t_zr5di + th_1 * (q_1 * t_go4yy));
+    J[249] = -(t_5rghd + th_1 * (q_1 * t_pn42b));
+    J[250] = -(t_6dg7r + th_1 * (q_1 * t_qk44u));
+    J[251] = -(t_zgzfd + th_1 * (q_1 * t_ovipm));
+    J[252] = -(t_o2b4u + th_1 * (p[eps1] * t_ibe72 + q_1 * t_gt2q6));
+    J[253] = -(t_dytux + th_1 * (q_1 * t_cey4r));
+    J[254] = -(t_mm5vw + th_1 * (q_1 * t_o7eef));
     J[255] = SPLAT(K(0.0));
     J[256] = SPLAT(K(0.0));
     J[257] = SPLAT(K(0.0));
-    J[258] = t_zhlch - p[I2] * (t_zhlch + t_v5isq) * t_5wzvs - k2 * t_52v5y;
-    J[259] = t_yowov - p[I2] * (t_yowov + t_5napi) * t_5wzvs - k2 * t_q2win;
-    J[260] = t_lmd5o - p[I2] * (t_lmd5o + t_nkq7y) * t_5wzvs - k2 * t_plc3g;
+    J[258] = t_5zull - p[I2] * (t_5zull + t_cgzf6) * t_5wzvs - k2 * t_p7h7g;
+    J[259] = t_45gz6 - p[I2] * (t_45gz6 + t_v3546) * t_5wzvs - k2 * t_pz33d;
+    J[260] = t_v3njf - p[I2] * (t_v3njf + t_psn6w) * t_5wzvs - k2 * t_fg6t7;
     J[261] = SPLAT(K(0.0));
     J[262] = SPLAT(K(0.0));
     J[263] = SPLAT(K(0.0));
-    J[264] = t_k3lg7 - p[I2] * (t_k3lg7 + t_dibdt) * t_5wzvs - k2 * t_umm2c;
-    J[265] = t_6i2zt - p[I2] * (t_6i2zt + t_uznvr) * t_5wzvs - k2 * t_5ejm3;
-    J[266] = t_fkz2i - p[I2] * (t_fkz2i + t_vjb6t) * t_5wzvs - k2 * t_fceru;
-    J[267] = t_sspv6
-        - p[I2] * (t_sspv6 + t_grzp5) * t_5wzvs
-        - k2 * (t_w6xso + sin_phi2 * t_jltkv);
-    J[268] = t_pvinf - p[I2] * (t_pvinf + t_zdjlz) * t_5wzvs - k2 * t_y3mj5;
-    J[269] = t_6st5c - p[I2] * (t_6st5c + t_djcyo) * t_5wzvs - k2 * t_qfziw;
-    J[270] = t_s46nv - (p[eps2] + p[I2] * (t_s46nv + t_5zxjl)) * t_5wzvs - k2 * t_lfqro;
-    J[271] = t_zhlch_2 - p[I2] * (t_zhlch_2 + t_2flrc) * t_5wzvs - k2 * t_wtdxe;
+    J[264] = t_wbluk - p[I2] * (t_wbluk + t_acgzr) * t_5wzvs - k2 * t_v2sjm;
+    J[265] = t_edlpj - p[I2] * (t_edlpj + t_3knpj) * t_5wzvs - k2 * t_7ao57;
+    J[266] = t_yun54 - p[I2] * (t_yun54 + t_qeczb) * t_5wzvs - k2 * t_ert3o;
+    J[267] = t_qdiup
+        - p[I2] * (t_qdiup + t_tlzdx) * t_5wzvs
+        - k2 * (t_wpqww + sin_phi2 * t_x2xqm);
+    J[268] = t_ndael - p[I2] * (t_ndael + t_lg6ux) * t_5wzvs - k2 * t_ca6n5;
+    J[269] = t_hdhet - p[I2] * (t_hdhet + t_c4scz) * t_5wzvs - k2 * t_qv4hp;
+    J[270] = t_vso36 - (p[eps2] + p[I2] * (t_vso36 + t_ucko3)) * t_5wzvs - k2 * t_2jexu;
+    J[271] = t_5zull_2 - p[I2] * (t_5zull_2 + t_vu6ur) * t_5wzvs - k2 * t_iytag;
     J[272] = SPLAT(K(0.0));
     J[273] = SPLAT(K(0.0));
     J[274] = SPLAT(K(0.0));
-    J[275] = -(t_fgium + th_2 * (q_2 * t_ykjcq));
-    J[276] = -(t_ydtml + th_2 * (q_2 * t_y5uxn));
-    J[277] = -(t_jyiaj + th_2 * (q_2 * t_mckra));
+    J[275] = -(t_ljjby + th_2 * (q_2 * t_dgy3c));
+    J[276] = -(t_6xihg + th_2 * (q_2 * t_6q5vx));
+    J[277] = -(t_hucxp + th_2 * (q_2 * t_kgekk));
     J[278] = SPLAT(K(0.0));
     J[279] = SPLAT(K(0.0));
     J[280] = SPLAT(K(0.0));
-    J[281] = -(t_st4yk + th_2 * (q_2 * t_x6x7f));
-    J[282] = -(t_e5wip + th_2 * (q_2 * t_7yjtm));
-    J[283] = -(t_svukv + t_6j5z6);
-    J[284] = -(t_7tjax + th_2 * (q_2 * t_y2zxl));
-    J[285] = -(t_7bkgr + th_2 * (q_2 * t_rkjwp));
-    J[286] = -(t_cgfgk + th_2 * (q_2 * t_fiwtb));
-    J[287] = -(t_2pdgz + th_2 * (q_2 * t_npqeu));
-    J[288] = -(t_yxqfq + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_shi42));
+    J[281] = -(t_nbkzt + th_2 * (q_2 * t_ct5ru));
+    J[282] = -(t_zr5di + th_2 * (q_2 * t_roiww));
+    J[283] = -(t_5rghd + t_vokmq);
+    J[284] = -(t_6dg7r + th_2 * (q_2 * t_hucua));
+    J[285] = -(t_zgzfd + th_2 * (q_2 * t_ydtrg));
+    J[286] = -(t_o2b4u + th_2 * (q_2 * t_waus3));
+    J[287] = -(t_dytux + th_2 * (q_2 * t_4emsa));
+    J[288] = -(t_mm5vw + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_heo73));
 }
 
 /* Jacobian of rhs with respect to u, row by row; 879 operations. */
@@ -2116,8 +2116,8 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -2131,18 +2131,18 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real t_nfkwa = K(1.0) / K_D6;
     const real t_hiifd = (K_L65 * K_L54 - K_L64) * t_nfkwa;
@@ -2150,7 +2150,7 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     const real t_6ytpw = t_lt2al + K_L54 * t_5u7wz - K_L64 * t_hiifd;
     const real t_fokyf = K_L53 * t_5u7wz - K_L43 * t_6ytpw - K_L63 * t_hiifd;
     const real t_fiyby = t_6urah * t_6ytpw - K_L32 * t_fokyf + K_L52 * t_5u7wz + t_dj64q * t_hiifd;
-    const real t_vppyl = t_w7lcw * t_fiyby
+    const real t_ueggq = t_w7lcw * t_fiyby
         + t_3go2w * t_fokyf
         + t_xq4wt * t_6ytpw
         - t_vshgd * t_5u7wz
@@ -2159,7 +2159,7 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     const real t_ctsrf = K_L64 * t_nfkwa - K_L54 * t_zwjps;
     const real t_5wlzs = K_L63 * t_nfkwa - (K_L43 * t_ctsrf + K_L53 * t_zwjps);
     const real t_ltkoi = t_6urah * t_ctsrf - K_L32 * t_5wlzs - K_L52 * t_zwjps - t_dj64q * t_nfkwa;
-    const real t_vyzex = t_w7lcw * t_ltkoi
+    const real t_fzl2a = t_w7lcw * t_ltkoi
         + t_3go2w * t_5wlzs
         + t_xq4wt * t_ctsrf
         + t_vshgd * t_zwjps
@@ -2168,7 +2168,7 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     const real t_ht423 = K_L64 * t_zwjps - K_L54 * t_kchpi;
     const real t_mrgyy = K_L63 * t_zwjps - (K_L43 * t_ht423 + K_L53 * t_kchpi);
     const real t_f72r2 = t_6urah * t_ht423 - K_L32 * t_mrgyy - K_L52 * t_kchpi - t_dj64q * t_zwjps;
-    const real t_4z2sa = t_w7lcw * t_f72r2
+    const real t_4wxpe = t_w7lcw * t_f72r2
         + t_3go2w * t_mrgyy
         + t_xq4wt * t_ht423
         + t_vshgd * t_kchpi
@@ -2179,165 +2179,165 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     const real t_5hiyq = K_L32 * t_wqzoa - (t_3go2w * t_gcu5g + f_x);
     const real t_jzilr = t_xq4wt * t_gcu5g + t_6urah * t_wqzoa + K_L43 * t_5hiyq;
     const real t_zx4zt = K_L52 * t_wqzoa - t_vshgd * t_gcu5g - K_L53 * t_5hiyq + K_L54 * t_jzilr;
-    const real t_ut65g = t_lwe76 * f_x
+    const real t_lxwbb = t_lwe76 * f_x
         - t_e4enr * t_gcu5g
         - t_dj64q * t_wqzoa
         - K_L63 * t_5hiyq
         + K_L64 * t_jzilr
         - K_L65 * t_zx4zt;
-    const real t_6ukot = t_ut65g * t_nfkwa;
-    const real t_mb4dl = t_zx4zt * t_ftqxb - K_L65 * t_6ukot;
-    const real t_7yrsu = t_jzilr * t_lt2al + K_L54 * t_mb4dl + K_L64 * t_6ukot;
-    const real t_4q6bj = t_5hiyq * t_zmh3u + K_L43 * t_7yrsu - K_L53 * t_mb4dl - K_L63 * t_6ukot;
-    const real t_qnvui = t_dj64q * t_6ukot
-        - (t_wqzoa * t_4iujv + K_L32 * t_4q6bj + t_6urah * t_7yrsu + K_L52 * t_mb4dl);
-    const real t_3b7kk = t_w7lcw * t_qnvui
+    const real t_imbm2 = t_lxwbb * t_nfkwa;
+    const real t_gam2q = t_zx4zt * t_ftqxb - K_L65 * t_imbm2;
+    const real t_w4fnn = t_jzilr * t_lt2al + K_L54 * t_gam2q + K_L64 * t_imbm2;
+    const real t_ej2d2 = t_5hiyq * t_zmh3u + K_L43 * t_w4fnn - K_L53 * t_gam2q - K_L63 * t_imbm2;
+    const real t_wse3o = t_dj64q * t_imbm2
+        - (t_wqzoa * t_4iujv + K_L32 * t_ej2d2 + t_6urah * t_w4fnn + K_L52 * t_gam2q);
+    const real t_hgcol = t_w7lcw * t_wse3o
         - t_gcu5g * t_bpfoo
-        + t_3go2w * t_4q6bj
-        - t_xq4wt * t_7yrsu
-        + t_vshgd * t_mb4dl
-        + t_e4enr * t_6ukot;
+        + t_3go2w * t_ej2d2
+        - t_xq4wt * t_w4fnn
+        + t_vshgd * t_gam2q
+        + t_e4enr * t_imbm2;
     const real t_ruxs4_2 = p[F] * cos_delta2;
     const real t_exz5b = cos_delta1 * f_y;
     const real t_3xluz = t_ruxs4_2 - t_w7lcw * t_exz5b;
     const real t_jowkb = sin_delta1 * f_y;
     const real t_bdf6j = t_jowkb - t_3go2w * t_exz5b - K_L32 * t_3xluz;
     const real t_xgosb = t_6urah * t_3xluz - t_xq4wt * t_exz5b - K_L43 * t_bdf6j;
-    const real t_lu7j3 = t_lwe76 * t_ruxs4_2
+    const real t_szw4u = t_lwe76 * t_ruxs4_2
         + t_vshgd * t_exz5b
         + K_L52 * t_3xluz
         + K_L53 * t_bdf6j
         + K_L54 * t_xgosb;
-    const real t_5nezl = t_dj64q * t_3xluz
+    const real t_yfavv = t_dj64q * t_3xluz
         - (t_lwe76 * t_jowkb + t_e4enr * t_exz5b)
         - K_L63 * t_bdf6j
         - K_L64 * t_xgosb
-        + K_L65 * t_lu7j3;
-    const real t_gzwx7 = t_5nezl * t_nfkwa;
-    const real t_t4qmk = t_lu7j3 * t_ftqxb + K_L65 * t_gzwx7;
-    const real t_zve7a = t_xgosb * t_lt2al + K_L54 * t_t4qmk - K_L64 * t_gzwx7;
-    const real t_32ooq = t_bdf6j * t_zmh3u - K_L43 * t_zve7a + K_L53 * t_t4qmk - K_L63 * t_gzwx7;
-    const real t_yj7pt = t_3xluz * t_4iujv
-        - K_L32 * t_32ooq
-        + t_6urah * t_zve7a
-        + K_L52 * t_t4qmk
-        + t_dj64q * t_gzwx7;
-    const real t_5r2f4 = t_w7lcw * t_yj7pt
+        + K_L65 * t_szw4u;
+    const real t_lqoxe = t_yfavv * t_nfkwa;
+    const real t_tewcm = t_szw4u * t_ftqxb + K_L65 * t_lqoxe;
+    const real t_752gl = t_xgosb * t_lt2al + K_L54 * t_tewcm - K_L64 * t_lqoxe;
+    const real t_yshmv = t_bdf6j * t_zmh3u - K_L43 * t_752gl + K_L53 * t_tewcm - K_L63 * t_lqoxe;
+    const real t_cukth = t_3xluz * t_4iujv
+        - K_L32 * t_yshmv
+        + t_6urah * t_752gl
+        + K_L52 * t_tewcm
+        + t_dj64q * t_lqoxe;
+    const real t_ega5d = t_w7lcw * t_cukth
         - t_exz5b * t_bpfoo
-        + t_3go2w * t_32ooq
-        + t_xq4wt * t_zve7a
-        - t_vshgd * t_t4qmk
-        + t_e4enr * t_gzwx7;
+        + t_3go2w * t_yshmv
+        + t_xq4wt * t_752gl
+        - t_vshgd * t_tewcm
+        + t_e4enr * t_lqoxe;
     const real t_okbuw = x_C * t_zwjps;
     const real t_4n5xx = cos_theta1 * t_hiifd - sin_theta1 * t_5u7wz;
-    const real t_3ke5c = cos_phi1 * (e1 * t_4n5xx + sin_theta1 * t_fiyby + cos_theta1 * t_fokyf)
-        + sin_phi1 * t_vppyl;
+    const real t_xox4q = cos_phi1 * (e1 * t_4n5xx + sin_theta1 * t_fiyby + cos_theta1 * t_fokyf)
+        + sin_phi1 * t_ueggq;
     const real t_4koa5 = sin_theta1 * t_zwjps;
     const real t_kfd5v = t_4koa5 - cos_theta1 * t_nfkwa;
-    const real t_4bgej = cos_phi1 * (e1 * t_kfd5v + sin_theta1 * t_ltkoi + cos_theta1 * t_5wlzs)
-        + sin_phi1 * t_vyzex;
+    const real t_tbn6u = cos_phi1 * (e1 * t_kfd5v + sin_theta1 * t_ltkoi + cos_theta1 * t_5wlzs)
+        + sin_phi1 * t_fzl2a;
     const real t_v7fho = cos_theta1 * t_zwjps;
     const real t_zkcpx = sin_theta1 * t_kchpi - t_v7fho;
-    const real t_xz5cz = cos_phi1 * (e1 * t_zkcpx + sin_theta1 * t_f72r2 + cos_theta1 * t_mrgyy)
-        + sin_phi1 * t_4z2sa;
-    const real t_5oran = sin_theta1 * t_mb4dl + cos_theta1 * t_6ukot;
-    const real t_sc5cr = cos_phi1 * (e1 * t_5oran + sin_theta1 * t_qnvui + cos_theta1 * t_4q6bj)
-        + sin_phi1 * t_3b7kk;
-    const real t_vydar = cos_theta1 * t_gzwx7 - sin_theta1 * t_t4qmk;
-    const real t_wtpe3 = cos_phi1 * (e1 * t_vydar + sin_theta1 * t_yj7pt + cos_theta1 * t_32ooq)
-        + sin_phi1 * t_5r2f4;
+    const real t_fjarp = cos_phi1 * (e1 * t_zkcpx + sin_theta1 * t_f72r2 + cos_theta1 * t_mrgyy)
+        + sin_phi1 * t_4wxpe;
+    const real t_fcaq7 = sin_theta1 * t_gam2q + cos_theta1 * t_imbm2;
+    const real t_l6e5a = cos_phi1 * (e1 * t_fcaq7 + sin_theta1 * t_wse3o + cos_theta1 * t_ej2d2)
+        + sin_phi1 * t_hgcol;
+    const real t_vr3vd = cos_theta1 * t_lqoxe - sin_theta1 * t_tewcm;
+    const real t_wmjd7 = cos_phi1 * (e1 * t_vr3vd + sin_theta1 * t_cukth + cos_theta1 * t_yshmv)
+        + sin_phi1 * t_ega5d;
     const real t_g3dly = t_6ytpw - t_5u7wz;
-    const real t_yfi22 = cos_theta1 * t_fiyby
+    const real t_jr52b = cos_theta1 * t_fiyby
         - g_1 * (cos_theta1 * t_5u7wz + sin_theta1 * t_hiifd)
         - q_1 * t_g3dly
         - sin_theta1 * t_fokyf;
     const real t_af24o = t_ctsrf + t_zwjps;
-    const real t_d2xng = cos_theta1 * t_ltkoi
+    const real t_syqg4 = cos_theta1 * t_ltkoi
         + g_1 * (t_v7fho + sin_theta1 * t_nfkwa)
         - q_1 * t_af24o
         - sin_theta1 * t_5wlzs;
     const real t_7fuvy = t_ht423 + t_kchpi;
-    const real t_hhv56 = cos_theta1 * t_f72r2
+    const real t_aaqcg = cos_theta1 * t_f72r2
         + g_1 * (cos_theta1 * t_kchpi + t_4koa5)
         - q_1 * t_7fuvy
         - sin_theta1 * t_mrgyy;
-    const real t_nlpcb = t_mb4dl - t_7yrsu;
-    const real t_x7cyv = cos_theta1 * t_qnvui
-        + g_1 * (cos_theta1 * t_mb4dl - sin_theta1 * t_6ukot)
-        - q_1 * t_nlpcb
-        - sin_theta1 * t_4q6bj;
-    const real t_imhon = t_zve7a - t_t4qmk;
-    const real t_sczj4 = cos_theta1 * t_yj7pt
-        - g_1 * (cos_theta1 * t_t4qmk + sin_theta1 * t_gzwx7)
-        - q_1 * t_imhon
-        - sin_theta1 * t_32ooq;
+    const real t_titeo = t_gam2q - t_w4fnn;
+    const real t_ixue4 = cos_theta1 * t_wse3o
+        + g_1 * (cos_theta1 * t_gam2q - sin_theta1 * t_imbm2)
+        - q_1 * t_titeo
+        - sin_theta1 * t_ej2d2;
+    const real t_d2tsk = t_752gl - t_tewcm;
+    const real t_quju6 = cos_theta1 * t_cukth
+        - g_1 * (cos_theta1 * t_tewcm + sin_theta1 * t_lqoxe)
+        - q_1 * t_d2tsk
+        - sin_theta1 * t_yshmv;
     const real t_h5vfc = cos_theta2 * t_hiifd - sin_theta2 * t_5u7wz;
-    const real t_23i7t = cos_phi2 * (e2 * t_h5vfc + sin_theta2 * t_fiyby + cos_theta2 * t_fokyf)
-        + sin_phi2 * t_vppyl;
+    const real t_as5ay = cos_phi2 * (e2 * t_h5vfc + sin_theta2 * t_fiyby + cos_theta2 * t_fokyf)
+        + sin_phi2 * t_ueggq;
     const real t_rdjur = sin_theta2 * t_zwjps;
     const real t_fa7jv = t_rdjur - cos_theta2 * t_nfkwa;
-    const real t_3tmlu = cos_phi2 * (e2 * t_fa7jv + sin_theta2 * t_ltkoi + cos_theta2 * t_5wlzs)
-        + sin_phi2 * t_vyzex;
+    const real t_t7wqn = cos_phi2 * (e2 * t_fa7jv + sin_theta2 * t_ltkoi + cos_theta2 * t_5wlzs)
+        + sin_phi2 * t_fzl2a;
     const real t_rhp3f = cos_theta2 * t_zwjps;
     const real t_lptuo = sin_theta2 * t_kchpi - t_rhp3f;
-    const real t_bnbdm = cos_phi2 * (e2 * t_lptuo + sin_theta2 * t_f72r2 + cos_theta2 * t_mrgyy)
-        + sin_phi2 * t_4z2sa;
-    const real t_iactb = sin_theta2 * t_mb4dl + cos_theta2 * t_6ukot;
-    const real t_hmizu = cos_phi2 * (e2 * t_iactb + sin_theta2 * t_qnvui + cos_theta2 * t_4q6bj)
-        + sin_phi2 * t_3b7kk;
-    const real t_geihc = cos_theta2 * t_gzwx7 - sin_theta2 * t_t4qmk;
-    const real t_xmvr6 = cos_phi2 * (e2 * t_geihc + sin_theta2 * t_yj7pt + cos_theta2 * t_32ooq)
-        + sin_phi2 * t_5r2f4;
-    const real t_d45fr = cos_theta2 * t_fiyby
+    const real t_jxtm6 = cos_phi2 * (e2 * t_lptuo + sin_theta2 * t_f72r2 + cos_theta2 * t_mrgyy)
+        + sin_phi2 * t_4wxpe;
+    const real t_wjd6v = sin_theta2 * t_gam2q + cos_theta2 * t_imbm2;
+    const real t_il2zc = cos_phi2 * (e2 * t_wjd6v + sin_theta2 * t_wse3o + cos_theta2 * t_ej2d2)
+        + sin_phi2 * t_hgcol;
+    const real t_wh7q3 = cos_theta2 * t_lqoxe - sin_theta2 * t_tewcm;
+    const real t_3wdkl = cos_phi2 * (e2 * t_wh7q3 + sin_theta2 * t_cukth + cos_theta2 * t_yshmv)
+        + sin_phi2 * t_ega5d;
+    const real t_sjuag = cos_theta2 * t_fiyby
         - g_2 * (cos_theta2 * t_5u7wz + sin_theta2 * t_hiifd)
         - q_2 * t_g3dly
         - sin_theta2 * t_fokyf;
-    const real t_2zbzk = cos_theta2 * t_ltkoi
+    const real t_opudw = cos_theta2 * t_ltkoi
         + g_2 * (t_rhp3f + sin_theta2 * t_nfkwa)
         - q_2 * t_af24o
         - sin_theta2 * t_5wlzs;
-    const real t_6t3ih = cos_theta2 * t_f72r2
+    const real t_cqedw = cos_theta2 * t_f72r2
         + g_2 * (cos_theta2 * t_kchpi + t_rdjur)
         - q_2 * t_7fuvy
         - sin_theta2 * t_mrgyy;
-    const real t_26krw = cos_theta2 * t_qnvui
-        + g_2 * (cos_theta2 * t_mb4dl - sin_theta2 * t_6ukot)
-        - q_2 * t_nlpcb
-        - sin_theta2 * t_4q6bj;
-    const real t_zl42h = cos_theta2 * t_yj7pt
-        - g_2 * (cos_theta2 * t_t4qmk + sin_theta2 * t_gzwx7)
-        - q_2 * t_imhon
-        - sin_theta2 * t_32ooq;
-    J[0] = t_vppyl;
-    J[1] = t_vyzex;
-    J[2] = t_4z2sa;
-    J[3] = t_3b7kk;
-    J[4] = t_5r2f4;
+    const real t_4fa7z = cos_theta2 * t_wse3o
+        + g_2 * (cos_theta2 * t_gam2q - sin_theta2 * t_imbm2)
+        - q_2 * t_titeo
+        - sin_theta2 * t_ej2d2;
+    const real t_22bum = cos_theta2 * t_cukth
+        - g_2 * (cos_theta2 * t_tewcm + sin_theta2 * t_lqoxe)
+        - q_2 * t_d2tsk
+        - sin_theta2 * t_yshmv;
+    J[0] = t_ueggq;
+    J[1] = t_fzl2a;
+    J[2] = t_4wxpe;
+    J[3] = t_hgcol;
+    J[4] = t_ega5d;
     J[5] = t_fiyby + x_C * t_5u7wz;
     J[6] = t_ltkoi - t_okbuw;
     J[7] = t_f72r2 - x_C * t_kchpi;
-    J[8] = t_qnvui - x_C * t_mb4dl;
-    J[9] = t_yj7pt + x_C * t_t4qmk;
+    J[8] = t_wse3o - x_C * t_gam2q;
+    J[9] = t_cukth + x_C * t_tewcm;
     J[10] = t_fokyf - x_C * t_hiifd;
     J[11] = t_5wlzs + x_C * t_nfkwa;
     J[12] = t_mrgyy + t_okbuw;
-    J[13] = t_4q6bj - x_C * t_6ukot;
-    J[14] = t_32ooq - x_C * t_gzwx7;
+    J[13] = t_ej2d2 - x_C * t_imbm2;
+    J[14] = t_yshmv - x_C * t_lqoxe;
     J[15] = t_6ytpw;
     J[16] = t_ctsrf;
     J[17] = t_ht423;
-    J[18] = -t_7yrsu;
-    J[19] = t_zve7a;
+    J[18] = -t_w4fnn;
+    J[19] = t_752gl;
     J[20] = -t_hiifd;
     J[21] = t_nfkwa;
     J[22] = t_zwjps;
-    J[23] = -t_6ukot;
-    J[24] = -t_gzwx7;
+    J[23] = -t_imbm2;
+    J[24] = -t_lqoxe;
     J[25] = -t_5u7wz;
     J[26] = t_zwjps;
     J[27] = t_kchpi;
-    J[28] = t_mb4dl;
-    J[29] = -t_t4qmk;
+    J[28] = t_gam2q;
+    J[29] = -t_tewcm;
     J[30] = SPLAT(K(0.0));
     J[31] = SPLAT(K(0.0));
     J[32] = SPLAT(K(0.0));
@@ -2373,26 +2373,26 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     J[62] = SPLAT(K(0.0));
     J[63] = SPLAT(K(0.0));
     J[64] = SPLAT(K(0.0));
-    J[65] = t_4n5xx - p[I1] * (t_4n5xx + t_6ytpw) * t_zrejm - k1 * t_3ke5c;
-    J[66] = t_kfd5v - p[I1] * (t_kfd5v + t_ctsrf) * t_zrejm - k1 * t_4bgej;
-    J[67] = t_zkcpx - p[I1] * (t_zkcpx + t_ht423) * t_zrejm - k1 * t_xz5cz;
-    J[68] = t_5oran - p[I1] * (t_5oran - t_7yrsu) * t_zrejm - k1 * t_sc5cr;
-    J[69] = t_vydar - p[I1] * (t_vydar + t_zve7a) * t_zrejm - k1 * t_wtpe3;
-    J[70] = -(th_1 * (q_1 * t_yfi22) - t_5u7wz);
-    J[71] = -(t_zwjps + th_1 * (q_1 * t_d2xng));
-    J[72] = -(t_kchpi + th_1 * (q_1 * t_hhv56));
-    J[73] = -(t_mb4dl + th_1 * (q_1 * t_x7cyv));
-    J[74] = -(th_1 * (q_1 * t_sczj4) - t_t4qmk);
-    J[75] = t_h5vfc - p[I2] * (t_h5vfc + t_6ytpw) * t_5wzvs - k2 * t_23i7t;
-    J[76] = t_fa7jv - p[I2] * (t_fa7jv + t_ctsrf) * t_5wzvs - k2 * t_3tmlu;
-    J[77] = t_lptuo - p[I2] * (t_lptuo + t_ht423) * t_5wzvs - k2 * t_bnbdm;
-    J[78] = t_iactb - p[I2] * (t_iactb - t_7yrsu) * t_5wzvs - k2 * t_hmizu;
-    J[79] = t_geihc - p[I2] * (t_geihc + t_zve7a) * t_5wzvs - k2 * t_xmvr6;
-    J[80] = -(th_2 * (q_2 * t_d45fr) - t_5u7wz);
-    J[81] = -(t_zwjps + th_2 * (q_2 * t_2zbzk));
-    J[82] = -(t_kchpi + th_2 * (q_2 * t_6t3ih));
-    J[83] = -(t_mb4dl + th_2 * (q_2 * t_26krw));
-    J[84] = -(th_2 * (q_2 * t_zl42h) - t_t4qmk);
+    J[65] = t_4n5xx - p[I1] * (t_4n5xx + t_6ytpw) * t_zrejm - k1 * t_xox4q;
+    J[66] = t_kfd5v - p[I1] * (t_kfd5v + t_ctsrf) * t_zrejm - k1 * t_tbn6u;
+    J[67] = t_zkcpx - p[I1] * (t_zkcpx + t_ht423) * t_zrejm - k1 * t_fjarp;
+    J[68] = t_fcaq7 - p[I1] * (t_fcaq7 - t_w4fnn) * t_zrejm - k1 * t_l6e5a;
+    J[69] = t_vr3vd - p[I1] * (t_vr3vd + t_752gl) * t_zrejm - k1 * t_wmjd7;
+    J[70] = -(th_1 * (q_1 * t_jr52b) - t_5u7wz);
+    J[71] = -(t_zwjps + th_1 * (q_1 * t_syqg4));
+    J[72] = -(t_kchpi + th_1 * (q_1 * t_aaqcg));
+    J[73] = -(t_gam2q + th_1 * (q_1 * t_ixue4));
+    J[74] = -(th_1 * (q_1 * t_quju6) - t_tewcm);
+    J[75] = t_h5vfc - p[I2] * (t_h5vfc + t_6ytpw) * t_5wzvs - k2 * t_as5ay;
+    J[76] = t_fa7jv - p[I2] * (t_fa7jv + t_ctsrf) * t_5wzvs - k2 * t_t7wqn;
+    J[77] = t_lptuo - p[I2] * (t_lptuo + t_ht423) * t_5wzvs - k2 * t_jxtm6;
+    J[78] = t_wjd6v - p[I2] * (t_wjd6v - t_w4fnn) * t_5wzvs - k2 * t_il2zc;
+    J[79] = t_wh7q3 - p[I2] * (t_wh7q3 + t_752gl) * t_5wzvs - k2 * t_3wdkl;
+    J[80] = -(th_2 * (q_2 * t_sjuag) - t_5u7wz);
+    J[81] = -(t_zwjps + th_2 * (q_2 * t_opudw));
+    J[82] = -(t_kchpi + th_2 * (q_2 * t_cqedw));
+    J[83] = -(t_gam2q + th_2 * (q_2 * t_4fa7z));
+    J[84] = -(th_2 * (q_2 * t_22bum) - t_tewcm);
 }
 
 /* change of rhs along a change of x and u; 1769 operations. */
@@ -2707,8 +2707,8 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -2722,18 +2722,18 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -2790,7 +2790,7 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real t_rxace = cos_phi1 * t_diibk - Wt1 * t_r477s + (w_x1 * t_u3bis + sin_phi1 * t_t7e4r);
     const real t_wbpon = t_qm5gj * t_idjxn + chi1 * t_rxace - (w_x1 * t_diibk + Wt1 * t_t7e4r);
     const real t_zmble = p[eps1] * along_x[along_phi1_dot];
-    const real t_4fnvg = B_1 * t_wbpon + k1 * t_zmble;
+    const real t_4ps2g = B_1 * t_wbpon + k1 * t_zmble;
     const real t_b67qm = along_x[along_wx] - along_x[along_theta2_dot];
     const real t_zjnbg = sin_phi2 * along_x[along_phi2];
     const real t_lgafn = sin_theta2 * along_x[along_theta2];
@@ -2801,7 +2801,7 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real t_5govq = cos_phi2 * t_eycr6 - Wt2 * t_zjnbg + (w_x2 * t_kxapq + sin_phi2 * t_b67qm);
     const real t_y3fz3 = t_c6dmt * t_7uyfc + chi2 * t_5govq - (w_x2 * t_eycr6 + Wt2 * t_b67qm);
     const real t_trbl5 = p[eps2] * along_x[along_phi2_dot];
-    const real t_2m3xa = B_2 * t_y3fz3 + k2 * t_trbl5;
+    const real t_cb4zc = B_2 * t_y3fz3 + k2 * t_trbl5;
     const real t_fjb5c = (x[wy] + x[wy]) * along_x[along_wy] + (x[wz] + x[wz]) * along_x[along_wz];
     const real t_vbqwh = e1 * t_fjb5c;
     const real t_jgoba = cos_theta1 * along_x[along_wy] - x[wy] * t_gzco3 - (x[wz] * t_7xloa + sin_theta1 * along_x[along_wz]);
@@ -2814,9 +2814,9 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real t_nmec3 = mv2 * (cos_phi2 * t_u3ycx - t_6fvzz * t_zjnbg)
         - t_popww * ((t_c6dmt + t_c6dmt) * t_5govq + (p2 + p2) * t_o3tgg);
     const real t_wybx3 = p[F] * (sin_delta2 * along_u[along_delta2]);
-    const real t_i5ygv = sin_phi1 * t_4fnvg
+    const real t_wob7t = sin_phi1 * t_4ps2g
         + t_7imwe * t_u3bis
-        + (sin_phi2 * t_2m3xa + t_4b2fa * t_kxapq)
+        + (sin_phi2 * t_cb4zc + t_4b2fa * t_kxapq)
         + (cos_phi1 * t_epihp - tension1 * t_r477s)
         + (cos_phi2 * t_nmec3 - tension2 * t_zjnbg)
         - (cos_delta1 * t_wybx3 + t_ruxs4 * (sin_delta1 * along_u[along_delta1]));
@@ -2839,9 +2839,9 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         - (t_wmv32 * (p[l1] * t_idjxn) + t_q2k45 * (t_j5ton + along_x[along_phi1_dot]));
     const real t_sqgls = p[eps1] * along_x[along_theta1_dot];
     const real t_julzq = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_xggug));
-    const real t_yo2fs = th_1 * (p[I1] * t_grjl3 - (q_1 * t_sqgls + loss_theta1 * t_xggug))
+    const real t_k2ads = th_1 * (p[I1] * t_grjl3 - (q_1 * t_sqgls + loss_theta1 * t_xggug))
         - t_xips6 * t_julzq;
-    const real t_o4hgj = cos_theta1 * t_yo2fs - F_n1 * t_gzco3;
+    const real t_i6ply = cos_theta1 * t_k2ads - F_n1 * t_gzco3;
     const real t_x4syx = p[l2] * t_kxapq;
     const real t_oukri = p[l2] * t_zjnbg;
     const real t_4cbz5 = q_2 * t_y5zog
@@ -2850,16 +2850,16 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         - (t_nlamb * (p[l2] * t_7uyfc) + t_e55su * (t_o3tgg + along_x[along_phi2_dot]));
     const real t_lon4y = p[eps2] * along_x[along_theta2_dot];
     const real t_hxrn3 = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_x4syx));
-    const real t_pibqw = th_2 * (p[I2] * t_4cbz5 - (q_2 * t_lon4y + loss_theta2 * t_x4syx))
+    const real t_7i4pa = th_2 * (p[I2] * t_4cbz5 - (q_2 * t_lon4y + loss_theta2 * t_x4syx))
         - t_vry6x * t_hxrn3;
-    const real t_2c2vm = cos_theta2 * t_pibqw - F_n2 * t_lgafn;
-    const real t_45ch3 = tension1 * t_u3bis + sin_phi1 * t_epihp - (cos_phi1 * t_4fnvg - t_7imwe * t_r477s);
-    const real t_eoiwa = tension2 * t_kxapq + sin_phi2 * t_nmec3 - (cos_phi2 * t_2m3xa - t_4b2fa * t_zjnbg);
-    const real t_xk7vx = t_o4hgj
-        + t_2c2vm
-        + (sin_theta1 * t_45ch3 + F_t1 * t_7xloa)
-        + (sin_theta2 * t_eoiwa + F_t2 * t_gzo6d);
-    const real t_p2azn = t_byxim - t_xk7vx + (b1 * t_vcmoj + t_w7lcw * t_i5ygv);
+    const real t_jlula = cos_theta2 * t_7i4pa - F_n2 * t_lgafn;
+    const real t_3upj6 = tension1 * t_u3bis + sin_phi1 * t_epihp - (cos_phi1 * t_4ps2g - t_7imwe * t_r477s);
+    const real t_cv7qx = tension2 * t_kxapq + sin_phi2 * t_nmec3 - (cos_phi2 * t_cb4zc - t_4b2fa * t_zjnbg);
+    const real t_qhhxa = t_i6ply
+        + t_jlula
+        + (sin_theta1 * t_3upj6 + F_t1 * t_7xloa)
+        + (sin_theta2 * t_cv7qx + F_t2 * t_gzo6d);
+    const real t_5o335 = t_byxim - t_qhhxa + (b1 * t_vcmoj + t_w7lcw * t_wob7t);
     const real t_c23o2 = (sin_theta1 + sin_theta1) * t_7xloa;
     const real t_vltvw = p[I1] * t_julzq;
     const real t_nzqgu = t_4mgnc + t_vltvw;
@@ -2868,31 +2868,31 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real t_zmcd5 = p[I2] * t_hxrn3;
     const real t_ls5em = t_tys73 + t_zmcd5;
     const real t_qxmxx = tn11_2 * t_vfytj + S_sq2 * t_ls5em;
-    const real t_6ayke = t_d7jey + t_qxmxx - t_vltvw - t_zmcd5 - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
+    const real t_m2in3 = t_d7jey + t_qxmxx - t_vltvw - t_zmcd5 - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
     const real t_bgfqx = cos_theta1 * t_7xloa - sin_theta1 * t_gzco3;
     const real t_f3p5c = cos_theta2 * t_gzo6d - sin_theta2 * t_lgafn;
     const real t_thmu4 = cos_theta1 * t_m4i63 - Asc_1 * t_gzco3 + (cos_theta2 * t_aqus5 - Asc_2 * t_lgafn);
     const real t_xs7e4 = t_thmu4 * t_bpfoo + t_3go2w * t_bpfoo * t_oqb2a;
-    const real t_bti7j = tn11_1 * t_bgfqx
+    const real t_lqciy = tn11_1 * t_bgfqx
         + SC1 * t_nzqgu
         + (tn11_2 * t_f3p5c + SC2 * t_ls5em)
         - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
-    const real t_uuvjo = t_bti7j * t_4iujv - K_L32 * t_4iujv * t_6ayke;
+    const real t_aohoh = t_lqciy * t_4iujv - K_L32 * t_4iujv * t_m2in3;
     const real t_qmyd7 = t_ruxs4 * (cos_delta1 * along_u[along_delta1]) - sin_delta1 * t_wybx3;
-    const real t_sfe3n = sin_theta1 * t_yo2fs + F_n1 * t_7xloa;
-    const real t_xjgds = sin_theta2 * t_pibqw + F_n2 * t_gzo6d;
-    const real t_7ramb = cos_theta1 * t_45ch3
+    const real t_5er3o = sin_theta1 * t_k2ads + F_n1 * t_7xloa;
+    const real t_dw3xg = sin_theta2 * t_7i4pa + F_n2 * t_gzo6d;
+    const real t_wghhc = cos_theta1 * t_3upj6
         - F_t1 * t_gzco3
-        - (t_sfe3n + t_xjgds)
-        + (cos_theta2 * t_eoiwa - F_t2 * t_lgafn);
-    const real t_pf7nq = b1 * t_xs7e4
-        + t_3go2w * t_i5ygv
-        - (t_qmyd7 + t_7ramb)
-        - (X_y2 * t_uuvjo + K_L32 * t_p2azn);
-    const real t_vwafj = t_oqb2a
+        - (t_5er3o + t_dw3xg)
+        + (cos_theta2 * t_cv7qx - F_t2 * t_lgafn);
+    const real t_f2qbh = b1 * t_xs7e4
+        + t_3go2w * t_wob7t
+        - (t_qmyd7 + t_wghhc)
+        - (X_y2 * t_aohoh + K_L32 * t_5o335);
+    const real t_htjpc = t_oqb2a
         - t_d7jey
         - t_qxmxx
-        - (K_L32 * t_bti7j + t_d4mqf * t_uuvjo)
+        - (K_L32 * t_lqciy + t_d4mqf * t_aohoh)
         - (t_3go2w * t_thmu4 + t_zzymx * t_xs7e4);
     const real t_6ik5d = wth_1 * t_xggug - q_1 * t_vltvw;
     const real t_yuwss = wq_1 * t_7xloa + sin_theta1 * t_6ik5d;
@@ -2911,36 +2911,36 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         + (Bc_1 * t_7xloa - sin_theta1 * t_lp2tr)
         + (Bc_2 * t_gzo6d - sin_theta2 * t_wz5xx)
         + (t_xq4wt * t_ql2ju + t_b3aij * t_jj6hm);
-    const real t_izje3 = t_bdoat * t_4iujv - t_6urah * t_4iujv * t_6ayke;
-    const real t_yonkt = t_yuwss
+    const real t_xwoxa = t_bdoat * t_4iujv - t_6urah * t_4iujv * t_m2in3;
+    const real t_tt5lb = t_yuwss
         + t_vivay
         + (cos_theta1 * t_lp2tr + Bc_1 * t_gzco3)
         + (cos_theta2 * t_wz5xx + Bc_2 * t_lgafn)
-        + (t_6urah * t_bti7j + t_d4mqf * t_izje3)
+        + (t_6urah * t_lqciy + t_d4mqf * t_xwoxa)
         - (t_xq4wt * t_thmu4 + t_zzymx * t_jj6hm);
-    const real t_t6nlt = t_yonkt * t_zmh3u - K_L43 * t_zmh3u * t_vwafj;
-    const real t_txv7k = t_w7vil * t_ik2jg + Bs_1 * t_vbqwh + p[l1] * t_4fnvg;
-    const real t_ms5y3 = q_1 * t_yo2fs + F_n1 * t_xggug + (q_2 * t_pibqw + F_n2 * t_x4syx);
-    const real t_3gdrl = t_6fvzz * t_o4leh + Bs_2 * t_u3ycx + p[l2] * t_2m3xa;
+    const real t_qmnrh = t_tt5lb * t_zmh3u - K_L43 * t_zmh3u * t_htjpc;
+    const real t_2alzh = t_w7vil * t_ik2jg + Bs_1 * t_vbqwh + p[l1] * t_4ps2g;
+    const real t_xsd5m = q_1 * t_k2ads + F_n1 * t_xggug + (q_2 * t_7i4pa + F_n2 * t_x4syx);
+    const real t_bmgvp = t_6fvzz * t_o4leh + Bs_2 * t_u3ycx + p[l2] * t_cb4zc;
     const real t_ihgv7 = p[I1] * along_x[along_theta1_dot];
     const real t_5vhzn = p[I2] * along_x[along_theta2_dot];
-    const real t_bgytu = t_txv7k
-        - t_ms5y3
-        + t_3gdrl
+    const real t_5e6ek = t_2alzh
+        - t_xsd5m
+        + t_bmgvp
         - t_zmble
         - t_trbl5
         + (x[wy] * t_ihgv7 + I_theta1 * along_x[along_wy])
         + (x[wy] * t_5vhzn + I_theta2 * along_x[along_wy])
         - (x[wz] * (t_sfymc * along_x[along_wy]) + t_6nfyn * along_x[along_wz]);
-    const real t_hw3iv = along_u[along_Mx]
-        - t_bgytu
-        + (b1 * t_jj6hm + t_xq4wt * t_i5ygv)
-        + (X_y2 * t_izje3 + t_6urah * t_p2azn)
-        - (X_y3 * t_t6nlt + K_L43 * t_pf7nq);
+    const real t_w6ufb = along_u[along_Mx]
+        - t_5e6ek
+        + (b1 * t_jj6hm + t_xq4wt * t_wob7t)
+        + (X_y2 * t_xwoxa + t_6urah * t_5o335)
+        - (X_y3 * t_qmnrh + K_L43 * t_f2qbh);
     const real t_lmeqo = wq_1 * t_xggug + q_1 * t_6ik5d + (wq_2 * t_x4syx + q_2 * t_plooz);
-    const real t_pvlwj = t_lmeqo
-        - (t_6urah * t_bdoat + t_m67zs * t_izje3)
-        - (K_L43 * t_yonkt + t_m27n6 * t_t6nlt)
+    const real t_iwd2y = t_lmeqo
+        - (t_6urah * t_bdoat + t_m67zs * t_xwoxa)
+        - (K_L43 * t_tt5lb + t_m27n6 * t_qmnrh)
         - (t_xq4wt * t_fm43t + t_2m245 * t_jj6hm);
     const real t_p7wdd = wth_1 * t_wvrxp - g_1 * t_vltvw;
     const real t_uvki3 = wg_1 * t_xggug + q_1 * t_p7wdd;
@@ -2960,156 +2960,156 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real t_rhxsn = t_ik2jg + e1 * t_m4i63;
     const real t_5tipn = t_o4leh + e2 * t_aqus5;
     const real t_j3w63 = sin_theta1 * t_rhxsn + t_ev7u5 * t_7xloa + (sin_theta2 * t_5tipn + t_bvybx * t_gzo6d);
-    const real t_xjkjp = t_j3w63 * t_bpfoo + t_vshgd * t_bpfoo * t_oqb2a;
-    const real t_gqawv = t_p7wdd
+    const real t_s3iaw = t_j3w63 * t_bpfoo + t_vshgd * t_bpfoo * t_oqb2a;
+    const real t_ykdqt = t_p7wdd
         + t_v5uuq
         - t_ke3mq
         - t_ow2yt
         - t_andwa
-        - (t_vshgd * t_ql2ju + t_b3aij * t_xjkjp);
-    const real t_terue = t_gqawv * t_4iujv - K_L52 * t_4iujv * t_6ayke;
+        - (t_vshgd * t_ql2ju + t_b3aij * t_s3iaw);
+    const real t_qphjf = t_ykdqt * t_4iujv - K_L52 * t_4iujv * t_m2in3;
     const real t_7muol = t_65obb * t_bgfqx + SC1 * t_4ee66 + (t_yoiua * t_f3p5c + SC2 * t_ldkuf);
-    const real t_s3kea = t_yuwss
+    const real t_aw3es = t_yuwss
         - t_7muol
         + t_vivay
-        - (K_L52 * t_bti7j + t_d4mqf * t_terue)
-        - (t_vshgd * t_thmu4 + t_zzymx * t_xjkjp);
-    const real t_knl2g = t_s3kea * t_zmh3u - K_L53 * t_zmh3u * t_vwafj;
-    const real t_b3jmw = t_lmeqo
+        - (K_L52 * t_lqciy + t_d4mqf * t_qphjf)
+        - (t_vshgd * t_thmu4 + t_zzymx * t_s3iaw);
+    const real t_clsiv = t_aw3es * t_zmh3u - K_L53 * t_zmh3u * t_htjpc;
+    const real t_enbet = t_lmeqo
         - t_6b5j3
         - t_jvp6q
         + (sin_theta1 * t_5kwcz + t_nncdg * t_7xloa)
         + (sin_theta2 * t_ltgig + t_4q22j * t_gzo6d)
-        + (K_L52 * t_bdoat + t_m67zs * t_terue)
-        - (K_L53 * t_yonkt + t_m27n6 * t_knl2g)
-        - (t_vshgd * t_fm43t + t_2m245 * t_xjkjp);
-    const real t_fzu7y = t_b3jmw * t_lt2al - K_L54 * t_lt2al * t_pvlwj;
-    const real t_gekml = t_txv7k + e1 * t_45ch3;
-    const real t_m22z7 = t_3gdrl + e2 * t_eoiwa;
+        + (K_L52 * t_bdoat + t_m67zs * t_qphjf)
+        - (K_L53 * t_tt5lb + t_m27n6 * t_clsiv)
+        - (t_vshgd * t_fm43t + t_2m245 * t_s3iaw);
+    const real t_y7aqj = t_enbet * t_lt2al - K_L54 * t_lt2al * t_iwd2y;
+    const real t_75lgm = t_2alzh + e1 * t_3upj6;
+    const real t_k7hpp = t_bmgvp + e2 * t_cv7qx;
     const real t_cexsj = p[I1] * along_x[along_phi1_dot];
     const real t_6syep = p[I2] * along_x[along_phi2_dot];
-    const real t_3w42q = sin_theta1 * t_gekml
+    const real t_vowo6 = sin_theta1 * t_75lgm
         + t_w7nmt * t_7xloa
-        - (t_ms5y3 + t_sqgls + t_lon4y)
-        + (sin_theta2 * t_m22z7 + t_e5cx2 * t_gzo6d)
+        - (t_xsd5m + t_sqgls + t_lon4y)
+        + (sin_theta2 * t_k7hpp + t_e5cx2 * t_gzo6d)
         - t_5r66u * t_y5zog
         - (x[wy] * t_cexsj + I_phi1 * along_x[along_wy])
         - (x[wy] * t_6syep + I_phi2 * along_x[along_wy])
-        + (g_1 * t_o4hgj + t_vt7uo * t_wvrxp)
-        + (g_2 * t_2c2vm + t_oncjt * t_oukri);
-    const real t_pbqkn = along_u[along_Mz]
-        - t_3w42q
+        + (g_1 * t_i6ply + t_vt7uo * t_wvrxp)
+        + (g_2 * t_jlula + t_oncjt * t_oukri);
+    const real t_j7wgf = along_u[along_Mz]
+        - t_vowo6
         - t_lwe76 * t_byxim
-        + (b1 * t_xjkjp + t_vshgd * t_i5ygv)
-        - (X_y2 * t_terue + K_L52 * t_p2azn)
-        - (X_y3 * t_knl2g + K_L53 * t_pf7nq)
-        - (X_y4 * t_fzu7y + K_L54 * t_hw3iv);
+        + (b1 * t_s3iaw + t_vshgd * t_wob7t)
+        - (X_y2 * t_qphjf + K_L52 * t_5o335)
+        - (X_y3 * t_clsiv + K_L53 * t_f2qbh)
+        - (X_y4 * t_y7aqj + K_L54 * t_w6ufb);
     const real t_ho4oo = wg_1 * t_wvrxp + g_1 * t_p7wdd;
     const real t_jacgj = wg_2 * t_oukri + g_2 * t_v5uuq;
     const real t_e6cz6 = e1 * t_jkn3n - K(-2.0) * t_5kwcz;
     const real t_hansg = t_e6cz6 - t_ho4oo;
-    const real t_vzndn = tn44_1 * t_c23o2 + S_sq1 * t_hansg;
+    const real t_yat33 = tn44_1 * t_c23o2 + S_sq1 * t_hansg;
     const real t_vo7za = e2 * t_2koli - K(-2.0) * t_ltgig;
     const real t_g3yxf = t_vo7za - t_jacgj;
-    const real t_dto2m = tn44_2 * t_vfytj + S_sq2 * t_g3yxf;
-    const real t_4wf6b = t_ho4oo
+    const real t_qylsp = tn44_2 * t_vfytj + S_sq2 * t_g3yxf;
+    const real t_42ze3 = t_ho4oo
         + t_jacgj
         + t_lmeqo
-        + t_vzndn
-        + t_dto2m
+        + t_yat33
+        + t_qylsp
         + K(-2.0) * t_6b5j3
         + K(-2.0) * t_jvp6q
-        - (K_L52 * t_gqawv + t_p6zld * t_terue)
-        - (K_L53 * t_s3kea + t_bxfcn * t_knl2g)
-        - (K_L54 * t_b3jmw + t_amczu * t_fzu7y)
-        - (t_vshgd * t_j3w63 + t_6mmeb * t_xjkjp);
+        - (K_L52 * t_ykdqt + t_p6zld * t_qphjf)
+        - (K_L53 * t_aw3es + t_bxfcn * t_clsiv)
+        - (K_L54 * t_enbet + t_amczu * t_y7aqj)
+        - (t_vshgd * t_j3w63 + t_6mmeb * t_s3iaw);
     const real t_7wvhi = wqg_1 * t_7xloa + sin_theta1 * t_uvki3 + (wqg_2 * t_gzo6d + sin_theta2 * t_4houv);
     const real t_bnzmj = cos_theta1 * t_rhxsn - t_ev7u5 * t_gzco3 + (cos_theta2 * t_5tipn - t_bvybx * t_lgafn);
-    const real t_uqmbr = t_bnzmj * t_bpfoo + t_e4enr * t_bpfoo * t_oqb2a;
-    const real t_4hnoc = t_7muol + (t_e4enr * t_ql2ju + t_b3aij * t_uqmbr);
-    const real t_inyrv = t_4hnoc * t_4iujv - t_dj64q * t_4iujv * t_6ayke;
-    const real t_gt7hv = t_ke3mq
+    const real t_6vlnz = t_bnzmj * t_bpfoo + t_e4enr * t_bpfoo * t_oqb2a;
+    const real t_sqcju = t_7muol + (t_e4enr * t_ql2ju + t_b3aij * t_6vlnz);
+    const real t_ux3up = t_sqcju * t_4iujv - t_dj64q * t_4iujv * t_m2in3;
+    const real t_qgnjz = t_ke3mq
         + (t_33ras + t_newbu)
-        + (t_dj64q * t_bti7j + t_d4mqf * t_inyrv)
-        - (t_e4enr * t_thmu4 + t_zzymx * t_uqmbr);
-    const real t_fclhl = t_gt7hv * t_zmh3u - K_L63 * t_zmh3u * t_vwafj;
-    const real t_5ecsx = t_7wvhi
+        + (t_dj64q * t_lqciy + t_d4mqf * t_ux3up)
+        - (t_e4enr * t_thmu4 + t_zzymx * t_6vlnz);
+    const real t_7w5sb = t_qgnjz * t_zmh3u - K_L63 * t_zmh3u * t_htjpc;
+    const real t_o64wz = t_7wvhi
         + (cos_theta1 * t_5kwcz - t_nncdg * t_gzco3)
         + (cos_theta2 * t_ltgig - t_4q22j * t_lgafn)
-        - (t_dj64q * t_bdoat + t_m67zs * t_inyrv)
-        - (K_L63 * t_yonkt + t_m27n6 * t_fclhl)
-        - (t_e4enr * t_fm43t + t_2m245 * t_uqmbr);
-    const real t_txucc = t_5ecsx * t_lt2al - K_L64 * t_lt2al * t_pvlwj;
-    const real t_vsv5b = t_7wvhi
+        - (t_dj64q * t_bdoat + t_m67zs * t_ux3up)
+        - (K_L63 * t_tt5lb + t_m27n6 * t_7w5sb)
+        - (t_e4enr * t_fm43t + t_2m245 * t_6vlnz);
+    const real t_mtmt3 = t_o64wz * t_lt2al - K_L64 * t_lt2al * t_iwd2y;
+    const real t_cmkne = t_7wvhi
         + (tn44_1 * t_bgfqx + SC1 * t_hansg)
         + (tn44_2 * t_f3p5c + SC2 * t_g3yxf)
-        + (t_dj64q * t_gqawv + t_p6zld * t_inyrv)
-        - (K_L63 * t_s3kea + t_bxfcn * t_fclhl)
-        - (K_L64 * t_b3jmw + t_amczu * t_txucc)
-        - (t_e4enr * t_j3w63 + t_6mmeb * t_uqmbr);
-    const real t_jtjbh = t_vsv5b * t_ftqxb - K_L65 * t_ftqxb * t_4wf6b;
+        + (t_dj64q * t_ykdqt + t_p6zld * t_ux3up)
+        - (K_L63 * t_aw3es + t_bxfcn * t_7w5sb)
+        - (K_L64 * t_enbet + t_amczu * t_mtmt3)
+        - (t_e4enr * t_j3w63 + t_6mmeb * t_6vlnz);
+    const real t_xzhu6 = t_cmkne * t_ftqxb - K_L65 * t_ftqxb * t_42ze3;
     const real t_d5jt4 = x[wz] * along_x[along_wx] + x[wx] * along_x[along_wz];
-    const real t_s5fbt = cos_theta1 * t_gekml
+    const real t_3opsn = cos_theta1 * t_75lgm
         - t_w7nmt * t_gzco3
-        + (cos_theta2 * t_m22z7 - t_e5cx2 * t_lgafn)
+        + (cos_theta2 * t_k7hpp - t_e5cx2 * t_lgafn)
         + (x[wx] * t_ihgv7 + I_theta1 * along_x[along_wx])
         + (x[wx] * t_5vhzn + I_theta2 * along_x[along_wx])
         - t_7bo2j * t_d5jt4
-        - (g_1 * t_sfe3n + t_azclp * t_wvrxp)
-        - (g_2 * t_xjgds + t_iya7w * t_oukri)
+        - (g_1 * t_5er3o + t_azclp * t_wvrxp)
+        - (g_2 * t_dw3xg + t_iya7w * t_oukri)
         - (x[wz] * t_cexsj + I_phi1 * along_x[along_wz])
         - (x[wz] * t_6syep + I_phi2 * along_x[along_wz]);
-    const real t_w5jge = t_lwe76 * t_qmyd7
-        - (along_u[along_My] + t_s5fbt)
-        + (b1 * t_uqmbr + t_e4enr * t_i5ygv)
-        + (X_y2 * t_inyrv + t_dj64q * t_p2azn)
-        - (X_y3 * t_fclhl + K_L63 * t_pf7nq)
-        - (X_y4 * t_txucc + K_L64 * t_hw3iv)
-        - (X_y5 * t_jtjbh + K_L65 * t_pbqkn);
-    const real t_hrimk = t_e6cz6
+    const real t_s3vkn = t_lwe76 * t_qmyd7
+        - (along_u[along_My] + t_3opsn)
+        + (b1 * t_6vlnz + t_e4enr * t_wob7t)
+        + (X_y2 * t_ux3up + t_dj64q * t_5o335)
+        - (X_y3 * t_7w5sb + K_L63 * t_f2qbh)
+        - (X_y4 * t_mtmt3 + K_L64 * t_w6ufb)
+        - (X_y5 * t_xzhu6 + K_L65 * t_j7wgf);
+    const real t_wpt77 = t_e6cz6
         + t_vo7za
-        - t_vzndn
-        - t_dto2m
-        - (t_dj64q * t_4hnoc + t_hmob3 * t_inyrv)
-        - (K_L63 * t_gt7hv + t_rahc4 * t_fclhl)
-        - (K_L64 * t_5ecsx + t_e4k6u * t_txucc)
-        - (K_L65 * t_vsv5b + t_5gmab * t_jtjbh)
-        - (t_e4enr * t_bnzmj + t_bl4f2 * t_uqmbr);
-    const real t_e3vsq = t_w5jge * t_nfkwa - X_x6 * t_nfkwa * t_hrimk;
-    const real t_cnaxt = t_pbqkn * t_ftqxb
-        - t_cufdy * t_ftqxb * t_4wf6b
-        - (X_x6 * t_jtjbh + K_L65 * t_e3vsq);
-    const real t_63dcn = t_hw3iv * t_lt2al
-        - t_72jfh * t_lt2al * t_pvlwj
-        - (X_x5 * t_fzu7y + K_L54 * t_cnaxt)
-        - (X_x6 * t_txucc + K_L64 * t_e3vsq);
-    const real t_5ebmb = t_pf7nq * t_zmh3u
-        - t_izhu2 * t_zmh3u * t_vwafj
-        - (X_x4 * t_t6nlt + K_L43 * t_63dcn)
-        - (X_x5 * t_knl2g + K_L53 * t_cnaxt)
-        - (X_x6 * t_fclhl + K_L63 * t_e3vsq);
-    const real t_ebuuj = t_p2azn * t_4iujv
-        - t_uifqg * t_4iujv * t_6ayke
-        - (X_x3 * t_uuvjo + K_L32 * t_5ebmb)
-        + (X_x4 * t_izje3 + t_6urah * t_63dcn)
-        - (X_x5 * t_terue + K_L52 * t_cnaxt)
-        + (X_x6 * t_inyrv + t_dj64q * t_e3vsq);
-    const real t_q6g6h = t_i5ygv * t_bpfoo
+        - t_yat33
+        - t_qylsp
+        - (t_dj64q * t_sqcju + t_qvrp6 * t_ux3up)
+        - (K_L63 * t_qgnjz + t_rahc4 * t_7w5sb)
+        - (K_L64 * t_o64wz + t_e4k6u * t_mtmt3)
+        - (K_L65 * t_cmkne + t_jo54w * t_xzhu6)
+        - (t_e4enr * t_bnzmj + t_bl4f2 * t_6vlnz);
+    const real t_jpude = t_s3vkn * t_nfkwa - X_x6 * t_nfkwa * t_wpt77;
+    const real t_m3gyr = t_j7wgf * t_ftqxb
+        - t_cufdy * t_ftqxb * t_42ze3
+        - (X_x6 * t_xzhu6 + K_L65 * t_jpude);
+    const real t_6uegn = t_w6ufb * t_lt2al
+        - t_72jfh * t_lt2al * t_iwd2y
+        - (X_x5 * t_y7aqj + K_L54 * t_m3gyr)
+        - (X_x6 * t_mtmt3 + K_L64 * t_jpude);
+    const real t_3iuud = t_f2qbh * t_zmh3u
+        - t_izhu2 * t_zmh3u * t_htjpc
+        - (X_x4 * t_qmnrh + K_L43 * t_6uegn)
+        - (X_x5 * t_clsiv + K_L53 * t_m3gyr)
+        - (X_x6 * t_7w5sb + K_L63 * t_jpude);
+    const real t_t3j5c = t_5o335 * t_4iujv
+        - t_uifqg * t_4iujv * t_m2in3
+        - (X_x3 * t_aohoh + K_L32 * t_3iuud)
+        + (X_x4 * t_xwoxa + t_6urah * t_6uegn)
+        - (X_x5 * t_qphjf + K_L52 * t_m3gyr)
+        + (X_x6 * t_ux3up + t_dj64q * t_jpude);
+    const real t_odsqd = t_wob7t * t_bpfoo
         + t_47fu6 * t_bpfoo * t_oqb2a
-        + (X_x2 * t_vcmoj + t_w7lcw * t_ebuuj)
-        + (X_x3 * t_xs7e4 + t_3go2w * t_5ebmb)
-        + (X_x4 * t_jj6hm + t_xq4wt * t_63dcn)
-        + (X_x5 * t_xjkjp + t_vshgd * t_cnaxt)
-        + (X_x6 * t_uqmbr + t_e4enr * t_e3vsq);
-    const real t_kmhb3 = t_cnaxt - t_y5zog;
-    const real t_ozo2c = sin_theta1 * t_cnaxt + X_x5 * t_7xloa + (cos_theta1 * t_e3vsq - X_x6 * t_gzco3);
-    const real t_xjkzo = t_ozo2c + t_wbpon;
-    const real t_iukz2 = e1 * t_ozo2c
-        + (sin_theta1 * t_ebuuj + X_x2 * t_7xloa)
-        + (cos_theta1 * t_5ebmb - X_x3 * t_gzco3);
-    const real t_i4zyi = cos_phi1 * t_iukz2
+        + (X_x2 * t_vcmoj + t_w7lcw * t_t3j5c)
+        + (X_x3 * t_xs7e4 + t_3go2w * t_3iuud)
+        + (X_x4 * t_jj6hm + t_xq4wt * t_6uegn)
+        + (X_x5 * t_s3iaw + t_vshgd * t_m3gyr)
+        + (X_x6 * t_6vlnz + t_e4enr * t_jpude);
+    const real t_5f4sz = t_m3gyr - t_y5zog;
+    const real t_r6cru = sin_theta1 * t_m3gyr + X_x5 * t_7xloa + (cos_theta1 * t_jpude - X_x6 * t_gzco3);
+    const real t_fb4pe = t_r6cru + t_wbpon;
+    const real t_dkypl = e1 * t_r6cru
+        + (sin_theta1 * t_t3j5c + X_x2 * t_7xloa)
+        + (cos_theta1 * t_3iuud - X_x3 * t_gzco3);
+    const real t_2g4tt = cos_phi1 * t_dkypl
         - (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1) * t_r477s
-        + ((X_x1 - t_w7vil) * t_u3bis + sin_phi1 * (t_q6g6h - t_vbqwh));
+        + ((X_x1 - t_w7vil) * t_u3bis + sin_phi1 * (t_odsqd - t_vbqwh));
     const real t_ibe72 = K(1.0) / p[m1];
     const real t_ogd3q = X_x5 * cos_theta1 - X_x6 * sin_theta1;
     const real t_mwq7z = X_x4 + X_x5;
@@ -3118,23 +3118,23 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         + g_1 * t_ogd3q
         - t_mwq7z * q_1
         - X_x3 * sin_theta1;
-    const real t_qfwcr = g_1 * (cos_theta1 * t_cnaxt - X_x5 * t_gzco3 - (sin_theta1 * t_e3vsq + X_x6 * t_7xloa));
-    const real t_mxtpf = t_63dcn + t_cnaxt;
-    const real t_tjmzy = t_grjl3
-        + (cos_theta1 * t_ebuuj - X_x2 * t_gzco3)
-        + (t_ogd3q * t_wvrxp + t_qfwcr)
-        - (q_1 * t_mxtpf + t_mwq7z * t_xggug)
-        - (sin_theta1 * t_5ebmb + X_x3 * t_7xloa);
-    const real t_iatqt = th_1 * (t_sqgls * t_ibe72 + (t_5ffnn * t_xggug + q_1 * t_tjmzy))
+    const real t_kiea2 = g_1 * (cos_theta1 * t_m3gyr - X_x5 * t_gzco3 - (sin_theta1 * t_jpude + X_x6 * t_7xloa));
+    const real t_4xduz = t_6uegn + t_m3gyr;
+    const real t_bf3af = t_grjl3
+        + (cos_theta1 * t_t3j5c - X_x2 * t_gzco3)
+        + (t_ogd3q * t_wvrxp + t_kiea2)
+        - (q_1 * t_4xduz + t_mwq7z * t_xggug)
+        - (sin_theta1 * t_3iuud + X_x3 * t_7xloa);
+    const real t_gldwx = th_1 * (t_sqgls * t_ibe72 + (t_5ffnn * t_xggug + q_1 * t_bf3af))
         - (loss_theta1 * t_ibe72 + q_1 * t_5ffnn) * t_julzq;
-    const real t_jsrvh = sin_theta2 * t_cnaxt + X_x5 * t_gzo6d + (cos_theta2 * t_e3vsq - X_x6 * t_lgafn);
-    const real t_mlm5m = t_jsrvh + t_y3fz3;
-    const real t_du4go = e2 * t_jsrvh
-        + (sin_theta2 * t_ebuuj + X_x2 * t_gzo6d)
-        + (cos_theta2 * t_5ebmb - X_x3 * t_lgafn);
-    const real t_ozr3r = cos_phi2 * t_du4go
+    const real t_vy6uv = sin_theta2 * t_m3gyr + X_x5 * t_gzo6d + (cos_theta2 * t_jpude - X_x6 * t_lgafn);
+    const real t_vk7yj = t_vy6uv + t_y3fz3;
+    const real t_6esai = e2 * t_vy6uv
+        + (sin_theta2 * t_t3j5c + X_x2 * t_gzo6d)
+        + (cos_theta2 * t_3iuud - X_x3 * t_lgafn);
+    const real t_3du6d = cos_phi2 * t_6esai
         - (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2) * t_zjnbg
-        + ((X_x1 - t_6fvzz) * t_kxapq + sin_phi2 * (t_q6g6h - t_u3ycx));
+        + ((X_x1 - t_6fvzz) * t_kxapq + sin_phi2 * (t_odsqd - t_u3ycx));
     const real t_r7vy7 = K(1.0) / p[m2];
     const real t_qv4rx = X_x5 * cos_theta2 - X_x6 * sin_theta2;
     const real t_oqair = zeta2
@@ -3142,27 +3142,27 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         + g_2 * t_qv4rx
         - t_mwq7z * q_2
         - X_x3 * sin_theta2;
-    const real t_vht34 = g_2 * (cos_theta2 * t_cnaxt - X_x5 * t_lgafn - (sin_theta2 * t_e3vsq + X_x6 * t_gzo6d));
-    const real t_jejx5 = t_4cbz5
-        + (cos_theta2 * t_ebuuj - X_x2 * t_lgafn)
-        + (t_qv4rx * t_oukri + t_vht34)
-        - (q_2 * t_mxtpf + t_mwq7z * t_x4syx)
-        - (sin_theta2 * t_5ebmb + X_x3 * t_gzo6d);
-    const real t_l5edl = th_2 * (t_lon4y * t_r7vy7 + (t_oqair * t_x4syx + q_2 * t_jejx5))
+    const real t_qfmzs = g_2 * (cos_theta2 * t_m3gyr - X_x5 * t_lgafn - (sin_theta2 * t_jpude + X_x6 * t_gzo6d));
+    const real t_fli4y = t_4cbz5
+        + (cos_theta2 * t_t3j5c - X_x2 * t_lgafn)
+        + (t_qv4rx * t_oukri + t_qfmzs)
+        - (q_2 * t_4xduz + t_mwq7z * t_x4syx)
+        - (sin_theta2 * t_3iuud + X_x3 * t_gzo6d);
+    const real t_rl2ga = th_2 * (t_lon4y * t_r7vy7 + (t_oqair * t_x4syx + q_2 * t_fli4y))
         - (loss_theta2 * t_r7vy7 + q_2 * t_oqair) * t_hxrn3;
-    change[0] = t_q6g6h
+    change[0] = t_odsqd
         + x_C * t_fjb5c
         - (x[wy] * along_x[along_vz] + x[vz] * along_x[along_wy])
         + (x[wz] * along_x[along_vy] + x[vy] * along_x[along_wz]);
-    change[1] = t_ebuuj
-        - x_C * t_cnaxt
+    change[1] = t_t3j5c
+        - x_C * t_m3gyr
         + (x[wx] * along_x[along_vz] + x[vz] * along_x[along_wx] - (x[wz] * along_x[along_vx] + x[vx] * along_x[along_wz]));
-    change[2] = t_5ebmb
-        - x_C * t_e3vsq
+    change[2] = t_3iuud
+        - x_C * t_jpude
         + (x[wy] * along_x[along_vx] + x[vx] * along_x[along_wy] - (x[wx] * along_x[along_vy] + x[vy] * along_x[along_wx]));
-    change[3] = t_63dcn;
-    change[4] = t_d5jt4 - t_e3vsq;
-    change[5] = t_kmhb3;
+    change[3] = t_6uegn;
+    change[4] = t_d5jt4 - t_jpude;
+    change[5] = t_5f4sz;
     change[6] = along_x[along_wx];
     change[7] = along_x[along_wy];
     change[8] = along_x[along_wz];
@@ -3170,8 +3170,8 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     change[10] = along_x[along_theta1_dot];
     change[11] = along_x[along_phi2_dot];
     change[12] = along_x[along_theta2_dot];
-    change[13] = t_xjkzo - (t_zmble + p[I1] * (t_xjkzo + t_63dcn)) * t_zrejm - k1 * t_i4zyi;
-    change[14] = -(t_kmhb3 + t_iatqt);
-    change[15] = t_mlm5m - (t_trbl5 + p[I2] * (t_mlm5m + t_63dcn)) * t_5wzvs - k2 * t_ozr3r;
-    change[16] = -(t_kmhb3 + t_l5edl);
+    change[13] = t_fb4pe - (t_zmble + p[I1] * (t_fb4pe + t_6uegn)) * t_zrejm - k1 * t_2g4tt;
+    change[14] = -(t_5f4sz + t_gldwx);
+    change[15] = t_vk7yj - (t_trbl5 + p[I2] * (t_vk7yj + t_6uegn)) * t_5wzvs - k2 * t_3du6d;
+    change[16] = -(t_5f4sz + t_rl2ga);
 }

@@ -153,14 +153,14 @@ void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const re
     const real t_lfdbd = mv_max(t_qerph, t_jtckg);
     real sin_t_lfdbd, cos_t_lfdbd; mv_sincos(t_lfdbd, &sin_t_lfdbd, &cos_t_lfdbd);
     const real t_kdhs7 = cos_delta2_cmd * p[F];
-    const real t_hji7x = t_y4w6o * cos_t_lfdbd - t_kdhs7 * cos_delta1_cmd;
-    const real t_zskb7 = t_hji7x * t_bpfoo;
-    const real t_xlheb = df2_act + t_w7lcw * t_hji7x;
+    const real t_fezll = t_y4w6o * cos_t_lfdbd - t_kdhs7 * cos_delta1_cmd;
+    const real t_zskb7 = t_fezll * t_bpfoo;
+    const real t_xlheb = df2_act + t_w7lcw * t_fezll;
     const real t_g5xgi = t_xlheb * t_4iujv;
     const real t_zmh3u = K(1.0) / K_D3;
-    const real t_7d7of = (t_dd7v5 * p[F] - t_y4w6o * sin_t_lfdbd + t_3go2w * t_hji7x - K_L32 * t_xlheb) * t_zmh3u;
-    const real t_fyezb = t_g5xgi - K_L32 * t_7d7of;
-    const real t_tcppw = t_zskb7 + t_w7lcw * t_fyezb + t_3go2w * t_7d7of;
+    const real t_4pvme = (t_dd7v5 * p[F] - t_y4w6o * sin_t_lfdbd + t_3go2w * t_fezll - K_L32 * t_xlheb) * t_zmh3u;
+    const real t_eifsf = t_g5xgi - K_L32 * t_4pvme;
+    const real t_5v5av = t_zskb7 + t_w7lcw * t_eifsf + t_3go2w * t_4pvme;
     const real t_u3bis = cos_phi1 * along_x[along_phi1];
     const real t_ik2jg = B_1 * t_u3bis;
     const real t_kxapq = cos_phi2 * along_x[along_phi2];
@@ -172,8 +172,8 @@ void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const re
     const mask m_xib4o = LE(u_cmd[delta2_cmd], p[delta2_max]);
     const real t_xib4o = NUM(m_xib4o);
     const mask m_nmmaw = LE(p[delta2_max], u_cmd[delta2_cmd]);
-    const real t_uhgd5 = t_mbmxp / (NUM(m_532zp) + t_mbmxp) * (t_xib4o / (t_xib4o + NUM(m_nmmaw)) * along_u_cmd[along_delta2_cmd]);
-    const real t_2plne = p[F] * (sin_delta2_act * t_uhgd5);
+    const real t_wuks7 = t_mbmxp / (NUM(m_532zp) + t_mbmxp) * (t_xib4o / (t_xib4o + NUM(m_nmmaw)) * along_u_cmd[along_delta2_cmd]);
+    const real t_nxtxh = p[F] * (sin_delta2_act * t_wuks7);
     const mask m_nfmtb = LE(t_qerph, t_jtckg);
     const real t_fkqa6 = NUM(m_nfmtb);
     const mask m_7soza = LE(t_jtckg, t_qerph);
@@ -189,10 +189,10 @@ void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const re
     const mask m_rzd2j = LE(K(1.0), t_r3kxd);
     const real t_bmwpt = cos_delta2_cmd * (cos_delta1_cmd * along_u_cmd[along_delta1_cmd]) - sin_delta1_cmd * t_qr24f;
     const real t_oysdi = t_wzftv / (NUM(m_pjw43) + t_wzftv) * (t_zv3rt / (NUM(m_rzd2j) + t_zv3rt) * (t_bmwpt * t_xkg6l)) / mv_sqrt(K(1.0) - t_2g6s5 * t_2g6s5);
-    const real t_nrnaz = t_fkqa6 / (NUM(m_7soza) + t_fkqa6) * (t_zvmzt / (NUM(m_tehkb) + t_zvmzt) * SELECT(m_tdcs7, along_u_cmd[along_delta1_cmd], SELECT0(m_el4yy, t_oysdi)));
-    const real t_l5mfh = cos_delta1_cmd * (p[F] * t_qr24f)
+    const real t_bblts = t_fkqa6 / (NUM(m_7soza) + t_fkqa6) * (t_zvmzt / (NUM(m_tehkb) + t_zvmzt) * SELECT(m_tdcs7, along_u_cmd[along_delta1_cmd], SELECT0(m_el4yy, t_oysdi)));
+    const real t_yak4n = cos_delta1_cmd * (p[F] * t_qr24f)
         + t_kdhs7 * (sin_delta1_cmd * along_u_cmd[along_delta1_cmd])
-        - (cos_t_lfdbd * t_2plne + t_y4w6o * (sin_t_lfdbd * t_nrnaz));
+        - (cos_t_lfdbd * t_nxtxh + t_y4w6o * (sin_t_lfdbd * t_bblts));
     const real t_g3x7g = mv1 * t_u3bis;
     const real t_4mgnc = sin_phi1 * t_g3x7g + As_1 * t_u3bis;
     const real t_oz7ag = mv2 * t_kxapq;
@@ -206,8 +206,8 @@ void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const re
     const real t_gzo6d = cos_theta2 * along_x[along_theta2];
     const real t_ql2ju = sin_theta1 * t_m4i63 + Asc_1 * t_7xloa + (sin_theta2 * t_aqus5 + Asc_2 * t_gzo6d);
     const real t_vcmoj = t_ql2ju * t_bpfoo + t_w7lcw * t_bpfoo * t_oqb2a;
-    const real t_xvhzb = p[F] * (cos_delta2_act * t_uhgd5) - p[F] * (cos_delta2_cmd * along_u_cmd[along_delta2_cmd]);
-    const real t_2uq6u = t_xvhzb + (t_hji7x * t_vcmoj + t_w7lcw * t_l5mfh);
+    const real t_twplx = p[F] * (cos_delta2_act * t_wuks7) - p[F] * (cos_delta2_cmd * along_u_cmd[along_delta2_cmd]);
+    const real t_dvcpb = t_twplx + (t_fezll * t_vcmoj + t_w7lcw * t_yak4n);
     const real t_c23o2 = (sin_theta1 + sin_theta1) * t_7xloa;
     const real t_xggug = p[l1] * t_u3bis;
     const real t_67mcq = p[I1] * (th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_xggug)));
@@ -218,35 +218,35 @@ void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const re
     const real t_kzyqm = p[I2] * (th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_x4syx)));
     const real t_zklfl = t_tys73 + t_kzyqm;
     const real t_sejtq = tn11_2 * t_vfytj + S_sq2 * t_zklfl;
-    const real t_jx67s = t_abc3d + t_sejtq - t_67mcq - t_kzyqm - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
+    const real t_ehnyc = t_abc3d + t_sejtq - t_67mcq - t_kzyqm - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
     const real t_gzco3 = sin_theta1 * along_x[along_theta1];
     const real t_bgfqx = cos_theta1 * t_7xloa - sin_theta1 * t_gzco3;
     const real t_lgafn = sin_theta2 * along_x[along_theta2];
     const real t_f3p5c = cos_theta2 * t_gzo6d - sin_theta2 * t_lgafn;
     const real t_thmu4 = cos_theta1 * t_m4i63 - Asc_1 * t_gzco3 + (cos_theta2 * t_aqus5 - Asc_2 * t_lgafn);
     const real t_xs7e4 = t_thmu4 * t_bpfoo + t_3go2w * t_bpfoo * t_oqb2a;
-    const real t_7n26q = tn11_1 * t_bgfqx
+    const real t_xu65h = tn11_1 * t_bgfqx
         + SC1 * t_oxz2j
         + (tn11_2 * t_f3p5c + SC2 * t_zklfl)
         - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
-    const real t_trpeg = t_7n26q * t_4iujv - K_L32 * t_4iujv * t_jx67s;
-    const real t_rlezp = p[F] * t_bmwpt - (t_y4w6o * (cos_t_lfdbd * t_nrnaz) - sin_t_lfdbd * t_2plne);
-    const real t_s4l5u = t_rlezp
-        + (t_hji7x * t_xs7e4 + t_3go2w * t_l5mfh)
-        - (t_xlheb * t_trpeg + K_L32 * t_2uq6u);
-    const real t_vwafj = t_oqb2a
+    const real t_ysyo7 = t_xu65h * t_4iujv - K_L32 * t_4iujv * t_ehnyc;
+    const real t_4umqs = p[F] * t_bmwpt - (t_y4w6o * (cos_t_lfdbd * t_bblts) - sin_t_lfdbd * t_nxtxh);
+    const real t_lw37e = t_4umqs
+        + (t_fezll * t_xs7e4 + t_3go2w * t_yak4n)
+        - (t_xlheb * t_ysyo7 + K_L32 * t_dvcpb);
+    const real t_htjpc = t_oqb2a
         - t_abc3d
         - t_sejtq
-        - (K_L32 * t_7n26q + t_d4mqf * t_trpeg)
+        - (K_L32 * t_xu65h + t_d4mqf * t_ysyo7)
         - (t_3go2w * t_thmu4 + t_zzymx * t_xs7e4);
-    const real t_33cjy = t_s4l5u * t_zmh3u - t_7d7of * t_zmh3u * t_vwafj;
-    const real t_qo4va = t_2uq6u * t_4iujv
-        - t_g5xgi * t_4iujv * t_jx67s
-        - (t_7d7of * t_trpeg + K_L32 * t_33cjy);
-    const real t_fangs = t_l5mfh * t_bpfoo
+    const real t_xhzhs = t_lw37e * t_zmh3u - t_4pvme * t_zmh3u * t_htjpc;
+    const real t_4kb3m = t_dvcpb * t_4iujv
+        - t_g5xgi * t_4iujv * t_ehnyc
+        - (t_4pvme * t_ysyo7 + K_L32 * t_xhzhs);
+    const real t_xmh67 = t_yak4n * t_bpfoo
         + t_zskb7 * t_bpfoo * t_oqb2a
-        + (t_fyezb * t_vcmoj + t_w7lcw * t_qo4va)
-        + (t_7d7of * t_xs7e4 + t_3go2w * t_33cjy);
+        + (t_eifsf * t_vcmoj + t_w7lcw * t_4kb3m)
+        + (t_4pvme * t_xs7e4 + t_3go2w * t_xhzhs);
     const real t_wu52b = wth_1 * t_xggug - q_1 * t_67mcq;
     const real t_dumu2 = cos_theta1 * t_wu52b - wq_1 * t_gzco3;
     const real t_eqmdt = wth_2 * t_x4syx - q_2 * t_kzyqm;
@@ -257,8 +257,8 @@ void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const re
         + t_g63ja
         + (Bc_1 * t_7xloa - sin_theta1 * t_lp2tr)
         + (Bc_2 * t_gzo6d - sin_theta2 * t_wz5xx);
-    const real t_qctpt = t_fyezb * t_nnisg
-        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_qo4va;
+    const real t_cjcyn = t_eifsf * t_nnisg
+        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_4kb3m;
     const real t_nxd3h = wq_1 * t_7xloa + sin_theta1 * t_wu52b;
     const real t_bl6cn = wq_2 * t_gzo6d + sin_theta2 * t_eqmdt;
     const real t_lso4x = t_nxd3h
@@ -270,7 +270,7 @@ void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const re
     const real t_ev7u5 = Bs_1 + Asc_1 * e1;
     const real t_5tipn = t_o4leh + e2 * t_aqus5;
     const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_kfwzp = t_tcppw * (cos_theta1 * t_rhxsn - t_ev7u5 * t_gzco3 + (cos_theta2 * t_5tipn - t_bvybx * t_lgafn));
+    const real t_njka2 = t_5v5av * (cos_theta1 * t_rhxsn - t_ev7u5 * t_gzco3 + (cos_theta2 * t_5tipn - t_bvybx * t_lgafn));
     const real t_wwpd7 = wth_1 * (p[l1] * t_r477s) - g_1 * t_67mcq;
     const real t_swnow = t_lp2tr + e1 * t_4mgnc;
     const real t_3vp7c = t_wwpd7 - t_swnow;
@@ -279,23 +279,23 @@ void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const re
     const real t_zwixe = t_m7xsl - t_x6wz3;
     const real t_zigc7 = t_65obb * t_bgfqx + SC1 * t_3vp7c + (t_yoiua * t_f3p5c + SC2 * t_zwixe);
     const real t_7mzmq = t_65obb * t_c23o2 + S_sq1 * t_3vp7c + (t_yoiua * t_vfytj + S_sq2 * t_zwixe);
-    const real t_sjnn3 = t_tcppw * (sin_theta1 * t_rhxsn + t_ev7u5 * t_7xloa + (sin_theta2 * t_5tipn + t_bvybx * t_gzo6d));
+    const real t_ka7gl = t_5v5av * (sin_theta1 * t_rhxsn + t_ev7u5 * t_7xloa + (sin_theta2 * t_5tipn + t_bvybx * t_gzo6d));
     change[0] = along_u_cmd[along_Mx_cmd]
-        - (t_tcppw * (t_ik2jg + t_o4leh) + (Bs_1 + Bs_2) * t_fangs)
-        - t_qctpt
-        + (t_7d7of * t_lso4x + K43 * t_33cjy);
+        - (t_5v5av * (t_ik2jg + t_o4leh) + (Bs_1 + Bs_2) * t_xmh67)
+        - t_cjcyn
+        + (t_4pvme * t_lso4x + K43 * t_xhzhs);
     change[1] = along_u_cmd[along_My_cmd]
-        - t_lwe76 * t_rlezp
-        + (t_kfwzp + (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2) * t_fangs)
-        + (t_fyezb * t_zigc7 + t_hjmgb * t_qo4va)
-        - (t_7d7of * (t_7mzmq + (t_swnow + t_x6wz3)) + K63 * t_33cjy);
+        - t_lwe76 * t_4umqs
+        + (t_njka2 + (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2) * t_xmh67)
+        + (t_eifsf * t_zigc7 + t_hjmgb * t_4kb3m)
+        - (t_4pvme * (t_7mzmq + (t_swnow + t_x6wz3)) + K63 * t_xhzhs);
     change[2] = along_u_cmd[along_Mz_cmd]
-        - (t_sjnn3 + (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2) * t_fangs)
-        + (t_fyezb * (t_wwpd7 + t_m7xsl - t_7mzmq - t_dumu2 - t_g63ja) + K52 * t_qo4va)
-        + (t_7d7of * (t_nxd3h - t_zigc7 + t_bl6cn) + K53 * t_33cjy)
-        + t_lwe76 * t_xvhzb;
-    change[3] = t_nrnaz;
-    change[4] = t_uhgd5;
+        - (t_ka7gl + (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2) * t_xmh67)
+        + (t_eifsf * (t_wwpd7 + t_m7xsl - t_7mzmq - t_dumu2 - t_g63ja) + K52 * t_4kb3m)
+        + (t_4pvme * (t_nxd3h - t_zigc7 + t_bl6cn) + K53 * t_xhzhs)
+        + t_lwe76 * t_twplx;
+    change[3] = t_bblts;
+    change[4] = t_wuks7;
 }
 
 /* change of lyapunov_v1 along a change of x; 2811 operations. */
@@ -879,22 +879,22 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_vszy4 = t_7cbbr + t_dzpvs;
     const real t_pao4s = cos_phi1 * t_t7e4r - w_x1 * t_r477s - (sin_phi1 * t_vszy4 + Wt1 * t_u3bis);
     const real t_vzus7 = cos_phi1 * t_vszy4 - Wt1 * t_r477s + (w_x1 * t_u3bis + sin_phi1 * t_t7e4r);
-    const real t_gpdcs = B_1 * (t_qm5gj * t_pao4s + chi1 * t_vzus7 - (w_x1 * t_vszy4 + Wt1 * t_t7e4r));
+    const real t_wn4kv = B_1 * (t_qm5gj * t_pao4s + chi1 * t_vzus7 - (w_x1 * t_vszy4 + Wt1 * t_t7e4r));
     const real t_zmble = p[eps1] * along_x[along_phi1_dot];
-    const real t_ilqsp = t_gpdcs + k1 * t_zmble;
-    const real t_txv7k = t_w7vil * t_ik2jg + Bs_1 * t_vbqwh + p[l1] * t_ilqsp;
+    const real t_vkd6n = t_wn4kv + k1 * t_zmble;
+    const real t_2alzh = t_w7vil * t_ik2jg + Bs_1 * t_vbqwh + p[l1] * t_vkd6n;
     const real t_y5zog = x[wy] * along_x[along_wx] + x[wx] * along_x[along_wy];
     const real t_xggug = p[l1] * t_u3bis;
     const real t_jgoba = cos_theta1 * along_x[along_wy] - x[wy] * t_gzco3 - (x[wz] * t_7xloa + sin_theta1 * along_x[along_wz]);
     const real t_wvrxp = p[l1] * t_r477s;
     const real t_j5ton = t_jgoba + along_x[along_phi1_dot];
-    const real t_k3voo = q_1 * t_y5zog
+    const real t_wzwsl = q_1 * t_y5zog
         + W12 * t_xggug
         + (w_x1 * (lc_1 * t_jgoba - Wn1 * t_wvrxp) + t_smkh7 * t_t7e4r)
         - (t_wmv32 * (p[l1] * t_pao4s) + t_q2k45 * (t_j5ton + along_x[along_phi1_dot]));
     const real t_sqgls = p[eps1] * along_x[along_theta1_dot];
     const real t_julzq = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_xggug));
-    const real t_yo2fs = th_1 * (p[I1] * t_k3voo - (q_1 * t_sqgls + loss_theta1 * t_xggug))
+    const real t_k2ads = th_1 * (p[I1] * t_wzwsl - (q_1 * t_sqgls + loss_theta1 * t_xggug))
         - t_xips6 * t_julzq;
     const real t_kxapq = cos_phi2 * along_x[along_phi2];
     const real t_x4syx = p[l2] * t_kxapq;
@@ -909,22 +909,22 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_dhkjf = t_qil4n + t_sl4v2;
     const real t_t66ts = cos_phi2 * t_b67qm - w_x2 * t_zjnbg - (sin_phi2 * t_dhkjf + Wt2 * t_kxapq);
     const real t_o3tgg = t_poule + along_x[along_phi2_dot];
-    const real t_l4rht = q_2 * t_y5zog
+    const real t_pm7v4 = q_2 * t_y5zog
         + W12 * t_x4syx
         + (w_x2 * (lc_2 * t_poule - Wn2 * t_oukri) + t_2nvx4 * t_b67qm)
         - (t_nlamb * (p[l2] * t_t66ts) + t_e55su * (t_o3tgg + along_x[along_phi2_dot]));
     const real t_lon4y = p[eps2] * along_x[along_theta2_dot];
     const real t_hxrn3 = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_x4syx));
-    const real t_pibqw = th_2 * (p[I2] * t_l4rht - (q_2 * t_lon4y + loss_theta2 * t_x4syx))
+    const real t_7i4pa = th_2 * (p[I2] * t_pm7v4 - (q_2 * t_lon4y + loss_theta2 * t_x4syx))
         - t_vry6x * t_hxrn3;
-    const real t_ms5y3 = q_1 * t_yo2fs + F_n1 * t_xggug + (q_2 * t_pibqw + F_n2 * t_x4syx);
+    const real t_xsd5m = q_1 * t_k2ads + F_n1 * t_xggug + (q_2 * t_7i4pa + F_n2 * t_x4syx);
     const real t_o4leh = B_2 * t_kxapq;
     const real t_u3ycx = e2 * t_fjb5c;
     const real t_6m23g = cos_phi2 * t_dhkjf - Wt2 * t_zjnbg + (w_x2 * t_kxapq + sin_phi2 * t_b67qm);
-    const real t_rhz4o = B_2 * (t_c6dmt * t_t66ts + chi2 * t_6m23g - (w_x2 * t_dhkjf + Wt2 * t_b67qm));
+    const real t_mpkgb = B_2 * (t_c6dmt * t_t66ts + chi2 * t_6m23g - (w_x2 * t_dhkjf + Wt2 * t_b67qm));
     const real t_trbl5 = p[eps2] * along_x[along_phi2_dot];
-    const real t_mjyha = t_rhz4o + k2 * t_trbl5;
-    const real t_3gdrl = t_6fvzz * t_o4leh + Bs_2 * t_u3ycx + p[l2] * t_mjyha;
+    const real t_jvoyz = t_mpkgb + k2 * t_trbl5;
+    const real t_bmgvp = t_6fvzz * t_o4leh + Bs_2 * t_u3ycx + p[l2] * t_jvoyz;
     const real t_ihgv7 = p[I1] * along_x[along_theta1_dot];
     const real t_5vhzn = p[I2] * along_x[along_theta2_dot];
     const real t_sfymc = p[J_y] - p[J_z];
@@ -958,14 +958,14 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_p5pan = cos_phi2 * t_kxapq - sin_phi2 * t_zjnbg;
     const real t_djnlr = t_frp3h * t_lgafn;
     const real t_3sak4 = t_qp6he - (t_senbd * t_p5pan - t_nqm7d * t_djnlr);
-    const real t_u2cs3 = cz_theta1 * t_c4crv
+    const real t_entai = cz_theta1 * t_c4crv
         + t_l5slt * t_cfvsl
         - (t_7pydp * t_fl6ym + t_ob75p * t_kltib)
         + (cz_theta2 * t_vf7y7 + t_qy6do * t_3sak4);
     const real t_jp7tj = t_ez7bq * ((t_invly + t_invly) * t_bdpz7)
         - t_clci7 * t_sru7b
         + (t_gutx2 * ((t_claqt + t_claqt) * t_wtzx6) - t_tj77e * t_jhzf2);
-    const real t_odioz = t_u2cs3 * t_4v7es + f_v1_L31 * t_4v7es * t_jp7tj;
+    const real t_oqbcv = t_entai * t_4v7es + f_v1_L31 * t_4v7es * t_jp7tj;
     const real t_c2js2 = c[r2] * along_x[along_vz];
     const real t_embva = ax_eq * t_7c7m3;
     const real t_4v5pt = p[h1] * t_7c7m3;
@@ -974,18 +974,18 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_i4qup = t_yx2kz * t_vmayb;
     const real t_ulbst = t_qbejf * along_x[along_wx];
     const real t_shesw = t_amwyw * t_bdpz7 + t_invly * t_vszy4_2;
-    const real t_4fyni = p[m1] * (cos_phi1 * (sin_phi1 * (t_os4zj * t_iz7td) + t_kf34p * t_u3bis) - t_s3rhs * t_r477s);
+    const real t_x4qrh = p[m1] * (cos_phi1 * (sin_phi1 * (t_os4zj * t_iz7td) + t_kf34p * t_u3bis) - t_s3rhs * t_r477s);
     const real t_7wvpb = p[m1] * (x[wx] * (t_amwyw * (t_oc5tk * t_op2k2) + t_rayay * t_vszy4_2) + t_pfzlv * along_x[along_wx]);
     const real t_wziod = p[l1] * (x[wx] * (p[h1] * (cos_phi1 * t_vszy4_2 - t_amwyw * t_r477s)) + t_a22o5 * along_x[along_wx]);
     const real t_j5rwo = x[wx] * (x[theta1_dot] * (cos_phi1 * (t_oc5tk * t_u3bis) - t_nctjx * t_r477s) + t_etuep * along_x[along_theta1_dot]);
-    const real t_yp3hw = t_zmble
+    const real t_yb73m = t_zmble
         - (t_7eszt * t_4v5pt + t_azo52 * t_iz7td)
         - (t_k4dl5 * t_4v5pt + t_azo52 * ((Wn1 + Wn1) * t_jgoba))
         - (t_5jodw * (t_djbtf * along_x[along_theta1_dot]) + t_f5hf3 * t_i4qup)
         - (t_wube7 * t_i4qup + t_5jodw * t_ulbst)
         - (t_h5pol * (along_x[along_theta1_dot] + along_x[along_theta1_dot]) + t_djbtf * t_shesw)
         - (x[wx] * (t_yx2kz * t_vszy4_2) + t_3arbs * along_x[along_wx])
-        + t_4fyni
+        + t_x4qrh
         + t_7wvpb
         + p[m1] * t_wziod
         + p[m1] * (t_j5rwo + t_tuhjm * along_x[along_wx]);
@@ -995,61 +995,61 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_dhkjf_2 = t_sl4v2 + t_qil4n;
     const real t_4wlx4 = t_xtc5p * t_dhkjf_2;
     const real t_xdbta = t_claqt * t_dhkjf_2 + t_kmx3q * t_wtzx6;
-    const real t_4dt35 = p[m2] * (t_nfvux * (cos_phi2 * (sin_phi2 * t_4wlx4 + t_3chhy * t_kxapq) - t_dduhy * t_zjnbg));
+    const real t_mbolz = p[m2] * (t_nfvux * (cos_phi2 * (sin_phi2 * t_4wlx4 + t_3chhy * t_kxapq) - t_dduhy * t_zjnbg));
     const real t_q3uts = x[wx] * (t_nfvux * (t_4j4b3 * (t_dhkjf_2 + t_dhkjf_2) + t_xtc5p * t_lz6xq))
         + t_wu4dt * along_x[along_wx];
     const real t_kzqxx = p[l2] * (x[wx] * (p[h2] * (cos_phi2 * t_dhkjf_2 - t_kmx3q * t_zjnbg)) + t_dxdta * along_x[along_wx]);
     const real t_rw5xr = x[theta2_dot] * (t_nfvux * (cos_phi2 * (t_kxapq + t_kxapq) - t_6xmwt * t_zjnbg))
         + t_nlwqw * along_x[along_theta2_dot];
-    const real t_ioolb = t_trbl5
+    const real t_ftx33 = t_trbl5
         - (t_2t5uv * t_ulbst + t_wube7 * t_wvc67)
         - (t_3chhy * t_db6ea + t_svo5z * t_4wlx4)
         - (t_mkhlh * t_db6ea + t_svo5z * ((Wn2 + Wn2) * t_poule))
         - (t_2t5uv * (t_m5kd4 * along_x[along_theta2_dot]) + t_h6l62 * t_wvc67)
         - (t_imick * (along_x[along_theta2_dot] + along_x[along_theta2_dot]) + t_m5kd4 * t_xdbta)
         - (x[wx] * (t_frp3h * t_dhkjf_2) + t_itb3v * along_x[along_wx])
-        + t_4dt35
+        + t_mbolz
         + p[m2] * t_q3uts
         + p[m2] * t_kzqxx
         + p[m2] * (x[wx] * t_rw5xr + t_s5rvl * along_x[along_wx]);
     const real t_wfflj = x[theta1_dot] * t_bdpz7 + D_theta1 * along_x[along_theta1_dot];
     const real t_lxdz3 = along_x[along_phi1_dot] + along_x[along_phi1_dot];
     const real t_h4lc3 = t_j5odj * t_i4qup + t_5jodw * t_lxdz3;
-    const real t_orish = x[theta1_dot] * t_h4lc3 + Dd_theta1 * along_x[along_theta1_dot];
+    const real t_ik4hr = x[theta1_dot] * t_h4lc3 + Dd_theta1 * along_x[along_theta1_dot];
     const real t_kvhsz = x[wx] * t_jgoba + Wn1 * along_x[along_wx];
-    const real t_fbig7 = t_sqgls
+    const real t_3gzfu = t_sqgls
         + (t_ywy5z * t_4v5pt + t_azo52 * t_kvhsz)
         + (t_j5odj * t_shesw + t_h5pol * t_lxdz3)
         + (Wn1 * t_shesw + t_h5pol * t_jgoba)
-        + t_orish
+        + t_ik4hr
         - (t_ywy5z * t_i4qup + t_5jodw * t_kvhsz)
         - (x[wx] * t_h4lc3 + Dd_theta1 * along_x[along_wx]);
-    const real t_nqknz = Dd_theta1 * t_wfflj
+    const real t_b4url = Dd_theta1 * t_wfflj
         + t_iomfo * t_h4lc3
-        - (t_invly * t_orish + t_b7wcv * t_bdpz7 + (k_theta1 * t_bdpz7 + t_invly * t_fbig7));
+        - (t_invly * t_ik4hr + t_b7wcv * t_bdpz7 + (k_theta1 * t_bdpz7 + t_invly * t_3gzfu));
     const real t_n4gse = x[theta2_dot] * t_wtzx6 + D_theta2 * along_x[along_theta2_dot];
     const real t_cgwpv = along_x[along_phi2_dot] + along_x[along_phi2_dot];
     const real t_hxp7b = t_473qv * t_wvc67 + t_2t5uv * t_cgwpv;
-    const real t_lbugz = x[theta2_dot] * t_hxp7b + Dd_theta2 * along_x[along_theta2_dot];
+    const real t_y73si = x[theta2_dot] * t_hxp7b + Dd_theta2 * along_x[along_theta2_dot];
     const real t_wu62i = x[wx] * t_poule + Wn2 * along_x[along_wx];
-    const real t_pceg3 = t_lon4y
+    const real t_5vd4t = t_lon4y
         + (t_imick * t_poule + Wn2 * t_xdbta)
         + (t_nw7er * t_db6ea + t_svo5z * t_wu62i)
         + (t_473qv * t_xdbta + t_imick * t_cgwpv)
-        + t_lbugz
+        + t_y73si
         - (t_nw7er * t_wvc67 + t_2t5uv * t_wu62i)
         - (x[phi2_dot] * (t_qbejf * t_wvc67 + t_2t5uv * (along_x[along_wx] + along_x[along_wx])) + t_sf5f4 * along_x[along_phi2_dot]);
-    const real t_ddclx = Dd_theta2 * t_n4gse
+    const real t_y67kr = Dd_theta2 * t_n4gse
         + t_kyc32 * t_hxp7b
-        - (t_claqt * t_lbugz + t_putjj * t_wtzx6 + (k_theta2 * t_wtzx6 + t_claqt * t_pceg3));
-    const real t_6qzee = c[r3] * along_x[along_att1]
+        - (t_claqt * t_y73si + t_putjj * t_wtzx6 + (k_theta2 * t_wtzx6 + t_claqt * t_5vd4t));
+    const real t_ixvdt = c[r3] * along_x[along_att1]
         - (x[vy] * t_c2js2 + t_aqbxr * along_x[along_vy])
-        - t_mj52b * (p[I1] * t_embva + p[I1] * t_yp3hw)
-        - t_iecaz * (p[I2] * t_yjbzs + p[I2] * t_ioolb)
-        - (t_ez7bq * t_nqknz - t_j6adq * t_sru7b)
-        - (t_gutx2 * t_ddclx - t_32c47 * t_jhzf2)
+        - t_mj52b * (p[I1] * t_embva + p[I1] * t_yb73m)
+        - t_iecaz * (p[I2] * t_yjbzs + p[I2] * t_ftx33)
+        - (t_ez7bq * t_b4url - t_j6adq * t_sru7b)
+        - (t_gutx2 * t_y67kr - t_32c47 * t_jhzf2)
         + c[r1] * (x[vz] * along_x[along_vy] + x[vy] * along_x[along_vz]);
-    const real t_mfptm = c[w3] * along_x[along_wx] + t_6qzee;
+    const real t_vgaig = c[w3] * along_x[along_wx] + t_ixvdt;
     const real t_rbvs6 = c[r1] * along_x[along_vy];
     const real t_hxwfk = D1 * along_x[along_phi1_dot];
     const real t_u2zsv = t_5zfdh * t_gzco3 + cos_theta1 * t_zxk4s;
@@ -1058,9 +1058,9 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_a7q2w = gx_phi1 * t_7xloa + sin_theta1 * t_7c7m3;
     const real t_aedsl = p[h1] * t_a7q2w;
     const real t_bytc4 = t_o2gar * (x[theta1_dot] * t_s4xuw + t_qesxo * along_x[along_theta1_dot] - (x[phi1_dot] * t_aedsl + t_nmcsn * along_x[along_phi1_dot]));
-    const real t_4ilpc = cz_phi1 * t_embva
+    const real t_mbr3g = cz_phi1 * t_embva
         + t_5bilv * t_fl6ym
-        + (k_phi1 * t_fl6ym + cz_phi1 * t_yp3hw)
+        + (k_phi1 * t_fl6ym + cz_phi1 * t_yb73m)
         - (cdz_phi1 * t_hxwfk + t_bytc4);
     const real t_fd6ms = D2 * along_x[along_phi2_dot];
     const real t_xsgyo = cos_theta2 * t_5rcbb + t_p4m3j * t_lgafn;
@@ -1069,9 +1069,9 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_v355n = sin_theta2 * t_4pvzc + gx_phi2 * t_gzo6d;
     const real t_obpm2 = p[h2] * t_v355n;
     const real t_buwd5 = t_gifwv * (x[theta2_dot] * t_sv2vu + t_x5sl2 * along_x[along_theta2_dot] - (x[phi2_dot] * t_obpm2 + t_ikdxp * along_x[along_phi2_dot]));
-    const real t_bebq3 = cz_phi2 * t_yjbzs
+    const real t_nxdvk = cz_phi2 * t_yjbzs
         + t_4oupt * t_kltib
-        + (k_phi2 * t_kltib + cz_phi2 * t_ioolb)
+        + (k_phi2 * t_kltib + cz_phi2 * t_ftx33)
         - (cdz_phi2 * t_fd6ms + t_buwd5);
     const real t_vqjdh = (cos_phi1 + cos_phi1) * t_r477s;
     const real t_nw75d = t_bdhgv * t_op2k2
@@ -1080,9 +1080,9 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (t_4of2f * t_awdvc + t_bdhgv * t_vqjdh);
     const real t_eyr7u = t_aedsl - (t_4xxce * t_vmayb + t_a233z * t_q7d7y);
     const real t_b62ia = t_iomfo * (t_isre3 * along_x[along_phi1_dot] + x[phi1_dot] * t_nw75d - (x[theta1_dot] * t_eyr7u + cy_theta1 * along_x[along_theta1_dot]));
-    const real t_blbw4 = cz_theta1 * t_orish
+    const real t_y4ke5 = cz_theta1 * t_ik4hr
         + t_b7wcv * t_cfvsl
-        + (k_theta1 * t_cfvsl + cz_theta1 * t_fbig7)
+        + (k_theta1 * t_cfvsl + cz_theta1 * t_3gzfu)
         - (cdz_theta1 * t_wfflj + t_b62ia);
     const real t_vdi7b = (cos_phi2 + cos_phi2) * t_zjnbg;
     const real t_be7an = t_senbd * t_lz6xq
@@ -1091,78 +1091,78 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + (t_zozwp * t_djnlr + t_senbd * t_vdi7b);
     const real t_cs5vi = t_obpm2 - (t_nqm7d * t_77tlb + t_tb25v * t_p5pan);
     const real t_i2b7v = t_kyc32 * (t_v6y4o * along_x[along_phi2_dot] + x[phi2_dot] * t_be7an - (x[theta2_dot] * t_cs5vi + cy_theta2 * along_x[along_theta2_dot]));
-    const real t_ozicw = cz_theta2 * t_lbugz
+    const real t_mx62i = cz_theta2 * t_y73si
         + t_putjj * t_3sak4
-        + (k_theta2 * t_3sak4 + cz_theta2 * t_pceg3)
+        + (k_theta2 * t_3sak4 + cz_theta2 * t_5vd4t)
         - (cdz_theta2 * t_n4gse + t_i2b7v);
-    const real t_ijphr = c[r7] * along_x[along_att3]
+    const real t_bx65f = c[r7] * along_x[along_att3]
         - (x[vx] * t_rbvs6 + t_wij2f * along_x[along_vx])
-        - t_mj52b * t_4ilpc
-        - t_iecaz * t_bebq3
-        - (t_ez7bq * t_blbw4 - t_mzqhd * t_sru7b)
-        - (t_gutx2 * t_ozicw - t_rnwmg * t_jhzf2);
+        - t_mj52b * t_mbr3g
+        - t_iecaz * t_nxdvk
+        - (t_ez7bq * t_y4ke5 - t_mzqhd * t_sru7b)
+        - (t_gutx2 * t_mx62i - t_rnwmg * t_jhzf2);
     const real t_6ivd6 = t_7pydp * t_s4xuw
         + t_ob75p * t_sv2vu
         + (cy_theta1 * t_c4crv + t_l5slt * t_eyr7u)
         + (cy_theta2 * t_vf7y7 + t_qy6do * t_cs5vi);
-    const real t_sbvdk = cz_phi1 * (t_mj52b * t_s4xuw)
+    const real t_vxpqm = cz_phi1 * (t_mj52b * t_s4xuw)
         + t_jjmo5 * t_fl6ym
         + (cz_phi2 * (t_iecaz * t_sv2vu) + t_b3dii * t_kltib)
         - (cz_theta1 * (t_ez7bq * t_eyr7u - cy_theta1 * t_sru7b) + t_bvpt7 * t_cfvsl)
         - (cz_theta2 * (t_gutx2 * t_cs5vi - cy_theta2 * t_jhzf2) + t_lhj2f * t_3sak4)
-        - (f_v1_L31 * t_6ivd6 + f21_v1 * t_odioz);
-    const real t_o4pw4 = t_6ivd6 * t_4v7es + f_v1_L21 * t_4v7es * t_jp7tj;
-    const real t_s5qt6 = t_mj52b * ((t_qesxo + t_qesxo) * t_s4xuw)
+        - (f_v1_L31 * t_6ivd6 + f21_v1 * t_oqbcv);
+    const real t_djuog = t_6ivd6 * t_4v7es + f_v1_L21 * t_4v7es * t_jp7tj;
+    const real t_qqcoz = t_mj52b * ((t_qesxo + t_qesxo) * t_s4xuw)
         + t_iecaz * ((t_x5sl2 + t_x5sl2) * t_sv2vu)
         + (t_ez7bq * ((cy_theta1 + cy_theta1) * t_eyr7u) - t_2pj2n * t_sru7b)
         + (t_gutx2 * ((cy_theta2 + cy_theta2) * t_cs5vi) - t_2s2k3 * t_jhzf2)
-        + (f_v1_L21 * t_6ivd6 + f21_v1 * t_o4pw4);
-    const real t_f6iyn = t_sbvdk * t_omhw7 + f_v1_L32 * t_omhw7 * t_s5qt6;
-    const real t_w2l5l = t_o2gar * (x[phi1_dot] * t_ktymc + t_m5cmg * along_x[along_phi1_dot] + (x[theta1_dot] * t_fl6ym + cz_phi1 * along_x[along_theta1_dot]));
-    const real t_mbt52 = t_qesxo * t_embva
+        + (f_v1_L21 * t_6ivd6 + f21_v1 * t_djuog);
+    const real t_lrxyy = t_vxpqm * t_omhw7 + f_v1_L32 * t_omhw7 * t_qqcoz;
+    const real t_qvcm6 = t_o2gar * (x[phi1_dot] * t_ktymc + t_m5cmg * along_x[along_phi1_dot] + (x[theta1_dot] * t_fl6ym + cz_phi1 * along_x[along_theta1_dot]));
+    const real t_45b4o = t_qesxo * t_embva
         + t_5bilv * t_s4xuw
-        + (k_phi1 * t_s4xuw + t_qesxo * t_yp3hw)
-        + (cdy_phi1 * t_hxwfk + t_w2l5l);
-    const real t_c6ukd = t_gifwv * (x[theta2_dot] * t_kltib + cz_phi2 * along_x[along_theta2_dot] + (x[phi2_dot] * t_qp6he + t_gidtm * along_x[along_phi2_dot]));
-    const real t_hfmuo = t_x5sl2 * t_yjbzs
+        + (k_phi1 * t_s4xuw + t_qesxo * t_yb73m)
+        + (cdy_phi1 * t_hxwfk + t_qvcm6);
+    const real t_x2rp7 = t_gifwv * (x[theta2_dot] * t_kltib + cz_phi2 * along_x[along_theta2_dot] + (x[phi2_dot] * t_qp6he + t_gidtm * along_x[along_phi2_dot]));
+    const real t_44yg6 = t_x5sl2 * t_yjbzs
         + t_4oupt * t_sv2vu
-        + (k_phi2 * t_sv2vu + t_x5sl2 * t_ioolb)
-        + (cdy_phi2 * t_fd6ms + t_c6ukd);
+        + (k_phi2 * t_sv2vu + t_x5sl2 * t_ftx33)
+        + (cdy_phi2 * t_fd6ms + t_x2rp7);
     const real t_f7tuk = t_maya6
         + (t_4xxce * t_op2k2 + t_3qva5 * t_q7d7y)
         - (t_4of2f * t_q7d7y - t_4xxce * t_vqjdh);
-    const real t_aefyv = t_iomfo * (x[theta1_dot] * t_cfvsl + t_uyufu * along_x[along_theta1_dot] + (t_bfz2n * along_x[along_phi1_dot] + x[phi1_dot] * t_f7tuk));
-    const real t_bnyqn = cy_theta1 * t_orish
+    const real t_h5o43 = t_iomfo * (x[theta1_dot] * t_cfvsl + t_uyufu * along_x[along_theta1_dot] + (t_bfz2n * along_x[along_phi1_dot] + x[phi1_dot] * t_f7tuk));
+    const real t_sau6m = cy_theta1 * t_ik4hr
         + t_b7wcv * t_eyr7u
-        + (k_theta1 * t_eyr7u + cy_theta1 * t_fbig7)
-        - (cdy_theta1 * t_wfflj + t_aefyv);
+        + (k_theta1 * t_eyr7u + cy_theta1 * t_3gzfu)
+        - (cdy_theta1 * t_wfflj + t_h5o43);
     const real t_ags5z = t_7dywq
         + (t_4j4b3 * t_77tlb + t_tb25v * t_lz6xq)
         - (t_zozwp * t_77tlb - t_tb25v * t_vdi7b);
-    const real t_ozmj4 = t_kyc32 * (x[theta2_dot] * t_3sak4 + t_3o3n4 * along_x[along_theta2_dot] + (t_zosjn * along_x[along_phi2_dot] + x[phi2_dot] * t_ags5z));
-    const real t_7nmbe = cy_theta2 * t_lbugz
+    const real t_fso57 = t_kyc32 * (x[theta2_dot] * t_3sak4 + t_3o3n4 * along_x[along_theta2_dot] + (t_zosjn * along_x[along_phi2_dot] + x[phi2_dot] * t_ags5z));
+    const real t_q3sih = cy_theta2 * t_y73si
         + t_putjj * t_cs5vi
-        + (k_theta2 * t_cs5vi + cy_theta2 * t_pceg3)
-        - (cdy_theta2 * t_n4gse + t_ozmj4);
-    const real t_4h6gg = c[r5] * along_x[along_att2]
-        + t_mj52b * t_mbt52
-        + t_iecaz * t_hfmuo
-        - (t_ez7bq * t_bnyqn - t_yyv5s * t_sru7b)
-        - (t_gutx2 * t_7nmbe - t_5rh6g * t_jhzf2)
+        + (k_theta2 * t_cs5vi + cy_theta2 * t_5vd4t)
+        - (cdy_theta2 * t_n4gse + t_fso57);
+    const real t_ur22l = c[r5] * along_x[along_att2]
+        + t_mj52b * t_45b4o
+        + t_iecaz * t_44yg6
+        - (t_ez7bq * t_sau6m - t_yyv5s * t_sru7b)
+        - (t_gutx2 * t_q3sih - t_5rh6g * t_jhzf2)
         + c[r2] * (x[vz] * along_x[along_vx] + x[vx] * along_x[along_vz]);
-    const real t_m3ulh = t_u5ggi * t_o4pw4 + f_v1_L21 * t_mfptm - (c[w4] * along_x[along_wy] + t_4h6gg);
-    const real t_yc6p4 = t_u5ggi * t_odioz
-        + f_v1_L31 * t_mfptm
-        - (c[w5] * along_x[along_wz] + t_ijphr)
-        - (u_v1_y2 * t_f6iyn + f_v1_L32 * t_m3ulh);
-    const real t_usb7h = t_mj52b * ((cz_phi1 + cz_phi1) * t_fl6ym)
+    const real t_sd63l = t_u5ggi * t_djuog + f_v1_L21 * t_vgaig - (c[w4] * along_x[along_wy] + t_ur22l);
+    const real t_jp5kl = t_u5ggi * t_oqbcv
+        + f_v1_L31 * t_vgaig
+        - (c[w5] * along_x[along_wz] + t_bx65f)
+        - (u_v1_y2 * t_lrxyy + f_v1_L32 * t_sd63l);
+    const real t_5szd6 = t_mj52b * ((cz_phi1 + cz_phi1) * t_fl6ym)
         + t_iecaz * ((cz_phi2 + cz_phi2) * t_kltib)
         + (t_ez7bq * ((cz_theta1 + cz_theta1) * t_cfvsl) - t_cvscp * t_sru7b)
         + (t_gutx2 * ((cz_theta2 + cz_theta2) * t_3sak4) - t_m4efx * t_jhzf2)
-        + (f_v1_L32 * t_sbvdk + t_g2uww * t_f6iyn)
-        + (f_v1_L31 * t_u2cs3 + f31_v1 * t_odioz);
-    const real t_anqkj = t_yc6p4 * t_qqmqs + u_v1_x3 * t_qqmqs * t_usb7h;
-    const real t_x6ahw = t_y5zog + t_anqkj;
+        + (f_v1_L32 * t_vxpqm + t_g2uww * t_lrxyy)
+        + (f_v1_L31 * t_entai + f31_v1 * t_oqbcv);
+    const real t_6uplf = t_jp5kl * t_qqmqs + u_v1_x3 * t_qqmqs * t_5szd6;
+    const real t_wcvsx = t_y5zog + t_6uplf;
     const real t_vltvw = p[I1] * t_julzq;
     const real t_6ik5d = wth_1 * t_xggug - q_1 * t_vltvw;
     const real t_zmcd5 = p[I2] * t_hxrn3;
@@ -1178,18 +1178,18 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_5kwcz = e1 * t_lp2tr;
     const real t_wz5xx = B_2 * t_zjnbg;
     const real t_ltgig = e2 * t_wz5xx;
-    const real t_wwr2t = t_lmeqo
+    const real t_w6xbp = t_lmeqo
         - t_6b5j3
         - t_jvp6q
         + (sin_theta1 * t_5kwcz + t_nncdg * t_7xloa)
         + (sin_theta2 * t_ltgig + t_4q22j * t_gzo6d);
     const real t_d5jt4 = x[wz] * along_x[along_wx] + x[wx] * along_x[along_wz];
-    const real t_6ogze = t_m3ulh * t_omhw7
-        + t_33aeq * t_omhw7 * t_s5qt6
-        - (u_v1_x3 * t_f6iyn + f_v1_L32 * t_anqkj);
-    const real t_wikbx = t_d5jt4 - t_6ogze;
+    const real t_hdiwi = t_sd63l * t_omhw7
+        + t_33aeq * t_omhw7 * t_qqcoz
+        - (u_v1_x3 * t_lrxyy + f_v1_L32 * t_6uplf);
+    const real t_ghylr = t_d5jt4 - t_hdiwi;
     const real t_7wvhi = wqg_1 * t_7xloa + sin_theta1 * t_uvki3 + (wqg_2 * t_gzo6d + sin_theta2 * t_4houv);
-    const real t_jwsyt = t_7wvhi
+    const real t_7oln4 = t_7wvhi
         + (cos_theta1 * t_5kwcz - t_nncdg * t_gzco3)
         + (cos_theta2 * t_ltgig - t_4q22j * t_lgafn);
     const mask m_algzm = LT(t_a36gr, K(0.0));
@@ -1199,13 +1199,13 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const mask m_gp3h6 = LE(K(0.0), t_a36gr);
     const real t_d5n4u = NUM(m_gp3h6);
     const mask m_x7kv3 = LE(t_a36gr, K(0.0));
-    const real t_y3u2j = t_mfptm * t_4v7es
+    const real t_6ciek = t_vgaig * t_4v7es
         + t_5pxhn * t_4v7es * t_jp7tj
-        + (u_v1_x2 * t_o4pw4 + f_v1_L21 * t_6ogze)
-        + (u_v1_x3 * t_odioz + f_v1_L31 * t_anqkj);
-    const real t_5szcm = mv1 * (cos_phi1 * t_vbqwh - t_w7vil * t_r477s)
+        + (u_v1_x2 * t_djuog + f_v1_L21 * t_hdiwi)
+        + (u_v1_x3 * t_oqbcv + f_v1_L31 * t_6uplf);
+    const real t_gfahp = mv1 * (cos_phi1 * t_vbqwh - t_w7vil * t_r477s)
         - t_6nwd2 * ((t_qm5gj + t_qm5gj) * t_vzus7 + (p1 + p1) * t_j5ton);
-    const real t_nfsod = mv2 * (cos_phi2 * t_u3ycx - t_6fvzz * t_zjnbg)
+    const real t_b63u5 = mv2 * (cos_phi2 * t_u3ycx - t_6fvzz * t_zjnbg)
         - t_popww * ((t_c6dmt + t_c6dmt) * t_6m23g + (p2 + p2) * t_o3tgg);
     const real t_g3x7g = mv1 * t_u3bis;
     const real t_m4i63 = cos_phi1 * t_g3x7g - As_1 * t_r477s;
@@ -1216,58 +1216,58 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_j3w63 = sin_theta1 * t_rhxsn + t_ev7u5 * t_7xloa + (sin_theta2 * t_5tipn + t_bvybx * t_gzo6d);
     const real t_bnzmj = cos_theta1 * t_rhxsn - t_ev7u5 * t_gzco3 + (cos_theta2 * t_5tipn - t_bvybx * t_lgafn);
     const real t_ql2ju = sin_theta1 * t_m4i63 + Asc_1 * t_7xloa + (sin_theta2 * t_aqus5 + Asc_2 * t_gzo6d);
-    const real t_kikzj = p[I1] * along_x[along_wx]
+    const real t_xbmxw = p[I1] * along_x[along_wx]
         - (x[wy] * t_s4xuw + t_qesxo * along_x[along_wy])
         + (x[wz] * t_fl6ym + cz_phi1 * along_x[along_wz])
         + t_hxwfk;
-    const real t_ktlnx = t_mj52b * t_kikzj;
-    const real t_iyy4f = p[I2] * along_x[along_wx]
+    const real t_ktlnx = t_mj52b * t_xbmxw;
+    const real t_emfol = p[I2] * along_x[along_wx]
         - (x[wy] * t_sv2vu + t_x5sl2 * along_x[along_wy])
         + (x[wz] * t_kltib + cz_phi2 * along_x[along_wz])
         + t_fd6ms;
-    const real t_wqfmc = t_iecaz * t_iyy4f;
-    const real t_wl446 = x[wy] * t_eyr7u
+    const real t_wqfmc = t_iecaz * t_emfol;
+    const real t_dwqj7 = x[wy] * t_eyr7u
         + cy_theta1 * along_x[along_wy]
         - (x[wx] * t_bdpz7 + t_invly * along_x[along_wx])
         + (x[wz] * t_cfvsl + cz_theta1 * along_x[along_wz])
         + t_wfflj;
-    const real t_dozbm = t_ez7bq * t_wl446 - t_qslek * t_sru7b;
-    const real t_modjl = x[wy] * t_cs5vi
+    const real t_qanmz = t_ez7bq * t_dwqj7 - t_qslek * t_sru7b;
+    const real t_4ig3w = x[wy] * t_cs5vi
         + cy_theta2 * along_x[along_wy]
         - (x[wx] * t_wtzx6 + t_claqt * along_x[along_wx])
         + (x[wz] * t_3sak4 + cz_theta2 * along_x[along_wz])
         + t_n4gse;
-    const real t_oy2vl = t_gutx2 * t_modjl - t_v4uw7 * t_jhzf2;
-    const real t_nfeku = t_rbvs6
+    const real t_hucip = t_gutx2 * t_4ig3w - t_v4uw7 * t_jhzf2;
+    const real t_klz2f = t_rbvs6
         - (gy_phi1 * t_ktlnx + t_3c5in * t_pykcz)
         - (gy_phi2 * t_wqfmc + t_ohb73 * t_i3r44)
-        - (gy_theta1 * t_dozbm + t_gviyw * t_s4yep)
-        - (gy_theta2 * t_oy2vl + t_pbnsi * t_lufaa);
-    const real t_dnils = x_C * t_x6ahw - c[w1] * t_nfeku;
+        - (gy_theta1 * t_qanmz + t_gviyw * t_s4yep)
+        - (gy_theta2 * t_hucip + t_pbnsi * t_lufaa);
+    const real t_fvc32 = x_C * t_wcvsx - c[w1] * t_klz2f;
     const real t_thmu4 = cos_theta1 * t_m4i63 - Asc_1 * t_gzco3 + (cos_theta2 * t_aqus5 - Asc_2 * t_lgafn);
-    const real t_7xy7u = t_c2js2
+    const real t_ofptl = t_c2js2
         - (gz_phi1 * t_ktlnx - t_3c5in * t_u2zsv)
         - (gz_phi2 * t_wqfmc - t_ohb73 * t_xsgyo)
-        + (t_tpms2 * t_dozbm + t_gviyw * t_a7q2w)
-        + (t_h3pge * t_oy2vl + t_pbnsi * t_v355n);
-    const real t_khkcl = x_C * t_wikbx - c[w2] * t_7xy7u;
-    const real t_h3qbz = sin_phi1 * t_ilqsp
+        + (t_tpms2 * t_qanmz + t_gviyw * t_a7q2w)
+        + (t_h3pge * t_hucip + t_pbnsi * t_v355n);
+    const real t_k5zfi = x_C * t_ghylr - c[w2] * t_ofptl;
+    const real t_no2a5 = sin_phi1 * t_vkd6n
         + t_7imwe * t_u3bis
-        + (sin_phi2 * t_mjyha + t_4b2fa * t_kxapq)
-        + (cos_phi1 * t_5szcm - tension1 * t_r477s)
-        + (cos_phi2 * t_nfsod - tension2 * t_zjnbg)
-        + (t_6mmeb * t_x6ahw + G2_v1 * t_j3w63)
-        + (t_bl4f2 * t_wikbx + G3_v1 * t_bnzmj)
-        + (a2_v1 * t_ql2ju + t_b3aij * t_dnils)
-        + (a3_v1 * t_thmu4 + t_zzymx * t_khkcl);
-    const real t_xxmkn = t_dyqoa * t_fm43t + t_2m245 * t_y3u2j - t_h3qbz;
+        + (sin_phi2 * t_jvoyz + t_4b2fa * t_kxapq)
+        + (cos_phi1 * t_gfahp - tension1 * t_r477s)
+        + (cos_phi2 * t_b63u5 - tension2 * t_zjnbg)
+        + (t_6mmeb * t_wcvsx + G2_v1 * t_j3w63)
+        + (t_bl4f2 * t_ghylr + G3_v1 * t_bnzmj)
+        + (a2_v1 * t_ql2ju + t_b3aij * t_fvc32)
+        + (a3_v1 * t_thmu4 + t_zzymx * t_k5zfi);
+    const real t_e3etd = t_dyqoa * t_fm43t + t_2m245 * t_6ciek - t_no2a5;
     const real t_4mgnc = sin_phi1 * t_g3x7g + As_1 * t_u3bis;
     const real t_tys73 = sin_phi2 * t_oz7ag + As_2 * t_kxapq;
     const real t_oqb2a = t_4mgnc + t_tys73;
-    const real t_o4hgj = cos_theta1 * t_yo2fs - F_n1 * t_gzco3;
-    const real t_2c2vm = cos_theta2 * t_pibqw - F_n2 * t_lgafn;
-    const real t_45ch3 = tension1 * t_u3bis + sin_phi1 * t_5szcm - (cos_phi1 * t_ilqsp - t_7imwe * t_r477s);
-    const real t_eoiwa = tension2 * t_kxapq + sin_phi2 * t_nfsod - (cos_phi2 * t_mjyha - t_4b2fa * t_zjnbg);
+    const real t_i6ply = cos_theta1 * t_k2ads - F_n1 * t_gzco3;
+    const real t_jlula = cos_theta2 * t_7i4pa - F_n2 * t_lgafn;
+    const real t_3upj6 = tension1 * t_u3bis + sin_phi1 * t_gfahp - (cos_phi1 * t_vkd6n - t_7imwe * t_r477s);
+    const real t_cv7qx = tension2 * t_kxapq + sin_phi2 * t_b63u5 - (cos_phi2 * t_jvoyz - t_4b2fa * t_zjnbg);
     const real t_c23o2 = (sin_theta1 + sin_theta1) * t_7xloa;
     const real t_jkn3n = e1 * t_4mgnc;
     const real t_33ras = t_lp2tr + t_jkn3n;
@@ -1279,7 +1279,7 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_ke3mq = t_65obb * t_c23o2 + S_sq1 * t_4ee66 + (t_yoiua * t_vfytj + S_sq2 * t_ldkuf);
     const real t_ow2yt = cos_theta1 * t_6ik5d - wq_1 * t_gzco3;
     const real t_andwa = cos_theta2 * t_plooz - wq_2 * t_lgafn;
-    const real t_fp72e = t_p7wdd + t_v5uuq - t_ke3mq - t_ow2yt - t_andwa;
+    const real t_g3iw3 = t_p7wdd + t_v5uuq - t_ke3mq - t_ow2yt - t_andwa;
     const real t_bgfqx = cos_theta1 * t_7xloa - sin_theta1 * t_gzco3;
     const real t_f3p5c = cos_theta2 * t_gzo6d - sin_theta2 * t_lgafn;
     const real t_7muol = t_65obb * t_bgfqx + SC1 * t_4ee66 + (t_yoiua * t_f3p5c + SC2 * t_ldkuf);
@@ -1293,47 +1293,47 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
         + t_andwa
         + (Bc_1 * t_7xloa - sin_theta1 * t_lp2tr)
         + (Bc_2 * t_gzo6d - sin_theta2 * t_wz5xx);
-    const real t_wjn4a = t_o4hgj
-        + t_2c2vm
-        + (sin_theta1 * t_45ch3 + F_t1 * t_7xloa)
-        + (sin_theta2 * t_eoiwa + F_t2 * t_gzo6d)
-        + (K52 * t_x6ahw + G2_v1 * t_fp72e)
-        - (t_hjmgb * t_wikbx + G3_v1 * t_7muol)
-        + (a2_v1 * t_4m3lc + K22 * t_dnils)
-        + (a3_v1 * t_mfl7i + K32 * t_khkcl)
-        + (t_dyqoa * t_nnisg + t_yz7e5 * t_y3u2j);
-    const real t_sfe3n = sin_theta1 * t_yo2fs + F_n1 * t_7xloa;
-    const real t_xjgds = sin_theta2 * t_pibqw + F_n2 * t_gzo6d;
+    const real t_b6crz = t_i6ply
+        + t_jlula
+        + (sin_theta1 * t_3upj6 + F_t1 * t_7xloa)
+        + (sin_theta2 * t_cv7qx + F_t2 * t_gzo6d)
+        + (K52 * t_wcvsx + G2_v1 * t_g3iw3)
+        - (t_hjmgb * t_ghylr + G3_v1 * t_7muol)
+        + (a2_v1 * t_4m3lc + K22 * t_fvc32)
+        + (a3_v1 * t_mfl7i + K32 * t_k5zfi)
+        + (t_dyqoa * t_nnisg + t_yz7e5 * t_6ciek);
+    const real t_5er3o = sin_theta1 * t_k2ads + F_n1 * t_7xloa;
+    const real t_dw3xg = sin_theta2 * t_7i4pa + F_n2 * t_gzo6d;
     const real t_yuwss = wq_1 * t_7xloa + sin_theta1 * t_6ik5d;
     const real t_vivay = wq_2 * t_gzo6d + sin_theta2 * t_plooz;
-    const real t_by5gj = t_yuwss - t_7muol + t_vivay;
-    const real t_ytsdc = t_ke3mq + (t_33ras + t_newbu);
+    const real t_kthc6 = t_yuwss - t_7muol + t_vivay;
+    const real t_oaetb = t_ke3mq + (t_33ras + t_newbu);
     const real t_d52nt = t_oqb2a - t_d7jey - t_qxmxx;
     const real t_lso4x = t_yuwss
         + t_vivay
         + (cos_theta1 * t_lp2tr + Bc_1 * t_gzco3)
         + (cos_theta2 * t_wz5xx + Bc_2 * t_lgafn);
-    const real t_jyfge = cos_theta1 * t_45ch3
+    const real t_zge7x = cos_theta1 * t_3upj6
         - F_t1 * t_gzco3
-        - (t_sfe3n + t_xjgds)
-        + (cos_theta2 * t_eoiwa - F_t2 * t_lgafn)
-        + (K53 * t_x6ahw + G2_v1 * t_by5gj)
-        + (K63 * t_wikbx + G3_v1 * t_ytsdc)
-        + (a2_v1 * t_mfl7i + K32 * t_dnils)
-        + (a3_v1 * t_d52nt + K33 * t_khkcl)
-        - (t_dyqoa * t_lso4x + K43 * t_y3u2j);
-    const real t_vt3ym = K11 * t_xxmkn
+        - (t_5er3o + t_dw3xg)
+        + (cos_theta2 * t_cv7qx - F_t2 * t_lgafn)
+        + (K53 * t_wcvsx + G2_v1 * t_kthc6)
+        + (K63 * t_ghylr + G3_v1 * t_oaetb)
+        + (a2_v1 * t_mfl7i + K32 * t_fvc32)
+        + (a3_v1 * t_d52nt + K33 * t_k5zfi)
+        - (t_dyqoa * t_lso4x + K43 * t_6ciek);
+    const real t_u2wn2 = K11 * t_e3etd
         - q1_v1 * t_oqb2a
-        - (q2_v1 * t_ql2ju + t_b3aij * t_wjn4a)
-        - (q3_v1 * t_thmu4 + t_zzymx * t_jyfge);
+        - (q2_v1 * t_ql2ju + t_b3aij * t_b6crz)
+        - (q3_v1 * t_thmu4 + t_zzymx * t_zge7x);
     const real t_ypv7w = (t_b3aij + t_b3aij) * t_ql2ju
         - (K11 + K11) * t_oqb2a
         + (t_zzymx + t_zzymx) * t_thmu4;
-    const real t_d6d7l = (q1_v1 + q1_v1) * t_xxmkn
-        + (q2_v1 + q2_v1) * t_wjn4a
-        + (q3_v1 + q3_v1) * t_jyfge;
-    const real t_zg3tx = t_d5n4u / (NUM(m_x7kv3) + t_d5n4u) * ((Pq_v1 + Pq_v1) * t_vt3ym - (t_5a4ay * t_ypv7w + PP_v1 * t_d6d7l));
-    const real t_f6h6t = (SELECT0(m_il3ht, t_zg3tx / (root_v1 + root_v1)) - t_vt3ym) * t_phv5x
+    const real t_f4nfz = (q1_v1 + q1_v1) * t_e3etd
+        + (q2_v1 + q2_v1) * t_b6crz
+        + (q3_v1 + q3_v1) * t_zge7x;
+    const real t_czjys = t_d5n4u / (NUM(m_x7kv3) + t_d5n4u) * ((Pq_v1 + Pq_v1) * t_u2wn2 - (t_5a4ay * t_ypv7w + PP_v1 * t_f4nfz));
+    const real t_efapm = (SELECT0(m_il3ht, t_czjys / (root_v1 + root_v1)) - t_u2wn2) * t_phv5x
         - t_fa67e * t_phv5x * t_ypv7w;
     const mask m_6nbzc = LT(t_gagpi, K(-1.0));
     const mask m_ja2dp = LT(K(-1.0), t_gagpi);
@@ -1341,103 +1341,103 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const mask m_xab3y = AND(m_ja2dp, m_pawag);
     const mask m_35nsk = OR(m_6nbzc, m_xab3y);
     const mask m_donrk = OR(m_35nsk, m_pawag);
-    const real t_36jbi = q2_v1 - t_b3aij * t_fa67e;
-    const real t_axo3w = t_36jbi * t_y7rm6;
+    const real t_ee3eg = q2_v1 - t_b3aij * t_fa67e;
+    const real t_axo3w = t_ee3eg * t_y7rm6;
     const real t_4mbl2 = mv_min(SPLAT(K(1.0)), t_axo3w);
-    const real t_d7kak = mv_max(SPLAT(K(-1.0)), t_4mbl2);
-    const real t_7g2cn = SELECT(m_donrk, delta2_v1, mv_asin(t_d7kak));
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_4mbl2);
+    const real t_7g2cn = SELECT(m_donrk, delta2_v1, mv_asin(t_dmbry));
     real sin_t_7g2cn, cos_t_7g2cn; mv_sincos(t_7g2cn, &sin_t_7g2cn, &cos_t_7g2cn);
     const real t_p34e2 = p[F] * cos_t_7g2cn;
     const mask m_jskbz = LT(t_zl7wy, K(-1.0));
     const mask m_7hrvn = LT(K(-1.0), t_zl7wy);
     const mask m_livv6 = LT(K(1.0), t_tp232);
-    const mask m_xndkk = AND(m_7hrvn, m_livv6);
-    const mask m_abcv6 = OR(m_jskbz, m_xndkk);
-    const mask m_2pj4u = OR(m_abcv6, m_livv6);
-    const real t_3x2zs = q3_v1 - t_zzymx * t_fa67e;
-    const real t_v4pjv = mv_sqrt(K(1.0) - t_d7kak * t_d7kak);
+    const mask m_hjhpt = AND(m_7hrvn, m_livv6);
+    const mask m_xrwwu = OR(m_jskbz, m_hjhpt);
+    const mask m_2pj4u = OR(m_xrwwu, m_livv6);
+    const real t_nsi7k = q3_v1 - t_zzymx * t_fa67e;
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
     const real t_mflm3 = SELECT(m_donrk, cos_d2_v1, t_v4pjv);
     const real t_yk7ex = K(1.0) / mv_max(SPLAT(K(1e-09)), t_mflm3);
-    const real t_wk2ya = t_3x2zs * t_y7rm6 * t_yk7ex;
+    const real t_wk2ya = t_nsi7k * t_y7rm6 * t_yk7ex;
     const real t_wvfy4 = -t_wk2ya;
-    const real t_2rhon = mv_min(SPLAT(K(1.0)), t_wvfy4);
-    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_2rhon);
-    const real t_nxflg = SELECT(m_2pj4u, delta1_v1, mv_asin(t_xb3pe));
-    real sin_t_nxflg, cos_t_nxflg; mv_sincos(t_nxflg, &sin_t_nxflg, &cos_t_nxflg);
-    const real t_6onno = t_p34e2 * cos_t_nxflg - (q1_v1 + K11 * t_fa67e);
-    const real t_5jrem = t_6onno * t_bpfoo;
-    const real t_3s6wr = p[F] * sin_t_7g2cn - t_36jbi + t_w7lcw * t_6onno;
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_wvfy4);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const real t_finmd = SELECT(m_2pj4u, delta1_v1, mv_asin(t_xb3pe));
+    real sin_t_finmd, cos_t_finmd; mv_sincos(t_finmd, &sin_t_finmd, &cos_t_finmd);
+    const real t_ron5c = t_p34e2 * cos_t_finmd - (q1_v1 + K11 * t_fa67e);
+    const real t_5jrem = t_ron5c * t_bpfoo;
+    const real t_3s6wr = p[F] * sin_t_7g2cn - t_ee3eg + t_w7lcw * t_ron5c;
     const real t_kag24 = t_3s6wr * t_4iujv;
     const real t_zmh3u = K(1.0) / K_D3;
-    const real t_74try = (t_3go2w * t_6onno - (t_p34e2 * sin_t_nxflg + t_3x2zs) - K_L32 * t_3s6wr) * t_zmh3u;
-    const real t_mdis7 = t_kag24 - K_L32 * t_74try;
-    const real t_wlcht = t_5jrem + t_w7lcw * t_mdis7 + t_3go2w * t_74try;
+    const real t_74try = (t_3go2w * t_ron5c - (t_p34e2 * sin_t_finmd + t_nsi7k) - K_L32 * t_3s6wr) * t_zmh3u;
+    const real t_k6yvx = t_kag24 - K_L32 * t_74try;
+    const real t_su3za = t_5jrem + t_w7lcw * t_k6yvx + t_3go2w * t_74try;
     const mask m_el4yy = NOT(m_donrk);
-    const mask m_e6wle = LE(K(-1.0), t_4mbl2);
-    const real t_wzftv = NUM(m_e6wle);
-    const mask m_5zv3r = LE(t_4mbl2, K(-1.0));
+    const mask m_ieiia = LE(K(-1.0), t_4mbl2);
+    const real t_wzftv = NUM(m_ieiia);
+    const mask m_hnocs = LE(t_4mbl2, K(-1.0));
     const mask m_mn6wz = LE(t_axo3w, K(1.0));
-    const real t_wonx2 = NUM(m_mn6wz);
+    const real t_hkwhb = NUM(m_mn6wz);
     const mask m_li3iy = LE(K(1.0), t_axo3w);
-    const real t_ayn33 = t_wjn4a - (t_fa67e * t_ql2ju + t_b3aij * t_f6h6t);
-    const real t_5gzh6 = t_wzftv / (NUM(m_5zv3r) + t_wzftv) * (t_wonx2 / (NUM(m_li3iy) + t_wonx2) * (t_ayn33 * t_y7rm6));
-    const real t_fky5u = t_5gzh6 / t_v4pjv;
-    const real t_remos = p[F] * (sin_t_7g2cn * t_fky5u);
-    const mask m_trmto = NOT(m_2pj4u);
-    const mask m_wzftv = LE(K(-1.0), t_2rhon);
-    const real t_csxgz = NUM(m_wzftv);
-    const mask m_ov2v5 = LE(t_2rhon, K(-1.0));
-    const mask m_x3pho = LE(t_wvfy4, K(1.0));
-    const real t_nowqj = NUM(m_x3pho);
-    const mask m_4j7wc = LE(K(1.0), t_wvfy4);
-    const real t_mg6xh = t_jyfge - (t_fa67e * t_thmu4 + t_zzymx * t_f6h6t);
+    const real t_c3msw = t_b6crz - (t_fa67e * t_ql2ju + t_b3aij * t_efapm);
+    const real t_u4pql = t_wzftv / (NUM(m_hnocs) + t_wzftv) * (t_hkwhb / (NUM(m_li3iy) + t_hkwhb) * (t_c3msw * t_y7rm6));
+    const real t_4tqvz = t_u4pql / t_v4pjv;
+    const real t_r6owk = p[F] * (sin_t_7g2cn * t_4tqvz);
+    const mask m_uklky = NOT(m_2pj4u);
+    const mask m_wzftv = LE(K(-1.0), t_ltztq);
+    const real t_wzftv_2 = NUM(m_wzftv);
+    const mask m_ov2v5 = LE(t_ltztq, K(-1.0));
+    const mask m_n24ux = LE(t_wvfy4, K(1.0));
+    const real t_nowqj = NUM(m_n24ux);
+    const mask m_lq75g = LE(K(1.0), t_wvfy4);
+    const real t_dvo32 = t_zge7x - (t_fa67e * t_thmu4 + t_zzymx * t_efapm);
     const mask m_w4h4n = LE(K(1e-09), t_mflm3);
     const real t_e4e7t = NUM(m_w4h4n);
     const mask m_ywlft = LE(t_mflm3, K(1e-09));
-    const real t_u3m44 = t_wk2ya * t_yk7ex * (t_e4e7t / (NUM(m_ywlft) + t_e4e7t) * ((t_d7kak + t_d7kak) * t_5gzh6 / (t_v4pjv + t_v4pjv)));
-    const real t_jhylk = t_csxgz / (NUM(m_ov2v5) + t_csxgz) * (t_nowqj / (NUM(m_4j7wc) + t_nowqj) * (t_mg6xh * t_y7rm6 * t_yk7ex + SELECT0(m_el4yy, t_u3m44)));
-    const real t_ekk4h = t_jhylk / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
-    const real t_arh7g = SELECT0(m_el4yy, -(cos_t_nxflg * t_remos))
-        + SELECT0(m_trmto, t_p34e2 * (sin_t_nxflg * t_ekk4h))
-        - (t_xxmkn + (K11 * t_f6h6t - t_fa67e * t_oqb2a));
+    const real t_lnl2k = t_wk2ya * t_yk7ex * (t_e4e7t / (NUM(m_ywlft) + t_e4e7t) * ((t_dmbry + t_dmbry) * t_u4pql / (t_v4pjv + t_v4pjv)));
+    const real t_asxkh = t_wzftv_2 / (NUM(m_ov2v5) + t_wzftv_2) * (t_nowqj / (NUM(m_lq75g) + t_nowqj) * (t_dvo32 * t_y7rm6 * t_yk7ex + SELECT0(m_el4yy, t_lnl2k)));
+    const real t_x4qmc = t_asxkh / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
+    const real t_vykhz = SELECT0(m_el4yy, -(cos_t_finmd * t_r6owk))
+        + SELECT0(m_uklky, t_p34e2 * (sin_t_finmd * t_x4qmc))
+        - (t_e3etd + (K11 * t_efapm - t_fa67e * t_oqb2a));
     const real t_vcmoj = t_ql2ju * t_bpfoo + t_w7lcw * t_bpfoo * t_oqb2a;
-    const real t_md5ym = p[F] * (cos_t_7g2cn * t_fky5u);
-    const real t_xnurl = SELECT0(m_el4yy, t_md5ym) - t_ayn33 + (t_6onno * t_vcmoj + t_w7lcw * t_arh7g);
-    const real t_vcfgm = t_4m3lc - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
+    const real t_bepcy = p[F] * (cos_t_7g2cn * t_4tqvz);
+    const real t_ddym3 = SELECT0(m_el4yy, t_bepcy) - t_c3msw + (t_ron5c * t_vcmoj + t_w7lcw * t_vykhz);
+    const real t_a7vxo = t_4m3lc - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
     const real t_xs7e4 = t_thmu4 * t_bpfoo + t_3go2w * t_bpfoo * t_oqb2a;
-    const real t_bjbqk = t_mfl7i - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
-    const real t_xkj3i = t_bjbqk * t_4iujv - K_L32 * t_4iujv * t_vcfgm;
-    const real t_torj4 = SELECT0(m_el4yy, -(sin_t_nxflg * t_remos)) + SELECT0(m_trmto, -(t_p34e2 * (cos_t_nxflg * t_ekk4h)));
-    const real t_kkrgw = t_6onno * t_xs7e4
-        + t_3go2w * t_arh7g
-        - (t_torj4 + t_mg6xh)
-        - (t_3s6wr * t_xkj3i + K_L32 * t_xnurl);
-    const real t_b2boq = t_d52nt
-        - (K_L32 * t_bjbqk + t_d4mqf * t_xkj3i)
+    const real t_xiyvc = t_mfl7i - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
+    const real t_sp4m6 = t_xiyvc * t_4iujv - K_L32 * t_4iujv * t_a7vxo;
+    const real t_z46ln = SELECT0(m_el4yy, -(sin_t_finmd * t_r6owk)) + SELECT0(m_uklky, -(t_p34e2 * (cos_t_finmd * t_x4qmc)));
+    const real t_umxv4 = t_ron5c * t_xs7e4
+        + t_3go2w * t_vykhz
+        - (t_z46ln + t_dvo32)
+        - (t_3s6wr * t_sp4m6 + K_L32 * t_ddym3);
+    const real t_v27ts = t_d52nt
+        - (K_L32 * t_xiyvc + t_d4mqf * t_sp4m6)
         - (t_3go2w * t_thmu4 + t_zzymx * t_xs7e4);
-    const real t_3quvc = t_kkrgw * t_zmh3u - t_74try * t_zmh3u * t_b2boq;
-    const real t_waxe3 = t_xnurl * t_4iujv
-        - t_kag24 * t_4iujv * t_vcfgm
-        - (t_74try * t_xkj3i + K_L32 * t_3quvc);
-    const real t_cmbwu = t_arh7g * t_bpfoo
+    const real t_daoz2 = t_umxv4 * t_zmh3u - t_74try * t_zmh3u * t_v27ts;
+    const real t_xvlc5 = t_ddym3 * t_4iujv
+        - t_kag24 * t_4iujv * t_a7vxo
+        - (t_74try * t_sp4m6 + K_L32 * t_daoz2);
+    const real t_4rr54 = t_vykhz * t_bpfoo
         + t_5jrem * t_bpfoo * t_oqb2a
-        + (t_mdis7 * t_vcmoj + t_w7lcw * t_waxe3)
-        + (t_74try * t_xs7e4 + t_3go2w * t_3quvc);
+        + (t_k6yvx * t_vcmoj + t_w7lcw * t_xvlc5)
+        + (t_74try * t_xs7e4 + t_3go2w * t_daoz2);
     const real t_lwe76 = p[b] + p[d] + x_C;
-    const real t_ktnnx = t_txv7k + e1 * t_45ch3;
+    const real t_ktnnx = t_2alzh + e1 * t_3upj6;
     const real t_s6mmw = Bs_1 * t_w7vil + t_7imwe * p[l1] + F_t1 * e1;
-    const real t_imrld = t_3gdrl + e2 * t_eoiwa;
+    const real t_imrld = t_bmgvp + e2 * t_cv7qx;
     const real t_bbyqj = Bs_2 * t_6fvzz + t_4b2fa * p[l2] + F_t2 * e2;
     const real t_cexsj = p[I1] * along_x[along_phi1_dot];
     const real t_6syep = p[I2] * along_x[along_phi2_dot];
-    const real t_tvv3d = cos_theta1 * t_ktnnx
+    const real t_nrkvj = cos_theta1 * t_ktnnx
         - t_s6mmw * t_gzco3
         + (cos_theta2 * t_imrld - t_bbyqj * t_lgafn)
         + (x[wx] * t_ihgv7 + I_theta1 * along_x[along_wx])
         + (x[wx] * t_5vhzn + I_theta2 * along_x[along_wx])
         - (J_C1 + t_is5lg + t_sfymc) * t_d5jt4
-        - (g_1 * t_sfe3n + t_azclp * t_wvrxp)
-        - (g_2 * t_xjgds + t_iya7w * t_oukri)
+        - (g_1 * t_5er3o + t_azclp * t_wvrxp)
+        - (g_2 * t_dw3xg + t_iya7w * t_oukri)
         - (x[wz] * t_cexsj + I_phi1 * along_x[along_wz])
         - (x[wz] * t_6syep + I_phi2 * along_x[along_wz]);
     const real t_e6cz6 = e1 * t_jkn3n - K(-2.0) * t_5kwcz;
@@ -1446,67 +1446,67 @@ void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const re
     const real t_vo7za = e2 * t_2koli - K(-2.0) * t_ltgig;
     const real t_jacgj = wg_2 * t_oukri + g_2 * t_v5uuq;
     const real t_g3yxf = t_vo7za - t_jacgj;
-    const real t_kpqeq = t_7wvhi
+    const real t_2lfdf = t_7wvhi
         + (tn44_1 * t_bgfqx + SC1 * t_hansg)
         + (tn44_2 * t_f3p5c + SC2 * t_g3yxf);
-    const real t_vzndn = tn44_1 * t_c23o2 + S_sq1 * t_hansg;
-    const real t_dto2m = tn44_2 * t_vfytj + S_sq2 * t_g3yxf;
-    const real t_zvm6e = t_ho4oo
+    const real t_yat33 = tn44_1 * t_c23o2 + S_sq1 * t_hansg;
+    const real t_qylsp = tn44_2 * t_vfytj + S_sq2 * t_g3yxf;
+    const real t_ckrat = t_ho4oo
         + t_jacgj
         + t_lmeqo
-        + t_vzndn
-        + t_dto2m
+        + t_yat33
+        + t_qylsp
         + K(-2.0) * t_6b5j3
         + K(-2.0) * t_jvp6q;
-    change[0] = t_txv7k
-        - t_ms5y3
-        + t_3gdrl
+    change[0] = t_2alzh
+        - t_xsd5m
+        + t_bmgvp
         - t_zmble
         - t_trbl5
         + (x[wy] * t_ihgv7 + I_theta1 * along_x[along_wy])
         + (x[wy] * t_5vhzn + I_theta2 * along_x[along_wy])
         - (x[wz] * (t_sfymc * along_x[along_wy]) + t_sfymc * x[wy] * along_x[along_wz])
-        + (K54 * t_x6ahw + G2_v1 * t_wwr2t)
-        + (K64 * t_wikbx + G3_v1 * t_jwsyt)
-        - (t_fa67e * t_fm43t + t_2m245 * t_f6h6t)
-        - (t_wlcht * t_fm43t + t_2m245 * t_cmbwu)
-        - (a2_v1 * t_nnisg + t_yz7e5 * t_dnils)
-        - (t_mdis7 * t_nnisg + t_yz7e5 * t_waxe3)
-        + (a3_v1 * t_lso4x + K43 * t_khkcl)
-        + (t_74try * t_lso4x + K43 * t_3quvc)
-        - (t_dyqoa * t_lmeqo + K44 * t_y3u2j);
-    change[1] = t_lwe76 * t_torj4
-        - t_tvv3d
-        - (K65 * t_x6ahw + G2_v1 * t_kpqeq)
-        - (K66 * t_wikbx + G3_v1 * (t_e6cz6 + t_vo7za - t_vzndn - t_dto2m))
-        + (t_fa67e * t_bnzmj + t_bl4f2 * t_f6h6t)
-        + (t_wlcht * t_bnzmj + t_bl4f2 * t_cmbwu)
-        + (a2_v1 * t_7muol + t_hjmgb * t_dnils)
-        + (t_mdis7 * t_7muol + t_hjmgb * t_waxe3)
-        - (a3_v1 * t_ytsdc + K63 * t_khkcl)
-        - (t_74try * t_ytsdc + K63 * t_3quvc)
-        + (t_dyqoa * t_jwsyt + K64 * t_y3u2j);
+        + (K54 * t_wcvsx + G2_v1 * t_w6xbp)
+        + (K64 * t_ghylr + G3_v1 * t_7oln4)
+        - (t_fa67e * t_fm43t + t_2m245 * t_efapm)
+        - (t_su3za * t_fm43t + t_2m245 * t_4rr54)
+        - (a2_v1 * t_nnisg + t_yz7e5 * t_fvc32)
+        - (t_k6yvx * t_nnisg + t_yz7e5 * t_xvlc5)
+        + (a3_v1 * t_lso4x + K43 * t_k5zfi)
+        + (t_74try * t_lso4x + K43 * t_daoz2)
+        - (t_dyqoa * t_lmeqo + K44 * t_6ciek);
+    change[1] = t_lwe76 * t_z46ln
+        - t_nrkvj
+        - (K65 * t_wcvsx + G2_v1 * t_2lfdf)
+        - (K66 * t_ghylr + G3_v1 * (t_e6cz6 + t_vo7za - t_yat33 - t_qylsp))
+        + (t_fa67e * t_bnzmj + t_bl4f2 * t_efapm)
+        + (t_su3za * t_bnzmj + t_bl4f2 * t_4rr54)
+        + (a2_v1 * t_7muol + t_hjmgb * t_fvc32)
+        + (t_k6yvx * t_7muol + t_hjmgb * t_xvlc5)
+        - (a3_v1 * t_oaetb + K63 * t_k5zfi)
+        - (t_74try * t_oaetb + K63 * t_daoz2)
+        + (t_dyqoa * t_7oln4 + K64 * t_6ciek);
     change[2] = sin_theta1 * t_ktnnx
         + t_s6mmw * t_7xloa
-        - (t_ms5y3 + t_sqgls + t_lon4y)
+        - (t_xsd5m + t_sqgls + t_lon4y)
         + (sin_theta2 * t_imrld + t_bbyqj * t_gzo6d)
         - (J_C1 + (p[J_z] - p[J_y])) * t_y5zog
         - (x[wy] * t_cexsj + I_phi1 * along_x[along_wy])
         - (x[wy] * t_6syep + I_phi2 * along_x[along_wy])
-        + (g_1 * t_o4hgj + t_vt7uo * t_wvrxp)
-        + (g_2 * t_2c2vm + t_oncjt * t_oukri)
-        + (K55 * t_x6ahw + G2_v1 * t_zvm6e)
-        + (K65 * t_wikbx + G3_v1 * t_kpqeq)
-        - (t_fa67e * t_j3w63 + t_6mmeb * t_f6h6t)
-        - (t_wlcht * t_j3w63 + t_6mmeb * t_cmbwu)
-        + (a2_v1 * t_fp72e + K52 * t_dnils)
-        + (t_mdis7 * t_fp72e + K52 * t_waxe3)
-        + (a3_v1 * t_by5gj + K53 * t_khkcl)
-        + (t_74try * t_by5gj + K53 * t_3quvc)
-        - (t_dyqoa * t_wwr2t + K54 * t_y3u2j)
-        + SELECT0(m_el4yy, t_lwe76 * t_md5ym);
-    change[3] = SELECT0(m_trmto, -t_ekk4h);
-    change[4] = SELECT0(m_el4yy, t_fky5u);
+        + (g_1 * t_i6ply + t_vt7uo * t_wvrxp)
+        + (g_2 * t_jlula + t_oncjt * t_oukri)
+        + (K55 * t_wcvsx + G2_v1 * t_ckrat)
+        + (K65 * t_ghylr + G3_v1 * t_2lfdf)
+        - (t_fa67e * t_j3w63 + t_6mmeb * t_efapm)
+        - (t_su3za * t_j3w63 + t_6mmeb * t_4rr54)
+        + (a2_v1 * t_g3iw3 + K52 * t_fvc32)
+        + (t_k6yvx * t_g3iw3 + K52 * t_xvlc5)
+        + (a3_v1 * t_kthc6 + K53 * t_k5zfi)
+        + (t_74try * t_kthc6 + K53 * t_daoz2)
+        - (t_dyqoa * t_w6xbp + K54 * t_6ciek)
+        + SELECT0(m_el4yy, t_lwe76 * t_bepcy);
+    change[3] = SELECT0(m_uklky, -t_x4qmc);
+    change[4] = SELECT0(m_el4yy, t_4tqvz);
 }
 
 /* Jacobian of lyapunov_v1_loop with respect to q, row by row; 12316 operations. */
@@ -1853,8 +1853,8 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_inhtz = t_bvybx * cos_theta2;
     const real t_bl4f2 = t_llswo + t_inhtz;
     const real t_pgxzp = t_bl4f2 * t_bpfoo;
-    const real t_jc3gv = t_hjmgb + t_b3aij * t_pgxzp;
-    const real t_gz422 = t_jc3gv * t_4iujv;
+    const real t_dzmcy = t_hjmgb + t_b3aij * t_pgxzp;
+    const real t_gz422 = t_dzmcy * t_4iujv;
     const real t_iyghn = K63 + t_2rbbr * t_gz422 - t_zzymx * t_pgxzp;
     const real K_L63 = t_iyghn * t_zmh3u;
     const real K_D4 = K44 - t_u3hss * t_5wcj3 - t_fqe33 * K_L43 - t_2m245 * t_xq4wt;
@@ -1868,18 +1868,18 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - t_kjv32 * K_L53
         - t_svz2s * K_L54
         - t_6mmeb * t_rujpm;
-    const real t_xds3k = K65
+    const real t_3np5y = K65
         + t_xqwvu * t_gz422
         - t_kjv32 * K_L63
         - t_svz2s * K_L64
         - t_6mmeb * t_pgxzp;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_xds3k * t_ftqxb;
+    const real K_L65 = t_3np5y * t_ftqxb;
     const real K_D6 = K66
-        - t_jc3gv * t_gz422
+        - t_dzmcy * t_gz422
         - t_iyghn * K_L63
         - t_vjpw3 * K_L64
-        - t_xds3k * K_L65
+        - t_3np5y * K_L65
         - t_bl4f2 * t_pgxzp;
     const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
     const real t_5zfdh = lc_1 * p[m1];
@@ -2182,27 +2182,27 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_qerph = -p[delta1_max];
     const mask m_algzm = LT(t_a36gr, K(0.0));
     const real t_fa67e = (SELECT(m_algzm, root_v1, root_v1) - Pq_v1) * t_phv5x;
-    const real t_36jbi = q2_v1 - t_b3aij * t_fa67e;
-    const real t_5qtlo = t_36jbi * t_y7rm6;
+    const real t_ee3eg = q2_v1 - t_b3aij * t_fa67e;
+    const real t_5qtlo = t_ee3eg * t_y7rm6;
     const real t_4mbl2 = mv_min(SPLAT(K(1.0)), t_5qtlo);
-    const real t_d7kak = mv_max(SPLAT(K(-1.0)), t_4mbl2);
-    const real t_7g2cn = SELECT(m_donrk, delta2_v1, mv_asin(t_d7kak));
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_4mbl2);
+    const real t_7g2cn = SELECT(m_donrk, delta2_v1, mv_asin(t_dmbry));
     const mask m_hlry2 = LE(mv_fabs(t_7g2cn), p[delta2_max]);
     const mask m_jskbz = LT(t_zl7wy, K(-1.0));
     const mask m_7hrvn = LT(K(-1.0), t_zl7wy);
     const mask m_livv6 = LT(K(1.0), t_tp232);
-    const mask m_xndkk = AND(m_7hrvn, m_livv6);
-    const mask m_abcv6 = OR(m_jskbz, m_xndkk);
-    const mask m_2pj4u = OR(m_abcv6, m_livv6);
-    const real t_3x2zs = q3_v1 - t_zzymx * t_fa67e;
-    const real t_v4pjv = mv_sqrt(K(1.0) - t_d7kak * t_d7kak);
+    const mask m_hjhpt = AND(m_7hrvn, m_livv6);
+    const mask m_xrwwu = OR(m_jskbz, m_hjhpt);
+    const mask m_2pj4u = OR(m_xrwwu, m_livv6);
+    const real t_nsi7k = q3_v1 - t_zzymx * t_fa67e;
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
     const real t_mflm3 = SELECT(m_donrk, cos_d2_v1, t_v4pjv);
     const real t_yk7ex = K(1.0) / mv_max(SPLAT(K(1e-09)), t_mflm3);
-    const real t_d5sga = t_3x2zs * t_y7rm6 * t_yk7ex;
+    const real t_d5sga = t_nsi7k * t_y7rm6 * t_yk7ex;
     const real t_wvfy4 = -t_d5sga;
-    const real t_2rhon = mv_min(SPLAT(K(1.0)), t_wvfy4);
-    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_2rhon);
-    const real t_nxflg = SELECT(m_2pj4u, delta1_v1, mv_asin(t_xb3pe));
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_wvfy4);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const real t_finmd = SELECT(m_2pj4u, delta1_v1, mv_asin(t_xb3pe));
     const real t_xkg6l = K(1.0) / mv_cos(p[delta2_max]);
     const real t_vhlgi = mv_cos(delta2_v1) * mv_sin(delta1_v1) * t_xkg6l;
     const real t_bu7ty = mv_min(SPLAT(K(1.0)), t_vhlgi);
@@ -2210,20 +2210,20 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const mask m_pksrx = LT(K(-1.0), t_bu7ty);
     const mask m_rks7n = LT(K(1.0), t_vhlgi);
     const mask m_eoy45 = LT(t_vhlgi, K(1.0));
-    const mask m_s6ntp = AND(m_donrk, m_2pj4u);
-    const mask m_yycxm = AND(m_eoy45, m_s6ntp);
+    const mask m_ojgi7 = AND(m_donrk, m_2pj4u);
+    const mask m_yycxm = AND(m_eoy45, m_ojgi7);
     const mask m_mb5ro = OR(m_rks7n, m_yycxm);
-    const mask m_yua5q = OR(m_mb5ro, m_s6ntp);
+    const mask m_yua5q = OR(m_mb5ro, m_ojgi7);
     const mask m_hv2m7 = AND(m_pksrx, m_yua5q);
     const mask m_3kx4h = OR(m_m6cas, m_hv2m7);
     const mask m_icvbq = OR(m_3kx4h, m_yua5q);
     real sin_t_7g2cn, cos_t_7g2cn; mv_sincos(t_7g2cn, &sin_t_7g2cn, &cos_t_7g2cn);
-    real sin_t_nxflg, cos_t_nxflg; mv_sincos(t_nxflg, &sin_t_nxflg, &cos_t_nxflg);
-    const real t_chtvn = cos_t_7g2cn * sin_t_nxflg;
+    real sin_t_finmd, cos_t_finmd; mv_sincos(t_finmd, &sin_t_finmd, &cos_t_finmd);
+    const real t_chtvn = cos_t_7g2cn * sin_t_finmd;
     const real t_n35pv = t_chtvn * t_xkg6l;
     const real t_33tdi = mv_min(SPLAT(K(1.0)), t_n35pv);
     const real t_2g6s5 = mv_max(SPLAT(K(-1.0)), t_33tdi);
-    const real t_4ndub = SELECT(m_hlry2, t_nxflg, SELECT(m_icvbq, mv_asin(mv_max(SPLAT(K(-1.0)), t_bu7ty)), mv_asin(t_2g6s5)));
+    const real t_4ndub = SELECT(m_hlry2, t_finmd, SELECT(m_icvbq, mv_asin(mv_max(SPLAT(K(-1.0)), t_bu7ty)), mv_asin(t_2g6s5)));
     const real t_ry6da = mv_min(p[delta1_max], t_4ndub);
     const real t_kl6tx = mv_max(t_qerph, t_ry6da);
     real sin_t_kl6tx, cos_t_kl6tx; mv_sincos(t_kl6tx, &sin_t_kl6tx, &cos_t_kl6tx);
@@ -2234,26 +2234,26 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const mask m_pcyp5 = LE(t_6k2ny, t_bidtu);
     const real t_ews3r = NUM(m_pcyp5);
     const mask m_tqsco = LE(t_bidtu, t_6k2ny);
-    const real t_cnhcl = t_ews3r / (NUM(m_tqsco) + t_ews3r);
+    const real t_bw2jd = t_ews3r / (NUM(m_tqsco) + t_ews3r);
     const mask m_cr7kt = LE(t_7g2cn, p[delta2_max]);
     const real t_yk72d = NUM(m_cr7kt);
     const mask m_vnww5 = LE(p[delta2_max], t_7g2cn);
     const real t_ee7r6 = t_yk72d / (t_yk72d + NUM(m_vnww5));
-    const mask m_e6wle = LE(K(-1.0), t_4mbl2);
-    const real t_wzftv = NUM(m_e6wle);
-    const mask m_5zv3r = LE(t_4mbl2, K(-1.0));
-    const real t_q2hfz = t_wzftv / (NUM(m_5zv3r) + t_wzftv);
+    const mask m_ieiia = LE(K(-1.0), t_4mbl2);
+    const real t_wzftv = NUM(m_ieiia);
+    const mask m_hnocs = LE(t_4mbl2, K(-1.0));
+    const real t_q2hfz = t_wzftv / (NUM(m_hnocs) + t_wzftv);
     const mask m_mn6wz = LE(t_5qtlo, K(1.0));
-    const real t_wonx2 = NUM(m_mn6wz);
+    const real t_hkwhb = NUM(m_mn6wz);
     const mask m_li3iy = LE(K(1.0), t_5qtlo);
-    const real t_cofwl = t_wonx2 / (NUM(m_li3iy) + t_wonx2);
+    const real t_5x4sb = t_hkwhb / (NUM(m_li3iy) + t_hkwhb);
     const real t_aqbxr_2 = c[r2] * q[vz];
     const real t_iisyb = (t_wij2f + f_v1_L32 * t_aqbxr_2) * t_qqmqs;
     const real t_lj45t = t_aqbxr_2 * t_omhw7 + f_v1_L32 * t_iisyb;
     const real t_dyhdg = x_C * t_iisyb;
     const real t_45u7y = x_C * t_lj45t;
     const real t_7wf6s = f_v1_L31 * t_iisyb - f_v1_L21 * t_lj45t;
-    const real t_rroq2 = K52 * t_iisyb
+    const real t_s4i4h = K52 * t_iisyb
         - t_hjmgb * t_lj45t
         + K22 * t_dyhdg
         + K32 * t_45u7y
@@ -2262,7 +2262,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const mask m_gp3h6 = LE(K(0.0), t_a36gr);
     const real t_d5n4u = NUM(m_gp3h6);
     const mask m_x7kv3 = LE(t_a36gr, K(0.0));
-    const real t_esqfa = t_d5n4u / (NUM(m_x7kv3) + t_d5n4u);
+    const real t_w4p3n = t_d5n4u / (NUM(m_x7kv3) + t_d5n4u);
     const real t_nlrbh = Pq_v1 + Pq_v1;
     const real t_2ycg6 = t_2m245 * t_7wf6s
         - (t_6mmeb * t_iisyb + t_bl4f2 * t_lj45t + t_b3aij * t_dyhdg + t_zzymx * t_45u7y);
@@ -2271,432 +2271,432 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_dyhdg
         + K33 * t_45u7y
         - K43 * t_7wf6s;
-    const real t_63pn2 = K11 * t_2ycg6 - t_b3aij * t_rroq2 - t_zzymx * t_irakw;
+    const real t_63pn2 = K11 * t_2ycg6 - t_b3aij * t_s4i4h - t_zzymx * t_irakw;
     const real t_i246m = q1_v1 + q1_v1;
     const real t_etuzz = q2_v1 + q2_v1;
     const real t_uen3p = q3_v1 + q3_v1;
-    const real t_5kbx4 = t_nlrbh * t_63pn2
-        - PP_v1 * (t_i246m * t_2ycg6 + t_etuzz * t_rroq2 + t_uen3p * t_irakw);
+    const real t_baocm = t_nlrbh * t_63pn2
+        - PP_v1 * (t_i246m * t_2ycg6 + t_etuzz * t_s4i4h + t_uen3p * t_irakw);
     const real t_q5kgs = K(1.0) / (root_v1 + root_v1);
-    const real t_cmja6 = (SELECT0(m_il3ht, t_esqfa * t_5kbx4 * t_q5kgs) - t_63pn2) * t_phv5x;
-    const real t_plw6k = t_rroq2 - t_b3aij * t_cmja6;
-    const real t_bgsdp = t_q2hfz * (t_cofwl * (t_plw6k * t_y7rm6));
+    const real t_q2d7w = (SELECT0(m_il3ht, t_w4p3n * t_baocm * t_q5kgs) - t_63pn2) * t_phv5x;
+    const real t_be3jn = t_s4i4h - t_b3aij * t_q2d7w;
+    const real t_g6zxh = t_q2hfz * (t_5x4sb * (t_be3jn * t_y7rm6));
     const real t_nwsjf = K(1.0) / t_v4pjv;
-    const real t_yabq5 = t_bgsdp * t_nwsjf;
-    const real t_skjh5 = t_cnhcl * (t_ee7r6 * t_yabq5);
-    const real t_4nx6p = p[F] * (sin_t_s5hay * t_skjh5);
-    const real t_ecreo = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p));
-    const real t_qhkro = cos_t_s5hay * p[F];
+    const real t_oesw4 = t_g6zxh * t_nwsjf;
+    const real t_iubif = t_bw2jd * (t_ee7r6 * t_oesw4);
+    const real t_27ev7 = p[F] * (sin_t_s5hay * t_iubif);
+    const real t_wzmp3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7));
+    const real t_zmkrd = cos_t_s5hay * p[F];
     const mask m_qbaiu = LE(t_qerph, t_ry6da);
     const real t_fkqa6 = NUM(m_qbaiu);
     const mask m_cbqaf = LE(t_ry6da, t_qerph);
-    const real t_rila6 = t_fkqa6 / (NUM(m_cbqaf) + t_fkqa6);
+    const real t_zrb6o = t_fkqa6 / (NUM(m_cbqaf) + t_fkqa6);
     const mask m_bh25r = LE(t_4ndub, p[delta1_max]);
     const real t_bx6ew = NUM(m_bh25r);
     const mask m_c2f4d = LE(p[delta1_max], t_4ndub);
     const real t_vr3uw = t_bx6ew / (NUM(m_c2f4d) + t_bx6ew);
-    const mask m_trmto = NOT(m_2pj4u);
-    const mask m_wzftv = LE(K(-1.0), t_2rhon);
-    const real t_csxgz = NUM(m_wzftv);
-    const mask m_ov2v5 = LE(t_2rhon, K(-1.0));
-    const real t_xh4j2 = t_csxgz / (NUM(m_ov2v5) + t_csxgz);
-    const mask m_x3pho = LE(t_wvfy4, K(1.0));
-    const real t_nowqj = NUM(m_x3pho);
-    const mask m_4j7wc = LE(K(1.0), t_wvfy4);
-    const real t_o7qta = t_nowqj / (NUM(m_4j7wc) + t_nowqj);
-    const real t_lxt4r = t_irakw - t_zzymx * t_cmja6;
+    const mask m_uklky = NOT(m_2pj4u);
+    const mask m_wzftv = LE(K(-1.0), t_ltztq);
+    const real t_wzftv_2 = NUM(m_wzftv);
+    const mask m_ov2v5 = LE(t_ltztq, K(-1.0));
+    const real t_q2hfz_2 = t_wzftv_2 / (NUM(m_ov2v5) + t_wzftv_2);
+    const mask m_n24ux = LE(t_wvfy4, K(1.0));
+    const real t_nowqj = NUM(m_n24ux);
+    const mask m_lq75g = LE(K(1.0), t_wvfy4);
+    const real t_2snz7 = t_nowqj / (NUM(m_lq75g) + t_nowqj);
+    const real t_axo6j = t_irakw - t_zzymx * t_q2d7w;
     const real t_oayxs = t_d5sga * t_yk7ex;
     const mask m_w4h4n = LE(K(1e-09), t_mflm3);
     const real t_e4e7t = NUM(m_w4h4n);
     const mask m_ywlft = LE(t_mflm3, K(1e-09));
     const real t_jpiko = t_e4e7t / (NUM(m_ywlft) + t_e4e7t);
-    const real t_uwsp7 = t_d7kak + t_d7kak;
+    const real t_uwsp7 = t_dmbry + t_dmbry;
     const real t_imn4h = K(1.0) / (t_v4pjv + t_v4pjv);
-    const real t_vjzi5 = t_lxt4r * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_bgsdp * t_imn4h)));
-    const real t_gwbho = K(1.0) / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
-    const real t_3t4m7 = t_xh4j2 * (t_o7qta * t_vjzi5) * t_gwbho;
+    const real t_wszle = t_axo6j * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_g6zxh * t_imn4h)));
+    const real t_bifdl = K(1.0) / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
+    const real t_6llfx = t_q2hfz_2 * (t_2snz7 * t_wszle) * t_bifdl;
     const mask m_poz7i = NOT(m_icvbq);
     const mask m_x7dkd = LE(K(-1.0), t_33tdi);
-    const real t_wzftv_2 = NUM(m_x7dkd);
+    const real t_wzftv_3 = NUM(m_x7dkd);
     const mask m_pjw43 = LE(t_33tdi, K(-1.0));
-    const real t_q2hfz_2 = t_wzftv_2 / (NUM(m_pjw43) + t_wzftv_2);
+    const real t_q2hfz_3 = t_wzftv_3 / (NUM(m_pjw43) + t_wzftv_3);
     const mask m_c7e3s = LE(t_n35pv, K(1.0));
     const real t_zv3rt = NUM(m_c7e3s);
     const mask m_rzd2j = LE(K(1.0), t_n35pv);
     const real t_yued5 = t_zv3rt / (NUM(m_rzd2j) + t_zv3rt);
-    const real t_lb2wi = sin_t_7g2cn * t_yabq5;
-    const real t_da6qh = cos_t_nxflg * t_3t4m7;
-    const real t_k6zjx = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh));
-    const real t_bifdl = K(1.0) / mv_sqrt(K(1.0) - t_2g6s5 * t_2g6s5);
-    const real t_zua55 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk = t_rila6 * (t_vr3uw * t_zua55);
-    const real t_ctppn = sin_t_kl6tx * t_s6fxk;
-    const real t_ke372 = t_ecreo - t_qhkro * t_ctppn;
-    const real t_6dnpl = p[F] * (cos_t_s5hay * t_skjh5);
-    const real t_j5h4e = SELECT0(m_el4yy, t_6dnpl) + t_w7lcw * t_ke372;
-    const real t_qbg3i = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p));
-    const real t_2gr5i = cos_t_kl6tx * t_s6fxk;
-    const real t_mvrqf = t_qbg3i + t_qhkro * t_2gr5i;
+    const real t_rl5d3 = sin_t_7g2cn * t_oesw4;
+    const real t_i7skh = cos_t_finmd * t_6llfx;
+    const real t_k6zjx = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh));
+    const real t_bifdl_2 = K(1.0) / mv_sqrt(K(1.0) - t_2g6s5 * t_2g6s5);
+    const real t_7t7eb = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde = t_zrb6o * (t_vr3uw * t_7t7eb);
+    const real t_cxwzz = sin_t_kl6tx * t_swjde;
+    const real t_ke372 = t_wzmp3 - t_zmkrd * t_cxwzz;
+    const real t_ilple = p[F] * (cos_t_s5hay * t_iubif);
+    const real t_j5h4e = SELECT0(m_el4yy, t_ilple) + t_w7lcw * t_ke372;
+    const real t_ooljq = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7));
+    const real t_lqx5z = cos_t_kl6tx * t_swjde;
+    const real t_mvrqf = t_ooljq + t_zmkrd * t_lqx5z;
     const real t_ejflw = t_3go2w * t_ke372 - t_mvrqf - K_L32 * t_j5h4e;
-    const real t_shxu4 = p[F] * t_lb2wi;
-    const real t_tvmsg = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4));
+    const real t_shxu4 = p[F] * t_rl5d3;
+    const real t_tvmsg = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4));
     const real t_p34e2 = p[F] * cos_t_7g2cn;
-    const real t_dfqts = sin_t_nxflg * t_3t4m7;
-    const real t_667wy = t_tvmsg + SELECT0(m_trmto, t_p34e2 * t_dfqts) - (t_2ycg6 + K11 * t_cmja6);
-    const real t_v4eqe = p[F] * (cos_t_7g2cn * t_yabq5);
-    const real t_iuxem = SELECT0(m_el4yy, t_v4eqe) - t_plw6k + t_w7lcw * t_667wy;
-    const real t_3cp5h = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh));
-    const real t_6rof5 = (t_3go2w * t_667wy - (t_3cp5h + t_lxt4r) - K_L32 * t_iuxem) * t_zmh3u;
-    const real t_hm7tw = t_iuxem * t_4iujv - K_L32 * t_6rof5;
-    const real t_srmwx = t_667wy * t_bpfoo + t_w7lcw * t_hm7tw + t_3go2w * t_6rof5;
-    const real t_qhkro_2 = p[F] * cos_t_s5hay;
+    const real t_an7qj = sin_t_finmd * t_6llfx;
+    const real t_v26n6 = t_tvmsg + SELECT0(m_uklky, t_p34e2 * t_an7qj) - (t_2ycg6 + K11 * t_q2d7w);
+    const real t_7ofua = p[F] * (cos_t_7g2cn * t_oesw4);
+    const real t_sn6mn = SELECT0(m_el4yy, t_7ofua) - t_be3jn + t_w7lcw * t_v26n6;
+    const real t_3cp5h = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh));
+    const real t_avv7v = (t_3go2w * t_v26n6 - (t_3cp5h + t_axo6j) - K_L32 * t_sn6mn) * t_zmh3u;
+    const real t_2xwyg = t_sn6mn * t_4iujv - K_L32 * t_avv7v;
+    const real t_yw7ac = t_v26n6 * t_bpfoo + t_w7lcw * t_2xwyg + t_3go2w * t_avv7v;
+    const real t_zmkrd_2 = p[F] * cos_t_s5hay;
     const real t_p34e2_2 = cos_t_7g2cn * p[F];
-    const real t_cgxsm = t_ecreo - t_qhkro_2 * t_ctppn - (t_tvmsg + SELECT0(m_trmto, t_p34e2_2 * t_dfqts));
-    const real t_ycqju = t_6dnpl - t_v4eqe;
+    const real t_cgxsm = t_wzmp3 - t_zmkrd_2 * t_cxwzz - (t_tvmsg + SELECT0(m_uklky, t_p34e2_2 * t_an7qj));
+    const real t_ycqju = t_ilple - t_7ofua;
     const real t_4w3t6 = SELECT0(m_el4yy, t_ycqju) + t_w7lcw * t_cgxsm;
-    const real t_pdzxe = p[F] * t_k6zjx - (t_qbg3i + t_qhkro_2 * t_2gr5i);
+    const real t_pdzxe = p[F] * t_k6zjx - (t_ooljq + t_zmkrd_2 * t_lqx5z);
     const real t_tuq22 = (t_pdzxe + t_3go2w * t_cgxsm - K_L32 * t_4w3t6) * t_zmh3u;
-    const real t_54x6k = t_4w3t6 * t_4iujv - K_L32 * t_tuq22;
-    const real t_mtv6d = t_cgxsm * t_bpfoo + t_w7lcw * t_54x6k + t_3go2w * t_tuq22;
-    const real t_r2fiq = K54 * t_iisyb
+    const real t_s7pal = t_4w3t6 * t_4iujv - K_L32 * t_tuq22;
+    const real t_cyfhb = t_cgxsm * t_bpfoo + t_w7lcw * t_s7pal + t_3go2w * t_tuq22;
+    const real t_spxks = K54 * t_iisyb
         + K64 * t_lj45t
-        - t_2m245 * t_cmja6
-        - t_2m245 * t_srmwx
+        - t_2m245 * t_q2d7w
+        - t_2m245 * t_yw7ac
         - t_yz7e5 * t_dyhdg
-        - t_yz7e5 * t_hm7tw
+        - t_yz7e5 * t_2xwyg
         + K43 * t_45u7y
-        + K43 * t_6rof5
+        + K43 * t_avv7v
         - K44 * t_7wf6s
-        - t_2m245 * t_mtv6d
-        - t_yz7e5 * t_54x6k
+        - t_2m245 * t_cyfhb
+        - t_yz7e5 * t_s7pal
         + K43 * t_tuq22
         + t_xq4wt * t_ke372
         + t_5wcj3 * t_j5h4e
         - K_L43 * t_ejflw;
     const real t_lwe76 = p[b] + p[d] + x_C;
-    const real t_xbfve = K55 * t_iisyb
+    const real t_dvsxi = K55 * t_iisyb
         + K65 * t_lj45t
-        - t_6mmeb * t_cmja6
-        - t_6mmeb * t_srmwx
+        - t_6mmeb * t_q2d7w
+        - t_6mmeb * t_yw7ac
         + K52 * t_dyhdg
-        + K52 * t_hm7tw
+        + K52 * t_2xwyg
         + K53 * t_45u7y
-        + K53 * t_6rof5
+        + K53 * t_avv7v
         - K54 * t_7wf6s
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe)
-        - t_6mmeb * t_mtv6d
-        + K52 * t_54x6k
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua)
+        - t_6mmeb * t_cyfhb
+        + K52 * t_s7pal
         + K53 * t_tuq22
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju)
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple))
         + t_rujpm * t_ke372
         - K_L52 * t_j5h4e
         - K_L53 * t_ejflw
-        - K_L54 * t_r2fiq;
-    const real t_7q62a = t_lwe76 * t_3cp5h
+        - K_L54 * t_spxks;
+    const real t_uyk7o = t_lwe76 * t_3cp5h
         - K65 * t_iisyb
         - K66 * t_lj45t
-        + t_bl4f2 * t_cmja6
-        + t_bl4f2 * t_srmwx
+        + t_bl4f2 * t_q2d7w
+        + t_bl4f2 * t_yw7ac
         + t_hjmgb * t_dyhdg
-        + t_hjmgb * t_hm7tw
+        + t_hjmgb * t_2xwyg
         - K63 * t_45u7y
-        - K63 * t_6rof5
+        - K63 * t_avv7v
         + K64 * t_7wf6s
         - t_lwe76 * t_pdzxe
-        + t_bl4f2 * t_mtv6d
-        + t_hjmgb * t_54x6k
+        + t_bl4f2 * t_cyfhb
+        + t_hjmgb * t_s7pal
         - K63 * t_tuq22;
-    const real t_isfwb = t_lwe76 * t_mvrqf
-        - t_7q62a
+    const real t_syk56 = t_lwe76 * t_mvrqf
+        - t_uyk7o
         + t_pgxzp * t_ke372
         + t_gz422 * t_j5h4e
         - K_L63 * t_ejflw
-        - K_L64 * t_r2fiq
-        - K_L65 * t_xbfve;
+        - K_L64 * t_spxks
+        - K_L65 * t_dvsxi;
     const real t_nfkwa = K(1.0) / K_D6;
-    const real t_7btko = t_isfwb * t_nfkwa;
-    const real t_gtbrz = t_xbfve * t_ftqxb - K_L65 * t_7btko;
-    const real t_lvimi = t_r2fiq * t_lt2al - K_L54 * t_gtbrz - K_L64 * t_7btko;
-    const real t_z5kvy = t_ejflw * t_zmh3u - K_L43 * t_lvimi - K_L53 * t_gtbrz - K_L63 * t_7btko;
-    const real t_wlqt3 = t_j5h4e * t_4iujv
-        - K_L32 * t_z5kvy
-        + t_5wcj3 * t_lvimi
-        - K_L52 * t_gtbrz
-        + t_gz422 * t_7btko;
-    const real t_7n6hi = t_ke372 * t_bpfoo
-        + t_w7lcw * t_wlqt3
-        + t_3go2w * t_z5kvy
-        + t_xq4wt * t_lvimi
-        + t_rujpm * t_gtbrz
-        + t_pgxzp * t_7btko;
+    const real t_zutqn = t_syk56 * t_nfkwa;
+    const real t_gly7z = t_dvsxi * t_ftqxb - K_L65 * t_zutqn;
+    const real t_3uamd = t_spxks * t_lt2al - K_L54 * t_gly7z - K_L64 * t_zutqn;
+    const real t_kumhc = t_ejflw * t_zmh3u - K_L43 * t_3uamd - K_L53 * t_gly7z - K_L63 * t_zutqn;
+    const real t_2p2oi = t_j5h4e * t_4iujv
+        - K_L32 * t_kumhc
+        + t_5wcj3 * t_3uamd
+        - K_L52 * t_gly7z
+        + t_gz422 * t_zutqn;
+    const real t_djlq2 = t_ke372 * t_bpfoo
+        + t_w7lcw * t_2p2oi
+        + t_3go2w * t_kumhc
+        + t_xq4wt * t_3uamd
+        + t_rujpm * t_gly7z
+        + t_pgxzp * t_zutqn;
     const real t_erjja = c[r1] * q[vz] - t_aqbxr;
     const real t_outiz = f_v1_L21 * t_erjja;
     const real t_cjacu = (f_v1_L31 * t_erjja + q[vx] * c[r1] - f_v1_L32 * t_outiz) * t_qqmqs;
-    const real t_x65yo = t_outiz * t_omhw7 - f_v1_L32 * t_cjacu;
-    const real t_vcjms = x_C * t_cjacu - c[w1] * c[r1];
-    const real t_mtpi4 = x_C * t_x65yo;
-    const real t_lrcup = t_erjja * t_4v7es + f_v1_L21 * t_x65yo + f_v1_L31 * t_cjacu;
-    const real t_amvwn = K52 * t_cjacu
-        + t_hjmgb * t_x65yo
-        + K22 * t_vcjms
-        - K32 * t_mtpi4
-        + t_yz7e5 * t_lrcup;
-    const real t_scfll = t_2m245 * t_lrcup
-        - (t_6mmeb * t_cjacu - t_bl4f2 * t_x65yo + t_b3aij * t_vcjms - t_zzymx * t_mtpi4);
-    const real t_5fiy2 = K53 * t_cjacu
-        - K63 * t_x65yo
-        + K32 * t_vcjms
-        - K33 * t_mtpi4
-        - K43 * t_lrcup;
-    const real t_ckx47 = K11 * t_scfll - t_b3aij * t_amvwn - t_zzymx * t_5fiy2;
-    const real t_x7wtv = t_nlrbh * t_ckx47
-        - PP_v1 * (t_i246m * t_scfll + t_etuzz * t_amvwn + t_uen3p * t_5fiy2);
-    const real t_6xbvw = (SELECT0(m_il3ht, t_esqfa * t_x7wtv * t_q5kgs) - t_ckx47) * t_phv5x;
-    const real t_zyeil = t_amvwn - t_b3aij * t_6xbvw;
-    const real t_xqwrm = t_q2hfz * (t_cofwl * (t_zyeil * t_y7rm6));
-    const real t_yabq5_2 = t_xqwrm * t_nwsjf;
-    const real t_skjh5_2 = t_cnhcl * (t_ee7r6 * t_yabq5_2);
-    const real t_4nx6p_2 = p[F] * (sin_t_s5hay * t_skjh5_2);
-    const real t_ecreo_2 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_2));
-    const real t_li2rp = t_5fiy2 - t_zzymx * t_6xbvw;
-    const real t_beltf = t_li2rp * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_xqwrm * t_imn4h)));
-    const real t_3t4m7_2 = t_xh4j2 * (t_o7qta * t_beltf) * t_gwbho;
-    const real t_lb2wi_2 = sin_t_7g2cn * t_yabq5_2;
-    const real t_da6qh_2 = cos_t_nxflg * t_3t4m7_2;
-    const real t_k6zjx_2 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_2)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_2));
-    const real t_zua55_2 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7_2), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_2 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_2 = t_rila6 * (t_vr3uw * t_zua55_2);
-    const real t_ctppn_2 = sin_t_kl6tx * t_s6fxk_2;
-    const real t_ke372_2 = t_ecreo_2 - t_qhkro * t_ctppn_2;
-    const real t_6dnpl_2 = p[F] * (cos_t_s5hay * t_skjh5_2);
-    const real t_j5h4e_2 = SELECT0(m_el4yy, t_6dnpl_2) + t_w7lcw * t_ke372_2;
-    const real t_qbg3i_2 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_2));
-    const real t_2gr5i_2 = cos_t_kl6tx * t_s6fxk_2;
-    const real t_mvrqf_2 = t_qbg3i_2 + t_qhkro * t_2gr5i_2;
+    const real t_ezdhr = t_outiz * t_omhw7 - f_v1_L32 * t_cjacu;
+    const real t_dew5r = x_C * t_cjacu - c[w1] * c[r1];
+    const real t_rmlmy = x_C * t_ezdhr;
+    const real t_hdvpj = t_erjja * t_4v7es + f_v1_L21 * t_ezdhr + f_v1_L31 * t_cjacu;
+    const real t_4zi5m = K52 * t_cjacu
+        + t_hjmgb * t_ezdhr
+        + K22 * t_dew5r
+        - K32 * t_rmlmy
+        + t_yz7e5 * t_hdvpj;
+    const real t_o2f4c = t_2m245 * t_hdvpj
+        - (t_6mmeb * t_cjacu - t_bl4f2 * t_ezdhr + t_b3aij * t_dew5r - t_zzymx * t_rmlmy);
+    const real t_czee2 = K53 * t_cjacu
+        - K63 * t_ezdhr
+        + K32 * t_dew5r
+        - K33 * t_rmlmy
+        - K43 * t_hdvpj;
+    const real t_xlmdx = K11 * t_o2f4c - t_b3aij * t_4zi5m - t_zzymx * t_czee2;
+    const real t_44o5i = t_nlrbh * t_xlmdx
+        - PP_v1 * (t_i246m * t_o2f4c + t_etuzz * t_4zi5m + t_uen3p * t_czee2);
+    const real t_4776m = (SELECT0(m_il3ht, t_w4p3n * t_44o5i * t_q5kgs) - t_xlmdx) * t_phv5x;
+    const real t_ciwug = t_4zi5m - t_b3aij * t_4776m;
+    const real t_ze4ff = t_q2hfz * (t_5x4sb * (t_ciwug * t_y7rm6));
+    const real t_oesw4_2 = t_ze4ff * t_nwsjf;
+    const real t_iubif_2 = t_bw2jd * (t_ee7r6 * t_oesw4_2);
+    const real t_27ev7_2 = p[F] * (sin_t_s5hay * t_iubif_2);
+    const real t_wzmp3_2 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_2));
+    const real t_67n6k = t_czee2 - t_zzymx * t_4776m;
+    const real t_vadtm = t_67n6k * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_ze4ff * t_imn4h)));
+    const real t_6llfx_2 = t_q2hfz_2 * (t_2snz7 * t_vadtm) * t_bifdl;
+    const real t_rl5d3_2 = sin_t_7g2cn * t_oesw4_2;
+    const real t_i7skh_2 = cos_t_finmd * t_6llfx_2;
+    const real t_k6zjx_2 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_2)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_2));
+    const real t_7t7eb_2 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_2), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_2 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_2 = t_zrb6o * (t_vr3uw * t_7t7eb_2);
+    const real t_cxwzz_2 = sin_t_kl6tx * t_swjde_2;
+    const real t_ke372_2 = t_wzmp3_2 - t_zmkrd * t_cxwzz_2;
+    const real t_ilple_2 = p[F] * (cos_t_s5hay * t_iubif_2);
+    const real t_j5h4e_2 = SELECT0(m_el4yy, t_ilple_2) + t_w7lcw * t_ke372_2;
+    const real t_ooljq_2 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_2));
+    const real t_lqx5z_2 = cos_t_kl6tx * t_swjde_2;
+    const real t_mvrqf_2 = t_ooljq_2 + t_zmkrd * t_lqx5z_2;
     const real t_ejflw_2 = t_3go2w * t_ke372_2 - t_mvrqf_2 - K_L32 * t_j5h4e_2;
-    const real t_shxu4_2 = p[F] * t_lb2wi_2;
-    const real t_tvmsg_2 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_2));
-    const real t_dfqts_2 = sin_t_nxflg * t_3t4m7_2;
-    const real t_xnpgz = t_tvmsg_2 + SELECT0(m_trmto, t_p34e2 * t_dfqts_2) - (t_scfll + K11 * t_6xbvw);
-    const real t_v4eqe_2 = p[F] * (cos_t_7g2cn * t_yabq5_2);
-    const real t_thusr = SELECT0(m_el4yy, t_v4eqe_2) - t_zyeil + t_w7lcw * t_xnpgz;
-    const real t_3cp5h_2 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_2)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_2));
-    const real t_tzrjx = (t_3go2w * t_xnpgz - (t_3cp5h_2 + t_li2rp) - K_L32 * t_thusr) * t_zmh3u;
-    const real t_hm7tw_2 = t_thusr * t_4iujv - K_L32 * t_tzrjx;
-    const real t_x5vvk = t_xnpgz * t_bpfoo + t_w7lcw * t_hm7tw_2 + t_3go2w * t_tzrjx;
-    const real t_cgxsm_2 = t_ecreo_2 - t_qhkro_2 * t_ctppn_2 - (t_tvmsg_2 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_2));
-    const real t_ycqju_2 = t_6dnpl_2 - t_v4eqe_2;
+    const real t_shxu4_2 = p[F] * t_rl5d3_2;
+    const real t_tvmsg_2 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_2));
+    const real t_an7qj_2 = sin_t_finmd * t_6llfx_2;
+    const real t_t3zca = t_tvmsg_2 + SELECT0(m_uklky, t_p34e2 * t_an7qj_2) - (t_o2f4c + K11 * t_4776m);
+    const real t_7ofua_2 = p[F] * (cos_t_7g2cn * t_oesw4_2);
+    const real t_vkdzg = SELECT0(m_el4yy, t_7ofua_2) - t_ciwug + t_w7lcw * t_t3zca;
+    const real t_3cp5h_2 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_2)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_2));
+    const real t_lirtp = (t_3go2w * t_t3zca - (t_3cp5h_2 + t_67n6k) - K_L32 * t_vkdzg) * t_zmh3u;
+    const real t_2xwyg_2 = t_vkdzg * t_4iujv - K_L32 * t_lirtp;
+    const real t_ltzgy = t_t3zca * t_bpfoo + t_w7lcw * t_2xwyg_2 + t_3go2w * t_lirtp;
+    const real t_cgxsm_2 = t_wzmp3_2 - t_zmkrd_2 * t_cxwzz_2 - (t_tvmsg_2 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_2));
+    const real t_ycqju_2 = t_ilple_2 - t_7ofua_2;
     const real t_4w3t6_2 = SELECT0(m_el4yy, t_ycqju_2) + t_w7lcw * t_cgxsm_2;
-    const real t_pdzxe_2 = p[F] * t_k6zjx_2 - (t_qbg3i_2 + t_qhkro_2 * t_2gr5i_2);
+    const real t_pdzxe_2 = p[F] * t_k6zjx_2 - (t_ooljq_2 + t_zmkrd_2 * t_lqx5z_2);
     const real t_tuq22_2 = (t_pdzxe_2 + t_3go2w * t_cgxsm_2 - K_L32 * t_4w3t6_2) * t_zmh3u;
-    const real t_54x6k_2 = t_4w3t6_2 * t_4iujv - K_L32 * t_tuq22_2;
-    const real t_mtv6d_2 = t_cgxsm_2 * t_bpfoo + t_w7lcw * t_54x6k_2 + t_3go2w * t_tuq22_2;
-    const real t_3ko5c = K54 * t_cjacu
-        - K64 * t_x65yo
-        - t_2m245 * t_6xbvw
-        - t_2m245 * t_x5vvk
-        - t_yz7e5 * t_vcjms
-        - t_yz7e5 * t_hm7tw_2
-        - K43 * t_mtpi4
-        + K43 * t_tzrjx
-        - K44 * t_lrcup
-        - t_2m245 * t_mtv6d_2
-        - t_yz7e5 * t_54x6k_2
+    const real t_s7pal_2 = t_4w3t6_2 * t_4iujv - K_L32 * t_tuq22_2;
+    const real t_cyfhb_2 = t_cgxsm_2 * t_bpfoo + t_w7lcw * t_s7pal_2 + t_3go2w * t_tuq22_2;
+    const real t_oqvko = K54 * t_cjacu
+        - K64 * t_ezdhr
+        - t_2m245 * t_4776m
+        - t_2m245 * t_ltzgy
+        - t_yz7e5 * t_dew5r
+        - t_yz7e5 * t_2xwyg_2
+        - K43 * t_rmlmy
+        + K43 * t_lirtp
+        - K44 * t_hdvpj
+        - t_2m245 * t_cyfhb_2
+        - t_yz7e5 * t_s7pal_2
         + K43 * t_tuq22_2
         + t_xq4wt * t_ke372_2
         + t_5wcj3 * t_j5h4e_2
         - K_L43 * t_ejflw_2;
-    const real t_4kkud = K55 * t_cjacu
-        - K65 * t_x65yo
-        - t_6mmeb * t_6xbvw
-        - t_6mmeb * t_x5vvk
-        + K52 * t_vcjms
-        + K52 * t_hm7tw_2
-        - K53 * t_mtpi4
-        + K53 * t_tzrjx
-        - K54 * t_lrcup
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_2)
-        - t_6mmeb * t_mtv6d_2
-        + K52 * t_54x6k_2
+    const real t_v2wmy = K55 * t_cjacu
+        - K65 * t_ezdhr
+        - t_6mmeb * t_4776m
+        - t_6mmeb * t_ltzgy
+        + K52 * t_dew5r
+        + K52 * t_2xwyg_2
+        - K53 * t_rmlmy
+        + K53 * t_lirtp
+        - K54 * t_hdvpj
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_2)
+        - t_6mmeb * t_cyfhb_2
+        + K52 * t_s7pal_2
         + K53 * t_tuq22_2
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_2)
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_2))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_2))
         + t_rujpm * t_ke372_2
         - K_L52 * t_j5h4e_2
         - K_L53 * t_ejflw_2
-        - K_L54 * t_3ko5c;
-    const real t_2bakj = t_lwe76 * t_3cp5h_2
+        - K_L54 * t_oqvko;
+    const real t_nphp4 = t_lwe76 * t_3cp5h_2
         - K65 * t_cjacu
-        + K66 * t_x65yo
-        + t_bl4f2 * t_6xbvw
-        + t_bl4f2 * t_x5vvk
-        + t_hjmgb * t_vcjms
-        + t_hjmgb * t_hm7tw_2
-        + K63 * t_mtpi4
-        - K63 * t_tzrjx
-        + K64 * t_lrcup
+        + K66 * t_ezdhr
+        + t_bl4f2 * t_4776m
+        + t_bl4f2 * t_ltzgy
+        + t_hjmgb * t_dew5r
+        + t_hjmgb * t_2xwyg_2
+        + K63 * t_rmlmy
+        - K63 * t_lirtp
+        + K64 * t_hdvpj
         - t_lwe76 * t_pdzxe_2
-        + t_bl4f2 * t_mtv6d_2
-        + t_hjmgb * t_54x6k_2
+        + t_bl4f2 * t_cyfhb_2
+        + t_hjmgb * t_s7pal_2
         - K63 * t_tuq22_2;
-    const real t_rrl6h = t_lwe76 * t_mvrqf_2
-        - t_2bakj
+    const real t_ms4oo = t_lwe76 * t_mvrqf_2
+        - t_nphp4
         + t_pgxzp * t_ke372_2
         + t_gz422 * t_j5h4e_2
         - K_L63 * t_ejflw_2
-        - K_L64 * t_3ko5c
-        - K_L65 * t_4kkud;
-    const real t_ckbdq = t_rrl6h * t_nfkwa;
-    const real t_3wobu = t_4kkud * t_ftqxb - K_L65 * t_ckbdq;
-    const real t_aupbe = t_3ko5c * t_lt2al - K_L54 * t_3wobu - K_L64 * t_ckbdq;
-    const real t_oipqy = t_ejflw_2 * t_zmh3u - K_L43 * t_aupbe - K_L53 * t_3wobu - K_L63 * t_ckbdq;
-    const real t_fsly7 = t_j5h4e_2 * t_4iujv
-        - K_L32 * t_oipqy
-        + t_5wcj3 * t_aupbe
-        - K_L52 * t_3wobu
-        + t_gz422 * t_ckbdq;
-    const real t_t7wvv = t_ke372_2 * t_bpfoo
-        + t_w7lcw * t_fsly7
-        + t_3go2w * t_oipqy
-        + t_xq4wt * t_aupbe
-        + t_rujpm * t_3wobu
-        + t_pgxzp * t_ckbdq;
+        - K_L64 * t_oqvko
+        - K_L65 * t_v2wmy;
+    const real t_g244h = t_ms4oo * t_nfkwa;
+    const real t_feqox = t_v2wmy * t_ftqxb - K_L65 * t_g244h;
+    const real t_qcbyi = t_oqvko * t_lt2al - K_L54 * t_feqox - K_L64 * t_g244h;
+    const real t_hydzp = t_ejflw_2 * t_zmh3u - K_L43 * t_qcbyi - K_L53 * t_feqox - K_L63 * t_g244h;
+    const real t_cpzth = t_j5h4e_2 * t_4iujv
+        - K_L32 * t_hydzp
+        + t_5wcj3 * t_qcbyi
+        - K_L52 * t_feqox
+        + t_gz422 * t_g244h;
+    const real t_ly4v3 = t_ke372_2 * t_bpfoo
+        + t_w7lcw * t_cpzth
+        + t_3go2w * t_hydzp
+        + t_xq4wt * t_qcbyi
+        + t_rujpm * t_feqox
+        + t_pgxzp * t_g244h;
     const real t_bgzij = c[r1] * q[vy] - q[vy] * c[r2];
     const real t_b4a5o = f_v1_L21 * t_bgzij - c[r2] * q[vx];
     const real t_7ut75 = (f_v1_L31 * t_bgzij - f_v1_L32 * t_b4a5o) * t_qqmqs;
-    const real t_g5fjc = t_b4a5o * t_omhw7 - f_v1_L32 * t_7ut75;
-    const real t_v6skb = x_C * t_7ut75;
-    const real t_t27b3 = x_C * t_g5fjc + c[w2] * c[r2];
-    const real t_wttu4 = t_bgzij * t_4v7es + f_v1_L21 * t_g5fjc + f_v1_L31 * t_7ut75;
-    const real t_rg3ju = K52 * t_7ut75
-        + t_hjmgb * t_g5fjc
-        + K22 * t_v6skb
-        - K32 * t_t27b3
-        + t_yz7e5 * t_wttu4;
-    const real t_u7sgs = t_2m245 * t_wttu4
-        - (t_6mmeb * t_7ut75 - t_bl4f2 * t_g5fjc + t_b3aij * t_v6skb - t_zzymx * t_t27b3);
-    const real t_vjjy2 = K53 * t_7ut75
-        - K63 * t_g5fjc
-        + K32 * t_v6skb
-        - K33 * t_t27b3
-        - K43 * t_wttu4;
-    const real t_pbj32 = K11 * t_u7sgs - t_b3aij * t_rg3ju - t_zzymx * t_vjjy2;
-    const real t_mz5ms = t_nlrbh * t_pbj32
-        - PP_v1 * (t_i246m * t_u7sgs + t_etuzz * t_rg3ju + t_uen3p * t_vjjy2);
-    const real t_ngxn3 = (SELECT0(m_il3ht, t_esqfa * t_mz5ms * t_q5kgs) - t_pbj32) * t_phv5x;
-    const real t_cpffn = t_rg3ju - t_b3aij * t_ngxn3;
-    const real t_c7cte = t_q2hfz * (t_cofwl * (t_cpffn * t_y7rm6));
-    const real t_yabq5_3 = t_c7cte * t_nwsjf;
-    const real t_skjh5_3 = t_cnhcl * (t_ee7r6 * t_yabq5_3);
-    const real t_4nx6p_3 = p[F] * (sin_t_s5hay * t_skjh5_3);
-    const real t_ecreo_3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_3));
-    const real t_rjduc = t_vjjy2 - t_zzymx * t_ngxn3;
-    const real t_drrtf = t_rjduc * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_c7cte * t_imn4h)));
-    const real t_3t4m7_3 = t_xh4j2 * (t_o7qta * t_drrtf) * t_gwbho;
-    const real t_lb2wi_3 = sin_t_7g2cn * t_yabq5_3;
-    const real t_da6qh_3 = cos_t_nxflg * t_3t4m7_3;
-    const real t_k6zjx_3 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_3)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_3));
-    const real t_zua55_3 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7_3), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_3 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_3 = t_rila6 * (t_vr3uw * t_zua55_3);
-    const real t_ctppn_3 = sin_t_kl6tx * t_s6fxk_3;
-    const real t_ke372_3 = t_ecreo_3 - t_qhkro * t_ctppn_3;
-    const real t_6dnpl_3 = p[F] * (cos_t_s5hay * t_skjh5_3);
-    const real t_j5h4e_3 = SELECT0(m_el4yy, t_6dnpl_3) + t_w7lcw * t_ke372_3;
-    const real t_qbg3i_3 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_3));
-    const real t_2gr5i_3 = cos_t_kl6tx * t_s6fxk_3;
-    const real t_mvrqf_3 = t_qbg3i_3 + t_qhkro * t_2gr5i_3;
+    const real t_72wcc = t_b4a5o * t_omhw7 - f_v1_L32 * t_7ut75;
+    const real t_hmycd = x_C * t_7ut75;
+    const real t_yykul = x_C * t_72wcc + c[w2] * c[r2];
+    const real t_zwsdh = t_bgzij * t_4v7es + f_v1_L21 * t_72wcc + f_v1_L31 * t_7ut75;
+    const real t_kc4sg = K52 * t_7ut75
+        + t_hjmgb * t_72wcc
+        + K22 * t_hmycd
+        - K32 * t_yykul
+        + t_yz7e5 * t_zwsdh;
+    const real t_aw7da = t_2m245 * t_zwsdh
+        - (t_6mmeb * t_7ut75 - t_bl4f2 * t_72wcc + t_b3aij * t_hmycd - t_zzymx * t_yykul);
+    const real t_awcvz = K53 * t_7ut75
+        - K63 * t_72wcc
+        + K32 * t_hmycd
+        - K33 * t_yykul
+        - K43 * t_zwsdh;
+    const real t_477bj = K11 * t_aw7da - t_b3aij * t_kc4sg - t_zzymx * t_awcvz;
+    const real t_hextx = t_nlrbh * t_477bj
+        - PP_v1 * (t_i246m * t_aw7da + t_etuzz * t_kc4sg + t_uen3p * t_awcvz);
+    const real t_urtq5 = (SELECT0(m_il3ht, t_w4p3n * t_hextx * t_q5kgs) - t_477bj) * t_phv5x;
+    const real t_i3kjq = t_kc4sg - t_b3aij * t_urtq5;
+    const real t_esjjl = t_q2hfz * (t_5x4sb * (t_i3kjq * t_y7rm6));
+    const real t_oesw4_3 = t_esjjl * t_nwsjf;
+    const real t_iubif_3 = t_bw2jd * (t_ee7r6 * t_oesw4_3);
+    const real t_27ev7_3 = p[F] * (sin_t_s5hay * t_iubif_3);
+    const real t_wzmp3_3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_3));
+    const real t_nlyjr = t_awcvz - t_zzymx * t_urtq5;
+    const real t_qo7dg = t_nlyjr * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_esjjl * t_imn4h)));
+    const real t_6llfx_3 = t_q2hfz_2 * (t_2snz7 * t_qo7dg) * t_bifdl;
+    const real t_rl5d3_3 = sin_t_7g2cn * t_oesw4_3;
+    const real t_i7skh_3 = cos_t_finmd * t_6llfx_3;
+    const real t_k6zjx_3 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_3)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_3));
+    const real t_7t7eb_3 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_3), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_3 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_3 = t_zrb6o * (t_vr3uw * t_7t7eb_3);
+    const real t_cxwzz_3 = sin_t_kl6tx * t_swjde_3;
+    const real t_ke372_3 = t_wzmp3_3 - t_zmkrd * t_cxwzz_3;
+    const real t_ilple_3 = p[F] * (cos_t_s5hay * t_iubif_3);
+    const real t_j5h4e_3 = SELECT0(m_el4yy, t_ilple_3) + t_w7lcw * t_ke372_3;
+    const real t_ooljq_3 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_3));
+    const real t_lqx5z_3 = cos_t_kl6tx * t_swjde_3;
+    const real t_mvrqf_3 = t_ooljq_3 + t_zmkrd * t_lqx5z_3;
     const real t_ejflw_3 = t_3go2w * t_ke372_3 - t_mvrqf_3 - K_L32 * t_j5h4e_3;
-    const real t_shxu4_3 = p[F] * t_lb2wi_3;
-    const real t_tvmsg_3 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_3));
-    const real t_dfqts_3 = sin_t_nxflg * t_3t4m7_3;
-    const real t_glmbm = t_tvmsg_3 + SELECT0(m_trmto, t_p34e2 * t_dfqts_3) - (t_u7sgs + K11 * t_ngxn3);
-    const real t_v4eqe_3 = p[F] * (cos_t_7g2cn * t_yabq5_3);
-    const real t_vhx2x = SELECT0(m_el4yy, t_v4eqe_3) - t_cpffn + t_w7lcw * t_glmbm;
-    const real t_3cp5h_3 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_3)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_3));
-    const real t_k2quh = (t_3go2w * t_glmbm - (t_3cp5h_3 + t_rjduc) - K_L32 * t_vhx2x) * t_zmh3u;
-    const real t_hm7tw_3 = t_vhx2x * t_4iujv - K_L32 * t_k2quh;
-    const real t_7b4gf = t_glmbm * t_bpfoo + t_w7lcw * t_hm7tw_3 + t_3go2w * t_k2quh;
-    const real t_cgxsm_3 = t_ecreo_3 - t_qhkro_2 * t_ctppn_3 - (t_tvmsg_3 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_3));
-    const real t_ycqju_3 = t_6dnpl_3 - t_v4eqe_3;
+    const real t_shxu4_3 = p[F] * t_rl5d3_3;
+    const real t_tvmsg_3 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_3));
+    const real t_an7qj_3 = sin_t_finmd * t_6llfx_3;
+    const real t_cpb2h = t_tvmsg_3 + SELECT0(m_uklky, t_p34e2 * t_an7qj_3) - (t_aw7da + K11 * t_urtq5);
+    const real t_7ofua_3 = p[F] * (cos_t_7g2cn * t_oesw4_3);
+    const real t_5loze = SELECT0(m_el4yy, t_7ofua_3) - t_i3kjq + t_w7lcw * t_cpb2h;
+    const real t_3cp5h_3 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_3)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_3));
+    const real t_hdzqo = (t_3go2w * t_cpb2h - (t_3cp5h_3 + t_nlyjr) - K_L32 * t_5loze) * t_zmh3u;
+    const real t_2xwyg_3 = t_5loze * t_4iujv - K_L32 * t_hdzqo;
+    const real t_ltzgy_2 = t_cpb2h * t_bpfoo + t_w7lcw * t_2xwyg_3 + t_3go2w * t_hdzqo;
+    const real t_cgxsm_3 = t_wzmp3_3 - t_zmkrd_2 * t_cxwzz_3 - (t_tvmsg_3 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_3));
+    const real t_ycqju_3 = t_ilple_3 - t_7ofua_3;
     const real t_4w3t6_3 = SELECT0(m_el4yy, t_ycqju_3) + t_w7lcw * t_cgxsm_3;
-    const real t_pdzxe_3 = p[F] * t_k6zjx_3 - (t_qbg3i_3 + t_qhkro_2 * t_2gr5i_3);
+    const real t_pdzxe_3 = p[F] * t_k6zjx_3 - (t_ooljq_3 + t_zmkrd_2 * t_lqx5z_3);
     const real t_tuq22_3 = (t_pdzxe_3 + t_3go2w * t_cgxsm_3 - K_L32 * t_4w3t6_3) * t_zmh3u;
-    const real t_54x6k_3 = t_4w3t6_3 * t_4iujv - K_L32 * t_tuq22_3;
-    const real t_mtv6d_3 = t_cgxsm_3 * t_bpfoo + t_w7lcw * t_54x6k_3 + t_3go2w * t_tuq22_3;
-    const real t_zj67h = K54 * t_7ut75
-        - K64 * t_g5fjc
-        - t_2m245 * t_ngxn3
-        - t_2m245 * t_7b4gf
-        - t_yz7e5 * t_v6skb
-        - t_yz7e5 * t_hm7tw_3
-        - K43 * t_t27b3
-        + K43 * t_k2quh
-        - K44 * t_wttu4
-        - t_2m245 * t_mtv6d_3
-        - t_yz7e5 * t_54x6k_3
+    const real t_s7pal_3 = t_4w3t6_3 * t_4iujv - K_L32 * t_tuq22_3;
+    const real t_cyfhb_3 = t_cgxsm_3 * t_bpfoo + t_w7lcw * t_s7pal_3 + t_3go2w * t_tuq22_3;
+    const real t_qihff = K54 * t_7ut75
+        - K64 * t_72wcc
+        - t_2m245 * t_urtq5
+        - t_2m245 * t_ltzgy_2
+        - t_yz7e5 * t_hmycd
+        - t_yz7e5 * t_2xwyg_3
+        - K43 * t_yykul
+        + K43 * t_hdzqo
+        - K44 * t_zwsdh
+        - t_2m245 * t_cyfhb_3
+        - t_yz7e5 * t_s7pal_3
         + K43 * t_tuq22_3
         + t_xq4wt * t_ke372_3
         + t_5wcj3 * t_j5h4e_3
         - K_L43 * t_ejflw_3;
-    const real t_3dcmx = K55 * t_7ut75
-        - K65 * t_g5fjc
-        - t_6mmeb * t_ngxn3
-        - t_6mmeb * t_7b4gf
-        + K52 * t_v6skb
-        + K52 * t_hm7tw_3
-        - K53 * t_t27b3
-        + K53 * t_k2quh
-        - K54 * t_wttu4
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_3)
-        - t_6mmeb * t_mtv6d_3
-        + K52 * t_54x6k_3
+    const real t_ntb6f = K55 * t_7ut75
+        - K65 * t_72wcc
+        - t_6mmeb * t_urtq5
+        - t_6mmeb * t_ltzgy_2
+        + K52 * t_hmycd
+        + K52 * t_2xwyg_3
+        - K53 * t_yykul
+        + K53 * t_hdzqo
+        - K54 * t_zwsdh
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_3)
+        - t_6mmeb * t_cyfhb_3
+        + K52 * t_s7pal_3
         + K53 * t_tuq22_3
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_3)
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_3))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_3))
         + t_rujpm * t_ke372_3
         - K_L52 * t_j5h4e_3
         - K_L53 * t_ejflw_3
-        - K_L54 * t_zj67h;
-    const real t_6debl = t_lwe76 * t_3cp5h_3
+        - K_L54 * t_qihff;
+    const real t_u3kgh = t_lwe76 * t_3cp5h_3
         - K65 * t_7ut75
-        + K66 * t_g5fjc
-        + t_bl4f2 * t_ngxn3
-        + t_bl4f2 * t_7b4gf
-        + t_hjmgb * t_v6skb
-        + t_hjmgb * t_hm7tw_3
-        + K63 * t_t27b3
-        - K63 * t_k2quh
-        + K64 * t_wttu4
+        + K66 * t_72wcc
+        + t_bl4f2 * t_urtq5
+        + t_bl4f2 * t_ltzgy_2
+        + t_hjmgb * t_hmycd
+        + t_hjmgb * t_2xwyg_3
+        + K63 * t_yykul
+        - K63 * t_hdzqo
+        + K64 * t_zwsdh
         - t_lwe76 * t_pdzxe_3
-        + t_bl4f2 * t_mtv6d_3
-        + t_hjmgb * t_54x6k_3
+        + t_bl4f2 * t_cyfhb_3
+        + t_hjmgb * t_s7pal_3
         - K63 * t_tuq22_3;
-    const real t_h63kr = t_lwe76 * t_mvrqf_3
-        - t_6debl
+    const real t_tugiy = t_lwe76 * t_mvrqf_3
+        - t_u3kgh
         + t_pgxzp * t_ke372_3
         + t_gz422 * t_j5h4e_3
         - K_L63 * t_ejflw_3
-        - K_L64 * t_zj67h
-        - K_L65 * t_3dcmx;
-    const real t_wdeqk = t_h63kr * t_nfkwa;
-    const real t_ou72h = t_3dcmx * t_ftqxb - K_L65 * t_wdeqk;
-    const real t_zkb4z = t_zj67h * t_lt2al - K_L54 * t_ou72h - K_L64 * t_wdeqk;
-    const real t_hlhnm = t_ejflw_3 * t_zmh3u - K_L43 * t_zkb4z - K_L53 * t_ou72h - K_L63 * t_wdeqk;
-    const real t_kzgqi = t_j5h4e_3 * t_4iujv
-        - K_L32 * t_hlhnm
-        + t_5wcj3 * t_zkb4z
-        - K_L52 * t_ou72h
-        + t_gz422 * t_wdeqk;
-    const real t_xhk6r = t_ke372_3 * t_bpfoo
-        + t_w7lcw * t_kzgqi
-        + t_3go2w * t_hlhnm
-        + t_xq4wt * t_zkb4z
-        + t_rujpm * t_ou72h
-        + t_pgxzp * t_wdeqk;
+        - K_L64 * t_qihff
+        - K_L65 * t_ntb6f;
+    const real t_tt7qo = t_tugiy * t_nfkwa;
+    const real t_wpogp = t_ntb6f * t_ftqxb - K_L65 * t_tt7qo;
+    const real t_wzbp5 = t_qihff * t_lt2al - K_L54 * t_wpogp - K_L64 * t_tt7qo;
+    const real t_nfkya = t_ejflw_3 * t_zmh3u - K_L43 * t_wzbp5 - K_L53 * t_wpogp - K_L63 * t_tt7qo;
+    const real t_yemxe = t_j5h4e_3 * t_4iujv
+        - K_L32 * t_nfkya
+        + t_5wcj3 * t_wzbp5
+        - K_L52 * t_wpogp
+        + t_gz422 * t_tt7qo;
+    const real t_x342x = t_ke372_3 * t_bpfoo
+        + t_w7lcw * t_yemxe
+        + t_3go2w * t_nfkya
+        + t_xq4wt * t_wzbp5
+        + t_rujpm * t_wpogp
+        + t_pgxzp * t_tt7qo;
     const real t_4z4np = p[l1] * cos_phi1;
     const real t_ceplo = t_wmv32 * t_4z4np;
     const real t_ljxeu = q_1 * q[wy] + t_smkh7 - t_ceplo;
@@ -2721,7 +2721,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_ly4o3 = t_6tvwe - Wt2;
     const real t_skszy = B_2 * t_ly4o3;
     const real t_3iwx3 = t_bpppy + cos_phi2 * t_skszy;
-    const real t_bztan = t_mnfa5 + t_cb5bw - sin_theta1 * t_hqad4 - sin_theta2 * t_3iwx3;
+    const real t_ec5ib = t_mnfa5 + t_cb5bw - sin_theta1 * t_hqad4 - sin_theta2 * t_3iwx3;
     const real t_s7fnn = t_azo52 * Wn1 - t_5jodw * Wn1 - Dd_theta1;
     const real t_viu2a = p[m1] * t_pfzlv
         - (t_5jodw * t_qbejf + t_3arbs)
@@ -2745,179 +2745,179 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_iecaz * (t_x5sl2 * t_ecgbv)
         - t_ez7bq * (cy_theta1 * t_s7fnn)
         - t_gutx2 * (cy_theta2 * t_wl5tr);
-    const real t_e4pra = f_v1_L21 * t_masw7 - t_js6xh;
-    const real t_ckiet = (f_v1_L31 * t_masw7 + t_6ahic - f_v1_L32 * t_e4pra) * t_qqmqs;
-    const real t_p4kzz = q[wy] + t_ckiet;
-    const real t_uwtm2 = t_e4pra * t_omhw7 - f_v1_L32 * t_ckiet;
-    const real t_wkzjn = q[wz] - t_uwtm2;
+    const real t_fbva2 = f_v1_L21 * t_masw7 - t_js6xh;
+    const real t_z7z7i = (f_v1_L31 * t_masw7 + t_6ahic - f_v1_L32 * t_fbva2) * t_qqmqs;
+    const real t_j2jup = q[wy] + t_z7z7i;
+    const real t_qe6vj = t_fbva2 * t_omhw7 - f_v1_L32 * t_z7z7i;
+    const real t_3krc3 = q[wz] - t_qe6vj;
     const real t_2ccm7 = c[w1] * (gy_theta1 * t_l5slt - (gy_phi1 * t_7pydp + gy_phi2 * t_ob75p) + gy_theta2 * t_qy6do);
-    const real t_hmvql = x_C * t_p4kzz - t_2ccm7;
+    const real t_vhjzc = x_C * t_j2jup - t_2ccm7;
     const real t_cyqj6 = c[w2] * (gz_phi1 * t_7pydp + gz_phi2 * t_ob75p + t_tpms2 * t_l5slt + t_h3pge * t_qy6do);
-    const real t_6mnz4 = x_C * t_wkzjn + t_cyqj6;
-    const real t_im5eh = t_masw7 * t_4v7es + f_v1_L21 * t_uwtm2 + f_v1_L31 * t_ckiet;
-    const real t_xa4a3 = t_bztan
-        + K52 * t_p4kzz
-        - t_hjmgb * t_wkzjn
-        + K22 * t_hmvql
-        + K32 * t_6mnz4
-        + t_yz7e5 * t_im5eh;
+    const real t_4772y = x_C * t_3krc3 + t_cyqj6;
+    const real t_iaacb = t_masw7 * t_4v7es + f_v1_L21 * t_qe6vj + f_v1_L31 * t_z7z7i;
+    const real t_xi5ml = t_ec5ib
+        + K52 * t_j2jup
+        - t_hjmgb * t_3krc3
+        + K22 * t_vhjzc
+        + K32 * t_4772y
+        + t_yz7e5 * t_iaacb;
     const real t_ghnnr = cos_phi1 * t_jfvj3;
     const real t_7e3oz = cos_phi2 * t_2bqt6;
     const real t_pworu = sin_phi1 * t_h7dxi + sin_phi2 * t_skszy - t_ghnnr - t_7e3oz;
-    const real t_fny7h = t_pworu
-        + t_6mmeb * t_p4kzz
-        + t_bl4f2 * t_wkzjn
-        + t_b3aij * t_hmvql
-        + t_zzymx * t_6mnz4;
-    const real t_kinfz = t_2m245 * t_im5eh - t_fny7h;
+    const real t_rjkox = t_pworu
+        + t_6mmeb * t_j2jup
+        + t_bl4f2 * t_3krc3
+        + t_b3aij * t_vhjzc
+        + t_zzymx * t_4772y;
+    const real t_zmny3 = t_2m245 * t_iaacb - t_rjkox;
     const real t_rwvfl = sin_theta1 * t_wp4cy;
     const real t_cqdkk = sin_theta2 * t_sc77m;
-    const real t_vxpyo = cos_theta1 * t_hqad4 + (t_rwvfl + t_cqdkk) + cos_theta2 * t_3iwx3;
-    const real t_2vcrv = K53 * t_p4kzz
-        - t_vxpyo
-        + K63 * t_wkzjn
-        + K32 * t_hmvql
-        + K33 * t_6mnz4
-        - K43 * t_im5eh;
-    const real t_ddmpt = K11 * t_kinfz - t_b3aij * t_xa4a3 - t_zzymx * t_2vcrv;
-    const real t_k2zis = t_nlrbh * t_ddmpt
-        - PP_v1 * (t_i246m * t_kinfz + t_etuzz * t_xa4a3 + t_uen3p * t_2vcrv);
-    const real t_q5w46 = (SELECT0(m_il3ht, t_esqfa * t_k2zis * t_q5kgs) - t_ddmpt) * t_phv5x;
-    const real t_a3jtc = t_xa4a3 - t_b3aij * t_q5w46;
-    const real t_b7zwt = t_q2hfz * (t_cofwl * (t_a3jtc * t_y7rm6));
-    const real t_yabq5_4 = t_b7zwt * t_nwsjf;
-    const real t_skjh5_4 = t_cnhcl * (t_ee7r6 * t_yabq5_4);
-    const real t_4nx6p_4 = p[F] * (sin_t_s5hay * t_skjh5_4);
-    const real t_ecreo_4 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_4));
-    const real t_5lt2o = t_2vcrv - t_zzymx * t_q5w46;
-    const real t_b7y34 = t_5lt2o * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_b7zwt * t_imn4h)));
-    const real t_3t4m7_4 = t_xh4j2 * (t_o7qta * t_b7y34) * t_gwbho;
-    const real t_lb2wi_4 = sin_t_7g2cn * t_yabq5_4;
-    const real t_da6qh_4 = cos_t_nxflg * t_3t4m7_4;
-    const real t_k6zjx_4 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_4)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_4));
-    const real t_zua55_4 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7_4), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_4 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_4 = t_rila6 * (t_vr3uw * t_zua55_4);
-    const real t_ctppn_4 = sin_t_kl6tx * t_s6fxk_4;
-    const real t_nm2gl = t_ecreo_4 - t_qhkro * t_ctppn_4 + t_pworu;
-    const real t_6dnpl_4 = p[F] * (cos_t_s5hay * t_skjh5_4);
-    const real t_x24cd = SELECT0(m_el4yy, t_6dnpl_4) - t_bztan + t_w7lcw * t_nm2gl;
-    const real t_qbg3i_4 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_4));
-    const real t_2gr5i_4 = cos_t_kl6tx * t_s6fxk_4;
-    const real t_mvrqf_4 = t_qbg3i_4 + t_qhkro * t_2gr5i_4;
-    const real t_kzofv = t_3go2w * t_nm2gl - (t_mvrqf_4 - t_vxpyo) - K_L32 * t_x24cd;
+    const real t_4wml3 = cos_theta1 * t_hqad4 + (t_rwvfl + t_cqdkk) + cos_theta2 * t_3iwx3;
+    const real t_4c5rw = K53 * t_j2jup
+        - t_4wml3
+        + K63 * t_3krc3
+        + K32 * t_vhjzc
+        + K33 * t_4772y
+        - K43 * t_iaacb;
+    const real t_qprab = K11 * t_zmny3 - t_b3aij * t_xi5ml - t_zzymx * t_4c5rw;
+    const real t_7qrgf = t_nlrbh * t_qprab
+        - PP_v1 * (t_i246m * t_zmny3 + t_etuzz * t_xi5ml + t_uen3p * t_4c5rw);
+    const real t_fhtxu = (SELECT0(m_il3ht, t_w4p3n * t_7qrgf * t_q5kgs) - t_qprab) * t_phv5x;
+    const real t_2zdjv = t_xi5ml - t_b3aij * t_fhtxu;
+    const real t_isnqo = t_q2hfz * (t_5x4sb * (t_2zdjv * t_y7rm6));
+    const real t_oesw4_4 = t_isnqo * t_nwsjf;
+    const real t_iubif_4 = t_bw2jd * (t_ee7r6 * t_oesw4_4);
+    const real t_27ev7_4 = p[F] * (sin_t_s5hay * t_iubif_4);
+    const real t_wzmp3_4 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_4));
+    const real t_qpid4 = t_4c5rw - t_zzymx * t_fhtxu;
+    const real t_wugjx = t_qpid4 * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_isnqo * t_imn4h)));
+    const real t_6llfx_4 = t_q2hfz_2 * (t_2snz7 * t_wugjx) * t_bifdl;
+    const real t_rl5d3_4 = sin_t_7g2cn * t_oesw4_4;
+    const real t_i7skh_4 = cos_t_finmd * t_6llfx_4;
+    const real t_k6zjx_4 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_4)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_4));
+    const real t_7t7eb_4 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_4), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_4 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_4 = t_zrb6o * (t_vr3uw * t_7t7eb_4);
+    const real t_cxwzz_4 = sin_t_kl6tx * t_swjde_4;
+    const real t_q5vwp = t_wzmp3_4 - t_zmkrd * t_cxwzz_4 + t_pworu;
+    const real t_ilple_4 = p[F] * (cos_t_s5hay * t_iubif_4);
+    const real t_x24cd = SELECT0(m_el4yy, t_ilple_4) - t_ec5ib + t_w7lcw * t_q5vwp;
+    const real t_ooljq_4 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_4));
+    const real t_lqx5z_4 = cos_t_kl6tx * t_swjde_4;
+    const real t_mvrqf_4 = t_ooljq_4 + t_zmkrd * t_lqx5z_4;
+    const real t_6sjkg = t_3go2w * t_q5vwp - (t_mvrqf_4 - t_4wml3) - K_L32 * t_x24cd;
     const real t_zfk4z = p[l1] * t_h7dxi;
     const real t_a7ivz = q_1 * t_wp4cy + q_2 * t_sc77m;
     const real t_6tlin = p[l2] * t_skszy;
-    const real t_iztqh = t_zfk4z - t_a7ivz + t_6tlin;
-    const real t_shxu4_4 = p[F] * t_lb2wi_4;
-    const real t_tvmsg_4 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_4));
-    const real t_dfqts_4 = sin_t_nxflg * t_3t4m7_4;
-    const real t_p2q7i = t_tvmsg_4 + SELECT0(m_trmto, t_p34e2 * t_dfqts_4) - (t_kinfz + K11 * t_q5w46);
-    const real t_v4eqe_4 = p[F] * (cos_t_7g2cn * t_yabq5_4);
-    const real t_hgzzy = SELECT0(m_el4yy, t_v4eqe_4) - t_a3jtc + t_w7lcw * t_p2q7i;
-    const real t_3cp5h_4 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_4)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_4));
-    const real t_drvc5 = (t_3go2w * t_p2q7i - (t_3cp5h_4 + t_5lt2o) - K_L32 * t_hgzzy) * t_zmh3u;
-    const real t_hm7tw_4 = t_hgzzy * t_4iujv - K_L32 * t_drvc5;
-    const real t_emigb = t_p2q7i * t_bpfoo + t_w7lcw * t_hm7tw_4 + t_3go2w * t_drvc5;
-    const real t_cgxsm_4 = t_ecreo_4 - t_qhkro_2 * t_ctppn_4 - (t_tvmsg_4 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_4));
-    const real t_ycqju_4 = t_6dnpl_4 - t_v4eqe_4;
+    const real t_5rzq2 = t_zfk4z - t_a7ivz + t_6tlin;
+    const real t_shxu4_4 = p[F] * t_rl5d3_4;
+    const real t_tvmsg_4 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_4));
+    const real t_an7qj_4 = sin_t_finmd * t_6llfx_4;
+    const real t_ywqzu = t_tvmsg_4 + SELECT0(m_uklky, t_p34e2 * t_an7qj_4) - (t_zmny3 + K11 * t_fhtxu);
+    const real t_7ofua_4 = p[F] * (cos_t_7g2cn * t_oesw4_4);
+    const real t_gfnjo = SELECT0(m_el4yy, t_7ofua_4) - t_2zdjv + t_w7lcw * t_ywqzu;
+    const real t_3cp5h_4 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_4)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_4));
+    const real t_dwigf = (t_3go2w * t_ywqzu - (t_3cp5h_4 + t_qpid4) - K_L32 * t_gfnjo) * t_zmh3u;
+    const real t_2xwyg_4 = t_gfnjo * t_4iujv - K_L32 * t_dwigf;
+    const real t_vevi4 = t_ywqzu * t_bpfoo + t_w7lcw * t_2xwyg_4 + t_3go2w * t_dwigf;
+    const real t_cgxsm_4 = t_wzmp3_4 - t_zmkrd_2 * t_cxwzz_4 - (t_tvmsg_4 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_4));
+    const real t_ycqju_4 = t_ilple_4 - t_7ofua_4;
     const real t_4w3t6_4 = SELECT0(m_el4yy, t_ycqju_4) + t_w7lcw * t_cgxsm_4;
-    const real t_pdzxe_4 = p[F] * t_k6zjx_4 - (t_qbg3i_4 + t_qhkro_2 * t_2gr5i_4);
+    const real t_pdzxe_4 = p[F] * t_k6zjx_4 - (t_ooljq_4 + t_zmkrd_2 * t_lqx5z_4);
     const real t_tuq22_4 = (t_pdzxe_4 + t_3go2w * t_cgxsm_4 - K_L32 * t_4w3t6_4) * t_zmh3u;
-    const real t_54x6k_4 = t_4w3t6_4 * t_4iujv - K_L32 * t_tuq22_4;
-    const real t_mtv6d_4 = t_cgxsm_4 * t_bpfoo + t_w7lcw * t_54x6k_4 + t_3go2w * t_tuq22_4;
-    const real t_sw27n = t_iztqh
-        + K54 * t_p4kzz
-        + K64 * t_wkzjn
-        - t_2m245 * t_q5w46
-        - t_2m245 * t_emigb
-        - t_yz7e5 * t_hmvql
-        - t_yz7e5 * t_hm7tw_4
-        + K43 * t_6mnz4
-        + K43 * t_drvc5
-        - K44 * t_im5eh
-        - t_2m245 * t_mtv6d_4
-        - t_yz7e5 * t_54x6k_4
+    const real t_s7pal_4 = t_4w3t6_4 * t_4iujv - K_L32 * t_tuq22_4;
+    const real t_cyfhb_4 = t_cgxsm_4 * t_bpfoo + t_w7lcw * t_s7pal_4 + t_3go2w * t_tuq22_4;
+    const real t_v6teg = t_5rzq2
+        + K54 * t_j2jup
+        + K64 * t_3krc3
+        - t_2m245 * t_fhtxu
+        - t_2m245 * t_vevi4
+        - t_yz7e5 * t_vhjzc
+        - t_yz7e5 * t_2xwyg_4
+        + K43 * t_4772y
+        + K43 * t_dwigf
+        - K44 * t_iaacb
+        - t_2m245 * t_cyfhb_4
+        - t_yz7e5 * t_s7pal_4
         + K43 * t_tuq22_4
-        - t_iztqh
-        + t_xq4wt * t_nm2gl
+        - t_5rzq2
+        + t_xq4wt * t_q5vwp
         + t_5wcj3 * t_x24cd
-        - K_L43 * t_kzofv;
-    const real t_dzlkr = t_zfk4z - e1 * t_hqad4;
-    const real t_7hro7 = t_6tlin - e2 * t_3iwx3;
-    const real t_q3zlw = sin_theta1 * t_dzlkr
+        - K_L43 * t_6sjkg;
+    const real t_oeo2d = t_zfk4z - e1 * t_hqad4;
+    const real t_6g4dk = t_6tlin - e2 * t_3iwx3;
+    const real t_tc4zj = sin_theta1 * t_oeo2d
         - t_a7ivz
-        + sin_theta2 * t_7hro7
+        + sin_theta2 * t_6g4dk
         - t_5r66u * q[wy]
         + g_1 * t_mnfa5
         + g_2 * t_cb5bw;
-    const real t_lzotv = t_q3zlw
-        + K55 * t_p4kzz
-        + K65 * t_wkzjn
-        - t_6mmeb * t_q5w46
-        - t_6mmeb * t_emigb
-        + K52 * t_hmvql
-        + K52 * t_hm7tw_4
-        + K53 * t_6mnz4
-        + K53 * t_drvc5
-        - K54 * t_im5eh
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_4)
-        - t_6mmeb * t_mtv6d_4
-        + K52 * t_54x6k_4
+    const real t_wdsap = t_tc4zj
+        + K55 * t_j2jup
+        + K65 * t_3krc3
+        - t_6mmeb * t_fhtxu
+        - t_6mmeb * t_vevi4
+        + K52 * t_vhjzc
+        + K52 * t_2xwyg_4
+        + K53 * t_4772y
+        + K53 * t_dwigf
+        - K54 * t_iaacb
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_4)
+        - t_6mmeb * t_cyfhb_4
+        + K52 * t_s7pal_4
         + K53 * t_tuq22_4
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_4)
-        - t_q3zlw
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_4))
-        + t_rujpm * t_nm2gl
+        - t_tc4zj
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_4))
+        + t_rujpm * t_q5vwp
         - K_L52 * t_x24cd
-        - K_L53 * t_kzofv
-        - K_L54 * t_sw27n;
-    const real t_k4r7s = cos_theta1 * t_dzlkr
-        + cos_theta2 * t_7hro7
+        - K_L53 * t_6sjkg
+        - K_L54 * t_v6teg;
+    const real t_d3sej = cos_theta1 * t_oeo2d
+        + cos_theta2 * t_6g4dk
         + I_theta1
         + I_theta2
         - t_7bo2j * q[wz]
         - g_1 * t_rwvfl
         - g_2 * t_cqdkk;
-    const real t_akj7e = t_lwe76 * t_3cp5h_4
-        - t_k4r7s
-        - K65 * t_p4kzz
-        - K66 * t_wkzjn
-        + t_bl4f2 * t_q5w46
-        + t_bl4f2 * t_emigb
-        + t_hjmgb * t_hmvql
-        + t_hjmgb * t_hm7tw_4
-        - K63 * t_6mnz4
-        - K63 * t_drvc5
-        + K64 * t_im5eh
+    const real t_tcqs6 = t_lwe76 * t_3cp5h_4
+        - t_d3sej
+        - K65 * t_j2jup
+        - K66 * t_3krc3
+        + t_bl4f2 * t_fhtxu
+        + t_bl4f2 * t_vevi4
+        + t_hjmgb * t_vhjzc
+        + t_hjmgb * t_2xwyg_4
+        - K63 * t_4772y
+        - K63 * t_dwigf
+        + K64 * t_iaacb
         - t_lwe76 * t_pdzxe_4
-        + t_bl4f2 * t_mtv6d_4
-        + t_hjmgb * t_54x6k_4
+        + t_bl4f2 * t_cyfhb_4
+        + t_hjmgb * t_s7pal_4
         - K63 * t_tuq22_4
-        + t_k4r7s;
-    const real t_nvdal = t_lwe76 * t_mvrqf_4
-        - t_akj7e
-        + t_pgxzp * t_nm2gl
+        + t_d3sej;
+    const real t_w4ti3 = t_lwe76 * t_mvrqf_4
+        - t_tcqs6
+        + t_pgxzp * t_q5vwp
         + t_gz422 * t_x24cd
-        - K_L63 * t_kzofv
-        - K_L64 * t_sw27n
-        - K_L65 * t_lzotv;
-    const real t_ewg7z = t_nvdal * t_nfkwa;
-    const real t_5mfup = t_lzotv * t_ftqxb - K_L65 * t_ewg7z;
-    const real t_nndio = t_sw27n * t_lt2al - K_L54 * t_5mfup - K_L64 * t_ewg7z;
-    const real t_g77ri = t_kzofv * t_zmh3u - K_L43 * t_nndio - K_L53 * t_5mfup - K_L63 * t_ewg7z;
-    const real t_licko = t_x24cd * t_4iujv
-        - K_L32 * t_g77ri
-        + t_5wcj3 * t_nndio
-        - K_L52 * t_5mfup
-        + t_gz422 * t_ewg7z;
-    const real t_atb7e = t_nm2gl * t_bpfoo
-        + t_w7lcw * t_licko
-        + t_3go2w * t_g77ri
-        + t_xq4wt * t_nndio
-        + t_rujpm * t_5mfup
-        + t_pgxzp * t_ewg7z;
+        - K_L63 * t_6sjkg
+        - K_L64 * t_v6teg
+        - K_L65 * t_wdsap;
+    const real t_mnget = t_w4ti3 * t_nfkwa;
+    const real t_zzomv = t_wdsap * t_ftqxb - K_L65 * t_mnget;
+    const real t_hridv = t_v6teg * t_lt2al - K_L54 * t_zzomv - K_L64 * t_mnget;
+    const real t_mzuye = t_6sjkg * t_zmh3u - K_L43 * t_hridv - K_L53 * t_zzomv - K_L63 * t_mnget;
+    const real t_57c5m = t_x24cd * t_4iujv
+        - K_L32 * t_mzuye
+        + t_5wcj3 * t_hridv
+        - K_L52 * t_zzomv
+        + t_gz422 * t_mnget;
+    const real t_qdb76 = t_q5vwp * t_bpfoo
+        + t_w7lcw * t_57c5m
+        + t_3go2w * t_mzuye
+        + t_xq4wt * t_hridv
+        + t_rujpm * t_zzomv
+        + t_pgxzp * t_mnget;
     const real t_bq73g = sin_phi1 * sin_theta1;
     const real t_qrqlw = q_1 * q[wx]
         + w_x1 * (lc_1 * cos_theta1)
@@ -2945,7 +2945,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_js3na = chi2 * t_vjwdl - t_c6dmt * t_7pjle - w_x2 * sin_theta2;
     const real t_xythb = B_2 * t_js3na;
     const real t_jshhh = sin_phi2 * t_a5qu3 - cos_phi2 * t_xythb;
-    const real t_etm6e = t_56goo + t_isxxh + sin_theta1 * t_zexpu + sin_theta2 * t_jshhh;
+    const real t_zxqcw = t_56goo + t_isxxh + sin_theta1 * t_zexpu + sin_theta2 * t_jshhh;
     const real t_3owti = q[wx] * cos_theta1;
     const real t_y226h = t_invly * sin_theta1;
     const real t_usgpo = t_azo52 * t_3owti
@@ -2994,171 +2994,171 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - t_ez7bq * (cy_theta1 * t_usgpo)
         - t_gutx2 * (cy_theta2 * t_q6xwg);
     const real t_276ik = f_v1_L21 * t_3jxh7 - (c[w4] + t_5ikqk);
-    const real t_xfjg5 = (f_v1_L31 * t_3jxh7 + t_xaea7 - f_v1_L32 * t_276ik) * t_qqmqs;
-    const real t_iw4y4 = q[wx] + t_xfjg5;
-    const real t_xpkva = t_276ik * t_omhw7 - f_v1_L32 * t_xfjg5;
+    const real t_yqu3w = (f_v1_L31 * t_3jxh7 + t_xaea7 - f_v1_L32 * t_276ik) * t_qqmqs;
+    const real t_zpuqp = q[wx] + t_yqu3w;
+    const real t_i6h7a = t_276ik * t_omhw7 - f_v1_L32 * t_yqu3w;
     const real t_5i5u2 = c[w1] * (gy_phi1 * t_jjmo5 + gy_phi2 * t_b3dii - gy_theta1 * t_bvpt7 - gy_theta2 * t_lhj2f);
-    const real t_asr5w = x_C * t_iw4y4 - t_5i5u2;
+    const real t_zh2u7 = x_C * t_zpuqp - t_5i5u2;
     const real t_gqxap = c[w2] * (gz_phi1 * t_jjmo5 + gz_phi2 * t_b3dii + t_tpms2 * t_bvpt7 + t_h3pge * t_lhj2f);
-    const real t_6crru = x_C * t_xpkva + t_gqxap;
-    const real t_5q6xv = t_3jxh7 * t_4v7es + f_v1_L21 * t_xpkva + f_v1_L31 * t_xfjg5;
-    const real t_foeia = t_etm6e
-        + K52 * t_iw4y4
-        + t_hjmgb * t_xpkva
-        + K22 * t_asr5w
-        - K32 * t_6crru
-        + t_yz7e5 * t_5q6xv;
+    const real t_sffp3 = x_C * t_i6h7a + t_gqxap;
+    const real t_uyjal = t_3jxh7 * t_4v7es + f_v1_L21 * t_i6h7a + f_v1_L31 * t_yqu3w;
+    const real t_eoc3d = t_zxqcw
+        + K52 * t_zpuqp
+        + t_hjmgb * t_i6h7a
+        + K22 * t_zh2u7
+        - K32 * t_sffp3
+        + t_yz7e5 * t_uyjal;
     const real t_bg65y = sin_phi1 * t_64tpi + sin_phi2 * t_xythb + cos_phi1 * t_sayxc + cos_phi2 * t_a5qu3;
-    const real t_fifsl = t_bg65y
-        + t_6mmeb * t_iw4y4
-        - t_bl4f2 * t_xpkva
-        + t_b3aij * t_asr5w
-        - t_zzymx * t_6crru;
-    const real t_bdxae = t_2m245 * t_5q6xv - t_fifsl;
+    const real t_bvptg = t_bg65y
+        + t_6mmeb * t_zpuqp
+        - t_bl4f2 * t_i6h7a
+        + t_b3aij * t_zh2u7
+        - t_zzymx * t_sffp3;
+    const real t_p67to = t_2m245 * t_uyjal - t_bvptg;
     const real t_hrzpn = sin_theta1 * t_3t364;
     const real t_dm2ov = sin_theta2 * t_nrfga;
-    const real t_qnh6m = cos_theta1 * t_zexpu - (t_hrzpn + t_dm2ov) + cos_theta2 * t_jshhh;
-    const real t_q2vfo = t_qnh6m
-        + K53 * t_iw4y4
-        - K63 * t_xpkva
-        + K32 * t_asr5w
-        - K33 * t_6crru
-        - K43 * t_5q6xv;
-    const real t_4emxm = K11 * t_bdxae - t_b3aij * t_foeia - t_zzymx * t_q2vfo;
-    const real t_o47uw = t_nlrbh * t_4emxm
-        - PP_v1 * (t_i246m * t_bdxae + t_etuzz * t_foeia + t_uen3p * t_q2vfo);
-    const real t_jc3p5 = (SELECT0(m_il3ht, t_esqfa * t_o47uw * t_q5kgs) - t_4emxm) * t_phv5x;
-    const real t_cdnxg = t_foeia - t_b3aij * t_jc3p5;
-    const real t_hwewj = t_q2hfz * (t_cofwl * (t_cdnxg * t_y7rm6));
-    const real t_yabq5_5 = t_hwewj * t_nwsjf;
-    const real t_skjh5_5 = t_cnhcl * (t_ee7r6 * t_yabq5_5);
-    const real t_4nx6p_5 = p[F] * (sin_t_s5hay * t_skjh5_5);
-    const real t_ecreo_5 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_5));
-    const real t_yec73 = t_q2vfo - t_zzymx * t_jc3p5;
-    const real t_b7y34_2 = t_yec73 * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_hwewj * t_imn4h)));
-    const real t_3t4m7_5 = t_xh4j2 * (t_o7qta * t_b7y34_2) * t_gwbho;
-    const real t_lb2wi_5 = sin_t_7g2cn * t_yabq5_5;
-    const real t_da6qh_5 = cos_t_nxflg * t_3t4m7_5;
-    const real t_k6zjx_5 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_5)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_5));
-    const real t_zua55_5 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7_5), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_5 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_5 = t_rila6 * (t_vr3uw * t_zua55_5);
-    const real t_ctppn_5 = sin_t_kl6tx * t_s6fxk_5;
-    const real t_v6bxt = t_ecreo_5 - t_qhkro * t_ctppn_5 + t_bg65y;
-    const real t_6dnpl_5 = p[F] * (cos_t_s5hay * t_skjh5_5);
-    const real t_yee37 = SELECT0(m_el4yy, t_6dnpl_5) - t_etm6e + t_w7lcw * t_v6bxt;
-    const real t_qbg3i_5 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_5));
-    const real t_2gr5i_5 = cos_t_kl6tx * t_s6fxk_5;
-    const real t_mvrqf_5 = t_qbg3i_5 + t_qhkro * t_2gr5i_5;
-    const real t_5hs5d = t_3go2w * t_v6bxt - (t_mvrqf_5 + t_qnh6m) - K_L32 * t_yee37;
+    const real t_s7zkf = cos_theta1 * t_zexpu - (t_hrzpn + t_dm2ov) + cos_theta2 * t_jshhh;
+    const real t_s3rpw = t_s7zkf
+        + K53 * t_zpuqp
+        - K63 * t_i6h7a
+        + K32 * t_zh2u7
+        - K33 * t_sffp3
+        - K43 * t_uyjal;
+    const real t_aus3i = K11 * t_p67to - t_b3aij * t_eoc3d - t_zzymx * t_s3rpw;
+    const real t_q46jx = t_nlrbh * t_aus3i
+        - PP_v1 * (t_i246m * t_p67to + t_etuzz * t_eoc3d + t_uen3p * t_s3rpw);
+    const real t_fhtxu_2 = (SELECT0(m_il3ht, t_w4p3n * t_q46jx * t_q5kgs) - t_aus3i) * t_phv5x;
+    const real t_syeon = t_eoc3d - t_b3aij * t_fhtxu_2;
+    const real t_isnqo_2 = t_q2hfz * (t_5x4sb * (t_syeon * t_y7rm6));
+    const real t_oesw4_5 = t_isnqo_2 * t_nwsjf;
+    const real t_iubif_5 = t_bw2jd * (t_ee7r6 * t_oesw4_5);
+    const real t_27ev7_5 = p[F] * (sin_t_s5hay * t_iubif_5);
+    const real t_wzmp3_5 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_5));
+    const real t_g7f22 = t_s3rpw - t_zzymx * t_fhtxu_2;
+    const real t_wugjx_2 = t_g7f22 * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_isnqo_2 * t_imn4h)));
+    const real t_6llfx_5 = t_q2hfz_2 * (t_2snz7 * t_wugjx_2) * t_bifdl;
+    const real t_rl5d3_5 = sin_t_7g2cn * t_oesw4_5;
+    const real t_i7skh_5 = cos_t_finmd * t_6llfx_5;
+    const real t_k6zjx_5 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_5)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_5));
+    const real t_7t7eb_5 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_5), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_5 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_5 = t_zrb6o * (t_vr3uw * t_7t7eb_5);
+    const real t_cxwzz_5 = sin_t_kl6tx * t_swjde_5;
+    const real t_eczq7 = t_wzmp3_5 - t_zmkrd * t_cxwzz_5 + t_bg65y;
+    const real t_ilple_5 = p[F] * (cos_t_s5hay * t_iubif_5);
+    const real t_2daqj = SELECT0(m_el4yy, t_ilple_5) - t_zxqcw + t_w7lcw * t_eczq7;
+    const real t_ooljq_5 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_5));
+    const real t_lqx5z_5 = cos_t_kl6tx * t_swjde_5;
+    const real t_mvrqf_5 = t_ooljq_5 + t_zmkrd * t_lqx5z_5;
+    const real t_7lwhh = t_3go2w * t_eczq7 - (t_mvrqf_5 + t_s7zkf) - K_L32 * t_2daqj;
     const real t_zycl7 = Bs_1 * t_imsf6 + p[l1] * t_64tpi;
     const real t_ht2gr = q_1 * t_3t364 + q_2 * t_nrfga;
     const real t_6wizo = Bs_2 * t_sqd7x + p[l2] * t_xythb;
-    const real t_kfgdw = t_zycl7 - t_ht2gr + t_6wizo + I_theta1 + I_theta2 - q[wz] * t_sfymc;
-    const real t_shxu4_5 = p[F] * t_lb2wi_5;
-    const real t_tvmsg_5 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_5));
-    const real t_dfqts_5 = sin_t_nxflg * t_3t4m7_5;
-    const real t_jyymx = t_tvmsg_5 + SELECT0(m_trmto, t_p34e2 * t_dfqts_5) - (t_bdxae + K11 * t_jc3p5);
-    const real t_v4eqe_5 = p[F] * (cos_t_7g2cn * t_yabq5_5);
-    const real t_u4qd3 = SELECT0(m_el4yy, t_v4eqe_5) - t_cdnxg + t_w7lcw * t_jyymx;
-    const real t_3cp5h_5 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_5)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_5));
-    const real t_xr3zx = (t_3go2w * t_jyymx - (t_3cp5h_5 + t_yec73) - K_L32 * t_u4qd3) * t_zmh3u;
-    const real t_hm7tw_5 = t_u4qd3 * t_4iujv - K_L32 * t_xr3zx;
-    const real t_reoys = t_jyymx * t_bpfoo + t_w7lcw * t_hm7tw_5 + t_3go2w * t_xr3zx;
-    const real t_cgxsm_5 = t_ecreo_5 - t_qhkro_2 * t_ctppn_5 - (t_tvmsg_5 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_5));
-    const real t_ycqju_5 = t_6dnpl_5 - t_v4eqe_5;
+    const real t_bl4fd = t_zycl7 - t_ht2gr + t_6wizo + I_theta1 + I_theta2 - q[wz] * t_sfymc;
+    const real t_shxu4_5 = p[F] * t_rl5d3_5;
+    const real t_tvmsg_5 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_5));
+    const real t_an7qj_5 = sin_t_finmd * t_6llfx_5;
+    const real t_ywqzu_2 = t_tvmsg_5 + SELECT0(m_uklky, t_p34e2 * t_an7qj_5) - (t_p67to + K11 * t_fhtxu_2);
+    const real t_7ofua_5 = p[F] * (cos_t_7g2cn * t_oesw4_5);
+    const real t_gfnjo_2 = SELECT0(m_el4yy, t_7ofua_5) - t_syeon + t_w7lcw * t_ywqzu_2;
+    const real t_3cp5h_5 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_5)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_5));
+    const real t_dwigf_2 = (t_3go2w * t_ywqzu_2 - (t_3cp5h_5 + t_g7f22) - K_L32 * t_gfnjo_2) * t_zmh3u;
+    const real t_2xwyg_5 = t_gfnjo_2 * t_4iujv - K_L32 * t_dwigf_2;
+    const real t_vevi4_2 = t_ywqzu_2 * t_bpfoo + t_w7lcw * t_2xwyg_5 + t_3go2w * t_dwigf_2;
+    const real t_cgxsm_5 = t_wzmp3_5 - t_zmkrd_2 * t_cxwzz_5 - (t_tvmsg_5 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_5));
+    const real t_ycqju_5 = t_ilple_5 - t_7ofua_5;
     const real t_4w3t6_5 = SELECT0(m_el4yy, t_ycqju_5) + t_w7lcw * t_cgxsm_5;
-    const real t_pdzxe_5 = p[F] * t_k6zjx_5 - (t_qbg3i_5 + t_qhkro_2 * t_2gr5i_5);
+    const real t_pdzxe_5 = p[F] * t_k6zjx_5 - (t_ooljq_5 + t_zmkrd_2 * t_lqx5z_5);
     const real t_tuq22_5 = (t_pdzxe_5 + t_3go2w * t_cgxsm_5 - K_L32 * t_4w3t6_5) * t_zmh3u;
-    const real t_54x6k_5 = t_4w3t6_5 * t_4iujv - K_L32 * t_tuq22_5;
-    const real t_mtv6d_5 = t_cgxsm_5 * t_bpfoo + t_w7lcw * t_54x6k_5 + t_3go2w * t_tuq22_5;
-    const real t_i3lm7 = t_kfgdw
-        + K54 * t_iw4y4
-        - K64 * t_xpkva
-        - t_2m245 * t_jc3p5
-        - t_2m245 * t_reoys
-        - t_yz7e5 * t_asr5w
-        - t_yz7e5 * t_hm7tw_5
-        - K43 * t_6crru
-        + K43 * t_xr3zx
-        - K44 * t_5q6xv
-        - t_2m245 * t_mtv6d_5
-        - t_yz7e5 * t_54x6k_5
+    const real t_s7pal_5 = t_4w3t6_5 * t_4iujv - K_L32 * t_tuq22_5;
+    const real t_cyfhb_5 = t_cgxsm_5 * t_bpfoo + t_w7lcw * t_s7pal_5 + t_3go2w * t_tuq22_5;
+    const real t_y3aeh = t_bl4fd
+        + K54 * t_zpuqp
+        - K64 * t_i6h7a
+        - t_2m245 * t_fhtxu_2
+        - t_2m245 * t_vevi4_2
+        - t_yz7e5 * t_zh2u7
+        - t_yz7e5 * t_2xwyg_5
+        - K43 * t_sffp3
+        + K43 * t_dwigf_2
+        - K44 * t_uyjal
+        - t_2m245 * t_cyfhb_5
+        - t_yz7e5 * t_s7pal_5
         + K43 * t_tuq22_5
-        - t_kfgdw
-        + t_xq4wt * t_v6bxt
-        + t_5wcj3 * t_yee37
-        - K_L43 * t_5hs5d;
-    const real t_upz5m = t_zycl7 + e1 * t_zexpu;
-    const real t_sqdg4 = t_6wizo + e2 * t_jshhh;
-    const real t_otfbn = sin_theta1 * t_upz5m
+        - t_bl4fd
+        + t_xq4wt * t_eczq7
+        + t_5wcj3 * t_2daqj
+        - K_L43 * t_7lwhh;
+    const real t_tnzse = t_zycl7 + e1 * t_zexpu;
+    const real t_rv4bf = t_6wizo + e2 * t_jshhh;
+    const real t_hgr6m = sin_theta1 * t_tnzse
         - t_ht2gr
-        + sin_theta2 * t_sqdg4
+        + sin_theta2 * t_rv4bf
         - t_5r66u * q[wx]
         - I_phi1
         - I_phi2
         + g_1 * t_56goo
         + g_2 * t_isxxh;
-    const real t_m5trr = t_otfbn
-        + K55 * t_iw4y4
-        - K65 * t_xpkva
-        - t_6mmeb * t_jc3p5
-        - t_6mmeb * t_reoys
-        + K52 * t_asr5w
-        + K52 * t_hm7tw_5
-        - K53 * t_6crru
-        + K53 * t_xr3zx
-        - K54 * t_5q6xv
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_5)
-        - t_6mmeb * t_mtv6d_5
-        + K52 * t_54x6k_5
+    const real t_rv3s3 = t_hgr6m
+        + K55 * t_zpuqp
+        - K65 * t_i6h7a
+        - t_6mmeb * t_fhtxu_2
+        - t_6mmeb * t_vevi4_2
+        + K52 * t_zh2u7
+        + K52 * t_2xwyg_5
+        - K53 * t_sffp3
+        + K53 * t_dwigf_2
+        - K54 * t_uyjal
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_5)
+        - t_6mmeb * t_cyfhb_5
+        + K52 * t_s7pal_5
         + K53 * t_tuq22_5
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_5)
-        - t_otfbn
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_5))
-        + t_rujpm * t_v6bxt
-        - K_L52 * t_yee37
-        - K_L53 * t_5hs5d
-        - K_L54 * t_i3lm7;
-    const real t_pcvxi = cos_theta1 * t_upz5m + cos_theta2 * t_sqdg4 - g_1 * t_hrzpn - g_2 * t_dm2ov;
-    const real t_kksr2 = t_lwe76 * t_3cp5h_5
-        - t_pcvxi
-        - K65 * t_iw4y4
-        + K66 * t_xpkva
-        + t_bl4f2 * t_jc3p5
-        + t_bl4f2 * t_reoys
-        + t_hjmgb * t_asr5w
-        + t_hjmgb * t_hm7tw_5
-        + K63 * t_6crru
-        - K63 * t_xr3zx
-        + K64 * t_5q6xv
+        - t_hgr6m
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_5))
+        + t_rujpm * t_eczq7
+        - K_L52 * t_2daqj
+        - K_L53 * t_7lwhh
+        - K_L54 * t_y3aeh;
+    const real t_ewa5q = cos_theta1 * t_tnzse + cos_theta2 * t_rv4bf - g_1 * t_hrzpn - g_2 * t_dm2ov;
+    const real t_zbwjh = t_lwe76 * t_3cp5h_5
+        - t_ewa5q
+        - K65 * t_zpuqp
+        + K66 * t_i6h7a
+        + t_bl4f2 * t_fhtxu_2
+        + t_bl4f2 * t_vevi4_2
+        + t_hjmgb * t_zh2u7
+        + t_hjmgb * t_2xwyg_5
+        + K63 * t_sffp3
+        - K63 * t_dwigf_2
+        + K64 * t_uyjal
         - t_lwe76 * t_pdzxe_5
-        + t_bl4f2 * t_mtv6d_5
-        + t_hjmgb * t_54x6k_5
+        + t_bl4f2 * t_cyfhb_5
+        + t_hjmgb * t_s7pal_5
         - K63 * t_tuq22_5
-        + t_pcvxi;
-    const real t_bgew6 = t_lwe76 * t_mvrqf_5
-        - t_kksr2
-        + t_pgxzp * t_v6bxt
-        + t_gz422 * t_yee37
-        - K_L63 * t_5hs5d
-        - K_L64 * t_i3lm7
-        - K_L65 * t_m5trr;
-    const real t_wsvx2 = t_bgew6 * t_nfkwa;
-    const real t_jyktz = t_m5trr * t_ftqxb - K_L65 * t_wsvx2;
-    const real t_aqpjf = t_i3lm7 * t_lt2al - K_L54 * t_jyktz - K_L64 * t_wsvx2;
-    const real t_uaqgk = t_5hs5d * t_zmh3u - K_L43 * t_aqpjf - K_L53 * t_jyktz - K_L63 * t_wsvx2;
-    const real t_52mqb = t_yee37 * t_4iujv
-        - K_L32 * t_uaqgk
-        + t_5wcj3 * t_aqpjf
-        - K_L52 * t_jyktz
-        + t_gz422 * t_wsvx2;
-    const real t_vrmxf = t_v6bxt * t_bpfoo
-        + t_w7lcw * t_52mqb
-        + t_3go2w * t_uaqgk
-        + t_xq4wt * t_aqpjf
-        + t_rujpm * t_jyktz
-        + t_pgxzp * t_wsvx2;
+        + t_ewa5q;
+    const real t_co33r = t_lwe76 * t_mvrqf_5
+        - t_zbwjh
+        + t_pgxzp * t_eczq7
+        + t_gz422 * t_2daqj
+        - K_L63 * t_7lwhh
+        - K_L64 * t_y3aeh
+        - K_L65 * t_rv3s3;
+    const real t_mnget_2 = t_co33r * t_nfkwa;
+    const real t_wjyn2 = t_rv3s3 * t_ftqxb - K_L65 * t_mnget_2;
+    const real t_6eg6k = t_y3aeh * t_lt2al - K_L54 * t_wjyn2 - K_L64 * t_mnget_2;
+    const real t_mzuye_2 = t_7lwhh * t_zmh3u - K_L43 * t_6eg6k - K_L53 * t_wjyn2 - K_L63 * t_mnget_2;
+    const real t_57c5m_2 = t_2daqj * t_4iujv
+        - K_L32 * t_mzuye_2
+        + t_5wcj3 * t_6eg6k
+        - K_L52 * t_wjyn2
+        + t_gz422 * t_mnget_2;
+    const real t_okbgz = t_eczq7 * t_bpfoo
+        + t_w7lcw * t_57c5m_2
+        + t_3go2w * t_mzuye_2
+        + t_xq4wt * t_6eg6k
+        + t_rujpm * t_wjyn2
+        + t_pgxzp * t_mnget_2;
     const real t_xfyzm = sin_phi1 * cos_theta1;
     const real t_z7jiy = t_wmv32 * (p[l1] * t_xfyzm) + t_q2k45 * sin_theta1 - w_x1 * (lc_1 * sin_theta1);
     const real t_ucha7 = th_1 * (p[I1] * t_z7jiy);
@@ -3180,7 +3180,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_jv37x = chi2 * t_kwc4d - t_c6dmt * t_5jk2g - w_x2 * cos_theta2;
     const real t_h6rqi = B_2 * t_jv37x;
     const real t_brnoc = sin_phi2 * t_zqoxx - cos_phi2 * t_h6rqi;
-    const real t_fwb6t = t_iiyuu + t_etwic + sin_theta1 * t_thij4 + sin_theta2 * t_brnoc;
+    const real t_47q5a = t_iiyuu + t_etwic + sin_theta1 * t_thij4 + sin_theta2 * t_brnoc;
     const real t_77pwl = t_invly * cos_theta1;
     const real t_wmzot = q[wx] * sin_theta1;
     const real t_nxikn = t_j5odj * t_77pwl
@@ -3223,185 +3223,185 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         - t_ez7bq * (cy_theta1 * t_nxikn)
         - t_gutx2 * (cy_theta2 * t_enveh);
     const real t_zbibq = f_v1_L21 * t_chdyu - t_7rbhm;
-    const real t_ldvbw = (f_v1_L31 * t_chdyu - (c[w5] - t_2w6e7) - f_v1_L32 * t_zbibq) * t_qqmqs;
-    const real t_fxmkg = t_zbibq * t_omhw7 - f_v1_L32 * t_ldvbw;
-    const real t_jwdmz = q[wx] - t_fxmkg;
+    const real t_reyae = (f_v1_L31 * t_chdyu - (c[w5] - t_2w6e7) - f_v1_L32 * t_zbibq) * t_qqmqs;
+    const real t_ig5qj = t_zbibq * t_omhw7 - f_v1_L32 * t_reyae;
+    const real t_7hj4i = q[wx] - t_ig5qj;
     const real t_b34d2 = t_mj52b * cz_phi1;
     const real t_bt4xf = t_iecaz * cz_phi2;
     const real t_6y72q = t_ez7bq * cz_theta1;
     const real t_qnlif = t_gutx2 * cz_theta2;
     const real t_ns7vc = c[w1] * (gy_phi1 * t_b34d2 + gy_phi2 * t_bt4xf + gy_theta1 * t_6y72q + gy_theta2 * t_qnlif);
-    const real t_vmgko = x_C * t_ldvbw + t_ns7vc;
+    const real t_5736r = x_C * t_reyae + t_ns7vc;
     const real t_s4ufv = c[w2] * (t_tpms2 * t_6y72q - (gz_phi1 * t_b34d2 + gz_phi2 * t_bt4xf) + t_h3pge * t_qnlif);
-    const real t_jotrs = x_C * t_jwdmz - t_s4ufv;
-    const real t_hrzro = t_chdyu * t_4v7es + f_v1_L21 * t_fxmkg + f_v1_L31 * t_ldvbw;
-    const real t_xjrak = t_fwb6t
-        + K52 * t_ldvbw
-        - t_hjmgb * t_jwdmz
-        + K22 * t_vmgko
-        + K32 * t_jotrs
-        + t_yz7e5 * t_hrzro;
+    const real t_hqckp = x_C * t_7hj4i - t_s4ufv;
+    const real t_3hlz7 = t_chdyu * t_4v7es + f_v1_L21 * t_ig5qj + f_v1_L31 * t_reyae;
+    const real t_hemsf = t_47q5a
+        + K52 * t_reyae
+        - t_hjmgb * t_7hj4i
+        + K22 * t_5736r
+        + K32 * t_hqckp
+        + t_yz7e5 * t_3hlz7;
     const real t_pctcd = sin_phi1 * t_jpgmg + sin_phi2 * t_h6rqi + cos_phi1 * t_3kj2o + cos_phi2 * t_zqoxx;
-    const real t_yyxia = t_pctcd
-        + t_6mmeb * t_ldvbw
-        + t_bl4f2 * t_jwdmz
-        + t_b3aij * t_vmgko
-        + t_zzymx * t_jotrs;
-    const real t_dfhbc = t_2m245 * t_hrzro - t_yyxia;
+    const real t_fzn56 = t_pctcd
+        + t_6mmeb * t_reyae
+        + t_bl4f2 * t_7hj4i
+        + t_b3aij * t_5736r
+        + t_zzymx * t_hqckp;
+    const real t_xane2 = t_2m245 * t_3hlz7 - t_fzn56;
     const real t_5vlm2 = sin_theta1 * t_ucha7;
     const real t_e53jk = sin_theta2 * t_ji52a;
-    const real t_bhl3p = cos_theta1 * t_thij4 - (t_5vlm2 + t_e53jk) + cos_theta2 * t_brnoc;
-    const real t_qivi7 = t_bhl3p
-        + K53 * t_ldvbw
-        + K63 * t_jwdmz
-        + K32 * t_vmgko
-        + K33 * t_jotrs
-        - K43 * t_hrzro;
-    const real t_dmoan = K11 * t_dfhbc - t_b3aij * t_xjrak - t_zzymx * t_qivi7;
-    const real t_7eplo = t_nlrbh * t_dmoan
-        - PP_v1 * (t_i246m * t_dfhbc + t_etuzz * t_xjrak + t_uen3p * t_qivi7);
-    const real t_hcluh = (SELECT0(m_il3ht, t_esqfa * t_7eplo * t_q5kgs) - t_dmoan) * t_phv5x;
-    const real t_w526n = t_xjrak - t_b3aij * t_hcluh;
-    const real t_ny7jx = t_q2hfz * (t_cofwl * (t_w526n * t_y7rm6));
-    const real t_yabq5_6 = t_ny7jx * t_nwsjf;
-    const real t_skjh5_6 = t_cnhcl * (t_ee7r6 * t_yabq5_6);
-    const real t_4nx6p_6 = p[F] * (sin_t_s5hay * t_skjh5_6);
-    const real t_ecreo_6 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_6));
-    const real t_4kqk6 = t_qivi7 - t_zzymx * t_hcluh;
-    const real t_k2usy = t_4kqk6 * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_ny7jx * t_imn4h)));
-    const real t_3t4m7_6 = t_xh4j2 * (t_o7qta * t_k2usy) * t_gwbho;
-    const real t_lb2wi_6 = sin_t_7g2cn * t_yabq5_6;
-    const real t_da6qh_6 = cos_t_nxflg * t_3t4m7_6;
-    const real t_k6zjx_6 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_6)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_6));
-    const real t_zua55_6 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7_6), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_6 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_6 = t_rila6 * (t_vr3uw * t_zua55_6);
-    const real t_ctppn_6 = sin_t_kl6tx * t_s6fxk_6;
-    const real t_6kyso = t_ecreo_6 - t_qhkro * t_ctppn_6 + t_pctcd;
-    const real t_6dnpl_6 = p[F] * (cos_t_s5hay * t_skjh5_6);
-    const real t_yee37_2 = SELECT0(m_el4yy, t_6dnpl_6) - t_fwb6t + t_w7lcw * t_6kyso;
-    const real t_qbg3i_6 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_6));
-    const real t_2gr5i_6 = cos_t_kl6tx * t_s6fxk_6;
-    const real t_mvrqf_6 = t_qbg3i_6 + t_qhkro * t_2gr5i_6;
-    const real t_5hs5d_2 = t_3go2w * t_6kyso - (t_mvrqf_6 + t_bhl3p) - K_L32 * t_yee37_2;
+    const real t_4fkxj = cos_theta1 * t_thij4 - (t_5vlm2 + t_e53jk) + cos_theta2 * t_brnoc;
+    const real t_eelyy = t_4fkxj
+        + K53 * t_reyae
+        + K63 * t_7hj4i
+        + K32 * t_5736r
+        + K33 * t_hqckp
+        - K43 * t_3hlz7;
+    const real t_ypwpd = K11 * t_xane2 - t_b3aij * t_hemsf - t_zzymx * t_eelyy;
+    const real t_oa637 = t_nlrbh * t_ypwpd
+        - PP_v1 * (t_i246m * t_xane2 + t_etuzz * t_hemsf + t_uen3p * t_eelyy);
+    const real t_3e5wk = (SELECT0(m_il3ht, t_w4p3n * t_oa637 * t_q5kgs) - t_ypwpd) * t_phv5x;
+    const real t_b6cad = t_hemsf - t_b3aij * t_3e5wk;
+    const real t_phufc = t_q2hfz * (t_5x4sb * (t_b6cad * t_y7rm6));
+    const real t_oesw4_6 = t_phufc * t_nwsjf;
+    const real t_iubif_6 = t_bw2jd * (t_ee7r6 * t_oesw4_6);
+    const real t_27ev7_6 = p[F] * (sin_t_s5hay * t_iubif_6);
+    const real t_wzmp3_6 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_6));
+    const real t_br3qd = t_eelyy - t_zzymx * t_3e5wk;
+    const real t_iqffg = t_br3qd * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_phufc * t_imn4h)));
+    const real t_6llfx_6 = t_q2hfz_2 * (t_2snz7 * t_iqffg) * t_bifdl;
+    const real t_rl5d3_6 = sin_t_7g2cn * t_oesw4_6;
+    const real t_i7skh_6 = cos_t_finmd * t_6llfx_6;
+    const real t_k6zjx_6 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_6)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_6));
+    const real t_7t7eb_6 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_6), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_6 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_6 = t_zrb6o * (t_vr3uw * t_7t7eb_6);
+    const real t_cxwzz_6 = sin_t_kl6tx * t_swjde_6;
+    const real t_jglsc = t_wzmp3_6 - t_zmkrd * t_cxwzz_6 + t_pctcd;
+    const real t_ilple_6 = p[F] * (cos_t_s5hay * t_iubif_6);
+    const real t_2daqj_2 = SELECT0(m_el4yy, t_ilple_6) - t_47q5a + t_w7lcw * t_jglsc;
+    const real t_ooljq_6 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_6));
+    const real t_lqx5z_6 = cos_t_kl6tx * t_swjde_6;
+    const real t_mvrqf_6 = t_ooljq_6 + t_zmkrd * t_lqx5z_6;
+    const real t_7lwhh_2 = t_3go2w * t_jglsc - (t_mvrqf_6 + t_4fkxj) - K_L32 * t_2daqj_2;
     const real t_oeqp6 = Bs_1 * t_oetyi + p[l1] * t_jpgmg;
     const real t_r7m37 = q_1 * t_ucha7 + q_2 * t_ji52a;
     const real t_amsj5 = Bs_2 * t_xfnc5 + p[l2] * t_h6rqi;
-    const real t_7mkxk = t_oeqp6 - t_r7m37 + t_amsj5 - t_6nfyn;
-    const real t_shxu4_6 = p[F] * t_lb2wi_6;
-    const real t_tvmsg_6 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_6));
-    const real t_dfqts_6 = sin_t_nxflg * t_3t4m7_6;
-    const real t_xrf2l = t_tvmsg_6 + SELECT0(m_trmto, t_p34e2 * t_dfqts_6) - (t_dfhbc + K11 * t_hcluh);
-    const real t_v4eqe_6 = p[F] * (cos_t_7g2cn * t_yabq5_6);
-    const real t_xg2f7 = SELECT0(m_el4yy, t_v4eqe_6) - t_w526n + t_w7lcw * t_xrf2l;
-    const real t_3cp5h_6 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_6)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_6));
-    const real t_tcggd = (t_3go2w * t_xrf2l - (t_3cp5h_6 + t_4kqk6) - K_L32 * t_xg2f7) * t_zmh3u;
-    const real t_hm7tw_6 = t_xg2f7 * t_4iujv - K_L32 * t_tcggd;
-    const real t_emigb_2 = t_xrf2l * t_bpfoo + t_w7lcw * t_hm7tw_6 + t_3go2w * t_tcggd;
-    const real t_cgxsm_6 = t_ecreo_6 - t_qhkro_2 * t_ctppn_6 - (t_tvmsg_6 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_6));
-    const real t_ycqju_6 = t_6dnpl_6 - t_v4eqe_6;
+    const real t_bxte5 = t_oeqp6 - t_r7m37 + t_amsj5 - t_6nfyn;
+    const real t_shxu4_6 = p[F] * t_rl5d3_6;
+    const real t_tvmsg_6 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_6));
+    const real t_an7qj_6 = sin_t_finmd * t_6llfx_6;
+    const real t_abffh = t_tvmsg_6 + SELECT0(m_uklky, t_p34e2 * t_an7qj_6) - (t_xane2 + K11 * t_3e5wk);
+    const real t_7ofua_6 = p[F] * (cos_t_7g2cn * t_oesw4_6);
+    const real t_p7b4z = SELECT0(m_el4yy, t_7ofua_6) - t_b6cad + t_w7lcw * t_abffh;
+    const real t_3cp5h_6 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_6)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_6));
+    const real t_j53ny = (t_3go2w * t_abffh - (t_3cp5h_6 + t_br3qd) - K_L32 * t_p7b4z) * t_zmh3u;
+    const real t_2xwyg_6 = t_p7b4z * t_4iujv - K_L32 * t_j53ny;
+    const real t_vevi4_3 = t_abffh * t_bpfoo + t_w7lcw * t_2xwyg_6 + t_3go2w * t_j53ny;
+    const real t_cgxsm_6 = t_wzmp3_6 - t_zmkrd_2 * t_cxwzz_6 - (t_tvmsg_6 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_6));
+    const real t_ycqju_6 = t_ilple_6 - t_7ofua_6;
     const real t_4w3t6_6 = SELECT0(m_el4yy, t_ycqju_6) + t_w7lcw * t_cgxsm_6;
-    const real t_pdzxe_6 = p[F] * t_k6zjx_6 - (t_qbg3i_6 + t_qhkro_2 * t_2gr5i_6);
+    const real t_pdzxe_6 = p[F] * t_k6zjx_6 - (t_ooljq_6 + t_zmkrd_2 * t_lqx5z_6);
     const real t_tuq22_6 = (t_pdzxe_6 + t_3go2w * t_cgxsm_6 - K_L32 * t_4w3t6_6) * t_zmh3u;
-    const real t_54x6k_6 = t_4w3t6_6 * t_4iujv - K_L32 * t_tuq22_6;
-    const real t_mtv6d_6 = t_cgxsm_6 * t_bpfoo + t_w7lcw * t_54x6k_6 + t_3go2w * t_tuq22_6;
-    const real t_n7jnz = t_7mkxk
-        + K54 * t_ldvbw
-        + K64 * t_jwdmz
-        - t_2m245 * t_hcluh
-        - t_2m245 * t_emigb_2
-        - t_yz7e5 * t_vmgko
-        - t_yz7e5 * t_hm7tw_6
-        + K43 * t_jotrs
-        + K43 * t_tcggd
-        - K44 * t_hrzro
-        - t_2m245 * t_mtv6d_6
-        - t_yz7e5 * t_54x6k_6
+    const real t_s7pal_6 = t_4w3t6_6 * t_4iujv - K_L32 * t_tuq22_6;
+    const real t_cyfhb_6 = t_cgxsm_6 * t_bpfoo + t_w7lcw * t_s7pal_6 + t_3go2w * t_tuq22_6;
+    const real t_ymmgr = t_bxte5
+        + K54 * t_reyae
+        + K64 * t_7hj4i
+        - t_2m245 * t_3e5wk
+        - t_2m245 * t_vevi4_3
+        - t_yz7e5 * t_5736r
+        - t_yz7e5 * t_2xwyg_6
+        + K43 * t_hqckp
+        + K43 * t_j53ny
+        - K44 * t_3hlz7
+        - t_2m245 * t_cyfhb_6
+        - t_yz7e5 * t_s7pal_6
         + K43 * t_tuq22_6
-        - t_7mkxk
-        + t_xq4wt * t_6kyso
-        + t_5wcj3 * t_yee37_2
-        - K_L43 * t_5hs5d_2;
-    const real t_c23dv = t_oeqp6 + e1 * t_thij4;
-    const real t_7daeh = t_amsj5 + e2 * t_brnoc;
-    const real t_xuedc = sin_theta1 * t_c23dv
+        - t_bxte5
+        + t_xq4wt * t_jglsc
+        + t_5wcj3 * t_2daqj_2
+        - K_L43 * t_7lwhh_2;
+    const real t_mvuro = t_oeqp6 + e1 * t_thij4;
+    const real t_blnd5 = t_amsj5 + e2 * t_brnoc;
+    const real t_rp4f5 = sin_theta1 * t_mvuro
         - t_r7m37
-        + sin_theta2 * t_7daeh
+        + sin_theta2 * t_blnd5
         + g_1 * t_iiyuu
         + g_2 * t_etwic;
-    const real t_4dnuf = t_xuedc
-        + K55 * t_ldvbw
-        + K65 * t_jwdmz
-        - t_6mmeb * t_hcluh
-        - t_6mmeb * t_emigb_2
-        + K52 * t_vmgko
-        + K52 * t_hm7tw_6
-        + K53 * t_jotrs
-        + K53 * t_tcggd
-        - K54 * t_hrzro
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_6)
-        - t_6mmeb * t_mtv6d_6
-        + K52 * t_54x6k_6
+    const real t_z53bs = t_rp4f5
+        + K55 * t_reyae
+        + K65 * t_7hj4i
+        - t_6mmeb * t_3e5wk
+        - t_6mmeb * t_vevi4_3
+        + K52 * t_5736r
+        + K52 * t_2xwyg_6
+        + K53 * t_hqckp
+        + K53 * t_j53ny
+        - K54 * t_3hlz7
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_6)
+        - t_6mmeb * t_cyfhb_6
+        + K52 * t_s7pal_6
         + K53 * t_tuq22_6
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_6)
-        - t_xuedc
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_6))
-        + t_rujpm * t_6kyso
-        - K_L52 * t_yee37_2
-        - K_L53 * t_5hs5d_2
-        - K_L54 * t_n7jnz;
-    const real t_xlo26 = cos_theta1 * t_c23dv
-        + cos_theta2 * t_7daeh
+        - t_rp4f5
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_6))
+        + t_rujpm * t_jglsc
+        - K_L52 * t_2daqj_2
+        - K_L53 * t_7lwhh_2
+        - K_L54 * t_ymmgr;
+    const real t_ogxo7 = cos_theta1 * t_mvuro
+        + cos_theta2 * t_blnd5
         - t_7bo2j * q[wx]
         - g_1 * t_5vlm2
         - g_2 * t_e53jk
         - I_phi1
         - I_phi2;
-    const real t_3zyz6 = t_lwe76 * t_3cp5h_6
-        - t_xlo26
-        - K65 * t_ldvbw
-        - K66 * t_jwdmz
-        + t_bl4f2 * t_hcluh
-        + t_bl4f2 * t_emigb_2
-        + t_hjmgb * t_vmgko
-        + t_hjmgb * t_hm7tw_6
-        - K63 * t_jotrs
-        - K63 * t_tcggd
-        + K64 * t_hrzro
+    const real t_trtxh = t_lwe76 * t_3cp5h_6
+        - t_ogxo7
+        - K65 * t_reyae
+        - K66 * t_7hj4i
+        + t_bl4f2 * t_3e5wk
+        + t_bl4f2 * t_vevi4_3
+        + t_hjmgb * t_5736r
+        + t_hjmgb * t_2xwyg_6
+        - K63 * t_hqckp
+        - K63 * t_j53ny
+        + K64 * t_3hlz7
         - t_lwe76 * t_pdzxe_6
-        + t_bl4f2 * t_mtv6d_6
-        + t_hjmgb * t_54x6k_6
+        + t_bl4f2 * t_cyfhb_6
+        + t_hjmgb * t_s7pal_6
         - K63 * t_tuq22_6
-        + t_xlo26;
-    const real t_6yz2d = t_lwe76 * t_mvrqf_6
-        - t_3zyz6
-        + t_pgxzp * t_6kyso
-        + t_gz422 * t_yee37_2
-        - K_L63 * t_5hs5d_2
-        - K_L64 * t_n7jnz
-        - K_L65 * t_4dnuf;
-    const real t_mir2d = t_6yz2d * t_nfkwa;
-    const real t_tj7dm = t_4dnuf * t_ftqxb - K_L65 * t_mir2d;
-    const real t_ifpaa = t_n7jnz * t_lt2al - K_L54 * t_tj7dm - K_L64 * t_mir2d;
-    const real t_dn3zj = t_5hs5d_2 * t_zmh3u - K_L43 * t_ifpaa - K_L53 * t_tj7dm - K_L63 * t_mir2d;
-    const real t_r4slj = t_yee37_2 * t_4iujv
-        - K_L32 * t_dn3zj
-        + t_5wcj3 * t_ifpaa
-        - K_L52 * t_tj7dm
-        + t_gz422 * t_mir2d;
-    const real t_3unn4 = t_6kyso * t_bpfoo
-        + t_w7lcw * t_r4slj
-        + t_3go2w * t_dn3zj
-        + t_xq4wt * t_ifpaa
-        + t_rujpm * t_tj7dm
-        + t_pgxzp * t_mir2d;
+        + t_ogxo7;
+    const real t_kugxg = t_lwe76 * t_mvrqf_6
+        - t_trtxh
+        + t_pgxzp * t_jglsc
+        + t_gz422 * t_2daqj_2
+        - K_L63 * t_7lwhh_2
+        - K_L64 * t_ymmgr
+        - K_L65 * t_z53bs;
+    const real t_4cutx = t_kugxg * t_nfkwa;
+    const real t_iiyl4 = t_z53bs * t_ftqxb - K_L65 * t_4cutx;
+    const real t_wjknz = t_ymmgr * t_lt2al - K_L54 * t_iiyl4 - K_L64 * t_4cutx;
+    const real t_eirme = t_7lwhh_2 * t_zmh3u - K_L43 * t_wjknz - K_L53 * t_iiyl4 - K_L63 * t_4cutx;
+    const real t_tknj6 = t_2daqj_2 * t_4iujv
+        - K_L32 * t_eirme
+        + t_5wcj3 * t_wjknz
+        - K_L52 * t_iiyl4
+        + t_gz422 * t_4cutx;
+    const real t_rfoph = t_jglsc * t_bpfoo
+        + t_w7lcw * t_tknj6
+        + t_3go2w * t_eirme
+        + t_xq4wt * t_wjknz
+        + t_rujpm * t_iiyl4
+        + t_pgxzp * t_4cutx;
     const real t_4q2dw = f_v1_L21 * c[r3];
     const real t_tcpu5 = (f_v1_L31 * c[r3] - f_v1_L32 * t_4q2dw) * t_qqmqs;
     const real t_rbde4 = t_4q2dw * t_omhw7 - f_v1_L32 * t_tcpu5;
     const real t_qsxwh = x_C * t_tcpu5;
     const real t_tneuq = x_C * t_rbde4;
     const real t_3bfgr = c[r3] * t_4v7es + f_v1_L21 * t_rbde4 + f_v1_L31 * t_tcpu5;
-    const real t_dsi63 = K52 * t_tcpu5
+    const real t_dpvov = K52 * t_tcpu5
         + t_hjmgb * t_rbde4
         + K22 * t_qsxwh
         - K32 * t_tneuq
@@ -3413,126 +3413,126 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_qsxwh
         - K33 * t_tneuq
         - K43 * t_3bfgr;
-    const real t_te5gc = K11 * t_xt4xu - t_b3aij * t_dsi63 - t_zzymx * t_2as3h;
-    const real t_a5ass = t_nlrbh * t_te5gc
-        - PP_v1 * (t_i246m * t_xt4xu + t_etuzz * t_dsi63 + t_uen3p * t_2as3h);
-    const real t_yuhae = (SELECT0(m_il3ht, t_esqfa * t_a5ass * t_q5kgs) - t_te5gc) * t_phv5x;
-    const real t_t5pic = t_dsi63 - t_b3aij * t_yuhae;
-    const real t_bgsdp_2 = t_q2hfz * (t_cofwl * (t_t5pic * t_y7rm6));
-    const real t_yabq5_7 = t_bgsdp_2 * t_nwsjf;
-    const real t_skjh5_7 = t_cnhcl * (t_ee7r6 * t_yabq5_7);
-    const real t_4nx6p_7 = p[F] * (sin_t_s5hay * t_skjh5_7);
-    const real t_ecreo_7 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_7));
-    const real t_wbi7a = t_2as3h - t_zzymx * t_yuhae;
-    const real t_jesr2 = t_wbi7a * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_bgsdp_2 * t_imn4h)));
-    const real t_3t4m7_7 = t_xh4j2 * (t_o7qta * t_jesr2) * t_gwbho;
-    const real t_lb2wi_7 = sin_t_7g2cn * t_yabq5_7;
-    const real t_da6qh_7 = cos_t_nxflg * t_3t4m7_7;
-    const real t_k6zjx_7 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_7)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_7));
-    const real t_zua55_7 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7_7), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_7 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_7 = t_rila6 * (t_vr3uw * t_zua55_7);
-    const real t_ctppn_7 = sin_t_kl6tx * t_s6fxk_7;
-    const real t_ke372_4 = t_ecreo_7 - t_qhkro * t_ctppn_7;
-    const real t_6dnpl_7 = p[F] * (cos_t_s5hay * t_skjh5_7);
-    const real t_j5h4e_4 = SELECT0(m_el4yy, t_6dnpl_7) + t_w7lcw * t_ke372_4;
-    const real t_qbg3i_7 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_7));
-    const real t_2gr5i_7 = cos_t_kl6tx * t_s6fxk_7;
-    const real t_mvrqf_7 = t_qbg3i_7 + t_qhkro * t_2gr5i_7;
+    const real t_223c2 = K11 * t_xt4xu - t_b3aij * t_dpvov - t_zzymx * t_2as3h;
+    const real t_uykiy = t_nlrbh * t_223c2
+        - PP_v1 * (t_i246m * t_xt4xu + t_etuzz * t_dpvov + t_uen3p * t_2as3h);
+    const real t_q2d7w_2 = (SELECT0(m_il3ht, t_w4p3n * t_uykiy * t_q5kgs) - t_223c2) * t_phv5x;
+    const real t_6gk22 = t_dpvov - t_b3aij * t_q2d7w_2;
+    const real t_g6zxh_2 = t_q2hfz * (t_5x4sb * (t_6gk22 * t_y7rm6));
+    const real t_oesw4_7 = t_g6zxh_2 * t_nwsjf;
+    const real t_iubif_7 = t_bw2jd * (t_ee7r6 * t_oesw4_7);
+    const real t_27ev7_7 = p[F] * (sin_t_s5hay * t_iubif_7);
+    const real t_wzmp3_7 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_7));
+    const real t_m75vd = t_2as3h - t_zzymx * t_q2d7w_2;
+    const real t_wszle_2 = t_m75vd * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_g6zxh_2 * t_imn4h)));
+    const real t_6llfx_7 = t_q2hfz_2 * (t_2snz7 * t_wszle_2) * t_bifdl;
+    const real t_rl5d3_7 = sin_t_7g2cn * t_oesw4_7;
+    const real t_i7skh_7 = cos_t_finmd * t_6llfx_7;
+    const real t_k6zjx_7 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_7)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_7));
+    const real t_7t7eb_7 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_7), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_7 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_7 = t_zrb6o * (t_vr3uw * t_7t7eb_7);
+    const real t_cxwzz_7 = sin_t_kl6tx * t_swjde_7;
+    const real t_ke372_4 = t_wzmp3_7 - t_zmkrd * t_cxwzz_7;
+    const real t_ilple_7 = p[F] * (cos_t_s5hay * t_iubif_7);
+    const real t_j5h4e_4 = SELECT0(m_el4yy, t_ilple_7) + t_w7lcw * t_ke372_4;
+    const real t_ooljq_7 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_7));
+    const real t_lqx5z_7 = cos_t_kl6tx * t_swjde_7;
+    const real t_mvrqf_7 = t_ooljq_7 + t_zmkrd * t_lqx5z_7;
     const real t_ejflw_4 = t_3go2w * t_ke372_4 - t_mvrqf_7 - K_L32 * t_j5h4e_4;
-    const real t_shxu4_7 = p[F] * t_lb2wi_7;
-    const real t_tvmsg_7 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_7));
-    const real t_dfqts_7 = sin_t_nxflg * t_3t4m7_7;
-    const real t_umudq = t_tvmsg_7 + SELECT0(m_trmto, t_p34e2 * t_dfqts_7) - (t_xt4xu + K11 * t_yuhae);
-    const real t_v4eqe_7 = p[F] * (cos_t_7g2cn * t_yabq5_7);
-    const real t_iuxem_2 = SELECT0(m_el4yy, t_v4eqe_7) - t_t5pic + t_w7lcw * t_umudq;
-    const real t_3cp5h_7 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_7)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_7));
-    const real t_yfphv = (t_3go2w * t_umudq - (t_3cp5h_7 + t_wbi7a) - K_L32 * t_iuxem_2) * t_zmh3u;
-    const real t_hm7tw_7 = t_iuxem_2 * t_4iujv - K_L32 * t_yfphv;
-    const real t_srmwx_2 = t_umudq * t_bpfoo + t_w7lcw * t_hm7tw_7 + t_3go2w * t_yfphv;
-    const real t_cgxsm_7 = t_ecreo_7 - t_qhkro_2 * t_ctppn_7 - (t_tvmsg_7 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_7));
-    const real t_ycqju_7 = t_6dnpl_7 - t_v4eqe_7;
+    const real t_shxu4_7 = p[F] * t_rl5d3_7;
+    const real t_tvmsg_7 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_7));
+    const real t_an7qj_7 = sin_t_finmd * t_6llfx_7;
+    const real t_vb2kz = t_tvmsg_7 + SELECT0(m_uklky, t_p34e2 * t_an7qj_7) - (t_xt4xu + K11 * t_q2d7w_2);
+    const real t_7ofua_7 = p[F] * (cos_t_7g2cn * t_oesw4_7);
+    const real t_sn6mn_2 = SELECT0(m_el4yy, t_7ofua_7) - t_6gk22 + t_w7lcw * t_vb2kz;
+    const real t_3cp5h_7 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_7)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_7));
+    const real t_avv7v_2 = (t_3go2w * t_vb2kz - (t_3cp5h_7 + t_m75vd) - K_L32 * t_sn6mn_2) * t_zmh3u;
+    const real t_2xwyg_7 = t_sn6mn_2 * t_4iujv - K_L32 * t_avv7v_2;
+    const real t_yw7ac_2 = t_vb2kz * t_bpfoo + t_w7lcw * t_2xwyg_7 + t_3go2w * t_avv7v_2;
+    const real t_cgxsm_7 = t_wzmp3_7 - t_zmkrd_2 * t_cxwzz_7 - (t_tvmsg_7 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_7));
+    const real t_ycqju_7 = t_ilple_7 - t_7ofua_7;
     const real t_4w3t6_7 = SELECT0(m_el4yy, t_ycqju_7) + t_w7lcw * t_cgxsm_7;
-    const real t_pdzxe_7 = p[F] * t_k6zjx_7 - (t_qbg3i_7 + t_qhkro_2 * t_2gr5i_7);
+    const real t_pdzxe_7 = p[F] * t_k6zjx_7 - (t_ooljq_7 + t_zmkrd_2 * t_lqx5z_7);
     const real t_tuq22_7 = (t_pdzxe_7 + t_3go2w * t_cgxsm_7 - K_L32 * t_4w3t6_7) * t_zmh3u;
-    const real t_54x6k_7 = t_4w3t6_7 * t_4iujv - K_L32 * t_tuq22_7;
-    const real t_mtv6d_7 = t_cgxsm_7 * t_bpfoo + t_w7lcw * t_54x6k_7 + t_3go2w * t_tuq22_7;
-    const real t_oe5y3 = K54 * t_tcpu5
+    const real t_s7pal_7 = t_4w3t6_7 * t_4iujv - K_L32 * t_tuq22_7;
+    const real t_cyfhb_7 = t_cgxsm_7 * t_bpfoo + t_w7lcw * t_s7pal_7 + t_3go2w * t_tuq22_7;
+    const real t_z466l = K54 * t_tcpu5
         - K64 * t_rbde4
-        - t_2m245 * t_yuhae
-        - t_2m245 * t_srmwx_2
+        - t_2m245 * t_q2d7w_2
+        - t_2m245 * t_yw7ac_2
         - t_yz7e5 * t_qsxwh
-        - t_yz7e5 * t_hm7tw_7
+        - t_yz7e5 * t_2xwyg_7
         - K43 * t_tneuq
-        + K43 * t_yfphv
+        + K43 * t_avv7v_2
         - K44 * t_3bfgr
-        - t_2m245 * t_mtv6d_7
-        - t_yz7e5 * t_54x6k_7
+        - t_2m245 * t_cyfhb_7
+        - t_yz7e5 * t_s7pal_7
         + K43 * t_tuq22_7
         + t_xq4wt * t_ke372_4
         + t_5wcj3 * t_j5h4e_4
         - K_L43 * t_ejflw_4;
-    const real t_dts7w = K55 * t_tcpu5
+    const real t_ue7vp = K55 * t_tcpu5
         - K65 * t_rbde4
-        - t_6mmeb * t_yuhae
-        - t_6mmeb * t_srmwx_2
+        - t_6mmeb * t_q2d7w_2
+        - t_6mmeb * t_yw7ac_2
         + K52 * t_qsxwh
-        + K52 * t_hm7tw_7
+        + K52 * t_2xwyg_7
         - K53 * t_tneuq
-        + K53 * t_yfphv
+        + K53 * t_avv7v_2
         - K54 * t_3bfgr
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_7)
-        - t_6mmeb * t_mtv6d_7
-        + K52 * t_54x6k_7
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_7)
+        - t_6mmeb * t_cyfhb_7
+        + K52 * t_s7pal_7
         + K53 * t_tuq22_7
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_7)
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_7))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_7))
         + t_rujpm * t_ke372_4
         - K_L52 * t_j5h4e_4
         - K_L53 * t_ejflw_4
-        - K_L54 * t_oe5y3;
-    const real t_2p52p = t_lwe76 * t_3cp5h_7
+        - K_L54 * t_z466l;
+    const real t_mqgh7 = t_lwe76 * t_3cp5h_7
         - K65 * t_tcpu5
         + K66 * t_rbde4
-        + t_bl4f2 * t_yuhae
-        + t_bl4f2 * t_srmwx_2
+        + t_bl4f2 * t_q2d7w_2
+        + t_bl4f2 * t_yw7ac_2
         + t_hjmgb * t_qsxwh
-        + t_hjmgb * t_hm7tw_7
+        + t_hjmgb * t_2xwyg_7
         + K63 * t_tneuq
-        - K63 * t_yfphv
+        - K63 * t_avv7v_2
         + K64 * t_3bfgr
         - t_lwe76 * t_pdzxe_7
-        + t_bl4f2 * t_mtv6d_7
-        + t_hjmgb * t_54x6k_7
+        + t_bl4f2 * t_cyfhb_7
+        + t_hjmgb * t_s7pal_7
         - K63 * t_tuq22_7;
-    const real t_v3cne = t_lwe76 * t_mvrqf_7
-        - t_2p52p
+    const real t_ykll4 = t_lwe76 * t_mvrqf_7
+        - t_mqgh7
         + t_pgxzp * t_ke372_4
         + t_gz422 * t_j5h4e_4
         - K_L63 * t_ejflw_4
-        - K_L64 * t_oe5y3
-        - K_L65 * t_dts7w;
-    const real t_bd4tr = t_v3cne * t_nfkwa;
-    const real t_wi4cr = t_dts7w * t_ftqxb - K_L65 * t_bd4tr;
-    const real t_o7emy = t_oe5y3 * t_lt2al - K_L54 * t_wi4cr - K_L64 * t_bd4tr;
-    const real t_z3paf = t_ejflw_4 * t_zmh3u - K_L43 * t_o7emy - K_L53 * t_wi4cr - K_L63 * t_bd4tr;
-    const real t_c3mxf = t_j5h4e_4 * t_4iujv
-        - K_L32 * t_z3paf
-        + t_5wcj3 * t_o7emy
-        - K_L52 * t_wi4cr
-        + t_gz422 * t_bd4tr;
-    const real t_pmpxg = t_ke372_4 * t_bpfoo
-        + t_w7lcw * t_c3mxf
-        + t_3go2w * t_z3paf
-        + t_xq4wt * t_o7emy
-        + t_rujpm * t_wi4cr
-        + t_pgxzp * t_bd4tr;
+        - K_L64 * t_z466l
+        - K_L65 * t_ue7vp;
+    const real t_zutqn_2 = t_ykll4 * t_nfkwa;
+    const real t_lplor = t_ue7vp * t_ftqxb - K_L65 * t_zutqn_2;
+    const real t_6fz7a = t_z466l * t_lt2al - K_L54 * t_lplor - K_L64 * t_zutqn_2;
+    const real t_kumhc_2 = t_ejflw_4 * t_zmh3u - K_L43 * t_6fz7a - K_L53 * t_lplor - K_L63 * t_zutqn_2;
+    const real t_2p2oi_2 = t_j5h4e_4 * t_4iujv
+        - K_L32 * t_kumhc_2
+        + t_5wcj3 * t_6fz7a
+        - K_L52 * t_lplor
+        + t_gz422 * t_zutqn_2;
+    const real t_djlq2_2 = t_ke372_4 * t_bpfoo
+        + t_w7lcw * t_2p2oi_2
+        + t_3go2w * t_kumhc_2
+        + t_xq4wt * t_6fz7a
+        + t_rujpm * t_lplor
+        + t_pgxzp * t_zutqn_2;
     const real t_yjiyl = f_v1_L32 * c[r5] * t_qqmqs;
     const real t_aclpk = c[r5] * t_omhw7 + f_v1_L32 * t_yjiyl;
     const real t_pr5eq = x_C * t_yjiyl;
     const real t_crt3c = x_C * t_aclpk;
     const real t_yqvej = f_v1_L31 * t_yjiyl - f_v1_L21 * t_aclpk;
-    const real t_azuo4 = K52 * t_yjiyl
+    const real t_zvxng = K52 * t_yjiyl
         - t_hjmgb * t_aclpk
         + K22 * t_pr5eq
         + K32 * t_crt3c
@@ -3544,126 +3544,126 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_pr5eq
         + K33 * t_crt3c
         - K43 * t_yqvej;
-    const real t_xqott = K11 * t_ngsjc - t_b3aij * t_azuo4 - t_zzymx * t_rzndu;
-    const real t_dfxeo = t_nlrbh * t_xqott
-        - PP_v1 * (t_i246m * t_ngsjc + t_etuzz * t_azuo4 + t_uen3p * t_rzndu);
-    const real t_cmja6_2 = (SELECT0(m_il3ht, t_esqfa * t_dfxeo * t_q5kgs) - t_xqott) * t_phv5x;
-    const real t_x6bxv = t_azuo4 - t_b3aij * t_cmja6_2;
-    const real t_bgsdp_3 = t_q2hfz * (t_cofwl * (t_x6bxv * t_y7rm6));
-    const real t_yabq5_8 = t_bgsdp_3 * t_nwsjf;
-    const real t_skjh5_8 = t_cnhcl * (t_ee7r6 * t_yabq5_8);
-    const real t_4nx6p_8 = p[F] * (sin_t_s5hay * t_skjh5_8);
-    const real t_ecreo_8 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_8));
-    const real t_4vrv7 = t_rzndu - t_zzymx * t_cmja6_2;
-    const real t_vjzi5_2 = t_4vrv7 * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_bgsdp_3 * t_imn4h)));
-    const real t_3t4m7_8 = t_xh4j2 * (t_o7qta * t_vjzi5_2) * t_gwbho;
-    const real t_lb2wi_8 = sin_t_7g2cn * t_yabq5_8;
-    const real t_da6qh_8 = cos_t_nxflg * t_3t4m7_8;
-    const real t_k6zjx_8 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_8)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_8));
-    const real t_zua55_8 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7_8), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_8 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_8 = t_rila6 * (t_vr3uw * t_zua55_8);
-    const real t_ctppn_8 = sin_t_kl6tx * t_s6fxk_8;
-    const real t_ke372_5 = t_ecreo_8 - t_qhkro * t_ctppn_8;
-    const real t_6dnpl_8 = p[F] * (cos_t_s5hay * t_skjh5_8);
-    const real t_j5h4e_5 = SELECT0(m_el4yy, t_6dnpl_8) + t_w7lcw * t_ke372_5;
-    const real t_qbg3i_8 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_8));
-    const real t_2gr5i_8 = cos_t_kl6tx * t_s6fxk_8;
-    const real t_mvrqf_8 = t_qbg3i_8 + t_qhkro * t_2gr5i_8;
+    const real t_xqott = K11 * t_ngsjc - t_b3aij * t_zvxng - t_zzymx * t_rzndu;
+    const real t_je6ik = t_nlrbh * t_xqott
+        - PP_v1 * (t_i246m * t_ngsjc + t_etuzz * t_zvxng + t_uen3p * t_rzndu);
+    const real t_q2d7w_3 = (SELECT0(m_il3ht, t_w4p3n * t_je6ik * t_q5kgs) - t_xqott) * t_phv5x;
+    const real t_f3b6q = t_zvxng - t_b3aij * t_q2d7w_3;
+    const real t_g6zxh_3 = t_q2hfz * (t_5x4sb * (t_f3b6q * t_y7rm6));
+    const real t_oesw4_8 = t_g6zxh_3 * t_nwsjf;
+    const real t_iubif_8 = t_bw2jd * (t_ee7r6 * t_oesw4_8);
+    const real t_27ev7_8 = p[F] * (sin_t_s5hay * t_iubif_8);
+    const real t_wzmp3_8 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_8));
+    const real t_ltjns = t_rzndu - t_zzymx * t_q2d7w_3;
+    const real t_wszle_3 = t_ltjns * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_g6zxh_3 * t_imn4h)));
+    const real t_6llfx_8 = t_q2hfz_2 * (t_2snz7 * t_wszle_3) * t_bifdl;
+    const real t_rl5d3_8 = sin_t_7g2cn * t_oesw4_8;
+    const real t_i7skh_8 = cos_t_finmd * t_6llfx_8;
+    const real t_k6zjx_8 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_8)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_8));
+    const real t_7t7eb_8 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_8), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_8 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_8 = t_zrb6o * (t_vr3uw * t_7t7eb_8);
+    const real t_cxwzz_8 = sin_t_kl6tx * t_swjde_8;
+    const real t_ke372_5 = t_wzmp3_8 - t_zmkrd * t_cxwzz_8;
+    const real t_ilple_8 = p[F] * (cos_t_s5hay * t_iubif_8);
+    const real t_j5h4e_5 = SELECT0(m_el4yy, t_ilple_8) + t_w7lcw * t_ke372_5;
+    const real t_ooljq_8 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_8));
+    const real t_lqx5z_8 = cos_t_kl6tx * t_swjde_8;
+    const real t_mvrqf_8 = t_ooljq_8 + t_zmkrd * t_lqx5z_8;
     const real t_ejflw_5 = t_3go2w * t_ke372_5 - t_mvrqf_8 - K_L32 * t_j5h4e_5;
-    const real t_shxu4_8 = p[F] * t_lb2wi_8;
-    const real t_tvmsg_8 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_8));
-    const real t_dfqts_8 = sin_t_nxflg * t_3t4m7_8;
-    const real t_z2o2u = t_tvmsg_8 + SELECT0(m_trmto, t_p34e2 * t_dfqts_8) - (t_ngsjc + K11 * t_cmja6_2);
-    const real t_v4eqe_8 = p[F] * (cos_t_7g2cn * t_yabq5_8);
-    const real t_iuxem_3 = SELECT0(m_el4yy, t_v4eqe_8) - t_x6bxv + t_w7lcw * t_z2o2u;
-    const real t_3cp5h_8 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_8)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_8));
-    const real t_6rof5_2 = (t_3go2w * t_z2o2u - (t_3cp5h_8 + t_4vrv7) - K_L32 * t_iuxem_3) * t_zmh3u;
-    const real t_hm7tw_8 = t_iuxem_3 * t_4iujv - K_L32 * t_6rof5_2;
-    const real t_srmwx_3 = t_z2o2u * t_bpfoo + t_w7lcw * t_hm7tw_8 + t_3go2w * t_6rof5_2;
-    const real t_cgxsm_8 = t_ecreo_8 - t_qhkro_2 * t_ctppn_8 - (t_tvmsg_8 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_8));
-    const real t_ycqju_8 = t_6dnpl_8 - t_v4eqe_8;
+    const real t_shxu4_8 = p[F] * t_rl5d3_8;
+    const real t_tvmsg_8 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_8));
+    const real t_an7qj_8 = sin_t_finmd * t_6llfx_8;
+    const real t_xliqu = t_tvmsg_8 + SELECT0(m_uklky, t_p34e2 * t_an7qj_8) - (t_ngsjc + K11 * t_q2d7w_3);
+    const real t_7ofua_8 = p[F] * (cos_t_7g2cn * t_oesw4_8);
+    const real t_sn6mn_3 = SELECT0(m_el4yy, t_7ofua_8) - t_f3b6q + t_w7lcw * t_xliqu;
+    const real t_3cp5h_8 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_8)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_8));
+    const real t_avv7v_3 = (t_3go2w * t_xliqu - (t_3cp5h_8 + t_ltjns) - K_L32 * t_sn6mn_3) * t_zmh3u;
+    const real t_2xwyg_8 = t_sn6mn_3 * t_4iujv - K_L32 * t_avv7v_3;
+    const real t_yw7ac_3 = t_xliqu * t_bpfoo + t_w7lcw * t_2xwyg_8 + t_3go2w * t_avv7v_3;
+    const real t_cgxsm_8 = t_wzmp3_8 - t_zmkrd_2 * t_cxwzz_8 - (t_tvmsg_8 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_8));
+    const real t_ycqju_8 = t_ilple_8 - t_7ofua_8;
     const real t_4w3t6_8 = SELECT0(m_el4yy, t_ycqju_8) + t_w7lcw * t_cgxsm_8;
-    const real t_pdzxe_8 = p[F] * t_k6zjx_8 - (t_qbg3i_8 + t_qhkro_2 * t_2gr5i_8);
+    const real t_pdzxe_8 = p[F] * t_k6zjx_8 - (t_ooljq_8 + t_zmkrd_2 * t_lqx5z_8);
     const real t_tuq22_8 = (t_pdzxe_8 + t_3go2w * t_cgxsm_8 - K_L32 * t_4w3t6_8) * t_zmh3u;
-    const real t_54x6k_8 = t_4w3t6_8 * t_4iujv - K_L32 * t_tuq22_8;
-    const real t_mtv6d_8 = t_cgxsm_8 * t_bpfoo + t_w7lcw * t_54x6k_8 + t_3go2w * t_tuq22_8;
-    const real t_g5ktr = K54 * t_yjiyl
+    const real t_s7pal_8 = t_4w3t6_8 * t_4iujv - K_L32 * t_tuq22_8;
+    const real t_cyfhb_8 = t_cgxsm_8 * t_bpfoo + t_w7lcw * t_s7pal_8 + t_3go2w * t_tuq22_8;
+    const real t_lrlcu = K54 * t_yjiyl
         + K64 * t_aclpk
-        - t_2m245 * t_cmja6_2
-        - t_2m245 * t_srmwx_3
+        - t_2m245 * t_q2d7w_3
+        - t_2m245 * t_yw7ac_3
         - t_yz7e5 * t_pr5eq
-        - t_yz7e5 * t_hm7tw_8
+        - t_yz7e5 * t_2xwyg_8
         + K43 * t_crt3c
-        + K43 * t_6rof5_2
+        + K43 * t_avv7v_3
         - K44 * t_yqvej
-        - t_2m245 * t_mtv6d_8
-        - t_yz7e5 * t_54x6k_8
+        - t_2m245 * t_cyfhb_8
+        - t_yz7e5 * t_s7pal_8
         + K43 * t_tuq22_8
         + t_xq4wt * t_ke372_5
         + t_5wcj3 * t_j5h4e_5
         - K_L43 * t_ejflw_5;
-    const real t_pjjw3 = K55 * t_yjiyl
+    const real t_thzz5 = K55 * t_yjiyl
         + K65 * t_aclpk
-        - t_6mmeb * t_cmja6_2
-        - t_6mmeb * t_srmwx_3
+        - t_6mmeb * t_q2d7w_3
+        - t_6mmeb * t_yw7ac_3
         + K52 * t_pr5eq
-        + K52 * t_hm7tw_8
+        + K52 * t_2xwyg_8
         + K53 * t_crt3c
-        + K53 * t_6rof5_2
+        + K53 * t_avv7v_3
         - K54 * t_yqvej
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_8)
-        - t_6mmeb * t_mtv6d_8
-        + K52 * t_54x6k_8
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_8)
+        - t_6mmeb * t_cyfhb_8
+        + K52 * t_s7pal_8
         + K53 * t_tuq22_8
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_8)
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_8))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_8))
         + t_rujpm * t_ke372_5
         - K_L52 * t_j5h4e_5
         - K_L53 * t_ejflw_5
-        - K_L54 * t_g5ktr;
-    const real t_ovjfh = t_lwe76 * t_3cp5h_8
+        - K_L54 * t_lrlcu;
+    const real t_3z5vv = t_lwe76 * t_3cp5h_8
         - K65 * t_yjiyl
         - K66 * t_aclpk
-        + t_bl4f2 * t_cmja6_2
-        + t_bl4f2 * t_srmwx_3
+        + t_bl4f2 * t_q2d7w_3
+        + t_bl4f2 * t_yw7ac_3
         + t_hjmgb * t_pr5eq
-        + t_hjmgb * t_hm7tw_8
+        + t_hjmgb * t_2xwyg_8
         - K63 * t_crt3c
-        - K63 * t_6rof5_2
+        - K63 * t_avv7v_3
         + K64 * t_yqvej
         - t_lwe76 * t_pdzxe_8
-        + t_bl4f2 * t_mtv6d_8
-        + t_hjmgb * t_54x6k_8
+        + t_bl4f2 * t_cyfhb_8
+        + t_hjmgb * t_s7pal_8
         - K63 * t_tuq22_8;
-    const real t_a6lzf = t_lwe76 * t_mvrqf_8
-        - t_ovjfh
+    const real t_drhdr = t_lwe76 * t_mvrqf_8
+        - t_3z5vv
         + t_pgxzp * t_ke372_5
         + t_gz422 * t_j5h4e_5
         - K_L63 * t_ejflw_5
-        - K_L64 * t_g5ktr
-        - K_L65 * t_pjjw3;
-    const real t_7btko_2 = t_a6lzf * t_nfkwa;
-    const real t_ukwr5 = t_pjjw3 * t_ftqxb - K_L65 * t_7btko_2;
-    const real t_odqgo = t_g5ktr * t_lt2al - K_L54 * t_ukwr5 - K_L64 * t_7btko_2;
-    const real t_z5kvy_2 = t_ejflw_5 * t_zmh3u - K_L43 * t_odqgo - K_L53 * t_ukwr5 - K_L63 * t_7btko_2;
-    const real t_wlqt3_2 = t_j5h4e_5 * t_4iujv
-        - K_L32 * t_z5kvy_2
-        + t_5wcj3 * t_odqgo
-        - K_L52 * t_ukwr5
-        + t_gz422 * t_7btko_2;
-    const real t_7n6hi_2 = t_ke372_5 * t_bpfoo
-        + t_w7lcw * t_wlqt3_2
-        + t_3go2w * t_z5kvy_2
-        + t_xq4wt * t_odqgo
-        + t_rujpm * t_ukwr5
-        + t_pgxzp * t_7btko_2;
+        - K_L64 * t_lrlcu
+        - K_L65 * t_thzz5;
+    const real t_zutqn_3 = t_drhdr * t_nfkwa;
+    const real t_qu7oh = t_thzz5 * t_ftqxb - K_L65 * t_zutqn_3;
+    const real t_xa2fg = t_lrlcu * t_lt2al - K_L54 * t_qu7oh - K_L64 * t_zutqn_3;
+    const real t_kumhc_3 = t_ejflw_5 * t_zmh3u - K_L43 * t_xa2fg - K_L53 * t_qu7oh - K_L63 * t_zutqn_3;
+    const real t_2p2oi_3 = t_j5h4e_5 * t_4iujv
+        - K_L32 * t_kumhc_3
+        + t_5wcj3 * t_xa2fg
+        - K_L52 * t_qu7oh
+        + t_gz422 * t_zutqn_3;
+    const real t_djlq2_3 = t_ke372_5 * t_bpfoo
+        + t_w7lcw * t_2p2oi_3
+        + t_3go2w * t_kumhc_3
+        + t_xq4wt * t_xa2fg
+        + t_rujpm * t_qu7oh
+        + t_pgxzp * t_zutqn_3;
     const real t_v4sgy = c[r7] * t_qqmqs;
     const real t_gycyz = f_v1_L32 * t_v4sgy;
     const real t_zx3g2 = x_C * t_v4sgy;
     const real t_7nl4n = x_C * t_gycyz;
     const real t_yxqpe = f_v1_L21 * t_gycyz - f_v1_L31 * t_v4sgy;
-    const real t_uqakf = t_hjmgb * t_gycyz
+    const real t_khe4i = t_hjmgb * t_gycyz
         - K52 * t_v4sgy
         - K22 * t_zx3g2
         - K32 * t_7nl4n
@@ -3675,118 +3675,118 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + K32 * t_zx3g2
         + K33 * t_7nl4n
         + K43 * t_yxqpe;
-    const real t_ukie5 = K11 * t_rdsjk - t_b3aij * t_uqakf + t_zzymx * t_gmg5t;
-    const real t_7xcbm = t_nlrbh * t_ukie5
-        - PP_v1 * (t_i246m * t_rdsjk + t_etuzz * t_uqakf - t_uen3p * t_gmg5t);
-    const real t_faomc = (SELECT0(m_il3ht, t_esqfa * t_7xcbm * t_q5kgs) - t_ukie5) * t_phv5x;
-    const real t_wlpbk = t_uqakf - t_b3aij * t_faomc;
-    const real t_5ygst = t_q2hfz * (t_cofwl * (t_wlpbk * t_y7rm6));
-    const real t_yabq5_9 = t_5ygst * t_nwsjf;
-    const real t_skjh5_9 = t_cnhcl * (t_ee7r6 * t_yabq5_9);
-    const real t_4nx6p_9 = p[F] * (sin_t_s5hay * t_skjh5_9);
-    const real t_ecreo_9 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_9));
-    const real t_4xndu = t_gmg5t + t_zzymx * t_faomc;
-    const real t_kaheb = SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_5ygst * t_imn4h)))
-        - t_4xndu * t_y7rm6 * t_yk7ex;
-    const real t_hih7v = t_xh4j2 * (t_o7qta * t_kaheb) * t_gwbho;
-    const real t_lb2wi_9 = sin_t_7g2cn * t_yabq5_9;
-    const real t_jiqii = cos_t_nxflg * t_hih7v;
-    const real t_b577g = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_9)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_jiqii));
-    const real t_lhhqm = SELECT(m_hlry2, SELECT0(m_trmto, -t_hih7v), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_b577g * t_xkg6l)) * t_bifdl));
-    const real t_v7rd3 = t_rila6 * (t_vr3uw * t_lhhqm);
-    const real t_ctppn_9 = sin_t_kl6tx * t_v7rd3;
-    const real t_ke372_6 = t_ecreo_9 - t_qhkro * t_ctppn_9;
-    const real t_6dnpl_9 = p[F] * (cos_t_s5hay * t_skjh5_9);
-    const real t_j5h4e_6 = SELECT0(m_el4yy, t_6dnpl_9) + t_w7lcw * t_ke372_6;
-    const real t_qbg3i_9 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_9));
-    const real t_2gr5i_9 = cos_t_kl6tx * t_v7rd3;
-    const real t_mvrqf_9 = t_qbg3i_9 + t_qhkro * t_2gr5i_9;
+    const real t_ukie5 = K11 * t_rdsjk - t_b3aij * t_khe4i + t_zzymx * t_gmg5t;
+    const real t_d5j3r = t_nlrbh * t_ukie5
+        - PP_v1 * (t_i246m * t_rdsjk + t_etuzz * t_khe4i - t_uen3p * t_gmg5t);
+    const real t_ymila = (SELECT0(m_il3ht, t_w4p3n * t_d5j3r * t_q5kgs) - t_ukie5) * t_phv5x;
+    const real t_vkhxy = t_khe4i - t_b3aij * t_ymila;
+    const real t_2ss6z = t_q2hfz * (t_5x4sb * (t_vkhxy * t_y7rm6));
+    const real t_oesw4_9 = t_2ss6z * t_nwsjf;
+    const real t_iubif_9 = t_bw2jd * (t_ee7r6 * t_oesw4_9);
+    const real t_27ev7_9 = p[F] * (sin_t_s5hay * t_iubif_9);
+    const real t_wzmp3_9 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_9));
+    const real t_27m7g = t_gmg5t + t_zzymx * t_ymila;
+    const real t_qgt4b = SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_2ss6z * t_imn4h)))
+        - t_27m7g * t_y7rm6 * t_yk7ex;
+    const real t_6llfx_9 = t_q2hfz_2 * (t_2snz7 * t_qgt4b) * t_bifdl;
+    const real t_rl5d3_9 = sin_t_7g2cn * t_oesw4_9;
+    const real t_i7skh_9 = cos_t_finmd * t_6llfx_9;
+    const real t_k6zjx_9 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_9)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_9));
+    const real t_7t7eb_9 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_9), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_9 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_9 = t_zrb6o * (t_vr3uw * t_7t7eb_9);
+    const real t_cxwzz_9 = sin_t_kl6tx * t_swjde_9;
+    const real t_ke372_6 = t_wzmp3_9 - t_zmkrd * t_cxwzz_9;
+    const real t_ilple_9 = p[F] * (cos_t_s5hay * t_iubif_9);
+    const real t_j5h4e_6 = SELECT0(m_el4yy, t_ilple_9) + t_w7lcw * t_ke372_6;
+    const real t_ooljq_9 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_9));
+    const real t_lqx5z_9 = cos_t_kl6tx * t_swjde_9;
+    const real t_mvrqf_9 = t_ooljq_9 + t_zmkrd * t_lqx5z_9;
     const real t_ejflw_6 = t_3go2w * t_ke372_6 - t_mvrqf_9 - K_L32 * t_j5h4e_6;
-    const real t_shxu4_9 = p[F] * t_lb2wi_9;
-    const real t_tvmsg_9 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_9));
-    const real t_rnibl = sin_t_nxflg * t_hih7v;
-    const real t_6aru5 = t_tvmsg_9 + SELECT0(m_trmto, t_p34e2 * t_rnibl) - (t_rdsjk + K11 * t_faomc);
-    const real t_v4eqe_9 = p[F] * (cos_t_7g2cn * t_yabq5_9);
-    const real t_hrgu2 = SELECT0(m_el4yy, t_v4eqe_9) - t_wlpbk + t_w7lcw * t_6aru5;
-    const real t_olvf4 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_9)) + SELECT0(m_trmto, -(t_p34e2 * t_jiqii));
-    const real t_yc7dh = (t_3go2w * t_6aru5 - (t_olvf4 - t_4xndu) - K_L32 * t_hrgu2) * t_zmh3u;
-    const real t_txpbp = t_hrgu2 * t_4iujv - K_L32 * t_yc7dh;
-    const real t_ip3it = t_6aru5 * t_bpfoo + t_w7lcw * t_txpbp + t_3go2w * t_yc7dh;
-    const real t_iyjxa = t_ecreo_9 - t_qhkro_2 * t_ctppn_9 - (t_tvmsg_9 + SELECT0(m_trmto, t_p34e2_2 * t_rnibl));
-    const real t_ycqju_9 = t_6dnpl_9 - t_v4eqe_9;
-    const real t_4w3t6_9 = SELECT0(m_el4yy, t_ycqju_9) + t_w7lcw * t_iyjxa;
-    const real t_pdzxe_9 = p[F] * t_b577g - (t_qbg3i_9 + t_qhkro_2 * t_2gr5i_9);
-    const real t_tuq22_9 = (t_pdzxe_9 + t_3go2w * t_iyjxa - K_L32 * t_4w3t6_9) * t_zmh3u;
-    const real t_54x6k_9 = t_4w3t6_9 * t_4iujv - K_L32 * t_tuq22_9;
-    const real t_mtv6d_9 = t_iyjxa * t_bpfoo + t_w7lcw * t_54x6k_9 + t_3go2w * t_tuq22_9;
-    const real t_gw6ia = t_yz7e5 * t_zx3g2
-        - (K54 * t_v4sgy + K64 * t_gycyz + t_2m245 * t_faomc + t_2m245 * t_ip3it)
-        - t_yz7e5 * t_txpbp
+    const real t_shxu4_9 = p[F] * t_rl5d3_9;
+    const real t_tvmsg_9 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_9));
+    const real t_an7qj_9 = sin_t_finmd * t_6llfx_9;
+    const real t_alkbm = t_tvmsg_9 + SELECT0(m_uklky, t_p34e2 * t_an7qj_9) - (t_rdsjk + K11 * t_ymila);
+    const real t_7ofua_9 = p[F] * (cos_t_7g2cn * t_oesw4_9);
+    const real t_mnspt = SELECT0(m_el4yy, t_7ofua_9) - t_vkhxy + t_w7lcw * t_alkbm;
+    const real t_3cp5h_9 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_9)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_9));
+    const real t_47kib = (t_3go2w * t_alkbm - (t_3cp5h_9 - t_27m7g) - K_L32 * t_mnspt) * t_zmh3u;
+    const real t_2xwyg_9 = t_mnspt * t_4iujv - K_L32 * t_47kib;
+    const real t_7phbl = t_alkbm * t_bpfoo + t_w7lcw * t_2xwyg_9 + t_3go2w * t_47kib;
+    const real t_cgxsm_9 = t_wzmp3_9 - t_zmkrd_2 * t_cxwzz_9 - (t_tvmsg_9 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_9));
+    const real t_ycqju_9 = t_ilple_9 - t_7ofua_9;
+    const real t_4w3t6_9 = SELECT0(m_el4yy, t_ycqju_9) + t_w7lcw * t_cgxsm_9;
+    const real t_pdzxe_9 = p[F] * t_k6zjx_9 - (t_ooljq_9 + t_zmkrd_2 * t_lqx5z_9);
+    const real t_tuq22_9 = (t_pdzxe_9 + t_3go2w * t_cgxsm_9 - K_L32 * t_4w3t6_9) * t_zmh3u;
+    const real t_s7pal_9 = t_4w3t6_9 * t_4iujv - K_L32 * t_tuq22_9;
+    const real t_cyfhb_9 = t_cgxsm_9 * t_bpfoo + t_w7lcw * t_s7pal_9 + t_3go2w * t_tuq22_9;
+    const real t_rzqvc = t_yz7e5 * t_zx3g2
+        - (K54 * t_v4sgy + K64 * t_gycyz + t_2m245 * t_ymila + t_2m245 * t_7phbl)
+        - t_yz7e5 * t_2xwyg_9
         - K43 * t_7nl4n
-        + K43 * t_yc7dh
+        + K43 * t_47kib
         - K44 * t_yxqpe
-        - t_2m245 * t_mtv6d_9
-        - t_yz7e5 * t_54x6k_9
+        - t_2m245 * t_cyfhb_9
+        - t_yz7e5 * t_s7pal_9
         + K43 * t_tuq22_9
         + t_xq4wt * t_ke372_6
         + t_5wcj3 * t_j5h4e_6
         - K_L43 * t_ejflw_6;
-    const real t_vb5n3 = K55 * t_v4sgy
+    const real t_7qbxf = K55 * t_v4sgy
         + K65 * t_gycyz
-        + t_6mmeb * t_faomc
-        + t_6mmeb * t_ip3it
+        + t_6mmeb * t_ymila
+        + t_6mmeb * t_7phbl
         + K52 * t_zx3g2;
-    const real t_qgnta = K52 * t_txpbp
-        - t_vb5n3
+    const real t_hexcr = K52 * t_2xwyg_9
+        - t_7qbxf
         - K53 * t_7nl4n
-        + K53 * t_yc7dh
+        + K53 * t_47kib
         - K54 * t_yxqpe
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_9)
-        - t_6mmeb * t_mtv6d_9
-        + K52 * t_54x6k_9
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_9)
+        - t_6mmeb * t_cyfhb_9
+        + K52 * t_s7pal_9
         + K53 * t_tuq22_9
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_9)
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_9))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_9))
         + t_rujpm * t_ke372_6
         - K_L52 * t_j5h4e_6
         - K_L53 * t_ejflw_6
-        - K_L54 * t_gw6ia;
-    const real t_k2jod = t_lwe76 * t_olvf4
+        - K_L54 * t_rzqvc;
+    const real t_23tri = t_lwe76 * t_3cp5h_9
         + K65 * t_v4sgy
         + K66 * t_gycyz
-        + t_bl4f2 * t_faomc
-        + t_bl4f2 * t_ip3it
+        + t_bl4f2 * t_ymila
+        + t_bl4f2 * t_7phbl
         - t_hjmgb * t_zx3g2
-        + t_hjmgb * t_txpbp
+        + t_hjmgb * t_2xwyg_9
         + K63 * t_7nl4n
-        - K63 * t_yc7dh
+        - K63 * t_47kib
         + K64 * t_yxqpe
         - t_lwe76 * t_pdzxe_9
-        + t_bl4f2 * t_mtv6d_9
-        + t_hjmgb * t_54x6k_9
+        + t_bl4f2 * t_cyfhb_9
+        + t_hjmgb * t_s7pal_9
         - K63 * t_tuq22_9;
-    const real t_xagsw = t_lwe76 * t_mvrqf_9
-        - t_k2jod
+    const real t_eonc4 = t_lwe76 * t_mvrqf_9
+        - t_23tri
         + t_pgxzp * t_ke372_6
         + t_gz422 * t_j5h4e_6
         - K_L63 * t_ejflw_6
-        - K_L64 * t_gw6ia
-        - K_L65 * t_qgnta;
-    const real t_s63kq = t_xagsw * t_nfkwa;
-    const real t_j2crt = t_qgnta * t_ftqxb - K_L65 * t_s63kq;
-    const real t_am6dp = t_gw6ia * t_lt2al - K_L54 * t_j2crt - K_L64 * t_s63kq;
-    const real t_sxofq = t_ejflw_6 * t_zmh3u - K_L43 * t_am6dp - K_L53 * t_j2crt - K_L63 * t_s63kq;
-    const real t_plwwx = t_j5h4e_6 * t_4iujv
-        - K_L32 * t_sxofq
-        + t_5wcj3 * t_am6dp
-        - K_L52 * t_j2crt
-        + t_gz422 * t_s63kq;
-    const real t_jiyis = t_ke372_6 * t_bpfoo
-        + t_w7lcw * t_plwwx
-        + t_3go2w * t_sxofq
-        + t_xq4wt * t_am6dp
-        + t_rujpm * t_j2crt
-        + t_pgxzp * t_s63kq;
+        - K_L64 * t_rzqvc
+        - K_L65 * t_hexcr;
+    const real t_6fkgz = t_eonc4 * t_nfkwa;
+    const real t_2g35z = t_hexcr * t_ftqxb - K_L65 * t_6fkgz;
+    const real t_gcknu = t_rzqvc * t_lt2al - K_L54 * t_2g35z - K_L64 * t_6fkgz;
+    const real t_thoo4 = t_ejflw_6 * t_zmh3u - K_L43 * t_gcknu - K_L53 * t_2g35z - K_L63 * t_6fkgz;
+    const real t_zp3td = t_j5h4e_6 * t_4iujv
+        - K_L32 * t_thoo4
+        + t_5wcj3 * t_gcknu
+        - K_L52 * t_2g35z
+        + t_gz422 * t_6fkgz;
+    const real t_ykypl = t_ke372_6 * t_bpfoo
+        + t_w7lcw * t_zp3td
+        + t_3go2w * t_thoo4
+        + t_xq4wt * t_gcknu
+        + t_rujpm * t_2g35z
+        + t_pgxzp * t_6fkgz;
     const real t_xtwlg = p[l1] * sin_phi1;
     const real t_qm5gj_2 = w_x1 * sin_phi1 + t_pad7a;
     const real t_f2zxy = W12 * t_4z4np - w_x1 * (Wn1 * t_xtwlg) + t_wmv32 * (p[l1] * t_qm5gj_2);
@@ -3797,8 +3797,8 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_rqjd5 = mv1 * (t_w7vil * sin_phi1) + t_6nwd2 * (t_dskdd * t_laqoo);
     const real t_hvpvf = chi1 * t_laqoo - t_qm5gj * t_qm5gj_2;
     const real t_5qnaj = B_1 * t_hvpvf;
-    const real t_odlfh = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_5qnaj - t_qbgt7);
-    const real t_ehdko = t_6fek6 + sin_theta1 * t_odlfh;
+    const real t_ajxqx = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_5qnaj - t_qbgt7);
+    const real t_rokek = t_6fek6 + sin_theta1 * t_ajxqx;
     const real t_75425 = (sin_phi1 + sin_phi1) * cos_phi1;
     const real t_7tzjv = t_yx2kz * t_75425;
     const real t_cjjpz = t_ez7bq * t_s3anf * ((D_theta1 + D_theta1) * t_7tzjv);
@@ -3814,7 +3814,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_f464g = cz_theta1 * t_gl56f + t_l5slt * t_kyrzj + t_7pydp * t_usaza;
     const real t_da3ja = f_v1_L31 * t_4v7es;
     const real t_via6t = t_ez7bq * ((t_invly + t_invly) * t_7tzjv) - t_clci7 * t_cjjpz;
-    const real t_m44qw = t_f464g * t_4v7es + t_da3ja * t_via6t;
+    const real t_2on4z = t_f464g * t_4v7es + t_da3ja * t_via6t;
     const real t_ipetm = ax_eq * t_fwiha;
     const real t_4fmqp = p[h1] * t_fwiha;
     const real t_saigb = t_yx2kz * t_oyvy4;
@@ -3824,78 +3824,78 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_f5hf3 * t_saigb
         + t_wube7 * t_saigb
         + t_djbtf * t_ixwhc;
-    const real t_nxrfm = p[m1] * (cos_phi1 * (t_kf34p * cos_phi1) - t_s3rhs * sin_phi1)
+    const real t_dcp64 = p[m1] * (cos_phi1 * (t_kf34p * cos_phi1) - t_s3rhs * sin_phi1)
         - t_d34ec
         + p[m1] * (q[wx] * (t_amwyw * (t_oc5tk * t_75425)))
         - p[m1] * (p[l1] * (q[wx] * (p[h1] * (t_amwyw * sin_phi1))))
         + p[m1] * (q[wx] * (q[theta1_dot] * (cos_phi1 * (t_oc5tk * cos_phi1) - t_nctjx * sin_phi1)));
     const real t_tpnji = q[theta1_dot] * t_7tzjv;
     const real t_nnkvv = t_j5odj * t_saigb;
-    const real t_g5b5y = q[theta1_dot] * t_nnkvv;
-    const real t_iyux2 = t_ywy5z * t_4fmqp
+    const real t_7pfkc = q[theta1_dot] * t_nnkvv;
+    const real t_4632i = t_ywy5z * t_4fmqp
         + t_j5odj * t_ixwhc
         + Wn1 * t_ixwhc
-        + t_g5b5y
+        + t_7pfkc
         - t_ywy5z * t_saigb
         - q[wx] * t_nnkvv;
-    const real t_mvdsz = Dd_theta1 * t_tpnji
+    const real t_jeokd = Dd_theta1 * t_tpnji
         + t_iomfo * t_nnkvv
-        - (t_invly * t_g5b5y + t_b7wcv * t_7tzjv + (k_theta1 * t_7tzjv + t_invly * t_iyux2));
-    const real t_3usgb = t_mj52b * (p[I1] * t_ipetm + p[I1] * t_nxrfm)
-        + (t_ez7bq * t_mvdsz - t_j6adq * t_cjjpz);
+        - (t_invly * t_7pfkc + t_b7wcv * t_7tzjv + (k_theta1 * t_7tzjv + t_invly * t_4632i));
+    const real t_3usgb = t_mj52b * (p[I1] * t_ipetm + p[I1] * t_dcp64)
+        + (t_ez7bq * t_jeokd - t_j6adq * t_cjjpz);
     const real t_d2es7 = cos_theta1 * t_s6hag;
     const real t_ijxpm = p[h1] * t_d2es7;
     const real t_gbcgi = sin_theta1 * t_fwiha;
     const real t_umkri = p[h1] * t_gbcgi;
     const real t_nofox = cz_phi1 * t_ipetm
         - t_5bilv * t_usaza
-        + (cz_phi1 * t_nxrfm - k_phi1 * t_usaza)
+        + (cz_phi1 * t_dcp64 - k_phi1 * t_usaza)
         + t_o2gar * (q[theta1_dot] * t_ijxpm + q[phi1_dot] * t_umkri);
     const real t_wv44n = (cos_phi1 + cos_phi1) * sin_phi1;
     const real t_fqlzb = t_umkri - t_4xxce * t_oyvy4;
     const real t_icope = t_iomfo * (q[phi1_dot] * (t_bdhgv * t_75425 - t_ijxpm + t_bdhgv * t_wv44n) - q[theta1_dot] * t_fqlzb);
-    const real t_56ydh = cz_theta1 * t_g5b5y
+    const real t_u2wdb = cz_theta1 * t_7pfkc
         + t_b7wcv * t_kyrzj
-        + (k_theta1 * t_kyrzj + cz_theta1 * t_iyux2)
+        + (k_theta1 * t_kyrzj + cz_theta1 * t_4632i)
         - (cdz_theta1 * t_tpnji + t_icope);
     const real t_xzutd = cy_theta1 * t_gl56f + t_l5slt * t_fqlzb - t_7pydp * t_ijxpm;
     const real t_ibbnt = f_v1_L21 * t_4v7es;
-    const real t_lsipc = t_xzutd * t_4v7es + t_ibbnt * t_via6t;
+    const real t_j3jcn = t_xzutd * t_4v7es + t_ibbnt * t_via6t;
     const real t_ygqqb = t_qesxo * t_ipetm
         - t_5bilv * t_ijxpm
-        + (t_qesxo * t_nxrfm - k_phi1 * t_ijxpm)
+        + (t_qesxo * t_dcp64 - k_phi1 * t_ijxpm)
         + t_o2gar * (q[phi1_dot] * t_ykqly - q[theta1_dot] * t_usaza);
     const real t_sagzv = t_iomfo * (q[theta1_dot] * t_kyrzj + q[phi1_dot] * (t_4xxce * t_75425 - t_usaza + t_4xxce * t_wv44n));
-    const real t_xduzm = cy_theta1 * t_g5b5y
+    const real t_sahw4 = cy_theta1 * t_7pfkc
         + t_b7wcv * t_fqlzb
-        + (k_theta1 * t_fqlzb + cy_theta1 * t_iyux2)
+        + (k_theta1 * t_fqlzb + cy_theta1 * t_4632i)
         - (cdy_theta1 * t_tpnji + t_sagzv);
-    const real t_7nyip = t_u5ggi * t_lsipc
+    const real t_q5hli = t_u5ggi * t_j3jcn
         - f_v1_L21 * t_3usgb
-        - (t_mj52b * t_ygqqb - (t_ez7bq * t_xduzm - t_yyv5s * t_cjjpz));
-    const real t_g7cdb = cz_phi1 * (t_mj52b * t_ijxpm)
+        - (t_mj52b * t_ygqqb - (t_ez7bq * t_sahw4 - t_yyv5s * t_cjjpz));
+    const real t_zmhda = cz_phi1 * (t_mj52b * t_ijxpm)
         + t_jjmo5 * t_usaza
         + (cz_theta1 * (t_ez7bq * t_fqlzb - cy_theta1 * t_cjjpz) + t_bvpt7 * t_kyrzj)
-        + (f_v1_L31 * t_xzutd + f21_v1 * t_m44qw);
+        + (f_v1_L31 * t_xzutd + f21_v1 * t_2on4z);
     const real t_le5ne = f_v1_L32 * t_omhw7;
     const real t_v6mis = t_qesxo + t_qesxo;
     const real t_mlegk = cy_theta1 + cy_theta1;
-    const real t_aceod = t_mj52b * (t_v6mis * t_ijxpm)
+    const real t_aidqc = t_mj52b * (t_v6mis * t_ijxpm)
         - (t_ez7bq * (t_mlegk * t_fqlzb) - t_2pj2n * t_cjjpz)
-        - (f_v1_L21 * t_xzutd + f21_v1 * t_lsipc);
-    const real t_4nref = t_g7cdb * t_omhw7 + t_le5ne * t_aceod;
-    const real t_qpott = t_u5ggi * t_m44qw
+        - (f_v1_L21 * t_xzutd + f21_v1 * t_j3jcn);
+    const real t_q7dkn = t_zmhda * t_omhw7 + t_le5ne * t_aidqc;
+    const real t_3vdlt = t_u5ggi * t_2on4z
         - f_v1_L31 * t_3usgb
-        + (t_mj52b * t_nofox + (t_ez7bq * t_56ydh - t_mzqhd * t_cjjpz))
-        - (f_v1_L32 * t_7nyip - u_v1_y2 * t_4nref);
+        + (t_mj52b * t_nofox + (t_ez7bq * t_u2wdb - t_mzqhd * t_cjjpz))
+        - (f_v1_L32 * t_q5hli - u_v1_y2 * t_q7dkn);
     const real t_wnugc = u_v1_x3 * t_qqmqs;
     const real t_u73vw = cz_phi1 + cz_phi1;
     const real t_xu4te = cz_theta1 + cz_theta1;
-    const real t_4iki3 = t_mj52b * (t_u73vw * t_usaza)
+    const real t_ib5gg = t_mj52b * (t_u73vw * t_usaza)
         - (t_ez7bq * (t_xu4te * t_kyrzj) - t_cvscp * t_cjjpz)
-        + (f_v1_L32 * t_g7cdb + t_g2uww * t_4nref)
-        - (f_v1_L31 * t_f464g + f31_v1 * t_m44qw);
-    const real t_hgfms = t_qpott * t_qqmqs - t_wnugc * t_4iki3;
+        + (f_v1_L32 * t_zmhda + t_g2uww * t_q7dkn)
+        - (f_v1_L31 * t_f464g + f31_v1 * t_2on4z);
+    const real t_vo75s = t_3vdlt * t_qqmqs - t_wnugc * t_ib5gg;
     const real t_qends = p[I1] * t_vhuco;
     const real t_xziph = wth_1 * t_xtwlg - g_1 * t_qends;
     const real t_6choa = mv1 * cos_phi1;
@@ -3906,432 +3906,432 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_dra62 = S_sq1 * t_wufir;
     const real t_ryzts = wth_1 * t_4z4np - q_1 * t_qends;
     const real t_zohce = cos_theta1 * t_ryzts;
-    const real t_k2and = t_xziph - t_dra62 - t_zohce;
+    const real t_mckmq = t_xziph - t_dra62 - t_zohce;
     const real t_d4baz = SC1 * t_wufir;
     const real t_7cmd7 = t_33aeq * t_omhw7;
-    const real t_gfrim = t_7nyip * t_omhw7 - t_7cmd7 * t_aceod - (f_v1_L32 * t_hgfms - u_v1_x3 * t_4nref);
+    const real t_wjiv5 = t_q5hli * t_omhw7 - t_7cmd7 * t_aidqc - (f_v1_L32 * t_vo75s - u_v1_x3 * t_q7dkn);
     const real t_3agyi = t_h2ibw + t_qends;
     const real t_6n66f = S_sq1 * t_3agyi;
     const real t_l72w5 = t_6n66f - t_qends;
     const real t_jrv7r = t_mj52b * (q[wy] * t_ijxpm - q[wz] * t_usaza);
     const real t_2diwi = t_ez7bq * (q[wy] * t_fqlzb - q[wx] * t_7tzjv + q[wz] * t_kyrzj + t_tpnji)
         - t_qslek * t_cjjpz;
-    const real t_tkalf = c[w1] * (gy_phi1 * t_jrv7r - t_3c5in * t_vdcma + (gy_theta1 * t_2diwi + t_gviyw * t_yrjg7));
-    const real t_blvdg = x_C * t_hgfms + t_tkalf;
+    const real t_jnxnf = c[w1] * (gy_phi1 * t_jrv7r - t_3c5in * t_vdcma + (gy_theta1 * t_2diwi + t_gviyw * t_yrjg7));
+    const real t_o62xw = x_C * t_vo75s + t_jnxnf;
     const real t_yb6pt = SC1 * t_3agyi;
-    const real t_u4th7 = c[w2] * (t_tpms2 * t_2diwi + t_gviyw * t_gbcgi - (gz_phi1 * t_jrv7r - t_3c5in * t_d2es7));
-    const real t_gogli = x_C * t_gfrim + t_u4th7;
+    const real t_nd3t7 = c[w2] * (t_tpms2 * t_2diwi + t_gviyw * t_gbcgi - (gz_phi1 * t_jrv7r - t_3c5in * t_d2es7));
+    const real t_ouwvj = x_C * t_wjiv5 + t_nd3t7;
     const real t_cpcc7 = t_zohce - sin_theta1 * Bs_1;
     const real t_m2abm = t_5pxhn * t_4v7es;
-    const real t_qnao6 = t_m2abm * t_via6t
+    const real t_ux3lj = t_m2abm * t_via6t
         - t_3usgb * t_4v7es
-        + (u_v1_x2 * t_lsipc + f_v1_L21 * t_gfrim)
-        + (u_v1_x3 * t_m44qw + f_v1_L31 * t_hgfms);
-    const real t_mvgdb = t_ehdko
-        + (K52 * t_hgfms + G2_v1 * t_k2and)
-        - (G3_v1 * t_d4baz - t_hjmgb * t_gfrim)
-        + (a2_v1 * t_l72w5 + K22 * t_blvdg)
-        + (a3_v1 * t_yb6pt - K32 * t_gogli)
-        + (t_dyqoa * t_cpcc7 + t_yz7e5 * t_qnao6);
+        + (u_v1_x2 * t_j3jcn + f_v1_L21 * t_wjiv5)
+        + (u_v1_x3 * t_2on4z + f_v1_L31 * t_vo75s);
+    const real t_pohqk = t_rokek
+        + (K52 * t_vo75s + G2_v1 * t_mckmq)
+        - (G3_v1 * t_d4baz - t_hjmgb * t_wjiv5)
+        + (a2_v1 * t_l72w5 + K22 * t_o62xw)
+        + (a3_v1 * t_yb6pt - K32 * t_ouwvj)
+        + (t_dyqoa * t_cpcc7 + t_yz7e5 * t_ux3lj);
     const real t_m24qb = cos_phi1 * t_6choa - Ass_1;
     const real t_7j6vv = sin_theta1 * t_m24qb;
-    const real t_qzx6f = sin_phi1 * t_5qnaj + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
+    const real t_ku2ls = sin_phi1 * t_5qnaj + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
     const real t_vvqnn = Bc_1 + e1 * t_m24qb;
     const real t_e4sul = sin_theta1 * t_vvqnn;
     const real t_as46a = cos_theta1 * t_vvqnn;
     const real t_ix2vw = cos_theta1 * t_m24qb;
-    const real t_mtews = t_qzx6f
-        + (t_6mmeb * t_hgfms + G2_v1 * t_e4sul)
-        + (G3_v1 * t_as46a - t_bl4f2 * t_gfrim)
-        + (a2_v1 * t_7j6vv + t_b3aij * t_blvdg)
-        + (a3_v1 * t_ix2vw - t_zzymx * t_gogli);
-    const real t_obpf2 = t_dyqoa * Bc_1 + t_2m245 * t_qnao6 - t_mtews;
+    const real t_3e7hd = t_ku2ls
+        + (t_6mmeb * t_vo75s + G2_v1 * t_e4sul)
+        + (G3_v1 * t_as46a - t_bl4f2 * t_wjiv5)
+        + (a2_v1 * t_7j6vv + t_b3aij * t_o62xw)
+        + (a3_v1 * t_ix2vw - t_zzymx * t_ouwvj);
+    const real t_uomjg = t_dyqoa * Bc_1 + t_2m245 * t_ux3lj - t_3e7hd;
     const real t_k46nc = sin_theta1 * t_dnmdb;
-    const real t_bk5cj = cos_theta1 * t_odlfh - t_k46nc;
+    const real t_snoq4 = cos_theta1 * t_ajxqx - t_k46nc;
     const real t_g5uka = sin_theta1 * t_ryzts;
-    const real t_bo3gj = t_g5uka - t_d4baz;
-    const real t_lbjqj = t_dra62 + t_fpsha;
+    const real t_zhx4p = t_g5uka - t_d4baz;
+    const real t_5rsa6 = t_dra62 + t_fpsha;
     const real t_yguee = t_h2ibw - t_6n66f;
     const real t_2m764 = t_g5uka + cos_theta1 * Bs_1;
-    const real t_4equf = t_bk5cj
-        + (K53 * t_hgfms + G2_v1 * t_bo3gj)
-        + (G3_v1 * t_lbjqj - K63 * t_gfrim)
-        + (a2_v1 * t_yb6pt + K32 * t_blvdg)
-        + (a3_v1 * t_yguee - K33 * t_gogli)
-        - (t_dyqoa * t_2m764 + K43 * t_qnao6);
-    const real t_5n2if = K11 * t_obpf2
+    const real t_32bhn = t_snoq4
+        + (K53 * t_vo75s + G2_v1 * t_zhx4p)
+        + (G3_v1 * t_5rsa6 - K63 * t_wjiv5)
+        + (a2_v1 * t_yb6pt + K32 * t_o62xw)
+        + (a3_v1 * t_yguee - K33 * t_ouwvj)
+        - (t_dyqoa * t_2m764 + K43 * t_ux3lj);
+    const real t_prsqe = K11 * t_uomjg
         - q1_v1 * t_h2ibw
-        - (q2_v1 * t_7j6vv + t_b3aij * t_mvgdb)
-        - (q3_v1 * t_ix2vw + t_zzymx * t_4equf);
+        - (q2_v1 * t_7j6vv + t_b3aij * t_pohqk)
+        - (q3_v1 * t_ix2vw + t_zzymx * t_32bhn);
     const real t_tqzpl = t_b3aij + t_b3aij;
     const real t_s5vhe = K11 + K11;
     const real t_r6alf = t_zzymx + t_zzymx;
     const real t_yhqy5 = t_tqzpl * t_7j6vv - t_s5vhe * t_h2ibw + t_r6alf * t_ix2vw;
-    const real t_cfmlo = t_5a4ay * t_yhqy5
-        + PP_v1 * (t_i246m * t_obpf2 + t_etuzz * t_mvgdb + t_uen3p * t_4equf);
-    const real t_gkayn = t_fa67e * t_phv5x;
-    const real t_6e4au = (SELECT0(m_il3ht, t_esqfa * (t_nlrbh * t_5n2if - t_cfmlo) * t_q5kgs) - t_5n2if) * t_phv5x
-        - t_gkayn * t_yhqy5;
-    const real t_zzstt = t_mvgdb - (t_fa67e * t_7j6vv + t_b3aij * t_6e4au);
-    const real t_gn4qu = t_q2hfz * (t_cofwl * (t_zzstt * t_y7rm6));
-    const real t_4kktk = t_gn4qu * t_nwsjf;
-    const real t_skjh5_10 = t_cnhcl * (t_ee7r6 * t_4kktk);
-    const real t_4nx6p_10 = p[F] * (sin_t_s5hay * t_skjh5_10);
-    const real t_ecreo_10 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_10));
-    const real t_kgjnb = t_4equf - (t_fa67e * t_ix2vw + t_zzymx * t_6e4au);
-    const real t_d257g = t_kgjnb * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_gn4qu * t_imn4h)));
-    const real t_cha6m = t_xh4j2 * (t_o7qta * t_d257g) * t_gwbho;
-    const real t_lb2wi_10 = sin_t_7g2cn * t_4kktk;
-    const real t_da6qh_9 = cos_t_nxflg * t_cha6m;
-    const real t_k6zjx_9 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_10)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_9));
-    const real t_zua55_9 = SELECT(m_hlry2, SELECT0(m_trmto, -t_cha6m), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_9 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_9 = t_rila6 * (t_vr3uw * t_zua55_9);
-    const real t_ctppn_10 = sin_t_kl6tx * t_s6fxk_9;
-    const real t_psycf = t_ecreo_10 - t_qhkro * t_ctppn_10 + t_qzx6f;
-    const real t_6qzob = t_qhkro * cos_t_kl6tx + t_xynyo;
-    const real t_h6owg = t_6qzob * t_bpfoo;
+    const real t_kl2ze = t_5a4ay * t_yhqy5
+        + PP_v1 * (t_i246m * t_uomjg + t_etuzz * t_pohqk + t_uen3p * t_32bhn);
+    const real t_6xjbo = t_fa67e * t_phv5x;
+    const real t_kc5qb = (SELECT0(m_il3ht, t_w4p3n * (t_nlrbh * t_prsqe - t_kl2ze) * t_q5kgs) - t_prsqe) * t_phv5x
+        - t_6xjbo * t_yhqy5;
+    const real t_q2c6z = t_pohqk - (t_fa67e * t_7j6vv + t_b3aij * t_kc5qb);
+    const real t_jdiv5 = t_q2hfz * (t_5x4sb * (t_q2c6z * t_y7rm6));
+    const real t_7vxmt = t_jdiv5 * t_nwsjf;
+    const real t_iubif_10 = t_bw2jd * (t_ee7r6 * t_7vxmt);
+    const real t_27ev7_10 = p[F] * (sin_t_s5hay * t_iubif_10);
+    const real t_wzmp3_10 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_10));
+    const real t_v7njk = t_32bhn - (t_fa67e * t_ix2vw + t_zzymx * t_kc5qb);
+    const real t_kncgh = t_v7njk * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_jdiv5 * t_imn4h)));
+    const real t_iijst = t_q2hfz_2 * (t_2snz7 * t_kncgh) * t_bifdl;
+    const real t_rl5d3_10 = sin_t_7g2cn * t_7vxmt;
+    const real t_i7skh_10 = cos_t_finmd * t_iijst;
+    const real t_k6zjx_10 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_10)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_10));
+    const real t_7t7eb_10 = SELECT(m_hlry2, SELECT0(m_uklky, -t_iijst), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_10 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_10 = t_zrb6o * (t_vr3uw * t_7t7eb_10);
+    const real t_cxwzz_10 = sin_t_kl6tx * t_swjde_10;
+    const real t_no73e = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_ku2ls;
+    const real t_sfc5s = t_zmkrd * cos_t_kl6tx + t_xynyo;
+    const real t_h6owg = t_sfc5s * t_bpfoo;
     const real t_gvhmj = t_h6owg * t_bpfoo;
-    const real t_wpgwf = sin_t_s5hay * p[F];
-    const real t_dpn2x = t_wpgwf - n2 + t_w7lcw * t_6qzob;
+    const real t_b4c42 = sin_t_s5hay * p[F];
+    const real t_dpn2x = t_b4c42 - n2 + t_w7lcw * t_sfc5s;
     const real t_6re54 = t_dpn2x * t_4iujv;
-    const real t_s6xeg = t_qhkro * sin_t_kl6tx;
-    const real t_rugjk = t_3go2w * t_6qzob - (t_s6xeg + n3) - K_L32 * t_dpn2x;
+    const real t_gyv2s = t_zmkrd * sin_t_kl6tx;
+    const real t_rugjk = t_3go2w * t_sfc5s - (t_gyv2s + n3) - K_L32 * t_dpn2x;
     const real t_gqsuf = t_rugjk * t_zmh3u;
-    const real t_6onno = t_p34e2 * cos_t_nxflg - (q1_v1 + K11 * t_fa67e);
-    const real t_5jrem = t_6onno * t_bpfoo;
+    const real t_ron5c = t_p34e2 * cos_t_finmd - (q1_v1 + K11 * t_fa67e);
+    const real t_5jrem = t_ron5c * t_bpfoo;
     const real t_6kk4j = p[F] * sin_t_7g2cn;
-    const real t_3fjjo = t_6kk4j - t_36jbi + t_w7lcw * t_6onno;
+    const real t_3fjjo = t_6kk4j - t_ee3eg + t_w7lcw * t_ron5c;
     const real t_mwmsi = t_3fjjo * t_4iujv;
-    const real t_m3h2j = t_p34e2 * sin_t_nxflg;
-    const real t_ydmyt = (t_3go2w * t_6onno - (t_m3h2j + t_3x2zs) - K_L32 * t_3fjjo) * t_zmh3u;
-    const real t_oxl2f = t_mwmsi - K_L32 * t_ydmyt;
-    const real t_zw255 = t_5jrem + t_w7lcw * t_oxl2f + t_3go2w * t_ydmyt;
-    const real t_g6mfs = t_qhkro_2 * cos_t_kl6tx - t_p34e2_2 * cos_t_nxflg;
-    const real t_dg2xv = t_g6mfs * t_bpfoo;
-    const real t_rkrof = p[F] * sin_t_s5hay - t_6kk4j;
-    const real t_qbbkc = t_rkrof + t_w7lcw * t_g6mfs;
+    const real t_m3h2j = t_p34e2 * sin_t_finmd;
+    const real t_ydmyt = (t_3go2w * t_ron5c - (t_m3h2j + t_nsi7k) - K_L32 * t_3fjjo) * t_zmh3u;
+    const real t_jaz4k = t_mwmsi - K_L32 * t_ydmyt;
+    const real t_q5ya6 = t_5jrem + t_w7lcw * t_jaz4k + t_3go2w * t_ydmyt;
+    const real t_ukbfi = t_zmkrd_2 * cos_t_kl6tx - t_p34e2_2 * cos_t_finmd;
+    const real t_dg2xv = t_ukbfi * t_bpfoo;
+    const real t_76oy7 = p[F] * sin_t_s5hay - t_6kk4j;
+    const real t_qbbkc = t_76oy7 + t_w7lcw * t_ukbfi;
     const real t_2suna = t_qbbkc * t_4iujv;
-    const real t_eavx7 = t_chtvn * p[F] - t_qhkro_2 * sin_t_kl6tx;
-    const real t_lvdlo = (t_eavx7 + t_3go2w * t_g6mfs - K_L32 * t_qbbkc) * t_zmh3u;
-    const real t_prgks = t_2suna - K_L32 * t_lvdlo;
-    const real t_yurpy = t_dg2xv + t_w7lcw * t_prgks + t_3go2w * t_lvdlo;
-    const real t_pdops = n4
+    const real t_qfukh = t_chtvn * p[F] - t_zmkrd_2 * sin_t_kl6tx;
+    const real t_lvdlo = (t_qfukh + t_3go2w * t_ukbfi - K_L32 * t_qbbkc) * t_zmh3u;
+    const real t_4zkth = t_2suna - K_L32 * t_lvdlo;
+    const real t_vrqgs = t_dg2xv + t_w7lcw * t_4zkth + t_3go2w * t_lvdlo;
+    const real t_6opev = n4
         + G2_v1 * K54
         + G3_v1 * K64
         - t_2m245 * t_fa67e
-        - t_2m245 * t_zw255
+        - t_2m245 * t_q5ya6
         - t_yz7e5 * a2_v1
-        - t_yz7e5 * t_oxl2f
+        - t_yz7e5 * t_jaz4k
         + K43 * a3_v1
         + K43 * t_ydmyt
         - K44 * t_dyqoa
-        - t_2m245 * t_yurpy
-        - t_yz7e5 * t_prgks
+        - t_2m245 * t_vrqgs
+        - t_yz7e5 * t_4zkth
         + K43 * t_lvdlo
         - n4
-        + t_xq4wt * t_6qzob
+        + t_xq4wt * t_sfc5s
         + t_5wcj3 * t_dpn2x
         - K_L43 * t_rugjk;
-    const real t_bz3zo = t_pdops * t_lt2al;
-    const real t_rsvtq = n5
+    const real t_65ym4 = t_6opev * t_lt2al;
+    const real t_f6bdh = n5
         + G2_v1 * K55
         + G3_v1 * K65
         - t_6mmeb * t_fa67e
-        - t_6mmeb * t_zw255
+        - t_6mmeb * t_q5ya6
         + K52 * a2_v1
-        + K52 * t_oxl2f
+        + K52 * t_jaz4k
         + K53 * a3_v1
         + K53 * t_ydmyt
         - K54 * t_dyqoa
         + t_6kk4j * t_lwe76
-        - t_6mmeb * t_yurpy
-        + K52 * t_prgks
+        - t_6mmeb * t_vrqgs
+        + K52 * t_4zkth
         + K53 * t_lvdlo
-        + t_rkrof * t_lwe76
+        + t_76oy7 * t_lwe76
         - n5
-        - t_wpgwf * t_lwe76
-        + t_rujpm * t_6qzob
+        - t_b4c42 * t_lwe76
+        + t_rujpm * t_sfc5s
         - K_L52 * t_dpn2x
         - K_L53 * t_rugjk
-        - K_L54 * t_pdops;
-    const real t_usfpu = t_rsvtq * t_ftqxb;
-    const real t_yqi4q = t_m3h2j * t_lwe76
+        - K_L54 * t_6opev;
+    const real t_qfycd = t_f6bdh * t_ftqxb;
+    const real t_bnhw5 = t_m3h2j * t_lwe76
         - n6
         - G2_v1 * K65
         - G3_v1 * K66
         + t_bl4f2 * t_fa67e
-        + t_bl4f2 * t_zw255
+        + t_bl4f2 * t_q5ya6
         + t_hjmgb * a2_v1
-        + t_hjmgb * t_oxl2f
+        + t_hjmgb * t_jaz4k
         - K63 * a3_v1
         - K63 * t_ydmyt
         + K64 * t_dyqoa
-        - t_eavx7 * t_lwe76
-        + t_bl4f2 * t_yurpy
-        + t_hjmgb * t_prgks
+        - t_qfukh * t_lwe76
+        + t_bl4f2 * t_vrqgs
+        + t_hjmgb * t_4zkth
         - K63 * t_lvdlo
         + n6;
-    const real t_5tcuv = t_s6xeg * t_lwe76
-        - t_yqi4q
-        + t_pgxzp * t_6qzob
+    const real t_dl7ie = t_gyv2s * t_lwe76
+        - t_bnhw5
+        + t_pgxzp * t_sfc5s
         + t_gz422 * t_dpn2x
         - K_L63 * t_rugjk
-        - K_L64 * t_pdops
-        - K_L65 * t_rsvtq;
-    const real t_rjhb3 = t_5tcuv * t_nfkwa;
-    const real t_6outz = t_usfpu - K_L65 * t_rjhb3;
-    const real t_ywr4i = t_bz3zo - K_L54 * t_6outz - K_L64 * t_rjhb3;
-    const real t_5sglq = t_gqsuf - K_L43 * t_ywr4i - K_L53 * t_6outz - K_L63 * t_rjhb3;
-    const real t_4xz5v = t_6re54
-        - K_L32 * t_5sglq
-        + t_5wcj3 * t_ywr4i
-        - K_L52 * t_6outz
-        + t_gz422 * t_rjhb3;
+        - K_L64 * t_6opev
+        - K_L65 * t_f6bdh;
+    const real t_2uqac = t_dl7ie * t_nfkwa;
+    const real t_tuxen = t_qfycd - K_L65 * t_2uqac;
+    const real t_4i5kl = t_65ym4 - K_L54 * t_tuxen - K_L64 * t_2uqac;
+    const real t_h4uvc = t_gqsuf - K_L43 * t_4i5kl - K_L53 * t_tuxen - K_L63 * t_2uqac;
+    const real t_ykhgf = t_6re54
+        - K_L32 * t_h4uvc
+        + t_5wcj3 * t_4i5kl
+        - K_L52 * t_tuxen
+        + t_gz422 * t_2uqac;
     const real t_7rnk2 = t_w7lcw * t_bpfoo;
     const real t_ccnxe = t_7j6vv * t_bpfoo + t_7rnk2 * t_h2ibw;
-    const real t_6dnpl_10 = p[F] * (cos_t_s5hay * t_skjh5_10);
-    const real t_aeo5o = SELECT0(m_el4yy, t_6dnpl_10) - t_ehdko + (t_6qzob * t_ccnxe + t_w7lcw * t_psycf);
+    const real t_ilple_10 = p[F] * (cos_t_s5hay * t_iubif_10);
+    const real t_24wuc = SELECT0(m_el4yy, t_ilple_10) - t_rokek + (t_sfc5s * t_ccnxe + t_w7lcw * t_no73e);
     const real t_me7eb = t_6re54 * t_4iujv;
-    const real t_mmfuv = t_l72w5 - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
+    const real t_vujgj = t_l72w5 - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
     const real t_7rnk2_2 = t_3go2w * t_bpfoo;
     const real t_lkd5z = t_ix2vw * t_bpfoo + t_7rnk2_2 * t_h2ibw;
-    const real t_qujvg = t_yb6pt - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
+    const real t_vouj3 = t_yb6pt - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
     const real t_6yahm = K_L32 * t_4iujv;
-    const real t_eqeua = t_qujvg * t_4iujv - t_6yahm * t_mmfuv;
-    const real t_qbg3i_10 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_10));
-    const real t_2gr5i_10 = cos_t_kl6tx * t_s6fxk_9;
-    const real t_mvrqf_10 = t_qbg3i_10 + t_qhkro * t_2gr5i_10;
-    const real t_nzviu = t_6qzob * t_lkd5z
-        + t_3go2w * t_psycf
-        - (t_mvrqf_10 + t_bk5cj)
-        - (t_dpn2x * t_eqeua + K_L32 * t_aeo5o);
+    const real t_5y4uw = t_vouj3 * t_4iujv - t_6yahm * t_vujgj;
+    const real t_ooljq_10 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_10));
+    const real t_lqx5z_10 = cos_t_kl6tx * t_swjde_10;
+    const real t_mvrqf_10 = t_ooljq_10 + t_zmkrd * t_lqx5z_10;
+    const real t_bpniw = t_sfc5s * t_lkd5z
+        + t_3go2w * t_no73e
+        - (t_mvrqf_10 + t_snoq4)
+        - (t_dpn2x * t_5y4uw + K_L32 * t_24wuc);
     const real t_qty3w = t_gqsuf * t_zmh3u;
-    const real t_lmrui = t_yguee
-        - (K_L32 * t_qujvg + t_2rbbr * t_eqeua)
+    const real t_o7t6b = t_yguee
+        - (K_L32 * t_vouj3 + t_2rbbr * t_5y4uw)
         - (t_3go2w * t_ix2vw + t_zzymx * t_lkd5z);
     const real t_jtjoh = t_xq4wt * t_bpfoo;
     const real t_zopz4 = Bc_1 * t_bpfoo + t_jtjoh * t_h2ibw;
-    const real t_dh6yn = t_cpcc7 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
+    const real t_tbtnm = t_cpcc7 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
     const real t_2ngl5 = t_5wcj3 * t_4iujv;
-    const real t_mphv2 = t_dh6yn * t_4iujv - t_2ngl5 * t_mmfuv;
-    const real t_aegn4 = t_2m764
-        + (t_5wcj3 * t_qujvg + t_2rbbr * t_mphv2)
+    const real t_uiiin = t_tbtnm * t_4iujv - t_2ngl5 * t_vujgj;
+    const real t_udoda = t_2m764
+        + (t_5wcj3 * t_vouj3 + t_2rbbr * t_uiiin)
         - (t_xq4wt * t_ix2vw + t_zzymx * t_zopz4);
     const real t_ydwjl = K_L43 * t_zmh3u;
-    const real t_bfogy = t_aegn4 * t_zmh3u - t_ydwjl * t_lmrui;
-    const real t_bu7fp = t_w7vil * Bc_1 + p[l1] * t_5qnaj;
+    const real t_tt5vf = t_udoda * t_zmh3u - t_ydwjl * t_o7t6b;
+    const real t_umhin = t_w7vil * Bc_1 + p[l1] * t_5qnaj;
     const real t_7t2bq = q_1 * t_dnmdb + F_n1 * t_4z4np;
-    const real t_m6yqw = t_bu7fp - t_7t2bq;
+    const real t_pqrhd = t_umhin - t_7t2bq;
     const real t_gtdgn = wq_1 * t_4z4np + q_1 * t_ryzts;
     const real t_52vl2 = wg_1 * t_4z4np + q_1 * t_xziph;
     const real t_3s2va = cos_theta1 * t_52vl2;
     const real t_6iiam = e1 * Bs_1;
-    const real t_ur7ot = t_gtdgn - t_3s2va + sin_theta1 * t_6iiam;
+    const real t_l2col = t_gtdgn - t_3s2va + sin_theta1 * t_6iiam;
     const real t_tzirt = sin_theta1 * t_52vl2;
-    const real t_pdyz4 = t_tzirt + cos_theta1 * t_6iiam;
-    const real t_shxu4_10 = p[F] * t_lb2wi_10;
-    const real t_tvmsg_10 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_10));
-    const real t_dfqts_9 = sin_t_nxflg * t_cha6m;
-    const real t_ohabl = t_tvmsg_10
-        + SELECT0(m_trmto, t_p34e2 * t_dfqts_9)
-        - (t_obpf2 + (K11 * t_6e4au - t_fa67e * t_h2ibw));
+    const real t_kpob3 = t_tzirt + cos_theta1 * t_6iiam;
+    const real t_shxu4_10 = p[F] * t_rl5d3_10;
+    const real t_tvmsg_10 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_10));
+    const real t_an7qj_10 = sin_t_finmd * t_iijst;
+    const real t_asgqn = t_tvmsg_10
+        + SELECT0(m_uklky, t_p34e2 * t_an7qj_10)
+        - (t_uomjg + (K11 * t_kc5qb - t_fa67e * t_h2ibw));
     const real t_lnw7n = t_5jrem * t_bpfoo;
-    const real t_v4eqe_10 = p[F] * (cos_t_7g2cn * t_4kktk);
-    const real t_bquhf = SELECT0(m_el4yy, t_v4eqe_10) - t_zzstt + (t_6onno * t_ccnxe + t_w7lcw * t_ohabl);
-    const real t_7grn6 = t_mwmsi * t_4iujv;
-    const real t_3cp5h_9 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_10)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_9));
-    const real t_fozzf = t_6onno * t_lkd5z
-        + t_3go2w * t_ohabl
-        - (t_3cp5h_9 + t_kgjnb)
-        - (t_3fjjo * t_eqeua + K_L32 * t_bquhf);
-    const real t_me5rd = t_ydmyt * t_zmh3u;
-    const real t_x6f6l = t_fozzf * t_zmh3u - t_me5rd * t_lmrui;
-    const real t_kxhae = t_bquhf * t_4iujv - t_7grn6 * t_mmfuv - (t_ydmyt * t_eqeua + K_L32 * t_x6f6l);
-    const real t_h6n26 = t_ohabl * t_bpfoo
+    const real t_7ofua_10 = p[F] * (cos_t_7g2cn * t_7vxmt);
+    const real t_szdgf = SELECT0(m_el4yy, t_7ofua_10) - t_q2c6z + (t_ron5c * t_ccnxe + t_w7lcw * t_asgqn);
+    const real t_ey6wv = t_mwmsi * t_4iujv;
+    const real t_3cp5h_10 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_10)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_10));
+    const real t_almxq = t_ron5c * t_lkd5z
+        + t_3go2w * t_asgqn
+        - (t_3cp5h_10 + t_v7njk)
+        - (t_3fjjo * t_5y4uw + K_L32 * t_szdgf);
+    const real t_grik6 = t_ydmyt * t_zmh3u;
+    const real t_6haov = t_almxq * t_zmh3u - t_grik6 * t_o7t6b;
+    const real t_trwry = t_szdgf * t_4iujv - t_ey6wv * t_vujgj - (t_ydmyt * t_5y4uw + K_L32 * t_6haov);
+    const real t_u62zz = t_asgqn * t_bpfoo
         + t_lnw7n * t_h2ibw
-        + (t_oxl2f * t_ccnxe + t_w7lcw * t_kxhae)
-        + (t_ydmyt * t_lkd5z + t_3go2w * t_x6f6l);
-    const real t_cgxsm_9 = t_ecreo_10 - t_qhkro_2 * t_ctppn_10 - (t_tvmsg_10 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_9));
+        + (t_jaz4k * t_ccnxe + t_w7lcw * t_trwry)
+        + (t_ydmyt * t_lkd5z + t_3go2w * t_6haov);
+    const real t_cgxsm_10 = t_wzmp3_10 - t_zmkrd_2 * t_cxwzz_10 - (t_tvmsg_10 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_10));
     const real t_fhvpl = t_dg2xv * t_bpfoo;
-    const real t_ycqju_10 = t_6dnpl_10 - t_v4eqe_10;
-    const real t_xbqtk = SELECT0(m_el4yy, t_ycqju_10) + (t_g6mfs * t_ccnxe + t_w7lcw * t_cgxsm_9);
-    const real t_igr3x = t_2suna * t_4iujv;
-    const real t_pdzxe_10 = p[F] * t_k6zjx_9 - (t_qbg3i_10 + t_qhkro_2 * t_2gr5i_10);
-    const real t_cer3z = t_pdzxe_10
-        + (t_g6mfs * t_lkd5z + t_3go2w * t_cgxsm_9)
-        - (t_qbbkc * t_eqeua + K_L32 * t_xbqtk);
-    const real t_nki4x = t_lvdlo * t_zmh3u;
-    const real t_4tcow = t_cer3z * t_zmh3u - t_nki4x * t_lmrui;
-    const real t_j62gu = t_xbqtk * t_4iujv - t_igr3x * t_mmfuv - (t_lvdlo * t_eqeua + K_L32 * t_4tcow);
-    const real t_yhzz3 = t_cgxsm_9 * t_bpfoo
+    const real t_ycqju_10 = t_ilple_10 - t_7ofua_10;
+    const real t_krlji = SELECT0(m_el4yy, t_ycqju_10) + (t_ukbfi * t_ccnxe + t_w7lcw * t_cgxsm_10);
+    const real t_2ngl5_2 = t_2suna * t_4iujv;
+    const real t_pdzxe_10 = p[F] * t_k6zjx_10 - (t_ooljq_10 + t_zmkrd_2 * t_lqx5z_10);
+    const real t_lyfr4 = t_pdzxe_10
+        + (t_ukbfi * t_lkd5z + t_3go2w * t_cgxsm_10)
+        - (t_qbbkc * t_5y4uw + K_L32 * t_krlji);
+    const real t_n6whd = t_lvdlo * t_zmh3u;
+    const real t_cf7cd = t_lyfr4 * t_zmh3u - t_n6whd * t_o7t6b;
+    const real t_qltyy = t_krlji * t_4iujv - t_2ngl5_2 * t_vujgj - (t_lvdlo * t_5y4uw + K_L32 * t_cf7cd);
+    const real t_4fz7z = t_cgxsm_10 * t_bpfoo
         + t_fhvpl * t_h2ibw
-        + (t_prgks * t_ccnxe + t_w7lcw * t_j62gu)
-        + (t_lvdlo * t_lkd5z + t_3go2w * t_4tcow);
-    const real t_yswfr = t_m6yqw
-        + (K54 * t_hgfms + G2_v1 * t_ur7ot)
-        + (G3_v1 * t_pdyz4 - K64 * t_gfrim)
-        - (t_fa67e * Bc_1 + t_2m245 * t_6e4au)
-        - (t_zw255 * Bc_1 + t_2m245 * t_h6n26)
-        - (a2_v1 * t_cpcc7 + t_yz7e5 * t_blvdg)
-        - (t_oxl2f * t_cpcc7 + t_yz7e5 * t_kxhae)
-        + (a3_v1 * t_2m764 - K43 * t_gogli)
-        + (t_ydmyt * t_2m764 + K43 * t_x6f6l)
-        - (t_dyqoa * t_gtdgn + K44 * t_qnao6)
-        - (t_yurpy * Bc_1 + t_2m245 * t_yhzz3)
-        - (t_prgks * t_cpcc7 + t_yz7e5 * t_j62gu)
-        + (t_lvdlo * t_2m764 + K43 * t_4tcow)
-        - t_m6yqw
-        + (t_6qzob * t_zopz4 + t_xq4wt * t_psycf)
-        + (t_dpn2x * t_mphv2 + t_5wcj3 * t_aeo5o)
-        - (t_rugjk * t_bfogy + K_L43 * t_nzviu);
-    const real t_tcrx3 = t_bz3zo * t_lt2al;
-    const real t_l32xz = t_gtdgn
-        - (t_5wcj3 * t_dh6yn + t_u3hss * t_mphv2)
-        - (K_L43 * t_aegn4 + t_fqe33 * t_bfogy)
+        + (t_4zkth * t_ccnxe + t_w7lcw * t_qltyy)
+        + (t_lvdlo * t_lkd5z + t_3go2w * t_cf7cd);
+    const real t_nsuki = t_pqrhd
+        + (K54 * t_vo75s + G2_v1 * t_l2col)
+        + (G3_v1 * t_kpob3 - K64 * t_wjiv5)
+        - (t_fa67e * Bc_1 + t_2m245 * t_kc5qb)
+        - (t_q5ya6 * Bc_1 + t_2m245 * t_u62zz)
+        - (a2_v1 * t_cpcc7 + t_yz7e5 * t_o62xw)
+        - (t_jaz4k * t_cpcc7 + t_yz7e5 * t_trwry)
+        + (a3_v1 * t_2m764 - K43 * t_ouwvj)
+        + (t_ydmyt * t_2m764 + K43 * t_6haov)
+        - (t_dyqoa * t_gtdgn + K44 * t_ux3lj)
+        - (t_vrqgs * Bc_1 + t_2m245 * t_4fz7z)
+        - (t_4zkth * t_cpcc7 + t_yz7e5 * t_qltyy)
+        + (t_lvdlo * t_2m764 + K43 * t_cf7cd)
+        - t_pqrhd
+        + (t_sfc5s * t_zopz4 + t_xq4wt * t_no73e)
+        + (t_dpn2x * t_uiiin + t_5wcj3 * t_24wuc)
+        - (t_rugjk * t_tt5vf + K_L43 * t_bpniw);
+    const real t_7d2ur = t_65ym4 * t_lt2al;
+    const real t_gyzdz = t_gtdgn
+        - (t_5wcj3 * t_tbtnm + t_u3hss * t_uiiin)
+        - (K_L43 * t_udoda + t_fqe33 * t_tt5vf)
         - (t_xq4wt * Bc_1 + t_2m245 * t_zopz4);
     const real t_7rnk2_3 = t_rujpm * t_bpfoo;
-    const real t_4vm3d = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
-    const real t_f3yk4 = t_k2and - (t_rujpm * t_7j6vv + t_b3aij * t_4vm3d);
+    const real t_ryoqa = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
+    const real t_vdval = t_mckmq - (t_rujpm * t_7j6vv + t_b3aij * t_ryoqa);
     const real t_hfybw = K_L52 * t_4iujv;
-    const real t_hdyqc = t_f3yk4 * t_4iujv - t_hfybw * t_mmfuv;
-    const real t_toknl = t_bo3gj
-        - (K_L52 * t_qujvg + t_2rbbr * t_hdyqc)
-        - (t_rujpm * t_ix2vw + t_zzymx * t_4vm3d);
+    const real t_4uch5 = t_vdval * t_4iujv - t_hfybw * t_vujgj;
+    const real t_oeegq = t_zhx4p
+        - (K_L52 * t_vouj3 + t_2rbbr * t_4uch5)
+        - (t_rujpm * t_ix2vw + t_zzymx * t_ryoqa);
     const real t_qe675 = K_L53 * t_zmh3u;
-    const real t_xlrks = t_toknl * t_zmh3u - t_qe675 * t_lmrui;
-    const real t_nubqm = t_ur7ot
-        + (K_L52 * t_dh6yn + t_u3hss * t_hdyqc)
-        - (K_L53 * t_aegn4 + t_fqe33 * t_xlrks)
-        - (t_rujpm * Bc_1 + t_2m245 * t_4vm3d);
+    const real t_iuhck = t_oeegq * t_zmh3u - t_qe675 * t_o7t6b;
+    const real t_dnt6a = t_l2col
+        + (K_L52 * t_tbtnm + t_u3hss * t_4uch5)
+        - (K_L53 * t_udoda + t_fqe33 * t_iuhck)
+        - (t_rujpm * Bc_1 + t_2m245 * t_ryoqa);
     const real t_2e52m = K_L54 * t_lt2al;
-    const real t_qnk4e = t_nubqm * t_lt2al - t_2e52m * t_l32xz;
-    const real t_x76h7 = t_bu7fp + e1 * t_odlfh;
-    const real t_x2agg = sin_theta1 * t_x76h7 - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg);
+    const real t_rsa5i = t_dnt6a * t_lt2al - t_2e52m * t_gyzdz;
+    const real t_tdpur = t_umhin + e1 * t_ajxqx;
+    const real t_xrxt3 = sin_theta1 * t_tdpur - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg);
     const real t_iorjk = wg_1 * t_xtwlg + g_1 * t_xziph;
     const real t_dnjms = e1 * t_7z7va - K(-2.0) * t_6iiam;
     const real t_miprn = t_dnjms - t_iorjk;
-    const real t_wrcyr = S_sq1 * t_miprn;
-    const real t_aihc5 = t_iorjk + t_gtdgn + t_wrcyr + K(-2.0) * t_3s2va;
-    const real t_ra2yv = t_tzirt + SC1 * t_miprn;
-    const real t_7d2lp = t_x2agg
-        + (K55 * t_hgfms + G2_v1 * t_aihc5)
-        + (G3_v1 * t_ra2yv - K65 * t_gfrim)
-        - (t_fa67e * t_e4sul + t_6mmeb * t_6e4au)
-        - (t_zw255 * t_e4sul + t_6mmeb * t_h6n26)
-        + (a2_v1 * t_k2and + K52 * t_blvdg)
-        + (t_oxl2f * t_k2and + K52 * t_kxhae)
-        + (a3_v1 * t_bo3gj - K53 * t_gogli)
-        + (t_ydmyt * t_bo3gj + K53 * t_x6f6l)
-        - (t_dyqoa * t_ur7ot + K54 * t_qnao6)
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_10)
-        - (t_yurpy * t_e4sul + t_6mmeb * t_yhzz3)
-        + (t_prgks * t_k2and + K52 * t_j62gu)
-        + (t_lvdlo * t_bo3gj + K53 * t_4tcow)
+    const real t_bznju = S_sq1 * t_miprn;
+    const real t_sldgv = t_iorjk + t_gtdgn + t_bznju + K(-2.0) * t_3s2va;
+    const real t_3xz55 = t_tzirt + SC1 * t_miprn;
+    const real t_nnnmw = t_xrxt3
+        + (K55 * t_vo75s + G2_v1 * t_sldgv)
+        + (G3_v1 * t_3xz55 - K65 * t_wjiv5)
+        - (t_fa67e * t_e4sul + t_6mmeb * t_kc5qb)
+        - (t_q5ya6 * t_e4sul + t_6mmeb * t_u62zz)
+        + (a2_v1 * t_mckmq + K52 * t_o62xw)
+        + (t_jaz4k * t_mckmq + K52 * t_trwry)
+        + (a3_v1 * t_zhx4p - K53 * t_ouwvj)
+        + (t_ydmyt * t_zhx4p + K53 * t_6haov)
+        - (t_dyqoa * t_l2col + K54 * t_ux3lj)
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_10)
+        - (t_vrqgs * t_e4sul + t_6mmeb * t_4fz7z)
+        + (t_4zkth * t_mckmq + K52 * t_qltyy)
+        + (t_lvdlo * t_zhx4p + K53 * t_cf7cd)
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_10)
-        - t_x2agg
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_10))
-        + (t_6qzob * t_4vm3d + t_rujpm * t_psycf)
-        - (t_dpn2x * t_hdyqc + K_L52 * t_aeo5o)
-        - (t_rugjk * t_xlrks + K_L53 * t_nzviu)
-        - (t_pdops * t_qnk4e + K_L54 * t_yswfr);
-    const real t_hzn6p = t_usfpu * t_ftqxb;
-    const real t_dlli7 = t_aihc5
-        - (K_L52 * t_f3yk4 + t_xqwvu * t_hdyqc)
-        - (K_L53 * t_toknl + t_kjv32 * t_xlrks)
-        - (K_L54 * t_nubqm + t_svz2s * t_qnk4e)
-        - (t_rujpm * t_e4sul + t_6mmeb * t_4vm3d);
+        - t_xrxt3
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_10))
+        + (t_sfc5s * t_ryoqa + t_rujpm * t_no73e)
+        - (t_dpn2x * t_4uch5 + K_L52 * t_24wuc)
+        - (t_rugjk * t_iuhck + K_L53 * t_bpniw)
+        - (t_6opev * t_rsa5i + K_L54 * t_nsuki);
+    const real t_sflvv = t_qfycd * t_ftqxb;
+    const real t_kk3t2 = t_sldgv
+        - (K_L52 * t_vdval + t_xqwvu * t_4uch5)
+        - (K_L53 * t_oeegq + t_kjv32 * t_iuhck)
+        - (K_L54 * t_dnt6a + t_svz2s * t_rsa5i)
+        - (t_rujpm * t_e4sul + t_6mmeb * t_ryoqa);
     const real t_7rnk2_4 = t_pgxzp * t_bpfoo;
-    const real t_wf3ag = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
-    const real t_7ziuu = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_wf3ag);
-    const real t_2ngl5_2 = t_gz422 * t_4iujv;
-    const real t_qdhya = t_7ziuu * t_4iujv - t_2ngl5_2 * t_mmfuv;
-    const real t_pwsep = t_lbjqj
-        + (t_gz422 * t_qujvg + t_2rbbr * t_qdhya)
-        - (t_pgxzp * t_ix2vw + t_zzymx * t_wf3ag);
+    const real t_fewxz = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
+    const real t_oal24 = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_fewxz);
+    const real t_2ngl5_3 = t_gz422 * t_4iujv;
+    const real t_xxezt = t_oal24 * t_4iujv - t_2ngl5_3 * t_vujgj;
+    const real t_5juhs = t_5rsa6
+        + (t_gz422 * t_vouj3 + t_2rbbr * t_xxezt)
+        - (t_pgxzp * t_ix2vw + t_zzymx * t_fewxz);
     const real t_kpf5p = K_L63 * t_zmh3u;
-    const real t_rbzl3 = t_pwsep * t_zmh3u - t_kpf5p * t_lmrui;
-    const real t_ikfl4 = t_pdyz4
-        - (t_gz422 * t_dh6yn + t_u3hss * t_qdhya)
-        - (K_L63 * t_aegn4 + t_fqe33 * t_rbzl3)
-        - (t_pgxzp * Bc_1 + t_2m245 * t_wf3ag);
+    const real t_gkyes = t_5juhs * t_zmh3u - t_kpf5p * t_o7t6b;
+    const real t_oqiz4 = t_kpob3
+        - (t_gz422 * t_tbtnm + t_u3hss * t_xxezt)
+        - (K_L63 * t_udoda + t_fqe33 * t_gkyes)
+        - (t_pgxzp * Bc_1 + t_2m245 * t_fewxz);
     const real t_wurun = K_L64 * t_lt2al;
-    const real t_trgcu = t_ikfl4 * t_lt2al - t_wurun * t_l32xz;
-    const real t_pafuf = t_ra2yv
-        + (t_gz422 * t_f3yk4 + t_xqwvu * t_qdhya)
-        - (K_L63 * t_toknl + t_kjv32 * t_rbzl3)
-        - (K_L64 * t_nubqm + t_svz2s * t_trgcu)
-        - (t_pgxzp * t_e4sul + t_6mmeb * t_wf3ag);
+    const real t_fl2vi = t_oqiz4 * t_lt2al - t_wurun * t_gyzdz;
+    const real t_u36cu = t_3xz55
+        + (t_gz422 * t_vdval + t_xqwvu * t_xxezt)
+        - (K_L63 * t_oeegq + t_kjv32 * t_gkyes)
+        - (K_L64 * t_dnt6a + t_svz2s * t_fl2vi)
+        - (t_pgxzp * t_e4sul + t_6mmeb * t_fewxz);
     const real t_dzxqu = K_L65 * t_ftqxb;
-    const real t_zme2o = t_pafuf * t_ftqxb - t_dzxqu * t_dlli7;
-    const real t_erw73 = cos_theta1 * t_x76h7 - (g_1 * t_k46nc + t_azclp * t_xtwlg);
-    const real t_x4c52 = t_dnjms - t_wrcyr;
-    const real t_zlwnu = t_lwe76 * t_3cp5h_9
-        - t_erw73
-        - (K65 * t_hgfms + G2_v1 * t_ra2yv)
-        - (G3_v1 * t_x4c52 - K66 * t_gfrim)
-        + (t_fa67e * t_as46a + t_bl4f2 * t_6e4au)
-        + (t_zw255 * t_as46a + t_bl4f2 * t_h6n26)
-        + (a2_v1 * t_d4baz + t_hjmgb * t_blvdg)
-        + (t_oxl2f * t_d4baz + t_hjmgb * t_kxhae)
-        - (a3_v1 * t_lbjqj - K63 * t_gogli)
-        - (t_ydmyt * t_lbjqj + K63 * t_x6f6l)
-        + (t_dyqoa * t_pdyz4 + K64 * t_qnao6)
+    const real t_yykno = t_u36cu * t_ftqxb - t_dzxqu * t_kk3t2;
+    const real t_wfax6 = cos_theta1 * t_tdpur - (g_1 * t_k46nc + t_azclp * t_xtwlg);
+    const real t_dp6fa = t_dnjms - t_bznju;
+    const real t_orl7q = t_lwe76 * t_3cp5h_10
+        - t_wfax6
+        - (K65 * t_vo75s + G2_v1 * t_3xz55)
+        - (G3_v1 * t_dp6fa - K66 * t_wjiv5)
+        + (t_fa67e * t_as46a + t_bl4f2 * t_kc5qb)
+        + (t_q5ya6 * t_as46a + t_bl4f2 * t_u62zz)
+        + (a2_v1 * t_d4baz + t_hjmgb * t_o62xw)
+        + (t_jaz4k * t_d4baz + t_hjmgb * t_trwry)
+        - (a3_v1 * t_5rsa6 - K63 * t_ouwvj)
+        - (t_ydmyt * t_5rsa6 + K63 * t_6haov)
+        + (t_dyqoa * t_kpob3 + K64 * t_ux3lj)
         - t_lwe76 * t_pdzxe_10
-        + (t_yurpy * t_as46a + t_bl4f2 * t_yhzz3)
-        + (t_prgks * t_d4baz + t_hjmgb * t_j62gu)
-        - (t_lvdlo * t_lbjqj + K63 * t_4tcow)
-        + t_erw73;
-    const real t_d4p6l = t_lwe76 * t_mvrqf_10
-        - t_zlwnu
-        + (t_6qzob * t_wf3ag + t_pgxzp * t_psycf)
-        + (t_dpn2x * t_qdhya + t_gz422 * t_aeo5o)
-        - (t_rugjk * t_rbzl3 + K_L63 * t_nzviu)
-        - (t_pdops * t_trgcu + K_L64 * t_yswfr)
-        - (t_rsvtq * t_zme2o + K_L65 * t_7d2lp);
-    const real t_kr5ep = t_rjhb3 * t_nfkwa;
-    const real t_23p6u = t_x4c52
-        - (t_gz422 * t_7ziuu + t_jc3gv * t_qdhya)
-        - (K_L63 * t_pwsep + t_iyghn * t_rbzl3)
-        - (K_L64 * t_ikfl4 + t_vjpw3 * t_trgcu)
-        - (K_L65 * t_pafuf + t_xds3k * t_zme2o)
-        - (t_pgxzp * t_as46a + t_bl4f2 * t_wf3ag);
-    const real t_4izuj = t_d4p6l * t_nfkwa - t_kr5ep * t_23p6u;
-    const real t_rwf2u = t_7d2lp * t_ftqxb - t_hzn6p * t_dlli7 - (t_rjhb3 * t_zme2o + K_L65 * t_4izuj);
-    const real t_3pusr = t_yswfr * t_lt2al
-        - t_tcrx3 * t_l32xz
-        - (t_6outz * t_qnk4e + K_L54 * t_rwf2u)
-        - (t_rjhb3 * t_trgcu + K_L64 * t_4izuj);
-    const real t_6ztzr = t_nzviu * t_zmh3u
-        - t_qty3w * t_lmrui
-        - (t_ywr4i * t_bfogy + K_L43 * t_3pusr)
-        - (t_6outz * t_xlrks + K_L53 * t_rwf2u)
-        - (t_rjhb3 * t_rbzl3 + K_L63 * t_4izuj);
-    const real t_o7a22 = t_aeo5o * t_4iujv
-        - t_me7eb * t_mmfuv
-        - (t_5sglq * t_eqeua + K_L32 * t_6ztzr)
-        + (t_ywr4i * t_mphv2 + t_5wcj3 * t_3pusr)
-        - (t_6outz * t_hdyqc + K_L52 * t_rwf2u)
-        + (t_rjhb3 * t_qdhya + t_gz422 * t_4izuj);
-    const real t_hmscw = t_psycf * t_bpfoo
+        + (t_vrqgs * t_as46a + t_bl4f2 * t_4fz7z)
+        + (t_4zkth * t_d4baz + t_hjmgb * t_qltyy)
+        - (t_lvdlo * t_5rsa6 + K63 * t_cf7cd)
+        + t_wfax6;
+    const real t_gjtu6 = t_lwe76 * t_mvrqf_10
+        - t_orl7q
+        + (t_sfc5s * t_fewxz + t_pgxzp * t_no73e)
+        + (t_dpn2x * t_xxezt + t_gz422 * t_24wuc)
+        - (t_rugjk * t_gkyes + K_L63 * t_bpniw)
+        - (t_6opev * t_fl2vi + K_L64 * t_nsuki)
+        - (t_f6bdh * t_yykno + K_L65 * t_nnnmw);
+    const real t_xzdnc = t_2uqac * t_nfkwa;
+    const real t_xz4j7 = t_dp6fa
+        - (t_gz422 * t_oal24 + t_dzmcy * t_xxezt)
+        - (K_L63 * t_5juhs + t_iyghn * t_gkyes)
+        - (K_L64 * t_oqiz4 + t_vjpw3 * t_fl2vi)
+        - (K_L65 * t_u36cu + t_3np5y * t_yykno)
+        - (t_pgxzp * t_as46a + t_bl4f2 * t_fewxz);
+    const real t_ssv4i = t_gjtu6 * t_nfkwa - t_xzdnc * t_xz4j7;
+    const real t_v4qko = t_nnnmw * t_ftqxb - t_sflvv * t_kk3t2 - (t_2uqac * t_yykno + K_L65 * t_ssv4i);
+    const real t_ya4sy = t_nsuki * t_lt2al
+        - t_7d2ur * t_gyzdz
+        - (t_tuxen * t_rsa5i + K_L54 * t_v4qko)
+        - (t_2uqac * t_fl2vi + K_L64 * t_ssv4i);
+    const real t_fnht4 = t_bpniw * t_zmh3u
+        - t_qty3w * t_o7t6b
+        - (t_4i5kl * t_tt5vf + K_L43 * t_ya4sy)
+        - (t_tuxen * t_iuhck + K_L53 * t_v4qko)
+        - (t_2uqac * t_gkyes + K_L63 * t_ssv4i);
+    const real t_6mkl7 = t_24wuc * t_4iujv
+        - t_me7eb * t_vujgj
+        - (t_h4uvc * t_5y4uw + K_L32 * t_fnht4)
+        + (t_4i5kl * t_uiiin + t_5wcj3 * t_ya4sy)
+        - (t_tuxen * t_4uch5 + K_L52 * t_v4qko)
+        + (t_2uqac * t_xxezt + t_gz422 * t_ssv4i);
+    const real t_pxlrv = t_no73e * t_bpfoo
         + t_gvhmj * t_h2ibw
-        + (t_4xz5v * t_ccnxe + t_w7lcw * t_o7a22)
-        + (t_5sglq * t_lkd5z + t_3go2w * t_6ztzr)
-        + (t_ywr4i * t_zopz4 + t_xq4wt * t_3pusr)
-        + (t_6outz * t_4vm3d + t_rujpm * t_rwf2u)
-        + (t_rjhb3 * t_wf3ag + t_pgxzp * t_4izuj);
+        + (t_ykhgf * t_ccnxe + t_w7lcw * t_6mkl7)
+        + (t_h4uvc * t_lkd5z + t_3go2w * t_fnht4)
+        + (t_4i5kl * t_zopz4 + t_xq4wt * t_ya4sy)
+        + (t_tuxen * t_ryoqa + t_rujpm * t_v4qko)
+        + (t_2uqac * t_fewxz + t_pgxzp * t_ssv4i);
     const real t_ffpz7 = q[wy] * cos_theta1 - q[wz] * sin_theta1;
     const real t_7lrt3 = sin_phi1 * t_ffpz7;
     const real t_amwyw_2 = q[wy] * sin_theta1 + q[wz] * cos_theta1;
     const real t_2vp5p = t_wmv32 * (p[l1] * t_7lrt3) + t_q2k45 * t_amwyw_2 - w_x1 * (lc_1 * t_amwyw_2);
-    const real t_oqojn = th_1 * (p[I1] * t_2vp5p);
-    const real t_kvxem = cos_theta1 * t_oqojn - t_azclp;
+    const real t_b2rhp = th_1 * (p[I1] * t_2vp5p);
+    const real t_kvxem = cos_theta1 * t_b2rhp - t_azclp;
     const real t_2wqtn = cos_phi1 * t_ffpz7;
     const real t_2jicd = t_6nwd2 * (t_dskdd * t_2wqtn - t_7uthm * t_amwyw_2);
     const real t_y5gv4 = chi1 * t_2wqtn - t_qm5gj * t_7lrt3 - w_x1 * t_ffpz7;
-    const real t_4bhef = B_1 * t_y5gv4;
-    const real t_caraw = sin_phi1 * t_2jicd + cos_phi1 * t_4bhef;
-    const real t_w7e7j = t_kvxem + (t_ibvem - sin_theta1 * t_caraw);
+    const real t_qoq6p = B_1 * t_y5gv4;
+    const real t_osexi = sin_phi1 * t_2jicd + cos_phi1 * t_qoq6p;
+    const real t_kmyiu = t_kvxem + (t_ibvem - sin_theta1 * t_osexi);
     const real t_tpms2_2 = gx_phi1 * sin_theta1;
     const real t_nmcsn_2 = p[h1] * t_tpms2_2;
     const real t_dpbbh = t_3aj4g - t_nmcsn_2;
@@ -4354,301 +4354,301 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + p[m1] * (cos_phi1 * (sin_phi1 * (t_os4zj * t_ftkcu)))
         + p[m1] * (q[wx] * (t_rayay * t_ffpz7))
         + p[m1] * (p[l1] * (q[wx] * (p[h1] * t_2wqtn)));
-    const real t_mep6j = t_ez7bq * (t_invly * t_gyoqy) - t_mj52b * (p[I1] * t_wfe5d);
+    const real t_ynnt2 = t_ez7bq * (t_invly * t_gyoqy) - t_mj52b * (p[I1] * t_wfe5d);
     const real t_aw54h = t_5zfdh * sin_theta1;
     const real t_5al42 = p[h1] * t_aw54h;
     const real t_tx2os = p[m1] * (t_os4zj * sin_theta1) - t_5al42;
     const real t_uc44q = gx_phi1 * cos_theta1;
     const real t_tvmzf = p[h1] * t_uc44q;
-    const real t_hrtx4 = t_5bilv * t_4lew2
+    const real t_dq4xy = t_5bilv * t_4lew2
         + (k_phi1 * t_4lew2 + cz_phi1 * t_wfe5d)
         - t_o2gar * (q[theta1_dot] * t_tx2os - q[phi1_dot] * t_tvmzf);
     const real t_wyzr6 = t_tvmzf - t_3zodw;
-    const real t_3w6te = t_b7wcv * t_dpbbh
+    const real t_p7ks5 = t_b7wcv * t_dpbbh
         + (k_theta1 * t_dpbbh + cz_theta1 * t_gyoqy)
         - t_iomfo * (q[phi1_dot] * (t_3rjss - (t_5al42 + t_sg5ym)) - q[theta1_dot] * t_wyzr6);
     const real t_hgzmo = t_7pydp * t_tx2os + t_l5slt * t_wyzr6;
-    const real t_m7w6k = cz_phi1 * (t_mj52b * t_tx2os)
+    const real t_mlvag = cz_phi1 * (t_mj52b * t_tx2os)
         + t_jjmo5 * t_4lew2
         - (cz_theta1 * (t_ez7bq * t_wyzr6) + t_bvpt7 * t_dpbbh)
         - (f_v1_L31 * t_hgzmo + f21_v1 * t_zjjhq);
     const real t_qitwn = t_hgzmo * t_4v7es;
-    const real t_6nxp6 = t_mj52b * (t_v6mis * t_tx2os)
+    const real t_fxl34 = t_mj52b * (t_v6mis * t_tx2os)
         + t_ez7bq * (t_mlegk * t_wyzr6)
         + (f_v1_L21 * t_hgzmo + f21_v1 * t_qitwn);
-    const real t_6kojz = t_m7w6k * t_omhw7 + t_le5ne * t_6nxp6;
-    const real t_yvani = t_5bilv * t_tx2os
+    const real t_a2ten = t_mlvag * t_omhw7 + t_le5ne * t_fxl34;
+    const real t_bxtfr = t_5bilv * t_tx2os
         + (k_phi1 * t_tx2os + t_qesxo * t_wfe5d)
         + t_o2gar * (q[theta1_dot] * t_4lew2 - q[phi1_dot] * t_nmcsn_2);
-    const real t_4lypa = t_b7wcv * t_wyzr6
+    const real t_bgykl = t_b7wcv * t_wyzr6
         + (k_theta1 * t_wyzr6 + cy_theta1 * t_gyoqy)
         - t_iomfo * (q[theta1_dot] * t_dpbbh + q[phi1_dot] * (t_3cnis + t_rj6ui - t_4of2f * t_bdhgv));
-    const real t_hrgun = t_u5ggi * t_qitwn + f_v1_L21 * t_mep6j - (t_mj52b * t_yvani - t_ez7bq * t_4lypa);
-    const real t_mi7hd = t_u5ggi * t_zjjhq
-        + f_v1_L31 * t_mep6j
-        + (t_mj52b * t_hrtx4 + t_ez7bq * t_3w6te)
-        - (u_v1_y2 * t_6kojz + f_v1_L32 * t_hrgun);
-    const real t_nycof = t_mj52b * (t_u73vw * t_4lew2)
+    const real t_drqr4 = t_u5ggi * t_qitwn + f_v1_L21 * t_ynnt2 - (t_mj52b * t_bxtfr - t_ez7bq * t_bgykl);
+    const real t_r73c4 = t_u5ggi * t_zjjhq
+        + f_v1_L31 * t_ynnt2
+        + (t_mj52b * t_dq4xy + t_ez7bq * t_p7ks5)
+        - (u_v1_y2 * t_a2ten + f_v1_L32 * t_drqr4);
+    const real t_ibi6c = t_mj52b * (t_u73vw * t_4lew2)
         + t_ez7bq * (t_xu4te * t_dpbbh)
-        + (f_v1_L32 * t_m7w6k + t_g2uww * t_6kojz)
+        + (f_v1_L32 * t_mlvag + t_g2uww * t_a2ten)
         + (f_v1_L31 * t_ze2tg + f31_v1 * t_zjjhq);
-    const real t_p3psl = t_mi7hd * t_qqmqs + t_wnugc * t_nycof;
+    const real t_imule = t_r73c4 * t_qqmqs + t_wnugc * t_ibi6c;
     const real t_4sjo7 = wq_1 * sin_theta1;
     const real t_amqia = (sin_theta1 + sin_theta1) * cos_theta1;
     const real t_i3r2o = t_65obb * t_amqia;
-    const real t_dv54x = t_4sjo7 - t_i3r2o;
+    const real t_vsfgn = t_4sjo7 - t_i3r2o;
     const real t_32wvq = cos_theta1 * cos_theta1 - S_sq1;
     const real t_gv4lk = t_65obb * t_32wvq;
-    const real t_vqt6u = t_hrgun * t_omhw7 + t_7cmd7 * t_6nxp6 - (u_v1_x3 * t_6kojz + f_v1_L32 * t_p3psl);
+    const real t_hnvo7 = t_drqr4 * t_omhw7 + t_7cmd7 * t_fxl34 - (u_v1_x3 * t_a2ten + f_v1_L32 * t_imule);
     const real t_dypyd = tn11_1 * t_amqia;
     const real t_l6cwm = t_mj52b * (q[wz] * t_4lew2 - q[wy] * t_tx2os);
     const real t_5dpn7 = t_ez7bq * (q[wy] * t_wyzr6 + q[wz] * t_dpbbh);
     const real t_zwlqq = c[w1] * (gy_phi1 * t_l6cwm + t_3c5in * t_lqmgs + (gy_theta1 * t_5dpn7 - t_gviyw * t_tpms2_2));
-    const real t_2sern = x_C * t_p3psl + t_zwlqq;
+    const real t_fy2nm = x_C * t_imule + t_zwlqq;
     const real t_6xofg = tn11_1 * t_32wvq;
     const real t_xt7mj = c[w2] * (t_tpms2 * t_5dpn7 + t_gviyw * t_uc44q - (gz_phi1 * t_l6cwm - t_3c5in * t_aw54h));
-    const real t_xczmd = x_C * t_vqt6u + t_xt7mj;
+    const real t_fqg74 = x_C * t_hnvo7 + t_xt7mj;
     const real t_m5bad = t_rlbqu - t_4sjo7;
-    const real t_5p2v7 = t_mep6j * t_4v7es
-        + (u_v1_x2 * t_qitwn + f_v1_L21 * t_vqt6u)
-        + (u_v1_x3 * t_zjjhq + f_v1_L31 * t_p3psl);
-    const real t_cjp2p = t_w7e7j
-        + (K52 * t_p3psl + G2_v1 * t_dv54x)
-        - (G3_v1 * t_gv4lk - t_hjmgb * t_vqt6u)
-        + (a2_v1 * t_dypyd + K22 * t_2sern)
-        + (a3_v1 * t_6xofg - K32 * t_xczmd)
-        + (t_dyqoa * t_m5bad + t_yz7e5 * t_5p2v7);
-    const real t_bgytl = sin_phi1 * t_4bhef - cos_phi1 * t_2jicd;
-    const real t_lmpnx = t_bgytl
-        + (t_6mmeb * t_p3psl + G2_v1 * t_llswo)
-        - (t_bl4f2 * t_vqt6u + G3_v1 * t_b2inm)
-        + (a2_v1 * t_pq5r4 + t_b3aij * t_2sern)
-        - (a3_v1 * t_pagmx + t_zzymx * t_xczmd);
-    const real t_yrjmb = t_2m245 * t_5p2v7 - t_lmpnx;
+    const real t_uwjrp = t_ynnt2 * t_4v7es
+        + (u_v1_x2 * t_qitwn + f_v1_L21 * t_hnvo7)
+        + (u_v1_x3 * t_zjjhq + f_v1_L31 * t_imule);
+    const real t_fxafa = t_kmyiu
+        + (K52 * t_imule + G2_v1 * t_vsfgn)
+        - (G3_v1 * t_gv4lk - t_hjmgb * t_hnvo7)
+        + (a2_v1 * t_dypyd + K22 * t_fy2nm)
+        + (a3_v1 * t_6xofg - K32 * t_fqg74)
+        + (t_dyqoa * t_m5bad + t_yz7e5 * t_uwjrp);
+    const real t_xf6ji = sin_phi1 * t_qoq6p - cos_phi1 * t_2jicd;
+    const real t_6xslr = t_xf6ji
+        + (t_6mmeb * t_imule + G2_v1 * t_llswo)
+        - (t_bl4f2 * t_hnvo7 + G3_v1 * t_b2inm)
+        + (a2_v1 * t_pq5r4 + t_b3aij * t_fy2nm)
+        - (a3_v1 * t_pagmx + t_zzymx * t_fqg74);
+    const real t_ncjw5 = t_2m245 * t_uwjrp - t_6xslr;
     const real t_a5psl = wq_1 * cos_theta1;
-    const real t_wpmvw = t_a5psl - t_gv4lk;
-    const real t_6ikyu = sin_theta1 * t_oqojn + t_vt7uo;
-    const real t_44idt = cos_theta1 * t_caraw + t_ramrz + t_6ikyu;
+    const real t_uyxg3 = t_a5psl - t_gv4lk;
+    const real t_6ikyu = sin_theta1 * t_b2rhp + t_vt7uo;
+    const real t_f4zwy = cos_theta1 * t_osexi + t_ramrz + t_6ikyu;
     const real t_xexp4 = t_a5psl + t_kimqu;
-    const real t_swyfz = K53 * t_p3psl
-        + G2_v1 * t_wpmvw
-        - t_44idt
-        + (G3_v1 * t_i3r2o - K63 * t_vqt6u)
-        + (a2_v1 * t_6xofg + K32 * t_2sern)
-        - (a3_v1 * t_dypyd + K33 * t_xczmd)
-        - (t_dyqoa * t_xexp4 + K43 * t_5p2v7);
-    const real t_5bjph = K11 * t_yrjmb
-        - (q2_v1 * t_pq5r4 + t_b3aij * t_cjp2p)
-        - (t_zzymx * t_swyfz - q3_v1 * t_pagmx);
+    const real t_chuwa = K53 * t_imule
+        + G2_v1 * t_uyxg3
+        - t_f4zwy
+        + (G3_v1 * t_i3r2o - K63 * t_hnvo7)
+        + (a2_v1 * t_6xofg + K32 * t_fy2nm)
+        - (a3_v1 * t_dypyd + K33 * t_fqg74)
+        - (t_dyqoa * t_xexp4 + K43 * t_uwjrp);
+    const real t_25gcq = K11 * t_ncjw5
+        - (q2_v1 * t_pq5r4 + t_b3aij * t_fxafa)
+        - (t_zzymx * t_chuwa - q3_v1 * t_pagmx);
     const real t_tcld2 = t_tqzpl * t_pq5r4 - t_r6alf * t_pagmx;
-    const real t_sx4nt = t_5a4ay * t_tcld2
-        + PP_v1 * (t_i246m * t_yrjmb + t_etuzz * t_cjp2p + t_uen3p * t_swyfz);
-    const real t_jtroh = (SELECT0(m_il3ht, t_esqfa * (t_nlrbh * t_5bjph - t_sx4nt) * t_q5kgs) - t_5bjph) * t_phv5x
-        - t_gkayn * t_tcld2;
-    const real t_g5wpv = t_cjp2p - (t_fa67e * t_pq5r4 + t_b3aij * t_jtroh);
-    const real t_fvrpk = t_q2hfz * (t_cofwl * (t_g5wpv * t_y7rm6));
-    const real t_4kktk_2 = t_fvrpk * t_nwsjf;
-    const real t_skjh5_11 = t_cnhcl * (t_ee7r6 * t_4kktk_2);
-    const real t_4nx6p_11 = p[F] * (sin_t_s5hay * t_skjh5_11);
-    const real t_ecreo_11 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_11));
-    const real t_j3txv = t_swyfz - (t_zzymx * t_jtroh - t_fa67e * t_pagmx);
-    const real t_onoam = t_j3txv * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_fvrpk * t_imn4h)));
-    const real t_cha6m_2 = t_xh4j2 * (t_o7qta * t_onoam) * t_gwbho;
-    const real t_lb2wi_11 = sin_t_7g2cn * t_4kktk_2;
-    const real t_da6qh_10 = cos_t_nxflg * t_cha6m_2;
-    const real t_k6zjx_10 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_11)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_10));
-    const real t_zua55_10 = SELECT(m_hlry2, SELECT0(m_trmto, -t_cha6m_2), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_10 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_10 = t_rila6 * (t_vr3uw * t_zua55_10);
-    const real t_ctppn_11 = sin_t_kl6tx * t_s6fxk_10;
-    const real t_6kxah = t_ecreo_11 - t_qhkro * t_ctppn_11 + t_bgytl;
+    const real t_yh5f2 = t_5a4ay * t_tcld2
+        + PP_v1 * (t_i246m * t_ncjw5 + t_etuzz * t_fxafa + t_uen3p * t_chuwa);
+    const real t_743kv = (SELECT0(m_il3ht, t_w4p3n * (t_nlrbh * t_25gcq - t_yh5f2) * t_q5kgs) - t_25gcq) * t_phv5x
+        - t_6xjbo * t_tcld2;
+    const real t_qcloz = t_fxafa - (t_fa67e * t_pq5r4 + t_b3aij * t_743kv);
+    const real t_h3tyq = t_q2hfz * (t_5x4sb * (t_qcloz * t_y7rm6));
+    const real t_7vxmt_2 = t_h3tyq * t_nwsjf;
+    const real t_iubif_11 = t_bw2jd * (t_ee7r6 * t_7vxmt_2);
+    const real t_27ev7_11 = p[F] * (sin_t_s5hay * t_iubif_11);
+    const real t_wzmp3_11 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_11));
+    const real t_td2z7 = t_chuwa - (t_zzymx * t_743kv - t_fa67e * t_pagmx);
+    const real t_36ho7 = t_td2z7 * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_h3tyq * t_imn4h)));
+    const real t_iijst_2 = t_q2hfz_2 * (t_2snz7 * t_36ho7) * t_bifdl;
+    const real t_rl5d3_11 = sin_t_7g2cn * t_7vxmt_2;
+    const real t_i7skh_11 = cos_t_finmd * t_iijst_2;
+    const real t_k6zjx_11 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_11)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_11));
+    const real t_7t7eb_11 = SELECT(m_hlry2, SELECT0(m_uklky, -t_iijst_2), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_11 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_11 = t_zrb6o * (t_vr3uw * t_7t7eb_11);
+    const real t_cxwzz_11 = sin_t_kl6tx * t_swjde_11;
+    const real t_7uga3 = t_wzmp3_11 - t_zmkrd * t_cxwzz_11 + t_xf6ji;
     const real t_7rizg = t_pq5r4 * t_bpfoo;
-    const real t_6dnpl_11 = p[F] * (cos_t_s5hay * t_skjh5_11);
-    const real t_g266i = SELECT0(m_el4yy, t_6dnpl_11) - t_w7e7j + (t_6qzob * t_7rizg + t_w7lcw * t_6kxah);
+    const real t_ilple_11 = p[F] * (cos_t_s5hay * t_iubif_11);
+    const real t_g266i = SELECT0(m_el4yy, t_ilple_11) - t_kmyiu + (t_sfc5s * t_7rizg + t_w7lcw * t_7uga3);
     const real t_gruy3 = t_dypyd - (t_w7lcw * t_pq5r4 + t_b3aij * t_7rizg);
     const real t_xy6nc = t_pagmx * t_bpfoo;
     const real t_2d4vd = t_6xofg - (t_3go2w * t_pq5r4 - t_b3aij * t_xy6nc);
-    const real t_oxd2h = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
-    const real t_qbg3i_11 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_11));
-    const real t_2gr5i_11 = cos_t_kl6tx * t_s6fxk_10;
-    const real t_mvrqf_11 = t_qbg3i_11 + t_qhkro * t_2gr5i_11;
-    const real t_pwicj = t_3go2w * t_6kxah
-        - t_6qzob * t_xy6nc
-        - (t_mvrqf_11 - t_44idt)
-        - (t_dpn2x * t_oxd2h + K_L32 * t_g266i);
-    const real t_qmgdb = t_3go2w * t_pagmx
+    const real t_m5fev = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
+    const real t_ooljq_11 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_11));
+    const real t_lqx5z_11 = cos_t_kl6tx * t_swjde_11;
+    const real t_mvrqf_11 = t_ooljq_11 + t_zmkrd * t_lqx5z_11;
+    const real t_ggaal = t_3go2w * t_7uga3
+        - t_sfc5s * t_xy6nc
+        - (t_mvrqf_11 - t_f4zwy)
+        - (t_dpn2x * t_m5fev + K_L32 * t_g266i);
+    const real t_knzic = t_3go2w * t_pagmx
         + t_zzymx * t_xy6nc
-        - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_oxd2h));
+        - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_m5fev));
     const real t_oigft = t_m5bad + t_xq4wt * t_pq5r4;
     const real t_4vjf5 = t_oigft * t_4iujv - t_2ngl5 * t_gruy3;
-    const real t_txewe = t_xexp4 + (t_5wcj3 * t_2d4vd + t_2rbbr * t_4vjf5) + t_xq4wt * t_pagmx;
-    const real t_5u2kr = t_txewe * t_zmh3u - t_ydwjl * t_qmgdb;
-    const real t_wzzjp = p[l1] * t_4bhef;
-    const real t_3clim = q_1 * t_oqojn;
-    const real t_j4t6w = t_wzzjp - t_3clim;
+    const real t_wgipm = t_xexp4 + (t_5wcj3 * t_2d4vd + t_2rbbr * t_4vjf5) + t_xq4wt * t_pagmx;
+    const real t_vqp6m = t_wgipm * t_zmh3u - t_ydwjl * t_knzic;
+    const real t_zbzge = p[l1] * t_qoq6p;
+    const real t_3clim = q_1 * t_b2rhp;
+    const real t_pmsic = t_zbzge - t_3clim;
     const real t_k6txy = wqg_1 * sin_theta1;
     const real t_k2hpp = t_k6txy + t_67cpm;
     const real t_tn2l4 = wqg_1 * cos_theta1;
     const real t_6morb = t_tn2l4 - t_cr4jw;
-    const real t_shxu4_11 = p[F] * t_lb2wi_11;
-    const real t_tvmsg_11 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_11));
-    const real t_dfqts_10 = sin_t_nxflg * t_cha6m_2;
-    const real t_5exz2 = t_tvmsg_11 + SELECT0(m_trmto, t_p34e2 * t_dfqts_10) - (t_yrjmb + K11 * t_jtroh);
-    const real t_v4eqe_11 = p[F] * (cos_t_7g2cn * t_4kktk_2);
-    const real t_fskaj = SELECT0(m_el4yy, t_v4eqe_11) - t_g5wpv + (t_6onno * t_7rizg + t_w7lcw * t_5exz2);
-    const real t_3cp5h_10 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_11)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_10));
-    const real t_pjptv = t_3go2w * t_5exz2
-        - t_6onno * t_xy6nc
-        - (t_3cp5h_10 + t_j3txv)
-        - (t_3fjjo * t_oxd2h + K_L32 * t_fskaj);
-    const real t_pmhpr = t_pjptv * t_zmh3u - t_me5rd * t_qmgdb;
-    const real t_6urpj = t_fskaj * t_4iujv - t_7grn6 * t_gruy3 - (t_ydmyt * t_oxd2h + K_L32 * t_pmhpr);
-    const real t_strup = t_5exz2 * t_bpfoo
-        + (t_oxl2f * t_7rizg + t_w7lcw * t_6urpj)
-        + (t_3go2w * t_pmhpr - t_ydmyt * t_xy6nc);
-    const real t_cgxsm_10 = t_ecreo_11 - t_qhkro_2 * t_ctppn_11 - (t_tvmsg_11 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_10));
-    const real t_ycqju_11 = t_6dnpl_11 - t_v4eqe_11;
-    const real t_gdryy = SELECT0(m_el4yy, t_ycqju_11) + (t_g6mfs * t_7rizg + t_w7lcw * t_cgxsm_10);
-    const real t_pdzxe_11 = p[F] * t_k6zjx_10 - (t_qbg3i_11 + t_qhkro_2 * t_2gr5i_11);
+    const real t_shxu4_11 = p[F] * t_rl5d3_11;
+    const real t_tvmsg_11 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_11));
+    const real t_an7qj_11 = sin_t_finmd * t_iijst_2;
+    const real t_wb36h = t_tvmsg_11 + SELECT0(m_uklky, t_p34e2 * t_an7qj_11) - (t_ncjw5 + K11 * t_743kv);
+    const real t_7ofua_11 = p[F] * (cos_t_7g2cn * t_7vxmt_2);
+    const real t_42jdw = SELECT0(m_el4yy, t_7ofua_11) - t_qcloz + (t_ron5c * t_7rizg + t_w7lcw * t_wb36h);
+    const real t_3cp5h_11 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_11)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_11));
+    const real t_sw2a7 = t_3go2w * t_wb36h
+        - t_ron5c * t_xy6nc
+        - (t_3cp5h_11 + t_td2z7)
+        - (t_3fjjo * t_m5fev + K_L32 * t_42jdw);
+    const real t_t7noz = t_sw2a7 * t_zmh3u - t_grik6 * t_knzic;
+    const real t_qyz7i = t_42jdw * t_4iujv - t_ey6wv * t_gruy3 - (t_ydmyt * t_m5fev + K_L32 * t_t7noz);
+    const real t_v4bk5 = t_wb36h * t_bpfoo
+        + (t_jaz4k * t_7rizg + t_w7lcw * t_qyz7i)
+        + (t_3go2w * t_t7noz - t_ydmyt * t_xy6nc);
+    const real t_cgxsm_11 = t_wzmp3_11 - t_zmkrd_2 * t_cxwzz_11 - (t_tvmsg_11 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_11));
+    const real t_ycqju_11 = t_ilple_11 - t_7ofua_11;
+    const real t_gdryy = SELECT0(m_el4yy, t_ycqju_11) + (t_ukbfi * t_7rizg + t_w7lcw * t_cgxsm_11);
+    const real t_pdzxe_11 = p[F] * t_k6zjx_11 - (t_ooljq_11 + t_zmkrd_2 * t_lqx5z_11);
     const real t_7ywwu = t_pdzxe_11
-        + (t_3go2w * t_cgxsm_10 - t_g6mfs * t_xy6nc)
-        - (t_qbbkc * t_oxd2h + K_L32 * t_gdryy);
-    const real t_wap4m = t_7ywwu * t_zmh3u - t_nki4x * t_qmgdb;
-    const real t_fukbs = t_gdryy * t_4iujv - t_igr3x * t_gruy3 - (t_lvdlo * t_oxd2h + K_L32 * t_wap4m);
-    const real t_khhkv = t_cgxsm_10 * t_bpfoo
-        + (t_prgks * t_7rizg + t_w7lcw * t_fukbs)
-        + (t_3go2w * t_wap4m - t_lvdlo * t_xy6nc);
-    const real t_2ereq = t_j4t6w
-        + (K54 * t_p3psl + G2_v1 * t_k2hpp)
-        + (G3_v1 * t_6morb - K64 * t_vqt6u)
-        - t_2m245 * t_jtroh
-        - t_2m245 * t_strup
-        - (a2_v1 * t_m5bad + t_yz7e5 * t_2sern)
-        - (t_oxl2f * t_m5bad + t_yz7e5 * t_6urpj)
-        + (a3_v1 * t_xexp4 - K43 * t_xczmd)
-        + (t_ydmyt * t_xexp4 + K43 * t_pmhpr)
-        - K44 * t_5p2v7
-        - t_2m245 * t_khhkv
-        - (t_prgks * t_m5bad + t_yz7e5 * t_fukbs)
-        + (t_lvdlo * t_xexp4 + K43 * t_wap4m)
-        - t_j4t6w
-        + t_xq4wt * t_6kxah
+        + (t_3go2w * t_cgxsm_11 - t_ukbfi * t_xy6nc)
+        - (t_qbbkc * t_m5fev + K_L32 * t_gdryy);
+    const real t_mgy3p = t_7ywwu * t_zmh3u - t_n6whd * t_knzic;
+    const real t_p7gcv = t_gdryy * t_4iujv - t_2ngl5_2 * t_gruy3 - (t_lvdlo * t_m5fev + K_L32 * t_mgy3p);
+    const real t_zlgy3 = t_cgxsm_11 * t_bpfoo
+        + (t_4zkth * t_7rizg + t_w7lcw * t_p7gcv)
+        + (t_3go2w * t_mgy3p - t_lvdlo * t_xy6nc);
+    const real t_2c46y = t_pmsic
+        + (K54 * t_imule + G2_v1 * t_k2hpp)
+        + (G3_v1 * t_6morb - K64 * t_hnvo7)
+        - t_2m245 * t_743kv
+        - t_2m245 * t_v4bk5
+        - (a2_v1 * t_m5bad + t_yz7e5 * t_fy2nm)
+        - (t_jaz4k * t_m5bad + t_yz7e5 * t_qyz7i)
+        + (a3_v1 * t_xexp4 - K43 * t_fqg74)
+        + (t_ydmyt * t_xexp4 + K43 * t_t7noz)
+        - K44 * t_uwjrp
+        - t_2m245 * t_zlgy3
+        - (t_4zkth * t_m5bad + t_yz7e5 * t_p7gcv)
+        + (t_lvdlo * t_xexp4 + K43 * t_mgy3p)
+        - t_pmsic
+        + t_xq4wt * t_7uga3
         + (t_dpn2x * t_4vjf5 + t_5wcj3 * t_g266i)
-        - (t_rugjk * t_5u2kr + K_L43 * t_pwicj);
-    const real t_gviad = t_5wcj3 * t_oigft + t_u3hss * t_4vjf5 + (K_L43 * t_txewe + t_fqe33 * t_5u2kr);
+        - (t_rugjk * t_vqp6m + K_L43 * t_ggaal);
+    const real t_yyjyy = t_5wcj3 * t_oigft + t_u3hss * t_4vjf5 + (K_L43 * t_wgipm + t_fqe33 * t_vqp6m);
     const real t_zfxwu = t_llswo * t_bpfoo;
-    const real t_2dasf = t_dv54x - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
+    const real t_2dasf = t_vsfgn - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
     const real t_63hn3 = t_2dasf * t_4iujv - t_hfybw * t_gruy3;
-    const real t_gipo7 = t_wpmvw
+    const real t_vexvb = t_uyxg3
         - (K_L52 * t_2d4vd + t_2rbbr * t_63hn3)
         - (t_zzymx * t_zfxwu - t_rujpm * t_pagmx);
-    const real t_6rwq4 = t_gipo7 * t_zmh3u - t_qe675 * t_qmgdb;
-    const real t_677hz = t_k2hpp
+    const real t_cngcl = t_vexvb * t_zmh3u - t_qe675 * t_knzic;
+    const real t_paaj2 = t_k2hpp
         + (K_L52 * t_oigft + t_u3hss * t_63hn3)
-        - (K_L53 * t_txewe + t_fqe33 * t_6rwq4)
+        - (K_L53 * t_wgipm + t_fqe33 * t_cngcl)
         - t_2m245 * t_zfxwu;
-    const real t_ry23j = t_677hz * t_lt2al + t_2e52m * t_gviad;
-    const real t_i7xzp = t_wzzjp - e1 * t_caraw;
-    const real t_uzdyw = sin_theta1 * t_i7xzp + t_slihb - t_3clim + g_1 * t_kvxem;
+    const real t_edocq = t_paaj2 * t_lt2al + t_2e52m * t_yyjyy;
+    const real t_rtw3j = t_zbzge - e1 * t_osexi;
+    const real t_sjs36 = sin_theta1 * t_rtw3j + t_slihb - t_3clim + g_1 * t_kvxem;
     const real t_twgyt = tn44_1 * t_amqia;
     const real t_6mhge = t_twgyt - K(-2.0) * t_k6txy;
     const real t_mkj6e = t_tn2l4 + tn44_1 * t_32wvq;
-    const real t_jbxjl = t_uzdyw
-        + (K55 * t_p3psl + G2_v1 * t_6mhge)
-        + (G3_v1 * t_mkj6e - K65 * t_vqt6u)
-        - (t_fa67e * t_llswo + t_6mmeb * t_jtroh)
-        - (t_zw255 * t_llswo + t_6mmeb * t_strup)
-        + (a2_v1 * t_dv54x + K52 * t_2sern)
-        + (t_oxl2f * t_dv54x + K52 * t_6urpj)
-        + (a3_v1 * t_wpmvw - K53 * t_xczmd)
-        + (t_ydmyt * t_wpmvw + K53 * t_pmhpr)
-        - (t_dyqoa * t_k2hpp + K54 * t_5p2v7)
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_11)
-        - (t_yurpy * t_llswo + t_6mmeb * t_khhkv)
-        + (t_prgks * t_dv54x + K52 * t_fukbs)
-        + (t_lvdlo * t_wpmvw + K53 * t_wap4m)
+    const real t_rzban = t_sjs36
+        + (K55 * t_imule + G2_v1 * t_6mhge)
+        + (G3_v1 * t_mkj6e - K65 * t_hnvo7)
+        - (t_fa67e * t_llswo + t_6mmeb * t_743kv)
+        - (t_q5ya6 * t_llswo + t_6mmeb * t_v4bk5)
+        + (a2_v1 * t_vsfgn + K52 * t_fy2nm)
+        + (t_jaz4k * t_vsfgn + K52 * t_qyz7i)
+        + (a3_v1 * t_uyxg3 - K53 * t_fqg74)
+        + (t_ydmyt * t_uyxg3 + K53 * t_t7noz)
+        - (t_dyqoa * t_k2hpp + K54 * t_uwjrp)
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_11)
+        - (t_vrqgs * t_llswo + t_6mmeb * t_zlgy3)
+        + (t_4zkth * t_vsfgn + K52 * t_p7gcv)
+        + (t_lvdlo * t_uyxg3 + K53 * t_mgy3p)
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_11)
-        - t_uzdyw
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_11))
-        + (t_6qzob * t_zfxwu + t_rujpm * t_6kxah)
+        - t_sjs36
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_11))
+        + (t_sfc5s * t_zfxwu + t_rujpm * t_7uga3)
         - (t_dpn2x * t_63hn3 + K_L52 * t_g266i)
-        - (t_rugjk * t_6rwq4 + K_L53 * t_pwicj)
-        - (t_pdops * t_ry23j + K_L54 * t_2ereq);
-    const real t_evtk3 = t_6mhge
+        - (t_rugjk * t_cngcl + K_L53 * t_ggaal)
+        - (t_6opev * t_edocq + K_L54 * t_2c46y);
+    const real t_3ao52 = t_6mhge
         - (K_L52 * t_2dasf + t_xqwvu * t_63hn3)
-        - (K_L53 * t_gipo7 + t_kjv32 * t_6rwq4)
-        - (K_L54 * t_677hz + t_svz2s * t_ry23j)
+        - (K_L53 * t_vexvb + t_kjv32 * t_cngcl)
+        - (K_L54 * t_paaj2 + t_svz2s * t_edocq)
         - (t_rujpm * t_llswo + t_6mmeb * t_zfxwu);
     const real t_rqo2a = t_b2inm * t_bpfoo;
-    const real t_mdqeg = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
-    const real t_icgwl = t_mdqeg * t_4iujv - t_2ngl5_2 * t_gruy3;
-    const real t_fi6zf = t_i3r2o
-        + (t_gz422 * t_2d4vd + t_2rbbr * t_icgwl)
+    const real t_cr6n6 = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
+    const real t_vpdap = t_cr6n6 * t_4iujv - t_2ngl5_3 * t_gruy3;
+    const real t_yckak = t_i3r2o
+        + (t_gz422 * t_2d4vd + t_2rbbr * t_vpdap)
         + (t_pgxzp * t_pagmx + t_zzymx * t_rqo2a);
-    const real t_xroqu = t_fi6zf * t_zmh3u - t_kpf5p * t_qmgdb;
-    const real t_j5b3j = t_6morb
-        - (t_gz422 * t_oigft + t_u3hss * t_icgwl)
-        - (K_L63 * t_txewe + t_fqe33 * t_xroqu)
+    const real t_pw3g4 = t_yckak * t_zmh3u - t_kpf5p * t_knzic;
+    const real t_in3sd = t_6morb
+        - (t_gz422 * t_oigft + t_u3hss * t_vpdap)
+        - (K_L63 * t_wgipm + t_fqe33 * t_pw3g4)
         + t_2m245 * t_rqo2a;
-    const real t_lgeqh = t_j5b3j * t_lt2al + t_wurun * t_gviad;
-    const real t_kqwk3 = t_mkj6e
-        + (t_gz422 * t_2dasf + t_xqwvu * t_icgwl)
-        - (K_L63 * t_gipo7 + t_kjv32 * t_xroqu)
-        - (K_L64 * t_677hz + t_svz2s * t_lgeqh)
+    const real t_notmf = t_in3sd * t_lt2al + t_wurun * t_yyjyy;
+    const real t_jm2gy = t_mkj6e
+        + (t_gz422 * t_2dasf + t_xqwvu * t_vpdap)
+        - (K_L63 * t_vexvb + t_kjv32 * t_pw3g4)
+        - (K_L64 * t_paaj2 + t_svz2s * t_notmf)
         - (t_pgxzp * t_llswo - t_6mmeb * t_rqo2a);
-    const real t_nmnko = t_kqwk3 * t_ftqxb - t_dzxqu * t_evtk3;
-    const real t_ps5ax = cos_theta1 * t_i7xzp - t_h4rsv - g_1 * t_6ikyu;
-    const real t_etdwt = t_lwe76 * t_3cp5h_10
-        - t_ps5ax
-        - (K65 * t_p3psl + G2_v1 * t_mkj6e)
-        + (K66 * t_vqt6u + G3_v1 * t_twgyt)
-        + (t_bl4f2 * t_jtroh - t_fa67e * t_b2inm)
-        + (t_bl4f2 * t_strup - t_zw255 * t_b2inm)
-        + (a2_v1 * t_gv4lk + t_hjmgb * t_2sern)
-        + (t_oxl2f * t_gv4lk + t_hjmgb * t_6urpj)
-        - (a3_v1 * t_i3r2o - K63 * t_xczmd)
-        - (t_ydmyt * t_i3r2o + K63 * t_pmhpr)
-        + (t_dyqoa * t_6morb + K64 * t_5p2v7)
+    const real t_amvha = t_jm2gy * t_ftqxb - t_dzxqu * t_3ao52;
+    const real t_jabll = cos_theta1 * t_rtw3j - t_h4rsv - g_1 * t_6ikyu;
+    const real t_elmlk = t_lwe76 * t_3cp5h_11
+        - t_jabll
+        - (K65 * t_imule + G2_v1 * t_mkj6e)
+        + (K66 * t_hnvo7 + G3_v1 * t_twgyt)
+        + (t_bl4f2 * t_743kv - t_fa67e * t_b2inm)
+        + (t_bl4f2 * t_v4bk5 - t_q5ya6 * t_b2inm)
+        + (a2_v1 * t_gv4lk + t_hjmgb * t_fy2nm)
+        + (t_jaz4k * t_gv4lk + t_hjmgb * t_qyz7i)
+        - (a3_v1 * t_i3r2o - K63 * t_fqg74)
+        - (t_ydmyt * t_i3r2o + K63 * t_t7noz)
+        + (t_dyqoa * t_6morb + K64 * t_uwjrp)
         - t_lwe76 * t_pdzxe_11
-        + (t_bl4f2 * t_khhkv - t_yurpy * t_b2inm)
-        + (t_prgks * t_gv4lk + t_hjmgb * t_fukbs)
-        - (t_lvdlo * t_i3r2o + K63 * t_wap4m)
-        + t_ps5ax;
-    const real t_jmdbi = t_lwe76 * t_mvrqf_11
-        - t_etdwt
-        + (t_pgxzp * t_6kxah - t_6qzob * t_rqo2a)
-        + (t_dpn2x * t_icgwl + t_gz422 * t_g266i)
-        - (t_rugjk * t_xroqu + K_L63 * t_pwicj)
-        - (t_pdops * t_lgeqh + K_L64 * t_2ereq)
-        - (t_rsvtq * t_nmnko + K_L65 * t_jbxjl);
-    const real t_gx6xx = t_twgyt
-        + (t_gz422 * t_mdqeg + t_jc3gv * t_icgwl)
-        + (K_L63 * t_fi6zf + t_iyghn * t_xroqu)
-        + (K_L64 * t_j5b3j + t_vjpw3 * t_lgeqh)
-        + (K_L65 * t_kqwk3 + t_xds3k * t_nmnko);
-    const real t_gi2rd = t_jmdbi * t_nfkwa - t_kr5ep * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_gx6xx);
-    const real t_2swr2 = t_jbxjl * t_ftqxb - t_hzn6p * t_evtk3 - (t_rjhb3 * t_nmnko + K_L65 * t_gi2rd);
-    const real t_e7pgz = t_2ereq * t_lt2al
-        + t_tcrx3 * t_gviad
-        - (t_6outz * t_ry23j + K_L54 * t_2swr2)
-        - (t_rjhb3 * t_lgeqh + K_L64 * t_gi2rd);
-    const real t_xkhet = t_pwicj * t_zmh3u
-        - t_qty3w * t_qmgdb
-        - (t_ywr4i * t_5u2kr + K_L43 * t_e7pgz)
-        - (t_6outz * t_6rwq4 + K_L53 * t_2swr2)
-        - (t_rjhb3 * t_xroqu + K_L63 * t_gi2rd);
-    const real t_s5rzj = t_g266i * t_4iujv
+        + (t_bl4f2 * t_zlgy3 - t_vrqgs * t_b2inm)
+        + (t_4zkth * t_gv4lk + t_hjmgb * t_p7gcv)
+        - (t_lvdlo * t_i3r2o + K63 * t_mgy3p)
+        + t_jabll;
+    const real t_w3cdr = t_lwe76 * t_mvrqf_11
+        - t_elmlk
+        + (t_pgxzp * t_7uga3 - t_sfc5s * t_rqo2a)
+        + (t_dpn2x * t_vpdap + t_gz422 * t_g266i)
+        - (t_rugjk * t_pw3g4 + K_L63 * t_ggaal)
+        - (t_6opev * t_notmf + K_L64 * t_2c46y)
+        - (t_f6bdh * t_amvha + K_L65 * t_rzban);
+    const real t_2oq32 = t_twgyt
+        + (t_gz422 * t_cr6n6 + t_dzmcy * t_vpdap)
+        + (K_L63 * t_yckak + t_iyghn * t_pw3g4)
+        + (K_L64 * t_in3sd + t_vjpw3 * t_notmf)
+        + (K_L65 * t_jm2gy + t_3np5y * t_amvha);
+    const real t_ugw37 = t_w3cdr * t_nfkwa - t_xzdnc * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_2oq32);
+    const real t_nqno6 = t_rzban * t_ftqxb - t_sflvv * t_3ao52 - (t_2uqac * t_amvha + K_L65 * t_ugw37);
+    const real t_rwbzc = t_2c46y * t_lt2al
+        + t_7d2ur * t_yyjyy
+        - (t_tuxen * t_edocq + K_L54 * t_nqno6)
+        - (t_2uqac * t_notmf + K_L64 * t_ugw37);
+    const real t_kiwmn = t_ggaal * t_zmh3u
+        - t_qty3w * t_knzic
+        - (t_4i5kl * t_vqp6m + K_L43 * t_rwbzc)
+        - (t_tuxen * t_cngcl + K_L53 * t_nqno6)
+        - (t_2uqac * t_pw3g4 + K_L63 * t_ugw37);
+    const real t_rodgz = t_g266i * t_4iujv
         - t_me7eb * t_gruy3
-        - (t_5sglq * t_oxd2h + K_L32 * t_xkhet)
-        + (t_ywr4i * t_4vjf5 + t_5wcj3 * t_e7pgz)
-        - (t_6outz * t_63hn3 + K_L52 * t_2swr2)
-        + (t_rjhb3 * t_icgwl + t_gz422 * t_gi2rd);
-    const real t_kwg6i = t_6kxah * t_bpfoo
-        + (t_4xz5v * t_7rizg + t_w7lcw * t_s5rzj)
-        + (t_3go2w * t_xkhet - t_5sglq * t_xy6nc)
-        + t_xq4wt * t_e7pgz
-        + (t_6outz * t_zfxwu + t_rujpm * t_2swr2)
-        + (t_pgxzp * t_gi2rd - t_rjhb3 * t_rqo2a);
+        - (t_h4uvc * t_m5fev + K_L32 * t_kiwmn)
+        + (t_4i5kl * t_4vjf5 + t_5wcj3 * t_rwbzc)
+        - (t_tuxen * t_63hn3 + K_L52 * t_nqno6)
+        + (t_2uqac * t_vpdap + t_gz422 * t_ugw37);
+    const real t_w63pi = t_7uga3 * t_bpfoo
+        + (t_ykhgf * t_7rizg + t_w7lcw * t_rodgz)
+        + (t_3go2w * t_kiwmn - t_h4uvc * t_xy6nc)
+        + t_xq4wt * t_rwbzc
+        + (t_tuxen * t_zfxwu + t_rujpm * t_nqno6)
+        + (t_pgxzp * t_ugw37 - t_2uqac * t_rqo2a);
     const real t_h36cy = p[l2] * sin_phi2;
     const real t_c6dmt_2 = w_x2 * sin_phi2 + t_3pe4c;
     const real t_qy4n2 = W12 * t_yk3z4 - w_x2 * (Wn2 * t_h36cy) + t_nlamb * (p[l2] * t_c6dmt_2);
@@ -4659,8 +4659,8 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_7pqkc = mv2 * (t_6fvzz * sin_phi2) + t_popww * (t_npq2c * t_4p46o);
     const real t_aduzw = chi2 * t_4p46o - t_c6dmt * t_c6dmt_2;
     const real t_fregp = B_2 * t_aduzw;
-    const real t_nwcoo = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_fregp - t_v7h4t);
-    const real t_u3o2u = t_uj3u6 + sin_theta2 * t_nwcoo;
+    const real t_ehxvd = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_fregp - t_v7h4t);
+    const real t_kqzlv = t_uj3u6 + sin_theta2 * t_ehxvd;
     const real t_swriq = p[m2] * t_h36cy;
     const real t_hqesu = sin_theta2 * t_swriq;
     const real t_felv2 = p[h2] * t_hqesu;
@@ -4674,7 +4674,7 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_g7523 = t_qontq - t_senbd * t_mrzx3;
     const real t_6ley6 = t_ob75p * t_felv2 + (cz_theta2 * t_gxwvr + t_qy6do * t_g7523);
     const real t_wk7yn = t_gutx2 * ((t_claqt + t_claqt) * t_6ozwk) - t_tj77e * t_43ql3;
-    const real t_77jat = t_6ley6 * t_4v7es + t_da3ja * t_wk7yn;
+    const real t_qseai = t_6ley6 * t_4v7es + t_da3ja * t_wk7yn;
     const real t_57vrz = ax_eq * t_rszaw;
     const real t_6gx32 = t_frp3h * t_mrzx3;
     const real t_lsig7 = p[h2] * t_rszaw;
@@ -4685,75 +4685,75 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_h6l62 * t_6gx32
         + t_m5kd4 * t_ff2n6;
     const real t_x25aj = cos_phi2 + cos_phi2;
-    const real t_xxrrr = p[m2] * (t_nfvux * (cos_phi2 * (t_3chhy * cos_phi2) - t_dduhy * sin_phi2))
+    const real t_ywy3h = p[m2] * (t_nfvux * (cos_phi2 * (t_3chhy * cos_phi2) - t_dduhy * sin_phi2))
         - t_y7pwg
         + p[m2] * (q[wx] * (t_nfvux * (t_xtc5p * t_3a2on)))
         - p[m2] * (p[l2] * (q[wx] * (p[h2] * (t_kmx3q * sin_phi2))))
         + p[m2] * (q[wx] * (q[theta2_dot] * (t_nfvux * (cos_phi2 * t_x25aj - t_6xmwt * sin_phi2))));
     const real t_hhe47 = q[theta2_dot] * t_6ozwk;
     const real t_eqdib = t_473qv * t_6gx32;
-    const real t_jx5ur = q[theta2_dot] * t_eqdib;
+    const real t_4pc4u = q[theta2_dot] * t_eqdib;
     const real t_7bywx = Wn2 * t_ff2n6
         + t_nw7er * t_lsig7
         + t_473qv * t_ff2n6
-        + t_jx5ur
+        + t_4pc4u
         - t_nw7er * t_6gx32
         - q[phi2_dot] * (t_qbejf * t_6gx32);
-    const real t_f35qs = Dd_theta2 * t_hhe47
+    const real t_zvk2z = Dd_theta2 * t_hhe47
         + t_kyc32 * t_eqdib
-        - (t_claqt * t_jx5ur + t_putjj * t_6ozwk + (k_theta2 * t_6ozwk + t_claqt * t_7bywx));
-    const real t_mrm4d = t_iecaz * (p[I2] * t_57vrz + p[I2] * t_xxrrr)
-        + (t_gutx2 * t_f35qs - t_32c47 * t_43ql3);
+        - (t_claqt * t_4pc4u + t_putjj * t_6ozwk + (k_theta2 * t_6ozwk + t_claqt * t_7bywx));
+    const real t_mrm4d = t_iecaz * (p[I2] * t_57vrz + p[I2] * t_ywy3h)
+        + (t_gutx2 * t_zvk2z - t_32c47 * t_43ql3);
     const real t_ja7nq = cos_theta2 * t_swriq;
     const real t_s5wfv = p[h2] * t_ja7nq;
     const real t_fdqqh = sin_theta2 * t_rszaw;
     const real t_kwhrd = p[h2] * t_fdqqh;
     const real t_nbng7 = cz_phi2 * t_57vrz
         - t_4oupt * t_felv2
-        + (cz_phi2 * t_xxrrr - k_phi2 * t_felv2)
+        + (cz_phi2 * t_ywy3h - k_phi2 * t_felv2)
         + t_gifwv * (q[theta2_dot] * t_s5wfv + q[phi2_dot] * t_kwhrd);
     const real t_fq53f = t_x25aj * sin_phi2;
     const real t_63hns = t_kwhrd - t_tb25v * t_mrzx3;
     const real t_sqrnp = t_kyc32 * (q[phi2_dot] * (t_senbd * t_3a2on - t_s5wfv + t_senbd * t_fq53f) - q[theta2_dot] * t_63hns);
-    const real t_hjopt = cz_theta2 * t_jx5ur
+    const real t_3xem7 = cz_theta2 * t_4pc4u
         + t_putjj * t_g7523
         + (k_theta2 * t_g7523 + cz_theta2 * t_7bywx)
         - (cdz_theta2 * t_hhe47 + t_sqrnp);
     const real t_icpsl = cy_theta2 * t_gxwvr + t_qy6do * t_63hns - t_ob75p * t_s5wfv;
-    const real t_tivng = t_icpsl * t_4v7es + t_ibbnt * t_wk7yn;
+    const real t_n5mlh = t_icpsl * t_4v7es + t_ibbnt * t_wk7yn;
     const real t_uyqxy = t_x5sl2 * t_57vrz
         - t_4oupt * t_s5wfv
-        + (t_x5sl2 * t_xxrrr - k_phi2 * t_s5wfv)
+        + (t_x5sl2 * t_ywy3h - k_phi2 * t_s5wfv)
         + t_gifwv * (q[phi2_dot] * t_qontq - q[theta2_dot] * t_felv2);
     const real t_xcwdz = t_kyc32 * (q[theta2_dot] * t_g7523 + q[phi2_dot] * (t_tb25v * t_3a2on - t_felv2 + t_tb25v * t_fq53f));
-    const real t_e64ie = cy_theta2 * t_jx5ur
+    const real t_wkaev = cy_theta2 * t_4pc4u
         + t_putjj * t_63hns
         + (k_theta2 * t_63hns + cy_theta2 * t_7bywx)
         - (cdy_theta2 * t_hhe47 + t_xcwdz);
-    const real t_wpa33 = t_u5ggi * t_tivng
+    const real t_5ylj3 = t_u5ggi * t_n5mlh
         - f_v1_L21 * t_mrm4d
-        - (t_iecaz * t_uyqxy - (t_gutx2 * t_e64ie - t_5rh6g * t_43ql3));
-    const real t_sbfzt = cz_phi2 * (t_iecaz * t_s5wfv)
+        - (t_iecaz * t_uyqxy - (t_gutx2 * t_wkaev - t_5rh6g * t_43ql3));
+    const real t_norya = cz_phi2 * (t_iecaz * t_s5wfv)
         + t_b3dii * t_felv2
         + (cz_theta2 * (t_gutx2 * t_63hns - cy_theta2 * t_43ql3) + t_lhj2f * t_g7523)
-        + (f_v1_L31 * t_icpsl + f21_v1 * t_77jat);
+        + (f_v1_L31 * t_icpsl + f21_v1 * t_qseai);
     const real t_mq26f = t_x5sl2 + t_x5sl2;
     const real t_m2zpo = cy_theta2 + cy_theta2;
-    const real t_4bjez = t_iecaz * (t_mq26f * t_s5wfv)
+    const real t_gh3ce = t_iecaz * (t_mq26f * t_s5wfv)
         - (t_gutx2 * (t_m2zpo * t_63hns) - t_2s2k3 * t_43ql3)
-        - (f_v1_L21 * t_icpsl + f21_v1 * t_tivng);
-    const real t_3p2bt = t_sbfzt * t_omhw7 + t_le5ne * t_4bjez;
-    const real t_fshya = t_u5ggi * t_77jat
+        - (f_v1_L21 * t_icpsl + f21_v1 * t_n5mlh);
+    const real t_t6kdi = t_norya * t_omhw7 + t_le5ne * t_gh3ce;
+    const real t_k3dgb = t_u5ggi * t_qseai
         - f_v1_L31 * t_mrm4d
-        + (t_iecaz * t_nbng7 + (t_gutx2 * t_hjopt - t_rnwmg * t_43ql3))
-        - (f_v1_L32 * t_wpa33 - u_v1_y2 * t_3p2bt);
+        + (t_iecaz * t_nbng7 + (t_gutx2 * t_3xem7 - t_rnwmg * t_43ql3))
+        - (f_v1_L32 * t_5ylj3 - u_v1_y2 * t_t6kdi);
     const real t_e27s7 = cz_phi2 + cz_phi2;
     const real t_m3vig = cz_theta2 + cz_theta2;
-    const real t_2fzmu = t_iecaz * (t_e27s7 * t_felv2)
+    const real t_5we63 = t_iecaz * (t_e27s7 * t_felv2)
         - (t_gutx2 * (t_m3vig * t_g7523) - t_m4efx * t_43ql3)
-        + (f_v1_L32 * t_sbfzt + t_g2uww * t_3p2bt)
-        - (f_v1_L31 * t_6ley6 + f31_v1 * t_77jat);
-    const real t_r3hgc = t_fshya * t_qqmqs - t_wnugc * t_2fzmu;
+        + (f_v1_L32 * t_norya + t_g2uww * t_t6kdi)
+        - (f_v1_L31 * t_6ley6 + f31_v1 * t_qseai);
+    const real t_cfj6u = t_k3dgb * t_qqmqs - t_wnugc * t_5we63;
     const real t_hokbn = p[I2] * t_2s2br;
     const real t_ktpye = wth_2 * t_h36cy - g_2 * t_hokbn;
     const real t_jzaos = mv2 * cos_phi2;
@@ -4764,301 +4764,301 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_kxs24 = S_sq2 * t_kpd7x;
     const real t_2xgil = wth_2 * t_yk3z4 - q_2 * t_hokbn;
     const real t_vzlku = cos_theta2 * t_2xgil;
-    const real t_iepqo = t_ktpye - t_kxs24 - t_vzlku;
+    const real t_r2vni = t_ktpye - t_kxs24 - t_vzlku;
     const real t_w6dhl = SC2 * t_kpd7x;
-    const real t_cqx4i = t_wpa33 * t_omhw7 - t_7cmd7 * t_4bjez - (f_v1_L32 * t_r3hgc - u_v1_x3 * t_3p2bt);
+    const real t_fisqb = t_5ylj3 * t_omhw7 - t_7cmd7 * t_gh3ce - (f_v1_L32 * t_cfj6u - u_v1_x3 * t_t6kdi);
     const real t_mj4g4 = t_anfnj + t_hokbn;
     const real t_hq2cs = S_sq2 * t_mj4g4;
     const real t_vkqzx = t_hq2cs - t_hokbn;
     const real t_k2fe6 = t_iecaz * (q[wy] * t_s5wfv - q[wz] * t_felv2);
     const real t_66i5o = t_gutx2 * (q[wy] * t_63hns - q[wx] * t_6ozwk + q[wz] * t_g7523 + t_hhe47)
         - t_v4uw7 * t_43ql3;
-    const real t_e2jqx = c[w1] * (gy_phi2 * t_k2fe6 - t_ohb73 * t_hqesu + (gy_theta2 * t_66i5o + t_pbnsi * t_mrtap));
-    const real t_7e2pi = x_C * t_r3hgc + t_e2jqx;
+    const real t_42p6c = c[w1] * (gy_phi2 * t_k2fe6 - t_ohb73 * t_hqesu + (gy_theta2 * t_66i5o + t_pbnsi * t_mrtap));
+    const real t_vw5vx = x_C * t_cfj6u + t_42p6c;
     const real t_yy7hn = SC2 * t_mj4g4;
-    const real t_3cs6i = c[w2] * (t_h3pge * t_66i5o + t_pbnsi * t_fdqqh - (gz_phi2 * t_k2fe6 - t_ohb73 * t_ja7nq));
-    const real t_wqneg = x_C * t_cqx4i + t_3cs6i;
+    const real t_q4aqs = c[w2] * (t_h3pge * t_66i5o + t_pbnsi * t_fdqqh - (gz_phi2 * t_k2fe6 - t_ohb73 * t_ja7nq));
+    const real t_ujee2 = x_C * t_fisqb + t_q4aqs;
     const real t_hq6pr = t_vzlku - sin_theta2 * Bs_2;
-    const real t_vgblj = t_m2abm * t_wk7yn
+    const real t_tfurk = t_m2abm * t_wk7yn
         - t_mrm4d * t_4v7es
-        + (u_v1_x2 * t_tivng + f_v1_L21 * t_cqx4i)
-        + (u_v1_x3 * t_77jat + f_v1_L31 * t_r3hgc);
-    const real t_23iat = t_u3o2u
-        + (K52 * t_r3hgc + G2_v1 * t_iepqo)
-        - (G3_v1 * t_w6dhl - t_hjmgb * t_cqx4i)
-        + (a2_v1 * t_vkqzx + K22 * t_7e2pi)
-        + (a3_v1 * t_yy7hn - K32 * t_wqneg)
-        + (t_dyqoa * t_hq6pr + t_yz7e5 * t_vgblj);
+        + (u_v1_x2 * t_n5mlh + f_v1_L21 * t_fisqb)
+        + (u_v1_x3 * t_qseai + f_v1_L31 * t_cfj6u);
+    const real t_5elch = t_kqzlv
+        + (K52 * t_cfj6u + G2_v1 * t_r2vni)
+        - (G3_v1 * t_w6dhl - t_hjmgb * t_fisqb)
+        + (a2_v1 * t_vkqzx + K22 * t_vw5vx)
+        + (a3_v1 * t_yy7hn - K32 * t_ujee2)
+        + (t_dyqoa * t_hq6pr + t_yz7e5 * t_tfurk);
     const real t_f2vdr = cos_phi2 * t_jzaos - Ass_2;
     const real t_igjjb = sin_theta2 * t_f2vdr;
-    const real t_n32zz = sin_phi2 * t_fregp + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
+    const real t_7smnw = sin_phi2 * t_fregp + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
     const real t_2zutr = Bc_2 + e2 * t_f2vdr;
     const real t_msyoe = sin_theta2 * t_2zutr;
     const real t_sqznz = cos_theta2 * t_2zutr;
     const real t_kytbr = cos_theta2 * t_f2vdr;
-    const real t_mxeey = t_n32zz
-        + (t_6mmeb * t_r3hgc + G2_v1 * t_msyoe)
-        + (G3_v1 * t_sqznz - t_bl4f2 * t_cqx4i)
-        + (a2_v1 * t_igjjb + t_b3aij * t_7e2pi)
-        + (a3_v1 * t_kytbr - t_zzymx * t_wqneg);
-    const real t_otfex = t_dyqoa * Bc_2 + t_2m245 * t_vgblj - t_mxeey;
+    const real t_uefwu = t_7smnw
+        + (t_6mmeb * t_cfj6u + G2_v1 * t_msyoe)
+        + (G3_v1 * t_sqznz - t_bl4f2 * t_fisqb)
+        + (a2_v1 * t_igjjb + t_b3aij * t_vw5vx)
+        + (a3_v1 * t_kytbr - t_zzymx * t_ujee2);
+    const real t_qpujq = t_dyqoa * Bc_2 + t_2m245 * t_tfurk - t_uefwu;
     const real t_k5p2h = sin_theta2 * t_q6l6c;
-    const real t_mdh4c = cos_theta2 * t_nwcoo - t_k5p2h;
+    const real t_yocbh = cos_theta2 * t_ehxvd - t_k5p2h;
     const real t_4twqa = sin_theta2 * t_2xgil;
-    const real t_hudxs = t_4twqa - t_w6dhl;
-    const real t_uiqtl = t_kxs24 + t_r6gya;
+    const real t_mnv5e = t_4twqa - t_w6dhl;
+    const real t_2wedy = t_kxs24 + t_r6gya;
     const real t_2mw2y = t_anfnj - t_hq2cs;
     const real t_sok6x = t_4twqa + cos_theta2 * Bs_2;
-    const real t_jd5wv = t_mdh4c
-        + (K53 * t_r3hgc + G2_v1 * t_hudxs)
-        + (G3_v1 * t_uiqtl - K63 * t_cqx4i)
-        + (a2_v1 * t_yy7hn + K32 * t_7e2pi)
-        + (a3_v1 * t_2mw2y - K33 * t_wqneg)
-        - (t_dyqoa * t_sok6x + K43 * t_vgblj);
-    const real t_rfxsj = K11 * t_otfex
+    const real t_ld5pn = t_yocbh
+        + (K53 * t_cfj6u + G2_v1 * t_mnv5e)
+        + (G3_v1 * t_2wedy - K63 * t_fisqb)
+        + (a2_v1 * t_yy7hn + K32 * t_vw5vx)
+        + (a3_v1 * t_2mw2y - K33 * t_ujee2)
+        - (t_dyqoa * t_sok6x + K43 * t_tfurk);
+    const real t_fbn73 = K11 * t_qpujq
         - q1_v1 * t_anfnj
-        - (q2_v1 * t_igjjb + t_b3aij * t_23iat)
-        - (q3_v1 * t_kytbr + t_zzymx * t_jd5wv);
+        - (q2_v1 * t_igjjb + t_b3aij * t_5elch)
+        - (q3_v1 * t_kytbr + t_zzymx * t_ld5pn);
     const real t_sj2tb = t_tqzpl * t_igjjb - t_s5vhe * t_anfnj + t_r6alf * t_kytbr;
-    const real t_eib22 = t_5a4ay * t_sj2tb
-        + PP_v1 * (t_i246m * t_otfex + t_etuzz * t_23iat + t_uen3p * t_jd5wv);
-    const real t_lgh6f = (SELECT0(m_il3ht, t_esqfa * (t_nlrbh * t_rfxsj - t_eib22) * t_q5kgs) - t_rfxsj) * t_phv5x
-        - t_gkayn * t_sj2tb;
-    const real t_q3h3v = t_23iat - (t_fa67e * t_igjjb + t_b3aij * t_lgh6f);
-    const real t_fne32 = t_q2hfz * (t_cofwl * (t_q3h3v * t_y7rm6));
-    const real t_4kktk_3 = t_fne32 * t_nwsjf;
-    const real t_skjh5_12 = t_cnhcl * (t_ee7r6 * t_4kktk_3);
-    const real t_4nx6p_12 = p[F] * (sin_t_s5hay * t_skjh5_12);
-    const real t_ecreo_12 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_12));
-    const real t_3om2l = t_jd5wv - (t_fa67e * t_kytbr + t_zzymx * t_lgh6f);
-    const real t_4yhz6 = t_3om2l * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_fne32 * t_imn4h)));
-    const real t_cha6m_3 = t_xh4j2 * (t_o7qta * t_4yhz6) * t_gwbho;
-    const real t_lb2wi_12 = sin_t_7g2cn * t_4kktk_3;
-    const real t_da6qh_11 = cos_t_nxflg * t_cha6m_3;
-    const real t_k6zjx_11 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_12)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_11));
-    const real t_zua55_11 = SELECT(m_hlry2, SELECT0(m_trmto, -t_cha6m_3), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_11 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_11 = t_rila6 * (t_vr3uw * t_zua55_11);
-    const real t_ctppn_12 = sin_t_kl6tx * t_s6fxk_11;
-    const real t_4kyfv = t_ecreo_12 - t_qhkro * t_ctppn_12 + t_n32zz;
+    const real t_cqfie = t_5a4ay * t_sj2tb
+        + PP_v1 * (t_i246m * t_qpujq + t_etuzz * t_5elch + t_uen3p * t_ld5pn);
+    const real t_ifj7u = (SELECT0(m_il3ht, t_w4p3n * (t_nlrbh * t_fbn73 - t_cqfie) * t_q5kgs) - t_fbn73) * t_phv5x
+        - t_6xjbo * t_sj2tb;
+    const real t_tfwgb = t_5elch - (t_fa67e * t_igjjb + t_b3aij * t_ifj7u);
+    const real t_hrd5n = t_q2hfz * (t_5x4sb * (t_tfwgb * t_y7rm6));
+    const real t_7vxmt_3 = t_hrd5n * t_nwsjf;
+    const real t_iubif_12 = t_bw2jd * (t_ee7r6 * t_7vxmt_3);
+    const real t_27ev7_12 = p[F] * (sin_t_s5hay * t_iubif_12);
+    const real t_wzmp3_12 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_12));
+    const real t_cqbs6 = t_ld5pn - (t_fa67e * t_kytbr + t_zzymx * t_ifj7u);
+    const real t_uov36 = t_cqbs6 * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_hrd5n * t_imn4h)));
+    const real t_iijst_3 = t_q2hfz_2 * (t_2snz7 * t_uov36) * t_bifdl;
+    const real t_rl5d3_12 = sin_t_7g2cn * t_7vxmt_3;
+    const real t_i7skh_12 = cos_t_finmd * t_iijst_3;
+    const real t_k6zjx_12 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_12)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_12));
+    const real t_7t7eb_12 = SELECT(m_hlry2, SELECT0(m_uklky, -t_iijst_3), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_12 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_12 = t_zrb6o * (t_vr3uw * t_7t7eb_12);
+    const real t_cxwzz_12 = sin_t_kl6tx * t_swjde_12;
+    const real t_iq3qk = t_wzmp3_12 - t_zmkrd * t_cxwzz_12 + t_7smnw;
     const real t_f4frf = t_igjjb * t_bpfoo + t_7rnk2 * t_anfnj;
-    const real t_6dnpl_12 = p[F] * (cos_t_s5hay * t_skjh5_12);
-    const real t_dqeju = SELECT0(m_el4yy, t_6dnpl_12) - t_u3o2u + (t_6qzob * t_f4frf + t_w7lcw * t_4kyfv);
-    const real t_u7wdx = t_vkqzx - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
+    const real t_ilple_12 = p[F] * (cos_t_s5hay * t_iubif_12);
+    const real t_ziyck = SELECT0(m_el4yy, t_ilple_12) - t_kqzlv + (t_sfc5s * t_f4frf + t_w7lcw * t_iq3qk);
+    const real t_dx5p7 = t_vkqzx - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
     const real t_zlixu = t_kytbr * t_bpfoo + t_7rnk2_2 * t_anfnj;
-    const real t_cnw67 = t_yy7hn - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
-    const real t_bx5zc = t_cnw67 * t_4iujv - t_6yahm * t_u7wdx;
-    const real t_qbg3i_12 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_12));
-    const real t_2gr5i_12 = cos_t_kl6tx * t_s6fxk_11;
-    const real t_mvrqf_12 = t_qbg3i_12 + t_qhkro * t_2gr5i_12;
-    const real t_mc7yg = t_6qzob * t_zlixu
-        + t_3go2w * t_4kyfv
-        - (t_mvrqf_12 + t_mdh4c)
-        - (t_dpn2x * t_bx5zc + K_L32 * t_dqeju);
-    const real t_rpri5 = t_2mw2y
-        - (K_L32 * t_cnw67 + t_2rbbr * t_bx5zc)
+    const real t_g4jqr = t_yy7hn - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
+    const real t_t5hju = t_g4jqr * t_4iujv - t_6yahm * t_dx5p7;
+    const real t_ooljq_12 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_12));
+    const real t_lqx5z_12 = cos_t_kl6tx * t_swjde_12;
+    const real t_mvrqf_12 = t_ooljq_12 + t_zmkrd * t_lqx5z_12;
+    const real t_kunja = t_sfc5s * t_zlixu
+        + t_3go2w * t_iq3qk
+        - (t_mvrqf_12 + t_yocbh)
+        - (t_dpn2x * t_t5hju + K_L32 * t_ziyck);
+    const real t_e2fky = t_2mw2y
+        - (K_L32 * t_g4jqr + t_2rbbr * t_t5hju)
         - (t_3go2w * t_kytbr + t_zzymx * t_zlixu);
     const real t_sasqd = Bc_2 * t_bpfoo + t_jtjoh * t_anfnj;
-    const real t_h5xgv = t_hq6pr + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
-    const real t_ounn3 = t_h5xgv * t_4iujv - t_2ngl5 * t_u7wdx;
-    const real t_kmply = t_sok6x
-        + (t_5wcj3 * t_cnw67 + t_2rbbr * t_ounn3)
+    const real t_kpo7l = t_hq6pr + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
+    const real t_mifaj = t_kpo7l * t_4iujv - t_2ngl5 * t_dx5p7;
+    const real t_krxfu = t_sok6x
+        + (t_5wcj3 * t_g4jqr + t_2rbbr * t_mifaj)
         - (t_xq4wt * t_kytbr + t_zzymx * t_sasqd);
-    const real t_l25uu = t_kmply * t_zmh3u - t_ydwjl * t_rpri5;
-    const real t_jebwn = t_6fvzz * Bc_2 + p[l2] * t_fregp;
+    const real t_jn6ns = t_krxfu * t_zmh3u - t_ydwjl * t_e2fky;
+    const real t_p2f6u = t_6fvzz * Bc_2 + p[l2] * t_fregp;
     const real t_dlwth = q_2 * t_q6l6c + F_n2 * t_yk3z4;
-    const real t_5oqyr = t_jebwn - t_dlwth;
+    const real t_acn2f = t_p2f6u - t_dlwth;
     const real t_vpcgp = wq_2 * t_yk3z4 + q_2 * t_2xgil;
     const real t_42o7o = wg_2 * t_yk3z4 + q_2 * t_ktpye;
     const real t_bbhco = cos_theta2 * t_42o7o;
     const real t_moyc6 = e2 * Bs_2;
-    const real t_zazur = t_vpcgp - t_bbhco + sin_theta2 * t_moyc6;
+    const real t_nymit = t_vpcgp - t_bbhco + sin_theta2 * t_moyc6;
     const real t_awxjj = sin_theta2 * t_42o7o;
-    const real t_j2rk3 = t_awxjj + cos_theta2 * t_moyc6;
-    const real t_shxu4_12 = p[F] * t_lb2wi_12;
-    const real t_tvmsg_12 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_12));
-    const real t_dfqts_11 = sin_t_nxflg * t_cha6m_3;
-    const real t_go7q5 = t_tvmsg_12
-        + SELECT0(m_trmto, t_p34e2 * t_dfqts_11)
-        - (t_otfex + (K11 * t_lgh6f - t_fa67e * t_anfnj));
-    const real t_v4eqe_12 = p[F] * (cos_t_7g2cn * t_4kktk_3);
-    const real t_tsgxs = SELECT0(m_el4yy, t_v4eqe_12) - t_q3h3v + (t_6onno * t_f4frf + t_w7lcw * t_go7q5);
-    const real t_3cp5h_11 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_12)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_11));
-    const real t_xna6a = t_6onno * t_zlixu
-        + t_3go2w * t_go7q5
-        - (t_3cp5h_11 + t_3om2l)
-        - (t_3fjjo * t_bx5zc + K_L32 * t_tsgxs);
-    const real t_bpam7 = t_xna6a * t_zmh3u - t_me5rd * t_rpri5;
-    const real t_7w43n = t_tsgxs * t_4iujv - t_7grn6 * t_u7wdx - (t_ydmyt * t_bx5zc + K_L32 * t_bpam7);
-    const real t_zpu2x = t_go7q5 * t_bpfoo
+    const real t_rrnkr = t_awxjj + cos_theta2 * t_moyc6;
+    const real t_shxu4_12 = p[F] * t_rl5d3_12;
+    const real t_tvmsg_12 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_12));
+    const real t_an7qj_12 = sin_t_finmd * t_iijst_3;
+    const real t_5p4ii = t_tvmsg_12
+        + SELECT0(m_uklky, t_p34e2 * t_an7qj_12)
+        - (t_qpujq + (K11 * t_ifj7u - t_fa67e * t_anfnj));
+    const real t_7ofua_12 = p[F] * (cos_t_7g2cn * t_7vxmt_3);
+    const real t_ri6bk = SELECT0(m_el4yy, t_7ofua_12) - t_tfwgb + (t_ron5c * t_f4frf + t_w7lcw * t_5p4ii);
+    const real t_3cp5h_12 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_12)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_12));
+    const real t_xkhyq = t_ron5c * t_zlixu
+        + t_3go2w * t_5p4ii
+        - (t_3cp5h_12 + t_cqbs6)
+        - (t_3fjjo * t_t5hju + K_L32 * t_ri6bk);
+    const real t_sorhq = t_xkhyq * t_zmh3u - t_grik6 * t_e2fky;
+    const real t_itjr2 = t_ri6bk * t_4iujv - t_ey6wv * t_dx5p7 - (t_ydmyt * t_t5hju + K_L32 * t_sorhq);
+    const real t_ipba4 = t_5p4ii * t_bpfoo
         + t_lnw7n * t_anfnj
-        + (t_oxl2f * t_f4frf + t_w7lcw * t_7w43n)
-        + (t_ydmyt * t_zlixu + t_3go2w * t_bpam7);
-    const real t_cgxsm_11 = t_ecreo_12 - t_qhkro_2 * t_ctppn_12 - (t_tvmsg_12 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_11));
-    const real t_ycqju_12 = t_6dnpl_12 - t_v4eqe_12;
-    const real t_ntptx = SELECT0(m_el4yy, t_ycqju_12) + (t_g6mfs * t_f4frf + t_w7lcw * t_cgxsm_11);
-    const real t_pdzxe_12 = p[F] * t_k6zjx_11 - (t_qbg3i_12 + t_qhkro_2 * t_2gr5i_12);
-    const real t_cjolt = t_pdzxe_12
-        + (t_g6mfs * t_zlixu + t_3go2w * t_cgxsm_11)
-        - (t_qbbkc * t_bx5zc + K_L32 * t_ntptx);
-    const real t_y5nnf = t_cjolt * t_zmh3u - t_nki4x * t_rpri5;
-    const real t_5sbjr = t_ntptx * t_4iujv - t_igr3x * t_u7wdx - (t_lvdlo * t_bx5zc + K_L32 * t_y5nnf);
-    const real t_nrkui = t_cgxsm_11 * t_bpfoo
+        + (t_jaz4k * t_f4frf + t_w7lcw * t_itjr2)
+        + (t_ydmyt * t_zlixu + t_3go2w * t_sorhq);
+    const real t_cgxsm_12 = t_wzmp3_12 - t_zmkrd_2 * t_cxwzz_12 - (t_tvmsg_12 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_12));
+    const real t_ycqju_12 = t_ilple_12 - t_7ofua_12;
+    const real t_tqfwg = SELECT0(m_el4yy, t_ycqju_12) + (t_ukbfi * t_f4frf + t_w7lcw * t_cgxsm_12);
+    const real t_pdzxe_12 = p[F] * t_k6zjx_12 - (t_ooljq_12 + t_zmkrd_2 * t_lqx5z_12);
+    const real t_ulqga = t_pdzxe_12
+        + (t_ukbfi * t_zlixu + t_3go2w * t_cgxsm_12)
+        - (t_qbbkc * t_t5hju + K_L32 * t_tqfwg);
+    const real t_zwhcl = t_ulqga * t_zmh3u - t_n6whd * t_e2fky;
+    const real t_hrowo = t_tqfwg * t_4iujv - t_2ngl5_2 * t_dx5p7 - (t_lvdlo * t_t5hju + K_L32 * t_zwhcl);
+    const real t_gqezs = t_cgxsm_12 * t_bpfoo
         + t_fhvpl * t_anfnj
-        + (t_prgks * t_f4frf + t_w7lcw * t_5sbjr)
-        + (t_lvdlo * t_zlixu + t_3go2w * t_y5nnf);
-    const real t_uw25s = t_5oqyr
-        + (K54 * t_r3hgc + G2_v1 * t_zazur)
-        + (G3_v1 * t_j2rk3 - K64 * t_cqx4i)
-        - (t_fa67e * Bc_2 + t_2m245 * t_lgh6f)
-        - (t_zw255 * Bc_2 + t_2m245 * t_zpu2x)
-        - (a2_v1 * t_hq6pr + t_yz7e5 * t_7e2pi)
-        - (t_oxl2f * t_hq6pr + t_yz7e5 * t_7w43n)
-        + (a3_v1 * t_sok6x - K43 * t_wqneg)
-        + (t_ydmyt * t_sok6x + K43 * t_bpam7)
-        - (t_dyqoa * t_vpcgp + K44 * t_vgblj)
-        - (t_yurpy * Bc_2 + t_2m245 * t_nrkui)
-        - (t_prgks * t_hq6pr + t_yz7e5 * t_5sbjr)
-        + (t_lvdlo * t_sok6x + K43 * t_y5nnf)
-        - t_5oqyr
-        + (t_6qzob * t_sasqd + t_xq4wt * t_4kyfv)
-        + (t_dpn2x * t_ounn3 + t_5wcj3 * t_dqeju)
-        - (t_rugjk * t_l25uu + K_L43 * t_mc7yg);
-    const real t_5bgl4 = t_vpcgp
-        - (t_5wcj3 * t_h5xgv + t_u3hss * t_ounn3)
-        - (K_L43 * t_kmply + t_fqe33 * t_l25uu)
+        + (t_4zkth * t_f4frf + t_w7lcw * t_hrowo)
+        + (t_lvdlo * t_zlixu + t_3go2w * t_zwhcl);
+    const real t_qwen4 = t_acn2f
+        + (K54 * t_cfj6u + G2_v1 * t_nymit)
+        + (G3_v1 * t_rrnkr - K64 * t_fisqb)
+        - (t_fa67e * Bc_2 + t_2m245 * t_ifj7u)
+        - (t_q5ya6 * Bc_2 + t_2m245 * t_ipba4)
+        - (a2_v1 * t_hq6pr + t_yz7e5 * t_vw5vx)
+        - (t_jaz4k * t_hq6pr + t_yz7e5 * t_itjr2)
+        + (a3_v1 * t_sok6x - K43 * t_ujee2)
+        + (t_ydmyt * t_sok6x + K43 * t_sorhq)
+        - (t_dyqoa * t_vpcgp + K44 * t_tfurk)
+        - (t_vrqgs * Bc_2 + t_2m245 * t_gqezs)
+        - (t_4zkth * t_hq6pr + t_yz7e5 * t_hrowo)
+        + (t_lvdlo * t_sok6x + K43 * t_zwhcl)
+        - t_acn2f
+        + (t_sfc5s * t_sasqd + t_xq4wt * t_iq3qk)
+        + (t_dpn2x * t_mifaj + t_5wcj3 * t_ziyck)
+        - (t_rugjk * t_jn6ns + K_L43 * t_kunja);
+    const real t_lgjiq = t_vpcgp
+        - (t_5wcj3 * t_kpo7l + t_u3hss * t_mifaj)
+        - (K_L43 * t_krxfu + t_fqe33 * t_jn6ns)
         - (t_xq4wt * Bc_2 + t_2m245 * t_sasqd);
-    const real t_j3lqj = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
-    const real t_ehdzd = t_iepqo - (t_rujpm * t_igjjb + t_b3aij * t_j3lqj);
-    const real t_ai5ki = t_ehdzd * t_4iujv - t_hfybw * t_u7wdx;
-    const real t_hxchi = t_hudxs
-        - (K_L52 * t_cnw67 + t_2rbbr * t_ai5ki)
-        - (t_rujpm * t_kytbr + t_zzymx * t_j3lqj);
-    const real t_2lqwc = t_hxchi * t_zmh3u - t_qe675 * t_rpri5;
-    const real t_adwde = t_zazur
-        + (K_L52 * t_h5xgv + t_u3hss * t_ai5ki)
-        - (K_L53 * t_kmply + t_fqe33 * t_2lqwc)
-        - (t_rujpm * Bc_2 + t_2m245 * t_j3lqj);
-    const real t_ixugt = t_adwde * t_lt2al - t_2e52m * t_5bgl4;
-    const real t_msam2 = t_jebwn + e2 * t_nwcoo;
-    const real t_2n6k7 = sin_theta2 * t_msam2 - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy);
+    const real t_5xnip = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
+    const real t_32omk = t_r2vni - (t_rujpm * t_igjjb + t_b3aij * t_5xnip);
+    const real t_l4x2s = t_32omk * t_4iujv - t_hfybw * t_dx5p7;
+    const real t_zrewz = t_mnv5e
+        - (K_L52 * t_g4jqr + t_2rbbr * t_l4x2s)
+        - (t_rujpm * t_kytbr + t_zzymx * t_5xnip);
+    const real t_5t5zm = t_zrewz * t_zmh3u - t_qe675 * t_e2fky;
+    const real t_5tzd5 = t_nymit
+        + (K_L52 * t_kpo7l + t_u3hss * t_l4x2s)
+        - (K_L53 * t_krxfu + t_fqe33 * t_5t5zm)
+        - (t_rujpm * Bc_2 + t_2m245 * t_5xnip);
+    const real t_tujua = t_5tzd5 * t_lt2al - t_2e52m * t_lgjiq;
+    const real t_j4zbm = t_p2f6u + e2 * t_ehxvd;
+    const real t_q3pde = sin_theta2 * t_j4zbm - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy);
     const real t_37ayo = wg_2 * t_h36cy + g_2 * t_ktpye;
     const real t_vjaf4 = e2 * t_n46wu - K(-2.0) * t_moyc6;
     const real t_3khok = t_vjaf4 - t_37ayo;
-    const real t_kcxpy = S_sq2 * t_3khok;
-    const real t_cb2yw = t_37ayo + t_vpcgp + t_kcxpy + K(-2.0) * t_bbhco;
-    const real t_nesdr = t_awxjj + SC2 * t_3khok;
-    const real t_pn4ok = t_2n6k7
-        + (K55 * t_r3hgc + G2_v1 * t_cb2yw)
-        + (G3_v1 * t_nesdr - K65 * t_cqx4i)
-        - (t_fa67e * t_msyoe + t_6mmeb * t_lgh6f)
-        - (t_zw255 * t_msyoe + t_6mmeb * t_zpu2x)
-        + (a2_v1 * t_iepqo + K52 * t_7e2pi)
-        + (t_oxl2f * t_iepqo + K52 * t_7w43n)
-        + (a3_v1 * t_hudxs - K53 * t_wqneg)
-        + (t_ydmyt * t_hudxs + K53 * t_bpam7)
-        - (t_dyqoa * t_zazur + K54 * t_vgblj)
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_12)
-        - (t_yurpy * t_msyoe + t_6mmeb * t_nrkui)
-        + (t_prgks * t_iepqo + K52 * t_5sbjr)
-        + (t_lvdlo * t_hudxs + K53 * t_y5nnf)
+    const real t_pfkyz = S_sq2 * t_3khok;
+    const real t_tjq2e = t_37ayo + t_vpcgp + t_pfkyz + K(-2.0) * t_bbhco;
+    const real t_qjj4z = t_awxjj + SC2 * t_3khok;
+    const real t_cezzw = t_q3pde
+        + (K55 * t_cfj6u + G2_v1 * t_tjq2e)
+        + (G3_v1 * t_qjj4z - K65 * t_fisqb)
+        - (t_fa67e * t_msyoe + t_6mmeb * t_ifj7u)
+        - (t_q5ya6 * t_msyoe + t_6mmeb * t_ipba4)
+        + (a2_v1 * t_r2vni + K52 * t_vw5vx)
+        + (t_jaz4k * t_r2vni + K52 * t_itjr2)
+        + (a3_v1 * t_mnv5e - K53 * t_ujee2)
+        + (t_ydmyt * t_mnv5e + K53 * t_sorhq)
+        - (t_dyqoa * t_nymit + K54 * t_tfurk)
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_12)
+        - (t_vrqgs * t_msyoe + t_6mmeb * t_gqezs)
+        + (t_4zkth * t_r2vni + K52 * t_hrowo)
+        + (t_lvdlo * t_mnv5e + K53 * t_zwhcl)
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_12)
-        - t_2n6k7
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_12))
-        + (t_6qzob * t_j3lqj + t_rujpm * t_4kyfv)
-        - (t_dpn2x * t_ai5ki + K_L52 * t_dqeju)
-        - (t_rugjk * t_2lqwc + K_L53 * t_mc7yg)
-        - (t_pdops * t_ixugt + K_L54 * t_uw25s);
-    const real t_te4zt = t_cb2yw
-        - (K_L52 * t_ehdzd + t_xqwvu * t_ai5ki)
-        - (K_L53 * t_hxchi + t_kjv32 * t_2lqwc)
-        - (K_L54 * t_adwde + t_svz2s * t_ixugt)
-        - (t_rujpm * t_msyoe + t_6mmeb * t_j3lqj);
-    const real t_6m3tu = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
-    const real t_zw4rt = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_6m3tu);
-    const real t_ngxdx = t_zw4rt * t_4iujv - t_2ngl5_2 * t_u7wdx;
-    const real t_ujhfo = t_uiqtl
-        + (t_gz422 * t_cnw67 + t_2rbbr * t_ngxdx)
-        - (t_pgxzp * t_kytbr + t_zzymx * t_6m3tu);
-    const real t_cg5hn = t_ujhfo * t_zmh3u - t_kpf5p * t_rpri5;
-    const real t_yldk6 = t_j2rk3
-        - (t_gz422 * t_h5xgv + t_u3hss * t_ngxdx)
-        - (K_L63 * t_kmply + t_fqe33 * t_cg5hn)
-        - (t_pgxzp * Bc_2 + t_2m245 * t_6m3tu);
-    const real t_hceuf = t_yldk6 * t_lt2al - t_wurun * t_5bgl4;
-    const real t_eaxup = t_nesdr
-        + (t_gz422 * t_ehdzd + t_xqwvu * t_ngxdx)
-        - (K_L63 * t_hxchi + t_kjv32 * t_cg5hn)
-        - (K_L64 * t_adwde + t_svz2s * t_hceuf)
-        - (t_pgxzp * t_msyoe + t_6mmeb * t_6m3tu);
-    const real t_4d5ud = t_eaxup * t_ftqxb - t_dzxqu * t_te4zt;
-    const real t_gr7aq = cos_theta2 * t_msam2 - (g_2 * t_k5p2h + t_iya7w * t_h36cy);
-    const real t_qvknz = t_vjaf4 - t_kcxpy;
-    const real t_s7qq2 = t_lwe76 * t_3cp5h_11
-        - t_gr7aq
-        - (K65 * t_r3hgc + G2_v1 * t_nesdr)
-        - (G3_v1 * t_qvknz - K66 * t_cqx4i)
-        + (t_fa67e * t_sqznz + t_bl4f2 * t_lgh6f)
-        + (t_zw255 * t_sqznz + t_bl4f2 * t_zpu2x)
-        + (a2_v1 * t_w6dhl + t_hjmgb * t_7e2pi)
-        + (t_oxl2f * t_w6dhl + t_hjmgb * t_7w43n)
-        - (a3_v1 * t_uiqtl - K63 * t_wqneg)
-        - (t_ydmyt * t_uiqtl + K63 * t_bpam7)
-        + (t_dyqoa * t_j2rk3 + K64 * t_vgblj)
+        - t_q3pde
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_12))
+        + (t_sfc5s * t_5xnip + t_rujpm * t_iq3qk)
+        - (t_dpn2x * t_l4x2s + K_L52 * t_ziyck)
+        - (t_rugjk * t_5t5zm + K_L53 * t_kunja)
+        - (t_6opev * t_tujua + K_L54 * t_qwen4);
+    const real t_qsjbn = t_tjq2e
+        - (K_L52 * t_32omk + t_xqwvu * t_l4x2s)
+        - (K_L53 * t_zrewz + t_kjv32 * t_5t5zm)
+        - (K_L54 * t_5tzd5 + t_svz2s * t_tujua)
+        - (t_rujpm * t_msyoe + t_6mmeb * t_5xnip);
+    const real t_jxilg = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
+    const real t_pqe72 = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_jxilg);
+    const real t_3xbgy = t_pqe72 * t_4iujv - t_2ngl5_3 * t_dx5p7;
+    const real t_ax5yf = t_2wedy
+        + (t_gz422 * t_g4jqr + t_2rbbr * t_3xbgy)
+        - (t_pgxzp * t_kytbr + t_zzymx * t_jxilg);
+    const real t_xgopd = t_ax5yf * t_zmh3u - t_kpf5p * t_e2fky;
+    const real t_tonqp = t_rrnkr
+        - (t_gz422 * t_kpo7l + t_u3hss * t_3xbgy)
+        - (K_L63 * t_krxfu + t_fqe33 * t_xgopd)
+        - (t_pgxzp * Bc_2 + t_2m245 * t_jxilg);
+    const real t_mrgut = t_tonqp * t_lt2al - t_wurun * t_lgjiq;
+    const real t_6jql7 = t_qjj4z
+        + (t_gz422 * t_32omk + t_xqwvu * t_3xbgy)
+        - (K_L63 * t_zrewz + t_kjv32 * t_xgopd)
+        - (K_L64 * t_5tzd5 + t_svz2s * t_mrgut)
+        - (t_pgxzp * t_msyoe + t_6mmeb * t_jxilg);
+    const real t_n7dzz = t_6jql7 * t_ftqxb - t_dzxqu * t_qsjbn;
+    const real t_kwwbo = cos_theta2 * t_j4zbm - (g_2 * t_k5p2h + t_iya7w * t_h36cy);
+    const real t_gil4e = t_vjaf4 - t_pfkyz;
+    const real t_zklgz = t_lwe76 * t_3cp5h_12
+        - t_kwwbo
+        - (K65 * t_cfj6u + G2_v1 * t_qjj4z)
+        - (G3_v1 * t_gil4e - K66 * t_fisqb)
+        + (t_fa67e * t_sqznz + t_bl4f2 * t_ifj7u)
+        + (t_q5ya6 * t_sqznz + t_bl4f2 * t_ipba4)
+        + (a2_v1 * t_w6dhl + t_hjmgb * t_vw5vx)
+        + (t_jaz4k * t_w6dhl + t_hjmgb * t_itjr2)
+        - (a3_v1 * t_2wedy - K63 * t_ujee2)
+        - (t_ydmyt * t_2wedy + K63 * t_sorhq)
+        + (t_dyqoa * t_rrnkr + K64 * t_tfurk)
         - t_lwe76 * t_pdzxe_12
-        + (t_yurpy * t_sqznz + t_bl4f2 * t_nrkui)
-        + (t_prgks * t_w6dhl + t_hjmgb * t_5sbjr)
-        - (t_lvdlo * t_uiqtl + K63 * t_y5nnf)
-        + t_gr7aq;
-    const real t_xi77r = t_lwe76 * t_mvrqf_12
-        - t_s7qq2
-        + (t_6qzob * t_6m3tu + t_pgxzp * t_4kyfv)
-        + (t_dpn2x * t_ngxdx + t_gz422 * t_dqeju)
-        - (t_rugjk * t_cg5hn + K_L63 * t_mc7yg)
-        - (t_pdops * t_hceuf + K_L64 * t_uw25s)
-        - (t_rsvtq * t_4d5ud + K_L65 * t_pn4ok);
-    const real t_qc4kg = t_qvknz
-        - (t_gz422 * t_zw4rt + t_jc3gv * t_ngxdx)
-        - (K_L63 * t_ujhfo + t_iyghn * t_cg5hn)
-        - (K_L64 * t_yldk6 + t_vjpw3 * t_hceuf)
-        - (K_L65 * t_eaxup + t_xds3k * t_4d5ud)
-        - (t_pgxzp * t_sqznz + t_bl4f2 * t_6m3tu);
-    const real t_aaynq = t_xi77r * t_nfkwa - t_kr5ep * t_qc4kg;
-    const real t_hqarl = t_pn4ok * t_ftqxb - t_hzn6p * t_te4zt - (t_rjhb3 * t_4d5ud + K_L65 * t_aaynq);
-    const real t_nqrge = t_uw25s * t_lt2al
-        - t_tcrx3 * t_5bgl4
-        - (t_6outz * t_ixugt + K_L54 * t_hqarl)
-        - (t_rjhb3 * t_hceuf + K_L64 * t_aaynq);
-    const real t_g2yud = t_mc7yg * t_zmh3u
-        - t_qty3w * t_rpri5
-        - (t_ywr4i * t_l25uu + K_L43 * t_nqrge)
-        - (t_6outz * t_2lqwc + K_L53 * t_hqarl)
-        - (t_rjhb3 * t_cg5hn + K_L63 * t_aaynq);
-    const real t_3stsb = t_dqeju * t_4iujv
-        - t_me7eb * t_u7wdx
-        - (t_5sglq * t_bx5zc + K_L32 * t_g2yud)
-        + (t_ywr4i * t_ounn3 + t_5wcj3 * t_nqrge)
-        - (t_6outz * t_ai5ki + K_L52 * t_hqarl)
-        + (t_rjhb3 * t_ngxdx + t_gz422 * t_aaynq);
-    const real t_rm5la = t_4kyfv * t_bpfoo
+        + (t_vrqgs * t_sqznz + t_bl4f2 * t_gqezs)
+        + (t_4zkth * t_w6dhl + t_hjmgb * t_hrowo)
+        - (t_lvdlo * t_2wedy + K63 * t_zwhcl)
+        + t_kwwbo;
+    const real t_7ztgx = t_lwe76 * t_mvrqf_12
+        - t_zklgz
+        + (t_sfc5s * t_jxilg + t_pgxzp * t_iq3qk)
+        + (t_dpn2x * t_3xbgy + t_gz422 * t_ziyck)
+        - (t_rugjk * t_xgopd + K_L63 * t_kunja)
+        - (t_6opev * t_mrgut + K_L64 * t_qwen4)
+        - (t_f6bdh * t_n7dzz + K_L65 * t_cezzw);
+    const real t_icopf = t_gil4e
+        - (t_gz422 * t_pqe72 + t_dzmcy * t_3xbgy)
+        - (K_L63 * t_ax5yf + t_iyghn * t_xgopd)
+        - (K_L64 * t_tonqp + t_vjpw3 * t_mrgut)
+        - (K_L65 * t_6jql7 + t_3np5y * t_n7dzz)
+        - (t_pgxzp * t_sqznz + t_bl4f2 * t_jxilg);
+    const real t_dk4f6 = t_7ztgx * t_nfkwa - t_xzdnc * t_icopf;
+    const real t_nxjdi = t_cezzw * t_ftqxb - t_sflvv * t_qsjbn - (t_2uqac * t_n7dzz + K_L65 * t_dk4f6);
+    const real t_3qa4z = t_qwen4 * t_lt2al
+        - t_7d2ur * t_lgjiq
+        - (t_tuxen * t_tujua + K_L54 * t_nxjdi)
+        - (t_2uqac * t_mrgut + K_L64 * t_dk4f6);
+    const real t_no7nk = t_kunja * t_zmh3u
+        - t_qty3w * t_e2fky
+        - (t_4i5kl * t_jn6ns + K_L43 * t_3qa4z)
+        - (t_tuxen * t_5t5zm + K_L53 * t_nxjdi)
+        - (t_2uqac * t_xgopd + K_L63 * t_dk4f6);
+    const real t_ic43s = t_ziyck * t_4iujv
+        - t_me7eb * t_dx5p7
+        - (t_h4uvc * t_t5hju + K_L32 * t_no7nk)
+        + (t_4i5kl * t_mifaj + t_5wcj3 * t_3qa4z)
+        - (t_tuxen * t_l4x2s + K_L52 * t_nxjdi)
+        + (t_2uqac * t_3xbgy + t_gz422 * t_dk4f6);
+    const real t_h3xdr = t_iq3qk * t_bpfoo
         + t_gvhmj * t_anfnj
-        + (t_4xz5v * t_f4frf + t_w7lcw * t_3stsb)
-        + (t_5sglq * t_zlixu + t_3go2w * t_g2yud)
-        + (t_ywr4i * t_sasqd + t_xq4wt * t_nqrge)
-        + (t_6outz * t_j3lqj + t_rujpm * t_hqarl)
-        + (t_rjhb3 * t_6m3tu + t_pgxzp * t_aaynq);
+        + (t_ykhgf * t_f4frf + t_w7lcw * t_ic43s)
+        + (t_h4uvc * t_zlixu + t_3go2w * t_no7nk)
+        + (t_4i5kl * t_sasqd + t_xq4wt * t_3qa4z)
+        + (t_tuxen * t_5xnip + t_rujpm * t_nxjdi)
+        + (t_2uqac * t_jxilg + t_pgxzp * t_dk4f6);
     const real t_62dmq = q[wy] * cos_theta2 - q[wz] * sin_theta2;
     const real t_rcia5 = sin_phi2 * t_62dmq;
     const real t_kmx3q_2 = q[wy] * sin_theta2 + q[wz] * cos_theta2;
     const real t_jx7yj = t_nlamb * (p[l2] * t_rcia5) + t_e55su * t_kmx3q_2 - w_x2 * (lc_2 * t_kmx3q_2);
-    const real t_ermaq = th_2 * (p[I2] * t_jx7yj);
-    const real t_r45ez = cos_theta2 * t_ermaq - t_iya7w;
+    const real t_iwdgv = th_2 * (p[I2] * t_jx7yj);
+    const real t_r45ez = cos_theta2 * t_iwdgv - t_iya7w;
     const real t_v3kg2 = cos_phi2 * t_62dmq;
     const real t_q63w7 = t_popww * (t_npq2c * t_v3kg2 - t_ozxm2 * t_kmx3q_2);
     const real t_abii4 = chi2 * t_v3kg2 - t_c6dmt * t_rcia5 - w_x2 * t_62dmq;
-    const real t_p5vlz = B_2 * t_abii4;
-    const real t_iv3yz = sin_phi2 * t_q63w7 + cos_phi2 * t_p5vlz;
-    const real t_mnycb = t_r45ez + (t_ga7f3 - sin_theta2 * t_iv3yz);
+    const real t_3poda = B_2 * t_abii4;
+    const real t_5td2q = sin_phi2 * t_q63w7 + cos_phi2 * t_3poda;
+    const real t_kiqnd = t_r45ez + (t_ga7f3 - sin_theta2 * t_5td2q);
     const real t_ikdxp_2 = p[h2] * t_h3pge;
     const real t_exl7n = t_nqm7d * t_tb25v_2 - t_ikdxp_2;
     const real t_3ndrr_2 = p[h2] * gz_phi2;
@@ -5080,299 +5080,299 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + p[m2] * (t_nfvux * (cos_phi2 * (sin_phi2 * t_3ivo4)))
         + p[m2] * (q[wx] * (t_nfvux * (t_4j4b3 * (t_62dmq + t_62dmq))))
         + p[m2] * (p[l2] * (q[wx] * (p[h2] * t_v3kg2)));
-    const real t_pdr2g = t_gutx2 * (t_claqt * t_heeu4) - t_iecaz * (p[I2] * t_xmpz3);
+    const real t_shx7c = t_gutx2 * (t_claqt * t_heeu4) - t_iecaz * (p[I2] * t_xmpz3);
     const real t_ba7if_2 = p[h2] * gy_phi2;
     const real t_yhf7x = p[m2] * (t_nfvux * sin_theta2) - t_ba7if_2;
     const real t_gidtm_2 = p[h2] * gy_theta2;
-    const real t_zmnfj = t_4oupt * t_p2q3m
+    const real t_l5sev = t_4oupt * t_p2q3m
         + (k_phi2 * t_p2q3m + cz_phi2 * t_xmpz3)
         - t_gifwv * (q[theta2_dot] * t_yhf7x - q[phi2_dot] * t_gidtm_2);
     const real t_3o3n4_2 = t_gidtm_2 - t_nqm7d * t_senbd_2;
     const real t_6rvst = t_kyc32 * (q[phi2_dot] * (t_zozwp * t_tb25v_2 - (t_ba7if_2 + t_4j4b3 * t_tb25v_2)) - q[theta2_dot] * t_3o3n4_2);
-    const real t_2wxqv = t_iecaz * t_zmnfj
+    const real t_a6r3n = t_iecaz * t_l5sev
         + t_gutx2 * (t_putjj * t_exl7n + (k_theta2 * t_exl7n + cz_theta2 * t_heeu4) - t_6rvst);
     const real t_vgkhr = t_ob75p * t_yhf7x + t_qy6do * t_3o3n4_2;
-    const real t_a6hho = cz_phi2 * (t_iecaz * t_yhf7x)
+    const real t_mvj62 = cz_phi2 * (t_iecaz * t_yhf7x)
         + t_b3dii * t_p2q3m
         - (cz_theta2 * (t_gutx2 * t_3o3n4_2) + t_lhj2f * t_exl7n)
         - (f_v1_L31 * t_vgkhr + f21_v1 * t_fdcpx);
     const real t_zjxcz = t_vgkhr * t_4v7es;
-    const real t_qqbc5 = t_iecaz * (t_mq26f * t_yhf7x)
+    const real t_ljhrd = t_iecaz * (t_mq26f * t_yhf7x)
         + t_gutx2 * (t_m2zpo * t_3o3n4_2)
         + (f_v1_L21 * t_vgkhr + f21_v1 * t_zjxcz);
-    const real t_4dolq = t_a6hho * t_omhw7 + t_le5ne * t_qqbc5;
-    const real t_ia4yq = t_4oupt * t_yhf7x
+    const real t_vxmix = t_mvj62 * t_omhw7 + t_le5ne * t_ljhrd;
+    const real t_ngt6z = t_4oupt * t_yhf7x
         + (k_phi2 * t_yhf7x + t_x5sl2 * t_xmpz3)
         + t_gifwv * (q[theta2_dot] * t_p2q3m - q[phi2_dot] * t_ikdxp_2);
     const real t_hzoyv = t_kyc32 * (q[theta2_dot] * t_exl7n + q[phi2_dot] * (t_3ndrr_2 + t_4j4b3 * t_senbd_2 - t_zozwp * t_senbd_2));
-    const real t_ea65b = t_iecaz * t_ia4yq
+    const real t_hlmay = t_iecaz * t_ngt6z
         - t_gutx2 * (t_putjj * t_3o3n4_2 + (k_theta2 * t_3o3n4_2 + cy_theta2 * t_heeu4) - t_hzoyv);
-    const real t_sjwc5 = t_u5ggi * t_zjxcz + f_v1_L21 * t_pdr2g - t_ea65b;
-    const real t_sff6p = t_u5ggi * t_fdcpx
-        + f_v1_L31 * t_pdr2g
-        + t_2wxqv
-        - (u_v1_y2 * t_4dolq + f_v1_L32 * t_sjwc5);
-    const real t_jwnel = t_iecaz * (t_e27s7 * t_p2q3m)
+    const real t_5ulmk = t_u5ggi * t_zjxcz + f_v1_L21 * t_shx7c - t_hlmay;
+    const real t_tyqxb = t_u5ggi * t_fdcpx
+        + f_v1_L31 * t_shx7c
+        + t_a6r3n
+        - (u_v1_y2 * t_vxmix + f_v1_L32 * t_5ulmk);
+    const real t_7pf5x = t_iecaz * (t_e27s7 * t_p2q3m)
         + t_gutx2 * (t_m3vig * t_exl7n)
-        + (f_v1_L32 * t_a6hho + t_g2uww * t_4dolq)
+        + (f_v1_L32 * t_mvj62 + t_g2uww * t_vxmix)
         + (f_v1_L31 * t_tzfxo + f31_v1 * t_fdcpx);
-    const real t_ldia7 = t_sff6p * t_qqmqs + t_wnugc * t_jwnel;
+    const real t_k3huk = t_tyqxb * t_qqmqs + t_wnugc * t_7pf5x;
     const real t_7u5ql = wq_2 * sin_theta2;
     const real t_vsg3m = t_xqgq3 * cos_theta2;
     const real t_duc43 = t_yoiua * t_vsg3m;
-    const real t_lvo6e = t_7u5ql - t_duc43;
+    const real t_jxofu = t_7u5ql - t_duc43;
     const real t_vvls5 = cos_theta2 * cos_theta2 - S_sq2;
     const real t_h4epw = t_yoiua * t_vvls5;
-    const real t_6nkan = t_sjwc5 * t_omhw7 + t_7cmd7 * t_qqbc5 - (u_v1_x3 * t_4dolq + f_v1_L32 * t_ldia7);
+    const real t_liqn7 = t_5ulmk * t_omhw7 + t_7cmd7 * t_ljhrd - (u_v1_x3 * t_vxmix + f_v1_L32 * t_k3huk);
     const real t_bynkl = tn11_2 * t_vsg3m;
     const real t_mw7e2 = t_iecaz * (q[wz] * t_p2q3m - q[wy] * t_yhf7x);
     const real t_bfpem = t_gutx2 * (q[wy] * t_3o3n4_2 + q[wz] * t_exl7n);
-    const real t_mlzhb = x_C * t_ldia7
+    const real t_jhour = x_C * t_k3huk
         + c[w1] * (gy_phi2 * t_mw7e2 + t_4jfys + (gy_theta2 * t_bfpem - t_7sygh));
     const real t_vasro = tn11_2 * t_vvls5;
-    const real t_hwd2a = x_C * t_6nkan
+    const real t_u6rvj = x_C * t_liqn7
         + c[w2] * (t_h3pge * t_bfpem + t_uoaiw - (gz_phi2 * t_mw7e2 - t_tzhlc));
     const real t_6coth = t_2fa7h - t_7u5ql;
-    const real t_kgzoh = t_pdr2g * t_4v7es
-        + (u_v1_x2 * t_zjxcz + f_v1_L21 * t_6nkan)
-        + (u_v1_x3 * t_fdcpx + f_v1_L31 * t_ldia7);
-    const real t_zp3gq = t_mnycb
-        + (K52 * t_ldia7 + G2_v1 * t_lvo6e)
-        - (G3_v1 * t_h4epw - t_hjmgb * t_6nkan)
-        + (a2_v1 * t_bynkl + K22 * t_mlzhb)
-        + (a3_v1 * t_vasro - K32 * t_hwd2a)
-        + (t_dyqoa * t_6coth + t_yz7e5 * t_kgzoh);
-    const real t_bw63z = sin_phi2 * t_p5vlz - cos_phi2 * t_q63w7;
-    const real t_ytdx7 = t_bw63z
-        + (t_6mmeb * t_ldia7 + G2_v1 * t_inhtz)
-        - (t_bl4f2 * t_6nkan + G3_v1 * t_i6twe)
-        + (a2_v1 * t_mejrc + t_b3aij * t_mlzhb)
-        - (a3_v1 * t_em5lf + t_zzymx * t_hwd2a);
-    const real t_3zklu = t_2m245 * t_kgzoh - t_ytdx7;
+    const real t_tmp7b = t_shx7c * t_4v7es
+        + (u_v1_x2 * t_zjxcz + f_v1_L21 * t_liqn7)
+        + (u_v1_x3 * t_fdcpx + f_v1_L31 * t_k3huk);
+    const real t_hx2t7 = t_kiqnd
+        + (K52 * t_k3huk + G2_v1 * t_jxofu)
+        - (G3_v1 * t_h4epw - t_hjmgb * t_liqn7)
+        + (a2_v1 * t_bynkl + K22 * t_jhour)
+        + (a3_v1 * t_vasro - K32 * t_u6rvj)
+        + (t_dyqoa * t_6coth + t_yz7e5 * t_tmp7b);
+    const real t_hjtld = sin_phi2 * t_3poda - cos_phi2 * t_q63w7;
+    const real t_3u5nb = t_hjtld
+        + (t_6mmeb * t_k3huk + G2_v1 * t_inhtz)
+        - (t_bl4f2 * t_liqn7 + G3_v1 * t_i6twe)
+        + (a2_v1 * t_mejrc + t_b3aij * t_jhour)
+        - (a3_v1 * t_em5lf + t_zzymx * t_u6rvj);
+    const real t_viiqv = t_2m245 * t_tmp7b - t_3u5nb;
     const real t_lq6gj = wq_2 * cos_theta2;
-    const real t_up5ji = t_lq6gj - t_h4epw;
-    const real t_g66ka = sin_theta2 * t_ermaq + t_oncjt;
-    const real t_ttm72 = t_g66ka + (cos_theta2 * t_iv3yz + t_ssvj3);
+    const real t_yuyqq = t_lq6gj - t_h4epw;
+    const real t_g66ka = sin_theta2 * t_iwdgv + t_oncjt;
+    const real t_2fkuq = t_g66ka + (cos_theta2 * t_5td2q + t_ssvj3);
     const real t_kjyuk = t_lq6gj + t_h3qlz;
-    const real t_t6uid = K53 * t_ldia7
-        + G2_v1 * t_up5ji
-        - t_ttm72
-        + (G3_v1 * t_duc43 - K63 * t_6nkan)
-        + (a2_v1 * t_vasro + K32 * t_mlzhb)
-        - (a3_v1 * t_bynkl + K33 * t_hwd2a)
-        - (t_dyqoa * t_kjyuk + K43 * t_kgzoh);
-    const real t_jvlfi = K11 * t_3zklu
-        - (q2_v1 * t_mejrc + t_b3aij * t_zp3gq)
-        - (t_zzymx * t_t6uid - q3_v1 * t_em5lf);
+    const real t_smu3f = K53 * t_k3huk
+        + G2_v1 * t_yuyqq
+        - t_2fkuq
+        + (G3_v1 * t_duc43 - K63 * t_liqn7)
+        + (a2_v1 * t_vasro + K32 * t_jhour)
+        - (a3_v1 * t_bynkl + K33 * t_u6rvj)
+        - (t_dyqoa * t_kjyuk + K43 * t_tmp7b);
+    const real t_gx5bt = K11 * t_viiqv
+        - (q2_v1 * t_mejrc + t_b3aij * t_hx2t7)
+        - (t_zzymx * t_smu3f - q3_v1 * t_em5lf);
     const real t_7leln = t_tqzpl * t_mejrc - t_r6alf * t_em5lf;
-    const real t_t3rgk = t_5a4ay * t_7leln
-        + PP_v1 * (t_i246m * t_3zklu + t_etuzz * t_zp3gq + t_uen3p * t_t6uid);
-    const real t_jonse = (SELECT0(m_il3ht, t_esqfa * (t_nlrbh * t_jvlfi - t_t3rgk) * t_q5kgs) - t_jvlfi) * t_phv5x
-        - t_gkayn * t_7leln;
-    const real t_jp6mx = t_zp3gq - (t_fa67e * t_mejrc + t_b3aij * t_jonse);
-    const real t_63uha = t_q2hfz * (t_cofwl * (t_jp6mx * t_y7rm6));
-    const real t_4kktk_4 = t_63uha * t_nwsjf;
-    const real t_skjh5_13 = t_cnhcl * (t_ee7r6 * t_4kktk_4);
-    const real t_4nx6p_13 = p[F] * (sin_t_s5hay * t_skjh5_13);
-    const real t_ecreo_13 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_13));
-    const real t_4khxq = t_t6uid - (t_zzymx * t_jonse - t_fa67e * t_em5lf);
-    const real t_npnte = t_4khxq * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_63uha * t_imn4h)));
-    const real t_cha6m_4 = t_xh4j2 * (t_o7qta * t_npnte) * t_gwbho;
-    const real t_lb2wi_13 = sin_t_7g2cn * t_4kktk_4;
-    const real t_da6qh_12 = cos_t_nxflg * t_cha6m_4;
-    const real t_k6zjx_12 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_13)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_12));
-    const real t_zua55_12 = SELECT(m_hlry2, SELECT0(m_trmto, -t_cha6m_4), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_12 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_12 = t_rila6 * (t_vr3uw * t_zua55_12);
-    const real t_ctppn_13 = sin_t_kl6tx * t_s6fxk_12;
-    const real t_3twxt = t_ecreo_13 - t_qhkro * t_ctppn_13 + t_bw63z;
+    const real t_m64dm = t_5a4ay * t_7leln
+        + PP_v1 * (t_i246m * t_viiqv + t_etuzz * t_hx2t7 + t_uen3p * t_smu3f);
+    const real t_67qqb = (SELECT0(m_il3ht, t_w4p3n * (t_nlrbh * t_gx5bt - t_m64dm) * t_q5kgs) - t_gx5bt) * t_phv5x
+        - t_6xjbo * t_7leln;
+    const real t_kxtsu = t_hx2t7 - (t_fa67e * t_mejrc + t_b3aij * t_67qqb);
+    const real t_ixscg = t_q2hfz * (t_5x4sb * (t_kxtsu * t_y7rm6));
+    const real t_7vxmt_4 = t_ixscg * t_nwsjf;
+    const real t_iubif_13 = t_bw2jd * (t_ee7r6 * t_7vxmt_4);
+    const real t_27ev7_13 = p[F] * (sin_t_s5hay * t_iubif_13);
+    const real t_wzmp3_13 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_13));
+    const real t_vmh3i = t_smu3f - (t_zzymx * t_67qqb - t_fa67e * t_em5lf);
+    const real t_unsjo = t_vmh3i * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_ixscg * t_imn4h)));
+    const real t_iijst_4 = t_q2hfz_2 * (t_2snz7 * t_unsjo) * t_bifdl;
+    const real t_rl5d3_13 = sin_t_7g2cn * t_7vxmt_4;
+    const real t_i7skh_13 = cos_t_finmd * t_iijst_4;
+    const real t_k6zjx_13 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_13)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_13));
+    const real t_7t7eb_13 = SELECT(m_hlry2, SELECT0(m_uklky, -t_iijst_4), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_13 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_13 = t_zrb6o * (t_vr3uw * t_7t7eb_13);
+    const real t_cxwzz_13 = sin_t_kl6tx * t_swjde_13;
+    const real t_xdfm7 = t_wzmp3_13 - t_zmkrd * t_cxwzz_13 + t_hjtld;
     const real t_hr7g5 = t_mejrc * t_bpfoo;
-    const real t_6dnpl_13 = p[F] * (cos_t_s5hay * t_skjh5_13);
-    const real t_jabep = SELECT0(m_el4yy, t_6dnpl_13) - t_mnycb + (t_6qzob * t_hr7g5 + t_w7lcw * t_3twxt);
+    const real t_ilple_13 = p[F] * (cos_t_s5hay * t_iubif_13);
+    const real t_jabep = SELECT0(m_el4yy, t_ilple_13) - t_kiqnd + (t_sfc5s * t_hr7g5 + t_w7lcw * t_xdfm7);
     const real t_2f7cs = t_bynkl - (t_w7lcw * t_mejrc + t_b3aij * t_hr7g5);
     const real t_w7urv = t_em5lf * t_bpfoo;
     const real t_zzxmw = t_vasro - (t_3go2w * t_mejrc - t_b3aij * t_w7urv);
-    const real t_pjlrg = t_zzxmw * t_4iujv - t_6yahm * t_2f7cs;
-    const real t_qbg3i_13 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_13));
-    const real t_2gr5i_13 = cos_t_kl6tx * t_s6fxk_12;
-    const real t_mvrqf_13 = t_qbg3i_13 + t_qhkro * t_2gr5i_13;
-    const real t_kbmac = t_3go2w * t_3twxt
-        - t_6qzob * t_w7urv
-        - (t_mvrqf_13 - t_ttm72)
-        - (t_dpn2x * t_pjlrg + K_L32 * t_jabep);
-    const real t_ejot4 = t_3go2w * t_em5lf
+    const real t_5245i = t_zzxmw * t_4iujv - t_6yahm * t_2f7cs;
+    const real t_ooljq_13 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_13));
+    const real t_lqx5z_13 = cos_t_kl6tx * t_swjde_13;
+    const real t_mvrqf_13 = t_ooljq_13 + t_zmkrd * t_lqx5z_13;
+    const real t_cc4cr = t_3go2w * t_xdfm7
+        - t_sfc5s * t_w7urv
+        - (t_mvrqf_13 - t_2fkuq)
+        - (t_dpn2x * t_5245i + K_L32 * t_jabep);
+    const real t_n7sqy = t_3go2w * t_em5lf
         + t_zzymx * t_w7urv
-        - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_pjlrg));
+        - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_5245i));
     const real t_hwhsw = t_6coth + t_xq4wt * t_mejrc;
     const real t_as4es = t_hwhsw * t_4iujv - t_2ngl5 * t_2f7cs;
-    const real t_xkdsr = t_kjyuk + (t_5wcj3 * t_zzxmw + t_2rbbr * t_as4es) + t_xq4wt * t_em5lf;
-    const real t_6azhi = t_xkdsr * t_zmh3u - t_ydwjl * t_ejot4;
-    const real t_o7iro = p[l2] * t_p5vlz;
-    const real t_44ssi = q_2 * t_ermaq;
-    const real t_dpzr2 = t_o7iro - t_44ssi;
+    const real t_kkkcc = t_kjyuk + (t_5wcj3 * t_zzxmw + t_2rbbr * t_as4es) + t_xq4wt * t_em5lf;
+    const real t_h3yhs = t_kkkcc * t_zmh3u - t_ydwjl * t_n7sqy;
+    const real t_ae7pr = p[l2] * t_3poda;
+    const real t_44ssi = q_2 * t_iwdgv;
+    const real t_a7wcu = t_ae7pr - t_44ssi;
     const real t_jke4d = wqg_2 * sin_theta2;
     const real t_jnyny = t_jke4d + t_4qb3w;
     const real t_jcxvb = wqg_2 * cos_theta2;
     const real t_yokvo = t_jcxvb - t_6pb2s;
-    const real t_shxu4_13 = p[F] * t_lb2wi_13;
-    const real t_tvmsg_13 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_13));
-    const real t_dfqts_12 = sin_t_nxflg * t_cha6m_4;
-    const real t_5exz2_2 = t_tvmsg_13 + SELECT0(m_trmto, t_p34e2 * t_dfqts_12) - (t_3zklu + K11 * t_jonse);
-    const real t_v4eqe_13 = p[F] * (cos_t_7g2cn * t_4kktk_4);
-    const real t_x4gog = SELECT0(m_el4yy, t_v4eqe_13) - t_jp6mx + (t_6onno * t_hr7g5 + t_w7lcw * t_5exz2_2);
-    const real t_3cp5h_12 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_13)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_12));
-    const real t_rirfz = t_3go2w * t_5exz2_2
-        - t_6onno * t_w7urv
-        - (t_3cp5h_12 + t_4khxq)
-        - (t_3fjjo * t_pjlrg + K_L32 * t_x4gog);
-    const real t_fi3ps = t_rirfz * t_zmh3u - t_me5rd * t_ejot4;
-    const real t_qafcl = t_x4gog * t_4iujv - t_7grn6 * t_2f7cs - (t_ydmyt * t_pjlrg + K_L32 * t_fi3ps);
-    const real t_pxcz5 = t_5exz2_2 * t_bpfoo
-        + (t_oxl2f * t_hr7g5 + t_w7lcw * t_qafcl)
-        + (t_3go2w * t_fi3ps - t_ydmyt * t_w7urv);
-    const real t_cgxsm_12 = t_ecreo_13 - t_qhkro_2 * t_ctppn_13 - (t_tvmsg_13 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_12));
-    const real t_ycqju_13 = t_6dnpl_13 - t_v4eqe_13;
-    const real t_cdm7w = SELECT0(m_el4yy, t_ycqju_13) + (t_g6mfs * t_hr7g5 + t_w7lcw * t_cgxsm_12);
-    const real t_pdzxe_13 = p[F] * t_k6zjx_12 - (t_qbg3i_13 + t_qhkro_2 * t_2gr5i_13);
+    const real t_shxu4_13 = p[F] * t_rl5d3_13;
+    const real t_tvmsg_13 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_13));
+    const real t_an7qj_13 = sin_t_finmd * t_iijst_4;
+    const real t_wb36h_2 = t_tvmsg_13 + SELECT0(m_uklky, t_p34e2 * t_an7qj_13) - (t_viiqv + K11 * t_67qqb);
+    const real t_7ofua_13 = p[F] * (cos_t_7g2cn * t_7vxmt_4);
+    const real t_soph5 = SELECT0(m_el4yy, t_7ofua_13) - t_kxtsu + (t_ron5c * t_hr7g5 + t_w7lcw * t_wb36h_2);
+    const real t_3cp5h_13 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_13)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_13));
+    const real t_hppow = t_3go2w * t_wb36h_2
+        - t_ron5c * t_w7urv
+        - (t_3cp5h_13 + t_vmh3i)
+        - (t_3fjjo * t_5245i + K_L32 * t_soph5);
+    const real t_z6qnn = t_hppow * t_zmh3u - t_grik6 * t_n7sqy;
+    const real t_blkrn = t_soph5 * t_4iujv - t_ey6wv * t_2f7cs - (t_ydmyt * t_5245i + K_L32 * t_z6qnn);
+    const real t_douhz = t_wb36h_2 * t_bpfoo
+        + (t_jaz4k * t_hr7g5 + t_w7lcw * t_blkrn)
+        + (t_3go2w * t_z6qnn - t_ydmyt * t_w7urv);
+    const real t_cgxsm_13 = t_wzmp3_13 - t_zmkrd_2 * t_cxwzz_13 - (t_tvmsg_13 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_13));
+    const real t_ycqju_13 = t_ilple_13 - t_7ofua_13;
+    const real t_cdm7w = SELECT0(m_el4yy, t_ycqju_13) + (t_ukbfi * t_hr7g5 + t_w7lcw * t_cgxsm_13);
+    const real t_pdzxe_13 = p[F] * t_k6zjx_13 - (t_ooljq_13 + t_zmkrd_2 * t_lqx5z_13);
     const real t_a764m = t_pdzxe_13
-        + (t_3go2w * t_cgxsm_12 - t_g6mfs * t_w7urv)
-        - (t_qbbkc * t_pjlrg + K_L32 * t_cdm7w);
-    const real t_evxzc = t_a764m * t_zmh3u - t_nki4x * t_ejot4;
-    const real t_avhtq = t_cdm7w * t_4iujv - t_igr3x * t_2f7cs - (t_lvdlo * t_pjlrg + K_L32 * t_evxzc);
-    const real t_4cyi5 = t_cgxsm_12 * t_bpfoo
-        + (t_prgks * t_hr7g5 + t_w7lcw * t_avhtq)
-        + (t_3go2w * t_evxzc - t_lvdlo * t_w7urv);
-    const real t_ywl23 = t_dpzr2
-        + (K54 * t_ldia7 + G2_v1 * t_jnyny)
-        + (G3_v1 * t_yokvo - K64 * t_6nkan)
-        - t_2m245 * t_jonse
-        - t_2m245 * t_pxcz5
-        - (a2_v1 * t_6coth + t_yz7e5 * t_mlzhb)
-        - (t_oxl2f * t_6coth + t_yz7e5 * t_qafcl)
-        + (a3_v1 * t_kjyuk - K43 * t_hwd2a)
-        + (t_ydmyt * t_kjyuk + K43 * t_fi3ps)
-        - K44 * t_kgzoh
-        - t_2m245 * t_4cyi5
-        - (t_prgks * t_6coth + t_yz7e5 * t_avhtq)
-        + (t_lvdlo * t_kjyuk + K43 * t_evxzc)
-        - t_dpzr2
-        + t_xq4wt * t_3twxt
+        + (t_3go2w * t_cgxsm_13 - t_ukbfi * t_w7urv)
+        - (t_qbbkc * t_5245i + K_L32 * t_cdm7w);
+    const real t_oleyw = t_a764m * t_zmh3u - t_n6whd * t_n7sqy;
+    const real t_ax7cl = t_cdm7w * t_4iujv - t_2ngl5_2 * t_2f7cs - (t_lvdlo * t_5245i + K_L32 * t_oleyw);
+    const real t_6et5f = t_cgxsm_13 * t_bpfoo
+        + (t_4zkth * t_hr7g5 + t_w7lcw * t_ax7cl)
+        + (t_3go2w * t_oleyw - t_lvdlo * t_w7urv);
+    const real t_xka2d = t_a7wcu
+        + (K54 * t_k3huk + G2_v1 * t_jnyny)
+        + (G3_v1 * t_yokvo - K64 * t_liqn7)
+        - t_2m245 * t_67qqb
+        - t_2m245 * t_douhz
+        - (a2_v1 * t_6coth + t_yz7e5 * t_jhour)
+        - (t_jaz4k * t_6coth + t_yz7e5 * t_blkrn)
+        + (a3_v1 * t_kjyuk - K43 * t_u6rvj)
+        + (t_ydmyt * t_kjyuk + K43 * t_z6qnn)
+        - K44 * t_tmp7b
+        - t_2m245 * t_6et5f
+        - (t_4zkth * t_6coth + t_yz7e5 * t_ax7cl)
+        + (t_lvdlo * t_kjyuk + K43 * t_oleyw)
+        - t_a7wcu
+        + t_xq4wt * t_xdfm7
         + (t_dpn2x * t_as4es + t_5wcj3 * t_jabep)
-        - (t_rugjk * t_6azhi + K_L43 * t_kbmac);
-    const real t_lgenm = t_5wcj3 * t_hwhsw + t_u3hss * t_as4es + (K_L43 * t_xkdsr + t_fqe33 * t_6azhi);
+        - (t_rugjk * t_h3yhs + K_L43 * t_cc4cr);
+    const real t_z36xo = t_5wcj3 * t_hwhsw + t_u3hss * t_as4es + (K_L43 * t_kkkcc + t_fqe33 * t_h3yhs);
     const real t_tcnjk = t_inhtz * t_bpfoo;
-    const real t_pekg2 = t_lvo6e - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
+    const real t_pekg2 = t_jxofu - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
     const real t_eq7ot = t_pekg2 * t_4iujv - t_hfybw * t_2f7cs;
-    const real t_vpjjs = t_up5ji
+    const real t_fbik5 = t_yuyqq
         - (K_L52 * t_zzxmw + t_2rbbr * t_eq7ot)
         - (t_zzymx * t_tcnjk - t_rujpm * t_em5lf);
-    const real t_bs6n5 = t_vpjjs * t_zmh3u - t_qe675 * t_ejot4;
-    const real t_u4quw = t_jnyny
+    const real t_otkxh = t_fbik5 * t_zmh3u - t_qe675 * t_n7sqy;
+    const real t_objih = t_jnyny
         + (K_L52 * t_hwhsw + t_u3hss * t_eq7ot)
-        - (K_L53 * t_xkdsr + t_fqe33 * t_bs6n5)
+        - (K_L53 * t_kkkcc + t_fqe33 * t_otkxh)
         - t_2m245 * t_tcnjk;
-    const real t_ry23j_2 = t_u4quw * t_lt2al + t_2e52m * t_lgenm;
-    const real t_qwkf6 = t_o7iro - e2 * t_iv3yz;
-    const real t_hcee7 = sin_theta2 * t_qwkf6 + t_wrhtu - t_44ssi + g_2 * t_r45ez;
+    const real t_edocq_2 = t_objih * t_lt2al + t_2e52m * t_z36xo;
+    const real t_cdcpd = t_ae7pr - e2 * t_5td2q;
+    const real t_67tyi = sin_theta2 * t_cdcpd + t_wrhtu - t_44ssi + g_2 * t_r45ez;
     const real t_mxd3p = tn44_2 * t_vsg3m;
     const real t_fsjsa = t_mxd3p - K(-2.0) * t_jke4d;
     const real t_jjfdv = t_jcxvb + tn44_2 * t_vvls5;
-    const real t_bngnz = t_hcee7
-        + (K55 * t_ldia7 + G2_v1 * t_fsjsa)
-        + (G3_v1 * t_jjfdv - K65 * t_6nkan)
-        - (t_fa67e * t_inhtz + t_6mmeb * t_jonse)
-        - (t_zw255 * t_inhtz + t_6mmeb * t_pxcz5)
-        + (a2_v1 * t_lvo6e + K52 * t_mlzhb)
-        + (t_oxl2f * t_lvo6e + K52 * t_qafcl)
-        + (a3_v1 * t_up5ji - K53 * t_hwd2a)
-        + (t_ydmyt * t_up5ji + K53 * t_fi3ps)
-        - (t_dyqoa * t_jnyny + K54 * t_kgzoh)
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_13)
-        - (t_yurpy * t_inhtz + t_6mmeb * t_4cyi5)
-        + (t_prgks * t_lvo6e + K52 * t_avhtq)
-        + (t_lvdlo * t_up5ji + K53 * t_evxzc)
+    const real t_nhxni = t_67tyi
+        + (K55 * t_k3huk + G2_v1 * t_fsjsa)
+        + (G3_v1 * t_jjfdv - K65 * t_liqn7)
+        - (t_fa67e * t_inhtz + t_6mmeb * t_67qqb)
+        - (t_q5ya6 * t_inhtz + t_6mmeb * t_douhz)
+        + (a2_v1 * t_jxofu + K52 * t_jhour)
+        + (t_jaz4k * t_jxofu + K52 * t_blkrn)
+        + (a3_v1 * t_yuyqq - K53 * t_u6rvj)
+        + (t_ydmyt * t_yuyqq + K53 * t_z6qnn)
+        - (t_dyqoa * t_jnyny + K54 * t_tmp7b)
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_13)
+        - (t_vrqgs * t_inhtz + t_6mmeb * t_6et5f)
+        + (t_4zkth * t_jxofu + K52 * t_ax7cl)
+        + (t_lvdlo * t_yuyqq + K53 * t_oleyw)
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_13)
-        - t_hcee7
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_13))
-        + (t_6qzob * t_tcnjk + t_rujpm * t_3twxt)
+        - t_67tyi
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_13))
+        + (t_sfc5s * t_tcnjk + t_rujpm * t_xdfm7)
         - (t_dpn2x * t_eq7ot + K_L52 * t_jabep)
-        - (t_rugjk * t_bs6n5 + K_L53 * t_kbmac)
-        - (t_pdops * t_ry23j_2 + K_L54 * t_ywl23);
-    const real t_5vsxa = t_fsjsa
+        - (t_rugjk * t_otkxh + K_L53 * t_cc4cr)
+        - (t_6opev * t_edocq_2 + K_L54 * t_xka2d);
+    const real t_rr7bu = t_fsjsa
         - (K_L52 * t_pekg2 + t_xqwvu * t_eq7ot)
-        - (K_L53 * t_vpjjs + t_kjv32 * t_bs6n5)
-        - (K_L54 * t_u4quw + t_svz2s * t_ry23j_2)
+        - (K_L53 * t_fbik5 + t_kjv32 * t_otkxh)
+        - (K_L54 * t_objih + t_svz2s * t_edocq_2)
         - (t_rujpm * t_inhtz + t_6mmeb * t_tcnjk);
     const real t_kpfwr = t_i6twe * t_bpfoo;
-    const real t_f75xd = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
-    const real t_q22up = t_f75xd * t_4iujv - t_2ngl5_2 * t_2f7cs;
-    const real t_7neye = t_duc43
-        + (t_gz422 * t_zzxmw + t_2rbbr * t_q22up)
+    const real t_mgkky = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
+    const real t_utidn = t_mgkky * t_4iujv - t_2ngl5_3 * t_2f7cs;
+    const real t_abaq3 = t_duc43
+        + (t_gz422 * t_zzxmw + t_2rbbr * t_utidn)
         + (t_pgxzp * t_em5lf + t_zzymx * t_kpfwr);
-    const real t_5sngg = t_7neye * t_zmh3u - t_kpf5p * t_ejot4;
-    const real t_lq2wk = t_yokvo
-        - (t_gz422 * t_hwhsw + t_u3hss * t_q22up)
-        - (K_L63 * t_xkdsr + t_fqe33 * t_5sngg)
+    const real t_dfbbm = t_abaq3 * t_zmh3u - t_kpf5p * t_n7sqy;
+    const real t_ip4wi = t_yokvo
+        - (t_gz422 * t_hwhsw + t_u3hss * t_utidn)
+        - (K_L63 * t_kkkcc + t_fqe33 * t_dfbbm)
         + t_2m245 * t_kpfwr;
-    const real t_lgeqh_2 = t_lq2wk * t_lt2al + t_wurun * t_lgenm;
-    const real t_abuqp = t_jjfdv
-        + (t_gz422 * t_pekg2 + t_xqwvu * t_q22up)
-        - (K_L63 * t_vpjjs + t_kjv32 * t_5sngg)
-        - (K_L64 * t_u4quw + t_svz2s * t_lgeqh_2)
+    const real t_notmf_2 = t_ip4wi * t_lt2al + t_wurun * t_z36xo;
+    const real t_z7sm5 = t_jjfdv
+        + (t_gz422 * t_pekg2 + t_xqwvu * t_utidn)
+        - (K_L63 * t_fbik5 + t_kjv32 * t_dfbbm)
+        - (K_L64 * t_objih + t_svz2s * t_notmf_2)
         - (t_pgxzp * t_inhtz - t_6mmeb * t_kpfwr);
-    const real t_6zncw = t_abuqp * t_ftqxb - t_dzxqu * t_5vsxa;
-    const real t_xkaur = cos_theta2 * t_qwkf6 - t_n4l7v - g_2 * t_g66ka;
-    const real t_hdo6k = t_lwe76 * t_3cp5h_12
-        - t_xkaur
-        - (K65 * t_ldia7 + G2_v1 * t_jjfdv)
-        + (K66 * t_6nkan + G3_v1 * t_mxd3p)
-        + (t_bl4f2 * t_jonse - t_fa67e * t_i6twe)
-        + (t_bl4f2 * t_pxcz5 - t_zw255 * t_i6twe)
-        + (a2_v1 * t_h4epw + t_hjmgb * t_mlzhb)
-        + (t_oxl2f * t_h4epw + t_hjmgb * t_qafcl)
-        - (a3_v1 * t_duc43 - K63 * t_hwd2a)
-        - (t_ydmyt * t_duc43 + K63 * t_fi3ps)
-        + (t_dyqoa * t_yokvo + K64 * t_kgzoh)
+    const real t_a3dww = t_z7sm5 * t_ftqxb - t_dzxqu * t_rr7bu;
+    const real t_rzicu = cos_theta2 * t_cdcpd - t_n4l7v - g_2 * t_g66ka;
+    const real t_hzavx = t_lwe76 * t_3cp5h_13
+        - t_rzicu
+        - (K65 * t_k3huk + G2_v1 * t_jjfdv)
+        + (K66 * t_liqn7 + G3_v1 * t_mxd3p)
+        + (t_bl4f2 * t_67qqb - t_fa67e * t_i6twe)
+        + (t_bl4f2 * t_douhz - t_q5ya6 * t_i6twe)
+        + (a2_v1 * t_h4epw + t_hjmgb * t_jhour)
+        + (t_jaz4k * t_h4epw + t_hjmgb * t_blkrn)
+        - (a3_v1 * t_duc43 - K63 * t_u6rvj)
+        - (t_ydmyt * t_duc43 + K63 * t_z6qnn)
+        + (t_dyqoa * t_yokvo + K64 * t_tmp7b)
         - t_lwe76 * t_pdzxe_13
-        + (t_bl4f2 * t_4cyi5 - t_yurpy * t_i6twe)
-        + (t_prgks * t_h4epw + t_hjmgb * t_avhtq)
-        - (t_lvdlo * t_duc43 + K63 * t_evxzc)
-        + t_xkaur;
-    const real t_ijtcw = t_lwe76 * t_mvrqf_13
-        - t_hdo6k
-        + (t_pgxzp * t_3twxt - t_6qzob * t_kpfwr)
-        + (t_dpn2x * t_q22up + t_gz422 * t_jabep)
-        - (t_rugjk * t_5sngg + K_L63 * t_kbmac)
-        - (t_pdops * t_lgeqh_2 + K_L64 * t_ywl23)
-        - (t_rsvtq * t_6zncw + K_L65 * t_bngnz);
-    const real t_i3yg3 = t_mxd3p
-        + (t_gz422 * t_f75xd + t_jc3gv * t_q22up)
-        + (K_L63 * t_7neye + t_iyghn * t_5sngg)
-        + (K_L64 * t_lq2wk + t_vjpw3 * t_lgeqh_2)
-        + (K_L65 * t_abuqp + t_xds3k * t_6zncw);
-    const real t_aj43a = t_ijtcw * t_nfkwa - t_kr5ep * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_i3yg3);
-    const real t_evvhx = t_bngnz * t_ftqxb - t_hzn6p * t_5vsxa - (t_rjhb3 * t_6zncw + K_L65 * t_aj43a);
-    const real t_lje4e = t_ywl23 * t_lt2al
-        + t_tcrx3 * t_lgenm
-        - (t_6outz * t_ry23j_2 + K_L54 * t_evvhx)
-        - (t_rjhb3 * t_lgeqh_2 + K_L64 * t_aj43a);
-    const real t_qav4u = t_kbmac * t_zmh3u
-        - t_qty3w * t_ejot4
-        - (t_ywr4i * t_6azhi + K_L43 * t_lje4e)
-        - (t_6outz * t_bs6n5 + K_L53 * t_evvhx)
-        - (t_rjhb3 * t_5sngg + K_L63 * t_aj43a);
-    const real t_dodc3 = t_jabep * t_4iujv
+        + (t_bl4f2 * t_6et5f - t_vrqgs * t_i6twe)
+        + (t_4zkth * t_h4epw + t_hjmgb * t_ax7cl)
+        - (t_lvdlo * t_duc43 + K63 * t_oleyw)
+        + t_rzicu;
+    const real t_ipmo7 = t_lwe76 * t_mvrqf_13
+        - t_hzavx
+        + (t_pgxzp * t_xdfm7 - t_sfc5s * t_kpfwr)
+        + (t_dpn2x * t_utidn + t_gz422 * t_jabep)
+        - (t_rugjk * t_dfbbm + K_L63 * t_cc4cr)
+        - (t_6opev * t_notmf_2 + K_L64 * t_xka2d)
+        - (t_f6bdh * t_a3dww + K_L65 * t_nhxni);
+    const real t_nkcl5 = t_mxd3p
+        + (t_gz422 * t_mgkky + t_dzmcy * t_utidn)
+        + (K_L63 * t_abaq3 + t_iyghn * t_dfbbm)
+        + (K_L64 * t_ip4wi + t_vjpw3 * t_notmf_2)
+        + (K_L65 * t_z7sm5 + t_3np5y * t_a3dww);
+    const real t_syjue = t_ipmo7 * t_nfkwa - t_xzdnc * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_nkcl5);
+    const real t_rvw6a = t_nhxni * t_ftqxb - t_sflvv * t_rr7bu - (t_2uqac * t_a3dww + K_L65 * t_syjue);
+    const real t_ejwzg = t_xka2d * t_lt2al
+        + t_7d2ur * t_z36xo
+        - (t_tuxen * t_edocq_2 + K_L54 * t_rvw6a)
+        - (t_2uqac * t_notmf_2 + K_L64 * t_syjue);
+    const real t_2lqg5 = t_cc4cr * t_zmh3u
+        - t_qty3w * t_n7sqy
+        - (t_4i5kl * t_h3yhs + K_L43 * t_ejwzg)
+        - (t_tuxen * t_otkxh + K_L53 * t_rvw6a)
+        - (t_2uqac * t_dfbbm + K_L63 * t_syjue);
+    const real t_yjloj = t_jabep * t_4iujv
         - t_me7eb * t_2f7cs
-        - (t_5sglq * t_pjlrg + K_L32 * t_qav4u)
-        + (t_ywr4i * t_as4es + t_5wcj3 * t_lje4e)
-        - (t_6outz * t_eq7ot + K_L52 * t_evvhx)
-        + (t_rjhb3 * t_q22up + t_gz422 * t_aj43a);
-    const real t_skp2t = t_3twxt * t_bpfoo
-        + (t_4xz5v * t_hr7g5 + t_w7lcw * t_dodc3)
-        + (t_3go2w * t_qav4u - t_5sglq * t_w7urv)
-        + t_xq4wt * t_lje4e
-        + (t_6outz * t_tcnjk + t_rujpm * t_evvhx)
-        + (t_pgxzp * t_aj43a - t_rjhb3 * t_kpfwr);
+        - (t_h4uvc * t_5245i + K_L32 * t_2lqg5)
+        + (t_4i5kl * t_as4es + t_5wcj3 * t_ejwzg)
+        - (t_tuxen * t_eq7ot + K_L52 * t_rvw6a)
+        + (t_2uqac * t_utidn + t_gz422 * t_syjue);
+    const real t_gs6kq = t_xdfm7 * t_bpfoo
+        + (t_ykhgf * t_hr7g5 + t_w7lcw * t_yjloj)
+        + (t_3go2w * t_2lqg5 - t_h4uvc * t_w7urv)
+        + t_xq4wt * t_ejwzg
+        + (t_tuxen * t_tcnjk + t_rujpm * t_rvw6a)
+        + (t_pgxzp * t_syjue - t_2uqac * t_kpfwr);
     const real t_tnr24 = t_5jodw + t_5jodw;
     const real t_jdg2n = q[theta1_dot] * t_tnr24;
     const real t_x3csu = t_h5pol + t_h5pol;
@@ -5382,11 +5382,11 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_ihkkq = t_mj52b * (t_qesxo * p[eps1] + (cdy_phi1 * D1 + t_o2gar * t_m5cmg))
         - t_ez7bq * (cy_theta1 * t_jdg2n + cy_theta1 * t_xqxwn - t_iomfo * t_3gwm2);
     const real t_rntqj = f_v1_L21 * t_b42ki + t_ihkkq;
-    const real t_gl7eg = t_mj52b * (cz_phi1 * p[eps1] - (cdz_phi1 * D1 - t_o2gar * t_nmcsn))
+    const real t_j4pnc = t_mj52b * (cz_phi1 * p[eps1] - (cdz_phi1 * D1 - t_o2gar * t_nmcsn))
         + t_ez7bq * (cz_theta1 * t_jdg2n + cz_theta1 * t_xqxwn - t_iomfo * t_eu2fe)
         - f_v1_L31 * t_b42ki
         + f_v1_L32 * t_rntqj;
-    const real t_ysfoj = t_gl7eg * t_qqmqs;
+    const real t_gaqn2 = t_j4pnc * t_qqmqs;
     const real t_nxx6u = t_q2k45 + t_q2k45;
     const real t_qkxuz = th_1 * (p[I1] * t_nxx6u);
     const real t_sjukx = cos_theta1 * t_qkxuz;
@@ -5394,166 +5394,166 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_5skfg = k1 * p[eps1];
     const real t_xryeg = sin_phi1 * t_2r2yl + cos_phi1 * t_5skfg;
     const real t_7yepl = t_sjukx + sin_theta1 * t_xryeg;
-    const real t_wgz2n = t_rntqj * t_omhw7 + f_v1_L32 * t_ysfoj;
+    const real t_hvv3x = t_rntqj * t_omhw7 + f_v1_L32 * t_gaqn2;
     const real t_bvfgt = t_mj52b * D1;
-    const real t_4b62f = x_C * t_ysfoj + c[w1] * (gy_phi1 * t_bvfgt);
-    const real t_glsci = x_C * t_wgz2n + c[w2] * (gz_phi1 * t_bvfgt);
-    const real t_r3pub = f_v1_L31 * t_ysfoj - (t_b42ki * t_4v7es + f_v1_L21 * t_wgz2n);
-    const real t_vqhiw = K52 * t_ysfoj
+    const real t_njrtb = x_C * t_gaqn2 + c[w1] * (gy_phi1 * t_bvfgt);
+    const real t_hfu5v = x_C * t_hvv3x + c[w2] * (gz_phi1 * t_bvfgt);
+    const real t_dcv4z = f_v1_L31 * t_gaqn2 - (t_b42ki * t_4v7es + f_v1_L21 * t_hvv3x);
+    const real t_ucjct = K52 * t_gaqn2
         - t_7yepl
-        - t_hjmgb * t_wgz2n
-        + K22 * t_4b62f
-        + K32 * t_glsci
-        + t_yz7e5 * t_r3pub;
+        - t_hjmgb * t_hvv3x
+        + K22 * t_njrtb
+        + K32 * t_hfu5v
+        + t_yz7e5 * t_dcv4z;
     const real t_py77n = sin_phi1 * t_5skfg - cos_phi1 * t_2r2yl;
-    const real t_aoyhk = t_py77n
-        + t_6mmeb * t_ysfoj
-        + t_bl4f2 * t_wgz2n
-        + t_b3aij * t_4b62f
-        + t_zzymx * t_glsci;
-    const real t_4dboc = t_2m245 * t_r3pub - t_aoyhk;
+    const real t_zybjm = t_py77n
+        + t_6mmeb * t_gaqn2
+        + t_bl4f2 * t_hvv3x
+        + t_b3aij * t_njrtb
+        + t_zzymx * t_hfu5v;
+    const real t_j57g4 = t_2m245 * t_dcv4z - t_zybjm;
     const real t_3j3sr = sin_theta1 * t_qkxuz;
     const real t_kvrf6 = t_3j3sr - cos_theta1 * t_xryeg;
-    const real t_fwplb = t_kvrf6
-        + K53 * t_ysfoj
-        + K63 * t_wgz2n
-        + K32 * t_4b62f
-        + K33 * t_glsci
-        - K43 * t_r3pub;
-    const real t_vjasm = K11 * t_4dboc - t_b3aij * t_vqhiw - t_zzymx * t_fwplb;
-    const real t_orljz = t_nlrbh * t_vjasm
-        - PP_v1 * (t_i246m * t_4dboc + t_etuzz * t_vqhiw + t_uen3p * t_fwplb);
-    const real t_e5afk = (SELECT0(m_il3ht, t_esqfa * t_orljz * t_q5kgs) - t_vjasm) * t_phv5x;
-    const real t_npgc5 = t_vqhiw - t_b3aij * t_e5afk;
-    const real t_2rq2u = t_q2hfz * (t_cofwl * (t_npgc5 * t_y7rm6));
-    const real t_yabq5_10 = t_2rq2u * t_nwsjf;
-    const real t_skjh5_14 = t_cnhcl * (t_ee7r6 * t_yabq5_10);
-    const real t_4nx6p_14 = p[F] * (sin_t_s5hay * t_skjh5_14);
-    const real t_ecreo_14 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_14));
-    const real t_tpqqk = t_fwplb - t_zzymx * t_e5afk;
-    const real t_i7vop = t_tpqqk * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_2rq2u * t_imn4h)));
-    const real t_3t4m7_9 = t_xh4j2 * (t_o7qta * t_i7vop) * t_gwbho;
-    const real t_lb2wi_14 = sin_t_7g2cn * t_yabq5_10;
-    const real t_da6qh_13 = cos_t_nxflg * t_3t4m7_9;
-    const real t_k6zjx_13 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_14)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_13));
-    const real t_zua55_13 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7_9), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_13 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_13 = t_rila6 * (t_vr3uw * t_zua55_13);
-    const real t_ctppn_14 = sin_t_kl6tx * t_s6fxk_13;
-    const real t_djwjp = t_ecreo_14 - t_qhkro * t_ctppn_14 + t_py77n;
-    const real t_6dnpl_14 = p[F] * (cos_t_s5hay * t_skjh5_14);
-    const real t_npksr = SELECT0(m_el4yy, t_6dnpl_14) + t_7yepl + t_w7lcw * t_djwjp;
-    const real t_qbg3i_14 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_14));
-    const real t_2gr5i_14 = cos_t_kl6tx * t_s6fxk_13;
-    const real t_mvrqf_14 = t_qbg3i_14 + t_qhkro * t_2gr5i_14;
-    const real t_te3xh = t_3go2w * t_djwjp - (t_mvrqf_14 + t_kvrf6) - K_L32 * t_npksr;
+    const real t_3bvjd = t_kvrf6
+        + K53 * t_gaqn2
+        + K63 * t_hvv3x
+        + K32 * t_njrtb
+        + K33 * t_hfu5v
+        - K43 * t_dcv4z;
+    const real t_sgto3 = K11 * t_j57g4 - t_b3aij * t_ucjct - t_zzymx * t_3bvjd;
+    const real t_ywbof = t_nlrbh * t_sgto3
+        - PP_v1 * (t_i246m * t_j57g4 + t_etuzz * t_ucjct + t_uen3p * t_3bvjd);
+    const real t_3e5wk_2 = (SELECT0(m_il3ht, t_w4p3n * t_ywbof * t_q5kgs) - t_sgto3) * t_phv5x;
+    const real t_ktnqz = t_ucjct - t_b3aij * t_3e5wk_2;
+    const real t_phufc_2 = t_q2hfz * (t_5x4sb * (t_ktnqz * t_y7rm6));
+    const real t_oesw4_10 = t_phufc_2 * t_nwsjf;
+    const real t_iubif_14 = t_bw2jd * (t_ee7r6 * t_oesw4_10);
+    const real t_27ev7_14 = p[F] * (sin_t_s5hay * t_iubif_14);
+    const real t_wzmp3_14 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_14));
+    const real t_zfb75 = t_3bvjd - t_zzymx * t_3e5wk_2;
+    const real t_iqffg_2 = t_zfb75 * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_phufc_2 * t_imn4h)));
+    const real t_6llfx_10 = t_q2hfz_2 * (t_2snz7 * t_iqffg_2) * t_bifdl;
+    const real t_rl5d3_14 = sin_t_7g2cn * t_oesw4_10;
+    const real t_i7skh_14 = cos_t_finmd * t_6llfx_10;
+    const real t_k6zjx_14 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_14)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_14));
+    const real t_7t7eb_14 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_10), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_14 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_14 = t_zrb6o * (t_vr3uw * t_7t7eb_14);
+    const real t_cxwzz_14 = sin_t_kl6tx * t_swjde_14;
+    const real t_djwjp = t_wzmp3_14 - t_zmkrd * t_cxwzz_14 + t_py77n;
+    const real t_ilple_14 = p[F] * (cos_t_s5hay * t_iubif_14);
+    const real t_npksr = SELECT0(m_el4yy, t_ilple_14) + t_7yepl + t_w7lcw * t_djwjp;
+    const real t_ooljq_14 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_14));
+    const real t_lqx5z_14 = cos_t_kl6tx * t_swjde_14;
+    const real t_mvrqf_14 = t_ooljq_14 + t_zmkrd * t_lqx5z_14;
+    const real t_nd3tx = t_3go2w * t_djwjp - (t_mvrqf_14 + t_kvrf6) - K_L32 * t_npksr;
     const real t_2g7bi = p[l1] * t_5skfg;
     const real t_t262i = q_1 * t_qkxuz;
     const real t_fbgrz = t_2g7bi + t_t262i - p[eps1];
-    const real t_shxu4_14 = p[F] * t_lb2wi_14;
-    const real t_tvmsg_14 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_14));
-    const real t_dfqts_13 = sin_t_nxflg * t_3t4m7_9;
-    const real t_76c6m = t_tvmsg_14 + SELECT0(m_trmto, t_p34e2 * t_dfqts_13) - (t_4dboc + K11 * t_e5afk);
-    const real t_v4eqe_14 = p[F] * (cos_t_7g2cn * t_yabq5_10);
-    const real t_xxl43 = SELECT0(m_el4yy, t_v4eqe_14) - t_npgc5 + t_w7lcw * t_76c6m;
-    const real t_3cp5h_13 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_14)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_13));
-    const real t_hmsp4 = (t_3go2w * t_76c6m - (t_3cp5h_13 + t_tpqqk) - K_L32 * t_xxl43) * t_zmh3u;
-    const real t_hm7tw_9 = t_xxl43 * t_4iujv - K_L32 * t_hmsp4;
-    const real t_2dgzg = t_76c6m * t_bpfoo + t_w7lcw * t_hm7tw_9 + t_3go2w * t_hmsp4;
-    const real t_cgxsm_13 = t_ecreo_14 - t_qhkro_2 * t_ctppn_14 - (t_tvmsg_14 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_13));
-    const real t_ycqju_14 = t_6dnpl_14 - t_v4eqe_14;
-    const real t_4w3t6_10 = SELECT0(m_el4yy, t_ycqju_14) + t_w7lcw * t_cgxsm_13;
-    const real t_pdzxe_14 = p[F] * t_k6zjx_13 - (t_qbg3i_14 + t_qhkro_2 * t_2gr5i_14);
-    const real t_tuq22_10 = (t_pdzxe_14 + t_3go2w * t_cgxsm_13 - K_L32 * t_4w3t6_10) * t_zmh3u;
-    const real t_54x6k_10 = t_4w3t6_10 * t_4iujv - K_L32 * t_tuq22_10;
-    const real t_mtv6d_10 = t_cgxsm_13 * t_bpfoo + t_w7lcw * t_54x6k_10 + t_3go2w * t_tuq22_10;
-    const real t_cpdj6 = t_fbgrz
-        + K54 * t_ysfoj
-        + K64 * t_wgz2n
-        - t_2m245 * t_e5afk
-        - t_2m245 * t_2dgzg
-        - t_yz7e5 * t_4b62f
-        - t_yz7e5 * t_hm7tw_9
-        + K43 * t_glsci
-        + K43 * t_hmsp4
-        - K44 * t_r3pub
-        - t_2m245 * t_mtv6d_10
-        - t_yz7e5 * t_54x6k_10
+    const real t_shxu4_14 = p[F] * t_rl5d3_14;
+    const real t_tvmsg_14 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_14));
+    const real t_an7qj_14 = sin_t_finmd * t_6llfx_10;
+    const real t_abffh_2 = t_tvmsg_14 + SELECT0(m_uklky, t_p34e2 * t_an7qj_14) - (t_j57g4 + K11 * t_3e5wk_2);
+    const real t_7ofua_14 = p[F] * (cos_t_7g2cn * t_oesw4_10);
+    const real t_p7b4z_2 = SELECT0(m_el4yy, t_7ofua_14) - t_ktnqz + t_w7lcw * t_abffh_2;
+    const real t_3cp5h_14 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_14)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_14));
+    const real t_j53ny_2 = (t_3go2w * t_abffh_2 - (t_3cp5h_14 + t_zfb75) - K_L32 * t_p7b4z_2) * t_zmh3u;
+    const real t_2xwyg_10 = t_p7b4z_2 * t_4iujv - K_L32 * t_j53ny_2;
+    const real t_vevi4_4 = t_abffh_2 * t_bpfoo + t_w7lcw * t_2xwyg_10 + t_3go2w * t_j53ny_2;
+    const real t_cgxsm_14 = t_wzmp3_14 - t_zmkrd_2 * t_cxwzz_14 - (t_tvmsg_14 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_14));
+    const real t_ycqju_14 = t_ilple_14 - t_7ofua_14;
+    const real t_4w3t6_10 = SELECT0(m_el4yy, t_ycqju_14) + t_w7lcw * t_cgxsm_14;
+    const real t_pdzxe_14 = p[F] * t_k6zjx_14 - (t_ooljq_14 + t_zmkrd_2 * t_lqx5z_14);
+    const real t_tuq22_10 = (t_pdzxe_14 + t_3go2w * t_cgxsm_14 - K_L32 * t_4w3t6_10) * t_zmh3u;
+    const real t_s7pal_10 = t_4w3t6_10 * t_4iujv - K_L32 * t_tuq22_10;
+    const real t_cyfhb_10 = t_cgxsm_14 * t_bpfoo + t_w7lcw * t_s7pal_10 + t_3go2w * t_tuq22_10;
+    const real t_i3zk6 = t_fbgrz
+        + K54 * t_gaqn2
+        + K64 * t_hvv3x
+        - t_2m245 * t_3e5wk_2
+        - t_2m245 * t_vevi4_4
+        - t_yz7e5 * t_njrtb
+        - t_yz7e5 * t_2xwyg_10
+        + K43 * t_hfu5v
+        + K43 * t_j53ny_2
+        - K44 * t_dcv4z
+        - t_2m245 * t_cyfhb_10
+        - t_yz7e5 * t_s7pal_10
         + K43 * t_tuq22_10
         - t_fbgrz
         + t_xq4wt * t_djwjp
         + t_5wcj3 * t_npksr
-        - K_L43 * t_te3xh;
+        - K_L43 * t_nd3tx;
     const real t_jczf2 = t_2g7bi - e1 * t_xryeg;
     const real t_cs5mc = q[wy] * p[I1];
     const real t_yqv2h = sin_theta1 * t_jczf2 + t_t262i - t_cs5mc - g_1 * t_sjukx;
-    const real t_zdmlk = t_yqv2h
-        + K55 * t_ysfoj
-        + K65 * t_wgz2n
-        - t_6mmeb * t_e5afk
-        - t_6mmeb * t_2dgzg
-        + K52 * t_4b62f
-        + K52 * t_hm7tw_9
-        + K53 * t_glsci
-        + K53 * t_hmsp4
-        - K54 * t_r3pub
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_14)
-        - t_6mmeb * t_mtv6d_10
-        + K52 * t_54x6k_10
+    const real t_5ezql = t_yqv2h
+        + K55 * t_gaqn2
+        + K65 * t_hvv3x
+        - t_6mmeb * t_3e5wk_2
+        - t_6mmeb * t_vevi4_4
+        + K52 * t_njrtb
+        + K52 * t_2xwyg_10
+        + K53 * t_hfu5v
+        + K53 * t_j53ny_2
+        - K54 * t_dcv4z
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_14)
+        - t_6mmeb * t_cyfhb_10
+        + K52 * t_s7pal_10
         + K53 * t_tuq22_10
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_14)
         - t_yqv2h
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_14))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_14))
         + t_rujpm * t_djwjp
         - K_L52 * t_npksr
-        - K_L53 * t_te3xh
-        - K_L54 * t_cpdj6;
+        - K_L53 * t_nd3tx
+        - K_L54 * t_i3zk6;
     const real t_seul2 = cos_theta1 * t_jczf2 + g_1 * t_3j3sr - q[wz] * p[I1];
-    const real t_kko7w = t_lwe76 * t_3cp5h_13
+    const real t_hnshz = t_lwe76 * t_3cp5h_14
         - t_seul2
-        - K65 * t_ysfoj
-        - K66 * t_wgz2n
-        + t_bl4f2 * t_e5afk
-        + t_bl4f2 * t_2dgzg
-        + t_hjmgb * t_4b62f
-        + t_hjmgb * t_hm7tw_9
-        - K63 * t_glsci
-        - K63 * t_hmsp4
-        + K64 * t_r3pub
+        - K65 * t_gaqn2
+        - K66 * t_hvv3x
+        + t_bl4f2 * t_3e5wk_2
+        + t_bl4f2 * t_vevi4_4
+        + t_hjmgb * t_njrtb
+        + t_hjmgb * t_2xwyg_10
+        - K63 * t_hfu5v
+        - K63 * t_j53ny_2
+        + K64 * t_dcv4z
         - t_lwe76 * t_pdzxe_14
-        + t_bl4f2 * t_mtv6d_10
-        + t_hjmgb * t_54x6k_10
+        + t_bl4f2 * t_cyfhb_10
+        + t_hjmgb * t_s7pal_10
         - K63 * t_tuq22_10
         + t_seul2;
-    const real t_qoz77 = t_lwe76 * t_mvrqf_14
-        - t_kko7w
+    const real t_edum6 = t_lwe76 * t_mvrqf_14
+        - t_hnshz
         + t_pgxzp * t_djwjp
         + t_gz422 * t_npksr
-        - K_L63 * t_te3xh
-        - K_L64 * t_cpdj6
-        - K_L65 * t_zdmlk;
-    const real t_7c7lp = t_qoz77 * t_nfkwa;
-    const real t_zntvo = t_zdmlk * t_ftqxb - K_L65 * t_7c7lp;
-    const real t_mhmpn = t_cpdj6 * t_lt2al - K_L54 * t_zntvo - K_L64 * t_7c7lp;
-    const real t_ftgbv = t_te3xh * t_zmh3u - K_L43 * t_mhmpn - K_L53 * t_zntvo - K_L63 * t_7c7lp;
-    const real t_5gqzo = t_npksr * t_4iujv
-        - K_L32 * t_ftgbv
-        + t_5wcj3 * t_mhmpn
-        - K_L52 * t_zntvo
-        + t_gz422 * t_7c7lp;
-    const real t_vaddd = t_djwjp * t_bpfoo
-        + t_w7lcw * t_5gqzo
-        + t_3go2w * t_ftgbv
-        + t_xq4wt * t_mhmpn
-        + t_rujpm * t_zntvo
-        + t_pgxzp * t_7c7lp;
+        - K_L63 * t_nd3tx
+        - K_L64 * t_i3zk6
+        - K_L65 * t_5ezql;
+    const real t_4cutx_2 = t_edum6 * t_nfkwa;
+    const real t_5l7vm = t_5ezql * t_ftqxb - K_L65 * t_4cutx_2;
+    const real t_mowgp = t_i3zk6 * t_lt2al - K_L54 * t_5l7vm - K_L64 * t_4cutx_2;
+    const real t_2h6we = t_nd3tx * t_zmh3u - K_L43 * t_mowgp - K_L53 * t_5l7vm - K_L63 * t_4cutx_2;
+    const real t_2phl7 = t_npksr * t_4iujv
+        - K_L32 * t_2h6we
+        + t_5wcj3 * t_mowgp
+        - K_L52 * t_5l7vm
+        + t_gz422 * t_4cutx_2;
+    const real t_udtjq = t_djwjp * t_bpfoo
+        + t_w7lcw * t_2phl7
+        + t_3go2w * t_2h6we
+        + t_xq4wt * t_mowgp
+        + t_rujpm * t_5l7vm
+        + t_pgxzp * t_4cutx_2;
     const real t_ol4jq = t_ceplo - t_smkh7;
     const real t_5znvx = th_1 * (p[I1] * t_ol4jq - q_1 * p[eps1]);
     const real t_lv5jl = cos_theta1 * t_5znvx;
     const real t_bawzi_2 = Wt1 - t_2idpk;
     const real t_h7dxi_2 = B_1 * t_bawzi_2;
     const real t_hqad4_2 = t_qbft3 - cos_phi1 * t_h7dxi_2;
-    const real t_zrfwn = t_lv5jl + sin_theta1 * t_hqad4_2;
+    const real t_ymprg = t_lv5jl + sin_theta1 * t_hqad4_2;
     const real t_owyhx = p[m1] * (q[wx] * t_etuep) - (t_5jodw * t_djbtf + t_x3csu);
     const real t_tf3a4 = p[eps1] + Dd_theta1;
     const real t_txpuv = t_ez7bq * (cz_theta1 * Dd_theta1 + cz_theta1 * t_tf3a4 - (cdz_theta1 * D_theta1 - t_iomfo * cy_theta1));
@@ -5561,163 +5561,163 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_ez7bq * (Dd_theta1 * D_theta1 - (t_invly * Dd_theta1 + t_invly * t_tf3a4));
     const real t_vo6zw = t_ez7bq * (cy_theta1 * Dd_theta1 + cy_theta1 * t_tf3a4 - (cdy_theta1 * D_theta1 + t_iomfo * t_rmmvl));
     const real t_suojr = f_v1_L21 * t_3trwl + (t_mj52b * (t_qesxo * t_owyhx + t_o2gar * cz_phi1) - t_vo6zw);
-    const real t_rbjem = t_mj52b * (cz_phi1 * t_owyhx - t_o2gar * t_qesxo)
+    const real t_ozqps = t_mj52b * (cz_phi1 * t_owyhx - t_o2gar * t_qesxo)
         + t_txpuv
         - f_v1_L31 * t_3trwl
         + f_v1_L32 * t_suojr;
-    const real t_wepyk = t_rbjem * t_qqmqs;
-    const real t_62f2e = t_suojr * t_omhw7 + f_v1_L32 * t_wepyk;
+    const real t_f7pkz = t_ozqps * t_qqmqs;
+    const real t_2vudx = t_suojr * t_omhw7 + f_v1_L32 * t_f7pkz;
     const real t_ppukz = t_ez7bq * D_theta1;
-    const real t_2dysm = x_C * t_wepyk + c[w1] * (gy_theta1 * t_ppukz);
-    const real t_5tdvn = x_C * t_62f2e - c[w2] * (t_tpms2 * t_ppukz);
-    const real t_i7g6h = f_v1_L31 * t_wepyk - (t_3trwl * t_4v7es + f_v1_L21 * t_62f2e);
-    const real t_3cuie = t_zrfwn
-        + K52 * t_wepyk
-        - t_hjmgb * t_62f2e
-        + K22 * t_2dysm
-        + K32 * t_5tdvn
-        + t_yz7e5 * t_i7g6h;
+    const real t_mqru2 = x_C * t_f7pkz + c[w1] * (gy_theta1 * t_ppukz);
+    const real t_pc6tk = x_C * t_2vudx - c[w2] * (t_tpms2 * t_ppukz);
+    const real t_nrmva = f_v1_L31 * t_f7pkz - (t_3trwl * t_4v7es + f_v1_L21 * t_2vudx);
+    const real t_72bvc = t_ymprg
+        + K52 * t_f7pkz
+        - t_hjmgb * t_2vudx
+        + K22 * t_mqru2
+        + K32 * t_pc6tk
+        + t_yz7e5 * t_nrmva;
     const real t_j4nxv = sin_phi1 * t_h7dxi_2 + t_ghnnr;
-    const real t_d2ree = t_j4nxv
-        + t_6mmeb * t_wepyk
-        + t_bl4f2 * t_62f2e
-        + t_b3aij * t_2dysm
-        + t_zzymx * t_5tdvn;
-    const real t_uswtx = t_2m245 * t_i7g6h - t_d2ree;
+    const real t_3bbuz = t_j4nxv
+        + t_6mmeb * t_f7pkz
+        + t_bl4f2 * t_2vudx
+        + t_b3aij * t_mqru2
+        + t_zzymx * t_pc6tk;
+    const real t_6bru3 = t_2m245 * t_nrmva - t_3bbuz;
     const real t_swgbm = sin_theta1 * t_5znvx;
-    const real t_ngiq7 = cos_theta1 * t_hqad4_2 - t_swgbm;
-    const real t_x35t6 = t_ngiq7
-        + K53 * t_wepyk
-        + K63 * t_62f2e
-        + K32 * t_2dysm
-        + K33 * t_5tdvn
-        - K43 * t_i7g6h;
-    const real t_qxk2a = K11 * t_uswtx - t_b3aij * t_3cuie - t_zzymx * t_x35t6;
-    const real t_6vs3z = t_nlrbh * t_qxk2a
-        - PP_v1 * (t_i246m * t_uswtx + t_etuzz * t_3cuie + t_uen3p * t_x35t6);
-    const real t_xufve = (SELECT0(m_il3ht, t_esqfa * t_6vs3z * t_q5kgs) - t_qxk2a) * t_phv5x;
-    const real t_g652l = t_3cuie - t_b3aij * t_xufve;
-    const real t_ny7jx_2 = t_q2hfz * (t_cofwl * (t_g652l * t_y7rm6));
-    const real t_yabq5_11 = t_ny7jx_2 * t_nwsjf;
-    const real t_skjh5_15 = t_cnhcl * (t_ee7r6 * t_yabq5_11);
-    const real t_4nx6p_15 = p[F] * (sin_t_s5hay * t_skjh5_15);
-    const real t_ecreo_15 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_15));
-    const real t_zgavf = t_x35t6 - t_zzymx * t_xufve;
-    const real t_zlz4x = t_zgavf * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_ny7jx_2 * t_imn4h)));
-    const real t_3t4m7_10 = t_xh4j2 * (t_o7qta * t_zlz4x) * t_gwbho;
-    const real t_lb2wi_15 = sin_t_7g2cn * t_yabq5_11;
-    const real t_da6qh_14 = cos_t_nxflg * t_3t4m7_10;
-    const real t_k6zjx_14 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_15)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_14));
-    const real t_zua55_14 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7_10), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_14 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_14 = t_rila6 * (t_vr3uw * t_zua55_14);
-    const real t_ctppn_15 = sin_t_kl6tx * t_s6fxk_14;
-    const real t_oummd = t_ecreo_15 - t_qhkro * t_ctppn_15 + t_j4nxv;
-    const real t_6dnpl_15 = p[F] * (cos_t_s5hay * t_skjh5_15);
-    const real t_cqjfx = SELECT0(m_el4yy, t_6dnpl_15) - t_zrfwn + t_w7lcw * t_oummd;
-    const real t_qbg3i_15 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_15));
-    const real t_2gr5i_15 = cos_t_kl6tx * t_s6fxk_14;
-    const real t_mvrqf_15 = t_qbg3i_15 + t_qhkro * t_2gr5i_15;
-    const real t_3cdxt = t_3go2w * t_oummd - (t_mvrqf_15 + t_ngiq7) - K_L32 * t_cqjfx;
+    const real t_np7n6 = cos_theta1 * t_hqad4_2 - t_swgbm;
+    const real t_cdn25 = t_np7n6
+        + K53 * t_f7pkz
+        + K63 * t_2vudx
+        + K32 * t_mqru2
+        + K33 * t_pc6tk
+        - K43 * t_nrmva;
+    const real t_hg6jg = K11 * t_6bru3 - t_b3aij * t_72bvc - t_zzymx * t_cdn25;
+    const real t_5by4z = t_nlrbh * t_hg6jg
+        - PP_v1 * (t_i246m * t_6bru3 + t_etuzz * t_72bvc + t_uen3p * t_cdn25);
+    const real t_3e5wk_3 = (SELECT0(m_il3ht, t_w4p3n * t_5by4z * t_q5kgs) - t_hg6jg) * t_phv5x;
+    const real t_ixc3m = t_72bvc - t_b3aij * t_3e5wk_3;
+    const real t_phufc_3 = t_q2hfz * (t_5x4sb * (t_ixc3m * t_y7rm6));
+    const real t_oesw4_11 = t_phufc_3 * t_nwsjf;
+    const real t_iubif_15 = t_bw2jd * (t_ee7r6 * t_oesw4_11);
+    const real t_27ev7_15 = p[F] * (sin_t_s5hay * t_iubif_15);
+    const real t_wzmp3_15 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_15));
+    const real t_h5kun = t_cdn25 - t_zzymx * t_3e5wk_3;
+    const real t_iqffg_3 = t_h5kun * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_phufc_3 * t_imn4h)));
+    const real t_6llfx_11 = t_q2hfz_2 * (t_2snz7 * t_iqffg_3) * t_bifdl;
+    const real t_rl5d3_15 = sin_t_7g2cn * t_oesw4_11;
+    const real t_i7skh_15 = cos_t_finmd * t_6llfx_11;
+    const real t_k6zjx_15 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_15)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_15));
+    const real t_7t7eb_15 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_11), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_15 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_15 = t_zrb6o * (t_vr3uw * t_7t7eb_15);
+    const real t_cxwzz_15 = sin_t_kl6tx * t_swjde_15;
+    const real t_b2eri = t_wzmp3_15 - t_zmkrd * t_cxwzz_15 + t_j4nxv;
+    const real t_ilple_15 = p[F] * (cos_t_s5hay * t_iubif_15);
+    const real t_cqjfx = SELECT0(m_el4yy, t_ilple_15) - t_ymprg + t_w7lcw * t_b2eri;
+    const real t_ooljq_15 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_15));
+    const real t_lqx5z_15 = cos_t_kl6tx * t_swjde_15;
+    const real t_mvrqf_15 = t_ooljq_15 + t_zmkrd * t_lqx5z_15;
+    const real t_oi36c = t_3go2w * t_b2eri - (t_mvrqf_15 + t_np7n6) - K_L32 * t_cqjfx;
     const real t_zfk4z_2 = p[l1] * t_h7dxi_2;
     const real t_kukcp = q_1 * t_5znvx;
-    const real t_hn7s2 = t_zfk4z_2 - t_kukcp + t_cs5mc;
-    const real t_shxu4_15 = p[F] * t_lb2wi_15;
-    const real t_tvmsg_15 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_15));
-    const real t_dfqts_14 = sin_t_nxflg * t_3t4m7_10;
-    const real t_55ali = t_tvmsg_15 + SELECT0(m_trmto, t_p34e2 * t_dfqts_14) - (t_uswtx + K11 * t_xufve);
-    const real t_v4eqe_15 = p[F] * (cos_t_7g2cn * t_yabq5_11);
-    const real t_y6vgt = SELECT0(m_el4yy, t_v4eqe_15) - t_g652l + t_w7lcw * t_55ali;
-    const real t_3cp5h_14 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_15)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_14));
-    const real t_ukxpe = (t_3go2w * t_55ali - (t_3cp5h_14 + t_zgavf) - K_L32 * t_y6vgt) * t_zmh3u;
-    const real t_hm7tw_10 = t_y6vgt * t_4iujv - K_L32 * t_ukxpe;
-    const real t_2dgzg_2 = t_55ali * t_bpfoo + t_w7lcw * t_hm7tw_10 + t_3go2w * t_ukxpe;
-    const real t_cgxsm_14 = t_ecreo_15 - t_qhkro_2 * t_ctppn_15 - (t_tvmsg_15 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_14));
-    const real t_ycqju_15 = t_6dnpl_15 - t_v4eqe_15;
-    const real t_4w3t6_11 = SELECT0(m_el4yy, t_ycqju_15) + t_w7lcw * t_cgxsm_14;
-    const real t_pdzxe_15 = p[F] * t_k6zjx_14 - (t_qbg3i_15 + t_qhkro_2 * t_2gr5i_15);
-    const real t_tuq22_11 = (t_pdzxe_15 + t_3go2w * t_cgxsm_14 - K_L32 * t_4w3t6_11) * t_zmh3u;
-    const real t_54x6k_11 = t_4w3t6_11 * t_4iujv - K_L32 * t_tuq22_11;
-    const real t_mtv6d_11 = t_cgxsm_14 * t_bpfoo + t_w7lcw * t_54x6k_11 + t_3go2w * t_tuq22_11;
-    const real t_xgqst = t_hn7s2
-        + K54 * t_wepyk
-        + K64 * t_62f2e
-        - t_2m245 * t_xufve
-        - t_2m245 * t_2dgzg_2
-        - t_yz7e5 * t_2dysm
-        - t_yz7e5 * t_hm7tw_10
-        + K43 * t_5tdvn
-        + K43 * t_ukxpe
-        - K44 * t_i7g6h
-        - t_2m245 * t_mtv6d_11
-        - t_yz7e5 * t_54x6k_11
+    const real t_mbg7s = t_zfk4z_2 - t_kukcp + t_cs5mc;
+    const real t_shxu4_15 = p[F] * t_rl5d3_15;
+    const real t_tvmsg_15 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_15));
+    const real t_an7qj_15 = sin_t_finmd * t_6llfx_11;
+    const real t_abffh_3 = t_tvmsg_15 + SELECT0(m_uklky, t_p34e2 * t_an7qj_15) - (t_6bru3 + K11 * t_3e5wk_3);
+    const real t_7ofua_15 = p[F] * (cos_t_7g2cn * t_oesw4_11);
+    const real t_p7b4z_3 = SELECT0(m_el4yy, t_7ofua_15) - t_ixc3m + t_w7lcw * t_abffh_3;
+    const real t_3cp5h_15 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_15)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_15));
+    const real t_j53ny_3 = (t_3go2w * t_abffh_3 - (t_3cp5h_15 + t_h5kun) - K_L32 * t_p7b4z_3) * t_zmh3u;
+    const real t_2xwyg_11 = t_p7b4z_3 * t_4iujv - K_L32 * t_j53ny_3;
+    const real t_vevi4_5 = t_abffh_3 * t_bpfoo + t_w7lcw * t_2xwyg_11 + t_3go2w * t_j53ny_3;
+    const real t_cgxsm_15 = t_wzmp3_15 - t_zmkrd_2 * t_cxwzz_15 - (t_tvmsg_15 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_15));
+    const real t_ycqju_15 = t_ilple_15 - t_7ofua_15;
+    const real t_4w3t6_11 = SELECT0(m_el4yy, t_ycqju_15) + t_w7lcw * t_cgxsm_15;
+    const real t_pdzxe_15 = p[F] * t_k6zjx_15 - (t_ooljq_15 + t_zmkrd_2 * t_lqx5z_15);
+    const real t_tuq22_11 = (t_pdzxe_15 + t_3go2w * t_cgxsm_15 - K_L32 * t_4w3t6_11) * t_zmh3u;
+    const real t_s7pal_11 = t_4w3t6_11 * t_4iujv - K_L32 * t_tuq22_11;
+    const real t_cyfhb_11 = t_cgxsm_15 * t_bpfoo + t_w7lcw * t_s7pal_11 + t_3go2w * t_tuq22_11;
+    const real t_qbnbi = t_mbg7s
+        + K54 * t_f7pkz
+        + K64 * t_2vudx
+        - t_2m245 * t_3e5wk_3
+        - t_2m245 * t_vevi4_5
+        - t_yz7e5 * t_mqru2
+        - t_yz7e5 * t_2xwyg_11
+        + K43 * t_pc6tk
+        + K43 * t_j53ny_3
+        - K44 * t_nrmva
+        - t_2m245 * t_cyfhb_11
+        - t_yz7e5 * t_s7pal_11
         + K43 * t_tuq22_11
-        - t_hn7s2
-        + t_xq4wt * t_oummd
+        - t_mbg7s
+        + t_xq4wt * t_b2eri
         + t_5wcj3 * t_cqjfx
-        - K_L43 * t_3cdxt;
-    const real t_dzlkr_2 = t_zfk4z_2 + e1 * t_hqad4_2;
-    const real t_cq5j6 = sin_theta1 * t_dzlkr_2 - (t_kukcp + p[eps1]) + g_1 * t_lv5jl;
-    const real t_32d6l = t_cq5j6
-        + K55 * t_wepyk
-        + K65 * t_62f2e
-        - t_6mmeb * t_xufve
-        - t_6mmeb * t_2dgzg_2
-        + K52 * t_2dysm
-        + K52 * t_hm7tw_10
-        + K53 * t_5tdvn
-        + K53 * t_ukxpe
-        - K54 * t_i7g6h
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_15)
-        - t_6mmeb * t_mtv6d_11
-        + K52 * t_54x6k_11
+        - K_L43 * t_oi36c;
+    const real t_oeo2d_2 = t_zfk4z_2 + e1 * t_hqad4_2;
+    const real t_mgxsh = sin_theta1 * t_oeo2d_2 - (t_kukcp + p[eps1]) + g_1 * t_lv5jl;
+    const real t_kz2as = t_mgxsh
+        + K55 * t_f7pkz
+        + K65 * t_2vudx
+        - t_6mmeb * t_3e5wk_3
+        - t_6mmeb * t_vevi4_5
+        + K52 * t_mqru2
+        + K52 * t_2xwyg_11
+        + K53 * t_pc6tk
+        + K53 * t_j53ny_3
+        - K54 * t_nrmva
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_15)
+        - t_6mmeb * t_cyfhb_11
+        + K52 * t_s7pal_11
         + K53 * t_tuq22_11
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_15)
-        - t_cq5j6
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_15))
-        + t_rujpm * t_oummd
+        - t_mgxsh
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_15))
+        + t_rujpm * t_b2eri
         - K_L52 * t_cqjfx
-        - K_L53 * t_3cdxt
-        - K_L54 * t_xgqst;
-    const real t_sf67x = cos_theta1 * t_dzlkr_2 + q[wx] * p[I1] - g_1 * t_swgbm;
-    const real t_epycw = t_lwe76 * t_3cp5h_14
-        - t_sf67x
-        - K65 * t_wepyk
-        - K66 * t_62f2e
-        + t_bl4f2 * t_xufve
-        + t_bl4f2 * t_2dgzg_2
-        + t_hjmgb * t_2dysm
-        + t_hjmgb * t_hm7tw_10
-        - K63 * t_5tdvn
-        - K63 * t_ukxpe
-        + K64 * t_i7g6h
+        - K_L53 * t_oi36c
+        - K_L54 * t_qbnbi;
+    const real t_tu4uy = cos_theta1 * t_oeo2d_2 + q[wx] * p[I1] - g_1 * t_swgbm;
+    const real t_2zndr = t_lwe76 * t_3cp5h_15
+        - t_tu4uy
+        - K65 * t_f7pkz
+        - K66 * t_2vudx
+        + t_bl4f2 * t_3e5wk_3
+        + t_bl4f2 * t_vevi4_5
+        + t_hjmgb * t_mqru2
+        + t_hjmgb * t_2xwyg_11
+        - K63 * t_pc6tk
+        - K63 * t_j53ny_3
+        + K64 * t_nrmva
         - t_lwe76 * t_pdzxe_15
-        + t_bl4f2 * t_mtv6d_11
-        + t_hjmgb * t_54x6k_11
+        + t_bl4f2 * t_cyfhb_11
+        + t_hjmgb * t_s7pal_11
         - K63 * t_tuq22_11
-        + t_sf67x;
-    const real t_osprv = t_lwe76 * t_mvrqf_15
-        - t_epycw
-        + t_pgxzp * t_oummd
+        + t_tu4uy;
+    const real t_h74ny = t_lwe76 * t_mvrqf_15
+        - t_2zndr
+        + t_pgxzp * t_b2eri
         + t_gz422 * t_cqjfx
-        - K_L63 * t_3cdxt
-        - K_L64 * t_xgqst
-        - K_L65 * t_32d6l;
-    const real t_pyjdk = t_osprv * t_nfkwa;
-    const real t_yeyou = t_32d6l * t_ftqxb - K_L65 * t_pyjdk;
-    const real t_dlqez = t_xgqst * t_lt2al - K_L54 * t_yeyou - K_L64 * t_pyjdk;
-    const real t_bbv5m = t_3cdxt * t_zmh3u - K_L43 * t_dlqez - K_L53 * t_yeyou - K_L63 * t_pyjdk;
-    const real t_hqcra = t_cqjfx * t_4iujv
-        - K_L32 * t_bbv5m
-        + t_5wcj3 * t_dlqez
-        - K_L52 * t_yeyou
-        + t_gz422 * t_pyjdk;
-    const real t_nu7yf = t_oummd * t_bpfoo
-        + t_w7lcw * t_hqcra
-        + t_3go2w * t_bbv5m
-        + t_xq4wt * t_dlqez
-        + t_rujpm * t_yeyou
-        + t_pgxzp * t_pyjdk;
+        - K_L63 * t_oi36c
+        - K_L64 * t_qbnbi
+        - K_L65 * t_kz2as;
+    const real t_4cutx_3 = t_h74ny * t_nfkwa;
+    const real t_e3yox = t_kz2as * t_ftqxb - K_L65 * t_4cutx_3;
+    const real t_czhcj = t_qbnbi * t_lt2al - K_L54 * t_e3yox - K_L64 * t_4cutx_3;
+    const real t_2h6we_2 = t_oi36c * t_zmh3u - K_L43 * t_czhcj - K_L53 * t_e3yox - K_L63 * t_4cutx_3;
+    const real t_2phl7_2 = t_cqjfx * t_4iujv
+        - K_L32 * t_2h6we_2
+        + t_5wcj3 * t_czhcj
+        - K_L52 * t_e3yox
+        + t_gz422 * t_4cutx_3;
+    const real t_gdqra = t_b2eri * t_bpfoo
+        + t_w7lcw * t_2phl7_2
+        + t_3go2w * t_2h6we_2
+        + t_xq4wt * t_czhcj
+        + t_rujpm * t_e3yox
+        + t_pgxzp * t_4cutx_3;
     const real t_wvfwz = q[theta2_dot] * t_6rpiz;
     const real t_x3csu_2 = t_imick + t_imick;
     const real t_3l6h5 = t_x3csu_2 + t_wvfwz - t_sf5f4;
@@ -5726,11 +5726,11 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_t2kik = t_iecaz * (t_x5sl2 * p[eps2] + (cdy_phi2 * D2 + t_gifwv * t_gidtm))
         - t_gutx2 * (cy_theta2 * t_wvfwz + cy_theta2 * t_3l6h5 - t_kyc32 * t_zosjn);
     const real t_lsbgl = f_v1_L21 * t_rwyjr + t_t2kik;
-    const real t_6uguf = t_iecaz * (cz_phi2 * p[eps2] - (cdz_phi2 * D2 - t_gifwv * t_ikdxp))
+    const real t_bexxl = t_iecaz * (cz_phi2 * p[eps2] - (cdz_phi2 * D2 - t_gifwv * t_ikdxp))
         + t_gutx2 * (cz_theta2 * t_wvfwz + cz_theta2 * t_3l6h5 - t_kyc32 * t_v6y4o)
         - f_v1_L31 * t_rwyjr
         + f_v1_L32 * t_lsbgl;
-    const real t_6db4b = t_6uguf * t_qqmqs;
+    const real t_p73my = t_bexxl * t_qqmqs;
     const real t_pv35x = t_e55su + t_e55su;
     const real t_lmpa4 = th_2 * (p[I2] * t_pv35x);
     const real t_556h3 = cos_theta2 * t_lmpa4;
@@ -5738,166 +5738,166 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     const real t_o7zln = k2 * p[eps2];
     const real t_7cclx = sin_phi2 * t_kkthf + cos_phi2 * t_o7zln;
     const real t_gu724 = t_556h3 + sin_theta2 * t_7cclx;
-    const real t_l4cff = t_lsbgl * t_omhw7 + f_v1_L32 * t_6db4b;
+    const real t_pnl52 = t_lsbgl * t_omhw7 + f_v1_L32 * t_p73my;
     const real t_tvbdp = t_iecaz * D2;
-    const real t_f4uai = x_C * t_6db4b + c[w1] * (gy_phi2 * t_tvbdp);
-    const real t_lob3k = x_C * t_l4cff + c[w2] * (gz_phi2 * t_tvbdp);
-    const real t_dadso = f_v1_L31 * t_6db4b - (t_rwyjr * t_4v7es + f_v1_L21 * t_l4cff);
-    const real t_c3mwb = K52 * t_6db4b
+    const real t_7dmt2 = x_C * t_p73my + c[w1] * (gy_phi2 * t_tvbdp);
+    const real t_427z5 = x_C * t_pnl52 + c[w2] * (gz_phi2 * t_tvbdp);
+    const real t_fkvtz = f_v1_L31 * t_p73my - (t_rwyjr * t_4v7es + f_v1_L21 * t_pnl52);
+    const real t_ruw4d = K52 * t_p73my
         - t_gu724
-        - t_hjmgb * t_l4cff
-        + K22 * t_f4uai
-        + K32 * t_lob3k
-        + t_yz7e5 * t_dadso;
+        - t_hjmgb * t_pnl52
+        + K22 * t_7dmt2
+        + K32 * t_427z5
+        + t_yz7e5 * t_fkvtz;
     const real t_h6rho = sin_phi2 * t_o7zln - cos_phi2 * t_kkthf;
-    const real t_2fpxe = t_h6rho
-        + t_6mmeb * t_6db4b
-        + t_bl4f2 * t_l4cff
-        + t_b3aij * t_f4uai
-        + t_zzymx * t_lob3k;
-    const real t_e2yua = t_2m245 * t_dadso - t_2fpxe;
+    const real t_opm2y = t_h6rho
+        + t_6mmeb * t_p73my
+        + t_bl4f2 * t_pnl52
+        + t_b3aij * t_7dmt2
+        + t_zzymx * t_427z5;
+    const real t_exp4h = t_2m245 * t_fkvtz - t_opm2y;
     const real t_qj4qw = sin_theta2 * t_lmpa4;
     const real t_o4q3i = t_qj4qw - cos_theta2 * t_7cclx;
-    const real t_ak23r = t_o4q3i
-        + K53 * t_6db4b
-        + K63 * t_l4cff
-        + K32 * t_f4uai
-        + K33 * t_lob3k
-        - K43 * t_dadso;
-    const real t_yog4x = K11 * t_e2yua - t_b3aij * t_c3mwb - t_zzymx * t_ak23r;
-    const real t_iigcy = t_nlrbh * t_yog4x
-        - PP_v1 * (t_i246m * t_e2yua + t_etuzz * t_c3mwb + t_uen3p * t_ak23r);
-    const real t_e5afk_2 = (SELECT0(m_il3ht, t_esqfa * t_iigcy * t_q5kgs) - t_yog4x) * t_phv5x;
-    const real t_3guqn = t_c3mwb - t_b3aij * t_e5afk_2;
-    const real t_2rq2u_2 = t_q2hfz * (t_cofwl * (t_3guqn * t_y7rm6));
-    const real t_yabq5_12 = t_2rq2u_2 * t_nwsjf;
-    const real t_skjh5_16 = t_cnhcl * (t_ee7r6 * t_yabq5_12);
-    const real t_4nx6p_16 = p[F] * (sin_t_s5hay * t_skjh5_16);
-    const real t_ecreo_16 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_16));
-    const real t_aw6a5 = t_ak23r - t_zzymx * t_e5afk_2;
-    const real t_i7vop_2 = t_aw6a5 * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_2rq2u_2 * t_imn4h)));
-    const real t_3t4m7_11 = t_xh4j2 * (t_o7qta * t_i7vop_2) * t_gwbho;
-    const real t_lb2wi_16 = sin_t_7g2cn * t_yabq5_12;
-    const real t_da6qh_15 = cos_t_nxflg * t_3t4m7_11;
-    const real t_k6zjx_15 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_16)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_15));
-    const real t_zua55_15 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7_11), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_15 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_15 = t_rila6 * (t_vr3uw * t_zua55_15);
-    const real t_ctppn_16 = sin_t_kl6tx * t_s6fxk_15;
-    const real t_4d6eh = t_ecreo_16 - t_qhkro * t_ctppn_16 + t_h6rho;
-    const real t_6dnpl_16 = p[F] * (cos_t_s5hay * t_skjh5_16);
-    const real t_gqsxc = SELECT0(m_el4yy, t_6dnpl_16) + t_gu724 + t_w7lcw * t_4d6eh;
-    const real t_qbg3i_16 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_16));
-    const real t_2gr5i_16 = cos_t_kl6tx * t_s6fxk_15;
-    const real t_mvrqf_16 = t_qbg3i_16 + t_qhkro * t_2gr5i_16;
-    const real t_k4a4t = t_3go2w * t_4d6eh - (t_mvrqf_16 + t_o4q3i) - K_L32 * t_gqsxc;
+    const real t_iiogu = t_o4q3i
+        + K53 * t_p73my
+        + K63 * t_pnl52
+        + K32 * t_7dmt2
+        + K33 * t_427z5
+        - K43 * t_fkvtz;
+    const real t_tuwf7 = K11 * t_exp4h - t_b3aij * t_ruw4d - t_zzymx * t_iiogu;
+    const real t_tnjvl = t_nlrbh * t_tuwf7
+        - PP_v1 * (t_i246m * t_exp4h + t_etuzz * t_ruw4d + t_uen3p * t_iiogu);
+    const real t_3e5wk_4 = (SELECT0(m_il3ht, t_w4p3n * t_tnjvl * t_q5kgs) - t_tuwf7) * t_phv5x;
+    const real t_kctrr = t_ruw4d - t_b3aij * t_3e5wk_4;
+    const real t_phufc_4 = t_q2hfz * (t_5x4sb * (t_kctrr * t_y7rm6));
+    const real t_oesw4_12 = t_phufc_4 * t_nwsjf;
+    const real t_iubif_16 = t_bw2jd * (t_ee7r6 * t_oesw4_12);
+    const real t_27ev7_16 = p[F] * (sin_t_s5hay * t_iubif_16);
+    const real t_wzmp3_16 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_16));
+    const real t_uvecy = t_iiogu - t_zzymx * t_3e5wk_4;
+    const real t_iqffg_4 = t_uvecy * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_phufc_4 * t_imn4h)));
+    const real t_6llfx_12 = t_q2hfz_2 * (t_2snz7 * t_iqffg_4) * t_bifdl;
+    const real t_rl5d3_16 = sin_t_7g2cn * t_oesw4_12;
+    const real t_i7skh_16 = cos_t_finmd * t_6llfx_12;
+    const real t_k6zjx_16 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_16)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_16));
+    const real t_7t7eb_16 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_12), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_16 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_16 = t_zrb6o * (t_vr3uw * t_7t7eb_16);
+    const real t_cxwzz_16 = sin_t_kl6tx * t_swjde_16;
+    const real t_4d6eh = t_wzmp3_16 - t_zmkrd * t_cxwzz_16 + t_h6rho;
+    const real t_ilple_16 = p[F] * (cos_t_s5hay * t_iubif_16);
+    const real t_gqsxc = SELECT0(m_el4yy, t_ilple_16) + t_gu724 + t_w7lcw * t_4d6eh;
+    const real t_ooljq_16 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_16));
+    const real t_lqx5z_16 = cos_t_kl6tx * t_swjde_16;
+    const real t_mvrqf_16 = t_ooljq_16 + t_zmkrd * t_lqx5z_16;
+    const real t_5fmhp = t_3go2w * t_4d6eh - (t_mvrqf_16 + t_o4q3i) - K_L32 * t_gqsxc;
     const real t_xeswd = q_2 * t_lmpa4;
     const real t_ldmue = p[l2] * t_o7zln;
     const real t_rtgmx = t_xeswd + t_ldmue - p[eps2];
-    const real t_shxu4_16 = p[F] * t_lb2wi_16;
-    const real t_tvmsg_16 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_16));
-    const real t_dfqts_15 = sin_t_nxflg * t_3t4m7_11;
-    const real t_76c6m_2 = t_tvmsg_16 + SELECT0(m_trmto, t_p34e2 * t_dfqts_15) - (t_e2yua + K11 * t_e5afk_2);
-    const real t_v4eqe_16 = p[F] * (cos_t_7g2cn * t_yabq5_12);
-    const real t_xxl43_2 = SELECT0(m_el4yy, t_v4eqe_16) - t_3guqn + t_w7lcw * t_76c6m_2;
-    const real t_3cp5h_15 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_16)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_15));
-    const real t_hmsp4_2 = (t_3go2w * t_76c6m_2 - (t_3cp5h_15 + t_aw6a5) - K_L32 * t_xxl43_2) * t_zmh3u;
-    const real t_hm7tw_11 = t_xxl43_2 * t_4iujv - K_L32 * t_hmsp4_2;
-    const real t_2dgzg_3 = t_76c6m_2 * t_bpfoo + t_w7lcw * t_hm7tw_11 + t_3go2w * t_hmsp4_2;
-    const real t_cgxsm_15 = t_ecreo_16 - t_qhkro_2 * t_ctppn_16 - (t_tvmsg_16 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_15));
-    const real t_ycqju_16 = t_6dnpl_16 - t_v4eqe_16;
-    const real t_4w3t6_12 = SELECT0(m_el4yy, t_ycqju_16) + t_w7lcw * t_cgxsm_15;
-    const real t_pdzxe_16 = p[F] * t_k6zjx_15 - (t_qbg3i_16 + t_qhkro_2 * t_2gr5i_16);
-    const real t_tuq22_12 = (t_pdzxe_16 + t_3go2w * t_cgxsm_15 - K_L32 * t_4w3t6_12) * t_zmh3u;
-    const real t_54x6k_12 = t_4w3t6_12 * t_4iujv - K_L32 * t_tuq22_12;
-    const real t_mtv6d_12 = t_cgxsm_15 * t_bpfoo + t_w7lcw * t_54x6k_12 + t_3go2w * t_tuq22_12;
-    const real t_hhwp3 = t_rtgmx
-        + K54 * t_6db4b
-        + K64 * t_l4cff
-        - t_2m245 * t_e5afk_2
-        - t_2m245 * t_2dgzg_3
-        - t_yz7e5 * t_f4uai
-        - t_yz7e5 * t_hm7tw_11
-        + K43 * t_lob3k
-        + K43 * t_hmsp4_2
-        - K44 * t_dadso
-        - t_2m245 * t_mtv6d_12
-        - t_yz7e5 * t_54x6k_12
+    const real t_shxu4_16 = p[F] * t_rl5d3_16;
+    const real t_tvmsg_16 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_16));
+    const real t_an7qj_16 = sin_t_finmd * t_6llfx_12;
+    const real t_abffh_4 = t_tvmsg_16 + SELECT0(m_uklky, t_p34e2 * t_an7qj_16) - (t_exp4h + K11 * t_3e5wk_4);
+    const real t_7ofua_16 = p[F] * (cos_t_7g2cn * t_oesw4_12);
+    const real t_p7b4z_4 = SELECT0(m_el4yy, t_7ofua_16) - t_kctrr + t_w7lcw * t_abffh_4;
+    const real t_3cp5h_16 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_16)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_16));
+    const real t_j53ny_4 = (t_3go2w * t_abffh_4 - (t_3cp5h_16 + t_uvecy) - K_L32 * t_p7b4z_4) * t_zmh3u;
+    const real t_2xwyg_12 = t_p7b4z_4 * t_4iujv - K_L32 * t_j53ny_4;
+    const real t_vevi4_6 = t_abffh_4 * t_bpfoo + t_w7lcw * t_2xwyg_12 + t_3go2w * t_j53ny_4;
+    const real t_cgxsm_16 = t_wzmp3_16 - t_zmkrd_2 * t_cxwzz_16 - (t_tvmsg_16 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_16));
+    const real t_ycqju_16 = t_ilple_16 - t_7ofua_16;
+    const real t_4w3t6_12 = SELECT0(m_el4yy, t_ycqju_16) + t_w7lcw * t_cgxsm_16;
+    const real t_pdzxe_16 = p[F] * t_k6zjx_16 - (t_ooljq_16 + t_zmkrd_2 * t_lqx5z_16);
+    const real t_tuq22_12 = (t_pdzxe_16 + t_3go2w * t_cgxsm_16 - K_L32 * t_4w3t6_12) * t_zmh3u;
+    const real t_s7pal_12 = t_4w3t6_12 * t_4iujv - K_L32 * t_tuq22_12;
+    const real t_cyfhb_12 = t_cgxsm_16 * t_bpfoo + t_w7lcw * t_s7pal_12 + t_3go2w * t_tuq22_12;
+    const real t_2hwvz = t_rtgmx
+        + K54 * t_p73my
+        + K64 * t_pnl52
+        - t_2m245 * t_3e5wk_4
+        - t_2m245 * t_vevi4_6
+        - t_yz7e5 * t_7dmt2
+        - t_yz7e5 * t_2xwyg_12
+        + K43 * t_427z5
+        + K43 * t_j53ny_4
+        - K44 * t_fkvtz
+        - t_2m245 * t_cyfhb_12
+        - t_yz7e5 * t_s7pal_12
         + K43 * t_tuq22_12
         - t_rtgmx
         + t_xq4wt * t_4d6eh
         + t_5wcj3 * t_gqsxc
-        - K_L43 * t_k4a4t;
+        - K_L43 * t_5fmhp;
     const real t_dvr7i = t_ldmue - e2 * t_7cclx;
     const real t_ak22y = q[wy] * p[I2];
     const real t_p3gbd = t_xeswd + sin_theta2 * t_dvr7i - t_ak22y - g_2 * t_556h3;
-    const real t_6tr2y = t_p3gbd
-        + K55 * t_6db4b
-        + K65 * t_l4cff
-        - t_6mmeb * t_e5afk_2
-        - t_6mmeb * t_2dgzg_3
-        + K52 * t_f4uai
-        + K52 * t_hm7tw_11
-        + K53 * t_lob3k
-        + K53 * t_hmsp4_2
-        - K54 * t_dadso
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_16)
-        - t_6mmeb * t_mtv6d_12
-        + K52 * t_54x6k_12
+    const real t_rtk6s = t_p3gbd
+        + K55 * t_p73my
+        + K65 * t_pnl52
+        - t_6mmeb * t_3e5wk_4
+        - t_6mmeb * t_vevi4_6
+        + K52 * t_7dmt2
+        + K52 * t_2xwyg_12
+        + K53 * t_427z5
+        + K53 * t_j53ny_4
+        - K54 * t_fkvtz
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_16)
+        - t_6mmeb * t_cyfhb_12
+        + K52 * t_s7pal_12
         + K53 * t_tuq22_12
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_16)
         - t_p3gbd
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_16))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_16))
         + t_rujpm * t_4d6eh
         - K_L52 * t_gqsxc
-        - K_L53 * t_k4a4t
-        - K_L54 * t_hhwp3;
+        - K_L53 * t_5fmhp
+        - K_L54 * t_2hwvz;
     const real t_qo64z = cos_theta2 * t_dvr7i + g_2 * t_qj4qw - q[wz] * p[I2];
-    const real t_mthy6 = t_lwe76 * t_3cp5h_15
+    const real t_lvqdl = t_lwe76 * t_3cp5h_16
         - t_qo64z
-        - K65 * t_6db4b
-        - K66 * t_l4cff
-        + t_bl4f2 * t_e5afk_2
-        + t_bl4f2 * t_2dgzg_3
-        + t_hjmgb * t_f4uai
-        + t_hjmgb * t_hm7tw_11
-        - K63 * t_lob3k
-        - K63 * t_hmsp4_2
-        + K64 * t_dadso
+        - K65 * t_p73my
+        - K66 * t_pnl52
+        + t_bl4f2 * t_3e5wk_4
+        + t_bl4f2 * t_vevi4_6
+        + t_hjmgb * t_7dmt2
+        + t_hjmgb * t_2xwyg_12
+        - K63 * t_427z5
+        - K63 * t_j53ny_4
+        + K64 * t_fkvtz
         - t_lwe76 * t_pdzxe_16
-        + t_bl4f2 * t_mtv6d_12
-        + t_hjmgb * t_54x6k_12
+        + t_bl4f2 * t_cyfhb_12
+        + t_hjmgb * t_s7pal_12
         - K63 * t_tuq22_12
         + t_qo64z;
-    const real t_ayy5r = t_lwe76 * t_mvrqf_16
-        - t_mthy6
+    const real t_lbkbk = t_lwe76 * t_mvrqf_16
+        - t_lvqdl
         + t_pgxzp * t_4d6eh
         + t_gz422 * t_gqsxc
-        - K_L63 * t_k4a4t
-        - K_L64 * t_hhwp3
-        - K_L65 * t_6tr2y;
-    const real t_7c7lp_2 = t_ayy5r * t_nfkwa;
-    const real t_c6iwn = t_6tr2y * t_ftqxb - K_L65 * t_7c7lp_2;
-    const real t_tlr2o = t_hhwp3 * t_lt2al - K_L54 * t_c6iwn - K_L64 * t_7c7lp_2;
-    const real t_q5xth = t_k4a4t * t_zmh3u - K_L43 * t_tlr2o - K_L53 * t_c6iwn - K_L63 * t_7c7lp_2;
-    const real t_zirfh = t_gqsxc * t_4iujv
-        - K_L32 * t_q5xth
-        + t_5wcj3 * t_tlr2o
-        - K_L52 * t_c6iwn
-        + t_gz422 * t_7c7lp_2;
-    const real t_onvtc = t_4d6eh * t_bpfoo
-        + t_w7lcw * t_zirfh
-        + t_3go2w * t_q5xth
-        + t_xq4wt * t_tlr2o
-        + t_rujpm * t_c6iwn
-        + t_pgxzp * t_7c7lp_2;
+        - K_L63 * t_5fmhp
+        - K_L64 * t_2hwvz
+        - K_L65 * t_rtk6s;
+    const real t_4cutx_4 = t_lbkbk * t_nfkwa;
+    const real t_p4fkk = t_rtk6s * t_ftqxb - K_L65 * t_4cutx_4;
+    const real t_n7l66 = t_2hwvz * t_lt2al - K_L54 * t_p4fkk - K_L64 * t_4cutx_4;
+    const real t_azo7n = t_5fmhp * t_zmh3u - K_L43 * t_n7l66 - K_L53 * t_p4fkk - K_L63 * t_4cutx_4;
+    const real t_pr4pj = t_gqsxc * t_4iujv
+        - K_L32 * t_azo7n
+        + t_5wcj3 * t_n7l66
+        - K_L52 * t_p4fkk
+        + t_gz422 * t_4cutx_4;
+    const real t_oyjp2 = t_4d6eh * t_bpfoo
+        + t_w7lcw * t_pr4pj
+        + t_3go2w * t_azo7n
+        + t_xq4wt * t_n7l66
+        + t_rujpm * t_p4fkk
+        + t_pgxzp * t_4cutx_4;
     const real t_noiav = t_udto6 - t_2nvx4;
     const real t_jmlk4 = th_2 * (p[I2] * t_noiav - q_2 * p[eps2]);
     const real t_kaole = cos_theta2 * t_jmlk4;
     const real t_ly4o3_2 = Wt2 - t_6tvwe;
     const real t_skszy_2 = B_2 * t_ly4o3_2;
     const real t_3iwx3_2 = t_bpppy - cos_phi2 * t_skszy_2;
-    const real t_brkjk = t_kaole + sin_theta2 * t_3iwx3_2;
+    const real t_4a7dd = t_kaole + sin_theta2 * t_3iwx3_2;
     const real t_cnogd = p[m2] * (q[wx] * t_sammx) - (t_2t5uv * t_m5kd4 + t_x3csu_2);
     const real t_rjcvm = p[eps2] + Dd_theta2;
     const real t_em4sd = t_gutx2 * (cz_theta2 * Dd_theta2 + cz_theta2 * t_rjcvm - (cdz_theta2 * D_theta2 - t_kyc32 * cy_theta2));
@@ -5905,581 +5905,581 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
         + t_gutx2 * (Dd_theta2 * D_theta2 - (t_claqt * Dd_theta2 + t_claqt * t_rjcvm));
     const real t_jtxg4 = t_gutx2 * (cy_theta2 * Dd_theta2 + cy_theta2 * t_rjcvm - (cdy_theta2 * D_theta2 + t_kyc32 * t_3o3n4));
     const real t_fibfk = f_v1_L21 * t_t5bce + (t_iecaz * (t_x5sl2 * t_cnogd + t_gifwv * cz_phi2) - t_jtxg4);
-    const real t_wjbk6 = t_iecaz * (cz_phi2 * t_cnogd - t_gifwv * t_x5sl2)
+    const real t_6w5wl = t_iecaz * (cz_phi2 * t_cnogd - t_gifwv * t_x5sl2)
         + t_em4sd
         - f_v1_L31 * t_t5bce
         + f_v1_L32 * t_fibfk;
-    const real t_mrk7o = t_wjbk6 * t_qqmqs;
-    const real t_46aqp = t_fibfk * t_omhw7 + f_v1_L32 * t_mrk7o;
+    const real t_djmfo = t_6w5wl * t_qqmqs;
+    const real t_h6uoq = t_fibfk * t_omhw7 + f_v1_L32 * t_djmfo;
     const real t_abc5a = t_gutx2 * D_theta2;
-    const real t_7j5g4 = x_C * t_mrk7o + c[w1] * (gy_theta2 * t_abc5a);
-    const real t_kharq = x_C * t_46aqp - c[w2] * (t_h3pge * t_abc5a);
-    const real t_7ombd = f_v1_L31 * t_mrk7o - (t_t5bce * t_4v7es + f_v1_L21 * t_46aqp);
-    const real t_mp3au = t_brkjk
-        + K52 * t_mrk7o
-        - t_hjmgb * t_46aqp
-        + K22 * t_7j5g4
-        + K32 * t_kharq
-        + t_yz7e5 * t_7ombd;
+    const real t_vakk6 = x_C * t_djmfo + c[w1] * (gy_theta2 * t_abc5a);
+    const real t_zcvw6 = x_C * t_h6uoq - c[w2] * (t_h3pge * t_abc5a);
+    const real t_6oj7b = f_v1_L31 * t_djmfo - (t_t5bce * t_4v7es + f_v1_L21 * t_h6uoq);
+    const real t_xdf57 = t_4a7dd
+        + K52 * t_djmfo
+        - t_hjmgb * t_h6uoq
+        + K22 * t_vakk6
+        + K32 * t_zcvw6
+        + t_yz7e5 * t_6oj7b;
     const real t_lxf65 = sin_phi2 * t_skszy_2 + t_7e3oz;
-    const real t_bcva2 = t_lxf65
-        + t_6mmeb * t_mrk7o
-        + t_bl4f2 * t_46aqp
-        + t_b3aij * t_7j5g4
-        + t_zzymx * t_kharq;
-    const real t_yujel = t_2m245 * t_7ombd - t_bcva2;
+    const real t_ghtuc = t_lxf65
+        + t_6mmeb * t_djmfo
+        + t_bl4f2 * t_h6uoq
+        + t_b3aij * t_vakk6
+        + t_zzymx * t_zcvw6;
+    const real t_xywhy = t_2m245 * t_6oj7b - t_ghtuc;
     const real t_wmtg5 = sin_theta2 * t_jmlk4;
-    const real t_a5osw = cos_theta2 * t_3iwx3_2 - t_wmtg5;
-    const real t_w3dit = t_a5osw
-        + K53 * t_mrk7o
-        + K63 * t_46aqp
-        + K32 * t_7j5g4
-        + K33 * t_kharq
-        - K43 * t_7ombd;
-    const real t_27mud = K11 * t_yujel - t_b3aij * t_mp3au - t_zzymx * t_w3dit;
-    const real t_gc2r5 = t_nlrbh * t_27mud
-        - PP_v1 * (t_i246m * t_yujel + t_etuzz * t_mp3au + t_uen3p * t_w3dit);
-    const real t_xufve_2 = (SELECT0(m_il3ht, t_esqfa * t_gc2r5 * t_q5kgs) - t_27mud) * t_phv5x;
-    const real t_b7mg4 = t_mp3au - t_b3aij * t_xufve_2;
-    const real t_ny7jx_3 = t_q2hfz * (t_cofwl * (t_b7mg4 * t_y7rm6));
-    const real t_yabq5_13 = t_ny7jx_3 * t_nwsjf;
-    const real t_skjh5_17 = t_cnhcl * (t_ee7r6 * t_yabq5_13);
-    const real t_4nx6p_17 = p[F] * (sin_t_s5hay * t_skjh5_17);
-    const real t_ecreo_17 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_17));
-    const real t_shmnd = t_w3dit - t_zzymx * t_xufve_2;
-    const real t_zlz4x_2 = t_shmnd * t_y7rm6 * t_yk7ex
-        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_ny7jx_3 * t_imn4h)));
-    const real t_3t4m7_12 = t_xh4j2 * (t_o7qta * t_zlz4x_2) * t_gwbho;
-    const real t_lb2wi_17 = sin_t_7g2cn * t_yabq5_13;
-    const real t_da6qh_16 = cos_t_nxflg * t_3t4m7_12;
-    const real t_k6zjx_16 = SELECT0(m_el4yy, -(sin_t_nxflg * t_lb2wi_17)) + SELECT0(m_trmto, -(cos_t_7g2cn * t_da6qh_16));
-    const real t_zua55_16 = SELECT(m_hlry2, SELECT0(m_trmto, -t_3t4m7_12), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_k6zjx_16 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_16 = t_rila6 * (t_vr3uw * t_zua55_16);
-    const real t_ctppn_17 = sin_t_kl6tx * t_s6fxk_16;
-    const real t_uhbee = t_ecreo_17 - t_qhkro * t_ctppn_17 + t_lxf65;
-    const real t_6dnpl_17 = p[F] * (cos_t_s5hay * t_skjh5_17);
-    const real t_mqm36 = SELECT0(m_el4yy, t_6dnpl_17) - t_brkjk + t_w7lcw * t_uhbee;
-    const real t_qbg3i_17 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_17));
-    const real t_2gr5i_17 = cos_t_kl6tx * t_s6fxk_16;
-    const real t_mvrqf_17 = t_qbg3i_17 + t_qhkro * t_2gr5i_17;
-    const real t_4ek5c = t_3go2w * t_uhbee - (t_mvrqf_17 + t_a5osw) - K_L32 * t_mqm36;
+    const real t_e526l = cos_theta2 * t_3iwx3_2 - t_wmtg5;
+    const real t_fy34v = t_e526l
+        + K53 * t_djmfo
+        + K63 * t_h6uoq
+        + K32 * t_vakk6
+        + K33 * t_zcvw6
+        - K43 * t_6oj7b;
+    const real t_h77bv = K11 * t_xywhy - t_b3aij * t_xdf57 - t_zzymx * t_fy34v;
+    const real t_l4izc = t_nlrbh * t_h77bv
+        - PP_v1 * (t_i246m * t_xywhy + t_etuzz * t_xdf57 + t_uen3p * t_fy34v);
+    const real t_3e5wk_5 = (SELECT0(m_il3ht, t_w4p3n * t_l4izc * t_q5kgs) - t_h77bv) * t_phv5x;
+    const real t_xlame = t_xdf57 - t_b3aij * t_3e5wk_5;
+    const real t_phufc_5 = t_q2hfz * (t_5x4sb * (t_xlame * t_y7rm6));
+    const real t_oesw4_13 = t_phufc_5 * t_nwsjf;
+    const real t_iubif_17 = t_bw2jd * (t_ee7r6 * t_oesw4_13);
+    const real t_27ev7_17 = p[F] * (sin_t_s5hay * t_iubif_17);
+    const real t_wzmp3_17 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_17));
+    const real t_23vtw = t_fy34v - t_zzymx * t_3e5wk_5;
+    const real t_iqffg_5 = t_23vtw * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_phufc_5 * t_imn4h)));
+    const real t_6llfx_13 = t_q2hfz_2 * (t_2snz7 * t_iqffg_5) * t_bifdl;
+    const real t_rl5d3_17 = sin_t_7g2cn * t_oesw4_13;
+    const real t_i7skh_17 = cos_t_finmd * t_6llfx_13;
+    const real t_k6zjx_17 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_17)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_17));
+    const real t_7t7eb_17 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_13), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_17 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_17 = t_zrb6o * (t_vr3uw * t_7t7eb_17);
+    const real t_cxwzz_17 = sin_t_kl6tx * t_swjde_17;
+    const real t_j46a4 = t_wzmp3_17 - t_zmkrd * t_cxwzz_17 + t_lxf65;
+    const real t_ilple_17 = p[F] * (cos_t_s5hay * t_iubif_17);
+    const real t_mqm36 = SELECT0(m_el4yy, t_ilple_17) - t_4a7dd + t_w7lcw * t_j46a4;
+    const real t_ooljq_17 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_17));
+    const real t_lqx5z_17 = cos_t_kl6tx * t_swjde_17;
+    const real t_mvrqf_17 = t_ooljq_17 + t_zmkrd * t_lqx5z_17;
+    const real t_sis4m = t_3go2w * t_j46a4 - (t_mvrqf_17 + t_e526l) - K_L32 * t_mqm36;
     const real t_6tlin_2 = p[l2] * t_skszy_2;
     const real t_toplq = q_2 * t_jmlk4;
-    const real t_pjf3n = t_6tlin_2 - t_toplq + t_ak22y;
-    const real t_shxu4_17 = p[F] * t_lb2wi_17;
-    const real t_tvmsg_17 = SELECT0(m_el4yy, -(cos_t_nxflg * t_shxu4_17));
-    const real t_dfqts_16 = sin_t_nxflg * t_3t4m7_12;
-    const real t_55ali_2 = t_tvmsg_17 + SELECT0(m_trmto, t_p34e2 * t_dfqts_16) - (t_yujel + K11 * t_xufve_2);
-    const real t_v4eqe_17 = p[F] * (cos_t_7g2cn * t_yabq5_13);
-    const real t_y6vgt_2 = SELECT0(m_el4yy, t_v4eqe_17) - t_b7mg4 + t_w7lcw * t_55ali_2;
-    const real t_3cp5h_16 = SELECT0(m_el4yy, -(sin_t_nxflg * t_shxu4_17)) + SELECT0(m_trmto, -(t_p34e2 * t_da6qh_16));
-    const real t_ukxpe_2 = (t_3go2w * t_55ali_2 - (t_3cp5h_16 + t_shmnd) - K_L32 * t_y6vgt_2) * t_zmh3u;
-    const real t_hm7tw_12 = t_y6vgt_2 * t_4iujv - K_L32 * t_ukxpe_2;
-    const real t_2dgzg_4 = t_55ali_2 * t_bpfoo + t_w7lcw * t_hm7tw_12 + t_3go2w * t_ukxpe_2;
-    const real t_cgxsm_16 = t_ecreo_17 - t_qhkro_2 * t_ctppn_17 - (t_tvmsg_17 + SELECT0(m_trmto, t_p34e2_2 * t_dfqts_16));
-    const real t_ycqju_17 = t_6dnpl_17 - t_v4eqe_17;
-    const real t_4w3t6_13 = SELECT0(m_el4yy, t_ycqju_17) + t_w7lcw * t_cgxsm_16;
-    const real t_pdzxe_17 = p[F] * t_k6zjx_16 - (t_qbg3i_17 + t_qhkro_2 * t_2gr5i_17);
-    const real t_tuq22_13 = (t_pdzxe_17 + t_3go2w * t_cgxsm_16 - K_L32 * t_4w3t6_13) * t_zmh3u;
-    const real t_54x6k_13 = t_4w3t6_13 * t_4iujv - K_L32 * t_tuq22_13;
-    const real t_mtv6d_13 = t_cgxsm_16 * t_bpfoo + t_w7lcw * t_54x6k_13 + t_3go2w * t_tuq22_13;
-    const real t_x5n53 = t_pjf3n
-        + K54 * t_mrk7o
-        + K64 * t_46aqp
-        - t_2m245 * t_xufve_2
-        - t_2m245 * t_2dgzg_4
-        - t_yz7e5 * t_7j5g4
-        - t_yz7e5 * t_hm7tw_12
-        + K43 * t_kharq
-        + K43 * t_ukxpe_2
-        - K44 * t_7ombd
-        - t_2m245 * t_mtv6d_13
-        - t_yz7e5 * t_54x6k_13
+    const real t_yqqsh = t_6tlin_2 - t_toplq + t_ak22y;
+    const real t_shxu4_17 = p[F] * t_rl5d3_17;
+    const real t_tvmsg_17 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_17));
+    const real t_an7qj_17 = sin_t_finmd * t_6llfx_13;
+    const real t_abffh_5 = t_tvmsg_17 + SELECT0(m_uklky, t_p34e2 * t_an7qj_17) - (t_xywhy + K11 * t_3e5wk_5);
+    const real t_7ofua_17 = p[F] * (cos_t_7g2cn * t_oesw4_13);
+    const real t_p7b4z_5 = SELECT0(m_el4yy, t_7ofua_17) - t_xlame + t_w7lcw * t_abffh_5;
+    const real t_3cp5h_17 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_17)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_17));
+    const real t_j53ny_5 = (t_3go2w * t_abffh_5 - (t_3cp5h_17 + t_23vtw) - K_L32 * t_p7b4z_5) * t_zmh3u;
+    const real t_2xwyg_13 = t_p7b4z_5 * t_4iujv - K_L32 * t_j53ny_5;
+    const real t_vevi4_7 = t_abffh_5 * t_bpfoo + t_w7lcw * t_2xwyg_13 + t_3go2w * t_j53ny_5;
+    const real t_cgxsm_17 = t_wzmp3_17 - t_zmkrd_2 * t_cxwzz_17 - (t_tvmsg_17 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_17));
+    const real t_ycqju_17 = t_ilple_17 - t_7ofua_17;
+    const real t_4w3t6_13 = SELECT0(m_el4yy, t_ycqju_17) + t_w7lcw * t_cgxsm_17;
+    const real t_pdzxe_17 = p[F] * t_k6zjx_17 - (t_ooljq_17 + t_zmkrd_2 * t_lqx5z_17);
+    const real t_tuq22_13 = (t_pdzxe_17 + t_3go2w * t_cgxsm_17 - K_L32 * t_4w3t6_13) * t_zmh3u;
+    const real t_s7pal_13 = t_4w3t6_13 * t_4iujv - K_L32 * t_tuq22_13;
+    const real t_cyfhb_13 = t_cgxsm_17 * t_bpfoo + t_w7lcw * t_s7pal_13 + t_3go2w * t_tuq22_13;
+    const real t_qd3kz = t_yqqsh
+        + K54 * t_djmfo
+        + K64 * t_h6uoq
+        - t_2m245 * t_3e5wk_5
+        - t_2m245 * t_vevi4_7
+        - t_yz7e5 * t_vakk6
+        - t_yz7e5 * t_2xwyg_13
+        + K43 * t_zcvw6
+        + K43 * t_j53ny_5
+        - K44 * t_6oj7b
+        - t_2m245 * t_cyfhb_13
+        - t_yz7e5 * t_s7pal_13
         + K43 * t_tuq22_13
-        - t_pjf3n
-        + t_xq4wt * t_uhbee
+        - t_yqqsh
+        + t_xq4wt * t_j46a4
         + t_5wcj3 * t_mqm36
-        - K_L43 * t_4ek5c;
-    const real t_7hro7_2 = t_6tlin_2 + e2 * t_3iwx3_2;
-    const real t_e4bef = sin_theta2 * t_7hro7_2 - (t_toplq + p[eps2]) + g_2 * t_kaole;
-    const real t_2ek6x = t_e4bef
-        + K55 * t_mrk7o
-        + K65 * t_46aqp
-        - t_6mmeb * t_xufve_2
-        - t_6mmeb * t_2dgzg_4
-        + K52 * t_7j5g4
-        + K52 * t_hm7tw_12
-        + K53 * t_kharq
-        + K53 * t_ukxpe_2
-        - K54 * t_7ombd
-        + SELECT0(m_el4yy, t_lwe76 * t_v4eqe_17)
-        - t_6mmeb * t_mtv6d_13
-        + K52 * t_54x6k_13
+        - K_L43 * t_sis4m;
+    const real t_6g4dk_2 = t_6tlin_2 + e2 * t_3iwx3_2;
+    const real t_yw7jt = sin_theta2 * t_6g4dk_2 - (t_toplq + p[eps2]) + g_2 * t_kaole;
+    const real t_h6b4s = t_yw7jt
+        + K55 * t_djmfo
+        + K65 * t_h6uoq
+        - t_6mmeb * t_3e5wk_5
+        - t_6mmeb * t_vevi4_7
+        + K52 * t_vakk6
+        + K52 * t_2xwyg_13
+        + K53 * t_zcvw6
+        + K53 * t_j53ny_5
+        - K54 * t_6oj7b
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_17)
+        - t_6mmeb * t_cyfhb_13
+        + K52 * t_s7pal_13
         + K53 * t_tuq22_13
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_17)
-        - t_e4bef
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_17))
-        + t_rujpm * t_uhbee
+        - t_yw7jt
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_17))
+        + t_rujpm * t_j46a4
         - K_L52 * t_mqm36
-        - K_L53 * t_4ek5c
-        - K_L54 * t_x5n53;
-    const real t_fve3i = cos_theta2 * t_7hro7_2 + q[wx] * p[I2] - g_2 * t_wmtg5;
-    const real t_rkh4r = t_lwe76 * t_3cp5h_16
-        - t_fve3i
-        - K65 * t_mrk7o
-        - K66 * t_46aqp
-        + t_bl4f2 * t_xufve_2
-        + t_bl4f2 * t_2dgzg_4
-        + t_hjmgb * t_7j5g4
-        + t_hjmgb * t_hm7tw_12
-        - K63 * t_kharq
-        - K63 * t_ukxpe_2
-        + K64 * t_7ombd
+        - K_L53 * t_sis4m
+        - K_L54 * t_qd3kz;
+    const real t_fzpy2 = cos_theta2 * t_6g4dk_2 + q[wx] * p[I2] - g_2 * t_wmtg5;
+    const real t_penon = t_lwe76 * t_3cp5h_17
+        - t_fzpy2
+        - K65 * t_djmfo
+        - K66 * t_h6uoq
+        + t_bl4f2 * t_3e5wk_5
+        + t_bl4f2 * t_vevi4_7
+        + t_hjmgb * t_vakk6
+        + t_hjmgb * t_2xwyg_13
+        - K63 * t_zcvw6
+        - K63 * t_j53ny_5
+        + K64 * t_6oj7b
         - t_lwe76 * t_pdzxe_17
-        + t_bl4f2 * t_mtv6d_13
-        + t_hjmgb * t_54x6k_13
+        + t_bl4f2 * t_cyfhb_13
+        + t_hjmgb * t_s7pal_13
         - K63 * t_tuq22_13
-        + t_fve3i;
-    const real t_z7sm6 = t_lwe76 * t_mvrqf_17
-        - t_rkh4r
-        + t_pgxzp * t_uhbee
+        + t_fzpy2;
+    const real t_znwie = t_lwe76 * t_mvrqf_17
+        - t_penon
+        + t_pgxzp * t_j46a4
         + t_gz422 * t_mqm36
-        - K_L63 * t_4ek5c
-        - K_L64 * t_x5n53
-        - K_L65 * t_2ek6x;
-    const real t_pyjdk_2 = t_z7sm6 * t_nfkwa;
-    const real t_4j47t = t_2ek6x * t_ftqxb - K_L65 * t_pyjdk_2;
-    const real t_t4zrm = t_x5n53 * t_lt2al - K_L54 * t_4j47t - K_L64 * t_pyjdk_2;
-    const real t_miqfn = t_4ek5c * t_zmh3u - K_L43 * t_t4zrm - K_L53 * t_4j47t - K_L63 * t_pyjdk_2;
-    const real t_kf5fx = t_mqm36 * t_4iujv
-        - K_L32 * t_miqfn
-        + t_5wcj3 * t_t4zrm
-        - K_L52 * t_4j47t
-        + t_gz422 * t_pyjdk_2;
-    const real t_j3p5u = t_uhbee * t_bpfoo
-        + t_w7lcw * t_kf5fx
-        + t_3go2w * t_miqfn
-        + t_xq4wt * t_t4zrm
-        + t_rujpm * t_4j47t
-        + t_pgxzp * t_pyjdk_2;
-    const real t_aavfg = t_5mfup - q[wy];
-    const real t_u7sf4 = t_jyktz - q[wx];
-    const real t_zgazf = sin_theta1 * t_gtbrz + cos_theta1 * t_7btko;
-    const real t_xudpn = cos_phi1 * (e1 * t_zgazf + sin_theta1 * t_wlqt3 + cos_theta1 * t_z5kvy)
-        + sin_phi1 * t_7n6hi;
-    const real t_emq3c = sin_theta1 * t_3wobu + cos_theta1 * t_ckbdq;
-    const real t_xudpn_2 = cos_phi1 * (e1 * t_emq3c + sin_theta1 * t_fsly7 + cos_theta1 * t_oipqy)
-        + sin_phi1 * t_t7wvv;
-    const real t_7k2g2 = sin_theta1 * t_ou72h + cos_theta1 * t_wdeqk;
-    const real t_xudpn_3 = cos_phi1 * (e1 * t_7k2g2 + sin_theta1 * t_kzgqi + cos_theta1 * t_hlhnm)
-        + sin_phi1 * t_xhk6r;
-    const real t_ts5ss = sin_theta1 * t_5mfup + cos_theta1 * t_ewg7z;
-    const real t_b6lbb = t_ts5ss + t_bawzi;
-    const real t_xysqh = cos_phi1 * (e1 * t_ts5ss + sin_theta1 * t_licko + cos_theta1 * t_g77ri)
-        + sin_phi1 * t_atb7e;
-    const real t_ts5ss_2 = sin_theta1 * t_jyktz + cos_theta1 * t_wsvx2;
-    const real t_hjnut = t_ts5ss_2 + t_lmubw;
-    const real t_mdfkm = cos_phi1 * (e1 * t_ts5ss_2 + sin_theta1 * t_52mqb + cos_theta1 * t_uaqgk)
-        + sin_phi1 * (t_vrmxf - t_imsf6);
-    const real t_wdylf = sin_theta1 * t_tj7dm + cos_theta1 * t_mir2d;
-    const real t_l4hct = t_wdylf + t_e6rpb;
-    const real t_c42ya = cos_phi1 * (e1 * t_wdylf + sin_theta1 * t_r4slj + cos_theta1 * t_dn3zj)
-        + sin_phi1 * (t_3unn4 - t_oetyi);
-    const real t_4hppi = sin_theta1 * t_wi4cr + cos_theta1 * t_bd4tr;
-    const real t_xudpn_4 = cos_phi1 * (e1 * t_4hppi + sin_theta1 * t_c3mxf + cos_theta1 * t_z3paf)
-        + sin_phi1 * t_pmpxg;
-    const real t_zgazf_2 = sin_theta1 * t_ukwr5 + cos_theta1 * t_7btko_2;
-    const real t_xudpn_5 = cos_phi1 * (e1 * t_zgazf_2 + sin_theta1 * t_wlqt3_2 + cos_theta1 * t_z5kvy_2)
-        + sin_phi1 * t_7n6hi_2;
-    const real t_r6d7q = sin_theta1 * t_j2crt + cos_theta1 * t_s63kq;
-    const real t_xudpn_6 = cos_phi1 * (e1 * t_r6d7q + sin_theta1 * t_plwwx + cos_theta1 * t_sxofq)
-        + sin_phi1 * t_jiyis;
-    const real t_sh3wu = sin_theta1 * t_rwf2u + cos_theta1 * t_4izuj;
-    const real t_nvjsb = t_sh3wu + t_hvpvf;
-    const real t_y5ucn = t_6outz * sin_theta1;
-    const real t_wn5az = t_rjhb3 * cos_theta1;
-    const real t_fnmkj = t_4xz5v * sin_theta1;
-    const real t_3dwa3 = t_5sglq * cos_theta1;
-    const real t_svuss = t_h6owg
-        + t_w7lcw * t_4xz5v
-        + t_3go2w * t_5sglq
-        + t_xq4wt * t_ywr4i
-        + t_rujpm * t_6outz
-        + t_pgxzp * t_rjhb3;
-    const real t_mjamc = cos_phi1 * (e1 * t_sh3wu + sin_theta1 * t_o7a22 + cos_theta1 * t_6ztzr)
-        - ((t_y5ucn + t_wn5az) * e1 + t_fnmkj + t_3dwa3) * sin_phi1
-        + ((t_svuss - t_w7vil) * cos_phi1 + sin_phi1 * t_hmscw);
-    const real t_iz2tz = t_6outz * cos_theta1;
-    const real t_6tejq = t_rjhb3 * sin_theta1;
-    const real t_zr444 = sin_theta1 * t_2swr2 + t_iz2tz + (cos_theta1 * t_gi2rd - t_6tejq);
-    const real t_uyzkk = t_zr444 + t_y5gv4;
-    const real t_qo3t3 = t_4xz5v * cos_theta1;
-    const real t_coyu4 = t_5sglq * sin_theta1;
-    const real t_igxqs = cos_phi1 * (e1 * t_zr444 + (sin_theta1 * t_s5rzj + t_qo3t3) + (cos_theta1 * t_xkhet - t_coyu4));
-    const real t_sh3wu_2 = sin_theta1 * t_hqarl + cos_theta1 * t_aaynq;
-    const real t_acjzp = cos_phi1 * (e1 * t_sh3wu_2 + sin_theta1 * t_3stsb + cos_theta1 * t_g2yud)
-        + sin_phi1 * t_rm5la;
-    const real t_nik5m = sin_theta1 * t_evvhx + cos_theta1 * t_aj43a;
-    const real t_xesjk = cos_phi1 * (e1 * t_nik5m + sin_theta1 * t_dodc3 + cos_theta1 * t_qav4u)
-        + sin_phi1 * t_skp2t;
-    const real t_vir6g = sin_theta1 * t_zntvo + cos_theta1 * t_7c7lp;
-    const real t_3m6cj = cos_phi1 * (e1 * t_vir6g + sin_theta1 * t_5gqzo + cos_theta1 * t_ftgbv)
-        + sin_phi1 * t_vaddd;
-    const real t_sjk3r = sin_theta1 * t_yeyou + cos_theta1 * t_pyjdk;
-    const real t_b6lbb_2 = t_sjk3r + t_bawzi_2;
-    const real t_isnjy = cos_phi1 * (e1 * t_sjk3r + sin_theta1 * t_hqcra + cos_theta1 * t_bbv5m)
-        + sin_phi1 * t_nu7yf;
-    const real t_vir6g_2 = sin_theta1 * t_c6iwn + cos_theta1 * t_7c7lp_2;
-    const real t_3m6cj_2 = cos_phi1 * (e1 * t_vir6g_2 + sin_theta1 * t_zirfh + cos_theta1 * t_q5xth)
-        + sin_phi1 * t_onvtc;
-    const real t_sjk3r_2 = sin_theta1 * t_4j47t + cos_theta1 * t_pyjdk_2;
-    const real t_isnjy_2 = cos_phi1 * (e1 * t_sjk3r_2 + sin_theta1 * t_kf5fx + cos_theta1 * t_miqfn)
-        + sin_phi1 * t_j3p5u;
-    const real t_l7vee = t_lvimi + t_gtbrz;
-    const real t_yxi2w = cos_theta1 * t_wlqt3
-        + g_1 * (cos_theta1 * t_gtbrz - sin_theta1 * t_7btko)
-        - q_1 * t_l7vee
-        - sin_theta1 * t_z5kvy;
-    const real t_bgalm = t_aupbe + t_3wobu;
-    const real t_4auhq = cos_theta1 * t_fsly7
-        + g_1 * (cos_theta1 * t_3wobu - sin_theta1 * t_ckbdq)
-        - q_1 * t_bgalm
-        - sin_theta1 * t_oipqy;
-    const real t_g73a2 = t_zkb4z + t_ou72h;
-    const real t_z3le7 = cos_theta1 * t_kzgqi
-        + g_1 * (cos_theta1 * t_ou72h - sin_theta1 * t_wdeqk)
-        - q_1 * t_g73a2
-        - sin_theta1 * t_hlhnm;
-    const real t_fzqbi = t_nndio + t_5mfup;
-    const real t_zvm6b = t_ljxeu
-        + cos_theta1 * t_licko
-        + g_1 * (cos_theta1 * t_5mfup - sin_theta1 * t_ewg7z)
-        - q_1 * t_fzqbi
-        - sin_theta1 * t_g77ri;
-    const real t_htudj = t_aqpjf + t_jyktz;
-    const real t_6zwaf = t_qrqlw
-        + cos_theta1 * t_52mqb
-        + g_1 * (cos_theta1 * t_jyktz - sin_theta1 * t_wsvx2)
-        - q_1 * t_htudj
-        - sin_theta1 * t_uaqgk;
-    const real t_bty6z = t_ifpaa + t_tj7dm;
-    const real t_h4yw2 = t_z7jiy
-        + cos_theta1 * t_r4slj
-        + g_1 * (cos_theta1 * t_tj7dm - sin_theta1 * t_mir2d)
-        - q_1 * t_bty6z
-        - sin_theta1 * t_dn3zj;
-    const real t_ke4w5 = t_o7emy + t_wi4cr;
-    const real t_jjfho = cos_theta1 * t_c3mxf
-        + g_1 * (cos_theta1 * t_wi4cr - sin_theta1 * t_bd4tr)
-        - q_1 * t_ke4w5
-        - sin_theta1 * t_z3paf;
-    const real t_l7vee_2 = t_odqgo + t_ukwr5;
-    const real t_yxi2w_2 = cos_theta1 * t_wlqt3_2
-        + g_1 * (cos_theta1 * t_ukwr5 - sin_theta1 * t_7btko_2)
-        - q_1 * t_l7vee_2
-        - sin_theta1 * t_z5kvy_2;
-    const real t_pcv3t = t_am6dp + t_j2crt;
-    const real t_wztz3 = cos_theta1 * t_plwwx
-        + g_1 * (cos_theta1 * t_j2crt - sin_theta1 * t_s63kq)
-        - q_1 * t_pcv3t
-        - sin_theta1 * t_sxofq;
-    const real t_uer2z = t_iz2tz - t_6tejq;
-    const real t_h2z2t = t_ywr4i + t_6outz;
-    const real t_fewdn = zeta1 + t_qo3t3 + g_1 * t_uer2z - t_h2z2t * q_1 - t_coyu4;
-    const real t_j6sz7 = t_3pusr + t_rwf2u;
-    const real t_nhqx3 = t_f2zxy
-        + cos_theta1 * t_o7a22
-        + (t_uer2z * t_xtwlg + g_1 * (cos_theta1 * t_rwf2u - sin_theta1 * t_4izuj))
-        - (q_1 * t_j6sz7 + t_h2z2t * t_4z4np)
-        - sin_theta1 * t_6ztzr;
+        - K_L63 * t_sis4m
+        - K_L64 * t_qd3kz
+        - K_L65 * t_h6b4s;
+    const real t_4cutx_5 = t_znwie * t_nfkwa;
+    const real t_5apjr = t_h6b4s * t_ftqxb - K_L65 * t_4cutx_5;
+    const real t_fbmcw = t_qd3kz * t_lt2al - K_L54 * t_5apjr - K_L64 * t_4cutx_5;
+    const real t_azo7n_2 = t_sis4m * t_zmh3u - K_L43 * t_fbmcw - K_L53 * t_5apjr - K_L63 * t_4cutx_5;
+    const real t_pr4pj_2 = t_mqm36 * t_4iujv
+        - K_L32 * t_azo7n_2
+        + t_5wcj3 * t_fbmcw
+        - K_L52 * t_5apjr
+        + t_gz422 * t_4cutx_5;
+    const real t_5c726 = t_j46a4 * t_bpfoo
+        + t_w7lcw * t_pr4pj_2
+        + t_3go2w * t_azo7n_2
+        + t_xq4wt * t_fbmcw
+        + t_rujpm * t_5apjr
+        + t_pgxzp * t_4cutx_5;
+    const real t_kefq7 = t_zzomv - q[wy];
+    const real t_gvbad = t_wjyn2 - q[wx];
+    const real t_sm7oh = sin_theta1 * t_gly7z + cos_theta1 * t_zutqn;
+    const real t_i2uqx = cos_phi1 * (e1 * t_sm7oh + sin_theta1 * t_2p2oi + cos_theta1 * t_kumhc)
+        + sin_phi1 * t_djlq2;
+    const real t_kto4a = sin_theta1 * t_feqox + cos_theta1 * t_g244h;
+    const real t_i2uqx_2 = cos_phi1 * (e1 * t_kto4a + sin_theta1 * t_cpzth + cos_theta1 * t_hydzp)
+        + sin_phi1 * t_ly4v3;
+    const real t_lhj2i = sin_theta1 * t_wpogp + cos_theta1 * t_tt7qo;
+    const real t_i2uqx_3 = cos_phi1 * (e1 * t_lhj2i + sin_theta1 * t_yemxe + cos_theta1 * t_nfkya)
+        + sin_phi1 * t_x342x;
+    const real t_p6d45 = sin_theta1 * t_zzomv + cos_theta1 * t_mnget;
+    const real t_7iogl = t_p6d45 + t_bawzi;
+    const real t_vabek = cos_phi1 * (e1 * t_p6d45 + sin_theta1 * t_57c5m + cos_theta1 * t_mzuye)
+        + sin_phi1 * t_qdb76;
+    const real t_p6d45_2 = sin_theta1 * t_wjyn2 + cos_theta1 * t_mnget_2;
+    const real t_vjduo = t_p6d45_2 + t_lmubw;
+    const real t_qifvy = cos_phi1 * (e1 * t_p6d45_2 + sin_theta1 * t_57c5m_2 + cos_theta1 * t_mzuye_2)
+        + sin_phi1 * (t_okbgz - t_imsf6);
+    const real t_y4lgs = sin_theta1 * t_iiyl4 + cos_theta1 * t_4cutx;
+    const real t_rb6tk = t_y4lgs + t_e6rpb;
+    const real t_saffr = cos_phi1 * (e1 * t_y4lgs + sin_theta1 * t_tknj6 + cos_theta1 * t_eirme)
+        + sin_phi1 * (t_rfoph - t_oetyi);
+    const real t_sm7oh_2 = sin_theta1 * t_lplor + cos_theta1 * t_zutqn_2;
+    const real t_i2uqx_4 = cos_phi1 * (e1 * t_sm7oh_2 + sin_theta1 * t_2p2oi_2 + cos_theta1 * t_kumhc_2)
+        + sin_phi1 * t_djlq2_2;
+    const real t_sm7oh_3 = sin_theta1 * t_qu7oh + cos_theta1 * t_zutqn_3;
+    const real t_i2uqx_5 = cos_phi1 * (e1 * t_sm7oh_3 + sin_theta1 * t_2p2oi_3 + cos_theta1 * t_kumhc_3)
+        + sin_phi1 * t_djlq2_3;
+    const real t_pzpfi = sin_theta1 * t_2g35z + cos_theta1 * t_6fkgz;
+    const real t_i2uqx_6 = cos_phi1 * (e1 * t_pzpfi + sin_theta1 * t_zp3td + cos_theta1 * t_thoo4)
+        + sin_phi1 * t_ykypl;
+    const real t_kc27u = sin_theta1 * t_v4qko + cos_theta1 * t_ssv4i;
+    const real t_7vefx = t_kc27u + t_hvpvf;
+    const real t_oddk5 = t_tuxen * sin_theta1;
+    const real t_2f3sm = t_2uqac * cos_theta1;
+    const real t_mrzu7 = t_ykhgf * sin_theta1;
+    const real t_idi6q = t_h4uvc * cos_theta1;
+    const real t_caceg = t_h6owg
+        + t_w7lcw * t_ykhgf
+        + t_3go2w * t_h4uvc
+        + t_xq4wt * t_4i5kl
+        + t_rujpm * t_tuxen
+        + t_pgxzp * t_2uqac;
+    const real t_yo5o7 = cos_phi1 * (e1 * t_kc27u + sin_theta1 * t_6mkl7 + cos_theta1 * t_fnht4)
+        - ((t_oddk5 + t_2f3sm) * e1 + t_mrzu7 + t_idi6q) * sin_phi1
+        + ((t_caceg - t_w7vil) * cos_phi1 + sin_phi1 * t_pxlrv);
+    const real t_7rpve = t_tuxen * cos_theta1;
+    const real t_p7gpo = t_2uqac * sin_theta1;
+    const real t_gw5c5 = sin_theta1 * t_nqno6 + t_7rpve + (cos_theta1 * t_ugw37 - t_p7gpo);
+    const real t_tkpvc = t_gw5c5 + t_y5gv4;
+    const real t_rn2kh = t_ykhgf * cos_theta1;
+    const real t_lmtff = t_h4uvc * sin_theta1;
+    const real t_c5sbx = cos_phi1 * (e1 * t_gw5c5 + (sin_theta1 * t_rodgz + t_rn2kh) + (cos_theta1 * t_kiwmn - t_lmtff));
+    const real t_kc27u_2 = sin_theta1 * t_nxjdi + cos_theta1 * t_dk4f6;
+    const real t_laa5v = cos_phi1 * (e1 * t_kc27u_2 + sin_theta1 * t_ic43s + cos_theta1 * t_no7nk)
+        + sin_phi1 * t_h3xdr;
+    const real t_jkwwo = sin_theta1 * t_rvw6a + cos_theta1 * t_syjue;
+    const real t_uwleq = cos_phi1 * (e1 * t_jkwwo + sin_theta1 * t_yjloj + cos_theta1 * t_2lqg5)
+        + sin_phi1 * t_gs6kq;
+    const real t_y4lgs_2 = sin_theta1 * t_5l7vm + cos_theta1 * t_4cutx_2;
+    const real t_vabek_2 = cos_phi1 * (e1 * t_y4lgs_2 + sin_theta1 * t_2phl7 + cos_theta1 * t_2h6we)
+        + sin_phi1 * t_udtjq;
+    const real t_y4lgs_3 = sin_theta1 * t_e3yox + cos_theta1 * t_4cutx_3;
+    const real t_7iogl_2 = t_y4lgs_3 + t_bawzi_2;
+    const real t_vabek_3 = cos_phi1 * (e1 * t_y4lgs_3 + sin_theta1 * t_2phl7_2 + cos_theta1 * t_2h6we_2)
+        + sin_phi1 * t_gdqra;
+    const real t_y4lgs_4 = sin_theta1 * t_p4fkk + cos_theta1 * t_4cutx_4;
+    const real t_vabek_4 = cos_phi1 * (e1 * t_y4lgs_4 + sin_theta1 * t_pr4pj + cos_theta1 * t_azo7n)
+        + sin_phi1 * t_oyjp2;
+    const real t_y4lgs_5 = sin_theta1 * t_5apjr + cos_theta1 * t_4cutx_5;
+    const real t_vabek_5 = cos_phi1 * (e1 * t_y4lgs_5 + sin_theta1 * t_pr4pj_2 + cos_theta1 * t_azo7n_2)
+        + sin_phi1 * t_5c726;
+    const real t_iatwi = t_3uamd + t_gly7z;
+    const real t_izolf = cos_theta1 * t_2p2oi
+        + g_1 * (cos_theta1 * t_gly7z - sin_theta1 * t_zutqn)
+        - q_1 * t_iatwi
+        - sin_theta1 * t_kumhc;
+    const real t_u7f5z = t_qcbyi + t_feqox;
+    const real t_42lpy = cos_theta1 * t_cpzth
+        + g_1 * (cos_theta1 * t_feqox - sin_theta1 * t_g244h)
+        - q_1 * t_u7f5z
+        - sin_theta1 * t_hydzp;
+    const real t_cbl45 = t_wzbp5 + t_wpogp;
+    const real t_4l7im = cos_theta1 * t_yemxe
+        + g_1 * (cos_theta1 * t_wpogp - sin_theta1 * t_tt7qo)
+        - q_1 * t_cbl45
+        - sin_theta1 * t_nfkya;
+    const real t_z5dmr = t_hridv + t_zzomv;
+    const real t_cgiir = t_ljxeu
+        + cos_theta1 * t_57c5m
+        + g_1 * (cos_theta1 * t_zzomv - sin_theta1 * t_mnget)
+        - q_1 * t_z5dmr
+        - sin_theta1 * t_mzuye;
+    const real t_z5dmr_2 = t_6eg6k + t_wjyn2;
+    const real t_4fg7c = t_qrqlw
+        + cos_theta1 * t_57c5m_2
+        + g_1 * (cos_theta1 * t_wjyn2 - sin_theta1 * t_mnget_2)
+        - q_1 * t_z5dmr_2
+        - sin_theta1 * t_mzuye_2;
+    const real t_suzv4 = t_wjknz + t_iiyl4;
+    const real t_dzzlz = t_z7jiy
+        + cos_theta1 * t_tknj6
+        + g_1 * (cos_theta1 * t_iiyl4 - sin_theta1 * t_4cutx)
+        - q_1 * t_suzv4
+        - sin_theta1 * t_eirme;
+    const real t_iatwi_2 = t_6fz7a + t_lplor;
+    const real t_izolf_2 = cos_theta1 * t_2p2oi_2
+        + g_1 * (cos_theta1 * t_lplor - sin_theta1 * t_zutqn_2)
+        - q_1 * t_iatwi_2
+        - sin_theta1 * t_kumhc_2;
+    const real t_iatwi_3 = t_xa2fg + t_qu7oh;
+    const real t_izolf_3 = cos_theta1 * t_2p2oi_3
+        + g_1 * (cos_theta1 * t_qu7oh - sin_theta1 * t_zutqn_3)
+        - q_1 * t_iatwi_3
+        - sin_theta1 * t_kumhc_3;
+    const real t_7jdux = t_gcknu + t_2g35z;
+    const real t_bhxvk = cos_theta1 * t_zp3td
+        + g_1 * (cos_theta1 * t_2g35z - sin_theta1 * t_6fkgz)
+        - q_1 * t_7jdux
+        - sin_theta1 * t_thoo4;
+    const real t_ypz44 = t_7rpve - t_p7gpo;
+    const real t_fqxxb = t_4i5kl + t_tuxen;
+    const real t_kn4ym = zeta1 + t_rn2kh + g_1 * t_ypz44 - t_fqxxb * q_1 - t_lmtff;
+    const real t_kukju = t_ya4sy + t_v4qko;
+    const real t_7ksht = t_f2zxy
+        + cos_theta1 * t_6mkl7
+        + (t_ypz44 * t_xtwlg + g_1 * (cos_theta1 * t_v4qko - sin_theta1 * t_ssv4i))
+        - (q_1 * t_kukju + t_fqxxb * t_4z4np)
+        - sin_theta1 * t_fnht4;
     const real t_ibe72 = K(1.0) / p[m1];
-    const real t_sjcxw = th_1 * (t_fewdn * t_4z4np + q_1 * t_nhqx3)
-        - (loss_theta1 * t_ibe72 + q_1 * t_fewdn) * t_vhuco;
-    const real t_wvuo5 = t_e7pgz + t_2swr2;
-    const real t_en5gt = t_2vp5p
-        + (cos_theta1 * t_s5rzj - t_fnmkj)
-        + g_1 * (cos_theta1 * t_2swr2 - t_y5ucn - (sin_theta1 * t_gi2rd + t_wn5az))
-        - q_1 * t_wvuo5
-        - (sin_theta1 * t_xkhet + t_3dwa3);
-    const real t_zzvop = t_nqrge + t_hqarl;
-    const real t_fym5t = cos_theta1 * t_3stsb
-        + g_1 * (cos_theta1 * t_hqarl - sin_theta1 * t_aaynq)
-        - q_1 * t_zzvop
-        - sin_theta1 * t_g2yud;
-    const real t_wvuo5_2 = t_lje4e + t_evvhx;
-    const real t_eocew = cos_theta1 * t_dodc3
-        + g_1 * (cos_theta1 * t_evvhx - sin_theta1 * t_aj43a)
-        - q_1 * t_wvuo5_2
-        - sin_theta1 * t_qav4u;
-    const real t_aeoiw = t_mhmpn + t_zntvo;
-    const real t_fy6e4 = cos_theta1 * t_5gqzo
+    const real t_oovpr = th_1 * (t_kn4ym * t_4z4np + q_1 * t_7ksht)
+        - (loss_theta1 * t_ibe72 + q_1 * t_kn4ym) * t_vhuco;
+    const real t_ba6y4 = t_rwbzc + t_nqno6;
+    const real t_z2qmn = t_2vp5p
+        + (cos_theta1 * t_rodgz - t_mrzu7)
+        + g_1 * (cos_theta1 * t_nqno6 - t_oddk5 - (sin_theta1 * t_ugw37 + t_2f3sm))
+        - q_1 * t_ba6y4
+        - (sin_theta1 * t_kiwmn + t_idi6q);
+    const real t_ad33o = t_3qa4z + t_nxjdi;
+    const real t_xrzaa = cos_theta1 * t_ic43s
+        + g_1 * (cos_theta1 * t_nxjdi - sin_theta1 * t_dk4f6)
+        - q_1 * t_ad33o
+        - sin_theta1 * t_no7nk;
+    const real t_ba6y4_2 = t_ejwzg + t_rvw6a;
+    const real t_dcrhq = cos_theta1 * t_yjloj
+        + g_1 * (cos_theta1 * t_rvw6a - sin_theta1 * t_syjue)
+        - q_1 * t_ba6y4_2
+        - sin_theta1 * t_2lqg5;
+    const real t_suzv4_2 = t_mowgp + t_5l7vm;
+    const real t_tckos = cos_theta1 * t_2phl7
         - t_nxx6u
-        + g_1 * (cos_theta1 * t_zntvo - sin_theta1 * t_7c7lp)
-        - q_1 * t_aeoiw
-        - sin_theta1 * t_ftgbv;
-    const real t_53t5b = t_dlqez + t_yeyou;
-    const real t_clvha = t_ol4jq
-        + cos_theta1 * t_hqcra
-        + g_1 * (cos_theta1 * t_yeyou - sin_theta1 * t_pyjdk)
-        - q_1 * t_53t5b
-        - sin_theta1 * t_bbv5m;
-    const real t_aeoiw_2 = t_tlr2o + t_c6iwn;
-    const real t_7trta = cos_theta1 * t_zirfh
-        + g_1 * (cos_theta1 * t_c6iwn - sin_theta1 * t_7c7lp_2)
-        - q_1 * t_aeoiw_2
-        - sin_theta1 * t_q5xth;
-    const real t_53t5b_2 = t_t4zrm + t_4j47t;
-    const real t_jlzvv = cos_theta1 * t_kf5fx
-        + g_1 * (cos_theta1 * t_4j47t - sin_theta1 * t_pyjdk_2)
-        - q_1 * t_53t5b_2
-        - sin_theta1 * t_miqfn;
-    const real t_iwngb = sin_theta2 * t_gtbrz + cos_theta2 * t_7btko;
-    const real t_vzdit = cos_phi2 * (e2 * t_iwngb + sin_theta2 * t_wlqt3 + cos_theta2 * t_z5kvy)
-        + sin_phi2 * t_7n6hi;
-    const real t_tdu24 = sin_theta2 * t_3wobu + cos_theta2 * t_ckbdq;
-    const real t_vzdit_2 = cos_phi2 * (e2 * t_tdu24 + sin_theta2 * t_fsly7 + cos_theta2 * t_oipqy)
-        + sin_phi2 * t_t7wvv;
-    const real t_skgea = sin_theta2 * t_ou72h + cos_theta2 * t_wdeqk;
-    const real t_vzdit_3 = cos_phi2 * (e2 * t_skgea + sin_theta2 * t_kzgqi + cos_theta2 * t_hlhnm)
-        + sin_phi2 * t_xhk6r;
-    const real t_7qpkp = sin_theta2 * t_5mfup + cos_theta2 * t_ewg7z;
-    const real t_zhlch = t_7qpkp + t_ly4o3;
-    const real t_2cjsv = cos_phi2 * (e2 * t_7qpkp + sin_theta2 * t_licko + cos_theta2 * t_g77ri)
-        + sin_phi2 * t_atb7e;
-    const real t_7qpkp_2 = sin_theta2 * t_jyktz + cos_theta2 * t_wsvx2;
-    const real t_yowov = t_7qpkp_2 + t_js3na;
-    const real t_jbgrf = cos_phi2 * (e2 * t_7qpkp_2 + sin_theta2 * t_52mqb + cos_theta2 * t_uaqgk)
-        + sin_phi2 * (t_vrmxf - t_sqd7x);
-    const real t_jldub = sin_theta2 * t_tj7dm + cos_theta2 * t_mir2d;
-    const real t_lmd5o = t_jldub + t_jv37x;
-    const real t_ce6fz = cos_phi2 * (e2 * t_jldub + sin_theta2 * t_r4slj + cos_theta2 * t_dn3zj)
-        + sin_phi2 * (t_3unn4 - t_xfnc5);
-    const real t_d65jm = sin_theta2 * t_wi4cr + cos_theta2 * t_bd4tr;
-    const real t_vzdit_4 = cos_phi2 * (e2 * t_d65jm + sin_theta2 * t_c3mxf + cos_theta2 * t_z3paf)
-        + sin_phi2 * t_pmpxg;
-    const real t_iwngb_2 = sin_theta2 * t_ukwr5 + cos_theta2 * t_7btko_2;
-    const real t_vzdit_5 = cos_phi2 * (e2 * t_iwngb_2 + sin_theta2 * t_wlqt3_2 + cos_theta2 * t_z5kvy_2)
-        + sin_phi2 * t_7n6hi_2;
-    const real t_elema = sin_theta2 * t_j2crt + cos_theta2 * t_s63kq;
-    const real t_vzdit_6 = cos_phi2 * (e2 * t_elema + sin_theta2 * t_plwwx + cos_theta2 * t_sxofq)
-        + sin_phi2 * t_jiyis;
-    const real t_cdt4i = sin_theta2 * t_rwf2u + cos_theta2 * t_4izuj;
-    const real t_lyn7o = cos_phi2 * (e2 * t_cdt4i + sin_theta2 * t_o7a22 + cos_theta2 * t_6ztzr)
-        + sin_phi2 * t_hmscw;
-    const real t_jpva5 = sin_theta2 * t_2swr2 + cos_theta2 * t_gi2rd;
-    const real t_jctur = cos_phi2 * (e2 * t_jpva5 + sin_theta2 * t_s5rzj + cos_theta2 * t_xkhet)
-        + sin_phi2 * t_kwg6i;
-    const real t_cdt4i_2 = sin_theta2 * t_hqarl + cos_theta2 * t_aaynq;
-    const real t_5fhje = t_cdt4i_2 + t_aduzw;
-    const real t_k6ytr = t_6outz * sin_theta2;
-    const real t_icyiz = t_rjhb3 * cos_theta2;
-    const real t_ore75 = t_4xz5v * sin_theta2;
-    const real t_zngtl = t_5sglq * cos_theta2;
-    const real t_7mtnh = cos_phi2 * (e2 * t_cdt4i_2 + sin_theta2 * t_3stsb + cos_theta2 * t_g2yud)
-        - ((t_k6ytr + t_icyiz) * e2 + t_ore75 + t_zngtl) * sin_phi2
-        + ((t_svuss - t_6fvzz) * cos_phi2 + sin_phi2 * t_rm5la);
-    const real t_j76uf = t_6outz * cos_theta2;
-    const real t_wjdra = t_rjhb3 * sin_theta2;
-    const real t_vbzzk = sin_theta2 * t_evvhx + t_j76uf + (cos_theta2 * t_aj43a - t_wjdra);
-    const real t_dqy2e = t_vbzzk + t_abii4;
-    const real t_frezo = t_4xz5v * cos_theta2;
-    const real t_edk7m = t_5sglq * sin_theta2;
-    const real t_uvydy = cos_phi2 * (e2 * t_vbzzk + (sin_theta2 * t_dodc3 + t_frezo) + (cos_theta2 * t_qav4u - t_edk7m));
-    const real t_a2vzl = sin_theta2 * t_zntvo + cos_theta2 * t_7c7lp;
-    const real t_ssye3 = cos_phi2 * (e2 * t_a2vzl + sin_theta2 * t_5gqzo + cos_theta2 * t_ftgbv)
-        + sin_phi2 * t_vaddd;
-    const real t_jfhuy = sin_theta2 * t_yeyou + cos_theta2 * t_pyjdk;
-    const real t_j64fp = cos_phi2 * (e2 * t_jfhuy + sin_theta2 * t_hqcra + cos_theta2 * t_bbv5m)
-        + sin_phi2 * t_nu7yf;
-    const real t_a2vzl_2 = sin_theta2 * t_c6iwn + cos_theta2 * t_7c7lp_2;
-    const real t_ssye3_2 = cos_phi2 * (e2 * t_a2vzl_2 + sin_theta2 * t_zirfh + cos_theta2 * t_q5xth)
-        + sin_phi2 * t_onvtc;
-    const real t_jfhuy_2 = sin_theta2 * t_4j47t + cos_theta2 * t_pyjdk_2;
-    const real t_zhlch_2 = t_jfhuy_2 + t_ly4o3_2;
-    const real t_j64fp_2 = cos_phi2 * (e2 * t_jfhuy_2 + sin_theta2 * t_kf5fx + cos_theta2 * t_miqfn)
-        + sin_phi2 * t_j3p5u;
-    const real t_atnsc = cos_theta2 * t_wlqt3
-        + g_2 * (cos_theta2 * t_gtbrz - sin_theta2 * t_7btko)
-        - q_2 * t_l7vee
-        - sin_theta2 * t_z5kvy;
-    const real t_timmg = cos_theta2 * t_fsly7
-        + g_2 * (cos_theta2 * t_3wobu - sin_theta2 * t_ckbdq)
-        - q_2 * t_bgalm
-        - sin_theta2 * t_oipqy;
-    const real t_mso3n = cos_theta2 * t_kzgqi
-        + g_2 * (cos_theta2 * t_ou72h - sin_theta2 * t_wdeqk)
-        - q_2 * t_g73a2
-        - sin_theta2 * t_hlhnm;
-    const real t_en26w = t_f5pan
-        + cos_theta2 * t_licko
-        + g_2 * (cos_theta2 * t_5mfup - sin_theta2 * t_ewg7z)
-        - q_2 * t_fzqbi
-        - sin_theta2 * t_g77ri;
-    const real t_4mhr2 = t_wbyvc
-        + cos_theta2 * t_52mqb
-        + g_2 * (cos_theta2 * t_jyktz - sin_theta2 * t_wsvx2)
-        - q_2 * t_htudj
-        - sin_theta2 * t_uaqgk;
-    const real t_3un2x = t_aopwl
-        + cos_theta2 * t_r4slj
-        + g_2 * (cos_theta2 * t_tj7dm - sin_theta2 * t_mir2d)
-        - q_2 * t_bty6z
-        - sin_theta2 * t_dn3zj;
-    const real t_pxbmf = cos_theta2 * t_c3mxf
-        + g_2 * (cos_theta2 * t_wi4cr - sin_theta2 * t_bd4tr)
-        - q_2 * t_ke4w5
-        - sin_theta2 * t_z3paf;
-    const real t_atnsc_2 = cos_theta2 * t_wlqt3_2
-        + g_2 * (cos_theta2 * t_ukwr5 - sin_theta2 * t_7btko_2)
-        - q_2 * t_l7vee_2
-        - sin_theta2 * t_z5kvy_2;
-    const real t_7twem = cos_theta2 * t_plwwx
-        + g_2 * (cos_theta2 * t_j2crt - sin_theta2 * t_s63kq)
-        - q_2 * t_pcv3t
-        - sin_theta2 * t_sxofq;
-    const real t_jyai2 = cos_theta2 * t_o7a22
-        + g_2 * (cos_theta2 * t_rwf2u - sin_theta2 * t_4izuj)
-        - q_2 * t_j6sz7
-        - sin_theta2 * t_6ztzr;
-    const real t_j4dio = cos_theta2 * t_s5rzj
-        + g_2 * (cos_theta2 * t_2swr2 - sin_theta2 * t_gi2rd)
-        - q_2 * t_wvuo5
-        - sin_theta2 * t_xkhet;
-    const real t_qauoo = t_j76uf - t_wjdra;
-    const real t_knxbg = zeta2 + t_frezo + g_2 * t_qauoo - t_h2z2t * q_2 - t_edk7m;
-    const real t_j4f7q = t_qy4n2
-        + cos_theta2 * t_3stsb
-        + (t_qauoo * t_h36cy + g_2 * (cos_theta2 * t_hqarl - sin_theta2 * t_aaynq))
-        - (q_2 * t_zzvop + t_h2z2t * t_yk3z4)
-        - sin_theta2 * t_g2yud;
+        + g_1 * (cos_theta1 * t_5l7vm - sin_theta1 * t_4cutx_2)
+        - q_1 * t_suzv4_2
+        - sin_theta1 * t_2h6we;
+    const real t_suzv4_3 = t_czhcj + t_e3yox;
+    const real t_mcyw5 = t_ol4jq
+        + cos_theta1 * t_2phl7_2
+        + g_1 * (cos_theta1 * t_e3yox - sin_theta1 * t_4cutx_3)
+        - q_1 * t_suzv4_3
+        - sin_theta1 * t_2h6we_2;
+    const real t_suzv4_4 = t_n7l66 + t_p4fkk;
+    const real t_5zfhi = cos_theta1 * t_pr4pj
+        + g_1 * (cos_theta1 * t_p4fkk - sin_theta1 * t_4cutx_4)
+        - q_1 * t_suzv4_4
+        - sin_theta1 * t_azo7n;
+    const real t_suzv4_5 = t_fbmcw + t_5apjr;
+    const real t_5zfhi_2 = cos_theta1 * t_pr4pj_2
+        + g_1 * (cos_theta1 * t_5apjr - sin_theta1 * t_4cutx_5)
+        - q_1 * t_suzv4_5
+        - sin_theta1 * t_azo7n_2;
+    const real t_cafw3 = sin_theta2 * t_gly7z + cos_theta2 * t_zutqn;
+    const real t_c5bej = cos_phi2 * (e2 * t_cafw3 + sin_theta2 * t_2p2oi + cos_theta2 * t_kumhc)
+        + sin_phi2 * t_djlq2;
+    const real t_5vn34 = sin_theta2 * t_feqox + cos_theta2 * t_g244h;
+    const real t_c5bej_2 = cos_phi2 * (e2 * t_5vn34 + sin_theta2 * t_cpzth + cos_theta2 * t_hydzp)
+        + sin_phi2 * t_ly4v3;
+    const real t_5rdqz = sin_theta2 * t_wpogp + cos_theta2 * t_tt7qo;
+    const real t_c5bej_3 = cos_phi2 * (e2 * t_5rdqz + sin_theta2 * t_yemxe + cos_theta2 * t_nfkya)
+        + sin_phi2 * t_x342x;
+    const real t_gbts3 = sin_theta2 * t_zzomv + cos_theta2 * t_mnget;
+    const real t_5zull = t_gbts3 + t_ly4o3;
+    const real t_cdywg = cos_phi2 * (e2 * t_gbts3 + sin_theta2 * t_57c5m + cos_theta2 * t_mzuye)
+        + sin_phi2 * t_qdb76;
+    const real t_gbts3_2 = sin_theta2 * t_wjyn2 + cos_theta2 * t_mnget_2;
+    const real t_45gz6 = t_gbts3_2 + t_js3na;
+    const real t_plaqj = cos_phi2 * (e2 * t_gbts3_2 + sin_theta2 * t_57c5m_2 + cos_theta2 * t_mzuye_2)
+        + sin_phi2 * (t_okbgz - t_sqd7x);
+    const real t_xczzw = sin_theta2 * t_iiyl4 + cos_theta2 * t_4cutx;
+    const real t_v3njf = t_xczzw + t_jv37x;
+    const real t_u6hxg = cos_phi2 * (e2 * t_xczzw + sin_theta2 * t_tknj6 + cos_theta2 * t_eirme)
+        + sin_phi2 * (t_rfoph - t_xfnc5);
+    const real t_cafw3_2 = sin_theta2 * t_lplor + cos_theta2 * t_zutqn_2;
+    const real t_c5bej_4 = cos_phi2 * (e2 * t_cafw3_2 + sin_theta2 * t_2p2oi_2 + cos_theta2 * t_kumhc_2)
+        + sin_phi2 * t_djlq2_2;
+    const real t_cafw3_3 = sin_theta2 * t_qu7oh + cos_theta2 * t_zutqn_3;
+    const real t_c5bej_5 = cos_phi2 * (e2 * t_cafw3_3 + sin_theta2 * t_2p2oi_3 + cos_theta2 * t_kumhc_3)
+        + sin_phi2 * t_djlq2_3;
+    const real t_p6mvu = sin_theta2 * t_2g35z + cos_theta2 * t_6fkgz;
+    const real t_c5bej_6 = cos_phi2 * (e2 * t_p6mvu + sin_theta2 * t_zp3td + cos_theta2 * t_thoo4)
+        + sin_phi2 * t_ykypl;
+    const real t_ndi47 = sin_theta2 * t_v4qko + cos_theta2 * t_ssv4i;
+    const real t_bj3q7 = cos_phi2 * (e2 * t_ndi47 + sin_theta2 * t_6mkl7 + cos_theta2 * t_fnht4)
+        + sin_phi2 * t_pxlrv;
+    const real t_73mw4 = sin_theta2 * t_nqno6 + cos_theta2 * t_ugw37;
+    const real t_kitw7 = cos_phi2 * (e2 * t_73mw4 + sin_theta2 * t_rodgz + cos_theta2 * t_kiwmn)
+        + sin_phi2 * t_w63pi;
+    const real t_ndi47_2 = sin_theta2 * t_nxjdi + cos_theta2 * t_dk4f6;
+    const real t_5ptvl = t_ndi47_2 + t_aduzw;
+    const real t_3sqll = t_tuxen * sin_theta2;
+    const real t_amaem = t_2uqac * cos_theta2;
+    const real t_7u45u = t_ykhgf * sin_theta2;
+    const real t_na5ey = t_h4uvc * cos_theta2;
+    const real t_2uvam = cos_phi2 * (e2 * t_ndi47_2 + sin_theta2 * t_ic43s + cos_theta2 * t_no7nk)
+        - ((t_3sqll + t_amaem) * e2 + t_7u45u + t_na5ey) * sin_phi2
+        + ((t_caceg - t_6fvzz) * cos_phi2 + sin_phi2 * t_h3xdr);
+    const real t_f3pyg = t_tuxen * cos_theta2;
+    const real t_uucil = t_2uqac * sin_theta2;
+    const real t_ksdae = sin_theta2 * t_rvw6a + t_f3pyg + (cos_theta2 * t_syjue - t_uucil);
+    const real t_rtb3q = t_ksdae + t_abii4;
+    const real t_aiy5n = t_ykhgf * cos_theta2;
+    const real t_xyaxt = t_h4uvc * sin_theta2;
+    const real t_4d5it = cos_phi2 * (e2 * t_ksdae + (sin_theta2 * t_yjloj + t_aiy5n) + (cos_theta2 * t_2lqg5 - t_xyaxt));
+    const real t_xczzw_2 = sin_theta2 * t_5l7vm + cos_theta2 * t_4cutx_2;
+    const real t_cdywg_2 = cos_phi2 * (e2 * t_xczzw_2 + sin_theta2 * t_2phl7 + cos_theta2 * t_2h6we)
+        + sin_phi2 * t_udtjq;
+    const real t_xczzw_3 = sin_theta2 * t_e3yox + cos_theta2 * t_4cutx_3;
+    const real t_cdywg_3 = cos_phi2 * (e2 * t_xczzw_3 + sin_theta2 * t_2phl7_2 + cos_theta2 * t_2h6we_2)
+        + sin_phi2 * t_gdqra;
+    const real t_xczzw_4 = sin_theta2 * t_p4fkk + cos_theta2 * t_4cutx_4;
+    const real t_cdywg_4 = cos_phi2 * (e2 * t_xczzw_4 + sin_theta2 * t_pr4pj + cos_theta2 * t_azo7n)
+        + sin_phi2 * t_oyjp2;
+    const real t_xczzw_5 = sin_theta2 * t_5apjr + cos_theta2 * t_4cutx_5;
+    const real t_5zull_2 = t_xczzw_5 + t_ly4o3_2;
+    const real t_cdywg_5 = cos_phi2 * (e2 * t_xczzw_5 + sin_theta2 * t_pr4pj_2 + cos_theta2 * t_azo7n_2)
+        + sin_phi2 * t_5c726;
+    const real t_f5ofw = cos_theta2 * t_2p2oi
+        + g_2 * (cos_theta2 * t_gly7z - sin_theta2 * t_zutqn)
+        - q_2 * t_iatwi
+        - sin_theta2 * t_kumhc;
+    const real t_j46s7 = cos_theta2 * t_cpzth
+        + g_2 * (cos_theta2 * t_feqox - sin_theta2 * t_g244h)
+        - q_2 * t_u7f5z
+        - sin_theta2 * t_hydzp;
+    const real t_hmjb4 = cos_theta2 * t_yemxe
+        + g_2 * (cos_theta2 * t_wpogp - sin_theta2 * t_tt7qo)
+        - q_2 * t_cbl45
+        - sin_theta2 * t_nfkya;
+    const real t_aritt = t_f5pan
+        + cos_theta2 * t_57c5m
+        + g_2 * (cos_theta2 * t_zzomv - sin_theta2 * t_mnget)
+        - q_2 * t_z5dmr
+        - sin_theta2 * t_mzuye;
+    const real t_u6qhh = t_wbyvc
+        + cos_theta2 * t_57c5m_2
+        + g_2 * (cos_theta2 * t_wjyn2 - sin_theta2 * t_mnget_2)
+        - q_2 * t_z5dmr_2
+        - sin_theta2 * t_mzuye_2;
+    const real t_ue5su = t_aopwl
+        + cos_theta2 * t_tknj6
+        + g_2 * (cos_theta2 * t_iiyl4 - sin_theta2 * t_4cutx)
+        - q_2 * t_suzv4
+        - sin_theta2 * t_eirme;
+    const real t_f5ofw_2 = cos_theta2 * t_2p2oi_2
+        + g_2 * (cos_theta2 * t_lplor - sin_theta2 * t_zutqn_2)
+        - q_2 * t_iatwi_2
+        - sin_theta2 * t_kumhc_2;
+    const real t_f5ofw_3 = cos_theta2 * t_2p2oi_3
+        + g_2 * (cos_theta2 * t_qu7oh - sin_theta2 * t_zutqn_3)
+        - q_2 * t_iatwi_3
+        - sin_theta2 * t_kumhc_3;
+    const real t_t5tcj = cos_theta2 * t_zp3td
+        + g_2 * (cos_theta2 * t_2g35z - sin_theta2 * t_6fkgz)
+        - q_2 * t_7jdux
+        - sin_theta2 * t_thoo4;
+    const real t_mh3er = cos_theta2 * t_6mkl7
+        + g_2 * (cos_theta2 * t_v4qko - sin_theta2 * t_ssv4i)
+        - q_2 * t_kukju
+        - sin_theta2 * t_fnht4;
+    const real t_obdlu = cos_theta2 * t_rodgz
+        + g_2 * (cos_theta2 * t_nqno6 - sin_theta2 * t_ugw37)
+        - q_2 * t_ba6y4
+        - sin_theta2 * t_kiwmn;
+    const real t_yzpya = t_f3pyg - t_uucil;
+    const real t_xih5d = zeta2 + t_aiy5n + g_2 * t_yzpya - t_fqxxb * q_2 - t_xyaxt;
+    const real t_pyavq = t_qy4n2
+        + cos_theta2 * t_ic43s
+        + (t_yzpya * t_h36cy + g_2 * (cos_theta2 * t_nxjdi - sin_theta2 * t_dk4f6))
+        - (q_2 * t_ad33o + t_fqxxb * t_yk3z4)
+        - sin_theta2 * t_no7nk;
     const real t_r7vy7 = K(1.0) / p[m2];
-    const real t_h6xo5 = th_2 * (t_knxbg * t_yk3z4 + q_2 * t_j4f7q)
-        - (loss_theta2 * t_r7vy7 + q_2 * t_knxbg) * t_2s2br;
-    const real t_ekrxk = t_jx7yj
-        + (cos_theta2 * t_dodc3 - t_ore75)
-        + g_2 * (cos_theta2 * t_evvhx - t_k6ytr - (sin_theta2 * t_aj43a + t_icyiz))
-        - q_2 * t_wvuo5_2
-        - (sin_theta2 * t_qav4u + t_zngtl);
-    const real t_4bnsn = cos_theta2 * t_5gqzo
-        + g_2 * (cos_theta2 * t_zntvo - sin_theta2 * t_7c7lp)
-        - q_2 * t_aeoiw
-        - sin_theta2 * t_ftgbv;
-    const real t_ixmve = cos_theta2 * t_hqcra
-        + g_2 * (cos_theta2 * t_yeyou - sin_theta2 * t_pyjdk)
-        - q_2 * t_53t5b
-        - sin_theta2 * t_bbv5m;
-    const real t_swdqc = cos_theta2 * t_zirfh
+    const real t_qgl3e = th_2 * (t_xih5d * t_yk3z4 + q_2 * t_pyavq)
+        - (loss_theta2 * t_r7vy7 + q_2 * t_xih5d) * t_2s2br;
+    const real t_bfclz = t_jx7yj
+        + (cos_theta2 * t_yjloj - t_7u45u)
+        + g_2 * (cos_theta2 * t_rvw6a - t_3sqll - (sin_theta2 * t_syjue + t_amaem))
+        - q_2 * t_ba6y4_2
+        - (sin_theta2 * t_2lqg5 + t_na5ey);
+    const real t_6meeu = cos_theta2 * t_2phl7
+        + g_2 * (cos_theta2 * t_5l7vm - sin_theta2 * t_4cutx_2)
+        - q_2 * t_suzv4_2
+        - sin_theta2 * t_2h6we;
+    const real t_6meeu_2 = cos_theta2 * t_2phl7_2
+        + g_2 * (cos_theta2 * t_e3yox - sin_theta2 * t_4cutx_3)
+        - q_2 * t_suzv4_3
+        - sin_theta2 * t_2h6we_2;
+    const real t_7bzrg = cos_theta2 * t_pr4pj
         - t_pv35x
-        + g_2 * (cos_theta2 * t_c6iwn - sin_theta2 * t_7c7lp_2)
-        - q_2 * t_aeoiw_2
-        - sin_theta2 * t_q5xth;
-    const real t_nw6mn = t_noiav
-        + cos_theta2 * t_kf5fx
-        + g_2 * (cos_theta2 * t_4j47t - sin_theta2 * t_pyjdk_2)
-        - q_2 * t_53t5b_2
-        - sin_theta2 * t_miqfn;
-    J_q[0] = t_7n6hi;
-    J_q[1] = t_t7wvv + q[wz];
-    J_q[2] = t_xhk6r - q[wy];
-    J_q[3] = t_atb7e;
-    J_q[4] = t_vrmxf + x_C * t_6xfo3 - q[vz];
-    J_q[5] = t_3unn4 + x_C * t_gwp2t + q[vy];
-    J_q[6] = t_pmpxg;
-    J_q[7] = t_7n6hi_2;
-    J_q[8] = t_jiyis;
-    J_q[9] = t_hmscw;
-    J_q[10] = t_kwg6i;
-    J_q[11] = t_rm5la;
-    J_q[12] = t_skp2t;
-    J_q[13] = t_vaddd;
-    J_q[14] = t_nu7yf;
-    J_q[15] = t_onvtc;
-    J_q[16] = t_j3p5u;
-    J_q[17] = t_wlqt3 - x_C * t_gtbrz - q[wz];
-    J_q[18] = t_fsly7 - x_C * t_3wobu;
-    J_q[19] = t_kzgqi - x_C * t_ou72h + q[wx];
-    J_q[20] = t_licko - x_C * t_5mfup + q[vz];
-    J_q[21] = t_52mqb - x_C * t_jyktz;
-    J_q[22] = t_r4slj - x_C * t_tj7dm - q[vx];
-    J_q[23] = t_c3mxf - x_C * t_wi4cr;
-    J_q[24] = t_wlqt3_2 - x_C * t_ukwr5;
-    J_q[25] = t_plwwx - x_C * t_j2crt;
-    J_q[26] = t_o7a22 - x_C * t_rwf2u;
-    J_q[27] = t_s5rzj - x_C * t_2swr2;
-    J_q[28] = t_3stsb - x_C * t_hqarl;
-    J_q[29] = t_dodc3 - x_C * t_evvhx;
-    J_q[30] = t_5gqzo - x_C * t_zntvo;
-    J_q[31] = t_hqcra - x_C * t_yeyou;
-    J_q[32] = t_zirfh - x_C * t_c6iwn;
-    J_q[33] = t_kf5fx - x_C * t_4j47t;
-    J_q[34] = t_z5kvy - x_C * t_7btko + q[wy];
-    J_q[35] = t_oipqy - x_C * t_ckbdq - q[wx];
-    J_q[36] = t_hlhnm - x_C * t_wdeqk;
-    J_q[37] = t_g77ri - x_C * t_ewg7z - q[vy];
-    J_q[38] = t_uaqgk - x_C * t_wsvx2 + q[vx];
-    J_q[39] = t_dn3zj - x_C * t_mir2d;
-    J_q[40] = t_z3paf - x_C * t_bd4tr;
-    J_q[41] = t_z5kvy_2 - x_C * t_7btko_2;
-    J_q[42] = t_sxofq - x_C * t_s63kq;
-    J_q[43] = t_6ztzr - x_C * t_4izuj;
-    J_q[44] = t_xkhet - x_C * t_gi2rd;
-    J_q[45] = t_g2yud - x_C * t_aaynq;
-    J_q[46] = t_qav4u - x_C * t_aj43a;
-    J_q[47] = t_ftgbv - x_C * t_7c7lp;
-    J_q[48] = t_bbv5m - x_C * t_pyjdk;
-    J_q[49] = t_q5xth - x_C * t_7c7lp_2;
-    J_q[50] = t_miqfn - x_C * t_pyjdk_2;
-    J_q[51] = t_lvimi;
-    J_q[52] = t_aupbe;
-    J_q[53] = t_zkb4z;
-    J_q[54] = t_nndio;
-    J_q[55] = t_aqpjf;
-    J_q[56] = t_ifpaa;
-    J_q[57] = t_o7emy;
-    J_q[58] = t_odqgo;
-    J_q[59] = t_am6dp;
-    J_q[60] = t_3pusr;
-    J_q[61] = t_e7pgz;
-    J_q[62] = t_nqrge;
-    J_q[63] = t_lje4e;
-    J_q[64] = t_mhmpn;
-    J_q[65] = t_dlqez;
-    J_q[66] = t_tlr2o;
-    J_q[67] = t_t4zrm;
-    J_q[68] = -t_7btko;
-    J_q[69] = -t_ckbdq;
-    J_q[70] = -t_wdeqk;
-    J_q[71] = q[wz] - t_ewg7z;
-    J_q[72] = -t_wsvx2;
-    J_q[73] = q[wx] - t_mir2d;
-    J_q[74] = -t_bd4tr;
-    J_q[75] = -t_7btko_2;
-    J_q[76] = -t_s63kq;
-    J_q[77] = -t_4izuj;
-    J_q[78] = -t_gi2rd;
-    J_q[79] = -t_aaynq;
-    J_q[80] = -t_aj43a;
-    J_q[81] = -t_7c7lp;
-    J_q[82] = -t_pyjdk;
-    J_q[83] = -t_7c7lp_2;
-    J_q[84] = -t_pyjdk_2;
-    J_q[85] = t_gtbrz;
-    J_q[86] = t_3wobu;
-    J_q[87] = t_ou72h;
-    J_q[88] = t_aavfg;
-    J_q[89] = t_u7sf4;
-    J_q[90] = t_tj7dm;
-    J_q[91] = t_wi4cr;
-    J_q[92] = t_ukwr5;
-    J_q[93] = t_j2crt;
-    J_q[94] = t_rwf2u;
-    J_q[95] = t_2swr2;
-    J_q[96] = t_hqarl;
-    J_q[97] = t_evvhx;
-    J_q[98] = t_zntvo;
-    J_q[99] = t_yeyou;
-    J_q[100] = t_c6iwn;
-    J_q[101] = t_4j47t;
+        + g_2 * (cos_theta2 * t_p4fkk - sin_theta2 * t_4cutx_4)
+        - q_2 * t_suzv4_4
+        - sin_theta2 * t_azo7n;
+    const real t_mtatg = t_noiav
+        + cos_theta2 * t_pr4pj_2
+        + g_2 * (cos_theta2 * t_5apjr - sin_theta2 * t_4cutx_5)
+        - q_2 * t_suzv4_5
+        - sin_theta2 * t_azo7n_2;
+    J_q[0] = t_djlq2;
+    J_q[1] = t_ly4v3 + q[wz];
+    J_q[2] = t_x342x - q[wy];
+    J_q[3] = t_qdb76;
+    J_q[4] = t_okbgz + x_C * t_6xfo3 - q[vz];
+    J_q[5] = t_rfoph + x_C * t_gwp2t + q[vy];
+    J_q[6] = t_djlq2_2;
+    J_q[7] = t_djlq2_3;
+    J_q[8] = t_ykypl;
+    J_q[9] = t_pxlrv;
+    J_q[10] = t_w63pi;
+    J_q[11] = t_h3xdr;
+    J_q[12] = t_gs6kq;
+    J_q[13] = t_udtjq;
+    J_q[14] = t_gdqra;
+    J_q[15] = t_oyjp2;
+    J_q[16] = t_5c726;
+    J_q[17] = t_2p2oi - x_C * t_gly7z - q[wz];
+    J_q[18] = t_cpzth - x_C * t_feqox;
+    J_q[19] = t_yemxe - x_C * t_wpogp + q[wx];
+    J_q[20] = t_57c5m - x_C * t_zzomv + q[vz];
+    J_q[21] = t_57c5m_2 - x_C * t_wjyn2;
+    J_q[22] = t_tknj6 - x_C * t_iiyl4 - q[vx];
+    J_q[23] = t_2p2oi_2 - x_C * t_lplor;
+    J_q[24] = t_2p2oi_3 - x_C * t_qu7oh;
+    J_q[25] = t_zp3td - x_C * t_2g35z;
+    J_q[26] = t_6mkl7 - x_C * t_v4qko;
+    J_q[27] = t_rodgz - x_C * t_nqno6;
+    J_q[28] = t_ic43s - x_C * t_nxjdi;
+    J_q[29] = t_yjloj - x_C * t_rvw6a;
+    J_q[30] = t_2phl7 - x_C * t_5l7vm;
+    J_q[31] = t_2phl7_2 - x_C * t_e3yox;
+    J_q[32] = t_pr4pj - x_C * t_p4fkk;
+    J_q[33] = t_pr4pj_2 - x_C * t_5apjr;
+    J_q[34] = t_kumhc - x_C * t_zutqn + q[wy];
+    J_q[35] = t_hydzp - x_C * t_g244h - q[wx];
+    J_q[36] = t_nfkya - x_C * t_tt7qo;
+    J_q[37] = t_mzuye - x_C * t_mnget - q[vy];
+    J_q[38] = t_mzuye_2 - x_C * t_mnget_2 + q[vx];
+    J_q[39] = t_eirme - x_C * t_4cutx;
+    J_q[40] = t_kumhc_2 - x_C * t_zutqn_2;
+    J_q[41] = t_kumhc_3 - x_C * t_zutqn_3;
+    J_q[42] = t_thoo4 - x_C * t_6fkgz;
+    J_q[43] = t_fnht4 - x_C * t_ssv4i;
+    J_q[44] = t_kiwmn - x_C * t_ugw37;
+    J_q[45] = t_no7nk - x_C * t_dk4f6;
+    J_q[46] = t_2lqg5 - x_C * t_syjue;
+    J_q[47] = t_2h6we - x_C * t_4cutx_2;
+    J_q[48] = t_2h6we_2 - x_C * t_4cutx_3;
+    J_q[49] = t_azo7n - x_C * t_4cutx_4;
+    J_q[50] = t_azo7n_2 - x_C * t_4cutx_5;
+    J_q[51] = t_3uamd;
+    J_q[52] = t_qcbyi;
+    J_q[53] = t_wzbp5;
+    J_q[54] = t_hridv;
+    J_q[55] = t_6eg6k;
+    J_q[56] = t_wjknz;
+    J_q[57] = t_6fz7a;
+    J_q[58] = t_xa2fg;
+    J_q[59] = t_gcknu;
+    J_q[60] = t_ya4sy;
+    J_q[61] = t_rwbzc;
+    J_q[62] = t_3qa4z;
+    J_q[63] = t_ejwzg;
+    J_q[64] = t_mowgp;
+    J_q[65] = t_czhcj;
+    J_q[66] = t_n7l66;
+    J_q[67] = t_fbmcw;
+    J_q[68] = -t_zutqn;
+    J_q[69] = -t_g244h;
+    J_q[70] = -t_tt7qo;
+    J_q[71] = q[wz] - t_mnget;
+    J_q[72] = -t_mnget_2;
+    J_q[73] = q[wx] - t_4cutx;
+    J_q[74] = -t_zutqn_2;
+    J_q[75] = -t_zutqn_3;
+    J_q[76] = -t_6fkgz;
+    J_q[77] = -t_ssv4i;
+    J_q[78] = -t_ugw37;
+    J_q[79] = -t_dk4f6;
+    J_q[80] = -t_syjue;
+    J_q[81] = -t_4cutx_2;
+    J_q[82] = -t_4cutx_3;
+    J_q[83] = -t_4cutx_4;
+    J_q[84] = -t_4cutx_5;
+    J_q[85] = t_gly7z;
+    J_q[86] = t_feqox;
+    J_q[87] = t_wpogp;
+    J_q[88] = t_kefq7;
+    J_q[89] = t_gvbad;
+    J_q[90] = t_iiyl4;
+    J_q[91] = t_lplor;
+    J_q[92] = t_qu7oh;
+    J_q[93] = t_2g35z;
+    J_q[94] = t_v4qko;
+    J_q[95] = t_nqno6;
+    J_q[96] = t_nxjdi;
+    J_q[97] = t_rvw6a;
+    J_q[98] = t_5l7vm;
+    J_q[99] = t_e3yox;
+    J_q[100] = t_p4fkk;
+    J_q[101] = t_5apjr;
     J_q[102] = SPLAT(K(0.0));
     J_q[103] = SPLAT(K(0.0));
     J_q[104] = SPLAT(K(0.0));
@@ -6599,78 +6599,78 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     J_q[218] = SPLAT(K(0.0));
     J_q[219] = SPLAT(K(0.0));
     J_q[220] = SPLAT(K(1.0));
-    J_q[221] = t_zgazf - p[I1] * (t_zgazf + t_lvimi) * t_zrejm - k1 * t_xudpn;
-    J_q[222] = t_emq3c - p[I1] * (t_emq3c + t_aupbe) * t_zrejm - k1 * t_xudpn_2;
-    J_q[223] = t_7k2g2 - p[I1] * (t_7k2g2 + t_zkb4z) * t_zrejm - k1 * t_xudpn_3;
-    J_q[224] = t_b6lbb - p[I1] * (t_b6lbb + t_nndio) * t_zrejm - k1 * t_xysqh;
-    J_q[225] = t_hjnut - p[I1] * (t_hjnut + t_aqpjf) * t_zrejm - k1 * t_mdfkm;
-    J_q[226] = t_l4hct - p[I1] * (t_l4hct + t_ifpaa) * t_zrejm - k1 * t_c42ya;
-    J_q[227] = t_4hppi - p[I1] * (t_4hppi + t_o7emy) * t_zrejm - k1 * t_xudpn_4;
-    J_q[228] = t_zgazf_2 - p[I1] * (t_zgazf_2 + t_odqgo) * t_zrejm - k1 * t_xudpn_5;
-    J_q[229] = t_r6d7q - p[I1] * (t_r6d7q + t_am6dp) * t_zrejm - k1 * t_xudpn_6;
-    J_q[230] = t_nvjsb - p[I1] * (t_nvjsb + t_3pusr) * t_zrejm - k1 * t_mjamc;
-    J_q[231] = t_uyzkk
-        - p[I1] * (t_uyzkk + t_e7pgz) * t_zrejm
-        - k1 * (t_igxqs + sin_phi1 * t_kwg6i);
-    J_q[232] = t_sh3wu_2 - p[I1] * (t_sh3wu_2 + t_nqrge) * t_zrejm - k1 * t_acjzp;
-    J_q[233] = t_nik5m - p[I1] * (t_nik5m + t_lje4e) * t_zrejm - k1 * t_xesjk;
-    J_q[234] = t_vir6g - (p[eps1] + p[I1] * (t_vir6g + t_mhmpn)) * t_zrejm - k1 * t_3m6cj;
-    J_q[235] = t_b6lbb_2 - p[I1] * (t_b6lbb_2 + t_dlqez) * t_zrejm - k1 * t_isnjy;
-    J_q[236] = t_vir6g_2 - p[I1] * (t_vir6g_2 + t_tlr2o) * t_zrejm - k1 * t_3m6cj_2;
-    J_q[237] = t_sjk3r_2 - p[I1] * (t_sjk3r_2 + t_t4zrm) * t_zrejm - k1 * t_isnjy_2;
-    J_q[238] = -(t_gtbrz + th_1 * (q_1 * t_yxi2w));
-    J_q[239] = -(t_3wobu + th_1 * (q_1 * t_4auhq));
-    J_q[240] = -(t_ou72h + th_1 * (q_1 * t_z3le7));
-    J_q[241] = -(t_aavfg + th_1 * (q_1 * t_zvm6b));
-    J_q[242] = -(t_u7sf4 + th_1 * (q_1 * t_6zwaf));
-    J_q[243] = -(t_tj7dm + th_1 * (q_1 * t_h4yw2));
-    J_q[244] = -(t_wi4cr + th_1 * (q_1 * t_jjfho));
-    J_q[245] = -(t_ukwr5 + th_1 * (q_1 * t_yxi2w_2));
-    J_q[246] = -(t_j2crt + th_1 * (q_1 * t_wztz3));
-    J_q[247] = -(t_rwf2u + t_sjcxw);
-    J_q[248] = -(t_2swr2 + th_1 * (q_1 * t_en5gt));
-    J_q[249] = -(t_hqarl + th_1 * (q_1 * t_fym5t));
-    J_q[250] = -(t_evvhx + th_1 * (q_1 * t_eocew));
-    J_q[251] = -(t_zntvo + th_1 * (q_1 * t_fy6e4));
-    J_q[252] = -(t_yeyou + th_1 * (p[eps1] * t_ibe72 + q_1 * t_clvha));
-    J_q[253] = -(t_c6iwn + th_1 * (q_1 * t_7trta));
-    J_q[254] = -(t_4j47t + th_1 * (q_1 * t_jlzvv));
-    J_q[255] = t_iwngb - p[I2] * (t_iwngb + t_lvimi) * t_5wzvs - k2 * t_vzdit;
-    J_q[256] = t_tdu24 - p[I2] * (t_tdu24 + t_aupbe) * t_5wzvs - k2 * t_vzdit_2;
-    J_q[257] = t_skgea - p[I2] * (t_skgea + t_zkb4z) * t_5wzvs - k2 * t_vzdit_3;
-    J_q[258] = t_zhlch - p[I2] * (t_zhlch + t_nndio) * t_5wzvs - k2 * t_2cjsv;
-    J_q[259] = t_yowov - p[I2] * (t_yowov + t_aqpjf) * t_5wzvs - k2 * t_jbgrf;
-    J_q[260] = t_lmd5o - p[I2] * (t_lmd5o + t_ifpaa) * t_5wzvs - k2 * t_ce6fz;
-    J_q[261] = t_d65jm - p[I2] * (t_d65jm + t_o7emy) * t_5wzvs - k2 * t_vzdit_4;
-    J_q[262] = t_iwngb_2 - p[I2] * (t_iwngb_2 + t_odqgo) * t_5wzvs - k2 * t_vzdit_5;
-    J_q[263] = t_elema - p[I2] * (t_elema + t_am6dp) * t_5wzvs - k2 * t_vzdit_6;
-    J_q[264] = t_cdt4i - p[I2] * (t_cdt4i + t_3pusr) * t_5wzvs - k2 * t_lyn7o;
-    J_q[265] = t_jpva5 - p[I2] * (t_jpva5 + t_e7pgz) * t_5wzvs - k2 * t_jctur;
-    J_q[266] = t_5fhje - p[I2] * (t_5fhje + t_nqrge) * t_5wzvs - k2 * t_7mtnh;
-    J_q[267] = t_dqy2e
-        - p[I2] * (t_dqy2e + t_lje4e) * t_5wzvs
-        - k2 * (t_uvydy + sin_phi2 * t_skp2t);
-    J_q[268] = t_a2vzl - p[I2] * (t_a2vzl + t_mhmpn) * t_5wzvs - k2 * t_ssye3;
-    J_q[269] = t_jfhuy - p[I2] * (t_jfhuy + t_dlqez) * t_5wzvs - k2 * t_j64fp;
-    J_q[270] = t_a2vzl_2 - (p[eps2] + p[I2] * (t_a2vzl_2 + t_tlr2o)) * t_5wzvs - k2 * t_ssye3_2;
-    J_q[271] = t_zhlch_2 - p[I2] * (t_zhlch_2 + t_t4zrm) * t_5wzvs - k2 * t_j64fp_2;
-    J_q[272] = -(t_gtbrz + th_2 * (q_2 * t_atnsc));
-    J_q[273] = -(t_3wobu + th_2 * (q_2 * t_timmg));
-    J_q[274] = -(t_ou72h + th_2 * (q_2 * t_mso3n));
-    J_q[275] = -(t_aavfg + th_2 * (q_2 * t_en26w));
-    J_q[276] = -(t_u7sf4 + th_2 * (q_2 * t_4mhr2));
-    J_q[277] = -(t_tj7dm + th_2 * (q_2 * t_3un2x));
-    J_q[278] = -(t_wi4cr + th_2 * (q_2 * t_pxbmf));
-    J_q[279] = -(t_ukwr5 + th_2 * (q_2 * t_atnsc_2));
-    J_q[280] = -(t_j2crt + th_2 * (q_2 * t_7twem));
-    J_q[281] = -(t_rwf2u + th_2 * (q_2 * t_jyai2));
-    J_q[282] = -(t_2swr2 + th_2 * (q_2 * t_j4dio));
-    J_q[283] = -(t_hqarl + t_h6xo5);
-    J_q[284] = -(t_evvhx + th_2 * (q_2 * t_ekrxk));
-    J_q[285] = -(t_zntvo + th_2 * (q_2 * t_4bnsn));
-    J_q[286] = -(t_yeyou + th_2 * (q_2 * t_ixmve));
-    J_q[287] = -(t_c6iwn + th_2 * (q_2 * t_swdqc));
-    J_q[288] = -(t_4j47t + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_nw6mn));
+    J_q[221] = t_sm7oh - p[I1] * (t_sm7oh + t_3uamd) * t_zrejm - k1 * t_i2uqx;
+    J_q[222] = t_kto4a - p[I1] * (t_kto4a + t_qcbyi) * t_zrejm - k1 * t_i2uqx_2;
+    J_q[223] = t_lhj2i - p[I1] * (t_lhj2i + t_wzbp5) * t_zrejm - k1 * t_i2uqx_3;
+    J_q[224] = t_7iogl - p[I1] * (t_7iogl + t_hridv) * t_zrejm - k1 * t_vabek;
+    J_q[225] = t_vjduo - p[I1] * (t_vjduo + t_6eg6k) * t_zrejm - k1 * t_qifvy;
+    J_q[226] = t_rb6tk - p[I1] * (t_rb6tk + t_wjknz) * t_zrejm - k1 * t_saffr;
+    J_q[227] = t_sm7oh_2 - p[I1] * (t_sm7oh_2 + t_6fz7a) * t_zrejm - k1 * t_i2uqx_4;
+    J_q[228] = t_sm7oh_3 - p[I1] * (t_sm7oh_3 + t_xa2fg) * t_zrejm - k1 * t_i2uqx_5;
+    J_q[229] = t_pzpfi - p[I1] * (t_pzpfi + t_gcknu) * t_zrejm - k1 * t_i2uqx_6;
+    J_q[230] = t_7vefx - p[I1] * (t_7vefx + t_ya4sy) * t_zrejm - k1 * t_yo5o7;
+    J_q[231] = t_tkpvc
+        - p[I1] * (t_tkpvc + t_rwbzc) * t_zrejm
+        - k1 * (t_c5sbx + sin_phi1 * t_w63pi);
+    J_q[232] = t_kc27u_2 - p[I1] * (t_kc27u_2 + t_3qa4z) * t_zrejm - k1 * t_laa5v;
+    J_q[233] = t_jkwwo - p[I1] * (t_jkwwo + t_ejwzg) * t_zrejm - k1 * t_uwleq;
+    J_q[234] = t_y4lgs_2 - (p[eps1] + p[I1] * (t_y4lgs_2 + t_mowgp)) * t_zrejm - k1 * t_vabek_2;
+    J_q[235] = t_7iogl_2 - p[I1] * (t_7iogl_2 + t_czhcj) * t_zrejm - k1 * t_vabek_3;
+    J_q[236] = t_y4lgs_4 - p[I1] * (t_y4lgs_4 + t_n7l66) * t_zrejm - k1 * t_vabek_4;
+    J_q[237] = t_y4lgs_5 - p[I1] * (t_y4lgs_5 + t_fbmcw) * t_zrejm - k1 * t_vabek_5;
+    J_q[238] = -(t_gly7z + th_1 * (q_1 * t_izolf));
+    J_q[239] = -(t_feqox + th_1 * (q_1 * t_42lpy));
+    J_q[240] = -(t_wpogp + th_1 * (q_1 * t_4l7im));
+    J_q[241] = -(t_kefq7 + th_1 * (q_1 * t_cgiir));
+    J_q[242] = -(t_gvbad + th_1 * (q_1 * t_4fg7c));
+    J_q[243] = -(t_iiyl4 + th_1 * (q_1 * t_dzzlz));
+    J_q[244] = -(t_lplor + th_1 * (q_1 * t_izolf_2));
+    J_q[245] = -(t_qu7oh + th_1 * (q_1 * t_izolf_3));
+    J_q[246] = -(t_2g35z + th_1 * (q_1 * t_bhxvk));
+    J_q[247] = -(t_v4qko + t_oovpr);
+    J_q[248] = -(t_nqno6 + th_1 * (q_1 * t_z2qmn));
+    J_q[249] = -(t_nxjdi + th_1 * (q_1 * t_xrzaa));
+    J_q[250] = -(t_rvw6a + th_1 * (q_1 * t_dcrhq));
+    J_q[251] = -(t_5l7vm + th_1 * (q_1 * t_tckos));
+    J_q[252] = -(t_e3yox + th_1 * (p[eps1] * t_ibe72 + q_1 * t_mcyw5));
+    J_q[253] = -(t_p4fkk + th_1 * (q_1 * t_5zfhi));
+    J_q[254] = -(t_5apjr + th_1 * (q_1 * t_5zfhi_2));
+    J_q[255] = t_cafw3 - p[I2] * (t_cafw3 + t_3uamd) * t_5wzvs - k2 * t_c5bej;
+    J_q[256] = t_5vn34 - p[I2] * (t_5vn34 + t_qcbyi) * t_5wzvs - k2 * t_c5bej_2;
+    J_q[257] = t_5rdqz - p[I2] * (t_5rdqz + t_wzbp5) * t_5wzvs - k2 * t_c5bej_3;
+    J_q[258] = t_5zull - p[I2] * (t_5zull + t_hridv) * t_5wzvs - k2 * t_cdywg;
+    J_q[259] = t_45gz6 - p[I2] * (t_45gz6 + t_6eg6k) * t_5wzvs - k2 * t_plaqj;
+    J_q[260] = t_v3njf - p[I2] * (t_v3njf + t_wjknz) * t_5wzvs - k2 * t_u6hxg;
+    J_q[261] = t_cafw3_2 - p[I2] * (t_cafw3_2 + t_6fz7a) * t_5wzvs - k2 * t_c5bej_4;
+    J_q[262] = t_cafw3_3 - p[I2] * (t_cafw3_3 + t_xa2fg) * t_5wzvs - k2 * t_c5bej_5;
+    J_q[263] = t_p6mvu - p[I2] * (t_p6mvu + t_gcknu) * t_5wzvs - k2 * t_c5bej_6;
+    J_q[264] = t_ndi47 - p[I2] * (t_ndi47 + t_ya4sy) * t_5wzvs - k2 * t_bj3q7;
+    J_q[265] = t_73mw4 - p[I2] * (t_73mw4 + t_rwbzc) * t_5wzvs - k2 * t_kitw7;
+    J_q[266] = t_5ptvl - p[I2] * (t_5ptvl + t_3qa4z) * t_5wzvs - k2 * t_2uvam;
+    J_q[267] = t_rtb3q
+        - p[I2] * (t_rtb3q + t_ejwzg) * t_5wzvs
+        - k2 * (t_4d5it + sin_phi2 * t_gs6kq);
+    J_q[268] = t_xczzw_2 - p[I2] * (t_xczzw_2 + t_mowgp) * t_5wzvs - k2 * t_cdywg_2;
+    J_q[269] = t_xczzw_3 - p[I2] * (t_xczzw_3 + t_czhcj) * t_5wzvs - k2 * t_cdywg_3;
+    J_q[270] = t_xczzw_4 - (p[eps2] + p[I2] * (t_xczzw_4 + t_n7l66)) * t_5wzvs - k2 * t_cdywg_4;
+    J_q[271] = t_5zull_2 - p[I2] * (t_5zull_2 + t_fbmcw) * t_5wzvs - k2 * t_cdywg_5;
+    J_q[272] = -(t_gly7z + th_2 * (q_2 * t_f5ofw));
+    J_q[273] = -(t_feqox + th_2 * (q_2 * t_j46s7));
+    J_q[274] = -(t_wpogp + th_2 * (q_2 * t_hmjb4));
+    J_q[275] = -(t_kefq7 + th_2 * (q_2 * t_aritt));
+    J_q[276] = -(t_gvbad + th_2 * (q_2 * t_u6qhh));
+    J_q[277] = -(t_iiyl4 + th_2 * (q_2 * t_ue5su));
+    J_q[278] = -(t_lplor + th_2 * (q_2 * t_f5ofw_2));
+    J_q[279] = -(t_qu7oh + th_2 * (q_2 * t_f5ofw_3));
+    J_q[280] = -(t_2g35z + th_2 * (q_2 * t_t5tcj));
+    J_q[281] = -(t_v4qko + th_2 * (q_2 * t_mh3er));
+    J_q[282] = -(t_nqno6 + th_2 * (q_2 * t_obdlu));
+    J_q[283] = -(t_nxjdi + t_qgl3e);
+    J_q[284] = -(t_rvw6a + th_2 * (q_2 * t_bfclz));
+    J_q[285] = -(t_5l7vm + th_2 * (q_2 * t_6meeu));
+    J_q[286] = -(t_e3yox + th_2 * (q_2 * t_6meeu_2));
+    J_q[287] = -(t_p4fkk + th_2 * (q_2 * t_7bzrg));
+    J_q[288] = -(t_5apjr + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_mtatg));
 }
 
 /* change of lyapunov_v2 along a change of x; 1554 operations. */
@@ -7006,8 +7006,8 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const real t_rxace = cos_phi1 * t_diibk - Wt1 * t_r477s + (w_x1 * t_u3bis + sin_phi1 * t_t7e4r);
     const real t_2oitm = B_1 * (t_qm5gj * t_idjxn + chi1 * t_rxace - (w_x1 * t_diibk + Wt1 * t_t7e4r));
     const real t_zmble = p[eps1] * along_x[along_phi1_dot];
-    const real t_4fnvg = t_2oitm + k1 * t_zmble;
-    const real t_txv7k = t_w7vil * t_ik2jg + Bs_1 * t_vbqwh + p[l1] * t_4fnvg;
+    const real t_4ps2g = t_2oitm + k1 * t_zmble;
+    const real t_2alzh = t_w7vil * t_ik2jg + Bs_1 * t_vbqwh + p[l1] * t_4ps2g;
     const real t_y5zog = x[wy] * along_x[along_wx] + x[wx] * along_x[along_wy];
     const real t_xggug = p[l1] * t_u3bis;
     const real t_jgoba = cos_theta1 * along_x[along_wy] - x[wy] * t_gzco3 - (x[wz] * t_7xloa + sin_theta1 * along_x[along_wz]);
@@ -7019,7 +7019,7 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         - (t_wmv32 * (p[l1] * t_idjxn) + t_q2k45 * (t_j5ton + along_x[along_phi1_dot]));
     const real t_sqgls = p[eps1] * along_x[along_theta1_dot];
     const real t_julzq = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_xggug));
-    const real t_yo2fs = th_1 * (p[I1] * t_grjl3 - (q_1 * t_sqgls + loss_theta1 * t_xggug))
+    const real t_k2ads = th_1 * (p[I1] * t_grjl3 - (q_1 * t_sqgls + loss_theta1 * t_xggug))
         - t_xips6 * t_julzq;
     const real t_kxapq = cos_phi2 * along_x[along_phi2];
     const real t_x4syx = p[l2] * t_kxapq;
@@ -7038,16 +7038,16 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         - (t_nlamb * (p[l2] * t_7uyfc) + t_e55su * (t_o3tgg + along_x[along_phi2_dot]));
     const real t_lon4y = p[eps2] * along_x[along_theta2_dot];
     const real t_hxrn3 = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_x4syx));
-    const real t_pibqw = th_2 * (p[I2] * t_4cbz5 - (q_2 * t_lon4y + loss_theta2 * t_x4syx))
+    const real t_7i4pa = th_2 * (p[I2] * t_4cbz5 - (q_2 * t_lon4y + loss_theta2 * t_x4syx))
         - t_vry6x * t_hxrn3;
-    const real t_ms5y3 = q_1 * t_yo2fs + F_n1 * t_xggug + (q_2 * t_pibqw + F_n2 * t_x4syx);
+    const real t_xsd5m = q_1 * t_k2ads + F_n1 * t_xggug + (q_2 * t_7i4pa + F_n2 * t_x4syx);
     const real t_o4leh = B_2 * t_kxapq;
     const real t_u3ycx = e2 * t_fjb5c;
     const real t_5govq = cos_phi2 * t_eycr6 - Wt2 * t_zjnbg + (w_x2 * t_kxapq + sin_phi2 * t_b67qm);
     const real t_ccuze = B_2 * (t_c6dmt * t_7uyfc + chi2 * t_5govq - (w_x2 * t_eycr6 + Wt2 * t_b67qm));
     const real t_trbl5 = p[eps2] * along_x[along_phi2_dot];
-    const real t_2m3xa = t_ccuze + k2 * t_trbl5;
-    const real t_3gdrl = t_6fvzz * t_o4leh + Bs_2 * t_u3ycx + p[l2] * t_2m3xa;
+    const real t_cb4zc = t_ccuze + k2 * t_trbl5;
+    const real t_bmgvp = t_6fvzz * t_o4leh + Bs_2 * t_u3ycx + p[l2] * t_cb4zc;
     const real t_ihgv7 = p[I1] * along_x[along_theta1_dot];
     const real t_5vhzn = p[I2] * along_x[along_theta2_dot];
     const real t_sfymc = p[J_y] - p[J_z];
@@ -7069,7 +7069,7 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const real t_5kwcz = e1 * t_lp2tr;
     const real t_wz5xx = B_2 * t_zjnbg;
     const real t_ltgig = e2 * t_wz5xx;
-    const real t_wwr2t = t_lmeqo
+    const real t_w6xbp = t_lmeqo
         - t_6b5j3
         - t_jvp6q
         + (sin_theta1 * t_5kwcz + t_nncdg * t_7xloa)
@@ -7079,7 +7079,7 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const real t_goatc = (c[w4] * along_x[along_wy] + (x[vx] * t_c2js2 + C_v2 * along_x[along_vx] + c[r5] * along_x[along_att2])) * t_yjeu3;
     const real t_qd6hg = t_d5jt4 + t_goatc;
     const real t_7wvhi = wqg_1 * t_7xloa + sin_theta1 * t_uvki3 + (wqg_2 * t_gzo6d + sin_theta2 * t_4houv);
-    const real t_jwsyt = t_7wvhi
+    const real t_7oln4 = t_7wvhi
         + (cos_theta1 * t_5kwcz - t_nncdg * t_gzco3)
         + (cos_theta2 * t_ltgig - t_4q22j * t_lgafn);
     const mask m_kyd3d = LT(t_5y7r7, K(0.0));
@@ -7110,23 +7110,23 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const real t_xpw4j = x_C * t_3hzgf - c[w1] * t_rbvs6;
     const real t_thmu4 = cos_theta1 * t_m4i63 - Asc_1 * t_gzco3 + (cos_theta2 * t_aqus5 - Asc_2 * t_lgafn);
     const real t_qtcty = x_C * t_qd6hg - c[w2] * t_c2js2;
-    const real t_ssmjf = sin_phi1 * t_4fnvg
+    const real t_uvukm = sin_phi1 * t_4ps2g
         + t_7imwe * t_u3bis
-        + (sin_phi2 * t_2m3xa + t_4b2fa * t_kxapq)
+        + (sin_phi2 * t_cb4zc + t_4b2fa * t_kxapq)
         + (cos_phi1 * t_epihp - tension1 * t_r477s)
         + (cos_phi2 * t_nmec3 - tension2 * t_zjnbg)
         + (t_6mmeb * t_3hzgf + G2_v2 * t_j3w63)
         + (t_bl4f2 * t_qd6hg + G3_v2 * t_bnzmj)
         + (a2_v2 * t_ql2ju + t_b3aij * t_xpw4j)
         + (a3_v2 * t_thmu4 + t_zzymx * t_qtcty);
-    const real t_vmmd7 = t_lutta * t_fm43t + t_2m245 * t_gmv7a - t_ssmjf;
+    const real t_rufjq = t_lutta * t_fm43t + t_2m245 * t_gmv7a - t_uvukm;
     const real t_4mgnc = sin_phi1 * t_g3x7g + As_1 * t_u3bis;
     const real t_tys73 = sin_phi2 * t_oz7ag + As_2 * t_kxapq;
     const real t_oqb2a = t_4mgnc + t_tys73;
-    const real t_o4hgj = cos_theta1 * t_yo2fs - F_n1 * t_gzco3;
-    const real t_2c2vm = cos_theta2 * t_pibqw - F_n2 * t_lgafn;
-    const real t_45ch3 = tension1 * t_u3bis + sin_phi1 * t_epihp - (cos_phi1 * t_4fnvg - t_7imwe * t_r477s);
-    const real t_eoiwa = tension2 * t_kxapq + sin_phi2 * t_nmec3 - (cos_phi2 * t_2m3xa - t_4b2fa * t_zjnbg);
+    const real t_i6ply = cos_theta1 * t_k2ads - F_n1 * t_gzco3;
+    const real t_jlula = cos_theta2 * t_7i4pa - F_n2 * t_lgafn;
+    const real t_3upj6 = tension1 * t_u3bis + sin_phi1 * t_epihp - (cos_phi1 * t_4ps2g - t_7imwe * t_r477s);
+    const real t_cv7qx = tension2 * t_kxapq + sin_phi2 * t_nmec3 - (cos_phi2 * t_cb4zc - t_4b2fa * t_zjnbg);
     const real t_c23o2 = (sin_theta1 + sin_theta1) * t_7xloa;
     const real t_jkn3n = e1 * t_4mgnc;
     const real t_33ras = t_lp2tr + t_jkn3n;
@@ -7138,7 +7138,7 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const real t_ke3mq = t_65obb * t_c23o2 + S_sq1 * t_4ee66 + (t_yoiua * t_vfytj + S_sq2 * t_ldkuf);
     const real t_ow2yt = cos_theta1 * t_6ik5d - wq_1 * t_gzco3;
     const real t_andwa = cos_theta2 * t_plooz - wq_2 * t_lgafn;
-    const real t_fp72e = t_p7wdd + t_v5uuq - t_ke3mq - t_ow2yt - t_andwa;
+    const real t_g3iw3 = t_p7wdd + t_v5uuq - t_ke3mq - t_ow2yt - t_andwa;
     const real t_bgfqx = cos_theta1 * t_7xloa - sin_theta1 * t_gzco3;
     const real t_f3p5c = cos_theta2 * t_gzo6d - sin_theta2 * t_lgafn;
     const real t_7muol = t_65obb * t_bgfqx + SC1 * t_4ee66 + (t_yoiua * t_f3p5c + SC2 * t_ldkuf);
@@ -7152,47 +7152,47 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
         + t_andwa
         + (Bc_1 * t_7xloa - sin_theta1 * t_lp2tr)
         + (Bc_2 * t_gzo6d - sin_theta2 * t_wz5xx);
-    const real t_ig6y6 = t_o4hgj
-        + t_2c2vm
-        + (sin_theta1 * t_45ch3 + F_t1 * t_7xloa)
-        + (sin_theta2 * t_eoiwa + F_t2 * t_gzo6d)
-        + (K52 * t_3hzgf + G2_v2 * t_fp72e)
+    const real t_yclph = t_i6ply
+        + t_jlula
+        + (sin_theta1 * t_3upj6 + F_t1 * t_7xloa)
+        + (sin_theta2 * t_cv7qx + F_t2 * t_gzo6d)
+        + (K52 * t_3hzgf + G2_v2 * t_g3iw3)
         - (t_hjmgb * t_qd6hg + G3_v2 * t_7muol)
         + (a2_v2 * t_4m3lc + K22 * t_xpw4j)
         + (a3_v2 * t_mfl7i + K32 * t_qtcty)
         + (t_lutta * t_nnisg + t_yz7e5 * t_gmv7a);
-    const real t_sfe3n = sin_theta1 * t_yo2fs + F_n1 * t_7xloa;
-    const real t_xjgds = sin_theta2 * t_pibqw + F_n2 * t_gzo6d;
+    const real t_5er3o = sin_theta1 * t_k2ads + F_n1 * t_7xloa;
+    const real t_dw3xg = sin_theta2 * t_7i4pa + F_n2 * t_gzo6d;
     const real t_yuwss = wq_1 * t_7xloa + sin_theta1 * t_6ik5d;
     const real t_vivay = wq_2 * t_gzo6d + sin_theta2 * t_plooz;
-    const real t_by5gj = t_yuwss - t_7muol + t_vivay;
-    const real t_ytsdc = t_ke3mq + (t_33ras + t_newbu);
+    const real t_kthc6 = t_yuwss - t_7muol + t_vivay;
+    const real t_oaetb = t_ke3mq + (t_33ras + t_newbu);
     const real t_d52nt = t_oqb2a - t_d7jey - t_qxmxx;
     const real t_lso4x = t_yuwss
         + t_vivay
         + (cos_theta1 * t_lp2tr + Bc_1 * t_gzco3)
         + (cos_theta2 * t_wz5xx + Bc_2 * t_lgafn);
-    const real t_cthir = cos_theta1 * t_45ch3
+    const real t_p4baz = cos_theta1 * t_3upj6
         - F_t1 * t_gzco3
-        - (t_sfe3n + t_xjgds)
-        + (cos_theta2 * t_eoiwa - F_t2 * t_lgafn)
-        + (K53 * t_3hzgf + G2_v2 * t_by5gj)
-        + (K63 * t_qd6hg + G3_v2 * t_ytsdc)
+        - (t_5er3o + t_dw3xg)
+        + (cos_theta2 * t_cv7qx - F_t2 * t_lgafn)
+        + (K53 * t_3hzgf + G2_v2 * t_kthc6)
+        + (K63 * t_qd6hg + G3_v2 * t_oaetb)
         + (a2_v2 * t_mfl7i + K32 * t_xpw4j)
         + (a3_v2 * t_d52nt + K33 * t_qtcty)
         - (t_lutta * t_lso4x + K43 * t_gmv7a);
-    const real t_2ob2g = K11 * t_vmmd7
+    const real t_whyqg = K11 * t_rufjq
         - q1_v2 * t_oqb2a
-        - (q2_v2 * t_ql2ju + t_b3aij * t_ig6y6)
-        - (q3_v2 * t_thmu4 + t_zzymx * t_cthir);
+        - (q2_v2 * t_ql2ju + t_b3aij * t_yclph)
+        - (q3_v2 * t_thmu4 + t_zzymx * t_p4baz);
     const real t_ypv7w = (t_b3aij + t_b3aij) * t_ql2ju
         - (K11 + K11) * t_oqb2a
         + (t_zzymx + t_zzymx) * t_thmu4;
-    const real t_kayrt = (q1_v2 + q1_v2) * t_vmmd7
-        + (q2_v2 + q2_v2) * t_ig6y6
-        + (q3_v2 + q3_v2) * t_cthir;
-    const real t_h72zd = t_gcb25 / (NUM(m_jylev) + t_gcb25) * ((Pq_v2 + Pq_v2) * t_2ob2g - (t_owyvy * t_ypv7w + PP_v2 * t_kayrt));
-    const real t_pdqcc = (SELECT0(m_l7cqn, t_h72zd / (root_v2 + root_v2)) - t_2ob2g) * t_hvu5i
+    const real t_s3sdg = (q1_v2 + q1_v2) * t_rufjq
+        + (q2_v2 + q2_v2) * t_yclph
+        + (q3_v2 + q3_v2) * t_p4baz;
+    const real t_ghnca = t_gcb25 / (NUM(m_jylev) + t_gcb25) * ((Pq_v2 + Pq_v2) * t_whyqg - (t_owyvy * t_ypv7w + PP_v2 * t_s3sdg));
+    const real t_ov6od = (SELECT0(m_l7cqn, t_ghnca / (root_v2 + root_v2)) - t_whyqg) * t_hvu5i
         - t_wdgab * t_hvu5i * t_ypv7w;
     const mask m_5gpld = LT(t_gv4uc, K(-1.0));
     const mask m_fymqf = LT(K(-1.0), t_gv4uc);
@@ -7200,103 +7200,103 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const mask m_mg55y = AND(m_fymqf, m_lej7o);
     const mask m_35nsk = OR(m_5gpld, m_mg55y);
     const mask m_zww5v = OR(m_35nsk, m_lej7o);
-    const real t_nzikm = q2_v2 - t_b3aij * t_wdgab;
-    const real t_uzctx = t_nzikm * t_y7rm6;
+    const real t_jker3 = q2_v2 - t_b3aij * t_wdgab;
+    const real t_uzctx = t_jker3 * t_y7rm6;
     const real t_4qbql = mv_min(SPLAT(K(1.0)), t_uzctx);
-    const real t_d7kak = mv_max(SPLAT(K(-1.0)), t_4qbql);
-    const real t_g4u7i = SELECT(m_zww5v, delta2_v2, mv_asin(t_d7kak));
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_4qbql);
+    const real t_g4u7i = SELECT(m_zww5v, delta2_v2, mv_asin(t_dmbry));
     real sin_t_g4u7i, cos_t_g4u7i; mv_sincos(t_g4u7i, &sin_t_g4u7i, &cos_t_g4u7i);
     const real t_wo26r = p[F] * cos_t_g4u7i;
     const mask m_furr5 = LT(t_bfggr, K(-1.0));
     const mask m_uqg3t = LT(K(-1.0), t_bfggr);
     const mask m_dvyvr = LT(K(1.0), t_ldujx);
-    const mask m_gu4ci = AND(m_uqg3t, m_dvyvr);
-    const mask m_abcv6 = OR(m_furr5, m_gu4ci);
-    const mask m_qt2kt = OR(m_abcv6, m_dvyvr);
-    const real t_qsixg = q3_v2 - t_zzymx * t_wdgab;
-    const real t_v4pjv = mv_sqrt(K(1.0) - t_d7kak * t_d7kak);
+    const mask m_nngn3 = AND(m_uqg3t, m_dvyvr);
+    const mask m_xrwwu = OR(m_furr5, m_nngn3);
+    const mask m_qt2kt = OR(m_xrwwu, m_dvyvr);
+    const real t_gzb3e = q3_v2 - t_zzymx * t_wdgab;
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
     const real t_c7nyz = SELECT(m_zww5v, cos_d2_v2, t_v4pjv);
     const real t_qvk2y = K(1.0) / mv_max(SPLAT(K(1e-09)), t_c7nyz);
-    const real t_pwjaz = t_qsixg * t_y7rm6 * t_qvk2y;
+    const real t_pwjaz = t_gzb3e * t_y7rm6 * t_qvk2y;
     const real t_pdpy6 = -t_pwjaz;
-    const real t_2rhon = mv_min(SPLAT(K(1.0)), t_pdpy6);
-    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_2rhon);
-    const real t_we5c3 = SELECT(m_qt2kt, delta1_v2, mv_asin(t_xb3pe));
-    real sin_t_we5c3, cos_t_we5c3; mv_sincos(t_we5c3, &sin_t_we5c3, &cos_t_we5c3);
-    const real t_bwipr = t_wo26r * cos_t_we5c3 - (q1_v2 + K11 * t_wdgab);
-    const real t_hdxqd = t_bwipr * t_bpfoo;
-    const real t_mhahi = p[F] * sin_t_g4u7i - t_nzikm + t_w7lcw * t_bwipr;
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_pdpy6);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const real t_kood5 = SELECT(m_qt2kt, delta1_v2, mv_asin(t_xb3pe));
+    real sin_t_kood5, cos_t_kood5; mv_sincos(t_kood5, &sin_t_kood5, &cos_t_kood5);
+    const real t_gw4dc = t_wo26r * cos_t_kood5 - (q1_v2 + K11 * t_wdgab);
+    const real t_hdxqd = t_gw4dc * t_bpfoo;
+    const real t_mhahi = p[F] * sin_t_g4u7i - t_jker3 + t_w7lcw * t_gw4dc;
     const real t_yxhpj = t_mhahi * t_4iujv;
     const real t_zmh3u = K(1.0) / K_D3;
-    const real t_qzquc = (t_3go2w * t_bwipr - (t_wo26r * sin_t_we5c3 + t_qsixg) - K_L32 * t_mhahi) * t_zmh3u;
-    const real t_4ixif = t_yxhpj - K_L32 * t_qzquc;
-    const real t_aszp3 = t_hdxqd + t_w7lcw * t_4ixif + t_3go2w * t_qzquc;
+    const real t_qzquc = (t_3go2w * t_gw4dc - (t_wo26r * sin_t_kood5 + t_gzb3e) - K_L32 * t_mhahi) * t_zmh3u;
+    const real t_l4jsl = t_yxhpj - K_L32 * t_qzquc;
+    const real t_x6uzk = t_hdxqd + t_w7lcw * t_l4jsl + t_3go2w * t_qzquc;
     const mask m_el4yy = NOT(m_zww5v);
-    const mask m_e6wle = LE(K(-1.0), t_4qbql);
-    const real t_wzftv = NUM(m_e6wle);
-    const mask m_5zv3r = LE(t_4qbql, K(-1.0));
+    const mask m_ieiia = LE(K(-1.0), t_4qbql);
+    const real t_wzftv = NUM(m_ieiia);
+    const mask m_hnocs = LE(t_4qbql, K(-1.0));
     const mask m_i4vgm = LE(t_uzctx, K(1.0));
-    const real t_wonx2 = NUM(m_i4vgm);
+    const real t_hkwhb = NUM(m_i4vgm);
     const mask m_iwk2v = LE(K(1.0), t_uzctx);
-    const real t_tyw5k = t_ig6y6 - (t_wdgab * t_ql2ju + t_b3aij * t_pdqcc);
-    const real t_cbel7 = t_wzftv / (NUM(m_5zv3r) + t_wzftv) * (t_wonx2 / (NUM(m_iwk2v) + t_wonx2) * (t_tyw5k * t_y7rm6));
-    const real t_fky5u = t_cbel7 / t_v4pjv;
-    const real t_bejvj = p[F] * (sin_t_g4u7i * t_fky5u);
-    const mask m_trmto = NOT(m_qt2kt);
-    const mask m_wzftv = LE(K(-1.0), t_2rhon);
-    const real t_csxgz = NUM(m_wzftv);
-    const mask m_ov2v5 = LE(t_2rhon, K(-1.0));
-    const mask m_x3pho = LE(t_pdpy6, K(1.0));
-    const real t_nowqj = NUM(m_x3pho);
-    const mask m_4j7wc = LE(K(1.0), t_pdpy6);
-    const real t_c3f5o = t_cthir - (t_wdgab * t_thmu4 + t_zzymx * t_pdqcc);
+    const real t_ct7ts = t_yclph - (t_wdgab * t_ql2ju + t_b3aij * t_ov6od);
+    const real t_ts7jr = t_wzftv / (NUM(m_hnocs) + t_wzftv) * (t_hkwhb / (NUM(m_iwk2v) + t_hkwhb) * (t_ct7ts * t_y7rm6));
+    const real t_4tqvz = t_ts7jr / t_v4pjv;
+    const real t_jr45c = p[F] * (sin_t_g4u7i * t_4tqvz);
+    const mask m_uklky = NOT(m_qt2kt);
+    const mask m_wzftv = LE(K(-1.0), t_ltztq);
+    const real t_wzftv_2 = NUM(m_wzftv);
+    const mask m_ov2v5 = LE(t_ltztq, K(-1.0));
+    const mask m_n24ux = LE(t_pdpy6, K(1.0));
+    const real t_nowqj = NUM(m_n24ux);
+    const mask m_lq75g = LE(K(1.0), t_pdpy6);
+    const real t_63jz7 = t_p4baz - (t_wdgab * t_thmu4 + t_zzymx * t_ov6od);
     const mask m_jpukc = LE(K(1e-09), t_c7nyz);
     const real t_uyi7x = NUM(m_jpukc);
     const mask m_ia2oz = LE(t_c7nyz, K(1e-09));
-    const real t_xw23o = t_pwjaz * t_qvk2y * (t_uyi7x / (NUM(m_ia2oz) + t_uyi7x) * ((t_d7kak + t_d7kak) * t_cbel7 / (t_v4pjv + t_v4pjv)));
-    const real t_cslj7 = t_csxgz / (NUM(m_ov2v5) + t_csxgz) * (t_nowqj / (NUM(m_4j7wc) + t_nowqj) * (t_c3f5o * t_y7rm6 * t_qvk2y + SELECT0(m_el4yy, t_xw23o)));
-    const real t_ekk4h = t_cslj7 / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
-    const real t_ty57z = SELECT0(m_el4yy, -(cos_t_we5c3 * t_bejvj))
-        + SELECT0(m_trmto, t_wo26r * (sin_t_we5c3 * t_ekk4h))
-        - (t_vmmd7 + (K11 * t_pdqcc - t_wdgab * t_oqb2a));
+    const real t_5rtd7 = t_pwjaz * t_qvk2y * (t_uyi7x / (NUM(m_ia2oz) + t_uyi7x) * ((t_dmbry + t_dmbry) * t_ts7jr / (t_v4pjv + t_v4pjv)));
+    const real t_sj54h = t_wzftv_2 / (NUM(m_ov2v5) + t_wzftv_2) * (t_nowqj / (NUM(m_lq75g) + t_nowqj) * (t_63jz7 * t_y7rm6 * t_qvk2y + SELECT0(m_el4yy, t_5rtd7)));
+    const real t_x4qmc = t_sj54h / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
+    const real t_lqbma = SELECT0(m_el4yy, -(cos_t_kood5 * t_jr45c))
+        + SELECT0(m_uklky, t_wo26r * (sin_t_kood5 * t_x4qmc))
+        - (t_rufjq + (K11 * t_ov6od - t_wdgab * t_oqb2a));
     const real t_vcmoj = t_ql2ju * t_bpfoo + t_w7lcw * t_bpfoo * t_oqb2a;
-    const real t_67juw = p[F] * (cos_t_g4u7i * t_fky5u);
-    const real t_depgm = SELECT0(m_el4yy, t_67juw) - t_tyw5k + (t_bwipr * t_vcmoj + t_w7lcw * t_ty57z);
-    const real t_vcfgm = t_4m3lc - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
+    const real t_txoub = p[F] * (cos_t_g4u7i * t_4tqvz);
+    const real t_m3bnf = SELECT0(m_el4yy, t_txoub) - t_ct7ts + (t_gw4dc * t_vcmoj + t_w7lcw * t_lqbma);
+    const real t_a7vxo = t_4m3lc - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
     const real t_xs7e4 = t_thmu4 * t_bpfoo + t_3go2w * t_bpfoo * t_oqb2a;
-    const real t_bjbqk = t_mfl7i - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
-    const real t_xkj3i = t_bjbqk * t_4iujv - K_L32 * t_4iujv * t_vcfgm;
-    const real t_yk66r = SELECT0(m_el4yy, -(sin_t_we5c3 * t_bejvj)) + SELECT0(m_trmto, -(t_wo26r * (cos_t_we5c3 * t_ekk4h)));
-    const real t_zs52i = t_bwipr * t_xs7e4
-        + t_3go2w * t_ty57z
-        - (t_yk66r + t_c3f5o)
-        - (t_mhahi * t_xkj3i + K_L32 * t_depgm);
-    const real t_b2boq = t_d52nt
-        - (K_L32 * t_bjbqk + t_d4mqf * t_xkj3i)
+    const real t_xiyvc = t_mfl7i - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
+    const real t_sp4m6 = t_xiyvc * t_4iujv - K_L32 * t_4iujv * t_a7vxo;
+    const real t_ilo47 = SELECT0(m_el4yy, -(sin_t_kood5 * t_jr45c)) + SELECT0(m_uklky, -(t_wo26r * (cos_t_kood5 * t_x4qmc)));
+    const real t_5vbc7 = t_gw4dc * t_xs7e4
+        + t_3go2w * t_lqbma
+        - (t_ilo47 + t_63jz7)
+        - (t_mhahi * t_sp4m6 + K_L32 * t_m3bnf);
+    const real t_v27ts = t_d52nt
+        - (K_L32 * t_xiyvc + t_d4mqf * t_sp4m6)
         - (t_3go2w * t_thmu4 + t_zzymx * t_xs7e4);
-    const real t_np3xt = t_zs52i * t_zmh3u - t_qzquc * t_zmh3u * t_b2boq;
-    const real t_u6x2q = t_depgm * t_4iujv
-        - t_yxhpj * t_4iujv * t_vcfgm
-        - (t_qzquc * t_xkj3i + K_L32 * t_np3xt);
-    const real t_lqh6u = t_ty57z * t_bpfoo
+    const real t_gkqa3 = t_5vbc7 * t_zmh3u - t_qzquc * t_zmh3u * t_v27ts;
+    const real t_anlzh = t_m3bnf * t_4iujv
+        - t_yxhpj * t_4iujv * t_a7vxo
+        - (t_qzquc * t_sp4m6 + K_L32 * t_gkqa3);
+    const real t_xormi = t_lqbma * t_bpfoo
         + t_hdxqd * t_bpfoo * t_oqb2a
-        + (t_4ixif * t_vcmoj + t_w7lcw * t_u6x2q)
-        + (t_qzquc * t_xs7e4 + t_3go2w * t_np3xt);
+        + (t_l4jsl * t_vcmoj + t_w7lcw * t_anlzh)
+        + (t_qzquc * t_xs7e4 + t_3go2w * t_gkqa3);
     const real t_lwe76 = p[b] + p[d] + x_C;
-    const real t_ktnnx = t_txv7k + e1 * t_45ch3;
+    const real t_ktnnx = t_2alzh + e1 * t_3upj6;
     const real t_s6mmw = Bs_1 * t_w7vil + t_7imwe * p[l1] + F_t1 * e1;
-    const real t_imrld = t_3gdrl + e2 * t_eoiwa;
+    const real t_imrld = t_bmgvp + e2 * t_cv7qx;
     const real t_bbyqj = Bs_2 * t_6fvzz + t_4b2fa * p[l2] + F_t2 * e2;
     const real t_cexsj = p[I1] * along_x[along_phi1_dot];
     const real t_6syep = p[I2] * along_x[along_phi2_dot];
-    const real t_tvv3d = cos_theta1 * t_ktnnx
+    const real t_nrkvj = cos_theta1 * t_ktnnx
         - t_s6mmw * t_gzco3
         + (cos_theta2 * t_imrld - t_bbyqj * t_lgafn)
         + (x[wx] * t_ihgv7 + I_theta1 * along_x[along_wx])
         + (x[wx] * t_5vhzn + I_theta2 * along_x[along_wx])
         - (J_C1 + t_is5lg + t_sfymc) * t_d5jt4
-        - (g_1 * t_sfe3n + t_azclp * t_wvrxp)
-        - (g_2 * t_xjgds + t_iya7w * t_oukri)
+        - (g_1 * t_5er3o + t_azclp * t_wvrxp)
+        - (g_2 * t_dw3xg + t_iya7w * t_oukri)
         - (x[wz] * t_cexsj + I_phi1 * along_x[along_wz])
         - (x[wz] * t_6syep + I_phi2 * along_x[along_wz]);
     const real t_e6cz6 = e1 * t_jkn3n - K(-2.0) * t_5kwcz;
@@ -7305,67 +7305,67 @@ void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const re
     const real t_vo7za = e2 * t_2koli - K(-2.0) * t_ltgig;
     const real t_jacgj = wg_2 * t_oukri + g_2 * t_v5uuq;
     const real t_g3yxf = t_vo7za - t_jacgj;
-    const real t_kpqeq = t_7wvhi
+    const real t_2lfdf = t_7wvhi
         + (tn44_1 * t_bgfqx + SC1 * t_hansg)
         + (tn44_2 * t_f3p5c + SC2 * t_g3yxf);
-    const real t_vzndn = tn44_1 * t_c23o2 + S_sq1 * t_hansg;
-    const real t_dto2m = tn44_2 * t_vfytj + S_sq2 * t_g3yxf;
-    const real t_zvm6e = t_ho4oo
+    const real t_yat33 = tn44_1 * t_c23o2 + S_sq1 * t_hansg;
+    const real t_qylsp = tn44_2 * t_vfytj + S_sq2 * t_g3yxf;
+    const real t_ckrat = t_ho4oo
         + t_jacgj
         + t_lmeqo
-        + t_vzndn
-        + t_dto2m
+        + t_yat33
+        + t_qylsp
         + K(-2.0) * t_6b5j3
         + K(-2.0) * t_jvp6q;
-    change[0] = t_txv7k
-        - t_ms5y3
-        + t_3gdrl
+    change[0] = t_2alzh
+        - t_xsd5m
+        + t_bmgvp
         - t_zmble
         - t_trbl5
         + (x[wy] * t_ihgv7 + I_theta1 * along_x[along_wy])
         + (x[wy] * t_5vhzn + I_theta2 * along_x[along_wy])
         - (x[wz] * (t_sfymc * along_x[along_wy]) + t_sfymc * x[wy] * along_x[along_wz])
-        + (K54 * t_3hzgf + G2_v2 * t_wwr2t)
-        + (K64 * t_qd6hg + G3_v2 * t_jwsyt)
-        - (t_wdgab * t_fm43t + t_2m245 * t_pdqcc)
-        - (t_aszp3 * t_fm43t + t_2m245 * t_lqh6u)
+        + (K54 * t_3hzgf + G2_v2 * t_w6xbp)
+        + (K64 * t_qd6hg + G3_v2 * t_7oln4)
+        - (t_wdgab * t_fm43t + t_2m245 * t_ov6od)
+        - (t_x6uzk * t_fm43t + t_2m245 * t_xormi)
         - (a2_v2 * t_nnisg + t_yz7e5 * t_xpw4j)
-        - (t_4ixif * t_nnisg + t_yz7e5 * t_u6x2q)
+        - (t_l4jsl * t_nnisg + t_yz7e5 * t_anlzh)
         + (a3_v2 * t_lso4x + K43 * t_qtcty)
-        + (t_qzquc * t_lso4x + K43 * t_np3xt)
+        + (t_qzquc * t_lso4x + K43 * t_gkqa3)
         - (t_lutta * t_lmeqo + K44 * t_gmv7a);
-    change[1] = t_lwe76 * t_yk66r
-        - t_tvv3d
-        - (K65 * t_3hzgf + G2_v2 * t_kpqeq)
-        - (K66 * t_qd6hg + G3_v2 * (t_e6cz6 + t_vo7za - t_vzndn - t_dto2m))
-        + (t_wdgab * t_bnzmj + t_bl4f2 * t_pdqcc)
-        + (t_aszp3 * t_bnzmj + t_bl4f2 * t_lqh6u)
+    change[1] = t_lwe76 * t_ilo47
+        - t_nrkvj
+        - (K65 * t_3hzgf + G2_v2 * t_2lfdf)
+        - (K66 * t_qd6hg + G3_v2 * (t_e6cz6 + t_vo7za - t_yat33 - t_qylsp))
+        + (t_wdgab * t_bnzmj + t_bl4f2 * t_ov6od)
+        + (t_x6uzk * t_bnzmj + t_bl4f2 * t_xormi)
         + (a2_v2 * t_7muol + t_hjmgb * t_xpw4j)
-        + (t_4ixif * t_7muol + t_hjmgb * t_u6x2q)
-        - (a3_v2 * t_ytsdc + K63 * t_qtcty)
-        - (t_qzquc * t_ytsdc + K63 * t_np3xt)
-        + (t_lutta * t_jwsyt + K64 * t_gmv7a);
+        + (t_l4jsl * t_7muol + t_hjmgb * t_anlzh)
+        - (a3_v2 * t_oaetb + K63 * t_qtcty)
+        - (t_qzquc * t_oaetb + K63 * t_gkqa3)
+        + (t_lutta * t_7oln4 + K64 * t_gmv7a);
     change[2] = sin_theta1 * t_ktnnx
         + t_s6mmw * t_7xloa
-        - (t_ms5y3 + t_sqgls + t_lon4y)
+        - (t_xsd5m + t_sqgls + t_lon4y)
         + (sin_theta2 * t_imrld + t_bbyqj * t_gzo6d)
         - (J_C1 + (p[J_z] - p[J_y])) * t_y5zog
         - (x[wy] * t_cexsj + I_phi1 * along_x[along_wy])
         - (x[wy] * t_6syep + I_phi2 * along_x[along_wy])
-        + (g_1 * t_o4hgj + t_vt7uo * t_wvrxp)
-        + (g_2 * t_2c2vm + t_oncjt * t_oukri)
-        + (K55 * t_3hzgf + G2_v2 * t_zvm6e)
-        + (K65 * t_qd6hg + G3_v2 * t_kpqeq)
-        - (t_wdgab * t_j3w63 + t_6mmeb * t_pdqcc)
-        - (t_aszp3 * t_j3w63 + t_6mmeb * t_lqh6u)
-        + (a2_v2 * t_fp72e + K52 * t_xpw4j)
-        + (t_4ixif * t_fp72e + K52 * t_u6x2q)
-        + (a3_v2 * t_by5gj + K53 * t_qtcty)
-        + (t_qzquc * t_by5gj + K53 * t_np3xt)
-        - (t_lutta * t_wwr2t + K54 * t_gmv7a)
-        + SELECT0(m_el4yy, t_lwe76 * t_67juw);
-    change[3] = SELECT0(m_trmto, -t_ekk4h);
-    change[4] = SELECT0(m_el4yy, t_fky5u);
+        + (g_1 * t_i6ply + t_vt7uo * t_wvrxp)
+        + (g_2 * t_jlula + t_oncjt * t_oukri)
+        + (K55 * t_3hzgf + G2_v2 * t_ckrat)
+        + (K65 * t_qd6hg + G3_v2 * t_2lfdf)
+        - (t_wdgab * t_j3w63 + t_6mmeb * t_ov6od)
+        - (t_x6uzk * t_j3w63 + t_6mmeb * t_xormi)
+        + (a2_v2 * t_g3iw3 + K52 * t_xpw4j)
+        + (t_l4jsl * t_g3iw3 + K52 * t_anlzh)
+        + (a3_v2 * t_kthc6 + K53 * t_qtcty)
+        + (t_qzquc * t_kthc6 + K53 * t_gkqa3)
+        - (t_lutta * t_w6xbp + K54 * t_gmv7a)
+        + SELECT0(m_el4yy, t_lwe76 * t_txoub);
+    change[3] = SELECT0(m_uklky, -t_x4qmc);
+    change[4] = SELECT0(m_el4yy, t_4tqvz);
 }
 
 /* Jacobian of lyapunov_v2_loop with respect to q, row by row; 9452 operations. */
@@ -7701,8 +7701,8 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_inhtz = t_bvybx * cos_theta2;
     const real t_bl4f2 = t_llswo + t_inhtz;
     const real t_pgxzp = t_bl4f2 * t_bpfoo;
-    const real t_jc3gv = t_hjmgb + t_b3aij * t_pgxzp;
-    const real t_gz422 = t_jc3gv * t_4iujv;
+    const real t_dzmcy = t_hjmgb + t_b3aij * t_pgxzp;
+    const real t_gz422 = t_dzmcy * t_4iujv;
     const real t_iyghn = K63 + t_2rbbr * t_gz422 - t_zzymx * t_pgxzp;
     const real K_L63 = t_iyghn * t_zmh3u;
     const real K_D4 = K44 - t_u3hss * t_5wcj3 - t_fqe33 * K_L43 - t_2m245 * t_xq4wt;
@@ -7716,18 +7716,18 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
         - t_kjv32 * K_L53
         - t_svz2s * K_L54
         - t_6mmeb * t_rujpm;
-    const real t_xds3k = K65
+    const real t_3np5y = K65
         + t_xqwvu * t_gz422
         - t_kjv32 * K_L63
         - t_svz2s * K_L64
         - t_6mmeb * t_pgxzp;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_xds3k * t_ftqxb;
+    const real K_L65 = t_3np5y * t_ftqxb;
     const real K_D6 = K66
-        - t_jc3gv * t_gz422
+        - t_dzmcy * t_gz422
         - t_iyghn * K_L63
         - t_vjpw3 * K_L64
-        - t_xds3k * K_L65
+        - t_3np5y * K_L65
         - t_bl4f2 * t_pgxzp;
     const real B_v2 = q[vy] * c[r1];  /* (29) */
     const real C_v2 = q[vz] * c[r2];  /* (29) */
@@ -7791,27 +7791,27 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_qerph = -p[delta1_max];
     const mask m_kyd3d = LT(t_5y7r7, K(0.0));
     const real t_wdgab = (SELECT(m_kyd3d, root_v2, root_v2) - Pq_v2) * t_hvu5i;
-    const real t_nzikm = q2_v2 - t_b3aij * t_wdgab;
-    const real t_uad4o = t_nzikm * t_y7rm6;
+    const real t_jker3 = q2_v2 - t_b3aij * t_wdgab;
+    const real t_uad4o = t_jker3 * t_y7rm6;
     const real t_4qbql = mv_min(SPLAT(K(1.0)), t_uad4o);
-    const real t_d7kak = mv_max(SPLAT(K(-1.0)), t_4qbql);
-    const real t_g4u7i = SELECT(m_zww5v, delta2_v2, mv_asin(t_d7kak));
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_4qbql);
+    const real t_g4u7i = SELECT(m_zww5v, delta2_v2, mv_asin(t_dmbry));
     const mask m_r2fy3 = LE(mv_fabs(t_g4u7i), p[delta2_max]);
     const mask m_furr5 = LT(t_bfggr, K(-1.0));
     const mask m_uqg3t = LT(K(-1.0), t_bfggr);
     const mask m_dvyvr = LT(K(1.0), t_ldujx);
-    const mask m_gu4ci = AND(m_uqg3t, m_dvyvr);
-    const mask m_abcv6 = OR(m_furr5, m_gu4ci);
-    const mask m_qt2kt = OR(m_abcv6, m_dvyvr);
-    const real t_qsixg = q3_v2 - t_zzymx * t_wdgab;
-    const real t_v4pjv = mv_sqrt(K(1.0) - t_d7kak * t_d7kak);
+    const mask m_nngn3 = AND(m_uqg3t, m_dvyvr);
+    const mask m_xrwwu = OR(m_furr5, m_nngn3);
+    const mask m_qt2kt = OR(m_xrwwu, m_dvyvr);
+    const real t_gzb3e = q3_v2 - t_zzymx * t_wdgab;
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
     const real t_c7nyz = SELECT(m_zww5v, cos_d2_v2, t_v4pjv);
     const real t_qvk2y = K(1.0) / mv_max(SPLAT(K(1e-09)), t_c7nyz);
-    const real t_hxmol = t_qsixg * t_y7rm6 * t_qvk2y;
+    const real t_hxmol = t_gzb3e * t_y7rm6 * t_qvk2y;
     const real t_pdpy6 = -t_hxmol;
-    const real t_2rhon = mv_min(SPLAT(K(1.0)), t_pdpy6);
-    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_2rhon);
-    const real t_we5c3 = SELECT(m_qt2kt, delta1_v2, mv_asin(t_xb3pe));
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_pdpy6);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const real t_kood5 = SELECT(m_qt2kt, delta1_v2, mv_asin(t_xb3pe));
     const real t_xkg6l = K(1.0) / mv_cos(p[delta2_max]);
     const real t_oylrc = mv_cos(delta2_v2) * mv_sin(delta1_v2) * t_xkg6l;
     const real t_i2hqs = mv_min(SPLAT(K(1.0)), t_oylrc);
@@ -7819,20 +7819,20 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const mask m_nss45 = LT(K(-1.0), t_i2hqs);
     const mask m_ly52o = LT(K(1.0), t_oylrc);
     const mask m_fxiod = LT(t_oylrc, K(1.0));
-    const mask m_s6ntp = AND(m_zww5v, m_qt2kt);
-    const mask m_hnhka = AND(m_fxiod, m_s6ntp);
+    const mask m_ojgi7 = AND(m_zww5v, m_qt2kt);
+    const mask m_hnhka = AND(m_fxiod, m_ojgi7);
     const mask m_pjnhi = OR(m_ly52o, m_hnhka);
-    const mask m_yua5q = OR(m_pjnhi, m_s6ntp);
+    const mask m_yua5q = OR(m_pjnhi, m_ojgi7);
     const mask m_hv2m7 = AND(m_nss45, m_yua5q);
     const mask m_3kx4h = OR(m_thti4, m_hv2m7);
     const mask m_icvbq = OR(m_3kx4h, m_yua5q);
     real sin_t_g4u7i, cos_t_g4u7i; mv_sincos(t_g4u7i, &sin_t_g4u7i, &cos_t_g4u7i);
-    real sin_t_we5c3, cos_t_we5c3; mv_sincos(t_we5c3, &sin_t_we5c3, &cos_t_we5c3);
-    const real t_cl3ki = cos_t_g4u7i * sin_t_we5c3;
+    real sin_t_kood5, cos_t_kood5; mv_sincos(t_kood5, &sin_t_kood5, &cos_t_kood5);
+    const real t_cl3ki = cos_t_g4u7i * sin_t_kood5;
     const real t_n35pv = t_cl3ki * t_xkg6l;
     const real t_33tdi = mv_min(SPLAT(K(1.0)), t_n35pv);
     const real t_2g6s5 = mv_max(SPLAT(K(-1.0)), t_33tdi);
-    const real t_ymnad = SELECT(m_r2fy3, t_we5c3, SELECT(m_icvbq, mv_asin(mv_max(SPLAT(K(-1.0)), t_i2hqs)), mv_asin(t_2g6s5)));
+    const real t_ymnad = SELECT(m_r2fy3, t_kood5, SELECT(m_icvbq, mv_asin(mv_max(SPLAT(K(-1.0)), t_i2hqs)), mv_asin(t_2g6s5)));
     const real t_zr4ug = mv_min(p[delta1_max], t_ymnad);
     const real t_kl6tx = mv_max(t_qerph, t_zr4ug);
     real sin_t_kl6tx, cos_t_kl6tx; mv_sincos(t_kl6tx, &sin_t_kl6tx, &cos_t_kl6tx);
@@ -7843,189 +7843,189 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const mask m_eeoaw = LE(t_6k2ny, t_gbzjx);
     const real t_ews3r = NUM(m_eeoaw);
     const mask m_3zd4s = LE(t_gbzjx, t_6k2ny);
-    const real t_cnhcl = t_ews3r / (NUM(m_3zd4s) + t_ews3r);
+    const real t_bw2jd = t_ews3r / (NUM(m_3zd4s) + t_ews3r);
     const mask m_g2elo = LE(t_g4u7i, p[delta2_max]);
     const real t_cc7wo = NUM(m_g2elo);
     const mask m_gp7m2 = LE(p[delta2_max], t_g4u7i);
     const real t_as3uq = t_cc7wo / (t_cc7wo + NUM(m_gp7m2));
-    const mask m_e6wle = LE(K(-1.0), t_4qbql);
-    const real t_wzftv = NUM(m_e6wle);
-    const mask m_5zv3r = LE(t_4qbql, K(-1.0));
-    const real t_q2hfz = t_wzftv / (NUM(m_5zv3r) + t_wzftv);
+    const mask m_ieiia = LE(K(-1.0), t_4qbql);
+    const real t_wzftv = NUM(m_ieiia);
+    const mask m_hnocs = LE(t_4qbql, K(-1.0));
+    const real t_q2hfz = t_wzftv / (NUM(m_hnocs) + t_wzftv);
     const mask m_i4vgm = LE(t_uad4o, K(1.0));
-    const real t_wonx2 = NUM(m_i4vgm);
+    const real t_hkwhb = NUM(m_i4vgm);
     const mask m_iwk2v = LE(K(1.0), t_uad4o);
-    const real t_cofwl = t_wonx2 / (NUM(m_iwk2v) + t_wonx2);
+    const real t_5x4sb = t_hkwhb / (NUM(m_iwk2v) + t_hkwhb);
     const real t_m4tr6 = B_v2 * t_t6fx5;
     const real t_dqsxi = C_v2 * t_yjeu3;
     const real t_zuicc = x_C * t_m4tr6;
     const real t_da2wo = x_C * t_dqsxi;
-    const real t_6o2gt = K52 * t_m4tr6 - t_hjmgb * t_dqsxi + K22 * t_zuicc + K32 * t_da2wo;
+    const real t_2caho = K52 * t_m4tr6 - t_hjmgb * t_dqsxi + K22 * t_zuicc + K32 * t_da2wo;
     const mask m_l7cqn = NOT(m_kyd3d);
     const mask m_gpyuk = LE(K(0.0), t_5y7r7);
     const real t_gcb25 = NUM(m_gpyuk);
     const mask m_jylev = LE(t_5y7r7, K(0.0));
-    const real t_wjr3r = t_gcb25 / (NUM(m_jylev) + t_gcb25);
+    const real t_5cok6 = t_gcb25 / (NUM(m_jylev) + t_gcb25);
     const real t_t7vcl = Pq_v2 + Pq_v2;
     const real t_23sim = t_6mmeb * t_m4tr6 + t_bl4f2 * t_dqsxi + t_b3aij * t_zuicc + t_zzymx * t_da2wo;
     const real t_wkicp = K53 * t_m4tr6 + K63 * t_dqsxi + K32 * t_zuicc + K33 * t_da2wo;
-    const real t_hmfjp = K11 * t_23sim + t_b3aij * t_6o2gt + t_zzymx * t_wkicp;
+    const real t_hmfjp = K11 * t_23sim + t_b3aij * t_2caho + t_zzymx * t_wkicp;
     const real t_i2mne = q2_v2 + q2_v2;
     const real t_4gyk7 = q1_v2 + q1_v2;
     const real t_rhnsp = q3_v2 + q3_v2;
     const real t_vxpmx = t_t7vcl * t_hmfjp
-        + PP_v2 * (t_i2mne * t_6o2gt - t_4gyk7 * t_23sim + t_rhnsp * t_wkicp);
+        + PP_v2 * (t_i2mne * t_2caho - t_4gyk7 * t_23sim + t_rhnsp * t_wkicp);
     const real t_pd2sg = K(1.0) / (root_v2 + root_v2);
-    const real t_ooodj = (SELECT0(m_l7cqn, -(t_wjr3r * t_vxpmx * t_pd2sg)) + t_hmfjp) * t_hvu5i;
-    const real t_qokhx = t_6o2gt - t_b3aij * t_ooodj;
-    const real t_g36un = t_q2hfz * (t_cofwl * (t_qokhx * t_y7rm6));
+    const real t_rt6wo = (SELECT0(m_l7cqn, -(t_5cok6 * t_vxpmx * t_pd2sg)) + t_hmfjp) * t_hvu5i;
+    const real t_6vwgb = t_2caho - t_b3aij * t_rt6wo;
+    const real t_g36un = t_q2hfz * (t_5x4sb * (t_6vwgb * t_y7rm6));
     const real t_nwsjf = K(1.0) / t_v4pjv;
-    const real t_yabq5 = t_g36un * t_nwsjf;
-    const real t_skjh5 = t_cnhcl * (t_as3uq * t_yabq5);
-    const real t_4nx6p = p[F] * (sin_t_auieu * t_skjh5);
-    const real t_ecreo = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p));
-    const real t_qhkro = cos_t_auieu * p[F];
+    const real t_oesw4 = t_g36un * t_nwsjf;
+    const real t_iubif = t_bw2jd * (t_as3uq * t_oesw4);
+    const real t_27ev7 = p[F] * (sin_t_auieu * t_iubif);
+    const real t_wzmp3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7));
+    const real t_zmkrd = cos_t_auieu * p[F];
     const mask m_qbaiu = LE(t_qerph, t_zr4ug);
     const real t_fkqa6 = NUM(m_qbaiu);
     const mask m_cbqaf = LE(t_zr4ug, t_qerph);
-    const real t_rila6 = t_fkqa6 / (NUM(m_cbqaf) + t_fkqa6);
+    const real t_zrb6o = t_fkqa6 / (NUM(m_cbqaf) + t_fkqa6);
     const mask m_i3y4a = LE(t_ymnad, p[delta1_max]);
     const real t_bx6ew = NUM(m_i3y4a);
     const mask m_dwvtj = LE(p[delta1_max], t_ymnad);
     const real t_vr3uw = t_bx6ew / (NUM(m_dwvtj) + t_bx6ew);
-    const mask m_trmto = NOT(m_qt2kt);
-    const mask m_wzftv = LE(K(-1.0), t_2rhon);
-    const real t_csxgz = NUM(m_wzftv);
-    const mask m_ov2v5 = LE(t_2rhon, K(-1.0));
-    const real t_xh4j2 = t_csxgz / (NUM(m_ov2v5) + t_csxgz);
-    const mask m_x3pho = LE(t_pdpy6, K(1.0));
-    const real t_nowqj = NUM(m_x3pho);
-    const mask m_4j7wc = LE(K(1.0), t_pdpy6);
-    const real t_o7qta = t_nowqj / (NUM(m_4j7wc) + t_nowqj);
-    const real t_w7sgy = t_wkicp - t_zzymx * t_ooodj;
+    const mask m_uklky = NOT(m_qt2kt);
+    const mask m_wzftv = LE(K(-1.0), t_ltztq);
+    const real t_wzftv_2 = NUM(m_wzftv);
+    const mask m_ov2v5 = LE(t_ltztq, K(-1.0));
+    const real t_q2hfz_2 = t_wzftv_2 / (NUM(m_ov2v5) + t_wzftv_2);
+    const mask m_n24ux = LE(t_pdpy6, K(1.0));
+    const real t_nowqj = NUM(m_n24ux);
+    const mask m_lq75g = LE(K(1.0), t_pdpy6);
+    const real t_2snz7 = t_nowqj / (NUM(m_lq75g) + t_nowqj);
+    const real t_2njnt = t_wkicp - t_zzymx * t_rt6wo;
     const real t_rdshm = t_hxmol * t_qvk2y;
     const mask m_jpukc = LE(K(1e-09), t_c7nyz);
     const real t_uyi7x = NUM(m_jpukc);
     const mask m_ia2oz = LE(t_c7nyz, K(1e-09));
     const real t_qzpff = t_uyi7x / (NUM(m_ia2oz) + t_uyi7x);
-    const real t_uwsp7 = t_d7kak + t_d7kak;
+    const real t_uwsp7 = t_dmbry + t_dmbry;
     const real t_imn4h = K(1.0) / (t_v4pjv + t_v4pjv);
-    const real t_uvlh7 = t_w7sgy * t_y7rm6 * t_qvk2y
+    const real t_qjndv = t_2njnt * t_y7rm6 * t_qvk2y
         + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_g36un * t_imn4h)));
-    const real t_gwbho = K(1.0) / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
-    const real t_hih7v = t_xh4j2 * (t_o7qta * t_uvlh7) * t_gwbho;
+    const real t_bifdl = K(1.0) / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
+    const real t_6llfx = t_q2hfz_2 * (t_2snz7 * t_qjndv) * t_bifdl;
     const mask m_poz7i = NOT(m_icvbq);
     const mask m_x7dkd = LE(K(-1.0), t_33tdi);
-    const real t_wzftv_2 = NUM(m_x7dkd);
+    const real t_wzftv_3 = NUM(m_x7dkd);
     const mask m_pjw43 = LE(t_33tdi, K(-1.0));
-    const real t_q2hfz_2 = t_wzftv_2 / (NUM(m_pjw43) + t_wzftv_2);
+    const real t_q2hfz_3 = t_wzftv_3 / (NUM(m_pjw43) + t_wzftv_3);
     const mask m_c7e3s = LE(t_n35pv, K(1.0));
     const real t_zv3rt = NUM(m_c7e3s);
     const mask m_rzd2j = LE(K(1.0), t_n35pv);
     const real t_yued5 = t_zv3rt / (NUM(m_rzd2j) + t_zv3rt);
-    const real t_cv7p2 = sin_t_g4u7i * t_yabq5;
-    const real t_lnmjd = cos_t_we5c3 * t_hih7v;
-    const real t_ssiof = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd));
-    const real t_bifdl = K(1.0) / mv_sqrt(K(1.0) - t_2g6s5 * t_2g6s5);
-    const real t_cl7gv = SELECT(m_r2fy3, SELECT0(m_trmto, -t_hih7v), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk = t_rila6 * (t_vr3uw * t_cl7gv);
-    const real t_ctppn = sin_t_kl6tx * t_s6fxk;
-    const real t_ke372 = t_ecreo - t_qhkro * t_ctppn;
-    const real t_6dnpl = p[F] * (cos_t_auieu * t_skjh5);
-    const real t_j5h4e = SELECT0(m_el4yy, t_6dnpl) + t_w7lcw * t_ke372;
-    const real t_qbg3i = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p));
-    const real t_2gr5i = cos_t_kl6tx * t_s6fxk;
-    const real t_mvrqf = t_qbg3i + t_qhkro * t_2gr5i;
+    const real t_d4wem = sin_t_g4u7i * t_oesw4;
+    const real t_kj6yx = cos_t_kood5 * t_6llfx;
+    const real t_ssiof = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx));
+    const real t_bifdl_2 = K(1.0) / mv_sqrt(K(1.0) - t_2g6s5 * t_2g6s5);
+    const real t_amp27 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde = t_zrb6o * (t_vr3uw * t_amp27);
+    const real t_cxwzz = sin_t_kl6tx * t_swjde;
+    const real t_ke372 = t_wzmp3 - t_zmkrd * t_cxwzz;
+    const real t_ilple = p[F] * (cos_t_auieu * t_iubif);
+    const real t_j5h4e = SELECT0(m_el4yy, t_ilple) + t_w7lcw * t_ke372;
+    const real t_ooljq = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7));
+    const real t_lqx5z = cos_t_kl6tx * t_swjde;
+    const real t_mvrqf = t_ooljq + t_zmkrd * t_lqx5z;
     const real t_ejflw = t_3go2w * t_ke372 - t_mvrqf - K_L32 * t_j5h4e;
-    const real t_shxu4 = p[F] * t_cv7p2;
-    const real t_huqui = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4));
+    const real t_shxu4 = p[F] * t_d4wem;
+    const real t_huqui = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4));
     const real t_wo26r = p[F] * cos_t_g4u7i;
-    const real t_yeljt = sin_t_we5c3 * t_hih7v;
-    const real t_gsjl3 = t_huqui + SELECT0(m_trmto, t_wo26r * t_yeljt) - (K11 * t_ooodj - t_23sim);
-    const real t_52pr2 = p[F] * (cos_t_g4u7i * t_yabq5);
-    const real t_ceg3g = SELECT0(m_el4yy, t_52pr2) - t_qokhx + t_w7lcw * t_gsjl3;
-    const real t_a3mx6 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd));
-    const real t_oxxka = (t_3go2w * t_gsjl3 - (t_a3mx6 + t_w7sgy) - K_L32 * t_ceg3g) * t_zmh3u;
-    const real t_txpbp = t_ceg3g * t_4iujv - K_L32 * t_oxxka;
-    const real t_nxxx6 = t_gsjl3 * t_bpfoo + t_w7lcw * t_txpbp + t_3go2w * t_oxxka;
-    const real t_qhkro_2 = p[F] * cos_t_auieu;
+    const real t_7nvy5 = sin_t_kood5 * t_6llfx;
+    const real t_77p2l = t_huqui + SELECT0(m_uklky, t_wo26r * t_7nvy5) - (K11 * t_rt6wo - t_23sim);
+    const real t_kbtvv = p[F] * (cos_t_g4u7i * t_oesw4);
+    const real t_ceg3g = SELECT0(m_el4yy, t_kbtvv) - t_6vwgb + t_w7lcw * t_77p2l;
+    const real t_a3mx6 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx));
+    const real t_oxxka = (t_3go2w * t_77p2l - (t_a3mx6 + t_2njnt) - K_L32 * t_ceg3g) * t_zmh3u;
+    const real t_2xwyg = t_ceg3g * t_4iujv - K_L32 * t_oxxka;
+    const real t_lximt = t_77p2l * t_bpfoo + t_w7lcw * t_2xwyg + t_3go2w * t_oxxka;
+    const real t_zmkrd_2 = p[F] * cos_t_auieu;
     const real t_wo26r_2 = cos_t_g4u7i * p[F];
-    const real t_cgxsm = t_ecreo - t_qhkro_2 * t_ctppn - (t_huqui + SELECT0(m_trmto, t_wo26r_2 * t_yeljt));
-    const real t_ycqju = t_6dnpl - t_52pr2;
+    const real t_cgxsm = t_wzmp3 - t_zmkrd_2 * t_cxwzz - (t_huqui + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5));
+    const real t_ycqju = t_ilple - t_kbtvv;
     const real t_4w3t6 = SELECT0(m_el4yy, t_ycqju) + t_w7lcw * t_cgxsm;
-    const real t_pdzxe = p[F] * t_ssiof - (t_qbg3i + t_qhkro_2 * t_2gr5i);
+    const real t_pdzxe = p[F] * t_ssiof - (t_ooljq + t_zmkrd_2 * t_lqx5z);
     const real t_tuq22 = (t_pdzxe + t_3go2w * t_cgxsm - K_L32 * t_4w3t6) * t_zmh3u;
-    const real t_54x6k = t_4w3t6 * t_4iujv - K_L32 * t_tuq22;
-    const real t_mtv6d = t_cgxsm * t_bpfoo + t_w7lcw * t_54x6k + t_3go2w * t_tuq22;
-    const real t_hokv3 = K54 * t_m4tr6
+    const real t_s7pal = t_4w3t6 * t_4iujv - K_L32 * t_tuq22;
+    const real t_cyfhb = t_cgxsm * t_bpfoo + t_w7lcw * t_s7pal + t_3go2w * t_tuq22;
+    const real t_erc3j = K54 * t_m4tr6
         + K64 * t_dqsxi
-        - t_2m245 * t_ooodj
-        - t_2m245 * t_nxxx6
+        - t_2m245 * t_rt6wo
+        - t_2m245 * t_lximt
         - t_yz7e5 * t_zuicc
-        - t_yz7e5 * t_txpbp
+        - t_yz7e5 * t_2xwyg
         + K43 * t_da2wo
         + K43 * t_oxxka
-        - t_2m245 * t_mtv6d
-        - t_yz7e5 * t_54x6k
+        - t_2m245 * t_cyfhb
+        - t_yz7e5 * t_s7pal
         + K43 * t_tuq22
         + t_xq4wt * t_ke372
         + t_5wcj3 * t_j5h4e
         - K_L43 * t_ejflw;
     const real t_lwe76 = p[b] + p[d] + x_C;
-    const real t_d5uzw = K55 * t_m4tr6
+    const real t_3rqmb = K55 * t_m4tr6
         + K65 * t_dqsxi
-        - t_6mmeb * t_ooodj
-        - t_6mmeb * t_nxxx6
+        - t_6mmeb * t_rt6wo
+        - t_6mmeb * t_lximt
         + K52 * t_zuicc
-        + K52 * t_txpbp
+        + K52 * t_2xwyg
         + K53 * t_da2wo
         + K53 * t_oxxka
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2)
-        - t_6mmeb * t_mtv6d
-        + K52 * t_54x6k
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv)
+        - t_6mmeb * t_cyfhb
+        + K52 * t_s7pal
         + K53 * t_tuq22
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju)
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple))
         + t_rujpm * t_ke372
         - K_L52 * t_j5h4e
         - K_L53 * t_ejflw
-        - K_L54 * t_hokv3;
-    const real t_2sqw7 = t_lwe76 * t_a3mx6
+        - K_L54 * t_erc3j;
+    const real t_6wdrw = t_lwe76 * t_a3mx6
         - K65 * t_m4tr6
         - K66 * t_dqsxi
-        + t_bl4f2 * t_ooodj
-        + t_bl4f2 * t_nxxx6
+        + t_bl4f2 * t_rt6wo
+        + t_bl4f2 * t_lximt
         + t_hjmgb * t_zuicc
-        + t_hjmgb * t_txpbp
+        + t_hjmgb * t_2xwyg
         - K63 * t_da2wo
         - K63 * t_oxxka
         - t_lwe76 * t_pdzxe
-        + t_bl4f2 * t_mtv6d
-        + t_hjmgb * t_54x6k
+        + t_bl4f2 * t_cyfhb
+        + t_hjmgb * t_s7pal
         - K63 * t_tuq22;
-    const real t_q7bzb = t_lwe76 * t_mvrqf
-        - t_2sqw7
+    const real t_wxuq5 = t_lwe76 * t_mvrqf
+        - t_6wdrw
         + t_pgxzp * t_ke372
         + t_gz422 * t_j5h4e
         - K_L63 * t_ejflw
-        - K_L64 * t_hokv3
-        - K_L65 * t_d5uzw;
+        - K_L64 * t_erc3j
+        - K_L65 * t_3rqmb;
     const real t_nfkwa = K(1.0) / K_D6;
-    const real t_4d75k = t_q7bzb * t_nfkwa;
-    const real t_j4me5 = t_d5uzw * t_ftqxb - K_L65 * t_4d75k;
-    const real t_hfaqm = t_hokv3 * t_lt2al - K_L54 * t_j4me5 - K_L64 * t_4d75k;
-    const real t_logr5 = t_ejflw * t_zmh3u - K_L43 * t_hfaqm - K_L53 * t_j4me5 - K_L63 * t_4d75k;
-    const real t_ldji5 = t_j5h4e * t_4iujv
-        - K_L32 * t_logr5
-        + t_5wcj3 * t_hfaqm
-        - K_L52 * t_j4me5
-        + t_gz422 * t_4d75k;
-    const real t_ll5tz = t_ke372 * t_bpfoo
-        + t_w7lcw * t_ldji5
-        + t_3go2w * t_logr5
-        + t_xq4wt * t_hfaqm
-        + t_rujpm * t_j4me5
-        + t_pgxzp * t_4d75k;
+    const real t_qmze5 = t_wxuq5 * t_nfkwa;
+    const real t_wmspt = t_3rqmb * t_ftqxb - K_L65 * t_qmze5;
+    const real t_gbemj = t_erc3j * t_lt2al - K_L54 * t_wmspt - K_L64 * t_qmze5;
+    const real t_jhzfn = t_ejflw * t_zmh3u - K_L43 * t_gbemj - K_L53 * t_wmspt - K_L63 * t_qmze5;
+    const real t_m7bux = t_j5h4e * t_4iujv
+        - K_L32 * t_jhzfn
+        + t_5wcj3 * t_gbemj
+        - K_L52 * t_wmspt
+        + t_gz422 * t_qmze5;
+    const real t_so4so = t_ke372 * t_bpfoo
+        + t_w7lcw * t_m7bux
+        + t_3go2w * t_jhzfn
+        + t_xq4wt * t_gbemj
+        + t_rujpm * t_wmspt
+        + t_pgxzp * t_qmze5;
     const real t_f3swo = q[vx] * c[r1] * t_t6fx5;
     const real t_6fpxg = x_C * t_f3swo - c[w1] * c[r1];
     const real t_tjdx5 = (q[vz] * c[r1] - C_v2) * t_ma4ro;
@@ -8033,227 +8033,227 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_2tbch = t_2m245 * t_tjdx5 - (t_6mmeb * t_f3swo + t_b3aij * t_6fpxg);
     const real t_w6mws = K53 * t_f3swo + K32 * t_6fpxg - K43 * t_tjdx5;
     const real t_4zmf2 = K11 * t_2tbch - t_b3aij * t_kewqt - t_zzymx * t_w6mws;
-    const real t_zrv3n = t_t7vcl * t_4zmf2
+    const real t_jdlai = t_t7vcl * t_4zmf2
         - PP_v2 * (t_4gyk7 * t_2tbch + t_i2mne * t_kewqt + t_rhnsp * t_w6mws);
-    const real t_dtbtc = (SELECT0(m_l7cqn, t_wjr3r * t_zrv3n * t_pd2sg) - t_4zmf2) * t_hvu5i;
-    const real t_nrfcu = t_kewqt - t_b3aij * t_dtbtc;
-    const real t_z67ps = t_q2hfz * (t_cofwl * (t_nrfcu * t_y7rm6));
-    const real t_yabq5_2 = t_z67ps * t_nwsjf;
-    const real t_skjh5_2 = t_cnhcl * (t_as3uq * t_yabq5_2);
-    const real t_4nx6p_2 = p[F] * (sin_t_auieu * t_skjh5_2);
-    const real t_ecreo_2 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_2));
-    const real t_e33en = t_w6mws - t_zzymx * t_dtbtc;
-    const real t_shf2r = t_e33en * t_y7rm6 * t_qvk2y
-        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_z67ps * t_imn4h)));
-    const real t_3t4m7 = t_xh4j2 * (t_o7qta * t_shf2r) * t_gwbho;
-    const real t_cv7p2_2 = sin_t_g4u7i * t_yabq5_2;
-    const real t_lnmjd_2 = cos_t_we5c3 * t_3t4m7;
-    const real t_ssiof_2 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_2)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_2));
-    const real t_cl7gv_2 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_3t4m7), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_2 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_2 = t_rila6 * (t_vr3uw * t_cl7gv_2);
-    const real t_ctppn_2 = sin_t_kl6tx * t_s6fxk_2;
-    const real t_ke372_2 = t_ecreo_2 - t_qhkro * t_ctppn_2;
-    const real t_6dnpl_2 = p[F] * (cos_t_auieu * t_skjh5_2);
-    const real t_j5h4e_2 = SELECT0(m_el4yy, t_6dnpl_2) + t_w7lcw * t_ke372_2;
-    const real t_qbg3i_2 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_2));
-    const real t_2gr5i_2 = cos_t_kl6tx * t_s6fxk_2;
-    const real t_mvrqf_2 = t_qbg3i_2 + t_qhkro * t_2gr5i_2;
+    const real t_snynm = (SELECT0(m_l7cqn, t_5cok6 * t_jdlai * t_pd2sg) - t_4zmf2) * t_hvu5i;
+    const real t_6bcmu = t_kewqt - t_b3aij * t_snynm;
+    const real t_a6dj6 = t_q2hfz * (t_5x4sb * (t_6bcmu * t_y7rm6));
+    const real t_oesw4_2 = t_a6dj6 * t_nwsjf;
+    const real t_iubif_2 = t_bw2jd * (t_as3uq * t_oesw4_2);
+    const real t_27ev7_2 = p[F] * (sin_t_auieu * t_iubif_2);
+    const real t_wzmp3_2 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_2));
+    const real t_76e6a = t_w6mws - t_zzymx * t_snynm;
+    const real t_jvems = t_76e6a * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_a6dj6 * t_imn4h)));
+    const real t_6llfx_2 = t_q2hfz_2 * (t_2snz7 * t_jvems) * t_bifdl;
+    const real t_d4wem_2 = sin_t_g4u7i * t_oesw4_2;
+    const real t_kj6yx_2 = cos_t_kood5 * t_6llfx_2;
+    const real t_ssiof_2 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_2)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_2));
+    const real t_amp27_2 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_2), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_2 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_2 = t_zrb6o * (t_vr3uw * t_amp27_2);
+    const real t_cxwzz_2 = sin_t_kl6tx * t_swjde_2;
+    const real t_ke372_2 = t_wzmp3_2 - t_zmkrd * t_cxwzz_2;
+    const real t_ilple_2 = p[F] * (cos_t_auieu * t_iubif_2);
+    const real t_j5h4e_2 = SELECT0(m_el4yy, t_ilple_2) + t_w7lcw * t_ke372_2;
+    const real t_ooljq_2 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_2));
+    const real t_lqx5z_2 = cos_t_kl6tx * t_swjde_2;
+    const real t_mvrqf_2 = t_ooljq_2 + t_zmkrd * t_lqx5z_2;
     const real t_ejflw_2 = t_3go2w * t_ke372_2 - t_mvrqf_2 - K_L32 * t_j5h4e_2;
-    const real t_shxu4_2 = p[F] * t_cv7p2_2;
-    const real t_huqui_2 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_2));
-    const real t_yeljt_2 = sin_t_we5c3 * t_3t4m7;
-    const real t_mpk4r = t_huqui_2 + SELECT0(m_trmto, t_wo26r * t_yeljt_2) - (t_2tbch + K11 * t_dtbtc);
-    const real t_52pr2_2 = p[F] * (cos_t_g4u7i * t_yabq5_2);
-    const real t_drikc = SELECT0(m_el4yy, t_52pr2_2) - t_nrfcu + t_w7lcw * t_mpk4r;
-    const real t_a3mx6_2 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_2)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_2));
-    const real t_nveqq = (t_3go2w * t_mpk4r - (t_a3mx6_2 + t_e33en) - K_L32 * t_drikc) * t_zmh3u;
-    const real t_hm7tw = t_drikc * t_4iujv - K_L32 * t_nveqq;
-    const real t_z4xwq = t_mpk4r * t_bpfoo + t_w7lcw * t_hm7tw + t_3go2w * t_nveqq;
-    const real t_cgxsm_2 = t_ecreo_2 - t_qhkro_2 * t_ctppn_2 - (t_huqui_2 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_2));
-    const real t_ycqju_2 = t_6dnpl_2 - t_52pr2_2;
+    const real t_shxu4_2 = p[F] * t_d4wem_2;
+    const real t_huqui_2 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_2));
+    const real t_7nvy5_2 = sin_t_kood5 * t_6llfx_2;
+    const real t_wcsaw = t_huqui_2 + SELECT0(m_uklky, t_wo26r * t_7nvy5_2) - (t_2tbch + K11 * t_snynm);
+    const real t_kbtvv_2 = p[F] * (cos_t_g4u7i * t_oesw4_2);
+    const real t_53qve = SELECT0(m_el4yy, t_kbtvv_2) - t_6bcmu + t_w7lcw * t_wcsaw;
+    const real t_a3mx6_2 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_2)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_2));
+    const real t_cwl2z = (t_3go2w * t_wcsaw - (t_a3mx6_2 + t_76e6a) - K_L32 * t_53qve) * t_zmh3u;
+    const real t_2xwyg_2 = t_53qve * t_4iujv - K_L32 * t_cwl2z;
+    const real t_ny4gc = t_wcsaw * t_bpfoo + t_w7lcw * t_2xwyg_2 + t_3go2w * t_cwl2z;
+    const real t_cgxsm_2 = t_wzmp3_2 - t_zmkrd_2 * t_cxwzz_2 - (t_huqui_2 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_2));
+    const real t_ycqju_2 = t_ilple_2 - t_kbtvv_2;
     const real t_4w3t6_2 = SELECT0(m_el4yy, t_ycqju_2) + t_w7lcw * t_cgxsm_2;
-    const real t_pdzxe_2 = p[F] * t_ssiof_2 - (t_qbg3i_2 + t_qhkro_2 * t_2gr5i_2);
+    const real t_pdzxe_2 = p[F] * t_ssiof_2 - (t_ooljq_2 + t_zmkrd_2 * t_lqx5z_2);
     const real t_tuq22_2 = (t_pdzxe_2 + t_3go2w * t_cgxsm_2 - K_L32 * t_4w3t6_2) * t_zmh3u;
-    const real t_54x6k_2 = t_4w3t6_2 * t_4iujv - K_L32 * t_tuq22_2;
-    const real t_mtv6d_2 = t_cgxsm_2 * t_bpfoo + t_w7lcw * t_54x6k_2 + t_3go2w * t_tuq22_2;
-    const real t_ekkmr = K54 * t_f3swo
-        - t_2m245 * t_dtbtc
-        - t_2m245 * t_z4xwq
+    const real t_s7pal_2 = t_4w3t6_2 * t_4iujv - K_L32 * t_tuq22_2;
+    const real t_cyfhb_2 = t_cgxsm_2 * t_bpfoo + t_w7lcw * t_s7pal_2 + t_3go2w * t_tuq22_2;
+    const real t_7gmxl = K54 * t_f3swo
+        - t_2m245 * t_snynm
+        - t_2m245 * t_ny4gc
         - t_yz7e5 * t_6fpxg
-        - t_yz7e5 * t_hm7tw
-        + K43 * t_nveqq
+        - t_yz7e5 * t_2xwyg_2
+        + K43 * t_cwl2z
         - K44 * t_tjdx5
-        - t_2m245 * t_mtv6d_2
-        - t_yz7e5 * t_54x6k_2
+        - t_2m245 * t_cyfhb_2
+        - t_yz7e5 * t_s7pal_2
         + K43 * t_tuq22_2
         + t_xq4wt * t_ke372_2
         + t_5wcj3 * t_j5h4e_2
         - K_L43 * t_ejflw_2;
-    const real t_5xra4 = K55 * t_f3swo
-        - t_6mmeb * t_dtbtc
-        - t_6mmeb * t_z4xwq
+    const real t_exu67 = K55 * t_f3swo
+        - t_6mmeb * t_snynm
+        - t_6mmeb * t_ny4gc
         + K52 * t_6fpxg
-        + K52 * t_hm7tw
-        + K53 * t_nveqq
+        + K52 * t_2xwyg_2
+        + K53 * t_cwl2z
         - K54 * t_tjdx5
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_2)
-        - t_6mmeb * t_mtv6d_2
-        + K52 * t_54x6k_2
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_2)
+        - t_6mmeb * t_cyfhb_2
+        + K52 * t_s7pal_2
         + K53 * t_tuq22_2
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_2)
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_2))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_2))
         + t_rujpm * t_ke372_2
         - K_L52 * t_j5h4e_2
         - K_L53 * t_ejflw_2
-        - K_L54 * t_ekkmr;
-    const real t_7inr2 = t_lwe76 * t_a3mx6_2
+        - K_L54 * t_7gmxl;
+    const real t_5esbl = t_lwe76 * t_a3mx6_2
         - K65 * t_f3swo
-        + t_bl4f2 * t_dtbtc
-        + t_bl4f2 * t_z4xwq
+        + t_bl4f2 * t_snynm
+        + t_bl4f2 * t_ny4gc
         + t_hjmgb * t_6fpxg
-        + t_hjmgb * t_hm7tw
-        - K63 * t_nveqq
+        + t_hjmgb * t_2xwyg_2
+        - K63 * t_cwl2z
         + K64 * t_tjdx5
         - t_lwe76 * t_pdzxe_2
-        + t_bl4f2 * t_mtv6d_2
-        + t_hjmgb * t_54x6k_2
+        + t_bl4f2 * t_cyfhb_2
+        + t_hjmgb * t_s7pal_2
         - K63 * t_tuq22_2;
-    const real t_ok5ux = t_lwe76 * t_mvrqf_2
-        - t_7inr2
+    const real t_dijbk = t_lwe76 * t_mvrqf_2
+        - t_5esbl
         + t_pgxzp * t_ke372_2
         + t_gz422 * t_j5h4e_2
         - K_L63 * t_ejflw_2
-        - K_L64 * t_ekkmr
-        - K_L65 * t_5xra4;
-    const real t_maedo = t_ok5ux * t_nfkwa;
-    const real t_bkamm = t_5xra4 * t_ftqxb - K_L65 * t_maedo;
-    const real t_phey5 = t_ekkmr * t_lt2al - K_L54 * t_bkamm - K_L64 * t_maedo;
-    const real t_hs2bc = t_ejflw_2 * t_zmh3u - K_L43 * t_phey5 - K_L53 * t_bkamm - K_L63 * t_maedo;
-    const real t_sruka = t_j5h4e_2 * t_4iujv
-        - K_L32 * t_hs2bc
-        + t_5wcj3 * t_phey5
-        - K_L52 * t_bkamm
-        + t_gz422 * t_maedo;
-    const real t_2up2b = t_ke372_2 * t_bpfoo
-        + t_w7lcw * t_sruka
-        + t_3go2w * t_hs2bc
-        + t_xq4wt * t_phey5
-        + t_rujpm * t_bkamm
-        + t_pgxzp * t_maedo;
+        - K_L64 * t_7gmxl
+        - K_L65 * t_exu67;
+    const real t_gqaye = t_dijbk * t_nfkwa;
+    const real t_2umpd = t_exu67 * t_ftqxb - K_L65 * t_gqaye;
+    const real t_7o3df = t_7gmxl * t_lt2al - K_L54 * t_2umpd - K_L64 * t_gqaye;
+    const real t_4tyla = t_ejflw_2 * t_zmh3u - K_L43 * t_7o3df - K_L53 * t_2umpd - K_L63 * t_gqaye;
+    const real t_7mokl = t_j5h4e_2 * t_4iujv
+        - K_L32 * t_4tyla
+        + t_5wcj3 * t_7o3df
+        - K_L52 * t_2umpd
+        + t_gz422 * t_gqaye;
+    const real t_4zswq = t_ke372_2 * t_bpfoo
+        + t_w7lcw * t_7mokl
+        + t_3go2w * t_4tyla
+        + t_xq4wt * t_7o3df
+        + t_rujpm * t_2umpd
+        + t_pgxzp * t_gqaye;
     const real t_nmcio = q[vx] * c[r2] * t_yjeu3;
     const real t_zaqmy = x_C * t_nmcio - c[w2] * c[r2];
     const real t_c7tkt = (B_v2 - q[vy] * c[r2]) * t_ma4ro;
-    const real t_y4xuh = K32 * t_zaqmy - t_hjmgb * t_nmcio + t_yz7e5 * t_c7tkt;
+    const real t_djk5e = K32 * t_zaqmy - t_hjmgb * t_nmcio + t_yz7e5 * t_c7tkt;
     const real t_3wrgk = t_2m245 * t_c7tkt - (t_bl4f2 * t_nmcio + t_zzymx * t_zaqmy);
     const real t_g7xnq = K63 * t_nmcio + K33 * t_zaqmy - K43 * t_c7tkt;
-    const real t_e2j3p = K11 * t_3wrgk - t_b3aij * t_y4xuh - t_zzymx * t_g7xnq;
-    const real t_plydn = t_t7vcl * t_e2j3p
-        - PP_v2 * (t_4gyk7 * t_3wrgk + t_i2mne * t_y4xuh + t_rhnsp * t_g7xnq);
-    const real t_szgsx = (SELECT0(m_l7cqn, t_wjr3r * t_plydn * t_pd2sg) - t_e2j3p) * t_hvu5i;
-    const real t_fndtx = t_y4xuh - t_b3aij * t_szgsx;
-    const real t_gjdx3 = t_q2hfz * (t_cofwl * (t_fndtx * t_y7rm6));
-    const real t_yabq5_3 = t_gjdx3 * t_nwsjf;
-    const real t_skjh5_3 = t_cnhcl * (t_as3uq * t_yabq5_3);
-    const real t_4nx6p_3 = p[F] * (sin_t_auieu * t_skjh5_3);
-    const real t_ecreo_3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_3));
-    const real t_qenyt = t_g7xnq - t_zzymx * t_szgsx;
-    const real t_khx5f = t_qenyt * t_y7rm6 * t_qvk2y
-        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_gjdx3 * t_imn4h)));
-    const real t_3t4m7_2 = t_xh4j2 * (t_o7qta * t_khx5f) * t_gwbho;
-    const real t_cv7p2_3 = sin_t_g4u7i * t_yabq5_3;
-    const real t_lnmjd_3 = cos_t_we5c3 * t_3t4m7_2;
-    const real t_ssiof_3 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_3)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_3));
-    const real t_cl7gv_3 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_3t4m7_2), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_3 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_3 = t_rila6 * (t_vr3uw * t_cl7gv_3);
-    const real t_ctppn_3 = sin_t_kl6tx * t_s6fxk_3;
-    const real t_ke372_3 = t_ecreo_3 - t_qhkro * t_ctppn_3;
-    const real t_6dnpl_3 = p[F] * (cos_t_auieu * t_skjh5_3);
-    const real t_j5h4e_3 = SELECT0(m_el4yy, t_6dnpl_3) + t_w7lcw * t_ke372_3;
-    const real t_qbg3i_3 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_3));
-    const real t_2gr5i_3 = cos_t_kl6tx * t_s6fxk_3;
-    const real t_mvrqf_3 = t_qbg3i_3 + t_qhkro * t_2gr5i_3;
+    const real t_e2j3p = K11 * t_3wrgk - t_b3aij * t_djk5e - t_zzymx * t_g7xnq;
+    const real t_qzzka = t_t7vcl * t_e2j3p
+        - PP_v2 * (t_4gyk7 * t_3wrgk + t_i2mne * t_djk5e + t_rhnsp * t_g7xnq);
+    const real t_zwtzw = (SELECT0(m_l7cqn, t_5cok6 * t_qzzka * t_pd2sg) - t_e2j3p) * t_hvu5i;
+    const real t_veu33 = t_djk5e - t_b3aij * t_zwtzw;
+    const real t_bux7u = t_q2hfz * (t_5x4sb * (t_veu33 * t_y7rm6));
+    const real t_oesw4_3 = t_bux7u * t_nwsjf;
+    const real t_iubif_3 = t_bw2jd * (t_as3uq * t_oesw4_3);
+    const real t_27ev7_3 = p[F] * (sin_t_auieu * t_iubif_3);
+    const real t_wzmp3_3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_3));
+    const real t_exosr = t_g7xnq - t_zzymx * t_zwtzw;
+    const real t_clk5k = t_exosr * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_bux7u * t_imn4h)));
+    const real t_6llfx_3 = t_q2hfz_2 * (t_2snz7 * t_clk5k) * t_bifdl;
+    const real t_d4wem_3 = sin_t_g4u7i * t_oesw4_3;
+    const real t_kj6yx_3 = cos_t_kood5 * t_6llfx_3;
+    const real t_ssiof_3 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_3)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_3));
+    const real t_amp27_3 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_3), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_3 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_3 = t_zrb6o * (t_vr3uw * t_amp27_3);
+    const real t_cxwzz_3 = sin_t_kl6tx * t_swjde_3;
+    const real t_ke372_3 = t_wzmp3_3 - t_zmkrd * t_cxwzz_3;
+    const real t_ilple_3 = p[F] * (cos_t_auieu * t_iubif_3);
+    const real t_j5h4e_3 = SELECT0(m_el4yy, t_ilple_3) + t_w7lcw * t_ke372_3;
+    const real t_ooljq_3 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_3));
+    const real t_lqx5z_3 = cos_t_kl6tx * t_swjde_3;
+    const real t_mvrqf_3 = t_ooljq_3 + t_zmkrd * t_lqx5z_3;
     const real t_ejflw_3 = t_3go2w * t_ke372_3 - t_mvrqf_3 - K_L32 * t_j5h4e_3;
-    const real t_shxu4_3 = p[F] * t_cv7p2_3;
-    const real t_huqui_3 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_3));
-    const real t_yeljt_3 = sin_t_we5c3 * t_3t4m7_2;
-    const real t_sxx4d = t_huqui_3 + SELECT0(m_trmto, t_wo26r * t_yeljt_3) - (t_3wrgk + K11 * t_szgsx);
-    const real t_52pr2_3 = p[F] * (cos_t_g4u7i * t_yabq5_3);
-    const real t_74t5m = SELECT0(m_el4yy, t_52pr2_3) - t_fndtx + t_w7lcw * t_sxx4d;
-    const real t_a3mx6_3 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_3)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_3));
-    const real t_ngpcc = (t_3go2w * t_sxx4d - (t_a3mx6_3 + t_qenyt) - K_L32 * t_74t5m) * t_zmh3u;
-    const real t_hm7tw_2 = t_74t5m * t_4iujv - K_L32 * t_ngpcc;
-    const real t_z4xwq_2 = t_sxx4d * t_bpfoo + t_w7lcw * t_hm7tw_2 + t_3go2w * t_ngpcc;
-    const real t_cgxsm_3 = t_ecreo_3 - t_qhkro_2 * t_ctppn_3 - (t_huqui_3 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_3));
-    const real t_ycqju_3 = t_6dnpl_3 - t_52pr2_3;
+    const real t_shxu4_3 = p[F] * t_d4wem_3;
+    const real t_huqui_3 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_3));
+    const real t_7nvy5_3 = sin_t_kood5 * t_6llfx_3;
+    const real t_hdfx4 = t_huqui_3 + SELECT0(m_uklky, t_wo26r * t_7nvy5_3) - (t_3wrgk + K11 * t_zwtzw);
+    const real t_kbtvv_3 = p[F] * (cos_t_g4u7i * t_oesw4_3);
+    const real t_sjz76 = SELECT0(m_el4yy, t_kbtvv_3) - t_veu33 + t_w7lcw * t_hdfx4;
+    const real t_a3mx6_3 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_3)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_3));
+    const real t_ikt7f = (t_3go2w * t_hdfx4 - (t_a3mx6_3 + t_exosr) - K_L32 * t_sjz76) * t_zmh3u;
+    const real t_2xwyg_3 = t_sjz76 * t_4iujv - K_L32 * t_ikt7f;
+    const real t_ny4gc_2 = t_hdfx4 * t_bpfoo + t_w7lcw * t_2xwyg_3 + t_3go2w * t_ikt7f;
+    const real t_cgxsm_3 = t_wzmp3_3 - t_zmkrd_2 * t_cxwzz_3 - (t_huqui_3 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_3));
+    const real t_ycqju_3 = t_ilple_3 - t_kbtvv_3;
     const real t_4w3t6_3 = SELECT0(m_el4yy, t_ycqju_3) + t_w7lcw * t_cgxsm_3;
-    const real t_pdzxe_3 = p[F] * t_ssiof_3 - (t_qbg3i_3 + t_qhkro_2 * t_2gr5i_3);
+    const real t_pdzxe_3 = p[F] * t_ssiof_3 - (t_ooljq_3 + t_zmkrd_2 * t_lqx5z_3);
     const real t_tuq22_3 = (t_pdzxe_3 + t_3go2w * t_cgxsm_3 - K_L32 * t_4w3t6_3) * t_zmh3u;
-    const real t_54x6k_3 = t_4w3t6_3 * t_4iujv - K_L32 * t_tuq22_3;
-    const real t_mtv6d_3 = t_cgxsm_3 * t_bpfoo + t_w7lcw * t_54x6k_3 + t_3go2w * t_tuq22_3;
-    const real t_3rbua = K64 * t_nmcio
-        - t_2m245 * t_szgsx
-        - t_2m245 * t_z4xwq_2
-        - t_yz7e5 * t_hm7tw_2
+    const real t_s7pal_3 = t_4w3t6_3 * t_4iujv - K_L32 * t_tuq22_3;
+    const real t_cyfhb_3 = t_cgxsm_3 * t_bpfoo + t_w7lcw * t_s7pal_3 + t_3go2w * t_tuq22_3;
+    const real t_26ak3 = K64 * t_nmcio
+        - t_2m245 * t_zwtzw
+        - t_2m245 * t_ny4gc_2
+        - t_yz7e5 * t_2xwyg_3
         + K43 * t_zaqmy
-        + K43 * t_ngpcc
+        + K43 * t_ikt7f
         - K44 * t_c7tkt
-        - t_2m245 * t_mtv6d_3
-        - t_yz7e5 * t_54x6k_3
+        - t_2m245 * t_cyfhb_3
+        - t_yz7e5 * t_s7pal_3
         + K43 * t_tuq22_3
         + t_xq4wt * t_ke372_3
         + t_5wcj3 * t_j5h4e_3
         - K_L43 * t_ejflw_3;
-    const real t_nlldn = K65 * t_nmcio
-        - t_6mmeb * t_szgsx
-        - t_6mmeb * t_z4xwq_2
-        + K52 * t_hm7tw_2
+    const real t_2pgug = K65 * t_nmcio
+        - t_6mmeb * t_zwtzw
+        - t_6mmeb * t_ny4gc_2
+        + K52 * t_2xwyg_3
         + K53 * t_zaqmy
-        + K53 * t_ngpcc
+        + K53 * t_ikt7f
         - K54 * t_c7tkt
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_3)
-        - t_6mmeb * t_mtv6d_3
-        + K52 * t_54x6k_3
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_3)
+        - t_6mmeb * t_cyfhb_3
+        + K52 * t_s7pal_3
         + K53 * t_tuq22_3
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_3)
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_3))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_3))
         + t_rujpm * t_ke372_3
         - K_L52 * t_j5h4e_3
         - K_L53 * t_ejflw_3
-        - K_L54 * t_3rbua;
-    const real t_o5577 = t_lwe76 * t_a3mx6_3
+        - K_L54 * t_26ak3;
+    const real t_7xaeu = t_lwe76 * t_a3mx6_3
         - K66 * t_nmcio
-        + t_bl4f2 * t_szgsx
-        + t_bl4f2 * t_z4xwq_2
-        + t_hjmgb * t_hm7tw_2
+        + t_bl4f2 * t_zwtzw
+        + t_bl4f2 * t_ny4gc_2
+        + t_hjmgb * t_2xwyg_3
         - K63 * t_zaqmy
-        - K63 * t_ngpcc
+        - K63 * t_ikt7f
         + K64 * t_c7tkt
         - t_lwe76 * t_pdzxe_3
-        + t_bl4f2 * t_mtv6d_3
-        + t_hjmgb * t_54x6k_3
+        + t_bl4f2 * t_cyfhb_3
+        + t_hjmgb * t_s7pal_3
         - K63 * t_tuq22_3;
-    const real t_2hdge = t_lwe76 * t_mvrqf_3
-        - t_o5577
+    const real t_pf6fe = t_lwe76 * t_mvrqf_3
+        - t_7xaeu
         + t_pgxzp * t_ke372_3
         + t_gz422 * t_j5h4e_3
         - K_L63 * t_ejflw_3
-        - K_L64 * t_3rbua
-        - K_L65 * t_nlldn;
-    const real t_je7ua = t_2hdge * t_nfkwa;
-    const real t_q7ha2 = t_nlldn * t_ftqxb - K_L65 * t_je7ua;
-    const real t_f3ydj = t_3rbua * t_lt2al - K_L54 * t_q7ha2 - K_L64 * t_je7ua;
-    const real t_mqxuf = t_ejflw_3 * t_zmh3u - K_L43 * t_f3ydj - K_L53 * t_q7ha2 - K_L63 * t_je7ua;
-    const real t_e6gyb = t_j5h4e_3 * t_4iujv
-        - K_L32 * t_mqxuf
-        + t_5wcj3 * t_f3ydj
-        - K_L52 * t_q7ha2
-        + t_gz422 * t_je7ua;
-    const real t_jxnyn = t_ke372_3 * t_bpfoo
-        + t_w7lcw * t_e6gyb
-        + t_3go2w * t_mqxuf
-        + t_xq4wt * t_f3ydj
-        + t_rujpm * t_q7ha2
-        + t_pgxzp * t_je7ua;
+        - K_L64 * t_26ak3
+        - K_L65 * t_2pgug;
+    const real t_bbiv2 = t_pf6fe * t_nfkwa;
+    const real t_bpgbo = t_2pgug * t_ftqxb - K_L65 * t_bbiv2;
+    const real t_ddvjn = t_26ak3 * t_lt2al - K_L54 * t_bpgbo - K_L64 * t_bbiv2;
+    const real t_thknf = t_ejflw_3 * t_zmh3u - K_L43 * t_ddvjn - K_L53 * t_bpgbo - K_L63 * t_bbiv2;
+    const real t_yowpy = t_j5h4e_3 * t_4iujv
+        - K_L32 * t_thknf
+        + t_5wcj3 * t_ddvjn
+        - K_L52 * t_bpgbo
+        + t_gz422 * t_bbiv2;
+    const real t_s5krr = t_ke372_3 * t_bpfoo
+        + t_w7lcw * t_yowpy
+        + t_3go2w * t_thknf
+        + t_xq4wt * t_ddvjn
+        + t_rujpm * t_bpgbo
+        + t_pgxzp * t_bbiv2;
     const real t_4z4np = p[l1] * cos_phi1;
     const real t_ceplo = t_wmv32 * t_4z4np;
     const real t_ljxeu = q_1 * q[wy] + t_smkh7 - t_ceplo;
@@ -8278,11 +8278,11 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_ly4o3 = t_6tvwe - Wt2;
     const real t_skszy = B_2 * t_ly4o3;
     const real t_3iwx3 = t_bpppy + cos_phi2 * t_skszy;
-    const real t_bztan = t_mnfa5 + t_cb5bw - sin_theta1 * t_hqad4 - sin_theta2 * t_3iwx3;
+    const real t_ec5ib = t_mnfa5 + t_cb5bw - sin_theta1 * t_hqad4 - sin_theta2 * t_3iwx3;
     const real t_gii5x = x_C * q[wy];
     const real t_7u4eb = x_C * q[wz];
     const real t_x5djw = c[w3] * t_ma4ro;
-    const real t_l5ja5 = t_bztan
+    const real t_ujqka = t_ec5ib
         + K52 * q[wy]
         - t_hjmgb * q[wz]
         + K22 * t_gii5x
@@ -8291,160 +8291,160 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_ghnnr = cos_phi1 * t_jfvj3;
     const real t_7e3oz = cos_phi2 * t_2bqt6;
     const real t_pworu = sin_phi1 * t_h7dxi + sin_phi2 * t_skszy - t_ghnnr - t_7e3oz;
-    const real t_ozay4 = t_pworu
+    const real t_g3pby = t_pworu
         + t_6mmeb * q[wy]
         + t_bl4f2 * q[wz]
         + t_b3aij * t_gii5x
         + t_zzymx * t_7u4eb;
-    const real t_hab6z = t_2m245 * t_x5djw - t_ozay4;
+    const real t_hab6z = t_2m245 * t_x5djw - t_g3pby;
     const real t_rwvfl = sin_theta1 * t_wp4cy;
     const real t_cqdkk = sin_theta2 * t_sc77m;
-    const real t_vxpyo = cos_theta1 * t_hqad4 + (t_rwvfl + t_cqdkk) + cos_theta2 * t_3iwx3;
+    const real t_4wml3 = cos_theta1 * t_hqad4 + (t_rwvfl + t_cqdkk) + cos_theta2 * t_3iwx3;
     const real t_chfvk = K53 * q[wy]
-        - t_vxpyo
+        - t_4wml3
         + K63 * q[wz]
         + K32 * t_gii5x
         + K33 * t_7u4eb
         - K43 * t_x5djw;
-    const real t_e3pln = K11 * t_hab6z - t_b3aij * t_l5ja5 - t_zzymx * t_chfvk;
-    const real t_wiw4n = t_t7vcl * t_e3pln
-        - PP_v2 * (t_4gyk7 * t_hab6z + t_i2mne * t_l5ja5 + t_rhnsp * t_chfvk);
-    const real t_5ghvj = (SELECT0(m_l7cqn, t_wjr3r * t_wiw4n * t_pd2sg) - t_e3pln) * t_hvu5i;
-    const real t_qfqqt = t_l5ja5 - t_b3aij * t_5ghvj;
-    const real t_enmsb = t_q2hfz * (t_cofwl * (t_qfqqt * t_y7rm6));
-    const real t_yabq5_4 = t_enmsb * t_nwsjf;
-    const real t_skjh5_4 = t_cnhcl * (t_as3uq * t_yabq5_4);
-    const real t_4nx6p_4 = p[F] * (sin_t_auieu * t_skjh5_4);
-    const real t_ecreo_4 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_4));
-    const real t_jwshb = t_chfvk - t_zzymx * t_5ghvj;
-    const real t_a2tnd = t_jwshb * t_y7rm6 * t_qvk2y
-        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_enmsb * t_imn4h)));
-    const real t_3t4m7_3 = t_xh4j2 * (t_o7qta * t_a2tnd) * t_gwbho;
-    const real t_cv7p2_4 = sin_t_g4u7i * t_yabq5_4;
-    const real t_lnmjd_4 = cos_t_we5c3 * t_3t4m7_3;
-    const real t_ssiof_4 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_4)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_4));
-    const real t_cl7gv_4 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_3t4m7_3), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_4 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_4 = t_rila6 * (t_vr3uw * t_cl7gv_4);
-    const real t_ctppn_4 = sin_t_kl6tx * t_s6fxk_4;
-    const real t_nm2gl = t_ecreo_4 - t_qhkro * t_ctppn_4 + t_pworu;
-    const real t_6dnpl_4 = p[F] * (cos_t_auieu * t_skjh5_4);
-    const real t_x24cd = SELECT0(m_el4yy, t_6dnpl_4) - t_bztan + t_w7lcw * t_nm2gl;
-    const real t_qbg3i_4 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_4));
-    const real t_2gr5i_4 = cos_t_kl6tx * t_s6fxk_4;
-    const real t_mvrqf_4 = t_qbg3i_4 + t_qhkro * t_2gr5i_4;
-    const real t_kzofv = t_3go2w * t_nm2gl - (t_mvrqf_4 - t_vxpyo) - K_L32 * t_x24cd;
+    const real t_nz3go = K11 * t_hab6z - t_b3aij * t_ujqka - t_zzymx * t_chfvk;
+    const real t_fmgv7 = t_t7vcl * t_nz3go
+        - PP_v2 * (t_4gyk7 * t_hab6z + t_i2mne * t_ujqka + t_rhnsp * t_chfvk);
+    const real t_cpegz = (SELECT0(m_l7cqn, t_5cok6 * t_fmgv7 * t_pd2sg) - t_nz3go) * t_hvu5i;
+    const real t_ohega = t_ujqka - t_b3aij * t_cpegz;
+    const real t_fvua5 = t_q2hfz * (t_5x4sb * (t_ohega * t_y7rm6));
+    const real t_oesw4_4 = t_fvua5 * t_nwsjf;
+    const real t_iubif_4 = t_bw2jd * (t_as3uq * t_oesw4_4);
+    const real t_27ev7_4 = p[F] * (sin_t_auieu * t_iubif_4);
+    const real t_wzmp3_4 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_4));
+    const real t_h3mfd = t_chfvk - t_zzymx * t_cpegz;
+    const real t_fnoxt = t_h3mfd * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_fvua5 * t_imn4h)));
+    const real t_6llfx_4 = t_q2hfz_2 * (t_2snz7 * t_fnoxt) * t_bifdl;
+    const real t_d4wem_4 = sin_t_g4u7i * t_oesw4_4;
+    const real t_kj6yx_4 = cos_t_kood5 * t_6llfx_4;
+    const real t_ssiof_4 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_4)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_4));
+    const real t_amp27_4 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_4), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_4 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_4 = t_zrb6o * (t_vr3uw * t_amp27_4);
+    const real t_cxwzz_4 = sin_t_kl6tx * t_swjde_4;
+    const real t_q5vwp = t_wzmp3_4 - t_zmkrd * t_cxwzz_4 + t_pworu;
+    const real t_ilple_4 = p[F] * (cos_t_auieu * t_iubif_4);
+    const real t_x24cd = SELECT0(m_el4yy, t_ilple_4) - t_ec5ib + t_w7lcw * t_q5vwp;
+    const real t_ooljq_4 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_4));
+    const real t_lqx5z_4 = cos_t_kl6tx * t_swjde_4;
+    const real t_mvrqf_4 = t_ooljq_4 + t_zmkrd * t_lqx5z_4;
+    const real t_6sjkg = t_3go2w * t_q5vwp - (t_mvrqf_4 - t_4wml3) - K_L32 * t_x24cd;
     const real t_zfk4z = p[l1] * t_h7dxi;
     const real t_a7ivz = q_1 * t_wp4cy + q_2 * t_sc77m;
     const real t_6tlin = p[l2] * t_skszy;
-    const real t_iztqh = t_zfk4z - t_a7ivz + t_6tlin;
-    const real t_shxu4_4 = p[F] * t_cv7p2_4;
-    const real t_huqui_4 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_4));
-    const real t_yeljt_4 = sin_t_we5c3 * t_3t4m7_3;
-    const real t_kkkev = t_huqui_4 + SELECT0(m_trmto, t_wo26r * t_yeljt_4) - (t_hab6z + K11 * t_5ghvj);
-    const real t_52pr2_4 = p[F] * (cos_t_g4u7i * t_yabq5_4);
-    const real t_oslne = SELECT0(m_el4yy, t_52pr2_4) - t_qfqqt + t_w7lcw * t_kkkev;
-    const real t_a3mx6_4 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_4)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_4));
-    const real t_vrpnc = (t_3go2w * t_kkkev - (t_a3mx6_4 + t_jwshb) - K_L32 * t_oslne) * t_zmh3u;
-    const real t_hm7tw_3 = t_oslne * t_4iujv - K_L32 * t_vrpnc;
-    const real t_qebod = t_kkkev * t_bpfoo + t_w7lcw * t_hm7tw_3 + t_3go2w * t_vrpnc;
-    const real t_cgxsm_4 = t_ecreo_4 - t_qhkro_2 * t_ctppn_4 - (t_huqui_4 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_4));
-    const real t_ycqju_4 = t_6dnpl_4 - t_52pr2_4;
+    const real t_5rzq2 = t_zfk4z - t_a7ivz + t_6tlin;
+    const real t_shxu4_4 = p[F] * t_d4wem_4;
+    const real t_huqui_4 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_4));
+    const real t_7nvy5_4 = sin_t_kood5 * t_6llfx_4;
+    const real t_t6k5z = t_huqui_4 + SELECT0(m_uklky, t_wo26r * t_7nvy5_4) - (t_hab6z + K11 * t_cpegz);
+    const real t_kbtvv_4 = p[F] * (cos_t_g4u7i * t_oesw4_4);
+    const real t_cbi6s = SELECT0(m_el4yy, t_kbtvv_4) - t_ohega + t_w7lcw * t_t6k5z;
+    const real t_a3mx6_4 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_4)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_4));
+    const real t_u2uj5 = (t_3go2w * t_t6k5z - (t_a3mx6_4 + t_h3mfd) - K_L32 * t_cbi6s) * t_zmh3u;
+    const real t_2xwyg_4 = t_cbi6s * t_4iujv - K_L32 * t_u2uj5;
+    const real t_pk2sz = t_t6k5z * t_bpfoo + t_w7lcw * t_2xwyg_4 + t_3go2w * t_u2uj5;
+    const real t_cgxsm_4 = t_wzmp3_4 - t_zmkrd_2 * t_cxwzz_4 - (t_huqui_4 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_4));
+    const real t_ycqju_4 = t_ilple_4 - t_kbtvv_4;
     const real t_4w3t6_4 = SELECT0(m_el4yy, t_ycqju_4) + t_w7lcw * t_cgxsm_4;
-    const real t_pdzxe_4 = p[F] * t_ssiof_4 - (t_qbg3i_4 + t_qhkro_2 * t_2gr5i_4);
+    const real t_pdzxe_4 = p[F] * t_ssiof_4 - (t_ooljq_4 + t_zmkrd_2 * t_lqx5z_4);
     const real t_tuq22_4 = (t_pdzxe_4 + t_3go2w * t_cgxsm_4 - K_L32 * t_4w3t6_4) * t_zmh3u;
-    const real t_54x6k_4 = t_4w3t6_4 * t_4iujv - K_L32 * t_tuq22_4;
-    const real t_mtv6d_4 = t_cgxsm_4 * t_bpfoo + t_w7lcw * t_54x6k_4 + t_3go2w * t_tuq22_4;
-    const real t_b4qih = t_iztqh
+    const real t_s7pal_4 = t_4w3t6_4 * t_4iujv - K_L32 * t_tuq22_4;
+    const real t_cyfhb_4 = t_cgxsm_4 * t_bpfoo + t_w7lcw * t_s7pal_4 + t_3go2w * t_tuq22_4;
+    const real t_jdrgd = t_5rzq2
         + K54 * q[wy]
         + K64 * q[wz]
-        - t_2m245 * t_5ghvj
-        - t_2m245 * t_qebod
+        - t_2m245 * t_cpegz
+        - t_2m245 * t_pk2sz
         - t_yz7e5 * t_gii5x
-        - t_yz7e5 * t_hm7tw_3
+        - t_yz7e5 * t_2xwyg_4
         + K43 * t_7u4eb
-        + K43 * t_vrpnc
+        + K43 * t_u2uj5
         - K44 * t_x5djw
-        - t_2m245 * t_mtv6d_4
-        - t_yz7e5 * t_54x6k_4
+        - t_2m245 * t_cyfhb_4
+        - t_yz7e5 * t_s7pal_4
         + K43 * t_tuq22_4
-        - t_iztqh
-        + t_xq4wt * t_nm2gl
+        - t_5rzq2
+        + t_xq4wt * t_q5vwp
         + t_5wcj3 * t_x24cd
-        - K_L43 * t_kzofv;
-    const real t_dzlkr = t_zfk4z - e1 * t_hqad4;
-    const real t_7hro7 = t_6tlin - e2 * t_3iwx3;
-    const real t_q3zlw = sin_theta1 * t_dzlkr
+        - K_L43 * t_6sjkg;
+    const real t_oeo2d = t_zfk4z - e1 * t_hqad4;
+    const real t_6g4dk = t_6tlin - e2 * t_3iwx3;
+    const real t_tc4zj = sin_theta1 * t_oeo2d
         - t_a7ivz
-        + sin_theta2 * t_7hro7
+        + sin_theta2 * t_6g4dk
         - t_5r66u * q[wy]
         + g_1 * t_mnfa5
         + g_2 * t_cb5bw;
-    const real t_nj2en = t_q3zlw
+    const real t_4ttfs = t_tc4zj
         + K55 * q[wy]
         + K65 * q[wz]
-        - t_6mmeb * t_5ghvj
-        - t_6mmeb * t_qebod
+        - t_6mmeb * t_cpegz
+        - t_6mmeb * t_pk2sz
         + K52 * t_gii5x
-        + K52 * t_hm7tw_3
+        + K52 * t_2xwyg_4
         + K53 * t_7u4eb
-        + K53 * t_vrpnc
+        + K53 * t_u2uj5
         - K54 * t_x5djw
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_4)
-        - t_6mmeb * t_mtv6d_4
-        + K52 * t_54x6k_4
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_4)
+        - t_6mmeb * t_cyfhb_4
+        + K52 * t_s7pal_4
         + K53 * t_tuq22_4
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_4)
-        - t_q3zlw
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_4))
-        + t_rujpm * t_nm2gl
+        - t_tc4zj
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_4))
+        + t_rujpm * t_q5vwp
         - K_L52 * t_x24cd
-        - K_L53 * t_kzofv
-        - K_L54 * t_b4qih;
-    const real t_k4r7s = cos_theta1 * t_dzlkr
-        + cos_theta2 * t_7hro7
+        - K_L53 * t_6sjkg
+        - K_L54 * t_jdrgd;
+    const real t_d3sej = cos_theta1 * t_oeo2d
+        + cos_theta2 * t_6g4dk
         + I_theta1
         + I_theta2
         - t_7bo2j * q[wz]
         - g_1 * t_rwvfl
         - g_2 * t_cqdkk;
-    const real t_a4z6v = t_lwe76 * t_a3mx6_4
-        - t_k4r7s
+    const real t_bl436 = t_lwe76 * t_a3mx6_4
+        - t_d3sej
         - K65 * q[wy]
         - K66 * q[wz]
-        + t_bl4f2 * t_5ghvj
-        + t_bl4f2 * t_qebod
+        + t_bl4f2 * t_cpegz
+        + t_bl4f2 * t_pk2sz
         + t_hjmgb * t_gii5x
-        + t_hjmgb * t_hm7tw_3
+        + t_hjmgb * t_2xwyg_4
         - K63 * t_7u4eb
-        - K63 * t_vrpnc
+        - K63 * t_u2uj5
         + K64 * t_x5djw
         - t_lwe76 * t_pdzxe_4
-        + t_bl4f2 * t_mtv6d_4
-        + t_hjmgb * t_54x6k_4
+        + t_bl4f2 * t_cyfhb_4
+        + t_hjmgb * t_s7pal_4
         - K63 * t_tuq22_4
-        + t_k4r7s;
-    const real t_rvurw = t_lwe76 * t_mvrqf_4
-        - t_a4z6v
-        + t_pgxzp * t_nm2gl
+        + t_d3sej;
+    const real t_6oo4h = t_lwe76 * t_mvrqf_4
+        - t_bl436
+        + t_pgxzp * t_q5vwp
         + t_gz422 * t_x24cd
-        - K_L63 * t_kzofv
-        - K_L64 * t_b4qih
-        - K_L65 * t_nj2en;
-    const real t_36kje = t_rvurw * t_nfkwa;
-    const real t_u3lcn = t_nj2en * t_ftqxb - K_L65 * t_36kje;
-    const real t_svtjt = t_b4qih * t_lt2al - K_L54 * t_u3lcn - K_L64 * t_36kje;
-    const real t_mqo7x = t_kzofv * t_zmh3u - K_L43 * t_svtjt - K_L53 * t_u3lcn - K_L63 * t_36kje;
-    const real t_zibaj = t_x24cd * t_4iujv
-        - K_L32 * t_mqo7x
-        + t_5wcj3 * t_svtjt
-        - K_L52 * t_u3lcn
-        + t_gz422 * t_36kje;
-    const real t_cagkj = t_nm2gl * t_bpfoo
-        + t_w7lcw * t_zibaj
-        + t_3go2w * t_mqo7x
-        + t_xq4wt * t_svtjt
-        + t_rujpm * t_u3lcn
-        + t_pgxzp * t_36kje;
+        - K_L63 * t_6sjkg
+        - K_L64 * t_jdrgd
+        - K_L65 * t_4ttfs;
+    const real t_4i7tk = t_6oo4h * t_nfkwa;
+    const real t_vrzj2 = t_4ttfs * t_ftqxb - K_L65 * t_4i7tk;
+    const real t_2bw3k = t_jdrgd * t_lt2al - K_L54 * t_vrzj2 - K_L64 * t_4i7tk;
+    const real t_t6kqa = t_6sjkg * t_zmh3u - K_L43 * t_2bw3k - K_L53 * t_vrzj2 - K_L63 * t_4i7tk;
+    const real t_ay65j = t_x24cd * t_4iujv
+        - K_L32 * t_t6kqa
+        + t_5wcj3 * t_2bw3k
+        - K_L52 * t_vrzj2
+        + t_gz422 * t_4i7tk;
+    const real t_o54k5 = t_q5vwp * t_bpfoo
+        + t_w7lcw * t_ay65j
+        + t_3go2w * t_t6kqa
+        + t_xq4wt * t_2bw3k
+        + t_rujpm * t_vrzj2
+        + t_pgxzp * t_4i7tk;
     const real t_bq73g = sin_phi1 * sin_theta1;
     const real t_qrqlw = q_1 * q[wx]
         + w_x1 * (lc_1 * cos_theta1)
@@ -8472,159 +8472,159 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_js3na = chi2 * t_vjwdl - t_c6dmt * t_7pjle - w_x2 * sin_theta2;
     const real t_xythb = B_2 * t_js3na;
     const real t_jshhh = sin_phi2 * t_a5qu3 - cos_phi2 * t_xythb;
-    const real t_etm6e = t_56goo + t_isxxh + sin_theta1 * t_zexpu + sin_theta2 * t_jshhh;
+    const real t_zxqcw = t_56goo + t_isxxh + sin_theta1 * t_zexpu + sin_theta2 * t_jshhh;
     const real t_4ybo3 = c[w4] * t_yjeu3;
     const real t_bkzn6 = x_C * q[wx];
     const real t_ejmdd = x_C * t_4ybo3;
-    const real t_yjfkj = t_etm6e
+    const real t_boaqk = t_zxqcw
         + K52 * q[wx]
         - t_hjmgb * t_4ybo3
         + K22 * t_bkzn6
         + K32 * t_ejmdd;
     const real t_bg65y = sin_phi1 * t_64tpi + sin_phi2 * t_xythb + cos_phi1 * t_sayxc + cos_phi2 * t_a5qu3;
-    const real t_dxhqt = t_bg65y
+    const real t_7fc3a = t_bg65y
         + t_6mmeb * q[wx]
         + t_bl4f2 * t_4ybo3
         + t_b3aij * t_bkzn6
         + t_zzymx * t_ejmdd;
     const real t_hrzpn = sin_theta1 * t_3t364;
     const real t_dm2ov = sin_theta2 * t_nrfga;
-    const real t_qnh6m = cos_theta1 * t_zexpu - (t_hrzpn + t_dm2ov) + cos_theta2 * t_jshhh;
+    const real t_s7zkf = cos_theta1 * t_zexpu - (t_hrzpn + t_dm2ov) + cos_theta2 * t_jshhh;
     const real t_xkf6p = K32 * t_bkzn6;
-    const real t_g72d4 = t_qnh6m + K53 * q[wx] + K63 * t_4ybo3 + t_xkf6p + K33 * t_ejmdd;
-    const real t_i4lld = K11 * t_dxhqt + t_b3aij * t_yjfkj + t_zzymx * t_g72d4;
-    const real t_l5aem = t_t7vcl * t_i4lld
-        + PP_v2 * (t_i2mne * t_yjfkj - t_4gyk7 * t_dxhqt + t_rhnsp * t_g72d4);
-    const real t_bytux = (SELECT0(m_l7cqn, -(t_wjr3r * t_l5aem * t_pd2sg)) + t_i4lld) * t_hvu5i;
-    const real t_snltt = t_yjfkj - t_b3aij * t_bytux;
-    const real t_2yka4 = t_q2hfz * (t_cofwl * (t_snltt * t_y7rm6));
-    const real t_yabq5_5 = t_2yka4 * t_nwsjf;
-    const real t_skjh5_5 = t_cnhcl * (t_as3uq * t_yabq5_5);
-    const real t_4nx6p_5 = p[F] * (sin_t_auieu * t_skjh5_5);
-    const real t_ecreo_5 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_5));
-    const real t_4gk5i = t_g72d4 - t_zzymx * t_bytux;
-    const real t_i2bsq = t_4gk5i * t_y7rm6 * t_qvk2y
+    const real t_ahdfj = t_s7zkf + K53 * q[wx] + K63 * t_4ybo3 + t_xkf6p + K33 * t_ejmdd;
+    const real t_ectjg = K11 * t_7fc3a + t_b3aij * t_boaqk + t_zzymx * t_ahdfj;
+    const real t_uzuy3 = t_t7vcl * t_ectjg
+        + PP_v2 * (t_i2mne * t_boaqk - t_4gyk7 * t_7fc3a + t_rhnsp * t_ahdfj);
+    const real t_xonsn = (SELECT0(m_l7cqn, -(t_5cok6 * t_uzuy3 * t_pd2sg)) + t_ectjg) * t_hvu5i;
+    const real t_of47m = t_boaqk - t_b3aij * t_xonsn;
+    const real t_2yka4 = t_q2hfz * (t_5x4sb * (t_of47m * t_y7rm6));
+    const real t_oesw4_5 = t_2yka4 * t_nwsjf;
+    const real t_iubif_5 = t_bw2jd * (t_as3uq * t_oesw4_5);
+    const real t_27ev7_5 = p[F] * (sin_t_auieu * t_iubif_5);
+    const real t_wzmp3_5 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_5));
+    const real t_hlm3u = t_ahdfj - t_zzymx * t_xonsn;
+    const real t_azrjq = t_hlm3u * t_y7rm6 * t_qvk2y
         + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_2yka4 * t_imn4h)));
-    const real t_hih7v_2 = t_xh4j2 * (t_o7qta * t_i2bsq) * t_gwbho;
-    const real t_cv7p2_5 = sin_t_g4u7i * t_yabq5_5;
-    const real t_lnmjd_5 = cos_t_we5c3 * t_hih7v_2;
-    const real t_ssiof_5 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_5)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_5));
-    const real t_cl7gv_5 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_hih7v_2), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_5 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_5 = t_rila6 * (t_vr3uw * t_cl7gv_5);
-    const real t_ctppn_5 = sin_t_kl6tx * t_s6fxk_5;
-    const real t_v6bxt = t_ecreo_5 - t_qhkro * t_ctppn_5 + t_bg65y;
-    const real t_6dnpl_5 = p[F] * (cos_t_auieu * t_skjh5_5);
-    const real t_yee37 = SELECT0(m_el4yy, t_6dnpl_5) - t_etm6e + t_w7lcw * t_v6bxt;
-    const real t_qbg3i_5 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_5));
-    const real t_2gr5i_5 = cos_t_kl6tx * t_s6fxk_5;
-    const real t_mvrqf_5 = t_qbg3i_5 + t_qhkro * t_2gr5i_5;
-    const real t_5hs5d = t_3go2w * t_v6bxt - (t_mvrqf_5 + t_qnh6m) - K_L32 * t_yee37;
+    const real t_6llfx_5 = t_q2hfz_2 * (t_2snz7 * t_azrjq) * t_bifdl;
+    const real t_d4wem_5 = sin_t_g4u7i * t_oesw4_5;
+    const real t_kj6yx_5 = cos_t_kood5 * t_6llfx_5;
+    const real t_ssiof_5 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_5)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_5));
+    const real t_amp27_5 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_5), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_5 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_5 = t_zrb6o * (t_vr3uw * t_amp27_5);
+    const real t_cxwzz_5 = sin_t_kl6tx * t_swjde_5;
+    const real t_eczq7 = t_wzmp3_5 - t_zmkrd * t_cxwzz_5 + t_bg65y;
+    const real t_ilple_5 = p[F] * (cos_t_auieu * t_iubif_5);
+    const real t_2daqj = SELECT0(m_el4yy, t_ilple_5) - t_zxqcw + t_w7lcw * t_eczq7;
+    const real t_ooljq_5 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_5));
+    const real t_lqx5z_5 = cos_t_kl6tx * t_swjde_5;
+    const real t_mvrqf_5 = t_ooljq_5 + t_zmkrd * t_lqx5z_5;
+    const real t_7lwhh = t_3go2w * t_eczq7 - (t_mvrqf_5 + t_s7zkf) - K_L32 * t_2daqj;
     const real t_zycl7 = Bs_1 * t_imsf6 + p[l1] * t_64tpi;
     const real t_ht2gr = q_1 * t_3t364 + q_2 * t_nrfga;
     const real t_6wizo = Bs_2 * t_sqd7x + p[l2] * t_xythb;
-    const real t_kfgdw = t_zycl7 - t_ht2gr + t_6wizo + I_theta1 + I_theta2 - q[wz] * t_sfymc;
-    const real t_shxu4_5 = p[F] * t_cv7p2_5;
-    const real t_huqui_5 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_5));
-    const real t_yeljt_5 = sin_t_we5c3 * t_hih7v_2;
-    const real t_nm67v = t_huqui_5 + SELECT0(m_trmto, t_wo26r * t_yeljt_5) - (K11 * t_bytux - t_dxhqt);
-    const real t_52pr2_5 = p[F] * (cos_t_g4u7i * t_yabq5_5);
-    const real t_4khuu = SELECT0(m_el4yy, t_52pr2_5) - t_snltt + t_w7lcw * t_nm67v;
-    const real t_a3mx6_5 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_5)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_5));
-    const real t_c7muw = (t_3go2w * t_nm67v - (t_a3mx6_5 + t_4gk5i) - K_L32 * t_4khuu) * t_zmh3u;
-    const real t_txpbp_2 = t_4khuu * t_4iujv - K_L32 * t_c7muw;
-    const real t_r6bdp = t_nm67v * t_bpfoo + t_w7lcw * t_txpbp_2 + t_3go2w * t_c7muw;
-    const real t_cgxsm_5 = t_ecreo_5 - t_qhkro_2 * t_ctppn_5 - (t_huqui_5 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_5));
-    const real t_ycqju_5 = t_6dnpl_5 - t_52pr2_5;
+    const real t_bl4fd = t_zycl7 - t_ht2gr + t_6wizo + I_theta1 + I_theta2 - q[wz] * t_sfymc;
+    const real t_shxu4_5 = p[F] * t_d4wem_5;
+    const real t_huqui_5 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_5));
+    const real t_7nvy5_5 = sin_t_kood5 * t_6llfx_5;
+    const real t_4kru6 = t_huqui_5 + SELECT0(m_uklky, t_wo26r * t_7nvy5_5) - (K11 * t_xonsn - t_7fc3a);
+    const real t_kbtvv_5 = p[F] * (cos_t_g4u7i * t_oesw4_5);
+    const real t_4khuu = SELECT0(m_el4yy, t_kbtvv_5) - t_of47m + t_w7lcw * t_4kru6;
+    const real t_a3mx6_5 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_5)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_5));
+    const real t_c7muw = (t_3go2w * t_4kru6 - (t_a3mx6_5 + t_hlm3u) - K_L32 * t_4khuu) * t_zmh3u;
+    const real t_2xwyg_5 = t_4khuu * t_4iujv - K_L32 * t_c7muw;
+    const real t_3hfew = t_4kru6 * t_bpfoo + t_w7lcw * t_2xwyg_5 + t_3go2w * t_c7muw;
+    const real t_cgxsm_5 = t_wzmp3_5 - t_zmkrd_2 * t_cxwzz_5 - (t_huqui_5 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_5));
+    const real t_ycqju_5 = t_ilple_5 - t_kbtvv_5;
     const real t_4w3t6_5 = SELECT0(m_el4yy, t_ycqju_5) + t_w7lcw * t_cgxsm_5;
-    const real t_pdzxe_5 = p[F] * t_ssiof_5 - (t_qbg3i_5 + t_qhkro_2 * t_2gr5i_5);
+    const real t_pdzxe_5 = p[F] * t_ssiof_5 - (t_ooljq_5 + t_zmkrd_2 * t_lqx5z_5);
     const real t_tuq22_5 = (t_pdzxe_5 + t_3go2w * t_cgxsm_5 - K_L32 * t_4w3t6_5) * t_zmh3u;
-    const real t_54x6k_5 = t_4w3t6_5 * t_4iujv - K_L32 * t_tuq22_5;
-    const real t_mtv6d_5 = t_cgxsm_5 * t_bpfoo + t_w7lcw * t_54x6k_5 + t_3go2w * t_tuq22_5;
-    const real t_y3nxt = t_kfgdw
+    const real t_s7pal_5 = t_4w3t6_5 * t_4iujv - K_L32 * t_tuq22_5;
+    const real t_cyfhb_5 = t_cgxsm_5 * t_bpfoo + t_w7lcw * t_s7pal_5 + t_3go2w * t_tuq22_5;
+    const real t_n2xcu = t_bl4fd
         + K54 * q[wx]
         + K64 * t_4ybo3
-        - t_2m245 * t_bytux
-        - t_2m245 * t_r6bdp
+        - t_2m245 * t_xonsn
+        - t_2m245 * t_3hfew
         - t_yz7e5 * t_bkzn6
-        - t_yz7e5 * t_txpbp_2
+        - t_yz7e5 * t_2xwyg_5
         + K43 * t_ejmdd
         + K43 * t_c7muw
-        - t_2m245 * t_mtv6d_5
-        - t_yz7e5 * t_54x6k_5
+        - t_2m245 * t_cyfhb_5
+        - t_yz7e5 * t_s7pal_5
         + K43 * t_tuq22_5
-        - t_kfgdw
-        + t_xq4wt * t_v6bxt
-        + t_5wcj3 * t_yee37
-        - K_L43 * t_5hs5d;
-    const real t_upz5m = t_zycl7 + e1 * t_zexpu;
-    const real t_sqdg4 = t_6wizo + e2 * t_jshhh;
-    const real t_otfbn = sin_theta1 * t_upz5m
+        - t_bl4fd
+        + t_xq4wt * t_eczq7
+        + t_5wcj3 * t_2daqj
+        - K_L43 * t_7lwhh;
+    const real t_tnzse = t_zycl7 + e1 * t_zexpu;
+    const real t_rv4bf = t_6wizo + e2 * t_jshhh;
+    const real t_hgr6m = sin_theta1 * t_tnzse
         - t_ht2gr
-        + sin_theta2 * t_sqdg4
+        + sin_theta2 * t_rv4bf
         - t_5r66u * q[wx]
         - I_phi1
         - I_phi2
         + g_1 * t_56goo
         + g_2 * t_isxxh;
-    const real t_7jakf = t_otfbn
+    const real t_xszla = t_hgr6m
         + K55 * q[wx]
         + K65 * t_4ybo3
-        - t_6mmeb * t_bytux
-        - t_6mmeb * t_r6bdp
+        - t_6mmeb * t_xonsn
+        - t_6mmeb * t_3hfew
         + K52 * t_bkzn6
-        + K52 * t_txpbp_2
+        + K52 * t_2xwyg_5
         + K53 * t_ejmdd
         + K53 * t_c7muw
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_5)
-        - t_6mmeb * t_mtv6d_5
-        + K52 * t_54x6k_5
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_5)
+        - t_6mmeb * t_cyfhb_5
+        + K52 * t_s7pal_5
         + K53 * t_tuq22_5
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_5)
-        - t_otfbn
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_5))
-        + t_rujpm * t_v6bxt
-        - K_L52 * t_yee37
-        - K_L53 * t_5hs5d
-        - K_L54 * t_y3nxt;
-    const real t_pcvxi = cos_theta1 * t_upz5m + cos_theta2 * t_sqdg4 - g_1 * t_hrzpn - g_2 * t_dm2ov;
+        - t_hgr6m
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_5))
+        + t_rujpm * t_eczq7
+        - K_L52 * t_2daqj
+        - K_L53 * t_7lwhh
+        - K_L54 * t_n2xcu;
+    const real t_ewa5q = cos_theta1 * t_tnzse + cos_theta2 * t_rv4bf - g_1 * t_hrzpn - g_2 * t_dm2ov;
     const real t_otif4 = K65 * q[wx];
-    const real t_zfagg = t_lwe76 * t_a3mx6_5
-        - t_pcvxi
+    const real t_lbhrf = t_lwe76 * t_a3mx6_5
+        - t_ewa5q
         - t_otif4
         - K66 * t_4ybo3
-        + t_bl4f2 * t_bytux
-        + t_bl4f2 * t_r6bdp
+        + t_bl4f2 * t_xonsn
+        + t_bl4f2 * t_3hfew
         + t_hjmgb * t_bkzn6
-        + t_hjmgb * t_txpbp_2
+        + t_hjmgb * t_2xwyg_5
         - K63 * t_ejmdd
         - K63 * t_c7muw
         - t_lwe76 * t_pdzxe_5
-        + t_bl4f2 * t_mtv6d_5
-        + t_hjmgb * t_54x6k_5
+        + t_bl4f2 * t_cyfhb_5
+        + t_hjmgb * t_s7pal_5
         - K63 * t_tuq22_5
-        + t_pcvxi;
-    const real t_n5jon = t_lwe76 * t_mvrqf_5
-        - t_zfagg
-        + t_pgxzp * t_v6bxt
-        + t_gz422 * t_yee37
-        - K_L63 * t_5hs5d
-        - K_L64 * t_y3nxt
-        - K_L65 * t_7jakf;
-    const real t_qetzj = t_n5jon * t_nfkwa;
-    const real t_ndxqr = t_7jakf * t_ftqxb - K_L65 * t_qetzj;
-    const real t_j4ssp = t_y3nxt * t_lt2al - K_L54 * t_ndxqr - K_L64 * t_qetzj;
-    const real t_qk3za = t_5hs5d * t_zmh3u - K_L43 * t_j4ssp - K_L53 * t_ndxqr - K_L63 * t_qetzj;
-    const real t_6qm4e = t_yee37 * t_4iujv
-        - K_L32 * t_qk3za
-        + t_5wcj3 * t_j4ssp
-        - K_L52 * t_ndxqr
-        + t_gz422 * t_qetzj;
-    const real t_mse62 = t_v6bxt * t_bpfoo
-        + t_w7lcw * t_6qm4e
-        + t_3go2w * t_qk3za
-        + t_xq4wt * t_j4ssp
-        + t_rujpm * t_ndxqr
-        + t_pgxzp * t_qetzj;
+        + t_ewa5q;
+    const real t_l4euw = t_lwe76 * t_mvrqf_5
+        - t_lbhrf
+        + t_pgxzp * t_eczq7
+        + t_gz422 * t_2daqj
+        - K_L63 * t_7lwhh
+        - K_L64 * t_n2xcu
+        - K_L65 * t_xszla;
+    const real t_hkpkt = t_l4euw * t_nfkwa;
+    const real t_k4alm = t_xszla * t_ftqxb - K_L65 * t_hkpkt;
+    const real t_pqbvs = t_n2xcu * t_lt2al - K_L54 * t_k4alm - K_L64 * t_hkpkt;
+    const real t_xxggh = t_7lwhh * t_zmh3u - K_L43 * t_pqbvs - K_L53 * t_k4alm - K_L63 * t_hkpkt;
+    const real t_ipjlp = t_2daqj * t_4iujv
+        - K_L32 * t_xxggh
+        + t_5wcj3 * t_pqbvs
+        - K_L52 * t_k4alm
+        + t_gz422 * t_hkpkt;
+    const real t_ptppp = t_eczq7 * t_bpfoo
+        + t_w7lcw * t_ipjlp
+        + t_3go2w * t_xxggh
+        + t_xq4wt * t_pqbvs
+        + t_rujpm * t_k4alm
+        + t_pgxzp * t_hkpkt;
     const real t_xfyzm = sin_phi1 * cos_theta1;
     const real t_z7jiy = t_wmv32 * (p[l1] * t_xfyzm) + t_q2k45 * sin_theta1 - w_x1 * (lc_1 * sin_theta1);
     const real t_ucha7 = th_1 * (p[I1] * t_z7jiy);
@@ -8646,159 +8646,159 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_jv37x = chi2 * t_kwc4d - t_c6dmt * t_5jk2g - w_x2 * cos_theta2;
     const real t_h6rqi = B_2 * t_jv37x;
     const real t_brnoc = sin_phi2 * t_zqoxx - cos_phi2 * t_h6rqi;
-    const real t_fwb6t = t_iiyuu + t_etwic + sin_theta1 * t_thij4 + sin_theta2 * t_brnoc;
+    const real t_47q5a = t_iiyuu + t_etwic + sin_theta1 * t_thij4 + sin_theta2 * t_brnoc;
     const real t_ggqkk = c[w5] * t_t6fx5;
     const real t_jaoid = x_C * t_ggqkk;
-    const real t_qnmnh = t_fwb6t - K52 * t_ggqkk - t_hjmgb * q[wx] - K22 * t_jaoid + t_xkf6p;
+    const real t_tiph2 = t_47q5a - K52 * t_ggqkk - t_hjmgb * q[wx] - K22 * t_jaoid + t_xkf6p;
     const real t_pctcd = sin_phi1 * t_jpgmg + sin_phi2 * t_h6rqi + cos_phi1 * t_3kj2o + cos_phi2 * t_zqoxx;
-    const real t_yczcy = t_pctcd
+    const real t_6klzj = t_pctcd
         - t_6mmeb * t_ggqkk
         + t_bl4f2 * q[wx]
         - t_b3aij * t_jaoid
         + t_zzymx * t_bkzn6;
     const real t_5vlm2 = sin_theta1 * t_ucha7;
     const real t_e53jk = sin_theta2 * t_ji52a;
-    const real t_bhl3p = cos_theta1 * t_thij4 - (t_5vlm2 + t_e53jk) + cos_theta2 * t_brnoc;
-    const real t_i3wqu = t_bhl3p
+    const real t_4fkxj = cos_theta1 * t_thij4 - (t_5vlm2 + t_e53jk) + cos_theta2 * t_brnoc;
+    const real t_44oyr = t_4fkxj
         - K53 * t_ggqkk
         + K63 * q[wx]
         - K32 * t_jaoid
         + K33 * t_bkzn6;
-    const real t_yfrbz = K11 * t_yczcy + t_b3aij * t_qnmnh + t_zzymx * t_i3wqu;
-    const real t_mdii5 = t_t7vcl * t_yfrbz
-        + PP_v2 * (t_i2mne * t_qnmnh - t_4gyk7 * t_yczcy + t_rhnsp * t_i3wqu);
-    const real t_ckro2 = (SELECT0(m_l7cqn, -(t_wjr3r * t_mdii5 * t_pd2sg)) + t_yfrbz) * t_hvu5i;
-    const real t_utyfu = t_qnmnh - t_b3aij * t_ckro2;
-    const real t_a74gd = t_q2hfz * (t_cofwl * (t_utyfu * t_y7rm6));
-    const real t_yabq5_6 = t_a74gd * t_nwsjf;
-    const real t_skjh5_6 = t_cnhcl * (t_as3uq * t_yabq5_6);
-    const real t_4nx6p_6 = p[F] * (sin_t_auieu * t_skjh5_6);
-    const real t_ecreo_6 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_6));
-    const real t_qavfs = t_i3wqu - t_zzymx * t_ckro2;
-    const real t_fwne7 = t_qavfs * t_y7rm6 * t_qvk2y
+    const real t_qtsvo = K11 * t_6klzj + t_b3aij * t_tiph2 + t_zzymx * t_44oyr;
+    const real t_boroy = t_t7vcl * t_qtsvo
+        + PP_v2 * (t_i2mne * t_tiph2 - t_4gyk7 * t_6klzj + t_rhnsp * t_44oyr);
+    const real t_xf2xu = (SELECT0(m_l7cqn, -(t_5cok6 * t_boroy * t_pd2sg)) + t_qtsvo) * t_hvu5i;
+    const real t_kkviw = t_tiph2 - t_b3aij * t_xf2xu;
+    const real t_a74gd = t_q2hfz * (t_5x4sb * (t_kkviw * t_y7rm6));
+    const real t_oesw4_6 = t_a74gd * t_nwsjf;
+    const real t_iubif_6 = t_bw2jd * (t_as3uq * t_oesw4_6);
+    const real t_27ev7_6 = p[F] * (sin_t_auieu * t_iubif_6);
+    const real t_wzmp3_6 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_6));
+    const real t_xok62 = t_44oyr - t_zzymx * t_xf2xu;
+    const real t_l2yfx = t_xok62 * t_y7rm6 * t_qvk2y
         + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_a74gd * t_imn4h)));
-    const real t_hih7v_3 = t_xh4j2 * (t_o7qta * t_fwne7) * t_gwbho;
-    const real t_cv7p2_6 = sin_t_g4u7i * t_yabq5_6;
-    const real t_lnmjd_6 = cos_t_we5c3 * t_hih7v_3;
-    const real t_ssiof_6 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_6)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_6));
-    const real t_cl7gv_6 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_hih7v_3), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_6 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_6 = t_rila6 * (t_vr3uw * t_cl7gv_6);
-    const real t_ctppn_6 = sin_t_kl6tx * t_s6fxk_6;
-    const real t_6kyso = t_ecreo_6 - t_qhkro * t_ctppn_6 + t_pctcd;
-    const real t_6dnpl_6 = p[F] * (cos_t_auieu * t_skjh5_6);
-    const real t_yee37_2 = SELECT0(m_el4yy, t_6dnpl_6) - t_fwb6t + t_w7lcw * t_6kyso;
-    const real t_qbg3i_6 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_6));
-    const real t_2gr5i_6 = cos_t_kl6tx * t_s6fxk_6;
-    const real t_mvrqf_6 = t_qbg3i_6 + t_qhkro * t_2gr5i_6;
-    const real t_5hs5d_2 = t_3go2w * t_6kyso - (t_mvrqf_6 + t_bhl3p) - K_L32 * t_yee37_2;
+    const real t_6llfx_6 = t_q2hfz_2 * (t_2snz7 * t_l2yfx) * t_bifdl;
+    const real t_d4wem_6 = sin_t_g4u7i * t_oesw4_6;
+    const real t_kj6yx_6 = cos_t_kood5 * t_6llfx_6;
+    const real t_ssiof_6 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_6)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_6));
+    const real t_amp27_6 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_6), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_6 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_6 = t_zrb6o * (t_vr3uw * t_amp27_6);
+    const real t_cxwzz_6 = sin_t_kl6tx * t_swjde_6;
+    const real t_jglsc = t_wzmp3_6 - t_zmkrd * t_cxwzz_6 + t_pctcd;
+    const real t_ilple_6 = p[F] * (cos_t_auieu * t_iubif_6);
+    const real t_2daqj_2 = SELECT0(m_el4yy, t_ilple_6) - t_47q5a + t_w7lcw * t_jglsc;
+    const real t_ooljq_6 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_6));
+    const real t_lqx5z_6 = cos_t_kl6tx * t_swjde_6;
+    const real t_mvrqf_6 = t_ooljq_6 + t_zmkrd * t_lqx5z_6;
+    const real t_7lwhh_2 = t_3go2w * t_jglsc - (t_mvrqf_6 + t_4fkxj) - K_L32 * t_2daqj_2;
     const real t_oeqp6 = Bs_1 * t_oetyi + p[l1] * t_jpgmg;
     const real t_r7m37 = q_1 * t_ucha7 + q_2 * t_ji52a;
     const real t_amsj5 = Bs_2 * t_xfnc5 + p[l2] * t_h6rqi;
-    const real t_7mkxk = t_oeqp6 - t_r7m37 + t_amsj5 - t_6nfyn;
-    const real t_shxu4_6 = p[F] * t_cv7p2_6;
-    const real t_huqui_6 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_6));
-    const real t_yeljt_6 = sin_t_we5c3 * t_hih7v_3;
-    const real t_et6fa = t_huqui_6 + SELECT0(m_trmto, t_wo26r * t_yeljt_6) - (K11 * t_ckro2 - t_yczcy);
-    const real t_52pr2_6 = p[F] * (cos_t_g4u7i * t_yabq5_6);
-    const real t_yeyid = SELECT0(m_el4yy, t_52pr2_6) - t_utyfu + t_w7lcw * t_et6fa;
-    const real t_a3mx6_6 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_6)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_6));
-    const real t_b64tk = (t_3go2w * t_et6fa - (t_a3mx6_6 + t_qavfs) - K_L32 * t_yeyid) * t_zmh3u;
-    const real t_txpbp_3 = t_yeyid * t_4iujv - K_L32 * t_b64tk;
-    const real t_r6bdp_2 = t_et6fa * t_bpfoo + t_w7lcw * t_txpbp_3 + t_3go2w * t_b64tk;
-    const real t_cgxsm_6 = t_ecreo_6 - t_qhkro_2 * t_ctppn_6 - (t_huqui_6 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_6));
-    const real t_ycqju_6 = t_6dnpl_6 - t_52pr2_6;
+    const real t_bxte5 = t_oeqp6 - t_r7m37 + t_amsj5 - t_6nfyn;
+    const real t_shxu4_6 = p[F] * t_d4wem_6;
+    const real t_huqui_6 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_6));
+    const real t_7nvy5_6 = sin_t_kood5 * t_6llfx_6;
+    const real t_gfy7f = t_huqui_6 + SELECT0(m_uklky, t_wo26r * t_7nvy5_6) - (K11 * t_xf2xu - t_6klzj);
+    const real t_kbtvv_6 = p[F] * (cos_t_g4u7i * t_oesw4_6);
+    const real t_yeyid = SELECT0(m_el4yy, t_kbtvv_6) - t_kkviw + t_w7lcw * t_gfy7f;
+    const real t_a3mx6_6 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_6)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_6));
+    const real t_b64tk = (t_3go2w * t_gfy7f - (t_a3mx6_6 + t_xok62) - K_L32 * t_yeyid) * t_zmh3u;
+    const real t_2xwyg_6 = t_yeyid * t_4iujv - K_L32 * t_b64tk;
+    const real t_3hfew_2 = t_gfy7f * t_bpfoo + t_w7lcw * t_2xwyg_6 + t_3go2w * t_b64tk;
+    const real t_cgxsm_6 = t_wzmp3_6 - t_zmkrd_2 * t_cxwzz_6 - (t_huqui_6 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_6));
+    const real t_ycqju_6 = t_ilple_6 - t_kbtvv_6;
     const real t_4w3t6_6 = SELECT0(m_el4yy, t_ycqju_6) + t_w7lcw * t_cgxsm_6;
-    const real t_pdzxe_6 = p[F] * t_ssiof_6 - (t_qbg3i_6 + t_qhkro_2 * t_2gr5i_6);
+    const real t_pdzxe_6 = p[F] * t_ssiof_6 - (t_ooljq_6 + t_zmkrd_2 * t_lqx5z_6);
     const real t_tuq22_6 = (t_pdzxe_6 + t_3go2w * t_cgxsm_6 - K_L32 * t_4w3t6_6) * t_zmh3u;
-    const real t_54x6k_6 = t_4w3t6_6 * t_4iujv - K_L32 * t_tuq22_6;
-    const real t_mtv6d_6 = t_cgxsm_6 * t_bpfoo + t_w7lcw * t_54x6k_6 + t_3go2w * t_tuq22_6;
-    const real t_rxr67 = t_7mkxk
+    const real t_s7pal_6 = t_4w3t6_6 * t_4iujv - K_L32 * t_tuq22_6;
+    const real t_cyfhb_6 = t_cgxsm_6 * t_bpfoo + t_w7lcw * t_s7pal_6 + t_3go2w * t_tuq22_6;
+    const real t_dldfb = t_bxte5
         - K54 * t_ggqkk
         + K64 * q[wx]
-        - t_2m245 * t_ckro2
-        - t_2m245 * t_r6bdp_2
+        - t_2m245 * t_xf2xu
+        - t_2m245 * t_3hfew_2
         + t_yz7e5 * t_jaoid
-        - t_yz7e5 * t_txpbp_3
+        - t_yz7e5 * t_2xwyg_6
         + K43 * t_bkzn6
         + K43 * t_b64tk
-        - t_2m245 * t_mtv6d_6
-        - t_yz7e5 * t_54x6k_6
+        - t_2m245 * t_cyfhb_6
+        - t_yz7e5 * t_s7pal_6
         + K43 * t_tuq22_6
-        - t_7mkxk
-        + t_xq4wt * t_6kyso
-        + t_5wcj3 * t_yee37_2
-        - K_L43 * t_5hs5d_2;
-    const real t_c23dv = t_oeqp6 + e1 * t_thij4;
-    const real t_7daeh = t_amsj5 + e2 * t_brnoc;
-    const real t_xuedc = sin_theta1 * t_c23dv
+        - t_bxte5
+        + t_xq4wt * t_jglsc
+        + t_5wcj3 * t_2daqj_2
+        - K_L43 * t_7lwhh_2;
+    const real t_mvuro = t_oeqp6 + e1 * t_thij4;
+    const real t_blnd5 = t_amsj5 + e2 * t_brnoc;
+    const real t_rp4f5 = sin_theta1 * t_mvuro
         - t_r7m37
-        + sin_theta2 * t_7daeh
+        + sin_theta2 * t_blnd5
         + g_1 * t_iiyuu
         + g_2 * t_etwic;
-    const real t_u5c37 = t_xuedc
+    const real t_6hcvz = t_rp4f5
         - K55 * t_ggqkk
         + t_otif4
-        - t_6mmeb * t_ckro2
-        - t_6mmeb * t_r6bdp_2
+        - t_6mmeb * t_xf2xu
+        - t_6mmeb * t_3hfew_2
         - K52 * t_jaoid
-        + K52 * t_txpbp_3
+        + K52 * t_2xwyg_6
         + K53 * t_bkzn6
         + K53 * t_b64tk
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_6)
-        - t_6mmeb * t_mtv6d_6
-        + K52 * t_54x6k_6
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_6)
+        - t_6mmeb * t_cyfhb_6
+        + K52 * t_s7pal_6
         + K53 * t_tuq22_6
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_6)
-        - t_xuedc
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_6))
-        + t_rujpm * t_6kyso
-        - K_L52 * t_yee37_2
-        - K_L53 * t_5hs5d_2
-        - K_L54 * t_rxr67;
-    const real t_xlo26 = cos_theta1 * t_c23dv
-        + cos_theta2 * t_7daeh
+        - t_rp4f5
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_6))
+        + t_rujpm * t_jglsc
+        - K_L52 * t_2daqj_2
+        - K_L53 * t_7lwhh_2
+        - K_L54 * t_dldfb;
+    const real t_ogxo7 = cos_theta1 * t_mvuro
+        + cos_theta2 * t_blnd5
         - t_7bo2j * q[wx]
         - g_1 * t_5vlm2
         - g_2 * t_e53jk
         - I_phi1
         - I_phi2;
-    const real t_7j56m = t_lwe76 * t_a3mx6_6
-        - t_xlo26
+    const real t_d6szk = t_lwe76 * t_a3mx6_6
+        - t_ogxo7
         + K65 * t_ggqkk
         - K66 * q[wx]
-        + t_bl4f2 * t_ckro2
-        + t_bl4f2 * t_r6bdp_2
+        + t_bl4f2 * t_xf2xu
+        + t_bl4f2 * t_3hfew_2
         - t_hjmgb * t_jaoid
-        + t_hjmgb * t_txpbp_3
+        + t_hjmgb * t_2xwyg_6
         - K63 * t_bkzn6
         - K63 * t_b64tk
         - t_lwe76 * t_pdzxe_6
-        + t_bl4f2 * t_mtv6d_6
-        + t_hjmgb * t_54x6k_6
+        + t_bl4f2 * t_cyfhb_6
+        + t_hjmgb * t_s7pal_6
         - K63 * t_tuq22_6
-        + t_xlo26;
-    const real t_m46tr = t_lwe76 * t_mvrqf_6
-        - t_7j56m
-        + t_pgxzp * t_6kyso
-        + t_gz422 * t_yee37_2
-        - K_L63 * t_5hs5d_2
-        - K_L64 * t_rxr67
-        - K_L65 * t_u5c37;
-    const real t_h56x5 = t_m46tr * t_nfkwa;
-    const real t_f5yhq = t_u5c37 * t_ftqxb - K_L65 * t_h56x5;
-    const real t_u44pc = t_rxr67 * t_lt2al - K_L54 * t_f5yhq - K_L64 * t_h56x5;
-    const real t_sjjz5 = t_5hs5d_2 * t_zmh3u - K_L43 * t_u44pc - K_L53 * t_f5yhq - K_L63 * t_h56x5;
-    const real t_hlifi = t_yee37_2 * t_4iujv
-        - K_L32 * t_sjjz5
-        + t_5wcj3 * t_u44pc
-        - K_L52 * t_f5yhq
-        + t_gz422 * t_h56x5;
-    const real t_4mtvu = t_6kyso * t_bpfoo
-        + t_w7lcw * t_hlifi
-        + t_3go2w * t_sjjz5
-        + t_xq4wt * t_u44pc
-        + t_rujpm * t_f5yhq
-        + t_pgxzp * t_h56x5;
+        + t_ogxo7;
+    const real t_zjilj = t_lwe76 * t_mvrqf_6
+        - t_d6szk
+        + t_pgxzp * t_jglsc
+        + t_gz422 * t_2daqj_2
+        - K_L63 * t_7lwhh_2
+        - K_L64 * t_dldfb
+        - K_L65 * t_6hcvz;
+    const real t_yjcej = t_zjilj * t_nfkwa;
+    const real t_wbvq2 = t_6hcvz * t_ftqxb - K_L65 * t_yjcej;
+    const real t_ofxbc = t_dldfb * t_lt2al - K_L54 * t_wbvq2 - K_L64 * t_yjcej;
+    const real t_gnyo4 = t_7lwhh_2 * t_zmh3u - K_L43 * t_ofxbc - K_L53 * t_wbvq2 - K_L63 * t_yjcej;
+    const real t_o3fzx = t_2daqj_2 * t_4iujv
+        - K_L32 * t_gnyo4
+        + t_5wcj3 * t_ofxbc
+        - K_L52 * t_wbvq2
+        + t_gz422 * t_yjcej;
+    const real t_rr3nj = t_jglsc * t_bpfoo
+        + t_w7lcw * t_o3fzx
+        + t_3go2w * t_gnyo4
+        + t_xq4wt * t_ofxbc
+        + t_rujpm * t_wbvq2
+        + t_pgxzp * t_yjcej;
     const real t_danyi = c[r3] * t_ma4ro;
     const real t_u2goy = t_yz7e5 * t_danyi;
     const real t_udy6g = t_2m245 * t_danyi;
@@ -8806,212 +8806,212 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_cnpcz = K11 * t_udy6g - t_b3aij * t_u2goy + t_zzymx * t_meani;
     const real t_sf5sd = t_t7vcl * t_cnpcz
         - PP_v2 * (t_4gyk7 * t_udy6g + t_i2mne * t_u2goy - t_rhnsp * t_meani);
-    const real t_5l2lx = (SELECT0(m_l7cqn, t_wjr3r * t_sf5sd * t_pd2sg) - t_cnpcz) * t_hvu5i;
-    const real t_5yekv = t_u2goy - t_b3aij * t_5l2lx;
-    const real t_cgrlx = t_q2hfz * (t_cofwl * (t_5yekv * t_y7rm6));
-    const real t_cv6bb = t_cgrlx * t_nwsjf;
-    const real t_skjh5_7 = t_cnhcl * (t_as3uq * t_cv6bb);
-    const real t_4nx6p_7 = p[F] * (sin_t_auieu * t_skjh5_7);
-    const real t_ecreo_7 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_7));
-    const real t_uyukx = t_meani + t_zzymx * t_5l2lx;
-    const real t_xzjhi = SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_cgrlx * t_imn4h)))
-        - t_uyukx * t_y7rm6 * t_qvk2y;
-    const real t_36sqq = t_xh4j2 * (t_o7qta * t_xzjhi) * t_gwbho;
-    const real t_cv7p2_7 = sin_t_g4u7i * t_cv6bb;
-    const real t_yupoh = cos_t_we5c3 * t_36sqq;
-    const real t_hlzbm = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_7)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_yupoh));
-    const real t_72ubs = SELECT(m_r2fy3, SELECT0(m_trmto, -t_36sqq), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_hlzbm * t_xkg6l)) * t_bifdl));
-    const real t_v7rd3 = t_rila6 * (t_vr3uw * t_72ubs);
-    const real t_ctppn_7 = sin_t_kl6tx * t_v7rd3;
-    const real t_ke372_4 = t_ecreo_7 - t_qhkro * t_ctppn_7;
-    const real t_6dnpl_7 = p[F] * (cos_t_auieu * t_skjh5_7);
-    const real t_j5h4e_4 = SELECT0(m_el4yy, t_6dnpl_7) + t_w7lcw * t_ke372_4;
-    const real t_qbg3i_7 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_7));
-    const real t_2gr5i_7 = cos_t_kl6tx * t_v7rd3;
-    const real t_mvrqf_7 = t_qbg3i_7 + t_qhkro * t_2gr5i_7;
+    const real t_hklpy = (SELECT0(m_l7cqn, t_5cok6 * t_sf5sd * t_pd2sg) - t_cnpcz) * t_hvu5i;
+    const real t_jflyc = t_u2goy - t_b3aij * t_hklpy;
+    const real t_w32zh = t_q2hfz * (t_5x4sb * (t_jflyc * t_y7rm6));
+    const real t_zigcd = t_w32zh * t_nwsjf;
+    const real t_iubif_7 = t_bw2jd * (t_as3uq * t_zigcd);
+    const real t_27ev7_7 = p[F] * (sin_t_auieu * t_iubif_7);
+    const real t_wzmp3_7 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_7));
+    const real t_23dsj = t_meani + t_zzymx * t_hklpy;
+    const real t_3hh4p = SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_w32zh * t_imn4h)))
+        - t_23dsj * t_y7rm6 * t_qvk2y;
+    const real t_5pqtj = t_q2hfz_2 * (t_2snz7 * t_3hh4p) * t_bifdl;
+    const real t_d4wem_7 = sin_t_g4u7i * t_zigcd;
+    const real t_kj6yx_7 = cos_t_kood5 * t_5pqtj;
+    const real t_ssiof_7 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_7)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_7));
+    const real t_amp27_7 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_5pqtj), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_7 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_7 = t_zrb6o * (t_vr3uw * t_amp27_7);
+    const real t_cxwzz_7 = sin_t_kl6tx * t_swjde_7;
+    const real t_ke372_4 = t_wzmp3_7 - t_zmkrd * t_cxwzz_7;
+    const real t_ilple_7 = p[F] * (cos_t_auieu * t_iubif_7);
+    const real t_j5h4e_4 = SELECT0(m_el4yy, t_ilple_7) + t_w7lcw * t_ke372_4;
+    const real t_ooljq_7 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_7));
+    const real t_lqx5z_7 = cos_t_kl6tx * t_swjde_7;
+    const real t_mvrqf_7 = t_ooljq_7 + t_zmkrd * t_lqx5z_7;
     const real t_ejflw_4 = t_3go2w * t_ke372_4 - t_mvrqf_7 - K_L32 * t_j5h4e_4;
-    const real t_shxu4_7 = p[F] * t_cv7p2_7;
-    const real t_huqui_7 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_7));
-    const real t_3s5op = sin_t_we5c3 * t_36sqq;
-    const real t_skbub = t_huqui_7 + SELECT0(m_trmto, t_wo26r * t_3s5op) - (t_udy6g + K11 * t_5l2lx);
-    const real t_unfof = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_7)) + SELECT0(m_trmto, -(t_wo26r * t_yupoh));
-    const real t_52pr2_7 = p[F] * (cos_t_g4u7i * t_cv6bb);
-    const real t_53s2x = SELECT0(m_el4yy, t_52pr2_7) - t_5yekv + t_w7lcw * t_skbub;
-    const real t_har2b = (t_3go2w * t_skbub - (t_unfof - t_uyukx) - K_L32 * t_53s2x) * t_zmh3u;
-    const real t_plexw = t_53s2x * t_4iujv - K_L32 * t_har2b;
-    const real t_3pbsz = t_skbub * t_bpfoo + t_w7lcw * t_plexw + t_3go2w * t_har2b;
-    const real t_iyjxa = t_ecreo_7 - t_qhkro_2 * t_ctppn_7 - (t_huqui_7 + SELECT0(m_trmto, t_wo26r_2 * t_3s5op));
-    const real t_ycqju_7 = t_6dnpl_7 - t_52pr2_7;
-    const real t_4w3t6_7 = SELECT0(m_el4yy, t_ycqju_7) + t_w7lcw * t_iyjxa;
-    const real t_pdzxe_7 = p[F] * t_hlzbm - (t_qbg3i_7 + t_qhkro_2 * t_2gr5i_7);
-    const real t_tuq22_7 = (t_pdzxe_7 + t_3go2w * t_iyjxa - K_L32 * t_4w3t6_7) * t_zmh3u;
-    const real t_54x6k_7 = t_4w3t6_7 * t_4iujv - K_L32 * t_tuq22_7;
-    const real t_mtv6d_7 = t_iyjxa * t_bpfoo + t_w7lcw * t_54x6k_7 + t_3go2w * t_tuq22_7;
-    const real t_jepea = K43 * t_har2b
-        - (t_2m245 * t_5l2lx + t_2m245 * t_3pbsz + t_yz7e5 * t_plexw)
+    const real t_shxu4_7 = p[F] * t_d4wem_7;
+    const real t_huqui_7 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_7));
+    const real t_7nvy5_7 = sin_t_kood5 * t_5pqtj;
+    const real t_uimj3 = t_huqui_7 + SELECT0(m_uklky, t_wo26r * t_7nvy5_7) - (t_udy6g + K11 * t_hklpy);
+    const real t_a3mx6_7 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_7)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_7));
+    const real t_kbtvv_7 = p[F] * (cos_t_g4u7i * t_zigcd);
+    const real t_7fdkc = SELECT0(m_el4yy, t_kbtvv_7) - t_jflyc + t_w7lcw * t_uimj3;
+    const real t_tuzhy = (t_3go2w * t_uimj3 - (t_a3mx6_7 - t_23dsj) - K_L32 * t_7fdkc) * t_zmh3u;
+    const real t_vaasf = t_7fdkc * t_4iujv - K_L32 * t_tuzhy;
+    const real t_joqo7 = t_uimj3 * t_bpfoo + t_w7lcw * t_vaasf + t_3go2w * t_tuzhy;
+    const real t_cgxsm_7 = t_wzmp3_7 - t_zmkrd_2 * t_cxwzz_7 - (t_huqui_7 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_7));
+    const real t_ycqju_7 = t_ilple_7 - t_kbtvv_7;
+    const real t_4w3t6_7 = SELECT0(m_el4yy, t_ycqju_7) + t_w7lcw * t_cgxsm_7;
+    const real t_pdzxe_7 = p[F] * t_ssiof_7 - (t_ooljq_7 + t_zmkrd_2 * t_lqx5z_7);
+    const real t_tuq22_7 = (t_pdzxe_7 + t_3go2w * t_cgxsm_7 - K_L32 * t_4w3t6_7) * t_zmh3u;
+    const real t_s7pal_7 = t_4w3t6_7 * t_4iujv - K_L32 * t_tuq22_7;
+    const real t_cyfhb_7 = t_cgxsm_7 * t_bpfoo + t_w7lcw * t_s7pal_7 + t_3go2w * t_tuq22_7;
+    const real t_krkl2 = K43 * t_tuzhy
+        - (t_2m245 * t_hklpy + t_2m245 * t_joqo7 + t_yz7e5 * t_vaasf)
         - K44 * t_danyi
-        - t_2m245 * t_mtv6d_7
-        - t_yz7e5 * t_54x6k_7
+        - t_2m245 * t_cyfhb_7
+        - t_yz7e5 * t_s7pal_7
         + K43 * t_tuq22_7
         + t_xq4wt * t_ke372_4
         + t_5wcj3 * t_j5h4e_4
         - K_L43 * t_ejflw_4;
-    const real t_5ulju = K52 * t_plexw
-        - (t_6mmeb * t_5l2lx + t_6mmeb * t_3pbsz)
-        + K53 * t_har2b
+    const real t_gg6t3 = K52 * t_vaasf
+        - (t_6mmeb * t_hklpy + t_6mmeb * t_joqo7)
+        + K53 * t_tuzhy
         - K54 * t_danyi
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_7)
-        - t_6mmeb * t_mtv6d_7
-        + K52 * t_54x6k_7
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_7)
+        - t_6mmeb * t_cyfhb_7
+        + K52 * t_s7pal_7
         + K53 * t_tuq22_7
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_7)
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_7))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_7))
         + t_rujpm * t_ke372_4
         - K_L52 * t_j5h4e_4
         - K_L53 * t_ejflw_4
-        - K_L54 * t_jepea;
-    const real t_vz63g = t_lwe76 * t_unfof
-        + t_bl4f2 * t_5l2lx
-        + t_bl4f2 * t_3pbsz
-        + t_hjmgb * t_plexw
-        - K63 * t_har2b
+        - K_L54 * t_krkl2;
+    const real t_5eacq = t_lwe76 * t_a3mx6_7
+        + t_bl4f2 * t_hklpy
+        + t_bl4f2 * t_joqo7
+        + t_hjmgb * t_vaasf
+        - K63 * t_tuzhy
         + K64 * t_danyi
         - t_lwe76 * t_pdzxe_7
-        + t_bl4f2 * t_mtv6d_7
-        + t_hjmgb * t_54x6k_7
+        + t_bl4f2 * t_cyfhb_7
+        + t_hjmgb * t_s7pal_7
         - K63 * t_tuq22_7;
-    const real t_2b5ac = t_lwe76 * t_mvrqf_7
-        - t_vz63g
+    const real t_2mvim = t_lwe76 * t_mvrqf_7
+        - t_5eacq
         + t_pgxzp * t_ke372_4
         + t_gz422 * t_j5h4e_4
         - K_L63 * t_ejflw_4
-        - K_L64 * t_jepea
-        - K_L65 * t_5ulju;
-    const real t_5jqqe = t_2b5ac * t_nfkwa;
-    const real t_kjz7z = t_5ulju * t_ftqxb - K_L65 * t_5jqqe;
-    const real t_47vv5 = t_jepea * t_lt2al - K_L54 * t_kjz7z - K_L64 * t_5jqqe;
-    const real t_iykww = t_ejflw_4 * t_zmh3u - K_L43 * t_47vv5 - K_L53 * t_kjz7z - K_L63 * t_5jqqe;
-    const real t_ke5li = t_j5h4e_4 * t_4iujv
-        - K_L32 * t_iykww
-        + t_5wcj3 * t_47vv5
-        - K_L52 * t_kjz7z
-        + t_gz422 * t_5jqqe;
-    const real t_ny4mi = t_ke372_4 * t_bpfoo
-        + t_w7lcw * t_ke5li
-        + t_3go2w * t_iykww
-        + t_xq4wt * t_47vv5
-        + t_rujpm * t_kjz7z
-        + t_pgxzp * t_5jqqe;
+        - K_L64 * t_krkl2
+        - K_L65 * t_gg6t3;
+    const real t_wl4ax = t_2mvim * t_nfkwa;
+    const real t_vemk7 = t_gg6t3 * t_ftqxb - K_L65 * t_wl4ax;
+    const real t_5lwa4 = t_krkl2 * t_lt2al - K_L54 * t_vemk7 - K_L64 * t_wl4ax;
+    const real t_dh5jh = t_ejflw_4 * t_zmh3u - K_L43 * t_5lwa4 - K_L53 * t_vemk7 - K_L63 * t_wl4ax;
+    const real t_spjoy = t_j5h4e_4 * t_4iujv
+        - K_L32 * t_dh5jh
+        + t_5wcj3 * t_5lwa4
+        - K_L52 * t_vemk7
+        + t_gz422 * t_wl4ax;
+    const real t_5q2rp = t_ke372_4 * t_bpfoo
+        + t_w7lcw * t_spjoy
+        + t_3go2w * t_dh5jh
+        + t_xq4wt * t_5lwa4
+        + t_rujpm * t_vemk7
+        + t_pgxzp * t_wl4ax;
     const real t_zeepb = c[r5] * t_yjeu3;
     const real t_qluw4 = x_C * t_zeepb;
-    const real t_jdvco = K32 * t_qluw4 - t_hjmgb * t_zeepb;
+    const real t_t5him = K32 * t_qluw4 - t_hjmgb * t_zeepb;
     const real t_kk2jv = t_bl4f2 * t_zeepb + t_zzymx * t_qluw4;
     const real t_zkv7r = K63 * t_zeepb + K33 * t_qluw4;
-    const real t_fiitt = K11 * t_kk2jv + t_b3aij * t_jdvco + t_zzymx * t_zkv7r;
+    const real t_fiitt = K11 * t_kk2jv + t_b3aij * t_t5him + t_zzymx * t_zkv7r;
     const real t_quwhj = t_t7vcl * t_fiitt
-        + PP_v2 * (t_i2mne * t_jdvco - t_4gyk7 * t_kk2jv + t_rhnsp * t_zkv7r);
-    const real t_oktkq = (SELECT0(m_l7cqn, -(t_wjr3r * t_quwhj * t_pd2sg)) + t_fiitt) * t_hvu5i;
-    const real t_xesvd = t_jdvco - t_b3aij * t_oktkq;
-    const real t_rd3wt = t_q2hfz * (t_cofwl * (t_xesvd * t_y7rm6));
-    const real t_bjqr5 = t_rd3wt * t_nwsjf;
-    const real t_skjh5_8 = t_cnhcl * (t_as3uq * t_bjqr5);
-    const real t_4nx6p_8 = p[F] * (sin_t_auieu * t_skjh5_8);
-    const real t_ecreo_8 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_8));
-    const real t_ualhh = t_zkv7r - t_zzymx * t_oktkq;
-    const real t_c6pou = t_ualhh * t_y7rm6 * t_qvk2y
+        + PP_v2 * (t_i2mne * t_t5him - t_4gyk7 * t_kk2jv + t_rhnsp * t_zkv7r);
+    const real t_tidys = (SELECT0(m_l7cqn, -(t_5cok6 * t_quwhj * t_pd2sg)) + t_fiitt) * t_hvu5i;
+    const real t_hy3z7 = t_t5him - t_b3aij * t_tidys;
+    const real t_rd3wt = t_q2hfz * (t_5x4sb * (t_hy3z7 * t_y7rm6));
+    const real t_oesw4_7 = t_rd3wt * t_nwsjf;
+    const real t_iubif_8 = t_bw2jd * (t_as3uq * t_oesw4_7);
+    const real t_27ev7_8 = p[F] * (sin_t_auieu * t_iubif_8);
+    const real t_wzmp3_8 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_8));
+    const real t_jdika = t_zkv7r - t_zzymx * t_tidys;
+    const real t_yib6z = t_jdika * t_y7rm6 * t_qvk2y
         + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_rd3wt * t_imn4h)));
-    const real t_hih7v_4 = t_xh4j2 * (t_o7qta * t_c6pou) * t_gwbho;
-    const real t_cv7p2_8 = sin_t_g4u7i * t_bjqr5;
-    const real t_lnmjd_7 = cos_t_we5c3 * t_hih7v_4;
-    const real t_ssiof_7 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_8)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_7));
-    const real t_cl7gv_7 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_hih7v_4), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_7 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_7 = t_rila6 * (t_vr3uw * t_cl7gv_7);
-    const real t_ctppn_8 = sin_t_kl6tx * t_s6fxk_7;
-    const real t_ke372_5 = t_ecreo_8 - t_qhkro * t_ctppn_8;
-    const real t_6dnpl_8 = p[F] * (cos_t_auieu * t_skjh5_8);
-    const real t_j5h4e_5 = SELECT0(m_el4yy, t_6dnpl_8) + t_w7lcw * t_ke372_5;
-    const real t_qbg3i_8 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_8));
-    const real t_2gr5i_8 = cos_t_kl6tx * t_s6fxk_7;
-    const real t_mvrqf_8 = t_qbg3i_8 + t_qhkro * t_2gr5i_8;
+    const real t_6llfx_7 = t_q2hfz_2 * (t_2snz7 * t_yib6z) * t_bifdl;
+    const real t_d4wem_8 = sin_t_g4u7i * t_oesw4_7;
+    const real t_kj6yx_8 = cos_t_kood5 * t_6llfx_7;
+    const real t_ssiof_8 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_8)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_8));
+    const real t_amp27_8 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_7), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_8 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_8 = t_zrb6o * (t_vr3uw * t_amp27_8);
+    const real t_cxwzz_8 = sin_t_kl6tx * t_swjde_8;
+    const real t_ke372_5 = t_wzmp3_8 - t_zmkrd * t_cxwzz_8;
+    const real t_ilple_8 = p[F] * (cos_t_auieu * t_iubif_8);
+    const real t_j5h4e_5 = SELECT0(m_el4yy, t_ilple_8) + t_w7lcw * t_ke372_5;
+    const real t_ooljq_8 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_8));
+    const real t_lqx5z_8 = cos_t_kl6tx * t_swjde_8;
+    const real t_mvrqf_8 = t_ooljq_8 + t_zmkrd * t_lqx5z_8;
     const real t_ejflw_5 = t_3go2w * t_ke372_5 - t_mvrqf_8 - K_L32 * t_j5h4e_5;
-    const real t_shxu4_8 = p[F] * t_cv7p2_8;
-    const real t_huqui_8 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_8));
-    const real t_yeljt_7 = sin_t_we5c3 * t_hih7v_4;
-    const real t_oklmm = t_huqui_8 + SELECT0(m_trmto, t_wo26r * t_yeljt_7) - (K11 * t_oktkq - t_kk2jv);
-    const real t_52pr2_8 = p[F] * (cos_t_g4u7i * t_bjqr5);
-    const real t_zhqqb = SELECT0(m_el4yy, t_52pr2_8) - t_xesvd + t_w7lcw * t_oklmm;
-    const real t_a3mx6_7 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_8)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_7));
-    const real t_pgeqd = (t_3go2w * t_oklmm - (t_a3mx6_7 + t_ualhh) - K_L32 * t_zhqqb) * t_zmh3u;
-    const real t_rmcls = t_zhqqb * t_4iujv - K_L32 * t_pgeqd;
-    const real t_vdd4k = t_oklmm * t_bpfoo + t_w7lcw * t_rmcls + t_3go2w * t_pgeqd;
-    const real t_cgxsm_7 = t_ecreo_8 - t_qhkro_2 * t_ctppn_8 - (t_huqui_8 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_7));
-    const real t_ycqju_8 = t_6dnpl_8 - t_52pr2_8;
-    const real t_4w3t6_8 = SELECT0(m_el4yy, t_ycqju_8) + t_w7lcw * t_cgxsm_7;
-    const real t_pdzxe_8 = p[F] * t_ssiof_7 - (t_qbg3i_8 + t_qhkro_2 * t_2gr5i_8);
-    const real t_tuq22_8 = (t_pdzxe_8 + t_3go2w * t_cgxsm_7 - K_L32 * t_4w3t6_8) * t_zmh3u;
-    const real t_54x6k_8 = t_4w3t6_8 * t_4iujv - K_L32 * t_tuq22_8;
-    const real t_mtv6d_8 = t_cgxsm_7 * t_bpfoo + t_w7lcw * t_54x6k_8 + t_3go2w * t_tuq22_8;
-    const real t_lck7u = K64 * t_zeepb
-        - t_2m245 * t_oktkq
-        - t_2m245 * t_vdd4k
-        - t_yz7e5 * t_rmcls
+    const real t_shxu4_8 = p[F] * t_d4wem_8;
+    const real t_huqui_8 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_8));
+    const real t_7nvy5_8 = sin_t_kood5 * t_6llfx_7;
+    const real t_xsbkn = t_huqui_8 + SELECT0(m_uklky, t_wo26r * t_7nvy5_8) - (K11 * t_tidys - t_kk2jv);
+    const real t_kbtvv_8 = p[F] * (cos_t_g4u7i * t_oesw4_7);
+    const real t_zhqqb = SELECT0(m_el4yy, t_kbtvv_8) - t_hy3z7 + t_w7lcw * t_xsbkn;
+    const real t_a3mx6_8 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_8)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_8));
+    const real t_rjmjg = (t_3go2w * t_xsbkn - (t_a3mx6_8 + t_jdika) - K_L32 * t_zhqqb) * t_zmh3u;
+    const real t_2xwyg_7 = t_zhqqb * t_4iujv - K_L32 * t_rjmjg;
+    const real t_2utfa = t_xsbkn * t_bpfoo + t_w7lcw * t_2xwyg_7 + t_3go2w * t_rjmjg;
+    const real t_cgxsm_8 = t_wzmp3_8 - t_zmkrd_2 * t_cxwzz_8 - (t_huqui_8 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_8));
+    const real t_ycqju_8 = t_ilple_8 - t_kbtvv_8;
+    const real t_4w3t6_8 = SELECT0(m_el4yy, t_ycqju_8) + t_w7lcw * t_cgxsm_8;
+    const real t_pdzxe_8 = p[F] * t_ssiof_8 - (t_ooljq_8 + t_zmkrd_2 * t_lqx5z_8);
+    const real t_tuq22_8 = (t_pdzxe_8 + t_3go2w * t_cgxsm_8 - K_L32 * t_4w3t6_8) * t_zmh3u;
+    const real t_s7pal_8 = t_4w3t6_8 * t_4iujv - K_L32 * t_tuq22_8;
+    const real t_cyfhb_8 = t_cgxsm_8 * t_bpfoo + t_w7lcw * t_s7pal_8 + t_3go2w * t_tuq22_8;
+    const real t_3p2px = K64 * t_zeepb
+        - t_2m245 * t_tidys
+        - t_2m245 * t_2utfa
+        - t_yz7e5 * t_2xwyg_7
         + K43 * t_qluw4
-        + K43 * t_pgeqd
-        - t_2m245 * t_mtv6d_8
-        - t_yz7e5 * t_54x6k_8
+        + K43 * t_rjmjg
+        - t_2m245 * t_cyfhb_8
+        - t_yz7e5 * t_s7pal_8
         + K43 * t_tuq22_8
         + t_xq4wt * t_ke372_5
         + t_5wcj3 * t_j5h4e_5
         - K_L43 * t_ejflw_5;
-    const real t_4hcgv = K65 * t_zeepb
-        - t_6mmeb * t_oktkq
-        - t_6mmeb * t_vdd4k
-        + K52 * t_rmcls
+    const real t_xeft7 = K65 * t_zeepb
+        - t_6mmeb * t_tidys
+        - t_6mmeb * t_2utfa
+        + K52 * t_2xwyg_7
         + K53 * t_qluw4
-        + K53 * t_pgeqd
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_8)
-        - t_6mmeb * t_mtv6d_8
-        + K52 * t_54x6k_8
+        + K53 * t_rjmjg
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_8)
+        - t_6mmeb * t_cyfhb_8
+        + K52 * t_s7pal_8
         + K53 * t_tuq22_8
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_8)
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_8))
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_8))
         + t_rujpm * t_ke372_5
         - K_L52 * t_j5h4e_5
         - K_L53 * t_ejflw_5
-        - K_L54 * t_lck7u;
-    const real t_pzloo = t_lwe76 * t_a3mx6_7
+        - K_L54 * t_3p2px;
+    const real t_jws43 = t_lwe76 * t_a3mx6_8
         - K66 * t_zeepb
-        + t_bl4f2 * t_oktkq
-        + t_bl4f2 * t_vdd4k
-        + t_hjmgb * t_rmcls
+        + t_bl4f2 * t_tidys
+        + t_bl4f2 * t_2utfa
+        + t_hjmgb * t_2xwyg_7
         - K63 * t_qluw4
-        - K63 * t_pgeqd
+        - K63 * t_rjmjg
         - t_lwe76 * t_pdzxe_8
-        + t_bl4f2 * t_mtv6d_8
-        + t_hjmgb * t_54x6k_8
+        + t_bl4f2 * t_cyfhb_8
+        + t_hjmgb * t_s7pal_8
         - K63 * t_tuq22_8;
-    const real t_pb7wc = t_lwe76 * t_mvrqf_8
-        - t_pzloo
+    const real t_5lwsg = t_lwe76 * t_mvrqf_8
+        - t_jws43
         + t_pgxzp * t_ke372_5
         + t_gz422 * t_j5h4e_5
         - K_L63 * t_ejflw_5
-        - K_L64 * t_lck7u
-        - K_L65 * t_4hcgv;
-    const real t_54x2v = t_pb7wc * t_nfkwa;
-    const real t_qzykk = t_4hcgv * t_ftqxb - K_L65 * t_54x2v;
-    const real t_safob = t_lck7u * t_lt2al - K_L54 * t_qzykk - K_L64 * t_54x2v;
-    const real t_vstsl = t_ejflw_5 * t_zmh3u - K_L43 * t_safob - K_L53 * t_qzykk - K_L63 * t_54x2v;
-    const real t_pdapy = t_j5h4e_5 * t_4iujv
-        - K_L32 * t_vstsl
-        + t_5wcj3 * t_safob
-        - K_L52 * t_qzykk
-        + t_gz422 * t_54x2v;
-    const real t_e43v2 = t_ke372_5 * t_bpfoo
-        + t_w7lcw * t_pdapy
-        + t_3go2w * t_vstsl
-        + t_xq4wt * t_safob
-        + t_rujpm * t_qzykk
-        + t_pgxzp * t_54x2v;
+        - K_L64 * t_3p2px
+        - K_L65 * t_xeft7;
+    const real t_odroi = t_5lwsg * t_nfkwa;
+    const real t_qx7uz = t_xeft7 * t_ftqxb - K_L65 * t_odroi;
+    const real t_rc7f7 = t_3p2px * t_lt2al - K_L54 * t_qx7uz - K_L64 * t_odroi;
+    const real t_y7b7j = t_ejflw_5 * t_zmh3u - K_L43 * t_rc7f7 - K_L53 * t_qx7uz - K_L63 * t_odroi;
+    const real t_c5uu7 = t_j5h4e_5 * t_4iujv
+        - K_L32 * t_y7b7j
+        + t_5wcj3 * t_rc7f7
+        - K_L52 * t_qx7uz
+        + t_gz422 * t_odroi;
+    const real t_7t7mt = t_ke372_5 * t_bpfoo
+        + t_w7lcw * t_c5uu7
+        + t_3go2w * t_y7b7j
+        + t_xq4wt * t_rc7f7
+        + t_rujpm * t_qx7uz
+        + t_pgxzp * t_odroi;
     const real t_447cc = c[r7] * t_t6fx5;
     const real t_qrk26 = x_C * t_447cc;
     const real t_rj3iw = K52 * t_447cc + K22 * t_qrk26;
@@ -9020,103 +9020,103 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_vx62b = K11 * t_bumd5 + t_b3aij * t_rj3iw + t_zzymx * t_fofzl;
     const real t_dqjjx = t_t7vcl * t_vx62b
         - PP_v2 * (t_4gyk7 * t_bumd5 - t_i2mne * t_rj3iw - t_rhnsp * t_fofzl);
-    const real t_rfj6r = (SELECT0(m_l7cqn, t_wjr3r * t_dqjjx * t_pd2sg) - t_vx62b) * t_hvu5i;
-    const real t_5tv4z = t_rj3iw + t_b3aij * t_rfj6r;
-    const real t_fejm6 = t_q2hfz * (t_cofwl * (t_5tv4z * t_y7rm6));
-    const real t_yabq5_7 = t_fejm6 * t_nwsjf;
-    const real t_nl5eh = t_cnhcl * (t_as3uq * t_yabq5_7);
-    const real t_4nx6p_9 = p[F] * (sin_t_auieu * t_nl5eh);
-    const real t_ecreo_9 = SELECT0(m_el4yy, cos_t_kl6tx * t_4nx6p_9);
-    const real t_2z4od = t_fofzl + t_zzymx * t_rfj6r;
-    const real t_lsqun = SELECT0(m_el4yy, -(t_rdshm * (t_qzpff * (t_uwsp7 * t_fejm6 * t_imn4h))))
-        - t_2z4od * t_y7rm6 * t_qvk2y;
-    const real t_hrp5x = t_xh4j2 * (t_o7qta * t_lsqun) * t_gwbho;
-    const real t_d4wem = sin_t_g4u7i * t_yabq5_7;
-    const real t_yupoh_2 = cos_t_we5c3 * t_hrp5x;
-    const real t_hlzbm_2 = SELECT0(m_el4yy, sin_t_we5c3 * t_d4wem) + SELECT0(m_trmto, -(cos_t_g4u7i * t_yupoh_2));
-    const real t_72ubs_2 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_hrp5x), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_hlzbm_2 * t_xkg6l)) * t_bifdl));
-    const real t_v7rd3_2 = t_rila6 * (t_vr3uw * t_72ubs_2);
-    const real t_ctppn_9 = sin_t_kl6tx * t_v7rd3_2;
-    const real t_ke372_6 = t_ecreo_9 - t_qhkro * t_ctppn_9;
-    const real t_6dnpl_9 = p[F] * (cos_t_auieu * t_nl5eh);
-    const real t_j5h4e_6 = SELECT0(m_el4yy, -t_6dnpl_9) + t_w7lcw * t_ke372_6;
-    const real t_qbg3i_9 = SELECT0(m_el4yy, sin_t_kl6tx * t_4nx6p_9);
-    const real t_2gr5i_9 = cos_t_kl6tx * t_v7rd3_2;
-    const real t_mvrqf_9 = t_qbg3i_9 + t_qhkro * t_2gr5i_9;
+    const real t_nvuss = (SELECT0(m_l7cqn, t_5cok6 * t_dqjjx * t_pd2sg) - t_vx62b) * t_hvu5i;
+    const real t_2ll64 = t_rj3iw + t_b3aij * t_nvuss;
+    const real t_64i2o = t_q2hfz * (t_5x4sb * (t_2ll64 * t_y7rm6));
+    const real t_oesw4_8 = t_64i2o * t_nwsjf;
+    const real t_iubif_9 = t_bw2jd * (t_as3uq * t_oesw4_8);
+    const real t_27ev7_9 = p[F] * (sin_t_auieu * t_iubif_9);
+    const real t_wzmp3_9 = SELECT0(m_el4yy, cos_t_kl6tx * t_27ev7_9);
+    const real t_bsg5f = t_fofzl + t_zzymx * t_nvuss;
+    const real t_6wlbl = SELECT0(m_el4yy, -(t_rdshm * (t_qzpff * (t_uwsp7 * t_64i2o * t_imn4h))))
+        - t_bsg5f * t_y7rm6 * t_qvk2y;
+    const real t_6llfx_8 = t_q2hfz_2 * (t_2snz7 * t_6wlbl) * t_bifdl;
+    const real t_d4wem_9 = sin_t_g4u7i * t_oesw4_8;
+    const real t_kj6yx_9 = cos_t_kood5 * t_6llfx_8;
+    const real t_ssiof_9 = SELECT0(m_el4yy, sin_t_kood5 * t_d4wem_9) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_9));
+    const real t_amp27_9 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_8), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_9 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_9 = t_zrb6o * (t_vr3uw * t_amp27_9);
+    const real t_cxwzz_9 = sin_t_kl6tx * t_swjde_9;
+    const real t_ke372_6 = t_wzmp3_9 - t_zmkrd * t_cxwzz_9;
+    const real t_ilple_9 = p[F] * (cos_t_auieu * t_iubif_9);
+    const real t_j5h4e_6 = SELECT0(m_el4yy, -t_ilple_9) + t_w7lcw * t_ke372_6;
+    const real t_ooljq_9 = SELECT0(m_el4yy, sin_t_kl6tx * t_27ev7_9);
+    const real t_lqx5z_9 = cos_t_kl6tx * t_swjde_9;
+    const real t_mvrqf_9 = t_ooljq_9 + t_zmkrd * t_lqx5z_9;
     const real t_ejflw_6 = t_3go2w * t_ke372_6 - t_mvrqf_9 - K_L32 * t_j5h4e_6;
-    const real t_shxu4_9 = p[F] * t_d4wem;
-    const real t_huqui_9 = SELECT0(m_el4yy, cos_t_we5c3 * t_shxu4_9);
-    const real t_3s5op_2 = sin_t_we5c3 * t_hrp5x;
-    const real t_zls73 = t_huqui_9 + SELECT0(m_trmto, t_wo26r * t_3s5op_2) - (t_bumd5 + K11 * t_rfj6r);
-    const real t_kbtvv = p[F] * (cos_t_g4u7i * t_yabq5_7);
-    const real t_2srtw = SELECT0(m_el4yy, -t_kbtvv) + t_5tv4z + t_w7lcw * t_zls73;
-    const real t_unfof_2 = SELECT0(m_el4yy, sin_t_we5c3 * t_shxu4_9) + SELECT0(m_trmto, -(t_wo26r * t_yupoh_2));
-    const real t_lkcyh = (t_3go2w * t_zls73 - (t_unfof_2 - t_2z4od) - K_L32 * t_2srtw) * t_zmh3u;
-    const real t_xjeis = t_2srtw * t_4iujv - K_L32 * t_lkcyh;
-    const real t_eq4qi = t_zls73 * t_bpfoo + t_w7lcw * t_xjeis + t_3go2w * t_lkcyh;
-    const real t_iyjxa_2 = t_ecreo_9 - t_qhkro_2 * t_ctppn_9 - (t_huqui_9 + SELECT0(m_trmto, t_wo26r_2 * t_3s5op_2));
-    const real t_ycqju_9 = t_kbtvv - t_6dnpl_9;
-    const real t_4w3t6_9 = SELECT0(m_el4yy, t_ycqju_9) + t_w7lcw * t_iyjxa_2;
-    const real t_pdzxe_9 = p[F] * t_hlzbm_2 - (t_qbg3i_9 + t_qhkro_2 * t_2gr5i_9);
-    const real t_tuq22_9 = (t_pdzxe_9 + t_3go2w * t_iyjxa_2 - K_L32 * t_4w3t6_9) * t_zmh3u;
-    const real t_54x6k_9 = t_4w3t6_9 * t_4iujv - K_L32 * t_tuq22_9;
-    const real t_mtv6d_9 = t_iyjxa_2 * t_bpfoo + t_w7lcw * t_54x6k_9 + t_3go2w * t_tuq22_9;
-    const real t_if4nx = t_yz7e5 * t_qrk26
-        - (K54 * t_447cc + t_2m245 * t_rfj6r + t_2m245 * t_eq4qi)
-        - t_yz7e5 * t_xjeis
-        + K43 * t_lkcyh
-        - t_2m245 * t_mtv6d_9
-        - t_yz7e5 * t_54x6k_9
+    const real t_shxu4_9 = p[F] * t_d4wem_9;
+    const real t_huqui_9 = SELECT0(m_el4yy, cos_t_kood5 * t_shxu4_9);
+    const real t_7nvy5_9 = sin_t_kood5 * t_6llfx_8;
+    const real t_gic6b = t_huqui_9 + SELECT0(m_uklky, t_wo26r * t_7nvy5_9) - (t_bumd5 + K11 * t_nvuss);
+    const real t_kbtvv_9 = p[F] * (cos_t_g4u7i * t_oesw4_8);
+    const real t_m2ge6 = SELECT0(m_el4yy, -t_kbtvv_9) + t_2ll64 + t_w7lcw * t_gic6b;
+    const real t_a3mx6_9 = SELECT0(m_el4yy, sin_t_kood5 * t_shxu4_9) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_9));
+    const real t_p2ph6 = (t_3go2w * t_gic6b - (t_a3mx6_9 - t_bsg5f) - K_L32 * t_m2ge6) * t_zmh3u;
+    const real t_2xwyg_8 = t_m2ge6 * t_4iujv - K_L32 * t_p2ph6;
+    const real t_2utfa_2 = t_gic6b * t_bpfoo + t_w7lcw * t_2xwyg_8 + t_3go2w * t_p2ph6;
+    const real t_cgxsm_9 = t_wzmp3_9 - t_zmkrd_2 * t_cxwzz_9 - (t_huqui_9 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_9));
+    const real t_ycqju_9 = t_kbtvv_9 - t_ilple_9;
+    const real t_4w3t6_9 = SELECT0(m_el4yy, t_ycqju_9) + t_w7lcw * t_cgxsm_9;
+    const real t_pdzxe_9 = p[F] * t_ssiof_9 - (t_ooljq_9 + t_zmkrd_2 * t_lqx5z_9);
+    const real t_tuq22_9 = (t_pdzxe_9 + t_3go2w * t_cgxsm_9 - K_L32 * t_4w3t6_9) * t_zmh3u;
+    const real t_s7pal_9 = t_4w3t6_9 * t_4iujv - K_L32 * t_tuq22_9;
+    const real t_cyfhb_9 = t_cgxsm_9 * t_bpfoo + t_w7lcw * t_s7pal_9 + t_3go2w * t_tuq22_9;
+    const real t_svi7s = t_yz7e5 * t_qrk26
+        - (K54 * t_447cc + t_2m245 * t_nvuss + t_2m245 * t_2utfa_2)
+        - t_yz7e5 * t_2xwyg_8
+        + K43 * t_p2ph6
+        - t_2m245 * t_cyfhb_9
+        - t_yz7e5 * t_s7pal_9
         + K43 * t_tuq22_9
         + t_xq4wt * t_ke372_6
         + t_5wcj3 * t_j5h4e_6
         - K_L43 * t_ejflw_6;
-    const real t_4jtp6 = K52 * t_xjeis
-        - (K55 * t_447cc + t_6mmeb * t_rfj6r + t_6mmeb * t_eq4qi + K52 * t_qrk26)
-        + K53 * t_lkcyh
-        + SELECT0(m_el4yy, -(t_lwe76 * t_kbtvv))
-        - t_6mmeb * t_mtv6d_9
-        + K52 * t_54x6k_9
+    const real t_nfmv3 = K52 * t_2xwyg_8
+        - (K55 * t_447cc + t_6mmeb * t_nvuss + t_6mmeb * t_2utfa_2 + K52 * t_qrk26)
+        + K53 * t_p2ph6
+        + SELECT0(m_el4yy, -(t_lwe76 * t_kbtvv_9))
+        - t_6mmeb * t_cyfhb_9
+        + K52 * t_s7pal_9
         + K53 * t_tuq22_9
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_9)
-        + SELECT0(m_el4yy, t_lwe76 * t_6dnpl_9)
+        + SELECT0(m_el4yy, t_lwe76 * t_ilple_9)
         + t_rujpm * t_ke372_6
         - K_L52 * t_j5h4e_6
         - K_L53 * t_ejflw_6
-        - K_L54 * t_if4nx;
-    const real t_p6mdo = t_lwe76 * t_unfof_2
+        - K_L54 * t_svi7s;
+    const real t_addxy = t_lwe76 * t_a3mx6_9
         + K65 * t_447cc
-        + t_bl4f2 * t_rfj6r
-        + t_bl4f2 * t_eq4qi
+        + t_bl4f2 * t_nvuss
+        + t_bl4f2 * t_2utfa_2
         - t_hjmgb * t_qrk26
-        + t_hjmgb * t_xjeis
-        - K63 * t_lkcyh
+        + t_hjmgb * t_2xwyg_8
+        - K63 * t_p2ph6
         - t_lwe76 * t_pdzxe_9
-        + t_bl4f2 * t_mtv6d_9
-        + t_hjmgb * t_54x6k_9
+        + t_bl4f2 * t_cyfhb_9
+        + t_hjmgb * t_s7pal_9
         - K63 * t_tuq22_9;
-    const real t_fsiaf = t_lwe76 * t_mvrqf_9
-        - t_p6mdo
+    const real t_zbyqx = t_lwe76 * t_mvrqf_9
+        - t_addxy
         + t_pgxzp * t_ke372_6
         + t_gz422 * t_j5h4e_6
         - K_L63 * t_ejflw_6
-        - K_L64 * t_if4nx
-        - K_L65 * t_4jtp6;
-    const real t_afuj6 = t_fsiaf * t_nfkwa;
-    const real t_nwxkv = t_4jtp6 * t_ftqxb - K_L65 * t_afuj6;
-    const real t_76zlm = t_if4nx * t_lt2al - K_L54 * t_nwxkv - K_L64 * t_afuj6;
-    const real t_tkm37 = t_ejflw_6 * t_zmh3u - K_L43 * t_76zlm - K_L53 * t_nwxkv - K_L63 * t_afuj6;
-    const real t_pngxg = t_j5h4e_6 * t_4iujv
-        - K_L32 * t_tkm37
-        + t_5wcj3 * t_76zlm
-        - K_L52 * t_nwxkv
-        + t_gz422 * t_afuj6;
-    const real t_efnxf = t_ke372_6 * t_bpfoo
-        + t_w7lcw * t_pngxg
-        + t_3go2w * t_tkm37
-        + t_xq4wt * t_76zlm
-        + t_rujpm * t_nwxkv
-        + t_pgxzp * t_afuj6;
+        - K_L64 * t_svi7s
+        - K_L65 * t_nfmv3;
+    const real t_2fjn7 = t_zbyqx * t_nfkwa;
+    const real t_xp5mb = t_nfmv3 * t_ftqxb - K_L65 * t_2fjn7;
+    const real t_wi6jt = t_svi7s * t_lt2al - K_L54 * t_xp5mb - K_L64 * t_2fjn7;
+    const real t_tgy4b = t_ejflw_6 * t_zmh3u - K_L43 * t_wi6jt - K_L53 * t_xp5mb - K_L63 * t_2fjn7;
+    const real t_qkb5y = t_j5h4e_6 * t_4iujv
+        - K_L32 * t_tgy4b
+        + t_5wcj3 * t_wi6jt
+        - K_L52 * t_xp5mb
+        + t_gz422 * t_2fjn7;
+    const real t_42jah = t_ke372_6 * t_bpfoo
+        + t_w7lcw * t_qkb5y
+        + t_3go2w * t_tgy4b
+        + t_xq4wt * t_wi6jt
+        + t_rujpm * t_xp5mb
+        + t_pgxzp * t_2fjn7;
     const real t_xtwlg = p[l1] * sin_phi1;
     const real t_qm5gj_2 = w_x1 * sin_phi1 + t_pad7a;
     const real t_f2zxy = W12 * t_4z4np - w_x1 * (Wn1 * t_xtwlg) + t_wmv32 * (p[l1] * t_qm5gj_2);
@@ -9127,8 +9127,8 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_rqjd5 = mv1 * (t_w7vil * sin_phi1) + t_6nwd2 * (t_dskdd * t_laqoo);
     const real t_hvpvf = chi1 * t_laqoo - t_qm5gj * t_qm5gj_2;
     const real t_5qnaj = B_1 * t_hvpvf;
-    const real t_odlfh = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_5qnaj - t_qbgt7);
-    const real t_ehdko = t_6fek6 + sin_theta1 * t_odlfh;
+    const real t_ajxqx = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_5qnaj - t_qbgt7);
+    const real t_rokek = t_6fek6 + sin_theta1 * t_ajxqx;
     const real t_qends = p[I1] * t_vhuco;
     const real t_xziph = wth_1 * t_xtwlg - g_1 * t_qends;
     const real t_6choa = mv1 * cos_phi1;
@@ -9139,661 +9139,661 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_dra62 = S_sq1 * t_wufir;
     const real t_ryzts = wth_1 * t_4z4np - q_1 * t_qends;
     const real t_zohce = cos_theta1 * t_ryzts;
-    const real t_k2and = t_xziph - t_dra62 - t_zohce;
+    const real t_mckmq = t_xziph - t_dra62 - t_zohce;
     const real t_d4baz = SC1 * t_wufir;
     const real t_3agyi = t_h2ibw + t_qends;
     const real t_6n66f = S_sq1 * t_3agyi;
     const real t_l72w5 = t_6n66f - t_qends;
     const real t_yb6pt = SC1 * t_3agyi;
     const real t_cpcc7 = t_zohce - sin_theta1 * Bs_1;
-    const real t_woh3p = t_ehdko
-        + G2_v2 * t_k2and
+    const real t_wsr3k = t_rokek
+        + G2_v2 * t_mckmq
         - G3_v2 * t_d4baz
         + a2_v2 * t_l72w5
         + a3_v2 * t_yb6pt
         + t_lutta * t_cpcc7;
     const real t_m24qb = cos_phi1 * t_6choa - Ass_1;
     const real t_7j6vv = sin_theta1 * t_m24qb;
-    const real t_qzx6f = sin_phi1 * t_5qnaj + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
+    const real t_ku2ls = sin_phi1 * t_5qnaj + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
     const real t_vvqnn = Bc_1 + e1 * t_m24qb;
     const real t_e4sul = sin_theta1 * t_vvqnn;
     const real t_as46a = cos_theta1 * t_vvqnn;
     const real t_ix2vw = cos_theta1 * t_m24qb;
-    const real t_kl5dx = t_qzx6f
+    const real t_2oa7e = t_ku2ls
         + G2_v2 * t_e4sul
         + G3_v2 * t_as46a
         + a2_v2 * t_7j6vv
         + a3_v2 * t_ix2vw;
-    const real t_72ckq = t_lutta * Bc_1 - t_kl5dx;
+    const real t_lpwe2 = t_lutta * Bc_1 - t_2oa7e;
     const real t_k46nc = sin_theta1 * t_dnmdb;
-    const real t_bk5cj = cos_theta1 * t_odlfh - t_k46nc;
+    const real t_snoq4 = cos_theta1 * t_ajxqx - t_k46nc;
     const real t_g5uka = sin_theta1 * t_ryzts;
-    const real t_bo3gj = t_g5uka - t_d4baz;
-    const real t_lbjqj = t_dra62 + t_fpsha;
+    const real t_zhx4p = t_g5uka - t_d4baz;
+    const real t_5rsa6 = t_dra62 + t_fpsha;
     const real t_yguee = t_h2ibw - t_6n66f;
     const real t_2m764 = t_g5uka + cos_theta1 * Bs_1;
-    const real t_4oyrg = t_bk5cj
-        + G2_v2 * t_bo3gj
-        + G3_v2 * t_lbjqj
+    const real t_ywd2f = t_snoq4
+        + G2_v2 * t_zhx4p
+        + G3_v2 * t_5rsa6
         + a2_v2 * t_yb6pt
         + a3_v2 * t_yguee
         - t_lutta * t_2m764;
-    const real t_rufwh = K11 * t_72ckq
+    const real t_4mijr = K11 * t_lpwe2
         - q1_v2 * t_h2ibw
-        - (q2_v2 * t_7j6vv + t_b3aij * t_woh3p)
-        - (q3_v2 * t_ix2vw + t_zzymx * t_4oyrg);
+        - (q2_v2 * t_7j6vv + t_b3aij * t_wsr3k)
+        - (q3_v2 * t_ix2vw + t_zzymx * t_ywd2f);
     const real t_tqzpl = t_b3aij + t_b3aij;
     const real t_s5vhe = K11 + K11;
     const real t_r6alf = t_zzymx + t_zzymx;
     const real t_yhqy5 = t_tqzpl * t_7j6vv - t_s5vhe * t_h2ibw + t_r6alf * t_ix2vw;
-    const real t_qudxt = t_owyvy * t_yhqy5
-        + PP_v2 * (t_4gyk7 * t_72ckq + t_i2mne * t_woh3p + t_rhnsp * t_4oyrg);
-    const real t_nb6hg = t_wdgab * t_hvu5i;
-    const real t_wbkuw = (SELECT0(m_l7cqn, t_wjr3r * (t_t7vcl * t_rufwh - t_qudxt) * t_pd2sg) - t_rufwh) * t_hvu5i
-        - t_nb6hg * t_yhqy5;
-    const real t_qd7c7 = t_woh3p - (t_wdgab * t_7j6vv + t_b3aij * t_wbkuw);
-    const real t_un3dq = t_q2hfz * (t_cofwl * (t_qd7c7 * t_y7rm6));
-    const real t_4kktk = t_un3dq * t_nwsjf;
-    const real t_skjh5_9 = t_cnhcl * (t_as3uq * t_4kktk);
-    const real t_4nx6p_10 = p[F] * (sin_t_auieu * t_skjh5_9);
-    const real t_ecreo_10 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_10));
-    const real t_niy3r = t_4oyrg - (t_wdgab * t_ix2vw + t_zzymx * t_wbkuw);
-    const real t_vmoqx = t_niy3r * t_y7rm6 * t_qvk2y
-        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_un3dq * t_imn4h)));
-    const real t_cha6m = t_xh4j2 * (t_o7qta * t_vmoqx) * t_gwbho;
-    const real t_cv7p2_9 = sin_t_g4u7i * t_4kktk;
-    const real t_lnmjd_8 = cos_t_we5c3 * t_cha6m;
-    const real t_ssiof_8 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_9)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_8));
-    const real t_cl7gv_8 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_cha6m), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_8 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_8 = t_rila6 * (t_vr3uw * t_cl7gv_8);
-    const real t_ctppn_10 = sin_t_kl6tx * t_s6fxk_8;
-    const real t_psycf = t_ecreo_10 - t_qhkro * t_ctppn_10 + t_qzx6f;
-    const real t_6qzob = t_qhkro * cos_t_kl6tx + t_xynyo;
-    const real t_h6owg = t_6qzob * t_bpfoo;
+    const real t_2nk5t = t_owyvy * t_yhqy5
+        + PP_v2 * (t_4gyk7 * t_lpwe2 + t_i2mne * t_wsr3k + t_rhnsp * t_ywd2f);
+    const real t_xyjfu = t_wdgab * t_hvu5i;
+    const real t_lyly4 = (SELECT0(m_l7cqn, t_5cok6 * (t_t7vcl * t_4mijr - t_2nk5t) * t_pd2sg) - t_4mijr) * t_hvu5i
+        - t_xyjfu * t_yhqy5;
+    const real t_3tnew = t_wsr3k - (t_wdgab * t_7j6vv + t_b3aij * t_lyly4);
+    const real t_mw3d3 = t_q2hfz * (t_5x4sb * (t_3tnew * t_y7rm6));
+    const real t_7vxmt = t_mw3d3 * t_nwsjf;
+    const real t_iubif_10 = t_bw2jd * (t_as3uq * t_7vxmt);
+    const real t_27ev7_10 = p[F] * (sin_t_auieu * t_iubif_10);
+    const real t_wzmp3_10 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_10));
+    const real t_aqqjn = t_ywd2f - (t_wdgab * t_ix2vw + t_zzymx * t_lyly4);
+    const real t_pgjvu = t_aqqjn * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_mw3d3 * t_imn4h)));
+    const real t_iijst = t_q2hfz_2 * (t_2snz7 * t_pgjvu) * t_bifdl;
+    const real t_d4wem_10 = sin_t_g4u7i * t_7vxmt;
+    const real t_kj6yx_10 = cos_t_kood5 * t_iijst;
+    const real t_ssiof_10 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_10)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_10));
+    const real t_amp27_10 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_iijst), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_10 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_10 = t_zrb6o * (t_vr3uw * t_amp27_10);
+    const real t_cxwzz_10 = sin_t_kl6tx * t_swjde_10;
+    const real t_no73e = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_ku2ls;
+    const real t_sfc5s = t_zmkrd * cos_t_kl6tx + t_xynyo;
+    const real t_h6owg = t_sfc5s * t_bpfoo;
     const real t_gvhmj = t_h6owg * t_bpfoo;
-    const real t_wpgwf = sin_t_auieu * p[F];
-    const real t_dpn2x = t_wpgwf - n2 + t_w7lcw * t_6qzob;
+    const real t_b4c42 = sin_t_auieu * p[F];
+    const real t_dpn2x = t_b4c42 - n2 + t_w7lcw * t_sfc5s;
     const real t_6re54 = t_dpn2x * t_4iujv;
-    const real t_s6xeg = t_qhkro * sin_t_kl6tx;
-    const real t_rugjk = t_3go2w * t_6qzob - (t_s6xeg + n3) - K_L32 * t_dpn2x;
+    const real t_gyv2s = t_zmkrd * sin_t_kl6tx;
+    const real t_rugjk = t_3go2w * t_sfc5s - (t_gyv2s + n3) - K_L32 * t_dpn2x;
     const real t_gqsuf = t_rugjk * t_zmh3u;
-    const real t_bwipr = t_wo26r * cos_t_we5c3 - (q1_v2 + K11 * t_wdgab);
-    const real t_hdxqd = t_bwipr * t_bpfoo;
+    const real t_gw4dc = t_wo26r * cos_t_kood5 - (q1_v2 + K11 * t_wdgab);
+    const real t_hdxqd = t_gw4dc * t_bpfoo;
     const real t_6hbwg = p[F] * sin_t_g4u7i;
-    const real t_4xynl = t_6hbwg - t_nzikm + t_w7lcw * t_bwipr;
+    const real t_4xynl = t_6hbwg - t_jker3 + t_w7lcw * t_gw4dc;
     const real t_42hn5 = t_4xynl * t_4iujv;
-    const real t_trfbv = t_wo26r * sin_t_we5c3;
-    const real t_zsfv2 = (t_3go2w * t_bwipr - (t_trfbv + t_qsixg) - K_L32 * t_4xynl) * t_zmh3u;
-    const real t_nobhr = t_42hn5 - K_L32 * t_zsfv2;
-    const real t_ovgbj = t_hdxqd + t_w7lcw * t_nobhr + t_3go2w * t_zsfv2;
-    const real t_xyvv6 = t_qhkro_2 * cos_t_kl6tx - t_wo26r_2 * cos_t_we5c3;
-    const real t_dg2xv = t_xyvv6 * t_bpfoo;
-    const real t_rkrof = p[F] * sin_t_auieu - t_6hbwg;
-    const real t_qbbkc = t_rkrof + t_w7lcw * t_xyvv6;
+    const real t_trfbv = t_wo26r * sin_t_kood5;
+    const real t_zsfv2 = (t_3go2w * t_gw4dc - (t_trfbv + t_gzb3e) - K_L32 * t_4xynl) * t_zmh3u;
+    const real t_zh7nn = t_42hn5 - K_L32 * t_zsfv2;
+    const real t_2lbar = t_hdxqd + t_w7lcw * t_zh7nn + t_3go2w * t_zsfv2;
+    const real t_yb4wq = t_zmkrd_2 * cos_t_kl6tx - t_wo26r_2 * cos_t_kood5;
+    const real t_dg2xv = t_yb4wq * t_bpfoo;
+    const real t_76oy7 = p[F] * sin_t_auieu - t_6hbwg;
+    const real t_qbbkc = t_76oy7 + t_w7lcw * t_yb4wq;
     const real t_2suna = t_qbbkc * t_4iujv;
-    const real t_eavx7 = t_cl3ki * p[F] - t_qhkro_2 * sin_t_kl6tx;
-    const real t_lvdlo = (t_eavx7 + t_3go2w * t_xyvv6 - K_L32 * t_qbbkc) * t_zmh3u;
-    const real t_prgks = t_2suna - K_L32 * t_lvdlo;
-    const real t_yurpy = t_dg2xv + t_w7lcw * t_prgks + t_3go2w * t_lvdlo;
-    const real t_oztre = n4
+    const real t_qfukh = t_cl3ki * p[F] - t_zmkrd_2 * sin_t_kl6tx;
+    const real t_lvdlo = (t_qfukh + t_3go2w * t_yb4wq - K_L32 * t_qbbkc) * t_zmh3u;
+    const real t_4zkth = t_2suna - K_L32 * t_lvdlo;
+    const real t_vrqgs = t_dg2xv + t_w7lcw * t_4zkth + t_3go2w * t_lvdlo;
+    const real t_eqody = n4
         + G2_v2 * K54
         + G3_v2 * K64
         - t_2m245 * t_wdgab
-        - t_2m245 * t_ovgbj
+        - t_2m245 * t_2lbar
         - t_yz7e5 * a2_v2
-        - t_yz7e5 * t_nobhr
+        - t_yz7e5 * t_zh7nn
         + K43 * a3_v2
         + K43 * t_zsfv2
         - K44 * t_lutta
-        - t_2m245 * t_yurpy
-        - t_yz7e5 * t_prgks
+        - t_2m245 * t_vrqgs
+        - t_yz7e5 * t_4zkth
         + K43 * t_lvdlo
         - n4
-        + t_xq4wt * t_6qzob
+        + t_xq4wt * t_sfc5s
         + t_5wcj3 * t_dpn2x
         - K_L43 * t_rugjk;
-    const real t_665ga = t_oztre * t_lt2al;
-    const real t_2ohsx = n5
+    const real t_pzxtm = t_eqody * t_lt2al;
+    const real t_w7vk3 = n5
         + G2_v2 * K55
         + G3_v2 * K65
         - t_6mmeb * t_wdgab
-        - t_6mmeb * t_ovgbj
+        - t_6mmeb * t_2lbar
         + K52 * a2_v2
-        + K52 * t_nobhr
+        + K52 * t_zh7nn
         + K53 * a3_v2
         + K53 * t_zsfv2
         - K54 * t_lutta
         + t_6hbwg * t_lwe76
-        - t_6mmeb * t_yurpy
-        + K52 * t_prgks
+        - t_6mmeb * t_vrqgs
+        + K52 * t_4zkth
         + K53 * t_lvdlo
-        + t_rkrof * t_lwe76
+        + t_76oy7 * t_lwe76
         - n5
-        - t_wpgwf * t_lwe76
-        + t_rujpm * t_6qzob
+        - t_b4c42 * t_lwe76
+        + t_rujpm * t_sfc5s
         - K_L52 * t_dpn2x
         - K_L53 * t_rugjk
-        - K_L54 * t_oztre;
-    const real t_cfuk2 = t_2ohsx * t_ftqxb;
-    const real t_4jebp = t_trfbv * t_lwe76
+        - K_L54 * t_eqody;
+    const real t_e3bxp = t_w7vk3 * t_ftqxb;
+    const real t_ljler = t_trfbv * t_lwe76
         - n6
         - G2_v2 * K65
         - G3_v2 * K66
         + t_bl4f2 * t_wdgab
-        + t_bl4f2 * t_ovgbj
+        + t_bl4f2 * t_2lbar
         + t_hjmgb * a2_v2
-        + t_hjmgb * t_nobhr
+        + t_hjmgb * t_zh7nn
         - K63 * a3_v2
         - K63 * t_zsfv2
         + K64 * t_lutta
-        - t_eavx7 * t_lwe76
-        + t_bl4f2 * t_yurpy
-        + t_hjmgb * t_prgks
+        - t_qfukh * t_lwe76
+        + t_bl4f2 * t_vrqgs
+        + t_hjmgb * t_4zkth
         - K63 * t_lvdlo
         + n6;
-    const real t_xh6lu = t_s6xeg * t_lwe76
-        - t_4jebp
-        + t_pgxzp * t_6qzob
+    const real t_nol6m = t_gyv2s * t_lwe76
+        - t_ljler
+        + t_pgxzp * t_sfc5s
         + t_gz422 * t_dpn2x
         - K_L63 * t_rugjk
-        - K_L64 * t_oztre
-        - K_L65 * t_2ohsx;
-    const real t_fz6w5 = t_xh6lu * t_nfkwa;
-    const real t_vtt2b = t_cfuk2 - K_L65 * t_fz6w5;
-    const real t_r3mel = t_665ga - K_L54 * t_vtt2b - K_L64 * t_fz6w5;
-    const real t_5sglq = t_gqsuf - K_L43 * t_r3mel - K_L53 * t_vtt2b - K_L63 * t_fz6w5;
-    const real t_4xz5v = t_6re54
-        - K_L32 * t_5sglq
-        + t_5wcj3 * t_r3mel
-        - K_L52 * t_vtt2b
-        + t_gz422 * t_fz6w5;
+        - K_L64 * t_eqody
+        - K_L65 * t_w7vk3;
+    const real t_uiwc3 = t_nol6m * t_nfkwa;
+    const real t_caepv = t_e3bxp - K_L65 * t_uiwc3;
+    const real t_pqvdf = t_pzxtm - K_L54 * t_caepv - K_L64 * t_uiwc3;
+    const real t_h4uvc = t_gqsuf - K_L43 * t_pqvdf - K_L53 * t_caepv - K_L63 * t_uiwc3;
+    const real t_ykhgf = t_6re54
+        - K_L32 * t_h4uvc
+        + t_5wcj3 * t_pqvdf
+        - K_L52 * t_caepv
+        + t_gz422 * t_uiwc3;
     const real t_7rnk2 = t_w7lcw * t_bpfoo;
     const real t_ccnxe = t_7j6vv * t_bpfoo + t_7rnk2 * t_h2ibw;
-    const real t_6dnpl_10 = p[F] * (cos_t_auieu * t_skjh5_9);
-    const real t_aeo5o = SELECT0(m_el4yy, t_6dnpl_10) - t_ehdko + (t_6qzob * t_ccnxe + t_w7lcw * t_psycf);
+    const real t_ilple_10 = p[F] * (cos_t_auieu * t_iubif_10);
+    const real t_24wuc = SELECT0(m_el4yy, t_ilple_10) - t_rokek + (t_sfc5s * t_ccnxe + t_w7lcw * t_no73e);
     const real t_me7eb = t_6re54 * t_4iujv;
-    const real t_mmfuv = t_l72w5 - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
+    const real t_vujgj = t_l72w5 - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
     const real t_7rnk2_2 = t_3go2w * t_bpfoo;
     const real t_lkd5z = t_ix2vw * t_bpfoo + t_7rnk2_2 * t_h2ibw;
-    const real t_qujvg = t_yb6pt - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
+    const real t_vouj3 = t_yb6pt - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
     const real t_6yahm = K_L32 * t_4iujv;
-    const real t_eqeua = t_qujvg * t_4iujv - t_6yahm * t_mmfuv;
-    const real t_qbg3i_10 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_10));
-    const real t_2gr5i_10 = cos_t_kl6tx * t_s6fxk_8;
-    const real t_mvrqf_10 = t_qbg3i_10 + t_qhkro * t_2gr5i_10;
-    const real t_nzviu = t_6qzob * t_lkd5z
-        + t_3go2w * t_psycf
-        - (t_mvrqf_10 + t_bk5cj)
-        - (t_dpn2x * t_eqeua + K_L32 * t_aeo5o);
+    const real t_5y4uw = t_vouj3 * t_4iujv - t_6yahm * t_vujgj;
+    const real t_ooljq_10 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_10));
+    const real t_lqx5z_10 = cos_t_kl6tx * t_swjde_10;
+    const real t_mvrqf_10 = t_ooljq_10 + t_zmkrd * t_lqx5z_10;
+    const real t_bpniw = t_sfc5s * t_lkd5z
+        + t_3go2w * t_no73e
+        - (t_mvrqf_10 + t_snoq4)
+        - (t_dpn2x * t_5y4uw + K_L32 * t_24wuc);
     const real t_qty3w = t_gqsuf * t_zmh3u;
-    const real t_lmrui = t_yguee
-        - (K_L32 * t_qujvg + t_2rbbr * t_eqeua)
+    const real t_o7t6b = t_yguee
+        - (K_L32 * t_vouj3 + t_2rbbr * t_5y4uw)
         - (t_3go2w * t_ix2vw + t_zzymx * t_lkd5z);
     const real t_jtjoh = t_xq4wt * t_bpfoo;
     const real t_zopz4 = Bc_1 * t_bpfoo + t_jtjoh * t_h2ibw;
-    const real t_dh6yn = t_cpcc7 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
+    const real t_tbtnm = t_cpcc7 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
     const real t_2ngl5 = t_5wcj3 * t_4iujv;
-    const real t_mphv2 = t_dh6yn * t_4iujv - t_2ngl5 * t_mmfuv;
-    const real t_aegn4 = t_2m764
-        + (t_5wcj3 * t_qujvg + t_2rbbr * t_mphv2)
+    const real t_uiiin = t_tbtnm * t_4iujv - t_2ngl5 * t_vujgj;
+    const real t_udoda = t_2m764
+        + (t_5wcj3 * t_vouj3 + t_2rbbr * t_uiiin)
         - (t_xq4wt * t_ix2vw + t_zzymx * t_zopz4);
     const real t_ydwjl = K_L43 * t_zmh3u;
-    const real t_bfogy = t_aegn4 * t_zmh3u - t_ydwjl * t_lmrui;
-    const real t_bu7fp = t_w7vil * Bc_1 + p[l1] * t_5qnaj;
+    const real t_tt5vf = t_udoda * t_zmh3u - t_ydwjl * t_o7t6b;
+    const real t_umhin = t_w7vil * Bc_1 + p[l1] * t_5qnaj;
     const real t_7t2bq = q_1 * t_dnmdb + F_n1 * t_4z4np;
-    const real t_m6yqw = t_bu7fp - t_7t2bq;
+    const real t_pqrhd = t_umhin - t_7t2bq;
     const real t_gtdgn = wq_1 * t_4z4np + q_1 * t_ryzts;
     const real t_52vl2 = wg_1 * t_4z4np + q_1 * t_xziph;
     const real t_3s2va = cos_theta1 * t_52vl2;
     const real t_6iiam = e1 * Bs_1;
-    const real t_ur7ot = t_gtdgn - t_3s2va + sin_theta1 * t_6iiam;
+    const real t_l2col = t_gtdgn - t_3s2va + sin_theta1 * t_6iiam;
     const real t_tzirt = sin_theta1 * t_52vl2;
-    const real t_pdyz4 = t_tzirt + cos_theta1 * t_6iiam;
-    const real t_shxu4_10 = p[F] * t_cv7p2_9;
-    const real t_huqui_10 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_10));
-    const real t_yeljt_8 = sin_t_we5c3 * t_cha6m;
-    const real t_3rsrh = t_huqui_10
-        + SELECT0(m_trmto, t_wo26r * t_yeljt_8)
-        - (t_72ckq + (K11 * t_wbkuw - t_wdgab * t_h2ibw));
+    const real t_kpob3 = t_tzirt + cos_theta1 * t_6iiam;
+    const real t_shxu4_10 = p[F] * t_d4wem_10;
+    const real t_huqui_10 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_10));
+    const real t_7nvy5_10 = sin_t_kood5 * t_iijst;
+    const real t_yuzyv = t_huqui_10
+        + SELECT0(m_uklky, t_wo26r * t_7nvy5_10)
+        - (t_lpwe2 + (K11 * t_lyly4 - t_wdgab * t_h2ibw));
     const real t_zcji2 = t_hdxqd * t_bpfoo;
-    const real t_52pr2_9 = p[F] * (cos_t_g4u7i * t_4kktk);
-    const real t_sop4d = SELECT0(m_el4yy, t_52pr2_9) - t_qd7c7 + (t_bwipr * t_ccnxe + t_w7lcw * t_3rsrh);
-    const real t_7grn6 = t_42hn5 * t_4iujv;
-    const real t_a3mx6_8 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_10)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_8));
-    const real t_dp2pq = t_bwipr * t_lkd5z
-        + t_3go2w * t_3rsrh
-        - (t_a3mx6_8 + t_niy3r)
-        - (t_4xynl * t_eqeua + K_L32 * t_sop4d);
-    const real t_t6xbf = t_zsfv2 * t_zmh3u;
-    const real t_ztpj3 = t_dp2pq * t_zmh3u - t_t6xbf * t_lmrui;
-    const real t_aesdi = t_sop4d * t_4iujv - t_7grn6 * t_mmfuv - (t_zsfv2 * t_eqeua + K_L32 * t_ztpj3);
-    const real t_ikvy3 = t_3rsrh * t_bpfoo
+    const real t_kbtvv_10 = p[F] * (cos_t_g4u7i * t_7vxmt);
+    const real t_emnse = SELECT0(m_el4yy, t_kbtvv_10) - t_3tnew + (t_gw4dc * t_ccnxe + t_w7lcw * t_yuzyv);
+    const real t_ey6wv = t_42hn5 * t_4iujv;
+    const real t_a3mx6_10 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_10)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_10));
+    const real t_aqfud = t_gw4dc * t_lkd5z
+        + t_3go2w * t_yuzyv
+        - (t_a3mx6_10 + t_aqqjn)
+        - (t_4xynl * t_5y4uw + K_L32 * t_emnse);
+    const real t_g2rkm = t_zsfv2 * t_zmh3u;
+    const real t_33qt3 = t_aqfud * t_zmh3u - t_g2rkm * t_o7t6b;
+    const real t_hyccb = t_emnse * t_4iujv - t_ey6wv * t_vujgj - (t_zsfv2 * t_5y4uw + K_L32 * t_33qt3);
+    const real t_ynna7 = t_yuzyv * t_bpfoo
         + t_zcji2 * t_h2ibw
-        + (t_nobhr * t_ccnxe + t_w7lcw * t_aesdi)
-        + (t_zsfv2 * t_lkd5z + t_3go2w * t_ztpj3);
-    const real t_cgxsm_8 = t_ecreo_10 - t_qhkro_2 * t_ctppn_10 - (t_huqui_10 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_8));
+        + (t_zh7nn * t_ccnxe + t_w7lcw * t_hyccb)
+        + (t_zsfv2 * t_lkd5z + t_3go2w * t_33qt3);
+    const real t_cgxsm_10 = t_wzmp3_10 - t_zmkrd_2 * t_cxwzz_10 - (t_huqui_10 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_10));
     const real t_fhvpl = t_dg2xv * t_bpfoo;
-    const real t_ycqju_10 = t_6dnpl_10 - t_52pr2_9;
-    const real t_xbqtk = SELECT0(m_el4yy, t_ycqju_10) + (t_xyvv6 * t_ccnxe + t_w7lcw * t_cgxsm_8);
-    const real t_igr3x = t_2suna * t_4iujv;
-    const real t_pdzxe_10 = p[F] * t_ssiof_8 - (t_qbg3i_10 + t_qhkro_2 * t_2gr5i_10);
-    const real t_cer3z = t_pdzxe_10
-        + (t_xyvv6 * t_lkd5z + t_3go2w * t_cgxsm_8)
-        - (t_qbbkc * t_eqeua + K_L32 * t_xbqtk);
-    const real t_nki4x = t_lvdlo * t_zmh3u;
-    const real t_4tcow = t_cer3z * t_zmh3u - t_nki4x * t_lmrui;
-    const real t_j62gu = t_xbqtk * t_4iujv - t_igr3x * t_mmfuv - (t_lvdlo * t_eqeua + K_L32 * t_4tcow);
-    const real t_yhzz3 = t_cgxsm_8 * t_bpfoo
+    const real t_ycqju_10 = t_ilple_10 - t_kbtvv_10;
+    const real t_krlji = SELECT0(m_el4yy, t_ycqju_10) + (t_yb4wq * t_ccnxe + t_w7lcw * t_cgxsm_10);
+    const real t_2ngl5_2 = t_2suna * t_4iujv;
+    const real t_pdzxe_10 = p[F] * t_ssiof_10 - (t_ooljq_10 + t_zmkrd_2 * t_lqx5z_10);
+    const real t_lyfr4 = t_pdzxe_10
+        + (t_yb4wq * t_lkd5z + t_3go2w * t_cgxsm_10)
+        - (t_qbbkc * t_5y4uw + K_L32 * t_krlji);
+    const real t_n6whd = t_lvdlo * t_zmh3u;
+    const real t_cf7cd = t_lyfr4 * t_zmh3u - t_n6whd * t_o7t6b;
+    const real t_qltyy = t_krlji * t_4iujv - t_2ngl5_2 * t_vujgj - (t_lvdlo * t_5y4uw + K_L32 * t_cf7cd);
+    const real t_4fz7z = t_cgxsm_10 * t_bpfoo
         + t_fhvpl * t_h2ibw
-        + (t_prgks * t_ccnxe + t_w7lcw * t_j62gu)
-        + (t_lvdlo * t_lkd5z + t_3go2w * t_4tcow);
-    const real t_wsibp = t_m6yqw
-        + G2_v2 * t_ur7ot
-        + G3_v2 * t_pdyz4
-        - (t_wdgab * Bc_1 + t_2m245 * t_wbkuw)
-        - (t_ovgbj * Bc_1 + t_2m245 * t_ikvy3)
+        + (t_4zkth * t_ccnxe + t_w7lcw * t_qltyy)
+        + (t_lvdlo * t_lkd5z + t_3go2w * t_cf7cd);
+    const real t_ov7ps = t_pqrhd
+        + G2_v2 * t_l2col
+        + G3_v2 * t_kpob3
+        - (t_wdgab * Bc_1 + t_2m245 * t_lyly4)
+        - (t_2lbar * Bc_1 + t_2m245 * t_ynna7)
         - a2_v2 * t_cpcc7
-        - (t_nobhr * t_cpcc7 + t_yz7e5 * t_aesdi)
+        - (t_zh7nn * t_cpcc7 + t_yz7e5 * t_hyccb)
         + a3_v2 * t_2m764
-        + (t_zsfv2 * t_2m764 + K43 * t_ztpj3)
+        + (t_zsfv2 * t_2m764 + K43 * t_33qt3)
         - t_lutta * t_gtdgn
-        - (t_yurpy * Bc_1 + t_2m245 * t_yhzz3)
-        - (t_prgks * t_cpcc7 + t_yz7e5 * t_j62gu)
-        + (t_lvdlo * t_2m764 + K43 * t_4tcow)
-        - t_m6yqw
-        + (t_6qzob * t_zopz4 + t_xq4wt * t_psycf)
-        + (t_dpn2x * t_mphv2 + t_5wcj3 * t_aeo5o)
-        - (t_rugjk * t_bfogy + K_L43 * t_nzviu);
-    const real t_tocnu = t_665ga * t_lt2al;
-    const real t_l32xz = t_gtdgn
-        - (t_5wcj3 * t_dh6yn + t_u3hss * t_mphv2)
-        - (K_L43 * t_aegn4 + t_fqe33 * t_bfogy)
+        - (t_vrqgs * Bc_1 + t_2m245 * t_4fz7z)
+        - (t_4zkth * t_cpcc7 + t_yz7e5 * t_qltyy)
+        + (t_lvdlo * t_2m764 + K43 * t_cf7cd)
+        - t_pqrhd
+        + (t_sfc5s * t_zopz4 + t_xq4wt * t_no73e)
+        + (t_dpn2x * t_uiiin + t_5wcj3 * t_24wuc)
+        - (t_rugjk * t_tt5vf + K_L43 * t_bpniw);
+    const real t_tssdq = t_pzxtm * t_lt2al;
+    const real t_gyzdz = t_gtdgn
+        - (t_5wcj3 * t_tbtnm + t_u3hss * t_uiiin)
+        - (K_L43 * t_udoda + t_fqe33 * t_tt5vf)
         - (t_xq4wt * Bc_1 + t_2m245 * t_zopz4);
     const real t_7rnk2_3 = t_rujpm * t_bpfoo;
-    const real t_4vm3d = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
-    const real t_f3yk4 = t_k2and - (t_rujpm * t_7j6vv + t_b3aij * t_4vm3d);
+    const real t_ryoqa = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
+    const real t_vdval = t_mckmq - (t_rujpm * t_7j6vv + t_b3aij * t_ryoqa);
     const real t_hfybw = K_L52 * t_4iujv;
-    const real t_hdyqc = t_f3yk4 * t_4iujv - t_hfybw * t_mmfuv;
-    const real t_toknl = t_bo3gj
-        - (K_L52 * t_qujvg + t_2rbbr * t_hdyqc)
-        - (t_rujpm * t_ix2vw + t_zzymx * t_4vm3d);
+    const real t_4uch5 = t_vdval * t_4iujv - t_hfybw * t_vujgj;
+    const real t_oeegq = t_zhx4p
+        - (K_L52 * t_vouj3 + t_2rbbr * t_4uch5)
+        - (t_rujpm * t_ix2vw + t_zzymx * t_ryoqa);
     const real t_qe675 = K_L53 * t_zmh3u;
-    const real t_xlrks = t_toknl * t_zmh3u - t_qe675 * t_lmrui;
-    const real t_nubqm = t_ur7ot
-        + (K_L52 * t_dh6yn + t_u3hss * t_hdyqc)
-        - (K_L53 * t_aegn4 + t_fqe33 * t_xlrks)
-        - (t_rujpm * Bc_1 + t_2m245 * t_4vm3d);
+    const real t_iuhck = t_oeegq * t_zmh3u - t_qe675 * t_o7t6b;
+    const real t_dnt6a = t_l2col
+        + (K_L52 * t_tbtnm + t_u3hss * t_4uch5)
+        - (K_L53 * t_udoda + t_fqe33 * t_iuhck)
+        - (t_rujpm * Bc_1 + t_2m245 * t_ryoqa);
     const real t_2e52m = K_L54 * t_lt2al;
-    const real t_qnk4e = t_nubqm * t_lt2al - t_2e52m * t_l32xz;
-    const real t_x76h7 = t_bu7fp + e1 * t_odlfh;
-    const real t_x2agg = sin_theta1 * t_x76h7 - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg);
+    const real t_rsa5i = t_dnt6a * t_lt2al - t_2e52m * t_gyzdz;
+    const real t_tdpur = t_umhin + e1 * t_ajxqx;
+    const real t_xrxt3 = sin_theta1 * t_tdpur - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg);
     const real t_iorjk = wg_1 * t_xtwlg + g_1 * t_xziph;
     const real t_dnjms = e1 * t_7z7va - K(-2.0) * t_6iiam;
     const real t_miprn = t_dnjms - t_iorjk;
-    const real t_wrcyr = S_sq1 * t_miprn;
-    const real t_aihc5 = t_iorjk + t_gtdgn + t_wrcyr + K(-2.0) * t_3s2va;
-    const real t_ra2yv = t_tzirt + SC1 * t_miprn;
-    const real t_vareg = t_x2agg
-        + G2_v2 * t_aihc5
-        + G3_v2 * t_ra2yv
-        - (t_wdgab * t_e4sul + t_6mmeb * t_wbkuw)
-        - (t_ovgbj * t_e4sul + t_6mmeb * t_ikvy3)
-        + a2_v2 * t_k2and
-        + (t_nobhr * t_k2and + K52 * t_aesdi)
-        + a3_v2 * t_bo3gj
-        + (t_zsfv2 * t_bo3gj + K53 * t_ztpj3)
-        - t_lutta * t_ur7ot
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_9)
-        - (t_yurpy * t_e4sul + t_6mmeb * t_yhzz3)
-        + (t_prgks * t_k2and + K52 * t_j62gu)
-        + (t_lvdlo * t_bo3gj + K53 * t_4tcow)
+    const real t_bznju = S_sq1 * t_miprn;
+    const real t_sldgv = t_iorjk + t_gtdgn + t_bznju + K(-2.0) * t_3s2va;
+    const real t_3xz55 = t_tzirt + SC1 * t_miprn;
+    const real t_4q6bq = t_xrxt3
+        + G2_v2 * t_sldgv
+        + G3_v2 * t_3xz55
+        - (t_wdgab * t_e4sul + t_6mmeb * t_lyly4)
+        - (t_2lbar * t_e4sul + t_6mmeb * t_ynna7)
+        + a2_v2 * t_mckmq
+        + (t_zh7nn * t_mckmq + K52 * t_hyccb)
+        + a3_v2 * t_zhx4p
+        + (t_zsfv2 * t_zhx4p + K53 * t_33qt3)
+        - t_lutta * t_l2col
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_10)
+        - (t_vrqgs * t_e4sul + t_6mmeb * t_4fz7z)
+        + (t_4zkth * t_mckmq + K52 * t_qltyy)
+        + (t_lvdlo * t_zhx4p + K53 * t_cf7cd)
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_10)
-        - t_x2agg
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_10))
-        + (t_6qzob * t_4vm3d + t_rujpm * t_psycf)
-        - (t_dpn2x * t_hdyqc + K_L52 * t_aeo5o)
-        - (t_rugjk * t_xlrks + K_L53 * t_nzviu)
-        - (t_oztre * t_qnk4e + K_L54 * t_wsibp);
-    const real t_wwfhr = t_cfuk2 * t_ftqxb;
-    const real t_dlli7 = t_aihc5
-        - (K_L52 * t_f3yk4 + t_xqwvu * t_hdyqc)
-        - (K_L53 * t_toknl + t_kjv32 * t_xlrks)
-        - (K_L54 * t_nubqm + t_svz2s * t_qnk4e)
-        - (t_rujpm * t_e4sul + t_6mmeb * t_4vm3d);
+        - t_xrxt3
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_10))
+        + (t_sfc5s * t_ryoqa + t_rujpm * t_no73e)
+        - (t_dpn2x * t_4uch5 + K_L52 * t_24wuc)
+        - (t_rugjk * t_iuhck + K_L53 * t_bpniw)
+        - (t_eqody * t_rsa5i + K_L54 * t_ov7ps);
+    const real t_mscx7 = t_e3bxp * t_ftqxb;
+    const real t_kk3t2 = t_sldgv
+        - (K_L52 * t_vdval + t_xqwvu * t_4uch5)
+        - (K_L53 * t_oeegq + t_kjv32 * t_iuhck)
+        - (K_L54 * t_dnt6a + t_svz2s * t_rsa5i)
+        - (t_rujpm * t_e4sul + t_6mmeb * t_ryoqa);
     const real t_7rnk2_4 = t_pgxzp * t_bpfoo;
-    const real t_wf3ag = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
-    const real t_7ziuu = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_wf3ag);
-    const real t_2ngl5_2 = t_gz422 * t_4iujv;
-    const real t_qdhya = t_7ziuu * t_4iujv - t_2ngl5_2 * t_mmfuv;
-    const real t_pwsep = t_lbjqj
-        + (t_gz422 * t_qujvg + t_2rbbr * t_qdhya)
-        - (t_pgxzp * t_ix2vw + t_zzymx * t_wf3ag);
+    const real t_fewxz = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
+    const real t_oal24 = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_fewxz);
+    const real t_2ngl5_3 = t_gz422 * t_4iujv;
+    const real t_xxezt = t_oal24 * t_4iujv - t_2ngl5_3 * t_vujgj;
+    const real t_5juhs = t_5rsa6
+        + (t_gz422 * t_vouj3 + t_2rbbr * t_xxezt)
+        - (t_pgxzp * t_ix2vw + t_zzymx * t_fewxz);
     const real t_kpf5p = K_L63 * t_zmh3u;
-    const real t_rbzl3 = t_pwsep * t_zmh3u - t_kpf5p * t_lmrui;
-    const real t_ikfl4 = t_pdyz4
-        - (t_gz422 * t_dh6yn + t_u3hss * t_qdhya)
-        - (K_L63 * t_aegn4 + t_fqe33 * t_rbzl3)
-        - (t_pgxzp * Bc_1 + t_2m245 * t_wf3ag);
+    const real t_gkyes = t_5juhs * t_zmh3u - t_kpf5p * t_o7t6b;
+    const real t_oqiz4 = t_kpob3
+        - (t_gz422 * t_tbtnm + t_u3hss * t_xxezt)
+        - (K_L63 * t_udoda + t_fqe33 * t_gkyes)
+        - (t_pgxzp * Bc_1 + t_2m245 * t_fewxz);
     const real t_wurun = K_L64 * t_lt2al;
-    const real t_trgcu = t_ikfl4 * t_lt2al - t_wurun * t_l32xz;
-    const real t_pafuf = t_ra2yv
-        + (t_gz422 * t_f3yk4 + t_xqwvu * t_qdhya)
-        - (K_L63 * t_toknl + t_kjv32 * t_rbzl3)
-        - (K_L64 * t_nubqm + t_svz2s * t_trgcu)
-        - (t_pgxzp * t_e4sul + t_6mmeb * t_wf3ag);
+    const real t_fl2vi = t_oqiz4 * t_lt2al - t_wurun * t_gyzdz;
+    const real t_u36cu = t_3xz55
+        + (t_gz422 * t_vdval + t_xqwvu * t_xxezt)
+        - (K_L63 * t_oeegq + t_kjv32 * t_gkyes)
+        - (K_L64 * t_dnt6a + t_svz2s * t_fl2vi)
+        - (t_pgxzp * t_e4sul + t_6mmeb * t_fewxz);
     const real t_dzxqu = K_L65 * t_ftqxb;
-    const real t_zme2o = t_pafuf * t_ftqxb - t_dzxqu * t_dlli7;
-    const real t_erw73 = cos_theta1 * t_x76h7 - (g_1 * t_k46nc + t_azclp * t_xtwlg);
-    const real t_x4c52 = t_dnjms - t_wrcyr;
-    const real t_2mxa5 = t_lwe76 * t_a3mx6_8
-        - t_erw73
-        - G2_v2 * t_ra2yv
-        - G3_v2 * t_x4c52
-        + (t_wdgab * t_as46a + t_bl4f2 * t_wbkuw)
-        + (t_ovgbj * t_as46a + t_bl4f2 * t_ikvy3)
+    const real t_yykno = t_u36cu * t_ftqxb - t_dzxqu * t_kk3t2;
+    const real t_wfax6 = cos_theta1 * t_tdpur - (g_1 * t_k46nc + t_azclp * t_xtwlg);
+    const real t_dp6fa = t_dnjms - t_bznju;
+    const real t_gr55w = t_lwe76 * t_a3mx6_10
+        - t_wfax6
+        - G2_v2 * t_3xz55
+        - G3_v2 * t_dp6fa
+        + (t_wdgab * t_as46a + t_bl4f2 * t_lyly4)
+        + (t_2lbar * t_as46a + t_bl4f2 * t_ynna7)
         + a2_v2 * t_d4baz
-        + (t_nobhr * t_d4baz + t_hjmgb * t_aesdi)
-        - a3_v2 * t_lbjqj
-        - (t_zsfv2 * t_lbjqj + K63 * t_ztpj3)
-        + t_lutta * t_pdyz4
+        + (t_zh7nn * t_d4baz + t_hjmgb * t_hyccb)
+        - a3_v2 * t_5rsa6
+        - (t_zsfv2 * t_5rsa6 + K63 * t_33qt3)
+        + t_lutta * t_kpob3
         - t_lwe76 * t_pdzxe_10
-        + (t_yurpy * t_as46a + t_bl4f2 * t_yhzz3)
-        + (t_prgks * t_d4baz + t_hjmgb * t_j62gu)
-        - (t_lvdlo * t_lbjqj + K63 * t_4tcow)
-        + t_erw73;
-    const real t_twcfy = t_lwe76 * t_mvrqf_10
-        - t_2mxa5
-        + (t_6qzob * t_wf3ag + t_pgxzp * t_psycf)
-        + (t_dpn2x * t_qdhya + t_gz422 * t_aeo5o)
-        - (t_rugjk * t_rbzl3 + K_L63 * t_nzviu)
-        - (t_oztre * t_trgcu + K_L64 * t_wsibp)
-        - (t_2ohsx * t_zme2o + K_L65 * t_vareg);
-    const real t_kr5ep = t_fz6w5 * t_nfkwa;
-    const real t_23p6u = t_x4c52
-        - (t_gz422 * t_7ziuu + t_jc3gv * t_qdhya)
-        - (K_L63 * t_pwsep + t_iyghn * t_rbzl3)
-        - (K_L64 * t_ikfl4 + t_vjpw3 * t_trgcu)
-        - (K_L65 * t_pafuf + t_xds3k * t_zme2o)
-        - (t_pgxzp * t_as46a + t_bl4f2 * t_wf3ag);
-    const real t_64wu4 = t_twcfy * t_nfkwa - t_kr5ep * t_23p6u;
-    const real t_7y3eb = t_vareg * t_ftqxb - t_wwfhr * t_dlli7 - (t_fz6w5 * t_zme2o + K_L65 * t_64wu4);
-    const real t_h2xdo = t_wsibp * t_lt2al
-        - t_tocnu * t_l32xz
-        - (t_vtt2b * t_qnk4e + K_L54 * t_7y3eb)
-        - (t_fz6w5 * t_trgcu + K_L64 * t_64wu4);
-    const real t_kzw5x = t_nzviu * t_zmh3u
-        - t_qty3w * t_lmrui
-        - (t_r3mel * t_bfogy + K_L43 * t_h2xdo)
-        - (t_vtt2b * t_xlrks + K_L53 * t_7y3eb)
-        - (t_fz6w5 * t_rbzl3 + K_L63 * t_64wu4);
-    const real t_lwwzj = t_aeo5o * t_4iujv
-        - t_me7eb * t_mmfuv
-        - (t_5sglq * t_eqeua + K_L32 * t_kzw5x)
-        + (t_r3mel * t_mphv2 + t_5wcj3 * t_h2xdo)
-        - (t_vtt2b * t_hdyqc + K_L52 * t_7y3eb)
-        + (t_fz6w5 * t_qdhya + t_gz422 * t_64wu4);
-    const real t_tsqkm = t_psycf * t_bpfoo
+        + (t_vrqgs * t_as46a + t_bl4f2 * t_4fz7z)
+        + (t_4zkth * t_d4baz + t_hjmgb * t_qltyy)
+        - (t_lvdlo * t_5rsa6 + K63 * t_cf7cd)
+        + t_wfax6;
+    const real t_fjd2y = t_lwe76 * t_mvrqf_10
+        - t_gr55w
+        + (t_sfc5s * t_fewxz + t_pgxzp * t_no73e)
+        + (t_dpn2x * t_xxezt + t_gz422 * t_24wuc)
+        - (t_rugjk * t_gkyes + K_L63 * t_bpniw)
+        - (t_eqody * t_fl2vi + K_L64 * t_ov7ps)
+        - (t_w7vk3 * t_yykno + K_L65 * t_4q6bq);
+    const real t_xzdnc = t_uiwc3 * t_nfkwa;
+    const real t_xz4j7 = t_dp6fa
+        - (t_gz422 * t_oal24 + t_dzmcy * t_xxezt)
+        - (K_L63 * t_5juhs + t_iyghn * t_gkyes)
+        - (K_L64 * t_oqiz4 + t_vjpw3 * t_fl2vi)
+        - (K_L65 * t_u36cu + t_3np5y * t_yykno)
+        - (t_pgxzp * t_as46a + t_bl4f2 * t_fewxz);
+    const real t_x7yzl = t_fjd2y * t_nfkwa - t_xzdnc * t_xz4j7;
+    const real t_v3jai = t_4q6bq * t_ftqxb - t_mscx7 * t_kk3t2 - (t_uiwc3 * t_yykno + K_L65 * t_x7yzl);
+    const real t_ytooc = t_ov7ps * t_lt2al
+        - t_tssdq * t_gyzdz
+        - (t_caepv * t_rsa5i + K_L54 * t_v3jai)
+        - (t_uiwc3 * t_fl2vi + K_L64 * t_x7yzl);
+    const real t_5ybxd = t_bpniw * t_zmh3u
+        - t_qty3w * t_o7t6b
+        - (t_pqvdf * t_tt5vf + K_L43 * t_ytooc)
+        - (t_caepv * t_iuhck + K_L53 * t_v3jai)
+        - (t_uiwc3 * t_gkyes + K_L63 * t_x7yzl);
+    const real t_bhu33 = t_24wuc * t_4iujv
+        - t_me7eb * t_vujgj
+        - (t_h4uvc * t_5y4uw + K_L32 * t_5ybxd)
+        + (t_pqvdf * t_uiiin + t_5wcj3 * t_ytooc)
+        - (t_caepv * t_4uch5 + K_L52 * t_v3jai)
+        + (t_uiwc3 * t_xxezt + t_gz422 * t_x7yzl);
+    const real t_frkst = t_no73e * t_bpfoo
         + t_gvhmj * t_h2ibw
-        + (t_4xz5v * t_ccnxe + t_w7lcw * t_lwwzj)
-        + (t_5sglq * t_lkd5z + t_3go2w * t_kzw5x)
-        + (t_r3mel * t_zopz4 + t_xq4wt * t_h2xdo)
-        + (t_vtt2b * t_4vm3d + t_rujpm * t_7y3eb)
-        + (t_fz6w5 * t_wf3ag + t_pgxzp * t_64wu4);
+        + (t_ykhgf * t_ccnxe + t_w7lcw * t_bhu33)
+        + (t_h4uvc * t_lkd5z + t_3go2w * t_5ybxd)
+        + (t_pqvdf * t_zopz4 + t_xq4wt * t_ytooc)
+        + (t_caepv * t_ryoqa + t_rujpm * t_v3jai)
+        + (t_uiwc3 * t_fewxz + t_pgxzp * t_x7yzl);
     const real t_ffpz7 = q[wy] * cos_theta1 - q[wz] * sin_theta1;
     const real t_7lrt3 = sin_phi1 * t_ffpz7;
     const real t_amwyw = q[wy] * sin_theta1 + q[wz] * cos_theta1;
     const real t_2vp5p = t_wmv32 * (p[l1] * t_7lrt3) + t_q2k45 * t_amwyw - w_x1 * (lc_1 * t_amwyw);
-    const real t_oqojn = th_1 * (p[I1] * t_2vp5p);
-    const real t_kvxem = cos_theta1 * t_oqojn - t_azclp;
+    const real t_b2rhp = th_1 * (p[I1] * t_2vp5p);
+    const real t_kvxem = cos_theta1 * t_b2rhp - t_azclp;
     const real t_2wqtn = cos_phi1 * t_ffpz7;
     const real t_2jicd = t_6nwd2 * (t_dskdd * t_2wqtn - t_7uthm * t_amwyw);
     const real t_y5gv4 = chi1 * t_2wqtn - t_qm5gj * t_7lrt3 - w_x1 * t_ffpz7;
-    const real t_4bhef = B_1 * t_y5gv4;
-    const real t_caraw = sin_phi1 * t_2jicd + cos_phi1 * t_4bhef;
-    const real t_w7e7j = t_kvxem + (t_ibvem - sin_theta1 * t_caraw);
+    const real t_qoq6p = B_1 * t_y5gv4;
+    const real t_osexi = sin_phi1 * t_2jicd + cos_phi1 * t_qoq6p;
+    const real t_kmyiu = t_kvxem + (t_ibvem - sin_theta1 * t_osexi);
     const real t_4sjo7 = wq_1 * sin_theta1;
     const real t_amqia = (sin_theta1 + sin_theta1) * cos_theta1;
     const real t_i3r2o = t_65obb * t_amqia;
-    const real t_dv54x = t_4sjo7 - t_i3r2o;
+    const real t_vsfgn = t_4sjo7 - t_i3r2o;
     const real t_32wvq = cos_theta1 * cos_theta1 - S_sq1;
     const real t_gv4lk = t_65obb * t_32wvq;
     const real t_dypyd = tn11_1 * t_amqia;
     const real t_6xofg = tn11_1 * t_32wvq;
     const real t_m5bad = t_rlbqu - t_4sjo7;
-    const real t_mcsgw = t_w7e7j
-        + G2_v2 * t_dv54x
+    const real t_rkfpn = t_kmyiu
+        + G2_v2 * t_vsfgn
         - G3_v2 * t_gv4lk
         + a2_v2 * t_dypyd
         + a3_v2 * t_6xofg
         + t_lutta * t_m5bad;
-    const real t_bgytl = sin_phi1 * t_4bhef - cos_phi1 * t_2jicd;
-    const real t_xts2j = t_bgytl
+    const real t_xf6ji = sin_phi1 * t_qoq6p - cos_phi1 * t_2jicd;
+    const real t_pa3gv = t_xf6ji
         + G2_v2 * t_llswo
         - G3_v2 * t_b2inm
         + a2_v2 * t_pq5r4
         - a3_v2 * t_pagmx;
     const real t_a5psl = wq_1 * cos_theta1;
-    const real t_wpmvw = t_a5psl - t_gv4lk;
-    const real t_6ikyu = sin_theta1 * t_oqojn + t_vt7uo;
-    const real t_44idt = cos_theta1 * t_caraw + t_ramrz + t_6ikyu;
+    const real t_uyxg3 = t_a5psl - t_gv4lk;
+    const real t_6ikyu = sin_theta1 * t_b2rhp + t_vt7uo;
+    const real t_f4zwy = cos_theta1 * t_osexi + t_ramrz + t_6ikyu;
     const real t_xexp4 = t_a5psl + t_kimqu;
-    const real t_pp52o = G2_v2 * t_wpmvw
-        - t_44idt
+    const real t_z2ko6 = G2_v2 * t_uyxg3
+        - t_f4zwy
         + G3_v2 * t_i3r2o
         + a2_v2 * t_6xofg
         - a3_v2 * t_dypyd
         - t_lutta * t_xexp4;
-    const real t_735ro = K11 * t_xts2j
-        + (q2_v2 * t_pq5r4 + t_b3aij * t_mcsgw)
-        + (t_zzymx * t_pp52o - q3_v2 * t_pagmx);
+    const real t_tlmbc = K11 * t_pa3gv
+        + (q2_v2 * t_pq5r4 + t_b3aij * t_rkfpn)
+        + (t_zzymx * t_z2ko6 - q3_v2 * t_pagmx);
     const real t_tcld2 = t_tqzpl * t_pq5r4 - t_r6alf * t_pagmx;
-    const real t_rmv3r = t_owyvy * t_tcld2
-        + PP_v2 * (t_i2mne * t_mcsgw - t_4gyk7 * t_xts2j + t_rhnsp * t_pp52o);
-    const real t_w6vho = (SELECT0(m_l7cqn, -(t_wjr3r * (t_t7vcl * t_735ro + t_rmv3r) * t_pd2sg)) + t_735ro) * t_hvu5i
-        - t_nb6hg * t_tcld2;
-    const real t_6nvmo = t_mcsgw - (t_wdgab * t_pq5r4 + t_b3aij * t_w6vho);
-    const real t_yp7iu = t_q2hfz * (t_cofwl * (t_6nvmo * t_y7rm6));
-    const real t_4kktk_2 = t_yp7iu * t_nwsjf;
-    const real t_skjh5_10 = t_cnhcl * (t_as3uq * t_4kktk_2);
-    const real t_4nx6p_11 = p[F] * (sin_t_auieu * t_skjh5_10);
-    const real t_ecreo_11 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_11));
-    const real t_n764i = t_pp52o - (t_zzymx * t_w6vho - t_wdgab * t_pagmx);
-    const real t_3orch = t_n764i * t_y7rm6 * t_qvk2y
-        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_yp7iu * t_imn4h)));
-    const real t_cha6m_2 = t_xh4j2 * (t_o7qta * t_3orch) * t_gwbho;
-    const real t_cv7p2_10 = sin_t_g4u7i * t_4kktk_2;
-    const real t_lnmjd_9 = cos_t_we5c3 * t_cha6m_2;
-    const real t_ssiof_9 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_10)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_9));
-    const real t_cl7gv_9 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_cha6m_2), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_9 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_9 = t_rila6 * (t_vr3uw * t_cl7gv_9);
-    const real t_ctppn_11 = sin_t_kl6tx * t_s6fxk_9;
-    const real t_6kxah = t_ecreo_11 - t_qhkro * t_ctppn_11 + t_bgytl;
+    const real t_yl3ck = t_owyvy * t_tcld2
+        + PP_v2 * (t_i2mne * t_rkfpn - t_4gyk7 * t_pa3gv + t_rhnsp * t_z2ko6);
+    const real t_f5ly3 = (SELECT0(m_l7cqn, -(t_5cok6 * (t_t7vcl * t_tlmbc + t_yl3ck) * t_pd2sg)) + t_tlmbc) * t_hvu5i
+        - t_xyjfu * t_tcld2;
+    const real t_4yosb = t_rkfpn - (t_wdgab * t_pq5r4 + t_b3aij * t_f5ly3);
+    const real t_rtc3d = t_q2hfz * (t_5x4sb * (t_4yosb * t_y7rm6));
+    const real t_7vxmt_2 = t_rtc3d * t_nwsjf;
+    const real t_iubif_11 = t_bw2jd * (t_as3uq * t_7vxmt_2);
+    const real t_27ev7_11 = p[F] * (sin_t_auieu * t_iubif_11);
+    const real t_wzmp3_11 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_11));
+    const real t_3pgdu = t_z2ko6 - (t_zzymx * t_f5ly3 - t_wdgab * t_pagmx);
+    const real t_vdbgk = t_3pgdu * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_rtc3d * t_imn4h)));
+    const real t_iijst_2 = t_q2hfz_2 * (t_2snz7 * t_vdbgk) * t_bifdl;
+    const real t_d4wem_11 = sin_t_g4u7i * t_7vxmt_2;
+    const real t_kj6yx_11 = cos_t_kood5 * t_iijst_2;
+    const real t_ssiof_11 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_11)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_11));
+    const real t_amp27_11 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_iijst_2), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_11 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_11 = t_zrb6o * (t_vr3uw * t_amp27_11);
+    const real t_cxwzz_11 = sin_t_kl6tx * t_swjde_11;
+    const real t_7uga3 = t_wzmp3_11 - t_zmkrd * t_cxwzz_11 + t_xf6ji;
     const real t_7rizg = t_pq5r4 * t_bpfoo;
-    const real t_6dnpl_11 = p[F] * (cos_t_auieu * t_skjh5_10);
-    const real t_g266i = SELECT0(m_el4yy, t_6dnpl_11) - t_w7e7j + (t_6qzob * t_7rizg + t_w7lcw * t_6kxah);
+    const real t_ilple_11 = p[F] * (cos_t_auieu * t_iubif_11);
+    const real t_g266i = SELECT0(m_el4yy, t_ilple_11) - t_kmyiu + (t_sfc5s * t_7rizg + t_w7lcw * t_7uga3);
     const real t_gruy3 = t_dypyd - (t_w7lcw * t_pq5r4 + t_b3aij * t_7rizg);
     const real t_xy6nc = t_pagmx * t_bpfoo;
     const real t_2d4vd = t_6xofg - (t_3go2w * t_pq5r4 - t_b3aij * t_xy6nc);
-    const real t_oxd2h = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
-    const real t_qbg3i_11 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_11));
-    const real t_2gr5i_11 = cos_t_kl6tx * t_s6fxk_9;
-    const real t_mvrqf_11 = t_qbg3i_11 + t_qhkro * t_2gr5i_11;
-    const real t_pwicj = t_3go2w * t_6kxah
-        - t_6qzob * t_xy6nc
-        - (t_mvrqf_11 - t_44idt)
-        - (t_dpn2x * t_oxd2h + K_L32 * t_g266i);
-    const real t_qmgdb = t_3go2w * t_pagmx
+    const real t_m5fev = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
+    const real t_ooljq_11 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_11));
+    const real t_lqx5z_11 = cos_t_kl6tx * t_swjde_11;
+    const real t_mvrqf_11 = t_ooljq_11 + t_zmkrd * t_lqx5z_11;
+    const real t_ggaal = t_3go2w * t_7uga3
+        - t_sfc5s * t_xy6nc
+        - (t_mvrqf_11 - t_f4zwy)
+        - (t_dpn2x * t_m5fev + K_L32 * t_g266i);
+    const real t_knzic = t_3go2w * t_pagmx
         + t_zzymx * t_xy6nc
-        - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_oxd2h));
+        - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_m5fev));
     const real t_oigft = t_m5bad + t_xq4wt * t_pq5r4;
     const real t_4vjf5 = t_oigft * t_4iujv - t_2ngl5 * t_gruy3;
-    const real t_txewe = t_xexp4 + (t_5wcj3 * t_2d4vd + t_2rbbr * t_4vjf5) + t_xq4wt * t_pagmx;
-    const real t_5u2kr = t_txewe * t_zmh3u - t_ydwjl * t_qmgdb;
-    const real t_wzzjp = p[l1] * t_4bhef;
-    const real t_3clim = q_1 * t_oqojn;
-    const real t_j4t6w = t_wzzjp - t_3clim;
+    const real t_wgipm = t_xexp4 + (t_5wcj3 * t_2d4vd + t_2rbbr * t_4vjf5) + t_xq4wt * t_pagmx;
+    const real t_vqp6m = t_wgipm * t_zmh3u - t_ydwjl * t_knzic;
+    const real t_zbzge = p[l1] * t_qoq6p;
+    const real t_3clim = q_1 * t_b2rhp;
+    const real t_pmsic = t_zbzge - t_3clim;
     const real t_k6txy = wqg_1 * sin_theta1;
     const real t_k2hpp = t_k6txy + t_67cpm;
     const real t_tn2l4 = wqg_1 * cos_theta1;
     const real t_6morb = t_tn2l4 - t_cr4jw;
-    const real t_shxu4_11 = p[F] * t_cv7p2_10;
-    const real t_huqui_11 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_11));
-    const real t_yeljt_9 = sin_t_we5c3 * t_cha6m_2;
-    const real t_oujpp = t_huqui_11 + SELECT0(m_trmto, t_wo26r * t_yeljt_9) - (K11 * t_w6vho - t_xts2j);
-    const real t_52pr2_10 = p[F] * (cos_t_g4u7i * t_4kktk_2);
-    const real t_7ckx3 = SELECT0(m_el4yy, t_52pr2_10) - t_6nvmo + (t_bwipr * t_7rizg + t_w7lcw * t_oujpp);
-    const real t_a3mx6_9 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_11)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_9));
-    const real t_nq4eo = t_3go2w * t_oujpp
-        - t_bwipr * t_xy6nc
-        - (t_a3mx6_9 + t_n764i)
-        - (t_4xynl * t_oxd2h + K_L32 * t_7ckx3);
-    const real t_gme7e = t_nq4eo * t_zmh3u - t_t6xbf * t_qmgdb;
-    const real t_i2n7m = t_7ckx3 * t_4iujv - t_7grn6 * t_gruy3 - (t_zsfv2 * t_oxd2h + K_L32 * t_gme7e);
-    const real t_mvxrv = t_oujpp * t_bpfoo
-        + (t_nobhr * t_7rizg + t_w7lcw * t_i2n7m)
-        + (t_3go2w * t_gme7e - t_zsfv2 * t_xy6nc);
-    const real t_cgxsm_9 = t_ecreo_11 - t_qhkro_2 * t_ctppn_11 - (t_huqui_11 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_9));
-    const real t_ycqju_11 = t_6dnpl_11 - t_52pr2_10;
-    const real t_gdryy = SELECT0(m_el4yy, t_ycqju_11) + (t_xyvv6 * t_7rizg + t_w7lcw * t_cgxsm_9);
-    const real t_pdzxe_11 = p[F] * t_ssiof_9 - (t_qbg3i_11 + t_qhkro_2 * t_2gr5i_11);
+    const real t_shxu4_11 = p[F] * t_d4wem_11;
+    const real t_huqui_11 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_11));
+    const real t_7nvy5_11 = sin_t_kood5 * t_iijst_2;
+    const real t_yq2a5 = t_huqui_11 + SELECT0(m_uklky, t_wo26r * t_7nvy5_11) - (K11 * t_f5ly3 - t_pa3gv);
+    const real t_kbtvv_11 = p[F] * (cos_t_g4u7i * t_7vxmt_2);
+    const real t_o7kkg = SELECT0(m_el4yy, t_kbtvv_11) - t_4yosb + (t_gw4dc * t_7rizg + t_w7lcw * t_yq2a5);
+    const real t_a3mx6_11 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_11)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_11));
+    const real t_3neul = t_3go2w * t_yq2a5
+        - t_gw4dc * t_xy6nc
+        - (t_a3mx6_11 + t_3pgdu)
+        - (t_4xynl * t_m5fev + K_L32 * t_o7kkg);
+    const real t_ps3ig = t_3neul * t_zmh3u - t_g2rkm * t_knzic;
+    const real t_a2jyz = t_o7kkg * t_4iujv - t_ey6wv * t_gruy3 - (t_zsfv2 * t_m5fev + K_L32 * t_ps3ig);
+    const real t_3jzg5 = t_yq2a5 * t_bpfoo
+        + (t_zh7nn * t_7rizg + t_w7lcw * t_a2jyz)
+        + (t_3go2w * t_ps3ig - t_zsfv2 * t_xy6nc);
+    const real t_cgxsm_11 = t_wzmp3_11 - t_zmkrd_2 * t_cxwzz_11 - (t_huqui_11 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_11));
+    const real t_ycqju_11 = t_ilple_11 - t_kbtvv_11;
+    const real t_gdryy = SELECT0(m_el4yy, t_ycqju_11) + (t_yb4wq * t_7rizg + t_w7lcw * t_cgxsm_11);
+    const real t_pdzxe_11 = p[F] * t_ssiof_11 - (t_ooljq_11 + t_zmkrd_2 * t_lqx5z_11);
     const real t_7ywwu = t_pdzxe_11
-        + (t_3go2w * t_cgxsm_9 - t_xyvv6 * t_xy6nc)
-        - (t_qbbkc * t_oxd2h + K_L32 * t_gdryy);
-    const real t_wap4m = t_7ywwu * t_zmh3u - t_nki4x * t_qmgdb;
-    const real t_fukbs = t_gdryy * t_4iujv - t_igr3x * t_gruy3 - (t_lvdlo * t_oxd2h + K_L32 * t_wap4m);
-    const real t_khhkv = t_cgxsm_9 * t_bpfoo
-        + (t_prgks * t_7rizg + t_w7lcw * t_fukbs)
-        + (t_3go2w * t_wap4m - t_lvdlo * t_xy6nc);
-    const real t_flazf = t_j4t6w
+        + (t_3go2w * t_cgxsm_11 - t_yb4wq * t_xy6nc)
+        - (t_qbbkc * t_m5fev + K_L32 * t_gdryy);
+    const real t_mgy3p = t_7ywwu * t_zmh3u - t_n6whd * t_knzic;
+    const real t_p7gcv = t_gdryy * t_4iujv - t_2ngl5_2 * t_gruy3 - (t_lvdlo * t_m5fev + K_L32 * t_mgy3p);
+    const real t_zlgy3 = t_cgxsm_11 * t_bpfoo
+        + (t_4zkth * t_7rizg + t_w7lcw * t_p7gcv)
+        + (t_3go2w * t_mgy3p - t_lvdlo * t_xy6nc);
+    const real t_uf2px = t_pmsic
         + G2_v2 * t_k2hpp
         + G3_v2 * t_6morb
-        - t_2m245 * t_w6vho
-        - t_2m245 * t_mvxrv
+        - t_2m245 * t_f5ly3
+        - t_2m245 * t_3jzg5
         - a2_v2 * t_m5bad
-        - (t_nobhr * t_m5bad + t_yz7e5 * t_i2n7m)
+        - (t_zh7nn * t_m5bad + t_yz7e5 * t_a2jyz)
         + a3_v2 * t_xexp4
-        + (t_zsfv2 * t_xexp4 + K43 * t_gme7e)
-        - t_2m245 * t_khhkv
-        - (t_prgks * t_m5bad + t_yz7e5 * t_fukbs)
-        + (t_lvdlo * t_xexp4 + K43 * t_wap4m)
-        - t_j4t6w
-        + t_xq4wt * t_6kxah
+        + (t_zsfv2 * t_xexp4 + K43 * t_ps3ig)
+        - t_2m245 * t_zlgy3
+        - (t_4zkth * t_m5bad + t_yz7e5 * t_p7gcv)
+        + (t_lvdlo * t_xexp4 + K43 * t_mgy3p)
+        - t_pmsic
+        + t_xq4wt * t_7uga3
         + (t_dpn2x * t_4vjf5 + t_5wcj3 * t_g266i)
-        - (t_rugjk * t_5u2kr + K_L43 * t_pwicj);
-    const real t_gviad = t_5wcj3 * t_oigft + t_u3hss * t_4vjf5 + (K_L43 * t_txewe + t_fqe33 * t_5u2kr);
+        - (t_rugjk * t_vqp6m + K_L43 * t_ggaal);
+    const real t_yyjyy = t_5wcj3 * t_oigft + t_u3hss * t_4vjf5 + (K_L43 * t_wgipm + t_fqe33 * t_vqp6m);
     const real t_zfxwu = t_llswo * t_bpfoo;
-    const real t_2dasf = t_dv54x - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
+    const real t_2dasf = t_vsfgn - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
     const real t_63hn3 = t_2dasf * t_4iujv - t_hfybw * t_gruy3;
-    const real t_gipo7 = t_wpmvw
+    const real t_vexvb = t_uyxg3
         - (K_L52 * t_2d4vd + t_2rbbr * t_63hn3)
         - (t_zzymx * t_zfxwu - t_rujpm * t_pagmx);
-    const real t_6rwq4 = t_gipo7 * t_zmh3u - t_qe675 * t_qmgdb;
-    const real t_677hz = t_k2hpp
+    const real t_cngcl = t_vexvb * t_zmh3u - t_qe675 * t_knzic;
+    const real t_paaj2 = t_k2hpp
         + (K_L52 * t_oigft + t_u3hss * t_63hn3)
-        - (K_L53 * t_txewe + t_fqe33 * t_6rwq4)
+        - (K_L53 * t_wgipm + t_fqe33 * t_cngcl)
         - t_2m245 * t_zfxwu;
-    const real t_ry23j = t_677hz * t_lt2al + t_2e52m * t_gviad;
-    const real t_i7xzp = t_wzzjp - e1 * t_caraw;
-    const real t_uzdyw = sin_theta1 * t_i7xzp + t_slihb - t_3clim + g_1 * t_kvxem;
+    const real t_edocq = t_paaj2 * t_lt2al + t_2e52m * t_yyjyy;
+    const real t_rtw3j = t_zbzge - e1 * t_osexi;
+    const real t_sjs36 = sin_theta1 * t_rtw3j + t_slihb - t_3clim + g_1 * t_kvxem;
     const real t_twgyt = tn44_1 * t_amqia;
     const real t_6mhge = t_twgyt - K(-2.0) * t_k6txy;
     const real t_mkj6e = t_tn2l4 + tn44_1 * t_32wvq;
-    const real t_c2c2w = t_uzdyw
+    const real t_muqou = t_sjs36
         + G2_v2 * t_6mhge
         + G3_v2 * t_mkj6e
-        - (t_wdgab * t_llswo + t_6mmeb * t_w6vho)
-        - (t_ovgbj * t_llswo + t_6mmeb * t_mvxrv)
-        + a2_v2 * t_dv54x
-        + (t_nobhr * t_dv54x + K52 * t_i2n7m)
-        + a3_v2 * t_wpmvw
-        + (t_zsfv2 * t_wpmvw + K53 * t_gme7e)
+        - (t_wdgab * t_llswo + t_6mmeb * t_f5ly3)
+        - (t_2lbar * t_llswo + t_6mmeb * t_3jzg5)
+        + a2_v2 * t_vsfgn
+        + (t_zh7nn * t_vsfgn + K52 * t_a2jyz)
+        + a3_v2 * t_uyxg3
+        + (t_zsfv2 * t_uyxg3 + K53 * t_ps3ig)
         - t_lutta * t_k2hpp
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_10)
-        - (t_yurpy * t_llswo + t_6mmeb * t_khhkv)
-        + (t_prgks * t_dv54x + K52 * t_fukbs)
-        + (t_lvdlo * t_wpmvw + K53 * t_wap4m)
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_11)
+        - (t_vrqgs * t_llswo + t_6mmeb * t_zlgy3)
+        + (t_4zkth * t_vsfgn + K52 * t_p7gcv)
+        + (t_lvdlo * t_uyxg3 + K53 * t_mgy3p)
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_11)
-        - t_uzdyw
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_11))
-        + (t_6qzob * t_zfxwu + t_rujpm * t_6kxah)
+        - t_sjs36
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_11))
+        + (t_sfc5s * t_zfxwu + t_rujpm * t_7uga3)
         - (t_dpn2x * t_63hn3 + K_L52 * t_g266i)
-        - (t_rugjk * t_6rwq4 + K_L53 * t_pwicj)
-        - (t_oztre * t_ry23j + K_L54 * t_flazf);
-    const real t_evtk3 = t_6mhge
+        - (t_rugjk * t_cngcl + K_L53 * t_ggaal)
+        - (t_eqody * t_edocq + K_L54 * t_uf2px);
+    const real t_3ao52 = t_6mhge
         - (K_L52 * t_2dasf + t_xqwvu * t_63hn3)
-        - (K_L53 * t_gipo7 + t_kjv32 * t_6rwq4)
-        - (K_L54 * t_677hz + t_svz2s * t_ry23j)
+        - (K_L53 * t_vexvb + t_kjv32 * t_cngcl)
+        - (K_L54 * t_paaj2 + t_svz2s * t_edocq)
         - (t_rujpm * t_llswo + t_6mmeb * t_zfxwu);
     const real t_rqo2a = t_b2inm * t_bpfoo;
-    const real t_mdqeg = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
-    const real t_icgwl = t_mdqeg * t_4iujv - t_2ngl5_2 * t_gruy3;
-    const real t_fi6zf = t_i3r2o
-        + (t_gz422 * t_2d4vd + t_2rbbr * t_icgwl)
+    const real t_cr6n6 = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
+    const real t_vpdap = t_cr6n6 * t_4iujv - t_2ngl5_3 * t_gruy3;
+    const real t_yckak = t_i3r2o
+        + (t_gz422 * t_2d4vd + t_2rbbr * t_vpdap)
         + (t_pgxzp * t_pagmx + t_zzymx * t_rqo2a);
-    const real t_xroqu = t_fi6zf * t_zmh3u - t_kpf5p * t_qmgdb;
-    const real t_j5b3j = t_6morb
-        - (t_gz422 * t_oigft + t_u3hss * t_icgwl)
-        - (K_L63 * t_txewe + t_fqe33 * t_xroqu)
+    const real t_pw3g4 = t_yckak * t_zmh3u - t_kpf5p * t_knzic;
+    const real t_in3sd = t_6morb
+        - (t_gz422 * t_oigft + t_u3hss * t_vpdap)
+        - (K_L63 * t_wgipm + t_fqe33 * t_pw3g4)
         + t_2m245 * t_rqo2a;
-    const real t_lgeqh = t_j5b3j * t_lt2al + t_wurun * t_gviad;
-    const real t_kqwk3 = t_mkj6e
-        + (t_gz422 * t_2dasf + t_xqwvu * t_icgwl)
-        - (K_L63 * t_gipo7 + t_kjv32 * t_xroqu)
-        - (K_L64 * t_677hz + t_svz2s * t_lgeqh)
+    const real t_notmf = t_in3sd * t_lt2al + t_wurun * t_yyjyy;
+    const real t_jm2gy = t_mkj6e
+        + (t_gz422 * t_2dasf + t_xqwvu * t_vpdap)
+        - (K_L63 * t_vexvb + t_kjv32 * t_pw3g4)
+        - (K_L64 * t_paaj2 + t_svz2s * t_notmf)
         - (t_pgxzp * t_llswo - t_6mmeb * t_rqo2a);
-    const real t_nmnko = t_kqwk3 * t_ftqxb - t_dzxqu * t_evtk3;
-    const real t_ps5ax = cos_theta1 * t_i7xzp - t_h4rsv - g_1 * t_6ikyu;
-    const real t_ism5p = t_lwe76 * t_a3mx6_9
-        - t_ps5ax
+    const real t_amvha = t_jm2gy * t_ftqxb - t_dzxqu * t_3ao52;
+    const real t_jabll = cos_theta1 * t_rtw3j - t_h4rsv - g_1 * t_6ikyu;
+    const real t_fotp5 = t_lwe76 * t_a3mx6_11
+        - t_jabll
         - G2_v2 * t_mkj6e
         + G3_v2 * t_twgyt
-        + (t_bl4f2 * t_w6vho - t_wdgab * t_b2inm)
-        + (t_bl4f2 * t_mvxrv - t_ovgbj * t_b2inm)
+        + (t_bl4f2 * t_f5ly3 - t_wdgab * t_b2inm)
+        + (t_bl4f2 * t_3jzg5 - t_2lbar * t_b2inm)
         + a2_v2 * t_gv4lk
-        + (t_nobhr * t_gv4lk + t_hjmgb * t_i2n7m)
+        + (t_zh7nn * t_gv4lk + t_hjmgb * t_a2jyz)
         - a3_v2 * t_i3r2o
-        - (t_zsfv2 * t_i3r2o + K63 * t_gme7e)
+        - (t_zsfv2 * t_i3r2o + K63 * t_ps3ig)
         + t_lutta * t_6morb
         - t_lwe76 * t_pdzxe_11
-        + (t_bl4f2 * t_khhkv - t_yurpy * t_b2inm)
-        + (t_prgks * t_gv4lk + t_hjmgb * t_fukbs)
-        - (t_lvdlo * t_i3r2o + K63 * t_wap4m)
-        + t_ps5ax;
-    const real t_6nn6q = t_lwe76 * t_mvrqf_11
-        - t_ism5p
-        + (t_pgxzp * t_6kxah - t_6qzob * t_rqo2a)
-        + (t_dpn2x * t_icgwl + t_gz422 * t_g266i)
-        - (t_rugjk * t_xroqu + K_L63 * t_pwicj)
-        - (t_oztre * t_lgeqh + K_L64 * t_flazf)
-        - (t_2ohsx * t_nmnko + K_L65 * t_c2c2w);
-    const real t_gx6xx = t_twgyt
-        + (t_gz422 * t_mdqeg + t_jc3gv * t_icgwl)
-        + (K_L63 * t_fi6zf + t_iyghn * t_xroqu)
-        + (K_L64 * t_j5b3j + t_vjpw3 * t_lgeqh)
-        + (K_L65 * t_kqwk3 + t_xds3k * t_nmnko);
-    const real t_ctopj = t_6nn6q * t_nfkwa - t_kr5ep * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_gx6xx);
-    const real t_jkrpb = t_c2c2w * t_ftqxb - t_wwfhr * t_evtk3 - (t_fz6w5 * t_nmnko + K_L65 * t_ctopj);
-    const real t_fvkyb = t_flazf * t_lt2al
-        + t_tocnu * t_gviad
-        - (t_vtt2b * t_ry23j + K_L54 * t_jkrpb)
-        - (t_fz6w5 * t_lgeqh + K_L64 * t_ctopj);
-    const real t_hv7c6 = t_pwicj * t_zmh3u
-        - t_qty3w * t_qmgdb
-        - (t_r3mel * t_5u2kr + K_L43 * t_fvkyb)
-        - (t_vtt2b * t_6rwq4 + K_L53 * t_jkrpb)
-        - (t_fz6w5 * t_xroqu + K_L63 * t_ctopj);
-    const real t_a5fvc = t_g266i * t_4iujv
+        + (t_bl4f2 * t_zlgy3 - t_vrqgs * t_b2inm)
+        + (t_4zkth * t_gv4lk + t_hjmgb * t_p7gcv)
+        - (t_lvdlo * t_i3r2o + K63 * t_mgy3p)
+        + t_jabll;
+    const real t_kusr4 = t_lwe76 * t_mvrqf_11
+        - t_fotp5
+        + (t_pgxzp * t_7uga3 - t_sfc5s * t_rqo2a)
+        + (t_dpn2x * t_vpdap + t_gz422 * t_g266i)
+        - (t_rugjk * t_pw3g4 + K_L63 * t_ggaal)
+        - (t_eqody * t_notmf + K_L64 * t_uf2px)
+        - (t_w7vk3 * t_amvha + K_L65 * t_muqou);
+    const real t_2oq32 = t_twgyt
+        + (t_gz422 * t_cr6n6 + t_dzmcy * t_vpdap)
+        + (K_L63 * t_yckak + t_iyghn * t_pw3g4)
+        + (K_L64 * t_in3sd + t_vjpw3 * t_notmf)
+        + (K_L65 * t_jm2gy + t_3np5y * t_amvha);
+    const real t_64vo2 = t_kusr4 * t_nfkwa - t_xzdnc * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_2oq32);
+    const real t_obgm3 = t_muqou * t_ftqxb - t_mscx7 * t_3ao52 - (t_uiwc3 * t_amvha + K_L65 * t_64vo2);
+    const real t_6b22h = t_uf2px * t_lt2al
+        + t_tssdq * t_yyjyy
+        - (t_caepv * t_edocq + K_L54 * t_obgm3)
+        - (t_uiwc3 * t_notmf + K_L64 * t_64vo2);
+    const real t_b4apn = t_ggaal * t_zmh3u
+        - t_qty3w * t_knzic
+        - (t_pqvdf * t_vqp6m + K_L43 * t_6b22h)
+        - (t_caepv * t_cngcl + K_L53 * t_obgm3)
+        - (t_uiwc3 * t_pw3g4 + K_L63 * t_64vo2);
+    const real t_b7ltb = t_g266i * t_4iujv
         - t_me7eb * t_gruy3
-        - (t_5sglq * t_oxd2h + K_L32 * t_hv7c6)
-        + (t_r3mel * t_4vjf5 + t_5wcj3 * t_fvkyb)
-        - (t_vtt2b * t_63hn3 + K_L52 * t_jkrpb)
-        + (t_fz6w5 * t_icgwl + t_gz422 * t_ctopj);
-    const real t_bssch = t_6kxah * t_bpfoo
-        + (t_4xz5v * t_7rizg + t_w7lcw * t_a5fvc)
-        + (t_3go2w * t_hv7c6 - t_5sglq * t_xy6nc)
-        + t_xq4wt * t_fvkyb
-        + (t_vtt2b * t_zfxwu + t_rujpm * t_jkrpb)
-        + (t_pgxzp * t_ctopj - t_fz6w5 * t_rqo2a);
+        - (t_h4uvc * t_m5fev + K_L32 * t_b4apn)
+        + (t_pqvdf * t_4vjf5 + t_5wcj3 * t_6b22h)
+        - (t_caepv * t_63hn3 + K_L52 * t_obgm3)
+        + (t_uiwc3 * t_vpdap + t_gz422 * t_64vo2);
+    const real t_uaz7n = t_7uga3 * t_bpfoo
+        + (t_ykhgf * t_7rizg + t_w7lcw * t_b7ltb)
+        + (t_3go2w * t_b4apn - t_h4uvc * t_xy6nc)
+        + t_xq4wt * t_6b22h
+        + (t_caepv * t_zfxwu + t_rujpm * t_obgm3)
+        + (t_pgxzp * t_64vo2 - t_uiwc3 * t_rqo2a);
     const real t_h36cy = p[l2] * sin_phi2;
     const real t_c6dmt_2 = w_x2 * sin_phi2 + t_3pe4c;
     const real t_qy4n2 = W12 * t_yk3z4 - w_x2 * (Wn2 * t_h36cy) + t_nlamb * (p[l2] * t_c6dmt_2);
@@ -9804,8 +9804,8 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_7pqkc = mv2 * (t_6fvzz * sin_phi2) + t_popww * (t_npq2c * t_4p46o);
     const real t_aduzw = chi2 * t_4p46o - t_c6dmt * t_c6dmt_2;
     const real t_fregp = B_2 * t_aduzw;
-    const real t_nwcoo = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_fregp - t_v7h4t);
-    const real t_u3o2u = t_uj3u6 + sin_theta2 * t_nwcoo;
+    const real t_ehxvd = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_fregp - t_v7h4t);
+    const real t_kqzlv = t_uj3u6 + sin_theta2 * t_ehxvd;
     const real t_hokbn = p[I2] * t_2s2br;
     const real t_ktpye = wth_2 * t_h36cy - g_2 * t_hokbn;
     const real t_jzaos = mv2 * cos_phi2;
@@ -9816,532 +9816,532 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_kxs24 = S_sq2 * t_kpd7x;
     const real t_2xgil = wth_2 * t_yk3z4 - q_2 * t_hokbn;
     const real t_vzlku = cos_theta2 * t_2xgil;
-    const real t_iepqo = t_ktpye - t_kxs24 - t_vzlku;
+    const real t_r2vni = t_ktpye - t_kxs24 - t_vzlku;
     const real t_w6dhl = SC2 * t_kpd7x;
     const real t_mj4g4 = t_anfnj + t_hokbn;
     const real t_hq2cs = S_sq2 * t_mj4g4;
     const real t_vkqzx = t_hq2cs - t_hokbn;
     const real t_yy7hn = SC2 * t_mj4g4;
     const real t_hq6pr = t_vzlku - sin_theta2 * Bs_2;
-    const real t_zvbzn = t_u3o2u
-        + G2_v2 * t_iepqo
+    const real t_6z5yj = t_kqzlv
+        + G2_v2 * t_r2vni
         - G3_v2 * t_w6dhl
         + a2_v2 * t_vkqzx
         + a3_v2 * t_yy7hn
         + t_lutta * t_hq6pr;
     const real t_f2vdr = cos_phi2 * t_jzaos - Ass_2;
     const real t_igjjb = sin_theta2 * t_f2vdr;
-    const real t_n32zz = sin_phi2 * t_fregp + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
+    const real t_7smnw = sin_phi2 * t_fregp + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
     const real t_2zutr = Bc_2 + e2 * t_f2vdr;
     const real t_msyoe = sin_theta2 * t_2zutr;
     const real t_sqznz = cos_theta2 * t_2zutr;
     const real t_kytbr = cos_theta2 * t_f2vdr;
-    const real t_dt36d = t_n32zz
+    const real t_ooe5e = t_7smnw
         + G2_v2 * t_msyoe
         + G3_v2 * t_sqznz
         + a2_v2 * t_igjjb
         + a3_v2 * t_kytbr;
-    const real t_vzwkm = t_lutta * Bc_2 - t_dt36d;
+    const real t_ai5m4 = t_lutta * Bc_2 - t_ooe5e;
     const real t_k5p2h = sin_theta2 * t_q6l6c;
-    const real t_mdh4c = cos_theta2 * t_nwcoo - t_k5p2h;
+    const real t_yocbh = cos_theta2 * t_ehxvd - t_k5p2h;
     const real t_4twqa = sin_theta2 * t_2xgil;
-    const real t_hudxs = t_4twqa - t_w6dhl;
-    const real t_uiqtl = t_kxs24 + t_r6gya;
+    const real t_mnv5e = t_4twqa - t_w6dhl;
+    const real t_2wedy = t_kxs24 + t_r6gya;
     const real t_2mw2y = t_anfnj - t_hq2cs;
     const real t_sok6x = t_4twqa + cos_theta2 * Bs_2;
-    const real t_fdss7 = t_mdh4c
-        + G2_v2 * t_hudxs
-        + G3_v2 * t_uiqtl
+    const real t_hd7uu = t_yocbh
+        + G2_v2 * t_mnv5e
+        + G3_v2 * t_2wedy
         + a2_v2 * t_yy7hn
         + a3_v2 * t_2mw2y
         - t_lutta * t_sok6x;
-    const real t_saxfo = K11 * t_vzwkm
+    const real t_7dypd = K11 * t_ai5m4
         - q1_v2 * t_anfnj
-        - (q2_v2 * t_igjjb + t_b3aij * t_zvbzn)
-        - (q3_v2 * t_kytbr + t_zzymx * t_fdss7);
+        - (q2_v2 * t_igjjb + t_b3aij * t_6z5yj)
+        - (q3_v2 * t_kytbr + t_zzymx * t_hd7uu);
     const real t_sj2tb = t_tqzpl * t_igjjb - t_s5vhe * t_anfnj + t_r6alf * t_kytbr;
-    const real t_hrnjx = t_owyvy * t_sj2tb
-        + PP_v2 * (t_4gyk7 * t_vzwkm + t_i2mne * t_zvbzn + t_rhnsp * t_fdss7);
-    const real t_rnj6c = (SELECT0(m_l7cqn, t_wjr3r * (t_t7vcl * t_saxfo - t_hrnjx) * t_pd2sg) - t_saxfo) * t_hvu5i
-        - t_nb6hg * t_sj2tb;
-    const real t_lg26j = t_zvbzn - (t_wdgab * t_igjjb + t_b3aij * t_rnj6c);
-    const real t_kz5yo = t_q2hfz * (t_cofwl * (t_lg26j * t_y7rm6));
-    const real t_4kktk_3 = t_kz5yo * t_nwsjf;
-    const real t_skjh5_11 = t_cnhcl * (t_as3uq * t_4kktk_3);
-    const real t_4nx6p_12 = p[F] * (sin_t_auieu * t_skjh5_11);
-    const real t_ecreo_12 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_12));
-    const real t_4clu7 = t_fdss7 - (t_wdgab * t_kytbr + t_zzymx * t_rnj6c);
-    const real t_6atle = t_4clu7 * t_y7rm6 * t_qvk2y
-        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_kz5yo * t_imn4h)));
-    const real t_cha6m_3 = t_xh4j2 * (t_o7qta * t_6atle) * t_gwbho;
-    const real t_cv7p2_11 = sin_t_g4u7i * t_4kktk_3;
-    const real t_lnmjd_10 = cos_t_we5c3 * t_cha6m_3;
-    const real t_ssiof_10 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_11)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_10));
-    const real t_cl7gv_10 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_cha6m_3), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_10 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_10 = t_rila6 * (t_vr3uw * t_cl7gv_10);
-    const real t_ctppn_12 = sin_t_kl6tx * t_s6fxk_10;
-    const real t_4kyfv = t_ecreo_12 - t_qhkro * t_ctppn_12 + t_n32zz;
+    const real t_tpfaa = t_owyvy * t_sj2tb
+        + PP_v2 * (t_4gyk7 * t_ai5m4 + t_i2mne * t_6z5yj + t_rhnsp * t_hd7uu);
+    const real t_yjuy5 = (SELECT0(m_l7cqn, t_5cok6 * (t_t7vcl * t_7dypd - t_tpfaa) * t_pd2sg) - t_7dypd) * t_hvu5i
+        - t_xyjfu * t_sj2tb;
+    const real t_wlrmz = t_6z5yj - (t_wdgab * t_igjjb + t_b3aij * t_yjuy5);
+    const real t_37okn = t_q2hfz * (t_5x4sb * (t_wlrmz * t_y7rm6));
+    const real t_7vxmt_3 = t_37okn * t_nwsjf;
+    const real t_iubif_12 = t_bw2jd * (t_as3uq * t_7vxmt_3);
+    const real t_27ev7_12 = p[F] * (sin_t_auieu * t_iubif_12);
+    const real t_wzmp3_12 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_12));
+    const real t_qtlzm = t_hd7uu - (t_wdgab * t_kytbr + t_zzymx * t_yjuy5);
+    const real t_x74dq = t_qtlzm * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_37okn * t_imn4h)));
+    const real t_iijst_3 = t_q2hfz_2 * (t_2snz7 * t_x74dq) * t_bifdl;
+    const real t_d4wem_12 = sin_t_g4u7i * t_7vxmt_3;
+    const real t_kj6yx_12 = cos_t_kood5 * t_iijst_3;
+    const real t_ssiof_12 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_12)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_12));
+    const real t_amp27_12 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_iijst_3), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_12 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_12 = t_zrb6o * (t_vr3uw * t_amp27_12);
+    const real t_cxwzz_12 = sin_t_kl6tx * t_swjde_12;
+    const real t_iq3qk = t_wzmp3_12 - t_zmkrd * t_cxwzz_12 + t_7smnw;
     const real t_f4frf = t_igjjb * t_bpfoo + t_7rnk2 * t_anfnj;
-    const real t_6dnpl_12 = p[F] * (cos_t_auieu * t_skjh5_11);
-    const real t_dqeju = SELECT0(m_el4yy, t_6dnpl_12) - t_u3o2u + (t_6qzob * t_f4frf + t_w7lcw * t_4kyfv);
-    const real t_u7wdx = t_vkqzx - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
+    const real t_ilple_12 = p[F] * (cos_t_auieu * t_iubif_12);
+    const real t_ziyck = SELECT0(m_el4yy, t_ilple_12) - t_kqzlv + (t_sfc5s * t_f4frf + t_w7lcw * t_iq3qk);
+    const real t_dx5p7 = t_vkqzx - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
     const real t_zlixu = t_kytbr * t_bpfoo + t_7rnk2_2 * t_anfnj;
-    const real t_cnw67 = t_yy7hn - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
-    const real t_bx5zc = t_cnw67 * t_4iujv - t_6yahm * t_u7wdx;
-    const real t_qbg3i_12 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_12));
-    const real t_2gr5i_12 = cos_t_kl6tx * t_s6fxk_10;
-    const real t_mvrqf_12 = t_qbg3i_12 + t_qhkro * t_2gr5i_12;
-    const real t_mc7yg = t_6qzob * t_zlixu
-        + t_3go2w * t_4kyfv
-        - (t_mvrqf_12 + t_mdh4c)
-        - (t_dpn2x * t_bx5zc + K_L32 * t_dqeju);
-    const real t_rpri5 = t_2mw2y
-        - (K_L32 * t_cnw67 + t_2rbbr * t_bx5zc)
+    const real t_g4jqr = t_yy7hn - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
+    const real t_t5hju = t_g4jqr * t_4iujv - t_6yahm * t_dx5p7;
+    const real t_ooljq_12 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_12));
+    const real t_lqx5z_12 = cos_t_kl6tx * t_swjde_12;
+    const real t_mvrqf_12 = t_ooljq_12 + t_zmkrd * t_lqx5z_12;
+    const real t_kunja = t_sfc5s * t_zlixu
+        + t_3go2w * t_iq3qk
+        - (t_mvrqf_12 + t_yocbh)
+        - (t_dpn2x * t_t5hju + K_L32 * t_ziyck);
+    const real t_e2fky = t_2mw2y
+        - (K_L32 * t_g4jqr + t_2rbbr * t_t5hju)
         - (t_3go2w * t_kytbr + t_zzymx * t_zlixu);
     const real t_sasqd = Bc_2 * t_bpfoo + t_jtjoh * t_anfnj;
-    const real t_h5xgv = t_hq6pr + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
-    const real t_ounn3 = t_h5xgv * t_4iujv - t_2ngl5 * t_u7wdx;
-    const real t_kmply = t_sok6x
-        + (t_5wcj3 * t_cnw67 + t_2rbbr * t_ounn3)
+    const real t_kpo7l = t_hq6pr + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
+    const real t_mifaj = t_kpo7l * t_4iujv - t_2ngl5 * t_dx5p7;
+    const real t_krxfu = t_sok6x
+        + (t_5wcj3 * t_g4jqr + t_2rbbr * t_mifaj)
         - (t_xq4wt * t_kytbr + t_zzymx * t_sasqd);
-    const real t_l25uu = t_kmply * t_zmh3u - t_ydwjl * t_rpri5;
-    const real t_jebwn = t_6fvzz * Bc_2 + p[l2] * t_fregp;
+    const real t_jn6ns = t_krxfu * t_zmh3u - t_ydwjl * t_e2fky;
+    const real t_p2f6u = t_6fvzz * Bc_2 + p[l2] * t_fregp;
     const real t_dlwth = q_2 * t_q6l6c + F_n2 * t_yk3z4;
-    const real t_5oqyr = t_jebwn - t_dlwth;
+    const real t_acn2f = t_p2f6u - t_dlwth;
     const real t_vpcgp = wq_2 * t_yk3z4 + q_2 * t_2xgil;
     const real t_42o7o = wg_2 * t_yk3z4 + q_2 * t_ktpye;
     const real t_bbhco = cos_theta2 * t_42o7o;
     const real t_moyc6 = e2 * Bs_2;
-    const real t_zazur = t_vpcgp - t_bbhco + sin_theta2 * t_moyc6;
+    const real t_nymit = t_vpcgp - t_bbhco + sin_theta2 * t_moyc6;
     const real t_awxjj = sin_theta2 * t_42o7o;
-    const real t_j2rk3 = t_awxjj + cos_theta2 * t_moyc6;
-    const real t_shxu4_12 = p[F] * t_cv7p2_11;
-    const real t_huqui_12 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_12));
-    const real t_yeljt_10 = sin_t_we5c3 * t_cha6m_3;
-    const real t_xlz4w = t_huqui_12
-        + SELECT0(m_trmto, t_wo26r * t_yeljt_10)
-        - (t_vzwkm + (K11 * t_rnj6c - t_wdgab * t_anfnj));
-    const real t_52pr2_11 = p[F] * (cos_t_g4u7i * t_4kktk_3);
-    const real t_6ai2m = SELECT0(m_el4yy, t_52pr2_11) - t_lg26j + (t_bwipr * t_f4frf + t_w7lcw * t_xlz4w);
-    const real t_a3mx6_10 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_12)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_10));
-    const real t_cffk6 = t_bwipr * t_zlixu
-        + t_3go2w * t_xlz4w
-        - (t_a3mx6_10 + t_4clu7)
-        - (t_4xynl * t_bx5zc + K_L32 * t_6ai2m);
-    const real t_au3sn = t_cffk6 * t_zmh3u - t_t6xbf * t_rpri5;
-    const real t_qfndw = t_6ai2m * t_4iujv - t_7grn6 * t_u7wdx - (t_zsfv2 * t_bx5zc + K_L32 * t_au3sn);
-    const real t_xiaol = t_xlz4w * t_bpfoo
+    const real t_rrnkr = t_awxjj + cos_theta2 * t_moyc6;
+    const real t_shxu4_12 = p[F] * t_d4wem_12;
+    const real t_huqui_12 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_12));
+    const real t_7nvy5_12 = sin_t_kood5 * t_iijst_3;
+    const real t_mgozx = t_huqui_12
+        + SELECT0(m_uklky, t_wo26r * t_7nvy5_12)
+        - (t_ai5m4 + (K11 * t_yjuy5 - t_wdgab * t_anfnj));
+    const real t_kbtvv_12 = p[F] * (cos_t_g4u7i * t_7vxmt_3);
+    const real t_nnjom = SELECT0(m_el4yy, t_kbtvv_12) - t_wlrmz + (t_gw4dc * t_f4frf + t_w7lcw * t_mgozx);
+    const real t_a3mx6_12 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_12)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_12));
+    const real t_o5tsl = t_gw4dc * t_zlixu
+        + t_3go2w * t_mgozx
+        - (t_a3mx6_12 + t_qtlzm)
+        - (t_4xynl * t_t5hju + K_L32 * t_nnjom);
+    const real t_rvotn = t_o5tsl * t_zmh3u - t_g2rkm * t_e2fky;
+    const real t_bum3r = t_nnjom * t_4iujv - t_ey6wv * t_dx5p7 - (t_zsfv2 * t_t5hju + K_L32 * t_rvotn);
+    const real t_kljxs = t_mgozx * t_bpfoo
         + t_zcji2 * t_anfnj
-        + (t_nobhr * t_f4frf + t_w7lcw * t_qfndw)
-        + (t_zsfv2 * t_zlixu + t_3go2w * t_au3sn);
-    const real t_cgxsm_10 = t_ecreo_12 - t_qhkro_2 * t_ctppn_12 - (t_huqui_12 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_10));
-    const real t_ycqju_12 = t_6dnpl_12 - t_52pr2_11;
-    const real t_ntptx = SELECT0(m_el4yy, t_ycqju_12) + (t_xyvv6 * t_f4frf + t_w7lcw * t_cgxsm_10);
-    const real t_pdzxe_12 = p[F] * t_ssiof_10 - (t_qbg3i_12 + t_qhkro_2 * t_2gr5i_12);
-    const real t_cjolt = t_pdzxe_12
-        + (t_xyvv6 * t_zlixu + t_3go2w * t_cgxsm_10)
-        - (t_qbbkc * t_bx5zc + K_L32 * t_ntptx);
-    const real t_y5nnf = t_cjolt * t_zmh3u - t_nki4x * t_rpri5;
-    const real t_5sbjr = t_ntptx * t_4iujv - t_igr3x * t_u7wdx - (t_lvdlo * t_bx5zc + K_L32 * t_y5nnf);
-    const real t_nrkui = t_cgxsm_10 * t_bpfoo
+        + (t_zh7nn * t_f4frf + t_w7lcw * t_bum3r)
+        + (t_zsfv2 * t_zlixu + t_3go2w * t_rvotn);
+    const real t_cgxsm_12 = t_wzmp3_12 - t_zmkrd_2 * t_cxwzz_12 - (t_huqui_12 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_12));
+    const real t_ycqju_12 = t_ilple_12 - t_kbtvv_12;
+    const real t_tqfwg = SELECT0(m_el4yy, t_ycqju_12) + (t_yb4wq * t_f4frf + t_w7lcw * t_cgxsm_12);
+    const real t_pdzxe_12 = p[F] * t_ssiof_12 - (t_ooljq_12 + t_zmkrd_2 * t_lqx5z_12);
+    const real t_ulqga = t_pdzxe_12
+        + (t_yb4wq * t_zlixu + t_3go2w * t_cgxsm_12)
+        - (t_qbbkc * t_t5hju + K_L32 * t_tqfwg);
+    const real t_zwhcl = t_ulqga * t_zmh3u - t_n6whd * t_e2fky;
+    const real t_hrowo = t_tqfwg * t_4iujv - t_2ngl5_2 * t_dx5p7 - (t_lvdlo * t_t5hju + K_L32 * t_zwhcl);
+    const real t_gqezs = t_cgxsm_12 * t_bpfoo
         + t_fhvpl * t_anfnj
-        + (t_prgks * t_f4frf + t_w7lcw * t_5sbjr)
-        + (t_lvdlo * t_zlixu + t_3go2w * t_y5nnf);
-    const real t_puw3g = t_5oqyr
-        + G2_v2 * t_zazur
-        + G3_v2 * t_j2rk3
-        - (t_wdgab * Bc_2 + t_2m245 * t_rnj6c)
-        - (t_ovgbj * Bc_2 + t_2m245 * t_xiaol)
+        + (t_4zkth * t_f4frf + t_w7lcw * t_hrowo)
+        + (t_lvdlo * t_zlixu + t_3go2w * t_zwhcl);
+    const real t_lcgmg = t_acn2f
+        + G2_v2 * t_nymit
+        + G3_v2 * t_rrnkr
+        - (t_wdgab * Bc_2 + t_2m245 * t_yjuy5)
+        - (t_2lbar * Bc_2 + t_2m245 * t_kljxs)
         - a2_v2 * t_hq6pr
-        - (t_nobhr * t_hq6pr + t_yz7e5 * t_qfndw)
+        - (t_zh7nn * t_hq6pr + t_yz7e5 * t_bum3r)
         + a3_v2 * t_sok6x
-        + (t_zsfv2 * t_sok6x + K43 * t_au3sn)
+        + (t_zsfv2 * t_sok6x + K43 * t_rvotn)
         - t_lutta * t_vpcgp
-        - (t_yurpy * Bc_2 + t_2m245 * t_nrkui)
-        - (t_prgks * t_hq6pr + t_yz7e5 * t_5sbjr)
-        + (t_lvdlo * t_sok6x + K43 * t_y5nnf)
-        - t_5oqyr
-        + (t_6qzob * t_sasqd + t_xq4wt * t_4kyfv)
-        + (t_dpn2x * t_ounn3 + t_5wcj3 * t_dqeju)
-        - (t_rugjk * t_l25uu + K_L43 * t_mc7yg);
-    const real t_5bgl4 = t_vpcgp
-        - (t_5wcj3 * t_h5xgv + t_u3hss * t_ounn3)
-        - (K_L43 * t_kmply + t_fqe33 * t_l25uu)
+        - (t_vrqgs * Bc_2 + t_2m245 * t_gqezs)
+        - (t_4zkth * t_hq6pr + t_yz7e5 * t_hrowo)
+        + (t_lvdlo * t_sok6x + K43 * t_zwhcl)
+        - t_acn2f
+        + (t_sfc5s * t_sasqd + t_xq4wt * t_iq3qk)
+        + (t_dpn2x * t_mifaj + t_5wcj3 * t_ziyck)
+        - (t_rugjk * t_jn6ns + K_L43 * t_kunja);
+    const real t_lgjiq = t_vpcgp
+        - (t_5wcj3 * t_kpo7l + t_u3hss * t_mifaj)
+        - (K_L43 * t_krxfu + t_fqe33 * t_jn6ns)
         - (t_xq4wt * Bc_2 + t_2m245 * t_sasqd);
-    const real t_j3lqj = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
-    const real t_ehdzd = t_iepqo - (t_rujpm * t_igjjb + t_b3aij * t_j3lqj);
-    const real t_ai5ki = t_ehdzd * t_4iujv - t_hfybw * t_u7wdx;
-    const real t_hxchi = t_hudxs
-        - (K_L52 * t_cnw67 + t_2rbbr * t_ai5ki)
-        - (t_rujpm * t_kytbr + t_zzymx * t_j3lqj);
-    const real t_2lqwc = t_hxchi * t_zmh3u - t_qe675 * t_rpri5;
-    const real t_adwde = t_zazur
-        + (K_L52 * t_h5xgv + t_u3hss * t_ai5ki)
-        - (K_L53 * t_kmply + t_fqe33 * t_2lqwc)
-        - (t_rujpm * Bc_2 + t_2m245 * t_j3lqj);
-    const real t_ixugt = t_adwde * t_lt2al - t_2e52m * t_5bgl4;
-    const real t_msam2 = t_jebwn + e2 * t_nwcoo;
-    const real t_2n6k7 = sin_theta2 * t_msam2 - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy);
+    const real t_5xnip = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
+    const real t_32omk = t_r2vni - (t_rujpm * t_igjjb + t_b3aij * t_5xnip);
+    const real t_l4x2s = t_32omk * t_4iujv - t_hfybw * t_dx5p7;
+    const real t_zrewz = t_mnv5e
+        - (K_L52 * t_g4jqr + t_2rbbr * t_l4x2s)
+        - (t_rujpm * t_kytbr + t_zzymx * t_5xnip);
+    const real t_5t5zm = t_zrewz * t_zmh3u - t_qe675 * t_e2fky;
+    const real t_5tzd5 = t_nymit
+        + (K_L52 * t_kpo7l + t_u3hss * t_l4x2s)
+        - (K_L53 * t_krxfu + t_fqe33 * t_5t5zm)
+        - (t_rujpm * Bc_2 + t_2m245 * t_5xnip);
+    const real t_tujua = t_5tzd5 * t_lt2al - t_2e52m * t_lgjiq;
+    const real t_j4zbm = t_p2f6u + e2 * t_ehxvd;
+    const real t_q3pde = sin_theta2 * t_j4zbm - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy);
     const real t_37ayo = wg_2 * t_h36cy + g_2 * t_ktpye;
     const real t_vjaf4 = e2 * t_n46wu - K(-2.0) * t_moyc6;
     const real t_3khok = t_vjaf4 - t_37ayo;
-    const real t_kcxpy = S_sq2 * t_3khok;
-    const real t_cb2yw = t_37ayo + t_vpcgp + t_kcxpy + K(-2.0) * t_bbhco;
-    const real t_nesdr = t_awxjj + SC2 * t_3khok;
-    const real t_yrih2 = t_2n6k7
-        + G2_v2 * t_cb2yw
-        + G3_v2 * t_nesdr
-        - (t_wdgab * t_msyoe + t_6mmeb * t_rnj6c)
-        - (t_ovgbj * t_msyoe + t_6mmeb * t_xiaol)
-        + a2_v2 * t_iepqo
-        + (t_nobhr * t_iepqo + K52 * t_qfndw)
-        + a3_v2 * t_hudxs
-        + (t_zsfv2 * t_hudxs + K53 * t_au3sn)
-        - t_lutta * t_zazur
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_11)
-        - (t_yurpy * t_msyoe + t_6mmeb * t_nrkui)
-        + (t_prgks * t_iepqo + K52 * t_5sbjr)
-        + (t_lvdlo * t_hudxs + K53 * t_y5nnf)
+    const real t_pfkyz = S_sq2 * t_3khok;
+    const real t_tjq2e = t_37ayo + t_vpcgp + t_pfkyz + K(-2.0) * t_bbhco;
+    const real t_qjj4z = t_awxjj + SC2 * t_3khok;
+    const real t_55x4v = t_q3pde
+        + G2_v2 * t_tjq2e
+        + G3_v2 * t_qjj4z
+        - (t_wdgab * t_msyoe + t_6mmeb * t_yjuy5)
+        - (t_2lbar * t_msyoe + t_6mmeb * t_kljxs)
+        + a2_v2 * t_r2vni
+        + (t_zh7nn * t_r2vni + K52 * t_bum3r)
+        + a3_v2 * t_mnv5e
+        + (t_zsfv2 * t_mnv5e + K53 * t_rvotn)
+        - t_lutta * t_nymit
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_12)
+        - (t_vrqgs * t_msyoe + t_6mmeb * t_gqezs)
+        + (t_4zkth * t_r2vni + K52 * t_hrowo)
+        + (t_lvdlo * t_mnv5e + K53 * t_zwhcl)
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_12)
-        - t_2n6k7
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_12))
-        + (t_6qzob * t_j3lqj + t_rujpm * t_4kyfv)
-        - (t_dpn2x * t_ai5ki + K_L52 * t_dqeju)
-        - (t_rugjk * t_2lqwc + K_L53 * t_mc7yg)
-        - (t_oztre * t_ixugt + K_L54 * t_puw3g);
-    const real t_te4zt = t_cb2yw
-        - (K_L52 * t_ehdzd + t_xqwvu * t_ai5ki)
-        - (K_L53 * t_hxchi + t_kjv32 * t_2lqwc)
-        - (K_L54 * t_adwde + t_svz2s * t_ixugt)
-        - (t_rujpm * t_msyoe + t_6mmeb * t_j3lqj);
-    const real t_6m3tu = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
-    const real t_zw4rt = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_6m3tu);
-    const real t_ngxdx = t_zw4rt * t_4iujv - t_2ngl5_2 * t_u7wdx;
-    const real t_ujhfo = t_uiqtl
-        + (t_gz422 * t_cnw67 + t_2rbbr * t_ngxdx)
-        - (t_pgxzp * t_kytbr + t_zzymx * t_6m3tu);
-    const real t_cg5hn = t_ujhfo * t_zmh3u - t_kpf5p * t_rpri5;
-    const real t_yldk6 = t_j2rk3
-        - (t_gz422 * t_h5xgv + t_u3hss * t_ngxdx)
-        - (K_L63 * t_kmply + t_fqe33 * t_cg5hn)
-        - (t_pgxzp * Bc_2 + t_2m245 * t_6m3tu);
-    const real t_hceuf = t_yldk6 * t_lt2al - t_wurun * t_5bgl4;
-    const real t_eaxup = t_nesdr
-        + (t_gz422 * t_ehdzd + t_xqwvu * t_ngxdx)
-        - (K_L63 * t_hxchi + t_kjv32 * t_cg5hn)
-        - (K_L64 * t_adwde + t_svz2s * t_hceuf)
-        - (t_pgxzp * t_msyoe + t_6mmeb * t_6m3tu);
-    const real t_4d5ud = t_eaxup * t_ftqxb - t_dzxqu * t_te4zt;
-    const real t_gr7aq = cos_theta2 * t_msam2 - (g_2 * t_k5p2h + t_iya7w * t_h36cy);
-    const real t_qvknz = t_vjaf4 - t_kcxpy;
-    const real t_v74sy = t_lwe76 * t_a3mx6_10
-        - t_gr7aq
-        - G2_v2 * t_nesdr
-        - G3_v2 * t_qvknz
-        + (t_wdgab * t_sqznz + t_bl4f2 * t_rnj6c)
-        + (t_ovgbj * t_sqznz + t_bl4f2 * t_xiaol)
+        - t_q3pde
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_12))
+        + (t_sfc5s * t_5xnip + t_rujpm * t_iq3qk)
+        - (t_dpn2x * t_l4x2s + K_L52 * t_ziyck)
+        - (t_rugjk * t_5t5zm + K_L53 * t_kunja)
+        - (t_eqody * t_tujua + K_L54 * t_lcgmg);
+    const real t_qsjbn = t_tjq2e
+        - (K_L52 * t_32omk + t_xqwvu * t_l4x2s)
+        - (K_L53 * t_zrewz + t_kjv32 * t_5t5zm)
+        - (K_L54 * t_5tzd5 + t_svz2s * t_tujua)
+        - (t_rujpm * t_msyoe + t_6mmeb * t_5xnip);
+    const real t_jxilg = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
+    const real t_pqe72 = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_jxilg);
+    const real t_3xbgy = t_pqe72 * t_4iujv - t_2ngl5_3 * t_dx5p7;
+    const real t_ax5yf = t_2wedy
+        + (t_gz422 * t_g4jqr + t_2rbbr * t_3xbgy)
+        - (t_pgxzp * t_kytbr + t_zzymx * t_jxilg);
+    const real t_xgopd = t_ax5yf * t_zmh3u - t_kpf5p * t_e2fky;
+    const real t_tonqp = t_rrnkr
+        - (t_gz422 * t_kpo7l + t_u3hss * t_3xbgy)
+        - (K_L63 * t_krxfu + t_fqe33 * t_xgopd)
+        - (t_pgxzp * Bc_2 + t_2m245 * t_jxilg);
+    const real t_mrgut = t_tonqp * t_lt2al - t_wurun * t_lgjiq;
+    const real t_6jql7 = t_qjj4z
+        + (t_gz422 * t_32omk + t_xqwvu * t_3xbgy)
+        - (K_L63 * t_zrewz + t_kjv32 * t_xgopd)
+        - (K_L64 * t_5tzd5 + t_svz2s * t_mrgut)
+        - (t_pgxzp * t_msyoe + t_6mmeb * t_jxilg);
+    const real t_n7dzz = t_6jql7 * t_ftqxb - t_dzxqu * t_qsjbn;
+    const real t_kwwbo = cos_theta2 * t_j4zbm - (g_2 * t_k5p2h + t_iya7w * t_h36cy);
+    const real t_gil4e = t_vjaf4 - t_pfkyz;
+    const real t_dt6zb = t_lwe76 * t_a3mx6_12
+        - t_kwwbo
+        - G2_v2 * t_qjj4z
+        - G3_v2 * t_gil4e
+        + (t_wdgab * t_sqznz + t_bl4f2 * t_yjuy5)
+        + (t_2lbar * t_sqznz + t_bl4f2 * t_kljxs)
         + a2_v2 * t_w6dhl
-        + (t_nobhr * t_w6dhl + t_hjmgb * t_qfndw)
-        - a3_v2 * t_uiqtl
-        - (t_zsfv2 * t_uiqtl + K63 * t_au3sn)
-        + t_lutta * t_j2rk3
+        + (t_zh7nn * t_w6dhl + t_hjmgb * t_bum3r)
+        - a3_v2 * t_2wedy
+        - (t_zsfv2 * t_2wedy + K63 * t_rvotn)
+        + t_lutta * t_rrnkr
         - t_lwe76 * t_pdzxe_12
-        + (t_yurpy * t_sqznz + t_bl4f2 * t_nrkui)
-        + (t_prgks * t_w6dhl + t_hjmgb * t_5sbjr)
-        - (t_lvdlo * t_uiqtl + K63 * t_y5nnf)
-        + t_gr7aq;
-    const real t_6ofdp = t_lwe76 * t_mvrqf_12
-        - t_v74sy
-        + (t_6qzob * t_6m3tu + t_pgxzp * t_4kyfv)
-        + (t_dpn2x * t_ngxdx + t_gz422 * t_dqeju)
-        - (t_rugjk * t_cg5hn + K_L63 * t_mc7yg)
-        - (t_oztre * t_hceuf + K_L64 * t_puw3g)
-        - (t_2ohsx * t_4d5ud + K_L65 * t_yrih2);
-    const real t_qc4kg = t_qvknz
-        - (t_gz422 * t_zw4rt + t_jc3gv * t_ngxdx)
-        - (K_L63 * t_ujhfo + t_iyghn * t_cg5hn)
-        - (K_L64 * t_yldk6 + t_vjpw3 * t_hceuf)
-        - (K_L65 * t_eaxup + t_xds3k * t_4d5ud)
-        - (t_pgxzp * t_sqznz + t_bl4f2 * t_6m3tu);
-    const real t_wdqjg = t_6ofdp * t_nfkwa - t_kr5ep * t_qc4kg;
-    const real t_u4pue = t_yrih2 * t_ftqxb - t_wwfhr * t_te4zt - (t_fz6w5 * t_4d5ud + K_L65 * t_wdqjg);
-    const real t_22o4f = t_puw3g * t_lt2al
-        - t_tocnu * t_5bgl4
-        - (t_vtt2b * t_ixugt + K_L54 * t_u4pue)
-        - (t_fz6w5 * t_hceuf + K_L64 * t_wdqjg);
-    const real t_2ckaz = t_mc7yg * t_zmh3u
-        - t_qty3w * t_rpri5
-        - (t_r3mel * t_l25uu + K_L43 * t_22o4f)
-        - (t_vtt2b * t_2lqwc + K_L53 * t_u4pue)
-        - (t_fz6w5 * t_cg5hn + K_L63 * t_wdqjg);
-    const real t_zjh3e = t_dqeju * t_4iujv
-        - t_me7eb * t_u7wdx
-        - (t_5sglq * t_bx5zc + K_L32 * t_2ckaz)
-        + (t_r3mel * t_ounn3 + t_5wcj3 * t_22o4f)
-        - (t_vtt2b * t_ai5ki + K_L52 * t_u4pue)
-        + (t_fz6w5 * t_ngxdx + t_gz422 * t_wdqjg);
-    const real t_fio3g = t_4kyfv * t_bpfoo
+        + (t_vrqgs * t_sqznz + t_bl4f2 * t_gqezs)
+        + (t_4zkth * t_w6dhl + t_hjmgb * t_hrowo)
+        - (t_lvdlo * t_2wedy + K63 * t_zwhcl)
+        + t_kwwbo;
+    const real t_6ftme = t_lwe76 * t_mvrqf_12
+        - t_dt6zb
+        + (t_sfc5s * t_jxilg + t_pgxzp * t_iq3qk)
+        + (t_dpn2x * t_3xbgy + t_gz422 * t_ziyck)
+        - (t_rugjk * t_xgopd + K_L63 * t_kunja)
+        - (t_eqody * t_mrgut + K_L64 * t_lcgmg)
+        - (t_w7vk3 * t_n7dzz + K_L65 * t_55x4v);
+    const real t_icopf = t_gil4e
+        - (t_gz422 * t_pqe72 + t_dzmcy * t_3xbgy)
+        - (K_L63 * t_ax5yf + t_iyghn * t_xgopd)
+        - (K_L64 * t_tonqp + t_vjpw3 * t_mrgut)
+        - (K_L65 * t_6jql7 + t_3np5y * t_n7dzz)
+        - (t_pgxzp * t_sqznz + t_bl4f2 * t_jxilg);
+    const real t_3vjbq = t_6ftme * t_nfkwa - t_xzdnc * t_icopf;
+    const real t_3bimg = t_55x4v * t_ftqxb - t_mscx7 * t_qsjbn - (t_uiwc3 * t_n7dzz + K_L65 * t_3vjbq);
+    const real t_fijts = t_lcgmg * t_lt2al
+        - t_tssdq * t_lgjiq
+        - (t_caepv * t_tujua + K_L54 * t_3bimg)
+        - (t_uiwc3 * t_mrgut + K_L64 * t_3vjbq);
+    const real t_isivm = t_kunja * t_zmh3u
+        - t_qty3w * t_e2fky
+        - (t_pqvdf * t_jn6ns + K_L43 * t_fijts)
+        - (t_caepv * t_5t5zm + K_L53 * t_3bimg)
+        - (t_uiwc3 * t_xgopd + K_L63 * t_3vjbq);
+    const real t_ss3kn = t_ziyck * t_4iujv
+        - t_me7eb * t_dx5p7
+        - (t_h4uvc * t_t5hju + K_L32 * t_isivm)
+        + (t_pqvdf * t_mifaj + t_5wcj3 * t_fijts)
+        - (t_caepv * t_l4x2s + K_L52 * t_3bimg)
+        + (t_uiwc3 * t_3xbgy + t_gz422 * t_3vjbq);
+    const real t_izosw = t_iq3qk * t_bpfoo
         + t_gvhmj * t_anfnj
-        + (t_4xz5v * t_f4frf + t_w7lcw * t_zjh3e)
-        + (t_5sglq * t_zlixu + t_3go2w * t_2ckaz)
-        + (t_r3mel * t_sasqd + t_xq4wt * t_22o4f)
-        + (t_vtt2b * t_j3lqj + t_rujpm * t_u4pue)
-        + (t_fz6w5 * t_6m3tu + t_pgxzp * t_wdqjg);
+        + (t_ykhgf * t_f4frf + t_w7lcw * t_ss3kn)
+        + (t_h4uvc * t_zlixu + t_3go2w * t_isivm)
+        + (t_pqvdf * t_sasqd + t_xq4wt * t_fijts)
+        + (t_caepv * t_5xnip + t_rujpm * t_3bimg)
+        + (t_uiwc3 * t_jxilg + t_pgxzp * t_3vjbq);
     const real t_62dmq = q[wy] * cos_theta2 - q[wz] * sin_theta2;
     const real t_rcia5 = sin_phi2 * t_62dmq;
     const real t_kmx3q = q[wy] * sin_theta2 + q[wz] * cos_theta2;
     const real t_jx7yj = t_nlamb * (p[l2] * t_rcia5) + t_e55su * t_kmx3q - w_x2 * (lc_2 * t_kmx3q);
-    const real t_ermaq = th_2 * (p[I2] * t_jx7yj);
-    const real t_r45ez = cos_theta2 * t_ermaq - t_iya7w;
+    const real t_iwdgv = th_2 * (p[I2] * t_jx7yj);
+    const real t_r45ez = cos_theta2 * t_iwdgv - t_iya7w;
     const real t_v3kg2 = cos_phi2 * t_62dmq;
     const real t_q63w7 = t_popww * (t_npq2c * t_v3kg2 - t_ozxm2 * t_kmx3q);
     const real t_abii4 = chi2 * t_v3kg2 - t_c6dmt * t_rcia5 - w_x2 * t_62dmq;
-    const real t_p5vlz = B_2 * t_abii4;
-    const real t_iv3yz = sin_phi2 * t_q63w7 + cos_phi2 * t_p5vlz;
-    const real t_mnycb = t_r45ez + (t_ga7f3 - sin_theta2 * t_iv3yz);
+    const real t_3poda = B_2 * t_abii4;
+    const real t_5td2q = sin_phi2 * t_q63w7 + cos_phi2 * t_3poda;
+    const real t_kiqnd = t_r45ez + (t_ga7f3 - sin_theta2 * t_5td2q);
     const real t_7u5ql = wq_2 * sin_theta2;
     const real t_vsg3m = (sin_theta2 + sin_theta2) * cos_theta2;
     const real t_duc43 = t_yoiua * t_vsg3m;
-    const real t_hikxl = t_7u5ql - t_duc43;
+    const real t_xv4km = t_7u5ql - t_duc43;
     const real t_vvls5 = cos_theta2 * cos_theta2 - S_sq2;
     const real t_h4epw = t_yoiua * t_vvls5;
     const real t_bynkl = tn11_2 * t_vsg3m;
     const real t_vasro = tn11_2 * t_vvls5;
     const real t_6coth = t_2fa7h - t_7u5ql;
-    const real t_scm4f = t_mnycb
-        + G2_v2 * t_hikxl
+    const real t_qugcr = t_kiqnd
+        + G2_v2 * t_xv4km
         - G3_v2 * t_h4epw
         + a2_v2 * t_bynkl
         + a3_v2 * t_vasro
         + t_lutta * t_6coth;
-    const real t_bw63z = sin_phi2 * t_p5vlz - cos_phi2 * t_q63w7;
-    const real t_o6ktd = t_bw63z
+    const real t_hjtld = sin_phi2 * t_3poda - cos_phi2 * t_q63w7;
+    const real t_ok6cs = t_hjtld
         + G2_v2 * t_inhtz
         - G3_v2 * t_i6twe
         + a2_v2 * t_mejrc
         - a3_v2 * t_em5lf;
     const real t_lq6gj = wq_2 * cos_theta2;
-    const real t_up5ji = t_lq6gj - t_h4epw;
-    const real t_g66ka = sin_theta2 * t_ermaq + t_oncjt;
-    const real t_ttm72 = t_g66ka + (cos_theta2 * t_iv3yz + t_ssvj3);
+    const real t_yuyqq = t_lq6gj - t_h4epw;
+    const real t_g66ka = sin_theta2 * t_iwdgv + t_oncjt;
+    const real t_2fkuq = t_g66ka + (cos_theta2 * t_5td2q + t_ssvj3);
     const real t_kjyuk = t_lq6gj + t_h3qlz;
-    const real t_v6n2b = G2_v2 * t_up5ji
-        - t_ttm72
+    const real t_jlnh3 = G2_v2 * t_yuyqq
+        - t_2fkuq
         + G3_v2 * t_duc43
         + a2_v2 * t_vasro
         - a3_v2 * t_bynkl
         - t_lutta * t_kjyuk;
-    const real t_b63ng = K11 * t_o6ktd
-        + (q2_v2 * t_mejrc + t_b3aij * t_scm4f)
-        + (t_zzymx * t_v6n2b - q3_v2 * t_em5lf);
+    const real t_sckka = K11 * t_ok6cs
+        + (q2_v2 * t_mejrc + t_b3aij * t_qugcr)
+        + (t_zzymx * t_jlnh3 - q3_v2 * t_em5lf);
     const real t_7leln = t_tqzpl * t_mejrc - t_r6alf * t_em5lf;
-    const real t_apjxi = t_owyvy * t_7leln
-        + PP_v2 * (t_i2mne * t_scm4f - t_4gyk7 * t_o6ktd + t_rhnsp * t_v6n2b);
-    const real t_s7mpx = (SELECT0(m_l7cqn, -(t_wjr3r * (t_t7vcl * t_b63ng + t_apjxi) * t_pd2sg)) + t_b63ng) * t_hvu5i
-        - t_nb6hg * t_7leln;
-    const real t_at6px = t_scm4f - (t_wdgab * t_mejrc + t_b3aij * t_s7mpx);
-    const real t_hd6wx = t_q2hfz * (t_cofwl * (t_at6px * t_y7rm6));
-    const real t_4kktk_4 = t_hd6wx * t_nwsjf;
-    const real t_skjh5_12 = t_cnhcl * (t_as3uq * t_4kktk_4);
-    const real t_4nx6p_13 = p[F] * (sin_t_auieu * t_skjh5_12);
-    const real t_ecreo_13 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_13));
-    const real t_5jrtw = t_v6n2b - (t_zzymx * t_s7mpx - t_wdgab * t_em5lf);
-    const real t_g4qvv = t_5jrtw * t_y7rm6 * t_qvk2y
-        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_hd6wx * t_imn4h)));
-    const real t_cha6m_4 = t_xh4j2 * (t_o7qta * t_g4qvv) * t_gwbho;
-    const real t_cv7p2_12 = sin_t_g4u7i * t_4kktk_4;
-    const real t_lnmjd_11 = cos_t_we5c3 * t_cha6m_4;
-    const real t_ssiof_11 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_12)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_11));
-    const real t_cl7gv_11 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_cha6m_4), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_11 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_11 = t_rila6 * (t_vr3uw * t_cl7gv_11);
-    const real t_ctppn_13 = sin_t_kl6tx * t_s6fxk_11;
-    const real t_3twxt = t_ecreo_13 - t_qhkro * t_ctppn_13 + t_bw63z;
+    const real t_w3dus = t_owyvy * t_7leln
+        + PP_v2 * (t_i2mne * t_qugcr - t_4gyk7 * t_ok6cs + t_rhnsp * t_jlnh3);
+    const real t_yrzxy = (SELECT0(m_l7cqn, -(t_5cok6 * (t_t7vcl * t_sckka + t_w3dus) * t_pd2sg)) + t_sckka) * t_hvu5i
+        - t_xyjfu * t_7leln;
+    const real t_ox6g7 = t_qugcr - (t_wdgab * t_mejrc + t_b3aij * t_yrzxy);
+    const real t_r42dl = t_q2hfz * (t_5x4sb * (t_ox6g7 * t_y7rm6));
+    const real t_7vxmt_4 = t_r42dl * t_nwsjf;
+    const real t_iubif_13 = t_bw2jd * (t_as3uq * t_7vxmt_4);
+    const real t_27ev7_13 = p[F] * (sin_t_auieu * t_iubif_13);
+    const real t_wzmp3_13 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_13));
+    const real t_nghde = t_jlnh3 - (t_zzymx * t_yrzxy - t_wdgab * t_em5lf);
+    const real t_npsnb = t_nghde * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_r42dl * t_imn4h)));
+    const real t_iijst_4 = t_q2hfz_2 * (t_2snz7 * t_npsnb) * t_bifdl;
+    const real t_d4wem_13 = sin_t_g4u7i * t_7vxmt_4;
+    const real t_kj6yx_13 = cos_t_kood5 * t_iijst_4;
+    const real t_ssiof_13 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_13)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_13));
+    const real t_amp27_13 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_iijst_4), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_13 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_13 = t_zrb6o * (t_vr3uw * t_amp27_13);
+    const real t_cxwzz_13 = sin_t_kl6tx * t_swjde_13;
+    const real t_xdfm7 = t_wzmp3_13 - t_zmkrd * t_cxwzz_13 + t_hjtld;
     const real t_hr7g5 = t_mejrc * t_bpfoo;
-    const real t_6dnpl_13 = p[F] * (cos_t_auieu * t_skjh5_12);
-    const real t_jabep = SELECT0(m_el4yy, t_6dnpl_13) - t_mnycb + (t_6qzob * t_hr7g5 + t_w7lcw * t_3twxt);
+    const real t_ilple_13 = p[F] * (cos_t_auieu * t_iubif_13);
+    const real t_jabep = SELECT0(m_el4yy, t_ilple_13) - t_kiqnd + (t_sfc5s * t_hr7g5 + t_w7lcw * t_xdfm7);
     const real t_5awlg = t_bynkl - (t_w7lcw * t_mejrc + t_b3aij * t_hr7g5);
     const real t_w7urv = t_em5lf * t_bpfoo;
     const real t_zzxmw = t_vasro - (t_3go2w * t_mejrc - t_b3aij * t_w7urv);
-    const real t_pjlrg = t_zzxmw * t_4iujv - t_6yahm * t_5awlg;
-    const real t_qbg3i_13 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_13));
-    const real t_2gr5i_13 = cos_t_kl6tx * t_s6fxk_11;
-    const real t_mvrqf_13 = t_qbg3i_13 + t_qhkro * t_2gr5i_13;
-    const real t_kbmac = t_3go2w * t_3twxt
-        - t_6qzob * t_w7urv
-        - (t_mvrqf_13 - t_ttm72)
-        - (t_dpn2x * t_pjlrg + K_L32 * t_jabep);
-    const real t_kpjwm = t_3go2w * t_em5lf
+    const real t_5245i = t_zzxmw * t_4iujv - t_6yahm * t_5awlg;
+    const real t_ooljq_13 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_13));
+    const real t_lqx5z_13 = cos_t_kl6tx * t_swjde_13;
+    const real t_mvrqf_13 = t_ooljq_13 + t_zmkrd * t_lqx5z_13;
+    const real t_cc4cr = t_3go2w * t_xdfm7
+        - t_sfc5s * t_w7urv
+        - (t_mvrqf_13 - t_2fkuq)
+        - (t_dpn2x * t_5245i + K_L32 * t_jabep);
+    const real t_fyz4v = t_3go2w * t_em5lf
         + t_zzymx * t_w7urv
-        - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_pjlrg));
+        - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_5245i));
     const real t_hwhsw = t_6coth + t_xq4wt * t_mejrc;
     const real t_as4es = t_hwhsw * t_4iujv - t_2ngl5 * t_5awlg;
-    const real t_xkdsr = t_kjyuk + (t_5wcj3 * t_zzxmw + t_2rbbr * t_as4es) + t_xq4wt * t_em5lf;
-    const real t_6azhi = t_xkdsr * t_zmh3u - t_ydwjl * t_kpjwm;
-    const real t_o7iro = p[l2] * t_p5vlz;
-    const real t_44ssi = q_2 * t_ermaq;
-    const real t_dpzr2 = t_o7iro - t_44ssi;
+    const real t_kkkcc = t_kjyuk + (t_5wcj3 * t_zzxmw + t_2rbbr * t_as4es) + t_xq4wt * t_em5lf;
+    const real t_h3yhs = t_kkkcc * t_zmh3u - t_ydwjl * t_fyz4v;
+    const real t_ae7pr = p[l2] * t_3poda;
+    const real t_44ssi = q_2 * t_iwdgv;
+    const real t_a7wcu = t_ae7pr - t_44ssi;
     const real t_jke4d = wqg_2 * sin_theta2;
     const real t_jnyny = t_jke4d + t_4qb3w;
     const real t_jcxvb = wqg_2 * cos_theta2;
     const real t_yokvo = t_jcxvb - t_6pb2s;
-    const real t_shxu4_13 = p[F] * t_cv7p2_12;
-    const real t_huqui_13 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_13));
-    const real t_yeljt_11 = sin_t_we5c3 * t_cha6m_4;
-    const real t_ycck6 = t_huqui_13 + SELECT0(m_trmto, t_wo26r * t_yeljt_11) - (K11 * t_s7mpx - t_o6ktd);
-    const real t_52pr2_12 = p[F] * (cos_t_g4u7i * t_4kktk_4);
-    const real t_6h4ui = SELECT0(m_el4yy, t_52pr2_12) - t_at6px + (t_bwipr * t_hr7g5 + t_w7lcw * t_ycck6);
-    const real t_a3mx6_11 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_13)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_11));
-    const real t_zadgv = t_3go2w * t_ycck6
-        - t_bwipr * t_w7urv
-        - (t_a3mx6_11 + t_5jrtw)
-        - (t_4xynl * t_pjlrg + K_L32 * t_6h4ui);
-    const real t_hrw2r = t_zadgv * t_zmh3u - t_t6xbf * t_kpjwm;
-    const real t_bhyw7 = t_6h4ui * t_4iujv - t_7grn6 * t_5awlg - (t_zsfv2 * t_pjlrg + K_L32 * t_hrw2r);
-    const real t_n5uw2 = t_ycck6 * t_bpfoo
-        + (t_nobhr * t_hr7g5 + t_w7lcw * t_bhyw7)
-        + (t_3go2w * t_hrw2r - t_zsfv2 * t_w7urv);
-    const real t_cgxsm_11 = t_ecreo_13 - t_qhkro_2 * t_ctppn_13 - (t_huqui_13 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_11));
-    const real t_ycqju_13 = t_6dnpl_13 - t_52pr2_12;
-    const real t_cdm7w = SELECT0(m_el4yy, t_ycqju_13) + (t_xyvv6 * t_hr7g5 + t_w7lcw * t_cgxsm_11);
-    const real t_pdzxe_13 = p[F] * t_ssiof_11 - (t_qbg3i_13 + t_qhkro_2 * t_2gr5i_13);
+    const real t_shxu4_13 = p[F] * t_d4wem_13;
+    const real t_huqui_13 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_13));
+    const real t_7nvy5_13 = sin_t_kood5 * t_iijst_4;
+    const real t_ntjbt = t_huqui_13 + SELECT0(m_uklky, t_wo26r * t_7nvy5_13) - (K11 * t_yrzxy - t_ok6cs);
+    const real t_kbtvv_13 = p[F] * (cos_t_g4u7i * t_7vxmt_4);
+    const real t_scxyo = SELECT0(m_el4yy, t_kbtvv_13) - t_ox6g7 + (t_gw4dc * t_hr7g5 + t_w7lcw * t_ntjbt);
+    const real t_a3mx6_13 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_13)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_13));
+    const real t_xln6o = t_3go2w * t_ntjbt
+        - t_gw4dc * t_w7urv
+        - (t_a3mx6_13 + t_nghde)
+        - (t_4xynl * t_5245i + K_L32 * t_scxyo);
+    const real t_va72l = t_xln6o * t_zmh3u - t_g2rkm * t_fyz4v;
+    const real t_e7iqh = t_scxyo * t_4iujv - t_ey6wv * t_5awlg - (t_zsfv2 * t_5245i + K_L32 * t_va72l);
+    const real t_i75ky = t_ntjbt * t_bpfoo
+        + (t_zh7nn * t_hr7g5 + t_w7lcw * t_e7iqh)
+        + (t_3go2w * t_va72l - t_zsfv2 * t_w7urv);
+    const real t_cgxsm_13 = t_wzmp3_13 - t_zmkrd_2 * t_cxwzz_13 - (t_huqui_13 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_13));
+    const real t_ycqju_13 = t_ilple_13 - t_kbtvv_13;
+    const real t_cdm7w = SELECT0(m_el4yy, t_ycqju_13) + (t_yb4wq * t_hr7g5 + t_w7lcw * t_cgxsm_13);
+    const real t_pdzxe_13 = p[F] * t_ssiof_13 - (t_ooljq_13 + t_zmkrd_2 * t_lqx5z_13);
     const real t_a764m = t_pdzxe_13
-        + (t_3go2w * t_cgxsm_11 - t_xyvv6 * t_w7urv)
-        - (t_qbbkc * t_pjlrg + K_L32 * t_cdm7w);
-    const real t_evxzc = t_a764m * t_zmh3u - t_nki4x * t_kpjwm;
-    const real t_avhtq = t_cdm7w * t_4iujv - t_igr3x * t_5awlg - (t_lvdlo * t_pjlrg + K_L32 * t_evxzc);
-    const real t_4cyi5 = t_cgxsm_11 * t_bpfoo
-        + (t_prgks * t_hr7g5 + t_w7lcw * t_avhtq)
-        + (t_3go2w * t_evxzc - t_lvdlo * t_w7urv);
-    const real t_h2pl6 = t_dpzr2
+        + (t_3go2w * t_cgxsm_13 - t_yb4wq * t_w7urv)
+        - (t_qbbkc * t_5245i + K_L32 * t_cdm7w);
+    const real t_oleyw = t_a764m * t_zmh3u - t_n6whd * t_fyz4v;
+    const real t_ax7cl = t_cdm7w * t_4iujv - t_2ngl5_2 * t_5awlg - (t_lvdlo * t_5245i + K_L32 * t_oleyw);
+    const real t_6et5f = t_cgxsm_13 * t_bpfoo
+        + (t_4zkth * t_hr7g5 + t_w7lcw * t_ax7cl)
+        + (t_3go2w * t_oleyw - t_lvdlo * t_w7urv);
+    const real t_dhhfq = t_a7wcu
         + G2_v2 * t_jnyny
         + G3_v2 * t_yokvo
-        - t_2m245 * t_s7mpx
-        - t_2m245 * t_n5uw2
+        - t_2m245 * t_yrzxy
+        - t_2m245 * t_i75ky
         - a2_v2 * t_6coth
-        - (t_nobhr * t_6coth + t_yz7e5 * t_bhyw7)
+        - (t_zh7nn * t_6coth + t_yz7e5 * t_e7iqh)
         + a3_v2 * t_kjyuk
-        + (t_zsfv2 * t_kjyuk + K43 * t_hrw2r)
-        - t_2m245 * t_4cyi5
-        - (t_prgks * t_6coth + t_yz7e5 * t_avhtq)
-        + (t_lvdlo * t_kjyuk + K43 * t_evxzc)
-        - t_dpzr2
-        + t_xq4wt * t_3twxt
+        + (t_zsfv2 * t_kjyuk + K43 * t_va72l)
+        - t_2m245 * t_6et5f
+        - (t_4zkth * t_6coth + t_yz7e5 * t_ax7cl)
+        + (t_lvdlo * t_kjyuk + K43 * t_oleyw)
+        - t_a7wcu
+        + t_xq4wt * t_xdfm7
         + (t_dpn2x * t_as4es + t_5wcj3 * t_jabep)
-        - (t_rugjk * t_6azhi + K_L43 * t_kbmac);
-    const real t_lgenm = t_5wcj3 * t_hwhsw + t_u3hss * t_as4es + (K_L43 * t_xkdsr + t_fqe33 * t_6azhi);
+        - (t_rugjk * t_h3yhs + K_L43 * t_cc4cr);
+    const real t_z36xo = t_5wcj3 * t_hwhsw + t_u3hss * t_as4es + (K_L43 * t_kkkcc + t_fqe33 * t_h3yhs);
     const real t_tcnjk = t_inhtz * t_bpfoo;
-    const real t_pekg2 = t_hikxl - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
+    const real t_pekg2 = t_xv4km - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
     const real t_eq7ot = t_pekg2 * t_4iujv - t_hfybw * t_5awlg;
-    const real t_vpjjs = t_up5ji
+    const real t_fbik5 = t_yuyqq
         - (K_L52 * t_zzxmw + t_2rbbr * t_eq7ot)
         - (t_zzymx * t_tcnjk - t_rujpm * t_em5lf);
-    const real t_bs6n5 = t_vpjjs * t_zmh3u - t_qe675 * t_kpjwm;
-    const real t_u4quw = t_jnyny
+    const real t_otkxh = t_fbik5 * t_zmh3u - t_qe675 * t_fyz4v;
+    const real t_objih = t_jnyny
         + (K_L52 * t_hwhsw + t_u3hss * t_eq7ot)
-        - (K_L53 * t_xkdsr + t_fqe33 * t_bs6n5)
+        - (K_L53 * t_kkkcc + t_fqe33 * t_otkxh)
         - t_2m245 * t_tcnjk;
-    const real t_ry23j_2 = t_u4quw * t_lt2al + t_2e52m * t_lgenm;
-    const real t_qwkf6 = t_o7iro - e2 * t_iv3yz;
-    const real t_hcee7 = sin_theta2 * t_qwkf6 + t_wrhtu - t_44ssi + g_2 * t_r45ez;
+    const real t_edocq_2 = t_objih * t_lt2al + t_2e52m * t_z36xo;
+    const real t_cdcpd = t_ae7pr - e2 * t_5td2q;
+    const real t_67tyi = sin_theta2 * t_cdcpd + t_wrhtu - t_44ssi + g_2 * t_r45ez;
     const real t_mxd3p = tn44_2 * t_vsg3m;
     const real t_7uk7k = t_mxd3p - K(-2.0) * t_jke4d;
     const real t_jjfdv = t_jcxvb + tn44_2 * t_vvls5;
-    const real t_vuy7m = t_hcee7
+    const real t_w7wrc = t_67tyi
         + G2_v2 * t_7uk7k
         + G3_v2 * t_jjfdv
-        - (t_wdgab * t_inhtz + t_6mmeb * t_s7mpx)
-        - (t_ovgbj * t_inhtz + t_6mmeb * t_n5uw2)
-        + a2_v2 * t_hikxl
-        + (t_nobhr * t_hikxl + K52 * t_bhyw7)
-        + a3_v2 * t_up5ji
-        + (t_zsfv2 * t_up5ji + K53 * t_hrw2r)
+        - (t_wdgab * t_inhtz + t_6mmeb * t_yrzxy)
+        - (t_2lbar * t_inhtz + t_6mmeb * t_i75ky)
+        + a2_v2 * t_xv4km
+        + (t_zh7nn * t_xv4km + K52 * t_e7iqh)
+        + a3_v2 * t_yuyqq
+        + (t_zsfv2 * t_yuyqq + K53 * t_va72l)
         - t_lutta * t_jnyny
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_12)
-        - (t_yurpy * t_inhtz + t_6mmeb * t_4cyi5)
-        + (t_prgks * t_hikxl + K52 * t_avhtq)
-        + (t_lvdlo * t_up5ji + K53 * t_evxzc)
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_13)
+        - (t_vrqgs * t_inhtz + t_6mmeb * t_6et5f)
+        + (t_4zkth * t_xv4km + K52 * t_ax7cl)
+        + (t_lvdlo * t_yuyqq + K53 * t_oleyw)
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_13)
-        - t_hcee7
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_13))
-        + (t_6qzob * t_tcnjk + t_rujpm * t_3twxt)
+        - t_67tyi
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_13))
+        + (t_sfc5s * t_tcnjk + t_rujpm * t_xdfm7)
         - (t_dpn2x * t_eq7ot + K_L52 * t_jabep)
-        - (t_rugjk * t_bs6n5 + K_L53 * t_kbmac)
-        - (t_oztre * t_ry23j_2 + K_L54 * t_h2pl6);
-    const real t_5vsxa = t_7uk7k
+        - (t_rugjk * t_otkxh + K_L53 * t_cc4cr)
+        - (t_eqody * t_edocq_2 + K_L54 * t_dhhfq);
+    const real t_rr7bu = t_7uk7k
         - (K_L52 * t_pekg2 + t_xqwvu * t_eq7ot)
-        - (K_L53 * t_vpjjs + t_kjv32 * t_bs6n5)
-        - (K_L54 * t_u4quw + t_svz2s * t_ry23j_2)
+        - (K_L53 * t_fbik5 + t_kjv32 * t_otkxh)
+        - (K_L54 * t_objih + t_svz2s * t_edocq_2)
         - (t_rujpm * t_inhtz + t_6mmeb * t_tcnjk);
     const real t_kpfwr = t_i6twe * t_bpfoo;
-    const real t_f75xd = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
-    const real t_q22up = t_f75xd * t_4iujv - t_2ngl5_2 * t_5awlg;
-    const real t_cpj5a = t_duc43
-        + (t_gz422 * t_zzxmw + t_2rbbr * t_q22up)
+    const real t_mgkky = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
+    const real t_utidn = t_mgkky * t_4iujv - t_2ngl5_3 * t_5awlg;
+    const real t_66vqf = t_duc43
+        + (t_gz422 * t_zzxmw + t_2rbbr * t_utidn)
         + (t_pgxzp * t_em5lf + t_zzymx * t_kpfwr);
-    const real t_5sngg = t_cpj5a * t_zmh3u - t_kpf5p * t_kpjwm;
-    const real t_lq2wk = t_yokvo
-        - (t_gz422 * t_hwhsw + t_u3hss * t_q22up)
-        - (K_L63 * t_xkdsr + t_fqe33 * t_5sngg)
+    const real t_dfbbm = t_66vqf * t_zmh3u - t_kpf5p * t_fyz4v;
+    const real t_ip4wi = t_yokvo
+        - (t_gz422 * t_hwhsw + t_u3hss * t_utidn)
+        - (K_L63 * t_kkkcc + t_fqe33 * t_dfbbm)
         + t_2m245 * t_kpfwr;
-    const real t_lgeqh_2 = t_lq2wk * t_lt2al + t_wurun * t_lgenm;
-    const real t_abuqp = t_jjfdv
-        + (t_gz422 * t_pekg2 + t_xqwvu * t_q22up)
-        - (K_L63 * t_vpjjs + t_kjv32 * t_5sngg)
-        - (K_L64 * t_u4quw + t_svz2s * t_lgeqh_2)
+    const real t_notmf_2 = t_ip4wi * t_lt2al + t_wurun * t_z36xo;
+    const real t_z7sm5 = t_jjfdv
+        + (t_gz422 * t_pekg2 + t_xqwvu * t_utidn)
+        - (K_L63 * t_fbik5 + t_kjv32 * t_dfbbm)
+        - (K_L64 * t_objih + t_svz2s * t_notmf_2)
         - (t_pgxzp * t_inhtz - t_6mmeb * t_kpfwr);
-    const real t_6zncw = t_abuqp * t_ftqxb - t_dzxqu * t_5vsxa;
-    const real t_xkaur = cos_theta2 * t_qwkf6 - t_n4l7v - g_2 * t_g66ka;
-    const real t_tvet4 = t_lwe76 * t_a3mx6_11
-        - t_xkaur
+    const real t_a3dww = t_z7sm5 * t_ftqxb - t_dzxqu * t_rr7bu;
+    const real t_rzicu = cos_theta2 * t_cdcpd - t_n4l7v - g_2 * t_g66ka;
+    const real t_pzpov = t_lwe76 * t_a3mx6_13
+        - t_rzicu
         - G2_v2 * t_jjfdv
         + G3_v2 * t_mxd3p
-        + (t_bl4f2 * t_s7mpx - t_wdgab * t_i6twe)
-        + (t_bl4f2 * t_n5uw2 - t_ovgbj * t_i6twe)
+        + (t_bl4f2 * t_yrzxy - t_wdgab * t_i6twe)
+        + (t_bl4f2 * t_i75ky - t_2lbar * t_i6twe)
         + a2_v2 * t_h4epw
-        + (t_nobhr * t_h4epw + t_hjmgb * t_bhyw7)
+        + (t_zh7nn * t_h4epw + t_hjmgb * t_e7iqh)
         - a3_v2 * t_duc43
-        - (t_zsfv2 * t_duc43 + K63 * t_hrw2r)
+        - (t_zsfv2 * t_duc43 + K63 * t_va72l)
         + t_lutta * t_yokvo
         - t_lwe76 * t_pdzxe_13
-        + (t_bl4f2 * t_4cyi5 - t_yurpy * t_i6twe)
-        + (t_prgks * t_h4epw + t_hjmgb * t_avhtq)
-        - (t_lvdlo * t_duc43 + K63 * t_evxzc)
-        + t_xkaur;
-    const real t_bmurn = t_lwe76 * t_mvrqf_13
-        - t_tvet4
-        + (t_pgxzp * t_3twxt - t_6qzob * t_kpfwr)
-        + (t_dpn2x * t_q22up + t_gz422 * t_jabep)
-        - (t_rugjk * t_5sngg + K_L63 * t_kbmac)
-        - (t_oztre * t_lgeqh_2 + K_L64 * t_h2pl6)
-        - (t_2ohsx * t_6zncw + K_L65 * t_vuy7m);
-    const real t_7anzs = t_mxd3p
-        + (t_gz422 * t_f75xd + t_jc3gv * t_q22up)
-        + (K_L63 * t_cpj5a + t_iyghn * t_5sngg)
-        + (K_L64 * t_lq2wk + t_vjpw3 * t_lgeqh_2)
-        + (K_L65 * t_abuqp + t_xds3k * t_6zncw);
-    const real t_yvdol = t_bmurn * t_nfkwa - t_kr5ep * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_7anzs);
-    const real t_2ppm2 = t_vuy7m * t_ftqxb - t_wwfhr * t_5vsxa - (t_fz6w5 * t_6zncw + K_L65 * t_yvdol);
-    const real t_ngkn7 = t_h2pl6 * t_lt2al
-        + t_tocnu * t_lgenm
-        - (t_vtt2b * t_ry23j_2 + K_L54 * t_2ppm2)
-        - (t_fz6w5 * t_lgeqh_2 + K_L64 * t_yvdol);
-    const real t_njtea = t_kbmac * t_zmh3u
-        - t_qty3w * t_kpjwm
-        - (t_r3mel * t_6azhi + K_L43 * t_ngkn7)
-        - (t_vtt2b * t_bs6n5 + K_L53 * t_2ppm2)
-        - (t_fz6w5 * t_5sngg + K_L63 * t_yvdol);
-    const real t_xhu4e = t_jabep * t_4iujv
+        + (t_bl4f2 * t_6et5f - t_vrqgs * t_i6twe)
+        + (t_4zkth * t_h4epw + t_hjmgb * t_ax7cl)
+        - (t_lvdlo * t_duc43 + K63 * t_oleyw)
+        + t_rzicu;
+    const real t_s3l5o = t_lwe76 * t_mvrqf_13
+        - t_pzpov
+        + (t_pgxzp * t_xdfm7 - t_sfc5s * t_kpfwr)
+        + (t_dpn2x * t_utidn + t_gz422 * t_jabep)
+        - (t_rugjk * t_dfbbm + K_L63 * t_cc4cr)
+        - (t_eqody * t_notmf_2 + K_L64 * t_dhhfq)
+        - (t_w7vk3 * t_a3dww + K_L65 * t_w7wrc);
+    const real t_7zous = t_mxd3p
+        + (t_gz422 * t_mgkky + t_dzmcy * t_utidn)
+        + (K_L63 * t_66vqf + t_iyghn * t_dfbbm)
+        + (K_L64 * t_ip4wi + t_vjpw3 * t_notmf_2)
+        + (K_L65 * t_z7sm5 + t_3np5y * t_a3dww);
+    const real t_ghbzd = t_s3l5o * t_nfkwa - t_xzdnc * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_7zous);
+    const real t_p6wlz = t_w7wrc * t_ftqxb - t_mscx7 * t_rr7bu - (t_uiwc3 * t_a3dww + K_L65 * t_ghbzd);
+    const real t_n4kjy = t_dhhfq * t_lt2al
+        + t_tssdq * t_z36xo
+        - (t_caepv * t_edocq_2 + K_L54 * t_p6wlz)
+        - (t_uiwc3 * t_notmf_2 + K_L64 * t_ghbzd);
+    const real t_tjc4u = t_cc4cr * t_zmh3u
+        - t_qty3w * t_fyz4v
+        - (t_pqvdf * t_h3yhs + K_L43 * t_n4kjy)
+        - (t_caepv * t_otkxh + K_L53 * t_p6wlz)
+        - (t_uiwc3 * t_dfbbm + K_L63 * t_ghbzd);
+    const real t_dscj2 = t_jabep * t_4iujv
         - t_me7eb * t_5awlg
-        - (t_5sglq * t_pjlrg + K_L32 * t_njtea)
-        + (t_r3mel * t_as4es + t_5wcj3 * t_ngkn7)
-        - (t_vtt2b * t_eq7ot + K_L52 * t_2ppm2)
-        + (t_fz6w5 * t_q22up + t_gz422 * t_yvdol);
-    const real t_7bsfn = t_3twxt * t_bpfoo
-        + (t_4xz5v * t_hr7g5 + t_w7lcw * t_xhu4e)
-        + (t_3go2w * t_njtea - t_5sglq * t_w7urv)
-        + t_xq4wt * t_ngkn7
-        + (t_vtt2b * t_tcnjk + t_rujpm * t_2ppm2)
-        + (t_pgxzp * t_yvdol - t_fz6w5 * t_kpfwr);
+        - (t_h4uvc * t_5245i + K_L32 * t_tjc4u)
+        + (t_pqvdf * t_as4es + t_5wcj3 * t_n4kjy)
+        - (t_caepv * t_eq7ot + K_L52 * t_p6wlz)
+        + (t_uiwc3 * t_utidn + t_gz422 * t_ghbzd);
+    const real t_rh5me = t_xdfm7 * t_bpfoo
+        + (t_ykhgf * t_hr7g5 + t_w7lcw * t_dscj2)
+        + (t_3go2w * t_tjc4u - t_h4uvc * t_w7urv)
+        + t_xq4wt * t_n4kjy
+        + (t_caepv * t_tcnjk + t_rujpm * t_p6wlz)
+        + (t_pgxzp * t_ghbzd - t_uiwc3 * t_kpfwr);
     const real t_nxx6u = t_q2k45 + t_q2k45;
     const real t_qkxuz = th_1 * (p[I1] * t_nxx6u);
     const real t_sjukx = cos_theta1 * t_qkxuz;
@@ -10355,236 +10355,236 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_76msj = t_b3aij * t_7yepl - K11 * t_py77n - t_zzymx * t_kvrf6;
     const real t_7nwj7 = t_t7vcl * t_76msj
         - PP_v2 * (t_rhnsp * t_kvrf6 - (t_4gyk7 * t_py77n + t_i2mne * t_7yepl));
-    const real t_lz6fb = (SELECT0(m_l7cqn, t_wjr3r * t_7nwj7 * t_pd2sg) - t_76msj) * t_hvu5i;
-    const real t_eyegk = t_7yepl + t_b3aij * t_lz6fb;
-    const real t_h7g2l = t_q2hfz * (t_cofwl * (t_eyegk * t_y7rm6));
-    const real t_yabq5_8 = t_h7g2l * t_nwsjf;
-    const real t_nl5eh_2 = t_cnhcl * (t_as3uq * t_yabq5_8);
-    const real t_4nx6p_14 = p[F] * (sin_t_auieu * t_nl5eh_2);
-    const real t_ecreo_14 = SELECT0(m_el4yy, cos_t_kl6tx * t_4nx6p_14);
-    const real t_4dqy5 = t_kvrf6 - t_zzymx * t_lz6fb;
-    const real t_jdlsw = t_4dqy5 * t_y7rm6 * t_qvk2y
-        + SELECT0(m_el4yy, -(t_rdshm * (t_qzpff * (t_uwsp7 * t_h7g2l * t_imn4h))));
-    const real t_qqesw = t_xh4j2 * (t_o7qta * t_jdlsw) * t_gwbho;
-    const real t_d4wem_2 = sin_t_g4u7i * t_yabq5_8;
-    const real t_lnmjd_12 = cos_t_we5c3 * t_qqesw;
-    const real t_ssiof_12 = SELECT0(m_el4yy, sin_t_we5c3 * t_d4wem_2) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_12));
-    const real t_cl7gv_12 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_qqesw), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_12 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_12 = t_rila6 * (t_vr3uw * t_cl7gv_12);
-    const real t_ctppn_14 = sin_t_kl6tx * t_s6fxk_12;
-    const real t_djwjp = t_ecreo_14 - t_qhkro * t_ctppn_14 + t_py77n;
-    const real t_6dnpl_14 = p[F] * (cos_t_auieu * t_nl5eh_2);
-    const real t_npksr = SELECT0(m_el4yy, -t_6dnpl_14) + t_7yepl + t_w7lcw * t_djwjp;
-    const real t_qbg3i_14 = SELECT0(m_el4yy, sin_t_kl6tx * t_4nx6p_14);
-    const real t_2gr5i_14 = cos_t_kl6tx * t_s6fxk_12;
-    const real t_mvrqf_14 = t_qbg3i_14 + t_qhkro * t_2gr5i_14;
-    const real t_te3xh = t_3go2w * t_djwjp - (t_mvrqf_14 + t_kvrf6) - K_L32 * t_npksr;
+    const real t_q5dem = (SELECT0(m_l7cqn, t_5cok6 * t_7nwj7 * t_pd2sg) - t_76msj) * t_hvu5i;
+    const real t_onoi6 = t_7yepl + t_b3aij * t_q5dem;
+    const real t_xe24n = t_q2hfz * (t_5x4sb * (t_onoi6 * t_y7rm6));
+    const real t_oesw4_9 = t_xe24n * t_nwsjf;
+    const real t_iubif_14 = t_bw2jd * (t_as3uq * t_oesw4_9);
+    const real t_27ev7_14 = p[F] * (sin_t_auieu * t_iubif_14);
+    const real t_wzmp3_14 = SELECT0(m_el4yy, cos_t_kl6tx * t_27ev7_14);
+    const real t_6djyh = t_kvrf6 - t_zzymx * t_q5dem;
+    const real t_p3mk4 = t_6djyh * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, -(t_rdshm * (t_qzpff * (t_uwsp7 * t_xe24n * t_imn4h))));
+    const real t_6llfx_9 = t_q2hfz_2 * (t_2snz7 * t_p3mk4) * t_bifdl;
+    const real t_d4wem_14 = sin_t_g4u7i * t_oesw4_9;
+    const real t_kj6yx_14 = cos_t_kood5 * t_6llfx_9;
+    const real t_ssiof_14 = SELECT0(m_el4yy, sin_t_kood5 * t_d4wem_14) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_14));
+    const real t_amp27_14 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_9), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_14 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_14 = t_zrb6o * (t_vr3uw * t_amp27_14);
+    const real t_cxwzz_14 = sin_t_kl6tx * t_swjde_14;
+    const real t_djwjp = t_wzmp3_14 - t_zmkrd * t_cxwzz_14 + t_py77n;
+    const real t_ilple_14 = p[F] * (cos_t_auieu * t_iubif_14);
+    const real t_npksr = SELECT0(m_el4yy, -t_ilple_14) + t_7yepl + t_w7lcw * t_djwjp;
+    const real t_ooljq_14 = SELECT0(m_el4yy, sin_t_kl6tx * t_27ev7_14);
+    const real t_lqx5z_14 = cos_t_kl6tx * t_swjde_14;
+    const real t_mvrqf_14 = t_ooljq_14 + t_zmkrd * t_lqx5z_14;
+    const real t_nd3tx = t_3go2w * t_djwjp - (t_mvrqf_14 + t_kvrf6) - K_L32 * t_npksr;
     const real t_2g7bi = p[l1] * t_5skfg;
     const real t_t262i = q_1 * t_qkxuz;
     const real t_fbgrz = t_2g7bi + t_t262i - p[eps1];
-    const real t_shxu4_14 = p[F] * t_d4wem_2;
-    const real t_huqui_14 = SELECT0(m_el4yy, cos_t_we5c3 * t_shxu4_14);
-    const real t_yeljt_12 = sin_t_we5c3 * t_qqesw;
-    const real t_ofqey = t_huqui_14 + SELECT0(m_trmto, t_wo26r * t_yeljt_12) - (K11 * t_lz6fb - t_py77n);
-    const real t_kbtvv_2 = p[F] * (cos_t_g4u7i * t_yabq5_8);
-    const real t_u6nwt = SELECT0(m_el4yy, -t_kbtvv_2) + t_eyegk + t_w7lcw * t_ofqey;
-    const real t_a3mx6_12 = SELECT0(m_el4yy, sin_t_we5c3 * t_shxu4_14) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_12));
-    const real t_tr6h4 = (t_3go2w * t_ofqey - (t_a3mx6_12 + t_4dqy5) - K_L32 * t_u6nwt) * t_zmh3u;
-    const real t_owktw = t_u6nwt * t_4iujv - K_L32 * t_tr6h4;
-    const real t_a5ttz = t_ofqey * t_bpfoo + t_w7lcw * t_owktw + t_3go2w * t_tr6h4;
-    const real t_cgxsm_12 = t_ecreo_14 - t_qhkro_2 * t_ctppn_14 - (t_huqui_14 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_12));
-    const real t_ycqju_14 = t_kbtvv_2 - t_6dnpl_14;
-    const real t_4w3t6_10 = SELECT0(m_el4yy, t_ycqju_14) + t_w7lcw * t_cgxsm_12;
-    const real t_pdzxe_14 = p[F] * t_ssiof_12 - (t_qbg3i_14 + t_qhkro_2 * t_2gr5i_14);
-    const real t_tuq22_10 = (t_pdzxe_14 + t_3go2w * t_cgxsm_12 - K_L32 * t_4w3t6_10) * t_zmh3u;
-    const real t_54x6k_10 = t_4w3t6_10 * t_4iujv - K_L32 * t_tuq22_10;
-    const real t_mtv6d_10 = t_cgxsm_12 * t_bpfoo + t_w7lcw * t_54x6k_10 + t_3go2w * t_tuq22_10;
-    const real t_bjceu = t_fbgrz
-        - t_2m245 * t_lz6fb
-        - t_2m245 * t_a5ttz
-        - t_yz7e5 * t_owktw
-        + K43 * t_tr6h4
-        - t_2m245 * t_mtv6d_10
-        - t_yz7e5 * t_54x6k_10
+    const real t_shxu4_14 = p[F] * t_d4wem_14;
+    const real t_huqui_14 = SELECT0(m_el4yy, cos_t_kood5 * t_shxu4_14);
+    const real t_7nvy5_14 = sin_t_kood5 * t_6llfx_9;
+    const real t_7ucxc = t_huqui_14 + SELECT0(m_uklky, t_wo26r * t_7nvy5_14) - (K11 * t_q5dem - t_py77n);
+    const real t_kbtvv_14 = p[F] * (cos_t_g4u7i * t_oesw4_9);
+    const real t_axs6d = SELECT0(m_el4yy, -t_kbtvv_14) + t_onoi6 + t_w7lcw * t_7ucxc;
+    const real t_a3mx6_14 = SELECT0(m_el4yy, sin_t_kood5 * t_shxu4_14) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_14));
+    const real t_zvl2p = (t_3go2w * t_7ucxc - (t_a3mx6_14 + t_6djyh) - K_L32 * t_axs6d) * t_zmh3u;
+    const real t_2xwyg_9 = t_axs6d * t_4iujv - K_L32 * t_zvl2p;
+    const real t_zoemm = t_7ucxc * t_bpfoo + t_w7lcw * t_2xwyg_9 + t_3go2w * t_zvl2p;
+    const real t_cgxsm_14 = t_wzmp3_14 - t_zmkrd_2 * t_cxwzz_14 - (t_huqui_14 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_14));
+    const real t_ycqju_14 = t_kbtvv_14 - t_ilple_14;
+    const real t_4w3t6_10 = SELECT0(m_el4yy, t_ycqju_14) + t_w7lcw * t_cgxsm_14;
+    const real t_pdzxe_14 = p[F] * t_ssiof_14 - (t_ooljq_14 + t_zmkrd_2 * t_lqx5z_14);
+    const real t_tuq22_10 = (t_pdzxe_14 + t_3go2w * t_cgxsm_14 - K_L32 * t_4w3t6_10) * t_zmh3u;
+    const real t_s7pal_10 = t_4w3t6_10 * t_4iujv - K_L32 * t_tuq22_10;
+    const real t_cyfhb_10 = t_cgxsm_14 * t_bpfoo + t_w7lcw * t_s7pal_10 + t_3go2w * t_tuq22_10;
+    const real t_picd3 = t_fbgrz
+        - t_2m245 * t_q5dem
+        - t_2m245 * t_zoemm
+        - t_yz7e5 * t_2xwyg_9
+        + K43 * t_zvl2p
+        - t_2m245 * t_cyfhb_10
+        - t_yz7e5 * t_s7pal_10
         + K43 * t_tuq22_10
         - t_fbgrz
         + t_xq4wt * t_djwjp
         + t_5wcj3 * t_npksr
-        - K_L43 * t_te3xh;
+        - K_L43 * t_nd3tx;
     const real t_jczf2 = t_2g7bi - e1 * t_xryeg;
     const real t_cs5mc = q[wy] * p[I1];
     const real t_yqv2h = sin_theta1 * t_jczf2 + t_t262i - t_cs5mc - g_1 * t_sjukx;
-    const real t_lkzux = t_yqv2h
-        - t_6mmeb * t_lz6fb
-        - t_6mmeb * t_a5ttz
-        + K52 * t_owktw
-        + K53 * t_tr6h4
-        + SELECT0(m_el4yy, -(t_lwe76 * t_kbtvv_2))
-        - t_6mmeb * t_mtv6d_10
-        + K52 * t_54x6k_10
+    const real t_oqqqb = t_yqv2h
+        - t_6mmeb * t_q5dem
+        - t_6mmeb * t_zoemm
+        + K52 * t_2xwyg_9
+        + K53 * t_zvl2p
+        + SELECT0(m_el4yy, -(t_lwe76 * t_kbtvv_14))
+        - t_6mmeb * t_cyfhb_10
+        + K52 * t_s7pal_10
         + K53 * t_tuq22_10
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_14)
         - t_yqv2h
-        + SELECT0(m_el4yy, t_lwe76 * t_6dnpl_14)
+        + SELECT0(m_el4yy, t_lwe76 * t_ilple_14)
         + t_rujpm * t_djwjp
         - K_L52 * t_npksr
-        - K_L53 * t_te3xh
-        - K_L54 * t_bjceu;
+        - K_L53 * t_nd3tx
+        - K_L54 * t_picd3;
     const real t_seul2 = cos_theta1 * t_jczf2 + g_1 * t_3j3sr - q[wz] * p[I1];
-    const real t_p4swx = t_lwe76 * t_a3mx6_12
+    const real t_c5m7h = t_lwe76 * t_a3mx6_14
         - t_seul2
-        + t_bl4f2 * t_lz6fb
-        + t_bl4f2 * t_a5ttz
-        + t_hjmgb * t_owktw
-        - K63 * t_tr6h4
+        + t_bl4f2 * t_q5dem
+        + t_bl4f2 * t_zoemm
+        + t_hjmgb * t_2xwyg_9
+        - K63 * t_zvl2p
         - t_lwe76 * t_pdzxe_14
-        + t_bl4f2 * t_mtv6d_10
-        + t_hjmgb * t_54x6k_10
+        + t_bl4f2 * t_cyfhb_10
+        + t_hjmgb * t_s7pal_10
         - K63 * t_tuq22_10
         + t_seul2;
-    const real t_eefis = t_lwe76 * t_mvrqf_14
-        - t_p4swx
+    const real t_p6vuw = t_lwe76 * t_mvrqf_14
+        - t_c5m7h
         + t_pgxzp * t_djwjp
         + t_gz422 * t_npksr
-        - K_L63 * t_te3xh
-        - K_L64 * t_bjceu
-        - K_L65 * t_lkzux;
-    const real t_g7vgd = t_eefis * t_nfkwa;
-    const real t_fgup7 = t_lkzux * t_ftqxb - K_L65 * t_g7vgd;
-    const real t_rdyfn = t_bjceu * t_lt2al - K_L54 * t_fgup7 - K_L64 * t_g7vgd;
-    const real t_bpfz6 = t_te3xh * t_zmh3u - K_L43 * t_rdyfn - K_L53 * t_fgup7 - K_L63 * t_g7vgd;
-    const real t_eztlj = t_npksr * t_4iujv
-        - K_L32 * t_bpfz6
-        + t_5wcj3 * t_rdyfn
-        - K_L52 * t_fgup7
-        + t_gz422 * t_g7vgd;
-    const real t_6oe4v = t_djwjp * t_bpfoo
-        + t_w7lcw * t_eztlj
-        + t_3go2w * t_bpfz6
-        + t_xq4wt * t_rdyfn
-        + t_rujpm * t_fgup7
-        + t_pgxzp * t_g7vgd;
+        - K_L63 * t_nd3tx
+        - K_L64 * t_picd3
+        - K_L65 * t_oqqqb;
+    const real t_iqgst = t_p6vuw * t_nfkwa;
+    const real t_xi2ct = t_oqqqb * t_ftqxb - K_L65 * t_iqgst;
+    const real t_tqdpe = t_picd3 * t_lt2al - K_L54 * t_xi2ct - K_L64 * t_iqgst;
+    const real t_zbpke = t_nd3tx * t_zmh3u - K_L43 * t_tqdpe - K_L53 * t_xi2ct - K_L63 * t_iqgst;
+    const real t_6tchb = t_npksr * t_4iujv
+        - K_L32 * t_zbpke
+        + t_5wcj3 * t_tqdpe
+        - K_L52 * t_xi2ct
+        + t_gz422 * t_iqgst;
+    const real t_wvl5i = t_djwjp * t_bpfoo
+        + t_w7lcw * t_6tchb
+        + t_3go2w * t_zbpke
+        + t_xq4wt * t_tqdpe
+        + t_rujpm * t_xi2ct
+        + t_pgxzp * t_iqgst;
     const real t_ol4jq = t_ceplo - t_smkh7;
     const real t_5znvx = th_1 * (p[I1] * t_ol4jq - q_1 * p[eps1]);
     const real t_lv5jl = cos_theta1 * t_5znvx;
     const real t_bawzi_2 = Wt1 - t_2idpk;
     const real t_h7dxi_2 = B_1 * t_bawzi_2;
     const real t_hqad4_2 = t_qbft3 - cos_phi1 * t_h7dxi_2;
-    const real t_zrfwn = t_lv5jl + sin_theta1 * t_hqad4_2;
+    const real t_ymprg = t_lv5jl + sin_theta1 * t_hqad4_2;
     const real t_j4nxv = sin_phi1 * t_h7dxi_2 + t_ghnnr;
     const real t_swgbm = sin_theta1 * t_5znvx;
-    const real t_ngiq7 = cos_theta1 * t_hqad4_2 - t_swgbm;
-    const real t_m5h35 = K11 * t_j4nxv + t_b3aij * t_zrfwn + t_zzymx * t_ngiq7;
-    const real t_yltpk = t_t7vcl * t_m5h35
-        + PP_v2 * (t_i2mne * t_zrfwn - t_4gyk7 * t_j4nxv + t_rhnsp * t_ngiq7);
-    const real t_n6jvg = (SELECT0(m_l7cqn, -(t_wjr3r * t_yltpk * t_pd2sg)) + t_m5h35) * t_hvu5i;
-    const real t_7yr77 = t_zrfwn - t_b3aij * t_n6jvg;
-    const real t_ziquu = t_q2hfz * (t_cofwl * (t_7yr77 * t_y7rm6));
-    const real t_yabq5_9 = t_ziquu * t_nwsjf;
-    const real t_skjh5_13 = t_cnhcl * (t_as3uq * t_yabq5_9);
-    const real t_4nx6p_15 = p[F] * (sin_t_auieu * t_skjh5_13);
-    const real t_ecreo_15 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_15));
-    const real t_zixao = t_ngiq7 - t_zzymx * t_n6jvg;
-    const real t_jc54e = t_zixao * t_y7rm6 * t_qvk2y
-        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_ziquu * t_imn4h)));
-    const real t_3t4m7_4 = t_xh4j2 * (t_o7qta * t_jc54e) * t_gwbho;
-    const real t_cv7p2_13 = sin_t_g4u7i * t_yabq5_9;
-    const real t_lnmjd_13 = cos_t_we5c3 * t_3t4m7_4;
-    const real t_ssiof_13 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_13)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_13));
-    const real t_cl7gv_13 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_3t4m7_4), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_13 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_13 = t_rila6 * (t_vr3uw * t_cl7gv_13);
-    const real t_ctppn_15 = sin_t_kl6tx * t_s6fxk_13;
-    const real t_oummd = t_ecreo_15 - t_qhkro * t_ctppn_15 + t_j4nxv;
-    const real t_6dnpl_15 = p[F] * (cos_t_auieu * t_skjh5_13);
-    const real t_cqjfx = SELECT0(m_el4yy, t_6dnpl_15) - t_zrfwn + t_w7lcw * t_oummd;
-    const real t_qbg3i_15 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_15));
-    const real t_2gr5i_15 = cos_t_kl6tx * t_s6fxk_13;
-    const real t_mvrqf_15 = t_qbg3i_15 + t_qhkro * t_2gr5i_15;
-    const real t_3cdxt = t_3go2w * t_oummd - (t_mvrqf_15 + t_ngiq7) - K_L32 * t_cqjfx;
+    const real t_np7n6 = cos_theta1 * t_hqad4_2 - t_swgbm;
+    const real t_ku755 = K11 * t_j4nxv + t_b3aij * t_ymprg + t_zzymx * t_np7n6;
+    const real t_xurjq = t_t7vcl * t_ku755
+        + PP_v2 * (t_i2mne * t_ymprg - t_4gyk7 * t_j4nxv + t_rhnsp * t_np7n6);
+    const real t_k4ytn = (SELECT0(m_l7cqn, -(t_5cok6 * t_xurjq * t_pd2sg)) + t_ku755) * t_hvu5i;
+    const real t_7vtez = t_ymprg - t_b3aij * t_k4ytn;
+    const real t_xe24n_2 = t_q2hfz * (t_5x4sb * (t_7vtez * t_y7rm6));
+    const real t_oesw4_10 = t_xe24n_2 * t_nwsjf;
+    const real t_iubif_15 = t_bw2jd * (t_as3uq * t_oesw4_10);
+    const real t_27ev7_15 = p[F] * (sin_t_auieu * t_iubif_15);
+    const real t_wzmp3_15 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_15));
+    const real t_n7otr = t_np7n6 - t_zzymx * t_k4ytn;
+    const real t_p3mk4_2 = t_n7otr * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_xe24n_2 * t_imn4h)));
+    const real t_6llfx_10 = t_q2hfz_2 * (t_2snz7 * t_p3mk4_2) * t_bifdl;
+    const real t_d4wem_15 = sin_t_g4u7i * t_oesw4_10;
+    const real t_kj6yx_15 = cos_t_kood5 * t_6llfx_10;
+    const real t_ssiof_15 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_15)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_15));
+    const real t_amp27_15 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_10), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_15 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_15 = t_zrb6o * (t_vr3uw * t_amp27_15);
+    const real t_cxwzz_15 = sin_t_kl6tx * t_swjde_15;
+    const real t_b2eri = t_wzmp3_15 - t_zmkrd * t_cxwzz_15 + t_j4nxv;
+    const real t_ilple_15 = p[F] * (cos_t_auieu * t_iubif_15);
+    const real t_cqjfx = SELECT0(m_el4yy, t_ilple_15) - t_ymprg + t_w7lcw * t_b2eri;
+    const real t_ooljq_15 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_15));
+    const real t_lqx5z_15 = cos_t_kl6tx * t_swjde_15;
+    const real t_mvrqf_15 = t_ooljq_15 + t_zmkrd * t_lqx5z_15;
+    const real t_oi36c = t_3go2w * t_b2eri - (t_mvrqf_15 + t_np7n6) - K_L32 * t_cqjfx;
     const real t_zfk4z_2 = p[l1] * t_h7dxi_2;
     const real t_kukcp = q_1 * t_5znvx;
-    const real t_hn7s2 = t_zfk4z_2 - t_kukcp + t_cs5mc;
-    const real t_shxu4_15 = p[F] * t_cv7p2_13;
-    const real t_huqui_15 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_15));
-    const real t_yeljt_13 = sin_t_we5c3 * t_3t4m7_4;
-    const real t_jmock = t_huqui_15 + SELECT0(m_trmto, t_wo26r * t_yeljt_13) - (K11 * t_n6jvg - t_j4nxv);
-    const real t_52pr2_13 = p[F] * (cos_t_g4u7i * t_yabq5_9);
-    const real t_6s6fv = SELECT0(m_el4yy, t_52pr2_13) - t_7yr77 + t_w7lcw * t_jmock;
-    const real t_a3mx6_13 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_15)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_13));
-    const real t_n2ojf = (t_3go2w * t_jmock - (t_a3mx6_13 + t_zixao) - K_L32 * t_6s6fv) * t_zmh3u;
-    const real t_juehd = t_6s6fv * t_4iujv - K_L32 * t_n2ojf;
-    const real t_7rzwf = t_jmock * t_bpfoo + t_w7lcw * t_juehd + t_3go2w * t_n2ojf;
-    const real t_cgxsm_13 = t_ecreo_15 - t_qhkro_2 * t_ctppn_15 - (t_huqui_15 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_13));
-    const real t_ycqju_15 = t_6dnpl_15 - t_52pr2_13;
-    const real t_4w3t6_11 = SELECT0(m_el4yy, t_ycqju_15) + t_w7lcw * t_cgxsm_13;
-    const real t_pdzxe_15 = p[F] * t_ssiof_13 - (t_qbg3i_15 + t_qhkro_2 * t_2gr5i_15);
-    const real t_tuq22_11 = (t_pdzxe_15 + t_3go2w * t_cgxsm_13 - K_L32 * t_4w3t6_11) * t_zmh3u;
-    const real t_54x6k_11 = t_4w3t6_11 * t_4iujv - K_L32 * t_tuq22_11;
-    const real t_mtv6d_11 = t_cgxsm_13 * t_bpfoo + t_w7lcw * t_54x6k_11 + t_3go2w * t_tuq22_11;
-    const real t_gxcli = t_hn7s2
-        - t_2m245 * t_n6jvg
-        - t_2m245 * t_7rzwf
-        - t_yz7e5 * t_juehd
-        + K43 * t_n2ojf
-        - t_2m245 * t_mtv6d_11
-        - t_yz7e5 * t_54x6k_11
+    const real t_mbg7s = t_zfk4z_2 - t_kukcp + t_cs5mc;
+    const real t_shxu4_15 = p[F] * t_d4wem_15;
+    const real t_huqui_15 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_15));
+    const real t_7nvy5_15 = sin_t_kood5 * t_6llfx_10;
+    const real t_f5f7a = t_huqui_15 + SELECT0(m_uklky, t_wo26r * t_7nvy5_15) - (K11 * t_k4ytn - t_j4nxv);
+    const real t_kbtvv_15 = p[F] * (cos_t_g4u7i * t_oesw4_10);
+    const real t_35qn7 = SELECT0(m_el4yy, t_kbtvv_15) - t_7vtez + t_w7lcw * t_f5f7a;
+    const real t_a3mx6_15 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_15)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_15));
+    const real t_kwol3 = (t_3go2w * t_f5f7a - (t_a3mx6_15 + t_n7otr) - K_L32 * t_35qn7) * t_zmh3u;
+    const real t_2xwyg_10 = t_35qn7 * t_4iujv - K_L32 * t_kwol3;
+    const real t_io677 = t_f5f7a * t_bpfoo + t_w7lcw * t_2xwyg_10 + t_3go2w * t_kwol3;
+    const real t_cgxsm_15 = t_wzmp3_15 - t_zmkrd_2 * t_cxwzz_15 - (t_huqui_15 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_15));
+    const real t_ycqju_15 = t_ilple_15 - t_kbtvv_15;
+    const real t_4w3t6_11 = SELECT0(m_el4yy, t_ycqju_15) + t_w7lcw * t_cgxsm_15;
+    const real t_pdzxe_15 = p[F] * t_ssiof_15 - (t_ooljq_15 + t_zmkrd_2 * t_lqx5z_15);
+    const real t_tuq22_11 = (t_pdzxe_15 + t_3go2w * t_cgxsm_15 - K_L32 * t_4w3t6_11) * t_zmh3u;
+    const real t_s7pal_11 = t_4w3t6_11 * t_4iujv - K_L32 * t_tuq22_11;
+    const real t_cyfhb_11 = t_cgxsm_15 * t_bpfoo + t_w7lcw * t_s7pal_11 + t_3go2w * t_tuq22_11;
+    const real t_xitbf = t_mbg7s
+        - t_2m245 * t_k4ytn
+        - t_2m245 * t_io677
+        - t_yz7e5 * t_2xwyg_10
+        + K43 * t_kwol3
+        - t_2m245 * t_cyfhb_11
+        - t_yz7e5 * t_s7pal_11
         + K43 * t_tuq22_11
-        - t_hn7s2
-        + t_xq4wt * t_oummd
+        - t_mbg7s
+        + t_xq4wt * t_b2eri
         + t_5wcj3 * t_cqjfx
-        - K_L43 * t_3cdxt;
-    const real t_dzlkr_2 = t_zfk4z_2 + e1 * t_hqad4_2;
-    const real t_cq5j6 = sin_theta1 * t_dzlkr_2 - (t_kukcp + p[eps1]) + g_1 * t_lv5jl;
-    const real t_oiatp = t_cq5j6
-        - t_6mmeb * t_n6jvg
-        - t_6mmeb * t_7rzwf
-        + K52 * t_juehd
-        + K53 * t_n2ojf
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_13)
-        - t_6mmeb * t_mtv6d_11
-        + K52 * t_54x6k_11
+        - K_L43 * t_oi36c;
+    const real t_oeo2d_2 = t_zfk4z_2 + e1 * t_hqad4_2;
+    const real t_mgxsh = sin_theta1 * t_oeo2d_2 - (t_kukcp + p[eps1]) + g_1 * t_lv5jl;
+    const real t_chfhz = t_mgxsh
+        - t_6mmeb * t_k4ytn
+        - t_6mmeb * t_io677
+        + K52 * t_2xwyg_10
+        + K53 * t_kwol3
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_15)
+        - t_6mmeb * t_cyfhb_11
+        + K52 * t_s7pal_11
         + K53 * t_tuq22_11
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_15)
-        - t_cq5j6
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_15))
-        + t_rujpm * t_oummd
+        - t_mgxsh
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_15))
+        + t_rujpm * t_b2eri
         - K_L52 * t_cqjfx
-        - K_L53 * t_3cdxt
-        - K_L54 * t_gxcli;
-    const real t_sf67x = cos_theta1 * t_dzlkr_2 + q[wx] * p[I1] - g_1 * t_swgbm;
-    const real t_y6iyl = t_lwe76 * t_a3mx6_13
-        - t_sf67x
-        + t_bl4f2 * t_n6jvg
-        + t_bl4f2 * t_7rzwf
-        + t_hjmgb * t_juehd
-        - K63 * t_n2ojf
+        - K_L53 * t_oi36c
+        - K_L54 * t_xitbf;
+    const real t_tu4uy = cos_theta1 * t_oeo2d_2 + q[wx] * p[I1] - g_1 * t_swgbm;
+    const real t_nsqbi = t_lwe76 * t_a3mx6_15
+        - t_tu4uy
+        + t_bl4f2 * t_k4ytn
+        + t_bl4f2 * t_io677
+        + t_hjmgb * t_2xwyg_10
+        - K63 * t_kwol3
         - t_lwe76 * t_pdzxe_15
-        + t_bl4f2 * t_mtv6d_11
-        + t_hjmgb * t_54x6k_11
+        + t_bl4f2 * t_cyfhb_11
+        + t_hjmgb * t_s7pal_11
         - K63 * t_tuq22_11
-        + t_sf67x;
-    const real t_uwazp = t_lwe76 * t_mvrqf_15
-        - t_y6iyl
-        + t_pgxzp * t_oummd
+        + t_tu4uy;
+    const real t_qu4pn = t_lwe76 * t_mvrqf_15
+        - t_nsqbi
+        + t_pgxzp * t_b2eri
         + t_gz422 * t_cqjfx
-        - K_L63 * t_3cdxt
-        - K_L64 * t_gxcli
-        - K_L65 * t_oiatp;
-    const real t_5k4nl = t_uwazp * t_nfkwa;
-    const real t_gdoin = t_oiatp * t_ftqxb - K_L65 * t_5k4nl;
-    const real t_ob5qm = t_gxcli * t_lt2al - K_L54 * t_gdoin - K_L64 * t_5k4nl;
-    const real t_la44d = t_3cdxt * t_zmh3u - K_L43 * t_ob5qm - K_L53 * t_gdoin - K_L63 * t_5k4nl;
-    const real t_5rwls = t_cqjfx * t_4iujv
-        - K_L32 * t_la44d
-        + t_5wcj3 * t_ob5qm
-        - K_L52 * t_gdoin
-        + t_gz422 * t_5k4nl;
-    const real t_hjdb2 = t_oummd * t_bpfoo
-        + t_w7lcw * t_5rwls
-        + t_3go2w * t_la44d
-        + t_xq4wt * t_ob5qm
-        + t_rujpm * t_gdoin
-        + t_pgxzp * t_5k4nl;
+        - K_L63 * t_oi36c
+        - K_L64 * t_xitbf
+        - K_L65 * t_chfhz;
+    const real t_iqgst_2 = t_qu4pn * t_nfkwa;
+    const real t_szuo6 = t_chfhz * t_ftqxb - K_L65 * t_iqgst_2;
+    const real t_p36gw = t_xitbf * t_lt2al - K_L54 * t_szuo6 - K_L64 * t_iqgst_2;
+    const real t_zbpke_2 = t_oi36c * t_zmh3u - K_L43 * t_p36gw - K_L53 * t_szuo6 - K_L63 * t_iqgst_2;
+    const real t_6tchb_2 = t_cqjfx * t_4iujv
+        - K_L32 * t_zbpke_2
+        + t_5wcj3 * t_p36gw
+        - K_L52 * t_szuo6
+        + t_gz422 * t_iqgst_2;
+    const real t_jauvg = t_b2eri * t_bpfoo
+        + t_w7lcw * t_6tchb_2
+        + t_3go2w * t_zbpke_2
+        + t_xq4wt * t_p36gw
+        + t_rujpm * t_szuo6
+        + t_pgxzp * t_iqgst_2;
     const real t_pv35x = t_e55su + t_e55su;
     const real t_lmpa4 = th_2 * (p[I2] * t_pv35x);
     const real t_556h3 = cos_theta2 * t_lmpa4;
@@ -10598,654 +10598,654 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     const real t_e66xg = t_b3aij * t_gu724 - K11 * t_h6rho - t_zzymx * t_o4q3i;
     const real t_cg35j = t_t7vcl * t_e66xg
         - PP_v2 * (t_rhnsp * t_o4q3i - (t_4gyk7 * t_h6rho + t_i2mne * t_gu724));
-    const real t_tqrw2 = (SELECT0(m_l7cqn, t_wjr3r * t_cg35j * t_pd2sg) - t_e66xg) * t_hvu5i;
-    const real t_o4mos = t_gu724 + t_b3aij * t_tqrw2;
-    const real t_mddj4 = t_q2hfz * (t_cofwl * (t_o4mos * t_y7rm6));
-    const real t_yabq5_10 = t_mddj4 * t_nwsjf;
-    const real t_nl5eh_3 = t_cnhcl * (t_as3uq * t_yabq5_10);
-    const real t_4nx6p_16 = p[F] * (sin_t_auieu * t_nl5eh_3);
-    const real t_ecreo_16 = SELECT0(m_el4yy, cos_t_kl6tx * t_4nx6p_16);
-    const real t_gfgoe = t_o4q3i - t_zzymx * t_tqrw2;
-    const real t_udybc = t_gfgoe * t_y7rm6 * t_qvk2y
-        + SELECT0(m_el4yy, -(t_rdshm * (t_qzpff * (t_uwsp7 * t_mddj4 * t_imn4h))));
-    const real t_qqesw_2 = t_xh4j2 * (t_o7qta * t_udybc) * t_gwbho;
-    const real t_d4wem_3 = sin_t_g4u7i * t_yabq5_10;
-    const real t_lnmjd_14 = cos_t_we5c3 * t_qqesw_2;
-    const real t_ssiof_14 = SELECT0(m_el4yy, sin_t_we5c3 * t_d4wem_3) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_14));
-    const real t_cl7gv_14 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_qqesw_2), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_14 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_14 = t_rila6 * (t_vr3uw * t_cl7gv_14);
-    const real t_ctppn_16 = sin_t_kl6tx * t_s6fxk_14;
-    const real t_4d6eh = t_ecreo_16 - t_qhkro * t_ctppn_16 + t_h6rho;
-    const real t_6dnpl_16 = p[F] * (cos_t_auieu * t_nl5eh_3);
-    const real t_gqsxc = SELECT0(m_el4yy, -t_6dnpl_16) + t_gu724 + t_w7lcw * t_4d6eh;
-    const real t_qbg3i_16 = SELECT0(m_el4yy, sin_t_kl6tx * t_4nx6p_16);
-    const real t_2gr5i_16 = cos_t_kl6tx * t_s6fxk_14;
-    const real t_mvrqf_16 = t_qbg3i_16 + t_qhkro * t_2gr5i_16;
-    const real t_k4a4t = t_3go2w * t_4d6eh - (t_mvrqf_16 + t_o4q3i) - K_L32 * t_gqsxc;
+    const real t_x2snw = (SELECT0(m_l7cqn, t_5cok6 * t_cg35j * t_pd2sg) - t_e66xg) * t_hvu5i;
+    const real t_vjgzb = t_gu724 + t_b3aij * t_x2snw;
+    const real t_5oewc = t_q2hfz * (t_5x4sb * (t_vjgzb * t_y7rm6));
+    const real t_oesw4_11 = t_5oewc * t_nwsjf;
+    const real t_iubif_16 = t_bw2jd * (t_as3uq * t_oesw4_11);
+    const real t_27ev7_16 = p[F] * (sin_t_auieu * t_iubif_16);
+    const real t_wzmp3_16 = SELECT0(m_el4yy, cos_t_kl6tx * t_27ev7_16);
+    const real t_dcvdh = t_o4q3i - t_zzymx * t_x2snw;
+    const real t_pa3wn = t_dcvdh * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, -(t_rdshm * (t_qzpff * (t_uwsp7 * t_5oewc * t_imn4h))));
+    const real t_6llfx_11 = t_q2hfz_2 * (t_2snz7 * t_pa3wn) * t_bifdl;
+    const real t_d4wem_16 = sin_t_g4u7i * t_oesw4_11;
+    const real t_kj6yx_16 = cos_t_kood5 * t_6llfx_11;
+    const real t_ssiof_16 = SELECT0(m_el4yy, sin_t_kood5 * t_d4wem_16) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_16));
+    const real t_amp27_16 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_11), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_16 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_16 = t_zrb6o * (t_vr3uw * t_amp27_16);
+    const real t_cxwzz_16 = sin_t_kl6tx * t_swjde_16;
+    const real t_4d6eh = t_wzmp3_16 - t_zmkrd * t_cxwzz_16 + t_h6rho;
+    const real t_ilple_16 = p[F] * (cos_t_auieu * t_iubif_16);
+    const real t_gqsxc = SELECT0(m_el4yy, -t_ilple_16) + t_gu724 + t_w7lcw * t_4d6eh;
+    const real t_ooljq_16 = SELECT0(m_el4yy, sin_t_kl6tx * t_27ev7_16);
+    const real t_lqx5z_16 = cos_t_kl6tx * t_swjde_16;
+    const real t_mvrqf_16 = t_ooljq_16 + t_zmkrd * t_lqx5z_16;
+    const real t_5fmhp = t_3go2w * t_4d6eh - (t_mvrqf_16 + t_o4q3i) - K_L32 * t_gqsxc;
     const real t_xeswd = q_2 * t_lmpa4;
     const real t_ldmue = p[l2] * t_o7zln;
     const real t_rtgmx = t_xeswd + t_ldmue - p[eps2];
-    const real t_shxu4_16 = p[F] * t_d4wem_3;
-    const real t_huqui_16 = SELECT0(m_el4yy, cos_t_we5c3 * t_shxu4_16);
-    const real t_yeljt_14 = sin_t_we5c3 * t_qqesw_2;
-    const real t_zwxru = t_huqui_16 + SELECT0(m_trmto, t_wo26r * t_yeljt_14) - (K11 * t_tqrw2 - t_h6rho);
-    const real t_kbtvv_3 = p[F] * (cos_t_g4u7i * t_yabq5_10);
-    const real t_bkflq = SELECT0(m_el4yy, -t_kbtvv_3) + t_o4mos + t_w7lcw * t_zwxru;
-    const real t_a3mx6_14 = SELECT0(m_el4yy, sin_t_we5c3 * t_shxu4_16) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_14));
-    const real t_j2wz6 = (t_3go2w * t_zwxru - (t_a3mx6_14 + t_gfgoe) - K_L32 * t_bkflq) * t_zmh3u;
-    const real t_owktw_2 = t_bkflq * t_4iujv - K_L32 * t_j2wz6;
-    const real t_n2duo = t_zwxru * t_bpfoo + t_w7lcw * t_owktw_2 + t_3go2w * t_j2wz6;
-    const real t_cgxsm_14 = t_ecreo_16 - t_qhkro_2 * t_ctppn_16 - (t_huqui_16 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_14));
-    const real t_ycqju_16 = t_kbtvv_3 - t_6dnpl_16;
-    const real t_4w3t6_12 = SELECT0(m_el4yy, t_ycqju_16) + t_w7lcw * t_cgxsm_14;
-    const real t_pdzxe_16 = p[F] * t_ssiof_14 - (t_qbg3i_16 + t_qhkro_2 * t_2gr5i_16);
-    const real t_tuq22_12 = (t_pdzxe_16 + t_3go2w * t_cgxsm_14 - K_L32 * t_4w3t6_12) * t_zmh3u;
-    const real t_54x6k_12 = t_4w3t6_12 * t_4iujv - K_L32 * t_tuq22_12;
-    const real t_mtv6d_12 = t_cgxsm_14 * t_bpfoo + t_w7lcw * t_54x6k_12 + t_3go2w * t_tuq22_12;
-    const real t_nubgg = t_rtgmx
-        - t_2m245 * t_tqrw2
-        - t_2m245 * t_n2duo
-        - t_yz7e5 * t_owktw_2
-        + K43 * t_j2wz6
-        - t_2m245 * t_mtv6d_12
-        - t_yz7e5 * t_54x6k_12
+    const real t_shxu4_16 = p[F] * t_d4wem_16;
+    const real t_huqui_16 = SELECT0(m_el4yy, cos_t_kood5 * t_shxu4_16);
+    const real t_7nvy5_16 = sin_t_kood5 * t_6llfx_11;
+    const real t_2y4al = t_huqui_16 + SELECT0(m_uklky, t_wo26r * t_7nvy5_16) - (K11 * t_x2snw - t_h6rho);
+    const real t_kbtvv_16 = p[F] * (cos_t_g4u7i * t_oesw4_11);
+    const real t_mz4b2 = SELECT0(m_el4yy, -t_kbtvv_16) + t_vjgzb + t_w7lcw * t_2y4al;
+    const real t_a3mx6_16 = SELECT0(m_el4yy, sin_t_kood5 * t_shxu4_16) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_16));
+    const real t_qvjbb = (t_3go2w * t_2y4al - (t_a3mx6_16 + t_dcvdh) - K_L32 * t_mz4b2) * t_zmh3u;
+    const real t_2xwyg_11 = t_mz4b2 * t_4iujv - K_L32 * t_qvjbb;
+    const real t_6vk73 = t_2y4al * t_bpfoo + t_w7lcw * t_2xwyg_11 + t_3go2w * t_qvjbb;
+    const real t_cgxsm_16 = t_wzmp3_16 - t_zmkrd_2 * t_cxwzz_16 - (t_huqui_16 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_16));
+    const real t_ycqju_16 = t_kbtvv_16 - t_ilple_16;
+    const real t_4w3t6_12 = SELECT0(m_el4yy, t_ycqju_16) + t_w7lcw * t_cgxsm_16;
+    const real t_pdzxe_16 = p[F] * t_ssiof_16 - (t_ooljq_16 + t_zmkrd_2 * t_lqx5z_16);
+    const real t_tuq22_12 = (t_pdzxe_16 + t_3go2w * t_cgxsm_16 - K_L32 * t_4w3t6_12) * t_zmh3u;
+    const real t_s7pal_12 = t_4w3t6_12 * t_4iujv - K_L32 * t_tuq22_12;
+    const real t_cyfhb_12 = t_cgxsm_16 * t_bpfoo + t_w7lcw * t_s7pal_12 + t_3go2w * t_tuq22_12;
+    const real t_kxqpl = t_rtgmx
+        - t_2m245 * t_x2snw
+        - t_2m245 * t_6vk73
+        - t_yz7e5 * t_2xwyg_11
+        + K43 * t_qvjbb
+        - t_2m245 * t_cyfhb_12
+        - t_yz7e5 * t_s7pal_12
         + K43 * t_tuq22_12
         - t_rtgmx
         + t_xq4wt * t_4d6eh
         + t_5wcj3 * t_gqsxc
-        - K_L43 * t_k4a4t;
+        - K_L43 * t_5fmhp;
     const real t_dvr7i = t_ldmue - e2 * t_7cclx;
     const real t_ak22y = q[wy] * p[I2];
     const real t_p3gbd = t_xeswd + sin_theta2 * t_dvr7i - t_ak22y - g_2 * t_556h3;
-    const real t_ctymq = t_p3gbd
-        - t_6mmeb * t_tqrw2
-        - t_6mmeb * t_n2duo
-        + K52 * t_owktw_2
-        + K53 * t_j2wz6
-        + SELECT0(m_el4yy, -(t_lwe76 * t_kbtvv_3))
-        - t_6mmeb * t_mtv6d_12
-        + K52 * t_54x6k_12
+    const real t_aypbk = t_p3gbd
+        - t_6mmeb * t_x2snw
+        - t_6mmeb * t_6vk73
+        + K52 * t_2xwyg_11
+        + K53 * t_qvjbb
+        + SELECT0(m_el4yy, -(t_lwe76 * t_kbtvv_16))
+        - t_6mmeb * t_cyfhb_12
+        + K52 * t_s7pal_12
         + K53 * t_tuq22_12
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_16)
         - t_p3gbd
-        + SELECT0(m_el4yy, t_lwe76 * t_6dnpl_16)
+        + SELECT0(m_el4yy, t_lwe76 * t_ilple_16)
         + t_rujpm * t_4d6eh
         - K_L52 * t_gqsxc
-        - K_L53 * t_k4a4t
-        - K_L54 * t_nubgg;
+        - K_L53 * t_5fmhp
+        - K_L54 * t_kxqpl;
     const real t_qo64z = cos_theta2 * t_dvr7i + g_2 * t_qj4qw - q[wz] * p[I2];
-    const real t_gbnet = t_lwe76 * t_a3mx6_14
+    const real t_iboy3 = t_lwe76 * t_a3mx6_16
         - t_qo64z
-        + t_bl4f2 * t_tqrw2
-        + t_bl4f2 * t_n2duo
-        + t_hjmgb * t_owktw_2
-        - K63 * t_j2wz6
+        + t_bl4f2 * t_x2snw
+        + t_bl4f2 * t_6vk73
+        + t_hjmgb * t_2xwyg_11
+        - K63 * t_qvjbb
         - t_lwe76 * t_pdzxe_16
-        + t_bl4f2 * t_mtv6d_12
-        + t_hjmgb * t_54x6k_12
+        + t_bl4f2 * t_cyfhb_12
+        + t_hjmgb * t_s7pal_12
         - K63 * t_tuq22_12
         + t_qo64z;
-    const real t_ky2s6 = t_lwe76 * t_mvrqf_16
-        - t_gbnet
+    const real t_hca34 = t_lwe76 * t_mvrqf_16
+        - t_iboy3
         + t_pgxzp * t_4d6eh
         + t_gz422 * t_gqsxc
-        - K_L63 * t_k4a4t
-        - K_L64 * t_nubgg
-        - K_L65 * t_ctymq;
-    const real t_g7vgd_2 = t_ky2s6 * t_nfkwa;
-    const real t_yqi5a = t_ctymq * t_ftqxb - K_L65 * t_g7vgd_2;
-    const real t_rigpe = t_nubgg * t_lt2al - K_L54 * t_yqi5a - K_L64 * t_g7vgd_2;
-    const real t_fnjsx = t_k4a4t * t_zmh3u - K_L43 * t_rigpe - K_L53 * t_yqi5a - K_L63 * t_g7vgd_2;
-    const real t_6ds3z = t_gqsxc * t_4iujv
-        - K_L32 * t_fnjsx
-        + t_5wcj3 * t_rigpe
-        - K_L52 * t_yqi5a
-        + t_gz422 * t_g7vgd_2;
-    const real t_wwjqu = t_4d6eh * t_bpfoo
-        + t_w7lcw * t_6ds3z
-        + t_3go2w * t_fnjsx
-        + t_xq4wt * t_rigpe
-        + t_rujpm * t_yqi5a
-        + t_pgxzp * t_g7vgd_2;
+        - K_L63 * t_5fmhp
+        - K_L64 * t_kxqpl
+        - K_L65 * t_aypbk;
+    const real t_iqgst_3 = t_hca34 * t_nfkwa;
+    const real t_73igi = t_aypbk * t_ftqxb - K_L65 * t_iqgst_3;
+    const real t_3gjmq = t_kxqpl * t_lt2al - K_L54 * t_73igi - K_L64 * t_iqgst_3;
+    const real t_m56ah = t_5fmhp * t_zmh3u - K_L43 * t_3gjmq - K_L53 * t_73igi - K_L63 * t_iqgst_3;
+    const real t_gi3vb = t_gqsxc * t_4iujv
+        - K_L32 * t_m56ah
+        + t_5wcj3 * t_3gjmq
+        - K_L52 * t_73igi
+        + t_gz422 * t_iqgst_3;
+    const real t_y5ftt = t_4d6eh * t_bpfoo
+        + t_w7lcw * t_gi3vb
+        + t_3go2w * t_m56ah
+        + t_xq4wt * t_3gjmq
+        + t_rujpm * t_73igi
+        + t_pgxzp * t_iqgst_3;
     const real t_noiav = t_udto6 - t_2nvx4;
     const real t_jmlk4 = th_2 * (p[I2] * t_noiav - q_2 * p[eps2]);
     const real t_kaole = cos_theta2 * t_jmlk4;
     const real t_ly4o3_2 = Wt2 - t_6tvwe;
     const real t_skszy_2 = B_2 * t_ly4o3_2;
     const real t_3iwx3_2 = t_bpppy - cos_phi2 * t_skszy_2;
-    const real t_brkjk = t_kaole + sin_theta2 * t_3iwx3_2;
+    const real t_4a7dd = t_kaole + sin_theta2 * t_3iwx3_2;
     const real t_lxf65 = sin_phi2 * t_skszy_2 + t_7e3oz;
     const real t_wmtg5 = sin_theta2 * t_jmlk4;
-    const real t_a5osw = cos_theta2 * t_3iwx3_2 - t_wmtg5;
-    const real t_6dl7y = K11 * t_lxf65 + t_b3aij * t_brkjk + t_zzymx * t_a5osw;
-    const real t_ffsr2 = t_t7vcl * t_6dl7y
-        + PP_v2 * (t_i2mne * t_brkjk - t_4gyk7 * t_lxf65 + t_rhnsp * t_a5osw);
-    const real t_tksln = (SELECT0(m_l7cqn, -(t_wjr3r * t_ffsr2 * t_pd2sg)) + t_6dl7y) * t_hvu5i;
-    const real t_vxeih = t_brkjk - t_b3aij * t_tksln;
-    const real t_rxbvt = t_q2hfz * (t_cofwl * (t_vxeih * t_y7rm6));
-    const real t_yabq5_11 = t_rxbvt * t_nwsjf;
-    const real t_skjh5_14 = t_cnhcl * (t_as3uq * t_yabq5_11);
-    const real t_4nx6p_17 = p[F] * (sin_t_auieu * t_skjh5_14);
-    const real t_ecreo_17 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_4nx6p_17));
-    const real t_4nvb6 = t_a5osw - t_zzymx * t_tksln;
-    const real t_nuywk = t_4nvb6 * t_y7rm6 * t_qvk2y
-        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_rxbvt * t_imn4h)));
-    const real t_3t4m7_5 = t_xh4j2 * (t_o7qta * t_nuywk) * t_gwbho;
-    const real t_cv7p2_14 = sin_t_g4u7i * t_yabq5_11;
-    const real t_lnmjd_15 = cos_t_we5c3 * t_3t4m7_5;
-    const real t_ssiof_15 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_cv7p2_14)) + SELECT0(m_trmto, -(cos_t_g4u7i * t_lnmjd_15));
-    const real t_cl7gv_15 = SELECT(m_r2fy3, SELECT0(m_trmto, -t_3t4m7_5), SELECT0(m_poz7i, t_q2hfz_2 * (t_yued5 * (t_ssiof_15 * t_xkg6l)) * t_bifdl));
-    const real t_s6fxk_15 = t_rila6 * (t_vr3uw * t_cl7gv_15);
-    const real t_ctppn_17 = sin_t_kl6tx * t_s6fxk_15;
-    const real t_uhbee = t_ecreo_17 - t_qhkro * t_ctppn_17 + t_lxf65;
-    const real t_6dnpl_17 = p[F] * (cos_t_auieu * t_skjh5_14);
-    const real t_mqm36 = SELECT0(m_el4yy, t_6dnpl_17) - t_brkjk + t_w7lcw * t_uhbee;
-    const real t_qbg3i_17 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_4nx6p_17));
-    const real t_2gr5i_17 = cos_t_kl6tx * t_s6fxk_15;
-    const real t_mvrqf_17 = t_qbg3i_17 + t_qhkro * t_2gr5i_17;
-    const real t_4ek5c = t_3go2w * t_uhbee - (t_mvrqf_17 + t_a5osw) - K_L32 * t_mqm36;
+    const real t_e526l = cos_theta2 * t_3iwx3_2 - t_wmtg5;
+    const real t_lnx4c = K11 * t_lxf65 + t_b3aij * t_4a7dd + t_zzymx * t_e526l;
+    const real t_otvw5 = t_t7vcl * t_lnx4c
+        + PP_v2 * (t_i2mne * t_4a7dd - t_4gyk7 * t_lxf65 + t_rhnsp * t_e526l);
+    const real t_byogv = (SELECT0(m_l7cqn, -(t_5cok6 * t_otvw5 * t_pd2sg)) + t_lnx4c) * t_hvu5i;
+    const real t_yx566 = t_4a7dd - t_b3aij * t_byogv;
+    const real t_5oewc_2 = t_q2hfz * (t_5x4sb * (t_yx566 * t_y7rm6));
+    const real t_oesw4_12 = t_5oewc_2 * t_nwsjf;
+    const real t_iubif_17 = t_bw2jd * (t_as3uq * t_oesw4_12);
+    const real t_27ev7_17 = p[F] * (sin_t_auieu * t_iubif_17);
+    const real t_wzmp3_17 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_17));
+    const real t_j32dc = t_e526l - t_zzymx * t_byogv;
+    const real t_pa3wn_2 = t_j32dc * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_5oewc_2 * t_imn4h)));
+    const real t_6llfx_12 = t_q2hfz_2 * (t_2snz7 * t_pa3wn_2) * t_bifdl;
+    const real t_d4wem_17 = sin_t_g4u7i * t_oesw4_12;
+    const real t_kj6yx_17 = cos_t_kood5 * t_6llfx_12;
+    const real t_ssiof_17 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_17)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_17));
+    const real t_amp27_17 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_12), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_17 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_17 = t_zrb6o * (t_vr3uw * t_amp27_17);
+    const real t_cxwzz_17 = sin_t_kl6tx * t_swjde_17;
+    const real t_j46a4 = t_wzmp3_17 - t_zmkrd * t_cxwzz_17 + t_lxf65;
+    const real t_ilple_17 = p[F] * (cos_t_auieu * t_iubif_17);
+    const real t_mqm36 = SELECT0(m_el4yy, t_ilple_17) - t_4a7dd + t_w7lcw * t_j46a4;
+    const real t_ooljq_17 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_17));
+    const real t_lqx5z_17 = cos_t_kl6tx * t_swjde_17;
+    const real t_mvrqf_17 = t_ooljq_17 + t_zmkrd * t_lqx5z_17;
+    const real t_sis4m = t_3go2w * t_j46a4 - (t_mvrqf_17 + t_e526l) - K_L32 * t_mqm36;
     const real t_6tlin_2 = p[l2] * t_skszy_2;
     const real t_toplq = q_2 * t_jmlk4;
-    const real t_pjf3n = t_6tlin_2 - t_toplq + t_ak22y;
-    const real t_shxu4_17 = p[F] * t_cv7p2_14;
-    const real t_huqui_17 = SELECT0(m_el4yy, -(cos_t_we5c3 * t_shxu4_17));
-    const real t_yeljt_15 = sin_t_we5c3 * t_3t4m7_5;
-    const real t_irdfd = t_huqui_17 + SELECT0(m_trmto, t_wo26r * t_yeljt_15) - (K11 * t_tksln - t_lxf65);
-    const real t_52pr2_14 = p[F] * (cos_t_g4u7i * t_yabq5_11);
-    const real t_igwht = SELECT0(m_el4yy, t_52pr2_14) - t_vxeih + t_w7lcw * t_irdfd;
-    const real t_a3mx6_15 = SELECT0(m_el4yy, -(sin_t_we5c3 * t_shxu4_17)) + SELECT0(m_trmto, -(t_wo26r * t_lnmjd_15));
-    const real t_hfxrw = (t_3go2w * t_irdfd - (t_a3mx6_15 + t_4nvb6) - K_L32 * t_igwht) * t_zmh3u;
-    const real t_juehd_2 = t_igwht * t_4iujv - K_L32 * t_hfxrw;
-    const real t_taf3w = t_irdfd * t_bpfoo + t_w7lcw * t_juehd_2 + t_3go2w * t_hfxrw;
-    const real t_cgxsm_15 = t_ecreo_17 - t_qhkro_2 * t_ctppn_17 - (t_huqui_17 + SELECT0(m_trmto, t_wo26r_2 * t_yeljt_15));
-    const real t_ycqju_17 = t_6dnpl_17 - t_52pr2_14;
-    const real t_4w3t6_13 = SELECT0(m_el4yy, t_ycqju_17) + t_w7lcw * t_cgxsm_15;
-    const real t_pdzxe_17 = p[F] * t_ssiof_15 - (t_qbg3i_17 + t_qhkro_2 * t_2gr5i_17);
-    const real t_tuq22_13 = (t_pdzxe_17 + t_3go2w * t_cgxsm_15 - K_L32 * t_4w3t6_13) * t_zmh3u;
-    const real t_54x6k_13 = t_4w3t6_13 * t_4iujv - K_L32 * t_tuq22_13;
-    const real t_mtv6d_13 = t_cgxsm_15 * t_bpfoo + t_w7lcw * t_54x6k_13 + t_3go2w * t_tuq22_13;
-    const real t_5e4u5 = t_pjf3n
-        - t_2m245 * t_tksln
-        - t_2m245 * t_taf3w
-        - t_yz7e5 * t_juehd_2
-        + K43 * t_hfxrw
-        - t_2m245 * t_mtv6d_13
-        - t_yz7e5 * t_54x6k_13
+    const real t_yqqsh = t_6tlin_2 - t_toplq + t_ak22y;
+    const real t_shxu4_17 = p[F] * t_d4wem_17;
+    const real t_huqui_17 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_17));
+    const real t_7nvy5_17 = sin_t_kood5 * t_6llfx_12;
+    const real t_n3t76 = t_huqui_17 + SELECT0(m_uklky, t_wo26r * t_7nvy5_17) - (K11 * t_byogv - t_lxf65);
+    const real t_kbtvv_17 = p[F] * (cos_t_g4u7i * t_oesw4_12);
+    const real t_h6ghr = SELECT0(m_el4yy, t_kbtvv_17) - t_yx566 + t_w7lcw * t_n3t76;
+    const real t_a3mx6_17 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_17)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_17));
+    const real t_xljts = (t_3go2w * t_n3t76 - (t_a3mx6_17 + t_j32dc) - K_L32 * t_h6ghr) * t_zmh3u;
+    const real t_2xwyg_12 = t_h6ghr * t_4iujv - K_L32 * t_xljts;
+    const real t_o77hk = t_n3t76 * t_bpfoo + t_w7lcw * t_2xwyg_12 + t_3go2w * t_xljts;
+    const real t_cgxsm_17 = t_wzmp3_17 - t_zmkrd_2 * t_cxwzz_17 - (t_huqui_17 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_17));
+    const real t_ycqju_17 = t_ilple_17 - t_kbtvv_17;
+    const real t_4w3t6_13 = SELECT0(m_el4yy, t_ycqju_17) + t_w7lcw * t_cgxsm_17;
+    const real t_pdzxe_17 = p[F] * t_ssiof_17 - (t_ooljq_17 + t_zmkrd_2 * t_lqx5z_17);
+    const real t_tuq22_13 = (t_pdzxe_17 + t_3go2w * t_cgxsm_17 - K_L32 * t_4w3t6_13) * t_zmh3u;
+    const real t_s7pal_13 = t_4w3t6_13 * t_4iujv - K_L32 * t_tuq22_13;
+    const real t_cyfhb_13 = t_cgxsm_17 * t_bpfoo + t_w7lcw * t_s7pal_13 + t_3go2w * t_tuq22_13;
+    const real t_slpdc = t_yqqsh
+        - t_2m245 * t_byogv
+        - t_2m245 * t_o77hk
+        - t_yz7e5 * t_2xwyg_12
+        + K43 * t_xljts
+        - t_2m245 * t_cyfhb_13
+        - t_yz7e5 * t_s7pal_13
         + K43 * t_tuq22_13
-        - t_pjf3n
-        + t_xq4wt * t_uhbee
+        - t_yqqsh
+        + t_xq4wt * t_j46a4
         + t_5wcj3 * t_mqm36
-        - K_L43 * t_4ek5c;
-    const real t_7hro7_2 = t_6tlin_2 + e2 * t_3iwx3_2;
-    const real t_e4bef = sin_theta2 * t_7hro7_2 - (t_toplq + p[eps2]) + g_2 * t_kaole;
-    const real t_lqwjn = t_e4bef
-        - t_6mmeb * t_tksln
-        - t_6mmeb * t_taf3w
-        + K52 * t_juehd_2
-        + K53 * t_hfxrw
-        + SELECT0(m_el4yy, t_lwe76 * t_52pr2_14)
-        - t_6mmeb * t_mtv6d_13
-        + K52 * t_54x6k_13
+        - K_L43 * t_sis4m;
+    const real t_6g4dk_2 = t_6tlin_2 + e2 * t_3iwx3_2;
+    const real t_yw7jt = sin_theta2 * t_6g4dk_2 - (t_toplq + p[eps2]) + g_2 * t_kaole;
+    const real t_tw3gk = t_yw7jt
+        - t_6mmeb * t_byogv
+        - t_6mmeb * t_o77hk
+        + K52 * t_2xwyg_12
+        + K53 * t_xljts
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_17)
+        - t_6mmeb * t_cyfhb_13
+        + K52 * t_s7pal_13
         + K53 * t_tuq22_13
         + SELECT0(m_el4yy, t_lwe76 * t_ycqju_17)
-        - t_e4bef
-        + SELECT0(m_el4yy, -(t_lwe76 * t_6dnpl_17))
-        + t_rujpm * t_uhbee
+        - t_yw7jt
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_17))
+        + t_rujpm * t_j46a4
         - K_L52 * t_mqm36
-        - K_L53 * t_4ek5c
-        - K_L54 * t_5e4u5;
-    const real t_fve3i = cos_theta2 * t_7hro7_2 + q[wx] * p[I2] - g_2 * t_wmtg5;
-    const real t_ki4kk = t_lwe76 * t_a3mx6_15
-        - t_fve3i
-        + t_bl4f2 * t_tksln
-        + t_bl4f2 * t_taf3w
-        + t_hjmgb * t_juehd_2
-        - K63 * t_hfxrw
+        - K_L53 * t_sis4m
+        - K_L54 * t_slpdc;
+    const real t_fzpy2 = cos_theta2 * t_6g4dk_2 + q[wx] * p[I2] - g_2 * t_wmtg5;
+    const real t_xrdwr = t_lwe76 * t_a3mx6_17
+        - t_fzpy2
+        + t_bl4f2 * t_byogv
+        + t_bl4f2 * t_o77hk
+        + t_hjmgb * t_2xwyg_12
+        - K63 * t_xljts
         - t_lwe76 * t_pdzxe_17
-        + t_bl4f2 * t_mtv6d_13
-        + t_hjmgb * t_54x6k_13
+        + t_bl4f2 * t_cyfhb_13
+        + t_hjmgb * t_s7pal_13
         - K63 * t_tuq22_13
-        + t_fve3i;
-    const real t_q4zmk = t_lwe76 * t_mvrqf_17
-        - t_ki4kk
-        + t_pgxzp * t_uhbee
+        + t_fzpy2;
+    const real t_fq67x = t_lwe76 * t_mvrqf_17
+        - t_xrdwr
+        + t_pgxzp * t_j46a4
         + t_gz422 * t_mqm36
-        - K_L63 * t_4ek5c
-        - K_L64 * t_5e4u5
-        - K_L65 * t_lqwjn;
-    const real t_5k4nl_2 = t_q4zmk * t_nfkwa;
-    const real t_2j4mx = t_lqwjn * t_ftqxb - K_L65 * t_5k4nl_2;
-    const real t_ob5qm_2 = t_5e4u5 * t_lt2al - K_L54 * t_2j4mx - K_L64 * t_5k4nl_2;
-    const real t_lt77l = t_4ek5c * t_zmh3u - K_L43 * t_ob5qm_2 - K_L53 * t_2j4mx - K_L63 * t_5k4nl_2;
-    const real t_hkkp2 = t_mqm36 * t_4iujv
-        - K_L32 * t_lt77l
-        + t_5wcj3 * t_ob5qm_2
-        - K_L52 * t_2j4mx
-        + t_gz422 * t_5k4nl_2;
-    const real t_ee3g7 = t_uhbee * t_bpfoo
-        + t_w7lcw * t_hkkp2
-        + t_3go2w * t_lt77l
-        + t_xq4wt * t_ob5qm_2
-        + t_rujpm * t_2j4mx
-        + t_pgxzp * t_5k4nl_2;
-    const real t_7q477 = t_u3lcn - q[wy];
-    const real t_7keew = t_ndxqr - q[wx];
-    const real t_75smn = sin_theta1 * t_j4me5 + cos_theta1 * t_4d75k;
-    const real t_xudpn = cos_phi1 * (e1 * t_75smn + sin_theta1 * t_ldji5 + cos_theta1 * t_logr5)
-        + sin_phi1 * t_ll5tz;
-    const real t_mjsh5 = sin_theta1 * t_bkamm + cos_theta1 * t_maedo;
-    const real t_xudpn_2 = cos_phi1 * (e1 * t_mjsh5 + sin_theta1 * t_sruka + cos_theta1 * t_hs2bc)
-        + sin_phi1 * t_2up2b;
-    const real t_xy6gp = sin_theta1 * t_q7ha2 + cos_theta1 * t_je7ua;
-    const real t_xudpn_3 = cos_phi1 * (e1 * t_xy6gp + sin_theta1 * t_e6gyb + cos_theta1 * t_mqxuf)
-        + sin_phi1 * t_jxnyn;
-    const real t_ynu7y = sin_theta1 * t_u3lcn + cos_theta1 * t_36kje;
-    const real t_b6lbb = t_ynu7y + t_bawzi;
-    const real t_xysqh = cos_phi1 * (e1 * t_ynu7y + sin_theta1 * t_zibaj + cos_theta1 * t_mqo7x)
-        + sin_phi1 * t_cagkj;
-    const real t_gaa3x = sin_theta1 * t_ndxqr + cos_theta1 * t_qetzj;
-    const real t_hjnut = t_gaa3x + t_lmubw;
-    const real t_mdfkm = cos_phi1 * (e1 * t_gaa3x + sin_theta1 * t_6qm4e + cos_theta1 * t_qk3za)
-        + sin_phi1 * (t_mse62 - t_imsf6);
-    const real t_dhfc2 = sin_theta1 * t_f5yhq + cos_theta1 * t_h56x5;
-    const real t_l4hct = t_dhfc2 + t_e6rpb;
-    const real t_c42ya = cos_phi1 * (e1 * t_dhfc2 + sin_theta1 * t_hlifi + cos_theta1 * t_sjjz5)
-        + sin_phi1 * (t_4mtvu - t_oetyi);
-    const real t_n2akc = sin_theta1 * t_kjz7z + cos_theta1 * t_5jqqe;
-    const real t_xudpn_4 = cos_phi1 * (e1 * t_n2akc + sin_theta1 * t_ke5li + cos_theta1 * t_iykww)
-        + sin_phi1 * t_ny4mi;
-    const real t_k2bk5 = sin_theta1 * t_qzykk + cos_theta1 * t_54x2v;
-    const real t_xudpn_5 = cos_phi1 * (e1 * t_k2bk5 + sin_theta1 * t_pdapy + cos_theta1 * t_vstsl)
-        + sin_phi1 * t_e43v2;
-    const real t_ya75f = sin_theta1 * t_nwxkv + cos_theta1 * t_afuj6;
-    const real t_xudpn_6 = cos_phi1 * (e1 * t_ya75f + sin_theta1 * t_pngxg + cos_theta1 * t_tkm37)
-        + sin_phi1 * t_efnxf;
-    const real t_ndtp7 = sin_theta1 * t_7y3eb + cos_theta1 * t_64wu4;
-    const real t_nvjsb = t_ndtp7 + t_hvpvf;
-    const real t_y5ucn = t_vtt2b * sin_theta1;
-    const real t_wn5az = t_fz6w5 * cos_theta1;
-    const real t_fnmkj = t_4xz5v * sin_theta1;
-    const real t_3dwa3 = t_5sglq * cos_theta1;
-    const real t_svuss = t_h6owg
-        + t_w7lcw * t_4xz5v
-        + t_3go2w * t_5sglq
-        + t_xq4wt * t_r3mel
-        + t_rujpm * t_vtt2b
-        + t_pgxzp * t_fz6w5;
-    const real t_mjamc = cos_phi1 * (e1 * t_ndtp7 + sin_theta1 * t_lwwzj + cos_theta1 * t_kzw5x)
-        - ((t_y5ucn + t_wn5az) * e1 + t_fnmkj + t_3dwa3) * sin_phi1
-        + ((t_svuss - t_w7vil) * cos_phi1 + sin_phi1 * t_tsqkm);
-    const real t_iz2tz = t_vtt2b * cos_theta1;
-    const real t_6tejq = t_fz6w5 * sin_theta1;
-    const real t_rh7aa = sin_theta1 * t_jkrpb + t_iz2tz + (cos_theta1 * t_ctopj - t_6tejq);
-    const real t_uyzkk = t_rh7aa + t_y5gv4;
-    const real t_qo3t3 = t_4xz5v * cos_theta1;
-    const real t_coyu4 = t_5sglq * sin_theta1;
-    const real t_igxqs = cos_phi1 * (e1 * t_rh7aa + (sin_theta1 * t_a5fvc + t_qo3t3) + (cos_theta1 * t_hv7c6 - t_coyu4));
-    const real t_ndtp7_2 = sin_theta1 * t_u4pue + cos_theta1 * t_wdqjg;
-    const real t_acjzp = cos_phi1 * (e1 * t_ndtp7_2 + sin_theta1 * t_zjh3e + cos_theta1 * t_2ckaz)
-        + sin_phi1 * t_fio3g;
-    const real t_otsq7 = sin_theta1 * t_2ppm2 + cos_theta1 * t_yvdol;
-    const real t_xesjk = cos_phi1 * (e1 * t_otsq7 + sin_theta1 * t_xhu4e + cos_theta1 * t_njtea)
-        + sin_phi1 * t_7bsfn;
-    const real t_i7e74 = sin_theta1 * t_fgup7 + cos_theta1 * t_g7vgd;
-    const real t_3m6cj = cos_phi1 * (e1 * t_i7e74 + sin_theta1 * t_eztlj + cos_theta1 * t_bpfz6)
-        + sin_phi1 * t_6oe4v;
-    const real t_omn2c = sin_theta1 * t_gdoin + cos_theta1 * t_5k4nl;
-    const real t_b6lbb_2 = t_omn2c + t_bawzi_2;
-    const real t_isnjy = cos_phi1 * (e1 * t_omn2c + sin_theta1 * t_5rwls + cos_theta1 * t_la44d)
-        + sin_phi1 * t_hjdb2;
-    const real t_i7e74_2 = sin_theta1 * t_yqi5a + cos_theta1 * t_g7vgd_2;
-    const real t_3m6cj_2 = cos_phi1 * (e1 * t_i7e74_2 + sin_theta1 * t_6ds3z + cos_theta1 * t_fnjsx)
-        + sin_phi1 * t_wwjqu;
-    const real t_omn2c_2 = sin_theta1 * t_2j4mx + cos_theta1 * t_5k4nl_2;
-    const real t_isnjy_2 = cos_phi1 * (e1 * t_omn2c_2 + sin_theta1 * t_hkkp2 + cos_theta1 * t_lt77l)
-        + sin_phi1 * t_ee3g7;
-    const real t_hzigb = t_hfaqm + t_j4me5;
-    const real t_knslr = cos_theta1 * t_ldji5
-        + g_1 * (cos_theta1 * t_j4me5 - sin_theta1 * t_4d75k)
-        - q_1 * t_hzigb
-        - sin_theta1 * t_logr5;
-    const real t_vub4b = t_phey5 + t_bkamm;
-    const real t_tuqzq = cos_theta1 * t_sruka
-        + g_1 * (cos_theta1 * t_bkamm - sin_theta1 * t_maedo)
-        - q_1 * t_vub4b
-        - sin_theta1 * t_hs2bc;
-    const real t_hhkko = t_f3ydj + t_q7ha2;
-    const real t_ftrei = cos_theta1 * t_e6gyb
-        + g_1 * (cos_theta1 * t_q7ha2 - sin_theta1 * t_je7ua)
-        - q_1 * t_hhkko
-        - sin_theta1 * t_mqxuf;
-    const real t_e5mc3 = t_svtjt + t_u3lcn;
-    const real t_frmqt = t_ljxeu
-        + cos_theta1 * t_zibaj
-        + g_1 * (cos_theta1 * t_u3lcn - sin_theta1 * t_36kje)
-        - q_1 * t_e5mc3
-        - sin_theta1 * t_mqo7x;
-    const real t_mgkx2 = t_j4ssp + t_ndxqr;
-    const real t_6verr = t_qrqlw
-        + cos_theta1 * t_6qm4e
-        + g_1 * (cos_theta1 * t_ndxqr - sin_theta1 * t_qetzj)
-        - q_1 * t_mgkx2
-        - sin_theta1 * t_qk3za;
-    const real t_g4hox = t_u44pc + t_f5yhq;
-    const real t_5we5m = t_z7jiy
-        + cos_theta1 * t_hlifi
-        + g_1 * (cos_theta1 * t_f5yhq - sin_theta1 * t_h56x5)
-        - q_1 * t_g4hox
-        - sin_theta1 * t_sjjz5;
-    const real t_3ctnt = t_47vv5 + t_kjz7z;
-    const real t_loval = cos_theta1 * t_ke5li
-        + g_1 * (cos_theta1 * t_kjz7z - sin_theta1 * t_5jqqe)
-        - q_1 * t_3ctnt
-        - sin_theta1 * t_iykww;
-    const real t_7cvdz = t_safob + t_qzykk;
-    const real t_p6ajy = cos_theta1 * t_pdapy
-        + g_1 * (cos_theta1 * t_qzykk - sin_theta1 * t_54x2v)
-        - q_1 * t_7cvdz
-        - sin_theta1 * t_vstsl;
-    const real t_72i3v = t_76zlm + t_nwxkv;
-    const real t_mp3mb = cos_theta1 * t_pngxg
-        + g_1 * (cos_theta1 * t_nwxkv - sin_theta1 * t_afuj6)
-        - q_1 * t_72i3v
-        - sin_theta1 * t_tkm37;
-    const real t_uer2z = t_iz2tz - t_6tejq;
-    const real t_h2z2t = t_r3mel + t_vtt2b;
-    const real t_fewdn = zeta1 + t_qo3t3 + g_1 * t_uer2z - t_h2z2t * q_1 - t_coyu4;
-    const real t_sb2nk = t_h2xdo + t_7y3eb;
-    const real t_aewue = t_f2zxy
-        + cos_theta1 * t_lwwzj
-        + (t_uer2z * t_xtwlg + g_1 * (cos_theta1 * t_7y3eb - sin_theta1 * t_64wu4))
-        - (q_1 * t_sb2nk + t_h2z2t * t_4z4np)
-        - sin_theta1 * t_kzw5x;
+        - K_L63 * t_sis4m
+        - K_L64 * t_slpdc
+        - K_L65 * t_tw3gk;
+    const real t_iqgst_4 = t_fq67x * t_nfkwa;
+    const real t_3ywts = t_tw3gk * t_ftqxb - K_L65 * t_iqgst_4;
+    const real t_p36gw_2 = t_slpdc * t_lt2al - K_L54 * t_3ywts - K_L64 * t_iqgst_4;
+    const real t_m56ah_2 = t_sis4m * t_zmh3u - K_L43 * t_p36gw_2 - K_L53 * t_3ywts - K_L63 * t_iqgst_4;
+    const real t_gi3vb_2 = t_mqm36 * t_4iujv
+        - K_L32 * t_m56ah_2
+        + t_5wcj3 * t_p36gw_2
+        - K_L52 * t_3ywts
+        + t_gz422 * t_iqgst_4;
+    const real t_q3tiu = t_j46a4 * t_bpfoo
+        + t_w7lcw * t_gi3vb_2
+        + t_3go2w * t_m56ah_2
+        + t_xq4wt * t_p36gw_2
+        + t_rujpm * t_3ywts
+        + t_pgxzp * t_iqgst_4;
+    const real t_seebn = t_vrzj2 - q[wy];
+    const real t_ueshp = t_k4alm - q[wx];
+    const real t_lrtps = sin_theta1 * t_wmspt + cos_theta1 * t_qmze5;
+    const real t_i2uqx = cos_phi1 * (e1 * t_lrtps + sin_theta1 * t_m7bux + cos_theta1 * t_jhzfn)
+        + sin_phi1 * t_so4so;
+    const real t_wxyn4 = sin_theta1 * t_2umpd + cos_theta1 * t_gqaye;
+    const real t_i2uqx_2 = cos_phi1 * (e1 * t_wxyn4 + sin_theta1 * t_7mokl + cos_theta1 * t_4tyla)
+        + sin_phi1 * t_4zswq;
+    const real t_urf6i = sin_theta1 * t_bpgbo + cos_theta1 * t_bbiv2;
+    const real t_i2uqx_3 = cos_phi1 * (e1 * t_urf6i + sin_theta1 * t_yowpy + cos_theta1 * t_thknf)
+        + sin_phi1 * t_s5krr;
+    const real t_egonh = sin_theta1 * t_vrzj2 + cos_theta1 * t_4i7tk;
+    const real t_7iogl = t_egonh + t_bawzi;
+    const real t_vabek = cos_phi1 * (e1 * t_egonh + sin_theta1 * t_ay65j + cos_theta1 * t_t6kqa)
+        + sin_phi1 * t_o54k5;
+    const real t_toapl = sin_theta1 * t_k4alm + cos_theta1 * t_hkpkt;
+    const real t_vjduo = t_toapl + t_lmubw;
+    const real t_qifvy = cos_phi1 * (e1 * t_toapl + sin_theta1 * t_ipjlp + cos_theta1 * t_xxggh)
+        + sin_phi1 * (t_ptppp - t_imsf6);
+    const real t_s4ll6 = sin_theta1 * t_wbvq2 + cos_theta1 * t_yjcej;
+    const real t_rb6tk = t_s4ll6 + t_e6rpb;
+    const real t_saffr = cos_phi1 * (e1 * t_s4ll6 + sin_theta1 * t_o3fzx + cos_theta1 * t_gnyo4)
+        + sin_phi1 * (t_rr3nj - t_oetyi);
+    const real t_kknpb = sin_theta1 * t_vemk7 + cos_theta1 * t_wl4ax;
+    const real t_i2uqx_4 = cos_phi1 * (e1 * t_kknpb + sin_theta1 * t_spjoy + cos_theta1 * t_dh5jh)
+        + sin_phi1 * t_5q2rp;
+    const real t_m33ck = sin_theta1 * t_qx7uz + cos_theta1 * t_odroi;
+    const real t_i2uqx_5 = cos_phi1 * (e1 * t_m33ck + sin_theta1 * t_c5uu7 + cos_theta1 * t_y7b7j)
+        + sin_phi1 * t_7t7mt;
+    const real t_sw5ep = sin_theta1 * t_xp5mb + cos_theta1 * t_2fjn7;
+    const real t_i2uqx_6 = cos_phi1 * (e1 * t_sw5ep + sin_theta1 * t_qkb5y + cos_theta1 * t_tgy4b)
+        + sin_phi1 * t_42jah;
+    const real t_6ix6q = sin_theta1 * t_v3jai + cos_theta1 * t_x7yzl;
+    const real t_7vefx = t_6ix6q + t_hvpvf;
+    const real t_oddk5 = t_caepv * sin_theta1;
+    const real t_2f3sm = t_uiwc3 * cos_theta1;
+    const real t_mrzu7 = t_ykhgf * sin_theta1;
+    const real t_idi6q = t_h4uvc * cos_theta1;
+    const real t_caceg = t_h6owg
+        + t_w7lcw * t_ykhgf
+        + t_3go2w * t_h4uvc
+        + t_xq4wt * t_pqvdf
+        + t_rujpm * t_caepv
+        + t_pgxzp * t_uiwc3;
+    const real t_yo5o7 = cos_phi1 * (e1 * t_6ix6q + sin_theta1 * t_bhu33 + cos_theta1 * t_5ybxd)
+        - ((t_oddk5 + t_2f3sm) * e1 + t_mrzu7 + t_idi6q) * sin_phi1
+        + ((t_caceg - t_w7vil) * cos_phi1 + sin_phi1 * t_frkst);
+    const real t_7rpve = t_caepv * cos_theta1;
+    const real t_p7gpo = t_uiwc3 * sin_theta1;
+    const real t_f5tta = sin_theta1 * t_obgm3 + t_7rpve + (cos_theta1 * t_64vo2 - t_p7gpo);
+    const real t_tkpvc = t_f5tta + t_y5gv4;
+    const real t_rn2kh = t_ykhgf * cos_theta1;
+    const real t_lmtff = t_h4uvc * sin_theta1;
+    const real t_c5sbx = cos_phi1 * (e1 * t_f5tta + (sin_theta1 * t_b7ltb + t_rn2kh) + (cos_theta1 * t_b4apn - t_lmtff));
+    const real t_6ix6q_2 = sin_theta1 * t_3bimg + cos_theta1 * t_3vjbq;
+    const real t_laa5v = cos_phi1 * (e1 * t_6ix6q_2 + sin_theta1 * t_ss3kn + cos_theta1 * t_isivm)
+        + sin_phi1 * t_izosw;
+    const real t_uv5rg = sin_theta1 * t_p6wlz + cos_theta1 * t_ghbzd;
+    const real t_uwleq = cos_phi1 * (e1 * t_uv5rg + sin_theta1 * t_dscj2 + cos_theta1 * t_tjc4u)
+        + sin_phi1 * t_rh5me;
+    const real t_wuf5o = sin_theta1 * t_xi2ct + cos_theta1 * t_iqgst;
+    const real t_vabek_2 = cos_phi1 * (e1 * t_wuf5o + sin_theta1 * t_6tchb + cos_theta1 * t_zbpke)
+        + sin_phi1 * t_wvl5i;
+    const real t_wuf5o_2 = sin_theta1 * t_szuo6 + cos_theta1 * t_iqgst_2;
+    const real t_7iogl_2 = t_wuf5o_2 + t_bawzi_2;
+    const real t_vabek_3 = cos_phi1 * (e1 * t_wuf5o_2 + sin_theta1 * t_6tchb_2 + cos_theta1 * t_zbpke_2)
+        + sin_phi1 * t_jauvg;
+    const real t_wuf5o_3 = sin_theta1 * t_73igi + cos_theta1 * t_iqgst_3;
+    const real t_vabek_4 = cos_phi1 * (e1 * t_wuf5o_3 + sin_theta1 * t_gi3vb + cos_theta1 * t_m56ah)
+        + sin_phi1 * t_y5ftt;
+    const real t_wuf5o_4 = sin_theta1 * t_3ywts + cos_theta1 * t_iqgst_4;
+    const real t_vabek_5 = cos_phi1 * (e1 * t_wuf5o_4 + sin_theta1 * t_gi3vb_2 + cos_theta1 * t_m56ah_2)
+        + sin_phi1 * t_q3tiu;
+    const real t_ltyum = t_gbemj + t_wmspt;
+    const real t_tvkyv = cos_theta1 * t_m7bux
+        + g_1 * (cos_theta1 * t_wmspt - sin_theta1 * t_qmze5)
+        - q_1 * t_ltyum
+        - sin_theta1 * t_jhzfn;
+    const real t_w23ap = t_7o3df + t_2umpd;
+    const real t_llolm = cos_theta1 * t_7mokl
+        + g_1 * (cos_theta1 * t_2umpd - sin_theta1 * t_gqaye)
+        - q_1 * t_w23ap
+        - sin_theta1 * t_4tyla;
+    const real t_hznrw = t_ddvjn + t_bpgbo;
+    const real t_3gw6d = cos_theta1 * t_yowpy
+        + g_1 * (cos_theta1 * t_bpgbo - sin_theta1 * t_bbiv2)
+        - q_1 * t_hznrw
+        - sin_theta1 * t_thknf;
+    const real t_tt46f = t_2bw3k + t_vrzj2;
+    const real t_yeq23 = t_ljxeu
+        + cos_theta1 * t_ay65j
+        + g_1 * (cos_theta1 * t_vrzj2 - sin_theta1 * t_4i7tk)
+        - q_1 * t_tt46f
+        - sin_theta1 * t_t6kqa;
+    const real t_y3msa = t_pqbvs + t_k4alm;
+    const real t_trjgh = t_qrqlw
+        + cos_theta1 * t_ipjlp
+        + g_1 * (cos_theta1 * t_k4alm - sin_theta1 * t_hkpkt)
+        - q_1 * t_y3msa
+        - sin_theta1 * t_xxggh;
+    const real t_7uyl5 = t_ofxbc + t_wbvq2;
+    const real t_ipmep = t_z7jiy
+        + cos_theta1 * t_o3fzx
+        + g_1 * (cos_theta1 * t_wbvq2 - sin_theta1 * t_yjcej)
+        - q_1 * t_7uyl5
+        - sin_theta1 * t_gnyo4;
+    const real t_pv2tr = t_5lwa4 + t_vemk7;
+    const real t_f443l = cos_theta1 * t_spjoy
+        + g_1 * (cos_theta1 * t_vemk7 - sin_theta1 * t_wl4ax)
+        - q_1 * t_pv2tr
+        - sin_theta1 * t_dh5jh;
+    const real t_rfuyp = t_rc7f7 + t_qx7uz;
+    const real t_6zbcc = cos_theta1 * t_c5uu7
+        + g_1 * (cos_theta1 * t_qx7uz - sin_theta1 * t_odroi)
+        - q_1 * t_rfuyp
+        - sin_theta1 * t_y7b7j;
+    const real t_7hevb = t_wi6jt + t_xp5mb;
+    const real t_4ebmm = cos_theta1 * t_qkb5y
+        + g_1 * (cos_theta1 * t_xp5mb - sin_theta1 * t_2fjn7)
+        - q_1 * t_7hevb
+        - sin_theta1 * t_tgy4b;
+    const real t_ypz44 = t_7rpve - t_p7gpo;
+    const real t_fqxxb = t_pqvdf + t_caepv;
+    const real t_kn4ym = zeta1 + t_rn2kh + g_1 * t_ypz44 - t_fqxxb * q_1 - t_lmtff;
+    const real t_r33j3 = t_ytooc + t_v3jai;
+    const real t_v4rb5 = t_f2zxy
+        + cos_theta1 * t_bhu33
+        + (t_ypz44 * t_xtwlg + g_1 * (cos_theta1 * t_v3jai - sin_theta1 * t_x7yzl))
+        - (q_1 * t_r33j3 + t_fqxxb * t_4z4np)
+        - sin_theta1 * t_5ybxd;
     const real t_ibe72 = K(1.0) / p[m1];
-    const real t_sjcxw = th_1 * (t_fewdn * t_4z4np + q_1 * t_aewue)
-        - (loss_theta1 * t_ibe72 + q_1 * t_fewdn) * t_vhuco;
-    const real t_vhhq4 = t_fvkyb + t_jkrpb;
-    const real t_karic = t_2vp5p
-        + (cos_theta1 * t_a5fvc - t_fnmkj)
-        + g_1 * (cos_theta1 * t_jkrpb - t_y5ucn - (sin_theta1 * t_ctopj + t_wn5az))
-        - q_1 * t_vhhq4
-        - (sin_theta1 * t_hv7c6 + t_3dwa3);
-    const real t_5wsg2 = t_22o4f + t_u4pue;
-    const real t_tvxtd = cos_theta1 * t_zjh3e
-        + g_1 * (cos_theta1 * t_u4pue - sin_theta1 * t_wdqjg)
-        - q_1 * t_5wsg2
-        - sin_theta1 * t_2ckaz;
-    const real t_vhhq4_2 = t_ngkn7 + t_2ppm2;
-    const real t_bfhgl = cos_theta1 * t_xhu4e
-        + g_1 * (cos_theta1 * t_2ppm2 - sin_theta1 * t_yvdol)
-        - q_1 * t_vhhq4_2
-        - sin_theta1 * t_njtea;
-    const real t_zdlnx = t_rdyfn + t_fgup7;
-    const real t_nbrbu = cos_theta1 * t_eztlj
+    const real t_oovpr = th_1 * (t_kn4ym * t_4z4np + q_1 * t_v4rb5)
+        - (loss_theta1 * t_ibe72 + q_1 * t_kn4ym) * t_vhuco;
+    const real t_735a2 = t_6b22h + t_obgm3;
+    const real t_vsdl4 = t_2vp5p
+        + (cos_theta1 * t_b7ltb - t_mrzu7)
+        + g_1 * (cos_theta1 * t_obgm3 - t_oddk5 - (sin_theta1 * t_64vo2 + t_2f3sm))
+        - q_1 * t_735a2
+        - (sin_theta1 * t_b4apn + t_idi6q);
+    const real t_xsxtd = t_fijts + t_3bimg;
+    const real t_kfunf = cos_theta1 * t_ss3kn
+        + g_1 * (cos_theta1 * t_3bimg - sin_theta1 * t_3vjbq)
+        - q_1 * t_xsxtd
+        - sin_theta1 * t_isivm;
+    const real t_735a2_2 = t_n4kjy + t_p6wlz;
+    const real t_wtswl = cos_theta1 * t_dscj2
+        + g_1 * (cos_theta1 * t_p6wlz - sin_theta1 * t_ghbzd)
+        - q_1 * t_735a2_2
+        - sin_theta1 * t_tjc4u;
+    const real t_yjx65 = t_tqdpe + t_xi2ct;
+    const real t_azb5o = cos_theta1 * t_6tchb
         - t_nxx6u
-        + g_1 * (cos_theta1 * t_fgup7 - sin_theta1 * t_g7vgd)
-        - q_1 * t_zdlnx
-        - sin_theta1 * t_bpfz6;
-    const real t_uvnul = t_ob5qm + t_gdoin;
-    const real t_go5rv = t_ol4jq
-        + cos_theta1 * t_5rwls
-        + g_1 * (cos_theta1 * t_gdoin - sin_theta1 * t_5k4nl)
-        - q_1 * t_uvnul
-        - sin_theta1 * t_la44d;
-    const real t_zdlnx_2 = t_rigpe + t_yqi5a;
-    const real t_5ucxs = cos_theta1 * t_6ds3z
-        + g_1 * (cos_theta1 * t_yqi5a - sin_theta1 * t_g7vgd_2)
-        - q_1 * t_zdlnx_2
-        - sin_theta1 * t_fnjsx;
-    const real t_uvnul_2 = t_ob5qm_2 + t_2j4mx;
-    const real t_fvocf = cos_theta1 * t_hkkp2
-        + g_1 * (cos_theta1 * t_2j4mx - sin_theta1 * t_5k4nl_2)
-        - q_1 * t_uvnul_2
-        - sin_theta1 * t_lt77l;
-    const real t_2msjx = sin_theta2 * t_j4me5 + cos_theta2 * t_4d75k;
-    const real t_vzdit = cos_phi2 * (e2 * t_2msjx + sin_theta2 * t_ldji5 + cos_theta2 * t_logr5)
-        + sin_phi2 * t_ll5tz;
-    const real t_72vmb = sin_theta2 * t_bkamm + cos_theta2 * t_maedo;
-    const real t_vzdit_2 = cos_phi2 * (e2 * t_72vmb + sin_theta2 * t_sruka + cos_theta2 * t_hs2bc)
-        + sin_phi2 * t_2up2b;
-    const real t_3ghk6 = sin_theta2 * t_q7ha2 + cos_theta2 * t_je7ua;
-    const real t_vzdit_3 = cos_phi2 * (e2 * t_3ghk6 + sin_theta2 * t_e6gyb + cos_theta2 * t_mqxuf)
-        + sin_phi2 * t_jxnyn;
-    const real t_d5wf5 = sin_theta2 * t_u3lcn + cos_theta2 * t_36kje;
-    const real t_zhlch = t_d5wf5 + t_ly4o3;
-    const real t_2cjsv = cos_phi2 * (e2 * t_d5wf5 + sin_theta2 * t_zibaj + cos_theta2 * t_mqo7x)
-        + sin_phi2 * t_cagkj;
-    const real t_7jaxy = sin_theta2 * t_ndxqr + cos_theta2 * t_qetzj;
-    const real t_yowov = t_7jaxy + t_js3na;
-    const real t_jbgrf = cos_phi2 * (e2 * t_7jaxy + sin_theta2 * t_6qm4e + cos_theta2 * t_qk3za)
-        + sin_phi2 * (t_mse62 - t_sqd7x);
-    const real t_nhgey = sin_theta2 * t_f5yhq + cos_theta2 * t_h56x5;
-    const real t_lmd5o = t_nhgey + t_jv37x;
-    const real t_ce6fz = cos_phi2 * (e2 * t_nhgey + sin_theta2 * t_hlifi + cos_theta2 * t_sjjz5)
-        + sin_phi2 * (t_4mtvu - t_xfnc5);
-    const real t_l4rk5 = sin_theta2 * t_kjz7z + cos_theta2 * t_5jqqe;
-    const real t_vzdit_4 = cos_phi2 * (e2 * t_l4rk5 + sin_theta2 * t_ke5li + cos_theta2 * t_iykww)
-        + sin_phi2 * t_ny4mi;
-    const real t_2qnst = sin_theta2 * t_qzykk + cos_theta2 * t_54x2v;
-    const real t_vzdit_5 = cos_phi2 * (e2 * t_2qnst + sin_theta2 * t_pdapy + cos_theta2 * t_vstsl)
-        + sin_phi2 * t_e43v2;
-    const real t_iptrl = sin_theta2 * t_nwxkv + cos_theta2 * t_afuj6;
-    const real t_vzdit_6 = cos_phi2 * (e2 * t_iptrl + sin_theta2 * t_pngxg + cos_theta2 * t_tkm37)
-        + sin_phi2 * t_efnxf;
-    const real t_a3kde = sin_theta2 * t_7y3eb + cos_theta2 * t_64wu4;
-    const real t_lyn7o = cos_phi2 * (e2 * t_a3kde + sin_theta2 * t_lwwzj + cos_theta2 * t_kzw5x)
-        + sin_phi2 * t_tsqkm;
-    const real t_5wwf3 = sin_theta2 * t_jkrpb + cos_theta2 * t_ctopj;
-    const real t_jctur = cos_phi2 * (e2 * t_5wwf3 + sin_theta2 * t_a5fvc + cos_theta2 * t_hv7c6)
-        + sin_phi2 * t_bssch;
-    const real t_a3kde_2 = sin_theta2 * t_u4pue + cos_theta2 * t_wdqjg;
-    const real t_5fhje = t_a3kde_2 + t_aduzw;
-    const real t_k6ytr = t_vtt2b * sin_theta2;
-    const real t_icyiz = t_fz6w5 * cos_theta2;
-    const real t_ore75 = t_4xz5v * sin_theta2;
-    const real t_zngtl = t_5sglq * cos_theta2;
-    const real t_7mtnh = cos_phi2 * (e2 * t_a3kde_2 + sin_theta2 * t_zjh3e + cos_theta2 * t_2ckaz)
-        - ((t_k6ytr + t_icyiz) * e2 + t_ore75 + t_zngtl) * sin_phi2
-        + ((t_svuss - t_6fvzz) * cos_phi2 + sin_phi2 * t_fio3g);
-    const real t_j76uf = t_vtt2b * cos_theta2;
-    const real t_wjdra = t_fz6w5 * sin_theta2;
-    const real t_ijdif = sin_theta2 * t_2ppm2 + t_j76uf + (cos_theta2 * t_yvdol - t_wjdra);
-    const real t_dqy2e = t_ijdif + t_abii4;
-    const real t_frezo = t_4xz5v * cos_theta2;
-    const real t_edk7m = t_5sglq * sin_theta2;
-    const real t_uvydy = cos_phi2 * (e2 * t_ijdif + (sin_theta2 * t_xhu4e + t_frezo) + (cos_theta2 * t_njtea - t_edk7m));
-    const real t_xcehc = sin_theta2 * t_fgup7 + cos_theta2 * t_g7vgd;
-    const real t_ssye3 = cos_phi2 * (e2 * t_xcehc + sin_theta2 * t_eztlj + cos_theta2 * t_bpfz6)
-        + sin_phi2 * t_6oe4v;
-    const real t_56sgi = sin_theta2 * t_gdoin + cos_theta2 * t_5k4nl;
-    const real t_j64fp = cos_phi2 * (e2 * t_56sgi + sin_theta2 * t_5rwls + cos_theta2 * t_la44d)
-        + sin_phi2 * t_hjdb2;
-    const real t_xcehc_2 = sin_theta2 * t_yqi5a + cos_theta2 * t_g7vgd_2;
-    const real t_ssye3_2 = cos_phi2 * (e2 * t_xcehc_2 + sin_theta2 * t_6ds3z + cos_theta2 * t_fnjsx)
-        + sin_phi2 * t_wwjqu;
-    const real t_56sgi_2 = sin_theta2 * t_2j4mx + cos_theta2 * t_5k4nl_2;
-    const real t_zhlch_2 = t_56sgi_2 + t_ly4o3_2;
-    const real t_j64fp_2 = cos_phi2 * (e2 * t_56sgi_2 + sin_theta2 * t_hkkp2 + cos_theta2 * t_lt77l)
-        + sin_phi2 * t_ee3g7;
-    const real t_ecuug = cos_theta2 * t_ldji5
-        + g_2 * (cos_theta2 * t_j4me5 - sin_theta2 * t_4d75k)
-        - q_2 * t_hzigb
-        - sin_theta2 * t_logr5;
-    const real t_t63xr = cos_theta2 * t_sruka
-        + g_2 * (cos_theta2 * t_bkamm - sin_theta2 * t_maedo)
-        - q_2 * t_vub4b
-        - sin_theta2 * t_hs2bc;
-    const real t_i4sth = cos_theta2 * t_e6gyb
-        + g_2 * (cos_theta2 * t_q7ha2 - sin_theta2 * t_je7ua)
-        - q_2 * t_hhkko
-        - sin_theta2 * t_mqxuf;
-    const real t_kcp6o = t_f5pan
-        + cos_theta2 * t_zibaj
-        + g_2 * (cos_theta2 * t_u3lcn - sin_theta2 * t_36kje)
-        - q_2 * t_e5mc3
-        - sin_theta2 * t_mqo7x;
-    const real t_hnnml = t_wbyvc
-        + cos_theta2 * t_6qm4e
-        + g_2 * (cos_theta2 * t_ndxqr - sin_theta2 * t_qetzj)
-        - q_2 * t_mgkx2
-        - sin_theta2 * t_qk3za;
-    const real t_de6i7 = t_aopwl
-        + cos_theta2 * t_hlifi
-        + g_2 * (cos_theta2 * t_f5yhq - sin_theta2 * t_h56x5)
-        - q_2 * t_g4hox
-        - sin_theta2 * t_sjjz5;
-    const real t_h34nm = cos_theta2 * t_ke5li
-        + g_2 * (cos_theta2 * t_kjz7z - sin_theta2 * t_5jqqe)
-        - q_2 * t_3ctnt
-        - sin_theta2 * t_iykww;
-    const real t_exktr = cos_theta2 * t_pdapy
-        + g_2 * (cos_theta2 * t_qzykk - sin_theta2 * t_54x2v)
-        - q_2 * t_7cvdz
-        - sin_theta2 * t_vstsl;
-    const real t_nitc7 = cos_theta2 * t_pngxg
-        + g_2 * (cos_theta2 * t_nwxkv - sin_theta2 * t_afuj6)
-        - q_2 * t_72i3v
-        - sin_theta2 * t_tkm37;
-    const real t_h2izp = cos_theta2 * t_lwwzj
-        + g_2 * (cos_theta2 * t_7y3eb - sin_theta2 * t_64wu4)
-        - q_2 * t_sb2nk
-        - sin_theta2 * t_kzw5x;
-    const real t_hafco = cos_theta2 * t_a5fvc
-        + g_2 * (cos_theta2 * t_jkrpb - sin_theta2 * t_ctopj)
-        - q_2 * t_vhhq4
-        - sin_theta2 * t_hv7c6;
-    const real t_qauoo = t_j76uf - t_wjdra;
-    const real t_knxbg = zeta2 + t_frezo + g_2 * t_qauoo - t_h2z2t * q_2 - t_edk7m;
-    const real t_ivzhb = t_qy4n2
-        + cos_theta2 * t_zjh3e
-        + (t_qauoo * t_h36cy + g_2 * (cos_theta2 * t_u4pue - sin_theta2 * t_wdqjg))
-        - (q_2 * t_5wsg2 + t_h2z2t * t_yk3z4)
-        - sin_theta2 * t_2ckaz;
+        + g_1 * (cos_theta1 * t_xi2ct - sin_theta1 * t_iqgst)
+        - q_1 * t_yjx65
+        - sin_theta1 * t_zbpke;
+    const real t_yjx65_2 = t_p36gw + t_szuo6;
+    const real t_aymkz = t_ol4jq
+        + cos_theta1 * t_6tchb_2
+        + g_1 * (cos_theta1 * t_szuo6 - sin_theta1 * t_iqgst_2)
+        - q_1 * t_yjx65_2
+        - sin_theta1 * t_zbpke_2;
+    const real t_yjx65_3 = t_3gjmq + t_73igi;
+    const real t_wuwkx = cos_theta1 * t_gi3vb
+        + g_1 * (cos_theta1 * t_73igi - sin_theta1 * t_iqgst_3)
+        - q_1 * t_yjx65_3
+        - sin_theta1 * t_m56ah;
+    const real t_yjx65_4 = t_p36gw_2 + t_3ywts;
+    const real t_wuwkx_2 = cos_theta1 * t_gi3vb_2
+        + g_1 * (cos_theta1 * t_3ywts - sin_theta1 * t_iqgst_4)
+        - q_1 * t_yjx65_4
+        - sin_theta1 * t_m56ah_2;
+    const real t_a2t3j = sin_theta2 * t_wmspt + cos_theta2 * t_qmze5;
+    const real t_c5bej = cos_phi2 * (e2 * t_a2t3j + sin_theta2 * t_m7bux + cos_theta2 * t_jhzfn)
+        + sin_phi2 * t_so4so;
+    const real t_7scbq = sin_theta2 * t_2umpd + cos_theta2 * t_gqaye;
+    const real t_c5bej_2 = cos_phi2 * (e2 * t_7scbq + sin_theta2 * t_7mokl + cos_theta2 * t_4tyla)
+        + sin_phi2 * t_4zswq;
+    const real t_b2knc = sin_theta2 * t_bpgbo + cos_theta2 * t_bbiv2;
+    const real t_c5bej_3 = cos_phi2 * (e2 * t_b2knc + sin_theta2 * t_yowpy + cos_theta2 * t_thknf)
+        + sin_phi2 * t_s5krr;
+    const real t_hkopv = sin_theta2 * t_vrzj2 + cos_theta2 * t_4i7tk;
+    const real t_5zull = t_hkopv + t_ly4o3;
+    const real t_cdywg = cos_phi2 * (e2 * t_hkopv + sin_theta2 * t_ay65j + cos_theta2 * t_t6kqa)
+        + sin_phi2 * t_o54k5;
+    const real t_oosd4 = sin_theta2 * t_k4alm + cos_theta2 * t_hkpkt;
+    const real t_45gz6 = t_oosd4 + t_js3na;
+    const real t_plaqj = cos_phi2 * (e2 * t_oosd4 + sin_theta2 * t_ipjlp + cos_theta2 * t_xxggh)
+        + sin_phi2 * (t_ptppp - t_sqd7x);
+    const real t_tmxsj = sin_theta2 * t_wbvq2 + cos_theta2 * t_yjcej;
+    const real t_v3njf = t_tmxsj + t_jv37x;
+    const real t_u6hxg = cos_phi2 * (e2 * t_tmxsj + sin_theta2 * t_o3fzx + cos_theta2 * t_gnyo4)
+        + sin_phi2 * (t_rr3nj - t_xfnc5);
+    const real t_yfoah = sin_theta2 * t_vemk7 + cos_theta2 * t_wl4ax;
+    const real t_c5bej_4 = cos_phi2 * (e2 * t_yfoah + sin_theta2 * t_spjoy + cos_theta2 * t_dh5jh)
+        + sin_phi2 * t_5q2rp;
+    const real t_yuvlm = sin_theta2 * t_qx7uz + cos_theta2 * t_odroi;
+    const real t_c5bej_5 = cos_phi2 * (e2 * t_yuvlm + sin_theta2 * t_c5uu7 + cos_theta2 * t_y7b7j)
+        + sin_phi2 * t_7t7mt;
+    const real t_dfw2s = sin_theta2 * t_xp5mb + cos_theta2 * t_2fjn7;
+    const real t_c5bej_6 = cos_phi2 * (e2 * t_dfw2s + sin_theta2 * t_qkb5y + cos_theta2 * t_tgy4b)
+        + sin_phi2 * t_42jah;
+    const real t_2wudq = sin_theta2 * t_v3jai + cos_theta2 * t_x7yzl;
+    const real t_bj3q7 = cos_phi2 * (e2 * t_2wudq + sin_theta2 * t_bhu33 + cos_theta2 * t_5ybxd)
+        + sin_phi2 * t_frkst;
+    const real t_oqap2 = sin_theta2 * t_obgm3 + cos_theta2 * t_64vo2;
+    const real t_kitw7 = cos_phi2 * (e2 * t_oqap2 + sin_theta2 * t_b7ltb + cos_theta2 * t_b4apn)
+        + sin_phi2 * t_uaz7n;
+    const real t_2wudq_2 = sin_theta2 * t_3bimg + cos_theta2 * t_3vjbq;
+    const real t_5ptvl = t_2wudq_2 + t_aduzw;
+    const real t_3sqll = t_caepv * sin_theta2;
+    const real t_amaem = t_uiwc3 * cos_theta2;
+    const real t_7u45u = t_ykhgf * sin_theta2;
+    const real t_na5ey = t_h4uvc * cos_theta2;
+    const real t_2uvam = cos_phi2 * (e2 * t_2wudq_2 + sin_theta2 * t_ss3kn + cos_theta2 * t_isivm)
+        - ((t_3sqll + t_amaem) * e2 + t_7u45u + t_na5ey) * sin_phi2
+        + ((t_caceg - t_6fvzz) * cos_phi2 + sin_phi2 * t_izosw);
+    const real t_f3pyg = t_caepv * cos_theta2;
+    const real t_uucil = t_uiwc3 * sin_theta2;
+    const real t_ldury = sin_theta2 * t_p6wlz + t_f3pyg + (cos_theta2 * t_ghbzd - t_uucil);
+    const real t_rtb3q = t_ldury + t_abii4;
+    const real t_aiy5n = t_ykhgf * cos_theta2;
+    const real t_xyaxt = t_h4uvc * sin_theta2;
+    const real t_4d5it = cos_phi2 * (e2 * t_ldury + (sin_theta2 * t_dscj2 + t_aiy5n) + (cos_theta2 * t_tjc4u - t_xyaxt));
+    const real t_vjvvm = sin_theta2 * t_xi2ct + cos_theta2 * t_iqgst;
+    const real t_cdywg_2 = cos_phi2 * (e2 * t_vjvvm + sin_theta2 * t_6tchb + cos_theta2 * t_zbpke)
+        + sin_phi2 * t_wvl5i;
+    const real t_vjvvm_2 = sin_theta2 * t_szuo6 + cos_theta2 * t_iqgst_2;
+    const real t_cdywg_3 = cos_phi2 * (e2 * t_vjvvm_2 + sin_theta2 * t_6tchb_2 + cos_theta2 * t_zbpke_2)
+        + sin_phi2 * t_jauvg;
+    const real t_vjvvm_3 = sin_theta2 * t_73igi + cos_theta2 * t_iqgst_3;
+    const real t_cdywg_4 = cos_phi2 * (e2 * t_vjvvm_3 + sin_theta2 * t_gi3vb + cos_theta2 * t_m56ah)
+        + sin_phi2 * t_y5ftt;
+    const real t_vjvvm_4 = sin_theta2 * t_3ywts + cos_theta2 * t_iqgst_4;
+    const real t_5zull_2 = t_vjvvm_4 + t_ly4o3_2;
+    const real t_cdywg_5 = cos_phi2 * (e2 * t_vjvvm_4 + sin_theta2 * t_gi3vb_2 + cos_theta2 * t_m56ah_2)
+        + sin_phi2 * t_q3tiu;
+    const real t_7vhdq = cos_theta2 * t_m7bux
+        + g_2 * (cos_theta2 * t_wmspt - sin_theta2 * t_qmze5)
+        - q_2 * t_ltyum
+        - sin_theta2 * t_jhzfn;
+    const real t_xutun = cos_theta2 * t_7mokl
+        + g_2 * (cos_theta2 * t_2umpd - sin_theta2 * t_gqaye)
+        - q_2 * t_w23ap
+        - sin_theta2 * t_4tyla;
+    const real t_ifhs7 = cos_theta2 * t_yowpy
+        + g_2 * (cos_theta2 * t_bpgbo - sin_theta2 * t_bbiv2)
+        - q_2 * t_hznrw
+        - sin_theta2 * t_thknf;
+    const real t_5igwa = t_f5pan
+        + cos_theta2 * t_ay65j
+        + g_2 * (cos_theta2 * t_vrzj2 - sin_theta2 * t_4i7tk)
+        - q_2 * t_tt46f
+        - sin_theta2 * t_t6kqa;
+    const real t_n6ril = t_wbyvc
+        + cos_theta2 * t_ipjlp
+        + g_2 * (cos_theta2 * t_k4alm - sin_theta2 * t_hkpkt)
+        - q_2 * t_y3msa
+        - sin_theta2 * t_xxggh;
+    const real t_nrywo = t_aopwl
+        + cos_theta2 * t_o3fzx
+        + g_2 * (cos_theta2 * t_wbvq2 - sin_theta2 * t_yjcej)
+        - q_2 * t_7uyl5
+        - sin_theta2 * t_gnyo4;
+    const real t_bj7xv = cos_theta2 * t_spjoy
+        + g_2 * (cos_theta2 * t_vemk7 - sin_theta2 * t_wl4ax)
+        - q_2 * t_pv2tr
+        - sin_theta2 * t_dh5jh;
+    const real t_qfjr4 = cos_theta2 * t_c5uu7
+        + g_2 * (cos_theta2 * t_qx7uz - sin_theta2 * t_odroi)
+        - q_2 * t_rfuyp
+        - sin_theta2 * t_y7b7j;
+    const real t_cs6nc = cos_theta2 * t_qkb5y
+        + g_2 * (cos_theta2 * t_xp5mb - sin_theta2 * t_2fjn7)
+        - q_2 * t_7hevb
+        - sin_theta2 * t_tgy4b;
+    const real t_3nvrt = cos_theta2 * t_bhu33
+        + g_2 * (cos_theta2 * t_v3jai - sin_theta2 * t_x7yzl)
+        - q_2 * t_r33j3
+        - sin_theta2 * t_5ybxd;
+    const real t_5esu2 = cos_theta2 * t_b7ltb
+        + g_2 * (cos_theta2 * t_obgm3 - sin_theta2 * t_64vo2)
+        - q_2 * t_735a2
+        - sin_theta2 * t_b4apn;
+    const real t_yzpya = t_f3pyg - t_uucil;
+    const real t_xih5d = zeta2 + t_aiy5n + g_2 * t_yzpya - t_fqxxb * q_2 - t_xyaxt;
+    const real t_vnqwd = t_qy4n2
+        + cos_theta2 * t_ss3kn
+        + (t_yzpya * t_h36cy + g_2 * (cos_theta2 * t_3bimg - sin_theta2 * t_3vjbq))
+        - (q_2 * t_xsxtd + t_fqxxb * t_yk3z4)
+        - sin_theta2 * t_isivm;
     const real t_r7vy7 = K(1.0) / p[m2];
-    const real t_h6xo5 = th_2 * (t_knxbg * t_yk3z4 + q_2 * t_ivzhb)
-        - (loss_theta2 * t_r7vy7 + q_2 * t_knxbg) * t_2s2br;
-    const real t_digdb = t_jx7yj
-        + (cos_theta2 * t_xhu4e - t_ore75)
-        + g_2 * (cos_theta2 * t_2ppm2 - t_k6ytr - (sin_theta2 * t_yvdol + t_icyiz))
-        - q_2 * t_vhhq4_2
-        - (sin_theta2 * t_njtea + t_zngtl);
-    const real t_bf2s6 = cos_theta2 * t_eztlj
-        + g_2 * (cos_theta2 * t_fgup7 - sin_theta2 * t_g7vgd)
-        - q_2 * t_zdlnx
-        - sin_theta2 * t_bpfz6;
-    const real t_mlq23 = cos_theta2 * t_5rwls
-        + g_2 * (cos_theta2 * t_gdoin - sin_theta2 * t_5k4nl)
-        - q_2 * t_uvnul
-        - sin_theta2 * t_la44d;
-    const real t_d35hq = cos_theta2 * t_6ds3z
+    const real t_qgl3e = th_2 * (t_xih5d * t_yk3z4 + q_2 * t_vnqwd)
+        - (loss_theta2 * t_r7vy7 + q_2 * t_xih5d) * t_2s2br;
+    const real t_i2alz = t_jx7yj
+        + (cos_theta2 * t_dscj2 - t_7u45u)
+        + g_2 * (cos_theta2 * t_p6wlz - t_3sqll - (sin_theta2 * t_ghbzd + t_amaem))
+        - q_2 * t_735a2_2
+        - (sin_theta2 * t_tjc4u + t_na5ey);
+    const real t_qyev4 = cos_theta2 * t_6tchb
+        + g_2 * (cos_theta2 * t_xi2ct - sin_theta2 * t_iqgst)
+        - q_2 * t_yjx65
+        - sin_theta2 * t_zbpke;
+    const real t_qyev4_2 = cos_theta2 * t_6tchb_2
+        + g_2 * (cos_theta2 * t_szuo6 - sin_theta2 * t_iqgst_2)
+        - q_2 * t_yjx65_2
+        - sin_theta2 * t_zbpke_2;
+    const real t_abpc3 = cos_theta2 * t_gi3vb
         - t_pv35x
-        + g_2 * (cos_theta2 * t_yqi5a - sin_theta2 * t_g7vgd_2)
-        - q_2 * t_zdlnx_2
-        - sin_theta2 * t_fnjsx;
-    const real t_hzsee = t_noiav
-        + cos_theta2 * t_hkkp2
-        + g_2 * (cos_theta2 * t_2j4mx - sin_theta2 * t_5k4nl_2)
-        - q_2 * t_uvnul_2
-        - sin_theta2 * t_lt77l;
-    J_q[0] = t_ll5tz;
-    J_q[1] = t_2up2b + q[wz];
-    J_q[2] = t_jxnyn - q[wy];
-    J_q[3] = t_cagkj;
-    J_q[4] = t_mse62 + x_C * t_6xfo3 - q[vz];
-    J_q[5] = t_4mtvu + x_C * t_gwp2t + q[vy];
-    J_q[6] = t_ny4mi;
-    J_q[7] = t_e43v2;
-    J_q[8] = t_efnxf;
-    J_q[9] = t_tsqkm;
-    J_q[10] = t_bssch;
-    J_q[11] = t_fio3g;
-    J_q[12] = t_7bsfn;
-    J_q[13] = t_6oe4v;
-    J_q[14] = t_hjdb2;
-    J_q[15] = t_wwjqu;
-    J_q[16] = t_ee3g7;
-    J_q[17] = t_ldji5 - x_C * t_j4me5 - q[wz];
-    J_q[18] = t_sruka - x_C * t_bkamm;
-    J_q[19] = t_e6gyb - x_C * t_q7ha2 + q[wx];
-    J_q[20] = t_zibaj - x_C * t_u3lcn + q[vz];
-    J_q[21] = t_6qm4e - x_C * t_ndxqr;
-    J_q[22] = t_hlifi - x_C * t_f5yhq - q[vx];
-    J_q[23] = t_ke5li - x_C * t_kjz7z;
-    J_q[24] = t_pdapy - x_C * t_qzykk;
-    J_q[25] = t_pngxg - x_C * t_nwxkv;
-    J_q[26] = t_lwwzj - x_C * t_7y3eb;
-    J_q[27] = t_a5fvc - x_C * t_jkrpb;
-    J_q[28] = t_zjh3e - x_C * t_u4pue;
-    J_q[29] = t_xhu4e - x_C * t_2ppm2;
-    J_q[30] = t_eztlj - x_C * t_fgup7;
-    J_q[31] = t_5rwls - x_C * t_gdoin;
-    J_q[32] = t_6ds3z - x_C * t_yqi5a;
-    J_q[33] = t_hkkp2 - x_C * t_2j4mx;
-    J_q[34] = t_logr5 - x_C * t_4d75k + q[wy];
-    J_q[35] = t_hs2bc - x_C * t_maedo - q[wx];
-    J_q[36] = t_mqxuf - x_C * t_je7ua;
-    J_q[37] = t_mqo7x - x_C * t_36kje - q[vy];
-    J_q[38] = t_qk3za - x_C * t_qetzj + q[vx];
-    J_q[39] = t_sjjz5 - x_C * t_h56x5;
-    J_q[40] = t_iykww - x_C * t_5jqqe;
-    J_q[41] = t_vstsl - x_C * t_54x2v;
-    J_q[42] = t_tkm37 - x_C * t_afuj6;
-    J_q[43] = t_kzw5x - x_C * t_64wu4;
-    J_q[44] = t_hv7c6 - x_C * t_ctopj;
-    J_q[45] = t_2ckaz - x_C * t_wdqjg;
-    J_q[46] = t_njtea - x_C * t_yvdol;
-    J_q[47] = t_bpfz6 - x_C * t_g7vgd;
-    J_q[48] = t_la44d - x_C * t_5k4nl;
-    J_q[49] = t_fnjsx - x_C * t_g7vgd_2;
-    J_q[50] = t_lt77l - x_C * t_5k4nl_2;
-    J_q[51] = t_hfaqm;
-    J_q[52] = t_phey5;
-    J_q[53] = t_f3ydj;
-    J_q[54] = t_svtjt;
-    J_q[55] = t_j4ssp;
-    J_q[56] = t_u44pc;
-    J_q[57] = t_47vv5;
-    J_q[58] = t_safob;
-    J_q[59] = t_76zlm;
-    J_q[60] = t_h2xdo;
-    J_q[61] = t_fvkyb;
-    J_q[62] = t_22o4f;
-    J_q[63] = t_ngkn7;
-    J_q[64] = t_rdyfn;
-    J_q[65] = t_ob5qm;
-    J_q[66] = t_rigpe;
-    J_q[67] = t_ob5qm_2;
-    J_q[68] = -t_4d75k;
-    J_q[69] = -t_maedo;
-    J_q[70] = -t_je7ua;
-    J_q[71] = q[wz] - t_36kje;
-    J_q[72] = -t_qetzj;
-    J_q[73] = q[wx] - t_h56x5;
-    J_q[74] = -t_5jqqe;
-    J_q[75] = -t_54x2v;
-    J_q[76] = -t_afuj6;
-    J_q[77] = -t_64wu4;
-    J_q[78] = -t_ctopj;
-    J_q[79] = -t_wdqjg;
-    J_q[80] = -t_yvdol;
-    J_q[81] = -t_g7vgd;
-    J_q[82] = -t_5k4nl;
-    J_q[83] = -t_g7vgd_2;
-    J_q[84] = -t_5k4nl_2;
-    J_q[85] = t_j4me5;
-    J_q[86] = t_bkamm;
-    J_q[87] = t_q7ha2;
-    J_q[88] = t_7q477;
-    J_q[89] = t_7keew;
-    J_q[90] = t_f5yhq;
-    J_q[91] = t_kjz7z;
-    J_q[92] = t_qzykk;
-    J_q[93] = t_nwxkv;
-    J_q[94] = t_7y3eb;
-    J_q[95] = t_jkrpb;
-    J_q[96] = t_u4pue;
-    J_q[97] = t_2ppm2;
-    J_q[98] = t_fgup7;
-    J_q[99] = t_gdoin;
-    J_q[100] = t_yqi5a;
-    J_q[101] = t_2j4mx;
+        + g_2 * (cos_theta2 * t_73igi - sin_theta2 * t_iqgst_3)
+        - q_2 * t_yjx65_3
+        - sin_theta2 * t_m56ah;
+    const real t_ahigr = t_noiav
+        + cos_theta2 * t_gi3vb_2
+        + g_2 * (cos_theta2 * t_3ywts - sin_theta2 * t_iqgst_4)
+        - q_2 * t_yjx65_4
+        - sin_theta2 * t_m56ah_2;
+    J_q[0] = t_so4so;
+    J_q[1] = t_4zswq + q[wz];
+    J_q[2] = t_s5krr - q[wy];
+    J_q[3] = t_o54k5;
+    J_q[4] = t_ptppp + x_C * t_6xfo3 - q[vz];
+    J_q[5] = t_rr3nj + x_C * t_gwp2t + q[vy];
+    J_q[6] = t_5q2rp;
+    J_q[7] = t_7t7mt;
+    J_q[8] = t_42jah;
+    J_q[9] = t_frkst;
+    J_q[10] = t_uaz7n;
+    J_q[11] = t_izosw;
+    J_q[12] = t_rh5me;
+    J_q[13] = t_wvl5i;
+    J_q[14] = t_jauvg;
+    J_q[15] = t_y5ftt;
+    J_q[16] = t_q3tiu;
+    J_q[17] = t_m7bux - x_C * t_wmspt - q[wz];
+    J_q[18] = t_7mokl - x_C * t_2umpd;
+    J_q[19] = t_yowpy - x_C * t_bpgbo + q[wx];
+    J_q[20] = t_ay65j - x_C * t_vrzj2 + q[vz];
+    J_q[21] = t_ipjlp - x_C * t_k4alm;
+    J_q[22] = t_o3fzx - x_C * t_wbvq2 - q[vx];
+    J_q[23] = t_spjoy - x_C * t_vemk7;
+    J_q[24] = t_c5uu7 - x_C * t_qx7uz;
+    J_q[25] = t_qkb5y - x_C * t_xp5mb;
+    J_q[26] = t_bhu33 - x_C * t_v3jai;
+    J_q[27] = t_b7ltb - x_C * t_obgm3;
+    J_q[28] = t_ss3kn - x_C * t_3bimg;
+    J_q[29] = t_dscj2 - x_C * t_p6wlz;
+    J_q[30] = t_6tchb - x_C * t_xi2ct;
+    J_q[31] = t_6tchb_2 - x_C * t_szuo6;
+    J_q[32] = t_gi3vb - x_C * t_73igi;
+    J_q[33] = t_gi3vb_2 - x_C * t_3ywts;
+    J_q[34] = t_jhzfn - x_C * t_qmze5 + q[wy];
+    J_q[35] = t_4tyla - x_C * t_gqaye - q[wx];
+    J_q[36] = t_thknf - x_C * t_bbiv2;
+    J_q[37] = t_t6kqa - x_C * t_4i7tk - q[vy];
+    J_q[38] = t_xxggh - x_C * t_hkpkt + q[vx];
+    J_q[39] = t_gnyo4 - x_C * t_yjcej;
+    J_q[40] = t_dh5jh - x_C * t_wl4ax;
+    J_q[41] = t_y7b7j - x_C * t_odroi;
+    J_q[42] = t_tgy4b - x_C * t_2fjn7;
+    J_q[43] = t_5ybxd - x_C * t_x7yzl;
+    J_q[44] = t_b4apn - x_C * t_64vo2;
+    J_q[45] = t_isivm - x_C * t_3vjbq;
+    J_q[46] = t_tjc4u - x_C * t_ghbzd;
+    J_q[47] = t_zbpke - x_C * t_iqgst;
+    J_q[48] = t_zbpke_2 - x_C * t_iqgst_2;
+    J_q[49] = t_m56ah - x_C * t_iqgst_3;
+    J_q[50] = t_m56ah_2 - x_C * t_iqgst_4;
+    J_q[51] = t_gbemj;
+    J_q[52] = t_7o3df;
+    J_q[53] = t_ddvjn;
+    J_q[54] = t_2bw3k;
+    J_q[55] = t_pqbvs;
+    J_q[56] = t_ofxbc;
+    J_q[57] = t_5lwa4;
+    J_q[58] = t_rc7f7;
+    J_q[59] = t_wi6jt;
+    J_q[60] = t_ytooc;
+    J_q[61] = t_6b22h;
+    J_q[62] = t_fijts;
+    J_q[63] = t_n4kjy;
+    J_q[64] = t_tqdpe;
+    J_q[65] = t_p36gw;
+    J_q[66] = t_3gjmq;
+    J_q[67] = t_p36gw_2;
+    J_q[68] = -t_qmze5;
+    J_q[69] = -t_gqaye;
+    J_q[70] = -t_bbiv2;
+    J_q[71] = q[wz] - t_4i7tk;
+    J_q[72] = -t_hkpkt;
+    J_q[73] = q[wx] - t_yjcej;
+    J_q[74] = -t_wl4ax;
+    J_q[75] = -t_odroi;
+    J_q[76] = -t_2fjn7;
+    J_q[77] = -t_x7yzl;
+    J_q[78] = -t_64vo2;
+    J_q[79] = -t_3vjbq;
+    J_q[80] = -t_ghbzd;
+    J_q[81] = -t_iqgst;
+    J_q[82] = -t_iqgst_2;
+    J_q[83] = -t_iqgst_3;
+    J_q[84] = -t_iqgst_4;
+    J_q[85] = t_wmspt;
+    J_q[86] = t_2umpd;
+    J_q[87] = t_bpgbo;
+    J_q[88] = t_seebn;
+    J_q[89] = t_ueshp;
+    J_q[90] = t_wbvq2;
+    J_q[91] = t_vemk7;
+    J_q[92] = t_qx7uz;
+    J_q[93] = t_xp5mb;
+    J_q[94] = t_v3jai;
+    J_q[95] = t_obgm3;
+    J_q[96] = t_3bimg;
+    J_q[97] = t_p6wlz;
+    J_q[98] = t_xi2ct;
+    J_q[99] = t_szuo6;
+    J_q[100] = t_73igi;
+    J_q[101] = t_3ywts;
     J_q[102] = SPLAT(K(0.0));
     J_q[103] = SPLAT(K(0.0));
     J_q[104] = SPLAT(K(0.0));
@@ -11365,76 +11365,76 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     J_q[218] = SPLAT(K(0.0));
     J_q[219] = SPLAT(K(0.0));
     J_q[220] = SPLAT(K(1.0));
-    J_q[221] = t_75smn - p[I1] * (t_75smn + t_hfaqm) * t_zrejm - k1 * t_xudpn;
-    J_q[222] = t_mjsh5 - p[I1] * (t_mjsh5 + t_phey5) * t_zrejm - k1 * t_xudpn_2;
-    J_q[223] = t_xy6gp - p[I1] * (t_xy6gp + t_f3ydj) * t_zrejm - k1 * t_xudpn_3;
-    J_q[224] = t_b6lbb - p[I1] * (t_b6lbb + t_svtjt) * t_zrejm - k1 * t_xysqh;
-    J_q[225] = t_hjnut - p[I1] * (t_hjnut + t_j4ssp) * t_zrejm - k1 * t_mdfkm;
-    J_q[226] = t_l4hct - p[I1] * (t_l4hct + t_u44pc) * t_zrejm - k1 * t_c42ya;
-    J_q[227] = t_n2akc - p[I1] * (t_n2akc + t_47vv5) * t_zrejm - k1 * t_xudpn_4;
-    J_q[228] = t_k2bk5 - p[I1] * (t_k2bk5 + t_safob) * t_zrejm - k1 * t_xudpn_5;
-    J_q[229] = t_ya75f - p[I1] * (t_ya75f + t_76zlm) * t_zrejm - k1 * t_xudpn_6;
-    J_q[230] = t_nvjsb - p[I1] * (t_nvjsb + t_h2xdo) * t_zrejm - k1 * t_mjamc;
-    J_q[231] = t_uyzkk
-        - p[I1] * (t_uyzkk + t_fvkyb) * t_zrejm
-        - k1 * (t_igxqs + sin_phi1 * t_bssch);
-    J_q[232] = t_ndtp7_2 - p[I1] * (t_ndtp7_2 + t_22o4f) * t_zrejm - k1 * t_acjzp;
-    J_q[233] = t_otsq7 - p[I1] * (t_otsq7 + t_ngkn7) * t_zrejm - k1 * t_xesjk;
-    J_q[234] = t_i7e74 - (p[eps1] + p[I1] * (t_i7e74 + t_rdyfn)) * t_zrejm - k1 * t_3m6cj;
-    J_q[235] = t_b6lbb_2 - p[I1] * (t_b6lbb_2 + t_ob5qm) * t_zrejm - k1 * t_isnjy;
-    J_q[236] = t_i7e74_2 - p[I1] * (t_i7e74_2 + t_rigpe) * t_zrejm - k1 * t_3m6cj_2;
-    J_q[237] = t_omn2c_2 - p[I1] * (t_omn2c_2 + t_ob5qm_2) * t_zrejm - k1 * t_isnjy_2;
-    J_q[238] = -(t_j4me5 + th_1 * (q_1 * t_knslr));
-    J_q[239] = -(t_bkamm + th_1 * (q_1 * t_tuqzq));
-    J_q[240] = -(t_q7ha2 + th_1 * (q_1 * t_ftrei));
-    J_q[241] = -(t_7q477 + th_1 * (q_1 * t_frmqt));
-    J_q[242] = -(t_7keew + th_1 * (q_1 * t_6verr));
-    J_q[243] = -(t_f5yhq + th_1 * (q_1 * t_5we5m));
-    J_q[244] = -(t_kjz7z + th_1 * (q_1 * t_loval));
-    J_q[245] = -(t_qzykk + th_1 * (q_1 * t_p6ajy));
-    J_q[246] = -(t_nwxkv + th_1 * (q_1 * t_mp3mb));
-    J_q[247] = -(t_7y3eb + t_sjcxw);
-    J_q[248] = -(t_jkrpb + th_1 * (q_1 * t_karic));
-    J_q[249] = -(t_u4pue + th_1 * (q_1 * t_tvxtd));
-    J_q[250] = -(t_2ppm2 + th_1 * (q_1 * t_bfhgl));
-    J_q[251] = -(t_fgup7 + th_1 * (q_1 * t_nbrbu));
-    J_q[252] = -(t_gdoin + th_1 * (p[eps1] * t_ibe72 + q_1 * t_go5rv));
-    J_q[253] = -(t_yqi5a + th_1 * (q_1 * t_5ucxs));
-    J_q[254] = -(t_2j4mx + th_1 * (q_1 * t_fvocf));
-    J_q[255] = t_2msjx - p[I2] * (t_2msjx + t_hfaqm) * t_5wzvs - k2 * t_vzdit;
-    J_q[256] = t_72vmb - p[I2] * (t_72vmb + t_phey5) * t_5wzvs - k2 * t_vzdit_2;
-    J_q[257] = t_3ghk6 - p[I2] * (t_3ghk6 + t_f3ydj) * t_5wzvs - k2 * t_vzdit_3;
-    J_q[258] = t_zhlch - p[I2] * (t_zhlch + t_svtjt) * t_5wzvs - k2 * t_2cjsv;
-    J_q[259] = t_yowov - p[I2] * (t_yowov + t_j4ssp) * t_5wzvs - k2 * t_jbgrf;
-    J_q[260] = t_lmd5o - p[I2] * (t_lmd5o + t_u44pc) * t_5wzvs - k2 * t_ce6fz;
-    J_q[261] = t_l4rk5 - p[I2] * (t_l4rk5 + t_47vv5) * t_5wzvs - k2 * t_vzdit_4;
-    J_q[262] = t_2qnst - p[I2] * (t_2qnst + t_safob) * t_5wzvs - k2 * t_vzdit_5;
-    J_q[263] = t_iptrl - p[I2] * (t_iptrl + t_76zlm) * t_5wzvs - k2 * t_vzdit_6;
-    J_q[264] = t_a3kde - p[I2] * (t_a3kde + t_h2xdo) * t_5wzvs - k2 * t_lyn7o;
-    J_q[265] = t_5wwf3 - p[I2] * (t_5wwf3 + t_fvkyb) * t_5wzvs - k2 * t_jctur;
-    J_q[266] = t_5fhje - p[I2] * (t_5fhje + t_22o4f) * t_5wzvs - k2 * t_7mtnh;
-    J_q[267] = t_dqy2e
-        - p[I2] * (t_dqy2e + t_ngkn7) * t_5wzvs
-        - k2 * (t_uvydy + sin_phi2 * t_7bsfn);
-    J_q[268] = t_xcehc - p[I2] * (t_xcehc + t_rdyfn) * t_5wzvs - k2 * t_ssye3;
-    J_q[269] = t_56sgi - p[I2] * (t_56sgi + t_ob5qm) * t_5wzvs - k2 * t_j64fp;
-    J_q[270] = t_xcehc_2 - (p[eps2] + p[I2] * (t_xcehc_2 + t_rigpe)) * t_5wzvs - k2 * t_ssye3_2;
-    J_q[271] = t_zhlch_2 - p[I2] * (t_zhlch_2 + t_ob5qm_2) * t_5wzvs - k2 * t_j64fp_2;
-    J_q[272] = -(t_j4me5 + th_2 * (q_2 * t_ecuug));
-    J_q[273] = -(t_bkamm + th_2 * (q_2 * t_t63xr));
-    J_q[274] = -(t_q7ha2 + th_2 * (q_2 * t_i4sth));
-    J_q[275] = -(t_7q477 + th_2 * (q_2 * t_kcp6o));
-    J_q[276] = -(t_7keew + th_2 * (q_2 * t_hnnml));
-    J_q[277] = -(t_f5yhq + th_2 * (q_2 * t_de6i7));
-    J_q[278] = -(t_kjz7z + th_2 * (q_2 * t_h34nm));
-    J_q[279] = -(t_qzykk + th_2 * (q_2 * t_exktr));
-    J_q[280] = -(t_nwxkv + th_2 * (q_2 * t_nitc7));
-    J_q[281] = -(t_7y3eb + th_2 * (q_2 * t_h2izp));
-    J_q[282] = -(t_jkrpb + th_2 * (q_2 * t_hafco));
-    J_q[283] = -(t_u4pue + t_h6xo5);
-    J_q[284] = -(t_2ppm2 + th_2 * (q_2 * t_digdb));
-    J_q[285] = -(t_fgup7 + th_2 * (q_2 * t_bf2s6));
-    J_q[286] = -(t_gdoin + th_2 * (q_2 * t_mlq23));
-    J_q[287] = -(t_yqi5a + th_2 * (q_2 * t_d35hq));
-    J_q[288] = -(t_2j4mx + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_hzsee));
+    J_q[221] = t_lrtps - p[I1] * (t_lrtps + t_gbemj) * t_zrejm - k1 * t_i2uqx;
+    J_q[222] = t_wxyn4 - p[I1] * (t_wxyn4 + t_7o3df) * t_zrejm - k1 * t_i2uqx_2;
+    J_q[223] = t_urf6i - p[I1] * (t_urf6i + t_ddvjn) * t_zrejm - k1 * t_i2uqx_3;
+    J_q[224] = t_7iogl - p[I1] * (t_7iogl + t_2bw3k) * t_zrejm - k1 * t_vabek;
+    J_q[225] = t_vjduo - p[I1] * (t_vjduo + t_pqbvs) * t_zrejm - k1 * t_qifvy;
+    J_q[226] = t_rb6tk - p[I1] * (t_rb6tk + t_ofxbc) * t_zrejm - k1 * t_saffr;
+    J_q[227] = t_kknpb - p[I1] * (t_kknpb + t_5lwa4) * t_zrejm - k1 * t_i2uqx_4;
+    J_q[228] = t_m33ck - p[I1] * (t_m33ck + t_rc7f7) * t_zrejm - k1 * t_i2uqx_5;
+    J_q[229] = t_sw5ep - p[I1] * (t_sw5ep + t_wi6jt) * t_zrejm - k1 * t_i2uqx_6;
+    J_q[230] = t_7vefx - p[I1] * (t_7vefx + t_ytooc) * t_zrejm - k1 * t_yo5o7;
+    J_q[231] = t_tkpvc
+        - p[I1] * (t_tkpvc + t_6b22h) * t_zrejm
+        - k1 * (t_c5sbx + sin_phi1 * t_uaz7n);
+    J_q[232] = t_6ix6q_2 - p[I1] * (t_6ix6q_2 + t_fijts) * t_zrejm - k1 * t_laa5v;
+    J_q[233] = t_uv5rg - p[I1] * (t_uv5rg + t_n4kjy) * t_zrejm - k1 * t_uwleq;
+    J_q[234] = t_wuf5o - (p[eps1] + p[I1] * (t_wuf5o + t_tqdpe)) * t_zrejm - k1 * t_vabek_2;
+    J_q[235] = t_7iogl_2 - p[I1] * (t_7iogl_2 + t_p36gw) * t_zrejm - k1 * t_vabek_3;
+    J_q[236] = t_wuf5o_3 - p[I1] * (t_wuf5o_3 + t_3gjmq) * t_zrejm - k1 * t_vabek_4;
+    J_q[237] = t_wuf5o_4 - p[I1] * (t_wuf5o_4 + t_p36gw_2) * t_zrejm - k1 * t_vabek_5;
+    J_q[238] = -(t_wmspt + th_1 * (q_1 * t_tvkyv));
+    J_q[239] = -(t_2umpd + th_1 * (q_1 * t_llolm));
+    J_q[240] = -(t_bpgbo + th_1 * (q_1 * t_3gw6d));
+    J_q[241] = -(t_seebn + th_1 * (q_1 * t_yeq23));
+    J_q[242] = -(t_ueshp + th_1 * (q_1 * t_trjgh));
+    J_q[243] = -(t_wbvq2 + th_1 * (q_1 * t_ipmep));
+    J_q[244] = -(t_vemk7 + th_1 * (q_1 * t_f443l));
+    J_q[245] = -(t_qx7uz + th_1 * (q_1 * t_6zbcc));
+    J_q[246] = -(t_xp5mb + th_1 * (q_1 * t_4ebmm));
+    J_q[247] = -(t_v3jai + t_oovpr);
+    J_q[248] = -(t_obgm3 + th_1 * (q_1 * t_vsdl4));
+    J_q[249] = -(t_3bimg + th_1 * (q_1 * t_kfunf));
+    J_q[250] = -(t_p6wlz + th_1 * (q_1 * t_wtswl));
+    J_q[251] = -(t_xi2ct + th_1 * (q_1 * t_azb5o));
+    J_q[252] = -(t_szuo6 + th_1 * (p[eps1] * t_ibe72 + q_1 * t_aymkz));
+    J_q[253] = -(t_73igi + th_1 * (q_1 * t_wuwkx));
+    J_q[254] = -(t_3ywts + th_1 * (q_1 * t_wuwkx_2));
+    J_q[255] = t_a2t3j - p[I2] * (t_a2t3j + t_gbemj) * t_5wzvs - k2 * t_c5bej;
+    J_q[256] = t_7scbq - p[I2] * (t_7scbq + t_7o3df) * t_5wzvs - k2 * t_c5bej_2;
+    J_q[257] = t_b2knc - p[I2] * (t_b2knc + t_ddvjn) * t_5wzvs - k2 * t_c5bej_3;
+    J_q[258] = t_5zull - p[I2] * (t_5zull + t_2bw3k) * t_5wzvs - k2 * t_cdywg;
+    J_q[259] = t_45gz6 - p[I2] * (t_45gz6 + t_pqbvs) * t_5wzvs - k2 * t_plaqj;
+    J_q[260] = t_v3njf - p[I2] * (t_v3njf + t_ofxbc) * t_5wzvs - k2 * t_u6hxg;
+    J_q[261] = t_yfoah - p[I2] * (t_yfoah + t_5lwa4) * t_5wzvs - k2 * t_c5bej_4;
+    J_q[262] = t_yuvlm - p[I2] * (t_yuvlm + t_rc7f7) * t_5wzvs - k2 * t_c5bej_5;
+    J_q[263] = t_dfw2s - p[I2] * (t_dfw2s + t_wi6jt) * t_5wzvs - k2 * t_c5bej_6;
+    J_q[264] = t_2wudq - p[I2] * (t_2wudq + t_ytooc) * t_5wzvs - k2 * t_bj3q7;
+    J_q[265] = t_oqap2 - p[I2] * (t_oqap2 + t_6b22h) * t_5wzvs - k2 * t_kitw7;
+    J_q[266] = t_5ptvl - p[I2] * (t_5ptvl + t_fijts) * t_5wzvs - k2 * t_2uvam;
+    J_q[267] = t_rtb3q
+        - p[I2] * (t_rtb3q + t_n4kjy) * t_5wzvs
+        - k2 * (t_4d5it + sin_phi2 * t_rh5me);
+    J_q[268] = t_vjvvm - p[I2] * (t_vjvvm + t_tqdpe) * t_5wzvs - k2 * t_cdywg_2;
+    J_q[269] = t_vjvvm_2 - p[I2] * (t_vjvvm_2 + t_p36gw) * t_5wzvs - k2 * t_cdywg_3;
+    J_q[270] = t_vjvvm_3 - (p[eps2] + p[I2] * (t_vjvvm_3 + t_3gjmq)) * t_5wzvs - k2 * t_cdywg_4;
+    J_q[271] = t_5zull_2 - p[I2] * (t_5zull_2 + t_p36gw_2) * t_5wzvs - k2 * t_cdywg_5;
+    J_q[272] = -(t_wmspt + th_2 * (q_2 * t_7vhdq));
+    J_q[273] = -(t_2umpd + th_2 * (q_2 * t_xutun));
+    J_q[274] = -(t_bpgbo + th_2 * (q_2 * t_ifhs7));
+    J_q[275] = -(t_seebn + th_2 * (q_2 * t_5igwa));
+    J_q[276] = -(t_ueshp + th_2 * (q_2 * t_n6ril));
+    J_q[277] = -(t_wbvq2 + th_2 * (q_2 * t_nrywo));
+    J_q[278] = -(t_vemk7 + th_2 * (q_2 * t_bj7xv));
+    J_q[279] = -(t_qx7uz + th_2 * (q_2 * t_qfjr4));
+    J_q[280] = -(t_xp5mb + th_2 * (q_2 * t_cs6nc));
+    J_q[281] = -(t_v3jai + th_2 * (q_2 * t_3nvrt));
+    J_q[282] = -(t_obgm3 + th_2 * (q_2 * t_5esu2));
+    J_q[283] = -(t_3bimg + t_qgl3e);
+    J_q[284] = -(t_p6wlz + th_2 * (q_2 * t_i2alz));
+    J_q[285] = -(t_xi2ct + th_2 * (q_2 * t_qyev4));
+    J_q[286] = -(t_szuo6 + th_2 * (q_2 * t_qyev4_2));
+    J_q[287] = -(t_73igi + th_2 * (q_2 * t_abpc3));
+    J_q[288] = -(t_3ywts + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_ahigr));
 }

@@ -325,8 +325,8 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_inhtz = t_bvybx * cos_theta2;
     const real t_bl4f2 = t_llswo + t_inhtz;
     const real t_pgxzp = t_bl4f2 * t_bpfoo;
-    const real t_jc3gv = t_hjmgb + t_b3aij * t_pgxzp;
-    const real t_gz422 = t_jc3gv * t_4iujv;
+    const real t_dzmcy = t_hjmgb + t_b3aij * t_pgxzp;
+    const real t_gz422 = t_dzmcy * t_4iujv;
     const real t_iyghn = K63 + t_2rbbr * t_gz422 - t_zzymx * t_pgxzp;
     const real K_L63 = t_iyghn * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_3jpev - t_busu7 * K_L43 - t_2m245 * t_xq4wt;
@@ -340,18 +340,18 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         - t_kjv32 * K_L53
         - t_qs67n * K_L54
         - t_6mmeb * t_rujpm;
-    const real t_at26l = K65
+    const real t_aedxu = K65
         + t_xqwvu * t_gz422
         - t_kjv32 * K_L63
         - t_qs67n * K_L64
         - t_6mmeb * t_pgxzp;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_at26l * t_ftqxb;
+    const real K_L65 = t_aedxu * t_ftqxb;
     const real K_D6 = K66
-        - t_jc3gv * t_gz422
+        - t_dzmcy * t_gz422
         - t_iyghn * K_L63
         - t_vuqjn * K_L64
-        - t_at26l * K_L65
+        - t_aedxu * K_L65
         - t_bl4f2 * t_pgxzp;
     const real t_qbgt7 = t_7imwe * sin_phi1;
     const real t_v7h4t = t_4b2fa * sin_phi2;
@@ -422,7 +422,7 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_bjdpd = p[l1] * t_snnp7;
     const real t_pal45 = q_1 * t_27zyf + q_2 * t_ru5au;
     const real t_alad5 = p[l2] * t_ep6yh;
-    const real t_6erb2 = t_xq4wt * t_wm75f
+    const real t_snvb5 = t_xq4wt * t_wm75f
         - (t_bjdpd - t_pal45 + t_alad5)
         + t_3jpev * t_fkv7x
         - K_L43 * t_opdwk;
@@ -434,11 +434,11 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         - t_5r66u * x[wy]
         + g_1 * t_7vv5m
         + g_2 * t_rrbi4;
-    const real t_ksck5 = t_rujpm * t_wm75f
+    const real t_vbpav = t_rujpm * t_wm75f
         - t_46zjg
         - K_L52 * t_fkv7x
         - K_L53 * t_opdwk
-        - K_L54 * t_6erb2;
+        - K_L54 * t_snvb5;
     const real t_a4hgz = cos_theta1 * t_djylm
         + cos_theta2 * t_65hht
         + I_theta1
@@ -446,21 +446,21 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         - t_7bo2j * x[wz]
         - g_1 * t_2hftj
         - g_2 * t_ero2q;
-    const real t_f5fvk = t_pgxzp * t_wm75f
+    const real t_5hcol = t_pgxzp * t_wm75f
         - t_a4hgz
         + t_gz422 * t_fkv7x
         - K_L63 * t_opdwk
-        - K_L64 * t_6erb2
-        - K_L65 * t_ksck5;
-    const real t_l3hyo = t_f5fvk * t_nfkwa;
-    const real t_hmcjh = t_ksck5 * t_ftqxb - K_L65 * t_l3hyo;
-    const real t_v5isq = t_6erb2 * t_lt2al - K_L54 * t_hmcjh - K_L64 * t_l3hyo;
-    const real t_qjxw2 = t_opdwk * t_zmh3u - K_L43 * t_v5isq - K_L53 * t_hmcjh - K_L63 * t_l3hyo;
-    const real t_yrgl2 = t_fkv7x * t_4iujv
-        - K_L32 * t_qjxw2
-        + t_3jpev * t_v5isq
-        - K_L52 * t_hmcjh
-        + t_gz422 * t_l3hyo;
+        - K_L64 * t_snvb5
+        - K_L65 * t_vbpav;
+    const real t_fukug = t_5hcol * t_nfkwa;
+    const real t_mvcys = t_vbpav * t_ftqxb - K_L65 * t_fukug;
+    const real t_cgzf6 = t_snvb5 * t_lt2al - K_L54 * t_mvcys - K_L64 * t_fukug;
+    const real t_k4g3j = t_opdwk * t_zmh3u - K_L43 * t_cgzf6 - K_L53 * t_mvcys - K_L63 * t_fukug;
+    const real t_p3cyq = t_fkv7x * t_4iujv
+        - K_L32 * t_k4g3j
+        + t_3jpev * t_cgzf6
+        - K_L52 * t_mvcys
+        + t_gz422 * t_fukug;
     const real t_tqerc = cos_phi1 * sin_theta1;
     const real t_bq73g = sin_phi1 * sin_theta1;
     const real t_2rzq7 = B_1 * (chi1 * t_tqerc - t_qm5gj * t_bq73g - w_x1 * sin_theta1);
@@ -487,22 +487,22 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_isxxh = cos_theta2 * t_nrfga;
     const real t_bbxhq = sin_phi1 * t_sayxc - cos_phi1 * t_2rzq7;
     const real t_dbebu = sin_phi2 * t_a5qu3 - cos_phi2 * t_3nwk2;
-    const real t_xq22i = t_w7lcw * t_sljdk - (t_56goo + t_isxxh + sin_theta1 * t_bbxhq + sin_theta2 * t_dbebu);
+    const real t_pfgln = t_w7lcw * t_sljdk - (t_56goo + t_isxxh + sin_theta1 * t_bbxhq + sin_theta2 * t_dbebu);
     const real t_hrzpn = sin_theta1 * t_3t364;
     const real t_dm2ov = sin_theta2 * t_nrfga;
-    const real t_etsoi = t_3go2w * t_sljdk
+    const real t_jfbjj = t_3go2w * t_sljdk
         - (cos_theta1 * t_bbxhq - (t_hrzpn + t_dm2ov) + cos_theta2 * t_dbebu)
-        - K_L32 * t_xq22i;
+        - K_L32 * t_pfgln;
     const real t_vbk4w = Bs_1 * t_imsf6 + p[l1] * t_2rzq7;
     const real t_ht2gr = q_1 * t_3t364 + q_2 * t_nrfga;
     const real t_o4paj = Bs_2 * t_sqd7x + p[l2] * t_3nwk2;
-    const real t_dbz7k = t_xq4wt * t_sljdk
+    const real t_o4in5 = t_xq4wt * t_sljdk
         - (t_vbk4w - t_ht2gr + t_o4paj + I_theta1 + I_theta2 - x[wz] * t_sfymc)
-        + t_3jpev * t_xq22i
-        - K_L43 * t_etsoi;
+        + t_3jpev * t_pfgln
+        - K_L43 * t_jfbjj;
     const real t_et5kg = t_vbk4w + e1 * t_bbxhq;
     const real t_5urwk = t_o4paj + e2 * t_dbebu;
-    const real t_otfbn = sin_theta1 * t_et5kg
+    const real t_hgr6m = sin_theta1 * t_et5kg
         - t_ht2gr
         + sin_theta2 * t_5urwk
         - t_5r66u * x[wx]
@@ -510,26 +510,26 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         - I_phi2
         + g_1 * t_56goo
         + g_2 * t_isxxh;
-    const real t_adizt = t_rujpm * t_sljdk
-        - t_otfbn
-        - K_L52 * t_xq22i
-        - K_L53 * t_etsoi
-        - K_L54 * t_dbz7k;
-    const real t_2gglw = t_pgxzp * t_sljdk
+    const real t_rb7k2 = t_rujpm * t_sljdk
+        - t_hgr6m
+        - K_L52 * t_pfgln
+        - K_L53 * t_jfbjj
+        - K_L54 * t_o4in5;
+    const real t_g25wb = t_pgxzp * t_sljdk
         - (cos_theta1 * t_et5kg + cos_theta2 * t_5urwk - g_1 * t_hrzpn - g_2 * t_dm2ov)
-        + t_gz422 * t_xq22i
-        - K_L63 * t_etsoi
-        - K_L64 * t_dbz7k
-        - K_L65 * t_adizt;
-    const real t_xbolq = t_2gglw * t_nfkwa;
-    const real t_64av6 = t_adizt * t_ftqxb - K_L65 * t_xbolq;
-    const real t_5napi = t_dbz7k * t_lt2al - K_L54 * t_64av6 - K_L64 * t_xbolq;
-    const real t_7monj = t_etsoi * t_zmh3u - K_L43 * t_5napi - K_L53 * t_64av6 - K_L63 * t_xbolq;
-    const real t_iac5b = t_xq22i * t_4iujv
-        - K_L32 * t_7monj
-        + t_3jpev * t_5napi
-        - K_L52 * t_64av6
-        + t_gz422 * t_xbolq;
+        + t_gz422 * t_pfgln
+        - K_L63 * t_jfbjj
+        - K_L64 * t_o4in5
+        - K_L65 * t_rb7k2;
+    const real t_yanuq = t_g25wb * t_nfkwa;
+    const real t_zidue = t_rb7k2 * t_ftqxb - K_L65 * t_yanuq;
+    const real t_v3546 = t_o4in5 * t_lt2al - K_L54 * t_zidue - K_L64 * t_yanuq;
+    const real t_z2otz = t_jfbjj * t_zmh3u - K_L43 * t_v3546 - K_L53 * t_zidue - K_L63 * t_yanuq;
+    const real t_5gogd = t_pfgln * t_4iujv
+        - K_L32 * t_z2otz
+        + t_3jpev * t_v3546
+        - K_L52 * t_zidue
+        + t_gz422 * t_yanuq;
     const real t_3wimo = cos_phi1 * cos_theta1;
     const real t_xfyzm = sin_phi1 * cos_theta1;
     const real t_74zjp = B_1 * (chi1 * t_3wimo - t_qm5gj * t_xfyzm - w_x1 * cos_theta1);
@@ -553,50 +553,50 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_bc2uz = t_w7lcw * t_ohbxs - (t_bwvzy + t_mj46p + sin_theta1 * t_teld4 + sin_theta2 * t_zzdjq);
     const real t_vz23p = sin_theta1 * t_bdlpi;
     const real t_6xjq5 = sin_theta2 * t_wzfkv;
-    const real t_knnus = t_3go2w * t_ohbxs
+    const real t_wkhrw = t_3go2w * t_ohbxs
         - (cos_theta1 * t_teld4 - (t_vz23p + t_6xjq5) + cos_theta2 * t_zzdjq)
         - K_L32 * t_bc2uz;
     const real t_hyn53 = Bs_1 * t_oetyi + p[l1] * t_74zjp;
     const real t_x2f4m = q_1 * t_bdlpi + q_2 * t_wzfkv;
     const real t_stgas = Bs_2 * t_xfnc5 + p[l2] * t_kvzaa;
-    const real t_v5lis = t_xq4wt * t_ohbxs
+    const real t_zk2ft = t_xq4wt * t_ohbxs
         - (t_hyn53 - t_x2f4m + t_stgas - t_6nfyn)
         + t_3jpev * t_bc2uz
-        - K_L43 * t_knnus;
+        - K_L43 * t_wkhrw;
     const real t_aw67u = t_hyn53 + e1 * t_teld4;
     const real t_mpgb2 = t_stgas + e2 * t_zzdjq;
-    const real t_2bxtw = sin_theta1 * t_aw67u
+    const real t_pmlrn = sin_theta1 * t_aw67u
         - t_x2f4m
         + sin_theta2 * t_mpgb2
         + g_1 * t_bwvzy
         + g_2 * t_mj46p;
-    const real t_vs6tv = t_rujpm * t_ohbxs
-        - t_2bxtw
+    const real t_ebfen = t_rujpm * t_ohbxs
+        - t_pmlrn
         - K_L52 * t_bc2uz
-        - K_L53 * t_knnus
-        - K_L54 * t_v5lis;
-    const real t_teqhi = cos_theta1 * t_aw67u
+        - K_L53 * t_wkhrw
+        - K_L54 * t_zk2ft;
+    const real t_k4xex = cos_theta1 * t_aw67u
         + cos_theta2 * t_mpgb2
         - t_7bo2j * x[wx]
         - g_1 * t_vz23p
         - g_2 * t_6xjq5
         - I_phi1
         - I_phi2;
-    const real t_i7ccz = t_pgxzp * t_ohbxs
-        - t_teqhi
+    const real t_3tcd4 = t_pgxzp * t_ohbxs
+        - t_k4xex
         + t_gz422 * t_bc2uz
-        - K_L63 * t_knnus
-        - K_L64 * t_v5lis
-        - K_L65 * t_vs6tv;
-    const real t_stsgp = t_i7ccz * t_nfkwa;
-    const real t_jyiaj = t_vs6tv * t_ftqxb - K_L65 * t_stsgp;
-    const real t_nkq7y = t_v5lis * t_lt2al - K_L54 * t_jyiaj - K_L64 * t_stsgp;
-    const real t_rol52 = t_knnus * t_zmh3u - K_L43 * t_nkq7y - K_L53 * t_jyiaj - K_L63 * t_stsgp;
-    const real t_mvyus = t_bc2uz * t_4iujv
-        - K_L32 * t_rol52
-        + t_3jpev * t_nkq7y
-        - K_L52 * t_jyiaj
-        + t_gz422 * t_stsgp;
+        - K_L63 * t_wkhrw
+        - K_L64 * t_zk2ft
+        - K_L65 * t_ebfen;
+    const real t_gif7d = t_3tcd4 * t_nfkwa;
+    const real t_hucxp = t_ebfen * t_ftqxb - K_L65 * t_gif7d;
+    const real t_psn6w = t_zk2ft * t_lt2al - K_L54 * t_hucxp - K_L64 * t_gif7d;
+    const real t_nsiwt = t_wkhrw * t_zmh3u - K_L43 * t_psn6w - K_L53 * t_hucxp - K_L63 * t_gif7d;
+    const real t_gbvsw = t_bc2uz * t_4iujv
+        - K_L32 * t_nsiwt
+        + t_3jpev * t_psn6w
+        - K_L52 * t_hucxp
+        + t_gz422 * t_gif7d;
     const real t_6choa = mv1 * cos_phi1;
     const real t_m24qb = cos_phi1 * t_6choa - Ass_1;
     const real t_7j6vv = sin_theta1 * t_m24qb;
@@ -614,27 +614,27 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_dnmdb = th_1 * (t_7mcu4 - loss_theta1 * t_4z4np) - t_xips6 * t_vhuco;
     const real t_6fek6 = cos_theta1 * t_dnmdb;
     const real t_ic7dp = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_sbuah - t_qbgt7);
-    const real t_64eiv = b1 * t_ccnxe + t_w7lcw * t_za33c - (t_6fek6 + sin_theta1 * t_ic7dp);
+    const real t_47rw7 = b1 * t_ccnxe + t_w7lcw * t_za33c - (t_6fek6 + sin_theta1 * t_ic7dp);
     const real t_5am4i = t_uifqg * t_4iujv;
     const real t_qends = p[I1] * t_vhuco;
     const real t_3agyi = t_h2ibw + t_qends;
     const real t_6n66f = S_sq1 * t_3agyi;
-    const real t_4urrx = t_6n66f - t_qends - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
+    const real t_7ekva = t_6n66f - t_qends - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
     const real t_ix2vw = cos_theta1 * t_m24qb;
     const real t_7rnk2_2 = t_3go2w * t_bpfoo;
     const real t_lkd5z = t_ix2vw * t_bpfoo + t_7rnk2_2 * t_h2ibw;
-    const real t_ses2j = SC1 * t_3agyi - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
+    const real t_eukb7 = SC1 * t_3agyi - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
     const real t_6yahm = K_L32 * t_4iujv;
-    const real t_shbrh = t_ses2j * t_4iujv - t_6yahm * t_4urrx;
+    const real t_sx3o7 = t_eukb7 * t_4iujv - t_6yahm * t_7ekva;
     const real t_k46nc = sin_theta1 * t_dnmdb;
-    const real t_256kg = b1 * t_lkd5z
+    const real t_u37qn = b1 * t_lkd5z
         + t_3go2w * t_za33c
         - (cos_theta1 * t_ic7dp - t_k46nc)
-        - (X_y2 * t_shbrh + K_L32 * t_64eiv);
+        - (X_y2 * t_sx3o7 + K_L32 * t_47rw7);
     const real t_insvr = t_izhu2 * t_zmh3u;
-    const real t_r6f5q = t_h2ibw
+    const real t_zyg4s = t_h2ibw
         - t_6n66f
-        - (K_L32 * t_ses2j + t_2rbbr * t_shbrh)
+        - (K_L32 * t_eukb7 + t_2rbbr * t_sx3o7)
         - (t_3go2w * t_ix2vw + t_zzymx * t_lkd5z);
     const real t_ryzts = wth_1 * t_4z4np - q_1 * t_qends;
     const real t_g5uka = sin_theta1 * t_ryzts;
@@ -643,25 +643,25 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_zopz4 = Bc_1 * t_bpfoo + t_jtjoh * t_h2ibw;
     const real t_ran7z = t_zohce - sin_theta1 * Bs_1 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
     const real t_j4z66 = t_3jpev * t_4iujv;
-    const real t_bzre6 = t_ran7z * t_4iujv - t_j4z66 * t_4urrx;
-    const real t_npvz7 = t_g5uka
+    const real t_qvqlb = t_ran7z * t_4iujv - t_j4z66 * t_7ekva;
+    const real t_am56c = t_g5uka
         + cos_theta1 * Bs_1
-        + (t_3jpev * t_ses2j + t_2rbbr * t_bzre6)
+        + (t_3jpev * t_eukb7 + t_2rbbr * t_qvqlb)
         - (t_xq4wt * t_ix2vw + t_zzymx * t_zopz4);
     const real t_ydwjl = K_L43 * t_zmh3u;
-    const real t_55rpl = t_npvz7 * t_zmh3u - t_ydwjl * t_r6f5q;
+    const real t_vjaoz = t_am56c * t_zmh3u - t_ydwjl * t_zyg4s;
     const real t_znrbg = t_w7vil * Bc_1 + p[l1] * t_sbuah;
     const real t_7t2bq = q_1 * t_dnmdb + F_n1 * t_4z4np;
-    const real t_n4wgo = b1 * t_zopz4
+    const real t_4hel7 = b1 * t_zopz4
         + t_xq4wt * t_za33c
         - (t_znrbg - t_7t2bq)
-        + (X_y2 * t_bzre6 + t_3jpev * t_64eiv)
-        - (X_y3 * t_55rpl + K_L43 * t_256kg);
+        + (X_y2 * t_qvqlb + t_3jpev * t_47rw7)
+        - (X_y3 * t_vjaoz + K_L43 * t_u37qn);
     const real t_gkoba = t_72jfh * t_lt2al;
     const real t_gtdgn = wq_1 * t_4z4np + q_1 * t_ryzts;
-    const real t_lflfz = t_gtdgn
-        - (t_3jpev * t_ran7z + t_m67zs * t_bzre6)
-        - (K_L43 * t_npvz7 + t_busu7 * t_55rpl)
+    const real t_zlytl = t_gtdgn
+        - (t_3jpev * t_ran7z + t_m67zs * t_qvqlb)
+        - (K_L43 * t_am56c + t_busu7 * t_vjaoz)
         - (t_xq4wt * Bc_1 + t_2m245 * t_zopz4);
     const real t_xziph = wth_1 * t_xtwlg - g_1 * t_qends;
     const real t_52vl2 = wg_1 * t_4z4np + q_1 * t_xziph;
@@ -674,105 +674,105 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_vvqnn = Bc_1 + e1 * t_m24qb;
     const real t_e4sul = sin_theta1 * t_vvqnn;
     const real t_7rnk2_3 = t_rujpm * t_bpfoo;
-    const real t_4vm3d = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
-    const real t_oygab = t_xziph - t_dra62 - t_zohce - (t_rujpm * t_7j6vv + t_b3aij * t_4vm3d);
+    const real t_ryoqa = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
+    const real t_dxvtf = t_xziph - t_dra62 - t_zohce - (t_rujpm * t_7j6vv + t_b3aij * t_ryoqa);
     const real t_hfybw = K_L52 * t_4iujv;
-    const real t_tzwn6 = t_oygab * t_4iujv - t_hfybw * t_4urrx;
+    const real t_npjae = t_dxvtf * t_4iujv - t_hfybw * t_7ekva;
     const real t_d4baz = SC1 * t_wufir;
-    const real t_syfvk = t_g5uka
+    const real t_trcfn = t_g5uka
         - t_d4baz
-        - (K_L52 * t_ses2j + t_2rbbr * t_tzwn6)
-        - (t_rujpm * t_ix2vw + t_zzymx * t_4vm3d);
+        - (K_L52 * t_eukb7 + t_2rbbr * t_npjae)
+        - (t_rujpm * t_ix2vw + t_zzymx * t_ryoqa);
     const real t_qe675 = K_L53 * t_zmh3u;
-    const real t_5h4ln = t_syfvk * t_zmh3u - t_qe675 * t_r6f5q;
-    const real t_atoyr = t_gtdgn
+    const real t_4qzna = t_trcfn * t_zmh3u - t_qe675 * t_zyg4s;
+    const real t_v6w56 = t_gtdgn
         - t_3s2va
         + sin_theta1 * t_6iiam
-        + (K_L52 * t_ran7z + t_m67zs * t_tzwn6)
-        - (K_L53 * t_npvz7 + t_busu7 * t_5h4ln)
-        - (t_rujpm * Bc_1 + t_2m245 * t_4vm3d);
+        + (K_L52 * t_ran7z + t_m67zs * t_npjae)
+        - (K_L53 * t_am56c + t_busu7 * t_4qzna)
+        - (t_rujpm * Bc_1 + t_2m245 * t_ryoqa);
     const real t_2e52m = K_L54 * t_lt2al;
-    const real t_bjw24 = t_atoyr * t_lt2al - t_2e52m * t_lflfz;
-    const real t_gnypl = t_znrbg + e1 * t_ic7dp;
-    const real t_e4yfw = b1 * t_4vm3d
+    const real t_fpb7p = t_v6w56 * t_lt2al - t_2e52m * t_zlytl;
+    const real t_2ljzw = t_znrbg + e1 * t_ic7dp;
+    const real t_mmprg = b1 * t_ryoqa
         + t_rujpm * t_za33c
-        - (sin_theta1 * t_gnypl - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg))
-        - (X_y2 * t_tzwn6 + K_L52 * t_64eiv)
-        - (X_y3 * t_5h4ln + K_L53 * t_256kg)
-        - (X_y4 * t_bjw24 + K_L54 * t_n4wgo);
+        - (sin_theta1 * t_2ljzw - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg))
+        - (X_y2 * t_npjae + K_L52 * t_47rw7)
+        - (X_y3 * t_4qzna + K_L53 * t_u37qn)
+        - (X_y4 * t_fpb7p + K_L54 * t_4hel7);
     const real t_eriz2 = t_cufdy * t_ftqxb;
     const real t_iorjk = wg_1 * t_xtwlg + g_1 * t_xziph;
     const real t_dnjms = e1 * t_7z7va - K(-2.0) * t_6iiam;
     const real t_miprn = t_dnjms - t_iorjk;
-    const real t_wrcyr = S_sq1 * t_miprn;
-    const real t_e7dhx = t_iorjk
+    const real t_bznju = S_sq1 * t_miprn;
+    const real t_ga4qh = t_iorjk
         + t_gtdgn
-        + t_wrcyr
+        + t_bznju
         + K(-2.0) * t_3s2va
-        - (K_L52 * t_oygab + t_xqwvu * t_tzwn6)
-        - (K_L53 * t_syfvk + t_kjv32 * t_5h4ln)
-        - (K_L54 * t_atoyr + t_qs67n * t_bjw24)
-        - (t_rujpm * t_e4sul + t_6mmeb * t_4vm3d);
+        - (K_L52 * t_dxvtf + t_xqwvu * t_npjae)
+        - (K_L53 * t_trcfn + t_kjv32 * t_4qzna)
+        - (K_L54 * t_v6w56 + t_qs67n * t_fpb7p)
+        - (t_rujpm * t_e4sul + t_6mmeb * t_ryoqa);
     const real t_tzirt = sin_theta1 * t_52vl2;
     const real t_as46a = cos_theta1 * t_vvqnn;
     const real t_7rnk2_4 = t_pgxzp * t_bpfoo;
-    const real t_wf3ag = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
-    const real t_7ziuu = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_wf3ag);
+    const real t_fewxz = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
+    const real t_oal24 = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_fewxz);
     const real t_2ngl5 = t_gz422 * t_4iujv;
-    const real t_uwd42 = t_7ziuu * t_4iujv - t_2ngl5 * t_4urrx;
-    const real t_k35ow = t_dra62
+    const real t_xcrgh = t_oal24 * t_4iujv - t_2ngl5 * t_7ekva;
+    const real t_zmlnb = t_dra62
         + t_fpsha
-        + (t_gz422 * t_ses2j + t_2rbbr * t_uwd42)
-        - (t_pgxzp * t_ix2vw + t_zzymx * t_wf3ag);
+        + (t_gz422 * t_eukb7 + t_2rbbr * t_xcrgh)
+        - (t_pgxzp * t_ix2vw + t_zzymx * t_fewxz);
     const real t_kpf5p = K_L63 * t_zmh3u;
-    const real t_3j7mz = t_k35ow * t_zmh3u - t_kpf5p * t_r6f5q;
-    const real t_gapjl = t_tzirt
+    const real t_t3nez = t_zmlnb * t_zmh3u - t_kpf5p * t_zyg4s;
+    const real t_jh5ai = t_tzirt
         + cos_theta1 * t_6iiam
-        - (t_gz422 * t_ran7z + t_m67zs * t_uwd42)
-        - (K_L63 * t_npvz7 + t_busu7 * t_3j7mz)
-        - (t_pgxzp * Bc_1 + t_2m245 * t_wf3ag);
+        - (t_gz422 * t_ran7z + t_m67zs * t_xcrgh)
+        - (K_L63 * t_am56c + t_busu7 * t_t3nez)
+        - (t_pgxzp * Bc_1 + t_2m245 * t_fewxz);
     const real t_wurun = K_L64 * t_lt2al;
-    const real t_6tx7x = t_gapjl * t_lt2al - t_wurun * t_lflfz;
-    const real t_sbp55 = t_tzirt
+    const real t_jobc6 = t_jh5ai * t_lt2al - t_wurun * t_zlytl;
+    const real t_3vmiw = t_tzirt
         + SC1 * t_miprn
-        + (t_gz422 * t_oygab + t_xqwvu * t_uwd42)
-        - (K_L63 * t_syfvk + t_kjv32 * t_3j7mz)
-        - (K_L64 * t_atoyr + t_qs67n * t_6tx7x)
-        - (t_pgxzp * t_e4sul + t_6mmeb * t_wf3ag);
+        + (t_gz422 * t_dxvtf + t_xqwvu * t_xcrgh)
+        - (K_L63 * t_trcfn + t_kjv32 * t_t3nez)
+        - (K_L64 * t_v6w56 + t_qs67n * t_jobc6)
+        - (t_pgxzp * t_e4sul + t_6mmeb * t_fewxz);
     const real t_dzxqu = K_L65 * t_ftqxb;
-    const real t_lw467 = t_sbp55 * t_ftqxb - t_dzxqu * t_e7dhx;
-    const real t_2k7hd = b1 * t_wf3ag
+    const real t_vf7ew = t_3vmiw * t_ftqxb - t_dzxqu * t_ga4qh;
+    const real t_me732 = b1 * t_fewxz
         + t_pgxzp * t_za33c
-        - (cos_theta1 * t_gnypl - (g_1 * t_k46nc + t_azclp * t_xtwlg))
-        + (X_y2 * t_uwd42 + t_gz422 * t_64eiv)
-        - (X_y3 * t_3j7mz + K_L63 * t_256kg)
-        - (X_y4 * t_6tx7x + K_L64 * t_n4wgo)
-        - (X_y5 * t_lw467 + K_L65 * t_e4yfw);
+        - (cos_theta1 * t_2ljzw - (g_1 * t_k46nc + t_azclp * t_xtwlg))
+        + (X_y2 * t_xcrgh + t_gz422 * t_47rw7)
+        - (X_y3 * t_t3nez + K_L63 * t_u37qn)
+        - (X_y4 * t_jobc6 + K_L64 * t_4hel7)
+        - (X_y5 * t_vf7ew + K_L65 * t_mmprg);
     const real t_o4hiw = X_x6 * t_nfkwa;
-    const real t_ucs7l = t_dnjms
-        - t_wrcyr
-        - (t_gz422 * t_7ziuu + t_jc3gv * t_uwd42)
-        - (K_L63 * t_k35ow + t_iyghn * t_3j7mz)
-        - (K_L64 * t_gapjl + t_vuqjn * t_6tx7x)
-        - (K_L65 * t_sbp55 + t_at26l * t_lw467)
-        - (t_pgxzp * t_as46a + t_bl4f2 * t_wf3ag);
-    const real t_yr2ut = t_2k7hd * t_nfkwa - t_o4hiw * t_ucs7l;
-    const real t_st4yk = t_e4yfw * t_ftqxb - t_eriz2 * t_e7dhx - (X_x6 * t_lw467 + K_L65 * t_yr2ut);
-    const real t_dibdt = t_n4wgo * t_lt2al
-        - t_gkoba * t_lflfz
-        - (X_x5 * t_bjw24 + K_L54 * t_st4yk)
-        - (X_x6 * t_6tx7x + K_L64 * t_yr2ut);
-    const real t_y7rng = t_256kg * t_zmh3u
-        - t_insvr * t_r6f5q
-        - (X_x4 * t_55rpl + K_L43 * t_dibdt)
-        - (X_x5 * t_5h4ln + K_L53 * t_st4yk)
-        - (X_x6 * t_3j7mz + K_L63 * t_yr2ut);
-    const real t_nqnwq = t_64eiv * t_4iujv
-        - t_5am4i * t_4urrx
-        - (X_x3 * t_shbrh + K_L32 * t_y7rng)
-        + (X_x4 * t_bzre6 + t_3jpev * t_dibdt)
-        - (X_x5 * t_tzwn6 + K_L52 * t_st4yk)
-        + (X_x6 * t_uwd42 + t_gz422 * t_yr2ut);
+    const real t_v6umg = t_dnjms
+        - t_bznju
+        - (t_gz422 * t_oal24 + t_dzmcy * t_xcrgh)
+        - (K_L63 * t_zmlnb + t_iyghn * t_t3nez)
+        - (K_L64 * t_jh5ai + t_vuqjn * t_jobc6)
+        - (K_L65 * t_3vmiw + t_aedxu * t_vf7ew)
+        - (t_pgxzp * t_as46a + t_bl4f2 * t_fewxz);
+    const real t_2rjc3 = t_me732 * t_nfkwa - t_o4hiw * t_v6umg;
+    const real t_nbkzt = t_mmprg * t_ftqxb - t_eriz2 * t_ga4qh - (X_x6 * t_vf7ew + K_L65 * t_2rjc3);
+    const real t_acgzr = t_4hel7 * t_lt2al
+        - t_gkoba * t_zlytl
+        - (X_x5 * t_fpb7p + K_L54 * t_nbkzt)
+        - (X_x6 * t_jobc6 + K_L64 * t_2rjc3);
+    const real t_vb3vk = t_u37qn * t_zmh3u
+        - t_insvr * t_zyg4s
+        - (X_x4 * t_vjaoz + K_L43 * t_acgzr)
+        - (X_x5 * t_4qzna + K_L53 * t_nbkzt)
+        - (X_x6 * t_t3nez + K_L63 * t_2rjc3);
+    const real t_clzgq = t_47rw7 * t_4iujv
+        - t_5am4i * t_7ekva
+        - (X_x3 * t_sx3o7 + K_L32 * t_vb3vk)
+        + (X_x4 * t_qvqlb + t_3jpev * t_acgzr)
+        - (X_x5 * t_npjae + K_L52 * t_nbkzt)
+        + (X_x6 * t_xcrgh + t_gz422 * t_2rjc3);
     const real t_7rizg = t_pq5r4 * t_bpfoo;
     const real t_ffpz7 = x[wy] * cos_theta1 - x[wz] * sin_theta1;
     const real t_2wqtn = cos_phi1 * t_ffpz7;
@@ -780,12 +780,12 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_7ny2l = B_1 * (chi1 * t_2wqtn - t_qm5gj * t_7lrt3 - w_x1 * t_ffpz7);
     const real t_amwyw = x[wy] * sin_theta1 + x[wz] * cos_theta1;
     const real t_2jicd = t_6nwd2 * (t_dskdd * t_2wqtn - t_7uthm * t_amwyw);
-    const real t_2xmv4 = sin_phi1 * t_7ny2l - cos_phi1 * t_2jicd;
+    const real t_aschs = sin_phi1 * t_7ny2l - cos_phi1 * t_2jicd;
     const real t_qk37x = p[I1] * (t_wmv32 * (p[l1] * t_7lrt3) + t_q2k45 * t_amwyw - w_x1 * (lc_1 * t_amwyw));
-    const real t_pj4xt = th_1 * t_qk37x;
-    const real t_dgujw = cos_theta1 * t_pj4xt - t_azclp;
-    const real t_lygw6 = sin_phi1 * t_2jicd + cos_phi1 * t_7ny2l;
-    const real t_aozwx = b1 * t_7rizg + t_w7lcw * t_2xmv4 - (t_dgujw + (t_ibvem - sin_theta1 * t_lygw6));
+    const real t_y4w63 = th_1 * t_qk37x;
+    const real t_dgujw = cos_theta1 * t_y4w63 - t_azclp;
+    const real t_nxmpb = sin_phi1 * t_2jicd + cos_phi1 * t_7ny2l;
+    const real t_rtqar = b1 * t_7rizg + t_w7lcw * t_aschs - (t_dgujw + (t_ibvem - sin_theta1 * t_nxmpb));
     const real t_amqia = (sin_theta1 + sin_theta1) * cos_theta1;
     const real t_dypyd = tn11_1 * t_amqia;
     const real t_gruy3 = t_dypyd - (t_w7lcw * t_pq5r4 + t_b3aij * t_7rizg);
@@ -793,12 +793,12 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_xy6nc = t_pagmx * t_bpfoo;
     const real t_2d4vd = tn11_1 * t_32wvq - (t_3go2w * t_pq5r4 - t_b3aij * t_xy6nc);
     const real t_qjb2l = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
-    const real t_yb2ir = sin_theta1 * t_pj4xt + t_vt7uo;
-    const real t_5ep2f = t_3go2w * t_2xmv4
+    const real t_yb2ir = sin_theta1 * t_y4w63 + t_vt7uo;
+    const real t_jrpdx = t_3go2w * t_aschs
         - b1 * t_xy6nc
-        + (cos_theta1 * t_lygw6 + t_ramrz + t_yb2ir)
-        - (X_y2 * t_qjb2l + K_L32 * t_aozwx);
-    const real t_f4k2m = t_3go2w * t_pagmx
+        + (cos_theta1 * t_nxmpb + t_ramrz + t_yb2ir)
+        - (X_y2 * t_qjb2l + K_L32 * t_rtqar);
+    const real t_5t2nc = t_3go2w * t_pagmx
         + t_zzymx * t_xy6nc
         - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_qjb2l));
     const real t_a5psl = wq_1 * cos_theta1;
@@ -806,95 +806,95 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_ilktx = t_rlbqu - t_4sjo7 + t_xq4wt * t_pq5r4;
     const real t_6adkg = t_ilktx * t_4iujv - t_j4z66 * t_gruy3;
     const real t_qki4i = t_a5psl + t_kimqu + (t_3jpev * t_2d4vd + t_2rbbr * t_6adkg) + t_xq4wt * t_pagmx;
-    const real t_ewd2a = t_qki4i * t_zmh3u - t_ydwjl * t_f4k2m;
-    const real t_6kd3e = p[l1] * t_7ny2l;
-    const real t_peuih = q_1 * t_pj4xt;
-    const real t_w7p5q = t_xq4wt * t_2xmv4
-        - (t_6kd3e - t_peuih)
-        + (X_y2 * t_6adkg + t_3jpev * t_aozwx)
-        - (X_y3 * t_ewd2a + K_L43 * t_5ep2f);
-    const real t_zgvuu = t_3jpev * t_ilktx + t_m67zs * t_6adkg + (K_L43 * t_qki4i + t_busu7 * t_ewd2a);
+    const real t_7awbi = t_qki4i * t_zmh3u - t_ydwjl * t_5t2nc;
+    const real t_ivhzp = p[l1] * t_7ny2l;
+    const real t_peuih = q_1 * t_y4w63;
+    const real t_a73i4 = t_xq4wt * t_aschs
+        - (t_ivhzp - t_peuih)
+        + (X_y2 * t_6adkg + t_3jpev * t_rtqar)
+        - (X_y3 * t_7awbi + K_L43 * t_jrpdx);
+    const real t_7l7qw = t_3jpev * t_ilktx + t_m67zs * t_6adkg + (K_L43 * t_qki4i + t_busu7 * t_7awbi);
     const real t_k6txy = wqg_1 * sin_theta1;
     const real t_i3r2o = t_65obb * t_amqia;
     const real t_zfxwu = t_llswo * t_bpfoo;
-    const real t_3frlf = t_4sjo7 - t_i3r2o - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
-    const real t_gwmcr = t_3frlf * t_4iujv - t_hfybw * t_gruy3;
+    const real t_epn5o = t_4sjo7 - t_i3r2o - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
+    const real t_gwmcr = t_epn5o * t_4iujv - t_hfybw * t_gruy3;
     const real t_gv4lk = t_65obb * t_32wvq;
-    const real t_sdd2f = t_a5psl
+    const real t_qzzlb = t_a5psl
         - t_gv4lk
         - (K_L52 * t_2d4vd + t_2rbbr * t_gwmcr)
         - (t_zzymx * t_zfxwu - t_rujpm * t_pagmx);
-    const real t_yjgmw = t_sdd2f * t_zmh3u - t_qe675 * t_f4k2m;
-    const real t_ul25e = t_k6txy
+    const real t_bvkpi = t_qzzlb * t_zmh3u - t_qe675 * t_5t2nc;
+    const real t_ftvjz = t_k6txy
         + t_67cpm
         + (K_L52 * t_ilktx + t_m67zs * t_gwmcr)
-        - (K_L53 * t_qki4i + t_busu7 * t_yjgmw)
+        - (K_L53 * t_qki4i + t_busu7 * t_bvkpi)
         - t_2m245 * t_zfxwu;
-    const real t_to5qf = t_ul25e * t_lt2al + t_2e52m * t_zgvuu;
-    const real t_uuayg = t_6kd3e - e1 * t_lygw6;
-    const real t_th2ka = b1 * t_zfxwu
-        + t_rujpm * t_2xmv4
-        - (sin_theta1 * t_uuayg + t_slihb - t_peuih + g_1 * t_dgujw)
-        - (X_y2 * t_gwmcr + K_L52 * t_aozwx)
-        - (X_y3 * t_yjgmw + K_L53 * t_5ep2f)
-        - (X_y4 * t_to5qf + K_L54 * t_w7p5q);
+    const real t_ouygk = t_ftvjz * t_lt2al + t_2e52m * t_7l7qw;
+    const real t_3bac7 = t_ivhzp - e1 * t_nxmpb;
+    const real t_3cepf = b1 * t_zfxwu
+        + t_rujpm * t_aschs
+        - (sin_theta1 * t_3bac7 + t_slihb - t_peuih + g_1 * t_dgujw)
+        - (X_y2 * t_gwmcr + K_L52 * t_rtqar)
+        - (X_y3 * t_bvkpi + K_L53 * t_jrpdx)
+        - (X_y4 * t_ouygk + K_L54 * t_a73i4);
     const real t_twgyt = tn44_1 * t_amqia;
-    const real t_5buxm = t_twgyt
+    const real t_tedmq = t_twgyt
         - K(-2.0) * t_k6txy
-        - (K_L52 * t_3frlf + t_xqwvu * t_gwmcr)
-        - (K_L53 * t_sdd2f + t_kjv32 * t_yjgmw)
-        - (K_L54 * t_ul25e + t_qs67n * t_to5qf)
+        - (K_L52 * t_epn5o + t_xqwvu * t_gwmcr)
+        - (K_L53 * t_qzzlb + t_kjv32 * t_bvkpi)
+        - (K_L54 * t_ftvjz + t_qs67n * t_ouygk)
         - (t_rujpm * t_llswo + t_6mmeb * t_zfxwu);
     const real t_tn2l4 = wqg_1 * cos_theta1;
     const real t_rqo2a = t_b2inm * t_bpfoo;
-    const real t_mdqeg = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
-    const real t_icgwl = t_mdqeg * t_4iujv - t_2ngl5 * t_gruy3;
-    const real t_hauan = t_i3r2o
-        + (t_gz422 * t_2d4vd + t_2rbbr * t_icgwl)
+    const real t_cr6n6 = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
+    const real t_vpdap = t_cr6n6 * t_4iujv - t_2ngl5 * t_gruy3;
+    const real t_6rklf = t_i3r2o
+        + (t_gz422 * t_2d4vd + t_2rbbr * t_vpdap)
         + (t_pgxzp * t_pagmx + t_zzymx * t_rqo2a);
-    const real t_6kcud = t_hauan * t_zmh3u - t_kpf5p * t_f4k2m;
-    const real t_b2hwn = t_tn2l4
+    const real t_k3xtn = t_6rklf * t_zmh3u - t_kpf5p * t_5t2nc;
+    const real t_wuh4g = t_tn2l4
         - t_cr4jw
-        - (t_gz422 * t_ilktx + t_m67zs * t_icgwl)
-        - (K_L63 * t_qki4i + t_busu7 * t_6kcud)
+        - (t_gz422 * t_ilktx + t_m67zs * t_vpdap)
+        - (K_L63 * t_qki4i + t_busu7 * t_k3xtn)
         + t_2m245 * t_rqo2a;
-    const real t_lyqt7 = t_b2hwn * t_lt2al + t_wurun * t_zgvuu;
-    const real t_l4yoh = t_tn2l4
+    const real t_z6is2 = t_wuh4g * t_lt2al + t_wurun * t_7l7qw;
+    const real t_qcqb4 = t_tn2l4
         + tn44_1 * t_32wvq
-        + (t_gz422 * t_3frlf + t_xqwvu * t_icgwl)
-        - (K_L63 * t_sdd2f + t_kjv32 * t_6kcud)
-        - (K_L64 * t_ul25e + t_qs67n * t_lyqt7)
+        + (t_gz422 * t_epn5o + t_xqwvu * t_vpdap)
+        - (K_L63 * t_qzzlb + t_kjv32 * t_k3xtn)
+        - (K_L64 * t_ftvjz + t_qs67n * t_z6is2)
         - (t_pgxzp * t_llswo - t_6mmeb * t_rqo2a);
-    const real t_24n2f = t_l4yoh * t_ftqxb - t_dzxqu * t_5buxm;
-    const real t_zbfyu = t_pgxzp * t_2xmv4
+    const real t_76hqo = t_qcqb4 * t_ftqxb - t_dzxqu * t_tedmq;
+    const real t_nyvag = t_pgxzp * t_aschs
         - b1 * t_rqo2a
-        - (cos_theta1 * t_uuayg - t_h4rsv - g_1 * t_yb2ir)
-        + (X_y2 * t_icgwl + t_gz422 * t_aozwx)
-        - (X_y3 * t_6kcud + K_L63 * t_5ep2f)
-        - (X_y4 * t_lyqt7 + K_L64 * t_w7p5q)
-        - (X_y5 * t_24n2f + K_L65 * t_th2ka);
-    const real t_ptgog = t_twgyt
-        + (t_gz422 * t_mdqeg + t_jc3gv * t_icgwl)
-        + (K_L63 * t_hauan + t_iyghn * t_6kcud)
-        + (K_L64 * t_b2hwn + t_vuqjn * t_lyqt7)
-        + (K_L65 * t_l4yoh + t_at26l * t_24n2f);
-    const real t_2fgqn = t_zbfyu * t_nfkwa - t_o4hiw * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_ptgog);
-    const real t_e5wip = t_th2ka * t_ftqxb - t_eriz2 * t_5buxm - (X_x6 * t_24n2f + K_L65 * t_2fgqn);
-    const real t_uznvr = t_w7p5q * t_lt2al
-        + t_gkoba * t_zgvuu
-        - (X_x5 * t_to5qf + K_L54 * t_e5wip)
-        - (X_x6 * t_lyqt7 + K_L64 * t_2fgqn);
-    const real t_ndnvg = t_5ep2f * t_zmh3u
-        - t_insvr * t_f4k2m
-        - (X_x4 * t_ewd2a + K_L43 * t_uznvr)
-        - (X_x5 * t_yjgmw + K_L53 * t_e5wip)
-        - (X_x6 * t_6kcud + K_L63 * t_2fgqn);
-    const real t_lgr6t = t_aozwx * t_4iujv
+        - (cos_theta1 * t_3bac7 - t_h4rsv - g_1 * t_yb2ir)
+        + (X_y2 * t_vpdap + t_gz422 * t_rtqar)
+        - (X_y3 * t_k3xtn + K_L63 * t_jrpdx)
+        - (X_y4 * t_z6is2 + K_L64 * t_a73i4)
+        - (X_y5 * t_76hqo + K_L65 * t_3cepf);
+    const real t_q6txf = t_twgyt
+        + (t_gz422 * t_cr6n6 + t_dzmcy * t_vpdap)
+        + (K_L63 * t_6rklf + t_iyghn * t_k3xtn)
+        + (K_L64 * t_wuh4g + t_vuqjn * t_z6is2)
+        + (K_L65 * t_qcqb4 + t_aedxu * t_76hqo);
+    const real t_vbfnl = t_nyvag * t_nfkwa - t_o4hiw * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_q6txf);
+    const real t_zr5di = t_3cepf * t_ftqxb - t_eriz2 * t_tedmq - (X_x6 * t_76hqo + K_L65 * t_vbfnl);
+    const real t_3knpj = t_a73i4 * t_lt2al
+        + t_gkoba * t_7l7qw
+        - (X_x5 * t_ouygk + K_L54 * t_zr5di)
+        - (X_x6 * t_z6is2 + K_L64 * t_vbfnl);
+    const real t_vmmcz = t_jrpdx * t_zmh3u
+        - t_insvr * t_5t2nc
+        - (X_x4 * t_7awbi + K_L43 * t_3knpj)
+        - (X_x5 * t_bvkpi + K_L53 * t_zr5di)
+        - (X_x6 * t_k3xtn + K_L63 * t_vbfnl);
+    const real t_ghemx = t_rtqar * t_4iujv
         - t_5am4i * t_gruy3
-        - (X_x3 * t_qjb2l + K_L32 * t_ndnvg)
-        + (X_x4 * t_6adkg + t_3jpev * t_uznvr)
-        - (X_x5 * t_gwmcr + K_L52 * t_e5wip)
-        + (X_x6 * t_icgwl + t_gz422 * t_2fgqn);
+        - (X_x3 * t_qjb2l + K_L32 * t_vmmcz)
+        + (X_x4 * t_6adkg + t_3jpev * t_3knpj)
+        - (X_x5 * t_gwmcr + K_L52 * t_zr5di)
+        + (X_x6 * t_vpdap + t_gz422 * t_vbfnl);
     const real t_jzaos = mv2 * cos_phi2;
     const real t_f2vdr = cos_phi2 * t_jzaos - Ass_2;
     const real t_igjjb = sin_theta2 * t_f2vdr;
@@ -911,46 +911,46 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_q6l6c = th_2 * (t_n2xxs - loss_theta2 * t_yk3z4) - t_vry6x * t_2s2br;
     const real t_uj3u6 = cos_theta2 * t_q6l6c;
     const real t_moks2 = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_jtwxv - t_v7h4t);
-    const real t_gmvzd = b1 * t_f4frf + t_w7lcw * t_uou4w - (t_uj3u6 + sin_theta2 * t_moks2);
+    const real t_egg3y = b1 * t_f4frf + t_w7lcw * t_uou4w - (t_uj3u6 + sin_theta2 * t_moks2);
     const real t_hokbn = p[I2] * t_2s2br;
     const real t_mj4g4 = t_anfnj + t_hokbn;
     const real t_hq2cs = S_sq2 * t_mj4g4;
-    const real t_4wtbf = t_hq2cs - t_hokbn - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
+    const real t_56wd7 = t_hq2cs - t_hokbn - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
     const real t_kytbr = cos_theta2 * t_f2vdr;
     const real t_zlixu = t_kytbr * t_bpfoo + t_7rnk2_2 * t_anfnj;
-    const real t_u3qrf = SC2 * t_mj4g4 - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
-    const real t_vqtxe = t_u3qrf * t_4iujv - t_6yahm * t_4wtbf;
+    const real t_tqol2 = SC2 * t_mj4g4 - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
+    const real t_miecx = t_tqol2 * t_4iujv - t_6yahm * t_56wd7;
     const real t_k5p2h = sin_theta2 * t_q6l6c;
-    const real t_yfwxj = b1 * t_zlixu
+    const real t_vtyww = b1 * t_zlixu
         + t_3go2w * t_uou4w
         - (cos_theta2 * t_moks2 - t_k5p2h)
-        - (X_y2 * t_vqtxe + K_L32 * t_gmvzd);
-    const real t_chxqs = t_anfnj
+        - (X_y2 * t_miecx + K_L32 * t_egg3y);
+    const real t_k2fda = t_anfnj
         - t_hq2cs
-        - (K_L32 * t_u3qrf + t_2rbbr * t_vqtxe)
+        - (K_L32 * t_tqol2 + t_2rbbr * t_miecx)
         - (t_3go2w * t_kytbr + t_zzymx * t_zlixu);
     const real t_2xgil = wth_2 * t_yk3z4 - q_2 * t_hokbn;
     const real t_4twqa = sin_theta2 * t_2xgil;
     const real t_vzlku = cos_theta2 * t_2xgil;
     const real t_sasqd = Bc_2 * t_bpfoo + t_jtjoh * t_anfnj;
     const real t_ysiow = t_vzlku - sin_theta2 * Bs_2 + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
-    const real t_ykmet = t_ysiow * t_4iujv - t_j4z66 * t_4wtbf;
-    const real t_zxfg5 = t_4twqa
+    const real t_s7ss2 = t_ysiow * t_4iujv - t_j4z66 * t_56wd7;
+    const real t_ro67f = t_4twqa
         + cos_theta2 * Bs_2
-        + (t_3jpev * t_u3qrf + t_2rbbr * t_ykmet)
+        + (t_3jpev * t_tqol2 + t_2rbbr * t_s7ss2)
         - (t_xq4wt * t_kytbr + t_zzymx * t_sasqd);
-    const real t_dymtx = t_zxfg5 * t_zmh3u - t_ydwjl * t_chxqs;
+    const real t_wish7 = t_ro67f * t_zmh3u - t_ydwjl * t_k2fda;
     const real t_tj6qc = t_6fvzz * Bc_2 + p[l2] * t_jtwxv;
     const real t_dlwth = q_2 * t_q6l6c + F_n2 * t_yk3z4;
-    const real t_buhso = b1 * t_sasqd
+    const real t_yugg6 = b1 * t_sasqd
         + t_xq4wt * t_uou4w
         - (t_tj6qc - t_dlwth)
-        + (X_y2 * t_ykmet + t_3jpev * t_gmvzd)
-        - (X_y3 * t_dymtx + K_L43 * t_yfwxj);
+        + (X_y2 * t_s7ss2 + t_3jpev * t_egg3y)
+        - (X_y3 * t_wish7 + K_L43 * t_vtyww);
     const real t_vpcgp = wq_2 * t_yk3z4 + q_2 * t_2xgil;
-    const real t_jaulc = t_vpcgp
-        - (t_3jpev * t_ysiow + t_m67zs * t_ykmet)
-        - (K_L43 * t_zxfg5 + t_busu7 * t_dymtx)
+    const real t_5vhkx = t_vpcgp
+        - (t_3jpev * t_ysiow + t_m67zs * t_s7ss2)
+        - (K_L43 * t_ro67f + t_busu7 * t_wish7)
         - (t_xq4wt * Bc_2 + t_2m245 * t_sasqd);
     const real t_ktpye = wth_2 * t_h36cy - g_2 * t_hokbn;
     const real t_42o7o = wg_2 * t_yk3z4 + q_2 * t_ktpye;
@@ -962,95 +962,95 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_kxs24 = S_sq2 * t_kpd7x;
     const real t_2zutr = Bc_2 + e2 * t_f2vdr;
     const real t_msyoe = sin_theta2 * t_2zutr;
-    const real t_j3lqj = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
-    const real t_zmbqa = t_ktpye - t_kxs24 - t_vzlku - (t_rujpm * t_igjjb + t_b3aij * t_j3lqj);
-    const real t_qxytf = t_zmbqa * t_4iujv - t_hfybw * t_4wtbf;
+    const real t_5xnip = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
+    const real t_odat4 = t_ktpye - t_kxs24 - t_vzlku - (t_rujpm * t_igjjb + t_b3aij * t_5xnip);
+    const real t_x6rr5 = t_odat4 * t_4iujv - t_hfybw * t_56wd7;
     const real t_w6dhl = SC2 * t_kpd7x;
-    const real t_ffkmk = t_4twqa
+    const real t_6nzrt = t_4twqa
         - t_w6dhl
-        - (K_L52 * t_u3qrf + t_2rbbr * t_qxytf)
-        - (t_rujpm * t_kytbr + t_zzymx * t_j3lqj);
-    const real t_vwuf5 = t_ffkmk * t_zmh3u - t_qe675 * t_chxqs;
-    const real t_j2y74 = t_vpcgp
+        - (K_L52 * t_tqol2 + t_2rbbr * t_x6rr5)
+        - (t_rujpm * t_kytbr + t_zzymx * t_5xnip);
+    const real t_o42pg = t_6nzrt * t_zmh3u - t_qe675 * t_k2fda;
+    const real t_rovf7 = t_vpcgp
         - t_bbhco
         + sin_theta2 * t_moyc6
-        + (K_L52 * t_ysiow + t_m67zs * t_qxytf)
-        - (K_L53 * t_zxfg5 + t_busu7 * t_vwuf5)
-        - (t_rujpm * Bc_2 + t_2m245 * t_j3lqj);
-    const real t_pq2ow = t_j2y74 * t_lt2al - t_2e52m * t_jaulc;
-    const real t_ft4go = t_tj6qc + e2 * t_moks2;
-    const real t_2tyi3 = b1 * t_j3lqj
+        + (K_L52 * t_ysiow + t_m67zs * t_x6rr5)
+        - (K_L53 * t_ro67f + t_busu7 * t_o42pg)
+        - (t_rujpm * Bc_2 + t_2m245 * t_5xnip);
+    const real t_m7j6i = t_rovf7 * t_lt2al - t_2e52m * t_5vhkx;
+    const real t_ggh2d = t_tj6qc + e2 * t_moks2;
+    const real t_io2tq = b1 * t_5xnip
         + t_rujpm * t_uou4w
-        - (sin_theta2 * t_ft4go - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy))
-        - (X_y2 * t_qxytf + K_L52 * t_gmvzd)
-        - (X_y3 * t_vwuf5 + K_L53 * t_yfwxj)
-        - (X_y4 * t_pq2ow + K_L54 * t_buhso);
+        - (sin_theta2 * t_ggh2d - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy))
+        - (X_y2 * t_x6rr5 + K_L52 * t_egg3y)
+        - (X_y3 * t_o42pg + K_L53 * t_vtyww)
+        - (X_y4 * t_m7j6i + K_L54 * t_yugg6);
     const real t_37ayo = wg_2 * t_h36cy + g_2 * t_ktpye;
     const real t_vjaf4 = e2 * t_n46wu - K(-2.0) * t_moyc6;
     const real t_3khok = t_vjaf4 - t_37ayo;
-    const real t_kcxpy = S_sq2 * t_3khok;
-    const real t_b77ym = t_37ayo
+    const real t_pfkyz = S_sq2 * t_3khok;
+    const real t_j5rpr = t_37ayo
         + t_vpcgp
-        + t_kcxpy
+        + t_pfkyz
         + K(-2.0) * t_bbhco
-        - (K_L52 * t_zmbqa + t_xqwvu * t_qxytf)
-        - (K_L53 * t_ffkmk + t_kjv32 * t_vwuf5)
-        - (K_L54 * t_j2y74 + t_qs67n * t_pq2ow)
-        - (t_rujpm * t_msyoe + t_6mmeb * t_j3lqj);
+        - (K_L52 * t_odat4 + t_xqwvu * t_x6rr5)
+        - (K_L53 * t_6nzrt + t_kjv32 * t_o42pg)
+        - (K_L54 * t_rovf7 + t_qs67n * t_m7j6i)
+        - (t_rujpm * t_msyoe + t_6mmeb * t_5xnip);
     const real t_awxjj = sin_theta2 * t_42o7o;
     const real t_sqznz = cos_theta2 * t_2zutr;
-    const real t_6m3tu = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
-    const real t_zw4rt = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_6m3tu);
-    const real t_4zrts = t_zw4rt * t_4iujv - t_2ngl5 * t_4wtbf;
-    const real t_q6umu = t_kxs24
+    const real t_jxilg = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
+    const real t_pqe72 = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_jxilg);
+    const real t_sznin = t_pqe72 * t_4iujv - t_2ngl5 * t_56wd7;
+    const real t_2y3xy = t_kxs24
         + t_r6gya
-        + (t_gz422 * t_u3qrf + t_2rbbr * t_4zrts)
-        - (t_pgxzp * t_kytbr + t_zzymx * t_6m3tu);
-    const real t_vkelj = t_q6umu * t_zmh3u - t_kpf5p * t_chxqs;
-    const real t_ep3w4 = t_awxjj
+        + (t_gz422 * t_tqol2 + t_2rbbr * t_sznin)
+        - (t_pgxzp * t_kytbr + t_zzymx * t_jxilg);
+    const real t_dw7gu = t_2y3xy * t_zmh3u - t_kpf5p * t_k2fda;
+    const real t_5kib4 = t_awxjj
         + cos_theta2 * t_moyc6
-        - (t_gz422 * t_ysiow + t_m67zs * t_4zrts)
-        - (K_L63 * t_zxfg5 + t_busu7 * t_vkelj)
-        - (t_pgxzp * Bc_2 + t_2m245 * t_6m3tu);
-    const real t_r4ffx = t_ep3w4 * t_lt2al - t_wurun * t_jaulc;
-    const real t_o4xr5 = t_awxjj
+        - (t_gz422 * t_ysiow + t_m67zs * t_sznin)
+        - (K_L63 * t_ro67f + t_busu7 * t_dw7gu)
+        - (t_pgxzp * Bc_2 + t_2m245 * t_jxilg);
+    const real t_qm5qx = t_5kib4 * t_lt2al - t_wurun * t_5vhkx;
+    const real t_w7kgk = t_awxjj
         + SC2 * t_3khok
-        + (t_gz422 * t_zmbqa + t_xqwvu * t_4zrts)
-        - (K_L63 * t_ffkmk + t_kjv32 * t_vkelj)
-        - (K_L64 * t_j2y74 + t_qs67n * t_r4ffx)
-        - (t_pgxzp * t_msyoe + t_6mmeb * t_6m3tu);
-    const real t_npvny = t_o4xr5 * t_ftqxb - t_dzxqu * t_b77ym;
-    const real t_ztjpt = b1 * t_6m3tu
+        + (t_gz422 * t_odat4 + t_xqwvu * t_sznin)
+        - (K_L63 * t_6nzrt + t_kjv32 * t_dw7gu)
+        - (K_L64 * t_rovf7 + t_qs67n * t_qm5qx)
+        - (t_pgxzp * t_msyoe + t_6mmeb * t_jxilg);
+    const real t_cti3e = t_w7kgk * t_ftqxb - t_dzxqu * t_j5rpr;
+    const real t_titlh = b1 * t_jxilg
         + t_pgxzp * t_uou4w
-        - (cos_theta2 * t_ft4go - (g_2 * t_k5p2h + t_iya7w * t_h36cy))
-        + (X_y2 * t_4zrts + t_gz422 * t_gmvzd)
-        - (X_y3 * t_vkelj + K_L63 * t_yfwxj)
-        - (X_y4 * t_r4ffx + K_L64 * t_buhso)
-        - (X_y5 * t_npvny + K_L65 * t_2tyi3);
-    const real t_4zyl4 = t_vjaf4
-        - t_kcxpy
-        - (t_gz422 * t_zw4rt + t_jc3gv * t_4zrts)
-        - (K_L63 * t_q6umu + t_iyghn * t_vkelj)
-        - (K_L64 * t_ep3w4 + t_vuqjn * t_r4ffx)
-        - (K_L65 * t_o4xr5 + t_at26l * t_npvny)
-        - (t_pgxzp * t_sqznz + t_bl4f2 * t_6m3tu);
-    const real t_3os3c = t_ztjpt * t_nfkwa - t_o4hiw * t_4zyl4;
-    const real t_svukv = t_2tyi3 * t_ftqxb - t_eriz2 * t_b77ym - (X_x6 * t_npvny + K_L65 * t_3os3c);
-    const real t_vjb6t = t_buhso * t_lt2al
-        - t_gkoba * t_jaulc
-        - (X_x5 * t_pq2ow + K_L54 * t_svukv)
-        - (X_x6 * t_r4ffx + K_L64 * t_3os3c);
-    const real t_owrrl = t_yfwxj * t_zmh3u
-        - t_insvr * t_chxqs
-        - (X_x4 * t_dymtx + K_L43 * t_vjb6t)
-        - (X_x5 * t_vwuf5 + K_L53 * t_svukv)
-        - (X_x6 * t_vkelj + K_L63 * t_3os3c);
-    const real t_fpibt = t_gmvzd * t_4iujv
-        - t_5am4i * t_4wtbf
-        - (X_x3 * t_vqtxe + K_L32 * t_owrrl)
-        + (X_x4 * t_ykmet + t_3jpev * t_vjb6t)
-        - (X_x5 * t_qxytf + K_L52 * t_svukv)
-        + (X_x6 * t_4zrts + t_gz422 * t_3os3c);
+        - (cos_theta2 * t_ggh2d - (g_2 * t_k5p2h + t_iya7w * t_h36cy))
+        + (X_y2 * t_sznin + t_gz422 * t_egg3y)
+        - (X_y3 * t_dw7gu + K_L63 * t_vtyww)
+        - (X_y4 * t_qm5qx + K_L64 * t_yugg6)
+        - (X_y5 * t_cti3e + K_L65 * t_io2tq);
+    const real t_rbhbe = t_vjaf4
+        - t_pfkyz
+        - (t_gz422 * t_pqe72 + t_dzmcy * t_sznin)
+        - (K_L63 * t_2y3xy + t_iyghn * t_dw7gu)
+        - (K_L64 * t_5kib4 + t_vuqjn * t_qm5qx)
+        - (K_L65 * t_w7kgk + t_aedxu * t_cti3e)
+        - (t_pgxzp * t_sqznz + t_bl4f2 * t_jxilg);
+    const real t_ggj7d = t_titlh * t_nfkwa - t_o4hiw * t_rbhbe;
+    const real t_5rghd = t_io2tq * t_ftqxb - t_eriz2 * t_j5rpr - (X_x6 * t_cti3e + K_L65 * t_ggj7d);
+    const real t_qeczb = t_yugg6 * t_lt2al
+        - t_gkoba * t_5vhkx
+        - (X_x5 * t_m7j6i + K_L54 * t_5rghd)
+        - (X_x6 * t_qm5qx + K_L64 * t_ggj7d);
+    const real t_z36hd = t_vtyww * t_zmh3u
+        - t_insvr * t_k2fda
+        - (X_x4 * t_wish7 + K_L43 * t_qeczb)
+        - (X_x5 * t_o42pg + K_L53 * t_5rghd)
+        - (X_x6 * t_dw7gu + K_L63 * t_ggj7d);
+    const real t_ixgiu = t_egg3y * t_4iujv
+        - t_5am4i * t_56wd7
+        - (X_x3 * t_miecx + K_L32 * t_z36hd)
+        + (X_x4 * t_s7ss2 + t_3jpev * t_qeczb)
+        - (X_x5 * t_x6rr5 + K_L52 * t_5rghd)
+        + (X_x6 * t_sznin + t_gz422 * t_ggj7d);
     const real t_hr7g5 = t_mejrc * t_bpfoo;
     const real t_62dmq = x[wy] * cos_theta2 - x[wz] * sin_theta2;
     const real t_v3kg2 = cos_phi2 * t_62dmq;
@@ -1058,12 +1058,12 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_6q2pi = B_2 * (chi2 * t_v3kg2 - t_c6dmt * t_rcia5 - w_x2 * t_62dmq);
     const real t_kmx3q = x[wy] * sin_theta2 + x[wz] * cos_theta2;
     const real t_q63w7 = t_popww * (t_npq2c * t_v3kg2 - t_ozxm2 * t_kmx3q);
-    const real t_afbbd = sin_phi2 * t_6q2pi - cos_phi2 * t_q63w7;
+    const real t_gsepn = sin_phi2 * t_6q2pi - cos_phi2 * t_q63w7;
     const real t_wtgnh = p[I2] * (t_nlamb * (p[l2] * t_rcia5) + t_e55su * t_kmx3q - w_x2 * (lc_2 * t_kmx3q));
-    const real t_tvl6c = th_2 * t_wtgnh;
-    const real t_2hfmn = cos_theta2 * t_tvl6c - t_iya7w;
-    const real t_g26ht = sin_phi2 * t_q63w7 + cos_phi2 * t_6q2pi;
-    const real t_3cuii = b1 * t_hr7g5 + t_w7lcw * t_afbbd - (t_2hfmn + (t_ga7f3 - sin_theta2 * t_g26ht));
+    const real t_uxiqm = th_2 * t_wtgnh;
+    const real t_2hfmn = cos_theta2 * t_uxiqm - t_iya7w;
+    const real t_vz7qq = sin_phi2 * t_q63w7 + cos_phi2 * t_6q2pi;
+    const real t_jfx3s = b1 * t_hr7g5 + t_w7lcw * t_gsepn - (t_2hfmn + (t_ga7f3 - sin_theta2 * t_vz7qq));
     const real t_vsg3m = (sin_theta2 + sin_theta2) * cos_theta2;
     const real t_bynkl = tn11_2 * t_vsg3m;
     const real t_5awlg = t_bynkl - (t_w7lcw * t_mejrc + t_b3aij * t_hr7g5);
@@ -1071,12 +1071,12 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_w7urv = t_em5lf * t_bpfoo;
     const real t_zzxmw = tn11_2 * t_vvls5 - (t_3go2w * t_mejrc - t_b3aij * t_w7urv);
     const real t_ctuam = t_zzxmw * t_4iujv - t_6yahm * t_5awlg;
-    const real t_jn5ry = sin_theta2 * t_tvl6c + t_oncjt;
-    const real t_cfvaq = t_3go2w * t_afbbd
+    const real t_jn5ry = sin_theta2 * t_uxiqm + t_oncjt;
+    const real t_dkfhh = t_3go2w * t_gsepn
         - b1 * t_w7urv
-        + (t_jn5ry + (cos_theta2 * t_g26ht + t_ssvj3))
-        - (X_y2 * t_ctuam + K_L32 * t_3cuii);
-    const real t_k2uk4 = t_3go2w * t_em5lf
+        + (t_jn5ry + (cos_theta2 * t_vz7qq + t_ssvj3))
+        - (X_y2 * t_ctuam + K_L32 * t_jfx3s);
+    const real t_xj6ud = t_3go2w * t_em5lf
         + t_zzymx * t_w7urv
         - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_ctuam));
     const real t_lq6gj = wq_2 * cos_theta2;
@@ -1084,95 +1084,95 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_ufzx3 = t_2fa7h - t_7u5ql + t_xq4wt * t_mejrc;
     const real t_mc75e = t_ufzx3 * t_4iujv - t_j4z66 * t_5awlg;
     const real t_hil2t = t_lq6gj + t_h3qlz + (t_3jpev * t_zzxmw + t_2rbbr * t_mc75e) + t_xq4wt * t_em5lf;
-    const real t_7uhuc = t_hil2t * t_zmh3u - t_ydwjl * t_k2uk4;
-    const real t_2ahsm = p[l2] * t_6q2pi;
-    const real t_e6ols = q_2 * t_tvl6c;
-    const real t_7aksa = t_xq4wt * t_afbbd
-        - (t_2ahsm - t_e6ols)
-        + (X_y2 * t_mc75e + t_3jpev * t_3cuii)
-        - (X_y3 * t_7uhuc + K_L43 * t_cfvaq);
-    const real t_lhdrb = t_3jpev * t_ufzx3 + t_m67zs * t_mc75e + (K_L43 * t_hil2t + t_busu7 * t_7uhuc);
+    const real t_ddhbg = t_hil2t * t_zmh3u - t_ydwjl * t_xj6ud;
+    const real t_7wwft = p[l2] * t_6q2pi;
+    const real t_e6ols = q_2 * t_uxiqm;
+    const real t_mdjzj = t_xq4wt * t_gsepn
+        - (t_7wwft - t_e6ols)
+        + (X_y2 * t_mc75e + t_3jpev * t_jfx3s)
+        - (X_y3 * t_ddhbg + K_L43 * t_dkfhh);
+    const real t_ipobs = t_3jpev * t_ufzx3 + t_m67zs * t_mc75e + (K_L43 * t_hil2t + t_busu7 * t_ddhbg);
     const real t_jke4d = wqg_2 * sin_theta2;
     const real t_duc43 = t_yoiua * t_vsg3m;
     const real t_tcnjk = t_inhtz * t_bpfoo;
-    const real t_qsxce = t_7u5ql - t_duc43 - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
-    const real t_7a3rr = t_qsxce * t_4iujv - t_hfybw * t_5awlg;
+    const real t_au2wz = t_7u5ql - t_duc43 - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
+    const real t_7a3rr = t_au2wz * t_4iujv - t_hfybw * t_5awlg;
     const real t_h4epw = t_yoiua * t_vvls5;
-    const real t_3eeez = t_lq6gj
+    const real t_du6qd = t_lq6gj
         - t_h4epw
         - (K_L52 * t_zzxmw + t_2rbbr * t_7a3rr)
         - (t_zzymx * t_tcnjk - t_rujpm * t_em5lf);
-    const real t_illj6 = t_3eeez * t_zmh3u - t_qe675 * t_k2uk4;
-    const real t_cizuc = t_jke4d
+    const real t_dxe4o = t_du6qd * t_zmh3u - t_qe675 * t_xj6ud;
+    const real t_7armk = t_jke4d
         + t_4qb3w
         + (K_L52 * t_ufzx3 + t_m67zs * t_7a3rr)
-        - (K_L53 * t_hil2t + t_busu7 * t_illj6)
+        - (K_L53 * t_hil2t + t_busu7 * t_dxe4o)
         - t_2m245 * t_tcnjk;
-    const real t_4uv2q = t_cizuc * t_lt2al + t_2e52m * t_lhdrb;
-    const real t_v5474 = t_2ahsm - e2 * t_g26ht;
-    const real t_qyrtq = b1 * t_tcnjk
-        + t_rujpm * t_afbbd
-        - (sin_theta2 * t_v5474 + t_wrhtu - t_e6ols + g_2 * t_2hfmn)
-        - (X_y2 * t_7a3rr + K_L52 * t_3cuii)
-        - (X_y3 * t_illj6 + K_L53 * t_cfvaq)
-        - (X_y4 * t_4uv2q + K_L54 * t_7aksa);
+    const real t_6mg7c = t_7armk * t_lt2al + t_2e52m * t_ipobs;
+    const real t_7r6tv = t_7wwft - e2 * t_vz7qq;
+    const real t_ds5sx = b1 * t_tcnjk
+        + t_rujpm * t_gsepn
+        - (sin_theta2 * t_7r6tv + t_wrhtu - t_e6ols + g_2 * t_2hfmn)
+        - (X_y2 * t_7a3rr + K_L52 * t_jfx3s)
+        - (X_y3 * t_dxe4o + K_L53 * t_dkfhh)
+        - (X_y4 * t_6mg7c + K_L54 * t_mdjzj);
     const real t_mxd3p = tn44_2 * t_vsg3m;
-    const real t_hdedc = t_mxd3p
+    const real t_7pgss = t_mxd3p
         - K(-2.0) * t_jke4d
-        - (K_L52 * t_qsxce + t_xqwvu * t_7a3rr)
-        - (K_L53 * t_3eeez + t_kjv32 * t_illj6)
-        - (K_L54 * t_cizuc + t_qs67n * t_4uv2q)
+        - (K_L52 * t_au2wz + t_xqwvu * t_7a3rr)
+        - (K_L53 * t_du6qd + t_kjv32 * t_dxe4o)
+        - (K_L54 * t_7armk + t_qs67n * t_6mg7c)
         - (t_rujpm * t_inhtz + t_6mmeb * t_tcnjk);
     const real t_jcxvb = wqg_2 * cos_theta2;
     const real t_kpfwr = t_i6twe * t_bpfoo;
-    const real t_f75xd = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
-    const real t_q22up = t_f75xd * t_4iujv - t_2ngl5 * t_5awlg;
-    const real t_tc5zh = t_duc43
-        + (t_gz422 * t_zzxmw + t_2rbbr * t_q22up)
+    const real t_mgkky = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
+    const real t_utidn = t_mgkky * t_4iujv - t_2ngl5 * t_5awlg;
+    const real t_o7ywb = t_duc43
+        + (t_gz422 * t_zzxmw + t_2rbbr * t_utidn)
         + (t_pgxzp * t_em5lf + t_zzymx * t_kpfwr);
-    const real t_r3zla = t_tc5zh * t_zmh3u - t_kpf5p * t_k2uk4;
-    const real t_tihip = t_jcxvb
+    const real t_etrao = t_o7ywb * t_zmh3u - t_kpf5p * t_xj6ud;
+    const real t_vssx4 = t_jcxvb
         - t_6pb2s
-        - (t_gz422 * t_ufzx3 + t_m67zs * t_q22up)
-        - (K_L63 * t_hil2t + t_busu7 * t_r3zla)
+        - (t_gz422 * t_ufzx3 + t_m67zs * t_utidn)
+        - (K_L63 * t_hil2t + t_busu7 * t_etrao)
         + t_2m245 * t_kpfwr;
-    const real t_osics = t_tihip * t_lt2al + t_wurun * t_lhdrb;
-    const real t_wkuas = t_jcxvb
+    const real t_6xzlq = t_vssx4 * t_lt2al + t_wurun * t_ipobs;
+    const real t_4qrru = t_jcxvb
         + tn44_2 * t_vvls5
-        + (t_gz422 * t_qsxce + t_xqwvu * t_q22up)
-        - (K_L63 * t_3eeez + t_kjv32 * t_r3zla)
-        - (K_L64 * t_cizuc + t_qs67n * t_osics)
+        + (t_gz422 * t_au2wz + t_xqwvu * t_utidn)
+        - (K_L63 * t_du6qd + t_kjv32 * t_etrao)
+        - (K_L64 * t_7armk + t_qs67n * t_6xzlq)
         - (t_pgxzp * t_inhtz - t_6mmeb * t_kpfwr);
-    const real t_5fghl = t_wkuas * t_ftqxb - t_dzxqu * t_hdedc;
-    const real t_fxjqy = t_pgxzp * t_afbbd
+    const real t_6gqpz = t_4qrru * t_ftqxb - t_dzxqu * t_7pgss;
+    const real t_zrxpq = t_pgxzp * t_gsepn
         - b1 * t_kpfwr
-        - (cos_theta2 * t_v5474 - t_n4l7v - g_2 * t_jn5ry)
-        + (X_y2 * t_q22up + t_gz422 * t_3cuii)
-        - (X_y3 * t_r3zla + K_L63 * t_cfvaq)
-        - (X_y4 * t_osics + K_L64 * t_7aksa)
-        - (X_y5 * t_5fghl + K_L65 * t_qyrtq);
-    const real t_gbzmh = t_mxd3p
-        + (t_gz422 * t_f75xd + t_jc3gv * t_q22up)
-        + (K_L63 * t_tc5zh + t_iyghn * t_r3zla)
-        + (K_L64 * t_tihip + t_vuqjn * t_osics)
-        + (K_L65 * t_wkuas + t_at26l * t_5fghl);
-    const real t_zuj7h = t_fxjqy * t_nfkwa - t_o4hiw * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_gbzmh);
-    const real t_7tjax = t_qyrtq * t_ftqxb - t_eriz2 * t_hdedc - (X_x6 * t_5fghl + K_L65 * t_zuj7h);
-    const real t_grzp5 = t_7aksa * t_lt2al
-        + t_gkoba * t_lhdrb
-        - (X_x5 * t_4uv2q + K_L54 * t_7tjax)
-        - (X_x6 * t_osics + K_L64 * t_zuj7h);
-    const real t_e6rdz = t_cfvaq * t_zmh3u
-        - t_insvr * t_k2uk4
-        - (X_x4 * t_7uhuc + K_L43 * t_grzp5)
-        - (X_x5 * t_illj6 + K_L53 * t_7tjax)
-        - (X_x6 * t_r3zla + K_L63 * t_zuj7h);
-    const real t_g7wh3 = t_3cuii * t_4iujv
+        - (cos_theta2 * t_7r6tv - t_n4l7v - g_2 * t_jn5ry)
+        + (X_y2 * t_utidn + t_gz422 * t_jfx3s)
+        - (X_y3 * t_etrao + K_L63 * t_dkfhh)
+        - (X_y4 * t_6xzlq + K_L64 * t_mdjzj)
+        - (X_y5 * t_6gqpz + K_L65 * t_ds5sx);
+    const real t_c4cau = t_mxd3p
+        + (t_gz422 * t_mgkky + t_dzmcy * t_utidn)
+        + (K_L63 * t_o7ywb + t_iyghn * t_etrao)
+        + (K_L64 * t_vssx4 + t_vuqjn * t_6xzlq)
+        + (K_L65 * t_4qrru + t_aedxu * t_6gqpz);
+    const real t_7ekei = t_zrxpq * t_nfkwa - t_o4hiw * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_c4cau);
+    const real t_6dg7r = t_ds5sx * t_ftqxb - t_eriz2 * t_7pgss - (X_x6 * t_6gqpz + K_L65 * t_7ekei);
+    const real t_tlzdx = t_mdjzj * t_lt2al
+        + t_gkoba * t_ipobs
+        - (X_x5 * t_6mg7c + K_L54 * t_6dg7r)
+        - (X_x6 * t_6xzlq + K_L64 * t_7ekei);
+    const real t_vpbw5 = t_dkfhh * t_zmh3u
+        - t_insvr * t_xj6ud
+        - (X_x4 * t_ddhbg + K_L43 * t_tlzdx)
+        - (X_x5 * t_dxe4o + K_L53 * t_6dg7r)
+        - (X_x6 * t_etrao + K_L63 * t_7ekei);
+    const real t_ze77j = t_jfx3s * t_4iujv
         - t_5am4i * t_5awlg
-        - (X_x3 * t_ctuam + K_L32 * t_e6rdz)
-        + (X_x4 * t_mc75e + t_3jpev * t_grzp5)
-        - (X_x5 * t_7a3rr + K_L52 * t_7tjax)
-        + (X_x6 * t_q22up + t_gz422 * t_zuj7h);
+        - (X_x3 * t_ctuam + K_L32 * t_vpbw5)
+        + (X_x4 * t_mc75e + t_3jpev * t_tlzdx)
+        - (X_x5 * t_7a3rr + K_L52 * t_6dg7r)
+        + (X_x6 * t_utidn + t_gz422 * t_7ekei);
     const real t_qkxuz = th_1 * (p[I1] * (t_q2k45 + t_q2k45));
     const real t_7ojut = cos_theta1 * t_qkxuz;
     const real t_2r2yl = t_6nwd2 * t_7uthm;
@@ -1184,32 +1184,32 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_hu6y3 = t_3go2w * t_py77n - (t_a3saw - cos_theta1 * t_xryeg) - K_L32 * t_gxhcq;
     const real t_2g7bi = p[l1] * t_5skfg;
     const real t_hx3h6 = q_1 * t_qkxuz;
-    const real t_irvo2 = t_xq4wt * t_py77n
+    const real t_bnv4f = t_xq4wt * t_py77n
         - (t_2g7bi + t_hx3h6 - p[eps1])
         + t_3jpev * t_gxhcq
         - K_L43 * t_hu6y3;
     const real t_jczf2 = t_2g7bi - e1 * t_xryeg;
     const real t_cs5mc = x[wy] * p[I1];
-    const real t_c6alr = t_rujpm * t_py77n
+    const real t_z4e2d = t_rujpm * t_py77n
         - (sin_theta1 * t_jczf2 + t_hx3h6 - t_cs5mc - g_1 * t_7ojut)
         - K_L52 * t_gxhcq
         - K_L53 * t_hu6y3
-        - K_L54 * t_irvo2;
-    const real t_dj6rh = t_pgxzp * t_py77n
+        - K_L54 * t_bnv4f;
+    const real t_glxwj = t_pgxzp * t_py77n
         - (cos_theta1 * t_jczf2 + g_1 * t_a3saw - x[wz] * p[I1])
         + t_gz422 * t_gxhcq
         - K_L63 * t_hu6y3
-        - K_L64 * t_irvo2
-        - K_L65 * t_c6alr;
-    const real t_hywv3 = t_dj6rh * t_nfkwa;
-    const real t_7bkgr = t_c6alr * t_ftqxb - K_L65 * t_hywv3;
-    const real t_zdjlz = t_irvo2 * t_lt2al - K_L54 * t_7bkgr - K_L64 * t_hywv3;
-    const real t_lewpu = t_hu6y3 * t_zmh3u - K_L43 * t_zdjlz - K_L53 * t_7bkgr - K_L63 * t_hywv3;
-    const real t_bpmay = t_gxhcq * t_4iujv
-        - K_L32 * t_lewpu
-        + t_3jpev * t_zdjlz
-        - K_L52 * t_7bkgr
-        + t_gz422 * t_hywv3;
+        - K_L64 * t_bnv4f
+        - K_L65 * t_z4e2d;
+    const real t_zzwnh = t_glxwj * t_nfkwa;
+    const real t_zgzfd = t_z4e2d * t_ftqxb - K_L65 * t_zzwnh;
+    const real t_lg6ux = t_bnv4f * t_lt2al - K_L54 * t_zgzfd - K_L64 * t_zzwnh;
+    const real t_jxtto = t_hu6y3 * t_zmh3u - K_L43 * t_lg6ux - K_L53 * t_zgzfd - K_L63 * t_zzwnh;
+    const real t_ky43l = t_gxhcq * t_4iujv
+        - K_L32 * t_jxtto
+        + t_3jpev * t_lg6ux
+        - K_L52 * t_zgzfd
+        + t_gz422 * t_zzwnh;
     const real t_snnp7_2 = B_1 * (Wt1 - t_2idpk);
     const real t_rtja4 = sin_phi1 * t_snnp7_2 + t_ghnnr;
     const real t_q3omg = th_1 * (p[I1] * (t_ceplo - t_smkh7) - q_1 * p[eps1]);
@@ -1220,31 +1220,31 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_xwqwq = t_3go2w * t_rtja4 - (cos_theta1 * t_p6m6d_2 - t_hkdq2) - K_L32 * t_z7x6o;
     const real t_bjdpd_2 = p[l1] * t_snnp7_2;
     const real t_7gr2m = q_1 * t_q3omg;
-    const real t_nndte = t_xq4wt * t_rtja4
+    const real t_mlqfj = t_xq4wt * t_rtja4
         - (t_bjdpd_2 - t_7gr2m + t_cs5mc)
         + t_3jpev * t_z7x6o
         - K_L43 * t_xwqwq;
     const real t_djylm_2 = t_bjdpd_2 + e1 * t_p6m6d_2;
-    const real t_jqgzg = t_rujpm * t_rtja4
+    const real t_v3jo2 = t_rujpm * t_rtja4
         - (sin_theta1 * t_djylm_2 - (t_7gr2m + p[eps1]) + g_1 * t_rd3g5)
         - K_L52 * t_z7x6o
         - K_L53 * t_xwqwq
-        - K_L54 * t_nndte;
-    const real t_f4lot = t_pgxzp * t_rtja4
+        - K_L54 * t_mlqfj;
+    const real t_mdorn = t_pgxzp * t_rtja4
         - (cos_theta1 * t_djylm_2 + x[wx] * p[I1] - g_1 * t_hkdq2)
         + t_gz422 * t_z7x6o
         - K_L63 * t_xwqwq
-        - K_L64 * t_nndte
-        - K_L65 * t_jqgzg;
-    const real t_bdqqj = t_f4lot * t_nfkwa;
-    const real t_cgfgk = t_jqgzg * t_ftqxb - K_L65 * t_bdqqj;
-    const real t_djcyo = t_nndte * t_lt2al - K_L54 * t_cgfgk - K_L64 * t_bdqqj;
-    const real t_56fhu = t_xwqwq * t_zmh3u - K_L43 * t_djcyo - K_L53 * t_cgfgk - K_L63 * t_bdqqj;
-    const real t_7a2co = t_z7x6o * t_4iujv
-        - K_L32 * t_56fhu
-        + t_3jpev * t_djcyo
-        - K_L52 * t_cgfgk
-        + t_gz422 * t_bdqqj;
+        - K_L64 * t_mlqfj
+        - K_L65 * t_v3jo2;
+    const real t_w4yjg = t_mdorn * t_nfkwa;
+    const real t_o2b4u = t_v3jo2 * t_ftqxb - K_L65 * t_w4yjg;
+    const real t_c4scz = t_mlqfj * t_lt2al - K_L54 * t_o2b4u - K_L64 * t_w4yjg;
+    const real t_yvcd5 = t_xwqwq * t_zmh3u - K_L43 * t_c4scz - K_L53 * t_o2b4u - K_L63 * t_w4yjg;
+    const real t_5ewla = t_z7x6o * t_4iujv
+        - K_L32 * t_yvcd5
+        + t_3jpev * t_c4scz
+        - K_L52 * t_o2b4u
+        + t_gz422 * t_w4yjg;
     const real t_lmpa4 = th_2 * (p[I2] * (t_e55su + t_e55su));
     const real t_vyiev = cos_theta2 * t_lmpa4;
     const real t_kkthf = t_popww * t_ozxm2;
@@ -1256,32 +1256,32 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_bqbze = t_3go2w * t_h6rho - (t_3p3ed - cos_theta2 * t_7cclx) - K_L32 * t_gqowz;
     const real t_3tcsz = q_2 * t_lmpa4;
     const real t_ldmue = p[l2] * t_o7zln;
-    const real t_s6dkx = t_xq4wt * t_h6rho
+    const real t_ydt3o = t_xq4wt * t_h6rho
         - (t_3tcsz + t_ldmue - p[eps2])
         + t_3jpev * t_gqowz
         - K_L43 * t_bqbze;
     const real t_dvr7i = t_ldmue - e2 * t_7cclx;
     const real t_ak22y = x[wy] * p[I2];
-    const real t_c2vql = t_rujpm * t_h6rho
+    const real t_gnlos = t_rujpm * t_h6rho
         - (t_3tcsz + sin_theta2 * t_dvr7i - t_ak22y - g_2 * t_vyiev)
         - K_L52 * t_gqowz
         - K_L53 * t_bqbze
-        - K_L54 * t_s6dkx;
-    const real t_q6bvg = t_pgxzp * t_h6rho
+        - K_L54 * t_ydt3o;
+    const real t_2rdnd = t_pgxzp * t_h6rho
         - (cos_theta2 * t_dvr7i + g_2 * t_3p3ed - x[wz] * p[I2])
         + t_gz422 * t_gqowz
         - K_L63 * t_bqbze
-        - K_L64 * t_s6dkx
-        - K_L65 * t_c2vql;
-    const real t_66fud = t_q6bvg * t_nfkwa;
-    const real t_2pdgz = t_c2vql * t_ftqxb - K_L65 * t_66fud;
-    const real t_5zxjl = t_s6dkx * t_lt2al - K_L54 * t_2pdgz - K_L64 * t_66fud;
-    const real t_tt5vi = t_bqbze * t_zmh3u - K_L43 * t_5zxjl - K_L53 * t_2pdgz - K_L63 * t_66fud;
-    const real t_g7hmz = t_gqowz * t_4iujv
-        - K_L32 * t_tt5vi
-        + t_3jpev * t_5zxjl
-        - K_L52 * t_2pdgz
-        + t_gz422 * t_66fud;
+        - K_L64 * t_ydt3o
+        - K_L65 * t_gnlos;
+    const real t_wa6kp = t_2rdnd * t_nfkwa;
+    const real t_dytux = t_gnlos * t_ftqxb - K_L65 * t_wa6kp;
+    const real t_ucko3 = t_ydt3o * t_lt2al - K_L54 * t_dytux - K_L64 * t_wa6kp;
+    const real t_nvzz5 = t_bqbze * t_zmh3u - K_L43 * t_ucko3 - K_L53 * t_dytux - K_L63 * t_wa6kp;
+    const real t_neuvj = t_gqowz * t_4iujv
+        - K_L32 * t_nvzz5
+        + t_3jpev * t_ucko3
+        - K_L52 * t_dytux
+        + t_gz422 * t_wa6kp;
     const real t_ep6yh_2 = B_2 * (Wt2 - t_6tvwe);
     const real t_pnaq4 = sin_phi2 * t_ep6yh_2 + t_7e3oz;
     const real t_a35bu = th_2 * (p[I2] * (t_udto6 - t_2nvx4) - q_2 * p[eps2]);
@@ -1292,31 +1292,31 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_3ny3b = t_3go2w * t_pnaq4 - (cos_theta2 * t_oiezm_2 - t_6ywgu) - K_L32 * t_4l7pn;
     const real t_alad5_2 = p[l2] * t_ep6yh_2;
     const real t_row46 = q_2 * t_a35bu;
-    const real t_pio7a = t_xq4wt * t_pnaq4
+    const real t_eic67 = t_xq4wt * t_pnaq4
         - (t_alad5_2 - t_row46 + t_ak22y)
         + t_3jpev * t_4l7pn
         - K_L43 * t_3ny3b;
     const real t_65hht_2 = t_alad5_2 + e2 * t_oiezm_2;
-    const real t_cfpou = t_rujpm * t_pnaq4
+    const real t_suc55 = t_rujpm * t_pnaq4
         - (sin_theta2 * t_65hht_2 - (t_row46 + p[eps2]) + g_2 * t_httuk)
         - K_L52 * t_4l7pn
         - K_L53 * t_3ny3b
-        - K_L54 * t_pio7a;
-    const real t_hkkdf = t_pgxzp * t_pnaq4
+        - K_L54 * t_eic67;
+    const real t_g6so6 = t_pgxzp * t_pnaq4
         - (cos_theta2 * t_65hht_2 + x[wx] * p[I2] - g_2 * t_6ywgu)
         + t_gz422 * t_4l7pn
         - K_L63 * t_3ny3b
-        - K_L64 * t_pio7a
-        - K_L65 * t_cfpou;
-    const real t_mwdei = t_hkkdf * t_nfkwa;
-    const real t_yxqfq = t_cfpou * t_ftqxb - K_L65 * t_mwdei;
-    const real t_2flrc = t_pio7a * t_lt2al - K_L54 * t_yxqfq - K_L64 * t_mwdei;
-    const real t_kucrp = t_3ny3b * t_zmh3u - K_L43 * t_2flrc - K_L53 * t_yxqfq - K_L63 * t_mwdei;
-    const real t_qjqnr = t_4l7pn * t_4iujv
-        - K_L32 * t_kucrp
-        + t_3jpev * t_2flrc
-        - K_L52 * t_yxqfq
-        + t_gz422 * t_mwdei;
+        - K_L64 * t_eic67
+        - K_L65 * t_suc55;
+    const real t_qyrcg = t_g6so6 * t_nfkwa;
+    const real t_mm5vw = t_suc55 * t_ftqxb - K_L65 * t_qyrcg;
+    const real t_vu6ur = t_eic67 * t_lt2al - K_L54 * t_mm5vw - K_L64 * t_qyrcg;
+    const real t_ibmfi = t_3ny3b * t_zmh3u - K_L43 * t_vu6ur - K_L53 * t_mm5vw - K_L63 * t_qyrcg;
+    const real t_s77ah = t_4l7pn * t_4iujv
+        - K_L32 * t_ibmfi
+        + t_3jpev * t_vu6ur
+        - K_L52 * t_mm5vw
+        + t_gz422 * t_qyrcg;
     const real t_brzwg = b1 * t_bpfoo * t_bpfoo;
     const real t_hiifd = (K_L65 * K_L54 - K_L64) * t_nfkwa;
     const real t_5u7wz = K_L54 * t_ftqxb + K_L65 * t_hiifd;
@@ -1336,18 +1336,18 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_ddpbr = K_L32 * t_biwei - (t_3go2w * t_gcu5g + f_x);
     const real t_n3xxp = t_xq4wt * t_gcu5g + t_3jpev * t_biwei + K_L43 * t_ddpbr;
     const real t_ycggc = K_L52 * t_biwei - t_rujpm * t_gcu5g - K_L53 * t_ddpbr + K_L54 * t_n3xxp;
-    const real t_5wuzs = t_lwe76 * f_x
+    const real t_2qul4 = t_lwe76 * f_x
         - t_pgxzp * t_gcu5g
         - t_gz422 * t_biwei
         - K_L63 * t_ddpbr
         + K_L64 * t_n3xxp
         - K_L65 * t_ycggc;
-    const real t_6ukot = t_5wuzs * t_nfkwa;
-    const real t_mb4dl = t_ycggc * t_ftqxb - K_L65 * t_6ukot;
-    const real t_7yrsu = t_n3xxp * t_lt2al + K_L54 * t_mb4dl + K_L64 * t_6ukot;
-    const real t_4q6bj = t_ddpbr * t_zmh3u + K_L43 * t_7yrsu - K_L53 * t_mb4dl - K_L63 * t_6ukot;
-    const real t_gdplb = t_gz422 * t_6ukot
-        - (t_biwei * t_4iujv + K_L32 * t_4q6bj + t_3jpev * t_7yrsu + K_L52 * t_mb4dl);
+    const real t_imbm2 = t_2qul4 * t_nfkwa;
+    const real t_gam2q = t_ycggc * t_ftqxb - K_L65 * t_imbm2;
+    const real t_w4fnn = t_n3xxp * t_lt2al + K_L54 * t_gam2q + K_L64 * t_imbm2;
+    const real t_ej2d2 = t_ddpbr * t_zmh3u + K_L43 * t_w4fnn - K_L53 * t_gam2q - K_L63 * t_imbm2;
+    const real t_pkqz6 = t_gz422 * t_imbm2
+        - (t_biwei * t_4iujv + K_L32 * t_ej2d2 + t_3jpev * t_w4fnn + K_L52 * t_gam2q);
     const real t_ruxs4_2 = p[F] * cos_delta2;
     const real t_qswyw = p[F] * sin_delta2;
     const real t_jt7ew = cos_delta1 * t_qswyw;
@@ -1355,25 +1355,25 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_ek6bh = sin_delta1 * t_qswyw;
     const real t_mvh5c = t_ek6bh - t_3go2w * t_jt7ew - K_L32 * t_m4sxd;
     const real t_53nd3 = t_3jpev * t_m4sxd - t_xq4wt * t_jt7ew - K_L43 * t_mvh5c;
-    const real t_we6x5 = t_lwe76 * t_ruxs4_2
+    const real t_vdgfi = t_lwe76 * t_ruxs4_2
         + t_rujpm * t_jt7ew
         + K_L52 * t_m4sxd
         + K_L53 * t_mvh5c
         + K_L54 * t_53nd3;
-    const real t_awoam = t_gz422 * t_m4sxd
+    const real t_ohs6n = t_gz422 * t_m4sxd
         - (t_lwe76 * t_ek6bh + t_pgxzp * t_jt7ew)
         - K_L63 * t_mvh5c
         - K_L64 * t_53nd3
-        + K_L65 * t_we6x5;
-    const real t_ym2hp = t_awoam * t_nfkwa;
-    const real t_z6hvr = t_we6x5 * t_ftqxb + K_L65 * t_ym2hp;
-    const real t_iymfz = t_53nd3 * t_lt2al + K_L54 * t_z6hvr - K_L64 * t_ym2hp;
-    const real t_nmiwu = t_mvh5c * t_zmh3u - K_L43 * t_iymfz + K_L53 * t_z6hvr - K_L63 * t_ym2hp;
-    const real t_jl7m5 = t_m4sxd * t_4iujv
-        - K_L32 * t_nmiwu
-        + t_3jpev * t_iymfz
-        + K_L52 * t_z6hvr
-        + t_gz422 * t_ym2hp;
+        + K_L65 * t_vdgfi;
+    const real t_p6y4x = t_ohs6n * t_nfkwa;
+    const real t_mkjyh = t_vdgfi * t_ftqxb + K_L65 * t_p6y4x;
+    const real t_3pgcq = t_53nd3 * t_lt2al + K_L54 * t_mkjyh - K_L64 * t_p6y4x;
+    const real t_5fxlg = t_mvh5c * t_zmh3u - K_L43 * t_3pgcq + K_L53 * t_mkjyh - K_L63 * t_p6y4x;
+    const real t_bc3ru = t_m4sxd * t_4iujv
+        - K_L32 * t_5fxlg
+        + t_3jpev * t_3pgcq
+        + K_L52 * t_mkjyh
+        + t_gz422 * t_p6y4x;
     const real t_gtmgm = cos_delta2 * cos_delta2;
     const real t_fler6 = sin_delta1 * sin_delta1;
     const real t_zbkpt = mv_sqrt(sin_delta2 * sin_delta2 + t_gtmgm * t_fler6);
@@ -1381,164 +1381,164 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_x[0] = SPLAT(K(0.0));
     J_x[1] = SPLAT(K(0.0));
     J_x[2] = SPLAT(K(0.0));
-    J_x[3] = t_yrgl2 - x_C * t_hmcjh;
-    J_x[4] = t_iac5b - x_C * t_64av6;
-    J_x[5] = t_mvyus - x_C * t_jyiaj;
+    J_x[3] = t_p3cyq - x_C * t_mvcys;
+    J_x[4] = t_5gogd - x_C * t_zidue;
+    J_x[5] = t_gbvsw - x_C * t_hucxp;
     J_x[6] = SPLAT(K(0.0));
     J_x[7] = SPLAT(K(0.0));
     J_x[8] = SPLAT(K(0.0));
-    J_x[9] = t_nqnwq - x_C * t_st4yk;
-    J_x[10] = t_lgr6t - x_C * t_e5wip;
-    J_x[11] = t_fpibt - x_C * t_svukv;
-    J_x[12] = t_g7wh3 - x_C * t_7tjax;
-    J_x[13] = t_bpmay - x_C * t_7bkgr;
-    J_x[14] = t_7a2co - x_C * t_cgfgk;
-    J_x[15] = t_g7hmz - x_C * t_2pdgz;
-    J_x[16] = t_qjqnr - x_C * t_yxqfq;
+    J_x[9] = t_clzgq - x_C * t_nbkzt;
+    J_x[10] = t_ghemx - x_C * t_zr5di;
+    J_x[11] = t_ixgiu - x_C * t_5rghd;
+    J_x[12] = t_ze77j - x_C * t_6dg7r;
+    J_x[13] = t_ky43l - x_C * t_zgzfd;
+    J_x[14] = t_5ewla - x_C * t_o2b4u;
+    J_x[15] = t_neuvj - x_C * t_dytux;
+    J_x[16] = t_s77ah - x_C * t_mm5vw;
     J_x[17] = SPLAT(K(0.0));
     J_x[18] = SPLAT(K(0.0));
     J_x[19] = SPLAT(K(0.0));
-    J_x[20] = t_qjxw2 - x_C * t_l3hyo;
-    J_x[21] = t_7monj - x_C * t_xbolq;
-    J_x[22] = t_rol52 - x_C * t_stsgp;
+    J_x[20] = t_k4g3j - x_C * t_fukug;
+    J_x[21] = t_z2otz - x_C * t_yanuq;
+    J_x[22] = t_nsiwt - x_C * t_gif7d;
     J_x[23] = SPLAT(K(0.0));
     J_x[24] = SPLAT(K(0.0));
     J_x[25] = SPLAT(K(0.0));
-    J_x[26] = t_y7rng - x_C * t_yr2ut;
-    J_x[27] = t_ndnvg - x_C * t_2fgqn;
-    J_x[28] = t_owrrl - x_C * t_3os3c;
-    J_x[29] = t_e6rdz - x_C * t_zuj7h;
-    J_x[30] = t_lewpu - x_C * t_hywv3;
-    J_x[31] = t_56fhu - x_C * t_bdqqj;
-    J_x[32] = t_tt5vi - x_C * t_66fud;
-    J_x[33] = t_kucrp - x_C * t_mwdei;
+    J_x[26] = t_vb3vk - x_C * t_2rjc3;
+    J_x[27] = t_vmmcz - x_C * t_vbfnl;
+    J_x[28] = t_z36hd - x_C * t_ggj7d;
+    J_x[29] = t_vpbw5 - x_C * t_7ekei;
+    J_x[30] = t_jxtto - x_C * t_zzwnh;
+    J_x[31] = t_yvcd5 - x_C * t_w4yjg;
+    J_x[32] = t_nvzz5 - x_C * t_wa6kp;
+    J_x[33] = t_ibmfi - x_C * t_qyrcg;
     J_x[34] = SPLAT(K(0.0));
     J_x[35] = SPLAT(K(0.0));
     J_x[36] = SPLAT(K(0.0));
-    J_x[37] = t_v5isq;
-    J_x[38] = t_5napi;
-    J_x[39] = t_nkq7y;
+    J_x[37] = t_cgzf6;
+    J_x[38] = t_v3546;
+    J_x[39] = t_psn6w;
     J_x[40] = SPLAT(K(0.0));
     J_x[41] = SPLAT(K(0.0));
     J_x[42] = SPLAT(K(0.0));
-    J_x[43] = t_dibdt;
-    J_x[44] = t_uznvr;
-    J_x[45] = t_vjb6t;
-    J_x[46] = t_grzp5;
-    J_x[47] = t_zdjlz;
-    J_x[48] = t_djcyo;
-    J_x[49] = t_5zxjl;
-    J_x[50] = t_2flrc;
+    J_x[43] = t_acgzr;
+    J_x[44] = t_3knpj;
+    J_x[45] = t_qeczb;
+    J_x[46] = t_tlzdx;
+    J_x[47] = t_lg6ux;
+    J_x[48] = t_c4scz;
+    J_x[49] = t_ucko3;
+    J_x[50] = t_vu6ur;
     J_x[51] = SPLAT(K(0.0));
     J_x[52] = SPLAT(K(0.0));
     J_x[53] = SPLAT(K(0.0));
-    J_x[54] = x[wz] - t_l3hyo;
-    J_x[55] = -t_xbolq;
-    J_x[56] = x[wx] - t_stsgp;
+    J_x[54] = x[wz] - t_fukug;
+    J_x[55] = -t_yanuq;
+    J_x[56] = x[wx] - t_gif7d;
     J_x[57] = SPLAT(K(0.0));
     J_x[58] = SPLAT(K(0.0));
     J_x[59] = SPLAT(K(0.0));
-    J_x[60] = -t_yr2ut;
-    J_x[61] = -t_2fgqn;
-    J_x[62] = -t_3os3c;
-    J_x[63] = -t_zuj7h;
-    J_x[64] = -t_hywv3;
-    J_x[65] = -t_bdqqj;
-    J_x[66] = -t_66fud;
-    J_x[67] = -t_mwdei;
+    J_x[60] = -t_2rjc3;
+    J_x[61] = -t_vbfnl;
+    J_x[62] = -t_ggj7d;
+    J_x[63] = -t_7ekei;
+    J_x[64] = -t_zzwnh;
+    J_x[65] = -t_w4yjg;
+    J_x[66] = -t_wa6kp;
+    J_x[67] = -t_qyrcg;
     J_x[68] = SPLAT(K(0.0));
     J_x[69] = SPLAT(K(0.0));
     J_x[70] = SPLAT(K(0.0));
-    J_x[71] = t_hmcjh - x[wy];
-    J_x[72] = t_64av6 - x[wx];
-    J_x[73] = t_jyiaj;
+    J_x[71] = t_mvcys - x[wy];
+    J_x[72] = t_zidue - x[wx];
+    J_x[73] = t_hucxp;
     J_x[74] = SPLAT(K(0.0));
     J_x[75] = SPLAT(K(0.0));
     J_x[76] = SPLAT(K(0.0));
-    J_x[77] = t_st4yk;
-    J_x[78] = t_e5wip;
-    J_x[79] = t_svukv;
-    J_x[80] = t_7tjax;
-    J_x[81] = t_7bkgr;
-    J_x[82] = t_cgfgk;
-    J_x[83] = t_2pdgz;
-    J_x[84] = t_yxqfq;
+    J_x[77] = t_nbkzt;
+    J_x[78] = t_zr5di;
+    J_x[79] = t_5rghd;
+    J_x[80] = t_6dg7r;
+    J_x[81] = t_zgzfd;
+    J_x[82] = t_o2b4u;
+    J_x[83] = t_dytux;
+    J_x[84] = t_mm5vw;
     J_x[85] = SPLAT(K(0.0));
     J_x[86] = SPLAT(K(0.0));
     J_x[87] = SPLAT(K(0.0));
     J_x[88] = t_wm75f * t_bpfoo
-        + t_w7lcw * t_yrgl2
-        + t_3go2w * t_qjxw2
-        + t_xq4wt * t_v5isq
-        + t_rujpm * t_hmcjh
-        + t_pgxzp * t_l3hyo;
+        + t_w7lcw * t_p3cyq
+        + t_3go2w * t_k4g3j
+        + t_xq4wt * t_cgzf6
+        + t_rujpm * t_mvcys
+        + t_pgxzp * t_fukug;
     J_x[89] = t_sljdk * t_bpfoo
-        + t_w7lcw * t_iac5b
-        + t_3go2w * t_7monj
-        + t_xq4wt * t_5napi
-        + t_rujpm * t_64av6
-        + t_pgxzp * t_xbolq
+        + t_w7lcw * t_5gogd
+        + t_3go2w * t_z2otz
+        + t_xq4wt * t_v3546
+        + t_rujpm * t_zidue
+        + t_pgxzp * t_yanuq
         + x_C * t_6xfo3;
     J_x[90] = t_ohbxs * t_bpfoo
-        + t_w7lcw * t_mvyus
-        + t_3go2w * t_rol52
-        + t_xq4wt * t_nkq7y
-        + t_rujpm * t_jyiaj
-        + t_pgxzp * t_stsgp
+        + t_w7lcw * t_gbvsw
+        + t_3go2w * t_nsiwt
+        + t_xq4wt * t_psn6w
+        + t_rujpm * t_hucxp
+        + t_pgxzp * t_gif7d
         + x_C * t_gwp2t;
     J_x[91] = SPLAT(K(0.0));
     J_x[92] = SPLAT(K(0.0));
     J_x[93] = SPLAT(K(0.0));
     J_x[94] = t_za33c * t_bpfoo
         + t_brzwg * t_h2ibw
-        + (X_x2 * t_ccnxe + t_w7lcw * t_nqnwq)
-        + (X_x3 * t_lkd5z + t_3go2w * t_y7rng)
-        + (X_x4 * t_zopz4 + t_xq4wt * t_dibdt)
-        + (X_x5 * t_4vm3d + t_rujpm * t_st4yk)
-        + (X_x6 * t_wf3ag + t_pgxzp * t_yr2ut);
-    J_x[95] = t_2xmv4 * t_bpfoo
-        + (X_x2 * t_7rizg + t_w7lcw * t_lgr6t)
-        + (t_3go2w * t_ndnvg - X_x3 * t_xy6nc)
-        + t_xq4wt * t_uznvr
-        + (X_x5 * t_zfxwu + t_rujpm * t_e5wip)
-        + (t_pgxzp * t_2fgqn - X_x6 * t_rqo2a);
+        + (X_x2 * t_ccnxe + t_w7lcw * t_clzgq)
+        + (X_x3 * t_lkd5z + t_3go2w * t_vb3vk)
+        + (X_x4 * t_zopz4 + t_xq4wt * t_acgzr)
+        + (X_x5 * t_ryoqa + t_rujpm * t_nbkzt)
+        + (X_x6 * t_fewxz + t_pgxzp * t_2rjc3);
+    J_x[95] = t_aschs * t_bpfoo
+        + (X_x2 * t_7rizg + t_w7lcw * t_ghemx)
+        + (t_3go2w * t_vmmcz - X_x3 * t_xy6nc)
+        + t_xq4wt * t_3knpj
+        + (X_x5 * t_zfxwu + t_rujpm * t_zr5di)
+        + (t_pgxzp * t_vbfnl - X_x6 * t_rqo2a);
     J_x[96] = t_uou4w * t_bpfoo
         + t_brzwg * t_anfnj
-        + (X_x2 * t_f4frf + t_w7lcw * t_fpibt)
-        + (X_x3 * t_zlixu + t_3go2w * t_owrrl)
-        + (X_x4 * t_sasqd + t_xq4wt * t_vjb6t)
-        + (X_x5 * t_j3lqj + t_rujpm * t_svukv)
-        + (X_x6 * t_6m3tu + t_pgxzp * t_3os3c);
-    J_x[97] = t_afbbd * t_bpfoo
-        + (X_x2 * t_hr7g5 + t_w7lcw * t_g7wh3)
-        + (t_3go2w * t_e6rdz - X_x3 * t_w7urv)
-        + t_xq4wt * t_grzp5
-        + (X_x5 * t_tcnjk + t_rujpm * t_7tjax)
-        + (t_pgxzp * t_zuj7h - X_x6 * t_kpfwr);
+        + (X_x2 * t_f4frf + t_w7lcw * t_ixgiu)
+        + (X_x3 * t_zlixu + t_3go2w * t_z36hd)
+        + (X_x4 * t_sasqd + t_xq4wt * t_qeczb)
+        + (X_x5 * t_5xnip + t_rujpm * t_5rghd)
+        + (X_x6 * t_jxilg + t_pgxzp * t_ggj7d);
+    J_x[97] = t_gsepn * t_bpfoo
+        + (X_x2 * t_hr7g5 + t_w7lcw * t_ze77j)
+        + (t_3go2w * t_vpbw5 - X_x3 * t_w7urv)
+        + t_xq4wt * t_tlzdx
+        + (X_x5 * t_tcnjk + t_rujpm * t_6dg7r)
+        + (t_pgxzp * t_7ekei - X_x6 * t_kpfwr);
     J_x[98] = t_py77n * t_bpfoo
-        + t_w7lcw * t_bpmay
-        + t_3go2w * t_lewpu
-        + t_xq4wt * t_zdjlz
-        + t_rujpm * t_7bkgr
-        + t_pgxzp * t_hywv3;
+        + t_w7lcw * t_ky43l
+        + t_3go2w * t_jxtto
+        + t_xq4wt * t_lg6ux
+        + t_rujpm * t_zgzfd
+        + t_pgxzp * t_zzwnh;
     J_x[99] = t_rtja4 * t_bpfoo
-        + t_w7lcw * t_7a2co
-        + t_3go2w * t_56fhu
-        + t_xq4wt * t_djcyo
-        + t_rujpm * t_cgfgk
-        + t_pgxzp * t_bdqqj;
+        + t_w7lcw * t_5ewla
+        + t_3go2w * t_yvcd5
+        + t_xq4wt * t_c4scz
+        + t_rujpm * t_o2b4u
+        + t_pgxzp * t_w4yjg;
     J_x[100] = t_h6rho * t_bpfoo
-        + t_w7lcw * t_g7hmz
-        + t_3go2w * t_tt5vi
-        + t_xq4wt * t_5zxjl
-        + t_rujpm * t_2pdgz
-        + t_pgxzp * t_66fud;
+        + t_w7lcw * t_neuvj
+        + t_3go2w * t_nvzz5
+        + t_xq4wt * t_ucko3
+        + t_rujpm * t_dytux
+        + t_pgxzp * t_wa6kp;
     J_x[101] = t_pnaq4 * t_bpfoo
-        + t_w7lcw * t_qjqnr
-        + t_3go2w * t_kucrp
-        + t_xq4wt * t_2flrc
-        + t_rujpm * t_yxqfq
-        + t_pgxzp * t_mwdei;
+        + t_w7lcw * t_s77ah
+        + t_3go2w * t_ibmfi
+        + t_xq4wt * t_vu6ur
+        + t_rujpm * t_mm5vw
+        + t_pgxzp * t_qyrcg;
     J_x[102] = SPLAT(K(0.0));
     J_x[103] = SPLAT(K(0.0));
     J_x[104] = SPLAT(K(0.0));
@@ -1559,28 +1559,28 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_u[0] = t_zbji2 + x_C * t_5u7wz;
     J_u[1] = t_2a7zs - t_okbuw;
     J_u[2] = t_zk26f - x_C * t_kchpi;
-    J_u[3] = t_gdplb - x_C * t_mb4dl;
-    J_u[4] = t_jl7m5 + x_C * t_z6hvr;
+    J_u[3] = t_pkqz6 - x_C * t_gam2q;
+    J_u[4] = t_bc3ru + x_C * t_mkjyh;
     J_u[5] = t_fokyf - x_C * t_hiifd;
     J_u[6] = t_5wlzs + x_C * t_nfkwa;
     J_u[7] = t_mrgyy + t_okbuw;
-    J_u[8] = t_4q6bj - x_C * t_6ukot;
-    J_u[9] = t_nmiwu - x_C * t_ym2hp;
+    J_u[8] = t_ej2d2 - x_C * t_imbm2;
+    J_u[9] = t_5fxlg - x_C * t_p6y4x;
     J_u[10] = t_6ytpw;
     J_u[11] = t_ctsrf;
     J_u[12] = t_ht423;
-    J_u[13] = -t_7yrsu;
-    J_u[14] = t_iymfz;
+    J_u[13] = -t_w4fnn;
+    J_u[14] = t_3pgcq;
     J_u[15] = -t_hiifd;
     J_u[16] = t_nfkwa;
     J_u[17] = t_zwjps;
-    J_u[18] = -t_6ukot;
-    J_u[19] = -t_ym2hp;
+    J_u[18] = -t_imbm2;
+    J_u[19] = -t_p6y4x;
     J_u[20] = -t_5u7wz;
     J_u[21] = t_zwjps;
     J_u[22] = t_kchpi;
-    J_u[23] = t_mb4dl;
-    J_u[24] = -t_z6hvr;
+    J_u[23] = t_gam2q;
+    J_u[24] = -t_mkjyh;
     J_u[25] = t_w7lcw * t_zbji2
         + t_3go2w * t_fokyf
         + t_xq4wt * t_6ytpw
@@ -1596,18 +1596,18 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         + t_xq4wt * t_ht423
         + t_rujpm * t_kchpi
         - t_pgxzp * t_zwjps;
-    J_u[28] = t_w7lcw * t_gdplb
+    J_u[28] = t_w7lcw * t_pkqz6
         - t_gcu5g * t_bpfoo
-        + t_3go2w * t_4q6bj
-        - t_xq4wt * t_7yrsu
-        + t_rujpm * t_mb4dl
-        + t_pgxzp * t_6ukot;
-    J_u[29] = t_w7lcw * t_jl7m5
+        + t_3go2w * t_ej2d2
+        - t_xq4wt * t_w4fnn
+        + t_rujpm * t_gam2q
+        + t_pgxzp * t_imbm2;
+    J_u[29] = t_w7lcw * t_bc3ru
         - t_jt7ew * t_bpfoo
-        + t_3go2w * t_nmiwu
-        + t_xq4wt * t_iymfz
-        - t_rujpm * t_z6hvr
-        + t_pgxzp * t_ym2hp;
+        + t_3go2w * t_5fxlg
+        + t_xq4wt * t_3pgcq
+        - t_rujpm * t_mkjyh
+        + t_pgxzp * t_p6y4x;
     J_u[30] = SPLAT(K(0.0));
     J_u[31] = SPLAT(K(0.0));
     J_u[32] = SPLAT(K(0.0));

@@ -303,8 +303,8 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -318,18 +318,18 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -414,23 +414,23 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_ycob5 = t_6urah * t_xrsrh_2 - t_d4mqf * t_63ug5 + t_zzymx * t_jtjoh;
     const real t_ydwjl = K_L43 * t_zmh3u;
     const real t_ylyb5 = t_ycob5 * t_zmh3u - t_ydwjl * t_qd67m;
-    const real t_ymqyk = X_x4 * t_ylyb5;
+    const real t_xbdlq = X_x4 * t_ylyb5;
     const real t_ivdwu_3 = b1 * t_jtjoh;
     const real t_itwjz = Bs_1 * t_hpky5;
     const real t_vffkn = Bs_2 * t_hpky5;
     const real t_l7sux = X_y2 * t_63ug5;
-    const real t_uonnm = X_y3 * t_ylyb5;
-    const real t_eqj6c = t_xq4wt * t_hupqz
+    const real t_alurc = X_y3 * t_ylyb5;
+    const real t_uhzx4 = t_xq4wt * t_hupqz
         - t_ivdwu_3
         - (t_itwjz + t_vffkn)
         + (t_6urah * t_7zfcf - t_l7sux)
-        - (t_uonnm + K_L43 * t_dyyu2);
+        - (t_alurc + K_L43 * t_dyyu2);
     const real t_gkoba = t_72jfh * t_lt2al;
-    const real t_swgzs = t_6urah * t_xrsrh_3
+    const real t_auvut = t_6urah * t_xrsrh_3
         + t_m67zs * t_63ug5
         - (K_L43 * t_ycob5 + t_m27n6 * t_ylyb5)
         + t_2m245 * t_jtjoh;
-    const real t_7hryf = t_gkoba * t_swgzs;
+    const real t_iodym = t_gkoba * t_auvut;
     const real t_3z4kr = wth_1 * t_6fswf;
     const real t_z7jl2 = t_3z4kr - me1 * t_6fswf;
     const real t_ijexu = wth_2 * t_6fswf;
@@ -445,10 +445,10 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_r2rme = sin_theta1 * t_jn5ua + sin_theta2 * t_7mui7;
     const real t_2lluf = t_vshgd * t_bpfoo;
     const real t_djz6b = t_r2rme * t_bpfoo - t_2lluf;
-    const real t_zw7oh = t_z7jl2 + t_uscsv - t_jkuuu - t_b3aij * t_djz6b;
+    const real t_6k4sb = t_z7jl2 + t_uscsv - t_jkuuu - t_b3aij * t_djz6b;
     const real t_hfybw = K_L52 * t_4iujv;
     const real t_glra5 = t_hfybw * t_xrsrh;
-    const real t_76dtt = t_zw7oh * t_4iujv - t_glra5;
+    const real t_rdfut = t_6k4sb * t_4iujv - t_glra5;
     const real t_wfcn3 = K_L52 * t_xrsrh_3;
     const real t_fsp76 = q_1 * t_3z4kr;
     const real t_o3ymy = cos_theta1 * t_fsp76;
@@ -459,26 +459,26 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_dlmfg = K_L53 * t_ycob5;
     const real t_ly2ei = SC1 * t_2wzxe + SC2 * t_rushh;
     const real t_wfcn3_2 = K_L52 * t_xrsrh_2;
-    const real t_4ptna = t_ly2ei + (t_wfcn3_2 + t_d4mqf * t_76dtt) + t_zzymx * t_djz6b;
+    const real t_ufldt = t_ly2ei + (t_wfcn3_2 + t_d4mqf * t_rdfut) + t_zzymx * t_djz6b;
     const real t_qe675 = K_L53 * t_zmh3u;
     const real t_il3zn = t_qe675 * t_qd67m;
-    const real t_77una = t_4ptna * t_zmh3u + t_il3zn;
-    const real t_s7r6s = t_m67zs * t_76dtt
+    const real t_eeuha = t_ufldt * t_zmh3u + t_il3zn;
+    const real t_luweb = t_m67zs * t_rdfut
         - t_wfcn3
         - (t_o3ymy + t_g4wtj + sin_theta1 * t_cflyn + sin_theta2 * t_yapab)
-        - (t_dlmfg - t_m27n6 * t_77una)
+        - (t_dlmfg - t_m27n6 * t_eeuha)
         - t_2m245 * t_djz6b;
     const real t_2e52m = K_L54 * t_lt2al;
-    const real t_tyywe = t_2e52m * t_swgzs;
-    const real t_n4jtz = t_s7r6s * t_lt2al - t_tyywe;
+    const real t_gxmqn = t_2e52m * t_auvut;
+    const real t_wsi3a = t_luweb * t_lt2al - t_gxmqn;
     const real t_g7adh = t_itwjz + (e1 * t_yoao5 + F_t1 * t_6fswf);
     const real t_mhvj3 = t_vffkn + (e2 * t_itqut + F_t2 * t_6fswf);
-    const real t_4o6vy = f_y * t_6fswf
+    const real t_yicxc = f_y * t_6fswf
         - (sin_theta1 * t_g7adh + sin_theta2 * t_mhvj3 + t_vt7uo * t_6fswf + t_oncjt * t_6fswf)
         + (b1 * t_djz6b + t_vshgd * t_hupqz)
-        - (X_y2 * t_76dtt + K_L52 * t_7zfcf)
-        - (K_L53 * t_dyyu2 - X_y3 * t_77una)
-        - (X_y4 * t_n4jtz + K_L54 * t_eqj6c);
+        - (X_y2 * t_rdfut + K_L52 * t_7zfcf)
+        - (K_L53 * t_dyyu2 - X_y3 * t_eeuha)
+        - (X_y4 * t_wsi3a + K_L54 * t_uhzx4);
     const real t_eriz2 = t_cufdy * t_ftqxb;
     const real t_p6q5r = wg_1 * t_6fswf + g_1 * t_3z4kr;
     const real t_lgvpq = wg_2 * t_6fswf + g_2 * t_ijexu;
@@ -494,7 +494,7 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_mwcol = S_sq2 * t_q2te3;
     const real t_jf3qj = x_C + x_C;
     const real t_uha2o = t_piq3g - (t_iw7bs - M_C * (t_jf3qj * t_6fswf));
-    const real t_rrzp2 = t_p6q5r
+    const real t_foaik = t_p6q5r
         + t_lgvpq
         + t_uxfwe
         + t_mwcol
@@ -503,91 +503,91 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         - t_7h6k3
         + K(-2.0) * t_o3ymy
         + K(-2.0) * t_g4wtj
-        - (K_L52 * t_zw7oh + t_p6zld * t_76dtt)
-        + (K_L53 * t_4ptna + t_bxfcn * t_77una)
-        - (K_L54 * t_s7r6s + t_amczu * t_n4jtz)
+        - (K_L52 * t_6k4sb + t_p6zld * t_rdfut)
+        + (K_L53 * t_ufldt + t_bxfcn * t_eeuha)
+        - (K_L54 * t_luweb + t_amczu * t_wsi3a)
         - (t_vshgd * t_r2rme + t_6mmeb * t_djz6b);
     const real t_qp7r5 = sin_theta1 * t_fsp76 + sin_theta2 * t_vvlvm;
     const real t_q2eqh = cos_theta1 * t_jn5ua + cos_theta2 * t_7mui7;
     const real t_ielc3 = t_e4enr * t_bpfoo;
     const real t_hp5v6 = t_q2eqh * t_bpfoo - t_ielc3;
-    const real t_rouua = t_ly2ei + t_b3aij * t_hp5v6;
+    const real t_7ohzm = t_ly2ei + t_b3aij * t_hp5v6;
     const real t_2ngl5 = t_dj64q * t_4iujv;
     const real t_5wzl5 = t_2ngl5 * t_xrsrh;
-    const real t_eprkt = t_rouua * t_4iujv - t_5wzl5;
+    const real t_jrryk = t_7ohzm * t_4iujv - t_5wzl5;
     const real t_r2k42 = t_dj64q * t_xrsrh_2;
-    const real t_nbptp = t_jkuuu + (t_m3olv + t_zkj77) + (t_r2k42 + t_d4mqf * t_eprkt) - t_zzymx * t_hp5v6;
+    const real t_all5q = t_jkuuu + (t_m3olv + t_zkj77) + (t_r2k42 + t_d4mqf * t_jrryk) - t_zzymx * t_hp5v6;
     const real t_kpf5p = K_L63 * t_zmh3u;
     const real t_owm5e = t_kpf5p * t_qd67m;
-    const real t_dzevz = t_nbptp * t_zmh3u - t_owm5e;
+    const real t_rffyc = t_all5q * t_zmh3u - t_owm5e;
     const real t_r2k42_2 = t_dj64q * t_xrsrh_3;
     const real t_orilw = K_L63 * t_ycob5;
-    const real t_h5s2v = t_qp7r5
+    const real t_56lng = t_qp7r5
         - cos_theta1 * t_cflyn
         - cos_theta2 * t_yapab
-        - (t_m67zs * t_eprkt - t_r2k42_2)
-        - (t_orilw + t_m27n6 * t_dzevz)
+        - (t_m67zs * t_jrryk - t_r2k42_2)
+        - (t_orilw + t_m27n6 * t_rffyc)
         - t_2m245 * t_hp5v6;
     const real t_wurun = K_L64 * t_lt2al;
-    const real t_6vlz4 = t_wurun * t_swgzs;
-    const real t_htnmt = t_h5s2v * t_lt2al - t_6vlz4;
-    const real t_zb6go = t_qp7r5
+    const real t_dxxcp = t_wurun * t_auvut;
+    const real t_ce53v = t_56lng * t_lt2al - t_dxxcp;
+    const real t_ivf4w = t_qp7r5
         + SC1 * t_z3a3a
         + SC2 * t_q2te3
-        + (t_dj64q * t_zw7oh + t_p6zld * t_eprkt)
-        - (t_bxfcn * t_dzevz - K_L63 * t_4ptna)
-        - (K_L64 * t_s7r6s + t_amczu * t_htnmt)
+        + (t_dj64q * t_6k4sb + t_p6zld * t_jrryk)
+        - (t_bxfcn * t_rffyc - K_L63 * t_ufldt)
+        - (K_L64 * t_luweb + t_amczu * t_ce53v)
         - (t_e4enr * t_r2rme + t_6mmeb * t_hp5v6);
     const real t_dzxqu = K_L65 * t_ftqxb;
-    const real t_p45kn = t_zb6go * t_ftqxb - t_dzxqu * t_rrzp2;
+    const real t_oqcjt = t_ivf4w * t_ftqxb - t_dzxqu * t_foaik;
     const real t_jn35t = t_gcu5g * t_6fswf
         + (cos_theta1 * t_g7adh + cos_theta2 * t_mhvj3 - t_azclp * t_6fswf - t_iya7w * t_6fswf);
-    const real t_srbww = b1 * t_hp5v6
+    const real t_fzil7 = b1 * t_hp5v6
         + t_e4enr * t_hupqz
         - t_jn35t
-        + (X_y2 * t_eprkt + t_dj64q * t_7zfcf)
-        - (X_y3 * t_dzevz + K_L63 * t_dyyu2)
-        - (X_y4 * t_htnmt + K_L64 * t_eqj6c)
-        - (X_y5 * t_p45kn + K_L65 * t_4o6vy);
+        + (X_y2 * t_jrryk + t_dj64q * t_7zfcf)
+        - (X_y3 * t_rffyc + K_L63 * t_dyyu2)
+        - (X_y4 * t_ce53v + K_L64 * t_uhzx4)
+        - (X_y5 * t_oqcjt + K_L65 * t_yicxc);
     const real t_o4hiw = X_x6 * t_nfkwa;
-    const real t_rd2bq = t_xywve
+    const real t_fvmnh = t_xywve
         + t_xbuur
         + t_uha2o
         - t_uxfwe
         - t_mwcol
-        - (t_dj64q * t_rouua + t_hmob3 * t_eprkt)
-        - (K_L63 * t_nbptp + t_rahc4 * t_dzevz)
-        - (K_L64 * t_h5s2v + t_e4k6u * t_htnmt)
-        - (K_L65 * t_zb6go + t_5gmab * t_p45kn)
+        - (t_dj64q * t_7ohzm + t_qvrp6 * t_jrryk)
+        - (K_L63 * t_all5q + t_rahc4 * t_rffyc)
+        - (K_L64 * t_56lng + t_e4k6u * t_ce53v)
+        - (K_L65 * t_ivf4w + t_jo54w * t_oqcjt)
         - (t_e4enr * t_q2eqh + t_bl4f2 * t_hp5v6);
-    const real t_zu7ht = t_srbww * t_nfkwa - t_o4hiw * t_rd2bq;
-    const real t_q3ysb = t_4o6vy * t_ftqxb - t_eriz2 * t_rrzp2 - (X_x6 * t_p45kn + K_L65 * t_zu7ht);
-    const real t_i5u2g = t_eqj6c * t_lt2al
-        - t_7hryf
-        - (X_x5 * t_n4jtz + K_L54 * t_q3ysb)
-        - (X_x6 * t_htnmt + K_L64 * t_zu7ht);
-    const real t_zic2p = t_dyyu2 * t_zmh3u
+    const real t_siflb = t_fzil7 * t_nfkwa - t_o4hiw * t_fvmnh;
+    const real t_kjeag = t_yicxc * t_ftqxb - t_eriz2 * t_foaik - (X_x6 * t_oqcjt + K_L65 * t_siflb);
+    const real t_b6y6g = t_uhzx4 * t_lt2al
+        - t_iodym
+        - (X_x5 * t_wsi3a + K_L54 * t_kjeag)
+        - (X_x6 * t_ce53v + K_L64 * t_siflb);
+    const real t_76pup = t_dyyu2 * t_zmh3u
         - t_ntpbt
-        - (t_ymqyk + K_L43 * t_i5u2g)
-        - (K_L53 * t_q3ysb - X_x5 * t_77una)
-        - (X_x6 * t_dzevz + K_L63 * t_zu7ht);
+        - (t_xbdlq + K_L43 * t_b6y6g)
+        - (K_L53 * t_kjeag - X_x5 * t_eeuha)
+        - (X_x6 * t_rffyc + K_L63 * t_siflb);
     const real t_fq7gg = X_x4 * t_63ug5;
-    const real t_ajehr = t_7zfcf * t_4iujv
+    const real t_vzhp6 = t_7zfcf * t_4iujv
         - t_g7cfv
-        - (t_puwni + K_L32 * t_zic2p)
-        + (t_6urah * t_i5u2g - t_fq7gg)
-        - (X_x5 * t_76dtt + K_L52 * t_q3ysb)
-        + (X_x6 * t_eprkt + t_dj64q * t_zu7ht);
+        - (t_puwni + K_L32 * t_76pup)
+        + (t_6urah * t_b6y6g - t_fq7gg)
+        - (X_x5 * t_rdfut + K_L52 * t_kjeag)
+        + (X_x6 * t_jrryk + t_dj64q * t_siflb);
     const real t_75jdv = X_x2 * t_6xwz3;
     const real t_zjwcx = X_x3 * t_3tmqi;
     const real t_mcaun = X_x4 * t_jtjoh;
-    const real t_2pdsr = t_hupqz * t_bpfoo
+    const real t_57jla = t_hupqz * t_bpfoo
         - t_2sw7d
-        + (t_w7lcw * t_ajehr - t_75jdv)
-        + (t_3go2w * t_zic2p - t_zjwcx)
-        + (t_xq4wt * t_i5u2g - t_mcaun)
-        + (X_x5 * t_djz6b + t_vshgd * t_q3ysb)
-        + (X_x6 * t_hp5v6 + t_e4enr * t_zu7ht)
+        + (t_w7lcw * t_vzhp6 - t_75jdv)
+        + (t_3go2w * t_76pup - t_zjwcx)
+        + (t_xq4wt * t_b6y6g - t_mcaun)
+        + (X_x5 * t_djz6b + t_vshgd * t_kjeag)
+        + (X_x6 * t_hp5v6 + t_e4enr * t_siflb)
         - t_hpky5;
     const real t_ug47n = p[h0] * t_xpjrw + t_rl7kq;
     const real t_z7eya = t_rybsf * t_ug47n;
@@ -603,11 +603,11 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         - (t_bouyt + K_L32 * t_7zfcf_2);
     const real t_v2rud = Bs_1 * t_z7eya;
     const real t_hpdcn = Bs_2 * t_z7eya;
-    const real t_eqj6c_2 = t_xq4wt * t_hupqz_2
+    const real t_uhzx4_2 = t_xq4wt * t_hupqz_2
         - t_ivdwu_3
         - (t_v2rud + t_hpdcn)
         + (t_6urah * t_7zfcf_2 - t_l7sux)
-        - (t_uonnm + K_L43 * t_dyyu2_2);
+        - (t_alurc + K_L43 * t_dyyu2_2);
     const real t_3erlx = wth_1 * t_ug47n;
     const real t_6fiok = t_3erlx - me1 * t_ug47n;
     const real t_trawz = wth_2 * t_ug47n;
@@ -621,8 +621,8 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_m3ec6 = Asc_2 * t_ug47n;
     const real t_7y47i = sin_theta1 * t_ewudi + sin_theta2 * t_m3ec6;
     const real t_djz6b_2 = t_7y47i * t_bpfoo - t_2lluf;
-    const real t_kd2ge = t_6fiok + t_znkee - t_jkuuu_2 - t_b3aij * t_djz6b_2;
-    const real t_76dtt_2 = t_kd2ge * t_4iujv - t_glra5;
+    const real t_xy4yu = t_6fiok + t_znkee - t_jkuuu_2 - t_b3aij * t_djz6b_2;
+    const real t_rdfut_2 = t_xy4yu * t_4iujv - t_glra5;
     const real t_6jowo = q_1 * t_3erlx;
     const real t_o3ymy_2 = cos_theta1 * t_6jowo;
     const real t_vrybd = q_2 * t_trawz;
@@ -630,22 +630,22 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_7p3vv = Bc_1 * t_ug47n;
     const real t_gxnee = Bc_2 * t_ug47n;
     const real t_ly2ei_2 = SC1 * t_djdgp + SC2 * t_5hehv;
-    const real t_4ptna_2 = t_ly2ei_2 + (t_wfcn3_2 + t_d4mqf * t_76dtt_2) + t_zzymx * t_djz6b_2;
-    const real t_77una_2 = t_4ptna_2 * t_zmh3u + t_il3zn;
-    const real t_77zep = t_m67zs * t_76dtt_2
+    const real t_ufldt_2 = t_ly2ei_2 + (t_wfcn3_2 + t_d4mqf * t_rdfut_2) + t_zzymx * t_djz6b_2;
+    const real t_eeuha_2 = t_ufldt_2 * t_zmh3u + t_il3zn;
+    const real t_zdo3a = t_m67zs * t_rdfut_2
         - t_wfcn3
         - (t_o3ymy_2 + t_g4wtj_2 + sin_theta1 * t_7p3vv + sin_theta2 * t_gxnee)
-        - (t_dlmfg - t_m27n6 * t_77una_2)
+        - (t_dlmfg - t_m27n6 * t_eeuha_2)
         - t_2m245 * t_djz6b_2;
-    const real t_n4jtz_2 = t_77zep * t_lt2al - t_tyywe;
+    const real t_wsi3a_2 = t_zdo3a * t_lt2al - t_gxmqn;
     const real t_nmnda = t_v2rud + (e1 * t_yoao5_2 + F_t1 * t_ug47n);
     const real t_q2agw = t_hpdcn + (e2 * t_itqut_2 + F_t2 * t_ug47n);
-    const real t_s4dce = f_y * t_ug47n
+    const real t_ts5lo = f_y * t_ug47n
         - (sin_theta1 * t_nmnda + sin_theta2 * t_q2agw + t_vt7uo * t_ug47n + t_oncjt * t_ug47n)
         + (b1 * t_djz6b_2 + t_vshgd * t_hupqz_2)
-        - (X_y2 * t_76dtt_2 + K_L52 * t_7zfcf_2)
-        - (K_L53 * t_dyyu2_2 - X_y3 * t_77una_2)
-        - (X_y4 * t_n4jtz_2 + K_L54 * t_eqj6c_2);
+        - (X_y2 * t_rdfut_2 + K_L52 * t_7zfcf_2)
+        - (K_L53 * t_dyyu2_2 - X_y3 * t_eeuha_2)
+        - (X_y4 * t_wsi3a_2 + K_L54 * t_uhzx4_2);
     const real t_znv25 = wg_1 * t_ug47n + g_1 * t_3erlx;
     const real t_xvy3d = wg_2 * t_ug47n + g_2 * t_trawz;
     const real t_rs4gz = me1 * (t_o6yyy * t_ug47n);
@@ -657,7 +657,7 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_vwoq2 = t_qolgh + t_f5vvm - t_xvy3d;
     const real t_mwcol_2 = S_sq2 * t_vwoq2;
     const real t_4vn6j = t_rvsxd - (t_iw7bs - M_C * (t_jf3qj * t_ug47n));
-    const real t_re2za = t_znv25
+    const real t_xrotk = t_znv25
         + t_xvy3d
         + t_uxfwe_2
         + t_mwcol_2
@@ -666,112 +666,112 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         - t_qolgh
         + K(-2.0) * t_o3ymy_2
         + K(-2.0) * t_g4wtj_2
-        - (K_L52 * t_kd2ge + t_p6zld * t_76dtt_2)
-        + (K_L53 * t_4ptna_2 + t_bxfcn * t_77una_2)
-        - (K_L54 * t_77zep + t_amczu * t_n4jtz_2)
+        - (K_L52 * t_xy4yu + t_p6zld * t_rdfut_2)
+        + (K_L53 * t_ufldt_2 + t_bxfcn * t_eeuha_2)
+        - (K_L54 * t_zdo3a + t_amczu * t_wsi3a_2)
         - (t_vshgd * t_7y47i + t_6mmeb * t_djz6b_2);
     const real t_qp7r5_2 = sin_theta1 * t_6jowo + sin_theta2 * t_vrybd;
     const real t_hf5br = cos_theta1 * t_ewudi + cos_theta2 * t_m3ec6;
     const real t_hp5v6_2 = t_hf5br * t_bpfoo - t_ielc3;
-    const real t_rouua_2 = t_ly2ei_2 + t_b3aij * t_hp5v6_2;
-    const real t_eprkt_2 = t_rouua_2 * t_4iujv - t_5wzl5;
-    const real t_inelo = t_jkuuu_2 + (t_h6jar + t_l6l6o) + (t_r2k42 + t_d4mqf * t_eprkt_2) - t_zzymx * t_hp5v6_2;
-    const real t_dzevz_2 = t_inelo * t_zmh3u - t_owm5e;
-    const real t_pphpw = t_qp7r5_2
+    const real t_7ohzm_2 = t_ly2ei_2 + t_b3aij * t_hp5v6_2;
+    const real t_jrryk_2 = t_7ohzm_2 * t_4iujv - t_5wzl5;
+    const real t_n7fvs = t_jkuuu_2 + (t_h6jar + t_l6l6o) + (t_r2k42 + t_d4mqf * t_jrryk_2) - t_zzymx * t_hp5v6_2;
+    const real t_rffyc_2 = t_n7fvs * t_zmh3u - t_owm5e;
+    const real t_ttx42 = t_qp7r5_2
         - cos_theta1 * t_7p3vv
         - cos_theta2 * t_gxnee
-        - (t_m67zs * t_eprkt_2 - t_r2k42_2)
-        - (t_orilw + t_m27n6 * t_dzevz_2)
+        - (t_m67zs * t_jrryk_2 - t_r2k42_2)
+        - (t_orilw + t_m27n6 * t_rffyc_2)
         - t_2m245 * t_hp5v6_2;
-    const real t_htnmt_2 = t_pphpw * t_lt2al - t_6vlz4;
-    const real t_zb6go_2 = t_qp7r5_2
+    const real t_ce53v_2 = t_ttx42 * t_lt2al - t_dxxcp;
+    const real t_ivf4w_2 = t_qp7r5_2
         + SC1 * t_6fdvk
         + SC2 * t_vwoq2
-        + (t_dj64q * t_kd2ge + t_p6zld * t_eprkt_2)
-        - (t_bxfcn * t_dzevz_2 - K_L63 * t_4ptna_2)
-        - (K_L64 * t_77zep + t_amczu * t_htnmt_2)
+        + (t_dj64q * t_xy4yu + t_p6zld * t_jrryk_2)
+        - (t_bxfcn * t_rffyc_2 - K_L63 * t_ufldt_2)
+        - (K_L64 * t_zdo3a + t_amczu * t_ce53v_2)
         - (t_e4enr * t_7y47i + t_6mmeb * t_hp5v6_2);
-    const real t_p45kn_2 = t_zb6go_2 * t_ftqxb - t_dzxqu * t_re2za;
+    const real t_oqcjt_2 = t_ivf4w_2 * t_ftqxb - t_dzxqu * t_xrotk;
     const real t_mwtsv = t_gcu5g * t_ug47n
         + (cos_theta1 * t_nmnda + cos_theta2 * t_q2agw - t_azclp * t_ug47n - t_iya7w * t_ug47n);
-    const real t_qvvjd = b1 * t_hp5v6_2
+    const real t_quzhs = b1 * t_hp5v6_2
         + t_e4enr * t_hupqz_2
         - t_mwtsv
-        + (X_y2 * t_eprkt_2 + t_dj64q * t_7zfcf_2)
-        - (X_y3 * t_dzevz_2 + K_L63 * t_dyyu2_2)
-        - (X_y4 * t_htnmt_2 + K_L64 * t_eqj6c_2)
-        - (X_y5 * t_p45kn_2 + K_L65 * t_s4dce);
-    const real t_bzye3 = t_52cqh
+        + (X_y2 * t_jrryk_2 + t_dj64q * t_7zfcf_2)
+        - (X_y3 * t_rffyc_2 + K_L63 * t_dyyu2_2)
+        - (X_y4 * t_ce53v_2 + K_L64 * t_uhzx4_2)
+        - (X_y5 * t_oqcjt_2 + K_L65 * t_ts5lo);
+    const real t_pti5n = t_52cqh
         + t_f5vvm
         + t_4vn6j
         - t_uxfwe_2
         - t_mwcol_2
-        - (t_dj64q * t_rouua_2 + t_hmob3 * t_eprkt_2)
-        - (K_L63 * t_inelo + t_rahc4 * t_dzevz_2)
-        - (K_L64 * t_pphpw + t_e4k6u * t_htnmt_2)
-        - (K_L65 * t_zb6go_2 + t_5gmab * t_p45kn_2)
+        - (t_dj64q * t_7ohzm_2 + t_qvrp6 * t_jrryk_2)
+        - (K_L63 * t_n7fvs + t_rahc4 * t_rffyc_2)
+        - (K_L64 * t_ttx42 + t_e4k6u * t_ce53v_2)
+        - (K_L65 * t_ivf4w_2 + t_jo54w * t_oqcjt_2)
         - (t_e4enr * t_hf5br + t_bl4f2 * t_hp5v6_2);
-    const real t_zu7ht_2 = t_qvvjd * t_nfkwa - t_o4hiw * t_bzye3;
-    const real t_j4zjk = t_s4dce * t_ftqxb - t_eriz2 * t_re2za - (X_x6 * t_p45kn_2 + K_L65 * t_zu7ht_2);
-    const real t_i5u2g_2 = t_eqj6c_2 * t_lt2al
-        - t_7hryf
-        - (X_x5 * t_n4jtz_2 + K_L54 * t_j4zjk)
-        - (X_x6 * t_htnmt_2 + K_L64 * t_zu7ht_2);
-    const real t_zic2p_2 = t_dyyu2_2 * t_zmh3u
+    const real t_siflb_2 = t_quzhs * t_nfkwa - t_o4hiw * t_pti5n;
+    const real t_ofpuk = t_ts5lo * t_ftqxb - t_eriz2 * t_xrotk - (X_x6 * t_oqcjt_2 + K_L65 * t_siflb_2);
+    const real t_b6y6g_2 = t_uhzx4_2 * t_lt2al
+        - t_iodym
+        - (X_x5 * t_wsi3a_2 + K_L54 * t_ofpuk)
+        - (X_x6 * t_ce53v_2 + K_L64 * t_siflb_2);
+    const real t_76pup_2 = t_dyyu2_2 * t_zmh3u
         - t_ntpbt
-        - (t_ymqyk + K_L43 * t_i5u2g_2)
-        - (K_L53 * t_j4zjk - X_x5 * t_77una_2)
-        - (X_x6 * t_dzevz_2 + K_L63 * t_zu7ht_2);
-    const real t_ajehr_2 = t_7zfcf_2 * t_4iujv
+        - (t_xbdlq + K_L43 * t_b6y6g_2)
+        - (K_L53 * t_ofpuk - X_x5 * t_eeuha_2)
+        - (X_x6 * t_rffyc_2 + K_L63 * t_siflb_2);
+    const real t_vzhp6_2 = t_7zfcf_2 * t_4iujv
         - t_g7cfv
-        - (t_puwni + K_L32 * t_zic2p_2)
-        + (t_6urah * t_i5u2g_2 - t_fq7gg)
-        - (X_x5 * t_76dtt_2 + K_L52 * t_j4zjk)
-        + (X_x6 * t_eprkt_2 + t_dj64q * t_zu7ht_2);
-    const real t_35k2x = t_hupqz_2 * t_bpfoo
+        - (t_puwni + K_L32 * t_76pup_2)
+        + (t_6urah * t_b6y6g_2 - t_fq7gg)
+        - (X_x5 * t_rdfut_2 + K_L52 * t_ofpuk)
+        + (X_x6 * t_jrryk_2 + t_dj64q * t_siflb_2);
+    const real t_ds3uu = t_hupqz_2 * t_bpfoo
         - t_2sw7d
-        + (t_w7lcw * t_ajehr_2 - t_75jdv)
-        + (t_3go2w * t_zic2p_2 - t_zjwcx)
-        + (t_xq4wt * t_i5u2g_2 - t_mcaun)
-        + (X_x5 * t_djz6b_2 + t_vshgd * t_j4zjk)
-        + (X_x6 * t_hp5v6_2 + t_e4enr * t_zu7ht_2)
+        + (t_w7lcw * t_vzhp6_2 - t_75jdv)
+        + (t_3go2w * t_76pup_2 - t_zjwcx)
+        + (t_xq4wt * t_b6y6g_2 - t_mcaun)
+        + (X_x5 * t_djz6b_2 + t_vshgd * t_ofpuk)
+        + (X_x6 * t_hp5v6_2 + t_e4enr * t_siflb_2)
         - t_z7eya;
     const real t_cueei = W13 + X_y4 * t_wurun;
-    const real t_wfjdj = t_amczu * t_wurun;
-    const real t_hn2kt = t_wfjdj * t_ftqxb;
-    const real t_uan55 = t_amczu * t_2e52m;
-    const real t_q4rvc = K(1.0) + t_uan55;
-    const real t_es5tw = t_hn2kt - t_dzxqu * t_q4rvc;
+    const real t_txjok = t_amczu * t_wurun;
+    const real t_fehnd = t_txjok * t_ftqxb;
+    const real t_lwfda = t_amczu * t_2e52m;
+    const real t_wkws4 = K(1.0) + t_lwfda;
+    const real t_dfikk = t_fehnd - t_dzxqu * t_wkws4;
     const real t_guqde = W12 + X_y4 * t_2e52m;
     const real t_zyiup = K_L65 * t_guqde;
-    const real t_jluxf = t_e4k6u * t_wurun;
-    const real t_mvliy = K_L65 * t_wfjdj;
-    const real t_khmpp = (t_cueei - (X_y5 * t_es5tw + t_zyiup)) * t_nfkwa
-        - t_o4hiw * (K(1.0) + t_jluxf - (t_mvliy + t_5gmab * t_es5tw));
+    const real t_jdkw7 = t_e4k6u * t_wurun;
+    const real t_klyfp = K_L65 * t_txjok;
+    const real t_zh6ym = (t_cueei - (X_y5 * t_dfikk + t_zyiup)) * t_nfkwa
+        - t_o4hiw * (K(1.0) + t_jdkw7 - (t_klyfp + t_jo54w * t_dfikk));
     const real t_olpij = t_guqde * t_ftqxb;
-    const real t_ozkxr = t_olpij - t_eriz2 * t_q4rvc - (X_x6 * t_es5tw + K_L65 * t_khmpp);
+    const real t_uf2hs = t_olpij - t_eriz2 * t_wkws4 - (X_x6 * t_dfikk + K_L65 * t_zh6ym);
     const real t_o35mr = X_x5 * t_2e52m;
     const real t_lnwsc = X_x6 * t_wurun;
-    const real t_ml4oe = t_gkoba + (K_L54 * t_ozkxr - t_o35mr) + (K_L64 * t_khmpp - t_lnwsc);
-    const real t_6tvc2 = K_L43 * t_ml4oe - K_L53 * t_ozkxr - K_L63 * t_khmpp;
-    const real t_ikw3y = t_dj64q * t_khmpp - (K_L32 * t_6tvc2 + t_6urah * t_ml4oe + K_L52 * t_ozkxr);
-    const real t_7n2yw = t_w7lcw * t_ikw3y
-        + t_3go2w * t_6tvc2
-        - t_xq4wt * t_ml4oe
-        + t_vshgd * t_ozkxr
-        + t_e4enr * t_khmpp;
-    const real t_sx5cz = t_hn2kt - t_dzxqu * t_uan55;
-    const real t_2nc4v = (t_cueei - (X_y5 * t_sx5cz + t_zyiup)) * t_nfkwa
-        - t_o4hiw * (t_jluxf - (t_mvliy + t_5gmab * t_sx5cz));
-    const real t_aecy7 = t_olpij - t_eriz2 * t_uan55 - (X_x6 * t_sx5cz + K_L65 * t_2nc4v);
-    const real t_4fpsg = t_gkoba + (K_L54 * t_aecy7 - t_o35mr) + (K_L64 * t_2nc4v - t_lnwsc);
-    const real t_xkugq = K_L43 * t_4fpsg - K_L53 * t_aecy7 - K_L63 * t_2nc4v;
-    const real t_2tjc3 = t_dj64q * t_2nc4v - (K_L32 * t_xkugq + t_6urah * t_4fpsg + K_L52 * t_aecy7);
-    const real t_n32gg = t_w7lcw * t_2tjc3
-        + t_3go2w * t_xkugq
-        - t_xq4wt * t_4fpsg
-        + t_vshgd * t_aecy7
-        + t_e4enr * t_2nc4v;
+    const real t_2a4g4 = t_gkoba + (K_L54 * t_uf2hs - t_o35mr) + (K_L64 * t_zh6ym - t_lnwsc);
+    const real t_5qicw = K_L43 * t_2a4g4 - K_L53 * t_uf2hs - K_L63 * t_zh6ym;
+    const real t_7tpul = t_dj64q * t_zh6ym - (K_L32 * t_5qicw + t_6urah * t_2a4g4 + K_L52 * t_uf2hs);
+    const real t_nauhf = t_w7lcw * t_7tpul
+        + t_3go2w * t_5qicw
+        - t_xq4wt * t_2a4g4
+        + t_vshgd * t_uf2hs
+        + t_e4enr * t_zh6ym;
+    const real t_pwn4f = t_fehnd - t_dzxqu * t_lwfda;
+    const real t_n5r3v = (t_cueei - (X_y5 * t_pwn4f + t_zyiup)) * t_nfkwa
+        - t_o4hiw * (t_jdkw7 - (t_klyfp + t_jo54w * t_pwn4f));
+    const real t_okj2x = t_olpij - t_eriz2 * t_lwfda - (X_x6 * t_pwn4f + K_L65 * t_n5r3v);
+    const real t_gn4wr = t_gkoba + (K_L54 * t_okj2x - t_o35mr) + (K_L64 * t_n5r3v - t_lnwsc);
+    const real t_gawjk = K_L43 * t_gn4wr - K_L53 * t_okj2x - K_L63 * t_n5r3v;
+    const real t_gyopo = t_dj64q * t_n5r3v - (K_L32 * t_gawjk + t_6urah * t_gn4wr + K_L52 * t_okj2x);
+    const real t_gjgp6 = t_w7lcw * t_gyopo
+        + t_3go2w * t_gawjk
+        - t_xq4wt * t_gn4wr
+        + t_vshgd * t_okj2x
+        + t_e4enr * t_n5r3v;
     const real t_qrwvx = x[wz] * x[wy];
     const real t_kzfz6 = t_qrwvx * t_lt2al;
     const real t_kuo7u = W12 + K_L54 * t_qrwvx;
@@ -781,24 +781,24 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_gao76 = (W13 - t_ekx6e + t_cxt3w) * t_nfkwa - t_o4hiw;
     const real t_gaejw = t_3pacs + K_L65 * t_gao76;
     const real t_as7pg = t_kzfz6 + K_L54 * t_gaejw - K_L64 * t_gao76;
-    const real t_gvz3t = K_L53 * t_gaejw - K_L43 * t_as7pg - K_L63 * t_gao76;
-    const real t_ohqcq = t_6urah * t_as7pg - K_L32 * t_gvz3t + K_L52 * t_gaejw + t_dj64q * t_gao76;
-    const real t_2i6hk = t_w7lcw * t_ohqcq
-        + t_3go2w * t_gvz3t
+    const real t_kyglk = K_L53 * t_gaejw - K_L43 * t_as7pg - K_L63 * t_gao76;
+    const real t_rurrs = t_6urah * t_as7pg - K_L32 * t_kyglk + K_L52 * t_gaejw + t_dj64q * t_gao76;
+    const real t_uep4m = t_w7lcw * t_rurrs
+        + t_3go2w * t_kyglk
         + t_xq4wt * t_as7pg
         - t_vshgd * t_gaejw
         + t_e4enr * t_gao76;
-    const real t_xv3ic = (t_ekx6e - W13 - (t_cxt3w - X_y5 * t_dzxqu)) * t_nfkwa
-        - t_o4hiw * (t_5gmab * t_dzxqu);
-    const real t_xzyw2 = t_3pacs - t_eriz2 - (K_L65 * t_xv3ic - X_x6 * t_dzxqu);
-    const real t_egwsq = t_kzfz6 + K_L54 * t_xzyw2 + K_L64 * t_xv3ic;
-    const real t_us2rr = K_L43 * t_egwsq - K_L53 * t_xzyw2 - K_L63 * t_xv3ic;
-    const real t_aei2j = t_dj64q * t_xv3ic - (K_L32 * t_us2rr + t_6urah * t_egwsq + K_L52 * t_xzyw2);
-    const real t_73lsu = t_w7lcw * t_aei2j
-        + t_3go2w * t_us2rr
-        - t_xq4wt * t_egwsq
-        + t_vshgd * t_xzyw2
-        + t_e4enr * t_xv3ic;
+    const real t_mnjvs = (t_ekx6e - W13 - (t_cxt3w - X_y5 * t_dzxqu)) * t_nfkwa
+        - t_o4hiw * (t_jo54w * t_dzxqu);
+    const real t_etzpb = t_3pacs - t_eriz2 - (K_L65 * t_mnjvs - X_x6 * t_dzxqu);
+    const real t_nb4xm = t_kzfz6 + K_L54 * t_etzpb + K_L64 * t_mnjvs;
+    const real t_dv2mw = K_L43 * t_nb4xm - K_L53 * t_etzpb - K_L63 * t_mnjvs;
+    const real t_wsp5s = t_dj64q * t_mnjvs - (K_L32 * t_dv2mw + t_6urah * t_nb4xm + K_L52 * t_etzpb);
+    const real t_vid5u = t_w7lcw * t_wsp5s
+        + t_3go2w * t_dv2mw
+        - t_xq4wt * t_nb4xm
+        + t_vshgd * t_etzpb
+        + t_e4enr * t_mnjvs;
     const real t_yqcxm = p[m0] * t_xpjrw;
     const real t_eja4l = t_rybsf * t_yqcxm;
     const real t_nwzd4 = mv1 * (cos_phi1 * t_eja4l);
@@ -824,8 +824,8 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_rmedn = Asc_2 * t_yqcxm;
     const real t_wb4eu = sin_theta1 * t_7eucp + sin_theta2 * t_rmedn;
     const real t_qmomo = t_wb4eu * t_bpfoo;
-    const real t_aa7tb = t_si6iv + t_5naxg - t_hui6q - t_b3aij * t_qmomo;
-    const real t_4wlvj = t_aa7tb * t_4iujv;
+    const real t_pbjk2 = t_si6iv + t_5naxg - t_hui6q - t_b3aij * t_qmomo;
+    const real t_paub7 = t_pbjk2 * t_4iujv;
     const real t_ucf5m = q_1 * t_6haoc;
     const real t_haevv = cos_theta1 * t_ucf5m;
     const real t_44dkd = q_2 * t_ge6ok;
@@ -833,21 +833,21 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_x53xs = Bc_1 * t_yqcxm;
     const real t_gh2np = Bc_2 * t_yqcxm;
     const real t_6r4hi = SC1 * t_y2uut + SC2 * t_3onw4;
-    const real t_wjvpg = t_6r4hi + t_d4mqf * t_4wlvj + t_zzymx * t_qmomo;
-    const real t_b4isz = t_wjvpg * t_zmh3u;
-    const real t_2tfiq = t_m67zs * t_4wlvj
+    const real t_cr5x5 = t_6r4hi + t_d4mqf * t_paub7 + t_zzymx * t_qmomo;
+    const real t_3n6r6 = t_cr5x5 * t_zmh3u;
+    const real t_47mxx = t_m67zs * t_paub7
         - (t_haevv + t_rsccx + sin_theta1 * t_x53xs + sin_theta2 * t_gh2np)
-        + t_m27n6 * t_b4isz
+        + t_m27n6 * t_3n6r6
         - t_2m245 * t_qmomo;
-    const real t_vaqzs = t_2tfiq * t_lt2al;
+    const real t_wwfdm = t_47mxx * t_lt2al;
     const real t_cg6s6 = t_5h2df + (e1 * t_rv7s3 + F_t1 * t_yqcxm);
     const real t_iyhk4 = t_grpwh + (e2 * t_o6oom + F_t2 * t_yqcxm);
-    const real t_fyrwu = f_y * t_yqcxm
+    const real t_jjpzk = f_y * t_yqcxm
         - (sin_theta1 * t_cg6s6 + sin_theta2 * t_iyhk4 + t_vt7uo * t_yqcxm + t_oncjt * t_yqcxm)
         + (b1 * t_qmomo + t_vshgd * t_4xl2z)
-        - (X_y2 * t_4wlvj + K_L52 * t_cdwx5)
-        - (K_L53 * t_qmxc6 - X_y3 * t_b4isz)
-        - (X_y4 * t_vaqzs + K_L54 * t_rmagd);
+        - (X_y2 * t_paub7 + K_L52 * t_cdwx5)
+        - (K_L53 * t_qmxc6 - X_y3 * t_3n6r6)
+        - (X_y4 * t_wwfdm + K_L54 * t_rmagd);
     const real t_45fld = wg_1 * t_yqcxm + g_1 * t_6haoc;
     const real t_psjn2 = wg_2 * t_yqcxm + g_2 * t_ge6ok;
     const real t_npch2 = me1 * (t_o6yyy * t_yqcxm);
@@ -859,7 +859,7 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_zljwx = t_7jt7i + t_h6fui - t_psjn2;
     const real t_yjdhu = S_sq2 * t_zljwx;
     const real t_7lshx = p[m0] * (p[h0] + p[h0]) + M_C * (t_jf3qj * t_yqcxm);
-    const real t_5mz7t = t_45fld
+    const real t_5cgid = t_45fld
         + t_psjn2
         + t_i2wb2
         + t_yjdhu
@@ -868,71 +868,71 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         - t_7jt7i
         + K(-2.0) * t_haevv
         + K(-2.0) * t_rsccx
-        - (K_L52 * t_aa7tb + t_p6zld * t_4wlvj)
-        + (K_L53 * t_wjvpg + t_bxfcn * t_b4isz)
-        - (K_L54 * t_2tfiq + t_amczu * t_vaqzs)
+        - (K_L52 * t_pbjk2 + t_p6zld * t_paub7)
+        + (K_L53 * t_cr5x5 + t_bxfcn * t_3n6r6)
+        - (K_L54 * t_47mxx + t_amczu * t_wwfdm)
         - (t_vshgd * t_wb4eu + t_6mmeb * t_qmomo);
     const real t_5sezt = sin_theta1 * t_ucf5m + sin_theta2 * t_44dkd;
     const real t_b6ora = cos_theta1 * t_7eucp + cos_theta2 * t_rmedn;
     const real t_5jxyz = t_b6ora * t_bpfoo;
-    const real t_a64bi = t_6r4hi + t_b3aij * t_5jxyz;
-    const real t_uja5q = t_a64bi * t_4iujv;
-    const real t_pd7da = t_hui6q + (t_qbn4r + t_uyzpn) + t_d4mqf * t_uja5q - t_zzymx * t_5jxyz;
-    const real t_fwrrj = t_pd7da * t_zmh3u;
-    const real t_o2pd7 = t_5sezt
+    const real t_dv45p = t_6r4hi + t_b3aij * t_5jxyz;
+    const real t_dj64q_2 = t_dv45p * t_4iujv;
+    const real t_2tnv4 = t_hui6q + (t_qbn4r + t_uyzpn) + t_d4mqf * t_dj64q_2 - t_zzymx * t_5jxyz;
+    const real t_wf2jj = t_2tnv4 * t_zmh3u;
+    const real t_thbdx = t_5sezt
         - cos_theta1 * t_x53xs
         - cos_theta2 * t_gh2np
-        - t_m67zs * t_uja5q
-        - t_m27n6 * t_fwrrj
+        - t_m67zs * t_dj64q_2
+        - t_m27n6 * t_wf2jj
         - t_2m245 * t_5jxyz;
-    const real t_pkblx = t_o2pd7 * t_lt2al;
-    const real t_73goa = t_5sezt
+    const real t_sqjh6 = t_thbdx * t_lt2al;
+    const real t_vgbav = t_5sezt
         + SC1 * t_mkxmp
         + SC2 * t_zljwx
-        + (t_dj64q * t_aa7tb + t_p6zld * t_uja5q)
-        - (t_bxfcn * t_fwrrj - K_L63 * t_wjvpg)
-        - (K_L64 * t_2tfiq + t_amczu * t_pkblx)
+        + (t_dj64q * t_pbjk2 + t_p6zld * t_dj64q_2)
+        - (t_bxfcn * t_wf2jj - K_L63 * t_cr5x5)
+        - (K_L64 * t_47mxx + t_amczu * t_sqjh6)
         - (t_e4enr * t_wb4eu + t_6mmeb * t_5jxyz);
-    const real t_n32ox = t_73goa * t_ftqxb - t_dzxqu * t_5mz7t;
+    const real t_ckl4j = t_vgbav * t_ftqxb - t_dzxqu * t_5cgid;
     const real t_xve4h = t_gcu5g * t_yqcxm
         + (cos_theta1 * t_cg6s6 + cos_theta2 * t_iyhk4 - t_azclp * t_yqcxm - t_iya7w * t_yqcxm);
-    const real t_7fm3u = b1 * t_5jxyz
+    const real t_w2w3o = b1 * t_5jxyz
         + t_e4enr * t_4xl2z
         - t_xve4h
-        + (X_y2 * t_uja5q + t_dj64q * t_cdwx5)
-        - (X_y3 * t_fwrrj + K_L63 * t_qmxc6)
-        - (X_y4 * t_pkblx + K_L64 * t_rmagd)
-        - (X_y5 * t_n32ox + K_L65 * t_fyrwu);
-    const real t_44bic = t_mxlsp
+        + (X_y2 * t_dj64q_2 + t_dj64q * t_cdwx5)
+        - (X_y3 * t_wf2jj + K_L63 * t_qmxc6)
+        - (X_y4 * t_sqjh6 + K_L64 * t_rmagd)
+        - (X_y5 * t_ckl4j + K_L65 * t_jjpzk);
+    const real t_llxg2 = t_mxlsp
         + t_h6fui
         + t_7lshx
         - t_i2wb2
         - t_yjdhu
-        - (t_dj64q * t_a64bi + t_hmob3 * t_uja5q)
-        - (K_L63 * t_pd7da + t_rahc4 * t_fwrrj)
-        - (K_L64 * t_o2pd7 + t_e4k6u * t_pkblx)
-        - (K_L65 * t_73goa + t_5gmab * t_n32ox)
+        - (t_dj64q * t_dv45p + t_qvrp6 * t_dj64q_2)
+        - (K_L63 * t_2tnv4 + t_rahc4 * t_wf2jj)
+        - (K_L64 * t_thbdx + t_e4k6u * t_sqjh6)
+        - (K_L65 * t_vgbav + t_jo54w * t_ckl4j)
         - (t_e4enr * t_b6ora + t_bl4f2 * t_5jxyz);
-    const real t_belws = t_7fm3u * t_nfkwa - t_o4hiw * t_44bic;
-    const real t_nv4kq = t_fyrwu * t_ftqxb - t_eriz2 * t_5mz7t - (X_x6 * t_n32ox + K_L65 * t_belws);
-    const real t_tq3df = t_rmagd * t_lt2al
-        - (X_x5 * t_vaqzs + K_L54 * t_nv4kq)
-        - (X_x6 * t_pkblx + K_L64 * t_belws);
-    const real t_nmsvx = t_qmxc6 * t_zmh3u
-        - K_L43 * t_tq3df
-        - (K_L53 * t_nv4kq - X_x5 * t_b4isz)
-        - (X_x6 * t_fwrrj + K_L63 * t_belws);
-    const real t_wbc7k = t_cdwx5 * t_4iujv
-        - K_L32 * t_nmsvx
-        + t_6urah * t_tq3df
-        - (X_x5 * t_4wlvj + K_L52 * t_nv4kq)
-        + (X_x6 * t_uja5q + t_dj64q * t_belws);
-    const real t_6apwe = t_4xl2z * t_bpfoo
-        + t_w7lcw * t_wbc7k
-        + t_3go2w * t_nmsvx
-        + t_xq4wt * t_tq3df
-        + (X_x5 * t_qmomo + t_vshgd * t_nv4kq)
-        + (X_x6 * t_5jxyz + t_e4enr * t_belws)
+    const real t_ezo2r = t_w2w3o * t_nfkwa - t_o4hiw * t_llxg2;
+    const real t_4mcw6 = t_jjpzk * t_ftqxb - t_eriz2 * t_5cgid - (X_x6 * t_ckl4j + K_L65 * t_ezo2r);
+    const real t_w2yvj = t_rmagd * t_lt2al
+        - (X_x5 * t_wwfdm + K_L54 * t_4mcw6)
+        - (X_x6 * t_sqjh6 + K_L64 * t_ezo2r);
+    const real t_chekg = t_qmxc6 * t_zmh3u
+        - K_L43 * t_w2yvj
+        - (K_L53 * t_4mcw6 - X_x5 * t_3n6r6)
+        - (X_x6 * t_wf2jj + K_L63 * t_ezo2r);
+    const real t_akwof = t_cdwx5 * t_4iujv
+        - K_L32 * t_chekg
+        + t_6urah * t_w2yvj
+        - (X_x5 * t_paub7 + K_L52 * t_4mcw6)
+        + (X_x6 * t_dj64q_2 + t_dj64q * t_ezo2r);
+    const real t_ulrhu = t_4xl2z * t_bpfoo
+        + t_w7lcw * t_akwof
+        + t_3go2w * t_chekg
+        + t_xq4wt * t_w2yvj
+        + (X_x5 * t_qmomo + t_vshgd * t_4mcw6)
+        + (X_x6 * t_5jxyz + t_e4enr * t_ezo2r)
         - t_eja4l;
     const real t_fzk4w = p[m] * t_xpjrw;
     const real t_gxqu4 = t_rybsf * t_fzk4w;
@@ -959,8 +959,8 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_flhvv = Asc_2 * t_fzk4w;
     const real t_da6la = sin_theta1 * t_ph4di + sin_theta2 * t_flhvv;
     const real t_qmomo_2 = t_da6la * t_bpfoo;
-    const real t_ucrv3 = t_r6kfj + t_opjux - t_hui6q_2 - t_b3aij * t_qmomo_2;
-    const real t_4wlvj_2 = t_ucrv3 * t_4iujv;
+    const real t_72a6x = t_r6kfj + t_opjux - t_hui6q_2 - t_b3aij * t_qmomo_2;
+    const real t_paub7_2 = t_72a6x * t_4iujv;
     const real t_olo6m = q_1 * t_vnyvj;
     const real t_haevv_2 = cos_theta1 * t_olo6m;
     const real t_fclpd = q_2 * t_iaue7;
@@ -968,13 +968,13 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_o7noo = Bc_1 * t_fzk4w;
     const real t_pganz = Bc_2 * t_fzk4w;
     const real t_6r4hi_2 = SC1 * t_fxcfg + SC2 * t_pdo3t;
-    const real t_wjvpg_2 = t_6r4hi_2 + t_d4mqf * t_4wlvj_2 + t_zzymx * t_qmomo_2;
-    const real t_b4isz_2 = t_wjvpg_2 * t_zmh3u;
-    const real t_uemby = t_m67zs * t_4wlvj_2
+    const real t_cr5x5_2 = t_6r4hi_2 + t_d4mqf * t_paub7_2 + t_zzymx * t_qmomo_2;
+    const real t_3n6r6_2 = t_cr5x5_2 * t_zmh3u;
+    const real t_iq4z3 = t_m67zs * t_paub7_2
         - (t_haevv_2 + t_rsccx_2 + sin_theta1 * t_o7noo + sin_theta2 * t_pganz)
-        + t_m27n6 * t_b4isz_2
+        + t_m27n6 * t_3n6r6_2
         - t_2m245 * t_qmomo_2;
-    const real t_vaqzs_2 = t_uemby * t_lt2al;
+    const real t_wwfdm_2 = t_iq4z3 * t_lt2al;
     const real t_6fv7n = t_5mznh + (e1 * t_rv7s3_2 + F_t1 * t_fzk4w);
     const real t_rvf4r = t_slgct + (e2 * t_o6oom_2 + F_t2 * t_fzk4w);
     const real t_fzk4w_2 = K(1.0) - t_fzk4w;
@@ -983,12 +983,12 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         + t_vt7uo * t_fzk4w
         + t_oncjt * t_fzk4w
         + f_y * t_fzk4w_2;
-    const real t_ep5fb = b1 * t_qmomo_2
+    const real t_obclq = b1 * t_qmomo_2
         + t_vshgd * t_4xl2z_2
         - t_ihmol
-        - (X_y2 * t_4wlvj_2 + K_L52 * t_cdwx5_2)
-        - (K_L53 * t_qmxc6_2 - X_y3 * t_b4isz_2)
-        - (X_y4 * t_vaqzs_2 + K_L54 * t_rmagd_2);
+        - (X_y2 * t_paub7_2 + K_L52 * t_cdwx5_2)
+        - (K_L53 * t_qmxc6_2 - X_y3 * t_3n6r6_2)
+        - (X_y4 * t_wwfdm_2 + K_L54 * t_rmagd_2);
     const real t_cdamv = wg_1 * t_fzk4w + g_1 * t_vnyvj;
     const real t_2afio = wg_2 * t_fzk4w + g_2 * t_iaue7;
     const real t_y2zas = me1 * (t_o6yyy * t_fzk4w);
@@ -1000,7 +1000,7 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_kkpjo = t_ow5vg + t_4heh4 - t_2afio;
     const real t_yjdhu_2 = S_sq2 * t_kkpjo;
     const real t_shwx6 = p[m] * (p[b] + p[b]) + M_C * (t_jf3qj * t_fzk4w);
-    const real t_clek3 = t_cdamv
+    const real t_h2lex = t_cdamv
         + t_2afio
         + t_i2wb2_2
         + t_yjdhu_2
@@ -1009,76 +1009,76 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         - t_ow5vg
         + K(-2.0) * t_haevv_2
         + K(-2.0) * t_rsccx_2
-        - (K_L52 * t_ucrv3 + t_p6zld * t_4wlvj_2)
-        + (K_L53 * t_wjvpg_2 + t_bxfcn * t_b4isz_2)
-        - (K_L54 * t_uemby + t_amczu * t_vaqzs_2)
+        - (K_L52 * t_72a6x + t_p6zld * t_paub7_2)
+        + (K_L53 * t_cr5x5_2 + t_bxfcn * t_3n6r6_2)
+        - (K_L54 * t_iq4z3 + t_amczu * t_wwfdm_2)
         - (t_vshgd * t_da6la + t_6mmeb * t_qmomo_2);
     const real t_5sezt_2 = sin_theta1 * t_olo6m + sin_theta2 * t_fclpd;
     const real t_3amyd = cos_theta1 * t_ph4di + cos_theta2 * t_flhvv;
     const real t_5jxyz_2 = t_3amyd * t_bpfoo;
-    const real t_a64bi_2 = t_6r4hi_2 + t_b3aij * t_5jxyz_2;
-    const real t_uja5q_2 = t_a64bi_2 * t_4iujv;
-    const real t_6f22r = t_hui6q_2 + (t_2bjtr + t_pep65) + t_d4mqf * t_uja5q_2 - t_zzymx * t_5jxyz_2;
-    const real t_fwrrj_2 = t_6f22r * t_zmh3u;
-    const real t_an6uk = t_5sezt_2
+    const real t_dv45p_2 = t_6r4hi_2 + t_b3aij * t_5jxyz_2;
+    const real t_dj64q_3 = t_dv45p_2 * t_4iujv;
+    const real t_t5cnj = t_hui6q_2 + (t_2bjtr + t_pep65) + t_d4mqf * t_dj64q_3 - t_zzymx * t_5jxyz_2;
+    const real t_wf2jj_2 = t_t5cnj * t_zmh3u;
+    const real t_zyth4 = t_5sezt_2
         - cos_theta1 * t_o7noo
         - cos_theta2 * t_pganz
-        - t_m67zs * t_uja5q_2
-        - t_m27n6 * t_fwrrj_2
+        - t_m67zs * t_dj64q_3
+        - t_m27n6 * t_wf2jj_2
         - t_2m245 * t_5jxyz_2;
-    const real t_pkblx_2 = t_an6uk * t_lt2al;
-    const real t_73goa_2 = t_5sezt_2
+    const real t_sqjh6_2 = t_zyth4 * t_lt2al;
+    const real t_vgbav_2 = t_5sezt_2
         + SC1 * t_ervqp
         + SC2 * t_kkpjo
-        + (t_dj64q * t_ucrv3 + t_p6zld * t_uja5q_2)
-        - (t_bxfcn * t_fwrrj_2 - K_L63 * t_wjvpg_2)
-        - (K_L64 * t_uemby + t_amczu * t_pkblx_2)
+        + (t_dj64q * t_72a6x + t_p6zld * t_dj64q_3)
+        - (t_bxfcn * t_wf2jj_2 - K_L63 * t_cr5x5_2)
+        - (K_L64 * t_iq4z3 + t_amczu * t_sqjh6_2)
         - (t_e4enr * t_da6la + t_6mmeb * t_5jxyz_2);
-    const real t_2tq7m = t_73goa_2 * t_ftqxb - t_dzxqu * t_clek3;
-    const real t_hqetm = t_gcu5g * t_fzk4w_2
+    const real t_i26sq = t_vgbav_2 * t_ftqxb - t_dzxqu * t_h2lex;
+    const real t_sgukc = t_gcu5g * t_fzk4w_2
         - (cos_theta1 * t_6fv7n + cos_theta2 * t_rvf4r - t_azclp * t_fzk4w - t_iya7w * t_fzk4w)
         + (b1 * t_5jxyz_2 + t_e4enr * t_4xl2z_2)
-        + (X_y2 * t_uja5q_2 + t_dj64q * t_cdwx5_2)
-        - (X_y3 * t_fwrrj_2 + K_L63 * t_qmxc6_2)
-        - (X_y4 * t_pkblx_2 + K_L64 * t_rmagd_2)
-        - (X_y5 * t_2tq7m + K_L65 * t_ep5fb);
-    const real t_wddp6 = t_4uttp
+        + (X_y2 * t_dj64q_3 + t_dj64q * t_cdwx5_2)
+        - (X_y3 * t_wf2jj_2 + K_L63 * t_qmxc6_2)
+        - (X_y4 * t_sqjh6_2 + K_L64 * t_rmagd_2)
+        - (X_y5 * t_i26sq + K_L65 * t_obclq);
+    const real t_onrkj = t_4uttp
         + t_4heh4
         + t_shwx6
         - t_i2wb2_2
         - t_yjdhu_2
-        - (t_dj64q * t_a64bi_2 + t_hmob3 * t_uja5q_2)
-        - (K_L63 * t_6f22r + t_rahc4 * t_fwrrj_2)
-        - (K_L64 * t_an6uk + t_e4k6u * t_pkblx_2)
-        - (K_L65 * t_73goa_2 + t_5gmab * t_2tq7m)
+        - (t_dj64q * t_dv45p_2 + t_qvrp6 * t_dj64q_3)
+        - (K_L63 * t_t5cnj + t_rahc4 * t_wf2jj_2)
+        - (K_L64 * t_zyth4 + t_e4k6u * t_sqjh6_2)
+        - (K_L65 * t_vgbav_2 + t_jo54w * t_i26sq)
         - (t_e4enr * t_3amyd + t_bl4f2 * t_5jxyz_2);
-    const real t_45olx = t_hqetm * t_nfkwa - t_o4hiw * t_wddp6;
-    const real t_zomt2 = t_ep5fb * t_ftqxb - t_eriz2 * t_clek3 - (X_x6 * t_2tq7m + K_L65 * t_45olx);
-    const real t_tcyfg = t_rmagd_2 * t_lt2al
-        - (X_x5 * t_vaqzs_2 + K_L54 * t_zomt2)
-        - (X_x6 * t_pkblx_2 + K_L64 * t_45olx);
-    const real t_ayndu = t_qmxc6_2 * t_zmh3u
-        - K_L43 * t_tcyfg
-        - (K_L53 * t_zomt2 - X_x5 * t_b4isz_2)
-        - (X_x6 * t_fwrrj_2 + K_L63 * t_45olx);
-    const real t_b5oey = t_cdwx5_2 * t_4iujv
-        - K_L32 * t_ayndu
-        + t_6urah * t_tcyfg
-        - (X_x5 * t_4wlvj_2 + K_L52 * t_zomt2)
-        + (X_x6 * t_uja5q_2 + t_dj64q * t_45olx);
-    const real t_fnet4 = t_4xl2z_2 * t_bpfoo
-        + t_w7lcw * t_b5oey
-        + t_3go2w * t_ayndu
-        + t_xq4wt * t_tcyfg
-        + (X_x5 * t_qmomo_2 + t_vshgd * t_zomt2)
-        + (X_x6 * t_5jxyz_2 + t_e4enr * t_45olx)
+    const real t_q4hjb = t_sgukc * t_nfkwa - t_o4hiw * t_onrkj;
+    const real t_kaqej = t_obclq * t_ftqxb - t_eriz2 * t_h2lex - (X_x6 * t_i26sq + K_L65 * t_q4hjb);
+    const real t_rbyn3 = t_rmagd_2 * t_lt2al
+        - (X_x5 * t_wwfdm_2 + K_L54 * t_kaqej)
+        - (X_x6 * t_sqjh6_2 + K_L64 * t_q4hjb);
+    const real t_6yt6i = t_qmxc6_2 * t_zmh3u
+        - K_L43 * t_rbyn3
+        - (K_L53 * t_kaqej - X_x5 * t_3n6r6_2)
+        - (X_x6 * t_wf2jj_2 + K_L63 * t_q4hjb);
+    const real t_sif46 = t_cdwx5_2 * t_4iujv
+        - K_L32 * t_6yt6i
+        + t_6urah * t_rbyn3
+        - (X_x5 * t_paub7_2 + K_L52 * t_kaqej)
+        + (X_x6 * t_dj64q_3 + t_dj64q * t_q4hjb);
+    const real t_74jxz = t_4xl2z_2 * t_bpfoo
+        + t_w7lcw * t_sif46
+        + t_3go2w * t_6yt6i
+        + t_xq4wt * t_rbyn3
+        + (X_x5 * t_qmomo_2 + t_vshgd * t_kaqej)
+        + (X_x6 * t_5jxyz_2 + t_e4enr * t_q4hjb)
         - t_gxqu4;
     const real t_kutbt = (t_gcu5g + K_L65 * f_y) * t_nfkwa;
     const real t_rzdx6 = f_y * t_ftqxb + K_L65 * t_kutbt;
     const real t_ha5ja = K_L54 * t_rzdx6 - K_L64 * t_kutbt;
     const real t_ocypu = K_L53 * t_rzdx6 - K_L43 * t_ha5ja - K_L63 * t_kutbt;
     const real t_kl34e = t_6urah * t_ha5ja - K_L32 * t_ocypu + K_L52 * t_rzdx6 + t_dj64q * t_kutbt;
-    const real t_l62zz = t_w7lcw * t_kl34e
+    const real t_f7zas = t_w7lcw * t_kl34e
         + t_3go2w * t_ocypu
         + t_xq4wt * t_ha5ja
         - t_vshgd * t_rzdx6
@@ -1093,248 +1093,248 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         - K_L52 * t_dlr25
         - K_L53 * t_hyach
         - K_L54 * t_k54eg;
-    const real t_eosnw = t_lwe76 * t_dtzim
+    const real t_emunm = t_lwe76 * t_dtzim
         + t_e4enr * t_tv227
         + t_dj64q * t_dlr25
         - K_L63 * t_hyach
         - K_L64 * t_k54eg
         - K_L65 * t_oeqt2;
-    const real t_gwiuf = t_eosnw * t_nfkwa;
-    const real t_jhwfa = t_oeqt2 * t_ftqxb - K_L65 * t_gwiuf;
-    const real t_wdonk = t_k54eg * t_lt2al - K_L54 * t_jhwfa - K_L64 * t_gwiuf;
-    const real t_ahhlw = t_hyach * t_zmh3u - K_L43 * t_wdonk - K_L53 * t_jhwfa - K_L63 * t_gwiuf;
-    const real t_2bo4h = t_dlr25 * t_4iujv
-        - K_L32 * t_ahhlw
-        + t_6urah * t_wdonk
-        - K_L52 * t_jhwfa
-        + t_dj64q * t_gwiuf;
-    const real t_5eu3y = t_tv227 * t_bpfoo
-        + t_w7lcw * t_2bo4h
-        + t_3go2w * t_ahhlw
-        + t_xq4wt * t_wdonk
-        + t_vshgd * t_jhwfa
-        + t_e4enr * t_gwiuf;
+    const real t_3dix3 = t_emunm * t_nfkwa;
+    const real t_3obum = t_oeqt2 * t_ftqxb - K_L65 * t_3dix3;
+    const real t_v4zqf = t_k54eg * t_lt2al - K_L54 * t_3obum - K_L64 * t_3dix3;
+    const real t_4ozvf = t_hyach * t_zmh3u - K_L43 * t_v4zqf - K_L53 * t_3obum - K_L63 * t_3dix3;
+    const real t_od3z2 = t_dlr25 * t_4iujv
+        - K_L32 * t_4ozvf
+        + t_6urah * t_v4zqf
+        - K_L52 * t_3obum
+        + t_dj64q * t_3dix3;
+    const real t_ez5zc = t_tv227 * t_bpfoo
+        + t_w7lcw * t_od3z2
+        + t_3go2w * t_4ozvf
+        + t_xq4wt * t_v4zqf
+        + t_vshgd * t_3obum
+        + t_e4enr * t_3dix3;
     const real t_ecohd = t_3qn53 * t_zrejm;
     const real t_uf4mw = t_zrejm - t_ecohd * t_os4zj;
     const real t_fuzfv = p[I1] * t_uf4mw;
     const real t_db2vr = p[l1] * t_fuzfv;
     const real t_65tki = p[l1] * t_uf4mw;
-    const real t_75vo7 = eta1 * t_db2vr + loss_phi1 * t_65tki;
+    const real t_fylhb = eta1 * t_db2vr + loss_phi1 * t_65tki;
     const real t_bsjym = k1 * p[l1] + t_6nwd2 * t_65tki;
     const real t_qrwk6 = p[h1] * t_fuzfv * t_xpjrw - t_rl7kq * t_fuzfv;
-    const real t_k2u6a = t_rybsf * t_qrwk6;
-    const real t_t6oub = t_lupe6 * t_bsjym - mv1 * (cos_phi1 * t_k2u6a) - sigma_sq1 * p[l1];
-    const real t_4hlbz = mv2 * (cos_phi2 * t_k2u6a);
-    const real t_3ew43 = sin_phi1 * t_75vo7 + cos_phi1 * t_t6oub - cos_phi2 * t_4hlbz;
-    const real t_phzei = sin_phi1 * t_bsjym;
-    const real t_mjqsw = sin_phi1 * t_phzei;
-    const real t_kxp6r = t_fuzfv + t_bsjym - t_mjqsw;
-    const real t_y7q2h = cos_phi1 * t_phzei;
+    const real t_za24c = t_rybsf * t_qrwk6;
+    const real t_xtrfo = t_lupe6 * t_bsjym - mv1 * (cos_phi1 * t_za24c) - sigma_sq1 * p[l1];
+    const real t_4hlbz = mv2 * (cos_phi2 * t_za24c);
+    const real t_jucsy = sin_phi1 * t_fylhb + cos_phi1 * t_xtrfo - cos_phi2 * t_4hlbz;
+    const real t_5t7rf = sin_phi1 * t_bsjym;
+    const real t_mjqsw = sin_phi1 * t_5t7rf;
+    const real t_ixyzr = t_fuzfv + t_bsjym - t_mjqsw;
+    const real t_y7q2h = cos_phi1 * t_5t7rf;
     const real t_a7bb7 = sin_theta1 * t_y7q2h;
-    const real t_imfgl = t_a7bb7 * t_bpfoo - t_6xwz3 * t_kxp6r;
+    const real t_5mdqk = t_a7bb7 * t_bpfoo - t_6xwz3 * t_ixyzr;
     const real t_sdxhx = th_1 * t_odnx4;
     const real t_ievgo = t_odnx4 - t_sdxhx * t_7vbeu;
     const real t_bhqvx = t_xips6 * t_ievgo;
     const real t_h4glw = cos_theta1 * t_bhqvx;
-    const real t_vc4jo = sin_phi1 * t_t6oub - cos_phi1 * t_75vo7;
-    const real t_gwnxz = sin_phi2 * t_4hlbz;
-    const real t_24o2a = b1 * t_imfgl
-        + t_w7lcw * t_3ew43
-        - (t_h4glw + sin_theta1 * t_vc4jo - sin_theta2 * t_gwnxz);
+    const real t_lorg5 = sin_phi1 * t_xtrfo - cos_phi1 * t_fylhb;
+    const real t_itqut_3 = sin_phi2 * t_4hlbz;
+    const real t_oke6r = b1 * t_5mdqk
+        + t_w7lcw * t_jucsy
+        - (t_h4glw + sin_theta1 * t_lorg5 - sin_theta2 * t_itqut_3);
     const real t_mpupz = t_mjqsw + t_fuzfv;
     const real t_vxv6o = p[I1] * t_ievgo;
-    const real t_yw26e = t_mpupz - t_vxv6o;
-    const real t_5pryi = S_sq1 * t_yw26e;
-    const real t_322jv = t_5pryi + t_fuzfv + t_vxv6o - t_fuzfv - (t_w7lcw * t_a7bb7 + t_b3aij * t_imfgl);
+    const real t_i5is3 = t_mpupz - t_vxv6o;
+    const real t_h7mg2 = S_sq1 * t_i5is3;
+    const real t_322jv = t_h7mg2 + t_fuzfv + t_vxv6o - t_fuzfv - (t_w7lcw * t_a7bb7 + t_b3aij * t_5mdqk);
     const real t_rhsuv = cos_theta1 * t_y7q2h;
-    const real t_ng4bx = t_rhsuv * t_bpfoo - t_3tmqi * t_kxp6r;
-    const real t_43qib = SC1 * t_yw26e - (t_3go2w * t_a7bb7 + t_b3aij * t_ng4bx);
-    const real t_mcxfy = t_43qib * t_4iujv - t_6yahm * t_322jv;
+    const real t_caliq = t_rhsuv * t_bpfoo - t_3tmqi * t_ixyzr;
+    const real t_bgimr = SC1 * t_i5is3 - (t_3go2w * t_a7bb7 + t_b3aij * t_caliq);
+    const real t_oxwdh = t_bgimr * t_4iujv - t_6yahm * t_322jv;
     const real t_s5lk2 = sin_theta1 * t_bhqvx;
-    const real t_uohiv = b1 * t_ng4bx
-        + t_3go2w * t_3ew43
-        - (cos_theta1 * t_vc4jo - t_s5lk2 - cos_theta2 * t_gwnxz)
-        - (X_y2 * t_mcxfy + K_L32 * t_24o2a);
-    const real t_vjen7 = t_mpupz
-        - t_5pryi
-        - (K_L32 * t_43qib + t_d4mqf * t_mcxfy)
-        - (t_3go2w * t_rhsuv + t_zzymx * t_ng4bx);
+    const real t_hnjoh = b1 * t_caliq
+        + t_3go2w * t_jucsy
+        - (cos_theta1 * t_lorg5 - t_s5lk2 - cos_theta2 * t_itqut_3)
+        - (X_y2 * t_oxwdh + K_L32 * t_oke6r);
+    const real t_oycga = t_mpupz
+        - t_h7mg2
+        - (K_L32 * t_bgimr + t_d4mqf * t_oxwdh)
+        - (t_3go2w * t_rhsuv + t_zzymx * t_caliq);
     const real t_u6bpu = q_1 * t_vxv6o;
-    const real t_mcdg7 = sin_theta1 * t_u6bpu;
-    const real t_bsp2v = cos_phi1 * t_db2vr;
-    const real t_kcehq = cos_theta1 * t_u6bpu;
-    const real t_mzzfe = sin_phi1 * t_db2vr;
-    const real t_2csgi = t_mzzfe * t_bpfoo - t_jtjoh * t_kxp6r;
-    const real t_eas4d = t_kcehq + sin_theta1 * t_bsp2v + (t_xq4wt * t_a7bb7 + t_b3aij * t_2csgi);
-    const real t_zmtva = t_eas4d * t_4iujv - t_dwrhg * t_322jv;
-    const real t_xhdwx = t_mcdg7
-        - cos_theta1 * t_bsp2v
-        + (t_6urah * t_43qib + t_d4mqf * t_zmtva)
-        - (t_xq4wt * t_rhsuv + t_zzymx * t_2csgi);
-    const real t_hiuyo = t_xhdwx * t_zmh3u - t_ydwjl * t_vjen7;
-    const real t_7f54x = t_w7vil * t_mzzfe - Bs_1 * t_k2u6a + p[l1] * t_75vo7;
+    const real t_2qds5 = sin_theta1 * t_u6bpu;
+    const real t_gzqer = cos_phi1 * t_db2vr;
+    const real t_rqln6 = cos_theta1 * t_u6bpu;
+    const real t_dvydu = sin_phi1 * t_db2vr;
+    const real t_op5sc = t_dvydu * t_bpfoo - t_jtjoh * t_ixyzr;
+    const real t_eas4d = t_rqln6 + sin_theta1 * t_gzqer + (t_xq4wt * t_a7bb7 + t_b3aij * t_op5sc);
+    const real t_ywe65 = t_eas4d * t_4iujv - t_dwrhg * t_322jv;
+    const real t_eq4pw = t_2qds5
+        - cos_theta1 * t_gzqer
+        + (t_6urah * t_bgimr + t_d4mqf * t_ywe65)
+        - (t_xq4wt * t_rhsuv + t_zzymx * t_op5sc);
+    const real t_xexl7 = t_eq4pw * t_zmh3u - t_ydwjl * t_oycga;
+    const real t_tcwea = t_w7vil * t_dvydu - Bs_1 * t_za24c + p[l1] * t_fylhb;
     const real t_55hgq = q_1 * t_bhqvx;
-    const real t_36nrg = Bs_2 * t_k2u6a;
-    const real t_6akah = b1 * t_2csgi
-        + t_xq4wt * t_3ew43
-        - (t_7f54x - t_55hgq - t_36nrg)
-        + (X_y2 * t_zmtva + t_6urah * t_24o2a)
-        - (X_y3 * t_hiuyo + K_L43 * t_uohiv);
-    const real t_bx2wv = q_1 * t_u6bpu;
-    const real t_ucon2 = p[l1] * t_db2vr;
-    const real t_3ijf6 = t_bx2wv
-        + t_ucon2
-        - (t_6urah * t_eas4d + t_m67zs * t_zmtva)
-        - (K_L43 * t_xhdwx + t_m27n6 * t_hiuyo)
-        - (t_xq4wt * t_mzzfe + t_2m245 * t_2csgi);
-    const real t_sxa4t = g_1 * t_vxv6o - wth_1 * t_qrwk6;
-    const real t_xbuh6 = q_1 * t_sxa4t;
-    const real t_bksnt = cos_theta1 * t_xbuh6;
-    const real t_lyfnw = wth_2 * t_qrwk6;
-    const real t_bnhwl = q_2 * t_lyfnw;
-    const real t_clz7k = cos_theta2 * t_bnhwl;
-    const real t_r57wa = e1 * t_bsp2v - Bc_1 * t_qrwk6;
-    const real t_yqcmh = t_ucon2 - t_r57wa;
-    const real t_htsp6 = Bc_2 * t_qrwk6;
-    const real t_g2npn = t_sxa4t - (e1 * t_fuzfv - me1 * t_qrwk6);
-    const real t_omgjy = me2 * t_qrwk6 - t_lyfnw;
-    const real t_vno3c = e1 * t_mjqsw - Ass_1 * t_qrwk6;
-    const real t_6z5r2 = t_bsp2v - t_vno3c;
-    const real t_heodd = t_6z5r2 + t_g2npn;
-    const real t_qpxzc = Ass_2 * t_qrwk6;
-    const real t_4txy7 = t_qpxzc + t_omgjy;
-    const real t_365m6 = S_sq1 * t_heodd + S_sq2 * t_4txy7;
-    const real t_iu7yf = t_mzzfe + (e1 * t_y7q2h - Asc_1 * t_qrwk6);
-    const real t_r54g7 = Asc_2 * t_qrwk6;
-    const real t_25v6w = sin_theta1 * t_iu7yf - sin_theta2 * t_r54g7;
-    const real t_pposf = t_25v6w * t_bpfoo - t_2lluf * t_kxp6r;
-    const real t_7hssh = t_g2npn + t_omgjy - t_365m6 - t_kcehq - (t_vshgd * t_a7bb7 + t_b3aij * t_pposf);
-    const real t_n275d = t_7hssh * t_4iujv - t_hfybw * t_322jv;
-    const real t_khzxu = SC1 * t_heodd + SC2 * t_4txy7;
-    const real t_zzqg6 = t_mcdg7
-        - t_khzxu
-        - (K_L52 * t_43qib + t_d4mqf * t_n275d)
-        - (t_vshgd * t_rhsuv + t_zzymx * t_pposf);
-    const real t_oifao = t_zzqg6 * t_zmh3u - t_qe675 * t_vjen7;
-    const real t_7gsdm = t_bx2wv
-        - t_bksnt
-        + t_clz7k
+    const real t_36nrg = Bs_2 * t_za24c;
+    const real t_6p5rh = b1 * t_op5sc
+        + t_xq4wt * t_jucsy
+        - (t_tcwea - t_55hgq - t_36nrg)
+        + (X_y2 * t_ywe65 + t_6urah * t_oke6r)
+        - (X_y3 * t_xexl7 + K_L43 * t_hnjoh);
+    const real t_fuplp = q_1 * t_u6bpu;
+    const real t_shk54 = p[l1] * t_db2vr;
+    const real t_c2ebu = t_fuplp
+        + t_shk54
+        - (t_6urah * t_eas4d + t_m67zs * t_ywe65)
+        - (K_L43 * t_eq4pw + t_m27n6 * t_xexl7)
+        - (t_xq4wt * t_dvydu + t_2m245 * t_op5sc);
+    const real t_hcuo4 = g_1 * t_vxv6o - wth_1 * t_qrwk6;
+    const real t_iigyt = q_1 * t_hcuo4;
+    const real t_xyins = cos_theta1 * t_iigyt;
+    const real t_ozfck = wth_2 * t_qrwk6;
+    const real t_bnhwl = q_2 * t_ozfck;
+    const real t_g4wtj_3 = cos_theta2 * t_bnhwl;
+    const real t_aogyk = e1 * t_gzqer - Bc_1 * t_qrwk6;
+    const real t_yqcmh = t_shk54 - t_aogyk;
+    const real t_6cle4 = Bc_2 * t_qrwk6;
+    const real t_y4sta = t_hcuo4 - (e1 * t_fuzfv - me1 * t_qrwk6);
+    const real t_i2jac = me2 * t_qrwk6 - t_ozfck;
+    const real t_g7et5 = e1 * t_mjqsw - Ass_1 * t_qrwk6;
+    const real t_6z5r2 = t_gzqer - t_g7et5;
+    const real t_dcwwc = t_6z5r2 + t_y4sta;
+    const real t_rylad = Ass_2 * t_qrwk6;
+    const real t_6u2cv = t_rylad + t_i2jac;
+    const real t_4235l = S_sq1 * t_dcwwc + S_sq2 * t_6u2cv;
+    const real t_36jbo = t_dvydu + (e1 * t_y7q2h - Asc_1 * t_qrwk6);
+    const real t_xv3cl = Asc_2 * t_qrwk6;
+    const real t_25v6w = sin_theta1 * t_36jbo - sin_theta2 * t_xv3cl;
+    const real t_3hqtz = t_25v6w * t_bpfoo - t_2lluf * t_ixyzr;
+    const real t_rzir2 = t_y4sta + t_i2jac - t_4235l - t_rqln6 - (t_vshgd * t_a7bb7 + t_b3aij * t_3hqtz);
+    const real t_ekzhe = t_rzir2 * t_4iujv - t_hfybw * t_322jv;
+    const real t_byiej = SC1 * t_dcwwc + SC2 * t_6u2cv;
+    const real t_6dgdv = t_2qds5
+        - t_byiej
+        - (K_L52 * t_bgimr + t_d4mqf * t_ekzhe)
+        - (t_vshgd * t_rhsuv + t_zzymx * t_3hqtz);
+    const real t_qgryq = t_6dgdv * t_zmh3u - t_qe675 * t_oycga;
+    const real t_stqdg = t_fuplp
+        - t_xyins
+        + t_g4wtj_3
         + sin_theta1 * t_yqcmh
-        + sin_theta2 * t_htsp6
-        + (K_L52 * t_eas4d + t_m67zs * t_n275d)
-        - (K_L53 * t_xhdwx + t_m27n6 * t_oifao)
-        - (t_vshgd * t_mzzfe + t_2m245 * t_pposf);
-    const real t_y6psd = t_7gsdm * t_lt2al - t_2e52m * t_3ijf6;
-    const real t_hsvh7 = t_7f54x + (e1 * t_vc4jo - F_t1 * t_qrwk6);
-    const real t_5antn = t_36nrg + (e2 * t_gwnxz + F_t2 * t_qrwk6);
-    const real t_iokbu = sin_theta1 * t_hsvh7
+        + sin_theta2 * t_6cle4
+        + (K_L52 * t_eas4d + t_m67zs * t_ekzhe)
+        - (K_L53 * t_eq4pw + t_m27n6 * t_qgryq)
+        - (t_vshgd * t_dvydu + t_2m245 * t_3hqtz);
+    const real t_vmt6b = t_stqdg * t_lt2al - t_2e52m * t_c2ebu;
+    const real t_kvqmf = t_tcwea + (e1 * t_lorg5 - F_t1 * t_qrwk6);
+    const real t_uw5ow = t_36nrg + (e2 * t_itqut_3 + F_t2 * t_qrwk6);
+    const real t_64vph = sin_theta1 * t_kvqmf
         - t_55hgq
-        - sin_theta2 * t_5antn
+        - sin_theta2 * t_uw5ow
         + (g_1 * t_h4glw - t_vt7uo * t_qrwk6)
         - t_oncjt * t_qrwk6
         + f_y * t_qrwk6;
-    const real t_uda2a = b1 * t_pposf
-        + t_vshgd * t_3ew43
-        - t_iokbu
-        - (X_y2 * t_n275d + K_L52 * t_24o2a)
-        - (X_y3 * t_oifao + K_L53 * t_uohiv)
-        - (X_y4 * t_y6psd + K_L54 * t_6akah);
-    const real t_swn5u = g_1 * t_sxa4t - wg_1 * t_qrwk6;
-    const real t_c6myv = wg_2 * t_qrwk6 + g_2 * t_lyfnw;
-    const real t_xblb5 = t_simvy * t_fuzfv - me1 * (t_o6yyy * t_qrwk6);
-    const real t_y6tfp = t_ucon2 + K(-2.0) * t_r57wa + (e1 * t_vno3c - eAss_1 * t_qrwk6);
-    const real t_kzg6k = t_xblb5 + t_y6tfp - t_swn5u;
-    const real t_ro26e = S_sq1 * t_kzg6k;
-    const real t_fqyco = me2 * (t_rdwum * t_qrwk6);
-    const real t_xaepv = K(-2.0) * t_htsp6 + (eAss_2 * t_qrwk6 + e2 * t_qpxzc);
-    const real t_3cwpp = t_c6myv - (t_fqyco + t_xaepv);
-    const real t_pbze3 = S_sq2 * t_3cwpp;
-    const real t_gdt73 = t_owkw5 * t_fuzfv - (t_iw7bs * t_fuzfv + M_C * (t_jf3qj * t_qrwk6));
-    const real t_xydv6 = t_swn5u
-        - t_c6myv
-        + t_bx2wv
-        + t_ro26e
-        + t_pbze3
-        + t_gdt73
-        - t_xblb5
-        + t_fqyco
-        + K(-2.0) * t_bksnt
-        - K(-2.0) * t_clz7k
-        - (K_L52 * t_7hssh + t_p6zld * t_n275d)
-        - (K_L53 * t_zzqg6 + t_bxfcn * t_oifao)
-        - (K_L54 * t_7gsdm + t_amczu * t_y6psd)
-        - (t_vshgd * t_25v6w + t_6mmeb * t_pposf);
-    const real t_jlls6 = sin_theta1 * t_xbuh6 - sin_theta2 * t_bnhwl;
-    const real t_5n5yo = cos_theta1 * t_iu7yf - cos_theta2 * t_r54g7;
-    const real t_nm4jj = t_5n5yo * t_bpfoo - t_ielc3 * t_kxp6r;
-    const real t_giwql = t_khzxu + (t_e4enr * t_a7bb7 + t_b3aij * t_nm4jj);
-    const real t_chgud = t_giwql * t_4iujv - t_2ngl5 * t_322jv;
-    const real t_ykc3h = t_365m6
-        - (t_6z5r2 + t_qpxzc)
-        + (t_dj64q * t_43qib + t_d4mqf * t_chgud)
-        - (t_e4enr * t_rhsuv + t_zzymx * t_nm4jj);
-    const real t_s52uu = t_ykc3h * t_zmh3u - t_kpf5p * t_vjen7;
-    const real t_rw4vq = t_jlls6
+    const real t_rm472 = b1 * t_3hqtz
+        + t_vshgd * t_jucsy
+        - t_64vph
+        - (X_y2 * t_ekzhe + K_L52 * t_oke6r)
+        - (X_y3 * t_qgryq + K_L53 * t_hnjoh)
+        - (X_y4 * t_vmt6b + K_L54 * t_6p5rh);
+    const real t_fh7hb = g_1 * t_hcuo4 - wg_1 * t_qrwk6;
+    const real t_ftu34 = wg_2 * t_qrwk6 + g_2 * t_ozfck;
+    const real t_ouzmf = t_simvy * t_fuzfv - me1 * (t_o6yyy * t_qrwk6);
+    const real t_4iyht = t_shk54 + K(-2.0) * t_aogyk + (e1 * t_g7et5 - eAss_1 * t_qrwk6);
+    const real t_v2v5f = t_ouzmf + t_4iyht - t_fh7hb;
+    const real t_4r45h = S_sq1 * t_v2v5f;
+    const real t_lt42c = me2 * (t_rdwum * t_qrwk6);
+    const real t_6ftq4 = K(-2.0) * t_6cle4 + (eAss_2 * t_qrwk6 + e2 * t_rylad);
+    const real t_o7n3h = t_ftu34 - (t_lt42c + t_6ftq4);
+    const real t_mwcol_3 = S_sq2 * t_o7n3h;
+    const real t_vfbc3 = t_owkw5 * t_fuzfv - (t_iw7bs * t_fuzfv + M_C * (t_jf3qj * t_qrwk6));
+    const real t_fhepx = t_fh7hb
+        - t_ftu34
+        + t_fuplp
+        + t_4r45h
+        + t_mwcol_3
+        + t_vfbc3
+        - t_ouzmf
+        + t_lt42c
+        + K(-2.0) * t_xyins
+        - K(-2.0) * t_g4wtj_3
+        - (K_L52 * t_rzir2 + t_p6zld * t_ekzhe)
+        - (K_L53 * t_6dgdv + t_bxfcn * t_qgryq)
+        - (K_L54 * t_stqdg + t_amczu * t_vmt6b)
+        - (t_vshgd * t_25v6w + t_6mmeb * t_3hqtz);
+    const real t_ihcrc = sin_theta1 * t_iigyt - sin_theta2 * t_bnhwl;
+    const real t_5n5yo = cos_theta1 * t_36jbo - cos_theta2 * t_xv3cl;
+    const real t_a2rm7 = t_5n5yo * t_bpfoo - t_ielc3 * t_ixyzr;
+    const real t_npcn4 = t_byiej + (t_e4enr * t_a7bb7 + t_b3aij * t_a2rm7);
+    const real t_xudp3 = t_npcn4 * t_4iujv - t_2ngl5 * t_322jv;
+    const real t_ajlpl = t_4235l
+        - (t_6z5r2 + t_rylad)
+        + (t_dj64q * t_bgimr + t_d4mqf * t_xudp3)
+        - (t_e4enr * t_rhsuv + t_zzymx * t_a2rm7);
+    const real t_a55ve = t_ajlpl * t_zmh3u - t_kpf5p * t_oycga;
+    const real t_rsmdh = t_ihcrc
         + cos_theta1 * t_yqcmh
-        + cos_theta2 * t_htsp6
-        - (t_dj64q * t_eas4d + t_m67zs * t_chgud)
-        - (K_L63 * t_xhdwx + t_m27n6 * t_s52uu)
-        - (t_e4enr * t_mzzfe + t_2m245 * t_nm4jj);
-    const real t_btse7 = t_rw4vq * t_lt2al - t_wurun * t_3ijf6;
-    const real t_7zmiy = t_jlls6
-        + SC1 * t_kzg6k
-        + SC2 * t_3cwpp
-        + (t_dj64q * t_7hssh + t_p6zld * t_chgud)
-        - (K_L63 * t_zzqg6 + t_bxfcn * t_s52uu)
-        - (K_L64 * t_7gsdm + t_amczu * t_btse7)
-        - (t_e4enr * t_25v6w + t_6mmeb * t_nm4jj);
-    const real t_tarpx = t_7zmiy * t_ftqxb - t_dzxqu * t_xydv6;
-    const real t_coxig = cos_theta1 * t_hsvh7
-        - cos_theta2 * t_5antn
+        + cos_theta2 * t_6cle4
+        - (t_dj64q * t_eas4d + t_m67zs * t_xudp3)
+        - (K_L63 * t_eq4pw + t_m27n6 * t_a55ve)
+        - (t_e4enr * t_dvydu + t_2m245 * t_a2rm7);
+    const real t_zjs7m = t_rsmdh * t_lt2al - t_wurun * t_c2ebu;
+    const real t_h6zrk = t_ihcrc
+        + SC1 * t_v2v5f
+        + SC2 * t_o7n3h
+        + (t_dj64q * t_rzir2 + t_p6zld * t_xudp3)
+        - (K_L63 * t_6dgdv + t_bxfcn * t_a55ve)
+        - (K_L64 * t_stqdg + t_amczu * t_zjs7m)
+        - (t_e4enr * t_25v6w + t_6mmeb * t_a2rm7);
+    const real t_trfi7 = t_h6zrk * t_ftqxb - t_dzxqu * t_fhepx;
+    const real t_ieu6e = cos_theta1 * t_kvqmf
+        - cos_theta2 * t_uw5ow
         - (g_1 * t_s5lk2 - t_azclp * t_qrwk6)
         + t_iya7w * t_qrwk6;
-    const real t_lltrk = t_gcu5g * t_qrwk6
-        - t_coxig
-        + (b1 * t_nm4jj + t_e4enr * t_3ew43)
-        + (X_y2 * t_chgud + t_dj64q * t_24o2a)
-        - (X_y3 * t_s52uu + K_L63 * t_uohiv)
-        - (X_y4 * t_btse7 + K_L64 * t_6akah)
-        - (X_y5 * t_tarpx + K_L65 * t_uda2a);
-    const real t_txyqm = t_y6tfp
-        - t_xaepv
-        + t_gdt73
-        - t_ro26e
-        - t_pbze3
-        - (t_dj64q * t_giwql + t_hmob3 * t_chgud)
-        - (K_L63 * t_ykc3h + t_rahc4 * t_s52uu)
-        - (K_L64 * t_rw4vq + t_e4k6u * t_btse7)
-        - (K_L65 * t_7zmiy + t_5gmab * t_tarpx)
-        - (t_e4enr * t_5n5yo + t_bl4f2 * t_nm4jj);
-    const real t_al5gg = t_lltrk * t_nfkwa - t_o4hiw * t_txyqm;
-    const real t_iyskn = t_uda2a * t_ftqxb - t_eriz2 * t_xydv6 - (X_x6 * t_tarpx + K_L65 * t_al5gg);
-    const real t_b7dui = t_6akah * t_lt2al
-        - t_gkoba * t_3ijf6
-        - (X_x5 * t_y6psd + K_L54 * t_iyskn)
-        - (X_x6 * t_btse7 + K_L64 * t_al5gg);
-    const real t_cyqrj = t_uohiv * t_zmh3u
-        - t_insvr * t_vjen7
-        - (X_x4 * t_hiuyo + K_L43 * t_b7dui)
-        - (X_x5 * t_oifao + K_L53 * t_iyskn)
-        - (X_x6 * t_s52uu + K_L63 * t_al5gg);
-    const real t_s5sv6 = t_24o2a * t_4iujv
+    const real t_cm5j5 = t_gcu5g * t_qrwk6
+        - t_ieu6e
+        + (b1 * t_a2rm7 + t_e4enr * t_jucsy)
+        + (X_y2 * t_xudp3 + t_dj64q * t_oke6r)
+        - (X_y3 * t_a55ve + K_L63 * t_hnjoh)
+        - (X_y4 * t_zjs7m + K_L64 * t_6p5rh)
+        - (X_y5 * t_trfi7 + K_L65 * t_rm472);
+    const real t_liowc = t_4iyht
+        - t_6ftq4
+        + t_vfbc3
+        - t_4r45h
+        - t_mwcol_3
+        - (t_dj64q * t_npcn4 + t_qvrp6 * t_xudp3)
+        - (K_L63 * t_ajlpl + t_rahc4 * t_a55ve)
+        - (K_L64 * t_rsmdh + t_e4k6u * t_zjs7m)
+        - (K_L65 * t_h6zrk + t_jo54w * t_trfi7)
+        - (t_e4enr * t_5n5yo + t_bl4f2 * t_a2rm7);
+    const real t_dzlfq = t_cm5j5 * t_nfkwa - t_o4hiw * t_liowc;
+    const real t_r32rw = t_rm472 * t_ftqxb - t_eriz2 * t_fhepx - (X_x6 * t_trfi7 + K_L65 * t_dzlfq);
+    const real t_42xp2 = t_6p5rh * t_lt2al
+        - t_gkoba * t_c2ebu
+        - (X_x5 * t_vmt6b + K_L54 * t_r32rw)
+        - (X_x6 * t_zjs7m + K_L64 * t_dzlfq);
+    const real t_ce7sx = t_hnjoh * t_zmh3u
+        - t_insvr * t_oycga
+        - (X_x4 * t_xexl7 + K_L43 * t_42xp2)
+        - (X_x5 * t_qgryq + K_L53 * t_r32rw)
+        - (X_x6 * t_a55ve + K_L63 * t_dzlfq);
+    const real t_56s4m = t_oke6r * t_4iujv
         - t_5am4i * t_322jv
-        - (X_x3 * t_mcxfy + K_L32 * t_cyqrj)
-        + (X_x4 * t_zmtva + t_6urah * t_b7dui)
-        - (X_x5 * t_n275d + K_L52 * t_iyskn)
-        + (X_x6 * t_chgud + t_dj64q * t_al5gg);
-    const real t_6e2zk = t_3ew43 * t_bpfoo
-        - t_2sw7d * t_kxp6r
-        + (X_x2 * t_imfgl + t_w7lcw * t_s5sv6)
-        + (X_x3 * t_ng4bx + t_3go2w * t_cyqrj)
-        + (X_x4 * t_2csgi + t_xq4wt * t_b7dui)
-        + (X_x5 * t_pposf + t_vshgd * t_iyskn)
-        + (X_x6 * t_nm4jj + t_e4enr * t_al5gg)
-        + t_k2u6a;
+        - (X_x3 * t_oxwdh + K_L32 * t_ce7sx)
+        + (X_x4 * t_ywe65 + t_6urah * t_42xp2)
+        - (X_x5 * t_ekzhe + K_L52 * t_r32rw)
+        + (X_x6 * t_xudp3 + t_dj64q * t_dzlfq);
+    const real t_dzofb = t_jucsy * t_bpfoo
+        - t_2sw7d * t_ixyzr
+        + (X_x2 * t_5mdqk + t_w7lcw * t_56s4m)
+        + (X_x3 * t_caliq + t_3go2w * t_ce7sx)
+        + (X_x4 * t_op5sc + t_xq4wt * t_42xp2)
+        + (X_x5 * t_3hqtz + t_vshgd * t_r32rw)
+        + (X_x6 * t_a2rm7 + t_e4enr * t_dzlfq)
+        + t_za24c;
     const real t_gi55u = p[m1] * (p[l1] + p[l1]);
     const real t_6j7lq = t_ecohd * t_gi55u;
     const real t_m2ww5 = p[I1] * t_6j7lq;
@@ -1346,215 +1346,215 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_h7gpd = t_rybsf * t_37b6j;
     const real t_bzxdq = t_lupe6 * t_rw2ac - mv1 * (cos_phi1 * t_h7gpd) - sigma_sq1 * p[m1];
     const real t_4hlbz_2 = mv2 * (cos_phi2 * t_h7gpd);
-    const real t_uaiyr = sin_phi1 * t_v5nss + cos_phi1 * t_bzxdq - cos_phi2 * t_4hlbz_2;
+    const real t_j7rpm = sin_phi1 * t_v5nss + cos_phi1 * t_bzxdq - cos_phi2 * t_4hlbz_2;
     const real t_5ekb4 = sin_phi1 * t_rw2ac;
-    const real t_a6cua = sin_phi1 * t_5ekb4;
-    const real t_umhwk = t_rw2ac - t_m2ww5 - t_a6cua;
-    const real t_jtr2s = cos_phi1 * t_5ekb4;
-    const real t_a7bb7_2 = sin_theta1 * t_jtr2s;
-    const real t_s6tyt = t_a7bb7_2 * t_bpfoo - t_6xwz3 * t_umhwk;
+    const real t_dle4c = sin_phi1 * t_5ekb4;
+    const real t_umhwk = t_rw2ac - t_m2ww5 - t_dle4c;
+    const real t_klc6e = cos_phi1 * t_5ekb4;
+    const real t_a7bb7_2 = sin_theta1 * t_klc6e;
+    const real t_lef6g = t_a7bb7_2 * t_bpfoo - t_6xwz3 * t_umhwk;
     const real t_4hepc = W12 * sin_phi1 + w_x1 * (Wn1 * cos_phi1) - t_wmv32 * chi1;
     const real t_hjjc3 = t_sdxhx * (p[m1] * ((q_1 + q_1) * sin_phi1));
     const real t_h5xbx = th_1 * (p[I1] * t_4hepc - loss_theta1 * sin_phi1) - t_xips6 * t_hjjc3;
     const real t_ayguz = cos_theta1 * t_h5xbx;
-    const real t_5tqjh = sin_phi1 * t_bzxdq - cos_phi1 * t_v5nss;
-    const real t_gwnxz_2 = sin_phi2 * t_4hlbz_2;
-    const real t_zenj3 = b1 * t_s6tyt
-        + t_w7lcw * t_uaiyr
-        - (t_ayguz + sin_theta1 * t_5tqjh - sin_theta2 * t_gwnxz_2);
-    const real t_tenoe = t_a6cua - t_m2ww5;
+    const real t_ohgbk = sin_phi1 * t_bzxdq - cos_phi1 * t_v5nss;
+    const real t_itqut_4 = sin_phi2 * t_4hlbz_2;
+    const real t_uvh2f = b1 * t_lef6g
+        + t_w7lcw * t_j7rpm
+        - (t_ayguz + sin_theta1 * t_ohgbk - sin_theta2 * t_itqut_4);
+    const real t_tenoe = t_dle4c - t_m2ww5;
     const real t_yiwsa = p[I1] * t_hjjc3;
     const real t_zzdue = t_tenoe + t_yiwsa;
     const real t_h3uzn = S_sq1 * t_zzdue;
-    const real t_c4ssh = t_h3uzn - t_m2ww5 - t_yiwsa + t_m2ww5 - (t_w7lcw * t_a7bb7_2 + t_b3aij * t_s6tyt);
-    const real t_rhsuv_2 = cos_theta1 * t_jtr2s;
-    const real t_e7kdw = t_rhsuv_2 * t_bpfoo - t_3tmqi * t_umhwk;
-    const real t_vztfu = SC1 * t_zzdue - (t_3go2w * t_a7bb7_2 + t_b3aij * t_e7kdw);
-    const real t_my75p = t_vztfu * t_4iujv - t_6yahm * t_c4ssh;
+    const real t_kojxp = t_h3uzn - t_m2ww5 - t_yiwsa + t_m2ww5 - (t_w7lcw * t_a7bb7_2 + t_b3aij * t_lef6g);
+    const real t_rhsuv_2 = cos_theta1 * t_klc6e;
+    const real t_llrgk = t_rhsuv_2 * t_bpfoo - t_3tmqi * t_umhwk;
+    const real t_vztfu = SC1 * t_zzdue - (t_3go2w * t_a7bb7_2 + t_b3aij * t_llrgk);
+    const real t_a6pnx = t_vztfu * t_4iujv - t_6yahm * t_kojxp;
     const real t_hphhq = sin_theta1 * t_h5xbx;
-    const real t_rty7q = b1 * t_e7kdw
-        + t_3go2w * t_uaiyr
-        - (cos_theta1 * t_5tqjh - t_hphhq - cos_theta2 * t_gwnxz_2)
-        - (X_y2 * t_my75p + K_L32 * t_zenj3);
-    const real t_zohqf = t_tenoe
+    const real t_5gznf = b1 * t_llrgk
+        + t_3go2w * t_j7rpm
+        - (cos_theta1 * t_ohgbk - t_hphhq - cos_theta2 * t_itqut_4)
+        - (X_y2 * t_a6pnx + K_L32 * t_uvh2f);
+    const real t_sylhi = t_tenoe
         - t_h3uzn
-        - (K_L32 * t_vztfu + t_d4mqf * t_my75p)
-        - (t_3go2w * t_rhsuv_2 + t_zzymx * t_e7kdw);
+        - (K_L32 * t_vztfu + t_d4mqf * t_a6pnx)
+        - (t_3go2w * t_rhsuv_2 + t_zzymx * t_llrgk);
     const real t_36czx = wth_1 * sin_phi1 - q_1 * t_yiwsa;
     const real t_ah477 = sin_theta1 * t_36czx;
     const real t_nbszk = cos_phi1 * t_2rkyb;
     const real t_e6agj = cos_theta1 * t_36czx;
     const real t_xkdho = sin_phi1 * t_2rkyb;
-    const real t_je6f4 = t_xkdho * t_bpfoo - t_jtjoh * t_umhwk;
-    const real t_mmxti = t_e6agj + sin_theta1 * t_nbszk + (t_xq4wt * t_a7bb7_2 + t_b3aij * t_je6f4);
-    const real t_llrs2 = t_mmxti * t_4iujv - t_dwrhg * t_c4ssh;
-    const real t_knoyq = t_ah477
+    const real t_7vvv5 = t_xkdho * t_bpfoo - t_jtjoh * t_umhwk;
+    const real t_itiut = t_e6agj + sin_theta1 * t_nbszk + (t_xq4wt * t_a7bb7_2 + t_b3aij * t_7vvv5);
+    const real t_u5wtr = t_itiut * t_4iujv - t_dwrhg * t_kojxp;
+    const real t_dodfv = t_ah477
         - cos_theta1 * t_nbszk
-        + (t_6urah * t_vztfu + t_d4mqf * t_llrs2)
-        - (t_xq4wt * t_rhsuv_2 + t_zzymx * t_je6f4);
-    const real t_l6si5 = t_knoyq * t_zmh3u - t_ydwjl * t_zohqf;
+        + (t_6urah * t_vztfu + t_d4mqf * t_u5wtr)
+        - (t_xq4wt * t_rhsuv_2 + t_zzymx * t_7vvv5);
+    const real t_iijcz = t_dodfv * t_zmh3u - t_ydwjl * t_sylhi;
     const real t_ortue = t_w7vil * t_xkdho - Bs_1 * t_h7gpd + (p[l1] * t_v5nss + t_7imwe);
     const real t_b6lzs = q_1 * t_h5xbx + F_n1 * sin_phi1;
     const real t_36nrg_2 = Bs_2 * t_h7gpd;
-    const real t_325fy = b1 * t_je6f4
-        + t_xq4wt * t_uaiyr
+    const real t_nvpvp = b1 * t_7vvv5
+        + t_xq4wt * t_j7rpm
         - (t_ortue - t_b6lzs - t_36nrg_2)
-        + (X_y2 * t_llrs2 + t_6urah * t_zenj3)
-        - (X_y3 * t_l6si5 + K_L43 * t_rty7q);
+        + (X_y2 * t_u5wtr + t_6urah * t_uvh2f)
+        - (X_y3 * t_iijcz + K_L43 * t_5gznf);
     const real t_jf4vx = wq_1 * sin_phi1 + q_1 * t_36czx;
     const real t_3t63m = p[l1] * t_2rkyb + B_1;
-    const real t_g3o7b = t_jf4vx
+    const real t_4eh26 = t_jf4vx
         + t_3t63m
-        - (t_6urah * t_mmxti + t_m67zs * t_llrs2)
-        - (K_L43 * t_knoyq + t_m27n6 * t_l6si5)
-        - (t_xq4wt * t_xkdho + t_2m245 * t_je6f4);
+        - (t_6urah * t_itiut + t_m67zs * t_u5wtr)
+        - (K_L43 * t_dodfv + t_m27n6 * t_iijcz)
+        - (t_xq4wt * t_xkdho + t_2m245 * t_7vvv5);
     const real t_cdint = t_37b6j + cos_phi1;
     const real t_wdr3j = wth_1 * t_cdint + g_1 * t_yiwsa;
-    const real t_47q2m = wg_1 * sin_phi1 - q_1 * t_wdr3j;
-    const real t_rghg2 = cos_theta1 * t_47q2m;
+    const real t_wr37e = wg_1 * sin_phi1 - q_1 * t_wdr3j;
+    const real t_rghg2 = cos_theta1 * t_wr37e;
     const real t_gkp3c = wth_2 * t_37b6j;
     const real t_bnhwl_2 = q_2 * t_gkp3c;
-    const real t_clz7k_2 = cos_theta2 * t_bnhwl_2;
+    const real t_g4wtj_4 = cos_theta2 * t_bnhwl_2;
     const real t_i3n37 = e1 * t_nbszk - Bc_1 * t_37b6j;
-    const real t_sgfsw = t_3t63m - t_i3n37;
+    const real t_zch44 = t_3t63m - t_i3n37;
     const real t_bqb2c = Bc_2 * t_37b6j;
-    const real t_yktzs = me1 * t_37b6j + e1 * t_m2ww5 - t_wdr3j;
+    const real t_3v6om = me1 * t_37b6j + e1 * t_m2ww5 - t_wdr3j;
     const real t_l7h7q = me2 * t_37b6j - t_gkp3c;
-    const real t_ubmvw = e1 * t_a6cua - Ass_1 * t_37b6j;
+    const real t_ubmvw = e1 * t_dle4c - Ass_1 * t_37b6j;
     const real t_loy7b = t_nbszk - t_ubmvw;
-    const real t_taizj = t_loy7b + t_yktzs;
+    const real t_pzirq = t_loy7b + t_3v6om;
     const real t_d5gqi = Ass_2 * t_37b6j;
-    const real t_4txy7_2 = t_d5gqi + t_l7h7q;
-    const real t_fespu = S_sq1 * t_taizj + S_sq2 * t_4txy7_2;
-    const real t_arzsw = t_xkdho + (e1 * t_jtr2s - Asc_1 * t_37b6j);
+    const real t_6u2cv_2 = t_d5gqi + t_l7h7q;
+    const real t_4235l_2 = S_sq1 * t_pzirq + S_sq2 * t_6u2cv_2;
+    const real t_arzsw = t_xkdho + (e1 * t_klc6e - Asc_1 * t_37b6j);
     const real t_tne3j = Asc_2 * t_37b6j;
-    const real t_uoriu = sin_theta1 * t_arzsw - sin_theta2 * t_tne3j;
-    const real t_mecns = t_uoriu * t_bpfoo - t_2lluf * t_umhwk;
-    const real t_zar4u = t_yktzs + t_l7h7q - t_fespu - t_e6agj - (t_vshgd * t_a7bb7_2 + t_b3aij * t_mecns);
-    const real t_pcxgd = t_zar4u * t_4iujv - t_hfybw * t_c4ssh;
-    const real t_cy5n4 = SC1 * t_taizj + SC2 * t_4txy7_2;
-    const real t_ar3wb = t_ah477
-        - t_cy5n4
-        - (K_L52 * t_vztfu + t_d4mqf * t_pcxgd)
-        - (t_vshgd * t_rhsuv_2 + t_zzymx * t_mecns);
-    const real t_ss5y6 = t_ar3wb * t_zmh3u - t_qe675 * t_zohqf;
-    const real t_oh55a = t_jf4vx
+    const real t_atwfr = sin_theta1 * t_arzsw - sin_theta2 * t_tne3j;
+    const real t_j5ky6 = t_atwfr * t_bpfoo - t_2lluf * t_umhwk;
+    const real t_3uf4c = t_3v6om + t_l7h7q - t_4235l_2 - t_e6agj - (t_vshgd * t_a7bb7_2 + t_b3aij * t_j5ky6);
+    const real t_mct2r = t_3uf4c * t_4iujv - t_hfybw * t_kojxp;
+    const real t_byiej_2 = SC1 * t_pzirq + SC2 * t_6u2cv_2;
+    const real t_gr3zg = t_ah477
+        - t_byiej_2
+        - (K_L52 * t_vztfu + t_d4mqf * t_mct2r)
+        - (t_vshgd * t_rhsuv_2 + t_zzymx * t_j5ky6);
+    const real t_kbe3m = t_gr3zg * t_zmh3u - t_qe675 * t_sylhi;
+    const real t_3dpre = t_jf4vx
         - t_rghg2
-        + t_clz7k_2
-        + sin_theta1 * t_sgfsw
+        + t_g4wtj_4
+        + sin_theta1 * t_zch44
         + sin_theta2 * t_bqb2c
-        + (K_L52 * t_mmxti + t_m67zs * t_pcxgd)
-        - (K_L53 * t_knoyq + t_m27n6 * t_ss5y6)
-        - (t_vshgd * t_xkdho + t_2m245 * t_mecns);
-    const real t_54l55 = t_oh55a * t_lt2al - t_2e52m * t_g3o7b;
-    const real t_lcrlm = t_ortue + (e1 * t_5tqjh - F_t1 * t_37b6j);
-    const real t_pmaze = t_36nrg_2 + (e2 * t_gwnxz_2 + F_t2 * t_37b6j);
-    const real t_jzj7v = sin_theta1 * t_lcrlm
+        + (K_L52 * t_itiut + t_m67zs * t_mct2r)
+        - (K_L53 * t_dodfv + t_m27n6 * t_kbe3m)
+        - (t_vshgd * t_xkdho + t_2m245 * t_j5ky6);
+    const real t_vdwwr = t_3dpre * t_lt2al - t_2e52m * t_4eh26;
+    const real t_mrlb4 = t_ortue + (e1 * t_ohgbk - F_t1 * t_37b6j);
+    const real t_pqvbg = t_36nrg_2 + (e2 * t_itqut_4 + F_t2 * t_37b6j);
+    const real t_k3u63 = sin_theta1 * t_mrlb4
         - t_b6lzs
-        - sin_theta2 * t_pmaze
+        - sin_theta2 * t_pqvbg
         + (g_1 * t_ayguz - t_vt7uo * t_cdint)
         - t_oncjt * t_37b6j
         + f_y * t_37b6j;
-    const real t_nulbe = b1 * t_mecns
-        + t_vshgd * t_uaiyr
-        - t_jzj7v
-        - (X_y2 * t_pcxgd + K_L52 * t_zenj3)
-        - (X_y3 * t_ss5y6 + K_L53 * t_rty7q)
-        - (X_y4 * t_54l55 + K_L54 * t_325fy);
-    const real t_qh3qj = wg_1 * t_cdint + g_1 * t_wdr3j;
+    const real t_3rabq = b1 * t_j5ky6
+        + t_vshgd * t_j7rpm
+        - t_k3u63
+        - (X_y2 * t_mct2r + K_L52 * t_uvh2f)
+        - (X_y3 * t_kbe3m + K_L53 * t_5gznf)
+        - (X_y4 * t_vdwwr + K_L54 * t_nvpvp);
+    const real t_ztoto = wg_1 * t_cdint + g_1 * t_wdr3j;
     const real t_iixdx = wg_2 * t_37b6j + g_2 * t_gkp3c;
-    const real t_ezs6d = t_3t63m + K(-2.0) * t_i3n37 + (e1 * t_ubmvw - eAss_1 * t_37b6j);
+    const real t_3uolf = t_3t63m + K(-2.0) * t_i3n37 + (e1 * t_ubmvw - eAss_1 * t_37b6j);
     const real t_a6646 = t_simvy * t_m2ww5 + me1 * (t_o6yyy * t_37b6j);
-    const real t_5hxbq = t_ezs6d - t_a6646 + t_qh3qj;
-    const real t_zdike = S_sq1 * t_5hxbq;
+    const real t_3vxmc = t_3uolf - t_a6646 + t_ztoto;
+    const real t_ifnuk = S_sq1 * t_3vxmc;
     const real t_3qwrp = me2 * (t_rdwum * t_37b6j);
     const real t_kuxer = K(-2.0) * t_bqb2c + (eAss_2 * t_37b6j + e2 * t_d5gqi);
-    const real t_3cwpp_2 = t_iixdx - (t_3qwrp + t_kuxer);
-    const real t_pbze3_2 = S_sq2 * t_3cwpp_2;
+    const real t_o7n3h_2 = t_iixdx - (t_3qwrp + t_kuxer);
+    const real t_mwcol_4 = S_sq2 * t_o7n3h_2;
     const real t_w6fl5 = t_owkw5 * t_m2ww5 + (M_C * (t_jf3qj * t_37b6j) - t_iw7bs * t_m2ww5);
-    const real t_rsxxd = t_jf4vx
-        - (t_qh3qj + t_iixdx)
-        + t_zdike
-        + t_pbze3_2
+    const real t_43ngd = t_jf4vx
+        - (t_ztoto + t_iixdx)
+        + t_ifnuk
+        + t_mwcol_4
         - t_w6fl5
         + t_a6646
         + t_3qwrp
         + K(-2.0) * t_rghg2
-        - K(-2.0) * t_clz7k_2
-        - (K_L52 * t_zar4u + t_p6zld * t_pcxgd)
-        - (K_L53 * t_ar3wb + t_bxfcn * t_ss5y6)
-        - (K_L54 * t_oh55a + t_amczu * t_54l55)
-        - (t_vshgd * t_uoriu + t_6mmeb * t_mecns);
-    const real t_scpkc = sin_theta1 * t_47q2m - sin_theta2 * t_bnhwl_2;
-    const real t_le6tz = cos_theta1 * t_arzsw - cos_theta2 * t_tne3j;
-    const real t_pa765 = t_le6tz * t_bpfoo - t_ielc3 * t_umhwk;
-    const real t_giwql_2 = t_cy5n4 + (t_e4enr * t_a7bb7_2 + t_b3aij * t_pa765);
-    const real t_fdao3 = t_giwql_2 * t_4iujv - t_2ngl5 * t_c4ssh;
-    const real t_6mrbs = t_fespu
+        - K(-2.0) * t_g4wtj_4
+        - (K_L52 * t_3uf4c + t_p6zld * t_mct2r)
+        - (K_L53 * t_gr3zg + t_bxfcn * t_kbe3m)
+        - (K_L54 * t_3dpre + t_amczu * t_vdwwr)
+        - (t_vshgd * t_atwfr + t_6mmeb * t_j5ky6);
+    const real t_f2xc4 = sin_theta1 * t_wr37e - sin_theta2 * t_bnhwl_2;
+    const real t_gjumn = cos_theta1 * t_arzsw - cos_theta2 * t_tne3j;
+    const real t_i2r53 = t_gjumn * t_bpfoo - t_ielc3 * t_umhwk;
+    const real t_npcn4_2 = t_byiej_2 + (t_e4enr * t_a7bb7_2 + t_b3aij * t_i2r53);
+    const real t_z4lta = t_npcn4_2 * t_4iujv - t_2ngl5 * t_kojxp;
+    const real t_njgoz = t_4235l_2
         - (t_loy7b + t_d5gqi)
-        + (t_dj64q * t_vztfu + t_d4mqf * t_fdao3)
-        - (t_e4enr * t_rhsuv_2 + t_zzymx * t_pa765);
-    const real t_6d4zw = t_6mrbs * t_zmh3u - t_kpf5p * t_zohqf;
-    const real t_bcijq = t_scpkc
-        + cos_theta1 * t_sgfsw
+        + (t_dj64q * t_vztfu + t_d4mqf * t_z4lta)
+        - (t_e4enr * t_rhsuv_2 + t_zzymx * t_i2r53);
+    const real t_a55ve_2 = t_njgoz * t_zmh3u - t_kpf5p * t_sylhi;
+    const real t_kbfqh = t_f2xc4
+        + cos_theta1 * t_zch44
         + cos_theta2 * t_bqb2c
-        - (t_dj64q * t_mmxti + t_m67zs * t_fdao3)
-        - (K_L63 * t_knoyq + t_m27n6 * t_6d4zw)
-        - (t_e4enr * t_xkdho + t_2m245 * t_pa765);
-    const real t_kk4iu = t_bcijq * t_lt2al - t_wurun * t_g3o7b;
-    const real t_r7kw7 = t_scpkc
-        + SC1 * t_5hxbq
-        + SC2 * t_3cwpp_2
-        + (t_dj64q * t_zar4u + t_p6zld * t_fdao3)
-        - (K_L63 * t_ar3wb + t_bxfcn * t_6d4zw)
-        - (K_L64 * t_oh55a + t_amczu * t_kk4iu)
-        - (t_e4enr * t_uoriu + t_6mmeb * t_pa765);
-    const real t_u7goy = t_r7kw7 * t_ftqxb - t_dzxqu * t_rsxxd;
-    const real t_72nb6 = cos_theta1 * t_lcrlm
-        - cos_theta2 * t_pmaze
+        - (t_dj64q * t_itiut + t_m67zs * t_z4lta)
+        - (K_L63 * t_dodfv + t_m27n6 * t_a55ve_2)
+        - (t_e4enr * t_xkdho + t_2m245 * t_i2r53);
+    const real t_cbrfm = t_kbfqh * t_lt2al - t_wurun * t_4eh26;
+    const real t_h7gn3 = t_f2xc4
+        + SC1 * t_3vxmc
+        + SC2 * t_o7n3h_2
+        + (t_dj64q * t_3uf4c + t_p6zld * t_z4lta)
+        - (K_L63 * t_gr3zg + t_bxfcn * t_a55ve_2)
+        - (K_L64 * t_3dpre + t_amczu * t_cbrfm)
+        - (t_e4enr * t_atwfr + t_6mmeb * t_i2r53);
+    const real t_22tge = t_h7gn3 * t_ftqxb - t_dzxqu * t_43ngd;
+    const real t_z2pcc = cos_theta1 * t_mrlb4
+        - cos_theta2 * t_pqvbg
         - (g_1 * t_hphhq - t_azclp * t_cdint)
         + t_iya7w * t_37b6j;
-    const real t_5irxv = t_gcu5g * t_37b6j
-        - t_72nb6
-        + (b1 * t_pa765 + t_e4enr * t_uaiyr)
-        + (X_y2 * t_fdao3 + t_dj64q * t_zenj3)
-        - (X_y3 * t_6d4zw + K_L63 * t_rty7q)
-        - (X_y4 * t_kk4iu + K_L64 * t_325fy)
-        - (X_y5 * t_u7goy + K_L65 * t_nulbe);
-    const real t_wiv3k = t_ezs6d
+    const real t_dlgwu = t_gcu5g * t_37b6j
+        - t_z2pcc
+        + (b1 * t_i2r53 + t_e4enr * t_j7rpm)
+        + (X_y2 * t_z4lta + t_dj64q * t_uvh2f)
+        - (X_y3 * t_a55ve_2 + K_L63 * t_5gznf)
+        - (X_y4 * t_cbrfm + K_L64 * t_nvpvp)
+        - (X_y5 * t_22tge + K_L65 * t_3rabq);
+    const real t_lwiao = t_3uolf
         - t_kuxer
         - t_w6fl5
-        - t_zdike
-        - t_pbze3_2
-        - (t_dj64q * t_giwql_2 + t_hmob3 * t_fdao3)
-        - (K_L63 * t_6mrbs + t_rahc4 * t_6d4zw)
-        - (K_L64 * t_bcijq + t_e4k6u * t_kk4iu)
-        - (K_L65 * t_r7kw7 + t_5gmab * t_u7goy)
-        - (t_e4enr * t_le6tz + t_bl4f2 * t_pa765);
-    const real t_2jvqf = t_5irxv * t_nfkwa - t_o4hiw * t_wiv3k;
-    const real t_xya35 = t_nulbe * t_ftqxb - t_eriz2 * t_rsxxd - (X_x6 * t_u7goy + K_L65 * t_2jvqf);
-    const real t_jg45l = t_325fy * t_lt2al
-        - t_gkoba * t_g3o7b
-        - (X_x5 * t_54l55 + K_L54 * t_xya35)
-        - (X_x6 * t_kk4iu + K_L64 * t_2jvqf);
-    const real t_yppnm = t_rty7q * t_zmh3u
-        - t_insvr * t_zohqf
-        - (X_x4 * t_l6si5 + K_L43 * t_jg45l)
-        - (X_x5 * t_ss5y6 + K_L53 * t_xya35)
-        - (X_x6 * t_6d4zw + K_L63 * t_2jvqf);
-    const real t_xcehm = t_zenj3 * t_4iujv
-        - t_5am4i * t_c4ssh
-        - (X_x3 * t_my75p + K_L32 * t_yppnm)
-        + (X_x4 * t_llrs2 + t_6urah * t_jg45l)
-        - (X_x5 * t_pcxgd + K_L52 * t_xya35)
-        + (X_x6 * t_fdao3 + t_dj64q * t_2jvqf);
-    const real t_i6bxu = t_uaiyr * t_bpfoo
+        - t_ifnuk
+        - t_mwcol_4
+        - (t_dj64q * t_npcn4_2 + t_qvrp6 * t_z4lta)
+        - (K_L63 * t_njgoz + t_rahc4 * t_a55ve_2)
+        - (K_L64 * t_kbfqh + t_e4k6u * t_cbrfm)
+        - (K_L65 * t_h7gn3 + t_jo54w * t_22tge)
+        - (t_e4enr * t_gjumn + t_bl4f2 * t_i2r53);
+    const real t_ngk2s = t_dlgwu * t_nfkwa - t_o4hiw * t_lwiao;
+    const real t_5qui4 = t_3rabq * t_ftqxb - t_eriz2 * t_43ngd - (X_x6 * t_22tge + K_L65 * t_ngk2s);
+    const real t_pectw = t_nvpvp * t_lt2al
+        - t_gkoba * t_4eh26
+        - (X_x5 * t_vdwwr + K_L54 * t_5qui4)
+        - (X_x6 * t_cbrfm + K_L64 * t_ngk2s);
+    const real t_q7uwl = t_5gznf * t_zmh3u
+        - t_insvr * t_sylhi
+        - (X_x4 * t_iijcz + K_L43 * t_pectw)
+        - (X_x5 * t_kbe3m + K_L53 * t_5qui4)
+        - (X_x6 * t_a55ve_2 + K_L63 * t_ngk2s);
+    const real t_zcoux = t_uvh2f * t_4iujv
+        - t_5am4i * t_kojxp
+        - (X_x3 * t_a6pnx + K_L32 * t_q7uwl)
+        + (X_x4 * t_u5wtr + t_6urah * t_pectw)
+        - (X_x5 * t_mct2r + K_L52 * t_5qui4)
+        + (X_x6 * t_z4lta + t_dj64q * t_ngk2s);
+    const real t_hzfds = t_j7rpm * t_bpfoo
         - t_2sw7d * t_umhwk
-        + (X_x2 * t_s6tyt + t_w7lcw * t_xcehm)
-        + (X_x3 * t_e7kdw + t_3go2w * t_yppnm)
-        + (X_x4 * t_je6f4 + t_xq4wt * t_jg45l)
-        + (X_x5 * t_mecns + t_vshgd * t_xya35)
-        + (X_x6 * t_pa765 + t_e4enr * t_2jvqf)
+        + (X_x2 * t_lef6g + t_w7lcw * t_zcoux)
+        + (X_x3 * t_llrgk + t_3go2w * t_q7uwl)
+        + (X_x4 * t_7vvv5 + t_xq4wt * t_pectw)
+        + (X_x5 * t_j5ky6 + t_vshgd * t_5qui4)
+        + (X_x6 * t_i2r53 + t_e4enr * t_ngk2s)
         + t_h7gpd;
     const real t_tepdd = me1 * t_xpjrw;
     const real t_tepdd_2 = K(1.0) - t_tepdd;
@@ -1562,143 +1562,143 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_2gia2 = mv1 * (cos_phi1 * t_vpupx);
     const real t_trlfj = t_rybsf * t_tepdd;
     const real t_xuzfq = mv2 * (cos_phi2 * t_trlfj);
-    const real t_p2ohj = cos_phi1 * t_2gia2 - cos_phi2 * t_xuzfq;
-    const real t_2legd = sin_phi1 * t_2gia2;
+    const real t_hrryp = cos_phi1 * t_2gia2 - cos_phi2 * t_xuzfq;
+    const real t_yoao5_3 = sin_phi1 * t_2gia2;
     const real t_o6oom_3 = sin_phi2 * t_xuzfq;
-    const real t_cdwx5_3 = t_w7lcw * t_p2ohj - (sin_theta1 * t_2legd - sin_theta2 * t_o6oom_3);
-    const real t_qmxc6_3 = t_3go2w * t_p2ohj - (cos_theta1 * t_2legd - cos_theta2 * t_o6oom_3) - K_L32 * t_cdwx5_3;
+    const real t_cdwx5_3 = t_w7lcw * t_hrryp - (sin_theta1 * t_yoao5_3 - sin_theta2 * t_o6oom_3);
+    const real t_qmxc6_3 = t_3go2w * t_hrryp - (cos_theta1 * t_yoao5_3 - cos_theta2 * t_o6oom_3) - K_L32 * t_cdwx5_3;
     const real t_qhdbb = Bs_1 * t_vpupx;
     const real t_k3c3a = Bs_2 * t_trlfj;
-    const real t_gsbxp = t_xq4wt * t_p2ohj - (t_qhdbb - t_k3c3a) + t_6urah * t_cdwx5_3 - K_L43 * t_qmxc6_3;
+    const real t_cb3t7 = t_xq4wt * t_hrryp - (t_qhdbb - t_k3c3a) + t_6urah * t_cdwx5_3 - K_L43 * t_qmxc6_3;
     const real t_h47lp = wth_2 * t_tepdd;
     const real t_zt6ue = q_2 * t_h47lp;
     const real t_rsccx_3 = cos_theta2 * t_zt6ue;
     const real t_2qtw7 = wth_1 * t_tepdd_2;
     const real t_agbff = q_1 * t_2qtw7;
-    const real t_z35cf = cos_theta1 * t_agbff;
+    const real t_o3ymy_3 = cos_theta1 * t_agbff;
     const real t_62pvo = Bc_1 * t_tepdd_2;
     const real t_hdcy5 = Bc_2 * t_tepdd;
     const real t_gmjri = t_2qtw7 - me1 * t_tepdd_2;
     const real t_5iyue = me2 * t_tepdd - t_h47lp;
     const real t_4unkw = Ass_1 * t_tepdd_2;
-    const real t_rnekx = t_gmjri - t_4unkw;
+    const real t_f7zge = t_gmjri - t_4unkw;
     const real t_yaefc = Ass_2 * t_tepdd;
     const real t_h2ehx = t_yaefc + t_5iyue;
-    const real t_452c4 = S_sq1 * t_rnekx + S_sq2 * t_h2ehx;
+    const real t_wzsgq = S_sq1 * t_f7zge + S_sq2 * t_h2ehx;
     const real t_v7xpn = Asc_1 * t_tepdd_2;
     const real t_nwnem = Asc_2 * t_tepdd;
     const real t_gpkxs = sin_theta1 * t_v7xpn - sin_theta2 * t_nwnem;
-    const real t_pukmo = t_gpkxs * t_bpfoo;
-    const real t_d3bap = t_gmjri + t_5iyue - t_452c4 - t_b3aij * t_pukmo;
-    const real t_24q47 = t_d3bap * t_4iujv;
-    const real t_fd327 = SC1 * t_rnekx + SC2 * t_h2ehx;
-    const real t_wjvpg_3 = t_fd327 + t_d4mqf * t_24q47 + t_zzymx * t_pukmo;
-    const real t_xlqlq = t_wjvpg_3 * t_zmh3u;
-    const real t_rcnv7 = t_rsccx_3
-        - t_z35cf
+    const real t_ncix4 = t_gpkxs * t_bpfoo;
+    const real t_zqrmj = t_gmjri + t_5iyue - t_wzsgq - t_b3aij * t_ncix4;
+    const real t_ovkoy = t_zqrmj * t_4iujv;
+    const real t_vd5ld = SC1 * t_f7zge + SC2 * t_h2ehx;
+    const real t_cr5x5_3 = t_vd5ld + t_d4mqf * t_ovkoy + t_zzymx * t_ncix4;
+    const real t_3n6r6_3 = t_cr5x5_3 * t_zmh3u;
+    const real t_5qfwo = t_rsccx_3
+        - t_o3ymy_3
         - sin_theta1 * t_62pvo
         + sin_theta2 * t_hdcy5
-        + t_m67zs * t_24q47
-        + t_m27n6 * t_xlqlq
-        - t_2m245 * t_pukmo;
-    const real t_f3qde = t_rcnv7 * t_lt2al;
-    const real t_bi4ou = t_qhdbb + (e1 * t_2legd + F_t1 * t_tepdd_2);
+        + t_m67zs * t_ovkoy
+        + t_m27n6 * t_3n6r6_3
+        - t_2m245 * t_ncix4;
+    const real t_uasb2 = t_5qfwo * t_lt2al;
+    const real t_kuogw = t_qhdbb + (e1 * t_yoao5_3 + F_t1 * t_tepdd_2);
     const real t_6ou74 = t_k3c3a + (e2 * t_o6oom_3 + F_t2 * t_tepdd);
-    const real t_c5hrf = sin_theta1 * t_bi4ou
+    const real t_c5hrf = sin_theta1 * t_kuogw
         - sin_theta2 * t_6ou74
         + t_vt7uo * t_tepdd_2
         - t_oncjt * t_tepdd
         + f_y * t_tepdd;
-    const real t_2w4nw = b1 * t_pukmo
-        + t_vshgd * t_p2ohj
+    const real t_tyixv = b1 * t_ncix4
+        + t_vshgd * t_hrryp
         - t_c5hrf
-        - (X_y2 * t_24q47 + K_L52 * t_cdwx5_3)
-        - (K_L53 * t_qmxc6_3 - X_y3 * t_xlqlq)
-        - (X_y4 * t_f3qde + K_L54 * t_gsbxp);
+        - (X_y2 * t_ovkoy + K_L52 * t_cdwx5_3)
+        - (K_L53 * t_qmxc6_3 - X_y3 * t_3n6r6_3)
+        - (X_y4 * t_uasb2 + K_L54 * t_cb3t7);
     const real t_vwz3k = wg_1 * t_tepdd_2 + g_1 * t_2qtw7;
     const real t_fu6zx = wg_2 * t_tepdd + g_2 * t_h47lp;
     const real t_4rfxb = me1 * (t_o6yyy * t_tepdd_2);
     const real t_abfa5 = K(-2.0) * t_62pvo + (eAss_1 * t_tepdd_2 + e1 * t_4unkw);
-    const real t_t7yp5 = t_4rfxb + t_abfa5 - t_vwz3k;
-    const real t_jaj24 = S_sq1 * t_t7yp5;
+    const real t_u4jze = t_4rfxb + t_abfa5 - t_vwz3k;
+    const real t_uxfwe_3 = S_sq1 * t_u4jze;
     const real t_bjusx = me2 * (t_rdwum * t_tepdd);
     const real t_5o6w5 = K(-2.0) * t_hdcy5 + (eAss_2 * t_tepdd + e2 * t_yaefc);
     const real t_gc6ds = t_fu6zx - (t_bjusx + t_5o6w5);
     const real t_yjdhu_3 = S_sq2 * t_gc6ds;
     const real t_rlxpo = me1 * (p[h1] + p[h1]) - M_C * (t_jf3qj * t_tepdd);
-    const real t_vfm43 = t_vwz3k
+    const real t_mqkzt = t_vwz3k
         - t_fu6zx
-        + t_jaj24
+        + t_uxfwe_3
         + t_yjdhu_3
         + t_rlxpo
         - t_4rfxb
         + t_bjusx
-        + K(-2.0) * t_z35cf
+        + K(-2.0) * t_o3ymy_3
         - K(-2.0) * t_rsccx_3
-        - (K_L52 * t_d3bap + t_p6zld * t_24q47)
-        + (K_L53 * t_wjvpg_3 + t_bxfcn * t_xlqlq)
-        - (K_L54 * t_rcnv7 + t_amczu * t_f3qde)
-        - (t_vshgd * t_gpkxs + t_6mmeb * t_pukmo);
-    const real t_tnlb3 = sin_theta1 * t_agbff - sin_theta2 * t_zt6ue;
+        - (K_L52 * t_zqrmj + t_p6zld * t_ovkoy)
+        + (K_L53 * t_cr5x5_3 + t_bxfcn * t_3n6r6_3)
+        - (K_L54 * t_5qfwo + t_amczu * t_uasb2)
+        - (t_vshgd * t_gpkxs + t_6mmeb * t_ncix4);
+    const real t_6exfo = sin_theta1 * t_agbff - sin_theta2 * t_zt6ue;
     const real t_ayt2t = cos_theta1 * t_v7xpn - cos_theta2 * t_nwnem;
-    const real t_o77hq = t_ayt2t * t_bpfoo;
-    const real t_a64bi_3 = t_fd327 + t_b3aij * t_o77hq;
-    const real t_5hkmo = t_a64bi_3 * t_4iujv;
-    const real t_wfq3f = t_452c4 - (t_yaefc - t_4unkw) + t_d4mqf * t_5hkmo - t_zzymx * t_o77hq;
-    const real t_xzpae = t_wfq3f * t_zmh3u;
-    const real t_ublo7 = t_tnlb3
+    const real t_mhmsi = t_ayt2t * t_bpfoo;
+    const real t_dv45p_3 = t_vd5ld + t_b3aij * t_mhmsi;
+    const real t_dj64q_4 = t_dv45p_3 * t_4iujv;
+    const real t_f2jo2 = t_wzsgq - (t_yaefc - t_4unkw) + t_d4mqf * t_dj64q_4 - t_zzymx * t_mhmsi;
+    const real t_i74sj = t_f2jo2 * t_zmh3u;
+    const real t_wcfm5 = t_6exfo
         - cos_theta1 * t_62pvo
         + cos_theta2 * t_hdcy5
-        - t_m67zs * t_5hkmo
-        - t_m27n6 * t_xzpae
-        - t_2m245 * t_o77hq;
-    const real t_o365h = t_ublo7 * t_lt2al;
-    const real t_rpmmg = t_tnlb3
-        + SC1 * t_t7yp5
+        - t_m67zs * t_dj64q_4
+        - t_m27n6 * t_i74sj
+        - t_2m245 * t_mhmsi;
+    const real t_qrhsw = t_wcfm5 * t_lt2al;
+    const real t_bh3u4 = t_6exfo
+        + SC1 * t_u4jze
         + SC2 * t_gc6ds
-        + (t_dj64q * t_d3bap + t_p6zld * t_5hkmo)
-        - (t_bxfcn * t_xzpae - K_L63 * t_wjvpg_3)
-        - (K_L64 * t_rcnv7 + t_amczu * t_o365h)
-        - (t_e4enr * t_gpkxs + t_6mmeb * t_o77hq);
-    const real t_dslfn = t_rpmmg * t_ftqxb - t_dzxqu * t_vfm43;
-    const real t_mz67v = t_gcu5g * t_tepdd
-        - (cos_theta1 * t_bi4ou - cos_theta2 * t_6ou74 - t_azclp * t_tepdd_2 + t_iya7w * t_tepdd)
-        + (b1 * t_o77hq + t_e4enr * t_p2ohj)
-        + (X_y2 * t_5hkmo + t_dj64q * t_cdwx5_3)
-        - (X_y3 * t_xzpae + K_L63 * t_qmxc6_3)
-        - (X_y4 * t_o365h + K_L64 * t_gsbxp)
-        - (X_y5 * t_dslfn + K_L65 * t_2w4nw);
-    const real t_jbuse = t_abfa5
+        + (t_dj64q * t_zqrmj + t_p6zld * t_dj64q_4)
+        - (t_bxfcn * t_i74sj - K_L63 * t_cr5x5_3)
+        - (K_L64 * t_5qfwo + t_amczu * t_qrhsw)
+        - (t_e4enr * t_gpkxs + t_6mmeb * t_mhmsi);
+    const real t_6yt7t = t_bh3u4 * t_ftqxb - t_dzxqu * t_mqkzt;
+    const real t_647sl = t_gcu5g * t_tepdd
+        - (cos_theta1 * t_kuogw - cos_theta2 * t_6ou74 - t_azclp * t_tepdd_2 + t_iya7w * t_tepdd)
+        + (b1 * t_mhmsi + t_e4enr * t_hrryp)
+        + (X_y2 * t_dj64q_4 + t_dj64q * t_cdwx5_3)
+        - (X_y3 * t_i74sj + K_L63 * t_qmxc6_3)
+        - (X_y4 * t_qrhsw + K_L64 * t_cb3t7)
+        - (X_y5 * t_6yt7t + K_L65 * t_tyixv);
+    const real t_jnt3m = t_abfa5
         - t_5o6w5
         + t_rlxpo
-        - t_jaj24
+        - t_uxfwe_3
         - t_yjdhu_3
-        - (t_dj64q * t_a64bi_3 + t_hmob3 * t_5hkmo)
-        - (K_L63 * t_wfq3f + t_rahc4 * t_xzpae)
-        - (K_L64 * t_ublo7 + t_e4k6u * t_o365h)
-        - (K_L65 * t_rpmmg + t_5gmab * t_dslfn)
-        - (t_e4enr * t_ayt2t + t_bl4f2 * t_o77hq);
-    const real t_bzmsi = t_mz67v * t_nfkwa - t_o4hiw * t_jbuse;
-    const real t_sziam = t_2w4nw * t_ftqxb - t_eriz2 * t_vfm43 - (X_x6 * t_dslfn + K_L65 * t_bzmsi);
-    const real t_yeu3n = t_gsbxp * t_lt2al
-        - (X_x5 * t_f3qde + K_L54 * t_sziam)
-        - (X_x6 * t_o365h + K_L64 * t_bzmsi);
-    const real t_rgn4o = t_qmxc6_3 * t_zmh3u
-        - K_L43 * t_yeu3n
-        - (K_L53 * t_sziam - X_x5 * t_xlqlq)
-        - (X_x6 * t_xzpae + K_L63 * t_bzmsi);
-    const real t_v5ta6 = t_cdwx5_3 * t_4iujv
-        - K_L32 * t_rgn4o
-        + t_6urah * t_yeu3n
-        - (X_x5 * t_24q47 + K_L52 * t_sziam)
-        + (X_x6 * t_5hkmo + t_dj64q * t_bzmsi);
-    const real t_bywiv = t_p2ohj * t_bpfoo
-        + t_w7lcw * t_v5ta6
-        + t_3go2w * t_rgn4o
-        + t_xq4wt * t_yeu3n
-        + (X_x5 * t_pukmo + t_vshgd * t_sziam)
-        + (X_x6 * t_o77hq + t_e4enr * t_bzmsi);
-    const real t_s47t6 = t_bywiv + t_trlfj;
+        - (t_dj64q * t_dv45p_3 + t_qvrp6 * t_dj64q_4)
+        - (K_L63 * t_f2jo2 + t_rahc4 * t_i74sj)
+        - (K_L64 * t_wcfm5 + t_e4k6u * t_qrhsw)
+        - (K_L65 * t_bh3u4 + t_jo54w * t_6yt7t)
+        - (t_e4enr * t_ayt2t + t_bl4f2 * t_mhmsi);
+    const real t_qhwmd = t_647sl * t_nfkwa - t_o4hiw * t_jnt3m;
+    const real t_ph3k5 = t_tyixv * t_ftqxb - t_eriz2 * t_mqkzt - (X_x6 * t_6yt7t + K_L65 * t_qhwmd);
+    const real t_rbyn3_2 = t_cb3t7 * t_lt2al
+        - (X_x5 * t_uasb2 + K_L54 * t_ph3k5)
+        - (X_x6 * t_qrhsw + K_L64 * t_qhwmd);
+    const real t_6yt6i_2 = t_qmxc6_3 * t_zmh3u
+        - K_L43 * t_rbyn3_2
+        - (K_L53 * t_ph3k5 - X_x5 * t_3n6r6_3)
+        - (X_x6 * t_i74sj + K_L63 * t_qhwmd);
+    const real t_sif46_2 = t_cdwx5_3 * t_4iujv
+        - K_L32 * t_6yt6i_2
+        + t_6urah * t_rbyn3_2
+        - (X_x5 * t_ovkoy + K_L52 * t_ph3k5)
+        + (X_x6 * t_dj64q_4 + t_dj64q * t_qhwmd);
+    const real t_6xo3m = t_hrryp * t_bpfoo
+        + t_w7lcw * t_sif46_2
+        + t_3go2w * t_6yt6i_2
+        + t_xq4wt * t_rbyn3_2
+        + (X_x5 * t_ncix4 + t_vshgd * t_ph3k5)
+        + (X_x6 * t_mhmsi + t_e4enr * t_qhwmd);
+    const real t_jaeht = t_6xo3m + t_trlfj;
     const real t_y6yta = t_3qn53 - p[I1] * t_ecohd;
     const real t_tdmqv = p[l1] * t_y6yta;
     const real t_f7dyx = p[l1] * t_ecohd;
@@ -1706,9 +1706,9 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_qdapd = p[h1] * t_y6yta * t_xpjrw - t_rl7kq * t_y6yta;
     const real t_lf65f = t_rybsf * t_qdapd;
     const real t_tr3c4 = t_6nwd2 * t_f7dyx;
-    const real t_gyqtm = mv1 * (cos_phi1 * t_lf65f) + t_lupe6 * t_tr3c4;
-    const real t_u2bz6 = mv2 * (cos_phi2 * t_lf65f);
-    const real t_eysat = sin_phi1 * t_bc452 - cos_phi1 * t_gyqtm - cos_phi2 * t_u2bz6;
+    const real t_jkz7e = mv1 * (cos_phi1 * t_lf65f) + t_lupe6 * t_tr3c4;
+    const real t_7cwmu = mv2 * (cos_phi2 * t_lf65f);
+    const real t_x4uzv = sin_phi1 * t_bc452 - cos_phi1 * t_jkz7e - cos_phi2 * t_7cwmu;
     const real t_ytdxg = sin_phi1 * t_tr3c4;
     const real t_4punh = sin_phi1 * t_ytdxg;
     const real t_gcmhj = t_y6yta - t_tr3c4 + t_4punh;
@@ -1717,208 +1717,208 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_vfg2c = t_7nyq2 * t_bpfoo + t_6xwz3 * t_gcmhj;
     const real t_e3qlh = th_1 * zeta1 - t_xips6 * t_sdxhx;
     const real t_vzisz = cos_theta1 * t_e3qlh;
-    const real t_35s34 = sin_phi1 * t_gyqtm + cos_phi1 * t_bc452;
-    const real t_gwnxz_3 = sin_phi2 * t_u2bz6;
-    const real t_q7frg = t_w7lcw * t_eysat
+    const real t_ndxzj = sin_phi1 * t_jkz7e + cos_phi1 * t_bc452;
+    const real t_itqut_5 = sin_phi2 * t_7cwmu;
+    const real t_f55uf = t_w7lcw * t_x4uzv
         - b1 * t_vfg2c
-        - (t_vzisz - sin_theta1 * t_35s34 - sin_theta2 * t_gwnxz_3);
+        - (t_vzisz - sin_theta1 * t_ndxzj - sin_theta2 * t_itqut_5);
     const real t_qqepj = t_y6yta - t_4punh;
     const real t_43bqs = th_1 - p[I1] * t_sdxhx;
     const real t_h676r = t_qqepj - t_43bqs;
-    const real t_7szr3 = S_sq1 * t_h676r;
-    const real t_jcwxi = t_7szr3 + t_y6yta + t_43bqs - t_y6yta + (t_w7lcw * t_7nyq2 + t_b3aij * t_vfg2c);
+    const real t_qd2j6 = S_sq1 * t_h676r;
+    const real t_nl3ls = t_qd2j6 + t_y6yta + t_43bqs - t_y6yta + (t_w7lcw * t_7nyq2 + t_b3aij * t_vfg2c);
     const real t_7mc24 = cos_theta1 * t_sfgcw;
     const real t_qorkj = t_7mc24 * t_bpfoo + t_3tmqi * t_gcmhj;
-    const real t_b4bxh = SC1 * t_h676r + (t_3go2w * t_7nyq2 + t_b3aij * t_qorkj);
-    const real t_e3ifd = t_b4bxh * t_4iujv - t_6yahm * t_jcwxi;
+    const real t_6nkag = SC1 * t_h676r + (t_3go2w * t_7nyq2 + t_b3aij * t_qorkj);
+    const real t_f7tni = t_6nkag * t_4iujv - t_6yahm * t_nl3ls;
     const real t_wwrju = sin_theta1 * t_e3qlh;
-    const real t_dseh4 = t_3go2w * t_eysat
+    const real t_7noub = t_3go2w * t_x4uzv
         - b1 * t_qorkj
-        + (cos_theta1 * t_35s34 + t_wwrju + cos_theta2 * t_gwnxz_3)
-        - (X_y2 * t_e3ifd + K_L32 * t_q7frg);
-    const real t_5rfri = t_qqepj
-        - t_7szr3
-        - (K_L32 * t_b4bxh + t_d4mqf * t_e3ifd)
+        + (cos_theta1 * t_ndxzj + t_wwrju + cos_theta2 * t_itqut_5)
+        - (X_y2 * t_f7tni + K_L32 * t_f55uf);
+    const real t_zwtea = t_qqepj
+        - t_qd2j6
+        - (K_L32 * t_6nkag + t_d4mqf * t_f7tni)
         + (t_3go2w * t_7mc24 + t_zzymx * t_qorkj);
     const real t_xcurm = q_1 * t_43bqs;
     const real t_zxvwo = sin_theta1 * t_xcurm;
     const real t_kibnj = cos_phi1 * t_tdmqv;
     const real t_2ulsd = cos_theta1 * t_xcurm;
     const real t_2cpxt = sin_phi1 * t_tdmqv;
-    const real t_2j6v5 = t_2cpxt * t_bpfoo - t_jtjoh * t_gcmhj;
-    const real t_2gb7j = t_2ulsd + sin_theta1 * t_kibnj + (t_b3aij * t_2j6v5 - t_xq4wt * t_7nyq2);
-    const real t_dcntx = t_2gb7j * t_4iujv - t_dwrhg * t_jcwxi;
-    const real t_jh4uy = t_zxvwo
+    const real t_hatf3 = t_2cpxt * t_bpfoo - t_jtjoh * t_gcmhj;
+    const real t_fxjq5 = t_2ulsd + sin_theta1 * t_kibnj + (t_b3aij * t_hatf3 - t_xq4wt * t_7nyq2);
+    const real t_33vs5 = t_fxjq5 * t_4iujv - t_dwrhg * t_nl3ls;
+    const real t_gymtf = t_zxvwo
         - cos_theta1 * t_kibnj
-        + (t_6urah * t_b4bxh + t_d4mqf * t_dcntx)
-        - (t_zzymx * t_2j6v5 - t_xq4wt * t_7mc24);
-    const real t_fbuaf = t_jh4uy * t_zmh3u - t_ydwjl * t_5rfri;
-    const real t_wgnk6 = t_w7vil * t_2cpxt - Bs_1 * t_lf65f + p[l1] * t_bc452;
+        + (t_6urah * t_6nkag + t_d4mqf * t_33vs5)
+        - (t_zzymx * t_hatf3 - t_xq4wt * t_7mc24);
+    const real t_ofv7h = t_gymtf * t_zmh3u - t_ydwjl * t_zwtea;
+    const real t_esnnn = t_w7vil * t_2cpxt - Bs_1 * t_lf65f + p[l1] * t_bc452;
     const real t_bemza = q_1 * t_e3qlh;
-    const real t_he445 = Bs_2 * t_lf65f;
-    const real t_zlmzl = b1 * t_2j6v5
-        + t_xq4wt * t_eysat
-        - (t_wgnk6 - t_bemza - t_he445 + x[wy] * x[theta1_dot])
-        + (X_y2 * t_dcntx + t_6urah * t_q7frg)
-        - (X_y3 * t_fbuaf + K_L43 * t_dseh4);
+    const real t_brzwb = Bs_2 * t_lf65f;
+    const real t_j4u4y = b1 * t_hatf3
+        + t_xq4wt * t_x4uzv
+        - (t_esnnn - t_bemza - t_brzwb + x[wy] * x[theta1_dot])
+        + (X_y2 * t_33vs5 + t_6urah * t_f55uf)
+        - (X_y3 * t_ofv7h + K_L43 * t_7noub);
     const real t_ez4pt = q_1 * t_xcurm;
     const real t_adnnd = p[l1] * t_tdmqv;
-    const real t_zt6qe = t_ez4pt
+    const real t_hzcqd = t_ez4pt
         + t_adnnd
-        - (t_6urah * t_2gb7j + t_m67zs * t_dcntx)
-        - (K_L43 * t_jh4uy + t_m27n6 * t_fbuaf)
-        - (t_xq4wt * t_2cpxt + t_2m245 * t_2j6v5);
+        - (t_6urah * t_fxjq5 + t_m67zs * t_33vs5)
+        - (K_L43 * t_gymtf + t_m27n6 * t_ofv7h)
+        - (t_xq4wt * t_2cpxt + t_2m245 * t_hatf3);
     const real t_w7zeu = g_1 * t_43bqs - wth_1 * t_qdapd;
-    const real t_dskpw = q_1 * t_w7zeu;
-    const real t_yhm6z = cos_theta1 * t_dskpw;
+    const real t_jk3pk = q_1 * t_w7zeu;
+    const real t_4la6k = cos_theta1 * t_jk3pk;
     const real t_64hxd = wth_2 * t_qdapd;
-    const real t_n4zxp = q_2 * t_64hxd;
-    const real t_clz7k_3 = cos_theta2 * t_n4zxp;
-    const real t_ddtvo = e1 * t_kibnj - Bc_1 * t_qdapd;
-    const real t_x7pd7 = t_adnnd - t_ddtvo;
+    const real t_x26d5 = q_2 * t_64hxd;
+    const real t_g4wtj_5 = cos_theta2 * t_x26d5;
+    const real t_hwhy4 = e1 * t_kibnj - Bc_1 * t_qdapd;
+    const real t_izrk6 = t_adnnd - t_hwhy4;
     const real t_cm66r = Bc_2 * t_qdapd;
-    const real t_sfs4d = t_w7zeu - (e1 * t_y6yta - me1 * t_qdapd);
-    const real t_o23yg = me2 * t_qdapd - t_64hxd;
+    const real t_qerdf = t_w7zeu - (e1 * t_y6yta - me1 * t_qdapd);
+    const real t_utrfd = me2 * t_qdapd - t_64hxd;
     const real t_pgh2t = e1 * t_4punh + Ass_1 * t_qdapd;
-    const real t_7xuwl = t_kibnj + t_pgh2t;
-    const real t_dyqrt = t_7xuwl + t_sfs4d;
+    const real t_ou2kw = t_kibnj + t_pgh2t;
+    const real t_yrhb3 = t_ou2kw + t_qerdf;
     const real t_vxxq3 = Ass_2 * t_qdapd;
-    const real t_cqbfw = t_vxxq3 + t_o23yg;
-    const real t_bcgsc = S_sq1 * t_dyqrt + S_sq2 * t_cqbfw;
-    const real t_g4kmj = t_2cpxt - (e1 * t_sfgcw + Asc_1 * t_qdapd);
+    const real t_t2jmq = t_vxxq3 + t_utrfd;
+    const real t_awd5t = S_sq1 * t_yrhb3 + S_sq2 * t_t2jmq;
+    const real t_repl5 = t_2cpxt - (e1 * t_sfgcw + Asc_1 * t_qdapd);
     const real t_xrmsz = Asc_2 * t_qdapd;
-    const real t_wehgy = sin_theta1 * t_g4kmj - sin_theta2 * t_xrmsz;
-    const real t_i7qc2 = t_wehgy * t_bpfoo - t_2lluf * t_gcmhj;
-    const real t_z5wgh = t_sfs4d + t_o23yg - t_bcgsc - t_2ulsd - (t_b3aij * t_i7qc2 - t_vshgd * t_7nyq2);
-    const real t_zndug = t_z5wgh * t_4iujv - t_hfybw * t_jcwxi;
-    const real t_p6j6d = SC1 * t_dyqrt + SC2 * t_cqbfw;
-    const real t_jtt4s = t_zxvwo
-        - t_p6j6d
-        - (K_L52 * t_b4bxh + t_d4mqf * t_zndug)
-        - (t_zzymx * t_i7qc2 - t_vshgd * t_7mc24);
-    const real t_iimev = t_jtt4s * t_zmh3u - t_qe675 * t_5rfri;
-    const real t_wozog = t_ez4pt
-        - t_yhm6z
-        + t_clz7k_3
-        + sin_theta1 * t_x7pd7
+    const real t_ildq5 = sin_theta1 * t_repl5 - sin_theta2 * t_xrmsz;
+    const real t_vcewd = t_ildq5 * t_bpfoo - t_2lluf * t_gcmhj;
+    const real t_povvr = t_qerdf + t_utrfd - t_awd5t - t_2ulsd - (t_b3aij * t_vcewd - t_vshgd * t_7nyq2);
+    const real t_5qpcj = t_povvr * t_4iujv - t_hfybw * t_nl3ls;
+    const real t_uugbi = SC1 * t_yrhb3 + SC2 * t_t2jmq;
+    const real t_r4yea = t_zxvwo
+        - t_uugbi
+        - (K_L52 * t_6nkag + t_d4mqf * t_5qpcj)
+        - (t_zzymx * t_vcewd - t_vshgd * t_7mc24);
+    const real t_v7aht = t_r4yea * t_zmh3u - t_qe675 * t_zwtea;
+    const real t_yb3j3 = t_ez4pt
+        - t_4la6k
+        + t_g4wtj_5
+        + sin_theta1 * t_izrk6
         + sin_theta2 * t_cm66r
-        + (K_L52 * t_2gb7j + t_m67zs * t_zndug)
-        - (K_L53 * t_jh4uy + t_m27n6 * t_iimev)
-        - (t_vshgd * t_2cpxt + t_2m245 * t_i7qc2);
-    const real t_a7doy = t_wozog * t_lt2al - t_2e52m * t_zt6qe;
-    const real t_2hhjj = t_wgnk6 - (e1 * t_35s34 + F_t1 * t_qdapd);
-    const real t_ufv3b = t_he445 + (e2 * t_gwnxz_3 + F_t2 * t_qdapd);
-    const real t_r7du6 = sin_theta1 * t_2hhjj
+        + (K_L52 * t_fxjq5 + t_m67zs * t_5qpcj)
+        - (K_L53 * t_gymtf + t_m27n6 * t_v7aht)
+        - (t_vshgd * t_2cpxt + t_2m245 * t_vcewd);
+    const real t_vmt6b_2 = t_yb3j3 * t_lt2al - t_2e52m * t_hzcqd;
+    const real t_epu23 = t_esnnn - (e1 * t_ndxzj + F_t1 * t_qdapd);
+    const real t_kg3ie = t_brzwb + (e2 * t_itqut_5 + F_t2 * t_qdapd);
+    const real t_dgkmr = sin_theta1 * t_epu23
         - t_bemza
-        - sin_theta2 * t_ufv3b
+        - sin_theta2 * t_kg3ie
         - x[wy] * x[phi1_dot]
         + (g_1 * t_vzisz - t_vt7uo * t_qdapd)
         - t_oncjt * t_qdapd
         + f_y * t_qdapd;
-    const real t_4e6pn = b1 * t_i7qc2
-        + t_vshgd * t_eysat
-        - t_r7du6
-        - (X_y2 * t_zndug + K_L52 * t_q7frg)
-        - (X_y3 * t_iimev + K_L53 * t_dseh4)
-        - (X_y4 * t_a7doy + K_L54 * t_zlmzl);
-    const real t_o7x4f = g_1 * t_w7zeu - wg_1 * t_qdapd;
-    const real t_4pvt7 = wg_2 * t_qdapd + g_2 * t_64hxd;
+    const real t_xoend = b1 * t_vcewd
+        + t_vshgd * t_x4uzv
+        - t_dgkmr
+        - (X_y2 * t_5qpcj + K_L52 * t_f55uf)
+        - (X_y3 * t_v7aht + K_L53 * t_7noub)
+        - (X_y4 * t_vmt6b_2 + K_L54 * t_j4u4y);
+    const real t_hpycy = g_1 * t_w7zeu - wg_1 * t_qdapd;
+    const real t_gfxqj = wg_2 * t_qdapd + g_2 * t_64hxd;
     const real t_3ia5d = t_simvy * t_y6yta - me1 * (t_o6yyy * t_qdapd);
-    const real t_3xjn7 = t_adnnd + K(-2.0) * t_ddtvo - (eAss_1 * t_qdapd + e1 * t_pgh2t);
-    const real t_hvpyz = t_3ia5d + t_3xjn7 - t_o7x4f;
-    const real t_yb5xx = S_sq1 * t_hvpyz;
+    const real t_chsxs = t_adnnd + K(-2.0) * t_hwhy4 - (eAss_1 * t_qdapd + e1 * t_pgh2t);
+    const real t_uui7g = t_3ia5d + t_chsxs - t_hpycy;
+    const real t_dacen = S_sq1 * t_uui7g;
     const real t_5lekt = me2 * (t_rdwum * t_qdapd);
-    const real t_5wux4 = K(-2.0) * t_cm66r + (eAss_2 * t_qdapd + e2 * t_vxxq3);
-    const real t_hs5tv = t_4pvt7 - (t_5lekt + t_5wux4);
-    const real t_pbze3_3 = S_sq2 * t_hs5tv;
+    const real t_2lpqs = K(-2.0) * t_cm66r + (eAss_2 * t_qdapd + e2 * t_vxxq3);
+    const real t_pr2hw = t_gfxqj - (t_5lekt + t_2lpqs);
+    const real t_mwcol_5 = S_sq2 * t_pr2hw;
     const real t_zvaug = t_owkw5 * t_y6yta - (t_iw7bs * t_y6yta + M_C * (t_jf3qj * t_qdapd));
-    const real t_yo3tx = t_o7x4f
-        - t_4pvt7
+    const real t_rki7o = t_hpycy
+        - t_gfxqj
         + t_ez4pt
-        + t_yb5xx
-        + t_pbze3_3
+        + t_dacen
+        + t_mwcol_5
         + t_zvaug
         - t_3ia5d
         + t_5lekt
-        + K(-2.0) * t_yhm6z
-        - K(-2.0) * t_clz7k_3
-        - (K_L52 * t_z5wgh + t_p6zld * t_zndug)
-        - (K_L53 * t_jtt4s + t_bxfcn * t_iimev)
-        - (K_L54 * t_wozog + t_amczu * t_a7doy)
-        - (t_vshgd * t_wehgy + t_6mmeb * t_i7qc2);
-    const real t_zk6pm = sin_theta1 * t_dskpw - sin_theta2 * t_n4zxp;
-    const real t_2iaus = cos_theta1 * t_g4kmj - cos_theta2 * t_xrmsz;
-    const real t_drhew = t_2iaus * t_bpfoo - t_ielc3 * t_gcmhj;
-    const real t_76ez5 = t_p6j6d + (t_b3aij * t_drhew - t_e4enr * t_7nyq2);
-    const real t_aycvd = t_76ez5 * t_4iujv - t_2ngl5 * t_jcwxi;
-    const real t_jas4v = t_bcgsc
-        - (t_7xuwl + t_vxxq3)
-        + (t_dj64q * t_b4bxh + t_d4mqf * t_aycvd)
-        - (t_zzymx * t_drhew - t_e4enr * t_7mc24);
-    const real t_3zeoh = t_jas4v * t_zmh3u - t_kpf5p * t_5rfri;
-    const real t_yyq6r = t_zk6pm
-        + cos_theta1 * t_x7pd7
+        + K(-2.0) * t_4la6k
+        - K(-2.0) * t_g4wtj_5
+        - (K_L52 * t_povvr + t_p6zld * t_5qpcj)
+        - (K_L53 * t_r4yea + t_bxfcn * t_v7aht)
+        - (K_L54 * t_yb3j3 + t_amczu * t_vmt6b_2)
+        - (t_vshgd * t_ildq5 + t_6mmeb * t_vcewd);
+    const real t_vpp3y = sin_theta1 * t_jk3pk - sin_theta2 * t_x26d5;
+    const real t_phgqu = cos_theta1 * t_repl5 - cos_theta2 * t_xrmsz;
+    const real t_fkdim = t_phgqu * t_bpfoo - t_ielc3 * t_gcmhj;
+    const real t_npcn4_3 = t_uugbi + (t_b3aij * t_fkdim - t_e4enr * t_7nyq2);
+    const real t_6l2ef = t_npcn4_3 * t_4iujv - t_2ngl5 * t_nl3ls;
+    const real t_v4lyn = t_awd5t
+        - (t_ou2kw + t_vxxq3)
+        + (t_dj64q * t_6nkag + t_d4mqf * t_6l2ef)
+        - (t_zzymx * t_fkdim - t_e4enr * t_7mc24);
+    const real t_gjsxe = t_v4lyn * t_zmh3u - t_kpf5p * t_zwtea;
+    const real t_bb2ni = t_vpp3y
+        + cos_theta1 * t_izrk6
         + cos_theta2 * t_cm66r
-        - (t_dj64q * t_2gb7j + t_m67zs * t_aycvd)
-        - (K_L63 * t_jh4uy + t_m27n6 * t_3zeoh)
-        - (t_e4enr * t_2cpxt + t_2m245 * t_drhew);
-    const real t_vt2hd = t_yyq6r * t_lt2al - t_wurun * t_zt6qe;
-    const real t_a4364 = t_zk6pm
-        + SC1 * t_hvpyz
-        + SC2 * t_hs5tv
-        + (t_dj64q * t_z5wgh + t_p6zld * t_aycvd)
-        - (K_L63 * t_jtt4s + t_bxfcn * t_3zeoh)
-        - (K_L64 * t_wozog + t_amczu * t_vt2hd)
-        - (t_e4enr * t_wehgy + t_6mmeb * t_drhew);
-    const real t_7der6 = t_a4364 * t_ftqxb - t_dzxqu * t_yo3tx;
-    const real t_nyaxm = cos_theta1 * t_2hhjj
-        - cos_theta2 * t_ufv3b
+        - (t_dj64q * t_fxjq5 + t_m67zs * t_6l2ef)
+        - (K_L63 * t_gymtf + t_m27n6 * t_gjsxe)
+        - (t_e4enr * t_2cpxt + t_2m245 * t_fkdim);
+    const real t_zjs7m_2 = t_bb2ni * t_lt2al - t_wurun * t_hzcqd;
+    const real t_nwqdu = t_vpp3y
+        + SC1 * t_uui7g
+        + SC2 * t_pr2hw
+        + (t_dj64q * t_povvr + t_p6zld * t_6l2ef)
+        - (K_L63 * t_r4yea + t_bxfcn * t_gjsxe)
+        - (K_L64 * t_yb3j3 + t_amczu * t_zjs7m_2)
+        - (t_e4enr * t_ildq5 + t_6mmeb * t_fkdim);
+    const real t_f4cc4 = t_nwqdu * t_ftqxb - t_dzxqu * t_rki7o;
+    const real t_kikk2 = cos_theta1 * t_epu23
+        - cos_theta2 * t_kg3ie
         + x[wx] * x[theta1_dot]
         - W13
         - (g_1 * t_wwrju - t_azclp * t_qdapd)
         + t_iya7w * t_qdapd
         - x[wz] * x[phi1_dot];
-    const real t_bwieb = t_gcu5g * t_qdapd
-        - t_nyaxm
-        + (b1 * t_drhew + t_e4enr * t_eysat)
-        + (X_y2 * t_aycvd + t_dj64q * t_q7frg)
-        - (X_y3 * t_3zeoh + K_L63 * t_dseh4)
-        - (X_y4 * t_vt2hd + K_L64 * t_zlmzl)
-        - (X_y5 * t_7der6 + K_L65 * t_4e6pn);
-    const real t_rau7z = t_3xjn7
-        - t_5wux4
+    const real t_iomo3 = t_gcu5g * t_qdapd
+        - t_kikk2
+        + (b1 * t_fkdim + t_e4enr * t_x4uzv)
+        + (X_y2 * t_6l2ef + t_dj64q * t_f55uf)
+        - (X_y3 * t_gjsxe + K_L63 * t_7noub)
+        - (X_y4 * t_zjs7m_2 + K_L64 * t_j4u4y)
+        - (X_y5 * t_f4cc4 + K_L65 * t_xoend);
+    const real t_thxjq = t_chsxs
+        - t_2lpqs
         + (K(1.0) + t_zvaug)
-        - t_yb5xx
-        - t_pbze3_3
-        - (t_dj64q * t_76ez5 + t_hmob3 * t_aycvd)
-        - (K_L63 * t_jas4v + t_rahc4 * t_3zeoh)
-        - (K_L64 * t_yyq6r + t_e4k6u * t_vt2hd)
-        - (K_L65 * t_a4364 + t_5gmab * t_7der6)
-        - (t_e4enr * t_2iaus + t_bl4f2 * t_drhew);
-    const real t_lfpzh = t_bwieb * t_nfkwa - t_o4hiw * t_rau7z;
-    const real t_o3cyf = t_4e6pn * t_ftqxb - t_eriz2 * t_yo3tx - (X_x6 * t_7der6 + K_L65 * t_lfpzh);
-    const real t_dmtnz = t_zlmzl * t_lt2al
-        - t_gkoba * t_zt6qe
-        - (X_x5 * t_a7doy + K_L54 * t_o3cyf)
-        - (X_x6 * t_vt2hd + K_L64 * t_lfpzh);
-    const real t_nv3la = t_dseh4 * t_zmh3u
-        - t_insvr * t_5rfri
-        - (X_x4 * t_fbuaf + K_L43 * t_dmtnz)
-        - (X_x5 * t_iimev + K_L53 * t_o3cyf)
-        - (X_x6 * t_3zeoh + K_L63 * t_lfpzh);
-    const real t_53quf = t_q7frg * t_4iujv
-        - t_5am4i * t_jcwxi
-        - (X_x3 * t_e3ifd + K_L32 * t_nv3la)
-        + (X_x4 * t_dcntx + t_6urah * t_dmtnz)
-        - (X_x5 * t_zndug + K_L52 * t_o3cyf)
-        + (X_x6 * t_aycvd + t_dj64q * t_lfpzh);
-    const real t_digap = t_eysat * t_bpfoo
+        - t_dacen
+        - t_mwcol_5
+        - (t_dj64q * t_npcn4_3 + t_qvrp6 * t_6l2ef)
+        - (K_L63 * t_v4lyn + t_rahc4 * t_gjsxe)
+        - (K_L64 * t_bb2ni + t_e4k6u * t_zjs7m_2)
+        - (K_L65 * t_nwqdu + t_jo54w * t_f4cc4)
+        - (t_e4enr * t_phgqu + t_bl4f2 * t_fkdim);
+    const real t_rdejp = t_iomo3 * t_nfkwa - t_o4hiw * t_thxjq;
+    const real t_d6e7c = t_xoend * t_ftqxb - t_eriz2 * t_rki7o - (X_x6 * t_f4cc4 + K_L65 * t_rdejp);
+    const real t_s5jpg = t_j4u4y * t_lt2al
+        - t_gkoba * t_hzcqd
+        - (X_x5 * t_vmt6b_2 + K_L54 * t_d6e7c)
+        - (X_x6 * t_zjs7m_2 + K_L64 * t_rdejp);
+    const real t_faw46 = t_7noub * t_zmh3u
+        - t_insvr * t_zwtea
+        - (X_x4 * t_ofv7h + K_L43 * t_s5jpg)
+        - (X_x5 * t_v7aht + K_L53 * t_d6e7c)
+        - (X_x6 * t_gjsxe + K_L63 * t_rdejp);
+    const real t_bwgjg = t_f55uf * t_4iujv
+        - t_5am4i * t_nl3ls
+        - (X_x3 * t_f7tni + K_L32 * t_faw46)
+        + (X_x4 * t_33vs5 + t_6urah * t_s5jpg)
+        - (X_x5 * t_5qpcj + K_L52 * t_d6e7c)
+        + (X_x6 * t_6l2ef + t_dj64q * t_rdejp);
+    const real t_xgt7p = t_x4uzv * t_bpfoo
         - t_2sw7d * t_gcmhj
-        + (t_w7lcw * t_53quf - X_x2 * t_vfg2c)
-        + (t_3go2w * t_nv3la - X_x3 * t_qorkj)
-        + (X_x4 * t_2j6v5 + t_xq4wt * t_dmtnz)
-        + (X_x5 * t_i7qc2 + t_vshgd * t_o3cyf)
-        + (X_x6 * t_drhew + t_e4enr * t_lfpzh)
+        + (t_w7lcw * t_bwgjg - X_x2 * t_vfg2c)
+        + (t_3go2w * t_faw46 - X_x3 * t_qorkj)
+        + (X_x4 * t_hatf3 + t_xq4wt * t_s5jpg)
+        + (X_x5 * t_vcewd + t_vshgd * t_d6e7c)
+        + (X_x6 * t_fkdim + t_e4enr * t_rdejp)
         + t_lf65f;
     const real t_5rhqw = k1 * x[phi1_dot];
     const real t_tzbyk = sin_phi1 * t_5rhqw;
@@ -1940,247 +1940,247 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         - K_L52 * t_6avuf
         - K_L53 * t_qxywo
         - K_L54 * t_oyrjx;
-    const real t_r5ar3 = t_e4enr * t_tzbyk
+    const real t_e7nsn = t_e4enr * t_tzbyk
         - (cos_theta1 * t_rz4pg + g_1 * t_hclzh)
         + t_dj64q * t_6avuf
         - K_L63 * t_qxywo
         - K_L64 * t_oyrjx
         - K_L65 * t_csr5v;
-    const real t_z266e = t_r5ar3 * t_nfkwa;
-    const real t_cgllx = t_csr5v * t_ftqxb - K_L65 * t_z266e;
-    const real t_luk3u = t_oyrjx * t_lt2al - K_L54 * t_cgllx - K_L64 * t_z266e;
-    const real t_unpsh = t_qxywo * t_zmh3u - K_L43 * t_luk3u - K_L53 * t_cgllx - K_L63 * t_z266e;
-    const real t_r6xy5 = t_6avuf * t_4iujv
-        - K_L32 * t_unpsh
-        + t_6urah * t_luk3u
-        - K_L52 * t_cgllx
-        + t_dj64q * t_z266e;
-    const real t_kzw2b = t_tzbyk * t_bpfoo
-        + t_w7lcw * t_r6xy5
-        + t_3go2w * t_unpsh
-        + t_xq4wt * t_luk3u
-        + t_vshgd * t_cgllx
-        + t_e4enr * t_z266e;
+    const real t_dopxv = t_e7nsn * t_nfkwa;
+    const real t_qt2lr = t_csr5v * t_ftqxb - K_L65 * t_dopxv;
+    const real t_2qn36 = t_oyrjx * t_lt2al - K_L54 * t_qt2lr - K_L64 * t_dopxv;
+    const real t_cy7cx = t_qxywo * t_zmh3u - K_L43 * t_2qn36 - K_L53 * t_qt2lr - K_L63 * t_dopxv;
+    const real t_bvlfu = t_6avuf * t_4iujv
+        - K_L32 * t_cy7cx
+        + t_6urah * t_2qn36
+        - K_L52 * t_qt2lr
+        + t_dj64q * t_dopxv;
+    const real t_ayr5k = t_tzbyk * t_bpfoo
+        + t_w7lcw * t_bvlfu
+        + t_3go2w * t_cy7cx
+        + t_xq4wt * t_2qn36
+        + t_vshgd * t_qt2lr
+        + t_e4enr * t_dopxv;
     const real t_ew3ec = t_54cbb * t_5wzvs;
     const real t_7qbxx = t_5wzvs - t_ew3ec * t_nfvux;
     const real t_7jdgx = p[I2] * t_7qbxx;
     const real t_k3sgq = p[l2] * t_7jdgx;
     const real t_zlqqo = p[l2] * t_7qbxx;
-    const real t_32o7p = eta2 * t_k3sgq + loss_phi2 * t_zlqqo;
+    const real t_2r3rg = eta2 * t_k3sgq + loss_phi2 * t_zlqqo;
     const real t_zn23j = p[h2] * t_7jdgx * t_xpjrw - t_rl7kq * t_7jdgx;
-    const real t_exgtc = t_rybsf * t_zn23j;
-    const real t_xaxsj = mv1 * (cos_phi1 * t_exgtc);
+    const real t_jsqxt = t_rybsf * t_zn23j;
+    const real t_xaxsj = mv1 * (cos_phi1 * t_jsqxt);
     const real t_wnhil = k2 * p[l2] + t_popww * t_zlqqo;
-    const real t_o6v6i = t_cekeb * t_wnhil - mv2 * (cos_phi2 * t_exgtc) - sigma_sq2 * p[l2];
-    const real t_ptuai = sin_phi2 * t_32o7p - cos_phi1 * t_xaxsj + cos_phi2 * t_o6v6i;
-    const real t_37po7 = sin_phi2 * t_wnhil;
-    const real t_lvrx3 = sin_phi2 * t_37po7;
-    const real t_afvew = t_7jdgx + t_wnhil - t_lvrx3;
-    const real t_ewa4e = cos_phi2 * t_37po7;
+    const real t_o6cpd = t_cekeb * t_wnhil - mv2 * (cos_phi2 * t_jsqxt) - sigma_sq2 * p[l2];
+    const real t_swsr4 = sin_phi2 * t_2r3rg - cos_phi1 * t_xaxsj + cos_phi2 * t_o6cpd;
+    const real t_bq4xr = sin_phi2 * t_wnhil;
+    const real t_lvrx3 = sin_phi2 * t_bq4xr;
+    const real t_3s6z2 = t_7jdgx + t_wnhil - t_lvrx3;
+    const real t_ewa4e = cos_phi2 * t_bq4xr;
     const real t_tkfc5 = sin_theta2 * t_ewa4e;
-    const real t_dprg3 = t_tkfc5 * t_bpfoo - t_6xwz3 * t_afvew;
+    const real t_v2ode = t_tkfc5 * t_bpfoo - t_6xwz3 * t_3s6z2;
     const real t_yyt2v = th_2 * t_mwbp3;
     const real t_igor2 = t_mwbp3 - t_yyt2v * t_bnx3m;
     const real t_ugd3k = t_vry6x * t_igor2;
     const real t_l2p7l = cos_theta2 * t_ugd3k;
-    const real t_2legd_2 = sin_phi1 * t_xaxsj;
-    const real t_h2ybs = sin_phi2 * t_o6v6i - cos_phi2 * t_32o7p;
-    const real t_rvpid = b1 * t_dprg3
-        + t_w7lcw * t_ptuai
-        - (t_l2p7l - sin_theta1 * t_2legd_2 + sin_theta2 * t_h2ybs);
+    const real t_yoao5_4 = sin_phi1 * t_xaxsj;
+    const real t_426ru = sin_phi2 * t_o6cpd - cos_phi2 * t_2r3rg;
+    const real t_lfpnj = b1 * t_v2ode
+        + t_w7lcw * t_swsr4
+        - (t_l2p7l - sin_theta1 * t_yoao5_4 + sin_theta2 * t_426ru);
     const real t_hksdv = t_lvrx3 + t_7jdgx;
     const real t_6ppzy = p[I2] * t_igor2;
-    const real t_rjznv = t_hksdv - t_6ppzy;
-    const real t_zrrvc = S_sq2 * t_rjznv;
-    const real t_lf23f = t_zrrvc + t_7jdgx + t_6ppzy - t_7jdgx - (t_w7lcw * t_tkfc5 + t_b3aij * t_dprg3);
+    const real t_xkckt = t_hksdv - t_6ppzy;
+    const real t_4q6qu = S_sq2 * t_xkckt;
+    const real t_lf23f = t_4q6qu + t_7jdgx + t_6ppzy - t_7jdgx - (t_w7lcw * t_tkfc5 + t_b3aij * t_v2ode);
     const real t_kc56c = cos_theta2 * t_ewa4e;
-    const real t_m34bh = t_kc56c * t_bpfoo - t_3tmqi * t_afvew;
-    const real t_dmfax = SC2 * t_rjznv - (t_3go2w * t_tkfc5 + t_b3aij * t_m34bh);
-    const real t_yox2c = t_dmfax * t_4iujv - t_6yahm * t_lf23f;
+    const real t_mqc4r = t_kc56c * t_bpfoo - t_3tmqi * t_3s6z2;
+    const real t_6qhkx = SC2 * t_xkckt - (t_3go2w * t_tkfc5 + t_b3aij * t_mqc4r);
+    const real t_o2vir = t_6qhkx * t_4iujv - t_6yahm * t_lf23f;
     const real t_aad4d = sin_theta2 * t_ugd3k;
-    const real t_wgca3 = b1 * t_m34bh
-        + t_3go2w * t_ptuai
-        - (cos_theta2 * t_h2ybs - (cos_theta1 * t_2legd_2 + t_aad4d))
-        - (X_y2 * t_yox2c + K_L32 * t_rvpid);
-    const real t_rjzbu = t_hksdv
-        - t_zrrvc
-        - (K_L32 * t_dmfax + t_d4mqf * t_yox2c)
-        - (t_3go2w * t_kc56c + t_zzymx * t_m34bh);
+    const real t_tl25w = b1 * t_mqc4r
+        + t_3go2w * t_swsr4
+        - (cos_theta2 * t_426ru - (cos_theta1 * t_yoao5_4 + t_aad4d))
+        - (X_y2 * t_o2vir + K_L32 * t_lfpnj);
+    const real t_fsq4p = t_hksdv
+        - t_4q6qu
+        - (K_L32 * t_6qhkx + t_d4mqf * t_o2vir)
+        - (t_3go2w * t_kc56c + t_zzymx * t_mqc4r);
     const real t_c7g7f = q_2 * t_6ppzy;
-    const real t_orpul = sin_theta2 * t_c7g7f;
-    const real t_e76cv = cos_phi2 * t_k3sgq;
-    const real t_fqeyo = cos_theta2 * t_c7g7f;
-    const real t_arouj = sin_phi2 * t_k3sgq;
-    const real t_fcfqf = t_arouj * t_bpfoo - t_jtjoh * t_afvew;
-    const real t_7qqeu = t_fqeyo + sin_theta2 * t_e76cv + (t_xq4wt * t_tkfc5 + t_b3aij * t_fcfqf);
-    const real t_ehb75 = t_7qqeu * t_4iujv - t_dwrhg * t_lf23f;
-    const real t_v2w2p = t_orpul
-        - cos_theta2 * t_e76cv
-        + (t_6urah * t_dmfax + t_d4mqf * t_ehb75)
-        - (t_xq4wt * t_kc56c + t_zzymx * t_fcfqf);
-    const real t_u33pz = t_v2w2p * t_zmh3u - t_ydwjl * t_rjzbu;
-    const real t_vraj3 = t_6fvzz * t_arouj - Bs_2 * t_exgtc + p[l2] * t_32o7p;
-    const real t_5at4f = Bs_1 * t_exgtc;
+    const real t_etvzw = sin_theta2 * t_c7g7f;
+    const real t_yvrdd = cos_phi2 * t_k3sgq;
+    const real t_djbf2 = cos_theta2 * t_c7g7f;
+    const real t_suk67 = sin_phi2 * t_k3sgq;
+    const real t_pc6n4 = t_suk67 * t_bpfoo - t_jtjoh * t_3s6z2;
+    const real t_7qqeu = t_djbf2 + sin_theta2 * t_yvrdd + (t_xq4wt * t_tkfc5 + t_b3aij * t_pc6n4);
+    const real t_ag4n2 = t_7qqeu * t_4iujv - t_dwrhg * t_lf23f;
+    const real t_l6v2a = t_etvzw
+        - cos_theta2 * t_yvrdd
+        + (t_6urah * t_6qhkx + t_d4mqf * t_ag4n2)
+        - (t_xq4wt * t_kc56c + t_zzymx * t_pc6n4);
+    const real t_h4zn5 = t_l6v2a * t_zmh3u - t_ydwjl * t_fsq4p;
+    const real t_5bp6i = t_6fvzz * t_suk67 - Bs_2 * t_jsqxt + p[l2] * t_2r3rg;
+    const real t_5at4f = Bs_1 * t_jsqxt;
     const real t_oaodz = q_2 * t_ugd3k;
-    const real t_7cdwr = b1 * t_fcfqf
-        + t_xq4wt * t_ptuai
-        - (t_vraj3 - (t_5at4f + t_oaodz))
-        + (X_y2 * t_ehb75 + t_6urah * t_rvpid)
-        - (X_y3 * t_u33pz + K_L43 * t_wgca3);
-    const real t_4opex = q_2 * t_c7g7f;
-    const real t_iyxap = p[l2] * t_k3sgq;
-    const real t_kz437 = t_4opex
-        + t_iyxap
-        - (t_6urah * t_7qqeu + t_m67zs * t_ehb75)
-        - (K_L43 * t_v2w2p + t_m27n6 * t_u33pz)
-        - (t_xq4wt * t_arouj + t_2m245 * t_fcfqf);
-    const real t_cnv4i = wth_1 * t_zn23j;
-    const real t_xms73 = q_1 * t_cnv4i;
-    const real t_z35cf_2 = cos_theta1 * t_xms73;
-    const real t_um457 = g_2 * t_6ppzy - wth_2 * t_zn23j;
-    const real t_4nfhj = q_2 * t_um457;
-    const real t_a5xsu = cos_theta2 * t_4nfhj;
-    const real t_mhdtd = Bc_1 * t_zn23j;
-    const real t_vzbi5 = e2 * t_e76cv - Bc_2 * t_zn23j;
-    const real t_tprtn = t_iyxap - t_vzbi5;
-    const real t_zrnxf = me1 * t_zn23j - t_cnv4i;
-    const real t_avgzt = t_um457 - (e2 * t_7jdgx - me2 * t_zn23j);
-    const real t_w5tye = Ass_1 * t_zn23j;
-    const real t_friv5 = t_w5tye + t_zrnxf;
-    const real t_4ofnl = e2 * t_lvrx3 - Ass_2 * t_zn23j;
-    const real t_j46x5 = t_e76cv - t_4ofnl;
-    const real t_bdp7i = t_j46x5 + t_avgzt;
-    const real t_yarlm = S_sq1 * t_friv5 + S_sq2 * t_bdp7i;
-    const real t_brpah = t_arouj + (e2 * t_ewa4e - Asc_2 * t_zn23j);
-    const real t_nfljt = Asc_1 * t_zn23j;
-    const real t_lfgew = sin_theta2 * t_brpah - sin_theta1 * t_nfljt;
-    const real t_mjyno = t_lfgew * t_bpfoo - t_2lluf * t_afvew;
-    const real t_2mxu3 = t_zrnxf + t_avgzt - t_yarlm - t_fqeyo - (t_vshgd * t_tkfc5 + t_b3aij * t_mjyno);
-    const real t_t4iok = t_2mxu3 * t_4iujv - t_hfybw * t_lf23f;
-    const real t_4lwv5 = SC1 * t_friv5 + SC2 * t_bdp7i;
-    const real t_iqbee = t_orpul
-        - t_4lwv5
-        - (K_L52 * t_dmfax + t_d4mqf * t_t4iok)
-        - (t_vshgd * t_kc56c + t_zzymx * t_mjyno);
-    const real t_gnufj = t_iqbee * t_zmh3u - t_qe675 * t_rjzbu;
-    const real t_ehrh4 = t_4opex
-        + t_z35cf_2
-        - t_a5xsu
-        + sin_theta1 * t_mhdtd
+    const real t_wi64b = b1 * t_pc6n4
+        + t_xq4wt * t_swsr4
+        - (t_5bp6i - (t_5at4f + t_oaodz))
+        + (X_y2 * t_ag4n2 + t_6urah * t_lfpnj)
+        - (X_y3 * t_h4zn5 + K_L43 * t_tl25w);
+    const real t_dtkx2 = q_2 * t_c7g7f;
+    const real t_bq63w = p[l2] * t_k3sgq;
+    const real t_sreff = t_dtkx2
+        + t_bq63w
+        - (t_6urah * t_7qqeu + t_m67zs * t_ag4n2)
+        - (K_L43 * t_l6v2a + t_m27n6 * t_h4zn5)
+        - (t_xq4wt * t_suk67 + t_2m245 * t_pc6n4);
+    const real t_fme6h = wth_1 * t_zn23j;
+    const real t_xms73 = q_1 * t_fme6h;
+    const real t_o3ymy_4 = cos_theta1 * t_xms73;
+    const real t_nudqm = g_2 * t_6ppzy - wth_2 * t_zn23j;
+    const real t_23q5g = q_2 * t_nudqm;
+    const real t_pwtkz = cos_theta2 * t_23q5g;
+    const real t_7ocrb = Bc_1 * t_zn23j;
+    const real t_kss6t = e2 * t_yvrdd - Bc_2 * t_zn23j;
+    const real t_tprtn = t_bq63w - t_kss6t;
+    const real t_nxqke = me1 * t_zn23j - t_fme6h;
+    const real t_m2f24 = t_nudqm - (e2 * t_7jdgx - me2 * t_zn23j);
+    const real t_piatj = Ass_1 * t_zn23j;
+    const real t_6iqz6 = t_piatj + t_nxqke;
+    const real t_qd6h3 = e2 * t_lvrx3 - Ass_2 * t_zn23j;
+    const real t_j46x5 = t_yvrdd - t_qd6h3;
+    const real t_rsujs = t_j46x5 + t_m2f24;
+    const real t_6alnr = S_sq1 * t_6iqz6 + S_sq2 * t_rsujs;
+    const real t_qps4t = t_suk67 + (e2 * t_ewa4e - Asc_2 * t_zn23j);
+    const real t_qriof = Asc_1 * t_zn23j;
+    const real t_lfgew = sin_theta2 * t_qps4t - sin_theta1 * t_qriof;
+    const real t_6mfs5 = t_lfgew * t_bpfoo - t_2lluf * t_3s6z2;
+    const real t_dqvr2 = t_nxqke + t_m2f24 - t_6alnr - t_djbf2 - (t_vshgd * t_tkfc5 + t_b3aij * t_6mfs5);
+    const real t_vrygk = t_dqvr2 * t_4iujv - t_hfybw * t_lf23f;
+    const real t_2izxs = SC1 * t_6iqz6 + SC2 * t_rsujs;
+    const real t_tgcr7 = t_etvzw
+        - t_2izxs
+        - (K_L52 * t_6qhkx + t_d4mqf * t_vrygk)
+        - (t_vshgd * t_kc56c + t_zzymx * t_6mfs5);
+    const real t_67ysd = t_tgcr7 * t_zmh3u - t_qe675 * t_fsq4p;
+    const real t_6ejim = t_dtkx2
+        + t_o3ymy_4
+        - t_pwtkz
+        + sin_theta1 * t_7ocrb
         + sin_theta2 * t_tprtn
-        + (K_L52 * t_7qqeu + t_m67zs * t_t4iok)
-        - (K_L53 * t_v2w2p + t_m27n6 * t_gnufj)
-        - (t_vshgd * t_arouj + t_2m245 * t_mjyno);
-    const real t_os2xa = t_ehrh4 * t_lt2al - t_2e52m * t_kz437;
-    const real t_wi4nh = t_vraj3 + (e2 * t_h2ybs - F_t2 * t_zn23j);
-    const real t_bsfc7 = t_5at4f + (e1 * t_2legd_2 + F_t1 * t_zn23j);
-    const real t_azimh = sin_theta2 * t_wi4nh
-        - (sin_theta1 * t_bsfc7 + t_oaodz)
+        + (K_L52 * t_7qqeu + t_m67zs * t_vrygk)
+        - (K_L53 * t_l6v2a + t_m27n6 * t_67ysd)
+        - (t_vshgd * t_suk67 + t_2m245 * t_6mfs5);
+    const real t_ekio7 = t_6ejim * t_lt2al - t_2e52m * t_sreff;
+    const real t_rfl22 = t_5bp6i + (e2 * t_426ru - F_t2 * t_zn23j);
+    const real t_onbro = t_5at4f + (e1 * t_yoao5_4 + F_t1 * t_zn23j);
+    const real t_lw2pu = sin_theta2 * t_rfl22
+        - (sin_theta1 * t_onbro + t_oaodz)
         - t_vt7uo * t_zn23j
         + (g_2 * t_l2p7l - t_oncjt * t_zn23j)
         + f_y * t_zn23j;
-    const real t_dfwwy = b1 * t_mjyno
-        + t_vshgd * t_ptuai
-        - t_azimh
-        - (X_y2 * t_t4iok + K_L52 * t_rvpid)
-        - (X_y3 * t_gnufj + K_L53 * t_wgca3)
-        - (X_y4 * t_os2xa + K_L54 * t_7cdwr);
-    const real t_jlrqn = g_2 * t_um457 - wg_2 * t_zn23j;
-    const real t_xjchg = wg_1 * t_zn23j + g_1 * t_cnv4i;
-    const real t_cx54x = me1 * (t_o6yyy * t_zn23j);
-    const real t_2gebp = K(-2.0) * t_mhdtd + (eAss_1 * t_zn23j + e1 * t_w5tye);
-    const real t_xwifr = t_xjchg - (t_cx54x + t_2gebp);
-    const real t_jaj24_2 = S_sq1 * t_xwifr;
-    const real t_vpfzf = t_quuci * t_7jdgx - me2 * (t_rdwum * t_zn23j);
-    const real t_3qapx = t_iyxap + K(-2.0) * t_vzbi5 + (e2 * t_4ofnl - eAss_2 * t_zn23j);
-    const real t_zkun4 = t_vpfzf + t_3qapx - t_jlrqn;
-    const real t_j3rd2 = S_sq2 * t_zkun4;
-    const real t_okxw2 = t_gy5fy * t_7jdgx - (t_iw7bs * t_7jdgx + M_C * (t_jf3qj * t_zn23j));
-    const real t_p6c3v = t_jlrqn
-        - t_xjchg
-        + t_4opex
-        + t_jaj24_2
-        + t_j3rd2
-        + t_okxw2
-        + t_cx54x
-        - t_vpfzf
-        - K(-2.0) * t_z35cf_2
-        + K(-2.0) * t_a5xsu
-        - (K_L52 * t_2mxu3 + t_p6zld * t_t4iok)
-        - (K_L53 * t_iqbee + t_bxfcn * t_gnufj)
-        - (K_L54 * t_ehrh4 + t_amczu * t_os2xa)
-        - (t_vshgd * t_lfgew + t_6mmeb * t_mjyno);
-    const real t_hjuo7 = sin_theta2 * t_4nfhj - sin_theta1 * t_xms73;
-    const real t_ydttz = cos_theta2 * t_brpah - cos_theta1 * t_nfljt;
-    const real t_64tkj = t_ydttz * t_bpfoo - t_ielc3 * t_afvew;
-    const real t_ealt3 = t_4lwv5 + (t_e4enr * t_tkfc5 + t_b3aij * t_64tkj);
-    const real t_hzml5 = t_ealt3 * t_4iujv - t_2ngl5 * t_lf23f;
-    const real t_rt7il = t_yarlm
-        - (t_w5tye + t_j46x5)
-        + (t_dj64q * t_dmfax + t_d4mqf * t_hzml5)
-        - (t_e4enr * t_kc56c + t_zzymx * t_64tkj);
-    const real t_sbj72 = t_rt7il * t_zmh3u - t_kpf5p * t_rjzbu;
-    const real t_e454g = t_hjuo7
-        + cos_theta1 * t_mhdtd
+    const real t_kypyh = b1 * t_6mfs5
+        + t_vshgd * t_swsr4
+        - t_lw2pu
+        - (X_y2 * t_vrygk + K_L52 * t_lfpnj)
+        - (X_y3 * t_67ysd + K_L53 * t_tl25w)
+        - (X_y4 * t_ekio7 + K_L54 * t_wi64b);
+    const real t_ujfar = g_2 * t_nudqm - wg_2 * t_zn23j;
+    const real t_3hwwh = wg_1 * t_zn23j + g_1 * t_fme6h;
+    const real t_z7656 = me1 * (t_o6yyy * t_zn23j);
+    const real t_umyn6 = K(-2.0) * t_7ocrb + (eAss_1 * t_zn23j + e1 * t_piatj);
+    const real t_p745f = t_3hwwh - (t_z7656 + t_umyn6);
+    const real t_uxfwe_4 = S_sq1 * t_p745f;
+    const real t_37ypn = t_quuci * t_7jdgx - me2 * (t_rdwum * t_zn23j);
+    const real t_ibapz = t_bq63w + K(-2.0) * t_kss6t + (e2 * t_qd6h3 - eAss_2 * t_zn23j);
+    const real t_75gpd = t_37ypn + t_ibapz - t_ujfar;
+    const real t_vx2wk = S_sq2 * t_75gpd;
+    const real t_55mtc = t_gy5fy * t_7jdgx - (t_iw7bs * t_7jdgx + M_C * (t_jf3qj * t_zn23j));
+    const real t_7snna = t_ujfar
+        - t_3hwwh
+        + t_dtkx2
+        + t_uxfwe_4
+        + t_vx2wk
+        + t_55mtc
+        + t_z7656
+        - t_37ypn
+        - K(-2.0) * t_o3ymy_4
+        + K(-2.0) * t_pwtkz
+        - (K_L52 * t_dqvr2 + t_p6zld * t_vrygk)
+        - (K_L53 * t_tgcr7 + t_bxfcn * t_67ysd)
+        - (K_L54 * t_6ejim + t_amczu * t_ekio7)
+        - (t_vshgd * t_lfgew + t_6mmeb * t_6mfs5);
+    const real t_stlpi = sin_theta2 * t_23q5g - sin_theta1 * t_xms73;
+    const real t_ydttz = cos_theta2 * t_qps4t - cos_theta1 * t_qriof;
+    const real t_blyhy = t_ydttz * t_bpfoo - t_ielc3 * t_3s6z2;
+    const real t_ttiu3 = t_2izxs + (t_e4enr * t_tkfc5 + t_b3aij * t_blyhy);
+    const real t_4oamq = t_ttiu3 * t_4iujv - t_2ngl5 * t_lf23f;
+    const real t_p3hll = t_6alnr
+        - (t_piatj + t_j46x5)
+        + (t_dj64q * t_6qhkx + t_d4mqf * t_4oamq)
+        - (t_e4enr * t_kc56c + t_zzymx * t_blyhy);
+    const real t_yok6d = t_p3hll * t_zmh3u - t_kpf5p * t_fsq4p;
+    const real t_r7lx4 = t_stlpi
+        + cos_theta1 * t_7ocrb
         + cos_theta2 * t_tprtn
-        - (t_dj64q * t_7qqeu + t_m67zs * t_hzml5)
-        - (K_L63 * t_v2w2p + t_m27n6 * t_sbj72)
-        - (t_e4enr * t_arouj + t_2m245 * t_64tkj);
-    const real t_poruw = t_e454g * t_lt2al - t_wurun * t_kz437;
-    const real t_so6im = t_hjuo7
-        + SC1 * t_xwifr
-        + SC2 * t_zkun4
-        + (t_dj64q * t_2mxu3 + t_p6zld * t_hzml5)
-        - (K_L63 * t_iqbee + t_bxfcn * t_sbj72)
-        - (K_L64 * t_ehrh4 + t_amczu * t_poruw)
-        - (t_e4enr * t_lfgew + t_6mmeb * t_64tkj);
-    const real t_wtaqa = t_so6im * t_ftqxb - t_dzxqu * t_p6c3v;
-    const real t_o4cjs = cos_theta2 * t_wi4nh
-        - cos_theta1 * t_bsfc7
+        - (t_dj64q * t_7qqeu + t_m67zs * t_4oamq)
+        - (K_L63 * t_l6v2a + t_m27n6 * t_yok6d)
+        - (t_e4enr * t_suk67 + t_2m245 * t_blyhy);
+    const real t_yda46 = t_r7lx4 * t_lt2al - t_wurun * t_sreff;
+    const real t_hfab2 = t_stlpi
+        + SC1 * t_p745f
+        + SC2 * t_75gpd
+        + (t_dj64q * t_dqvr2 + t_p6zld * t_4oamq)
+        - (K_L63 * t_tgcr7 + t_bxfcn * t_yok6d)
+        - (K_L64 * t_6ejim + t_amczu * t_yda46)
+        - (t_e4enr * t_lfgew + t_6mmeb * t_blyhy);
+    const real t_nfbnh = t_hfab2 * t_ftqxb - t_dzxqu * t_7snna;
+    const real t_fqk6d = cos_theta2 * t_rfl22
+        - cos_theta1 * t_onbro
         + t_azclp * t_zn23j
         - (g_2 * t_aad4d - t_iya7w * t_zn23j);
-    const real t_bal7h = t_gcu5g * t_zn23j
-        - t_o4cjs
-        + (b1 * t_64tkj + t_e4enr * t_ptuai)
-        + (X_y2 * t_hzml5 + t_dj64q * t_rvpid)
-        - (X_y3 * t_sbj72 + K_L63 * t_wgca3)
-        - (X_y4 * t_poruw + K_L64 * t_7cdwr)
-        - (X_y5 * t_wtaqa + K_L65 * t_dfwwy);
-    const real t_5jdsz = t_3qapx
-        - t_2gebp
-        + t_okxw2
-        - t_jaj24_2
-        - t_j3rd2
-        - (t_dj64q * t_ealt3 + t_hmob3 * t_hzml5)
-        - (K_L63 * t_rt7il + t_rahc4 * t_sbj72)
-        - (K_L64 * t_e454g + t_e4k6u * t_poruw)
-        - (K_L65 * t_so6im + t_5gmab * t_wtaqa)
-        - (t_e4enr * t_ydttz + t_bl4f2 * t_64tkj);
-    const real t_osnw5 = t_bal7h * t_nfkwa - t_o4hiw * t_5jdsz;
-    const real t_s74js = t_dfwwy * t_ftqxb - t_eriz2 * t_p6c3v - (X_x6 * t_wtaqa + K_L65 * t_osnw5);
-    const real t_oqjyt = t_7cdwr * t_lt2al
-        - t_gkoba * t_kz437
-        - (X_x5 * t_os2xa + K_L54 * t_s74js)
-        - (X_x6 * t_poruw + K_L64 * t_osnw5);
-    const real t_hefnq = t_wgca3 * t_zmh3u
-        - t_insvr * t_rjzbu
-        - (X_x4 * t_u33pz + K_L43 * t_oqjyt)
-        - (X_x5 * t_gnufj + K_L53 * t_s74js)
-        - (X_x6 * t_sbj72 + K_L63 * t_osnw5);
-    const real t_kykfd = t_rvpid * t_4iujv
+    const real t_eizi4 = t_gcu5g * t_zn23j
+        - t_fqk6d
+        + (b1 * t_blyhy + t_e4enr * t_swsr4)
+        + (X_y2 * t_4oamq + t_dj64q * t_lfpnj)
+        - (X_y3 * t_yok6d + K_L63 * t_tl25w)
+        - (X_y4 * t_yda46 + K_L64 * t_wi64b)
+        - (X_y5 * t_nfbnh + K_L65 * t_kypyh);
+    const real t_zypfb = t_ibapz
+        - t_umyn6
+        + t_55mtc
+        - t_uxfwe_4
+        - t_vx2wk
+        - (t_dj64q * t_ttiu3 + t_qvrp6 * t_4oamq)
+        - (K_L63 * t_p3hll + t_rahc4 * t_yok6d)
+        - (K_L64 * t_r7lx4 + t_e4k6u * t_yda46)
+        - (K_L65 * t_hfab2 + t_jo54w * t_nfbnh)
+        - (t_e4enr * t_ydttz + t_bl4f2 * t_blyhy);
+    const real t_3fimb = t_eizi4 * t_nfkwa - t_o4hiw * t_zypfb;
+    const real t_asiel = t_kypyh * t_ftqxb - t_eriz2 * t_7snna - (X_x6 * t_nfbnh + K_L65 * t_3fimb);
+    const real t_dwgxz = t_wi64b * t_lt2al
+        - t_gkoba * t_sreff
+        - (X_x5 * t_ekio7 + K_L54 * t_asiel)
+        - (X_x6 * t_yda46 + K_L64 * t_3fimb);
+    const real t_w6rkn = t_tl25w * t_zmh3u
+        - t_insvr * t_fsq4p
+        - (X_x4 * t_h4zn5 + K_L43 * t_dwgxz)
+        - (X_x5 * t_67ysd + K_L53 * t_asiel)
+        - (X_x6 * t_yok6d + K_L63 * t_3fimb);
+    const real t_22rda = t_lfpnj * t_4iujv
         - t_5am4i * t_lf23f
-        - (X_x3 * t_yox2c + K_L32 * t_hefnq)
-        + (X_x4 * t_ehb75 + t_6urah * t_oqjyt)
-        - (X_x5 * t_t4iok + K_L52 * t_s74js)
-        + (X_x6 * t_hzml5 + t_dj64q * t_osnw5);
-    const real t_256yz = t_ptuai * t_bpfoo
-        - t_2sw7d * t_afvew
-        + (X_x2 * t_dprg3 + t_w7lcw * t_kykfd)
-        + (X_x3 * t_m34bh + t_3go2w * t_hefnq)
-        + (X_x4 * t_fcfqf + t_xq4wt * t_oqjyt)
-        + (X_x5 * t_mjyno + t_vshgd * t_s74js)
-        + (X_x6 * t_64tkj + t_e4enr * t_osnw5)
-        + t_exgtc;
+        - (X_x3 * t_o2vir + K_L32 * t_w6rkn)
+        + (X_x4 * t_ag4n2 + t_6urah * t_dwgxz)
+        - (X_x5 * t_vrygk + K_L52 * t_asiel)
+        + (X_x6 * t_4oamq + t_dj64q * t_3fimb);
+    const real t_nrosw = t_swsr4 * t_bpfoo
+        - t_2sw7d * t_3s6z2
+        + (X_x2 * t_v2ode + t_w7lcw * t_22rda)
+        + (X_x3 * t_mqc4r + t_3go2w * t_w6rkn)
+        + (X_x4 * t_pc6n4 + t_xq4wt * t_dwgxz)
+        + (X_x5 * t_6mfs5 + t_vshgd * t_asiel)
+        + (X_x6 * t_blyhy + t_e4enr * t_3fimb)
+        + t_jsqxt;
     const real t_f5n5n = p[m2] * (p[l2] + p[l2]);
     const real t_jzm7f = t_ew3ec * t_f5n5n;
     const real t_s27by = p[I2] * t_jzm7f;
@@ -2192,214 +2192,214 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_xaxsj_2 = mv1 * (cos_phi1 * t_z3l2w);
     const real t_kgklc = k2 * p[m2] + t_popww * t_knrxj;
     const real t_5ckty = t_cekeb * t_kgklc - mv2 * (cos_phi2 * t_z3l2w) - sigma_sq2 * p[m2];
-    const real t_s6guj = sin_phi2 * t_hxx3n - cos_phi1 * t_xaxsj_2 + cos_phi2 * t_5ckty;
+    const real t_qtvfp = sin_phi2 * t_hxx3n - cos_phi1 * t_xaxsj_2 + cos_phi2 * t_5ckty;
     const real t_aw3a3 = sin_phi2 * t_kgklc;
-    const real t_2emki = sin_phi2 * t_aw3a3;
-    const real t_2tc5h = t_kgklc - t_s27by - t_2emki;
-    const real t_dvka4 = cos_phi2 * t_aw3a3;
-    const real t_tkfc5_2 = sin_theta2 * t_dvka4;
-    const real t_pd6pr = t_tkfc5_2 * t_bpfoo - t_6xwz3 * t_2tc5h;
+    const real t_by6vh = sin_phi2 * t_aw3a3;
+    const real t_2tc5h = t_kgklc - t_s27by - t_by6vh;
+    const real t_z75db = cos_phi2 * t_aw3a3;
+    const real t_tkfc5_2 = sin_theta2 * t_z75db;
+    const real t_ponb4 = t_tkfc5_2 * t_bpfoo - t_6xwz3 * t_2tc5h;
     const real t_e4gys = W12 * sin_phi2 + w_x2 * (Wn2 * cos_phi2) - t_nlamb * chi2;
     const real t_yex7s = t_yyt2v * (p[m2] * ((q_2 + q_2) * sin_phi2));
     const real t_qtpmn = th_2 * (p[I2] * t_e4gys - loss_theta2 * sin_phi2) - t_vry6x * t_yex7s;
     const real t_vokcl = cos_theta2 * t_qtpmn;
-    const real t_2legd_3 = sin_phi1 * t_xaxsj_2;
-    const real t_nl6u5 = sin_phi2 * t_5ckty - cos_phi2 * t_hxx3n;
-    const real t_62kx5 = b1 * t_pd6pr
-        + t_w7lcw * t_s6guj
-        - (t_vokcl - sin_theta1 * t_2legd_3 + sin_theta2 * t_nl6u5);
-    const real t_kdgyz = t_2emki - t_s27by;
+    const real t_yoao5_5 = sin_phi1 * t_xaxsj_2;
+    const real t_24w5w = sin_phi2 * t_5ckty - cos_phi2 * t_hxx3n;
+    const real t_wjj3z = b1 * t_ponb4
+        + t_w7lcw * t_qtvfp
+        - (t_vokcl - sin_theta1 * t_yoao5_5 + sin_theta2 * t_24w5w);
+    const real t_kdgyz = t_by6vh - t_s27by;
     const real t_ttnh5 = p[I2] * t_yex7s;
     const real t_fz663 = t_kdgyz + t_ttnh5;
     const real t_lfilo = S_sq2 * t_fz663;
-    const real t_jtkuw = t_lfilo - t_s27by - t_ttnh5 + t_s27by - (t_w7lcw * t_tkfc5_2 + t_b3aij * t_pd6pr);
-    const real t_kc56c_2 = cos_theta2 * t_dvka4;
-    const real t_62icq = t_kc56c_2 * t_bpfoo - t_3tmqi * t_2tc5h;
-    const real t_jpyyi = SC2 * t_fz663 - (t_3go2w * t_tkfc5_2 + t_b3aij * t_62icq);
-    const real t_az2ve = t_jpyyi * t_4iujv - t_6yahm * t_jtkuw;
+    const real t_xh7oj = t_lfilo - t_s27by - t_ttnh5 + t_s27by - (t_w7lcw * t_tkfc5_2 + t_b3aij * t_ponb4);
+    const real t_kc56c_2 = cos_theta2 * t_z75db;
+    const real t_sfzzk = t_kc56c_2 * t_bpfoo - t_3tmqi * t_2tc5h;
+    const real t_jpyyi = SC2 * t_fz663 - (t_3go2w * t_tkfc5_2 + t_b3aij * t_sfzzk);
+    const real t_5zysd = t_jpyyi * t_4iujv - t_6yahm * t_xh7oj;
     const real t_r4x7k = sin_theta2 * t_qtpmn;
-    const real t_il6eo = b1 * t_62icq
-        + t_3go2w * t_s6guj
-        - (cos_theta2 * t_nl6u5 - (cos_theta1 * t_2legd_3 + t_r4x7k))
-        - (X_y2 * t_az2ve + K_L32 * t_62kx5);
-    const real t_mjl7i = t_kdgyz
+    const real t_chwmk = b1 * t_sfzzk
+        + t_3go2w * t_qtvfp
+        - (cos_theta2 * t_24w5w - (cos_theta1 * t_yoao5_5 + t_r4x7k))
+        - (X_y2 * t_5zysd + K_L32 * t_wjj3z);
+    const real t_5sr4t = t_kdgyz
         - t_lfilo
-        - (K_L32 * t_jpyyi + t_d4mqf * t_az2ve)
-        - (t_3go2w * t_kc56c_2 + t_zzymx * t_62icq);
+        - (K_L32 * t_jpyyi + t_d4mqf * t_5zysd)
+        - (t_3go2w * t_kc56c_2 + t_zzymx * t_sfzzk);
     const real t_ozcjk = wth_2 * sin_phi2 - q_2 * t_ttnh5;
     const real t_kry2b = sin_theta2 * t_ozcjk;
     const real t_gp4f4 = cos_phi2 * t_rymvh;
     const real t_okkkb = cos_theta2 * t_ozcjk;
     const real t_v6qrg = sin_phi2 * t_rymvh;
-    const real t_o5uk6 = t_v6qrg * t_bpfoo - t_jtjoh * t_2tc5h;
-    const real t_pnp7y = t_okkkb + sin_theta2 * t_gp4f4 + (t_xq4wt * t_tkfc5_2 + t_b3aij * t_o5uk6);
-    const real t_iv7k5 = t_pnp7y * t_4iujv - t_dwrhg * t_jtkuw;
-    const real t_e6xt3 = t_kry2b
+    const real t_2sz7x = t_v6qrg * t_bpfoo - t_jtjoh * t_2tc5h;
+    const real t_3xoth = t_okkkb + sin_theta2 * t_gp4f4 + (t_xq4wt * t_tkfc5_2 + t_b3aij * t_2sz7x);
+    const real t_6gr7l = t_3xoth * t_4iujv - t_dwrhg * t_xh7oj;
+    const real t_zuu6x = t_kry2b
         - cos_theta2 * t_gp4f4
-        + (t_6urah * t_jpyyi + t_d4mqf * t_iv7k5)
-        - (t_xq4wt * t_kc56c_2 + t_zzymx * t_o5uk6);
-    const real t_qlunw = t_e6xt3 * t_zmh3u - t_ydwjl * t_mjl7i;
+        + (t_6urah * t_jpyyi + t_d4mqf * t_6gr7l)
+        - (t_xq4wt * t_kc56c_2 + t_zzymx * t_2sz7x);
+    const real t_t3qrr = t_zuu6x * t_zmh3u - t_ydwjl * t_5sr4t;
     const real t_6gfvk = t_6fvzz * t_v6qrg - Bs_2 * t_z3l2w + (p[l2] * t_hxx3n + t_4b2fa);
     const real t_5at4f_2 = Bs_1 * t_z3l2w;
     const real t_mhn3g = q_2 * t_qtpmn + F_n2 * sin_phi2;
-    const real t_tms6m = b1 * t_o5uk6
-        + t_xq4wt * t_s6guj
+    const real t_onp5g = b1 * t_2sz7x
+        + t_xq4wt * t_qtvfp
         - (t_6gfvk - (t_5at4f_2 + t_mhn3g))
-        + (X_y2 * t_iv7k5 + t_6urah * t_62kx5)
-        - (X_y3 * t_qlunw + K_L43 * t_il6eo);
+        + (X_y2 * t_6gr7l + t_6urah * t_wjj3z)
+        - (X_y3 * t_t3qrr + K_L43 * t_chwmk);
     const real t_vzcwt = wq_2 * sin_phi2 + q_2 * t_ozcjk;
     const real t_pq43y = p[l2] * t_rymvh + B_2;
-    const real t_uflxh = t_vzcwt
+    const real t_2p63e = t_vzcwt
         + t_pq43y
-        - (t_6urah * t_pnp7y + t_m67zs * t_iv7k5)
-        - (K_L43 * t_e6xt3 + t_m27n6 * t_qlunw)
-        - (t_xq4wt * t_v6qrg + t_2m245 * t_o5uk6);
+        - (t_6urah * t_3xoth + t_m67zs * t_6gr7l)
+        - (K_L43 * t_zuu6x + t_m27n6 * t_t3qrr)
+        - (t_xq4wt * t_v6qrg + t_2m245 * t_2sz7x);
     const real t_az7m7 = wth_1 * t_zthab;
     const real t_xms73_2 = q_1 * t_az7m7;
-    const real t_z35cf_3 = cos_theta1 * t_xms73_2;
+    const real t_o3ymy_5 = cos_theta1 * t_xms73_2;
     const real t_l352k = t_zthab + cos_phi2;
     const real t_4qh7y = wth_2 * t_l352k + g_2 * t_ttnh5;
-    const real t_63w4z = wg_2 * sin_phi2 - q_2 * t_4qh7y;
-    const real t_cfhyw = cos_theta2 * t_63w4z;
+    const real t_rjgmq = wg_2 * sin_phi2 - q_2 * t_4qh7y;
+    const real t_cfhyw = cos_theta2 * t_rjgmq;
     const real t_dryfk = Bc_1 * t_zthab;
     const real t_s7kez = e2 * t_gp4f4 - Bc_2 * t_zthab;
-    const real t_a53my = t_pq43y - t_s7kez;
+    const real t_yrach = t_pq43y - t_s7kez;
     const real t_vhcuv = me1 * t_zthab - t_az7m7;
-    const real t_3anzb = me2 * t_zthab + e2 * t_s27by - t_4qh7y;
+    const real t_bbuzi = me2 * t_zthab + e2 * t_s27by - t_4qh7y;
     const real t_4errb = Ass_1 * t_zthab;
-    const real t_friv5_2 = t_4errb + t_vhcuv;
-    const real t_srwqc = e2 * t_2emki - Ass_2 * t_zthab;
+    const real t_6iqz6_2 = t_4errb + t_vhcuv;
+    const real t_srwqc = e2 * t_by6vh - Ass_2 * t_zthab;
     const real t_cbsoq = t_gp4f4 - t_srwqc;
-    const real t_rh3mx = t_cbsoq + t_3anzb;
-    const real t_o3jy4 = S_sq1 * t_friv5_2 + S_sq2 * t_rh3mx;
-    const real t_zsbhr = t_v6qrg + (e2 * t_dvka4 - Asc_2 * t_zthab);
+    const real t_245ku = t_cbsoq + t_bbuzi;
+    const real t_6alnr_2 = S_sq1 * t_6iqz6_2 + S_sq2 * t_245ku;
+    const real t_zsbhr = t_v6qrg + (e2 * t_z75db - Asc_2 * t_zthab);
     const real t_xynxb = Asc_1 * t_zthab;
-    const real t_e7hgz = sin_theta2 * t_zsbhr - sin_theta1 * t_xynxb;
-    const real t_v66yt = t_e7hgz * t_bpfoo - t_2lluf * t_2tc5h;
-    const real t_bg25x = t_vhcuv + t_3anzb - t_o3jy4 - t_okkkb - (t_vshgd * t_tkfc5_2 + t_b3aij * t_v66yt);
-    const real t_r4isy = t_bg25x * t_4iujv - t_hfybw * t_jtkuw;
-    const real t_7lgnt = SC1 * t_friv5_2 + SC2 * t_rh3mx;
-    const real t_t2vgh = t_kry2b
-        - t_7lgnt
-        - (K_L52 * t_jpyyi + t_d4mqf * t_r4isy)
-        - (t_vshgd * t_kc56c_2 + t_zzymx * t_v66yt);
-    const real t_zhmc7 = t_t2vgh * t_zmh3u - t_qe675 * t_mjl7i;
-    const real t_7jjqs = t_vzcwt
-        + t_z35cf_3
+    const real t_fwhf7 = sin_theta2 * t_zsbhr - sin_theta1 * t_xynxb;
+    const real t_r6kgt = t_fwhf7 * t_bpfoo - t_2lluf * t_2tc5h;
+    const real t_54l5z = t_vhcuv + t_bbuzi - t_6alnr_2 - t_okkkb - (t_vshgd * t_tkfc5_2 + t_b3aij * t_r6kgt);
+    const real t_r33e7 = t_54l5z * t_4iujv - t_hfybw * t_xh7oj;
+    const real t_2izxs_2 = SC1 * t_6iqz6_2 + SC2 * t_245ku;
+    const real t_zjln7 = t_kry2b
+        - t_2izxs_2
+        - (K_L52 * t_jpyyi + t_d4mqf * t_r33e7)
+        - (t_vshgd * t_kc56c_2 + t_zzymx * t_r6kgt);
+    const real t_p7aoq = t_zjln7 * t_zmh3u - t_qe675 * t_5sr4t;
+    const real t_jvnvm = t_vzcwt
+        + t_o3ymy_5
         - t_cfhyw
         + sin_theta1 * t_dryfk
-        + sin_theta2 * t_a53my
-        + (K_L52 * t_pnp7y + t_m67zs * t_r4isy)
-        - (K_L53 * t_e6xt3 + t_m27n6 * t_zhmc7)
-        - (t_vshgd * t_v6qrg + t_2m245 * t_v66yt);
-    const real t_cxswd = t_7jjqs * t_lt2al - t_2e52m * t_uflxh;
-    const real t_hzwem = t_6gfvk + (e2 * t_nl6u5 - F_t2 * t_zthab);
-    const real t_pjvsr = t_5at4f_2 + (e1 * t_2legd_3 + F_t1 * t_zthab);
-    const real t_ebiyx = sin_theta2 * t_hzwem
-        - (sin_theta1 * t_pjvsr + t_mhn3g)
+        + sin_theta2 * t_yrach
+        + (K_L52 * t_3xoth + t_m67zs * t_r33e7)
+        - (K_L53 * t_zuu6x + t_m27n6 * t_p7aoq)
+        - (t_vshgd * t_v6qrg + t_2m245 * t_r6kgt);
+    const real t_xkknh = t_jvnvm * t_lt2al - t_2e52m * t_2p63e;
+    const real t_fwktb = t_6gfvk + (e2 * t_24w5w - F_t2 * t_zthab);
+    const real t_tjfio = t_5at4f_2 + (e1 * t_yoao5_5 + F_t1 * t_zthab);
+    const real t_e2myu = sin_theta2 * t_fwktb
+        - (sin_theta1 * t_tjfio + t_mhn3g)
         - t_vt7uo * t_zthab
         + (g_2 * t_vokcl - t_oncjt * t_l352k)
         + f_y * t_zthab;
-    const real t_gmunq = b1 * t_v66yt
-        + t_vshgd * t_s6guj
-        - t_ebiyx
-        - (X_y2 * t_r4isy + K_L52 * t_62kx5)
-        - (X_y3 * t_zhmc7 + K_L53 * t_il6eo)
-        - (X_y4 * t_cxswd + K_L54 * t_tms6m);
+    const real t_uimhx = b1 * t_r6kgt
+        + t_vshgd * t_qtvfp
+        - t_e2myu
+        - (X_y2 * t_r33e7 + K_L52 * t_wjj3z)
+        - (X_y3 * t_p7aoq + K_L53 * t_chwmk)
+        - (X_y4 * t_xkknh + K_L54 * t_onp5g);
     const real t_fqcrc = wg_1 * t_zthab + g_1 * t_az7m7;
-    const real t_6pi5n = wg_2 * t_l352k + g_2 * t_4qh7y;
+    const real t_ntwht = wg_2 * t_l352k + g_2 * t_4qh7y;
     const real t_nr76x = me1 * (t_o6yyy * t_zthab);
     const real t_ym2mu = K(-2.0) * t_dryfk + (eAss_1 * t_zthab + e1 * t_4errb);
-    const real t_xwifr_2 = t_fqcrc - (t_nr76x + t_ym2mu);
-    const real t_jaj24_3 = S_sq1 * t_xwifr_2;
-    const real t_5jf46 = t_pq43y + K(-2.0) * t_s7kez + (e2 * t_srwqc - eAss_2 * t_zthab);
+    const real t_p745f_2 = t_fqcrc - (t_nr76x + t_ym2mu);
+    const real t_uxfwe_5 = S_sq1 * t_p745f_2;
+    const real t_euqok = t_pq43y + K(-2.0) * t_s7kez + (e2 * t_srwqc - eAss_2 * t_zthab);
     const real t_2voqq = t_quuci * t_s27by + me2 * (t_rdwum * t_zthab);
-    const real t_mde46 = t_5jf46 - t_2voqq + t_6pi5n;
-    const real t_xojpv = S_sq2 * t_mde46;
+    const real t_irffx = t_euqok - t_2voqq + t_ntwht;
+    const real t_mhboo = S_sq2 * t_irffx;
     const real t_5uagq = t_gy5fy * t_s27by + (M_C * (t_jf3qj * t_zthab) - t_iw7bs * t_s27by);
-    const real t_twvfn = t_vzcwt
-        - (t_fqcrc + t_6pi5n)
-        + t_jaj24_3
-        + t_xojpv
+    const real t_iabcr = t_vzcwt
+        - (t_fqcrc + t_ntwht)
+        + t_uxfwe_5
+        + t_mhboo
         - t_5uagq
         + t_nr76x
         + t_2voqq
-        - K(-2.0) * t_z35cf_3
+        - K(-2.0) * t_o3ymy_5
         + K(-2.0) * t_cfhyw
-        - (K_L52 * t_bg25x + t_p6zld * t_r4isy)
-        - (K_L53 * t_t2vgh + t_bxfcn * t_zhmc7)
-        - (K_L54 * t_7jjqs + t_amczu * t_cxswd)
-        - (t_vshgd * t_e7hgz + t_6mmeb * t_v66yt);
-    const real t_mjxkb = sin_theta2 * t_63w4z - sin_theta1 * t_xms73_2;
-    const real t_hr6xv = cos_theta2 * t_zsbhr - cos_theta1 * t_xynxb;
-    const real t_won7z = t_hr6xv * t_bpfoo - t_ielc3 * t_2tc5h;
-    const real t_ealt3_2 = t_7lgnt + (t_e4enr * t_tkfc5_2 + t_b3aij * t_won7z);
-    const real t_bx6dr = t_ealt3_2 * t_4iujv - t_2ngl5 * t_jtkuw;
-    const real t_odpxl = t_o3jy4
+        - (K_L52 * t_54l5z + t_p6zld * t_r33e7)
+        - (K_L53 * t_zjln7 + t_bxfcn * t_p7aoq)
+        - (K_L54 * t_jvnvm + t_amczu * t_xkknh)
+        - (t_vshgd * t_fwhf7 + t_6mmeb * t_r6kgt);
+    const real t_kbv25 = sin_theta2 * t_rjgmq - sin_theta1 * t_xms73_2;
+    const real t_ronmo = cos_theta2 * t_zsbhr - cos_theta1 * t_xynxb;
+    const real t_uyc3c = t_ronmo * t_bpfoo - t_ielc3 * t_2tc5h;
+    const real t_ttiu3_2 = t_2izxs_2 + (t_e4enr * t_tkfc5_2 + t_b3aij * t_uyc3c);
+    const real t_slkbz = t_ttiu3_2 * t_4iujv - t_2ngl5 * t_xh7oj;
+    const real t_uap3u = t_6alnr_2
         - (t_4errb + t_cbsoq)
-        + (t_dj64q * t_jpyyi + t_d4mqf * t_bx6dr)
-        - (t_e4enr * t_kc56c_2 + t_zzymx * t_won7z);
-    const real t_yj7cw = t_odpxl * t_zmh3u - t_kpf5p * t_mjl7i;
-    const real t_vq6bd = t_mjxkb
+        + (t_dj64q * t_jpyyi + t_d4mqf * t_slkbz)
+        - (t_e4enr * t_kc56c_2 + t_zzymx * t_uyc3c);
+    const real t_yok6d_2 = t_uap3u * t_zmh3u - t_kpf5p * t_5sr4t;
+    const real t_356na = t_kbv25
         + cos_theta1 * t_dryfk
-        + cos_theta2 * t_a53my
-        - (t_dj64q * t_pnp7y + t_m67zs * t_bx6dr)
-        - (K_L63 * t_e6xt3 + t_m27n6 * t_yj7cw)
-        - (t_e4enr * t_v6qrg + t_2m245 * t_won7z);
-    const real t_3ylbv = t_vq6bd * t_lt2al - t_wurun * t_uflxh;
-    const real t_gyyj5 = t_mjxkb
-        + SC1 * t_xwifr_2
-        + SC2 * t_mde46
-        + (t_dj64q * t_bg25x + t_p6zld * t_bx6dr)
-        - (K_L63 * t_t2vgh + t_bxfcn * t_yj7cw)
-        - (K_L64 * t_7jjqs + t_amczu * t_3ylbv)
-        - (t_e4enr * t_e7hgz + t_6mmeb * t_won7z);
-    const real t_pkxkk = t_gyyj5 * t_ftqxb - t_dzxqu * t_twvfn;
-    const real t_mbdam = cos_theta2 * t_hzwem
-        - cos_theta1 * t_pjvsr
+        + cos_theta2 * t_yrach
+        - (t_dj64q * t_3xoth + t_m67zs * t_slkbz)
+        - (K_L63 * t_zuu6x + t_m27n6 * t_yok6d_2)
+        - (t_e4enr * t_v6qrg + t_2m245 * t_uyc3c);
+    const real t_htdmg = t_356na * t_lt2al - t_wurun * t_2p63e;
+    const real t_dkz67 = t_kbv25
+        + SC1 * t_p745f_2
+        + SC2 * t_irffx
+        + (t_dj64q * t_54l5z + t_p6zld * t_slkbz)
+        - (K_L63 * t_zjln7 + t_bxfcn * t_yok6d_2)
+        - (K_L64 * t_jvnvm + t_amczu * t_htdmg)
+        - (t_e4enr * t_fwhf7 + t_6mmeb * t_uyc3c);
+    const real t_e4agu = t_dkz67 * t_ftqxb - t_dzxqu * t_iabcr;
+    const real t_l6xge = cos_theta2 * t_fwktb
+        - cos_theta1 * t_tjfio
         + t_azclp * t_zthab
         - (g_2 * t_r4x7k - t_iya7w * t_l352k);
-    const real t_6ytuk = t_gcu5g * t_zthab
-        - t_mbdam
-        + (b1 * t_won7z + t_e4enr * t_s6guj)
-        + (X_y2 * t_bx6dr + t_dj64q * t_62kx5)
-        - (X_y3 * t_yj7cw + K_L63 * t_il6eo)
-        - (X_y4 * t_3ylbv + K_L64 * t_tms6m)
-        - (X_y5 * t_pkxkk + K_L65 * t_gmunq);
-    const real t_lo4sx = t_5jf46
+    const real t_koykt = t_gcu5g * t_zthab
+        - t_l6xge
+        + (b1 * t_uyc3c + t_e4enr * t_qtvfp)
+        + (X_y2 * t_slkbz + t_dj64q * t_wjj3z)
+        - (X_y3 * t_yok6d_2 + K_L63 * t_chwmk)
+        - (X_y4 * t_htdmg + K_L64 * t_onp5g)
+        - (X_y5 * t_e4agu + K_L65 * t_uimhx);
+    const real t_65nj5 = t_euqok
         - t_ym2mu
         - t_5uagq
-        - t_jaj24_3
-        - t_xojpv
-        - (t_dj64q * t_ealt3_2 + t_hmob3 * t_bx6dr)
-        - (K_L63 * t_odpxl + t_rahc4 * t_yj7cw)
-        - (K_L64 * t_vq6bd + t_e4k6u * t_3ylbv)
-        - (K_L65 * t_gyyj5 + t_5gmab * t_pkxkk)
-        - (t_e4enr * t_hr6xv + t_bl4f2 * t_won7z);
-    const real t_mzhk4 = t_6ytuk * t_nfkwa - t_o4hiw * t_lo4sx;
-    const real t_322oz = t_gmunq * t_ftqxb - t_eriz2 * t_twvfn - (X_x6 * t_pkxkk + K_L65 * t_mzhk4);
-    const real t_jxuud = t_tms6m * t_lt2al
-        - t_gkoba * t_uflxh
-        - (X_x5 * t_cxswd + K_L54 * t_322oz)
-        - (X_x6 * t_3ylbv + K_L64 * t_mzhk4);
-    const real t_prhgk = t_il6eo * t_zmh3u
-        - t_insvr * t_mjl7i
-        - (X_x4 * t_qlunw + K_L43 * t_jxuud)
-        - (X_x5 * t_zhmc7 + K_L53 * t_322oz)
-        - (X_x6 * t_yj7cw + K_L63 * t_mzhk4);
-    const real t_4acjh = t_62kx5 * t_4iujv
-        - t_5am4i * t_jtkuw
-        - (X_x3 * t_az2ve + K_L32 * t_prhgk)
-        + (X_x4 * t_iv7k5 + t_6urah * t_jxuud)
-        - (X_x5 * t_r4isy + K_L52 * t_322oz)
-        + (X_x6 * t_bx6dr + t_dj64q * t_mzhk4);
-    const real t_d63r2 = t_s6guj * t_bpfoo
+        - t_uxfwe_5
+        - t_mhboo
+        - (t_dj64q * t_ttiu3_2 + t_qvrp6 * t_slkbz)
+        - (K_L63 * t_uap3u + t_rahc4 * t_yok6d_2)
+        - (K_L64 * t_356na + t_e4k6u * t_htdmg)
+        - (K_L65 * t_dkz67 + t_jo54w * t_e4agu)
+        - (t_e4enr * t_ronmo + t_bl4f2 * t_uyc3c);
+    const real t_n4rk3 = t_koykt * t_nfkwa - t_o4hiw * t_65nj5;
+    const real t_td2cp = t_uimhx * t_ftqxb - t_eriz2 * t_iabcr - (X_x6 * t_e4agu + K_L65 * t_n4rk3);
+    const real t_j6r5h = t_onp5g * t_lt2al
+        - t_gkoba * t_2p63e
+        - (X_x5 * t_xkknh + K_L54 * t_td2cp)
+        - (X_x6 * t_htdmg + K_L64 * t_n4rk3);
+    const real t_hpbyb = t_chwmk * t_zmh3u
+        - t_insvr * t_5sr4t
+        - (X_x4 * t_t3qrr + K_L43 * t_j6r5h)
+        - (X_x5 * t_p7aoq + K_L53 * t_td2cp)
+        - (X_x6 * t_yok6d_2 + K_L63 * t_n4rk3);
+    const real t_dm5pt = t_wjj3z * t_4iujv
+        - t_5am4i * t_xh7oj
+        - (X_x3 * t_5zysd + K_L32 * t_hpbyb)
+        + (X_x4 * t_6gr7l + t_6urah * t_j6r5h)
+        - (X_x5 * t_r33e7 + K_L52 * t_td2cp)
+        + (X_x6 * t_slkbz + t_dj64q * t_n4rk3);
+    const real t_vq2zc = t_qtvfp * t_bpfoo
         - t_2sw7d * t_2tc5h
-        + (X_x2 * t_pd6pr + t_w7lcw * t_4acjh)
-        + (X_x3 * t_62icq + t_3go2w * t_prhgk)
-        + (X_x4 * t_o5uk6 + t_xq4wt * t_jxuud)
-        + (X_x5 * t_v66yt + t_vshgd * t_322oz)
-        + (X_x6 * t_won7z + t_e4enr * t_mzhk4)
+        + (X_x2 * t_ponb4 + t_w7lcw * t_dm5pt)
+        + (X_x3 * t_sfzzk + t_3go2w * t_hpbyb)
+        + (X_x4 * t_2sz7x + t_xq4wt * t_j6r5h)
+        + (X_x5 * t_r6kgt + t_vshgd * t_td2cp)
+        + (X_x6 * t_uyc3c + t_e4enr * t_n4rk3)
         + t_z3l2w;
     const real t_ntng6 = me2 * t_xpjrw;
     const real t_ntng6_2 = K(1.0) - t_ntng6;
@@ -2407,20 +2407,20 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_b72qn = mv2 * (cos_phi2 * t_tcwyk);
     const real t_sbjpy = t_rybsf * t_ntng6;
     const real t_jxkby = mv1 * (cos_phi1 * t_sbjpy);
-    const real t_anpd5 = cos_phi2 * t_b72qn - cos_phi1 * t_jxkby;
-    const real t_gwnxz_4 = sin_phi2 * t_b72qn;
+    const real t_jbrnn = cos_phi2 * t_b72qn - cos_phi1 * t_jxkby;
+    const real t_itqut_6 = sin_phi2 * t_b72qn;
     const real t_rv7s3_3 = sin_phi1 * t_jxkby;
-    const real t_cdwx5_4 = t_w7lcw * t_anpd5 - (sin_theta2 * t_gwnxz_4 - sin_theta1 * t_rv7s3_3);
-    const real t_qmxc6_4 = t_3go2w * t_anpd5 - (cos_theta2 * t_gwnxz_4 - cos_theta1 * t_rv7s3_3) - K_L32 * t_cdwx5_4;
+    const real t_cdwx5_4 = t_w7lcw * t_jbrnn - (sin_theta2 * t_itqut_6 - sin_theta1 * t_rv7s3_3);
+    const real t_qmxc6_4 = t_3go2w * t_jbrnn - (cos_theta2 * t_itqut_6 - cos_theta1 * t_rv7s3_3) - K_L32 * t_cdwx5_4;
     const real t_ba2xh = Bs_2 * t_tcwyk;
     const real t_suduy = Bs_1 * t_sbjpy;
-    const real t_slpa2 = t_xq4wt * t_anpd5 - (t_ba2xh - t_suduy) + t_6urah * t_cdwx5_4 - K_L43 * t_qmxc6_4;
+    const real t_tyzqb = t_xq4wt * t_jbrnn - (t_ba2xh - t_suduy) + t_6urah * t_cdwx5_4 - K_L43 * t_qmxc6_4;
     const real t_ry4ty = wth_1 * t_ntng6;
     const real t_6ghs5 = q_1 * t_ry4ty;
     const real t_haevv_3 = cos_theta1 * t_6ghs5;
     const real t_ewcy3 = wth_2 * t_ntng6_2;
     const real t_yxwpu = q_2 * t_ewcy3;
-    const real t_clz7k_4 = cos_theta2 * t_yxwpu;
+    const real t_g4wtj_6 = cos_theta2 * t_yxwpu;
     const real t_wlk3z = Bc_1 * t_ntng6;
     const real t_te67z = Bc_2 * t_ntng6_2;
     const real t_caqfo = me1 * t_ntng6 - t_ry4ty;
@@ -2428,38 +2428,38 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_c4lj6 = Ass_1 * t_ntng6;
     const real t_3iyxq = t_c4lj6 + t_caqfo;
     const real t_7xsxf = Ass_2 * t_ntng6_2;
-    const real t_bnt2t = t_kge64 - t_7xsxf;
-    const real t_xcmte = S_sq1 * t_3iyxq + S_sq2 * t_bnt2t;
+    const real t_36xxz = t_kge64 - t_7xsxf;
+    const real t_vdkvs = S_sq1 * t_3iyxq + S_sq2 * t_36xxz;
     const real t_gz5f3 = Asc_2 * t_ntng6_2;
     const real t_47a5d = Asc_1 * t_ntng6;
     const real t_s7q4z = sin_theta2 * t_gz5f3 - sin_theta1 * t_47a5d;
-    const real t_2rc5l = t_s7q4z * t_bpfoo;
-    const real t_5uj7n = t_caqfo + t_kge64 - t_xcmte - t_b3aij * t_2rc5l;
-    const real t_xrhyg = t_5uj7n * t_4iujv;
-    const real t_jiatm = SC1 * t_3iyxq + SC2 * t_bnt2t;
-    const real t_wjvpg_4 = t_jiatm + t_d4mqf * t_xrhyg + t_zzymx * t_2rc5l;
-    const real t_324rt = t_wjvpg_4 * t_zmh3u;
-    const real t_hmxve = t_haevv_3
-        - t_clz7k_4
+    const real t_x37id = t_s7q4z * t_bpfoo;
+    const real t_vqo27 = t_caqfo + t_kge64 - t_vdkvs - t_b3aij * t_x37id;
+    const real t_s2y6y = t_vqo27 * t_4iujv;
+    const real t_xffgl = SC1 * t_3iyxq + SC2 * t_36xxz;
+    const real t_cr5x5_4 = t_xffgl + t_d4mqf * t_s2y6y + t_zzymx * t_x37id;
+    const real t_3n6r6_4 = t_cr5x5_4 * t_zmh3u;
+    const real t_l4enk = t_haevv_3
+        - t_g4wtj_6
         + sin_theta1 * t_wlk3z
         - sin_theta2 * t_te67z
-        + t_m67zs * t_xrhyg
-        + t_m27n6 * t_324rt
-        - t_2m245 * t_2rc5l;
-    const real t_6gug7 = t_hmxve * t_lt2al;
-    const real t_oyrq4 = t_ba2xh + (e2 * t_gwnxz_4 + F_t2 * t_ntng6_2);
+        + t_m67zs * t_s2y6y
+        + t_m27n6 * t_3n6r6_4
+        - t_2m245 * t_x37id;
+    const real t_rxsb6 = t_l4enk * t_lt2al;
+    const real t_el2ds = t_ba2xh + (e2 * t_itqut_6 + F_t2 * t_ntng6_2);
     const real t_bzq7u = t_suduy + (e1 * t_rv7s3_3 + F_t1 * t_ntng6);
-    const real t_h7yle = sin_theta2 * t_oyrq4
+    const real t_h7yle = sin_theta2 * t_el2ds
         - sin_theta1 * t_bzq7u
         - t_vt7uo * t_ntng6
         + t_oncjt * t_ntng6_2
         + f_y * t_ntng6;
-    const real t_sm5hl = b1 * t_2rc5l
-        + t_vshgd * t_anpd5
+    const real t_b2cqu = b1 * t_x37id
+        + t_vshgd * t_jbrnn
         - t_h7yle
-        - (X_y2 * t_xrhyg + K_L52 * t_cdwx5_4)
-        - (K_L53 * t_qmxc6_4 - X_y3 * t_324rt)
-        - (X_y4 * t_6gug7 + K_L54 * t_slpa2);
+        - (X_y2 * t_s2y6y + K_L52 * t_cdwx5_4)
+        - (K_L53 * t_qmxc6_4 - X_y3 * t_3n6r6_4)
+        - (X_y4 * t_rxsb6 + K_L54 * t_tyzqb);
     const real t_3y467 = wg_2 * t_ntng6_2 + g_2 * t_ewcy3;
     const real t_22ten = wg_1 * t_ntng6 + g_1 * t_ry4ty;
     const real t_olxaf = me1 * (t_o6yyy * t_ntng6);
@@ -2468,92 +2468,92 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_i2wb2_3 = S_sq1 * t_sm6jv;
     const real t_cwu6h = me2 * (t_rdwum * t_ntng6_2);
     const real t_cr4bz = K(-2.0) * t_te67z + (eAss_2 * t_ntng6_2 + e2 * t_7xsxf);
-    const real t_4gfzr = t_cwu6h + t_cr4bz - t_3y467;
-    const real t_pbze3_4 = S_sq2 * t_4gfzr;
+    const real t_feozn = t_cwu6h + t_cr4bz - t_3y467;
+    const real t_mwcol_6 = S_sq2 * t_feozn;
     const real t_zllsy = me2 * (p[h2] + p[h2]) - M_C * (t_jf3qj * t_ntng6);
-    const real t_xjgga = t_3y467
+    const real t_zhhfb = t_3y467
         - t_22ten
         + t_i2wb2_3
-        + t_pbze3_4
+        + t_mwcol_6
         + t_zllsy
         + t_olxaf
         - t_cwu6h
         - K(-2.0) * t_haevv_3
-        + K(-2.0) * t_clz7k_4
-        - (K_L52 * t_5uj7n + t_p6zld * t_xrhyg)
-        + (K_L53 * t_wjvpg_4 + t_bxfcn * t_324rt)
-        - (K_L54 * t_hmxve + t_amczu * t_6gug7)
-        - (t_vshgd * t_s7q4z + t_6mmeb * t_2rc5l);
-    const real t_ieaac = sin_theta2 * t_yxwpu - sin_theta1 * t_6ghs5;
+        + K(-2.0) * t_g4wtj_6
+        - (K_L52 * t_vqo27 + t_p6zld * t_s2y6y)
+        + (K_L53 * t_cr5x5_4 + t_bxfcn * t_3n6r6_4)
+        - (K_L54 * t_l4enk + t_amczu * t_rxsb6)
+        - (t_vshgd * t_s7q4z + t_6mmeb * t_x37id);
+    const real t_iqq6u = sin_theta2 * t_yxwpu - sin_theta1 * t_6ghs5;
     const real t_frsix = cos_theta2 * t_gz5f3 - cos_theta1 * t_47a5d;
-    const real t_2vnaq = t_frsix * t_bpfoo;
-    const real t_a64bi_4 = t_jiatm + t_b3aij * t_2vnaq;
-    const real t_avkcl = t_a64bi_4 * t_4iujv;
-    const real t_riufh = t_xcmte - (t_c4lj6 - t_7xsxf) + t_d4mqf * t_avkcl - t_zzymx * t_2vnaq;
-    const real t_ovfd3 = t_riufh * t_zmh3u;
-    const real t_upemx = t_ieaac
+    const real t_yeh66 = t_frsix * t_bpfoo;
+    const real t_dv45p_4 = t_xffgl + t_b3aij * t_yeh66;
+    const real t_dj64q_5 = t_dv45p_4 * t_4iujv;
+    const real t_4cea3 = t_vdkvs - (t_c4lj6 - t_7xsxf) + t_d4mqf * t_dj64q_5 - t_zzymx * t_yeh66;
+    const real t_4liur = t_4cea3 * t_zmh3u;
+    const real t_fcpyz = t_iqq6u
         + cos_theta1 * t_wlk3z
         - cos_theta2 * t_te67z
-        - t_m67zs * t_avkcl
-        - t_m27n6 * t_ovfd3
-        - t_2m245 * t_2vnaq;
-    const real t_3yjxz = t_upemx * t_lt2al;
-    const real t_b4nrj = t_ieaac
+        - t_m67zs * t_dj64q_5
+        - t_m27n6 * t_4liur
+        - t_2m245 * t_yeh66;
+    const real t_rj3nj = t_fcpyz * t_lt2al;
+    const real t_3gdil = t_iqq6u
         + SC1 * t_sm6jv
-        + SC2 * t_4gfzr
-        + (t_dj64q * t_5uj7n + t_p6zld * t_avkcl)
-        - (t_bxfcn * t_ovfd3 - K_L63 * t_wjvpg_4)
-        - (K_L64 * t_hmxve + t_amczu * t_3yjxz)
-        - (t_e4enr * t_s7q4z + t_6mmeb * t_2vnaq);
-    const real t_nv4rw = t_b4nrj * t_ftqxb - t_dzxqu * t_xjgga;
-    const real t_nfkzq = t_gcu5g * t_ntng6
-        - (cos_theta2 * t_oyrq4 - cos_theta1 * t_bzq7u + t_azclp * t_ntng6 - t_iya7w * t_ntng6_2)
-        + (b1 * t_2vnaq + t_e4enr * t_anpd5)
-        + (X_y2 * t_avkcl + t_dj64q * t_cdwx5_4)
-        - (X_y3 * t_ovfd3 + K_L63 * t_qmxc6_4)
-        - (X_y4 * t_3yjxz + K_L64 * t_slpa2)
-        - (X_y5 * t_nv4rw + K_L65 * t_sm5hl);
-    const real t_y2amb = t_cr4bz
+        + SC2 * t_feozn
+        + (t_dj64q * t_vqo27 + t_p6zld * t_dj64q_5)
+        - (t_bxfcn * t_4liur - K_L63 * t_cr5x5_4)
+        - (K_L64 * t_l4enk + t_amczu * t_rj3nj)
+        - (t_e4enr * t_s7q4z + t_6mmeb * t_yeh66);
+    const real t_zrsrj = t_3gdil * t_ftqxb - t_dzxqu * t_zhhfb;
+    const real t_rurje = t_gcu5g * t_ntng6
+        - (cos_theta2 * t_el2ds - cos_theta1 * t_bzq7u + t_azclp * t_ntng6 - t_iya7w * t_ntng6_2)
+        + (b1 * t_yeh66 + t_e4enr * t_jbrnn)
+        + (X_y2 * t_dj64q_5 + t_dj64q * t_cdwx5_4)
+        - (X_y3 * t_4liur + K_L63 * t_qmxc6_4)
+        - (X_y4 * t_rj3nj + K_L64 * t_tyzqb)
+        - (X_y5 * t_zrsrj + K_L65 * t_b2cqu);
+    const real t_ji4ph = t_cr4bz
         - t_sce6e
         + t_zllsy
         - t_i2wb2_3
-        - t_pbze3_4
-        - (t_dj64q * t_a64bi_4 + t_hmob3 * t_avkcl)
-        - (K_L63 * t_riufh + t_rahc4 * t_ovfd3)
-        - (K_L64 * t_upemx + t_e4k6u * t_3yjxz)
-        - (K_L65 * t_b4nrj + t_5gmab * t_nv4rw)
-        - (t_e4enr * t_frsix + t_bl4f2 * t_2vnaq);
-    const real t_25es6 = t_nfkzq * t_nfkwa - t_o4hiw * t_y2amb;
-    const real t_zoe5v = t_sm5hl * t_ftqxb - t_eriz2 * t_xjgga - (X_x6 * t_nv4rw + K_L65 * t_25es6);
-    const real t_yeu3n_2 = t_slpa2 * t_lt2al
-        - (X_x5 * t_6gug7 + K_L54 * t_zoe5v)
-        - (X_x6 * t_3yjxz + K_L64 * t_25es6);
-    const real t_rgn4o_2 = t_qmxc6_4 * t_zmh3u
-        - K_L43 * t_yeu3n_2
-        - (K_L53 * t_zoe5v - X_x5 * t_324rt)
-        - (X_x6 * t_ovfd3 + K_L63 * t_25es6);
-    const real t_v5ta6_2 = t_cdwx5_4 * t_4iujv
-        - K_L32 * t_rgn4o_2
-        + t_6urah * t_yeu3n_2
-        - (X_x5 * t_xrhyg + K_L52 * t_zoe5v)
-        + (X_x6 * t_avkcl + t_dj64q * t_25es6);
-    const real t_bywiv_2 = t_anpd5 * t_bpfoo
-        + t_w7lcw * t_v5ta6_2
-        + t_3go2w * t_rgn4o_2
-        + t_xq4wt * t_yeu3n_2
-        + (X_x5 * t_2rc5l + t_vshgd * t_zoe5v)
-        + (X_x6 * t_2vnaq + t_e4enr * t_25es6);
-    const real t_nawns = t_bywiv_2 + t_sbjpy;
+        - t_mwcol_6
+        - (t_dj64q * t_dv45p_4 + t_qvrp6 * t_dj64q_5)
+        - (K_L63 * t_4cea3 + t_rahc4 * t_4liur)
+        - (K_L64 * t_fcpyz + t_e4k6u * t_rj3nj)
+        - (K_L65 * t_3gdil + t_jo54w * t_zrsrj)
+        - (t_e4enr * t_frsix + t_bl4f2 * t_yeh66);
+    const real t_sud4b = t_rurje * t_nfkwa - t_o4hiw * t_ji4ph;
+    const real t_7kzhv = t_b2cqu * t_ftqxb - t_eriz2 * t_zhhfb - (X_x6 * t_zrsrj + K_L65 * t_sud4b);
+    const real t_rbyn3_3 = t_tyzqb * t_lt2al
+        - (X_x5 * t_rxsb6 + K_L54 * t_7kzhv)
+        - (X_x6 * t_rj3nj + K_L64 * t_sud4b);
+    const real t_6yt6i_3 = t_qmxc6_4 * t_zmh3u
+        - K_L43 * t_rbyn3_3
+        - (K_L53 * t_7kzhv - X_x5 * t_3n6r6_4)
+        - (X_x6 * t_4liur + K_L63 * t_sud4b);
+    const real t_sif46_3 = t_cdwx5_4 * t_4iujv
+        - K_L32 * t_6yt6i_3
+        + t_6urah * t_rbyn3_3
+        - (X_x5 * t_s2y6y + K_L52 * t_7kzhv)
+        + (X_x6 * t_dj64q_5 + t_dj64q * t_sud4b);
+    const real t_6xo3m_2 = t_jbrnn * t_bpfoo
+        + t_w7lcw * t_sif46_3
+        + t_3go2w * t_6yt6i_3
+        + t_xq4wt * t_rbyn3_3
+        + (X_x5 * t_x37id + t_vshgd * t_7kzhv)
+        + (X_x6 * t_yeh66 + t_e4enr * t_sud4b);
+    const real t_5lgag = t_6xo3m_2 + t_sbjpy;
     const real t_roasq = t_54cbb - p[I2] * t_ew3ec;
     const real t_ejcck = p[l2] * t_roasq;
     const real t_2deuo = p[l2] * t_ew3ec;
     const real t_ijjye = eta2 * t_ejcck - loss_phi2 * t_2deuo;
     const real t_h4vxz = p[h2] * t_roasq * t_xpjrw - t_rl7kq * t_roasq;
     const real t_6fyvh = t_rybsf * t_h4vxz;
-    const real t_5iyj4 = mv1 * (cos_phi1 * t_6fyvh);
+    const real t_7q5m4 = mv1 * (cos_phi1 * t_6fyvh);
     const real t_vdglw = t_popww * t_2deuo;
-    const real t_ytkuc = mv2 * (cos_phi2 * t_6fyvh) + t_cekeb * t_vdglw;
-    const real t_vkuv5 = sin_phi2 * t_ijjye - cos_phi1 * t_5iyj4 - cos_phi2 * t_ytkuc;
+    const real t_pphuv = mv2 * (cos_phi2 * t_6fyvh) + t_cekeb * t_vdglw;
+    const real t_27hw2 = sin_phi2 * t_ijjye - cos_phi1 * t_7q5m4 - cos_phi2 * t_pphuv;
     const real t_papp7 = sin_phi2 * t_vdglw;
     const real t_373qj = sin_phi2 * t_papp7;
     const real t_xfpvs = t_roasq - t_vdglw + t_373qj;
@@ -2562,207 +2562,207 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real t_5ovze = t_ny62t * t_bpfoo + t_6xwz3 * t_xfpvs;
     const real t_f7lcj = th_2 * zeta2 - t_vry6x * t_yyt2v;
     const real t_f25hq = cos_theta2 * t_f7lcj;
-    const real t_2legd_4 = sin_phi1 * t_5iyj4;
-    const real t_22hch = sin_phi2 * t_ytkuc + cos_phi2 * t_ijjye;
-    const real t_4liu5 = t_w7lcw * t_vkuv5
+    const real t_yoao5_6 = sin_phi1 * t_7q5m4;
+    const real t_mwj5q = sin_phi2 * t_pphuv + cos_phi2 * t_ijjye;
+    const real t_cak6v = t_w7lcw * t_27hw2
         - b1 * t_5ovze
-        - (t_f25hq - sin_theta1 * t_2legd_4 - sin_theta2 * t_22hch);
+        - (t_f25hq - sin_theta1 * t_yoao5_6 - sin_theta2 * t_mwj5q);
     const real t_ofnsd = t_roasq - t_373qj;
     const real t_kz7at = th_2 - p[I2] * t_yyt2v;
     const real t_s3sag = t_ofnsd - t_kz7at;
-    const real t_3akma = S_sq2 * t_s3sag;
-    const real t_sipqo = t_3akma + t_roasq + t_kz7at - t_roasq + (t_w7lcw * t_ny62t + t_b3aij * t_5ovze);
+    const real t_yra3z = S_sq2 * t_s3sag;
+    const real t_fy6cx = t_yra3z + t_roasq + t_kz7at - t_roasq + (t_w7lcw * t_ny62t + t_b3aij * t_5ovze);
     const real t_uyuwd = cos_theta2 * t_fkcrn;
     const real t_5o6bi = t_uyuwd * t_bpfoo + t_3tmqi * t_xfpvs;
-    const real t_wm2sw = SC2 * t_s3sag + (t_3go2w * t_ny62t + t_b3aij * t_5o6bi);
-    const real t_4sl4y = t_wm2sw * t_4iujv - t_6yahm * t_sipqo;
+    const real t_sm6ii = SC2 * t_s3sag + (t_3go2w * t_ny62t + t_b3aij * t_5o6bi);
+    const real t_7urp4 = t_sm6ii * t_4iujv - t_6yahm * t_fy6cx;
     const real t_tylpm = sin_theta2 * t_f7lcj;
-    const real t_micib = t_3go2w * t_vkuv5
+    const real t_7zub7 = t_3go2w * t_27hw2
         - b1 * t_5o6bi
-        + (cos_theta1 * t_2legd_4 + t_tylpm + cos_theta2 * t_22hch)
-        - (X_y2 * t_4sl4y + K_L32 * t_4liu5);
-    const real t_dp5pt = t_ofnsd
-        - t_3akma
-        - (K_L32 * t_wm2sw + t_d4mqf * t_4sl4y)
+        + (cos_theta1 * t_yoao5_6 + t_tylpm + cos_theta2 * t_mwj5q)
+        - (X_y2 * t_7urp4 + K_L32 * t_cak6v);
+    const real t_yafmf = t_ofnsd
+        - t_yra3z
+        - (K_L32 * t_sm6ii + t_d4mqf * t_7urp4)
         + (t_3go2w * t_uyuwd + t_zzymx * t_5o6bi);
     const real t_mcphg = q_2 * t_kz7at;
     const real t_hrlqk = sin_theta2 * t_mcphg;
     const real t_htagi = cos_phi2 * t_ejcck;
     const real t_7zl3n = cos_theta2 * t_mcphg;
     const real t_izow3 = sin_phi2 * t_ejcck;
-    const real t_edzs7 = t_izow3 * t_bpfoo - t_jtjoh * t_xfpvs;
-    const real t_cc7nr = t_7zl3n + sin_theta2 * t_htagi + (t_b3aij * t_edzs7 - t_xq4wt * t_ny62t);
-    const real t_jzzit = t_cc7nr * t_4iujv - t_dwrhg * t_sipqo;
-    const real t_ing2r = t_hrlqk
+    const real t_um2i7 = t_izow3 * t_bpfoo - t_jtjoh * t_xfpvs;
+    const real t_fzbwf = t_7zl3n + sin_theta2 * t_htagi + (t_b3aij * t_um2i7 - t_xq4wt * t_ny62t);
+    const real t_rmy3i = t_fzbwf * t_4iujv - t_dwrhg * t_fy6cx;
+    const real t_ree5l = t_hrlqk
         - cos_theta2 * t_htagi
-        + (t_6urah * t_wm2sw + t_d4mqf * t_jzzit)
-        - (t_zzymx * t_edzs7 - t_xq4wt * t_uyuwd);
-    const real t_jjca3 = t_ing2r * t_zmh3u - t_ydwjl * t_dp5pt;
-    const real t_2opig = t_6fvzz * t_izow3 - Bs_2 * t_6fyvh + p[l2] * t_ijjye;
-    const real t_fidxf = Bs_1 * t_6fyvh;
+        + (t_6urah * t_sm6ii + t_d4mqf * t_rmy3i)
+        - (t_zzymx * t_um2i7 - t_xq4wt * t_uyuwd);
+    const real t_rmdrv = t_ree5l * t_zmh3u - t_ydwjl * t_yafmf;
+    const real t_5s6pc = t_6fvzz * t_izow3 - Bs_2 * t_6fyvh + p[l2] * t_ijjye;
+    const real t_34akc = Bs_1 * t_6fyvh;
     const real t_wk3rr = q_2 * t_f7lcj;
-    const real t_rd2cp = b1 * t_edzs7
-        + t_xq4wt * t_vkuv5
-        - (t_2opig - (t_fidxf + t_wk3rr) + x[wy] * x[theta2_dot])
-        + (X_y2 * t_jzzit + t_6urah * t_4liu5)
-        - (X_y3 * t_jjca3 + K_L43 * t_micib);
+    const real t_kxhfr = b1 * t_um2i7
+        + t_xq4wt * t_27hw2
+        - (t_5s6pc - (t_34akc + t_wk3rr) + x[wy] * x[theta2_dot])
+        + (X_y2 * t_rmy3i + t_6urah * t_cak6v)
+        - (X_y3 * t_rmdrv + K_L43 * t_7zub7);
     const real t_nyh3s = q_2 * t_mcphg;
     const real t_dg5ta = p[l2] * t_ejcck;
-    const real t_wfsrv = t_nyh3s
+    const real t_eduoc = t_nyh3s
         + t_dg5ta
-        - (t_6urah * t_cc7nr + t_m67zs * t_jzzit)
-        - (K_L43 * t_ing2r + t_m27n6 * t_jjca3)
-        - (t_xq4wt * t_izow3 + t_2m245 * t_edzs7);
+        - (t_6urah * t_fzbwf + t_m67zs * t_rmy3i)
+        - (K_L43 * t_ree5l + t_m27n6 * t_rmdrv)
+        - (t_xq4wt * t_izow3 + t_2m245 * t_um2i7);
     const real t_jq3j6 = wth_1 * t_h4vxz;
-    const real t_7twem = q_1 * t_jq3j6;
-    const real t_z35cf_4 = cos_theta1 * t_7twem;
+    const real t_ywak5 = q_1 * t_jq3j6;
+    const real t_o3ymy_6 = cos_theta1 * t_ywak5;
     const real t_du2gn = g_2 * t_kz7at - wth_2 * t_h4vxz;
-    const real t_gavga = q_2 * t_du2gn;
-    const real t_iwxus = cos_theta2 * t_gavga;
+    const real t_f5372 = q_2 * t_du2gn;
+    const real t_2l3wh = cos_theta2 * t_f5372;
     const real t_waxf6 = Bc_1 * t_h4vxz;
-    const real t_6xucw = e2 * t_htagi - Bc_2 * t_h4vxz;
-    const real t_vriar = t_dg5ta - t_6xucw;
-    const real t_q2zhm = me1 * t_h4vxz - t_jq3j6;
-    const real t_d7sar = t_du2gn - (e2 * t_roasq - me2 * t_h4vxz);
+    const real t_dv6aq = e2 * t_htagi - Bc_2 * t_h4vxz;
+    const real t_v7nsw = t_dg5ta - t_dv6aq;
+    const real t_dfl6n = me1 * t_h4vxz - t_jq3j6;
+    const real t_jd6jr = t_du2gn - (e2 * t_roasq - me2 * t_h4vxz);
     const real t_xqqdn = Ass_1 * t_h4vxz;
-    const real t_pwasj = t_xqqdn + t_q2zhm;
+    const real t_o5f5r = t_xqqdn + t_dfl6n;
     const real t_nezzo = e2 * t_373qj + Ass_2 * t_h4vxz;
-    const real t_x4vtx = t_htagi + t_nezzo;
-    const real t_lfdre = t_x4vtx + t_d7sar;
-    const real t_viyh5 = S_sq1 * t_pwasj + S_sq2 * t_lfdre;
-    const real t_4eujt = t_izow3 - (e2 * t_fkcrn + Asc_2 * t_h4vxz);
+    const real t_e5bxm = t_htagi + t_nezzo;
+    const real t_kw5fp = t_e5bxm + t_jd6jr;
+    const real t_fwfki = S_sq1 * t_o5f5r + S_sq2 * t_kw5fp;
+    const real t_k4qg6 = t_izow3 - (e2 * t_fkcrn + Asc_2 * t_h4vxz);
     const real t_lrprj = Asc_1 * t_h4vxz;
-    const real t_2kijq = sin_theta2 * t_4eujt - sin_theta1 * t_lrprj;
-    const real t_uj2mv = t_2kijq * t_bpfoo - t_2lluf * t_xfpvs;
-    const real t_mxx3g = t_q2zhm + t_d7sar - t_viyh5 - t_7zl3n - (t_b3aij * t_uj2mv - t_vshgd * t_ny62t);
-    const real t_d5awd = t_mxx3g * t_4iujv - t_hfybw * t_sipqo;
-    const real t_ltvd7 = SC1 * t_pwasj + SC2 * t_lfdre;
-    const real t_wurrt = t_hrlqk
-        - t_ltvd7
-        - (K_L52 * t_wm2sw + t_d4mqf * t_d5awd)
-        - (t_zzymx * t_uj2mv - t_vshgd * t_uyuwd);
-    const real t_sz3kh = t_wurrt * t_zmh3u - t_qe675 * t_dp5pt;
-    const real t_ozyl6 = t_nyh3s
-        + t_z35cf_4
-        - t_iwxus
+    const real t_nwjkr = sin_theta2 * t_k4qg6 - sin_theta1 * t_lrprj;
+    const real t_2dd7v = t_nwjkr * t_bpfoo - t_2lluf * t_xfpvs;
+    const real t_kqt35 = t_dfl6n + t_jd6jr - t_fwfki - t_7zl3n - (t_b3aij * t_2dd7v - t_vshgd * t_ny62t);
+    const real t_72nhk = t_kqt35 * t_4iujv - t_hfybw * t_fy6cx;
+    const real t_3czct = SC1 * t_o5f5r + SC2 * t_kw5fp;
+    const real t_lnzda = t_hrlqk
+        - t_3czct
+        - (K_L52 * t_sm6ii + t_d4mqf * t_72nhk)
+        - (t_zzymx * t_2dd7v - t_vshgd * t_uyuwd);
+    const real t_qsup2 = t_lnzda * t_zmh3u - t_qe675 * t_yafmf;
+    const real t_6k2oj = t_nyh3s
+        + t_o3ymy_6
+        - t_2l3wh
         + sin_theta1 * t_waxf6
-        + sin_theta2 * t_vriar
-        + (K_L52 * t_cc7nr + t_m67zs * t_d5awd)
-        - (K_L53 * t_ing2r + t_m27n6 * t_sz3kh)
-        - (t_vshgd * t_izow3 + t_2m245 * t_uj2mv);
-    const real t_hf5re = t_ozyl6 * t_lt2al - t_2e52m * t_wfsrv;
-    const real t_yszuc = t_2opig - (e2 * t_22hch + F_t2 * t_h4vxz);
-    const real t_bdmz7 = t_fidxf + (e1 * t_2legd_4 + F_t1 * t_h4vxz);
-    const real t_e6fn6 = sin_theta2 * t_yszuc
-        - (sin_theta1 * t_bdmz7 + t_wk3rr)
+        + sin_theta2 * t_v7nsw
+        + (K_L52 * t_fzbwf + t_m67zs * t_72nhk)
+        - (K_L53 * t_ree5l + t_m27n6 * t_qsup2)
+        - (t_vshgd * t_izow3 + t_2m245 * t_2dd7v);
+    const real t_ekio7_2 = t_6k2oj * t_lt2al - t_2e52m * t_eduoc;
+    const real t_h5uuv = t_5s6pc - (e2 * t_mwj5q + F_t2 * t_h4vxz);
+    const real t_evhdc = t_34akc + (e1 * t_yoao5_6 + F_t1 * t_h4vxz);
+    const real t_vor4i = sin_theta2 * t_h5uuv
+        - (sin_theta1 * t_evhdc + t_wk3rr)
         - x[wy] * x[phi2_dot]
         - t_vt7uo * t_h4vxz
         + (g_2 * t_f25hq - t_oncjt * t_h4vxz)
         + f_y * t_h4vxz;
-    const real t_2vfqh = b1 * t_uj2mv
-        + t_vshgd * t_vkuv5
-        - t_e6fn6
-        - (X_y2 * t_d5awd + K_L52 * t_4liu5)
-        - (X_y3 * t_sz3kh + K_L53 * t_micib)
-        - (X_y4 * t_hf5re + K_L54 * t_rd2cp);
-    const real t_jqkom = g_2 * t_du2gn - wg_2 * t_h4vxz;
-    const real t_znw4v = wg_1 * t_h4vxz + g_1 * t_jq3j6;
+    const real t_rcak4 = b1 * t_2dd7v
+        + t_vshgd * t_27hw2
+        - t_vor4i
+        - (X_y2 * t_72nhk + K_L52 * t_cak6v)
+        - (X_y3 * t_qsup2 + K_L53 * t_7zub7)
+        - (X_y4 * t_ekio7_2 + K_L54 * t_kxhfr);
+    const real t_syazd = g_2 * t_du2gn - wg_2 * t_h4vxz;
+    const real t_s4aff = wg_1 * t_h4vxz + g_1 * t_jq3j6;
     const real t_v2gjt = me1 * (t_o6yyy * t_h4vxz);
-    const real t_6n6ii = K(-2.0) * t_waxf6 + (eAss_1 * t_h4vxz + e1 * t_xqqdn);
-    const real t_47scc = t_znw4v - (t_v2gjt + t_6n6ii);
-    const real t_jaj24_4 = S_sq1 * t_47scc;
+    const real t_a7jxa = K(-2.0) * t_waxf6 + (eAss_1 * t_h4vxz + e1 * t_xqqdn);
+    const real t_7y7le = t_s4aff - (t_v2gjt + t_a7jxa);
+    const real t_uxfwe_6 = S_sq1 * t_7y7le;
     const real t_bolwq = t_quuci * t_roasq - me2 * (t_rdwum * t_h4vxz);
-    const real t_7isik = t_dg5ta + K(-2.0) * t_6xucw - (eAss_2 * t_h4vxz + e2 * t_nezzo);
-    const real t_vh62f = t_bolwq + t_7isik - t_jqkom;
-    const real t_kz2bj = S_sq2 * t_vh62f;
+    const real t_b2bfm = t_dg5ta + K(-2.0) * t_dv6aq - (eAss_2 * t_h4vxz + e2 * t_nezzo);
+    const real t_jol4k = t_bolwq + t_b2bfm - t_syazd;
+    const real t_qb4mw = S_sq2 * t_jol4k;
     const real t_zqx4p = t_gy5fy * t_roasq - (t_iw7bs * t_roasq + M_C * (t_jf3qj * t_h4vxz));
-    const real t_4s5os = t_jqkom
-        - t_znw4v
+    const real t_lvbit = t_syazd
+        - t_s4aff
         + t_nyh3s
-        + t_jaj24_4
-        + t_kz2bj
+        + t_uxfwe_6
+        + t_qb4mw
         + t_zqx4p
         + t_v2gjt
         - t_bolwq
-        - K(-2.0) * t_z35cf_4
-        + K(-2.0) * t_iwxus
-        - (K_L52 * t_mxx3g + t_p6zld * t_d5awd)
-        - (K_L53 * t_wurrt + t_bxfcn * t_sz3kh)
-        - (K_L54 * t_ozyl6 + t_amczu * t_hf5re)
-        - (t_vshgd * t_2kijq + t_6mmeb * t_uj2mv);
-    const real t_tcg2z = sin_theta2 * t_gavga - sin_theta1 * t_7twem;
-    const real t_42654 = cos_theta2 * t_4eujt - cos_theta1 * t_lrprj;
-    const real t_6jyv2 = t_42654 * t_bpfoo - t_ielc3 * t_xfpvs;
-    const real t_k33p3 = t_ltvd7 + (t_b3aij * t_6jyv2 - t_e4enr * t_ny62t);
-    const real t_zdfbe = t_k33p3 * t_4iujv - t_2ngl5 * t_sipqo;
-    const real t_r44r5 = t_viyh5
-        - (t_xqqdn + t_x4vtx)
-        + (t_dj64q * t_wm2sw + t_d4mqf * t_zdfbe)
-        - (t_zzymx * t_6jyv2 - t_e4enr * t_uyuwd);
-    const real t_26l65 = t_r44r5 * t_zmh3u - t_kpf5p * t_dp5pt;
-    const real t_c754z = t_tcg2z
+        - K(-2.0) * t_o3ymy_6
+        + K(-2.0) * t_2l3wh
+        - (K_L52 * t_kqt35 + t_p6zld * t_72nhk)
+        - (K_L53 * t_lnzda + t_bxfcn * t_qsup2)
+        - (K_L54 * t_6k2oj + t_amczu * t_ekio7_2)
+        - (t_vshgd * t_nwjkr + t_6mmeb * t_2dd7v);
+    const real t_qdkhm = sin_theta2 * t_f5372 - sin_theta1 * t_ywak5;
+    const real t_q55pw = cos_theta2 * t_k4qg6 - cos_theta1 * t_lrprj;
+    const real t_v4cea = t_q55pw * t_bpfoo - t_ielc3 * t_xfpvs;
+    const real t_ttiu3_3 = t_3czct + (t_b3aij * t_v4cea - t_e4enr * t_ny62t);
+    const real t_sfm5m = t_ttiu3_3 * t_4iujv - t_2ngl5 * t_fy6cx;
+    const real t_ylf3w = t_fwfki
+        - (t_xqqdn + t_e5bxm)
+        + (t_dj64q * t_sm6ii + t_d4mqf * t_sfm5m)
+        - (t_zzymx * t_v4cea - t_e4enr * t_uyuwd);
+    const real t_qozj5 = t_ylf3w * t_zmh3u - t_kpf5p * t_yafmf;
+    const real t_xh7le = t_qdkhm
         + cos_theta1 * t_waxf6
-        + cos_theta2 * t_vriar
-        - (t_dj64q * t_cc7nr + t_m67zs * t_zdfbe)
-        - (K_L63 * t_ing2r + t_m27n6 * t_26l65)
-        - (t_e4enr * t_izow3 + t_2m245 * t_6jyv2);
-    const real t_e6vhi = t_c754z * t_lt2al - t_wurun * t_wfsrv;
-    const real t_xaant = t_tcg2z
-        + SC1 * t_47scc
-        + SC2 * t_vh62f
-        + (t_dj64q * t_mxx3g + t_p6zld * t_zdfbe)
-        - (K_L63 * t_wurrt + t_bxfcn * t_26l65)
-        - (K_L64 * t_ozyl6 + t_amczu * t_e6vhi)
-        - (t_e4enr * t_2kijq + t_6mmeb * t_6jyv2);
-    const real t_xnc6r = t_xaant * t_ftqxb - t_dzxqu * t_4s5os;
-    const real t_g2rnk = cos_theta2 * t_yszuc
-        - cos_theta1 * t_bdmz7
+        + cos_theta2 * t_v7nsw
+        - (t_dj64q * t_fzbwf + t_m67zs * t_sfm5m)
+        - (K_L63 * t_ree5l + t_m27n6 * t_qozj5)
+        - (t_e4enr * t_izow3 + t_2m245 * t_v4cea);
+    const real t_yda46_2 = t_xh7le * t_lt2al - t_wurun * t_eduoc;
+    const real t_djnd3 = t_qdkhm
+        + SC1 * t_7y7le
+        + SC2 * t_jol4k
+        + (t_dj64q * t_kqt35 + t_p6zld * t_sfm5m)
+        - (K_L63 * t_lnzda + t_bxfcn * t_qozj5)
+        - (K_L64 * t_6k2oj + t_amczu * t_yda46_2)
+        - (t_e4enr * t_nwjkr + t_6mmeb * t_v4cea);
+    const real t_ecyqy = t_djnd3 * t_ftqxb - t_dzxqu * t_lvbit;
+    const real t_3kl7e = cos_theta2 * t_h5uuv
+        - cos_theta1 * t_evhdc
         + x[wx] * x[theta2_dot]
         - W13
         + t_azclp * t_h4vxz
         - (g_2 * t_tylpm - t_iya7w * t_h4vxz)
         - x[wz] * x[phi2_dot];
-    const real t_m7ij3 = t_gcu5g * t_h4vxz
-        - t_g2rnk
-        + (b1 * t_6jyv2 + t_e4enr * t_vkuv5)
-        + (X_y2 * t_zdfbe + t_dj64q * t_4liu5)
-        - (X_y3 * t_26l65 + K_L63 * t_micib)
-        - (X_y4 * t_e6vhi + K_L64 * t_rd2cp)
-        - (X_y5 * t_xnc6r + K_L65 * t_2vfqh);
-    const real t_py5vi = t_7isik
-        - t_6n6ii
+    const real t_zbora = t_gcu5g * t_h4vxz
+        - t_3kl7e
+        + (b1 * t_v4cea + t_e4enr * t_27hw2)
+        + (X_y2 * t_sfm5m + t_dj64q * t_cak6v)
+        - (X_y3 * t_qozj5 + K_L63 * t_7zub7)
+        - (X_y4 * t_yda46_2 + K_L64 * t_kxhfr)
+        - (X_y5 * t_ecyqy + K_L65 * t_rcak4);
+    const real t_x3syj = t_b2bfm
+        - t_a7jxa
         + (K(1.0) + t_zqx4p)
-        - t_jaj24_4
-        - t_kz2bj
-        - (t_dj64q * t_k33p3 + t_hmob3 * t_zdfbe)
-        - (K_L63 * t_r44r5 + t_rahc4 * t_26l65)
-        - (K_L64 * t_c754z + t_e4k6u * t_e6vhi)
-        - (K_L65 * t_xaant + t_5gmab * t_xnc6r)
-        - (t_e4enr * t_42654 + t_bl4f2 * t_6jyv2);
-    const real t_xy2df = t_m7ij3 * t_nfkwa - t_o4hiw * t_py5vi;
-    const real t_cpyav = t_2vfqh * t_ftqxb - t_eriz2 * t_4s5os - (X_x6 * t_xnc6r + K_L65 * t_xy2df);
-    const real t_jnadu = t_rd2cp * t_lt2al
-        - t_gkoba * t_wfsrv
-        - (X_x5 * t_hf5re + K_L54 * t_cpyav)
-        - (X_x6 * t_e6vhi + K_L64 * t_xy2df);
-    const real t_7bbkr = t_micib * t_zmh3u
-        - t_insvr * t_dp5pt
-        - (X_x4 * t_jjca3 + K_L43 * t_jnadu)
-        - (X_x5 * t_sz3kh + K_L53 * t_cpyav)
-        - (X_x6 * t_26l65 + K_L63 * t_xy2df);
-    const real t_3yfo4 = t_4liu5 * t_4iujv
-        - t_5am4i * t_sipqo
-        - (X_x3 * t_4sl4y + K_L32 * t_7bbkr)
-        + (X_x4 * t_jzzit + t_6urah * t_jnadu)
-        - (X_x5 * t_d5awd + K_L52 * t_cpyav)
-        + (X_x6 * t_zdfbe + t_dj64q * t_xy2df);
-    const real t_puesv = t_vkuv5 * t_bpfoo
+        - t_uxfwe_6
+        - t_qb4mw
+        - (t_dj64q * t_ttiu3_3 + t_qvrp6 * t_sfm5m)
+        - (K_L63 * t_ylf3w + t_rahc4 * t_qozj5)
+        - (K_L64 * t_xh7le + t_e4k6u * t_yda46_2)
+        - (K_L65 * t_djnd3 + t_jo54w * t_ecyqy)
+        - (t_e4enr * t_q55pw + t_bl4f2 * t_v4cea);
+    const real t_ymehn = t_zbora * t_nfkwa - t_o4hiw * t_x3syj;
+    const real t_ilfgh = t_rcak4 * t_ftqxb - t_eriz2 * t_lvbit - (X_x6 * t_ecyqy + K_L65 * t_ymehn);
+    const real t_asue6 = t_kxhfr * t_lt2al
+        - t_gkoba * t_eduoc
+        - (X_x5 * t_ekio7_2 + K_L54 * t_ilfgh)
+        - (X_x6 * t_yda46_2 + K_L64 * t_ymehn);
+    const real t_yezeh = t_7zub7 * t_zmh3u
+        - t_insvr * t_yafmf
+        - (X_x4 * t_rmdrv + K_L43 * t_asue6)
+        - (X_x5 * t_qsup2 + K_L53 * t_ilfgh)
+        - (X_x6 * t_qozj5 + K_L63 * t_ymehn);
+    const real t_p2gmi = t_cak6v * t_4iujv
+        - t_5am4i * t_fy6cx
+        - (X_x3 * t_7urp4 + K_L32 * t_yezeh)
+        + (X_x4 * t_rmy3i + t_6urah * t_asue6)
+        - (X_x5 * t_72nhk + K_L52 * t_ilfgh)
+        + (X_x6 * t_sfm5m + t_dj64q * t_ymehn);
+    const real t_svkbn = t_27hw2 * t_bpfoo
         - t_2sw7d * t_xfpvs
-        + (t_w7lcw * t_3yfo4 - X_x2 * t_5ovze)
-        + (t_3go2w * t_7bbkr - X_x3 * t_5o6bi)
-        + (X_x4 * t_edzs7 + t_xq4wt * t_jnadu)
-        + (X_x5 * t_uj2mv + t_vshgd * t_cpyav)
-        + (X_x6 * t_6jyv2 + t_e4enr * t_xy2df)
+        + (t_w7lcw * t_p2gmi - X_x2 * t_5ovze)
+        + (t_3go2w * t_yezeh - X_x3 * t_5o6bi)
+        + (X_x4 * t_um2i7 + t_xq4wt * t_asue6)
+        + (X_x5 * t_2dd7v + t_vshgd * t_ilfgh)
+        + (X_x6 * t_v4cea + t_e4enr * t_ymehn)
         + t_6fyvh;
     const real t_4vz2s = k2 * x[phi2_dot];
     const real t_q6epm = sin_phi2 * t_4vz2s;
@@ -2784,130 +2784,130 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         - K_L52 * t_sxgeo
         - K_L53 * t_gy7r3
         - K_L54 * t_jg62a;
-    const real t_a4sr4 = t_e4enr * t_q6epm
+    const real t_xhpvx = t_e4enr * t_q6epm
         - (cos_theta2 * t_pq7m7 + g_2 * t_km6t2)
         + t_dj64q * t_sxgeo
         - K_L63 * t_gy7r3
         - K_L64 * t_jg62a
         - K_L65 * t_pcxjd;
-    const real t_o36ad = t_a4sr4 * t_nfkwa;
-    const real t_tfhfc = t_pcxjd * t_ftqxb - K_L65 * t_o36ad;
-    const real t_4zch6 = t_jg62a * t_lt2al - K_L54 * t_tfhfc - K_L64 * t_o36ad;
-    const real t_v7qqm = t_gy7r3 * t_zmh3u - K_L43 * t_4zch6 - K_L53 * t_tfhfc - K_L63 * t_o36ad;
-    const real t_kunhq = t_sxgeo * t_4iujv
-        - K_L32 * t_v7qqm
-        + t_6urah * t_4zch6
-        - K_L52 * t_tfhfc
-        + t_dj64q * t_o36ad;
-    const real t_uctyo = t_q6epm * t_bpfoo
-        + t_w7lcw * t_kunhq
-        + t_3go2w * t_v7qqm
-        + t_xq4wt * t_4zch6
-        + t_vshgd * t_tfhfc
-        + t_e4enr * t_o36ad;
-    const real t_rnrjd = sin_theta1 * t_q3ysb + cos_theta1 * t_zu7ht;
-    const real t_sy5zq = cos_phi1 * (e1 * t_rnrjd + G_t1 * t_6fswf + sin_theta1 * t_ajehr + cos_theta1 * t_zic2p);
-    const real t_rnrjd_2 = sin_theta1 * t_j4zjk + cos_theta1 * t_zu7ht_2;
-    const real t_y4io7 = cos_phi1 * (e1 * t_rnrjd_2 + G_t1 * t_ug47n + sin_theta1 * t_ajehr_2 + cos_theta1 * t_zic2p_2);
-    const real t_ogesh = sin_theta1 * t_ozkxr + cos_theta1 * t_khmpp;
-    const real t_igooi = cos_phi1 * (e1 * t_ogesh + sin_theta1 * t_ikw3y + cos_theta1 * t_6tvc2)
-        + sin_phi1 * t_7n2yw;
-    const real t_2qiva = sin_theta1 * t_aecy7 + cos_theta1 * t_2nc4v;
-    const real t_amxlf = cos_phi1 * (e1 * t_2qiva + sin_theta1 * t_2tjc3 + cos_theta1 * t_xkugq)
-        + sin_phi1 * t_n32gg;
+    const real t_umpxr = t_xhpvx * t_nfkwa;
+    const real t_qa5mz = t_pcxjd * t_ftqxb - K_L65 * t_umpxr;
+    const real t_csi4c = t_jg62a * t_lt2al - K_L54 * t_qa5mz - K_L64 * t_umpxr;
+    const real t_d3udt = t_gy7r3 * t_zmh3u - K_L43 * t_csi4c - K_L53 * t_qa5mz - K_L63 * t_umpxr;
+    const real t_wduhb = t_sxgeo * t_4iujv
+        - K_L32 * t_d3udt
+        + t_6urah * t_csi4c
+        - K_L52 * t_qa5mz
+        + t_dj64q * t_umpxr;
+    const real t_4vrbb = t_q6epm * t_bpfoo
+        + t_w7lcw * t_wduhb
+        + t_3go2w * t_d3udt
+        + t_xq4wt * t_csi4c
+        + t_vshgd * t_qa5mz
+        + t_e4enr * t_umpxr;
+    const real t_6e2rb = sin_theta1 * t_kjeag + cos_theta1 * t_siflb;
+    const real t_u6dgx = cos_phi1 * (e1 * t_6e2rb + G_t1 * t_6fswf + sin_theta1 * t_vzhp6 + cos_theta1 * t_76pup);
+    const real t_6e2rb_2 = sin_theta1 * t_ofpuk + cos_theta1 * t_siflb_2;
+    const real t_ri3id = cos_phi1 * (e1 * t_6e2rb_2 + G_t1 * t_ug47n + sin_theta1 * t_vzhp6_2 + cos_theta1 * t_76pup_2);
+    const real t_5k4zx = sin_theta1 * t_uf2hs + cos_theta1 * t_zh6ym;
+    const real t_qhm65 = cos_phi1 * (e1 * t_5k4zx + sin_theta1 * t_7tpul + cos_theta1 * t_5qicw)
+        + sin_phi1 * t_nauhf;
+    const real t_d4i3v = sin_theta1 * t_okj2x + cos_theta1 * t_n5r3v;
+    const real t_rywpw = cos_phi1 * (e1 * t_d4i3v + sin_theta1 * t_gyopo + cos_theta1 * t_gawjk)
+        + sin_phi1 * t_gjgp6;
     const real t_bj4c5 = cos_theta1 * t_gao76 - sin_theta1 * t_gaejw;
-    const real t_7e3hy = cos_phi1 * (e1 * t_bj4c5 + sin_theta1 * t_ohqcq + cos_theta1 * t_gvz3t)
-        + sin_phi1 * t_2i6hk;
-    const real t_tugjj = sin_theta1 * t_xzyw2 + cos_theta1 * t_xv3ic;
-    const real t_ui562 = cos_phi1 * (e1 * t_tugjj + sin_theta1 * t_aei2j + cos_theta1 * t_us2rr)
-        + sin_phi1 * t_73lsu;
-    const real t_lnocb = sin_theta1 * t_nv4kq + cos_theta1 * t_belws;
-    const real t_mrfhd = cos_phi1 * (e1 * t_lnocb + G_t1 * t_yqcxm + sin_theta1 * t_wbc7k + cos_theta1 * t_nmsvx);
-    const real t_fdbsx = sin_theta1 * t_zomt2 + cos_theta1 * t_45olx;
-    const real t_tauqf = cos_phi1 * (e1 * t_fdbsx + G_t1 * t_fzk4w + sin_theta1 * t_b5oey + cos_theta1 * t_ayndu);
+    const real t_umh5e = cos_phi1 * (e1 * t_bj4c5 + sin_theta1 * t_rurrs + cos_theta1 * t_kyglk)
+        + sin_phi1 * t_uep4m;
+    const real t_p4g56 = sin_theta1 * t_etzpb + cos_theta1 * t_mnjvs;
+    const real t_mgoey = cos_phi1 * (e1 * t_p4g56 + sin_theta1 * t_wsp5s + cos_theta1 * t_dv2mw)
+        + sin_phi1 * t_vid5u;
+    const real t_6jimd = sin_theta1 * t_4mcw6 + cos_theta1 * t_ezo2r;
+    const real t_b5fqx = cos_phi1 * (e1 * t_6jimd + G_t1 * t_yqcxm + sin_theta1 * t_akwof + cos_theta1 * t_chekg);
+    const real t_6gjta = sin_theta1 * t_kaqej + cos_theta1 * t_q4hjb;
+    const real t_nc4ae = cos_phi1 * (e1 * t_6gjta + G_t1 * t_fzk4w + sin_theta1 * t_sif46 + cos_theta1 * t_6yt6i);
     const real t_tj7ps = cos_theta1 * t_kutbt - sin_theta1 * t_rzdx6;
-    const real t_ggo3v = cos_phi1 * (e1 * t_tj7ps + sin_theta1 * t_kl34e + cos_theta1 * t_ocypu)
-        + sin_phi1 * t_l62zz;
-    const real t_tadv5 = sin_theta1 * t_jhwfa + cos_theta1 * t_gwiuf;
-    const real t_wczfr = cos_phi1 * (e1 * t_tadv5 + sin_theta1 * t_2bo4h + cos_theta1 * t_ahhlw)
-        + sin_phi1 * t_5eu3y;
-    const real t_6rtva = sin_theta1 * t_iyskn + cos_theta1 * t_al5gg;
+    const real t_fml7w = cos_phi1 * (e1 * t_tj7ps + sin_theta1 * t_kl34e + cos_theta1 * t_ocypu)
+        + sin_phi1 * t_f7zas;
+    const real t_fz2so = sin_theta1 * t_3obum + cos_theta1 * t_3dix3;
+    const real t_tftqx = cos_phi1 * (e1 * t_fz2so + sin_theta1 * t_od3z2 + cos_theta1 * t_4ozvf)
+        + sin_phi1 * t_ez5zc;
+    const real t_lsbn7 = sin_theta1 * t_r32rw + cos_theta1 * t_dzlfq;
     const real t_j5eoq = Gt_eta1 + X_x4;
     const real t_g65cu = (loss_phi1 + p[I1] * t_j5eoq) * t_zrejm * t_zrejm;
     const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
         + sin_phi1 * (X_x1 - t_w7vil);
-    const real t_upuu6 = cos_phi1 * (e1 * t_6rtva - G_t1 * t_qrwk6 + sin_theta1 * t_s5sv6 + cos_theta1 * t_cyqrj);
-    const real t_stdd7 = sin_theta1 * t_xya35 + cos_theta1 * t_2jvqf;
-    const real t_mnjvm = cos_phi1 * (e1 * t_stdd7 - G_t1 * t_37b6j + sin_theta1 * t_xcehm + cos_theta1 * t_yppnm);
-    const real t_2ahez = sin_theta1 * t_sziam + cos_theta1 * t_bzmsi;
-    const real t_om7ra = cos_phi1 * (e1 * t_2ahez + G_t1 * t_tepdd_2 + sin_theta1 * t_v5ta6 + cos_theta1 * t_rgn4o);
-    const real t_hracj = sin_theta1 * t_o3cyf + cos_theta1 * t_lfpzh;
-    const real t_fplv6 = cos_phi1 * (e1 * t_hracj - G_t1 * t_qdapd + sin_theta1 * t_53quf + cos_theta1 * t_nv3la);
-    const real t_mqpbj = sin_theta1 * t_cgllx + cos_theta1 * t_z266e;
-    const real t_dj4y5 = cos_phi1 * (e1 * t_mqpbj + sin_theta1 * t_r6xy5 + cos_theta1 * t_unpsh)
-        + sin_phi1 * t_kzw2b;
-    const real t_psyh7 = sin_theta1 * t_s74js + cos_theta1 * t_osnw5;
-    const real t_l5rxn = cos_phi1 * (e1 * t_psyh7 - G_t1 * t_zn23j + sin_theta1 * t_kykfd + cos_theta1 * t_hefnq);
-    const real t_fbd7k = sin_theta1 * t_322oz + cos_theta1 * t_mzhk4;
-    const real t_cq326 = cos_phi1 * (e1 * t_fbd7k - G_t1 * t_zthab + sin_theta1 * t_4acjh + cos_theta1 * t_prhgk);
-    const real t_2ahez_2 = sin_theta1 * t_zoe5v + cos_theta1 * t_25es6;
-    const real t_jt2ti = cos_phi1 * (e1 * t_2ahez_2 - G_t1 * t_ntng6 + sin_theta1 * t_v5ta6_2 + cos_theta1 * t_rgn4o_2);
-    const real t_hracj_2 = sin_theta1 * t_cpyav + cos_theta1 * t_xy2df;
-    const real t_wjneu = cos_phi1 * (e1 * t_hracj_2 - G_t1 * t_h4vxz + sin_theta1 * t_3yfo4 + cos_theta1 * t_7bbkr);
-    const real t_5haj4 = sin_theta1 * t_tfhfc + cos_theta1 * t_o36ad;
-    const real t_pp24n = cos_phi1 * (e1 * t_5haj4 + sin_theta1 * t_kunhq + cos_theta1 * t_v7qqm)
-        + sin_phi1 * t_uctyo;
+    const real t_wz6in = cos_phi1 * (e1 * t_lsbn7 - G_t1 * t_qrwk6 + sin_theta1 * t_56s4m + cos_theta1 * t_ce7sx);
+    const real t_otmnr = sin_theta1 * t_5qui4 + cos_theta1 * t_ngk2s;
+    const real t_rjnco = cos_phi1 * (e1 * t_otmnr - G_t1 * t_37b6j + sin_theta1 * t_zcoux + cos_theta1 * t_q7uwl);
+    const real t_6gjta_2 = sin_theta1 * t_ph3k5 + cos_theta1 * t_qhwmd;
+    const real t_mmhac = cos_phi1 * (e1 * t_6gjta_2 + G_t1 * t_tepdd_2 + sin_theta1 * t_sif46_2 + cos_theta1 * t_6yt6i_2);
+    const real t_lsbn7_2 = sin_theta1 * t_d6e7c + cos_theta1 * t_rdejp;
+    const real t_gzwzd = cos_phi1 * (e1 * t_lsbn7_2 - G_t1 * t_qdapd + sin_theta1 * t_bwgjg + cos_theta1 * t_faw46);
+    const real t_4hyqp = sin_theta1 * t_qt2lr + cos_theta1 * t_dopxv;
+    const real t_t256n = cos_phi1 * (e1 * t_4hyqp + sin_theta1 * t_bvlfu + cos_theta1 * t_cy7cx)
+        + sin_phi1 * t_ayr5k;
+    const real t_lsbn7_3 = sin_theta1 * t_asiel + cos_theta1 * t_3fimb;
+    const real t_l5xo5 = cos_phi1 * (e1 * t_lsbn7_3 - G_t1 * t_zn23j + sin_theta1 * t_22rda + cos_theta1 * t_w6rkn);
+    const real t_otmnr_2 = sin_theta1 * t_td2cp + cos_theta1 * t_n4rk3;
+    const real t_kw46p = cos_phi1 * (e1 * t_otmnr_2 - G_t1 * t_zthab + sin_theta1 * t_dm5pt + cos_theta1 * t_hpbyb);
+    const real t_6gjta_3 = sin_theta1 * t_7kzhv + cos_theta1 * t_sud4b;
+    const real t_wm2y6 = cos_phi1 * (e1 * t_6gjta_3 - G_t1 * t_ntng6 + sin_theta1 * t_sif46_3 + cos_theta1 * t_6yt6i_3);
+    const real t_lsbn7_4 = sin_theta1 * t_ilfgh + cos_theta1 * t_ymehn;
+    const real t_d6jpg = cos_phi1 * (e1 * t_lsbn7_4 - G_t1 * t_h4vxz + sin_theta1 * t_p2gmi + cos_theta1 * t_yezeh);
+    const real t_ifm3j = sin_theta1 * t_qa5mz + cos_theta1 * t_umpxr;
+    const real t_difmz = cos_phi1 * (e1 * t_ifm3j + sin_theta1 * t_wduhb + cos_theta1 * t_d3udt)
+        + sin_phi1 * t_4vrbb;
     const real t_ogd3q = X_x5 * cos_theta1 - X_x6 * sin_theta1;
-    const real t_o6kgp = t_i5u2g + t_q3ysb;
-    const real t_wo6h7 = cos_theta1 * t_ajehr
-        + (t_ogd3q * t_6fswf + g_1 * (cos_theta1 * t_q3ysb - sin_theta1 * t_zu7ht))
-        - q_1 * t_o6kgp
-        - sin_theta1 * t_zic2p;
-    const real t_o6kgp_2 = t_i5u2g_2 + t_j4zjk;
-    const real t_7en7e = cos_theta1 * t_ajehr_2
-        + (t_ogd3q * t_ug47n + g_1 * (cos_theta1 * t_j4zjk - sin_theta1 * t_zu7ht_2))
-        - q_1 * t_o6kgp_2
-        - sin_theta1 * t_zic2p_2;
-    const real t_6ezlp = t_ozkxr - t_ml4oe;
-    const real t_7323g = cos_theta1 * t_ikw3y
-        + g_1 * (cos_theta1 * t_ozkxr - sin_theta1 * t_khmpp)
-        - q_1 * t_6ezlp
-        - sin_theta1 * t_6tvc2;
-    const real t_ubtk6 = t_aecy7 - t_4fpsg;
-    const real t_xtgc2 = cos_theta1 * t_2tjc3
-        + g_1 * (cos_theta1 * t_aecy7 - sin_theta1 * t_2nc4v)
-        - q_1 * t_ubtk6
-        - sin_theta1 * t_xkugq;
-    const real t_65csc = t_as7pg - t_gaejw;
-    const real t_xvogd = cos_theta1 * t_ohqcq
+    const real t_pmwoo = t_b6y6g + t_kjeag;
+    const real t_adb3p = cos_theta1 * t_vzhp6
+        + (t_ogd3q * t_6fswf + g_1 * (cos_theta1 * t_kjeag - sin_theta1 * t_siflb))
+        - q_1 * t_pmwoo
+        - sin_theta1 * t_76pup;
+    const real t_pmwoo_2 = t_b6y6g_2 + t_ofpuk;
+    const real t_cul42 = cos_theta1 * t_vzhp6_2
+        + (t_ogd3q * t_ug47n + g_1 * (cos_theta1 * t_ofpuk - sin_theta1 * t_siflb_2))
+        - q_1 * t_pmwoo_2
+        - sin_theta1 * t_76pup_2;
+    const real t_kfjsq = t_uf2hs - t_2a4g4;
+    const real t_uu53f = cos_theta1 * t_7tpul
+        + g_1 * (cos_theta1 * t_uf2hs - sin_theta1 * t_zh6ym)
+        - q_1 * t_kfjsq
+        - sin_theta1 * t_5qicw;
+    const real t_3um5l = t_okj2x - t_gn4wr;
+    const real t_rdcsc = cos_theta1 * t_gyopo
+        + g_1 * (cos_theta1 * t_okj2x - sin_theta1 * t_n5r3v)
+        - q_1 * t_3um5l
+        - sin_theta1 * t_gawjk;
+    const real t_3bxga = t_as7pg - t_gaejw;
+    const real t_zw7yl = cos_theta1 * t_rurrs
         - g_1 * (cos_theta1 * t_gaejw + sin_theta1 * t_gao76)
-        - q_1 * t_65csc
-        - sin_theta1 * t_gvz3t;
-    const real t_dkyt7 = t_xzyw2 - t_egwsq;
-    const real t_teg5r = cos_theta1 * t_aei2j
-        + g_1 * (cos_theta1 * t_xzyw2 - sin_theta1 * t_xv3ic)
-        - q_1 * t_dkyt7
-        - sin_theta1 * t_us2rr;
-    const real t_x5h6s = t_tq3df + t_nv4kq;
-    const real t_ie34x = cos_theta1 * t_wbc7k
-        + (t_ogd3q * t_yqcxm + g_1 * (cos_theta1 * t_nv4kq - sin_theta1 * t_belws))
-        - q_1 * t_x5h6s
-        - sin_theta1 * t_nmsvx;
-    const real t_aignr = t_tcyfg + t_zomt2;
-    const real t_ahwqk = cos_theta1 * t_b5oey
-        + (t_ogd3q * t_fzk4w + g_1 * (cos_theta1 * t_zomt2 - sin_theta1 * t_45olx))
-        - q_1 * t_aignr
-        - sin_theta1 * t_ayndu;
+        - q_1 * t_3bxga
+        - sin_theta1 * t_kyglk;
+    const real t_ikuo5 = t_etzpb - t_nb4xm;
+    const real t_z7v5y = cos_theta1 * t_wsp5s
+        + g_1 * (cos_theta1 * t_etzpb - sin_theta1 * t_mnjvs)
+        - q_1 * t_ikuo5
+        - sin_theta1 * t_dv2mw;
+    const real t_3b736 = t_w2yvj + t_4mcw6;
+    const real t_xmjco = cos_theta1 * t_akwof
+        + (t_ogd3q * t_yqcxm + g_1 * (cos_theta1 * t_4mcw6 - sin_theta1 * t_ezo2r))
+        - q_1 * t_3b736
+        - sin_theta1 * t_chekg;
+    const real t_37pxe = t_rbyn3 + t_kaqej;
+    const real t_idddq = cos_theta1 * t_sif46
+        + (t_ogd3q * t_fzk4w + g_1 * (cos_theta1 * t_kaqej - sin_theta1 * t_q4hjb))
+        - q_1 * t_37pxe
+        - sin_theta1 * t_6yt6i;
     const real t_rg3cx = t_ha5ja - t_rzdx6;
-    const real t_4ioql = cos_theta1 * t_kl34e
+    const real t_imwbh = cos_theta1 * t_kl34e
         - g_1 * (cos_theta1 * t_rzdx6 + sin_theta1 * t_kutbt)
         - q_1 * t_rg3cx
         - sin_theta1 * t_ocypu;
-    const real t_uxuz4 = t_wdonk + t_jhwfa;
-    const real t_jhfzo = cos_theta1 * t_2bo4h
-        + g_1 * (cos_theta1 * t_jhwfa - sin_theta1 * t_gwiuf)
-        - q_1 * t_uxuz4
-        - sin_theta1 * t_ahhlw;
+    const real t_r4mjz = t_v4zqf + t_3obum;
+    const real t_evtjo = cos_theta1 * t_od3z2
+        + g_1 * (cos_theta1 * t_3obum - sin_theta1 * t_3dix3)
+        - q_1 * t_r4mjz
+        - sin_theta1 * t_4ozvf;
     const real t_ibe72 = K(1.0) / p[m1];
     const real t_4yl6k = loss_theta1 * t_ibe72;
     const real t_mwq7z = X_x4 + X_x5;
@@ -2917,170 +2917,170 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         - t_mwq7z * q_1
         - X_x3 * sin_theta1;
     const real t_mvk6z = t_4yl6k + q_1 * t_5ffnn;
-    const real t_zcpex = t_b7dui + t_iyskn;
-    const real t_wvcrq = cos_theta1 * t_s5sv6
-        + (g_1 * (cos_theta1 * t_iyskn - sin_theta1 * t_al5gg) - t_ogd3q * t_qrwk6)
-        - q_1 * t_zcpex
-        - sin_theta1 * t_cyqrj;
-    const real t_4lksn = t_jg45l + t_xya35;
-    const real t_xpnc6 = t_4hepc
-        + cos_theta1 * t_xcehm
-        + (g_1 * (cos_theta1 * t_xya35 - sin_theta1 * t_2jvqf) - t_ogd3q * t_cdint)
-        - (q_1 * t_4lksn + t_mwq7z * sin_phi1)
-        - sin_theta1 * t_yppnm;
-    const real t_qmaux = t_yeu3n + t_sziam;
-    const real t_fxvss = cos_theta1 * t_v5ta6
-        + (t_ogd3q * t_tepdd_2 + g_1 * (cos_theta1 * t_sziam - sin_theta1 * t_bzmsi))
-        - q_1 * t_qmaux
-        - sin_theta1 * t_rgn4o;
-    const real t_rcvtb = t_dmtnz + t_o3cyf;
-    const real t_7ivqc = cos_theta1 * t_53quf
-        + (g_1 * (cos_theta1 * t_o3cyf - sin_theta1 * t_lfpzh) - t_ogd3q * t_qdapd)
-        - q_1 * t_rcvtb
-        - sin_theta1 * t_nv3la;
-    const real t_kd47u = t_luk3u + t_cgllx;
-    const real t_27bzv = cos_theta1 * t_r6xy5
-        + g_1 * (cos_theta1 * t_cgllx - sin_theta1 * t_z266e)
-        - q_1 * t_kd47u
-        - sin_theta1 * t_unpsh;
-    const real t_ntpia = t_oqjyt + t_s74js;
-    const real t_qbkx4 = cos_theta1 * t_kykfd
-        + (g_1 * (cos_theta1 * t_s74js - sin_theta1 * t_osnw5) - t_ogd3q * t_zn23j)
-        - q_1 * t_ntpia
-        - sin_theta1 * t_hefnq;
-    const real t_qrmlh = t_jxuud + t_322oz;
-    const real t_scgmx = cos_theta1 * t_4acjh
-        + (g_1 * (cos_theta1 * t_322oz - sin_theta1 * t_mzhk4) - t_ogd3q * t_zthab)
-        - q_1 * t_qrmlh
-        - sin_theta1 * t_prhgk;
-    const real t_qmaux_2 = t_yeu3n_2 + t_zoe5v;
-    const real t_ieorm = cos_theta1 * t_v5ta6_2
-        + (g_1 * (cos_theta1 * t_zoe5v - sin_theta1 * t_25es6) - t_ogd3q * t_ntng6)
-        - q_1 * t_qmaux_2
-        - sin_theta1 * t_rgn4o_2;
-    const real t_rzpzi = t_jnadu + t_cpyav;
-    const real t_6evko = cos_theta1 * t_3yfo4
-        + (g_1 * (cos_theta1 * t_cpyav - sin_theta1 * t_xy2df) - t_ogd3q * t_h4vxz)
-        - q_1 * t_rzpzi
-        - sin_theta1 * t_7bbkr;
-    const real t_caysj = t_4zch6 + t_tfhfc;
-    const real t_ytru3 = cos_theta1 * t_kunhq
-        + g_1 * (cos_theta1 * t_tfhfc - sin_theta1 * t_o36ad)
-        - q_1 * t_caysj
-        - sin_theta1 * t_v7qqm;
-    const real t_hxbgp = sin_theta2 * t_q3ysb + cos_theta2 * t_zu7ht;
-    const real t_jkdzz = cos_phi2 * (e2 * t_hxbgp + G_t2 * t_6fswf + sin_theta2 * t_ajehr + cos_theta2 * t_zic2p);
-    const real t_hxbgp_2 = sin_theta2 * t_j4zjk + cos_theta2 * t_zu7ht_2;
-    const real t_i6w5k = cos_phi2 * (e2 * t_hxbgp_2 + G_t2 * t_ug47n + sin_theta2 * t_ajehr_2 + cos_theta2 * t_zic2p_2);
-    const real t_w3fgt = sin_theta2 * t_ozkxr + cos_theta2 * t_khmpp;
-    const real t_winne = cos_phi2 * (e2 * t_w3fgt + sin_theta2 * t_ikw3y + cos_theta2 * t_6tvc2)
-        + sin_phi2 * t_7n2yw;
-    const real t_a52fo = sin_theta2 * t_aecy7 + cos_theta2 * t_2nc4v;
-    const real t_2rz7s = cos_phi2 * (e2 * t_a52fo + sin_theta2 * t_2tjc3 + cos_theta2 * t_xkugq)
-        + sin_phi2 * t_n32gg;
+    const real t_zhzr5 = t_42xp2 + t_r32rw;
+    const real t_krdq7 = cos_theta1 * t_56s4m
+        + (g_1 * (cos_theta1 * t_r32rw - sin_theta1 * t_dzlfq) - t_ogd3q * t_qrwk6)
+        - q_1 * t_zhzr5
+        - sin_theta1 * t_ce7sx;
+    const real t_dwogg = t_pectw + t_5qui4;
+    const real t_cakst = t_4hepc
+        + cos_theta1 * t_zcoux
+        + (g_1 * (cos_theta1 * t_5qui4 - sin_theta1 * t_ngk2s) - t_ogd3q * t_cdint)
+        - (q_1 * t_dwogg + t_mwq7z * sin_phi1)
+        - sin_theta1 * t_q7uwl;
+    const real t_37pxe_2 = t_rbyn3_2 + t_ph3k5;
+    const real t_lr2ho = cos_theta1 * t_sif46_2
+        + (t_ogd3q * t_tepdd_2 + g_1 * (cos_theta1 * t_ph3k5 - sin_theta1 * t_qhwmd))
+        - q_1 * t_37pxe_2
+        - sin_theta1 * t_6yt6i_2;
+    const real t_g3i6e = t_s5jpg + t_d6e7c;
+    const real t_iufxj = cos_theta1 * t_bwgjg
+        + (g_1 * (cos_theta1 * t_d6e7c - sin_theta1 * t_rdejp) - t_ogd3q * t_qdapd)
+        - q_1 * t_g3i6e
+        - sin_theta1 * t_faw46;
+    const real t_4ueyh = t_2qn36 + t_qt2lr;
+    const real t_tkwds = cos_theta1 * t_bvlfu
+        + g_1 * (cos_theta1 * t_qt2lr - sin_theta1 * t_dopxv)
+        - q_1 * t_4ueyh
+        - sin_theta1 * t_cy7cx;
+    const real t_zhzr5_2 = t_dwgxz + t_asiel;
+    const real t_l33jj = cos_theta1 * t_22rda
+        + (g_1 * (cos_theta1 * t_asiel - sin_theta1 * t_3fimb) - t_ogd3q * t_zn23j)
+        - q_1 * t_zhzr5_2
+        - sin_theta1 * t_w6rkn;
+    const real t_dwogg_2 = t_j6r5h + t_td2cp;
+    const real t_t4mda = cos_theta1 * t_dm5pt
+        + (g_1 * (cos_theta1 * t_td2cp - sin_theta1 * t_n4rk3) - t_ogd3q * t_zthab)
+        - q_1 * t_dwogg_2
+        - sin_theta1 * t_hpbyb;
+    const real t_37pxe_3 = t_rbyn3_3 + t_7kzhv;
+    const real t_rbrs4 = cos_theta1 * t_sif46_3
+        + (g_1 * (cos_theta1 * t_7kzhv - sin_theta1 * t_sud4b) - t_ogd3q * t_ntng6)
+        - q_1 * t_37pxe_3
+        - sin_theta1 * t_6yt6i_3;
+    const real t_iscp5 = t_asue6 + t_ilfgh;
+    const real t_drbrx = cos_theta1 * t_p2gmi
+        + (g_1 * (cos_theta1 * t_ilfgh - sin_theta1 * t_ymehn) - t_ogd3q * t_h4vxz)
+        - q_1 * t_iscp5
+        - sin_theta1 * t_yezeh;
+    const real t_ybhvw = t_csi4c + t_qa5mz;
+    const real t_umtid = cos_theta1 * t_wduhb
+        + g_1 * (cos_theta1 * t_qa5mz - sin_theta1 * t_umpxr)
+        - q_1 * t_ybhvw
+        - sin_theta1 * t_d3udt;
+    const real t_hlapu = sin_theta2 * t_kjeag + cos_theta2 * t_siflb;
+    const real t_wz2j6 = cos_phi2 * (e2 * t_hlapu + G_t2 * t_6fswf + sin_theta2 * t_vzhp6 + cos_theta2 * t_76pup);
+    const real t_hlapu_2 = sin_theta2 * t_ofpuk + cos_theta2 * t_siflb_2;
+    const real t_ncrgn = cos_phi2 * (e2 * t_hlapu_2 + G_t2 * t_ug47n + sin_theta2 * t_vzhp6_2 + cos_theta2 * t_76pup_2);
+    const real t_3htp2 = sin_theta2 * t_uf2hs + cos_theta2 * t_zh6ym;
+    const real t_ave4g = cos_phi2 * (e2 * t_3htp2 + sin_theta2 * t_7tpul + cos_theta2 * t_5qicw)
+        + sin_phi2 * t_nauhf;
+    const real t_6jmyy = sin_theta2 * t_okj2x + cos_theta2 * t_n5r3v;
+    const real t_4tkup = cos_phi2 * (e2 * t_6jmyy + sin_theta2 * t_gyopo + cos_theta2 * t_gawjk)
+        + sin_phi2 * t_gjgp6;
     const real t_uahpb = cos_theta2 * t_gao76 - sin_theta2 * t_gaejw;
-    const real t_zvjo3 = cos_phi2 * (e2 * t_uahpb + sin_theta2 * t_ohqcq + cos_theta2 * t_gvz3t)
-        + sin_phi2 * t_2i6hk;
-    const real t_j2okh = sin_theta2 * t_xzyw2 + cos_theta2 * t_xv3ic;
-    const real t_zjyxr = cos_phi2 * (e2 * t_j2okh + sin_theta2 * t_aei2j + cos_theta2 * t_us2rr)
-        + sin_phi2 * t_73lsu;
-    const real t_6cwyv = sin_theta2 * t_nv4kq + cos_theta2 * t_belws;
-    const real t_meq6l = cos_phi2 * (e2 * t_6cwyv + G_t2 * t_yqcxm + sin_theta2 * t_wbc7k + cos_theta2 * t_nmsvx);
-    const real t_xdbxt = sin_theta2 * t_zomt2 + cos_theta2 * t_45olx;
-    const real t_aoeko = cos_phi2 * (e2 * t_xdbxt + G_t2 * t_fzk4w + sin_theta2 * t_b5oey + cos_theta2 * t_ayndu);
+    const real t_h6hjz = cos_phi2 * (e2 * t_uahpb + sin_theta2 * t_rurrs + cos_theta2 * t_kyglk)
+        + sin_phi2 * t_uep4m;
+    const real t_6w4rd = sin_theta2 * t_etzpb + cos_theta2 * t_mnjvs;
+    const real t_mv7a3 = cos_phi2 * (e2 * t_6w4rd + sin_theta2 * t_wsp5s + cos_theta2 * t_dv2mw)
+        + sin_phi2 * t_vid5u;
+    const real t_7qkup = sin_theta2 * t_4mcw6 + cos_theta2 * t_ezo2r;
+    const real t_hhnms = cos_phi2 * (e2 * t_7qkup + G_t2 * t_yqcxm + sin_theta2 * t_akwof + cos_theta2 * t_chekg);
+    const real t_vzckm = sin_theta2 * t_kaqej + cos_theta2 * t_q4hjb;
+    const real t_ejcfn = cos_phi2 * (e2 * t_vzckm + G_t2 * t_fzk4w + sin_theta2 * t_sif46 + cos_theta2 * t_6yt6i);
     const real t_4sp22 = cos_theta2 * t_kutbt - sin_theta2 * t_rzdx6;
-    const real t_2cwad = cos_phi2 * (e2 * t_4sp22 + sin_theta2 * t_kl34e + cos_theta2 * t_ocypu)
-        + sin_phi2 * t_l62zz;
-    const real t_gh7eg = sin_theta2 * t_jhwfa + cos_theta2 * t_gwiuf;
-    const real t_puhky = cos_phi2 * (e2 * t_gh7eg + sin_theta2 * t_2bo4h + cos_theta2 * t_ahhlw)
-        + sin_phi2 * t_5eu3y;
-    const real t_dtvci = sin_theta2 * t_iyskn + cos_theta2 * t_al5gg;
-    const real t_53u44 = cos_phi2 * (e2 * t_dtvci - G_t2 * t_qrwk6 + sin_theta2 * t_s5sv6 + cos_theta2 * t_cyqrj);
-    const real t_5qnmj = sin_theta2 * t_xya35 + cos_theta2 * t_2jvqf;
-    const real t_ld6te = cos_phi2 * (e2 * t_5qnmj - G_t2 * t_37b6j + sin_theta2 * t_xcehm + cos_theta2 * t_yppnm);
-    const real t_crn6j = sin_theta2 * t_sziam + cos_theta2 * t_bzmsi;
-    const real t_iquxt = cos_phi2 * (e2 * t_crn6j - G_t2 * t_tepdd + sin_theta2 * t_v5ta6 + cos_theta2 * t_rgn4o);
-    const real t_qdbgb = sin_theta2 * t_o3cyf + cos_theta2 * t_lfpzh;
-    const real t_cf35k = cos_phi2 * (e2 * t_qdbgb - G_t2 * t_qdapd + sin_theta2 * t_53quf + cos_theta2 * t_nv3la);
-    const real t_w3xi4 = sin_theta2 * t_cgllx + cos_theta2 * t_z266e;
-    const real t_dgh7u = cos_phi2 * (e2 * t_w3xi4 + sin_theta2 * t_r6xy5 + cos_theta2 * t_unpsh)
-        + sin_phi2 * t_kzw2b;
-    const real t_mjs33 = sin_theta2 * t_s74js + cos_theta2 * t_osnw5;
+    const real t_xwhz3 = cos_phi2 * (e2 * t_4sp22 + sin_theta2 * t_kl34e + cos_theta2 * t_ocypu)
+        + sin_phi2 * t_f7zas;
+    const real t_qpq3e = sin_theta2 * t_3obum + cos_theta2 * t_3dix3;
+    const real t_nyprb = cos_phi2 * (e2 * t_qpq3e + sin_theta2 * t_od3z2 + cos_theta2 * t_4ozvf)
+        + sin_phi2 * t_ez5zc;
+    const real t_vueg2 = sin_theta2 * t_r32rw + cos_theta2 * t_dzlfq;
+    const real t_nbv5l = cos_phi2 * (e2 * t_vueg2 - G_t2 * t_qrwk6 + sin_theta2 * t_56s4m + cos_theta2 * t_ce7sx);
+    const real t_ej5r5 = sin_theta2 * t_5qui4 + cos_theta2 * t_ngk2s;
+    const real t_w2dr4 = cos_phi2 * (e2 * t_ej5r5 - G_t2 * t_37b6j + sin_theta2 * t_zcoux + cos_theta2 * t_q7uwl);
+    const real t_vzckm_2 = sin_theta2 * t_ph3k5 + cos_theta2 * t_qhwmd;
+    const real t_pj54z = cos_phi2 * (e2 * t_vzckm_2 - G_t2 * t_tepdd + sin_theta2 * t_sif46_2 + cos_theta2 * t_6yt6i_2);
+    const real t_vueg2_2 = sin_theta2 * t_d6e7c + cos_theta2 * t_rdejp;
+    const real t_iztme = cos_phi2 * (e2 * t_vueg2_2 - G_t2 * t_qdapd + sin_theta2 * t_bwgjg + cos_theta2 * t_faw46);
+    const real t_3j7pj = sin_theta2 * t_qt2lr + cos_theta2 * t_dopxv;
+    const real t_ncziw = cos_phi2 * (e2 * t_3j7pj + sin_theta2 * t_bvlfu + cos_theta2 * t_cy7cx)
+        + sin_phi2 * t_ayr5k;
+    const real t_vueg2_3 = sin_theta2 * t_asiel + cos_theta2 * t_3fimb;
     const real t_ceda7 = Gt_eta2 + X_x4;
     const real t_ikkca = (loss_phi2 + p[I2] * t_ceda7) * t_5wzvs * t_5wzvs;
     const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
         + sin_phi2 * (X_x1 - t_6fvzz);
-    const real t_35ipv = cos_phi2 * (e2 * t_mjs33 - G_t2 * t_zn23j + sin_theta2 * t_kykfd + cos_theta2 * t_hefnq);
-    const real t_ifv2k = sin_theta2 * t_322oz + cos_theta2 * t_mzhk4;
-    const real t_eaxpb = cos_phi2 * (e2 * t_ifv2k - G_t2 * t_zthab + sin_theta2 * t_4acjh + cos_theta2 * t_prhgk);
-    const real t_crn6j_2 = sin_theta2 * t_zoe5v + cos_theta2 * t_25es6;
-    const real t_4agfb = cos_phi2 * (e2 * t_crn6j_2 + G_t2 * t_ntng6_2 + sin_theta2 * t_v5ta6_2 + cos_theta2 * t_rgn4o_2);
-    const real t_qdbgb_2 = sin_theta2 * t_cpyav + cos_theta2 * t_xy2df;
-    const real t_zvs4z = cos_phi2 * (e2 * t_qdbgb_2 - G_t2 * t_h4vxz + sin_theta2 * t_3yfo4 + cos_theta2 * t_7bbkr);
-    const real t_kwb5a = sin_theta2 * t_tfhfc + cos_theta2 * t_o36ad;
-    const real t_kr6w6 = cos_phi2 * (e2 * t_kwb5a + sin_theta2 * t_kunhq + cos_theta2 * t_v7qqm)
-        + sin_phi2 * t_uctyo;
+    const real t_thaoj = cos_phi2 * (e2 * t_vueg2_3 - G_t2 * t_zn23j + sin_theta2 * t_22rda + cos_theta2 * t_w6rkn);
+    const real t_ej5r5_2 = sin_theta2 * t_td2cp + cos_theta2 * t_n4rk3;
+    const real t_dtzxw = cos_phi2 * (e2 * t_ej5r5_2 - G_t2 * t_zthab + sin_theta2 * t_dm5pt + cos_theta2 * t_hpbyb);
+    const real t_vzckm_3 = sin_theta2 * t_7kzhv + cos_theta2 * t_sud4b;
+    const real t_7xdau = cos_phi2 * (e2 * t_vzckm_3 + G_t2 * t_ntng6_2 + sin_theta2 * t_sif46_3 + cos_theta2 * t_6yt6i_3);
+    const real t_vueg2_4 = sin_theta2 * t_ilfgh + cos_theta2 * t_ymehn;
+    const real t_q2p5s = cos_phi2 * (e2 * t_vueg2_4 - G_t2 * t_h4vxz + sin_theta2 * t_p2gmi + cos_theta2 * t_yezeh);
+    const real t_lhvfk = sin_theta2 * t_qa5mz + cos_theta2 * t_umpxr;
+    const real t_em6fd = cos_phi2 * (e2 * t_lhvfk + sin_theta2 * t_wduhb + cos_theta2 * t_d3udt)
+        + sin_phi2 * t_4vrbb;
     const real t_qv4rx = X_x5 * cos_theta2 - X_x6 * sin_theta2;
-    const real t_as3es = cos_theta2 * t_ajehr
-        + (t_qv4rx * t_6fswf + g_2 * (cos_theta2 * t_q3ysb - sin_theta2 * t_zu7ht))
-        - q_2 * t_o6kgp
-        - sin_theta2 * t_zic2p;
-    const real t_3sude = cos_theta2 * t_ajehr_2
-        + (t_qv4rx * t_ug47n + g_2 * (cos_theta2 * t_j4zjk - sin_theta2 * t_zu7ht_2))
-        - q_2 * t_o6kgp_2
-        - sin_theta2 * t_zic2p_2;
-    const real t_4sxvn = cos_theta2 * t_ikw3y
-        + g_2 * (cos_theta2 * t_ozkxr - sin_theta2 * t_khmpp)
-        - q_2 * t_6ezlp
-        - sin_theta2 * t_6tvc2;
-    const real t_e2h5d = cos_theta2 * t_2tjc3
-        + g_2 * (cos_theta2 * t_aecy7 - sin_theta2 * t_2nc4v)
-        - q_2 * t_ubtk6
-        - sin_theta2 * t_xkugq;
-    const real t_f7waq = cos_theta2 * t_ohqcq
+    const real t_kjdut = cos_theta2 * t_vzhp6
+        + (t_qv4rx * t_6fswf + g_2 * (cos_theta2 * t_kjeag - sin_theta2 * t_siflb))
+        - q_2 * t_pmwoo
+        - sin_theta2 * t_76pup;
+    const real t_a34nc = cos_theta2 * t_vzhp6_2
+        + (t_qv4rx * t_ug47n + g_2 * (cos_theta2 * t_ofpuk - sin_theta2 * t_siflb_2))
+        - q_2 * t_pmwoo_2
+        - sin_theta2 * t_76pup_2;
+    const real t_672su = cos_theta2 * t_7tpul
+        + g_2 * (cos_theta2 * t_uf2hs - sin_theta2 * t_zh6ym)
+        - q_2 * t_kfjsq
+        - sin_theta2 * t_5qicw;
+    const real t_x7mee = cos_theta2 * t_gyopo
+        + g_2 * (cos_theta2 * t_okj2x - sin_theta2 * t_n5r3v)
+        - q_2 * t_3um5l
+        - sin_theta2 * t_gawjk;
+    const real t_wea7r = cos_theta2 * t_rurrs
         - g_2 * (cos_theta2 * t_gaejw + sin_theta2 * t_gao76)
-        - q_2 * t_65csc
-        - sin_theta2 * t_gvz3t;
-    const real t_uuehf = cos_theta2 * t_aei2j
-        + g_2 * (cos_theta2 * t_xzyw2 - sin_theta2 * t_xv3ic)
-        - q_2 * t_dkyt7
-        - sin_theta2 * t_us2rr;
-    const real t_lkd27 = cos_theta2 * t_wbc7k
-        + (t_qv4rx * t_yqcxm + g_2 * (cos_theta2 * t_nv4kq - sin_theta2 * t_belws))
-        - q_2 * t_x5h6s
-        - sin_theta2 * t_nmsvx;
-    const real t_ffjij = cos_theta2 * t_b5oey
-        + (t_qv4rx * t_fzk4w + g_2 * (cos_theta2 * t_zomt2 - sin_theta2 * t_45olx))
-        - q_2 * t_aignr
-        - sin_theta2 * t_ayndu;
-    const real t_u33pu = cos_theta2 * t_kl34e
+        - q_2 * t_3bxga
+        - sin_theta2 * t_kyglk;
+    const real t_qmvlm = cos_theta2 * t_wsp5s
+        + g_2 * (cos_theta2 * t_etzpb - sin_theta2 * t_mnjvs)
+        - q_2 * t_ikuo5
+        - sin_theta2 * t_dv2mw;
+    const real t_hllhl = cos_theta2 * t_akwof
+        + (t_qv4rx * t_yqcxm + g_2 * (cos_theta2 * t_4mcw6 - sin_theta2 * t_ezo2r))
+        - q_2 * t_3b736
+        - sin_theta2 * t_chekg;
+    const real t_wupty = cos_theta2 * t_sif46
+        + (t_qv4rx * t_fzk4w + g_2 * (cos_theta2 * t_kaqej - sin_theta2 * t_q4hjb))
+        - q_2 * t_37pxe
+        - sin_theta2 * t_6yt6i;
+    const real t_i3efb = cos_theta2 * t_kl34e
         - g_2 * (cos_theta2 * t_rzdx6 + sin_theta2 * t_kutbt)
         - q_2 * t_rg3cx
         - sin_theta2 * t_ocypu;
-    const real t_3zlhy = cos_theta2 * t_2bo4h
-        + g_2 * (cos_theta2 * t_jhwfa - sin_theta2 * t_gwiuf)
-        - q_2 * t_uxuz4
-        - sin_theta2 * t_ahhlw;
-    const real t_bjk52 = cos_theta2 * t_s5sv6
-        + (g_2 * (cos_theta2 * t_iyskn - sin_theta2 * t_al5gg) - t_qv4rx * t_qrwk6)
-        - q_2 * t_zcpex
-        - sin_theta2 * t_cyqrj;
-    const real t_xccbo = cos_theta2 * t_xcehm
-        + (g_2 * (cos_theta2 * t_xya35 - sin_theta2 * t_2jvqf) - t_qv4rx * t_37b6j)
-        - q_2 * t_4lksn
-        - sin_theta2 * t_yppnm;
-    const real t_6h7qq = cos_theta2 * t_v5ta6
-        + (g_2 * (cos_theta2 * t_sziam - sin_theta2 * t_bzmsi) - t_qv4rx * t_tepdd)
-        - q_2 * t_qmaux
-        - sin_theta2 * t_rgn4o;
-    const real t_rb62l = cos_theta2 * t_53quf
-        + (g_2 * (cos_theta2 * t_o3cyf - sin_theta2 * t_lfpzh) - t_qv4rx * t_qdapd)
-        - q_2 * t_rcvtb
-        - sin_theta2 * t_nv3la;
-    const real t_hnip2 = cos_theta2 * t_r6xy5
-        + g_2 * (cos_theta2 * t_cgllx - sin_theta2 * t_z266e)
-        - q_2 * t_kd47u
-        - sin_theta2 * t_unpsh;
+    const real t_mnoxd = cos_theta2 * t_od3z2
+        + g_2 * (cos_theta2 * t_3obum - sin_theta2 * t_3dix3)
+        - q_2 * t_r4mjz
+        - sin_theta2 * t_4ozvf;
+    const real t_bsojp = cos_theta2 * t_56s4m
+        + (g_2 * (cos_theta2 * t_r32rw - sin_theta2 * t_dzlfq) - t_qv4rx * t_qrwk6)
+        - q_2 * t_zhzr5
+        - sin_theta2 * t_ce7sx;
+    const real t_qahse = cos_theta2 * t_zcoux
+        + (g_2 * (cos_theta2 * t_5qui4 - sin_theta2 * t_ngk2s) - t_qv4rx * t_37b6j)
+        - q_2 * t_dwogg
+        - sin_theta2 * t_q7uwl;
+    const real t_73hce = cos_theta2 * t_sif46_2
+        + (g_2 * (cos_theta2 * t_ph3k5 - sin_theta2 * t_qhwmd) - t_qv4rx * t_tepdd)
+        - q_2 * t_37pxe_2
+        - sin_theta2 * t_6yt6i_2;
+    const real t_zdvcu = cos_theta2 * t_bwgjg
+        + (g_2 * (cos_theta2 * t_d6e7c - sin_theta2 * t_rdejp) - t_qv4rx * t_qdapd)
+        - q_2 * t_g3i6e
+        - sin_theta2 * t_faw46;
+    const real t_xhmum = cos_theta2 * t_bvlfu
+        + g_2 * (cos_theta2 * t_qt2lr - sin_theta2 * t_dopxv)
+        - q_2 * t_4ueyh
+        - sin_theta2 * t_cy7cx;
     const real t_r7vy7 = K(1.0) / p[m2];
     const real t_4jcmi = loss_theta2 * t_r7vy7;
     const real t_oqair = zeta2
@@ -3089,159 +3089,159 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
         - t_mwq7z * q_2
         - X_x3 * sin_theta2;
     const real t_4nigg = t_4jcmi + q_2 * t_oqair;
-    const real t_seil5 = cos_theta2 * t_kykfd
-        + (g_2 * (cos_theta2 * t_s74js - sin_theta2 * t_osnw5) - t_qv4rx * t_zn23j)
-        - q_2 * t_ntpia
-        - sin_theta2 * t_hefnq;
-    const real t_gmnig = t_e4gys
-        + cos_theta2 * t_4acjh
-        + (g_2 * (cos_theta2 * t_322oz - sin_theta2 * t_mzhk4) - t_qv4rx * t_l352k)
-        - (q_2 * t_qrmlh + t_mwq7z * sin_phi2)
-        - sin_theta2 * t_prhgk;
-    const real t_kdd6n = cos_theta2 * t_v5ta6_2
-        + (t_qv4rx * t_ntng6_2 + g_2 * (cos_theta2 * t_zoe5v - sin_theta2 * t_25es6))
-        - q_2 * t_qmaux_2
-        - sin_theta2 * t_rgn4o_2;
-    const real t_yv4zn = cos_theta2 * t_3yfo4
-        + (g_2 * (cos_theta2 * t_cpyav - sin_theta2 * t_xy2df) - t_qv4rx * t_h4vxz)
-        - q_2 * t_rzpzi
-        - sin_theta2 * t_7bbkr;
-    const real t_qzp2o = cos_theta2 * t_kunhq
-        + g_2 * (cos_theta2 * t_tfhfc - sin_theta2 * t_o36ad)
-        - q_2 * t_caysj
-        - sin_theta2 * t_v7qqm;
-    J[0] = t_2pdsr;
-    J[1] = t_35k2x;
-    J[2] = t_7n2yw;
-    J[3] = t_n32gg;
-    J[4] = t_2i6hk;
-    J[5] = t_73lsu;
-    J[6] = t_6apwe;
-    J[7] = t_fnet4;
-    J[8] = t_l62zz;
-    J[9] = t_5eu3y;
+    const real t_cpbqq = cos_theta2 * t_22rda
+        + (g_2 * (cos_theta2 * t_asiel - sin_theta2 * t_3fimb) - t_qv4rx * t_zn23j)
+        - q_2 * t_zhzr5_2
+        - sin_theta2 * t_w6rkn;
+    const real t_gnykk = t_e4gys
+        + cos_theta2 * t_dm5pt
+        + (g_2 * (cos_theta2 * t_td2cp - sin_theta2 * t_n4rk3) - t_qv4rx * t_l352k)
+        - (q_2 * t_dwogg_2 + t_mwq7z * sin_phi2)
+        - sin_theta2 * t_hpbyb;
+    const real t_3lmcf = cos_theta2 * t_sif46_3
+        + (t_qv4rx * t_ntng6_2 + g_2 * (cos_theta2 * t_7kzhv - sin_theta2 * t_sud4b))
+        - q_2 * t_37pxe_3
+        - sin_theta2 * t_6yt6i_3;
+    const real t_igwwm = cos_theta2 * t_p2gmi
+        + (g_2 * (cos_theta2 * t_ilfgh - sin_theta2 * t_ymehn) - t_qv4rx * t_h4vxz)
+        - q_2 * t_iscp5
+        - sin_theta2 * t_yezeh;
+    const real t_4mpdk = cos_theta2 * t_wduhb
+        + g_2 * (cos_theta2 * t_qa5mz - sin_theta2 * t_umpxr)
+        - q_2 * t_ybhvw
+        - sin_theta2 * t_d3udt;
+    J[0] = t_57jla;
+    J[1] = t_ds3uu;
+    J[2] = t_nauhf;
+    J[3] = t_gjgp6;
+    J[4] = t_uep4m;
+    J[5] = t_vid5u;
+    J[6] = t_ulrhu;
+    J[7] = t_74jxz;
+    J[8] = t_f7zas;
+    J[9] = t_ez5zc;
     J[10] = SPLAT(K(0.0));
     J[11] = SPLAT(K(0.0));
-    J[12] = t_6e2zk;
-    J[13] = t_i6bxu;
-    J[14] = t_s47t6;
-    J[15] = t_digap;
-    J[16] = t_kzw2b;
-    J[17] = t_256yz;
-    J[18] = t_d63r2;
-    J[19] = t_nawns;
-    J[20] = t_puesv;
-    J[21] = t_uctyo;
-    J[22] = t_ajehr - (x_C * t_q3ysb - X_x5 * t_6fswf);
-    J[23] = t_ajehr_2 - (x_C * t_j4zjk - X_x5 * t_ug47n);
-    J[24] = t_ikw3y - x_C * t_ozkxr;
-    J[25] = t_2tjc3 - x_C * t_aecy7;
-    J[26] = t_ohqcq + x_C * t_gaejw;
-    J[27] = t_aei2j - x_C * t_xzyw2;
-    J[28] = t_wbc7k - (x_C * t_nv4kq - X_x5 * t_yqcxm);
-    J[29] = t_b5oey - (x_C * t_zomt2 - X_x5 * t_fzk4w);
+    J[12] = t_dzofb;
+    J[13] = t_hzfds;
+    J[14] = t_jaeht;
+    J[15] = t_xgt7p;
+    J[16] = t_ayr5k;
+    J[17] = t_nrosw;
+    J[18] = t_vq2zc;
+    J[19] = t_5lgag;
+    J[20] = t_svkbn;
+    J[21] = t_4vrbb;
+    J[22] = t_vzhp6 - (x_C * t_kjeag - X_x5 * t_6fswf);
+    J[23] = t_vzhp6_2 - (x_C * t_ofpuk - X_x5 * t_ug47n);
+    J[24] = t_7tpul - x_C * t_uf2hs;
+    J[25] = t_gyopo - x_C * t_okj2x;
+    J[26] = t_rurrs + x_C * t_gaejw;
+    J[27] = t_wsp5s - x_C * t_etzpb;
+    J[28] = t_akwof - (x_C * t_4mcw6 - X_x5 * t_yqcxm);
+    J[29] = t_sif46 - (x_C * t_kaqej - X_x5 * t_fzk4w);
     J[30] = t_kl34e + x_C * t_rzdx6;
-    J[31] = t_2bo4h - x_C * t_jhwfa;
+    J[31] = t_od3z2 - x_C * t_3obum;
     J[32] = SPLAT(K(0.0));
     J[33] = SPLAT(K(0.0));
-    J[34] = t_s5sv6 - (x_C * t_iyskn + X_x5 * t_qrwk6);
-    J[35] = t_xcehm - (x_C * t_xya35 + X_x5 * t_37b6j);
-    J[36] = t_v5ta6 - (x_C * t_sziam + X_x5 * t_tepdd);
-    J[37] = t_53quf - (x_C * t_o3cyf + X_x5 * t_qdapd);
-    J[38] = t_r6xy5 - x_C * t_cgllx;
-    J[39] = t_kykfd - (x_C * t_s74js + X_x5 * t_zn23j);
-    J[40] = t_4acjh - (x_C * t_322oz + X_x5 * t_zthab);
-    J[41] = t_v5ta6_2 - (x_C * t_zoe5v + X_x5 * t_ntng6);
-    J[42] = t_3yfo4 - (x_C * t_cpyav + X_x5 * t_h4vxz);
-    J[43] = t_kunhq - x_C * t_tfhfc;
-    J[44] = t_zic2p - (x_C * t_zu7ht - X_x6 * t_6fswf);
-    J[45] = t_zic2p_2 - (x_C * t_zu7ht_2 - X_x6 * t_ug47n);
-    J[46] = t_6tvc2 - x_C * t_khmpp;
-    J[47] = t_xkugq - x_C * t_2nc4v;
-    J[48] = t_gvz3t - x_C * t_gao76;
-    J[49] = t_us2rr - x_C * t_xv3ic;
-    J[50] = t_nmsvx - (x_C * t_belws - X_x6 * t_yqcxm);
-    J[51] = t_ayndu - (x_C * t_45olx - X_x6 * t_fzk4w);
+    J[34] = t_56s4m - (x_C * t_r32rw + X_x5 * t_qrwk6);
+    J[35] = t_zcoux - (x_C * t_5qui4 + X_x5 * t_37b6j);
+    J[36] = t_sif46_2 - (x_C * t_ph3k5 + X_x5 * t_tepdd);
+    J[37] = t_bwgjg - (x_C * t_d6e7c + X_x5 * t_qdapd);
+    J[38] = t_bvlfu - x_C * t_qt2lr;
+    J[39] = t_22rda - (x_C * t_asiel + X_x5 * t_zn23j);
+    J[40] = t_dm5pt - (x_C * t_td2cp + X_x5 * t_zthab);
+    J[41] = t_sif46_3 - (x_C * t_7kzhv + X_x5 * t_ntng6);
+    J[42] = t_p2gmi - (x_C * t_ilfgh + X_x5 * t_h4vxz);
+    J[43] = t_wduhb - x_C * t_qa5mz;
+    J[44] = t_76pup - (x_C * t_siflb - X_x6 * t_6fswf);
+    J[45] = t_76pup_2 - (x_C * t_siflb_2 - X_x6 * t_ug47n);
+    J[46] = t_5qicw - x_C * t_zh6ym;
+    J[47] = t_gawjk - x_C * t_n5r3v;
+    J[48] = t_kyglk - x_C * t_gao76;
+    J[49] = t_dv2mw - x_C * t_mnjvs;
+    J[50] = t_chekg - (x_C * t_ezo2r - X_x6 * t_yqcxm);
+    J[51] = t_6yt6i - (x_C * t_q4hjb - X_x6 * t_fzk4w);
     J[52] = t_ocypu - x_C * t_kutbt;
-    J[53] = t_ahhlw - x_C * t_gwiuf;
+    J[53] = t_4ozvf - x_C * t_3dix3;
     J[54] = SPLAT(K(0.0));
     J[55] = SPLAT(K(0.0));
-    J[56] = t_cyqrj - (x_C * t_al5gg + X_x6 * t_qrwk6);
-    J[57] = t_yppnm - (x_C * t_2jvqf + X_x6 * t_37b6j);
-    J[58] = t_rgn4o - (x_C * t_bzmsi + X_x6 * t_tepdd);
-    J[59] = t_nv3la - (x_C * t_lfpzh + X_x6 * t_qdapd);
-    J[60] = t_unpsh - x_C * t_z266e;
-    J[61] = t_hefnq - (x_C * t_osnw5 + X_x6 * t_zn23j);
-    J[62] = t_prhgk - (x_C * t_mzhk4 + X_x6 * t_zthab);
-    J[63] = t_rgn4o_2 - (x_C * t_25es6 + X_x6 * t_ntng6);
-    J[64] = t_7bbkr - (x_C * t_xy2df + X_x6 * t_h4vxz);
-    J[65] = t_v7qqm - x_C * t_o36ad;
-    J[66] = t_i5u2g;
-    J[67] = t_i5u2g_2;
-    J[68] = -t_ml4oe;
-    J[69] = -t_4fpsg;
+    J[56] = t_ce7sx - (x_C * t_dzlfq + X_x6 * t_qrwk6);
+    J[57] = t_q7uwl - (x_C * t_ngk2s + X_x6 * t_37b6j);
+    J[58] = t_6yt6i_2 - (x_C * t_qhwmd + X_x6 * t_tepdd);
+    J[59] = t_faw46 - (x_C * t_rdejp + X_x6 * t_qdapd);
+    J[60] = t_cy7cx - x_C * t_dopxv;
+    J[61] = t_w6rkn - (x_C * t_3fimb + X_x6 * t_zn23j);
+    J[62] = t_hpbyb - (x_C * t_n4rk3 + X_x6 * t_zthab);
+    J[63] = t_6yt6i_3 - (x_C * t_sud4b + X_x6 * t_ntng6);
+    J[64] = t_yezeh - (x_C * t_ymehn + X_x6 * t_h4vxz);
+    J[65] = t_d3udt - x_C * t_umpxr;
+    J[66] = t_b6y6g;
+    J[67] = t_b6y6g_2;
+    J[68] = -t_2a4g4;
+    J[69] = -t_gn4wr;
     J[70] = t_as7pg;
-    J[71] = -t_egwsq;
-    J[72] = t_tq3df;
-    J[73] = t_tcyfg;
+    J[71] = -t_nb4xm;
+    J[72] = t_w2yvj;
+    J[73] = t_rbyn3;
     J[74] = t_ha5ja;
-    J[75] = t_wdonk;
+    J[75] = t_v4zqf;
     J[76] = SPLAT(K(0.0));
     J[77] = SPLAT(K(0.0));
-    J[78] = t_b7dui;
-    J[79] = t_jg45l;
-    J[80] = t_yeu3n;
-    J[81] = t_dmtnz;
-    J[82] = t_luk3u;
-    J[83] = t_oqjyt;
-    J[84] = t_jxuud;
-    J[85] = t_yeu3n_2;
-    J[86] = t_jnadu;
-    J[87] = t_4zch6;
-    J[88] = -t_zu7ht;
-    J[89] = -t_zu7ht_2;
-    J[90] = -t_khmpp;
-    J[91] = -t_2nc4v;
+    J[78] = t_42xp2;
+    J[79] = t_pectw;
+    J[80] = t_rbyn3_2;
+    J[81] = t_s5jpg;
+    J[82] = t_2qn36;
+    J[83] = t_dwgxz;
+    J[84] = t_j6r5h;
+    J[85] = t_rbyn3_3;
+    J[86] = t_asue6;
+    J[87] = t_csi4c;
+    J[88] = -t_siflb;
+    J[89] = -t_siflb_2;
+    J[90] = -t_zh6ym;
+    J[91] = -t_n5r3v;
     J[92] = -t_gao76;
-    J[93] = -t_xv3ic;
-    J[94] = -t_belws;
-    J[95] = -t_45olx;
+    J[93] = -t_mnjvs;
+    J[94] = -t_ezo2r;
+    J[95] = -t_q4hjb;
     J[96] = -t_kutbt;
-    J[97] = -t_gwiuf;
+    J[97] = -t_3dix3;
     J[98] = SPLAT(K(0.0));
     J[99] = SPLAT(K(0.0));
-    J[100] = -t_al5gg;
-    J[101] = -t_2jvqf;
-    J[102] = -t_bzmsi;
-    J[103] = -t_lfpzh;
-    J[104] = -t_z266e;
-    J[105] = -t_osnw5;
-    J[106] = -t_mzhk4;
-    J[107] = -t_25es6;
-    J[108] = -t_xy2df;
-    J[109] = -t_o36ad;
-    J[110] = t_q3ysb;
-    J[111] = t_j4zjk;
-    J[112] = t_ozkxr;
-    J[113] = t_aecy7;
+    J[100] = -t_dzlfq;
+    J[101] = -t_ngk2s;
+    J[102] = -t_qhwmd;
+    J[103] = -t_rdejp;
+    J[104] = -t_dopxv;
+    J[105] = -t_3fimb;
+    J[106] = -t_n4rk3;
+    J[107] = -t_sud4b;
+    J[108] = -t_ymehn;
+    J[109] = -t_umpxr;
+    J[110] = t_kjeag;
+    J[111] = t_ofpuk;
+    J[112] = t_uf2hs;
+    J[113] = t_okj2x;
     J[114] = -t_gaejw;
-    J[115] = t_xzyw2;
-    J[116] = t_nv4kq;
-    J[117] = t_zomt2;
+    J[115] = t_etzpb;
+    J[116] = t_4mcw6;
+    J[117] = t_kaqej;
     J[118] = -t_rzdx6;
-    J[119] = t_jhwfa;
+    J[119] = t_3obum;
     J[120] = SPLAT(K(0.0));
     J[121] = SPLAT(K(0.0));
-    J[122] = t_iyskn;
-    J[123] = t_xya35;
-    J[124] = t_sziam;
-    J[125] = t_o3cyf;
-    J[126] = t_cgllx;
-    J[127] = t_s74js;
-    J[128] = t_322oz;
-    J[129] = t_zoe5v;
-    J[130] = t_cpyav;
-    J[131] = t_tfhfc;
+    J[122] = t_r32rw;
+    J[123] = t_5qui4;
+    J[124] = t_ph3k5;
+    J[125] = t_d6e7c;
+    J[126] = t_qt2lr;
+    J[127] = t_asiel;
+    J[128] = t_td2cp;
+    J[129] = t_7kzhv;
+    J[130] = t_ilfgh;
+    J[131] = t_qa5mz;
     J[132] = SPLAT(K(0.0));
     J[133] = SPLAT(K(0.0));
     J[134] = SPLAT(K(0.0));
@@ -3396,142 +3396,142 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     J[283] = SPLAT(K(0.0));
     J[284] = SPLAT(K(0.0));
     J[285] = SPLAT(K(0.0));
-    J[286] = t_rnrjd
-        - p[I1] * (t_rnrjd + t_i5u2g) * t_zrejm
-        - k1 * (t_sy5zq + sin_phi1 * t_2pdsr);
-    J[287] = t_rnrjd_2
-        - p[I1] * (t_rnrjd_2 + t_i5u2g_2) * t_zrejm
-        - k1 * (t_y4io7 + sin_phi1 * t_35k2x);
-    J[288] = t_ogesh - p[I1] * (t_ogesh - t_ml4oe) * t_zrejm - k1 * t_igooi;
-    J[289] = t_2qiva - p[I1] * (t_2qiva - t_4fpsg) * t_zrejm - k1 * t_amxlf;
-    J[290] = t_bj4c5 - p[I1] * (t_bj4c5 + t_as7pg) * t_zrejm - k1 * t_7e3hy;
-    J[291] = t_tugjj - p[I1] * (t_tugjj - t_egwsq) * t_zrejm - k1 * t_ui562;
-    J[292] = t_lnocb
-        - p[I1] * (t_lnocb + t_tq3df) * t_zrejm
-        - k1 * (t_mrfhd + sin_phi1 * t_6apwe);
-    J[293] = t_fdbsx
-        - p[I1] * (t_fdbsx + t_tcyfg) * t_zrejm
-        - k1 * (t_tauqf + sin_phi1 * t_fnet4);
-    J[294] = t_tj7ps - p[I1] * (t_tj7ps + t_ha5ja) * t_zrejm - k1 * t_ggo3v;
-    J[295] = t_tadv5 - p[I1] * (t_tadv5 + t_wdonk) * t_zrejm - k1 * t_wczfr;
+    J[286] = t_6e2rb
+        - p[I1] * (t_6e2rb + t_b6y6g) * t_zrejm
+        - k1 * (t_u6dgx + sin_phi1 * t_57jla);
+    J[287] = t_6e2rb_2
+        - p[I1] * (t_6e2rb_2 + t_b6y6g_2) * t_zrejm
+        - k1 * (t_ri3id + sin_phi1 * t_ds3uu);
+    J[288] = t_5k4zx - p[I1] * (t_5k4zx - t_2a4g4) * t_zrejm - k1 * t_qhm65;
+    J[289] = t_d4i3v - p[I1] * (t_d4i3v - t_gn4wr) * t_zrejm - k1 * t_rywpw;
+    J[290] = t_bj4c5 - p[I1] * (t_bj4c5 + t_as7pg) * t_zrejm - k1 * t_umh5e;
+    J[291] = t_p4g56 - p[I1] * (t_p4g56 - t_nb4xm) * t_zrejm - k1 * t_mgoey;
+    J[292] = t_6jimd
+        - p[I1] * (t_6jimd + t_w2yvj) * t_zrejm
+        - k1 * (t_b5fqx + sin_phi1 * t_ulrhu);
+    J[293] = t_6gjta
+        - p[I1] * (t_6gjta + t_rbyn3) * t_zrejm
+        - k1 * (t_nc4ae + sin_phi1 * t_74jxz);
+    J[294] = t_tj7ps - p[I1] * (t_tj7ps + t_ha5ja) * t_zrejm - k1 * t_fml7w;
+    J[295] = t_fz2so - p[I1] * (t_fz2so + t_v4zqf) * t_zrejm - k1 * t_tftqx;
     J[296] = SPLAT(K(0.0));
     J[297] = SPLAT(K(0.0));
-    J[298] = t_6rtva
-        - (p[I1] * (t_6rtva + t_b7dui) * t_zrejm - t_g65cu * t_os4zj)
-        - (t_ynvhx * t_65tki + k1 * (t_upuu6 + sin_phi1 * t_6e2zk));
-    J[299] = t_stdd7
-        - (p[I1] * (t_stdd7 + t_jg45l) * t_zrejm - t_g65cu * t_gi55u)
-        - (t_ynvhx * t_gtm2o + k1 * (t_mnjvm + sin_phi1 * t_i6bxu));
-    J[300] = t_2ahez
-        - p[I1] * (t_2ahez + t_yeu3n) * t_zrejm
-        - k1 * (t_om7ra + sin_phi1 * (t_bywiv - t_vpupx));
-    J[301] = t_hracj
-        - ((t_j5eoq + p[I1] * (t_hracj + t_dmtnz)) * t_zrejm - t_g65cu)
-        - (k1 * (t_fplv6 + sin_phi1 * t_digap) - t_ynvhx * t_f7dyx);
-    J[302] = t_mqpbj - (x[phi1_dot] + p[I1] * (t_mqpbj + t_luk3u)) * t_zrejm - k1 * t_dj4y5;
-    J[303] = t_psyh7
-        - p[I1] * (t_psyh7 + t_oqjyt) * t_zrejm
-        - k1 * (t_l5rxn + sin_phi1 * t_256yz);
-    J[304] = t_fbd7k
-        - p[I1] * (t_fbd7k + t_jxuud) * t_zrejm
-        - k1 * (t_cq326 + sin_phi1 * t_d63r2);
-    J[305] = t_2ahez_2
-        - p[I1] * (t_2ahez_2 + t_yeu3n_2) * t_zrejm
-        - k1 * (t_jt2ti + sin_phi1 * t_nawns);
-    J[306] = t_hracj_2
-        - p[I1] * (t_hracj_2 + t_jnadu) * t_zrejm
-        - k1 * (t_wjneu + sin_phi1 * t_puesv);
-    J[307] = t_5haj4 - p[I1] * (t_5haj4 + t_4zch6) * t_zrejm - k1 * t_pp24n;
-    J[308] = -(t_q3ysb + th_1 * (q_1 * t_wo6h7));
-    J[309] = -(t_j4zjk + th_1 * (q_1 * t_7en7e));
-    J[310] = -(t_ozkxr + th_1 * (q_1 * t_7323g));
-    J[311] = -(t_aecy7 + th_1 * (q_1 * t_xtgc2));
-    J[312] = -(th_1 * (q_1 * t_xvogd) - t_gaejw);
-    J[313] = -(t_xzyw2 + th_1 * (q_1 * t_teg5r));
-    J[314] = -(t_nv4kq + th_1 * (q_1 * t_ie34x));
-    J[315] = -(t_zomt2 + th_1 * (q_1 * t_ahwqk));
-    J[316] = -(th_1 * (q_1 * t_4ioql) - t_rzdx6);
-    J[317] = -(t_jhwfa + th_1 * (q_1 * t_jhfzo));
+    J[298] = t_lsbn7
+        - (p[I1] * (t_lsbn7 + t_42xp2) * t_zrejm - t_g65cu * t_os4zj)
+        - (t_ynvhx * t_65tki + k1 * (t_wz6in + sin_phi1 * t_dzofb));
+    J[299] = t_otmnr
+        - (p[I1] * (t_otmnr + t_pectw) * t_zrejm - t_g65cu * t_gi55u)
+        - (t_ynvhx * t_gtm2o + k1 * (t_rjnco + sin_phi1 * t_hzfds));
+    J[300] = t_6gjta_2
+        - p[I1] * (t_6gjta_2 + t_rbyn3_2) * t_zrejm
+        - k1 * (t_mmhac + sin_phi1 * (t_6xo3m - t_vpupx));
+    J[301] = t_lsbn7_2
+        - ((t_j5eoq + p[I1] * (t_lsbn7_2 + t_s5jpg)) * t_zrejm - t_g65cu)
+        - (k1 * (t_gzwzd + sin_phi1 * t_xgt7p) - t_ynvhx * t_f7dyx);
+    J[302] = t_4hyqp - (x[phi1_dot] + p[I1] * (t_4hyqp + t_2qn36)) * t_zrejm - k1 * t_t256n;
+    J[303] = t_lsbn7_3
+        - p[I1] * (t_lsbn7_3 + t_dwgxz) * t_zrejm
+        - k1 * (t_l5xo5 + sin_phi1 * t_nrosw);
+    J[304] = t_otmnr_2
+        - p[I1] * (t_otmnr_2 + t_j6r5h) * t_zrejm
+        - k1 * (t_kw46p + sin_phi1 * t_vq2zc);
+    J[305] = t_6gjta_3
+        - p[I1] * (t_6gjta_3 + t_rbyn3_3) * t_zrejm
+        - k1 * (t_wm2y6 + sin_phi1 * t_5lgag);
+    J[306] = t_lsbn7_4
+        - p[I1] * (t_lsbn7_4 + t_asue6) * t_zrejm
+        - k1 * (t_d6jpg + sin_phi1 * t_svkbn);
+    J[307] = t_ifm3j - p[I1] * (t_ifm3j + t_csi4c) * t_zrejm - k1 * t_difmz;
+    J[308] = -(t_kjeag + th_1 * (q_1 * t_adb3p));
+    J[309] = -(t_ofpuk + th_1 * (q_1 * t_cul42));
+    J[310] = -(t_uf2hs + th_1 * (q_1 * t_uu53f));
+    J[311] = -(t_okj2x + th_1 * (q_1 * t_rdcsc));
+    J[312] = -(th_1 * (q_1 * t_zw7yl) - t_gaejw);
+    J[313] = -(t_etzpb + th_1 * (q_1 * t_z7v5y));
+    J[314] = -(t_4mcw6 + th_1 * (q_1 * t_xmjco));
+    J[315] = -(t_kaqej + th_1 * (q_1 * t_idddq));
+    J[316] = -(th_1 * (q_1 * t_imwbh) - t_rzdx6);
+    J[317] = -(t_3obum + th_1 * (q_1 * t_evtjo));
     J[318] = SPLAT(K(0.0));
     J[319] = SPLAT(K(0.0));
-    J[320] = -(t_iyskn + (t_mvk6z * t_ievgo + th_1 * (q_1 * t_wvcrq - t_4yl6k * t_ibe72)));
-    J[321] = -(t_xya35 + (th_1 * (t_5ffnn * sin_phi1 + q_1 * t_xpnc6) - t_mvk6z * t_hjjc3));
-    J[322] = -(t_sziam + th_1 * (q_1 * t_fxvss));
-    J[323] = -(t_o3cyf + (th_1 * (q_1 * t_7ivqc) - t_mvk6z * t_sdxhx));
-    J[324] = -(t_cgllx + th_1 * (x[theta1_dot] * t_ibe72 + q_1 * t_27bzv));
-    J[325] = -(t_s74js + th_1 * (q_1 * t_qbkx4));
-    J[326] = -(t_322oz + th_1 * (q_1 * t_scgmx));
-    J[327] = -(t_zoe5v + th_1 * (q_1 * t_ieorm));
-    J[328] = -(t_cpyav + th_1 * (q_1 * t_6evko));
-    J[329] = -(t_tfhfc + th_1 * (q_1 * t_ytru3));
-    J[330] = t_hxbgp
-        - p[I2] * (t_hxbgp + t_i5u2g) * t_5wzvs
-        - k2 * (t_jkdzz + sin_phi2 * t_2pdsr);
-    J[331] = t_hxbgp_2
-        - p[I2] * (t_hxbgp_2 + t_i5u2g_2) * t_5wzvs
-        - k2 * (t_i6w5k + sin_phi2 * t_35k2x);
-    J[332] = t_w3fgt - p[I2] * (t_w3fgt - t_ml4oe) * t_5wzvs - k2 * t_winne;
-    J[333] = t_a52fo - p[I2] * (t_a52fo - t_4fpsg) * t_5wzvs - k2 * t_2rz7s;
-    J[334] = t_uahpb - p[I2] * (t_uahpb + t_as7pg) * t_5wzvs - k2 * t_zvjo3;
-    J[335] = t_j2okh - p[I2] * (t_j2okh - t_egwsq) * t_5wzvs - k2 * t_zjyxr;
-    J[336] = t_6cwyv
-        - p[I2] * (t_6cwyv + t_tq3df) * t_5wzvs
-        - k2 * (t_meq6l + sin_phi2 * t_6apwe);
-    J[337] = t_xdbxt
-        - p[I2] * (t_xdbxt + t_tcyfg) * t_5wzvs
-        - k2 * (t_aoeko + sin_phi2 * t_fnet4);
-    J[338] = t_4sp22 - p[I2] * (t_4sp22 + t_ha5ja) * t_5wzvs - k2 * t_2cwad;
-    J[339] = t_gh7eg - p[I2] * (t_gh7eg + t_wdonk) * t_5wzvs - k2 * t_puhky;
+    J[320] = -(t_r32rw + (t_mvk6z * t_ievgo + th_1 * (q_1 * t_krdq7 - t_4yl6k * t_ibe72)));
+    J[321] = -(t_5qui4 + (th_1 * (t_5ffnn * sin_phi1 + q_1 * t_cakst) - t_mvk6z * t_hjjc3));
+    J[322] = -(t_ph3k5 + th_1 * (q_1 * t_lr2ho));
+    J[323] = -(t_d6e7c + (th_1 * (q_1 * t_iufxj) - t_mvk6z * t_sdxhx));
+    J[324] = -(t_qt2lr + th_1 * (x[theta1_dot] * t_ibe72 + q_1 * t_tkwds));
+    J[325] = -(t_asiel + th_1 * (q_1 * t_l33jj));
+    J[326] = -(t_td2cp + th_1 * (q_1 * t_t4mda));
+    J[327] = -(t_7kzhv + th_1 * (q_1 * t_rbrs4));
+    J[328] = -(t_ilfgh + th_1 * (q_1 * t_drbrx));
+    J[329] = -(t_qa5mz + th_1 * (q_1 * t_umtid));
+    J[330] = t_hlapu
+        - p[I2] * (t_hlapu + t_b6y6g) * t_5wzvs
+        - k2 * (t_wz2j6 + sin_phi2 * t_57jla);
+    J[331] = t_hlapu_2
+        - p[I2] * (t_hlapu_2 + t_b6y6g_2) * t_5wzvs
+        - k2 * (t_ncrgn + sin_phi2 * t_ds3uu);
+    J[332] = t_3htp2 - p[I2] * (t_3htp2 - t_2a4g4) * t_5wzvs - k2 * t_ave4g;
+    J[333] = t_6jmyy - p[I2] * (t_6jmyy - t_gn4wr) * t_5wzvs - k2 * t_4tkup;
+    J[334] = t_uahpb - p[I2] * (t_uahpb + t_as7pg) * t_5wzvs - k2 * t_h6hjz;
+    J[335] = t_6w4rd - p[I2] * (t_6w4rd - t_nb4xm) * t_5wzvs - k2 * t_mv7a3;
+    J[336] = t_7qkup
+        - p[I2] * (t_7qkup + t_w2yvj) * t_5wzvs
+        - k2 * (t_hhnms + sin_phi2 * t_ulrhu);
+    J[337] = t_vzckm
+        - p[I2] * (t_vzckm + t_rbyn3) * t_5wzvs
+        - k2 * (t_ejcfn + sin_phi2 * t_74jxz);
+    J[338] = t_4sp22 - p[I2] * (t_4sp22 + t_ha5ja) * t_5wzvs - k2 * t_xwhz3;
+    J[339] = t_qpq3e - p[I2] * (t_qpq3e + t_v4zqf) * t_5wzvs - k2 * t_nyprb;
     J[340] = SPLAT(K(0.0));
     J[341] = SPLAT(K(0.0));
-    J[342] = t_dtvci
-        - p[I2] * (t_dtvci + t_b7dui) * t_5wzvs
-        - k2 * (t_53u44 + sin_phi2 * t_6e2zk);
-    J[343] = t_5qnmj
-        - p[I2] * (t_5qnmj + t_jg45l) * t_5wzvs
-        - k2 * (t_ld6te + sin_phi2 * t_i6bxu);
-    J[344] = t_crn6j
-        - p[I2] * (t_crn6j + t_yeu3n) * t_5wzvs
-        - k2 * (t_iquxt + sin_phi2 * t_s47t6);
-    J[345] = t_qdbgb
-        - p[I2] * (t_qdbgb + t_dmtnz) * t_5wzvs
-        - k2 * (t_cf35k + sin_phi2 * t_digap);
-    J[346] = t_w3xi4 - p[I2] * (t_w3xi4 + t_luk3u) * t_5wzvs - k2 * t_dgh7u;
-    J[347] = t_mjs33
-        - (p[I2] * (t_mjs33 + t_oqjyt) * t_5wzvs - t_ikkca * t_nfvux)
-        - (t_rrute * t_zlqqo + k2 * (t_35ipv + sin_phi2 * t_256yz));
-    J[348] = t_ifv2k
-        - (p[I2] * (t_ifv2k + t_jxuud) * t_5wzvs - t_ikkca * t_f5n5n)
-        - (t_rrute * t_knrxj + k2 * (t_eaxpb + sin_phi2 * t_d63r2));
-    J[349] = t_crn6j_2
-        - p[I2] * (t_crn6j_2 + t_yeu3n_2) * t_5wzvs
-        - k2 * (t_4agfb + sin_phi2 * (t_bywiv_2 - t_tcwyk));
-    J[350] = t_qdbgb_2
-        - ((t_ceda7 + p[I2] * (t_qdbgb_2 + t_jnadu)) * t_5wzvs - t_ikkca)
-        - (k2 * (t_zvs4z + sin_phi2 * t_puesv) - t_rrute * t_2deuo);
-    J[351] = t_kwb5a - (x[phi2_dot] + p[I2] * (t_kwb5a + t_4zch6)) * t_5wzvs - k2 * t_kr6w6;
-    J[352] = -(t_q3ysb + th_2 * (q_2 * t_as3es));
-    J[353] = -(t_j4zjk + th_2 * (q_2 * t_3sude));
-    J[354] = -(t_ozkxr + th_2 * (q_2 * t_4sxvn));
-    J[355] = -(t_aecy7 + th_2 * (q_2 * t_e2h5d));
-    J[356] = -(th_2 * (q_2 * t_f7waq) - t_gaejw);
-    J[357] = -(t_xzyw2 + th_2 * (q_2 * t_uuehf));
-    J[358] = -(t_nv4kq + th_2 * (q_2 * t_lkd27));
-    J[359] = -(t_zomt2 + th_2 * (q_2 * t_ffjij));
-    J[360] = -(th_2 * (q_2 * t_u33pu) - t_rzdx6);
-    J[361] = -(t_jhwfa + th_2 * (q_2 * t_3zlhy));
+    J[342] = t_vueg2
+        - p[I2] * (t_vueg2 + t_42xp2) * t_5wzvs
+        - k2 * (t_nbv5l + sin_phi2 * t_dzofb);
+    J[343] = t_ej5r5
+        - p[I2] * (t_ej5r5 + t_pectw) * t_5wzvs
+        - k2 * (t_w2dr4 + sin_phi2 * t_hzfds);
+    J[344] = t_vzckm_2
+        - p[I2] * (t_vzckm_2 + t_rbyn3_2) * t_5wzvs
+        - k2 * (t_pj54z + sin_phi2 * t_jaeht);
+    J[345] = t_vueg2_2
+        - p[I2] * (t_vueg2_2 + t_s5jpg) * t_5wzvs
+        - k2 * (t_iztme + sin_phi2 * t_xgt7p);
+    J[346] = t_3j7pj - p[I2] * (t_3j7pj + t_2qn36) * t_5wzvs - k2 * t_ncziw;
+    J[347] = t_vueg2_3
+        - (p[I2] * (t_vueg2_3 + t_dwgxz) * t_5wzvs - t_ikkca * t_nfvux)
+        - (t_rrute * t_zlqqo + k2 * (t_thaoj + sin_phi2 * t_nrosw));
+    J[348] = t_ej5r5_2
+        - (p[I2] * (t_ej5r5_2 + t_j6r5h) * t_5wzvs - t_ikkca * t_f5n5n)
+        - (t_rrute * t_knrxj + k2 * (t_dtzxw + sin_phi2 * t_vq2zc));
+    J[349] = t_vzckm_3
+        - p[I2] * (t_vzckm_3 + t_rbyn3_3) * t_5wzvs
+        - k2 * (t_7xdau + sin_phi2 * (t_6xo3m_2 - t_tcwyk));
+    J[350] = t_vueg2_4
+        - ((t_ceda7 + p[I2] * (t_vueg2_4 + t_asue6)) * t_5wzvs - t_ikkca)
+        - (k2 * (t_q2p5s + sin_phi2 * t_svkbn) - t_rrute * t_2deuo);
+    J[351] = t_lhvfk - (x[phi2_dot] + p[I2] * (t_lhvfk + t_csi4c)) * t_5wzvs - k2 * t_em6fd;
+    J[352] = -(t_kjeag + th_2 * (q_2 * t_kjdut));
+    J[353] = -(t_ofpuk + th_2 * (q_2 * t_a34nc));
+    J[354] = -(t_uf2hs + th_2 * (q_2 * t_672su));
+    J[355] = -(t_okj2x + th_2 * (q_2 * t_x7mee));
+    J[356] = -(th_2 * (q_2 * t_wea7r) - t_gaejw);
+    J[357] = -(t_etzpb + th_2 * (q_2 * t_qmvlm));
+    J[358] = -(t_4mcw6 + th_2 * (q_2 * t_hllhl));
+    J[359] = -(t_kaqej + th_2 * (q_2 * t_wupty));
+    J[360] = -(th_2 * (q_2 * t_i3efb) - t_rzdx6);
+    J[361] = -(t_3obum + th_2 * (q_2 * t_mnoxd));
     J[362] = SPLAT(K(0.0));
     J[363] = SPLAT(K(0.0));
-    J[364] = -(t_iyskn + th_2 * (q_2 * t_bjk52));
-    J[365] = -(t_xya35 + th_2 * (q_2 * t_xccbo));
-    J[366] = -(t_sziam + th_2 * (q_2 * t_6h7qq));
-    J[367] = -(t_o3cyf + th_2 * (q_2 * t_rb62l));
-    J[368] = -(t_cgllx + th_2 * (q_2 * t_hnip2));
-    J[369] = -(t_s74js + (t_4nigg * t_igor2 + th_2 * (q_2 * t_seil5 - t_4jcmi * t_r7vy7)));
-    J[370] = -(t_322oz + (th_2 * (t_oqair * sin_phi2 + q_2 * t_gmnig) - t_4nigg * t_yex7s));
-    J[371] = -(t_zoe5v + th_2 * (q_2 * t_kdd6n));
-    J[372] = -(t_cpyav + (th_2 * (q_2 * t_yv4zn) - t_4nigg * t_yyt2v));
-    J[373] = -(t_tfhfc + th_2 * (x[theta2_dot] * t_r7vy7 + q_2 * t_qzp2o));
+    J[364] = -(t_r32rw + th_2 * (q_2 * t_bsojp));
+    J[365] = -(t_5qui4 + th_2 * (q_2 * t_qahse));
+    J[366] = -(t_ph3k5 + th_2 * (q_2 * t_73hce));
+    J[367] = -(t_d6e7c + th_2 * (q_2 * t_zdvcu));
+    J[368] = -(t_qt2lr + th_2 * (q_2 * t_xhmum));
+    J[369] = -(t_asiel + (t_4nigg * t_igor2 + th_2 * (q_2 * t_cpbqq - t_4jcmi * t_r7vy7)));
+    J[370] = -(t_td2cp + (th_2 * (t_oqair * sin_phi2 + q_2 * t_gnykk) - t_4nigg * t_yex7s));
+    J[371] = -(t_7kzhv + th_2 * (q_2 * t_3lmcf));
+    J[372] = -(t_ilfgh + (th_2 * (q_2 * t_igwwm) - t_4nigg * t_yyt2v));
+    J[373] = -(t_qa5mz + th_2 * (x[theta2_dot] * t_r7vy7 + q_2 * t_4mpdk));
 }
 
 /* Jacobian of outputs with respect to p, row by row; 5259 operations. */
@@ -3832,8 +3832,8 @@ void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -3847,18 +3847,18 @@ void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -3903,1817 +3903,1817 @@ void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real
     const real t_5shbl = t_o4hiw * t_wjbnt;
     const real t_dzxqu = K_L65 * t_ftqxb;
     const real t_ncxva = t_wjbnt * t_nfkwa;
-    const real t_qxirk = t_5gmab * t_5shbl - X_x6 * t_g7phw - X_y5 * t_ncxva;
+    const real t_x7i7c = t_jo54w * t_5shbl - X_x6 * t_g7phw - X_y5 * t_ncxva;
     const real t_eriz2 = t_cufdy * t_ftqxb;
-    const real t_czoan = t_dzxqu * t_qxirk + t_eriz2 * t_g7phw;
-    const real t_cjz52 = t_5shbl + t_czoan;
+    const real t_5l6pm = t_dzxqu * t_x7i7c + t_eriz2 * t_g7phw;
+    const real t_7c5q4 = t_5shbl + t_5l6pm;
     const real t_insvr = t_izhu2 * t_zmh3u;
     const real t_kpf5p = K_L63 * t_zmh3u;
-    const real t_u7ikg = K_L65 * t_5shbl + t_qxirk * t_ftqxb;
-    const real t_txhh4 = t_e4k6u * t_5shbl - X_x6 * t_3g325 - X_y4 * t_ncxva - t_amczu * t_u7ikg;
-    const real t_6k53y = K_L64 * t_5shbl + t_txhh4 * t_lt2al;
-    const real t_posex = X_x6 * K_L32
+    const real t_hg23z = K_L65 * t_5shbl + t_x7i7c * t_ftqxb;
+    const real t_wibut = t_e4k6u * t_5shbl - X_x6 * t_3g325 - X_y4 * t_ncxva - t_amczu * t_hg23z;
+    const real t_kyaqp = K_L64 * t_5shbl + t_wibut * t_lt2al;
+    const real t_pfsyj = X_x6 * K_L32
         + t_rahc4 * t_5shbl
         - X_y3 * t_ncxva
-        - t_m27n6 * t_6k53y
-        - t_bxfcn * t_u7ikg;
+        - t_m27n6 * t_kyaqp
+        - t_bxfcn * t_hg23z;
     const real t_qe675 = K_L53 * t_zmh3u;
-    const real t_ojvym = t_g7phw * t_ftqxb - K_L65 * t_ncxva;
-    const real t_riqc4 = t_amczu * t_czoan - X_x5 * t_3g325 - X_y4 * t_ojvym;
-    const real t_o45mp = K_L54 * t_czoan - K_L64 * t_u7ikg + t_riqc4 * t_lt2al;
-    const real t_c6h3v = X_x5 * K_L32 + t_bxfcn * t_czoan - X_y3 * t_ojvym - t_m27n6 * t_o45mp;
+    const real t_udaaj = t_g7phw * t_ftqxb - K_L65 * t_ncxva;
+    const real t_w2iqu = t_amczu * t_5l6pm - X_x5 * t_3g325 - X_y4 * t_udaaj;
+    const real t_pjhpg = K_L54 * t_5l6pm - K_L64 * t_hg23z + t_w2iqu * t_lt2al;
+    const real t_qi4ru = X_x5 * K_L32 + t_bxfcn * t_5l6pm - X_y3 * t_udaaj - t_m27n6 * t_pjhpg;
     const real t_ydwjl = K_L43 * t_zmh3u;
     const real t_wurun = K_L64 * t_lt2al;
     const real t_2e52m = K_L54 * t_lt2al;
     const real t_gkoba = t_72jfh * t_lt2al;
-    const real t_ufqkl = t_wurun * t_txhh4 + t_2e52m * t_riqc4 + t_gkoba * t_3g325;
-    const real t_ykkzy = t_3g325 * t_lt2al - (K_L64 * t_ncxva + K_L54 * t_ojvym);
-    const real t_iozzf = X_x4 * K_L32 + t_m27n6 * t_ufqkl - X_y3 * t_ykkzy;
-    const real t_5fsgj = t_insvr * K_L32 - (t_kpf5p * t_posex + t_qe675 * t_c6h3v + t_ydwjl * t_iozzf);
+    const real t_2jjae = t_wurun * t_wibut + t_2e52m * t_w2iqu + t_gkoba * t_3g325;
+    const real t_obrzw = t_3g325 * t_lt2al - (K_L64 * t_ncxva + K_L54 * t_udaaj);
+    const real t_fxpvm = X_x4 * K_L32 + t_m27n6 * t_2jjae - X_y3 * t_obrzw;
+    const real t_zjlmp = t_insvr * K_L32 - (t_kpf5p * t_pfsyj + t_qe675 * t_qi4ru + t_ydwjl * t_fxpvm);
     const real t_2ngl5 = t_dj64q * t_4iujv;
-    const real t_vkicw = K_L63 * t_5shbl + t_posex * t_zmh3u;
-    const real t_zossc = X_x6
-        + t_hmob3 * t_5shbl
+    const real t_sbd7c = K_L63 * t_5shbl + t_pfsyj * t_zmh3u;
+    const real t_hl7qw = X_x6
+        + t_qvrp6 * t_5shbl
         + X_y2 * t_ncxva
-        - t_m67zs * t_6k53y
-        + t_d4mqf * t_vkicw
-        + t_p6zld * t_u7ikg;
+        - t_m67zs * t_kyaqp
+        + t_d4mqf * t_sbd7c
+        + t_p6zld * t_hg23z;
     const real t_hfybw = K_L52 * t_4iujv;
-    const real t_evpu4 = K_L53 * t_czoan - K_L63 * t_u7ikg + t_c6h3v * t_zmh3u;
-    const real t_gpk77 = t_p6zld * t_czoan
+    const real t_jx5k2 = K_L53 * t_5l6pm - K_L63 * t_hg23z + t_qi4ru * t_zmh3u;
+    const real t_mccdf = t_p6zld * t_5l6pm
         - X_x5
-        - X_y2 * t_ojvym
-        - t_d4mqf * t_evpu4
-        + t_m67zs * t_o45mp;
+        - X_y2 * t_udaaj
+        - t_d4mqf * t_jx5k2
+        + t_m67zs * t_pjhpg;
     const real t_dwrhg = t_6urah * t_4iujv;
-    const real t_usrz2 = K_L43 * t_ufqkl - (K_L63 * t_6k53y + K_L53 * t_o45mp) + t_iozzf * t_zmh3u;
-    const real t_2wwhh = X_x4 + t_m67zs * t_ufqkl + X_y2 * t_ykkzy + t_d4mqf * t_usrz2;
+    const real t_g4iwq = K_L43 * t_2jjae - (K_L63 * t_kyaqp + K_L53 * t_pjhpg) + t_fxpvm * t_zmh3u;
+    const real t_3xfz5 = X_x4 + t_m67zs * t_2jjae + X_y2 * t_obrzw + t_d4mqf * t_g4iwq;
     const real t_6yahm = K_L32 * t_4iujv;
-    const real t_blall = K_L63 * t_ncxva + K_L53 * t_ojvym + K_L43 * t_ykkzy + K_L32 * t_zmh3u;
-    const real t_i67b6 = X_y2 * t_blall - (X_x3 + t_d4mqf * t_5fsgj);
+    const real t_hcaqb = K_L63 * t_ncxva + K_L53 * t_udaaj + K_L43 * t_obrzw + K_L32 * t_zmh3u;
+    const real t_kqp43 = X_y2 * t_hcaqb - (X_x3 + t_d4mqf * t_zjlmp);
     const real t_5am4i = t_uifqg * t_4iujv;
-    const real t_esyty = t_2ngl5 * t_zossc
-        + t_hfybw * t_gpk77
-        + t_dwrhg * t_2wwhh
-        + t_6yahm * t_i67b6
+    const real t_l7rtx = t_2ngl5 * t_hl7qw
+        + t_hfybw * t_mccdf
+        + t_dwrhg * t_3xfz5
+        + t_6yahm * t_kqp43
         + t_5am4i;
     const real t_3tmqi = t_3go2w * t_bpfoo;
-    const real t_gnrqx = t_dj64q * t_vkicw
-        - K_L52 * t_evpu4
-        + t_6urah * t_usrz2
-        - K_L32 * t_5fsgj
-        + t_i67b6 * t_4iujv;
-    const real t_irwpn = t_zzymx * t_5fsgj + b1 * t_blall + t_b3aij * t_gnrqx;
+    const real t_o4agn = t_dj64q * t_sbd7c
+        - K_L52 * t_jx5k2
+        + t_6urah * t_g4iwq
+        - K_L32 * t_zjlmp
+        + t_kqp43 * t_4iujv;
+    const real t_dgg2v = t_zzymx * t_zjlmp + b1 * t_hcaqb + t_b3aij * t_o4agn;
     const real t_ielc3 = t_e4enr * t_bpfoo;
-    const real t_rl367 = t_dj64q * t_5shbl + t_zossc * t_4iujv;
-    const real t_h2gcj = t_bl4f2 * t_5shbl
+    const real t_oqpfr = t_dj64q * t_5shbl + t_hl7qw * t_4iujv;
+    const real t_dbatx = t_bl4f2 * t_5shbl
         + b1 * t_ncxva
-        - t_6mmeb * t_u7ikg
-        - t_2m245 * t_6k53y
-        - t_zzymx * t_vkicw
-        + t_b3aij * t_rl367;
+        - t_6mmeb * t_hg23z
+        - t_2m245 * t_kyaqp
+        - t_zzymx * t_sbd7c
+        + t_b3aij * t_oqpfr;
     const real t_2lluf = t_vshgd * t_bpfoo;
-    const real t_jdfsv = t_dj64q * t_u7ikg + K_L52 * t_czoan + t_gpk77 * t_4iujv;
-    const real t_fqofw = t_6mmeb * t_czoan
-        + b1 * t_ojvym
-        - t_2m245 * t_o45mp
-        - t_zzymx * t_evpu4
-        - t_b3aij * t_jdfsv;
+    const real t_wdf4g = t_dj64q * t_hg23z + K_L52 * t_5l6pm + t_mccdf * t_4iujv;
+    const real t_ie722 = t_6mmeb * t_5l6pm
+        + b1 * t_udaaj
+        - t_2m245 * t_pjhpg
+        - t_zzymx * t_jx5k2
+        - t_b3aij * t_wdf4g;
     const real t_jtjoh = t_xq4wt * t_bpfoo;
-    const real t_ic3zc = K_L52 * t_o45mp - t_dj64q * t_6k53y + t_6urah * t_ufqkl + t_2wwhh * t_4iujv;
-    const real t_oqopf = t_2m245 * t_ufqkl + b1 * t_ykkzy - t_zzymx * t_usrz2 + t_b3aij * t_ic3zc;
+    const real t_3nhb2 = K_L52 * t_pjhpg - t_dj64q * t_kyaqp + t_6urah * t_2jjae + t_3xfz5 * t_4iujv;
+    const real t_2iw3h = t_2m245 * t_2jjae + b1 * t_obrzw - t_zzymx * t_g4iwq + t_b3aij * t_3nhb2;
     const real t_6xwz3 = t_w7lcw * t_bpfoo;
-    const real t_42z75 = t_dj64q * t_ncxva
-        - K_L52 * t_ojvym
-        + t_6urah * t_ykkzy
-        + K_L32 * t_blall
+    const real t_tmo7z = t_dj64q * t_ncxva
+        - K_L52 * t_udaaj
+        + t_6urah * t_obrzw
+        + K_L32 * t_hcaqb
         + t_4iujv;
-    const real t_pvda3 = t_b3aij * t_esyty + b1 * t_42z75;
-    const real t_fvnmp = t_3tmqi * t_irwpn
-        - (t_ielc3 * t_h2gcj + t_2lluf * t_fqofw + t_jtjoh * t_oqopf)
-        - t_6xwz3 * t_pvda3;
+    const real t_qbsrl = t_b3aij * t_l7rtx + b1 * t_tmo7z;
+    const real t_g7hxz = t_3tmqi * t_dgg2v
+        - (t_ielc3 * t_dbatx + t_2lluf * t_ie722 + t_jtjoh * t_2iw3h)
+        - t_6xwz3 * t_qbsrl;
     const real t_rl7kq = x_C * t_xpjrw;
     const real t_jf3qj = x_C + x_C;
-    const real t_kvgen = t_gcu5g * t_ncxva - f_y * t_ojvym;
-    const real t_cjz52_2 = t_5shbl - t_czoan;
-    const real t_gq6gd = SC2 * t_u7ikg + S_sq2 * t_cjz52_2;
-    const real t_cw25a = t_gq6gd - t_5shbl;
+    const real t_hygq4 = t_gcu5g * t_ncxva - f_y * t_udaaj;
+    const real t_7c5q4_2 = t_5shbl - t_5l6pm;
+    const real t_vzjf2 = SC2 * t_hg23z + S_sq2 * t_7c5q4_2;
+    const real t_cwt43 = t_vzjf2 - t_5shbl;
     const real t_rdwum = e2 + e2;
-    const real t_vxwz4 = t_czoan + t_gq6gd;
-    const real t_b2xhe = cos_theta2 * t_ncxva + sin_theta2 * t_ojvym;
-    const real t_jihew = t_e4enr * t_5shbl + t_h2gcj * t_bpfoo;
-    const real t_mm7af = t_vshgd * t_czoan - t_e4enr * t_u7ikg + t_fqofw * t_bpfoo;
-    const real t_zpckf = cos_theta2 * t_jihew + sin_theta2 * t_mm7af;
-    const real t_rvyqk = t_rl367 - t_evpu4;
-    const real t_yncj7 = t_vkicw - t_jdfsv;
-    const real t_3cedv = SC2 * t_rvyqk + S_sq2 * t_yncj7;
-    const real t_higk2 = t_3cedv - t_vkicw;
-    const real t_p3cia = e2 * t_cw25a - t_higk2;
-    const real t_tj6no = t_3cedv + t_jdfsv;
-    const real t_krf5c = cos_theta2 * t_6k53y + sin_theta2 * t_o45mp;
-    const real t_xbozt = K(-2.0) * t_cw25a - t_krf5c;
-    const real t_vxwz4_2 = t_gq6gd + t_czoan;
-    const real t_hz3th = t_6k53y + t_u7ikg;
-    const real t_ycuea = K(-2.0) * t_czoan + t_o45mp;
-    const real t_fpdlq = sin_theta2 * t_hz3th - cos_theta2 * t_ycuea;
-    const real t_jjae4 = t_tj6no - g_2 * t_vxwz4_2 + q_2 * t_fpdlq;
-    const real t_mche2 = t_iya7w * t_ncxva - wg_2 * t_vxwz4_2 - t_oncjt * t_ojvym + wth_2 * t_jjae4;
-    const real t_avmqp = t_e4enr * t_ncxva
-        + t_vshgd * t_ojvym
-        + t_xq4wt * t_ykkzy
-        - t_3go2w * t_blall
-        + t_w7lcw * t_42z75;
-    const real t_fmrm2 = cos_theta2 * t_blall - e2 * t_b2xhe - sin_theta2 * t_42z75;
-    const real t_nlso5 = cos_phi2 * t_avmqp + sin_phi2 * t_fmrm2;
-    const real t_tjtzd = t_b2xhe + t_ykkzy;
-    const real t_xcmta = eAss_2 * t_cw25a
-        + t_rdwum * (me2 * t_vxwz4)
-        - F_t2 * t_b2xhe
-        + Asc_2 * t_zpckf
-        + Ass_2 * t_p3cia
-        - me2 * t_tj6no
-        + Bc_2 * t_xbozt
-        + t_mche2
-        + t_rybsf * (cos_phi2 * (mv2 * t_nlso5) - Bs_2 * t_tjtzd);
-    const real t_xgozw = SC1 * t_u7ikg + S_sq1 * t_cjz52_2;
-    const real t_j6fyz = t_xgozw - t_5shbl;
+    const real t_higwe = t_5l6pm + t_vzjf2;
+    const real t_ejmnc = cos_theta2 * t_ncxva + sin_theta2 * t_udaaj;
+    const real t_fawhr = t_e4enr * t_5shbl + t_dbatx * t_bpfoo;
+    const real t_ryqia = t_vshgd * t_5l6pm - t_e4enr * t_hg23z + t_ie722 * t_bpfoo;
+    const real t_kejue = cos_theta2 * t_fawhr + sin_theta2 * t_ryqia;
+    const real t_2acnx = t_oqpfr - t_jx5k2;
+    const real t_t5xmm = t_sbd7c - t_wdf4g;
+    const real t_kwccd = SC2 * t_2acnx + S_sq2 * t_t5xmm;
+    const real t_jtqvq = t_kwccd - t_sbd7c;
+    const real t_4hc5h = e2 * t_cwt43 - t_jtqvq;
+    const real t_judwy = t_kwccd + t_wdf4g;
+    const real t_l2qxk = cos_theta2 * t_kyaqp + sin_theta2 * t_pjhpg;
+    const real t_3cwki = K(-2.0) * t_cwt43 - t_l2qxk;
+    const real t_higwe_2 = t_vzjf2 + t_5l6pm;
+    const real t_wxzdz = t_kyaqp + t_hg23z;
+    const real t_jketf = K(-2.0) * t_5l6pm + t_pjhpg;
+    const real t_ciim3 = sin_theta2 * t_wxzdz - cos_theta2 * t_jketf;
+    const real t_xcvpe = t_judwy - g_2 * t_higwe_2 + q_2 * t_ciim3;
+    const real t_xfmxd = t_iya7w * t_ncxva - wg_2 * t_higwe_2 - t_oncjt * t_udaaj + wth_2 * t_xcvpe;
+    const real t_2cs2b = t_e4enr * t_ncxva
+        + t_vshgd * t_udaaj
+        + t_xq4wt * t_obrzw
+        - t_3go2w * t_hcaqb
+        + t_w7lcw * t_tmo7z;
+    const real t_ut2b4 = cos_theta2 * t_hcaqb - e2 * t_ejmnc - sin_theta2 * t_tmo7z;
+    const real t_fty7s = cos_phi2 * t_2cs2b + sin_phi2 * t_ut2b4;
+    const real t_q2upi = t_ejmnc + t_obrzw;
+    const real t_km7fg = eAss_2 * t_cwt43
+        + t_rdwum * (me2 * t_higwe)
+        - F_t2 * t_ejmnc
+        + Asc_2 * t_kejue
+        + Ass_2 * t_4hc5h
+        - me2 * t_judwy
+        + Bc_2 * t_3cwki
+        + t_xfmxd
+        + t_rybsf * (cos_phi2 * (mv2 * t_fty7s) - Bs_2 * t_q2upi);
+    const real t_vtqzc = SC1 * t_hg23z + S_sq1 * t_7c5q4_2;
+    const real t_s62xv = t_vtqzc - t_5shbl;
     const real t_o6yyy = e1 + e1;
-    const real t_pvzh7 = t_czoan + t_xgozw;
-    const real t_otb6w = cos_theta1 * t_ncxva + sin_theta1 * t_ojvym;
-    const real t_j64kw = cos_theta1 * t_jihew + sin_theta1 * t_mm7af;
-    const real t_rabrj = SC1 * t_rvyqk + S_sq1 * t_yncj7;
-    const real t_dtjsi = t_rabrj - t_vkicw;
-    const real t_w4qwv = e1 * t_j6fyz - t_dtjsi;
-    const real t_oq4x2 = t_rabrj + t_jdfsv;
-    const real t_n2jmm = cos_theta1 * t_6k53y + sin_theta1 * t_o45mp;
-    const real t_wytfm = K(-2.0) * t_j6fyz - t_n2jmm;
-    const real t_pvzh7_2 = t_xgozw + t_czoan;
-    const real t_3kvsj = sin_theta1 * t_hz3th - cos_theta1 * t_ycuea;
-    const real t_57mwu = t_oq4x2 - g_1 * t_pvzh7_2 + q_1 * t_3kvsj;
-    const real t_m4w4c = t_azclp * t_ncxva - wg_1 * t_pvzh7_2 - t_vt7uo * t_ojvym + wth_1 * t_57mwu;
-    const real t_q5coj = cos_theta1 * t_blall - e1 * t_otb6w - sin_theta1 * t_42z75;
-    const real t_jwhw6 = cos_phi1 * t_avmqp + sin_phi1 * t_q5coj;
-    const real t_miils = t_otb6w + t_ykkzy;
-    const real t_dhagk = eAss_1 * t_j6fyz
-        + t_o6yyy * (me1 * t_pvzh7)
-        - F_t1 * t_otb6w
-        + Asc_1 * t_j64kw
-        + Ass_1 * t_w4qwv
-        - me1 * t_oq4x2
-        + Bc_1 * t_wytfm
-        + t_m4w4c
-        + t_rybsf * (cos_phi1 * (mv1 * t_jwhw6) - Bs_1 * t_miils);
-    const real t_tk6ae = t_jf3qj * (M_C * t_cjz52) - X_x5 + t_kvgen - t_xcmta - t_dhagk;
-    const real t_2dovo = t_iw7bs * t_cjz52 + t_5fsgj - t_esyty + t_fvnmp - t_rl7kq * t_tk6ae;
-    const real t_d2amu = t_tk6ae * t_xpjrw;
-    const real t_u25rc = W13 * t_ncxva;
-    const real t_zrnvv = W12 * t_ojvym;
-    const real t_xm2mi = t_u25rc + t_zrnvv - t_ufqkl;
-    const real t_oxofv = t_u25rc + x[wy] * (x[wz] * t_ykkzy);
+    const real t_s6vb3 = t_5l6pm + t_vtqzc;
+    const real t_6io44 = cos_theta1 * t_ncxva + sin_theta1 * t_udaaj;
+    const real t_smsjv = cos_theta1 * t_fawhr + sin_theta1 * t_ryqia;
+    const real t_aiugo = SC1 * t_2acnx + S_sq1 * t_t5xmm;
+    const real t_s233g = t_aiugo - t_sbd7c;
+    const real t_7z2wd = e1 * t_s62xv - t_s233g;
+    const real t_pej7g = t_aiugo + t_wdf4g;
+    const real t_zq3ir = cos_theta1 * t_kyaqp + sin_theta1 * t_pjhpg;
+    const real t_mguvf = K(-2.0) * t_s62xv - t_zq3ir;
+    const real t_s6vb3_2 = t_vtqzc + t_5l6pm;
+    const real t_tczyi = sin_theta1 * t_wxzdz - cos_theta1 * t_jketf;
+    const real t_27gpo = t_pej7g - g_1 * t_s6vb3_2 + q_1 * t_tczyi;
+    const real t_e33xl = t_azclp * t_ncxva - wg_1 * t_s6vb3_2 - t_vt7uo * t_udaaj + wth_1 * t_27gpo;
+    const real t_b4tba = cos_theta1 * t_hcaqb - e1 * t_6io44 - sin_theta1 * t_tmo7z;
+    const real t_u7ql7 = cos_phi1 * t_2cs2b + sin_phi1 * t_b4tba;
+    const real t_lqczz = t_6io44 + t_obrzw;
+    const real t_uccl2 = eAss_1 * t_s62xv
+        + t_o6yyy * (me1 * t_s6vb3)
+        - F_t1 * t_6io44
+        + Asc_1 * t_smsjv
+        + Ass_1 * t_7z2wd
+        - me1 * t_pej7g
+        + Bc_1 * t_mguvf
+        + t_e33xl
+        + t_rybsf * (cos_phi1 * (mv1 * t_u7ql7) - Bs_1 * t_lqczz);
+    const real t_zkqyv = t_jf3qj * (M_C * t_7c5q4) - X_x5 + t_hygq4 - t_km7fg - t_uccl2;
+    const real t_kl4wv = t_iw7bs * t_7c5q4 + t_zjlmp - t_l7rtx + t_g7hxz - t_rl7kq * t_zkqyv;
+    const real t_oxhx6 = t_zkqyv * t_xpjrw;
+    const real t_mmma6 = W13 * t_ncxva;
+    const real t_rihwz = W12 * t_udaaj;
+    const real t_yjmxs = t_mmma6 + t_rihwz - t_2jjae;
+    const real t_24myi = t_mmma6 + x[wy] * (x[wz] * t_obrzw);
     const real t_xkwv2 = p[h0] + p[h0];
     const real t_gfysi = p[b] + p[b];
-    const real t_y5ken = t_5fsgj + t_esyty;
-    const real t_f3g7t = SC1 * t_gnrqx - S_sq1 * t_y5ken;
-    const real t_xkhtv = t_e4enr * t_vkicw
-        + t_vshgd * t_evpu4
-        + t_xq4wt * t_usrz2
-        + t_3go2w * t_5fsgj
-        + t_irwpn * t_bpfoo;
-    const real t_vw7r6 = t_e4enr * t_rl367
-        - t_vshgd * t_jdfsv
-        + t_xq4wt * t_ic3zc
-        - t_3go2w * t_gnrqx
-        + t_w7lcw * t_esyty
-        + t_pvda3 * t_bpfoo;
-    const real t_5hhiy = sin_phi1 * (e1 * t_w4qwv + t_5fsgj + t_f3g7t - t_fvnmp)
-        + cos_phi1 * (e1 * t_j64kw - cos_theta1 * t_xkhtv + sin_theta1 * t_vw7r6);
-    const real t_s4psh = t_fvnmp + sin_phi1 * t_5hhiy + t_lupe6 * t_jwhw6;
-    const real t_sahjx = k1 * t_s4psh - sigma_sq1 * t_jwhw6;
-    const real t_6uoxu = sin_phi1 * t_avmqp - p[l1] * t_miils - cos_phi1 * t_q5coj;
-    const real t_3vohu = loss_phi1 * t_6uoxu + t_6nwd2 * t_s4psh;
-    const real t_k7gmz = t_j6fyz + t_n2jmm - t_ufqkl;
-    const real t_zrek7 = t_xq4wt * t_ufqkl - (t_e4enr * t_6k53y + t_vshgd * t_o45mp) + t_oqopf * t_bpfoo;
-    const real t_uvltu = p[l1] * t_k7gmz
-        + sin_phi1 * (t_j64kw - t_w7vil * t_miils + t_zrek7)
-        + cos_phi1 * (t_dtjsi + e1 * t_wytfm + sin_theta1 * t_ic3zc - cos_theta1 * t_usrz2)
-        + eta1 * t_6uoxu;
-    const real t_mw3gr = t_simvy * t_pvzh7
-        - t_owkw5 * t_cjz52
-        - e1 * t_oq4x2
-        + t_esyty
-        + t_f3g7t
-        + p[l1] * t_uvltu
-        + t_2dovo
-        + p[h1] * t_d2amu;
-    const real t_b3plw = p[l1] * t_3vohu + p[I1] * t_mw3gr;
+    const real t_rhfan = t_zjlmp + t_l7rtx;
+    const real t_tpl3h = SC1 * t_o4agn - S_sq1 * t_rhfan;
+    const real t_e67br = t_e4enr * t_sbd7c
+        + t_vshgd * t_jx5k2
+        + t_xq4wt * t_g4iwq
+        + t_3go2w * t_zjlmp
+        + t_dgg2v * t_bpfoo;
+    const real t_bbofa = t_e4enr * t_oqpfr
+        - t_vshgd * t_wdf4g
+        + t_xq4wt * t_3nhb2
+        - t_3go2w * t_o4agn
+        + t_w7lcw * t_l7rtx
+        + t_qbsrl * t_bpfoo;
+    const real t_5givj = sin_phi1 * (e1 * t_7z2wd + t_zjlmp + t_tpl3h - t_g7hxz)
+        + cos_phi1 * (e1 * t_smsjv - cos_theta1 * t_e67br + sin_theta1 * t_bbofa);
+    const real t_bvqbb = t_g7hxz + sin_phi1 * t_5givj + t_lupe6 * t_u7ql7;
+    const real t_o7atx = k1 * t_bvqbb - sigma_sq1 * t_u7ql7;
+    const real t_cbzi6 = sin_phi1 * t_2cs2b - p[l1] * t_lqczz - cos_phi1 * t_b4tba;
+    const real t_kklji = loss_phi1 * t_cbzi6 + t_6nwd2 * t_bvqbb;
+    const real t_mjz7g = t_s62xv + t_zq3ir - t_2jjae;
+    const real t_ceivr = t_xq4wt * t_2jjae - (t_e4enr * t_kyaqp + t_vshgd * t_pjhpg) + t_2iw3h * t_bpfoo;
+    const real t_vsfc7 = p[l1] * t_mjz7g
+        + sin_phi1 * (t_smsjv - t_w7vil * t_lqczz + t_ceivr)
+        + cos_phi1 * (t_s233g + e1 * t_mguvf + sin_theta1 * t_3nhb2 - cos_theta1 * t_g4iwq)
+        + eta1 * t_cbzi6;
+    const real t_llbw5 = t_simvy * t_s6vb3
+        - t_owkw5 * t_7c5q4
+        - e1 * t_pej7g
+        + t_l7rtx
+        + t_tpl3h
+        + p[l1] * t_vsfc7
+        + t_kl4wv
+        + p[h1] * t_oxhx6;
+    const real t_i7tkx = p[l1] * t_kklji + p[I1] * t_llbw5;
     const real t_ecohd = t_3qn53 * t_zrejm;
-    const real t_2psst = t_ecohd * t_b3plw;
-    const real t_nkvn6 = t_o45mp - t_czoan - t_ufqkl;
-    const real t_fmkhd = t_ic3zc - t_jdfsv;
-    const real t_6ykfk = t_evpu4 + t_usrz2;
-    const real t_z33xl = q_1 * t_nkvn6 + cos_theta1 * t_fmkhd + sin_theta1 * t_6ykfk;
-    const real t_kaz6z = g_1 * t_57mwu + q_1 * t_z33xl - t_esyty - t_f3g7t;
-    const real t_xwoi6 = t_ojvym + t_ykkzy;
-    const real t_bvbnx = q_1 * t_xwoi6
-        + sin_theta1 * (g_1 * t_ncxva - t_blall)
-        - cos_theta1 * (g_1 * t_ojvym + t_42z75);
-    const real t_nmhzq = p[I1] * t_kaz6z + t_xips6 * t_bvbnx;
+    const real t_ercla = t_ecohd * t_i7tkx;
+    const real t_uncsk = t_pjhpg - t_5l6pm - t_2jjae;
+    const real t_5fsqv = t_3nhb2 - t_wdf4g;
+    const real t_rodma = t_jx5k2 + t_g4iwq;
+    const real t_77ulk = q_1 * t_uncsk + cos_theta1 * t_5fsqv + sin_theta1 * t_rodma;
+    const real t_24stp = g_1 * t_27gpo + q_1 * t_77ulk - t_l7rtx - t_tpl3h;
+    const real t_wfvpl = t_udaaj + t_obrzw;
+    const real t_zrlj5 = q_1 * t_wfvpl
+        + sin_theta1 * (g_1 * t_ncxva - t_hcaqb)
+        - cos_theta1 * (g_1 * t_udaaj + t_tmo7z);
+    const real t_vb4md = p[I1] * t_24stp + t_xips6 * t_zrlj5;
     const real t_sdxhx = th_1 * t_odnx4;
-    const real t_4usqf = t_sdxhx * t_nmhzq;
+    const real t_y5b4h = t_sdxhx * t_vb4md;
     const real t_he5kr = p[l1] + p[l1];
-    const real t_eut3y = th_1 * t_bvbnx;
-    const real t_c367e = p[I1] * t_eut3y;
+    const real t_ensoy = th_1 * t_zrlj5;
+    const real t_bqegi = p[I1] * t_ensoy;
     const real t_hpic2 = q_1 + q_1;
-    const real t_nbykh = wg_1 * t_3kvsj
-        + wq_1 * t_nkvn6
-        + F_n1 * t_xwoi6
-        + wth_1 * t_z33xl
-        - loss_theta1 * t_eut3y
-        + W12 * t_c367e
-        - t_hpic2 * (p[m1] * t_4usqf);
+    const real t_fnjdn = wg_1 * t_tczyi
+        + wq_1 * t_uncsk
+        + F_n1 * t_wfvpl
+        + wth_1 * t_77ulk
+        - loss_theta1 * t_ensoy
+        + W12 * t_bqegi
+        - t_hpic2 * (p[m1] * t_y5b4h);
     const real t_ljvgb = p[h1] + p[h1];
-    const real t_irqkj = t_u25rc - t_5shbl;
-    const real t_wmdbw = x[wz] * t_ncxva + x[wy] * t_ojvym;
-    const real t_egtvj = x[wx] * t_ncxva + x[wy] * t_ykkzy;
-    const real t_4fuc3 = SC2 * t_gnrqx - S_sq2 * t_y5ken;
-    const real t_d3edq = sin_phi2 * (e2 * t_p3cia + t_5fsgj + t_4fuc3 - t_fvnmp)
-        + cos_phi2 * (e2 * t_zpckf - cos_theta2 * t_xkhtv + sin_theta2 * t_vw7r6);
-    const real t_zwkow = t_fvnmp + sin_phi2 * t_d3edq + t_cekeb * t_nlso5;
-    const real t_e6f4j = k2 * t_zwkow - sigma_sq2 * t_nlso5;
-    const real t_suh4f = sin_phi2 * t_avmqp - p[l2] * t_tjtzd - cos_phi2 * t_fmrm2;
-    const real t_nokjz = loss_phi2 * t_suh4f + t_popww * t_zwkow;
-    const real t_xusft = t_cw25a + t_krf5c - t_ufqkl;
-    const real t_ci6eg = p[l2] * t_xusft
-        + sin_phi2 * (t_zpckf - t_6fvzz * t_tjtzd + t_zrek7)
-        + cos_phi2 * (t_higk2 + e2 * t_xbozt + sin_theta2 * t_ic3zc - cos_theta2 * t_usrz2)
-        + eta2 * t_suh4f;
-    const real t_bvu5a = t_quuci * t_vxwz4
-        - t_gy5fy * t_cjz52
-        - e2 * t_tj6no
-        + t_esyty
-        + t_4fuc3
-        + p[l2] * t_ci6eg
-        + t_2dovo
-        + p[h2] * t_d2amu;
-    const real t_flrtq = p[l2] * t_nokjz + p[I2] * t_bvu5a;
+    const real t_pnfpm = t_mmma6 - t_5shbl;
+    const real t_du7rh = x[wz] * t_ncxva + x[wy] * t_udaaj;
+    const real t_q3knp = x[wx] * t_ncxva + x[wy] * t_obrzw;
+    const real t_wrurn = SC2 * t_o4agn - S_sq2 * t_rhfan;
+    const real t_tvk57 = sin_phi2 * (e2 * t_4hc5h + t_zjlmp + t_wrurn - t_g7hxz)
+        + cos_phi2 * (e2 * t_kejue - cos_theta2 * t_e67br + sin_theta2 * t_bbofa);
+    const real t_a76li = t_g7hxz + sin_phi2 * t_tvk57 + t_cekeb * t_fty7s;
+    const real t_tolgd = k2 * t_a76li - sigma_sq2 * t_fty7s;
+    const real t_act7d = sin_phi2 * t_2cs2b - p[l2] * t_q2upi - cos_phi2 * t_ut2b4;
+    const real t_3dbm5 = loss_phi2 * t_act7d + t_popww * t_a76li;
+    const real t_suajb = t_cwt43 + t_l2qxk - t_2jjae;
+    const real t_4wb72 = p[l2] * t_suajb
+        + sin_phi2 * (t_kejue - t_6fvzz * t_q2upi + t_ceivr)
+        + cos_phi2 * (t_jtqvq + e2 * t_3cwki + sin_theta2 * t_3nhb2 - cos_theta2 * t_g4iwq)
+        + eta2 * t_act7d;
+    const real t_pfcin = t_quuci * t_higwe
+        - t_gy5fy * t_7c5q4
+        - e2 * t_judwy
+        + t_l7rtx
+        + t_wrurn
+        + p[l2] * t_4wb72
+        + t_kl4wv
+        + p[h2] * t_oxhx6;
+    const real t_j2e6f = p[l2] * t_3dbm5 + p[I2] * t_pfcin;
     const real t_ew3ec = t_54cbb * t_5wzvs;
-    const real t_jtemh = t_ew3ec * t_flrtq;
-    const real t_nazjw = q_2 * t_nkvn6 + cos_theta2 * t_fmkhd + sin_theta2 * t_6ykfk;
-    const real t_5t32u = g_2 * t_jjae4 + q_2 * t_nazjw - t_esyty - t_4fuc3;
-    const real t_ztlyl = q_2 * t_xwoi6
-        + sin_theta2 * (g_2 * t_ncxva - t_blall)
-        - cos_theta2 * (g_2 * t_ojvym + t_42z75);
-    const real t_4dpp3 = p[I2] * t_5t32u + t_vry6x * t_ztlyl;
+    const real t_4b4pj = t_ew3ec * t_j2e6f;
+    const real t_lsbqz = q_2 * t_uncsk + cos_theta2 * t_5fsqv + sin_theta2 * t_rodma;
+    const real t_gghf4 = g_2 * t_xcvpe + q_2 * t_lsbqz - t_l7rtx - t_wrurn;
+    const real t_hlycs = q_2 * t_wfvpl
+        + sin_theta2 * (g_2 * t_ncxva - t_hcaqb)
+        - cos_theta2 * (g_2 * t_udaaj + t_tmo7z);
+    const real t_rseoo = p[I2] * t_gghf4 + t_vry6x * t_hlycs;
     const real t_yyt2v = th_2 * t_mwbp3;
-    const real t_xod3t = t_yyt2v * t_4dpp3;
+    const real t_l56ct = t_yyt2v * t_rseoo;
     const real t_frqfv = p[l2] + p[l2];
-    const real t_dcslj = th_2 * t_ztlyl;
-    const real t_7segs = p[I2] * t_dcslj;
+    const real t_fscfc = th_2 * t_hlycs;
+    const real t_lixe2 = p[I2] * t_fscfc;
     const real t_n52pz = q_2 + q_2;
-    const real t_6wpqr = wg_2 * t_fpdlq
-        + wq_2 * t_nkvn6
-        + F_n2 * t_xwoi6
-        + wth_2 * t_nazjw
-        - loss_theta2 * t_dcslj
-        + W12 * t_7segs
-        - t_n52pz * (p[m2] * t_xod3t);
+    const real t_yzwcm = wg_2 * t_ciim3
+        + wq_2 * t_uncsk
+        + F_n2 * t_wfvpl
+        + wth_2 * t_lsbqz
+        - loss_theta2 * t_fscfc
+        + W12 * t_lixe2
+        - t_n52pz * (p[m2] * t_l56ct);
     const real t_pshhe = p[h2] + p[h2];
     const real t_mpjg7 = K_L54 * K_L43 - K_L53;
     const real t_midow = K_L64 * K_L43 - (x_C + K_L63) - K_L65 * t_mpjg7;
     const real t_hco6x = t_o4hiw * t_midow;
     const real t_bqimq = t_midow * t_nfkwa;
-    const real t_lttjx = t_5gmab * t_hco6x - X_x6 * t_mpjg7 - X_y5 * t_bqimq;
-    const real t_mjkgo = t_dzxqu * t_lttjx + t_eriz2 * t_mpjg7;
-    const real t_vc2sk = t_hco6x + t_mjkgo;
-    const real t_qondo = K_L65 * t_hco6x + t_lttjx * t_ftqxb;
-    const real t_ur3e7 = X_x6 * K_L43 + t_e4k6u * t_hco6x - X_y4 * t_bqimq - t_amczu * t_qondo;
-    const real t_bda7v = K_L64 * t_hco6x + t_ur3e7 * t_lt2al;
-    const real t_v22bh = t_rahc4 * t_hco6x
+    const real t_mpyge = t_jo54w * t_hco6x - X_x6 * t_mpjg7 - X_y5 * t_bqimq;
+    const real t_gvh3g = t_dzxqu * t_mpyge + t_eriz2 * t_mpjg7;
+    const real t_wlyzz = t_hco6x + t_gvh3g;
+    const real t_kiasm = K_L65 * t_hco6x + t_mpyge * t_ftqxb;
+    const real t_oc73v = X_x6 * K_L43 + t_e4k6u * t_hco6x - X_y4 * t_bqimq - t_amczu * t_kiasm;
+    const real t_gnml4 = K_L64 * t_hco6x + t_oc73v * t_lt2al;
+    const real t_bjmob = t_rahc4 * t_hco6x
         - X_x6
         - X_y3 * t_bqimq
-        - t_m27n6 * t_bda7v
-        - t_bxfcn * t_qondo;
-    const real t_c7hza = t_mpjg7 * t_ftqxb - K_L65 * t_bqimq;
-    const real t_tqvuc = X_x5 * K_L43 + t_amczu * t_mjkgo - X_y4 * t_c7hza;
-    const real t_yqjtj = K_L54 * t_mjkgo - K_L64 * t_qondo + t_tqvuc * t_lt2al;
-    const real t_cjxlt = t_bxfcn * t_mjkgo - X_x5 - X_y3 * t_c7hza - t_m27n6 * t_yqjtj;
-    const real t_tfurz = K_L64 * t_bqimq + K_L54 * t_c7hza + K_L43 * t_lt2al;
-    const real t_23pj3 = t_gkoba * K_L43 - (t_wurun * t_ur3e7 + t_2e52m * t_tqvuc);
-    const real t_qj2ln = X_y3 * t_tfurz - (X_x4 + t_m27n6 * t_23pj3);
-    const real t_66hqm = t_kpf5p * t_v22bh + t_qe675 * t_cjxlt + t_ydwjl * t_qj2ln + t_insvr;
-    const real t_kyxnw = K_L63 * t_hco6x + t_v22bh * t_zmh3u;
-    const real t_xtaz7 = t_hmob3 * t_hco6x
+        - t_m27n6 * t_gnml4
+        - t_bxfcn * t_kiasm;
+    const real t_go7el = t_mpjg7 * t_ftqxb - K_L65 * t_bqimq;
+    const real t_ef265 = X_x5 * K_L43 + t_amczu * t_gvh3g - X_y4 * t_go7el;
+    const real t_sihi3 = K_L54 * t_gvh3g - K_L64 * t_kiasm + t_ef265 * t_lt2al;
+    const real t_bmax4 = t_bxfcn * t_gvh3g - X_x5 - X_y3 * t_go7el - t_m27n6 * t_sihi3;
+    const real t_4qdk2 = K_L64 * t_bqimq + K_L54 * t_go7el + K_L43 * t_lt2al;
+    const real t_nfcih = t_gkoba * K_L43 - (t_wurun * t_oc73v + t_2e52m * t_ef265);
+    const real t_qplls = X_y3 * t_4qdk2 - (X_x4 + t_m27n6 * t_nfcih);
+    const real t_ujyhd = t_kpf5p * t_bjmob + t_qe675 * t_bmax4 + t_ydwjl * t_qplls + t_insvr;
+    const real t_6xmvj = K_L63 * t_hco6x + t_bjmob * t_zmh3u;
+    const real t_xnmgj = t_qvrp6 * t_hco6x
         + X_y2 * t_bqimq
-        - t_m67zs * t_bda7v
-        + t_d4mqf * t_kyxnw
-        + t_p6zld * t_qondo;
-    const real t_6pe7i = K_L53 * t_mjkgo - K_L63 * t_qondo + t_cjxlt * t_zmh3u;
-    const real t_zch25 = t_p6zld * t_mjkgo - X_y2 * t_c7hza - t_d4mqf * t_6pe7i + t_m67zs * t_yqjtj;
-    const real t_7bx47 = t_qj2ln * t_zmh3u - (K_L63 * t_bda7v + K_L53 * t_yqjtj + K_L43 * t_23pj3);
-    const real t_vyc3d = t_d4mqf * t_7bx47 - (t_m67zs * t_23pj3 + X_y2 * t_tfurz);
-    const real t_qsuqm = K_L43 * t_tfurz - (K_L63 * t_bqimq + K_L53 * t_c7hza) + t_zmh3u;
-    const real t_ybhfu = t_d4mqf * t_66hqm - X_y2 * t_qsuqm;
-    const real t_3zz6t = t_2ngl5 * t_xtaz7 + t_hfybw * t_zch25 + t_dwrhg * t_vyc3d + t_6yahm * t_ybhfu;
-    const real t_ezmwn = t_dj64q * t_hco6x + t_xtaz7 * t_4iujv;
-    const real t_kgxpg = t_bl4f2 * t_hco6x
+        - t_m67zs * t_gnml4
+        + t_d4mqf * t_6xmvj
+        + t_p6zld * t_kiasm;
+    const real t_s2o24 = K_L53 * t_gvh3g - K_L63 * t_kiasm + t_bmax4 * t_zmh3u;
+    const real t_stzkf = t_p6zld * t_gvh3g - X_y2 * t_go7el - t_d4mqf * t_s2o24 + t_m67zs * t_sihi3;
+    const real t_6sevr = t_qplls * t_zmh3u - (K_L63 * t_gnml4 + K_L53 * t_sihi3 + K_L43 * t_nfcih);
+    const real t_egsg3 = t_d4mqf * t_6sevr - (t_m67zs * t_nfcih + X_y2 * t_4qdk2);
+    const real t_qy4wp = K_L43 * t_4qdk2 - (K_L63 * t_bqimq + K_L53 * t_go7el) + t_zmh3u;
+    const real t_vg2jw = t_d4mqf * t_ujyhd - X_y2 * t_qy4wp;
+    const real t_sl5mf = t_2ngl5 * t_xnmgj + t_hfybw * t_stzkf + t_dwrhg * t_egsg3 + t_6yahm * t_vg2jw;
+    const real t_jfsjw = t_dj64q * t_hco6x + t_xnmgj * t_4iujv;
+    const real t_rpjio = t_bl4f2 * t_hco6x
         + b1 * t_bqimq
-        - t_6mmeb * t_qondo
-        - t_2m245 * t_bda7v
-        - t_zzymx * t_kyxnw
-        + t_b3aij * t_ezmwn;
-    const real t_oqrq5 = t_dj64q * t_qondo + K_L52 * t_mjkgo + t_zch25 * t_4iujv;
-    const real t_zhhlh = t_6mmeb * t_mjkgo
-        + b1 * t_c7hza
-        - t_2m245 * t_yqjtj
-        - t_zzymx * t_6pe7i
-        - t_b3aij * t_oqrq5;
-    const real t_focwf = K_L52 * t_yqjtj - t_dj64q * t_bda7v - t_6urah * t_23pj3 + t_vyc3d * t_4iujv;
-    const real t_r5ilt = t_b3aij * t_focwf - (t_2m245 * t_23pj3 + b1 * t_tfurz + t_zzymx * t_7bx47);
-    const real t_xgrlh = t_dj64q * t_kyxnw
-        - K_L52 * t_6pe7i
-        + t_6urah * t_7bx47
-        + K_L32 * t_66hqm
-        + t_ybhfu * t_4iujv;
-    const real t_ylzo6 = t_zzymx * t_66hqm + b1 * t_qsuqm - t_b3aij * t_xgrlh;
-    const real t_xnwwz = t_dj64q * t_bqimq - K_L52 * t_c7hza - t_6urah * t_tfurz - K_L32 * t_qsuqm;
-    const real t_szihz = t_b3aij * t_3zz6t + b1 * t_xnwwz;
-    const real t_igklm = t_ielc3 * t_kgxpg
-        + t_2lluf * t_zhhlh
-        + t_jtjoh * t_r5ilt
-        + t_3tmqi * t_ylzo6
-        + t_6xwz3 * t_szihz;
-    const real t_wn2ur = t_gcu5g * t_bqimq - f_y * t_c7hza;
-    const real t_vc2sk_2 = t_hco6x - t_mjkgo;
-    const real t_gq6gd_2 = SC2 * t_qondo + S_sq2 * t_vc2sk_2;
-    const real t_g2lol = t_gq6gd_2 - t_hco6x;
-    const real t_cd6ju = t_mjkgo + t_gq6gd_2;
-    const real t_gavqs = cos_theta2 * t_bqimq + sin_theta2 * t_c7hza;
-    const real t_esedu = t_e4enr * t_hco6x + t_kgxpg * t_bpfoo;
-    const real t_jl634 = t_vshgd * t_mjkgo - t_e4enr * t_qondo + t_zhhlh * t_bpfoo;
-    const real t_zpckf_2 = cos_theta2 * t_esedu + sin_theta2 * t_jl634;
-    const real t_ntjyz = t_ezmwn - t_6pe7i;
-    const real t_zxdrw = t_kyxnw - t_oqrq5;
-    const real t_3cedv_2 = SC2 * t_ntjyz + S_sq2 * t_zxdrw;
-    const real t_rjc6v = t_3cedv_2 - t_kyxnw;
-    const real t_p3cia_2 = e2 * t_g2lol - t_rjc6v;
-    const real t_oudvz = t_3cedv_2 + t_oqrq5;
-    const real t_dazjx = cos_theta2 * t_bda7v + sin_theta2 * t_yqjtj;
-    const real t_xbozt_2 = K(-2.0) * t_g2lol - t_dazjx;
-    const real t_cd6ju_2 = t_gq6gd_2 + t_mjkgo;
-    const real t_iapz6 = t_bda7v + t_qondo;
-    const real t_ttgzd = K(-2.0) * t_mjkgo + t_yqjtj;
-    const real t_fpdlq_2 = sin_theta2 * t_iapz6 - cos_theta2 * t_ttgzd;
-    const real t_jjae4_2 = t_oudvz - g_2 * t_cd6ju_2 + q_2 * t_fpdlq_2;
-    const real t_n56ki = t_iya7w * t_bqimq - wg_2 * t_cd6ju_2 - t_oncjt * t_c7hza + wth_2 * t_jjae4_2;
-    const real t_5q6gp = t_tfurz - t_gavqs;
-    const real t_rjunc = t_e4enr * t_bqimq
-        + t_vshgd * t_c7hza
-        - t_xq4wt * t_tfurz
-        + t_3go2w * t_qsuqm
-        + t_w7lcw * t_xnwwz;
-    const real t_t6kro = e2 * t_gavqs + cos_theta2 * t_qsuqm + sin_theta2 * t_xnwwz;
-    const real t_pfhbv = cos_phi2 * t_rjunc - sin_phi2 * t_t6kro;
-    const real t_xcyr3 = eAss_2 * t_g2lol
-        + t_rdwum * (me2 * t_cd6ju)
-        - F_t2 * t_gavqs
-        + Asc_2 * t_zpckf_2
-        + Ass_2 * t_p3cia_2
-        - me2 * t_oudvz
-        + Bc_2 * t_xbozt_2
-        + t_n56ki
-        + t_rybsf * (Bs_2 * t_5q6gp + cos_phi2 * (mv2 * t_pfhbv));
-    const real t_xgozw_2 = SC1 * t_qondo + S_sq1 * t_vc2sk_2;
-    const real t_dw4ik = t_xgozw_2 - t_hco6x;
-    const real t_tmrra = t_mjkgo + t_xgozw_2;
-    const real t_g652q = cos_theta1 * t_bqimq + sin_theta1 * t_c7hza;
-    const real t_j64kw_2 = cos_theta1 * t_esedu + sin_theta1 * t_jl634;
-    const real t_rabrj_2 = SC1 * t_ntjyz + S_sq1 * t_zxdrw;
-    const real t_aaqci = t_rabrj_2 - t_kyxnw;
-    const real t_w4qwv_2 = e1 * t_dw4ik - t_aaqci;
-    const real t_igf4f = t_rabrj_2 + t_oqrq5;
-    const real t_nc6kd = cos_theta1 * t_bda7v + sin_theta1 * t_yqjtj;
-    const real t_wytfm_2 = K(-2.0) * t_dw4ik - t_nc6kd;
-    const real t_tmrra_2 = t_xgozw_2 + t_mjkgo;
-    const real t_3kvsj_2 = sin_theta1 * t_iapz6 - cos_theta1 * t_ttgzd;
-    const real t_57mwu_2 = t_igf4f - g_1 * t_tmrra_2 + q_1 * t_3kvsj_2;
-    const real t_gloqq = t_azclp * t_bqimq - wg_1 * t_tmrra_2 - t_vt7uo * t_c7hza + wth_1 * t_57mwu_2;
-    const real t_ixh47 = t_tfurz - t_g652q;
-    const real t_3e5er = e1 * t_g652q + cos_theta1 * t_qsuqm + sin_theta1 * t_xnwwz;
-    const real t_fzfv4 = cos_phi1 * t_rjunc - sin_phi1 * t_3e5er;
-    const real t_sw7hc = eAss_1 * t_dw4ik
-        + t_o6yyy * (me1 * t_tmrra)
-        - F_t1 * t_g652q
-        + Asc_1 * t_j64kw_2
-        + Ass_1 * t_w4qwv_2
-        - me1 * t_igf4f
-        + Bc_1 * t_wytfm_2
-        + t_gloqq
-        + t_rybsf * (Bs_1 * t_ixh47 + cos_phi1 * (mv1 * t_fzfv4));
-    const real t_rdh5k = t_jf3qj * (M_C * t_vc2sk) - X_x6 + t_wn2ur - t_xcyr3 - t_sw7hc;
-    const real t_6s736 = t_iw7bs * t_vc2sk - t_66hqm - t_3zz6t - t_igklm - t_rl7kq * t_rdh5k;
-    const real t_dkrae = t_rdh5k * t_xpjrw;
-    const real t_ycsc2 = W13 * t_bqimq;
-    const real t_yflfn = W12 * t_c7hza;
-    const real t_wob6o = t_ycsc2 + t_yflfn + t_23pj3;
-    const real t_gooky = t_ycsc2 - x[wy] * (x[wz] * t_tfurz);
-    const real t_tv63q = t_66hqm - t_3zz6t;
-    const real t_v355z = SC1 * t_xgrlh + S_sq1 * t_tv63q;
-    const real t_5a6cv = t_3go2w * t_66hqm
-        - (t_e4enr * t_kyxnw + t_vshgd * t_6pe7i + t_xq4wt * t_7bx47)
-        + t_ylzo6 * t_bpfoo;
-    const real t_kutxk = t_e4enr * t_ezmwn
-        - t_vshgd * t_oqrq5
-        + t_xq4wt * t_focwf
-        - t_3go2w * t_xgrlh
-        + t_w7lcw * t_3zz6t
-        + t_szihz * t_bpfoo;
-    const real t_2jzej = sin_phi1 * (e1 * t_w4qwv_2 - t_66hqm + t_v355z + t_igklm)
-        + cos_phi1 * (e1 * t_j64kw_2 + cos_theta1 * t_5a6cv + sin_theta1 * t_kutxk);
-    const real t_me6jn = sin_phi1 * t_2jzej - t_igklm + t_lupe6 * t_fzfv4;
-    const real t_6hn5h = k1 * t_me6jn - sigma_sq1 * t_fzfv4;
-    const real t_uspkv = p[l1] * t_ixh47 + sin_phi1 * t_rjunc + cos_phi1 * t_3e5er;
-    const real t_nxn4u = loss_phi1 * t_uspkv + t_6nwd2 * t_me6jn;
-    const real t_6spyg = t_dw4ik + t_nc6kd + t_23pj3;
-    const real t_wdwdk = t_r5ilt * t_bpfoo - (t_e4enr * t_bda7v + t_vshgd * t_yqjtj + t_xq4wt * t_23pj3);
-    const real t_mktem = p[l1] * t_6spyg
-        + sin_phi1 * (t_j64kw_2 + t_w7vil * t_ixh47 + t_wdwdk)
-        + cos_phi1 * (t_aaqci + e1 * t_wytfm_2 + sin_theta1 * t_focwf - cos_theta1 * t_7bx47)
-        + eta1 * t_uspkv;
-    const real t_3sne6 = t_simvy * t_tmrra
-        - t_owkw5 * t_vc2sk
-        - e1 * t_igf4f
-        + t_3zz6t
-        + t_v355z
-        + p[l1] * t_mktem
-        + t_6s736
-        + p[h1] * t_dkrae;
-    const real t_yvga5 = p[l1] * t_nxn4u + p[I1] * t_3sne6;
-    const real t_jxr3i = t_ecohd * t_yvga5;
-    const real t_2mr47 = t_yqjtj - t_mjkgo + t_23pj3;
-    const real t_hwpew = t_focwf - t_oqrq5;
-    const real t_xi6ht = t_6pe7i + t_7bx47;
-    const real t_hrric = q_1 * t_2mr47 + cos_theta1 * t_hwpew + sin_theta1 * t_xi6ht;
-    const real t_3hdtc = g_1 * t_57mwu_2 + q_1 * t_hrric - t_3zz6t - t_v355z;
-    const real t_yx4vq = t_c7hza - t_tfurz;
-    const real t_atyzo = q_1 * t_yx4vq
-        + sin_theta1 * (g_1 * t_bqimq + t_qsuqm)
-        - cos_theta1 * (g_1 * t_c7hza + t_xnwwz);
-    const real t_xi5aa = p[I1] * t_3hdtc + t_xips6 * t_atyzo;
-    const real t_mmdk6 = t_sdxhx * t_xi5aa;
-    const real t_plcfz = th_1 * t_atyzo;
-    const real t_k35ag = p[I1] * t_plcfz;
-    const real t_fyhae = wg_1 * t_3kvsj_2
-        + wq_1 * t_2mr47
-        + F_n1 * t_yx4vq
-        + wth_1 * t_hrric
-        - loss_theta1 * t_plcfz
-        + W12 * t_k35ag
-        - t_hpic2 * (p[m1] * t_mmdk6);
-    const real t_jeq4h = t_ycsc2 - t_hco6x;
-    const real t_llc3o = x[wz] * t_bqimq + x[wy] * t_c7hza;
-    const real t_ktdrn = x[wy] * t_tfurz - x[wx] * t_bqimq;
-    const real t_flqt7 = SC2 * t_xgrlh + S_sq2 * t_tv63q;
-    const real t_lm4dy = sin_phi2 * (e2 * t_p3cia_2 - t_66hqm + t_flqt7 + t_igklm)
-        + cos_phi2 * (e2 * t_zpckf_2 + cos_theta2 * t_5a6cv + sin_theta2 * t_kutxk);
-    const real t_2dwmh = sin_phi2 * t_lm4dy - t_igklm + t_cekeb * t_pfhbv;
-    const real t_zowfw = k2 * t_2dwmh - sigma_sq2 * t_pfhbv;
-    const real t_tonl2 = p[l2] * t_5q6gp + sin_phi2 * t_rjunc + cos_phi2 * t_t6kro;
-    const real t_dvxex = loss_phi2 * t_tonl2 + t_popww * t_2dwmh;
-    const real t_sb3l5 = t_g2lol + t_dazjx + t_23pj3;
-    const real t_ofcdk = p[l2] * t_sb3l5
-        + sin_phi2 * (t_zpckf_2 + t_6fvzz * t_5q6gp + t_wdwdk)
-        + cos_phi2 * (t_rjc6v + e2 * t_xbozt_2 + sin_theta2 * t_focwf - cos_theta2 * t_7bx47)
-        + eta2 * t_tonl2;
-    const real t_kuqwg = t_quuci * t_cd6ju
-        - t_gy5fy * t_vc2sk
-        - e2 * t_oudvz
-        + t_3zz6t
-        + t_flqt7
-        + p[l2] * t_ofcdk
-        + t_6s736
-        + p[h2] * t_dkrae;
-    const real t_gyr2f = p[l2] * t_dvxex + p[I2] * t_kuqwg;
-    const real t_ixbo7 = t_ew3ec * t_gyr2f;
-    const real t_sdf2c = q_2 * t_2mr47 + cos_theta2 * t_hwpew + sin_theta2 * t_xi6ht;
-    const real t_ogh6l = g_2 * t_jjae4_2 + q_2 * t_sdf2c - t_3zz6t - t_flqt7;
-    const real t_sr3fx = q_2 * t_yx4vq
-        + sin_theta2 * (g_2 * t_bqimq + t_qsuqm)
-        - cos_theta2 * (g_2 * t_c7hza + t_xnwwz);
-    const real t_23hqs = p[I2] * t_ogh6l + t_vry6x * t_sr3fx;
-    const real t_fcbkn = t_yyt2v * t_23hqs;
-    const real t_rilaf = th_2 * t_sr3fx;
-    const real t_qa3ar = p[I2] * t_rilaf;
-    const real t_7a56z = wg_2 * t_fpdlq_2
-        + wq_2 * t_2mr47
-        + F_n2 * t_yx4vq
-        + wth_2 * t_sdf2c
-        - loss_theta2 * t_rilaf
-        + W12 * t_qa3ar
-        - t_n52pz * (p[m2] * t_fcbkn);
+        - t_6mmeb * t_kiasm
+        - t_2m245 * t_gnml4
+        - t_zzymx * t_6xmvj
+        + t_b3aij * t_jfsjw;
+    const real t_cikli = t_dj64q * t_kiasm + K_L52 * t_gvh3g + t_stzkf * t_4iujv;
+    const real t_bmmyw = t_6mmeb * t_gvh3g
+        + b1 * t_go7el
+        - t_2m245 * t_sihi3
+        - t_zzymx * t_s2o24
+        - t_b3aij * t_cikli;
+    const real t_5ztpg = K_L52 * t_sihi3 - t_dj64q * t_gnml4 - t_6urah * t_nfcih + t_egsg3 * t_4iujv;
+    const real t_wqyng = t_b3aij * t_5ztpg - (t_2m245 * t_nfcih + b1 * t_4qdk2 + t_zzymx * t_6sevr);
+    const real t_tptsk = t_dj64q * t_6xmvj
+        - K_L52 * t_s2o24
+        + t_6urah * t_6sevr
+        + K_L32 * t_ujyhd
+        + t_vg2jw * t_4iujv;
+    const real t_ky6qv = t_zzymx * t_ujyhd + b1 * t_qy4wp - t_b3aij * t_tptsk;
+    const real t_zwp7i = t_dj64q * t_bqimq - K_L52 * t_go7el - t_6urah * t_4qdk2 - K_L32 * t_qy4wp;
+    const real t_55uno = t_b3aij * t_sl5mf + b1 * t_zwp7i;
+    const real t_pbrl4 = t_ielc3 * t_rpjio
+        + t_2lluf * t_bmmyw
+        + t_jtjoh * t_wqyng
+        + t_3tmqi * t_ky6qv
+        + t_6xwz3 * t_55uno;
+    const real t_ql2m6 = t_gcu5g * t_bqimq - f_y * t_go7el;
+    const real t_wlyzz_2 = t_hco6x - t_gvh3g;
+    const real t_vzjf2_2 = SC2 * t_kiasm + S_sq2 * t_wlyzz_2;
+    const real t_e3toj = t_vzjf2_2 - t_hco6x;
+    const real t_g5htj = t_gvh3g + t_vzjf2_2;
+    const real t_6g62a = cos_theta2 * t_bqimq + sin_theta2 * t_go7el;
+    const real t_xfx3b = t_e4enr * t_hco6x + t_rpjio * t_bpfoo;
+    const real t_gve2b = t_vshgd * t_gvh3g - t_e4enr * t_kiasm + t_bmmyw * t_bpfoo;
+    const real t_kejue_2 = cos_theta2 * t_xfx3b + sin_theta2 * t_gve2b;
+    const real t_p7oly = t_jfsjw - t_s2o24;
+    const real t_fywwx = t_6xmvj - t_cikli;
+    const real t_kwccd_2 = SC2 * t_p7oly + S_sq2 * t_fywwx;
+    const real t_u2deu = t_kwccd_2 - t_6xmvj;
+    const real t_4hc5h_2 = e2 * t_e3toj - t_u2deu;
+    const real t_w7oby = t_kwccd_2 + t_cikli;
+    const real t_gfsls = cos_theta2 * t_gnml4 + sin_theta2 * t_sihi3;
+    const real t_3cwki_2 = K(-2.0) * t_e3toj - t_gfsls;
+    const real t_g5htj_2 = t_vzjf2_2 + t_gvh3g;
+    const real t_lko3e = t_gnml4 + t_kiasm;
+    const real t_zgfxv = K(-2.0) * t_gvh3g + t_sihi3;
+    const real t_ciim3_2 = sin_theta2 * t_lko3e - cos_theta2 * t_zgfxv;
+    const real t_xcvpe_2 = t_w7oby - g_2 * t_g5htj_2 + q_2 * t_ciim3_2;
+    const real t_diwdm = t_iya7w * t_bqimq - wg_2 * t_g5htj_2 - t_oncjt * t_go7el + wth_2 * t_xcvpe_2;
+    const real t_n36lt = t_4qdk2 - t_6g62a;
+    const real t_bifmc = t_e4enr * t_bqimq
+        + t_vshgd * t_go7el
+        - t_xq4wt * t_4qdk2
+        + t_3go2w * t_qy4wp
+        + t_w7lcw * t_zwp7i;
+    const real t_g5fw7 = e2 * t_6g62a + cos_theta2 * t_qy4wp + sin_theta2 * t_zwp7i;
+    const real t_a65cy = cos_phi2 * t_bifmc - sin_phi2 * t_g5fw7;
+    const real t_np5m7 = eAss_2 * t_e3toj
+        + t_rdwum * (me2 * t_g5htj)
+        - F_t2 * t_6g62a
+        + Asc_2 * t_kejue_2
+        + Ass_2 * t_4hc5h_2
+        - me2 * t_w7oby
+        + Bc_2 * t_3cwki_2
+        + t_diwdm
+        + t_rybsf * (Bs_2 * t_n36lt + cos_phi2 * (mv2 * t_a65cy));
+    const real t_vtqzc_2 = SC1 * t_kiasm + S_sq1 * t_wlyzz_2;
+    const real t_2yq27 = t_vtqzc_2 - t_hco6x;
+    const real t_okvck = t_gvh3g + t_vtqzc_2;
+    const real t_fedoe = cos_theta1 * t_bqimq + sin_theta1 * t_go7el;
+    const real t_smsjv_2 = cos_theta1 * t_xfx3b + sin_theta1 * t_gve2b;
+    const real t_aiugo_2 = SC1 * t_p7oly + S_sq1 * t_fywwx;
+    const real t_xqlwq = t_aiugo_2 - t_6xmvj;
+    const real t_7z2wd_2 = e1 * t_2yq27 - t_xqlwq;
+    const real t_bjbtk = t_aiugo_2 + t_cikli;
+    const real t_vovcb = cos_theta1 * t_gnml4 + sin_theta1 * t_sihi3;
+    const real t_mguvf_2 = K(-2.0) * t_2yq27 - t_vovcb;
+    const real t_okvck_2 = t_vtqzc_2 + t_gvh3g;
+    const real t_tczyi_2 = sin_theta1 * t_lko3e - cos_theta1 * t_zgfxv;
+    const real t_27gpo_2 = t_bjbtk - g_1 * t_okvck_2 + q_1 * t_tczyi_2;
+    const real t_kpyam = t_azclp * t_bqimq - wg_1 * t_okvck_2 - t_vt7uo * t_go7el + wth_1 * t_27gpo_2;
+    const real t_nq32y = t_4qdk2 - t_fedoe;
+    const real t_iytfy = e1 * t_fedoe + cos_theta1 * t_qy4wp + sin_theta1 * t_zwp7i;
+    const real t_3egni = cos_phi1 * t_bifmc - sin_phi1 * t_iytfy;
+    const real t_c55qv = eAss_1 * t_2yq27
+        + t_o6yyy * (me1 * t_okvck)
+        - F_t1 * t_fedoe
+        + Asc_1 * t_smsjv_2
+        + Ass_1 * t_7z2wd_2
+        - me1 * t_bjbtk
+        + Bc_1 * t_mguvf_2
+        + t_kpyam
+        + t_rybsf * (Bs_1 * t_nq32y + cos_phi1 * (mv1 * t_3egni));
+    const real t_ess7d = t_jf3qj * (M_C * t_wlyzz) - X_x6 + t_ql2m6 - t_np5m7 - t_c55qv;
+    const real t_7octy = t_iw7bs * t_wlyzz - t_ujyhd - t_sl5mf - t_pbrl4 - t_rl7kq * t_ess7d;
+    const real t_qxmow = t_ess7d * t_xpjrw;
+    const real t_xygca = W13 * t_bqimq;
+    const real t_6qgnc = W12 * t_go7el;
+    const real t_hqbbl = t_xygca + t_6qgnc + t_nfcih;
+    const real t_pndrs = t_xygca - x[wy] * (x[wz] * t_4qdk2);
+    const real t_eqgud = t_ujyhd - t_sl5mf;
+    const real t_jumez = SC1 * t_tptsk + S_sq1 * t_eqgud;
+    const real t_5pndl = t_3go2w * t_ujyhd
+        - (t_e4enr * t_6xmvj + t_vshgd * t_s2o24 + t_xq4wt * t_6sevr)
+        + t_ky6qv * t_bpfoo;
+    const real t_6cbec = t_e4enr * t_jfsjw
+        - t_vshgd * t_cikli
+        + t_xq4wt * t_5ztpg
+        - t_3go2w * t_tptsk
+        + t_w7lcw * t_sl5mf
+        + t_55uno * t_bpfoo;
+    const real t_ievil = sin_phi1 * (e1 * t_7z2wd_2 - t_ujyhd + t_jumez + t_pbrl4)
+        + cos_phi1 * (e1 * t_smsjv_2 + cos_theta1 * t_5pndl + sin_theta1 * t_6cbec);
+    const real t_irtxn = sin_phi1 * t_ievil - t_pbrl4 + t_lupe6 * t_3egni;
+    const real t_o7atx_2 = k1 * t_irtxn - sigma_sq1 * t_3egni;
+    const real t_vaklm = p[l1] * t_nq32y + sin_phi1 * t_bifmc + cos_phi1 * t_iytfy;
+    const real t_kklji_2 = loss_phi1 * t_vaklm + t_6nwd2 * t_irtxn;
+    const real t_m26if = t_2yq27 + t_vovcb + t_nfcih;
+    const real t_3tb5s = t_wqyng * t_bpfoo - (t_e4enr * t_gnml4 + t_vshgd * t_sihi3 + t_xq4wt * t_nfcih);
+    const real t_oberz = p[l1] * t_m26if
+        + sin_phi1 * (t_smsjv_2 + t_w7vil * t_nq32y + t_3tb5s)
+        + cos_phi1 * (t_xqlwq + e1 * t_mguvf_2 + sin_theta1 * t_5ztpg - cos_theta1 * t_6sevr)
+        + eta1 * t_vaklm;
+    const real t_ui67w = t_simvy * t_okvck
+        - t_owkw5 * t_wlyzz
+        - e1 * t_bjbtk
+        + t_sl5mf
+        + t_jumez
+        + p[l1] * t_oberz
+        + t_7octy
+        + p[h1] * t_qxmow;
+    const real t_5u4vv = p[l1] * t_kklji_2 + p[I1] * t_ui67w;
+    const real t_ercla_2 = t_ecohd * t_5u4vv;
+    const real t_ubcse = t_sihi3 - t_gvh3g + t_nfcih;
+    const real t_oyn2x = t_5ztpg - t_cikli;
+    const real t_5mqbp = t_s2o24 + t_6sevr;
+    const real t_rtsod = q_1 * t_ubcse + cos_theta1 * t_oyn2x + sin_theta1 * t_5mqbp;
+    const real t_kglj6 = g_1 * t_27gpo_2 + q_1 * t_rtsod - t_sl5mf - t_jumez;
+    const real t_2e2nf = t_go7el - t_4qdk2;
+    const real t_avmfh = q_1 * t_2e2nf
+        + sin_theta1 * (g_1 * t_bqimq + t_qy4wp)
+        - cos_theta1 * (g_1 * t_go7el + t_zwp7i);
+    const real t_hpllp = p[I1] * t_kglj6 + t_xips6 * t_avmfh;
+    const real t_y5b4h_2 = t_sdxhx * t_hpllp;
+    const real t_asmqb = th_1 * t_avmfh;
+    const real t_bqegi_2 = p[I1] * t_asmqb;
+    const real t_fnhyz = wg_1 * t_tczyi_2
+        + wq_1 * t_ubcse
+        + F_n1 * t_2e2nf
+        + wth_1 * t_rtsod
+        - loss_theta1 * t_asmqb
+        + W12 * t_bqegi_2
+        - t_hpic2 * (p[m1] * t_y5b4h_2);
+    const real t_cazgo = t_xygca - t_hco6x;
+    const real t_qs234 = x[wz] * t_bqimq + x[wy] * t_go7el;
+    const real t_4y4m3 = x[wy] * t_4qdk2 - x[wx] * t_bqimq;
+    const real t_fwlh4 = SC2 * t_tptsk + S_sq2 * t_eqgud;
+    const real t_wuzwq = sin_phi2 * (e2 * t_4hc5h_2 - t_ujyhd + t_fwlh4 + t_pbrl4)
+        + cos_phi2 * (e2 * t_kejue_2 + cos_theta2 * t_5pndl + sin_theta2 * t_6cbec);
+    const real t_grtpr = sin_phi2 * t_wuzwq - t_pbrl4 + t_cekeb * t_a65cy;
+    const real t_tolgd_2 = k2 * t_grtpr - sigma_sq2 * t_a65cy;
+    const real t_w6bi2 = p[l2] * t_n36lt + sin_phi2 * t_bifmc + cos_phi2 * t_g5fw7;
+    const real t_3dbm5_2 = loss_phi2 * t_w6bi2 + t_popww * t_grtpr;
+    const real t_qfnde = t_e3toj + t_gfsls + t_nfcih;
+    const real t_2eij5 = p[l2] * t_qfnde
+        + sin_phi2 * (t_kejue_2 + t_6fvzz * t_n36lt + t_3tb5s)
+        + cos_phi2 * (t_u2deu + e2 * t_3cwki_2 + sin_theta2 * t_5ztpg - cos_theta2 * t_6sevr)
+        + eta2 * t_w6bi2;
+    const real t_iyjxa = t_quuci * t_g5htj
+        - t_gy5fy * t_wlyzz
+        - e2 * t_w7oby
+        + t_sl5mf
+        + t_fwlh4
+        + p[l2] * t_2eij5
+        + t_7octy
+        + p[h2] * t_qxmow;
+    const real t_5pt5l = p[l2] * t_3dbm5_2 + p[I2] * t_iyjxa;
+    const real t_4b4pj_2 = t_ew3ec * t_5pt5l;
+    const real t_6qdj3 = q_2 * t_ubcse + cos_theta2 * t_oyn2x + sin_theta2 * t_5mqbp;
+    const real t_vmdar = g_2 * t_xcvpe_2 + q_2 * t_6qdj3 - t_sl5mf - t_fwlh4;
+    const real t_sfkwi = q_2 * t_2e2nf
+        + sin_theta2 * (g_2 * t_bqimq + t_qy4wp)
+        - cos_theta2 * (g_2 * t_go7el + t_zwp7i);
+    const real t_fndcz = p[I2] * t_vmdar + t_vry6x * t_sfkwi;
+    const real t_l56ct_2 = t_yyt2v * t_fndcz;
+    const real t_kkxzm = th_2 * t_sfkwi;
+    const real t_lixe2_2 = p[I2] * t_kkxzm;
+    const real t_uptot = wg_2 * t_ciim3_2
+        + wq_2 * t_ubcse
+        + F_n2 * t_2e2nf
+        + wth_2 * t_6qdj3
+        - loss_theta2 * t_kkxzm
+        + W12 * t_lixe2_2
+        - t_n52pz * (p[m2] * t_l56ct_2);
     const real t_6yo6x = K_L65 * K_L54 - K_L64;
     const real t_vxg33 = t_o4hiw * t_6yo6x;
     const real t_hiifd = t_6yo6x * t_nfkwa;
-    const real t_a3bio = X_x6 * K_L54 + t_5gmab * t_vxg33 - X_y5 * t_hiifd;
-    const real t_uvrpv = t_eriz2 * K_L54 - t_dzxqu * t_a3bio;
-    const real t_2yrx6 = t_uvrpv - t_vxg33;
+    const real t_7cyus = X_x6 * K_L54 + t_jo54w * t_vxg33 - X_y5 * t_hiifd;
+    const real t_jeu2k = t_eriz2 * K_L54 - t_dzxqu * t_7cyus;
+    const real t_hrahl = t_jeu2k - t_vxg33;
     const real t_5u7wz = K_L65 * t_hiifd + K_L54 * t_ftqxb;
-    const real t_qurat = X_y4 * t_5u7wz - (X_x5 + t_amczu * t_uvrpv);
-    const real t_lna6b = K_L65 * t_vxg33 + t_a3bio * t_ftqxb;
-    const real t_defhh = t_qurat * t_lt2al - (K_L64 * t_lna6b + K_L54 * t_uvrpv);
-    const real t_mmd2x = X_y3 * t_5u7wz - t_bxfcn * t_uvrpv - t_m27n6 * t_defhh;
-    const real t_5xgcg = t_mmd2x * t_zmh3u - (K_L63 * t_lna6b + K_L53 * t_uvrpv);
-    const real t_2gqtd = X_y2 * t_5u7wz - t_p6zld * t_uvrpv - t_d4mqf * t_5xgcg + t_m67zs * t_defhh;
-    const real t_yilcs = t_dj64q * t_lna6b - K_L52 * t_uvrpv + t_2gqtd * t_4iujv;
-    const real t_6zlgn = t_6mmeb * t_uvrpv
+    const real t_ei4jl = X_y4 * t_5u7wz - (X_x5 + t_amczu * t_jeu2k);
+    const real t_dc5bd = K_L65 * t_vxg33 + t_7cyus * t_ftqxb;
+    const real t_ovddj = t_ei4jl * t_lt2al - (K_L64 * t_dc5bd + K_L54 * t_jeu2k);
+    const real t_3pilf = X_y3 * t_5u7wz - t_bxfcn * t_jeu2k - t_m27n6 * t_ovddj;
+    const real t_qik4j = t_3pilf * t_zmh3u - (K_L63 * t_dc5bd + K_L53 * t_jeu2k);
+    const real t_nhl2k = X_y2 * t_5u7wz - t_p6zld * t_jeu2k - t_d4mqf * t_qik4j + t_m67zs * t_ovddj;
+    const real t_knvqy = t_dj64q * t_dc5bd - K_L52 * t_jeu2k + t_nhl2k * t_4iujv;
+    const real t_g5but = t_6mmeb * t_jeu2k
         + b1 * t_5u7wz
-        + t_2m245 * t_defhh
-        + t_zzymx * t_5xgcg
-        + t_b3aij * t_yilcs;
-    const real t_4tooh = t_e4k6u * t_vxg33 - X_x6 - X_y4 * t_hiifd - t_amczu * t_lna6b;
-    const real t_jjjpx = K_L64 * t_vxg33 + t_4tooh * t_lt2al;
-    const real t_7yrvt = t_rahc4 * t_vxg33 - X_y3 * t_hiifd - t_m27n6 * t_jjjpx - t_bxfcn * t_lna6b;
-    const real t_gazmy = K_L63 * t_vxg33 + t_7yrvt * t_zmh3u;
-    const real t_xeu3u = t_hmob3 * t_vxg33
+        + t_2m245 * t_ovddj
+        + t_zzymx * t_qik4j
+        + t_b3aij * t_knvqy;
+    const real t_i4l5b = t_e4k6u * t_vxg33 - X_x6 - X_y4 * t_hiifd - t_amczu * t_dc5bd;
+    const real t_qtw2g = K_L64 * t_vxg33 + t_i4l5b * t_lt2al;
+    const real t_wzcot = t_rahc4 * t_vxg33 - X_y3 * t_hiifd - t_m27n6 * t_qtw2g - t_bxfcn * t_dc5bd;
+    const real t_fjc3i = K_L63 * t_vxg33 + t_wzcot * t_zmh3u;
+    const real t_2wcby = t_qvrp6 * t_vxg33
         + X_y2 * t_hiifd
-        - t_m67zs * t_jjjpx
-        + t_d4mqf * t_gazmy
-        + t_p6zld * t_lna6b;
-    const real t_h37zh = t_dj64q * t_vxg33 + t_xeu3u * t_4iujv;
-    const real t_cc6zw = t_bl4f2 * t_vxg33
+        - t_m67zs * t_qtw2g
+        + t_d4mqf * t_fjc3i
+        + t_p6zld * t_dc5bd;
+    const real t_rpzfa = t_dj64q * t_vxg33 + t_2wcby * t_4iujv;
+    const real t_p62lc = t_bl4f2 * t_vxg33
         + b1 * t_hiifd
-        - t_6mmeb * t_lna6b
-        - t_2m245 * t_jjjpx
-        - t_zzymx * t_gazmy
-        + t_b3aij * t_h37zh;
-    const real t_d7pww = t_wurun * t_4tooh + t_2e52m * t_qurat + t_gkoba;
-    const real t_flyj3 = K_L54 * t_5u7wz - K_L64 * t_hiifd + t_lt2al;
-    const real t_skfrc = t_m27n6 * t_d7pww - X_y3 * t_flyj3;
-    const real t_sh76v = K_L43 * t_d7pww - (K_L63 * t_jjjpx + K_L53 * t_defhh) + t_skfrc * t_zmh3u;
-    const real t_wclla = t_m67zs * t_d7pww + X_y2 * t_flyj3 + t_d4mqf * t_sh76v;
-    const real t_jamub = K_L52 * t_defhh - t_dj64q * t_jjjpx + t_6urah * t_d7pww + t_wclla * t_4iujv;
-    const real t_mhf2j = t_2m245 * t_d7pww + b1 * t_flyj3 - t_zzymx * t_sh76v + t_b3aij * t_jamub;
-    const real t_cgj3k = t_kpf5p * t_7yrvt + t_qe675 * t_mmd2x + t_ydwjl * t_skfrc;
-    const real t_zovv7 = K_L53 * t_5u7wz - K_L63 * t_hiifd - K_L43 * t_flyj3;
-    const real t_hcsfo = t_d4mqf * t_cgj3k - X_y2 * t_zovv7;
-    const real t_hz6ud = t_dj64q * t_gazmy
-        - K_L52 * t_5xgcg
-        + t_6urah * t_sh76v
-        + K_L32 * t_cgj3k
-        + t_hcsfo * t_4iujv;
-    const real t_4h65g = t_zzymx * t_cgj3k + b1 * t_zovv7 - t_b3aij * t_hz6ud;
-    const real t_vsmhl = t_2ngl5 * t_xeu3u + t_hfybw * t_2gqtd + t_dwrhg * t_wclla + t_6yahm * t_hcsfo;
-    const real t_p73sc = t_dj64q * t_hiifd + K_L52 * t_5u7wz + t_6urah * t_flyj3 - K_L32 * t_zovv7;
-    const real t_3kjmr = t_b3aij * t_vsmhl + b1 * t_p73sc;
-    const real t_n7kzj = t_2lluf * t_6zlgn
-        - t_ielc3 * t_cc6zw
-        - t_jtjoh * t_mhf2j
-        - t_3tmqi * t_4h65g
-        - t_6xwz3 * t_3kjmr;
-    const real t_omrhy = t_gcu5g * t_hiifd + f_y * t_5u7wz;
-    const real t_2yrx6_2 = t_vxg33 + t_uvrpv;
-    const real t_w2nnk = SC2 * t_lna6b + S_sq2 * t_2yrx6_2;
-    const real t_2mzfx = t_w2nnk - t_vxg33;
-    const real t_trvua = t_w2nnk - t_uvrpv;
-    const real t_tmzd5 = sin_theta2 * t_5u7wz - cos_theta2 * t_hiifd;
-    const real t_7oafc = t_e4enr * t_vxg33 + t_cc6zw * t_bpfoo;
-    const real t_v3if6 = t_e4enr * t_lna6b + t_vshgd * t_uvrpv + t_6zlgn * t_bpfoo;
-    const real t_cnnzo = cos_theta2 * t_7oafc - sin_theta2 * t_v3if6;
-    const real t_2ikch = t_h37zh - t_5xgcg;
-    const real t_jqrcg = t_gazmy - t_yilcs;
-    const real t_xvqnd = SC2 * t_2ikch + S_sq2 * t_jqrcg;
-    const real t_3pudp = t_xvqnd - t_gazmy;
-    const real t_xtfh5 = e2 * t_2mzfx - t_3pudp;
-    const real t_pc6yk = t_xvqnd + t_yilcs;
-    const real t_xfma6 = cos_theta2 * t_jjjpx + sin_theta2 * t_defhh;
-    const real t_u7bvn = K(-2.0) * t_2mzfx - t_xfma6;
-    const real t_trvua_2 = t_uvrpv - t_w2nnk;
-    const real t_hapc4 = t_jjjpx + t_lna6b;
-    const real t_a4w4k = K(-2.0) * t_uvrpv - t_defhh;
-    const real t_wjzp6 = sin_theta2 * t_hapc4 + cos_theta2 * t_a4w4k;
-    const real t_ownvl = g_2 * t_trvua_2 + t_pc6yk + q_2 * t_wjzp6;
-    const real t_2nr5l = t_iya7w * t_hiifd + wg_2 * t_trvua_2 + t_oncjt * t_5u7wz + wth_2 * t_ownvl;
-    const real t_7327d = t_tmzd5 - t_flyj3;
-    const real t_ejmjd = t_e4enr * t_hiifd
+        - t_6mmeb * t_dc5bd
+        - t_2m245 * t_qtw2g
+        - t_zzymx * t_fjc3i
+        + t_b3aij * t_rpzfa;
+    const real t_6zjfd = t_wurun * t_i4l5b + t_2e52m * t_ei4jl + t_gkoba;
+    const real t_ihufo = K_L54 * t_5u7wz - K_L64 * t_hiifd + t_lt2al;
+    const real t_trxgc = t_m27n6 * t_6zjfd - X_y3 * t_ihufo;
+    const real t_vkxmy = K_L43 * t_6zjfd - (K_L63 * t_qtw2g + K_L53 * t_ovddj) + t_trxgc * t_zmh3u;
+    const real t_75vah = t_m67zs * t_6zjfd + X_y2 * t_ihufo + t_d4mqf * t_vkxmy;
+    const real t_mcn3e = K_L52 * t_ovddj - t_dj64q * t_qtw2g + t_6urah * t_6zjfd + t_75vah * t_4iujv;
+    const real t_oynuv = t_2m245 * t_6zjfd + b1 * t_ihufo - t_zzymx * t_vkxmy + t_b3aij * t_mcn3e;
+    const real t_egnhj = t_kpf5p * t_wzcot + t_qe675 * t_3pilf + t_ydwjl * t_trxgc;
+    const real t_vnl6o = K_L53 * t_5u7wz - K_L63 * t_hiifd - K_L43 * t_ihufo;
+    const real t_iy22e = t_d4mqf * t_egnhj - X_y2 * t_vnl6o;
+    const real t_6or3t = t_dj64q * t_fjc3i
+        - K_L52 * t_qik4j
+        + t_6urah * t_vkxmy
+        + K_L32 * t_egnhj
+        + t_iy22e * t_4iujv;
+    const real t_suiwq = t_zzymx * t_egnhj + b1 * t_vnl6o - t_b3aij * t_6or3t;
+    const real t_ngy5v = t_2ngl5 * t_2wcby + t_hfybw * t_nhl2k + t_dwrhg * t_75vah + t_6yahm * t_iy22e;
+    const real t_gws4q = t_dj64q * t_hiifd + K_L52 * t_5u7wz + t_6urah * t_ihufo - K_L32 * t_vnl6o;
+    const real t_rakn4 = t_b3aij * t_ngy5v + b1 * t_gws4q;
+    const real t_ix6zf = t_2lluf * t_g5but
+        - t_ielc3 * t_p62lc
+        - t_jtjoh * t_oynuv
+        - t_3tmqi * t_suiwq
+        - t_6xwz3 * t_rakn4;
+    const real t_r2hb6 = t_gcu5g * t_hiifd + f_y * t_5u7wz;
+    const real t_hrahl_2 = t_vxg33 + t_jeu2k;
+    const real t_opaxd = SC2 * t_dc5bd + S_sq2 * t_hrahl_2;
+    const real t_z5jmb = t_opaxd - t_vxg33;
+    const real t_n5fun = t_opaxd - t_jeu2k;
+    const real t_ncsdf = sin_theta2 * t_5u7wz - cos_theta2 * t_hiifd;
+    const real t_rtsew = t_e4enr * t_vxg33 + t_p62lc * t_bpfoo;
+    const real t_t72e4 = t_e4enr * t_dc5bd + t_vshgd * t_jeu2k + t_g5but * t_bpfoo;
+    const real t_vgxwy = cos_theta2 * t_rtsew - sin_theta2 * t_t72e4;
+    const real t_al635 = t_rpzfa - t_qik4j;
+    const real t_vrgqo = t_fjc3i - t_knvqy;
+    const real t_kwccd_3 = SC2 * t_al635 + S_sq2 * t_vrgqo;
+    const real t_gt7l6 = t_kwccd_3 - t_fjc3i;
+    const real t_4hc5h_3 = e2 * t_z5jmb - t_gt7l6;
+    const real t_kcr5d = t_kwccd_3 + t_knvqy;
+    const real t_myezl = cos_theta2 * t_qtw2g + sin_theta2 * t_ovddj;
+    const real t_3cwki_3 = K(-2.0) * t_z5jmb - t_myezl;
+    const real t_n5fun_2 = t_jeu2k - t_opaxd;
+    const real t_k5edu = t_qtw2g + t_dc5bd;
+    const real t_rtaca = K(-2.0) * t_jeu2k - t_ovddj;
+    const real t_5a5vl = sin_theta2 * t_k5edu + cos_theta2 * t_rtaca;
+    const real t_xxh5n = g_2 * t_n5fun_2 + t_kcr5d + q_2 * t_5a5vl;
+    const real t_mblmb = t_iya7w * t_hiifd + wg_2 * t_n5fun_2 + t_oncjt * t_5u7wz + wth_2 * t_xxh5n;
+    const real t_2quf7 = t_ncsdf - t_ihufo;
+    const real t_uivwz = t_e4enr * t_hiifd
         - t_vshgd * t_5u7wz
-        + t_xq4wt * t_flyj3
-        + t_3go2w * t_zovv7
-        + t_w7lcw * t_p73sc;
-    const real t_xp4sh = e2 * t_tmzd5 - cos_theta2 * t_zovv7 - sin_theta2 * t_p73sc;
-    const real t_kuluq = cos_phi2 * t_ejmjd + sin_phi2 * t_xp4sh;
-    const real t_fperx = eAss_2 * t_2mzfx
-        + t_rdwum * (me2 * t_trvua)
-        + F_t2 * t_tmzd5
-        + Asc_2 * t_cnnzo
-        + Ass_2 * t_xtfh5
-        - me2 * t_pc6yk
-        + Bc_2 * t_u7bvn
-        + t_2nr5l
-        + t_rybsf * (Bs_2 * t_7327d + cos_phi2 * (mv2 * t_kuluq));
-    const real t_cawb6 = SC1 * t_lna6b + S_sq1 * t_2yrx6_2;
-    const real t_axpam = t_cawb6 - t_vxg33;
-    const real t_l4kui = t_cawb6 - t_uvrpv;
-    const real t_ptmda = sin_theta1 * t_5u7wz - cos_theta1 * t_hiifd;
-    const real t_ummvm = cos_theta1 * t_7oafc - sin_theta1 * t_v3if6;
-    const real t_cxjld = SC1 * t_2ikch + S_sq1 * t_jqrcg;
-    const real t_tlax3 = t_cxjld - t_gazmy;
-    const real t_25moi = e1 * t_axpam - t_tlax3;
-    const real t_uhaca = t_cxjld + t_yilcs;
-    const real t_v6ocm = cos_theta1 * t_jjjpx + sin_theta1 * t_defhh;
-    const real t_craxp = K(-2.0) * t_axpam - t_v6ocm;
-    const real t_l4kui_2 = t_uvrpv - t_cawb6;
-    const real t_yeuex = sin_theta1 * t_hapc4 + cos_theta1 * t_a4w4k;
-    const real t_5h6cz = g_1 * t_l4kui_2 + t_uhaca + q_1 * t_yeuex;
-    const real t_vemvw = t_azclp * t_hiifd + wg_1 * t_l4kui_2 + t_vt7uo * t_5u7wz + wth_1 * t_5h6cz;
-    const real t_wyuuy = t_ptmda - t_flyj3;
-    const real t_kopb2 = e1 * t_ptmda - cos_theta1 * t_zovv7 - sin_theta1 * t_p73sc;
-    const real t_62yve = cos_phi1 * t_ejmjd + sin_phi1 * t_kopb2;
-    const real t_s3vof = eAss_1 * t_axpam
-        + t_o6yyy * (me1 * t_l4kui)
-        + F_t1 * t_ptmda
-        + Asc_1 * t_ummvm
-        + Ass_1 * t_25moi
-        - me1 * t_uhaca
-        + Bc_1 * t_craxp
-        + t_vemvw
-        + t_rybsf * (Bs_1 * t_wyuuy + cos_phi1 * (mv1 * t_62yve));
-    const real t_srlpo = t_omrhy - t_jf3qj * (M_C * t_2yrx6) - t_fperx - t_s3vof;
-    const real t_elyhs = t_n7kzj - (t_iw7bs * t_2yrx6 + t_cgj3k + t_vsmhl) - t_rl7kq * t_srlpo;
-    const real t_oeayl = t_srlpo * t_xpjrw;
+        + t_xq4wt * t_ihufo
+        + t_3go2w * t_vnl6o
+        + t_w7lcw * t_gws4q;
+    const real t_vzgqk = e2 * t_ncsdf - cos_theta2 * t_vnl6o - sin_theta2 * t_gws4q;
+    const real t_wd6oi = cos_phi2 * t_uivwz + sin_phi2 * t_vzgqk;
+    const real t_loauz = eAss_2 * t_z5jmb
+        + t_rdwum * (me2 * t_n5fun)
+        + F_t2 * t_ncsdf
+        + Asc_2 * t_vgxwy
+        + Ass_2 * t_4hc5h_3
+        - me2 * t_kcr5d
+        + Bc_2 * t_3cwki_3
+        + t_mblmb
+        + t_rybsf * (Bs_2 * t_2quf7 + cos_phi2 * (mv2 * t_wd6oi));
+    const real t_yuar6 = SC1 * t_dc5bd + S_sq1 * t_hrahl_2;
+    const real t_3iwwf = t_yuar6 - t_vxg33;
+    const real t_pc6zf = t_yuar6 - t_jeu2k;
+    const real t_zhjlx = sin_theta1 * t_5u7wz - cos_theta1 * t_hiifd;
+    const real t_l5knv = cos_theta1 * t_rtsew - sin_theta1 * t_t72e4;
+    const real t_aiugo_3 = SC1 * t_al635 + S_sq1 * t_vrgqo;
+    const real t_iw3hd = t_aiugo_3 - t_fjc3i;
+    const real t_7z2wd_3 = e1 * t_3iwwf - t_iw3hd;
+    const real t_5zfcp = t_aiugo_3 + t_knvqy;
+    const real t_p3dij = cos_theta1 * t_qtw2g + sin_theta1 * t_ovddj;
+    const real t_mguvf_3 = K(-2.0) * t_3iwwf - t_p3dij;
+    const real t_pc6zf_2 = t_jeu2k - t_yuar6;
+    const real t_n2e3g = sin_theta1 * t_k5edu + cos_theta1 * t_rtaca;
+    const real t_shn72 = g_1 * t_pc6zf_2 + t_5zfcp + q_1 * t_n2e3g;
+    const real t_it4uz = t_azclp * t_hiifd + wg_1 * t_pc6zf_2 + t_vt7uo * t_5u7wz + wth_1 * t_shn72;
+    const real t_4gdq7 = t_zhjlx - t_ihufo;
+    const real t_wjn2x = e1 * t_zhjlx - cos_theta1 * t_vnl6o - sin_theta1 * t_gws4q;
+    const real t_ye7pr = cos_phi1 * t_uivwz + sin_phi1 * t_wjn2x;
+    const real t_yholv = eAss_1 * t_3iwwf
+        + t_o6yyy * (me1 * t_pc6zf)
+        + F_t1 * t_zhjlx
+        + Asc_1 * t_l5knv
+        + Ass_1 * t_7z2wd_3
+        - me1 * t_5zfcp
+        + Bc_1 * t_mguvf_3
+        + t_it4uz
+        + t_rybsf * (Bs_1 * t_4gdq7 + cos_phi1 * (mv1 * t_ye7pr));
+    const real t_w6pgr = t_r2hb6 - t_jf3qj * (M_C * t_hrahl) - t_loauz - t_yholv;
+    const real t_cgwgg = t_ix6zf - (t_iw7bs * t_hrahl + t_egnhj + t_ngy5v) - t_rl7kq * t_w6pgr;
+    const real t_22ce4 = t_w6pgr * t_xpjrw;
     const real t_3hwbf = W13 * t_hiifd;
-    const real t_px4ef = W12 * t_5u7wz;
-    const real t_vw2fo = t_3hwbf - t_px4ef - t_d7pww;
-    const real t_x2swu = t_3hwbf + x[wy] * (x[wz] * t_flyj3);
-    const real t_4vxud = t_cgj3k - t_vsmhl;
-    const real t_id2e2 = SC1 * t_hz6ud + S_sq1 * t_4vxud;
-    const real t_jahgb = t_3go2w * t_cgj3k
-        - (t_e4enr * t_gazmy + t_vshgd * t_5xgcg + t_xq4wt * t_sh76v)
-        + t_4h65g * t_bpfoo;
-    const real t_gd6ty = t_e4enr * t_h37zh
-        - t_vshgd * t_yilcs
-        + t_xq4wt * t_jamub
-        - t_3go2w * t_hz6ud
-        + t_w7lcw * t_vsmhl
-        + t_3kjmr * t_bpfoo;
-    const real t_rymkd = sin_phi1 * (e1 * t_25moi - t_cgj3k + t_id2e2 - t_n7kzj)
-        + cos_phi1 * (e1 * t_ummvm + cos_theta1 * t_jahgb + sin_theta1 * t_gd6ty);
-    const real t_e5b7l = t_n7kzj + sin_phi1 * t_rymkd + t_lupe6 * t_62yve;
-    const real t_kg4zs = k1 * t_e5b7l - sigma_sq1 * t_62yve;
-    const real t_rhypt = p[l1] * t_wyuuy + sin_phi1 * t_ejmjd - cos_phi1 * t_kopb2;
-    const real t_ekfc3 = loss_phi1 * t_rhypt + t_6nwd2 * t_e5b7l;
-    const real t_4e7ox = t_axpam + t_v6ocm - t_d7pww;
-    const real t_ufft4 = t_xq4wt * t_d7pww - (t_e4enr * t_jjjpx + t_vshgd * t_defhh) + t_mhf2j * t_bpfoo;
-    const real t_34c6o = p[l1] * t_4e7ox
-        + sin_phi1 * (t_ummvm + t_w7vil * t_wyuuy + t_ufft4)
-        + cos_phi1 * (t_tlax3 + e1 * t_craxp + sin_theta1 * t_jamub - cos_theta1 * t_sh76v)
-        + eta1 * t_rhypt;
-    const real t_aaznf = t_owkw5 * t_2yrx6
-        + t_simvy * t_l4kui
-        - e1 * t_uhaca
-        + t_vsmhl
-        + t_id2e2
-        + p[l1] * t_34c6o
-        + t_elyhs
-        + p[h1] * t_oeayl;
-    const real t_vyeik = p[l1] * t_ekfc3 + p[I1] * t_aaznf;
-    const real t_vbyvz = t_ecohd * t_vyeik;
-    const real t_ajijj = t_uvrpv + t_defhh - t_d7pww;
-    const real t_f32pp = t_jamub - t_yilcs;
-    const real t_koccl = t_5xgcg + t_sh76v;
-    const real t_uk6bx = q_1 * t_ajijj + cos_theta1 * t_f32pp + sin_theta1 * t_koccl;
-    const real t_crvvl = g_1 * t_5h6cz + q_1 * t_uk6bx - t_vsmhl - t_id2e2;
-    const real t_ekrwk = t_flyj3 - t_5u7wz;
-    const real t_4acpq = q_1 * t_ekrwk
-        + sin_theta1 * (g_1 * t_hiifd + t_zovv7)
-        + cos_theta1 * (g_1 * t_5u7wz - t_p73sc);
-    const real t_l6vpt = p[I1] * t_crvvl + t_xips6 * t_4acpq;
-    const real t_ba4ag = t_sdxhx * t_l6vpt;
-    const real t_vserh = th_1 * t_4acpq;
-    const real t_dgv35 = p[I1] * t_vserh;
-    const real t_rmyzl = wg_1 * t_yeuex
-        + wq_1 * t_ajijj
-        + F_n1 * t_ekrwk
-        + wth_1 * t_uk6bx
-        - loss_theta1 * t_vserh
-        + W12 * t_dgv35
-        - t_hpic2 * (p[m1] * t_ba4ag);
-    const real t_s47gu = t_3hwbf - t_vxg33;
-    const real t_43te3 = x[wz] * t_hiifd - x[wy] * t_5u7wz;
-    const real t_xgjzl = x[wx] * t_hiifd + x[wy] * t_flyj3;
-    const real t_dxyav = SC2 * t_hz6ud + S_sq2 * t_4vxud;
-    const real t_t6axx = sin_phi2 * (e2 * t_xtfh5 - t_cgj3k + t_dxyav - t_n7kzj)
-        + cos_phi2 * (e2 * t_cnnzo + cos_theta2 * t_jahgb + sin_theta2 * t_gd6ty);
-    const real t_e3xoa = t_n7kzj + sin_phi2 * t_t6axx + t_cekeb * t_kuluq;
-    const real t_yte6n = k2 * t_e3xoa - sigma_sq2 * t_kuluq;
-    const real t_7lnh5 = p[l2] * t_7327d + sin_phi2 * t_ejmjd - cos_phi2 * t_xp4sh;
-    const real t_ml5g6 = loss_phi2 * t_7lnh5 + t_popww * t_e3xoa;
-    const real t_u6fbs = t_2mzfx + t_xfma6 - t_d7pww;
-    const real t_rf2j6 = p[l2] * t_u6fbs
-        + sin_phi2 * (t_cnnzo + t_6fvzz * t_7327d + t_ufft4)
-        + cos_phi2 * (t_3pudp + e2 * t_u7bvn + sin_theta2 * t_jamub - cos_theta2 * t_sh76v)
-        + eta2 * t_7lnh5;
-    const real t_euhax = t_gy5fy * t_2yrx6
-        + t_quuci * t_trvua
-        - e2 * t_pc6yk
-        + t_vsmhl
-        + t_dxyav
-        + p[l2] * t_rf2j6
-        + t_elyhs
-        + p[h2] * t_oeayl;
-    const real t_7stvm = p[l2] * t_ml5g6 + p[I2] * t_euhax;
-    const real t_urgpu = t_ew3ec * t_7stvm;
-    const real t_q6oa3 = q_2 * t_ajijj + cos_theta2 * t_f32pp + sin_theta2 * t_koccl;
-    const real t_fab7w = g_2 * t_ownvl + q_2 * t_q6oa3 - t_vsmhl - t_dxyav;
-    const real t_5spyd = q_2 * t_ekrwk
-        + sin_theta2 * (g_2 * t_hiifd + t_zovv7)
-        + cos_theta2 * (g_2 * t_5u7wz - t_p73sc);
-    const real t_6borh = p[I2] * t_fab7w + t_vry6x * t_5spyd;
-    const real t_c62hk = t_yyt2v * t_6borh;
-    const real t_oanuf = th_2 * t_5spyd;
-    const real t_rihjy = p[I2] * t_oanuf;
-    const real t_whntw = wg_2 * t_wjzp6
-        + wq_2 * t_ajijj
-        + F_n2 * t_ekrwk
-        + wth_2 * t_q6oa3
-        - loss_theta2 * t_oanuf
-        + W12 * t_rihjy
-        - t_n52pz * (p[m2] * t_c62hk);
-    const real t_h3it3 = X_y5 * t_nfkwa - t_5gmab * t_o4hiw;
-    const real t_mmtxw = t_dzxqu * t_h3it3;
-    const real t_om3f2 = t_o4hiw - t_mmtxw;
+    const real t_l53dc = W12 * t_5u7wz;
+    const real t_6g3zz = t_3hwbf - t_l53dc - t_6zjfd;
+    const real t_6p5gv = t_3hwbf + x[wy] * (x[wz] * t_ihufo);
+    const real t_v2i6x = t_egnhj - t_ngy5v;
+    const real t_e6wif = SC1 * t_6or3t + S_sq1 * t_v2i6x;
+    const real t_kxcci = t_3go2w * t_egnhj
+        - (t_e4enr * t_fjc3i + t_vshgd * t_qik4j + t_xq4wt * t_vkxmy)
+        + t_suiwq * t_bpfoo;
+    const real t_6lahi = t_e4enr * t_rpzfa
+        - t_vshgd * t_knvqy
+        + t_xq4wt * t_mcn3e
+        - t_3go2w * t_6or3t
+        + t_w7lcw * t_ngy5v
+        + t_rakn4 * t_bpfoo;
+    const real t_vbnmj = sin_phi1 * (e1 * t_7z2wd_3 - t_egnhj + t_e6wif - t_ix6zf)
+        + cos_phi1 * (e1 * t_l5knv + cos_theta1 * t_kxcci + sin_theta1 * t_6lahi);
+    const real t_4meb5 = t_ix6zf + sin_phi1 * t_vbnmj + t_lupe6 * t_ye7pr;
+    const real t_o7atx_3 = k1 * t_4meb5 - sigma_sq1 * t_ye7pr;
+    const real t_2varh = p[l1] * t_4gdq7 + sin_phi1 * t_uivwz - cos_phi1 * t_wjn2x;
+    const real t_kklji_3 = loss_phi1 * t_2varh + t_6nwd2 * t_4meb5;
+    const real t_o2pvm = t_3iwwf + t_p3dij - t_6zjfd;
+    const real t_ih2cl = t_xq4wt * t_6zjfd - (t_e4enr * t_qtw2g + t_vshgd * t_ovddj) + t_oynuv * t_bpfoo;
+    const real t_3meip = p[l1] * t_o2pvm
+        + sin_phi1 * (t_l5knv + t_w7vil * t_4gdq7 + t_ih2cl)
+        + cos_phi1 * (t_iw3hd + e1 * t_mguvf_3 + sin_theta1 * t_mcn3e - cos_theta1 * t_vkxmy)
+        + eta1 * t_2varh;
+    const real t_cme3h = t_owkw5 * t_hrahl
+        + t_simvy * t_pc6zf
+        - e1 * t_5zfcp
+        + t_ngy5v
+        + t_e6wif
+        + p[l1] * t_3meip
+        + t_cgwgg
+        + p[h1] * t_22ce4;
+    const real t_5u4vv_2 = p[l1] * t_kklji_3 + p[I1] * t_cme3h;
+    const real t_ercla_3 = t_ecohd * t_5u4vv_2;
+    const real t_5juiv = t_jeu2k + t_ovddj - t_6zjfd;
+    const real t_hpcoa = t_mcn3e - t_knvqy;
+    const real t_4mqw5 = t_qik4j + t_vkxmy;
+    const real t_ru32u = q_1 * t_5juiv + cos_theta1 * t_hpcoa + sin_theta1 * t_4mqw5;
+    const real t_kglj6_2 = g_1 * t_shn72 + q_1 * t_ru32u - t_ngy5v - t_e6wif;
+    const real t_yj6qh = t_ihufo - t_5u7wz;
+    const real t_bm7t3 = q_1 * t_yj6qh
+        + sin_theta1 * (g_1 * t_hiifd + t_vnl6o)
+        + cos_theta1 * (g_1 * t_5u7wz - t_gws4q);
+    const real t_ppg25 = p[I1] * t_kglj6_2 + t_xips6 * t_bm7t3;
+    const real t_y5b4h_3 = t_sdxhx * t_ppg25;
+    const real t_62y2u = th_1 * t_bm7t3;
+    const real t_bqegi_3 = p[I1] * t_62y2u;
+    const real t_u5mev = wg_1 * t_n2e3g
+        + wq_1 * t_5juiv
+        + F_n1 * t_yj6qh
+        + wth_1 * t_ru32u
+        - loss_theta1 * t_62y2u
+        + W12 * t_bqegi_3
+        - t_hpic2 * (p[m1] * t_y5b4h_3);
+    const real t_4wxnv = t_3hwbf - t_vxg33;
+    const real t_ni2aj = x[wz] * t_hiifd - x[wy] * t_5u7wz;
+    const real t_ijk7m = x[wx] * t_hiifd + x[wy] * t_ihufo;
+    const real t_zphql = SC2 * t_6or3t + S_sq2 * t_v2i6x;
+    const real t_vcsyx = sin_phi2 * (e2 * t_4hc5h_3 - t_egnhj + t_zphql - t_ix6zf)
+        + cos_phi2 * (e2 * t_vgxwy + cos_theta2 * t_kxcci + sin_theta2 * t_6lahi);
+    const real t_f4evt = t_ix6zf + sin_phi2 * t_vcsyx + t_cekeb * t_wd6oi;
+    const real t_tolgd_3 = k2 * t_f4evt - sigma_sq2 * t_wd6oi;
+    const real t_5r6ig = p[l2] * t_2quf7 + sin_phi2 * t_uivwz - cos_phi2 * t_vzgqk;
+    const real t_3dbm5_3 = loss_phi2 * t_5r6ig + t_popww * t_f4evt;
+    const real t_yprkx = t_z5jmb + t_myezl - t_6zjfd;
+    const real t_egvqh = p[l2] * t_yprkx
+        + sin_phi2 * (t_vgxwy + t_6fvzz * t_2quf7 + t_ih2cl)
+        + cos_phi2 * (t_gt7l6 + e2 * t_3cwki_3 + sin_theta2 * t_mcn3e - cos_theta2 * t_vkxmy)
+        + eta2 * t_5r6ig;
+    const real t_sfyji = t_gy5fy * t_hrahl
+        + t_quuci * t_n5fun
+        - e2 * t_kcr5d
+        + t_ngy5v
+        + t_zphql
+        + p[l2] * t_egvqh
+        + t_cgwgg
+        + p[h2] * t_22ce4;
+    const real t_5pt5l_2 = p[l2] * t_3dbm5_3 + p[I2] * t_sfyji;
+    const real t_4b4pj_3 = t_ew3ec * t_5pt5l_2;
+    const real t_wntj2 = q_2 * t_5juiv + cos_theta2 * t_hpcoa + sin_theta2 * t_4mqw5;
+    const real t_vmdar_2 = g_2 * t_xxh5n + q_2 * t_wntj2 - t_ngy5v - t_zphql;
+    const real t_7k7hh = q_2 * t_yj6qh
+        + sin_theta2 * (g_2 * t_hiifd + t_vnl6o)
+        + cos_theta2 * (g_2 * t_5u7wz - t_gws4q);
+    const real t_wumss = p[I2] * t_vmdar_2 + t_vry6x * t_7k7hh;
+    const real t_l56ct_3 = t_yyt2v * t_wumss;
+    const real t_47qru = th_2 * t_7k7hh;
+    const real t_lixe2_3 = p[I2] * t_47qru;
+    const real t_noyuv = wg_2 * t_5a5vl
+        + wq_2 * t_5juiv
+        + F_n2 * t_yj6qh
+        + wth_2 * t_wntj2
+        - loss_theta2 * t_47qru
+        + W12 * t_lixe2_3
+        - t_n52pz * (p[m2] * t_l56ct_3);
+    const real t_adsq5 = X_y5 * t_nfkwa - t_jo54w * t_o4hiw;
+    const real t_i4myd = t_dzxqu * t_adsq5;
+    const real t_yxsms = t_o4hiw - t_i4myd;
     const real t_zwjps = K_L65 * t_nfkwa;
     const real t_7abzy = t_gcu5g * t_nfkwa + f_y * t_zwjps;
-    const real t_5u6zo = t_h3it3 * t_ftqxb - K_L65 * t_o4hiw;
-    const real t_om3f2_2 = t_o4hiw + t_mmtxw;
-    const real t_vj5zh = SC2 * t_5u6zo - S_sq2 * t_om3f2_2;
-    const real t_sl67m = t_o4hiw + t_vj5zh;
-    const real t_6727d = t_mmtxw + t_vj5zh;
+    const real t_pok6e = t_adsq5 * t_ftqxb - K_L65 * t_o4hiw;
+    const real t_yxsms_2 = t_o4hiw + t_i4myd;
+    const real t_km3uq = SC2 * t_pok6e - S_sq2 * t_yxsms_2;
+    const real t_k6uxy = t_o4hiw + t_km3uq;
+    const real t_oaj27 = t_i4myd + t_km3uq;
     const real t_t6dav = cos_theta2 * t_nfkwa - sin_theta2 * t_zwjps;
-    const real t_ntsfh = X_y4 * t_nfkwa - t_e4k6u * t_o4hiw - t_amczu * t_5u6zo;
-    const real t_ma35j = t_ntsfh * t_lt2al - K_L64 * t_o4hiw;
-    const real t_asacy = X_y3 * t_nfkwa - t_rahc4 * t_o4hiw - t_m27n6 * t_ma35j - t_bxfcn * t_5u6zo;
-    const real t_bi5su = t_asacy * t_zmh3u - K_L63 * t_o4hiw;
-    const real t_acmtc = t_d4mqf * t_bi5su
-        - (t_hmob3 * t_o4hiw + X_y2 * t_nfkwa + t_m67zs * t_ma35j)
-        + t_p6zld * t_5u6zo;
-    const real t_ye7fk = t_acmtc * t_4iujv - t_dj64q * t_o4hiw;
-    const real t_eab6h = t_bl4f2 * t_o4hiw
+    const real t_x2dfz = X_y4 * t_nfkwa - t_e4k6u * t_o4hiw - t_amczu * t_pok6e;
+    const real t_hanhb = t_x2dfz * t_lt2al - K_L64 * t_o4hiw;
+    const real t_ak26r = X_y3 * t_nfkwa - t_rahc4 * t_o4hiw - t_m27n6 * t_hanhb - t_bxfcn * t_pok6e;
+    const real t_cgzpg = t_ak26r * t_zmh3u - K_L63 * t_o4hiw;
+    const real t_r4ezi = t_d4mqf * t_cgzpg
+        - (t_qvrp6 * t_o4hiw + X_y2 * t_nfkwa + t_m67zs * t_hanhb)
+        + t_p6zld * t_pok6e;
+    const real t_wcbmg = t_r4ezi * t_4iujv - t_dj64q * t_o4hiw;
+    const real t_g2kly = t_bl4f2 * t_o4hiw
         + b1 * t_nfkwa
-        + t_6mmeb * t_5u6zo
-        + t_2m245 * t_ma35j
-        + t_zzymx * t_bi5su;
-    const real t_pv7ue = t_b3aij * t_ye7fk - t_eab6h;
-    const real t_fiqba = t_pv7ue * t_bpfoo - t_e4enr * t_o4hiw;
+        + t_6mmeb * t_pok6e
+        + t_2m245 * t_hanhb
+        + t_zzymx * t_cgzpg;
+    const real t_zan6n = t_b3aij * t_wcbmg - t_g2kly;
+    const real t_z56wq = t_zan6n * t_bpfoo - t_e4enr * t_o4hiw;
     const real t_jctdr = b1 * t_zwjps;
     const real t_tdwsm = X_y4 * t_zwjps;
-    const real t_zlf77 = t_amczu * t_mmtxw - t_tdwsm;
-    const real t_isok2 = K_L54 * t_mmtxw - K_L64 * t_5u6zo + t_zlf77 * t_lt2al;
+    const real t_aac3a = t_amczu * t_i4myd - t_tdwsm;
+    const real t_jqb5p = K_L54 * t_i4myd - K_L64 * t_pok6e + t_aac3a * t_lt2al;
     const real t_ejwpy = X_y3 * t_zwjps;
-    const real t_je73g = t_bxfcn * t_mmtxw - t_ejwpy - t_m27n6 * t_isok2;
-    const real t_zve3p = K_L53 * t_mmtxw - K_L63 * t_5u6zo + t_je73g * t_zmh3u;
+    const real t_hyr7p = t_bxfcn * t_i4myd - t_ejwpy - t_m27n6 * t_jqb5p;
+    const real t_zwpdh = K_L53 * t_i4myd - K_L63 * t_pok6e + t_hyr7p * t_zmh3u;
     const real t_tjg6z = X_y2 * t_zwjps;
-    const real t_b4aj3 = t_p6zld * t_mmtxw - t_tjg6z - t_d4mqf * t_zve3p + t_m67zs * t_isok2;
-    const real t_i6oo5 = t_dj64q * t_5u6zo + K_L52 * t_mmtxw + t_b4aj3 * t_4iujv;
-    const real t_wojpu = t_6mmeb * t_mmtxw
+    const real t_g77fn = t_p6zld * t_i4myd - t_tjg6z - t_d4mqf * t_zwpdh + t_m67zs * t_jqb5p;
+    const real t_sz3h6 = t_dj64q * t_pok6e + K_L52 * t_i4myd + t_g77fn * t_4iujv;
+    const real t_hjdhd = t_6mmeb * t_i4myd
         + t_jctdr
-        - t_2m245 * t_isok2
-        - t_zzymx * t_zve3p
-        - t_b3aij * t_i6oo5;
-    const real t_xeh6o = t_vshgd * t_mmtxw - t_e4enr * t_5u6zo + t_wojpu * t_bpfoo;
-    const real t_nuka6 = cos_theta2 * t_fiqba + sin_theta2 * t_xeh6o;
-    const real t_v5hqk = t_ye7fk - t_zve3p;
-    const real t_xdgum = t_bi5su - t_i6oo5;
-    const real t_ljega = SC2 * t_v5hqk + S_sq2 * t_xdgum;
-    const real t_ibved = t_ljega - t_bi5su;
-    const real t_z3ils = e2 * t_sl67m - t_ibved;
-    const real t_g4jko = t_ljega + t_i6oo5;
-    const real t_pfgdh = cos_theta2 * t_ma35j + sin_theta2 * t_isok2;
-    const real t_qqs7b = K(-2.0) * t_sl67m - t_pfgdh;
-    const real t_6727d_2 = t_vj5zh + t_mmtxw;
-    const real t_klkip = t_ma35j + t_5u6zo;
-    const real t_jur2x = K(-2.0) * t_mmtxw + t_isok2;
-    const real t_fbjkp = sin_theta2 * t_klkip - cos_theta2 * t_jur2x;
-    const real t_pzlhq = t_g4jko - g_2 * t_6727d_2 + q_2 * t_fbjkp;
-    const real t_twmdk = wth_2 * t_pzlhq - (t_iya7w * t_nfkwa + wg_2 * t_6727d_2 + t_oncjt * t_zwjps);
+        - t_2m245 * t_jqb5p
+        - t_zzymx * t_zwpdh
+        - t_b3aij * t_sz3h6;
+    const real t_tr4le = t_vshgd * t_i4myd - t_e4enr * t_pok6e + t_hjdhd * t_bpfoo;
+    const real t_6mqdd = cos_theta2 * t_z56wq + sin_theta2 * t_tr4le;
+    const real t_crxic = t_wcbmg - t_zwpdh;
+    const real t_7pawj = t_cgzpg - t_sz3h6;
+    const real t_7sarx = SC2 * t_crxic + S_sq2 * t_7pawj;
+    const real t_lsriq = t_7sarx - t_cgzpg;
+    const real t_om6jh = e2 * t_k6uxy - t_lsriq;
+    const real t_xtpjz = t_7sarx + t_sz3h6;
+    const real t_6tfiu = cos_theta2 * t_hanhb + sin_theta2 * t_jqb5p;
+    const real t_qci7r = K(-2.0) * t_k6uxy - t_6tfiu;
+    const real t_oaj27_2 = t_km3uq + t_i4myd;
+    const real t_azfu4 = t_hanhb + t_pok6e;
+    const real t_5bmgd = K(-2.0) * t_i4myd + t_jqb5p;
+    const real t_ncvbr = sin_theta2 * t_azfu4 - cos_theta2 * t_5bmgd;
+    const real t_uwzgr = t_xtpjz - g_2 * t_oaj27_2 + q_2 * t_ncvbr;
+    const real t_wrrdc = wth_2 * t_uwzgr - (t_iya7w * t_nfkwa + wg_2 * t_oaj27_2 + t_oncjt * t_zwjps);
     const real t_ctsrf = K_L64 * t_nfkwa - K_L54 * t_zwjps;
     const real t_5jp42 = t_t6dav - t_ctsrf;
     const real t_5wlzs = K_L63 * t_nfkwa - K_L53 * t_zwjps - K_L43 * t_ctsrf;
     const real t_ltkoi = t_6urah * t_ctsrf - (t_dj64q * t_nfkwa + K_L52 * t_zwjps) - K_L32 * t_5wlzs;
-    const real t_vyzex = t_vshgd * t_zwjps
+    const real t_fzl2a = t_vshgd * t_zwjps
         - t_e4enr * t_nfkwa
         + t_xq4wt * t_ctsrf
         + t_3go2w * t_5wlzs
         + t_w7lcw * t_ltkoi;
-    const real t_oxcmz = e2 * t_t6dav - cos_theta2 * t_5wlzs - sin_theta2 * t_ltkoi;
-    const real t_t3v7w = cos_phi2 * t_vyzex + sin_phi2 * t_oxcmz;
-    const real t_ea7vn = eAss_2 * t_sl67m
-        + t_rdwum * (me2 * t_6727d)
+    const real t_rdgqo = e2 * t_t6dav - cos_theta2 * t_5wlzs - sin_theta2 * t_ltkoi;
+    const real t_i4lj5 = cos_phi2 * t_fzl2a + sin_phi2 * t_rdgqo;
+    const real t_v5hq5 = eAss_2 * t_k6uxy
+        + t_rdwum * (me2 * t_oaj27)
         + F_t2 * t_t6dav
-        + Asc_2 * t_nuka6
-        + Ass_2 * t_z3ils
-        - me2 * t_g4jko
-        + Bc_2 * t_qqs7b
-        + t_twmdk
-        + t_rybsf * (Bs_2 * t_5jp42 + cos_phi2 * (mv2 * t_t3v7w));
-    const real t_m7kdc = SC1 * t_5u6zo - S_sq1 * t_om3f2_2;
-    const real t_6rqtx = t_o4hiw + t_m7kdc;
-    const real t_gg3v5 = t_mmtxw + t_m7kdc;
+        + Asc_2 * t_6mqdd
+        + Ass_2 * t_om6jh
+        - me2 * t_xtpjz
+        + Bc_2 * t_qci7r
+        + t_wrrdc
+        + t_rybsf * (Bs_2 * t_5jp42 + cos_phi2 * (mv2 * t_i4lj5));
+    const real t_wrnnp = SC1 * t_pok6e - S_sq1 * t_yxsms_2;
+    const real t_hazki = t_o4hiw + t_wrnnp;
+    const real t_nccyj = t_i4myd + t_wrnnp;
     const real t_v3mav = cos_theta1 * t_nfkwa - sin_theta1 * t_zwjps;
-    const real t_kzj7a = cos_theta1 * t_fiqba + sin_theta1 * t_xeh6o;
-    const real t_pivwo = SC1 * t_v5hqk + S_sq1 * t_xdgum;
-    const real t_wjyle = t_pivwo - t_bi5su;
-    const real t_v2u3t = e1 * t_6rqtx - t_wjyle;
-    const real t_awxsw = t_pivwo + t_i6oo5;
-    const real t_nkvpe = cos_theta1 * t_ma35j + sin_theta1 * t_isok2;
-    const real t_lfbsd = K(-2.0) * t_6rqtx - t_nkvpe;
-    const real t_gg3v5_2 = t_m7kdc + t_mmtxw;
-    const real t_iafy2 = sin_theta1 * t_klkip - cos_theta1 * t_jur2x;
-    const real t_5bdkl = t_awxsw - g_1 * t_gg3v5_2 + q_1 * t_iafy2;
-    const real t_wbmj3 = wth_1 * t_5bdkl - (t_azclp * t_nfkwa + wg_1 * t_gg3v5_2 + t_vt7uo * t_zwjps);
+    const real t_dqskc = cos_theta1 * t_z56wq + sin_theta1 * t_tr4le;
+    const real t_7sa5c = SC1 * t_crxic + S_sq1 * t_7pawj;
+    const real t_rmxfl = t_7sa5c - t_cgzpg;
+    const real t_c23qa = e1 * t_hazki - t_rmxfl;
+    const real t_ydmpl = t_7sa5c + t_sz3h6;
+    const real t_idwzg = cos_theta1 * t_hanhb + sin_theta1 * t_jqb5p;
+    const real t_ddcqt = K(-2.0) * t_hazki - t_idwzg;
+    const real t_nccyj_2 = t_wrnnp + t_i4myd;
+    const real t_5mxaf = sin_theta1 * t_azfu4 - cos_theta1 * t_5bmgd;
+    const real t_4s2rk = t_ydmpl - g_1 * t_nccyj_2 + q_1 * t_5mxaf;
+    const real t_stoz2 = wth_1 * t_4s2rk - (t_azclp * t_nfkwa + wg_1 * t_nccyj_2 + t_vt7uo * t_zwjps);
     const real t_rbpqq = t_v3mav - t_ctsrf;
-    const real t_pxge5 = e1 * t_v3mav - cos_theta1 * t_5wlzs - sin_theta1 * t_ltkoi;
-    const real t_bg73v = cos_phi1 * t_vyzex + sin_phi1 * t_pxge5;
-    const real t_ubuyh = eAss_1 * t_6rqtx
-        + t_o6yyy * (me1 * t_gg3v5)
+    const real t_br3aj = e1 * t_v3mav - cos_theta1 * t_5wlzs - sin_theta1 * t_ltkoi;
+    const real t_a2hts = cos_phi1 * t_fzl2a + sin_phi1 * t_br3aj;
+    const real t_f2nr7 = eAss_1 * t_hazki
+        + t_o6yyy * (me1 * t_nccyj)
         + F_t1 * t_v3mav
-        + Asc_1 * t_kzj7a
-        + Ass_1 * t_v2u3t
-        - me1 * t_awxsw
-        + Bc_1 * t_lfbsd
-        + t_wbmj3
-        + t_rybsf * (Bs_1 * t_rbpqq + cos_phi1 * (mv1 * t_bg73v));
-    const real t_6todb = t_jf3qj * (M_C * t_om3f2) + t_7abzy + t_ea7vn + t_ubuyh;
-    const real t_szmqh = t_wurun * t_ntsfh + t_2e52m * t_zlf77;
-    const real t_wkosz = t_m27n6 * t_szmqh - X_y3 * t_ctsrf;
-    const real t_yklbf = t_kpf5p * t_asacy + t_qe675 * t_je73g + t_ydwjl * t_wkosz;
-    const real t_7yxsd = K_L43 * t_szmqh - (K_L63 * t_ma35j + K_L53 * t_isok2) + t_wkosz * t_zmh3u;
-    const real t_sigze = t_m67zs * t_szmqh + X_y2 * t_ctsrf + t_d4mqf * t_7yxsd;
-    const real t_lgldj = t_d4mqf * t_yklbf - X_y2 * t_5wlzs;
-    const real t_wngq3 = t_2ngl5 * t_acmtc + t_hfybw * t_b4aj3 + t_dwrhg * t_sigze + t_6yahm * t_lgldj;
-    const real t_vdaxa = K_L52 * t_isok2 - t_dj64q * t_ma35j + t_6urah * t_szmqh + t_sigze * t_4iujv;
-    const real t_ov6tz = t_2m245 * t_szmqh + b1 * t_ctsrf - t_zzymx * t_7yxsd + t_b3aij * t_vdaxa;
-    const real t_pizba = t_dj64q * t_bi5su
-        - K_L52 * t_zve3p
-        + t_6urah * t_7yxsd
-        + K_L32 * t_yklbf
-        + t_lgldj * t_4iujv;
-    const real t_7dvwj = t_zzymx * t_yklbf + b1 * t_5wlzs - t_b3aij * t_pizba;
-    const real t_dt4kv = t_b3aij * t_wngq3 + b1 * t_ltkoi;
-    const real t_ytleh = t_ielc3 * t_pv7ue
-        + t_2lluf * t_wojpu
-        + t_jtjoh * t_ov6tz
-        + t_3tmqi * t_7dvwj
-        + t_6xwz3 * t_dt4kv;
-    const real t_yfqch = t_rl7kq * t_6todb - (t_iw7bs * t_om3f2 + t_yklbf + t_wngq3 + t_ytleh);
-    const real t_pxjei = t_6todb * t_xpjrw;
+        + Asc_1 * t_dqskc
+        + Ass_1 * t_c23qa
+        - me1 * t_ydmpl
+        + Bc_1 * t_ddcqt
+        + t_stoz2
+        + t_rybsf * (Bs_1 * t_rbpqq + cos_phi1 * (mv1 * t_a2hts));
+    const real t_4loal = t_jf3qj * (M_C * t_yxsms) + t_7abzy + t_v5hq5 + t_f2nr7;
+    const real t_kddni = t_wurun * t_x2dfz + t_2e52m * t_aac3a;
+    const real t_mnga5 = t_m27n6 * t_kddni - X_y3 * t_ctsrf;
+    const real t_ukpjx = t_kpf5p * t_ak26r + t_qe675 * t_hyr7p + t_ydwjl * t_mnga5;
+    const real t_rt77d = K_L43 * t_kddni - (K_L63 * t_hanhb + K_L53 * t_jqb5p) + t_mnga5 * t_zmh3u;
+    const real t_xjt5g = t_m67zs * t_kddni + X_y2 * t_ctsrf + t_d4mqf * t_rt77d;
+    const real t_fkjme = t_d4mqf * t_ukpjx - X_y2 * t_5wlzs;
+    const real t_d5zmz = t_2ngl5 * t_r4ezi + t_hfybw * t_g77fn + t_dwrhg * t_xjt5g + t_6yahm * t_fkjme;
+    const real t_mcdxq = K_L52 * t_jqb5p - t_dj64q * t_hanhb + t_6urah * t_kddni + t_xjt5g * t_4iujv;
+    const real t_67ee5 = t_2m245 * t_kddni + b1 * t_ctsrf - t_zzymx * t_rt77d + t_b3aij * t_mcdxq;
+    const real t_nr3fx = t_dj64q * t_cgzpg
+        - K_L52 * t_zwpdh
+        + t_6urah * t_rt77d
+        + K_L32 * t_ukpjx
+        + t_fkjme * t_4iujv;
+    const real t_spf7h = t_zzymx * t_ukpjx + b1 * t_5wlzs - t_b3aij * t_nr3fx;
+    const real t_lrcnj = t_b3aij * t_d5zmz + b1 * t_ltkoi;
+    const real t_yw22j = t_ielc3 * t_zan6n
+        + t_2lluf * t_hjdhd
+        + t_jtjoh * t_67ee5
+        + t_3tmqi * t_spf7h
+        + t_6xwz3 * t_lrcnj;
+    const real t_nlb6j = t_rl7kq * t_4loal - (t_iw7bs * t_yxsms + t_ukpjx + t_d5zmz + t_yw22j);
+    const real t_qgw5e = t_4loal * t_xpjrw;
     const real t_qnupi = W12 * t_zwjps;
     const real t_ijksw = W13 * t_nfkwa;
-    const real t_fbnaa = t_qnupi - t_ijksw - t_szmqh;
+    const real t_i3fhy = t_qnupi - t_ijksw - t_kddni;
     const real t_vv2pk = x[wy] * (x[wz] * t_ctsrf) - t_ijksw;
     const real t_cv2jl = t_lwe76 * t_zwjps;
-    const real t_lugr2 = t_yklbf - t_wngq3;
-    const real t_kmujw = SC1 * t_pizba + S_sq1 * t_lugr2;
-    const real t_7gvfv = t_3go2w * t_yklbf
-        - (t_e4enr * t_bi5su + t_vshgd * t_zve3p + t_xq4wt * t_7yxsd)
-        + t_7dvwj * t_bpfoo;
-    const real t_ba36i = t_e4enr * t_ye7fk
-        - t_vshgd * t_i6oo5
-        + t_xq4wt * t_vdaxa
-        - t_3go2w * t_pizba
-        + t_w7lcw * t_wngq3
-        + t_dt4kv * t_bpfoo;
-    const real t_5i5hm = sin_phi1 * (e1 * t_v2u3t - t_yklbf + t_kmujw + t_ytleh)
-        + cos_phi1 * (e1 * t_kzj7a + cos_theta1 * t_7gvfv + sin_theta1 * t_ba36i);
-    const real t_l4jev = sin_phi1 * t_5i5hm - t_ytleh + t_lupe6 * t_bg73v;
-    const real t_qe2y6 = k1 * t_l4jev - sigma_sq1 * t_bg73v;
-    const real t_qawgh = p[l1] * t_rbpqq + sin_phi1 * t_vyzex - cos_phi1 * t_pxge5;
-    const real t_2j6ld = loss_phi1 * t_qawgh + t_6nwd2 * t_l4jev;
-    const real t_cwm3q = t_6rqtx + t_nkvpe - t_szmqh;
-    const real t_uzbfg = t_xq4wt * t_szmqh - (t_e4enr * t_ma35j + t_vshgd * t_isok2) + t_ov6tz * t_bpfoo;
-    const real t_mi2sf = p[l1] * t_cwm3q
-        + sin_phi1 * (t_kzj7a + t_w7vil * t_rbpqq + t_uzbfg)
-        + cos_phi1 * (t_wjyle + e1 * t_lfbsd + sin_theta1 * t_vdaxa - cos_theta1 * t_7yxsd)
-        + eta1 * t_qawgh;
-    const real t_ioq3g = t_owkw5 * t_om3f2
-        + t_simvy * t_gg3v5
-        - e1 * t_awxsw
-        + t_wngq3
-        + t_kmujw
-        + p[l1] * t_mi2sf
-        + t_yfqch
-        - p[h1] * t_pxjei;
-    const real t_aawkq = p[l1] * t_2j6ld + p[I1] * t_ioq3g;
-    const real t_cm4rz = t_ecohd * t_aawkq;
-    const real t_ar4dk = t_isok2 - t_mmtxw - t_szmqh;
-    const real t_vb35i = t_vdaxa - t_i6oo5;
-    const real t_6coyz = t_zve3p + t_7yxsd;
-    const real t_mp6ik = q_1 * t_ar4dk + cos_theta1 * t_vb35i + sin_theta1 * t_6coyz;
-    const real t_pju77 = g_1 * t_5bdkl + q_1 * t_mp6ik - t_wngq3 - t_kmujw;
+    const real t_kt6bm = t_ukpjx - t_d5zmz;
+    const real t_j5ezx = SC1 * t_nr3fx + S_sq1 * t_kt6bm;
+    const real t_h2vff = t_3go2w * t_ukpjx
+        - (t_e4enr * t_cgzpg + t_vshgd * t_zwpdh + t_xq4wt * t_rt77d)
+        + t_spf7h * t_bpfoo;
+    const real t_jjv5x = t_e4enr * t_wcbmg
+        - t_vshgd * t_sz3h6
+        + t_xq4wt * t_mcdxq
+        - t_3go2w * t_nr3fx
+        + t_w7lcw * t_d5zmz
+        + t_lrcnj * t_bpfoo;
+    const real t_hwcnp = sin_phi1 * (e1 * t_c23qa - t_ukpjx + t_j5ezx + t_yw22j)
+        + cos_phi1 * (e1 * t_dqskc + cos_theta1 * t_h2vff + sin_theta1 * t_jjv5x);
+    const real t_5s7zr = sin_phi1 * t_hwcnp - t_yw22j + t_lupe6 * t_a2hts;
+    const real t_tvyof = k1 * t_5s7zr - sigma_sq1 * t_a2hts;
+    const real t_cb3md = p[l1] * t_rbpqq + sin_phi1 * t_fzl2a - cos_phi1 * t_br3aj;
+    const real t_fma33 = loss_phi1 * t_cb3md + t_6nwd2 * t_5s7zr;
+    const real t_iedir = t_hazki + t_idwzg - t_kddni;
+    const real t_idgrl = t_xq4wt * t_kddni - (t_e4enr * t_hanhb + t_vshgd * t_jqb5p) + t_67ee5 * t_bpfoo;
+    const real t_7hpqx = p[l1] * t_iedir
+        + sin_phi1 * (t_dqskc + t_w7vil * t_rbpqq + t_idgrl)
+        + cos_phi1 * (t_rmxfl + e1 * t_ddcqt + sin_theta1 * t_mcdxq - cos_theta1 * t_rt77d)
+        + eta1 * t_cb3md;
+    const real t_cd5og = t_owkw5 * t_yxsms
+        + t_simvy * t_nccyj
+        - e1 * t_ydmpl
+        + t_d5zmz
+        + t_j5ezx
+        + p[l1] * t_7hpqx
+        + t_nlb6j
+        - p[h1] * t_qgw5e;
+    const real t_7knuz = p[l1] * t_fma33 + p[I1] * t_cd5og;
+    const real t_ercla_4 = t_ecohd * t_7knuz;
+    const real t_c3sx2 = t_jqb5p - t_i4myd - t_kddni;
+    const real t_tdf66 = t_mcdxq - t_sz3h6;
+    const real t_vengl = t_zwpdh + t_rt77d;
+    const real t_tadko = q_1 * t_c3sx2 + cos_theta1 * t_tdf66 + sin_theta1 * t_vengl;
+    const real t_za5dl = g_1 * t_4s2rk + q_1 * t_tadko - t_d5zmz - t_j5ezx;
     const real t_af24o = t_zwjps + t_ctsrf;
     const real t_ioku6 = g_1 * t_zwjps;
-    const real t_t5acl = q_1 * t_af24o
+    const real t_cyvh5 = q_1 * t_af24o
         + sin_theta1 * (t_5wlzs - g_1 * t_nfkwa)
         - cos_theta1 * (t_ioku6 + t_ltkoi);
-    const real t_oap64 = p[I1] * t_pju77 + t_xips6 * t_t5acl;
-    const real t_lehet = t_sdxhx * t_oap64;
-    const real t_gk4lx = th_1 * t_t5acl;
-    const real t_kawvh = p[I1] * t_gk4lx;
-    const real t_n7gga = wg_1 * t_iafy2
-        + wq_1 * t_ar4dk
+    const real t_4ie34 = p[I1] * t_za5dl + t_xips6 * t_cyvh5;
+    const real t_kkoe3 = t_sdxhx * t_4ie34;
+    const real t_f2tpv = th_1 * t_cyvh5;
+    const real t_aupmt = p[I1] * t_f2tpv;
+    const real t_icgjq = wg_1 * t_5mxaf
+        + wq_1 * t_c3sx2
         + F_n1 * t_af24o
-        + wth_1 * t_mp6ik
-        - loss_theta1 * t_gk4lx
-        + W12 * t_kawvh
-        - t_hpic2 * (p[m1] * t_lehet);
+        + wth_1 * t_tadko
+        - loss_theta1 * t_f2tpv
+        + W12 * t_aupmt
+        - t_hpic2 * (p[m1] * t_kkoe3);
     const real t_y7zws = t_o4hiw - t_ijksw;
     const real t_lipgc = x[wy] * t_zwjps - x[wz] * t_nfkwa;
     const real t_cmraw = x[wx] * t_nfkwa - x[wy] * t_ctsrf;
-    const real t_bdx62 = SC2 * t_pizba + S_sq2 * t_lugr2;
-    const real t_faxwp = sin_phi2 * (e2 * t_z3ils - t_yklbf + t_bdx62 + t_ytleh)
-        + cos_phi2 * (e2 * t_nuka6 + cos_theta2 * t_7gvfv + sin_theta2 * t_ba36i);
-    const real t_voqe7 = sin_phi2 * t_faxwp - t_ytleh + t_cekeb * t_t3v7w;
-    const real t_xlwys = k2 * t_voqe7 - sigma_sq2 * t_t3v7w;
-    const real t_g7dg6 = p[l2] * t_5jp42 + sin_phi2 * t_vyzex - cos_phi2 * t_oxcmz;
-    const real t_itc7d = loss_phi2 * t_g7dg6 + t_popww * t_voqe7;
-    const real t_c2pgy = t_sl67m + t_pfgdh - t_szmqh;
-    const real t_qoqcd = p[l2] * t_c2pgy
-        + sin_phi2 * (t_nuka6 + t_6fvzz * t_5jp42 + t_uzbfg)
-        + cos_phi2 * (t_ibved + e2 * t_qqs7b + sin_theta2 * t_vdaxa - cos_theta2 * t_7yxsd)
-        + eta2 * t_g7dg6;
-    const real t_tqhig = t_gy5fy * t_om3f2
-        + t_quuci * t_6727d
-        - e2 * t_g4jko
-        + t_wngq3
-        + t_bdx62
-        + p[l2] * t_qoqcd
-        + t_yfqch
-        - p[h2] * t_pxjei;
-    const real t_cy6bc = p[l2] * t_itc7d + p[I2] * t_tqhig;
-    const real t_mh4kp = t_ew3ec * t_cy6bc;
-    const real t_tttaq = q_2 * t_ar4dk + cos_theta2 * t_vb35i + sin_theta2 * t_6coyz;
-    const real t_2acg4 = g_2 * t_pzlhq + q_2 * t_tttaq - t_wngq3 - t_bdx62;
+    const real t_zdeje = SC2 * t_nr3fx + S_sq2 * t_kt6bm;
+    const real t_fdk5n = sin_phi2 * (e2 * t_om6jh - t_ukpjx + t_zdeje + t_yw22j)
+        + cos_phi2 * (e2 * t_6mqdd + cos_theta2 * t_h2vff + sin_theta2 * t_jjv5x);
+    const real t_ctljf = sin_phi2 * t_fdk5n - t_yw22j + t_cekeb * t_i4lj5;
+    const real t_dd3ts = k2 * t_ctljf - sigma_sq2 * t_i4lj5;
+    const real t_f2qky = p[l2] * t_5jp42 + sin_phi2 * t_fzl2a - cos_phi2 * t_rdgqo;
+    const real t_ptp52 = loss_phi2 * t_f2qky + t_popww * t_ctljf;
+    const real t_glfmy = t_k6uxy + t_6tfiu - t_kddni;
+    const real t_v4lg4 = p[l2] * t_glfmy
+        + sin_phi2 * (t_6mqdd + t_6fvzz * t_5jp42 + t_idgrl)
+        + cos_phi2 * (t_lsriq + e2 * t_qci7r + sin_theta2 * t_mcdxq - cos_theta2 * t_rt77d)
+        + eta2 * t_f2qky;
+    const real t_3kd7h = t_gy5fy * t_yxsms
+        + t_quuci * t_oaj27
+        - e2 * t_xtpjz
+        + t_d5zmz
+        + t_zdeje
+        + p[l2] * t_v4lg4
+        + t_nlb6j
+        - p[h2] * t_qgw5e;
+    const real t_mljqp = p[l2] * t_ptp52 + p[I2] * t_3kd7h;
+    const real t_4b4pj_4 = t_ew3ec * t_mljqp;
+    const real t_vu7t5 = q_2 * t_c3sx2 + cos_theta2 * t_tdf66 + sin_theta2 * t_vengl;
+    const real t_6azrf = g_2 * t_uwzgr + q_2 * t_vu7t5 - t_d5zmz - t_zdeje;
     const real t_knybb = g_2 * t_zwjps;
-    const real t_wknm6 = q_2 * t_af24o
+    const real t_2gjmz = q_2 * t_af24o
         + sin_theta2 * (t_5wlzs - g_2 * t_nfkwa)
         - cos_theta2 * (t_knybb + t_ltkoi);
-    const real t_y7rwc = p[I2] * t_2acg4 + t_vry6x * t_wknm6;
-    const real t_jdmts = t_yyt2v * t_y7rwc;
-    const real t_neytf = th_2 * t_wknm6;
-    const real t_yfz5c = p[I2] * t_neytf;
-    const real t_qlucw = wg_2 * t_fbjkp
-        + wq_2 * t_ar4dk
+    const real t_xdxnz = p[I2] * t_6azrf + t_vry6x * t_2gjmz;
+    const real t_tyy4r = t_yyt2v * t_xdxnz;
+    const real t_m65kk = th_2 * t_2gjmz;
+    const real t_acy46 = p[I2] * t_m65kk;
+    const real t_vqsme = wg_2 * t_ncvbr
+        + wq_2 * t_c3sx2
         + F_n2 * t_af24o
-        + wth_2 * t_tttaq
-        - loss_theta2 * t_neytf
-        + W12 * t_yfz5c
-        - t_n52pz * (p[m2] * t_jdmts);
+        + wth_2 * t_vu7t5
+        - loss_theta2 * t_m65kk
+        + W12 * t_acy46
+        - t_n52pz * (p[m2] * t_tyy4r);
     const real t_hxdw7 = t_o4hiw * K_L65;
-    const real t_funl6 = X_y5 * t_zwjps - (X_x6 + t_5gmab * t_hxdw7);
-    const real t_quqy3 = t_dzxqu * t_funl6 + t_eriz2;
-    const real t_sld5r = t_hxdw7 - t_quqy3;
+    const real t_s6xzo = X_y5 * t_zwjps - (X_x6 + t_jo54w * t_hxdw7);
+    const real t_bnvxt = t_dzxqu * t_s6xzo + t_eriz2;
+    const real t_25meg = t_hxdw7 - t_bnvxt;
     const real t_kchpi = K_L65 * t_zwjps + t_ftqxb;
     const real t_2qijq = t_gcu5g * t_zwjps + f_y * t_kchpi;
-    const real t_xgjig = t_funl6 * t_ftqxb - K_L65 * t_hxdw7;
-    const real t_sld5r_2 = t_hxdw7 + t_quqy3;
-    const real t_6bumy = SC2 * t_xgjig - S_sq2 * t_sld5r_2;
-    const real t_i76tk = t_hxdw7 + t_6bumy;
-    const real t_tcia6 = t_quqy3 + t_6bumy;
+    const real t_vsddq = t_s6xzo * t_ftqxb - K_L65 * t_hxdw7;
+    const real t_25meg_2 = t_hxdw7 + t_bnvxt;
+    const real t_e6nai = SC2 * t_vsddq - S_sq2 * t_25meg_2;
+    const real t_etxyy = t_hxdw7 + t_e6nai;
+    const real t_nn5eh = t_bnvxt + t_e6nai;
     const real t_xtm6t = cos_theta2 * t_zwjps - sin_theta2 * t_kchpi;
-    const real t_e2l2j = t_tdwsm - t_e4k6u * t_hxdw7 - t_amczu * t_xgjig;
-    const real t_kg5jh = t_e2l2j * t_lt2al - K_L64 * t_hxdw7;
-    const real t_pzfnv = t_ejwpy - t_rahc4 * t_hxdw7 - t_m27n6 * t_kg5jh - t_bxfcn * t_xgjig;
-    const real t_ogk3l = t_pzfnv * t_zmh3u - K_L63 * t_hxdw7;
-    const real t_4oigs = t_d4mqf * t_ogk3l
-        - (t_hmob3 * t_hxdw7 + t_tjg6z + t_m67zs * t_kg5jh)
-        + t_p6zld * t_xgjig;
-    const real t_63du7 = t_4oigs * t_4iujv - t_dj64q * t_hxdw7;
-    const real t_jm4nv = t_bl4f2 * t_hxdw7
+    const real t_xxe7d = t_tdwsm - t_e4k6u * t_hxdw7 - t_amczu * t_vsddq;
+    const real t_ectsz = t_xxe7d * t_lt2al - K_L64 * t_hxdw7;
+    const real t_vxob6 = t_ejwpy - t_rahc4 * t_hxdw7 - t_m27n6 * t_ectsz - t_bxfcn * t_vsddq;
+    const real t_hgxns = t_vxob6 * t_zmh3u - K_L63 * t_hxdw7;
+    const real t_zf7hq = t_d4mqf * t_hgxns
+        - (t_qvrp6 * t_hxdw7 + t_tjg6z + t_m67zs * t_ectsz)
+        + t_p6zld * t_vsddq;
+    const real t_o3iig = t_zf7hq * t_4iujv - t_dj64q * t_hxdw7;
+    const real t_ecjeh = t_bl4f2 * t_hxdw7
         + t_jctdr
-        + t_6mmeb * t_xgjig
-        + t_2m245 * t_kg5jh
-        + t_zzymx * t_ogk3l;
-    const real t_wmhj6 = t_b3aij * t_63du7 - t_jm4nv;
-    const real t_e2ul6 = t_wmhj6 * t_bpfoo - t_e4enr * t_hxdw7;
-    const real t_dn2cq = t_amczu * t_quqy3 - X_y4 * t_kchpi;
-    const real t_a53l4 = K_L54 * t_quqy3 - K_L64 * t_xgjig + t_dn2cq * t_lt2al;
-    const real t_m3xet = t_bxfcn * t_quqy3 - X_y3 * t_kchpi - t_m27n6 * t_a53l4;
-    const real t_dsm5n = K_L53 * t_quqy3 - K_L63 * t_xgjig + t_m3xet * t_zmh3u;
-    const real t_dwpvo = t_p6zld * t_quqy3 - X_y2 * t_kchpi - t_d4mqf * t_dsm5n + t_m67zs * t_a53l4;
-    const real t_bmggl = t_dj64q * t_xgjig + K_L52 * t_quqy3 + t_dwpvo * t_4iujv;
-    const real t_ukvyd = t_6mmeb * t_quqy3
+        + t_6mmeb * t_vsddq
+        + t_2m245 * t_ectsz
+        + t_zzymx * t_hgxns;
+    const real t_2gsq3 = t_b3aij * t_o3iig - t_ecjeh;
+    const real t_mrfay = t_2gsq3 * t_bpfoo - t_e4enr * t_hxdw7;
+    const real t_qpnxp = t_amczu * t_bnvxt - X_y4 * t_kchpi;
+    const real t_qiah6 = K_L54 * t_bnvxt - K_L64 * t_vsddq + t_qpnxp * t_lt2al;
+    const real t_jg377 = t_bxfcn * t_bnvxt - X_y3 * t_kchpi - t_m27n6 * t_qiah6;
+    const real t_xxavt = K_L53 * t_bnvxt - K_L63 * t_vsddq + t_jg377 * t_zmh3u;
+    const real t_bcywj = t_p6zld * t_bnvxt - X_y2 * t_kchpi - t_d4mqf * t_xxavt + t_m67zs * t_qiah6;
+    const real t_hocgv = t_dj64q * t_vsddq + K_L52 * t_bnvxt + t_bcywj * t_4iujv;
+    const real t_gmtwq = t_6mmeb * t_bnvxt
         + b1 * t_kchpi
-        - t_2m245 * t_a53l4
-        - t_zzymx * t_dsm5n
-        - t_b3aij * t_bmggl;
-    const real t_pyg7e = t_vshgd * t_quqy3 - t_e4enr * t_xgjig + t_ukvyd * t_bpfoo;
-    const real t_5o7cf = cos_theta2 * t_e2ul6 + sin_theta2 * t_pyg7e;
-    const real t_g6mcq = t_63du7 - t_dsm5n;
-    const real t_rx43t = t_ogk3l - t_bmggl;
-    const real t_ip4xi = SC2 * t_g6mcq + S_sq2 * t_rx43t;
-    const real t_55im7 = t_ip4xi - t_ogk3l;
-    const real t_rbkud = e2 * t_i76tk - t_55im7;
-    const real t_veh2r = t_ip4xi + t_bmggl;
-    const real t_jjwow = cos_theta2 * t_kg5jh + sin_theta2 * t_a53l4;
-    const real t_tcra6 = K(-2.0) * t_i76tk - t_jjwow;
-    const real t_tcia6_2 = t_6bumy + t_quqy3;
-    const real t_q7bkp = t_kg5jh + t_xgjig;
-    const real t_s4qxb = K(-2.0) * t_quqy3 + t_a53l4;
-    const real t_joivs = sin_theta2 * t_q7bkp - cos_theta2 * t_s4qxb;
-    const real t_6xmta = t_veh2r - g_2 * t_tcia6_2 + q_2 * t_joivs;
-    const real t_tcgnk = wth_2 * t_6xmta - (t_iya7w * t_zwjps + wg_2 * t_tcia6_2 + t_oncjt * t_kchpi);
+        - t_2m245 * t_qiah6
+        - t_zzymx * t_xxavt
+        - t_b3aij * t_hocgv;
+    const real t_oef2i = t_vshgd * t_bnvxt - t_e4enr * t_vsddq + t_gmtwq * t_bpfoo;
+    const real t_wtk7s = cos_theta2 * t_mrfay + sin_theta2 * t_oef2i;
+    const real t_hnpks = t_o3iig - t_xxavt;
+    const real t_swte4 = t_hgxns - t_hocgv;
+    const real t_kwccd_4 = SC2 * t_hnpks + S_sq2 * t_swte4;
+    const real t_aowse = t_kwccd_4 - t_hgxns;
+    const real t_njrn6 = e2 * t_etxyy - t_aowse;
+    const real t_tdtgd = t_kwccd_4 + t_hocgv;
+    const real t_xnfgm = cos_theta2 * t_ectsz + sin_theta2 * t_qiah6;
+    const real t_3c7lj = K(-2.0) * t_etxyy - t_xnfgm;
+    const real t_nn5eh_2 = t_e6nai + t_bnvxt;
+    const real t_55slo = t_ectsz + t_vsddq;
+    const real t_b3lud = K(-2.0) * t_bnvxt + t_qiah6;
+    const real t_xc5k4 = sin_theta2 * t_55slo - cos_theta2 * t_b3lud;
+    const real t_j3hra = t_tdtgd - g_2 * t_nn5eh_2 + q_2 * t_xc5k4;
+    const real t_umuhm = wth_2 * t_j3hra - (t_iya7w * t_zwjps + wg_2 * t_nn5eh_2 + t_oncjt * t_kchpi);
     const real t_ht423 = K_L64 * t_zwjps - K_L54 * t_kchpi;
     const real t_uyclk = t_xtm6t - t_ht423;
     const real t_mrgyy = K_L63 * t_zwjps - K_L53 * t_kchpi - K_L43 * t_ht423;
     const real t_f72r2 = t_6urah * t_ht423 - (t_dj64q * t_zwjps + K_L52 * t_kchpi) - K_L32 * t_mrgyy;
-    const real t_4z2sa = t_vshgd * t_kchpi
+    const real t_4wxpe = t_vshgd * t_kchpi
         - t_e4enr * t_zwjps
         + t_xq4wt * t_ht423
         + t_3go2w * t_mrgyy
         + t_w7lcw * t_f72r2;
-    const real t_cmxxc = e2 * t_xtm6t - cos_theta2 * t_mrgyy - sin_theta2 * t_f72r2;
-    const real t_snavw = cos_phi2 * t_4z2sa + sin_phi2 * t_cmxxc;
-    const real t_v5ufy = eAss_2 * t_i76tk
-        + t_rdwum * (me2 * t_tcia6)
+    const real t_sevwl = e2 * t_xtm6t - cos_theta2 * t_mrgyy - sin_theta2 * t_f72r2;
+    const real t_ez3gr = cos_phi2 * t_4wxpe + sin_phi2 * t_sevwl;
+    const real t_vr3r7 = eAss_2 * t_etxyy
+        + t_rdwum * (me2 * t_nn5eh)
         + F_t2 * t_xtm6t
-        + Asc_2 * t_5o7cf
-        + Ass_2 * t_rbkud
-        - me2 * t_veh2r
-        + Bc_2 * t_tcra6
-        + t_tcgnk
-        + t_rybsf * (Bs_2 * t_uyclk + cos_phi2 * (mv2 * t_snavw));
-    const real t_6txch = SC1 * t_xgjig - S_sq1 * t_sld5r_2;
-    const real t_fezpi = t_hxdw7 + t_6txch;
-    const real t_zrlhg = t_quqy3 + t_6txch;
+        + Asc_2 * t_wtk7s
+        + Ass_2 * t_njrn6
+        - me2 * t_tdtgd
+        + Bc_2 * t_3c7lj
+        + t_umuhm
+        + t_rybsf * (Bs_2 * t_uyclk + cos_phi2 * (mv2 * t_ez3gr));
+    const real t_jw7l7 = SC1 * t_vsddq - S_sq1 * t_25meg_2;
+    const real t_e66t4 = t_hxdw7 + t_jw7l7;
+    const real t_7drqk = t_bnvxt + t_jw7l7;
     const real t_f5dkx = cos_theta1 * t_zwjps - sin_theta1 * t_kchpi;
-    const real t_dkyqa = cos_theta1 * t_e2ul6 + sin_theta1 * t_pyg7e;
-    const real t_dsnuj = SC1 * t_g6mcq + S_sq1 * t_rx43t;
-    const real t_yutr3 = t_dsnuj - t_ogk3l;
-    const real t_ogggi = e1 * t_fezpi - t_yutr3;
-    const real t_36kln = t_dsnuj + t_bmggl;
-    const real t_l4bn5 = cos_theta1 * t_kg5jh + sin_theta1 * t_a53l4;
-    const real t_gsbw4 = K(-2.0) * t_fezpi - t_l4bn5;
-    const real t_zrlhg_2 = t_6txch + t_quqy3;
-    const real t_r7dto = sin_theta1 * t_q7bkp - cos_theta1 * t_s4qxb;
-    const real t_ccrah = t_36kln - g_1 * t_zrlhg_2 + q_1 * t_r7dto;
-    const real t_53x4e = wth_1 * t_ccrah - (t_azclp * t_zwjps + wg_1 * t_zrlhg_2 + t_vt7uo * t_kchpi);
+    const real t_5swbe = cos_theta1 * t_mrfay + sin_theta1 * t_oef2i;
+    const real t_aiugo_4 = SC1 * t_hnpks + S_sq1 * t_swte4;
+    const real t_dcc66 = t_aiugo_4 - t_hgxns;
+    const real t_4icox = e1 * t_e66t4 - t_dcc66;
+    const real t_x4366 = t_aiugo_4 + t_hocgv;
+    const real t_jl54p = cos_theta1 * t_ectsz + sin_theta1 * t_qiah6;
+    const real t_wdafs = K(-2.0) * t_e66t4 - t_jl54p;
+    const real t_7drqk_2 = t_jw7l7 + t_bnvxt;
+    const real t_zml34 = sin_theta1 * t_55slo - cos_theta1 * t_b3lud;
+    const real t_6wzuk = t_x4366 - g_1 * t_7drqk_2 + q_1 * t_zml34;
+    const real t_edjoe = wth_1 * t_6wzuk - (t_azclp * t_zwjps + wg_1 * t_7drqk_2 + t_vt7uo * t_kchpi);
     const real t_e3grk = t_f5dkx - t_ht423;
-    const real t_bjg7u = e1 * t_f5dkx - cos_theta1 * t_mrgyy - sin_theta1 * t_f72r2;
-    const real t_mtbgo = cos_phi1 * t_4z2sa + sin_phi1 * t_bjg7u;
-    const real t_6ntsd = eAss_1 * t_fezpi
-        + t_o6yyy * (me1 * t_zrlhg)
+    const real t_yoreq = e1 * t_f5dkx - cos_theta1 * t_mrgyy - sin_theta1 * t_f72r2;
+    const real t_v23jw = cos_phi1 * t_4wxpe + sin_phi1 * t_yoreq;
+    const real t_6bhi2 = eAss_1 * t_e66t4
+        + t_o6yyy * (me1 * t_7drqk)
         + F_t1 * t_f5dkx
-        + Asc_1 * t_dkyqa
-        + Ass_1 * t_ogggi
-        - me1 * t_36kln
-        + Bc_1 * t_gsbw4
-        + t_53x4e
-        + t_rybsf * (Bs_1 * t_e3grk + cos_phi1 * (mv1 * t_mtbgo));
-    const real t_ymjsn = t_jf3qj * (M_C * t_sld5r) + t_2qijq + t_v5ufy + t_6ntsd;
-    const real t_aqx76 = t_wurun * t_e2l2j + t_2e52m * t_dn2cq;
-    const real t_swf3r = t_m27n6 * t_aqx76 - X_y3 * t_ht423;
-    const real t_qzb5b = t_kpf5p * t_pzfnv + t_qe675 * t_m3xet + t_ydwjl * t_swf3r;
-    const real t_xgb5l = K_L43 * t_aqx76 - (K_L63 * t_kg5jh + K_L53 * t_a53l4) + t_swf3r * t_zmh3u;
-    const real t_ja372 = t_m67zs * t_aqx76 + X_y2 * t_ht423 + t_d4mqf * t_xgb5l;
-    const real t_piz3f = t_d4mqf * t_qzb5b - X_y2 * t_mrgyy;
-    const real t_hlep2 = t_2ngl5 * t_4oigs + t_hfybw * t_dwpvo + t_dwrhg * t_ja372 + t_6yahm * t_piz3f;
-    const real t_hdzbx = K_L52 * t_a53l4 - t_dj64q * t_kg5jh + t_6urah * t_aqx76 + t_ja372 * t_4iujv;
-    const real t_vegrt = t_2m245 * t_aqx76 + b1 * t_ht423 - t_zzymx * t_xgb5l + t_b3aij * t_hdzbx;
-    const real t_bjgv6 = t_dj64q * t_ogk3l
-        - K_L52 * t_dsm5n
-        + t_6urah * t_xgb5l
-        + K_L32 * t_qzb5b
-        + t_piz3f * t_4iujv;
-    const real t_jiiip = t_zzymx * t_qzb5b + b1 * t_mrgyy - t_b3aij * t_bjgv6;
-    const real t_ikxum = t_b3aij * t_hlep2 + b1 * t_f72r2;
-    const real t_uwo5m = t_ielc3 * t_wmhj6
-        + t_2lluf * t_ukvyd
-        + t_jtjoh * t_vegrt
-        + t_3tmqi * t_jiiip
-        + t_6xwz3 * t_ikxum;
-    const real t_hel7w = t_rl7kq * t_ymjsn - (t_iw7bs * t_sld5r + t_qzb5b + t_hlep2 + t_uwo5m);
-    const real t_3bhwh = t_ymjsn * t_xpjrw;
+        + Asc_1 * t_5swbe
+        + Ass_1 * t_4icox
+        - me1 * t_x4366
+        + Bc_1 * t_wdafs
+        + t_edjoe
+        + t_rybsf * (Bs_1 * t_e3grk + cos_phi1 * (mv1 * t_v23jw));
+    const real t_wdbkt = t_jf3qj * (M_C * t_25meg) + t_2qijq + t_vr3r7 + t_6bhi2;
+    const real t_vbqu5 = t_wurun * t_xxe7d + t_2e52m * t_qpnxp;
+    const real t_gt65x = t_m27n6 * t_vbqu5 - X_y3 * t_ht423;
+    const real t_a6t2j = t_kpf5p * t_vxob6 + t_qe675 * t_jg377 + t_ydwjl * t_gt65x;
+    const real t_4v54g = K_L43 * t_vbqu5 - (K_L63 * t_ectsz + K_L53 * t_qiah6) + t_gt65x * t_zmh3u;
+    const real t_sfeyy = t_m67zs * t_vbqu5 + X_y2 * t_ht423 + t_d4mqf * t_4v54g;
+    const real t_o7i65 = t_d4mqf * t_a6t2j - X_y2 * t_mrgyy;
+    const real t_yezlo = t_2ngl5 * t_zf7hq + t_hfybw * t_bcywj + t_dwrhg * t_sfeyy + t_6yahm * t_o7i65;
+    const real t_644xh = K_L52 * t_qiah6 - t_dj64q * t_ectsz + t_6urah * t_vbqu5 + t_sfeyy * t_4iujv;
+    const real t_iqxi2 = t_2m245 * t_vbqu5 + b1 * t_ht423 - t_zzymx * t_4v54g + t_b3aij * t_644xh;
+    const real t_fgf5i = t_dj64q * t_hgxns
+        - K_L52 * t_xxavt
+        + t_6urah * t_4v54g
+        + K_L32 * t_a6t2j
+        + t_o7i65 * t_4iujv;
+    const real t_46y4e = t_zzymx * t_a6t2j + b1 * t_mrgyy - t_b3aij * t_fgf5i;
+    const real t_7ovmr = t_b3aij * t_yezlo + b1 * t_f72r2;
+    const real t_la4fe = t_ielc3 * t_2gsq3
+        + t_2lluf * t_gmtwq
+        + t_jtjoh * t_iqxi2
+        + t_3tmqi * t_46y4e
+        + t_6xwz3 * t_7ovmr;
+    const real t_otwms = t_rl7kq * t_wdbkt - (t_iw7bs * t_25meg + t_a6t2j + t_yezlo + t_la4fe);
+    const real t_22ce4_2 = t_wdbkt * t_xpjrw;
     const real t_376fm = W12 * t_kchpi;
     const real t_ghmih = W13 * t_zwjps;
-    const real t_aynjy = t_376fm - t_ghmih - t_aqx76;
+    const real t_kxqwd = t_376fm - t_ghmih - t_vbqu5;
     const real t_fp5ww = x[wy] * (x[wz] * t_ht423) - t_ghmih;
-    const real t_r2hvo = t_qzb5b - t_hlep2;
-    const real t_feajd = SC1 * t_bjgv6 + S_sq1 * t_r2hvo;
-    const real t_cikyy = t_3go2w * t_qzb5b
-        - (t_e4enr * t_ogk3l + t_vshgd * t_dsm5n + t_xq4wt * t_xgb5l)
-        + t_jiiip * t_bpfoo;
-    const real t_yczy7 = t_e4enr * t_63du7
-        - t_vshgd * t_bmggl
-        + t_xq4wt * t_hdzbx
-        - t_3go2w * t_bjgv6
-        + t_w7lcw * t_hlep2
-        + t_ikxum * t_bpfoo;
-    const real t_af4rj = sin_phi1 * (e1 * t_ogggi - t_qzb5b + t_feajd + t_uwo5m)
-        + cos_phi1 * (e1 * t_dkyqa + cos_theta1 * t_cikyy + sin_theta1 * t_yczy7);
-    const real t_s2qzy = sin_phi1 * t_af4rj - t_uwo5m + t_lupe6 * t_mtbgo;
-    const real t_yjmne = k1 * t_s2qzy - sigma_sq1 * t_mtbgo;
-    const real t_iiu4k = p[l1] * t_e3grk + sin_phi1 * t_4z2sa - cos_phi1 * t_bjg7u;
-    const real t_b7ehk = loss_phi1 * t_iiu4k + t_6nwd2 * t_s2qzy;
-    const real t_4ra7m = t_fezpi + t_l4bn5 - t_aqx76;
-    const real t_o5ijg = t_xq4wt * t_aqx76 - (t_e4enr * t_kg5jh + t_vshgd * t_a53l4) + t_vegrt * t_bpfoo;
-    const real t_ubv4n = p[l1] * t_4ra7m
-        + sin_phi1 * (t_dkyqa + t_w7vil * t_e3grk + t_o5ijg)
-        + cos_phi1 * (t_yutr3 + e1 * t_gsbw4 + sin_theta1 * t_hdzbx - cos_theta1 * t_xgb5l)
-        + eta1 * t_iiu4k;
-    const real t_vhl2o = t_owkw5 * t_sld5r
-        + t_simvy * t_zrlhg
-        - e1 * t_36kln
-        + t_hlep2
-        + t_feajd
-        + p[l1] * t_ubv4n
-        + t_hel7w
-        - p[h1] * t_3bhwh;
-    const real t_3oe6h = p[l1] * t_b7ehk + p[I1] * t_vhl2o;
-    const real t_cm4rz_2 = t_ecohd * t_3oe6h;
-    const real t_w6osa = t_a53l4 - t_quqy3 - t_aqx76;
-    const real t_ukv3z = t_hdzbx - t_bmggl;
-    const real t_hsejh = t_dsm5n + t_xgb5l;
-    const real t_dcodb = q_1 * t_w6osa + cos_theta1 * t_ukv3z + sin_theta1 * t_hsejh;
-    const real t_xawty = g_1 * t_ccrah + q_1 * t_dcodb - t_hlep2 - t_feajd;
+    const real t_wxiur = t_a6t2j - t_yezlo;
+    const real t_e6wif_2 = SC1 * t_fgf5i + S_sq1 * t_wxiur;
+    const real t_dfcui = t_3go2w * t_a6t2j
+        - (t_e4enr * t_hgxns + t_vshgd * t_xxavt + t_xq4wt * t_4v54g)
+        + t_46y4e * t_bpfoo;
+    const real t_4ndfz = t_e4enr * t_o3iig
+        - t_vshgd * t_hocgv
+        + t_xq4wt * t_644xh
+        - t_3go2w * t_fgf5i
+        + t_w7lcw * t_yezlo
+        + t_7ovmr * t_bpfoo;
+    const real t_fltil = sin_phi1 * (e1 * t_4icox - t_a6t2j + t_e6wif_2 + t_la4fe)
+        + cos_phi1 * (e1 * t_5swbe + cos_theta1 * t_dfcui + sin_theta1 * t_4ndfz);
+    const real t_ol6uk = sin_phi1 * t_fltil - t_la4fe + t_lupe6 * t_v23jw;
+    const real t_o7atx_4 = k1 * t_ol6uk - sigma_sq1 * t_v23jw;
+    const real t_cfw2w = p[l1] * t_e3grk + sin_phi1 * t_4wxpe - cos_phi1 * t_yoreq;
+    const real t_kklji_4 = loss_phi1 * t_cfw2w + t_6nwd2 * t_ol6uk;
+    const real t_vcvng = t_e66t4 + t_jl54p - t_vbqu5;
+    const real t_gaz66 = t_xq4wt * t_vbqu5 - (t_e4enr * t_ectsz + t_vshgd * t_qiah6) + t_iqxi2 * t_bpfoo;
+    const real t_xqmwg = p[l1] * t_vcvng
+        + sin_phi1 * (t_5swbe + t_w7vil * t_e3grk + t_gaz66)
+        + cos_phi1 * (t_dcc66 + e1 * t_wdafs + sin_theta1 * t_644xh - cos_theta1 * t_4v54g)
+        + eta1 * t_cfw2w;
+    const real t_wvbhw = t_owkw5 * t_25meg
+        + t_simvy * t_7drqk
+        - e1 * t_x4366
+        + t_yezlo
+        + t_e6wif_2
+        + p[l1] * t_xqmwg
+        + t_otwms
+        - p[h1] * t_22ce4_2;
+    const real t_5u4vv_3 = p[l1] * t_kklji_4 + p[I1] * t_wvbhw;
+    const real t_ercla_5 = t_ecohd * t_5u4vv_3;
+    const real t_zkoid = t_qiah6 - t_bnvxt - t_vbqu5;
+    const real t_65g6t = t_644xh - t_hocgv;
+    const real t_adqyy = t_xxavt + t_4v54g;
+    const real t_3csri = q_1 * t_zkoid + cos_theta1 * t_65g6t + sin_theta1 * t_adqyy;
+    const real t_rhrdp = g_1 * t_6wzuk + q_1 * t_3csri - t_yezlo - t_e6wif_2;
     const real t_7fuvy = t_kchpi + t_ht423;
-    const real t_4qunc = q_1 * t_7fuvy
+    const real t_k67t4 = q_1 * t_7fuvy
         + sin_theta1 * (t_mrgyy - t_ioku6)
         - cos_theta1 * (g_1 * t_kchpi + t_f72r2);
-    const real t_6gjtg = p[I1] * t_xawty + t_xips6 * t_4qunc;
-    const real t_gj6ho = t_sdxhx * t_6gjtg;
-    const real t_tlnuk = th_1 * t_4qunc;
-    const real t_ebxww = p[I1] * t_tlnuk;
-    const real t_tb73o = wg_1 * t_r7dto
-        + wq_1 * t_w6osa
+    const real t_erdcw = p[I1] * t_rhrdp + t_xips6 * t_k67t4;
+    const real t_ta3hd = t_sdxhx * t_erdcw;
+    const real t_pk7tu = th_1 * t_k67t4;
+    const real t_6cxzu = p[I1] * t_pk7tu;
+    const real t_kcoqj = wg_1 * t_zml34
+        + wq_1 * t_zkoid
         + F_n1 * t_7fuvy
-        + wth_1 * t_dcodb
-        - loss_theta1 * t_tlnuk
-        + W12 * t_ebxww
-        - t_hpic2 * (p[m1] * t_gj6ho);
+        + wth_1 * t_3csri
+        - loss_theta1 * t_pk7tu
+        + W12 * t_6cxzu
+        - t_hpic2 * (p[m1] * t_ta3hd);
     const real t_zbc4o = t_hxdw7 - t_ghmih;
     const real t_vzsco = x[wy] * t_kchpi - x[wz] * t_zwjps;
     const real t_6zjra = x[wx] * t_zwjps - x[wy] * t_ht423;
-    const real t_sipkk = SC2 * t_bjgv6 + S_sq2 * t_r2hvo;
-    const real t_752ms = sin_phi2 * (e2 * t_rbkud - t_qzb5b + t_sipkk + t_uwo5m)
-        + cos_phi2 * (e2 * t_5o7cf + cos_theta2 * t_cikyy + sin_theta2 * t_yczy7);
-    const real t_a5p2c = sin_phi2 * t_752ms - t_uwo5m + t_cekeb * t_snavw;
-    const real t_rpkoe = k2 * t_a5p2c - sigma_sq2 * t_snavw;
-    const real t_y45oi = p[l2] * t_uyclk + sin_phi2 * t_4z2sa - cos_phi2 * t_cmxxc;
-    const real t_aukc7 = loss_phi2 * t_y45oi + t_popww * t_a5p2c;
-    const real t_jxhef = t_i76tk + t_jjwow - t_aqx76;
-    const real t_2udnc = p[l2] * t_jxhef
-        + sin_phi2 * (t_5o7cf + t_6fvzz * t_uyclk + t_o5ijg)
-        + cos_phi2 * (t_55im7 + e2 * t_tcra6 + sin_theta2 * t_hdzbx - cos_theta2 * t_xgb5l)
-        + eta2 * t_y45oi;
-    const real t_rtfxw = t_gy5fy * t_sld5r
-        + t_quuci * t_tcia6
-        - e2 * t_veh2r
-        + t_hlep2
-        + t_sipkk
-        + p[l2] * t_2udnc
-        + t_hel7w
-        - p[h2] * t_3bhwh;
-    const real t_emhsf = p[l2] * t_aukc7 + p[I2] * t_rtfxw;
-    const real t_mh4kp_2 = t_ew3ec * t_emhsf;
-    const real t_gzmfo = q_2 * t_w6osa + cos_theta2 * t_ukv3z + sin_theta2 * t_hsejh;
-    const real t_k4hxt = g_2 * t_6xmta + q_2 * t_gzmfo - t_hlep2 - t_sipkk;
-    const real t_gzqbv = q_2 * t_7fuvy
+    const real t_zphql_2 = SC2 * t_fgf5i + S_sq2 * t_wxiur;
+    const real t_4utn3 = sin_phi2 * (e2 * t_njrn6 - t_a6t2j + t_zphql_2 + t_la4fe)
+        + cos_phi2 * (e2 * t_wtk7s + cos_theta2 * t_dfcui + sin_theta2 * t_4ndfz);
+    const real t_gpyxk = sin_phi2 * t_4utn3 - t_la4fe + t_cekeb * t_ez3gr;
+    const real t_tolgd_4 = k2 * t_gpyxk - sigma_sq2 * t_ez3gr;
+    const real t_vauux = p[l2] * t_uyclk + sin_phi2 * t_4wxpe - cos_phi2 * t_sevwl;
+    const real t_3dbm5_4 = loss_phi2 * t_vauux + t_popww * t_gpyxk;
+    const real t_jz2uj = t_etxyy + t_xnfgm - t_vbqu5;
+    const real t_nxose = p[l2] * t_jz2uj
+        + sin_phi2 * (t_wtk7s + t_6fvzz * t_uyclk + t_gaz66)
+        + cos_phi2 * (t_aowse + e2 * t_3c7lj + sin_theta2 * t_644xh - cos_theta2 * t_4v54g)
+        + eta2 * t_vauux;
+    const real t_yhi4d = t_gy5fy * t_25meg
+        + t_quuci * t_nn5eh
+        - e2 * t_tdtgd
+        + t_yezlo
+        + t_zphql_2
+        + p[l2] * t_nxose
+        + t_otwms
+        - p[h2] * t_22ce4_2;
+    const real t_5pt5l_3 = p[l2] * t_3dbm5_4 + p[I2] * t_yhi4d;
+    const real t_4b4pj_5 = t_ew3ec * t_5pt5l_3;
+    const real t_zvuaa = q_2 * t_zkoid + cos_theta2 * t_65g6t + sin_theta2 * t_adqyy;
+    const real t_j5fut = g_2 * t_j3hra + q_2 * t_zvuaa - t_yezlo - t_zphql_2;
+    const real t_4ptcp = q_2 * t_7fuvy
         + sin_theta2 * (t_mrgyy - t_knybb)
         - cos_theta2 * (g_2 * t_kchpi + t_f72r2);
-    const real t_5wdqj = p[I2] * t_k4hxt + t_vry6x * t_gzqbv;
-    const real t_lmyyz = t_yyt2v * t_5wdqj;
-    const real t_5o6ce = th_2 * t_gzqbv;
-    const real t_5xnu3 = p[I2] * t_5o6ce;
-    const real t_i56om = wg_2 * t_joivs
-        + wq_2 * t_w6osa
+    const real t_vwpie = p[I2] * t_j5fut + t_vry6x * t_4ptcp;
+    const real t_i55mr = t_yyt2v * t_vwpie;
+    const real t_pbqrx = th_2 * t_4ptcp;
+    const real t_tmp4k = p[I2] * t_pbqrx;
+    const real t_n3h3i = wg_2 * t_xc5k4
+        + wq_2 * t_zkoid
         + F_n2 * t_7fuvy
-        + wth_2 * t_gzmfo
-        - loss_theta2 * t_5o6ce
-        + W12 * t_5xnu3
-        - t_n52pz * (p[m2] * t_lmyyz);
+        + wth_2 * t_zvuaa
+        - loss_theta2 * t_pbqrx
+        + W12 * t_tmp4k
+        - t_n52pz * (p[m2] * t_i55mr);
     const real t_wbmmu = t_3go2w - K_L32 * t_w7lcw;
     const real t_zo2il = t_xq4wt + t_6urah * t_w7lcw - K_L43 * t_wbmmu;
     const real t_7cc3d = t_vshgd - K_L52 * t_w7lcw - K_L53 * t_wbmmu - K_L54 * t_zo2il;
-    const real t_pdrn4 = t_e4enr
+    const real t_yrdip = t_e4enr
         + t_dj64q * t_w7lcw
         - K_L63 * t_wbmmu
         - K_L64 * t_zo2il
         - K_L65 * t_7cc3d;
-    const real t_ksgil = t_o4hiw * t_pdrn4;
-    const real t_jvg22 = t_pdrn4 * t_nfkwa;
-    const real t_z76tc = t_5gmab * t_ksgil - X_x6 * t_7cc3d - X_y5 * t_jvg22;
-    const real t_722xe = t_dzxqu * t_z76tc + t_eriz2 * t_7cc3d;
-    const real t_evcvo = t_ksgil + t_722xe;
-    const real t_fnfxi = K_L65 * t_ksgil + t_z76tc * t_ftqxb;
-    const real t_jcy4e = t_e4k6u * t_ksgil - X_x6 * t_zo2il - X_y4 * t_jvg22 - t_amczu * t_fnfxi;
-    const real t_24zrz = K_L64 * t_ksgil + t_jcy4e * t_lt2al;
-    const real t_lw5dw = t_rahc4 * t_ksgil
+    const real t_j6rcz = t_o4hiw * t_yrdip;
+    const real t_2r4jw = t_yrdip * t_nfkwa;
+    const real t_q5jiw = t_jo54w * t_j6rcz - X_x6 * t_7cc3d - X_y5 * t_2r4jw;
+    const real t_rausi = t_dzxqu * t_q5jiw + t_eriz2 * t_7cc3d;
+    const real t_rrdun = t_j6rcz + t_rausi;
+    const real t_sxq2w = K_L65 * t_j6rcz + t_q5jiw * t_ftqxb;
+    const real t_xakt3 = t_e4k6u * t_j6rcz - X_x6 * t_zo2il - X_y4 * t_2r4jw - t_amczu * t_sxq2w;
+    const real t_tp4pj = K_L64 * t_j6rcz + t_xakt3 * t_lt2al;
+    const real t_36bfy = t_rahc4 * t_j6rcz
         - X_x6 * t_wbmmu
-        - X_y3 * t_jvg22
-        - t_m27n6 * t_24zrz
-        - t_bxfcn * t_fnfxi;
-    const real t_b3qbg = t_7cc3d * t_ftqxb - K_L65 * t_jvg22;
-    const real t_biltf = t_amczu * t_722xe - X_x5 * t_zo2il - X_y4 * t_b3qbg;
-    const real t_nkrrm = K_L54 * t_722xe - K_L64 * t_fnfxi + t_biltf * t_lt2al;
-    const real t_xauqu = t_bxfcn * t_722xe - X_x5 * t_wbmmu - X_y3 * t_b3qbg - t_m27n6 * t_nkrrm;
-    const real t_7pd3n = t_wurun * t_jcy4e + t_2e52m * t_biltf + t_gkoba * t_zo2il;
-    const real t_mk6zb = t_zo2il * t_lt2al - (K_L64 * t_jvg22 + K_L54 * t_b3qbg);
-    const real t_dopty = t_m27n6 * t_7pd3n - X_x4 * t_wbmmu - X_y3 * t_mk6zb;
-    const real t_pjhpc = t_kpf5p * t_lw5dw + t_qe675 * t_xauqu + t_ydwjl * t_dopty + t_insvr * t_wbmmu;
-    const real t_x6vjj = K_L63 * t_ksgil + t_lw5dw * t_zmh3u;
-    const real t_rny3o = X_x6 * t_w7lcw
-        + t_hmob3 * t_ksgil
-        + X_y2 * t_jvg22
-        - t_m67zs * t_24zrz
-        + t_d4mqf * t_x6vjj
-        + t_p6zld * t_fnfxi;
-    const real t_nzxzv = K_L53 * t_722xe - K_L63 * t_fnfxi + t_xauqu * t_zmh3u;
-    const real t_n7rwk = t_p6zld * t_722xe
+        - X_y3 * t_2r4jw
+        - t_m27n6 * t_tp4pj
+        - t_bxfcn * t_sxq2w;
+    const real t_mihqv = t_7cc3d * t_ftqxb - K_L65 * t_2r4jw;
+    const real t_xzpyi = t_amczu * t_rausi - X_x5 * t_zo2il - X_y4 * t_mihqv;
+    const real t_djsx3 = K_L54 * t_rausi - K_L64 * t_sxq2w + t_xzpyi * t_lt2al;
+    const real t_yhlqw = t_bxfcn * t_rausi - X_x5 * t_wbmmu - X_y3 * t_mihqv - t_m27n6 * t_djsx3;
+    const real t_g44ep = t_wurun * t_xakt3 + t_2e52m * t_xzpyi + t_gkoba * t_zo2il;
+    const real t_n52wr = t_zo2il * t_lt2al - (K_L64 * t_2r4jw + K_L54 * t_mihqv);
+    const real t_wmahs = t_m27n6 * t_g44ep - X_x4 * t_wbmmu - X_y3 * t_n52wr;
+    const real t_dobth = t_kpf5p * t_36bfy + t_qe675 * t_yhlqw + t_ydwjl * t_wmahs + t_insvr * t_wbmmu;
+    const real t_tkjh2 = K_L63 * t_j6rcz + t_36bfy * t_zmh3u;
+    const real t_nwsgu = X_x6 * t_w7lcw
+        + t_qvrp6 * t_j6rcz
+        + X_y2 * t_2r4jw
+        - t_m67zs * t_tp4pj
+        + t_d4mqf * t_tkjh2
+        + t_p6zld * t_sxq2w;
+    const real t_x2iri = K_L53 * t_rausi - K_L63 * t_sxq2w + t_yhlqw * t_zmh3u;
+    const real t_ssdkg = t_p6zld * t_rausi
         - X_x5 * t_w7lcw
-        - X_y2 * t_b3qbg
-        - t_d4mqf * t_nzxzv
-        + t_m67zs * t_nkrrm;
-    const real t_w6735 = K_L43 * t_7pd3n - (K_L63 * t_24zrz + K_L53 * t_nkrrm) + t_dopty * t_zmh3u;
-    const real t_kscbh = X_x4 * t_w7lcw + t_m67zs * t_7pd3n + X_y2 * t_mk6zb + t_d4mqf * t_w6735;
-    const real t_5x4uu = t_wbmmu * t_zmh3u - (K_L63 * t_jvg22 + K_L53 * t_b3qbg + K_L43 * t_mk6zb);
-    const real t_lgpez = t_d4mqf * t_pjhpc - X_x3 * t_w7lcw - X_y2 * t_5x4uu;
-    const real t_v3y36 = t_2ngl5 * t_rny3o
-        + t_hfybw * t_n7rwk
-        + t_dwrhg * t_kscbh
-        + t_6yahm * t_lgpez
+        - X_y2 * t_mihqv
+        - t_d4mqf * t_x2iri
+        + t_m67zs * t_djsx3;
+    const real t_bym7r = K_L43 * t_g44ep - (K_L63 * t_tp4pj + K_L53 * t_djsx3) + t_wmahs * t_zmh3u;
+    const real t_dx7rx = X_x4 * t_w7lcw + t_m67zs * t_g44ep + X_y2 * t_n52wr + t_d4mqf * t_bym7r;
+    const real t_4eemy = t_wbmmu * t_zmh3u - (K_L63 * t_2r4jw + K_L53 * t_mihqv + K_L43 * t_n52wr);
+    const real t_bpeef = t_d4mqf * t_dobth - X_x3 * t_w7lcw - X_y2 * t_4eemy;
+    const real t_45ez6 = t_2ngl5 * t_nwsgu
+        + t_hfybw * t_ssdkg
+        + t_dwrhg * t_dx7rx
+        + t_6yahm * t_bpeef
         + t_5am4i * t_w7lcw;
-    const real t_v27kp = t_dj64q * t_ksgil + t_rny3o * t_4iujv;
-    const real t_svr35 = X_x6
-        + t_bl4f2 * t_ksgil
-        + b1 * t_jvg22
-        - t_6mmeb * t_fnfxi
-        - t_2m245 * t_24zrz
-        - t_zzymx * t_x6vjj
-        + t_b3aij * t_v27kp;
-    const real t_h7fo6 = t_dj64q * t_fnfxi + K_L52 * t_722xe + t_n7rwk * t_4iujv;
-    const real t_wctmn = X_x5
-        + t_6mmeb * t_722xe
-        + b1 * t_b3qbg
-        - t_2m245 * t_nkrrm
-        - t_zzymx * t_nzxzv
-        - t_b3aij * t_h7fo6;
-    const real t_tby47 = K_L52 * t_nkrrm - t_dj64q * t_24zrz + t_6urah * t_7pd3n + t_kscbh * t_4iujv;
-    const real t_oq6fz = X_x4
-        + t_2m245 * t_7pd3n
-        + b1 * t_mk6zb
-        - t_zzymx * t_w6735
-        + t_b3aij * t_tby47;
-    const real t_v4o2r = t_dj64q * t_x6vjj
-        - K_L52 * t_nzxzv
-        + t_6urah * t_w6735
-        + K_L32 * t_pjhpc
-        + t_lgpez * t_4iujv;
-    const real t_sd446 = X_x3 + t_zzymx * t_pjhpc + b1 * t_5x4uu - t_b3aij * t_v4o2r;
-    const real t_jro6v = t_dj64q * t_jvg22
-        - K_L52 * t_b3qbg
-        + t_6urah * t_mk6zb
-        - K_L32 * t_5x4uu
+    const real t_rvpkq = t_dj64q * t_j6rcz + t_nwsgu * t_4iujv;
+    const real t_ehspq = X_x6
+        + t_bl4f2 * t_j6rcz
+        + b1 * t_2r4jw
+        - t_6mmeb * t_sxq2w
+        - t_2m245 * t_tp4pj
+        - t_zzymx * t_tkjh2
+        + t_b3aij * t_rvpkq;
+    const real t_ox7zc = t_dj64q * t_sxq2w + K_L52 * t_rausi + t_ssdkg * t_4iujv;
+    const real t_pkjd7 = X_x5
+        + t_6mmeb * t_rausi
+        + b1 * t_mihqv
+        - t_2m245 * t_djsx3
+        - t_zzymx * t_x2iri
+        - t_b3aij * t_ox7zc;
+    const real t_x4jhc = K_L52 * t_djsx3 - t_dj64q * t_tp4pj + t_6urah * t_g44ep + t_dx7rx * t_4iujv;
+    const real t_eg3yi = X_x4
+        + t_2m245 * t_g44ep
+        + b1 * t_n52wr
+        - t_zzymx * t_bym7r
+        + t_b3aij * t_x4jhc;
+    const real t_54l6g = t_dj64q * t_tkjh2
+        - K_L52 * t_x2iri
+        + t_6urah * t_bym7r
+        + K_L32 * t_dobth
+        + t_bpeef * t_4iujv;
+    const real t_fgywk = X_x3 + t_zzymx * t_dobth + b1 * t_4eemy - t_b3aij * t_54l6g;
+    const real t_3vvwh = t_dj64q * t_2r4jw
+        - K_L52 * t_mihqv
+        + t_6urah * t_n52wr
+        - K_L32 * t_4eemy
         + t_w7lcw * t_4iujv;
-    const real t_wcwx4 = X_x2 + t_b3aij * t_v3y36 + b1 * t_jro6v;
-    const real t_df6dv = b1 * t_bpfoo * t_bpfoo
-        + t_ielc3 * t_svr35
-        + t_2lluf * t_wctmn
-        + t_jtjoh * t_oq6fz
-        + t_3tmqi * t_sd446
-        + t_6xwz3 * t_wcwx4;
-    const real t_pwlhn = t_gcu5g * t_jvg22 - f_y * t_b3qbg;
-    const real t_evcvo_2 = t_ksgil - t_722xe;
-    const real t_gq6gd_3 = SC2 * t_fnfxi + S_sq2 * t_evcvo_2;
-    const real t_ee3f3 = t_gq6gd_3 - t_ksgil;
-    const real t_fdiq6 = t_722xe + t_gq6gd_3;
-    const real t_pahah = cos_theta2 * t_jvg22 + sin_theta2 * t_b3qbg;
-    const real t_moyct = t_e4enr * t_ksgil + t_svr35 * t_bpfoo;
-    const real t_evv2j = t_vshgd * t_722xe - t_e4enr * t_fnfxi + t_wctmn * t_bpfoo;
-    const real t_y4sd2 = cos_theta2 * t_moyct + sin_theta2 * t_evv2j;
-    const real t_o4oqg = t_v27kp - t_nzxzv;
-    const real t_ouaoc = t_x6vjj - t_h7fo6;
-    const real t_3cedv_3 = SC2 * t_o4oqg + S_sq2 * t_ouaoc;
-    const real t_iqgc6 = t_3cedv_3 - t_x6vjj;
-    const real t_p3cia_3 = e2 * t_ee3f3 - t_iqgc6;
-    const real t_xyejz = t_3cedv_3 + t_h7fo6;
-    const real t_ut54n = cos_theta2 * t_24zrz + sin_theta2 * t_nkrrm;
-    const real t_xbozt_3 = K(-2.0) * t_ee3f3 - t_ut54n;
-    const real t_fdiq6_2 = t_gq6gd_3 + t_722xe;
-    const real t_ettsl = t_24zrz + t_fnfxi;
-    const real t_76don = K(-2.0) * t_722xe + t_nkrrm;
-    const real t_fpdlq_3 = sin_theta2 * t_ettsl - cos_theta2 * t_76don;
-    const real t_jjae4_3 = t_xyejz - g_2 * t_fdiq6_2 + q_2 * t_fpdlq_3;
-    const real t_3ab7p = t_iya7w * t_jvg22 - wg_2 * t_fdiq6_2 - t_oncjt * t_b3qbg + wth_2 * t_jjae4_3;
-    const real t_ecxbj = t_bpfoo
-        + t_e4enr * t_jvg22
-        + t_vshgd * t_b3qbg
-        + t_xq4wt * t_mk6zb
-        + t_3go2w * t_5x4uu
-        + t_w7lcw * t_jro6v;
-    const real t_yep4c = e2 * t_pahah + cos_theta2 * t_5x4uu + sin_theta2 * t_jro6v;
-    const real t_yfp6d = cos_phi2 * t_ecxbj - sin_phi2 * t_yep4c;
-    const real t_kkyvb = t_pahah + t_mk6zb;
-    const real t_a5jf4 = eAss_2 * t_ee3f3
-        + t_rdwum * (me2 * t_fdiq6)
-        - F_t2 * t_pahah
-        + Asc_2 * t_y4sd2
-        + Ass_2 * t_p3cia_3
-        - me2 * t_xyejz
-        + Bc_2 * t_xbozt_3
-        + t_3ab7p
-        + t_rybsf * (cos_phi2 * (mv2 * t_yfp6d) - Bs_2 * t_kkyvb);
-    const real t_xgozw_3 = SC1 * t_fnfxi + S_sq1 * t_evcvo_2;
-    const real t_n4sjm = t_xgozw_3 - t_ksgil;
-    const real t_kqh47 = t_722xe + t_xgozw_3;
-    const real t_ty4by = cos_theta1 * t_jvg22 + sin_theta1 * t_b3qbg;
-    const real t_utt4r = cos_theta1 * t_moyct + sin_theta1 * t_evv2j;
-    const real t_rabrj_3 = SC1 * t_o4oqg + S_sq1 * t_ouaoc;
-    const real t_5cwgw = t_rabrj_3 - t_x6vjj;
-    const real t_w4qwv_3 = e1 * t_n4sjm - t_5cwgw;
-    const real t_s5npi = t_rabrj_3 + t_h7fo6;
-    const real t_fcmyf = cos_theta1 * t_24zrz + sin_theta1 * t_nkrrm;
-    const real t_wytfm_3 = K(-2.0) * t_n4sjm - t_fcmyf;
-    const real t_kqh47_2 = t_xgozw_3 + t_722xe;
-    const real t_3kvsj_3 = sin_theta1 * t_ettsl - cos_theta1 * t_76don;
-    const real t_57mwu_3 = t_s5npi - g_1 * t_kqh47_2 + q_1 * t_3kvsj_3;
-    const real t_nhjqb = t_azclp * t_jvg22 - wg_1 * t_kqh47_2 - t_vt7uo * t_b3qbg + wth_1 * t_57mwu_3;
-    const real t_ejuzd = e1 * t_ty4by + cos_theta1 * t_5x4uu + sin_theta1 * t_jro6v;
-    const real t_hszre = cos_phi1 * t_ecxbj - sin_phi1 * t_ejuzd;
-    const real t_tfdif = t_ty4by + t_mk6zb;
-    const real t_d3ayq = eAss_1 * t_n4sjm
-        + t_o6yyy * (me1 * t_kqh47)
-        - F_t1 * t_ty4by
-        + Asc_1 * t_utt4r
-        + Ass_1 * t_w4qwv_3
-        - me1 * t_s5npi
-        + Bc_1 * t_wytfm_3
-        + t_nhjqb
-        + t_rybsf * (cos_phi1 * (mv1 * t_hszre) - Bs_1 * t_tfdif);
-    const real t_guzgi = t_rybsf + t_jf3qj * (M_C * t_evcvo) + t_pwlhn - t_a5jf4 - t_d3ayq;
-    const real t_rwurg = t_iw7bs * t_evcvo - t_pjhpc - t_v3y36 - t_df6dv - t_rl7kq * t_guzgi;
-    const real t_ky7wu = t_guzgi * t_xpjrw;
-    const real t_ul6el = W13 * t_jvg22;
-    const real t_b6mim = W12 * t_b3qbg;
-    const real t_anblo = t_ul6el + t_b6mim - t_7pd3n;
-    const real t_i2xaq = t_ul6el + x[wy] * (x[wz] * t_mk6zb);
-    const real t_bklsz = t_pjhpc - t_v3y36;
-    const real t_a3xia = SC1 * t_v4o2r + S_sq1 * t_bklsz;
-    const real t_tjots = t_3go2w * t_pjhpc
-        - (t_e4enr * t_x6vjj + t_vshgd * t_nzxzv + t_xq4wt * t_w6735)
-        + t_sd446 * t_bpfoo;
-    const real t_sa6sh = t_e4enr * t_v27kp
-        - t_vshgd * t_h7fo6
-        + t_xq4wt * t_tby47
-        - t_3go2w * t_v4o2r
-        + t_w7lcw * t_v3y36
-        + t_wcwx4 * t_bpfoo;
-    const real t_nzgkn = sin_phi1 * (e1 * t_w4qwv_3 - t_pjhpc + t_a3xia + t_df6dv)
-        + cos_phi1 * (e1 * t_utt4r + cos_theta1 * t_tjots + sin_theta1 * t_sa6sh);
-    const real t_dqgt5 = sin_phi1 * t_nzgkn - t_df6dv + t_lupe6 * t_hszre;
-    const real t_i73bt = k1 * t_dqgt5 - sigma_sq1 * t_hszre;
-    const real t_nyvva = sin_phi1 * t_ecxbj - p[l1] * t_tfdif + cos_phi1 * t_ejuzd;
-    const real t_waqmv = loss_phi1 * t_nyvva + t_6nwd2 * t_dqgt5;
-    const real t_lzukl = t_n4sjm + t_fcmyf - t_7pd3n;
-    const real t_jhfiq = t_xq4wt * t_7pd3n - (t_e4enr * t_24zrz + t_vshgd * t_nkrrm) + t_oq6fz * t_bpfoo;
-    const real t_m2rd2 = p[l1] * t_lzukl
-        + sin_phi1 * (t_utt4r - t_w7vil * t_tfdif + t_jhfiq)
-        + cos_phi1 * (t_5cwgw + e1 * t_wytfm_3 + sin_theta1 * t_tby47 - cos_theta1 * t_w6735)
-        + eta1 * t_nyvva;
-    const real t_bwszi = t_simvy * t_kqh47
-        - t_owkw5 * t_evcvo
-        - e1 * t_s5npi
-        + t_v3y36
-        + t_a3xia
-        + p[l1] * t_m2rd2
-        + t_rwurg
-        + p[h1] * t_ky7wu;
-    const real t_agl4b = p[l1] * t_waqmv + p[I1] * t_bwszi;
-    const real t_jxr3i_2 = t_ecohd * t_agl4b;
-    const real t_l4eek = t_nkrrm - t_722xe - t_7pd3n;
-    const real t_ay7fa = t_tby47 - t_h7fo6;
-    const real t_qicmh = t_nzxzv + t_w6735;
-    const real t_lu2c7 = q_1 * t_l4eek + cos_theta1 * t_ay7fa + sin_theta1 * t_qicmh;
-    const real t_ctvwf = g_1 * t_57mwu_3 + q_1 * t_lu2c7 - t_v3y36 - t_a3xia;
-    const real t_gov7j = t_b3qbg + t_mk6zb;
-    const real t_ru5hw = q_1 * t_gov7j
-        + sin_theta1 * (g_1 * t_jvg22 + t_5x4uu)
-        - cos_theta1 * (g_1 * t_b3qbg + t_jro6v);
-    const real t_fxlp2 = p[I1] * t_ctvwf + t_xips6 * t_ru5hw;
-    const real t_4nvxf = t_sdxhx * t_fxlp2;
-    const real t_tjjir = th_1 * t_ru5hw;
-    const real t_hyqog = p[I1] * t_tjjir;
-    const real t_hcjh6 = wg_1 * t_3kvsj_3
-        + wq_1 * t_l4eek
-        + F_n1 * t_gov7j
-        + wth_1 * t_lu2c7
-        - loss_theta1 * t_tjjir
-        + W12 * t_hyqog
-        - t_hpic2 * (p[m1] * t_4nvxf);
-    const real t_zijwy = t_ul6el - t_ksgil;
-    const real t_2niry = x[wz] * t_jvg22 + x[wy] * t_b3qbg;
-    const real t_tnb7l = x[wx] * t_jvg22 + x[wy] * t_mk6zb;
-    const real t_6b7g3 = SC2 * t_v4o2r + S_sq2 * t_bklsz;
-    const real t_tjhtw = sin_phi2 * (e2 * t_p3cia_3 - t_pjhpc + t_6b7g3 + t_df6dv)
-        + cos_phi2 * (e2 * t_y4sd2 + cos_theta2 * t_tjots + sin_theta2 * t_sa6sh);
-    const real t_fbx5y = sin_phi2 * t_tjhtw - t_df6dv + t_cekeb * t_yfp6d;
-    const real t_jumut = k2 * t_fbx5y - sigma_sq2 * t_yfp6d;
-    const real t_shrvr = sin_phi2 * t_ecxbj - p[l2] * t_kkyvb + cos_phi2 * t_yep4c;
-    const real t_5nlta = loss_phi2 * t_shrvr + t_popww * t_fbx5y;
-    const real t_2auvx = t_ee3f3 + t_ut54n - t_7pd3n;
-    const real t_urst3 = p[l2] * t_2auvx
-        + sin_phi2 * (t_y4sd2 - t_6fvzz * t_kkyvb + t_jhfiq)
-        + cos_phi2 * (t_iqgc6 + e2 * t_xbozt_3 + sin_theta2 * t_tby47 - cos_theta2 * t_w6735)
-        + eta2 * t_shrvr;
-    const real t_5b75k = t_quuci * t_fdiq6
-        - t_gy5fy * t_evcvo
-        - e2 * t_xyejz
-        + t_v3y36
-        + t_6b7g3
-        + p[l2] * t_urst3
-        + t_rwurg
-        + p[h2] * t_ky7wu;
-    const real t_6iy6t = p[l2] * t_5nlta + p[I2] * t_5b75k;
-    const real t_ixbo7_2 = t_ew3ec * t_6iy6t;
-    const real t_cbb5p = q_2 * t_l4eek + cos_theta2 * t_ay7fa + sin_theta2 * t_qicmh;
-    const real t_ujr62 = g_2 * t_jjae4_3 + q_2 * t_cbb5p - t_v3y36 - t_6b7g3;
-    const real t_d2gzo = q_2 * t_gov7j
-        + sin_theta2 * (g_2 * t_jvg22 + t_5x4uu)
-        - cos_theta2 * (g_2 * t_b3qbg + t_jro6v);
-    const real t_qnutv = p[I2] * t_ujr62 + t_vry6x * t_d2gzo;
-    const real t_dpeas = t_yyt2v * t_qnutv;
-    const real t_j7kb5 = th_2 * t_d2gzo;
-    const real t_t7xsb = p[I2] * t_j7kb5;
-    const real t_bx32h = wg_2 * t_fpdlq_3
-        + wq_2 * t_l4eek
-        + F_n2 * t_gov7j
-        + wth_2 * t_cbb5p
-        - loss_theta2 * t_j7kb5
-        + W12 * t_t7xsb
-        - t_n52pz * (p[m2] * t_dpeas);
-    J_p[0] = t_2dovo - t_piq3g * t_cjz52 - p[b] * t_d2amu;
-    J_p[1] = t_2dovo - t_rvsxd * t_cjz52 - p[h0] * t_d2amu;
-    J_p[2] = t_xm2mi - t_cjz52;
-    J_p[3] = t_xm2mi;
-    J_p[4] = t_oxofv - (t_5shbl + t_zrnvv);
-    J_p[5] = t_zrnvv - t_czoan - t_oxofv;
-    J_p[6] = -(t_xkwv2 * (p[m0] * t_cjz52) + p[m0] * t_d2amu);
-    J_p[7] = t_kvgen - t_gfysi * (p[m] * t_cjz52) - p[m] * t_d2amu;
-    J_p[8] = t_kvgen;
-    J_p[9] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_ncxva + t_blall) + cos_delta1 * t_avmqp)
-        + sin_delta2 * (t_42z75 - t_lwe76 * t_ojvym);
+    const real t_i3o7h = X_x2 + t_b3aij * t_45ez6 + b1 * t_3vvwh;
+    const real t_b3roi = b1 * t_bpfoo * t_bpfoo
+        + t_ielc3 * t_ehspq
+        + t_2lluf * t_pkjd7
+        + t_jtjoh * t_eg3yi
+        + t_3tmqi * t_fgywk
+        + t_6xwz3 * t_i3o7h;
+    const real t_vfkyv = t_gcu5g * t_2r4jw - f_y * t_mihqv;
+    const real t_rrdun_2 = t_j6rcz - t_rausi;
+    const real t_vzjf2_3 = SC2 * t_sxq2w + S_sq2 * t_rrdun_2;
+    const real t_7vwa7 = t_vzjf2_3 - t_j6rcz;
+    const real t_7bc6d = t_rausi + t_vzjf2_3;
+    const real t_6dp6r = cos_theta2 * t_2r4jw + sin_theta2 * t_mihqv;
+    const real t_eqfrc = t_e4enr * t_j6rcz + t_ehspq * t_bpfoo;
+    const real t_xfrjx = t_vshgd * t_rausi - t_e4enr * t_sxq2w + t_pkjd7 * t_bpfoo;
+    const real t_qxoj6 = cos_theta2 * t_eqfrc + sin_theta2 * t_xfrjx;
+    const real t_avrxy = t_rvpkq - t_x2iri;
+    const real t_lu3jg = t_tkjh2 - t_ox7zc;
+    const real t_kwccd_5 = SC2 * t_avrxy + S_sq2 * t_lu3jg;
+    const real t_lqda7 = t_kwccd_5 - t_tkjh2;
+    const real t_4hc5h_4 = e2 * t_7vwa7 - t_lqda7;
+    const real t_nq7ju = t_kwccd_5 + t_ox7zc;
+    const real t_l2qxk_2 = cos_theta2 * t_tp4pj + sin_theta2 * t_djsx3;
+    const real t_3cwki_4 = K(-2.0) * t_7vwa7 - t_l2qxk_2;
+    const real t_7bc6d_2 = t_vzjf2_3 + t_rausi;
+    const real t_wxzdz_2 = t_tp4pj + t_sxq2w;
+    const real t_syylu = K(-2.0) * t_rausi + t_djsx3;
+    const real t_ciim3_3 = sin_theta2 * t_wxzdz_2 - cos_theta2 * t_syylu;
+    const real t_xcvpe_3 = t_nq7ju - g_2 * t_7bc6d_2 + q_2 * t_ciim3_3;
+    const real t_ewto5 = t_iya7w * t_2r4jw - wg_2 * t_7bc6d_2 - t_oncjt * t_mihqv + wth_2 * t_xcvpe_3;
+    const real t_f4mcc = t_bpfoo
+        + t_e4enr * t_2r4jw
+        + t_vshgd * t_mihqv
+        + t_xq4wt * t_n52wr
+        + t_3go2w * t_4eemy
+        + t_w7lcw * t_3vvwh;
+    const real t_gzycp = e2 * t_6dp6r + cos_theta2 * t_4eemy + sin_theta2 * t_3vvwh;
+    const real t_acnh7 = cos_phi2 * t_f4mcc - sin_phi2 * t_gzycp;
+    const real t_ngixx = t_6dp6r + t_n52wr;
+    const real t_yz64k = eAss_2 * t_7vwa7
+        + t_rdwum * (me2 * t_7bc6d)
+        - F_t2 * t_6dp6r
+        + Asc_2 * t_qxoj6
+        + Ass_2 * t_4hc5h_4
+        - me2 * t_nq7ju
+        + Bc_2 * t_3cwki_4
+        + t_ewto5
+        + t_rybsf * (cos_phi2 * (mv2 * t_acnh7) - Bs_2 * t_ngixx);
+    const real t_vtqzc_3 = SC1 * t_sxq2w + S_sq1 * t_rrdun_2;
+    const real t_ji5tg = t_vtqzc_3 - t_j6rcz;
+    const real t_5hy2z = t_rausi + t_vtqzc_3;
+    const real t_bzzcl = cos_theta1 * t_2r4jw + sin_theta1 * t_mihqv;
+    const real t_op4mw = cos_theta1 * t_eqfrc + sin_theta1 * t_xfrjx;
+    const real t_aiugo_5 = SC1 * t_avrxy + S_sq1 * t_lu3jg;
+    const real t_hbux6 = t_aiugo_5 - t_tkjh2;
+    const real t_7z2wd_4 = e1 * t_ji5tg - t_hbux6;
+    const real t_dwa3k = t_aiugo_5 + t_ox7zc;
+    const real t_zq3ir_2 = cos_theta1 * t_tp4pj + sin_theta1 * t_djsx3;
+    const real t_mguvf_4 = K(-2.0) * t_ji5tg - t_zq3ir_2;
+    const real t_5hy2z_2 = t_vtqzc_3 + t_rausi;
+    const real t_tczyi_3 = sin_theta1 * t_wxzdz_2 - cos_theta1 * t_syylu;
+    const real t_27gpo_3 = t_dwa3k - g_1 * t_5hy2z_2 + q_1 * t_tczyi_3;
+    const real t_aat5r = t_azclp * t_2r4jw - wg_1 * t_5hy2z_2 - t_vt7uo * t_mihqv + wth_1 * t_27gpo_3;
+    const real t_kdrnz = e1 * t_bzzcl + cos_theta1 * t_4eemy + sin_theta1 * t_3vvwh;
+    const real t_tpvqp = cos_phi1 * t_f4mcc - sin_phi1 * t_kdrnz;
+    const real t_nro6n = t_bzzcl + t_n52wr;
+    const real t_3sngi = eAss_1 * t_ji5tg
+        + t_o6yyy * (me1 * t_5hy2z)
+        - F_t1 * t_bzzcl
+        + Asc_1 * t_op4mw
+        + Ass_1 * t_7z2wd_4
+        - me1 * t_dwa3k
+        + Bc_1 * t_mguvf_4
+        + t_aat5r
+        + t_rybsf * (cos_phi1 * (mv1 * t_tpvqp) - Bs_1 * t_nro6n);
+    const real t_4prns = t_rybsf + t_jf3qj * (M_C * t_rrdun) + t_vfkyv - t_yz64k - t_3sngi;
+    const real t_z7vjm = t_iw7bs * t_rrdun - t_dobth - t_45ez6 - t_b3roi - t_rl7kq * t_4prns;
+    const real t_otm57 = t_4prns * t_xpjrw;
+    const real t_7qiv2 = W13 * t_2r4jw;
+    const real t_lx5yn = W12 * t_mihqv;
+    const real t_xq4wq = t_7qiv2 + t_lx5yn - t_g44ep;
+    const real t_npcpu = t_7qiv2 + x[wy] * (x[wz] * t_n52wr);
+    const real t_63vjp = t_dobth - t_45ez6;
+    const real t_5gozo = SC1 * t_54l6g + S_sq1 * t_63vjp;
+    const real t_2a4eu = t_3go2w * t_dobth
+        - (t_e4enr * t_tkjh2 + t_vshgd * t_x2iri + t_xq4wt * t_bym7r)
+        + t_fgywk * t_bpfoo;
+    const real t_lxd5g = t_e4enr * t_rvpkq
+        - t_vshgd * t_ox7zc
+        + t_xq4wt * t_x4jhc
+        - t_3go2w * t_54l6g
+        + t_w7lcw * t_45ez6
+        + t_i3o7h * t_bpfoo;
+    const real t_zgtzs = sin_phi1 * (e1 * t_7z2wd_4 - t_dobth + t_5gozo + t_b3roi)
+        + cos_phi1 * (e1 * t_op4mw + cos_theta1 * t_2a4eu + sin_theta1 * t_lxd5g);
+    const real t_o4xbz = sin_phi1 * t_zgtzs - t_b3roi + t_lupe6 * t_tpvqp;
+    const real t_yxk4u = k1 * t_o4xbz - sigma_sq1 * t_tpvqp;
+    const real t_s6ooh = sin_phi1 * t_f4mcc - p[l1] * t_nro6n + cos_phi1 * t_kdrnz;
+    const real t_5snd3 = loss_phi1 * t_s6ooh + t_6nwd2 * t_o4xbz;
+    const real t_tojad = t_ji5tg + t_zq3ir_2 - t_g44ep;
+    const real t_3vvof = t_xq4wt * t_g44ep - (t_e4enr * t_tp4pj + t_vshgd * t_djsx3) + t_eg3yi * t_bpfoo;
+    const real t_yqhlt = p[l1] * t_tojad
+        + sin_phi1 * (t_op4mw - t_w7vil * t_nro6n + t_3vvof)
+        + cos_phi1 * (t_hbux6 + e1 * t_mguvf_4 + sin_theta1 * t_x4jhc - cos_theta1 * t_bym7r)
+        + eta1 * t_s6ooh;
+    const real t_ixby4 = t_simvy * t_5hy2z
+        - t_owkw5 * t_rrdun
+        - e1 * t_dwa3k
+        + t_45ez6
+        + t_5gozo
+        + p[l1] * t_yqhlt
+        + t_z7vjm
+        + p[h1] * t_otm57;
+    const real t_csoxn = p[l1] * t_5snd3 + p[I1] * t_ixby4;
+    const real t_ercla_6 = t_ecohd * t_csoxn;
+    const real t_mlidt = t_djsx3 - t_rausi - t_g44ep;
+    const real t_bvqdp = t_x4jhc - t_ox7zc;
+    const real t_4uwlm = t_x2iri + t_bym7r;
+    const real t_77ulk_2 = q_1 * t_mlidt + cos_theta1 * t_bvqdp + sin_theta1 * t_4uwlm;
+    const real t_j4viv = g_1 * t_27gpo_3 + q_1 * t_77ulk_2 - t_45ez6 - t_5gozo;
+    const real t_nwy7f = t_mihqv + t_n52wr;
+    const real t_mranv = q_1 * t_nwy7f
+        + sin_theta1 * (g_1 * t_2r4jw + t_4eemy)
+        - cos_theta1 * (g_1 * t_mihqv + t_3vvwh);
+    const real t_7m6oi = p[I1] * t_j4viv + t_xips6 * t_mranv;
+    const real t_y5b4h_4 = t_sdxhx * t_7m6oi;
+    const real t_yp7dg = th_1 * t_mranv;
+    const real t_bqegi_4 = p[I1] * t_yp7dg;
+    const real t_fnjdn_2 = wg_1 * t_tczyi_3
+        + wq_1 * t_mlidt
+        + F_n1 * t_nwy7f
+        + wth_1 * t_77ulk_2
+        - loss_theta1 * t_yp7dg
+        + W12 * t_bqegi_4
+        - t_hpic2 * (p[m1] * t_y5b4h_4);
+    const real t_54ccu = t_7qiv2 - t_j6rcz;
+    const real t_l6bcn = x[wz] * t_2r4jw + x[wy] * t_mihqv;
+    const real t_qkqmh = x[wx] * t_2r4jw + x[wy] * t_n52wr;
+    const real t_nh62n = SC2 * t_54l6g + S_sq2 * t_63vjp;
+    const real t_5ufu3 = sin_phi2 * (e2 * t_4hc5h_4 - t_dobth + t_nh62n + t_b3roi)
+        + cos_phi2 * (e2 * t_qxoj6 + cos_theta2 * t_2a4eu + sin_theta2 * t_lxd5g);
+    const real t_pnktv = sin_phi2 * t_5ufu3 - t_b3roi + t_cekeb * t_acnh7;
+    const real t_7xhni = k2 * t_pnktv - sigma_sq2 * t_acnh7;
+    const real t_4xhpw = sin_phi2 * t_f4mcc - p[l2] * t_ngixx + cos_phi2 * t_gzycp;
+    const real t_x35r2 = loss_phi2 * t_4xhpw + t_popww * t_pnktv;
+    const real t_d3gno = t_7vwa7 + t_l2qxk_2 - t_g44ep;
+    const real t_rvi5q = p[l2] * t_d3gno
+        + sin_phi2 * (t_qxoj6 - t_6fvzz * t_ngixx + t_3vvof)
+        + cos_phi2 * (t_lqda7 + e2 * t_3cwki_4 + sin_theta2 * t_x4jhc - cos_theta2 * t_bym7r)
+        + eta2 * t_4xhpw;
+    const real t_nzysr = t_quuci * t_7bc6d
+        - t_gy5fy * t_rrdun
+        - e2 * t_nq7ju
+        + t_45ez6
+        + t_nh62n
+        + p[l2] * t_rvi5q
+        + t_z7vjm
+        + p[h2] * t_otm57;
+    const real t_q5srp = p[l2] * t_x35r2 + p[I2] * t_nzysr;
+    const real t_4b4pj_6 = t_ew3ec * t_q5srp;
+    const real t_lsbqz_2 = q_2 * t_mlidt + cos_theta2 * t_bvqdp + sin_theta2 * t_4uwlm;
+    const real t_wszdh = g_2 * t_xcvpe_3 + q_2 * t_lsbqz_2 - t_45ez6 - t_nh62n;
+    const real t_whtth = q_2 * t_nwy7f
+        + sin_theta2 * (g_2 * t_2r4jw + t_4eemy)
+        - cos_theta2 * (g_2 * t_mihqv + t_3vvwh);
+    const real t_gnwc4 = p[I2] * t_wszdh + t_vry6x * t_whtth;
+    const real t_l56ct_4 = t_yyt2v * t_gnwc4;
+    const real t_zajmc = th_2 * t_whtth;
+    const real t_lixe2_4 = p[I2] * t_zajmc;
+    const real t_yzwcm_2 = wg_2 * t_ciim3_3
+        + wq_2 * t_mlidt
+        + F_n2 * t_nwy7f
+        + wth_2 * t_lsbqz_2
+        - loss_theta2 * t_zajmc
+        + W12 * t_lixe2_4
+        - t_n52pz * (p[m2] * t_l56ct_4);
+    J_p[0] = t_kl4wv - t_piq3g * t_7c5q4 - p[b] * t_oxhx6;
+    J_p[1] = t_kl4wv - t_rvsxd * t_7c5q4 - p[h0] * t_oxhx6;
+    J_p[2] = t_yjmxs - t_7c5q4;
+    J_p[3] = t_yjmxs;
+    J_p[4] = t_24myi - (t_5shbl + t_rihwz);
+    J_p[5] = t_rihwz - t_5l6pm - t_24myi;
+    J_p[6] = -(t_xkwv2 * (p[m0] * t_7c5q4) + p[m0] * t_oxhx6);
+    J_p[7] = t_hygq4 - t_gfysi * (p[m] * t_7c5q4) - p[m] * t_oxhx6;
+    J_p[8] = t_hygq4;
+    J_p[9] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_ncxva + t_hcaqb) + cos_delta1 * t_2cs2b)
+        + sin_delta2 * (t_tmo7z - t_lwe76 * t_udaaj);
     J_p[10] = SPLAT(K(0.0));
     J_p[11] = SPLAT(K(0.0));
-    J_p[12] = p[l1] * t_sahjx
-        + t_b3plw * t_zrejm
-        - t_os4zj * t_2psst
-        + t_nmhzq * t_odnx4
-        - t_7vbeu * t_4usqf;
-    J_p[13] = B_1 * t_k7gmz
-        - t_7imwe * t_miils
-        + me1 * t_uvltu
-        + t_3qn53 * t_3vohu
-        + p[m1] * t_sahjx
-        - t_he5kr * (p[m1] * t_2psst)
-        - chi1 * (t_wmv32 * t_c367e)
-        + cos_phi1 * (Wn1 * (w_x1 * t_c367e) - t_m4w4c)
-        + sin_phi1 * t_nbykh;
-    J_p[14] = t_dhagk - t_ljvgb * (me1 * t_cjz52) + me1 * t_d2amu;
-    J_p[15] = t_irqkj
-        + x[phi1_dot] * t_wmdbw
-        - x[theta1_dot] * t_egtvj
-        + th_1 * t_kaz6z
-        + t_3qn53 * t_mw3gr
-        - t_2psst
-        + zeta1 * t_eut3y
-        - t_4usqf;
-    J_p[16] = x[phi1_dot] * (t_ykkzy + k1 * t_6uoxu) + x[theta1_dot] * (t_ojvym - q_1 * t_eut3y);
-    J_p[17] = p[l2] * t_e6f4j
-        + t_flrtq * t_5wzvs
-        - t_nfvux * t_jtemh
-        + t_4dpp3 * t_mwbp3
-        - t_bnx3m * t_xod3t;
-    J_p[18] = B_2 * t_xusft
-        - t_4b2fa * t_tjtzd
-        + me2 * t_ci6eg
-        + t_54cbb * t_nokjz
-        + p[m2] * t_e6f4j
-        - t_frqfv * (p[m2] * t_jtemh)
-        - chi2 * (t_nlamb * t_7segs)
-        + cos_phi2 * (Wn2 * (w_x2 * t_7segs) - t_mche2)
-        + sin_phi2 * t_6wpqr;
-    J_p[19] = t_xcmta - t_pshhe * (me2 * t_cjz52) + me2 * t_d2amu;
-    J_p[20] = t_irqkj
-        + x[phi2_dot] * t_wmdbw
-        - x[theta2_dot] * t_egtvj
-        + th_2 * t_5t32u
-        + t_54cbb * t_bvu5a
-        - t_jtemh
-        + zeta2 * t_dcslj
-        - t_xod3t;
-    J_p[21] = x[phi2_dot] * (t_ykkzy + k2 * t_suh4f) + x[theta2_dot] * (t_ojvym - q_2 * t_dcslj);
-    J_p[22] = t_6s736 - t_piq3g * t_vc2sk - p[b] * t_dkrae;
-    J_p[23] = t_6s736 - t_rvsxd * t_vc2sk - p[h0] * t_dkrae;
-    J_p[24] = t_wob6o - t_vc2sk;
-    J_p[25] = t_wob6o;
-    J_p[26] = t_gooky - (t_hco6x + t_yflfn);
-    J_p[27] = t_yflfn - t_mjkgo - t_gooky;
-    J_p[28] = -(t_xkwv2 * (p[m0] * t_vc2sk) + p[m0] * t_dkrae);
-    J_p[29] = t_wn2ur - t_gfysi * (p[m] * t_vc2sk) - p[m] * t_dkrae;
-    J_p[30] = t_wn2ur;
-    J_p[31] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_bqimq - t_qsuqm) + cos_delta1 * t_rjunc)
-        + sin_delta2 * (t_xnwwz - t_lwe76 * t_c7hza);
+    J_p[12] = p[l1] * t_o7atx
+        + t_i7tkx * t_zrejm
+        - t_os4zj * t_ercla
+        + t_vb4md * t_odnx4
+        - t_7vbeu * t_y5b4h;
+    J_p[13] = B_1 * t_mjz7g
+        - t_7imwe * t_lqczz
+        + me1 * t_vsfc7
+        + t_3qn53 * t_kklji
+        + p[m1] * t_o7atx
+        - t_he5kr * (p[m1] * t_ercla)
+        - chi1 * (t_wmv32 * t_bqegi)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi) - t_e33xl)
+        + sin_phi1 * t_fnjdn;
+    J_p[14] = t_uccl2 - t_ljvgb * (me1 * t_7c5q4) + me1 * t_oxhx6;
+    J_p[15] = t_pnfpm
+        + x[phi1_dot] * t_du7rh
+        - x[theta1_dot] * t_q3knp
+        + th_1 * t_24stp
+        + t_3qn53 * t_llbw5
+        - t_ercla
+        + zeta1 * t_ensoy
+        - t_y5b4h;
+    J_p[16] = x[phi1_dot] * (t_obrzw + k1 * t_cbzi6) + x[theta1_dot] * (t_udaaj - q_1 * t_ensoy);
+    J_p[17] = p[l2] * t_tolgd
+        + t_j2e6f * t_5wzvs
+        - t_nfvux * t_4b4pj
+        + t_rseoo * t_mwbp3
+        - t_bnx3m * t_l56ct;
+    J_p[18] = B_2 * t_suajb
+        - t_4b2fa * t_q2upi
+        + me2 * t_4wb72
+        + t_54cbb * t_3dbm5
+        + p[m2] * t_tolgd
+        - t_frqfv * (p[m2] * t_4b4pj)
+        - chi2 * (t_nlamb * t_lixe2)
+        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2) - t_xfmxd)
+        + sin_phi2 * t_yzwcm;
+    J_p[19] = t_km7fg - t_pshhe * (me2 * t_7c5q4) + me2 * t_oxhx6;
+    J_p[20] = t_pnfpm
+        + x[phi2_dot] * t_du7rh
+        - x[theta2_dot] * t_q3knp
+        + th_2 * t_gghf4
+        + t_54cbb * t_pfcin
+        - t_4b4pj
+        + zeta2 * t_fscfc
+        - t_l56ct;
+    J_p[21] = x[phi2_dot] * (t_obrzw + k2 * t_act7d) + x[theta2_dot] * (t_udaaj - q_2 * t_fscfc);
+    J_p[22] = t_7octy - t_piq3g * t_wlyzz - p[b] * t_qxmow;
+    J_p[23] = t_7octy - t_rvsxd * t_wlyzz - p[h0] * t_qxmow;
+    J_p[24] = t_hqbbl - t_wlyzz;
+    J_p[25] = t_hqbbl;
+    J_p[26] = t_pndrs - (t_hco6x + t_6qgnc);
+    J_p[27] = t_6qgnc - t_gvh3g - t_pndrs;
+    J_p[28] = -(t_xkwv2 * (p[m0] * t_wlyzz) + p[m0] * t_qxmow);
+    J_p[29] = t_ql2m6 - t_gfysi * (p[m] * t_wlyzz) - p[m] * t_qxmow;
+    J_p[30] = t_ql2m6;
+    J_p[31] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_bqimq - t_qy4wp) + cos_delta1 * t_bifmc)
+        + sin_delta2 * (t_zwp7i - t_lwe76 * t_go7el);
     J_p[32] = SPLAT(K(0.0));
     J_p[33] = SPLAT(K(0.0));
-    J_p[34] = p[l1] * t_6hn5h
-        + t_yvga5 * t_zrejm
-        - t_os4zj * t_jxr3i
-        + t_xi5aa * t_odnx4
-        - t_7vbeu * t_mmdk6;
-    J_p[35] = B_1 * t_6spyg
-        + t_7imwe * t_ixh47
-        + me1 * t_mktem
-        + t_3qn53 * t_nxn4u
-        + p[m1] * t_6hn5h
-        - t_he5kr * (p[m1] * t_jxr3i)
-        - chi1 * (t_wmv32 * t_k35ag)
-        + cos_phi1 * (Wn1 * (w_x1 * t_k35ag) - t_gloqq)
-        + sin_phi1 * t_fyhae;
-    J_p[36] = t_sw7hc - t_ljvgb * (me1 * t_vc2sk) + me1 * t_dkrae;
-    J_p[37] = t_jeq4h
-        + x[phi1_dot] * t_llc3o
-        + x[theta1_dot] * t_ktdrn
-        + th_1 * t_3hdtc
-        + t_3qn53 * t_3sne6
-        - t_jxr3i
-        + zeta1 * t_plcfz
-        - t_mmdk6;
-    J_p[38] = x[phi1_dot] * (k1 * t_uspkv - t_tfurz) + x[theta1_dot] * (t_c7hza - q_1 * t_plcfz);
-    J_p[39] = p[l2] * t_zowfw
-        + t_gyr2f * t_5wzvs
-        - t_nfvux * t_ixbo7
-        + t_23hqs * t_mwbp3
-        - t_bnx3m * t_fcbkn;
-    J_p[40] = B_2 * t_sb3l5
-        + t_4b2fa * t_5q6gp
-        + me2 * t_ofcdk
-        + t_54cbb * t_dvxex
-        + p[m2] * t_zowfw
-        - t_frqfv * (p[m2] * t_ixbo7)
-        - chi2 * (t_nlamb * t_qa3ar)
-        + cos_phi2 * (Wn2 * (w_x2 * t_qa3ar) - t_n56ki)
-        + sin_phi2 * t_7a56z;
-    J_p[41] = t_xcyr3 - t_pshhe * (me2 * t_vc2sk) + me2 * t_dkrae;
-    J_p[42] = t_jeq4h
-        + x[phi2_dot] * t_llc3o
-        + x[theta2_dot] * t_ktdrn
-        + th_2 * t_ogh6l
-        + t_54cbb * t_kuqwg
-        - t_ixbo7
-        + zeta2 * t_rilaf
-        - t_fcbkn;
-    J_p[43] = x[phi2_dot] * (k2 * t_tonl2 - t_tfurz) + x[theta2_dot] * (t_c7hza - q_2 * t_rilaf);
-    J_p[44] = t_piq3g * t_2yrx6 + t_elyhs - p[b] * t_oeayl;
-    J_p[45] = t_rvsxd * t_2yrx6 + t_elyhs - p[h0] * t_oeayl;
-    J_p[46] = t_2yrx6 + t_vw2fo;
-    J_p[47] = t_vw2fo;
-    J_p[48] = t_px4ef - t_vxg33 + t_x2swu;
-    J_p[49] = t_uvrpv - t_px4ef - t_x2swu;
-    J_p[50] = t_xkwv2 * (p[m0] * t_2yrx6) - p[m0] * t_oeayl;
-    J_p[51] = t_gfysi * (p[m] * t_2yrx6) + t_omrhy - p[m] * t_oeayl;
-    J_p[52] = t_omrhy;
-    J_p[53] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_hiifd - t_zovv7) + cos_delta1 * t_ejmjd)
-        + sin_delta2 * (t_lwe76 * t_5u7wz + t_p73sc);
+    J_p[34] = p[l1] * t_o7atx_2
+        + t_5u4vv * t_zrejm
+        - t_os4zj * t_ercla_2
+        + t_hpllp * t_odnx4
+        - t_7vbeu * t_y5b4h_2;
+    J_p[35] = B_1 * t_m26if
+        + t_7imwe * t_nq32y
+        + me1 * t_oberz
+        + t_3qn53 * t_kklji_2
+        + p[m1] * t_o7atx_2
+        - t_he5kr * (p[m1] * t_ercla_2)
+        - chi1 * (t_wmv32 * t_bqegi_2)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi_2) - t_kpyam)
+        + sin_phi1 * t_fnhyz;
+    J_p[36] = t_c55qv - t_ljvgb * (me1 * t_wlyzz) + me1 * t_qxmow;
+    J_p[37] = t_cazgo
+        + x[phi1_dot] * t_qs234
+        + x[theta1_dot] * t_4y4m3
+        + th_1 * t_kglj6
+        + t_3qn53 * t_ui67w
+        - t_ercla_2
+        + zeta1 * t_asmqb
+        - t_y5b4h_2;
+    J_p[38] = x[phi1_dot] * (k1 * t_vaklm - t_4qdk2) + x[theta1_dot] * (t_go7el - q_1 * t_asmqb);
+    J_p[39] = p[l2] * t_tolgd_2
+        + t_5pt5l * t_5wzvs
+        - t_nfvux * t_4b4pj_2
+        + t_fndcz * t_mwbp3
+        - t_bnx3m * t_l56ct_2;
+    J_p[40] = B_2 * t_qfnde
+        + t_4b2fa * t_n36lt
+        + me2 * t_2eij5
+        + t_54cbb * t_3dbm5_2
+        + p[m2] * t_tolgd_2
+        - t_frqfv * (p[m2] * t_4b4pj_2)
+        - chi2 * (t_nlamb * t_lixe2_2)
+        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2_2) - t_diwdm)
+        + sin_phi2 * t_uptot;
+    J_p[41] = t_np5m7 - t_pshhe * (me2 * t_wlyzz) + me2 * t_qxmow;
+    J_p[42] = t_cazgo
+        + x[phi2_dot] * t_qs234
+        + x[theta2_dot] * t_4y4m3
+        + th_2 * t_vmdar
+        + t_54cbb * t_iyjxa
+        - t_4b4pj_2
+        + zeta2 * t_kkxzm
+        - t_l56ct_2;
+    J_p[43] = x[phi2_dot] * (k2 * t_w6bi2 - t_4qdk2) + x[theta2_dot] * (t_go7el - q_2 * t_kkxzm);
+    J_p[44] = t_piq3g * t_hrahl + t_cgwgg - p[b] * t_22ce4;
+    J_p[45] = t_rvsxd * t_hrahl + t_cgwgg - p[h0] * t_22ce4;
+    J_p[46] = t_hrahl + t_6g3zz;
+    J_p[47] = t_6g3zz;
+    J_p[48] = t_l53dc - t_vxg33 + t_6p5gv;
+    J_p[49] = t_jeu2k - t_l53dc - t_6p5gv;
+    J_p[50] = t_xkwv2 * (p[m0] * t_hrahl) - p[m0] * t_22ce4;
+    J_p[51] = t_gfysi * (p[m] * t_hrahl) + t_r2hb6 - p[m] * t_22ce4;
+    J_p[52] = t_r2hb6;
+    J_p[53] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_hiifd - t_vnl6o) + cos_delta1 * t_uivwz)
+        + sin_delta2 * (t_lwe76 * t_5u7wz + t_gws4q);
     J_p[54] = SPLAT(K(0.0));
     J_p[55] = SPLAT(K(0.0));
-    J_p[56] = p[l1] * t_kg4zs
-        + t_vyeik * t_zrejm
-        - t_os4zj * t_vbyvz
-        + t_l6vpt * t_odnx4
-        - t_7vbeu * t_ba4ag;
-    J_p[57] = B_1 * t_4e7ox
-        + t_7imwe * t_wyuuy
-        + me1 * t_34c6o
-        + t_3qn53 * t_ekfc3
-        + p[m1] * t_kg4zs
-        - t_he5kr * (p[m1] * t_vbyvz)
-        - chi1 * (t_wmv32 * t_dgv35)
-        + cos_phi1 * (Wn1 * (w_x1 * t_dgv35) - t_vemvw)
-        + sin_phi1 * t_rmyzl;
-    J_p[58] = t_ljvgb * (me1 * t_2yrx6) + t_s3vof + me1 * t_oeayl;
-    J_p[59] = t_s47gu
-        + x[phi1_dot] * t_43te3
-        - x[theta1_dot] * t_xgjzl
-        + th_1 * t_crvvl
-        + t_3qn53 * t_aaznf
-        - t_vbyvz
-        + zeta1 * t_vserh
-        - t_ba4ag;
-    J_p[60] = x[phi1_dot] * (t_flyj3 + k1 * t_rhypt) - x[theta1_dot] * (t_5u7wz + q_1 * t_vserh);
-    J_p[61] = p[l2] * t_yte6n
-        + t_7stvm * t_5wzvs
-        - t_nfvux * t_urgpu
-        + t_6borh * t_mwbp3
-        - t_bnx3m * t_c62hk;
-    J_p[62] = B_2 * t_u6fbs
-        + t_4b2fa * t_7327d
-        + me2 * t_rf2j6
-        + t_54cbb * t_ml5g6
-        + p[m2] * t_yte6n
-        - t_frqfv * (p[m2] * t_urgpu)
-        - chi2 * (t_nlamb * t_rihjy)
-        + cos_phi2 * (Wn2 * (w_x2 * t_rihjy) - t_2nr5l)
-        + sin_phi2 * t_whntw;
-    J_p[63] = t_pshhe * (me2 * t_2yrx6) + t_fperx + me2 * t_oeayl;
-    J_p[64] = t_s47gu
-        + x[phi2_dot] * t_43te3
-        - x[theta2_dot] * t_xgjzl
-        + th_2 * t_fab7w
-        + t_54cbb * t_euhax
-        - t_urgpu
-        + zeta2 * t_oanuf
-        - t_c62hk;
-    J_p[65] = x[phi2_dot] * (t_flyj3 + k2 * t_7lnh5) - x[theta2_dot] * (t_5u7wz + q_2 * t_oanuf);
-    J_p[66] = t_piq3g * t_om3f2 + t_yfqch + p[b] * t_pxjei;
-    J_p[67] = t_rvsxd * t_om3f2 + t_yfqch + p[h0] * t_pxjei;
-    J_p[68] = t_om3f2 + t_fbnaa;
-    J_p[69] = t_fbnaa;
+    J_p[56] = p[l1] * t_o7atx_3
+        + t_5u4vv_2 * t_zrejm
+        - t_os4zj * t_ercla_3
+        + t_ppg25 * t_odnx4
+        - t_7vbeu * t_y5b4h_3;
+    J_p[57] = B_1 * t_o2pvm
+        + t_7imwe * t_4gdq7
+        + me1 * t_3meip
+        + t_3qn53 * t_kklji_3
+        + p[m1] * t_o7atx_3
+        - t_he5kr * (p[m1] * t_ercla_3)
+        - chi1 * (t_wmv32 * t_bqegi_3)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi_3) - t_it4uz)
+        + sin_phi1 * t_u5mev;
+    J_p[58] = t_ljvgb * (me1 * t_hrahl) + t_yholv + me1 * t_22ce4;
+    J_p[59] = t_4wxnv
+        + x[phi1_dot] * t_ni2aj
+        - x[theta1_dot] * t_ijk7m
+        + th_1 * t_kglj6_2
+        + t_3qn53 * t_cme3h
+        - t_ercla_3
+        + zeta1 * t_62y2u
+        - t_y5b4h_3;
+    J_p[60] = x[phi1_dot] * (t_ihufo + k1 * t_2varh) - x[theta1_dot] * (t_5u7wz + q_1 * t_62y2u);
+    J_p[61] = p[l2] * t_tolgd_3
+        + t_5pt5l_2 * t_5wzvs
+        - t_nfvux * t_4b4pj_3
+        + t_wumss * t_mwbp3
+        - t_bnx3m * t_l56ct_3;
+    J_p[62] = B_2 * t_yprkx
+        + t_4b2fa * t_2quf7
+        + me2 * t_egvqh
+        + t_54cbb * t_3dbm5_3
+        + p[m2] * t_tolgd_3
+        - t_frqfv * (p[m2] * t_4b4pj_3)
+        - chi2 * (t_nlamb * t_lixe2_3)
+        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2_3) - t_mblmb)
+        + sin_phi2 * t_noyuv;
+    J_p[63] = t_pshhe * (me2 * t_hrahl) + t_loauz + me2 * t_22ce4;
+    J_p[64] = t_4wxnv
+        + x[phi2_dot] * t_ni2aj
+        - x[theta2_dot] * t_ijk7m
+        + th_2 * t_vmdar_2
+        + t_54cbb * t_sfyji
+        - t_4b4pj_3
+        + zeta2 * t_47qru
+        - t_l56ct_3;
+    J_p[65] = x[phi2_dot] * (t_ihufo + k2 * t_5r6ig) - x[theta2_dot] * (t_5u7wz + q_2 * t_47qru);
+    J_p[66] = t_piq3g * t_yxsms + t_nlb6j + p[b] * t_qgw5e;
+    J_p[67] = t_rvsxd * t_yxsms + t_nlb6j + p[h0] * t_qgw5e;
+    J_p[68] = t_yxsms + t_i3fhy;
+    J_p[69] = t_i3fhy;
     J_p[70] = t_o4hiw - t_qnupi + t_vv2pk;
-    J_p[71] = t_qnupi - t_mmtxw - t_vv2pk;
-    J_p[72] = t_xkwv2 * (p[m0] * t_om3f2) + p[m0] * t_pxjei;
-    J_p[73] = t_gfysi * (p[m] * t_om3f2) - t_7abzy + p[m] * t_pxjei;
+    J_p[71] = t_qnupi - t_i4myd - t_vv2pk;
+    J_p[72] = t_xkwv2 * (p[m0] * t_yxsms) + p[m0] * t_qgw5e;
+    J_p[73] = t_gfysi * (p[m] * t_yxsms) - t_7abzy + p[m] * t_qgw5e;
     J_p[74] = -t_7abzy;
-    J_p[75] = cos_delta2 * (cos_delta1 * t_vyzex - sin_delta1 * (t_lwe76 * t_nfkwa + t_5wlzs))
+    J_p[75] = cos_delta2 * (cos_delta1 * t_fzl2a - sin_delta1 * (t_lwe76 * t_nfkwa + t_5wlzs))
         + sin_delta2 * (t_ltkoi - t_cv2jl);
     J_p[76] = SPLAT(K(0.0));
     J_p[77] = SPLAT(K(0.0));
-    J_p[78] = p[l1] * t_qe2y6
-        + t_aawkq * t_zrejm
-        - t_os4zj * t_cm4rz
-        + t_oap64 * t_odnx4
-        - t_7vbeu * t_lehet;
-    J_p[79] = B_1 * t_cwm3q
+    J_p[78] = p[l1] * t_tvyof
+        + t_7knuz * t_zrejm
+        - t_os4zj * t_ercla_4
+        + t_4ie34 * t_odnx4
+        - t_7vbeu * t_kkoe3;
+    J_p[79] = B_1 * t_iedir
         + t_7imwe * t_rbpqq
-        + me1 * t_mi2sf
-        + t_3qn53 * t_2j6ld
-        + p[m1] * t_qe2y6
-        - t_he5kr * (p[m1] * t_cm4rz)
-        - chi1 * (t_wmv32 * t_kawvh)
-        + cos_phi1 * (Wn1 * (w_x1 * t_kawvh) - t_wbmj3)
-        + sin_phi1 * t_n7gga;
-    J_p[80] = t_ljvgb * (me1 * t_om3f2) + t_ubuyh - me1 * t_pxjei;
+        + me1 * t_7hpqx
+        + t_3qn53 * t_fma33
+        + p[m1] * t_tvyof
+        - t_he5kr * (p[m1] * t_ercla_4)
+        - chi1 * (t_wmv32 * t_aupmt)
+        + cos_phi1 * (Wn1 * (w_x1 * t_aupmt) - t_stoz2)
+        + sin_phi1 * t_icgjq;
+    J_p[80] = t_ljvgb * (me1 * t_yxsms) + t_f2nr7 - me1 * t_qgw5e;
     J_p[81] = t_y7zws
         + x[phi1_dot] * t_lipgc
         + x[theta1_dot] * t_cmraw
-        + th_1 * t_pju77
-        + t_3qn53 * t_ioq3g
-        - t_cm4rz
-        + zeta1 * t_gk4lx
-        - t_lehet;
-    J_p[82] = x[phi1_dot] * (t_ctsrf + k1 * t_qawgh) + x[theta1_dot] * (t_zwjps - q_1 * t_gk4lx);
-    J_p[83] = p[l2] * t_xlwys
-        + t_cy6bc * t_5wzvs
-        - t_nfvux * t_mh4kp
-        + t_y7rwc * t_mwbp3
-        - t_bnx3m * t_jdmts;
-    J_p[84] = B_2 * t_c2pgy
+        + th_1 * t_za5dl
+        + t_3qn53 * t_cd5og
+        - t_ercla_4
+        + zeta1 * t_f2tpv
+        - t_kkoe3;
+    J_p[82] = x[phi1_dot] * (t_ctsrf + k1 * t_cb3md) + x[theta1_dot] * (t_zwjps - q_1 * t_f2tpv);
+    J_p[83] = p[l2] * t_dd3ts
+        + t_mljqp * t_5wzvs
+        - t_nfvux * t_4b4pj_4
+        + t_xdxnz * t_mwbp3
+        - t_bnx3m * t_tyy4r;
+    J_p[84] = B_2 * t_glfmy
         + t_4b2fa * t_5jp42
-        + me2 * t_qoqcd
-        + t_54cbb * t_itc7d
-        + p[m2] * t_xlwys
-        - t_frqfv * (p[m2] * t_mh4kp)
-        - chi2 * (t_nlamb * t_yfz5c)
-        + cos_phi2 * (Wn2 * (w_x2 * t_yfz5c) - t_twmdk)
-        + sin_phi2 * t_qlucw;
-    J_p[85] = t_pshhe * (me2 * t_om3f2) + t_ea7vn - me2 * t_pxjei;
+        + me2 * t_v4lg4
+        + t_54cbb * t_ptp52
+        + p[m2] * t_dd3ts
+        - t_frqfv * (p[m2] * t_4b4pj_4)
+        - chi2 * (t_nlamb * t_acy46)
+        + cos_phi2 * (Wn2 * (w_x2 * t_acy46) - t_wrrdc)
+        + sin_phi2 * t_vqsme;
+    J_p[85] = t_pshhe * (me2 * t_yxsms) + t_v5hq5 - me2 * t_qgw5e;
     J_p[86] = t_y7zws
         + x[phi2_dot] * t_lipgc
         + x[theta2_dot] * t_cmraw
-        + th_2 * t_2acg4
-        + t_54cbb * t_tqhig
-        - t_mh4kp
-        + zeta2 * t_neytf
-        - t_jdmts;
-    J_p[87] = x[phi2_dot] * (t_ctsrf + k2 * t_g7dg6) + x[theta2_dot] * (t_zwjps - q_2 * t_neytf);
-    J_p[88] = t_piq3g * t_sld5r + t_hel7w + p[b] * t_3bhwh;
-    J_p[89] = t_rvsxd * t_sld5r + t_hel7w + p[h0] * t_3bhwh;
-    J_p[90] = t_sld5r + t_aynjy;
-    J_p[91] = t_aynjy;
+        + th_2 * t_6azrf
+        + t_54cbb * t_3kd7h
+        - t_4b4pj_4
+        + zeta2 * t_m65kk
+        - t_tyy4r;
+    J_p[87] = x[phi2_dot] * (t_ctsrf + k2 * t_f2qky) + x[theta2_dot] * (t_zwjps - q_2 * t_m65kk);
+    J_p[88] = t_piq3g * t_25meg + t_otwms + p[b] * t_22ce4_2;
+    J_p[89] = t_rvsxd * t_25meg + t_otwms + p[h0] * t_22ce4_2;
+    J_p[90] = t_25meg + t_kxqwd;
+    J_p[91] = t_kxqwd;
     J_p[92] = t_hxdw7 - t_376fm + t_fp5ww;
-    J_p[93] = t_376fm - t_quqy3 - t_fp5ww;
-    J_p[94] = t_xkwv2 * (p[m0] * t_sld5r) + p[m0] * t_3bhwh;
-    J_p[95] = t_gfysi * (p[m] * t_sld5r) - t_2qijq + p[m] * t_3bhwh;
+    J_p[93] = t_376fm - t_bnvxt - t_fp5ww;
+    J_p[94] = t_xkwv2 * (p[m0] * t_25meg) + p[m0] * t_22ce4_2;
+    J_p[95] = t_gfysi * (p[m] * t_25meg) - t_2qijq + p[m] * t_22ce4_2;
     J_p[96] = -t_2qijq;
-    J_p[97] = cos_delta2 * (cos_delta1 * t_4z2sa - sin_delta1 * (t_cv2jl + t_mrgyy))
+    J_p[97] = cos_delta2 * (cos_delta1 * t_4wxpe - sin_delta1 * (t_cv2jl + t_mrgyy))
         + sin_delta2 * (t_f72r2 - t_lwe76 * t_kchpi);
     J_p[98] = SPLAT(K(0.0));
     J_p[99] = SPLAT(K(0.0));
-    J_p[100] = p[l1] * t_yjmne
-        + t_3oe6h * t_zrejm
-        - t_os4zj * t_cm4rz_2
-        + t_6gjtg * t_odnx4
-        - t_7vbeu * t_gj6ho;
-    J_p[101] = B_1 * t_4ra7m
+    J_p[100] = p[l1] * t_o7atx_4
+        + t_5u4vv_3 * t_zrejm
+        - t_os4zj * t_ercla_5
+        + t_erdcw * t_odnx4
+        - t_7vbeu * t_ta3hd;
+    J_p[101] = B_1 * t_vcvng
         + t_7imwe * t_e3grk
-        + me1 * t_ubv4n
-        + t_3qn53 * t_b7ehk
-        + p[m1] * t_yjmne
-        - t_he5kr * (p[m1] * t_cm4rz_2)
-        - chi1 * (t_wmv32 * t_ebxww)
-        + cos_phi1 * (Wn1 * (w_x1 * t_ebxww) - t_53x4e)
-        + sin_phi1 * t_tb73o;
-    J_p[102] = t_ljvgb * (me1 * t_sld5r) + t_6ntsd - me1 * t_3bhwh;
+        + me1 * t_xqmwg
+        + t_3qn53 * t_kklji_4
+        + p[m1] * t_o7atx_4
+        - t_he5kr * (p[m1] * t_ercla_5)
+        - chi1 * (t_wmv32 * t_6cxzu)
+        + cos_phi1 * (Wn1 * (w_x1 * t_6cxzu) - t_edjoe)
+        + sin_phi1 * t_kcoqj;
+    J_p[102] = t_ljvgb * (me1 * t_25meg) + t_6bhi2 - me1 * t_22ce4_2;
     J_p[103] = t_zbc4o
         + x[phi1_dot] * t_vzsco
         + x[theta1_dot] * t_6zjra
-        + th_1 * t_xawty
-        + t_3qn53 * t_vhl2o
-        - t_cm4rz_2
-        + zeta1 * t_tlnuk
-        - t_gj6ho;
-    J_p[104] = x[phi1_dot] * (t_ht423 + k1 * t_iiu4k) + x[theta1_dot] * (t_kchpi - q_1 * t_tlnuk);
-    J_p[105] = p[l2] * t_rpkoe
-        + t_emhsf * t_5wzvs
-        - t_nfvux * t_mh4kp_2
-        + t_5wdqj * t_mwbp3
-        - t_bnx3m * t_lmyyz;
-    J_p[106] = B_2 * t_jxhef
+        + th_1 * t_rhrdp
+        + t_3qn53 * t_wvbhw
+        - t_ercla_5
+        + zeta1 * t_pk7tu
+        - t_ta3hd;
+    J_p[104] = x[phi1_dot] * (t_ht423 + k1 * t_cfw2w) + x[theta1_dot] * (t_kchpi - q_1 * t_pk7tu);
+    J_p[105] = p[l2] * t_tolgd_4
+        + t_5pt5l_3 * t_5wzvs
+        - t_nfvux * t_4b4pj_5
+        + t_vwpie * t_mwbp3
+        - t_bnx3m * t_i55mr;
+    J_p[106] = B_2 * t_jz2uj
         + t_4b2fa * t_uyclk
-        + me2 * t_2udnc
-        + t_54cbb * t_aukc7
-        + p[m2] * t_rpkoe
-        - t_frqfv * (p[m2] * t_mh4kp_2)
-        - chi2 * (t_nlamb * t_5xnu3)
-        + cos_phi2 * (Wn2 * (w_x2 * t_5xnu3) - t_tcgnk)
-        + sin_phi2 * t_i56om;
-    J_p[107] = t_pshhe * (me2 * t_sld5r) + t_v5ufy - me2 * t_3bhwh;
+        + me2 * t_nxose
+        + t_54cbb * t_3dbm5_4
+        + p[m2] * t_tolgd_4
+        - t_frqfv * (p[m2] * t_4b4pj_5)
+        - chi2 * (t_nlamb * t_tmp4k)
+        + cos_phi2 * (Wn2 * (w_x2 * t_tmp4k) - t_umuhm)
+        + sin_phi2 * t_n3h3i;
+    J_p[107] = t_pshhe * (me2 * t_25meg) + t_vr3r7 - me2 * t_22ce4_2;
     J_p[108] = t_zbc4o
         + x[phi2_dot] * t_vzsco
         + x[theta2_dot] * t_6zjra
-        + th_2 * t_k4hxt
-        + t_54cbb * t_rtfxw
-        - t_mh4kp_2
-        + zeta2 * t_5o6ce
-        - t_lmyyz;
-    J_p[109] = x[phi2_dot] * (t_ht423 + k2 * t_y45oi) + x[theta2_dot] * (t_kchpi - q_2 * t_5o6ce);
-    J_p[110] = t_rwurg - t_piq3g * t_evcvo - p[b] * t_ky7wu;
-    J_p[111] = t_rwurg - t_rvsxd * t_evcvo - p[h0] * t_ky7wu;
-    J_p[112] = t_anblo - t_evcvo;
-    J_p[113] = t_anblo;
-    J_p[114] = t_i2xaq - (t_ksgil + t_b6mim);
-    J_p[115] = t_b6mim - t_722xe - t_i2xaq;
-    J_p[116] = -(t_xkwv2 * (p[m0] * t_evcvo) + p[m0] * t_ky7wu);
-    J_p[117] = t_pwlhn - t_gfysi * (p[m] * t_evcvo) - p[m] * t_ky7wu;
-    J_p[118] = t_pwlhn;
-    J_p[119] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_jvg22 - t_5x4uu) + cos_delta1 * t_ecxbj)
-        + sin_delta2 * (t_jro6v - t_lwe76 * t_b3qbg);
+        + th_2 * t_j5fut
+        + t_54cbb * t_yhi4d
+        - t_4b4pj_5
+        + zeta2 * t_pbqrx
+        - t_i55mr;
+    J_p[109] = x[phi2_dot] * (t_ht423 + k2 * t_vauux) + x[theta2_dot] * (t_kchpi - q_2 * t_pbqrx);
+    J_p[110] = t_z7vjm - t_piq3g * t_rrdun - p[b] * t_otm57;
+    J_p[111] = t_z7vjm - t_rvsxd * t_rrdun - p[h0] * t_otm57;
+    J_p[112] = t_xq4wq - t_rrdun;
+    J_p[113] = t_xq4wq;
+    J_p[114] = t_npcpu - (t_j6rcz + t_lx5yn);
+    J_p[115] = t_lx5yn - t_rausi - t_npcpu;
+    J_p[116] = -(t_xkwv2 * (p[m0] * t_rrdun) + p[m0] * t_otm57);
+    J_p[117] = t_vfkyv - t_gfysi * (p[m] * t_rrdun) - p[m] * t_otm57;
+    J_p[118] = t_vfkyv;
+    J_p[119] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_2r4jw - t_4eemy) + cos_delta1 * t_f4mcc)
+        + sin_delta2 * (t_3vvwh - t_lwe76 * t_mihqv);
     J_p[120] = SPLAT(K(0.0));
     J_p[121] = SPLAT(K(0.0));
-    J_p[122] = p[l1] * t_i73bt
-        + t_agl4b * t_zrejm
-        - t_os4zj * t_jxr3i_2
-        + t_fxlp2 * t_odnx4
-        - t_7vbeu * t_4nvxf;
-    J_p[123] = B_1 * t_lzukl
-        - t_7imwe * t_tfdif
-        + me1 * t_m2rd2
-        + t_3qn53 * t_waqmv
-        + p[m1] * t_i73bt
-        - t_he5kr * (p[m1] * t_jxr3i_2)
-        - chi1 * (t_wmv32 * t_hyqog)
-        + cos_phi1 * (Wn1 * (w_x1 * t_hyqog) - t_nhjqb)
-        + sin_phi1 * t_hcjh6;
-    J_p[124] = t_d3ayq - t_ljvgb * (me1 * t_evcvo) + me1 * t_ky7wu;
-    J_p[125] = t_zijwy
-        + x[phi1_dot] * t_2niry
-        - x[theta1_dot] * t_tnb7l
-        + th_1 * t_ctvwf
-        + t_3qn53 * t_bwszi
-        - t_jxr3i_2
-        + zeta1 * t_tjjir
-        - t_4nvxf;
-    J_p[126] = x[phi1_dot] * (t_mk6zb + k1 * t_nyvva) + x[theta1_dot] * (t_b3qbg - q_1 * t_tjjir);
-    J_p[127] = p[l2] * t_jumut
-        + t_6iy6t * t_5wzvs
-        - t_nfvux * t_ixbo7_2
-        + t_qnutv * t_mwbp3
-        - t_bnx3m * t_dpeas;
-    J_p[128] = B_2 * t_2auvx
-        - t_4b2fa * t_kkyvb
-        + me2 * t_urst3
-        + t_54cbb * t_5nlta
-        + p[m2] * t_jumut
-        - t_frqfv * (p[m2] * t_ixbo7_2)
-        - chi2 * (t_nlamb * t_t7xsb)
-        + cos_phi2 * (Wn2 * (w_x2 * t_t7xsb) - t_3ab7p)
-        + sin_phi2 * t_bx32h;
-    J_p[129] = t_a5jf4 - t_pshhe * (me2 * t_evcvo) + me2 * t_ky7wu;
-    J_p[130] = t_zijwy
-        + x[phi2_dot] * t_2niry
-        - x[theta2_dot] * t_tnb7l
-        + th_2 * t_ujr62
-        + t_54cbb * t_5b75k
-        - t_ixbo7_2
-        + zeta2 * t_j7kb5
-        - t_dpeas;
-    J_p[131] = x[phi2_dot] * (t_mk6zb + k2 * t_shrvr) + x[theta2_dot] * (t_b3qbg - q_2 * t_j7kb5);
+    J_p[122] = p[l1] * t_yxk4u
+        + t_csoxn * t_zrejm
+        - t_os4zj * t_ercla_6
+        + t_7m6oi * t_odnx4
+        - t_7vbeu * t_y5b4h_4;
+    J_p[123] = B_1 * t_tojad
+        - t_7imwe * t_nro6n
+        + me1 * t_yqhlt
+        + t_3qn53 * t_5snd3
+        + p[m1] * t_yxk4u
+        - t_he5kr * (p[m1] * t_ercla_6)
+        - chi1 * (t_wmv32 * t_bqegi_4)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi_4) - t_aat5r)
+        + sin_phi1 * t_fnjdn_2;
+    J_p[124] = t_3sngi - t_ljvgb * (me1 * t_rrdun) + me1 * t_otm57;
+    J_p[125] = t_54ccu
+        + x[phi1_dot] * t_l6bcn
+        - x[theta1_dot] * t_qkqmh
+        + th_1 * t_j4viv
+        + t_3qn53 * t_ixby4
+        - t_ercla_6
+        + zeta1 * t_yp7dg
+        - t_y5b4h_4;
+    J_p[126] = x[phi1_dot] * (t_n52wr + k1 * t_s6ooh) + x[theta1_dot] * (t_mihqv - q_1 * t_yp7dg);
+    J_p[127] = p[l2] * t_7xhni
+        + t_q5srp * t_5wzvs
+        - t_nfvux * t_4b4pj_6
+        + t_gnwc4 * t_mwbp3
+        - t_bnx3m * t_l56ct_4;
+    J_p[128] = B_2 * t_d3gno
+        - t_4b2fa * t_ngixx
+        + me2 * t_rvi5q
+        + t_54cbb * t_x35r2
+        + p[m2] * t_7xhni
+        - t_frqfv * (p[m2] * t_4b4pj_6)
+        - chi2 * (t_nlamb * t_lixe2_4)
+        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2_4) - t_ewto5)
+        + sin_phi2 * t_yzwcm_2;
+    J_p[129] = t_yz64k - t_pshhe * (me2 * t_rrdun) + me2 * t_otm57;
+    J_p[130] = t_54ccu
+        + x[phi2_dot] * t_l6bcn
+        - x[theta2_dot] * t_qkqmh
+        + th_2 * t_wszdh
+        + t_54cbb * t_nzysr
+        - t_4b4pj_6
+        + zeta2 * t_zajmc
+        - t_l56ct_4;
+    J_p[131] = x[phi2_dot] * (t_n52wr + k2 * t_4xhpw) + x[theta2_dot] * (t_mihqv - q_2 * t_zajmc);
     J_p[132] = SPLAT(K(0.0));
     J_p[133] = SPLAT(K(0.0));
     J_p[134] = SPLAT(K(0.0));

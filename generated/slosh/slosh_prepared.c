@@ -424,8 +424,8 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -439,18 +439,18 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = w[f_x]
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -906,8 +906,8 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -921,18 +921,18 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -1399,8 +1399,8 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -1414,18 +1414,18 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = w[f_x]
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -1953,8 +1953,8 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -1968,18 +1968,18 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = w[f_x]
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -2576,8 +2576,8 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
@@ -2591,18 +2591,18 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
         - t_bxfcn * K_L53
         - t_amczu * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_5gmab = K65
+    const real t_jo54w = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_amczu * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_5gmab * t_ftqxb;
+    const real K_L65 = t_jo54w * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_e4k6u * K_L64
-        - t_5gmab * K_L65
+        - t_jo54w * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = w[f_x]
         + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
@@ -4391,8 +4391,8 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
@@ -4406,18 +4406,18 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
         - t_bxfcn * K_L53
         - t_ejg3c * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_moxdb = K65
+    const real t_aqba4 = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_ejg3c * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_moxdb * t_ftqxb;
+    const real K_L65 = t_aqba4 * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_yioo4 * K_L64
-        - t_moxdb * K_L65
+        - t_aqba4 * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x + t_xynyo;
     const real b2 = f_y - n2;
@@ -6040,8 +6040,8 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
@@ -6055,18 +6055,18 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
         - t_bxfcn * K_L53
         - t_ejg3c * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_moxdb = K65
+    const real t_aqba4 = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_ejg3c * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_moxdb * t_ftqxb;
+    const real K_L65 = t_aqba4 * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_yioo4 * K_L64
-        - t_moxdb * K_L65
+        - t_aqba4 * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x + t_xynyo;
     const real b2 = f_y - n2;
@@ -7902,8 +7902,8 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
@@ -7917,18 +7917,18 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
         - t_bxfcn * K_L53
         - t_ejg3c * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_moxdb = K65
+    const real t_aqba4 = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_ejg3c * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_moxdb * t_ftqxb;
+    const real K_L65 = t_aqba4 * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_yioo4 * K_L64
-        - t_moxdb * K_L65
+        - t_aqba4 * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x + t_xynyo;
     const real b2 = f_y - n2;
@@ -9085,8 +9085,8 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
     const real K_L53 = t_bxfcn * t_zmh3u;
     const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_hmob3 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_hmob3 * t_4iujv;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
     const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
     const real K_L63 = t_rahc4 * t_zmh3u;
     const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
@@ -9100,18 +9100,18 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
         - t_bxfcn * K_L53
         - t_ejg3c * K_L54
         - t_6mmeb * t_vshgd;
-    const real t_moxdb = K65
+    const real t_aqba4 = K65
         + t_p6zld * t_dj64q
         - t_bxfcn * K_L63
         - t_ejg3c * K_L64
         - t_6mmeb * t_e4enr;
     const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_moxdb * t_ftqxb;
+    const real K_L65 = t_aqba4 * t_ftqxb;
     const real K_D6 = K66
-        - t_hmob3 * t_dj64q
+        - t_qvrp6 * t_dj64q
         - t_rahc4 * K_L63
         - t_yioo4 * K_L64
-        - t_moxdb * K_L65
+        - t_aqba4 * K_L65
         - t_bl4f2 * t_e4enr;
     const real b1 = f_x + t_xynyo;
     const real b2 = f_y - n2;

@@ -1232,7 +1232,7 @@ def outputs_jac(x, u, r, p):
         t_66ll2 = mu * (t_2h7w5 * t_so6vi + t_6kqtn * t_2czxl)
         t_zuqrn = t_tg4lb * mu
         t_rkphc = 0.3333333333333333 * t_zuqrn
-        t_zwcda = (
+        t_6akvj = (
             t_a2ir6
             + t_ij6db
             + w3 * (t_astb4 - t_kqmke)
@@ -1268,17 +1268,17 @@ def outputs_jac(x, u, r, p):
         t_tg4lb_2 = t_so6vi_2 * t_dbxi6
         t_ss6pv = t_tg4lb_2 * mu
         t_zxzcw_2 = t_qygdd + zeta1
-        t_ep36o = w3 * t_mtkxa_2 - (t_ovyu3_2 + t_sl4ci) + t_ss6pv * t_zxzcw_2
+        t_3sgee = w3 * t_mtkxa_2 - (t_ovyu3_2 + t_sl4ci) + t_ss6pv * t_zxzcw_2
         t_4363u = 1.0 / length2
         t_4363u_2 = 0.5 * t_4363u
         t_xoz22 = t_4363u_2 * t_4363u
         t_wbtkf = t_so6vi_2 * t_so6vi
-        t_g2ufs = (
+        t_vjziw = (
             t_zxzcw_2 * (mu * (t_dbxi6 * (t_wbtkf * t_2czxl) + t_so6vi_2 * t_2h7w5))
             + t_ss6pv * (t_4ma5s + cos_phi)
             - (w3 * (t_kqmke + t_astb4) + (t_a2ir6 - t_ij6db))
         )
-        t_eutj4 = (
+        t_yqznn = (
             t_zxzcw_2 * (mu * (t_dbxi6 * (t_wbtkf * t_jame4) + t_so6vi_2 * t_jdcmp))
             + t_ss6pv * (t_lb36r - zeta2)
         )
@@ -1327,22 +1327,22 @@ def outputs_jac(x, u, r, p):
         t_vyyik = length2 - length2_ref
         t_aqdfh = np.abs(t_vyyik)
         t_k3zxw = np.fmax(t_un7kp, t_aqdfh)
-        m_xlcms = (t_z2lgx <= t_k3zxw)
-        t_3cnfu = np.where(m_xlcms, 1.0, 0.0)
-        m_kvztd = (t_k3zxw <= t_z2lgx)
-        t_4jtro = np.where(m_kvztd, 1.0, 0.0)
-        t_xmdn2 = 1.0 / (t_3cnfu + t_4jtro)
-        t_526th = t_3cnfu * t_xmdn2
+        m_732eq = (t_z2lgx <= t_k3zxw)
+        t_qmtwo = np.where(m_732eq, 1.0, 0.0)
+        m_yfnqd = (t_k3zxw <= t_z2lgx)
+        t_cgxqv = np.where(m_yfnqd, 1.0, 0.0)
+        t_xmdn2 = 1.0 / (t_qmtwo + t_cgxqv)
+        t_526th = t_qmtwo * t_xmdn2
         m_mttzr = (t_aqdfh <= t_un7kp)
-        t_wvt36 = np.where(m_mttzr, 1.0, 0.0)
+        t_rqjyq = np.where(m_mttzr, 1.0, 0.0)
         m_lg3bz = (t_un7kp <= t_aqdfh)
-        t_wvt36_2 = np.where(m_lg3bz, 1.0, 0.0)
-        t_wgjtz = 1.0 / (t_wvt36 + t_wvt36_2)
-        t_zmtzb = t_wvt36 * t_wgjtz
+        t_rqjyq_2 = np.where(m_lg3bz, 1.0, 0.0)
+        t_wgjtz = 1.0 / (t_rqjyq + t_rqjyq_2)
+        t_zmtzb = t_rqjyq * t_wgjtz
         t_gejz3 = np.sign(t_h6rkh)
-        t_zmtzb_2 = t_wvt36_2 * t_wgjtz
+        t_zmtzb_2 = t_rqjyq_2 * t_wgjtz
         t_tln4v = np.sign(t_vyyik)
-        t_esu26 = t_4jtro * t_xmdn2
+        t_esu26 = t_cgxqv * t_xmdn2
         t_owfqg = np.sign(t_mmgqh)
         t_cjkun = t_oyolo_2 * sin_phi
         t_bi4k4 = t_oyolo * cos_phi
@@ -1366,21 +1366,21 @@ def outputs_jac(x, u, r, p):
         t_hcysr = t_xv7wn - rho_ref * (rho_ref / t_xv7wn)
         t_ou2q6 = cos_phi_ref * t_hcysr
         t_pca6v = t_bezdi * t_hcysr
-        t_xgie7 = 1.0 / (t_rot3k_2 + t_rot3k_2)
-        t_xgie7_2 = 1.0 / (t_rot3k + t_rot3k)
-        t_xu6vd = (
-            t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ou2q6 + t_pca6v) * t_xgie7)))
-            - t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_pca6v - t_ou2q6) * t_xgie7_2)))
+        t_cdgpr = 1.0 / (t_rot3k_2 + t_rot3k_2)
+        t_cdgpr_2 = 1.0 / (t_rot3k + t_rot3k)
+        t_xts26 = (
+            t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ou2q6 + t_pca6v) * t_cdgpr)))
+            - t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_pca6v - t_ou2q6) * t_cdgpr_2)))
         )
         t_7aweg = 1.0 / t_tqrpx
         t_ls2nh_2 = t_vbegv * sin_phi_ref
         t_hlb56_2 = t_vbegv * (1.7320508075688772 * cos_phi_ref)
-        t_dxnwm = (
-            t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_hlb56_2 + t_ls2nh_2) * t_xgie7_2)))
-            + t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ls2nh_2 - t_hlb56_2) * t_xgie7)))
+        t_gsyh4 = (
+            t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_hlb56_2 + t_ls2nh_2) * t_cdgpr_2)))
+            + t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ls2nh_2 - t_hlb56_2) * t_cdgpr)))
         )
         t_3ef7u = 0.5773502691896257 / (t_rqfjc + t_rqfjc)
-        t_ln5id = t_526th * (t_zmtzb * (t_gejz3 * (t_rot3k * t_3ef7u)) + t_zmtzb_2 * (t_tln4v * (t_rot3k_2 * t_3ef7u)))
+        t_jaznf = t_526th * (t_zmtzb * (t_gejz3 * (t_rot3k * t_3ef7u)) + t_zmtzb_2 * (t_tln4v * (t_rot3k_2 * t_3ef7u)))
         return (lambda J: J.reshape(*J.shape[:-1], 11, 4))(_vector(
             t_4zpbd,
             t_xgdjw,
@@ -1394,15 +1394,15 @@ def outputs_jac(x, u, r, p):
             -t_5spzq,
             t_x67ys,
             0.0,
-            t_3r3i7_2 * t_zwcda - t_xwcba * (t_catam * t_4zpbd),
+            t_3r3i7_2 * t_6akvj - t_xwcba * (t_catam * t_4zpbd),
             t_3r3i7_2 * t_baykf - t_xwcba * (t_catam * t_xgdjw),
             t_3r3i7_2 * (t_ux4sm - t_tklfx_2 - t_zxzcw * (0.3333333333333333 * t_tg4lb))
                 - t_xwcba * (t_catam * t_og6g6),
             0.0,
-            t_ep36o * (t_xoz22 * t_4zpbd_2) + t_4363u_2 * t_g2ufs,
-            t_4363u_2 * (w3 * (t_iznox - t_asfem) - (t_idpvv - t_nx3xn) + t_eutj4)
-                - t_ep36o * (t_xoz22 * t_xgdjw_2),
-            t_4363u_2 * (t_zxzcw_2 * t_tg4lb_2 - (t_tklfx_2 + t_ux4sm)) - t_ep36o * (t_xoz22 * t_og6g6_2),
+            t_3sgee * (t_xoz22 * t_4zpbd_2) + t_4363u_2 * t_vjziw,
+            t_4363u_2 * (w3 * (t_iznox - t_asfem) - (t_idpvv - t_nx3xn) + t_yqznn)
+                - t_3sgee * (t_xoz22 * t_xgdjw_2),
+            t_4363u_2 * (t_zxzcw_2 * t_tg4lb_2 - (t_tklfx_2 + t_ux4sm)) - t_3sgee * (t_xoz22 * t_og6g6_2),
             0.0,
             t_joqhu_2 * t_qfonn - t_btzax * (t_6b7fn * t_5lmaa),
             t_btzax * (t_6b7fn * t_5spzq) - t_joqhu_2 * t_qnu2w,
@@ -1507,9 +1507,9 @@ def outputs_jac(x, u, r, p):
             0.0,
             0.0,
             -1.0,
-            t_526th * t_xu6vd - t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ou2q6 * t_7aweg))),
-            t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ls2nh_2 * t_7aweg))) - t_526th * t_dxnwm,
-            -(t_ln5id + t_esu26 * (t_owfqg * (t_tqrpx * t_3ef7u))),
+            t_526th * t_xts26 - t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ou2q6 * t_7aweg))),
+            t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ls2nh_2 * t_7aweg))) - t_526th * t_gsyh4,
+            -(t_jaznf + t_esu26 * (t_owfqg * (t_tqrpx * t_3ef7u))),
             0.0,
         ))
 
@@ -1666,18 +1666,18 @@ def sliding_jvp(x, r, p, c, along_x, along_r):
         t_ygaz3 = np.fmax(-1.0, t_hr4cg)
         t_us36u = t_646rv * t_ygaz3
         t_3ly7e = cos_t * t_us36u
-        t_vd4vb = t_rrbdp + np.where(m_z5ee7_2, -(t_3ly7e * rho_t), 0.0)
+        t_2hllo = t_rrbdp + np.where(m_z5ee7_2, -(t_3ly7e * rho_t), 0.0)
         t_kc5kr = 100.0 * k_phi
         t_nrnb7 = t_us36u * rho_t
         t_hwkxg = cos_t * t_bof5b + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nrnb7 * t_xuitj, 0.0), 0.0)
-        t_v25ha = np.where(m_z5ee7_2, -(t_nrnb7 * cos_t), 0.0) + t_rrbdp
-        t_isbdw = cos_phi_ref * t_hwkxg - sin_phi_ref * t_v25ha
-        t_soxz7 = cos_phi_ref * t_v25ha + sin_phi_ref * t_hwkxg
+        t_3mrva = np.where(m_z5ee7_2, -(t_nrnb7 * cos_t), 0.0) + t_rrbdp
+        t_mhzub = cos_phi_ref * t_hwkxg - sin_phi_ref * t_3mrva
+        t_g55ku = cos_phi_ref * t_3mrva + sin_phi_ref * t_hwkxg
         t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        t_hhq74 = (t_isbdw * zeta1 + t_soxz7 * zeta2) * t_e4rje
-        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_hhq74)
-        t_zez2i = np.fmax(0.0, t_j2lpg) * t_e4rje
-        t_7pwz3 = t_vd4vb * sin_phi_ref - t_zez2i * zeta1 - t_hwkxg * cos_phi_ref
+        t_cxrnl = (t_mhzub * zeta1 + t_g55ku * zeta2) * t_e4rje
+        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_cxrnl)
+        t_ssi6p = np.fmax(0.0, t_j2lpg) * t_e4rje
+        t_nzx4x = t_2hllo * sin_phi_ref - t_ssi6p * zeta1 - t_hwkxg * cos_phi_ref
         t_3afq5 = cos_phi * along_rho - rho * (sin_phi * along_phi)
         t_sxtsm = sin_phi_ref * along_phi_ref
         t_yxwd6 = cos_phi_ref * along_phi_ref
@@ -1689,28 +1689,28 @@ def sliding_jvp(x, r, p, c, along_x, along_r):
         )
         t_st5ju = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm)
         t_l72yh = (w_across + w_across) * t_st5ju + (w_along + w_along) * t_eay2n
-        t_g5q74 = t_l72yh / (rho_t + rho_t)
-        t_wq7db = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_g5q74
+        t_fdlvl = t_l72yh / (rho_t + rho_t)
+        t_wtvuw = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_fdlvl
         m_nlkgc = np.logical_not(m_vfwur)
-        t_5liuz = t_st5ju * t_gliif - t_xuitj * t_gliif * t_g5q74
-        t_5hrn4 = (t_ktua4 * ((rho_ref + rho_ref) * along_rho_ref) + t_o55bt * ((t_xuitj + t_xuitj) * t_5liuz)) / (chord + chord)
-        t_qczxi = (
-            np.where(m_z5ee7, rho_ref * t_wq7db, 0.0)
+        t_ymop5 = t_st5ju * t_gliif - t_xuitj * t_gliif * t_fdlvl
+        t_l67pb = (t_ktua4 * ((rho_ref + rho_ref) * along_rho_ref) + t_o55bt * ((t_xuitj + t_xuitj) * t_ymop5)) / (chord + chord)
+        t_7qgnt = (
+            np.where(m_z5ee7, rho_ref * t_wtvuw, 0.0)
             + cos_t * along_rho_ref
-            + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_5hrn4, 0.0), 0.0), 0.0)
+            + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_l67pb, 0.0), 0.0), 0.0)
         )
-        t_mglsc = k_phi * ((t_g5q74 * t_fj2i2 - t_etoih * t_fj2i2 * t_qczxi) / (t_6tejv + t_6tejv)) * t_i2oza
+        t_ikolc = k_phi * ((t_fdlvl * t_fj2i2 - t_etoih * t_fj2i2 * t_7qgnt) / (t_6tejv + t_6tejv)) * t_i2oza
         t_n33cs = along_theta - along_theta_ref + area_factor * (w_across * along_rho_ref + rho_ref * t_st5ju)
-        t_aiwjn = np.sign(theta_t) * t_n33cs * t_gjxkh
-        t_hztym = t_vzh6u * t_i2oza * (t_aiwjn + (t_l72yh * t_3sr3u - t_ltwkz * t_3sr3u * ((t_2b36a + t_2b36a) * t_qczxi)))
-        t_bl7m4 = t_mglsc - t_hztym
-        t_6jlox = (
-            (t_xuitj * along_rho_ref + rho_ref * t_5liuz) * t_6qw53
-            + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_jcju6 * t_6qw53 * t_5hrn4, 0.0), 0.0), 0.0)
+        t_ao5g3 = np.sign(theta_t) * t_n33cs * t_gjxkh
+        t_di3wd = t_vzh6u * t_i2oza * (t_ao5g3 + (t_l72yh * t_3sr3u - t_ltwkz * t_3sr3u * ((t_2b36a + t_2b36a) * t_7qgnt)))
+        t_owrgf = t_ikolc - t_di3wd
+        t_noiup = (
+            (t_xuitj * along_rho_ref + rho_ref * t_ymop5) * t_6qw53
+            + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_jcju6 * t_6qw53 * t_l67pb, 0.0), 0.0), 0.0)
         )
-        t_tm5sp = (
-            t_abddv * (t_vzh6u * (t_fcuq3 * t_qczxi) + t_lm3xn * t_bl7m4)
-            + t_2x3wp * (np.where(m_z5ee7, m * (theta_t * t_6jlox + t_jcju6 * t_n33cs), 0.0) - t_l72yh)
+        t_scnoi = (
+            t_abddv * (t_vzh6u * (t_fcuq3 * t_7qgnt) + t_lm3xn * t_owrgf)
+            + t_2x3wp * (np.where(m_z5ee7, m * (theta_t * t_noiup + t_jcju6 * t_n33cs), 0.0) - t_l72yh)
         )
         m_xlke7 = (-1.0 <= t_3oqa2)
         t_wzftv = np.where(m_xlke7, 1.0, 0.0)
@@ -1718,68 +1718,68 @@ def sliding_jvp(x, r, p, c, along_x, along_r):
         m_527tt = (t_zprj7 <= 1.0)
         t_e5hpt = np.where(m_527tt, 1.0, 0.0)
         m_vi3vq = (1.0 <= t_zprj7)
-        t_ie3nv = np.power(tau, t_ieu4b - 1.0) * t_ieu4b * t_aiwjn
-        t_ap56e = t_e5hpt / (np.where(m_vi3vq, 1.0, 0.0) + t_e5hpt) * ((t_g5q74 - (t_2b36a * t_ie3nv + f * t_qczxi)) * t_weose)
-        t_iacw6 = np.where(m_z5ee7_2, t_tm5sp, 0.0) - eta_rho * (t_wzftv / (np.where(m_rd4rt, 1.0, 0.0) + t_wzftv) * t_ap56e)
-        t_7mk4w = np.where(m_z5ee7, t_xuitj * t_iacw6 + t_bof5b * t_5liuz, 0.0)
-        t_44h4b = t_ygaz3 * (t_5wfhn * t_bl7m4 + t_vzh6u * (t_mldgu * np.power(f, t_mldgu - 1.0) * t_ie3nv))
+        t_ik4bo = np.power(tau, t_ieu4b - 1.0) * t_ieu4b * t_ao5g3
+        t_bk6aj = t_e5hpt / (np.where(m_vi3vq, 1.0, 0.0) + t_e5hpt) * ((t_fdlvl - (t_2b36a * t_ik4bo + f * t_7qgnt)) * t_weose)
+        t_zusr3 = np.where(m_z5ee7_2, t_scnoi, 0.0) - eta_rho * (t_wzftv / (np.where(m_rd4rt, 1.0, 0.0) + t_wzftv) * t_bk6aj)
+        t_ddyse = np.where(m_z5ee7, t_xuitj * t_zusr3 + t_bof5b * t_ymop5, 0.0)
+        t_44h4b = t_ygaz3 * (t_5wfhn * t_owrgf + t_vzh6u * (t_mldgu * np.power(f, t_mldgu - 1.0) * t_ik4bo))
         m_ajl3y = (-1.0 <= t_hr4cg)
         t_wzftv_2 = np.where(m_ajl3y, 1.0, 0.0)
         m_cv6fy = (t_hr4cg <= -1.0)
         m_rbdt6 = (t_fzzn6 <= 1.0)
         t_wd3be = np.where(m_rbdt6, 1.0, 0.0)
         m_k6w4t = (1.0 <= t_fzzn6)
-        t_4xx6c = t_646rv * (t_wzftv_2 / (np.where(m_cv6fy, 1.0, 0.0) + t_wzftv_2) * (t_wd3be / (np.where(m_k6w4t, 1.0, 0.0) + t_wd3be) * (t_n33cs * t_6rwtv)))
-        t_xftvr = t_44h4b + t_4xx6c
-        t_kurkb = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_wq7db, 0.0) + cos_t * t_xftvr) + t_3ly7e * t_g5q74), 0.0)
-        t_wxujm = t_7mk4w + t_kurkb
-        m_hrqyw = (0.0 <= t_j2lpg)
-        t_75add = np.where(m_hrqyw, 1.0, 0.0)
-        m_iuje4 = (t_j2lpg <= 0.0)
-        t_7cc6w = rho_t * t_xftvr + t_us36u * t_g5q74
-        t_p7672 = (
-            np.where(m_z5ee7, t_bof5b * t_wq7db, 0.0)
-            + cos_t * t_iacw6
-            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_7cc6w + t_nrnb7 * t_5liuz, 0.0), 0.0)
+        t_tudup = t_646rv * (t_wzftv_2 / (np.where(m_cv6fy, 1.0, 0.0) + t_wzftv_2) * (t_wd3be / (np.where(m_k6w4t, 1.0, 0.0) + t_wd3be) * (t_n33cs * t_6rwtv)))
+        t_jho2f = t_44h4b + t_tudup
+        t_am6sm = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_wtvuw, 0.0) + cos_t * t_jho2f) + t_3ly7e * t_fdlvl), 0.0)
+        t_ihupp = t_ddyse + t_am6sm
+        m_od6a2 = (0.0 <= t_j2lpg)
+        t_tij5y = np.where(m_od6a2, 1.0, 0.0)
+        m_7t3za = (t_j2lpg <= 0.0)
+        t_ohm5d = rho_t * t_jho2f + t_us36u * t_fdlvl
+        t_cppvj = (
+            np.where(m_z5ee7, t_bof5b * t_wtvuw, 0.0)
+            + cos_t * t_zusr3
+            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_ohm5d + t_nrnb7 * t_ymop5, 0.0), 0.0)
         )
-        t_qpgyx = cos_phi_ref * t_p7672 - t_hwkxg * t_sxtsm
-        t_elhtr = np.where(m_z5ee7_2, -(cos_t * t_7cc6w + np.where(m_z5ee7, t_nrnb7 * t_wq7db, 0.0)), 0.0) + t_7mk4w
-        t_63nzv = t_hwkxg * t_yxwd6
-        t_jnuuj = sin_phi_ref * t_p7672
-        t_fh4nu = (
-            zeta2 * (cos_phi_ref * t_elhtr - t_v25ha * t_sxtsm + (t_63nzv + t_jnuuj))
-            + t_soxz7 * t_46lno
+        t_hvuzs = cos_phi_ref * t_cppvj - t_hwkxg * t_sxtsm
+        t_ptswo = np.where(m_z5ee7_2, -(cos_t * t_ohm5d + np.where(m_z5ee7, t_nrnb7 * t_wtvuw, 0.0)), 0.0) + t_ddyse
+        t_k3cgo = t_hwkxg * t_yxwd6
+        t_plltw = sin_phi_ref * t_cppvj
+        t_rmuxd = (
+            zeta2 * (cos_phi_ref * t_ptswo - t_3mrva * t_sxtsm + (t_k3cgo + t_plltw))
+            + t_g55ku * t_46lno
         )
-        t_pbq5k = (
-            zeta1 * (t_qpgyx - (t_v25ha * t_yxwd6 + sin_phi_ref * t_elhtr))
-            + t_isbdw * t_3afq5
-            + t_fh4nu
+        t_erdeb = (
+            zeta1 * (t_hvuzs - (t_3mrva * t_yxwd6 + sin_phi_ref * t_ptswo))
+            + t_mhzub * t_3afq5
+            + t_rmuxd
         )
         m_p2abf = (1e-09 <= t_yfvls)
         t_ivpxh = np.where(m_p2abf, 1.0, 0.0)
         m_ysper = (t_yfvls <= 1e-09)
         t_ykpbv = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno
         t_cxo4v = t_ykpbv / (t_yfvls + t_yfvls)
-        t_yuzrl = t_ivpxh / (np.where(m_ysper, 1.0, 0.0) + t_ivpxh) * t_cxo4v
-        t_xev7q = t_75add / (np.where(m_iuje4, 1.0, 0.0) + t_75add) * (t_pbq5k * t_e4rje - t_hhq74 * t_e4rje * t_yuzrl - t_kc5kr * t_cxo4v)
-        t_uztjp = t_xev7q * t_e4rje + t_zez2i * t_e4rje * t_yuzrl
-        t_ad3hw = (
-            sin_phi_ref * t_wxujm
-            + t_vd4vb * t_yxwd6
-            - (t_zez2i * t_3afq5 - zeta1 * t_uztjp)
-            - t_qpgyx
+        t_s7b4i = t_ivpxh / (np.where(m_ysper, 1.0, 0.0) + t_ivpxh) * t_cxo4v
+        t_5sf7r = t_tij5y / (np.where(m_7t3za, 1.0, 0.0) + t_tij5y) * (t_erdeb * t_e4rje - t_cxrnl * t_e4rje * t_s7b4i - t_kc5kr * t_cxo4v)
+        t_hun7c = t_5sf7r * t_e4rje + t_ssi6p * t_e4rje * t_s7b4i
+        t_j4jwd = (
+            sin_phi_ref * t_ihupp
+            + t_2hllo * t_yxwd6
+            - (t_ssi6p * t_3afq5 - zeta1 * t_hun7c)
+            - t_hvuzs
         )
-        t_5znyu = t_zez2i * zeta2 + t_hwkxg * sin_phi_ref + t_vd4vb * cos_phi_ref
-        t_ajm5x = (
-            t_zez2i * t_46lno
-            - zeta2 * t_uztjp
-            + (t_jnuuj + t_63nzv)
-            + (cos_phi_ref * t_wxujm - t_vd4vb * t_sxtsm)
+        t_x4z7u = t_ssi6p * zeta2 + t_hwkxg * sin_phi_ref + t_2hllo * cos_phi_ref
+        t_b44sc = (
+            t_ssi6p * t_46lno
+            - zeta2 * t_hun7c
+            + (t_plltw + t_k3cgo)
+            + (cos_phi_ref * t_ihupp - t_2hllo * t_sxtsm)
         )
         t_oz2aw = 1.0 / t_yfvls
-        t_47wrb = (t_7pwz3 * t_3afq5 + zeta1 * t_ad3hw - (t_5znyu * t_46lno + zeta2 * t_ajm5x)) * t_oz2aw
+        t_pozbm = (t_nzx4x * t_3afq5 + zeta1 * t_j4jwd - (t_x4z7u * t_46lno + zeta2 * t_b44sc)) * t_oz2aw
         t_3cthi = 1.0 / t_4x2zf
-        t_gm2se = (t_5znyu * t_3afq5 + zeta1 * t_ajm5x + (zeta2 * t_ad3hw + t_7pwz3 * t_46lno)) * t_3cthi
+        t_izzsn = (t_x4z7u * t_3afq5 + zeta1 * t_b44sc + (zeta2 * t_j4jwd + t_nzx4x * t_46lno)) * t_3cthi
         t_f7oti = -mu_rate_max
         t_dhkzn = mu_gain * (mu_ref - mu)
         t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
@@ -1790,8 +1790,8 @@ def sliding_jvp(x, r, p, c, along_x, along_r):
         t_huzvj = np.where(m_huzvj, 1.0, 0.0)
         m_mu2v2 = (mu_rate_max <= t_dhkzn)
         return _vector(
-            np.where(m_ksqj2, t_47wrb - (zeta1 * t_7pwz3 - zeta2 * t_5znyu) * t_oz2aw * t_oz2aw * t_cxo4v, t_ad3hw),
-            np.where(m_ksqj2, -(t_gm2se - (zeta1 * t_5znyu + t_7pwz3 * zeta2) * t_3cthi * t_3cthi * t_ykpbv), 0.0),
+            np.where(m_ksqj2, t_pozbm - (zeta1 * t_nzx4x - zeta2 * t_x4z7u) * t_oz2aw * t_oz2aw * t_cxo4v, t_j4jwd),
+            np.where(m_ksqj2, -(t_izzsn - (zeta1 * t_x4z7u + t_nzx4x * zeta2) * t_3cthi * t_3cthi * t_ykpbv), 0.0),
             t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * (mu_gain * (along_mu_ref - along_mu))),
         )
 
@@ -1868,8 +1868,8 @@ def sliding_loop_jac(q, r, p, c):
         t_27sgx = t_xuitj * t_gliif
         t_fdt4k = t_jhdru - t_27sgx * t_z3qw7
         t_ne4ah = 1.0 / (chord + chord)
-        t_gl5if = t_o55bt * (t_lzpnp * t_fdt4k) * t_ne4ah
-        t_6f5bn = np.where(m_z5ee7, -(rho_ref * t_ym2fo), 0.0) + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_gl5if, 0.0), 0.0), 0.0)
+        t_ttx53 = t_o55bt * (t_lzpnp * t_fdt4k) * t_ne4ah
+        t_f2fvz = np.where(m_z5ee7, -(rho_ref * t_ym2fo), 0.0) + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_ttx53, 0.0), 0.0), 0.0)
         t_lm3xn = t_fcuq3 * t_2b36a
         t_j3xxo = t_etoih * t_fj2i2
         t_spoa4 = 1.0 / (t_6tejv + t_6tejv)
@@ -1879,16 +1879,16 @@ def sliding_loop_jac(q, r, p, c):
         t_d5itw = t_pekax * t_odkga * t_gjxkh
         t_velk3 = t_ltwkz * t_3sr3u
         t_l4aq5 = t_2b36a + t_2b36a
-        t_j2qpd = (
-            k_phi * ((t_z3qw7 * t_fj2i2 - t_j3xxo * t_6f5bn) * t_spoa4) * t_i2oza
-            - t_qcwfy * (t_d5itw + (t_ugll2 * t_3sr3u - t_velk3 * (t_l4aq5 * t_6f5bn)))
+        t_k65md = (
+            k_phi * ((t_z3qw7 * t_fj2i2 - t_j3xxo * t_f2fvz) * t_spoa4) * t_i2oza
+            - t_qcwfy * (t_d5itw + (t_ugll2 * t_3sr3u - t_velk3 * (t_l4aq5 * t_f2fvz)))
         )
         t_2x3wp = t_lm3xn * t_vzh6u
         t_vgwru = t_jcju6 * t_6qw53
-        t_6g772 = theta_t * (rho_ref * t_fdt4k * t_6qw53 + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_gl5if, 0.0), 0.0), 0.0))
-        t_tiv6a = (
-            t_abddv * (t_vzh6u * (t_fcuq3 * t_6f5bn) + t_lm3xn * t_j2qpd)
-            + t_2x3wp * (np.where(m_z5ee7, m * (t_6g772 + t_jcju6 * t_odkga), 0.0) - t_ugll2)
+        t_z4qaq = theta_t * (rho_ref * t_fdt4k * t_6qw53 + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_ttx53, 0.0), 0.0), 0.0))
+        t_bdaik = (
+            t_abddv * (t_vzh6u * (t_fcuq3 * t_f2fvz) + t_lm3xn * t_k65md)
+            + t_2x3wp * (np.where(m_z5ee7, m * (t_z4qaq + t_jcju6 * t_odkga), 0.0) - t_ugll2)
         )
         t_weose = 1.0 / s_min
         t_zprj7 = (rho_t - f * t_2b36a) * t_weose
@@ -1903,10 +1903,10 @@ def sliding_loop_jac(q, r, p, c):
         t_cawwk = t_e5hpt / (np.where(m_vi3vq, 1.0, 0.0) + t_e5hpt)
         t_ttliz = np.power(tau, t_ieu4b - 1.0) * t_ieu4b
         t_mq3wv = t_ttliz * t_d5itw
-        t_mutru = eta_rho * (t_q2hfz * (t_cawwk * ((t_z3qw7 - (t_2b36a * t_mq3wv + f * t_6f5bn)) * t_weose)))
-        t_luowr = np.where(m_z5ee7_2, t_tiv6a, 0.0) - t_mutru
+        t_mhmjj = eta_rho * (t_q2hfz * (t_cawwk * ((t_z3qw7 - (t_2b36a * t_mq3wv + f * t_f2fvz)) * t_weose)))
+        t_wggpa = np.where(m_z5ee7_2, t_bdaik, 0.0) - t_mhmjj
         t_bof5b = np.where(m_z5ee7_2, t_2x3wp * t_abddv, 0.0) - eta_rho * np.fmax(-1.0, t_3oqa2)
-        t_w3nxv = np.where(m_z5ee7, t_xuitj * t_luowr + t_bof5b * t_fdt4k, 0.0)
+        t_5jypp = np.where(m_z5ee7, t_xuitj * t_wggpa + t_bof5b * t_fdt4k, 0.0)
         t_mldgu = -1.0 + m
         t_5wfhn = np.power(f, t_mldgu)
         t_646rv = t_vzh6u * t_5wfhn
@@ -1924,44 +1924,44 @@ def sliding_loop_jac(q, r, p, c):
         t_wd3be = np.where(m_rbdt6, 1.0, 0.0)
         m_k6w4t = (1.0 <= t_fzzn6)
         t_shc6x = t_wd3be / (np.where(m_k6w4t, 1.0, 0.0) + t_wd3be)
-        t_kvccb = (
-            t_ygaz3 * (t_5wfhn * t_j2qpd + t_vzh6u * (t_kimvi * t_mq3wv))
+        t_m7lq4 = (
+            t_ygaz3 * (t_5wfhn * t_k65md + t_vzh6u * (t_kimvi * t_mq3wv))
             + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_odkga * t_6rwtv)))
         )
         t_3ly7e = cos_t * t_us36u
-        t_27f6a = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, -(t_us36u * t_ym2fo), 0.0) + cos_t * t_kvccb) + t_3ly7e * t_z3qw7), 0.0)
-        t_pv7yq = t_w3nxv + t_27f6a
+        t_omigz = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, -(t_us36u * t_ym2fo), 0.0) + cos_t * t_m7lq4) + t_3ly7e * t_z3qw7), 0.0)
+        t_haxdn = t_5jypp + t_omigz
         t_kc5kr = 100.0 * k_phi
         t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
         t_nrnb7 = t_us36u * rho_t
         t_hwkxg = cos_t * t_bof5b + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nrnb7 * t_xuitj, 0.0), 0.0)
         t_rrbdp = np.where(m_z5ee7, t_bof5b * t_xuitj, 0.0)
-        t_v25ha = np.where(m_z5ee7_2, -(t_nrnb7 * cos_t), 0.0) + t_rrbdp
-        t_isbdw = cos_phi_ref * t_hwkxg - sin_phi_ref * t_v25ha
-        t_soxz7 = cos_phi_ref * t_v25ha + sin_phi_ref * t_hwkxg
+        t_3mrva = np.where(m_z5ee7_2, -(t_nrnb7 * cos_t), 0.0) + t_rrbdp
+        t_mhzub = cos_phi_ref * t_hwkxg - sin_phi_ref * t_3mrva
+        t_g55ku = cos_phi_ref * t_3mrva + sin_phi_ref * t_hwkxg
         t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        t_2pyhn = (t_isbdw * zeta1 + t_soxz7 * zeta2) * t_e4rje
-        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_2pyhn)
-        t_5btq3 = np.fmax(0.0, t_j2lpg) * t_e4rje
-        m_pypqd = (0.0 <= t_j2lpg)
-        t_75add = np.where(m_pypqd, 1.0, 0.0)
-        m_linog = (t_j2lpg <= 0.0)
-        t_4xt6m = t_75add / (np.where(m_linog, 1.0, 0.0) + t_75add)
-        t_kqv7m = rho_t * t_kvccb + t_us36u * t_z3qw7
-        t_sxex4 = (
+        t_g6fip = (t_mhzub * zeta1 + t_g55ku * zeta2) * t_e4rje
+        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_g6fip)
+        t_i3qrh = np.fmax(0.0, t_j2lpg) * t_e4rje
+        m_oaadf = (0.0 <= t_j2lpg)
+        t_tij5y = np.where(m_oaadf, 1.0, 0.0)
+        m_yn7xs = (t_j2lpg <= 0.0)
+        t_jik5x = t_tij5y / (np.where(m_yn7xs, 1.0, 0.0) + t_tij5y)
+        t_3sgn7 = rho_t * t_m7lq4 + t_us36u * t_z3qw7
+        t_6guci = (
             np.where(m_z5ee7, -(t_bof5b * t_ym2fo), 0.0)
-            + cos_t * t_luowr
-            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_kqv7m + t_nrnb7 * t_fdt4k, 0.0), 0.0)
+            + cos_t * t_wggpa
+            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_3sgn7 + t_nrnb7 * t_fdt4k, 0.0), 0.0)
         )
-        t_ra7pa = cos_phi_ref * t_sxex4
-        t_kpug4 = np.where(m_z5ee7_2, -(cos_t * t_kqv7m + np.where(m_z5ee7, -(t_nrnb7 * t_ym2fo), 0.0)), 0.0) + t_w3nxv
-        t_fglyb = sin_phi_ref * t_sxex4
-        t_2z3ci = (
-            zeta1 * (t_ra7pa - sin_phi_ref * t_kpug4)
-            + t_isbdw
-            + zeta2 * (cos_phi_ref * t_kpug4 + t_fglyb)
+        t_gyqzt = cos_phi_ref * t_6guci
+        t_a6f3w = np.where(m_z5ee7_2, -(cos_t * t_3sgn7 + np.where(m_z5ee7, -(t_nrnb7 * t_ym2fo), 0.0)), 0.0) + t_5jypp
+        t_gzctu = sin_phi_ref * t_6guci
+        t_xeu55 = (
+            zeta1 * (t_gyqzt - sin_phi_ref * t_a6f3w)
+            + t_mhzub
+            + zeta2 * (cos_phi_ref * t_a6f3w + t_gzctu)
         )
-        t_tk5is = t_2pyhn * t_e4rje
+        t_tk5is = t_g6fip * t_e4rje
         m_p2abf = (1e-09 <= t_yfvls)
         t_p2abf = np.where(m_p2abf, 1.0, 0.0)
         m_ysper = (t_yfvls <= 1e-09)
@@ -1969,12 +1969,12 @@ def sliding_loop_jac(q, r, p, c):
         t_oz2aw = 1.0 / t_yfvls
         t_soujt = zeta1 * t_oz2aw
         t_h5ecg = t_cexdd * t_soujt
-        t_3vkdn = t_5btq3 * t_e4rje
-        t_vi2qs = (
-            t_4xt6m * (t_2z3ci * t_e4rje - t_tk5is * t_h5ecg - t_kc5kr * t_soujt) * t_e4rje
-            + t_3vkdn * t_h5ecg
+        t_4gg3u = t_i3qrh * t_e4rje
+        t_nufsh = (
+            t_jik5x * (t_xeu55 * t_e4rje - t_tk5is * t_h5ecg - t_kc5kr * t_soujt) * t_e4rje
+            + t_4gg3u * t_h5ecg
         )
-        t_nmnzg = sin_phi_ref * t_pv7yq - (t_5btq3 - zeta1 * t_vi2qs) - t_ra7pa
+        t_44x77 = sin_phi_ref * t_haxdn - (t_i3qrh - zeta1 * t_nufsh) - t_gyqzt
         t_p5xao = t_5wlee * cos_phi_ref + t_degwz * sin_phi_ref
         t_fsihy = t_p5xao * t_amnjj
         t_fpjrk = t_apicp * t_fsihy - t_jhdru
@@ -1983,69 +1983,69 @@ def sliding_loop_jac(q, r, p, c):
         t_gndo4 = np.where(m_z5ee7, rho_ref * t_fpjrk, 0.0) + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_b3roy, 0.0), 0.0), 0.0)
         t_d4u2z = area_factor * (rho_ref * cos_phi_ref)
         t_h3erp = t_pekax * t_d4u2z * t_gjxkh
-        t_sr5d5 = (
+        t_fc2st = (
             t_qcwfy * (t_h3erp + (t_p5xao * t_3sr3u + t_velk3 * (t_l4aq5 * t_gndo4)))
             - k_phi * ((t_fsihy * t_fj2i2 + t_j3xxo * t_gndo4) * t_spoa4) * t_i2oza
         )
         t_7rw3u = theta_t * (rho_ref * t_pirkw * t_6qw53 + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_b3roy, 0.0), 0.0), 0.0))
-        t_szld2 = (
-            t_abddv * (t_vzh6u * (t_fcuq3 * t_gndo4) + t_lm3xn * t_sr5d5)
+        t_nceyc = (
+            t_abddv * (t_vzh6u * (t_fcuq3 * t_gndo4) + t_lm3xn * t_fc2st)
             + t_2x3wp * (np.where(m_z5ee7, m * (t_7rw3u - t_jcju6 * t_d4u2z), 0.0) + t_p5xao)
         )
         t_kek4t = t_ttliz * t_h3erp
-        t_mutru_2 = eta_rho * (t_q2hfz * (t_cawwk * ((t_fsihy + (f * t_gndo4 - t_2b36a * t_kek4t)) * t_weose)))
-        t_j23bd = np.where(m_z5ee7_2, t_szld2, 0.0) + t_mutru_2
-        t_jehnq = np.where(m_z5ee7, t_xuitj * t_j23bd + t_bof5b * t_pirkw, 0.0)
-        t_4h3cq = (
-            t_ygaz3 * (t_5wfhn * t_sr5d5 - t_vzh6u * (t_kimvi * t_kek4t))
+        t_mhmjj_2 = eta_rho * (t_q2hfz * (t_cawwk * ((t_fsihy + (f * t_gndo4 - t_2b36a * t_kek4t)) * t_weose)))
+        t_ekt6d = np.where(m_z5ee7_2, t_nceyc, 0.0) + t_mhmjj_2
+        t_xas4m = np.where(m_z5ee7, t_xuitj * t_ekt6d + t_bof5b * t_pirkw, 0.0)
+        t_wqxz5 = (
+            t_ygaz3 * (t_5wfhn * t_fc2st - t_vzh6u * (t_kimvi * t_kek4t))
             - t_646rv * (t_q2hfz_2 * (t_shc6x * (t_d4u2z * t_6rwtv)))
         )
-        t_3yv57 = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_fpjrk, 0.0) + cos_t * t_4h3cq) - t_3ly7e * t_fsihy), 0.0)
-        t_q2pfq = t_jehnq + t_3yv57
-        t_wuhri = rho_t * t_4h3cq - t_us36u * t_fsihy
-        t_jtjzx = (
+        t_wuqni = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_fpjrk, 0.0) + cos_t * t_wqxz5) - t_3ly7e * t_fsihy), 0.0)
+        t_haxdn_2 = t_xas4m + t_wuqni
+        t_5vnii = rho_t * t_wqxz5 - t_us36u * t_fsihy
+        t_hhpgv = (
             np.where(m_z5ee7, t_bof5b * t_fpjrk, 0.0)
-            + cos_t * t_j23bd
-            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_wuhri + t_nrnb7 * t_pirkw, 0.0), 0.0)
+            + cos_t * t_ekt6d
+            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_5vnii + t_nrnb7 * t_pirkw, 0.0), 0.0)
         )
-        t_5kcnr = cos_phi_ref * t_jtjzx
-        t_chz7f = np.where(m_z5ee7_2, -(cos_t * t_wuhri + np.where(m_z5ee7, t_nrnb7 * t_fpjrk, 0.0)), 0.0) + t_jehnq
-        t_ryzoe = sin_phi_ref * t_jtjzx
-        t_qmijq = (
-            zeta1 * (t_5kcnr - sin_phi_ref * t_chz7f)
-            + (zeta2 * (cos_phi_ref * t_chz7f + t_ryzoe) + t_soxz7)
+        t_gyqzt_2 = cos_phi_ref * t_hhpgv
+        t_h2cdm = np.where(m_z5ee7_2, -(cos_t * t_5vnii + np.where(m_z5ee7, t_nrnb7 * t_fpjrk, 0.0)), 0.0) + t_xas4m
+        t_gzctu_2 = sin_phi_ref * t_hhpgv
+        t_fug6d = (
+            zeta1 * (t_gyqzt_2 - sin_phi_ref * t_h2cdm)
+            + (zeta2 * (cos_phi_ref * t_h2cdm + t_gzctu_2) + t_g55ku)
         )
         t_zsetc = zeta2 * t_oz2aw
         t_xcjmc = t_cexdd * t_zsetc
-        t_cgy3d = (
-            t_4xt6m * (t_qmijq * t_e4rje - t_tk5is * t_xcjmc - t_kc5kr * t_zsetc) * t_e4rje
-            + t_3vkdn * t_xcjmc
+        t_ayp6n = (
+            t_jik5x * (t_fug6d * t_e4rje - t_tk5is * t_xcjmc - t_kc5kr * t_zsetc) * t_e4rje
+            + t_4gg3u * t_xcjmc
         )
-        t_folf3 = sin_phi_ref * t_q2pfq + zeta1 * t_cgy3d - t_5kcnr
+        t_s4vxu = sin_phi_ref * t_haxdn_2 + zeta1 * t_ayp6n - t_gyqzt_2
         t_zuxlx = t_2x3wp * (m * t_jcju6)
         t_5vvkw = t_pekax * t_gjxkh
         t_kakr2 = t_qcwfy * t_5vvkw
         t_ybocb = t_abddv * (t_lm3xn * t_kakr2)
         t_drjji = t_ttliz * t_5vvkw
         t_3wjmt = eta_rho * (t_q2hfz * (t_cawwk * (t_2b36a * t_drjji * t_weose)))
-        t_nmhqg = np.where(m_z5ee7_2, np.where(m_z5ee7, t_zuxlx, 0.0) - t_ybocb, 0.0) + t_3wjmt
-        t_z3e4x = np.where(m_z5ee7, t_xuitj * t_nmhqg, 0.0)
+        t_iiz6p = np.where(m_z5ee7_2, np.where(m_z5ee7, t_zuxlx, 0.0) - t_ybocb, 0.0) + t_3wjmt
+        t_rzyas = np.where(m_z5ee7, t_xuitj * t_iiz6p, 0.0)
         t_yqx6r = t_vzh6u * (t_kimvi * t_drjji)
         t_zfbhn = t_5wfhn * t_kakr2
         t_zllh6 = t_646rv * (t_q2hfz_2 * (t_shc6x * t_6rwtv))
-        t_347vu = t_ygaz3 * (t_yqx6r - t_zfbhn) + t_zllh6
-        t_j7yc6 = t_z3e4x + np.where(m_z5ee7_2, -(rho_t * (cos_t * t_347vu)), 0.0)
-        t_7rakc = rho_t * t_347vu
-        t_k4wgt = cos_t * t_nmhqg + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_7rakc, 0.0), 0.0)
-        t_ye7zq = cos_phi_ref * t_k4wgt
-        t_qvptg = np.where(m_z5ee7_2, -(cos_t * t_7rakc), 0.0) + t_z3e4x
-        t_s63mi = sin_phi_ref * t_k4wgt
+        t_gptv5 = t_ygaz3 * (t_yqx6r - t_zfbhn) + t_zllh6
+        t_j7yc6 = t_rzyas + np.where(m_z5ee7_2, -(rho_t * (cos_t * t_gptv5)), 0.0)
+        t_7rakc = rho_t * t_gptv5
+        t_brm3r = cos_t * t_iiz6p + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_7rakc, 0.0), 0.0)
+        t_ye7zq = cos_phi_ref * t_brm3r
+        t_qvptg = np.where(m_z5ee7_2, -(cos_t * t_7rakc), 0.0) + t_rzyas
+        t_s63mi = sin_phi_ref * t_brm3r
         t_fnlnv = (zeta1 * (t_ye7zq - sin_phi_ref * t_qvptg) + zeta2 * (cos_phi_ref * t_qvptg + t_s63mi)) * t_e4rje
-        t_o2emt = t_4xt6m * t_fnlnv * t_e4rje
-        t_3d4wi = sin_phi_ref * t_j7yc6 + zeta1 * t_o2emt - t_ye7zq
-        t_mz7i4 = t_fglyb - zeta2 * t_vi2qs + cos_phi_ref * t_pv7yq
-        t_dumgx = t_5btq3 - zeta2 * t_cgy3d + t_ryzoe + cos_phi_ref * t_q2pfq
-        t_sy7aq = t_s63mi - zeta2 * t_o2emt + cos_phi_ref * t_j7yc6
+        t_7z3dx = t_jik5x * t_fnlnv * t_e4rje
+        t_mtj5r = sin_phi_ref * t_j7yc6 + zeta1 * t_7z3dx - t_ye7zq
+        t_ueua6 = t_gzctu - zeta2 * t_nufsh + cos_phi_ref * t_haxdn
+        t_gcql2 = t_i3qrh - zeta2 * t_ayp6n + t_gzctu_2 + cos_phi_ref * t_haxdn_2
+        t_ihixh = t_s63mi - zeta2 * t_7z3dx + cos_phi_ref * t_j7yc6
         t_f7oti = -mu_rate_max
         t_dhkzn = mu_gain * (mu_ref - mu)
         t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
@@ -2055,12 +2055,12 @@ def sliding_loop_jac(q, r, p, c):
         m_huzvj = (t_dhkzn <= mu_rate_max)
         t_huzvj = np.where(m_huzvj, 1.0, 0.0)
         m_mu2v2 = (mu_rate_max <= t_dhkzn)
-        t_a4jiv = t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * mu_gain)
-        t_drhgj = t_hwkxg * sin_phi_ref
-        t_vd4vb = t_rrbdp + np.where(m_z5ee7_2, -(t_3ly7e * rho_t), 0.0)
-        t_e2mzr = t_vd4vb * cos_phi_ref
-        t_7u5j4 = t_vd4vb * sin_phi_ref
-        t_hmdmw = t_hwkxg * cos_phi_ref
+        t_eriiv = t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * mu_gain)
+        t_ttwi5 = t_hwkxg * sin_phi_ref
+        t_2hllo = t_rrbdp + np.where(m_z5ee7_2, -(t_3ly7e * rho_t), 0.0)
+        t_od35a = t_2hllo * cos_phi_ref
+        t_my3em = t_2hllo * sin_phi_ref
+        t_fqsx5 = t_hwkxg * cos_phi_ref
         t_v4jyn = 1.0 / mu
         t_fcs45 = t_gliif - t_apicp * t_m4c7o
         t_bkzfm = t_27sgx * t_m4c7o
@@ -2076,125 +2076,125 @@ def sliding_loop_jac(q, r, p, c):
             (t_xuitj - rho_ref * t_bkzfm) * t_6qw53
             + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_7s4pp, 0.0), 0.0), 0.0)
         )
-        t_t7yu2 = (
+        t_v2faq = (
             t_abddv * (t_vzh6u * (t_fcuq3 * t_k7ysk) + t_lm3xn * t_j5cqy)
             + t_2x3wp * (np.where(m_z5ee7, m * (theta_t * t_isxw6 + t_jcju6 * t_onxdi), 0.0) - t_degwz)
         )
         t_3k75k = t_ttliz * t_bu2im
         t_w3xx3 = eta_rho * (t_q2hfz * (t_cawwk * ((t_m4c7o - (t_2b36a * t_3k75k + f * t_k7ysk)) * t_weose)))
-        t_6gcww = np.where(m_z5ee7_2, t_t7yu2, 0.0) - t_w3xx3
-        t_ldrx3 = np.where(m_z5ee7, t_xuitj * t_6gcww - t_bof5b * t_bkzfm, 0.0)
-        t_ue6p7 = (
+        t_plsuq = np.where(m_z5ee7_2, t_v2faq, 0.0) - t_w3xx3
+        t_bat3v = np.where(m_z5ee7, t_xuitj * t_plsuq - t_bof5b * t_bkzfm, 0.0)
+        t_xnwx4 = (
             t_ygaz3 * (t_5wfhn * t_j5cqy + t_vzh6u * (t_kimvi * t_3k75k))
             + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_onxdi * t_6rwtv)))
         )
-        t_kwpld = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_fcs45, 0.0) + cos_t * t_ue6p7) + t_3ly7e * t_m4c7o), 0.0)
-        t_z5efd = t_ldrx3 + t_kwpld
-        t_knwpc = rho_t * t_ue6p7 + t_us36u * t_m4c7o
-        t_57t3k = (
+        t_komxf = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_fcs45, 0.0) + cos_t * t_xnwx4) + t_3ly7e * t_m4c7o), 0.0)
+        t_4gocs = t_bat3v + t_komxf
+        t_3ewr6 = rho_t * t_xnwx4 + t_us36u * t_m4c7o
+        t_rbfac = (
             np.where(m_z5ee7, t_bof5b * t_fcs45, 0.0)
-            + cos_t * t_6gcww
-            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_knwpc - t_nrnb7 * t_bkzfm, 0.0), 0.0)
+            + cos_t * t_plsuq
+            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_3ewr6 - t_nrnb7 * t_bkzfm, 0.0), 0.0)
         )
-        t_ia54j = cos_phi_ref * t_57t3k
-        t_s2ho2 = np.where(m_z5ee7_2, -(cos_t * t_knwpc + np.where(m_z5ee7, t_nrnb7 * t_fcs45, 0.0)), 0.0) + t_ldrx3
-        t_epvjg = sin_phi_ref * t_57t3k
-        t_ue6k3 = (zeta1 * (t_ia54j - sin_phi_ref * t_s2ho2) + zeta2 * (cos_phi_ref * t_s2ho2 + t_epvjg)) * t_e4rje
-        t_mcnjx = t_4xt6m * t_ue6k3 * t_e4rje
-        t_ouhoz = sin_phi_ref * t_z5efd + zeta1 * t_mcnjx - t_ia54j
+        t_4n6vb = cos_phi_ref * t_rbfac
+        t_ud2ga = np.where(m_z5ee7_2, -(cos_t * t_3ewr6 + np.where(m_z5ee7, t_nrnb7 * t_fcs45, 0.0)), 0.0) + t_bat3v
+        t_dxjwy = sin_phi_ref * t_rbfac
+        t_om5up = (zeta1 * (t_4n6vb - sin_phi_ref * t_ud2ga) + zeta2 * (cos_phi_ref * t_ud2ga + t_dxjwy)) * t_e4rje
+        t_pioqx = t_jik5x * t_om5up * t_e4rje
+        t_evumi = sin_phi_ref * t_4gocs + zeta1 * t_pioqx - t_4n6vb
         t_oduor = zeta1 * sin_phi_ref - zeta2 * cos_phi_ref
         t_insgq = zeta1 * cos_phi_ref + zeta2 * sin_phi_ref
         t_og4mp = t_5wlee * t_insgq + t_degwz * t_oduor
         t_4bl7j = t_og4mp * t_amnjj
-        t_aogh6 = t_oduor * t_gliif - t_apicp * t_4bl7j
-        t_vuzkh = t_insgq * t_gliif - t_27sgx * t_4bl7j
-        t_7gkb6 = t_o55bt * (t_lzpnp * t_vuzkh) * t_ne4ah
-        t_3huiu = np.where(m_z5ee7, rho_ref * t_aogh6, 0.0) + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_7gkb6, 0.0), 0.0), 0.0)
+        t_344xb = t_oduor * t_gliif - t_apicp * t_4bl7j
+        t_u5ema = t_insgq * t_gliif - t_27sgx * t_4bl7j
+        t_7gkb6 = t_o55bt * (t_lzpnp * t_u5ema) * t_ne4ah
+        t_3huiu = np.where(m_z5ee7, rho_ref * t_344xb, 0.0) + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_7gkb6, 0.0), 0.0), 0.0)
         t_wg6qi = area_factor * (rho_ref * t_insgq)
         t_mdnaf = t_pekax * t_wg6qi * t_gjxkh
-        t_vybel = (
+        t_gidqm = (
             k_phi * ((t_4bl7j * t_fj2i2 - t_j3xxo * t_3huiu) * t_spoa4) * t_i2oza
             - t_qcwfy * (t_mdnaf + (t_og4mp * t_3sr3u - t_velk3 * (t_l4aq5 * t_3huiu)))
         )
-        t_nnubt = theta_t * (rho_ref * t_vuzkh * t_6qw53 + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_7gkb6, 0.0), 0.0), 0.0))
-        t_rhodq = (
-            t_abddv * (t_vzh6u * (t_fcuq3 * t_3huiu) + t_lm3xn * t_vybel)
+        t_nnubt = theta_t * (rho_ref * t_u5ema * t_6qw53 + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_7gkb6, 0.0), 0.0), 0.0))
+        t_xs2pa = (
+            t_abddv * (t_vzh6u * (t_fcuq3 * t_3huiu) + t_lm3xn * t_gidqm)
             + t_2x3wp * (np.where(m_z5ee7, m * (t_nnubt + t_jcju6 * t_wg6qi), 0.0) - t_og4mp)
         )
         t_xyhyc = t_ttliz * t_mdnaf
-        t_mn2k4 = eta_rho * (t_q2hfz * (t_cawwk * ((t_4bl7j - (t_2b36a * t_xyhyc + f * t_3huiu)) * t_weose)))
-        t_7fsoy = np.where(m_z5ee7_2, t_rhodq, 0.0) - t_mn2k4
-        t_f6xua = np.where(m_z5ee7, t_xuitj * t_7fsoy + t_bof5b * t_vuzkh, 0.0)
-        t_5lxh7 = (
-            t_ygaz3 * (t_5wfhn * t_vybel + t_vzh6u * (t_kimvi * t_xyhyc))
+        t_m7hvb = eta_rho * (t_q2hfz * (t_cawwk * ((t_4bl7j - (t_2b36a * t_xyhyc + f * t_3huiu)) * t_weose)))
+        t_vq3mz = np.where(m_z5ee7_2, t_xs2pa, 0.0) - t_m7hvb
+        t_yv5k2 = np.where(m_z5ee7, t_xuitj * t_vq3mz + t_bof5b * t_u5ema, 0.0)
+        t_3pxom = (
+            t_ygaz3 * (t_5wfhn * t_gidqm + t_vzh6u * (t_kimvi * t_xyhyc))
             + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_wg6qi * t_6rwtv)))
         )
-        t_zklmb = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_aogh6, 0.0) + cos_t * t_5lxh7) + t_3ly7e * t_4bl7j), 0.0)
-        t_cs4pb = t_f6xua + t_zklmb
-        t_i2pk6 = rho_t * t_5lxh7 + t_us36u * t_4bl7j
-        t_ybob2 = (
-            np.where(m_z5ee7, t_bof5b * t_aogh6, 0.0)
-            + cos_t * t_7fsoy
-            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_i2pk6 + t_nrnb7 * t_vuzkh, 0.0), 0.0)
+        t_2jqgq = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_344xb, 0.0) + cos_t * t_3pxom) + t_3ly7e * t_4bl7j), 0.0)
+        t_ign4k = t_yv5k2 + t_2jqgq
+        t_g7bqi = rho_t * t_3pxom + t_us36u * t_4bl7j
+        t_mpm7y = (
+            np.where(m_z5ee7, t_bof5b * t_344xb, 0.0)
+            + cos_t * t_vq3mz
+            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_g7bqi + t_nrnb7 * t_u5ema, 0.0), 0.0)
         )
-        t_svidc = cos_phi_ref * t_ybob2 - t_drhgj
-        t_d3ove = np.where(m_z5ee7_2, -(cos_t * t_i2pk6 + np.where(m_z5ee7, t_nrnb7 * t_aogh6, 0.0)), 0.0) + t_f6xua
-        t_a6gqe = sin_phi_ref * t_ybob2
-        t_53kgx = (
-            zeta1 * (t_svidc - (t_v25ha * cos_phi_ref + sin_phi_ref * t_d3ove))
-            + zeta2 * (cos_phi_ref * t_d3ove - t_v25ha * sin_phi_ref + (t_hmdmw + t_a6gqe))
+        t_7gwvg = cos_phi_ref * t_mpm7y - t_ttwi5
+        t_lk7va = np.where(m_z5ee7_2, -(cos_t * t_g7bqi + np.where(m_z5ee7, t_nrnb7 * t_344xb, 0.0)), 0.0) + t_yv5k2
+        t_phacp = sin_phi_ref * t_mpm7y
+        t_4desy = (
+            zeta1 * (t_7gwvg - (t_3mrva * cos_phi_ref + sin_phi_ref * t_lk7va))
+            + zeta2 * (cos_phi_ref * t_lk7va - t_3mrva * sin_phi_ref + (t_fqsx5 + t_phacp))
         )
-        t_lcqch = t_4xt6m * (t_53kgx * t_e4rje) * t_e4rje
-        t_ewqjb = sin_phi_ref * t_cs4pb + t_e2mzr + zeta1 * t_lcqch - t_svidc
-        t_nmhqg_2 = np.where(m_z5ee7_2, t_ybocb + np.where(m_z5ee7, -t_zuxlx, 0.0), 0.0) - t_3wjmt
-        t_z3e4x_2 = np.where(m_z5ee7, t_xuitj * t_nmhqg_2, 0.0)
-        t_347vu_2 = t_ygaz3 * (t_zfbhn - t_yqx6r) - t_zllh6
-        t_j7yc6_2 = t_z3e4x_2 + np.where(m_z5ee7_2, -(rho_t * (cos_t * t_347vu_2)), 0.0)
-        t_7rakc_2 = rho_t * t_347vu_2
-        t_k4wgt_2 = cos_t * t_nmhqg_2 + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_7rakc_2, 0.0), 0.0)
-        t_k3dy3 = cos_phi_ref * t_k4wgt_2
-        t_qvptg_2 = np.where(m_z5ee7_2, -(cos_t * t_7rakc_2), 0.0) + t_z3e4x_2
-        t_j24ya = sin_phi_ref * t_k4wgt_2
-        t_vyu3s = (zeta1 * (t_k3dy3 - sin_phi_ref * t_qvptg_2) + zeta2 * (cos_phi_ref * t_qvptg_2 + t_j24ya)) * t_e4rje
-        t_o2emt_2 = t_4xt6m * t_vyu3s * t_e4rje
-        t_g5bzr = sin_phi_ref * t_j7yc6_2 + zeta1 * t_o2emt_2 - t_k3dy3
-        t_r4do4 = t_epvjg - zeta2 * t_mcnjx + cos_phi_ref * t_z5efd
-        t_nmix5 = t_a6gqe + t_hmdmw - zeta2 * t_lcqch + (cos_phi_ref * t_cs4pb - t_7u5j4)
-        t_2diui = t_j24ya - zeta2 * t_o2emt_2 + cos_phi_ref * t_j7yc6_2
+        t_a2uda = t_jik5x * (t_4desy * t_e4rje) * t_e4rje
+        t_ahlex = sin_phi_ref * t_ign4k + t_od35a + zeta1 * t_a2uda - t_7gwvg
+        t_iiz6p_2 = np.where(m_z5ee7_2, t_ybocb + np.where(m_z5ee7, -t_zuxlx, 0.0), 0.0) - t_3wjmt
+        t_rzyas_2 = np.where(m_z5ee7, t_xuitj * t_iiz6p_2, 0.0)
+        t_gptv5_2 = t_ygaz3 * (t_zfbhn - t_yqx6r) - t_zllh6
+        t_j7yc6_2 = t_rzyas_2 + np.where(m_z5ee7_2, -(rho_t * (cos_t * t_gptv5_2)), 0.0)
+        t_7rakc_2 = rho_t * t_gptv5_2
+        t_brm3r_2 = cos_t * t_iiz6p_2 + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_7rakc_2, 0.0), 0.0)
+        t_ye7zq_2 = cos_phi_ref * t_brm3r_2
+        t_qvptg_2 = np.where(m_z5ee7_2, -(cos_t * t_7rakc_2), 0.0) + t_rzyas_2
+        t_s63mi_2 = sin_phi_ref * t_brm3r_2
+        t_fnlnv_2 = (zeta1 * (t_ye7zq_2 - sin_phi_ref * t_qvptg_2) + zeta2 * (cos_phi_ref * t_qvptg_2 + t_s63mi_2)) * t_e4rje
+        t_7z3dx_2 = t_jik5x * t_fnlnv_2 * t_e4rje
+        t_mtj5r_2 = sin_phi_ref * t_j7yc6_2 + zeta1 * t_7z3dx_2 - t_ye7zq_2
+        t_idzrb = t_dxjwy - zeta2 * t_pioqx + cos_phi_ref * t_4gocs
+        t_xxbwi = t_phacp + t_fqsx5 - zeta2 * t_a2uda + (cos_phi_ref * t_ign4k - t_my3em)
+        t_ihixh_2 = t_s63mi_2 - zeta2 * t_7z3dx_2 + cos_phi_ref * t_j7yc6_2
         return (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
-            t_nmnzg,
-            t_folf3,
+            t_44x77,
+            t_s4vxu,
             0.0,
-            t_3d4wi,
-            -t_mz7i4,
-            -t_dumgx,
+            t_mtj5r,
+            -t_ueua6,
+            -t_gcql2,
             0.0,
-            -t_sy7aq,
+            -t_ihixh,
             0.0,
             0.0,
-            -t_a4jiv,
+            -t_eriiv,
             0.0,
-            -(t_5btq3 * zeta2 + t_drhgj + t_e2mzr + zeta1 * t_mz7i4 + zeta2 * t_nmnzg),
-            -(zeta1 * t_dumgx + (zeta2 * t_folf3 + (t_7u5j4 - t_5btq3 * zeta1 - t_hmdmw))),
+            -(t_i3qrh * zeta2 + t_ttwi5 + t_od35a + zeta1 * t_ueua6 + zeta2 * t_44x77),
+            -(zeta1 * t_gcql2 + (zeta2 * t_s4vxu + (t_my3em - t_i3qrh * zeta1 - t_fqsx5))),
             -(3.0 * H / mass * t_v4jyn * t_v4jyn),
-            -(zeta1 * t_sy7aq + zeta2 * t_3d4wi),
+            -(zeta1 * t_ihixh + zeta2 * t_mtj5r),
         )), (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
-            t_ouhoz,
-            t_ewqjb,
+            t_evumi,
+            t_ahlex,
             0.0,
-            t_g5bzr,
-            -t_r4do4,
-            -t_nmix5,
+            t_mtj5r_2,
+            -t_idzrb,
+            -t_xxbwi,
             0.0,
-            -t_2diui,
+            -t_ihixh_2,
             0.0,
             0.0,
-            t_a4jiv,
+            t_eriiv,
             0.0,
-            -(zeta1 * t_r4do4 + zeta2 * t_ouhoz),
-            -(zeta1 * t_nmix5 + zeta2 * t_ewqjb),
+            -(zeta1 * t_idzrb + zeta2 * t_evumi),
+            -(zeta1 * t_xxbwi + zeta2 * t_ahlex),
             0.0,
-            -(zeta1 * t_2diui + zeta2 * t_g5bzr),
+            -(zeta1 * t_ihixh_2 + zeta2 * t_mtj5r_2),
         ))
 
 
@@ -2290,60 +2290,60 @@ def path_jvp(x, r, p, c, along_x, along_r):
         t_x66xq = t_soj5f + 4.0 * t_i7sss - t_ab46z * t_rkglc
         t_x6qqr = t_23h4w - t_i7sss - t_x767z
         t_2ev6m = 1.0 / (t_354bs + t_354bs - t_x66xq * t_x6qqr)
-        t_3p53j = t_tdxcy * t_2ev6m
+        t_g2ovj = t_tdxcy * t_2ev6m
         t_zefeg = -2.0 * t_i7sss - t_soj5f + (t_23h4w + t_23h4w)
-        t_tklbk = t_23h4w - t_3p53j * t_zefeg
-        sin_t_tklbk, cos_t_tklbk = np.sin(t_tklbk), np.cos(t_tklbk)
-        t_vx46m = sin_t_tklbk * sin_t_tklbk
-        t_yrvqm = cos_t_tklbk * cos_t_tklbk
-        t_kme5l = cos_t_tklbk * sin_t_tklbk
-        t_7fjss = 1.0 + t_vx46m - t_yrvqm - t_rkglc * t_kme5l
-        t_354bs_2 = t_7fjss * t_7fjss
-        t_v4qrz = t_vx46m * K_
-        t_soj5f_2 = t_v4qrz + t_v4qrz
-        t_gzsbk = t_soj5f_2 + 4.0 * t_kme5l - t_rkglc * t_yrvqm
-        t_ltqat = t_tklbk - t_kme5l - t_v4qrz
-        t_3hukm = 1.0 / (t_354bs_2 + t_354bs_2 - t_gzsbk * t_ltqat)
-        t_3vnxf = t_7fjss * t_3hukm
-        t_bian7 = -2.0 * t_kme5l - t_soj5f_2 + (t_tklbk + t_tklbk)
-        t_jqq3g = t_tklbk - t_3vnxf * t_bian7
-        sin_t_jqq3g, cos_t_jqq3g = np.sin(t_jqq3g), np.cos(t_jqq3g)
-        t_5pr3p = sin_t_jqq3g * sin_t_jqq3g
-        t_umlgo = cos_t_jqq3g * cos_t_jqq3g
-        t_7jvn4 = cos_t_jqq3g * sin_t_jqq3g
-        t_7fjss_2 = 1.0 + t_5pr3p - t_umlgo - t_rkglc * t_7jvn4
-        t_354bs_3 = t_7fjss_2 * t_7fjss_2
-        t_v4qrz_2 = t_5pr3p * K_
-        t_soj5f_3 = t_v4qrz_2 + t_v4qrz_2
-        t_gzsbk_2 = t_soj5f_3 + 4.0 * t_7jvn4 - t_rkglc * t_umlgo
-        t_je2b3 = t_jqq3g - t_7jvn4 - t_v4qrz_2
-        t_ldta7 = 1.0 / (t_354bs_3 + t_354bs_3 - t_gzsbk_2 * t_je2b3)
-        t_3vnxf_2 = t_7fjss_2 * t_ldta7
-        t_t6v46 = -2.0 * t_7jvn4 - t_soj5f_3 + (t_jqq3g + t_jqq3g)
-        t_luomk = np.where(m_xb2xi, K_ * t_fbuw4, t_jqq3g - t_3vnxf_2 * t_t6v46)
-        t_dq4fc = np.fmin(t_x3hva, t_luomk)
-        sin_t_dq4fc, cos_t_dq4fc = np.sin(t_dq4fc), np.cos(t_dq4fc)
-        t_5l2d7 = -(cos_t_dq4fc * escape)
+        t_6xnvn = t_23h4w - t_g2ovj * t_zefeg
+        sin_t_6xnvn, cos_t_6xnvn = np.sin(t_6xnvn), np.cos(t_6xnvn)
+        t_vx46m = sin_t_6xnvn * sin_t_6xnvn
+        t_yrvqm = cos_t_6xnvn * cos_t_6xnvn
+        t_kme5l = cos_t_6xnvn * sin_t_6xnvn
+        t_fno7p = 1.0 + t_vx46m - t_yrvqm - t_rkglc * t_kme5l
+        t_354bs_2 = t_fno7p * t_fno7p
+        t_bweg4 = t_vx46m * K_
+        t_soj5f_2 = t_bweg4 + t_bweg4
+        t_a6w2p = t_soj5f_2 + 4.0 * t_kme5l - t_rkglc * t_yrvqm
+        t_xdzcc = t_6xnvn - t_kme5l - t_bweg4
+        t_3hukm = 1.0 / (t_354bs_2 + t_354bs_2 - t_a6w2p * t_xdzcc)
+        t_uhbq3 = t_fno7p * t_3hukm
+        t_hy73r = -2.0 * t_kme5l - t_soj5f_2 + (t_6xnvn + t_6xnvn)
+        t_z3tm5 = t_6xnvn - t_uhbq3 * t_hy73r
+        sin_t_z3tm5, cos_t_z3tm5 = np.sin(t_z3tm5), np.cos(t_z3tm5)
+        t_cmgiw = sin_t_z3tm5 * sin_t_z3tm5
+        t_e3muo = cos_t_z3tm5 * cos_t_z3tm5
+        t_wqods = cos_t_z3tm5 * sin_t_z3tm5
+        t_fno7p_2 = 1.0 + t_cmgiw - t_e3muo - t_rkglc * t_wqods
+        t_354bs_3 = t_fno7p_2 * t_fno7p_2
+        t_bweg4_2 = t_cmgiw * K_
+        t_soj5f_3 = t_bweg4_2 + t_bweg4_2
+        t_a6w2p_2 = t_soj5f_3 + 4.0 * t_wqods - t_rkglc * t_e3muo
+        t_vxy3y = t_z3tm5 - t_wqods - t_bweg4_2
+        t_vmdk3 = 1.0 / (t_354bs_3 + t_354bs_3 - t_a6w2p_2 * t_vxy3y)
+        t_uhbq3_2 = t_fno7p_2 * t_vmdk3
+        t_icigh = -2.0 * t_wqods - t_soj5f_3 + (t_z3tm5 + t_z3tm5)
+        t_wlsyt = np.where(m_xb2xi, K_ * t_fbuw4, t_z3tm5 - t_uhbq3_2 * t_icigh)
+        t_5ewvv = np.fmin(t_x3hva, t_wlsyt)
+        sin_t_5ewvv, cos_t_5ewvv = np.sin(t_5ewvv), np.cos(t_5ewvv)
+        t_5l2d7 = -(cos_t_5ewvv * escape)
         t_f3hnc = k_phi * np.fmax(rho_t, t_5l2d7)
-        t_jl52z = cos_t_dq4fc * t_f3hnc
+        t_jl52z = cos_t_5ewvv * t_f3hnc
         t_ckgcn = alpha * t_f3hnc
-        t_j6b4x = t_ckgcn * sin_t_dq4fc
-        t_iio5w = np.where(m_z5ee7, -(t_jl52z * t_xuitj), 0.0) - cos_t * t_j6b4x
+        t_5bjhx = t_ckgcn * sin_t_5ewvv
+        t_f3khv = np.where(m_z5ee7, -(t_jl52z * t_xuitj), 0.0) - cos_t * t_5bjhx
         t_kc5kr = 100.0 * k_phi
-        t_iowtl = np.where(m_z5ee7, t_xuitj * t_j6b4x, 0.0) - cos_t * t_jl52z
-        t_6qhh3 = cos_phi_ref * t_iowtl - sin_phi_ref * t_iio5w
-        t_i63ev = cos_phi_ref * t_iio5w + sin_phi_ref * t_iowtl
+        t_xatty = np.where(m_z5ee7, t_xuitj * t_5bjhx, 0.0) - cos_t * t_jl52z
+        t_6qhh3 = cos_phi_ref * t_xatty - sin_phi_ref * t_f3khv
+        t_i63ev = cos_phi_ref * t_f3khv + sin_phi_ref * t_xatty
         t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
         t_oyhhw = (t_6qhh3 * zeta1 + t_i63ev * zeta2) * t_e4rje
-        t_6qivq = -(t_kc5kr * (R - t_yfvls) + t_oyhhw)
-        t_zez2i = np.fmax(0.0, t_6qivq) * t_e4rje
-        t_osvi2 = t_iio5w * sin_phi_ref - t_zez2i * zeta1 - t_iowtl * cos_phi_ref
+        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_oyhhw)
+        t_ssi6p = np.fmax(0.0, t_j2lpg) * t_e4rje
+        t_36nap = t_f3khv * sin_phi_ref - t_ssi6p * zeta1 - t_xatty * cos_phi_ref
         t_3afq5 = cos_phi * along_rho - rho * (sin_phi * along_phi)
         m_n2lcz = (t_5l2d7 <= rho_t)
         t_y5aew = np.where(m_n2lcz, 1.0, 0.0)
         m_wzdbz = (rho_t <= t_5l2d7)
         t_nawgj = np.where(m_wzdbz, 1.0, 0.0)
-        t_noapf = 1.0 / (t_y5aew + t_nawgj)
+        t_ml3st = 1.0 / (t_y5aew + t_nawgj)
         t_yxwd6 = cos_phi_ref * along_phi_ref
         t_46lno = sin_phi * along_rho + rho * (cos_phi * along_phi)
         t_sxtsm = sin_phi_ref * along_phi_ref
@@ -2354,43 +2354,43 @@ def path_jvp(x, r, p, c, along_x, along_r):
             - (zeta2 * t_yxwd6 + sin_phi_ref * t_46lno)
         )
         t_l72yh = (w_across + w_across) * t_st5ju + (w_along + w_along) * t_eay2n
-        t_g5q74 = t_l72yh / (rho_t + rho_t)
+        t_fdlvl = t_l72yh / (rho_t + rho_t)
         m_gb6op = (t_hzywj <= t_hnwtz)
-        t_rvmln = np.where(m_gb6op, 1.0, 0.0)
+        t_xn46b = np.where(m_gb6op, 1.0, 0.0)
         m_nwh66 = (t_hnwtz <= t_hzywj)
-        t_c7yn2 = np.where(m_nwh66, 1.0, 0.0)
-        t_7krau = 1.0 / (t_c7yn2 + t_rvmln)
+        t_72wqd = np.where(m_nwh66, 1.0, 0.0)
+        t_7krau = 1.0 / (t_72wqd + t_xn46b)
         t_m3e7t = alpha * (along_theta - along_theta_ref + area_factor * (w_across * along_rho_ref + rho_ref * t_st5ju))
         m_dlnux = (t_pgin7 <= rho_escape)
         t_dlnux = np.where(m_dlnux, 1.0, 0.0)
         m_nduvz = (rho_escape <= t_pgin7)
-        t_slhiz = (
-            t_rvmln * t_7krau * (t_m3e7t / (t_hzywj + t_hzywj))
-            - t_c7yn2 * t_7krau * (t_dlnux / (t_dlnux + np.where(m_nduvz, 1.0, 0.0)) * along_rho_ref)
+        t_6oxje = (
+            t_xn46b * t_7krau * (t_m3e7t / (t_hzywj + t_hzywj))
+            - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + np.where(m_nduvz, 1.0, 0.0)) * along_rho_ref)
         )
-        m_tddsu = (t_x3hva <= t_luomk)
-        t_3hbrr = np.where(m_tddsu, 1.0, 0.0)
-        m_loxre = (t_luomk <= t_x3hva)
-        t_siz2y = np.where(m_loxre, 1.0, 0.0)
-        t_45csa = 1.0 / (t_3hbrr + t_siz2y)
+        m_eqejb = (t_x3hva <= t_wlsyt)
+        t_saxj6 = np.where(m_eqejb, 1.0, 0.0)
+        m_3wjmr = (t_wlsyt <= t_x3hva)
+        t_eowr5 = np.where(m_3wjmr, 1.0, 0.0)
+        t_45csa = 1.0 / (t_saxj6 + t_eowr5)
         m_jm3a6 = np.logical_not(m_hqqaa)
         m_tetbk = (t_gltfk <= 1.0)
         t_7tkef = np.where(m_tetbk, 1.0, 0.0)
         m_ehrf3 = (1.0 <= t_gltfk)
-        t_wq7db = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_g5q74
-        t_xlqrn = (
-            rho_t * (np.where(m_z5ee7, rho_ref * t_wq7db, 0.0) + cos_t * along_rho_ref)
-            + t_mowvz * t_g5q74
+        t_wtvuw = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_fdlvl
+        t_tqdy4 = (
+            rho_t * (np.where(m_z5ee7, rho_ref * t_wtvuw, 0.0) + cos_t * along_rho_ref)
+            + t_mowvz * t_fdlvl
             - (rho_ref + rho_ref) * along_rho_ref
         )
-        t_5liuz = t_st5ju * t_gliif - t_xuitj * t_gliif * t_g5q74
-        t_4j6v4 = rho_t * (t_xuitj * along_rho_ref + rho_ref * t_5liuz) + t_6ckpz * t_g5q74
-        t_yv4d5 = ((P + P) * t_xlqrn + np.where(m_z5ee7, np.where(m_z5ee7, (t_xhz2s + t_xhz2s) * t_4j6v4, 0.0), 0.0)) / (t_go7n3 + t_go7n3)
-        t_6qxdx = t_7tkef / (np.where(m_ehrf3, 1.0, 0.0) + t_7tkef) * (R * t_g5q74 * t_yphwp - t_gltfk * t_yphwp * t_yv4d5)
+        t_ymop5 = t_st5ju * t_gliif - t_xuitj * t_gliif * t_fdlvl
+        t_mtstu = rho_t * (t_xuitj * along_rho_ref + rho_ref * t_ymop5) + t_6ckpz * t_fdlvl
+        t_rvs5m = ((P + P) * t_tqdy4 + np.where(m_z5ee7, np.where(m_z5ee7, (t_xhz2s + t_xhz2s) * t_mtstu, 0.0), 0.0)) / (t_go7n3 + t_go7n3)
+        t_cldum = t_7tkef / (np.where(m_ehrf3, 1.0, 0.0) + t_7tkef) * (R * t_fdlvl * t_yphwp - t_gltfk * t_yphwp * t_rvs5m)
         t_mbyif = 1.0 / (t_6fxuf + t_zxp5x)
-        t_h2hpo = (
-            np.where(m_jm3a6, -1.0 / np.sqrt(1.0 - t_wnge4 * t_wnge4) * t_6qxdx, 0.0)
-            - alpha * (np.where(m_z5ee7, -(P * t_mbyif * t_4j6v4), 0.0) - Q * t_mbyif * t_xlqrn)
+        t_wmpbw = (
+            np.where(m_jm3a6, -1.0 / np.sqrt(1.0 - t_wnge4 * t_wnge4) * t_cldum, 0.0)
+            - alpha * (np.where(m_z5ee7, -(P * t_mbyif * t_mtstu), 0.0) - Q * t_mbyif * t_tqdy4)
         )
         m_ehzsl = (t_fchu4 <= 1000000000000.0)
         t_pxhzj = np.where(m_ehzsl, 1.0, 0.0)
@@ -2398,123 +2398,123 @@ def path_jvp(x, r, p, c, along_x, along_r):
         m_6t5gi = (1e-24 <= t_furpv)
         t_6t5gi = np.where(m_6t5gi, 1.0, 0.0)
         m_zbh6o = (t_furpv <= 1e-24)
-        t_ttzkr = (
+        t_vjbuh = (
             (t_m3e7t + t_m3e7t) * t_whxhf
             - t_fchu4 * t_whxhf * (t_6t5gi / (np.where(m_zbh6o, 1.0, 0.0) + t_6t5gi) * t_l72yh)
         )
-        t_f57mj = t_pxhzj / (np.where(m_qxhwi, 1.0, 0.0) + t_pxhzj) * t_ttzkr
-        t_eq2rl = t_rkglc * t_f57mj
-        t_67h7i = K_ * (t_l3puj * t_eq2rl + t_fcflk * (t_fcflk_2 * t_eq2rl + t_fcflk * (-0.18225 * t_eq2rl)))
+        t_3g4wl = t_pxhzj / (np.where(m_qxhwi, 1.0, 0.0) + t_pxhzj) * t_vjbuh
+        t_fyjhk = t_rkglc * t_3g4wl
+        t_se4co = K_ * (t_l3puj * t_fyjhk + t_fcflk * (t_fcflk_2 * t_fyjhk + t_fcflk * (-0.18225 * t_fyjhk)))
         m_bryq2 = np.logical_not(m_mgarf)
-        t_srj5g = t_f57mj / (sqrt_K + sqrt_K)
-        t_gsbtf = t_moflu * t_dzjuy * (t_2je2w * t_srj5g + t_uiipz * (t_cedhi * t_srj5g + t_uiipz * t_srj5g))
-        t_6y6gj = (
-            t_cedhi_2 * (3.141592653589793 * t_f57mj * t_dzjuy + np.where(m_bryq2, -t_gsbtf, 0.0))
-            + np.where(m_bryq2, t_moflu * t_srj5g, 0.0)
+        t_s4esp = t_3g4wl / (sqrt_K + sqrt_K)
+        t_ola73 = t_moflu * t_dzjuy * (t_2je2w * t_s4esp + t_uiipz * (t_cedhi * t_s4esp + t_uiipz * t_s4esp))
+        t_ntwcz = (
+            t_cedhi_2 * (3.141592653589793 * t_3g4wl * t_dzjuy + np.where(m_bryq2, -t_ola73, 0.0))
+            + np.where(m_bryq2, t_moflu * t_s4esp, 0.0)
         )
-        t_er2u5 = cos_t_23h4w * t_6y6gj
-        t_pa3oo = (sin_t_23h4w + sin_t_23h4w) * t_er2u5
-        t_ypgce = sin_t_23h4w * t_6y6gj
-        t_qhf3w = (cos_t_23h4w + cos_t_23h4w) * t_ypgce
-        t_ib576 = cos_t_23h4w * t_er2u5 - sin_t_23h4w * t_ypgce
-        t_5e7te = t_f57mj + t_f57mj
-        t_6cowk = t_pa3oo + t_qhf3w - (t_rkglc * t_ib576 + t_i7sss * t_5e7te)
-        t_wmrep = (t_tdxcy + t_tdxcy) * t_6cowk
-        t_guyge = K_ * t_pa3oo + t_nobej * t_f57mj
-        t_3hb4a = t_guyge + t_guyge
-        t_n4da6 = (
-            t_x6qqr * (t_3hb4a + 4.0 * t_ib576 - (t_ab46z * t_5e7te - t_rkglc * t_qhf3w))
-            + t_x66xq * (t_6y6gj - t_ib576 - t_guyge)
+        t_xbjr4 = cos_t_23h4w * t_ntwcz
+        t_pa3oo = (sin_t_23h4w + sin_t_23h4w) * t_xbjr4
+        t_6kjhz = sin_t_23h4w * t_ntwcz
+        t_qhf3w = (cos_t_23h4w + cos_t_23h4w) * t_6kjhz
+        t_ib576 = cos_t_23h4w * t_xbjr4 - sin_t_23h4w * t_6kjhz
+        t_vi3d5 = t_3g4wl + t_3g4wl
+        t_b2xlv = t_pa3oo + t_qhf3w - (t_rkglc * t_ib576 + t_i7sss * t_vi3d5)
+        t_wmrep = (t_tdxcy + t_tdxcy) * t_b2xlv
+        t_nhhdv = K_ * t_pa3oo + t_nobej * t_3g4wl
+        t_pfhsw = t_nhhdv + t_nhhdv
+        t_zf2ap = (
+            t_x6qqr * (t_pfhsw + 4.0 * t_ib576 - (t_ab46z * t_vi3d5 - t_rkglc * t_qhf3w))
+            + t_x66xq * (t_ntwcz - t_ib576 - t_nhhdv)
         )
-        t_oz3l4 = (
-            t_zefeg * (t_6cowk * t_2ev6m - t_3p53j * t_2ev6m * (t_wmrep + t_wmrep - t_n4da6))
-            + t_3p53j * (-2.0 * t_ib576 - t_3hb4a + (t_6y6gj + t_6y6gj))
+        t_cg3f5 = (
+            t_zefeg * (t_b2xlv * t_2ev6m - t_g2ovj * t_2ev6m * (t_wmrep + t_wmrep - t_zf2ap))
+            + t_g2ovj * (-2.0 * t_ib576 - t_pfhsw + (t_ntwcz + t_ntwcz))
         )
-        t_ilomz = t_6y6gj - t_oz3l4
-        t_w4yyd = cos_t_tklbk * t_ilomz
-        t_pb3x6 = (sin_t_tklbk + sin_t_tklbk) * t_w4yyd
-        t_h4ewr = sin_t_tklbk * t_ilomz
-        t_ytug2 = (cos_t_tklbk + cos_t_tklbk) * t_h4ewr
-        t_pvv4g = cos_t_tklbk * t_w4yyd - sin_t_tklbk * t_h4ewr
-        t_v5jgp = t_pb3x6 + t_ytug2 - (t_kme5l * t_5e7te + t_rkglc * t_pvv4g)
-        t_wmrep_2 = (t_7fjss + t_7fjss) * t_v5jgp
-        t_zckqr = K_ * t_pb3x6 + t_vx46m * t_f57mj
-        t_3hb4a_2 = t_zckqr + t_zckqr
-        t_rxkq6 = (
-            t_ltqat * (t_3hb4a_2 + 4.0 * t_pvv4g - (t_yrvqm * t_5e7te - t_rkglc * t_ytug2))
-            + t_gzsbk * (t_ilomz - t_pvv4g - t_zckqr)
+        t_sfism = t_ntwcz - t_cg3f5
+        t_jen6u = cos_t_6xnvn * t_sfism
+        t_4eafr = (sin_t_6xnvn + sin_t_6xnvn) * t_jen6u
+        t_2a55o = sin_t_6xnvn * t_sfism
+        t_qj5ho = (cos_t_6xnvn + cos_t_6xnvn) * t_2a55o
+        t_hvckt = cos_t_6xnvn * t_jen6u - sin_t_6xnvn * t_2a55o
+        t_vt54f = t_4eafr + t_qj5ho - (t_kme5l * t_vi3d5 + t_rkglc * t_hvckt)
+        t_wmrep_2 = (t_fno7p + t_fno7p) * t_vt54f
+        t_3czja = K_ * t_4eafr + t_vx46m * t_3g4wl
+        t_pfhsw_2 = t_3czja + t_3czja
+        t_bkibi = (
+            t_xdzcc * (t_pfhsw_2 + 4.0 * t_hvckt - (t_yrvqm * t_vi3d5 - t_rkglc * t_qj5ho))
+            + t_a6w2p * (t_sfism - t_hvckt - t_3czja)
         )
-        t_b72aq = (
-            t_bian7 * (t_v5jgp * t_3hukm - t_3vnxf * t_3hukm * (t_wmrep_2 + t_wmrep_2 - t_rxkq6))
-            + t_3vnxf * (-2.0 * t_pvv4g - t_3hb4a_2 + (t_ilomz + t_ilomz))
+        t_geuzv = (
+            t_hy73r * (t_vt54f * t_3hukm - t_uhbq3 * t_3hukm * (t_wmrep_2 + t_wmrep_2 - t_bkibi))
+            + t_uhbq3 * (-2.0 * t_hvckt - t_pfhsw_2 + (t_sfism + t_sfism))
         )
-        t_qkma4 = t_ilomz - t_b72aq
-        t_jtm46 = cos_t_jqq3g * t_qkma4
-        t_ueeas = (sin_t_jqq3g + sin_t_jqq3g) * t_jtm46
-        t_icqiw = sin_t_jqq3g * t_qkma4
-        t_syd6o = (cos_t_jqq3g + cos_t_jqq3g) * t_icqiw
-        t_2cnya = cos_t_jqq3g * t_jtm46 - sin_t_jqq3g * t_icqiw
-        t_v5jgp_2 = t_ueeas + t_syd6o - (t_7jvn4 * t_5e7te + t_rkglc * t_2cnya)
-        t_wmrep_3 = (t_7fjss_2 + t_7fjss_2) * t_v5jgp_2
-        t_zckqr_2 = K_ * t_ueeas + t_5pr3p * t_f57mj
-        t_3hb4a_3 = t_zckqr_2 + t_zckqr_2
-        t_rmsup = (
-            t_je2b3 * (t_3hb4a_3 + 4.0 * t_2cnya - (t_umlgo * t_5e7te - t_rkglc * t_syd6o))
-            + t_gzsbk_2 * (t_qkma4 - t_2cnya - t_zckqr_2)
+        t_iydvv = t_sfism - t_geuzv
+        t_zcn4j = cos_t_z3tm5 * t_iydvv
+        t_dru6o = (sin_t_z3tm5 + sin_t_z3tm5) * t_zcn4j
+        t_5a7qb = sin_t_z3tm5 * t_iydvv
+        t_2o4hq = (cos_t_z3tm5 + cos_t_z3tm5) * t_5a7qb
+        t_okysd = cos_t_z3tm5 * t_zcn4j - sin_t_z3tm5 * t_5a7qb
+        t_vt54f_2 = t_dru6o + t_2o4hq - (t_wqods * t_vi3d5 + t_rkglc * t_okysd)
+        t_wmrep_3 = (t_fno7p_2 + t_fno7p_2) * t_vt54f_2
+        t_3czja_2 = K_ * t_dru6o + t_cmgiw * t_3g4wl
+        t_pfhsw_3 = t_3czja_2 + t_3czja_2
+        t_d2blu = (
+            t_vxy3y * (t_pfhsw_3 + 4.0 * t_okysd - (t_e3muo * t_vi3d5 - t_rkglc * t_2o4hq))
+            + t_a6w2p_2 * (t_iydvv - t_okysd - t_3czja_2)
         )
-        t_wd43v = (
-            t_t6v46 * (t_v5jgp_2 * t_ldta7 - t_3vnxf_2 * t_ldta7 * (t_wmrep_3 + t_wmrep_3 - t_rmsup))
-            + t_3vnxf_2 * (-2.0 * t_2cnya - t_3hb4a_3 + (t_qkma4 + t_qkma4))
+        t_52zlx = (
+            t_icigh * (t_vt54f_2 * t_vmdk3 - t_uhbq3_2 * t_vmdk3 * (t_wmrep_3 + t_wmrep_3 - t_d2blu))
+            + t_uhbq3_2 * (-2.0 * t_okysd - t_pfhsw_3 + (t_iydvv + t_iydvv))
         )
-        t_pepem = (
-            t_3hbrr * t_45csa * t_h2hpo
-            + t_siz2y * t_45csa * np.where(m_xb2xi, t_fbuw4 * t_f57mj + t_67h7i, t_qkma4 - t_wd43v)
+        t_olprr = (
+            t_saxj6 * t_45csa * t_wmpbw
+            + t_eowr5 * t_45csa * np.where(m_xb2xi, t_fbuw4 * t_3g4wl + t_se4co, t_iydvv - t_52zlx)
         )
-        t_sls65 = sin_t_dq4fc * t_pepem
-        t_kvko4 = (
-            t_y5aew * t_noapf * t_g5q74
-            - t_nawgj * t_noapf * (cos_t_dq4fc * t_slhiz - escape * t_sls65)
+        t_i2be2 = sin_t_5ewvv * t_olprr
+        t_eb47h = (
+            t_y5aew * t_ml3st * t_fdlvl
+            - t_nawgj * t_ml3st * (cos_t_5ewvv * t_6oxje - escape * t_i2be2)
         )
-        t_ij6of = k_phi * t_kvko4
-        t_3tmx7 = cos_t_dq4fc * t_ij6of - t_f3hnc * t_sls65
-        t_jljdp = sin_t_dq4fc * (alpha * t_ij6of) + t_ckgcn * (cos_t_dq4fc * t_pepem)
-        t_vodpk = (
-            np.where(m_z5ee7, -(t_xuitj * t_3tmx7 + t_jl52z * t_5liuz), 0.0)
-            - (np.where(m_z5ee7, t_j6b4x * t_wq7db, 0.0) + cos_t * t_jljdp)
+        t_sxw5q = k_phi * t_eb47h
+        t_2acbu = cos_t_5ewvv * t_sxw5q - t_f3hnc * t_i2be2
+        t_vah3l = sin_t_5ewvv * (alpha * t_sxw5q) + t_ckgcn * (cos_t_5ewvv * t_olprr)
+        t_37xp5 = (
+            np.where(m_z5ee7, -(t_xuitj * t_2acbu + t_jl52z * t_ymop5), 0.0)
+            - (np.where(m_z5ee7, t_5bjhx * t_wtvuw, 0.0) + cos_t * t_vah3l)
         )
-        t_e7ve2 = sin_phi_ref * t_vodpk
-        t_fc3c2 = t_iio5w * t_yxwd6
-        m_hrqyw = (0.0 <= t_6qivq)
-        t_75add = np.where(m_hrqyw, 1.0, 0.0)
-        m_iuje4 = (t_6qivq <= 0.0)
-        t_m7mbb = (
-            np.where(m_z5ee7, t_j6b4x * t_5liuz + t_xuitj * t_jljdp, 0.0)
-            - (np.where(m_z5ee7, t_jl52z * t_wq7db, 0.0) + cos_t * t_3tmx7)
+        t_jbg6j = sin_phi_ref * t_37xp5
+        t_fc3c2 = t_f3khv * t_yxwd6
+        m_od6a2 = (0.0 <= t_j2lpg)
+        t_tij5y = np.where(m_od6a2, 1.0, 0.0)
+        m_7t3za = (t_j2lpg <= 0.0)
+        t_sv4f2 = (
+            np.where(m_z5ee7, t_5bjhx * t_ymop5 + t_xuitj * t_vah3l, 0.0)
+            - (np.where(m_z5ee7, t_jl52z * t_wtvuw, 0.0) + cos_t * t_2acbu)
         )
-        t_76ols = cos_phi_ref * t_m7mbb - t_iowtl * t_sxtsm
-        t_siacs = cos_phi_ref * t_vodpk - t_iio5w * t_sxtsm
-        t_3ktkr = t_iowtl * t_yxwd6
-        t_hsf4g = sin_phi_ref * t_m7mbb
-        t_hxcwq = (
-            zeta1 * (t_76ols - (t_fc3c2 + t_e7ve2))
+        t_5kjdd = cos_phi_ref * t_sv4f2 - t_xatty * t_sxtsm
+        t_glke7 = cos_phi_ref * t_37xp5 - t_f3khv * t_sxtsm
+        t_3ktkr = t_xatty * t_yxwd6
+        t_lwc7r = sin_phi_ref * t_sv4f2
+        t_pnumi = (
+            zeta1 * (t_5kjdd - (t_fc3c2 + t_jbg6j))
             + t_6qhh3 * t_3afq5
-            + (zeta2 * (t_siacs + (t_3ktkr + t_hsf4g)) + t_i63ev * t_46lno)
+            + (zeta2 * (t_glke7 + (t_3ktkr + t_lwc7r)) + t_i63ev * t_46lno)
         )
         m_p2abf = (1e-09 <= t_yfvls)
         t_ivpxh = np.where(m_p2abf, 1.0, 0.0)
         m_ysper = (t_yfvls <= 1e-09)
         t_ykpbv = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno
         t_cxo4v = t_ykpbv / (t_yfvls + t_yfvls)
-        t_yuzrl = t_ivpxh / (np.where(m_ysper, 1.0, 0.0) + t_ivpxh) * t_cxo4v
-        t_ppixm = t_75add / (np.where(m_iuje4, 1.0, 0.0) + t_75add) * (t_hxcwq * t_e4rje - t_oyhhw * t_e4rje * t_yuzrl - t_kc5kr * t_cxo4v)
-        t_pxr5h = t_ppixm * t_e4rje + t_zez2i * t_e4rje * t_yuzrl
-        t_7sdli = t_e7ve2 + t_fc3c2 - (t_zez2i * t_3afq5 - zeta1 * t_pxr5h) - t_76ols
-        t_tp5pm = t_zez2i * zeta2 + t_iowtl * sin_phi_ref + t_iio5w * cos_phi_ref
-        t_jdn4y = t_zez2i * t_46lno - zeta2 * t_pxr5h + (t_hsf4g + t_3ktkr) + t_siacs
+        t_s7b4i = t_ivpxh / (np.where(m_ysper, 1.0, 0.0) + t_ivpxh) * t_cxo4v
+        t_p2rbt = t_tij5y / (np.where(m_7t3za, 1.0, 0.0) + t_tij5y) * (t_pnumi * t_e4rje - t_oyhhw * t_e4rje * t_s7b4i - t_kc5kr * t_cxo4v)
+        t_jvxtl = t_p2rbt * t_e4rje + t_ssi6p * t_e4rje * t_s7b4i
+        t_fycze = t_jbg6j + t_fc3c2 - (t_ssi6p * t_3afq5 - zeta1 * t_jvxtl) - t_5kjdd
+        t_p4nln = t_ssi6p * zeta2 + t_xatty * sin_phi_ref + t_f3khv * cos_phi_ref
+        t_3roug = t_ssi6p * t_46lno - zeta2 * t_jvxtl + (t_lwc7r + t_3ktkr) + t_glke7
         t_oz2aw = 1.0 / t_yfvls
-        t_554ig = (t_osvi2 * t_3afq5 + zeta1 * t_7sdli - (t_tp5pm * t_46lno + zeta2 * t_jdn4y)) * t_oz2aw
+        t_5n7u5 = (t_36nap * t_3afq5 + zeta1 * t_fycze - (t_p4nln * t_46lno + zeta2 * t_3roug)) * t_oz2aw
         t_3cthi = 1.0 / t_4x2zf
-        t_uxhgl = (t_tp5pm * t_3afq5 + zeta1 * t_jdn4y + (zeta2 * t_7sdli + t_osvi2 * t_46lno)) * t_3cthi
+        t_uhjn3 = (t_p4nln * t_3afq5 + zeta1 * t_3roug + (zeta2 * t_fycze + t_36nap * t_46lno)) * t_3cthi
         t_f7oti = -mu_rate_max
         t_dhkzn = mu_gain * (mu_ref - mu)
         t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
@@ -2525,8 +2525,8 @@ def path_jvp(x, r, p, c, along_x, along_r):
         t_huzvj = np.where(m_huzvj, 1.0, 0.0)
         m_mu2v2 = (mu_rate_max <= t_dhkzn)
         return _vector(
-            np.where(m_ksqj2, t_554ig - (zeta1 * t_osvi2 - zeta2 * t_tp5pm) * t_oz2aw * t_oz2aw * t_cxo4v, t_7sdli),
-            np.where(m_ksqj2, -(t_uxhgl - (zeta1 * t_tp5pm + t_osvi2 * zeta2) * t_3cthi * t_3cthi * t_ykpbv), 0.0),
+            np.where(m_ksqj2, t_5n7u5 - (zeta1 * t_36nap - zeta2 * t_p4nln) * t_oz2aw * t_oz2aw * t_cxo4v, t_fycze),
+            np.where(m_ksqj2, -(t_uhjn3 - (zeta1 * t_p4nln + t_36nap * zeta2) * t_3cthi * t_3cthi * t_ykpbv), 0.0),
             t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * (mu_gain * (along_mu_ref - along_mu))),
         )
 
@@ -2611,66 +2611,66 @@ def path_loop_jac(q, r, p, c):
         t_x66xq = t_soj5f + 4.0 * t_i7sss - t_ab46z * t_rkglc
         t_x6qqr = t_23h4w - t_i7sss - t_x767z
         t_2ev6m = 1.0 / (t_354bs + t_354bs - t_x66xq * t_x6qqr)
-        t_3p53j = t_tdxcy * t_2ev6m
+        t_g2ovj = t_tdxcy * t_2ev6m
         t_zefeg = -2.0 * t_i7sss - t_soj5f + (t_23h4w + t_23h4w)
-        t_tklbk = t_23h4w - t_3p53j * t_zefeg
-        sin_t_tklbk, cos_t_tklbk = np.sin(t_tklbk), np.cos(t_tklbk)
-        t_vx46m = sin_t_tklbk * sin_t_tklbk
-        t_yrvqm = cos_t_tklbk * cos_t_tklbk
-        t_kme5l = cos_t_tklbk * sin_t_tklbk
-        t_7fjss = 1.0 + t_vx46m - t_yrvqm - t_rkglc * t_kme5l
-        t_354bs_2 = t_7fjss * t_7fjss
-        t_v4qrz = t_vx46m * K_
-        t_soj5f_2 = t_v4qrz + t_v4qrz
-        t_gzsbk = t_soj5f_2 + 4.0 * t_kme5l - t_rkglc * t_yrvqm
-        t_ltqat = t_tklbk - t_kme5l - t_v4qrz
-        t_3hukm = 1.0 / (t_354bs_2 + t_354bs_2 - t_gzsbk * t_ltqat)
-        t_3vnxf = t_7fjss * t_3hukm
-        t_bian7 = -2.0 * t_kme5l - t_soj5f_2 + (t_tklbk + t_tklbk)
-        t_jqq3g = t_tklbk - t_3vnxf * t_bian7
-        sin_t_jqq3g, cos_t_jqq3g = np.sin(t_jqq3g), np.cos(t_jqq3g)
-        t_5pr3p = sin_t_jqq3g * sin_t_jqq3g
-        t_umlgo = cos_t_jqq3g * cos_t_jqq3g
-        t_7jvn4 = cos_t_jqq3g * sin_t_jqq3g
-        t_7fjss_2 = 1.0 + t_5pr3p - t_umlgo - t_rkglc * t_7jvn4
-        t_354bs_3 = t_7fjss_2 * t_7fjss_2
-        t_v4qrz_2 = t_5pr3p * K_
-        t_soj5f_3 = t_v4qrz_2 + t_v4qrz_2
-        t_gzsbk_2 = t_soj5f_3 + 4.0 * t_7jvn4 - t_rkglc * t_umlgo
-        t_je2b3 = t_jqq3g - t_7jvn4 - t_v4qrz_2
-        t_ldta7 = 1.0 / (t_354bs_3 + t_354bs_3 - t_gzsbk_2 * t_je2b3)
-        t_3vnxf_2 = t_7fjss_2 * t_ldta7
-        t_t6v46 = -2.0 * t_7jvn4 - t_soj5f_3 + (t_jqq3g + t_jqq3g)
-        t_luomk = np.where(m_xb2xi, K_ * t_fbuw4, t_jqq3g - t_3vnxf_2 * t_t6v46)
-        t_dq4fc = np.fmin(t_x3hva, t_luomk)
-        sin_t_dq4fc, cos_t_dq4fc = np.sin(t_dq4fc), np.cos(t_dq4fc)
-        t_5l2d7 = -(cos_t_dq4fc * escape)
+        t_6xnvn = t_23h4w - t_g2ovj * t_zefeg
+        sin_t_6xnvn, cos_t_6xnvn = np.sin(t_6xnvn), np.cos(t_6xnvn)
+        t_vx46m = sin_t_6xnvn * sin_t_6xnvn
+        t_yrvqm = cos_t_6xnvn * cos_t_6xnvn
+        t_kme5l = cos_t_6xnvn * sin_t_6xnvn
+        t_fno7p = 1.0 + t_vx46m - t_yrvqm - t_rkglc * t_kme5l
+        t_354bs_2 = t_fno7p * t_fno7p
+        t_bweg4 = t_vx46m * K_
+        t_soj5f_2 = t_bweg4 + t_bweg4
+        t_a6w2p = t_soj5f_2 + 4.0 * t_kme5l - t_rkglc * t_yrvqm
+        t_xdzcc = t_6xnvn - t_kme5l - t_bweg4
+        t_3hukm = 1.0 / (t_354bs_2 + t_354bs_2 - t_a6w2p * t_xdzcc)
+        t_uhbq3 = t_fno7p * t_3hukm
+        t_hy73r = -2.0 * t_kme5l - t_soj5f_2 + (t_6xnvn + t_6xnvn)
+        t_z3tm5 = t_6xnvn - t_uhbq3 * t_hy73r
+        sin_t_z3tm5, cos_t_z3tm5 = np.sin(t_z3tm5), np.cos(t_z3tm5)
+        t_cmgiw = sin_t_z3tm5 * sin_t_z3tm5
+        t_e3muo = cos_t_z3tm5 * cos_t_z3tm5
+        t_wqods = cos_t_z3tm5 * sin_t_z3tm5
+        t_fno7p_2 = 1.0 + t_cmgiw - t_e3muo - t_rkglc * t_wqods
+        t_354bs_3 = t_fno7p_2 * t_fno7p_2
+        t_bweg4_2 = t_cmgiw * K_
+        t_soj5f_3 = t_bweg4_2 + t_bweg4_2
+        t_a6w2p_2 = t_soj5f_3 + 4.0 * t_wqods - t_rkglc * t_e3muo
+        t_vxy3y = t_z3tm5 - t_wqods - t_bweg4_2
+        t_vmdk3 = 1.0 / (t_354bs_3 + t_354bs_3 - t_a6w2p_2 * t_vxy3y)
+        t_uhbq3_2 = t_fno7p_2 * t_vmdk3
+        t_icigh = -2.0 * t_wqods - t_soj5f_3 + (t_z3tm5 + t_z3tm5)
+        t_wlsyt = np.where(m_xb2xi, K_ * t_fbuw4, t_z3tm5 - t_uhbq3_2 * t_icigh)
+        t_5ewvv = np.fmin(t_x3hva, t_wlsyt)
+        sin_t_5ewvv, cos_t_5ewvv = np.sin(t_5ewvv), np.cos(t_5ewvv)
+        t_5l2d7 = -(cos_t_5ewvv * escape)
         m_n2lcz = (t_5l2d7 <= rho_t)
         t_y5aew = np.where(m_n2lcz, 1.0, 0.0)
         m_wzdbz = (rho_t <= t_5l2d7)
         t_nawgj = np.where(m_wzdbz, 1.0, 0.0)
-        t_noapf = 1.0 / (t_y5aew + t_nawgj)
-        t_6lpoz = t_y5aew * t_noapf
+        t_ml3st = 1.0 / (t_y5aew + t_nawgj)
+        t_awwlh = t_y5aew * t_ml3st
         t_5wlee = w_across + w_across
         t_degwz = w_along + w_along
         t_ugll2 = t_5wlee * sin_phi_ref - t_degwz * cos_phi_ref
         t_amnjj = 1.0 / (rho_t + rho_t)
         t_z3qw7 = t_ugll2 * t_amnjj
-        t_jptgq = t_nawgj * t_noapf
+        t_6onvn = t_nawgj * t_ml3st
         m_gb6op = (t_hzywj <= t_hnwtz)
-        t_rvmln = np.where(m_gb6op, 1.0, 0.0)
+        t_xn46b = np.where(m_gb6op, 1.0, 0.0)
         m_nwh66 = (t_hnwtz <= t_hzywj)
-        t_c7yn2 = np.where(m_nwh66, 1.0, 0.0)
-        t_7krau = 1.0 / (t_c7yn2 + t_rvmln)
-        t_vycnp = t_rvmln * t_7krau
+        t_72wqd = np.where(m_nwh66, 1.0, 0.0)
+        t_7krau = 1.0 / (t_72wqd + t_xn46b)
+        t_vycnp = t_xn46b * t_7krau
         t_aag5f = alpha * (area_factor * (rho_ref * sin_phi_ref))
         t_sg67n = 1.0 / (t_hzywj + t_hzywj)
-        m_tddsu = (t_x3hva <= t_luomk)
-        t_3hbrr = np.where(m_tddsu, 1.0, 0.0)
-        m_loxre = (t_luomk <= t_x3hva)
-        t_siz2y = np.where(m_loxre, 1.0, 0.0)
-        t_45csa = 1.0 / (t_3hbrr + t_siz2y)
-        t_z55or = t_3hbrr * t_45csa
+        m_eqejb = (t_x3hva <= t_wlsyt)
+        t_saxj6 = np.where(m_eqejb, 1.0, 0.0)
+        m_3wjmr = (t_wlsyt <= t_x3hva)
+        t_eowr5 = np.where(m_3wjmr, 1.0, 0.0)
+        t_45csa = 1.0 / (t_saxj6 + t_eowr5)
+        t_z55or = t_saxj6 * t_45csa
         m_jm3a6 = np.logical_not(m_hqqaa)
         t_2tdpo = -1.0 / np.sqrt(1.0 - t_wnge4 * t_wnge4)
         m_tetbk = (t_gltfk <= 1.0)
@@ -2682,25 +2682,25 @@ def path_loop_jac(q, r, p, c):
         t_m3snr = cos_phi_ref * t_gliif
         t_apicp = t_m4c7o * t_gliif
         t_ym2fo = t_m3snr + t_apicp * t_z3qw7
-        t_m6nss = np.where(m_z5ee7, -(rho_t * (rho_ref * t_ym2fo)), 0.0) + t_mowvz * t_z3qw7
+        t_befrm = np.where(m_z5ee7, -(rho_t * (rho_ref * t_ym2fo)), 0.0) + t_mowvz * t_z3qw7
         t_atahe = t_xhz2s + t_xhz2s
         t_jhdru = sin_phi_ref * t_gliif
         t_27sgx = t_xuitj * t_gliif
         t_fdt4k = t_jhdru - t_27sgx * t_z3qw7
-        t_52cij = rho_t * (rho_ref * t_fdt4k) + t_6ckpz * t_z3qw7
+        t_go57u = rho_t * (rho_ref * t_fdt4k) + t_6ckpz * t_z3qw7
         t_idsfo = 1.0 / (t_go7n3 + t_go7n3)
-        t_6olgb = (
+        t_j6ugr = (
             R * t_z3qw7 * t_yphwp
-            - t_2cqik * ((t_hrndm * t_m6nss + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_52cij, 0.0), 0.0)) * t_idsfo)
+            - t_2cqik * ((t_hrndm * t_befrm + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_go57u, 0.0), 0.0)) * t_idsfo)
         )
         t_mbyif = 1.0 / (t_6fxuf + t_zxp5x)
         t_zqvsa = P * t_mbyif
         t_rc3uf = Q * t_mbyif
-        t_yeik2 = (
-            np.where(m_jm3a6, t_2tdpo * (t_smvdv * t_6olgb), 0.0)
-            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_52cij), 0.0) - t_rc3uf * t_m6nss)
+        t_5xfx2 = (
+            np.where(m_jm3a6, t_2tdpo * (t_smvdv * t_j6ugr), 0.0)
+            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_go57u), 0.0) - t_rc3uf * t_befrm)
         )
-        t_iatqo = t_siz2y * t_45csa
+        t_iatqo = t_eowr5 * t_45csa
         m_ehzsl = (t_fchu4 <= 1000000000000.0)
         t_pxhzj = np.where(m_ehzsl, 1.0, 0.0)
         m_qxhwi = (1000000000000.0 <= t_fchu4)
@@ -2711,123 +2711,123 @@ def path_loop_jac(q, r, p, c):
         m_zbh6o = (t_furpv <= 1e-24)
         t_yizac = t_6t5gi / (np.where(m_zbh6o, 1.0, 0.0) + t_6t5gi)
         t_dwgxl = t_luana * ((t_aag5f + t_aag5f) * t_whxhf - t_66l3y * (t_yizac * t_ugll2))
-        t_cw4st = t_rkglc * t_dwgxl
-        t_3usun = K_ * (t_l3puj * t_cw4st + t_fcflk * (t_fcflk_2 * t_cw4st + t_fcflk * (-0.18225 * t_cw4st)))
+        t_qkdfj = t_rkglc * t_dwgxl
+        t_42ssa = K_ * (t_l3puj * t_qkdfj + t_fcflk * (t_fcflk_2 * t_qkdfj + t_fcflk * (-0.18225 * t_qkdfj)))
         m_bryq2 = np.logical_not(m_mgarf)
         t_bz7cf = t_moflu * t_dzjuy
         t_pxtjb = 1.0 / (sqrt_K + sqrt_K)
-        t_7z77a = t_dwgxl * t_pxtjb
-        t_b6gp2 = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_7z77a + t_uiipz * (t_cedhi * t_7z77a + t_uiipz * t_7z77a))), 0.0)
-        t_kmj4a = t_cedhi_2 * (3.141592653589793 * t_dwgxl * t_dzjuy + t_b6gp2) + np.where(m_bryq2, t_moflu * t_7z77a, 0.0)
+        t_w5svp = t_dwgxl * t_pxtjb
+        t_lrmma = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_w5svp + t_uiipz * (t_cedhi * t_w5svp + t_uiipz * t_w5svp))), 0.0)
+        t_mvmba = t_cedhi_2 * (3.141592653589793 * t_dwgxl * t_dzjuy + t_lrmma) + np.where(m_bryq2, t_moflu * t_w5svp, 0.0)
         t_iztzo = sin_t_23h4w + sin_t_23h4w
-        t_ssylr = cos_t_23h4w * t_kmj4a
-        t_ry2p3 = t_iztzo * t_ssylr
+        t_ywxf3 = cos_t_23h4w * t_mvmba
+        t_ry2p3 = t_iztzo * t_ywxf3
         t_5vdc7 = cos_t_23h4w + cos_t_23h4w
-        t_xpjdw = sin_t_23h4w * t_kmj4a
-        t_eb6gy = t_5vdc7 * t_xpjdw
-        t_ytvd3 = cos_t_23h4w * t_ssylr - sin_t_23h4w * t_xpjdw
-        t_zesbs = t_dwgxl + t_dwgxl
-        t_bifej = t_ry2p3 + t_eb6gy - (t_rkglc * t_ytvd3 + t_i7sss * t_zesbs)
-        t_dewdp = t_3p53j * t_2ev6m
+        t_g5d3w = sin_t_23h4w * t_mvmba
+        t_eb6gy = t_5vdc7 * t_g5d3w
+        t_ytvd3 = cos_t_23h4w * t_ywxf3 - sin_t_23h4w * t_g5d3w
+        t_ptczs = t_dwgxl + t_dwgxl
+        t_fqy6f = t_ry2p3 + t_eb6gy - (t_rkglc * t_ytvd3 + t_i7sss * t_ptczs)
+        t_qabbd = t_g2ovj * t_2ev6m
         t_u7xtp = t_tdxcy + t_tdxcy
-        t_4qsg6 = t_u7xtp * t_bifej
-        t_phzrm = K_ * t_ry2p3 + t_nobej * t_dwgxl
-        t_rkotb = t_phzrm + t_phzrm
-        t_a4zw7 = (
-            t_x6qqr * (t_rkotb + 4.0 * t_ytvd3 - (t_ab46z * t_zesbs - t_rkglc * t_eb6gy))
-            + t_x66xq * (t_kmj4a - t_ytvd3 - t_phzrm)
+        t_4qsg6 = t_u7xtp * t_fqy6f
+        t_r7tnh = K_ * t_ry2p3 + t_nobej * t_dwgxl
+        t_4dzqh = t_r7tnh + t_r7tnh
+        t_kfjuy = (
+            t_x6qqr * (t_4dzqh + 4.0 * t_ytvd3 - (t_ab46z * t_ptczs - t_rkglc * t_eb6gy))
+            + t_x66xq * (t_mvmba - t_ytvd3 - t_r7tnh)
         )
-        t_ypcd4 = (
-            t_zefeg * (t_bifej * t_2ev6m - t_dewdp * (t_4qsg6 + t_4qsg6 - t_a4zw7))
-            + t_3p53j * (-2.0 * t_ytvd3 - t_rkotb + (t_kmj4a + t_kmj4a))
+        t_gassp = (
+            t_zefeg * (t_fqy6f * t_2ev6m - t_qabbd * (t_4qsg6 + t_4qsg6 - t_kfjuy))
+            + t_g2ovj * (-2.0 * t_ytvd3 - t_4dzqh + (t_mvmba + t_mvmba))
         )
-        t_db4wd = t_kmj4a - t_ypcd4
-        t_tfrfg = sin_t_tklbk + sin_t_tklbk
-        t_pmgku = cos_t_tklbk * t_db4wd
-        t_hcsfy = t_tfrfg * t_pmgku
-        t_jvoax = cos_t_tklbk + cos_t_tklbk
-        t_ixvp7 = sin_t_tklbk * t_db4wd
-        t_evk7p = t_jvoax * t_ixvp7
-        t_pvv4g = cos_t_tklbk * t_pmgku - sin_t_tklbk * t_ixvp7
-        t_mtouj = t_hcsfy + t_evk7p - (t_kme5l * t_zesbs + t_rkglc * t_pvv4g)
-        t_w4jai = t_3vnxf * t_3hukm
-        t_u7xtp_2 = t_7fjss + t_7fjss
-        t_4qsg6_2 = t_u7xtp_2 * t_mtouj
-        t_iqxjw = K_ * t_hcsfy + t_vx46m * t_dwgxl
-        t_rkotb_2 = t_iqxjw + t_iqxjw
-        t_f2tl7 = (
-            t_ltqat * (t_rkotb_2 + 4.0 * t_pvv4g - (t_yrvqm * t_zesbs - t_rkglc * t_evk7p))
-            + t_gzsbk * (t_db4wd - t_pvv4g - t_iqxjw)
+        t_4onwx = t_mvmba - t_gassp
+        t_tfrfg = sin_t_6xnvn + sin_t_6xnvn
+        t_fexrh = cos_t_6xnvn * t_4onwx
+        t_5lqtq = t_tfrfg * t_fexrh
+        t_jvoax = cos_t_6xnvn + cos_t_6xnvn
+        t_jxqoe = sin_t_6xnvn * t_4onwx
+        t_mbfbp = t_jvoax * t_jxqoe
+        t_hvckt = cos_t_6xnvn * t_fexrh - sin_t_6xnvn * t_jxqoe
+        t_nd2xh = t_5lqtq + t_mbfbp - (t_kme5l * t_ptczs + t_rkglc * t_hvckt)
+        t_5lvve = t_uhbq3 * t_3hukm
+        t_u7xtp_2 = t_fno7p + t_fno7p
+        t_4qsg6_2 = t_u7xtp_2 * t_nd2xh
+        t_vmpmz = K_ * t_5lqtq + t_vx46m * t_dwgxl
+        t_4dzqh_2 = t_vmpmz + t_vmpmz
+        t_o2ej2 = (
+            t_xdzcc * (t_4dzqh_2 + 4.0 * t_hvckt - (t_yrvqm * t_ptczs - t_rkglc * t_mbfbp))
+            + t_a6w2p * (t_4onwx - t_hvckt - t_vmpmz)
         )
-        t_3tpoh = (
-            t_bian7 * (t_mtouj * t_3hukm - t_w4jai * (t_4qsg6_2 + t_4qsg6_2 - t_f2tl7))
-            + t_3vnxf * (-2.0 * t_pvv4g - t_rkotb_2 + (t_db4wd + t_db4wd))
+        t_2l3cs = (
+            t_hy73r * (t_nd2xh * t_3hukm - t_5lvve * (t_4qsg6_2 + t_4qsg6_2 - t_o2ej2))
+            + t_uhbq3 * (-2.0 * t_hvckt - t_4dzqh_2 + (t_4onwx + t_4onwx))
         )
-        t_m5hmi = t_db4wd - t_3tpoh
-        t_3miyq = sin_t_jqq3g + sin_t_jqq3g
-        t_6kovg = cos_t_jqq3g * t_m5hmi
-        t_7hjou = t_3miyq * t_6kovg
-        t_pvqfm = cos_t_jqq3g + cos_t_jqq3g
-        t_p6q5h = sin_t_jqq3g * t_m5hmi
-        t_ip3fi = t_pvqfm * t_p6q5h
-        t_2cnya = cos_t_jqq3g * t_6kovg - sin_t_jqq3g * t_p6q5h
-        t_mtouj_2 = t_7hjou + t_ip3fi - (t_7jvn4 * t_zesbs + t_rkglc * t_2cnya)
-        t_w4jai_2 = t_3vnxf_2 * t_ldta7
-        t_u7xtp_3 = t_7fjss_2 + t_7fjss_2
-        t_4qsg6_3 = t_u7xtp_3 * t_mtouj_2
-        t_iqxjw_2 = K_ * t_7hjou + t_5pr3p * t_dwgxl
-        t_rkotb_3 = t_iqxjw_2 + t_iqxjw_2
-        t_iyjdm = (
-            t_je2b3 * (t_rkotb_3 + 4.0 * t_2cnya - (t_umlgo * t_zesbs - t_rkglc * t_ip3fi))
-            + t_gzsbk_2 * (t_m5hmi - t_2cnya - t_iqxjw_2)
+        t_mined = t_4onwx - t_2l3cs
+        t_eq35n = sin_t_z3tm5 + sin_t_z3tm5
+        t_yfn2s = cos_t_z3tm5 * t_mined
+        t_5lqtq_2 = t_eq35n * t_yfn2s
+        t_xsrzu = cos_t_z3tm5 + cos_t_z3tm5
+        t_6dz3f = sin_t_z3tm5 * t_mined
+        t_mbfbp_2 = t_xsrzu * t_6dz3f
+        t_okysd = cos_t_z3tm5 * t_yfn2s - sin_t_z3tm5 * t_6dz3f
+        t_nd2xh_2 = t_5lqtq_2 + t_mbfbp_2 - (t_wqods * t_ptczs + t_rkglc * t_okysd)
+        t_5lvve_2 = t_uhbq3_2 * t_vmdk3
+        t_u7xtp_3 = t_fno7p_2 + t_fno7p_2
+        t_4qsg6_3 = t_u7xtp_3 * t_nd2xh_2
+        t_vmpmz_2 = K_ * t_5lqtq_2 + t_cmgiw * t_dwgxl
+        t_4dzqh_3 = t_vmpmz_2 + t_vmpmz_2
+        t_kevyh = (
+            t_vxy3y * (t_4dzqh_3 + 4.0 * t_okysd - (t_e3muo * t_ptczs - t_rkglc * t_mbfbp_2))
+            + t_a6w2p_2 * (t_mined - t_okysd - t_vmpmz_2)
         )
-        t_lsm7z = (
-            t_t6v46 * (t_mtouj_2 * t_ldta7 - t_w4jai_2 * (t_4qsg6_3 + t_4qsg6_3 - t_iyjdm))
-            + t_3vnxf_2 * (-2.0 * t_2cnya - t_rkotb_3 + (t_m5hmi + t_m5hmi))
+        t_pxkov = (
+            t_icigh * (t_nd2xh_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_3 + t_4qsg6_3 - t_kevyh))
+            + t_uhbq3_2 * (-2.0 * t_okysd - t_4dzqh_3 + (t_mined + t_mined))
         )
-        t_xhxer = (
-            t_z55or * t_yeik2
-            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_dwgxl + t_3usun, t_m5hmi - t_lsm7z)
+        t_tva4o = (
+            t_z55or * t_5xfx2
+            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_dwgxl + t_42ssa, t_mined - t_pxkov)
         )
-        t_ka5ol = sin_t_dq4fc * t_xhxer
-        t_gznen = (
-            t_6lpoz * t_z3qw7
-            - t_jptgq * (cos_t_dq4fc * (t_vycnp * (t_aag5f * t_sg67n)) - escape * t_ka5ol)
+        t_5vi3g = sin_t_5ewvv * t_tva4o
+        t_ixqc2 = (
+            t_awwlh * t_z3qw7
+            - t_6onvn * (cos_t_5ewvv * (t_vycnp * (t_aag5f * t_sg67n)) - escape * t_5vi3g)
         )
-        t_proqt = k_phi * t_gznen
+        t_3ioam = k_phi * t_ixqc2
         t_f3hnc = k_phi * np.fmax(rho_t, t_5l2d7)
-        t_eoc44 = cos_t_dq4fc * t_proqt - t_f3hnc * t_ka5ol
-        t_jl52z = cos_t_dq4fc * t_f3hnc
+        t_zsj5j = cos_t_5ewvv * t_3ioam - t_f3hnc * t_5vi3g
+        t_jl52z = cos_t_5ewvv * t_f3hnc
         t_ckgcn = alpha * t_f3hnc
-        t_j6b4x = t_ckgcn * sin_t_dq4fc
-        t_2t7db = sin_t_dq4fc * (alpha * t_proqt) + t_ckgcn * (cos_t_dq4fc * t_xhxer)
-        t_qcwvs = (
-            np.where(m_z5ee7, -(t_xuitj * t_eoc44 + t_jl52z * t_fdt4k), 0.0)
-            - (np.where(m_z5ee7, -(t_j6b4x * t_ym2fo), 0.0) + cos_t * t_2t7db)
+        t_5bjhx = t_ckgcn * sin_t_5ewvv
+        t_5crrr = sin_t_5ewvv * (alpha * t_3ioam) + t_ckgcn * (cos_t_5ewvv * t_tva4o)
+        t_id4ov = (
+            np.where(m_z5ee7, -(t_xuitj * t_zsj5j + t_jl52z * t_fdt4k), 0.0)
+            - (np.where(m_z5ee7, -(t_5bjhx * t_ym2fo), 0.0) + cos_t * t_5crrr)
         )
-        t_4vfia = sin_phi_ref * t_qcwvs
+        t_4vfia = sin_phi_ref * t_id4ov
         t_kc5kr = 100.0 * k_phi
         t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
-        t_iowtl = np.where(m_z5ee7, t_xuitj * t_j6b4x, 0.0) - cos_t * t_jl52z
-        t_iio5w = np.where(m_z5ee7, -(t_jl52z * t_xuitj), 0.0) - cos_t * t_j6b4x
-        t_6qhh3 = cos_phi_ref * t_iowtl - sin_phi_ref * t_iio5w
-        t_i63ev = cos_phi_ref * t_iio5w + sin_phi_ref * t_iowtl
+        t_xatty = np.where(m_z5ee7, t_xuitj * t_5bjhx, 0.0) - cos_t * t_jl52z
+        t_f3khv = np.where(m_z5ee7, -(t_jl52z * t_xuitj), 0.0) - cos_t * t_5bjhx
+        t_6qhh3 = cos_phi_ref * t_xatty - sin_phi_ref * t_f3khv
+        t_i63ev = cos_phi_ref * t_f3khv + sin_phi_ref * t_xatty
         t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
         t_cznde = (t_6qhh3 * zeta1 + t_i63ev * zeta2) * t_e4rje
-        t_6qivq = -(t_kc5kr * (R - t_yfvls) + t_cznde)
-        t_5btq3 = np.fmax(0.0, t_6qivq) * t_e4rje
-        m_pypqd = (0.0 <= t_6qivq)
-        t_75add = np.where(m_pypqd, 1.0, 0.0)
-        m_linog = (t_6qivq <= 0.0)
-        t_4xt6m = t_75add / (np.where(m_linog, 1.0, 0.0) + t_75add)
-        t_bv5yh = (
-            np.where(m_z5ee7, t_j6b4x * t_fdt4k + t_xuitj * t_2t7db, 0.0)
-            - (np.where(m_z5ee7, -(t_jl52z * t_ym2fo), 0.0) + cos_t * t_eoc44)
+        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_cznde)
+        t_i3qrh = np.fmax(0.0, t_j2lpg) * t_e4rje
+        m_oaadf = (0.0 <= t_j2lpg)
+        t_tij5y = np.where(m_oaadf, 1.0, 0.0)
+        m_yn7xs = (t_j2lpg <= 0.0)
+        t_jik5x = t_tij5y / (np.where(m_yn7xs, 1.0, 0.0) + t_tij5y)
+        t_jmgq7 = (
+            np.where(m_z5ee7, t_5bjhx * t_fdt4k + t_xuitj * t_5crrr, 0.0)
+            - (np.where(m_z5ee7, -(t_jl52z * t_ym2fo), 0.0) + cos_t * t_zsj5j)
         )
-        t_h35hl = cos_phi_ref * t_bv5yh
-        t_c4v4l = cos_phi_ref * t_qcwvs
-        t_mz76a = sin_phi_ref * t_bv5yh
-        t_2lcau = t_cznde * t_e4rje
+        t_h35hl = cos_phi_ref * t_jmgq7
+        t_c4v4l = cos_phi_ref * t_id4ov
+        t_mz76a = sin_phi_ref * t_jmgq7
+        t_tk5is = t_cznde * t_e4rje
         m_p2abf = (1e-09 <= t_yfvls)
         t_p2abf = np.where(m_p2abf, 1.0, 0.0)
         m_ysper = (t_yfvls <= 1e-09)
@@ -2835,200 +2835,200 @@ def path_loop_jac(q, r, p, c):
         t_oz2aw = 1.0 / t_yfvls
         t_soujt = zeta1 * t_oz2aw
         t_h5ecg = t_cexdd * t_soujt
-        t_vsyzn = (
+        t_epa72 = (
             (zeta1 * (t_h35hl - t_4vfia) + t_6qhh3 + zeta2 * (t_c4v4l + t_mz76a)) * t_e4rje
-            - t_2lcau * t_h5ecg
+            - t_tk5is * t_h5ecg
             - t_kc5kr * t_soujt
         )
-        t_3vkdn = t_5btq3 * t_e4rje
-        t_ipynv = t_4xt6m * t_vsyzn * t_e4rje + t_3vkdn * t_h5ecg
-        t_5hot5 = t_4vfia - (t_5btq3 - zeta1 * t_ipynv) - t_h35hl
+        t_4gg3u = t_i3qrh * t_e4rje
+        t_3h7vy = t_jik5x * t_epa72 * t_e4rje + t_4gg3u * t_h5ecg
+        t_ykiyk = t_4vfia - (t_i3qrh - zeta1 * t_3h7vy) - t_h35hl
         t_p5xao = t_5wlee * cos_phi_ref + t_degwz * sin_phi_ref
         t_fsihy = t_p5xao * t_amnjj
         t_fpjrk = t_apicp * t_fsihy - t_jhdru
         t_lxadz = np.where(m_z5ee7, rho_t * (rho_ref * t_fpjrk), 0.0) - t_mowvz * t_fsihy
         t_pirkw = t_27sgx * t_fsihy - t_m3snr
         t_uonuc = rho_t * (rho_ref * t_pirkw) - t_6ckpz * t_fsihy
-        t_j6ugr = (
+        t_j6ugr_2 = (
             R * t_fsihy * t_yphwp
             + t_2cqik * ((t_hrndm * t_lxadz + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_uonuc, 0.0), 0.0)) * t_idsfo)
         )
-        t_epcfw = (
-            np.where(m_jm3a6, -(t_2tdpo * (t_smvdv * t_j6ugr)), 0.0)
+        t_5xfx2_2 = (
+            np.where(m_jm3a6, -(t_2tdpo * (t_smvdv * t_j6ugr_2)), 0.0)
             - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_uonuc), 0.0) - t_rc3uf * t_lxadz)
         )
         t_55rne = alpha * (area_factor * (rho_ref * cos_phi_ref))
         t_55rne_2 = -t_55rne
         t_mbbm3 = t_luana * ((t_55rne_2 + t_55rne_2) * t_whxhf + t_66l3y * (t_yizac * t_p5xao))
-        t_eyyn6 = t_rkglc * t_mbbm3
-        t_y43s6 = K_ * (t_l3puj * t_eyyn6 + t_fcflk * (t_fcflk_2 * t_eyyn6 + t_fcflk * (-0.18225 * t_eyyn6)))
-        t_xoptr = t_mbbm3 * t_pxtjb
-        t_plbqq = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_xoptr + t_uiipz * (t_cedhi * t_xoptr + t_uiipz * t_xoptr))), 0.0)
-        t_bjhtg = t_cedhi_2 * (3.141592653589793 * t_mbbm3 * t_dzjuy + t_plbqq) + np.where(m_bryq2, t_moflu * t_xoptr, 0.0)
-        t_dcura = cos_t_23h4w * t_bjhtg
-        t_ry2p3_2 = t_iztzo * t_dcura
-        t_3oiui = sin_t_23h4w * t_bjhtg
-        t_eb6gy_2 = t_5vdc7 * t_3oiui
-        t_ytvd3_2 = cos_t_23h4w * t_dcura - sin_t_23h4w * t_3oiui
-        t_2nfhy = t_mbbm3 + t_mbbm3
-        t_44pkp = t_ry2p3_2 + t_eb6gy_2 - (t_rkglc * t_ytvd3_2 + t_i7sss * t_2nfhy)
-        t_4qsg6_4 = t_u7xtp * t_44pkp
-        t_jlnyn = K_ * t_ry2p3_2 + t_nobej * t_mbbm3
-        t_7iknq = t_jlnyn + t_jlnyn
-        t_d4wgs = (
-            t_x6qqr * (t_7iknq + 4.0 * t_ytvd3_2 - (t_ab46z * t_2nfhy - t_rkglc * t_eb6gy_2))
-            + t_x66xq * (t_bjhtg - t_ytvd3_2 - t_jlnyn)
+        t_i4smx = t_rkglc * t_mbbm3
+        t_42ssa_2 = K_ * (t_l3puj * t_i4smx + t_fcflk * (t_fcflk_2 * t_i4smx + t_fcflk * (-0.18225 * t_i4smx)))
+        t_zc2im = t_mbbm3 * t_pxtjb
+        t_lrmma_2 = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_zc2im + t_uiipz * (t_cedhi * t_zc2im + t_uiipz * t_zc2im))), 0.0)
+        t_6yxq3 = t_cedhi_2 * (3.141592653589793 * t_mbbm3 * t_dzjuy + t_lrmma_2) + np.where(m_bryq2, t_moflu * t_zc2im, 0.0)
+        t_ywxf3_2 = cos_t_23h4w * t_6yxq3
+        t_ry2p3_2 = t_iztzo * t_ywxf3_2
+        t_g5d3w_2 = sin_t_23h4w * t_6yxq3
+        t_eb6gy_2 = t_5vdc7 * t_g5d3w_2
+        t_ytvd3_2 = cos_t_23h4w * t_ywxf3_2 - sin_t_23h4w * t_g5d3w_2
+        t_u2lc5 = t_mbbm3 + t_mbbm3
+        t_fqy6f_2 = t_ry2p3_2 + t_eb6gy_2 - (t_rkglc * t_ytvd3_2 + t_i7sss * t_u2lc5)
+        t_4qsg6_4 = t_u7xtp * t_fqy6f_2
+        t_ltabp = K_ * t_ry2p3_2 + t_nobej * t_mbbm3
+        t_4dzqh_4 = t_ltabp + t_ltabp
+        t_kfjuy_2 = (
+            t_x6qqr * (t_4dzqh_4 + 4.0 * t_ytvd3_2 - (t_ab46z * t_u2lc5 - t_rkglc * t_eb6gy_2))
+            + t_x66xq * (t_6yxq3 - t_ytvd3_2 - t_ltabp)
         )
-        t_zrza2 = (
-            t_zefeg * (t_44pkp * t_2ev6m - t_dewdp * (t_4qsg6_4 + t_4qsg6_4 - t_d4wgs))
-            + t_3p53j * (-2.0 * t_ytvd3_2 - t_7iknq + (t_bjhtg + t_bjhtg))
+        t_gassp_2 = (
+            t_zefeg * (t_fqy6f_2 * t_2ev6m - t_qabbd * (t_4qsg6_4 + t_4qsg6_4 - t_kfjuy_2))
+            + t_g2ovj * (-2.0 * t_ytvd3_2 - t_4dzqh_4 + (t_6yxq3 + t_6yxq3))
         )
-        t_mqzqc = t_bjhtg - t_zrza2
-        t_pmgku_2 = cos_t_tklbk * t_mqzqc
-        t_hcsfy_2 = t_tfrfg * t_pmgku_2
-        t_ixvp7_2 = sin_t_tklbk * t_mqzqc
-        t_evk7p_2 = t_jvoax * t_ixvp7_2
-        t_pvv4g_2 = cos_t_tklbk * t_pmgku_2 - sin_t_tklbk * t_ixvp7_2
-        t_y6t54 = t_hcsfy_2 + t_evk7p_2 - (t_kme5l * t_2nfhy + t_rkglc * t_pvv4g_2)
-        t_4qsg6_5 = t_u7xtp_2 * t_y6t54
-        t_tutsj = K_ * t_hcsfy_2 + t_vx46m * t_mbbm3
-        t_7iknq_2 = t_tutsj + t_tutsj
-        t_pnk7f = (
-            t_ltqat * (t_7iknq_2 + 4.0 * t_pvv4g_2 - (t_yrvqm * t_2nfhy - t_rkglc * t_evk7p_2))
-            + t_gzsbk * (t_mqzqc - t_pvv4g_2 - t_tutsj)
+        t_4onwx_2 = t_6yxq3 - t_gassp_2
+        t_fexrh_2 = cos_t_6xnvn * t_4onwx_2
+        t_5lqtq_3 = t_tfrfg * t_fexrh_2
+        t_jxqoe_2 = sin_t_6xnvn * t_4onwx_2
+        t_mbfbp_3 = t_jvoax * t_jxqoe_2
+        t_hvckt_2 = cos_t_6xnvn * t_fexrh_2 - sin_t_6xnvn * t_jxqoe_2
+        t_nd2xh_3 = t_5lqtq_3 + t_mbfbp_3 - (t_kme5l * t_u2lc5 + t_rkglc * t_hvckt_2)
+        t_4qsg6_5 = t_u7xtp_2 * t_nd2xh_3
+        t_qol4p = K_ * t_5lqtq_3 + t_vx46m * t_mbbm3
+        t_4dzqh_5 = t_qol4p + t_qol4p
+        t_o2ej2_2 = (
+            t_xdzcc * (t_4dzqh_5 + 4.0 * t_hvckt_2 - (t_yrvqm * t_u2lc5 - t_rkglc * t_mbfbp_3))
+            + t_a6w2p * (t_4onwx_2 - t_hvckt_2 - t_qol4p)
         )
-        t_3tpoh_2 = (
-            t_bian7 * (t_y6t54 * t_3hukm - t_w4jai * (t_4qsg6_5 + t_4qsg6_5 - t_pnk7f))
-            + t_3vnxf * (-2.0 * t_pvv4g_2 - t_7iknq_2 + (t_mqzqc + t_mqzqc))
+        t_2l3cs_2 = (
+            t_hy73r * (t_nd2xh_3 * t_3hukm - t_5lvve * (t_4qsg6_5 + t_4qsg6_5 - t_o2ej2_2))
+            + t_uhbq3 * (-2.0 * t_hvckt_2 - t_4dzqh_5 + (t_4onwx_2 + t_4onwx_2))
         )
-        t_m5hmi_2 = t_mqzqc - t_3tpoh_2
-        t_6kovg_2 = cos_t_jqq3g * t_m5hmi_2
-        t_7hjou_2 = t_3miyq * t_6kovg_2
-        t_p6q5h_2 = sin_t_jqq3g * t_m5hmi_2
-        t_ip3fi_2 = t_pvqfm * t_p6q5h_2
-        t_2cnya_2 = cos_t_jqq3g * t_6kovg_2 - sin_t_jqq3g * t_p6q5h_2
-        t_y6t54_2 = t_7hjou_2 + t_ip3fi_2 - (t_7jvn4 * t_2nfhy + t_rkglc * t_2cnya_2)
-        t_4qsg6_6 = t_u7xtp_3 * t_y6t54_2
-        t_tutsj_2 = K_ * t_7hjou_2 + t_5pr3p * t_mbbm3
-        t_7iknq_3 = t_tutsj_2 + t_tutsj_2
-        t_lagf3 = (
-            t_je2b3 * (t_7iknq_3 + 4.0 * t_2cnya_2 - (t_umlgo * t_2nfhy - t_rkglc * t_ip3fi_2))
-            + t_gzsbk_2 * (t_m5hmi_2 - t_2cnya_2 - t_tutsj_2)
+        t_mined_2 = t_4onwx_2 - t_2l3cs_2
+        t_yfn2s_2 = cos_t_z3tm5 * t_mined_2
+        t_5lqtq_4 = t_eq35n * t_yfn2s_2
+        t_6dz3f_2 = sin_t_z3tm5 * t_mined_2
+        t_mbfbp_4 = t_xsrzu * t_6dz3f_2
+        t_okysd_2 = cos_t_z3tm5 * t_yfn2s_2 - sin_t_z3tm5 * t_6dz3f_2
+        t_nd2xh_4 = t_5lqtq_4 + t_mbfbp_4 - (t_wqods * t_u2lc5 + t_rkglc * t_okysd_2)
+        t_4qsg6_6 = t_u7xtp_3 * t_nd2xh_4
+        t_qol4p_2 = K_ * t_5lqtq_4 + t_cmgiw * t_mbbm3
+        t_4dzqh_6 = t_qol4p_2 + t_qol4p_2
+        t_kevyh_2 = (
+            t_vxy3y * (t_4dzqh_6 + 4.0 * t_okysd_2 - (t_e3muo * t_u2lc5 - t_rkglc * t_mbfbp_4))
+            + t_a6w2p_2 * (t_mined_2 - t_okysd_2 - t_qol4p_2)
         )
-        t_lsm7z_2 = (
-            t_t6v46 * (t_y6t54_2 * t_ldta7 - t_w4jai_2 * (t_4qsg6_6 + t_4qsg6_6 - t_lagf3))
-            + t_3vnxf_2 * (-2.0 * t_2cnya_2 - t_7iknq_3 + (t_m5hmi_2 + t_m5hmi_2))
+        t_pxkov_2 = (
+            t_icigh * (t_nd2xh_4 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_6 + t_4qsg6_6 - t_kevyh_2))
+            + t_uhbq3_2 * (-2.0 * t_okysd_2 - t_4dzqh_6 + (t_mined_2 + t_mined_2))
         )
-        t_fnfjx = (
-            t_z55or * t_epcfw
-            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_mbbm3 + t_y43s6, t_m5hmi_2 - t_lsm7z_2)
+        t_6oo5j = (
+            t_z55or * t_5xfx2_2
+            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_mbbm3 + t_42ssa_2, t_mined_2 - t_pxkov_2)
         )
-        t_myg35 = sin_t_dq4fc * t_fnfjx
-        t_xk7et = (
-            t_jptgq * (escape * t_myg35 + cos_t_dq4fc * (t_vycnp * (t_55rne * t_sg67n)))
-            - t_6lpoz * t_fsihy
+        t_5vi3g_2 = sin_t_5ewvv * t_6oo5j
+        t_spclb = (
+            t_6onvn * (escape * t_5vi3g_2 + cos_t_5ewvv * (t_vycnp * (t_55rne * t_sg67n)))
+            - t_awwlh * t_fsihy
         )
-        t_z5zct = k_phi * t_xk7et
-        t_eoc44_2 = cos_t_dq4fc * t_z5zct - t_f3hnc * t_myg35
-        t_ymcy4 = sin_t_dq4fc * (alpha * t_z5zct) + t_ckgcn * (cos_t_dq4fc * t_fnfjx)
-        t_zhjef = (
-            np.where(m_z5ee7, -(t_xuitj * t_eoc44_2 + t_jl52z * t_pirkw), 0.0)
-            - (np.where(m_z5ee7, t_j6b4x * t_fpjrk, 0.0) + cos_t * t_ymcy4)
+        t_i5e2h = k_phi * t_spclb
+        t_zsj5j_2 = cos_t_5ewvv * t_i5e2h - t_f3hnc * t_5vi3g_2
+        t_5crrr_2 = sin_t_5ewvv * (alpha * t_i5e2h) + t_ckgcn * (cos_t_5ewvv * t_6oo5j)
+        t_ftzhg = (
+            np.where(m_z5ee7, -(t_xuitj * t_zsj5j_2 + t_jl52z * t_pirkw), 0.0)
+            - (np.where(m_z5ee7, t_5bjhx * t_fpjrk, 0.0) + cos_t * t_5crrr_2)
         )
-        t_4vfia_2 = sin_phi_ref * t_zhjef
-        t_3thho = (
-            np.where(m_z5ee7, t_j6b4x * t_pirkw + t_xuitj * t_ymcy4, 0.0)
-            - (np.where(m_z5ee7, t_jl52z * t_fpjrk, 0.0) + cos_t * t_eoc44_2)
+        t_4vfia_2 = sin_phi_ref * t_ftzhg
+        t_zhmdo = (
+            np.where(m_z5ee7, t_5bjhx * t_pirkw + t_xuitj * t_5crrr_2, 0.0)
+            - (np.where(m_z5ee7, t_jl52z * t_fpjrk, 0.0) + cos_t * t_zsj5j_2)
         )
-        t_h35hl_2 = cos_phi_ref * t_3thho
-        t_c4v4l_2 = cos_phi_ref * t_zhjef
-        t_mz76a_2 = sin_phi_ref * t_3thho
+        t_h35hl_2 = cos_phi_ref * t_zhmdo
+        t_c4v4l_2 = cos_phi_ref * t_ftzhg
+        t_mz76a_2 = sin_phi_ref * t_zhmdo
         t_zsetc = zeta2 * t_oz2aw
         t_xcjmc = t_cexdd * t_zsetc
-        t_zzv4j = (
+        t_3mtwy = (
             (zeta1 * (t_h35hl_2 - t_4vfia_2) + (zeta2 * (t_c4v4l_2 + t_mz76a_2) + t_i63ev)) * t_e4rje
-            - t_2lcau * t_xcjmc
+            - t_tk5is * t_xcjmc
             - t_kc5kr * t_zsetc
         )
-        t_c6knl = t_4xt6m * t_zzv4j * t_e4rje + t_3vkdn * t_xcjmc
-        t_hpenu = t_4vfia_2 + zeta1 * t_c6knl - t_h35hl_2
+        t_eamm3 = t_jik5x * t_3mtwy * t_e4rje + t_4gg3u * t_xcjmc
+        t_hbyvj = t_4vfia_2 + zeta1 * t_eamm3 - t_h35hl_2
         t_yyzqq = t_luana * ((alpha + alpha) * t_whxhf)
-        t_l6j4r = t_rkglc * t_yyzqq
-        t_ha2xh = K_ * (t_l3puj * t_l6j4r + t_fcflk * (t_fcflk_2 * t_l6j4r + t_fcflk * (-0.18225 * t_l6j4r)))
-        t_ovplw = t_yyzqq * t_pxtjb
-        t_gbj6e = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_ovplw + t_uiipz * (t_cedhi * t_ovplw + t_uiipz * t_ovplw))), 0.0)
-        t_gstpt = t_cedhi_2 * (3.141592653589793 * t_yyzqq * t_dzjuy + t_gbj6e) + np.where(m_bryq2, t_moflu * t_ovplw, 0.0)
-        t_xn2an = cos_t_23h4w * t_gstpt
+        t_a6rlk = t_rkglc * t_yyzqq
+        t_ha2xh = K_ * (t_l3puj * t_a6rlk + t_fcflk * (t_fcflk_2 * t_a6rlk + t_fcflk * (-0.18225 * t_a6rlk)))
+        t_zwpu7 = t_yyzqq * t_pxtjb
+        t_gbj6e = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_zwpu7 + t_uiipz * (t_cedhi * t_zwpu7 + t_uiipz * t_zwpu7))), 0.0)
+        t_zblnk = t_cedhi_2 * (3.141592653589793 * t_yyzqq * t_dzjuy + t_gbj6e) + np.where(m_bryq2, t_moflu * t_zwpu7, 0.0)
+        t_xn2an = cos_t_23h4w * t_zblnk
         t_ry2p3_3 = t_iztzo * t_xn2an
-        t_skj2t = sin_t_23h4w * t_gstpt
+        t_skj2t = sin_t_23h4w * t_zblnk
         t_eb6gy_3 = t_5vdc7 * t_skj2t
         t_ytvd3_3 = cos_t_23h4w * t_xn2an - sin_t_23h4w * t_skj2t
-        t_6h67o = t_yyzqq + t_yyzqq
-        t_2mmgh = t_ry2p3_3 + t_eb6gy_3 - (t_rkglc * t_ytvd3_3 + t_i7sss * t_6h67o)
+        t_v5i6i = t_yyzqq + t_yyzqq
+        t_2mmgh = t_ry2p3_3 + t_eb6gy_3 - (t_rkglc * t_ytvd3_3 + t_i7sss * t_v5i6i)
         t_4qsg6_7 = t_u7xtp * t_2mmgh
-        t_iwr2s = K_ * t_ry2p3_3 + t_nobej * t_yyzqq
-        t_g73ai = t_iwr2s + t_iwr2s
+        t_6dp4l = K_ * t_ry2p3_3 + t_nobej * t_yyzqq
+        t_g73ai = t_6dp4l + t_6dp4l
         t_4apwp = (
-            t_x6qqr * (t_g73ai + 4.0 * t_ytvd3_3 - (t_ab46z * t_6h67o - t_rkglc * t_eb6gy_3))
-            + t_x66xq * (t_gstpt - t_ytvd3_3 - t_iwr2s)
+            t_x6qqr * (t_g73ai + 4.0 * t_ytvd3_3 - (t_ab46z * t_v5i6i - t_rkglc * t_eb6gy_3))
+            + t_x66xq * (t_zblnk - t_ytvd3_3 - t_6dp4l)
         )
-        t_rucoi = (
-            t_zefeg * (t_2mmgh * t_2ev6m - t_dewdp * (t_4qsg6_7 + t_4qsg6_7 - t_4apwp))
-            + t_3p53j * (-2.0 * t_ytvd3_3 - t_g73ai + (t_gstpt + t_gstpt))
+        t_jl5gu = (
+            t_zefeg * (t_2mmgh * t_2ev6m - t_qabbd * (t_4qsg6_7 + t_4qsg6_7 - t_4apwp))
+            + t_g2ovj * (-2.0 * t_ytvd3_3 - t_g73ai + (t_zblnk + t_zblnk))
         )
-        t_74vzv = t_gstpt - t_rucoi
-        t_pmgku_3 = cos_t_tklbk * t_74vzv
-        t_hcsfy_3 = t_tfrfg * t_pmgku_3
-        t_ixvp7_3 = sin_t_tklbk * t_74vzv
-        t_evk7p_3 = t_jvoax * t_ixvp7_3
-        t_pvv4g_3 = cos_t_tklbk * t_pmgku_3 - sin_t_tklbk * t_ixvp7_3
-        t_7arbi = t_hcsfy_3 + t_evk7p_3 - (t_kme5l * t_6h67o + t_rkglc * t_pvv4g_3)
-        t_4qsg6_8 = t_u7xtp_2 * t_7arbi
-        t_3pmqg = K_ * t_hcsfy_3 + t_vx46m * t_yyzqq
-        t_g73ai_2 = t_3pmqg + t_3pmqg
-        t_6zsky = (
-            t_ltqat * (t_g73ai_2 + 4.0 * t_pvv4g_3 - (t_yrvqm * t_6h67o - t_rkglc * t_evk7p_3))
-            + t_gzsbk * (t_74vzv - t_pvv4g_3 - t_3pmqg)
+        t_5zozc = t_zblnk - t_jl5gu
+        t_fexrh_3 = cos_t_6xnvn * t_5zozc
+        t_5lqtq_5 = t_tfrfg * t_fexrh_3
+        t_jxqoe_3 = sin_t_6xnvn * t_5zozc
+        t_mbfbp_5 = t_jvoax * t_jxqoe_3
+        t_hvckt_3 = cos_t_6xnvn * t_fexrh_3 - sin_t_6xnvn * t_jxqoe_3
+        t_vlenk = t_5lqtq_5 + t_mbfbp_5 - (t_kme5l * t_v5i6i + t_rkglc * t_hvckt_3)
+        t_4qsg6_8 = t_u7xtp_2 * t_vlenk
+        t_rx74t = K_ * t_5lqtq_5 + t_vx46m * t_yyzqq
+        t_g73ai_2 = t_rx74t + t_rx74t
+        t_c6hoo = (
+            t_xdzcc * (t_g73ai_2 + 4.0 * t_hvckt_3 - (t_yrvqm * t_v5i6i - t_rkglc * t_mbfbp_5))
+            + t_a6w2p * (t_5zozc - t_hvckt_3 - t_rx74t)
         )
-        t_3tpoh_3 = (
-            t_bian7 * (t_7arbi * t_3hukm - t_w4jai * (t_4qsg6_8 + t_4qsg6_8 - t_6zsky))
-            + t_3vnxf * (-2.0 * t_pvv4g_3 - t_g73ai_2 + (t_74vzv + t_74vzv))
+        t_2l3cs_3 = (
+            t_hy73r * (t_vlenk * t_3hukm - t_5lvve * (t_4qsg6_8 + t_4qsg6_8 - t_c6hoo))
+            + t_uhbq3 * (-2.0 * t_hvckt_3 - t_g73ai_2 + (t_5zozc + t_5zozc))
         )
-        t_m5hmi_3 = t_74vzv - t_3tpoh_3
-        t_6kovg_3 = cos_t_jqq3g * t_m5hmi_3
-        t_7hjou_3 = t_3miyq * t_6kovg_3
-        t_p6q5h_3 = sin_t_jqq3g * t_m5hmi_3
-        t_ip3fi_3 = t_pvqfm * t_p6q5h_3
-        t_2cnya_3 = cos_t_jqq3g * t_6kovg_3 - sin_t_jqq3g * t_p6q5h_3
-        t_7arbi_2 = t_7hjou_3 + t_ip3fi_3 - (t_7jvn4 * t_6h67o + t_rkglc * t_2cnya_3)
-        t_4qsg6_9 = t_u7xtp_3 * t_7arbi_2
-        t_3pmqg_2 = K_ * t_7hjou_3 + t_5pr3p * t_yyzqq
-        t_g73ai_3 = t_3pmqg_2 + t_3pmqg_2
-        t_e6co2 = (
-            t_je2b3 * (t_g73ai_3 + 4.0 * t_2cnya_3 - (t_umlgo * t_6h67o - t_rkglc * t_ip3fi_3))
-            + t_gzsbk_2 * (t_m5hmi_3 - t_2cnya_3 - t_3pmqg_2)
+        t_mined_3 = t_5zozc - t_2l3cs_3
+        t_yfn2s_3 = cos_t_z3tm5 * t_mined_3
+        t_5lqtq_6 = t_eq35n * t_yfn2s_3
+        t_6dz3f_3 = sin_t_z3tm5 * t_mined_3
+        t_mbfbp_6 = t_xsrzu * t_6dz3f_3
+        t_okysd_3 = cos_t_z3tm5 * t_yfn2s_3 - sin_t_z3tm5 * t_6dz3f_3
+        t_vlenk_2 = t_5lqtq_6 + t_mbfbp_6 - (t_wqods * t_v5i6i + t_rkglc * t_okysd_3)
+        t_4qsg6_9 = t_u7xtp_3 * t_vlenk_2
+        t_rx74t_2 = K_ * t_5lqtq_6 + t_cmgiw * t_yyzqq
+        t_g73ai_3 = t_rx74t_2 + t_rx74t_2
+        t_idupn = (
+            t_vxy3y * (t_g73ai_3 + 4.0 * t_okysd_3 - (t_e3muo * t_v5i6i - t_rkglc * t_mbfbp_6))
+            + t_a6w2p_2 * (t_mined_3 - t_okysd_3 - t_rx74t_2)
         )
-        t_lsm7z_3 = (
-            t_t6v46 * (t_7arbi_2 * t_ldta7 - t_w4jai_2 * (t_4qsg6_9 + t_4qsg6_9 - t_e6co2))
-            + t_3vnxf_2 * (-2.0 * t_2cnya_3 - t_g73ai_3 + (t_m5hmi_3 + t_m5hmi_3))
+        t_pxkov_3 = (
+            t_icigh * (t_vlenk_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_9 + t_4qsg6_9 - t_idupn))
+            + t_uhbq3_2 * (-2.0 * t_okysd_3 - t_g73ai_3 + (t_mined_3 + t_mined_3))
         )
-        t_kbgap = t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_yyzqq + t_ha2xh, t_m5hmi_3 - t_lsm7z_3)
-        t_uomfx = sin_t_dq4fc * t_kbgap
-        t_6vdkt = cos_t_dq4fc * (t_vycnp * (alpha * t_sg67n))
-        t_rl6hw = k_phi * (t_jptgq * (t_6vdkt - escape * t_uomfx))
-        t_grxpj = t_f3hnc * t_uomfx + cos_t_dq4fc * t_rl6hw
-        t_nvpal = t_ckgcn * (cos_t_dq4fc * t_kbgap) - sin_t_dq4fc * (alpha * t_rl6hw)
-        t_6fdka = np.where(m_z5ee7, t_xuitj * t_grxpj, 0.0) - cos_t * t_nvpal
-        t_zqzel = sin_phi_ref * t_6fdka
-        t_uzyg5 = np.where(m_z5ee7, t_xuitj * t_nvpal, 0.0) + cos_t * t_grxpj
-        t_cabkj = cos_phi_ref * t_uzyg5
-        t_qjxgr = cos_phi_ref * t_6fdka
-        t_a2qp5 = sin_phi_ref * t_uzyg5
-        t_lwzyj = t_4xt6m * ((zeta1 * (t_cabkj - t_zqzel) + zeta2 * (t_qjxgr + t_a2qp5)) * t_e4rje) * t_e4rje
-        t_lfae3 = t_zqzel + zeta1 * t_lwzyj - t_cabkj
-        t_j3zz2 = t_mz76a - zeta2 * t_ipynv + t_c4v4l
-        t_dor62 = t_5btq3 - zeta2 * t_c6knl + t_mz76a_2 + t_c4v4l_2
-        t_mjbe3 = t_a2qp5 - zeta2 * t_lwzyj + t_qjxgr
+        t_6wdfc = t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_yyzqq + t_ha2xh, t_mined_3 - t_pxkov_3)
+        t_lg6cv = sin_t_5ewvv * t_6wdfc
+        t_5itwm = cos_t_5ewvv * (t_vycnp * (alpha * t_sg67n))
+        t_ldbyy = k_phi * (t_6onvn * (t_5itwm - escape * t_lg6cv))
+        t_q54wo = t_f3hnc * t_lg6cv + cos_t_5ewvv * t_ldbyy
+        t_5pykc = t_ckgcn * (cos_t_5ewvv * t_6wdfc) - sin_t_5ewvv * (alpha * t_ldbyy)
+        t_dxrcx = np.where(m_z5ee7, t_xuitj * t_q54wo, 0.0) - cos_t * t_5pykc
+        t_zqzel = sin_phi_ref * t_dxrcx
+        t_tsyzm = np.where(m_z5ee7, t_xuitj * t_5pykc, 0.0) + cos_t * t_q54wo
+        t_cabkj = cos_phi_ref * t_tsyzm
+        t_qjxgr = cos_phi_ref * t_dxrcx
+        t_a2qp5 = sin_phi_ref * t_tsyzm
+        t_36pi7 = t_jik5x * ((zeta1 * (t_cabkj - t_zqzel) + zeta2 * (t_qjxgr + t_a2qp5)) * t_e4rje) * t_e4rje
+        t_b2hly = t_zqzel + zeta1 * t_36pi7 - t_cabkj
+        t_zxnro = t_mz76a - zeta2 * t_3h7vy + t_c4v4l
+        t_fpe72 = t_i3qrh - zeta2 * t_eamm3 + t_mz76a_2 + t_c4v4l_2
+        t_igruj = t_a2qp5 - zeta2 * t_36pi7 + t_qjxgr
         t_f7oti = -mu_rate_max
         t_dhkzn = mu_gain * (mu_ref - mu)
         t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
@@ -3038,17 +3038,17 @@ def path_loop_jac(q, r, p, c):
         m_huzvj = (t_dhkzn <= mu_rate_max)
         t_huzvj = np.where(m_huzvj, 1.0, 0.0)
         m_mu2v2 = (mu_rate_max <= t_dhkzn)
-        t_a4jiv = t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * mu_gain)
-        t_mnqso = t_iowtl * sin_phi_ref
-        t_7lfvp = t_iio5w * cos_phi_ref
-        t_rhgam = t_iio5w * sin_phi_ref
-        t_nnwis = t_iowtl * cos_phi_ref
+        t_eriiv = t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * mu_gain)
+        t_mnqso = t_xatty * sin_phi_ref
+        t_7lfvp = t_f3khv * cos_phi_ref
+        t_rhgam = t_f3khv * sin_phi_ref
+        t_nnwis = t_xatty * cos_phi_ref
         t_v4jyn = 1.0 / mu
         t_soo7v = alpha * (area_factor * w_across)
         m_dlnux = (t_pgin7 <= rho_escape)
         t_dlnux = np.where(m_dlnux, 1.0, 0.0)
         m_nduvz = (rho_escape <= t_pgin7)
-        t_ryros = cos_t_dq4fc * (t_vycnp * (t_soo7v * t_sg67n) - t_c7yn2 * t_7krau * (t_dlnux / (t_dlnux + np.where(m_nduvz, 1.0, 0.0))))
+        t_cbxj4 = cos_t_5ewvv * (t_vycnp * (t_soo7v * t_sg67n) - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + np.where(m_nduvz, 1.0, 0.0))))
         t_fcs45 = t_gliif - t_apicp * t_m4c7o
         t_b3a56 = (
             rho_t * (np.where(m_z5ee7, rho_ref * t_fcs45, 0.0) + cos_t)
@@ -3061,307 +3061,307 @@ def path_loop_jac(q, r, p, c):
             R * t_m4c7o * t_yphwp
             - t_2cqik * ((t_hrndm * t_b3a56 + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_ml2ly, 0.0), 0.0)) * t_idsfo)
         )
-        t_t3nfb = (
+        t_t7kez = (
             np.where(m_jm3a6, t_2tdpo * (t_smvdv * t_wrdzi), 0.0)
             - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_ml2ly), 0.0) - t_rc3uf * t_b3a56)
         )
         t_a54m2 = t_luana * ((t_soo7v + t_soo7v) * t_whxhf - t_66l3y * (t_yizac * t_degwz))
-        t_m5bjk = t_rkglc * t_a54m2
-        t_42ssa = K_ * (t_l3puj * t_m5bjk + t_fcflk * (t_fcflk_2 * t_m5bjk + t_fcflk * (-0.18225 * t_m5bjk)))
-        t_grorc = t_a54m2 * t_pxtjb
-        t_lrmma = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_grorc + t_uiipz * (t_cedhi * t_grorc + t_uiipz * t_grorc))), 0.0)
-        t_4wtws = t_cedhi_2 * (3.141592653589793 * t_a54m2 * t_dzjuy + t_lrmma) + np.where(m_bryq2, t_moflu * t_grorc, 0.0)
-        t_ywxf3 = cos_t_23h4w * t_4wtws
-        t_ry2p3_4 = t_iztzo * t_ywxf3
-        t_g5d3w = sin_t_23h4w * t_4wtws
-        t_eb6gy_4 = t_5vdc7 * t_g5d3w
-        t_ytvd3_4 = cos_t_23h4w * t_ywxf3 - sin_t_23h4w * t_g5d3w
-        t_pvgkf = t_a54m2 + t_a54m2
-        t_fqy6f = t_ry2p3_4 + t_eb6gy_4 - (t_rkglc * t_ytvd3_4 + t_i7sss * t_pvgkf)
-        t_4qsg6_10 = t_u7xtp * t_fqy6f
-        t_elnjt = K_ * t_ry2p3_4 + t_nobej * t_a54m2
-        t_4dzqh = t_elnjt + t_elnjt
-        t_kfjuy = (
-            t_x6qqr * (t_4dzqh + 4.0 * t_ytvd3_4 - (t_ab46z * t_pvgkf - t_rkglc * t_eb6gy_4))
-            + t_x66xq * (t_4wtws - t_ytvd3_4 - t_elnjt)
+        t_kqjw5 = t_rkglc * t_a54m2
+        t_42ssa_3 = K_ * (t_l3puj * t_kqjw5 + t_fcflk * (t_fcflk_2 * t_kqjw5 + t_fcflk * (-0.18225 * t_kqjw5)))
+        t_2wnti = t_a54m2 * t_pxtjb
+        t_lrmma_3 = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_2wnti + t_uiipz * (t_cedhi * t_2wnti + t_uiipz * t_2wnti))), 0.0)
+        t_z7ssl = t_cedhi_2 * (3.141592653589793 * t_a54m2 * t_dzjuy + t_lrmma_3) + np.where(m_bryq2, t_moflu * t_2wnti, 0.0)
+        t_ywxf3_3 = cos_t_23h4w * t_z7ssl
+        t_ry2p3_4 = t_iztzo * t_ywxf3_3
+        t_g5d3w_3 = sin_t_23h4w * t_z7ssl
+        t_eb6gy_4 = t_5vdc7 * t_g5d3w_3
+        t_ytvd3_4 = cos_t_23h4w * t_ywxf3_3 - sin_t_23h4w * t_g5d3w_3
+        t_msytf = t_a54m2 + t_a54m2
+        t_fqy6f_3 = t_ry2p3_4 + t_eb6gy_4 - (t_rkglc * t_ytvd3_4 + t_i7sss * t_msytf)
+        t_4qsg6_10 = t_u7xtp * t_fqy6f_3
+        t_tvhc4 = K_ * t_ry2p3_4 + t_nobej * t_a54m2
+        t_4dzqh_7 = t_tvhc4 + t_tvhc4
+        t_kfjuy_3 = (
+            t_x6qqr * (t_4dzqh_7 + 4.0 * t_ytvd3_4 - (t_ab46z * t_msytf - t_rkglc * t_eb6gy_4))
+            + t_x66xq * (t_z7ssl - t_ytvd3_4 - t_tvhc4)
         )
-        t_ye6u5 = (
-            t_zefeg * (t_fqy6f * t_2ev6m - t_dewdp * (t_4qsg6_10 + t_4qsg6_10 - t_kfjuy))
-            + t_3p53j * (-2.0 * t_ytvd3_4 - t_4dzqh + (t_4wtws + t_4wtws))
+        t_gassp_3 = (
+            t_zefeg * (t_fqy6f_3 * t_2ev6m - t_qabbd * (t_4qsg6_10 + t_4qsg6_10 - t_kfjuy_3))
+            + t_g2ovj * (-2.0 * t_ytvd3_4 - t_4dzqh_7 + (t_z7ssl + t_z7ssl))
         )
-        t_y7slv = t_4wtws - t_ye6u5
-        t_pmgku_4 = cos_t_tklbk * t_y7slv
-        t_hcsfy_4 = t_tfrfg * t_pmgku_4
-        t_ixvp7_4 = sin_t_tklbk * t_y7slv
-        t_evk7p_4 = t_jvoax * t_ixvp7_4
-        t_pvv4g_4 = cos_t_tklbk * t_pmgku_4 - sin_t_tklbk * t_ixvp7_4
-        t_fdtoo = t_hcsfy_4 + t_evk7p_4 - (t_kme5l * t_pvgkf + t_rkglc * t_pvv4g_4)
-        t_4qsg6_11 = t_u7xtp_2 * t_fdtoo
-        t_katm6 = K_ * t_hcsfy_4 + t_vx46m * t_a54m2
-        t_4dzqh_2 = t_katm6 + t_katm6
-        t_csjzi = (
-            t_ltqat * (t_4dzqh_2 + 4.0 * t_pvv4g_4 - (t_yrvqm * t_pvgkf - t_rkglc * t_evk7p_4))
-            + t_gzsbk * (t_y7slv - t_pvv4g_4 - t_katm6)
+        t_4onwx_3 = t_z7ssl - t_gassp_3
+        t_fexrh_4 = cos_t_6xnvn * t_4onwx_3
+        t_5lqtq_7 = t_tfrfg * t_fexrh_4
+        t_jxqoe_4 = sin_t_6xnvn * t_4onwx_3
+        t_mbfbp_7 = t_jvoax * t_jxqoe_4
+        t_hvckt_4 = cos_t_6xnvn * t_fexrh_4 - sin_t_6xnvn * t_jxqoe_4
+        t_nd2xh_5 = t_5lqtq_7 + t_mbfbp_7 - (t_kme5l * t_msytf + t_rkglc * t_hvckt_4)
+        t_4qsg6_11 = t_u7xtp_2 * t_nd2xh_5
+        t_nrcnv = K_ * t_5lqtq_7 + t_vx46m * t_a54m2
+        t_4dzqh_8 = t_nrcnv + t_nrcnv
+        t_o2ej2_3 = (
+            t_xdzcc * (t_4dzqh_8 + 4.0 * t_hvckt_4 - (t_yrvqm * t_msytf - t_rkglc * t_mbfbp_7))
+            + t_a6w2p * (t_4onwx_3 - t_hvckt_4 - t_nrcnv)
         )
-        t_3tpoh_4 = (
-            t_bian7 * (t_fdtoo * t_3hukm - t_w4jai * (t_4qsg6_11 + t_4qsg6_11 - t_csjzi))
-            + t_3vnxf * (-2.0 * t_pvv4g_4 - t_4dzqh_2 + (t_y7slv + t_y7slv))
+        t_2l3cs_4 = (
+            t_hy73r * (t_nd2xh_5 * t_3hukm - t_5lvve * (t_4qsg6_11 + t_4qsg6_11 - t_o2ej2_3))
+            + t_uhbq3 * (-2.0 * t_hvckt_4 - t_4dzqh_8 + (t_4onwx_3 + t_4onwx_3))
         )
-        t_m5hmi_4 = t_y7slv - t_3tpoh_4
-        t_6kovg_4 = cos_t_jqq3g * t_m5hmi_4
-        t_7hjou_4 = t_3miyq * t_6kovg_4
-        t_p6q5h_4 = sin_t_jqq3g * t_m5hmi_4
-        t_ip3fi_4 = t_pvqfm * t_p6q5h_4
-        t_2cnya_4 = cos_t_jqq3g * t_6kovg_4 - sin_t_jqq3g * t_p6q5h_4
-        t_fdtoo_2 = t_7hjou_4 + t_ip3fi_4 - (t_7jvn4 * t_pvgkf + t_rkglc * t_2cnya_4)
-        t_4qsg6_12 = t_u7xtp_3 * t_fdtoo_2
-        t_katm6_2 = K_ * t_7hjou_4 + t_5pr3p * t_a54m2
-        t_4dzqh_3 = t_katm6_2 + t_katm6_2
-        t_hy5lp = (
-            t_je2b3 * (t_4dzqh_3 + 4.0 * t_2cnya_4 - (t_umlgo * t_pvgkf - t_rkglc * t_ip3fi_4))
-            + t_gzsbk_2 * (t_m5hmi_4 - t_2cnya_4 - t_katm6_2)
+        t_mined_4 = t_4onwx_3 - t_2l3cs_4
+        t_yfn2s_4 = cos_t_z3tm5 * t_mined_4
+        t_5lqtq_8 = t_eq35n * t_yfn2s_4
+        t_6dz3f_4 = sin_t_z3tm5 * t_mined_4
+        t_mbfbp_8 = t_xsrzu * t_6dz3f_4
+        t_okysd_4 = cos_t_z3tm5 * t_yfn2s_4 - sin_t_z3tm5 * t_6dz3f_4
+        t_nd2xh_6 = t_5lqtq_8 + t_mbfbp_8 - (t_wqods * t_msytf + t_rkglc * t_okysd_4)
+        t_4qsg6_12 = t_u7xtp_3 * t_nd2xh_6
+        t_nrcnv_2 = K_ * t_5lqtq_8 + t_cmgiw * t_a54m2
+        t_4dzqh_9 = t_nrcnv_2 + t_nrcnv_2
+        t_kevyh_3 = (
+            t_vxy3y * (t_4dzqh_9 + 4.0 * t_okysd_4 - (t_e3muo * t_msytf - t_rkglc * t_mbfbp_8))
+            + t_a6w2p_2 * (t_mined_4 - t_okysd_4 - t_nrcnv_2)
         )
-        t_lsm7z_4 = (
-            t_t6v46 * (t_fdtoo_2 * t_ldta7 - t_w4jai_2 * (t_4qsg6_12 + t_4qsg6_12 - t_hy5lp))
-            + t_3vnxf_2 * (-2.0 * t_2cnya_4 - t_4dzqh_3 + (t_m5hmi_4 + t_m5hmi_4))
+        t_pxkov_4 = (
+            t_icigh * (t_nd2xh_6 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_12 + t_4qsg6_12 - t_kevyh_3))
+            + t_uhbq3_2 * (-2.0 * t_okysd_4 - t_4dzqh_9 + (t_mined_4 + t_mined_4))
         )
-        t_ivcdq = (
-            t_z55or * t_t3nfb
-            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_a54m2 + t_42ssa, t_m5hmi_4 - t_lsm7z_4)
+        t_peodx = (
+            t_z55or * t_t7kez
+            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_a54m2 + t_42ssa_3, t_mined_4 - t_pxkov_4)
         )
-        t_yrv4v = sin_t_dq4fc * t_ivcdq
-        t_okqpr = k_phi * (t_6lpoz * t_m4c7o - t_jptgq * (t_ryros - escape * t_yrv4v))
-        t_2ef33 = cos_t_dq4fc * t_okqpr - t_f3hnc * t_yrv4v
-        t_2vwj3 = sin_t_dq4fc * (alpha * t_okqpr) + t_ckgcn * (cos_t_dq4fc * t_ivcdq)
-        t_oaz54 = (
-            np.where(m_z5ee7, -(t_xuitj * t_2ef33 - t_jl52z * t_bkzfm), 0.0)
-            - (np.where(m_z5ee7, t_j6b4x * t_fcs45, 0.0) + cos_t * t_2vwj3)
+        t_5vi3g_3 = sin_t_5ewvv * t_peodx
+        t_by6j6 = k_phi * (t_awwlh * t_m4c7o - t_6onvn * (t_cbxj4 - escape * t_5vi3g_3))
+        t_wruvj = cos_t_5ewvv * t_by6j6 - t_f3hnc * t_5vi3g_3
+        t_paip6 = sin_t_5ewvv * (alpha * t_by6j6) + t_ckgcn * (cos_t_5ewvv * t_peodx)
+        t_clway = (
+            np.where(m_z5ee7, -(t_xuitj * t_wruvj - t_jl52z * t_bkzfm), 0.0)
+            - (np.where(m_z5ee7, t_5bjhx * t_fcs45, 0.0) + cos_t * t_paip6)
         )
-        t_6tj4k = sin_phi_ref * t_oaz54
-        t_ldhj3 = (
-            np.where(m_z5ee7, t_xuitj * t_2vwj3 - t_j6b4x * t_bkzfm, 0.0)
-            - (np.where(m_z5ee7, t_jl52z * t_fcs45, 0.0) + cos_t * t_2ef33)
+        t_6tj4k = sin_phi_ref * t_clway
+        t_jc22a = (
+            np.where(m_z5ee7, t_xuitj * t_paip6 - t_5bjhx * t_bkzfm, 0.0)
+            - (np.where(m_z5ee7, t_jl52z * t_fcs45, 0.0) + cos_t * t_wruvj)
         )
-        t_wzz35 = cos_phi_ref * t_ldhj3
-        t_hyf7h = cos_phi_ref * t_oaz54
-        t_2l3mh = sin_phi_ref * t_ldhj3
-        t_hpjh4 = t_4xt6m * ((zeta1 * (t_wzz35 - t_6tj4k) + zeta2 * (t_hyf7h + t_2l3mh)) * t_e4rje) * t_e4rje
-        t_iq3sp = t_6tj4k + zeta1 * t_hpjh4 - t_wzz35
+        t_wzz35 = cos_phi_ref * t_jc22a
+        t_hyf7h = cos_phi_ref * t_clway
+        t_2l3mh = sin_phi_ref * t_jc22a
+        t_xtwj2 = t_jik5x * ((zeta1 * (t_wzz35 - t_6tj4k) + zeta2 * (t_hyf7h + t_2l3mh)) * t_e4rje) * t_e4rje
+        t_oibb2 = t_6tj4k + zeta1 * t_xtwj2 - t_wzz35
         t_insgq = zeta1 * cos_phi_ref + zeta2 * sin_phi_ref
         t_oduor = zeta1 * sin_phi_ref - zeta2 * cos_phi_ref
         t_og4mp = t_5wlee * t_insgq + t_degwz * t_oduor
         t_4bl7j = t_og4mp * t_amnjj
         t_w5325 = alpha * (area_factor * (rho_ref * t_insgq))
-        t_aogh6 = t_oduor * t_gliif - t_apicp * t_4bl7j
-        t_z7crc = np.where(m_z5ee7, rho_t * (rho_ref * t_aogh6), 0.0) + t_mowvz * t_4bl7j
-        t_vuzkh = t_insgq * t_gliif - t_27sgx * t_4bl7j
-        t_fdgai = rho_t * (rho_ref * t_vuzkh) + t_6ckpz * t_4bl7j
-        t_ehudp = (
+        t_344xb = t_oduor * t_gliif - t_apicp * t_4bl7j
+        t_vhpcd = np.where(m_z5ee7, rho_t * (rho_ref * t_344xb), 0.0) + t_mowvz * t_4bl7j
+        t_u5ema = t_insgq * t_gliif - t_27sgx * t_4bl7j
+        t_om3bw = rho_t * (rho_ref * t_u5ema) + t_6ckpz * t_4bl7j
+        t_qn42m = (
             R * t_4bl7j * t_yphwp
-            - t_2cqik * ((t_hrndm * t_z7crc + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_fdgai, 0.0), 0.0)) * t_idsfo)
+            - t_2cqik * ((t_hrndm * t_vhpcd + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_om3bw, 0.0), 0.0)) * t_idsfo)
         )
-        t_p72bx = (
-            np.where(m_jm3a6, t_2tdpo * (t_smvdv * t_ehudp), 0.0)
-            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_fdgai), 0.0) - t_rc3uf * t_z7crc)
+        t_f23w3 = (
+            np.where(m_jm3a6, t_2tdpo * (t_smvdv * t_qn42m), 0.0)
+            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_om3bw), 0.0) - t_rc3uf * t_vhpcd)
         )
         t_5fzs4 = t_luana * ((t_w5325 + t_w5325) * t_whxhf - t_66l3y * (t_yizac * t_og4mp))
-        t_cbhxy = t_rkglc * t_5fzs4
-        t_42ssa_2 = K_ * (t_l3puj * t_cbhxy + t_fcflk * (t_fcflk_2 * t_cbhxy + t_fcflk * (-0.18225 * t_cbhxy)))
-        t_gxme6 = t_5fzs4 * t_pxtjb
-        t_lrmma_2 = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_gxme6 + t_uiipz * (t_cedhi * t_gxme6 + t_uiipz * t_gxme6))), 0.0)
-        t_qlpcv = t_cedhi_2 * (3.141592653589793 * t_5fzs4 * t_dzjuy + t_lrmma_2) + np.where(m_bryq2, t_moflu * t_gxme6, 0.0)
-        t_ywxf3_2 = cos_t_23h4w * t_qlpcv
-        t_ry2p3_5 = t_iztzo * t_ywxf3_2
-        t_g5d3w_2 = sin_t_23h4w * t_qlpcv
-        t_eb6gy_5 = t_5vdc7 * t_g5d3w_2
-        t_ytvd3_5 = cos_t_23h4w * t_ywxf3_2 - sin_t_23h4w * t_g5d3w_2
-        t_z2pcj = t_5fzs4 + t_5fzs4
-        t_fqy6f_2 = t_ry2p3_5 + t_eb6gy_5 - (t_rkglc * t_ytvd3_5 + t_i7sss * t_z2pcj)
-        t_4qsg6_13 = t_u7xtp * t_fqy6f_2
-        t_htove = K_ * t_ry2p3_5 + t_nobej * t_5fzs4
-        t_4dzqh_4 = t_htove + t_htove
-        t_kfjuy_2 = (
-            t_x6qqr * (t_4dzqh_4 + 4.0 * t_ytvd3_5 - (t_ab46z * t_z2pcj - t_rkglc * t_eb6gy_5))
-            + t_x66xq * (t_qlpcv - t_ytvd3_5 - t_htove)
+        t_zcv57 = t_rkglc * t_5fzs4
+        t_42ssa_4 = K_ * (t_l3puj * t_zcv57 + t_fcflk * (t_fcflk_2 * t_zcv57 + t_fcflk * (-0.18225 * t_zcv57)))
+        t_xpehn = t_5fzs4 * t_pxtjb
+        t_lrmma_4 = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_xpehn + t_uiipz * (t_cedhi * t_xpehn + t_uiipz * t_xpehn))), 0.0)
+        t_puiqd = t_cedhi_2 * (3.141592653589793 * t_5fzs4 * t_dzjuy + t_lrmma_4) + np.where(m_bryq2, t_moflu * t_xpehn, 0.0)
+        t_ywxf3_4 = cos_t_23h4w * t_puiqd
+        t_ry2p3_5 = t_iztzo * t_ywxf3_4
+        t_g5d3w_4 = sin_t_23h4w * t_puiqd
+        t_eb6gy_5 = t_5vdc7 * t_g5d3w_4
+        t_ytvd3_5 = cos_t_23h4w * t_ywxf3_4 - sin_t_23h4w * t_g5d3w_4
+        t_tseki = t_5fzs4 + t_5fzs4
+        t_fqy6f_4 = t_ry2p3_5 + t_eb6gy_5 - (t_rkglc * t_ytvd3_5 + t_i7sss * t_tseki)
+        t_4qsg6_13 = t_u7xtp * t_fqy6f_4
+        t_jokey = K_ * t_ry2p3_5 + t_nobej * t_5fzs4
+        t_4dzqh_10 = t_jokey + t_jokey
+        t_kfjuy_4 = (
+            t_x6qqr * (t_4dzqh_10 + 4.0 * t_ytvd3_5 - (t_ab46z * t_tseki - t_rkglc * t_eb6gy_5))
+            + t_x66xq * (t_puiqd - t_ytvd3_5 - t_jokey)
         )
-        t_ye6u5_2 = (
-            t_zefeg * (t_fqy6f_2 * t_2ev6m - t_dewdp * (t_4qsg6_13 + t_4qsg6_13 - t_kfjuy_2))
-            + t_3p53j * (-2.0 * t_ytvd3_5 - t_4dzqh_4 + (t_qlpcv + t_qlpcv))
+        t_gassp_4 = (
+            t_zefeg * (t_fqy6f_4 * t_2ev6m - t_qabbd * (t_4qsg6_13 + t_4qsg6_13 - t_kfjuy_4))
+            + t_g2ovj * (-2.0 * t_ytvd3_5 - t_4dzqh_10 + (t_puiqd + t_puiqd))
         )
-        t_y7slv_2 = t_qlpcv - t_ye6u5_2
-        t_pmgku_5 = cos_t_tklbk * t_y7slv_2
-        t_hcsfy_5 = t_tfrfg * t_pmgku_5
-        t_ixvp7_5 = sin_t_tklbk * t_y7slv_2
-        t_evk7p_5 = t_jvoax * t_ixvp7_5
-        t_pvv4g_5 = cos_t_tklbk * t_pmgku_5 - sin_t_tklbk * t_ixvp7_5
-        t_fdtoo_3 = t_hcsfy_5 + t_evk7p_5 - (t_kme5l * t_z2pcj + t_rkglc * t_pvv4g_5)
-        t_4qsg6_14 = t_u7xtp_2 * t_fdtoo_3
-        t_el2v5 = K_ * t_hcsfy_5 + t_vx46m * t_5fzs4
-        t_4dzqh_5 = t_el2v5 + t_el2v5
-        t_csjzi_2 = (
-            t_ltqat * (t_4dzqh_5 + 4.0 * t_pvv4g_5 - (t_yrvqm * t_z2pcj - t_rkglc * t_evk7p_5))
-            + t_gzsbk * (t_y7slv_2 - t_pvv4g_5 - t_el2v5)
+        t_4onwx_4 = t_puiqd - t_gassp_4
+        t_fexrh_5 = cos_t_6xnvn * t_4onwx_4
+        t_5lqtq_9 = t_tfrfg * t_fexrh_5
+        t_jxqoe_5 = sin_t_6xnvn * t_4onwx_4
+        t_mbfbp_9 = t_jvoax * t_jxqoe_5
+        t_hvckt_5 = cos_t_6xnvn * t_fexrh_5 - sin_t_6xnvn * t_jxqoe_5
+        t_nd2xh_7 = t_5lqtq_9 + t_mbfbp_9 - (t_kme5l * t_tseki + t_rkglc * t_hvckt_5)
+        t_4qsg6_14 = t_u7xtp_2 * t_nd2xh_7
+        t_wzxyk = K_ * t_5lqtq_9 + t_vx46m * t_5fzs4
+        t_4dzqh_11 = t_wzxyk + t_wzxyk
+        t_o2ej2_4 = (
+            t_xdzcc * (t_4dzqh_11 + 4.0 * t_hvckt_5 - (t_yrvqm * t_tseki - t_rkglc * t_mbfbp_9))
+            + t_a6w2p * (t_4onwx_4 - t_hvckt_5 - t_wzxyk)
         )
-        t_3tpoh_5 = (
-            t_bian7 * (t_fdtoo_3 * t_3hukm - t_w4jai * (t_4qsg6_14 + t_4qsg6_14 - t_csjzi_2))
-            + t_3vnxf * (-2.0 * t_pvv4g_5 - t_4dzqh_5 + (t_y7slv_2 + t_y7slv_2))
+        t_2l3cs_5 = (
+            t_hy73r * (t_nd2xh_7 * t_3hukm - t_5lvve * (t_4qsg6_14 + t_4qsg6_14 - t_o2ej2_4))
+            + t_uhbq3 * (-2.0 * t_hvckt_5 - t_4dzqh_11 + (t_4onwx_4 + t_4onwx_4))
         )
-        t_m5hmi_5 = t_y7slv_2 - t_3tpoh_5
-        t_6kovg_5 = cos_t_jqq3g * t_m5hmi_5
-        t_7hjou_5 = t_3miyq * t_6kovg_5
-        t_p6q5h_5 = sin_t_jqq3g * t_m5hmi_5
-        t_ip3fi_5 = t_pvqfm * t_p6q5h_5
-        t_2cnya_5 = cos_t_jqq3g * t_6kovg_5 - sin_t_jqq3g * t_p6q5h_5
-        t_fdtoo_4 = t_7hjou_5 + t_ip3fi_5 - (t_7jvn4 * t_z2pcj + t_rkglc * t_2cnya_5)
-        t_4qsg6_15 = t_u7xtp_3 * t_fdtoo_4
-        t_el2v5_2 = K_ * t_7hjou_5 + t_5pr3p * t_5fzs4
-        t_4dzqh_6 = t_el2v5_2 + t_el2v5_2
-        t_hy5lp_2 = (
-            t_je2b3 * (t_4dzqh_6 + 4.0 * t_2cnya_5 - (t_umlgo * t_z2pcj - t_rkglc * t_ip3fi_5))
-            + t_gzsbk_2 * (t_m5hmi_5 - t_2cnya_5 - t_el2v5_2)
+        t_mined_5 = t_4onwx_4 - t_2l3cs_5
+        t_yfn2s_5 = cos_t_z3tm5 * t_mined_5
+        t_5lqtq_10 = t_eq35n * t_yfn2s_5
+        t_6dz3f_5 = sin_t_z3tm5 * t_mined_5
+        t_mbfbp_10 = t_xsrzu * t_6dz3f_5
+        t_okysd_5 = cos_t_z3tm5 * t_yfn2s_5 - sin_t_z3tm5 * t_6dz3f_5
+        t_nd2xh_8 = t_5lqtq_10 + t_mbfbp_10 - (t_wqods * t_tseki + t_rkglc * t_okysd_5)
+        t_4qsg6_15 = t_u7xtp_3 * t_nd2xh_8
+        t_wzxyk_2 = K_ * t_5lqtq_10 + t_cmgiw * t_5fzs4
+        t_4dzqh_12 = t_wzxyk_2 + t_wzxyk_2
+        t_kevyh_4 = (
+            t_vxy3y * (t_4dzqh_12 + 4.0 * t_okysd_5 - (t_e3muo * t_tseki - t_rkglc * t_mbfbp_10))
+            + t_a6w2p_2 * (t_mined_5 - t_okysd_5 - t_wzxyk_2)
         )
-        t_lsm7z_5 = (
-            t_t6v46 * (t_fdtoo_4 * t_ldta7 - t_w4jai_2 * (t_4qsg6_15 + t_4qsg6_15 - t_hy5lp_2))
-            + t_3vnxf_2 * (-2.0 * t_2cnya_5 - t_4dzqh_6 + (t_m5hmi_5 + t_m5hmi_5))
+        t_pxkov_5 = (
+            t_icigh * (t_nd2xh_8 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_15 + t_4qsg6_15 - t_kevyh_4))
+            + t_uhbq3_2 * (-2.0 * t_okysd_5 - t_4dzqh_12 + (t_mined_5 + t_mined_5))
         )
-        t_kxoqe = (
-            t_z55or * t_p72bx
-            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_5fzs4 + t_42ssa_2, t_m5hmi_5 - t_lsm7z_5)
+        t_uif5o = (
+            t_z55or * t_f23w3
+            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_5fzs4 + t_42ssa_4, t_mined_5 - t_pxkov_5)
         )
-        t_xuw2n = sin_t_dq4fc * t_kxoqe
-        t_uffqk = (
-            t_6lpoz * t_4bl7j
-            - t_jptgq * (cos_t_dq4fc * (t_vycnp * (t_w5325 * t_sg67n)) - escape * t_xuw2n)
+        t_5vi3g_4 = sin_t_5ewvv * t_uif5o
+        t_qjloa = (
+            t_awwlh * t_4bl7j
+            - t_6onvn * (cos_t_5ewvv * (t_vycnp * (t_w5325 * t_sg67n)) - escape * t_5vi3g_4)
         )
-        t_pcisa = k_phi * t_uffqk
-        t_eoc44_3 = cos_t_dq4fc * t_pcisa - t_f3hnc * t_xuw2n
-        t_wfao6 = sin_t_dq4fc * (alpha * t_pcisa) + t_ckgcn * (cos_t_dq4fc * t_kxoqe)
-        t_isfgg = (
-            np.where(m_z5ee7, -(t_xuitj * t_eoc44_3 + t_jl52z * t_vuzkh), 0.0)
-            - (np.where(m_z5ee7, t_j6b4x * t_aogh6, 0.0) + cos_t * t_wfao6)
+        t_juhne = k_phi * t_qjloa
+        t_zsj5j_3 = cos_t_5ewvv * t_juhne - t_f3hnc * t_5vi3g_4
+        t_5crrr_3 = sin_t_5ewvv * (alpha * t_juhne) + t_ckgcn * (cos_t_5ewvv * t_uif5o)
+        t_bnibf = (
+            np.where(m_z5ee7, -(t_xuitj * t_zsj5j_3 + t_jl52z * t_u5ema), 0.0)
+            - (np.where(m_z5ee7, t_5bjhx * t_344xb, 0.0) + cos_t * t_5crrr_3)
         )
-        t_pjaga = sin_phi_ref * t_isfgg
-        t_3wjfl = (
-            np.where(m_z5ee7, t_j6b4x * t_vuzkh + t_xuitj * t_wfao6, 0.0)
-            - (np.where(m_z5ee7, t_jl52z * t_aogh6, 0.0) + cos_t * t_eoc44_3)
+        t_sq5u2 = sin_phi_ref * t_bnibf
+        t_hl5bm = (
+            np.where(m_z5ee7, t_5bjhx * t_u5ema + t_xuitj * t_5crrr_3, 0.0)
+            - (np.where(m_z5ee7, t_jl52z * t_344xb, 0.0) + cos_t * t_zsj5j_3)
         )
-        t_w7oet = cos_phi_ref * t_3wjfl - t_mnqso
-        t_vs2rg = cos_phi_ref * t_isfgg - t_rhgam
-        t_qwys7 = sin_phi_ref * t_3wjfl
-        t_u22t4 = (zeta1 * (t_w7oet - (t_7lfvp + t_pjaga)) + zeta2 * (t_vs2rg + (t_nnwis + t_qwys7))) * t_e4rje
-        t_45mez = t_4xt6m * t_u22t4 * t_e4rje
-        t_2mgst = t_pjaga + t_7lfvp + zeta1 * t_45mez - t_w7oet
+        t_m5qwo = cos_phi_ref * t_hl5bm - t_mnqso
+        t_ug3br = cos_phi_ref * t_bnibf - t_rhgam
+        t_zusbm = sin_phi_ref * t_hl5bm
+        t_larfm = (zeta1 * (t_m5qwo - (t_7lfvp + t_sq5u2)) + zeta2 * (t_ug3br + (t_nnwis + t_zusbm))) * t_e4rje
+        t_pi2m2 = t_jik5x * t_larfm * t_e4rje
+        t_wcuxh = t_sq5u2 + t_7lfvp + zeta1 * t_pi2m2 - t_m5qwo
         t_r3j7n = -alpha
         t_yyzqq_2 = t_luana * ((t_r3j7n + t_r3j7n) * t_whxhf)
-        t_l6j4r_2 = t_rkglc * t_yyzqq_2
-        t_zz65v = K_ * (t_l3puj * t_l6j4r_2 + t_fcflk * (t_fcflk_2 * t_l6j4r_2 + t_fcflk * (-0.18225 * t_l6j4r_2)))
-        t_ovplw_2 = t_yyzqq_2 * t_pxtjb
-        t_x5afs = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_ovplw_2 + t_uiipz * (t_cedhi * t_ovplw_2 + t_uiipz * t_ovplw_2))), 0.0)
-        t_f2flm = t_cedhi_2 * (3.141592653589793 * t_yyzqq_2 * t_dzjuy + t_x5afs) + np.where(m_bryq2, t_moflu * t_ovplw_2, 0.0)
-        t_iyozx = cos_t_23h4w * t_f2flm
-        t_ry2p3_6 = t_iztzo * t_iyozx
-        t_cfbrr = sin_t_23h4w * t_f2flm
-        t_eb6gy_6 = t_5vdc7 * t_cfbrr
-        t_ytvd3_6 = cos_t_23h4w * t_iyozx - sin_t_23h4w * t_cfbrr
-        t_6h67o_2 = t_yyzqq_2 + t_yyzqq_2
-        t_lmxke = t_ry2p3_6 + t_eb6gy_6 - (t_rkglc * t_ytvd3_6 + t_i7sss * t_6h67o_2)
-        t_4qsg6_16 = t_u7xtp * t_lmxke
-        t_iwr2s_2 = K_ * t_ry2p3_6 + t_nobej * t_yyzqq_2
-        t_pkssc = t_iwr2s_2 + t_iwr2s_2
-        t_dcbl5 = (
-            t_x6qqr * (t_pkssc + 4.0 * t_ytvd3_6 - (t_ab46z * t_6h67o_2 - t_rkglc * t_eb6gy_6))
-            + t_x66xq * (t_f2flm - t_ytvd3_6 - t_iwr2s_2)
+        t_a6rlk_2 = t_rkglc * t_yyzqq_2
+        t_e5gox = K_ * (t_l3puj * t_a6rlk_2 + t_fcflk * (t_fcflk_2 * t_a6rlk_2 + t_fcflk * (-0.18225 * t_a6rlk_2)))
+        t_zwpu7_2 = t_yyzqq_2 * t_pxtjb
+        t_tvmew = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_zwpu7_2 + t_uiipz * (t_cedhi * t_zwpu7_2 + t_uiipz * t_zwpu7_2))), 0.0)
+        t_rtds3 = t_cedhi_2 * (3.141592653589793 * t_yyzqq_2 * t_dzjuy + t_tvmew) + np.where(m_bryq2, t_moflu * t_zwpu7_2, 0.0)
+        t_i5cn7 = cos_t_23h4w * t_rtds3
+        t_ry2p3_6 = t_iztzo * t_i5cn7
+        t_44j4m = sin_t_23h4w * t_rtds3
+        t_eb6gy_6 = t_5vdc7 * t_44j4m
+        t_ytvd3_6 = cos_t_23h4w * t_i5cn7 - sin_t_23h4w * t_44j4m
+        t_v5i6i_2 = t_yyzqq_2 + t_yyzqq_2
+        t_rlzq3 = t_ry2p3_6 + t_eb6gy_6 - (t_rkglc * t_ytvd3_6 + t_i7sss * t_v5i6i_2)
+        t_4qsg6_16 = t_u7xtp * t_rlzq3
+        t_6dp4l_2 = K_ * t_ry2p3_6 + t_nobej * t_yyzqq_2
+        t_erapc = t_6dp4l_2 + t_6dp4l_2
+        t_sd4kx = (
+            t_x6qqr * (t_erapc + 4.0 * t_ytvd3_6 - (t_ab46z * t_v5i6i_2 - t_rkglc * t_eb6gy_6))
+            + t_x66xq * (t_rtds3 - t_ytvd3_6 - t_6dp4l_2)
         )
-        t_a3ih6 = (
-            t_zefeg * (t_lmxke * t_2ev6m - t_dewdp * (t_4qsg6_16 + t_4qsg6_16 - t_dcbl5))
-            + t_3p53j * (-2.0 * t_ytvd3_6 - t_pkssc + (t_f2flm + t_f2flm))
+        t_hxbui = (
+            t_zefeg * (t_rlzq3 * t_2ev6m - t_qabbd * (t_4qsg6_16 + t_4qsg6_16 - t_sd4kx))
+            + t_g2ovj * (-2.0 * t_ytvd3_6 - t_erapc + (t_rtds3 + t_rtds3))
         )
-        t_egws5 = t_f2flm - t_a3ih6
-        t_pmgku_6 = cos_t_tklbk * t_egws5
-        t_hcsfy_6 = t_tfrfg * t_pmgku_6
-        t_ixvp7_6 = sin_t_tklbk * t_egws5
-        t_evk7p_6 = t_jvoax * t_ixvp7_6
-        t_pvv4g_6 = cos_t_tklbk * t_pmgku_6 - sin_t_tklbk * t_ixvp7_6
-        t_37ee4 = t_hcsfy_6 + t_evk7p_6 - (t_kme5l * t_6h67o_2 + t_rkglc * t_pvv4g_6)
-        t_4qsg6_17 = t_u7xtp_2 * t_37ee4
-        t_3pmqg_3 = K_ * t_hcsfy_6 + t_vx46m * t_yyzqq_2
-        t_pkssc_2 = t_3pmqg_3 + t_3pmqg_3
-        t_2mkra = (
-            t_ltqat * (t_pkssc_2 + 4.0 * t_pvv4g_6 - (t_yrvqm * t_6h67o_2 - t_rkglc * t_evk7p_6))
-            + t_gzsbk * (t_egws5 - t_pvv4g_6 - t_3pmqg_3)
+        t_jgur3 = t_rtds3 - t_hxbui
+        t_fexrh_6 = cos_t_6xnvn * t_jgur3
+        t_5lqtq_11 = t_tfrfg * t_fexrh_6
+        t_jxqoe_6 = sin_t_6xnvn * t_jgur3
+        t_mbfbp_11 = t_jvoax * t_jxqoe_6
+        t_hvckt_6 = cos_t_6xnvn * t_fexrh_6 - sin_t_6xnvn * t_jxqoe_6
+        t_o57vc = t_5lqtq_11 + t_mbfbp_11 - (t_kme5l * t_v5i6i_2 + t_rkglc * t_hvckt_6)
+        t_4qsg6_17 = t_u7xtp_2 * t_o57vc
+        t_rx74t_3 = K_ * t_5lqtq_11 + t_vx46m * t_yyzqq_2
+        t_erapc_2 = t_rx74t_3 + t_rx74t_3
+        t_i35ty = (
+            t_xdzcc * (t_erapc_2 + 4.0 * t_hvckt_6 - (t_yrvqm * t_v5i6i_2 - t_rkglc * t_mbfbp_11))
+            + t_a6w2p * (t_jgur3 - t_hvckt_6 - t_rx74t_3)
         )
-        t_3tpoh_6 = (
-            t_bian7 * (t_37ee4 * t_3hukm - t_w4jai * (t_4qsg6_17 + t_4qsg6_17 - t_2mkra))
-            + t_3vnxf * (-2.0 * t_pvv4g_6 - t_pkssc_2 + (t_egws5 + t_egws5))
+        t_2l3cs_6 = (
+            t_hy73r * (t_o57vc * t_3hukm - t_5lvve * (t_4qsg6_17 + t_4qsg6_17 - t_i35ty))
+            + t_uhbq3 * (-2.0 * t_hvckt_6 - t_erapc_2 + (t_jgur3 + t_jgur3))
         )
-        t_m5hmi_6 = t_egws5 - t_3tpoh_6
-        t_6kovg_6 = cos_t_jqq3g * t_m5hmi_6
-        t_7hjou_6 = t_3miyq * t_6kovg_6
-        t_p6q5h_6 = sin_t_jqq3g * t_m5hmi_6
-        t_ip3fi_6 = t_pvqfm * t_p6q5h_6
-        t_2cnya_6 = cos_t_jqq3g * t_6kovg_6 - sin_t_jqq3g * t_p6q5h_6
-        t_37ee4_2 = t_7hjou_6 + t_ip3fi_6 - (t_7jvn4 * t_6h67o_2 + t_rkglc * t_2cnya_6)
-        t_4qsg6_18 = t_u7xtp_3 * t_37ee4_2
-        t_3pmqg_4 = K_ * t_7hjou_6 + t_5pr3p * t_yyzqq_2
-        t_pkssc_3 = t_3pmqg_4 + t_3pmqg_4
-        t_3f6bs = (
-            t_je2b3 * (t_pkssc_3 + 4.0 * t_2cnya_6 - (t_umlgo * t_6h67o_2 - t_rkglc * t_ip3fi_6))
-            + t_gzsbk_2 * (t_m5hmi_6 - t_2cnya_6 - t_3pmqg_4)
+        t_mined_6 = t_jgur3 - t_2l3cs_6
+        t_yfn2s_6 = cos_t_z3tm5 * t_mined_6
+        t_5lqtq_12 = t_eq35n * t_yfn2s_6
+        t_6dz3f_6 = sin_t_z3tm5 * t_mined_6
+        t_mbfbp_12 = t_xsrzu * t_6dz3f_6
+        t_okysd_6 = cos_t_z3tm5 * t_yfn2s_6 - sin_t_z3tm5 * t_6dz3f_6
+        t_o57vc_2 = t_5lqtq_12 + t_mbfbp_12 - (t_wqods * t_v5i6i_2 + t_rkglc * t_okysd_6)
+        t_4qsg6_18 = t_u7xtp_3 * t_o57vc_2
+        t_rx74t_4 = K_ * t_5lqtq_12 + t_cmgiw * t_yyzqq_2
+        t_erapc_3 = t_rx74t_4 + t_rx74t_4
+        t_p2ier = (
+            t_vxy3y * (t_erapc_3 + 4.0 * t_okysd_6 - (t_e3muo * t_v5i6i_2 - t_rkglc * t_mbfbp_12))
+            + t_a6w2p_2 * (t_mined_6 - t_okysd_6 - t_rx74t_4)
         )
-        t_lsm7z_6 = (
-            t_t6v46 * (t_37ee4_2 * t_ldta7 - t_w4jai_2 * (t_4qsg6_18 + t_4qsg6_18 - t_3f6bs))
-            + t_3vnxf_2 * (-2.0 * t_2cnya_6 - t_pkssc_3 + (t_m5hmi_6 + t_m5hmi_6))
+        t_pxkov_6 = (
+            t_icigh * (t_o57vc_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_18 + t_4qsg6_18 - t_p2ier))
+            + t_uhbq3_2 * (-2.0 * t_okysd_6 - t_erapc_3 + (t_mined_6 + t_mined_6))
         )
-        t_kbgap_2 = t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_yyzqq_2 + t_zz65v, t_m5hmi_6 - t_lsm7z_6)
-        t_ifjqi = sin_t_dq4fc * t_kbgap_2
-        t_rl6hw_2 = k_phi * (t_jptgq * (escape * t_ifjqi + t_6vdkt))
-        t_grxpj_2 = cos_t_dq4fc * t_rl6hw_2 - t_f3hnc * t_ifjqi
-        t_aaxs3 = sin_t_dq4fc * (alpha * t_rl6hw_2) + t_ckgcn * (cos_t_dq4fc * t_kbgap_2)
-        t_6fdka_2 = np.where(m_z5ee7, -(t_xuitj * t_grxpj_2), 0.0) - cos_t * t_aaxs3
-        t_zqzel_2 = sin_phi_ref * t_6fdka_2
-        t_uzyg5_2 = np.where(m_z5ee7, t_xuitj * t_aaxs3, 0.0) - cos_t * t_grxpj_2
-        t_cabkj_2 = cos_phi_ref * t_uzyg5_2
-        t_qjxgr_2 = cos_phi_ref * t_6fdka_2
-        t_a2qp5_2 = sin_phi_ref * t_uzyg5_2
-        t_azer4 = t_4xt6m * ((zeta1 * (t_cabkj_2 - t_zqzel_2) + zeta2 * (t_qjxgr_2 + t_a2qp5_2)) * t_e4rje) * t_e4rje
-        t_56w2q = t_zqzel_2 + zeta1 * t_azer4 - t_cabkj_2
-        t_2qhkl = t_2l3mh - zeta2 * t_hpjh4 + t_hyf7h
-        t_opt6t = t_qwys7 + t_nnwis - zeta2 * t_45mez + t_vs2rg
-        t_qgiqe = t_a2qp5_2 - zeta2 * t_azer4 + t_qjxgr_2
+        t_6wdfc_2 = t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_yyzqq_2 + t_e5gox, t_mined_6 - t_pxkov_6)
+        t_tyqti = sin_t_5ewvv * t_6wdfc_2
+        t_ldbyy_2 = k_phi * (t_6onvn * (escape * t_tyqti + t_5itwm))
+        t_q54wo_2 = cos_t_5ewvv * t_ldbyy_2 - t_f3hnc * t_tyqti
+        t_6ryiy = sin_t_5ewvv * (alpha * t_ldbyy_2) + t_ckgcn * (cos_t_5ewvv * t_6wdfc_2)
+        t_dxrcx_2 = np.where(m_z5ee7, -(t_xuitj * t_q54wo_2), 0.0) - cos_t * t_6ryiy
+        t_zqzel_2 = sin_phi_ref * t_dxrcx_2
+        t_tsyzm_2 = np.where(m_z5ee7, t_xuitj * t_6ryiy, 0.0) - cos_t * t_q54wo_2
+        t_cabkj_2 = cos_phi_ref * t_tsyzm_2
+        t_qjxgr_2 = cos_phi_ref * t_dxrcx_2
+        t_a2qp5_2 = sin_phi_ref * t_tsyzm_2
+        t_36pi7_2 = t_jik5x * ((zeta1 * (t_cabkj_2 - t_zqzel_2) + zeta2 * (t_qjxgr_2 + t_a2qp5_2)) * t_e4rje) * t_e4rje
+        t_b2hly_2 = t_zqzel_2 + zeta1 * t_36pi7_2 - t_cabkj_2
+        t_lffra = t_2l3mh - zeta2 * t_xtwj2 + t_hyf7h
+        t_zdnex = t_zusbm + t_nnwis - zeta2 * t_pi2m2 + t_ug3br
+        t_igruj_2 = t_a2qp5_2 - zeta2 * t_36pi7_2 + t_qjxgr_2
         return (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
-            t_5hot5,
-            t_hpenu,
+            t_ykiyk,
+            t_hbyvj,
             0.0,
-            t_lfae3,
-            -t_j3zz2,
-            -t_dor62,
+            t_b2hly,
+            -t_zxnro,
+            -t_fpe72,
             0.0,
-            -t_mjbe3,
+            -t_igruj,
             0.0,
             0.0,
-            -t_a4jiv,
+            -t_eriiv,
             0.0,
-            -(t_5btq3 * zeta2 + t_mnqso + t_7lfvp + zeta1 * t_j3zz2 + zeta2 * t_5hot5),
-            -(zeta1 * t_dor62 + (zeta2 * t_hpenu + (t_rhgam - t_5btq3 * zeta1 - t_nnwis))),
+            -(t_i3qrh * zeta2 + t_mnqso + t_7lfvp + zeta1 * t_zxnro + zeta2 * t_ykiyk),
+            -(zeta1 * t_fpe72 + (zeta2 * t_hbyvj + (t_rhgam - t_i3qrh * zeta1 - t_nnwis))),
             -(3.0 * H / mass * t_v4jyn * t_v4jyn),
-            -(zeta1 * t_mjbe3 + zeta2 * t_lfae3),
+            -(zeta1 * t_igruj + zeta2 * t_b2hly),
         )), (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
-            t_iq3sp,
-            t_2mgst,
+            t_oibb2,
+            t_wcuxh,
             0.0,
-            t_56w2q,
-            -t_2qhkl,
-            -t_opt6t,
+            t_b2hly_2,
+            -t_lffra,
+            -t_zdnex,
             0.0,
-            -t_qgiqe,
+            -t_igruj_2,
             0.0,
             0.0,
-            t_a4jiv,
+            t_eriiv,
             0.0,
-            -(zeta1 * t_2qhkl + zeta2 * t_iq3sp),
-            -(zeta1 * t_opt6t + zeta2 * t_2mgst),
+            -(zeta1 * t_lffra + zeta2 * t_oibb2),
+            -(zeta1 * t_zdnex + zeta2 * t_wcuxh),
             0.0,
-            -(zeta1 * t_qgiqe + zeta2 * t_56w2q),
+            -(zeta1 * t_igruj_2 + zeta2 * t_b2hly_2),
         ))
 
 

@@ -92,18 +92,18 @@ void triangle_sliding_jvp(const real *x, const real *r, const real *p, const rea
     const real t_ygaz3 = mv_max(SPLAT(K(-1.0)), t_hr4cg);
     const real t_us36u = t_646rv * t_ygaz3;
     const real t_3ly7e = cos_t * t_us36u;
-    const real t_vd4vb = t_rrbdp + SELECT0(m_z5ee7_2, -(t_3ly7e * rho_t));
+    const real t_2hllo = t_rrbdp + SELECT0(m_z5ee7_2, -(t_3ly7e * rho_t));
     const real t_kc5kr = K(100.0) * c[k_phi];
     const real t_nrnb7 = t_us36u * rho_t;
     const real t_hwkxg = cos_t * t_bof5b + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_nrnb7 * t_xuitj));
-    const real t_v25ha = SELECT0(m_z5ee7_2, -(t_nrnb7 * cos_t)) + t_rrbdp;
-    const real t_isbdw = cos_phi_ref * t_hwkxg - sin_phi_ref * t_v25ha;
-    const real t_soxz7 = cos_phi_ref * t_v25ha + sin_phi_ref * t_hwkxg;
+    const real t_3mrva = SELECT0(m_z5ee7_2, -(t_nrnb7 * cos_t)) + t_rrbdp;
+    const real t_mhzub = cos_phi_ref * t_hwkxg - sin_phi_ref * t_3mrva;
+    const real t_g55ku = cos_phi_ref * t_3mrva + sin_phi_ref * t_hwkxg;
     const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real t_hhq74 = (t_isbdw * zeta1 + t_soxz7 * zeta2) * t_e4rje;
-    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_hhq74);
-    const real t_zez2i = mv_max(SPLAT(K(0.0)), t_j2lpg) * t_e4rje;
-    const real t_7pwz3 = t_vd4vb * sin_phi_ref - t_zez2i * zeta1 - t_hwkxg * cos_phi_ref;
+    const real t_cxrnl = (t_mhzub * zeta1 + t_g55ku * zeta2) * t_e4rje;
+    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_cxrnl);
+    const real t_ssi6p = mv_max(SPLAT(K(0.0)), t_j2lpg) * t_e4rje;
+    const real t_nzx4x = t_2hllo * sin_phi_ref - t_ssi6p * zeta1 - t_hwkxg * cos_phi_ref;
     const real t_3afq5 = cos_phi * along_x[along_rho] - x[rho] * (sin_phi * along_x[along_phi]);
     const real t_sxtsm = sin_phi_ref * along_r[along_phi_ref];
     const real t_yxwd6 = cos_phi_ref * along_r[along_phi_ref];
@@ -113,81 +113,81 @@ void triangle_sliding_jvp(const real *x, const real *r, const real *p, const rea
         - (zeta2 * t_yxwd6 + sin_phi_ref * t_46lno);
     const real t_st5ju = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm);
     const real t_l72yh = (w_across + w_across) * t_st5ju + (w_along + w_along) * t_eay2n;
-    const real t_g5q74 = t_l72yh / (rho_t + rho_t);
-    const real t_wq7db = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_g5q74;
+    const real t_fdlvl = t_l72yh / (rho_t + rho_t);
+    const real t_wtvuw = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_fdlvl;
     const mask m_nlkgc = NOT(m_vfwur);
-    const real t_5liuz = t_st5ju * t_gliif - t_xuitj * t_gliif * t_g5q74;
-    const real t_5hrn4 = (t_ktua4 * ((r[rho_ref] + r[rho_ref]) * along_r[along_rho_ref]) + t_o55bt * ((t_xuitj + t_xuitj) * t_5liuz)) / (chord + chord);
-    const real t_qczxi = SELECT0(m_z5ee7, r[rho_ref] * t_wq7db)
+    const real t_ymop5 = t_st5ju * t_gliif - t_xuitj * t_gliif * t_fdlvl;
+    const real t_l67pb = (t_ktua4 * ((r[rho_ref] + r[rho_ref]) * along_r[along_rho_ref]) + t_o55bt * ((t_xuitj + t_xuitj) * t_ymop5)) / (chord + chord);
+    const real t_7qgnt = SELECT0(m_z5ee7, r[rho_ref] * t_wtvuw)
         + cos_t * along_r[along_rho_ref]
-        + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_5hrn4)));
-    const real t_mglsc = c[k_phi] * ((t_g5q74 * t_fj2i2 - t_etoih * t_fj2i2 * t_qczxi) / (t_6tejv + t_6tejv)) * t_i2oza;
+        + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_l67pb)));
+    const real t_ikolc = c[k_phi] * ((t_fdlvl * t_fj2i2 - t_etoih * t_fj2i2 * t_7qgnt) / (t_6tejv + t_6tejv)) * t_i2oza;
     const real t_n33cs = along_x[along_theta] - along_r[along_theta_ref] + c[area_factor] * (w_across * along_r[along_rho_ref] + r[rho_ref] * t_st5ju);
-    const real t_aiwjn = mv_sign(theta_t) * t_n33cs * t_gjxkh;
-    const real t_hztym = t_vzh6u * t_i2oza * (t_aiwjn + (t_l72yh * t_3sr3u - t_ltwkz * t_3sr3u * ((t_2b36a + t_2b36a) * t_qczxi)));
-    const real t_bl7m4 = t_mglsc - t_hztym;
-    const real t_6jlox = (t_xuitj * along_r[along_rho_ref] + r[rho_ref] * t_5liuz) * t_6qw53
-        + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_jcju6 * t_6qw53 * t_5hrn4)));
-    const real t_tm5sp = t_abddv * (t_vzh6u * (t_fcuq3 * t_qczxi) + t_lm3xn * t_bl7m4)
-        + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (theta_t * t_6jlox + t_jcju6 * t_n33cs)) - t_l72yh);
+    const real t_ao5g3 = mv_sign(theta_t) * t_n33cs * t_gjxkh;
+    const real t_di3wd = t_vzh6u * t_i2oza * (t_ao5g3 + (t_l72yh * t_3sr3u - t_ltwkz * t_3sr3u * ((t_2b36a + t_2b36a) * t_7qgnt)));
+    const real t_owrgf = t_ikolc - t_di3wd;
+    const real t_noiup = (t_xuitj * along_r[along_rho_ref] + r[rho_ref] * t_ymop5) * t_6qw53
+        + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_jcju6 * t_6qw53 * t_l67pb)));
+    const real t_scnoi = t_abddv * (t_vzh6u * (t_fcuq3 * t_7qgnt) + t_lm3xn * t_owrgf)
+        + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (theta_t * t_noiup + t_jcju6 * t_n33cs)) - t_l72yh);
     const mask m_xlke7 = LE(K(-1.0), t_3oqa2);
     const real t_wzftv = NUM(m_xlke7);
     const mask m_rd4rt = LE(t_3oqa2, K(-1.0));
     const mask m_527tt = LE(t_zprj7, K(1.0));
     const real t_e5hpt = NUM(m_527tt);
     const mask m_vi3vq = LE(K(1.0), t_zprj7);
-    const real t_ie3nv = mv_pow(tau, t_ieu4b - K(1.0)) * t_ieu4b * t_aiwjn;
-    const real t_ap56e = t_e5hpt / (NUM(m_vi3vq) + t_e5hpt) * ((t_g5q74 - (t_2b36a * t_ie3nv + f * t_qczxi)) * t_weose);
-    const real t_iacw6 = SELECT0(m_z5ee7_2, t_tm5sp) - c[eta_rho] * (t_wzftv / (NUM(m_rd4rt) + t_wzftv) * t_ap56e);
-    const real t_7mk4w = SELECT0(m_z5ee7, t_xuitj * t_iacw6 + t_bof5b * t_5liuz);
-    const real t_44h4b = t_ygaz3 * (t_5wfhn * t_bl7m4 + t_vzh6u * (t_mldgu * mv_pow(f, t_mldgu - K(1.0)) * t_ie3nv));
+    const real t_ik4bo = mv_pow(tau, t_ieu4b - K(1.0)) * t_ieu4b * t_ao5g3;
+    const real t_bk6aj = t_e5hpt / (NUM(m_vi3vq) + t_e5hpt) * ((t_fdlvl - (t_2b36a * t_ik4bo + f * t_7qgnt)) * t_weose);
+    const real t_zusr3 = SELECT0(m_z5ee7_2, t_scnoi) - c[eta_rho] * (t_wzftv / (NUM(m_rd4rt) + t_wzftv) * t_bk6aj);
+    const real t_ddyse = SELECT0(m_z5ee7, t_xuitj * t_zusr3 + t_bof5b * t_ymop5);
+    const real t_44h4b = t_ygaz3 * (t_5wfhn * t_owrgf + t_vzh6u * (t_mldgu * mv_pow(f, t_mldgu - K(1.0)) * t_ik4bo));
     const mask m_ajl3y = LE(K(-1.0), t_hr4cg);
     const real t_wzftv_2 = NUM(m_ajl3y);
     const mask m_cv6fy = LE(t_hr4cg, K(-1.0));
     const mask m_rbdt6 = LE(t_fzzn6, K(1.0));
     const real t_wd3be = NUM(m_rbdt6);
     const mask m_k6w4t = LE(K(1.0), t_fzzn6);
-    const real t_4xx6c = t_646rv * (t_wzftv_2 / (NUM(m_cv6fy) + t_wzftv_2) * (t_wd3be / (NUM(m_k6w4t) + t_wd3be) * (t_n33cs * t_6rwtv)));
-    const real t_xftvr = t_44h4b + t_4xx6c;
-    const real t_kurkb = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_wq7db) + cos_t * t_xftvr) + t_3ly7e * t_g5q74));
-    const real t_wxujm = t_7mk4w + t_kurkb;
-    const mask m_hrqyw = LE(K(0.0), t_j2lpg);
-    const real t_75add = NUM(m_hrqyw);
-    const mask m_iuje4 = LE(t_j2lpg, K(0.0));
-    const real t_7cc6w = rho_t * t_xftvr + t_us36u * t_g5q74;
-    const real t_p7672 = SELECT0(m_z5ee7, t_bof5b * t_wq7db)
-        + cos_t * t_iacw6
-        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_7cc6w + t_nrnb7 * t_5liuz));
-    const real t_qpgyx = cos_phi_ref * t_p7672 - t_hwkxg * t_sxtsm;
-    const real t_elhtr = SELECT0(m_z5ee7_2, -(cos_t * t_7cc6w + SELECT0(m_z5ee7, t_nrnb7 * t_wq7db))) + t_7mk4w;
-    const real t_63nzv = t_hwkxg * t_yxwd6;
-    const real t_jnuuj = sin_phi_ref * t_p7672;
-    const real t_fh4nu = zeta2 * (cos_phi_ref * t_elhtr - t_v25ha * t_sxtsm + (t_63nzv + t_jnuuj))
-        + t_soxz7 * t_46lno;
-    const real t_pbq5k = zeta1 * (t_qpgyx - (t_v25ha * t_yxwd6 + sin_phi_ref * t_elhtr))
-        + t_isbdw * t_3afq5
-        + t_fh4nu;
+    const real t_tudup = t_646rv * (t_wzftv_2 / (NUM(m_cv6fy) + t_wzftv_2) * (t_wd3be / (NUM(m_k6w4t) + t_wd3be) * (t_n33cs * t_6rwtv)));
+    const real t_jho2f = t_44h4b + t_tudup;
+    const real t_am6sm = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_wtvuw) + cos_t * t_jho2f) + t_3ly7e * t_fdlvl));
+    const real t_ihupp = t_ddyse + t_am6sm;
+    const mask m_od6a2 = LE(K(0.0), t_j2lpg);
+    const real t_tij5y = NUM(m_od6a2);
+    const mask m_7t3za = LE(t_j2lpg, K(0.0));
+    const real t_ohm5d = rho_t * t_jho2f + t_us36u * t_fdlvl;
+    const real t_cppvj = SELECT0(m_z5ee7, t_bof5b * t_wtvuw)
+        + cos_t * t_zusr3
+        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_ohm5d + t_nrnb7 * t_ymop5));
+    const real t_hvuzs = cos_phi_ref * t_cppvj - t_hwkxg * t_sxtsm;
+    const real t_ptswo = SELECT0(m_z5ee7_2, -(cos_t * t_ohm5d + SELECT0(m_z5ee7, t_nrnb7 * t_wtvuw))) + t_ddyse;
+    const real t_k3cgo = t_hwkxg * t_yxwd6;
+    const real t_plltw = sin_phi_ref * t_cppvj;
+    const real t_rmuxd = zeta2 * (cos_phi_ref * t_ptswo - t_3mrva * t_sxtsm + (t_k3cgo + t_plltw))
+        + t_g55ku * t_46lno;
+    const real t_erdeb = zeta1 * (t_hvuzs - (t_3mrva * t_yxwd6 + sin_phi_ref * t_ptswo))
+        + t_mhzub * t_3afq5
+        + t_rmuxd;
     const mask m_p2abf = LE(K(1e-09), t_yfvls);
     const real t_ivpxh = NUM(m_p2abf);
     const mask m_ysper = LE(t_yfvls, K(1e-09));
     const real t_ykpbv = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno;
     const real t_cxo4v = t_ykpbv / (t_yfvls + t_yfvls);
-    const real t_yuzrl = t_ivpxh / (NUM(m_ysper) + t_ivpxh) * t_cxo4v;
-    const real t_xev7q = t_75add / (NUM(m_iuje4) + t_75add) * (t_pbq5k * t_e4rje - t_hhq74 * t_e4rje * t_yuzrl - t_kc5kr * t_cxo4v);
-    const real t_uztjp = t_xev7q * t_e4rje + t_zez2i * t_e4rje * t_yuzrl;
-    const real t_ad3hw = sin_phi_ref * t_wxujm
-        + t_vd4vb * t_yxwd6
-        - (t_zez2i * t_3afq5 - zeta1 * t_uztjp)
-        - t_qpgyx;
-    const real t_5znyu = t_zez2i * zeta2 + t_hwkxg * sin_phi_ref + t_vd4vb * cos_phi_ref;
-    const real t_ajm5x = t_zez2i * t_46lno
-        - zeta2 * t_uztjp
-        + (t_jnuuj + t_63nzv)
-        + (cos_phi_ref * t_wxujm - t_vd4vb * t_sxtsm);
+    const real t_s7b4i = t_ivpxh / (NUM(m_ysper) + t_ivpxh) * t_cxo4v;
+    const real t_5sf7r = t_tij5y / (NUM(m_7t3za) + t_tij5y) * (t_erdeb * t_e4rje - t_cxrnl * t_e4rje * t_s7b4i - t_kc5kr * t_cxo4v);
+    const real t_hun7c = t_5sf7r * t_e4rje + t_ssi6p * t_e4rje * t_s7b4i;
+    const real t_j4jwd = sin_phi_ref * t_ihupp
+        + t_2hllo * t_yxwd6
+        - (t_ssi6p * t_3afq5 - zeta1 * t_hun7c)
+        - t_hvuzs;
+    const real t_x4z7u = t_ssi6p * zeta2 + t_hwkxg * sin_phi_ref + t_2hllo * cos_phi_ref;
+    const real t_b44sc = t_ssi6p * t_46lno
+        - zeta2 * t_hun7c
+        + (t_plltw + t_k3cgo)
+        + (cos_phi_ref * t_ihupp - t_2hllo * t_sxtsm);
     const real t_oz2aw = K(1.0) / t_yfvls;
-    const real t_47wrb = (t_7pwz3 * t_3afq5 + zeta1 * t_ad3hw - (t_5znyu * t_46lno + zeta2 * t_ajm5x)) * t_oz2aw;
+    const real t_pozbm = (t_nzx4x * t_3afq5 + zeta1 * t_j4jwd - (t_x4z7u * t_46lno + zeta2 * t_b44sc)) * t_oz2aw;
     const real t_3cthi = K(1.0) / t_4x2zf;
-    const real t_gm2se = (t_5znyu * t_3afq5 + zeta1 * t_ajm5x + (zeta2 * t_ad3hw + t_7pwz3 * t_46lno)) * t_3cthi;
+    const real t_izzsn = (t_x4z7u * t_3afq5 + zeta1 * t_b44sc + (zeta2 * t_j4jwd + t_nzx4x * t_46lno)) * t_3cthi;
     const real t_f7oti = -c[mu_rate_max];
     const real t_dhkzn = c[mu_gain] * (r[mu_ref] - x[mu]);
     const real t_7l2lj = mv_min(c[mu_rate_max], t_dhkzn);
@@ -197,8 +197,8 @@ void triangle_sliding_jvp(const real *x, const real *r, const real *p, const rea
     const mask m_huzvj = LE(t_dhkzn, c[mu_rate_max]);
     const real t_huzvj = NUM(m_huzvj);
     const mask m_mu2v2 = LE(c[mu_rate_max], t_dhkzn);
-    change[0] = SELECT(m_ksqj2, t_47wrb - (zeta1 * t_7pwz3 - zeta2 * t_5znyu) * t_oz2aw * t_oz2aw * t_cxo4v, t_ad3hw);
-    change[1] = SELECT0(m_ksqj2, -(t_gm2se - (zeta1 * t_5znyu + t_7pwz3 * zeta2) * t_3cthi * t_3cthi * t_ykpbv));
+    change[0] = SELECT(m_ksqj2, t_pozbm - (zeta1 * t_nzx4x - zeta2 * t_x4z7u) * t_oz2aw * t_oz2aw * t_cxo4v, t_j4jwd);
+    change[1] = SELECT0(m_ksqj2, -(t_izzsn - (zeta1 * t_x4z7u + t_nzx4x * zeta2) * t_3cthi * t_3cthi * t_ykpbv));
     change[2] = t_tmq3y / (NUM(m_y2s22) + t_tmq3y) * (t_huzvj / (NUM(m_mu2v2) + t_huzvj) * (c[mu_gain] * (along_r[along_mu_ref] - along_x[along_mu])));
 }
 
@@ -273,8 +273,8 @@ void triangle_sliding_loop_jac(const real *q, const real *r, const real *p, cons
     const real t_27sgx = t_xuitj * t_gliif;
     const real t_fdt4k = t_jhdru - t_27sgx * t_z3qw7;
     const real t_ne4ah = K(1.0) / (chord + chord);
-    const real t_gl5if = t_o55bt * (t_lzpnp * t_fdt4k) * t_ne4ah;
-    const real t_6f5bn = SELECT0(m_z5ee7, -(r[rho_ref] * t_ym2fo)) + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_gl5if)));
+    const real t_ttx53 = t_o55bt * (t_lzpnp * t_fdt4k) * t_ne4ah;
+    const real t_f2fvz = SELECT0(m_z5ee7, -(r[rho_ref] * t_ym2fo)) + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_ttx53)));
     const real t_lm3xn = t_fcuq3 * t_2b36a;
     const real t_j3xxo = t_etoih * t_fj2i2;
     const real t_spoa4 = K(1.0) / (t_6tejv + t_6tejv);
@@ -284,13 +284,13 @@ void triangle_sliding_loop_jac(const real *q, const real *r, const real *p, cons
     const real t_d5itw = t_pekax * t_odkga * t_gjxkh;
     const real t_velk3 = t_ltwkz * t_3sr3u;
     const real t_l4aq5 = t_2b36a + t_2b36a;
-    const real t_j2qpd = c[k_phi] * ((t_z3qw7 * t_fj2i2 - t_j3xxo * t_6f5bn) * t_spoa4) * t_i2oza
-        - t_qcwfy * (t_d5itw + (t_ugll2 * t_3sr3u - t_velk3 * (t_l4aq5 * t_6f5bn)));
+    const real t_k65md = c[k_phi] * ((t_z3qw7 * t_fj2i2 - t_j3xxo * t_f2fvz) * t_spoa4) * t_i2oza
+        - t_qcwfy * (t_d5itw + (t_ugll2 * t_3sr3u - t_velk3 * (t_l4aq5 * t_f2fvz)));
     const real t_2x3wp = t_lm3xn * t_vzh6u;
     const real t_vgwru = t_jcju6 * t_6qw53;
-    const real t_6g772 = theta_t * (r[rho_ref] * t_fdt4k * t_6qw53 + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_vgwru * t_gl5if))));
-    const real t_tiv6a = t_abddv * (t_vzh6u * (t_fcuq3 * t_6f5bn) + t_lm3xn * t_j2qpd)
-        + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (t_6g772 + t_jcju6 * t_odkga)) - t_ugll2);
+    const real t_z4qaq = theta_t * (r[rho_ref] * t_fdt4k * t_6qw53 + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_vgwru * t_ttx53))));
+    const real t_bdaik = t_abddv * (t_vzh6u * (t_fcuq3 * t_f2fvz) + t_lm3xn * t_k65md)
+        + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (t_z4qaq + t_jcju6 * t_odkga)) - t_ugll2);
     const real t_weose = K(1.0) / c[s_min];
     const real t_zprj7 = (rho_t - f * t_2b36a) * t_weose;
     const real t_3oqa2 = mv_min(SPLAT(K(1.0)), t_zprj7);
@@ -304,10 +304,10 @@ void triangle_sliding_loop_jac(const real *q, const real *r, const real *p, cons
     const real t_cawwk = t_e5hpt / (NUM(m_vi3vq) + t_e5hpt);
     const real t_ttliz = mv_pow(tau, t_ieu4b - K(1.0)) * t_ieu4b;
     const real t_mq3wv = t_ttliz * t_d5itw;
-    const real t_mutru = c[eta_rho] * (t_q2hfz * (t_cawwk * ((t_z3qw7 - (t_2b36a * t_mq3wv + f * t_6f5bn)) * t_weose)));
-    const real t_luowr = SELECT0(m_z5ee7_2, t_tiv6a) - t_mutru;
+    const real t_mhmjj = c[eta_rho] * (t_q2hfz * (t_cawwk * ((t_z3qw7 - (t_2b36a * t_mq3wv + f * t_f2fvz)) * t_weose)));
+    const real t_wggpa = SELECT0(m_z5ee7_2, t_bdaik) - t_mhmjj;
     const real t_bof5b = SELECT0(m_z5ee7_2, t_2x3wp * t_abddv) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), t_3oqa2);
-    const real t_w3nxv = SELECT0(m_z5ee7, t_xuitj * t_luowr + t_bof5b * t_fdt4k);
+    const real t_5jypp = SELECT0(m_z5ee7, t_xuitj * t_wggpa + t_bof5b * t_fdt4k);
     const real t_mldgu = K(-1.0) + c[m];
     const real t_5wfhn = mv_pow(f, t_mldgu);
     const real t_646rv = t_vzh6u * t_5wfhn;
@@ -325,38 +325,38 @@ void triangle_sliding_loop_jac(const real *q, const real *r, const real *p, cons
     const real t_wd3be = NUM(m_rbdt6);
     const mask m_k6w4t = LE(K(1.0), t_fzzn6);
     const real t_shc6x = t_wd3be / (NUM(m_k6w4t) + t_wd3be);
-    const real t_kvccb = t_ygaz3 * (t_5wfhn * t_j2qpd + t_vzh6u * (t_kimvi * t_mq3wv))
+    const real t_m7lq4 = t_ygaz3 * (t_5wfhn * t_k65md + t_vzh6u * (t_kimvi * t_mq3wv))
         + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_odkga * t_6rwtv)));
     const real t_3ly7e = cos_t * t_us36u;
-    const real t_27f6a = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, -(t_us36u * t_ym2fo)) + cos_t * t_kvccb) + t_3ly7e * t_z3qw7));
-    const real t_pv7yq = t_w3nxv + t_27f6a;
+    const real t_omigz = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, -(t_us36u * t_ym2fo)) + cos_t * t_m7lq4) + t_3ly7e * t_z3qw7));
+    const real t_haxdn = t_5jypp + t_omigz;
     const real t_kc5kr = K(100.0) * c[k_phi];
     const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
     const real t_nrnb7 = t_us36u * rho_t;
     const real t_hwkxg = cos_t * t_bof5b + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_nrnb7 * t_xuitj));
     const real t_rrbdp = SELECT0(m_z5ee7, t_bof5b * t_xuitj);
-    const real t_v25ha = SELECT0(m_z5ee7_2, -(t_nrnb7 * cos_t)) + t_rrbdp;
-    const real t_isbdw = cos_phi_ref * t_hwkxg - sin_phi_ref * t_v25ha;
-    const real t_soxz7 = cos_phi_ref * t_v25ha + sin_phi_ref * t_hwkxg;
+    const real t_3mrva = SELECT0(m_z5ee7_2, -(t_nrnb7 * cos_t)) + t_rrbdp;
+    const real t_mhzub = cos_phi_ref * t_hwkxg - sin_phi_ref * t_3mrva;
+    const real t_g55ku = cos_phi_ref * t_3mrva + sin_phi_ref * t_hwkxg;
     const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real t_2pyhn = (t_isbdw * q[zeta1] + t_soxz7 * q[zeta2]) * t_e4rje;
-    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_2pyhn);
-    const real t_5btq3 = mv_max(SPLAT(K(0.0)), t_j2lpg) * t_e4rje;
-    const mask m_pypqd = LE(K(0.0), t_j2lpg);
-    const real t_75add = NUM(m_pypqd);
-    const mask m_linog = LE(t_j2lpg, K(0.0));
-    const real t_4xt6m = t_75add / (NUM(m_linog) + t_75add);
-    const real t_kqv7m = rho_t * t_kvccb + t_us36u * t_z3qw7;
-    const real t_sxex4 = SELECT0(m_z5ee7, -(t_bof5b * t_ym2fo))
-        + cos_t * t_luowr
-        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_kqv7m + t_nrnb7 * t_fdt4k));
-    const real t_ra7pa = cos_phi_ref * t_sxex4;
-    const real t_kpug4 = SELECT0(m_z5ee7_2, -(cos_t * t_kqv7m + SELECT0(m_z5ee7, -(t_nrnb7 * t_ym2fo)))) + t_w3nxv;
-    const real t_fglyb = sin_phi_ref * t_sxex4;
-    const real t_2z3ci = q[zeta1] * (t_ra7pa - sin_phi_ref * t_kpug4)
-        + t_isbdw
-        + q[zeta2] * (cos_phi_ref * t_kpug4 + t_fglyb);
-    const real t_tk5is = t_2pyhn * t_e4rje;
+    const real t_g6fip = (t_mhzub * q[zeta1] + t_g55ku * q[zeta2]) * t_e4rje;
+    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_g6fip);
+    const real t_i3qrh = mv_max(SPLAT(K(0.0)), t_j2lpg) * t_e4rje;
+    const mask m_oaadf = LE(K(0.0), t_j2lpg);
+    const real t_tij5y = NUM(m_oaadf);
+    const mask m_yn7xs = LE(t_j2lpg, K(0.0));
+    const real t_jik5x = t_tij5y / (NUM(m_yn7xs) + t_tij5y);
+    const real t_3sgn7 = rho_t * t_m7lq4 + t_us36u * t_z3qw7;
+    const real t_6guci = SELECT0(m_z5ee7, -(t_bof5b * t_ym2fo))
+        + cos_t * t_wggpa
+        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_3sgn7 + t_nrnb7 * t_fdt4k));
+    const real t_gyqzt = cos_phi_ref * t_6guci;
+    const real t_a6f3w = SELECT0(m_z5ee7_2, -(cos_t * t_3sgn7 + SELECT0(m_z5ee7, -(t_nrnb7 * t_ym2fo)))) + t_5jypp;
+    const real t_gzctu = sin_phi_ref * t_6guci;
+    const real t_xeu55 = q[zeta1] * (t_gyqzt - sin_phi_ref * t_a6f3w)
+        + t_mhzub
+        + q[zeta2] * (cos_phi_ref * t_a6f3w + t_gzctu);
+    const real t_tk5is = t_g6fip * t_e4rje;
     const mask m_p2abf = LE(K(1e-09), t_yfvls);
     const real t_p2abf = NUM(m_p2abf);
     const mask m_ysper = LE(t_yfvls, K(1e-09));
@@ -364,10 +364,10 @@ void triangle_sliding_loop_jac(const real *q, const real *r, const real *p, cons
     const real t_oz2aw = K(1.0) / t_yfvls;
     const real t_soujt = q[zeta1] * t_oz2aw;
     const real t_h5ecg = t_cexdd * t_soujt;
-    const real t_3vkdn = t_5btq3 * t_e4rje;
-    const real t_vi2qs = t_4xt6m * (t_2z3ci * t_e4rje - t_tk5is * t_h5ecg - t_kc5kr * t_soujt) * t_e4rje
-        + t_3vkdn * t_h5ecg;
-    const real t_nmnzg = sin_phi_ref * t_pv7yq - (t_5btq3 - q[zeta1] * t_vi2qs) - t_ra7pa;
+    const real t_4gg3u = t_i3qrh * t_e4rje;
+    const real t_nufsh = t_jik5x * (t_xeu55 * t_e4rje - t_tk5is * t_h5ecg - t_kc5kr * t_soujt) * t_e4rje
+        + t_4gg3u * t_h5ecg;
+    const real t_44x77 = sin_phi_ref * t_haxdn - (t_i3qrh - q[zeta1] * t_nufsh) - t_gyqzt;
     const real t_p5xao = t_5wlee * cos_phi_ref + t_degwz * sin_phi_ref;
     const real t_fsihy = t_p5xao * t_amnjj;
     const real t_fpjrk = t_apicp * t_fsihy - t_jhdru;
@@ -376,57 +376,57 @@ void triangle_sliding_loop_jac(const real *q, const real *r, const real *p, cons
     const real t_gndo4 = SELECT0(m_z5ee7, r[rho_ref] * t_fpjrk) + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_b3roy)));
     const real t_d4u2z = c[area_factor] * (r[rho_ref] * cos_phi_ref);
     const real t_h3erp = t_pekax * t_d4u2z * t_gjxkh;
-    const real t_sr5d5 = t_qcwfy * (t_h3erp + (t_p5xao * t_3sr3u + t_velk3 * (t_l4aq5 * t_gndo4)))
+    const real t_fc2st = t_qcwfy * (t_h3erp + (t_p5xao * t_3sr3u + t_velk3 * (t_l4aq5 * t_gndo4)))
         - c[k_phi] * ((t_fsihy * t_fj2i2 + t_j3xxo * t_gndo4) * t_spoa4) * t_i2oza;
     const real t_7rw3u = theta_t * (r[rho_ref] * t_pirkw * t_6qw53 + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_vgwru * t_b3roy))));
-    const real t_szld2 = t_abddv * (t_vzh6u * (t_fcuq3 * t_gndo4) + t_lm3xn * t_sr5d5)
+    const real t_nceyc = t_abddv * (t_vzh6u * (t_fcuq3 * t_gndo4) + t_lm3xn * t_fc2st)
         + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (t_7rw3u - t_jcju6 * t_d4u2z)) + t_p5xao);
     const real t_kek4t = t_ttliz * t_h3erp;
-    const real t_mutru_2 = c[eta_rho] * (t_q2hfz * (t_cawwk * ((t_fsihy + (f * t_gndo4 - t_2b36a * t_kek4t)) * t_weose)));
-    const real t_j23bd = SELECT0(m_z5ee7_2, t_szld2) + t_mutru_2;
-    const real t_jehnq = SELECT0(m_z5ee7, t_xuitj * t_j23bd + t_bof5b * t_pirkw);
-    const real t_4h3cq = t_ygaz3 * (t_5wfhn * t_sr5d5 - t_vzh6u * (t_kimvi * t_kek4t))
+    const real t_mhmjj_2 = c[eta_rho] * (t_q2hfz * (t_cawwk * ((t_fsihy + (f * t_gndo4 - t_2b36a * t_kek4t)) * t_weose)));
+    const real t_ekt6d = SELECT0(m_z5ee7_2, t_nceyc) + t_mhmjj_2;
+    const real t_xas4m = SELECT0(m_z5ee7, t_xuitj * t_ekt6d + t_bof5b * t_pirkw);
+    const real t_wqxz5 = t_ygaz3 * (t_5wfhn * t_fc2st - t_vzh6u * (t_kimvi * t_kek4t))
         - t_646rv * (t_q2hfz_2 * (t_shc6x * (t_d4u2z * t_6rwtv)));
-    const real t_3yv57 = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_fpjrk) + cos_t * t_4h3cq) - t_3ly7e * t_fsihy));
-    const real t_q2pfq = t_jehnq + t_3yv57;
-    const real t_wuhri = rho_t * t_4h3cq - t_us36u * t_fsihy;
-    const real t_jtjzx = SELECT0(m_z5ee7, t_bof5b * t_fpjrk)
-        + cos_t * t_j23bd
-        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_wuhri + t_nrnb7 * t_pirkw));
-    const real t_5kcnr = cos_phi_ref * t_jtjzx;
-    const real t_chz7f = SELECT0(m_z5ee7_2, -(cos_t * t_wuhri + SELECT0(m_z5ee7, t_nrnb7 * t_fpjrk))) + t_jehnq;
-    const real t_ryzoe = sin_phi_ref * t_jtjzx;
-    const real t_qmijq = q[zeta1] * (t_5kcnr - sin_phi_ref * t_chz7f)
-        + (q[zeta2] * (cos_phi_ref * t_chz7f + t_ryzoe) + t_soxz7);
+    const real t_wuqni = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_fpjrk) + cos_t * t_wqxz5) - t_3ly7e * t_fsihy));
+    const real t_haxdn_2 = t_xas4m + t_wuqni;
+    const real t_5vnii = rho_t * t_wqxz5 - t_us36u * t_fsihy;
+    const real t_hhpgv = SELECT0(m_z5ee7, t_bof5b * t_fpjrk)
+        + cos_t * t_ekt6d
+        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_5vnii + t_nrnb7 * t_pirkw));
+    const real t_gyqzt_2 = cos_phi_ref * t_hhpgv;
+    const real t_h2cdm = SELECT0(m_z5ee7_2, -(cos_t * t_5vnii + SELECT0(m_z5ee7, t_nrnb7 * t_fpjrk))) + t_xas4m;
+    const real t_gzctu_2 = sin_phi_ref * t_hhpgv;
+    const real t_fug6d = q[zeta1] * (t_gyqzt_2 - sin_phi_ref * t_h2cdm)
+        + (q[zeta2] * (cos_phi_ref * t_h2cdm + t_gzctu_2) + t_g55ku);
     const real t_zsetc = q[zeta2] * t_oz2aw;
     const real t_xcjmc = t_cexdd * t_zsetc;
-    const real t_cgy3d = t_4xt6m * (t_qmijq * t_e4rje - t_tk5is * t_xcjmc - t_kc5kr * t_zsetc) * t_e4rje
-        + t_3vkdn * t_xcjmc;
-    const real t_folf3 = sin_phi_ref * t_q2pfq + q[zeta1] * t_cgy3d - t_5kcnr;
+    const real t_ayp6n = t_jik5x * (t_fug6d * t_e4rje - t_tk5is * t_xcjmc - t_kc5kr * t_zsetc) * t_e4rje
+        + t_4gg3u * t_xcjmc;
+    const real t_s4vxu = sin_phi_ref * t_haxdn_2 + q[zeta1] * t_ayp6n - t_gyqzt_2;
     const real t_zuxlx = t_2x3wp * (c[m] * t_jcju6);
     const real t_5vvkw = t_pekax * t_gjxkh;
     const real t_kakr2 = t_qcwfy * t_5vvkw;
     const real t_ybocb = t_abddv * (t_lm3xn * t_kakr2);
     const real t_drjji = t_ttliz * t_5vvkw;
     const real t_3wjmt = c[eta_rho] * (t_q2hfz * (t_cawwk * (t_2b36a * t_drjji * t_weose)));
-    const real t_nmhqg = SELECT0(m_z5ee7_2, SELECT0(m_z5ee7, t_zuxlx) - t_ybocb) + t_3wjmt;
-    const real t_z3e4x = SELECT0(m_z5ee7, t_xuitj * t_nmhqg);
+    const real t_iiz6p = SELECT0(m_z5ee7_2, SELECT0(m_z5ee7, t_zuxlx) - t_ybocb) + t_3wjmt;
+    const real t_rzyas = SELECT0(m_z5ee7, t_xuitj * t_iiz6p);
     const real t_yqx6r = t_vzh6u * (t_kimvi * t_drjji);
     const real t_zfbhn = t_5wfhn * t_kakr2;
     const real t_zllh6 = t_646rv * (t_q2hfz_2 * (t_shc6x * t_6rwtv));
-    const real t_347vu = t_ygaz3 * (t_yqx6r - t_zfbhn) + t_zllh6;
-    const real t_j7yc6 = t_z3e4x + SELECT0(m_z5ee7_2, -(rho_t * (cos_t * t_347vu)));
-    const real t_7rakc = rho_t * t_347vu;
-    const real t_k4wgt = cos_t * t_nmhqg + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_7rakc));
-    const real t_ye7zq = cos_phi_ref * t_k4wgt;
-    const real t_qvptg = SELECT0(m_z5ee7_2, -(cos_t * t_7rakc)) + t_z3e4x;
-    const real t_s63mi = sin_phi_ref * t_k4wgt;
+    const real t_gptv5 = t_ygaz3 * (t_yqx6r - t_zfbhn) + t_zllh6;
+    const real t_j7yc6 = t_rzyas + SELECT0(m_z5ee7_2, -(rho_t * (cos_t * t_gptv5)));
+    const real t_7rakc = rho_t * t_gptv5;
+    const real t_brm3r = cos_t * t_iiz6p + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_7rakc));
+    const real t_ye7zq = cos_phi_ref * t_brm3r;
+    const real t_qvptg = SELECT0(m_z5ee7_2, -(cos_t * t_7rakc)) + t_rzyas;
+    const real t_s63mi = sin_phi_ref * t_brm3r;
     const real t_fnlnv = (q[zeta1] * (t_ye7zq - sin_phi_ref * t_qvptg) + q[zeta2] * (cos_phi_ref * t_qvptg + t_s63mi)) * t_e4rje;
-    const real t_o2emt = t_4xt6m * t_fnlnv * t_e4rje;
-    const real t_3d4wi = sin_phi_ref * t_j7yc6 + q[zeta1] * t_o2emt - t_ye7zq;
-    const real t_mz7i4 = t_fglyb - q[zeta2] * t_vi2qs + cos_phi_ref * t_pv7yq;
-    const real t_dumgx = t_5btq3 - q[zeta2] * t_cgy3d + t_ryzoe + cos_phi_ref * t_q2pfq;
-    const real t_sy7aq = t_s63mi - q[zeta2] * t_o2emt + cos_phi_ref * t_j7yc6;
+    const real t_7z3dx = t_jik5x * t_fnlnv * t_e4rje;
+    const real t_mtj5r = sin_phi_ref * t_j7yc6 + q[zeta1] * t_7z3dx - t_ye7zq;
+    const real t_ueua6 = t_gzctu - q[zeta2] * t_nufsh + cos_phi_ref * t_haxdn;
+    const real t_gcql2 = t_i3qrh - q[zeta2] * t_ayp6n + t_gzctu_2 + cos_phi_ref * t_haxdn_2;
+    const real t_ihixh = t_s63mi - q[zeta2] * t_7z3dx + cos_phi_ref * t_j7yc6;
     const real t_f7oti = -c[mu_rate_max];
     const real t_dhkzn = c[mu_gain] * (r[mu_ref] - q[mu]);
     const real t_7l2lj = mv_min(c[mu_rate_max], t_dhkzn);
@@ -436,12 +436,12 @@ void triangle_sliding_loop_jac(const real *q, const real *r, const real *p, cons
     const mask m_huzvj = LE(t_dhkzn, c[mu_rate_max]);
     const real t_huzvj = NUM(m_huzvj);
     const mask m_mu2v2 = LE(c[mu_rate_max], t_dhkzn);
-    const real t_a4jiv = t_tmq3y / (NUM(m_y2s22) + t_tmq3y) * (t_huzvj / (NUM(m_mu2v2) + t_huzvj) * c[mu_gain]);
-    const real t_drhgj = t_hwkxg * sin_phi_ref;
-    const real t_vd4vb = t_rrbdp + SELECT0(m_z5ee7_2, -(t_3ly7e * rho_t));
-    const real t_e2mzr = t_vd4vb * cos_phi_ref;
-    const real t_7u5j4 = t_vd4vb * sin_phi_ref;
-    const real t_hmdmw = t_hwkxg * cos_phi_ref;
+    const real t_eriiv = t_tmq3y / (NUM(m_y2s22) + t_tmq3y) * (t_huzvj / (NUM(m_mu2v2) + t_huzvj) * c[mu_gain]);
+    const real t_ttwi5 = t_hwkxg * sin_phi_ref;
+    const real t_2hllo = t_rrbdp + SELECT0(m_z5ee7_2, -(t_3ly7e * rho_t));
+    const real t_od35a = t_2hllo * cos_phi_ref;
+    const real t_my3em = t_2hllo * sin_phi_ref;
+    const real t_fqsx5 = t_hwkxg * cos_phi_ref;
     const real t_v4jyn = K(1.0) / q[mu];
     const real t_fcs45 = t_gliif - t_apicp * t_m4c7o;
     const real t_bkzfm = t_27sgx * t_m4c7o;
@@ -453,107 +453,107 @@ void triangle_sliding_loop_jac(const real *q, const real *r, const real *p, cons
         - t_qcwfy * (t_bu2im + (t_degwz * t_3sr3u - t_velk3 * (t_l4aq5 * t_k7ysk)));
     const real t_isxw6 = (t_xuitj - r[rho_ref] * t_bkzfm) * t_6qw53
         + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_vgwru * t_7s4pp)));
-    const real t_t7yu2 = t_abddv * (t_vzh6u * (t_fcuq3 * t_k7ysk) + t_lm3xn * t_j5cqy)
+    const real t_v2faq = t_abddv * (t_vzh6u * (t_fcuq3 * t_k7ysk) + t_lm3xn * t_j5cqy)
         + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (theta_t * t_isxw6 + t_jcju6 * t_onxdi)) - t_degwz);
     const real t_3k75k = t_ttliz * t_bu2im;
     const real t_w3xx3 = c[eta_rho] * (t_q2hfz * (t_cawwk * ((t_m4c7o - (t_2b36a * t_3k75k + f * t_k7ysk)) * t_weose)));
-    const real t_6gcww = SELECT0(m_z5ee7_2, t_t7yu2) - t_w3xx3;
-    const real t_ldrx3 = SELECT0(m_z5ee7, t_xuitj * t_6gcww - t_bof5b * t_bkzfm);
-    const real t_ue6p7 = t_ygaz3 * (t_5wfhn * t_j5cqy + t_vzh6u * (t_kimvi * t_3k75k))
+    const real t_plsuq = SELECT0(m_z5ee7_2, t_v2faq) - t_w3xx3;
+    const real t_bat3v = SELECT0(m_z5ee7, t_xuitj * t_plsuq - t_bof5b * t_bkzfm);
+    const real t_xnwx4 = t_ygaz3 * (t_5wfhn * t_j5cqy + t_vzh6u * (t_kimvi * t_3k75k))
         + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_onxdi * t_6rwtv)));
-    const real t_kwpld = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_fcs45) + cos_t * t_ue6p7) + t_3ly7e * t_m4c7o));
-    const real t_z5efd = t_ldrx3 + t_kwpld;
-    const real t_knwpc = rho_t * t_ue6p7 + t_us36u * t_m4c7o;
-    const real t_57t3k = SELECT0(m_z5ee7, t_bof5b * t_fcs45)
-        + cos_t * t_6gcww
-        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_knwpc - t_nrnb7 * t_bkzfm));
-    const real t_ia54j = cos_phi_ref * t_57t3k;
-    const real t_s2ho2 = SELECT0(m_z5ee7_2, -(cos_t * t_knwpc + SELECT0(m_z5ee7, t_nrnb7 * t_fcs45))) + t_ldrx3;
-    const real t_epvjg = sin_phi_ref * t_57t3k;
-    const real t_ue6k3 = (q[zeta1] * (t_ia54j - sin_phi_ref * t_s2ho2) + q[zeta2] * (cos_phi_ref * t_s2ho2 + t_epvjg)) * t_e4rje;
-    const real t_mcnjx = t_4xt6m * t_ue6k3 * t_e4rje;
-    const real t_ouhoz = sin_phi_ref * t_z5efd + q[zeta1] * t_mcnjx - t_ia54j;
+    const real t_komxf = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_fcs45) + cos_t * t_xnwx4) + t_3ly7e * t_m4c7o));
+    const real t_4gocs = t_bat3v + t_komxf;
+    const real t_3ewr6 = rho_t * t_xnwx4 + t_us36u * t_m4c7o;
+    const real t_rbfac = SELECT0(m_z5ee7, t_bof5b * t_fcs45)
+        + cos_t * t_plsuq
+        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_3ewr6 - t_nrnb7 * t_bkzfm));
+    const real t_4n6vb = cos_phi_ref * t_rbfac;
+    const real t_ud2ga = SELECT0(m_z5ee7_2, -(cos_t * t_3ewr6 + SELECT0(m_z5ee7, t_nrnb7 * t_fcs45))) + t_bat3v;
+    const real t_dxjwy = sin_phi_ref * t_rbfac;
+    const real t_om5up = (q[zeta1] * (t_4n6vb - sin_phi_ref * t_ud2ga) + q[zeta2] * (cos_phi_ref * t_ud2ga + t_dxjwy)) * t_e4rje;
+    const real t_pioqx = t_jik5x * t_om5up * t_e4rje;
+    const real t_evumi = sin_phi_ref * t_4gocs + q[zeta1] * t_pioqx - t_4n6vb;
     const real t_oduor = q[zeta1] * sin_phi_ref - q[zeta2] * cos_phi_ref;
     const real t_insgq = q[zeta1] * cos_phi_ref + q[zeta2] * sin_phi_ref;
     const real t_og4mp = t_5wlee * t_insgq + t_degwz * t_oduor;
     const real t_4bl7j = t_og4mp * t_amnjj;
-    const real t_aogh6 = t_oduor * t_gliif - t_apicp * t_4bl7j;
-    const real t_vuzkh = t_insgq * t_gliif - t_27sgx * t_4bl7j;
-    const real t_7gkb6 = t_o55bt * (t_lzpnp * t_vuzkh) * t_ne4ah;
-    const real t_3huiu = SELECT0(m_z5ee7, r[rho_ref] * t_aogh6) + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_7gkb6)));
+    const real t_344xb = t_oduor * t_gliif - t_apicp * t_4bl7j;
+    const real t_u5ema = t_insgq * t_gliif - t_27sgx * t_4bl7j;
+    const real t_7gkb6 = t_o55bt * (t_lzpnp * t_u5ema) * t_ne4ah;
+    const real t_3huiu = SELECT0(m_z5ee7, r[rho_ref] * t_344xb) + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_7gkb6)));
     const real t_wg6qi = c[area_factor] * (r[rho_ref] * t_insgq);
     const real t_mdnaf = t_pekax * t_wg6qi * t_gjxkh;
-    const real t_vybel = c[k_phi] * ((t_4bl7j * t_fj2i2 - t_j3xxo * t_3huiu) * t_spoa4) * t_i2oza
+    const real t_gidqm = c[k_phi] * ((t_4bl7j * t_fj2i2 - t_j3xxo * t_3huiu) * t_spoa4) * t_i2oza
         - t_qcwfy * (t_mdnaf + (t_og4mp * t_3sr3u - t_velk3 * (t_l4aq5 * t_3huiu)));
-    const real t_nnubt = theta_t * (r[rho_ref] * t_vuzkh * t_6qw53 + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_vgwru * t_7gkb6))));
-    const real t_rhodq = t_abddv * (t_vzh6u * (t_fcuq3 * t_3huiu) + t_lm3xn * t_vybel)
+    const real t_nnubt = theta_t * (r[rho_ref] * t_u5ema * t_6qw53 + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_vgwru * t_7gkb6))));
+    const real t_xs2pa = t_abddv * (t_vzh6u * (t_fcuq3 * t_3huiu) + t_lm3xn * t_gidqm)
         + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (t_nnubt + t_jcju6 * t_wg6qi)) - t_og4mp);
     const real t_xyhyc = t_ttliz * t_mdnaf;
-    const real t_mn2k4 = c[eta_rho] * (t_q2hfz * (t_cawwk * ((t_4bl7j - (t_2b36a * t_xyhyc + f * t_3huiu)) * t_weose)));
-    const real t_7fsoy = SELECT0(m_z5ee7_2, t_rhodq) - t_mn2k4;
-    const real t_f6xua = SELECT0(m_z5ee7, t_xuitj * t_7fsoy + t_bof5b * t_vuzkh);
-    const real t_5lxh7 = t_ygaz3 * (t_5wfhn * t_vybel + t_vzh6u * (t_kimvi * t_xyhyc))
+    const real t_m7hvb = c[eta_rho] * (t_q2hfz * (t_cawwk * ((t_4bl7j - (t_2b36a * t_xyhyc + f * t_3huiu)) * t_weose)));
+    const real t_vq3mz = SELECT0(m_z5ee7_2, t_xs2pa) - t_m7hvb;
+    const real t_yv5k2 = SELECT0(m_z5ee7, t_xuitj * t_vq3mz + t_bof5b * t_u5ema);
+    const real t_3pxom = t_ygaz3 * (t_5wfhn * t_gidqm + t_vzh6u * (t_kimvi * t_xyhyc))
         + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_wg6qi * t_6rwtv)));
-    const real t_zklmb = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_aogh6) + cos_t * t_5lxh7) + t_3ly7e * t_4bl7j));
-    const real t_cs4pb = t_f6xua + t_zklmb;
-    const real t_i2pk6 = rho_t * t_5lxh7 + t_us36u * t_4bl7j;
-    const real t_ybob2 = SELECT0(m_z5ee7, t_bof5b * t_aogh6)
-        + cos_t * t_7fsoy
-        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_i2pk6 + t_nrnb7 * t_vuzkh));
-    const real t_svidc = cos_phi_ref * t_ybob2 - t_drhgj;
-    const real t_d3ove = SELECT0(m_z5ee7_2, -(cos_t * t_i2pk6 + SELECT0(m_z5ee7, t_nrnb7 * t_aogh6))) + t_f6xua;
-    const real t_a6gqe = sin_phi_ref * t_ybob2;
-    const real t_53kgx = q[zeta1] * (t_svidc - (t_v25ha * cos_phi_ref + sin_phi_ref * t_d3ove))
-        + q[zeta2] * (cos_phi_ref * t_d3ove - t_v25ha * sin_phi_ref + (t_hmdmw + t_a6gqe));
-    const real t_lcqch = t_4xt6m * (t_53kgx * t_e4rje) * t_e4rje;
-    const real t_ewqjb = sin_phi_ref * t_cs4pb + t_e2mzr + q[zeta1] * t_lcqch - t_svidc;
-    const real t_nmhqg_2 = SELECT0(m_z5ee7_2, t_ybocb + SELECT0(m_z5ee7, -t_zuxlx)) - t_3wjmt;
-    const real t_z3e4x_2 = SELECT0(m_z5ee7, t_xuitj * t_nmhqg_2);
-    const real t_347vu_2 = t_ygaz3 * (t_zfbhn - t_yqx6r) - t_zllh6;
-    const real t_j7yc6_2 = t_z3e4x_2 + SELECT0(m_z5ee7_2, -(rho_t * (cos_t * t_347vu_2)));
-    const real t_7rakc_2 = rho_t * t_347vu_2;
-    const real t_k4wgt_2 = cos_t * t_nmhqg_2 + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_7rakc_2));
-    const real t_k3dy3 = cos_phi_ref * t_k4wgt_2;
-    const real t_qvptg_2 = SELECT0(m_z5ee7_2, -(cos_t * t_7rakc_2)) + t_z3e4x_2;
-    const real t_j24ya = sin_phi_ref * t_k4wgt_2;
-    const real t_vyu3s = (q[zeta1] * (t_k3dy3 - sin_phi_ref * t_qvptg_2) + q[zeta2] * (cos_phi_ref * t_qvptg_2 + t_j24ya)) * t_e4rje;
-    const real t_o2emt_2 = t_4xt6m * t_vyu3s * t_e4rje;
-    const real t_g5bzr = sin_phi_ref * t_j7yc6_2 + q[zeta1] * t_o2emt_2 - t_k3dy3;
-    const real t_r4do4 = t_epvjg - q[zeta2] * t_mcnjx + cos_phi_ref * t_z5efd;
-    const real t_nmix5 = t_a6gqe + t_hmdmw - q[zeta2] * t_lcqch + (cos_phi_ref * t_cs4pb - t_7u5j4);
-    const real t_2diui = t_j24ya - q[zeta2] * t_o2emt_2 + cos_phi_ref * t_j7yc6_2;
-    J_q[0] = t_nmnzg;
-    J_q[1] = t_folf3;
+    const real t_2jqgq = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_344xb) + cos_t * t_3pxom) + t_3ly7e * t_4bl7j));
+    const real t_ign4k = t_yv5k2 + t_2jqgq;
+    const real t_g7bqi = rho_t * t_3pxom + t_us36u * t_4bl7j;
+    const real t_mpm7y = SELECT0(m_z5ee7, t_bof5b * t_344xb)
+        + cos_t * t_vq3mz
+        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_g7bqi + t_nrnb7 * t_u5ema));
+    const real t_7gwvg = cos_phi_ref * t_mpm7y - t_ttwi5;
+    const real t_lk7va = SELECT0(m_z5ee7_2, -(cos_t * t_g7bqi + SELECT0(m_z5ee7, t_nrnb7 * t_344xb))) + t_yv5k2;
+    const real t_phacp = sin_phi_ref * t_mpm7y;
+    const real t_4desy = q[zeta1] * (t_7gwvg - (t_3mrva * cos_phi_ref + sin_phi_ref * t_lk7va))
+        + q[zeta2] * (cos_phi_ref * t_lk7va - t_3mrva * sin_phi_ref + (t_fqsx5 + t_phacp));
+    const real t_a2uda = t_jik5x * (t_4desy * t_e4rje) * t_e4rje;
+    const real t_ahlex = sin_phi_ref * t_ign4k + t_od35a + q[zeta1] * t_a2uda - t_7gwvg;
+    const real t_iiz6p_2 = SELECT0(m_z5ee7_2, t_ybocb + SELECT0(m_z5ee7, -t_zuxlx)) - t_3wjmt;
+    const real t_rzyas_2 = SELECT0(m_z5ee7, t_xuitj * t_iiz6p_2);
+    const real t_gptv5_2 = t_ygaz3 * (t_zfbhn - t_yqx6r) - t_zllh6;
+    const real t_j7yc6_2 = t_rzyas_2 + SELECT0(m_z5ee7_2, -(rho_t * (cos_t * t_gptv5_2)));
+    const real t_7rakc_2 = rho_t * t_gptv5_2;
+    const real t_brm3r_2 = cos_t * t_iiz6p_2 + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_7rakc_2));
+    const real t_ye7zq_2 = cos_phi_ref * t_brm3r_2;
+    const real t_qvptg_2 = SELECT0(m_z5ee7_2, -(cos_t * t_7rakc_2)) + t_rzyas_2;
+    const real t_s63mi_2 = sin_phi_ref * t_brm3r_2;
+    const real t_fnlnv_2 = (q[zeta1] * (t_ye7zq_2 - sin_phi_ref * t_qvptg_2) + q[zeta2] * (cos_phi_ref * t_qvptg_2 + t_s63mi_2)) * t_e4rje;
+    const real t_7z3dx_2 = t_jik5x * t_fnlnv_2 * t_e4rje;
+    const real t_mtj5r_2 = sin_phi_ref * t_j7yc6_2 + q[zeta1] * t_7z3dx_2 - t_ye7zq_2;
+    const real t_idzrb = t_dxjwy - q[zeta2] * t_pioqx + cos_phi_ref * t_4gocs;
+    const real t_xxbwi = t_phacp + t_fqsx5 - q[zeta2] * t_a2uda + (cos_phi_ref * t_ign4k - t_my3em);
+    const real t_ihixh_2 = t_s63mi_2 - q[zeta2] * t_7z3dx_2 + cos_phi_ref * t_j7yc6_2;
+    J_q[0] = t_44x77;
+    J_q[1] = t_s4vxu;
     J_q[2] = SPLAT(K(0.0));
-    J_q[3] = t_3d4wi;
-    J_q[4] = -t_mz7i4;
-    J_q[5] = -t_dumgx;
+    J_q[3] = t_mtj5r;
+    J_q[4] = -t_ueua6;
+    J_q[5] = -t_gcql2;
     J_q[6] = SPLAT(K(0.0));
-    J_q[7] = -t_sy7aq;
+    J_q[7] = -t_ihixh;
     J_q[8] = SPLAT(K(0.0));
     J_q[9] = SPLAT(K(0.0));
-    J_q[10] = -t_a4jiv;
+    J_q[10] = -t_eriiv;
     J_q[11] = SPLAT(K(0.0));
-    J_q[12] = -(t_5btq3 * q[zeta2] + t_drhgj + t_e2mzr + q[zeta1] * t_mz7i4 + q[zeta2] * t_nmnzg);
-    J_q[13] = -(q[zeta1] * t_dumgx + (q[zeta2] * t_folf3 + (t_7u5j4 - t_5btq3 * q[zeta1] - t_hmdmw)));
+    J_q[12] = -(t_i3qrh * q[zeta2] + t_ttwi5 + t_od35a + q[zeta1] * t_ueua6 + q[zeta2] * t_44x77);
+    J_q[13] = -(q[zeta1] * t_gcql2 + (q[zeta2] * t_s4vxu + (t_my3em - t_i3qrh * q[zeta1] - t_fqsx5)));
     J_q[14] = -(K(3.0) * p[H] / p[mass] * t_v4jyn * t_v4jyn);
-    J_q[15] = -(q[zeta1] * t_sy7aq + q[zeta2] * t_3d4wi);
-    J_r[0] = t_ouhoz;
-    J_r[1] = t_ewqjb;
+    J_q[15] = -(q[zeta1] * t_ihixh + q[zeta2] * t_mtj5r);
+    J_r[0] = t_evumi;
+    J_r[1] = t_ahlex;
     J_r[2] = SPLAT(K(0.0));
-    J_r[3] = t_g5bzr;
-    J_r[4] = -t_r4do4;
-    J_r[5] = -t_nmix5;
+    J_r[3] = t_mtj5r_2;
+    J_r[4] = -t_idzrb;
+    J_r[5] = -t_xxbwi;
     J_r[6] = SPLAT(K(0.0));
-    J_r[7] = -t_2diui;
+    J_r[7] = -t_ihixh_2;
     J_r[8] = SPLAT(K(0.0));
     J_r[9] = SPLAT(K(0.0));
-    J_r[10] = t_a4jiv;
+    J_r[10] = t_eriiv;
     J_r[11] = SPLAT(K(0.0));
-    J_r[12] = -(q[zeta1] * t_r4do4 + q[zeta2] * t_ouhoz);
-    J_r[13] = -(q[zeta1] * t_nmix5 + q[zeta2] * t_ewqjb);
+    J_r[12] = -(q[zeta1] * t_idzrb + q[zeta2] * t_evumi);
+    J_r[13] = -(q[zeta1] * t_xxbwi + q[zeta2] * t_ahlex);
     J_r[14] = SPLAT(K(0.0));
-    J_r[15] = -(q[zeta1] * t_2diui + q[zeta2] * t_g5bzr);
+    J_r[15] = -(q[zeta1] * t_ihixh_2 + q[zeta2] * t_mtj5r_2);
 }
 
 /* change of path along a change of x and r; 679 operations. */
@@ -648,60 +648,60 @@ void triangle_path_jvp(const real *x, const real *r, const real *p, const real *
     const real t_x66xq = t_soj5f + K(4.0) * t_i7sss - t_ab46z * t_rkglc;
     const real t_x6qqr = t_23h4w - t_i7sss - t_x767z;
     const real t_2ev6m = K(1.0) / (t_354bs + t_354bs - t_x66xq * t_x6qqr);
-    const real t_3p53j = t_tdxcy * t_2ev6m;
+    const real t_g2ovj = t_tdxcy * t_2ev6m;
     const real t_zefeg = K(-2.0) * t_i7sss - t_soj5f + (t_23h4w + t_23h4w);
-    const real t_tklbk = t_23h4w - t_3p53j * t_zefeg;
-    real sin_t_tklbk, cos_t_tklbk; mv_sincos(t_tklbk, &sin_t_tklbk, &cos_t_tklbk);
-    const real t_vx46m = sin_t_tklbk * sin_t_tklbk;
-    const real t_yrvqm = cos_t_tklbk * cos_t_tklbk;
-    const real t_kme5l = cos_t_tklbk * sin_t_tklbk;
-    const real t_7fjss = K(1.0) + t_vx46m - t_yrvqm - t_rkglc * t_kme5l;
-    const real t_354bs_2 = t_7fjss * t_7fjss;
-    const real t_v4qrz = t_vx46m * K_;
-    const real t_soj5f_2 = t_v4qrz + t_v4qrz;
-    const real t_gzsbk = t_soj5f_2 + K(4.0) * t_kme5l - t_rkglc * t_yrvqm;
-    const real t_ltqat = t_tklbk - t_kme5l - t_v4qrz;
-    const real t_3hukm = K(1.0) / (t_354bs_2 + t_354bs_2 - t_gzsbk * t_ltqat);
-    const real t_3vnxf = t_7fjss * t_3hukm;
-    const real t_bian7 = K(-2.0) * t_kme5l - t_soj5f_2 + (t_tklbk + t_tklbk);
-    const real t_jqq3g = t_tklbk - t_3vnxf * t_bian7;
-    real sin_t_jqq3g, cos_t_jqq3g; mv_sincos(t_jqq3g, &sin_t_jqq3g, &cos_t_jqq3g);
-    const real t_5pr3p = sin_t_jqq3g * sin_t_jqq3g;
-    const real t_umlgo = cos_t_jqq3g * cos_t_jqq3g;
-    const real t_7jvn4 = cos_t_jqq3g * sin_t_jqq3g;
-    const real t_7fjss_2 = K(1.0) + t_5pr3p - t_umlgo - t_rkglc * t_7jvn4;
-    const real t_354bs_3 = t_7fjss_2 * t_7fjss_2;
-    const real t_v4qrz_2 = t_5pr3p * K_;
-    const real t_soj5f_3 = t_v4qrz_2 + t_v4qrz_2;
-    const real t_gzsbk_2 = t_soj5f_3 + K(4.0) * t_7jvn4 - t_rkglc * t_umlgo;
-    const real t_je2b3 = t_jqq3g - t_7jvn4 - t_v4qrz_2;
-    const real t_ldta7 = K(1.0) / (t_354bs_3 + t_354bs_3 - t_gzsbk_2 * t_je2b3);
-    const real t_3vnxf_2 = t_7fjss_2 * t_ldta7;
-    const real t_t6v46 = K(-2.0) * t_7jvn4 - t_soj5f_3 + (t_jqq3g + t_jqq3g);
-    const real t_luomk = SELECT(m_xb2xi, K_ * t_fbuw4, t_jqq3g - t_3vnxf_2 * t_t6v46);
-    const real t_dq4fc = mv_min(t_x3hva, t_luomk);
-    real sin_t_dq4fc, cos_t_dq4fc; mv_sincos(t_dq4fc, &sin_t_dq4fc, &cos_t_dq4fc);
-    const real t_5l2d7 = -(cos_t_dq4fc * escape);
+    const real t_6xnvn = t_23h4w - t_g2ovj * t_zefeg;
+    real sin_t_6xnvn, cos_t_6xnvn; mv_sincos(t_6xnvn, &sin_t_6xnvn, &cos_t_6xnvn);
+    const real t_vx46m = sin_t_6xnvn * sin_t_6xnvn;
+    const real t_yrvqm = cos_t_6xnvn * cos_t_6xnvn;
+    const real t_kme5l = cos_t_6xnvn * sin_t_6xnvn;
+    const real t_fno7p = K(1.0) + t_vx46m - t_yrvqm - t_rkglc * t_kme5l;
+    const real t_354bs_2 = t_fno7p * t_fno7p;
+    const real t_bweg4 = t_vx46m * K_;
+    const real t_soj5f_2 = t_bweg4 + t_bweg4;
+    const real t_a6w2p = t_soj5f_2 + K(4.0) * t_kme5l - t_rkglc * t_yrvqm;
+    const real t_xdzcc = t_6xnvn - t_kme5l - t_bweg4;
+    const real t_3hukm = K(1.0) / (t_354bs_2 + t_354bs_2 - t_a6w2p * t_xdzcc);
+    const real t_uhbq3 = t_fno7p * t_3hukm;
+    const real t_hy73r = K(-2.0) * t_kme5l - t_soj5f_2 + (t_6xnvn + t_6xnvn);
+    const real t_z3tm5 = t_6xnvn - t_uhbq3 * t_hy73r;
+    real sin_t_z3tm5, cos_t_z3tm5; mv_sincos(t_z3tm5, &sin_t_z3tm5, &cos_t_z3tm5);
+    const real t_cmgiw = sin_t_z3tm5 * sin_t_z3tm5;
+    const real t_e3muo = cos_t_z3tm5 * cos_t_z3tm5;
+    const real t_wqods = cos_t_z3tm5 * sin_t_z3tm5;
+    const real t_fno7p_2 = K(1.0) + t_cmgiw - t_e3muo - t_rkglc * t_wqods;
+    const real t_354bs_3 = t_fno7p_2 * t_fno7p_2;
+    const real t_bweg4_2 = t_cmgiw * K_;
+    const real t_soj5f_3 = t_bweg4_2 + t_bweg4_2;
+    const real t_a6w2p_2 = t_soj5f_3 + K(4.0) * t_wqods - t_rkglc * t_e3muo;
+    const real t_vxy3y = t_z3tm5 - t_wqods - t_bweg4_2;
+    const real t_vmdk3 = K(1.0) / (t_354bs_3 + t_354bs_3 - t_a6w2p_2 * t_vxy3y);
+    const real t_uhbq3_2 = t_fno7p_2 * t_vmdk3;
+    const real t_icigh = K(-2.0) * t_wqods - t_soj5f_3 + (t_z3tm5 + t_z3tm5);
+    const real t_wlsyt = SELECT(m_xb2xi, K_ * t_fbuw4, t_z3tm5 - t_uhbq3_2 * t_icigh);
+    const real t_5ewvv = mv_min(t_x3hva, t_wlsyt);
+    real sin_t_5ewvv, cos_t_5ewvv; mv_sincos(t_5ewvv, &sin_t_5ewvv, &cos_t_5ewvv);
+    const real t_5l2d7 = -(cos_t_5ewvv * escape);
     const real t_f3hnc = c[k_phi] * mv_max(rho_t, t_5l2d7);
-    const real t_jl52z = cos_t_dq4fc * t_f3hnc;
+    const real t_jl52z = cos_t_5ewvv * t_f3hnc;
     const real t_ckgcn = alpha * t_f3hnc;
-    const real t_j6b4x = t_ckgcn * sin_t_dq4fc;
-    const real t_iio5w = SELECT0(m_z5ee7, -(t_jl52z * t_xuitj)) - cos_t * t_j6b4x;
+    const real t_5bjhx = t_ckgcn * sin_t_5ewvv;
+    const real t_f3khv = SELECT0(m_z5ee7, -(t_jl52z * t_xuitj)) - cos_t * t_5bjhx;
     const real t_kc5kr = K(100.0) * c[k_phi];
-    const real t_iowtl = SELECT0(m_z5ee7, t_xuitj * t_j6b4x) - cos_t * t_jl52z;
-    const real t_6qhh3 = cos_phi_ref * t_iowtl - sin_phi_ref * t_iio5w;
-    const real t_i63ev = cos_phi_ref * t_iio5w + sin_phi_ref * t_iowtl;
+    const real t_xatty = SELECT0(m_z5ee7, t_xuitj * t_5bjhx) - cos_t * t_jl52z;
+    const real t_6qhh3 = cos_phi_ref * t_xatty - sin_phi_ref * t_f3khv;
+    const real t_i63ev = cos_phi_ref * t_f3khv + sin_phi_ref * t_xatty;
     const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
     const real t_oyhhw = (t_6qhh3 * zeta1 + t_i63ev * zeta2) * t_e4rje;
-    const real t_6qivq = -(t_kc5kr * (c[R] - t_yfvls) + t_oyhhw);
-    const real t_zez2i = mv_max(SPLAT(K(0.0)), t_6qivq) * t_e4rje;
-    const real t_osvi2 = t_iio5w * sin_phi_ref - t_zez2i * zeta1 - t_iowtl * cos_phi_ref;
+    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_oyhhw);
+    const real t_ssi6p = mv_max(SPLAT(K(0.0)), t_j2lpg) * t_e4rje;
+    const real t_36nap = t_f3khv * sin_phi_ref - t_ssi6p * zeta1 - t_xatty * cos_phi_ref;
     const real t_3afq5 = cos_phi * along_x[along_rho] - x[rho] * (sin_phi * along_x[along_phi]);
     const mask m_n2lcz = LE(t_5l2d7, rho_t);
     const real t_y5aew = NUM(m_n2lcz);
     const mask m_wzdbz = LE(rho_t, t_5l2d7);
     const real t_nawgj = NUM(m_wzdbz);
-    const real t_noapf = K(1.0) / (t_y5aew + t_nawgj);
+    const real t_ml3st = K(1.0) / (t_y5aew + t_nawgj);
     const real t_yxwd6 = cos_phi_ref * along_r[along_phi_ref];
     const real t_46lno = sin_phi * along_x[along_rho] + x[rho] * (cos_phi * along_x[along_phi]);
     const real t_sxtsm = sin_phi_ref * along_r[along_phi_ref];
@@ -710,135 +710,135 @@ void triangle_path_jvp(const real *x, const real *r, const real *p, const real *
         - (cos_phi_ref * t_3afq5 - zeta1 * t_sxtsm)
         - (zeta2 * t_yxwd6 + sin_phi_ref * t_46lno);
     const real t_l72yh = (w_across + w_across) * t_st5ju + (w_along + w_along) * t_eay2n;
-    const real t_g5q74 = t_l72yh / (rho_t + rho_t);
+    const real t_fdlvl = t_l72yh / (rho_t + rho_t);
     const mask m_gb6op = LE(t_hzywj, t_hnwtz);
-    const real t_rvmln = NUM(m_gb6op);
+    const real t_xn46b = NUM(m_gb6op);
     const mask m_nwh66 = LE(t_hnwtz, t_hzywj);
-    const real t_c7yn2 = NUM(m_nwh66);
-    const real t_7krau = K(1.0) / (t_c7yn2 + t_rvmln);
+    const real t_72wqd = NUM(m_nwh66);
+    const real t_7krau = K(1.0) / (t_72wqd + t_xn46b);
     const real t_m3e7t = alpha * (along_x[along_theta] - along_r[along_theta_ref] + c[area_factor] * (w_across * along_r[along_rho_ref] + r[rho_ref] * t_st5ju));
     const mask m_dlnux = LE(t_pgin7, c[rho_escape]);
     const real t_dlnux = NUM(m_dlnux);
     const mask m_nduvz = LE(c[rho_escape], t_pgin7);
-    const real t_slhiz = t_rvmln * t_7krau * (t_m3e7t / (t_hzywj + t_hzywj))
-        - t_c7yn2 * t_7krau * (t_dlnux / (t_dlnux + NUM(m_nduvz)) * along_r[along_rho_ref]);
-    const mask m_tddsu = LE(t_x3hva, t_luomk);
-    const real t_3hbrr = NUM(m_tddsu);
-    const mask m_loxre = LE(t_luomk, t_x3hva);
-    const real t_siz2y = NUM(m_loxre);
-    const real t_45csa = K(1.0) / (t_3hbrr + t_siz2y);
+    const real t_6oxje = t_xn46b * t_7krau * (t_m3e7t / (t_hzywj + t_hzywj))
+        - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + NUM(m_nduvz)) * along_r[along_rho_ref]);
+    const mask m_eqejb = LE(t_x3hva, t_wlsyt);
+    const real t_saxj6 = NUM(m_eqejb);
+    const mask m_3wjmr = LE(t_wlsyt, t_x3hva);
+    const real t_eowr5 = NUM(m_3wjmr);
+    const real t_45csa = K(1.0) / (t_saxj6 + t_eowr5);
     const mask m_jm3a6 = NOT(m_hqqaa);
     const mask m_tetbk = LE(t_gltfk, K(1.0));
     const real t_7tkef = NUM(m_tetbk);
     const mask m_ehrf3 = LE(K(1.0), t_gltfk);
-    const real t_wq7db = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_g5q74;
-    const real t_xlqrn = rho_t * (SELECT0(m_z5ee7, r[rho_ref] * t_wq7db) + cos_t * along_r[along_rho_ref])
-        + t_mowvz * t_g5q74
+    const real t_wtvuw = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_fdlvl;
+    const real t_tqdy4 = rho_t * (SELECT0(m_z5ee7, r[rho_ref] * t_wtvuw) + cos_t * along_r[along_rho_ref])
+        + t_mowvz * t_fdlvl
         - (r[rho_ref] + r[rho_ref]) * along_r[along_rho_ref];
-    const real t_5liuz = t_st5ju * t_gliif - t_xuitj * t_gliif * t_g5q74;
-    const real t_4j6v4 = rho_t * (t_xuitj * along_r[along_rho_ref] + r[rho_ref] * t_5liuz) + t_6ckpz * t_g5q74;
-    const real t_yv4d5 = ((P + P) * t_xlqrn + SELECT0(m_z5ee7, SELECT0(m_z5ee7, (t_xhz2s + t_xhz2s) * t_4j6v4))) / (t_go7n3 + t_go7n3);
-    const real t_6qxdx = t_7tkef / (NUM(m_ehrf3) + t_7tkef) * (c[R] * t_g5q74 * t_yphwp - t_gltfk * t_yphwp * t_yv4d5);
+    const real t_ymop5 = t_st5ju * t_gliif - t_xuitj * t_gliif * t_fdlvl;
+    const real t_mtstu = rho_t * (t_xuitj * along_r[along_rho_ref] + r[rho_ref] * t_ymop5) + t_6ckpz * t_fdlvl;
+    const real t_rvs5m = ((P + P) * t_tqdy4 + SELECT0(m_z5ee7, SELECT0(m_z5ee7, (t_xhz2s + t_xhz2s) * t_mtstu))) / (t_go7n3 + t_go7n3);
+    const real t_cldum = t_7tkef / (NUM(m_ehrf3) + t_7tkef) * (c[R] * t_fdlvl * t_yphwp - t_gltfk * t_yphwp * t_rvs5m);
     const real t_mbyif = K(1.0) / (t_6fxuf + t_zxp5x);
-    const real t_h2hpo = SELECT0(m_jm3a6, K(-1.0) / mv_sqrt(K(1.0) - t_wnge4 * t_wnge4) * t_6qxdx)
-        - alpha * (SELECT0(m_z5ee7, -(P * t_mbyif * t_4j6v4)) - Q * t_mbyif * t_xlqrn);
+    const real t_wmpbw = SELECT0(m_jm3a6, K(-1.0) / mv_sqrt(K(1.0) - t_wnge4 * t_wnge4) * t_cldum)
+        - alpha * (SELECT0(m_z5ee7, -(P * t_mbyif * t_mtstu)) - Q * t_mbyif * t_tqdy4);
     const mask m_ehzsl = LE(t_fchu4, K(1000000000000.0));
     const real t_pxhzj = NUM(m_ehzsl);
     const mask m_qxhwi = LE(K(1000000000000.0), t_fchu4);
     const mask m_6t5gi = LE(K(1e-24), t_furpv);
     const real t_6t5gi = NUM(m_6t5gi);
     const mask m_zbh6o = LE(t_furpv, K(1e-24));
-    const real t_ttzkr = (t_m3e7t + t_m3e7t) * t_whxhf
+    const real t_vjbuh = (t_m3e7t + t_m3e7t) * t_whxhf
         - t_fchu4 * t_whxhf * (t_6t5gi / (NUM(m_zbh6o) + t_6t5gi) * t_l72yh);
-    const real t_f57mj = t_pxhzj / (NUM(m_qxhwi) + t_pxhzj) * t_ttzkr;
-    const real t_eq2rl = t_rkglc * t_f57mj;
-    const real t_67h7i = K_ * (t_l3puj * t_eq2rl + t_fcflk * (t_fcflk_2 * t_eq2rl + t_fcflk * (K(-0.18225) * t_eq2rl)));
+    const real t_3g4wl = t_pxhzj / (NUM(m_qxhwi) + t_pxhzj) * t_vjbuh;
+    const real t_fyjhk = t_rkglc * t_3g4wl;
+    const real t_se4co = K_ * (t_l3puj * t_fyjhk + t_fcflk * (t_fcflk_2 * t_fyjhk + t_fcflk * (K(-0.18225) * t_fyjhk)));
     const mask m_bryq2 = NOT(m_mgarf);
-    const real t_srj5g = t_f57mj / (sqrt_K + sqrt_K);
-    const real t_gsbtf = t_moflu * t_dzjuy * (t_2je2w * t_srj5g + t_uiipz * (t_cedhi * t_srj5g + t_uiipz * t_srj5g));
-    const real t_6y6gj = t_cedhi_2 * (K(3.141592653589793) * t_f57mj * t_dzjuy + SELECT0(m_bryq2, -t_gsbtf))
-        + SELECT0(m_bryq2, t_moflu * t_srj5g);
-    const real t_er2u5 = cos_t_23h4w * t_6y6gj;
-    const real t_pa3oo = (sin_t_23h4w + sin_t_23h4w) * t_er2u5;
-    const real t_ypgce = sin_t_23h4w * t_6y6gj;
-    const real t_qhf3w = (cos_t_23h4w + cos_t_23h4w) * t_ypgce;
-    const real t_ib576 = cos_t_23h4w * t_er2u5 - sin_t_23h4w * t_ypgce;
-    const real t_5e7te = t_f57mj + t_f57mj;
-    const real t_6cowk = t_pa3oo + t_qhf3w - (t_rkglc * t_ib576 + t_i7sss * t_5e7te);
-    const real t_wmrep = (t_tdxcy + t_tdxcy) * t_6cowk;
-    const real t_guyge = K_ * t_pa3oo + t_nobej * t_f57mj;
-    const real t_3hb4a = t_guyge + t_guyge;
-    const real t_n4da6 = t_x6qqr * (t_3hb4a + K(4.0) * t_ib576 - (t_ab46z * t_5e7te - t_rkglc * t_qhf3w))
-        + t_x66xq * (t_6y6gj - t_ib576 - t_guyge);
-    const real t_oz3l4 = t_zefeg * (t_6cowk * t_2ev6m - t_3p53j * t_2ev6m * (t_wmrep + t_wmrep - t_n4da6))
-        + t_3p53j * (K(-2.0) * t_ib576 - t_3hb4a + (t_6y6gj + t_6y6gj));
-    const real t_ilomz = t_6y6gj - t_oz3l4;
-    const real t_w4yyd = cos_t_tklbk * t_ilomz;
-    const real t_pb3x6 = (sin_t_tklbk + sin_t_tklbk) * t_w4yyd;
-    const real t_h4ewr = sin_t_tklbk * t_ilomz;
-    const real t_ytug2 = (cos_t_tklbk + cos_t_tklbk) * t_h4ewr;
-    const real t_pvv4g = cos_t_tklbk * t_w4yyd - sin_t_tklbk * t_h4ewr;
-    const real t_v5jgp = t_pb3x6 + t_ytug2 - (t_kme5l * t_5e7te + t_rkglc * t_pvv4g);
-    const real t_wmrep_2 = (t_7fjss + t_7fjss) * t_v5jgp;
-    const real t_zckqr = K_ * t_pb3x6 + t_vx46m * t_f57mj;
-    const real t_3hb4a_2 = t_zckqr + t_zckqr;
-    const real t_rxkq6 = t_ltqat * (t_3hb4a_2 + K(4.0) * t_pvv4g - (t_yrvqm * t_5e7te - t_rkglc * t_ytug2))
-        + t_gzsbk * (t_ilomz - t_pvv4g - t_zckqr);
-    const real t_b72aq = t_bian7 * (t_v5jgp * t_3hukm - t_3vnxf * t_3hukm * (t_wmrep_2 + t_wmrep_2 - t_rxkq6))
-        + t_3vnxf * (K(-2.0) * t_pvv4g - t_3hb4a_2 + (t_ilomz + t_ilomz));
-    const real t_qkma4 = t_ilomz - t_b72aq;
-    const real t_jtm46 = cos_t_jqq3g * t_qkma4;
-    const real t_ueeas = (sin_t_jqq3g + sin_t_jqq3g) * t_jtm46;
-    const real t_icqiw = sin_t_jqq3g * t_qkma4;
-    const real t_syd6o = (cos_t_jqq3g + cos_t_jqq3g) * t_icqiw;
-    const real t_2cnya = cos_t_jqq3g * t_jtm46 - sin_t_jqq3g * t_icqiw;
-    const real t_v5jgp_2 = t_ueeas + t_syd6o - (t_7jvn4 * t_5e7te + t_rkglc * t_2cnya);
-    const real t_wmrep_3 = (t_7fjss_2 + t_7fjss_2) * t_v5jgp_2;
-    const real t_zckqr_2 = K_ * t_ueeas + t_5pr3p * t_f57mj;
-    const real t_3hb4a_3 = t_zckqr_2 + t_zckqr_2;
-    const real t_rmsup = t_je2b3 * (t_3hb4a_3 + K(4.0) * t_2cnya - (t_umlgo * t_5e7te - t_rkglc * t_syd6o))
-        + t_gzsbk_2 * (t_qkma4 - t_2cnya - t_zckqr_2);
-    const real t_wd43v = t_t6v46 * (t_v5jgp_2 * t_ldta7 - t_3vnxf_2 * t_ldta7 * (t_wmrep_3 + t_wmrep_3 - t_rmsup))
-        + t_3vnxf_2 * (K(-2.0) * t_2cnya - t_3hb4a_3 + (t_qkma4 + t_qkma4));
-    const real t_pepem = t_3hbrr * t_45csa * t_h2hpo
-        + t_siz2y * t_45csa * SELECT(m_xb2xi, t_fbuw4 * t_f57mj + t_67h7i, t_qkma4 - t_wd43v);
-    const real t_sls65 = sin_t_dq4fc * t_pepem;
-    const real t_kvko4 = t_y5aew * t_noapf * t_g5q74
-        - t_nawgj * t_noapf * (cos_t_dq4fc * t_slhiz - escape * t_sls65);
-    const real t_ij6of = c[k_phi] * t_kvko4;
-    const real t_3tmx7 = cos_t_dq4fc * t_ij6of - t_f3hnc * t_sls65;
-    const real t_jljdp = sin_t_dq4fc * (alpha * t_ij6of) + t_ckgcn * (cos_t_dq4fc * t_pepem);
-    const real t_vodpk = SELECT0(m_z5ee7, -(t_xuitj * t_3tmx7 + t_jl52z * t_5liuz))
-        - (SELECT0(m_z5ee7, t_j6b4x * t_wq7db) + cos_t * t_jljdp);
-    const real t_e7ve2 = sin_phi_ref * t_vodpk;
-    const real t_fc3c2 = t_iio5w * t_yxwd6;
-    const mask m_hrqyw = LE(K(0.0), t_6qivq);
-    const real t_75add = NUM(m_hrqyw);
-    const mask m_iuje4 = LE(t_6qivq, K(0.0));
-    const real t_m7mbb = SELECT0(m_z5ee7, t_j6b4x * t_5liuz + t_xuitj * t_jljdp)
-        - (SELECT0(m_z5ee7, t_jl52z * t_wq7db) + cos_t * t_3tmx7);
-    const real t_76ols = cos_phi_ref * t_m7mbb - t_iowtl * t_sxtsm;
-    const real t_siacs = cos_phi_ref * t_vodpk - t_iio5w * t_sxtsm;
-    const real t_3ktkr = t_iowtl * t_yxwd6;
-    const real t_hsf4g = sin_phi_ref * t_m7mbb;
-    const real t_hxcwq = zeta1 * (t_76ols - (t_fc3c2 + t_e7ve2))
+    const real t_s4esp = t_3g4wl / (sqrt_K + sqrt_K);
+    const real t_ola73 = t_moflu * t_dzjuy * (t_2je2w * t_s4esp + t_uiipz * (t_cedhi * t_s4esp + t_uiipz * t_s4esp));
+    const real t_ntwcz = t_cedhi_2 * (K(3.141592653589793) * t_3g4wl * t_dzjuy + SELECT0(m_bryq2, -t_ola73))
+        + SELECT0(m_bryq2, t_moflu * t_s4esp);
+    const real t_xbjr4 = cos_t_23h4w * t_ntwcz;
+    const real t_pa3oo = (sin_t_23h4w + sin_t_23h4w) * t_xbjr4;
+    const real t_6kjhz = sin_t_23h4w * t_ntwcz;
+    const real t_qhf3w = (cos_t_23h4w + cos_t_23h4w) * t_6kjhz;
+    const real t_ib576 = cos_t_23h4w * t_xbjr4 - sin_t_23h4w * t_6kjhz;
+    const real t_vi3d5 = t_3g4wl + t_3g4wl;
+    const real t_b2xlv = t_pa3oo + t_qhf3w - (t_rkglc * t_ib576 + t_i7sss * t_vi3d5);
+    const real t_wmrep = (t_tdxcy + t_tdxcy) * t_b2xlv;
+    const real t_nhhdv = K_ * t_pa3oo + t_nobej * t_3g4wl;
+    const real t_pfhsw = t_nhhdv + t_nhhdv;
+    const real t_zf2ap = t_x6qqr * (t_pfhsw + K(4.0) * t_ib576 - (t_ab46z * t_vi3d5 - t_rkglc * t_qhf3w))
+        + t_x66xq * (t_ntwcz - t_ib576 - t_nhhdv);
+    const real t_cg3f5 = t_zefeg * (t_b2xlv * t_2ev6m - t_g2ovj * t_2ev6m * (t_wmrep + t_wmrep - t_zf2ap))
+        + t_g2ovj * (K(-2.0) * t_ib576 - t_pfhsw + (t_ntwcz + t_ntwcz));
+    const real t_sfism = t_ntwcz - t_cg3f5;
+    const real t_jen6u = cos_t_6xnvn * t_sfism;
+    const real t_4eafr = (sin_t_6xnvn + sin_t_6xnvn) * t_jen6u;
+    const real t_2a55o = sin_t_6xnvn * t_sfism;
+    const real t_qj5ho = (cos_t_6xnvn + cos_t_6xnvn) * t_2a55o;
+    const real t_hvckt = cos_t_6xnvn * t_jen6u - sin_t_6xnvn * t_2a55o;
+    const real t_vt54f = t_4eafr + t_qj5ho - (t_kme5l * t_vi3d5 + t_rkglc * t_hvckt);
+    const real t_wmrep_2 = (t_fno7p + t_fno7p) * t_vt54f;
+    const real t_3czja = K_ * t_4eafr + t_vx46m * t_3g4wl;
+    const real t_pfhsw_2 = t_3czja + t_3czja;
+    const real t_bkibi = t_xdzcc * (t_pfhsw_2 + K(4.0) * t_hvckt - (t_yrvqm * t_vi3d5 - t_rkglc * t_qj5ho))
+        + t_a6w2p * (t_sfism - t_hvckt - t_3czja);
+    const real t_geuzv = t_hy73r * (t_vt54f * t_3hukm - t_uhbq3 * t_3hukm * (t_wmrep_2 + t_wmrep_2 - t_bkibi))
+        + t_uhbq3 * (K(-2.0) * t_hvckt - t_pfhsw_2 + (t_sfism + t_sfism));
+    const real t_iydvv = t_sfism - t_geuzv;
+    const real t_zcn4j = cos_t_z3tm5 * t_iydvv;
+    const real t_dru6o = (sin_t_z3tm5 + sin_t_z3tm5) * t_zcn4j;
+    const real t_5a7qb = sin_t_z3tm5 * t_iydvv;
+    const real t_2o4hq = (cos_t_z3tm5 + cos_t_z3tm5) * t_5a7qb;
+    const real t_okysd = cos_t_z3tm5 * t_zcn4j - sin_t_z3tm5 * t_5a7qb;
+    const real t_vt54f_2 = t_dru6o + t_2o4hq - (t_wqods * t_vi3d5 + t_rkglc * t_okysd);
+    const real t_wmrep_3 = (t_fno7p_2 + t_fno7p_2) * t_vt54f_2;
+    const real t_3czja_2 = K_ * t_dru6o + t_cmgiw * t_3g4wl;
+    const real t_pfhsw_3 = t_3czja_2 + t_3czja_2;
+    const real t_d2blu = t_vxy3y * (t_pfhsw_3 + K(4.0) * t_okysd - (t_e3muo * t_vi3d5 - t_rkglc * t_2o4hq))
+        + t_a6w2p_2 * (t_iydvv - t_okysd - t_3czja_2);
+    const real t_52zlx = t_icigh * (t_vt54f_2 * t_vmdk3 - t_uhbq3_2 * t_vmdk3 * (t_wmrep_3 + t_wmrep_3 - t_d2blu))
+        + t_uhbq3_2 * (K(-2.0) * t_okysd - t_pfhsw_3 + (t_iydvv + t_iydvv));
+    const real t_olprr = t_saxj6 * t_45csa * t_wmpbw
+        + t_eowr5 * t_45csa * SELECT(m_xb2xi, t_fbuw4 * t_3g4wl + t_se4co, t_iydvv - t_52zlx);
+    const real t_i2be2 = sin_t_5ewvv * t_olprr;
+    const real t_eb47h = t_y5aew * t_ml3st * t_fdlvl
+        - t_nawgj * t_ml3st * (cos_t_5ewvv * t_6oxje - escape * t_i2be2);
+    const real t_sxw5q = c[k_phi] * t_eb47h;
+    const real t_2acbu = cos_t_5ewvv * t_sxw5q - t_f3hnc * t_i2be2;
+    const real t_vah3l = sin_t_5ewvv * (alpha * t_sxw5q) + t_ckgcn * (cos_t_5ewvv * t_olprr);
+    const real t_37xp5 = SELECT0(m_z5ee7, -(t_xuitj * t_2acbu + t_jl52z * t_ymop5))
+        - (SELECT0(m_z5ee7, t_5bjhx * t_wtvuw) + cos_t * t_vah3l);
+    const real t_jbg6j = sin_phi_ref * t_37xp5;
+    const real t_fc3c2 = t_f3khv * t_yxwd6;
+    const mask m_od6a2 = LE(K(0.0), t_j2lpg);
+    const real t_tij5y = NUM(m_od6a2);
+    const mask m_7t3za = LE(t_j2lpg, K(0.0));
+    const real t_sv4f2 = SELECT0(m_z5ee7, t_5bjhx * t_ymop5 + t_xuitj * t_vah3l)
+        - (SELECT0(m_z5ee7, t_jl52z * t_wtvuw) + cos_t * t_2acbu);
+    const real t_5kjdd = cos_phi_ref * t_sv4f2 - t_xatty * t_sxtsm;
+    const real t_glke7 = cos_phi_ref * t_37xp5 - t_f3khv * t_sxtsm;
+    const real t_3ktkr = t_xatty * t_yxwd6;
+    const real t_lwc7r = sin_phi_ref * t_sv4f2;
+    const real t_pnumi = zeta1 * (t_5kjdd - (t_fc3c2 + t_jbg6j))
         + t_6qhh3 * t_3afq5
-        + (zeta2 * (t_siacs + (t_3ktkr + t_hsf4g)) + t_i63ev * t_46lno);
+        + (zeta2 * (t_glke7 + (t_3ktkr + t_lwc7r)) + t_i63ev * t_46lno);
     const mask m_p2abf = LE(K(1e-09), t_yfvls);
     const real t_ivpxh = NUM(m_p2abf);
     const mask m_ysper = LE(t_yfvls, K(1e-09));
     const real t_ykpbv = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno;
     const real t_cxo4v = t_ykpbv / (t_yfvls + t_yfvls);
-    const real t_yuzrl = t_ivpxh / (NUM(m_ysper) + t_ivpxh) * t_cxo4v;
-    const real t_ppixm = t_75add / (NUM(m_iuje4) + t_75add) * (t_hxcwq * t_e4rje - t_oyhhw * t_e4rje * t_yuzrl - t_kc5kr * t_cxo4v);
-    const real t_pxr5h = t_ppixm * t_e4rje + t_zez2i * t_e4rje * t_yuzrl;
-    const real t_7sdli = t_e7ve2 + t_fc3c2 - (t_zez2i * t_3afq5 - zeta1 * t_pxr5h) - t_76ols;
-    const real t_tp5pm = t_zez2i * zeta2 + t_iowtl * sin_phi_ref + t_iio5w * cos_phi_ref;
-    const real t_jdn4y = t_zez2i * t_46lno - zeta2 * t_pxr5h + (t_hsf4g + t_3ktkr) + t_siacs;
+    const real t_s7b4i = t_ivpxh / (NUM(m_ysper) + t_ivpxh) * t_cxo4v;
+    const real t_p2rbt = t_tij5y / (NUM(m_7t3za) + t_tij5y) * (t_pnumi * t_e4rje - t_oyhhw * t_e4rje * t_s7b4i - t_kc5kr * t_cxo4v);
+    const real t_jvxtl = t_p2rbt * t_e4rje + t_ssi6p * t_e4rje * t_s7b4i;
+    const real t_fycze = t_jbg6j + t_fc3c2 - (t_ssi6p * t_3afq5 - zeta1 * t_jvxtl) - t_5kjdd;
+    const real t_p4nln = t_ssi6p * zeta2 + t_xatty * sin_phi_ref + t_f3khv * cos_phi_ref;
+    const real t_3roug = t_ssi6p * t_46lno - zeta2 * t_jvxtl + (t_lwc7r + t_3ktkr) + t_glke7;
     const real t_oz2aw = K(1.0) / t_yfvls;
-    const real t_554ig = (t_osvi2 * t_3afq5 + zeta1 * t_7sdli - (t_tp5pm * t_46lno + zeta2 * t_jdn4y)) * t_oz2aw;
+    const real t_5n7u5 = (t_36nap * t_3afq5 + zeta1 * t_fycze - (t_p4nln * t_46lno + zeta2 * t_3roug)) * t_oz2aw;
     const real t_3cthi = K(1.0) / t_4x2zf;
-    const real t_uxhgl = (t_tp5pm * t_3afq5 + zeta1 * t_jdn4y + (zeta2 * t_7sdli + t_osvi2 * t_46lno)) * t_3cthi;
+    const real t_uhjn3 = (t_p4nln * t_3afq5 + zeta1 * t_3roug + (zeta2 * t_fycze + t_36nap * t_46lno)) * t_3cthi;
     const real t_f7oti = -c[mu_rate_max];
     const real t_dhkzn = c[mu_gain] * (r[mu_ref] - x[mu]);
     const real t_7l2lj = mv_min(c[mu_rate_max], t_dhkzn);
@@ -848,8 +848,8 @@ void triangle_path_jvp(const real *x, const real *r, const real *p, const real *
     const mask m_huzvj = LE(t_dhkzn, c[mu_rate_max]);
     const real t_huzvj = NUM(m_huzvj);
     const mask m_mu2v2 = LE(c[mu_rate_max], t_dhkzn);
-    change[0] = SELECT(m_ksqj2, t_554ig - (zeta1 * t_osvi2 - zeta2 * t_tp5pm) * t_oz2aw * t_oz2aw * t_cxo4v, t_7sdli);
-    change[1] = SELECT0(m_ksqj2, -(t_uxhgl - (zeta1 * t_tp5pm + t_osvi2 * zeta2) * t_3cthi * t_3cthi * t_ykpbv));
+    change[0] = SELECT(m_ksqj2, t_5n7u5 - (zeta1 * t_36nap - zeta2 * t_p4nln) * t_oz2aw * t_oz2aw * t_cxo4v, t_fycze);
+    change[1] = SELECT0(m_ksqj2, -(t_uhjn3 - (zeta1 * t_p4nln + t_36nap * zeta2) * t_3cthi * t_3cthi * t_ykpbv));
     change[2] = t_tmq3y / (NUM(m_y2s22) + t_tmq3y) * (t_huzvj / (NUM(m_mu2v2) + t_huzvj) * (c[mu_gain] * (along_r[along_mu_ref] - along_x[along_mu])));
 }
 
@@ -932,66 +932,66 @@ void triangle_path_loop_jac(const real *q, const real *r, const real *p, const r
     const real t_x66xq = t_soj5f + K(4.0) * t_i7sss - t_ab46z * t_rkglc;
     const real t_x6qqr = t_23h4w - t_i7sss - t_x767z;
     const real t_2ev6m = K(1.0) / (t_354bs + t_354bs - t_x66xq * t_x6qqr);
-    const real t_3p53j = t_tdxcy * t_2ev6m;
+    const real t_g2ovj = t_tdxcy * t_2ev6m;
     const real t_zefeg = K(-2.0) * t_i7sss - t_soj5f + (t_23h4w + t_23h4w);
-    const real t_tklbk = t_23h4w - t_3p53j * t_zefeg;
-    real sin_t_tklbk, cos_t_tklbk; mv_sincos(t_tklbk, &sin_t_tklbk, &cos_t_tklbk);
-    const real t_vx46m = sin_t_tklbk * sin_t_tklbk;
-    const real t_yrvqm = cos_t_tklbk * cos_t_tklbk;
-    const real t_kme5l = cos_t_tklbk * sin_t_tklbk;
-    const real t_7fjss = K(1.0) + t_vx46m - t_yrvqm - t_rkglc * t_kme5l;
-    const real t_354bs_2 = t_7fjss * t_7fjss;
-    const real t_v4qrz = t_vx46m * K_;
-    const real t_soj5f_2 = t_v4qrz + t_v4qrz;
-    const real t_gzsbk = t_soj5f_2 + K(4.0) * t_kme5l - t_rkglc * t_yrvqm;
-    const real t_ltqat = t_tklbk - t_kme5l - t_v4qrz;
-    const real t_3hukm = K(1.0) / (t_354bs_2 + t_354bs_2 - t_gzsbk * t_ltqat);
-    const real t_3vnxf = t_7fjss * t_3hukm;
-    const real t_bian7 = K(-2.0) * t_kme5l - t_soj5f_2 + (t_tklbk + t_tklbk);
-    const real t_jqq3g = t_tklbk - t_3vnxf * t_bian7;
-    real sin_t_jqq3g, cos_t_jqq3g; mv_sincos(t_jqq3g, &sin_t_jqq3g, &cos_t_jqq3g);
-    const real t_5pr3p = sin_t_jqq3g * sin_t_jqq3g;
-    const real t_umlgo = cos_t_jqq3g * cos_t_jqq3g;
-    const real t_7jvn4 = cos_t_jqq3g * sin_t_jqq3g;
-    const real t_7fjss_2 = K(1.0) + t_5pr3p - t_umlgo - t_rkglc * t_7jvn4;
-    const real t_354bs_3 = t_7fjss_2 * t_7fjss_2;
-    const real t_v4qrz_2 = t_5pr3p * K_;
-    const real t_soj5f_3 = t_v4qrz_2 + t_v4qrz_2;
-    const real t_gzsbk_2 = t_soj5f_3 + K(4.0) * t_7jvn4 - t_rkglc * t_umlgo;
-    const real t_je2b3 = t_jqq3g - t_7jvn4 - t_v4qrz_2;
-    const real t_ldta7 = K(1.0) / (t_354bs_3 + t_354bs_3 - t_gzsbk_2 * t_je2b3);
-    const real t_3vnxf_2 = t_7fjss_2 * t_ldta7;
-    const real t_t6v46 = K(-2.0) * t_7jvn4 - t_soj5f_3 + (t_jqq3g + t_jqq3g);
-    const real t_luomk = SELECT(m_xb2xi, K_ * t_fbuw4, t_jqq3g - t_3vnxf_2 * t_t6v46);
-    const real t_dq4fc = mv_min(t_x3hva, t_luomk);
-    real sin_t_dq4fc, cos_t_dq4fc; mv_sincos(t_dq4fc, &sin_t_dq4fc, &cos_t_dq4fc);
-    const real t_5l2d7 = -(cos_t_dq4fc * escape);
+    const real t_6xnvn = t_23h4w - t_g2ovj * t_zefeg;
+    real sin_t_6xnvn, cos_t_6xnvn; mv_sincos(t_6xnvn, &sin_t_6xnvn, &cos_t_6xnvn);
+    const real t_vx46m = sin_t_6xnvn * sin_t_6xnvn;
+    const real t_yrvqm = cos_t_6xnvn * cos_t_6xnvn;
+    const real t_kme5l = cos_t_6xnvn * sin_t_6xnvn;
+    const real t_fno7p = K(1.0) + t_vx46m - t_yrvqm - t_rkglc * t_kme5l;
+    const real t_354bs_2 = t_fno7p * t_fno7p;
+    const real t_bweg4 = t_vx46m * K_;
+    const real t_soj5f_2 = t_bweg4 + t_bweg4;
+    const real t_a6w2p = t_soj5f_2 + K(4.0) * t_kme5l - t_rkglc * t_yrvqm;
+    const real t_xdzcc = t_6xnvn - t_kme5l - t_bweg4;
+    const real t_3hukm = K(1.0) / (t_354bs_2 + t_354bs_2 - t_a6w2p * t_xdzcc);
+    const real t_uhbq3 = t_fno7p * t_3hukm;
+    const real t_hy73r = K(-2.0) * t_kme5l - t_soj5f_2 + (t_6xnvn + t_6xnvn);
+    const real t_z3tm5 = t_6xnvn - t_uhbq3 * t_hy73r;
+    real sin_t_z3tm5, cos_t_z3tm5; mv_sincos(t_z3tm5, &sin_t_z3tm5, &cos_t_z3tm5);
+    const real t_cmgiw = sin_t_z3tm5 * sin_t_z3tm5;
+    const real t_e3muo = cos_t_z3tm5 * cos_t_z3tm5;
+    const real t_wqods = cos_t_z3tm5 * sin_t_z3tm5;
+    const real t_fno7p_2 = K(1.0) + t_cmgiw - t_e3muo - t_rkglc * t_wqods;
+    const real t_354bs_3 = t_fno7p_2 * t_fno7p_2;
+    const real t_bweg4_2 = t_cmgiw * K_;
+    const real t_soj5f_3 = t_bweg4_2 + t_bweg4_2;
+    const real t_a6w2p_2 = t_soj5f_3 + K(4.0) * t_wqods - t_rkglc * t_e3muo;
+    const real t_vxy3y = t_z3tm5 - t_wqods - t_bweg4_2;
+    const real t_vmdk3 = K(1.0) / (t_354bs_3 + t_354bs_3 - t_a6w2p_2 * t_vxy3y);
+    const real t_uhbq3_2 = t_fno7p_2 * t_vmdk3;
+    const real t_icigh = K(-2.0) * t_wqods - t_soj5f_3 + (t_z3tm5 + t_z3tm5);
+    const real t_wlsyt = SELECT(m_xb2xi, K_ * t_fbuw4, t_z3tm5 - t_uhbq3_2 * t_icigh);
+    const real t_5ewvv = mv_min(t_x3hva, t_wlsyt);
+    real sin_t_5ewvv, cos_t_5ewvv; mv_sincos(t_5ewvv, &sin_t_5ewvv, &cos_t_5ewvv);
+    const real t_5l2d7 = -(cos_t_5ewvv * escape);
     const mask m_n2lcz = LE(t_5l2d7, rho_t);
     const real t_y5aew = NUM(m_n2lcz);
     const mask m_wzdbz = LE(rho_t, t_5l2d7);
     const real t_nawgj = NUM(m_wzdbz);
-    const real t_noapf = K(1.0) / (t_y5aew + t_nawgj);
-    const real t_6lpoz = t_y5aew * t_noapf;
+    const real t_ml3st = K(1.0) / (t_y5aew + t_nawgj);
+    const real t_awwlh = t_y5aew * t_ml3st;
     const real t_5wlee = w_across + w_across;
     const real t_degwz = w_along + w_along;
     const real t_ugll2 = t_5wlee * sin_phi_ref - t_degwz * cos_phi_ref;
     const real t_amnjj = K(1.0) / (rho_t + rho_t);
     const real t_z3qw7 = t_ugll2 * t_amnjj;
-    const real t_jptgq = t_nawgj * t_noapf;
+    const real t_6onvn = t_nawgj * t_ml3st;
     const mask m_gb6op = LE(t_hzywj, t_hnwtz);
-    const real t_rvmln = NUM(m_gb6op);
+    const real t_xn46b = NUM(m_gb6op);
     const mask m_nwh66 = LE(t_hnwtz, t_hzywj);
-    const real t_c7yn2 = NUM(m_nwh66);
-    const real t_7krau = K(1.0) / (t_c7yn2 + t_rvmln);
-    const real t_vycnp = t_rvmln * t_7krau;
+    const real t_72wqd = NUM(m_nwh66);
+    const real t_7krau = K(1.0) / (t_72wqd + t_xn46b);
+    const real t_vycnp = t_xn46b * t_7krau;
     const real t_aag5f = alpha * (c[area_factor] * (r[rho_ref] * sin_phi_ref));
     const real t_sg67n = K(1.0) / (t_hzywj + t_hzywj);
-    const mask m_tddsu = LE(t_x3hva, t_luomk);
-    const real t_3hbrr = NUM(m_tddsu);
-    const mask m_loxre = LE(t_luomk, t_x3hva);
-    const real t_siz2y = NUM(m_loxre);
-    const real t_45csa = K(1.0) / (t_3hbrr + t_siz2y);
-    const real t_z55or = t_3hbrr * t_45csa;
+    const mask m_eqejb = LE(t_x3hva, t_wlsyt);
+    const real t_saxj6 = NUM(m_eqejb);
+    const mask m_3wjmr = LE(t_wlsyt, t_x3hva);
+    const real t_eowr5 = NUM(m_3wjmr);
+    const real t_45csa = K(1.0) / (t_saxj6 + t_eowr5);
+    const real t_z55or = t_saxj6 * t_45csa;
     const mask m_jm3a6 = NOT(m_hqqaa);
     const real t_2tdpo = K(-1.0) / mv_sqrt(K(1.0) - t_wnge4 * t_wnge4);
     const mask m_tetbk = LE(t_gltfk, K(1.0));
@@ -1003,21 +1003,21 @@ void triangle_path_loop_jac(const real *q, const real *r, const real *p, const r
     const real t_m3snr = cos_phi_ref * t_gliif;
     const real t_apicp = t_m4c7o * t_gliif;
     const real t_ym2fo = t_m3snr + t_apicp * t_z3qw7;
-    const real t_m6nss = SELECT0(m_z5ee7, -(rho_t * (r[rho_ref] * t_ym2fo))) + t_mowvz * t_z3qw7;
+    const real t_befrm = SELECT0(m_z5ee7, -(rho_t * (r[rho_ref] * t_ym2fo))) + t_mowvz * t_z3qw7;
     const real t_atahe = t_xhz2s + t_xhz2s;
     const real t_jhdru = sin_phi_ref * t_gliif;
     const real t_27sgx = t_xuitj * t_gliif;
     const real t_fdt4k = t_jhdru - t_27sgx * t_z3qw7;
-    const real t_52cij = rho_t * (r[rho_ref] * t_fdt4k) + t_6ckpz * t_z3qw7;
+    const real t_go57u = rho_t * (r[rho_ref] * t_fdt4k) + t_6ckpz * t_z3qw7;
     const real t_idsfo = K(1.0) / (t_go7n3 + t_go7n3);
-    const real t_6olgb = c[R] * t_z3qw7 * t_yphwp
-        - t_2cqik * ((t_hrndm * t_m6nss + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_atahe * t_52cij))) * t_idsfo);
+    const real t_j6ugr = c[R] * t_z3qw7 * t_yphwp
+        - t_2cqik * ((t_hrndm * t_befrm + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_atahe * t_go57u))) * t_idsfo);
     const real t_mbyif = K(1.0) / (t_6fxuf + t_zxp5x);
     const real t_zqvsa = P * t_mbyif;
     const real t_rc3uf = Q * t_mbyif;
-    const real t_yeik2 = SELECT0(m_jm3a6, t_2tdpo * (t_smvdv * t_6olgb))
-        - alpha * (SELECT0(m_z5ee7, -(t_zqvsa * t_52cij)) - t_rc3uf * t_m6nss);
-    const real t_iatqo = t_siz2y * t_45csa;
+    const real t_5xfx2 = SELECT0(m_jm3a6, t_2tdpo * (t_smvdv * t_j6ugr))
+        - alpha * (SELECT0(m_z5ee7, -(t_zqvsa * t_go57u)) - t_rc3uf * t_befrm);
+    const real t_iatqo = t_eowr5 * t_45csa;
     const mask m_ehzsl = LE(t_fchu4, K(1000000000000.0));
     const real t_pxhzj = NUM(m_ehzsl);
     const mask m_qxhwi = LE(K(1000000000000.0), t_fchu4);
@@ -1028,103 +1028,103 @@ void triangle_path_loop_jac(const real *q, const real *r, const real *p, const r
     const mask m_zbh6o = LE(t_furpv, K(1e-24));
     const real t_yizac = t_6t5gi / (NUM(m_zbh6o) + t_6t5gi);
     const real t_dwgxl = t_luana * ((t_aag5f + t_aag5f) * t_whxhf - t_66l3y * (t_yizac * t_ugll2));
-    const real t_cw4st = t_rkglc * t_dwgxl;
-    const real t_3usun = K_ * (t_l3puj * t_cw4st + t_fcflk * (t_fcflk_2 * t_cw4st + t_fcflk * (K(-0.18225) * t_cw4st)));
+    const real t_qkdfj = t_rkglc * t_dwgxl;
+    const real t_42ssa = K_ * (t_l3puj * t_qkdfj + t_fcflk * (t_fcflk_2 * t_qkdfj + t_fcflk * (K(-0.18225) * t_qkdfj)));
     const mask m_bryq2 = NOT(m_mgarf);
     const real t_bz7cf = t_moflu * t_dzjuy;
     const real t_pxtjb = K(1.0) / (sqrt_K + sqrt_K);
-    const real t_7z77a = t_dwgxl * t_pxtjb;
-    const real t_b6gp2 = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_7z77a + t_uiipz * (t_cedhi * t_7z77a + t_uiipz * t_7z77a))));
-    const real t_kmj4a = t_cedhi_2 * (K(3.141592653589793) * t_dwgxl * t_dzjuy + t_b6gp2) + SELECT0(m_bryq2, t_moflu * t_7z77a);
+    const real t_w5svp = t_dwgxl * t_pxtjb;
+    const real t_lrmma = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_w5svp + t_uiipz * (t_cedhi * t_w5svp + t_uiipz * t_w5svp))));
+    const real t_mvmba = t_cedhi_2 * (K(3.141592653589793) * t_dwgxl * t_dzjuy + t_lrmma) + SELECT0(m_bryq2, t_moflu * t_w5svp);
     const real t_iztzo = sin_t_23h4w + sin_t_23h4w;
-    const real t_ssylr = cos_t_23h4w * t_kmj4a;
-    const real t_ry2p3 = t_iztzo * t_ssylr;
+    const real t_ywxf3 = cos_t_23h4w * t_mvmba;
+    const real t_ry2p3 = t_iztzo * t_ywxf3;
     const real t_5vdc7 = cos_t_23h4w + cos_t_23h4w;
-    const real t_xpjdw = sin_t_23h4w * t_kmj4a;
-    const real t_eb6gy = t_5vdc7 * t_xpjdw;
-    const real t_ytvd3 = cos_t_23h4w * t_ssylr - sin_t_23h4w * t_xpjdw;
-    const real t_zesbs = t_dwgxl + t_dwgxl;
-    const real t_bifej = t_ry2p3 + t_eb6gy - (t_rkglc * t_ytvd3 + t_i7sss * t_zesbs);
-    const real t_dewdp = t_3p53j * t_2ev6m;
+    const real t_g5d3w = sin_t_23h4w * t_mvmba;
+    const real t_eb6gy = t_5vdc7 * t_g5d3w;
+    const real t_ytvd3 = cos_t_23h4w * t_ywxf3 - sin_t_23h4w * t_g5d3w;
+    const real t_ptczs = t_dwgxl + t_dwgxl;
+    const real t_fqy6f = t_ry2p3 + t_eb6gy - (t_rkglc * t_ytvd3 + t_i7sss * t_ptczs);
+    const real t_qabbd = t_g2ovj * t_2ev6m;
     const real t_u7xtp = t_tdxcy + t_tdxcy;
-    const real t_4qsg6 = t_u7xtp * t_bifej;
-    const real t_phzrm = K_ * t_ry2p3 + t_nobej * t_dwgxl;
-    const real t_rkotb = t_phzrm + t_phzrm;
-    const real t_a4zw7 = t_x6qqr * (t_rkotb + K(4.0) * t_ytvd3 - (t_ab46z * t_zesbs - t_rkglc * t_eb6gy))
-        + t_x66xq * (t_kmj4a - t_ytvd3 - t_phzrm);
-    const real t_ypcd4 = t_zefeg * (t_bifej * t_2ev6m - t_dewdp * (t_4qsg6 + t_4qsg6 - t_a4zw7))
-        + t_3p53j * (K(-2.0) * t_ytvd3 - t_rkotb + (t_kmj4a + t_kmj4a));
-    const real t_db4wd = t_kmj4a - t_ypcd4;
-    const real t_tfrfg = sin_t_tklbk + sin_t_tklbk;
-    const real t_pmgku = cos_t_tklbk * t_db4wd;
-    const real t_hcsfy = t_tfrfg * t_pmgku;
-    const real t_jvoax = cos_t_tklbk + cos_t_tklbk;
-    const real t_ixvp7 = sin_t_tklbk * t_db4wd;
-    const real t_evk7p = t_jvoax * t_ixvp7;
-    const real t_pvv4g = cos_t_tklbk * t_pmgku - sin_t_tklbk * t_ixvp7;
-    const real t_mtouj = t_hcsfy + t_evk7p - (t_kme5l * t_zesbs + t_rkglc * t_pvv4g);
-    const real t_w4jai = t_3vnxf * t_3hukm;
-    const real t_u7xtp_2 = t_7fjss + t_7fjss;
-    const real t_4qsg6_2 = t_u7xtp_2 * t_mtouj;
-    const real t_iqxjw = K_ * t_hcsfy + t_vx46m * t_dwgxl;
-    const real t_rkotb_2 = t_iqxjw + t_iqxjw;
-    const real t_f2tl7 = t_ltqat * (t_rkotb_2 + K(4.0) * t_pvv4g - (t_yrvqm * t_zesbs - t_rkglc * t_evk7p))
-        + t_gzsbk * (t_db4wd - t_pvv4g - t_iqxjw);
-    const real t_3tpoh = t_bian7 * (t_mtouj * t_3hukm - t_w4jai * (t_4qsg6_2 + t_4qsg6_2 - t_f2tl7))
-        + t_3vnxf * (K(-2.0) * t_pvv4g - t_rkotb_2 + (t_db4wd + t_db4wd));
-    const real t_m5hmi = t_db4wd - t_3tpoh;
-    const real t_3miyq = sin_t_jqq3g + sin_t_jqq3g;
-    const real t_6kovg = cos_t_jqq3g * t_m5hmi;
-    const real t_7hjou = t_3miyq * t_6kovg;
-    const real t_pvqfm = cos_t_jqq3g + cos_t_jqq3g;
-    const real t_p6q5h = sin_t_jqq3g * t_m5hmi;
-    const real t_ip3fi = t_pvqfm * t_p6q5h;
-    const real t_2cnya = cos_t_jqq3g * t_6kovg - sin_t_jqq3g * t_p6q5h;
-    const real t_mtouj_2 = t_7hjou + t_ip3fi - (t_7jvn4 * t_zesbs + t_rkglc * t_2cnya);
-    const real t_w4jai_2 = t_3vnxf_2 * t_ldta7;
-    const real t_u7xtp_3 = t_7fjss_2 + t_7fjss_2;
-    const real t_4qsg6_3 = t_u7xtp_3 * t_mtouj_2;
-    const real t_iqxjw_2 = K_ * t_7hjou + t_5pr3p * t_dwgxl;
-    const real t_rkotb_3 = t_iqxjw_2 + t_iqxjw_2;
-    const real t_iyjdm = t_je2b3 * (t_rkotb_3 + K(4.0) * t_2cnya - (t_umlgo * t_zesbs - t_rkglc * t_ip3fi))
-        + t_gzsbk_2 * (t_m5hmi - t_2cnya - t_iqxjw_2);
-    const real t_lsm7z = t_t6v46 * (t_mtouj_2 * t_ldta7 - t_w4jai_2 * (t_4qsg6_3 + t_4qsg6_3 - t_iyjdm))
-        + t_3vnxf_2 * (K(-2.0) * t_2cnya - t_rkotb_3 + (t_m5hmi + t_m5hmi));
-    const real t_xhxer = t_z55or * t_yeik2
-        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_dwgxl + t_3usun, t_m5hmi - t_lsm7z);
-    const real t_ka5ol = sin_t_dq4fc * t_xhxer;
-    const real t_gznen = t_6lpoz * t_z3qw7
-        - t_jptgq * (cos_t_dq4fc * (t_vycnp * (t_aag5f * t_sg67n)) - escape * t_ka5ol);
-    const real t_proqt = c[k_phi] * t_gznen;
+    const real t_4qsg6 = t_u7xtp * t_fqy6f;
+    const real t_r7tnh = K_ * t_ry2p3 + t_nobej * t_dwgxl;
+    const real t_4dzqh = t_r7tnh + t_r7tnh;
+    const real t_kfjuy = t_x6qqr * (t_4dzqh + K(4.0) * t_ytvd3 - (t_ab46z * t_ptczs - t_rkglc * t_eb6gy))
+        + t_x66xq * (t_mvmba - t_ytvd3 - t_r7tnh);
+    const real t_gassp = t_zefeg * (t_fqy6f * t_2ev6m - t_qabbd * (t_4qsg6 + t_4qsg6 - t_kfjuy))
+        + t_g2ovj * (K(-2.0) * t_ytvd3 - t_4dzqh + (t_mvmba + t_mvmba));
+    const real t_4onwx = t_mvmba - t_gassp;
+    const real t_tfrfg = sin_t_6xnvn + sin_t_6xnvn;
+    const real t_fexrh = cos_t_6xnvn * t_4onwx;
+    const real t_5lqtq = t_tfrfg * t_fexrh;
+    const real t_jvoax = cos_t_6xnvn + cos_t_6xnvn;
+    const real t_jxqoe = sin_t_6xnvn * t_4onwx;
+    const real t_mbfbp = t_jvoax * t_jxqoe;
+    const real t_hvckt = cos_t_6xnvn * t_fexrh - sin_t_6xnvn * t_jxqoe;
+    const real t_nd2xh = t_5lqtq + t_mbfbp - (t_kme5l * t_ptczs + t_rkglc * t_hvckt);
+    const real t_5lvve = t_uhbq3 * t_3hukm;
+    const real t_u7xtp_2 = t_fno7p + t_fno7p;
+    const real t_4qsg6_2 = t_u7xtp_2 * t_nd2xh;
+    const real t_vmpmz = K_ * t_5lqtq + t_vx46m * t_dwgxl;
+    const real t_4dzqh_2 = t_vmpmz + t_vmpmz;
+    const real t_o2ej2 = t_xdzcc * (t_4dzqh_2 + K(4.0) * t_hvckt - (t_yrvqm * t_ptczs - t_rkglc * t_mbfbp))
+        + t_a6w2p * (t_4onwx - t_hvckt - t_vmpmz);
+    const real t_2l3cs = t_hy73r * (t_nd2xh * t_3hukm - t_5lvve * (t_4qsg6_2 + t_4qsg6_2 - t_o2ej2))
+        + t_uhbq3 * (K(-2.0) * t_hvckt - t_4dzqh_2 + (t_4onwx + t_4onwx));
+    const real t_mined = t_4onwx - t_2l3cs;
+    const real t_eq35n = sin_t_z3tm5 + sin_t_z3tm5;
+    const real t_yfn2s = cos_t_z3tm5 * t_mined;
+    const real t_5lqtq_2 = t_eq35n * t_yfn2s;
+    const real t_xsrzu = cos_t_z3tm5 + cos_t_z3tm5;
+    const real t_6dz3f = sin_t_z3tm5 * t_mined;
+    const real t_mbfbp_2 = t_xsrzu * t_6dz3f;
+    const real t_okysd = cos_t_z3tm5 * t_yfn2s - sin_t_z3tm5 * t_6dz3f;
+    const real t_nd2xh_2 = t_5lqtq_2 + t_mbfbp_2 - (t_wqods * t_ptczs + t_rkglc * t_okysd);
+    const real t_5lvve_2 = t_uhbq3_2 * t_vmdk3;
+    const real t_u7xtp_3 = t_fno7p_2 + t_fno7p_2;
+    const real t_4qsg6_3 = t_u7xtp_3 * t_nd2xh_2;
+    const real t_vmpmz_2 = K_ * t_5lqtq_2 + t_cmgiw * t_dwgxl;
+    const real t_4dzqh_3 = t_vmpmz_2 + t_vmpmz_2;
+    const real t_kevyh = t_vxy3y * (t_4dzqh_3 + K(4.0) * t_okysd - (t_e3muo * t_ptczs - t_rkglc * t_mbfbp_2))
+        + t_a6w2p_2 * (t_mined - t_okysd - t_vmpmz_2);
+    const real t_pxkov = t_icigh * (t_nd2xh_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_3 + t_4qsg6_3 - t_kevyh))
+        + t_uhbq3_2 * (K(-2.0) * t_okysd - t_4dzqh_3 + (t_mined + t_mined));
+    const real t_tva4o = t_z55or * t_5xfx2
+        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_dwgxl + t_42ssa, t_mined - t_pxkov);
+    const real t_5vi3g = sin_t_5ewvv * t_tva4o;
+    const real t_ixqc2 = t_awwlh * t_z3qw7
+        - t_6onvn * (cos_t_5ewvv * (t_vycnp * (t_aag5f * t_sg67n)) - escape * t_5vi3g);
+    const real t_3ioam = c[k_phi] * t_ixqc2;
     const real t_f3hnc = c[k_phi] * mv_max(rho_t, t_5l2d7);
-    const real t_eoc44 = cos_t_dq4fc * t_proqt - t_f3hnc * t_ka5ol;
-    const real t_jl52z = cos_t_dq4fc * t_f3hnc;
+    const real t_zsj5j = cos_t_5ewvv * t_3ioam - t_f3hnc * t_5vi3g;
+    const real t_jl52z = cos_t_5ewvv * t_f3hnc;
     const real t_ckgcn = alpha * t_f3hnc;
-    const real t_j6b4x = t_ckgcn * sin_t_dq4fc;
-    const real t_2t7db = sin_t_dq4fc * (alpha * t_proqt) + t_ckgcn * (cos_t_dq4fc * t_xhxer);
-    const real t_qcwvs = SELECT0(m_z5ee7, -(t_xuitj * t_eoc44 + t_jl52z * t_fdt4k))
-        - (SELECT0(m_z5ee7, -(t_j6b4x * t_ym2fo)) + cos_t * t_2t7db);
-    const real t_4vfia = sin_phi_ref * t_qcwvs;
+    const real t_5bjhx = t_ckgcn * sin_t_5ewvv;
+    const real t_5crrr = sin_t_5ewvv * (alpha * t_3ioam) + t_ckgcn * (cos_t_5ewvv * t_tva4o);
+    const real t_id4ov = SELECT0(m_z5ee7, -(t_xuitj * t_zsj5j + t_jl52z * t_fdt4k))
+        - (SELECT0(m_z5ee7, -(t_5bjhx * t_ym2fo)) + cos_t * t_5crrr);
+    const real t_4vfia = sin_phi_ref * t_id4ov;
     const real t_kc5kr = K(100.0) * c[k_phi];
     const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
-    const real t_iowtl = SELECT0(m_z5ee7, t_xuitj * t_j6b4x) - cos_t * t_jl52z;
-    const real t_iio5w = SELECT0(m_z5ee7, -(t_jl52z * t_xuitj)) - cos_t * t_j6b4x;
-    const real t_6qhh3 = cos_phi_ref * t_iowtl - sin_phi_ref * t_iio5w;
-    const real t_i63ev = cos_phi_ref * t_iio5w + sin_phi_ref * t_iowtl;
+    const real t_xatty = SELECT0(m_z5ee7, t_xuitj * t_5bjhx) - cos_t * t_jl52z;
+    const real t_f3khv = SELECT0(m_z5ee7, -(t_jl52z * t_xuitj)) - cos_t * t_5bjhx;
+    const real t_6qhh3 = cos_phi_ref * t_xatty - sin_phi_ref * t_f3khv;
+    const real t_i63ev = cos_phi_ref * t_f3khv + sin_phi_ref * t_xatty;
     const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
     const real t_cznde = (t_6qhh3 * q[zeta1] + t_i63ev * q[zeta2]) * t_e4rje;
-    const real t_6qivq = -(t_kc5kr * (c[R] - t_yfvls) + t_cznde);
-    const real t_5btq3 = mv_max(SPLAT(K(0.0)), t_6qivq) * t_e4rje;
-    const mask m_pypqd = LE(K(0.0), t_6qivq);
-    const real t_75add = NUM(m_pypqd);
-    const mask m_linog = LE(t_6qivq, K(0.0));
-    const real t_4xt6m = t_75add / (NUM(m_linog) + t_75add);
-    const real t_bv5yh = SELECT0(m_z5ee7, t_j6b4x * t_fdt4k + t_xuitj * t_2t7db)
-        - (SELECT0(m_z5ee7, -(t_jl52z * t_ym2fo)) + cos_t * t_eoc44);
-    const real t_h35hl = cos_phi_ref * t_bv5yh;
-    const real t_c4v4l = cos_phi_ref * t_qcwvs;
-    const real t_mz76a = sin_phi_ref * t_bv5yh;
-    const real t_2lcau = t_cznde * t_e4rje;
+    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_cznde);
+    const real t_i3qrh = mv_max(SPLAT(K(0.0)), t_j2lpg) * t_e4rje;
+    const mask m_oaadf = LE(K(0.0), t_j2lpg);
+    const real t_tij5y = NUM(m_oaadf);
+    const mask m_yn7xs = LE(t_j2lpg, K(0.0));
+    const real t_jik5x = t_tij5y / (NUM(m_yn7xs) + t_tij5y);
+    const real t_jmgq7 = SELECT0(m_z5ee7, t_5bjhx * t_fdt4k + t_xuitj * t_5crrr)
+        - (SELECT0(m_z5ee7, -(t_jl52z * t_ym2fo)) + cos_t * t_zsj5j);
+    const real t_h35hl = cos_phi_ref * t_jmgq7;
+    const real t_c4v4l = cos_phi_ref * t_id4ov;
+    const real t_mz76a = sin_phi_ref * t_jmgq7;
+    const real t_tk5is = t_cznde * t_e4rje;
     const mask m_p2abf = LE(K(1e-09), t_yfvls);
     const real t_p2abf = NUM(m_p2abf);
     const mask m_ysper = LE(t_yfvls, K(1e-09));
@@ -1132,160 +1132,160 @@ void triangle_path_loop_jac(const real *q, const real *r, const real *p, const r
     const real t_oz2aw = K(1.0) / t_yfvls;
     const real t_soujt = q[zeta1] * t_oz2aw;
     const real t_h5ecg = t_cexdd * t_soujt;
-    const real t_vsyzn = (q[zeta1] * (t_h35hl - t_4vfia) + t_6qhh3 + q[zeta2] * (t_c4v4l + t_mz76a)) * t_e4rje
-        - t_2lcau * t_h5ecg
+    const real t_epa72 = (q[zeta1] * (t_h35hl - t_4vfia) + t_6qhh3 + q[zeta2] * (t_c4v4l + t_mz76a)) * t_e4rje
+        - t_tk5is * t_h5ecg
         - t_kc5kr * t_soujt;
-    const real t_3vkdn = t_5btq3 * t_e4rje;
-    const real t_ipynv = t_4xt6m * t_vsyzn * t_e4rje + t_3vkdn * t_h5ecg;
-    const real t_5hot5 = t_4vfia - (t_5btq3 - q[zeta1] * t_ipynv) - t_h35hl;
+    const real t_4gg3u = t_i3qrh * t_e4rje;
+    const real t_3h7vy = t_jik5x * t_epa72 * t_e4rje + t_4gg3u * t_h5ecg;
+    const real t_ykiyk = t_4vfia - (t_i3qrh - q[zeta1] * t_3h7vy) - t_h35hl;
     const real t_p5xao = t_5wlee * cos_phi_ref + t_degwz * sin_phi_ref;
     const real t_fsihy = t_p5xao * t_amnjj;
     const real t_fpjrk = t_apicp * t_fsihy - t_jhdru;
     const real t_lxadz = SELECT0(m_z5ee7, rho_t * (r[rho_ref] * t_fpjrk)) - t_mowvz * t_fsihy;
     const real t_pirkw = t_27sgx * t_fsihy - t_m3snr;
     const real t_uonuc = rho_t * (r[rho_ref] * t_pirkw) - t_6ckpz * t_fsihy;
-    const real t_j6ugr = c[R] * t_fsihy * t_yphwp
+    const real t_j6ugr_2 = c[R] * t_fsihy * t_yphwp
         + t_2cqik * ((t_hrndm * t_lxadz + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_atahe * t_uonuc))) * t_idsfo);
-    const real t_epcfw = SELECT0(m_jm3a6, -(t_2tdpo * (t_smvdv * t_j6ugr)))
+    const real t_5xfx2_2 = SELECT0(m_jm3a6, -(t_2tdpo * (t_smvdv * t_j6ugr_2)))
         - alpha * (SELECT0(m_z5ee7, -(t_zqvsa * t_uonuc)) - t_rc3uf * t_lxadz);
     const real t_55rne = alpha * (c[area_factor] * (r[rho_ref] * cos_phi_ref));
     const real t_55rne_2 = -t_55rne;
     const real t_mbbm3 = t_luana * ((t_55rne_2 + t_55rne_2) * t_whxhf + t_66l3y * (t_yizac * t_p5xao));
-    const real t_eyyn6 = t_rkglc * t_mbbm3;
-    const real t_y43s6 = K_ * (t_l3puj * t_eyyn6 + t_fcflk * (t_fcflk_2 * t_eyyn6 + t_fcflk * (K(-0.18225) * t_eyyn6)));
-    const real t_xoptr = t_mbbm3 * t_pxtjb;
-    const real t_plbqq = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_xoptr + t_uiipz * (t_cedhi * t_xoptr + t_uiipz * t_xoptr))));
-    const real t_bjhtg = t_cedhi_2 * (K(3.141592653589793) * t_mbbm3 * t_dzjuy + t_plbqq) + SELECT0(m_bryq2, t_moflu * t_xoptr);
-    const real t_dcura = cos_t_23h4w * t_bjhtg;
-    const real t_ry2p3_2 = t_iztzo * t_dcura;
-    const real t_3oiui = sin_t_23h4w * t_bjhtg;
-    const real t_eb6gy_2 = t_5vdc7 * t_3oiui;
-    const real t_ytvd3_2 = cos_t_23h4w * t_dcura - sin_t_23h4w * t_3oiui;
-    const real t_2nfhy = t_mbbm3 + t_mbbm3;
-    const real t_44pkp = t_ry2p3_2 + t_eb6gy_2 - (t_rkglc * t_ytvd3_2 + t_i7sss * t_2nfhy);
-    const real t_4qsg6_4 = t_u7xtp * t_44pkp;
-    const real t_jlnyn = K_ * t_ry2p3_2 + t_nobej * t_mbbm3;
-    const real t_7iknq = t_jlnyn + t_jlnyn;
-    const real t_d4wgs = t_x6qqr * (t_7iknq + K(4.0) * t_ytvd3_2 - (t_ab46z * t_2nfhy - t_rkglc * t_eb6gy_2))
-        + t_x66xq * (t_bjhtg - t_ytvd3_2 - t_jlnyn);
-    const real t_zrza2 = t_zefeg * (t_44pkp * t_2ev6m - t_dewdp * (t_4qsg6_4 + t_4qsg6_4 - t_d4wgs))
-        + t_3p53j * (K(-2.0) * t_ytvd3_2 - t_7iknq + (t_bjhtg + t_bjhtg));
-    const real t_mqzqc = t_bjhtg - t_zrza2;
-    const real t_pmgku_2 = cos_t_tklbk * t_mqzqc;
-    const real t_hcsfy_2 = t_tfrfg * t_pmgku_2;
-    const real t_ixvp7_2 = sin_t_tklbk * t_mqzqc;
-    const real t_evk7p_2 = t_jvoax * t_ixvp7_2;
-    const real t_pvv4g_2 = cos_t_tklbk * t_pmgku_2 - sin_t_tklbk * t_ixvp7_2;
-    const real t_y6t54 = t_hcsfy_2 + t_evk7p_2 - (t_kme5l * t_2nfhy + t_rkglc * t_pvv4g_2);
-    const real t_4qsg6_5 = t_u7xtp_2 * t_y6t54;
-    const real t_tutsj = K_ * t_hcsfy_2 + t_vx46m * t_mbbm3;
-    const real t_7iknq_2 = t_tutsj + t_tutsj;
-    const real t_pnk7f = t_ltqat * (t_7iknq_2 + K(4.0) * t_pvv4g_2 - (t_yrvqm * t_2nfhy - t_rkglc * t_evk7p_2))
-        + t_gzsbk * (t_mqzqc - t_pvv4g_2 - t_tutsj);
-    const real t_3tpoh_2 = t_bian7 * (t_y6t54 * t_3hukm - t_w4jai * (t_4qsg6_5 + t_4qsg6_5 - t_pnk7f))
-        + t_3vnxf * (K(-2.0) * t_pvv4g_2 - t_7iknq_2 + (t_mqzqc + t_mqzqc));
-    const real t_m5hmi_2 = t_mqzqc - t_3tpoh_2;
-    const real t_6kovg_2 = cos_t_jqq3g * t_m5hmi_2;
-    const real t_7hjou_2 = t_3miyq * t_6kovg_2;
-    const real t_p6q5h_2 = sin_t_jqq3g * t_m5hmi_2;
-    const real t_ip3fi_2 = t_pvqfm * t_p6q5h_2;
-    const real t_2cnya_2 = cos_t_jqq3g * t_6kovg_2 - sin_t_jqq3g * t_p6q5h_2;
-    const real t_y6t54_2 = t_7hjou_2 + t_ip3fi_2 - (t_7jvn4 * t_2nfhy + t_rkglc * t_2cnya_2);
-    const real t_4qsg6_6 = t_u7xtp_3 * t_y6t54_2;
-    const real t_tutsj_2 = K_ * t_7hjou_2 + t_5pr3p * t_mbbm3;
-    const real t_7iknq_3 = t_tutsj_2 + t_tutsj_2;
-    const real t_lagf3 = t_je2b3 * (t_7iknq_3 + K(4.0) * t_2cnya_2 - (t_umlgo * t_2nfhy - t_rkglc * t_ip3fi_2))
-        + t_gzsbk_2 * (t_m5hmi_2 - t_2cnya_2 - t_tutsj_2);
-    const real t_lsm7z_2 = t_t6v46 * (t_y6t54_2 * t_ldta7 - t_w4jai_2 * (t_4qsg6_6 + t_4qsg6_6 - t_lagf3))
-        + t_3vnxf_2 * (K(-2.0) * t_2cnya_2 - t_7iknq_3 + (t_m5hmi_2 + t_m5hmi_2));
-    const real t_fnfjx = t_z55or * t_epcfw
-        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_mbbm3 + t_y43s6, t_m5hmi_2 - t_lsm7z_2);
-    const real t_myg35 = sin_t_dq4fc * t_fnfjx;
-    const real t_xk7et = t_jptgq * (escape * t_myg35 + cos_t_dq4fc * (t_vycnp * (t_55rne * t_sg67n)))
-        - t_6lpoz * t_fsihy;
-    const real t_z5zct = c[k_phi] * t_xk7et;
-    const real t_eoc44_2 = cos_t_dq4fc * t_z5zct - t_f3hnc * t_myg35;
-    const real t_ymcy4 = sin_t_dq4fc * (alpha * t_z5zct) + t_ckgcn * (cos_t_dq4fc * t_fnfjx);
-    const real t_zhjef = SELECT0(m_z5ee7, -(t_xuitj * t_eoc44_2 + t_jl52z * t_pirkw))
-        - (SELECT0(m_z5ee7, t_j6b4x * t_fpjrk) + cos_t * t_ymcy4);
-    const real t_4vfia_2 = sin_phi_ref * t_zhjef;
-    const real t_3thho = SELECT0(m_z5ee7, t_j6b4x * t_pirkw + t_xuitj * t_ymcy4)
-        - (SELECT0(m_z5ee7, t_jl52z * t_fpjrk) + cos_t * t_eoc44_2);
-    const real t_h35hl_2 = cos_phi_ref * t_3thho;
-    const real t_c4v4l_2 = cos_phi_ref * t_zhjef;
-    const real t_mz76a_2 = sin_phi_ref * t_3thho;
+    const real t_i4smx = t_rkglc * t_mbbm3;
+    const real t_42ssa_2 = K_ * (t_l3puj * t_i4smx + t_fcflk * (t_fcflk_2 * t_i4smx + t_fcflk * (K(-0.18225) * t_i4smx)));
+    const real t_zc2im = t_mbbm3 * t_pxtjb;
+    const real t_lrmma_2 = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_zc2im + t_uiipz * (t_cedhi * t_zc2im + t_uiipz * t_zc2im))));
+    const real t_6yxq3 = t_cedhi_2 * (K(3.141592653589793) * t_mbbm3 * t_dzjuy + t_lrmma_2) + SELECT0(m_bryq2, t_moflu * t_zc2im);
+    const real t_ywxf3_2 = cos_t_23h4w * t_6yxq3;
+    const real t_ry2p3_2 = t_iztzo * t_ywxf3_2;
+    const real t_g5d3w_2 = sin_t_23h4w * t_6yxq3;
+    const real t_eb6gy_2 = t_5vdc7 * t_g5d3w_2;
+    const real t_ytvd3_2 = cos_t_23h4w * t_ywxf3_2 - sin_t_23h4w * t_g5d3w_2;
+    const real t_u2lc5 = t_mbbm3 + t_mbbm3;
+    const real t_fqy6f_2 = t_ry2p3_2 + t_eb6gy_2 - (t_rkglc * t_ytvd3_2 + t_i7sss * t_u2lc5);
+    const real t_4qsg6_4 = t_u7xtp * t_fqy6f_2;
+    const real t_ltabp = K_ * t_ry2p3_2 + t_nobej * t_mbbm3;
+    const real t_4dzqh_4 = t_ltabp + t_ltabp;
+    const real t_kfjuy_2 = t_x6qqr * (t_4dzqh_4 + K(4.0) * t_ytvd3_2 - (t_ab46z * t_u2lc5 - t_rkglc * t_eb6gy_2))
+        + t_x66xq * (t_6yxq3 - t_ytvd3_2 - t_ltabp);
+    const real t_gassp_2 = t_zefeg * (t_fqy6f_2 * t_2ev6m - t_qabbd * (t_4qsg6_4 + t_4qsg6_4 - t_kfjuy_2))
+        + t_g2ovj * (K(-2.0) * t_ytvd3_2 - t_4dzqh_4 + (t_6yxq3 + t_6yxq3));
+    const real t_4onwx_2 = t_6yxq3 - t_gassp_2;
+    const real t_fexrh_2 = cos_t_6xnvn * t_4onwx_2;
+    const real t_5lqtq_3 = t_tfrfg * t_fexrh_2;
+    const real t_jxqoe_2 = sin_t_6xnvn * t_4onwx_2;
+    const real t_mbfbp_3 = t_jvoax * t_jxqoe_2;
+    const real t_hvckt_2 = cos_t_6xnvn * t_fexrh_2 - sin_t_6xnvn * t_jxqoe_2;
+    const real t_nd2xh_3 = t_5lqtq_3 + t_mbfbp_3 - (t_kme5l * t_u2lc5 + t_rkglc * t_hvckt_2);
+    const real t_4qsg6_5 = t_u7xtp_2 * t_nd2xh_3;
+    const real t_qol4p = K_ * t_5lqtq_3 + t_vx46m * t_mbbm3;
+    const real t_4dzqh_5 = t_qol4p + t_qol4p;
+    const real t_o2ej2_2 = t_xdzcc * (t_4dzqh_5 + K(4.0) * t_hvckt_2 - (t_yrvqm * t_u2lc5 - t_rkglc * t_mbfbp_3))
+        + t_a6w2p * (t_4onwx_2 - t_hvckt_2 - t_qol4p);
+    const real t_2l3cs_2 = t_hy73r * (t_nd2xh_3 * t_3hukm - t_5lvve * (t_4qsg6_5 + t_4qsg6_5 - t_o2ej2_2))
+        + t_uhbq3 * (K(-2.0) * t_hvckt_2 - t_4dzqh_5 + (t_4onwx_2 + t_4onwx_2));
+    const real t_mined_2 = t_4onwx_2 - t_2l3cs_2;
+    const real t_yfn2s_2 = cos_t_z3tm5 * t_mined_2;
+    const real t_5lqtq_4 = t_eq35n * t_yfn2s_2;
+    const real t_6dz3f_2 = sin_t_z3tm5 * t_mined_2;
+    const real t_mbfbp_4 = t_xsrzu * t_6dz3f_2;
+    const real t_okysd_2 = cos_t_z3tm5 * t_yfn2s_2 - sin_t_z3tm5 * t_6dz3f_2;
+    const real t_nd2xh_4 = t_5lqtq_4 + t_mbfbp_4 - (t_wqods * t_u2lc5 + t_rkglc * t_okysd_2);
+    const real t_4qsg6_6 = t_u7xtp_3 * t_nd2xh_4;
+    const real t_qol4p_2 = K_ * t_5lqtq_4 + t_cmgiw * t_mbbm3;
+    const real t_4dzqh_6 = t_qol4p_2 + t_qol4p_2;
+    const real t_kevyh_2 = t_vxy3y * (t_4dzqh_6 + K(4.0) * t_okysd_2 - (t_e3muo * t_u2lc5 - t_rkglc * t_mbfbp_4))
+        + t_a6w2p_2 * (t_mined_2 - t_okysd_2 - t_qol4p_2);
+    const real t_pxkov_2 = t_icigh * (t_nd2xh_4 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_6 + t_4qsg6_6 - t_kevyh_2))
+        + t_uhbq3_2 * (K(-2.0) * t_okysd_2 - t_4dzqh_6 + (t_mined_2 + t_mined_2));
+    const real t_6oo5j = t_z55or * t_5xfx2_2
+        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_mbbm3 + t_42ssa_2, t_mined_2 - t_pxkov_2);
+    const real t_5vi3g_2 = sin_t_5ewvv * t_6oo5j;
+    const real t_spclb = t_6onvn * (escape * t_5vi3g_2 + cos_t_5ewvv * (t_vycnp * (t_55rne * t_sg67n)))
+        - t_awwlh * t_fsihy;
+    const real t_i5e2h = c[k_phi] * t_spclb;
+    const real t_zsj5j_2 = cos_t_5ewvv * t_i5e2h - t_f3hnc * t_5vi3g_2;
+    const real t_5crrr_2 = sin_t_5ewvv * (alpha * t_i5e2h) + t_ckgcn * (cos_t_5ewvv * t_6oo5j);
+    const real t_ftzhg = SELECT0(m_z5ee7, -(t_xuitj * t_zsj5j_2 + t_jl52z * t_pirkw))
+        - (SELECT0(m_z5ee7, t_5bjhx * t_fpjrk) + cos_t * t_5crrr_2);
+    const real t_4vfia_2 = sin_phi_ref * t_ftzhg;
+    const real t_zhmdo = SELECT0(m_z5ee7, t_5bjhx * t_pirkw + t_xuitj * t_5crrr_2)
+        - (SELECT0(m_z5ee7, t_jl52z * t_fpjrk) + cos_t * t_zsj5j_2);
+    const real t_h35hl_2 = cos_phi_ref * t_zhmdo;
+    const real t_c4v4l_2 = cos_phi_ref * t_ftzhg;
+    const real t_mz76a_2 = sin_phi_ref * t_zhmdo;
     const real t_zsetc = q[zeta2] * t_oz2aw;
     const real t_xcjmc = t_cexdd * t_zsetc;
-    const real t_zzv4j = (q[zeta1] * (t_h35hl_2 - t_4vfia_2) + (q[zeta2] * (t_c4v4l_2 + t_mz76a_2) + t_i63ev)) * t_e4rje
-        - t_2lcau * t_xcjmc
+    const real t_3mtwy = (q[zeta1] * (t_h35hl_2 - t_4vfia_2) + (q[zeta2] * (t_c4v4l_2 + t_mz76a_2) + t_i63ev)) * t_e4rje
+        - t_tk5is * t_xcjmc
         - t_kc5kr * t_zsetc;
-    const real t_c6knl = t_4xt6m * t_zzv4j * t_e4rje + t_3vkdn * t_xcjmc;
-    const real t_hpenu = t_4vfia_2 + q[zeta1] * t_c6knl - t_h35hl_2;
+    const real t_eamm3 = t_jik5x * t_3mtwy * t_e4rje + t_4gg3u * t_xcjmc;
+    const real t_hbyvj = t_4vfia_2 + q[zeta1] * t_eamm3 - t_h35hl_2;
     const real t_yyzqq = t_luana * ((alpha + alpha) * t_whxhf);
-    const real t_l6j4r = t_rkglc * t_yyzqq;
-    const real t_ha2xh = K_ * (t_l3puj * t_l6j4r + t_fcflk * (t_fcflk_2 * t_l6j4r + t_fcflk * (K(-0.18225) * t_l6j4r)));
-    const real t_ovplw = t_yyzqq * t_pxtjb;
-    const real t_gbj6e = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_ovplw + t_uiipz * (t_cedhi * t_ovplw + t_uiipz * t_ovplw))));
-    const real t_gstpt = t_cedhi_2 * (K(3.141592653589793) * t_yyzqq * t_dzjuy + t_gbj6e) + SELECT0(m_bryq2, t_moflu * t_ovplw);
-    const real t_xn2an = cos_t_23h4w * t_gstpt;
+    const real t_a6rlk = t_rkglc * t_yyzqq;
+    const real t_ha2xh = K_ * (t_l3puj * t_a6rlk + t_fcflk * (t_fcflk_2 * t_a6rlk + t_fcflk * (K(-0.18225) * t_a6rlk)));
+    const real t_zwpu7 = t_yyzqq * t_pxtjb;
+    const real t_gbj6e = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_zwpu7 + t_uiipz * (t_cedhi * t_zwpu7 + t_uiipz * t_zwpu7))));
+    const real t_zblnk = t_cedhi_2 * (K(3.141592653589793) * t_yyzqq * t_dzjuy + t_gbj6e) + SELECT0(m_bryq2, t_moflu * t_zwpu7);
+    const real t_xn2an = cos_t_23h4w * t_zblnk;
     const real t_ry2p3_3 = t_iztzo * t_xn2an;
-    const real t_skj2t = sin_t_23h4w * t_gstpt;
+    const real t_skj2t = sin_t_23h4w * t_zblnk;
     const real t_eb6gy_3 = t_5vdc7 * t_skj2t;
     const real t_ytvd3_3 = cos_t_23h4w * t_xn2an - sin_t_23h4w * t_skj2t;
-    const real t_6h67o = t_yyzqq + t_yyzqq;
-    const real t_2mmgh = t_ry2p3_3 + t_eb6gy_3 - (t_rkglc * t_ytvd3_3 + t_i7sss * t_6h67o);
+    const real t_v5i6i = t_yyzqq + t_yyzqq;
+    const real t_2mmgh = t_ry2p3_3 + t_eb6gy_3 - (t_rkglc * t_ytvd3_3 + t_i7sss * t_v5i6i);
     const real t_4qsg6_7 = t_u7xtp * t_2mmgh;
-    const real t_iwr2s = K_ * t_ry2p3_3 + t_nobej * t_yyzqq;
-    const real t_g73ai = t_iwr2s + t_iwr2s;
-    const real t_4apwp = t_x6qqr * (t_g73ai + K(4.0) * t_ytvd3_3 - (t_ab46z * t_6h67o - t_rkglc * t_eb6gy_3))
-        + t_x66xq * (t_gstpt - t_ytvd3_3 - t_iwr2s);
-    const real t_rucoi = t_zefeg * (t_2mmgh * t_2ev6m - t_dewdp * (t_4qsg6_7 + t_4qsg6_7 - t_4apwp))
-        + t_3p53j * (K(-2.0) * t_ytvd3_3 - t_g73ai + (t_gstpt + t_gstpt));
-    const real t_74vzv = t_gstpt - t_rucoi;
-    const real t_pmgku_3 = cos_t_tklbk * t_74vzv;
-    const real t_hcsfy_3 = t_tfrfg * t_pmgku_3;
-    const real t_ixvp7_3 = sin_t_tklbk * t_74vzv;
-    const real t_evk7p_3 = t_jvoax * t_ixvp7_3;
-    const real t_pvv4g_3 = cos_t_tklbk * t_pmgku_3 - sin_t_tklbk * t_ixvp7_3;
-    const real t_7arbi = t_hcsfy_3 + t_evk7p_3 - (t_kme5l * t_6h67o + t_rkglc * t_pvv4g_3);
-    const real t_4qsg6_8 = t_u7xtp_2 * t_7arbi;
-    const real t_3pmqg = K_ * t_hcsfy_3 + t_vx46m * t_yyzqq;
-    const real t_g73ai_2 = t_3pmqg + t_3pmqg;
-    const real t_6zsky = t_ltqat * (t_g73ai_2 + K(4.0) * t_pvv4g_3 - (t_yrvqm * t_6h67o - t_rkglc * t_evk7p_3))
-        + t_gzsbk * (t_74vzv - t_pvv4g_3 - t_3pmqg);
-    const real t_3tpoh_3 = t_bian7 * (t_7arbi * t_3hukm - t_w4jai * (t_4qsg6_8 + t_4qsg6_8 - t_6zsky))
-        + t_3vnxf * (K(-2.0) * t_pvv4g_3 - t_g73ai_2 + (t_74vzv + t_74vzv));
-    const real t_m5hmi_3 = t_74vzv - t_3tpoh_3;
-    const real t_6kovg_3 = cos_t_jqq3g * t_m5hmi_3;
-    const real t_7hjou_3 = t_3miyq * t_6kovg_3;
-    const real t_p6q5h_3 = sin_t_jqq3g * t_m5hmi_3;
-    const real t_ip3fi_3 = t_pvqfm * t_p6q5h_3;
-    const real t_2cnya_3 = cos_t_jqq3g * t_6kovg_3 - sin_t_jqq3g * t_p6q5h_3;
-    const real t_7arbi_2 = t_7hjou_3 + t_ip3fi_3 - (t_7jvn4 * t_6h67o + t_rkglc * t_2cnya_3);
-    const real t_4qsg6_9 = t_u7xtp_3 * t_7arbi_2;
-    const real t_3pmqg_2 = K_ * t_7hjou_3 + t_5pr3p * t_yyzqq;
-    const real t_g73ai_3 = t_3pmqg_2 + t_3pmqg_2;
-    const real t_e6co2 = t_je2b3 * (t_g73ai_3 + K(4.0) * t_2cnya_3 - (t_umlgo * t_6h67o - t_rkglc * t_ip3fi_3))
-        + t_gzsbk_2 * (t_m5hmi_3 - t_2cnya_3 - t_3pmqg_2);
-    const real t_lsm7z_3 = t_t6v46 * (t_7arbi_2 * t_ldta7 - t_w4jai_2 * (t_4qsg6_9 + t_4qsg6_9 - t_e6co2))
-        + t_3vnxf_2 * (K(-2.0) * t_2cnya_3 - t_g73ai_3 + (t_m5hmi_3 + t_m5hmi_3));
-    const real t_kbgap = t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_yyzqq + t_ha2xh, t_m5hmi_3 - t_lsm7z_3);
-    const real t_uomfx = sin_t_dq4fc * t_kbgap;
-    const real t_6vdkt = cos_t_dq4fc * (t_vycnp * (alpha * t_sg67n));
-    const real t_rl6hw = c[k_phi] * (t_jptgq * (t_6vdkt - escape * t_uomfx));
-    const real t_grxpj = t_f3hnc * t_uomfx + cos_t_dq4fc * t_rl6hw;
-    const real t_nvpal = t_ckgcn * (cos_t_dq4fc * t_kbgap) - sin_t_dq4fc * (alpha * t_rl6hw);
-    const real t_6fdka = SELECT0(m_z5ee7, t_xuitj * t_grxpj) - cos_t * t_nvpal;
-    const real t_zqzel = sin_phi_ref * t_6fdka;
-    const real t_uzyg5 = SELECT0(m_z5ee7, t_xuitj * t_nvpal) + cos_t * t_grxpj;
-    const real t_cabkj = cos_phi_ref * t_uzyg5;
-    const real t_qjxgr = cos_phi_ref * t_6fdka;
-    const real t_a2qp5 = sin_phi_ref * t_uzyg5;
-    const real t_lwzyj = t_4xt6m * ((q[zeta1] * (t_cabkj - t_zqzel) + q[zeta2] * (t_qjxgr + t_a2qp5)) * t_e4rje) * t_e4rje;
-    const real t_lfae3 = t_zqzel + q[zeta1] * t_lwzyj - t_cabkj;
-    const real t_j3zz2 = t_mz76a - q[zeta2] * t_ipynv + t_c4v4l;
-    const real t_dor62 = t_5btq3 - q[zeta2] * t_c6knl + t_mz76a_2 + t_c4v4l_2;
-    const real t_mjbe3 = t_a2qp5 - q[zeta2] * t_lwzyj + t_qjxgr;
+    const real t_6dp4l = K_ * t_ry2p3_3 + t_nobej * t_yyzqq;
+    const real t_g73ai = t_6dp4l + t_6dp4l;
+    const real t_4apwp = t_x6qqr * (t_g73ai + K(4.0) * t_ytvd3_3 - (t_ab46z * t_v5i6i - t_rkglc * t_eb6gy_3))
+        + t_x66xq * (t_zblnk - t_ytvd3_3 - t_6dp4l);
+    const real t_jl5gu = t_zefeg * (t_2mmgh * t_2ev6m - t_qabbd * (t_4qsg6_7 + t_4qsg6_7 - t_4apwp))
+        + t_g2ovj * (K(-2.0) * t_ytvd3_3 - t_g73ai + (t_zblnk + t_zblnk));
+    const real t_5zozc = t_zblnk - t_jl5gu;
+    const real t_fexrh_3 = cos_t_6xnvn * t_5zozc;
+    const real t_5lqtq_5 = t_tfrfg * t_fexrh_3;
+    const real t_jxqoe_3 = sin_t_6xnvn * t_5zozc;
+    const real t_mbfbp_5 = t_jvoax * t_jxqoe_3;
+    const real t_hvckt_3 = cos_t_6xnvn * t_fexrh_3 - sin_t_6xnvn * t_jxqoe_3;
+    const real t_vlenk = t_5lqtq_5 + t_mbfbp_5 - (t_kme5l * t_v5i6i + t_rkglc * t_hvckt_3);
+    const real t_4qsg6_8 = t_u7xtp_2 * t_vlenk;
+    const real t_rx74t = K_ * t_5lqtq_5 + t_vx46m * t_yyzqq;
+    const real t_g73ai_2 = t_rx74t + t_rx74t;
+    const real t_c6hoo = t_xdzcc * (t_g73ai_2 + K(4.0) * t_hvckt_3 - (t_yrvqm * t_v5i6i - t_rkglc * t_mbfbp_5))
+        + t_a6w2p * (t_5zozc - t_hvckt_3 - t_rx74t);
+    const real t_2l3cs_3 = t_hy73r * (t_vlenk * t_3hukm - t_5lvve * (t_4qsg6_8 + t_4qsg6_8 - t_c6hoo))
+        + t_uhbq3 * (K(-2.0) * t_hvckt_3 - t_g73ai_2 + (t_5zozc + t_5zozc));
+    const real t_mined_3 = t_5zozc - t_2l3cs_3;
+    const real t_yfn2s_3 = cos_t_z3tm5 * t_mined_3;
+    const real t_5lqtq_6 = t_eq35n * t_yfn2s_3;
+    const real t_6dz3f_3 = sin_t_z3tm5 * t_mined_3;
+    const real t_mbfbp_6 = t_xsrzu * t_6dz3f_3;
+    const real t_okysd_3 = cos_t_z3tm5 * t_yfn2s_3 - sin_t_z3tm5 * t_6dz3f_3;
+    const real t_vlenk_2 = t_5lqtq_6 + t_mbfbp_6 - (t_wqods * t_v5i6i + t_rkglc * t_okysd_3);
+    const real t_4qsg6_9 = t_u7xtp_3 * t_vlenk_2;
+    const real t_rx74t_2 = K_ * t_5lqtq_6 + t_cmgiw * t_yyzqq;
+    const real t_g73ai_3 = t_rx74t_2 + t_rx74t_2;
+    const real t_idupn = t_vxy3y * (t_g73ai_3 + K(4.0) * t_okysd_3 - (t_e3muo * t_v5i6i - t_rkglc * t_mbfbp_6))
+        + t_a6w2p_2 * (t_mined_3 - t_okysd_3 - t_rx74t_2);
+    const real t_pxkov_3 = t_icigh * (t_vlenk_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_9 + t_4qsg6_9 - t_idupn))
+        + t_uhbq3_2 * (K(-2.0) * t_okysd_3 - t_g73ai_3 + (t_mined_3 + t_mined_3));
+    const real t_6wdfc = t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_yyzqq + t_ha2xh, t_mined_3 - t_pxkov_3);
+    const real t_lg6cv = sin_t_5ewvv * t_6wdfc;
+    const real t_5itwm = cos_t_5ewvv * (t_vycnp * (alpha * t_sg67n));
+    const real t_ldbyy = c[k_phi] * (t_6onvn * (t_5itwm - escape * t_lg6cv));
+    const real t_q54wo = t_f3hnc * t_lg6cv + cos_t_5ewvv * t_ldbyy;
+    const real t_5pykc = t_ckgcn * (cos_t_5ewvv * t_6wdfc) - sin_t_5ewvv * (alpha * t_ldbyy);
+    const real t_dxrcx = SELECT0(m_z5ee7, t_xuitj * t_q54wo) - cos_t * t_5pykc;
+    const real t_zqzel = sin_phi_ref * t_dxrcx;
+    const real t_tsyzm = SELECT0(m_z5ee7, t_xuitj * t_5pykc) + cos_t * t_q54wo;
+    const real t_cabkj = cos_phi_ref * t_tsyzm;
+    const real t_qjxgr = cos_phi_ref * t_dxrcx;
+    const real t_a2qp5 = sin_phi_ref * t_tsyzm;
+    const real t_36pi7 = t_jik5x * ((q[zeta1] * (t_cabkj - t_zqzel) + q[zeta2] * (t_qjxgr + t_a2qp5)) * t_e4rje) * t_e4rje;
+    const real t_b2hly = t_zqzel + q[zeta1] * t_36pi7 - t_cabkj;
+    const real t_zxnro = t_mz76a - q[zeta2] * t_3h7vy + t_c4v4l;
+    const real t_fpe72 = t_i3qrh - q[zeta2] * t_eamm3 + t_mz76a_2 + t_c4v4l_2;
+    const real t_igruj = t_a2qp5 - q[zeta2] * t_36pi7 + t_qjxgr;
     const real t_f7oti = -c[mu_rate_max];
     const real t_dhkzn = c[mu_gain] * (r[mu_ref] - q[mu]);
     const real t_7l2lj = mv_min(c[mu_rate_max], t_dhkzn);
@@ -1295,17 +1295,17 @@ void triangle_path_loop_jac(const real *q, const real *r, const real *p, const r
     const mask m_huzvj = LE(t_dhkzn, c[mu_rate_max]);
     const real t_huzvj = NUM(m_huzvj);
     const mask m_mu2v2 = LE(c[mu_rate_max], t_dhkzn);
-    const real t_a4jiv = t_tmq3y / (NUM(m_y2s22) + t_tmq3y) * (t_huzvj / (NUM(m_mu2v2) + t_huzvj) * c[mu_gain]);
-    const real t_mnqso = t_iowtl * sin_phi_ref;
-    const real t_7lfvp = t_iio5w * cos_phi_ref;
-    const real t_rhgam = t_iio5w * sin_phi_ref;
-    const real t_nnwis = t_iowtl * cos_phi_ref;
+    const real t_eriiv = t_tmq3y / (NUM(m_y2s22) + t_tmq3y) * (t_huzvj / (NUM(m_mu2v2) + t_huzvj) * c[mu_gain]);
+    const real t_mnqso = t_xatty * sin_phi_ref;
+    const real t_7lfvp = t_f3khv * cos_phi_ref;
+    const real t_rhgam = t_f3khv * sin_phi_ref;
+    const real t_nnwis = t_xatty * cos_phi_ref;
     const real t_v4jyn = K(1.0) / q[mu];
     const real t_soo7v = alpha * (c[area_factor] * w_across);
     const mask m_dlnux = LE(t_pgin7, c[rho_escape]);
     const real t_dlnux = NUM(m_dlnux);
     const mask m_nduvz = LE(c[rho_escape], t_pgin7);
-    const real t_ryros = cos_t_dq4fc * (t_vycnp * (t_soo7v * t_sg67n) - t_c7yn2 * t_7krau * (t_dlnux / (t_dlnux + NUM(m_nduvz))));
+    const real t_cbxj4 = cos_t_5ewvv * (t_vycnp * (t_soo7v * t_sg67n) - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + NUM(m_nduvz))));
     const real t_fcs45 = t_gliif - t_apicp * t_m4c7o;
     const real t_b3a56 = rho_t * (SELECT0(m_z5ee7, r[rho_ref] * t_fcs45) + cos_t)
         + t_mowvz * t_m4c7o
@@ -1314,247 +1314,247 @@ void triangle_path_loop_jac(const real *q, const real *r, const real *p, const r
     const real t_ml2ly = rho_t * (t_xuitj - r[rho_ref] * t_bkzfm) + t_6ckpz * t_m4c7o;
     const real t_wrdzi = c[R] * t_m4c7o * t_yphwp
         - t_2cqik * ((t_hrndm * t_b3a56 + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_atahe * t_ml2ly))) * t_idsfo);
-    const real t_t3nfb = SELECT0(m_jm3a6, t_2tdpo * (t_smvdv * t_wrdzi))
+    const real t_t7kez = SELECT0(m_jm3a6, t_2tdpo * (t_smvdv * t_wrdzi))
         - alpha * (SELECT0(m_z5ee7, -(t_zqvsa * t_ml2ly)) - t_rc3uf * t_b3a56);
     const real t_a54m2 = t_luana * ((t_soo7v + t_soo7v) * t_whxhf - t_66l3y * (t_yizac * t_degwz));
-    const real t_m5bjk = t_rkglc * t_a54m2;
-    const real t_42ssa = K_ * (t_l3puj * t_m5bjk + t_fcflk * (t_fcflk_2 * t_m5bjk + t_fcflk * (K(-0.18225) * t_m5bjk)));
-    const real t_grorc = t_a54m2 * t_pxtjb;
-    const real t_lrmma = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_grorc + t_uiipz * (t_cedhi * t_grorc + t_uiipz * t_grorc))));
-    const real t_4wtws = t_cedhi_2 * (K(3.141592653589793) * t_a54m2 * t_dzjuy + t_lrmma) + SELECT0(m_bryq2, t_moflu * t_grorc);
-    const real t_ywxf3 = cos_t_23h4w * t_4wtws;
-    const real t_ry2p3_4 = t_iztzo * t_ywxf3;
-    const real t_g5d3w = sin_t_23h4w * t_4wtws;
-    const real t_eb6gy_4 = t_5vdc7 * t_g5d3w;
-    const real t_ytvd3_4 = cos_t_23h4w * t_ywxf3 - sin_t_23h4w * t_g5d3w;
-    const real t_pvgkf = t_a54m2 + t_a54m2;
-    const real t_fqy6f = t_ry2p3_4 + t_eb6gy_4 - (t_rkglc * t_ytvd3_4 + t_i7sss * t_pvgkf);
-    const real t_4qsg6_10 = t_u7xtp * t_fqy6f;
-    const real t_elnjt = K_ * t_ry2p3_4 + t_nobej * t_a54m2;
-    const real t_4dzqh = t_elnjt + t_elnjt;
-    const real t_kfjuy = t_x6qqr * (t_4dzqh + K(4.0) * t_ytvd3_4 - (t_ab46z * t_pvgkf - t_rkglc * t_eb6gy_4))
-        + t_x66xq * (t_4wtws - t_ytvd3_4 - t_elnjt);
-    const real t_ye6u5 = t_zefeg * (t_fqy6f * t_2ev6m - t_dewdp * (t_4qsg6_10 + t_4qsg6_10 - t_kfjuy))
-        + t_3p53j * (K(-2.0) * t_ytvd3_4 - t_4dzqh + (t_4wtws + t_4wtws));
-    const real t_y7slv = t_4wtws - t_ye6u5;
-    const real t_pmgku_4 = cos_t_tklbk * t_y7slv;
-    const real t_hcsfy_4 = t_tfrfg * t_pmgku_4;
-    const real t_ixvp7_4 = sin_t_tklbk * t_y7slv;
-    const real t_evk7p_4 = t_jvoax * t_ixvp7_4;
-    const real t_pvv4g_4 = cos_t_tklbk * t_pmgku_4 - sin_t_tklbk * t_ixvp7_4;
-    const real t_fdtoo = t_hcsfy_4 + t_evk7p_4 - (t_kme5l * t_pvgkf + t_rkglc * t_pvv4g_4);
-    const real t_4qsg6_11 = t_u7xtp_2 * t_fdtoo;
-    const real t_katm6 = K_ * t_hcsfy_4 + t_vx46m * t_a54m2;
-    const real t_4dzqh_2 = t_katm6 + t_katm6;
-    const real t_csjzi = t_ltqat * (t_4dzqh_2 + K(4.0) * t_pvv4g_4 - (t_yrvqm * t_pvgkf - t_rkglc * t_evk7p_4))
-        + t_gzsbk * (t_y7slv - t_pvv4g_4 - t_katm6);
-    const real t_3tpoh_4 = t_bian7 * (t_fdtoo * t_3hukm - t_w4jai * (t_4qsg6_11 + t_4qsg6_11 - t_csjzi))
-        + t_3vnxf * (K(-2.0) * t_pvv4g_4 - t_4dzqh_2 + (t_y7slv + t_y7slv));
-    const real t_m5hmi_4 = t_y7slv - t_3tpoh_4;
-    const real t_6kovg_4 = cos_t_jqq3g * t_m5hmi_4;
-    const real t_7hjou_4 = t_3miyq * t_6kovg_4;
-    const real t_p6q5h_4 = sin_t_jqq3g * t_m5hmi_4;
-    const real t_ip3fi_4 = t_pvqfm * t_p6q5h_4;
-    const real t_2cnya_4 = cos_t_jqq3g * t_6kovg_4 - sin_t_jqq3g * t_p6q5h_4;
-    const real t_fdtoo_2 = t_7hjou_4 + t_ip3fi_4 - (t_7jvn4 * t_pvgkf + t_rkglc * t_2cnya_4);
-    const real t_4qsg6_12 = t_u7xtp_3 * t_fdtoo_2;
-    const real t_katm6_2 = K_ * t_7hjou_4 + t_5pr3p * t_a54m2;
-    const real t_4dzqh_3 = t_katm6_2 + t_katm6_2;
-    const real t_hy5lp = t_je2b3 * (t_4dzqh_3 + K(4.0) * t_2cnya_4 - (t_umlgo * t_pvgkf - t_rkglc * t_ip3fi_4))
-        + t_gzsbk_2 * (t_m5hmi_4 - t_2cnya_4 - t_katm6_2);
-    const real t_lsm7z_4 = t_t6v46 * (t_fdtoo_2 * t_ldta7 - t_w4jai_2 * (t_4qsg6_12 + t_4qsg6_12 - t_hy5lp))
-        + t_3vnxf_2 * (K(-2.0) * t_2cnya_4 - t_4dzqh_3 + (t_m5hmi_4 + t_m5hmi_4));
-    const real t_ivcdq = t_z55or * t_t3nfb
-        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_a54m2 + t_42ssa, t_m5hmi_4 - t_lsm7z_4);
-    const real t_yrv4v = sin_t_dq4fc * t_ivcdq;
-    const real t_okqpr = c[k_phi] * (t_6lpoz * t_m4c7o - t_jptgq * (t_ryros - escape * t_yrv4v));
-    const real t_2ef33 = cos_t_dq4fc * t_okqpr - t_f3hnc * t_yrv4v;
-    const real t_2vwj3 = sin_t_dq4fc * (alpha * t_okqpr) + t_ckgcn * (cos_t_dq4fc * t_ivcdq);
-    const real t_oaz54 = SELECT0(m_z5ee7, -(t_xuitj * t_2ef33 - t_jl52z * t_bkzfm))
-        - (SELECT0(m_z5ee7, t_j6b4x * t_fcs45) + cos_t * t_2vwj3);
-    const real t_6tj4k = sin_phi_ref * t_oaz54;
-    const real t_ldhj3 = SELECT0(m_z5ee7, t_xuitj * t_2vwj3 - t_j6b4x * t_bkzfm)
-        - (SELECT0(m_z5ee7, t_jl52z * t_fcs45) + cos_t * t_2ef33);
-    const real t_wzz35 = cos_phi_ref * t_ldhj3;
-    const real t_hyf7h = cos_phi_ref * t_oaz54;
-    const real t_2l3mh = sin_phi_ref * t_ldhj3;
-    const real t_hpjh4 = t_4xt6m * ((q[zeta1] * (t_wzz35 - t_6tj4k) + q[zeta2] * (t_hyf7h + t_2l3mh)) * t_e4rje) * t_e4rje;
-    const real t_iq3sp = t_6tj4k + q[zeta1] * t_hpjh4 - t_wzz35;
+    const real t_kqjw5 = t_rkglc * t_a54m2;
+    const real t_42ssa_3 = K_ * (t_l3puj * t_kqjw5 + t_fcflk * (t_fcflk_2 * t_kqjw5 + t_fcflk * (K(-0.18225) * t_kqjw5)));
+    const real t_2wnti = t_a54m2 * t_pxtjb;
+    const real t_lrmma_3 = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_2wnti + t_uiipz * (t_cedhi * t_2wnti + t_uiipz * t_2wnti))));
+    const real t_z7ssl = t_cedhi_2 * (K(3.141592653589793) * t_a54m2 * t_dzjuy + t_lrmma_3) + SELECT0(m_bryq2, t_moflu * t_2wnti);
+    const real t_ywxf3_3 = cos_t_23h4w * t_z7ssl;
+    const real t_ry2p3_4 = t_iztzo * t_ywxf3_3;
+    const real t_g5d3w_3 = sin_t_23h4w * t_z7ssl;
+    const real t_eb6gy_4 = t_5vdc7 * t_g5d3w_3;
+    const real t_ytvd3_4 = cos_t_23h4w * t_ywxf3_3 - sin_t_23h4w * t_g5d3w_3;
+    const real t_msytf = t_a54m2 + t_a54m2;
+    const real t_fqy6f_3 = t_ry2p3_4 + t_eb6gy_4 - (t_rkglc * t_ytvd3_4 + t_i7sss * t_msytf);
+    const real t_4qsg6_10 = t_u7xtp * t_fqy6f_3;
+    const real t_tvhc4 = K_ * t_ry2p3_4 + t_nobej * t_a54m2;
+    const real t_4dzqh_7 = t_tvhc4 + t_tvhc4;
+    const real t_kfjuy_3 = t_x6qqr * (t_4dzqh_7 + K(4.0) * t_ytvd3_4 - (t_ab46z * t_msytf - t_rkglc * t_eb6gy_4))
+        + t_x66xq * (t_z7ssl - t_ytvd3_4 - t_tvhc4);
+    const real t_gassp_3 = t_zefeg * (t_fqy6f_3 * t_2ev6m - t_qabbd * (t_4qsg6_10 + t_4qsg6_10 - t_kfjuy_3))
+        + t_g2ovj * (K(-2.0) * t_ytvd3_4 - t_4dzqh_7 + (t_z7ssl + t_z7ssl));
+    const real t_4onwx_3 = t_z7ssl - t_gassp_3;
+    const real t_fexrh_4 = cos_t_6xnvn * t_4onwx_3;
+    const real t_5lqtq_7 = t_tfrfg * t_fexrh_4;
+    const real t_jxqoe_4 = sin_t_6xnvn * t_4onwx_3;
+    const real t_mbfbp_7 = t_jvoax * t_jxqoe_4;
+    const real t_hvckt_4 = cos_t_6xnvn * t_fexrh_4 - sin_t_6xnvn * t_jxqoe_4;
+    const real t_nd2xh_5 = t_5lqtq_7 + t_mbfbp_7 - (t_kme5l * t_msytf + t_rkglc * t_hvckt_4);
+    const real t_4qsg6_11 = t_u7xtp_2 * t_nd2xh_5;
+    const real t_nrcnv = K_ * t_5lqtq_7 + t_vx46m * t_a54m2;
+    const real t_4dzqh_8 = t_nrcnv + t_nrcnv;
+    const real t_o2ej2_3 = t_xdzcc * (t_4dzqh_8 + K(4.0) * t_hvckt_4 - (t_yrvqm * t_msytf - t_rkglc * t_mbfbp_7))
+        + t_a6w2p * (t_4onwx_3 - t_hvckt_4 - t_nrcnv);
+    const real t_2l3cs_4 = t_hy73r * (t_nd2xh_5 * t_3hukm - t_5lvve * (t_4qsg6_11 + t_4qsg6_11 - t_o2ej2_3))
+        + t_uhbq3 * (K(-2.0) * t_hvckt_4 - t_4dzqh_8 + (t_4onwx_3 + t_4onwx_3));
+    const real t_mined_4 = t_4onwx_3 - t_2l3cs_4;
+    const real t_yfn2s_4 = cos_t_z3tm5 * t_mined_4;
+    const real t_5lqtq_8 = t_eq35n * t_yfn2s_4;
+    const real t_6dz3f_4 = sin_t_z3tm5 * t_mined_4;
+    const real t_mbfbp_8 = t_xsrzu * t_6dz3f_4;
+    const real t_okysd_4 = cos_t_z3tm5 * t_yfn2s_4 - sin_t_z3tm5 * t_6dz3f_4;
+    const real t_nd2xh_6 = t_5lqtq_8 + t_mbfbp_8 - (t_wqods * t_msytf + t_rkglc * t_okysd_4);
+    const real t_4qsg6_12 = t_u7xtp_3 * t_nd2xh_6;
+    const real t_nrcnv_2 = K_ * t_5lqtq_8 + t_cmgiw * t_a54m2;
+    const real t_4dzqh_9 = t_nrcnv_2 + t_nrcnv_2;
+    const real t_kevyh_3 = t_vxy3y * (t_4dzqh_9 + K(4.0) * t_okysd_4 - (t_e3muo * t_msytf - t_rkglc * t_mbfbp_8))
+        + t_a6w2p_2 * (t_mined_4 - t_okysd_4 - t_nrcnv_2);
+    const real t_pxkov_4 = t_icigh * (t_nd2xh_6 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_12 + t_4qsg6_12 - t_kevyh_3))
+        + t_uhbq3_2 * (K(-2.0) * t_okysd_4 - t_4dzqh_9 + (t_mined_4 + t_mined_4));
+    const real t_peodx = t_z55or * t_t7kez
+        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_a54m2 + t_42ssa_3, t_mined_4 - t_pxkov_4);
+    const real t_5vi3g_3 = sin_t_5ewvv * t_peodx;
+    const real t_by6j6 = c[k_phi] * (t_awwlh * t_m4c7o - t_6onvn * (t_cbxj4 - escape * t_5vi3g_3));
+    const real t_wruvj = cos_t_5ewvv * t_by6j6 - t_f3hnc * t_5vi3g_3;
+    const real t_paip6 = sin_t_5ewvv * (alpha * t_by6j6) + t_ckgcn * (cos_t_5ewvv * t_peodx);
+    const real t_clway = SELECT0(m_z5ee7, -(t_xuitj * t_wruvj - t_jl52z * t_bkzfm))
+        - (SELECT0(m_z5ee7, t_5bjhx * t_fcs45) + cos_t * t_paip6);
+    const real t_6tj4k = sin_phi_ref * t_clway;
+    const real t_jc22a = SELECT0(m_z5ee7, t_xuitj * t_paip6 - t_5bjhx * t_bkzfm)
+        - (SELECT0(m_z5ee7, t_jl52z * t_fcs45) + cos_t * t_wruvj);
+    const real t_wzz35 = cos_phi_ref * t_jc22a;
+    const real t_hyf7h = cos_phi_ref * t_clway;
+    const real t_2l3mh = sin_phi_ref * t_jc22a;
+    const real t_xtwj2 = t_jik5x * ((q[zeta1] * (t_wzz35 - t_6tj4k) + q[zeta2] * (t_hyf7h + t_2l3mh)) * t_e4rje) * t_e4rje;
+    const real t_oibb2 = t_6tj4k + q[zeta1] * t_xtwj2 - t_wzz35;
     const real t_insgq = q[zeta1] * cos_phi_ref + q[zeta2] * sin_phi_ref;
     const real t_oduor = q[zeta1] * sin_phi_ref - q[zeta2] * cos_phi_ref;
     const real t_og4mp = t_5wlee * t_insgq + t_degwz * t_oduor;
     const real t_4bl7j = t_og4mp * t_amnjj;
     const real t_w5325 = alpha * (c[area_factor] * (r[rho_ref] * t_insgq));
-    const real t_aogh6 = t_oduor * t_gliif - t_apicp * t_4bl7j;
-    const real t_z7crc = SELECT0(m_z5ee7, rho_t * (r[rho_ref] * t_aogh6)) + t_mowvz * t_4bl7j;
-    const real t_vuzkh = t_insgq * t_gliif - t_27sgx * t_4bl7j;
-    const real t_fdgai = rho_t * (r[rho_ref] * t_vuzkh) + t_6ckpz * t_4bl7j;
-    const real t_ehudp = c[R] * t_4bl7j * t_yphwp
-        - t_2cqik * ((t_hrndm * t_z7crc + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_atahe * t_fdgai))) * t_idsfo);
-    const real t_p72bx = SELECT0(m_jm3a6, t_2tdpo * (t_smvdv * t_ehudp))
-        - alpha * (SELECT0(m_z5ee7, -(t_zqvsa * t_fdgai)) - t_rc3uf * t_z7crc);
+    const real t_344xb = t_oduor * t_gliif - t_apicp * t_4bl7j;
+    const real t_vhpcd = SELECT0(m_z5ee7, rho_t * (r[rho_ref] * t_344xb)) + t_mowvz * t_4bl7j;
+    const real t_u5ema = t_insgq * t_gliif - t_27sgx * t_4bl7j;
+    const real t_om3bw = rho_t * (r[rho_ref] * t_u5ema) + t_6ckpz * t_4bl7j;
+    const real t_qn42m = c[R] * t_4bl7j * t_yphwp
+        - t_2cqik * ((t_hrndm * t_vhpcd + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_atahe * t_om3bw))) * t_idsfo);
+    const real t_f23w3 = SELECT0(m_jm3a6, t_2tdpo * (t_smvdv * t_qn42m))
+        - alpha * (SELECT0(m_z5ee7, -(t_zqvsa * t_om3bw)) - t_rc3uf * t_vhpcd);
     const real t_5fzs4 = t_luana * ((t_w5325 + t_w5325) * t_whxhf - t_66l3y * (t_yizac * t_og4mp));
-    const real t_cbhxy = t_rkglc * t_5fzs4;
-    const real t_42ssa_2 = K_ * (t_l3puj * t_cbhxy + t_fcflk * (t_fcflk_2 * t_cbhxy + t_fcflk * (K(-0.18225) * t_cbhxy)));
-    const real t_gxme6 = t_5fzs4 * t_pxtjb;
-    const real t_lrmma_2 = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_gxme6 + t_uiipz * (t_cedhi * t_gxme6 + t_uiipz * t_gxme6))));
-    const real t_qlpcv = t_cedhi_2 * (K(3.141592653589793) * t_5fzs4 * t_dzjuy + t_lrmma_2) + SELECT0(m_bryq2, t_moflu * t_gxme6);
-    const real t_ywxf3_2 = cos_t_23h4w * t_qlpcv;
-    const real t_ry2p3_5 = t_iztzo * t_ywxf3_2;
-    const real t_g5d3w_2 = sin_t_23h4w * t_qlpcv;
-    const real t_eb6gy_5 = t_5vdc7 * t_g5d3w_2;
-    const real t_ytvd3_5 = cos_t_23h4w * t_ywxf3_2 - sin_t_23h4w * t_g5d3w_2;
-    const real t_z2pcj = t_5fzs4 + t_5fzs4;
-    const real t_fqy6f_2 = t_ry2p3_5 + t_eb6gy_5 - (t_rkglc * t_ytvd3_5 + t_i7sss * t_z2pcj);
-    const real t_4qsg6_13 = t_u7xtp * t_fqy6f_2;
-    const real t_htove = K_ * t_ry2p3_5 + t_nobej * t_5fzs4;
-    const real t_4dzqh_4 = t_htove + t_htove;
-    const real t_kfjuy_2 = t_x6qqr * (t_4dzqh_4 + K(4.0) * t_ytvd3_5 - (t_ab46z * t_z2pcj - t_rkglc * t_eb6gy_5))
-        + t_x66xq * (t_qlpcv - t_ytvd3_5 - t_htove);
-    const real t_ye6u5_2 = t_zefeg * (t_fqy6f_2 * t_2ev6m - t_dewdp * (t_4qsg6_13 + t_4qsg6_13 - t_kfjuy_2))
-        + t_3p53j * (K(-2.0) * t_ytvd3_5 - t_4dzqh_4 + (t_qlpcv + t_qlpcv));
-    const real t_y7slv_2 = t_qlpcv - t_ye6u5_2;
-    const real t_pmgku_5 = cos_t_tklbk * t_y7slv_2;
-    const real t_hcsfy_5 = t_tfrfg * t_pmgku_5;
-    const real t_ixvp7_5 = sin_t_tklbk * t_y7slv_2;
-    const real t_evk7p_5 = t_jvoax * t_ixvp7_5;
-    const real t_pvv4g_5 = cos_t_tklbk * t_pmgku_5 - sin_t_tklbk * t_ixvp7_5;
-    const real t_fdtoo_3 = t_hcsfy_5 + t_evk7p_5 - (t_kme5l * t_z2pcj + t_rkglc * t_pvv4g_5);
-    const real t_4qsg6_14 = t_u7xtp_2 * t_fdtoo_3;
-    const real t_el2v5 = K_ * t_hcsfy_5 + t_vx46m * t_5fzs4;
-    const real t_4dzqh_5 = t_el2v5 + t_el2v5;
-    const real t_csjzi_2 = t_ltqat * (t_4dzqh_5 + K(4.0) * t_pvv4g_5 - (t_yrvqm * t_z2pcj - t_rkglc * t_evk7p_5))
-        + t_gzsbk * (t_y7slv_2 - t_pvv4g_5 - t_el2v5);
-    const real t_3tpoh_5 = t_bian7 * (t_fdtoo_3 * t_3hukm - t_w4jai * (t_4qsg6_14 + t_4qsg6_14 - t_csjzi_2))
-        + t_3vnxf * (K(-2.0) * t_pvv4g_5 - t_4dzqh_5 + (t_y7slv_2 + t_y7slv_2));
-    const real t_m5hmi_5 = t_y7slv_2 - t_3tpoh_5;
-    const real t_6kovg_5 = cos_t_jqq3g * t_m5hmi_5;
-    const real t_7hjou_5 = t_3miyq * t_6kovg_5;
-    const real t_p6q5h_5 = sin_t_jqq3g * t_m5hmi_5;
-    const real t_ip3fi_5 = t_pvqfm * t_p6q5h_5;
-    const real t_2cnya_5 = cos_t_jqq3g * t_6kovg_5 - sin_t_jqq3g * t_p6q5h_5;
-    const real t_fdtoo_4 = t_7hjou_5 + t_ip3fi_5 - (t_7jvn4 * t_z2pcj + t_rkglc * t_2cnya_5);
-    const real t_4qsg6_15 = t_u7xtp_3 * t_fdtoo_4;
-    const real t_el2v5_2 = K_ * t_7hjou_5 + t_5pr3p * t_5fzs4;
-    const real t_4dzqh_6 = t_el2v5_2 + t_el2v5_2;
-    const real t_hy5lp_2 = t_je2b3 * (t_4dzqh_6 + K(4.0) * t_2cnya_5 - (t_umlgo * t_z2pcj - t_rkglc * t_ip3fi_5))
-        + t_gzsbk_2 * (t_m5hmi_5 - t_2cnya_5 - t_el2v5_2);
-    const real t_lsm7z_5 = t_t6v46 * (t_fdtoo_4 * t_ldta7 - t_w4jai_2 * (t_4qsg6_15 + t_4qsg6_15 - t_hy5lp_2))
-        + t_3vnxf_2 * (K(-2.0) * t_2cnya_5 - t_4dzqh_6 + (t_m5hmi_5 + t_m5hmi_5));
-    const real t_kxoqe = t_z55or * t_p72bx
-        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_5fzs4 + t_42ssa_2, t_m5hmi_5 - t_lsm7z_5);
-    const real t_xuw2n = sin_t_dq4fc * t_kxoqe;
-    const real t_uffqk = t_6lpoz * t_4bl7j
-        - t_jptgq * (cos_t_dq4fc * (t_vycnp * (t_w5325 * t_sg67n)) - escape * t_xuw2n);
-    const real t_pcisa = c[k_phi] * t_uffqk;
-    const real t_eoc44_3 = cos_t_dq4fc * t_pcisa - t_f3hnc * t_xuw2n;
-    const real t_wfao6 = sin_t_dq4fc * (alpha * t_pcisa) + t_ckgcn * (cos_t_dq4fc * t_kxoqe);
-    const real t_isfgg = SELECT0(m_z5ee7, -(t_xuitj * t_eoc44_3 + t_jl52z * t_vuzkh))
-        - (SELECT0(m_z5ee7, t_j6b4x * t_aogh6) + cos_t * t_wfao6);
-    const real t_pjaga = sin_phi_ref * t_isfgg;
-    const real t_3wjfl = SELECT0(m_z5ee7, t_j6b4x * t_vuzkh + t_xuitj * t_wfao6)
-        - (SELECT0(m_z5ee7, t_jl52z * t_aogh6) + cos_t * t_eoc44_3);
-    const real t_w7oet = cos_phi_ref * t_3wjfl - t_mnqso;
-    const real t_vs2rg = cos_phi_ref * t_isfgg - t_rhgam;
-    const real t_qwys7 = sin_phi_ref * t_3wjfl;
-    const real t_u22t4 = (q[zeta1] * (t_w7oet - (t_7lfvp + t_pjaga)) + q[zeta2] * (t_vs2rg + (t_nnwis + t_qwys7))) * t_e4rje;
-    const real t_45mez = t_4xt6m * t_u22t4 * t_e4rje;
-    const real t_2mgst = t_pjaga + t_7lfvp + q[zeta1] * t_45mez - t_w7oet;
+    const real t_zcv57 = t_rkglc * t_5fzs4;
+    const real t_42ssa_4 = K_ * (t_l3puj * t_zcv57 + t_fcflk * (t_fcflk_2 * t_zcv57 + t_fcflk * (K(-0.18225) * t_zcv57)));
+    const real t_xpehn = t_5fzs4 * t_pxtjb;
+    const real t_lrmma_4 = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_xpehn + t_uiipz * (t_cedhi * t_xpehn + t_uiipz * t_xpehn))));
+    const real t_puiqd = t_cedhi_2 * (K(3.141592653589793) * t_5fzs4 * t_dzjuy + t_lrmma_4) + SELECT0(m_bryq2, t_moflu * t_xpehn);
+    const real t_ywxf3_4 = cos_t_23h4w * t_puiqd;
+    const real t_ry2p3_5 = t_iztzo * t_ywxf3_4;
+    const real t_g5d3w_4 = sin_t_23h4w * t_puiqd;
+    const real t_eb6gy_5 = t_5vdc7 * t_g5d3w_4;
+    const real t_ytvd3_5 = cos_t_23h4w * t_ywxf3_4 - sin_t_23h4w * t_g5d3w_4;
+    const real t_tseki = t_5fzs4 + t_5fzs4;
+    const real t_fqy6f_4 = t_ry2p3_5 + t_eb6gy_5 - (t_rkglc * t_ytvd3_5 + t_i7sss * t_tseki);
+    const real t_4qsg6_13 = t_u7xtp * t_fqy6f_4;
+    const real t_jokey = K_ * t_ry2p3_5 + t_nobej * t_5fzs4;
+    const real t_4dzqh_10 = t_jokey + t_jokey;
+    const real t_kfjuy_4 = t_x6qqr * (t_4dzqh_10 + K(4.0) * t_ytvd3_5 - (t_ab46z * t_tseki - t_rkglc * t_eb6gy_5))
+        + t_x66xq * (t_puiqd - t_ytvd3_5 - t_jokey);
+    const real t_gassp_4 = t_zefeg * (t_fqy6f_4 * t_2ev6m - t_qabbd * (t_4qsg6_13 + t_4qsg6_13 - t_kfjuy_4))
+        + t_g2ovj * (K(-2.0) * t_ytvd3_5 - t_4dzqh_10 + (t_puiqd + t_puiqd));
+    const real t_4onwx_4 = t_puiqd - t_gassp_4;
+    const real t_fexrh_5 = cos_t_6xnvn * t_4onwx_4;
+    const real t_5lqtq_9 = t_tfrfg * t_fexrh_5;
+    const real t_jxqoe_5 = sin_t_6xnvn * t_4onwx_4;
+    const real t_mbfbp_9 = t_jvoax * t_jxqoe_5;
+    const real t_hvckt_5 = cos_t_6xnvn * t_fexrh_5 - sin_t_6xnvn * t_jxqoe_5;
+    const real t_nd2xh_7 = t_5lqtq_9 + t_mbfbp_9 - (t_kme5l * t_tseki + t_rkglc * t_hvckt_5);
+    const real t_4qsg6_14 = t_u7xtp_2 * t_nd2xh_7;
+    const real t_wzxyk = K_ * t_5lqtq_9 + t_vx46m * t_5fzs4;
+    const real t_4dzqh_11 = t_wzxyk + t_wzxyk;
+    const real t_o2ej2_4 = t_xdzcc * (t_4dzqh_11 + K(4.0) * t_hvckt_5 - (t_yrvqm * t_tseki - t_rkglc * t_mbfbp_9))
+        + t_a6w2p * (t_4onwx_4 - t_hvckt_5 - t_wzxyk);
+    const real t_2l3cs_5 = t_hy73r * (t_nd2xh_7 * t_3hukm - t_5lvve * (t_4qsg6_14 + t_4qsg6_14 - t_o2ej2_4))
+        + t_uhbq3 * (K(-2.0) * t_hvckt_5 - t_4dzqh_11 + (t_4onwx_4 + t_4onwx_4));
+    const real t_mined_5 = t_4onwx_4 - t_2l3cs_5;
+    const real t_yfn2s_5 = cos_t_z3tm5 * t_mined_5;
+    const real t_5lqtq_10 = t_eq35n * t_yfn2s_5;
+    const real t_6dz3f_5 = sin_t_z3tm5 * t_mined_5;
+    const real t_mbfbp_10 = t_xsrzu * t_6dz3f_5;
+    const real t_okysd_5 = cos_t_z3tm5 * t_yfn2s_5 - sin_t_z3tm5 * t_6dz3f_5;
+    const real t_nd2xh_8 = t_5lqtq_10 + t_mbfbp_10 - (t_wqods * t_tseki + t_rkglc * t_okysd_5);
+    const real t_4qsg6_15 = t_u7xtp_3 * t_nd2xh_8;
+    const real t_wzxyk_2 = K_ * t_5lqtq_10 + t_cmgiw * t_5fzs4;
+    const real t_4dzqh_12 = t_wzxyk_2 + t_wzxyk_2;
+    const real t_kevyh_4 = t_vxy3y * (t_4dzqh_12 + K(4.0) * t_okysd_5 - (t_e3muo * t_tseki - t_rkglc * t_mbfbp_10))
+        + t_a6w2p_2 * (t_mined_5 - t_okysd_5 - t_wzxyk_2);
+    const real t_pxkov_5 = t_icigh * (t_nd2xh_8 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_15 + t_4qsg6_15 - t_kevyh_4))
+        + t_uhbq3_2 * (K(-2.0) * t_okysd_5 - t_4dzqh_12 + (t_mined_5 + t_mined_5));
+    const real t_uif5o = t_z55or * t_f23w3
+        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_5fzs4 + t_42ssa_4, t_mined_5 - t_pxkov_5);
+    const real t_5vi3g_4 = sin_t_5ewvv * t_uif5o;
+    const real t_qjloa = t_awwlh * t_4bl7j
+        - t_6onvn * (cos_t_5ewvv * (t_vycnp * (t_w5325 * t_sg67n)) - escape * t_5vi3g_4);
+    const real t_juhne = c[k_phi] * t_qjloa;
+    const real t_zsj5j_3 = cos_t_5ewvv * t_juhne - t_f3hnc * t_5vi3g_4;
+    const real t_5crrr_3 = sin_t_5ewvv * (alpha * t_juhne) + t_ckgcn * (cos_t_5ewvv * t_uif5o);
+    const real t_bnibf = SELECT0(m_z5ee7, -(t_xuitj * t_zsj5j_3 + t_jl52z * t_u5ema))
+        - (SELECT0(m_z5ee7, t_5bjhx * t_344xb) + cos_t * t_5crrr_3);
+    const real t_sq5u2 = sin_phi_ref * t_bnibf;
+    const real t_hl5bm = SELECT0(m_z5ee7, t_5bjhx * t_u5ema + t_xuitj * t_5crrr_3)
+        - (SELECT0(m_z5ee7, t_jl52z * t_344xb) + cos_t * t_zsj5j_3);
+    const real t_m5qwo = cos_phi_ref * t_hl5bm - t_mnqso;
+    const real t_ug3br = cos_phi_ref * t_bnibf - t_rhgam;
+    const real t_zusbm = sin_phi_ref * t_hl5bm;
+    const real t_larfm = (q[zeta1] * (t_m5qwo - (t_7lfvp + t_sq5u2)) + q[zeta2] * (t_ug3br + (t_nnwis + t_zusbm))) * t_e4rje;
+    const real t_pi2m2 = t_jik5x * t_larfm * t_e4rje;
+    const real t_wcuxh = t_sq5u2 + t_7lfvp + q[zeta1] * t_pi2m2 - t_m5qwo;
     const real t_r3j7n = -alpha;
     const real t_yyzqq_2 = t_luana * ((t_r3j7n + t_r3j7n) * t_whxhf);
-    const real t_l6j4r_2 = t_rkglc * t_yyzqq_2;
-    const real t_zz65v = K_ * (t_l3puj * t_l6j4r_2 + t_fcflk * (t_fcflk_2 * t_l6j4r_2 + t_fcflk * (K(-0.18225) * t_l6j4r_2)));
-    const real t_ovplw_2 = t_yyzqq_2 * t_pxtjb;
-    const real t_x5afs = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_ovplw_2 + t_uiipz * (t_cedhi * t_ovplw_2 + t_uiipz * t_ovplw_2))));
-    const real t_f2flm = t_cedhi_2 * (K(3.141592653589793) * t_yyzqq_2 * t_dzjuy + t_x5afs) + SELECT0(m_bryq2, t_moflu * t_ovplw_2);
-    const real t_iyozx = cos_t_23h4w * t_f2flm;
-    const real t_ry2p3_6 = t_iztzo * t_iyozx;
-    const real t_cfbrr = sin_t_23h4w * t_f2flm;
-    const real t_eb6gy_6 = t_5vdc7 * t_cfbrr;
-    const real t_ytvd3_6 = cos_t_23h4w * t_iyozx - sin_t_23h4w * t_cfbrr;
-    const real t_6h67o_2 = t_yyzqq_2 + t_yyzqq_2;
-    const real t_lmxke = t_ry2p3_6 + t_eb6gy_6 - (t_rkglc * t_ytvd3_6 + t_i7sss * t_6h67o_2);
-    const real t_4qsg6_16 = t_u7xtp * t_lmxke;
-    const real t_iwr2s_2 = K_ * t_ry2p3_6 + t_nobej * t_yyzqq_2;
-    const real t_pkssc = t_iwr2s_2 + t_iwr2s_2;
-    const real t_dcbl5 = t_x6qqr * (t_pkssc + K(4.0) * t_ytvd3_6 - (t_ab46z * t_6h67o_2 - t_rkglc * t_eb6gy_6))
-        + t_x66xq * (t_f2flm - t_ytvd3_6 - t_iwr2s_2);
-    const real t_a3ih6 = t_zefeg * (t_lmxke * t_2ev6m - t_dewdp * (t_4qsg6_16 + t_4qsg6_16 - t_dcbl5))
-        + t_3p53j * (K(-2.0) * t_ytvd3_6 - t_pkssc + (t_f2flm + t_f2flm));
-    const real t_egws5 = t_f2flm - t_a3ih6;
-    const real t_pmgku_6 = cos_t_tklbk * t_egws5;
-    const real t_hcsfy_6 = t_tfrfg * t_pmgku_6;
-    const real t_ixvp7_6 = sin_t_tklbk * t_egws5;
-    const real t_evk7p_6 = t_jvoax * t_ixvp7_6;
-    const real t_pvv4g_6 = cos_t_tklbk * t_pmgku_6 - sin_t_tklbk * t_ixvp7_6;
-    const real t_37ee4 = t_hcsfy_6 + t_evk7p_6 - (t_kme5l * t_6h67o_2 + t_rkglc * t_pvv4g_6);
-    const real t_4qsg6_17 = t_u7xtp_2 * t_37ee4;
-    const real t_3pmqg_3 = K_ * t_hcsfy_6 + t_vx46m * t_yyzqq_2;
-    const real t_pkssc_2 = t_3pmqg_3 + t_3pmqg_3;
-    const real t_2mkra = t_ltqat * (t_pkssc_2 + K(4.0) * t_pvv4g_6 - (t_yrvqm * t_6h67o_2 - t_rkglc * t_evk7p_6))
-        + t_gzsbk * (t_egws5 - t_pvv4g_6 - t_3pmqg_3);
-    const real t_3tpoh_6 = t_bian7 * (t_37ee4 * t_3hukm - t_w4jai * (t_4qsg6_17 + t_4qsg6_17 - t_2mkra))
-        + t_3vnxf * (K(-2.0) * t_pvv4g_6 - t_pkssc_2 + (t_egws5 + t_egws5));
-    const real t_m5hmi_6 = t_egws5 - t_3tpoh_6;
-    const real t_6kovg_6 = cos_t_jqq3g * t_m5hmi_6;
-    const real t_7hjou_6 = t_3miyq * t_6kovg_6;
-    const real t_p6q5h_6 = sin_t_jqq3g * t_m5hmi_6;
-    const real t_ip3fi_6 = t_pvqfm * t_p6q5h_6;
-    const real t_2cnya_6 = cos_t_jqq3g * t_6kovg_6 - sin_t_jqq3g * t_p6q5h_6;
-    const real t_37ee4_2 = t_7hjou_6 + t_ip3fi_6 - (t_7jvn4 * t_6h67o_2 + t_rkglc * t_2cnya_6);
-    const real t_4qsg6_18 = t_u7xtp_3 * t_37ee4_2;
-    const real t_3pmqg_4 = K_ * t_7hjou_6 + t_5pr3p * t_yyzqq_2;
-    const real t_pkssc_3 = t_3pmqg_4 + t_3pmqg_4;
-    const real t_3f6bs = t_je2b3 * (t_pkssc_3 + K(4.0) * t_2cnya_6 - (t_umlgo * t_6h67o_2 - t_rkglc * t_ip3fi_6))
-        + t_gzsbk_2 * (t_m5hmi_6 - t_2cnya_6 - t_3pmqg_4);
-    const real t_lsm7z_6 = t_t6v46 * (t_37ee4_2 * t_ldta7 - t_w4jai_2 * (t_4qsg6_18 + t_4qsg6_18 - t_3f6bs))
-        + t_3vnxf_2 * (K(-2.0) * t_2cnya_6 - t_pkssc_3 + (t_m5hmi_6 + t_m5hmi_6));
-    const real t_kbgap_2 = t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_yyzqq_2 + t_zz65v, t_m5hmi_6 - t_lsm7z_6);
-    const real t_ifjqi = sin_t_dq4fc * t_kbgap_2;
-    const real t_rl6hw_2 = c[k_phi] * (t_jptgq * (escape * t_ifjqi + t_6vdkt));
-    const real t_grxpj_2 = cos_t_dq4fc * t_rl6hw_2 - t_f3hnc * t_ifjqi;
-    const real t_aaxs3 = sin_t_dq4fc * (alpha * t_rl6hw_2) + t_ckgcn * (cos_t_dq4fc * t_kbgap_2);
-    const real t_6fdka_2 = SELECT0(m_z5ee7, -(t_xuitj * t_grxpj_2)) - cos_t * t_aaxs3;
-    const real t_zqzel_2 = sin_phi_ref * t_6fdka_2;
-    const real t_uzyg5_2 = SELECT0(m_z5ee7, t_xuitj * t_aaxs3) - cos_t * t_grxpj_2;
-    const real t_cabkj_2 = cos_phi_ref * t_uzyg5_2;
-    const real t_qjxgr_2 = cos_phi_ref * t_6fdka_2;
-    const real t_a2qp5_2 = sin_phi_ref * t_uzyg5_2;
-    const real t_azer4 = t_4xt6m * ((q[zeta1] * (t_cabkj_2 - t_zqzel_2) + q[zeta2] * (t_qjxgr_2 + t_a2qp5_2)) * t_e4rje) * t_e4rje;
-    const real t_56w2q = t_zqzel_2 + q[zeta1] * t_azer4 - t_cabkj_2;
-    const real t_2qhkl = t_2l3mh - q[zeta2] * t_hpjh4 + t_hyf7h;
-    const real t_opt6t = t_qwys7 + t_nnwis - q[zeta2] * t_45mez + t_vs2rg;
-    const real t_qgiqe = t_a2qp5_2 - q[zeta2] * t_azer4 + t_qjxgr_2;
-    J_q[0] = t_5hot5;
-    J_q[1] = t_hpenu;
+    const real t_a6rlk_2 = t_rkglc * t_yyzqq_2;
+    const real t_e5gox = K_ * (t_l3puj * t_a6rlk_2 + t_fcflk * (t_fcflk_2 * t_a6rlk_2 + t_fcflk * (K(-0.18225) * t_a6rlk_2)));
+    const real t_zwpu7_2 = t_yyzqq_2 * t_pxtjb;
+    const real t_tvmew = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_zwpu7_2 + t_uiipz * (t_cedhi * t_zwpu7_2 + t_uiipz * t_zwpu7_2))));
+    const real t_rtds3 = t_cedhi_2 * (K(3.141592653589793) * t_yyzqq_2 * t_dzjuy + t_tvmew) + SELECT0(m_bryq2, t_moflu * t_zwpu7_2);
+    const real t_i5cn7 = cos_t_23h4w * t_rtds3;
+    const real t_ry2p3_6 = t_iztzo * t_i5cn7;
+    const real t_44j4m = sin_t_23h4w * t_rtds3;
+    const real t_eb6gy_6 = t_5vdc7 * t_44j4m;
+    const real t_ytvd3_6 = cos_t_23h4w * t_i5cn7 - sin_t_23h4w * t_44j4m;
+    const real t_v5i6i_2 = t_yyzqq_2 + t_yyzqq_2;
+    const real t_rlzq3 = t_ry2p3_6 + t_eb6gy_6 - (t_rkglc * t_ytvd3_6 + t_i7sss * t_v5i6i_2);
+    const real t_4qsg6_16 = t_u7xtp * t_rlzq3;
+    const real t_6dp4l_2 = K_ * t_ry2p3_6 + t_nobej * t_yyzqq_2;
+    const real t_erapc = t_6dp4l_2 + t_6dp4l_2;
+    const real t_sd4kx = t_x6qqr * (t_erapc + K(4.0) * t_ytvd3_6 - (t_ab46z * t_v5i6i_2 - t_rkglc * t_eb6gy_6))
+        + t_x66xq * (t_rtds3 - t_ytvd3_6 - t_6dp4l_2);
+    const real t_hxbui = t_zefeg * (t_rlzq3 * t_2ev6m - t_qabbd * (t_4qsg6_16 + t_4qsg6_16 - t_sd4kx))
+        + t_g2ovj * (K(-2.0) * t_ytvd3_6 - t_erapc + (t_rtds3 + t_rtds3));
+    const real t_jgur3 = t_rtds3 - t_hxbui;
+    const real t_fexrh_6 = cos_t_6xnvn * t_jgur3;
+    const real t_5lqtq_11 = t_tfrfg * t_fexrh_6;
+    const real t_jxqoe_6 = sin_t_6xnvn * t_jgur3;
+    const real t_mbfbp_11 = t_jvoax * t_jxqoe_6;
+    const real t_hvckt_6 = cos_t_6xnvn * t_fexrh_6 - sin_t_6xnvn * t_jxqoe_6;
+    const real t_o57vc = t_5lqtq_11 + t_mbfbp_11 - (t_kme5l * t_v5i6i_2 + t_rkglc * t_hvckt_6);
+    const real t_4qsg6_17 = t_u7xtp_2 * t_o57vc;
+    const real t_rx74t_3 = K_ * t_5lqtq_11 + t_vx46m * t_yyzqq_2;
+    const real t_erapc_2 = t_rx74t_3 + t_rx74t_3;
+    const real t_i35ty = t_xdzcc * (t_erapc_2 + K(4.0) * t_hvckt_6 - (t_yrvqm * t_v5i6i_2 - t_rkglc * t_mbfbp_11))
+        + t_a6w2p * (t_jgur3 - t_hvckt_6 - t_rx74t_3);
+    const real t_2l3cs_6 = t_hy73r * (t_o57vc * t_3hukm - t_5lvve * (t_4qsg6_17 + t_4qsg6_17 - t_i35ty))
+        + t_uhbq3 * (K(-2.0) * t_hvckt_6 - t_erapc_2 + (t_jgur3 + t_jgur3));
+    const real t_mined_6 = t_jgur3 - t_2l3cs_6;
+    const real t_yfn2s_6 = cos_t_z3tm5 * t_mined_6;
+    const real t_5lqtq_12 = t_eq35n * t_yfn2s_6;
+    const real t_6dz3f_6 = sin_t_z3tm5 * t_mined_6;
+    const real t_mbfbp_12 = t_xsrzu * t_6dz3f_6;
+    const real t_okysd_6 = cos_t_z3tm5 * t_yfn2s_6 - sin_t_z3tm5 * t_6dz3f_6;
+    const real t_o57vc_2 = t_5lqtq_12 + t_mbfbp_12 - (t_wqods * t_v5i6i_2 + t_rkglc * t_okysd_6);
+    const real t_4qsg6_18 = t_u7xtp_3 * t_o57vc_2;
+    const real t_rx74t_4 = K_ * t_5lqtq_12 + t_cmgiw * t_yyzqq_2;
+    const real t_erapc_3 = t_rx74t_4 + t_rx74t_4;
+    const real t_p2ier = t_vxy3y * (t_erapc_3 + K(4.0) * t_okysd_6 - (t_e3muo * t_v5i6i_2 - t_rkglc * t_mbfbp_12))
+        + t_a6w2p_2 * (t_mined_6 - t_okysd_6 - t_rx74t_4);
+    const real t_pxkov_6 = t_icigh * (t_o57vc_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_18 + t_4qsg6_18 - t_p2ier))
+        + t_uhbq3_2 * (K(-2.0) * t_okysd_6 - t_erapc_3 + (t_mined_6 + t_mined_6));
+    const real t_6wdfc_2 = t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_yyzqq_2 + t_e5gox, t_mined_6 - t_pxkov_6);
+    const real t_tyqti = sin_t_5ewvv * t_6wdfc_2;
+    const real t_ldbyy_2 = c[k_phi] * (t_6onvn * (escape * t_tyqti + t_5itwm));
+    const real t_q54wo_2 = cos_t_5ewvv * t_ldbyy_2 - t_f3hnc * t_tyqti;
+    const real t_6ryiy = sin_t_5ewvv * (alpha * t_ldbyy_2) + t_ckgcn * (cos_t_5ewvv * t_6wdfc_2);
+    const real t_dxrcx_2 = SELECT0(m_z5ee7, -(t_xuitj * t_q54wo_2)) - cos_t * t_6ryiy;
+    const real t_zqzel_2 = sin_phi_ref * t_dxrcx_2;
+    const real t_tsyzm_2 = SELECT0(m_z5ee7, t_xuitj * t_6ryiy) - cos_t * t_q54wo_2;
+    const real t_cabkj_2 = cos_phi_ref * t_tsyzm_2;
+    const real t_qjxgr_2 = cos_phi_ref * t_dxrcx_2;
+    const real t_a2qp5_2 = sin_phi_ref * t_tsyzm_2;
+    const real t_36pi7_2 = t_jik5x * ((q[zeta1] * (t_cabkj_2 - t_zqzel_2) + q[zeta2] * (t_qjxgr_2 + t_a2qp5_2)) * t_e4rje) * t_e4rje;
+    const real t_b2hly_2 = t_zqzel_2 + q[zeta1] * t_36pi7_2 - t_cabkj_2;
+    const real t_lffra = t_2l3mh - q[zeta2] * t_xtwj2 + t_hyf7h;
+    const real t_zdnex = t_zusbm + t_nnwis - q[zeta2] * t_pi2m2 + t_ug3br;
+    const real t_igruj_2 = t_a2qp5_2 - q[zeta2] * t_36pi7_2 + t_qjxgr_2;
+    J_q[0] = t_ykiyk;
+    J_q[1] = t_hbyvj;
     J_q[2] = SPLAT(K(0.0));
-    J_q[3] = t_lfae3;
-    J_q[4] = -t_j3zz2;
-    J_q[5] = -t_dor62;
+    J_q[3] = t_b2hly;
+    J_q[4] = -t_zxnro;
+    J_q[5] = -t_fpe72;
     J_q[6] = SPLAT(K(0.0));
-    J_q[7] = -t_mjbe3;
+    J_q[7] = -t_igruj;
     J_q[8] = SPLAT(K(0.0));
     J_q[9] = SPLAT(K(0.0));
-    J_q[10] = -t_a4jiv;
+    J_q[10] = -t_eriiv;
     J_q[11] = SPLAT(K(0.0));
-    J_q[12] = -(t_5btq3 * q[zeta2] + t_mnqso + t_7lfvp + q[zeta1] * t_j3zz2 + q[zeta2] * t_5hot5);
-    J_q[13] = -(q[zeta1] * t_dor62 + (q[zeta2] * t_hpenu + (t_rhgam - t_5btq3 * q[zeta1] - t_nnwis)));
+    J_q[12] = -(t_i3qrh * q[zeta2] + t_mnqso + t_7lfvp + q[zeta1] * t_zxnro + q[zeta2] * t_ykiyk);
+    J_q[13] = -(q[zeta1] * t_fpe72 + (q[zeta2] * t_hbyvj + (t_rhgam - t_i3qrh * q[zeta1] - t_nnwis)));
     J_q[14] = -(K(3.0) * p[H] / p[mass] * t_v4jyn * t_v4jyn);
-    J_q[15] = -(q[zeta1] * t_mjbe3 + q[zeta2] * t_lfae3);
-    J_r[0] = t_iq3sp;
-    J_r[1] = t_2mgst;
+    J_q[15] = -(q[zeta1] * t_igruj + q[zeta2] * t_b2hly);
+    J_r[0] = t_oibb2;
+    J_r[1] = t_wcuxh;
     J_r[2] = SPLAT(K(0.0));
-    J_r[3] = t_56w2q;
-    J_r[4] = -t_2qhkl;
-    J_r[5] = -t_opt6t;
+    J_r[3] = t_b2hly_2;
+    J_r[4] = -t_lffra;
+    J_r[5] = -t_zdnex;
     J_r[6] = SPLAT(K(0.0));
-    J_r[7] = -t_qgiqe;
+    J_r[7] = -t_igruj_2;
     J_r[8] = SPLAT(K(0.0));
     J_r[9] = SPLAT(K(0.0));
-    J_r[10] = t_a4jiv;
+    J_r[10] = t_eriiv;
     J_r[11] = SPLAT(K(0.0));
-    J_r[12] = -(q[zeta1] * t_2qhkl + q[zeta2] * t_iq3sp);
-    J_r[13] = -(q[zeta1] * t_opt6t + q[zeta2] * t_2mgst);
+    J_r[12] = -(q[zeta1] * t_lffra + q[zeta2] * t_oibb2);
+    J_r[13] = -(q[zeta1] * t_zdnex + q[zeta2] * t_wcuxh);
     J_r[14] = SPLAT(K(0.0));
-    J_r[15] = -(q[zeta1] * t_qgiqe + q[zeta2] * t_56w2q);
+    J_r[15] = -(q[zeta1] * t_igruj_2 + q[zeta2] * t_b2hly_2);
 }

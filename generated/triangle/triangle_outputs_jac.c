@@ -109,7 +109,7 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     const real t_66ll2 = x[mu] * (t_2h7w5 * t_so6vi + t_6kqtn * t_2czxl);
     const real t_zuqrn = t_tg4lb * x[mu];
     const real t_rkphc = K(0.3333333333333333) * t_zuqrn;
-    const real t_zwcda = t_a2ir6
+    const real t_6akvj = t_a2ir6
         + t_ij6db
         + u[w3] * (t_astb4 - t_kqmke)
         - (t_zxzcw * (K(0.3333333333333333) * t_66ll2) + t_rkphc * (t_4ma5s - cos_phi));
@@ -141,15 +141,15 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     const real t_tg4lb_2 = t_so6vi_2 * t_dbxi6;
     const real t_ss6pv = t_tg4lb_2 * x[mu];
     const real t_zxzcw_2 = t_qygdd + zeta1;
-    const real t_ep36o = u[w3] * t_mtkxa_2 - (t_ovyu3_2 + t_sl4ci) + t_ss6pv * t_zxzcw_2;
+    const real t_3sgee = u[w3] * t_mtkxa_2 - (t_ovyu3_2 + t_sl4ci) + t_ss6pv * t_zxzcw_2;
     const real t_4363u = K(1.0) / length2;
     const real t_4363u_2 = K(0.5) * t_4363u;
     const real t_xoz22 = t_4363u_2 * t_4363u;
     const real t_wbtkf = t_so6vi_2 * t_so6vi;
-    const real t_g2ufs = t_zxzcw_2 * (x[mu] * (t_dbxi6 * (t_wbtkf * t_2czxl) + t_so6vi_2 * t_2h7w5))
+    const real t_vjziw = t_zxzcw_2 * (x[mu] * (t_dbxi6 * (t_wbtkf * t_2czxl) + t_so6vi_2 * t_2h7w5))
         + t_ss6pv * (t_4ma5s + cos_phi)
         - (u[w3] * (t_kqmke + t_astb4) + (t_a2ir6 - t_ij6db));
-    const real t_eutj4 = t_zxzcw_2 * (x[mu] * (t_dbxi6 * (t_wbtkf * t_jame4) + t_so6vi_2 * t_jdcmp))
+    const real t_yqznn = t_zxzcw_2 * (x[mu] * (t_dbxi6 * (t_wbtkf * t_jame4) + t_so6vi_2 * t_jdcmp))
         + t_ss6pv * (t_lb36r - zeta2);
     const real t_joqhu = K(1.0) / length3;
     const real t_joqhu_2 = K(0.5) * t_joqhu;
@@ -188,22 +188,22 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     const real t_vyyik = length2 - length2_ref;
     const real t_aqdfh = mv_fabs(t_vyyik);
     const real t_k3zxw = mv_max(t_un7kp, t_aqdfh);
-    const mask m_xlcms = LE(t_z2lgx, t_k3zxw);
-    const real t_3cnfu = NUM(m_xlcms);
-    const mask m_kvztd = LE(t_k3zxw, t_z2lgx);
-    const real t_4jtro = NUM(m_kvztd);
-    const real t_xmdn2 = K(1.0) / (t_3cnfu + t_4jtro);
-    const real t_526th = t_3cnfu * t_xmdn2;
+    const mask m_732eq = LE(t_z2lgx, t_k3zxw);
+    const real t_qmtwo = NUM(m_732eq);
+    const mask m_yfnqd = LE(t_k3zxw, t_z2lgx);
+    const real t_cgxqv = NUM(m_yfnqd);
+    const real t_xmdn2 = K(1.0) / (t_qmtwo + t_cgxqv);
+    const real t_526th = t_qmtwo * t_xmdn2;
     const mask m_mttzr = LE(t_aqdfh, t_un7kp);
-    const real t_wvt36 = NUM(m_mttzr);
+    const real t_rqjyq = NUM(m_mttzr);
     const mask m_lg3bz = LE(t_un7kp, t_aqdfh);
-    const real t_wvt36_2 = NUM(m_lg3bz);
-    const real t_wgjtz = K(1.0) / (t_wvt36 + t_wvt36_2);
-    const real t_zmtzb = t_wvt36 * t_wgjtz;
+    const real t_rqjyq_2 = NUM(m_lg3bz);
+    const real t_wgjtz = K(1.0) / (t_rqjyq + t_rqjyq_2);
+    const real t_zmtzb = t_rqjyq * t_wgjtz;
     const real t_gejz3 = mv_sign(t_h6rkh);
-    const real t_zmtzb_2 = t_wvt36_2 * t_wgjtz;
+    const real t_zmtzb_2 = t_rqjyq_2 * t_wgjtz;
     const real t_tln4v = mv_sign(t_vyyik);
-    const real t_esu26 = t_4jtro * t_xmdn2;
+    const real t_esu26 = t_cgxqv * t_xmdn2;
     const real t_owfqg = mv_sign(t_mmgqh);
     const real t_cjkun = t_oyolo_2 * sin_phi;
     const real t_bi4k4 = t_oyolo * cos_phi;
@@ -225,17 +225,17 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     const real t_hcysr = t_xv7wn - r[rho_ref] * (r[rho_ref] / t_xv7wn);
     const real t_ou2q6 = cos_phi_ref * t_hcysr;
     const real t_pca6v = t_bezdi * t_hcysr;
-    const real t_xgie7 = K(1.0) / (t_rot3k_2 + t_rot3k_2);
-    const real t_xgie7_2 = K(1.0) / (t_rot3k + t_rot3k);
-    const real t_xu6vd = t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ou2q6 + t_pca6v) * t_xgie7)))
-        - t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_pca6v - t_ou2q6) * t_xgie7_2)));
+    const real t_cdgpr = K(1.0) / (t_rot3k_2 + t_rot3k_2);
+    const real t_cdgpr_2 = K(1.0) / (t_rot3k + t_rot3k);
+    const real t_xts26 = t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ou2q6 + t_pca6v) * t_cdgpr)))
+        - t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_pca6v - t_ou2q6) * t_cdgpr_2)));
     const real t_7aweg = K(1.0) / t_tqrpx;
     const real t_ls2nh_2 = t_vbegv * sin_phi_ref;
     const real t_hlb56_2 = t_vbegv * (K(1.7320508075688772) * cos_phi_ref);
-    const real t_dxnwm = t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_hlb56_2 + t_ls2nh_2) * t_xgie7_2)))
-        + t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ls2nh_2 - t_hlb56_2) * t_xgie7)));
+    const real t_gsyh4 = t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_hlb56_2 + t_ls2nh_2) * t_cdgpr_2)))
+        + t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ls2nh_2 - t_hlb56_2) * t_cdgpr)));
     const real t_3ef7u = K(0.5773502691896257) / (t_rqfjc + t_rqfjc);
-    const real t_ln5id = t_526th * (t_zmtzb * (t_gejz3 * (t_rot3k * t_3ef7u)) + t_zmtzb_2 * (t_tln4v * (t_rot3k_2 * t_3ef7u)));
+    const real t_jaznf = t_526th * (t_zmtzb * (t_gejz3 * (t_rot3k * t_3ef7u)) + t_zmtzb_2 * (t_tln4v * (t_rot3k_2 * t_3ef7u)));
     J_x[0] = t_4zpbd;
     J_x[1] = t_xgdjw;
     J_x[2] = t_og6g6;
@@ -248,15 +248,15 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     J_x[9] = -t_5spzq;
     J_x[10] = t_x67ys;
     J_x[11] = SPLAT(K(0.0));
-    J_x[12] = t_3r3i7_2 * t_zwcda - t_xwcba * (t_catam * t_4zpbd);
+    J_x[12] = t_3r3i7_2 * t_6akvj - t_xwcba * (t_catam * t_4zpbd);
     J_x[13] = t_3r3i7_2 * t_baykf - t_xwcba * (t_catam * t_xgdjw);
     J_x[14] = t_3r3i7_2 * (t_ux4sm - t_tklfx_2 - t_zxzcw * (K(0.3333333333333333) * t_tg4lb))
         - t_xwcba * (t_catam * t_og6g6);
     J_x[15] = SPLAT(K(0.0));
-    J_x[16] = t_ep36o * (t_xoz22 * t_4zpbd_2) + t_4363u_2 * t_g2ufs;
-    J_x[17] = t_4363u_2 * (u[w3] * (t_iznox - t_asfem) - (t_idpvv - t_nx3xn) + t_eutj4)
-        - t_ep36o * (t_xoz22 * t_xgdjw_2);
-    J_x[18] = t_4363u_2 * (t_zxzcw_2 * t_tg4lb_2 - (t_tklfx_2 + t_ux4sm)) - t_ep36o * (t_xoz22 * t_og6g6_2);
+    J_x[16] = t_3sgee * (t_xoz22 * t_4zpbd_2) + t_4363u_2 * t_vjziw;
+    J_x[17] = t_4363u_2 * (u[w3] * (t_iznox - t_asfem) - (t_idpvv - t_nx3xn) + t_yqznn)
+        - t_3sgee * (t_xoz22 * t_xgdjw_2);
+    J_x[18] = t_4363u_2 * (t_zxzcw_2 * t_tg4lb_2 - (t_tklfx_2 + t_ux4sm)) - t_3sgee * (t_xoz22 * t_og6g6_2);
     J_x[19] = SPLAT(K(0.0));
     J_x[20] = t_joqhu_2 * t_qfonn - t_btzax * (t_6b7fn * t_5lmaa);
     J_x[21] = t_btzax * (t_6b7fn * t_5spzq) - t_joqhu_2 * t_qnu2w;
@@ -359,8 +359,8 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     J_r[37] = SPLAT(K(0.0));
     J_r[38] = SPLAT(K(0.0));
     J_r[39] = SPLAT(K(-1.0));
-    J_r[40] = t_526th * t_xu6vd - t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ou2q6 * t_7aweg)));
-    J_r[41] = t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ls2nh_2 * t_7aweg))) - t_526th * t_dxnwm;
-    J_r[42] = -(t_ln5id + t_esu26 * (t_owfqg * (t_tqrpx * t_3ef7u)));
+    J_r[40] = t_526th * t_xts26 - t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ou2q6 * t_7aweg)));
+    J_r[41] = t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ls2nh_2 * t_7aweg))) - t_526th * t_gsyh4;
+    J_r[42] = -(t_jaznf + t_esu26 * (t_owfqg * (t_tqrpx * t_3ef7u)));
     J_r[43] = SPLAT(K(0.0));
 }
