@@ -24,6 +24,7 @@ from .text import (
     counted,
     edit_title,
     example,
+    following,
     is_complete,
     joined,
     labels,
@@ -44,7 +45,7 @@ from .text import (
 )
 
 _FOLDED = (
-    (Fate.CHANGED, "extended: the same but for the terms of a family's other members"),
+    (Fate.CHANGED, "following from a change above, or the same but for the terms of a family's other members"),
     (Fate.INHERITED, "inherited: other values, because of the changes above"),
     (Fate.ADDED, "added, used by other equations or of a family's new members"),
     (Fate.REMOVED, "removed, were used by other equations or of a family's former members"),
@@ -139,7 +140,7 @@ class _Sheet:
             kind={ModelStatus.SAME: "same", ModelStatus.UNDECIDED: "maybe"}.get(status, "changed"),
             status=status.value,
             counted=counted(comparison),
-            stories=stories(comparison),
+            stories=[*stories(comparison), *filter(None, [following(comparison)])],
             changed=[self._card(equation, group) for equation, group in one_by_one(comparison)],
             parameters=telling_parameters(comparison),
             follows=self._model.consequences,
@@ -151,7 +152,7 @@ class _Sheet:
     @staticmethod
     def _is_folded(equation: EquationChange, apart: set[EquationChange]) -> bool:
         """Whether an equation has no card above; one of a family has, that of the family's first."""
-        return equation not in apart and (equation.verdict is not Fate.CHANGED or equation.extended)
+        return equation not in apart and (equation.verdict is not Fate.CHANGED or equation.extended or equation.cause)
 
     def _card(self, equation: EquationChange, group: Story | None = None) -> _Card:
         old, new = self._sides(equation)
@@ -221,9 +222,11 @@ def _left(name: str, equation: EquationChange, latex: Mapping[str, str]) -> str:
 
 
 def _notes(comparison: Comparison, equation: EquationChange, group: Story | None) -> list[str]:
-    notes = [group.says if group else "", example(equation), sure(equation)]
+    notes = [group.says if group else "", example(equation), sure(equation), following(comparison, equation)]
     if equation.users:
         notes.append(f"Inherited by {labels(comparison, equation.users)}.")
+    if equation.cause:
+        notes.append(f"Follows from {equation.cause}.")
     if equation.via:
         notes.append(f"Because of {labels(comparison, equation.via)}.")
     if not equation.matters and equation.verdict is Fate.CHANGED:
