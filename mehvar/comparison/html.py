@@ -152,7 +152,9 @@ class _Sheet:
     @staticmethod
     def _is_folded(equation: EquationChange, apart: set[EquationChange]) -> bool:
         """Whether an equation has no card above; one of a family has, that of the family's first."""
-        return equation not in apart and (equation.verdict is not Fate.CHANGED or equation.extended or equation.cause)
+        return equation not in apart and (
+            equation.verdict is not Fate.CHANGED or equation.extended or equation.cause != ""
+        )
 
     def _card(self, equation: EquationChange, group: Story | None = None) -> _Card:
         old, new = self._sides(equation)
