@@ -157,7 +157,7 @@ class _Sheet:
         )
 
     def _card(self, equation: EquationChange, group: Story | None = None) -> _Card:
-        old, new = self._sides(equation)
+        old, new = (None, None) if self._is_by_length(equation) else self._sides(equation)
         kind = "same" if not equation.matters else "changed"
         return _Card(
             title=title(equation, group.names if group else ()),
@@ -170,6 +170,11 @@ class _Sheet:
             old=old,
             new=new,
         )
+
+    def _is_by_length(self, equation: EquationChange) -> bool:
+        """Whether a family's length explains all: the form is known, and its formulas, twice over, are megabytes."""
+        longer = bool(self._comparison.extended())
+        return equation.extended or (longer and equation.verdict is Fate.INHERITED)
 
     def _sides(self, equation: EquationChange) -> tuple[_Side | None, _Side | None]:
         """Print both forms with what was edited marked: as the comparison says, else what differs as written."""
