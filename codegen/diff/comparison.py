@@ -9,12 +9,13 @@ from ..equal.judge import Verdict
 from ..equal.opinion import second_opinion
 from ..equations.document import Document
 from .explain import Explainer
-from .extension import Extended, extension
-from .groups import groups
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
 from .parameters import parameter_changes
-from .report import EXTENDED, MEMBER, Comparison, EquationChange, Fate
+from .report import EXTENDED, MEMBER, Comparison, EquationChange, Fate, Story, handle
+from .stories.causes import MOTION, causes, solving
+from .stories.extension import Extended, extension
+from .stories.groups import groups
 from .versions import Item, Key, Versions
 
 _EQUAL = frozenset((Fate.SAME, Fate.REARRANGED, Fate.RENAMED, Fate.SCALED))
@@ -43,7 +44,7 @@ def compare(old: Document, new: Document) -> Comparison:
         new.model,
         verdicts.equations(),
         parameter_changes(old, new, verdicts.versions.renamed),
-        groups(verdicts.versions, verdicts.equations(), verdicts.extension),
+        groups(verdicts.versions, verdicts.equations(), verdicts.extension, verdicts.stories),
         tuple(
             (name, old.structure.get(name, ""), new.structure.get(name, ""))
             for name in structure
@@ -74,6 +75,8 @@ class _Verdicts:
         if any(judged[0] in _UNEQUAL for judged in self.verdict.values()):
             self._recombined()
             self._lost()
+        self.stories: list[Story] = []
+        self._cause = self._causes()
 
     def _judge_all(self) -> None:
         for item in self.versions.news:
@@ -208,6 +211,23 @@ class _Verdicts:
                 self.verdict[user.key] = (Fate.INHERITED, self.verdict[user.key][1])
                 self._blame(user.key, lost.item.key)
 
+    def _causes(self) -> dict[Key, str]:
+        """Return for each changed row that another one explains what that is called."""
+        changed = [
+            item
+            for item in self.versions.news
+            if self.verdict[item.key][0] is Fate.CHANGED and item.key not in self._extended
+        ]
+        solved = solving(self.versions, changed)
+        explained: dict[Key, str] = {}
+        for cause in causes(self.versions, [item for item in changed if item not in solved]):
+            explained |= dict.fromkeys((item.key for item in cause.followers), handle(cause.source.row))
+            self.stories.append(_story("follows", cause.says, [cause.source, *cause.followers]))
+        if solved:
+            says = "the form that is solved for the rates follows the equations of motion, as generate makes sure"
+            self.stories.append(_story("solved", says, solved))
+        return {**explained, **dict.fromkeys((item.key for item in solved), MOTION)}
+
     def _blame(self, old: Key, new: Key) -> None:
         for key, sources in self.sources.items():
             self.sources[key] = {new if source == old else source: None for source in sources}
@@ -253,7 +273,7 @@ class _Verdicts:
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
-        explained = partner and verdict is Fate.CHANGED and item.key not in self._extended
+        explained = verdict is Fate.CHANGED and item.key not in self._extended and item.key not in self._cause
         explanation = explainer.explain(partner, item, decision.point) if partner and explained else None
         return EquationChange(
             name=row.name,
@@ -272,6 +292,7 @@ class _Verdicts:
             counterexample=explanation.counterexample if explanation else None,
             via=tuple(self.names[k] for k in self.sources.get(item.key, {}) if k != item.key),
             users=tuple(dict.fromkeys(users.get(item.key, ()))),
+            cause=self._cause.get(item.key, ""),
             old_node=partner.row.node if partner else None,
             new_node=row.node,
         )
@@ -302,3 +323,7 @@ class _Verdicts:
             row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex, Fate.REMOVED,
             self._of_member(item) or "no such equation any more", matters=not row.named, old_node=row.node,
         )  # fmt: skip
+
+
+def _story(kind: str, says: str, items: list[Item]) -> Story:
+    return Story(kind, says, tuple(dict.fromkeys(handle(item.row) for item in items)))

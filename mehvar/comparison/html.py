@@ -24,6 +24,7 @@ from .text import (
     counted,
     edit_title,
     example,
+    following,
     is_complete,
     joined,
     labels,
@@ -44,7 +45,7 @@ from .text import (
 )
 
 _FOLDED = (
-    (Fate.CHANGED, "extended: the same but for the terms of a family's other members"),
+    (Fate.CHANGED, "following from a change above, or the same but for the terms of a family's other members"),
     (Fate.INHERITED, "inherited: other values, because of the changes above"),
     (Fate.ADDED, "added, used by other equations or of a family's new members"),
     (Fate.REMOVED, "removed, were used by other equations or of a family's former members"),
@@ -139,7 +140,7 @@ class _Sheet:
             kind={ModelStatus.SAME: "same", ModelStatus.UNDECIDED: "maybe"}.get(status, "changed"),
             status=status.value,
             counted=counted(comparison),
-            stories=stories(comparison),
+            stories=[*stories(comparison), *filter(None, [following(comparison)])],
             changed=[self._card(equation, group) for equation, group in one_by_one(comparison)],
             parameters=telling_parameters(comparison),
             follows=self._model.consequences,
@@ -151,10 +152,12 @@ class _Sheet:
     @staticmethod
     def _is_folded(equation: EquationChange, apart: set[EquationChange]) -> bool:
         """Whether an equation has no card above; one of a family has, that of the family's first."""
-        return equation not in apart and (equation.verdict is not Fate.CHANGED or equation.extended)
+        return equation not in apart and (
+            equation.verdict is not Fate.CHANGED or equation.extended or equation.cause != ""
+        )
 
     def _card(self, equation: EquationChange, group: Story | None = None) -> _Card:
-        old, new = self._sides(equation)
+        old, new = (None, None) if self._is_by_length(equation) else self._sides(equation)
         kind = "same" if not equation.matters else "changed"
         return _Card(
             title=title(equation, group.names if group else ()),
@@ -167,6 +170,11 @@ class _Sheet:
             old=old,
             new=new,
         )
+
+    def _is_by_length(self, equation: EquationChange) -> bool:
+        """Whether a family's length explains all: the form is known, and its formulas, twice over, are megabytes."""
+        longer = bool(self._comparison.extended())
+        return equation.extended or (longer and equation.verdict is Fate.INHERITED)
 
     def _sides(self, equation: EquationChange) -> tuple[_Side | None, _Side | None]:
         """Print both forms with what was edited marked: as the comparison says, else what differs as written."""
@@ -221,9 +229,11 @@ def _left(name: str, equation: EquationChange, latex: Mapping[str, str]) -> str:
 
 
 def _notes(comparison: Comparison, equation: EquationChange, group: Story | None) -> list[str]:
-    notes = [group.says if group else "", example(equation), sure(equation)]
+    notes = [group.says if group else "", example(equation), sure(equation), following(comparison, equation)]
     if equation.users:
         notes.append(f"Inherited by {labels(comparison, equation.users)}.")
+    if equation.cause:
+        notes.append(f"Follows from {equation.cause}.")
     if equation.via:
         notes.append(f"Because of {labels(comparison, equation.via)}.")
     if not equation.matters and equation.verdict is Fate.CHANGED:

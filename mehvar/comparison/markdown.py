@@ -16,6 +16,7 @@ from .text import (
     counted,
     edit_title,
     example,
+    following,
     is_complete,
     joined,
     labels,
@@ -57,7 +58,7 @@ def _model(model: ModelDiff) -> Iterator[str]:
     yield ""
     for name, old, new in model.comparison.structure:
         yield f"- structure {_code(name)}: {_code(old)} → {_code(new)}"
-    for line in stories(model.comparison):
+    for line in filter(None, [*stories(model.comparison), following(model.comparison)]):
         yield f"- **{_plain(line)}**"
     yield from _sources(model)
     yield from _parameters(model)
@@ -85,7 +86,7 @@ def _source(model: ModelDiff, equation: EquationChange, group: Story | None) -> 
         yield from ("", _plain(group.says))
     if equation.edits:
         yield from ("```diff", *(line for edit in equation.edits for line in _edit(edit)), "```")
-    notes = [example(equation)]
+    notes = [example(equation), following(model.comparison, equation)]
     if equation.users:
         notes.append(f"inherited by {labels(model.comparison, equation.users)}")
     yield "; ".join(_plain(note) for note in notes if note)

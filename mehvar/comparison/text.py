@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from rich.text import Text
 
-from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ParameterChange, Story
+from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ParameterChange, Story, handle, label
 from mehvar.terminal import Line
 
 from .consequences import Consequences
@@ -22,6 +22,8 @@ _ZERO = 1e-9
 """A rate at rest, and a part of an eigenvalue beside the other, that is rounding and not worth a word."""
 _ALIKE = ("family", "symmetric")
 """Groups whose members are said once, by the first."""
+_CAUSAL = ("follows", "solved")
+"""Groups that are told after their cause."""
 _PART = 1e-3
 """Of a metric: smaller changes are counted, not listed; they do not show in three digits."""
 _NAMED = 12
@@ -75,19 +77,36 @@ def families(comparison: Comparison) -> dict[str, Story]:
 
 
 def stories(comparison: Comparison) -> list[str]:
-    """Return what is said about several equations at once, families excepted."""
-    return [group.says for group in comparison.groups if group.kind not in _ALIKE]
+    """Return what is said about several equations at once, families, and what follows, excepted."""
+    return [group.says for group in comparison.groups if group.kind not in _ALIKE + _CAUSAL]
 
 
 def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story | None]]:
     """Yield the equations that get words of their own; a family once, by its first member."""
     family = families(comparison)
-    follows = {name for group in comparison.groups if group.kind == "solved" for name in group.names}
-    telling = comparison.of(Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED)
-    for equation in sorted(telling, key=lambda equation: equation.name in follows):  # causes before what follows
+    for equation in comparison.of(Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED):
         group = family.get(equation.name)
-        if not (is_quiet(equation) or equation.extended) and (group is None or group.names[0] == equation.name):
+        untold = not (is_quiet(equation) or equation.extended or equation.cause)
+        if untold and (group is None or group.names[0] == equation.name):
             yield equation, group
+
+
+def following(comparison: Comparison, equation: EquationChange | None = None) -> str:
+    """Say what follows from a cause, or from changed equations of motion, in one line; nothing where nothing does."""
+    kind, source = ("solved", "") if equation is None else ("follows", handle(equation))
+    for group in comparison.groups:
+        names = group.names if equation is None else group.names[1:]
+        if group.kind == kind and equation is None:
+            return f"{group.says}: {_many(names)}"
+        if group.kind == kind and group.names[0] == source:
+            return f"and what follows from it, {group.says}: {_many(names)}"
+    return ""
+
+
+def _many(names: Sequence[str]) -> str:
+    rest = f" and {len(names) - _NAMED} more" if len(names) > _NAMED + 1 else ""
+    shown = names[:_NAMED] if rest else names
+    return f"{len(names)} equation{'s' * (len(names) > 1)}: {', '.join(shown)}{rest}"
 
 
 def is_quiet(equation: EquationChange) -> bool:
@@ -128,11 +147,6 @@ def telling_parameters(comparison: Comparison) -> list[ParameterChange]:
     return [change for change in comparison.parameters if change.name.split(".")[-1] not in extended]
 
 
-def label(equation: EquationChange) -> str:
-    """Return the shortest name of an equation; one that is only shown goes by its number."""
-    return equation.number or equation.title or equation.name if equation.kind == "equation" else equation.name
-
-
 def labels(comparison: Comparison, names: Sequence[str]) -> str:
     """Return the shortest names of equations, each once."""
     shortest = {equation.name: label(equation) for equation in reversed(comparison.equations)}
@@ -160,6 +174,10 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
             yield 4, Text(sure(equation), "dim")
         if equation.users:
             yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
+        if follows := following(comparison, equation):
+            yield 4, Text(follows, "bold")
+    if follows := following(comparison):
+        yield 2, Text(follows, "bold")
     for verdict in (Fate.ADDED, Fate.REMOVED):
         quiet = [label(e) for e in comparison.of(verdict) if is_quiet(e) and not e.extended]
         if quiet:

@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from ..equal.pool import Pool
-from ..equations.document import Document
-from .versions import Item, Versions
+from ...equal.pool import Pool
+from ...equations.document import Document
+from ..versions import Item, Versions
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z_0-9]*")
 _SUMS = frozenset(("add", "and", "or", "min", "max"))
@@ -73,7 +73,7 @@ class Extended:
     def __init__(self, versions: Versions, extension: Extension) -> None:
         self._pool: Pool = versions.pool
         self._longer_is_new = extension.new > extension.old
-        self._extra = _naming(versions.pool, extension.names)
+        self._extra = naming(versions.pool, extension.names)
 
     def __call__(self, old: Item, new: Item) -> bool:
         """Whether one text is the other with terms of the members added to its sums: a proof by form."""
@@ -107,13 +107,13 @@ class Extended:
         return not left or (is_sum and all(node in self._extra for node in left))
 
 
-def _naming(pool: Pool, names: Iterable[str]) -> frozenset[int]:
+def naming(pool: Pool, names: Iterable[str]) -> frozenset[int]:
     """Return the nodes that name one of these, directly or below."""
-    wanted, naming = set(names), set()
+    wanted, below = set(names), set()
     for node, (operation, *operands) in enumerate(pool.nodes):
         if operation == "sym":
             if operands[0] in wanted:
-                naming.add(node)
-        elif any(operand in naming for operand in pool.operands(node)):
-            naming.add(node)
-    return frozenset(naming)
+                below.add(node)
+        elif any(operand in below for operand in pool.operands(node)):
+            below.add(node)
+    return frozenset(below)

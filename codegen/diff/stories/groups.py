@@ -7,9 +7,9 @@ import itertools
 import re
 from collections.abc import Mapping, Sequence
 
+from ..report import EXTENDED, MEMBER, EquationChange, Fate, Story
+from ..versions import Versions
 from .extension import Extension
-from .report import EXTENDED, MEMBER, EquationChange, Fate, Story
-from .versions import Versions
 
 _AXIS = re.compile(
     r"(?<![A-Za-z0-9])[xyz](?![A-Za-z0-9])|(?<=_)[xyz123](?![A-Za-z0-9])|(?<=[a-z_])[xyz](?![A-Za-z0-9_])"
@@ -20,14 +20,18 @@ _SIGN = re.compile(r"(?<![\w)])-(?=\d)")
 
 
 def groups(
-    versions: Versions, equations: tuple[EquationChange, ...], extension: Extension | None = None
+    versions: Versions,
+    equations: tuple[EquationChange, ...],
+    extension: Extension | None = None,
+    told: Sequence[Story] = (),
 ) -> tuple[Story, ...]:
-    """Return the groups among judged rows."""
+    """Return the groups among judged rows, with the stories of causes, whose followers need no other group."""
+    own = tuple(equation for equation in equations if not (equation.extended or equation.cause))
     return (
         *_extended(equations, extension),
-        *_families(versions, [equation for equation in equations if not equation.extended]),
-        *_symmetric(equations),
-        *_solved(versions, equations),
+        *_families(versions, own),
+        *_symmetric(own),
+        *told,
         *_conventions(versions, equations),
         *_recombined(equations),
     )
@@ -65,8 +69,8 @@ def _symmetric(equations: tuple[EquationChange, ...]) -> list[Story]:
     stories: dict[tuple[object, ...], list[EquationChange]] = {}
     for equation in equations:
         if equation.verdict is Fate.CHANGED and equation.edits and equation.kind != "equation":
-            edits = frozenset((edit.kind, _any_axis(edit.says)) for edit in equation.edits)
-            about = equation.kind, _any_axis(equation.name), _any_axis(equation.title), edits
+            edits = frozenset((edit.kind, any_axis(edit.says)) for edit in equation.edits)
+            about = equation.kind, any_axis(equation.name), any_axis(equation.title), edits
             stories.setdefault(about, []).append(equation)
     symmetric = []
     for members in stories.values():
@@ -77,7 +81,7 @@ def _symmetric(equations: tuple[EquationChange, ...]) -> list[Story]:
     return symmetric
 
 
-def _any_axis(text: str) -> str:
+def any_axis(text: str) -> str:
     """Return a text without its signs, and with one letter for every axis."""
     return _AXIS.sub("_", _unsigned(text))
 
@@ -94,22 +98,6 @@ def _titles(members: Sequence[EquationChange]) -> str:
     words = zip(*(title.split() for title in titles), strict=False)
     stem = " ".join(word for word, *others in itertools.takewhile(lambda same: len(set(same)) == 1, words))
     return f"{stem} {', '.join(title.removeprefix(stem).strip() for title in titles)}".strip()
-
-
-def _solved(versions: Versions, equations: tuple[EquationChange, ...]) -> list[Story]:
-    """Return what changed in the form that is solved for the rates, where the equations that it solves changed too."""
-    if not any(equation.kind == "motion" and equation.verdict is Fate.CHANGED for equation in equations):
-        return []
-    stated = [item for item in versions.news if item.row.kind in ("motion", "equation")]
-    used = {item.name for item in stated}
-    while stated:
-        children = [child for child in versions.children(stated.pop()) if child.name not in used]
-        used |= {child.name for child in children}
-        stated += children
-    solving = [e for e in equations if e.verdict is Fate.CHANGED and e.kind in ("definition", "rhs") and e.matters]
-    names = tuple(dict.fromkeys(equation.name for equation in solving if equation.name not in used))
-    says = "the equations of motion changed; the form that is solved for the rates, which generate compares, follows"
-    return [Story("solved", says, names)] if names else []
 
 
 def _indexed(versions: Versions) -> Mapping[str, str]:
