@@ -25,6 +25,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
+from machine import table
+
 ROOT = Path(__file__).parents[1]
 DERIVE = (
     "import json, sys; from pathlib import Path; from mehvar.codegen.generate import Tree, derive\n"
@@ -119,14 +121,12 @@ EDITS = (
 
 
 def main(earlier: Path | None, models: frozenset[str], kept: Path | None) -> None:
-    """Count, and write the page."""
+    """Count, and print a table."""
     edits = [edit for edit in EDITS if not models or edit.model in models]
-    sides = [earlier] if earlier else [ROOT]
-    counts = [_counts(side, edits, kept) for side in sides]
-    for edit, *pairs in zip(edits, *counts, strict=True):
-        print(edit.model, edit.kind, pairs)
-    for pairs in counts:
-        print("median", median(changed / max(must, 1) for changed, must in pairs), sum(changed for changed, _ in pairs))
+    counts = _counts(earlier or ROOT, edits, kept)
+    rows = [[e.model, e.kind, str(changed), str(must)] for e, (changed, must) in zip(edits, counts, strict=True)]
+    print("\n".join(table(["model", "edit", "lines changed", "must change"], rows)))
+    print("median of the ratios:", round(median(changed / max(must, 1) for changed, must in counts), 2))
 
 
 def _counts(side: Path, edits: list[Edit], kept: Path | None) -> list[tuple[int, int]]:
