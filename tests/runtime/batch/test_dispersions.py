@@ -163,6 +163,7 @@ def test_the_centre_of_directions_points_along_the_last_axis() -> None:
         ({"a": "triangular(1, 0, 2)"}, "low <= mode <= high"),
         ({"a": "choice()"}, r"choice\(value, ...\)"),
         ({"a": "sphere(1)"}, "two or more components"),
+        ({"a,b": "sphere(0)"}, "radius > 0"),
         ({"a,b": "uniform(0, 1)"}, "for one name"),
         ({"a,b": "normal([1, 2], [[1, 2], [2, 1]])"}, "positive definite"),
         ({"a,b": "normal([1, 2], [[1, 0.5], [0.4, 1]])"}, "positive definite"),
