@@ -39,6 +39,12 @@ def test_a_cache_has_the_folders_above_it_made(root: Path, monkeypatch: pytest.M
     assert cache.cache_folder() == root / "not" / "there"
 
 
+def test_a_process_without_a_cache_keeps_one_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MEHVAR_CACHE")
+    monkeypatch.setattr(cache, "_roots", list)
+    assert cache.cache_folder() == cache.cache_folder()
+
+
 def test_an_entry_is_made_once() -> None:
     assert cache.find("kind", "name") is None
     folder = cache.entry("kind", "name", write)
