@@ -3,8 +3,8 @@
 
 Run: python -m tests.mutants [--minutes M] [--area AREA]... [--again] [--page]
 
-A slice goes on where the one before ended: results stand in build/mutants/results.jsonl, one line a mutant. Which
-mutants are drawn depends on the text of a module alone. Ctrl-C ends a slice; what is decided stays.
+A slice goes on where the one before ended: results stand in tests/mutants/results.jsonl, one line a mutant. Which
+mutants are drawn depends on the lines that they change. Ctrl-C ends a slice; what is decided stays.
 """
 
 from __future__ import annotations

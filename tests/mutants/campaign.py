@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import dataclasses
 import fcntl
+import hashlib
 import json
-import random
 import shutil
 import sys
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from tests.mutants import c_operators, python_operators, trial
 
 ROOT = Path(__file__).parents[2]
 WORK = ROOT / "build" / "mutants"
+RESULTS = Path(__file__).parent / "results.jsonl"
 _COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "pyproject.toml")
 _TWICE = 2.0
 """A mutant has so many times the seconds of its tests without one, and ten more: it compiles anew."""
@@ -83,12 +84,10 @@ def subjects() -> list[Subject]:
 
 
 def draw(subject: Subject) -> Iterator[Mutant]:
-    """Yield the mutants of a subject that are tried: in an order that the texts fix, up to `draw` of them."""
+    """Yield the mutants of a subject that are tried: in an order that the lines fix, up to `draw` of them."""
     texts = {module: (ROOT / module).read_text(encoding="utf-8") for module in subject.modules}
-    every = [(module, place) for module, text in texts.items() for place in _operators(module).places(text)]
-    random.Random(" ".join(subject.modules)).shuffle(every)
     keys: set[str] = set()
-    for module, place in every:
+    for module, place in _in_order(texts):
         start, end, replacement = _operators(module).mutate(texts[module], place)
         mutant = _mutant(module, texts[module], start, end, replacement)
         if mutant.before != mutant.after and mutant.key not in keys:
@@ -96,6 +95,19 @@ def draw(subject: Subject) -> Iterator[Mutant]:
             yield mutant
         if len(keys) == subject.draw:
             return
+
+
+def _in_order(texts: Mapping[str, str]) -> list[tuple[str, Any]]:
+    """Return the places of modules by a digest of line and change: an edit elsewhere leaves the others drawn."""
+    ranks: list[tuple[bytes, str, Any]] = []
+    seen: Counter[str] = Counter()
+    for module, text in texts.items():
+        lines = text.splitlines()
+        for number, change, place in _operators(module).places(text):
+            name = f"{module} {_plain(lines[number - 1])} {change}"
+            seen[name] += 1
+            ranks.append((hashlib.sha256(f"{name} {seen[name]}".encode()).digest(), module, place))
+    return [(module, place) for _, module, place in sorted(ranks)]
 
 
 def _operators(module: str) -> Any:
@@ -113,18 +125,18 @@ def _plain(text: str) -> str:
 
 
 class Campaign:
-    """A copy of the tree in which one module at a time is wrong, and the file of results."""
+    """A copy of the tree in which one module at a time is wrong, and the file of results, which is committed."""
 
     def __init__(self) -> None:
-        self._tree, self._file, self._plain_file = WORK / "tree", WORK / "results.jsonl", WORK / "plain.json"
+        self._tree, self._file, self._plain_file = WORK / "tree", RESULTS, WORK / "plain.json"
         self._plain_runs: dict[str, Any] = _json(self._plain_file)
-        self._results = {result.key: result for result in _results(self._file)}
+        self._results = {result.key: result for result in _results(self._file) if _stands(result)}
         self._kills = Counter((result.module, result.killer) for result in self._results.values())
         self._copied = False
 
     @property
     def results(self) -> list[Result]:
-        """What was tried: the last result of each mutant."""
+        """What was tried: the last result of each mutant whose line still stands."""
         return list(self._results.values())
 
     def is_open(self, mutant: Mutant) -> bool:
@@ -165,8 +177,8 @@ class Campaign:
         WORK.mkdir(parents=True, exist_ok=True)
         self._lock = (WORK / "lock").open("w")
         try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+            fcntl.lockf(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # not inherited by a trial
+        except OSError:
             raise SystemExit(f"another campaign runs in {WORK}") from None
         shutil.rmtree(self._tree, ignore_errors=True)
         self._tree.mkdir(parents=True)
@@ -197,6 +209,11 @@ class Campaign:
 
 def _json(path: Path) -> Any:
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+
+def _stands(result: Result) -> bool:
+    path = ROOT / result.module
+    return path.exists() and result.before in _plain(path.read_text(encoding="utf-8"))
 
 
 def _results(path: Path) -> list[Result]:

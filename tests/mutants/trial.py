@@ -25,7 +25,7 @@ _LIBRARIES = (
 )  # fmt: skip
 _LIMIT = 10**6
 """Seconds of processor time when nothing is known of the tests."""
-_PATIENCE = 60.0
+_PATIENCE = 20.0
 """Seconds in which no process of a trial ran or wanted to: it waits for what will not come. The longest wait of a test
 is of 10 s; twice as long would only make a mutant that hangs dearer."""
 _POLL = 0.05
@@ -158,8 +158,13 @@ def _test(
 ) -> NoReturn:
     status = 1
     try:
+        import hypothesis
         import pytest
 
+        # an example that fails is enough: the smallest of its kind costs minutes and is read by nobody
+        phases = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
+        hypothesis.settings.register_profile("mutants", phases=phases, database=None, derandomize=True)
+        hypothesis.settings.load_profile("mutants")
         os.setpgid(0, 0)  # a session of its own would leave the priority that was given to the campaign
         resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

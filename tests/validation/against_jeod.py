@@ -18,9 +18,10 @@ MU = DATA["mu"]
 PUBLISHED = "published data"
 STEP = 1 / 32
 """s, of JEOD's rk4: DYNAMICS in verif/SIM_dyncomp/S_define. The row at t = 0, before any step, agrees to 2e-15 of the
-largest acceleration, all later ones of 10A and 10D to 3e-14 to 5e-14. That is (2 n STEP)^3 / 12, what the last stage of
-an rk4 lacks of a motion at twice the orbit's rate n; its cube, twelve times as much, is the bound."""
-REASON = "16 digits of the log, carried through; third order of a stage of JEOD's rk4, whose step is 1/32 s"
+largest acceleration, all later ones of 10A and 10D to 3e-14 to 5e-14. (2 n STEP)^3 / 12, what the last stage of an rk4
+lacks of a motion at twice the orbit's rate n, has this size. That the logs hold this stage's accelerations is inferred
+from the size alone, not verified in JEOD. The bound is the cube, twelve times as much: an allowance."""
+REASON = "16 digits of the log, carried through; cube of JEOD's step of 1/32 s at twice the orbit's rate, an allowance"
 
 
 def carried(function: Callable[[np.ndarray], np.ndarray], logged: np.ndarray) -> float:
