@@ -110,14 +110,17 @@ def _files(root: Path, modules: set[str], opened: set[str]) -> dict[str, Path]:
 
 
 def _libraries(root: Path, modules: set[str]) -> dict[str, str]:
-    """Return the distributions that modules below `root`, this program's own aside, import by name."""
+    """Return the distributions that modules below `root`, this program's own and copies aside, import by name."""
     from importlib.metadata import packages_distributions
 
-    ours, named = Path(__file__).resolve().parents[1], set()
+    root, ours, named = root.resolve(), Path(__file__).resolve().parents[1], set()
     for name in modules:
         file = getattr(sys.modules.get(name), "__file__", None)
         path = Path(file).resolve() if file else None
-        if path and path.is_relative_to(root.resolve()) and not (_is_library(path) or _is_ours(path, ours)):
+        if path is None or _is_library(path) or not path.is_relative_to(root):
+            continue
+        counterpart = ours / path.relative_to(root)
+        if not (_is_ours(counterpart, ours) and counterpart.is_file()):
             named |= {imported.partition(".")[0] for imported in _IMPORTS.get(name, ())}
     named -= {*sys.stdlib_module_names, "mehvar"}
     distributions = packages_distributions() if named else {}
