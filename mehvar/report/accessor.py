@@ -29,6 +29,7 @@ except ImportError as error:
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
 
     from mehvar.pictures.spread import Runs
     from mehvar.report.sections import Section
@@ -148,7 +149,8 @@ class Results:
         Parameters
         ----------
         other : xarray.Dataset
-            A run; between its samples it is taken on straight lines, and after its end not at all.
+            A run of the same variables; what is compared are the samples that both have, so that nothing is
+            interpolated.
 
         Returns
         -------
@@ -159,16 +161,18 @@ class Results:
 
         if self._is_batch or not isinstance(other, xarray.Dataset) or "t" not in other.dims or "run" in other.dims:
             raise bad_value("other", type(other).__name__, "a run, compared with a run")
-        t = self._dataset["t"].values
-        within = t <= float(other["t"].values[-1])
+        names = [str(name) for name, v in self._dataset.data_vars.items() if v.dims == ("t",) and name in other]
+        here, there = _common_samples(self._dataset["t"].values, other["t"].values)
+        if not names or not here.size:
+            lacking = "samples at the same instants" if names else "variables of the same name"
+            raise bad_value("other", f"a run without {lacking}", "a run with some")
         rows = {}
-        for name in (str(name) for name, v in self._dataset.data_vars.items() if v.dims == ("t",) and name in other):
-            there = np.interp(t[within], other["t"].values, other[name].values)
-            difference = np.abs(self._dataset[name].values[within] - there)
+        for name in names:
+            difference = np.abs(self._dataset[name].values[here] - other[name].values[there])
             largest = int(np.argmax(difference))
             rows[name] = {
                 "largest": difference[largest],
-                "at": t[largest],
+                "at": self._dataset["t"].values[here[largest]],
                 "rms": float(np.sqrt(np.mean(difference**2))),
                 "unit": self._dataset[name].attrs.get("units", ""),
             }
@@ -247,3 +251,14 @@ class Results:
         if not self._is_batch:
             raise unknown_name("dimension of this result", "run", map(str, self._dataset.dims))
         return Runs(self._dataset, success)
+
+
+def _common_samples(one: NDArray[np.float64], other: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return where two rising sequences have the same instants, to the rounding of a product of a count and a step."""
+    if not other.size:
+        return (empty := np.zeros(0, dtype=np.intp)), empty
+    right = np.searchsorted(other, one).clip(1, max(1, len(other) - 1)).clip(max=len(other) - 1)
+    left = np.maximum(right - 1, 0)
+    near = np.where(np.abs(other[left] - one) <= np.abs(other[right] - one), left, right)
+    here = np.flatnonzero(np.isclose(other[near], one, rtol=1e-12, atol=1e-12))
+    return here, near[here]

@@ -206,7 +206,7 @@ def _recorded(
         samples = hold / t[1]
         if samples < 1 - _ROUNDING:
             allowed = f"recorded as often as it held an input, every {hold:g} s: run it again with dt_out={hold:g}"
-            raise bad_value("inputs", f"a run recorded every {t[1]:g} s", allowed, origin)
+            raise bad_value("inputs", f"a run with samples at {t[0]:g} and {t[1]:g} s", allowed, origin)
         late = min(delay * round(samples), len(t))
     return {name: (t, np.append(np.zeros(late), u[: len(u) - late])) for name, u in columns.items()}, hold
 

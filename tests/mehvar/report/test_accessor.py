@@ -71,11 +71,13 @@ def test_runs_are_counted_by_success(batch):
     assert batch.mehvar.convergence(success="T_theta < 0").get_lines()[0].get_ydata()[-1] == 0
 
 
-def test_two_runs_are_compared_between_samples_and_where_both_are(run):
+def test_two_runs_are_compared_at_the_samples_of_both(run):
+    """Straight lines between samples said 4e-4 rad of two runs that are the same motion."""
     other = mehvar.simulate("triangle", "path", t_end=10.0, dt_out=0.05)
-    table = run.mehvar.compare(other)
-    assert table.loc["theta", "largest"] < 1e-3
-    assert table["at"].max() <= 10.0
+    for table in (run.mehvar.compare(other), other.mehvar.compare(run)):
+        assert table.loc["theta", "largest"] < 1e-8
+        assert table["at"].max() <= 10.0
+        assert np.allclose(table["at"] / 0.05, np.round(table["at"] / 0.05))
     assert (run.mehvar.compare(run)["largest"] == 0).all()
 
 
@@ -86,6 +88,8 @@ def test_two_runs_are_compared_between_samples_and_where_both_are(run):
         (lambda run, batch: run.mehvar.plot("theta"), "a run is drawn whole"),
         (lambda run, batch: run.mehvar.scatter("theta", "rho"), "unknown dimension of this result 'run'"),
         (lambda run, batch: run.mehvar.compare(batch), "a run, compared with a run"),
+        (lambda run, batch: run.mehvar.compare(run[["t"]]), "a run without variables of the same name"),
+        (lambda run, batch: run.mehvar.compare(run.assign_coords(t=run["t"] + 0.003)), "without samples at the same"),
         (lambda run, batch: run.mehvar.report("run.pdf"), "ends in .html"),
         (lambda run, batch: batch.mehvar.animate(), "no animation of triangle with path"),
         (lambda run, batch: xr.Dataset().mehvar.metrics(), "no result of mehvar"),
