@@ -3,6 +3,7 @@
 
 import dataclasses
 import re
+from pathlib import Path
 
 import pytest
 
@@ -171,3 +172,22 @@ def test_a_scenario_or_metric_that_the_system_has_not_is_refused(tmp_path, text,
     write(tmp_path, text, "scenarios.toml")
     with pytest.raises(ModelError, match=rf"\[{name}\] would be ignored: it is not in the system"):
         check_tables(cart(), tmp_path, {})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("duration = 35.0", "duration = inf", r"scenarios.paper: duration = inf: must be above zero, and finite"),
+        ("band = 0.01", "band = -1.0", r"metrics.T_theta: band = -1: must be above zero"),
+        ("band = 0.01", "band = nan", r"metrics.T_theta: band = nan: must be above zero"),
+        ("band = 0.001", "band = inf", r"metrics.flips: band = inf: must be zero or above"),
+        ("band = 0.01", "band = 0.01, since = 2.0, until = 1.0", r"metrics.T_theta: since = 2 and until = 1"),
+    ],
+)
+def test_numbers_of_scenarios_and_metrics_are_refused_where_they_are_read(tmp_path, old, new, message):
+    """Also those that change without a derivation: a band of -1 went into the manifest, one of nan broke it."""
+    text = (Path(__file__).parents[2] / "models" / "triangle" / "scenarios.toml").read_text(encoding="utf-8")
+    path = tmp_path / "scenarios.toml"
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(ModelError, match=rf"scenarios\.toml: {message}"):
+        read_scenarios(path)
