@@ -33,7 +33,7 @@ _SETTINGS = {
     "kill_test.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",
     "matrix.md": "with a user's defaults",
     "own_law.md": "100 s of the satellite, own laws sampled every 0.5 s; a user's defaults are 800 s and continuous",
-    "small_edits.md": "the models as they are, in their default structure",
+    "small_edits.md": "the models in their default structure, which is a user's default",
     "soak.md": "settings stand on the page of each figure, beside a user's defaults where they differ",
     "store.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",
     "tools.md": "one call at one point with a user's default parameters",
