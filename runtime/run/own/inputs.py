@@ -190,6 +190,8 @@ def _recorded(
     t = _numbers(run, "t", origin)
     if not t.size:
         raise bad_value("inputs", "a dataset without samples", "the result of one run", origin)
+    if t[0] != 0:
+        raise bad_value("inputs", f"a run whose first sample is at {t[0]:g} s", "one from its start, 0 s", origin)
     if t[-1] < end:
         raise InputError(f"inputs (from {origin}): that run ends at {t[-1]:g} s: set t_end to no more than that")
     columns = {}
@@ -206,7 +208,7 @@ def _recorded(
         samples = hold / t[1]
         if samples < 1 - _ROUNDING:
             allowed = f"recorded as often as it held an input, every {hold:g} s: run it again with dt_out={hold:g}"
-            raise bad_value("inputs", f"a run with samples at {t[0]:g} and {t[1]:g} s", allowed, origin)
+            raise bad_value("inputs", f"a run with samples every {t[1]:g} s", allowed, origin)
         late = min(delay * round(samples), len(t))
     return {name: (t, np.append(np.zeros(late), u[: len(u) - late])) for name, u in columns.items()}, hold
 

@@ -32,8 +32,11 @@ def test_a_sampled_run_from_its_own_inputs_is_the_same_to_the_bit(pendulum: runt
 
 def test_a_run_that_does_not_hold_all_its_inputs_is_refused(pendulum: runtime.Model) -> None:
     coarse = runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}, dt_out=0.1)
-    with pytest.raises(InputError, match=r"samples at 0 and 0.1 s.*run it again with dt_out=0.05"):
+    with pytest.raises(InputError, match=r"samples every 0.1 s.*run it again with dt_out=0.05"):
         run(pendulum, runtime.to_dataset(coarse))
+    late = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}, dt_out=0.05))
+    with pytest.raises(InputError, match=r"first sample is at 0.1 s'.*must be one from its start, 0 s"):
+        run(pendulum, late.isel(t=slice(2, None)), t_end=0.5)
     with pytest.raises(InputError, match="that run ends at 1 s: set t_end"):
         run(pendulum, runtime.to_dataset(coarse), t_end=2.0)
 
