@@ -29,6 +29,11 @@ _OF_NUMBERS = (
 )  # fmt: skip
 
 
+_DEGREE = "deg"
+_ROUNDING = 1e-15
+"""Of pi/180 as a model may write it in floating point: a few units in its last place. No other factor is as near."""
+
+
 class MisfitError(Exception):
     """What does not fit, in words; who catches it says where."""
 
@@ -211,7 +216,15 @@ class Dimensions:
     def _product(self, node: sp.Mul) -> Dimension | None:
         parts = [self._memo[factor] for factor in node.args]
         known = [part for part in parts if part is not None]
-        return product(*((part, 1) for part in known)) if len(known) == len(parts) else None
+        return self._turned(node, product(*((part, 1) for part in known))) if len(known) == len(parts) else None
+
+    def _turned(self, node: sp.Mul, dimension: Dimension) -> Dimension:
+        """Return the dimension of a product, in which the number of radians of a degree stands for its unit."""
+        power = dimension.get(_DEGREE, Fraction())
+        number = sp.Mul(*(factor for factor in node.args if factor.is_number))
+        if not power or abs(abs(float(number / (sp.pi / 180) ** sp.Rational(power))) - 1) > _ROUNDING:
+            return dimension
+        return {base: exponent for base, exponent in dimension.items() if base != _DEGREE}
 
     def _power(self, node: sp.Pow) -> Dimension | None:
         base = self._memo[node.base]
@@ -237,8 +250,10 @@ class Dimensions:
         return known[0][1] if known else None
 
     def _number(self, node: sp.Basic, rule: str) -> None:
-        if self._memo[node]:
-            raise MisfitError(f"{rule}, and {short(node)} is in {unit_text(self._memo[node] or {})}")
+        dimension = self._memo[node]
+        if dimension:
+            hint = "; sympy.rad(...) of an angle in degrees, as a definition of its own" if _DEGREE in dimension else ""
+            raise MisfitError(f"{rule}, and {short(node)} is in {unit_text(dimension)}{hint}")
 
 
 def short(expr: sp.Basic) -> str:

@@ -3,6 +3,7 @@
 
 import dataclasses
 import inspect
+import math
 import re
 from collections.abc import Callable
 from typing import Any
@@ -10,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
 
 import mehvar
 from mehvar import runtime
@@ -17,6 +20,7 @@ from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.lower import LoweringError
 from mehvar.codegen.functions.verify import check_counterparts
 from mehvar.models.check import check, formulas, no_branching
+from mehvar.models.check.dimensions import Dimensions, MisfitError
 from mehvar.models.system import (
     EMPTY,
     TIME,
@@ -337,3 +341,37 @@ def test_rational_exponents_are_units():
 
 def test_laws_are_checked_one_by_one():
     assert {c.name for c in SYSTEM.controllers if isinstance(c, Controller)} == {"sliding", "path"}
+
+
+ANGLE, TURN = sp.Symbol("angle_deg", real=True), sp.Symbol("turn", real=True)
+
+
+@pytest.mark.parametrize(
+    "expr",
+    [
+        *(sp.sin(ANGLE), sp.exp(ANGLE), ANGLE + TURN, sp.Min(ANGLE, TURN), sp.atan2(ANGLE, TURN), TURN**ANGLE),
+        *(sp.Piecewise((ANGLE, TURN > 0), (TURN, True)), sp.Abs(ANGLE) + TURN, sp.Mod(TURN, ANGLE)),
+        *(sp.pi * ANGLE + TURN, ANGLE / 180 + TURN, sp.rad(2 * ANGLE) + TURN, sp.sin(ANGLE * 0.0174)),
+    ],
+    ids=str,
+)
+def test_degrees_are_taken_for_radians_nowhere(expr):
+    with pytest.raises(MisfitError, match="deg"):
+        Dimensions({ANGLE: "deg", TURN: "rad"})(expr)
+
+
+@pytest.mark.parametrize(
+    "expr",
+    [
+        *(sp.sin(sp.rad(ANGLE)), TURN - sp.rad(ANGLE), sp.rad(ANGLE) ** 2 + TURN, ANGLE * (math.pi / 180) + TURN),
+        *(ANGLE * TURN * sp.pi / 180 + TURN, math.radians(1) * ANGLE + TURN, sp.cos(sp.rad(ANGLE) * TURN)),
+    ],
+    ids=str,
+)
+def test_degrees_times_their_radians_are_radians(expr):
+    assert not Dimensions({ANGLE: "deg", TURN: "rad"})(expr)
+
+
+@given(st.floats(-1e3, 1e3).filter(lambda x: x and abs(abs(x) / (math.pi / 180) - 1) > 1e-12))
+def test_no_other_factor_turns_degrees_into_radians(factor):
+    assert Dimensions({ANGLE: "deg"})(factor * ANGLE) == {"deg": 1}
