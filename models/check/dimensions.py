@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
@@ -30,7 +31,7 @@ _OF_NUMBERS = (
 
 
 _DEGREE = "deg"
-_ROUNDING = 1e-15
+_ROUNDING = 4e-15
 """Of pi/180 as a model may write it in floating point: a few units in its last place. No other factor is as near."""
 
 
@@ -219,10 +220,14 @@ class Dimensions:
         return self._turned(node, product(*((part, 1) for part in known))) if len(known) == len(parts) else None
 
     def _turned(self, node: sp.Mul, dimension: Dimension) -> Dimension:
-        """Return the dimension of a product, in which the number of radians of a degree stands for its unit."""
+        """Return the dimension of a product, which pi/180 turns from degrees into radians.
+
+        So do its halves and doubles: SymPy gathers the numbers of a product, and quaternions are of half angles.
+        """
         power = dimension.get(_DEGREE, Fraction())
         number = sp.Mul(*(factor for factor in node.args if factor.is_number))
-        if not power or abs(abs(float(number / (sp.pi / 180) ** sp.Rational(power))) - 1) > _ROUNDING:
+        turns = abs(float(number / (sp.pi / 180) ** sp.Rational(power)))
+        if not power or abs(math.remainder(math.log2(turns), 1)) > _ROUNDING:
             return dimension
         return {base: exponent for base, exponent in dimension.items() if base != _DEGREE}
 
