@@ -365,9 +365,13 @@ def test_what_is_wrong_in_a_table_is_placed_where_it_stands(tmp_path, line, old,
     at = next(k for k, present in enumerate(lines) if present.startswith(line))
     lines[at] = lines[at].replace(old, new)
     (tmp_path / "scenarios.toml").write_text("\n".join(lines))
-    with pytest.raises(ModelError, match=re.escape(f"scenarios.toml:{at + 1}: {message}")):
+
+    def checked() -> None:
         scenarios, metrics = read_scenarios(tmp_path / "scenarios.toml")
         check(dataclasses.replace(SYSTEM, scenarios=scenarios, metrics=metrics), tmp_path)
+
+    with pytest.raises(ModelError, match=re.escape(f"scenarios.toml:{at + 1}: {message}")):
+        checked()
 
 
 ANGLE, TURN = sp.Symbol("angle_deg", real=True), sp.Symbol("turn", real=True)

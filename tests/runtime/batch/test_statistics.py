@@ -19,7 +19,7 @@ from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.sampling import Sampler
-from mehvar.runtime.batch.sensitivity import sensitivities
+from mehvar.runtime.batch.sensitivity import UNDETERMINED, Share, sensitivities
 from mehvar.runtime.batch.statistics import QUANTILES, StopRule, Success, bands, interval, ranks, summarise, worst
 from mehvar.runtime.batch.store.layout import STATUS, Coordinate, Layout, Variable
 from mehvar.runtime.batch.store.store import Store, create
@@ -266,3 +266,14 @@ def test_a_metric_whose_window_begins_after_the_end_is_undetermined_and_no_condi
     run = mehvar.simulate(model, "pd")
     assert run["peak"].attrs["note"] == note
     assert "note" not in run["T_angle"].attrs
+
+
+def test_a_share_is_determined_where_its_interval_is_less_than_the_whole_range():
+    assert Share(0.5, 0.2, 0.9).determined
+    assert not Share(0.5, -0.1, 1.2).determined
+    assert not UNDETERMINED.determined
+
+
+def test_the_first_of_equal_runs_is_at_an_end():
+    (row,) = summarise(filled({"m": np.full(3 * CHUNK, 2.0)}, n=3 * CHUNK)).rows
+    assert (row.smallest, row.largest) == ((0, 2.0), (0, 2.0))
