@@ -179,7 +179,7 @@ class Group:
 
 
 TIME = Quantity("t", "s", "time")
-"""Time: `TIME.symbol` stands in references and in laws."""
+"""Time: `TIME.symbol` stands in references, in laws, and in all of the plant that is a function of the state."""
 
 _EDGE = 10**15
 """Its inverse is the part of the time by which an edge is early, 5 spacings of a double: time, period, their quotient
