@@ -106,8 +106,9 @@ def _cubic(along: sp.Expr, v: sp.Expr, h: sp.Expr, rise: sp.Expr, left: sp.Expr,
 
 
 def _slopes(steps: Column, rises: Column) -> list[sp.Expr]:
-    """Return slopes at the points that keep the cubics monotone: Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5
-    (1984) 300, with the ends of Fritsch & Carlson, SIAM J. Numer. Anal. 17 (1980) 238.
+    """Return slopes at the points that keep the cubics monotone.
+
+    Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300, as SciPy's `PchipInterpolator` has them.
     """
     if len(steps) == 1:
         return [rises[0], rises[0]]

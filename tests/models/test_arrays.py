@@ -111,7 +111,7 @@ def test_runs_and_lanes_through_tables(case, tmp_path):
 
 def test_points_that_do_not_increase_and_a_matrix_that_is_not_definite_are_refused_in_a_run(case):
     folder = case[2]
-    with pytest.raises(InputError, match=r"the points at must increase: 0, 1, 0\.5, 3, 5, 6, 8"):
+    with pytest.raises(InputError, match=r"the points at must increase: at_2 = 1, at_3 = 0\.5"):
         simulate(folder, "on", parameters={"at_3": 0.5})
     with pytest.raises(InputError, match="the matrix J must be positive definite"):
         simulate(folder, "on", parameters={"J_1_2": 5.0})
@@ -164,7 +164,7 @@ def test_what_is_refused_of_an_array(tmp_path, change, message):
 
 def test_a_table_is_called_with_one_place_for_each_axis(tmp_path):
     p = read(tmp_path, TOML.replace("FORM", "linear").replace("OUTSIDE", "hold"))["plant"]
-    with pytest.raises(ModelError, match="places of lift .* one for each axis: at, up"):
+    with pytest.raises(ModelError, match=r"places of lift .* one for each axis: at, up"):
         p.lift(sp.Symbol("x"))
     with pytest.raises(ModelError, match="place along at"):
         p.push("x")

@@ -183,8 +183,8 @@ def test_time_in_the_rates_of_a_chart(tmp_path):
 def test_a_state_called_clock_is_refused_in_a_plant_of_time():
     system = shaken()
     clock = dataclasses.replace(
-        system, states=Group("x", (*system.states.quantities, quantity("clock", "m"))), rhs=(*system.rhs, system.rhs[0]),
-        initial=(*system.initial, sp.S.Zero), sensor=None,
+        system, states=Group("x", (*system.states.quantities, quantity("clock", "m"))),
+        rhs=(*system.rhs, system.rhs[0]), initial=(*system.initial, sp.S.Zero), sensor=None,
     )  # fmt: skip
     with pytest.raises(ModelError, match=r"'clock'.*one name stands for one thing"):
         check(clock)
