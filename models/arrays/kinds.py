@@ -163,7 +163,7 @@ def elements(whole: Parameter, array: Array, numbers: Sequence[Any]) -> Iterator
     """
     latex = whole.latex or (whole.name if len(whole.name) < 3 else rf"\mathrm{{{whole.name}}}".replace("_", r"\_"))
     for place in array.places():
-        default = numbers
+        default: Any = numbers
         for k in place:
             default = default[k - 1]
         indices = [str(k) for k in place]
