@@ -230,9 +230,10 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
         If the model's text is wrong.
     """
     system = _system(tree, model, structure)
+    from mehvar.models.arrays.constraints import with_arrays
     from mehvar.models.clock import with_clock
 
-    return with_clock(system)
+    return with_clock(with_arrays(system))
 
 
 def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:

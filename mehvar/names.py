@@ -20,6 +20,9 @@ ARGUMENTS = frozenset(
 """What runs and batches call their own arguments and options; no parameter and no choice of a model has such a name,
 for whoever gives it by name would set the other."""
 
+CLOCK = "clock"
+"""What the last state of a plant of time is called: it is time, and has the rate one."""
+
 
 def identifier(name: str) -> str:
     """Return the C and Python identifier of a name: what is neither letter, digit nor underscore becomes one."""

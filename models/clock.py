@@ -1,23 +1,94 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time in a law: its functions receive the reference, so time becomes an element of that."""
+"""Time where no function receives it: a state of the plant, or an element of the reference.
+
+A plant of time gets the clock as its last state, whose rate is one. Every method, backend and tool that integrates
+states then has time at its stages, and no function another signature (decision 0023). Where laws alone use time, it
+becomes an element of the reference, which laws receive.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import chain
+
+import sympy as sp
+
+from mehvar.names import CLOCK as CLOCK_NAME
 
 from .derivation import free_symbols
-from .quantities import TIME, Group
-from .system import Controller, Expr, System
+from .quantities import TIME, Group, Quantity
+from .system import Controller, Coordinates, Expr, Function, System, Variant
+
+CLOCK = Quantity(CLOCK_NAME, "s", "time, as a state of the plant", "t")
+"""The last state of a plant of time; zero at the start of a run unless its user says otherwise."""
 
 
 def with_clock(system: System) -> System:
-    """Return a system whose laws find time in the reference; the same system where no law uses time."""
+    """Return a system whose functions find time in what they receive; the same system where nothing uses time."""
+    if plant_of_time(system):
+        return _in_state(system)
     loops = (entry for variant in system.variants for loop in variant.loops.values() for entry in loop)
     used = free_symbols([*loops, *(e for law in system.controllers for e in _expressions(law))], system.definitions)
     if TIME.symbol not in used or TIME in system.references.quantities:
         return system
     references = Group(system.references.name, (*system.references.quantities, TIME))
     return replace(system, references=references, reference=(*system.reference, TIME.symbol))
+
+
+def plant_of_time(system: System) -> bool:
+    """Tell whether time stands in the plant, whose functions receive no reference."""
+    parts = [system.rhs, system.output, system.residual, *(variant.rhs for variant in system.variants)]
+    parts += [(limit.margin,) for limit in system.limits]
+    parts += [system.coordinates.rhs] if system.coordinates else []
+    parts += [system.actuator.applied] if system.actuator else []
+    parts += [system.sensor.measured] if system.sensor else []
+    parts += [_results(function) for function in system.functions if system.states in function.arguments]
+    entries = [entry for entry in chain(*parts) if isinstance(entry, sp.Basic)]
+    return TIME.symbol in free_symbols(entries, system.definitions)
+
+
+def _in_state(system: System) -> System:
+    """Append the clock to the state, and to everything that has a row for each state."""
+    states, last = _longer(system.states), CLOCK.symbol
+    return replace(
+        system,
+        states=states,
+        rhs=(*system.rhs, sp.S.One),
+        initial=(*system.initial, sp.S.Zero),
+        projection=(*system.projection, last) if system.projection else (),
+        sensor=replace(system.sensor, measured=(*system.sensor.measured, last)) if system.sensor else None,
+        coordinates=_chart(system.coordinates) if system.coordinates else None,
+        variants=tuple(_variant(variant) for variant in system.variants),
+        functions=tuple(_function(function, system.states, states) for function in system.functions),
+    )
+
+
+def _longer(group: Group) -> Group:
+    return Group(group.name, (*group.quantities, CLOCK))
+
+
+def _chart(chart: Coordinates) -> Coordinates:
+    last = CLOCK.symbol
+    return replace(
+        chart,
+        states=_longer(chart.states),
+        rhs=(*chart.rhs, sp.S.One),
+        from_state=(*chart.from_state, last),
+        to_state=(*chart.to_state, last),
+    )
+
+
+def _variant(variant: Variant) -> Variant:
+    loops = {law: (*loop, sp.S.One) for law, loop in variant.loops.items()}
+    return replace(variant, rhs=(*variant.rhs, sp.S.One), loops=loops)
+
+
+def _function(function: Function, states: Group, longer: Group) -> Function:
+    return replace(function, arguments=tuple(longer if group == states else group for group in function.arguments))
+
+
+def _results(function: Function) -> tuple[Expr, ...]:
+    return tuple(expr for _, expr in function.results)
 
 
 def _expressions(law: Controller) -> tuple[Expr, ...]:

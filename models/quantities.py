@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import os
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mehvar.errors import MehvarError, shown
 
@@ -125,6 +126,30 @@ class Interval:
 
 
 @dataclass(frozen=True)
+class Array:
+    """Parameters that stand in a table as one entry; the kinds are in `arrays`.
+
+    Parameters
+    ----------
+    name : str
+        What their group has them under together.
+    shape : tuple of int
+        One number for a vector, rows and columns for a matrix.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+
+    def places(self) -> Iterator[tuple[int, ...]]:
+        """Yield the indices of the elements in their order, from one on."""
+        yield from itertools.product(*(range(1, size + 1) for size in self.shape))
+
+    def of(self, group: Group) -> Any:
+        """Return what stands for them in expressions."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
 class Parameter(Quantity):
     """A number that the user may change: an input of the generated functions, never a constant in them.
 
@@ -138,11 +163,14 @@ class Parameter(Quantity):
         Allowed values.
     source : str
         Where the number comes from: "paper ...", "assumption: ..." or "addition: ...".
+    array : Array, optional
+        What it is an element of.
     """
 
     default: float | str = 0.0
     bounds: Interval = field(default_factory=lambda: Interval(-float("inf"), float("inf"), True, True))
     source: str = ""
+    array: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -155,6 +183,8 @@ class Group:
         Name of the vector in generated code, such as x.
     quantities : tuple of Quantity
         In their order in the vector.
+
+    `group.rho` is the symbol of the element rho; of an array of parameters its matrix, or its table to be called.
     """
 
     name: str
@@ -171,15 +201,24 @@ class Group:
         """The SymPy symbols in order."""
         return tuple(q.symbol for q in self.quantities)
 
-    def __getattr__(self, name: str) -> sp.Symbol:
+    def elements(self, array: str) -> dict[tuple[int, ...], sp.Symbol]:
+        """Return the symbols of the elements of an array by their indices, from one on."""
+        members = [q for q in self.quantities if isinstance(q, Parameter) and q.array and q.array.name == array]
+        whole = members[0].array if members else None
+        return {} if whole is None else {k: q.symbol for k, q in zip(whole.places(), members, strict=True)}
+
+    def __getattr__(self, name: str) -> Any:
         for quantity in object.__getattribute__(self, "quantities"):
             if quantity.name == name:
                 return quantity.symbol
+            array = getattr(quantity, "array", None)
+            if array is not None and array.name == name:
+                return array.of(self)
         raise AttributeError(f"group {self.name!r} has no quantity {name!r}")
 
 
 TIME = Quantity("t", "s", "time")
-"""Time: `TIME.symbol` stands in references and in laws."""
+"""Time: `TIME.symbol` stands in references, in laws, and in all of the plant that is a function of the state."""
 
 _EDGE = 10**15
 """Its inverse is the part of the time by which an edge is early, 5 spacings of a double: time, period, their quotient

@@ -7,7 +7,8 @@ import difflib
 import math
 import re
 import tomllib
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from mehvar.manifest import METRIC_KINDS, Metric, Scenario
 
+from .arrays import INCREASING, Table, Tensor, array_of, elements
 from .quantities import Group, Interval, ModelError, Parameter, place, wrong
 from .units import dimension
 
@@ -34,15 +36,20 @@ _Table = TypeVar("_Table", bound=_Strict)
 
 class _ParameterRow(_Strict):
     unit: str
-    default: float | str
+    default: float | str | list[float] | list[list[float]]
     bounds: str
     source: str
     description: str
     latex: str = ""
+    form: str = ""
+    over: list[str] = []
+    outside: str = ""
 
     @field_validator("default", mode="before")
     @classmethod
     def _number(cls, value: object) -> object:
+        if isinstance(value, list):
+            return [cls._number(entry) for entry in value]
         return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
     @field_validator("unit")
@@ -134,7 +141,9 @@ def read_parameters(path: Path) -> dict[str, Group]:
             raise ModelError(
                 f"{place_in(path, group)}: {group!r} stands outside a group; write it under [plant.{group}] or the like"
             )
-        groups[group] = Group(group, tuple(_parameter(path, group, name, row) for name, row in rows.items()))
+        quantities = tuple(q for name, row in rows.items() for q in _parameters(path, group, name, row))
+        groups[group] = Group(group, quantities)
+        _check_axes(path, groups[group])
     return groups
 
 
@@ -270,13 +279,47 @@ def _read_toml(path: Path) -> dict[str, Any]:
         raise ModelError(f"{place(str(path), line)}: is not valid TOML: {error}") from error
 
 
-def _parameter(path: Path, group: str, name: str, row: object) -> Parameter:
+def _parameters(path: Path, group: str, name: str, row: object) -> Iterator[Parameter]:
+    """Yield the parameter of an entry, or those of an array."""
     entry = _validate(_ParameterRow, row, path, group, name)
     bounds, default = parse_interval(entry.bounds), entry.default
-    if isinstance(default, float) and default not in bounds:
-        where = f"{place_in(path, group, name, 'default')}: [{group}.{name}]"
-        raise ModelError(f"{where}: default = {default:g} is outside its bounds {bounds}")
-    return Parameter(name, entry.unit, entry.description, entry.latex, bounds.positive, default, bounds, entry.source)
+    where = f"{place_in(path, group, name, 'default')}: [{group}.{name}]"
+    whole = Parameter(name, entry.unit, entry.description, entry.latex, bounds.positive, 0.0, bounds, entry.source)
+    if isinstance(default, list):
+        array = array_of(name, default, entry.form, entry.over, entry.outside, where)
+        parameters = list(elements(whole, array, default))
+    else:
+        for key in ("form", "over", "outside"):
+            if getattr(entry, key):
+                raise ModelError(f"{where}: {key} = {getattr(entry, key)!r} would be ignored: only an array has one")
+        parameters = [replace(whole, default=default)]
+    for q in parameters:
+        if isinstance(q.default, float) and q.default not in bounds:
+            raise ModelError(f"{where}: {_called(name, q)} = {q.default:g} is outside its bounds {bounds}")
+    yield from parameters
+
+
+def _called(name: str, parameter: Parameter) -> str:
+    return "default" if parameter.name == name else f"default of {parameter.name}"
+
+
+def _check_axes(path: Path, group: Group) -> None:
+    """Refuse a table whose points are no increasing array of its group, or that has not one value for each."""
+    arrays = {q.array.name: q.array for q in group if isinstance(q, Parameter) and q.array is not None}
+    for table in arrays.values():
+        if isinstance(table, Table):
+            where = f"{place_in(path, group.name, table.name, 'over')}: [{group.name}.{table.name}]"
+            for axis, size in zip(table.over, table.shape, strict=True):
+                points = arrays.get(axis)
+                if not isinstance(points, Tensor) or points.form != INCREASING:
+                    raise ModelError(
+                        f"{where}: over = {list(table.over)}: {axis!r} must be an array of [{group.name}] with "
+                        f"form = {INCREASING!r}{suggestion(axis, arrays)}"
+                    )
+                if points.shape != (size,):
+                    raise ModelError(
+                        f"{where}: default has {size} values along {axis!r}, which has {points.shape[0]} points"
+                    )
 
 
 def _validate(model: type[_Table], row: object, path: Path, *keys: str) -> _Table:

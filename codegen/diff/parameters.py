@@ -68,7 +68,26 @@ def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) 
     symbols = tuple(_symbol_changes(old, new, renamed))
     told = {(change.role, change.name, change.what) for change in symbols}
     values = _value_changes(old.manifest, new.manifest, renamed)
-    return (*symbols, *(change for change in values if (change.role, change.name, change.what) not in told))
+    untold = (change for change in values if (change.role, change.name, change.what) not in told)
+    return tuple(_by_array((*symbols, *untold), (old, new)))
+
+
+def _by_array(changes: Iterable[ParameterChange], sides: Iterable[Document]) -> Iterator[ParameterChange]:
+    """Tell in one line what became of several elements of an array."""
+    arrays = {(s.role, s.name): s.array for side in sides for s in side.symbols if s.array}
+    groups: dict[tuple[str, str, str], list[ParameterChange]] = {}
+    for change in changes:
+        whole = arrays.get((change.role, change.name), "")
+        groups.setdefault((change.role, whole or change.name, change.what), []).append(change)
+    for (role, name, what), members in groups.items():
+        sides_of = ([(c.name, c.old) for c in members], [(c.name, c.new) for c in members])
+        yield ParameterChange(name, role, what, *map(_together, sides_of)) if len(members) > 1 else members[0]
+
+
+def _together(values: list[tuple[str, str]]) -> str:
+    """Return the values of elements, each with its name unless all have one."""
+    texts = {text for _, text in values}
+    return ", ".join(f"{name} = {text}" for name, text in values) if len(texts) > 1 else texts.pop()
 
 
 def _symbol_changes(old: Document, new: Document, renamed: Mapping[str, str]) -> Iterator[ParameterChange]:

@@ -38,6 +38,7 @@ class Symbol:
     source: str = ""
     family: str = ""
     index: int = 0
+    array: str = ""
 
 
 @dataclass(frozen=True)

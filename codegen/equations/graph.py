@@ -342,7 +342,7 @@ def _symbol(role: str, q: Quantity) -> dict[str, Any]:
     if q.family:
         row |= {"family": q.family, "index": q.index}
     if isinstance(q, Parameter):
-        row |= {"bounds": str(q.bounds), "source": q.source}
+        row |= {"bounds": str(q.bounds), "source": q.source} | ({"array": q.array.name} if q.array else {})
     return row
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from mehvar.codegen.functions.lower import to_casadi
 from mehvar.codegen.functions.requests import Request, bindings, requests
+from mehvar.models.arrays import INCREASING, Tensor
 from mehvar.models.system import TIME, Group, Parameter, Quantity, System, scalar
 
 Array = NDArray[np.float64]
@@ -193,11 +194,17 @@ def points(subject: Machine, n: int = 12, seed: int = 0) -> Points:
 def draw(ranges: Ranges, group: Group, n: int, rng: np.random.Generator) -> Array:
     """Return n random vectors of a group, shape (n, size); functions take one unused number for an empty group.
 
-    A quantity without a range lies around its default, or else in [0.1, 1].
+    A quantity without a range lies around its default, or else in [0.1, 1]; the points of a table increase.
     """
     if not len(group):
         return np.zeros((n, 1))
-    return np.stack([rng.uniform(*_range(ranges, q), size=n) for q in group], axis=-1)
+    values = np.stack([rng.uniform(*_range(ranges, q), size=n) for q in group], axis=-1)
+    arrays = [q.array if isinstance(q, Parameter) else None for q in group]
+    for array in dict.fromkeys(arrays):
+        if isinstance(array, Tensor) and array.form == INCREASING:
+            columns = [k for k, other in enumerate(arrays) if other == array]
+            values[:, columns] = np.sort(values[:, columns], axis=1)
+    return values
 
 
 def _range(ranges: Ranges, quantity: Quantity) -> tuple[float, float]:

@@ -12,6 +12,7 @@ import sympy as sp
 
 from mehvar.names import ARGUMENTS, RESULT_NAMES, identifier
 
+from ..clock import CLOCK, plant_of_time
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import System
 from .vectors import known, own
@@ -85,6 +86,8 @@ def _common(system: System) -> Iterator[_Use]:
     yield _Use(TIME.name, "time", TIME.symbol)
     for kind, group in known(system):
         yield from (_Use(q.name, kind, q.symbol) for q in group if q not in shared.get(kind, ()))
+    if plant_of_time(system) and CLOCK not in system.states.quantities:
+        yield _Use(CLOCK.name, "the state that is the time of this plant,", CLOCK.symbol)
     for step in system.definitions_in_order:
         yield _Use(step.symbol.name, "definition", step.symbol, step.origin)
 

@@ -106,13 +106,16 @@ def own(law: Controller) -> list[tuple[str, Group]]:
 
 def _plant(system: System) -> Iterator[Vector]:
     motion = (*_motion(system), system.parameters)
-    yield Vector("rhs", system.rhs, system.states.quantities, motion, system.origin, rate=True, group="states")
     yield Vector(
-        "output", system.output, system.outputs.quantities, (*motion, system.references), system.origin, group="outputs"
+        "rhs", system.rhs, system.states.quantities, motion, system.origin, of_time=True, rate=True, group="states"
     )
-    yield from _conditions("limits", system.limits, motion)
+    yield Vector(
+        "output", system.output, system.outputs.quantities, (*motion, system.references), system.origin,
+        of_time=True, group="outputs",
+    )  # fmt: skip
+    yield from _conditions("limits", system.limits, motion, of_time=True)
     if system.residual or system.rates:
-        yield Vector("residual", system.residual, (), motion, system.origin, more=_rates(system))
+        yield Vector("residual", system.residual, (), motion, system.origin, of_time=True, more=_rates(system))
 
 
 def _rates(system: System) -> dict[sp.Symbol, str]:
@@ -140,12 +143,16 @@ def _hardware(system: System) -> Iterator[Vector]:
         part = system.actuator
         yield _alike("commanded of the actuator", part.commanded, u, part.origin)
         yield Vector(
-            "applied of the actuator", part.applied, u.quantities, (x, part.commanded, p), part.origin, group="inputs"
-        )
+            "applied of the actuator", part.applied, u.quantities, (x, part.commanded, p), part.origin,
+            of_time=True, group="inputs",
+        )  # fmt: skip
     if system.sensor:
         sensor = system.sensor
         receives = (x, sensor.noise, p)
-        yield Vector("measured of the sensor", sensor.measured, x.quantities, receives, sensor.origin, group="states")
+        yield Vector(
+            "measured of the sensor", sensor.measured, x.quantities, receives, sensor.origin,
+            of_time=True, group="states",
+        )  # fmt: skip
     if system.projection:
         q = system.coordinates.states if system.coordinates else x
         yield Vector(
@@ -165,15 +172,17 @@ def _chart(system: System, chart: Coordinates) -> Iterator[Vector]:
         ("to_input", chart.to_input, u, (q, n, x, p), "inputs"),
     ):
         where = f"{name} of the coordinates"
-        yield Vector(where, entries, rows.quantities, receives, chart.origin, rate=name == "rhs", group=group)
+        moving = name == "rhs"
+        yield Vector(where, entries, rows.quantities, receives, chart.origin, moving, moving, group)
 
 
 def _variant(system: System, variant: Variant) -> Iterator[Vector]:
     name = f"variant {', '.join(variant.values)!r}"
     motion = (*_motion(system), system.parameters)
     yield Vector(
-        f"rhs of {name}", variant.rhs, system.states.quantities, motion, variant.origin, rate=True, group="states"
-    )
+        f"rhs of {name}", variant.rhs, system.states.quantities, motion, variant.origin,
+        of_time=True, rate=True, group="states",
+    )  # fmt: skip
     chart = system.coordinates
     rows = chart.states if chart else system.states
     for law in system.controllers:
@@ -199,6 +208,7 @@ def _function(system: System, function: Function) -> Vector:
         tuple(quantity for quantity, _ in function.results),
         function.arguments,
         function.origin,
+        of_time=system.states in function.arguments,
         more={symbol: unit for symbol, unit in more.items() if symbol not in received},
     )
 
@@ -237,9 +247,13 @@ def _alike(what: str, group: Group, inputs: Group, origin: str) -> Vector:
     return Vector(what, group.symbols, inputs.quantities, (group,), origin, group="inputs")
 
 
-def _conditions(where: str, conditions: Sequence[Condition], receives: tuple[Group, ...]) -> Iterator[Vector]:
+def _conditions(
+    where: str, conditions: Sequence[Condition], receives: tuple[Group, ...], of_time: bool = False
+) -> Iterator[Vector]:
     for k, condition in enumerate(conditions):
-        yield Vector(f"margin {k + 1} of {where}", (condition.margin,), (), receives, condition.origin, margin=True)
+        yield Vector(
+            f"margin {k + 1} of {where}", (condition.margin,), (), receives, condition.origin, of_time, margin=True
+        )
         if condition.shown:
             yield Vector(f"shown {k + 1} of {where}", condition.shown, (), receives, condition.origin)
 

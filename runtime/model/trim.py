@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mehvar.errors import bad_value, unknown_name
+from mehvar.names import CLOCK
 
 from ..arguments import check_arguments
 from .functions import FloatArray
@@ -78,7 +79,7 @@ def trim(
     bounds : mapping, optional
         Lowest and highest value of unknowns.
     steady : sequence of str, optional
-        The states whose rates vanish; all unless given.
+        The states whose rates vanish; all unless given, but for the clock of a plant of time.
 
     Returns
     -------
@@ -102,7 +103,7 @@ def trim(
     loaded = model if isinstance(model, Model) else load(model)
     names = (*loaded.state_names, *loaded.input_names)
     starts = dict(free) if isinstance(free, Mapping) else dict.fromkeys(_texts("free", free), None)
-    steady = loaded.state_names if steady is None else _texts("steady", steady)
+    steady = tuple(name for name in loaded.state_names if name != CLOCK) if steady is None else _texts("steady", steady)
     limits = dict(bounds or {})
     for kind, given in (("fix", fix or {}), ("free", starts), ("bounds", limits)):
         for name in given:

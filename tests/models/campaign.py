@@ -16,6 +16,7 @@ from mehvar.codegen.functions.verify import VerificationError, check_counterpart
 from mehvar.codegen.manifest import manifest_of
 from mehvar.manifest import FILE, manifest_text
 from mehvar.models.check import check
+from mehvar.models.clock import with_clock
 from mehvar.models.system import ModelError, System
 from mehvar.runtime import load
 from tests.fuzz.campaign import Outcome
@@ -72,6 +73,7 @@ def _refusal(system: System) -> str:
 
 def _written(system: System, folder: Path) -> Path:
     check_counterparts(system)
+    system = with_clock(system)
     functions = printed(generate_functions(system))
     manifest = manifest_of(system, functions, {})
     folder.mkdir()

@@ -240,7 +240,7 @@ REFUSED = [
     ("a symbol made again", CART, ("rhs", 0), lambda v: sp.Symbol("speed"), r"other assumptions: take the symbol from"),
     ("a law's gain in a limit", CART, ("limits", 0, "margin"), lambda v: sp.Symbol("gain", real=True),
      r"margin 1 of limits, row 1 of 1: 'gain' is a parameter of law 'sum-law', which it does not receive"),
-    ("time in a rate", CART, ("rhs", 0), lambda v: v * TIME.symbol, r"'t' is time, which it does not receive"),
+    ("time at the start", CART, ("initial", 0), lambda v: v * TIME.symbol, r"'t' is time, which it does not receive"),
     ("not a number", CART, ("rhs", 0), lambda v: sp.nan, r"has the constant nan: numbers must be real and finite"),
     ("infinity", CART, ("initial", 0), lambda v: sp.oo, r"initial, row 1 of 2 \(place\) has the constant oo"),
     ("a text", CART, ("rhs", 0), lambda v: "speed", r"'speed' is a str: must be a SymPy expression"),

@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arrays of parameters: vectors, matrices, and tables that are read between their points."""
+
+from .kinds import INCREASING, Table, Tensor, array_of, elements
+
+__all__ = ["INCREASING", "Table", "Tensor", "array_of", "elements"]
