@@ -133,17 +133,17 @@ class Explainer:
 
     def _counterexample(self, old: Expression, new: Expression, known: Point | None) -> Counterexample | None:
         """Return a point of simple numbers where both sides differ."""
-        points = chain(
-            self.judge.real_points([old, new], 40),
-            () if known is None else (self.judge.real(known),),
-            self.judge.extreme_points(old, new),
-        )
-        worlds = next((w for w in points if self.judge.differ(w, old, new)), None)
+        mine = () if known is None else (self.judge.real(known),)
+        points = chain(self.judge.real_points([old, new], 40), mine, self.judge.extreme_points(old, new))
+        worlds, fails = next((w for w in points if self.judge.differ(w, old, new)), None), self._fails
+        if worlds is None:
+            worlds = next((w for w in mine if self.judge.one_exists(w, old, new)), None)
+            fails = self._is_alone
         if worlds is None:
             return None
         point = {name: self._coordinate(worlds, name) for name in {*old[0].free(old[1]), *new[0].free(new[1])}}
         if len(old[0].cone(old[1])) + len(new[0].cone(new[1])) <= _LARGEST_CONE:
-            point = simplified(point, self._candidates, lambda trial: self._fails(trial, old, new))
+            point = simplified(point, self._candidates, lambda trial: fails(trial, old, new))
             worlds = self.judge.real(point)
         values = [shown(worlds, expression) for expression in (old, new)]
         named = tuple((name, _written(value)) for name, value in sorted(point.items()) if value)
@@ -156,6 +156,10 @@ class Explainer:
     def _candidates(self, name: str, value: Fraction) -> Iterator[Fraction]:
         positive = self.judge.positive(name)
         return (simple for simple in self.judge.sampler.simple(name, value) if simple > 0 or not positive)
+
+    def _is_alone(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
+        """Whether one side exists alone, off the zeros of names, where a domain may end."""
+        return 0 not in point.values() and self.judge.one_exists(self.judge.real(point), old, new)
 
     def _fails(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
         worlds = self.judge.real(point)
