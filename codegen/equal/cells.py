@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..equations.document import reached
+from ..equations.formula import Printer
 from . import doubles, intervals, linear, reals
 from .branches import (
     COMPARISONS,
@@ -67,6 +68,8 @@ _GRID = tuple(
 """Places on a line between which a change of sign is looked for, beside the constants of the expressions."""
 _TURN = tuple(np.linspace(-doubles.TURNS, doubles.TURNS, 129) * 2 * np.pi)
 _PROOFS = (linear.impossible, intervals.impossible)
+_WIDEST = 60
+"""Letters of an expression in a message, so that two of them and what is said fit into three lines of a terminal."""
 _LIT = Fraction(1, 10**20)
 """A sign counts where a value is larger than this part of what it was computed from: 20 of 50 digits."""
 
@@ -449,11 +452,16 @@ class Cells:
     # Words
 
     def _undecided(self, ways: tuple[Way, ...], before: str = "") -> Outcome:
-        kinds = " with ".join(self.pool.nodes[node][0] for node, _ in ways)
+        names = " with ".join(self._text(node) for node, _ in ways)
         state = "a branch of" if len(ways) == 1 else "a joint state of"
         return Outcome(
-            None, f"equal at {self._points} points, but {before}{state} {kinds} was neither reached nor excluded"
+            None, f"equal at {self._points} points, but {before}{state} {names} was neither reached nor excluded"
         )
+
+    def _text(self, node: int) -> str:
+        """Return the expression that branches, or its beginning."""
+        text = Printer(self.pool.nodes).text(node)
+        return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}..."
 
     def _equal(self) -> Outcome:
         return Outcome(

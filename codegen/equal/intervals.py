@@ -101,7 +101,7 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
     if operation == "add":
         return _sum(operands)
     if operation == "mul":
-        return _product(operands)
+        return _both(_product(operands), _share(pool, node, box))
     if operation == "pow":
         return _power(operands[0], pool.constant(pool.operands(node)[1]))
     if operation in ("max", "min"):
@@ -117,6 +117,26 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
         pieces = [box[pool.operands(pair)[0]] for pair in pool.operands(node)]
         return min(low for low, _ in pieces), max(high for _, high in pieces)
     return ALL
+
+
+def _share(pool: Pool, node: int, box: Mapping[int, Interval]) -> Interval:
+    """Bound a part of a sum over the sum, as a component of a unit vector is, which its factors alone do not bound."""
+    factors = pool.operands(node)
+    for part, other in (factors, factors[::-1]) if len(factors) == 2 else ():
+        base, exponent = _root_of(pool, other)
+        terms = pool.operands(base) if pool.nodes[base][0] == "add" else ()
+        term = {Fraction(-1): part, Fraction(-1, 2): pool.intern("pow", part, pool.number(2))}.get(exponent)
+        if term in terms and all(box[k][0] >= 0 for k in terms):
+            return (0.0 if term == part else -1.0), 1.0
+    return ALL
+
+
+def _root_of(pool: Pool, node: int) -> tuple[int, Fraction]:
+    """Return of what a node is a power, and which."""
+    power = Fraction(1)
+    while pool.nodes[node][0] == "pow" and (exponent := pool.constant(pool.operands(node)[1])) is not None:
+        node, power = pool.operands(node)[0], power * exponent
+    return node, power
 
 
 def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[int, Interval]]:

@@ -73,7 +73,7 @@ class Counterexample:
     at : tuple of (str, str)
         Names and exact values; names that are not listed are zero or do not matter.
     left, right : str
-        Both values there, to six digits; "no value" where a side has none.
+        Both values there, to six digits or as many as tell them apart; "no value" where a side has none.
     """
 
     at: tuple[tuple[str, str], ...]
@@ -484,8 +484,18 @@ def inside(worlds: Worlds, domain: Sequence[Expression]) -> bool:
     return all(value is not None and value > 0 for value in values)
 
 
-def shown(worlds: Worlds, expression: Expression) -> str:
-    """Return a value at a real point to six digits, if it has one; zero where it is no more than rounding."""
+def shown(worlds: Worlds, old: Expression, new: Expression) -> tuple[str, str]:
+    """Return two values at a real point, with as many of six, twelve, ... digits as tell them apart."""
+    digits = 6
+    while True:
+        first, second = (_shown(worlds, expression, digits) for expression in (old, new))
+        if first != second or digits > reals.DIGITS:
+            return first, second
+        digits *= 2
+
+
+def _shown(worlds: Worlds, expression: Expression, digits: int) -> str:
+    """Return a value at a real point, if it has one; zero where it is no more than rounding."""
     meaning, root = expression
     value = worlds[meaning].defined(root)
     if value is None:
@@ -494,4 +504,4 @@ def shown(worlds: Worlds, expression: Expression) -> str:
         return str(value)
     if reals.vanishes(value, worlds[meaning].size(root)):
         return "0.0"
-    return str(mpmath.nstr(value, 6, strip_zeros=True))
+    return str(mpmath.nstr(value, digits, strip_zeros=True))
