@@ -24,6 +24,7 @@ from mehvar.versions import installed
 
 from .loaded import tracing
 from .plants import kept_plant
+from .watch import ABSENT, answer
 from .workspace import (
     GenerateError,
     Tree,
@@ -168,8 +169,8 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     with tracing(tree.root, package_name(tree, model)) as loading:
         system = system_of(tree, model, structure or {})
         loaded = {name: sha256(path) for name, path in loading.files().items()}
-        libraries = loading.libraries()
-    sources = {**loaded, **(_plant_inputs(tree, model) or {}), **tree.sources(model)}
+        libraries, answers = loading.libraries(), loading.answers()
+    sources = {**answers, **loaded, **(_plant_inputs(tree, model) or {}), **tree.sources(model)}
     from .code.files import printed, texts
     from .equations.graph import equations_json
     from .equations.page import equations_markdown
@@ -360,9 +361,12 @@ def _differences(
 
 
 def inputs(tree: Tree, model: str, record: Manifest) -> dict[str, str]:
-    """Return the SHA-256 of what a model depends on now, with the files that its last derivation loaded."""
-    loaded = {name: tree.root / name for name in record.inputs_sha256}
-    now = {name: sha256(path) for name, path in loaded.items() if path.is_file()}
+    """Return the SHA-256 of what a model depends on now, with what its last derivation loaded and asked for."""
+    now: dict[str, str] = {}
+    for name, digest in record.inputs_sha256.items():
+        present = answer(tree.root, name)
+        if present is not None or digest == ABSENT:
+            now[name] = present or ABSENT
     return now | (_plant_inputs(tree, model) or {}) | tree.sources(model)
 
 
@@ -379,6 +383,8 @@ def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterable[tupl
             yield name, "is new"
         elif name not in now:
             yield name, "is gone"
+        elif before[name] != now[name] and ABSENT in (before[name], now[name]):
+            yield name, "is gone" if before[name] else "is new"
         elif before[name] != now[name]:
             yield name, "changed"
 

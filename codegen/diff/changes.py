@@ -97,9 +97,11 @@ def coefficient_of(pool: Pool, node: int) -> Fraction:
 def replaced(pool: Pool, root: int, changes: Sequence[Change]) -> int:
     """Return an expression with edits made in it."""
     here = [change for change in changes if not change.path]
+    added = [change.with_ for change in here if change.kind is Kind.TERM_ADDED and change.with_ is not None]
     for change in here:
         if change.kind is not Kind.TERM_ADDED:
-            return pool.number(0) if change.with_ is None else change.with_
+            instead = [] if change.with_ is None else [change.with_]
+            return pool.many("add", [*instead, *added])
     operation, *operands = pool.nodes[root]
     new = list(operands)
     for k, operand in enumerate(operands):
@@ -109,8 +111,7 @@ def replaced(pool: Pool, root: int, changes: Sequence[Change]) -> int:
     node = root
     if new != operands:
         node = pool.many(operation, new) if operation in ("add", "mul") else pool.intern(operation, *new)
-    terms = [change.with_ for change in here if change.with_ is not None]
-    return pool.many("add", [node, *terms]) if terms else node
+    return pool.many("add", [node, *added]) if added else node
 
 
 def rational(values: Values) -> Fraction | None:

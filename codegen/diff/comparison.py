@@ -144,7 +144,7 @@ class _Verdicts:
         free = (versions.free_old, old.root), (versions.free_new, new.root)
         for sides in (pair, free):
             if versions.judge.same_in_field(*sides):
-                return Verdict(True, versions.judge.how(*sides))
+                return versions.judge.where_defined(Verdict(True, versions.judge.how(*sides)), *pair)
         decision = versions.judge.decide(*pair)
         if decision.equal is None:
             by_text = versions.judge.decide(*free)
@@ -158,7 +158,7 @@ class _Verdicts:
             return local
         judge, pair = self.versions.judge, ((self.versions.before, old.root), (self.versions.after, new.root))
         if local.equal:
-            return Verdict(bool(judge.same_in_field(*pair)), judge.how(*pair))
+            return judge.where_defined(Verdict(bool(judge.same_in_field(*pair)), judge.how(*pair)), *pair)
         return judge.decide(*pair)
 
     def _same_text(self, old: Item, new: Item) -> bool:

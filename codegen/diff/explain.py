@@ -22,8 +22,11 @@ from .versions import Item, Versions
 
 _POINTS = 2
 """Of the field: an edit that fits at both by chance does so once in 2^178, and is replayed at more points anyway."""
-_TRIED = 40
-"""Points among which those two are looked for; an expression that exists at none of them will not at more."""
+_ROOTED = 16
+"""Where even roots have signs of chance: a sign that is flipped on half of the space only would pass at two points once
+in four times, at all of these once in 65 000."""
+_TRIED = 60
+"""Points among which these are looked for; an expression that exists at none of them will not at more."""
 _VISITED = 20_000
 """Places of an expression as written that are looked at for marks: shared nodes make their number grow without end."""
 _LARGEST_CONE = 400
@@ -67,22 +70,26 @@ class Explainer:
         """Return edits, and whether making them gives the new expression."""
         pool = self.versions.pool
         olds, news = self._worlds(old, new)
-        changes = Account(pool, olds, news).explain(old[1], new[1])
-        edited = replaced(pool, old[1], changes)
-        return changes, bool(self.judge.decide((old[0], edited), new).equal)
+        account = Account(pool, olds, news)
+        changes = account.explain(old[1], new[1])
+        made = self.judge.decide((old[0], replaced(pool, old[1], changes)), new)
+        if made.equal is False and len(changes) == 1:
+            return [account.whole(old[1], new[1])], True
+        return changes, bool(made.equal)
 
     def _worlds(self, old: Expression, new: Expression) -> tuple[list[FieldWorld], list[FieldWorld]]:
         """Return worlds at points where both sides have values."""
         pairs = [(self.versions.before, self.versions.across), (self.versions.free_old, self.versions.free_new)]
         if old[0] is not self.versions.before:
             pairs = [(old[0], new[0])]
+        count = _ROOTED if self.judge.is_rooted(old, new) else _POINTS
         for first, second in pairs:
             points = []
             for number in range(_TRIED):
                 worlds = self.judge.point(number)
                 if worlds[first].defined(old[1]) is not None and worlds[second].defined(new[1]) is not None:
                     points.append((worlds[first], worlds[second]))
-                if len(points) == _POINTS:
+                if len(points) == count:
                     return [a for a, _ in points], [b for _, b in points]
         worlds = self.judge.point(0)
         return [worlds[pairs[-1][0]]], [worlds[pairs[-1][1]]]
@@ -133,21 +140,20 @@ class Explainer:
 
     def _counterexample(self, old: Expression, new: Expression, known: Point | None) -> Counterexample | None:
         """Return a point of simple numbers where both sides differ."""
-        points = chain(
-            self.judge.real_points([old, new], 40),
-            () if known is None else (self.judge.real(known),),
-            self.judge.extreme_points(old, new),
-        )
-        worlds = next((w for w in points if self.judge.differ(w, old, new)), None)
+        mine = () if known is None else (self.judge.real(known),)
+        points = chain(self.judge.real_points([old, new], 40), mine, self.judge.extreme_points(old, new))
+        worlds, fails = next((w for w in points if self.judge.differ(w, old, new)), None), self._fails
+        if worlds is None:
+            worlds = next((w for w in mine if self.judge.one_exists(w, old, new)), None)
+            fails = self._is_alone
         if worlds is None:
             return None
         point = {name: self._coordinate(worlds, name) for name in {*old[0].free(old[1]), *new[0].free(new[1])}}
         if len(old[0].cone(old[1])) + len(new[0].cone(new[1])) <= _LARGEST_CONE:
-            point = simplified(point, self._candidates, lambda trial: self._fails(trial, old, new))
+            point = simplified(point, self._candidates, lambda trial: fails(trial, old, new))
             worlds = self.judge.real(point)
-        values = [shown(worlds, expression) for expression in (old, new)]
         named = tuple((name, _written(value)) for name, value in sorted(point.items()) if value)
-        return Counterexample(named, *values)
+        return Counterexample(named, *shown(worlds, old, new))
 
     @staticmethod
     def _coordinate(worlds: Worlds, name: str) -> Fraction:
@@ -156,6 +162,10 @@ class Explainer:
     def _candidates(self, name: str, value: Fraction) -> Iterator[Fraction]:
         positive = self.judge.positive(name)
         return (simple for simple in self.judge.sampler.simple(name, value) if simple > 0 or not positive)
+
+    def _is_alone(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
+        """Whether one side exists alone, off the zeros of names, where a domain may end."""
+        return 0 not in point.values() and self.judge.one_exists(self.judge.real(point), old, new)
 
     def _fails(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
         worlds = self.judge.real(point)

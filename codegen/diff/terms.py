@@ -23,7 +23,11 @@ class Account(Edits):
         self._atoms = self._atoms_of(old, new)
         self._parts = self._values_of(new)
         self._written = frozenset(reached(self.pool.nodes, [new]))
-        return self._explain(old, new, ()) or [self._rewritten(old, new, ())]
+        return self._explain(old, new, ()) or [self.whole(old, new)]
+
+    def whole(self, old: int, new: int) -> Change:
+        """Return the edit that says no more than what there was and what there is."""
+        return self._rewritten(old, new, ())
 
     def _explain(self, old: int, new: int, path: Path) -> list[Change]:
         required = self.new(new)

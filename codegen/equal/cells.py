@@ -11,7 +11,6 @@ looked for on purpose, or proved impossible by intervals; what is neither leaves
 from __future__ import annotations
 
 import itertools
-import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..equations.document import reached
+from ..equations.formula import Printer
 from . import doubles, intervals, linear, reals
 from .branches import (
     COMPARISONS,
@@ -37,7 +37,6 @@ from .branches import (
     ways_of,
 )
 from .doubles import Array
-from .field import Undefined
 from .pool import Pool
 from .reals import PointSampler, RealWorld
 
@@ -69,6 +68,8 @@ _GRID = tuple(
 """Places on a line between which a change of sign is looked for, beside the constants of the expressions."""
 _TURN = tuple(np.linspace(-doubles.TURNS, doubles.TURNS, 129) * 2 * np.pi)
 _PROOFS = (linear.impossible, intervals.impossible)
+_WIDEST = 60
+"""Letters of an expression in a message, so that two of them and what is said fit into three lines of a terminal."""
 _LIT = Fraction(1, 10**20)
 """A sign counts where a value is larger than this part of what it was computed from: 20 of 50 digits."""
 
@@ -97,6 +98,8 @@ class Cells:
         Makes the real world at a point.
     same : callable
         Whether two smooth expressions are equal: True, False, or None where only the reals know.
+    never_has : callable
+        Whether it is proved that an expression never has a sign.
     """
 
     def __init__(
@@ -106,11 +109,13 @@ class Cells:
         bounds: intervals.Bounds,
         world: Callable[[Mapping[str, Fraction]], RealWorld],
         same: Callable[[int, int], bool | None],
+        never_has: Callable[[int, int], bool],
     ) -> None:
         self.pool = pool
         self.sampler = sampler
         self._world = world
         self._same = same
+        self._never_has = never_has
         self._bounds = bounds
 
     def walk(self, old: int, new: int) -> Outcome | None:
@@ -135,8 +140,12 @@ class Cells:
         self._draw = random.Random(1)
         return self._walk()
 
-    def decide(self, doubtful: Sequence[tuple[Way, ...]] = ()) -> Outcome:
-        """Look for every way, every pair of ways, and those at which both sides may differ; after `walk`."""
+    def decide(self, doubtful: Sequence[tuple[Way, ...]] = (), inside: Sequence[Atom] = ()) -> Outcome:
+        """Look for every way, every pair of ways, and those at which both sides may differ; after `walk`.
+
+        `inside` are signs that hold where both sides have a value.
+        """
+        self._inside = tuple(inside)
         self._doubtful = [tuple(sorted(ways)) for ways in doubtful]
         return self._missing() or self._equal()
 
@@ -281,12 +290,10 @@ class Cells:
     def _judge(self, point: Mapping[str, Fraction]) -> Outcome | None:
         """Compare both sides at a point with 50 digits, and in its cell exactly."""
         world = self._world(point)
-        try:
-            old, new = (world.value(root) for root in self._roots)
-        except Undefined:
+        worlds = iter((world, self._world(point)))
+        if any(world.defined(root) is None for root in self._roots):
             return None
-        sized = [(value, world.size(root)) for value, root in zip((old, new), self._roots, strict=True)]
-        if reals.apart(sized[0], sized[1]):
+        if reals.differ(lambda: self._sides(next(worlds))):
             return Outcome(False, f"a point with {reals.DIGITS} digits", point)
         taken = {k: self._way(world, k) for k in self._units if world.memo.get(k) is not None}
         counting = {node for root in self._roots for node in counted(self.pool, root, taken)}
@@ -300,12 +307,18 @@ class Cells:
         self._states.add(frozenset(ways))
         return None
 
+    def _sides(self, world: RealWorld) -> tuple[reals.Sized, reals.Sized] | None:
+        """Return the values of both sides."""
+        old, new = ((world.defined(root), root) for root in self._roots)
+        if old[0] is None or new[0] is None:
+            return None
+        return (old[0], world.size(old[1])), (new[0], world.size(new[1]))
+
     def _way(self, world: RealWorld, node: int) -> int:
         operation, *operands = self.pool.nodes[node]
         if operation == "mod":
             a, b = (world.value(operand) for operand in operands)
-            whole: int = math.floor(a / b)
-            return whole
+            return reals.floor(a / b)
         if operation in STEPS or operation in COMPARISONS:
             return int(world.value(node))
         return world.ways[node]
@@ -323,13 +336,21 @@ class Cells:
 
     def _is_clear(self, world: RealWorld, node: int) -> bool:
         """Whether the way of a node is not one of rounding."""
-        if self.pool.nodes[node][0] in STEPS or self._is_thin(node, int(bool(world.memo[node]))):
+        if self.pool.nodes[node][0] in STEPS:
+            return self._is_between(world, node)
+        if self._is_thin(node, int(bool(world.memo[node]))):
             return True
         for atom in atoms(self.pool, node):
             value = world.defined(atom)
             if value is None or abs(value) <= reals.real(_LIT) * 2 ** max(world.size(atom), 0):
                 return False
         return True
+
+    def _is_between(self, world: RealWorld, node: int) -> bool:
+        """Whether what is rounded is no whole number: on the step itself each cell beside it may be meant."""
+        operands = [world.value(operand) for operand in self.pool.operands(node)]
+        whole = operands[0] / operands[1] if len(operands) == 2 else operands[0]
+        return bool(abs(whole - reals.floor(whole + 0.5)) > reals.real(_LIT) * 2 ** max(world.size(node), 0))
 
     # What no point had
 
@@ -370,12 +391,14 @@ class Cells:
         """Whether ways are proved to exclude each other."""
         alternatives = self._alternatives(ways)
         return alternatives is not None and all(
-            any(proof(self.pool, required, self._bounds) for proof in _PROOFS) for required in alternatives
+            any(proof(self.pool, required, self._bounds) for proof in _PROOFS)
+            or any(sign and self._never_has(node, sign) for node, sign in required)
+            for required in alternatives
         )
 
     def _alternatives(self, ways: tuple[Way, ...]) -> list[tuple[Atom, ...]] | None:
         """Return what has to hold for nodes to count and to go these ways, one list for each way in which it can."""
-        product = every([requirements(self.pool, way) for way in ways])
+        product = every([*(requirements(self.pool, way) for way in ways), [self._inside]])
         for node in dict.fromkeys(node for node, _ in ways) if product else ():
             for needed in self._needs(node):
                 product = every([product, needed]) or product
@@ -429,11 +452,16 @@ class Cells:
     # Words
 
     def _undecided(self, ways: tuple[Way, ...], before: str = "") -> Outcome:
-        kinds = " with ".join(self.pool.nodes[node][0] for node, _ in ways)
+        names = " with ".join(self._text(node) for node, _ in ways)
         state = "a branch of" if len(ways) == 1 else "a joint state of"
         return Outcome(
-            None, f"equal at {self._points} points, but {before}{state} {kinds} was neither reached nor excluded"
+            None, f"equal at {self._points} points, but {before}{state} {names} was neither reached nor excluded"
         )
+
+    def _text(self, node: int) -> str:
+        """Return the expression that branches, or its beginning."""
+        text = Printer(self.pool.nodes).text(node)
+        return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}..."
 
     def _equal(self) -> Outcome:
         return Outcome(

@@ -17,6 +17,17 @@ Interval = tuple[float, float]
 ALL: Interval = (-math.inf, math.inf)
 _ROUNDS = 8
 """Of narrowing: a sign goes one operation up or down in each, so that this is how deep a proof may be."""
+_HALF_TURN = (0.0, math.nextafter(math.pi, 4.0))
+_RANGES: dict[str, Interval] = {
+    "sin": (-1.0, 1.0), "cos": (-1.0, 1.0), "tanh": (-1.0, 1.0), "sign": (-1.0, 1.0), "exp": (0.0, math.inf),
+    "cosh": (1.0, math.inf), "acosh": (0.0, math.inf), "acos": _HALF_TURN, "atan2": (-_HALF_TURN[1], _HALF_TURN[1]),
+    "atan": (-2.0, 2.0), "asin": (-2.0, 2.0),
+}  # fmt: skip
+"""Where the values of functions lie, rounded outward."""
+_ODD = frozenset(("sinh", "tanh", "asinh", "atanh", "atan", "asin", "sign"))
+"""Functions with the sign of their operand."""
+_EXACT = 4
+"""Powers up to which it is looked at whether rounding was needed; with higher ones numbers get long."""
 Bounds = Mapping[str, tuple[Fraction | None, Fraction | None]]
 
 
@@ -90,7 +101,7 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
     if operation == "add":
         return _sum(operands)
     if operation == "mul":
-        return _product(operands)
+        return _both(_product(operands), _share(pool, node, box))
     if operation == "pow":
         return _power(operands[0], pool.constant(pool.operands(node)[1]))
     if operation in ("max", "min"):
@@ -98,14 +109,34 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
         return best(low for low, _ in operands), best(high for _, high in operands)
     if operation == "abs":
         return _absolute(operands[0])
-    if operation == "exp":
-        return 0.0, math.inf
-    if operation in ("sin", "cos", "tanh", "sign"):
-        return -1.0, 1.0
+    if operation in _ODD:
+        return _odd(operands[0], _RANGES.get(operation, ALL))
+    if operation in _RANGES:
+        return _RANGES[operation]
     if operation == "piecewise":
         pieces = [box[pool.operands(pair)[0]] for pair in pool.operands(node)]
         return min(low for low, _ in pieces), max(high for _, high in pieces)
     return ALL
+
+
+def _share(pool: Pool, node: int, box: Mapping[int, Interval]) -> Interval:
+    """Bound a part of a sum over the sum, as a component of a unit vector is, which its factors alone do not bound."""
+    factors = pool.operands(node)
+    for part, other in (factors, factors[::-1]) if len(factors) == 2 else ():
+        base, exponent = _root_of(pool, other)
+        terms = pool.operands(base) if pool.nodes[base][0] == "add" else ()
+        term = {Fraction(-1): part, Fraction(-1, 2): pool.intern("pow", part, pool.number(2))}.get(exponent)
+        if term in terms and all(box[k][0] >= 0 for k in terms):
+            return (0.0 if term == part else -1.0), 1.0
+    return ALL
+
+
+def _root_of(pool: Pool, node: int) -> tuple[int, Fraction]:
+    """Return of what a node is a power, and which."""
+    power = Fraction(1)
+    while pool.nodes[node][0] == "pow" and (exponent := pool.constant(pool.operands(node)[1])) is not None:
+        node, power = pool.operands(node)[0], power * exponent
+    return node, power
 
 
 def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[int, Interval]]:
@@ -150,8 +181,14 @@ def _sum(parts: Sequence[Interval]) -> Interval:
         low = -math.inf if any(a == -math.inf for a, _ in parts) else math.fsum(a for a, _ in parts)
         high = math.inf if any(b == math.inf for _, b in parts) else math.fsum(b for _, b in parts)
         return _out(low, high)
-    low, high = math.fsum(a for a, _ in parts), math.fsum(b for _, b in parts)
-    return (low, high) if low == high == 0.0 and all(a == b == 0.0 for a, b in parts) else _out(low, high)
+    low, high = _total([a for a, _ in parts]), _total([b for _, b in parts])
+    return low[0], high[1]
+
+
+def _total(values: Sequence[float]) -> Interval:
+    """Return a sum, rounded outward if it is rounded at all: one less one is zero, which signs hang on."""
+    total = math.fsum(values)
+    return (total, total) if sum(map(Fraction, values)) == Fraction(total) else _out(total, total)
 
 
 def _product(parts: Sequence[Interval]) -> Interval:
@@ -160,15 +197,20 @@ def _product(parts: Sequence[Interval]) -> Interval:
         corners = [0.0 if u == 0 or v == 0 else u * v for u in (low, high) for v in (a, b)]
         zero = low == high == 0.0 or a == b == 0.0
         signed = _out(min(corners), max(corners))
-        # a product of numbers of known signs has a sign, whatever rounding does
-        low = 0.0 if min(corners) == 0.0 else signed[0]
-        high = 0.0 if max(corners) == 0.0 else signed[1]
+        # a product of numbers of known signs has a sign, whatever rounding does; times one is not rounded
+        exact = (a == b and abs(a) == 1.0) or (low == high and abs(low) == 1.0)
+        low, high = (
+            corner if exact or corner == 0.0 else rounded
+            for corner, rounded in zip((min(corners), max(corners)), signed, strict=True)
+        )
         if zero:
             low = high = 0.0
     return low, high
 
 
 def _inverse(a: Interval) -> Interval:
+    if a[0] == a[1] != 0.0 and Fraction(1 / a[0]) * Fraction(a[0]) == 1:
+        return 1 / a[0], 1 / a[0]
     low, high = (1 / a[1] if a[1] else math.inf), (1 / a[0] if a[0] else -math.inf)
     if a[0] >= 0:
         high = math.inf if a[0] == 0 else high
@@ -179,6 +221,11 @@ def _inverse(a: Interval) -> Interval:
 def _absolute(a: Interval) -> Interval:
     low, high = a
     return (0.0 if low <= 0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
+
+
+def _odd(operand: Interval, limits: Interval) -> Interval:
+    low, high = limits
+    return (max(low, 0.0) if operand[0] >= 0 else low), (min(high, 0.0) if operand[1] <= 0 else high)
 
 
 def _power(base: Interval, exponent: Fraction | None) -> Interval:
@@ -195,12 +242,15 @@ def _power(base: Interval, exponent: Fraction | None) -> Interval:
         return _inverse(whole) if whole[0] > 0 or whole[1] < 0 else (0.0, math.inf) if whole[0] == 0.0 else ALL
     if count % 2 == 0:
         small, large = _absolute(base)
-        return max(0.0, _out(_raised(small, count), 0)[0]), _out(0, _raised(large, count))[1]
-    return _out(_raised(low, count), _raised(high, count))
+        return max(0.0, _raised(small, count)[0]), _raised(large, count)[1]
+    return _raised(low, count)[0], _raised(high, count)[1]
 
 
-def _raised(value: float, count: int) -> float:
+def _raised(value: float, count: int) -> Interval:
+    """Return a power of a number, rounded outward if it is rounded at all."""
     try:
-        return math.pow(value, count)
+        power = math.pow(value, count)
     except OverflowError:
-        return math.copysign(math.inf, value) if count % 2 else math.inf
+        power = math.copysign(math.inf, value) if count % 2 else math.inf
+    exact = math.isfinite(power) and count <= _EXACT and Fraction(value) ** count == Fraction(power)
+    return (power, power) if exact else _out(power, power)

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from math import prod
 from types import MappingProxyType
 from typing import Any
 
@@ -21,6 +22,7 @@ import mpmath
 from ..equations.document import reached
 from . import field, intervals, reals
 from .branches import COMPARISONS, Way, branching, counted, replaced_nodes, ways_of
+from .domains import Domains
 from .meaning import Expression, Flat, Meaning
 from .pool import Pool
 from .reals import Point, PointSampler, RealWorld
@@ -50,6 +52,8 @@ _HOPELESS = 48
 """Points without a value after which none is expected any more: one in ten would have shown in 99 of 100 cases."""
 _MOST_NAMES = 60
 """Names that are sent far out one after the other; each takes two evaluations of all."""
+_SQUARES = 64
+"""Points of the field at which the values of a square are squares; those of anything else all are once in 2^64."""
 _LEAST = Fraction(1, 10**300)
 """Of a positive number, for proofs in doubles: the smallest of them have fewer digits."""
 VISIBLE = 1e-4
@@ -69,7 +73,7 @@ class Counterexample:
     at : tuple of (str, str)
         Names and exact values; names that are not listed are zero or do not matter.
     left, right : str
-        Both values there, to six digits.
+        Both values there, to six digits or as many as tell them apart; "no value" where a side has none.
     """
 
     at: tuple[tuple[str, str], ...]
@@ -81,7 +85,7 @@ class Counterexample:
 class Verdict:
     """An answer: equal or not, or None where neither could be shown; how that is known, and where they differ.
 
-    `point` lies in a cell in which both sides are different functions.
+    `point` lies in a cell in which both sides are different functions, or where one of them does not exist.
     """
 
     equal: bool | None
@@ -104,6 +108,10 @@ class Worlds:
 
     def __iter__(self) -> Iterator[Any]:
         return iter(self._worlds.values())
+
+    def again(self) -> Worlds:
+        """Return the worlds at the same point without their values."""
+        return Worlds(self._make)
 
     def _lookup(self, meaning: Meaning, name: str) -> tuple[World[Any], int] | None:
         target = meaning.targets(name)
@@ -140,7 +148,9 @@ class Judge:
         self._real: list[Worlds] = []
         self._rooted: dict[Expression, bool] = {}
         self._free = Meaning(pool, lambda _: None)
+        self._squares: dict[int, bool] = {}
         self.written_out = Flat(pool)
+        self._domain = Domains(pool)
 
     def how(self, *sides: Expression) -> str:
         """Say how equality in the field is known."""
@@ -196,6 +206,65 @@ class Judge:
         """Decide whether two expressions are the same function."""
         if old[1] == new[1] and old[0] is new[0]:
             return Verdict(True, "node identity")
+        return self.where_defined(self._by_values(old, new), old, new)
+
+    def where_defined(self, verdict: Verdict, old: Expression, new: Expression) -> Verdict:
+        """Return a verdict, or another one where only one of two sides has a value."""
+        domains = self._domain(self.written_out(old)), self._domain(self.written_out(new))
+        if verdict.equal is False or domains[0] == domains[1]:
+            return verdict
+        first, second = ({factor for factor in domain if not self._is_everywhere(factor)} for domain in domains)
+        if first == second:
+            return verdict
+        outcome = self._by_cells(self._domain.product(first), self._domain.product(second))
+        if outcome.equal:
+            return replace(verdict, how=f"{verdict.how}; both sides exist together at {outcome.how}")
+        if verdict.equal is None and outcome.equal is None:
+            return verdict
+        how = "where both sides exist they are equal, but " if verdict.equal else ""
+        how += "only one of them does at a point" if outcome.equal is False else f"of their domains: {outcome.how}"
+        point = None if outcome.point is None else ChainMap(outcome.point, self.sampler.point(0))  # type: ignore[arg-type]
+        return Verdict(outcome.equal, how, point=point)
+
+    def _is_everywhere(self, factor: int) -> bool:
+        """Whether a factor of a domain is proved to be one at almost every point."""
+        part = self._domain.positive.get(factor)
+        return part is not None and (self._is_positive(part) or self._never_has(part, -1))
+
+    def _is_positive(self, node: int) -> bool:
+        return intervals.impossible(self.pool, [(node, -1)], self._bounds())
+
+    def _never_has(self, node: int, sign: int) -> bool:
+        """Whether an expression whose names are free has no such sign because it, or its negative, is a square.
+
+        What is a square at many points of the field is a number times a square; a real point gives the number's sign.
+        """
+        if node not in self._squares:
+            self._squares[node] = self._is_square(node)
+        if not self._squares[node]:
+            return False
+        worlds = next(iter(self.real_points([(self._free, node)], 1)), None)
+        value = None if worlds is None else worlds[self._free].value(node)
+        return value is not None and bool(value * sign < 0)
+
+    def _is_square(self, node: int) -> bool:
+        """Whether an expression, its negative, or it times a positive sum within it, seems to be a square."""
+        sums = (part for part in reached(self.pool.nodes, [node]) if self.pool.nodes[part][0] == "add")
+        return any(
+            self._has_one_sign(factors) for factors in ([node], *([node, part] for part in sums if part != node))
+        )
+
+    def _has_one_sign(self, factors: Sequence[int]) -> bool:
+        signs: set[int] = set()
+        for number in range(_SQUARES):
+            values = [self.point(number)[self._free].defined(factor) for factor in factors]
+            signs.add(prod(field.sign(value) if isinstance(value, int) else 0 for value in values))
+            if len(signs) > 1 or 0 in signs:
+                return False
+        return all(self._is_positive(factor) for factor in factors[1:])
+
+    def _by_values(self, old: Expression, new: Expression) -> Verdict:
+        """Decide whether two expressions have the same values where both have one."""
         equal = self.same_in_field(old, new)
         if equal:
             return Verdict(True, self.how(old, new))
@@ -243,14 +312,15 @@ class Judge:
         from .cells import Cells  # needs numpy, which most comparisons do not
 
         cells = Cells(
-            self.pool, self.sampler, self._bounds(), lambda point: self.real(point)[self._free], self._smooth_sides
-        )
+            self.pool, self.sampler, self._bounds(), lambda point: self.real(point)[self._free], self._smooth_sides,
+            self._never_has,
+        )  # fmt: skip
         outcome = cells.walk(old, new)
         if outcome is None:
             doubtful, count = self._doubtful(old, new)
             if count and not doubtful:
                 return Verdict(True, f"{count} points of a {field.BITS}-bit field with signs, {cells.points}")
-            outcome = cells.decide(doubtful)
+            outcome = cells.decide(doubtful, self._domain.inside(old, new))
         return Verdict(outcome.equal, outcome.how, point=outcome.point)
 
     def never_zero(self, expression: Expression) -> bool:
@@ -374,13 +444,22 @@ class Judge:
                     yield worlds
 
     @staticmethod
+    def one_exists(worlds: Worlds, old: Expression, new: Expression) -> bool:
+        """Whether one of two expressions has a value at a real point and the other has none."""
+        return (worlds[old[0]].defined(old[1]) is None) is not (worlds[new[0]].defined(new[1]) is None)
+
+    @staticmethod
     def differ(worlds: Worlds, old: Expression, new: Expression) -> bool:
         """Whether two expressions have values that differ at a real point."""
-        first, second = worlds[old[0]], worlds[new[0]]
-        a, b = first.defined(old[1]), second.defined(new[1])
-        if a is None or b is None:
-            return False
-        return reals.apart((a, first.size(old[1])), (b, second.size(new[1])))
+        looks = iter((worlds, worlds.again()))
+
+        def sides() -> tuple[reals.Sized, reals.Sized] | None:
+            look = next(looks)
+            first, second = look[old[0]], look[new[0]]
+            a, b = first.defined(old[1]), second.defined(new[1])
+            return None if a is None or b is None else ((a, first.size(old[1])), (b, second.size(new[1])))
+
+        return reals.differ(sides)
 
 
 def simplified(
@@ -405,12 +484,24 @@ def inside(worlds: Worlds, domain: Sequence[Expression]) -> bool:
     return all(value is not None and value > 0 for value in values)
 
 
-def shown(worlds: Worlds, expression: Expression) -> str:
-    """Return a value at a real point to six digits; zero where it is no more than rounding."""
+def shown(worlds: Worlds, old: Expression, new: Expression) -> tuple[str, str]:
+    """Return two values at a real point, with as many of six, twelve, ... digits as tell them apart."""
+    digits = 6
+    while True:
+        first, second = (_shown(worlds, expression, digits) for expression in (old, new))
+        if first != second or digits > reals.DIGITS:
+            return first, second
+        digits *= 2
+
+
+def _shown(worlds: Worlds, expression: Expression, digits: int) -> str:
+    """Return a value at a real point, if it has one; zero where it is no more than rounding."""
     meaning, root = expression
-    value = worlds[meaning].value(root)
+    value = worlds[meaning].defined(root)
+    if value is None:
+        return "no value"
     if isinstance(value, bool | tuple):
         return str(value)
     if reals.vanishes(value, worlds[meaning].size(root)):
         return "0.0"
-    return str(mpmath.nstr(value, 6, strip_zeros=True))
+    return str(mpmath.nstr(value, digits, strip_zeros=True))

@@ -32,8 +32,7 @@ _FAR = Fraction(10) ** 32
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": _CONTEXT.sin, "cos": _CONTEXT.cos, "tan": _CONTEXT.tan, "exp": _CONTEXT.exp, "sinh": _CONTEXT.sinh,
     "cosh": _CONTEXT.cosh, "tanh": _CONTEXT.tanh, "asinh": _CONTEXT.asinh, "atan": _CONTEXT.atan,
-    "atan2": _CONTEXT.atan2, "floor": _CONTEXT.floor, "ceiling": _CONTEXT.ceil, "abs": abs, "erf": _CONTEXT.erf,
-    "mod": lambda a, b: a - b * _CONTEXT.floor(a / b), "sec": _CONTEXT.sec,
+    "atan2": _CONTEXT.atan2, "abs": abs, "erf": _CONTEXT.erf, "sec": _CONTEXT.sec,
 }  # fmt: skip
 _BOUNDED: dict[str, tuple[Callable[..., Any], Callable[[Any], bool]]] = {
     "asin": (_CONTEXT.asin, lambda x: abs(x) <= 1),
@@ -42,6 +41,10 @@ _BOUNDED: dict[str, tuple[Callable[..., Any], Callable[[Any], bool]]] = {
     "acosh": (_CONTEXT.acosh, lambda x: x >= 1),
     "atanh": (_CONTEXT.atanh, lambda x: abs(x) < 1),
 }
+_STEPS: dict[str, Callable[..., Any]] = {
+    "floor": _CONTEXT.floor, "ceiling": _CONTEXT.ceil, "mod": lambda a, b: a - b * _CONTEXT.floor(a / b),
+}  # fmt: skip
+_FUNCTIONS |= _STEPS
 _TESTS: dict[str, Callable[[Any, Any], bool]] = {
     "strictlessthan": lambda a, b: bool(a < b),
     "lessthan": lambda a, b: bool(a <= b),
@@ -58,6 +61,8 @@ OPERATIONS = tuple(
 )
 """Everything that has a value."""
 Point = Mapping[str, Fraction]
+Sized = tuple[Any, int]
+"""A value with its size."""
 
 
 class RealWorld(World[Any]):
@@ -100,7 +105,7 @@ class RealWorld(World[Any]):
                 return real(self.point[operands[0]]), 0
             return target[0].value(target[1]), target[0].size(target[1])  # type: ignore[attr-defined]
         if operation == "num":
-            return _number(operands[0]), 0
+            return _number(operands[0], _CONTEXT.dps), 0
         if operation == "const":
             return {"pi": +_CONTEXT.pi, "E": +_CONTEXT.e, "True": True, "False": False}[operands[0]], 0
         if operation == "piecewise":
@@ -111,7 +116,27 @@ class RealWorld(World[Any]):
             return tuple(values), self._size.get(operands[0], 0)
         if any(value is None for value in values):
             raise Undefined
+        if self._is_on_a_step(operation, operands, values, size):
+            raise Undefined("within rounding of a step")
         return self._strict(node, operation, values), size
+
+    def _is_on_a_step(self, operation: str, operands: Sequence[int], values: Sequence[Any], size: int) -> bool:
+        """Whether a value lies where an operation jumps, but for rounding: on which side cannot be told.
+
+        What names and numbers are is known exactly; two computed values may be equal by rounding, and an equation
+        between them holds nowhere else.
+        """
+        if operation in _TESTS:
+            gap = values[0] - values[1]
+        elif operation == "sign":
+            gap = values[0]
+        elif operation in _STEPS and all(values[1:]):
+            whole = values[0] / values[1] if len(values) == 2 else values[0]
+            gap = whole - _CONTEXT.nint(whole)
+        else:
+            return False
+        exact = all(self.pool.nodes[k][0] in ("sym", "num") for k in operands)
+        return vanishes(gap, size) and not exact and bool(gap or operation not in ("equality", "unequality"))
 
     def _strict(self, node: int, operation: str, values: list[Any]) -> Any:
         if operation == "add":
@@ -168,7 +193,7 @@ class RealWorld(World[Any]):
 
 
 @functools.cache
-def _number(text: str) -> Any:
+def _number(text: str, digits: int) -> Any:  # noqa: ARG001, the same number with other digits is another value
     return real(fraction(text))
 
 
@@ -177,7 +202,33 @@ def real(value: Fraction) -> Any:
     return _CONTEXT.mpf(value.numerator) / value.denominator
 
 
-def apart(left: tuple[Any, int], right: tuple[Any, int], within: Fraction = Fraction(0)) -> bool:
+def floor(value: Any) -> int:
+    """Return the whole number below a value, to the last of its digits."""
+    return int(_CONTEXT.floor(value))
+
+
+def differ(sides: Callable[[], tuple[Sized, Sized] | None]) -> bool:
+    """Whether two sides differ, and by as much when they are evaluated anew with twice the digits.
+
+    Sizes do not know how a function multiplies errors, such as `atanh` beside one; with more digits that goes away.
+
+    Parameters
+    ----------
+    sides : callable
+        Evaluates both; None where one has no value.
+    """
+    values = sides()
+    if values is None or not apart(*values):
+        return False
+    with _CONTEXT.workdps(2 * _WORKING):
+        again = sides()
+        if again is None or isinstance(values[0][0], bool | tuple) or isinstance(values[1][0], bool | tuple):
+            return again is not None and apart(*again)
+        gaps = [abs(left[0] - right[0]) for left, right in (values, again)]
+        return bool(2 * gaps[1] > gaps[0])
+
+
+def apart(left: Sized, right: Sized, within: Fraction = Fraction(0)) -> bool:
     """Whether two values, each with its size, differ by more than their rounding errors and what is allowed.
 
     The error of one large part may have been multiplied by another as large, hence twice the size, in up to 2^30
@@ -195,7 +246,7 @@ def vanishes(value: Any, size: int) -> bool:
     return bool(abs(value) < _CONTEXT.ldexp(_CONTEXT.mpf(10) ** -DIGITS, size))
 
 
-def holds(relation: str, left: tuple[Any, int], right: tuple[Any, int], within: Fraction = Fraction(0)) -> bool:
+def holds(relation: str, left: Sized, right: Sized, within: Fraction = Fraction(0)) -> bool:
     """Whether "=", "<", "<=", ">" or ">=" holds between two values, each with its size."""
     if relation == "=":
         return not apart(left, right, within)

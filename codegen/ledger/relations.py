@@ -188,7 +188,7 @@ class _Test:
         point = simplified({name: drawn[name] for name in self.free}, self._judge.sampler.simple, self._fails)
         worlds = self._judge.real(point)
         left, right = next(pair for pair in self._pairs if self._apart(worlds, *pair))
-        values = (shown(worlds, side) for side in (left, right))
+        values = shown(worlds, left, right)
         members = [(s, meaning) for s, meaning in self.meanings.overrides.items() if not meaning.args]
         shown_members = tuple((self._write(symbol), self._write(meaning)) for symbol, meaning in members)
         shown_names = tuple((self._write(self.meanings.symbol(name)), str(value)) for name, value in point.items())

@@ -138,3 +138,82 @@ def test_the_version_of_a_library_that_a_model_imports_is_an_input(derived, tmp_
     other = dataclasses.replace(record, versions={**record.versions, "Jinja2": "1.0"})
     (folder / "manifest.json").write_text(manifest_text(other))
     assert check(tree, "wheel").reasons == (f"Jinja2 is {record.versions['Jinja2']}, was 1.0",)
+
+
+ASKING = """
+import os
+from pathlib import Path
+
+HERE = Path(__file__).parents[2]
+WINGS = sorted(HERE.glob("wings/*.csv"))
+NAMES = sorted(os.listdir(HERE / "names"))
+LEAVES = sorted(entry.name for entry in os.scandir(HERE / "leaves"))
+SWITCH = (HERE / "switch").exists()
+FLAG = os.path.isfile(HERE / "flag")
+try:
+    EXTRA = (HERE / "extra.csv").read_text()
+except FileNotFoundError:
+    EXTRA = ""
+SIZE = os.environ.get("WHEEL_SIZE", "1")
+GONE = os.getenv("WHEEL_GONE")
+"""
+
+
+@pytest.fixture(scope="module")
+def asked(derived, tmp_path_factory):
+    """A system whose text lists folders, looks for files that are not there and reads the environment."""
+    folder = Path(shutil.copytree(derived, tmp_path_factory.mktemp("asked") / "wheel"))
+    for name in ("wings", "names", "leaves"):
+        (folder / name).mkdir()
+        (folder / name / "first.csv").write_text("1\n")
+    (folder / "switch").write_text("")
+    start = folder / "models" / "wheel" / "__init__.py"
+    start.write_text(ASKING + start.read_text())
+    mehvar(folder, "generate")
+    return folder
+
+
+ANSWERS = {
+    "wings/second.csv": "wings/ changed", "names/second.csv": "names/ changed", "leaves/second.csv": "leaves/ changed",
+    "extra.csv": "extra.csv is new", "flag": "flag is new", "switch": "switch is gone",
+}  # fmt: skip
+
+
+def test_what_a_model_asked_for_in_vain_is_fresh_until_it_is_there(asked, tmp_path):
+    tree = Tree(shutil.copytree(asked, tmp_path / "wheel"))
+    assert check(tree, "wheel").reasons == ()
+    for name, reason in ANSWERS.items():
+        path = tree.root / name
+        exists = path.exists()
+        path.unlink() if exists else path.write_text("")
+        assert check(tree, "wheel").reasons == (reason,)
+        path.write_text("") if exists else path.unlink()
+    assert check(tree, "wheel").reasons == ()
+
+
+@pytest.mark.parametrize("name", ["WHEEL_SIZE", "WHEEL_GONE"])
+def test_a_variable_of_the_environment_is_an_input(asked, monkeypatch, name):
+    assert check(Tree(asked), "wheel").reasons == ()
+    monkeypatch.setenv(name, "2")
+    assert check(Tree(asked), "wheel").reasons == (f"environment:{name} is new",)
+    monkeypatch.delenv(name)
+    assert check(Tree(asked), "wheel").reasons == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("import subprocess\nsubprocess.run(['true'])\n", "starts a program"),
+        ("import os\nos.system('true')\n", "starts a program"),
+        ("import os\nos.popen('true').read()\n", "starts a program"),
+        ("import socket\nsocket.create_connection(('localhost', 9), 1)\n", "asks another machine"),
+    ],
+)
+def test_what_other_programs_answer_is_refused(derived, tmp_path, text, word):
+    tree = Tree(shutil.copytree(derived, tmp_path / "wheel"))
+    start = tree.root / "models" / "wheel" / "__init__.py"
+    start.write_text(text + start.read_text())
+    with pytest.raises(subprocess.CalledProcessError) as failure:
+        mehvar(tree.root, "generate")
+    assert word in failure.value.stderr
+    assert "__init__.py:2" in failure.value.stderr

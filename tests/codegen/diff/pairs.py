@@ -81,7 +81,7 @@ def _angles(draw: random.Random) -> Iterator[Row]:
     yield _text(True, "atan2(y, x)", "atan(y/x)")
     yield _text(True, "atan2(sin(m*x), cos(m*x))", "m*x")
     yield _text(False, "acos(cos(a))", "acos(1 - 2*sin(a/2)**2)")
-    yield _text(False, "x*cos(2*acos(y))", "x*(2*y**2 - 1)")
+    yield _text(True, "x*cos(2*acos(y))", "x*(2*y**2 - 1)")
     yield _text(False, "sin(phi + 2*pi)*x + Abs(y)", "sin(phi)*x + Max(y, -y)")
 
 
@@ -203,6 +203,76 @@ def _limits(draw: random.Random) -> Iterator[Row]:
                document(f"f: (2 - {name})*x", **{name: bounds}))  # fmt: skip
         yield (f"bounds of {name}", True, document(f"f: {name}*x", **{name: bounds}),
                document(f"f: {name}*x", **{name: {**bounds, "bounds": "[0, 4)"}}))  # fmt: skip
+
+
+PARTIAL = (
+    ("sqrt({})", "({})**2"),
+    ("log({})", "exp({})"),
+    ("acos({})", "cos({})"),
+    ("asin({})", "sin({})"),
+    ("acosh({} + 2)", "cosh({}) - 2"),
+    ("atanh({})", "tanh({})"),
+)
+"""Functions that have no value on open sets, and what undoes them."""
+
+
+def _domains(draw: random.Random) -> Iterator[Row]:
+    for there, back in PARTIAL:
+        s, t, u = draw.sample(STATES, 3)
+        p, n = draw.choice(PARAMETERS), draw.randrange(2, 60)
+        for inner in (f"({s} + {n}*{t})", f"({p}*{s} - {n})", f"({s}**2 - {n})"):
+            part = f"d = {there.format(inner)}\n"
+            yield _text(True, f"{part}f: {u}*({back.format('d')})", f"f: {u}*{inner}")
+            yield _text(
+                False, f"{part}f: {u}*({back.format('d')} + {p})", f"{part}f: {u}*{p} + ({back.format('d')})*{u}"
+            )
+    for _ in range(4):
+        x, y, z = draw.sample(STATES, 3)
+        p, q = draw.sample(PARAMETERS, 2)
+        n = draw.randrange(2, 60)
+        near = n + sp.Rational(1, 10 ** draw.randrange(1, 9))
+        yield _text(True, f"log({x}**2)*{y}", f"2*{y}*log({x})")
+        yield _text(True, f"{z}*sqrt({x}*{y})", f"{z}*sqrt({x})*sqrt({y})")
+        yield _text(True, f"Piecewise(({z}, {x} > {n}))", z)
+        yield _text(True, f"Piecewise(({z}, {x} > {n}))", f"Piecewise(({z}, {x} > {near}))")
+        yield _text(True, f"d = sqrt({x} - {n})\ne = sqrt({x} - {near})\nf: {z} + d**2 - {x}", f"d = sqrt({x} - {n})"
+                    f"\ne = sqrt({x} - {near})\nf: {z} + e**2 - {x} + {near - n}")  # fmt: skip
+        yield _text(True, f"Piecewise((sqrt({x}), {x} > -{n}), ({y}, True))",
+                    f"Piecewise((sqrt(Max({x}, 0)), {x} > -{n}), ({y}, True))")  # fmt: skip
+        yield _text(False, f"log({x}**2)*{y}", f"2*{y}*log(Abs({x}))")
+        yield _text(False, f"sqrt({p}*{q}*{x})*{y}", f"sqrt({p})*{y}*sqrt({q})*sqrt({x})")
+        yield _text(False, f"log({p}*{x}/{q})", f"log({p}) + log({x}) - log({q})")
+        yield _text(
+            False, f"sqrt({p}*{x}**2 + {p}*{n}*{x} + {p}*{n}**2/4)", f"sqrt({p})*Abs({x} + {sp.Rational(n, 2)})"
+        )
+        yield _text(False, f"{z}*sqrt({n} - {x})*sqrt({n} + {x})", f"{z}*sqrt({n * n} - {x}**2)")
+        yield _text(False, f"d = asin({x})\nf: {p}*cos(d)", f"f: {p}*sqrt(1 - {x}**2)")
+        yield _text(False, f"exp({y}*log({x}))", f"{x}**{y}")
+        yield _text(False, f"Piecewise(({z}, {x} > {n}))", f"Piecewise(({z}, {n}*{p} < {x}*{p}))")
+        yield _text(False, f"Piecewise((sqrt({x} - {n}), {x} > {n}), (0, True))", f"sqrt(Max({x}, {n}) - {n})")
+        yield _text(False, f"{y}*asin({x}/sqrt({x}**2 + {p}**2))", f"{y}*atan({x}/{p})")
+        yield _text(False, f"d = log({p}*{q})\nf: {x}*exp(d)", f"f: {x}*{p}*{q}")
+
+
+def _steps(draw: random.Random) -> Iterator[Row]:
+    for _ in range(5):
+        x, y, z = draw.sample(STATES, 3)
+        p, n = draw.choice(PARAMETERS), draw.choice((3, 6, 7, 9, 11, 13, 49))
+        yield _text(False, f"{z}*floor({x}/{n} + 1)", f"{z}*floor({x}/{n}) + {z}")
+        yield _text(False, f"Mod({x}, {n})*{z}", f"{n}*Mod({x}/{n}, 1)*{z}")
+        yield _text(
+            False,
+            f"{n}*floor({x}/{n} + Rational(1, 2))",
+            f"{x} - Mod({x} + {sp.Rational(n, 2)}, {n}) + {sp.Rational(n, 2)}",
+        )
+        yield _text(False, f"{y}*ceiling({x}/{n})", f"-{y}*floor(-{x}/{n})")
+        yield _text(False, f"{y}*floor({p}*{x}/{n})", f"{y}*({p}*{x}/{n} - Mod({p}*{x}/{n}, 1))")
+        yield _text(
+            False, f"Piecewise(({y}, {x}/{n} > {p}), ({z}, True))", f"Piecewise(({y}, {x} > {n}*{p}), ({z}, True))"
+        )
+        yield _text(True, f"{z}*floor({x}/{n})", f"{z}*floor({x}/{n} + Rational(1, {10 ** draw.randrange(2, 9)}))")
+        yield _text(True, f"Mod({x}, {n})", f"Mod({x}, {n + 1})")
+        yield _text(True, f"{y}*floor({x}/{n})", f"-{y}*floor(-{x}/{n})")
 
 
 def _implicit(draw: random.Random) -> Iterator[Row]:
@@ -350,6 +420,8 @@ GROUPS: dict[str, Callable[[random.Random], Iterator[Row]]] = {
     "regions": _regions,
     "tables": _tables,
     "limits": _limits,
+    "domains": _domains,
+    "steps": _steps,
     "implicit": _implicit,
     "ordinary": _ordinary,
     "manifest": _manifests,

@@ -293,3 +293,53 @@ def test_a_definition_cannot_use_itself():
     }  # fmt: skip
     with pytest.raises(DocumentError, match="before it is defined"):
         Document.parse(json.dumps(data))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("x*sqrt((1 + cos(a))/2)", "-x*cos(a/2)"),
+        ("y + m*sqrt(1 - sin(a)**2)", "y - m*cos(a)"),
+        ("y + Abs(x)", "y - x"),
+        ("y + asin(sin(a))", "y - a"),
+        ("y + sqrt(x**2 + 2*x*z + z**2)", "y - x - z"),
+    ],
+)
+def test_a_flip_on_half_of_the_space_is_not_called_a_flipped_sign(old, new):
+    changed = compare(document(f"f: {old}"), document(f"f: {new}"))["f"]
+    assert changed.edits
+    assert changed.replayed
+    assert Kind.SIGN not in {edit.kind for edit in changed.edits}
+
+
+@pytest.mark.parametrize(("old", "new"), [("x*sqrt(y**2 + z**2) + m", "m - x*sqrt(y**2 + z**2)"),
+                                      ("y + sqrt(m*x + l)*z", "y - sqrt(m*x + l)*z")])  # fmt: skip
+def test_a_flip_before_a_root_is_called_a_flipped_sign(old, new):
+    changed = compare(document(f"f: {old}"), document(f"f: {new}"))["f"]
+    assert [edit.kind for edit in changed.edits] == [Kind.SIGN]
+
+
+def test_values_that_differ_are_shown_with_digits_that_differ():
+    changed = compare(document("f: x + 7*y/2"), document("f: x + 7*y/2 + y/10**30"))["f"]
+    assert changed.counterexample is not None
+    assert changed.counterexample.left != changed.counterexample.right
+
+
+def test_a_branch_that_was_not_met_is_named_by_its_expression():
+    smaller = "1 - x*y/(x**2 + y**2)"
+    undecided = compare(document(f"f: m*Abs({smaller})"), document(f"f: m*({smaller})"))["f"]
+    assert undecided.verdict is Fate.UNDECIDED
+    assert "abs(1 - x y/(x^2 + y^2))" in undecided.how or "abs(x y/(x^2 + y^2) - 1)" in undecided.how
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("asin(x/sqrt(x**2 + y**2 + z**2))", "atan2(x, sqrt(y**2 + z**2))"),
+        ("m*Abs(1 - x**2/(x**2 + y**2 + z**2))", "m*(y**2 + z**2)/(x**2 + y**2 + z**2)"),
+        ("n = sqrt(x**2 + y**2)\nf: acos(x/n)", "f: acos(x/sqrt(x**2 + y**2))"),
+    ],
+)
+def test_a_component_of_a_unit_vector_is_known_to_be_within_one(old, new):
+    old, new = (text if ":" in text else f"f: {text}" for text in (old, new))
+    assert compare(document(old), document(new))["f"].verdict is Fate.REARRANGED

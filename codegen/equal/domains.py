@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where an expression has a real value, as an expression itself: one inside its domain, zero outside.
+
+Roots, logarithms, arc functions and case distinctions without a last case have no value on open sets of points; a
+quotient lacks one on a set of measure zero only, which counts for nothing. As expressions with branches, two domains
+are compared like anything else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+
+from ..equations.document import reached
+from .branches import Atom, difference
+from .pool import Pool
+
+Factors = frozenset[int]
+"""Nodes that are one or zero; a domain is where all of them are one."""
+
+
+class Domains:
+    """Writes down the domains of expressions whose names are free."""
+
+    def __init__(self, pool: Pool) -> None:
+        self.pool = pool
+        self.positive: dict[int, int] = {}
+        """What has to be positive, by the factor that says so."""
+        self._memo: dict[int, Factors] = {}
+
+    def __call__(self, root: int) -> Factors:
+        """Return the factors of an expression's domain."""
+        for node in reached(self.pool.nodes, [root]):
+            if node not in self._memo:
+                self._memo[node] = self._of(node)
+        return self._memo[root]
+
+    def product(self, factors: Iterable[int]) -> int:
+        """Return the node that is one where all factors are."""
+        return self.pool.many("mul", sorted(factors))
+
+    def inside(self, *roots: int) -> list[Atom]:
+        """Return signs that hold where all expressions have a value."""
+        factors = sorted(frozenset[int]().union(*map(self, roots)))
+        return [(self.positive[factor], 1) for factor in factors if factor in self.positive]
+
+    def _of(self, node: int) -> Factors:
+        operands = self.pool.operands(node)
+        if self.pool.nodes[node][0] == "piecewise":
+            return self._cases(operands)
+        own = {self._inside(part) for part in self._parts(node, operands)} - {self.pool.number(1)}
+        return frozenset(own).union(*(self._memo[operand] for operand in operands))
+
+    def _parts(self, node: int, operands: Sequence[int]) -> list[int]:
+        """Return what has to be positive for an operation to have a value of operands that have one."""
+        operation = self.pool.nodes[node][0]
+        if operation == "pow":
+            exponent = self.pool.constant(operands[1])
+            return [] if exponent is not None and exponent.denominator == 1 else [operands[0]]
+        if operation == "log":
+            return [operands[0]]
+        if operation == "acosh":
+            return [difference(self.pool, operands[0], self.pool.number(1))]
+        if operation in ("asin", "acos", "atanh"):
+            return [difference(self.pool, self.pool.number(1), self.pool.power(operands[0], Fraction(2)))]
+        return []
+
+    def _inside(self, part: int) -> int:
+        """Return the factor that is one where a part is positive."""
+        value = self.pool.constant(part)
+        if value is not None or self.pool.nodes[part][0] == "const":
+            return self.pool.number(value is None or value >= 0)
+        zero = self.pool.number(0)
+        factor = self._case(self.pool.intern("strictgreaterthan", part, zero), self.pool.number(1), zero)
+        self.positive[factor] = part
+        return factor
+
+    def _case(self, condition: int, value: int, other: int) -> int:
+        always = self.pool.intern("const", "True")
+        pairs = (self.pool.intern("exprcondpair", *pair) for pair in ((value, condition), (other, always)))
+        return self.pool.intern("piecewise", *pairs)
+
+    def _cases(self, pairs: Sequence[int]) -> Factors:
+        """Return where a case distinction has a value: each condition up to the one that holds, and its value."""
+        rest = frozenset([self.pool.number(Fraction(0))])
+        for pair in reversed(pairs):
+            value, condition = self.pool.operands(pair)
+            case = self._memo[value]
+            if self.pool.nodes[condition] == ("const", "True"):
+                rest = case
+                continue
+            common = case & rest
+            if case != rest:
+                factors = self._case(condition, self.product(case - common), self.product(rest - common))
+                common |= {factors}
+            rest = self._memo[condition] | common
+        return rest

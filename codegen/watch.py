@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a model's text asks of the machine while it is derived, so that another answer later shows.
+
+Files that it opens, files that it looks for in vain, folders that it lists and variables of the environment. What
+programs and other machines answer cannot be asked again at no cost, so that asking them is refused.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import sys
+import sysconfig
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+ABSENT = ""
+"""In place of a digest: there was no such file, or no such variable."""
+_VARIABLE = "environment:"
+_SYSTEM = ("/proc/", "/dev/", "/sys/")
+"""What the system answers, which is no input."""
+_REFUSED = {
+    **dict.fromkeys(("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.fork"), "starts a program"),
+    **dict.fromkeys(("socket.connect", "socket.getaddrinfo"), "asks another machine"),
+}
+_LIBRARIES = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib"))
+_INSTALLED = {"site-packages", "dist-packages"}
+"""Where libraries live, of this environment and of one below it: of these the versions count."""
+
+
+@dataclass(frozen=True)
+class Questions:
+    """What was asked so far: absolute paths, and names of variables.
+
+    Attributes
+    ----------
+    root : str
+        Folder with models/ and generated/, with a separator at its end.
+    opened, sought, listed, variables : set of str
+        Files that may have been read, those that the model's own text asked for, folders that it listed, variables that
+        it read.
+    """
+
+    root: str
+    opened: set[str] = field(default_factory=set)
+    sought: set[str] = field(default_factory=set)
+    listed: set[str] = field(default_factory=set)
+    variables: set[str] = field(default_factory=set)
+
+    def note(self, name: str) -> None:
+        """Note that the model's text asks for a file."""
+        if not name.startswith(_SYSTEM):
+            self.opened.add(name)
+            self.sought.add(name)
+
+    def answers(self) -> dict[str, str]:
+        """Return what stands for the answers now, by the names that `answer` takes; of files that exist, nothing."""
+        root = Path(self.root)
+        folders = {f"{_relative(root, name)}/" for name in self.listed if os.path.isdir(name)}  # noqa: PTH112
+        missing = {_relative(root, name) for name in self.sought if not os.path.lexists(name)}
+        names = folders | missing | {f"{_VARIABLE}{name}" for name in self.variables}
+        return {name: answer(root, name) or ABSENT for name in sorted(names) if not is_written(root / name, root)}
+
+
+OURS = Path(__file__).resolve().parents[1]
+_questions: Questions | None = None
+
+
+def answer(root: Path, name: str) -> str | None:
+    """Return the digest of a file, a folder's names or a variable as it is now; None if there is none.
+
+    Parameters
+    ----------
+    root : Path
+        Where paths begin.
+    name : str
+        A path; one of a folder ends in a slash. Or `environment:` and the name of a variable.
+    """
+    if name.startswith(_VARIABLE):
+        value = os.environ.get(name.removeprefix(_VARIABLE))
+        return None if value is None else hashlib.sha256(value.encode()).hexdigest()
+    path = root / name
+    if name.endswith("/"):
+        return _listing(path) if path.is_dir() else None
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
+
+
+def _listing(folder: Path) -> str:
+    """Return the digest of the names in a folder, without those that Python and generation write there."""
+    names = sorted(path.name for path in folder.iterdir() if path.name not in ("__pycache__", "generated"))
+    return hashlib.sha256("\n".join(names).encode()).hexdigest()
+
+
+def _relative(root: Path, name: str) -> str:
+    return Path(os.path.relpath(Path(name).resolve(), root)).as_posix()
+
+
+@contextlib.contextmanager
+def watching(root: Path) -> Iterator[Questions]:
+    """Note what is asked by texts below a folder, this program's own aside.
+
+    Raises
+    ------
+    ModelError
+        Inside of it, where such a text starts a program or asks another machine.
+    """
+    global _questions
+    _hook()
+    stat, variable = os.stat, type(os.environ).__getitem__
+    _questions = Questions(f"{root.resolve()}{os.sep}")
+    os.stat, type(os.environ).__getitem__ = _noting_files(stat), _noting_variables(variable)  # type: ignore[assignment, method-assign]
+    try:
+        yield _questions
+    finally:
+        os.stat, type(os.environ).__getitem__ = stat, variable  # type: ignore[method-assign]
+        _questions = None
+
+
+def _noting_files(stat: Callable[..., os.stat_result]) -> Callable[..., os.stat_result]:
+    """Return `os.stat`, by which existence is asked, but that it notes of what."""
+
+    def noting(path: Any, *arguments: Any, **keywords: Any) -> os.stat_result:
+        if _questions is not None and isinstance(path, str | os.PathLike) and _reader(_questions.root):
+            _questions.note(_absolute(path))
+        return stat(path, *arguments, **keywords)
+
+    return noting
+
+
+def _noting_variables(get: Callable[[Any, str], str]) -> Callable[[Any, str], str]:
+    def noting(environment: Any, name: str) -> str:
+        if _questions is not None and _reader(_questions.root):
+            _questions.variables.add(name)
+        return get(environment, name)
+
+    return noting
+
+
+def _hook() -> None:
+    """Place the hook; it stays until the process ends, so that there is only one."""
+    if not _hook.__dict__.setdefault("placed", False):
+        _hook.__dict__["placed"] = True
+        sys.addaudithook(_note)
+
+
+def _note(event: str, arguments: tuple[Any, ...]) -> None:
+    if _questions is None:
+        return
+    if event == "open" and isinstance(arguments[0], str):
+        name = _absolute(arguments[0])
+        if name.startswith(_questions.root):
+            _questions.opened.add(name)
+        if _reader(_questions.root):
+            _questions.note(name)
+    elif event in ("os.listdir", "os.scandir") and not isinstance(arguments[0], int | bytes):
+        name = _absolute(arguments[0] or ".")
+        if not name.startswith(_SYSTEM) and _reader(_questions.root):
+            _questions.listed.add(name)
+    elif event in _REFUSED and (frame := _reader(_questions.root)):
+        from mehvar.models.quantities import ModelError, place
+
+        raise ModelError(
+            f"{place(frame.f_code.co_filename, frame.f_lineno)}: {_REFUSED[event]}: what it answers may change unseen; "
+            "put the answer into a file beside the model"
+        )
+
+
+def _absolute(name: str | os.PathLike[str]) -> str:
+    return os.path.abspath(name)  # noqa: PTH100, called for each file that is opened
+
+
+def _reader(root: str) -> FrameType | None:
+    """Return where a text below `root`, this program's own aside, asks something now, itself or through a library."""
+    frame: FrameType | None = sys._getframe(2)
+    while frame is not None:
+        file = frame.f_code.co_filename
+        if file.startswith("<frozen importlib"):  # an import, whose file is a module's
+            return None
+        if file.startswith(root) and not (is_ours(Path(file)) or is_library(Path(file))):
+            return frame
+        frame = frame.f_back
+    return None
+
+
+def is_library(path: Path) -> bool:
+    """Whether a file is of an installed library."""
+    return any(path.is_relative_to(folder) for folder in _LIBRARIES) or not _INSTALLED.isdisjoint(path.parts)
+
+
+def is_ours(path: Path) -> bool:
+    """Whether a file is of this program, whose files are inputs by rule."""
+    rooms = ("mehvar", "codegen", "runtime", "models", "generated", "tests")
+    return path.is_relative_to(OURS) and path.relative_to(OURS).parts[0] in rooms
+
+
+def is_written(path: Path, root: Path) -> bool:
+    """Whether a file is one that generation or Python writes."""
+    inner = path.relative_to(root).parts if path.is_relative_to(root) else ()
+    return bool(inner) and (inner[0] == "generated" or "__pycache__" in inner or inner[0].startswith("."))
