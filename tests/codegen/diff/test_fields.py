@@ -34,7 +34,8 @@ COMPARED = {
         "constraints": "constraint", "functions": "function", "controllers": "law", "scenarios": "manifest",
         "metrics": "manifest", "coordinates": "coordinate", "actuator": "actuator", "sensor": "sensor",
         "projection": "projection", "choices": "manifest", "variants": "variant", "rates": "rates",
-        "residual": "motion", "geometry": "geometry", "name": "the models that are compared have one name", "title": WORDS, "source": WORDS,
+        "residual": "motion", "geometry": "geometry",
+        "name": "the models that are compared have one name", "title": WORDS, "source": WORDS,
     },
     "Controller": {
         "name": "law", "parameters": "law", "command": "law", "constraints": "constraint", "warnings": "warning",

@@ -16,8 +16,8 @@ from mehvar.errors import InputError
 from mehvar.papers.claims import Check, Claim
 from mehvar.papers.reproduction import load_reproduction, paper_models
 from mehvar.papers.runs import Runs
-from mehvar.papers.scene import Scene
 from mehvar.papers.statements import PrintedCounts, Statements
+from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.report import content
 from mehvar.report.backends import Agreement, FunctionAgreement
