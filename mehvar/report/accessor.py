@@ -117,6 +117,22 @@ class Results:
         with style():
             return scatter_picture(self._runs(success), x, y, interactive).axes[0]
 
+    def region(self, x: str, y: str, success: str | None = None) -> Axes:
+        """Draw where the runs of a batch succeed: the share in each cell of a plane, as of a region of attraction.
+
+        Parameters
+        ----------
+        x, y : str
+            As for `scatter`; drawn initial values, for a region of attraction.
+        success : str, optional
+            As for `plot`.
+        """
+        from mehvar.pictures.spread import region_picture
+        from mehvar.pictures.style import interactive, style
+
+        with style():
+            return region_picture(self._runs(success), x, y, interactive).axes[0]
+
     def convergence(self, success: str | None = None) -> Axes:
         """Draw the share of successful runs over the number of runs, with its exact 95 % interval."""
         from mehvar.pictures.spread import convergence_picture

@@ -21,7 +21,7 @@ from mehvar.papers.reproduction import has_paper, load_reproduction, run_picture
 from mehvar.papers.runs import Runs as PaperRuns
 from mehvar.pictures.geometry import geometry_scene
 from mehvar.pictures.run import panels_picture
-from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture
+from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
 from mehvar.pictures.style import require_matplotlib, style
 from mehvar.runtime.batch.statistics import interval
 from mehvar.runtime.model.catalogue import find_model, is_installed
@@ -117,6 +117,7 @@ def batch_sections(runs: Runs) -> list[Section]:
         spread = [metrics_picture(runs, group) for group in _groups_of(runs.metrics, _PANELS)]
         bands = [metrics_picture(runs, group) for group in _groups_of(runs.series, _PANELS)]
         share = convergence_picture(runs)
+        where = [region_picture(runs, *runs.drawn[:2])] if len(runs.drawn) > 1 else []
     table = runs.dataset.mehvar.metrics()
     rows = [[str(name), *(f"{value:.6g}" for value in row)] for name, row in table.iterrows()]
     pictures = [
@@ -125,6 +126,10 @@ def batch_sections(runs: Runs) -> list[Section]:
             picture(f"batch-metrics-{k}", "Metrics of the runs", "Vermillion: runs that do not succeed.", figure)
             for k, figure in enumerate(spread, 1)
         ),
+    ]
+    pictures += [
+        picture("batch-region", "Where the runs succeed", "Over the first two values that are drawn.", figure)
+        for figure in where
     ]
     pictures += [
         picture(f"batch-bands-{k}", "Series of the runs", "Quantile bands over time.", figure)
