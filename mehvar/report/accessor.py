@@ -92,9 +92,9 @@ class Results:
         """
         from mehvar.pictures.run import panels_picture
         from mehvar.pictures.spread import metrics_picture
-        from mehvar.pictures.style import interactive, style
+        from mehvar.pictures.style import interactive, interactive_style
 
-        with style():
+        with interactive_style():
             if self._is_batch:
                 return list(metrics_picture(self._runs(success), names, interactive).axes)
             if names or success is not None:
@@ -112,9 +112,9 @@ class Results:
             As for `plot`.
         """
         from mehvar.pictures.spread import scatter_picture
-        from mehvar.pictures.style import interactive, style
+        from mehvar.pictures.style import interactive, interactive_style
 
-        with style():
+        with interactive_style():
             return scatter_picture(self._runs(success), x, y, interactive).axes[0]
 
     def region(self, x: str, y: str, success: str | None = None) -> Axes:
@@ -128,17 +128,17 @@ class Results:
             As for `plot`.
         """
         from mehvar.pictures.spread import region_picture
-        from mehvar.pictures.style import interactive, style
+        from mehvar.pictures.style import interactive, interactive_style
 
-        with style():
+        with interactive_style():
             return region_picture(self._runs(success), x, y, interactive).axes[0]
 
     def convergence(self, success: str | None = None) -> Axes:
         """Draw the share of successful runs over the number of runs, with its exact 95 % interval."""
         from mehvar.pictures.spread import convergence_picture
-        from mehvar.pictures.style import interactive, style
+        from mehvar.pictures.style import interactive, interactive_style
 
-        with style():
+        with interactive_style():
             return convergence_picture(self._runs(success), interactive).axes[0]
 
     def metrics(self) -> pandas.DataFrame:

@@ -22,6 +22,12 @@
     Report.players[name] = new Report.Player(root, Report.data.scenes[name], Report.scenes[Report.data.scenes[name].drawn_by]);
   }
 
+  /** What is wider than its box is reached with the keyboard too. */
+  const wide = new ResizeObserver((entries) => entries.forEach(({ target }) => {
+    if (target.scrollWidth > target.clientWidth) target.tabIndex = 0; else target.removeAttribute("tabindex");
+  }));
+  document.querySelectorAll(".scroll, .formula, .edits, .picture").forEach((box) => wide.observe(box));
+
   const filters = document.querySelectorAll("[data-filter]");
   const apply = () => {
     const wanted = Array.from(filters, (filter) => [filter.dataset.filter, filter.value]);
