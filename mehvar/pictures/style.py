@@ -84,7 +84,7 @@ def interactive_style() -> Iterator[None]:
     require_matplotlib()
     from matplotlib import pyplot
 
-    pyplot.draw_if_interactive()
+    pyplot.draw_if_interactive()  # type: ignore[no-untyped-call]
     with style():
         yield
 

@@ -117,7 +117,7 @@ def batch_sections(runs: Runs) -> list[Section]:
         spread = [metrics_picture(runs, group) for group in _groups_of(runs.metrics, _PANELS)]
         bands = [metrics_picture(runs, group) for group in _groups_of(runs.series, _PANELS)]
         share = convergence_picture(runs)
-        where = [region_picture(runs, *runs.drawn[:2])] if len(runs.drawn) > 1 else []
+        where = [region_picture(runs, x, y) for x, y in [runs.drawn[:2]]] if len(runs.drawn) > 1 else []
     table = runs.dataset.mehvar.metrics()
     rows = [[str(name), *(f"{value:.6g}" for value in row)] for name, row in table.iterrows()]
     pictures = [
