@@ -50,6 +50,10 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         noise=_quantities(system.sensor.noise) if system.sensor else (),
         scenarios={scenario.name: scenario for scenario in system.scenarios},
         metrics={metric.name: metric for metric in system.metrics},
+        geometry=tuple(
+            numeric.Shape(shape.name, shape.kind, len(shape.points), shape.color)
+            for shape in getattr(system, "geometry", ())  # a checkout from before it has none
+        ),
         functions={f.name: _function(system.name, f) for f in functions},
         versions=installed("casadi", "sympy"),
         inputs_sha256=dict(sorted(inputs.items())),

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from mehvar.models.system import Quantity as Quantity
     from mehvar.models.system import Scenario as Scenario
     from mehvar.models.system import Sensor as Sensor
+    from mehvar.models.system import Shape as Shape
     from mehvar.models.system import System as System
     from mehvar.models.system import Variant as Variant
     from mehvar.models.system import scalar as scalar
@@ -78,8 +79,8 @@ _HOMES = {
     "mehvar.models.tables": ("read_parameters", "read_scenarios"),
     "mehvar.models.system": (
         "LARGEST", "TIME", "Actuator", "Choice", "Condition", "Controller", "Coordinates", "Derivation", "Function",
-        "Group", "Metric", "ModelError", "Output", "Parameter", "Quantity", "Scenario", "Sensor", "System", "Variant",
-        "scalar",
+        "Group", "Metric", "ModelError", "Output", "Parameter", "Quantity", "Scenario", "Sensor", "Shape", "System",
+        "Variant", "scalar",
     ),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

@@ -31,6 +31,13 @@ Part = Literal["", "prepared", "jac", "outputs_jac", "parameters_jac", "loops_ja
 METRIC_KINDS = ("settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final")
 """What a metric may be, numbered as in the C text of batches."""
 
+SHAPE_KINDS: Mapping[str, tuple[int, float]] = {
+    "rod": (2, math.inf), "arrow": (2, 2), "ball": (1, 1), "box": (4, 4), "face": (3, math.inf),
+}  # fmt: skip
+"""What a shape of a picture may be, and how many points it has at least and at most."""
+SHAPE_COLORS = ("blue", "vermillion", "green", "purple", "orange", "sky", "black", "grey")
+"""What a shape may be coloured: names of the palette, which has a value of each for light and for dark."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -220,6 +227,16 @@ class Metric:
     description: str
 
 
+@dataclass(frozen=True)
+class Shape:
+    """A part of a picture of the system; the function `geometry` returns the coordinates of all shapes' points."""
+
+    name: str
+    kind: str
+    points: int
+    color: str
+
+
 class Array(NamedTuple):
     """An argument or a result: its name and how many numbers it holds, None for a scalar."""
 
@@ -300,6 +317,8 @@ class Manifest:
         p and s.
     controllers, scenarios, metrics, choices, functions : mapping by name
         Laws, runs, what runs are judged by, options with named values, and the generated functions.
+    geometry : tuple of Shape
+        What a picture of the system shows.
     constraints, limits, reference_constant
         What parameters and runs must satisfy, in words; whether r does not depend on time.
     versions : mapping of str to str
@@ -335,6 +354,7 @@ class Manifest:
     noise: tuple[Quantity, ...]
     scenarios: Mapping[str, Scenario]
     metrics: Mapping[str, Metric]
+    geometry: tuple[Shape, ...] = ()
     functions: Mapping[str, Function]
     versions: Mapping[str, str]
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
@@ -489,6 +509,9 @@ def _check_functions(manifest: Manifest) -> None:
     for name, (arguments, results) in optional.items():
         if name in manifest.functions:
             _check_sizes(manifest, name, arguments.split(), results.split(), sizes)
+    if manifest.geometry:
+        count = 3 * sum(shape.points for shape in manifest.geometry)
+        _check_sizes(manifest, "geometry", ("x", "u", "r", "p"), ("points",), sizes | {"points": count})
     for name in ("x", "u"):
         if f"jac_{name}" in manifest.functions:
             _check_sizes(manifest, f"jac_{name}", ("x", "u", "p"), ("J",), sizes | {"J": sizes["x"] * sizes[name]})

@@ -18,6 +18,7 @@ from mehvar.manifest import Choice, Metric, Scenario
 from mehvar.notebook.display import gathered, heading, table
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
+from .geometry import Shape
 from .quantities import (
     EMPTY,
     LARGEST,
@@ -55,6 +56,7 @@ __all__ = [
     "Quantity",
     "Scenario",
     "Sensor",
+    "Shape",
     "System",
     "Variant",
     "free_symbols",
@@ -317,6 +319,8 @@ class System(Located):
     residual : tuple of Expr
         These equations, as many, zero for the true rates; given when `rhs` is another form of them that is faster to
         evaluate. Generation fails unless both agree.
+    geometry : tuple of Shape
+        What a picture of the system shows, such as the animation of a run; none without.
     """
 
     name: str
@@ -348,6 +352,7 @@ class System(Located):
     variants: tuple[Variant, ...] = ()
     rates: Mapping[str, sp.Symbol] = field(default_factory=dict)
     residual: tuple[Expr, ...] = ()
+    geometry: tuple[Shape, ...] = ()
 
     def _repr_latex_(self) -> str:
         names = {step.symbol: step.latex for step in self.definitions_in_order}

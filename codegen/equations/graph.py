@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from mehvar.errors import MehvarError
+from mehvar.models.geometry import shape_coordinates
 from mehvar.models.system import TIME, Condition, Controller, Definition, Equation, Expr, Parameter, Quantity, System
 
 from . import SCHEMA
@@ -231,6 +232,9 @@ def outcomes(system: System) -> Iterator[Outcome]:
     for function in system.functions:
         for q, expr in function.results:
             yield Outcome(f"{function.name}.{q.name}", "function", expr, quantity_latex(q), q.unit, q.description)
+    for shape, name, expr in shape_coordinates(system.geometry):
+        axis = name[-1]
+        yield Outcome(name, "geometry", expr, axis, "m", f"{axis} of a point of the {shape.kind} {shape.name}")
     for variant in system.variants:
         title = " ".join(variant.values)
         yield from _rates(system.states, variant.rhs, "variant", f"{title}: ")

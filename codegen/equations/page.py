@@ -44,6 +44,7 @@ _TITLES = {
     "constraint": "What parameters must satisfy",
     "warning": "What parameters should satisfy",
     "function": "Functions",
+    "geometry": "Points of a picture",
     "variant": "Variants",
 }
 """Headings of results by kind; equations of motion are shown with their derivation."""

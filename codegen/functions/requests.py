@@ -10,6 +10,7 @@ import sympy as sp
 
 from mehvar.models.check import formulas
 from mehvar.models.clock import CLOCK
+from mehvar.models.geometry import shape_coordinates
 from mehvar.models.system import TIME, Condition, Controller, Expr, Function, Group, System, free_symbols, scalar
 from mehvar.names import identifier
 
@@ -58,6 +59,9 @@ def _plant(system: System) -> list[Request]:
         Request("outputs", "outputs of a run", (x, u, r, p), (("y", system.output),), repeated=True),
         Request("limits", "margins that stay positive along a run", (x, u, p), (("margin", margins),), repeated=True),
     ]
+    if system.geometry:
+        points = tuple(expr for *_, expr in shape_coordinates(system.geometry))
+        functions.append(Request("geometry", "points of the shapes of a picture", (x, u, r, p), (("points", points),)))
     for variant in system.variants:
         description = f"state derivative, {', '.join(variant.values)}"
         name, result = f"rhs_{suffix(system, variant.values)}", (("dx", variant.rhs),)

@@ -17,7 +17,7 @@ from mehvar.settings import complete_models
 from mehvar.terminal import progress
 
 if TYPE_CHECKING:
-    from mehvar.report.sections import Section
+    from mehvar.report.page import Page
 
 
 def command(
@@ -39,19 +39,19 @@ def command(
     """
     require_matplotlib()
     check_folder(out)
-    from mehvar.report.sections import sections_page
+    from mehvar.report.page import page_text
 
     with progress(f"report {subject}") as advance:
         advance(0, 1, "(the first run compiles)")
-        title, sections = _content(subject)
-        page = sections_page(title, sections)
+        page = page_text(_page(subject))
     with filling(out) as folder:
         (folder / "index.html").write_text(page, encoding="utf-8")
     typer.echo(f"report: {out / 'index.html'}")
 
 
-def _content(subject: str) -> tuple[str, list[Section]]:
+def _page(subject: str) -> Page:
     from mehvar.report.accessor import Results
+    from mehvar.report.page import Page
     from mehvar.report.subjects import model_sections
 
     if subject.endswith(".nc"):
@@ -59,4 +59,4 @@ def _content(subject: str) -> tuple[str, list[Section]]:
     if (Path(subject) / "zarr.json").is_file():
         return Results(open_store(Path(subject)).dataset()).page()
     model = load(subject)
-    return f"{model.name}: {model.manifest.title}", model_sections(model)
+    return Page(f"{model.name}: {model.manifest.title}", model_sections(model))

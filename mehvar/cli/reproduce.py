@@ -7,7 +7,7 @@ import json
 import os
 import platform
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -49,7 +49,8 @@ def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
     Parameters
     ----------
     out : Path
-        Folder of the report, made if it does not exist: index.html, which needs nothing else; claims.json; figures/.
+        Folder of the report, made if it does not exist: index.html and a page for each paper, which need nothing
+        else; claims.json; figures/.
     advance : callable, optional
         Called with what is done, the total, both in papers, and what is being done.
 
@@ -69,12 +70,12 @@ def reproduce(out: Path, advance: Advance | None = None) -> list[str]:
     require_matplotlib()
     check_folder(out)
     from mehvar.report.content import paper_report
-    from mehvar.report.page import page
+    from mehvar.report.papers import paper_pages
 
     started, models = time.perf_counter(), paper_models()
     ledgers = {ledger["model"]: ledger for ledger in judged(installed_tree())}
     reports = [paper_report(name, ledgers.get(name), _part(advance, i, len(models))) for i, name in enumerate(models)]
-    _write(out, reports, page(reports, _facts(reports, time.perf_counter() - started)))
+    _write(out, reports, paper_pages(reports, _facts(reports, time.perf_counter() - started)))
     if advance is not None:
         advance(len(models), len(models))
     return _failures(reports)
@@ -102,14 +103,15 @@ def _part(advance: Advance | None, index: int, count: int) -> Advance:
     return part
 
 
-def _write(out: Path, reports: Sequence[PaperReport], html: str) -> None:
+def _write(out: Path, reports: Sequence[PaperReport], pages: Mapping[str, str]) -> None:
     with filling(out) as folder:
         (folder / "figures").mkdir()
         for report in reports:
             for figure, picture in zip(report.paper.figures, report.pictures, strict=True):
                 (folder / "figures" / f"{report.manifest.model}-{figure.number:02d}.png").write_bytes(picture.png)
         (folder / "claims.json").write_text(_claims_text(reports), encoding="utf-8")
-        (folder / "index.html").write_text(html, encoding="utf-8")
+        for name, text in pages.items():
+            (folder / name).write_text(text, encoding="utf-8")
 
 
 def _claims_text(reports: Sequence[PaperReport]) -> str:

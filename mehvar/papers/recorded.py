@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mehvar.pictures.scene import Scene
 from mehvar.runtime.model.catalogue import is_installed
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.model.parameters import Resolved
 
 from .reproduction import Reproduction, has_paper, load_reproduction
-from .scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, TypeAlias
 from mehvar.errors import InputError
 from mehvar.names import identifier
 from mehvar.pictures.run import panels_picture
+from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style
 from mehvar.runtime.model.catalogue import known_models
 
 from .claims import Checks, Claim, ClaimText, Readings, decide
 from .data import read_data
 from .runs import Runs
-from .scene import Scene
 from .statements import Statements
 from .study import Study
 
@@ -67,11 +67,15 @@ class SceneCaption:
 
 @dataclass(frozen=True)
 class Captions:
-    """A paper's `captions.toml`: whose it is, how it was read, and the words of figures and animation."""
+    """A paper's `captions.toml`: whose it is, how it was read, and the words of figures and animation.
+
+    `cover` is the number of the figure that stands for the paper on the overview.
+    """
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     citation: str
+    cover: int
     readings: tuple[str, ...]
     scene: SceneCaption
     figure: tuple[FigureCaption, ...]

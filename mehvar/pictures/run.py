@@ -25,7 +25,7 @@ _MOST_NAMED = 12
 
 
 @dataclass(frozen=True)
-class _Panel:
+class Panel:
     """Variables of one kind and unit: pairs of the dataset's variable and what it is."""
 
     kind: str
@@ -35,37 +35,38 @@ class _Panel:
 
 def panels_picture(dataset: xr.Dataset, manifest: Manifest, canvas: Canvas = new_figure) -> Figure:
     """Draw a run, with its settling times marked; call it in `mehvar.pictures.style.style`."""
-    panels = _panels(manifest)
-    columns = 1 if len(panels) <= 4 else 2
-    rows = -(-len(panels) // columns)
+    groups = panels(manifest)
+    columns = 1 if len(groups) <= 4 else 2
+    rows = -(-len(groups) // columns)
     figure = canvas(7.0 * columns, 0.6 + 1.9 * rows)
     figure.suptitle(headline(dataset), fontsize=10, wrap=True)
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     axes: list[Axes] = list(grid.T.flat)
-    for panel, ax in zip(panels, axes, strict=False):
+    for panel, ax in zip(groups, axes, strict=False):
         _draw(ax, dataset, panel)
         _mark(ax, dataset, panel, manifest)
         ax.set_xlabel(label("t", "time", "s"))
         ax.tick_params(labelbottom=True)
-    for ax in axes[len(panels) :]:
+    for ax in axes[len(groups) :]:
         ax.remove()
     return figure
 
 
-def _panels(manifest: Manifest) -> list[_Panel]:
+def panels(manifest: Manifest) -> list[Panel]:
+    """Return the variables of a run in panels, one for each kind and unit."""
     kinds: tuple[tuple[str, str, Sequence[Quantity]], ...] = (
         ("state", "", manifest.states),
         ("input", "u_", manifest.inputs),
         ("output", "", manifest.outputs),
     )
     return [
-        _Panel(kind, unit, tuple((prefix + q.name, q) for q in quantities if q.unit == unit))
+        Panel(kind, unit, tuple((prefix + q.name, q) for q in quantities if q.unit == unit))
         for kind, prefix, quantities in kinds
         for unit in dict.fromkeys(q.unit for q in quantities)
     ]
 
 
-def _draw(ax: Axes, dataset: xr.Dataset, panel: _Panel) -> None:
+def _draw(ax: Axes, dataset: xr.Dataset, panel: Panel) -> None:
     t = dataset["t"].values
     for number, (variable, quantity) in enumerate(panel.variables):
         line = next(islice(cycle(_LINES), number // len(COLORS), None))
@@ -85,7 +86,7 @@ def _draw(ax: Axes, dataset: xr.Dataset, panel: _Panel) -> None:
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, title=title)
 
 
-def _mark(ax: Axes, dataset: xr.Dataset, panel: _Panel, manifest: Manifest) -> None:
+def _mark(ax: Axes, dataset: xr.Dataset, panel: Panel, manifest: Manifest) -> None:
     """Draw a line at each settling time of the panel's variables."""
     names = {variable for variable, _ in panel.variables}
     for name, metric in manifest.metrics.items():

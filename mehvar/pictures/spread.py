@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Sequence
 from functools import cached_property
@@ -18,7 +19,7 @@ from mehvar.runtime.batch.statistics import interval
 from mehvar.runtime.run.problem import Status
 
 from .batch import BANDS, bin_edges
-from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, VERMILLION, Canvas, label, new_figure, pretty_unit
+from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, Canvas, label, new_figure, pretty_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,6 +30,12 @@ FloatArray = NDArray[np.float64]
 _SUMMARY = re.compile(r"(final|minimum|maximum)\((\w+)\)")
 _POINTS = 200
 """Numbers of runs at which convergence is drawn: a point every three pixels; each takes an interval to compute."""
+
+_PER_CELL = 10
+"""Runs in a cell of a map, on average: its share is known to 0.3 or so; with half as many a map of noise looks like a
+region, with twice as many a border is drawn half as sharp again."""
+_FEWEST_CELLS = 4
+"""A side, for a batch so small that a cell has few runs: with fewer there is no border to see."""
 
 
 class Runs:
@@ -126,6 +133,32 @@ def scatter_picture(runs: Runs, x: str, y: str, canvas: Canvas = new_figure) -> 
     ax.set_ylabel(runs.axis(y))
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
     return figure
+
+
+def region_picture(runs: Runs, x: str, y: str, canvas: Canvas = new_figure) -> Figure:
+    """Draw the share of runs that succeed in each cell of a plane of two numbers, as the region of attraction is."""
+    across, up = runs.column(x), runs.column(y)
+    finite = np.isfinite(across) & np.isfinite(up)
+    sides = [_edges(values[finite]) for values in (across, up)]
+    count, wins = (np.histogram2d(across[part], up[part], sides)[0] for part in (finite, finite & runs.successful))
+    share = np.ma.masked_array(wins / np.maximum(count, 1), mask=count == 0)
+    figure = canvas(6.5, 4.5)
+    ax = figure.subplots()
+    ax.grid(False)
+    ax.set_facecolor(LIGHT)
+    mesh = ax.pcolormesh(*sides, share.T, cmap="cividis", vmin=0.0, vmax=1.0)
+    figure.colorbar(mesh, ax=ax, label="share of runs that succeed; grey: no runs")
+    ax.set_title(runs.headline, wrap=True)
+    ax.set_xlabel(runs.axis(x))
+    ax.set_ylabel(runs.axis(y))
+    return figure
+
+
+def _edges(values: FloatArray) -> FloatArray:
+    """Return the edges of cells over the range of some values."""
+    low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
+    widened = (low, high) if high > low else (low - 0.5, high + 0.5)
+    return np.linspace(*widened, 1 + max(_FEWEST_CELLS, math.isqrt(values.size // _PER_CELL)))
 
 
 def convergence_picture(runs: Runs, canvas: Canvas = new_figure) -> Figure:

@@ -74,6 +74,21 @@ def style() -> Iterator[None]:
         yield
 
 
+@contextmanager
+def interactive_style() -> Iterator[None]:
+    """Apply the style to figures of pyplot's, whose backend is loaded first.
+
+    A notebook's backend makes pyplot interactive when it is loaded, which pyplot puts off until it draws. Were that
+    within the style, leaving it would take that back, and a notebook would show the first picture only.
+    """
+    require_matplotlib()
+    from matplotlib import pyplot
+
+    pyplot.draw_if_interactive()  # type: ignore[no-untyped-call]
+    with style():
+        yield
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure whose parts make room for each other; sizes in inches."""
     from matplotlib.figure import Figure

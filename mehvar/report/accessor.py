@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mehvar.pictures.spread import Runs
-    from mehvar.report.sections import Section
+    from mehvar.report.page import Page
 
 _HEIGHT = 720
 """Pixels of an animation in a notebook: picture, tracks and controls of a stage without scrolling on a laptop."""
@@ -92,9 +92,9 @@ class Results:
         """
         from mehvar.pictures.run import panels_picture
         from mehvar.pictures.spread import metrics_picture
-        from mehvar.pictures.style import interactive, style
+        from mehvar.pictures.style import interactive, interactive_style
 
-        with style():
+        with interactive_style():
             if self._is_batch:
                 return list(metrics_picture(self._runs(success), names, interactive).axes)
             if names or success is not None:
@@ -112,17 +112,33 @@ class Results:
             As for `plot`.
         """
         from mehvar.pictures.spread import scatter_picture
-        from mehvar.pictures.style import interactive, style
+        from mehvar.pictures.style import interactive, interactive_style
 
-        with style():
+        with interactive_style():
             return scatter_picture(self._runs(success), x, y, interactive).axes[0]
+
+    def region(self, x: str, y: str, success: str | None = None) -> Axes:
+        """Draw where the runs of a batch succeed: the share in each cell of a plane, as of a region of attraction.
+
+        Parameters
+        ----------
+        x, y : str
+            As for `scatter`; drawn initial values, for a region of attraction.
+        success : str, optional
+            As for `plot`.
+        """
+        from mehvar.pictures.spread import region_picture
+        from mehvar.pictures.style import interactive, interactive_style
+
+        with interactive_style():
+            return region_picture(self._runs(success), x, y, interactive).axes[0]
 
     def convergence(self, success: str | None = None) -> Axes:
         """Draw the share of successful runs over the number of runs, with its exact 95 % interval."""
         from mehvar.pictures.spread import convergence_picture
-        from mehvar.pictures.style import interactive, style
+        from mehvar.pictures.style import interactive, interactive_style
 
-        with style():
+        with interactive_style():
             return convergence_picture(self._runs(success), interactive).axes[0]
 
     def metrics(self) -> pandas.DataFrame:
@@ -196,20 +212,21 @@ class Results:
         InputError
             For another ending, or if matplotlib is not installed.
         """
-        from mehvar.report.sections import write_page
+        from mehvar.report.page import write_page
 
         if not str(path).endswith(".html"):
             raise bad_value("path", str(path), "a file name that ends in .html")
-        return write_page(Path(path), *self.page())
+        return write_page(Path(path), self.page())
 
-    def page(self) -> tuple[str, list[Section]]:
-        """Return title and sections of the report."""
+    def page(self) -> Page:
+        """Return the report."""
+        from mehvar.report.page import Page
         from mehvar.report.subjects import batch_sections, run_sections
 
         title = str(self._dataset.attrs.get("title", ""))
         if self._is_batch:
-            return title, batch_sections(self._runs(None))
-        return title, run_sections(self._dataset, self._manifest)
+            return Page(title, batch_sections(self._runs(None)))
+        return Page(title, run_sections(self._dataset, self._manifest))
 
     def animate(self) -> Animation:
         """Return the run as a 3-D animation, which a notebook shows and `save(path)` writes.
@@ -219,19 +236,18 @@ class Results:
         InputError
             For a batch, and for a model or a law that has no animation.
         """
-        from mehvar.papers.recorded import recorded_scene
-        from mehvar.report.sections import Section, Stage, sections_page
+        from mehvar.report.page import Page, Section, page_text
+        from mehvar.report.subjects import run_stage
 
-        animated = None if self._is_batch else recorded_scene(self._dataset, self._manifest)
-        if animated is None:
+        stage = None if self._is_batch else run_stage(self._dataset, self._manifest)
+        if stage is None:
             about = self._dataset.attrs
             raise InputError(
                 f"no animation of {about['model']} with {about['controller']}: there is one of a single run of a model "
-                "that a paper's scene draws, under a law that has every series of the scene"
+                "that is here, and that declares its geometry or has a paper whose scene shows such a run"
             )
-        stage = Stage(self._dataset.attrs["model"], *animated)
         title = str(self._dataset.attrs["title"])
-        return Animation(sections_page(title, [Section("animation", "Animation", [stage])]))
+        return Animation(page_text(Page(title, [Section("animation", "Animation", [stage])])))
 
     @property
     def _is_batch(self) -> bool:

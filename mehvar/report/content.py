@@ -18,9 +18,9 @@ from mehvar.papers.claims import Claim
 from mehvar.papers.deviations import Deviation, by_run, deviations, table_claims
 from mehvar.papers.reproduction import PaperFigure, Reproduction, load_reproduction
 from mehvar.papers.runs import Runs
-from mehvar.papers.scene import Scene
 from mehvar.papers.statements import Coverage, Statement, coverage, judge
 from mehvar.pictures.files import encoded
+from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.runtime.model.model import load
 
@@ -88,6 +88,12 @@ class PaperReport:
     def manifest(self) -> Manifest:
         """The model's."""
         return self.model.manifest
+
+    @property
+    def cover(self) -> Picture | None:
+        """The figure that stands for the paper on the overview."""
+        shown = zip(self.paper.figures, self.pictures, strict=True)
+        return next((picture for figure, picture in shown if figure.number == self.paper.captions.cover), None)
 
     @property
     def unpictured(self) -> list[Claim]:
@@ -166,11 +172,11 @@ def _png(figure: Figure) -> bytes:
     return content.getvalue()
 
 
-def scene_data(name: str, scene: Scene) -> dict[str, Any]:
+def scene_data(drawn_by: str, scene: Scene) -> dict[str, Any]:
     """Return an animation as the scripts take it."""
     runs = {title: dict(series) for title, series in scene.runs.items()}
     return {
-        "kind": name,
+        "drawn_by": drawn_by,
         "runs": {title: track(series.pop("t"), series) for title, series in runs.items()},
         "constants": dict(scene.constants),
         "speeds": list(scene.speeds),

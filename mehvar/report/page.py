@@ -1,85 +1,160 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report as one HTML page that needs nothing else: styles, scripts, pictures and data are in it."""
+"""A page of the report: sections of blocks, in one file that needs nothing else; styles, scripts and data are in it."""
 
 from __future__ import annotations
 
 import base64
 import json
-import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup, escape
 
 from mehvar import html
-from mehvar.comparison.text import number as eigenvalue
-from mehvar.ledger.page import FILTERS
-from mehvar.papers.claims import Check, Claim, ClaimVerdict
-from mehvar.papers.deviations import Deviation
-from mehvar.papers.scene import Scene
-from mehvar.pictures.style import pretty_unit
+from mehvar.errors import bad_value
+from mehvar.pictures.scene import Scene
+from mehvar.runtime.files import write_atomic
 
-from .backends import POINTS, TOLERANCE
-from .batches import SEED
-from .content import PaperReport, Picture, scene_data
+from .content import Picture, scene_data
 
 _TEMPLATES = Path(__file__).parents[1] / "templates" / "report"
-SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "charts.js", "view.js", "player.js")
-STYLES = ("uplot/uPlot.min.css", "report.css")
+_SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "charts.js", "view.js", "player.js")
+_STYLES = ("uplot/uPlot.min.css", "report.css")
 _GREEK = {"phi": "φ", "theta": "θ", "delta": "δ"}
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
-    """Return the page.
+@dataclass(frozen=True)
+class Text:
+    """A paragraph."""
 
-    Parameters
-    ----------
-    reports : sequence of PaperReport
-        One for each paper.
-    facts : mapping
-        Versions and times of the whole.
-    """
-    claims = [claim for report in reports for claim in report.claims]
-    counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in ClaimVerdict]
-    scenes = [Markup(report.paper.script) for report in reports]
-    filters: dict[str, Callable[..., Any]] = {
-        "typeset": typeset, "unit": pretty_unit, "number": number, "deviation": deviation, "uri": uri, "brief": _brief,
-        "complex": eigenvalue, **FILTERS,
-    }  # fmt: skip
+    text: str
+    kind: str = field(default="text", init=False)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table under a heading; a table without rows is not shown."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    kind: str = field(default="table", init=False)
+
+
+@dataclass(frozen=True)
+class Formulas:
+    """Formulas under a heading that opens: pairs of what each is and the formula as MathML."""
+
+    title: str
+    formulas: Sequence[tuple[str, Markup]]
+    kind: str = field(default="formulas", init=False)
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A picture, with its chart where it is over time."""
+
+    picture: Picture
+    kind: str = field(default="drawing", init=False)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """An animation of runs; `drawn_by` is the entry of `Report.scenes` that `script` makes."""
+
+    name: str
+    title: str
+    caption: str
+    drawn_by: str
+    script: str
+    scene: Scene
+    kind: str = field(default="stage", init=False)
+
+
+@dataclass(frozen=True)
+class Part:
+    """What has a form of its own, as HTML, with the pictures in it."""
+
+    html: Markup
+    pictures: Sequence[Picture] = ()
+    kind: str = field(default="part", init=False)
+
+
+Block = Text | Table | Formulas | Drawing | Stage | Part
+
+
+@dataclass(frozen=True)
+class Section:
+    """Blocks under a heading of the page, which its contents link by `anchor`."""
+
+    anchor: str
+    title: str
+    blocks: Sequence[Block]
+
+
+@dataclass(frozen=True)
+class Page:
+    """Title, lead and sections of a page; `others` are the pages beside it: what they are called and their files."""
+
+    title: str
+    sections: Sequence[Section]
+    lead: str = ""
+    others: Mapping[str, str] = field(default_factory=dict)
+
+
+def page_text(page: Page) -> str:
+    """Return a page as HTML."""
+    blocks = [block for section in page.sections for block in section.blocks]
+    stages = [block for block in blocks if isinstance(block, Stage)]
+    pictures = [block.picture for block in blocks if isinstance(block, Drawing)]
+    pictures += [picture for block in blocks if isinstance(block, Part) for picture in block.pictures]
     text = html.page(
-        "report/report.html.j2",
-        filters,
-        reports=reports,
-        facts=facts,
-        counts=counts,
-        total=len(claims),
-        styles=[asset(name) for name in STYLES],
-        scripts=[*map(asset, SCRIPTS), *scenes, asset("report.js")],
-        seed=SEED,
-        points=POINTS,
-        tolerance=TOLERANCE,
-        licence=asset("uplot/LICENSE"),
-        data=page_data(
-            [p for r in reports for p in (*r.pictures, r.bands) if p is not None],
-            {r.manifest.model: r.scene for r in reports},
-        ),
+        "report/page.html.j2",
+        {"typeset": typeset, "uri": uri},
+        page=page,
+        styles=[_asset(name) for name in _STYLES],
+        scripts=[*map(_asset, _SCRIPTS), *map(Markup, dict.fromkeys(s.script for s in stages)), _asset("report.js")],
+        licence=_asset("uplot/LICENSE"),
+        data=_data(pictures, stages),
     )
     return text + "\n"
 
 
-def asset(name: str) -> Markup:
+def write_page(path: Path, page: Page) -> Path:
+    """Write a page, whole or not at all; return its path.
+
+    Raises
+    ------
+    InputError
+        If the folder is not there.
+    OSError
+        If the file cannot be written.
+    """
+    if not path.parent.is_dir():
+        raise bad_value("page", str(path), "in a folder that exists")
+    write_atomic(path, page_text(page).encode())
+    return path
+
+
+def geometry_script() -> str:
+    """Return the script that draws the shapes of a system that declares its geometry."""
+    return _asset("geometry.js")
+
+
+def _asset(name: str) -> Markup:
     """Return a style or a script as it stands in a page."""
     return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
 
 
-def page_data(pictures: Sequence[Picture], scenes: Mapping[str, Scene]) -> Markup:
+def _data(pictures: Sequence[Picture], stages: Sequence[Stage]) -> Markup:
     """Return the numbers of charts and animations as JSON that may stand in a script element."""
     data: dict[str, Any] = {
         "charts": {p.name: p.chart for p in pictures if p.chart},
-        "scenes": {name: scene_data(name, scene) for name, scene in scenes.items()},
+        "scenes": {stage.name: scene_data(stage.drawn_by, stage.scene) for stage in stages},
     }
     return Markup(json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"))
 
@@ -87,12 +162,6 @@ def page_data(pictures: Sequence[Picture], scenes: Mapping[str, Scene]) -> Marku
 def uri(picture: Picture) -> str:
     """Return the static picture as an address that holds it."""
     return "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii")
-
-
-def _brief(claim: Claim) -> tuple[Sequence[Check], int]:
-    """Return the checks that a table shows, those that fail first, and how many it leaves out."""
-    checks = sorted(claim.checks, key=lambda check: check.holds)
-    return checks[:3], max(0, len(checks) - 3)
 
 
 def typeset(text: str) -> Markup:
@@ -106,18 +175,3 @@ def typeset(text: str) -> Markup:
     text = re.sub(r"(?<![\w.\-])-(?=\d)", "−", text)
     text = re.sub(rf"\b({'|'.join(_GREEK)})(?=\b|_|\d)", lambda match: _GREEK[match[1]], text)
     return Markup(re.sub(r"(?<!\w)([^\W\d_])_(\w)(?!\w)", r"\1<sub>\2</sub>", text))
-
-
-def number(value: float) -> str:
-    """Return a number with four digits."""
-    return typeset(f"{value:.4g}") if math.isfinite(value) else "does not settle"
-
-
-def deviation(number: Deviation) -> str:
-    """Return how far a number is from what was expected."""
-    value = number.size
-    if not math.isfinite(value) or not math.isfinite(number.expected):
-        return "–"
-    if number.metric.kind == "sign_changes":
-        return typeset(f"{value:+.0f}") if value else "0"
-    return typeset(f"{100 * value:+.2f} %") if abs(value) >= 5e-5 else "0.00 %"

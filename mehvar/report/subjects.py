@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,17 +19,20 @@ from mehvar.manifest import Manifest, Parameter
 from mehvar.papers.recorded import recorded_scene
 from mehvar.papers.reproduction import has_paper, load_reproduction, run_picture
 from mehvar.papers.runs import Runs as PaperRuns
+from mehvar.pictures.geometry import geometry_scene
 from mehvar.pictures.run import panels_picture
-from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture
+from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
 from mehvar.pictures.style import require_matplotlib, style
 from mehvar.runtime.batch.statistics import interval
 from mehvar.runtime.model.catalogue import find_model, is_installed
 from mehvar.runtime.model.generated import check_unedited
+from mehvar.runtime.model.model import load
 from mehvar.runtime.run.metrics import metrics, metrics_of
 from mehvar.runtime.run.results import to_dataset
 
 from .content import picture
-from .sections import Drawing, Formulas, Section, Stage, Table, Text
+from .page import Drawing, Formulas, Section, Stage, Table, Text, geometry_script
+from .papers import paper_stage
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,12 +56,8 @@ def model_sections(model: Model) -> list[Section]:
     manifest, runs = model.manifest, PaperRuns(model)
     case = manifest.scenario(None)
     datasets = {law: to_dataset(runs(law, case.name)) for law in manifest.controllers}
-    stages = []
-    if has_paper(manifest.model):
-        paper = load_reproduction(manifest.model)
-        stages = [Section("animation", "Animation", [Stage(manifest.model, paper, paper.scene(runs))])]
     return [
-        *stages,
+        *_animation(_model_stage(model, runs, datasets)),
         *_derivation(manifest.folder),
         _numbers(manifest),
         *(_run(dataset, manifest, f"run-{law}", f"Run: {law}, {case.name}") for law, dataset in datasets.items()),
@@ -82,12 +81,11 @@ def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
         If matplotlib is not installed.
     """
     require_matplotlib()
-    animated = recorded_scene(dataset, manifest)
     values, origins = (json.loads(dataset.attrs[name]) for name in ("parameters", "parameter_origins"))
     rows = [(name, f"{value:g}", origins[name]) for name, value in values.items()]
     options = [(name, str(value)) for name, value in json.loads(dataset.attrs["options"]).items()]
     return [
-        *([Section("animation", "Animation", [Stage(manifest.model, *animated)])] if animated else []),
+        *_animation(run_stage(dataset, manifest)),
         _run(dataset, manifest, "run", "Run"),
         Section(
             "values",
@@ -120,6 +118,7 @@ def batch_sections(runs: Runs) -> list[Section]:
         spread = [metrics_picture(runs, group) for group in _groups_of(runs.metrics, _PANELS)]
         bands = [metrics_picture(runs, group) for group in _groups_of(runs.series, _PANELS)]
         share = convergence_picture(runs)
+        where = [region_picture(runs, x, y) for x, y in [runs.drawn[:2]]] if len(runs.drawn) > 1 else []
     table = runs.dataset.mehvar.metrics()
     rows = [[str(name), *(f"{value:.6g}" for value in row)] for name, row in table.iterrows()]
     pictures = [
@@ -128,6 +127,10 @@ def batch_sections(runs: Runs) -> list[Section]:
             picture(f"batch-metrics-{k}", "Metrics of the runs", "Vermillion: runs that do not succeed.", figure)
             for k, figure in enumerate(spread, 1)
         ),
+    ]
+    pictures += [
+        picture("batch-region", "Where the runs succeed", "Over the first two values that are drawn.", figure)
+        for figure in where
     ]
     pictures += [
         picture(f"batch-bands-{k}", "Series of the runs", "Quantile bands over time.", figure)
@@ -148,6 +151,42 @@ def batch_sections(runs: Runs) -> list[Section]:
             [Table("Batch", ("what", "value"), provenance), _versions(about["versions"])],
         ),
     ]  # fmt: skip
+
+
+def run_stage(dataset: xr.Dataset, manifest: Manifest) -> Stage | None:
+    """Return the animation of a run: by the geometry that its model declares, else by its paper; None without either.
+
+    None too for a model that is not here with the text that the run was made with: its functions place the points.
+    """
+    name = manifest.model
+    if not is_installed(name, manifest.hash):
+        return None
+    if manifest.geometry:
+        title = f"{dataset.attrs['controller']}, {dataset.attrs['scenario']}"
+        return _geometry_stage({title: dataset}, load(name))
+    animated = recorded_scene(dataset, manifest)
+    return paper_stage(name, *animated) if animated else None
+
+
+def _model_stage(model: Model, runs: PaperRuns, datasets: Mapping[str, xr.Dataset]) -> Stage | None:
+    """Return the animation of each law's run, or of the runs that the model's paper shows."""
+    name = model.manifest.model
+    if model.manifest.geometry and datasets:
+        return _geometry_stage(datasets, model)
+    if not has_paper(name):
+        return None
+    paper = load_reproduction(name)
+    return paper_stage(name, paper, paper.scene(runs))
+
+
+def _geometry_stage(datasets: Mapping[str, xr.Dataset], model: Model) -> Stage:
+    name, shapes = model.manifest.model, ", ".join(shape.name for shape in model.manifest.geometry)
+    scene = geometry_scene(datasets, model)
+    return Stage(name, "Motion", f"Shown: {shapes}.", "geometry", geometry_script(), scene)
+
+
+def _animation(stage: Stage | None) -> list[Section]:
+    return [Section("animation", "Animation", [stage])] if stage else []
 
 
 def _groups_of(names: Sequence[str], most: int) -> list[Sequence[str]]:

@@ -7,6 +7,8 @@ import itertools
 import string
 from collections.abc import Iterable, Sequence
 
+from mehvar.manifest import SHAPE_COLORS, SHAPE_KINDS
+
 from ..quantities import Group, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
@@ -31,7 +33,22 @@ def check_features(system: System) -> None:
             f"{system.origin}: residual has {len(system.residual)} entries for {len(system.rates)} rates: there must "
             "be one for each"
         )
+    _check_geometry(system)
     _check_messages(system)
+
+
+def _check_geometry(system: System) -> None:
+    """Refuse shapes that no picture can draw."""
+    for shape in system.geometry:
+        where = f"{shape.origin}: shape {shape.name!r}"
+        for what, value, allowed in (("kind", shape.kind, SHAPE_KINDS), ("color", shape.color, SHAPE_COLORS)):
+            if value not in allowed:
+                raise ModelError(f"{where}: {what} = {value!r}: must be one of {', '.join(allowed)}")
+        least, most = SHAPE_KINDS[shape.kind]
+        if not least <= len(shape.points) <= most:
+            number = f"{least}" if least == most else f"{least} or more"
+            raise ModelError(f"{where} has {len(shape.points)} points: a {shape.kind} must have {number}")
+    check_distinct([shape.name for shape in system.geometry], f"{system.origin}: shape")
 
 
 def _check_law(law: Controller) -> None:

@@ -28,8 +28,8 @@ _CALLABLE = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*", re.ASCII)
 _TAKEN = ("jac", "hess", "null")
 """What CasADi calls no function."""
 _GENERATED = frozenset("""
-    rhs outputs limits initial reference constraints to_coordinates from_coordinates project actuate measure jvp jac_x
-    jac_u jac_p outputs_jac outputs_jac_p actuate_jvp
+    rhs outputs geometry limits initial reference constraints to_coordinates from_coordinates project actuate measure
+    jvp jac_x jac_u jac_p outputs_jac outputs_jac_p actuate_jvp
 """.split())  # fmt: skip  # noqa: SIM905
 """What a system's own functions are called: no law and no other function."""
 _LOCAL = re.compile(r"[mt]_[a-z2-7]{5}(_\d+)?")

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from ..derivation import free_symbols
+from ..geometry import shape_coordinates
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Condition, Controller, Coordinates, Expr, Function, System, Variant
 from ..tables import suggestion
@@ -114,8 +115,16 @@ def _plant(system: System) -> Iterator[Vector]:
         of_time=True, group="outputs",
     )  # fmt: skip
     yield from _conditions("limits", system.limits, motion, of_time=True)
+    if system.geometry:
+        yield _geometry(system, (*motion, system.references))
     if system.residual or system.rates:
         yield Vector("residual", system.residual, (), motion, system.origin, of_time=True, more=_rates(system))
+
+
+def _geometry(system: System, receives: tuple[Group, ...]) -> Vector:
+    _, names, entries = zip(*shape_coordinates(system.geometry), strict=True)
+    rows = tuple(Quantity(name, "m", "coordinate of a shape") for name in names)
+    return Vector("geometry", entries, rows, receives, system.origin, in_numbers=True)
 
 
 def _rates(system: System) -> dict[sp.Symbol, str]:

@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mehvar.pictures.scene import Scene, SceneLine, ScenePanel
 from mehvar.pictures.style import BLACK, GREY
 
 from ..runs import Runs
-from ..scene import Scene, SceneLine, ScenePanel
 from .figures import COLORS
 from .rows import AXES
 
 if TYPE_CHECKING:
+    from mehvar.pictures.scene import FloatArray
     from mehvar.runtime.run.simulate import Run
-
-    from ..scene import FloatArray
 
 _DEGREES = 180 / np.pi
 _SYMBOLS = ("φ", "θ", "ψ")

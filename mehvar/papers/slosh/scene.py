@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mehvar.pictures.scene import Scene, SceneLine, ScenePanel
+
 from ..runs import Runs
-from ..scene import Scene, SceneLine, ScenePanel
 from .figures import AXES, BOBS
 from .rows import FULL, LAWS, REDUCED
 
@@ -16,9 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
+    from mehvar.pictures.scene import FloatArray
     from mehvar.runtime.run.simulate import Run
-
-    from ..scene import FloatArray
 
 _UNTIL = 120.0
 """Seconds that are shown: the bobs hang still after one minute, and what is left is slow."""

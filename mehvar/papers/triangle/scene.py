@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mehvar.pictures.scene import Scene, SceneLine, ScenePanel
 from mehvar.pictures.style import BLACK
 
 from ..runs import Runs
-from ..scene import Scene, SceneLine, ScenePanel
 from .chart import target_shape
 from .shapes import COLLINEAR, RODS, R, vertices
 
 if TYPE_CHECKING:
+    from mehvar.pictures.scene import FloatArray
     from mehvar.runtime.run.simulate import Run
-
-    from ..scene import FloatArray
 
 _EVERY = 5
 """Samples, of 0.01 s: twenty places a second of the run, between which a picture goes on straight lines."""

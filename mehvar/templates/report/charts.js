@@ -18,6 +18,26 @@
     return (size && (size < 1e-3 || size >= 1e5) ? short.toExponential() : short.toLocaleString("en")).replace("-", "−");
   };
 
+  /** The largest of 1, 2, 5 times a power of ten that is not above a value. */
+  const round = (value) => {
+    const power = 10 ** Math.floor(Math.log10(value));
+    return power * ([5, 2, 1].find((digit) => digit * power <= value * (1 + 1e-9)) || 1);
+  };
+
+  /** Ticks so far apart that their words have room, two at least: with half the range as a step there are two. */
+  const splits = (u, _, low, high) => {
+    const step = round((high - low) / Math.max(2, Math.floor(u.bbox.height / devicePixelRatio / 40)));
+    const first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first + 1;
+    return Array.from({ length: count }, (_, k) => step * (first + k));
+  };
+
+  /** The range of an axis with a margin; a series that does not change lies in the middle of one that its size sets. */
+  const range = (u, low, high) => {
+    if (low === null) return [0, 1];
+    const margin = high > low ? 0.06 * (high - low) : Math.abs(low) / 10 || 1;
+    return [low - margin, high + margin];
+  };
+
   const series = (line) => ({
     label: line.name ? Report.element("span", { innerHTML: line.name }) : "value",
     stroke: Report.color(line.color), width: Math.max(1.25, line.width || 1.5), dash: line.dash || [],
@@ -53,6 +73,19 @@
     return low < 0 ? [] : [{ series: [high + 1, low + 1], fill: Report.color(lines[low].color) + "33" }];
   };
 
+  const worded = (html) => new DOMParser().parseFromString(html, "text/html").body.textContent;
+
+  /** A chart in words: what it shows, over which time, and the ends of each series. */
+  const described = (panel) => {
+    const lines = panel.lines.map((line) => {
+      const values = Array.from(line.y).filter(Number.isFinite), name = worded(line.name || "value");
+      const least = values.reduce((a, b) => Math.min(a, b), Infinity), most = values.reduce((a, b) => Math.max(a, b), -Infinity);
+      return values.length ? `${name} from ${Report.number(least)} to ${Report.number(most)}` : `${name} without values`;
+    });
+    const words = worded([panel.title, panel.label].filter(Boolean).join(": "));
+    return `${words || "Chart"} over time: ${lines.join("; ")}`;
+  };
+
   /** One panel; `group` holds the panels that zoom together. */
   Report.panel = (host, panel, group, height = 190) => {
     const logarithmic = panel.log || [false, false];
@@ -60,15 +93,19 @@
     const options = {
       width: host.clientWidth || 300, height, series: [
         { label: "t", value: (_, v) => (v === null ? "–" : `${Report.number(v)} s`) }, ...panel.lines.map(series)],
-      scales: { x: { time: false, distr: logarithmic[0] ? 3 : 1 }, y: { distr: logarithmic[1] ? 3 : 1 } },
-      axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32 }), axis({ size: 58, space: 24, values: (_, splits) => splits.map(tick) })],
+      scales: { x: { time: false, distr: logarithmic[0] ? 3 : 1 }, y: logarithmic[1] ? { distr: 3 } : { distr: 1, range } },
+      axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32 }), axis({ size: 58, space: 24, values: (_, at) => at.map(tick), ...(logarithmic[1] ? {} : { splits }) })],
       cursor: { sync: { key: group.key, scales: ["x", null] }, drag: { x: true, y: false }, bind: {
         dblclick: (u) => () => group.charts.forEach((c) => c.reset()) } },
-      legend: { live: true }, bands: bands(panel.lines),
-      hooks: { drawAxes: [references(panel)], setScale: [(u, key) => { if (key === "x") group.zoomed(u); }] },
+      legend: { show: panel.lines.some((line) => line.name), live: true }, bands: bands(panel.lines),
+      hooks: { setLegend: [(u) => u.root.classList.toggle("idle", u.legend.idx === null || u.legend.idx === undefined)], drawAxes: [references(panel)], setScale: [(u, key) => { if (key === "x") group.zoomed(u); }] },
     };
     const data = [finite(panel.x), ...panel.lines.map((line) => finite(line.y))];
     const chart = new uPlot(options, data, host);
+    const canvas = chart.root.querySelector("canvas");
+    chart.root.classList.add("idle");
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", described(panel));
     chart.reset = () => fit(chart);
     fit(chart);
     group.charts.push(chart);

@@ -140,7 +140,7 @@
       context.clearRect(0, 0, size.width, size.height);
       this.scene.draw({
         context, size, camera: this.camera, constants: this.data.constants, run: this.run, time: this.time,
-        now: Report.sample(this.run, this.time), other: this.other && Report.sample(this.other, this.time),
+        now: Report.sample(this.run, this.time), other: this.other && Report.sample(this.other, this.time), runs: Object.values(this.runs),
       });
       this.part("time").textContent = `${this.time.toFixed(1)} s`;
       this.part("scrub").setAttribute("aria-valuetext", `${this.time.toFixed(1)} seconds`);
@@ -163,14 +163,14 @@
     /** Charts of the run beside the picture; a click on one goes to that time. */
     build() {
       if (!this.seen) return;
-      const host = this.part("tracks"), group = Report.group(`scene:${this.data.kind}`);
+      const host = this.part("tracks"), group = Report.group(`scene:${this.root.dataset.scene}`);
       this.charts.forEach(({ chart }) => chart.destroy());
       host.replaceChildren();
       this.charts = this.data.panels.map((panel) => {
         const box = Report.element("div", { className: "panel" }, Report.element("div", { className: "label", innerHTML: panel.label }));
         host.append(box);
         const lines = [...this.lines(panel), ...(this.other ? this.lines(panel, this.other) : [])];
-        const chart = Report.panel(box, { x: this.run.t, lines, limits: [0, this.end] }, group, 132);
+        const chart = Report.panel(box, { x: this.run.t, lines, label: panel.label, limits: [0, this.end] }, group, 132);
         const head = Report.element("div", { className: "playhead" });
         chart.over.append(head);
         chart.over.addEventListener("click", () => {

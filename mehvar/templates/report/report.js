@@ -19,8 +19,14 @@
   Report.players = {};
   for (const root of document.querySelectorAll("[data-scene]")) {
     const name = root.dataset.scene;
-    Report.players[name] = new Report.Player(root, Report.data.scenes[name], Report.scenes[name]);
+    Report.players[name] = new Report.Player(root, Report.data.scenes[name], Report.scenes[Report.data.scenes[name].drawn_by]);
   }
+
+  /** What is wider than its box is reached with the keyboard too. */
+  const wide = new ResizeObserver((entries) => entries.forEach(({ target }) => {
+    if (target.scrollWidth > target.clientWidth) target.tabIndex = 0; else target.removeAttribute("tabindex");
+  }));
+  document.querySelectorAll(".scroll, .formula, .edits, .picture").forEach((box) => wide.observe(box));
 
   const filters = document.querySelectorAll("[data-filter]");
   const apply = () => {
@@ -34,6 +40,19 @@
   };
   filters.forEach((filter) => filter.addEventListener("change", apply));
 
-  addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((details) => { details.open = true; }));
+  /** Keep what a link leads to under its eye while charts above it are still being built; until the reader moves. */
+  const land = () => {
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    if (!target) return;
+    for (let part = target; part; part = part.parentElement) if (part.tagName === "DETAILS") part.open = true;
+    const align = () => target.scrollIntoView({ block: "start", behavior: "instant" });
+    const watch = new ResizeObserver(align), moves = ["wheel", "touchmove", "keydown", "pointerdown"];
+    const leave = () => { watch.disconnect(); moves.forEach((name) => removeEventListener(name, leave)); };
+    moves.forEach((name) => addEventListener(name, leave, { passive: true }));
+    addEventListener("hashchange", leave, { once: true });
+    watch.observe(document.querySelector("main"));
+  };
+  addEventListener("hashchange", land);
+  land();
   document.documentElement.dataset.ready = "yes";
 })();

@@ -8,12 +8,12 @@ import pytest
 
 from mehvar.codegen.diff import compare
 from mehvar.codegen.diff.parameters import EXEMPT
-from mehvar.manifest import Choice, Controller, Manifest, Metric, Output, Parameter, Quantity, Scenario
+from mehvar.manifest import Choice, Controller, Manifest, Metric, Output, Parameter, Quantity, Scenario, Shape
 from mehvar.models import system
 from tests.codegen.diff.documents import document
 from tests.codegen.diff.pairs import manifest
 
-KINDS = (Manifest, Quantity, Parameter, Output, Choice, Controller, Scenario, Metric)
+KINDS = (Manifest, Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Shape)
 PLACES = {
     Quantity: lambda m, q: replace(m, states=(q(m.states[0]), *m.states[1:])),
     Parameter: lambda m, q: replace(m, parameters=(q(m.parameters[0]), *m.parameters[1:])),
@@ -22,6 +22,7 @@ PLACES = {
     Controller: lambda m, q: replace(m, controllers={name: q(row) for name, row in m.controllers.items()}),
     Scenario: lambda m, q: replace(m, scenarios={name: q(row) for name, row in m.scenarios.items()}),
     Metric: lambda m, q: replace(m, metrics={name: q(row) for name, row in m.metrics.items()}),
+    Shape: lambda m, q: replace(m, geometry=tuple(map(q, m.geometry))),
     Manifest: lambda m, q: q(m),
 }
 WORDS = "words"
@@ -33,7 +34,8 @@ COMPARED = {
         "constraints": "constraint", "functions": "function", "controllers": "law", "scenarios": "manifest",
         "metrics": "manifest", "coordinates": "coordinate", "actuator": "actuator", "sensor": "sensor",
         "projection": "projection", "choices": "manifest", "variants": "variant", "rates": "rates",
-        "residual": "motion", "name": "the models that are compared have one name", "title": WORDS, "source": WORDS,
+        "residual": "motion", "geometry": "geometry",
+        "name": "the models that are compared have one name", "title": WORDS, "source": WORDS,
     },
     "Controller": {
         "name": "law", "parameters": "law", "command": "law", "constraints": "constraint", "warnings": "warning",
@@ -52,6 +54,7 @@ COMPARED = {
         "states": "coordinate", "inputs": "coordinate", "rhs": "coordinate", "from_state": "from state",
         "from_input": "from input", "to_state": "to state", "to_input": "to input",
     },
+    "Shape": {"name": "manifest", "kind": "manifest", "points": "geometry", "color": "manifest"},
     "Function": {
         "name": "function", "arguments": "argument", "results": "function", "description": WORDS,
         "vector": "how results are packed",
@@ -89,7 +92,7 @@ def test_an_edit_of_a_field_of_the_manifest_is_seen(kind, name):
     exempt = any(f"{base.__name__}.{name}" in EXEMPT for base in kind.__mro__)
     if name == "name" or exempt:
         return
-    plain, old = document("f: x*m"), manifest()
+    plain, old = document("f: x*m"), replace(manifest(), geometry=(Shape("rod", "rod", 2, "blue"),))
     new = PLACES[kind](old, lambda row: replace(row, **{name: another(getattr(row, name))}))
     pair = (replace(plain, manifest=side) for side in (old, new))
     assert new != old

@@ -16,8 +16,8 @@ from mehvar.errors import InputError
 from mehvar.papers.claims import Check, Claim
 from mehvar.papers.reproduction import load_reproduction, paper_models
 from mehvar.papers.runs import Runs
-from mehvar.papers.scene import Scene
 from mehvar.papers.statements import PrintedCounts, Statements
+from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.report import content
 from mehvar.report.backends import Agreement, FunctionAgreement
@@ -25,6 +25,7 @@ from mehvar.report.board import Boards, OnBoard
 from mehvar.report.page import typeset
 from mehvar.runtime.model.model import load
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show
+from tests.mehvar.pages import contents, misses, printed_pages, resize, settled, unlabelled_canvases, violations
 
 VOID = {"meta", "link", "img", "br", "hr", "input", "col"}
 
@@ -59,7 +60,7 @@ class Page(HTMLParser):
 
 
 def read(out):
-    return Page((out / "index.html").read_text(encoding="utf-8"))
+    return {path.stem: Page(path.read_text(encoding="utf-8")) for path in sorted(out.glob("*.html"))}
 
 
 def small(monkeypatch):
@@ -80,8 +81,7 @@ def report(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         small(patch)
         failures = reproduce(out, lambda done, total, what="": steps.append((done, total, what)))
-    html = (out / "index.html").read_text(encoding="utf-8")
-    return SimpleNamespace(out=out, failures=failures, steps=steps, html=html, page=Page(html))
+    return SimpleNamespace(out=out, failures=failures, steps=steps, pages=read(out))
 
 
 def test_every_claim_holds_and_progress_reaches_the_end(report):
@@ -94,59 +94,72 @@ def test_every_claim_holds_and_progress_reaches_the_end(report):
     assert "64 runs" in said
 
 
-def test_page_needs_nothing_else(report):
-    page = report.page
-    assert not page.elements & {"iframe", "object"}
-    assert all(source.startswith("data:image/png;base64,") for source in page.sources)
-    inside = [link for link in page.links if link != "data:,"]
-    assert all(link.startswith("#") and link[1:] in page.ids for link in inside)
-    assert "default-src 'none'" in report.html
-    assert len(set(page.ids)) == len(page.ids)
-    assert "prefers-color-scheme: dark" in report.html
-    assert len(report.html) < 6e6
+def html(report, name):
+    return (report.out / f"{name}.html").read_text(encoding="utf-8")
 
 
-def test_figures_on_the_page_are_the_files_beside_it(report):
+def test_there_is_a_page_for_each_paper_and_an_overview_with_a_picture_of_each(report):
+    assert sorted(report.pages) == sorted(["index", *paper_models()])
+    assert len(report.pages["index"].sources) == len(paper_models())
+
+
+def test_pages_need_nothing_else(report):
+    for name, page in report.pages.items():
+        assert not page.elements & {"iframe", "object"}
+        assert all(source.startswith("data:image/png;base64,") for source in page.sources)
+        for link in page.links:
+            file, _, anchor = link.partition("#")
+            target = report.pages[file.removesuffix(".html")] if file and link != "data:," else page
+            assert link == "data:," or not anchor or anchor in target.ids, link
+        assert "default-src 'none'" in html(report, name)
+        assert len(set(page.ids)) == len(page.ids)
+        assert (report.out / f"{name}.html").stat().st_size < 3e6
+
+
+def test_figures_on_the_pages_are_the_files_beside_them(report):
     files = sorted((report.out / "figures").iterdir())
     wanted = [f"{m}-{figure.number:02d}.png" for m in paper_models() for figure in load_reproduction(m).figures]
     assert [file.name for file in files] == sorted(wanted)
-    embedded = {base64.b64decode(source.split(",")[1]) for source in report.page.sources}
+    embedded = {base64.b64decode(s.split(",")[1]) for page in report.pages.values() for s in page.sources}
     assert {file.read_bytes() for file in files} <= embedded
     assert all(data.startswith(b"\x89PNG") for data in embedded)
 
 
 def test_every_series_over_time_and_every_animation_is_in_the_data(report):
-    data = json.loads(re.search(r'id="data">(.*?)</script>', report.html, re.S)[1])
-    assert set(data["scenes"]) == set(paper_models())
+    texts = {name: re.search(r'id="data">(.*?)</script>', html(report, name), re.S)[1] for name in paper_models()}
+    data = {name: json.loads(text) for name, text in texts.items()}
+    assert all(list(data[name]["scenes"]) == [name] for name in paper_models())
     for name in ("slosh-figure-7", "satellite-figure-4", "triangle-figure-9", "slosh-bands"):
-        assert data["charts"][name]["panels"]
-    for scene in data["scenes"].values():
+        assert data[name.split("-")[0]]["charts"][name]["panels"]
+    for name in paper_models():
+        scene = data[name]["scenes"][name]
         columns = [set(run["columns"]) for run in scene["runs"].values()]
         assert all(found == columns[0] for found in columns)
         assert {line["column"] for panel in scene["panels"] for line in panel["lines"]} <= columns[0]
 
 
 def test_batch_board_versions_and_times_are_said(report):
-    text = report.page.text
+    text = "".join(page.text for page in report.pages.values())
     assert text.count("95 % interval") == len(paper_models())
     laws = [law for model in paper_models() for law in load(model).manifest.controllers]
     assert len(laws) == 7
     assert text.count("0 ulp, bit for bit") == len(laws)
-    assert text.count("Our text against CasADi's own C") == len(paper_models())
+    for name in paper_models():
+        assert "Our text against CasADi's own C" in report.pages[name].text
     assert "jac_x" in text
     for part in ("numpy", "casadi", "made", "closed loops beside the batches", "MIT License"):
         assert part in text
 
 
 def test_page_shows_all_claims_captions_and_the_model(report):
-    paper, text = load_reproduction("triangle"), report.page.text
+    paper, text = load_reproduction("triangle"), "".join(page.text for page in report.pages.values())
     words = " ".join(text.split())
     claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
     ours = [c["number"] for c in claims if c["model"] == "triangle"]
     assert ours == [*(claim.number for claim in paper.texts), "T1", "T2", "T3", "T4", "T5"]
     assert set(claims[0]) == {"model", "number", "text", "expected", "measured", "outcome", "verdict", "note"}
     for claim in claims:
-        assert f"{claim['model']}-claim-{claim['number']}" in report.page.ids
+        assert f"{claim['model']}-claim-{claim['number']}" in report.pages[claim["model"]].ids
         assert typeset(claim["text"]).striptags() in words
         assert typeset(claim["note"]).striptags() in words
     for verdict in ("holds", "holds with a note"):
@@ -163,12 +176,12 @@ def test_every_claim_stands_beside_a_figure_or_among_those_without(report):
         numbers = {claim["number"] for claim in claims if claim["model"] == name}
         named = [number for figure in load_reproduction(name).figures for number in figure.claims]
         assert set(named) <= numbers
-        assert {f"{name}-claim-{number}" for number in numbers} <= set(report.page.ids)
+        assert {f"{name}-claim-{number}" for number in numbers} <= set(report.pages[name].ids)
 
 
 def test_page_names_no_folder_of_this_machine(report):
     for folder in (report.out, Path(module.__file__).parent, Path.home()):
-        assert str(folder) not in report.html
+        assert not [name for name in report.pages if str(folder) in html(report, name)]
 
 
 @pytest.mark.parametrize("number", [2, 6, 10])
@@ -206,11 +219,14 @@ def test_a_claim_that_does_not_hold_is_shown_and_returned(tmp_path, monkeypatch)
     _only_claims(monkeypatch, lambda runs: [failing])
     every = ", ".join(f"{name} 1" for name in paper_models())
     assert reproduce(tmp_path) == [f"claims that do not hold: {every}; see the report"]
-    page = read(tmp_path)
-    assert "b" not in page.elements
-    assert "masses are <b>heavy</b>" in page.text
-    for part in ("does not hold", "they are light", "1×10⁻³ kg", "−2 kg", "do not hold"):
-        assert part in page.text
+    pages = read(tmp_path)
+    for page in pages.values():
+        assert "b" not in page.elements
+        assert "masses are <b>heavy</b>" in page.text
+        for part in ("does not hold", "1×10⁻³ kg", "−2 kg"):
+            assert part in page.text
+    assert "do not hold" in pages["index"].text
+    assert "they are light" in pages["triangle"].text
     first = json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))[0]
     assert (first["verdict"], first["note"]) == ("does not hold", "they are light")
 
@@ -281,34 +297,66 @@ def browser(report, tmp_path_factory):
 
 @pytest.fixture
 def open_page(browser, report):
-    def opened(**preferences):
+    def opened(page="index", **preferences):
         prefer(browser, **{"prefers_color_scheme": "light", "prefers_reduced_motion": "no-preference", **preferences})
         browser.get_log("browser")
         requests(browser)
-        browser.get((report.out / "index.html").as_uri())
+        browser.get((report.out / f"{page}.html").as_uri())
         return browser
 
     return opened
 
 
-def test_the_page_loads_without_errors_and_asks_the_network_for_nothing(open_page, report):
-    browser = open_page()
+@pytest.mark.parametrize("name", paper_models())
+def test_a_page_loads_without_errors_and_asks_the_network_for_nothing(open_page, report, name):
+    browser = open_page(name)
     eventually(browser, "document.documentElement.dataset.ready === 'yes'")
-    for name in paper_models():
-        show(browser, f"[data-scene={name}]")
-        eventually(browser, "document.querySelectorAll(`[data-scene=${arguments[0]}] .uplot`).length === 3", name)
+    show(browser, f"[data-scene={name}]")
+    eventually(browser, "document.querySelectorAll(`[data-scene=${arguments[0]}] .uplot`).length === 3", name)
     assert browser.execute_script(
         "return [...document.images].every((image) => !image.complete || image.naturalWidth > 0)"
     )
-    assert requests(browser) == [(report.out / "index.html").as_uri()]
+    assert requests(browser) == [(report.out / f"{name}.html").as_uri()]
     assert [entry["message"] for entry in browser.get_log("browser")] == []
+
+
+@pytest.mark.parametrize("width", [1440, 390])
+@pytest.mark.parametrize("name", ["index", *paper_models()])
+def test_links_land_after_charts_are_built(browser, report, name, width):
+    resize(browser, width)
+    try:
+        page = report.out / f"{name}.html"
+        browser.get(page.as_uri())
+        settled(browser)
+        last = (
+            [f"{name}-claim-{claim.number}" for claim in load_reproduction(name).texts[-1:]] if name != "index" else []
+        )
+        assert misses(browser, page, [*contents(browser), *last]) == {}
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+@pytest.mark.parametrize("name", ["index", *paper_models()])
+def test_a_page_can_be_read_aloud_and_printed(open_page, name):
+    browser = open_page(name, prefers_reduced_motion="reduce")
+    settled(browser)
+    assert printed_pages(browser) < 30
+    browser.execute_script("document.querySelectorAll('details').forEach((part) => { part.open = true })")
+    assert violations(browser) == []
+    assert unlabelled_canvases(browser)[0] == 0
+
+
+def test_the_first_screen_of_the_overview_has_a_picture(open_page):
+    browser = open_page()
+    top = browser.execute_script("return document.images[0].getBoundingClientRect().top")
+    assert 0 < top < 500
 
 
 @pytest.mark.parametrize("name", paper_models())
 def test_an_animation_plays_pauses_and_scrubs_with_mouse_and_keys(open_page, name):
     from selenium.webdriver.common.keys import Keys
 
-    browser = open_page()
+    browser = open_page(name)
     show(browser, f"[data-scene={name}]")
     part = {p: browser.find_element("css selector", f"[data-scene={name}] [data-part={p}]") for p in ("canvas", "play")}
     time_now = f"Report.players.{name}.time"
@@ -333,7 +381,7 @@ def test_the_animation_shows_both_laws_and_turns(open_page):
     from selenium.webdriver.common.keys import Keys
     from selenium.webdriver.support.select import Select
 
-    browser = open_page(prefers_reduced_motion="reduce")
+    browser = open_page("slosh", prefers_reduced_motion="reduce")
     show(browser, "[data-scene=slosh]")
     stage = browser.find_element("css selector", "[data-scene=slosh]")
     canvas = stage.find_element("css selector", "[data-part=canvas]")
@@ -350,7 +398,7 @@ def test_the_animation_shows_both_laws_and_turns(open_page):
 
 
 def test_reduced_motion_waits_for_the_reader(open_page):
-    browser = open_page(prefers_reduced_motion="reduce")
+    browser = open_page("triangle", prefers_reduced_motion="reduce")
     show(browser, "[data-scene=triangle]")
     eventually(browser, "document.querySelectorAll('[data-scene=triangle] .uplot').length === 3")
     assert browser.execute_script("return [Report.players.triangle.playing, Report.players.triangle.time]") == [
@@ -362,7 +410,7 @@ def test_reduced_motion_waits_for_the_reader(open_page):
 def test_charts_show_values_zoom_and_hide_laws(open_page):
     from selenium.webdriver.common.action_chains import ActionChains
 
-    browser = open_page()
+    browser = open_page("slosh")
     show(browser, "#slosh-figure-7")
     eventually(browser, "document.querySelectorAll('#slosh-figure-7 .uplot').length === 4")
     figure = browser.find_element("css selector", "#slosh-figure-7")
@@ -383,12 +431,13 @@ def test_charts_show_values_zoom_and_hide_laws(open_page):
 def test_static_pictures_can_be_had_and_claims_filtered(open_page):
     from selenium.webdriver.support.select import Select
 
-    browser = open_page()
+    browser = open_page("slosh")
     figure = browser.find_element("css selector", "#slosh-figure-7")
     swap = figure.find_element("css selector", "[data-part=swap]")
     browser.execute_script("arguments[0].scrollIntoView({behavior: 'instant', block: 'center'})", swap)
     swap.click()
     assert figure.find_element("css selector", ".picture").is_displayed()
+    open_page()
     rows = "[...document.querySelectorAll('tr[data-paper]')].filter((row) => !row.hidden).length"
     everything = browser.execute_script(f"return {rows}")
     Select(browser.find_element("css selector", "[data-filter=paper]")).select_by_visible_text("slosh")
@@ -397,7 +446,7 @@ def test_static_pictures_can_be_had_and_claims_filtered(open_page):
 
 
 def test_a_narrow_window_needs_no_sideways_scrolling_and_dark_is_dark(open_page):
-    browser = open_page(prefers_color_scheme="dark")
+    browser = open_page("satellite", prefers_color_scheme="dark")
     metrics = {"width": 320, "height": 640, "deviceScaleFactor": 1, "mobile": True}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     try:
@@ -418,14 +467,14 @@ def test_paper_and_browsers_without_scripts_get_the_pictures(open_page, report):
         picture, stage = "#slosh-figure-7 .picture", "[data-scene=slosh]"
         return [browser.find_element("css selector", selector).is_displayed() for selector in (picture, stage)]
 
-    browser = open_page()
+    browser = open_page("slosh")
     assert shown(browser) == [False, True]
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
-    assert shown(browser) == [True, False]
+    assert shown(browser) == [True, True]
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
     browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
     try:
-        browser.get((report.out / "index.html").as_uri())
+        browser.get((report.out / "slosh.html").as_uri())
         assert shown(browser) == [True, False]
     finally:
         browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})

@@ -66,6 +66,12 @@ def test_runs_are_counted_by_success(batch):
     assert last.get_xlabel() == "final(rho)"
     scatter = batch.mehvar.scatter("theta_0", "T_theta")
     assert [len(part.get_offsets()) for part in scatter.collections] == [wins, 40 - wins]
+    region = batch.mehvar.region("theta_0", "travel").collections[0].get_array()
+    assert region.count() > 4
+    assert 0 <= region.min() <= region.max() <= 1
+    only = batch.mehvar.region("theta_0", "theta_0", success="T_theta < 0").collections[0].get_array()
+    assert only.count() == 4
+    assert only.max() == 0
     share = batch.mehvar.convergence().get_lines()[0].get_ydata()
     assert share[-1] == wins / 40
     assert batch.mehvar.convergence(success="T_theta < 0").get_lines()[0].get_ydata()[-1] == 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An animation of the report: what moves in each run. A paper's `scene.js` draws it, its `captions.toml` tells it."""
+"""An animation: what moves in each run. A script of the page draws it."""
 
 from __future__ import annotations
 

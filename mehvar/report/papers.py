@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The pages of the papers' report: one for each paper, and an overview with every claim."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from mehvar import html
+from mehvar.comparison.text import number as eigenvalue
+from mehvar.ledger.page import FILTERS
+from mehvar.papers.claims import Check, Claim, ClaimVerdict
+from mehvar.papers.deviations import Deviation
+from mehvar.papers.reproduction import Reproduction
+from mehvar.pictures.scene import Scene
+from mehvar.pictures.style import pretty_unit
+
+from .backends import POINTS, TOLERANCE
+from .batches import SEED
+from .content import PaperReport, Picture
+from .page import Page, Part, Section, Stage, page_text, typeset, uri
+
+OVERVIEW = "index.html"
+_LEAD = (
+    "Derived again, turned into code and run. Every figure was drawn, and every claim decided, by running the "
+    "generated models; a claim that is not reproduced is listed with the others."
+)
+
+
+def paper_pages(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> dict[str, str]:
+    """Return the pages of the report by the name of their file.
+
+    Parameters
+    ----------
+    reports : sequence of PaperReport
+        One for each paper.
+    facts : mapping
+        Versions and times of the whole.
+    """
+    files = {report.manifest.model: f"{report.manifest.model}.html" for report in reports}
+    others = {"overview": OVERVIEW, **files}
+    papers = {report.manifest.model: _paper(report, others) for report in reports}
+    pages = {OVERVIEW: _overview(reports, papers, facts, others)}
+    pages |= {files[name]: page for name, page in papers.items()}
+    return {file: page_text(page) for file, page in pages.items()}
+
+
+def _part(name: str, content: Mapping[str, object], pictures: Sequence[Picture] = ()) -> Part:
+    """Return a part of the template, which has a macro for each."""
+    filters: dict[str, Callable[..., Any]] = {
+        "typeset": typeset, "uri": uri, "unit": pretty_unit, "number": number, "deviation": deviation, "brief": _brief,
+        "complex": eigenvalue, **FILTERS,
+    }  # fmt: skip
+    return Part(Markup(html.page("report/papers.html.j2", filters, part=name, content=content)), pictures)
+
+
+def paper_stage(model: str, paper: Reproduction, scene: Scene) -> Stage:
+    """Return the animation of a paper, with its words and its script."""
+    words = paper.captions.scene
+    return Stage(model, words.title, words.caption, model, paper.script, scene)
+
+
+def _overview(
+    reports: Sequence[PaperReport], pages: Mapping[str, Page], facts: Mapping[str, str], others: Mapping[str, str]
+) -> Page:
+    claims = [claim for report in reports for claim in report.claims]
+    counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in ClaimVerdict]
+    content = {
+        "reports": reports, "pages": pages, "counts": counts, "total": len(claims), "others": others, "facts": facts,
+    }  # fmt: skip
+    return Page(
+        "What the papers say, computed anew",
+        [
+            Section("papers", "Papers", [_part("papers", content)]),
+            Section("claims", "All claims", [_part("claims", content)]),
+            Section("facts", "Versions, hashes and times", [_part("facts", content)]),
+        ],
+        _LEAD,
+        others,
+    )
+
+
+def _paper(report: PaperReport, others: Mapping[str, str]) -> Page:
+    name = report.manifest.model
+    content = {"report": report, "name": name, "seed": SEED, "points": POINTS, "tolerance": TOLERANCE}
+    bands = [report.bands] if report.bands else []
+    parts = [
+        ("figures", "Figures and claims", report.pictures),
+        ("batch", "What if: runs drawn at random", bands),
+        ("board", "The laws on a microcontroller", ()),
+        ("casadi", "Our text against CasADi's own C", ()),
+        *([("statements", "What the paper says, sentence by sentence", ())] if report.statements else []),
+        ("numbers", "Numbers of the runs", ()),
+        ("eigenvalues", "Eigenvalues of the loops", ()),
+        *([("errata", "Errata: printed against derived", ())] if report.ledger else []),
+    ]
+    return Page(
+        f"{name}: {report.manifest.title}",
+        [
+            Section(f"{name}-animation", "Animation", [paper_stage(name, report.paper, report.scene)]),
+            Section(f"{name}-reading", "How the paper was read", [_part("reading", content)]),
+            *(Section(f"{name}-{part}", title, [_part(part, content, shown)]) for part, title, shown in parts),
+        ],
+        report.paper.captions.citation,
+        others,
+    )
+
+
+def _brief(claim: Claim) -> tuple[Sequence[Check], int]:
+    """Return the checks that a table shows, those that fail first, and how many it leaves out."""
+    checks = sorted(claim.checks, key=lambda check: check.holds)
+    return checks[:3], max(0, len(checks) - 3)
+
+
+def number(value: float) -> str:
+    """Return a number with four digits."""
+    return typeset(f"{value:.4g}") if math.isfinite(value) else "does not settle"
+
+
+def deviation(number: Deviation) -> str:
+    """Return how far a number is from what was expected."""
+    value = number.size
+    if not math.isfinite(value) or not math.isfinite(number.expected):
+        return "–"
+    if number.metric.kind == "sign_changes":
+        return typeset(f"{value:+.0f}") if value else "0"
+    return typeset(f"{100 * value:+.2f} %") if abs(value) >= 5e-5 else "0.00 %"

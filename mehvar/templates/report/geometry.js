@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// A system that declares its geometry: its shapes, from the coordinates of their points; z up.
+"use strict";
+
+(() => {
+  /** The corners of a box, from its centre and the middles of three faces; corner k is on the far side of face i where bit i is set. */
+  const corners = ([centre, ...middles]) => Array.from({ length: 8 }, (_, k) => centre.map((v, axis) =>
+    middles.reduce((sum, middle, i) => sum + (k & (1 << i) ? -1 : 1) * (middle[axis] - centre[axis]), v)));
+  const SIDES = [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+
+  const draw = {
+    rod: (painter, points, color, ghost) => painter.line(points, color, ghost ? 2 : 4, ghost),
+    arrow: (painter, [tail, head], color, ghost) => painter.arrow(tail, head, color, ghost ? 1.5 : 2.5, "", ghost || {}),
+    ball: (painter, [centre], color, ghost) => painter.dot(centre, ghost ? 6 : 9, color, Report.color("card"), { hollow: Boolean(ghost) }),
+    face: (painter, points, color, ghost) => ghost ? painter.line(points, color, 1.5, { ...ghost, closed: true }) : painter.face(points, color, Report.color("text"), 0.85),
+    box: (painter, points, color, ghost) => {
+      const eight = corners(points);
+      for (const side of SIDES) draw.face(painter, side.map((k) => eight[k]), color, ghost);
+    },
+  };
+
+  /** The points of each shape at an instant. */
+  const placed = (shapes, values) => {
+    let next = 0;
+    return shapes.map((shape) => Array.from({ length: shape.points }, () => [0, 1, 2].map(() => values[`point${next++}`])));
+  };
+
+  const extents = new WeakMap();
+
+  /** Middle and half the size of all places that are reached. */
+  const extent = (runs, shapes) => {
+    if (!extents.has(runs[0])) extents.set(runs[0], measured(runs, shapes));
+    return extents.get(runs[0]);
+  };
+
+  const measured = (runs, shapes) => {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    const count = 3 * shapes.reduce((sum, shape) => sum + shape.points, 0);
+    for (const run of runs) for (let k = 0; k < count; k += 1) for (const value of run.columns[`point${k}`]) {
+      if (!Number.isFinite(value)) continue;
+      low[k % 3] = Math.min(low[k % 3], value);
+      high[k % 3] = Math.max(high[k % 3], value);
+    }
+    const middle = low.map((v, axis) => (v + high[axis]) / 2);
+    return { middle, size: Math.max(...low.map((v, axis) => (high[axis] - v) / 2)) || 1 };
+  };
+
+  Report.scenes.geometry = {
+    camera: { azimuth: -1.25, elevation: 0.2, distance: 8 },
+    draw({ context, size, camera, constants: { shapes }, runs, now, other }) {
+      const reach = extent(runs, shapes), scale = 0.36 * Math.min(size.width, size.height);
+      const painter = new Report.Painter(context, camera.project(size, scale));
+      const near = (point) => point.map((v, axis) => (v - reach.middle[axis]) / reach.size);
+      const grey = Report.color("grey"), origin = near([0, 0, 0]);
+      ["x", "y", "z"].forEach((name, axis) => {
+        const end = origin.map((v, k) => v + (k === axis ? 0.5 : 0));
+        painter.arrow(origin, end, grey, 1, name, { dash: [2, 5] });
+      });
+      const show = (values, ghost) => placed(shapes, values).forEach((points, k) => {
+        if (points.flat().every(Number.isFinite)) draw[shapes[k].kind](painter, points.map(near), Report.color(shapes[k].color), ghost);
+      });
+      show(now);
+      if (other) show(other, { dash: [4, 4], alpha: 0.7 });
+      painter.paint();
+    },
+  };
+})();

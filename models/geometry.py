@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a picture of a system shows: rods, arrows, balls, boxes and faces, whose points are functions of the state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+from .derivation import Expr
+from .quantities import Located
+
+_AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Shape(Located):
+    """A part of the picture of a system.
+
+    Parameters
+    ----------
+    name : str
+        What a reader calls it.
+    kind : str
+        One of `mehvar.manifest.SHAPE_KINDS`: a "rod" leads through its points; an "arrow" from the first to the second;
+        a "ball" is drawn around its one point; a "box" has its centre and the middles of three faces; a "face" is the
+        polygon of its points.
+    points : tuple of (Expr, Expr, Expr)
+        Places in fixed axes, z up, in metres, as functions of state, input, reference and p. Their units are not
+        checked: how large a body is drawn, and how many metres long an arrow is for a newton, is of the picture.
+    color : str
+        One of `mehvar.manifest.SHAPE_COLORS`.
+    """
+
+    name: str
+    kind: str
+    points: tuple[tuple[Expr, Expr, Expr], ...]
+    color: str = "blue"
+
+
+def shape_coordinates(geometry: Sequence[Shape]) -> Iterator[tuple[Shape, str, Expr]]:
+    """Yield every coordinate of a picture, as the function `geometry` returns them: its shape, its name, what it is."""
+    for shape in geometry:
+        for k, expr in enumerate(chain(*shape.points)):
+            yield shape, f"{shape.name} {k // 3 + 1} {_AXES[k % 3]}", expr

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every page must be: its links land, it can be read aloud, printed and recognised."""
+
+import base64
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from tests.mehvar.browser import eventually
+
+WIDTHS = (1440, 768, 390)
+"""Of a laptop, a tablet and a phone, in CSS pixels."""
+_HEIGHT = 900
+_AXE = (Path(__file__).parent / "axe" / "axe.min.js").read_text(encoding="utf-8")
+_PATIENCE = 240
+"""Seconds for axe-core on a large page with everything unfolded: on a machine that ten others use it took over 60."""
+_STILL = """(() => {
+  const now = performance.now(), seen = [scrollY, document.documentElement.scrollHeight].join();
+  if (window.seen !== seen) { window.seen = seen; window.since = now; }
+  return document.documentElement.dataset.ready === "yes" && now - window.since > 700;
+})()"""
+"""Nothing has moved for as long as a browser takes to build the charts that have come near."""
+_LANDING = """(() => {
+  const target = document.getElementById(arguments[0]), page = document.documentElement;
+  const wanted = parseFloat(getComputedStyle(page).scrollPaddingTop) || 0;
+  return {off: target.getBoundingClientRect().top - wanted, end: scrollY + innerHeight >= page.scrollHeight - 1};
+})()"""
+
+
+def resize(browser, width, height=_HEIGHT):
+    """Give the page a width in CSS pixels."""
+    metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+
+
+def settled(browser):
+    """Wait until the page has its scripts and nothing moves any more."""
+    eventually(browser, _STILL)
+
+
+def misses(browser, page, anchors):
+    """Return the anchors that a fresh page does not land on, each with the pixels that it is off."""
+    off = {}
+    for anchor in anchors:
+        browser.get("about:blank")
+        browser.get(f"{page.as_uri()}#{anchor}")
+        settled(browser)
+        landing = browser.execute_script(f"return {_LANDING}", anchor)
+        if abs(landing["off"]) > 8 and not (landing["end"] and landing["off"] > 0):
+            off[anchor] = landing["off"]
+    return off
+
+
+def contents(browser):
+    """Return the anchors that the contents of the page lead to."""
+    links = browser.find_elements("css selector", "nav.contents a[href^='#']")
+    return [link.get_attribute("href").split("#")[1] for link in links]
+
+
+def violations(browser):
+    """Return what axe-core finds that is serious or critical: rule, help and the first places.
+
+    Within formulas it is not asked: they are thousands of elements of which it has no rules.
+    """
+    browser.execute_script(_AXE)
+    browser.set_script_timeout(_PATIENCE)
+    rows = browser.execute_async_script(
+        "const done = arguments[0]; axe.run({exclude: ['math']}, {resultTypes: ['violations']})"
+        ".then((result) => done(result.violations), (e) => done([{impact: 'critical', id: String(e), nodes: []}]))"
+    )
+    return [
+        (row["id"], row.get("help"), [node["html"][:120] for node in row["nodes"][:3]])
+        for row in rows
+        if row["impact"] in ("serious", "critical")
+    ]
+
+
+def unlabelled_canvases(browser):
+    """Return how many canvases have no text alternative, of how many."""
+    return browser.execute_script(
+        "const all = [...document.querySelectorAll('canvas')], told = (c) => c.getAttribute('aria-label');"
+        "return [all.filter((c) => c.getAttribute('role') !== 'img' || !told(c)).length, all.length]"
+    )
+
+
+def printed_pages(browser):
+    """Return on how many sheets of A4 the page is printed."""
+    options = {"paperWidth": 8.27, "paperHeight": 11.69}
+    pdf = base64.b64decode(browser.execute_cdp_cmd("Page.printToPDF", options)["data"])
+    return len(re.findall(rb"/Type\s*/Page\b", pdf))
+
+
+def thumbnail(png):
+    """Return a picture at a quarter of its size, in grey: what it looks like, whatever the fonts' edges are."""
+    with Image.open(io.BytesIO(png)) as image:
+        grey = image.convert("L")
+        return grey.resize((grey.width // 4, grey.height // 4), Image.Resampling.BOX)
+
+
+def difference(png, approved):
+    """Return the share of a picture's pixels that differ from an approved thumbnail by a tenth of the range."""
+    with Image.open(approved) as image:
+        there = np.asarray(image, dtype=float)
+    here = np.asarray(thumbnail(png), dtype=float)
+    if here.shape != there.shape:
+        return 1.0
+    return float(np.mean(np.abs(here - there) > 25.5))

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of a user's own system, in browsers: picture, links, screen reader, print, approved looks."""
+
+import base64
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+from mehvar.cli.new import scaffold
+from mehvar.report.page import Page, write_page
+from mehvar.report.subjects import model_sections
+from mehvar.runtime.model.model import load
+from tests.mehvar.browser import chromium, prefer
+from tests.mehvar.pages import (
+    WIDTHS,
+    contents,
+    difference,
+    misses,
+    printed_pages,
+    resize,
+    settled,
+    thumbnail,
+    unlabelled_canvases,
+    violations,
+)
+
+APPROVED = Path(__file__).parent / "approved"
+TOLERANCE = 0.0015
+"""Share of the pixels of a thumbnail. Two renderings of one page differ by 0.0000; of planted faults a rod that is not
+drawn differs by 0.0017, contents that are not shown by 0.006, another font by 0.007."""
+OTHER_ENGINE = 0.03
+"""The same between engines, which set words and lists of choices otherwise: Firefox differs by 0.021. It finds a page that
+is empty or laid out otherwise, not a missing rod."""
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    place = tmp_path_factory.mktemp("own")
+    model = load(scaffold("flywheel", place) / "generated" / "flywheel")
+    return write_page(place / "page.html", Page(model.manifest.title, model_sections(model)))
+
+
+@pytest.fixture(scope="module")
+def look(page):
+    """The page in a font that is the same on every machine: Matplotlib's."""
+    fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+    faces = [
+        f"@font-face {{ font-family: Approved; font-weight: {weight};"
+        f" src: url(data:font/ttf;base64,{base64.b64encode((fonts / file).read_bytes()).decode()}) }}"
+        for weight, file in (("normal", "DejaVuSans.ttf"), ("bold", "DejaVuSans-Bold.ttf"))
+    ]
+    text = page.read_text(encoding="utf-8").replace("default-src 'none';", "default-src 'none'; font-src data:;")
+    style = f"<style>{' '.join(faces)} * {{ font-family: Approved !important }}</style></head>"
+    file = page.with_name("look.html")
+    file.write_text(text.replace("</head>", style, 1), encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    with chromium(tmp_path_factory.mktemp("browser")) as driver:
+        yield driver
+
+
+def opened(browser, page, width=1440, color="light"):
+    resize(browser, width)
+    prefer(browser, prefers_color_scheme=color, prefers_reduced_motion="reduce")
+    browser.get("about:blank")
+    browser.get(page.as_uri())
+    settled(browser)
+
+
+def test_the_picture_shows_the_geometry_and_moves(browser, page):
+    opened(browser, page)
+    assert browser.execute_script("return Object.keys(Report.players)") == ["flywheel"]
+    pixels = "Report.players.flywheel.canvas.toDataURL()"
+    before = browser.execute_script(f"return {pixels}")
+    browser.execute_script("Report.players.flywheel.go(0.5)")
+    assert browser.execute_script(f"return {pixels}") != before
+    shapes = browser.execute_script("return Report.players.flywheel.data.constants.shapes")
+    assert [shape["kind"] for shape in shapes] == ["ball", "rod", "ball", "arrow"]
+    assert browser.get_log("browser") == []
+
+
+@pytest.mark.parametrize("color", ["light", "dark"])
+@pytest.mark.parametrize("width", [1440, 390])
+def test_every_link_of_the_contents_lands(browser, page, width, color):
+    opened(browser, page, width, color)
+    anchors = contents(browser)
+    assert len(anchors) > 4
+    assert misses(browser, page, anchors) == {}
+
+
+@pytest.mark.parametrize("color", ["light", "dark"])
+def test_a_screen_reader_has_what_it_needs(browser, page, color):
+    opened(browser, page, color=color)
+    browser.execute_script("document.querySelectorAll('details').forEach((part) => { part.open = true })")
+    assert violations(browser) == []
+    without, canvases = unlabelled_canvases(browser)
+    assert (without, canvases > 3) == (0, True)
+
+
+def test_controls_stand_under_the_picture_on_a_phone(browser, page):
+    opened(browser, page, 390)
+    bottom, top, below = browser.execute_script(
+        "const box = (part) => document.querySelector(part).getBoundingClientRect();"
+        "return [box('.sight').bottom, box('.controls').top, box('[data-part=tracks]').top]"
+    )
+    assert 0 <= top - bottom < 24
+    assert below > top
+
+
+def test_charts_have_two_ticks_and_no_empty_legend(browser, page):
+    opened(browser, page)
+    ticks = browser.execute_script(
+        "return Report.players.flywheel.charts.map(({chart}) => chart.axes[1]._splits.filter((v) => v !== null).length)"
+    )
+    assert min(ticks) >= 2
+    names = [row.text for row in browser.find_elements("css selector", ".u-legend .u-series:not(:first-child)")]
+    assert all(names)
+
+
+def test_a_series_that_does_not_change_has_an_axis_of_its_size(browser, page):
+    opened(browser, page)
+    scale = browser.execute_async_script(
+        "const host = document.createElement('div'); document.body.append(host);"
+        "const line = (y) => ({name: 'a', color: 'blue', y});"
+        "const of = (y) => Report.panel(host, {x: [0, 1], lines: [line(y)], limits: [0, 1]}, Report.group('k'));"
+        "const charts = [[0, 0], [5, 5]].map(of), done = arguments[0];"
+        "setTimeout(() => { host.remove(); done(charts.map(({scales}) => [scales.y.min, scales.y.max])); })"
+    )
+    assert scale == [[-1, 1], [4.5, 5.5]]
+
+
+def test_it_prints_on_a_few_sheets_with_a_still_picture(browser, page):
+    opened(browser, page)
+    assert printed_pages(browser) < 10
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        canvas, controls = (browser.find_element("css selector", part) for part in ("canvas", ".controls"))
+        assert (canvas.is_displayed(), controls.is_displayed()) == (True, False)
+    finally:
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    assert page.stat().st_size < 3e6
+
+
+@pytest.mark.parametrize("color", ["light", "dark"])
+@pytest.mark.parametrize("width", WIDTHS)
+def test_it_looks_as_approved(browser, look, width, color):
+    """With MEHVAR_APPROVE=yes the present looks are approved: look at them before they are committed."""
+    opened(browser, look, width, color)
+    picture, file = browser.get_screenshot_as_png(), APPROVED / f"{width}-{color}.png"
+    if os.environ.get("MEHVAR_APPROVE") == "yes":
+        thumbnail(picture).save(file, optimize=True)
+    assert difference(picture, file) < TOLERANCE
+
+
+def test_firefox_shows_the_same(look, tmp_path):
+    program = shutil.which("firefox-esr") or shutil.which("firefox")
+    if program is None:
+        pytest.skip("no Firefox: apt install firefox-esr")
+    profile = tmp_path / "profile"
+    profile.mkdir()
+    (profile / "user.js").write_text('user_pref("ui.prefersReducedMotion", 1);\n')
+    picture = tmp_path / "firefox.png"
+    options = ["--headless", "--profile", profile, "--screenshot", picture, "--window-size=1440,900"]
+    command = [program, *options, look.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert picture.is_file(), done.stderr
+    assert difference(picture.read_bytes(), APPROVED / "1440-light.png") < OTHER_ENGINE
