@@ -266,6 +266,7 @@ def _facts(run: Run) -> dict[str, object]:
         "t_stop": run.t_stop,
         "run_seconds": run.run_seconds,
         "backend": run.backend,
+        "checksum": run.checksum,
         "notes": run.exceeded(),
         "metrics": {n: {"value": float(v), "unit": run.manifest.metrics[n].unit} for n, v in values.items()},
     }
