@@ -15,6 +15,7 @@ from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.sampling import DESIGNS, Design
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.run.options import either, split_settings
+from mehvar.runtime.run.units import distribution, read_value, setting_units
 
 
 class _Table(BaseModel):
@@ -31,7 +32,8 @@ class Save(_Table):
 class CampaignFile(_Table):
     """The contents of a campaign file, with the command line over it; `Campaign` and its options say what is allowed.
 
-    `set` takes parameters, options and choices as `--set` does; `vary` takes distributions as `--vary` does.
+    `set` takes parameters, options and choices as `--set` does, `vary` distributions as `--vary` does, `initial`
+    states; a text may be a number with a unit.
     """
 
     model: str
@@ -46,7 +48,7 @@ class CampaignFile(_Table):
     out: Annotated[Path | None, Field(strict=False)] = None
     save: Save | None = None
     set: dict[str, Any] = {}
-    initial: dict[str, float] = {}
+    initial: dict[str, Any] = {}
     vary: dict[str, str] = {}
 
     def under(self, flags: Mapping[str, Any]) -> CampaignFile:
@@ -65,20 +67,28 @@ class CampaignFile(_Table):
         manifest = find_model(self.model)
         if self.t_end is not None and "t_end" in self.set:
             raise InputError(f"t_end is given twice (from {origin}): by itself and in set")
-        settings = self.set if self.t_end is None else {**self.set, "t_end": self.t_end}
+        units = setting_units(manifest)
+        values = {name: _number(value, units, name, origin) for name, value in self.set.items()}
+        settings = values if self.t_end is None else {**values, "t_end": self.t_end}
+        units |= {q.name: q.unit for q in manifest.states}
         parameters, options = split_settings(settings, manifest.choices, "batch", origin)
         return Campaign(
             controller=self.controller,
             n=self.n,
             scenario=manifest.scenario(self.scenario).name,
             seed=self.seed,
-            vary=self.vary,
+            vary={names: distribution(names, text, units, origin) for names, text in self.vary.items()},
             parameters=parameters,
-            initial=self.initial,
+            initial={name: _number(value, units, name, origin) for name, value in self.initial.items()},
             sampling=self.sampling,
             options=options,
             save_every=None if self.save is None else self.save.every,
         )
+
+
+def _number(value: Any, units: Mapping[str, str], name: str, origin: str) -> Any:
+    """Return the number that a text with a unit is; any other value as it is."""
+    return read_value(value, units.get(name), name, origin) if isinstance(value, str) else value
 
 
 def read_campaign(path: Path) -> CampaignFile:

@@ -4,30 +4,16 @@
 from __future__ import annotations
 
 import functools
-import re
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated
 
 import typer
 
-from mehvar.errors import InputError, bad_value, together
-from mehvar.manifest import Manifest
+from mehvar.errors import InputError, bad_value, together, unknown_name
+from mehvar.manifest import Manifest, Parameter, Quantity
 from mehvar.runtime.model.catalogue import find_model, list_models
 from mehvar.runtime.run.options import OPTIONS, either
-
-if TYPE_CHECKING:
-    from pint import UnitRegistry
-
-_FACTOR = r"(?:°|[^\W\d]+)(?:(?:\^|\*\*)-?\d)?"
-_WITH_UNIT = re.compile(
-    rf"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*((?:1?/\s*)?{_FACTOR}(?:(?:\s*[*/]\s*|\s+){_FACTOR})*)"
-)
-"""A number and a product of units with powers of one digit: pint computes what else a text says, such as 9**9**9."""
-
-SettingTexts = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter or an option; repeat as needed."),
-]
+from mehvar.runtime.run.units import read_value, setting_units
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print the facts as JSON.")]
 
@@ -47,12 +33,71 @@ def complete_scenarios(ctx: typer.Context, incomplete: str) -> list[str]:
     return _of_model(ctx, "scenarios", incomplete)
 
 
-def _of_model(ctx: typer.Context, kind: str, incomplete: str) -> list[str]:
-    try:
-        names = getattr(find_model(ctx.params.get("model") or ""), kind)
-    except InputError:  # no model yet: a shell that completes shows no messages
+def complete_settings(ctx: typer.Context, incomplete: str) -> list[tuple[str, str]]:
+    """Return `NAME=` of what can be set in a run: options, choices, parameters of plant, law and scenario."""
+    manifest = _manifest(ctx)
+    if manifest is None:
         return []
-    return [name for name in names if name.startswith(incomplete)]
+    options = {name: row.text for name, row in OPTIONS.items()} | {
+        c.name: c.description for c in manifest.choices.values()
+    }
+    return _assignments(options | _parameters(ctx, manifest), incomplete)
+
+
+def complete_varied(ctx: typer.Context, incomplete: str) -> list[tuple[str, str]]:
+    """Return `NAME=` of what a batch can draw: parameters and states."""
+    manifest = _manifest(ctx)
+    if manifest is None:
+        return []
+    return _assignments(_described(manifest.states) | _parameters(ctx, manifest), incomplete)
+
+
+def complete_inputs(ctx: typer.Context, incomplete: str) -> list[tuple[str, str]]:
+    """Return `NAME=` of the inputs of an open loop."""
+    manifest = _manifest(ctx)
+    return [] if manifest is None else _assignments(_described(manifest.inputs), incomplete)
+
+
+def _parameters(ctx: typer.Context, manifest: Manifest) -> dict[str, str]:
+    """Return the parameters by name: of the law that the command line has so far, or of all."""
+    laws = manifest.controllers
+    law = laws.get(ctx.params.get("controller") or "")
+    groups = [q.parameters for q in ((law,) if law else laws.values())]
+    return _described([q for group in (*groups, manifest.scenario_parameters, manifest.parameters) for q in group])
+
+
+def _described(quantities: Sequence[Quantity | Parameter]) -> dict[str, str]:
+    return {q.name: q.description if q.unit == "1" else f"{q.description} [{q.unit}]" for q in quantities}
+
+
+def _assignments(texts: Mapping[str, str], incomplete: str) -> list[tuple[str, str]]:
+    return [(f"{name}=", text) for name, text in texts.items() if f"{name}=".startswith(incomplete)]
+
+
+def _of_model(ctx: typer.Context, kind: str, incomplete: str) -> list[str]:
+    return [name for name in getattr(_manifest(ctx), kind, ()) if name.startswith(incomplete)]
+
+
+def _manifest(ctx: typer.Context) -> Manifest | None:
+    """Return what the command line has for a model so far; a shell that completes shows no messages.
+
+    Where the option that is to be completed has no value yet, click leaves what stands before it in `ctx.args`.
+    """
+    try:
+        return find_model(ctx.params.get("model") or next(iter(ctx.args), ""))
+    except InputError:
+        return None
+
+
+SettingTexts = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Set a parameter or an option; repeat as needed.",
+        autocompletion=complete_settings,
+    ),
+]
 
 
 def required_law(manifest: Manifest, controller: str | None) -> str:
@@ -60,6 +105,17 @@ def required_law(manifest: Manifest, controller: str | None) -> str:
     if controller is None:
         raise InputError(f"a run of {manifest.model} needs a law: --controller {either(manifest.controllers)}")
     return controller
+
+
+def check_names(names: Iterable[str], manifest: Manifest) -> None:
+    """Refuse, in one message, names that no law of a model has as a parameter, nor a run as an option."""
+
+    def check(name: str) -> None:
+        if name not in known:
+            raise unknown_name(f"parameter or option of {manifest.model}", name, known, "--set")
+
+    known = (*setting_units(manifest), *manifest.choices)
+    together(*(functools.partial(check, name) for name in names))
 
 
 def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str, str]:
@@ -99,58 +155,3 @@ def read_values(texts: Iterable[str] | None, manifest: Manifest) -> dict[str, fl
 
     together(*(functools.partial(read, name, text) for name, text in read_settings(texts).items()))
     return values
-
-
-def setting_units(manifest: Manifest) -> dict[str, str]:
-    """Return the units of what can be set: parameters of plant, laws and scenario, and options of a run."""
-    laws = (law.parameters for law in manifest.controllers.values())
-    groups = (*laws, manifest.scenario_parameters, manifest.parameters)
-    return {name: row.unit for name, row in OPTIONS.items()} | {q.name: q.unit for group in groups for q in group}
-
-
-def read_value(text: str, unit: str | None = None, name: str = "value", origin: str = "") -> float | str:
-    """Return the number that a text of the command line is, in the unit that its name has, or the text.
-
-    Parameters
-    ----------
-    text : str
-        As in "0.5", "30deg" or "5 mN m"; only a command line writes numbers so.
-    unit : str, optional
-        What a number is in, where that is known.
-    name, origin : str
-        For the message.
-
-    Raises
-    ------
-    InputError
-        For a unit that pint does not know, or that is of another kind.
-    """
-    for kind in (int, float):  # a whole number to its last digit, which a float above 2^53 has lost
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    parts = _WITH_UNIT.fullmatch(text.strip())
-    return _converted(text, parts[1], parts[2], unit, name, origin) if unit and parts else text
-
-
-def _converted(text: str, number: str, given: str, unit: str, name: str, origin: str) -> float:
-    from pint import PintError
-
-    units = _units()
-    try:
-        value = units.Quantity(float(number), f"1{given}" if given.startswith("/") else given)
-        return float(value.to(unit.replace(" ", "*")).magnitude)
-    except (PintError, ArithmeticError, AssertionError) as error:
-        allowed = "a number" if unit == "1" else f"a number in {unit}, or with a unit of that kind"
-        raise bad_value(name, text, allowed, origin) from error
-
-
-@functools.cache
-def _units() -> UnitRegistry:
-    """Return pint's units; half a second, for those who write one."""
-    import pint
-
-    units = pint.UnitRegistry()
-    units.define("@alias ohm = Ohm")  # as mehvar's own tables spell it
-    return units

@@ -11,11 +11,12 @@ import json
 import math
 import os
 import re
+import shutil
 import sys
 import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, NoReturn, Protocol
 
 if TYPE_CHECKING:
@@ -114,19 +115,30 @@ def plain_text(lines: Iterable[Line]) -> str:
 
 @contextmanager
 def progress(title: str) -> Iterator[Advance]:
-    """Show a bar on a terminal's standard error; call what is yielded with (done, total, what)."""
+    """Show a bar on a terminal's standard error; call what is yielded with (done, total, what).
+
+    Until that is called nobody knows how long it takes: the bar says that something is under way, and for how long.
+    """
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.text import Text
+
+    class Share(TextColumn):
+        def render(self, task: Task) -> Text:
+            return super().render(task) if task.total is not None else Text()
+
+    class Remaining(TimeRemainingColumn):
+        def render(self, task: Task) -> Text:
+            return super().render(task) + " left" if task.total is not None else Text()
 
     console = Console(stderr=True)
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.percentage:3.0f} %,"),
+        Share("{task.percentage:3.0f} %,"),
         TimeElapsedColumn(),
-        TextColumn("gone,"),
-        TimeRemainingColumn(),
-        TextColumn("left"),
+        TextColumn("gone"),
+        Remaining(),
         console=console,
         transient=True,
         disable=not console.is_terminal,
@@ -144,15 +156,35 @@ def progress(title: str) -> Iterator[Advance]:
 
 @contextmanager
 def working(what: str) -> Iterator[None]:
-    """Show that something of unknown length is under way, on a terminal's standard error."""
-    from rich.console import Console
+    """Show that something of unknown length is under way, by the bar of `progress`."""
+    with progress(what):
+        yield
 
-    console = Console(stderr=True)
-    if not console.is_terminal:
+
+class _Screen(io.StringIO):
+    """What a terminal would show: text with its colours."""
+
+    def isatty(self) -> bool:
+        """Say that it is one, so that colours are kept."""
+        return True
+
+
+@contextmanager
+def pages() -> Iterator[None]:
+    """Show what the block prints through $PAGER, or less, where it is longer than the terminal."""
+    if not sys.stdout.isatty():
         yield
         return
-    with console.status(what):
+    import pydoc
+
+    with redirect_stdout(_Screen()) as screen:
         yield
+    text = screen.getvalue()
+    if text.count("\n") < shutil.get_terminal_size().lines:
+        sys.stdout.write(text)
+    else:
+        os.environ.setdefault("LESS", "FRX")  # as git does: less shows colours, and leaves the text on the screen
+        pydoc.pager(text)
 
 
 def print_json(facts: object) -> None:

@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """What makes a site of pages that are written to be read on a forge.
 
-Three things differ. Pages link to files of the repository outside `docs/`: these become pages under `repo/`. Formulas
+Four things differ. Pages link to files of the repository outside `docs/`: these become pages under `repo/`. Formulas
 are TeX in the notation of forges: they become MathML, so that no script draws them. Reference pages name objects in
-comments, `<!-- ::: mehvar.simulate -->`, which become directives of mkdocstrings.
+comments, `<!-- ::: mehvar.simulate -->`, which become directives of mkdocstrings. And every model has a page
+on which it runs, `live/MODEL.html`.
 """
 
 from __future__ import annotations
 
 import posixpath
 import re
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mehvar.codegen.equations.mathml import content
+from mehvar.runtime.model.catalogue import shipped_models
+from mehvar.web.export import export_web
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
@@ -44,6 +48,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
             if not target.is_relative_to(config.docs_dir):
                 files.append(_file(target, config))
                 waiting += [target] if target.suffix == ".md" else []
+    for model in shipped_models():
+        files.append(_live(model, config))
     return files
 
 
@@ -112,6 +118,15 @@ def _file(target: Path, config: MkDocsConfig) -> File:
     if target.suffix in _PICTURES:
         return File.generated(config, _home(target), abs_src_path=str(target))
     return File.generated(config, _home(target), content=_as_page(target))
+
+
+def _live(model: str, config: MkDocsConfig) -> File:
+    """Return the page on which a model runs."""
+    from mkdocs.structure.files import File
+
+    with tempfile.TemporaryDirectory() as folder:
+        text = export_web(model, folder).read_text(encoding="utf-8")
+    return File.generated(config, f"live/{model}.html", content=text)
 
 
 def _as_page(target: Path) -> str:

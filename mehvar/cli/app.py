@@ -46,6 +46,7 @@ BOARD = {
 
 EXPORT = {
     "fmu": "Write a functional mock-up unit: FMI 2.0 or 3.0, model exchange or co-simulation, sources and a binary.",
+    "web": "Write a page that simulates a model: its C as WebAssembly, sliders, plots, a checksum; needs no network.",
 }
 
 

@@ -23,12 +23,13 @@ from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.run.options import OPTIONS
+from mehvar.runtime.run.units import read_value
 from mehvar.settings import (
     SettingTexts,
     complete_controllers,
     complete_models,
     complete_scenarios,
-    read_value,
+    complete_varied,
     read_values,
     required_law,
 )
@@ -57,7 +58,11 @@ def command(
     settings: SettingTexts = None,
     vary: Annotated[
         list[str] | None,
-        typer.Option(metavar='"NAME=DIST(...)"', help="Draw a parameter or an initial state for each run; repeat."),
+        typer.Option(
+            metavar='"NAME=DIST(...)"',
+            help="Draw a parameter or an initial state for each run; repeat.",
+            autocompletion=complete_varied,
+        ),
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="STORE.zarr", help="The store, a new folder.")] = None,
     save: Annotated[str | None, typer.Option(metavar="every=DT", help=CAMPAIGN_OPTIONS["save_every"].help)] = None,

@@ -19,7 +19,7 @@ from mehvar.errors import InputError, bad_value
 from mehvar.pictures.files import checked_suffix, save
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.files import write_atomic
-from mehvar.terminal import plain_text, print_lines, working
+from mehvar.terminal import pages, plain_text, print_lines, working
 
 if TYPE_CHECKING:
     from mehvar.ledger.judging import Ledger
@@ -65,7 +65,8 @@ def command(
         require_matplotlib()
     diff = diff_versions(_HEAD if old is None else old, WORK if new is None else new, model)
     if chosen == "text" and out is None:
-        print_lines(diff.lines())
+        with pages():
+            print_lines(diff.lines())
     else:
         _deliver(_text(diff, chosen), out, [f"{part.model}: {part.status.value}" for part in diff.models])
     if plot is not None:
@@ -92,7 +93,8 @@ def _papers(model: str | None, form: str, out: Path | None) -> int:
     with working("judging the printed equations"):
         ledgers = judged(find_tree(Path.cwd()) or installed_tree(), model)
     if form == "text" and out is None:
-        print_lines(lines(ledgers))
+        with pages():
+            print_lines(lines(ledgers))
     else:
         _deliver(_paper_text(ledgers, form), out, [f"{ledger['model']}: {counted(ledger)}" for ledger in ledgers])
     return int(not all(map(holds, ledgers)))

@@ -12,7 +12,7 @@ from mehvar.manifest import Manifest, Parameter, Quantity
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.schema import plain
 from mehvar.settings import AsJson, complete_models
-from mehvar.terminal import print_entries, print_json
+from mehvar.terminal import pages, print_entries, print_json
 
 
 def command(
@@ -26,6 +26,11 @@ def command(
     if as_json:
         print_json(plain(Manifest, manifest))
         return
+    with pages():
+        _show(manifest)
+
+
+def _show(manifest: Manifest) -> None:
     structure = ", ".join(f"{name} = {value}" for name, value in manifest.structure.items())
     typer.echo(f"{manifest.model}: {manifest.title}\nstructure: {structure or 'fixed'}\n")
     for title, quantities in (

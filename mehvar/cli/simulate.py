@@ -24,14 +24,16 @@ from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.results import notes_of
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
+from mehvar.runtime.run.units import read_value
 from mehvar.settings import (
     AsJson,
     SettingTexts,
+    check_names,
     complete_controllers,
+    complete_inputs,
     complete_models,
     complete_scenarios,
     read_settings,
-    read_value,
     read_values,
     required_law,
 )
@@ -54,7 +56,12 @@ def command(
     settings: SettingTexts = None,
     input_texts: Annotated[
         list[str] | None,
-        typer.Option("--input", metavar="NAME=VALUE", help="An input of an open loop; zero unless given; repeat."),
+        typer.Option(
+            "--input",
+            metavar="NAME=VALUE",
+            help="An input of an open loop; zero unless given; repeat.",
+            autocompletion=complete_inputs,
+        ),
     ] = None,
     inputs: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Inputs of an open loop over time: a .csv, or a result's .nc.")
@@ -110,6 +117,8 @@ def _check(
         parameters, _ = split_settings(read_values(texts, manifest), manifest.choices, "run", "--set")
         if law := manifest.controllers.get(controller or ""):
             check_values(manifest, law, parameters, "--set", (*OPTIONS, *manifest.choices))
+        else:
+            check_names(parameters, manifest)
 
     together(
         lambda: controller == OPEN_LOOP or manifest.controller(required_law(manifest, controller)),
@@ -271,6 +280,7 @@ def _facts(run: Run) -> dict[str, object]:
         "t_stop": run.t_stop,
         "run_seconds": run.run_seconds,
         "backend": run.backend,
+        "checksum": run.checksum,
         "notes": _notes(run),
         "metrics": {n: {"value": float(v), "unit": run.manifest.metrics[n].unit} for n, v in values.items()},
     }

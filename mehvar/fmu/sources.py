@@ -7,7 +7,7 @@ from mehvar.manifest import file_of
 from mehvar.names import identifier
 from mehvar.runtime.compiling.library import native_headers, native_sources
 from mehvar.runtime.model.generated import generated_text
-from mehvar.runtime.run.calls import loop_calls
+from mehvar.runtime.run.calls import loop_calls, model_fields
 from mehvar.runtime.run.options import METHODS, RunOptions
 
 from .variables import KINDS, Subject
@@ -102,13 +102,9 @@ def _assignments(subject: Subject) -> str:
         names = {field: _symbol(subject, name) for field, name in fields.items()} | {"law": "fmu_input"}
     else:
         calls = loop_calls(manifest, subject.law, "", subject.kind == "sampled")
-        fields = {call: call for call in calls}
-        if subject.law.memory:
-            fields["law"] = "law_memory"
-        if "actuate" in manifest.functions:
-            fields["observe"] = "observe_command"
-        skip = ("reference", "outputs", "start", "to_coordinates", "from_coordinates")
-        names = {fields[call]: _symbol(subject, f.name) for call, f in calls.items() if call not in skip}
+        given = ("reference", "outputs")  # by the importer, and by our own header
+        functions = model_fields(calls, manifest, subject.law)
+        names = {field: _symbol(subject, f.name) for field, f in functions.items() if field not in given}
     return ", ".join(f"(m)->{field} = {name}" for field, name in names.items())
 
 

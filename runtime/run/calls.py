@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from mehvar.errors import InputError
 from mehvar.manifest import Controller, Function, Manifest
 from mehvar.names import identifier
@@ -23,6 +25,8 @@ _ARGUMENTS = {
     "to_coordinates": "x",
     "from_coordinates": "q",
 }
+_AROUND = ("start", "to_coordinates", "from_coordinates")
+"""What is called before and after a loop, not in it."""
 
 
 def loop_calls(manifest: Manifest, controller: Controller, suffix: str, sampled: bool) -> dict[str, Function]:
@@ -60,6 +64,14 @@ def loop_calls(manifest: Manifest, controller: Controller, suffix: str, sampled:
     if "project" in functions and not (sampled and charted):
         names["project"] = "project"
     return {call: _function(functions, name, _arguments(call, controller)) for call, name in names.items()}
+
+
+def model_fields(calls: Mapping[str, Function], manifest: Manifest, controller: Controller) -> dict[str, Function]:
+    """Return the functions of a loop by the fields of mv_model, native/single/single.h, that have their addresses."""
+    renamed = {"law": "law_memory"} if controller.memory else {}
+    if "actuate" in manifest.functions:
+        renamed["observe"] = "observe_command"
+    return {renamed.get(call, call): function for call, function in calls.items() if call not in _AROUND}
 
 
 def _arguments(call: str, controller: Controller) -> list[str]:

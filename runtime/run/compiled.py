@@ -13,7 +13,7 @@ import numpy as np
 from ..compiling.library import load_native
 from ..compiling.structures import structures
 from ..model.functions import CBackend, FloatArray, Real
-from .calls import loop_calls
+from .calls import loop_calls, model_fields
 from .options import METHODS
 from .problem import Problem, Status, Trajectory
 
@@ -158,15 +158,10 @@ def _prepare(problem: Problem, backend: CBackend) -> tuple[Any, dict[str, FloatA
 def _addresses(problem: Problem, backend: CBackend) -> dict[str, int]:
     """Return where the C functions are that the loop calls."""
     controller, sampled = problem.controller, problem.hold_every is not None
-    calls = loop_calls(problem.model.manifest, controller, problem.suffix, sampled)
-    fields = {call: call for call in calls if hasattr(_Model, call)}
-    if controller.memory:
-        fields["law"] = "law_memory"
-    if "actuate" in problem.model.manifest.functions:
-        fields["observe"] = "observe_command"
-    reals: dict[str, Real] = {"law": problem.real}
+    manifest = problem.model.manifest
+    calls = loop_calls(manifest, controller, problem.suffix, sampled)
+    reals: dict[str, Real] = {"law": problem.real, "law_memory": problem.real}
     return {
-        fields[call]: backend.address(function.name, reals.get(call, "double"))
-        for call, function in calls.items()
-        if call in fields
+        field: backend.address(function.name, reals.get(field, "double"))
+        for field, function in model_fields(calls, manifest, controller).items()
     }

@@ -206,6 +206,7 @@ _COMMANDS = {
         *(value(random), "--out", random.choice(("a.fmu", "s.zarr", "a.zip"))),
         *_some(random, controller=("pd",), scenario=("swing",), fmi=("2.0", "4"), kind=("me", "nonsense")),
     ],
+    "export web": lambda random: [value(random), "--out", random.choice(("pages", "c.toml", "s.zarr"))],
     "git-textconv": lambda random: [random.choice(("c.toml", "none", value(random)))],
     "list": lambda random: [*_some(random, json=())],
     "": lambda random: [value(random)],

@@ -75,6 +75,7 @@ STORED = (*BATCH, "--out", "s.zarr")
 OPEN = (*SIMULATE[:3], "none", *SIMULATE[4:], "--out", "a.csv")
 CONVERT = ("convert", "done.zarr", "--to", "csv", "--out", "a.csv")
 FMU = ("export", "fmu", PENDULUM, "--out", "a.fmu")
+WEB = ("export", "web", str(PENDULUM), "--out", "pages")
 REPEAT = ("simulate", "--from", "done.zarr", "--run", "0")
 COMMANDS: Mapping[str, Mapping[str, object]] = {
     "list": {"as_json": (("list",), ("list", "--json"))},
@@ -212,6 +213,10 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "scenario": (FMU, (*FMU, "--scenario", "stiff")),
         "fmi": (FMU, (*FMU, "--fmi", "3.0")),
         "kind": (FMU, (*FMU, "--kind", "me")),
+    },
+    "export web": {
+        "model": (WEB, (*WEB[:2], "none", *WEB[3:])),
+        "out": (WEB, (*WEB[:-1], "file")),
     },
 }
 """Of each parameter of a command: two lines that differ in it alone, or the file whose text shows what it does."""

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from mehvar.errors import InputError
 from mehvar.runtime.model.catalogue import find_model, list_models
-from mehvar.settings import read_value, read_values, setting_units
+from mehvar.runtime.run.units import distribution, read_value, setting_units
+from mehvar.settings import read_values
 
 
 @pytest.mark.parametrize(
@@ -60,6 +61,29 @@ def test_every_unit_of_every_model_is_known_to_pint():
         for name, unit in setting_units(manifest).items():
             if unit:
                 assert read_value(f"2 {unit}" if unit != "1" else "2", unit, name, "") == 2.0, (model, name, unit)
+
+
+@pytest.mark.parametrize(
+    ("names", "text", "result"),
+    [
+        ("a", "uniform(-180deg, 1 turn)", f"uniform({-math.pi}, {math.tau})"),
+        ("a", "normal(mean=0deg, sd = 90 deg)", f"normal(mean=0.0,{math.pi / 2})".replace(",", ", sd =")),
+        ("a,b", "sphere(180deg)", f"sphere({math.pi})"),
+        ("a", "choice(1e-3, 180deg)", f"choice(1e-3, {math.pi})".replace(", ", ",")),
+        ("a", "uniform(1e-3, 2)", "uniform(1e-3, 2)"),
+        ("a", "lognormal(1deg, 2)", "lognormal(1deg, 2)"),
+        ("a,t", "sphere(1deg)", "sphere(1deg)"),
+        ("a,b", "normal([0, 0], [[1deg, 0], [0, 1]])", "normal([0, 0], [[1deg, 0], [0, 1]])"),
+    ],
+)
+def test_a_distribution_may_have_units(names, text, result):
+    converted = distribution(names, text, {"a": "rad", "b": "rad", "t": "s"}, "--vary")
+    assert converted.replace(" ", "") == result.replace(" ", "")
+
+
+def test_a_unit_of_another_kind_is_refused_in_a_distribution():
+    with pytest.raises(InputError, match=r"t = '10deg' .from --vary.: must be a number in s"):
+        distribution("t", "uniform(1s, 10deg)", {"t": "s"}, "--vary")
 
 
 def test_several_mistakes_are_refused_together():

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import os
 import random
 import shutil
@@ -22,6 +23,7 @@ import xarray
 import mehvar
 from mehvar.__main__ import main
 from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.run.units import read_value
 
 BATCH = ("batch", "triangle", "--controller", "path", "--seed", "3", "--t-end", "0.5")
 VARY = ("--vary", "l1_0=normal(0.2, 0.01)", "--vary", "theta=uniform(0.8, 1.2)")
@@ -142,6 +144,40 @@ def test_file_command_line_and_python_give_the_same_bytes(tmp_path: Path) -> Non
     wanted = contents(tmp_path / "file.zarr")
     for name in ("line.zarr", "python.zarr", "again.zarr"):
         assert contents(tmp_path / name) == wanted, name
+
+
+def test_units_of_line_and_file_give_the_bytes_of_the_numbers(tmp_path: Path) -> None:
+    (tmp_path / "campaign.toml").write_text(
+        "model = 'triangle'\ncontroller = 'path'\nn = 3\nseed = 3\nt_end = 0.5\nout = 'file.zarr'\n"
+        "set = { disturbance = '3 rad/min' }\n"
+        "vary = { theta = 'uniform(45deg, 90deg)', l1_0 = 'normal(20 cm, 10 mm)' }\n",
+        encoding="utf-8",
+    )
+    units = (
+        "--vary",
+        "theta=uniform(45deg, 90deg)",
+        "--vary",
+        "l1_0=normal(20cm, 10mm)",
+        "--set",
+        "disturbance=3rad/min",
+    )
+    low, high, mean, sd = (
+        read_value(*pair) for pair in (("45deg", "rad"), ("90deg", "rad"), ("20cm", "m"), ("10mm", "m"))
+    )
+    assert (low, high, mean, sd) == pytest.approx((math.pi / 4, math.pi / 2, 0.2, 0.01), rel=1e-15)
+    rate = read_value("3rad/min", "rad/s")
+    numbers = (f"theta=uniform({low}, {high})", f"l1_0=normal({mean}, {sd})", f"disturbance={rate}")
+    plain = tuple(zip(("--vary", "--vary", "--set"), numbers, strict=True))
+    for words in (
+        ("batch", "campaign.toml"),
+        (*BATCH, "-n", "3", *units, "--out", "units.zarr"),
+        (*BATCH, "-n", "3", *(word for pair in plain for word in pair), "--out", "numbers.zarr"),
+    ):
+        done = run(*words, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    wanted = contents(tmp_path / "numbers.zarr")
+    assert contents(tmp_path / "units.zarr") == wanted
+    assert contents(tmp_path / "file.zarr") == wanted
 
 
 def test_a_batch_in_memory() -> None:

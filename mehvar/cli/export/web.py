@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar export web`: a page that simulates a model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mehvar.settings import complete_models
+from mehvar.terminal import working
+from mehvar.web.export import export_web
+
+
+def command(
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of the page, MODEL.html.")],
+) -> None:
+    """Compile the generated C to WebAssembly and write it with sliders and plots into one page."""
+    with working(f"running and compiling {model}"):
+        page = export_web(model, out)
+    typer.echo(f"saved {page}, {page.stat().st_size / 1024:.0f} KiB")

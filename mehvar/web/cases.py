@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The runs that a page begins with: every law in every scenario that it can run, with what this machine computes."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+from mehvar.errors import InputError, bad_value
+from mehvar.manifest import Controller, Scenario
+from mehvar.runtime.model.functions import FloatArray
+from mehvar.runtime.model.model import Model
+from mehvar.runtime.run.simulate import Run, simulate
+from mehvar.runtime.run.ticks import ticks_of
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run of the host with its schedule, which a page repeats.
+
+    Attributes
+    ----------
+    run : Run
+        With the defaults of every option.
+    t : array
+        Ticks, s.
+    record_every, hold_every : int
+        Ticks from one sample to the next, and for which an input is held.
+    """
+
+    run: Run
+    t: FloatArray
+    record_every: int
+    hold_every: int
+
+    @property
+    def rows(self) -> int:
+        """Samples of the whole run."""
+        return -(-(len(self.t) - 1) // self.record_every) + 1
+
+    @property
+    def evaluations(self) -> int:
+        """How often the law of a sampled loop is evaluated."""
+        return (len(self.t) - 1) // self.hold_every + 1
+
+    @property
+    def formulas(self) -> list[str]:
+        """The parameters of the law that follow others here, by a formula that neither user nor scenario overrides."""
+        law, case = self.run.controller, self.run.scenario
+        values = {**case.values, **case.controllers.get(law.name, {})}
+        return [q.name for q in law.parameters if q.formula is not None and q.name not in values]
+
+
+def cases_of(model: Model) -> list[Case]:
+    """Return the runs of a model; a law that refuses a scenario has none there.
+
+    Raises
+    ------
+    InputError
+        If no law can run any scenario.
+    """
+    manifest = model.manifest
+    pairs = [(law, scenario) for law in manifest.controllers.values() for scenario in manifest.scenarios.values()]
+    cases = [case for pair in pairs if (case := _case(model, *pair))]
+    if not cases:
+        raise bad_value("model", manifest.model, "a model with a law that runs one of its scenarios")
+    return cases
+
+
+def _case(model: Model, law: Controller, scenario: Scenario) -> Case | None:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # advice about parameters is for who chooses them
+            run = simulate(model, law.name, scenario.name)
+    except InputError:
+        return None
+    end, dt = float(run.options["t_end"]), float(run.options["dt_out"])
+    ticks, record_every, hold_every = ticks_of(end, dt, run.hold, "the scenario")
+    return Case(run, ticks, record_every, hold_every or 1)

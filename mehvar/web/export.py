@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A model as one HTML page that simulates it, without a network."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from mehvar import html
+from mehvar.manifest import Controller, Manifest, Parameter, Quantity
+from mehvar.runtime.arguments import check_arguments
+from mehvar.runtime.files import write_atomic
+from mehvar.runtime.model.functions import FloatArray
+from mehvar.runtime.model.model import load
+from mehvar.runtime.run.options import RunOptions
+from mehvar.runtime.run.problem import Status
+
+from .cases import Case, cases_of
+from .module import compiled_module, zig_toolchain
+
+_TEMPLATES = Path(html.__file__).parent / "templates"
+_UPLOT = "report/uplot"
+
+
+def export_web(model: str | os.PathLike[str], out: str | os.PathLike[str]) -> Path:
+    """Write a page on which a model runs: sliders, plots, and a checksum of every number of the run.
+
+    Parameters
+    ----------
+    model : str or path
+        A name or a generated folder.
+    out : path
+        The folder of the page, which is called `MODEL.html`; made if necessary.
+
+    Returns
+    -------
+    Path
+        The page.
+
+    Raises
+    ------
+    InputError
+        For an unknown model, or one without a law that runs a scenario.
+    MissingError
+        Without zig; the message says how to install it.
+    BuildError
+        If compilation fails.
+    OSError
+        If the page cannot be written.
+    """
+    check_arguments("path", "the call", out=out)
+    zig_toolchain()  # before the runs, which take longer
+    loaded = load(model)
+    page = Path(out) / f"{loaded.manifest.model}.html"
+    text = web_page(loaded.manifest, cases_of(loaded))
+    page.parent.mkdir(parents=True, exist_ok=True)
+    write_atomic(page, text)
+    return page
+
+
+def web_page(manifest: Manifest, cases: Sequence[Case]) -> str:
+    """Return the page of a model with some runs."""
+    names = (f"{_UPLOT}/uPlot.iife.min.js", "web/simulator.js", "web/live.js")
+    return html.page(
+        "web/live.html.j2",
+        title=f"{manifest.model}: {manifest.title}",
+        styles=[_asset(f"{_UPLOT}/uPlot.min.css"), _asset("web/live.css")],
+        scripts=[_asset(name) for name in names],
+        licence=_asset(f"{_UPLOT}/LICENSE"),
+        data=Markup(json.dumps(page_data(manifest, cases), separators=(",", ":")).replace("<", "\\u003c")),
+    )
+
+
+def page_data(manifest: Manifest, cases: Sequence[Case]) -> dict[str, Any]:
+    """Return what simulator.js and live.js read: the module, the model's names, and the runs."""
+    options = RunOptions()
+    ticks = list({case.t.tobytes(): case.t for case in cases}.values())
+    return {
+        "name": manifest.model,
+        "states": _quantities(manifest.states),
+        "inputs": _quantities(manifest.inputs),
+        "outputs": _quantities(manifest.outputs),
+        "widths": {
+            "x": len(manifest.states),
+            "u": len(manifest.inputs),
+            "u_cmd": len(manifest.inputs),
+            "y": len(manifest.outputs),
+        },
+        "parameters": _parameters(manifest.parameters),
+        "scenario_parameters": _parameters(manifest.scenario_parameters),
+        "laws": {law.name: _law(law) for law in manifest.controllers.values()},
+        "limits": manifest.limits,
+        "constraints": manifest.constraints,
+        "statuses": [status.text for status in Status],
+        "noise": len(manifest.noise),
+        "seed": options.seed,
+        "max_steps": options.max_steps,
+        "rtol": options.rtol,
+        "atol": options.atol,
+        "cases": [_case(case, ticks) for case in cases],
+        "ticks": [_packed(t.astype("<f8").tobytes()) for t in ticks],
+        "module": _packed(compiled_module(manifest, cases)),
+    }
+
+
+def _case(case: Case, ticks: Sequence[FloatArray]) -> dict[str, Any]:
+    run = case.run
+    return {
+        "law": run.controller.name,
+        "scenario": run.scenario.name,
+        "p": run.parameters.p.tolist(),
+        "c": run.parameters.c.tolist(),
+        "s": run.parameters.s.tolist(),
+        "formulas": case.formulas,
+        "ticks": next(place for place, t in enumerate(ticks) if np.array_equal(t, case.t)),
+        "record_every": case.record_every,
+        "hold_every": case.hold_every,
+        "end": float(case.t[-1]),
+        "checksum": run.checksum,
+    }
+
+
+def _law(law: Controller) -> dict[str, Any]:
+    return {
+        "parameters": _parameters(law.parameters),
+        "memory": [q.name for q in law.memory],
+        "constraints": law.constraints,
+        "fixed": [
+            name for name in (law.period, law.delay) if name
+        ],  # they decide the instants, which are not computed here
+    }
+
+
+def _quantities(quantities: Sequence[Quantity]) -> list[dict[str, str]]:
+    return [{"name": q.name, "unit": q.unit, "description": q.description} for q in quantities]
+
+
+def _parameters(parameters: Sequence[Parameter]) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": q.name,
+            "unit": q.unit,
+            "description": q.description,
+            "formula": q.formula,
+            "lower": q.lower if np.isfinite(q.lower) else None,
+            "upper": q.upper if np.isfinite(q.upper) else None,
+            "lower_open": q.lower_open,
+            "upper_open": q.upper_open,
+            "interval": q.interval,
+        }
+        for q in parameters
+    ]
+
+
+def _asset(name: str) -> Markup:
+    return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
+
+
+def _packed(content: bytes) -> str:
+    """Return base64 of gzip, the same for the same bytes."""
+    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")

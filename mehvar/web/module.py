@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The WebAssembly module of a model: its generated C and the loop of a single run, compiled by zig."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from mehvar import cache
+from mehvar.errors import BuildError, MissingError
+from mehvar.manifest import Controller, Manifest, file_of
+from mehvar.names import identifier
+from mehvar.runtime.board.image.toolchains import Toolchain, toolchain
+from mehvar.runtime.compiling.compiler import environment
+from mehvar.runtime.compiling.library import native_headers, native_sources
+from mehvar.runtime.model.generated import generated_text
+from mehvar.runtime.run.calls import loop_calls, model_fields
+from mehvar.runtime.run.options import METHODS, RunOptions
+
+from .cases import Case
+
+_UNIT, _MODULE = "unit.c", "module.wasm"
+FLAGS = (
+    "-std=gnu11", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-sanitize=all", "-s", "-I.",
+)  # fmt: skip
+"""Those of a host's library that decide bits, and none that adds to them: WebAssembly has no fused product and sum."""
+_BARE = ("-target", "wasm32-freestanding", "-ffreestanding", "-nostdlib", "-Wl,--no-entry")
+_HOSTED = ("-target", "wasm32-wasi", "-mexec-model=reactor")
+"""With a C library, which zig compiles first: a minute and a half, once; without one it takes two seconds."""
+
+
+def compiled_module(manifest: Manifest, cases: Sequence[Case]) -> bytes:
+    """Return the module, which imports nothing.
+
+    Parameters
+    ----------
+    manifest : Manifest
+        Of the model.
+    cases : sequence of Case
+        The longest of them decide how much memory there is.
+
+    Raises
+    ------
+    MissingError
+        Without zig.
+    BuildError
+        If compilation fails.
+    """
+    sources, zig = c_sources(manifest, cases), zig_toolchain()
+    options = (*(_HOSTED if _needs_library(sources) else _BARE), *FLAGS)
+    key = cache.key(zig.version, *options, *(text for item in sorted(sources.items()) for text in item))
+    folder = cache.entry("web", f"{manifest.model}-{key}", lambda folder: _compile(folder, sources, zig, options))
+    return (folder / _MODULE).read_bytes()
+
+
+def zig_toolchain() -> Toolchain:
+    """Return the compiler for WebAssembly, or raise MissingError that says how to get it."""
+    try:
+        return toolchain("zig")
+    except MissingError as error:
+        what = "a page that runs needs zig, which compiles to WebAssembly"
+        raise MissingError(f'{what}: pip install "mehvar[cc]"') from error
+
+
+def _compile(folder: Path, sources: Mapping[str, str], zig: Toolchain, options: Sequence[str]) -> None:
+    with tempfile.TemporaryDirectory() as scratch:
+        for name, text in sources.items():
+            (Path(scratch) / name).parent.mkdir(parents=True, exist_ok=True)
+            (Path(scratch) / name).write_text(text, encoding="utf-8")
+        process = subprocess.run(
+            [*zig.command, *options, _UNIT, "-o", str(folder / _MODULE)],
+            cwd=scratch, env=environment(Path(scratch)), capture_output=True, text=True, check=False,
+            stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+        if process.returncode:
+            raise BuildError(f"zig failed: exit status {process.returncode}\n{process.stderr}".rstrip())
+
+
+def _needs_library(sources: Mapping[str, str]) -> bool:
+    """Return whether a model calls a function that only a C library has: a hyperbolic one, for the most part."""
+    names = re.findall(r"^MV_DEFINE_LIBM\((\w+)\)", sources["mehvar/private/libm.h"], re.MULTILINE)
+    calls = re.compile(rf"\bmv_(?:{'|'.join(names)})\(")
+    return any(calls.search(text) for name, text in sources.items() if "/" not in name)
+
+
+def c_sources(manifest: Manifest, cases: Sequence[Case]) -> dict[str, str]:
+    """Return the C of the module by path, of which unit.c is compiled."""
+    own = file_of(manifest.model, "")
+    native = native_sources("step/*.h", "single/*.[ch]", "methods/*.[ch]", "methods/*.inc", "random/noise.[ch]",
+                            "random/philox.h", "web/*.c")  # fmt: skip
+    units = (own, "tableaux.c", "single.c", "noise.c", "web_model.h", "web.c")
+    return {
+        **native_headers(),
+        **native,
+        **{name: generated_text(manifest, name) for name in (f"{manifest.model}.h", own)},
+        "web_model.h": _header(manifest, cases),
+        _UNIT: "".join(f'#include "{name}"\n' for name in units),
+    }
+
+
+def _header(manifest: Manifest, cases: Sequence[Case]) -> str:
+    """Return the text of web_model.h; native/web/web.c says what its names are."""
+    laws = list(manifest.controllers.values())
+    sizes = {
+        "NP": len(manifest.parameters),
+        "NC": max(len(law.parameters) for law in laws),
+        "NS": len(manifest.scenario_parameters),
+        "NX": len(manifest.states),
+        "NQ": max(len(manifest.states), len(manifest.coordinates)),
+        "NU": len(manifest.inputs),
+        "NR": len(manifest.references),
+        "NY": len(manifest.outputs),
+        "NZ": max(len(law.memory) for law in laws),
+        "NE": len(manifest.noise),
+        "CONSTRAINTS": len(manifest.constraints),
+        "MARGINS": len(manifest.constraints) + max(len(law.constraints) for law in laws) + len(manifest.limits),
+        "TICKS": max(len(case.t) for case in cases),
+        "ROWS": max(case.rows for case in cases),
+        "EVALUATIONS": max(case.evaluations for case in cases),
+    }
+    lines = [f"#define WEB_{name} {size}" for name, size in sizes.items()]
+    functions = {identifier(name) for name in manifest.functions}
+    optional = {"constraints": "p, s, margin", "to_coordinates": "x, q"}
+    lines.append(f"#define web_initial(p, s, x) {_symbol(manifest, 'initial')}(p, s, x)")
+    for name, arguments in optional.items():
+        body = f"{_symbol(manifest, name)}({arguments})" if name in functions else "(void)0"
+        lines.append(f"#define web_{name}({arguments}) {body}")
+    entries = ",\n".join(f"    {{{_law(manifest, law)}}}" for law in laws)
+    return "\n".join([*lines, _STRUCTURE, f"static const web_law web_laws[] = {{\n{entries}\n}};", ""])
+
+
+_STRUCTURE = """
+typedef struct {
+    mv_model model;
+    int32_t charted, count;   /* whether q are coordinates of a chart; constraints of the law */
+    mv_4_1 *start;            /* x, r, p, c -> z; null without memory */
+    mv_1_1 *defaults;         /* c -> what formulas give; null without formulas */
+    mv_3_1 *constraints;      /* p, c, s -> margin; null without constraints */
+} web_law;
+"""
+
+
+def _law(manifest: Manifest, law: Controller) -> str:
+    """Return the fields of a law's web_law."""
+    sampled, name = law.period is not None, identifier(law.name)
+    calls = loop_calls(manifest, law, "", sampled)
+    charted = not sampled and "to_coordinates" in calls
+    numbers = {
+        "nq": len(manifest.coordinates if charted else manifest.states),
+        "nx": len(manifest.states),
+        "nu": len(manifest.inputs),
+        "nz": len(law.memory),
+        "ny": len(manifest.outputs),
+        "nr": len(manifest.references),
+        "nm": len(manifest.limits),
+        "ne": len(manifest.noise),
+        "sampled": int(sampled),
+        "reference_constant": int(manifest.reference_constant),
+        "method": METHODS.index(RunOptions().method),
+    }
+    model = {**numbers, **{field: _symbol(manifest, f.name) for field, f in model_fields(calls, manifest, law).items()}}
+    fields: dict[str, object] = {"charted": int(charted), "count": len(law.constraints)}
+    for field, present in (
+        ("start", law.memory),
+        ("defaults", any(q.formula is not None for q in law.parameters)),
+        ("constraints", law.constraints),
+    ):
+        if present:
+            fields[field] = _symbol(manifest, f"{name}_{field}")
+    return f".model = {{{_fields(model)}}},\n     {_fields(fields)}"
+
+
+def _fields(values: dict[str, object]) -> str:
+    return ", ".join(f".{name} = {value}" for name, value in values.items())
+
+
+def _symbol(manifest: Manifest, name: str) -> str:
+    return f"{identifier(manifest.model)}_{identifier(name)}"

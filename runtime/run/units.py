@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Units that people write beside a number of a run or a batch, as text: `30deg`, `uniform(5ms, 20ms)`."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from mehvar.errors import bad_value
+from mehvar.manifest import Manifest
+
+from .options import OPTIONS
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+_FACTOR = r"(?:°|[^\W\d]+)(?:(?:\^|\*\*)-?\d)?"
+_WITH_UNIT = re.compile(
+    rf"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*((?:1?/\s*)?{_FACTOR}(?:(?:\s*[*/]\s*|\s+){_FACTOR})*)"
+)
+"""A number and a product of units with powers of one digit: pint computes what else a text says, such as 9**9**9."""
+
+_ARGUMENT = re.compile(rf"(?<=[(\[,=\s])({_WITH_UNIT.pattern})(?=\s*[,)\]])")
+_LOCATIONS = ("normal", "uniform", "triangular", "choice", "sphere")
+"""Distributions whose arguments are in the unit of what is drawn; a lognormal's are logarithms, covariances squares."""
+
+
+def setting_units(manifest: Manifest) -> dict[str, str]:
+    """Return the units of what can be set: parameters of plant, laws and scenario, and options of a run."""
+    laws = (law.parameters for law in manifest.controllers.values())
+    groups = (*laws, manifest.scenario_parameters, manifest.parameters)
+    return {name: row.unit for name, row in OPTIONS.items()} | {q.name: q.unit for group in groups for q in group}
+
+
+def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -> str:
+    """Return the text of a distribution with its units turned into those of what is drawn.
+
+    Parameters
+    ----------
+    names : str
+        A name, or several with commas between them.
+    text : str
+        As in "uniform(10deg, 20deg)".
+    units : mapping of str to str
+        By name.
+    origin : str
+        For the message.
+
+    Raises
+    ------
+    InputError
+        For a unit that pint does not know, or that is of another kind.
+    """
+    targets = {units.get(name.strip()) for name in names.split(",")}
+    kind = text.partition("(")[0].strip()
+    if len(targets) > 1 or kind not in _LOCATIONS or (kind == "normal" and "," in names):
+        return text
+    (unit,) = targets
+    return _ARGUMENT.sub(lambda match: str(read_value(match[1], unit, names, origin)), text)
+
+
+def read_value(text: str, unit: str | None = None, name: str = "value", origin: str = "") -> float | str:
+    """Return the number that a text of the command line is, in the unit that its name has, or the text.
+
+    Parameters
+    ----------
+    text : str
+        As in "0.5", "30deg" or "5 mN m"; only a command line writes numbers so.
+    unit : str, optional
+        What a number is in, where that is known.
+    name, origin : str
+        For the message.
+
+    Raises
+    ------
+    InputError
+        For a unit that pint does not know, or that is of another kind.
+    """
+    for kind in (int, float):  # a whole number to its last digit, which a float above 2^53 has lost
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    parts = _WITH_UNIT.fullmatch(text.strip())
+    return _converted(text, parts[1], parts[2], unit, name, origin) if unit and parts else text
+
+
+def _converted(text: str, number: str, given: str, unit: str, name: str, origin: str) -> float:
+    from pint import PintError
+
+    units = _units()
+    try:
+        value = units.Quantity(float(number), f"1{given}" if given.startswith("/") else given)
+        return float(value.to(unit.replace(" ", "*")).magnitude)
+    except (PintError, ArithmeticError, AssertionError) as error:
+        allowed = "a number" if unit == "1" else f"a number in {unit}, or with a unit of that kind"
+        raise bad_value(name, text, allowed, origin) from error
+
+
+@functools.cache
+def _units() -> UnitRegistry:
+    """Return pint's units; half a second, for those who write one."""
+    import pint
+
+    units = pint.UnitRegistry()
+    units.define("@alias ohm = Ohm")  # as mehvar's own tables spell it
+    return units

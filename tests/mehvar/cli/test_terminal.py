@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a terminal is shown: colours, a pager for what is longer than the screen; and neither elsewhere."""
+
+from __future__ import annotations
+
+import os
+import pty
+import subprocess
+import sys
+
+import pytest
+
+
+def on_a_terminal(lines: int, *words: str, **variables: str) -> str:
+    """Return what a command writes to a terminal of so many lines."""
+    outer, inner = pty.openpty()
+    environment = {**os.environ, "TERM": "xterm", "LINES": str(lines), "COLUMNS": "80", **variables}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mehvar", *words], stdin=inner, stdout=inner, stderr=inner, env=environment
+    )
+    os.close(inner)
+    pieces = []
+    while True:
+        try:
+            piece = os.read(outer, 65536)
+        except OSError:  # the other end is closed
+            break
+        if not piece:
+            break
+        pieces.append(piece)
+    os.close(outer)
+    assert process.wait() == 0
+    return b"".join(pieces).decode()
+
+
+@pytest.mark.parametrize(("lines", "paged"), [(20, True), (2000, False)])
+def test_show_is_coloured_and_paged_where_it_is_long(lines, paged, tmp_path):
+    pager = tmp_path / "pager"
+    pager.write_text("#!/bin/sh\necho PAGED\ncat\n")
+    pager.chmod(0o755)
+    text = on_a_terminal(lines, "show", "triangle", PAGER=str(pager))
+    assert ("PAGED" in text) is paged
+    assert "\x1b[" in text
+    assert "states x" in text
+
+
+def test_elsewhere_it_is_plain(tmp_path):
+    variables = {**os.environ, "PAGER": "false"}
+    command = [sys.executable, "-m", "mehvar", "show", "triangle"]
+    done = subprocess.run(command, env=variables, capture_output=True, text=True, check=True)
+    assert "\x1b[" not in done.stdout
+
+
+def test_every_bar_is_the_same():
+    """One that knows its length, and one that does not."""
+    code = "from mehvar.terminal import progress, working\nimport time\n"
+    for block in (
+        "with progress('some') as advance:\n advance(1, 2)\n time.sleep(0.3)",
+        "with working('some'):\n time.sleep(0.3)",
+    ):
+        outer, inner = pty.openpty()
+        process = subprocess.Popen(
+            [sys.executable, "-c", code + block], stderr=inner, env={**os.environ, "TERM": "xterm"}
+        )
+        assert process.wait() == 0
+        text = os.read(outer, 65536).decode()
+        os.close(inner), os.close(outer)
+        assert "some" in text
+        assert "━" in text
+        assert "gone" in text
+        assert ("50 %" in text) is block.startswith("with progress")

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A page that simulates a model: the bits of this machine, what it refuses, and that it asks nobody for anything."""
+
+import base64
+import gzip
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mehvar.cli.new import scaffold
+from mehvar.errors import InputError, MissingError
+from mehvar.runtime.board.image import toolchains
+from mehvar.runtime.model.catalogue import shipped_models
+from mehvar.runtime.run.simulate import simulate
+from mehvar.web import module
+from mehvar.web.export import export_web
+from tests.mehvar.browser import chromium, eventually, requests
+
+HERE = Path(__file__).parent
+IMPORTS = """
+const text = require("fs").readFileSync(0, "latin1");
+const wasm = new WebAssembly.Module(Buffer.from(text, "latin1"));
+console.log(JSON.stringify(WebAssembly.Module.imports(wasm)));
+"""
+
+
+@pytest.fixture(scope="module")
+def node():
+    program = shutil.which("node")
+    if program is None:
+        pytest.skip("no Node: apt install nodejs")
+    return program
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    """A system as `mehvar new` writes it: its generated folder."""
+    return scaffold("wheel", tmp_path_factory.mktemp("own")) / "generated" / "wheel"
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    pages = {}
+
+    def written(model):
+        if model not in pages:
+            pages[model] = export_web(model, tmp_path_factory.mktemp("page"))
+        return pages[model]
+
+    return written
+
+
+@pytest.fixture(params=[*shipped_models(), "own"])
+def model(request, own):
+    return own if request.param == "own" else request.param
+
+
+def data_of(page):
+    return json.loads(re.search(r'id="data">(.*?)</script>', page.read_text(), re.DOTALL)[1])
+
+
+def in_node(node, page, wanted=None):
+    command = [node, HERE / "run.mjs", page, *([] if wanted is None else [json.dumps(wanted)])]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+def test_every_run_has_the_bits_of_this_machine(model, page, node):
+    results = in_node(node, page(model))
+    assert results
+    for result in results:
+        run = simulate(model, result["law"], result["scenario"])
+        assert result["checksum"] == result["host"] == run.checksum
+        assert result["outcome"] == run.reason
+
+
+def checksum_here(model, case, own):
+    """Return the checksum of a run on this machine, or None if it is refused."""
+    try:
+        return simulate(model, case["law"], case["scenario"], own).checksum
+    except InputError:
+        return None
+
+
+def test_own_values_have_the_bits_of_this_machine_or_are_refused_there_too(model, page, node):
+    """Sliders a little off their defaults, one at a time: formulas follow; and one that no bounds allow."""
+    data, random = data_of(page(model)), np.random.default_rng(24)
+    case = data["cases"][0]
+    law = data["laws"][case["law"]]
+    groups = [("p", data["parameters"]), ("c", law["parameters"]), ("s", data["scenario_parameters"])]
+    values = {q["name"]: v for group, names in groups for q, v in zip(names, case[group], strict=True)}
+    free = [name for name in values if name not in law["fixed"]]
+    own = [{str(name): values[name] * 1.03 + 0.01} for name in random.choice(free, min(8, len(free)), replace=False)]
+    own += [{q["name"]: q["upper"] + 1.0} for _, names in groups for q in names if q["upper"] is not None][:1]
+    results = in_node(node, page(model), [{"case": 0, "own": values} for values in own])
+    assert [result.get("checksum") for result in results] == [checksum_here(model, case, values) for values in own]
+
+
+def test_the_module_imports_nothing(model, page, node):
+    wasm = gzip.decompress(base64.b64decode(data_of(page(model))["module"]))
+    done = subprocess.run([node, "-e", IMPORTS], input=wasm, capture_output=True, check=True)
+    assert json.loads(done.stdout) == []
+
+
+def test_the_page_names_no_other(model, page):
+    text = page(model).read_text()
+    text = re.sub(r"<!-- uPlot.*?-->|/\*!.*?\*/|^\s*//.*?$", "", text, flags=re.DOTALL | re.MULTILINE)  # comments
+    assert not re.search(r"(?:https?:)?//\w[\w-]*\.\w|\b(?:fetch|XMLHttpRequest|import)\s*\(", text)
+    assert page(model).stat().st_size < 1_000_000
+
+
+@pytest.mark.parametrize("width", [1300, 390])
+def test_in_a_browser(width, page, tmp_path):
+    place = page("triangle")
+    with chromium(tmp_path, width) as browser:
+        browser.get("about:blank")
+        requests(browser)
+        browser.get(place.as_uri())
+        here = eventually(browser, "document.documentElement.dataset.done")
+        assert here == data_of(place)["cases"][0]["checksum"]
+        assert browser.find_element("id", "verdict").text == "the same bits"
+        assert browser.execute_script("return document.documentElement.scrollWidth <= innerWidth")
+        widths = browser.execute_script(
+            "return Array.from(document.querySelectorAll('figure'), (f) => [f.clientWidth, f.scrollWidth])"
+        )
+        assert len(widths) > 3
+        assert all(inside <= outside for outside, inside in widths)
+        browser.execute_script(
+            "const bar = document.querySelector('#controls input');"
+            "bar.value = bar.max; bar.dispatchEvent(new Event('input'))"
+        )
+        other = eventually(browser, f"(d => d && d !== '{here}' && d)(document.documentElement.dataset.done)")
+        command = browser.find_element("id", "command").text.split()
+        done = subprocess.run([sys.executable, "-m", *command], capture_output=True, text=True, check=True)
+        assert json.loads(done.stdout)["checksum"] == other
+        assert requests(browser) == [place.as_uri()]
+        assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+
+
+def test_a_refusal_is_shown(page, tmp_path):
+    with chromium(tmp_path) as browser:
+        browser.get(page("triangle").as_uri())
+        eventually(browser, "document.documentElement.dataset.done")
+        browser.execute_script(
+            "const box = document.querySelector('[aria-label^=\"l1_0:\"]');"
+            "box.value = 9; box.dispatchEvent(new Event('change'))"
+        )
+        assert "do not form a triangle" in browser.find_element("id", "refusal").text
+
+
+def test_without_zig_it_says_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.setattr(toolchains, "_zig", lambda: None)
+    with pytest.raises(MissingError, match=r'pip install "mehvar\[cc\]"'):
+        export_web("triangle", tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_only_a_c_library_has_is_seen():
+    library = {"mehvar/private/libm.h": "MV_DEFINE_LIBM(tanh)\n"}
+    assert module._needs_library({**library, "a.c": "x = mv_tanh(y);"})
+    assert not module._needs_library({**library, "a.c": "x = mv_sin(y);"})
+
+
+def test_an_unknown_model_is_refused(tmp_path):
+    with pytest.raises(InputError, match="triangl"):
+        export_web("triangl", tmp_path)
