@@ -249,6 +249,14 @@ def test_the_moving_picture_of_the_readme_is_made_by_a_run() -> None:
     assert pictures.FILE.read_text(encoding="utf-8") == pictures.picture(), "run: python -m docs.site.pictures"
 
 
+def test_pictures_of_pages_are_drawn_by_the_code_that_is_there() -> None:
+    for name, page in pictures.DRAWN.items():
+        text = (pictures.FILE.parent / name).read_text(encoding="utf-8")
+        assert text.endswith(pictures.origin(page)), f"{name} is not of {page} as it is: python -m docs.site.pictures"
+    drawn = {path.name for path in pictures.FILE.parent.glob("*.svg")} - {pictures.FILE.name}
+    assert drawn == {*pictures.DRAWN}
+
+
 def test_the_citation_names_this_version() -> None:
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
