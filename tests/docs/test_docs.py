@@ -3,15 +3,17 @@
 
 What a page may say to this test, in a comment on the line before a block:
 `<!-- not run: reason -->`, `<!-- exit: 2 -->` for a block that ends with that status, `<!-- file: NAME -->` for a block
-that is written to a file. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository.
-A `text` block after a Python block, and the lines without `$ ` in a `console` block, are looked for in the output;
-`...` stands for anything.
+that is written to a file, `<!-- needs: PACKAGE, PACKAGE -->` for one that runs only where these are installed, which
+`make peers` does. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository. A `text`
+block after a Python block, and the lines without `$ ` in a `console` block, are looked for in the output; `...` stands
+for anything.
 """
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
+import importlib.util
 import io
 import os
 import re
@@ -96,7 +98,7 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
         copy_checkout(tmp_path)
     for block in blocks(text):
         where = f"{page.relative_to(ROOT)}:{block.start}"
-        if said(block, "not run"):
+        if said(block, "not run") or missing(block):
             output = ""
         elif name := said(block, "file"):
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
@@ -107,6 +109,18 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
             output = run_shell(block, where, tmp_path)
         elif block.language == "text" and output:
             expect(block.lines, output, where)
+
+
+def missing(block: Block) -> list[str]:
+    """Return the packages that a block needs and that are not there."""
+    return [name for name in filter(None, said(block, "needs").split(", ")) if importlib.util.find_spec(name) is None]
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize("page", [page for page in PAGES if "<!-- needs: " in page.read_text(encoding="utf-8")])
+def test_what_a_page_shows_of_other_tools_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not [name for block in blocks(page.read_text(encoding="utf-8")) for name in missing(block)]
+    test_what_a_page_shows_runs(page, tmp_path, monkeypatch)
 
 
 def copy_checkout(folder: Path) -> None:
