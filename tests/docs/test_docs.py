@@ -3,10 +3,10 @@
 
 What a page may say to this test, in a comment on the line before a block:
 `<!-- not run: reason -->`, `<!-- exit: 2 -->` for a block that ends with that status, `<!-- file: NAME -->` for a block
-that is written to a file, `<!-- needs: PACKAGE, PACKAGE -->` for one that runs only where these are installed, which
-`make peers` does. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository. A `text`
-block after a Python block, and the lines without `$ ` in a `console` block, are looked for in the output; `...` stands
-for anything.
+that is written to a file, `<!-- needs: PACKAGE, PACKAGE -->` for one that runs only where these are installed, as
+`make peers` does. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository.
+A `text` block after a Python block, and the lines without `$ ` in a `console` block, are looked for in the output;
+`...` stands for anything.
 """
 
 from __future__ import annotations
@@ -117,7 +117,11 @@ def missing(block: Block) -> list[str]:
 
 
 @pytest.mark.peers
-@pytest.mark.parametrize("page", [page for page in PAGES if "<!-- needs: " in page.read_text(encoding="utf-8")])
+@pytest.mark.parametrize(
+    "page",
+    [page for page in PAGES if "<!-- needs: " in page.read_text(encoding="utf-8")],
+    ids=lambda page: str(page.relative_to(ROOT)),
+)
 def test_what_a_page_shows_of_other_tools_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert not [name for block in blocks(page.read_text(encoding="utf-8")) for name in missing(block)]
     test_what_a_page_shows_runs(page, tmp_path, monkeypatch)
