@@ -47,7 +47,7 @@ mutants: setup
 	$(BIN)/python -m tests.mutants $(if $(MINUTES),--minutes $(MINUTES))
 
 peers: setup
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[control,jax,numba]" fmpy
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[control,jax,numba]" fmpy polars twine
 	$(BIN)/pytest -m peers
 
 lint: setup farm

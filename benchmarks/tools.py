@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import ctypes
 import importlib.util
+import resource
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from statistics import median
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 from machine import command_line, machine, table, write
@@ -23,13 +26,14 @@ from mehvar.runtime.model.functions import CBackend
 MODELS = ("triangle", "slosh", "satellite")
 LAWS = {"triangle": "path", "slosh": "lyapunov-v1", "satellite": "pd"}
 ROUNDS, CALLS = 30, 100
+STARTS = 15
 
 
 def main() -> None:
     """Measure, and write the page."""
     models = {name: mehvar.load(name) for name in MODELS} | _own()
     rows = [row for name, model in models.items() for row in _calls(name, model)]
-    runs = [_run(name) for name in MODELS]
+    runs = [_run(name, model) for name, model in models.items()]
     lines = [
         "# Calls from other tools",
         "",
@@ -47,17 +51,20 @@ def main() -> None:
         "",
         "## A warm run of one second",
         "",
-        "The least and the median of 40 calls of `mehvar.simulate`, dataset included, and the part in C.",
+        "Processor time of 40 calls of `mehvar.simulate`, dataset included, and the part in C, which is wall time.",
         "",
-        *table(["system", "least ms", "median ms", "integration ms"], runs),
+        *table(["system", "least ms", "median ms", "integration ms", "target ms"], runs),
+        "",
+        "## Starting",
+        "",
+        f"Processor time of {STARTS} new processes; for the import, less that of an empty Python.",
+        "",
+        *table(["command", "least s", "median s", "target s"], _starts()),
     ]
     write("tools.md", lines)
 
 
 def _own() -> dict[str, mehvar.Model]:
-    import subprocess
-    import sys
-
     folder = Path(tempfile.mkdtemp())
     for words in (["new", "own"], ["generate", "own"]):
         command = [sys.executable, "-m", "mehvar", *words]
@@ -112,6 +119,12 @@ def _targets(model: mehvar.Model, function: str, x, u, p):
         jax.config.update("jax_enable_x64", True)
         compiled = jax.jit(getattr(model.to_jax(), function))
         yield "JAX jit", 2, lambda: compiled(x, u, p).block_until_ready()
+        if function == "jac_x":
+            derived = jax.jit(jax.jacfwd(model.to_jax().rhs))
+            yield "JAX jit of jacfwd of rhs", 2, lambda: derived(x, u, p).block_until_ready()
+        else:
+            many = jax.jit(jax.vmap(model.to_jax().rhs, (0, None, None)))
+            yield "JAX jit of vmap, a batch of one", 2, lambda: many(x[None], u, p).block_until_ready()
     if importlib.util.find_spec("numba"):
         fast = getattr(model.to_numba(), function)
         yield "Numba", 1, lambda: fast(x, u, p)
@@ -132,16 +145,36 @@ def _paired(first: Callable[[], object], second: Callable[[], object]) -> tuple[
     return times
 
 
-def _run(name: str) -> list[str]:
+def _run(name: str, model: mehvar.Model) -> list[str]:
     from mehvar.runtime.run.simulate import simulate
 
-    times = []
+    law, times = LAWS.get(name) or next(iter(model.manifest.controllers)), []
     for _ in range(41):
-        start = perf_counter()
-        mehvar.simulate(name, LAWS[name], t_end=1.0)
-        times.append((perf_counter() - start) * 1e3)
-    inside = simulate(name, LAWS[name], t_end=1.0).run_seconds * 1e3
-    return [name, f"{min(times[1:]):.2f}", f"{median(times[1:]):.2f}", f"{inside:.2f}"]
+        start = process_time()
+        mehvar.simulate(model.manifest.folder, law, t_end=1.0)
+        times.append((process_time() - start) * 1e3)
+    inside = simulate(model.manifest.folder, law, t_end=1.0).run_seconds * 1e3
+    return [name, f"{min(times[1:]):.2f}", f"{median(times[1:]):.2f}", f"{inside:.2f}", "2"]
+
+
+def _starts() -> list[list[str]]:
+    """Return what starting costs in processor time, the commands taking turns."""
+    commands = {
+        "mehvar --version": ("-m", "mehvar", "--version"),
+        "import mehvar": ("-c", "import mehvar"),
+        "empty": ("-c", "0"),
+    }
+    times: dict[str, list[float]] = {name: [] for name in commands}
+    for _ in range(STARTS):
+        for name, words in commands.items():
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            subprocess.run([sys.executable, *words], check=True, capture_output=True)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            times[name].append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    empty = times.pop("empty")
+    times["import mehvar"] = [a - b for a, b in zip(times["import mehvar"], empty, strict=True)]
+    targets = {"mehvar --version": "0.2", "import mehvar": "0.06"}
+    return [[f"`{name}`", f"{min(t):.3f}", f"{median(t):.3f}", targets[name]] for name, t in times.items()]
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 """Time where no function receives it: a state of the plant, or an element of the reference.
 
 A plant of time gets the clock as its last state, whose rate is one. Every method, backend and tool that integrates
-states then has time at its stages, and no function another signature (decision 0023). Where laws alone use time, it
+states then has time at its stages, and no function another signature (decision 0024). Where laws alone use time, it
 becomes an element of the reference, which laws receive.
 """
 

@@ -1,9 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write docs/pictures/turn.svg, the README's moving picture, from a run: python -m docs.site.pictures."""
+"""Write docs/pictures, the README's moving picture and those that pages draw: python -m docs.site.pictures."""
 
 from __future__ import annotations
 
+import hashlib
+import os
+import re
+import tempfile
 from collections.abc import Iterable
+from contextlib import chdir
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +17,10 @@ from numpy.typing import NDArray
 import mehvar
 from mehvar.papers.recorded import recorded_scene
 
-FILE = Path(__file__).parents[1] / "pictures" / "turn.svg"
+DOCS = Path(__file__).parents[1]
+FILE = DOCS / "pictures" / "turn.svg"
+DRAWN = {"slew.svg": "tutorials/slew.md"}
+"""Pictures that the code of a page writes, and the page."""
 UNTIL, SECONDS, FRAMES = 24.0, 8, 97
 """Seconds of the run until it is at rest, seconds of the picture, and places on the way: half as many show corners."""
 SCALE, CENTRE = 330.0, (180.0, 140.0)
@@ -76,6 +84,29 @@ text { fill: #a6aeb6; } .mass { fill: #e6e8ea; } .line { stroke: #e6e8ea; }
 </style>"""
 
 
+def origin(page: str) -> str:
+    """Return the last line of a picture, by the page's code: numbers differ between machines, this does not."""
+    return f"<!-- drawn by {page}, whose code is {hashlib.sha256(_code(page).encode()).hexdigest()} -->\n"
+
+
+def drawn(name: str, page: str) -> str:
+    """Return the text of a picture that the code of a page writes."""
+    import matplotlib
+
+    os.environ["SOURCE_DATE_EPOCH"] = "0"
+    style = {"backend": "agg", "svg.hashsalt": name, "svg.fonttype": "none", "axes.grid": True}
+    with tempfile.TemporaryDirectory() as folder, chdir(folder), matplotlib.rc_context(style):
+        exec(compile(_code(page), page, "exec"), {"__name__": "__main__"})
+        return re.sub(r" +$", "", Path(name).read_text(encoding="utf-8"), flags=re.MULTILINE) + origin(page)
+
+
+def _code(page: str) -> str:
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return "\n".join(re.findall(r"^```python\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE))
+
+
 if __name__ == "__main__":
     FILE.parent.mkdir(exist_ok=True)
     FILE.write_text(picture(), encoding="utf-8")
+    for name, page in DRAWN.items():
+        (FILE.parent / name).write_text(drawn(name, page), encoding="utf-8")

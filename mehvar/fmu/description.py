@@ -151,8 +151,10 @@ def _structure(root: Element, subject: Subject, two: bool, interface: Interface)
         "EventIndicator": limits,
     }
     for name, group in groups.items():
-        for k in group:
-            SubElement(structure, name, {"valueReference": str(k)})
+        roles = ("time", "input", "state", *(["parameter"] if name == "InitialUnknown" else []))
+        known = " ".join(str(k) for k in references if subject.variables[k].role in roles)
+        for k in group:  # what the standard reads where nothing stands; CasADi's importer asks for it
+            SubElement(structure, name, {"valueReference": str(k), "dependencies": known})
 
 
 def _list(structure: Element, name: str, places: Sequence[int]) -> None:

@@ -18,6 +18,7 @@ from mehvar.errors import BuildError, bad_value
 from mehvar.names import identifier
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.compiling.compiler import environment, require_compiler
+from mehvar.runtime.compiling.library import ENDING, FLAGS
 from mehvar.runtime.files import write_atomic
 from mehvar.runtime.model.model import load
 
@@ -27,7 +28,6 @@ from .variables import subject
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 """Of every member: the same model gives the same bytes."""
-_FLAGS = ("-std=gnu11", "-O2", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
 
 
 def export_fmu(
@@ -90,12 +90,12 @@ def export_fmu(
 def _binary_path(name: str, fmi: Version) -> str:
     """Return where the binary of this platform stands in the file."""
     machine = platform.machine().lower()
-    system, ending = {"win32": ("win", "dll"), "darwin": ("darwin", "dylib")}.get(sys.platform, ("linux", "so"))
+    system = {"win32": "win", "darwin": "darwin"}.get(sys.platform, "linux")
     if fmi == "2.0":
-        return f"binaries/{system}64/{name}.{ending}"
+        return f"binaries/{system}64/{name}{ENDING}"
     architecture = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
     folder = {"win": "windows"}.get(system, system)
-    return f"binaries/{architecture}-{folder}/{name}.{ending}"
+    return f"binaries/{architecture}-{folder}/{name}{ENDING}"
 
 
 def _build_description(name: str) -> bytes:
@@ -111,20 +111,20 @@ def _build_description(name: str) -> bytes:
 
 
 def _compiled(sources: Mapping[str, str]) -> bytes:
-    compiler = require_compiler()
+    compiler, file = require_compiler(), f"unit{ENDING}"
     with tempfile.TemporaryDirectory() as scratch:
         for path, text in sources.items():
             place = Path(scratch) / path
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_text(text, encoding="utf-8")
-        command = [*compiler.command, *_FLAGS, *compiler.flags, "-I.", *UNITS, "-o", "unit.so", "-lm"]
+        command = [*compiler.command, *FLAGS, "-O2", *compiler.flags, "-I.", *UNITS, "-o", file, "-lm"]
         process = subprocess.run(
             command, cwd=scratch, env=environment(Path(scratch)), capture_output=True, text=True, check=False,
             stdin=subprocess.DEVNULL,
         )  # fmt: skip
         if process.returncode:
             raise BuildError(f"the C compiler failed: exit status {process.returncode}\n{process.stderr}".rstrip())
-        return (Path(scratch) / "unit.so").read_bytes()
+        return (Path(scratch) / file).read_bytes()
 
 
 def _zipped(files: Mapping[str, bytes]) -> bytes:

@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import errno
 import os
+import queue
 import re
 import select
 import shutil
 import socket
 import subprocess
 import tempfile
+import threading
 import time
 from pathlib import Path
 from typing import IO
@@ -34,32 +36,48 @@ _REASONS = {
     errno.EBUSY: "another program has it open",
     errno.ENOTTY: "it is not a serial port",
 }
+_LAST = 2.0
+"""Seconds for a process to end: nothing is saved then, so one that does not stop by itself may be killed."""
 _START_TRIES, _START_PAUSE = 1000, 0.01
 """Ten seconds for QEMU to open its line; a process that ends is noticed at once, so only a slow machine waits."""
 
 
 class ProcessPort:
-    """Software in the loop: the firmware as a process."""
+    """Software in the loop: the firmware as a process.
+
+    A thread waits for its bytes, because Windows cannot wait for those of a pipe for a while only.
+    """
 
     def __init__(self, path: Path) -> None:
         self.name = f"process {path}"
         self._process = subprocess.Popen([path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        self._to, self._from = self._process.stdin.fileno(), self._process.stdout.fileno()
+        self._to = self._process.stdin.fileno()
+        self._incoming: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        self._reader = threading.Thread(target=self._gather, args=(self._process.stdout.fileno(),), daemon=True)
+        self._reader.start()
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
         os.write(self._to, data)
 
     def read(self, timeout: float) -> bytes:
-        """Return what has come."""
-        ready, _, _ = select.select([self._from], [], [], timeout)
-        return os.read(self._from, _CHUNK) if ready else b""
+        """Return what has come; after the end of the process, nothing at once."""
+        try:
+            return self._incoming.get(timeout=timeout if self._reader.is_alive() else 0.0)
+        except queue.Empty:
+            return b""
 
     def close(self) -> None:
         """End the process."""
+        self._process.terminate()
+        self._reader.join(_LAST)  # before its pipe is closed, whose number another file may get
         _end(self._process)
+
+    def _gather(self, pipe: int) -> None:
+        while content := os.read(pipe, _CHUNK):
+            self._incoming.put(content)
 
 
 class MachinePort:
@@ -260,7 +278,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
         pipe.close()
     process.terminate()
     try:
-        process.wait(2.0)  # nothing is saved at the end, so one that does not stop by itself may be killed
+        process.wait(_LAST)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()

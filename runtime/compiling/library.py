@@ -25,10 +25,13 @@ INCLUDE = NATIVE / "include"
 _KIND = "libraries"
 _UNITS = ("single.c", "tableaux.c", "map.c", "noise.c")
 
+ENDING = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+"""Of the names of shared libraries."""
+
 # No flag here changes a result: no contraction, no reassociation, NaN and infinity as IEEE 754 has them.
 FLAGS = (
     "-std=gnu11",
-    "-fPIC",
+    *(() if sys.platform == "win32" else ("-fPIC",)),  # code for Windows can lie anywhere, and clang refuses the flag
     "-shared",
     "-ffp-contract=off",
     "-fno-math-errno",
@@ -65,7 +68,7 @@ def load_library(
         If compilation or loading fails.
     """
     compiler = require_compiler()
-    options, file = (*FLAGS, *flags, *compiler.flags, *units), f"{name}.so"
+    options, file = (*FLAGS, *flags, *compiler.flags, *units), f"{name}{ENDING}"
     command = [*compiler.command, *options, "-o", file, "-lm"]
     texts = (text for item in sorted(sources.items()) for text in item)
     machine = (sys.platform, platform.machine())

@@ -3,7 +3,8 @@
 
 What a page may say to this test, in a comment on the line before a block:
 `<!-- not run: reason -->`, `<!-- exit: 2 -->` for a block that ends with that status, `<!-- file: NAME -->` for a block
-that is written to a file. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository.
+that is written to a file, `<!-- needs: PACKAGE, PACKAGE -->` for one that runs only where these are installed, as
+`make peers` does. `<!-- in a copy of the checkout -->` gives a page models/ and generated/ in a git repository.
 A `text` block after a Python block, and the lines without `$ ` in a `console` block, are looked for in the output;
 `...` stands for anything.
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import importlib.util
 import io
 import os
 import re
@@ -96,7 +98,7 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
         copy_checkout(tmp_path)
     for block in blocks(text):
         where = f"{page.relative_to(ROOT)}:{block.start}"
-        if said(block, "not run"):
+        if said(block, "not run") or missing(block):
             output = ""
         elif name := said(block, "file"):
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
@@ -107,6 +109,22 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
             output = run_shell(block, where, tmp_path)
         elif block.language == "text" and output:
             expect(block.lines, output, where)
+
+
+def missing(block: Block) -> list[str]:
+    """Return the packages that a block needs and that are not there."""
+    return [name for name in filter(None, said(block, "needs").split(", ")) if importlib.util.find_spec(name) is None]
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize(
+    "page",
+    [page for page in PAGES if "<!-- needs: " in page.read_text(encoding="utf-8")],
+    ids=lambda page: str(page.relative_to(ROOT)),
+)
+def test_what_a_page_shows_of_other_tools_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not [name for block in blocks(page.read_text(encoding="utf-8")) for name in missing(block)]
+    test_what_a_page_shows_runs(page, tmp_path, monkeypatch)
 
 
 def copy_checkout(folder: Path) -> None:
@@ -247,6 +265,14 @@ def test_the_page_of_numbers_is_what_the_benchmarks_say() -> None:
 
 def test_the_moving_picture_of_the_readme_is_made_by_a_run() -> None:
     assert pictures.FILE.read_text(encoding="utf-8") == pictures.picture(), "run: python -m docs.site.pictures"
+
+
+def test_pictures_of_pages_are_drawn_by_the_code_that_is_there() -> None:
+    for name, page in pictures.DRAWN.items():
+        text = (pictures.FILE.parent / name).read_text(encoding="utf-8")
+        assert text.endswith(pictures.origin(page)), f"{name} is not of {page} as it is: python -m docs.site.pictures"
+    drawn = {path.name for path in pictures.FILE.parent.glob("*.svg")} - {pictures.FILE.name}
+    assert drawn == {*pictures.DRAWN}
 
 
 def test_the_citation_names_this_version() -> None:

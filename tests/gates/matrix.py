@@ -22,7 +22,14 @@ from elsewhere import walk
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "benchmarks" / "results" / "matrix.md"
-CASES = (("3.11", "oldest"), ("3.12", "oldest"), ("3.11", "newest"), ("3.12", "newest"), ("3.13", "newest"))
+CASES = (
+    ("3.11", "oldest"),
+    ("3.12", "oldest"),
+    ("3.11", "newest"),
+    ("3.12", "newest"),
+    ("3.13", "newest"),
+    ("3.14", "newest"),
+)
 MODELS = ("triangle", "slosh", "satellite")
 SHOWN = ("numpy", "scipy", "sympy", "casadi")
 TESTS = (

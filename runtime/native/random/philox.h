@@ -6,11 +6,14 @@
 
 #include <stdint.h>
 
+/* By halves: not every compiler has integers of 128 bits. */
 static inline uint64_t mv_high_product(uint64_t a, uint64_t b, uint64_t *low)
 {
-    const unsigned __int128 product = (unsigned __int128)a * b;
-    *low = (uint64_t)product;
-    return (uint64_t)(product >> 64);
+    const uint64_t half = 0xFFFFFFFFu, a0 = a & half, a1 = a >> 32, b0 = b & half, b1 = b >> 32;
+    const uint64_t cross = a1 * b0 + (a0 * b0 >> 32); /* at most (2^32 - 1)^2 + 2^32 - 1, below 2^64 */
+    const uint64_t other = a0 * b1 + (cross & half);
+    *low = a * b;
+    return a1 * b1 + (cross >> 32) + (other >> 32);
 }
 
 static inline void mv_philox(uint64_t key0, uint64_t key1, uint64_t counter, uint64_t words[4])

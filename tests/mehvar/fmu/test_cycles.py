@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import casadi as ca
 import numpy as np
+import pytest
 
 import mehvar
 from tests.tools import needs
@@ -35,9 +36,10 @@ def test_ten_thousand_instances_leave_nothing_behind(tmp_path):
     assert (done.returncode, done.stdout) == (0, "10000 cycles\n"), done.stderr
 
 
-def test_casadi_imports_the_plant(tmp_path):
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_casadi_imports_the_plant(fmi, tmp_path):
     """Right-hand sides by DaeBuilder are ours, bit for bit."""
-    unpacked(tmp_path, kind="me")
+    unpacked(tmp_path, kind="me", fmi=fmi)
     builder, model = ca.DaeBuilder("unit", str(tmp_path)), mehvar.load("triangle")
     rhs = builder.create("rhs", ["x", "u"], ["ode"])
     x = model.state(rho=0.3, phi=0.1, mu=0.2, theta=0.5)
