@@ -1,12 +1,14 @@
 # make run : set up .venv and reproduce the papers' figures and claims into report/
 # make test: set up .venv and run every check and test
 # make docs: set up .venv and build the site into build/site
-# make soak: the long campaigns, hours; make matrix: other Pythons and libraries, needs the package index
+# make validate: against outside engines; make mutants: wrong versions of the runtime; both need the package index
+# make soak: the long campaigns, hours; make matrix: other Pythons and libraries,
+# make peers: the tools that models are exported to; both need the package index
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test docs soak matrix lint farm setup clean
+.PHONY: run test docs validate mutants soak matrix peers lint farm setup clean
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
@@ -23,12 +25,27 @@ soak: setup
 	$(BIN)/python benchmarks/board.py fuzz residual
 	$(BIN)/python benchmarks/board.py day
 	$(BIN)/python benchmarks/kill_test.py --kills 200
+	$(BIN)/python benchmarks/store.py
 	$(BIN)/python benchmarks/mutation.py
 	rm -rf report/soak.zarr && mkdir -p report
 	$(BIN)/mehvar batch triangle --controller path -n 10000000 --vary "theta_0=uniform(0.8, 1.2)" --out report/soak.zarr
 
 matrix: setup
 	$(BIN)/python tests/gates/matrix.py
+
+# without constraints.txt: Basilisk asks for versions of its own
+validate:
+	$(PYTHON) -m venv .venv-validation
+	.venv-validation/bin/python -m pip install --quiet --disable-pip-version-check -e ".[validation]"
+	.venv-validation/bin/python -m tests.validation
+
+mutants: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[mutants]"
+	$(BIN)/python -m tests.mutants
+
+peers: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[control,jax,numba]" fmpy
+	$(BIN)/pytest -m peers
 
 lint: setup farm
 	$(BIN)/ruff check .
@@ -50,4 +67,4 @@ $(VENV)/installed: pyproject.toml constraints.txt
 	@touch $@
 
 clean:
-	rm -rf $(VENV) report
+	rm -rf $(VENV) .venv-validation report

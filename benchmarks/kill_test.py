@@ -97,12 +97,13 @@ def finish(store: Path, reference_contents: dict[str, bytes]) -> None:
 def acknowledged(store: Path, reference_contents: dict[str, bytes]) -> int:
     """Compare every file of the acknowledged blocks; return how many blocks there are."""
     result = contents(store) if store.exists() else {}
-    blocks = {name.split("/")[2] for name in result if name.startswith("status/c/")}
+    blocks = {Path(name).stem for name in result if name.startswith("records/") and Path(name).stem.isdigit()}
     for block in blocks:
         names = [
             name
             for name in reference_contents
-            if name.split("/")[1:3] == ["c", block] and name.split("/")[0] not in COORDINATES
+            if name == f"records/{block}.json"
+            or (name.split("/")[1:3] == ["c", block] and name.split("/")[0] not in COORDINATES)
         ]
         for name in names:
             assert result.get(name) == reference_contents[name], f"{name} of an acknowledged block differs"

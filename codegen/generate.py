@@ -15,13 +15,26 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-from mehvar.errors import InputError
+from mehvar.errors import InputError, shown
 from mehvar.manifest import FILE, Manifest, manifest_text, parse_manifest, read_manifest
 from mehvar.names import identifier
+from mehvar.versions import installed
 
-from .workspace import GenerateError, Tree, find_tree, installed_tree, load_model, own_text, prefer_vocabulary, sha256
+from .loaded import tracing
+from .plants import kept_plant
+from .workspace import (
+    GenerateError,
+    Tree,
+    find_tree,
+    installed_tree,
+    load_model,
+    own_text,
+    package_name,
+    prefer_vocabulary,
+    sha256,
+)
 
 if TYPE_CHECKING:
     from mehvar.models.system import System
@@ -124,10 +137,10 @@ def _renumbered(
         return None
     from .new_numbers import renumber, shapes
 
-    tables, sources = tree.root / "models" / model, tree.sources(model)
+    tables, sources = tree.root / "models" / model, inputs(tree, model, record)
     names = [f"models/{model}/{name}" for name in record.shapes_sha256]
-    inputs = {**record.inputs_sha256, **{name: sources[name] for name in names if name in sources}}
-    record = replace(record, inputs_sha256=inputs)
+    now = {**record.inputs_sha256, **{name: sources[name] for name in names if name in sources}}
+    record = replace(record, inputs_sha256=now)
     if shapes(tables) != record.shapes_sha256 or _differences(record, tree, model, folder, structure, casadi):
         return None
     prefer_vocabulary(tree)
@@ -145,16 +158,19 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     VerificationError
         If the form that is evaluated is not the one that was derived.
     """
-    sources = tree.sources(model)
-    system = system_of(tree, model, structure or {})
+    with tracing(tree.root, package_name(tree, model)) as loading:
+        system = system_of(tree, model, structure or {})
+        loaded = {name: sha256(path) for name, path in loading().items()}
+    sources = {**loaded, **(_plant_inputs(tree, model) or {}), **tree.sources(model)}
     from .code.files import printed, texts
     from .equations.graph import equations_json
     from .equations.page import equations_markdown
     from .functions.graphs import generate_functions
-    from .functions.verify import verify
+    from .functions.verify import check_counterparts, verify
     from .manifest import manifest_of
     from .new_numbers import TABLES, renumber, shapes
 
+    check_counterparts(system)
     verify(system)
     graphs = generate_functions(system)
     functions = printed(graphs)
@@ -204,28 +220,84 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     ModelError
         If the model's text is wrong.
     """
+    system = _system(tree, model, structure)
+    from mehvar.models.clock import with_clock
+
+    return with_clock(system)
+
+
+def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
+    """Derive a model and check it, as its text has it."""
+    plant = tree.plant(model)
+    system = _whole(tree, model, structure) if plant is None else _law(tree, model, structure, *plant)
+    from mehvar.models.check import check as check_system
+    from mehvar.models.check import check_tables
+
+    folder = tree.root / "models" / model
+    check_system(system)
+    if plant is not None or not load_model(tree, model).STRUCTURE:
+        check_tables(system, folder)
+    if system.name != model:
+        raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
+    return system
+
+
+def _law(tree: Tree, model: str, structure: Mapping[str, str], plant_tree: Tree, name: str) -> System:
+    """Derive a law of one's own on a plant, which is derived once."""
+    package = load_model(tree, model)
+    folder = tree.root / "models" / model
+    if not hasattr(package, "laws"):
+        raise GenerateError(f"{folder / '__init__.py'} lacks laws")
+    prefer_vocabulary(plant_tree)
+    sources = _plant_inputs(tree, model)
+    plant = (
+        _system(plant_tree, name, structure)
+        if sources is None
+        else kept_plant(sources, structure, lambda: _system(plant_tree, name, structure))
+    )
+    from mehvar.models.check import no_branching
+    from mehvar.models.derivation import Derivation
+    from mehvar.models.plant import with_laws, without_laws
+
+    bare = without_laws(plant)
+    derivation = Derivation(bare.steps)
+    derivation.section("Laws")
+    with own_text(folder), no_branching():
+        laws = package.laws(bare, derivation)
+    return with_laws(bare, model, laws, derivation)
+
+
+def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     package = load_model(tree, model)
     folder = tree.root / "models" / model
     for name in ("STRUCTURE", "system"):
         if not hasattr(package, name):
             raise GenerateError(f"{folder / '__init__.py'} lacks {name}")
-    choices: Mapping[str, tuple[str, ...]] = package.STRUCTURE
+    choices: Mapping[str, tuple[str, ...]] = _structure(package.STRUCTURE, folder)
     for name, value in structure.items():
         if name not in choices:
             raise GenerateError(f"{model} has no structure {name!r}; it has: {', '.join(choices) or 'none'}")
         if value not in choices[name]:
             raise GenerateError(f"structure {name} = {value!r} is not one of {', '.join(choices[name])}")
-    from mehvar.models.check import check as check_system
     from mehvar.models.check import no_branching
 
     with own_text(folder), no_branching():
         system: System = package.system(**structure)
-    check_system(system)
-    if system.name != model:
-        raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
-    from mehvar.models.clock import with_clock
+    return system
 
-    return with_clock(system)
+
+def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:
+    """Return a model's structural choices, or raise GenerateError for what is no table of them."""
+    words = isinstance(choices, Mapping) and all(
+        isinstance(name, str) and isinstance(values, tuple) and values and all(isinstance(v, str) for v in values)
+        for name, values in choices.items()
+    )
+    if not words:
+        raise GenerateError(
+            f"{folder / '__init__.py'}: STRUCTURE = {shown(choices)}: must be a mapping of names to tuples of words, "
+            "{} for a model without structural choices"
+        )
+    return cast(Mapping[str, tuple[str, ...]], choices)
 
 
 def _reasons(
@@ -260,7 +332,9 @@ def _differences(
 ) -> tuple[str, ...]:
     """Compare sources, structure and files with what a manifest records of them."""
     files, before = record.files_sha256, record.structure
-    reasons = [f"{name} {change}" for name, change in _changes(record.inputs_sha256, tree.sources(model))]
+    reasons = [f"{name} {change}" for name, change in _changes(record.inputs_sha256, inputs(tree, model, record))]
+    now = installed(*record.versions)
+    reasons += [f"{k} is {now[k]}, was {v}" for k, v in record.versions.items() if now.get(k, v) != v]
     reasons += [f"structure {k} was {before.get(k)!r}" for k, v in structure.items() if before.get(k) != v]
     if casadi and f"{model}_casadi.c" not in files:
         reasons.append(f"{model}_casadi.c was not written before")
@@ -270,6 +344,20 @@ def _differences(
         elif sha256(folder / name) != digest:
             reasons.append(f"{name} was edited by hand")
     return tuple(reasons)
+
+
+def inputs(tree: Tree, model: str, record: Manifest) -> dict[str, str]:
+    """Return the SHA-256 of what a model depends on now, with the files that its last derivation loaded."""
+    loaded = {name: tree.root / name for name in record.inputs_sha256}
+    now = {name: sha256(path) for name, path in loaded.items() if path.is_file()}
+    return now | (_plant_inputs(tree, model) or {}) | tree.sources(model)
+
+
+def _plant_inputs(tree: Tree, model: str) -> dict[str, str] | None:
+    """Return what the plant of a law of one's own depends on; None without one, or where it was never generated."""
+    plant = tree.plant(model)
+    record = None if plant is None else _record(plant[0].root / "generated" / plant[1])
+    return None if plant is None or record is None else inputs(*plant, record)
 
 
 def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterable[tuple[str, str]]:

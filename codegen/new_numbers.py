@@ -22,26 +22,29 @@ if TYPE_CHECKING:
     from mehvar import manifest as numeric
     from mehvar.models.quantities import Group, Parameter
 
+_WORDS = frozenset(("title", "description"))
+"""Of scenarios and metrics, for people: they stand in the manifest and nowhere else."""
 TABLES = ("parameters.toml", "scenarios.toml")
 
 
 def shapes(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of each table of a model with every number in it taken as zero, by file name."""
+    """Return the SHA-256 of each table of a model with numbers and words for people left out, by file name."""
     hashes = {}
     for name in TABLES:
         try:
             table = tomllib.loads((folder / name).read_text(encoding="utf-8-sig"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
             continue
-        hashes[name] = hashlib.sha256(json.dumps(_shape(table)).encode()).hexdigest()
+        words = _WORDS if name == "scenarios.toml" else frozenset()
+        hashes[name] = hashlib.sha256(json.dumps(_shape(table, words)).encode()).hexdigest()
     return hashes
 
 
-def _shape(value: object) -> object:
+def _shape(value: object, words: frozenset[str]) -> object:
     if isinstance(value, dict):
-        return {key: _shape(entry) for key, entry in value.items()}
+        return {key: "" if key in words else _shape(entry, words) for key, entry in value.items()}
     if isinstance(value, list):
-        return [_shape(entry) for entry in value]
+        return [_shape(entry, words) for entry in value]
     return 0 if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 

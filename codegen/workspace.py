@@ -9,6 +9,7 @@ import importlib
 import importlib.util
 import re
 import sys
+import tomllib
 import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,7 +19,9 @@ from pathlib import Path
 from types import ModuleType
 
 from mehvar import errors
-from mehvar.errors import MehvarError
+from mehvar.errors import MehvarError, unknown_name
+from mehvar.manifest import FILE
+from mehvar.project import project_root
 
 _TOOL = Path(__file__).parent
 _SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))
@@ -29,6 +32,8 @@ _COMPARING = re.compile(
 """Modules that compare equations and write no generated text."""
 
 
+PLANT = "plant.toml"
+"""In the folder of a law of one's own: which plant it acts on."""
 ROOMS = frozenset(("check",))
 """Folders of the vocabulary that are no models."""
 
@@ -60,6 +65,39 @@ class Tree:
         names = {path.parent.name for path in (self.root / "models").glob("*/__init__.py")}
         return tuple(sorted(names - ROOMS if self.has_vocabulary else names))
 
+    @property
+    def orphans(self) -> dict[str, str]:
+        """What lacks its other half, with what is missing: generated folders a model, models an `__init__.py`."""
+        models, rooms = self.root / "models", ROOMS if self.has_vocabulary else ()
+        marks = (*models.glob("*/system.py"), *models.glob("*/parameters.toml"))
+        names = {path.parent.name for path in (*marks, *(self.root / "generated").glob(f"*/{FILE}"))}
+        return {
+            name: f"{models / name / '__init__.py' if (models / name).is_dir() else models / name} is missing"
+            for name in sorted(names - {*self.models, *rooms})
+        }
+
+    def plant(self, model: str) -> tuple[Tree, str] | None:
+        """Return where the plant of a law of one's own lives, and its name; None for a model that is a whole system.
+
+        Raises
+        ------
+        GenerateError
+            If plant.toml names no plant.
+        """
+        file = self.root / "models" / model / PLANT
+        if not file.is_file():
+            return None
+        try:
+            name = tomllib.loads(file.read_text(encoding="utf-8-sig"))["plant"]
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError) as error:
+            raise GenerateError(f'{file}: must be one line, plant = "MODEL": {error}') from error
+        own = {name: self for name in self.models if not (self.root / "models" / name / PLANT).is_file()}
+        shipped = {name: installed_tree() for name in installed_tree().models}
+        plants = {**shipped, **own}
+        if name not in plants:
+            raise GenerateError(str(unknown_name("plant", name, plants, str(file))))
+        return plants[name], name
+
     def sources(self, model: str, papers: bool = False) -> dict[str, str]:
         """Return the SHA-256 of each file that the model's generated text depends on.
 
@@ -71,28 +109,28 @@ class Tree:
             Add what the verdicts on its paper depend on.
         """
         vocabulary = (self.root if self.has_vocabulary else _TOOL.parent) / "models"
-        own = (p for p in (self.root / "models" / model).rglob("*") if p.suffix in (".py", ".toml"))
+        own = _texts(self.root / "models" / model)
+        plant = self.plant(model)
+        under = [] if plant is None else _texts(plant[0].root / "models" / plant[1])
         tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2"))
         ours = (*vocabulary.glob("*.py"), *vocabulary.glob("check/*.py"))
         names = {p: "models/" + p.relative_to(vocabulary).as_posix() for p in ours}
         names |= {p: p.relative_to(self.root).as_posix() for p in own}
+        names |= {p: p.relative_to(plant[0].root).as_posix() for p in under if plant}
         names |= {p: "codegen/" + p.relative_to(_TOOL).as_posix() for p in tool}
         names |= {p: "mehvar/" + p.name for p in _SHARED}
         names = {p: name for p, name in names.items() if papers or not _COMPARING.match(name)}
         return {name: sha256(path) for path, name in sorted(names.items(), key=lambda item: item[1])}
 
 
-def find_tree(start: Path) -> Tree | None:
-    """Return the nearest folder at or above `start` that has generated/, and a model in models/.
+def _texts(folder: Path) -> list[Path]:
+    return [path for path in folder.rglob("*") if path.suffix in (".py", ".toml")]
 
-    A model has system.py or, where that is missing or misspelt, at least its parameters.
-    """
-    for folder in (start, *start.parents):
-        models = folder / "models"
-        marks = (models.glob(pattern) for pattern in ("system.py", "*/system.py", "*/parameters.toml"))
-        if (folder / "generated").is_dir() and any(any(mark) for mark in marks):
-            return Tree(folder)
-    return None
+
+def find_tree(start: Path) -> Tree | None:
+    """Return the project at or above `start`."""
+    root = project_root(start)
+    return None if root is None else Tree(root)
 
 
 def installed_tree() -> Tree:
@@ -162,6 +200,11 @@ def _one_line(error: BaseException, folder: Path) -> str:
                 return f"imports {file}, which does not exist"
     text = " ".join(str(error).split()).replace(package, folder.name)
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def package_name(tree: Tree, model: str) -> str:
+    """Return the name under which a model's package is imported."""
+    return f"mehvar.models.{model}" if tree.has_vocabulary else _name_of(tree.root / "models" / model)
 
 
 def _name_of(folder: Path) -> str:

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from mehvar.terminal import fail, interruptible, let_readers_leave, warn_in_a_line
+import sys
+
+from mehvar.terminal import fail, interruptible, let_readers_leave, print_version, warn_in_a_line
 
 
 def main() -> None:
@@ -11,7 +13,10 @@ def main() -> None:
     with interruptible():
         let_readers_leave()
         warn_in_a_line()
-        _run()
+        if sys.argv[1:] == ["--version"]:  # before anything of the commands is imported
+            print_version()
+        else:
+            _run()
 
 
 def _run() -> None:

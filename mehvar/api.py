@@ -9,6 +9,8 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from numpy.typing import ArrayLike
+
 from mehvar.errors import InputError, bad_value
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
@@ -16,6 +18,7 @@ from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.run.options import merged, split_settings
+from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate as simulate_run
 
@@ -24,28 +27,49 @@ if TYPE_CHECKING:
     from distributed import Client
 
     from mehvar.runtime.batch.sampling import Design
+    from mehvar.runtime.run.own.inputs import Interpolation
+    from mehvar.runtime.run.own.law import LawFunction
 
 
 def simulate(
     model: Model | str | os.PathLike[str],
-    controller: str,
+    controller: str | LawFunction | None,
     scenario: str | None = None,
     parameters: Mapping[str, float] | None = None,
     initial: Mapping[str, float] | None = None,
+    *,
+    inputs: Mapping[str, Any] | xr.Dataset | None = None,
+    interpolation: Interpolation | None = None,
+    period: float | None = None,
+    memory: ArrayLike | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Integrate one closed loop.
+    """Integrate one loop: closed by a law of the model, by a law of your own in Python, or open.
 
     Parameters
     ----------
     model : str, path or Model
         Name of a model, a generated folder, or a loaded model.
-    controller, scenario : str
-        The law and the scenario; the model's first scenario unless given.
+    controller : str or callable
+        A law of the model by name; or a function law(t, x) -> u, or law(t, x, z) -> (u, z_next) with `memory`. `x` is
+        an array that answers to names too, `x.roll`, also to those of the references; it is what the sensor shows of
+        the state, where the model has one and there is a period. None for an open loop.
+    scenario : str, optional
+        The model's first scenario unless given.
     parameters : mapping, optional
         Values of plant, law and scenario parameters by name.
     initial : mapping, optional
         States that start elsewhere than the scenario says.
+    inputs : mapping or xarray.Dataset, optional
+        For an open loop: inputs by name, each a number, a pair (t, values) of arrays or a function of t, zero unless
+        named; or the result of an earlier run, whose commands are given again.
+    interpolation : {"hold", "linear"}, optional
+        What an array means between its instants; "hold" unless given.
+    period : float, optional
+        Time in s after which a function, of the state or of time, is evaluated again; what it gave is held in between.
+        Without it a function is continuous, and the run is on the Python backend, as its attribute `backend` says.
+    memory : array_like, optional
+        What a function keeps, before the first sample.
     **options
         Options of the run, as in `t_end=5.0` (`mehvar simulate` has a table of them), choices of the model, as in
         `plant="reduced"`, parameters by name, as in `disturbance=0.001`, and `progress`, `law` and `origin` as in
@@ -61,18 +85,36 @@ def simulate(
     ------
     InputError
         For anything unknown, out of bounds or infeasible.
+    LawError
+        If a function fails, or returns what is no input; the message says when, and what it returned.
     """
-    return to_dataset(simulate_run(model, controller, scenario, parameters, initial, **options))
+    run = simulate_run(
+        model,
+        controller,
+        scenario,
+        parameters,
+        initial,
+        inputs=inputs,
+        interpolation=interpolation,
+        period=period,
+        memory=memory,
+        **options,
+    )
+    return to_dataset(run)
 
 
 def batch(
     model: Model | str | os.PathLike[str],
-    controller: str | None = None,
+    controller: str | LawFunction | None = None,
     n: int | None = None,
     scenario: str | None = None,
     parameters: Mapping[str, float] | None = None,
     initial: Mapping[str, float] | None = None,
     *,
+    inputs: Mapping[str, Any] | xr.Dataset | None = None,
+    interpolation: Interpolation | None = None,
+    period: float | None = None,
+    memory: ArrayLike | None = None,
     vary: Mapping[str, str] | None = None,
     seed: int | None = None,
     sampling: Design | None = None,
@@ -94,12 +136,16 @@ def batch(
     model : str, path or Model
         Name of a model, a generated folder, a loaded model, or a campaign file that ends in `.toml`; besides such a
         file only `out` and what follows it may be given.
-    controller, n : str, int
-        The law, and how many runs.
+    controller, n : str or callable, int
+        The law, and how many runs. A function as in `simulate` is called once a period for a block of runs, with `x` of
+        shape (nx, runs), memory (nz, runs), and returns inputs (nu, runs): the same text serves where it computes with
+        NumPy and decides by `numpy.where`. A run for which it returns what is not finite ends.
     scenario : str, optional
         The model's first scenario unless given.
     parameters, initial : mapping, optional
         Parameters and initial states that all runs share.
+    inputs, interpolation, period, memory
+        As in `simulate`; the same in all runs. What is not held needs a period.
     vary : mapping of str to str, optional
         Names of parameters or initial states to distributions, as in `{"m1": "normal(50, 2)"}`.
     seed : int, optional
@@ -139,7 +185,7 @@ def batch(
     OSError
         If the store cannot be written; `resume=True` goes on from what it has.
     """
-    check_arguments("text", "the call", controller=controller, scenario=scenario)
+    check_arguments("text", "the call", scenario=scenario)
     check_arguments("mapping", "the call", parameters=parameters, initial=initial, vary=vary)
     source: Model | str | os.PathLike[str]
     if str(model).endswith(".toml"):
@@ -147,27 +193,31 @@ def batch(
 
         decided = {
             **{"controller": controller, "n": n, "scenario": scenario, "parameters": parameters, "initial": initial},
+            **{"inputs": inputs, "interpolation": interpolation, "period": period, "memory": memory},
             **{"vary": vary, "seed": seed, "sampling": sampling, "save": save},
             **options,
         }
         for name, value in decided.items():
             if value is not None or name in options:
                 raise bad_value(name, value, f"left out, since {model} says what is run", "the call")
-        file, origin = read_campaign(Path(str(model))), str(model)
+        file, origin, own = read_campaign(Path(str(model))), str(model), None
         campaign, source = file.campaign(origin), file.model
         out = file.out if out is None else out
         success = file.success if success is None else success
         until = file.until if until is None else until
-    elif controller is None or n is None:
-        raise InputError("a batch needs controller and n")
+    elif (controller is None and inputs is None) or n is None:
+        raise InputError("a batch needs controller and n; or inputs and n, for an open loop")
     else:
         origin, source = "the call", model
         manifest = model.manifest if isinstance(model, Model) else find_model(model)
         shared, settings = split_settings(options, manifest.choices, "batch", origin)
+        case = manifest.scenario(scenario)
+        end = settings.get("t_end") or case.duration
+        law, own = law_of(manifest, controller, inputs, interpolation, period, memory, end, origin)
         campaign = Campaign(
-            controller=controller,
+            controller=law.name,
             n=n,
-            scenario=manifest.scenario(scenario).name,
+            scenario=case.name,
             seed=Campaign.seed if seed is None else seed,
             vary=dict(vary or {}),
             parameters=merged(parameters or {}, shared, origin),
@@ -188,6 +238,7 @@ def batch(
             threads=threads,
             client=client,
             report=report,
+            own=own,
             origin=origin,
         )
     return store.dataset()

@@ -6,6 +6,7 @@ that manifests have not always had carries a default, which is what an older one
 run refuses the older one.
 """
 
+import hashlib
 import json
 import math
 import os
@@ -18,10 +19,12 @@ from typing import Literal, NamedTuple, get_args
 
 from mehvar.errors import InputError, unknown_name
 from mehvar.names import identifier
-from mehvar.schema import Lower, SchemaError, Upper, json_key, plain, read
+from mehvar.schema import Lower, SchemaError, Upper, json_key, parse, plain, read
 
 FILE = "manifest.json"
 SCHEMA = 1
+OPEN_LOOP = "none"
+"""What a run without a law is called, where a law has its name; no law can have it."""
 Part = Literal["", "prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
 """Which of a model's C files a function is in."""
 METRIC_KINDS = ("settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final")
@@ -275,6 +278,8 @@ class Manifest:
         SHA-256 of every source file it depends on and of every other file of its folder.
     shapes_sha256 : mapping of str to str
         SHA-256 of each table with every number taken as zero; empty where new numbers need a new derivation.
+    digest : str
+        SHA-256 of the text of the file but for itself.
     folder, text
         Where it was read from, and the text of the file.
     """
@@ -305,12 +310,13 @@ class Manifest:
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
     files_sha256: Mapping[str, str] = field(default_factory=dict)
     shapes_sha256: Mapping[str, str] = field(default_factory=dict)
+    digest: str = ""
     folder: Path = field(default=Path(), metadata=json_key(None))
     text: str = field(default="", metadata=json_key(None))
 
     def controller(self, name: str) -> Controller:
         """Return a control law by name, or raise InputError with the names that there are."""
-        if name not in self.controllers:
+        if not isinstance(name, str) or name not in self.controllers:
             raise unknown_name(f"controller of {self.model}", name, self.controllers)
         return self.controllers[name]
 
@@ -318,7 +324,7 @@ class Manifest:
         """Return a scenario by name (the first one for None), or raise InputError with the names that there are."""
         if name is None and self.scenarios:
             return next(iter(self.scenarios.values()))
-        if name is None or name not in self.scenarios:
+        if not isinstance(name, str) or name not in self.scenarios:
             raise unknown_name(f"scenario of {self.model}", name, self.scenarios)
         return self.scenarios[name]
 
@@ -353,14 +359,17 @@ def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Mani
 def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
     """Return the manifest that a text holds; `path` is where it is or will be. Raises as `read_manifest` does."""
     try:
-        data = json.loads(text, parse_constant=_no_number)
-    except RecursionError as error:
-        raise InputError(f"{path} is not JSON that we read: it is nested too deeply") from error
-    except ValueError as error:
-        raise InputError(f"{path} is not JSON: {error}") from error
+        data = parse(text)
+    except SchemaError as error:
+        raise InputError(f"{path} {error}") from error
     schema = data.get("schema") if isinstance(data, dict) else None
     if schema != SCHEMA:
         raise InputError(f"{path}: schema = {schema!r}: must be {SCHEMA}; generate the model again")
+    if ("digest" in data or not any_age) and (sealed(text) != text or not _DIGEST.search(text)):
+        raise InputError(
+            f"{path} is not what generation wrote: its digest is of another text; change the sources and generate the "
+            "model again (mehvar generate), or take the file back"
+        )
     try:
         manifest = read(Manifest, data, any_age, folder=path.parent, text=text)
         if not any_age:
@@ -396,10 +405,6 @@ def check_manifest(manifest: Manifest) -> None:
 def file_of(model: str, part: Part) -> str:
     """Return the name of a C file."""
     return f"{model}_{part}.c" if part else f"{model}.c"
-
-
-def _no_number(word: str) -> float:
-    raise ValueError(f"{word} is no number of JSON")
 
 
 def _check_words(manifest: Manifest) -> None:
@@ -476,6 +481,8 @@ def _check_sizes(
 
 
 def _check_controller(manifest: Manifest, law: Controller) -> None:
+    if law.name == OPEN_LOOP:
+        raise SchemaError(f": {OPEN_LOOP!r} is what a run without a law is called", "controllers")
     place, name = f"controllers.{law.name}", identifier(law.name)
     parameters, own = ([q.name for q in group] for group in (manifest.parameters, law.parameters))
     for field_name, value, allowed in (("period", law.period, parameters), ("delay", law.delay, own)):
@@ -554,5 +561,19 @@ def _check_scenarios(manifest: Manifest) -> None:
 
 
 def manifest_text(manifest: Manifest) -> str:
-    """Return the text of a manifest.json."""
-    return json.dumps(plain(Manifest, manifest), indent=1, ensure_ascii=False) + "\n"
+    """Return the text of a manifest.json, sealed."""
+    return sealed(json.dumps({**plain(Manifest, manifest), "digest": ""}, indent=1, ensure_ascii=False) + "\n")
+
+
+def sealed(text: str) -> str:
+    """Return the text of a manifest.json with the digest of all else in it.
+
+    A run believes its manifest: which law's outputs are which, what a parameter may be, in which unit it is. Code and
+    header vouch for names and sizes only.
+    """
+    blank = _DIGEST.sub(_NO_DIGEST, text)
+    return blank.replace(_NO_DIGEST, f'\n "digest": "{hashlib.sha256(blank.encode()).hexdigest()}"')
+
+
+_DIGEST, _NO_DIGEST = re.compile(r'\n "digest": "[^"]*"'), '\n "digest": ""'
+"""Of the file's own table: what is deeper in it is indented by more than one space."""

@@ -10,6 +10,16 @@ RESULT_NAMES = frozenset(
 )
 """What results and stores call their own variables and axes; no variable of a model has such a name."""
 
+ARGUMENTS = frozenset(
+    """
+    model controller scenario parameters initial vary n seed sampling save out resume success until strict threads
+    scheduler report progress law origin inputs interpolation period memory
+    t_end dt_out hold delay run real method rtol atol step max_steps backend profile
+    """.split()  # noqa: SIM905
+)
+"""What runs and batches call their own arguments and options; no parameter and no choice of a model has such a name,
+for whoever gives it by name would set the other."""
+
 
 def identifier(name: str) -> str:
     """Return the C and Python identifier of a name: what is neither letter, digit nor underscore becomes one."""

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import json
 import math
 import types
 from collections.abc import Callable, Iterable, Mapping
@@ -50,6 +51,37 @@ class SchemaError(MehvarError, ValueError):
 def json_key(key: str | None) -> dict[str, str | None]:
     """Return the metadata of a field whose key in JSON is not its name; with None JSON does not hold it."""
     return {_KEY: key}
+
+
+def parse(text: str) -> Any:
+    """Return what a JSON text says.
+
+    Raises
+    ------
+    SchemaError
+        If it is no JSON, is nested too deeply, or says a key twice, of which JSON readers keep one without a word.
+    """
+    try:
+        return json.loads(text, parse_constant=_no_number, object_pairs_hook=_once)
+    except SchemaError:
+        raise
+    except RecursionError as error:
+        raise SchemaError(": is not JSON that we read: it is nested too deeply") from error
+    except ValueError as error:
+        raise SchemaError(f": is not JSON: {error}") from error
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in table if keys.count(key) > 1)
+        raise SchemaError(f": the key {twice!r} is there twice in one table")
+    return table
+
+
+def _no_number(word: str) -> float:
+    raise ValueError(f"{word} is no number of JSON")
 
 
 def read(schema: type[T], data: object, any_age: bool = False, **others: object) -> T:

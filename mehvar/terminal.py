@@ -7,10 +7,12 @@ Rich is imported when something is printed with it; `mehvar --version` needs non
 from __future__ import annotations
 
 import io
+import json
+import math
 import os
 import sys
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, NoReturn, Protocol
 
@@ -108,6 +110,28 @@ def working(what: str) -> Iterator[None]:
         return
     with console.status(what):
         yield
+
+
+def print_json(facts: object) -> None:
+    """Print facts as JSON, which knows neither infinity nor NaN: such numbers are texts."""
+    print(json.dumps(_finite(facts), indent=1, ensure_ascii=False))
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return value
+
+
+def print_version() -> None:
+    """Print what `mehvar --version` does."""
+    from mehvar.versions import installed
+
+    print(f"mehvar {installed('mehvar')['mehvar']}")
 
 
 def fail(message: object, status: int) -> NoReturn:

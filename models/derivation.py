@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 import sympy as sp
 
+from .arguments import expression, instance
 from .quantities import Located, ModelError, Quantity, caller
 
 Expr: TypeAlias = sp.Expr
@@ -58,12 +59,18 @@ class Equation:
 
 
 class Derivation:
-    """An ordered list of definitions and equations under section headings."""
+    """An ordered list of definitions and equations under section headings.
 
-    def __init__(self) -> None:
-        self.steps: list[Definition | Equation] = []
+    Parameters
+    ----------
+    steps : iterable of Definition and Equation
+        What it goes on from, as a law does from the derivation of its plant.
+    """
+
+    def __init__(self, steps: Iterable[Definition | Equation] = ()) -> None:
+        self.steps: list[Definition | Equation] = list(steps)
         self._section = ""
-        self._names: set[str] = set()
+        self._names = {step.symbol.name for step in self.steps if isinstance(step, Definition)}
 
     @property
     def definitions(self) -> dict[sp.Symbol, Expr]:
@@ -91,13 +98,15 @@ class Derivation:
         ModelError
             If the name has been used before.
         """
+        for what, text in (("name", name), ("number", number), ("title", title), ("unit", unit), ("latex", latex)):
+            instance(what, text, str, "a text")
         if name in self._names:
             raise ModelError(f"{caller()}: definition {name!r} is made twice")
         self._names.add(name)
-        quantity = Quantity(name, unit, title, latex, positive)
+        quantity = Quantity(name, unit, title, latex, instance("positive", positive, bool, "True or False"))
         definition = Definition(
             quantity.symbol,
-            _scalar(expr, f"definition {name!r}"),
+            expression(f"definition {name!r}", expr),
             number,
             title,
             self._section,
@@ -109,14 +118,7 @@ class Derivation:
 
     def show(self, left: str, expr: Expr, number: str = "", title: str = "", unit: str = "1") -> None:
         """Record a derived equation `left = expr` (left in LaTeX) that no function evaluates by itself."""
-        self.steps.append(Equation(left, _scalar(expr, f"equation {left!r}"), number, title, self._section, unit))
-
-
-def _scalar(value: object, what: str) -> Expr:
-    """Return a number or an expression as SymPy has it; a text would become symbols that belong to nothing."""
-    if isinstance(value, sp.Expr | int | float) and not isinstance(value, bool | sp.MatrixExpr):
-        return sp.sympify(value)
-    raise ModelError(f"{caller()}: {what} = {value!r}: must be a SymPy expression or a number")
+        self.steps.append(Equation(left, expression(f"equation {left!r}", expr), number, title, self._section, unit))
 
 
 def free_symbols(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:

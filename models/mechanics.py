@@ -7,6 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
+from .arguments import expression, expressions, rates_of, symbols
+from .quantities import wrong
+
 QUARTER_TURN = sp.Matrix([[0, -1], [1, 0]])
 """Rotation of the plane by +90 degrees, the paper's J."""
 
@@ -21,7 +24,8 @@ def time_derivative(expr: sp.Expr, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Exp
     rates : mapping of Symbol to Expr
         Time derivative of each symbol that depends on time; all others are constant.
     """
-    return sp.Add(*(sp.diff(expr, symbol) * rate for symbol, rate in rates.items()))
+    subject = expression("expr", expr)
+    return sp.Add(*(sp.diff(subject, symbol) * rate for symbol, rate in rates_of(rates).items()))
 
 
 def matrix_rate(matrix: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Matrix:
@@ -95,8 +99,9 @@ def quaternion_product(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Matrix:
     a, b : sequence of Expr
         Four components, scalar first.
     """
-    u, v = sp.Matrix(a[1:]), sp.Matrix(b[1:])
-    return sp.Matrix([a[0] * b[0] - u.dot(v), *(a[0] * v + b[0] * u + u.cross(v))])
+    (a_0, *a_v), (b_0, *b_v) = expressions("a", a, 4), expressions("b", b, 4)
+    u, v = sp.Matrix(a_v), sp.Matrix(b_v)
+    return sp.Matrix([a_0 * b_0 - u.dot(v), *(a_0 * v + b_0 * u + u.cross(v))])
 
 
 def quaternion_rotation(q: Sequence[sp.Expr]) -> sp.Matrix:
@@ -107,7 +112,8 @@ def quaternion_rotation(q: Sequence[sp.Expr]) -> sp.Matrix:
     q : sequence of Expr
         Four components, scalar first.
     """
-    conjugate = (q[0], -q[1], -q[2], -q[3])
+    a, b, c, d = expressions("q", q, 4)
+    conjugate = (a, -b, -c, -d)
     columns = []
     for axis in range(3):
         unit = (0, *(1 if axis is k else 0 for k in range(3)))
@@ -126,7 +132,8 @@ def quaternion_rates(q: Sequence[sp.Expr], omega: Sequence[sp.Expr]) -> sp.Matri
     omega : sequence of Expr
         Rate of the frame, rad/s.
     """
-    return quaternion_product(q, (sp.S.Zero, *omega)) / 2
+    rate = expressions("omega", omega, 3)
+    return quaternion_product(expressions("q", q, 4), (sp.S.Zero, *rate)) / 2
 
 
 def quaternion_of_turns(turns: Sequence[tuple[int, sp.Expr]]) -> sp.Matrix:
@@ -137,12 +144,21 @@ def quaternion_of_turns(turns: Sequence[tuple[int, sp.Expr]]) -> sp.Matrix:
     turns : sequence of (int, Expr)
         Axis 0, 1 or 2 and angle, rad, of each.
     """
+    if not isinstance(turns, tuple | list) or not all(map(_is_turn, turns)):
+        raise wrong("turns", turns, "a tuple of axes 0, 1 or 2 with their angles, as in ((2, yaw), (0, roll))")
     total = sp.Matrix([1, 0, 0, 0])
     for axis, angle in turns:
         single = [sp.cos(angle / 2), 0, 0, 0]
         single[axis + 1] = sp.sin(angle / 2)
         total = quaternion_product(total, single)
     return total
+
+
+def _is_turn(turn: object) -> bool:
+    if not isinstance(turn, tuple | list) or len(turn) != 2:
+        return False
+    axis, angle = turn
+    return type(axis) is int and axis in (0, 1, 2) and isinstance(angle, sp.Expr | int | float)
 
 
 def kirchhoff(
@@ -167,10 +183,10 @@ def kirchhoff(
     force, moment : sympy.Matrix
         d/dt(dT/dV) + Omega x dT/dV, N, and d/dt(dT/dOmega) + Omega x dT/dOmega + V x dT/dV, N m.
     """
-    linear = sp.Matrix([energy.diff(v) for v in velocity])
-    angular = sp.Matrix([energy.diff(w) for w in rate])
-    force = matrix_rate(linear, rates) + rate.cross(linear)
-    moment = matrix_rate(angular, rates) + rate.cross(angular) + velocity.cross(linear)
+    total, v, w = expression("energy", energy), symbols("velocity", velocity, 3), symbols("rate", rate, 3)
+    linear, angular = (sp.Matrix([total.diff(symbol) for symbol in group]) for group in (v, w))
+    force = matrix_rate(linear, rates) + sp.Matrix(w).cross(linear)
+    moment = matrix_rate(angular, rates) + sp.Matrix(w).cross(angular) + sp.Matrix(v).cross(linear)
     return force, moment
 
 
@@ -192,8 +208,10 @@ def lagrange(
     rates : mapping of Symbol to Expr
         Time derivative of each symbol that depends on time, as for `time_derivative`.
     """
+    q = symbols("coordinates", coordinates)
+    kinetic, lost = expression("energy", energy), expression("dissipation", dissipation)
     rows = [
-        time_derivative(energy.diff(speed), rates) - energy.diff(coordinate) + dissipation.diff(speed)
-        for coordinate, speed in zip(coordinates, speeds, strict=True)
+        time_derivative(kinetic.diff(speed), rates) - kinetic.diff(coordinate) + lost.diff(speed)
+        for coordinate, speed in zip(q, symbols("speeds", speeds, len(q)), strict=True)
     ]
     return sp.Matrix(rows)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mehvar.errors import MehvarError
+from mehvar.errors import MehvarError, shown
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -30,6 +30,11 @@ def caller() -> str:
     while frame.f_back and _is_vocabulary(frame.f_code.co_filename):
         frame = frame.f_back
     return place(frame.f_code.co_filename, frame.f_lineno)
+
+
+def wrong(name: str, value: object, allowed: str) -> ModelError:
+    """Return the error for an argument, with file and line of the model's text that gave it."""
+    return ModelError(f"{caller()}: {name} = {shown(value)}: must be {allowed}")
 
 
 def place(file: str, line: int) -> str:
@@ -206,6 +211,8 @@ def scalar(quantity: Quantity) -> Group:
     quantity : Quantity
         What the argument is.
     """
+    if not isinstance(quantity, Quantity):
+        raise wrong("quantity", quantity, "a Quantity")
     return Group(quantity.name, (quantity,))
 
 

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from mehvar.manifest import METRIC_KINDS, Metric, Scenario
 
-from .quantities import Group, Interval, ModelError, Parameter
+from .quantities import Group, Interval, ModelError, Parameter, place, wrong
 from .units import dimension
 
 _INTERVAL = re.compile(r"^([(\[])\s*([^,\s]+)\s*,\s*([^,\s]+)\s*([)\]])$")
@@ -128,7 +128,7 @@ def read_parameters(path: Path) -> dict[str, Group]:
     for group, rows in _read_toml(path).items():
         if not isinstance(rows, dict):
             raise ModelError(
-                f"{path.name}: {group!r} stands outside a group; write it under [plant.{group}] or the like"
+                f"{place_in(path, group)}: {group!r} stands outside a group; write it under [plant.{group}] or the like"
             )
         groups[group] = Group(group, tuple(_parameter(path, group, name, row) for name, row in rows.items()))
     return groups
@@ -147,7 +147,7 @@ def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]
     ModelError
         If the file is unreadable or malformed or a key is unknown.
     """
-    table = _validate(_ScenarioFile, _read_toml(path), f"{path.name}: ")
+    table = _validate(_ScenarioFile, _read_toml(path), path)
     metrics = tuple(Metric(name, **{**row.model_dump(), "of": tuple(row.of)}) for name, row in table.metrics.items())
     scenarios = tuple(Scenario(name, **row.model_dump()) for name, row in table.scenarios.items())
     return scenarios, metrics
@@ -174,29 +174,70 @@ def check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter], 
             raise ModelError(f"{where}: {name} = {value:g} is outside its bounds {allowed[name].bounds}")
 
 
+def place_in(path: Path, *keys: str) -> str:
+    """Return file and line of an entry of a TOML file, of the nearest table around it where it has no line of its own.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    *keys : str
+        Of the tables from the outermost one on, and of the entry.
+    """
+    table: tuple[str, ...] = ()
+    best, depth = 1, 0
+    for number, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1):
+        header, entry = _HEADER.match(line), _ENTRY.match(line)
+        if header:
+            table = _keys_of(header[1])
+        here = table if header else (*table, *_keys_of(entry[1])) if entry else ()
+        common = len(here) if here == keys[: len(here)] else 0
+        if common > depth:
+            best, depth = number, common
+    return place(str(path), best)
+
+
+_HEADER = re.compile(r"\s*\[([^\[\]]+)\]")
+_ENTRY = re.compile(r"""\s*([\w."' -]+?)\s*=""")
+
+
+def _keys_of(text: str) -> tuple[str, ...]:
+    return tuple(part.strip().strip("\"'") for part in text.split("."))
+
+
 def _read_toml(path: Path) -> dict[str, Any]:
+    if not isinstance(path, Path):
+        raise wrong("path", path, "a pathlib.Path")
     try:
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
-        raise ModelError(f"cannot read {path.name}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ModelError(f"{path.name} is not valid TOML: {error}") from error
+        raise ModelError(f"cannot read {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        line = path.read_bytes()[: error.start].count(b"\n") + 1
+        raise ModelError(f"{place(str(path), line)}: is not UTF-8 text: {error}") from error
+    except tomllib.TOMLDecodeError as error:
+        at = re.search(r"at line (\d+)", str(error))  # or "at end of document"
+        line = int(at[1]) if at else len(path.read_text(encoding="utf-8-sig").splitlines())
+        raise ModelError(f"{place(str(path), line)}: is not valid TOML: {error}") from error
 
 
 def _parameter(path: Path, group: str, name: str, row: object) -> Parameter:
-    where = f"{path.name}: [{group}.{name}]: "
-    entry = _validate(_ParameterRow, row, where)
+    entry = _validate(_ParameterRow, row, path, group, name)
     bounds, default = parse_interval(entry.bounds), entry.default
     if isinstance(default, float) and default not in bounds:
-        raise ModelError(f"{where}default = {default:g} is outside its bounds {bounds}")
+        where = f"{place_in(path, group, name, 'default')}: [{group}.{name}]"
+        raise ModelError(f"{where}: default = {default:g} is outside its bounds {bounds}")
     return Parameter(name, entry.unit, entry.description, entry.latex, bounds.positive, default, bounds, entry.source)
 
 
-def _validate(model: type[_Table], row: object, where: str) -> _Table:
+def _validate(model: type[_Table], row: object, path: Path, *keys: str) -> _Table:
     try:
         return model.model_validate(row)
     except ValidationError as error:
-        raise ModelError(where + "; ".join(_explain(model, dict(e)) for e in error.errors())) from None
+        problems = error.errors()
+        where = place_in(path, *keys, *map(str, problems[0]["loc"]))
+        named = f" [{'.'.join(keys)}]:" if keys else ""
+        raise ModelError(f"{where}:{named} {'; '.join(_explain(model, dict(e)) for e in problems)}") from None
 
 
 def _explain(model: type[_Strict], error: Mapping[str, Any]) -> str:

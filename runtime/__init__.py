@@ -4,7 +4,7 @@
 from mehvar.errors import BuildError, InputError
 from mehvar.manifest import Manifest, read_manifest
 
-from .model.catalogue import find_model, known_models
+from .model.catalogue import find_model, known_models, list_models
 from .model.model import Model, load
 from .run.formats import open_result, save
 from .run.metrics import metrics
@@ -21,6 +21,7 @@ __all__ = [
     "Status",
     "find_model",
     "known_models",
+    "list_models",
     "load",
     "metrics",
     "open_result",

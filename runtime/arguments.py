@@ -13,7 +13,7 @@ Argument = Literal["text", "path", "mapping", "truth", "function"]
 
 _TYPES: Mapping[Argument, tuple[Callable[[object], bool], str]] = {
     "text": (lambda value: isinstance(value, str), "a text"),
-    "path": (lambda value: isinstance(value, str | os.PathLike), "a path"),
+    "path": (lambda value: isinstance(value, str | os.PathLike) and "\0" not in str(value), "a path"),
     "mapping": (
         lambda value: isinstance(value, Mapping) and all(isinstance(name, str) for name in value),
         "a mapping of names, such as a dict",

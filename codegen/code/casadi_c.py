@@ -15,6 +15,9 @@ from ..functions.function import FunctionGraph
 def casadi_c(model: str, functions: Sequence[FunctionGraph]) -> dict[str, str]:
     """Let CasADi print the same graphs, under names that begin with the model's.
 
+    `casadi.external` asks a library for derivatives by the names `jac_NAME` and `fwd1_NAME`: those of the right-hand
+    side are added, so that an optimiser has more than differences.
+
     Returns
     -------
     dict of str to str
@@ -23,7 +26,11 @@ def casadi_c(model: str, functions: Sequence[FunctionGraph]) -> dict[str, str]:
     name = f"{model}_casadi"
     generator = ca.CodeGenerator(f"{name}.c", {"with_header": True})
     for function in functions:
-        generator.add(_renamed(function.graph, f"{model}_{function.name}"))
+        graph = _renamed(function.graph, f"{model}_{function.name}")
+        generator.add(graph)
+        if function.name == "rhs":
+            generator.add(graph.jacobian())
+            generator.add(graph.forward(1))
     with tempfile.TemporaryDirectory() as folder:
         generator.generate(folder + "/")
         return {f"{name}.{kind}": (Path(folder) / f"{name}.{kind}").read_text(encoding="utf-8") for kind in ("c", "h")}

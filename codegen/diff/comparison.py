@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..equal.judge import Verdict
+from ..equal.opinion import second_opinion
 from ..equations.document import Document
 from .explain import Explainer
 from .groups import groups
@@ -17,6 +18,9 @@ from .versions import Item, Key, Versions
 
 _EQUAL = frozenset((Fate.SAME, Fate.REARRANGED, Fate.RENAMED, Fate.SCALED))
 _UNEQUAL = frozenset((Fate.CHANGED, Fate.INHERITED, Fate.UNDECIDED))
+
+_PROOFS = ("node identity", "same text over equal names")
+"""How equality is known where nothing was evaluated."""
 
 
 def compare(old: Document, new: Document) -> Comparison:
@@ -60,16 +64,42 @@ class _Verdicts:
         self.sources: dict[Key, dict[Key, None]] = {}
         """For a row whose value differs: the rows where that comes from."""
         self.names = {item.key: item.name for item in versions.news}
-        for item in versions.news:
-            partner = versions.partner.get(item.key)
-            if partner is None:
-                self.verdict[item.key] = (Fate.ADDED, Verdict(None, "no such equation before"))
-            else:
-                self.verdict[item.key] = self._judge(partner, item)
+        self._overruled: dict[Key, Verdict] = {}
+        self._judge_all()
+        self._ask_again()
         self.lost: dict[Key, Lost] = {}
         if any(judged[0] in _UNEQUAL for judged in self.verdict.values()):
             self._recombined()
             self._lost()
+
+    def _judge_all(self) -> None:
+        for item in self.versions.news:
+            partner = self.versions.partner.get(item.key)
+            if partner is None:
+                self.verdict[item.key] = (Fate.ADDED, Verdict(None, "no such equation before"))
+            else:
+                self.verdict[item.key] = self._judge(partner, item)
+
+    def _ask_again(self) -> None:
+        """Get a second opinion on what is called equal by tests, and judge again where that says otherwise."""
+        tested = [item for item in self.versions.news if self._is_tested(item)]
+        if not tested:
+            return
+        before, after, partner = self.versions.before, self.versions.after, self.versions.partner
+        pairs = [((before, partner[item.key].root), (after, item.root)) for item in tested]
+        verdicts, count = second_opinion(self.versions.judge, pairs)
+        self._overruled = {tested[number].key: verdict for number, verdict in verdicts.items()}
+        if self._overruled:
+            self.sources.clear()
+            self._judge_all()
+        for item in tested:
+            fate, verdict = self.verdict[item.key]
+            if fate in _EQUAL:
+                self.verdict[item.key] = fate, replace(verdict, how=f"{verdict.how}; {count} points in double")
+
+    def _is_tested(self, item: Item) -> bool:
+        fate, verdict = self.verdict[item.key]
+        return fate in _EQUAL - {Fate.SCALED} and verdict.how not in _PROOFS
 
     # One row
 
@@ -79,7 +109,7 @@ class _Verdicts:
         unequal = [child for child in children if self._differs(child)]
         text = self._same_text(old, new)
         if text and not unequal:
-            how = "node identity" if all(self._identical(child) for child in children) else "same text over equal names"
+            how = _PROOFS[not all(self._identical(child) for child in children)]
             return self._equal(old, new, Fate.SAME), Verdict(True, how)
         local = Verdict(True, "node identity") if text else self._local(old, new)
         if local.equal and not unequal:
@@ -102,6 +132,8 @@ class _Verdicts:
     def _local(self, old: Item, new: Item) -> Verdict:
         """Compare the new text with the old one over the same children."""
         versions = self.versions
+        if new.key in self._overruled:
+            return self._overruled[new.key]
         pair = (versions.before, old.root), (versions.across, new.root)
         free = (versions.free_old, old.root), (versions.free_new, new.root)
         for sides in (pair, free):
@@ -206,7 +238,7 @@ class _Verdicts:
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
-        explanation = explainer.explain(partner, item) if partner and verdict is Fate.CHANGED else None
+        explanation = explainer.explain(partner, item, decision.point) if partner and verdict is Fate.CHANGED else None
         return EquationChange(
             name=row.name,
             old_name=partner.row.name if partner else "",

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain
 
-from ..equal.judge import VISIBLE, Counterexample, Expression, Worlds, shown, simplified
+from ..equal.judge import VISIBLE, Counterexample, Worlds, shown, simplified
+from ..equal.meaning import Expression
+from ..equal.reals import Point
 from ..equal.values import FieldWorld
 from ..equations.formula import Printer, SymbolNames, rank_of
 from ..equations.spelling import LATEX
@@ -47,15 +49,18 @@ class Explainer:
         self._text = Printer(versions.pool.nodes, names)
         self._latex = Printer(versions.pool.nodes, names, LATEX)
 
-    def explain(self, old: Item, new: Item) -> Explanation:
-        """Return the edits that turn the old text into the new one, over the same children."""
+    def explain(self, old: Item, new: Item, point: Point | None = None) -> Explanation:
+        """Return the edits that turn the old text into the new one, over the same children.
+
+        `point` is one where both sides differ, if one is known.
+        """
         versions = self.versions
         before, across = (versions.before, old.root), (versions.across, new.root)
         changes, replayed = self.account(before, across)
         return Explanation(
             tuple(self.edit(change, old.root, new.root) for change in changes),
             replayed,
-            self._counterexample(before, across),
+            self._counterexample(before, across, point),
         )
 
     def account(self, old: Expression, new: Expression) -> tuple[list[Change], bool]:
@@ -126,9 +131,13 @@ class Explainer:
 
     # Counterexample
 
-    def _counterexample(self, old: Expression, new: Expression) -> Counterexample | None:
+    def _counterexample(self, old: Expression, new: Expression, known: Point | None) -> Counterexample | None:
         """Return a point of simple numbers where both sides differ."""
-        points = chain(self.judge.real_points([old, new], 40), self.judge.extreme_points(old, new))
+        points = chain(
+            self.judge.real_points([old, new], 40),
+            () if known is None else (self.judge.real(known),),
+            self.judge.extreme_points(old, new),
+        )
         worlds = next((w for w in points if self.judge.differ(w, old, new)), None)
         if worlds is None:
             return None
@@ -157,7 +166,11 @@ class Explainer:
 
 
 def _written(value: Fraction) -> str:
-    return f"{float(value):.6g}" if value.denominator > 1000 or value.denominator == 1 else str(value)
+    if 1 < value.denominator <= 1000:
+        return str(value)
+    short = f"{float(value):.6g}"
+    # beside a threshold every digit counts; elsewhere simple numbers were found
+    return short if Fraction(short) == value or value.denominator < 2**20 else repr(float(value))
 
 
 def _names(versions: Versions) -> SymbolNames:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from ..equal import field
 from ..equal.field import Element, Undefined
-from ..equal.judge import Meaning
+from ..equal.meaning import Meaning
 from .changes import Values, rational
 from .versions import Item, Versions
 
@@ -38,6 +38,20 @@ def scale(versions: Versions, old: Item, new: Item) -> str:
             if number:
                 factor = name if exponent == 1 else f"{name}^{exponent}"
                 return f"multiplied by {factor}" if number == 1 else f"multiplied by {number} {factor}"
+    return _part(versions, old, new, ratio)
+
+
+def _part(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
+    """Return the sum that an equation was multiplied or divided by, where intervals prove that it is not zero."""
+    for meaning, root in ((versions.before, old.root), (versions.across, new.root)):
+        for node in meaning.cone(root):
+            values = versions.judge.values(meaning, node) if versions.pool.nodes[node][0] == "add" else (None,)
+            if None in values or 0 in values or not versions.judge.never_zero((meaning, node)):
+                continue
+            if values == ratio:
+                return "multiplied by a sum that is never zero"
+            if tuple(map(field.inverse, values)) == ratio:
+                return "divided by a sum that is never zero"
     return ""
 
 

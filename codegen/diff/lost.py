@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from ..equal import field
 from ..equal.field import Undefined
-from ..equal.judge import Expression, Meaning, Worlds
+from ..equal.judge import Worlds
+from ..equal.meaning import Expression, Meaning
 from .changes import Change, Values, replaced
 from .terms import Account
 from .versions import Item, Versions

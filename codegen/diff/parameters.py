@@ -3,19 +3,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import MISSING, fields
+from typing import Any
 
-from mehvar.manifest import Manifest
+from mehvar.manifest import Choice, Controller, Manifest, Metric, Output, Parameter, Quantity, Scenario
 
 from ..equations.document import Document, Symbol
 from .report import ParameterChange
 
 _QUIET = frozenset(("rate", "shown", "time", "argument"))
 """Roles of names that only stand in equations; their change shows there."""
-_OWN = ("scenario ", "metric ")
-"""Roles whose rows have no symbol that would tell when one comes or goes."""
-_LATEST = '"bears_loss"'
-"""The youngest field of a law: a manifest without it does not say what it is for."""
+EXEMPT = {
+    "Manifest.schema": "of the file, not of the model",
+    "Manifest.model": "the models that are compared have one name",
+    "Manifest.title": "words",
+    "Manifest.source": "words",
+    "Manifest.structure": "compared as the structure of the equations",
+    "Manifest.hash": "follows from everything else",
+    "Manifest.functions": "follow from the equations; their operations are among the consequences",
+    "Manifest.versions": "of libraries, not of the model",
+    "Manifest.inputs_sha256": "of files, whose meaning is compared",
+    "Manifest.files_sha256": "of files, whose meaning is compared",
+    "Manifest.shapes_sha256": "of files, whose meaning is compared",
+    "Manifest.digest": "of the file, not of the model",
+    "Manifest.folder": "where it was read",
+    "Manifest.text": "what was read",
+    "Quantity.description": "words",
+    "Output.description": "words",
+    "Parameter.description": "words",
+    "Parameter.source": "compared with the symbols",
+    "Choice.description": "words",
+    "Controller.title": "words",
+    "Scenario.title": "words",
+    "Metric.description": "words",
+}
+"""Fields of a manifest that are not compared as numbers, and why."""
+_ROLES = {
+    "states": "state", "inputs": "input", "references": "reference", "outputs": "output", "coordinates": "coordinate",
+    "parameters": "parameter", "scenario_parameters": "scenario", "controllers": "law", "choices": "choice",
+    "scenarios": "scenario", "metrics": "metric", "noise": "noise",
+}  # fmt: skip
+"""What a field of a manifest is called where its entries are named; as the roles of symbols."""
+_OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
+"""What a law's own quantities are called; as the roles of symbols."""
+_WHAT = {"default": "value", "formula": "value"} | dict.fromkeys(
+    ("lower", "upper", "lower_open", "upper_open"), "bounds"
+)
+"""What several fields of a parameter are called together."""
+Place = tuple[str, str, str]
+"""Role, name and what of it."""
 
 
 def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) -> tuple[ParameterChange, ...]:
@@ -28,9 +65,10 @@ def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) 
     renamed : mapping
         Old names by new ones.
     """
-    return tuple(
-        dict.fromkeys((*_symbol_changes(old, new, renamed), *_value_changes(old.manifest, new.manifest, renamed)))
-    )
+    symbols = tuple(_symbol_changes(old, new, renamed))
+    told = {(change.role, change.name, change.what) for change in symbols}
+    values = _value_changes(old.manifest, new.manifest, renamed)
+    return (*symbols, *(change for change in values if (change.role, change.name, change.what) not in told))
 
 
 def _symbol_changes(old: Document, new: Document, renamed: Mapping[str, str]) -> Iterator[ParameterChange]:
@@ -54,47 +92,84 @@ def _by_role(document: Document) -> dict[tuple[str, str], Symbol]:
 
 
 def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[str, str]) -> Iterator[ParameterChange]:
-    before, after = dict(_numbers(old)), dict(_numbers(new))
-    if old is not None and new is not None and all(_LATEST in manifest.text for manifest in (old, new)):
-        before, after = before | dict(_loops(old)), after | dict(_loops(new))
-    for (role, name), value in after.items():
-        origin = before.pop((role, renamed.get(name, name)), None)
-        if origin is None and role.startswith(_OWN):
-            yield ParameterChange(name, role, "added", "", value)
-        elif origin is not None and origin != value:
-            yield ParameterChange(name, role, "value", origin, value)
-    for (role, name), value in before.items():
-        if role.startswith(_OWN):
-            yield ParameterChange(name, role, "removed", value, "")
-
-
-def _numbers(manifest: Manifest | None) -> Iterator[tuple[tuple[str, str], str]]:
-    if manifest is None:
+    """Compare every field of two manifests that is not exempt, and that both know."""
+    if old is None or new is None:
         return
-    groups = {"parameter": manifest.parameters, "scenario": manifest.scenario_parameters}
-    groups |= {f"law {name}": law.parameters for name, law in manifest.controllers.items()}
-    for role, rows in groups.items():
-        for row in rows:
-            yield (role, row.name), str(row.default if row.formula is None else row.formula)
-    for name, scenario in manifest.scenarios.items():
-        role = f"scenario {name}"
-        yield (role, "duration"), str(scenario.duration)
-        yield (role, "step"), str(scenario.step)
-        for key, value in scenario.values.items():
-            yield (role, key), str(value)
-        for law, values in scenario.controllers.items():
-            for key, value in values.items():
-                yield (role, f"{law}.{key}"), str(value)
-        for law, values in scenario.expect.items():
-            for key, value in values.items():
-                yield (role, f"{law}.{key} expected"), str(value)
-    for metric in manifest.metrics.values():
-        for what in ("kind", "of", "band", "since", "until"):
-            yield (f"metric {metric.name}", what), str(getattr(metric, what))
+    skipped = _unsaid(old) | _unsaid(new) | EXEMPT.keys()
+    before, after = (dict(_entries(manifest, skipped)) for manifest in (old, new))
+    for place in {place for place in before.keys() ^ after.keys() if place[2] == "entry"}:
+        for side in (before, after):  # one line tells of it, not one for each of its fields
+            for other in [other for other in side if other[0].endswith(f" {place[1]}")]:
+                del side[other]
+    for (role, name, what), value in after.items():
+        origin = before.pop((role, renamed.get(name, name), what), None)
+        if origin is None:
+            yield ParameterChange(name, role, "added", "", value)
+        elif origin != value:
+            yield ParameterChange(name, role, what, origin, value)
+    for (role, name, _), value in before.items():
+        yield ParameterChange(name, role, "removed", value, "")
 
 
-def _loops(manifest: Manifest) -> Iterator[tuple[tuple[str, str], str]]:
-    """Yield what of a law decides how its loop runs."""
-    for name, law in manifest.controllers.items():
-        for what in ("period", "delay", "bears_loss"):
-            yield (f"law {name}", what), str(getattr(law, what))
+def _unsaid(manifest: Manifest) -> set[str]:
+    """Return the fields that manifests have not always had and that this one lacks: it does not say what they were."""
+    kinds = (Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Manifest)
+    late = ((kind, f) for kind in kinds for f in fields(kind) if (f.default, f.default_factory) != (MISSING, MISSING))
+    return {f"{kind.__name__}.{f.name}" for kind, f in late if f'"{f.name}"' not in manifest.text}
+
+
+def _entries(manifest: Manifest, skipped: Collection[str]) -> Iterator[tuple[Place, str]]:
+    """Yield what a manifest says, each with its place."""
+    for key, value in _fields(manifest, skipped):
+        role = _ROLES.get(key, "model")
+        if isinstance(value, Mapping):
+            for name, record in value.items():
+                yield (role, name, "entry"), name
+                yield from _record(record, role, name, skipped)
+        elif role == "model":
+            yield (role, key, "value"), _text(value)
+        else:
+            yield from _rows(value, role, skipped)
+
+
+def _record(record: object, role: str, name: str, skipped: Collection[str]) -> Iterator[tuple[Place, str]]:
+    """Yield what a law, a scenario, a metric or a choice says."""
+    for key, value in _fields(record, skipped):
+        if isinstance(value, Mapping):
+            yield from (((f"{role} {name}", n, "value"), text) for n, text in _numbers(key, value))
+        elif isinstance(value, tuple) and value and isinstance(value[0], Quantity | Parameter):
+            yield from _rows(value, f"{_OWN.get(key, role)} {name}", skipped)
+        elif key not in _OWN:
+            yield (f"{role} {name}", key, "value"), _text(value)
+
+
+def _rows(rows: Iterable[Any], role: str, skipped: Collection[str]) -> Iterator[tuple[Place, str]]:
+    """Yield what quantities and parameters say."""
+    for row in rows:
+        for key, value in _fields(row, skipped):
+            what = _WHAT.get(key, key)
+            if what == "bounds":
+                yield (role, row.name, what), row.interval
+            elif value is not None:
+                yield (role, row.name, what), _text(value)
+
+
+def _fields(record: Any, skipped: Collection[str]) -> Iterator[tuple[str, Any]]:
+    kinds = [kind.__name__ for kind in type(record).__mro__]
+    for f in fields(record):
+        if f.name != "name" and not any(f"{kind}.{f.name}" in skipped for kind in kinds):
+            yield f.name, getattr(record, f.name)
+
+
+def _numbers(key: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the numbers of a scenario: its own, and those of its laws."""
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            for inner, number in value.items():
+                yield f"{name}.{inner} expected" if key == "expect" else f"{name}.{inner}", str(number)
+        else:
+            yield name, str(value)
+
+
+def _text(value: object) -> str:
+    return ", ".join(map(_text, value)) if isinstance(value, tuple) else str(value)

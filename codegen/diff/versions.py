@@ -11,7 +11,8 @@ from typing import Any
 
 from mehvar.manifest import Manifest
 
-from ..equal.judge import Expression, Judge, Meaning
+from ..equal.judge import Judge
+from ..equal.meaning import Expression, Meaning
 from ..equal.pool import Pool
 from ..equal.reals import PointSampler
 from ..equations.document import Document, Row, Symbol

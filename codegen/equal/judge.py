@@ -2,9 +2,9 @@
 """Whether two expressions are the same function, how that is known, and a point where they are not.
 
 From cheap and certain to expensive: the same node; the same value in the finite field, with arbitrary functions in
-place of maxima, absolute values and the like; the same value there with signs, at 64 points; the real numbers. Without
-branches, different values in the field show that expressions differ. The real numbers may call expressions equal only
-if every branch was visited.
+place of maxima, absolute values and the like; ordinary points of the reals; the cells in which branches are fixed.
+Without branches, different values in the field show that expressions differ. What is called equal with branches has
+had every way, and every pair of ways, reached or excluded.
 """
 
 from __future__ import annotations
@@ -19,8 +19,10 @@ from typing import Any
 import mpmath
 
 from ..equations.document import reached
-from . import field, reals
-from .pool import Pool, live, ways
+from . import field, intervals, reals
+from .branches import COMPARISONS, Way, branching, counted, replaced_nodes, ways_of
+from .meaning import Expression, Flat, Meaning
+from .pool import Pool
 from .reals import Point, PointSampler, RealWorld
 from .values import FieldWorld, Lookup, World
 
@@ -33,8 +35,13 @@ _ROOTED = 32
 """Of the field where even roots of more than a name occur. The root that the field takes of a square has a sign of
 chance: that of (a + b)^2 is a + b at every second point, which all of 3 are once in 8 times, all of 32 once in 2^32."""
 _BRANCHED = 64
-"""With branches every point is a draw among them. One that is taken once in ten draws stays unseen at 64 points in 1 of
-850 cases, at 32 in 1 of 29; then the answer is "undecided", so more points cost time and fewer cost answers."""
+"""Points of the reals, and of the field with signs where two nodes branch: each of their four joint ways then stays
+unseen in one of 10^8 cases. Each further node doubles the joint ways and the points."""
+_MOST_SIGNED = 512
+"""Points of the field with signs: five nodes that branch have all their joint ways there. More nodes leave the answer
+to the reals, and doubling the points, seconds for a law, would add one node."""
+_MOST_DOUBTFUL = 24
+"""Joint ways that are looked for among the reals one after the other; more are of the kind of these."""
 _FEW = 16
 """Points at which both sides must exist before their agreement counts: fewer are too few to see branches at all."""
 _DRAWS = 4
@@ -43,6 +50,8 @@ _HOPELESS = 48
 """Points without a value after which none is expected any more: one in ten would have shown in 99 of 100 cases."""
 _MOST_NAMES = 60
 """Names that are sent far out one after the other; each takes two evaluations of all."""
+_LEAST = Fraction(1, 10**300)
+"""Of a positive number, for proofs in doubles: the smallest of them have fewer digits."""
 VISIBLE = 1e-4
 """Relative difference that a counterexample shows: two of the six digits that are printed."""
 _PASSES = 2
@@ -70,57 +79,15 @@ class Counterexample:
 
 @dataclass(frozen=True)
 class Verdict:
-    """An answer: equal or not, or None where neither could be shown; how that is known, and where they differ."""
+    """An answer: equal or not, or None where neither could be shown; how that is known, and where they differ.
+
+    `point` lies in a cell in which both sides are different functions.
+    """
 
     equal: bool | None
     how: str
     counterexample: Counterexample | None = None
-
-
-class Meaning:
-    """A system of named expressions over a pool; names that are not in it are free.
-
-    Parameters
-    ----------
-    pool : Pool
-        Where the expressions are.
-    targets : callable
-        The expression and the meaning that a name stands for; None for a free name.
-    """
-
-    def __init__(self, pool: Pool, targets: Callable[[str], Expression | None]) -> None:
-        self.pool = pool
-        self.targets = targets
-
-    def cone(self, root: int) -> list[int]:
-        """Return every node that an expression depends on, through definitions too."""
-        return sorted({node for _, node in self.depends(root)})
-
-    def free(self, root: int) -> list[str]:
-        """Return the free names that an expression depends on."""
-        nodes = self.pool.nodes
-        names = ((meaning, nodes[node][1]) for meaning, node in self.depends(root) if nodes[node][0] == "sym")
-        return sorted({name for meaning, name in names if meaning.targets(name) is None})
-
-    def depends(self, root: int) -> Iterator[tuple[Meaning, int]]:
-        """Yield every node that an expression depends on, with what names stand for there."""
-        seen: set[Expression] = set()
-        stack: list[Expression] = [(self, root)]
-        while stack:
-            meaning, start = stack.pop()
-            for node in reached(self.pool.nodes, [start]):
-                if (meaning, node) in seen:
-                    continue
-                seen.add((meaning, node))
-                yield meaning, node
-                operation, *operands = self.pool.nodes[node]
-                target = meaning.targets(operands[0]) if operation == "sym" else None
-                if target is not None:
-                    stack.append(target)
-
-
-Expression = tuple[Meaning, int]
-"""An expression with what its names stand for."""
+    point: Point | None = None
 
 
 class Worlds:
@@ -143,42 +110,6 @@ class Worlds:
         return None if target is None else (self[target[0]], target[1])
 
 
-class _Coverage:
-    """Which branches counted for the values of two expressions, leaving out what both have in common."""
-
-    def __init__(self, pool: Pool, old: Expression, new: Expression) -> None:
-        self._pool = pool
-        self._roots = (old, new)
-        first, second = ({*meaning.depends(root)} for meaning, root in self._roots)
-        self._shared = first & second
-        self._left = {(meaning, node, way) for meaning, node in first ^ second for way in range(ways(pool, node))}
-
-    def visit(self, worlds: Worlds) -> None:
-        """Take note of the branches that led to the values at a point."""
-        if not self._left:
-            return
-        seen: set[Expression] = set()
-        stack = [*self._roots]
-        while stack:
-            place = stack.pop()
-            if place in seen or place in self._shared:
-                continue
-            seen.add(place)
-            meaning, node = place
-            operation, *operands = self._pool.nodes[node]
-            if operation == "sym":
-                target = meaning.targets(operands[0])
-                stack += [] if target is None else [target]
-                continue
-            way = worlds[meaning].ways.get(node)
-            self._left.discard((meaning, node, way))
-            stack += [(meaning, operand) for operand in live(self._pool, node, way)]
-
-    def missing(self) -> int | None:
-        """Return a branching node that did not go every way; None if there is none."""
-        return min((node for _, node, _ in self._left), default=None)
-
-
 class Judge:
     """Decides equality, with the same points for everything, so that values are computed once.
 
@@ -192,6 +123,11 @@ class Judge:
         Draws real values of free names.
     seed : int
         Of the points of the field.
+
+    Attributes
+    ----------
+    written_out : Flat
+        Gives the node of an expression in which every name is free.
     """
 
     def __init__(self, pool: Pool, positive: Callable[[str], bool], sampler: PointSampler, seed: int = SEED) -> None:
@@ -203,10 +139,16 @@ class Judge:
         self._signed: list[Worlds] = []
         self._real: list[Worlds] = []
         self._rooted: dict[Expression, bool] = {}
+        self._free = Meaning(pool, lambda _: None)
+        self.written_out = Flat(pool)
 
     def how(self, *sides: Expression) -> str:
         """Say how equality in the field is known."""
         return f"{self._count(sides)} points of a {field.BITS}-bit field, seed {self.seed}"
+
+    def is_rooted(self, *sides: Expression) -> bool:
+        """Whether some expression has even roots whose signs the field takes by chance."""
+        return self._count(sides) == _ROOTED
 
     def _count(self, sides: Iterable[Expression]) -> int:
         """Return how many points of the field tell whether expressions are equal."""
@@ -260,8 +202,6 @@ class Judge:
         worlds = self._plain[0]
         if equal is False and worlds[old[0]].exact(old[1]) and worlds[new[0]].exact(new[1]):
             return Verdict(False, self.how())
-        if self._same_with_signs(old, new):
-            return Verdict(True, f"{_BRANCHED} points of a {field.BITS}-bit field with signs, seed {self.seed}")
         return self._by_reals(old, new)
 
     def same_in_field(self, old: Expression, new: Expression) -> bool | None:
@@ -283,25 +223,92 @@ class Judge:
                 return True
         return None
 
-    def _same_with_signs(self, old: Expression, new: Expression) -> bool:
-        coverage = _Coverage(self.pool, old, new)
+    def _by_branches(self, old: Expression, new: Expression) -> Verdict:
+        """Decide by the cells of the branching nodes, parts that both sides share as free numbers first."""
+        roots = self.written_out(old), self.written_out(new)
+        if roots[0] == roots[1]:
+            return Verdict(True, "the same text with all names written out")
+        cut = self._cut(*roots)
+        verdict = self._by_cells(*cut) if cut != roots else None
+        return verdict if verdict is not None and verdict.equal else self._by_cells(*roots)
+
+    def _cut(self, old: int, new: int) -> tuple[int, int]:
+        """Return both sides with free numbers in place of the branching parts that they share."""
+        first, second = ({*branching(self.pool, [root])} for root in (old, new))
+        shared = (node for node in first & second if self.pool.nodes[node][0] not in COMPARISONS)
+        free = {node: self.pool.intern("sym", f"shared part {node}") for node in shared}
+        return replaced_nodes(self.pool, old, free), replaced_nodes(self.pool, new, free)
+
+    def _by_cells(self, old: int, new: int) -> Verdict:
+        from .cells import Cells  # needs numpy, which most comparisons do not
+
+        cells = Cells(
+            self.pool, self.sampler, self._bounds(), lambda point: self.real(point)[self._free], self._smooth_sides
+        )
+        outcome = cells.walk(old, new)
+        if outcome is None:
+            doubtful, count = self._doubtful(old, new)
+            if count and not doubtful:
+                return Verdict(True, f"{count} points of a {field.BITS}-bit field with signs, {cells.points}")
+            outcome = cells.decide(doubtful)
+        return Verdict(outcome.equal, outcome.how, point=outcome.point)
+
+    def never_zero(self, expression: Expression) -> bool:
+        """Whether intervals prove that an expression has no zero within the bounds of its names."""
+        return intervals.impossible(self.pool, [(self.written_out(expression), 0)], self._bounds())
+
+    def _bounds(self) -> dict[str, tuple[Fraction | None, Fraction | None]]:
+        """Return the bounds of every free name; what is positive is not zero."""
+        bounds = {name: row[:2] for name, row in self.sampler.names.items()}
+        return {
+            name: (_LEAST if low == 0 and self.positive(name) else low, high) for name, (low, high) in bounds.items()
+        }
+
+    def _smooth_sides(self, old: int, new: int) -> bool | None:
+        """Whether two expressions without branches are equal; None where the field cannot show a difference."""
+        equal = old == new or self.same_in_field((self._free, old), (self._free, new))
+        if equal is not False:
+            return equal
+        world = self._plain[0][self._free]
+        return False if world.exact(old) and world.exact(new) else None
+
+    def _doubtful(self, old: int, new: int) -> tuple[list[tuple[Way, ...]], int]:
+        """Return the joint ways at which the field with signs tells two expressions apart, and how many points say no.
+
+        The signs of the field are those of chance, and multiply: whether they can be met together is not its question.
+        The number is zero where there are too few points for all joint ways.
+        """
+        units = [node for node in branching(self.pool, [old, new]) if ways_of(self.pool, node)]
+        needed = _BRANCHED << max(len(units) - 2, 0)
+        left = {way for node in units for way in ways_of(self.pool, node)}
+        states: dict[tuple[Way, ...], None] = {}
         matches = 0
-        for number in range(4 * _BRANCHED):
+        for number in range(4 * min(needed, _MOST_SIGNED)):
             if number == len(self._signed):
                 self._signed.append(self.at(10_000 + number, interpreted=True))
-            worlds = self._signed[number]
-            a, b = worlds[old[0]].defined(old[1]), worlds[new[0]].defined(new[1])
+            world = self._signed[number][self._free]
+            a, b = world.defined(old), world.defined(new)
             if a is None or b is None or isinstance(a, field.Complex) or isinstance(b, field.Complex):
                 if number > _HOPELESS and not matches:
-                    return False
+                    break
                 continue
-            if a != b:
-                return False
-            coverage.visit(worlds)
             matches += 1
-            if matches == _BRANCHED:
-                return coverage.missing() is None
-        return False
+            ways = self._ways_at(world, units, old, new)
+            left -= {*ways}
+            if a != b:
+                states[ways] = None
+            if matches == min(needed, _MOST_SIGNED) or len(states) == _MOST_DOUBTFUL:
+                break
+        return list(states), matches if matches == needed and not left else 0
+
+    def _ways_at(self, world: FieldWorld, units: Sequence[int], old: int, new: int) -> tuple[Way, ...]:
+        taken = {
+            node: int(world.value(node)) if self.pool.nodes[node][0] in COMPARISONS else world.ways[node]
+            for node in units
+            if world.memo.get(node) is not None
+        }
+        counting = counted(self.pool, old, taken) | counted(self.pool, new, taken)
+        return tuple(sorted((node, taken[node]) for node in counting if node in taken))
 
     def real_points(
         self,
@@ -342,13 +349,11 @@ class Judge:
         return Worlds(lambda pool, lookup: RealWorld(pool, lookup, point))
 
     def _by_reals(self, old: Expression, new: Expression) -> Verdict:
-        coverage = _Coverage(self.pool, old, new)
         matches = 0
         for worlds in self.real_points([old, new], _BRANCHED):
             matches += 1
             if self.differ(worlds, old, new):
                 return Verdict(False, f"a point with {reals.DIGITS} digits")
-            coverage.visit(worlds)
         if matches < _FEW:
             for side, other, name in ((old, new, "old"), (new, old, "new")):
                 alone = sum(
@@ -357,15 +362,7 @@ class Judge:
                 if alone == _FEW:
                     return Verdict(False, f"only the {name} side exists at {alone} points")
             return Verdict(None, f"no difference, but both sides exist at only {matches} of the points tried")
-        for worlds in self.extreme_points(old, new) if coverage.missing() is not None else ():
-            if self.differ(worlds, old, new):
-                return Verdict(False, f"an extreme point with {reals.DIGITS} digits")
-            coverage.visit(worlds)
-        missing = coverage.missing()
-        if missing is not None:
-            operation = self.pool.nodes[missing][0]
-            return Verdict(None, f"equal at {matches} points, but a branch of {operation} never counted")
-        return Verdict(True, f"{matches} points with {reals.DIGITS} digits, every branch taken")
+        return self._by_branches(old, new)
 
     def extreme_points(self, old: Expression, new: Expression) -> Iterator[Worlds]:
         """Yield worlds where one free name after the other is far out, for limits that nothing usual reaches."""

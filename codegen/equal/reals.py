@@ -97,7 +97,7 @@ class RealWorld(World[Any]):
         if operation == "sym":
             target = self.lookup(operands[0])
             if target is None:
-                return _real(self.point[operands[0]]), 0
+                return real(self.point[operands[0]]), 0
             return target[0].value(target[1]), target[0].size(target[1])  # type: ignore[attr-defined]
         if operation == "num":
             return _number(operands[0]), 0
@@ -169,10 +169,11 @@ class RealWorld(World[Any]):
 
 @functools.cache
 def _number(text: str) -> Any:
-    return _real(fraction(text))
+    return real(fraction(text))
 
 
-def _real(value: Fraction) -> Any:
+def real(value: Fraction) -> Any:
+    """Return a fraction as a real number."""
     return _CONTEXT.mpf(value.numerator) / value.denominator
 
 
@@ -186,7 +187,7 @@ def apart(left: tuple[Any, int], right: tuple[Any, int], within: Fraction = Frac
     if isinstance(a, bool | tuple) or isinstance(b, bool | tuple):
         return bool(a != b)
     limit = _CONTEXT.ldexp(_ROUNDING, 2 * max(size, other, 0) + 30)
-    return bool(abs(a - b) > limit + abs(a) * _ROUNDING * 10**20 + (_real(within) if within else 0))
+    return bool(abs(a - b) > limit + abs(a) * _ROUNDING * 10**20 + (real(within) if within else 0))
 
 
 def vanishes(value: Any, size: int) -> bool:

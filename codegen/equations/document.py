@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 
 from mehvar.errors import MehvarError
 from mehvar.manifest import FILE, Manifest, read_manifest
+from mehvar.schema import SchemaError, parse
 
 from . import SCHEMA
 
@@ -198,8 +198,8 @@ def reached(nodes: Sequence[Node], roots: Sequence[int]) -> list[int]:
 
 def _loaded(text: str, where: str) -> dict[str, Any]:
     try:
-        data = json.loads(text)
-    except json.JSONDecodeError as error:
+        data = parse(text)
+    except SchemaError as error:
         raise DocumentError(f"{where} is damaged: {error}") from None
     if not isinstance(data, dict):
         raise DocumentError(f"{where} is damaged: it holds no table")

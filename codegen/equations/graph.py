@@ -255,6 +255,9 @@ def _law(system: System, law: Controller) -> Iterator[Outcome]:
     yield from _named(inputs, law.command, "law", f"{law.name}.{{}}")
     yield from _named(law.memory, law.start, "memory at start", f"{law.name}.{{}}(0)", "{}(0)")
     yield from _named(law.memory, law.update, "memory update", f"{law.name}.{{}}+", "{}^{{+}}")
+    for output in law.outputs:
+        q = output.quantity
+        yield Outcome(f"{law.name}.{q.name}", "law output", output.value, quantity_latex(q), q.unit, q.description)
     yield from _conditions(law.constraints, "constraint", f"{law.name}: ")
     yield from _conditions(law.warnings, "warning", f"{law.name}: ")
 

@@ -10,14 +10,16 @@ from collections.abc import Callable, Iterable, Mapping
 import casadi as ca
 import sympy as sp
 from sympy.core.relational import Relational
+from sympy.functions.elementary.piecewise import ExprCondPair
 
-from mehvar.errors import MehvarError
+from mehvar.errors import MehvarError, shown
 
 
 class LoweringError(MehvarError, ValueError):
     """A SymPy expression that has no CasADi counterpart, or a symbol without a value."""
 
 
+_EXPRESSION = (sp.Basic, int, float)
 _UNARY: dict[type[sp.Basic], Callable[[ca.SX], ca.SX]] = {
     sp.sin: ca.sin, sp.cos: ca.cos, sp.tan: ca.tan, sp.asin: ca.asin, sp.acos: ca.acos, sp.atan: ca.atan,
     sp.sinh: ca.sinh, sp.cosh: ca.cosh, sp.tanh: ca.tanh, sp.asinh: ca.asinh, sp.acosh: ca.acosh, sp.atanh: ca.atanh,
@@ -33,6 +35,8 @@ _BINARY: dict[type[sp.Basic], Callable[[ca.SX, ca.SX], ca.SX]] = {
     sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge,
     sp.Equality: ca.eq, sp.Unequality: ca.ne,
 }  # fmt: skip
+_OTHERS = (sp.Pow, sp.Piecewise, ExprCondPair)
+"""What is converted in a way of its own."""
 
 
 def to_casadi(
@@ -68,8 +72,40 @@ def to_casadi(
     >>> to_casadi([sympy.sin(x) ** 2], {x: casadi.SX.sym("x")})
     [SX(sq(sin(x)))]
     """
-    converter = _Converter(symbols, definitions or {})
-    return [converter(sp.sympify(expression)) for expression in expressions]
+    meanings = {} if definitions is None else definitions
+    _check_table("symbols", symbols, ca.SX)
+    _check_table("definitions", meanings, _EXPRESSION)
+    if not isinstance(expressions, Iterable | sp.MatrixBase):  # a matrix has items, but no iterator
+        raise LoweringError(f"expressions = {shown(expressions)}: must be SymPy expressions, as in a list")
+    converter = _Converter(symbols, meanings)
+    return [converter(_expression(value)) for value in expressions]
+
+
+def _check_table(name: str, table: object, kind: type | tuple[type, ...]) -> None:
+    """Refuse what is no mapping of symbols to values of a kind; a text would become symbols of SymPy's own."""
+    if not isinstance(table, Mapping):
+        raise LoweringError(f"{name} = {shown(table)}: must be a mapping of SymPy symbols")
+    for symbol, value in table.items():
+        if not isinstance(symbol, sp.Symbol) or not isinstance(value, kind):
+            allowed = "a casadi.SX" if kind is ca.SX else "an expression"
+            raise LoweringError(f"{name}[{shown(symbol)}] = {shown(value)}: must be {allowed} for a SymPy symbol")
+
+
+def _expression(value: object) -> sp.Basic:
+    if not isinstance(value, _EXPRESSION):
+        raise LoweringError(f"expressions hold {shown(value)}: must be SymPy expressions or numbers")
+    return sp.sympify(value)
+
+
+def lack(node: sp.Basic) -> str:
+    """Say why a node has no counterpart in CasADi, its parts aside; nothing when it has one."""
+    if isinstance(node, sp.Piecewise) and node.args[-1].cond is not sp.true:
+        return f"Piecewise without a last branch for all other cases: {node}"
+    known = isinstance(node, _OTHERS) or type(node) in (*_UNARY, *_BINARY, *_FOLDED)
+    if known or not node.args or (isinstance(node, sp.Expr) and node.is_number):
+        return ""
+    what = "relation" if isinstance(node, Relational) else "function"
+    return f"{what} {type(node).__name__!r} has no CasADi counterpart (in {node})"
 
 
 class _Converter:
@@ -128,8 +164,7 @@ class _Converter:
             return _BINARY[kind](*arguments)
         if kind in _FOLDED:
             return functools.reduce(_FOLDED[kind], arguments)
-        what = "relation" if isinstance(node, Relational) else "function"
-        raise LoweringError(f"{what} {kind.__name__!r} has no CasADi counterpart (in {node})")
+        raise LoweringError(lack(node))
 
     def _power(self, node: sp.Pow) -> ca.SX:
         base, exponent = self._memo[node.base], node.exp
@@ -143,8 +178,8 @@ class _Converter:
         return ca.power(base, float(exponent))
 
     def _piecewise(self, node: sp.Piecewise) -> ca.SX:
-        if node.args[-1].cond is not sp.true:
-            raise LoweringError(f"Piecewise without a last branch for all other cases: {node}")
+        if problem := lack(node):
+            raise LoweringError(problem)
         result = self._memo[node.args[-1].expr]
         for pair in reversed(node.args[:-1]):
             result = ca.if_else(self._memo[pair.cond], self._memo[pair.expr], result)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
@@ -125,8 +125,14 @@ def _sampled(system: System, law: Controller) -> list[Request]:
     name, command = identifier(law.name), ("u", _commanded(system))
     if not law.memory:
         return [Request(name, law.title, (x, r, p, c), (command,), law=law, repeated=True)]
-    arguments = (x, r, Group("v", law.applied.quantities), Group("z", law.memory.quantities), p, c)
+    arguments = (x, r, _applied(system, law), Group("z", law.memory.quantities), p, c)
     return [Request(name, law.title, arguments, (command, ("z_next", law.update)), law=law, repeated=True)]
+
+
+def _applied(system: System, law: Controller) -> Group:
+    """Return the inputs that were applied; a law that reads none of them gets them under names that none has."""
+    unread = (replace(q, name=f"{q.name} applied") for q in system.inputs)
+    return Group("v", law.applied.quantities or tuple(unread))
 
 
 def _continuous(system: System, law: Controller) -> list[Request]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hold the form that is evaluated against the equations that were derived."""
+"""Hold the form that is evaluated against what CasADi can evaluate, and against the equations that were derived."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import MehvarError
+from mehvar.models.check.entries import graph
+from mehvar.models.check.vectors import vectors
 from mehvar.models.system import Group, Parameter, System
 
-from .lower import to_casadi
+from .lower import LoweringError, lack, to_casadi
 
 POINTS = 40
 """A wrong term shows at any point; forty also reach the branches of a switch."""
@@ -20,6 +22,22 @@ TOLERANCE = 1e-12
 
 class VerificationError(MehvarError, ValueError):
     """The right-hand side that would be generated is not the one that was derived."""
+
+
+def check_counterparts(system: System) -> None:
+    """Refuse functions and relations that CasADi does not have.
+
+    Raises
+    ------
+    LoweringError
+        With file, line and row.
+    """
+    rows = [(f"{step.origin}: definition {step.symbol.name!r}", step.expr) for step in system.definitions_in_order]
+    rows += [(vector.row(k), entry) for vector in vectors(system) for k, entry in enumerate(vector.entries)]
+    for where, entry in rows:
+        for node in graph(entry):
+            if problem := lack(node):
+                raise LoweringError(f"{where}: {problem}")
 
 
 def verify(system: System) -> None:

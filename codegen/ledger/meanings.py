@@ -12,7 +12,8 @@ from mehvar.models.derivation import Expr
 from mehvar.models.paper import Case, Names, Side, frozen, symbols_of
 
 from ..equal import field
-from ..equal.judge import Expression, Judge, Meaning
+from ..equal.judge import Judge
+from ..equal.meaning import Expression, Meaning
 from ..equal.pool import Pool
 from ..equal.reals import PointSampler
 from .sides import Sides

@@ -21,7 +21,8 @@ from mehvar.models.derivation import Expr
 from mehvar.models.mechanics import reduce_sines
 from mehvar.models.paper import Case, Relation, Side, frozen, symbols_of
 
-from ..equal.judge import VISIBLE, Counterexample, Expression, Verdict, Worlds, inside, shown, simplified
+from ..equal.judge import VISIBLE, Counterexample, Verdict, Worlds, inside, shown, simplified
+from ..equal.meaning import Expression
 from ..equal.pool import ways
 from ..equal.reals import DIGITS, Point, holds
 from .meanings import Meanings

@@ -19,6 +19,25 @@ _SHOWN = {
     "board.md": ("Equivalence",),
 }
 """Sections whose first table is shown; of a page that is not named, the first table."""
+_COMMANDS = {
+    "batch.md": (
+        "put together from the four pages of batches below by hand",
+        "tolerance 1e-6, a user's default is 1e-11",
+    ),
+    "soak.md": ("made by `make soak`", ""),
+}
+"""Of pages without the command that wrote them: how they were made, and settings that are not the defaults."""
+_SETTINGS = {
+    "closed_loop.md": "samples every 1 s where a heading says so; a user's default is 0.01 s",
+    "batch_open_loop.md": "tolerances and steps as the tables say; a user's default is dop853 at 1e-11",
+    "batch_closed_loop.md": "tolerance 1e-6, the method that a campaign names; a user's default is dop853 at 1e-11",
+    "batch_rhs.md": "one call of the right-hand side; 'fast' is a profile that a user asks for, 'portable' the default",
+    "batch_scaling_counts.md": "tolerance 1e-6 and 0.05 s of the triangle; a user's default is 1e-11 and 35 s",
+    "batch_scaling_pendulums.md": "rk4, 100 steps of 0.1 s, held input; a user's default is dop853 at 1e-11",
+    "batch_scaling_threads.md": "tolerance 1e-6; a user's default is 1e-11",
+    "board.md": "one sample of delay and 5000 samples; a user's defaults are none and 1600",
+}
+"""What was measured at other than a user's default settings."""
 _HEAD = """# Numbers
 
 What has been measured, from the pages that the benchmarks write. Written by `python docs/site/numbers.py`: change
@@ -34,11 +53,21 @@ def page(results: Path = RESULTS) -> str:
     for path in sorted(results.glob("*.md"), key=_order):
         text = re.sub(r"<details>.*?</details>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
         sections = list(_sections(text))
-        parts.append(f"## [{sections[0][0]}](../benchmarks/results/{path.name})\n")
+        parts.append(f"## [{sections[0][0]}](../benchmarks/results/{path.name})\n\n{_origin(path.name, text)}\n")
         for heading in _SHOWN.get(path.name, ("",)):
             parts += [f"**{heading}**\n"] if heading else []
             parts.append(_table(path.name, sections, heading))
     return "\n".join(parts)
+
+
+def _origin(name: str, text: str) -> str:
+    """Say which command made the numbers of a page, and at which settings if they are not the defaults."""
+    made, settings = _COMMANDS.get(name, ("", _SETTINGS.get(name, "")))
+    command = re.search(r"`((?:python|make) [^`\n]+)`", text)
+    if not made and command is None:
+        raise SystemExit(f"benchmarks/results/{name} names no command that wrote it")
+    made = made or f"made by `{command[1]}`"
+    return f"{made[0].upper()}{made[1:]}{f'; {settings}' if settings else ''}."
 
 
 def _order(path: Path) -> tuple[int, str]:

@@ -35,6 +35,42 @@ int satellite_rhs_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int 
 #define satellite_rhs_SZ_RES 1
 #define satellite_rhs_SZ_IW 0
 #define satellite_rhs_SZ_W 0
+int jac_satellite_rhs(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int jac_satellite_rhs_checkout(void);
+void jac_satellite_rhs_release(int mem);
+void jac_satellite_rhs_incref(void);
+void jac_satellite_rhs_decref(void);
+casadi_int jac_satellite_rhs_n_in(void);
+casadi_int jac_satellite_rhs_n_out(void);
+casadi_real jac_satellite_rhs_default_in(casadi_int i);
+const char* jac_satellite_rhs_name_in(casadi_int i);
+const char* jac_satellite_rhs_name_out(casadi_int i);
+const casadi_int* jac_satellite_rhs_sparsity_in(casadi_int i);
+const casadi_int* jac_satellite_rhs_sparsity_out(casadi_int i);
+int jac_satellite_rhs_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int jac_satellite_rhs_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define jac_satellite_rhs_SZ_ARG 4
+#define jac_satellite_rhs_SZ_RES 3
+#define jac_satellite_rhs_SZ_IW 0
+#define jac_satellite_rhs_SZ_W 0
+int fwd1_satellite_rhs(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int fwd1_satellite_rhs_checkout(void);
+void fwd1_satellite_rhs_release(int mem);
+void fwd1_satellite_rhs_incref(void);
+void fwd1_satellite_rhs_decref(void);
+casadi_int fwd1_satellite_rhs_n_in(void);
+casadi_int fwd1_satellite_rhs_n_out(void);
+casadi_real fwd1_satellite_rhs_default_in(casadi_int i);
+const char* fwd1_satellite_rhs_name_in(casadi_int i);
+const char* fwd1_satellite_rhs_name_out(casadi_int i);
+const casadi_int* fwd1_satellite_rhs_sparsity_in(casadi_int i);
+const casadi_int* fwd1_satellite_rhs_sparsity_out(casadi_int i);
+int fwd1_satellite_rhs_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int fwd1_satellite_rhs_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define fwd1_satellite_rhs_SZ_ARG 7
+#define fwd1_satellite_rhs_SZ_RES 1
+#define fwd1_satellite_rhs_SZ_IW 0
+#define fwd1_satellite_rhs_SZ_W 0
 int satellite_outputs(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
 int satellite_outputs_checkout(void);
 void satellite_outputs_release(int mem);

@@ -53,6 +53,8 @@ extern "C" {
 #define casadi_f28 CASADI_PREFIX(f28)
 #define casadi_f29 CASADI_PREFIX(f29)
 #define casadi_f3 CASADI_PREFIX(f3)
+#define casadi_f30 CASADI_PREFIX(f30)
+#define casadi_f31 CASADI_PREFIX(f31)
 #define casadi_f4 CASADI_PREFIX(f4)
 #define casadi_f5 CASADI_PREFIX(f5)
 #define casadi_f6 CASADI_PREFIX(f6)
@@ -66,6 +68,10 @@ extern "C" {
 #define casadi_s1 CASADI_PREFIX(s1)
 #define casadi_s10 CASADI_PREFIX(s10)
 #define casadi_s11 CASADI_PREFIX(s11)
+#define casadi_s12 CASADI_PREFIX(s12)
+#define casadi_s13 CASADI_PREFIX(s13)
+#define casadi_s14 CASADI_PREFIX(s14)
+#define casadi_s15 CASADI_PREFIX(s15)
 #define casadi_s2 CASADI_PREFIX(s2)
 #define casadi_s3 CASADI_PREFIX(s3)
 #define casadi_s4 CASADI_PREFIX(s4)
@@ -134,16 +140,26 @@ CASADI_SYMBOL_EXPORT int triangle_casadi_casadi_real_size(void) { return (int) s
 
 static const casadi_int casadi_s0[3] = {4, 1, 1};
 static const casadi_int casadi_s1[3] = {3, 1, 1};
-static const casadi_int casadi_s2[3] = {11, 1, 1};
-static const casadi_int casadi_s3[3] = {2, 1, 1};
-static const casadi_int casadi_s4[3] = {8, 1, 1};
-static const casadi_int casadi_s5[3] = {1, 1, 1};
-static const casadi_int casadi_s6[3] = {10, 1, 1};
-static const casadi_int casadi_s7[3] = {6, 1, 1};
-static const casadi_int casadi_s8[3] = {16, 1, 1};
-static const casadi_int casadi_s9[3] = {12, 1, 1};
-static const casadi_int casadi_s10[3] = {44, 1, 1};
-static const casadi_int casadi_s11[3] = {33, 1, 1};
+static const casadi_int casadi_s2[4] = {4, 1, 0, 0};
+static const casadi_int casadi_s3[9] = 
+  {4, 4, 0, 1, 1, 2, 2, 3,
+  3};
+static const casadi_int casadi_s4[10] = 
+  {4, 3, 0, 1, 3, 4, 0, 1,
+  3, 2};
+static const casadi_int casadi_s5[9] = 
+  {4, 3, 0, 1, 2, 3, 3, 3,
+  3};
+static const casadi_int casadi_s6[3] = {11, 1, 1};
+static const casadi_int casadi_s7[3] = {2, 1, 1};
+static const casadi_int casadi_s8[3] = {8, 1, 1};
+static const casadi_int casadi_s9[3] = {1, 1, 1};
+static const casadi_int casadi_s10[3] = {10, 1, 1};
+static const casadi_int casadi_s11[3] = {6, 1, 1};
+static const casadi_int casadi_s12[3] = {16, 1, 1};
+static const casadi_int casadi_s13[3] = {12, 1, 1};
+static const casadi_int casadi_s14[3] = {44, 1, 1};
+static const casadi_int casadi_s15[3] = {33, 1, 1};
 
 /* triangle_rhs:(arg_x[4],arg_u[3],arg_p[3])->(res_dx[4]) */
 static int casadi_f0(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
@@ -246,8 +262,252 @@ CASADI_SYMBOL_EXPORT int triangle_rhs_work_bytes(casadi_int *sz_arg, casadi_int*
   return 0;
 }
 
-/* triangle_outputs:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_y[11]) */
+/* jac_triangle_rhs:(arg_x[4],arg_u[3],arg_p[3],out_res_dx[4x1,0nz])->(jac_res_dx_arg_x[4x4,2nz],jac_res_dx_arg_u[4x3,4nz],jac_res_dx_arg_p[4x3,3nz]) */
 static int casadi_f1(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+  casadi_real a0, a1, a2, a3, a4, a5;
+  a0=arg[0]? arg[0][0] : 0;
+  a1=(2.*a0);
+  a2=arg[1]? arg[1][1] : 0;
+  a1=(a1*a2);
+  if (res[0]!=0) res[0][0]=a1;
+  a1=3.;
+  a2=arg[2]? arg[2][0] : 0;
+  a2=(a1*a2);
+  a3=arg[2]? arg[2][2] : 0;
+  a2=(a2/a3);
+  a4=arg[0]? arg[0][2] : 0;
+  a5=(a2/a4);
+  a5=(a5/a4);
+  a5=(-a5);
+  if (res[0]!=0) res[0][1]=a5;
+  a5=1.;
+  if (res[1]!=0) res[1][0]=a5;
+  if (res[1]!=0) res[1][1]=a5;
+  a0=casadi_sq(a0);
+  if (res[1]!=0) res[1][2]=a0;
+  if (res[1]!=0) res[1][3]=a5;
+  a0=(1./a3);
+  a0=(a0/a4);
+  a1=(a1*a0);
+  if (res[2]!=0) res[2][0]=a1;
+  if (res[2]!=0) res[2][1]=a5;
+  a2=(a2/a3);
+  a2=(a2/a4);
+  a2=(-a2);
+  if (res[2]!=0) res[2][2]=a2;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int jac_triangle_rhs(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
+  return casadi_f1(arg, res, iw, w, mem);
+}
+
+CASADI_SYMBOL_EXPORT int jac_triangle_rhs_checkout(void) {
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT void jac_triangle_rhs_release(int mem) {
+}
+
+CASADI_SYMBOL_EXPORT void jac_triangle_rhs_incref(void) {
+}
+
+CASADI_SYMBOL_EXPORT void jac_triangle_rhs_decref(void) {
+}
+
+CASADI_SYMBOL_EXPORT casadi_int jac_triangle_rhs_n_in(void) { return 4;}
+
+CASADI_SYMBOL_EXPORT casadi_int jac_triangle_rhs_n_out(void) { return 3;}
+
+CASADI_SYMBOL_EXPORT casadi_real jac_triangle_rhs_default_in(casadi_int i) {
+  switch (i) {
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* jac_triangle_rhs_name_in(casadi_int i) {
+  switch (i) {
+    case 0: return "arg_x";
+    case 1: return "arg_u";
+    case 2: return "arg_p";
+    case 3: return "out_res_dx";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* jac_triangle_rhs_name_out(casadi_int i) {
+  switch (i) {
+    case 0: return "jac_res_dx_arg_x";
+    case 1: return "jac_res_dx_arg_u";
+    case 2: return "jac_res_dx_arg_p";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* jac_triangle_rhs_sparsity_in(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s0;
+    case 1: return casadi_s1;
+    case 2: return casadi_s1;
+    case 3: return casadi_s2;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* jac_triangle_rhs_sparsity_out(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s3;
+    case 1: return casadi_s4;
+    case 2: return casadi_s5;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT int jac_triangle_rhs_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4;
+  if (sz_res) *sz_res = 3;
+  if (sz_iw) *sz_iw = 0;
+  if (sz_w) *sz_w = 0;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int jac_triangle_rhs_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 4*sizeof(const casadi_real*);
+  if (sz_res) *sz_res = 3*sizeof(casadi_real*);
+  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
+  if (sz_w) *sz_w = 0*sizeof(casadi_real);
+  return 0;
+}
+
+/* fwd1_triangle_rhs:(arg_x[4],arg_u[3],arg_p[3],out_res_dx[4x1,0nz],fwd_arg_x[4],fwd_arg_u[3],fwd_arg_p[3])->(fwd_res_dx[4]) */
+static int casadi_f2(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+  casadi_real a0, a1, a2, a3, a4, a5;
+  a0=arg[5]? arg[5][0] : 0;
+  if (res[0]!=0) res[0][0]=a0;
+  a0=arg[5]? arg[5][1] : 0;
+  if (res[0]!=0) res[0][1]=a0;
+  a1=arg[5]? arg[5][2] : 0;
+  if (res[0]!=0) res[0][2]=a1;
+  a1=arg[6]? arg[6][1] : 0;
+  a2=3.;
+  a3=arg[6]? arg[6][0] : 0;
+  a3=(a2*a3);
+  a4=arg[2]? arg[2][2] : 0;
+  a3=(a3/a4);
+  a5=arg[2]? arg[2][0] : 0;
+  a2=(a2*a5);
+  a2=(a2/a4);
+  a4=(a2/a4);
+  a5=arg[6]? arg[6][2] : 0;
+  a4=(a4*a5);
+  a3=(a3-a4);
+  a4=arg[0]? arg[0][2] : 0;
+  a3=(a3/a4);
+  a2=(a2/a4);
+  a2=(a2/a4);
+  a4=arg[4]? arg[4][2] : 0;
+  a2=(a2*a4);
+  a3=(a3-a2);
+  a1=(a1+a3);
+  a3=arg[1]? arg[1][1] : 0;
+  a2=arg[0]? arg[0][0] : 0;
+  a4=(2.*a2);
+  a5=arg[4]? arg[4][0] : 0;
+  a4=(a4*a5);
+  a3=(a3*a4);
+  a2=casadi_sq(a2);
+  a2=(a2*a0);
+  a3=(a3+a2);
+  a1=(a1+a3);
+  if (res[0]!=0) res[0][3]=a1;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int fwd1_triangle_rhs(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
+  return casadi_f2(arg, res, iw, w, mem);
+}
+
+CASADI_SYMBOL_EXPORT int fwd1_triangle_rhs_checkout(void) {
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT void fwd1_triangle_rhs_release(int mem) {
+}
+
+CASADI_SYMBOL_EXPORT void fwd1_triangle_rhs_incref(void) {
+}
+
+CASADI_SYMBOL_EXPORT void fwd1_triangle_rhs_decref(void) {
+}
+
+CASADI_SYMBOL_EXPORT casadi_int fwd1_triangle_rhs_n_in(void) { return 7;}
+
+CASADI_SYMBOL_EXPORT casadi_int fwd1_triangle_rhs_n_out(void) { return 1;}
+
+CASADI_SYMBOL_EXPORT casadi_real fwd1_triangle_rhs_default_in(casadi_int i) {
+  switch (i) {
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* fwd1_triangle_rhs_name_in(casadi_int i) {
+  switch (i) {
+    case 0: return "arg_x";
+    case 1: return "arg_u";
+    case 2: return "arg_p";
+    case 3: return "out_res_dx";
+    case 4: return "fwd_arg_x";
+    case 5: return "fwd_arg_u";
+    case 6: return "fwd_arg_p";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const char* fwd1_triangle_rhs_name_out(casadi_int i) {
+  switch (i) {
+    case 0: return "fwd_res_dx";
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* fwd1_triangle_rhs_sparsity_in(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s0;
+    case 1: return casadi_s1;
+    case 2: return casadi_s1;
+    case 3: return casadi_s2;
+    case 4: return casadi_s0;
+    case 5: return casadi_s1;
+    case 6: return casadi_s1;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT const casadi_int* fwd1_triangle_rhs_sparsity_out(casadi_int i) {
+  switch (i) {
+    case 0: return casadi_s0;
+    default: return 0;
+  }
+}
+
+CASADI_SYMBOL_EXPORT int fwd1_triangle_rhs_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 7;
+  if (sz_res) *sz_res = 1;
+  if (sz_iw) *sz_iw = 0;
+  if (sz_w) *sz_w = 0;
+  return 0;
+}
+
+CASADI_SYMBOL_EXPORT int fwd1_triangle_rhs_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w) {
+  if (sz_arg) *sz_arg = 7*sizeof(const casadi_real*);
+  if (sz_res) *sz_res = 1*sizeof(casadi_real*);
+  if (sz_iw) *sz_iw = 0*sizeof(casadi_int);
+  if (sz_w) *sz_w = 0*sizeof(casadi_real);
+  return 0;
+}
+
+/* triangle_outputs:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_y[11]) */
+static int casadi_f3(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25;
@@ -417,7 +677,7 @@ static int casadi_f1(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f1(arg, res, iw, w, mem);
+  return casadi_f3(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_checkout(void) {
@@ -472,7 +732,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_sparsity_in(casadi_int i
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s2;
+    case 0: return casadi_s6;
     default: return 0;
   }
 }
@@ -494,7 +754,7 @@ CASADI_SYMBOL_EXPORT int triangle_outputs_work_bytes(casadi_int *sz_arg, casadi_
 }
 
 /* triangle_limits:(arg_x[4],arg_u[3],arg_p[3])->(res_margin[2]) */
-static int casadi_f2(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f4(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1;
   a0=5.0000000000000000e-01;
   a1=arg[0]? arg[0][0] : 0;
@@ -507,7 +767,7 @@ static int casadi_f2(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_limits(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f2(arg, res, iw, w, mem);
+  return casadi_f4(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_limits_checkout(void) {
@@ -560,7 +820,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_limits_sparsity_in(casadi_int i)
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_limits_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s3;
+    case 0: return casadi_s7;
     default: return 0;
   }
 }
@@ -582,7 +842,7 @@ CASADI_SYMBOL_EXPORT int triangle_limits_work_bytes(casadi_int *sz_arg, casadi_i
 }
 
 /* triangle_to_coordinates:(arg_x[4])->(res_q[4]) */
-static int casadi_f3(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f5(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2;
   a0=arg[0]? arg[0][0] : 0;
   a1=arg[0]? arg[0][1] : 0;
@@ -600,7 +860,7 @@ static int casadi_f3(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_to_coordinates(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f3(arg, res, iw, w, mem);
+  return casadi_f5(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_to_coordinates_checkout(void) {
@@ -671,7 +931,7 @@ CASADI_SYMBOL_EXPORT int triangle_to_coordinates_work_bytes(casadi_int *sz_arg, 
 }
 
 /* triangle_from_coordinates:(arg_q[4])->(res_x[4]) */
-static int casadi_f4(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3;
   a0=arg[0]? arg[0][0] : 0;
   a1=casadi_sq(a0);
@@ -690,7 +950,7 @@ static int casadi_f4(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_from_coordinates(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f4(arg, res, iw, w, mem);
+  return casadi_f6(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_from_coordinates_checkout(void) {
@@ -761,7 +1021,7 @@ CASADI_SYMBOL_EXPORT int triangle_from_coordinates_work_bytes(casadi_int *sz_arg
 }
 
 /* triangle_initial:(arg_p[3],arg_s[8])->(res_x[4]) */
-static int casadi_f5(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7, a8, a9;
   a0=5.0000000000000000e-01;
   a1=arg[1]? arg[1][2] : 0;
@@ -811,7 +1071,7 @@ static int casadi_f5(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_initial(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f5(arg, res, iw, w, mem);
+  return casadi_f7(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_initial_checkout(void) {
@@ -855,7 +1115,7 @@ CASADI_SYMBOL_EXPORT const char* triangle_initial_name_out(casadi_int i) {
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_initial_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s4;
+    case 1: return casadi_s8;
     default: return 0;
   }
 }
@@ -884,7 +1144,7 @@ CASADI_SYMBOL_EXPORT int triangle_initial_work_bytes(casadi_int *sz_arg, casadi_
 }
 
 /* triangle_reference:(arg_t,arg_p[3],arg_s[8])->(res_r[4]) */
-static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7, a8, a9;
   a0=5.0000000000000000e-01;
   a1=arg[2]? arg[2][6] : 0;
@@ -934,7 +1194,7 @@ static int casadi_f6(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_reference(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f6(arg, res, iw, w, mem);
+  return casadi_f8(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_reference_checkout(void) {
@@ -978,9 +1238,9 @@ CASADI_SYMBOL_EXPORT const char* triangle_reference_name_out(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_reference_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s5;
+    case 0: return casadi_s9;
     case 1: return casadi_s1;
-    case 2: return casadi_s4;
+    case 2: return casadi_s8;
     default: return 0;
   }
 }
@@ -1009,7 +1269,7 @@ CASADI_SYMBOL_EXPORT int triangle_reference_work_bytes(casadi_int *sz_arg, casad
 }
 
 /* triangle_constraints:(arg_p[3],arg_s[8])->(res_margin[2]) */
-static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4;
   a0=arg[1]? arg[1][0] : 0;
   a1=arg[1]? arg[1][1] : 0;
@@ -1039,7 +1299,7 @@ static int casadi_f7(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f7(arg, res, iw, w, mem);
+  return casadi_f9(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_constraints_checkout(void) {
@@ -1083,14 +1343,14 @@ CASADI_SYMBOL_EXPORT const char* triangle_constraints_name_out(casadi_int i) {
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s4;
+    case 1: return casadi_s8;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_constraints_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s3;
+    case 0: return casadi_s7;
     default: return 0;
   }
 }
@@ -1112,7 +1372,7 @@ CASADI_SYMBOL_EXPORT int triangle_constraints_work_bytes(casadi_int *sz_arg, cas
 }
 
 /* triangle_lengths:(arg_rho,arg_phi,arg_mu)->(res_l1,res_l2,res_l3) */
-static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5;
   a0=5.7735026918962573e-01;
   a1=arg[2]? arg[2][0] : 0;
@@ -1153,7 +1413,7 @@ static int casadi_f8(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_lengths(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f8(arg, res, iw, w, mem);
+  return casadi_f10(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_lengths_checkout(void) {
@@ -1199,18 +1459,18 @@ CASADI_SYMBOL_EXPORT const char* triangle_lengths_name_out(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_lengths_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s5;
-    case 1: return casadi_s5;
-    case 2: return casadi_s5;
+    case 0: return casadi_s9;
+    case 1: return casadi_s9;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_lengths_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s5;
-    case 1: return casadi_s5;
-    case 2: return casadi_s5;
+    case 0: return casadi_s9;
+    case 1: return casadi_s9;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
@@ -1232,7 +1492,7 @@ CASADI_SYMBOL_EXPORT int triangle_lengths_work_bytes(casadi_int *sz_arg, casadi_
 }
 
 /* triangle_shape:(arg_l1,arg_l2,arg_l3)->(res_rho,res_phi,res_mu) */
-static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4, a5, a6, a7, a8, a9;
   a0=5.0000000000000000e-01;
   a1=arg[2]? arg[2][0] : 0;
@@ -1280,7 +1540,7 @@ static int casadi_f9(const casadi_real** arg, casadi_real** res, casadi_int* iw,
 }
 
 CASADI_SYMBOL_EXPORT int triangle_shape(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f9(arg, res, iw, w, mem);
+  return casadi_f11(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_shape_checkout(void) {
@@ -1326,18 +1586,18 @@ CASADI_SYMBOL_EXPORT const char* triangle_shape_name_out(casadi_int i) {
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_shape_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s5;
-    case 1: return casadi_s5;
-    case 2: return casadi_s5;
+    case 0: return casadi_s9;
+    case 1: return casadi_s9;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_shape_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s5;
-    case 1: return casadi_s5;
-    case 2: return casadi_s5;
+    case 0: return casadi_s9;
+    case 1: return casadi_s9;
+    case 2: return casadi_s9;
     default: return 0;
   }
 }
@@ -1359,7 +1619,7 @@ CASADI_SYMBOL_EXPORT int triangle_shape_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_length_rates:(arg_x[4],arg_u[3])->(res_u_l[3]) */
-static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21;
   a00=5.0000000000000000e-01;
@@ -1460,7 +1720,7 @@ static int casadi_f10(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_length_rates(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f10(arg, res, iw, w, mem);
+  return casadi_f12(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_length_rates_checkout(void) {
@@ -1533,7 +1793,7 @@ CASADI_SYMBOL_EXPORT int triangle_length_rates_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* triangle_sliding:(arg_x[4],arg_r[4],arg_p[3],arg_c[10])->(res_u[3]) */
-static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27;
@@ -1713,7 +1973,7 @@ static int casadi_f11(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f11(arg, res, iw, w, mem);
+  return casadi_f13(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_checkout(void) {
@@ -1761,7 +2021,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_sparsity_in(casadi_int i
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s6;
+    case 3: return casadi_s10;
     default: return 0;
   }
 }
@@ -1790,7 +2050,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_work_bytes(casadi_int *sz_arg, casadi_
 }
 
 /* triangle_sliding_loop:(arg_q[4],arg_r[4],arg_p[3],arg_c[10])->(res_dq[4]) */
-static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24;
@@ -1965,7 +2225,7 @@ static int casadi_f12(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f12(arg, res, iw, w, mem);
+  return casadi_f14(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop_checkout(void) {
@@ -2013,7 +2273,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_loop_sparsity_in(casadi_
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s6;
+    case 3: return casadi_s10;
     default: return 0;
   }
 }
@@ -2042,7 +2302,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_loop_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* triangle_sliding_observe:(arg_q[4],arg_r[4],arg_p[3],arg_c[10])->(res_x[4],res_u[3]) */
-static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28;
@@ -2223,7 +2483,7 @@ static int casadi_f13(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_observe(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f13(arg, res, iw, w, mem);
+  return casadi_f15(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_observe_checkout(void) {
@@ -2272,7 +2532,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_observe_sparsity_in(casa
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s6;
+    case 3: return casadi_s10;
     default: return 0;
   }
 }
@@ -2302,7 +2562,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_observe_work_bytes(casadi_int *sz_arg,
 }
 
 /* triangle_sliding_constraints:(arg_p[3],arg_c[10],arg_s[8])->(res_margin[2]) */
-static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   a00=arg[1]? arg[1][6] : 0;
   a01=5.0000000000000000e-01;
@@ -2381,7 +2641,7 @@ static int casadi_f14(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f14(arg, res, iw, w, mem);
+  return casadi_f16(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_constraints_checkout(void) {
@@ -2426,15 +2686,15 @@ CASADI_SYMBOL_EXPORT const char* triangle_sliding_constraints_name_out(casadi_in
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s6;
-    case 2: return casadi_s4;
+    case 1: return casadi_s10;
+    case 2: return casadi_s8;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_constraints_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s3;
+    case 0: return casadi_s7;
     default: return 0;
   }
 }
@@ -2456,7 +2716,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_constraints_work_bytes(casadi_int *sz_
 }
 
 /* triangle_sliding_defaults:(arg_c[10])->(res_derived) */
-static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1;
   a0=arg[0]? arg[0][6] : 0;
   a1=arg[0]? arg[0][1] : 0;
@@ -2468,7 +2728,7 @@ static int casadi_f15(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_defaults(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f15(arg, res, iw, w, mem);
+  return casadi_f17(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_defaults_checkout(void) {
@@ -2510,14 +2770,14 @@ CASADI_SYMBOL_EXPORT const char* triangle_sliding_defaults_name_out(casadi_int i
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_defaults_sparsity_in(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s6;
+    case 0: return casadi_s10;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_defaults_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s5;
+    case 0: return casadi_s9;
     default: return 0;
   }
 }
@@ -2539,7 +2799,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_defaults_work_bytes(casadi_int *sz_arg
 }
 
 /* triangle_path:(arg_x[4],arg_r[4],arg_p[3],arg_c[6])->(res_u[3]) */
-static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32;
@@ -2824,7 +3084,7 @@ static int casadi_f16(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f16(arg, res, iw, w, mem);
+  return casadi_f18(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_checkout(void) {
@@ -2872,7 +3132,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_sparsity_in(casadi_int i) {
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s7;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
@@ -2901,7 +3161,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_work_bytes(casadi_int *sz_arg, casadi_int
 }
 
 /* triangle_path_loop:(arg_q[4],arg_r[4],arg_p[3],arg_c[6])->(res_dq[4]) */
-static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28;
@@ -3181,7 +3441,7 @@ static int casadi_f17(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f17(arg, res, iw, w, mem);
+  return casadi_f19(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop_checkout(void) {
@@ -3229,7 +3489,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_loop_sparsity_in(casadi_int
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s7;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
@@ -3258,7 +3518,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_loop_work_bytes(casadi_int *sz_arg, casad
 }
 
 /* triangle_path_observe:(arg_q[4],arg_r[4],arg_p[3],arg_c[6])->(res_x[4],res_u[3]) */
-static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33;
@@ -3544,7 +3804,7 @@ static int casadi_f18(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_observe(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f18(arg, res, iw, w, mem);
+  return casadi_f20(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_observe_checkout(void) {
@@ -3593,7 +3853,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_observe_sparsity_in(casadi_
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s7;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
@@ -3623,7 +3883,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_observe_work_bytes(casadi_int *sz_arg, ca
 }
 
 /* triangle_path_constraints:(arg_p[3],arg_c[6],arg_s[8])->(res_margin[2]) */
-static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   a00=arg[1]? arg[1][2] : 0;
   a01=5.0000000000000000e-01;
@@ -3702,7 +3962,7 @@ static int casadi_f19(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_constraints(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f19(arg, res, iw, w, mem);
+  return casadi_f21(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_constraints_checkout(void) {
@@ -3747,15 +4007,15 @@ CASADI_SYMBOL_EXPORT const char* triangle_path_constraints_name_out(casadi_int i
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_constraints_sparsity_in(casadi_int i) {
   switch (i) {
     case 0: return casadi_s1;
-    case 1: return casadi_s7;
-    case 2: return casadi_s4;
+    case 1: return casadi_s11;
+    case 2: return casadi_s8;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_constraints_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s3;
+    case 0: return casadi_s7;
     default: return 0;
   }
 }
@@ -3777,7 +4037,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_constraints_work_bytes(casadi_int *sz_arg
 }
 
 /* triangle_jac_x:(arg_x[4],arg_u[3],arg_p[3])->(res_J[16]) */
-static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2;
   a0=0.;
   if (res[0]!=0) res[0][0]=a0;
@@ -3813,7 +4073,7 @@ static int casadi_f20(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_x(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f20(arg, res, iw, w, mem);
+  return casadi_f22(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_x_checkout(void) {
@@ -3866,7 +4126,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_x_sparsity_in(casadi_int i) 
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_x_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s8;
+    case 0: return casadi_s12;
     default: return 0;
   }
 }
@@ -3888,7 +4148,7 @@ CASADI_SYMBOL_EXPORT int triangle_jac_x_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_jac_u:(arg_x[4],arg_u[3],arg_p[3])->(res_J[12]) */
-static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1;
   a0=1.;
   if (res[0]!=0) res[0][0]=a0;
@@ -3910,7 +4170,7 @@ static int casadi_f21(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_u(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f21(arg, res, iw, w, mem);
+  return casadi_f23(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_u_checkout(void) {
@@ -3963,7 +4223,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_u_sparsity_in(casadi_int i) 
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_u_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s9;
+    case 0: return casadi_s13;
     default: return 0;
   }
 }
@@ -3985,7 +4245,7 @@ CASADI_SYMBOL_EXPORT int triangle_jac_u_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_jvp:(arg_x[4],arg_u[3],arg_p[3],arg_along_x[4],arg_along_u[3])->(res_change[4]) */
-static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3, a4;
   a0=arg[4]? arg[4][0] : 0;
   if (res[0]!=0) res[0][0]=a0;
@@ -4018,7 +4278,7 @@ static int casadi_f22(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f22(arg, res, iw, w, mem);
+  return casadi_f24(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jvp_checkout(void) {
@@ -4097,7 +4357,7 @@ CASADI_SYMBOL_EXPORT int triangle_jvp_work_bytes(casadi_int *sz_arg, casadi_int*
 }
 
 /* triangle_outputs_jac:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_J_x[44],res_J_u[33],res_J_r[44]) */
-static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -4825,7 +5085,7 @@ static int casadi_f23(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f23(arg, res, iw, w, mem);
+  return casadi_f25(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac_checkout(void) {
@@ -4882,9 +5142,9 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_sparsity_in(casadi_i
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s10;
-    case 1: return casadi_s11;
-    case 2: return casadi_s10;
+    case 0: return casadi_s14;
+    case 1: return casadi_s15;
+    case 2: return casadi_s14;
     default: return 0;
   }
 }
@@ -4906,7 +5166,7 @@ CASADI_SYMBOL_EXPORT int triangle_outputs_jac_work_bytes(casadi_int *sz_arg, cas
 }
 
 /* triangle_jac_p:(arg_x[4],arg_u[3],arg_p[3])->(res_J[12]) */
-static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0, a1, a2, a3;
   a0=0.;
   if (res[0]!=0) res[0][0]=a0;
@@ -4938,7 +5198,7 @@ static int casadi_f24(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f24(arg, res, iw, w, mem);
+  return casadi_f26(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_jac_p_checkout(void) {
@@ -4991,7 +5251,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_p_sparsity_in(casadi_int i) 
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_jac_p_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s9;
+    case 0: return casadi_s13;
     default: return 0;
   }
 }
@@ -5013,7 +5273,7 @@ CASADI_SYMBOL_EXPORT int triangle_jac_p_work_bytes(casadi_int *sz_arg, casadi_in
 }
 
 /* triangle_outputs_jac_p:(arg_x[4],arg_u[3],arg_r[4],arg_p[3])->(res_J_p[33]) */
-static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a0;
   a0=0.;
   if (res[0]!=0) res[0][0]=a0;
@@ -5053,7 +5313,7 @@ static int casadi_f25(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac_p(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f25(arg, res, iw, w, mem);
+  return casadi_f27(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_outputs_jac_p_checkout(void) {
@@ -5108,7 +5368,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_p_sparsity_in(casadi
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_outputs_jac_p_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s11;
+    case 0: return casadi_s15;
     default: return 0;
   }
 }
@@ -5130,7 +5390,7 @@ CASADI_SYMBOL_EXPORT int triangle_outputs_jac_p_work_bytes(casadi_int *sz_arg, c
 }
 
 /* triangle_sliding_jvp:(arg_x[4],arg_r[4],arg_p[3],arg_c[10],arg_along_x[4],arg_along_r[4])->(res_change[3]) */
-static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -5610,7 +5870,7 @@ static int casadi_f26(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f26(arg, res, iw, w, mem);
+  return casadi_f28(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_jvp_checkout(void) {
@@ -5660,7 +5920,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_jvp_sparsity_in(casadi_i
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s6;
+    case 3: return casadi_s10;
     case 4: return casadi_s0;
     case 5: return casadi_s0;
     default: return 0;
@@ -5691,7 +5951,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_jvp_work_bytes(casadi_int *sz_arg, cas
 }
 
 /* triangle_sliding_loop_jac:(arg_q[4],arg_r[4],arg_p[3],arg_c[10])->(res_J_q[16],res_J_r[16]) */
-static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a00, a01, a02, a03, a04, a05, a06, a07, a08, a09, a10, a11;
   casadi_real a12, a13, a14, a15, a16, a17, a18, a19, a20, a21, a22, a23;
   casadi_real a24, a25, a26, a27, a28, a29, a30, a31, a32, a33, a34, a35;
@@ -6657,7 +6917,7 @@ static int casadi_f27(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f27(arg, res, iw, w, mem);
+  return casadi_f29(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_sliding_loop_jac_checkout(void) {
@@ -6706,15 +6966,15 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_loop_jac_sparsity_in(cas
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s6;
+    case 3: return casadi_s10;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_sliding_loop_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s8;
-    case 1: return casadi_s8;
+    case 0: return casadi_s12;
+    case 1: return casadi_s12;
     default: return 0;
   }
 }
@@ -6736,7 +6996,7 @@ CASADI_SYMBOL_EXPORT int triangle_sliding_loop_jac_work_bytes(casadi_int *sz_arg
 }
 
 /* triangle_path_jvp:(arg_x[4],arg_r[4],arg_p[3],arg_c[6],arg_along_x[4],arg_along_r[4])->(res_change[3]) */
-static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f30(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -7486,7 +7746,7 @@ static int casadi_f28(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_jvp(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f28(arg, res, iw, w, mem);
+  return casadi_f30(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_jvp_checkout(void) {
@@ -7536,7 +7796,7 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_jvp_sparsity_in(casadi_int 
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s7;
+    case 3: return casadi_s11;
     case 4: return casadi_s0;
     case 5: return casadi_s0;
     default: return 0;
@@ -7567,7 +7827,7 @@ CASADI_SYMBOL_EXPORT int triangle_path_jvp_work_bytes(casadi_int *sz_arg, casadi
 }
 
 /* triangle_path_loop_jac:(arg_q[4],arg_r[4],arg_p[3],arg_c[6])->(res_J_q[16],res_J_r[16]) */
-static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
+static int casadi_f31(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem) {
   casadi_real a000, a001, a002, a003, a004, a005, a006, a007, a008, a009, a010, a011;
   casadi_real a012, a013, a014, a015, a016, a017, a018, a019, a020, a021, a022, a023;
   casadi_real a024, a025, a026, a027, a028, a029, a030, a031, a032, a033, a034, a035;
@@ -9485,7 +9745,7 @@ static int casadi_f29(const casadi_real** arg, casadi_real** res, casadi_int* iw
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop_jac(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem){
-  return casadi_f29(arg, res, iw, w, mem);
+  return casadi_f31(arg, res, iw, w, mem);
 }
 
 CASADI_SYMBOL_EXPORT int triangle_path_loop_jac_checkout(void) {
@@ -9534,15 +9794,15 @@ CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_loop_jac_sparsity_in(casadi
     case 0: return casadi_s0;
     case 1: return casadi_s0;
     case 2: return casadi_s1;
-    case 3: return casadi_s7;
+    case 3: return casadi_s11;
     default: return 0;
   }
 }
 
 CASADI_SYMBOL_EXPORT const casadi_int* triangle_path_loop_jac_sparsity_out(casadi_int i) {
   switch (i) {
-    case 0: return casadi_s8;
-    case 1: return casadi_s8;
+    case 0: return casadi_s12;
+    case 1: return casadi_s12;
     default: return 0;
   }
 }

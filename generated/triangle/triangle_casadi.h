@@ -35,6 +35,42 @@ int triangle_rhs_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *
 #define triangle_rhs_SZ_RES 1
 #define triangle_rhs_SZ_IW 0
 #define triangle_rhs_SZ_W 0
+int jac_triangle_rhs(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int jac_triangle_rhs_checkout(void);
+void jac_triangle_rhs_release(int mem);
+void jac_triangle_rhs_incref(void);
+void jac_triangle_rhs_decref(void);
+casadi_int jac_triangle_rhs_n_in(void);
+casadi_int jac_triangle_rhs_n_out(void);
+casadi_real jac_triangle_rhs_default_in(casadi_int i);
+const char* jac_triangle_rhs_name_in(casadi_int i);
+const char* jac_triangle_rhs_name_out(casadi_int i);
+const casadi_int* jac_triangle_rhs_sparsity_in(casadi_int i);
+const casadi_int* jac_triangle_rhs_sparsity_out(casadi_int i);
+int jac_triangle_rhs_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int jac_triangle_rhs_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define jac_triangle_rhs_SZ_ARG 4
+#define jac_triangle_rhs_SZ_RES 3
+#define jac_triangle_rhs_SZ_IW 0
+#define jac_triangle_rhs_SZ_W 0
+int fwd1_triangle_rhs(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
+int fwd1_triangle_rhs_checkout(void);
+void fwd1_triangle_rhs_release(int mem);
+void fwd1_triangle_rhs_incref(void);
+void fwd1_triangle_rhs_decref(void);
+casadi_int fwd1_triangle_rhs_n_in(void);
+casadi_int fwd1_triangle_rhs_n_out(void);
+casadi_real fwd1_triangle_rhs_default_in(casadi_int i);
+const char* fwd1_triangle_rhs_name_in(casadi_int i);
+const char* fwd1_triangle_rhs_name_out(casadi_int i);
+const casadi_int* fwd1_triangle_rhs_sparsity_in(casadi_int i);
+const casadi_int* fwd1_triangle_rhs_sparsity_out(casadi_int i);
+int fwd1_triangle_rhs_work(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+int fwd1_triangle_rhs_work_bytes(casadi_int *sz_arg, casadi_int* sz_res, casadi_int *sz_iw, casadi_int *sz_w);
+#define fwd1_triangle_rhs_SZ_ARG 7
+#define fwd1_triangle_rhs_SZ_RES 1
+#define fwd1_triangle_rhs_SZ_IW 0
+#define fwd1_triangle_rhs_SZ_W 0
 int triangle_outputs(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w, int mem);
 int triangle_outputs_checkout(void);
 void triangle_outputs_release(int mem);

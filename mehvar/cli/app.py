@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from mehvar.terminal import interruptible
+from mehvar.terminal import interruptible, print_version
 
 _DEBUG = "mehvar.debug"
 COMMANDS = {
@@ -24,6 +24,8 @@ COMMANDS = {
     "new": "Write a new system into a folder of its name: an example that generates, simulates and passes its tests.",
     "batch": "Run many closed loops into a store, with statistics at the end; a stopped batch goes on with --resume.",
     "stats": "Print the statistics of a batch: success, metrics, worst runs, sensitivities.",
+    "verify": "Hold every file of a batch against what was written; exit 1 if one is missing or damaged.",
+    "convert": "Write a result or a batch as Parquet, NetCDF, CSV or MATLAB, units in names and metadata.",
     "doctor": "Say what is installed, what is missing, and the command that would install it.",
     "reproduce": "Compute every figure and claim of the papers and write one HTML report.",
 }
@@ -36,6 +38,10 @@ BOARD = {
     "run": "Run a closed loop with the law on a board and compare it, bit for bit, with the law on this machine.",
     "report": "Run as `board run` does, and write what came of it as HTML and JSON.",
     "flash": "Build for an STM32 board and flash it. Not tested on silicon.",
+}
+
+EXPORT = {
+    "fmu": "Write a functional mock-up unit: FMI 2.0 or 3.0, model exchange or co-simulation, sources and a binary.",
 }
 
 
@@ -54,7 +60,8 @@ class _Commands(TyperGroup):
         if name is None or isinstance(listed, TyperGroup):
             return name, listed, rest
         room = __package__ if ctx.parent is None else f"{__package__}.{self.name}"
-        return name, _imported(f"{room}.{name.replace('-', '_')}", listed), rest
+        place = name.replace("-", ".", 1) if name in FOR_GIT else name  # git-diff stands in git/diff.py
+        return name, _imported(f"{room}.{place.replace('-', '_')}", listed), rest
 
     def invoke(self, ctx: Any) -> Any:
         with interruptible(), _shown_if_asked(ctx):
@@ -115,17 +122,16 @@ def _shown_if_asked(ctx: Any) -> Iterator[None]:
 app = _group(
     COMMANDS,
     hidden=FOR_GIT,
-    add_completion=False,
+    add_completion=True,
     help="Derive spacecraft attitude models, generate code from them, and simulate them.",
 )
 app.add_typer(_group(BOARD, help="Take a law to a microcontroller, emulated or real."), name="board")
+app.add_typer(_group(EXPORT, help="Write a model as a file that other programs run."), name="export")
 
 
 def _version(shown: bool) -> None:
     if shown:
-        from mehvar.versions import installed
-
-        typer.echo(f"mehvar {installed('mehvar')['mehvar']}")
+        print_version()
         raise typer.Exit
 
 

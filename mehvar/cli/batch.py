@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 import shlex
 import sys
 import time
@@ -19,9 +20,16 @@ from mehvar.errors import InputError, MehvarError, bad_value
 from mehvar.runtime.batch.dispersions import split
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
-from mehvar.runtime.batch.store import open_store
+from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.options import OPTIONS
-from mehvar.settings import SettingTexts, read_settings
+from mehvar.settings import (
+    SettingTexts,
+    complete_controllers,
+    complete_models,
+    complete_scenarios,
+    read_value,
+    read_values,
+)
 from mehvar.terminal import Advance, progress
 
 _FLAGS = {"n": "-n", "seed": "--seed", "sampling": "--sampling"}
@@ -29,10 +37,20 @@ _FLAGS = {"n": "-n", "seed": "--seed", "sampling": "--sampling"}
 
 
 def command(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="A model, a generated folder, or a campaign.toml.")],
-    controller: Annotated[str | None, typer.Option(metavar="C", help="The control law.")] = None,
+    model: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL", help="A model, a generated folder, or a campaign.toml.", autocompletion=complete_models
+        ),
+    ],
+    controller: Annotated[
+        str | None, typer.Option(metavar="C", help="The control law.", autocompletion=complete_controllers)
+    ] = None,
     n: Annotated[int | None, typer.Option("-n", metavar="N", help=CAMPAIGN_OPTIONS["n"].help)] = None,
-    scenario: Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")] = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option(metavar="S", help="The scenario; the first unless given.", autocompletion=complete_scenarios),
+    ] = None,
     seed: Annotated[int | None, typer.Option(metavar="K", help=CAMPAIGN_OPTIONS["seed"].help)] = None,
     settings: SettingTexts = None,
     vary: Annotated[
@@ -64,7 +82,7 @@ def command(
     """
     batch = _campaign(
         model, controller=controller, n=n, scenario=scenario, seed=seed, sampling=sampling, t_end=t_end, out=out,
-        until=until, success=success, save=_save(save), set=read_settings(settings), vary=_dispersions(vary or ()),
+        until=until, success=success, save=_save(save), set=read_values(settings), vary=_dispersions(vary or ()),
     )  # fmt: skip
     origin = f"the command line or {model}" if model.endswith(".toml") else "the command line"
     if batch.out is None:
@@ -126,7 +144,7 @@ def _save(text: str | None) -> Save | None:
     name, _, value = text.partition("=")
     if name != "every" or not value:
         raise bad_value("--save", text, "every=DT with DT > 0 in seconds")
-    return Save(every=CAMPAIGN_OPTIONS["save_every"].check(value, "--save"))
+    return Save(every=CAMPAIGN_OPTIONS["save_every"].check(read_value(value), "--save"))
 
 
 def _client(scheduler: str | None) -> Any:
@@ -134,7 +152,11 @@ def _client(scheduler: str | None) -> Any:
         return nullcontext()
     from mehvar.runtime.batch.workers import connect
 
-    return connect(scheduler)
+    client = connect(scheduler)
+    # what dask logs of a lost scheduler is a page of tracebacks; what is to be done stands in our message
+    for name in ("tornado.application", *(name for name in logging.root.manager.loggerDict if "distributed" in name)):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    return client
 
 
 def _stopped(why: str, out: Path, status: int) -> int:
@@ -148,7 +170,7 @@ def _stopped(why: str, out: Path, status: int) -> int:
         pass
     words = ["mehvar", *sys.argv[1:]]
     again = shlex.join(words if "--resume" in words else [*words, "--resume"])
-    typer.echo(f"mehvar: {why}\n{extent}go on with:\n  {again}", err=True)
+    typer.echo(f"mehvar: {why}; {extent}go on with: {again}", err=True)
     return status
 
 

@@ -7,11 +7,12 @@ import platform
 import shutil
 import sys
 
+from mehvar.cache import cache_folder
 from mehvar.errors import InputError
-from mehvar.runtime.cache import cache_folder, other_folders
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.compiling.library import INCLUDE
-from mehvar.terminal import print_table
+from mehvar.settings import AsJson
+from mehvar.terminal import print_json, print_table
 from mehvar.versions import installed
 
 _PACKAGES = {
@@ -27,10 +28,16 @@ _PACKAGES = {
     "matplotlib": "pictures and the report",
     "distributed": "batches on many machines",
     "ziglang": "the board: a cross-compiler",
+    "control": "linear systems in python-control",
+    "jax": "right-hand sides in JAX",
+    "numba": "right-hand sides in Numba",
     "unicorn": "the board: an emulator",
     "pyserial": "the board: a serial port",
 }
 _EXTRAS = {
+    "control": "control",
+    "jax": "jax",
+    "numba": "numba",
     "matplotlib": "plot",
     "pyarrow": "parquet",
     "distributed": "cluster",
@@ -38,23 +45,24 @@ _EXTRAS = {
     "unicorn": "board",
     "pyserial": "board",
 }
+_COLUMNS = ("part", "found", "used_for", "install_with")
 _PROGRAMS = {
     "arm-none-eabi-gcc": ("the board: a second toolchain", "apt install gcc-arm-none-eabi"),
     "qemu-system-arm": ("the board: a second emulator", "apt install qemu-system-arm"),
 }
 
 
-def command() -> int:
+def command(as_json: AsJson = False) -> int:
     """Print the state of this installation; return 1 when something that runs need is missing."""
     rows = [["python", platform.python_version(), sys.executable, ""], _compiler_row()]
     rows += [_package_row(name, use) for name, use in _PACKAGES.items()]
     rows += [_program_row(name, *about) for name, about in _PROGRAMS.items()]
     rows.append(["C headers", str(INCLUDE), "for generated C in other projects: cc -I", ""])
     rows.append(["cache", str(cache_folder()), "compiled models; safe to delete", ""])
-    rows += [
-        ["cache", str(folder), "compiled models of earlier; read too, safe to delete", ""] for folder in other_folders()
-    ]
-    print_table("", ["part", "found", "used for", "install with"], rows)
+    if as_json:
+        print_json({"parts": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]})
+    else:
+        print_table("", [name.replace("_", " ") for name in _COLUMNS], rows)
     missing = [row[0] for row in rows if row[1] in ("missing", "does not work")]
     return int(bool(missing))
 

@@ -38,7 +38,9 @@ def command(
 def check_models(models: Sequence[str]) -> int:
     """Name every stale file, why it is stale, and the command that mends it; return the exit status."""
     tree = find_tree(Path.cwd()) or installed_tree()
+    orphans = {} if models else tree.orphans
     reports = [generation.check(tree, model) for model in _names(tree, models)]
+    reports += [Report(name, reasons=(missing,)) for name, missing in orphans.items()]
     for report in reports:
         _explain(report)
     return int(any(report.stale for report in reports))
@@ -57,6 +59,8 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
         raise InputError("this folder is in no tree with models/ and generated/: say where to write with --out DIR")
     tree = tree or installed_tree()
     names = _names(tree, models)
+    if not models and tree.orphans:
+        raise InputError(f"{next(iter(tree.orphans.values()))}: bring it back, or remove what is left of the model")
     if structure and out is None:
         raise InputError("--structure derives a variant: say where to write it with --out DIR")
     if out is not None and len(names) != 1:
@@ -82,6 +86,8 @@ def _note_hidden(folder: Path) -> None:
 def _names(tree: Tree, models: Sequence[str]) -> tuple[str, ...]:
     for model in models:
         if model not in tree.models:
+            if model in tree.orphans:
+                raise InputError(tree.orphans[model])
             raise unknown_name("model", model, tree.models, str(tree.root / "models"))
     return tuple(models) or tree.models
 
@@ -93,4 +99,5 @@ def _explain(report: Report) -> None:
     typer.echo(f"{report.model}: stale, because {'; '.join(report.reasons)}")
     for name in report.written:
         typer.echo(f"  generated/{report.model}/{name}")
-    typer.echo(f"  mend it with: mehvar generate {report.model}")
+    if report.written:
+        typer.echo(f"  mend it with: mehvar generate {report.model}")

@@ -1,16 +1,35 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar list`: what models there are, read from manifests."""
+"""`mehvar list`: what models there are, in mehvar and in the project one stands in, read from manifests."""
 
 from __future__ import annotations
 
-from mehvar.runtime.model.catalogue import find_model, known_models
-from mehvar.terminal import print_table
+import typer
+
+from mehvar.manifest import Manifest, read_manifest
+from mehvar.runtime.model.catalogue import known_models, project_models, shipped_models
+from mehvar.settings import AsJson
+from mehvar.terminal import print_json, print_table
 
 
-def command() -> None:
+def command(as_json: AsJson = False) -> None:
     """Print every generated model with its laws and scenarios."""
+    manifests, own = {name: read_manifest(folder) for name, folder in known_models().items()}, project_models()
+    if as_json:
+        print_json({"models": [_facts(name, manifest) for name, manifest in manifests.items()]})
+        return
     rows = []
-    for name in known_models():
-        manifest = find_model(name)
-        rows.append([name, manifest.title, " ".join(manifest.controllers), " ".join(manifest.scenarios)])
-    print_table("", ["model", "what it is", "controllers", "scenarios"], rows)
+    for name, manifest in manifests.items():
+        place = [str(manifest.folder.parents[1]) if name in own else "mehvar"] if own else []
+        rows.append([name, manifest.title, " ".join(manifest.controllers), " ".join(manifest.scenarios), *place])
+    print_table("", ["model", "what it is", "controllers", "scenarios", *(["from"] if own else [])], rows)
+    for name in own.keys() & shipped_models().keys():
+        typer.echo(f"note: {name} of {own[name].parents[1]} hides the one that comes with mehvar")
+
+
+def _facts(name: str, manifest: Manifest) -> dict[str, object]:
+    return {
+        "model": name,
+        "title": manifest.title,
+        "controllers": list(manifest.controllers),
+        "scenarios": list(manifest.scenarios),
+    }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar new`: a folder with a small system that generates, simulates and passes its physics gates at once."""
+"""`mehvar new`: a small system, or a law on a plant, that generates, simulates and passes its tests at once."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ from typing import Annotated
 
 import typer
 
-from mehvar.errors import InputError, bad_value
+from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.manifest import Manifest
+from mehvar.project import project_root
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.board.image.build import FIRMWARE
 from mehvar.runtime.compiling.library import NATIVE
-from mehvar.runtime.model.catalogue import known_models
+from mehvar.runtime.model.catalogue import find_model, known_models, project_models, shipped_models
 from mehvar.runtime.run.options import OPTIONS
+from mehvar.settings import complete_models
 
-_TEMPLATES = Path(__file__).parents[1] / "templates" / "system"
+_TEMPLATES = Path(__file__).parents[1] / "templates"
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _LONGEST = 40
 """Characters: names of functions in the generated C begin with the name, and C promises to tell 63 apart."""
@@ -38,8 +41,19 @@ _C_HEADERS = frozenset(
 
 def command(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the system, such as reaction_wheel.")],
+    plant: Annotated[
+        str | None,
+        typer.Option(
+            "--from", metavar="MODEL", help="Only a law of your own on this plant.", autocompletion=complete_models
+        ),
+    ] = None,
 ) -> None:
     """Write the folder and say what to do next."""
+    if plant is not None:
+        folder = scaffold_law(name, plant, Path.cwd())
+        typer.echo(f"wrote {folder}; the law is in {folder / 'models' / name / 'law.py'}")
+        typer.echo(f"in {folder}: mehvar generate, then mehvar simulate {name} --controller {name}")
+        return
     folder = scaffold(name, Path.cwd())
     typer.echo(f"wrote {folder}; {folder.name}/README.md says what is where and what to type next")
 
@@ -64,6 +78,80 @@ def scaffold(name: str, into: Path) -> Path:
     InputError
         If the name cannot name a system or the folder exists.
     """
+    target = _free(name, into)
+    with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=into) as scratch:
+        whole = Path(scratch) / name
+        (whole / "generated").mkdir(parents=True)
+        _write(whole, name, "system", title=name.replace("_", " "))
+        _generate(whole, name)
+        whole.rename(target)
+    return target
+
+
+def scaffold_law(name: str, plant: str, into: Path) -> Path:
+    """Write a law of one's own on a plant and generate it; it is complete or absent.
+
+    Parameters
+    ----------
+    name : str
+        Of the law: lower-case letters, digits and underscores.
+    plant : str
+        A model that comes with mehvar, or one of the project that `into` is in.
+    into : Path
+        The law becomes a model of the project that this folder is in; outside of one, the folder NAME is made in it.
+
+    Returns
+    -------
+    Path
+        The folder with models/NAME, generated/NAME and tests.
+
+    Raises
+    ------
+    InputError
+        If the name cannot name a law, something of that name exists, or the plant is no model.
+    """
+    manifest = find_model(plant)
+    if manifest.model not in known_models():
+        raise unknown_name("plant", plant, known_models(), "--from")
+    project = project_root(into) if project_models() else None
+    target = _free(name, into) if project is None else project
+    if project is not None:
+        _free(name, project / "models")
+    values = {"plant": manifest.model, **_example(manifest)}
+    with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=into) as scratch:
+        whole = Path(scratch) / name
+        (whole / "generated").mkdir(parents=True)
+        _write(whole, name, "law", **values)
+        if project is None:
+            _generate(whole, name)
+            whole.rename(target)
+            return target
+        for part in (f"models/{name}", f"tests/test_{name}.py"):
+            (project / part).parent.mkdir(exist_ok=True)
+            (whole / part).rename(project / part)
+    _generate(project, name)
+    return project
+
+
+def _example(manifest: Manifest) -> dict[str, object]:
+    """Return what the example law on a plant is made of: for each input a gain on a state, while there are states."""
+    from mehvar.models.units import dimension, product, unit_text
+
+    gains = []
+    for i, u in enumerate(manifest.inputs):
+        state = manifest.states[i] if i < len(manifest.states) else None
+        unit = "1" if state is None else unit_text(product((dimension(u.unit), 1), (dimension(state.unit), -1)))
+        gains.append({"name": f"gain_{u.name}", "input": u.name, "state": state and state.name, "unit": unit})
+    period = next((law.period for law in manifest.controllers.values() if law.period), None)
+    return {
+        "gains": gains,
+        "period": f', period="{period}"' if period else "",
+        **{group: [q.name for q in getattr(manifest, group)] for group in ("states", "inputs", "references")},
+    }
+
+
+def _free(name: str, into: Path) -> Path:
+    """Return the folder of a new name, or raise InputError for a name that is none or that something has."""
     if not _NAME.fullmatch(name) or keyword.iskeyword(name):
         raise bad_value("NAME", name, "lower-case letters, digits and underscores, beginning with a letter")
     if len(name) > _LONGEST:
@@ -73,19 +161,15 @@ def scaffold(name: str, into: Path) -> Path:
         raise InputError(f"{target} exists; choose another name or folder")
     if (holder := _holder(name)) is not None:
         raise bad_value("NAME", name, f"another name: this one is taken by {holder}")
-    with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=into) as scratch:
-        whole = Path(scratch) / name
-        _write(whole, name)
-        _generate(whole, name)
-        shutil.rmtree(whole / "models" / name / "__pycache__", ignore_errors=True)
-        whole.rename(target)
     return target
 
 
 def _holder(name: str) -> str | None:
     """Return what a name belongs to already, so that a system called so would hide it or be hidden by it."""
-    if name in known_models():
+    if name in shipped_models():
         return "a model that comes with mehvar"
+    if name in project_models():
+        return "a model of the project that this folder is in"
     if name in (*OPTIONS, *CAMPAIGN_OPTIONS):
         return "an option of a run"
     if name in _C_HEADERS:
@@ -103,27 +187,26 @@ def _own_c_files() -> set[str]:
     return {path.stem for path in files} | _WRITTEN
 
 
-def _write(folder: Path, name: str) -> None:
+def _write(folder: Path, name: str, kind: str, **values: object) -> None:
+    """Write the templates of a kind: the tests and the page where people look for them, all else with the model."""
     from mehvar.codegen.templates import text_environment
 
-    environment = text_environment(_TEMPLATES)
+    environment = text_environment(_TEMPLATES / kind)
     model = folder / "models" / name
-    places = {
+    elsewhere = {
         "init.py.j2": model / "__init__.py",
-        "system.py.j2": model / "system.py",
-        "parameters.toml.j2": model / "parameters.toml",
-        "scenarios.toml.j2": model / "scenarios.toml",
         "test.py.j2": folder / "tests" / f"test_{name}.py",
         "README.md.j2": folder / "README.md",
     }
-    for template, path in places.items():
+    for template in environment.list_templates():
+        path = elsewhere.get(template, model / template.removesuffix(".j2"))
         path.parent.mkdir(parents=True, exist_ok=True)
-        text = environment.get_template(template).render(name=name, title=name.replace("_", " "))
+        text = environment.get_template(template).render(name=name, **values)
         path.write_text(text, encoding="utf-8", newline="\n")
 
 
 def _generate(folder: Path, name: str) -> None:
     from mehvar.codegen.generate import Tree, generate
 
-    (folder / "generated").mkdir()
     generate(Tree(folder), name)
+    shutil.rmtree(folder / "models" / name / "__pycache__", ignore_errors=True)

@@ -10,12 +10,22 @@ import typer
 
 from mehvar.manifest import Manifest, Parameter, Quantity
 from mehvar.runtime.model.catalogue import find_model
-from mehvar.terminal import print_table
+from mehvar.schema import plain
+from mehvar.settings import AsJson, complete_models
+from mehvar.terminal import print_json, print_table
 
 
-def command(model: Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")]) -> None:
+def command(
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
+    ],
+    as_json: AsJson = False,
+) -> None:
     """Print names, units, defaults, bounds and sources of one model."""
     manifest = find_model(model)
+    if as_json:
+        print_json(plain(Manifest, manifest))
+        return
     structure = ", ".join(f"{name} = {value}" for name, value in manifest.structure.items())
     typer.echo(f"{manifest.model}: {manifest.title}\nstructure: {structure or 'fixed'}\n")
     for title, quantities in (

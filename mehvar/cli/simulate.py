@@ -4,30 +4,63 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from mehvar.errors import bad_value
+from mehvar.errors import bad_value, unknown_name
+from mehvar.manifest import OPEN_LOOP
 from mehvar.pictures.files import checked_suffix
 from mehvar.runtime.model.catalogue import find_model
+from mehvar.runtime.model.parameters import number
 from mehvar.runtime.run.formats import checked_format
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
+from mehvar.runtime.run.own.files import read_inputs
+from mehvar.runtime.run.own.inputs import Interpolation
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
-from mehvar.settings import SettingTexts, read_settings
-from mehvar.terminal import print_table, progress
+from mehvar.settings import (
+    AsJson,
+    SettingTexts,
+    complete_controllers,
+    complete_models,
+    complete_scenarios,
+    read_settings,
+    read_value,
+    read_values,
+)
+from mehvar.terminal import print_json, print_table, progress
 
 
 def command(
-    model: Annotated[str | None, typer.Argument(metavar="MODEL", help="A model or a generated folder.")] = None,
-    controller: Annotated[str | None, typer.Option(metavar="C", help="The control law.")] = None,
-    scenario: Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")] = None,
+    model: Annotated[
+        str | None,
+        typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models),
+    ] = None,
+    controller: Annotated[
+        str | None,
+        typer.Option(metavar="C", help="The control law; none for an open loop.", autocompletion=complete_controllers),
+    ] = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option(metavar="S", help="The scenario; the first unless given.", autocompletion=complete_scenarios),
+    ] = None,
     settings: SettingTexts = None,
+    input_texts: Annotated[
+        list[str] | None,
+        typer.Option("--input", metavar="NAME=VALUE", help="An input of an open loop; zero unless given; repeat."),
+    ] = None,
+    inputs: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Inputs of an open loop over time: a .csv, or a result's .nc.")
+    ] = None,
+    interpolation: Annotated[
+        Interpolation | None,
+        typer.Option(metavar="HOW", help="What a file means between its instants: hold, unless given, or linear."),
+    ] = None,
     t_end: Annotated[float | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Save it; also .csv, .parquet, .mat.")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Save a picture of the run.")] = None,
@@ -35,26 +68,68 @@ def command(
         Path | None, typer.Option("--from", metavar="STORE", help="Repeat a run of this batch; needs --run.")
     ] = None,
     run: Annotated[int | None, typer.Option(metavar="ID", help="Which run of the batch, counted from 0.")] = None,
+    trust_model: Annotated[
+        bool, typer.Option("--trust-model", help="With --from: compile and run the model that the store names.")
+    ] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Run or repeat; return the exit status."""
-    if store is not None or run is not None:
-        decided = (model, controller, scenario, settings, t_end)
+    if store is not None or run is not None or trust_model:
+        decided = (controller, scenario, settings, t_end, input_texts, inputs, interpolation)
         if store is None or run is None or any(value is not None for value in decided):
             raise typer.BadParameter("--from STORE and --run ID come together and without what the batch decides")
-        return repeat(store, run, out, plot)
+        if model is not None and trust_model:
+            raise typer.BadParameter("--trust-model takes the model that the store names: leave MODEL out")
+        if as_json:
+            raise typer.BadParameter("--json prints a run, not a comparison with a batch")
+        return repeat(store, run, out, plot, model, trust_model)
     if model is None or controller is None:
         raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
     ends = [] if t_end is None else [f"t_end={t_end}"]
-    return simulate(model, controller, scenario, read_settings([*(settings or ()), *ends]), out, plot)
+    values = read_values([*(settings or ()), *ends])
+    opened = _open_loop(model, controller, input_texts, inputs, interpolation)
+    return simulate(model, None if opened else controller, scenario, values, out, plot, opened, as_json)
+
+
+def _open_loop(
+    model: str,
+    controller: str,
+    texts: Sequence[str] | None,
+    file: Path | None,
+    interpolation: Interpolation | None,
+) -> dict[str, Any]:
+    """Return the arguments of `simulate` that an open loop has; none of a closed one."""
+    if controller != OPEN_LOOP:
+        for flag, value in (("--input", texts), ("--inputs", file), ("--interpolation", interpolation)):
+            if value is not None:
+                raise bad_value(flag, value, f"left out unless --controller is {OPEN_LOOP}")
+        return {}
+    if interpolation is not None and file is None:
+        raise bad_value("--interpolation", interpolation, "left out without --inputs FILE")
+    manifest = find_model(model)
+    inputs: Any = {} if file is None else read_inputs(file, manifest)
+    given = read_settings(texts, "--input")
+    constants = {name: number(f"--input {name}", read_value(text)) for name, text in given.items()}
+    if constants and not isinstance(inputs, dict):
+        raise bad_value("--input", " ".join(constants), f"left out with --inputs {file}, a result that has every input")
+    names = [q.name for q in manifest.inputs]
+    for name in constants:
+        if name not in names:
+            raise unknown_name(f"input of {manifest.model}", name, names, "--input")
+        if name in inputs:
+            raise bad_value("--input", name, f"an input that {file} does not have")
+    return {"inputs": {**inputs, **constants} if isinstance(inputs, dict) else inputs, "interpolation": interpolation}
 
 
 def simulate(
     model: str,
-    controller: str,
+    controller: str | None,
     scenario: str | None,
-    settings: Mapping[str, str],
+    settings: Mapping[str, float | str],
     out: Path | None,
     plot: Path | None,
+    opened: Mapping[str, Any],
+    as_json: bool = False,
 ) -> int:
     """Run, print, save; return the exit status.
 
@@ -65,27 +140,33 @@ def simulate(
     """
     _check_outputs(out, plot)
     parameters, options = split_settings(settings, find_model(model).choices, "run", "--set")
-    with progress(f"{model} {controller}") as advance:
+    with progress(f"{model} {controller or OPEN_LOOP}") as advance:
         advance(0, 1, "(the first run compiles)")
-        run = simulate_run(model, controller, scenario, parameters, progress=advance, origin="--set", **options)
-    return _finish(run, out, plot)
+        run = simulate_run(
+            model, controller, scenario, parameters, progress=advance, origin="--set", **options, **opened
+        )
+    return _finish(run, out, plot, as_json)
 
 
-def repeat(path: Path, number: int, out: Path | None, plot: Path | None) -> int:
+def repeat(
+    path: Path, number: int, out: Path | None, plot: Path | None, model: str | None = None, trust: bool = False
+) -> int:
     """Repeat one run of a batch with full logging, and say whether it is the same to the last bit.
 
     Raises
     ------
     InputError
-        For a store that is none, a run that it does not have, or one whose drawn values are not allowed.
+        For a store that is none, a run that it does not have, one whose drawn values are not allowed, or a model that
+        nobody but the store names.
     """
-    from mehvar.runtime.batch.fill import plan_of
-    from mehvar.runtime.batch.repeat import difference, repeat_run
-    from mehvar.runtime.batch.store import open_store
+    from mehvar.runtime.batch.repeat import difference, is_model_of, plan_of, repeat_run
+    from mehvar.runtime.batch.store.store import open_store
 
     _check_outputs(out, plot)
     store = open_store(path)
-    plan = plan_of(store)
+    plan = plan_of(store, model, trust)
+    if not is_model_of(store, plan.model):
+        typer.echo(f"note: {path} was made from another text of the model {store.attributes['model']}")
     with progress(f"{plan.model.name} run {number}") as advance:
         run = repeat_run(plan, store, number, advance)
     what = f"run {number} of {path}"
@@ -96,7 +177,7 @@ def repeat(path: Path, number: int, out: Path | None, plot: Path | None) -> int:
         typer.echo("this run is not stored yet: there is nothing to compare with")
     else:
         typer.echo(different or "the same as in the store, bit for bit")
-    return _finish(run, out, plot)
+    return _finish(run, out, plot) or int(bool(different))
 
 
 def _check_outputs(out: Path | None, plot: Path | None) -> None:
@@ -109,9 +190,12 @@ def _check_outputs(out: Path | None, plot: Path | None) -> None:
         checked_suffix(plot)
 
 
-def _finish(run: Run, out: Path | None, plot: Path | None) -> int:
-    _summary(run)
-    _save(run, out, plot)
+def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False) -> int:
+    if as_json:
+        print_json(_facts(run))
+    else:
+        _summary(run)
+    _save(run, out, plot, as_json)
     if run.status is not Status.DONE:
         typer.echo(f"mehvar: the run ended early: {run.reason}", err=True)
         return 3
@@ -132,7 +216,9 @@ def _summary(run: Run) -> None:
     typer.echo(f"{run.manifest.model} {law} {case}: {run.reason}, t = {run.t_stop:g} s, {run.run_seconds * 1e3:.1f} ms")
     for text in run.exceeded():
         typer.echo(f"note: {text}")
-    if run.backend == "python":
+    if run.controller.name == OPEN_LOOP and run.hold is None:
+        typer.echo("run by the generated Python module, which looks at inputs that no step holds as often as it likes")
+    elif run.backend == "python":
         typer.echo("run by the generated Python module; with a C compiler it is much faster (mehvar doctor)")
     rows = [
         [name, f"{value:.6g}", run.manifest.metrics[name].unit, run.manifest.metrics[name].description]
@@ -141,7 +227,23 @@ def _summary(run: Run) -> None:
     print_table("", ["metric", "value", "unit", "meaning"], rows)
 
 
-def _save(run: Run, out: Path | None, plot: Path | None) -> None:
+def _facts(run: Run) -> dict[str, object]:
+    values = metrics(run, run.manifest)
+    return {
+        "model": run.manifest.model,
+        "controller": run.controller.name,
+        "scenario": run.scenario.name,
+        "status": run.status.text,
+        "reason": run.reason,
+        "t_stop": run.t_stop,
+        "run_seconds": run.run_seconds,
+        "backend": run.backend,
+        "notes": run.exceeded(),
+        "metrics": {n: {"value": float(v), "unit": run.manifest.metrics[n].unit} for n, v in values.items()},
+    }
+
+
+def _save(run: Run, out: Path | None, plot: Path | None, quiet: bool) -> None:
     if out is None and plot is None:
         return
     from mehvar.runtime.run.formats import save
@@ -150,10 +252,10 @@ def _save(run: Run, out: Path | None, plot: Path | None) -> None:
     dataset = to_dataset(run)
     if out is not None:
         save(dataset, out)
-        typer.echo(f"saved {out}")
+        typer.echo(f"saved {out}", err=quiet)
     if plot is not None:
         from mehvar.papers.reproduction import run_picture
         from mehvar.pictures.files import save as save_picture
 
         save_picture(run_picture(dataset, run.manifest), plot)
-        typer.echo(f"saved {plot}")
+        typer.echo(f"saved {plot}", err=quiet)

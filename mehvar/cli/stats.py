@@ -5,22 +5,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import asdict
 from itertools import islice
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from mehvar.errors import InputError
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, STATUS_TEXT
-from mehvar.runtime.batch.fill import plan_of
+from mehvar.runtime.batch.fill import REFUSALS
 from mehvar.runtime.batch.sensitivity import Sensitivity, Share, sensitivities
 from mehvar.runtime.batch.statistics import Statistics, summarise
-from mehvar.runtime.batch.store import STATUS, Store, open_store
-from mehvar.terminal import print_table
-
-_REFUSALS = 3  # that are shown
+from mehvar.runtime.batch.store.store import Store, open_store
+from mehvar.settings import AsJson
+from mehvar.terminal import print_json, print_table
 
 
 def command(
@@ -30,6 +29,7 @@ def command(
         typer.Option(metavar="EXPR", help="What counts as success; what the batch has for it unless given."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw bands and worst cases.")] = None,
+    as_json: AsJson = False,
     of: Annotated[list[str] | None, typer.Option(metavar="NAME", help="What to draw; repeat.")] = None,
 ) -> None:
     """Print the statistics of a store, and draw it.
@@ -46,13 +46,16 @@ def command(
     elif of:
         raise InputError("--of says what --plot draws: give both")
     store = open_store(path)
-    print_statistics(store, success)
+    if as_json:
+        print_json(asdict(summarise(store, success)) | {"sensitivities": [asdict(s) for s in sensitivities(store)]})
+    else:
+        print_statistics(store, success)
     if plot is not None:
         from mehvar.pictures.batch import batch_picture
         from mehvar.pictures.files import save
 
         save(batch_picture(store, of or []), plot)
-        typer.echo(f"saved {plot}")
+        typer.echo(f"saved {plot}", err=as_json)
 
 
 def print_statistics(store: Store, success: str | None = None) -> None:
@@ -141,15 +144,13 @@ def _print_refusals(store: Store, statistics: Statistics) -> None:
     number = statistics.statuses.get(STATUS_TEXT[IMPOSSIBLE], 0)
     if not number:
         return
-    plan = plan_of(store)
     typer.echo(f"\n{number} runs were drawn with values that are not allowed and were not computed:")
-    for run in islice(_impossible(store), _REFUSALS):
-        typer.echo(f"  run {run}: {plan.refusal(run)}")
-    if number > _REFUSALS:
+    for run, text in islice(_refusals(store), REFUSALS):
+        typer.echo(f"  run {run}: {text}")
+    if number > REFUSALS:
         typer.echo("  ...")
 
 
-def _impossible(store: Store) -> Iterator[int]:
+def _refusals(store: Store) -> Iterator[tuple[str, str]]:
     for block in store.stored():
-        first = store.runs(block).start
-        yield from (first + int(k) for k in np.flatnonzero(store.read(STATUS, [block]) == IMPOSSIBLE))
+        yield from sorted(store.about(block)["refusals"].items(), key=lambda item: int(item[0]))

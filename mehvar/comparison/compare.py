@@ -10,7 +10,7 @@ from pathlib import Path
 
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Comparison, Fate
-from mehvar.errors import InputError, unknown_name
+from mehvar.errors import InputError, bad_value, unknown_name
 
 from .consequences import consequences
 from .result import Diff, ModelDiff
@@ -62,6 +62,9 @@ def diff(model: str, old: str = "HEAD", new: str = WORK) -> ModelDiff:
     InputError
         If a version does not exist or cannot be derived, or has no such model.
     """
+    for name, value in (("model", model), ("old", old), ("new", new)):
+        if not isinstance(value, str):
+            raise bad_value(name, value, "a text", "the call")
     return diff_versions(old, new, model).models[0]
 
 

@@ -67,6 +67,8 @@ def find_revision(root: Path, name: str) -> Revision | None:
     InputError
         If git is not installed.
     """
+    if "\0" in name:  # no word of a command line
+        return None
     try:
         commit = _git(root, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
     except subprocess.CalledProcessError:

@@ -13,11 +13,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from mehvar import cache
 from mehvar.codegen.equations import SCHEMA
-from mehvar.codegen.generate import Tree, check, find_tree, installed_tree
+from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tree
 from mehvar.errors import InputError
-from mehvar.runtime import cache
+from mehvar.manifest import read_manifest
 from mehvar.terminal import working
+from mehvar.versions import installed
 
 from .git import Revision, find_revision, in_repository
 
@@ -132,8 +134,15 @@ def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
 
 
 def _derived(tree: Tree, model: str, label: str) -> Path:
-    key = cache.key(*itertools.chain(*tree.sources(model).items()))
-    return cache.entry("derived", f"{model}-{key}", lambda folder: _derive(tree, model, label, folder))
+    """Return what a model derives now; what it loads is known from the folder that was derived before."""
+    known = {**tree.sources(model), **installed("sympy", "casadi")}
+    while True:
+        key = cache.key(*itertools.chain(*sorted(known.items())))
+        folder = cache.entry("derived", f"{model}-{key}", lambda folder: _derive(tree, model, label, folder))
+        now = inputs(tree, model, read_manifest(folder))
+        if now == read_manifest(folder).inputs_sha256 or now.items() <= known.items():
+            return folder
+        known |= now
 
 
 def _derive(tree: Tree, model: str, label: str, folder: Path) -> None:

@@ -15,9 +15,9 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from mehvar import cache
 from mehvar.codegen.generate import Tree, system_of
 from mehvar.errors import InputError, unknown_name
-from mehvar.runtime import cache
 
 Ledger = dict[str, Any]
 """A ledger as plain data, as `mehvar.codegen.ledger.ledger.Ledger.to_json` returns it."""

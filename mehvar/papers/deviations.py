@@ -79,7 +79,7 @@ def _run_claim(number: str, scenario: Scenario, law: str, row: Sequence[Deviatio
     size = f"{worst.size:+g}" if worst.metric.kind == "sign_changes" else f"{100 * worst.size:+.2g} %"
     check = Check(
         f"{len(row)} numbers",
-        "times within 1 %, amplitudes within 2 %, counts within one",
+        f"times within {100 * TIMES:g} %, amplitudes within {100 * AMPLITUDES:g} %, counts within {COUNTS:g}",
         f"{len(row) - len(wrong)} within; largest deviation {size} ({worst.metric.name})",
         not wrong,
     )

@@ -198,7 +198,7 @@ def load_reproduction(model: str) -> Reproduction:
 
 
 def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
-    """Draw one run: as the model's paper does, where there is one, else a panel for each kind and unit.
+    """Draw one run: as the model's paper does, where one has the law too, else a panel for each kind and unit.
 
     Parameters
     ----------
@@ -213,7 +213,8 @@ def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
         If matplotlib is not installed.
     """
     with style():
-        draw = load_reproduction(manifest.model).picture if _has_paper(manifest.model) else panels_picture
+        published = _has_paper(manifest.model) and dataset.attrs["controller"] in manifest.controllers
+        draw = load_reproduction(manifest.model).picture if published else panels_picture
         return draw(dataset, manifest)
 
 

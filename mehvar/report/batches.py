@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mehvar.papers.study import Study
-    from mehvar.runtime.batch.store import Store
+    from mehvar.runtime.batch.store.store import Store
     from mehvar.runtime.model.model import Model
 
 SEED = 1

@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import io
 import struct
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
+
+from PIL import Image
 
 from mehvar.errors import MissingError
 from mehvar.papers.claims import Claim
@@ -145,13 +148,21 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
 def picture(name: str, title: str, caption: str, figure: Figure, claims: Sequence[Claim] = ()) -> Picture:
     """Return a figure as the page takes it."""
     with style():
-        return Picture(name, title, caption, encoded(figure, ".png"), chart(figure), claims)
+        return Picture(name, title, caption, _png(figure), chart(figure), claims)
 
 
 def _static(name: str, title: str, figure: Figure) -> Picture:
     """Return a figure without its chart, which would be as large as the picture again."""
     with style():
-        return Picture(name, title, "", encoded(figure, ".png"), None)
+        return Picture(name, title, "", _png(figure), None)
+
+
+def _png(figure: Figure) -> bytes:
+    """Return a figure in 256 colours: a third of the bytes, and lines and text look the same."""
+    content = io.BytesIO()
+    with Image.open(io.BytesIO(encoded(figure, ".png"))) as image:
+        image.convert("RGB").quantize().save(content, "png", optimize=True)
+    return content.getvalue()
 
 
 def scene_data(name: str, scene: Scene) -> dict[str, Any]:

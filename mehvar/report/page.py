@@ -20,7 +20,7 @@ from mehvar.papers.claims import Check, Claim, ClaimVerdict
 from mehvar.papers.deviations import Deviation
 from mehvar.pictures.style import pretty_unit
 
-from .backends import POINTS
+from .backends import POINTS, TOLERANCE
 from .batches import SEED
 from .content import PaperReport, Picture, scene_data
 
@@ -60,6 +60,7 @@ def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
         scripts=[*map(_text, _SCRIPTS), *scenes, _text("report.js")],
         seed=SEED,
         points=POINTS,
+        tolerance=TOLERANCE,
         licence=_text("uplot/LICENSE"),
         data=_data(reports),
     )

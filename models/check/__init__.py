@@ -3,6 +3,7 @@
 
 from .branches import no_branching
 from .formulas import formulas
+from .tables import check_tables
 from .whole import check
 
-__all__ = ["check", "formulas", "no_branching"]
+__all__ = ["check", "check_tables", "formulas", "no_branching"]

@@ -49,13 +49,13 @@ def check_dimensions(system: System, vectors: Iterable[Vector]) -> None:
             _check_row(dimensions.of(vector), vector, k, entry)
     for step in system.definitions_in_order:
         if step.symbol not in apart:
-            with _placed(f"{step.origin}: definition {step.symbol.name!r}"):
+            with placed(f"{step.origin}: definition {step.symbol.name!r}"):
                 dimensions.anywhere(step.symbol)
 
 
 def _check_row(dimensions: Dimensions, vector: Vector, k: int, entry: sp.Expr) -> None:
     parts = entry.args if vector.margin and isinstance(entry, sp.Min) else (entry,)
-    with _placed(vector.row(k)):
+    with placed(vector.row(k)):
         values = [dimensions(part) for part in parts]  # of a smallest margin only the sign counts
         if k < len(vector.rows) and values[0] is not None:
             unit = vector.rows[k].unit + ("/s" if vector.rate else "")
@@ -67,10 +67,10 @@ def _check_units(system: System, vectors: Iterable[Vector]) -> None:
     """Refuse units that are none, of quantities and of definitions."""
     for vector in vectors:
         for unit in (*vector.units.values(), *(q.unit for q in vector.rows)):
-            with _placed(f"{vector.origin}: {vector.what}"):
+            with placed(f"{vector.origin}: {vector.what}"):
                 dimension(unit)
     for step in system.definitions_in_order:
-        with _placed(f"{step.origin}: definition {step.symbol.name!r}"):
+        with placed(f"{step.origin}: definition {step.symbol.name!r}"):
             dimension(step.unit or "1")
     for law in system.controllers:
         clock = next((q for q in system.parameters if q.name == law.period), None)
@@ -83,7 +83,8 @@ def _check_units(system: System, vectors: Iterable[Vector]) -> None:
 
 
 @contextlib.contextmanager
-def _placed(where: str) -> Iterator[None]:
+def placed(where: str) -> Iterator[None]:
+    """Put a place before what is said of a unit that is none or does not fit."""
     try:
         yield
     except (MisfitError, ValueError) as error:

@@ -7,7 +7,7 @@ import itertools
 import string
 from collections.abc import Iterable, Sequence
 
-from ..quantities import Group, ModelError
+from ..quantities import Group, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
 
@@ -52,6 +52,12 @@ def _check_times(system: System, law: Controller) -> None:
                 f"{law.origin}: {what} = {name!r} of law {law.name!r} is no parameter of group {group.name!r}"
                 f"{suggestion(name, names)}"
             )
+    clock = next((q for q in system.parameters if q.name == law.period), None)
+    if isinstance(clock, Parameter) and not clock.bounds.positive:
+        raise ModelError(
+            f"{law.origin}: period = {law.period!r} of law {law.name!r} has the bounds {clock.bounds}: must be above "
+            "zero, as in (0, inf)"
+        )
 
 
 def _check_chart(system: System) -> None:

@@ -21,14 +21,26 @@ def formulas(group: Group) -> dict[str, Expr]:
     Raises
     ------
     ModelError
-        If a formula is not an expression in parameters of the group.
+        If a formula is not an expression in parameters of the group, or is one in terms of itself.
     """
     symbols = {q.name: q.symbol for q in group}
-    return {
+    result = {
         parameter.name: _parse(parameter, symbols)
         for parameter in group
         if isinstance(parameter, Parameter) and isinstance(parameter.default, str)
     }
+    _check_ends({name: {s.name for s in expr.free_symbols} for name, expr in result.items()})
+    return result
+
+
+def _check_ends(uses: Mapping[str, set[str]]) -> None:
+    """Refuse formulas that come back to themselves: no order computes them."""
+    waiting = dict(uses)
+    while waiting:
+        ready = [name for name, names in waiting.items() if not names & waiting.keys()]
+        if not ready:
+            raise ModelError(f"the defaults of {', '.join(waiting)} are formulas in terms of themselves")
+        waiting = {name: names for name, names in waiting.items() if name not in ready}
 
 
 def _parse(parameter: Parameter, symbols: Mapping[str, sp.Symbol]) -> Expr:

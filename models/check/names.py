@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from mehvar.names import RESULT_NAMES, identifier
+from mehvar.names import ARGUMENTS, RESULT_NAMES, identifier
 
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import System
@@ -65,6 +65,7 @@ def check_names(system: System) -> None:
     for function in system.functions:
         _check_text(function.description, f"{function.origin}: description of function {function.name!r}")
     _check_letters(system)
+    _check_arguments(system)
 
 
 def role(system: System, symbol: sp.Symbol) -> str:
@@ -140,6 +141,21 @@ def _check_results(uses: Iterable[_Use], origin: str) -> None:
         if use.name in RESULT_NAMES:
             raise ModelError(
                 f"{use.origin or origin}: {use} has a name that results use: {', '.join(sorted(RESULT_NAMES))}"
+            )
+
+
+def _check_arguments(system: System) -> None:
+    """Refuse parameters and choices that bear the name of an argument of a run; a law's delay may be called delay."""
+    shared = (*system.parameters, *system.scenario_parameters)
+    uses = [(f"parameter {q.name!r}", q.name, system.origin) for q in shared]
+    uses += [(f"choice {choice.name!r}", choice.name, system.origin) for choice in system.choices]
+    for law in system.controllers:
+        own = (q.name for q in law.parameters if not q.name == law.delay == "delay")
+        uses += [(f"parameter {name!r} of law {law.name!r}", name, law.origin) for name in own]
+    for what, name, origin in uses:
+        if name in ARGUMENTS:
+            raise ModelError(
+                f"{origin}: {what} has the name of an argument of a run: taken are {', '.join(sorted(ARGUMENTS))}"
             )
 
 

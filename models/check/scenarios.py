@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether parameters are used, and scenarios and metrics speak of what there is."""
+"""Whether parameters are used, and scenarios speak of what there is."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-
-from mehvar.manifest import METRIC_KINDS
 
 from ..derivation import free_symbols
 from ..quantities import Group, ModelError, Parameter
@@ -20,9 +18,10 @@ from .vectors import Vector
 def check_scenarios(system: System, vectors: Iterable[Vector]) -> None:
     """Refuse parameters that nothing uses, and names and values in scenarios that are not allowed."""
     _check_parameters(system)
-    _check_parameters_used(system, list(vectors))
+    vectors = list(vectors)
+    _check_parameters_used(system, vectors)
+    _check_symbols_used(system, vectors)
     _check_scenarios(system)
-    _check_metrics(system)
 
 
 def _check_parameters(system: System) -> None:
@@ -49,6 +48,25 @@ def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
         own = [e for v in vectors if law.parameters in v.receives for e in v.entries]
         used = {s.name for s in free_symbols([*own, *_formulas(law)], system.definitions)}
         _refuse_unused(law.parameters, used | {law.delay}, f"law {law.name!r}", law.origin)
+
+
+def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
+    """Refuse inputs, references and noise that nothing reads."""
+    # What only hands a group on, as an identity chart does, reads nothing of it; a rate that is an input does.
+    reading = [v for v in vectors if v.what == "rhs" or not any(v.entries == group.symbols for group in v.receives)]
+    used = free_symbols((e for v in reading for e in v.entries), system.definitions)
+    groups = [("input", system.inputs, system.origin), ("reference", system.references, system.origin)]
+    if system.actuator:
+        groups.append(("commanded input", system.actuator.commanded, system.actuator.origin))
+    if system.sensor:
+        groups.append(("noise", system.sensor.noise, system.sensor.origin))
+    for kind, group, origin in groups:
+        for q in group:
+            if q.symbol not in used:
+                raise ModelError(f"{origin}: {kind} {q.name!r} would be ignored: nothing is a function of it")
+    for law in system.controllers:  # the inputs that were applied come as a whole; a law may need one alone
+        if len(law.applied) and not used.intersection(law.applied.symbols):
+            raise ModelError(f"{law.origin}: applied of law {law.name!r} would be ignored: nothing is a function of it")
 
 
 def _formulas(law: Controller) -> list[Expr]:
@@ -84,22 +102,6 @@ def _check_scenarios(system: System) -> None:
             check_values(values, laws[law], f"{where}, law {law!r}")
         for expected in scenario.expect.values():
             check_names(expected, metrics, f"{where}: metric")
-
-
-def _check_metrics(system: System) -> None:
-    variables = {q.name for q in (*system.states, *system.outputs)} | {f"u_{q.name}" for q in system.inputs}
-    memories = [
-        {q.name for q in (*law.memory, *(output.quantity for output in law.outputs))} for law in system.controllers
-    ]
-    variables |= set.intersection(*memories) if memories else set()
-    check_distinct([metric.name for metric in system.metrics], f"{system.origin}: metric")
-    for metric in system.metrics:
-        check_names([metric.kind], METRIC_KINDS, f"{system.origin}: metric {metric.name!r} of {system.name}: kind")
-        check_names(
-            (part.strip() for of in metric.of for part in of.split(" - ")),
-            variables,
-            f"{system.origin}: metric {metric.name!r} of {system.name}: variable",
-        )
 
 
 def _by_name(group: Group) -> dict[str, Parameter]:

@@ -8,6 +8,7 @@ from .dimensions import check_dimensions
 from .entries import check_entries
 from .features import check_features
 from .kinds import check_kinds
+from .metrics import check_metrics
 from .names import check_names
 from .scenarios import check_scenarios
 from .vectors import vectors
@@ -31,3 +32,4 @@ def check(system: System) -> None:
     check_entries(system, listing)
     check_scenarios(system, listing)
     check_dimensions(system, listing)
+    check_metrics(system)

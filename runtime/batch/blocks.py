@@ -17,8 +17,9 @@ from ..run.options import OPTIONS
 from ..run.problem import Status
 from ..run.ticks import rows_of
 from .kernel import compile_kernel
+from .numerics import Numerics, numerics_of, provenance
 from .plan import Plan
-from .store import NOT_RUN, STATUS, Coordinate, Variable
+from .store.layout import NOT_RUN, STATUS, Coordinate, Variable
 
 Values = Mapping[str, NDArray[Any]]
 """What a store takes for the runs of one block, by name."""
@@ -26,7 +27,10 @@ Values = Mapping[str, NDArray[Any]]
 Missing = Sequence[tuple[int, range]]
 """Numbers of blocks, each with its runs."""
 
-BlockSource = Callable[[Missing], Generator[tuple[int, Values], None, None]]
+Provenance = Mapping[str, str | int]
+"""What computed a block: compiler, lanes, flags, versions."""
+
+BlockSource = Callable[[Missing], Generator[tuple[int, Values, Provenance], None, None]]
 """Computes blocks that a store does not have yet, in any order."""
 
 IMPOSSIBLE = max(Status) + 1
@@ -44,6 +48,15 @@ class Blocks:
     threads : int
         That compute one block.
 
+    Attributes
+    ----------
+    instants : array
+        Of the stored series, s.
+    numerics : Numerics
+        What decides the bits of the runs on this machine.
+    provenance : mapping
+        What computes them.
+
     Raises
     ------
     InputError
@@ -55,9 +68,14 @@ class Blocks:
         options, scenario = plan.options, plan.scenario
         self._t_end: float = OPTIONS["t_end"].check(options.t_end or scenario.duration, plan.origin)
         self._dt: float = OPTIONS["dt_out"].check(options.dt_out or scenario.step, plan.origin)
-        self._kernel = compile_kernel(plan.model, plan.law.name, plan.choices, options, origin=plan.origin)
+        self._kernel = compile_kernel(
+            plan.model, plan.law.name, plan.choices, options, own=plan.own, origin=plan.origin
+        )
+        self.metrics = self._kernel.loop.metrics
         self._kernel.check(plan.nominal.p[None], self._t_end, self._dt)
         self.instants = self._instants()
+        self.numerics: Numerics = numerics_of(self._kernel, plan.campaign.sampling)
+        self.provenance: Provenance = provenance(self._kernel)
 
     @property
     def samples(self) -> int:
@@ -78,7 +96,7 @@ class Blocks:
             ),
             *(
                 Variable(m.name, "float64", attributes={"units": m.unit, "long_name": m.description})
-                for m in manifest.metrics.values()
+                for m in self.metrics
             ),
             *(
                 Variable(name, "float64", "t", len(self.instants), {"units": q.unit, "long_name": q.description})
@@ -108,7 +126,7 @@ class Blocks:
         """Return every name that stands for one number per run, as conditions use them."""
         wide = [f"{summary}({name})" for summary in _SUMMARIES for name in self._kernel.variables]
         ends = [f"final({name})" for name in self.plan.model.state_names]
-        return [*self.plan.labels(), *self.plan.model.manifest.metrics, "t_stop", "error", *ends, *wide]
+        return [*self.plan.labels(), *(m.name for m in self.metrics), "t_stop", "error", *ends, *wide]
 
     def quantities(self) -> dict[str, Quantity]:
         """Return every variable of a run, in the order of the kernel's columns."""
@@ -133,7 +151,7 @@ class Blocks:
             return None
         values: dict[str, NDArray[Any]] = {
             **{"final": block.final, "minimum": block.minimum, "maximum": block.maximum},
-            **{name: block.metrics[:, i] for i, name in enumerate(plan.model.manifest.metrics)},
+            **{metric.name: block.metrics[:, i] for i, metric in enumerate(self.metrics)},
             **{"t_stop": block.t_stop, "error": block.error},
         }
         if len(self.instants):

@@ -8,7 +8,7 @@ import json
 import os
 import threading
 import warnings
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,18 +19,21 @@ from numpy.typing import NDArray
 from mehvar.errors import InputError, bad_value
 
 from ..arguments import check_arguments
-from ..compiling.compiler import require_compiler
-from ..compiling.library import FLAGS
-from ..model.catalogue import find_model, known_models
+from ..model.catalogue import shipped_models
 from ..model.model import Model, load
 from ..model.parameters import advice
 from ..run.options import Option
+from ..run.own.law import OwnLaw
 from ..run.problem import Status
 from ..run.results import versions
-from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Values, check_names
+from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Provenance, Values, check_names
+from .numerics import other_numerics
 from .plan import Campaign, Plan
 from .statistics import StopRule, Success
-from .store import STATUS, Store, create, open_store
+from .store.layout import STATUS, Layout
+from .store.store import Store, create
+from .store.store import resume as resume_store
+from .store.verification import BlockDamage
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -42,7 +45,9 @@ _FEWEST, _MOST = 512, 65536  # runs per block
 _SHORT, _SAMPLES = 4096, 2**20  # at least so many runs per block, unless that is more samples
 _BLOCKS = 256  # that a large batch has about
 _BLOCK_BYTES = 2**26
-
+REFUSALS = 3
+"""Runs per block whose refusal a store explains: as many as statistics show. Each costs a run's share of a
+millisecond and a line; the others are as many numbers in the store."""
 
 _MOST_THREADS = 1024
 """More than the processors of any one machine that batches are run on; each thread has work memory of its own."""
@@ -69,6 +74,7 @@ def run_batch(
     client: Client | None = None,
     chunk: int | None = None,
     report: BatchProgress | None = None,
+    own: OwnLaw | None = None,
     origin: str = "the call",
 ) -> Store:
     """Compute the runs of a campaign and store them.
@@ -82,7 +88,7 @@ def run_batch(
     out : path, optional
         The store, a new folder; kept in memory unless given.
     resume : bool
-        Continue the store `out`, which may also be absent or complete.
+        Continue the store `out`, which may also be absent or complete; what of it is damaged is computed again.
     success : str, optional
         What a run must fulfil to count as a success, besides reaching its end; see `Condition`.
     until : str, optional
@@ -97,6 +103,8 @@ def run_batch(
         Runs per block; unless given, chosen from n and from what is stored of each run.
     report : callable, optional
         Called at the start and after each block.
+    own : OwnLaw, optional
+        The law, where it is none of the model's but in Python; the campaign has its name.
     origin : str
         How error messages call the arguments.
 
@@ -112,6 +120,8 @@ def run_batch(
         when strict.
     StoreError
         If the store cannot be written. What it has is kept, and `resume` goes on from there.
+    ClusterError
+        If the scheduler is lost; likewise.
     """
     check_arguments("text", origin, success=success, until=until)
     check_arguments("path", origin, out=out)
@@ -127,14 +137,18 @@ def run_batch(
     loaded = model if isinstance(model, Model) else load(model, "c")
     if loaded.backend != "c":
         raise bad_value("backend", loaded.backend, "'c': a batch runs many in lanes of our own C", origin)
-    plan = Plan(loaded, campaign, origin)
+    if own is not None and client is not None:
+        raise bad_value("scheduler", client, "left out: a law in Python runs in this process", origin)
+    if own is not None and resume and not own.text:
+        raise bad_value("resume", resume, "left out: whether it is the same law in Python cannot be told", origin)
+    plan = Plan(loaded, campaign, origin, own)
     for text in advice(loaded.functions, plan.law, plan.nominal):
         warnings.warn(text, stacklevel=2)
     rule = None if until is None else StopRule(until, campaign.sampling)
     blocks = Blocks(plan, threads or available_processors())
     condition = Success(success)
     condition.check(blocks.scalars())
-    source = _here(blocks) if client is None else _there(client, plan)
+    source = _here(blocks) if client is None else _there(client, plan, blocks)
     store = _opened(plan, blocks, out, resume, chunk, {"success": success or "", "until": until or ""})
     with store.writing():
         _Filling(store, plan, rule, condition, strict, report).run(source)
@@ -146,24 +160,6 @@ def available_processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def plan_of(store: Store) -> Plan:
-    """Return the plan that a store was made from.
-
-    Raises
-    ------
-    InputError
-        If the model is not there or has changed since.
-    """
-    attributes = store.attributes
-    manifest = find_model(attributes["model_source"])
-    if manifest.hash != attributes["model_hash"]:
-        raise InputError(
-            f"{store.name} was made from another {manifest.model}: its model hash is {attributes['model_hash'][:12]}, "
-            f"the model at hand has {manifest.hash[:12]}"
-        )
-    return Plan(load(attributes["model_source"], "c"), Campaign(**json.loads(attributes["campaign"])), store.name)
-
-
 def _opened(
     plan: Plan,
     blocks: Blocks,
@@ -173,49 +169,64 @@ def _opened(
     rules: dict[str, str],
 ) -> Store:
     """Make the store, or open the one that is to be continued."""
+    path = None if out is None else Path(out)
+    layout = _layout(plan, blocks, chunk, rules)
+    if path is None or not resume or not path.exists():
+        return create(path, layout)
+    store = resume_store(path, layout, lambda attributes: _compare(str(path), attributes, layout.identity))
+    if chunk not in (None, store.chunk):
+        raise bad_value("chunk", chunk, f"left out or {store.chunk}, as {store.name} was made", plan.origin)
+    return store
+
+
+def _layout(plan: Plan, blocks: Blocks, chunk: int | None, rules: dict[str, str]) -> Layout:
     variables = blocks.variables()
     check_names(variables)
-    manifest, path = plan.model.manifest, None if out is None else Path(out)
-    identity = {"model": manifest.model, "model_hash": manifest.hash, "campaign": plan.campaign.json_text(), **rules}
-    if resume and path is not None and path.exists():
-        store = open_store(path)
-        _compare(store, identity)
-        if chunk not in (None, store.chunk):
-            raise bad_value("chunk", chunk, f"left out or {store.chunk}, as {store.name} was made", plan.origin)
-        return store
+    manifest, campaign = plan.model.manifest, plan.campaign
     bytes_per_run = sum(np.dtype(v.dtype).itemsize * max(v.size, 1) for v in variables)
-    return create(
-        path,
-        plan.campaign.n,
-        chunk or _chunk(plan.campaign.n, bytes_per_run, blocks.samples, bool(rules["until"])),
-        variables,
-        blocks.coordinates(),
-        title=f"{manifest.title}: {plan.law.title}",
-        model_source=_source(plan.model),
-        controller=plan.law.name,
-        scenario=plan.scenario.name,
-        seed=plan.campaign.seed,
-        drawn=json.dumps(plan.labels()),
-        metrics=json.dumps(list(manifest.metrics)),
-        profile=plan.options.profile,
-        flags=" ".join(FLAGS),
-        compiler=require_compiler().version,
-        nominal=json.dumps(plan.nominal.values),
-        structure=json.dumps(manifest.structure),
-        versions=json.dumps({**manifest.versions, **versions()}),
-        **identity,
+    return Layout(
+        n=campaign.n,
+        chunk=chunk or _chunk(campaign.n, bytes_per_run, blocks.samples, bool(rules["until"])),
+        variables=variables,
+        coordinates=blocks.coordinates(),
+        identity={
+            **{"model": manifest.model, "model_hash": manifest.hash, "campaign": campaign.json_text(), **rules},
+            **{"numerics": blocks.numerics.text()},
+            **({} if plan.own is None else {"law": plan.own.text}),
+        },
+        attributes={
+            "title": f"{manifest.title}: {plan.law.title}",
+            "model_source": _source(plan.model),
+            "controller": plan.law.name,
+            "scenario": plan.scenario.name,
+            "seed": campaign.seed,
+            "drawn": json.dumps(plan.labels()),
+            "metrics": json.dumps([metric.name for metric in blocks.metrics]),
+            "profile": plan.options.profile,
+            "flags": blocks.provenance["flags"],
+            "compiler": blocks.provenance["compiler"],
+            "nominal": json.dumps(plan.nominal.values),
+            "structure": json.dumps(manifest.structure),
+            "versions": json.dumps({**manifest.versions, **versions()}),
+        },
     )
 
 
-def _compare(store: Store, identity: Mapping[str, str]) -> None:
+def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, str]) -> None:
     """Refuse to continue a store that was made otherwise, and say in what."""
     for name, value in identity.items():
-        stored = store.attributes.get(name, "")
-        if name == "campaign":
-            name, stored, value = _difference(json.loads(stored), json.loads(value))
+        stored = attributes.get(name, "")
         if stored == value:
             continue
-        raise InputError(f"{store.name} was made with {name} = {stored!r}, not {value!r}: it cannot be continued so")
+        if name == "numerics":
+            differences = other_numerics(stored, value)
+            raise InputError(
+                f"{store} was made with other numerics, whose bits do not mix: {differences}; "
+                "continue it where it was made, or begin another"
+            )
+        if name == "campaign":
+            name, stored, value = _difference(json.loads(stored), json.loads(value))
+        raise InputError(f"{store} was made with {name} = {stored!r}, not {value!r}: it cannot be continued so")
 
 
 def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any]:
@@ -238,7 +249,12 @@ def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
 def _source(model: Model) -> str:
     """Return what `load` finds this model by."""
     folder = model.manifest.folder
-    return model.name if known_models().get(model.name) == folder else str(folder.absolute())
+    return model.name if shipped_models().get(model.name) == folder else str(folder.absolute())
+
+
+def _tell_damage(store: Store, damaged: Sequence[BlockDamage]) -> None:
+    for block in damaged:
+        warnings.warn(f"{store.name}: {block}; computed again", stacklevel=2)
 
 
 class _Filling:
@@ -260,20 +276,29 @@ class _Filling:
         self._prefix = self._prefix_runs = self._prefix_successes = 0
 
     def run(self, source: BlockSource) -> None:
-        """Count what is stored, then store what is missing."""
-        present = self._store.stored()
-        if any(self._is_enough(block, self._store.read(STATUS, [block])) for block in present):
+        """Count what is stored and whole, then store what is missing or damaged."""
+        store = self._store
+        verification = store.verify()
+        _tell_damage(store, verification.damaged)
+        if any(self._is_enough(block, store.read(STATUS, [block])) for block in verification.whole):
             return
         self._tell_progress()
-        missing = sorted(set(range(self._store.blocks())) - set(present))
-        produced = source([(block, self._store.runs(block)) for block in missing])
+        missing = sorted(set(range(store.blocks())) - set(verification.whole))
+        produced = source([(block, store.runs(block)) for block in missing])
         with contextlib.closing(produced):
-            for block, values in produced:
-                self._store.write(block, values)
+            for block, values, provenance in produced:
+                store.write(block, values, provenance=provenance, refusals=self._refusals(block, values[STATUS]))
                 enough = self._is_enough(block, values[STATUS])
                 self._tell_progress()
                 if enough:
                     return
+        if not verification.complete:
+            store.end(store.n)
+
+    def _refusals(self, block: int, status: NDArray[Any]) -> dict[str, str]:
+        """Return why the first impossible runs of a block are impossible."""
+        runs = self._store.runs(block).start + np.flatnonzero(status == IMPOSSIBLE)[:REFUSALS]
+        return {str(run): self._plan.refusal(run) for run in runs.tolist()}
 
     def _is_enough(self, block: int, status: NDArray[Any]) -> bool:
         """Count a stored block; true when the stop rule is fulfilled, and the store then ends there."""
@@ -299,7 +324,7 @@ class _Filling:
             self._prefix_successes += self._successes[self._prefix]
             self._prefix += 1
             if rule.holds(self._prefix_successes, self._prefix_runs):
-                self._store.cut(self._prefix_runs)
+                self._store.end(self._prefix_runs)
                 return True
         return False
 
@@ -307,7 +332,7 @@ class _Filling:
 def _here(blocks: Blocks) -> BlockSource:
     """Compute blocks in this process, the next one while the last one is stored."""
 
-    def produce(missing: Missing) -> Generator[tuple[int, Values], None, None]:
+    def produce(missing: Missing) -> Generator[tuple[int, Values, Provenance], None, None]:
         stop = threading.Event()
         with ThreadPoolExecutor(1) as pool:
             try:
@@ -315,19 +340,19 @@ def _here(blocks: Blocks) -> BlockSource:
                 for block, runs in missing:
                     waiting.append((block, pool.submit(blocks.compute, runs.start, len(runs), stop.is_set)))
                     if len(waiting) > 1:
-                        yield _next_of(waiting)
+                        yield *_next_of(waiting), blocks.provenance
                 while waiting:
-                    yield _next_of(waiting)
+                    yield *_next_of(waiting), blocks.provenance
             finally:
                 stop.set()
 
     return produce
 
 
-def _there(client: Client, plan: Plan) -> BlockSource:
+def _there(client: Client, plan: Plan, blocks: Blocks) -> BlockSource:
     from .workers import on_workers
 
-    return on_workers(client, plan)
+    return on_workers(client, plan, blocks.numerics)
 
 
 def _next_of(waiting: list[tuple[int, Future[Values | None]]]) -> tuple[int, Values]:

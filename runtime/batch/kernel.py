@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import METRIC_KINDS, Metric
+from mehvar.manifest import METRIC_KINDS
 from mehvar.names import identifier
 
 from ..compiling.compiler import require_compiler
@@ -24,7 +25,8 @@ from ..compiling.structures import structures
 from ..model.functions import FloatArray
 from ..model.model import Model
 from ..run.options import Profile, RunOptions, check_effects, read_options
-from ..run.problem import check_delay, evaluations_of, variant_suffix
+from ..run.own.law import OwnLaw
+from ..run.problem import check_delay, check_hold, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from .source import KernelLoop, kernel_sources
 
@@ -78,6 +80,7 @@ def compile_kernel(
     options: RunOptions | None = None,
     *,
     lanes: int | None = None,
+    own: OwnLaw | None = None,
     origin: str = "the call",
 ) -> Kernel:
     """Compile, or load from the cache, the loop of a model under a law.
@@ -94,6 +97,8 @@ def compile_kernel(
         How to integrate and sample; end time and sampling step are given with the runs.
     lanes : int, optional
         Runs worked on at once by one thread: 1, 2, 4 or 8; what the processor has registers for unless given.
+    own : OwnLaw, optional
+        The law, where it is none of the model's but in Python; `controller` is its name.
     origin : str
         How error messages call these arguments.
 
@@ -104,7 +109,7 @@ def compile_kernel(
     BuildError
         If compilation fails.
     """
-    law = model.manifest.controller(controller)
+    law = model.manifest.controller(controller) if own is None else own.controller
     suffix = variant_suffix(model.manifest, choices or {}, origin)
     given = (options or RunOptions()).changes()
     options, _ = read_options(given, "batch", origin)
@@ -119,6 +124,7 @@ def compile_kernel(
         lanes=lanes or widest(),
         options=options,
         origin=origin,
+        own=own,
     )
 
 
@@ -131,6 +137,7 @@ class Kernel:
     lanes: int
     options: RunOptions
     origin: str
+    own: OwnLaw | None = None
 
     @property
     def variables(self) -> tuple[str, ...]:
@@ -179,10 +186,10 @@ class Kernel:
         InputError
             For instants that do not fit one another.
         """
-        schedule, _ticks = self._schedule(self._hold(p), t_end, dt)
+        schedule, ticks = self._schedule(self._hold(p), t_end, dt)
         saved = 0 if save_every is None else schedule.record_every * (times_in(save_every, dt) or 0)
         rows = 0 if save_every is None else len(rows_of(save_every, t_end, dt, self.origin))
-        block = _empty(len(p), len(self.loop.manifest.states), len(self.variables), len(self._metrics()), rows)
+        block = _empty(len(p), len(self.loop.manifest.states), len(self.variables), len(self.loop.metrics), rows)
         vectors = {"p": p, "c": c, "s": s, "x0": x0}
         arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in vectors.items()}
         metrics, signals = self._metric_structures()
@@ -201,7 +208,11 @@ class Kernel:
             **{name: array.ctypes.data for name, array in arrays.items()},
             **{name: getattr(block, field).ctypes.data for name, field in _RESULTS.items()},
         )
-        complete = _in_threads(self.library, job, -(-len(p) // self.lanes), threads, halt, stop)
+        blocks = -(-len(p) // self.lanes)
+        if self.own is None:
+            complete = _in_threads(self.library, job, blocks, threads, halt, stop)
+        else:
+            complete = self._in_step(job, ticks, blocks, threads, stop)
         return block if complete else None
 
     def check(self, p: FloatArray, t_end: float, dt: float) -> None:
@@ -217,7 +228,7 @@ class Kernel:
     def _schedule(self, hold: float | None, t_end: float, dt: float) -> tuple[Any, FloatArray]:
         """Return what all runs share as a C structure, and the ticks that it points to, to be kept as long."""
         ticks, record_every, hold_every = ticks_of(t_end, dt, hold, self.origin)
-        check_delay(self.options.delay, evaluations_of(len(ticks), hold_every), self.origin)
+        check_delay(self.options.delay, len(ticks), hold_every, self.origin)
         schedule = _Schedule(
             t=ticks.ctypes.data,
             ticks=len(ticks),
@@ -234,21 +245,48 @@ class Kernel:
     def _hold(self, p: FloatArray) -> float | None:
         """Return the hold time, which all runs share."""
         period = self.loop.controller.period
-        if self.options.hold is not None or period is None:
+        if period is None:
             return self.options.hold
         column = p[:, [q.name for q in self.loop.manifest.parameters].index(period)]
         if np.any(column != column[0]):
             raise InputError(f"{period} (from {self.origin}): must be the same in all runs of a batch")
+        check_hold(self.options.hold, self.loop.controller, float(column[0]), self.origin)
         return float(column[0])
 
-    def _metrics(self) -> list[Metric]:
-        return list(self.loop.manifest.metrics.values())
+    def _in_step(self, job: Any, ticks: FloatArray, blocks: int, threads: int, stop: Callable[[], bool] | None) -> bool:
+        """Run all blocks from one sample of a law in Python to the next; return whether they are complete."""
+        assert self.own is not None
+        manifest, library, every = self.loop.manifest, self.library, job.schedule.hold_every
+        widths = {"x": len(manifest.states), "r": len(manifest.references), "u": len(manifest.inputs)}
+        rows = {name: np.empty((width, job.runs)) for name, width in widths.items()}
+        rows["z"] = np.repeat(self.own.start[:, None], job.runs, axis=1)
+        places = np.empty(blocks * library.mv_place_size(ctypes.byref(job)) + _ALIGNMENT, np.uint8)
+        place = places.ctypes.data + -places.ctypes.data % _ALIGNMENT
+        own = _Own(places=place, **{name: array.ctypes.data for name, array in rows.items()})
+        shares = list(itertools.pairwise(blocks * k // threads for k in range(threads + 1)))
+        # a run that has ended shows the law what it ended with, which need not be finite
+        with ThreadPoolExecutor(threads) as pool, np.errstate(all="ignore"):
+
+            def each(function: Any, *until: int) -> None:
+                parts = [
+                    pool.submit(function, ctypes.byref(job), ctypes.byref(own), *until, *share) for share in shares
+                ]
+                for part in parts:
+                    part.result()
+
+            each(library.mv_begin_blocks)
+            for tick in range(0, len(ticks), every):
+                if stop is not None and stop():
+                    return False
+                rows["u"][:], rows["z"][:] = self.own.command(float(ticks[tick]), rows["x"], rows["r"], rows["z"])
+                each(library.mv_continue_blocks, min(tick + every, len(ticks)))
+        return True
 
     def _metric_structures(self) -> tuple[Any, Any]:
         """Return the metrics and their signals as C structures."""
         columns = {name: i for i, name in enumerate(self.variables)}
         metrics, signals = [], []
-        for metric in self._metrics():
+        for metric in self.loop.metrics:
             metrics.append((METRIC_KINDS.index(metric.kind), len(metric.of), metric.band, metric.since, metric.until))
             for of in metric.of:
                 names = [name.strip() for name in of.split(" - ")]
@@ -266,20 +304,30 @@ _RESULTS = {
 """Where the fields of a job are in a block."""
 
 
-_STRUCTURES = structures("step/schedule.h", "batch/job.h")
-_Schedule, _Metric, _Signal, _Job = (_STRUCTURES[f"mv_{name}"] for name in ("schedule", "metric", "signal", "job"))
+_STRUCTURES = structures("step/schedule.h", "batch/job.h", "batch/lockstep.h")
+_Schedule, _Metric, _Signal, _Job, _Own = (
+    _STRUCTURES[f"mv_{name}"] for name in ("schedule", "metric", "signal", "job", "own")
+)
+
+
+def kernel_flags(profile: Profile, lanes: int) -> tuple[str, ...]:
+    """Return what a kernel is compiled with besides the flags of every library."""
+    contract = "off" if profile == "portable" else "fast"
+    flags = ("-O2", "-fno-tree-slp-vectorize", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}")
+    return (*flags, *vector_flags(), *require_compiler().scheduling, f"-ffp-contract={contract}")
 
 
 def _library(loop: KernelLoop, profile: Profile, lanes: int) -> ctypes.CDLL:
     """Compile a kernel, or load it from the cache."""
-    contract = "off" if profile == "portable" else "fast"
-    flags = ["-O2", "-fno-tree-slp-vectorize", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}"]
-    flags += [*vector_flags(), *require_compiler().scheduling]
     name = f"{identifier(loop.manifest.model)}_batch"
-    library = load_library(name, kernel_sources(loop), ["batch.c"], [*flags, f"-ffp-contract={contract}"])
+    library = load_library(name, kernel_sources(loop), ["batch.c"], kernel_flags(profile, lanes))
     library.mv_job_size.restype = library.mv_work_size.restype = ctypes.c_int64
     library.mv_work_size.argtypes = [ctypes.c_void_p]
     library.mv_run_blocks.argtypes = [ctypes.c_void_p, *[ctypes.c_int64] * 2, ctypes.c_void_p]
+    if not loop.generated:
+        library.mv_place_size.restype, library.mv_place_size.argtypes = ctypes.c_int64, [ctypes.c_void_p]
+        library.mv_begin_blocks.argtypes = [*[ctypes.c_void_p] * 2, *[ctypes.c_int64] * 2]
+        library.mv_continue_blocks.argtypes = [*[ctypes.c_void_p] * 2, *[ctypes.c_int64] * 3]
     if library.mv_job_size() != ctypes.sizeof(_Job):
         raise RuntimeError("the batch kernel and its Python mirror disagree; reinstall mehvar")
     return library

@@ -20,6 +20,7 @@ from ..arguments import check_arguments
 from ..model.model import Model
 from ..model.parameters import Resolved, named_values, number, resolve
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
+from ..run.own.law import OwnLaw
 from .dispersions import read_dispersions
 from .sampling import DESIGNS, Design, FloatArray, Sampler
 
@@ -101,6 +102,8 @@ class Plan:
         Options of every run.
     choices : mapping
         Choices of the model by name.
+    own : OwnLaw or None
+        The law, where it is none of the model's but in Python.
 
     Raises
     ------
@@ -108,12 +111,15 @@ class Plan:
         For unknown names, distributions that are none, or a nominal run that is impossible.
     """
 
-    def __init__(self, model: Model, campaign: Campaign, origin: str = "the call") -> None:
+    def __init__(self, model: Model, campaign: Campaign, origin: str = "the call", own: OwnLaw | None = None) -> None:
         manifest = model.manifest
         check_arguments("text", origin, controller=campaign.controller, scenario=campaign.scenario)
         check_arguments("mapping", origin, vary=campaign.vary, parameters=campaign.parameters, initial=campaign.initial)
-        self.model, self.origin = model, origin
-        self.law, self.scenario = manifest.controller(campaign.controller), manifest.scenario(campaign.scenario)
+        self.model, self.origin, self.own = model, origin, own
+        self.law = manifest.controller(campaign.controller) if own is None else own.controller
+        self.scenario = manifest.scenario(campaign.scenario)
+        if own is not None:
+            campaign = self._held(campaign, own)
         self.options, choices = read_options(campaign.options, "batch", origin)
         self.choices: Mapping[str, Any] = choices
         self.campaign = campaign = self._checked(campaign)
@@ -188,6 +194,17 @@ class Plan:
             return ""
         state = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self._states, draw.x0[0], strict=True))
         return f"the initial state of run {run} is outside the limits: {state}"
+
+    def _held(self, campaign: Campaign, own: OwnLaw) -> Campaign:
+        """Return the campaign with the time for which a law in Python holds an input, as that of a sampled law."""
+        if "hold" in campaign.options:
+            allowed = "left out: only laws of the model are sampled by it, others by period"
+            raise bad_value("hold", campaign.options["hold"], allowed, self.origin)
+        dt = OPTIONS["dt_out"].check(campaign.options.get("dt_out") or self.scenario.step, self.origin)
+        hold, _ = own.hold(dt, self.origin)
+        if hold is None:
+            raise bad_value("period", None, "given: a batch evaluates what is in Python at samples", self.origin)
+        return replace(campaign, options={**campaign.options, "hold": hold})
 
     def _checked(self, campaign: Campaign) -> Campaign:
         """Return the campaign as a store keeps it: every value as its row takes it, no option at its default."""

@@ -3,19 +3,87 @@
 
 from __future__ import annotations
 
+import json
+import os
 from typing import Any
 
 import numpy as np
 
 from mehvar.errors import InputError, bad_value
 
+from ..model.catalogue import find_model, shipped_models
 from ..model.functions import FloatArray
+from ..model.model import Model, load
 from ..run.metrics import metrics
 from ..run.options import OPTIONS
 from ..run.problem import Progress, Status
 from ..run.simulate import Run, simulate
-from .plan import Plan
-from .store import STATUS, Store
+from .numerics import generated_digest
+from .plan import Campaign, Plan
+from .store.layout import STATUS
+from .store.store import Store
+
+
+class TrustError(InputError):
+    """Repeating a run would compile and run a model that nobody but the store names."""
+
+
+def plan_of(store: Store, model: Model | str | os.PathLike[str] | None = None, trust: bool = False) -> Plan:
+    """Return the plan that a store was made from.
+
+    A model is code, and a store is data: which code runs is never for the store to say.
+
+    Parameters
+    ----------
+    store : Store
+        Which.
+    model : Model, str or path, optional
+        The model to take, as `load` takes it. Unless given, the installed one of the store's model's name, if its text
+        hashes to what the store has recorded.
+    trust : bool
+        Take the model that the store names, if its text hashes to what the store has recorded.
+
+    Raises
+    ------
+    InputError
+        If the law was one in Python.
+    TrustError
+        If only the store says where the model is, or it has changed since.
+    """
+    if model is None:
+        model = _trusted_model(store, trust)
+    loaded = model if isinstance(model, Model) else load(model, "c")
+    if store.attributes["controller"] not in loaded.manifest.controllers and "law" in store.attributes:
+        raise InputError(
+            f"{store.name} was run under {store.attributes['controller']}, which no store keeps: repeat a run with "
+            "mehvar.simulate, the law, and the values that the run drew"
+        )
+    return Plan(loaded, Campaign(**json.loads(store.attributes["campaign"])), store.name)
+
+
+def is_model_of(store: Store, model: Model) -> bool:
+    """Whether a store was made from this text."""
+    return generated_digest(model.manifest) == _recorded_digest(store)
+
+
+def _trusted_model(store: Store, trust: bool) -> str:
+    name, source = str(store.attributes["model"]), str(store.attributes["model_source"])
+    installed = shipped_models().get(name)  # not that of the folder one stands in, which may have come with the store
+    if installed is not None and generated_digest(find_model(installed)) == _recorded_digest(store):
+        return str(installed)
+    if not trust:
+        raise TrustError(
+            f"{store.name} was made from a model {name} that is not installed here with the same text; it names "
+            f"{source!r}, and a model is code that would be compiled and run. If you trust it, add --trust-model "
+            "(trust=True); or name a model of your own: mehvar simulate MODEL --from STORE --run ID"
+        )
+    if generated_digest(find_model(source)) != _recorded_digest(store):
+        raise TrustError(f"{store.name} was made from another text than that of {source!r} now: it cannot be repeated")
+    return source
+
+
+def _recorded_digest(store: Store) -> str:
+    return str(json.loads(store.attributes["numerics"])["generated"])
 
 
 def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None = None) -> Run:

@@ -13,7 +13,7 @@ import numpy as np
 from ..run.options import RunOptions
 from .sampling import FloatArray
 from .statistics import CONFIDENCE, column, drawn_names, metric_names
-from .store import Store
+from .store.store import Store
 
 _RESAMPLES = 999
 """Of the bootstrap, as SciPy has it: the ends of an interval are then the 25th and the 975th, and have a standard

@@ -8,12 +8,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mehvar.manifest import Controller, Function, Manifest
+from mehvar.errors import InputError
+from mehvar.manifest import Controller, Function, Manifest, Metric
 from mehvar.names import identifier
 
 from ..compiling.library import load_native, native_headers, native_sources
 from ..compiling.structures import structures
 from ..run.calls import loop_calls
+from ..run.metrics import metrics_of
 from ..run.options import METHODS, Method
 from ..run.problem import STAGES
 
@@ -44,6 +46,14 @@ _INSTEAD = {
 """What a call does where a model has no such function, or where that lacks the last result."""
 
 
+_OWN = {
+    "CALL_LAW": "mv_copy(u_cmd, m->u_own, NU); mv_copy(z_next, m->z_own, NZ)",
+    "CALL_START": "mv_copy(z, m->z_own, NZ)",
+    "LOCKSTEP": "",
+}
+"""What a law in Python has given for the sample at hand, see native/batch/lockstep.h."""
+
+
 @dataclass(frozen=True)
 class KernelLoop:
     """Which loop a kernel runs: a law, a variant of the plant, a method."""
@@ -60,6 +70,11 @@ class KernelLoop:
         return loop_calls(self.manifest, self.controller, self.suffix, self.sampled)
 
     @property
+    def generated(self) -> bool:
+        """Whether the law is one of the model's; any other is in Python."""
+        return self.controller.name in self.manifest.controllers
+
+    @property
     def variables(self) -> tuple[str, ...]:
         """Names of what is recorded, in the order of the columns: as in a result file."""
         manifest = self.manifest
@@ -67,6 +82,11 @@ class KernelLoop:
         if self.records_command:
             names += [f"u_cmd_{q.name}" for q in manifest.inputs]
         return (*names, *(q.name for q in manifest.outputs), *(q.name for q in self.controller.memory))
+
+    @property
+    def metrics(self) -> tuple[Metric, ...]:
+        """What sums up a run."""
+        return tuple(metrics_of(self.manifest, self.controller.name, self.variables).values())
 
     @property
     def records_command(self) -> bool:
@@ -83,9 +103,21 @@ def kernel_sources(loop: KernelLoop) -> dict[str, str]:
         If the generated folder lacks a function.
     """
     sources = native_headers() | native_sources("step/*.h", "batch/*.[ch]", "random/*.h")
-    for name in _files(loop.manifest):
-        sources[name] = (loop.manifest.folder / name).read_text(encoding="utf-8")
-    return sources | {"kernel.h": _kernel(loop)}
+    return sources | generated_sources(loop.manifest) | {"kernel.h": _kernel(loop)}
+
+
+def generated_sources(manifest: Manifest) -> dict[str, str]:
+    """Return the C files of a model that a kernel takes in, by name.
+
+    Raises
+    ------
+    InputError
+        If one cannot be read.
+    """
+    try:
+        return {name: (manifest.folder / name).read_text(encoding="utf-8") for name in _files(manifest)}
+    except OSError as error:
+        raise InputError(f"cannot read {error.filename} ({error.strerror}); generate the model again") from error
 
 
 def _kernel(loop: KernelLoop) -> str:
@@ -109,12 +141,14 @@ def _calls(loop: KernelLoop) -> dict[str, str]:
     for step in ("prepare", "hold"):
         statements = [_statement(manifest, call, group[step]) for call, group in parts.items() if step in group]
         definitions[f"CALL_{step.upper()}"] = "; ".join(statements)
+    if not loop.generated:
+        definitions["CONSTANTS"] += " real u_own[NU + 1], z_own[NZ + 1];"
     for call, results in _RESULTS.items():
         function = loop.calls.get(call)
         if parts.get(call) and function is not None:
             function = functions[f"{identifier(function.name)}_prepared"]
         definitions[f"CALL_{call.upper()}"] = _call(manifest, call, function, results.split())
-    return definitions
+    return definitions if loop.generated else definitions | _OWN
 
 
 def _parts(functions: Mapping[str, Function], function: Function) -> dict[str, Function]:

@@ -22,7 +22,9 @@ from ..run.problem import Status
 from .blocks import STATUS_TEXT
 from .conditions import Criterion
 from .sampling import OPEN_DESIGNS, FloatArray
-from .store import NOT_RUN, STATUS, Store
+from .store.layout import NOT_RUN, STATUS
+from .store.records import CURE, DamageError
+from .store.store import Store
 
 CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
@@ -183,8 +185,13 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
     ------
     InputError
         If nothing is stored yet, or the condition names what the store lacks.
+    DamageError
+        If a file of the store is missing or is not the one that was written.
     """
-    blocks = store.stored()
+    verification = store.verify()
+    if not verification.sound:
+        raise DamageError(f"{store.name} is damaged: {verification.summary()}; {CURE}")
+    blocks = verification.whole
     if not blocks:
         raise InputError(f"{store.name} holds no run yet")
     succeeds = Success(success if success is not None else store.attributes["success"] or None)

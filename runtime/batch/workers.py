@@ -2,25 +2,28 @@
 """Blocks computed by the workers of a dask.distributed cluster.
 
 A worker gets the generated files themselves and compiles them for its own processor; results go back to the process
-that owns the store.
+that owns the store. A worker whose numerics are not the owner's is refused.
 """
 
 from __future__ import annotations
 
+import asyncio
 import json
 import threading
 from collections.abc import Generator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mehvar.errors import InputError
+from mehvar import cache
+from mehvar.errors import InputError, MehvarError
 from mehvar.manifest import FILE
 
-from .. import cache
 from ..compiling.compiler import require_compiler
 from ..model.model import load
-from .blocks import Blocks, BlockSource, Missing, Values
+from .blocks import Blocks, BlockSource, Missing, Provenance, Values
+from .numerics import Numerics, other_numerics
 from .plan import Campaign, Plan
 
 if TYPE_CHECKING:
@@ -33,16 +36,30 @@ _COMPILING = threading.Lock()
 _READY: dict[str, Blocks] = {}
 
 
+class ClusterError(MehvarError, RuntimeError):
+    """The scheduler is gone, or a block was lost; what is stored is kept."""
+
+    exit_status = 1
+    resumable = True
+
+
+class WorkerError(InputError):
+    """A worker cannot take part; what is stored is kept."""
+
+    resumable = True
+
+
 @dataclass(frozen=True)
 class Bundle:
-    """All that a worker needs: generated files by name, and the campaign as JSON."""
+    """All that a worker needs: generated files by name, campaign and numerics as JSON."""
 
     files: Mapping[str, str]
     campaign: str
+    numerics: str
 
     def key(self) -> str:
         """Return a hash of the contents."""
-        return cache.key(self.campaign, *(text for item in sorted(self.files.items()) for text in item))
+        return cache.key(self.campaign, self.numerics, *(text for item in sorted(self.files.items()) for text in item))
 
     def write(self, folder: Path) -> None:
         """Write the generated files."""
@@ -71,7 +88,7 @@ def connect(address: str, timeout: float = 10.0) -> Client:
         ) from error
 
 
-def on_workers(client: Client, plan: Plan) -> BlockSource:
+def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
     """Return what computes blocks on the workers of a cluster, in the order in which they are ready.
 
     Raises
@@ -79,10 +96,10 @@ def on_workers(client: Client, plan: Plan) -> BlockSource:
     InputError
         If there is no worker, or one that cannot compile.
     """
-    bundle = _bundle(plan)
+    bundle = _bundle(plan, numerics)
     _examine(client)
 
-    def produce(missing: Missing) -> Generator[tuple[int, Values], None, None]:
+    def produce(missing: Missing) -> Generator[tuple[int, Values, Provenance], None, None]:
         from distributed import as_completed
 
         shared = client.submit(_same, bundle, key=f"mehvar-bundle-{bundle.key()}")
@@ -104,21 +121,30 @@ def on_workers(client: Client, plan: Plan) -> BlockSource:
         try:
             for future in under_way:
                 block = numbers.pop(future)
-                yield block, _result(future)
+                yield block, *_result(future)
                 if (following := submit()) is not None:
                     under_way.add(following)
         finally:
-            client.cancel(list(numbers), force=True)
+            with suppress(Exception):  # a scheduler that is gone cancels nothing
+                client.cancel(list(numbers), force=True)
 
-    return produce
+    def guarded(missing: Missing) -> Generator[tuple[int, Values, Provenance], None, None]:
+        try:
+            yield from produce(missing)
+        except (MehvarError, GeneratorExit):
+            raise
+        except (Exception, asyncio.CancelledError) as error:  # dask's own, of many kinds
+            raise _lost(client, error) from error
+
+    return guarded
 
 
-def _bundle(plan: Plan) -> Bundle:
+def _bundle(plan: Plan, numerics: Numerics) -> Bundle:
     manifest = plan.model.manifest
     sources = (path for path in manifest.folder.iterdir() if path.suffix in (".c", ".h"))
     names = [FILE, *sorted(path.name for path in sources if not path.stem.endswith("_jac"))]
     files = {name: (manifest.folder / name).read_text(encoding="utf-8") for name in names}
-    return Bundle(files, plan.campaign.json_text())
+    return Bundle(files, plan.campaign.json_text(), numerics.text())
 
 
 def _examine(client: Client) -> None:
@@ -139,17 +165,26 @@ def _same(bundle: Bundle) -> Bundle:
     return bundle
 
 
-def _result(future: Any) -> Values:
+def _result(future: Any) -> tuple[Values, Provenance]:
     error = future.exception()
-    if error is None:
-        values: Values = future.result()
-        return values
-    if isinstance(error, InputError):
+    if error is not None:
         raise error
-    raise RuntimeError(f"the cluster lost a block: {type(error).__name__}: {error}") from error
+    result: tuple[Values, Provenance] = future.result()
+    return result
 
 
-def _compute(bundle: Bundle, first: int, count: int) -> Values:
+def _lost(client: Client, error: BaseException) -> ClusterError:
+    """Return what to say of an error of dask's."""
+    if client.status != "running":
+        return ClusterError(f"the scheduler {_address(client)} is gone")
+    return ClusterError(f"the cluster lost a block: {type(error).__name__}: {' '.join(str(error).split())}")
+
+
+def _address(client: Client) -> str:
+    return str(getattr(client.scheduler, "address", "")) or "of the cluster"
+
+
+def _compute(bundle: Bundle, first: int, count: int) -> tuple[Values, Provenance]:
     """Run on a worker: compile once, then compute; one thread, since the worker runs one block per thread."""
     from distributed import get_worker
 
@@ -158,15 +193,17 @@ def _compute(bundle: Bundle, first: int, count: int) -> Values:
             blocks = _blocks(bundle.key(), bundle)
         values = blocks.compute(first, count)
     except InputError as error:
-        raise InputError(f"the worker {get_worker().address} cannot take part: {error}") from error
+        raise WorkerError(f"the worker {get_worker().address} cannot take part: {error}") from error
     if values is None:
         raise RuntimeError("a block was given up")
-    return values
+    return values, blocks.provenance
 
 
 def _blocks(key: str, bundle: Bundle) -> Blocks:
     if key not in _READY:
         folder = cache.entry("models", key, bundle.write)
-        plan = Plan(load(folder, "c"), Campaign(**json.loads(bundle.campaign)))
-        _READY[key] = Blocks(plan, threads=1)
+        blocks = Blocks(Plan(load(folder, "c"), Campaign(**json.loads(bundle.campaign))), threads=1)
+        if differences := other_numerics(bundle.numerics, blocks.numerics.text()):
+            raise InputError(f"its numerics are others, and bits do not mix: {differences}")
+        _READY[key] = blocks
     return _READY[key]

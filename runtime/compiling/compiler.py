@@ -13,9 +13,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from mehvar.cache import cache_folder
 from mehvar.errors import InputError
-
-from ..cache import cache_folder
 
 _PATH_NAMES = ("cc", "clang", "gcc")
 _VERSION_TIMEOUT = 60.0

@@ -14,9 +14,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from mehvar import cache
 from mehvar.errors import BuildError, InputError
 
-from .. import cache
 from .compiler import Compiler, environment, require_compiler
 
 NATIVE = Path(__file__).parents[1] / "native"

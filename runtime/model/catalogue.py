@@ -5,18 +5,66 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import warnings
 from pathlib import Path
 
 from mehvar.errors import bad_value, unknown_name
 from mehvar.manifest import FILE, Manifest, read_manifest
+from mehvar.project import project_root
 
 
-def known_models() -> dict[str, Path]:
+def shipped_models() -> dict[str, Path]:
     """Return the folders of the models that come with the `generated` package, by name."""
     spec = importlib.util.find_spec("mehvar.generated")
     roots = list(spec.submodule_search_locations or []) if spec else []
-    folders = [folder for root in roots if Path(root).is_dir() for folder in sorted(Path(root).iterdir())]
+    return {name: folder for root in roots for name, folder in _models_in(Path(root)).items()}
+
+
+def project_models() -> dict[str, Path]:
+    """Return the generated folders of the project that one stands in, by name; none of mehvar's own checkout."""
+    root = project_root(Path.cwd())
+    models = {} if root is None else _models_in(root / "generated")
+    shipped = shipped_models()
+    return {name: folder for name, folder in models.items() if not _is_same(folder, shipped.get(name))}
+
+
+def known_models() -> dict[str, Path]:
+    """Return the folders of all models that have a name here; a project's own hides one that comes with mehvar."""
+    return shipped_models() | project_models()
+
+
+def list_models() -> list[str]:
+    """Return the names of all models: those that come with mehvar, and those of the project that one stands in."""
+    return sorted(known_models())
+
+
+def _models_in(root: Path) -> dict[str, Path]:
+    folders = sorted(root.iterdir()) if root.is_dir() else []
     return {folder.name: folder for folder in folders if (folder / FILE).is_file()}
+
+
+def _is_same(folder: Path, other: Path | None) -> bool:
+    return other is not None and folder.samefile(other)
+
+
+def find_folder(model: str | os.PathLike[str]) -> Path:
+    """Return the folder of a model, by a name that is known here or as the folder itself.
+
+    Raises
+    ------
+    InputError
+        If there is no such model.
+    """
+    if not isinstance(model, str | os.PathLike):
+        raise bad_value("model", model, "the name of a model, or the path of a generated folder")
+    models = known_models()
+    if isinstance(model, str) and model in models:
+        if model in shipped_models() and models[model] != shipped_models()[model]:
+            warnings.warn(f"{model} is that in {models[model]}, not the one that comes with mehvar", stacklevel=2)
+        return models[model]
+    if os.path.isdir(model):  # noqa: PTH112 - pathlib raises for a name that is too long
+        return Path(model)
+    raise unknown_name("model (neither a known name nor a generated folder)", os.fspath(model), models)
 
 
 def find_model(model: str | os.PathLike[str]) -> Manifest:
@@ -25,18 +73,11 @@ def find_model(model: str | os.PathLike[str]) -> Manifest:
     Parameters
     ----------
     model : str or path
-        The name of a model that comes with the `generated` package, or a generated folder.
+        The name of a model that comes with mehvar or is of the project that one stands in, or a generated folder.
 
     Raises
     ------
     InputError
         If there is no such model, or its manifest cannot be read.
     """
-    if not isinstance(model, str | os.PathLike):
-        raise bad_value("model", model, "the name of a model, or the path of a generated folder")
-    models = known_models()
-    if isinstance(model, str) and model in models:
-        return read_manifest(models[model])
-    if os.path.isdir(model):  # noqa: PTH112 - pathlib raises for a name that is too long
-        return read_manifest(model)
-    raise unknown_name("model (neither a known name nor a generated folder)", os.fspath(model), models)
+    return read_manifest(find_folder(model))

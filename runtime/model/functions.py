@@ -18,6 +18,7 @@ from mehvar.names import identifier
 
 from ..compiling.library import load_library, load_native, native_headers
 from .header import check_module
+from .point import Point
 
 FloatArray = NDArray[np.float64]
 BackendName = Literal["c", "python", "casadi"]
@@ -39,6 +40,9 @@ class Backend(Protocol):
     def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
         """Return each result with the leading axes `shape`."""
 
+    def point(self, function: Function) -> Callable[[tuple[Any, ...]], Any]:
+        """Return what evaluates at a single point of plain arrays, and returns None for any other arguments."""
+
 
 class GeneratedFunction:
     """One generated function: leading axes of the arguments broadcast.
@@ -50,6 +54,7 @@ class GeneratedFunction:
     def __init__(self, backend: Backend, function: Function) -> None:
         self._backend = backend
         self._function = function
+        self._point = backend.point(function)
         self.__name__ = function.name
         self.__doc__ = f"{self!r}, {function.operations} operations."
 
@@ -68,9 +73,20 @@ class GeneratedFunction:
 
     def __call__(self, *arguments: ArrayLike) -> Any:
         """Evaluate; raises InputError when the number, shape or type of an argument is wrong."""
+        at_point = self._point(arguments)
+        if at_point is not None:
+            return at_point
         arrays, shape = self._checked(arguments)
         results = self._backend.evaluate(self._function, arrays, shape)
         return results[0][()] if len(results) == 1 else tuple(result[()] for result in results)
+
+    def argument(self, name: str, value: ArrayLike) -> FloatArray:
+        """Return one argument at a single point as an array of doubles; raises InputError if it is none."""
+        spec = next(spec for spec in self._function.arguments if spec.name == name)
+        array = _as_array(self._function, spec, value)
+        if array.shape != spec.shape:
+            raise InputError(f"{self._function.name}: {name} must have the shape {spec.shape}, got {array.shape}")
+        return array
 
     def _checked(self, arguments: tuple[ArrayLike, ...]) -> tuple[list[FloatArray], tuple[int, ...]]:
         specs = self._function.arguments
@@ -97,7 +113,9 @@ class Functions(Mapping[str, GeneratedFunction]):
         self._names = {identifier(name): name for name in manifest.functions}
 
     def __getitem__(self, name: str) -> GeneratedFunction:
-        function = self._functions.get(self._names.get(identifier(name), ""))
+        function = None
+        if isinstance(name, str):
+            function = self._functions.get(name) or self._functions.get(self._names.get(identifier(name), ""))
         if function is None:
             raise FunctionNameError(str(unknown_name(f"function of {self._model}", name, self._functions)))
         return function
@@ -133,10 +151,8 @@ class CBackend:
             own = array.ndim - len(spec.shape)
             strides += [0] * (axes - own)
             strides += [0 if array.shape[d] == 1 else array.strides[d] for d in range(own)]
-        library = self._library(function.file)
-        call = ctypes.cast(getattr(library, f"call_{identifier(function.name)}"), _POINTER)
         self._native_map()(
-            call,
+            ctypes.cast(self._entry(function), _POINTER),
             len(arguments),
             len(results),
             axes,
@@ -147,6 +163,15 @@ class CBackend:
             (ctypes.c_int64 * len(results))(*[spec.size for spec in function.results]),
         )
         return results
+
+    def point(self, function: Function) -> Point:
+        """Return what calls the C function without a loop."""
+        return Point(function, lambda: self._entry(function))
+
+    def _entry(self, function: Function) -> Any:
+        entry = getattr(self._library(function.file), f"call_{identifier(function.name)}")
+        entry.restype = None
+        return entry
 
     def address(self, name: str, real: Real = "double") -> int:
         """Return the address of a C function on doubles, for the native loop; `real` is what it computes with."""
@@ -212,6 +237,10 @@ class PythonBackend:
             np.array(np.broadcast_to(result, shape + own), dtype=np.float64)
             for own, result in zip(function.shapes, results, strict=True)
         ]
+
+    def point(self, function: Function) -> Callable[[tuple[Any, ...]], None]:  # noqa: ARG002
+        """Return what leaves every point to `evaluate`: NumPy costs the same at one."""
+        return lambda _: None
 
     def raw(self, name: str) -> Callable[..., Any]:
         """Return the module's own function, unchecked."""
@@ -291,5 +320,5 @@ def _numbers(function: Function, spec: Array, value: ArrayLike) -> NDArray[Any]:
     try:
         array = np.asarray(value)
         return array.astype(np.float64) if array.dtype.kind == "O" else array
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{function.name}: {spec.name} must be an array of numbers: {error}") from error

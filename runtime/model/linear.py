@@ -161,6 +161,8 @@ def output_rows(manifest: Manifest, outputs: Sequence[str]) -> list[int]:
         If a name is neither's.
     """
     names = (*_names(manifest.states), *_names(manifest.outputs))
+    if not isinstance(outputs, tuple | list):
+        raise bad_value("outputs", outputs, "names of outputs or states, as in a list", "the call")
     for name in outputs:
         if name not in names:
             raise unknown_name(f"output of {manifest.model}", name, names)

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,11 +18,15 @@ from mehvar.manifest import Manifest
 from ..arguments import check_arguments
 from ..compiling.compiler import find_compiler, require_compiler
 from .casadi_c import CasadiBackend, casadi_manifest
-from .catalogue import find_model
+from .catalogue import find_folder, find_model
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
 from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows
 from .parameters import Setting, law_vector, named_values, vector
+
+if TYPE_CHECKING:
+    from .tools.ivp import InitialValueProblem
+    from .tools.rebound import Translation
 
 
 class Model:
@@ -218,6 +224,175 @@ class Model:
             raise bad_value("u", u, "an input without a controller")
         return linearize_plant(self.manifest, self.functions, x, u, p, reference, outputs)
 
+    def to_casadi(self, name: str = "rhs") -> Any:
+        """Return a generated function as a `casadi.Function` on SX, with CasADi's derivatives.
+
+        Raises
+        ------
+        InputError
+            For an unknown function, or if CasADi is not installed.
+
+        Examples
+        --------
+        >>> import mehvar
+        >>> rhs = mehvar.load("triangle").to_casadi("rhs")
+        >>> rhs.name_in(), rhs.jacobian().name()
+        (['x', 'u', 'p'], 'jac_rhs')
+        """
+        from .tools.casadi import casadi_function
+
+        function = self.functions[name].function
+        return casadi_function(function, PythonBackend(self.manifest).raw(function.name))
+
+    def to_jax(self) -> Translation:
+        """Return the generated functions on JAX's arrays, as attributes: `rhs(x, u, p)`, `jac_x`, `jac_u` and the rest.
+
+        For numbers in double, set `jax_enable_x64` first.
+
+        Raises
+        ------
+        InputError
+            If JAX is not installed.
+        """
+        from .tools.jax import jax_functions
+
+        return jax_functions(self.manifest)
+
+    def to_numba(self) -> Translation:
+        """Return the generated functions as Numba compiles them, as attributes: `rhs(x, u, p)`, `jac_x`, `jac_u`, ...
+
+        They take vectors of doubles at one point, without leading axes, and may be called from other compiled code.
+
+        Raises
+        ------
+        InputError
+            If Numba is not installed.
+        """
+        from .tools.numba import numba_functions
+
+        return numba_functions(self.manifest)
+
+    def as_solve_ivp(
+        self,
+        u: ArrayLike | Callable[[float], ArrayLike] | None = None,
+        p: ArrayLike | None = None,
+        scenario: str | None = None,
+    ) -> InitialValueProblem:
+        """Return the plant as what `scipy.integrate.solve_ivp` takes.
+
+        Parameters
+        ----------
+        u : array_like or callable, optional
+            The input, or a function of time that returns it; zero unless given.
+        p : array_like, optional
+            Parameters of the plant; the scenario's unless given.
+        scenario : str, optional
+            Where the run starts and how long it lasts; the model's first scenario unless given.
+
+        Returns
+        -------
+        InitialValueProblem
+            Unpacks as (fun, jac, y0, t_span).
+
+        Raises
+        ------
+        InputError
+            For an unknown scenario, or an argument of the wrong shape.
+
+        Examples
+        --------
+        >>> import mehvar
+        >>> from scipy.integrate import solve_ivp
+        >>> fun, jac, y0, t_span = mehvar.load("triangle").as_solve_ivp(u=[0.0, 0.1, 0.0])
+        >>> solve_ivp(fun, t_span, y0, "LSODA", jac=jac).status
+        0
+        """
+        from .tools.ivp import initial_value_problem
+
+        case = self.manifest.scenario(scenario)
+        settings = {name: Setting(value, f"scenario {case.name}") for name, value in case.values.items()}
+        rhs = self.functions["rhs"]
+        plant = vector(self.manifest.parameters, settings) if p is None else rhs.argument("p", p)
+        start = self.functions["initial"](plant, vector(self.manifest.scenario_parameters, settings))
+        if callable(u):
+            given = u
+            return initial_value_problem(
+                self.functions, lambda t: rhs.argument("u", given(t)), plant, start, case.duration
+            )
+        constant = np.zeros(len(self.input_names)) if u is None else rhs.argument("u", u)
+        return initial_value_problem(self.functions, lambda _: constant, plant, start, case.duration)
+
+    def to_control(
+        self,
+        x: ArrayLike,
+        u: ArrayLike | None,
+        p: ArrayLike,
+        outputs: Sequence[str] | None = None,
+        r: ArrayLike | None = None,
+        *,
+        controller: str | None = None,
+        c: ArrayLike | None = None,
+        z: ArrayLike | None = None,
+    ) -> Any:
+        """Return what `linearize` returns as a `control.StateSpace` with labelled states, inputs and outputs.
+
+        Parameters
+        ----------
+        x, u, p : array_like
+            One point, without leading axes.
+        outputs, r, controller, c, z
+            As of `linearize`.
+
+        Raises
+        ------
+        InputError
+            As `linearize`, and if python-control is not installed.
+        """
+        from .tools.control import state_space
+
+        return state_space(self.linearize(x, u, p, outputs, r, controller=controller, c=c, z=z))
+
+    def to_nlsys(
+        self,
+        p: ArrayLike | None = None,
+        controller: str | None = None,
+        c: ArrayLike | None = None,
+        part: Literal["plant", "law", "loop"] | None = None,
+    ) -> Any:
+        """Return the plant, a law or their closed loop as a `control.NonlinearIOSystem` with labelled signals.
+
+        Parameters
+        ----------
+        p, c : array_like, optional
+            Parameters of plant and law; their defaults unless given.
+        controller : str, optional
+            The law.
+        part : {"plant", "law", "loop"}, optional
+            The loop where a law is given, else the plant, unless given. Inputs of the law are x, r and, if it has a
+            memory, the input of the sample before; those of the loop are r.
+
+        Raises
+        ------
+        InputError
+            For an unknown law or part, an argument of the wrong shape, the loop of a sampled law, or if python-control
+            is not installed.
+        """
+        from .tools.control import law_system, loop_system, plant_system
+
+        check_arguments("text", "the call", part=part)
+        chosen = ("plant" if controller is None else "loop") if part is None else part
+        plant = self.parameters() if p is None else self.functions["rhs"].argument("p", p)
+        if chosen == "plant":
+            return plant_system(self.manifest, self.functions, plant)
+        if chosen not in ("law", "loop"):
+            raise bad_value("part", part, "'plant', 'law' or 'loop'")
+        if controller is None:
+            raise bad_value("controller", controller, f"a law: {', '.join(self.manifest.controllers)}")
+        law = self.manifest.controller(controller)
+        constants = law_vector(self.functions, law, {}) if c is None else self.functions[law.name].argument("c", c)
+        build = law_system if chosen == "law" else loop_system
+        return build(self.manifest, self.functions, law, plant, constants)
+
     def _reference(self, r: ArrayLike | None) -> ArrayLike:
         return np.zeros(len(self.manifest.references)) if r is None else r
 
@@ -266,3 +441,18 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
         manifest = casadi_manifest(manifest)
         return Model(manifest, CasadiBackend(manifest))
     return Model(manifest, CBackend(manifest))
+
+
+def shared_model(model: str | os.PathLike[str], backend: BackendName | None = None) -> Model:
+    """Return a loaded model as `load` does, the same one while nothing in its folder or about the compiler changes."""
+    if backend not in (None, "c") or find_compiler() is None:
+        return load(model, backend)
+    folder = find_folder(model)
+    with os.scandir(folder) as files:
+        stamps = [(f.name, s.st_ino, s.st_size, s.st_mtime_ns) for f in files for s in (f.stat(),)]
+    return _shared(str(folder), find_compiler(), os.environ.get("MEHVAR_CACHE"), tuple(sorted(stamps)))
+
+
+@functools.lru_cache(maxsize=8)  # models at work at once; one more is loaded again, as all were without this
+def _shared(folder: str, *_: object) -> Model:
+    return load(folder, "c")

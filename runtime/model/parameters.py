@@ -54,9 +54,9 @@ class _Number(float):
 
 
 def number(name: str, value: object, origin: str = "") -> float:
-    """Return a value as a finite float, or raise InputError; neither a truth value nor bytes are numbers."""
+    """Return a value as a finite float, or raise InputError; neither a truth value nor a text is a number."""
     try:
-        if isinstance(value, (bool, np.bool_, bytes, bytearray)):
+        if isinstance(value, (bool, np.bool_, str, bytes, bytearray)):
             raise TypeError
         result = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError) as error:

@@ -33,7 +33,7 @@ def loop_calls(manifest: Manifest, controller: Controller, suffix: str, sampled:
     manifest : Manifest
         Of the model.
     controller : Controller
-        The law.
+        The law; one in Python has no functions.
     suffix : str
         Of the functions that the chosen variant of the plant has of its own.
     sampled : bool
@@ -46,13 +46,14 @@ def loop_calls(manifest: Manifest, controller: Controller, suffix: str, sampled:
     """
     functions = {identifier(name): function for name, function in manifest.functions.items()}
     law, charted = identifier(controller.name), "to_coordinates" in functions
+    generated = controller.name in manifest.controllers
     names = {"reference": "reference", "outputs": "outputs"}
     if manifest.limits:
         names["limits"] = "limits"
     if sampled:
-        names |= {"rhs": f"rhs{suffix}", "law": law}
+        names |= {"rhs": f"rhs{suffix}"} | ({"law": law} if generated else {})
         names |= {name: name for name in ("actuate", "measure") if name in functions}
-        names |= {"start": f"{law}_start"} if controller.memory else {}
+        names |= {"start": f"{law}_start"} if controller.memory and generated else {}
     else:
         names |= {"loop": f"{law}_loop{suffix}", "observe": f"{law}_observe"}
         names |= {name: name for name in ("to_coordinates", "from_coordinates") if charted}

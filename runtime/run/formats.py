@@ -9,13 +9,14 @@ import io
 import json
 import math
 import os
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.errors import InputError, bad_value
+from mehvar.errors import InputError, MehvarError, bad_value
 
 from ..files import write_atomic
 from .options import either
@@ -23,9 +24,12 @@ from .options import either
 if TYPE_CHECKING:
     import xarray
 
-_DIGEST = "sha256"
-_MATLAB_HEADER, _MATLAB_NAME = 116, 63
-"""Bytes of free text at the start of a MAT-file, and characters of the longest name in MATLAB."""
+_DIGEST = "content_sha256"
+_MATLAB_HEADER = 116
+"""Bytes of free text at the start of a MAT-file."""
+_MATLAB_NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
+_NUMBERS = "biuf"
+"""Kinds of NumPy's types that are real numbers."""
 
 
 def save(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
@@ -47,9 +51,18 @@ def save(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written; the message names `path`.
     """
+    import xarray
+
     suffix = checked_format(path)
-    # In memory first: HDF5 does not report every write that failed.
-    write_atomic(path, _FORMATS[suffix](dataset))
+    if not isinstance(dataset, xarray.Dataset):
+        raise bad_value("dataset", dataset, "a result, as `simulate` or `batch` returns it", "the call")
+    try:
+        content = _FORMATS[suffix](dataset)  # in memory first: HDF5 does not report every write that failed
+    except (MehvarError, MemoryError):
+        raise
+    except Exception as error:  # what a format holds is known to its library alone, and each raises errors of its own
+        raise InputError(f"{_name(path)}: this dataset cannot be written as {suffix}: {_one_line(error)}") from error
+    write_atomic(path, content)
 
 
 def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
@@ -80,9 +93,9 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
         with xarray.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as dataset:
             result = dataset.load()
     except Exception as error:  # a damaged file makes HDF5 and its readers raise anything
-        raise InputError(f"{name} is not a result file: {' '.join(str(error).split())}") from error
-    if "model_hash" not in result.attrs or "t" not in result.coords:
-        raise InputError(f"{name} is not a result file: it has no model_hash or no time t")
+        raise InputError(f"{name} is not a result file: {_one_line(error)}") from error
+    if "model_hash" not in result.attrs or not {"t", "run"} & {*result.coords, *result.dims}:
+        raise InputError(f"{name} is not a result file: it has no model_hash, or neither time t nor runs")
     if result.attrs.pop(_DIGEST, None) != _digest(result):
         raise InputError(f"{name} is not a result file as it was written: its content does not match its {_DIGEST}")
     return result
@@ -111,6 +124,10 @@ def _name(path: object) -> str:
     return os.fspath(path)
 
 
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
 def _netcdf(dataset: xarray.Dataset) -> bytes:
     signed = dataset.assign_attrs({_DIGEST: _digest(dataset)})
     return bytes(signed.to_netcdf(None, engine="h5netcdf", format="NETCDF4"))
@@ -124,8 +141,10 @@ def _digest(dataset: xarray.Dataset) -> str:
     digest = hashlib.sha256()
     for name in sorted(dataset.variables, key=str):
         array = dataset[name]
-        digest.update(f"{name} {array.dims} {array.shape} {array.dtype.str} {_about(array.attrs)}\n".encode())
-        digest.update(np.ascontiguousarray(array.values).tobytes())
+        numbers = array.dtype.kind in _NUMBERS
+        kind = array.dtype.str if numbers else "text"
+        digest.update(f"{name} {array.dims} {array.shape} {kind} {_about(array.attrs)}\n".encode())
+        digest.update(np.ascontiguousarray(array.values).tobytes() if numbers else repr(array.values.tolist()).encode())
     digest.update(_about({name: value for name, value in dataset.attrs.items() if name != _DIGEST}).encode())
     return digest.hexdigest()
 
@@ -138,7 +157,7 @@ def _about(attributes: Mapping[Any, Any]) -> str:
 def _csv(dataset: xarray.Dataset) -> bytes:
     series = _series(dataset)
     frame = series.to_dataframe().reset_index()
-    header = [f"{name} [{series[name].attrs['units']}]" for name in frame.columns]
+    header = [f"{name} [{series[name].attrs.get('units', '')}]".removesuffix(" []") for name in frame.columns]
     return bytes(frame.to_csv(index=False, header=header, lineterminator="\n").encode())
 
 
@@ -165,12 +184,14 @@ def _matlab(dataset: xarray.Dataset) -> bytes:
     series = _series(dataset)
     columns = {**_columns(series), **_metrics(dataset)}
     about = {
-        "units": {name: array.attrs["units"] for name, array in columns.items()},
+        "units": {name: array.attrs.get("units", "") for name, array in columns.items()},
         "attributes": {str(name): value for name, value in dataset.attrs.items()},
     }
-    for name in columns:
-        if name in about or len(name) > _MATLAB_NAME or not name[0].isalpha():
-            raise bad_value("variable", name, f"a name for MATLAB, at most {_MATLAB_NAME} characters; take .nc")
+    for kind, names in (("variable", columns), ("attribute", about["attributes"])):
+        for name in names:
+            if not _MATLAB_NAME.fullmatch(name) or (names is columns and name in about):
+                allowed = "a name for MATLAB, of up to 63 letters, digits and underscores of ASCII"
+                raise bad_value(kind, name, f"{allowed}, and neither of {', '.join(about)}; take .nc")
     content = io.BytesIO()
     values = {name: array.values for name, array in columns.items()}
     savemat(content, {**values, **about}, oned_as="column", long_field_names=True)
@@ -189,8 +210,11 @@ _FORMATS: Mapping[str, Callable[[xarray.Dataset], bytes]] = {
 def _series(dataset: xarray.Dataset) -> xarray.Dataset:
     """Return the variables along time, or raise InputError for a dataset that is no table."""
     wide = [str(name) for name, array in dataset.data_vars.items() if array.dims not in ((), ("t",))]
-    if wide or "t" not in dataset.coords:
+    if wide or set(dataset.coords) != {"t"}:
         raise InputError("only a single run can be a table: save this dataset as .nc, or take what you need of it")
+    for name, array in {"t": dataset["t"], **dataset.data_vars}.items():
+        if array.dtype.kind not in _NUMBERS or (name == "t" and not array.ndim):
+            raise bad_value("variable", name, "real numbers along time in a table; save this dataset as .nc")
     return dataset[[name for name, array in dataset.data_vars.items() if array.ndim]]
 
 
@@ -204,10 +228,10 @@ def _metrics(dataset: xarray.Dataset) -> dict[str, xarray.DataArray]:
 
 def _metrics_text(dataset: xarray.Dataset) -> str:
     """Return the metrics as JSON, which knows no infinity: what is not finite is a text."""
-    values = {name: float(array) for name, array in _metrics(dataset).items()}
+    values = {name: (float(array), array.attrs.get("units", "")) for name, array in _metrics(dataset).items()}
     return json.dumps(
         {
-            name: {"value": value if math.isfinite(value) else str(value), "units": dataset[name].attrs["units"]}
-            for name, value in values.items()
+            name: {"value": value if math.isfinite(value) else str(value), "units": units}
+            for name, (value, units) in values.items()
         }
     )

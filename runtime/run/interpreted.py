@@ -49,7 +49,7 @@ def run(problem: Problem, backend: PythonBackend) -> Trajectory:
         try:
             if problem.hold_every is not None:
                 _run_sampled(loop)
-            elif problem.method == "rk4":
+            elif problem.method == "rk4" or problem.own is not None:
                 _run_stopping(loop)
             else:
                 _run_dense(loop)
@@ -65,19 +65,19 @@ class _Loop:
 
     def __init__(self, problem: Problem, backend: PythonBackend) -> None:
         manifest, law = problem.model.manifest, identifier(problem.controller.name)
-        raw, continuous = backend.raw, problem.hold_every is None
-        regular = continuous and "to_coordinates" in manifest.functions
+        raw, self.continuous, own = backend.raw, problem.hold_every is None, problem.own
+        charted = self.continuous and own is None  # a law in Python gives the input of the state's own chart
         self.problem = problem
         self.rhs, self.outputs = raw(f"rhs{problem.suffix}"), raw("outputs")
         self.limits = raw("limits") if manifest.limits else None
-        self.to_coordinates = raw("to_coordinates") if regular else _same
-        self.law = raw(law)
+        self.to_coordinates = raw("to_coordinates") if charted and "to_coordinates" in manifest.functions else _same
+        self.law = None if own else raw(law)
         self.actuate, self.measure, project = (
             raw(name) if name in manifest.functions else None for name in ("actuate", "measure", "project")
         )
-        self._project = project if continuous or "to_coordinates" not in manifest.functions else None
-        self._loop = raw(f"{law}_loop{problem.suffix}") if continuous else None
-        self._observe = raw(f"{law}_observe") if continuous else None
+        self._project = project if charted or "to_coordinates" not in manifest.functions else None
+        self._loop = raw(f"{law}_loop{problem.suffix}") if charted else None
+        self._observe = raw(f"{law}_observe") if charted else None
         self.u = np.zeros(len(manifest.inputs))
         self.rows: list[tuple[FloatArray, ...]] = []
         self.statistics = {"steps": 0, "evaluations": 0}
@@ -95,7 +95,9 @@ class _Loop:
 
     def closed(self, t: float, q: FloatArray) -> FloatArray:
         """Return q' of the continuous closed loop."""
-        assert self._loop is not None
+        if self._loop is None:
+            x, u, _ = self.observed(t, q)
+            return np.asarray(self.rhs(x, u, self.problem.p), dtype=np.float64)
         slope: FloatArray = self._loop(q, self.reference(t), self.problem.p, self.problem.c)
         return slope
 
@@ -106,7 +108,10 @@ class _Loop:
 
     def observed(self, t: float, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return state, input and commanded input of the continuous closed loop."""
-        assert self._observe is not None
+        if self._observe is None:
+            assert self.problem.own is not None
+            command, _ = self.problem.own.command(float(t), q, self.reference(t), self._no_memory)
+            return q, command if self.actuate is None else self.actuate(q, command, self.problem.p), command
         x, u, *command = self._observe(q, self.reference(t), self.problem.p, self.problem.c)
         return x, u, command[0] if command else u
 
@@ -141,7 +146,7 @@ class _Loop:
 
     def check(self, t: float, q: FloatArray) -> None:
         """End a continuous loop when a limit is violated; a sampled one is looked at tick by tick."""
-        if self.limits is None or self._observe is None:
+        if self.limits is None or not self.continuous:
             return
         x, u, _ = self.observed(t, q)
         violated = self.violated(x, u)
@@ -179,7 +184,7 @@ def _run_dense(loop: _Loop) -> None:
 
 
 def _run_stopping(loop: _Loop) -> None:
-    """Run a continuous closed loop in fixed steps from tick to tick."""
+    """Run a continuous closed loop from tick to tick: in fixed steps, or where a longer one may miss a pulse."""
     t, solver = loop.problem.t, _Solver(loop, loop.closed)
     q = np.asarray(loop.to_coordinates(loop.problem.x0), dtype=np.float64)
     for tick in range(len(t)):
@@ -217,6 +222,9 @@ def _command(
     assert problem.hold_every is not None
     r = loop.reference(problem.t[tick])
     x_seen = x if loop.measure is None else loop.measure(x, problem.noise[tick // problem.hold_every], problem.p)
+    if problem.law is not None:
+        return problem.law(np.asarray(x_seen, dtype=np.float64), r, applied, z)
+    assert loop.law is not None
     if not problem.controller.memory:
         return loop.law(x_seen, r, problem.p, problem.c), z
     u_cmd, z_next = loop.law(x_seen, r, applied, z, problem.p, problem.c)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,7 +33,8 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
     -------
     dict of str to float
         `inf` for a settling time of something that does not settle; NaN where the series holds NaN or the run ended
-        before the part that counts.
+        before the part that counts. Under a law that is none of the model's, those are left out that are about what the
+        model's laws report.
 
     Raises
     ------
@@ -42,7 +43,20 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
     """
     series = run.variables() if isinstance(run, Run) else {str(k): v.values for k, v in run.data_vars.items()}
     t = run.t if isinstance(run, Run) else run["t"].values
-    return {name: evaluate(metric, t, series) for name, metric in manifest.metrics.items()}
+    law = run.controller.name if isinstance(run, Run) else run.attrs.get("controller")
+    return {name: evaluate(metric, t, series) for name, metric in metrics_of(manifest, law, series).items()}
+
+
+def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) -> dict[str, Metric]:
+    """Return the metrics of runs under a law: all, or those whose variables a law in Python has too."""
+    if law is None or law in manifest.controllers:
+        return dict(manifest.metrics)
+    reports = {q.name for one in manifest.controllers.values() for q in (*one.memory, *one.outputs)}
+    return {
+        name: metric
+        for name, metric in manifest.metrics.items()
+        if not {part for of in metric.of for part in _variables(of)} & (reports - set(variables))
+    }
 
 
 def evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) -> float:
@@ -58,9 +72,13 @@ def evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) ->
     return float(_KINDS[metric.kind](t[window], values, metric.band))
 
 
+def _variables(of: str) -> list[str]:
+    return [name.strip() for name in of.split(" - ")]
+
+
 def _signal(metric: Metric, of: str, series: Mapping[str, FloatArray]) -> FloatArray:
     """Return a variable, or the difference of two."""
-    names = [name.strip() for name in of.split(" - ")]
+    names = _variables(of)
     for name in names:
         if name not in series:
             raise unknown_name(f"variable in metric {metric.name}", name, series)

@@ -95,7 +95,7 @@ class Option:
         return f"{self.meaning}{kind}{f'; {otherwise} unless given' if otherwise else ''}."
 
     def check(self, value: object, origin: str, place: Place | None = None) -> Any:
-        """Return a value, or what a text says, as this option takes it.
+        """Return a value as this option takes it.
 
         Raises
         ------
@@ -113,7 +113,7 @@ class Option:
         result = number(self.name, value, origin)
         whole = self.kind == "count" and result.is_integer()
         if not self._holds(result) or (self.kind == "count" and not whole):
-            raise bad_value(self.name, result if isinstance(value, str) else value, self.allowed, origin)
+            raise bad_value(self.name, value, self.allowed, origin)
         return _count(value, result) if whole else result
 
     def _holds(self, value: float) -> bool:
@@ -150,9 +150,7 @@ def rows(table: type) -> dict[str, Option]:
 
 def _count(value: object, number: float) -> int:
     """Return a whole number to its last digit, which a float above 2^53 has lost."""
-    if isinstance(value, SupportsIndex):
-        return value.__index__()
-    return int(value) if isinstance(value, str) and value.strip().isdecimal() else int(number)
+    return value.__index__() if isinstance(value, SupportsIndex) else int(number)
 
 
 _BY_BOARD: dict[Place, str] = {"board": "left out: the board decides it"}
@@ -281,7 +279,7 @@ def read_options(settings: Mapping[str, object], place: Place, origin: str) -> t
     Parameters
     ----------
     settings : mapping of str to object
-        Values, or texts of numbers, by name.
+        Values by name.
     place : {"run", "batch", "board"}
         Where they are to hold.
     origin : str
@@ -335,7 +333,7 @@ def split_settings(
     Parameters
     ----------
     settings : mapping of str to object
-        Values, or texts of numbers, by name.
+        Values by name.
     choices : collection of str
         Names of the model's choices.
     place, origin : str
@@ -349,7 +347,7 @@ def split_settings(
     options, others = read_options(settings, place, origin)
     selection = {name: others.pop(name) for name in choices if name in others}
     given = {name: getattr(options, name) for name in settings if name in OPTIONS}
-    return {name: _number_of(value) for name, value in others.items()}, {**given, **selection}
+    return others, {**given, **selection}
 
 
 def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str) -> dict[str, Any]:
@@ -373,11 +371,3 @@ def either(words: Iterable[str]) -> str:
     """Return words as in "a, b or c"."""
     *others, last = words
     return f"{', '.join(others)} or {last}" if others else last
-
-
-def _number_of(value: object) -> object:
-    """Return the number that a text says; a text that says none stays, to be refused by name."""
-    try:
-        return float(value) if isinstance(value, str) else value
-    except ValueError:
-        return value

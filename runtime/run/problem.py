@@ -18,11 +18,10 @@ from ..model.model import Model
 from ..model.parameters import Resolved
 from .noise import normals
 from .options import OPTIONS, Method, RunOptions, check_effects
+from .own.law import Law, OwnLaw
 from .ticks import ticks_of
 
 Progress = Callable[[float, float], None]
-Law = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""A sampled law evaluated elsewhere: state as measured, reference, applied input, memory -> input, memory."""
 
 STAGES = 16  # the most that a method has, and the length of a row of its coefficients: MV_STAGES
 
@@ -80,6 +79,8 @@ class Problem:
         Called now and then with the time reached and the end time.
     law : callable, optional
         Evaluates the sampled law in place of the generated function.
+    own : OwnLaw, optional
+        The law, where it is none of the model's but in Python.
     """
 
     model: Model
@@ -105,6 +106,7 @@ class Problem:
     max_steps: int
     progress: Progress | None
     law: Law | None = None
+    own: OwnLaw | None = None
 
 
 @dataclass(frozen=True)
@@ -139,19 +141,24 @@ def pose(
     suffix: str,
     progress: Progress | None,
     origin: str,
+    own: OwnLaw | None = None,
 ) -> Problem:
     """Return the problem that options, scenario and parameters describe, or raise InputError.
 
-    `given` are the options that somebody gave, for which each must have an effect.
+    `given` are the options that somebody gave, for which each must have an effect; `own` is the law if it is in Python.
     """
     end = OPTIONS["t_end"].check(options.t_end or scenario.duration, origin)
     dt = OPTIONS["dt_out"].check(options.dt_out or scenario.step, origin)
-    hold = options.hold or (None if law.period is None else resolved.values[law.period])
+    period = None if law.period is None else resolved.values[law.period]
+    check_hold(options.hold, law, period, origin)
+    hold = options.hold or period
+    hold, step = (hold, hold) if own is None else own.hold(dt, origin)
     check_effects(given, options.method, hold is not None, bool(model.manifest.noise), origin)
-    if options.real == "float" and model.backend != "c":
+    if options.real == "float" and (model.backend != "c" or own is not None):
         raise bad_value("real", options.real, "double unless the law runs on the C backend", origin)
-    ticks, record_every, hold_every = ticks_of(end, dt, hold, origin)
-    check_delay(options.delay, evaluations_of(len(ticks), hold_every), origin)
+    ticks, record_every, every = ticks_of(end, dt, step, origin)
+    hold_every = None if hold is None else every
+    check_delay(options.delay, len(ticks), hold_every, origin)
     return Problem(
         model=model,
         controller=law,
@@ -159,7 +166,7 @@ def pose(
         c=resolved.c,
         s=resolved.s,
         x0=x0,
-        z0=_memory(model, law, resolved, x0),
+        z0=_memory(model, law, resolved, x0) if own is None else own.start,
         noise=_noise(model, len(ticks), hold_every, options),
         suffix=suffix,
         real=options.real,
@@ -175,6 +182,8 @@ def pose(
         step=options.step or min(dt, hold or dt),
         max_steps=options.max_steps,
         progress=progress,
+        law=None if own is None or hold_every is None else own.at(ticks[::hold_every]),
+        own=own,
     )
 
 
@@ -195,11 +204,18 @@ def variant_suffix(manifest: Manifest, choices: Mapping[str, object], origin: st
     return suffix
 
 
-def check_delay(delay: int, evaluations: int, origin: str) -> None:
-    """Refuse a delay after which no input of a run ever acts, whose memory would grow without a use."""
-    if delay and delay >= evaluations:
-        allowed = f"less than {evaluations}, how often the law is evaluated in this run"
-        raise bad_value("delay", delay, allowed, origin)
+def check_delay(delay: int, ticks: int, hold_every: int | None, origin: str) -> None:
+    """Refuse a delay after which no input of a run ever acts: one that lasts to its end, or longer."""
+    periods = 0 if hold_every is None else -(-(ticks - 1) // hold_every)
+    if delay and delay >= periods:
+        raise bad_value("delay", delay, f"less than {periods}, the periods that this run has", origin)
+
+
+def check_hold(hold: float | None, law: Controller, period: float | None, origin: str) -> None:
+    """Refuse to sample a law otherwise than the period says that it computes with."""
+    if hold is not None and period is not None and hold != period:
+        allowed = f"left out, or {period:g} s, the period of the law {law.name}: set {law.period} to sample otherwise"
+        raise bad_value("hold", hold, allowed, origin)
 
 
 def evaluations_of(ticks: int, hold_every: int | None) -> int:

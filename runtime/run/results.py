@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 from typing import TYPE_CHECKING
 
@@ -95,6 +96,7 @@ def _attributes(run: Run) -> dict[str, str | float]:
     }
 
 
+@functools.cache
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that results depend on."""
     return installed(*_PACKAGES)

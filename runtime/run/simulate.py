@@ -9,8 +9,10 @@ import time
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mehvar.errors import InputError, bad_value
 from mehvar.manifest import Controller, Manifest, Scenario
@@ -18,11 +20,16 @@ from mehvar.names import identifier
 
 from ..arguments import check_arguments
 from ..model.functions import BackendName, CBackend, FloatArray
-from ..model.model import Model, load
+from ..model.model import Model, load, shared_model
 from ..model.parameters import Resolved, advice, named_values, resolve, say
 from . import compiled, interpreted
 from .options import OPTIONS, merged, read_options
-from .problem import Law, Problem, Progress, Status, Trajectory, pose, variant_suffix
+from .own.choice import law_of
+from .own.law import Law, LawFunction
+from .problem import Problem, Progress, Status, Trajectory, pose, variant_suffix
+
+if TYPE_CHECKING:
+    import xarray
 
 
 @dataclass(frozen=True)
@@ -113,11 +120,15 @@ class Run:
 
 def simulate(
     model: Model | str | os.PathLike[str],
-    controller: str,
+    controller: str | LawFunction | None,
     scenario: str | None = None,
     parameters: Mapping[str, object] | None = None,
     initial: Mapping[str, object] | None = None,
     *,
+    inputs: Mapping[str, object] | xarray.Dataset | None = None,
+    interpolation: str | None = None,
+    period: float | None = None,
+    memory: ArrayLike | None = None,
     progress: Progress | None = None,
     law: Law | None = None,
     origin: str = "the call",
@@ -129,14 +140,23 @@ def simulate(
     ----------
     model : Model, str or path
         A loaded model, or what `load` takes.
-    controller : str
-        The control law.
+    controller : str or callable
+        The control law: one of the model by name, or a function law(t, x) -> u, with a memory law(t, x, z) ->
+        (u, z_next). None for an open loop.
     scenario : str, optional
         The model's first scenario unless given.
     parameters : mapping, optional
         Values of plant, law and scenario parameters by name.
     initial : mapping, optional
         States that start elsewhere than the scenario says.
+    inputs : mapping or xarray.Dataset, optional
+        Without a controller: inputs by name, each a number, arrays (t, values) or a function of t; or an earlier run.
+    interpolation : {"hold", "linear"}, optional
+        What arrays of inputs mean between their instants; "hold" unless given.
+    period : float, optional
+        Time from one evaluation of a function to the next, s; continuous unless given, and then on the Python backend.
+    memory : array_like, optional
+        What a function keeps from one sample to the next, before the first one.
     progress : callable, optional
         Called now and then with the time reached and the end time.
     law : callable, optional
@@ -157,16 +177,25 @@ def simulate(
     ------
     InputError
         For anything unknown, out of bounds or infeasible; the message says where the value came from.
+    LawError
+        If a function fails during the run, or gives what is no input; the message says when.
     """
-    check_arguments("text", origin, controller=controller, scenario=scenario)
+    check_arguments("text", "the call", origin=origin)
+    check_arguments("text", origin, scenario=scenario)
     check_arguments("mapping", origin, parameters=parameters, initial=initial)
     check_arguments("function", origin, progress=progress, law=law)
     options, others = read_options(settings, "run", origin)
-    loaded = model if isinstance(model, Model) else load(model, options.backend)
+    loaded = model if isinstance(model, Model) else shared_model(model, options.backend)
     if options.backend not in (None, loaded.backend):
         raise bad_value("backend", options.backend, f"{loaded.backend!r}, as the model was loaded", origin)
     manifest = loaded.manifest
-    controlled, case = manifest.controller(controller), manifest.scenario(scenario)
+    case = manifest.scenario(scenario)
+    end = options.t_end or case.duration
+    controlled, own = law_of(manifest, controller, inputs, interpolation, period, memory, end, origin)
+    if own is not None and options.hold is not None:
+        raise bad_value(
+            "hold", options.hold, "left out: only laws of the model are sampled by it, others by period", origin
+        )
     started = time.perf_counter()
     loaded.evaluator.prepare()
     compile_seconds = time.perf_counter() - started
@@ -181,7 +210,9 @@ def simulate(
         warnings.warn(text, stacklevel=2)
     x0 = _start(loaded, case, resolved, initial or {}, origin)
     given = {name: value for name, value in settings.items() if name in OPTIONS}
-    problem = pose(loaded, controlled, case, resolved, x0, options, given, suffix, progress, origin)
+    problem = pose(loaded, controlled, case, resolved, x0, options, given, suffix, progress, origin, own)
+    if own is not None and problem.hold is None:
+        problem = _continuous(problem, settings, origin)
     if law is not None:
         problem = _elsewhere(problem, law, origin)
     started = time.perf_counter()
@@ -191,7 +222,7 @@ def simulate(
         manifest=manifest,
         controller=controlled,
         scenario=case,
-        backend=loaded.backend,
+        backend=problem.model.backend,
         t=trajectory.t,
         x=trajectory.x,
         u=trajectory.u,
@@ -229,8 +260,17 @@ def _integrate(problem: Problem) -> Trajectory:
     return interpreted.run(problem, evaluator)
 
 
+def _continuous(problem: Problem, settings: Mapping[str, object], origin: str) -> Problem:
+    """Return the loop of a continuous law in Python on the backend that asks it for every slope."""
+    if settings.get("backend") not in (None, "python"):
+        raise bad_value(
+            "backend", settings["backend"], "'python' for a continuous law in Python: or give a period", origin
+        )
+    return replace(problem, model=load(problem.model.manifest.folder, "python"))
+
+
 def _elsewhere(problem: Problem, law: Law, origin: str) -> Problem:
-    if problem.hold is None or problem.model.backend != "c":
+    if problem.own is not None or problem.hold is None or problem.model.backend != "c":
         raise bad_value("law", law, "left out unless a sampled law runs on the C backend", origin)
     if problem.real != "double":
         raise bad_value("real", problem.real, "left out with law, which computes in its own way", origin)

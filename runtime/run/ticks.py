@@ -26,6 +26,9 @@ _SPACINGS = 4
 """Of the double that a fraction may be off by: sums and products of a few decimals, such as 0.1 + 0.2, are those that
 were meant. Half as many lose products of three; with twice as many no fraction is mistaken below 500 s."""
 _EXACT = 2**53  # whole numbers up to it are doubles
+_FINEST = 10_000
+"""Parts of a sampling step at most that inputs over time may ask for: instants that were measured, not chosen, have no
+common step but their last digit. With half or twice as many only grids between are taken otherwise."""
 _MOST_TICKS = 20_000_000
 _MOST_SAMPLES = 5_000_000
 
@@ -90,6 +93,25 @@ def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[Fl
     record_every = min(record_every, len(ticks))
     hold_every = None if hold_every is None else min(hold_every, len(ticks))
     return ticks, record_every, hold_every
+
+
+def common_step(dt: float, instants: FloatArray, origin: str) -> float:
+    """Return the longest span of which the sampling step and all instants are multiples.
+
+    Raises
+    ------
+    InputError
+        When there is none but a tiny one.
+    """
+    step = fraction(dt)
+    for instant in instants:
+        other = fraction(float(instant))
+        shared = math.lcm(step.denominator, other.denominator)
+        step = Fraction(math.gcd(int(step * shared), int(other * shared)), shared)
+    if step * _FINEST < fraction(dt):
+        allowed = f"multiples of a step that divides dt_out = {dt:g} s, or period must say how often they are looked at"
+        raise InputError(f"the instants of inputs (from {origin}): must be {allowed}")
+    return float(step)
 
 
 def _ratio(longer: float, tick: float, other: float | None, origin: str) -> int:

@@ -61,7 +61,7 @@ def generate_in(tree: Tree, casadi: bool = False) -> None:
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("seed", ["0", "4242"])
+@pytest.mark.parametrize("seed", ["0", pytest.param("4242", marks=pytest.mark.soak)])
 def test_regenerating_gives_the_committed_bytes(model, seed, tmp_path):
     """Two hash seeds, each in a working folder of its own."""
     code = (

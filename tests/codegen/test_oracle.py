@@ -33,8 +33,8 @@ CASES = [
     ("satellite", {}),
     ("satellite", {"chart": "quaternion"}),
     ("slosh", {}),
-    ("slosh", {"inertia": "hinge"}),
-    ("slosh", {"inertia": "ball", "attitude": "quaternion"}),
+    pytest.param(("slosh", {"inertia": "hinge"}), marks=pytest.mark.soak),
+    pytest.param(("slosh", {"inertia": "ball", "attitude": "quaternion"}), marks=pytest.mark.soak),
 ]
 BUILDS = [("double", 1), ("double", widest()), ("float", 2 * widest())]
 """What every case is compiled for; the smallest model, for all widths: gcc is slow beyond the registers."""

@@ -18,6 +18,7 @@ import runpy
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -252,3 +253,37 @@ def test_every_page_is_in_the_index_and_in_the_site():
     index, site = ((ROOT / name).read_text(encoding="utf-8") for name in ("docs/index.md", "mkdocs.yml"))
     pages = [path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")]
     assert not [page for page in pages if page != "index.md" and (f"({page}" not in index or f" {page}" not in site)]
+
+
+def test_every_number_names_the_command_that_made_it() -> None:
+    page = (ROOT / "docs" / "numbers.md").read_text(encoding="utf-8")
+    targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    sections = re.split(r"^## ", page, flags=re.MULTILINE)[1:]
+    assert len(sections) == len(list((ROOT / "benchmarks" / "results").glob("*.md")))
+    for section in sections:
+        heading, origin = section.split("\n")[0], section.split("\n")[2]
+        assert re.match(r"\[.+\]\(\.\./benchmarks/results/\w+\.md\)$", heading), heading
+        commands = re.findall(r"`(python|make) ([^` ]+)", origin)
+        assert commands or "by hand" in origin, f"{heading} is followed by {origin!r}"
+        for program, place in commands:
+            assert (ROOT / place).is_file() if program == "python" else place in targets, origin
+
+
+def test_the_first_screen_leads_to_the_validation_and_its_tables_are_filled() -> None:
+    """A survivor without a reason, a table without rows or a case without a date does not reach a reader."""
+    assert "(docs/validation.md)" in "".join((ROOT / "README.md").read_text(encoding="utf-8").splitlines(True)[:25])
+    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+    cases = [line for line in page.splitlines() if re.search(r"\| (yes|\*\*no\*\*) \|$", line)]
+    references = {line.split(" | ")[1] for line in cases}
+    assert {"MuJoCo", "Basilisk", "JEOD", "SALib", "python-control", "SciPy DOP853", "SciPy Radau"} <= references
+    assert all(re.search(r"\| \d{4}-\d\d-\d\d \|", line) for line in cases)
+    assert "mutants tried" in page
+    assert "no reason yet" not in page
+
+
+def test_what_is_mutated_and_which_tests_concern_it_are_there() -> None:
+    """A module that moves must not leave the campaign without a word."""
+    subjects = tomllib.loads((ROOT / "tests" / "mutants" / "subjects.toml").read_text(encoding="utf-8"))["subject"]
+    for subject in subjects:
+        for path in (*subject["modules"], *subject["tests"], *subject.get("more", ()), *subject.get("slow", ())):
+            assert (ROOT / path.partition("::")[0]).is_file(), path

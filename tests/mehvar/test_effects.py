@@ -7,8 +7,7 @@ until a line shows what it does.
 
 from __future__ import annotations
 
-import contextlib
-import inspect
+import importlib
 import re
 import warnings
 from collections.abc import Mapping
@@ -65,21 +64,36 @@ SAVED = (*SIMULATE, "--out", "a.csv")
 BOARD = ("board", "run", "triangle", "--controller", "path", "--target", "sil", "--samples", "3")
 BATCH = ("batch", PENDULUM, "--controller", "pd", "-n", "2", "--t-end", "0.1", "--vary", "k_p=normal(16, 0.1)")
 STORED = (*BATCH, "--out", "s.zarr")
+OPEN = (*SIMULATE[:3], "none", *SIMULATE[4:], "--out", "a.csv")
+CONVERT = ("convert", "done.zarr", "--to", "csv", "--out", "a.csv")
+FMU = ("export", "fmu", PENDULUM, "--out", "a.fmu")
+REPEAT = ("simulate", "--from", "done.zarr", "--run", "0")
 COMMANDS: Mapping[str, Mapping[str, object]] = {
-    "list": {},
-    "doctor": {},
-    "show": {"model": (("show", PENDULUM), ("show", "triangle"))},
-    "new": {"name": (("new", "numpy"), ("new", "math"))},
+    "list": {"as_json": (("list",), ("list", "--json"))},
+    "doctor": {"as_json": (("doctor",), ("doctor", "--json"))},
+    "show": {
+        "model": (("show", PENDULUM), ("show", "triangle")),
+        "as_json": (("show", PENDULUM), ("show", PENDULUM, "--json")),
+    },
+    "new": {
+        "name": (("new", "numpy"), ("new", "math")),
+        "plant": (("new", "mine", "--from", "none"), ("new", "mine", "--from", "satellite")),
+    },
     "simulate": {
         "model": (SIMULATE, ("simulate", "none", *SIMULATE[2:])),
         "controller": (SIMULATE, (*SIMULATE[:3], "p-sum", *SIMULATE[4:])),
         "scenario": (SIMULATE, (*SIMULATE, "--scenario", "stiff")),
         "settings": (SAVED, (*SAVED, "--set", "m=1.5")),
+        "input_texts": (OPEN, (*OPEN, "--input", "torque=1")),
+        "inputs": (OPEN, (*OPEN, "--inputs", "in.csv")),
+        "interpolation": ((*OPEN, "--inputs", "in.csv"), (*OPEN, "--inputs", "in.csv", "--interpolation", "linear")),
         "t_end": (SAVED, (*SAVED[:5], "0.2", *SAVED[6:])),
         "out": (SIMULATE, (*SIMULATE, "--out", "a.csv")),
         "plot": (SIMULATE, (*SIMULATE, "--plot", "a.svg")),
         "store": (SIMULATE, (*SIMULATE, "--from", "s.zarr")),
         "run": (SIMULATE, (*SIMULATE, "--run", "0")),
+        "trust_model": (REPEAT, (*REPEAT, "--trust-model")),
+        "as_json": (SIMULATE, (*SIMULATE, "--json")),
     },
     "batch": {
         "model": (STORED, ("batch", "none", *STORED[2:])),
@@ -105,6 +119,11 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "success": (("stats", "done.zarr"), ("stats", "done.zarr", "--success", "peak < 0")),
         "plot": (("stats", "done.zarr"), ("stats", "done.zarr", "--plot", "a.svg")),
         "of": (("stats", "done.zarr"), ("stats", "done.zarr", "--of", "peak")),
+        "as_json": (("stats", "done.zarr"), ("stats", "done.zarr", "--json")),
+    },
+    "verify": {
+        "path": (("verify", "done.zarr"), ("verify", "none.zarr")),
+        "as_json": (("verify", "done.zarr"), ("verify", "done.zarr", "--json")),
     },
     "generate": {
         "models": (("generate", "--check", "none"), ("generate", "--check", "nil")),
@@ -121,11 +140,16 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "form": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--format", "json")),
         "out": "tests/mehvar/comparison/test_compare.py: --out",
     },
+    "convert": {
+        "source": (CONVERT, (CONVERT[0], "none.zarr", *CONVERT[2:])),
+        "to": (CONVERT, (*CONVERT[:3], "mat", *CONVERT[4:])),
+        "out": (CONVERT, (*CONVERT[:-1], "b.csv")),
+    },
     "reproduce": {"out": (("reproduce", "--out", "file"), ("reproduce", "--out", "file/below"))},
     "git-diff": {"arguments": (("git-diff", "a"), ("git-diff", "b"))},
     "git-textconv": {"file": (("git-textconv", "file"), ("git-textconv", "none"))},
     "board run": {
-        **dict.fromkeys(("target", "samples", "form"), "tests/mehvar/cli/test_board.py: {flag}"),
+        **dict.fromkeys(("target", "samples", "form", "inline", "tunable"), "tests/mehvar/cli/test_board.py: {flag}"),
         "journal": (BOARD, (*BOARD, "--journal", "no/such/journal")),
         "raw": (BOARD, (*BOARD, "--raw")),
         "scenario": (BOARD, (*BOARD, "--scenario", "paper-b")),
@@ -134,6 +158,14 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "settings": (BOARD, (*BOARD, "--set", "R=0.6")),
         "board": "tests/mehvar/cli/test_board.py: --board",
         "compiler": "tests/runtime/board/test_equivalence.py: compiler=",
+    },
+    "export fmu": {
+        "model": (FMU, (*FMU[:2], "none", *FMU[3:])),
+        "out": (FMU, (*FMU[:-1], "b.fmu")),
+        "controller": (FMU, (*FMU, "--controller", "pd")),
+        "scenario": (FMU, (*FMU, "--scenario", "stiff")),
+        "fmi": (FMU, (*FMU, "--fmi", "3.0")),
+        "kind": (FMU, (*FMU, "--kind", "me")),
     },
 }
 """Of each parameter of a command: two lines that differ in it alone, or the file whose text shows what it does."""
@@ -144,6 +176,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a finished store and a file, in which a command leaves what it is to leave."""
     folder: Path = tmp_path_factory.mktemp("effects")
     (folder / "file").write_text("text")
+    (folder / "in.csv").write_text("t [s],torque [N m]\n0,0\n0.1,1\n")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         assert in_process(*BATCH, "--out", "done.zarr")[0] == 0
@@ -210,7 +243,8 @@ def test_an_option_without_effect_is_refused_in_python_on_the_command_line_and_i
 
 
 def parameters_of(command: str) -> dict[str, Any]:
-    module = __import__(f"mehvar.cli.{command.replace(' ', '.').replace('-', '_')}", fromlist=["command"])
+    place = command.replace("-", ".", 1) if command in app.FOR_GIT else command.replace(" ", ".")
+    module = importlib.import_module(f"mehvar.cli.{place.replace('-', '_')}")
     single_command = typer.Typer(add_completion=False)
     single_command.command()(module.command)
     return {p.name: p for p in typer.main.get_command(single_command).params}
@@ -226,13 +260,15 @@ def outcome(arguments: tuple[str, ...], place: Path) -> tuple[object, ...]:
     for folder in sorted((p for p in place.rglob("*") if p.is_dir()), reverse=True):
         if not any(folder.iterdir()):
             folder.rmdir()
-    return status, re.sub(r"[\d.]+ ms|in [\d.e+-]+ s.*|, \d+ a second", "", text), new
+    return status, re.sub(r"[\d.]+ ms|in [\d.e+-]+ s.*|, \d+ a second|\"run_seconds\": [^,]+", "", text), new
 
 
 ROWS = [(command, name) for command, rows in COMMANDS.items() for name in rows]
 
 
-@pytest.mark.parametrize("command", [*app.COMMANDS, *app.FOR_GIT, "board run"])
+@pytest.mark.parametrize(
+    "command", [*app.COMMANDS, *app.FOR_GIT, *(f"export {name}" for name in app.EXPORT), "board run"]
+)
 def test_every_parameter_of_a_command_has_its_line(command):
     assert COMMANDS[command].keys() == parameters_of(command).keys()
 
@@ -251,6 +287,12 @@ def test_a_parameter_of_a_command_changes_what_is_done(command, name, place, mon
     assert outcome(one, place) != outcome(other, place)
 
 
+def test_interpolation_of_no_file_is_refused():
+    status, text = in_process(*OPEN[:-2], "--interpolation", "linear")
+    assert status == 2
+    assert "--interpolation = 'linear': must be left out without --inputs" in text
+
+
 def test_arguments_of_python_that_would_be_ignored_are_refused(tmp_path):
     calls: dict[str, Any] = {
         "resume": lambda: mehvar.batch(PENDULUM, "pd", 2, resume=True),
@@ -264,27 +306,3 @@ def test_arguments_of_python_that_would_be_ignored_are_refused(tmp_path):
     for name, call in calls.items():
         with pytest.raises(mehvar.InputError, match=rf"^{name} = "):
             call()
-
-
-TYPES = (3, 2.5, True, None, b"a", ["a"], {"a": "b"}, {1: 2}, object(), float("nan"), 10**400, "nonsense", "", print)
-
-
-@pytest.mark.parametrize("function", ["simulate", "batch", "load", "open_result", "save"])
-def test_a_value_of_any_type_is_taken_or_refused_by_name(function, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    call = getattr(mehvar, function)
-    base = {
-        "simulate": {"model": PENDULUM, "controller": "pd", "t_end": 0.1},
-        "batch": {"model": PENDULUM, "controller": "pd", "n": 1, "t_end": 0.1, "vary": {"k_p": "normal(16, 0.1)"}},
-        "load": {"model": PENDULUM},
-        "open_result": {"path": "none.nc"},
-        "save": {"dataset": single(), "path": "a.csv"},
-    }[function]
-    names = [name for name in inspect.signature(call).parameters if name not in ("options", "dataset")]
-    names += [*OPTIONS, "m", "progress", "law", "origin"] if function in ("simulate", "batch") else []
-    for name in names:
-        for value in TYPES:
-            if (name, value) in (("origin", "nonsense"), ("out", "nonsense")):
-                continue
-            with contextlib.suppress(mehvar.MehvarError):
-                call(**{**base, name: value})

@@ -31,10 +31,11 @@ from mehvar.models.system import (  # fmt: skip
 )
 
 ANY = Interval(-np.inf, np.inf, True, True)
+POSITIVE = Interval(0.0, np.inf, True, True)
 
 
-def parameter(name: str, unit: str, default: float = 1.0) -> Parameter:
-    return Parameter(name, unit, name, default=default, bounds=ANY, source="assumption: test")
+def parameter(name: str, unit: str, default: float = 1.0, bounds: Interval = ANY) -> Parameter:
+    return Parameter(name, unit, name, default=default, bounds=bounds, source="assumption: test")
 
 
 def quantity(name: str, unit: str) -> Quantity:
@@ -46,7 +47,7 @@ def cart() -> System:
     x = Group("x", (quantity("place", "m"), quantity("speed", "m/s")))
     u, r = Group("u", (quantity("force", "N"),)), Group("r", (quantity("goal", "m"),))
     p = Group("p", tuple(parameter(*row) for row in (
-        ("mass", "kg"), ("k", "N/m"), ("top", "N"), ("sigma", "m"), ("Ts", "s", 0.1), ("fast", "m/s", 100.0),
+        ("mass", "kg"), ("k", "N/m"), ("top", "N"), ("sigma", "m"), ("Ts", "s", 0.1, POSITIVE), ("fast", "m/s", 100.0),
     )))  # fmt: skip
     s = Group("s", (parameter("place_0", "m"), parameter("drift", "m/s")))
     c = Group("c", (parameter("gain", "N/m"), parameter("leak", "1")))

@@ -2,6 +2,7 @@
 """A model whose parts do not fit together is refused."""
 
 import dataclasses
+import inspect
 import re
 from collections.abc import Callable
 from typing import Any
@@ -10,8 +11,14 @@ import numpy as np
 import pytest
 import sympy as sp
 
+import mehvar
+from mehvar import runtime
+from mehvar.codegen.functions.graphs import generate_functions
+from mehvar.codegen.functions.lower import LoweringError
+from mehvar.codegen.functions.verify import check_counterparts
 from mehvar.models.check import check, formulas, no_branching
 from mehvar.models.system import (
+    EMPTY,
     TIME,
     Controller,
     Group,
@@ -25,6 +32,8 @@ from mehvar.models.system import (
 )
 from mehvar.models.triangle import system
 from mehvar.models.units import dimension, unit_text
+from mehvar.names import ARGUMENTS
+from mehvar.runtime.run.options import OPTIONS
 from tests.models.edits import cart, put, turner
 
 SYSTEM = system()
@@ -164,6 +173,10 @@ def edited(system: System, path: tuple[str | int, ...], change: Callable[[Any], 
     return put(system, path, change(value))
 
 
+def settling(band: float) -> Metric:
+    return Metric("settled", "settling", ("place",), band=band, unit="s", description="")
+
+
 EXTRA, STATE = Quantity("extra", "m", ""), CART.states.quantities[0]
 REFUSED = [
     ("rhs", CART, ("rhs",), lambda v: (*v, sp.S.Zero), r"rhs has 3 entries for 2 states \(place, speed\)"),
@@ -210,6 +223,8 @@ REFUSED = [
     ("no unit", CART, ("states", "quantities", 0, "unit"), lambda v: "furlong", r"unit 'furlong' has 'furlong', which"),
     ("period in metres", CART, ("parameters", "quantities", 4, "unit"), lambda v: "m",
      r"period = 'Ts' .* must be in s"),
+    ("period of zero", CART, ("parameters", "quantities", 4, "bounds"), lambda v: Interval(0.0, 1.0, False, False),
+     r"period = 'Ts' of law 'sum-law' has the bounds \[0, 1\]: must be above zero"),
     ("a stranger", CART, ("rhs", 0), lambda v: v + sp.Symbol("speeed"),
      r"rhs, row 1 of 2 \(place\): 'speeed' belongs to no group of the system \(did you mean 'speed'\?\)"),
     ("a symbol made again", CART, ("rhs", 0), lambda v: sp.Symbol("speed"), r"other assumptions: take the symbol from"),
@@ -229,6 +244,45 @@ REFUSED = [
     ("a choice without variant", CART, ("variants",), lambda v: (), r"variants lacks \('none',\)"),
     ("a variable of a result", CART, ("outputs", "quantities", 0, "name"), lambda v: "u_force",
      r"output 'u_force' has the name of variable of input 'u_force'"),
+    ("a negative band", CART, ("metrics",), lambda v: (settling(-1.0),), r"band = -1: must be above zero"),
+    ("no band", CART, ("metrics",), lambda v: (settling(0.0),), r"band = 0: must be above zero"),
+    ("a band that is not read", CART, ("metrics",), lambda v: (dataclasses.replace(v[0], band=1.0),),
+     r"metric 'furthest' of cart: band = 1 would be ignored: max_abs has none"),
+    ("a window of no time", CART, ("metrics",), lambda v: (dataclasses.replace(v[0], since=2.0, until=2.0),),
+     r"since = 2 and until = 2: must be 0 <= since < until"),
+    ("a metric of nothing", CART, ("metrics", 0, "of"), lambda v: (), r"of = \[\]: must be one or more"),
+    ("a final value of two", CART, ("metrics",), lambda v: (Metric("m", "final", ("place", "speed"), unit="m",
+     description=""),), r"of = \['place', 'speed'\]: must be one, for final"),
+    ("a difference of three", CART, ("metrics", 0, "of"), lambda v: ("place - place - place",),
+     r"must be a variable or the difference of two"),
+    ("a metric of two units", CART, ("metrics", 0, "of"), lambda v: ("place", "speed"),
+     r"variables in m and m/s do not go together"),
+    ("a metric in another unit", CART, ("metrics", 0, "unit"), lambda v: "s", r"unit = 's': must be m, for max_abs"),
+    ("a settling time in metres", CART, ("metrics",), lambda v: (dataclasses.replace(settling(1.0), unit="m"),),
+     r"unit = 'm': must be s, for settling"),
+    ("a metric in no unit", CART, ("metrics", 0, "unit"), lambda v: "furlong", r"metric 'furthest' .*'furlong', which"),
+    ("a formula of itself", CART, ("controllers", 0, "parameters", "quantities", 0, "default"), lambda v: "2*gain",
+     r"law 'sum-law': the defaults of gain are formulas in terms of themselves"),
+    ("formulas of each other", CART, ("controllers", 0, "parameters", "quantities"),
+     lambda v: (dataclasses.replace(v[0], default="leak"), dataclasses.replace(v[1], default="gain")),
+     r"the defaults of gain, leak are formulas in terms of themselves"),
+    ("a limit that never holds", CART, ("limits", 0, "margin"), lambda v: sp.S.NegativeOne,
+     r"margin 1 of limits, row 1 of 1: -1 is a function of nothing"),
+    ("a constraint that always holds", CART, ("constraints", 0, "margin"), lambda v: sp.S.One, r"function of nothing"),
+    ("noise that nothing reads", CART, ("sensor", "measured", 0), lambda v: CART.states.place + CART.parameters.sigma,
+     r"noise 'hiss' would be ignored"),
+    ("a command that does not act", CART, ("actuator", "applied", 0), lambda v: CART.parameters.top,
+     r"commanded input 'asked' would be ignored"),
+    ("a reference that nothing reads", CART, ("references", "quantities"), lambda v: (*v, EXTRA),
+     r"reference has 1 entries for 2 references"),
+    ("an applied input that nothing reads", CART, ("controllers", 0, "update", 1), lambda v: sp.S.Zero,
+     r"applied of law 'sum-law' would be ignored"),
+    *((f"a parameter called {name}", CART, ("parameters", "quantities", 0, "name"), lambda v, name=name: name,
+       rf"parameter '{name}' has the name of an argument of a run") for name in ("hold", "seed", "step", "controller")),
+    ("a choice called method", CART, ("choices", 0, "name"), lambda v: "method",
+     r"choice 'method' has the name of an argument of a run"),
+    ("a law's parameter called origin", CART, ("controllers", LAW["late"], "parameters", "quantities", 0, "name"),
+     lambda v: "origin", r"parameter 'origin' of law 'late' has the name of an argument of a run"),
 ]  # fmt: skip
 
 
@@ -239,6 +293,28 @@ def test_an_edit_is_refused_with_file_line_and_name(system, path, change, messag
     with pytest.raises(ModelError, match=message) as refusal:
         check(edited(system, path, change))
     assert re.match(r"\S+\.py:\d+: ", str(refusal.value))
+
+
+def test_no_argument_of_a_run_is_forgotten():
+    signatures = [inspect.signature(f).parameters for f in (mehvar.simulate, mehvar.batch, runtime.simulate)]
+    assert {*OPTIONS, *(name for names in signatures for name in names)} - {"options", "settings"} == ARGUMENTS
+
+
+def test_a_law_need_not_read_what_was_applied():
+    """Its function receives it all the same, as that of every law with memory."""
+    law = dataclasses.replace(CART.controllers[0], applied=EMPTY, update=(CART.inputs.force / CART.parameters.k,) * 2)
+    system = dataclasses.replace(CART, controllers=(dataclasses.replace(law, update=(law.update[0], sp.S.Zero)),))
+    check(system)
+    function = next(f for f in generate_functions(system) if f.name == "sum_law")
+    assert function.arguments == (("x", 2), ("r", 1), ("v", 1), ("z", 2), ("p", 6), ("c", 2))
+
+
+@pytest.mark.parametrize("place", ["definition", "rhs"])
+def test_a_function_without_counterpart_is_placed(place):
+    path = ("steps", 1, "expr") if place == "definition" else ("rhs", 1)
+    system = edited(CART, path, lambda v: v * sp.gamma(STATE.symbol))
+    with pytest.raises(LoweringError, match=rf"edits.py:\d+: {place}.*'gamma' has no CasADi counterpart"):
+        check_counterparts(system)
 
 
 def test_rational_exponents_are_units():

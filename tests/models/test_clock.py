@@ -15,14 +15,14 @@ from mehvar.models.check import check
 from mehvar.models.clock import with_clock
 from mehvar.models.system import TIME, Controller, Group, System
 from mehvar.runtime import simulate
-from tests.models.edits import cart, parameter, quantity
+from tests.models.edits import POSITIVE, cart, parameter, quantity
 
 
 def pushed() -> System:
     """A speed v' = a, with a = k cos(w t)."""
     c = Group("c", (parameter("k", "m/s^2", 2.0), parameter("w", "1/s", 3.0)))
     push = (c.k * sp.cos(c.w * TIME.symbol),)
-    u, p = Group("u", (quantity("a", "m/s^2"),)), Group("p", (parameter("Ts", "s", 0.1),))
+    u, p = Group("u", (quantity("a", "m/s^2"),)), Group("p", (parameter("Ts", "s", 0.1, POSITIVE),))
     return dataclasses.replace(
         cart(), name="pushed", states=Group("x", (quantity("v", "m/s"),)), inputs=u, references=Group("r", ()),
         outputs=Group("y", ()), output=(), parameters=p, scenario_parameters=Group("s", ()), rhs=(u.a,), steps=(),

@@ -1,30 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whatever is edited in a system, it is refused by name, or what is generated of it runs alike in C and in Python."""
 
-import contextlib
 import random
 import re
-import warnings
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from mehvar.codegen.code.files import printed, texts
 from mehvar.codegen.functions.graphs import generate_functions
-from mehvar.codegen.functions.verify import verify
+from mehvar.codegen.functions.verify import check_counterparts, verify
 from mehvar.codegen.manifest import manifest_of
-from mehvar.errors import MehvarError
-from mehvar.manifest import manifest_text
+from mehvar.manifest import FILE, manifest_text
 from mehvar.models.check import check
 from mehvar.models.system import ModelError, System
-from mehvar.runtime import load, simulate
-from mehvar.runtime.compiling import library
-from mehvar.runtime.model.model import Model
+from mehvar.runtime import load
+from tests.gates.test_sanitizers import watched
+from tests.models import exercise_edits
 from tests.models.edits import cart, edits, turner
 
-SANITIZED_EVERY = 100
-"""Accepted edits of which one is compiled: a compilation takes a second, and one text in a hundred shows a class."""
 _PLACED = re.compile(r"\S+\.py:\d+: .+", re.DOTALL)
 """File, line, and what is wrong there."""
 
@@ -47,6 +41,17 @@ def test_ten_thousand_edits(base, tmp_path):
     assert accepted > 500
 
 
+@pytest.mark.parametrize("base", [cart, turner])
+def test_edited_systems_in_c_under_sanitizers(base, tmp_path):
+    _sanitized(base(), 2, 2, tmp_path)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("base", [cart, turner])
+def test_three_hundred_edited_systems_in_c_under_sanitizers(base, tmp_path):
+    _sanitized(base(), 150, 3, tmp_path)
+
+
 def _campaign(base: System, n: int, seed: int, folder: Path) -> int:
     """Edit a system n times; return how many edits were accepted."""
     accepted = 0
@@ -56,8 +61,17 @@ def _campaign(base: System, n: int, seed: int, folder: Path) -> int:
             assert _PLACED.match(refusal), (edit.path, edit.what, refusal)
             continue
         accepted += 1
-        _run(edit.system, folder / str(k), compiled=accepted % SANITIZED_EVERY == 1)
+        exercise_edits.run(load(_written(edit.system, folder / str(k)), "python"))
     return accepted
+
+
+def _sanitized(base: System, n: int, seed: int, folder: Path) -> None:
+    """Generate n systems that an edit made, and watch their C."""
+    accepted = (edit.system for edit in edits(base, random.Random(seed)) if not _refusal(edit.system))
+    folders = [_written(system, folder / f"{k}") for k, system in zip(range(n), accepted, strict=False)]
+    done = watched(folder, "gcc", [exercise_edits.__file__, *map(str, folders)])
+    assert done.returncode == 0, done.stderr[-4000:]
+    assert done.stdout == f"{n} systems\n"
 
 
 def _refusal(system: System) -> str:
@@ -68,32 +82,12 @@ def _refusal(system: System) -> str:
     return ""
 
 
-def _run(system: System, folder: Path, compiled: bool) -> None:
+def _written(system: System, folder: Path) -> Path:
+    check_counterparts(system)
     verify(system)
     functions = printed(generate_functions(system))
     manifest = manifest_of(system, functions, {})
     folder.mkdir()
-    for name, text in {**texts(manifest, functions), "manifest.json": manifest_text(manifest)}.items():
+    for name, text in {**texts(manifest, functions), FILE: manifest_text(manifest)}.items():
         (folder / name).write_text(text)
-    slow = load(folder, "python")
-    values = _values(slow)
-    if compiled:
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(library, "FLAGS", (*library.FLAGS, "-fsanitize=undefined", "-fno-sanitize-recover=all"))
-            for name, value in _values(load(folder, "c")).items():
-                for a, b in zip(value, values[name], strict=True):
-                    np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-12, err_msg=name)
-    for law in manifest.controllers if manifest.scenarios else ():
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            with contextlib.suppress(MehvarError):  # a run may fail, and says so
-                simulate(slow, law, t_end=0.2)
-
-
-def _values(model: Model) -> dict[str, tuple[np.ndarray, ...]]:
-    generator = np.random.default_rng(0)
-    values = {}
-    for name, function in model.manifest.functions.items():
-        result = model.functions[name](*(generator.uniform(0.1, 1.0, a.shape) for a in function.arguments))
-        values[name] = result if isinstance(result, tuple) else (result,)
-    return values
+    return folder

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from mehvar import runtime
+from mehvar.manifest import FILE, sealed
 
 PENDULUM = Path(__file__).parent / "pendulum"
 
@@ -17,7 +19,8 @@ PENDULUM = Path(__file__).parent / "pendulum"
 @pytest.fixture(scope="session", autouse=True)
 def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MEHVAR_CACHE", str(tmp_path_factory.mktemp("cache")))
+        # a run over many mutants keeps what did not change compiled
+        patch.setenv("MEHVAR_CACHE", os.environ.get("MEHVAR_TEST_CACHE") or str(tmp_path_factory.mktemp("cache")))
         yield
 
 
@@ -38,7 +41,7 @@ def slow_pendulum() -> runtime.Model:
 
 @pytest.fixture
 def edited(tmp_path: Path) -> Callable[[str, str, str], Path]:
-    """Return a function that copies the pendulum's folder and replaces text in one of its files."""
+    """Return a function that copies the pendulum's folder and replaces text in a file of it, a manifest sealed."""
 
     def edit(file: str, old: str, new: str) -> Path:
         copy = tmp_path / "pendulum"
@@ -46,7 +49,8 @@ def edited(tmp_path: Path) -> Callable[[str, str, str], Path]:
             shutil.copytree(PENDULUM, copy)
         text = (copy / file).read_text()
         assert old in text
-        (copy / file).write_text(text.replace(old, new))
+        changed = text.replace(old, new)
+        (copy / file).write_text(sealed(changed) if file == FILE else changed)
         return copy
 
     return edit

@@ -13,17 +13,24 @@ from mehvar.errors import bad_value
 from mehvar.runtime.board.run import BoardRequest, BoardRun, ended, run_on_board
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import split_settings
-from mehvar.settings import read_settings
+from mehvar.settings import complete_controllers, complete_models, complete_scenarios, read_values
 from mehvar.terminal import working
 
-ModelName = Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")]
-Law = Annotated[str, typer.Option("--controller", metavar="C", help="The control law.")]
+ModelName = Annotated[
+    str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
+]
+Law = Annotated[
+    str, typer.Option("--controller", metavar="C", help="The control law.", autocompletion=complete_controllers)
+]
 Board = Annotated[
     str | None,
     typer.Option("--board", metavar="B", help="stm32f4 (default), stm32f4-usart2, mps2-m3, mps2-m4f or mps2-m7."),
 ]
 Compiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="gcc when installed, else zig.")]
-Scenario = Annotated[str | None, typer.Option(metavar="S", help="The scenario; the first unless given.")]
+Scenario = Annotated[
+    str | None,
+    typer.Option(metavar="S", help="The scenario; the first unless given.", autocompletion=complete_scenarios),
+]
 Target = Annotated[
     str, typer.Option(metavar="T", help="sil (a process here), unicorn, qemu, qemu-pty, or a serial port.")
 ]
@@ -59,7 +66,7 @@ def compiled(model: str) -> Model:
 
 def with_settings(model: Model, request: BoardRequest, settings: Sequence[str] | None) -> BoardRequest:
     """Return the request with the settings of `--set` in it."""
-    values = read_settings(settings)
+    values = read_values(settings)
     parameters, options = split_settings(values, model.manifest.choices, "board", "--set")
     return replace(request, parameters=parameters, options=options)
 

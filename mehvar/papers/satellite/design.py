@@ -59,12 +59,13 @@ def independent(runs: Runs, expected: Expected) -> Sequence[Check]:
     faster = [_errors(_regulating(runs, 10.0, rho)) for rho in _POLES]
     angles = [_angles(runs("mrac", "paper", rho=rho)) for rho in _POLES]
     slower = [_angles(runs("mrac", "paper", tau_m=tau)) for tau in _MODELS]
+    c1, c2 = f"C1 from {_MODELS[0]:g} to {_MODELS[-1]:g} s", f"C2 from {_POLES[0]:g} to {_POLES[-1]:g}"
     return (
-        each_below("C1 from 5 to 20 s: RMS change of the error after a start beside the model", expected("error"),
+        each_below(f"{c1}: RMS change of the error after a start beside the model", expected("error"),
                    _change(errors)),
-        each_above("C2 from 0.3 to 0.7: the same", expected("regulation"), _change(faster), "deg"),
-        each_below("C2 from 0.3 to 0.7: RMS change of the angles in the manoeuvre", expected("angle"), _change(angles)),
-        each_above("C1 from 5 to 20 s: the same, roll and pitch", expected("tracking"), _change(slower)[:2], "deg"),
+        each_above(f"{c2}: the same", expected("regulation"), _change(faster), "deg"),
+        each_below(f"{c2}: RMS change of the angles in the manoeuvre", expected("angle"), _change(angles)),
+        each_above(f"{c1}: the same, roll and pitch", expected("tracking"), _change(slower)[:2], "deg"),
     )  # fmt: skip
 
 
@@ -195,11 +196,12 @@ def cycle(runs: Runs, expected: Expected) -> Sequence[Check]:
     """
     longest, least, period = expected("cycle"), expected("least"), runs("mrac", "paper").parameters.values["Ts"]
     faster = runs("mrac", "paper", delay=1, Ts=least, dt_out=least)
-    wire = 10 * (72 + 12) / expected("rate")
+    there, back, bits = expected("there"), expected("back"), expected("bits")
+    wire = bits * (there + back) / expected("rate")
     return (
         Check("as printed: cycle, least sampling time, sampling time", "each below the next",
               f"{longest:g} s, {least:g} s, {period:g} s", longest < least < period),
-        below("computed: 72 and 12 bytes of ten bits on the line", longest, wire, "s"),
+        below(f"computed: {there:g} and {back:g} bytes of {bits:g} bits on the line", longest, wire, "s"),
         ends(faster, f"sampled every {least:g} s, with the delay"),
         each_below(f"RMS error from 200 s on, sampled every {least:g} s", expected("error"), measure(faster).rms),
         Check("zero of B farthest out when the torque acts as soon as a cycle is done", "outside the unit circle",

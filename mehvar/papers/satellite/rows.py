@@ -156,7 +156,7 @@ def row_claims(runs: Runs) -> list[Claim]:
 
 def _checks(runs: Runs, row: TableRow) -> tuple[Check, ...]:
     if row.settings.get("real") == "float" and runs.model.backend != "c":
-        return (beside(Check("all numbers", "within 2 %", "not run", False)),)
+        return (beside(Check("all numbers", f"within {100 * AMPLITUDES:g} %", "not run", False)),)
     seeds = range(SEEDS if "noise" in row.settings else 1)
     repeats = [runs(row.law, row.scenario, seed=seed, **row.settings) for seed in seeds]
     lost = [run for run in repeats if run.status is not Status.DONE]

@@ -12,6 +12,7 @@ import numpy as np
 from ..claims import Check, Checks, Expected, Readings
 from ..runs import Runs
 from .claims import (
+    LENGTHS,
     attitude_settles,
     better_law,
     gained_speed,
@@ -25,8 +26,6 @@ from .positivity import positive
 
 Settings: TypeAlias = Mapping[str, Any]
 
-LENGTHS: Settings = {"h1": 0.16, "h2": 0.19, "b": -0.16, "l1": 0.12}
-"""As printed; the model reads 0.16 as 0/6 = 0.6, and so on."""
 STROKES: Settings = {"eps1": 3.7, "eps2": 0.5}
 """The dampings, printed 3/7 and 0.15, read by the rule of the lengths."""
 MASSES = (50.0, 5.0)
@@ -54,7 +53,7 @@ def _all_of(checks: Checks) -> Checks:
 
 def _settling(weight: float, gain: float) -> Checks:
     def checks(runs: Runs, expected: Expected) -> Sequence[Check]:
-        return attitude_settles(runs, **_attitude(weight, gain))
+        return attitude_settles(runs, expected, **_attitude(weight, gain))
 
     return checks
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..claims import Check, Checks, Expected, below
-from .claims import errors_at, random_runs
+from .claims import ALIKE, errors_at, random_runs
 
 if TYPE_CHECKING:
     from ..runs import Runs
@@ -47,8 +47,15 @@ def _longer(changes: Mapping[str, float]) -> dict[str, Any]:
 def _times(changes: Changes) -> Checks:
     def checks(runs: Runs, expected: Expected) -> Sequence[Check]:
         sliding, path = (_metrics(runs, law, changes)["T_rho"] for law in ("sliding", "path"))
-        holds = abs(path / sliding - 1) < 0.05 if math.isfinite(path) and math.isfinite(sliding) else False
-        return (Check("time after which ρ̃ < 0.02: sliding, path", "within 5 %", f"{sliding:.4g}, {path:.4g} s", holds),)
+        holds = abs(path / sliding - 1) < ALIKE if math.isfinite(path) and math.isfinite(sliding) else False
+        return (
+            Check(
+                "time after which ρ̃ < 0.02: sliding, path",
+                f"within {100 * ALIKE:g} %",
+                f"{sliding:.4g}, {path:.4g} s",
+                holds,
+            ),
+        )
 
     return checks
 

@@ -141,7 +141,7 @@ def table(m: Motion, v: Numbers) -> Iterator[Printed]:
             "Table 1, I_omega",
             "inertia of the wheels",
             "data",
-            note="Infeasible in either reading: the manoeuvre asks for 0.12 N m s, which is 89000 rpm.",
+            note="Infeasible in either reading: the manoeuvre asks for 0.12 N m s, which is 87000 rpm.",
         )
         .reading(
             "the spin inertias of the wheels along x, y and z",

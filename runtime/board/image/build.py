@@ -12,10 +12,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from mehvar import cache
 from mehvar.errors import BuildError, InputError
 from mehvar.manifest import Controller, Scenario
 
-from ... import cache
 from ...compiling.compiler import environment
 from ...compiling.library import native_headers
 from ...model.model import Model

@@ -157,3 +157,7 @@ int mv_run_blocks(const mv_job *job, int64_t first, int64_t last, char *work)
     }
     return 0;
 }
+
+#ifdef LOCKSTEP
+#include "lockstep.h"
+#endif

@@ -3,6 +3,7 @@
 
 import dataclasses
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -144,6 +145,16 @@ def test_numbers_of_the_manifest_are_compared():
     assert changes == [("parameter", "m", "value", "1.0", "1.5"), ("scenario paper", "m", "value", "2.0", "3.0")]
 
 
+@pytest.mark.parametrize("what", ["duration", "step"])
+def test_when_a_scenario_ends_and_what_it_samples_are_compared(what):
+    manifest, plain = read_manifest(PENDULUM), document("f: m*x")
+    paper = manifest.scenarios["swing"]
+    changed = dataclasses.replace(paper, **{what: 2 * getattr(paper, what)})
+    after = dataclasses.replace(manifest, scenarios=dict(manifest.scenarios) | {"swing": changed})
+    comparison = compare(*(dataclasses.replace(plain, manifest=each) for each in (manifest, after)))
+    assert [(p.role, p.name) for p in comparison.parameters] == [("scenario swing", what)]
+
+
 def _edits(manifest):
     """Yield manifests in which one thing that decides a run, or how it is judged, is another."""
     metric, scenario, law = (
@@ -165,7 +176,7 @@ def test_what_decides_a_run_or_judges_it_is_compared():
     )
     for edited in _edits(old.manifest):
         assert compare(old, dataclasses.replace(plain, manifest=edited)).differs
-    before = dataclasses.replace(old.manifest, text=old.manifest.text.replace("bears_loss", "not_yet"))
+    before = dataclasses.replace(old.manifest, text=re.sub("bears_loss|delay", "not_yet", old.manifest.text))
     law = dataclasses.replace(manifest.controllers["p-sum"], delay="k_p")
     after = dataclasses.replace(old.manifest, controllers=dict(manifest.controllers) | {"p-sum": law})
     pair = (dataclasses.replace(plain, manifest=each) for each in (before, after))
@@ -173,11 +184,26 @@ def test_what_decides_a_run_or_judges_it_is_compared():
 
 
 def test_a_saturation_that_no_point_reaches_is_undecided():
-    comparison = compare(document("f: Max(x, -10**40)"), document("f: Max(x, -2*10**40)"))
+    comparison = compare(
+        document("f: Piecewise((y, erf(x) > 2), (z, True))"), document("f: Piecewise((w, erf(x) > 2), (z, True))")
+    )
     assert comparison["f"].verdict is Fate.UNDECIDED
     assert comparison["f"].matters
     assert comparison.differs
     assert "branch" in comparison["f"].how
+
+
+def test_a_branch_behind_many_conditions_is_not_called_the_same():
+    """Fourteen signs at once: no point of the field has them, and a point in that cell is found by its conditions."""
+    names = [f"a{k}" for k in range(14)]
+    seldom = " & ".join(f"({name} > 0)" for name in names)
+    old, new = (
+        document(f"f: Piecewise((x + {shift}, {seldom}), (x, True))", **{name: {} for name in names})
+        for shift in (1, 2)
+    )
+    comparison = compare(old, new)
+    assert comparison["f"].verdict is Fate.CHANGED
+    assert comparison.differs
 
 
 def test_strict_and_other_comparisons_are_not_mixed_up():

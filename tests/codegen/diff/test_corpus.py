@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pairs of documents with the answer that a person would give."""
 
+from collections import Counter
+
 import pytest
 import sympy as sp
 
 from mehvar.codegen.diff import compare
 from mehvar.codegen.diff.report import Fate, Kind
-from mehvar.codegen.equal.judge import Judge, Meaning
+from mehvar.codegen.equal.judge import Judge
+from mehvar.codegen.equal.meaning import Meaning
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equal.reals import PointSampler
 from mehvar.codegen.ledger.sides import Sides
 from tests.codegen.diff.corpus import EDITED, SAME
 from tests.codegen.diff.documents import document
+from tests.codegen.diff.pairs import SEED, pairs
 
 
 @pytest.mark.parametrize("name", SAME)
@@ -57,5 +61,30 @@ def test_the_root_of_a_square_is_not_its_base(number):
     assert Judge(pool, lambda _: False, PointSampler({}, frozenset())).decide(*sides).equal is False
 
 
+def answer(comparison):
+    """What a person reads: the same, different, or undecided."""
+    if not comparison.differs:
+        return "same"
+    telling = [equation for equation in comparison if equation.matters]
+    decided = comparison.parameters or any(equation.verdict is not Fate.UNDECIDED for equation in telling)
+    return "different" if decided else "undecided"
+
+
+@pytest.mark.parametrize("part", range(4))
+def test_every_eighth_pair_has_the_answer_of_a_person(part):
+    for pair in pairs()[part::32]:
+        assert answer(compare(pair.old, pair.new)) == ("different" if pair.differs else "same"), pair.name
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", [SEED, 1, 2])
+def test_the_whole_corpus_has_no_false_same(seed):
+    answers = Counter((pair.differs, answer(compare(pair.old, pair.new))) for pair in pairs(seed))
+    assert answers[True, "same"] == 0
+    assert answers[False, "different"] < 0.03 * sum(n for (differs, _), n in answers.items() if not differs)
+    assert answers[True, "undecided"] + answers[False, "undecided"] < 0.08 * answers.total()
+
+
 def test_the_corpus_is_as_large_as_promised():
     assert len(SAME) + len(EDITED) >= 60
+    assert len(pairs()) >= 300

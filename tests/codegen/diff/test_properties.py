@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rewriting an expression is never called a change; a change of one term is never called equal."""
 
+import itertools
 import math
 
 import pytest
@@ -155,3 +156,94 @@ def evaluated(made, point):
         return value if isinstance(value, float) and math.isfinite(value) else None
     except (ArithmeticError, ValueError, StopIteration, TypeError):
         return None
+
+
+NUMBERS = st.integers(2, 60)
+SHIFTS = st.integers(1, 12).map(lambda k: sp.Rational(1, 10**k))
+SMALL = settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+INNER = ("x", "x + y", "m*x", "x*y - z", "x**2 - y")
+"""What a branch depends on: it takes both signs."""
+OUTER = ("{}", "m*{} + z", "z - l*{}", "{}*(x**2 + l)", "sin(phi) + {}/m")
+"""What is done with it: never nothing."""
+
+
+def edits_of_thresholds(inner, number, shift):
+    moved = number * (1 + shift)
+    yield f"Piecewise((1, {inner} > {number}), (3, True))", f"Piecewise((1, {inner} > {moved}), (3, True))"
+    yield f"Max(-{number}, Min({inner}, {number}))", f"Max(-{number}, Min({inner}, {moved}))"
+    yield f"sign({inner} - {number})", f"sign({inner} - {moved})"
+    yield f"floor({inner})", f"floor({inner} + {shift})"
+    yield (
+        f"Piecewise((1, ({inner} > {number}) & (z < {number})), (3, True))",
+        f"Piecewise((1, ({inner} > {number}) & (z < {moved})), (3, True))",
+    )
+
+
+def edits_of_angles(angle, factor):
+    yield f"atan2(sin({angle}), cos({angle}))", f"({angle})"
+    yield f"atan2(sin({factor}*({angle})), cos({factor}*({angle})))", f"{factor}*atan2(sin({angle}), cos({angle}))"
+    yield f"acos(cos({angle}))", f"Abs({angle})"
+
+
+def edits_of_roots(inner, number):
+    square = sp.expand(sp.sympify(f"({inner} + {number})**2", locals=LOCAL))
+    yield f"sqrt({square})", f"({inner} + {number})"
+    yield f"sqrt({square})", f"Abs({inner} - {number})"
+    yield "sqrt((1 + cos(phi))/2)", "cos(phi/2)"
+
+
+def edits_of_tables(inner, knots, edited, shift):
+    values = [sp.Rational(k * k % 7 + 1) for k in range(len(knots))]
+    other = [v * (1 + shift) if k == edited else v for k, v in enumerate(values)]
+    moved = [v + shift if k == edited else v for k, v in enumerate(knots)]
+    yield table(inner, knots, values), table(inner, knots, other)
+    yield table(inner, knots, values), table(inner, moved, values)
+
+
+def table(inner, knots, values):
+    pieces = [f"({values[0]}, {inner} < {knots[0]})"]
+    for (a, p), (b, q) in itertools.pairwise(zip(knots, values, strict=True)):
+        pieces.append(f"({p} + ({inner} - ({a}))*({(q - p) / (b - a)}), {inner} < {b})")
+    return f"Piecewise({', '.join(pieces)}, ({values[-1]}, True))"
+
+
+def is_seen(pairs_, data):
+    old, new = data.draw(st.sampled_from(list(pairs_)))
+    outer = data.draw(st.sampled_from(OUTER))
+    comparison = compare(document(f"f: {outer.format(old)}"), document(f"f: {outer.format(new)}"))
+    assert comparison["f"].verdict in (Fate.CHANGED, Fate.UNDECIDED), (outer.format(old), outer.format(new))
+
+
+@given(inner=st.sampled_from(INNER), number=NUMBERS, shift=SHIFTS, data=st.data())
+@SMALL
+def test_a_moved_threshold_is_never_called_the_same(inner, number, shift, data):
+    is_seen(edits_of_thresholds(inner, number, shift), data)
+
+
+@given(angle=st.sampled_from(("phi", "phi - theta", "m*x", "2*theta + phi")), factor=st.integers(2, 4), data=st.data())
+@SMALL
+def test_an_edit_of_an_angle_is_never_called_the_same(angle, factor, data):
+    is_seen(edits_of_angles(angle, factor), data)
+
+
+@given(inner=st.sampled_from(INNER[:4]), number=NUMBERS, data=st.data())
+@SMALL
+def test_an_edit_of_a_root_is_never_called_the_same(inner, number, data):
+    is_seen(edits_of_roots(inner, number), data)
+
+
+@given(inner=st.sampled_from(INNER), first=st.integers(1, 300), count=st.integers(2, 6), shift=SHIFTS, data=st.data())
+@SMALL
+def test_an_edit_of_a_table_is_never_called_the_same(inner, first, count, shift, data):
+    knots = [sp.Rational(first) + k for k in range(count)]
+    edited = data.draw(st.integers(0, count - 1))
+    is_seen(edits_of_tables(inner, knots, edited, shift), data)
+
+
+@given(names=st.permutations(("x", "y", "z")), first=NUMBERS, second=NUMBERS, third=NUMBERS, data=st.data())
+@SMALL
+def test_a_term_in_a_joint_state_of_three_branches_is_never_lost(names, first, second, third, data):
+    a, b, c = names
+    ramps = f"Max(0, {a} - {first})*Max(0, -{b} - {second})*Max(0, {c} - {third})"
+    window = f"Piecewise((1, ({a} > {first}) & ({a} < {first + 1}) & ({b} < -{second})), (0, True))"
+    is_seen([(f"({c} + {ramps})", c), (f"({c} + {window})", c)], data)

@@ -41,7 +41,8 @@ ANY = Interval(-np.inf, np.inf, True, True)
 
 
 def parameter(name: str, default: float, unit: str = "1") -> Parameter:
-    return Parameter(name, unit, name, default=default, bounds=ANY, source="assumption: test")
+    bounds = Interval(0.0, np.inf, True, True) if name == "Ts" else ANY
+    return Parameter(name, unit, name, default=default, bounds=bounds, source="assumption: test")
 
 
 def quantity(name: str, unit: str = "1") -> Quantity:

@@ -7,6 +7,7 @@ import importlib.util
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -20,7 +21,7 @@ import xarray
 
 import mehvar
 from mehvar.__main__ import main
-from mehvar.runtime.batch.store import open_store
+from mehvar.runtime.batch.store.store import open_store
 
 BATCH = ("batch", "triangle", "--controller", "path", "--seed", "3", "--t-end", "0.5")
 VARY = ("--vary", "l1_0=normal(0.2, 0.01)", "--vary", "theta=uniform(0.8, 1.2)")
@@ -200,6 +201,8 @@ ONE = (*BATCH[:4], "--t-end", "0.5", "-n", "1", "--out", "new.zarr")
         ((*ONE[:-1], "/no/such/new.zarr"), "the folder /no/such does not exist"),
         ((*ONE[:-1], "/sys/new.zarr"), "cannot write /sys/new.zarr: "),
         (("stats", "none.zarr"), "no batch store none.zarr"),
+        (("verify", "none.zarr"), "no batch store none.zarr"),
+        (("simulate", "--trust-model"), "--from STORE and --run ID come together"),
     ],
 )
 def test_mistakes_are_named_and_leave_nothing_behind(
@@ -225,18 +228,45 @@ def test_a_store_that_cannot_be_written_stops_with_the_way_to_go_on(folder: Path
     assert run(*arguments, cwd=tmp_path).returncode == 0
     whole = contents(tmp_path / "runs.zarr")
     second = tmp_path / "runs.zarr" / "final" / "c" / "1"
-    (tmp_path / "runs.zarr" / "status" / "c" / "1").unlink()
+    (tmp_path / "runs.zarr" / "records" / "1.json").unlink()
+    (tmp_path / "runs.zarr" / "records" / "end.json").unlink()
     for file in second.iterdir():
         file.unlink()
     (second / "0").mkdir()
     done = run(*arguments, "--resume", cwd=tmp_path)
     assert done.returncode == 3, done.stderr
     assert "runs.zarr: Is a directory" in done.stderr
-    assert "4096 of 5000 runs are stored; go on with:" in done.stderr
+    assert "4096 of 5000 runs are stored; go on with: mehvar batch" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
     assert "--resume" in done.stderr
     (second / "0").rmdir()
     assert run(*arguments, "--resume", cwd=tmp_path).returncode == 0
     assert contents(tmp_path / "runs.zarr") == whole
+
+
+def test_verify_says_whole_or_what_is_not(folder: Path, tmp_path: Path) -> None:
+    done = run("verify", "runs.zarr", cwd=folder)
+    assert (done.returncode, done.stdout) == (0, "runs.zarr: 40 runs; 1 of 1 blocks are whole\n")
+    shutil.copytree(folder / "runs.zarr", tmp_path / "runs.zarr")
+    (tmp_path / "runs.zarr" / "final" / "c" / "0" / "0").unlink()
+    done = run("verify", "runs.zarr", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "damaged: block 0 (runs 0 to 39): final/c/0/0 is missing" in done.stdout
+    facts = json.loads(run("verify", "runs.zarr", "--json", cwd=tmp_path).stdout)
+    assert facts["damaged"][0]["files"] == {"final/c/0/0": "missing"}
+    assert "final/c/0/0 is missing" in refused("stats", "runs.zarr", cwd=tmp_path)
+
+
+def test_two_first_starts_lose_nothing(folder: Path, tmp_path: Path) -> None:
+    """One has the name, the other is told; `benchmarks/store.py starts` does it fifty times."""
+    line = [sys.executable, "-m", "mehvar", *BATCH, *VARY, "-n", "600", "--out", "runs.zarr"]
+    pair = [subprocess.Popen(line, cwd=tmp_path, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+    said = {process.communicate(timeout=120)[1]: process.returncode for process in pair}
+    assert sorted(said.values()) == [0, 2], said
+    message = next(text for text, status in said.items() if status)
+    assert "another process is writing runs.zarr: process" in message or "exists already" in message
+    assert [path.name for path in tmp_path.iterdir()] == ["runs.zarr"]
+    assert mehvar.verify(tmp_path / "runs.zarr").complete
 
 
 def test_an_interrupt_stops_cleanly_and_says_how_to_go_on(tmp_path: Path) -> None:
@@ -249,13 +279,13 @@ def test_an_interrupt_stops_cleanly_and_says_how_to_go_on(tmp_path: Path) -> Non
         text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored where the tests are a background job
     )
-    wait_until(lambda: (tmp_path / "runs.zarr" / "status" / "c").is_dir())
+    wait_until(lambda: (tmp_path / "runs.zarr" / "records" / "0.json").exists())
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "Traceback" not in said
     stored = sum(map(len, map(open_store(tmp_path / "runs.zarr").runs, open_store(tmp_path / "runs.zarr").stored())))
-    assert f"interrupted {stored} of 100000 runs are stored; go on with:" in " ".join(said.split())
+    assert f"interrupted; {stored} of 100000 runs are stored; go on with:" in " ".join(said.split())
     assert f"mehvar {' '.join(arguments)} --resume" in " ".join(said.split())
 
 

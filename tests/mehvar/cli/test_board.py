@@ -154,7 +154,7 @@ def test_mistakes_are_named():
     assert "unknown model" in refused("board", "run", "sattelite", "--controller", "mrac")
     assert "did you mean stm32f4" in refused("board", "build", "satellite", "--controller", "pd", "--board", "stm32")
     assert "format = 'xml'" in refused(*RUN, "--format", "xml")
-    assert "without --inline-parameters all can be set" in refused(*RUN, "--tunable", "R")
+    assert "every parameter can be set without --inline-parameters" in refused(*RUN, "--tunable", "R")
     assert "backend = 'python'" in refused(*RUN, "--set", "backend=python")
     assert "must be sil, unicorn, qemu, qemu-pty, or a serial port" in refused(*RUN[:-4], "--target", "/dev/nowhere")
 

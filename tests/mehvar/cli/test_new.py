@@ -101,6 +101,14 @@ def test_an_existing_folder_is_left_alone(tmp_path):
             "STRUCTURES: dict",
             r"models/mine/__init__.py:3: ImportError: cannot import name 'STRUCTURE'",
         ),
+        *(
+            (
+                "STRUCTURE: dict[str, tuple[str, ...]] = {}",
+                f"STRUCTURE = {choices}",
+                r"STRUCTURE = .*: must be a mapping",
+            )
+            for choices in ("None", "('a', 'b')", "{'a': 'b'}", "{1: ('a', 'b')}", "{'a': ()}")
+        ),
     ],
 )
 def test_a_mistake_in_a_model_is_one_line_and_nothing_is_written(tmp_path, mine, old, new, message):
@@ -134,3 +142,24 @@ def test_a_misspelt_file_is_named_and_debug_shows_the_traceback(tmp_path, mine):
         assert done.returncode == 2
         assert done.stderr.startswith("Traceback")
         assert done.stderr.endswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("lost", "reason"), [("mine/__init__.py", "mine/__init__.py is missing"), ("mine", "mine is missing")]
+)
+def test_a_model_that_lost_its_text_is_told(tmp_path, mine, lost, reason):
+    root = tmp_path / "mine"
+    shutil.copytree(mine, root)
+    scaffold("other", tmp_path)
+    for room in ("models", "generated"):
+        shutil.copytree(tmp_path / "other" / room / "other", root / room / "other")
+    path = root / "models" / lost
+    shutil.rmtree(path) if path.is_dir() else path.unlink()
+    checked = run(root, "mehvar", "generate", "--check")
+    assert (checked.returncode, checked.stdout.splitlines()[0]) == (1, "other: up to date")
+    assert checked.stdout.splitlines()[1].startswith("mine: stale, because ")
+    assert checked.stdout.endswith(f"{reason}\n")
+    for command in (["generate"], ["generate", "mine"], ["generate", "--check", "mine"]):
+        done = run(root, "mehvar", *command)
+        assert done.returncode == 2
+        assert reason in done.stderr

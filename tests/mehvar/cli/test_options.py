@@ -18,7 +18,7 @@ from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS, Campaign
 from mehvar.runtime.board.run import BoardRequest
 from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.run.options import OPTIONS, RunOptions
-from mehvar.settings import read_settings
+from mehvar.settings import read_values
 
 ROWS = {**OPTIONS, **CAMPAIGN_OPTIONS}
 FLAGS = {"save": "save_every"}
@@ -53,8 +53,8 @@ def test_a_flag_of_an_option_has_its_text_and_no_default_of_its_own(command):
 
 @pytest.mark.parametrize("name", OPTIONS)
 def test_set_and_a_campaign_file_take_every_option_or_say_why_not(name):
-    texts = read_settings([f"{name}={value_of(name)}"])
-    file = CampaignFile(model="triangle", controller="path", n=2, set=texts)
+    values = read_values([f"{name}={value_of(name)}"])
+    file = CampaignFile(model="triangle", controller="path", n=2, set=values)
     model = mehvar.load("triangle", backend="c")
     board = loop.with_settings, model, BoardRequest("path"), [f"{name}={value_of(name)}"]
     for place, call in (("batch", lambda: file.campaign("here")), ("board", lambda: board[0](*board[1:]))):
@@ -95,7 +95,8 @@ def test_no_parameter_or_choice_of_a_model_is_called_like_an_option():
 
 
 def test_every_command_that_is_listed_can_be_called():
-    for room, commands in (("", {**app.COMMANDS, **app.FOR_GIT}), ("board.", app.BOARD)):
+    git = {name.removeprefix("git-"): text for name, text in app.FOR_GIT.items()}
+    for room, commands in (("", app.COMMANDS), ("git.", git), ("board.", app.BOARD), ("export.", app.EXPORT)):
         for name, text in commands.items():
             module = __import__(f"mehvar.cli.{room}{name.replace('-', '_')}", fromlist=["command"])
             assert callable(module.command)

@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 import mehvar
 from mehvar.cli.app import app
 from mehvar.errors import InputError
+from mehvar.manifest import sealed
 
 ROOT = Path(__file__).parents[3]
 CART = Path(__file__).parents[1] / "cart"
@@ -256,6 +257,8 @@ def test_a_version_from_before_the_one_import_name_is_derived_with_its_own_vocab
 def test_a_manifest_of_another_version_is_compared(project):
     """Its numbers and what follows from them, with a field that is missing and one that is not known."""
     project.edit('"delay": null,', '"lag": null,', "generated/cart/manifest.json")
+    path = project.root / "generated" / "cart" / "manifest.json"
+    path.write_text(sealed(path.read_text()))
     project.commit("as another version wrote it")
     assert project.json("HEAD", "HEAD", status=0)["status"] == "same"
     project.edit("default = 8.0", "default = 18.0", "models/cart/parameters.toml")

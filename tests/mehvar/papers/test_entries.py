@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that a paper prints has an entry: equations, tables, figures, claims, sentences."""
+"""Everything that a paper prints has an entry, and the words of an entry say what was measured."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from mehvar.papers.reproduction import Reproduction, load_reproduction
 from mehvar.papers.runs import Runs
 from mehvar.papers.statements import judge, missing
 from mehvar.runtime.model.model import load
+from tests.mehvar.papers.words import silent, wrong_words
 
 PAPERS = ("satellite", "slosh", "triangle")
 
@@ -46,20 +47,21 @@ def entries(printed: Paper) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def rows(model: str, paper: Reproduction) -> list[str]:
-    """Return the numbers of the claims that are in no claims.toml."""
-    runs = Runs(load(model))
-    claims = [*paper.more_claims(runs), *table_claims(runs.model.manifest, deviations(runs))]
-    return [claim.number for claim in claims]
+def runs(model: str) -> Runs:
+    return Runs(load(model))
 
 
-def test_everything_printed_has_an_entry(paper: Reproduction, entries: list[str], rows: list[str]) -> None:
-    claims = [*(text.number for text in paper.texts), *rows]
-    assert list(missing(paper.statements, claims, entries, (figure.number for figure in paper.figures))) == []
+@pytest.fixture(scope="module")
+def claims(paper: Reproduction, runs: Runs) -> list[Claim]:
+    return [*paper.claims(runs), *table_claims(runs.model.manifest, deviations(runs))]
 
 
-def test_every_statement_names_what_exists(paper: Reproduction, entries: list[str], rows: list[str]) -> None:
-    claims = [Claim(number, "", ()) for number in (*(text.number for text in paper.texts), *rows)]
+def test_everything_printed_has_an_entry(paper: Reproduction, entries: list[str], claims: list[Claim]) -> None:
+    numbers, drawn = (claim.number for claim in claims), (figure.number for figure in paper.figures)
+    assert list(missing(paper.statements, numbers, entries, drawn)) == []
+
+
+def test_every_statement_names_what_exists(paper: Reproduction, entries: list[str], claims: list[Claim]) -> None:
     try:
         judge(paper.statements, claims, dict.fromkeys(entries, "holds"))
     except InputError as error:
@@ -89,3 +91,14 @@ def test_places_are_named_once_but_for_sections(paper: Reproduction) -> None:
     for kind in ("abstract", "conclusions"):
         numbers = sorted(int(place.split()[1]) for place in places if place.startswith(f"{kind} "))
         assert numbers == list(range(1, len(numbers) + 1))
+
+
+def test_the_words_of_claims_and_captions_have_their_numbers_from_the_checks(
+    paper: Reproduction, claims: list[Claim], runs: Runs
+) -> None:
+    """A number that was written by hand and that no check has, or has no more, is named."""
+    assert list(wrong_words(paper, claims, runs.model.manifest)) == []
+
+
+def test_no_check_keeps_its_words_when_what_it_expects_changes(paper: Reproduction, runs: Runs) -> None:
+    assert list(silent(paper, runs)) == []

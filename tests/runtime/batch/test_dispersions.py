@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+from typing import Any
 
 import numpy as np
 import pytest
@@ -84,6 +85,18 @@ def test_bits_are_pinned() -> None:
     assert digest(exponential(z)) == "4609f8e2548ad4ef"
 
 
+def test_points_of_a_sobol_sequence_are_in_the_middle_of_their_cells() -> None:
+    """Of 2^-32 each, so that none is at zero or one, where a quantile is infinite."""
+    halves = Sampler("sobol", [("a",), ("b",)], 64, 5).points(0, 64) * 2.0**33
+    np.testing.assert_array_equal(halves % 2, 1)
+
+
+@pytest.mark.parametrize(("design", "numbers"), [("random", "cff89538f32865c3"), ("latin", "f91455604b0b3bf6")])
+def test_a_seed_means_the_same_runs_in_every_version(design: Any, numbers: str) -> None:
+    """Another constant of the permutation is as random, and makes another campaign of the same seed."""
+    assert digest(Sampler(design, [("a",), ("b",)], 60, 5).points(0, 60)) == numbers
+
+
 def digest(array: np.ndarray) -> str:
     return hashlib.sha256(array.astype("<f8").tobytes()).hexdigest()[:16]
 
@@ -103,6 +116,11 @@ def test_one_name(text: str, distribution: stats.rv_continuous) -> None:
     drawn = values("x", text)[:, 0]
     assert stats.kstest(drawn, distribution.cdf).pvalue > 1e-3
     assert not stats.kstest(drawn * 1.05, distribution.cdf).pvalue > 1e-3
+
+
+def test_a_lognormal_is_the_exponential_of_the_normal_of_the_same_numbers() -> None:
+    """Not of their reflection, which has the same distribution and turns a run repeated by its number into another."""
+    assert values("x", "lognormal(0.5, 0.25)") == pytest.approx(np.exp(values("x", "normal(0.5, 0.25)")), rel=1e-14)
 
 
 def test_choice_takes_each_value_equally_often() -> None:
@@ -136,6 +154,7 @@ def test_directions_are_uniform_on_the_sphere(names: str) -> None:
         ({"a": "normal(1)"}, r"must be normal\(mean, sd\)"),
         ({"a": "normal([1], [[2]])"}, r"must be normal\(mean, sd\)"),
         ({"a": "uniform(2, 1)"}, "low < high"),
+        ({"a": "uniform(1, 1)"}, "low < high"),
         ({"a": "triangular(1, 0, 2)"}, "low <= mode <= high"),
         ({"a": "choice()"}, r"choice\(value, ...\)"),
         ({"a": "sphere(1)"}, "two or more components"),

@@ -76,7 +76,7 @@ def test_a_lane_is_the_run_alone(case):
 
 def test_the_pendulum_with_memory_and_a_moving_reference(pendulum):
     """A law with memory, a limit on the input, a reference that depends on time."""
-    for law, hold in (("pd", None), ("pd", 0.05), ("p-sum", 0.1)):
+    for law, hold in (("pd", None), ("pd", 0.05), ("p-sum", 0.05)):
         resolved = runtime.simulate(pendulum, law, t_end=0.1, dt_out=0.1, hold=hold).parameters
         vectors = [np.tile(v, (5, 1)) for v in (resolved.p, resolved.c, resolved.s)]
         x0 = np.array(pendulum.functions["initial"](vectors[0], vectors[2]))

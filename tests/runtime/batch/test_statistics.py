@@ -16,8 +16,9 @@ from mehvar.errors import InputError
 from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.sampling import Sampler
 from mehvar.runtime.batch.sensitivity import sensitivities
-from mehvar.runtime.batch.statistics import QUANTILES, StopRule, bands, interval, ranks, summarise, worst
-from mehvar.runtime.batch.store import STATUS, Coordinate, Store, Variable, create
+from mehvar.runtime.batch.statistics import QUANTILES, StopRule, Success, bands, interval, ranks, summarise, worst
+from mehvar.runtime.batch.store.layout import STATUS, Coordinate, Layout, Variable
+from mehvar.runtime.batch.store.store import Store, create
 from mehvar.runtime.run.problem import Status
 
 N, CHUNK = 1000, 64
@@ -31,7 +32,7 @@ def filled(values: dict[str, np.ndarray], n: int = N, blocks: list[int] | None =
     variables += [Variable(STATUS, "uint8")]
     coordinates = {"state": Coordinate(["x"]), "t": Coordinate(np.arange(5.0))}
     known = {"drawn": json.dumps(["a", "b"]), "metrics": json.dumps(["m"]), "success": "", **attributes}
-    store = create(None, n, CHUNK, variables, coordinates, **known)
+    store = create(None, Layout(n, CHUNK, variables, coordinates, attributes=known))
     empty = {"a": np.zeros(n), "b": np.zeros(n), "m": np.zeros(n), "x": np.zeros((n, 5)), "final": np.zeros((n, 1))}
     whole = {**empty, STATUS: np.zeros(n, np.uint8), **values}
     for block in range(store.blocks()) if blocks is None else blocks:
@@ -225,3 +226,17 @@ def test_the_stop_rule_looks_at_the_whole_width() -> None:
     widths = {n: np.subtract(*interval(n // 2, n)[::-1]) for n in (300, 350, 400, 450)}
     assert {n: rule.holds(n // 2, n) for n in widths} == {n: width < 0.1 for n, width in widths.items()}
     assert {rule.holds(n // 2, n) for n in widths} == {True, False}
+
+
+def test_a_condition_of_success_on_an_unknown_name_is_refused_before_any_run() -> None:
+    Success("m < 1").check(("a", "b", "m"))
+    Success(None).check(())
+    with pytest.raises(InputError, match="nonsense"):
+        Success("nonsense < 1").check(("a", "b", "m"))
+
+
+def test_fewer_runs_than_a_regression_needs_say_nothing(rng: np.random.Generator) -> None:
+    """A mean, two slopes and one run to scatter about them: four."""
+    for runs, lines in ((3, 0), (4, 1)):
+        values = {name: rng.random(runs) for name in ("a", "b", "m")}
+        assert len(sensitivities(filled(values, n=runs, campaign=campaign()))) == lines

@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -19,8 +22,9 @@ from distributed import Client
 from mehvar.errors import InputError
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.store import Store, open_store
-from mehvar.runtime.batch.workers import connect
+from mehvar.runtime.batch.store.store import Store, open_store
+from mehvar.runtime.batch.store.verification import verify
+from mehvar.runtime.batch.workers import WorkerError, connect
 
 ROOT = Path(__file__).parents[3]
 CAMPAIGN = Campaign(
@@ -118,6 +122,80 @@ def test_a_worker_without_a_compiler_is_named(scheduler: str, client: Client, tm
             run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client)
     finally:
         stop(process)
+
+
+def test_a_worker_with_other_sources_is_refused_and_adds_no_block(
+    scheduler: str, client: Client, tmp_path: Path
+) -> None:
+    """A comment in mehvar's C is another text: whether it changes a bit is not for a worker to say."""
+    for room in ("mehvar", "runtime", "generated"):
+        shutil.copytree(ROOT / room, tmp_path / "other" / room, ignore=shutil.ignore_patterns("__pycache__"))
+    header = tmp_path / "other" / "runtime" / "native" / "batch" / "metrics.h"
+    header.write_text(header.read_text() + "/* other */\n")
+    process = worker(scheduler, "other", FOLDER=str(tmp_path), PYTHONPATH=str(tmp_path / "other"), PYTHONSAFEPATH="1")
+    out = tmp_path / "runs.zarr"
+    try:
+        client.wait_for_workers(1, timeout=60)
+        message = r"the worker tcp://.* cannot take part: its numerics are others.*mehvar's own C \("
+        with pytest.raises(WorkerError, match=message):
+            run_batch("triangle", CAMPAIGN, out, client=client, chunk=8)
+        assert open_store(out).stored() == []
+    finally:
+        stop(process)
+    run_batch("triangle", CAMPAIGN, out, resume=True)
+    assert verify(out).complete
+
+
+def test_a_slow_worker_changes_nothing(scheduler: str, client: Client, here: Store, tmp_path: Path) -> None:
+    """One stands still, with blocks of its own, while the other goes on."""
+    processes = [worker(scheduler, f"s{k}", FOLDER=str(tmp_path)) for k in (0, 1)]
+    try:
+        client.wait_for_workers(2, timeout=60)
+
+        def report(runs: int, *_: int) -> None:
+            if runs == 16:
+                processes[0].send_signal(signal.SIGSTOP)
+                threading.Timer(2.0, processes[0].send_signal, [signal.SIGCONT]).start()
+
+        store = run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client, chunk=8, report=report)
+        assert same(store, here)
+        assert verify(tmp_path / "runs.zarr").complete
+    finally:
+        processes[0].send_signal(signal.SIGCONT)
+        stop(*processes)
+
+
+def test_a_scheduler_that_is_lost_ends_the_command_in_one_line(tmp_path: Path) -> None:
+    file, out = tmp_path / "scheduler.json", tmp_path / "runs.zarr"
+    options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
+    processes = [dask("scheduler", *options)]
+    try:
+        with Client(scheduler_file=str(file), timeout=60, set_as_default=False) as client:
+            address = str(client.scheduler.address)  # type: ignore[union-attr]
+            processes.append(worker(address, "lonely", FOLDER=str(tmp_path)))
+            client.wait_for_workers(1, timeout=60)
+        line = ["batch", "triangle", "--controller", "path", "-n", "400000", "--scheduler", address, "--out", str(out)]
+        batch = subprocess.Popen(
+            [sys.executable, "-m", "mehvar", *line],
+            env={**os.environ, "PYTHONPATH": str(ROOT), "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": PATIENCE},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        while not (out / "records" / "0.json").exists() and batch.poll() is None:
+            time.sleep(0.1)
+        processes[0].kill()
+        said = batch.communicate(timeout=120)[1]
+    finally:
+        for process in reversed(processes):
+            process.kill()
+            process.wait()
+    assert batch.returncode == 1, said
+    assert said.count("\n") == 1, said
+    assert said.startswith(f"mehvar: the scheduler {address} is gone; ")
+    assert said.endswith(f"go on with: mehvar {' '.join(line)} --resume\n")
+    assert verify(out).sound
+    assert open_store(out).stored()
 
 
 def test_a_cluster_without_workers_is_refused_and_the_store_can_go_on(client: Client, tmp_path: Path) -> None:

@@ -43,7 +43,7 @@ def test_the_period_that_is_asked_for_is_the_one_of_loop_watch_and_self_test():
 @pytest.fixture(scope="module")
 def expected_crc() -> str:
     """Law and plant for 5000 samples in a process of this machine."""
-    outcome = run_on_board(load("satellite"), BoardRequest("mrac", "sil", samples=2, selftest=LONG))
+    outcome = run_on_board(load("satellite"), BoardRequest("mrac", "sil", samples=3, selftest=LONG))
     return f"{outcome.selftest.crc:08x}"
 
 

@@ -21,6 +21,7 @@ from mehvar.manifest import FILE, read_manifest
 from mehvar.runtime import InputError, Model
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.functions import BackendName
+from tests.manifests import write_manifest
 
 BACKENDS = ["c", "python"]
 Edit = Callable[[str, str, str], Path]
@@ -262,7 +263,7 @@ def test_a_manifest_that_does_not_fit_together(edited: Edit, old: str, new: str,
 
 def changed(folder: Path, **fields: Any) -> Path:
     data = json.loads((folder / FILE).read_text())
-    (folder / FILE).write_text(json.dumps({**data, **fields}))
+    write_manifest(folder, {**data, **fields})
     return folder
 
 
@@ -280,6 +281,34 @@ def test_code_of_another_order_size_or_hash_is_refused(edited: Edit, backend: Ba
         runtime.load(copy, backend=backend).functions["rhs"]([0.0, 0.0], [0.0], np.ones(10))
 
 
+def test_whatever_is_edited_in_a_manifest_by_hand_it_is_refused(edited: Edit) -> None:
+    """Whatever number, word or order is changed, a space added or a key repeated: the cure is to generate again."""
+    copy = edited(FILE, "pendulum", "pendulum")
+    text = (copy / FILE).read_text()
+    spans = [m.span() for m in re.finditer(r'"[^"]*"|-?[\d.]+(e-?\d+)?|true|false|null', text)]
+    assert len(spans) > 900
+    for start, end in spans:
+        word = text[start:end]
+        other = {"true": "false", "false": "true", "null": "0"}.get(word) or (
+            f'"{word[1:-1]}_"' if word[0] == '"' else f"1{word}" if word[0] != "-" else word[1:]
+        )
+        (copy / FILE).write_text(text[:start] + other + text[end:])
+        with pytest.raises(InputError):
+            read_manifest(copy)
+    for edit in (
+        lambda t: t.replace('"schema": 1,', '"schema": 1, "title": "t",'),
+        lambda t: t.replace(",\n", ", \n"),
+        lambda t: json.dumps(json.loads(t)),
+        lambda t: json.dumps({**json.loads(t), "digest": ""}, indent=1),
+        lambda t: t.replace('["x", 2], ["u", 1]', '["u", 1], ["x", 2]'),
+    ):
+        (copy / FILE).write_text(edit(text))
+        with pytest.raises(InputError, match=r"generat|is there twice"):
+            read_manifest(copy)
+    (copy / FILE).write_text(text)
+    read_manifest(copy)
+
+
 def test_whatever_is_dropped_from_a_manifest_it_is_refused_or_runs(edited: Edit) -> None:
     """One entry less in any list or table, or one twice: refused with one line, or of no account to a run."""
     copy = edited(FILE, "pendulum", "pendulum")
@@ -292,7 +321,7 @@ def test_whatever_is_dropped_from_a_manifest_it_is_refused_or_runs(edited: Edit)
         for part in above:
             place = place[part]
         del place[last]
-        (copy / FILE).write_text(json.dumps(data))
+        write_manifest(copy, data)
         try:
             runtime.simulate(runtime.load(copy, backend="python"), "pd", t_end=0.1)
         except MehvarError:

@@ -21,9 +21,11 @@ from scipy.integrate._ivp import dop853_coefficients
 
 from mehvar import runtime
 from mehvar.manifest import FILE
-from mehvar.runtime import InputError, Model, Status, simulate
+from mehvar.runtime import InputError, Model, Status, load, simulate
+from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.compiling.library import load_native
 from mehvar.runtime.run.calls import loop_calls
+from mehvar.runtime.run.options import OPTIONS, RunOptions
 
 Edit = Callable[[str, str, str], Path]
 Array = NDArray[np.float64]
@@ -322,6 +324,33 @@ def test_initial_state(model: Model) -> None:
 def test_bad_input(model: Model, options: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         simulate(model, "pd", origin="--set", **options)
+
+
+@pytest.mark.parametrize("name", [*(name for name, row in OPTIONS.items() if row.kind != "word"), "m", "k_p"])
+def test_a_text_is_no_number(model: Model, name: str) -> None:
+    with pytest.raises(InputError, match=rf"^{name} = '1' \(from the call\): must be a number"):
+        simulate(model, "pd", **{name: "1"})  # type: ignore[arg-type]
+
+
+def test_a_law_is_sampled_by_its_own_period(model: Model) -> None:
+    period = simulate(model, "p-sum", t_end=0.1).hold
+    assert simulate(model, "p-sum", t_end=0.1, hold=period).hold == period
+    with pytest.raises(InputError, match=r"hold = 0.1 .*: must be left out, or 0.05 s, the period .*: set Ts"):
+        simulate(model, "p-sum", hold=0.1)
+    assert simulate(model, "p-sum", t_end=0.2, hold=0.1, Ts=0.1).hold == 0.1
+    kernel = compile_kernel(load(model.manifest.folder, "c"), "p-sum", options=RunOptions(hold=0.1))
+    with pytest.raises(InputError, match=r"hold = 0.1 .*: must be left out, or 0.05 s"):
+        kernel.check(model.parameters()[None], 1.0, 0.1)
+
+
+@pytest.mark.parametrize(("end", "periods"), [(1.0, 20), (0.97, 20), (0.06, 2), (0.05, 1)])
+def test_a_delay_ends_before_the_run(model: Model, end: float, periods: int) -> None:
+    """The input computed first must act at some time of the run."""
+    if periods > 1:
+        run = simulate(model, "p-sum", t_end=end, dt_out=0.01, delay=periods - 1, initial={"angle": 0.5})
+        assert run.u[:, 0].any()
+    with pytest.raises(InputError, match=f"delay = {periods} .*: must be less than {periods}, the periods"):
+        simulate(model, "p-sum", t_end=end, dt_out=0.01, delay=periods)
 
 
 def test_loaded_model_keeps_its_backend(pendulum: Model) -> None:

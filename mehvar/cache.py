@@ -7,6 +7,7 @@ so that a damaged one is told from a good one and made again.
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import os
 import secrets
@@ -19,6 +20,10 @@ from pathlib import Path
 from mehvar.errors import BuildError, InputError
 
 _DIGESTS = ".sha256"
+_PRIVATE, _WRITABLE = 0o700, 0o022
+"""Mode of what is made here; bits of a mode by which group or others write."""
+_OWN: list[Path] = []
+"""The folder of this process alone, once it has one."""
 _TRIES = 3
 """Somebody who empties the cache while something is made does so once; three times in a row is something else."""
 
@@ -33,10 +38,10 @@ def key(*parts: str) -> str:
 
 
 def find(kind: str, name: str) -> Path | None:
-    """Return the folder of an undamaged entry, wherever one may be; None if there is none."""
-    for folder in filter(_is_ours, _roots()):
-        entry = folder / kind / name
-        if _is_whole(entry):
+    """Return the folder of an undamaged entry that nobody else can have written; None if there is none."""
+    for root in _roots():
+        entry = root / kind / name
+        if is_private(root) and is_private(root / kind) and _is_ours(entry):
             return entry
     return None
 
@@ -69,44 +74,50 @@ def discard(folder: Path) -> None:
 
 
 def cache_folder() -> Path:
-    """Return the folder that new entries go to, made if necessary.
+    """Return the folder that new entries go to, made if necessary; it is this user's, and nobody else can write it.
 
-    It is $MEHVAR_CACHE, or `mehvar` below $XDG_CACHE_HOME or ~/.cache, or else a private temporary folder.
+    It is $MEHVAR_CACHE, or `mehvar` below $XDG_CACHE_HOME or ~/.cache, or else a new one with a name that nobody can
+    guess, which is removed at the end of the process.
 
     Raises
     ------
     InputError
-        If $MEHVAR_CACHE is set and cannot be written.
+        If $MEHVAR_CACHE is set and cannot be written, or others could write it too.
     """
-    reasons = []
     for folder in _roots():
         try:
-            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            folder.mkdir(parents=True, exist_ok=True, mode=_PRIVATE)
             tempfile.TemporaryFile(dir=folder).close()
+            reason = _exposure(folder)
         except OSError as error:
-            reasons.append(f"{folder}: {error.strerror or error}")
-            continue
-        if _is_ours(folder):
+            reason = error.strerror or str(error)
+        if not reason:
             return folder
-    if os.environ.get("MEHVAR_CACHE"):
-        raise InputError(f"$MEHVAR_CACHE must be a folder that can be written: {reasons[0]}")
-    return Path(tempfile.mkdtemp(prefix="mehvar-"))
+        if os.environ.get("MEHVAR_CACHE"):
+            raise InputError(f"$MEHVAR_CACHE must be a folder of yours that only you can write: {folder}: {reason}")
+    return _own_temporary()
 
 
-def other_folders() -> list[Path]:
-    """Return the folders besides `cache_folder` that entries are found in too."""
-    first = cache_folder()
-    return [folder for folder in _roots() if folder != first and folder.is_dir() and _is_ours(folder)]
+def is_private(folder: Path) -> bool:
+    """Whether a folder is this user's, and nobody else can put a file into it."""
+    try:
+        return not _exposure(folder)
+    except OSError:
+        return False
 
 
 def _made(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
     for _ in range(_TRIES):
         place = cache_folder() / kind / name
         scratch = place.with_name(f"build-{secrets.token_hex(8)}")
-        scratch.mkdir(parents=True)
+        place.parent.mkdir(mode=_PRIVATE, parents=True, exist_ok=True)
+        if reason := _exposure(place.parent):
+            raise InputError(f"the cache cannot be used: {place.parent}: {reason}; or remove it")
+        scratch.mkdir(mode=_PRIVATE)
         try:
             fill(scratch)
             (scratch / _DIGESTS).write_text(_digests(scratch), encoding="utf-8")
+            _make_private(scratch)
             return _moved(scratch, place)
         except (BuildError, OSError):
             if scratch.is_dir():
@@ -118,14 +129,28 @@ def _made(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
 
 def _moved(scratch: Path, place: Path) -> Path:
     """Rename a finished entry to its place, unless another process was first; a damaged one makes room."""
-    if not _is_whole(place):
+    if not _is_ours(place):
         discard(place)
     try:
         scratch.rename(place)
     except OSError:
-        if not _is_whole(place):
+        if not _is_ours(place):
             raise
     return place
+
+
+def _is_ours(entry: Path) -> bool:
+    try:
+        alone = not any(_writer(path, path.stat()) for path in entry.rglob("*"))
+    except OSError:  # another process has just removed it
+        return False
+    return alone and is_private(entry) and _is_whole(entry)
+
+
+def _make_private(folder: Path) -> None:
+    """Take from group and others the right to write, which a wide umask has given them."""
+    for path in folder.rglob("*"):
+        path.chmod(path.stat().st_mode & ~_WRITABLE)
 
 
 def _is_whole(folder: Path) -> bool:
@@ -151,29 +176,37 @@ def _roots() -> list[Path]:
     """Return the folders that may hold an entry, the preferred one first."""
     if own := os.environ.get("MEHVAR_CACHE"):
         return [Path(own).expanduser().absolute()]
+    return [*_home_cache(), *_OWN]
+
+
+def _home_cache() -> list[Path]:
     base = os.environ.get("XDG_CACHE_HOME")
-    home = Path(base) if base and Path(base).is_absolute() else _home() / ".cache"
-    return [home / "mehvar", _shared_temporary()]
-
-
-def _home() -> Path:
     try:
-        return Path.home()
+        return [(Path(base) if base and Path(base).is_absolute() else Path.home() / ".cache") / "mehvar"]
     except RuntimeError:  # a user without a home
-        return _shared_temporary()
+        return []
 
 
-def _shared_temporary() -> Path:
-    user = str(os.getuid()) if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
-    return Path(tempfile.gettempdir()) / f"mehvar-{user}"
+def _own_temporary() -> Path:
+    """Return a folder of this process alone."""
+    if not _OWN or not _OWN[0].is_dir():
+        _OWN[:] = [Path(tempfile.mkdtemp(prefix="mehvar-"))]
+        atexit.register(shutil.rmtree, _OWN[0], ignore_errors=True)
+    return _OWN[0]
 
 
-def _is_ours(folder: Path) -> bool:
-    """Whether nobody else can have put a library into a folder below a temporary folder that all share."""
-    if folder != _shared_temporary() or not hasattr(os, "getuid"):
-        return True
-    try:
-        status = folder.lstat()
-    except OSError:
-        return False
-    return stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o022
+def _exposure(folder: Path) -> str:
+    """Say why somebody else could have put a library into a folder; nothing when nobody could."""
+    status = folder.stat()
+    return _writer(folder, status) if stat.S_ISDIR(status.st_mode) else "it is no folder"
+
+
+def _writer(path: Path, status: os.stat_result) -> str:
+    """Say who else may write a file or a folder; nothing when nobody may."""
+    if not hasattr(os, "getuid"):
+        return ""  # a system without owners
+    if status.st_uid != os.getuid():
+        return f"it belongs to the user with the number {status.st_uid}"
+    if status.st_mode & _WRITABLE:
+        return f"others may write it (mode {stat.S_IMODE(status.st_mode):o}): chmod go-w {path}"
+    return ""

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which way expressions branch, what they are where all ways are fixed, and what a way requires.
+
+A *way* is one choice of a node that branches: the sign under an absolute value, the operand that is a maximum, the
+piece of a case distinction, the truth of a comparison. Where all ways are fixed, an expression is smooth.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from ..equations.document import reached
+from .pool import Pool, live, ways
+
+COMPARISONS = frozenset(("strictlessthan", "lessthan", "strictgreaterthan", "greaterthan", "equality", "unequality"))
+STEPS = frozenset(("floor", "ceiling", "mod"))
+"""Operations with endlessly many ways: the whole number is the way."""
+BRANCHING = COMPARISONS | STEPS | {"abs", "sign", "max", "min", "piecewise"}
+Atom = tuple[int, int]
+"""A node and its sign: 1, -1, or 0 where it is zero."""
+Way = tuple[int, int]
+"""A branching node, and which way it goes."""
+_MOST = 32
+"""Ways in which one condition can come true that are told apart: five alternatives inside five others."""
+
+
+def branching(pool: Pool, roots: Iterable[int]) -> list[int]:
+    """Return the branching nodes of expressions."""
+    return [node for node in reached(pool.nodes, list(roots)) if pool.nodes[node][0] in BRANCHING]
+
+
+def ways_of(pool: Pool, node: int) -> list[Way]:
+    """Return every way of a node; none for one that has endlessly many."""
+    count = 2 if pool.nodes[node][0] in COMPARISONS else ways(pool, node)
+    return [(node, way) for way in range(count)]
+
+
+def replaced_nodes(pool: Pool, root: int, by: Mapping[int, int]) -> int:
+    """Return an expression with some nodes in place of others."""
+    numbers = dict(by)
+    for node in reached(pool.nodes, [root]):
+        if node not in numbers:
+            operation, *operands = pool.nodes[node]
+            numbers[node] = (
+                pool.intern(operation, *(numbers[o] if isinstance(o, int) else o for o in operands))
+                if pool.operands(node)
+                else node
+            )
+    return numbers[root]
+
+
+def smooth(pool: Pool, root: int, taken: Mapping[int, Any]) -> int:
+    """Return what an expression is where every branching node goes a given way."""
+    numbers: dict[int, int] = {}
+    stack = [root]
+    while stack:
+        node = stack[-1]
+        missing = [] if node in numbers else [k for k in _taken(pool, node, taken) if k not in numbers]
+        if missing:
+            stack += missing
+            continue
+        stack.pop()
+        if node not in numbers:
+            numbers[node] = _fixed(pool, node, taken, numbers)
+    return numbers[root]
+
+
+def counted(pool: Pool, root: int, taken: Mapping[int, Any]) -> set[int]:
+    """Return the branching nodes that count for a value where some nodes go given ways."""
+    seen: set[int] = set()
+    stack = [root]
+    while stack:
+        node = stack.pop()
+        if node not in seen:
+            seen.add(node)
+            stack += live(pool, node, taken.get(node) if pool.nodes[node][0] not in STEPS | COMPARISONS else None)
+    return {node for node in seen if pool.nodes[node][0] in BRANCHING}
+
+
+def _taken(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
+    """Return the operands that stay in an expression."""
+    operation = pool.nodes[node][0]
+    way = taken.get(node)
+    if operation == "piecewise" and way is not None:
+        return pool.operands(pool.operands(node)[way])[:1]
+    return live(pool, node, way) if operation not in STEPS | COMPARISONS else pool.operands(node)
+
+
+def _fixed(pool: Pool, node: int, taken: Mapping[int, Any], numbers: Mapping[int, int]) -> int:
+    operation, *operands = pool.nodes[node]
+    way = taken.get(node)
+    if way is None:
+        return (
+            pool.intern(operation, *(numbers[o] if isinstance(o, int) else o for o in operands))
+            if pool.operands(node)
+            else node
+        )
+    if operation == "abs":
+        return numbers[operands[0]] if way else pool.many("mul", [numbers[operands[0]], pool.number(-1)])
+    if operation == "sign":
+        return pool.number(1 if way else -1)
+    if operation in ("max", "min"):
+        return numbers[operands[way]]
+    if operation == "piecewise":
+        return numbers[pool.operands(operands[way])[0]]
+    if operation == "mod":
+        return pool.many("add", [numbers[operands[0]], pool.many("mul", [numbers[operands[1]], pool.number(-way)])])
+    return pool.number(way)
+
+
+def difference(pool: Pool, a: int, b: int) -> int:
+    """Return the node of a - b."""
+    return pool.many("add", [a, pool.many("mul", [b, pool.number(-1)])])
+
+
+def atoms(pool: Pool, node: int) -> list[int]:
+    """Return the nodes whose zeros are where a branching node changes its way."""
+    operation = pool.nodes[node][0]
+    operands = pool.operands(node)
+    if operation in ("abs", "sign"):
+        return [operands[0]]
+    if operation in ("max", "min"):
+        return [difference(pool, a, b) for a, b in itertools.combinations(operands, 2)]
+    return [difference(pool, *operands)] if operation in COMPARISONS else []
+
+
+def requirements(pool: Pool, way: Way) -> list[tuple[Atom, ...]] | None:
+    """Return the alternatives that make a node go a way, each with all that has to hold; None if there are too many."""
+    node, number = way
+    operation = pool.nodes[node][0]
+    operands = pool.operands(node)
+    if operation in ("abs", "sign"):
+        return [((operands[0], 1 if number else -1),)]
+    if operation in ("max", "min"):
+        sign = 1 if operation == "max" else -1
+        others = (o for k, o in enumerate(operands) if k != number)
+        return [tuple((difference(pool, operands[number], other), sign) for other in others)]
+    if operation == "piecewise":
+        conditions = [pool.operands(pair)[1] for pair in operands[: number + 1]]
+        return every([_truth(pool, c, k == number) for k, c in enumerate(conditions)])
+    return _truth(pool, node, bool(number))
+
+
+def _truth(pool: Pool, node: int, wanted: bool) -> list[tuple[Atom, ...]] | None:
+    """Return the alternatives that make a condition true, or false."""
+    operation, *operands = pool.nodes[node]
+    if operation == "const":
+        return [()] if (operands[0] == "True") is wanted else []
+    if operation == "not":
+        return _truth(pool, operands[0], not wanted)
+    if operation in ("and", "or"):
+        parts = [_truth(pool, operand, wanted) for operand in operands]
+        return every(parts) if (operation == "and") is wanted else _any(parts)
+    if operation not in COMPARISONS:
+        return None
+    node = difference(pool, *operands)
+    if operation in ("equality", "unequality"):
+        return [((node, 0),)] if (operation == "equality") is wanted else [((node, 1),), ((node, -1),)]
+    return [((node, 1 if operation.startswith(("strictgreater", "greater")) is wanted else -1),)]
+
+
+def every(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ...]] | None:
+    """Return the alternatives in which one of each list holds; None if there are too many."""
+    product: list[tuple[Atom, ...]] = [()]
+    for part in parts:
+        if part is None or len(product) * len(part) > _MOST:
+            return None
+        product = [(*first, *second) for first in product for second in part]
+    return product
+
+
+def _any(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ...]] | None:
+    if any(part is None for part in parts):
+        return None
+    return [alternative for part in parts for alternative in part or ()]

@@ -1,0 +1,442 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether two expressions with branches are the same function: cell by cell.
+
+A cell is where every branching node goes one way. There both sides are smooth, and the field tells exactly whether
+they are equal; what is left is to find the cells. Along lines through ordinary points every place is found where a
+condition changes, and a point on either side of it and between it and the next one is visited: between the old and
+the new place of a threshold that was moved by however little. Ways, and pairs of ways, that no such point has are
+looked for on purpose, or proved impossible by intervals; what is neither leaves the question undecided.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..equations.document import reached
+from . import doubles, intervals, linear, reals
+from .branches import (
+    COMPARISONS,
+    STEPS,
+    Atom,
+    Way,
+    atoms,
+    branching,
+    counted,
+    every,
+    requirements,
+    smooth,
+    ways_of,
+)
+from .doubles import Array
+from .field import Undefined
+from .pool import Pool
+from .reals import PointSampler, RealWorld
+
+Point = dict[str, float]
+_LINES = 3
+"""Through each name, from where the line before it led and every third time from an ordinary point again: a state that
+takes two names is met when one line leads into it from another. Fewer leave more to be looked for on purpose, more cost
+their time whatever the question is."""
+_MOST_LINES = 60
+"""Through all names; with more names than this some are taken by chance."""
+_TRIES = 40
+"""Lines on which one missing way or pair of ways is looked for: each name of a condition comes up a few times."""
+_MOST_MISSING = 400
+"""Ways and pairs that are looked for or proved impossible, one after the other; beyond, the answer is "undecided"."""
+_WORK = 60_000_000
+"""Values of nodes in double that one question may cost, about one second. Half as many leave more undecided, twice as
+many take twice the time where nothing can be found."""
+_SIXTEENTHS = 16
+"""Parts in which a bracket is cut each time: 13 times give the 52 bits of a double."""
+_CUTS = 14
+_MOST_PLACES = 64
+"""On one line: more is more than a table has, and what a floor has of them without end is taken evenly."""
+_BESIDE = 1e-12
+"""Relative distance of the points beside a place where a condition changes: clear of rounding of a double, and between
+the old and the new place of whatever was moved by more."""
+_GRID = tuple(
+    sign * digit * 10.0**decade for sign in (-1, 1) for decade in range(-9, 40, 1) for digit in (1.0, 2.0, 5.0)
+)
+"""Places on a line between which a change of sign is looked for, beside the constants of the expressions."""
+_TURN = tuple(np.linspace(-doubles.TURNS, doubles.TURNS, 129) * 2 * np.pi)
+_PROOFS = (linear.impossible, intervals.impossible)
+_LIT = Fraction(1, 10**20)
+"""A sign counts where a value is larger than this part of what it was computed from: 20 of 50 digits."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """An answer: equal or not, or None; how that is known; for a difference, a point in its cell."""
+
+    equal: bool | None
+    how: str
+    point: Mapping[str, Fraction] | None = None
+
+
+class Cells:
+    """Decides equality of two expressions whose names are free.
+
+    Parameters
+    ----------
+    pool : Pool
+        Holds both.
+    sampler : PointSampler
+        Draws ordinary points.
+    bounds : mapping
+        Of free names.
+    world : callable
+        Makes the real world at a point.
+    same : callable
+        Whether two smooth expressions are equal: True, False, or None where only the reals know.
+    """
+
+    def __init__(
+        self,
+        pool: Pool,
+        sampler: PointSampler,
+        bounds: intervals.Bounds,
+        world: Callable[[Mapping[str, Fraction]], RealWorld],
+        same: Callable[[int, int], bool | None],
+    ) -> None:
+        self.pool = pool
+        self.sampler = sampler
+        self._world = world
+        self._same = same
+        self._bounds = bounds
+
+    def walk(self, old: int, new: int) -> Outcome | None:
+        """Visit ordinary points, and those beside every change along lines; None if both sides are equal there."""
+        self._roots = (old, new)
+        self._units = branching(self.pool, self._roots)
+        self._atoms = list(dict.fromkeys(g for node in self._units for g in atoms(self.pool, node)))
+        self._steps = [node for node in self._units if self.pool.nodes[node][0] in STEPS]
+        self._nodes = reached(self.pool.nodes, [*self._roots, *self._atoms, *self._units, *self._factors()])
+        self._names = sorted({self.pool.nodes[k][1] for k in self._nodes if self.pool.nodes[k][0] == "sym"})
+        self._constants = self._numbers()
+        self._ways: set[Way] = set()
+        self._pairs: set[tuple[Way, Way]] = set()
+        self._needed: dict[int, list[list[tuple[Atom, ...]] | None]] = {}
+        self._company: dict[Way, frozenset[int]] = {}
+        self._doubtful: list[tuple[Way, ...]] = []
+        self._states: set[frozenset[Way]] = set()
+        self._forms: dict[tuple[int, int], bool] = {}
+        self._patterns: set[bytes] = set()
+        self._left = _WORK
+        self._points = 0
+        self._draw = random.Random(1)
+        return self._walk()
+
+    def decide(self, doubtful: Sequence[tuple[Way, ...]] = ()) -> Outcome:
+        """Look for every way, every pair of ways, and those at which both sides may differ; after `walk`."""
+        self._doubtful = [tuple(sorted(ways)) for ways in doubtful]
+        return self._missing() or self._equal()
+
+    @property
+    def points(self) -> str:
+        """How many points were visited, in words."""
+        return f"{self._points} points beside every change of {len(self._units)} branching nodes"
+
+    def _factors(self) -> list[int]:
+        """Return the parts whose signs a root may depend on: those of one side only, where there are even roots."""
+        first, second = ({*reached(self.pool.nodes, [root])} for root in self._roots)
+        rooted = any(self._is_root(node) for node in first | second)
+        kinds = ("add", "sin", "cos", "tan", "sym")
+        self._signed = [k for k in sorted(first ^ second) if rooted and self.pool.nodes[k][0] in kinds]
+        return self._signed
+
+    def _is_root(self, node: int) -> bool:
+        operation, *operands = self.pool.nodes[node]
+        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
+        return exponent is not None and exponent.denominator % 2 == 0
+
+    def _numbers(self) -> list[float]:
+        numbers = (self.pool.constant(k) for k in self._nodes)
+        sizes = {abs(float(n)) for n in numbers if n and abs(n) < 10**300}
+        return sorted({sign * size for size in sizes for sign in (1, -1)} | {0.0})
+
+    # Lines
+
+    def _walk(self) -> Outcome | None:
+        starts = doubles.draw(self._names, self.sampler, 256, seed=7)
+        if outcome := self._visit(starts):
+            return outcome
+        lines = [name for name in self._names for _ in range(_LINES)]
+        if len(lines) > _MOST_LINES:
+            lines = self._draw.sample(lines, _MOST_LINES)
+        here: Point = {name: float(column[0]) for name, column in starts.items()}
+        for number, name in enumerate(lines):
+            if self._left < 0:
+                break
+            line = self._line(here, name)
+            if outcome := self._visit(line):
+                return outcome
+            base = starts if number % _LINES == _LINES - 1 else line
+            k = self._draw.randrange(len(base[name])) if len(base[name]) else 0
+            here = {other: float(column[k]) for other, column in base.items()} if len(base[name]) else here
+        return None
+
+    def _line(self, base: Point, name: str) -> dict[str, Array]:
+        """Return points along a name: beside every place where a condition changes, and between these places."""
+        grid = self._grid(base, name)
+        signs = self._signs(base, name, grid)
+        rows, columns = np.nonzero(signs[:, 1:] * signs[:, :-1] < 0)
+        if len(rows) > _MOST_PLACES:
+            keep = np.linspace(0, len(rows) - 1, _MOST_PLACES).astype(int)
+            rows, columns = rows[keep], columns[keep]
+        places = self._narrowed(base, name, rows, grid[columns], grid[columns + 1])
+        on = grid[np.nonzero(np.any(signs == 0, axis=0))[0]] if len(signs) else grid[:0]
+        ends = np.unique(np.concatenate([places, on]))
+        beside = np.concatenate([ends * (1 - _BESIDE) - 1e-300, ends * (1 + _BESIDE) + 1e-300])
+        between = (ends[1:] + ends[:-1]) / 2
+        outer = np.array([ends[0] - abs(ends[0]) - 1, ends[-1] + abs(ends[-1]) + 1]) if len(ends) else grid[::16]
+        return self._along(base, name, self._allowed(name, np.unique(np.concatenate([ends, beside, between, outer]))))
+
+    def _grid(self, base: Point, name: str) -> Array:
+        turn = _TURN if name in self.sampler.angles else ()
+        low, high = self._bounds.get(name, (None, None))
+        inner = np.linspace(float(low), float(high), 65) if low is not None and high is not None else ()
+        return self._allowed(name, np.unique(np.array([*_GRID, *turn, *inner, *self._constants, base[name]])))
+
+    def _allowed(self, name: str, values: Array) -> Array:
+        low, high = self._bounds.get(name, (None, None))
+        inside = np.isfinite(values)
+        if low is not None:
+            inside &= values >= float(low)
+        if high is not None:
+            inside &= values <= float(high)
+        return values[inside]
+
+    def _along(self, base: Point, name: str, values: Array) -> dict[str, Array]:
+        return {other: values if other == name else np.full(len(values), base[other]) for other in self._names}
+
+    def _signs(self, base: Point, name: str, grid: Array) -> Array:
+        """Return the sign of every condition at places on a line, NaN where it has none."""
+        return np.sign(self._conditions(self._along(base, name, grid), len(grid)))
+
+    def _conditions(self, point: Mapping[str, Array], count: int) -> Array:
+        """Return what changes sign where a condition changes; for a floor, half a wave for each whole number."""
+        found = self._values(point, count)
+        rows = [found[k] for k in (*self._atoms, *self._signed)]
+        for node in self._steps:
+            operands = self.pool.operands(node)
+            whole = found[operands[0]] / found[operands[1]] if len(operands) == 2 else found[operands[0]]
+            rows.append(np.sin(np.pi * np.asarray(whole)))
+        return np.array([np.broadcast_to(np.asarray(row, dtype=float), count) for row in rows]).reshape(-1, count)
+
+    def _values(self, point: Mapping[str, Array], count: int) -> dict[int, Any]:
+        self._left -= count * len(self._nodes)
+        return doubles.values(self.pool, self._nodes, point)
+
+    def _narrowed(self, base: Point, name: str, rows: NDArray[np.intp], low: Array, high: Array) -> Array:
+        """Return where conditions change between two places each, to the last bit but two."""
+        parts = np.linspace(0, 1, _SIXTEENTHS + 1)
+        for _ in range(_CUTS if len(low) else 0):
+            cuts = low[:, None] + (high - low)[:, None] * parts
+            signs = self._signs(base, name, cuts.ravel()).reshape(-1, *cuts.shape)
+            own = signs[rows, np.arange(len(rows))]
+            first = np.argmax(own[:, 1:] * own[:, :1] <= 0, axis=1)
+            low, high = cuts[np.arange(len(rows)), first], cuts[np.arange(len(rows)), first + 1]
+        return (low + high) / 2
+
+    # Points
+
+    def _visit(self, point: Mapping[str, Array]) -> Outcome | None:
+        """Compare both sides at points, and as smooth expressions in every cell that is new."""
+        count = len(next(iter(point.values()))) if point else 1
+        if not count:
+            return None
+        found = self._values(point, count)
+        self._points += count
+        old, new = (np.broadcast_to(np.asarray(found[root], dtype=float), count) for root in self._roots)
+        defined = np.isfinite(old) & np.isfinite(new)
+        differing = np.nonzero(doubles.apart(old, new)[0])[0]
+        for k in [*differing[:8], *(k for k in self._fresh(found, count) if defined[k])]:
+            if outcome := self._judge({name: Fraction(float(column[k])) for name, column in point.items()}):
+                return outcome
+        return None
+
+    def _fresh(self, found: Mapping[int, Any], count: int) -> Iterator[int]:
+        """Yield points at which the branching nodes go together as they did at none before."""
+        rows = [np.broadcast_to(np.asarray(found[node], dtype=float), count) for node in self._steps]
+        rows += [
+            np.sign(np.broadcast_to(np.asarray(found[node], dtype=float), count))
+            for node in (*self._atoms, *self._signed)
+        ]
+        table = np.array(rows, dtype=float).reshape(-1, count)
+        for k in range(count):
+            pattern = table[:, k].tobytes()
+            if pattern not in self._patterns and len(self._patterns) < 4000:
+                self._patterns.add(pattern)
+                yield k
+
+    def _judge(self, point: Mapping[str, Fraction]) -> Outcome | None:
+        """Compare both sides at a point with 50 digits, and in its cell exactly."""
+        world = self._world(point)
+        try:
+            old, new = (world.value(root) for root in self._roots)
+        except Undefined:
+            return None
+        sized = [(value, world.size(root)) for value, root in zip((old, new), self._roots, strict=True)]
+        if reals.apart(sized[0], sized[1]):
+            return Outcome(False, f"a point with {reals.DIGITS} digits", point)
+        taken = {k: self._way(world, k) for k in self._units if world.memo.get(k) is not None}
+        counting = {node for root in self._roots for node in counted(self.pool, root, taken)}
+        if not all(self._is_clear(world, node) for node in counting):
+            return None
+        if not any(self._is_thin(node, taken[node]) for node in counting) and self._differ(taken):
+            return Outcome(False, "both sides as they are in the cell of a point, compared in the field", point)
+        ways = sorted((node, taken[node]) for node in counting if self.pool.nodes[node][0] not in STEPS)
+        self._ways |= {*ways}
+        self._pairs |= {*itertools.combinations(ways, 2)}
+        self._states.add(frozenset(ways))
+        return None
+
+    def _way(self, world: RealWorld, node: int) -> int:
+        operation, *operands = self.pool.nodes[node]
+        if operation == "mod":
+            a, b = (world.value(operand) for operand in operands)
+            whole: int = math.floor(a / b)
+            return whole
+        if operation in STEPS or operation in COMPARISONS:
+            return int(world.value(node))
+        return world.ways[node]
+
+    def _differ(self, taken: Mapping[int, int]) -> bool:
+        """Whether both sides are different functions where the nodes go these ways."""
+        forms = smooth(self.pool, self._roots[0], taken), smooth(self.pool, self._roots[1], taken)
+        if forms not in self._forms:
+            self._forms[forms] = self._same(*forms) is False
+        return self._forms[forms]
+
+    def _is_thin(self, node: int, way: int) -> bool:
+        """Whether a way is gone on a surface only, where forms that differ may have the same value."""
+        return (self.pool.nodes[node][0], way) in (("equality", 1), ("unequality", 0))
+
+    def _is_clear(self, world: RealWorld, node: int) -> bool:
+        """Whether the way of a node is not one of rounding."""
+        if self.pool.nodes[node][0] in STEPS or self._is_thin(node, int(bool(world.memo[node]))):
+            return True
+        for atom in atoms(self.pool, node):
+            value = world.defined(atom)
+            if value is None or abs(value) <= reals.real(_LIT) * 2 ** max(world.size(atom), 0):
+                return False
+        return True
+
+    # What no point had
+
+    def _missing(self) -> Outcome | None:
+        """Look for the ways and pairs of ways that were not met, or prove that there are none."""
+        ways = [way for node in self._units for way in ways_of(self.pool, node)]
+        joint = itertools.combinations(sorted(ways), 2)
+        wanted = [*((way,) for way in ways), *self._doubtful, *(pair for pair in joint if pair[0][0] != pair[1][0])]
+        wanted = [state for state in wanted if not self._is_met(state) and not self._is_apart(state)]
+        if len(wanted) > _MOST_MISSING:
+            return self._undecided(wanted[0], f"of {len(wanted)} ways not met ")
+        for way in wanted:
+            if self._is_met(way) or self._is_out(way):
+                continue
+            if outcome := self._look(way):
+                return outcome
+            if not self._is_met(way):
+                return self._undecided(way)
+        return None
+
+    def _is_apart(self, ways: tuple[Way, ...]) -> bool:
+        """Whether one of two nodes does not count where the other goes its way."""
+        return len(ways) == 2 and any(b[0] not in self._beside(a) for a, b in (ways, ways[::-1]))
+
+    def _beside(self, way: Way) -> frozenset[int]:
+        """Return the branching nodes that may count where a node goes a way."""
+        if way not in self._company:
+            counting = (counted(self.pool, root, dict([way])) for root in self._roots)
+            self._company[way] = frozenset(itertools.chain(*counting))
+        return self._company[way]
+
+    def _is_met(self, ways: tuple[Way, ...]) -> bool:
+        if len(ways) < 3:
+            return {*ways} <= self._ways and (len(ways) < 2 or ways in self._pairs)
+        return any(state.issuperset(ways) for state in self._states)
+
+    def _is_out(self, ways: tuple[Way, ...]) -> bool:
+        """Whether ways are proved to exclude each other."""
+        alternatives = self._alternatives(ways)
+        return alternatives is not None and all(
+            any(proof(self.pool, required, self._bounds) for proof in _PROOFS) for required in alternatives
+        )
+
+    def _alternatives(self, ways: tuple[Way, ...]) -> list[tuple[Atom, ...]] | None:
+        """Return what has to hold for nodes to count and to go these ways, one list for each way in which it can."""
+        product = every([requirements(self.pool, way) for way in ways])
+        for node in dict.fromkeys(node for node, _ in ways) if product else ():
+            for needed in self._needs(node):
+                product = every([product, needed]) or product
+        return product
+
+    def _needs(self, node: int) -> list[list[tuple[Atom, ...]] | None]:
+        """Return what has to hold for a node to count, by the nodes that leave only one way to it."""
+        if node not in self._needed:
+            choices = ([way for way in ways_of(self.pool, k) if node in self._beside(way)] for k in self._units)
+            self._needed[node] = [
+                requirements(self.pool, open_[0])
+                for k, open_ in zip(self._units, choices, strict=True)
+                if k != node and len(open_) == 1
+            ]
+        return self._needed[node]
+
+    def _look(self, ways: tuple[Way, ...]) -> Outcome | None:
+        """Walk towards a point where nodes go wanted ways, one line after the other."""
+        required = [atom for alternative in (self._alternatives(ways) or [])[:1] for atom in alternative]
+        if not required:
+            return None
+        starts = doubles.draw(self._names, self.sampler, 1, seed=11)
+        here = {name: float(column[0]) for name, column in starts.items()}
+        for number in range(_TRIES):
+            if self._left < 0 or self._is_met(ways):
+                return None
+            name = self._names[number % len(self._names)]
+            line = self._line(here, name)
+            if outcome := self._visit(line):
+                return outcome
+            if not len(line[name]):
+                continue
+            score = self._score(required, line)
+            best = np.nonzero(score == np.max(score))[0]
+            k = int(best[self._draw.randrange(len(best))])
+            here = {other: float(column[k]) for other, column in line.items()}
+        return None
+
+    def _score(self, required: Sequence[Atom], line: Mapping[str, Array]) -> Array:
+        """Count the required signs at points."""
+        nodes = reached(self.pool.nodes, [node for node, _ in required])
+        count = len(next(iter(line.values())))
+        found = doubles.values(self.pool, nodes, line)
+        right = (
+            (np.sign(np.broadcast_to(np.asarray(found[node], dtype=float), count)) == sign).astype(float)
+            for node, sign in required
+        )
+        score: Array = np.sum([*right], axis=0, dtype=float)
+        return score
+
+    # Words
+
+    def _undecided(self, ways: tuple[Way, ...], before: str = "") -> Outcome:
+        kinds = " with ".join(self.pool.nodes[node][0] for node, _ in ways)
+        state = "a branch of" if len(ways) == 1 else "a joint state of"
+        return Outcome(
+            None, f"equal at {self._points} points, but {before}{state} {kinds} was neither reached nor excluded"
+        )
+
+    def _equal(self) -> Outcome:
+        return Outcome(
+            True,
+            f"{self.points}; each way, and each pair of ways, was reached or is excluded",
+        )

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Expressions at a hundred thousand points at once, in double: they find where to look, and others decide there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..equations.document import reached
+from .pool import Pool, fraction
+from .reals import PointSampler
+
+Array = NDArray[np.float64]
+TURNS = 4
+"""An angle is drawn over so many turns to either side: a wrap that is lost shows at seven of eight of them, one at half
+an angle at every second one."""
+_DECADES = (0.5, 3.0, 6.0)
+"""Around one over which numbers without a default or two bounds are drawn, each as often as the others: those of
+ordinary size, those of lengths and rates of other models, and far ones. A table that starts at Mach 1 and one that
+ends at 300 are met by the first and the second."""
+_CHUNK = 2048
+"""Points at a time: the values of some thousand nodes then stay in the processor's cache."""
+_APART = 1e-9
+"""Relative difference of two doubles that is looked at with 50 digits. Ten times less would look at more rounding,
+ten times more would miss smaller differences; both cost or gain little, because another engine decides."""
+
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
+    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2, "log": np.log, "abs": np.abs,
+    "asinh": np.arcsinh, "acosh": np.arccosh, "atanh": np.arctanh, "floor": np.floor, "ceiling": np.ceil,
+    "sign": np.sign, "mod": np.mod, "sec": lambda a: 1 / np.cos(a),
+    "strictlessthan": np.less, "lessthan": np.less_equal, "strictgreaterthan": np.greater,
+    "greaterthan": np.greater_equal, "equality": np.equal, "unequality": np.not_equal,
+    "not": np.logical_not,
+}  # fmt: skip
+_MANY: dict[str, Any] = {
+    "add": np.add, "mul": np.multiply, "max": np.maximum, "min": np.minimum,
+    "and": np.logical_and, "or": np.logical_or,
+}  # fmt: skip
+
+
+def values(pool: Pool, nodes: Sequence[int], point: Mapping[str, Array]) -> dict[int, Any]:
+    """Return the values of nodes, which come before what uses them; NaN where there is none."""
+    found: dict[int, Any] = {}
+    with np.errstate(all="ignore"):
+        for node in nodes:
+            found[node] = _value(pool, node, found, point)
+    return found
+
+
+def _value(pool: Pool, node: int, found: Mapping[int, Any], point: Mapping[str, Array]) -> Any:
+    operation, *rest = pool.nodes[node]
+    if operation == "sym":
+        return point[rest[0]]
+    if operation == "num":
+        return _double(rest[0])
+    if operation == "const":
+        return {"pi": np.pi, "E": np.e, "True": True, "False": False}.get(rest[0], np.nan)
+    operands = [found[o] for o in pool.operands(node)]
+    if operation == "exprcondpair":
+        return operands
+    if operation == "piecewise":
+        return _piecewise(operands)
+    if operation == "pow":
+        return _power(operands[0], operands[1], pool.constant(rest[1]))
+    if operation in _MANY:
+        total = operands[0]
+        for operand in operands[1:]:
+            total = _MANY[operation](total, operand)
+        return total
+    return _FUNCTIONS[operation](*operands) if operation in _FUNCTIONS else np.nan
+
+
+def _double(text: str) -> float:
+    try:
+        return float(fraction(text))
+    except OverflowError:
+        return np.inf if fraction(text) > 0 else -np.inf
+
+
+def _power(base: Any, exponent: Any, exact: Fraction | None) -> Any:
+    if exact is None:
+        return np.power(base, exponent)
+    if exact == 2:
+        return base * base
+    if exact.denominator == 2:
+        return np.power(np.sqrt(base), float(exact.numerator))
+    return np.power(base, float(exact))
+
+
+def _piecewise(pairs: Sequence[Any]) -> Any:
+    result: Any = np.nan
+    for value, condition in reversed(pairs):
+        result = np.where(condition, value, result)
+    return result
+
+
+def draw(names: Iterable[str], sampler: PointSampler, count: int, seed: int) -> dict[str, Array]:
+    """Draw values of names: over several turns, over decades, around defaults, inside bounds."""
+    generator = np.random.default_rng(seed)
+    return {name: _drawn(generator, sampler, name, count) for name in sorted(names)}
+
+
+def _drawn(generator: np.random.Generator, sampler: PointSampler, name: str, count: int) -> Array:
+    low, high, default = sampler.names.get(name, (None, None, None))
+    bounds = (-np.inf if low is None else float(low), np.inf if high is None else float(high))
+    if low is not None and high is not None:
+        return generator.uniform(*bounds, count)
+    decades = generator.choice(_DECADES, count)
+    size = 10.0 ** generator.uniform(-decades, decades)
+    drawn = size * generator.choice((-1.0, 1.0), count)
+    if name in sampler.angles:
+        drawn = np.where(generator.random(count) < 0.75, generator.uniform(-1, 1, count) * TURNS * 2 * np.pi, drawn)
+    if default:
+        drawn = np.where(generator.random(count) < 0.5, float(default) * generator.uniform(0.5, 2, count), drawn)
+    return _inside(drawn, *bounds)
+
+
+def _inside(drawn: Array, low: float, high: float) -> Array:
+    drawn = np.where(drawn < low, low + (low - drawn), drawn)
+    return np.where(drawn > high, high - (drawn - high), drawn)
+
+
+def apart(a: Any, b: Any) -> tuple[Array, int]:
+    """Return how far values differ, relative to both and zero for rounding, and how many pairs of them there are."""
+    with np.errstate(all="ignore"):
+        gap = np.abs(np.atleast_1d(a) - b)
+        size = np.abs(a) + np.abs(b)
+        # a comparison with NaN is false
+        return np.where(gap > _APART * size, gap / size, 0.0), int(np.count_nonzero(gap >= 0))
+
+
+def suspects(
+    pool: Pool, pairs: Sequence[tuple[int, int]], sampler: PointSampler, count: int, most: int, seed: int
+) -> tuple[dict[int, list[dict[str, Fraction]]], list[int]]:
+    """Evaluate pairs of expressions and return the points at which doubles say that they differ.
+
+    Parameters
+    ----------
+    pairs : sequence of (int, int)
+        Nodes with free names only.
+    count, most : int
+        Points drawn, and the most that are returned for one pair, those that differ most.
+
+    Returns
+    -------
+    points : dict
+        By the number of the pair.
+    seen : list of int
+        At how many points both sides of each pair have a value.
+    """
+    nodes = reached(pool.nodes, [node for pair in pairs for node in pair])
+    names = {pool.nodes[node][1] for node in nodes if pool.nodes[node][0] == "sym"}
+    worst: list[list[tuple[float, int, int]]] = [[] for _ in pairs]
+    seen = [0] * len(pairs)
+    for part in range(0, count, _CHUNK):
+        found = values(pool, nodes, draw(names, sampler, _CHUNK, seed + part))
+        for number, (a, b) in enumerate(pairs):
+            sizes, both = apart(found[a], found[b])
+            seen[number] += both
+            top = np.argsort(sizes)[-most:] if np.any(sizes) else ()
+            worst[number] = sorted([*worst[number], *((float(sizes[k]), part, int(k)) for k in top if sizes[k])])[
+                -most:
+            ]
+    return {
+        number: [_point(names, sampler, seed + part, k) for _, part, k in rows] for number, rows in enumerate(worst)
+    }, seen
+
+
+def _point(names: Iterable[str], sampler: PointSampler, seed: int, k: int) -> dict[str, Fraction]:
+    return {name: Fraction(float(column[k])) for name, column in draw(names, sampler, _CHUNK, seed).items()}

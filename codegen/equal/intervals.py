@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs that signs of several expressions exclude each other, by intervals that are narrowed until one is empty.
+
+Every interval is rounded outward, so that an empty one is a proof. Not finding one proves nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+from ..equations.document import reached
+from .pool import Pool, fraction
+
+Interval = tuple[float, float]
+ALL: Interval = (-math.inf, math.inf)
+_ROUNDS = 8
+"""Of narrowing: a sign goes one operation up or down in each, so that this is how deep a proof may be."""
+Bounds = Mapping[str, tuple[Fraction | None, Fraction | None]]
+
+
+class _EmptyError(Exception):
+    """An interval without numbers."""
+
+
+def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
+    """Whether nodes cannot have these signs at once, names being within their bounds.
+
+    Parameters
+    ----------
+    atoms : sequence of (int, int)
+        A node and its sign: 1, -1, or 0 where it is zero.
+    bounds : mapping
+        Of free names; None where there is none.
+    """
+    nodes = reached(pool.nodes, [node for node, _ in atoms])
+    box = dict.fromkeys(nodes, ALL)
+    try:
+        for node, sign in atoms:
+            wanted = (0.0, 0.0) if sign == 0 else (0.0, math.inf) if sign > 0 else (-math.inf, 0.0)
+            box[node] = _both(box[node], wanted)
+        for _ in range(_ROUNDS):
+            before = dict(box)
+            for node in nodes:
+                box[node] = _both(box[node], _forward(pool, node, box, bounds))
+            for node, sign in atoms:
+                if sign and box[node][0] == box[node][1] == 0.0:
+                    return True
+            for node in reversed(nodes):
+                for operand, interval in _backward(pool, node, box):
+                    box[operand] = _both(box[operand], interval)
+            if box == before:
+                return False
+    except _EmptyError:
+        return True
+    return False
+
+
+def _both(a: Interval, b: Interval) -> Interval:
+    low, high = max(a[0], b[0]), min(a[1], b[1])
+    if low > high:
+        raise _EmptyError
+    return low, high
+
+
+def _out(low: float, high: float) -> Interval:
+    """Round outward; what is no number is no bound."""
+    low = -math.inf if math.isnan(low) else math.nextafter(low, -math.inf)
+    high = math.inf if math.isnan(high) else math.nextafter(high, math.inf)
+    return low, high
+
+
+def _exact(value: Fraction) -> Interval:
+    try:
+        number = float(value)
+    except OverflowError:
+        return (1e308, math.inf) if value > 0 else (-math.inf, -1e308)
+    return (number, number) if Fraction(number) == value else _out(number, number)
+
+
+def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds) -> Interval:
+    operation, *rest = pool.nodes[node]
+    operands = [box[o] for o in pool.operands(node)]
+    if operation == "num":
+        return _exact(fraction(rest[0]))
+    if operation == "sym":
+        low, high = bounds.get(rest[0], (None, None))
+        return (-math.inf if low is None else _exact(low)[0], math.inf if high is None else _exact(high)[1])
+    if operation == "add":
+        return _sum(operands)
+    if operation == "mul":
+        return _product(operands)
+    if operation == "pow":
+        return _power(operands[0], pool.constant(pool.operands(node)[1]))
+    if operation in ("max", "min"):
+        best = max if operation == "max" else min
+        return best(low for low, _ in operands), best(high for _, high in operands)
+    if operation == "abs":
+        return _absolute(operands[0])
+    if operation == "exp":
+        return 0.0, math.inf
+    if operation in ("sin", "cos", "tanh", "sign"):
+        return -1.0, 1.0
+    if operation == "piecewise":
+        pieces = [box[pool.operands(pair)[0]] for pair in pool.operands(node)]
+        return min(low for low, _ in pieces), max(high for _, high in pieces)
+    return ALL
+
+
+def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[int, Interval]]:
+    """Return what the value of a node says of its operands."""
+    operation = pool.nodes[node][0]
+    operands = pool.operands(node)
+    low, high = box[node]
+    if operation == "add":
+        rests = (_sum([box[o] for k, o in enumerate(operands) if k != n]) for n in range(len(operands)))
+        return [(o, _sum([(low, high), (-b, -a)])) for o, (a, b) in zip(operands, rests, strict=True)]
+    if operation == "mul":
+        rests = (_product([box[o] for k, o in enumerate(operands) if k != n]) for n in range(len(operands)))
+        return [
+            (o, _product([(low, high), _inverse(rest)]))
+            for o, rest in zip(operands, rests, strict=True)
+            if rest[0] > 0 or rest[1] < 0
+        ]
+    if operation == "max":
+        return [(o, (-math.inf, high)) for o in operands]
+    if operation == "min":
+        return [(o, (low, math.inf)) for o in operands]
+    if operation == "abs":
+        return [(operands[0], (-high, high))]
+    if operation == "pow":
+        return _root(operands[0], pool.constant(operands[1]), low, high)
+    return []
+
+
+def _root(base: int, exponent: Fraction | None, low: float, high: float) -> list[tuple[int, Interval]]:
+    if exponent is None or exponent <= 0 or (high == math.inf and low <= 0):
+        return []
+    if exponent.denominator == 2:
+        return [(base, (0.0, math.inf))]
+    if exponent.denominator == 1 and exponent % 2 == 0 and high >= 0:
+        size = _out(0.0, high ** (1 / float(exponent)) * (1 + 1e-15))[1]
+        return [(base, (-size, size))]
+    return []
+
+
+def _sum(parts: Sequence[Interval]) -> Interval:
+    if any(math.isinf(v) for part in parts for v in part):
+        low = -math.inf if any(a == -math.inf for a, _ in parts) else math.fsum(a for a, _ in parts)
+        high = math.inf if any(b == math.inf for _, b in parts) else math.fsum(b for _, b in parts)
+        return _out(low, high)
+    low, high = math.fsum(a for a, _ in parts), math.fsum(b for _, b in parts)
+    return (low, high) if low == high == 0.0 and all(a == b == 0.0 for a, b in parts) else _out(low, high)
+
+
+def _product(parts: Sequence[Interval]) -> Interval:
+    low, high = 1.0, 1.0
+    for a, b in parts:
+        corners = [0.0 if u == 0 or v == 0 else u * v for u in (low, high) for v in (a, b)]
+        zero = low == high == 0.0 or a == b == 0.0
+        signed = _out(min(corners), max(corners))
+        # a product of numbers of known signs has a sign, whatever rounding does
+        low = 0.0 if min(corners) == 0.0 else signed[0]
+        high = 0.0 if max(corners) == 0.0 else signed[1]
+        if zero:
+            low = high = 0.0
+    return low, high
+
+
+def _inverse(a: Interval) -> Interval:
+    low, high = (1 / a[1] if a[1] else math.inf), (1 / a[0] if a[0] else -math.inf)
+    if a[0] >= 0:
+        high = math.inf if a[0] == 0 else high
+        return max(0.0, math.nextafter(low, -math.inf)), math.nextafter(high, math.inf)
+    return math.nextafter(low, -math.inf), min(0.0, math.nextafter(high, math.inf))
+
+
+def _absolute(a: Interval) -> Interval:
+    low, high = a
+    return (0.0 if low <= 0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
+
+
+def _power(base: Interval, exponent: Fraction | None) -> Interval:
+    low, high = base
+    if exponent is None:
+        return ALL
+    if exponent.denominator != 1:
+        return (0.0, math.inf) if exponent.denominator % 2 == 0 else ALL
+    count = int(exponent)
+    if count < 0:
+        whole = _power(base, Fraction(-count))
+        if whole[0] == 0.0 and count % 2 == 0:
+            return 0.0, math.inf
+        return _inverse(whole) if whole[0] > 0 or whole[1] < 0 else (0.0, math.inf) if whole[0] == 0.0 else ALL
+    if count % 2 == 0:
+        small, large = _absolute(base)
+        return max(0.0, _out(_raised(small, count), 0)[0]), _out(0, _raised(large, count))[1]
+    return _out(_raised(low, count), _raised(high, count))
+
+
+def _raised(value: float, count: int) -> float:
+    try:
+        return math.pow(value, count)
+    except OverflowError:
+        return math.copysign(math.inf, value) if count % 2 else math.inf

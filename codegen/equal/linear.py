@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs that signs of several expressions exclude each other, because a sum of the expressions is a number.
+
+Terms count as unknowns of their own, and unknowns are eliminated one by one, exactly.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+from .intervals import Bounds
+from .pool import Pool
+
+Form = dict[int, Fraction]
+"""Coefficients of nodes; of the number under `_ONE`."""
+Row = tuple[Form, bool]
+"""A form that is positive, or, where this is False, not negative."""
+_ONE = -1
+_MOST = 300
+"""Inequalities at once: their number may square with each unknown. Fewer prove less, more take longer where there is
+nothing to prove."""
+_CASES = 4
+"""Maxima and minima whose operands are taken in turn: sixteen cases where each has two."""
+
+
+def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
+    """Whether nodes cannot have these signs at once; `False` where no proof is found."""
+    rows: list[Row] = []
+    for node, sign in atoms:
+        form = _form(pool, node)
+        rows += [(_scaled(form, Fraction(s)), bool(sign)) for s in ((sign,) if sign else (1, -1))]
+    told: set[int] = {_ONE}
+    while unknown := sorted({node for form, _ in rows for node in form} - told):
+        told |= {*unknown}
+        rows += [row for node in unknown for row in _facts(pool, node, bounds)]
+    return _is_contradiction(rows) or _in_every_case(pool, rows, sorted(told))
+
+
+def _in_every_case(pool: Pool, rows: list[Row], nodes: Sequence[int]) -> bool:
+    """Whether inequalities contradict each other whichever operand each maximum and minimum among them is."""
+    chosen = [node for node in nodes if node != _ONE and pool.nodes[node][0] in ("max", "min")][:_CASES]
+    cases = itertools.product(*(pool.operands(node) for node in chosen))
+    equal = ([_sum([{n: Fraction(1)}, _scaled(_form(pool, o), Fraction(-1))]) for n, o in zip(chosen, c, strict=True)]
+             for c in cases)  # fmt: skip
+    return bool(chosen) and all(
+        _is_contradiction([*rows, *((_scaled(form, Fraction(s)), False) for form in forms for s in (1, -1))])
+        for forms in equal
+    )
+
+
+def _is_contradiction(rows: list[Row]) -> bool:
+    """Whether no numbers satisfy inequalities; `False` where there are too many of them to tell."""
+    while len(rows) <= _MOST:
+        if any(_is_false(row) for row in rows):
+            return True
+        unknowns = {node for form, _ in rows for node in form if node != _ONE}
+        if not unknowns:
+            return False
+        rows = _without(rows, min(unknowns, key=lambda node: (_count(rows, node), node)))
+    return False
+
+
+def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
+    """Return what is known of a term: its bounds, or how it stands to its operands."""
+    operation, *rest = pool.nodes[node]
+    itself = {node: Fraction(1)}
+    if operation == "sym":
+        low, high = bounds.get(rest[0], (None, None))
+        below = [] if low is None else [_sum([itself, {_ONE: -low}])]
+        above = [] if high is None else [_sum([{_ONE: high}, _scaled(itself, Fraction(-1))])]
+        return [(form, False) for form in below + above]
+    forms = [_form(pool, operand) for operand in pool.operands(node)]
+    if operation in ("max", "min"):
+        sign = Fraction(1 if operation == "max" else -1)
+        return [(_sum([_scaled(itself, sign), _scaled(form, -sign)]), False) for form in forms]
+    if operation == "abs":
+        return [(_sum([itself, _scaled(forms[0], Fraction(sign))]), False) for sign in (1, -1)]
+    return []
+
+
+def _form(pool: Pool, node: int) -> Form:
+    """Write a node as a sum of terms with numbers."""
+    operands = pool.operands(node)
+    value = pool.constant(node)
+    if value is not None:
+        return {_ONE: value}
+    if pool.nodes[node][0] == "add":
+        return _sum([_form(pool, operand) for operand in operands])
+    if pool.nodes[node][0] == "mul":
+        numbers = [c for c in map(pool.constant, operands) if c is not None]
+        rest = [o for o in operands if pool.constant(o) is None]
+        if numbers and rest:
+            return _scaled(_form(pool, pool.many("mul", rest)), numbers[0])
+    return {node: Fraction(1)}
+
+
+def _sum(forms: Sequence[Form]) -> Form:
+    total: Form = {}
+    for form in forms:
+        for node, factor in form.items():
+            total[node] = total.get(node, Fraction(0)) + factor
+    return {node: factor for node, factor in total.items() if factor}
+
+
+def _scaled(form: Mapping[int, Fraction], factor: Fraction) -> Form:
+    return {node: value * factor for node, value in form.items()}
+
+
+def _is_false(row: Row) -> bool:
+    form, strict = row
+    value = form.get(_ONE, Fraction(0))
+    return not form.keys() - {_ONE} and (value <= 0 if strict else value < 0)
+
+
+def _count(rows: Sequence[Row], node: int) -> int:
+    signs = [form[node] > 0 for form, _ in rows if node in form]
+    return sum(signs) * (len(signs) - sum(signs))
+
+
+def _without(rows: Sequence[Row], node: int) -> list[Row]:
+    """Eliminate an unknown: every lower bound of it is below every upper one."""
+    kept = [row for row in rows if node not in row[0]]
+    lower = [row for row in rows if row[0].get(node, 0) > 0]
+    upper = [row for row in rows if row[0].get(node, 0) < 0]
+    for first, strict in lower:
+        for second, other in upper:
+            total = _sum([_scaled(first, -second[node]), _scaled(second, first[node])])
+            kept.append((total, strict or other))
+    return kept

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Expressions whose names stand for others, and the same with every definition written out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from ..equations.document import reached
+from .pool import Pool
+
+
+class Meaning:
+    """A system of named expressions over a pool; names that are not in it are free.
+
+    Parameters
+    ----------
+    pool : Pool
+        Where the expressions are.
+    targets : callable
+        The expression and the meaning that a name stands for; None for a free name.
+    """
+
+    def __init__(self, pool: Pool, targets: Callable[[str], Expression | None]) -> None:
+        self.pool = pool
+        self.targets = targets
+
+    def cone(self, root: int) -> list[int]:
+        """Return every node that an expression depends on, through definitions too."""
+        return sorted({node for _, node in self.depends(root)})
+
+    def free(self, root: int) -> list[str]:
+        """Return the free names that an expression depends on."""
+        nodes = self.pool.nodes
+        names = ((meaning, nodes[node][1]) for meaning, node in self.depends(root) if nodes[node][0] == "sym")
+        return sorted({name for meaning, name in names if meaning.targets(name) is None})
+
+    def depends(self, root: int) -> Iterator[tuple[Meaning, int]]:
+        """Yield every node that an expression depends on, with what names stand for there."""
+        seen: set[Expression] = set()
+        stack: list[Expression] = [(self, root)]
+        while stack:
+            meaning, start = stack.pop()
+            for node in reached(self.pool.nodes, [start]):
+                if (meaning, node) in seen:
+                    continue
+                seen.add((meaning, node))
+                yield meaning, node
+                operation, *operands = self.pool.nodes[node]
+                target = meaning.targets(operands[0]) if operation == "sym" else None
+                if target is not None:
+                    stack.append(target)
+
+
+Expression = tuple[Meaning, int]
+"""An expression with what its names stand for."""
+
+
+class Flat:
+    """Writes out definitions, so that equal parts of two sides become one node of the pool."""
+
+    def __init__(self, pool: Pool) -> None:
+        self.pool = pool
+        self._memo: dict[Expression, int] = {}
+
+    def __call__(self, expression: Expression) -> int:
+        """Return the node of an expression in which every name is free."""
+        stack = [expression]
+        while stack:
+            place = stack[-1]
+            needed = self._needed(place)
+            missing = [other for other in needed if other not in self._memo]
+            if missing:
+                stack += missing
+                continue
+            self._memo[place] = self._written(place, needed)
+            stack.pop()
+        return self._memo[expression]
+
+    def _needed(self, place: Expression) -> list[Expression]:
+        meaning, node = place
+        operation, *operands = self.pool.nodes[node]
+        if operation != "sym":
+            return [(meaning, operand) for operand in self.pool.operands(node)]
+        target = meaning.targets(operands[0])
+        return [] if target is None else [target]
+
+    def _written(self, place: Expression, needed: Sequence[Expression]) -> int:
+        operation, *operands = self.pool.nodes[place[1]]
+        if operation == "sym":
+            return self._memo[needed[0]] if needed else place[1]
+        if not needed:
+            return place[1]
+        return self.pool.intern(operation, *(self._memo[place[0], o] if isinstance(o, int) else o for o in operands))

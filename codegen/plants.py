@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plants that laws of one's own act on, derived once: the next law on the same plant finds it in the cache."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mehvar import cache
+from mehvar.versions import installed
+
+if TYPE_CHECKING:
+    from mehvar.models.system import System
+
+_FILE = "system.pickle"
+
+
+def kept_plant(sources: Mapping[str, str], structure: Mapping[str, str], derive: Callable[[], System]) -> System:
+    """Return a plant from the cache, or derive it and keep it there.
+
+    Parameters
+    ----------
+    sources : mapping of str to str
+        SHA-256 of each file that it follows from.
+    structure : mapping of str to str
+        Structural choices that differ from the defaults.
+    derive : callable
+        Derives it.
+    """
+    versions = {**installed("sympy", "mehvar"), "python": sys.version}
+    name = cache.key(*(json.dumps(part, sort_keys=True) for part in (dict(sources), dict(structure), versions)))
+    entry = cache.find("plants", name)
+    if entry is not None and (plant := _read(entry)) is not None:
+        return plant
+    plant = derive()
+    text = _text(plant)
+    if text is not None:
+        cache.entry("plants", name, lambda folder: _write(folder, text))
+    return plant
+
+
+def _text(plant: System) -> bytes | None:
+    """Return a plant as bytes; None where it does not come back equal, as with functions of a module of one's own."""
+    try:
+        text = pickle.dumps(plant)
+        return text if pickle.loads(text) == plant else None
+    except Exception:  # what a class of the user's does when it is pickled can be anything
+        return None
+
+
+def _read(entry: Path) -> System | None:
+    try:
+        plant: System = pickle.loads((entry / _FILE).read_bytes())
+    except Exception:  # as above; it is derived again
+        cache.discard(entry)
+        return None
+    return plant
+
+
+def _write(folder: Path, text: bytes) -> None:
+    (folder / _FILE).write_bytes(text)

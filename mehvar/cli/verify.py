@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar verify`: whether a store is what was written, and all of it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mehvar.runtime.batch.store.verification import Verification, verify
+
+_SHOWN = 20
+"""Lines of damage: a terminal shows as many and still the first; --json has all."""
+
+
+def command(
+    path: Annotated[Path, typer.Argument(metavar="STORE", help="A batch, finished or not.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print facts as JSON.")] = False,
+) -> int:
+    """Hold every file against the records; return 0 for a whole store and 1 for any other.
+
+    Raises
+    ------
+    InputError
+        For a store that is none.
+    """
+    verification = verify(path)
+    if as_json:
+        typer.echo(json.dumps(verification.facts(), indent=1))
+    else:
+        _print(verification)
+    return 0 if verification.complete else 1
+
+
+def _print(verification: Verification) -> None:
+    damage = verification.damage()
+    for line in damage[:_SHOWN]:
+        typer.echo(f"damaged: {line}")
+    if len(damage) > _SHOWN:
+        typer.echo(f"... and {len(damage) - _SHOWN} more")
+    if verification.missing:
+        typer.echo(f"missing: {_numbers(verification.missing)}")
+    whole = f"{len(verification.whole)} of {verification.blocks} blocks are whole"
+    ended = "" if verification.ended or verification.missing else "; the end of the batch is not recorded"
+    typer.echo(f"{verification.store}: {verification.runs} runs; {whole}{ended}")
+    if not verification.complete:
+        typer.echo("the command that made it goes on and mends it with --resume")
+
+
+def _numbers(blocks: tuple[int, ...]) -> str:
+    """Return the numbers of blocks, ranges as such: "blocks 0 to 3, 7"."""
+    ranges: list[list[int]] = []
+    for block in blocks:
+        if ranges and block == ranges[-1][-1] + 1:
+            ranges[-1][1:] = [block]
+        else:
+            ranges.append([block])
+    return "blocks " + ", ".join(" to ".join(map(str, ends)) for ends in ranges)

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An FMU as a file: description, sources, and a binary for this platform."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from mehvar.errors import BuildError, bad_value
+from mehvar.names import identifier
+from mehvar.runtime.arguments import check_arguments
+from mehvar.runtime.compiling.compiler import environment, require_compiler
+from mehvar.runtime.files import write_atomic
+from mehvar.runtime.model.model import load
+
+from .description import Interface, Version, description
+from .sources import UNITS, c_sources
+from .variables import subject
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+"""Of every member: the same model gives the same bytes."""
+_FLAGS = ("-std=gnu11", "-O2", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
+
+
+def export_fmu(
+    model: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    controller: str | None = None,
+    scenario: str | None = None,
+    fmi: Version = "2.0",
+    kind: Interface = "cs",
+) -> None:
+    """Write a functional mock-up unit.
+
+    Parameters
+    ----------
+    model : str or path
+        A name or a generated folder.
+    out : path
+        The file, whose name ends in `.fmu`.
+    controller : str, optional
+        The law of the closed loop; the plant alone unless given.
+    scenario : str, optional
+        Gives the start values; the model's first one unless given.
+    fmi : {"2.0", "3.0"}
+        Version of the standard.
+    kind : {"cs", "me"}
+        Co-simulation with our integrator, or model exchange.
+
+    Raises
+    ------
+    InputError
+        For anything unknown, or without a C compiler.
+    BuildError
+        If compilation fails.
+    OSError
+        If the file cannot be written.
+    """
+    check_arguments("text", "the call", controller=controller, scenario=scenario, fmi=fmi, kind=kind)
+    check_arguments("path", "the call", out=out)
+    if fmi not in ("2.0", "3.0"):
+        raise bad_value("fmi", fmi, "'2.0' or '3.0'")
+    if kind not in ("me", "cs"):
+        raise bad_value("kind", kind, "'me' or 'cs'")
+    if out is None or Path(out).suffix.lower() != ".fmu":
+        raise bad_value("out", out, "a file name that ends in .fmu")
+    what = subject(load(model), controller, scenario)
+    name = identifier("_".join(filter(None, (what.model.name, controller))))
+    draft = c_sources(what, fmi, "")
+    digest = hashlib.sha256("".join(text for item in sorted(draft.items()) for text in item).encode()).hexdigest()
+    token = f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
+    sources = c_sources(what, fmi, token)
+    files = {"modelDescription.xml": description(what, fmi, kind, name, token)}
+    files |= {f"sources/{path}": text.encode() for path, text in sources.items()}
+    if fmi == "3.0":
+        files["sources/buildDescription.xml"] = _build_description(name)
+    files[_binary_path(name, fmi)] = _compiled(sources)
+    write_atomic(out, _zipped(files))
+
+
+def _binary_path(name: str, fmi: Version) -> str:
+    """Return where the binary of this platform stands in the file."""
+    machine = platform.machine().lower()
+    system, ending = {"win32": ("win", "dll"), "darwin": ("darwin", "dylib")}.get(sys.platform, ("linux", "so"))
+    if fmi == "2.0":
+        return f"binaries/{system}64/{name}.{ending}"
+    architecture = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
+    folder = {"win": "windows"}.get(system, system)
+    return f"binaries/{architecture}-{folder}/{name}.{ending}"
+
+
+def _build_description(name: str) -> bytes:
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        '<fmiBuildDescription fmiVersion="3.0">\n'
+        f'  <BuildConfiguration modelIdentifier="{name}">\n'
+        '    <SourceFileSet language="C99">\n'
+        + "".join(f'      <SourceFile name="{unit}"/>\n' for unit in UNITS)
+        + "    </SourceFileSet>\n"
+        "  </BuildConfiguration>\n</fmiBuildDescription>\n"
+    ).encode()
+
+
+def _compiled(sources: Mapping[str, str]) -> bytes:
+    compiler = require_compiler()
+    with tempfile.TemporaryDirectory() as scratch:
+        for path, text in sources.items():
+            place = Path(scratch) / path
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_text(text, encoding="utf-8")
+        command = [*compiler.command, *_FLAGS, *compiler.flags, "-I.", *UNITS, "-o", "unit.so", "-lm"]
+        process = subprocess.run(
+            command, cwd=scratch, env=environment(Path(scratch)), capture_output=True, text=True, check=False,
+            stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+        if process.returncode:
+            raise BuildError(f"the C compiler failed: exit status {process.returncode}\n{process.stderr}".rstrip())
+        return (Path(scratch) / "unit.so").read_bytes()
+
+
+def _zipped(files: Mapping[str, bytes]) -> bytes:
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path, data in files.items():
+            archive.writestr(zipfile.ZipInfo(path, _EPOCH), data, zipfile.ZIP_DEFLATED)
+    return content.getvalue()

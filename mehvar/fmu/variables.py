@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an FMU has values of: groups of variables one after the other, whose places are the value references."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from mehvar.errors import bad_value
+from mehvar.manifest import Controller, Parameter, Quantity
+from mehvar.runtime.model.functions import FloatArray
+from mehvar.runtime.model.model import Model
+from mehvar.runtime.model.parameters import resolve
+from mehvar.runtime.run.calls import loop_calls
+
+Kind = Literal["plant", "loop", "sampled"]
+KINDS: tuple[Kind, ...] = ("plant", "loop", "sampled")
+"""The plant alone, under a continuous law, under a sampled law; numbered as in native/fmu/core.h."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of an FMU.
+
+    Attributes
+    ----------
+    name, unit, description : str
+        As in the manifest; parameters are called `plant.NAME` and `law.NAME`,
+        references `reference.NAME`, coordinates that are not the states `chart.NAME`.
+    role : str
+        "time", "parameter", "input", "state", "derivative", "output", "discrete" or "local".
+    start : float
+        Its value at the start; not used where it follows from others.
+    bounds : tuple of float
+        Least and greatest value of a parameter.
+    """
+
+    name: str
+    unit: str
+    description: str
+    role: str
+    start: float = 0.0
+    bounds: tuple[float, float] = (-np.inf, np.inf)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What becomes an FMU: a model, a law or none, and its variables by group.
+
+    Attributes
+    ----------
+    model : Model
+        Of the generated folder.
+    law : Controller or None
+        The law.
+    kind : str
+        One of `KINDS`.
+    groups : mapping of str to tuple of Variable
+        T time, P, C, R, U, Q the continuous states, D their derivatives, X, Y, Z, M as in native/fmu/core.h.
+    period : float or None
+        Of a sampled law, s.
+    duration, step : float
+        Of the scenario, s.
+    """
+
+    model: Model
+    law: Controller | None
+    kind: Kind
+    groups: dict[str, tuple[Variable, ...]]
+    period: float | None
+    duration: float
+    step: float
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """All variables in the order of their value references."""
+        return tuple(variable for group in self.groups.values() for variable in group)
+
+    def first(self, group: str) -> int:
+        """Return the value reference of the first variable of a group."""
+        names = list(self.groups)
+        return sum(len(self.groups[name]) for name in names[: names.index(group)])
+
+
+def subject(model: Model, controller: str | None, scenario: str | None) -> Subject:
+    """Return the variables of a model under a law or none, with the start values of a scenario.
+
+    Raises
+    ------
+    InputError
+        For an unknown law or scenario, or parameters that do not fit together.
+    """
+    manifest = model.manifest
+    law = None if controller is None else manifest.controller(controller)
+    case = manifest.scenario(scenario)
+    kind: Kind = "plant" if law is None else "loop" if law.period is None else "sampled"
+    some = law or next(iter(manifest.controllers.values()), None)
+    if some is None:
+        raise bad_value("model", manifest.model, "a model with a law, whose scenarios give the start")
+    resolved = resolve(manifest, model.functions, some, case, {}, "the call")
+    p, c, s = resolved.p, resolved.c if law else np.empty(0), resolved.s
+    x = np.asarray(model.functions["initial"](p, s))
+    r = np.asarray(model.functions["reference"](0.0, p, s))
+    charted = law is not None and "to_coordinates" in loop_calls(manifest, law, "", kind == "sampled")
+    q = np.asarray(model.functions["to_coordinates"](x)) if charted else x
+    continuous = manifest.coordinates if charted else manifest.states
+    own, memory = (law.parameters, law.memory) if law else ((), ())
+    groups = {
+        "T": (Variable("time", "s", "time", "time"),),
+        "P": _parameters("plant.", manifest.parameters, p),
+        "C": _parameters("law.", own, c),
+        "R": _group(manifest.references, "input", r, "reference."),
+        "U": _group(manifest.inputs, {"plant": "input", "loop": "output", "sampled": "discrete"}[kind],
+                    prefix="" if law is None else "u_"),
+        "Q": _group(continuous, "state", q),
+        "D": tuple(
+            Variable(f"der({v.name})", _rate(v.unit), f"rate of {v.name}", "derivative") for v in continuous
+        ),
+        "X": _group(manifest.states, "output") if charted else (),
+        "Y": _group(manifest.outputs, "output"),
+        "Z": _group(memory, "discrete"),
+        "M": tuple(
+            Variable(f"limit_{k}", "1", f"ends the run at zero: {text}", "local")
+            for k, text in enumerate(manifest.limits)
+        ),
+    }  # fmt: skip
+    if charted:  # the chart's coordinates may be called as states are
+        groups["Q"] = tuple(Variable(f"chart.{v.name}", v.unit, v.description, "state", v.start) for v in groups["Q"])
+        groups["D"] = tuple(
+            Variable(f"der(chart.{v.name})", _rate(v.unit), f"rate of {v.name}", "derivative") for v in continuous
+        )
+    period = float(resolved.values[law.period]) if law and law.period else None
+    return Subject(model, law, kind, groups, period, case.duration, case.step)
+
+
+def _group(
+    quantities: Sequence[Quantity], role: str, start: FloatArray | None = None, prefix: str = ""
+) -> tuple[Variable, ...]:
+    values = np.zeros(len(quantities)) if start is None else start
+    return tuple(
+        Variable(f"{prefix}{q.name}", q.unit, q.description, role, float(value))
+        for q, value in zip(quantities, values, strict=True)
+    )
+
+
+def _parameters(prefix: str, parameters: Sequence[Parameter], values: FloatArray) -> tuple[Variable, ...]:
+    return tuple(
+        Variable(f"{prefix}{q.name}", q.unit, q.description, "parameter", float(value), (q.lower, q.upper))
+        for q, value in zip(parameters, values, strict=True)
+    )
+
+
+def _rate(unit: str) -> str:
+    """Return the unit of a rate: "rad/s" to "rad/s^2"."""
+    if unit == "1":
+        return "1/s"
+    return f"{unit.removesuffix('/s')}/s^2" if unit.endswith("/s") else f"{unit}/s"

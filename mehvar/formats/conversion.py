@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results and batches in the formats of other programs."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import InputError, bad_value
+from mehvar.runtime.files import write_atomic
+from mehvar.runtime.model.catalogue import find_model, known_models
+from mehvar.runtime.run.formats import checked_format, open_result, save
+
+if TYPE_CHECKING:
+    import xarray
+
+ENDINGS = {"parquet": ".parquet", "netcdf": ".nc", "csv": ".csv", "mat": ".mat"}
+"""The file names' endings by the word that `--to` takes."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a flat table: values, unit, and a line of description."""
+
+    values: NDArray[Any]
+    unit: str
+    description: str
+
+
+def flat_name(name: str, unit: str) -> str:
+    """Return a column's name with its unit, in letters, digits and underscores: "wx_rad_per_s"; "1" adds nothing."""
+    if unit in ("", "1"):
+        return name
+    above, *below = unit.split("/")
+    words = [word for word in (above.replace("^-", "^m"), *(f"per_{part}" for part in below)) if word != "1"]
+    return f"{name}_{re.sub(r'[^A-Za-z0-9]+', '_', '_'.join(words).replace('^', '')).strip('_')}"
+
+
+def convert(source: str | os.PathLike[str], to: str, out: str | os.PathLike[str]) -> list[Path]:
+    """Write a result or a batch in another format.
+
+    A batch in a flat format, `parquet` or `csv`, is a table with a row for each run; its series, if it has any, become
+    a second table beside it with a row for each run and sample, whose file name ends in `_series`. Flat columns are
+    called `NAME_UNIT`; Parquet has unit and description in the metadata of each column, too.
+
+    Parameters
+    ----------
+    source : path
+        A result file (`.nc`) or the folder of a batch.
+    to : str
+        "parquet", "netcdf", "csv" or "mat".
+    out : path
+        The file to write.
+
+    Returns
+    -------
+    list of Path
+        The files that were written.
+
+    Raises
+    ------
+    InputError
+        For anything unknown, a source that is neither, or a missing package.
+    OSError
+        If a file cannot be written.
+    """
+    if to not in ENDINGS:
+        raise bad_value("to", to, f"one of {', '.join(ENDINGS)}")
+    target = Path(out)
+    if target.suffix.lower() != ENDINGS[to]:
+        raise bad_value("out", os.fspath(out), f"a file name that ends in {ENDINGS[to]}")
+    checked_format(target)
+    if not os.path.isdir(source):  # noqa: PTH112 - pathlib raises for a name that is too long
+        result = open_result(source)
+        if to in ("netcdf", "mat"):
+            save(result, target)
+        else:
+            _write_table(target, _series_of_a_run(result), result)
+        return [target]
+    from mehvar.runtime.batch.store.store import open_store
+
+    store = open_store(source)
+    dataset = store.dataset().load()
+    if to in ("netcdf", "mat"):
+        write_atomic(target, _netcdf(dataset) if to == "netcdf" else _matlab(dataset))
+        return [target]
+    _write_table(target, _row_per_run(dataset), dataset)
+    series = _row_per_sample(dataset)
+    if not series:
+        return [target]
+    beside = target.with_name(f"{target.stem}_series{target.suffix}")
+    _write_table(beside, series, dataset)
+    return [target, beside]
+
+
+def _series_of_a_run(result: xarray.Dataset) -> dict[str, Column]:
+    along = {"t": result["t"], **{str(n): a for n, a in result.data_vars.items() if a.dims == ("t",)}}
+    return {name: _column(array) for name, array in along.items()}
+
+
+def _row_per_run(dataset: xarray.Dataset) -> dict[str, Column]:
+    units = _units(dataset)
+    columns = {"run": Column(np.arange(dataset.sizes["run"]), "1", "number of the run")}
+    for name, array in dataset.data_vars.items():
+        if array.dims == ("run",):
+            columns[str(name)] = _column(array)
+        elif array.ndim == 2 and array.dims[1] in ("state", "variable"):
+            for k, what in enumerate(array[array.dims[1]].values.tolist()):
+                text = f"{array.attrs.get('long_name', name)}: {what}"
+                columns[f"{name}_{what}"] = Column(array.values[:, k], units.get(what, "1"), text)
+    return columns
+
+
+def _row_per_sample(dataset: xarray.Dataset) -> dict[str, Column]:
+    series = {str(name): array for name, array in dataset.data_vars.items() if array.dims == ("run", "t")}
+    if not series:
+        return {}
+    runs, samples = dataset.sizes["run"], dataset.sizes["t"]
+    head = {
+        "run": Column(np.repeat(np.arange(runs), samples), "1", "number of the run"),
+        "t": Column(np.tile(dataset["t"].values, runs), "s", "time"),
+    }
+    return head | {
+        name: Column(array.values.ravel(), array.attrs.get("units", "1"), array.attrs.get("long_name", name))
+        for name, array in series.items()
+    }
+
+
+def _column(array: xarray.DataArray) -> Column:
+    return Column(array.values, array.attrs.get("units", "1"), array.attrs.get("long_name", str(array.name)))
+
+
+def _units(dataset: xarray.Dataset) -> dict[str, str]:
+    """Return the unit of every variable that a batch sums up, which is in the model: none unless that is here."""
+    name = dataset.attrs["model"]
+    if name not in known_models():
+        return {}
+    manifest = find_model(name)
+    if manifest.hash != dataset.attrs["model_hash"]:
+        return {}
+    laws = manifest.controllers.values()
+    named = [*manifest.states, *manifest.outputs, *(q for law in laws for q in (*law.memory, *law.outputs))]
+    inputs = {f"{prefix}{q.name}": q.unit for q in manifest.inputs for prefix in ("u_", "u_cmd_")}
+    return {q.name: q.unit for q in named} | inputs
+
+
+def _write_table(path: Path, columns: Mapping[str, Column], dataset: xarray.Dataset) -> None:
+    named = {flat_name(name, column.unit): column for name, column in columns.items()}
+    if len(named) < len(columns):
+        raise InputError(f"{path}: two columns have one name with their units; take netcdf or mat")
+    write_atomic(path, _parquet(named, dataset) if path.suffix.lower() == ".parquet" else _csv(named))
+
+
+def _csv(columns: Mapping[str, Column]) -> bytes:
+    import xarray
+
+    frame = xarray.Dataset({name: ("row", column.values) for name, column in columns.items()}).to_dataframe()
+    return bytes(frame.to_csv(index=False, lineterminator="\n").encode())
+
+
+def _parquet(columns: Mapping[str, Column], dataset: xarray.Dataset) -> bytes:
+    import pyarrow
+    from pyarrow import parquet
+
+    arrays = [pyarrow.array(np.ascontiguousarray(column.values)) for column in columns.values()]
+    fields = [
+        pyarrow.field(name, array.type, metadata={"units": column.unit, "long_name": column.description})
+        for (name, column), array in zip(columns.items(), arrays, strict=True)
+    ]
+    about = {str(name): _text(value) for name, value in dataset.attrs.items()}
+    content = io.BytesIO()
+    parquet.write_table(pyarrow.table(arrays, pyarrow.schema(fields, metadata=about)), content)
+    return content.getvalue()
+
+
+def _netcdf(dataset: xarray.Dataset) -> bytes:
+    """Return a batch as NetCDF-4, which knows neither names of flexible length nor structures in attributes."""
+    plain = dataset.assign_coords({n: c.astype(object) for n, c in dataset.coords.items() if c.dtype.kind not in "fiu"})
+    return bytes(plain.assign_attrs({n: _text(v) for n, v in dataset.attrs.items()}).to_netcdf(engine="h5netcdf"))
+
+
+def _matlab(dataset: xarray.Dataset) -> bytes:
+    from scipy.io import savemat
+
+    values = {str(name): array.values for name, array in dataset.variables.items() if array.dtype.kind in "fiu"}
+    units = {name: dataset[name].attrs["units"] for name in values if "units" in dataset[name].attrs}
+    names = {str(n): [str(v) for v in c.values] for n, c in dataset.coords.items() if c.dtype.kind not in "fiu"}
+    content = io.BytesIO()
+    savemat(content, {**values, "units": units, "names": names}, oned_as="column", long_field_names=True)
+    return content.getvalue()
+
+
+def _text(value: object) -> str:
+    return value if isinstance(value, str) else json.dumps(value, default=str)

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The kinds of what the vocabulary's functions are given: a text is no expression, a number no vector."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeVar
+
+import sympy as sp
+
+from .quantities import wrong
+
+_Kind = TypeVar("_Kind")
+
+
+def expression(name: str, value: object) -> sp.Expr:
+    """Return a number or an expression as SymPy has it; a text would become symbols that belong to nothing.
+
+    Raises
+    ------
+    ModelError
+        For anything else.
+    """
+    if isinstance(value, sp.Expr | int | float) and not isinstance(value, bool | sp.MatrixExpr):
+        return sp.sympify(value)
+    raise wrong(name, value, "a SymPy expression or a number")
+
+
+def expressions(name: str, values: object, count: int | None = None) -> tuple[sp.Expr, ...]:
+    """Return the entries of a sequence or of a matrix, `count` of them where that is given, or raise ModelError."""
+    allowed = f"{'some' if count is None else count} expressions, as a tuple or a matrix"
+    if not isinstance(values, tuple | list | sp.MatrixBase) or count not in (None, len(values)):
+        raise wrong(name, values, allowed)
+    return tuple(expression(f"{name}[{k}]", value) for k, value in enumerate(values))
+
+
+def symbols(name: str, values: object, count: int | None = None) -> tuple[sp.Symbol, ...]:
+    """Return the entries of a sequence or a matrix of different symbols, or raise ModelError."""
+    result = expressions(name, values, count)
+    if not all(isinstance(value, sp.Symbol) for value in result):
+        raise wrong(name, values, "SymPy symbols")
+    return result
+
+
+def rates_of(values: object) -> dict[sp.Symbol, sp.Expr]:
+    """Return a mapping of symbols to their rates, or raise ModelError."""
+    if not isinstance(values, Mapping) or not all(isinstance(key, sp.Symbol) for key in values):
+        raise wrong("rates", values, "a mapping of symbols to their rates")
+    return {key: expression("a rate", value) for key, value in values.items()}
+
+
+def instance(name: str, value: object, kind: type[_Kind], allowed: str) -> _Kind:
+    """Return a value of a class, or raise ModelError."""
+    if isinstance(value, kind):
+        return value
+    raise wrong(name, value, allowed)

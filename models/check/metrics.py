@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether metrics are of what there is, in a unit that fits, and with numbers that their kind reads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from mehvar.manifest import METRIC_KINDS
+
+from ..quantities import ModelError
+from ..system import Metric, System
+from ..tables import check_names
+from ..units import dimension
+from .dimensions import placed
+from .features import check_distinct
+
+_OF_SECONDS = ("settling", "settling_about_end")
+_OF_COUNTS = ("sign_changes",)
+_BANDED = (*_OF_SECONDS, *_OF_COUNTS)
+"""Kinds that read the band."""
+
+
+def check_metrics(system: System) -> None:
+    """Refuse metrics that cannot be computed, or whose unit or numbers mean nothing."""
+    check_distinct([metric.name for metric in system.metrics], f"{system.origin}: metric")
+    units = _variables(system)
+    for metric in system.metrics:
+        where = f"{system.origin}: metric {metric.name!r} of {system.name}"
+        check_names([metric.kind], METRIC_KINDS, f"{where}: kind")
+        _check_variables(metric, units, where)
+        _check_numbers(metric, where)
+
+
+def _variables(system: System) -> dict[str, set[str]]:
+    """Return the units of each variable that a run of every law has; a law may report in another unit than the next."""
+    common = {q.name: {q.unit} for q in (*system.states, *system.outputs)}
+    common |= {f"u_{q.name}": {q.unit} for q in system.inputs}
+    reports = [
+        {q.name: q.unit for q in (*law.memory, *(output.quantity for output in law.outputs))}
+        for law in system.controllers
+    ]
+    shared = set.intersection(*(set(report) for report in reports)) if reports else set()
+    return common | {name: {report[name] for report in reports} for name in shared}
+
+
+def _check_variables(metric: Metric, units: Mapping[str, set[str]], where: str) -> None:
+    signals = [[name.strip() for name in of.split(" - ")] for of in metric.of]
+    check_distinct(metric.of, f"{where}: variable")
+    allowed = "one" if metric.kind == "final" else "one or more"
+    if not signals or (metric.kind == "final" and len(signals) > 1):
+        raise ModelError(f"{where}: of = {list(metric.of)}: must be {allowed}, for {metric.kind}")
+    for of, names in zip(metric.of, signals, strict=True):
+        check_names(names, units, f"{where}: variable")
+        if len(names) > 2:
+            raise ModelError(f"{where}: of = {of!r}: must be a variable or the difference of two")
+    present = {unit for names in signals for name in names for unit in units[name]}
+    one = sorted(present)[0]
+    other = next((unit for unit in sorted(present) if dimension(unit) != dimension(one)), None)
+    if other is not None:
+        raise ModelError(f"{where}: of = {list(metric.of)}: variables in {one} and {other} do not go together")
+    unit = "s" if metric.kind in _OF_SECONDS else "1" if metric.kind in _OF_COUNTS else one
+    with placed(where):
+        own = dimension(metric.unit)
+    if own != dimension(unit):
+        raise ModelError(f"{where}: unit = {metric.unit!r}: must be {unit}, for {metric.kind} of {metric.of[0]!r}")
+
+
+def _check_numbers(metric: Metric, where: str) -> None:
+    if metric.kind not in _BANDED and metric.band != 0:
+        raise ModelError(f"{where}: band = {metric.band:g} would be ignored: {metric.kind} has none")
+    least = "above zero" if metric.kind in _OF_SECONDS else "zero or above"
+    if not math.isfinite(metric.band) or metric.band < 0 or (metric.kind in _OF_SECONDS and metric.band == 0):
+        raise ModelError(f"{where}: band = {metric.band:g}: must be {least}")
+    if not 0 <= metric.since < metric.until:
+        raise ModelError(
+            f"{where}: since = {metric.since:g} and until = {metric.until:g}: must be 0 <= since < until, in seconds"
+        )

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A plant without its laws, and with others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from .check.vectors import vectors
+from .derivation import Definition, Derivation, Equation
+from .system import Controller, Metric, Scenario, System
+
+
+def without_laws(system: System) -> System:
+    """Return the plant of a system: no laws, and nothing that is only there for them.
+
+    Laws command the plant's own input: a regular chart, in which the laws of that system command, becomes definitions.
+    """
+    plant = replace(
+        system,
+        controllers=(),
+        scenarios=tuple(_without_laws(scenario) for scenario in system.scenarios),
+        metrics=tuple(_without_reports(system)),
+        variants=tuple(replace(variant, loops={}) for variant in system.variants),
+        coordinates=None,
+        projection=() if system.coordinates else system.projection,
+    )
+    plant = replace(plant, steps=(*_chart(system), *plant.steps))
+    return replace(plant, steps=tuple(_steps_of(plant)))
+
+
+def with_laws(plant: System, name: str, laws: Iterable[Controller], derivation: Derivation) -> System:
+    """Return a system of another name: the plant under these laws, with the steps of their derivation."""
+    return replace(plant, name=name, controllers=tuple(laws), steps=tuple(derivation.steps))
+
+
+def _without_laws(scenario: Scenario) -> Scenario:
+    return replace(scenario, controllers={}, expect={})
+
+
+def _without_reports(system: System) -> Iterable[Metric]:
+    """Yield the metrics that are not about what the laws keep or report."""
+    reports = {q.name for law in system.controllers for q in law.memory}
+    reports |= {output.quantity.name for law in system.controllers for output in law.outputs}
+    for metric in system.metrics:
+        if not reports & {part.strip() for of in metric.of for part in of.split(" - ")}:
+            yield metric
+
+
+def _chart(system: System) -> Iterable[Definition]:
+    """Yield what the symbols of a regular chart stand for."""
+    chart = system.coordinates
+    if chart is None:
+        return
+    for group, entries in ((chart.states, chart.from_state), (chart.inputs, chart.from_input)):
+        for q, entry in zip(group, entries, strict=True):
+            if q.symbol != entry:
+                yield Definition(q.symbol, entry, "", q.description, "Regular coordinates", q.unit, q.latex)
+
+
+def _steps_of(plant: System) -> Iterable[Definition | Equation]:
+    """Yield the steps that the plant's vectors come from, and what is shown of its own symbols."""
+    entries = [entry for vector in vectors(plant) for entry in vector.entries]
+    entries += [*plant.residual, *(s for condition in plant.limits for s in condition.shown)]
+    definitions, needed = plant.definitions, set()
+    stack = [symbol for entry in entries for symbol in entry.free_symbols]
+    while stack:
+        symbol = stack.pop()
+        if symbol in definitions and symbol not in needed:
+            needed.add(symbol)
+            stack.extend(definitions[symbol].free_symbols)
+    known = needed | {symbol for vector in vectors(plant) for symbol in vector.units}
+    for step in plant.steps:
+        kept = step.symbol in needed if isinstance(step, Definition) else step.expr.free_symbols <= known
+        if kept:
+            yield step

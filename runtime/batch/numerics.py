@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What decides the bits of a run besides its numbers: texts, flags, profile. One batch has one of it."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from mehvar.cache import key
+from mehvar.manifest import Manifest
+
+from ..compiling.compiler import require_compiler
+from ..compiling.library import FLAGS, native_headers, native_sources
+from ..run.results import versions
+from .kernel import Kernel, kernel_flags
+from .source import generated_sources, kernel_sources
+
+_DRAWING = ("plan.py", "sampling.py", "dispersions.py", "blocks.py")
+"""Modules of this folder that compute numbers of runs."""
+
+_MEANINGS = {
+    "generated": "the generated text of the model",
+    "native": "mehvar's own C",
+    "drawing": "what draws the values",
+    "flags": "compiler flags",
+    "profile": "the profile",
+    "processor": "compiler and lanes, on which profile=fast depends",
+}
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """Hashes and texts: runs of equal numerics have equal bits.
+
+    In the portable profile compilers, lanes and processors do not change a bit, and are left out.
+
+    Attributes
+    ----------
+    generated : str
+        Of the model's C text and its manifest.
+    native, drawing : str
+        Of the C around it as it is compiled; of what draws values and marks runs.
+    flags, profile, processor : str
+        What the text is compiled with.
+    """
+
+    generated: str
+    native: str
+    drawing: str
+    flags: str
+    profile: str
+    processor: str
+
+    def text(self) -> str:
+        """Return it as a store keeps it and as a worker gets it."""
+        return json.dumps(asdict(self), sort_keys=True)
+
+
+def numerics_of(kernel: Kernel, sampling: str) -> Numerics:
+    """Return the numerics of a kernel on this machine, for a design of points."""
+    manifest, profile = kernel.loop.manifest, kernel.options.profile
+    own = generated_sources(manifest)
+    native = {name: text for name, text in kernel_sources(kernel.loop).items() if name not in own}
+    compiler = require_compiler()
+    machine = (platform.machine(), compiler.version, *compiler.command[1:], *kernel_flags(profile, kernel.lanes))
+    return Numerics(
+        generated=generated_digest(manifest),
+        native=_digest(native),
+        drawing=_drawing(sampling),
+        flags=" ".join(FLAGS),
+        profile=profile,
+        processor="" if profile == "portable" else " ".join(machine),
+    )
+
+
+def generated_digest(manifest: Manifest) -> str:
+    """Return a hash of all text of a model that a batch compiles, and of its manifest."""
+    return _digest({**generated_sources(manifest), "manifest.json": manifest.text})
+
+
+def provenance(kernel: Kernel) -> dict[str, str | int]:
+    """Return what computed a block: compiler, lanes, flags, machine and versions. It names no host and no time."""
+    flags = " ".join((*FLAGS, *kernel_flags(kernel.options.profile, kernel.lanes)))
+    about = {"compiler": require_compiler().version, "flags": flags, "machine": platform.machine()}
+    return {**about, "lanes": kernel.lanes, **versions()}
+
+
+def other_numerics(stored: str, here: str) -> str:
+    """Say in what two numerics, as texts, differ; nothing when they do not."""
+    old, new = json.loads(stored), json.loads(here)
+    names = [name for name in new if old.get(name) != new[name]]
+    return ", ".join(f"{_MEANINGS[name]} ({_short(old.get(name))}, here {_short(new[name])})" for name in names)
+
+
+def _short(value: object) -> str:
+    text = str(value)
+    return text[:12] if len(text) == len(key()) else repr(text)
+
+
+def _drawing(sampling: str) -> str:
+    folder = Path(__file__).parent
+    texts = {name: (folder / name).read_text(encoding="utf-8") for name in _DRAWING}
+    sequence = {} if sampling in ("random", "latin") else {"scipy": versions()["scipy"]}
+    return _digest({**texts, **native_headers(), **native_sources("random/*.[ch]"), **sequence})
+
+
+def _digest(texts: Mapping[str, str]) -> str:
+    return key(*(part for item in sorted(texts.items()) for part in item))

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One process at a time writes a store: a locked file in it, which names the process."""
+
+from __future__ import annotations
+
+import os
+import platform
+from pathlib import Path
+
+from mehvar.errors import InputError
+
+FILE = "lock"
+_LONGEST = 256
+"""Bytes of a file that names a process; a name of a host has 255 at most, and more than a line of it tells nobody."""
+
+
+class Lock:
+    """The right to write into a folder, until it is released or the process ends.
+
+    The file is removed at the end; what a killed process leaves behind is locked by nobody.
+
+    Parameters
+    ----------
+    folder : Path
+        It is there.
+    name : str
+        How messages call it.
+
+    Raises
+    ------
+    InputError
+        If another process has it; the message says which.
+    OSError
+        If the folder cannot be written.
+    """
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self._place, self._handle = folder / FILE, -1
+        self._handle = _locked(self._place, name)
+        os.ftruncate(self._handle, 0)
+        os.write(self._handle, f"process {os.getpid()} on {platform.node()}\n".encode())
+
+    def __del__(self) -> None:
+        """Let others write, if nobody has said so."""
+        if self._handle >= 0:
+            os.close(self._handle)
+
+    def follow(self, folder: Path) -> None:
+        """Say that the folder has been renamed."""
+        self._place = folder / FILE
+
+    def release(self) -> None:
+        """Let others write."""
+        self._place.unlink(missing_ok=True)
+        os.close(self._handle)
+        self._handle = -1
+
+
+def holder(folder: Path) -> str | None:
+    """Return who is writing into a folder; None if nobody is."""
+    try:
+        handle = os.open(folder / FILE, os.O_RDWR)
+    except OSError:
+        return None
+    try:
+        return None if _lock(handle) else _name(handle)
+    finally:
+        os.close(handle)
+
+
+def _locked(place: Path, name: str) -> int:
+    while True:
+        handle = os.open(place, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+        if not _lock(handle):
+            writer = _name(handle)
+            os.close(handle)
+            raise InputError(f"another process is writing {name}: {writer}")
+        if _is_still(handle, place):
+            return handle
+        os.close(handle)  # of one who has just released it
+
+
+def _name(handle: int) -> str:
+    return os.pread(handle, _LONGEST, 0).decode(errors="replace").strip() or "it has not said which"
+
+
+def _is_still(handle: int, place: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(handle), place.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _lock(handle: int) -> bool:
+    """Lock a file until it is closed; false when another process has. File systems without locks are trusted."""
+    try:
+        import fcntl
+
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except (ImportError, OSError):
+        return True
+    return True

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a store proves itself with: a record of the store, one of each block, one of the end, forced to the disk.
+
+A record is a file that lists other files with their digests. It is written when they are on the disk, whole or not at
+all, and it holds a digest of itself: what a record lists is either there, byte for byte, or damaged.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import secrets
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from mehvar.errors import InputError
+
+FOLDER = "records"
+STORE, END = f"{FOLDER}/store.json", f"{FOLDER}/end.json"
+PARTIAL = ".partial"
+"""Ending of a file that is being written, as Zarr has it."""
+_SELF = "sha256"
+CURE = "the command that made it mends it with --resume (resume=True)"
+
+
+class DamageError(InputError):
+    """A file of a store is missing or is not the one that was written; the message names its block and runs."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """Facts, and the digests of the files that they are about.
+
+    Attributes
+    ----------
+    about : mapping
+        Whatever JSON can say.
+    digests : mapping of str to str
+        Files by their place in the store, and their SHA-256.
+    """
+
+    about: Mapping[str, Any]
+    digests: Mapping[str, str]
+
+    def content(self) -> bytes:
+        """Return the bytes of the file: the same ones for the same record."""
+        facts = {"about": self.about, "files": self.digests}
+        return _text({**facts, _SELF: digest(_text(facts))})
+
+
+def block_record(block: int) -> str:
+    """Return where the record of a block is."""
+    return f"{FOLDER}/{block}.json"
+
+
+def digest(content: Any) -> str:
+    """Return the digest of bytes, or of what has their buffer."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def file_digest(path: Path) -> str | None:
+    """Return the digest of a file; None if there is none that can be read, or a pipe or a device in its place."""
+    if not path.is_file():
+        return None
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return None
+
+
+def read_record(path: Path) -> Record | None:
+    """Return a record; None if there is no file, or it is not the one that was written."""
+    try:
+        content = path.read_bytes()
+        facts = json.loads(content)
+        record = Record(facts["about"], facts["files"])
+        inside = all(PurePosixPath(name).is_relative_to(".") and ".." not in name.split("/") for name in record.digests)
+        return record if inside and record.content() == content else None
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return None
+
+
+def write_record(folder: Path, name: str, record: Record) -> None:
+    """Write a record, and return when it is on the disk."""
+    replace_file(folder / name, record.content())
+    force([(folder / name).parent])
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Put a whole file into its place; its bytes are on the disk before its name is."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f"{path.name}.{secrets.token_hex(8)}{PARTIAL}")
+    with temporary.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    temporary.replace(path)
+
+
+def force(paths: Iterable[Path]) -> None:
+    """Return when files, and the names in folders, are on the disk."""
+    for path in paths:
+        handle = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def _text(facts: Mapping[str, Any]) -> bytes:
+    return (json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False) + "\n").encode()

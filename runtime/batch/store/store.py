@@ -1,0 +1,536 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A batch on disk: a Zarr group whose blocks of runs are either recorded or absent.
+
+One chunk of every variable is one block of runs. When all chunks of a block are on the disk, its record is written,
+which holds their digests; a block counts as stored when it is there. Whatever else a killed process left behind is
+written again with the same bytes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import glob
+import json
+import os
+import secrets
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import InputError, MehvarError
+
+from .layout import FORMAT, GIVEN, STATUS, Layout, Variable, consolidate
+from .lock import FILE, Lock, holder
+from .records import (
+    END,
+    FOLDER,
+    PARTIAL,
+    STORE,
+    DamageError,
+    Record,
+    block_record,
+    digest,
+    file_digest,
+    force,
+    read_record,
+    replace_file,
+    write_record,
+)
+from .verification import Verification, own_files, store_folder, verify
+
+if TYPE_CHECKING:
+    import xarray
+
+    from .chunks import Chunks
+
+_CODECS = {"bytes", "vlen-utf8", "zstd"}
+"""What a store of ours is coded with; a codec of another name is code that somebody else registered."""
+
+_NEW = ".new"
+"""Ending of a store that is being made."""
+
+
+class StoreError(MehvarError, OSError):
+    """The store cannot take the next block; what it has is kept."""
+
+    exit_status = 3
+    resumable = True
+
+    def __str__(self) -> str:
+        return str(self.strerror)
+
+
+class Store:
+    """An open store.
+
+    Attributes
+    ----------
+    path : Path or None
+        Where it is; None for one in memory.
+    attributes : mapping
+        Whatever was said at creation.
+    chunk, n : int
+        Runs per block, and runs in all.
+    """
+
+    def __init__(
+        self, group: Any, chunks: Chunks | None = None, layout: Layout | None = None, lock: Lock | None = None
+    ) -> None:
+        self.path = None if chunks is None else chunks.root
+        self.attributes: dict[str, Any] = dict(group.attrs)
+        self._group, self._chunks, self._layout, self._lock = group, chunks, layout, lock
+        self._arrays = _arrays(group)
+        self._status = self._arrays[STATUS]
+        self._memory: dict[int, Mapping[str, Any]] = {}
+        self.chunk = int(self._status.chunks[0])
+
+    @property
+    def n(self) -> int:
+        """Runs in all, stored or not."""
+        return int(self._status.shape[0])
+
+    @property
+    def name(self) -> str:
+        """How messages call it."""
+        return str(self.path) if self.path else "the store in memory"
+
+    def blocks(self) -> int:
+        """Return the number of blocks."""
+        return -(-self.n // self.chunk)
+
+    def runs(self, block: int) -> range:
+        """Return the runs of a block."""
+        return range(block * self.chunk, min((block + 1) * self.chunk, self.n))
+
+    def stored(self) -> list[int]:
+        """Return the blocks that are stored, in order."""
+        if self._chunks is None:
+            return sorted(self._memory)
+        names = [path.stem for path in (self._chunks.root / FOLDER).iterdir()]
+        numbers = sorted(int(name) for name in names if name.isdigit() and int(name) < self.blocks())
+        return [block for block in numbers if self._chunks.record(block_record(block))]
+
+    def about(self, block: int) -> Mapping[str, Any]:
+        """Return what was said when a stored block was written."""
+        if self._chunks is None:
+            return self._memory[block]
+        record = self._chunks.record(block_record(block))
+        if record is None:
+            raise DamageError(f"{self.name} is damaged: {block_record(block)} is missing or changed")
+        return record.about
+
+    def verify(self) -> Verification:
+        """Hold every file against the records; there is nothing to hold in memory."""
+        if self.path is not None:
+            return verify(self.path)
+        whole = self.stored()
+        missing = sorted(set(range(self.blocks())) - set(whole))
+        return Verification(self.name, self.n, self.blocks(), tuple(whole), tuple(missing), (), {}, not missing)
+
+    def write(self, block: int, values: Mapping[str, NDArray[Any]], **about: Any) -> None:
+        """Store a block: return when its chunks and then its record are on the disk.
+
+        Parameters
+        ----------
+        block : int
+            Which.
+        values : mapping
+            Of each variable.
+        **about
+            What its record says besides.
+
+        Raises
+        ------
+        StoreError
+            If the disk is full or cannot be written; the message says which store.
+        """
+        runs = self.runs(block)
+        try:
+            if self._chunks is not None:
+                self._chunks.forget(block_record(block))
+                (self._chunks.root / block_record(block)).unlink(missing_ok=True)
+                self._chunks.digests.clear()
+            for name, array in values.items():
+                self._arrays[name][runs.start : runs.stop] = array
+            if self._chunks is None or self._layout is None:
+                self._memory[block] = about
+                return
+            _force_files(self._chunks.root, self._chunks.digests)
+            facts = self._layout.about(block=block, first=runs.start, last=runs.stop - 1, **about)
+            write_record(self._chunks.root, block_record(block), Record(facts, dict(self._chunks.digests)))
+        except OSError as error:
+            raise _store_error(error, self.name) from error
+
+    def end(self, n: int) -> None:
+        """Say that the first n runs, a whole number of blocks or all, are the batch; what is beyond them is removed.
+
+        Raises
+        ------
+        StoreError
+            If it cannot be written.
+        """
+        if self._chunks is None or self._layout is None:
+            self._cut(n)
+            return
+        blocks = -(-n // self.chunk)
+        try:
+            folder = self._chunks.root
+            names = [block_record(block) for block in range(blocks)]
+            digests = {name: digest((folder / name).read_bytes()) for name in names}
+            write_record(folder, END, Record(self._layout.about(runs=n), digests))
+            if n < self.n:
+                self._layout = replace(self._layout, n=n)
+                _lay_again(folder, self._layout, None)
+                _remove_beyond(folder, blocks)
+                self._open_again()
+        except OSError as error:
+            raise _store_error(error, self.name) from error
+
+    def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
+        """Return a variable's values for the stored runs of some blocks, or of all stored blocks.
+
+        Raises
+        ------
+        DamageError
+            If a chunk is missing or is not the one that was written.
+        """
+        array = self._array(name)
+        selection = self.stored() if blocks is None else blocks
+        out = np.empty((sum(len(self.runs(b)) for b in selection), *array.shape[1:]), dtype=array.dtype)
+        place = 0
+        for block in selection:
+            runs = self.runs(block)
+            with self._reading(name, f", block {block}"):
+                out[place : place + len(runs)] = array[runs.start : runs.stop]
+            place += len(runs)
+        return out
+
+    def coordinate(self, name: str) -> NDArray[Any]:
+        """Return a variable that is not one row per run."""
+        with self._reading(name):
+            values: NDArray[Any] = self._array(name)[:]
+        return values
+
+    def series(self, name: str, first: int, last: int, blocks: Sequence[int]) -> NDArray[np.float64]:
+        """Return the samples first ... last - 1 of a stored series, shape (runs, samples)."""
+        array = self._array(name)
+        with self._reading(name):
+            return np.concatenate([array[self.runs(b).start : self.runs(b).stop, first:last] for b in blocks])
+
+    def variables(self) -> dict[str, Variable]:
+        """Return what the store holds, by name."""
+        variables: dict[str, Variable] = {}
+        for name, array in self._arrays.items():
+            first, *rest = array.metadata.dimension_names
+            second, size = (rest[0], array.shape[1]) if rest else ("", 0)
+            if first == "run":
+                variables[name] = Variable(name, str(array.dtype), second, size, dict(array.attrs))
+        return dict(sorted(variables.items()))
+
+    def dataset(self) -> xarray.Dataset:
+        """Open it with xarray; values are read, and held against the records, when they are used."""
+        import xarray
+
+        names: list[str] = self.attributes["variables"]
+        opened: xarray.Dataset = xarray.open_zarr(self._group.store, chunks=None)
+        ordered: xarray.Dataset = opened[names]
+        return ordered
+
+    @contextlib.contextmanager
+    def writing(self) -> Iterator[None]:
+        """Keep other processes from writing.
+
+        Raises
+        ------
+        InputError
+            If another process is writing; the message says which.
+        """
+        if self.path is None:
+            yield
+            return
+        lock, self._lock = self._lock or Lock(self.path, self.name), None
+        try:
+            yield
+        finally:
+            lock.release()
+
+    def _cut(self, n: int) -> None:
+        arrays = [array for name, array in self._arrays.items() if name != STATUS]
+        for array in (*arrays, self._status):
+            if array.metadata.dimension_names[0] == "run" and array.shape[0] > n:
+                array.resize((n, *array.shape[1:]))
+        consolidate(self._group)
+        self._memory = {block: about for block, about in self._memory.items() if block < -(-n // self.chunk)}
+
+    def _open_again(self) -> None:
+        if self.path is not None:
+            self._group, self._chunks = _group(self.path, "r+")
+            self._arrays = _arrays(self._group)
+            self._status = self._arrays[STATUS]
+
+    def _array(self, name: str) -> Any:
+        if name not in self._arrays:
+            raise InputError(f"{self.name} is damaged: it has no variable {name}")
+        return self._arrays[name]
+
+    @contextlib.contextmanager
+    def _reading(self, name: str, where: str = "") -> Iterator[None]:
+        """Turn whatever Zarr and its codecs raise over a chunk that nobody of ours wrote into an error that says which.
+
+        A chunk that is missing or changed since is refused before it comes to them.
+        """
+        try:
+            yield
+        except MehvarError:
+            raise
+        except Exception as error:
+            what = " ".join(str(error).split())
+            raise InputError(f"{self.name} is damaged: {name}{where} cannot be read: {what}") from error
+
+
+def create(path: Path | None, layout: Layout) -> Store:
+    """Make a store without runs; it appears under its name when it is complete, and locked by this process.
+
+    Parameters
+    ----------
+    path : Path or None
+        A new folder; None keeps the store in memory.
+    layout : Layout
+        What is in it.
+
+    Raises
+    ------
+    InputError
+        If there is something of that name, or no folder to put it into.
+    OSError
+        If it cannot be written.
+    """
+    if path is None:
+        import zarr
+
+        return Store(layout.build(zarr.storage.MemoryStore()), layout=layout)
+    _refuse_existing(path)
+    if not path.parent.is_dir():
+        raise InputError(f"cannot write {path}: the folder {path.parent} does not exist")
+    try:
+        _remove_abandoned(path)
+        return _open_for_writing(path, layout, _created(path, layout))
+    except OSError as error:
+        raise OSError(error.errno or 0, f"cannot write {path}: {_reason(error)}") from error
+
+
+def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Store:
+    """Open a store to go on, locked by this process; metadata, names and instants are mended where they are damaged.
+
+    Parameters
+    ----------
+    path : Path
+        The store.
+    layout : Layout
+        What it would be made of now; the store's own attributes and size of blocks are kept if they are whole.
+    compare : callable
+        Raises InputError for the attributes of a store that is not to be continued.
+
+    Raises
+    ------
+    InputError
+        If there is no store, another process is writing it, or nothing that is whole says that it is of this batch.
+    StoreError
+        If it cannot be written.
+    """
+    store_folder(path)
+    try:
+        lock = Lock(path, str(path))
+        try:
+            for leftover in path.rglob(f"*{PARTIAL}"):
+                leftover.unlink()
+            return _open_for_writing(path, _mended(path, layout, compare), lock)
+        except BaseException:
+            lock.release()
+            raise
+    except OSError as error:
+        raise _store_error(error, str(path)) from error
+
+
+def open_store(path: str | os.PathLike[str]) -> Store:
+    """Open a store to read it.
+
+    Raises
+    ------
+    InputError
+        If there is none, it is not a batch of this version, or what it says about itself is damaged.
+    """
+    folder = store_folder(path)
+    if not (folder / FOLDER).is_dir():
+        raise InputError(f"{folder} is not a batch store: it has no records")
+    try:
+        group, chunks = _group(folder, "r")
+        if group.attrs.get("mehvar_batch") != FORMAT:
+            raise ValueError(f"mehvar_batch = {group.attrs.get('mehvar_batch')!r} in its attributes, not {FORMAT}")
+        return Store(group, chunks)
+    except MehvarError:
+        raise
+    except Exception as error:  # what is no store makes Zarr and its parsers raise anything
+        raise InputError(f"{folder} is not a batch store: {' '.join(str(error).split())}") from error
+
+
+def _group(folder: Path, mode: Literal["r", "r+"]) -> tuple[Any, Chunks]:
+    import zarr
+
+    from .chunks import Chunks
+
+    chunks = Chunks(zarr.storage.LocalStore(folder, read_only=mode == "r"))
+    return zarr.open_group(chunks, mode=mode, zarr_format=3, use_consolidated=False), chunks
+
+
+def _arrays(group: Any) -> dict[str, Any]:
+    """Return the variables and the coordinates along their second dimensions, by name.
+
+    A chunk that holds nothing but the fill value is a file all the same, so that a missing one is told.
+    """
+    import zarr
+
+    with zarr.config.set({"array.write_empty_chunks": True}):
+        # one after the other: opened all at once, several damaged ones leave errors behind that nobody collects
+        arrays = {name: group[name] for name in group.attrs["variables"]}
+        dimensions = {name for array in arrays.values() for name in array.metadata.dimension_names[1:]}
+        arrays |= {name: group[name] for name in sorted(dimensions) if name in group}
+    for name, array in arrays.items():
+        foreign = {codec["name"] for codec in array.metadata.to_dict()["codecs"]} - _CODECS
+        if foreign:
+            raise InputError(f"{name} is coded with {', '.join(sorted(foreign))}, which no batch is")
+    return arrays
+
+
+def _created(path: Path, layout: Layout) -> Lock:
+    """Make a store under a name of its own, and rename it when it is complete and on the disk."""
+    scratch = path.with_name(f".{path.name}.{secrets.token_hex(8)}{_NEW}")
+    scratch.mkdir()
+    try:
+        lock = Lock(scratch, str(path))
+        layout.build_files(scratch)
+        _force_files(scratch, [name.relative_to(scratch).as_posix() for name in scratch.rglob("*") if name.is_file()])
+        try:
+            scratch.rename(path)
+        except OSError:
+            _refuse_existing(path)  # another process was first
+            raise
+        lock.follow(path)
+        force([path.parent])
+        return lock
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _refuse_existing(path: Path) -> None:
+    if not path.exists() and not path.is_symlink():
+        return
+    if writer := holder(path):
+        raise InputError(f"another process is writing {path}: {writer}")
+    raise InputError(f"{path} exists already: continue it with --resume (resume=True) or choose another name")
+
+
+def _remove_abandoned(path: Path) -> None:
+    """Remove what processes that were killed while they made this store have left behind."""
+    for scratch in path.parent.glob(f".{glob.escape(path.name)}.*{_NEW}"):
+        if (scratch / FILE).exists() and holder(scratch) is None:
+            shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _open_for_writing(path: Path, layout: Layout, lock: Lock) -> Store:
+    group, chunks = _group(path, "r+")
+    return Store(group, chunks, layout, lock)
+
+
+def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Layout:
+    """Put damaged metadata, names and instants right, and finish an end that was not finished; return the layout."""
+    record, files = own_files(path)
+    if record is not None and "zarr.json" not in files:
+        attributes = _attributes(path)
+        compare(attributes)
+        own = {name: value for name, value in attributes.items() if name not in (*layout.identity, *GIVEN)}
+        layout = replace(layout, chunk=record.about["chunk"], attributes=own)
+    else:
+        layout = replace(layout, chunk=_chunk_by_evidence(path, layout, compare))
+    end = read_record(path / END)
+    if end is not None and end.about["batch"] == layout.batch:
+        layout = replace(layout, n=end.about["runs"])
+    if record is None or files or record.about["runs"] != layout.n:
+        _lay_again(path, layout, record)
+    _remove_beyond(path, -(-layout.n // layout.chunk))
+    return layout
+
+
+def _chunk_by_evidence(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> int:
+    """Return the runs per block of a store whose attributes are damaged, if what is whole says it is of this batch."""
+    records = [record for file in (path / FOLDER).glob("*.json") if (record := read_record(file)) is not None]
+    for record in records:
+        if record.about["batch"] != replace(layout, chunk=record.about["chunk"]).batch:
+            raise InputError(f"{path} is damaged, and its records are of another batch than this: it cannot be mended")
+    if records:
+        return int(records[0].about["chunk"])
+    try:
+        attributes = _attributes(path)
+        if attributes["mehvar_batch"] != FORMAT:
+            raise ValueError
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise InputError(f"{path} cannot be continued: nothing in it says of which batch it is") from error
+    compare(attributes)
+    return layout.chunk
+
+
+def _attributes(path: Path) -> dict[str, Any]:
+    """Return the attributes of a store as they stand in its file."""
+    attributes: dict[str, Any] = json.loads((path / "zarr.json").read_bytes())["attributes"]
+    return attributes
+
+
+def _lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
+    """Write all of a store but its runs, except for files that a record of the same size says are whole."""
+    kept = record.digests if record is not None and record.about["runs"] == layout.n else {}
+    with tempfile.TemporaryDirectory() as scratch:
+        fresh = Path(scratch) / "store"
+        layout.build_files(fresh)
+        digests = dict(layout.record(fresh).digests)
+        for name in digests:
+            if kept.get(name, "") == file_digest(folder / name):
+                digests[name] = kept[name]
+            else:
+                replace_file(folder / name, (fresh / name).read_bytes())
+    _force_files(folder, digests)
+    write_record(folder, STORE, Record(layout.about(runs=layout.n), digests))
+
+
+def _remove_beyond(folder: Path, blocks: int) -> None:
+    """Remove the blocks from a number on: records first, since chunks without one do not count."""
+    for path in (*folder.glob(f"{FOLDER}/*.json"), *folder.glob("*/c/*")):
+        if path.stem.isdigit() and int(path.stem) >= blocks and path.parent.parent.name not in _coordinates(folder):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def _coordinates(folder: Path) -> set[str]:
+    """Return the variables whose chunks are no blocks: those that the record of the store lists."""
+    record = read_record(folder / STORE)
+    return {name.split("/")[0] for name in (record.digests if record else ()) if "/c/" in name}
+
+
+def _force_files(folder: Path, names: Iterable[str]) -> None:
+    """Return when files and all folders on the way to them are on the disk."""
+    files = [folder / name for name in names]
+    parents = {parent for file in files for parent in file.parents if parent.is_relative_to(folder)}
+    force([*files, *sorted(parents)])
+
+
+def _store_error(error: OSError, name: str) -> StoreError:
+    return StoreError(error.errno or errno.EIO, f"cannot write {name}: {_reason(error)}")
+
+
+def _reason(error: OSError) -> str:
+    return error.strerror or str(error)

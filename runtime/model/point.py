@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One C function at one point: what a call costs when there is nothing to broadcast."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mehvar.manifest import Function
+
+_DOUBLE = np.dtype(np.float64)
+
+
+class _Buffers:
+    """Arrays for the arguments and results of one call, at addresses that are known before it."""
+
+    def __init__(self, function: Function) -> None:
+        self.arguments = [np.empty(spec.shape) for spec in function.arguments]
+        self.results = [np.empty(shape) for shape in function.shapes]
+        self.addresses = _addresses(self.arguments), _addresses(self.results)
+
+
+class Point:
+    """Calls a C function on doubles of exactly its shapes.
+
+    Addresses of NumPy arrays cost more than copying a state: arguments are copied to arrays whose addresses are known.
+    Each call has buffers of its own while it lasts, so that threads may call at once.
+
+    Parameters
+    ----------
+    function : Function
+        Its arguments and results.
+    entry : callable
+        Returns the C function `void (const double *const *, double *const *)`; called once, when it is first needed.
+    """
+
+    def __init__(self, function: Function, entry: Callable[[], Any]) -> None:
+        self._function, self._entry = function, entry
+        self._shapes = [spec.shape for spec in function.arguments]
+        self._call: Any = None
+        self._free: list[_Buffers] = []
+
+    def __call__(self, arguments: tuple[Any, ...]) -> Any:
+        """Return the result or the tuple of results; None when an argument is not an array of doubles of its shape."""
+        if len(arguments) != len(self._shapes):
+            return None
+        for value, shape in zip(arguments, self._shapes, strict=True):
+            if type(value) is not np.ndarray or value.dtype is not _DOUBLE or value.shape != shape:
+                return None
+        try:
+            buffers = self._free.pop()
+        except IndexError:
+            buffers = self._new()
+        for buffer, value in zip(buffers.arguments, arguments, strict=True):
+            buffer[...] = value
+        self._call(*buffers.addresses)
+        results = [result.copy()[()] for result in buffers.results]
+        self._free.append(buffers)
+        return results[0] if len(results) == 1 else tuple(results)
+
+    def _new(self) -> _Buffers:
+        if self._call is None:
+            self._call = self._entry()
+        return _Buffers(self._function)
+
+
+def _addresses(arrays: list[Any]) -> Any:
+    return (ctypes.c_void_p * len(arrays))(*[array.ctypes.data for array in arrays])

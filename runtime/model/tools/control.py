@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Models, laws and loops as systems of python-control."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mehvar.errors import bad_value
+from mehvar.manifest import Controller, Manifest, Quantity
+from mehvar.names import identifier
+
+from ..functions import FloatArray, Functions
+from ..linear import LinearSystem
+from .rebound import library
+
+
+def state_space(system: LinearSystem) -> Any:
+    """Return a linear system as `control.StateSpace`, rows and columns named.
+
+    Raises
+    ------
+    InputError
+        If python-control is not installed, or the system has leading axes.
+    """
+    control = library("control", "control", "to_control")
+    if system.A.ndim != 2:
+        raise bad_value("x, u, p", system.A.shape[:-2], "one point, without leading axes")
+    step = 0 if system.period is None else float(system.period)
+    names = {"states": system.states, "inputs": system.inputs, "outputs": _distinct(system.outputs, system)}
+    return control.ss(*system, step, **{kind: list(texts) for kind, texts in names.items()})
+
+
+def _distinct(outputs: tuple[str, ...], system: LinearSystem) -> tuple[str, ...]:
+    """Return the names of outputs; python-control lets them be those of states, not those of inputs."""
+    return tuple(f"{name}_out" if name in system.inputs else name for name in outputs)
+
+
+def plant_system(manifest: Manifest, functions: Functions, p: FloatArray) -> Any:
+    """Return the plant as `control.NonlinearIOSystem`: inputs u, outputs x."""
+    rhs = functions["rhs"]
+
+    def update(_t: float, x: FloatArray, u: FloatArray, _more: Mapping[str, object]) -> Any:
+        return rhs(x, u, p)
+
+    return _system(manifest.model, update, None, manifest.states, manifest.inputs, manifest.states)
+
+
+def law_system(manifest: Manifest, functions: Functions, law: Controller, p: FloatArray, c: FloatArray) -> Any:
+    """Return a law: inputs x and r, and before them v, the input of the sample before, where it has a memory z."""
+    call, nx, nz = functions[identifier(law.name)], len(manifest.states), len(law.memory)
+    inputs = (*manifest.states, *manifest.references)
+    if not law.memory:
+
+        def command(_t: float, _z: FloatArray, v: FloatArray, _more: Mapping[str, object]) -> Any:
+            return call(v[:nx], v[nx:], p, c)
+
+        return _system(law.name, None, command, (), inputs, manifest.inputs, _period(manifest, law, p))
+    nr = len(manifest.references)
+
+    def both(z: FloatArray, v: FloatArray) -> Any:
+        return call(v[:nx], v[nx : nx + nr], v[nx + nr :], z[:nz], p, c)
+
+    applied = tuple(_Named(f"applied_{q.name}") for q in manifest.inputs)
+    return _system(
+        law.name,
+        lambda _t, z, v, _more: both(z, v)[1],
+        lambda _t, z, v, _more: both(z, v)[0],
+        law.memory,
+        (*inputs, *applied),
+        manifest.inputs,
+        _period(manifest, law, p),
+    )
+
+
+def loop_system(manifest: Manifest, functions: Functions, law: Controller, p: FloatArray, c: FloatArray) -> Any:
+    """Return the closed loop of a continuous law: inputs r, outputs x.
+
+    Raises
+    ------
+    InputError
+        For a sampled law: python-control joins no sampled system to a continuous one.
+    """
+    if law.period is not None:
+        raise bad_value(
+            "controller", law.name, "a continuous law; to_nlsys(part='law') has the sampled one, simulate runs the loop"
+        )
+    rhs, call, actuate = functions["rhs"], functions[identifier(law.name)], functions.get("actuate")
+
+    def update(_t: float, x: FloatArray, r: FloatArray, _more: Mapping[str, object]) -> Any:
+        u = call(x, r, p, c)
+        return rhs(x, u if actuate is None else actuate(x, u, p), p)
+
+    name = f"{manifest.model} under {law.name}"
+    return _system(name, update, None, manifest.states, manifest.references, manifest.states)
+
+
+class _Named:
+    """A signal that the manifest does not describe."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+
+def _period(manifest: Manifest, law: Controller, p: FloatArray) -> float:
+    names = [q.name for q in manifest.parameters]
+    return float(p[names.index(law.period)]) if law.period else 0.0
+
+
+def _system(
+    name: str,
+    update: Any,
+    output: Any,
+    states: tuple[Quantity, ...],
+    inputs: tuple[Quantity | _Named, ...],
+    outputs: tuple[Quantity, ...],
+    step: float = 0.0,
+) -> Any:
+    control = library("control", "control", "to_nlsys")
+    groups = {"states": states, "inputs": inputs, "outputs": outputs}
+    labels = {kind: [q.name for q in group] for kind, group in groups.items()}
+    return control.nlsys(update, output, name=identifier(name.replace(" ", "_")), dt=step, **labels)

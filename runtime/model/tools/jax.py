@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Generated functions on JAX's arrays, for `jit`, `vmap` and `grad`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import nullcontext
+from typing import Any
+
+from mehvar.manifest import Manifest
+
+from .rebound import Translation, library, rebound
+
+
+class _Numpy:
+    """`jax.numpy`, and the one name that it lacks."""
+
+    def __init__(self, numpy: Any) -> None:
+        self._numpy = numpy
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._numpy, name)
+
+    @staticmethod
+    def errstate(**_: str) -> nullcontext[None]:
+        """Do nothing: compiled arithmetic does not warn."""
+        return nullcontext()
+
+
+def jax_functions(manifest: Manifest) -> Translation:
+    """Return every generated function on JAX's arrays; numbers are as wide as `jax_enable_x64` says.
+
+    Raises
+    ------
+    InputError
+        If JAX is not installed.
+    """
+    numpy = library("jax.numpy", "jax", "to_jax")
+    erf = library("jax.scipy.special", "jax", "to_jax").erf
+
+    def vector(*elements: Any) -> Any:
+        return numpy.stack(numpy.broadcast_arrays(*elements), axis=-1) if elements else numpy.empty(0)
+
+    def translate(_: str, generated: Callable[..., Any]) -> Any:
+        arrays = lambda *values: tuple(numpy.asarray(value, dtype=float_of(numpy)) for value in values)  # noqa: E731
+        return rebound(generated, np=_Numpy(numpy), _arrays=arrays, _vector=vector, _erf=erf)
+
+    return Translation(manifest, translate)
+
+
+def float_of(numpy: Any) -> Any:
+    """Return the type that JAX gives to Python's floats now: double only where `jax_enable_x64` is set."""
+    return numpy.result_type(float)

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Generated functions as Numba compiles them: one point, plain loops and branches.
+
+Numba knows neither `np.errstate` nor arrays that it has to broadcast, so the syntax tree of the generated text is
+rewritten for scalars; the arithmetic stays as it is.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mehvar.manifest import Manifest
+
+from .rebound import Translation, library
+
+
+def numba_functions(manifest: Manifest) -> Translation:
+    """Return every generated function as Numba compiles it, on vectors of doubles, at one point.
+
+    Raises
+    ------
+    InputError
+        If Numba is not installed.
+    """
+    njit = library("numba", "numba", "to_numba").njit
+
+    def translate(name: str, generated: Callable[..., Any]) -> Any:
+        tree = ast.parse(inspect.getsource(generated))
+        scalar = ast.fix_missing_locations(_Scalar(manifest.functions[name].shapes).visit(tree))
+        names: dict[str, Any] = {"np": np, "_erf": math.erf}
+        exec(compile(scalar, f"<{manifest.model} {name} for numba>", "exec"), names)
+        return njit(names[generated.__name__])
+
+    return Translation(manifest, translate)
+
+
+class _Scalar(ast.NodeTransformer):
+    """From arrays with leading axes to the numbers of one point."""
+
+    def __init__(self, shapes: tuple[tuple[int, ...], ...]) -> None:
+        self._shapes = shapes
+
+    def visit_With(self, node: ast.With) -> list[ast.stmt]:
+        """Leave out `with np.errstate(...)`: compiled arithmetic does not warn."""
+        return [new for statement in node.body for new in self._statements(statement)]
+
+    def visit_Assign(self, node: ast.Assign) -> ast.stmt | None:
+        """Leave out the conversion of the arguments."""
+        if isinstance(node.value, ast.Call) and ast.unparse(node.value.func) == "_arrays":
+            return None
+        return ast.Assign(node.targets, self.visit(node.value))
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        """Turn `x[..., k]` into `x[k]`."""
+        assert isinstance(node.slice, ast.Tuple)
+        return ast.Subscript(node.value, node.slice.elts[1], node.ctx)
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        """Turn `np.where(m, a, b)` into `a if m else b`."""
+        arguments = [self.visit(argument) for argument in node.args]
+        if ast.unparse(node.func) == "np.where":
+            return ast.IfExp(*arguments)
+        return ast.Call(node.func, arguments, [])
+
+    def visit_Return(self, node: ast.Return) -> list[ast.stmt]:
+        """Fill arrays of the shapes of the results, where the text stacks elements."""
+        assert node.value is not None
+        several = len(self._shapes) > 1
+        values = node.value.elts if several and isinstance(node.value, ast.Tuple) else [node.value]
+        lines: list[ast.stmt] = []
+        for k, (shape, value) in enumerate(zip(self._shapes, values, strict=True)):
+            elements = [self.visit(element) for element in _elements(value)]
+            lines += _filled(f"result{k}", shape, elements) if shape else [_assign(f"result{k}", elements[0])]
+        names = ", ".join(f"result{k}" for k in range(len(values)))
+        return [*lines, *ast.parse(f"def f():\n return {names}").body[0].body]  # type: ignore[attr-defined]
+
+    def _statements(self, statement: ast.stmt) -> list[ast.stmt]:
+        new = self.visit(statement)
+        return new if isinstance(new, list) else [new] if new is not None else []
+
+
+def _elements(value: ast.expr) -> list[ast.expr]:
+    """Return what a result is made of: `_vector(...)`, that reshaped by a lambda, or `np.asarray(...)[()]`."""
+    call = value.value if isinstance(value, ast.Subscript) else value
+    assert isinstance(call, ast.Call)
+    if isinstance(call.func, ast.Lambda):
+        return _elements(call.args[0])
+    return call.args
+
+
+def _filled(name: str, shape: tuple[int, ...], elements: list[ast.expr]) -> list[ast.stmt]:
+    lines: list[ast.stmt] = [*ast.parse(f"{name} = np.empty({shape})").body]
+    for place, element in zip(np.ndindex(*shape), elements, strict=True):
+        lines.append(_assign(f"{name}[{', '.join(map(str, place))}]", element))
+    return lines
+
+
+def _assign(target: str, value: ast.expr) -> ast.Assign:
+    line = ast.parse(f"{target} = 0").body[0]
+    assert isinstance(line, ast.Assign)
+    return ast.Assign(line.targets, value)

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The generated Python with other names in place of NumPy's: one text, many kinds of numbers."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from types import FunctionType, ModuleType
+from typing import Any
+
+from mehvar.errors import InputError, unknown_name
+from mehvar.manifest import Manifest
+from mehvar.names import identifier
+
+from ..functions import PythonBackend
+
+
+def rebound(function: Callable[..., Any], **names: object) -> FunctionType:
+    """Return the same code where global names mean something else.
+
+    Parameters
+    ----------
+    function : callable
+        Of the generated module.
+    **names
+        Such as `np`, `_arrays` and `_vector`, all that the generated functions use.
+    """
+    assert isinstance(function, FunctionType)
+    return FunctionType(function.__code__, {**function.__globals__, **names}, function.__name__)
+
+
+def library(name: str, package: str, use: str) -> ModuleType:
+    """Import what a conversion is into, or raise InputError with the command that installs it."""
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        raise InputError(f"{use} needs {package}: pip install {package}") from error
+
+
+class Translation:
+    """Generated functions for another library, each made when its name is first asked for.
+
+    Parameters
+    ----------
+    manifest : Manifest
+        Of the model.
+    translate : callable
+        Makes one of the name of a function and of the generated Python function.
+    """
+
+    def __init__(self, manifest: Manifest, translate: Callable[[str, Callable[..., Any]], Any]) -> None:
+        self._names = {identifier(name): name for name in manifest.functions}
+        self._module, self._translate, self._model = PythonBackend(manifest), translate, manifest.model
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # what copies and pickles look for
+            raise AttributeError(name)
+        if name not in self._names:
+            raise AttributeError(str(unknown_name(f"function of {self._model}", name, self._names)))
+        function = self._translate(self._names[name], self._module.raw(name))
+        setattr(self, name, function)
+        return function
+
+    def __dir__(self) -> list[str]:
+        return sorted(self._names)

@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a plant stays as it is: states and inputs at which rates vanish."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mehvar.errors import bad_value, unknown_name
+
+from ..arguments import check_arguments
+from .functions import FloatArray
+from .model import Model, load
+from .parameters import number
+
+_TOLERANCE = 1e-12
+"""Of residual, step and gradient, relative to the scales of the unknowns. Newton's steps halve the digits that are
+missing, so that half or twice of it costs or saves a step at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trim:
+    """A trimmed point; unpacks as (x, u, residual).
+
+    Attributes
+    ----------
+    x, u : array
+        State and input.
+    residual : array
+        The rates of the states that were to vanish, in the order of `steady`.
+    steady : tuple of str
+        Those states.
+    values : mapping of str to float
+        The unknowns as they came out.
+    at_bounds : tuple of str
+        Unknowns that stand at a bound.
+    evaluations : int
+        Of the right-hand side.
+    """
+
+    x: FloatArray
+    u: FloatArray
+    residual: FloatArray
+    steady: tuple[str, ...]
+    values: Mapping[str, float]
+    at_bounds: tuple[str, ...]
+    evaluations: int
+
+    def __iter__(self) -> Iterable[FloatArray]:
+        return iter((self.x, self.u, self.residual))
+
+
+def trim(
+    model: Model | str | os.PathLike[str],
+    fix: Mapping[str, float] | None = None,
+    free: Sequence[str] | Mapping[str, float] = (),
+    p: ArrayLike | None = None,
+    *,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    steady: Sequence[str] | None = None,
+) -> Trim:
+    """Find states and inputs at which the plant's rates vanish, by least squares with exact Jacobians.
+
+    Parameters
+    ----------
+    model : Model, str or path
+        A loaded model, or what `load` takes.
+    fix : mapping, optional
+        Values of states and inputs by name; what is neither fixed nor free is zero.
+    free : sequence of str or mapping
+        The unknowns, states and inputs; a mapping says where the search begins, otherwise zero or within the bounds.
+    p : array_like, optional
+        Parameters of the plant; their defaults unless given.
+    bounds : mapping, optional
+        Lowest and highest value of unknowns.
+    steady : sequence of str, optional
+        The states whose rates vanish; all unless given.
+
+    Returns
+    -------
+    Trim
+        Unpacks as (x, u, residual). Whether there is such a point is told by the residual: it is small where there is.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, a name that is fixed and free, no unknowns, or bounds that are none.
+
+    Examples
+    --------
+    >>> import mehvar
+    >>> point = mehvar.trim("satellite", fix={"hy": 0.1}, free=["roll", "pitch", "yaw", "wx", "wy", "wz"],
+    ...                     steady=["wx", "wy", "wz", "roll", "pitch", "yaw"])
+    >>> bool(abs(point.residual).max() < 1e-12)
+    True
+    """
+    check_arguments("mapping", "the call", fix=fix, bounds=bounds)
+    loaded = model if isinstance(model, Model) else load(model)
+    names = (*loaded.state_names, *loaded.input_names)
+    starts = dict(free) if isinstance(free, Mapping) else dict.fromkeys(_texts("free", free), None)
+    steady = loaded.state_names if steady is None else _texts("steady", steady)
+    limits = dict(bounds or {})
+    for kind, given in (("fix", fix or {}), ("free", starts), ("bounds", limits)):
+        for name in given:
+            if name not in names:
+                raise unknown_name(f"state or input of {loaded.name} in {kind}", name, names)
+    for name in steady:
+        if name not in loaded.state_names:
+            raise unknown_name(f"state of {loaded.name} in steady", name, loaded.state_names)
+    for name in (*(fix or {}), *limits):
+        if (name in starts) == (name in (fix or {})):
+            raise bad_value(name, "fixed and free" if name in starts else "not free", "fixed, or free with bounds")
+    if not starts:
+        raise bad_value("free", list(starts), f"one or more of {', '.join(names)}")
+    point = np.array([number(name, (fix or {}).get(name, 0.0), "fix") for name in names])
+    lower, upper = (np.array([_bound(name, limits, side) for name in starts]) for side in (0, 1))
+    if not np.all(lower < upper):
+        raise bad_value("bounds", limits, "pairs of a lower and a higher number")
+    begin = np.array([0.0 if value is None else number(name, value, "free") for name, value in starts.items()])
+    places = [names.index(name) for name in starts]
+    rows = [loaded.state_names.index(name) for name in steady]
+    nx, parameters = len(loaded.state_names), loaded.parameters()
+    if p is not None:
+        parameters = loaded.functions["rhs"].argument("p", p)
+
+    def at(unknown: FloatArray) -> tuple[FloatArray, FloatArray]:
+        point[places] = unknown
+        return point[:nx].copy(), point[nx:].copy()
+
+    def rates(unknown: FloatArray) -> FloatArray:
+        return loaded.rhs(*at(unknown), parameters)[rows]
+
+    def slopes(unknown: FloatArray) -> FloatArray:
+        x, u = at(unknown)
+        both = np.hstack([loaded.jac_x(x, u, parameters), loaded.jac_u(x, u, parameters)])
+        return np.asarray(both[np.ix_(rows, places)])
+
+    from scipy.optimize import least_squares
+
+    inside = np.clip(begin, lower, upper)
+    if not np.isfinite(rates(inside)).all():
+        start = dict(zip(starts, inside.tolist(), strict=True))
+        raise bad_value("free", start, "a start at which the rates are finite")
+    result = least_squares(
+        rates, inside, slopes, bounds=(lower, upper), x_scale="jac", xtol=_TOLERANCE, ftol=_TOLERANCE, gtol=_TOLERANCE
+    )
+    x, u = at(result.x)
+    return Trim(
+        x=x,
+        u=u,
+        residual=rates(result.x),
+        steady=tuple(loaded.state_names[row] for row in rows),
+        values=dict(zip(starts, result.x.tolist(), strict=True)),
+        at_bounds=tuple(name for name, active in zip(starts, result.active_mask, strict=True) if active),
+        evaluations=int(result.nfev),
+    )
+
+
+def _texts(name: str, value: object) -> tuple[str, ...]:
+    texts = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else (None,)
+    if not all(isinstance(text, str) for text in texts):
+        raise bad_value(name, value, "a list of names", "the call")
+    return texts
+
+
+def _bound(name: str, bounds: Mapping[str, tuple[float, float]], side: int) -> float:
+    pair = bounds.get(name, (-np.inf, np.inf))
+    try:
+        value = float(pair[side])
+    except (TypeError, ValueError, LookupError, OverflowError) as error:
+        raise bad_value(f"bounds of {name}", pair, "a lower and a higher number") from error
+    if np.isnan(value):
+        raise bad_value(f"bounds of {name}", pair, "a lower and a higher number")
+    return value

@@ -1,0 +1,344 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A model in an FMU, whatever the version of the standard: values by reference, evaluation, time events, steps.
+ *
+ * Included after description.h, which mehvar writes for one model under one law or none: FMU_NAME sizes, FMU_V_NAME the
+ * first value reference of a group, fmu_start, and what FMU_CALL_NAME call. Everything of an instance is in one structure,
+ * so that its state is a copy of it. */
+#ifndef MEHVAR_FMU_CORE_H
+#define MEHVAR_FMU_CORE_H
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "single.c"
+
+enum fmu_status { FMU_OK, FMU_DISCARD, FMU_ERROR };
+enum fmu_mode { FMU_INSTANTIATED, FMU_INITIALIZING, FMU_EVENTS, FMU_CONTINUOUS, FMU_STEPPING, FMU_TERMINATED };
+enum fmu_kind { FMU_PLANT, FMU_LOOP, FMU_SAMPLED }; /* the plant alone; under a continuous law; under a sampled one */
+
+#define FMU_TICKS 4097   /* of one period of a sampled law, at most, and one more */
+#define FMU_RELATIVE 1e-9 /* of times that importers add up: far above their rounding, far below any step */
+#define FMU_WORK ((int64_t)(sizeof(mv_work) / sizeof(double)) + 1 + (MV_STAGES + 4) * FMU_NQ + FMU_NR + 3 * FMU_NU + \
+                  2 * FMU_NZ + FMU_NX + FMU_NY)
+
+typedef void fmu_logger(void *instance, const char *message);
+
+typedef struct {
+    double v[FMU_VALUES];     /* by value reference */
+    double x[FMU_NX + 1], noise[FMU_NE + 1], z[FMU_NZ + 1];
+    double record[1 + FMU_NX + 2 * FMU_NU + FMU_NY + FMU_NZ];
+    double t[FMU_TICKS + 1];
+    double work[FMU_WORK];
+    mv_single single;
+    double start, stop, step, next_event;
+    int64_t events;           /* evaluations of a sampled law so far */
+    int32_t ticks, phase;     /* ticks in a period, and which one is next */
+    int32_t mode, exchange, started, stale, changed, stop_defined, terminated;
+    void *environment;
+    fmu_logger *log;
+} fmu_instance;
+
+static void fmu_reference(const double *t, const double *p, const double *r_now, double *r)
+{
+    (void)t, (void)p;
+    memcpy(r, r_now, FMU_NR * sizeof(double));
+}
+
+#if FMU_KIND == 0
+static void fmu_input(const double *x, const double *r, const double *p, const double *u_now, double *u)
+{
+    (void)x, (void)r, (void)p;
+    memcpy(u, u_now, FMU_NU * sizeof(double));
+}
+#endif
+
+/* Addresses within the instance: after it is made or copied. */
+static void fmu_link(fmu_instance *i)
+{
+    mv_single *s = &i->single;
+    mv_model *m = &s->model;
+    double *place = i->record;
+    s->schedule.t = i->t;
+    m->p = i->v + FMU_V_P;
+    m->c = i->v + (FMU_KIND == 0 ? FMU_V_U : FMU_V_C);
+    m->s = i->v + FMU_V_R;
+    m->e = i->noise;
+    s->q = i->v + FMU_V_Q;
+    s->z = i->z;
+    s->record_t = place, place += 1;
+    s->record_x = place, place += FMU_NX;
+    s->record_u = place, place += FMU_NU;
+    s->record_u_cmd = place, place += FMU_NU;
+    s->record_y = place, place += FMU_NY;
+    s->record_z = place;
+    if (i->started) {
+        mv_work *w = (mv_work *)i->work;
+        w->single = s;
+        link_loop(&w->loop, s);
+        divide(&w->loop, (double *)(w + 1));
+    }
+}
+
+/* Sizes and addresses of the model's functions, which are others in each process. */
+static void fmu_functions(mv_model *m)
+{
+    *m = (mv_model){0};
+    m->nq = FMU_NQ, m->nx = FMU_NX, m->nu = FMU_NU, m->nz = FMU_NZ, m->ny = FMU_NY;
+    m->nr = FMU_NR, m->nm = FMU_NM, m->ne = FMU_NE;
+    m->sampled = FMU_KIND != 1;
+    m->method = FMU_METHOD;
+    m->outputs = FMU_OUTPUTS;
+    m->reference = fmu_reference;
+    FMU_MODEL(m);
+}
+
+static void fmu_reset(fmu_instance *i)
+{
+    mv_single *s = &i->single;
+    const int exchange = i->exchange;
+    void *environment = i->environment;
+    fmu_logger *log = i->log;
+    memset(i, 0, sizeof *i);
+    i->exchange = exchange, i->environment = environment, i->log = log;
+    memcpy(i->v, fmu_start, sizeof fmu_start);
+    i->mode = FMU_INSTANTIATED;
+    i->stale = 1;
+    s->schedule = (mv_schedule){0, FMU_TICKS + 2, 1, 1, FMU_MAX_STEPS, 0, FMU_RTOL, FMU_ATOL, 0.0};
+    fmu_functions(&s->model);
+    fmu_link(i);
+}
+
+static fmu_instance *fmu_new(int exchange, void *environment, fmu_logger *log)
+{
+    fmu_instance *i = calloc(1, sizeof *i);
+    if (!i) return 0;
+    i->exchange = exchange, i->environment = environment, i->log = log;
+    fmu_reset(i);
+    return i;
+}
+
+static enum fmu_status fmu_fail(fmu_instance *i, enum fmu_status status, const char *message)
+{
+    if (i->log) i->log(i, message);
+    return status;
+}
+
+/* Outputs, derivatives and limits of the values that are there. */
+static void fmu_evaluate(fmu_instance *i)
+{
+    double *v = i->v;
+    mv_model *m = &i->single.model;
+    if (!i->stale) return;
+    i->stale = 0;
+#if FMU_KIND == 1
+    double u_cmd[FMU_NU + 1];
+    if (m->observe_command) m->observe_command(v + FMU_V_Q, v + FMU_V_R, m->p, m->c, i->x, v + FMU_V_U, u_cmd);
+    else m->observe(v + FMU_V_Q, v + FMU_V_R, m->p, m->c, i->x, v + FMU_V_U);
+    m->loop(v + FMU_V_Q, v + FMU_V_R, m->p, m->c, v + FMU_V_D);
+#else
+    memcpy(i->x, v + FMU_V_Q, FMU_NX * sizeof(double));
+    m->rhs(i->x, v + FMU_V_U, m->p, v + FMU_V_D);
+#endif
+    memcpy(v + FMU_V_X, i->x, FMU_NX * sizeof(double));
+    m->outputs(i->x, v + FMU_V_U, v + FMU_V_R, m->p, v + FMU_V_Y);
+    if (m->limits) m->limits(i->x, v + FMU_V_U, m->p, v + FMU_V_M);
+}
+
+#if FMU_KIND == 2
+/* A sampled law at its instant, in model exchange. */
+static void fmu_sample(fmu_instance *i)
+{
+    double *v = i->v, seen[FMU_NX], command[FMU_NU + 1], z_next[FMU_NZ + 1];
+    mv_model *m = &i->single.model;
+    if (m->measure) m->measure(v + FMU_V_Q, i->noise, m->p, seen);
+    else memcpy(seen, v + FMU_V_Q, sizeof seen);
+    if (m->law_memory) {
+        m->law_memory(seen, v + FMU_V_R, v + FMU_V_U, v + FMU_V_Z, m->p, m->c, command, z_next);
+        memcpy(v + FMU_V_Z, z_next, FMU_NZ * sizeof(double));
+    } else {
+        m->law(seen, v + FMU_V_R, m->p, m->c, command);
+    }
+    if (m->actuate) m->actuate(v + FMU_V_Q, command, m->p, v + FMU_V_U);
+    else memcpy(v + FMU_V_U, command, FMU_NU * sizeof(double));
+    i->next_event = i->start + (double)++i->events * v[FMU_V_P + FMU_PERIOD];
+    i->stale = 1;
+}
+#endif
+
+/* The end of initialization: the memory of a law, and in co-simulation the loop. */
+static void fmu_begin(fmu_instance *i)
+{
+#if FMU_KIND == 2 && FMU_NZ > 0
+    FMU_START(i->v + FMU_V_Q, i->v + FMU_V_R, i->single.model.p, i->single.model.c, i->z);
+    memcpy(i->v + FMU_V_Z, i->z, FMU_NZ * sizeof(double));
+#endif
+    i->next_event = i->start;
+    i->events = 0;
+    i->stale = 1;
+    i->mode = i->exchange ? FMU_EVENTS : FMU_STEPPING;
+}
+
+static int fmu_beyond(const fmu_instance *i, double t)
+{
+    return i->stop_defined && t > i->stop + FMU_RELATIVE * (fabs(i->stop) + fabs(t - i->start));
+}
+
+/* How many ticks a communication step and a period have in common; -1 when neither holds the other. */
+static int fmu_divide(fmu_instance *i, double step)
+{
+    int inside = 1;
+    i->ticks = 1;
+#if FMU_KIND == 2
+    const double period = i->v[FMU_V_P + FMU_PERIOD], larger = step > period ? step : period;
+    const double ratio = larger / (step > period ? period : step), n = floor(ratio + 0.5);
+    if (!(n < FMU_TICKS) || fabs(ratio - n) > FMU_RELATIVE * ratio) return -1;
+    if (step > period) inside = (int)n;
+    else i->ticks = (int32_t)n;
+    i->single.schedule.hold_every = i->ticks;
+#endif
+    i->step = step;
+    return inside;
+}
+
+/* From t to t + h with our own integrator. */
+static enum fmu_status fmu_step(fmu_instance *i, double t, double h)
+{
+    mv_single *s = &i->single;
+    mv_work *w = (mv_work *)i->work;
+    if (!(h > 0) || !(h < MV_INFINITY)) return fmu_fail(i, FMU_ERROR, "the communication step must be a number > 0");
+    if (fabs(t - i->v[FMU_V_T]) > FMU_RELATIVE * (fabs(t) + h))
+        return fmu_fail(i, FMU_ERROR, "the communication point is not where the last step ended");
+    if (fmu_beyond(i, t + h)) return fmu_fail(i, FMU_ERROR, "the step goes past the stop time");
+    if (i->terminated) return fmu_fail(i, FMU_ERROR, "the run has ended");
+    if (FMU_KIND == 2 && i->started && fabs(h - i->step) > FMU_RELATIVE * i->step)
+        return fmu_fail(i, FMU_ERROR, "communication steps of a sampled law must all be the same");
+    const int inside = fmu_divide(i, h);
+    if (inside < 0)
+        return fmu_fail(i, FMU_ERROR, "the step must divide the law's period, or be a multiple of it");
+    if (!i->started) {
+        i->t[0] = t;
+        i->started = 1;
+        mv_start(s, w);
+    }
+    if (i->changed) w->loop.ready = 0;
+    i->changed = 0;
+    mv_call_reference(&w->loop.model, t, w->loop.r);
+    for (int k = 0; k < inside && w->loop.alive; k++) {
+        i->t[i->phase] = k ? t + h * k / inside : t;
+        i->t[i->phase + 1] = t + h * (k + 1) / inside;
+        w->loop.tick = i->phase;
+        s->records = 0;
+        mv_tick(&w->loop);
+        i->phase = (i->phase + 1) % i->ticks;
+    }
+    i->v[FMU_V_T] = w->loop.alive ? t + h : w->loop.t;
+#if FMU_KIND == 2
+    memcpy(i->v + FMU_V_U, w->loop.column + FMU_NX, FMU_NU * sizeof(double));
+    memcpy(i->v + FMU_V_Z, w->loop.column + FMU_NX + 2 * FMU_NU + FMU_NY, FMU_NZ * sizeof(double));
+#endif
+    i->stale = 1;
+    if (w->loop.alive) return FMU_OK;
+    i->terminated = 1;
+    return fmu_fail(i, FMU_DISCARD, w->loop.status == MV_LIMIT ? "a limit of the model is reached"
+                                                               : "the integration cannot go on");
+}
+
+/* Whether a value may be set now: inputs always, parameters and starts until the first step. In model exchange the
+ * importer owns states and time, and CasADi sets them by reference. */
+static int fmu_may_set(const fmu_instance *i, size_t reference)
+{
+    if (reference >= FMU_VALUES) return 0;
+    if (fmu_class[reference] == 'i') return 1;
+    if (i->exchange && (fmu_class[reference] == 's' || fmu_class[reference] == 't')) return 1;
+    return (fmu_class[reference] == 'p' || fmu_class[reference] == 's') && i->mode <= FMU_INITIALIZING;
+}
+
+static enum fmu_status fmu_set(fmu_instance *i, const unsigned *references, size_t n, const double *values)
+{
+    for (size_t k = 0; k < n; k++)
+        if (!fmu_may_set(i, references[k]))
+            return fmu_fail(i, FMU_ERROR, "a value reference is unknown, or cannot be set now");
+    for (size_t k = 0; k < n; k++) i->v[references[k]] = values[k];
+    i->stale = i->changed = 1;
+    return FMU_OK;
+}
+
+static enum fmu_status fmu_get(fmu_instance *i, const unsigned *references, size_t n, double *values)
+{
+    for (size_t k = 0; k < n; k++)
+        if (references[k] >= FMU_VALUES) return fmu_fail(i, FMU_ERROR, "a value reference is unknown");
+    fmu_evaluate(i);
+    for (size_t k = 0; k < n; k++) values[k] = i->v[references[k]];
+    return FMU_OK;
+}
+
+/* Derivatives of the state derivatives along a change of states and inputs, from the generated Jacobians. */
+static enum fmu_status fmu_directional(fmu_instance *i, const unsigned *unknowns, size_t nu, const unsigned *knowns,
+                                       size_t nk, const double *seed, double *sensitivity)
+{
+#if FMU_KIND != 2
+    const unsigned inputs = FMU_KIND == 0 ? FMU_NU : FMU_NR, first_input = FMU_KIND == 0 ? FMU_V_U : FMU_V_R;
+#endif
+    static const int nq = FMU_NQ;
+    double by_state[FMU_NQ * FMU_NQ], by_input[FMU_NQ * (FMU_NU + FMU_NR) + 1];
+    mv_model *m = &i->single.model;
+    fmu_evaluate(i);
+    FMU_JACOBIANS(i->v + FMU_V_Q, i->v + FMU_V_U, i->v + FMU_V_R, m->p, m->c, by_state, by_input);
+    for (size_t a = 0; a < nu; a++) {
+        const unsigned row = unknowns[a] - FMU_V_D;
+        if (unknowns[a] < FMU_V_D || row >= FMU_NQ)
+            return fmu_fail(i, FMU_ERROR, "directional derivatives are those of the state derivatives");
+        sensitivity[a] = 0.0;
+        for (size_t b = 0; b < nk; b++) {
+            const unsigned state = knowns[b] - FMU_V_Q;
+            if (knowns[b] >= FMU_V_Q && state < FMU_NQ) {
+                sensitivity[a] += by_state[row * nq + state] * seed[b];
+                continue;
+            }
+#if FMU_KIND != 2
+            if (knowns[b] >= first_input && knowns[b] - first_input < inputs) {
+                sensitivity[a] += by_input[row * inputs + (knowns[b] - first_input)] * seed[b];
+                continue;
+            }
+#endif
+            return fmu_fail(i, FMU_ERROR, "directional derivatives are by states and inputs");
+        }
+    }
+    return FMU_OK;
+}
+
+/* A copy of an instance's state into another: what belongs to the environment stays. */
+static void fmu_copy(fmu_instance *to, const fmu_instance *from)
+{
+    void *environment = to->environment;
+    fmu_logger *log = to->log;
+    *to = *from;
+    to->environment = environment, to->log = log;
+    fmu_link(to);
+}
+
+/* A state that was bytes: what the addresses in it were is another process's. */
+static void fmu_restore(fmu_instance *i)
+{
+    fmu_functions(&i->single.model);
+    fmu_link(i);
+}
+
+/* Whether a limit is broken: the run ends there. */
+static int fmu_over(fmu_instance *i)
+{
+    fmu_evaluate(i);
+    for (int k = 0; k < FMU_NM; k++)
+        if (!(i->v[FMU_V_M + k] > 0)) return 1;
+    return 0;
+}
+
+static void fmu_event(fmu_instance *i)
+{
+#if FMU_KIND == 2
+    if (i->v[FMU_V_T] >= i->next_event - FMU_RELATIVE * (fabs(i->v[FMU_V_T]) + i->v[FMU_V_P + FMU_PERIOD])) fmu_sample(i);
+#endif
+    i->terminated = fmu_over(i);
+}
+
+#endif

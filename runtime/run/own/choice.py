@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which law a run has: one of the model, a function in Python, or none but inputs over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from mehvar.errors import bad_value
+from mehvar.manifest import Controller, Manifest
+
+from ..options import OPTIONS
+from .inputs import open_loop
+from .law import LawFunction, OwnLaw, own_law
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def law_of(
+    manifest: Manifest,
+    controller: str | LawFunction | None,
+    inputs: Mapping[str, object] | xarray.Dataset | None,
+    interpolation: str | None,
+    period: float | None,
+    memory: ArrayLike | None,
+    end: float,
+    origin: str,
+) -> tuple[Controller, OwnLaw | None]:
+    """Return what describes the law of a run, and the law itself where it is in Python.
+
+    Parameters
+    ----------
+    manifest : Manifest
+        Of the model.
+    controller, inputs, interpolation, period, memory
+        As for `simulate`.
+    end : float
+        Of the run, s.
+    origin : str
+        How error messages call the arguments.
+
+    Raises
+    ------
+    InputError
+        For a law that is none, or an argument that this kind of law does not take.
+    """
+    given = {"inputs": inputs, "interpolation": interpolation, "period": period, "memory": memory}
+    if period is not None:
+        period = OPTIONS["hold"].check(period, f"{origin}, period")
+    if controller is None:
+        if inputs is None:
+            raise bad_value(
+                "controller", controller, "a law, unless there are inputs: inputs={} for none that act", origin
+            )
+        _refuse(given, ("memory",), "left out without a law", origin)
+        own = open_loop(inputs, manifest, period, interpolation, end, origin)
+        return own.controller, own
+    if callable(controller):
+        _refuse(given, ("inputs", "interpolation"), "left out with a law, which gives the inputs", origin)
+        own = own_law(controller, manifest, period, memory, origin)
+        return own.controller, own
+    if not isinstance(controller, str):
+        raise bad_value(
+            "controller", controller, "the name of a law, a function law(t, x), or None with inputs", origin
+        )
+    _refuse(given, ("inputs", "interpolation"), "left out with a law, which gives the inputs", origin)
+    _refuse(given, ("memory",), "left out with a law of the model, which has its own", origin)
+    _refuse(given, ("period",), "left out with a law of the model: hold says how often that is sampled", origin)
+    return manifest.controller(controller), None
+
+
+def _refuse(given: Mapping[str, object], names: tuple[str, ...], allowed: str, origin: str) -> None:
+    for name in names:
+        if given[name] is not None:
+            raise bad_value(name, given[name], allowed, origin)

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Inputs over time from a file: a result, or a table."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.manifest import Manifest
+
+from ...model.functions import FloatArray
+from ..formats import open_result
+
+if TYPE_CHECKING:
+    import xarray
+
+Table = dict[str, tuple[FloatArray, FloatArray]]
+
+
+def read_inputs(path: str | os.PathLike[str], manifest: Manifest) -> Table | xarray.Dataset:
+    """Read inputs as an open loop takes them.
+
+    Parameters
+    ----------
+    path : path
+        A result in NetCDF; or a table in CSV with a column `t` and one for each input, by its name or as a result has
+        it, `u_NAME`; a unit in brackets after a name must be the model's. Of a result in CSV the other columns are
+        left out.
+    manifest : Manifest
+        Of the model.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, has another ending, lacks a column, has one twice or in another unit, or holds
+        what is no number.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix == ".nc":
+        return open_result(path)
+    if suffix != ".csv":
+        raise bad_value("inputs", os.fspath(path), "a file name that ends in .nc or .csv")
+    names = [q.name for q in manifest.inputs]
+    columns, units = _columns(path)
+    if "t" not in columns:
+        raise bad_value(f"columns of {path}", ", ".join(columns), "t, in seconds, and inputs")
+    commanded = {
+        name: f"{prefix}{name}" for prefix in ("u_", "u_cmd_") for name in names if f"{prefix}{name}" in columns
+    }
+    table = commanded or {name: name for name in columns if name != "t"}
+    for name in table:
+        if name not in names:
+            raise unknown_name(f"input of {manifest.model}", name, names, os.fspath(path))
+        if name in columns and table[name] != name:
+            raise bad_value(f"columns of {path}", f"{name}, {table[name]}", f"one column of {name}")
+    expected = {"t": "s"} | {table[q.name]: q.unit for q in manifest.inputs if q.name in table}
+    for column, unit in expected.items():
+        if units[column] not in (None, unit):
+            raise bad_value(f"unit of {column} in {path}", units[column], f"{unit}, or left out")
+    return {name: (columns["t"], columns[column]) for name, column in table.items()}
+
+
+def _columns(path: str | os.PathLike[str]) -> tuple[dict[str, FloatArray], dict[str, str | None]]:
+    """Return the columns of a table, and the units that stand in brackets after their names."""
+    try:
+        with Path(path).open(encoding="utf-8-sig", newline="") as file:
+            head, *rows = csv.reader(file)
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+        raise InputError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from error
+    titles = [re.fullmatch(r"\s*(.*?)\s*(?:\[(.*)\])?\s*", title, re.DOTALL) for title in head]
+    names = [title[1] for title in titles if title]
+    if len(names) != len({*names}):
+        raise bad_value(f"columns of {path}", ", ".join(names), "one of each name")
+    numbers = np.empty((len(rows), len(names)))
+    for k, row in enumerate(rows):
+        try:
+            numbers[k] = [float(cell) for cell in row]
+        except ValueError:
+            raise bad_value(f"line {k + 2} of {path}", ",".join(row), f"{len(names)} numbers") from None
+    return dict(zip(names, numbers.T, strict=True)), {title[1]: title[2] for title in titles if title}

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Inputs over time in place of a law: numbers, arrays, functions of time, or those of an earlier run."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+import numpy as np
+
+from mehvar.errors import InputError, bad_value, shown, unknown_name
+from mehvar.manifest import OPEN_LOOP, Manifest
+
+from ...arguments import check_arguments
+from ...model.functions import FloatArray
+from ...model.parameters import number
+from ..options import either
+from ..ticks import fraction
+from .law import LawError, OwnLaw, describe, source
+
+if TYPE_CHECKING:
+    import xarray
+
+Interpolation = Literal["hold", "linear"]
+
+_ROUNDING = 1e-9
+"""Of a sample: instants are rounded multiples of it, and the next one is a whole sample away."""
+_ALLOWED = "a number, a pair (t, values) of arrays, or a function of t"
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One input over time.
+
+    Attributes
+    ----------
+    value : callable
+        The input at an instant.
+    held : bool
+        Whether it only changes at `instants`.
+    instants : array, (n,)
+        Where it changes its course, s.
+    last : float
+        Until when it is known, s.
+    text : str
+        Tells it from others, where Python knows its text.
+    """
+
+    value: Callable[[float], float]
+    held: bool
+    instants: FloatArray = field(default_factory=lambda: np.empty(0))
+    last: float = np.inf
+    text: str = ""
+
+
+def open_loop(
+    inputs: Mapping[str, object] | xarray.Dataset,
+    manifest: Manifest,
+    period: float | None,
+    interpolation: str | None,
+    end: float,
+    origin: str,
+) -> OwnLaw:
+    """Return inputs over time as a law that looks at the clock alone.
+
+    Parameters
+    ----------
+    inputs : mapping or xarray.Dataset
+        Inputs by name: a number, arrays (t, values), or a function of t; one that is not named is zero. Of the result
+        of an earlier run, what was commanded in it, later by its delay.
+    manifest : Manifest
+        Of the model.
+    period : float, optional
+        Time for which an input is held, s.
+    interpolation : {"hold", "linear"}, optional
+        What an array means between its instants: "hold" unless given.
+    end : float
+        Of the run, s.
+    origin : str
+        How error messages call the arguments.
+
+    Raises
+    ------
+    InputError
+        For an unknown input, or values that are none.
+    """
+    check_arguments("text", origin, interpolation=interpolation)
+    if interpolation not in (None, *get_args(Interpolation)):
+        raise bad_value("interpolation", interpolation, either(map(repr, get_args(Interpolation))), origin)
+    linear = interpolation == "linear"
+    if hasattr(inputs, "data_vars"):
+        inputs, recorded = _recorded(inputs, manifest, end, origin)
+        period = period if linear or period is not None else recorded
+    check_arguments("mapping", origin, inputs=inputs)
+    names = [q.name for q in manifest.inputs]
+    for name in inputs:
+        if name not in names:
+            raise unknown_name(f"input of {manifest.model}", name, names, origin)
+    signals = [_signal(f"inputs[{name!r}]", inputs.get(name, 0.0), linear, origin) for name in names]
+    if interpolation is not None and not any(len(signal.instants) for signal in signals):
+        raise bad_value("interpolation", interpolation, "left out unless an input is an array over time", origin)
+    for name, signal in zip(names, signals, strict=True):
+        if signal.last < end:
+            allowed = f"known until the end of the run, {end:g} s; they end at {signal.last:g} s"
+            raise InputError(f"inputs[{name!r}] (from {origin}): must be {allowed}")
+    texts = [signal.text for signal in signals]
+    return OwnLaw(
+        controller=describe(OPEN_LOOP, "open loop"),
+        start=np.empty(0),
+        command=_Inputs(names, signals),
+        period=period,
+        held=all(signal.held for signal in signals),
+        text="\n".join([f"linear = {linear}", *texts]) if all(texts) else "",
+        instants=np.unique(np.concatenate([signal.instants for signal in signals] or [np.empty(0)])),
+    )
+
+
+class _Inputs:
+    """All inputs at an instant, the same for every run."""
+
+    def __init__(self, names: Sequence[str], signals: Sequence[Signal]) -> None:
+        self._names, self._signals = names, signals
+
+    def __call__(self, t: float, x: FloatArray, _r: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        u = np.array([self._value(k, t) for k in range(len(self._signals))], dtype=np.float64)
+        runs = x.shape[1:]
+        return np.array(np.broadcast_to(u.reshape(-1, *(1 for _ in runs)), (len(u), *runs))), z
+
+    def _value(self, k: int, t: float) -> float:
+        where = f"inputs[{self._names[k]!r}] at t = {t:.6g} s"
+        try:
+            value = self._signals[k].value(t)
+        except Exception as error:
+            raise LawError(f"{where} raised {type(error).__name__}: {' '.join(str(error).split())}") from error
+        try:
+            return number(where, value)
+        except InputError as error:
+            raise LawError(f"{where} is {shown(value)}: must be a finite number") from error
+
+
+def _signal(name: str, value: object, linear: bool, origin: str) -> Signal:
+    if callable(value):
+        return Signal(value, held=False, text=source(value))
+    if not isinstance(value, tuple | list):
+        try:
+            constant = number(name, value, origin)
+        except InputError:
+            raise bad_value(name, value, _ALLOWED, origin) from None
+        return Signal(lambda _t: constant, held=True, text=repr(constant))
+    t, values = _series(name, value, origin)
+    text = hashlib.sha256(t.tobytes() + values.tobytes()).hexdigest()
+    if linear:
+        last = float(t[-1])
+        return Signal(lambda now: float(np.interp(now, t, values)), held=False, instants=t, last=last, text=text)
+    return Signal(
+        lambda now: float(values[np.searchsorted(t, now, side="right") - 1]), held=True, instants=t, text=text
+    )
+
+
+def _series(name: str, pair: Sequence[Any], origin: str) -> tuple[FloatArray, FloatArray]:
+    try:
+        t, values = (np.array(part, dtype=np.float64) for part in pair)
+    except (TypeError, ValueError):
+        raise bad_value(name, pair, _ALLOWED, origin) from None
+    if t.ndim != 1 or t.shape != values.shape or not t.size:
+        raise bad_value(
+            name, pair, f"a pair of arrays of one length, not of shapes {t.shape} and {values.shape}", origin
+        )
+    for what, array in (("instants", t), ("values", values)):
+        if not np.isfinite(array).all():
+            raise bad_value(f"{what} of {name}", float(array[~np.isfinite(array)][0]), "finite", origin)
+    if (np.diff(t) <= 0).any():
+        k = int(np.argmax(np.diff(t) <= 0))
+        raise bad_value(f"instants of {name}", float(t[k + 1]), f"after {t[k]:g}: they rise", origin)
+    if t[0] > 0:
+        raise bad_value(f"instants of {name}", float(t[0]), "0 or before for the first: the run begins at 0", origin)
+    return np.array([float(fraction(instant)) for instant in t]), values
+
+
+def _recorded(
+    run: Any, manifest: Manifest, end: float, origin: str
+) -> tuple[dict[str, tuple[FloatArray, FloatArray]], float | None]:
+    """Return the commands of an earlier run, and how long it held each."""
+    if "t" not in run.coords or run["t"].dims != ("t",) or "run" in run.dims:
+        raise bad_value("inputs", "a dataset without time", "the result of one run", origin)
+    t = np.array(run["t"], dtype=np.float64)
+    if t[-1] < end:
+        raise InputError(f"inputs (from {origin}): that run ends at {t[-1]:g} s: set t_end to no more than that")
+    columns = {}
+    for q in manifest.inputs:
+        name = next((name for name in (f"u_cmd_{q.name}", f"u_{q.name}") if name in run), None)
+        if name is None:
+            raise bad_value(
+                "inputs", f"a dataset without u_{q.name}", f"the result of a run of {manifest.model}", origin
+            )
+        columns[q.name] = np.array(run[name], dtype=np.float64)
+    options = json.loads(run.attrs.get("options", "{}"))
+    hold, late = options.get("hold"), 0
+    if hold is not None and len(t) > 1:
+        samples = hold / t[1]
+        if samples < 1 - _ROUNDING:
+            allowed = f"recorded as often as it held an input, every {hold:g} s: run it again with dt_out={hold:g}"
+            raise bad_value("inputs", f"a run recorded every {t[1]:g} s", allowed, origin)
+        late = min(int(options["delay"]) * round(samples), len(t))
+    return {name: (t, np.append(np.zeros(late), u[: len(u) - late])) for name, u in columns.items()}, hold

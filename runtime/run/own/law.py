@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A law as a Python function, with everything that it gives checked."""
+
+from __future__ import annotations
+
+import inspect
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mehvar.errors import MehvarError, bad_value, shown
+from mehvar.manifest import Controller, Manifest, Quantity
+
+from ...model.functions import FloatArray
+from ..ticks import common_step
+from .state import state_type
+
+LawFunction = Callable[..., Any]
+"""law(t, x) -> u, or law(t, x, z) -> (u, z_next) with a memory; u of shape (nu,), in a batch (nu, runs)."""
+
+_READ_ONLY = "; x and z cannot be changed in place: return the input and, with a memory, the next one"
+_BLOCK = "; in a batch x has a column for each run: numpy.where decides for each"
+
+Law = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+"""A sampled law evaluated elsewhere: state as measured, reference, applied input, memory -> input, memory."""
+
+
+class LawError(MehvarError, RuntimeError):
+    """A law in Python failed, or gave something that is no input; the message says when, what and where."""
+
+    exit_status = 3
+
+
+@dataclass(frozen=True)
+class OwnLaw:
+    """A law that Python evaluates: a function of the user, or inputs over time.
+
+    Attributes
+    ----------
+    controller : Controller
+        Describes it, as the manifest does a law of the model; its name is none that a model's law can have.
+    start : array, (nz,)
+        Memory before the first sample.
+    command : callable
+        (t, x, r, z) -> (u, z_next), checked; each of shape (n,), or (n, runs) for many runs at once.
+    period : float, optional
+        Time for which an input is held, s; None for what is continuous, or not decided.
+    held : bool
+        Whether the input only changes at `instants`, so that it can be held from one to the next.
+    instants : array, (n,)
+        Where inputs over time change their course, s: integration stops at each.
+    text : str
+        Its source, where Python knows it.
+    """
+
+    controller: Controller
+    start: FloatArray
+    command: Callable[[float, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+    period: float | None = None
+    held: bool = False
+    instants: FloatArray = field(default_factory=lambda: np.empty(0))
+    text: str = ""
+
+    def hold(self, dt: float, origin: str) -> tuple[float | None, float]:
+        """Return for how long an input is held, None for a continuous loop; and the step in which the loop is stopped.
+
+        Raises
+        ------
+        InputError
+            If the instants of the inputs are on no grid.
+        """
+        step = self.period or common_step(dt, self.instants, origin)
+        return (step if self.period or self.held else None), step
+
+    def at(self, instants: FloatArray) -> Law:
+        """Return the law as a loop evaluates it, once at each of these instants, in their order."""
+        now = iter(instants.tolist())
+        return lambda x, r, _v, z: self.command(next(now), x, r, z)
+
+
+def describe(name: str, title: str, memory: Sequence[Quantity] = ()) -> Controller:
+    """Return what a result says of a law that no manifest has."""
+    return Controller(
+        name=name,
+        title=title,
+        memory=tuple(memory),
+        period=None,
+        parameters=(),
+        constraints=(),
+        warnings=(),
+    )
+
+
+def own_law(
+    function: LawFunction, manifest: Manifest, period: float | None, memory: ArrayLike | None, origin: str
+) -> OwnLaw:
+    """Return a user's function as a law of a model.
+
+    Parameters
+    ----------
+    function : callable
+        See `LawFunction`.
+    manifest : Manifest
+        Of the model.
+    period : float, optional
+        Time from one evaluation to the next, s; the law is continuous without it.
+    memory : array_like, (nz,), optional
+        What the law keeps from one sample to the next, before the first one.
+    origin : str
+        How error messages call the arguments.
+
+    Raises
+    ------
+    InputError
+        For a memory that is none, or one without a period.
+    """
+    start = np.empty(0) if memory is None else _memory(memory, period, origin)
+    name = getattr(function, "__name__", type(function).__name__).strip("<>")
+    title = next(iter((getattr(function, "__doc__", None) or "").strip().splitlines()), f"{name}, in Python")
+    quantities = [Quantity(f"memory_{i}", "1", f"number {i} that {name} keeps") for i in range(1, len(start) + 1)]
+    caller = _Caller(function, name, manifest, None if memory is None else len(start))
+    text = source(function)
+    if text:
+        text += f"\nmemory = {start.tolist()}"
+    return OwnLaw(describe(f"python:{name}", title, quantities), start, caller, period, text=text)
+
+
+def _memory(memory: ArrayLike, period: float | None, origin: str) -> FloatArray:
+    if period is None:
+        raise bad_value(
+            "memory", memory, "left out unless the law has a period: a continuous one keeps nothing", origin
+        )
+    try:
+        start = np.array(memory)
+    except (TypeError, ValueError):
+        start = np.empty((), dtype=object)
+    if start.dtype.kind not in "iuf" or start.ndim != 1 or not start.size or not np.isfinite(start).all():
+        raise bad_value("memory", memory, "a list of finite numbers", origin)
+    return start.astype(np.float64)
+
+
+class _Caller:
+    """Calls a user's function and refuses what is no input."""
+
+    def __init__(self, function: LawFunction, name: str, manifest: Manifest, memory: int | None) -> None:
+        self._function, self._name, self._memory = function, name, memory
+        self._inputs = [q.name for q in manifest.inputs]
+        self._type = state_type(tuple(q.name for q in manifest.states), tuple(q.name for q in manifest.references))
+
+    def __call__(self, t: float, x: FloatArray, r: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        state = np.array(x).view(self._type)
+        state.r, memory = np.array(r), np.array(z)
+        for array in (state, state.r, memory):
+            array.flags.writeable = False
+        try:
+            result = self._function(t, state) if self._memory is None else self._function(t, state, memory)
+        except Exception as error:
+            raise LawError(f"{self._at(t)} raised {_said(error, self._function)}") from error
+        runs = x.shape[1:]
+        if self._memory is None:
+            return self._checked(t, "u", result, (len(self._inputs), *runs)), z
+        if not isinstance(result, tuple) or len(result) != 2:
+            raise LawError(f"{self._at(t)} returned {shown(result)}: must be the pair (u, z_next), as it has a memory")
+        u, z_next = result
+        return (
+            self._checked(t, "u", u, (len(self._inputs), *runs)),
+            self._checked(t, "z_next", z_next, (self._memory, *runs)),
+        )
+
+    def _checked(self, t: float, what: str, value: object, shape: tuple[int, ...]) -> FloatArray:
+        array = _numbers(value, shape)
+        names = f", one for each of {', '.join(self._inputs)}" if what == "u" else ""
+        if array is None:
+            size = f" of shape {value.shape}" if isinstance(value, np.ndarray) else ""
+            raise LawError(
+                f"{self._at(t)} returned {what} = {shown(value)}{size}: must be numbers of shape {shape}{names}"
+            )
+        if len(shape) == 1 and not np.isfinite(array).all():
+            raise LawError(f"{self._at(t)} returned {what} = {shown(value)}: must be finite numbers{names}")
+        return array
+
+    def _at(self, t: float) -> str:
+        return f"the law {self._name} at t = {t:.6g} s"
+
+
+def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
+    """Return numbers of a shape (n,) or (n, runs); a row may be one number for all runs, and one row needs no list."""
+    n, runs = shape[0], shape[1:]
+    try:
+        listed = value if isinstance(value, list | tuple) else np.asarray(value)
+        alone = (isinstance(listed, np.ndarray) and listed.ndim == 0) or len(listed) != n
+        arrays = [np.asarray(row) for row in ([listed] if alone else listed)]
+    except (ValueError, TypeError):
+        return None
+    if len(arrays) != n or any(a.dtype.kind not in "iuf" or a.shape not in ((), runs) for a in arrays):
+        return None
+    return np.array([np.broadcast_to(a, runs) for a in arrays], dtype=np.float64)
+
+
+def source(function: LawFunction) -> str:
+    """Return the text of a function and the numbers that it takes from around it; nothing where that is not all of it.
+
+    Python knows a lambda by its line, which may hold several, and other functions and objects by name only.
+    """
+    if not isinstance(function, FunctionType):
+        return ""
+    try:
+        text, around = inspect.getsource(function), inspect.getclosurevars(function)
+    except (OSError, TypeError, ValueError):
+        return ""
+    values = {
+        **{name: function.__globals__[name] for name in _names(function.__code__) if name in function.__globals__},
+        **around.nonlocals,
+        "defaults": function.__defaults__,
+        "keywords": tuple((function.__kwdefaults__ or {}).values()),
+    }
+    numbers = {name: value for name, value in values.items() if not isinstance(value, ModuleType)}
+    if function.__name__ == "<lambda>" or not all(map(_is_plain, numbers.values())):
+        return ""
+    return f"{text}\n{ {name: np.asarray(value).tolist() for name, value in sorted(numbers.items())} }"
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """Yield the names that a text uses, in its comprehensions too, which Python keeps as code of their own."""
+    yield from code.co_names
+    for part in code.co_consts:
+        if isinstance(part, CodeType):
+            yield from _names(part)
+
+
+def _is_plain(value: object) -> bool:
+    try:
+        return np.asarray(value).dtype.kind in "biufU" or value is None
+    except (TypeError, ValueError):
+        return False
+
+
+def _said(error: Exception, function: LawFunction) -> str:
+    """Say what a law raised and where in its text."""
+    code = getattr(function, "__code__", None)
+    frames = [
+        f for f in traceback.extract_tb(error.__traceback__) if code is not None and f.filename == code.co_filename
+    ]
+    place = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
+    text = " ".join(str(error).split())
+    hint = _READ_ONLY if "read-only" in text else _BLOCK if "truth value of an array" in text else ""
+    return f"{type(error).__name__}{f': {text}' if text else ''}{place}{hint}"

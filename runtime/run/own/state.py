@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a law in Python sees: an array that answers to names too."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mehvar.errors import unknown_name
+
+from ...model.functions import FloatArray
+
+
+class State(np.ndarray[Any, np.dtype[np.float64]]):
+    """The state that a law sees, shape (nx,), or (nx, runs) in a batch; it cannot be written to.
+
+    `x.NAME` and `x["NAME"]` are a state or a reference, `x.r` all references. A state called like an attribute of
+    arrays, such as `T`, is that attribute's instead: an array with its axes swapped is not needed here.
+
+    What is computed from it is a plain array: half of a state has other places.
+    """
+
+    names: Sequence[str]
+    references: Sequence[str]
+    r: FloatArray
+
+    def __getitem__(self, key: Any) -> Any:
+        if not isinstance(key, str):
+            return self.view(np.ndarray)[key]
+        if key in self.names:
+            return self.view(np.ndarray)[self.names.index(key)]
+        if key in self.references:
+            return self.r[self.references.index(key)]
+        raise unknown_name("state or reference", key, (*self.names, *self.references))
+
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        plain = np.asarray(array)
+        return plain[()] if return_scalar or plain.ndim == 0 else plain
+
+
+@functools.cache
+def state_type(names: tuple[str, ...], references: tuple[str, ...]) -> type[State]:
+    """Return the class of the states of a model, with a property for each name."""
+    fields: dict[str, Any] = {"names": names, "references": references}
+    fields |= {name: property(functools.partial(_reference, i)) for i, name in enumerate(references)}
+    fields |= {name: property(functools.partial(_row, i)) for i, name in enumerate(names)}
+    return type("State", (State,), fields)
+
+
+def _row(i: int, state: State) -> Any:
+    return state.view(np.ndarray)[i]
+
+
+def _reference(i: int, state: State) -> Any:
+    return state.r[i]

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every field of a manifest and of a system is compared, or is exempt for a reason."""
+
+import math
+from dataclasses import fields, is_dataclass, replace
+
+import pytest
+
+from mehvar.codegen.diff import compare
+from mehvar.codegen.diff.parameters import EXEMPT
+from mehvar.manifest import Choice, Controller, Manifest, Metric, Output, Parameter, Quantity, Scenario
+from mehvar.models import system
+from tests.codegen.diff.documents import document
+from tests.codegen.diff.pairs import manifest
+
+KINDS = (Manifest, Quantity, Parameter, Output, Choice, Controller, Scenario, Metric)
+PLACES = {
+    Quantity: lambda m, q: replace(m, states=(q(m.states[0]), *m.states[1:])),
+    Parameter: lambda m, q: replace(m, parameters=(q(m.parameters[0]), *m.parameters[1:])),
+    Output: lambda m, q: _law(m, outputs=tuple(map(q, m.controllers["pd"].outputs))),
+    Choice: lambda m, q: replace(m, choices={name: q(row) for name, row in m.choices.items()}),
+    Controller: lambda m, q: replace(m, controllers={name: q(row) for name, row in m.controllers.items()}),
+    Scenario: lambda m, q: replace(m, scenarios={name: q(row) for name, row in m.scenarios.items()}),
+    Metric: lambda m, q: replace(m, metrics={name: q(row) for name, row in m.metrics.items()}),
+    Manifest: lambda m, q: q(m),
+}
+WORDS = "words"
+COMPARED = {
+    "System": {
+        "structure": "structure", "states": "state", "inputs": "input", "references": "reference",
+        "outputs": "output", "parameters": "parameter", "scenario_parameters": "scenario", "rhs": "rhs",
+        "output": "output", "steps": "definition", "limits": "limit", "initial": "initial", "reference": "reference",
+        "constraints": "constraint", "functions": "function", "controllers": "law", "scenarios": "manifest",
+        "metrics": "manifest", "coordinates": "coordinate", "actuator": "actuator", "sensor": "sensor",
+        "projection": "projection", "choices": "manifest", "variants": "variant", "rates": "rates",
+        "residual": "motion", "name": "the models that are compared have one name", "title": WORDS, "source": WORDS,
+    },
+    "Controller": {
+        "name": "law", "parameters": "law", "command": "law", "constraints": "constraint", "warnings": "warning",
+        "period": "manifest", "delay": "manifest", "applied": "applied", "memory": "memory", "start": "memory at start",
+        "update": "memory update", "outputs": "law output", "bears_loss": "manifest", "title": WORDS,
+        "in_numbers": "a check of dimensions, of which no number depends",
+    },
+    "Condition": {
+        "margin": "limit", "message": "manifest", "shown": "numbers in a message; how many is in the manifest",
+    },
+    "Output": {"quantity": "law output", "value": "law output", "at_most": "manifest"},
+    "Actuator": {"commanded": "commanded", "applied": "actuator"},
+    "Sensor": {"noise": "noise", "measured": "sensor"},
+    "Variant": {"values": "variant", "rhs": "variant", "loops": "variant"},
+    "Coordinates": {
+        "states": "coordinate", "inputs": "coordinate", "rhs": "coordinate", "from_state": "from state",
+        "from_input": "from input", "to_state": "to state", "to_input": "to input",
+    },
+    "Function": {
+        "name": "function", "arguments": "argument", "results": "function", "description": WORDS,
+        "vector": "how results are packed",
+    },
+}  # fmt: skip
+"""For each field of the vocabulary, the kind of rows or symbols where it is compared, or why it is not."""
+
+
+def _law(m, **new):
+    return replace(m, controllers={name: replace(law, **new) for name, law in m.controllers.items()})
+
+
+def another(value):
+    """Return another value of the same kind."""
+    match value:
+        case bool():
+            return not value
+        case int() | float():
+            return 0.5 if math.isinf(value) else value + 1
+        case str() | None:
+            return f"{value} edited"
+        case tuple() if value and is_dataclass(value[0]):
+            return value[1:]
+        case tuple():
+            return (*value, "another")
+    return dict(list(value.items())[1:])
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [(kind, f.name) for kind in KINDS for f in fields(kind)],
+    ids=lambda entry: getattr(entry, "__name__", entry),
+)
+def test_an_edit_of_a_field_of_the_manifest_is_seen(kind, name):
+    exempt = any(f"{base.__name__}.{name}" in EXEMPT for base in kind.__mro__)
+    if name == "name" or exempt:
+        return
+    plain, old = document("f: x*m"), manifest()
+    new = PLACES[kind](old, lambda row: replace(row, **{name: another(getattr(row, name))}))
+    pair = (replace(plain, manifest=side) for side in (old, new))
+    assert new != old
+    assert compare(*pair).parameters, f"{kind.__name__}.{name}"
+
+
+def test_every_exemption_is_of_a_field_and_has_a_reason():
+    known = {f"{kind.__name__}.{f.name}" for kind in KINDS for f in fields(kind)}
+    assert EXEMPT.keys() <= known
+    assert all(EXEMPT.values())
+
+
+@pytest.mark.parametrize("kind", COMPARED)
+def test_every_field_of_the_vocabulary_has_its_place(kind):
+    own = {f.name for f in fields(getattr(system, kind))} - {f.name for f in fields(system.Located)}
+    assert COMPARED[kind].keys() == own

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Inputs are what a derivation loaded: helpers beside the model, what they import, files, versions of libraries."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from mehvar.codegen.generate import Tree, check, installed_tree
+from mehvar.manifest import manifest_text, read_manifest, sealed
+
+ROOT = installed_tree().root
+HEAD = """
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "lib"))
+import helper
+
+(Path(__file__).parents[1] / "table.csv").read_text()
+"""
+
+
+def mehvar(folder: Path, *arguments: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-P", "-m", "mehvar", *arguments]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True).stdout
+
+
+@pytest.fixture(scope="module")
+def derived(tmp_path_factory):
+    """A system of a user's own that imports a helper from elsewhere, which imports another, and reads a table."""
+    place = tmp_path_factory.mktemp("own")
+    mehvar(place, "new", "wheel")
+    folder = place / "wheel"
+    for name, text in {
+        "lib/helper.py": "import deeper\n",
+        "lib/deeper.py": "GAIN = 1\n",
+        "models/table.csv": "1\n",
+    }.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text)
+    start = folder / "models" / "wheel" / "__init__.py"
+    start.write_text(HEAD + start.read_text())
+    mehvar(folder, "generate")
+    return folder
+
+
+@pytest.fixture
+def tree(derived, tmp_path):
+    shutil.copytree(derived, tmp_path / "wheel")
+    return Tree(tmp_path / "wheel")
+
+
+def test_what_was_loaded_is_recorded_and_fresh(tree):
+    recorded = read_manifest(tree.root / "generated" / "wheel").inputs_sha256
+    assert {"lib/helper.py", "lib/deeper.py", "models/table.csv"} <= recorded.keys()
+    assert not any(name.startswith("/") or "site-packages" in name for name in recorded)
+    assert check(tree, "wheel").reasons == ()
+
+
+@pytest.mark.parametrize("name", ["lib/helper.py", "lib/deeper.py", "models/table.csv", "models/wheel/system.py"])
+def test_an_edit_of_what_was_loaded_is_stale(tree, name):
+    path = tree.root / name
+    path.write_text(path.read_text() + "\n")
+    assert check(tree, "wheel").reasons == (f"{name} changed",)
+
+
+def test_a_lost_helper_is_stale(tree):
+    (tree.root / "lib" / "deeper.py").unlink()
+    assert check(tree, "wheel").reasons == ("lib/deeper.py is gone",)
+
+
+@pytest.mark.parametrize("library", ["sympy", "casadi"])
+def test_another_version_of_a_library_is_stale(tree, library):
+    path = tree.root / "generated" / "wheel" / "manifest.json"
+    version = read_manifest(path.parent).versions[library]
+    path.write_text(sealed(path.read_text().replace(f'"{library}": "{version}"', f'"{library}": "0.1"')))
+    assert check(tree, "wheel").reasons == (f"{library} is {version}, was 0.1",)
+
+
+def test_a_new_title_of_a_scenario_derives_nothing(tree):
+    path = tree.root / "models" / "wheel" / "scenarios.toml"
+    text = path.read_text()
+    path.write_text(re.sub(r'^title = ".*"', 'title = "another title"', text, count=1, flags=re.MULTILINE))
+    assert path.read_text() != text
+    before = read_manifest(tree.root / "generated" / "wheel")
+    code = (
+        "import sys; from pathlib import Path\n"
+        "from mehvar.codegen.generate import find_tree, generate\n"
+        "generate(find_tree(Path.cwd()), 'wheel')\n"
+        "print([m for m in ('sympy', 'casadi') if m in sys.modules])"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-P", "-c", code]
+    done = subprocess.run(command, cwd=tree.root, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+    after = read_manifest(tree.root / "generated" / "wheel")
+    assert check(tree, "wheel").reasons == ()
+    assert "another title" in manifest_text(after)
+    assert after.files_sha256 == before.files_sha256

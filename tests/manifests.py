@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Manifests that a test writes itself."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from mehvar.manifest import FILE, sealed
+
+
+def write_manifest(folder: Path, data: Mapping[str, Any]) -> None:
+    """Write a manifest as generation would: sealed."""
+    (folder / FILE).write_text(sealed(json.dumps(data, indent=1)))

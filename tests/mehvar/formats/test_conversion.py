@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results and batches in other formats: the numbers of the source, under names with units."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas
+import pytest
+import xarray
+from hypothesis import given
+from hypothesis import strategies as st
+from pyarrow import parquet
+from scipy.io import loadmat
+
+import mehvar
+from mehvar.errors import InputError
+from mehvar.formats.conversion import convert, flat_name
+from mehvar.models.units import UNITS
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    path = tmp_path_factory.mktemp("run") / "run.nc"
+    dataset = mehvar.simulate("triangle", "path", t_end=2.0)
+    mehvar.save(dataset, path)
+    return path, dataset
+
+
+@pytest.fixture(scope="module")
+def batch(tmp_path_factory):
+    path = tmp_path_factory.mktemp("batch") / "runs.zarr"
+    vary = {"theta_0": "uniform(0.8, 1.2)"}
+    return path, mehvar.batch("triangle", "path", 5, vary=vary, t_end=2.0, save=1.0, out=path)
+
+
+@pytest.mark.parametrize("to", ["csv", "parquet"])
+def test_a_run_as_a_table(run, to, tmp_path):
+    source, dataset = run
+    assert convert(source, to, tmp_path / f"run.{to}") == [tmp_path / f"run.{to}"]
+    frame = getattr(pandas, f"read_{to}")(tmp_path / f"run.{to}")
+    assert len(frame) == dataset.sizes["t"]
+    for name in ("t_s", "rho", "theta_rad", "u_w2_rad_per_s", "mu_m2"):
+        source_name = {"t_s": "t", "theta_rad": "theta", "u_w2_rad_per_s": "u_w2", "mu_m2": "mu"}.get(name, name)
+        np.testing.assert_array_equal(frame[name], dataset[source_name])
+
+
+def test_units_are_in_the_metadata_of_columns(run, tmp_path):
+    source, dataset = run
+    convert(source, "parquet", tmp_path / "run.parquet")
+    schema = parquet.read_schema(tmp_path / "run.parquet")
+    assert schema.field("theta_rad").metadata[b"units"] == b"rad"
+    assert schema.metadata[b"model_hash"].decode() == dataset.attrs["model_hash"]
+
+
+@pytest.mark.parametrize("to", ["csv", "parquet"])
+def test_a_batch_as_two_tables(batch, to, tmp_path):
+    source, dataset = batch
+    table, series = convert(source, to, tmp_path / f"runs.{to}")
+    runs, samples = (getattr(pandas, f"read_{to}")(path) for path in (table, series))
+    assert (len(runs), len(samples)) == (5, 5 * dataset.sizes["t"])
+    np.testing.assert_array_equal(runs["theta_0_rad"], dataset["theta_0"])
+    np.testing.assert_array_equal(runs["final_theta_rad"], dataset["final"].sel(state="theta"))
+    np.testing.assert_array_equal(samples.query("run == 3")["theta_rad"], dataset["theta"][3])
+
+
+def test_a_batch_whole(batch, tmp_path):
+    source, dataset = batch
+    convert(source, "netcdf", tmp_path / "runs.nc")
+    convert(source, "mat", tmp_path / "runs.mat")
+    with xarray.open_dataset(tmp_path / "runs.nc", engine="h5netcdf", decode_timedelta=False) as whole:
+        for name in dataset.data_vars:
+            np.testing.assert_array_equal(whole[name], dataset[name])
+    np.testing.assert_array_equal(loadmat(tmp_path / "runs.mat")["final"], dataset["final"])
+
+
+@pytest.mark.parametrize(
+    ("source", "to", "out", "message"),
+    [
+        ("run", "xls", "x.xls", "to = 'xls': must be one of parquet"),
+        ("run", "csv", "x.parquet", "a file name that ends in .csv"),
+        ("nothing.nc", "csv", "x.csv", "no result file"),
+    ],
+)
+def test_what_cannot_be_is_refused(run, source, to, out, message, tmp_path):
+    given_source = run[0] if source == "run" else tmp_path / source
+    with pytest.raises(InputError, match=message):
+        convert(given_source, to, tmp_path / out)
+    assert not list(tmp_path.iterdir())
+
+
+@given(st.lists(st.tuples(st.sampled_from(sorted(UNITS)), st.integers(-3, 3)), min_size=1, max_size=3))
+def test_names_with_units_are_words(factors):
+    unit = " ".join(name if power == 1 else f"{name}^{power}" for name, power in factors)
+    assert flat_name("x", unit).isidentifier()
+    assert flat_name("x", "1") == "x"

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The mutants' part of docs/validation.md: how many of each module, and every survivor with its reason."""
+
+from __future__ import annotations
+
+import tomllib
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+from tests.mutants.campaign import ROOT, Result, subjects
+
+PAGE = ROOT / "docs" / "validation.md"
+BEGIN, END = "<!-- mutants: written by make mutants -->\n", "<!-- end of the mutants -->\n"
+_REASONS = Path(__file__).parent / "survivors.toml"
+
+
+def write(results: Sequence[Result]) -> None:
+    """Put the tables into the page; a survivor without a reason is said to have none."""
+    text = PAGE.read_text(encoding="utf-8")
+    head, rest = text.split(BEGIN)
+    tail = rest.split(END)[1]
+    PAGE.write_text(head + BEGIN + "\n".join(_lines(results)) + "\n" + END + tail, encoding="utf-8")
+
+
+def reasons() -> dict[str, str]:
+    """Return why a survivor lives, by module and what was changed to what."""
+    rows = tomllib.loads(_REASONS.read_text(encoding="utf-8"))["survivor"]
+    return {f"{row['module']}: {row['before']} -> {row['after']}": row["reason"] for row in rows}
+
+
+def _lines(results: Sequence[Result]) -> list[str]:
+    drawn = sum(subject.draw for subject in subjects())
+    alive = [result for result in results if result.outcome == "survived"]
+    lines = [f"{len(results)} of {drawn} mutants tried by {datetime.now(UTC):%Y-%m-%d}, {len(alive)} alive.", ""]
+    lines += ["| area | module | tried | killed by a test | by its time | alive |", "|---|---|---|---|---|---|"]
+    for area, module in sorted({(result.area, result.module) for result in results}):
+        count = Counter(result.outcome for result in results if result.module == module)
+        row = (
+            area,
+            f"`{module}`",
+            *(str(n) for n in (count.total(), *(count[k] for k in ("killed", "timeout", "survived")))),
+        )
+        lines.append(f"| {' | '.join(row)} |")
+    return [*lines, "", *_survivors(alive, reasons())]
+
+
+def _survivors(alive: Sequence[Result], why: Mapping[str, str]) -> list[str]:
+    if not alive:
+        return ["No survivors."]
+    rows = ["| survivor | instead | why it lives |", "|---|---|---|"]
+    for result in alive:
+        reason = why.get(f"{result.module}: {result.before} -> {result.after}", "**no reason yet**")
+        rows.append(f"| `{result.module}` {_code(result.before)} | {_code(result.after)} | {reason} |")
+    return rows
+
+
+def _code(text: str) -> str:
+    return "`" + text.replace("|", "\\|").replace("`", "'") + "`"

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A store that proves itself: whatever file of it is damaged is seen, named, and mended to the same bytes."""
+
+from __future__ import annotations
+
+import shutil
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.statistics import summarise
+from mehvar.runtime.batch.store.records import END, STORE, DamageError
+from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.batch.store.verification import verify
+
+PENDULUM = Path(__file__).parents[1] / "pendulum"
+CAMPAIGN = Campaign("pd", n=40, vary={"g": "uniform(-2, 9)"}, options={"t_end": 0.1}, save_every=0.05)
+CHUNK = 16
+
+
+def remove(path: Path) -> None:
+    path.unlink()
+
+
+def flip(path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 4
+    path.write_bytes(content)
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-3])
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+DAMAGES = (remove, flip, cut, empty)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("whole") / "runs.zarr"
+    run_batch(PENDULUM, CAMPAIGN, path, chunk=CHUNK)
+    return path
+
+
+@pytest.fixture
+def store(whole: Path, tmp_path: Path) -> Path:
+    shutil.copytree(whole, tmp_path / "runs.zarr")
+    return tmp_path / "runs.zarr"
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def mend(store: Path) -> list[str]:
+    """Resume; return what was said."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        run_batch(PENDULUM, CAMPAIGN, store, resume=True)
+    return [str(warning.message) for warning in said]
+
+
+def test_every_file_is_held_against_a_record(store: Path, whole: Path) -> None:
+    """No file of a store can be damaged in any of these ways without a word."""
+    for number, (name, content) in enumerate(sorted(contents(whole).items())):
+        damage = DAMAGES[number % len(DAMAGES)]
+        damage(store / name)
+        assert not verify(store).complete, name
+        if (name, damage) != (END, remove):
+            with pytest.raises(DamageError, match="is damaged: "):
+                summarise(open_store(store))
+        (store / name).write_bytes(content)
+    assert verify(store).complete
+
+
+@pytest.mark.parametrize(
+    "name",
+    [*("zarr.json", "angle/zarr.json", "variable/c/0", STORE, END, "records/0.json", "final/c/2/0", "g/c/1")],
+)
+def test_whatever_is_damaged_is_mended_to_the_same_bytes(store: Path, whole: Path, name: str) -> None:
+    """One by one, and with the metadata too: what is whole says of which batch the rest is."""
+    flip(store / name)
+    mend(store)
+    assert contents(store) == contents(whole)
+    flip(store / name)
+    (store / "zarr.json").unlink()
+    mend(store)
+    assert contents(store) == contents(whole)
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_block_is_named_and_it_alone_is_computed_again(
+    store: Path, whole: Path, damage: Callable[[Path], None]
+) -> None:
+    damage(store / "angle" / "c" / "1" / "0")
+    what = "missing" if damage is remove else "changed"
+    line = f"block 1 (runs 16 to 31): angle/c/1/0 is {what}"
+    with pytest.raises(DamageError, match="is damaged: ") as refused:
+        open_store(store).dataset()["angle"].load()
+    assert line in str(refused.value)
+    assert "--resume" in str(refused.value)
+    with pytest.raises(DamageError) as refused:
+        summarise(open_store(store))
+    assert line in str(refused.value)
+    before = {name: (store / name).stat().st_mtime_ns for name in contents(store)}
+    assert mend(store) == [f"{store}: {line}; computed again"]
+    again = {name for name in before if (store / name).stat().st_mtime_ns != before[name]}
+    assert {name.split("/")[2] for name in again if "/c/" in name} <= {"1"}
+    assert contents(store) == contents(whole)
+
+
+def test_a_whole_store_is_left_as_it_is(store: Path) -> None:
+    before = {name: (store / name).stat().st_mtime_ns for name in contents(store)}
+    assert mend(store) == []
+    assert {name: (store / name).stat().st_mtime_ns for name in contents(store)} == before
+
+
+def test_an_unfinished_store_says_what_is_missing(store: Path) -> None:
+    for name in (END, "records/1.json"):
+        (store / name).unlink()
+    verification = verify(store)
+    assert verification.sound
+    assert not verification.complete
+    assert verification.missing == (1,)
+    assert summarise(open_store(store)).stored == 24
+    assert open_store(store).dataset()["status"].values[16:32].tolist() == [255] * 16, "chunks without a record"
+
+
+def test_a_record_that_is_gone_after_the_end_is_damage(store: Path) -> None:
+    (store / "records/1.json").unlink()
+    assert [damage.block for damage in verify(store).damaged] == [1]
+
+
+def test_a_store_that_lost_all_it_says_of_itself_is_not_continued(store: Path) -> None:
+    shutil.rmtree(store / "records")
+    (store / "zarr.json").write_text("{}")
+    with pytest.raises(ValueError, match="nothing in it says of which batch it is"):
+        run_batch(PENDULUM, CAMPAIGN, store, resume=True)
+
+
+def test_blocks_of_another_batch_are_not_taken_for_ones_own(store: Path) -> None:
+    (store / "zarr.json").unlink()
+    with pytest.raises(ValueError, match="its records are of another batch"):
+        run_batch(PENDULUM, Campaign("pd", n=40, vary={"g": "uniform(-1, 9)"}), store, resume=True)
+
+
+def test_a_block_of_another_batch_is_damage(store: Path, tmp_path: Path) -> None:
+    """Its digests are right, and it proves nothing here."""
+    other = Campaign("pd", n=40, seed=1, vary={"g": "uniform(-2, 9)"}, options={"t_end": 0.1}, save_every=0.05)
+    run_batch(PENDULUM, other, tmp_path / "other.zarr", chunk=CHUNK)
+    for name in contents(tmp_path / "other.zarr"):
+        if name == "records/2.json" or "/c/2" in name:
+            (store / name).write_bytes((tmp_path / "other.zarr" / name).read_bytes())
+    assert [damage.block for damage in verify(store).damaged] == [2]
+
+
+def test_facts_for_programs(store: Path) -> None:
+    cut(store / "status" / "c" / "2")
+    facts = verify(store).facts()
+    assert facts["complete"] is False
+    assert facts["damaged"] == [{"block": 2, "first": 32, "last": 39, "files": {"status/c/2": "changed"}}]
+    assert (facts["runs"], facts["blocks"], facts["whole"]) == (40, 3, 2)

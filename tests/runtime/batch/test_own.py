@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A law in Python in a batch: called once a sample for all runs, and every run the one that it is alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mehvar
+from mehvar import runtime
+from mehvar.errors import InputError
+from mehvar.runtime.batch.repeat import plan_of
+from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.run.own.law import LawError
+from mehvar.runtime.run.problem import Status
+
+VARY = {"m": "normal(1, 0.05)", "angle": "uniform(-0.5, 0.5)"}
+N = 37  # no multiple of any number of lanes
+OWN = {"period": 0.05, "memory": [0.25], "t_end": 1.0}
+
+
+def p_sum(_t, x, z):
+    """The same text for one run and for many."""
+    error = x.angle - x.angle_ref
+    return -2.0 * error - 0.5 * z, z + error
+
+
+def batch(model: runtime.Model, **arguments: Any) -> Any:
+    return mehvar.batch(model, n=N, seed=3, vary=VARY, save=0.01, threads=2, **arguments)
+
+
+def test_every_run_is_that_of_the_generated_law_and_that_alone(pendulum: runtime.Model) -> None:
+    own = batch(pendulum, controller=p_sum, **OWN)
+    generated = batch(pendulum, controller="p-sum", parameters={"Ts": 0.05}, t_end=1.0)
+    for name in ("angle", "rate", "u_torque", "u_cmd_torque", "energy", "final", "steps", "status"):
+        np.testing.assert_array_equal(own[name], generated[name], name)
+    np.testing.assert_array_equal(own["memory_1"], generated["sum"])
+    assert own.attrs["controller"] == "python:p_sum"
+    assert "def p_sum" in own.attrs["law"]
+    alone = mehvar.simulate(
+        pendulum, p_sum, parameters={"m": float(own["m"][5])}, initial={"angle": float(own["initial_angle"][5])}, **OWN
+    )
+    for name in ("angle", "u_torque", "memory_1"):
+        np.testing.assert_array_equal(own[name][5], alone[name], name)
+    assert float(own["peak"][5]) == float(alone["peak"])
+
+
+def test_it_is_called_once_a_sample_with_a_column_for_each_run(pendulum: runtime.Model) -> None:
+    shapes = []
+
+    def law(t, x, z):
+        shapes.append((t, x.shape, x.angle.shape, x.r.shape, z.shape))
+        return [0.0], z
+
+    batch(pendulum, controller=law, **OWN)
+    assert [t for t, *_ in shapes] == pytest.approx(np.arange(21) * 0.05)
+    assert {tuple(rest) for _, *rest in shapes} == {((2, N), (N,), (1, N), (1, N))}
+
+
+def test_noise_and_delay_are_those_of_a_single_run() -> None:
+    def law(_t, x):
+        return [-0.06 * x.roll - 1.2 * x.wx, 0.0, -0.01 * x.yaw]
+
+    options: dict[str, Any] = {"scenario": "flight", "period": 0.5, "t_end": 5.0, "delay": 1}
+    many = mehvar.batch("satellite", law, 3, seed=2, save=0.5, **options)
+    one = mehvar.simulate("satellite", law, seed=2, run=1, **options)
+    for name in ("roll", "u_Tx", "u_cmd_Tz"):
+        np.testing.assert_array_equal(many[name][1], one[name], name)
+    assert not np.array_equal(many["roll"][0], many["roll"][1])
+
+
+def test_a_run_without_a_finite_input_ends_and_its_neighbours_do_not(pendulum: runtime.Model) -> None:
+    lost = batch(
+        pendulum,
+        controller=lambda t, x: np.where((x.angle > 0) & (0.08 < t < 0.12), np.nan, 0.0),
+        **{**OWN, "memory": None},
+    )
+    ended = lost["status"].values == Status.NOT_FINITE
+    assert 0 < ended.sum() < N
+    np.testing.assert_array_equal(lost["t_stop"].values == 1.0, ~ended)
+
+
+def test_inputs_over_time_are_the_same_in_all_runs(pendulum: runtime.Model) -> None:
+    inputs = {"torque": ([0.0, 0.5], [1.0, -1.0])}
+    many = batch(pendulum, inputs=inputs, t_end=1.0)
+    assert (many["u_torque"].values == np.where(many["t"].values < 0.5, 1.0, -1.0)).all()
+    assert many.attrs["controller"] == "none"
+
+
+def test_a_store_goes_on_under_the_same_text_only(pendulum: runtime.Model, tmp_path) -> None:
+    out = tmp_path / "runs.zarr"
+    batch(pendulum, controller=p_sum, out=out, **OWN)
+    batch(pendulum, controller=p_sum, out=out, resume=True, **OWN)
+
+    def other(_t, x, z):
+        return -x.angle, z
+
+    other.__name__ = "p_sum"
+    for change in ({"controller": other}, {"controller": p_sum, "memory": [2.0]}):
+        with pytest.raises(InputError, match="was made with law = "):
+            batch(pendulum, out=out, resume=True, **{**OWN, **change})
+    with pytest.raises(InputError, match="run under python:p_sum, which no store keeps"):
+        repeated(out, pendulum)
+
+
+def scaled(gain: float) -> Any:
+    def law(_t, x):
+        return [-gain * x.angle]
+
+    return law
+
+
+GAIN = 1.0
+
+
+def summing(_t, x):
+    return [sum(-GAIN * angle for angle in [x.angle])]
+
+
+def test_a_number_within_a_comprehension_is_of_a_laws_text(pendulum: runtime.Model, tmp_path, monkeypatch) -> None:
+    out, options = tmp_path / "runs.zarr", {"period": 0.05, "t_end": 0.1}
+    batch(pendulum, controller=summing, out=out, **options)
+    batch(pendulum, controller=summing, out=out, resume=True, **options)
+    monkeypatch.setitem(globals(), "GAIN", 2.0)
+    with pytest.raises(InputError, match="was made with law = "):
+        batch(pendulum, controller=summing, out=out, resume=True, **options)
+
+
+def calling(_t, x):
+    return scaled(1.0)(_t, x)
+
+
+def test_a_number_from_around_a_law_is_of_its_text_and_a_function_cannot_be_told(
+    pendulum: runtime.Model, tmp_path
+) -> None:
+    out, options = tmp_path / "runs.zarr", {"period": 0.05, "t_end": 0.1}
+    batch(pendulum, controller=scaled(1.0), out=out, **options)
+    batch(pendulum, controller=scaled(1.0), out=out, resume=True, **options)
+    with pytest.raises(InputError, match="was made with law = "):
+        batch(pendulum, controller=scaled(2.0), out=out, resume=True, **options)
+    for unknown in (calling, lambda _t, x: [-x.angle]):
+        with pytest.raises(InputError, match="whether it is the same law in Python cannot be told"):
+            batch(pendulum, controller=unknown, out=out, resume=True, **options)
+
+
+def test_inputs_go_on_between_their_instants_as_they_began(pendulum: runtime.Model, tmp_path) -> None:
+    options = {"inputs": {"torque": ([0.0, 0.1], [0.0, 1.0])}, "period": 0.05, "t_end": 0.1, "out": tmp_path / "a.zarr"}
+    batch(pendulum, interpolation="hold", **options)
+    with pytest.raises(InputError, match="was made with law = "):
+        batch(pendulum, interpolation="linear", resume=True, **options)
+
+
+def repeated(out: Any, model: runtime.Model) -> Any:
+    return plan_of(open_store(out), model)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"controller": p_sum}, InputError, "period = None.*a batch evaluates what is in Python at samples"),
+        ({"inputs": {"torque": np.sin}}, InputError, "period = None"),
+        ({"controller": p_sum, "period": 0.05, "hold": 0.05}, InputError, "hold = 0.05.*others by period"),
+        ({"controller": "p-sum", "period": 0.05}, InputError, "period = 0.05.*hold says"),
+        ({}, InputError, "a batch needs controller and n; or inputs"),
+        ({"controller": lambda _t, x: 1.0 if x.angle > 0 else 0.0, "period": 0.05}, LawError, "numpy.where decides"),
+        ({"controller": lambda _t, x: x[:, :2], "period": 0.05}, LawError, r"t = 0 s .*\(2, 2\): must be .*\(1, 37\)"),
+    ],
+)
+def test_what_a_batch_cannot_run_is_refused(
+    pendulum: runtime.Model, arguments: dict[str, Any], error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        batch(pendulum, t_end=1.0, **arguments)

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Trimmed points against what one knows of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mehvar
+from mehvar.errors import InputError
+
+
+def test_a_satellite_that_turns_with_its_orbit():
+    """Kept towards the Earth it turns once an orbit about the negative normal, whatever its wheels hold about it."""
+    model = mehvar.load("satellite")
+    p = model.parameters()
+    names = ["roll", "pitch", "yaw", "wx", "wy", "wz"]
+    x, u, residual = mehvar.trim(model, fix={"hy": 0.05}, free=names, p=p, steady=names)
+    expected = model.state(hy=0.05, wy=-p[model.parameter_names.index("omega0")])
+    np.testing.assert_allclose(x, expected, atol=1e-15)
+    assert not u.any()
+    assert np.abs(residual).max() < 1e-15
+
+
+def test_pendulums_hang_along_the_thrust():
+    """A nozzle that is turned turns the acceleration and the pendulums alike; a moment keeps it straight."""
+    model = mehvar.load("slosh")
+    steady = [name for name in model.state_names if name.startswith(("w", "phi", "theta"))]
+    point = mehvar.trim(
+        "slosh", {"vx": 100.0, "delta1": 0.01}, ["phi1", "theta1", "phi2", "theta2", "My", "Mz"], steady=steady
+    )
+    assert np.abs(point.residual).max() < 1e-11
+    assert point.values["phi1"] == pytest.approx(0.01, abs=1e-9)
+    assert point.values["phi2"] == pytest.approx(0.01, abs=1e-9)
+    assert point.steady == tuple(steady)
+
+
+def test_bounds_hold_and_the_residual_tells():
+    point = mehvar.trim("triangle", free={"w2": 0.3}, fix={"rho": 0.3, "mu": 0.2}, bounds={"w2": (0.2, 1.0)})
+    assert 0.2 <= point.values["w2"] <= 1.0
+    assert point.at_bounds == ("w2",) or point.values["w2"] == pytest.approx(0.2, abs=1e-6)
+    assert np.abs(point.residual).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"free": ["rho_"]}, "unknown state or input of triangle in free 'rho_': did you mean rho"),
+        ({"free": ["rho"], "fix": {"rho": 1.0}}, "rho = 'fixed and free'"),
+        ({"free": []}, "free = "),
+        ({"free": ["rho"], "bounds": {"rho": (1.0, 0.0)}}, "a lower and a higher number"),
+        ({"free": ["rho"], "bounds": {"rho": 1.0}}, "a lower and a higher number"),
+        ({"free": ["rho"], "bounds": {"phi": (0.0, 1.0)}}, "phi = 'not free'"),
+        ({"free": ["rho"], "steady": ["w1"]}, "unknown state of triangle in steady 'w1'"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(arguments, message):
+    with pytest.raises(InputError, match=message):
+        mehvar.trim("triangle", **arguments)

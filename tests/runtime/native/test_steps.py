@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The native loop step for step: SciPy's stages, error norm and first step under the step control as it is documented.
+
+Weights of the error, factors and exponents change how many steps are taken, not where a run ends; so they are counted.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import DOP853, RK45
+
+from mehvar.runtime import Model, Status, simulate
+from mehvar.runtime.run.rock4 import Rock4
+
+Array = NDArray[np.float64]
+SOLVERS = {"dop853": (DOP853, 8), "dopri5": (RK45, 5), "rock4": (Rock4, 4)}
+SAFETY, SHRINK, GROW, MOST_RESERVE, STRETCH = 0.85, 0.2, 10.0, 4 / 3, 1.01
+LOOPS = {
+    "wild": {"angle_0": 2.5, "k_p": 20.0, "k_d": 0.0, "ref_rate": 0.3, "cube": -40.0},
+    "from rest": {"angle_0": 0.0, "angle_ref": 0.0, "k_p": 20.0, "k_d": 0.0, "ref_rate": 0.3},
+    "at rest": {"angle_0": 0.0, "angle_ref": 0.0, "k_p": 20.0, "k_d": 0.0},
+}
+"""The first is refused steps; the second begins without size and slope; the third no error."""
+TOLERANCES = ((1e-3, 1e-6), (1e-6, 1e-3), (1e-7, 1e-7))
+
+
+def steps(method: str, slope: Any, q: Array, ticks: Array, tolerance: tuple[float, float]) -> tuple[Array, int, int]:
+    """Return the end of a run, its good steps and its refused ones; proportional and integral control of Gustafsson."""
+    kind, order = SOLVERS[method]
+    rtol, atol = tolerance
+    solver = kind(slope, ticks[0], q, ticks[1], rtol=rtol, atol=atol)
+    t, h, kept, good, refused = ticks[0], solver.h_abs, 1.0, 0, 0
+    for target in ticks[1:]:
+        bounded = False
+        while t < target:
+            last = target - t <= STRETCH * h
+            trial = target - t if last else h
+            y, f = _step(solver, slope, t, trial)
+            size = atol + rtol * np.maximum(np.abs(solver.y), np.abs(y))
+            ratio = solver._estimate_error_norm(solver.K, trial, size)
+            reserve = np.inf if ratio == 0 else ratio ** (-0.25 / order)
+            if not ratio <= 1:
+                h, bounded, refused = trial * min(1.0, _within(reserve**4)), True, refused + 1
+                continue
+            factor = min(1.0 if bounded else GROW, _within(reserve**3 / kept))
+            cut = trial < h
+            h = max(h, trial * factor) if cut and factor >= 1 else trial * factor
+            kept = kept if cut else min(reserve, MOST_RESERVE)
+            t, solver.y, solver.f, bounded, good = target if last else t + trial, y, f, False, good + 1
+    return solver.y, good, refused
+
+
+def _step(solver: Any, slope: Any, t: float, h: float) -> tuple[Array, Array]:
+    from scipy.integrate._ivp.rk import rk_step
+
+    y, f = rk_step(slope, t, solver.y, solver.f, h, solver.A, solver.B, solver.C, solver.K)
+    return y, f
+
+
+def _within(factor: float) -> float:
+    return float(min(GROW, max(SHRINK, SAFETY * factor)))
+
+
+@pytest.mark.parametrize("loop", LOOPS)
+@pytest.mark.parametrize("method", SOLVERS)
+def test_a_loop_takes_the_steps_of_its_description(pendulum: Model, method: Any, loop: str) -> None:
+    values = LOOPS[loop]
+    p = pendulum.parameters(**{name: v for name, v in values.items() if name == "cube"})
+    refusals = 0
+    for rtol, atol in TOLERANCES:
+        run = simulate(pendulum, "pd", method=method, rtol=rtol, atol=atol, t_end=3.0, dt_out=1.1, **values)
+        assert run.status is Status.DONE
+
+        def slope(t: float, q: Array) -> Array:
+            x = np.array([q[0] / 2, q[1]])
+            u = -20.0 * (x[0] - values.get("angle_ref", 0.5) - values.get("ref_rate", 0.0) * t)
+            dx = pendulum.rhs(x, [u], p)
+            return np.array([2 * dx[0], dx[1]])
+
+        start = np.array([2 * values["angle_0"], 0.0])
+        end, good, refused = steps(method, slope, start, run.t, (rtol, atol))
+        assert (run.statistics["steps"], run.statistics["rejected"]) == (good, refused)
+        np.testing.assert_allclose(run.x[-1], [end[0] / 2, end[1]], rtol=1e4 * rtol, atol=1e4 * atol)
+        refusals += refused
+    assert refusals > 0 or loop != "wild"

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Open loops: inputs over time, and the inputs of an earlier run again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mehvar import runtime
+from mehvar.errors import InputError
+from mehvar.runtime.run.own.law import LawError
+
+
+def run(model: runtime.Model, inputs: Any, **options: Any) -> runtime.Run:
+    return runtime.simulate(model, None, **{"inputs": inputs, "t_end": 1.0, **options})
+
+
+def equal(one: runtime.Run, other: runtime.Run) -> None:
+    for name in ("t", "x", "u", "y"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), name)
+
+
+def test_a_sampled_run_from_its_own_inputs_is_the_same_to_the_bit(pendulum: runtime.Model) -> None:
+    """Whatever the delay, the sampling step and the method are."""
+    for options in ({}, {"delay": 2}, {"dt_out": 0.05}, {"dt_out": 0.025, "method": "rk4"}):
+        before = runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}, **options)
+        options.pop("delay", None)
+        equal(run(pendulum, runtime.to_dataset(before), **options), before)
+
+
+def test_a_run_that_does_not_hold_all_its_inputs_is_refused(pendulum: runtime.Model) -> None:
+    coarse = runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}, dt_out=0.1)
+    with pytest.raises(InputError, match=r"every 0.1 s.*run it again with dt_out=0.05"):
+        run(pendulum, runtime.to_dataset(coarse))
+    with pytest.raises(InputError, match="that run ends at 1 s: set t_end"):
+        run(pendulum, runtime.to_dataset(coarse), t_end=2.0)
+
+
+def test_the_inputs_of_a_continuous_run_are_arrays(pendulum: runtime.Model) -> None:
+    before = runtime.simulate(pendulum, "pd", t_end=1.0)
+    again = run(pendulum, runtime.to_dataset(before), interpolation="linear")
+    assert again.backend == "python"
+    assert 0 < np.abs(again.x - before.x).max() < 2e-3
+
+
+def test_numbers_arrays_and_functions_say_the_same(pendulum: runtime.Model) -> None:
+    """A staircase is a held array, and a function that is looked at on its grid; the breaks of another are met."""
+    t, values = [0.0, 0.25, 0.75], [0.5, -0.5, 0.2]
+    held = run(pendulum, {"torque": (t, values)})
+    assert held.hold == 0.01
+    assert held.backend == "c"
+    np.testing.assert_array_equal(held.u[:, 0], np.select([held.t < 0.25, held.t < 0.75], values[:2], values[2]))
+    stairs = run(pendulum, {"torque": lambda now: values[int(np.searchsorted(t, now, "right")) - 1]}, period=0.01)
+    equal(held, stairs)
+    equal(run(pendulum, {"torque": 0.5}), run(pendulum, {"torque": ([0.0], [0.5])}))
+    equal(run(pendulum, {}), run(pendulum, {"torque": 0.0}))
+    assert run(pendulum, {"torque": ([0, 0.005], [0, 1])}).hold == 0.005  # between two samples of the result
+
+
+def test_instants_that_are_rounded_are_those_that_were_meant(pendulum: runtime.Model) -> None:
+    t = np.arange(0.0, 1.0, 0.1)  # 0.30000000000000004 among them
+    staircase = run(pendulum, {"torque": (t, np.arange(10.0) / 10)})
+    np.testing.assert_array_equal(staircase.u[30, 0], 0.3)
+    assert staircase.hold == 0.01
+
+
+def test_a_line_is_integrated_from_break_to_break(pendulum: runtime.Model) -> None:
+    ramp = run(pendulum, {"torque": ([0.0, 0.333, 1.0], [0.0, 0.5, 0.0])}, interpolation="linear", dt_out=0.1)
+    fine = run(
+        pendulum, {"torque": lambda t: np.interp(t, [0.0, 0.333, 1.0], [0.0, 0.5, 0.0])}, period=1e-4, dt_out=0.1
+    )
+    np.testing.assert_allclose(ramp.x, fine.x, rtol=0, atol=1e-4)
+    assert ramp.hold is None
+    assert ramp.u[5, 0] == pytest.approx(0.5 * (1 - 0.5) / (1 - 0.333))
+
+
+def test_a_short_pulse_is_not_stepped_over(pendulum: runtime.Model) -> None:
+    at_rest = {"angle_0": 0.0, "angle_ref": 0.0}
+    hit = run(pendulum, {"torque": lambda t: 5.0 * (0.5 < t < 0.51)}, parameters=at_rest)
+    assert np.abs(hit.x[60:]).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("inputs", "options", "message"),
+    [
+        ({"torqe": 1.0}, {}, "unknown input of pendulum 'torqe'.*did you mean torque"),
+        ({"torque": 0.1}, {"interpolation": "linear"}, "interpolation = 'linear'.*unless an input is an array"),
+        ({"torque": "1"}, {"interpolation": "spline"}, "interpolation = 'spline'.*'hold' or 'linear'"),
+        ({"torque": np.nan}, {}, r"inputs\['torque'\] = nan"),
+        ({"torque": "much"}, {}, r"inputs\['torque'\] = 'much'.*a number, a pair"),
+        ({"torque": True}, {}, r"inputs\['torque'\] = True"),
+        ({"torque": np.zeros(3)}, {}, r"inputs\['torque'\] = array.*a pair \(t, values\)"),
+        ({"torque": ([0, 1], [0])}, {}, r"of one length, not of shapes \(2,\) and \(1,\)"),
+        ({"torque": ([0, 0], [0, 1])}, {}, r"instants of inputs\['torque'\] = 0.0.*they rise"),
+        ({"torque": ([0.1, 1], [0, 1])}, {}, "0 or before for the first"),
+        ({"torque": ([0, 1], [0, np.inf])}, {}, r"values of inputs\['torque'\] = inf.*finite"),
+        ({"torque": ([0, 0.5], [0, 1])}, {"interpolation": "linear"}, "known until the end of the run, 1 s.*0.5 s"),
+        ({"torque": ([0, 0.123456789], [0, 1])}, {}, "the instants of inputs.*or period must say"),
+        ({"torque": 1.0}, {"memory": [0.0]}, "memory = .*left out without a law"),
+        ([1.0], {}, "inputs = .*a mapping of names"),
+    ],
+)
+def test_inputs_that_are_none_are_refused(
+    pendulum: runtime.Model, inputs: Any, options: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        run(pendulum, inputs, **options)
+
+
+@pytest.mark.parametrize(("value", "message"), [(lambda _t: np.nan, "is nan"), (lambda _t: "a", "is 'a'"),
+                                                (lambda t: 1 / (t - 0.5), "raised ZeroDivisionError")])  # fmt: skip
+def test_a_function_of_time_that_gives_no_number_is_said(pendulum: runtime.Model, value: Any, message: str) -> None:
+    with pytest.raises(LawError, match=rf"^inputs\['torque'\] at t = 0(\.5)? s {message}"):
+        run(pendulum, {"torque": value}, period=0.5)
