@@ -161,11 +161,16 @@ void mv_board_write(const uint8_t *bytes, uint32_t count)
     }
 }
 
+/* The width of a pulse, at rest also for an output that is no number. */
+static uint32_t width(mv_real u)
+{
+    const mv_real half = (mv_real)(pulse / 2u), ratio = u / (mv_real)BOARD_FULL_SCALE;
+    if (ratio >= 1) return pulse;
+    if (ratio <= -1) return 0;
+    return ratio > -1 ? (uint32_t)(half + half * ratio) : (uint32_t)half;
+}
+
 void mv_board_output(const mv_real *u)
 {
-    const mv_real half = (mv_real)(pulse / 2u);
-    for (uint32_t i = 0; i < MV_BOARD_NU && i < PULSES; i++) {
-        const mv_real width = half + half * u[i] / (mv_real)BOARD_FULL_SCALE;
-        TIM3_CCR(i) = width > 0 ? width < (mv_real)pulse ? (uint32_t)width : pulse : 0u;
-    }
+    for (uint32_t i = 0; i < MV_BOARD_NU && i < PULSES; i++) TIM3_CCR(i) = width(u[i]);
 }
